@@ -1,0 +1,20 @@
+# CMocka as the target mbsr_cmocka, whichever way it was installed.
+# SPDX-License-Identifier: BSD-3-Clause
+
+add_library(mbsr_cmocka INTERFACE)
+find_package(cmocka QUIET CONFIG)
+if(TARGET cmocka::cmocka)
+    target_link_libraries(mbsr_cmocka INTERFACE cmocka::cmocka)
+elseif(cmocka_FOUND AND CMOCKA_LIBRARIES)
+    target_link_libraries(mbsr_cmocka INTERFACE ${CMOCKA_LIBRARIES})
+    target_include_directories(mbsr_cmocka SYSTEM INTERFACE ${CMOCKA_INCLUDE_DIR})
+else()
+    find_package(PkgConfig QUIET)
+    if(PKG_CONFIG_FOUND)
+        pkg_check_modules(MBSR_CMOCKA QUIET IMPORTED_TARGET cmocka)
+    endif()
+    if(NOT TARGET PkgConfig::MBSR_CMOCKA)
+        message(FATAL_ERROR "CMocka was not found; MBSR_TESTS=OFF builds without the tests.")
+    endif()
+    target_link_libraries(mbsr_cmocka INTERFACE PkgConfig::MBSR_CMOCKA)
+endif()

@@ -1,0 +1,161 @@
+/* Joints: the stock ones, and the table through which a caller defines others.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRANK_JOINT_H
+#define MBSRANK_JOINT_H
+
+#include <mbsrank/base.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* What the d velocity coordinates V of a body mean.
+ *
+ *   space    d     pose p               velocity V            used for
+ *   FIXED    0     -                    -                     a root at rest
+ *   POINT    2     x y                  its time derivative   point masses in the plane
+ *   PLANAR   3     x y angle            its time derivative   rigid bodies in the plane
+ *   GENERAL  any   np numbers, any      d numbers, any        what the joint's callbacks say
+ *
+ * x, y in m along the world axes, angle in rad counter-clockwise. */
+typedef enum mbsr_space {
+    MBSR_SPACE_FIXED = 0,
+    MBSR_SPACE_GENERAL = 1,
+    MBSR_SPACE_POINT = 2,
+    MBSR_SPACE_PLANAR = 3
+} mbsr_space;
+
+/* ---- the table of a joint ---- */
+
+typedef struct mbsr_joint mbsr_joint;
+
+/* What a joint's functions may read. Pointers are valid during the call only. */
+typedef struct mbsr_joint_args {
+    const mbsr_joint *joint; /* the joint as given to the model: param, option, user */
+    double t;                /* s */
+    const double *q;         /* nq   joint position coordinates */
+    const double *u;         /* n    joint velocity coordinates; NULL for position and jacobians */
+    mbsr_space pred_space;   /* what the predecessor's coordinates mean */
+    int pred_d;              /* number of the predecessor's velocity coordinates */
+    const double *p_pred;    /* predecessor's pose; not to be read when pred_space is FIXED */
+    const double *V_pred;    /* pred_d; NULL for position and jacobians */
+    const double *p;         /* np   the body's own pose; NULL for position */
+    const double *V;         /* d    the body's own velocity; NULL for position and jacobians */
+} mbsr_joint_args;
+
+#define MBSR_JOINT_TABLE_VERSION 1u
+
+/* K is always the unit matrix: `jacobians` is called with K == NULL and nothing is factored. */
+#define MBSR_JOINT_UNIT_K 1u
+/* J has full column rank in every state by construction: the library does not check it. */
+#define MBSR_JOINT_REGULAR_J 2u
+
+/* The joint between a body i and its predecessor pi, in M. Arnold's notation (Mech. Sci. 4, 2013,
+ * (7)-(9)):
+ *
+ *   0 = k(p_i, p_pi, q_i, t)
+ *   0 = K V_i + H V_pi + J u_i + kI
+ *   0 = K A_i + H A_pi + J u_i' + kII
+ *
+ * with K = dk/dp_i (d x d), H = dk/dp_pi (d x d_pi), J = dk/dq_i (d x n).
+ *
+ * Matrices are column-major without padding. Outputs arrive preset: K the unit matrix, all others
+ * zero, so that a function writes only what differs. Each function returns 0, or a status that ends
+ * the evaluation and reaches the caller unchanged (> 0 recoverable, < 0 fatal). Functions may be
+ * called by several threads at once. */
+typedef struct mbsr_joint_table {
+    unsigned version; /* MBSR_JOINT_TABLE_VERSION */
+    unsigned flags;   /* MBSR_JOINT_UNIT_K | MBSR_JOINT_REGULAR_J */
+    const char *name; /* for messages; must outlive the model */
+
+    /* Solves (7) for the pose p (np). */
+    int (*position)(const mbsr_joint_args *args, double *p);
+
+    /* K (NULL with MBSR_JOINT_UNIT_K), H, J and kI (d); all depend on (t, q, p, p_pred) only. */
+    int (*jacobians)(const mbsr_joint_args *args, double *K, double *H, double *J, double *kI);
+
+    /* kII (d) = K' V + H' V_pred + J' u + kI', the part of (9) without accelerations. */
+    int (*bias)(const mbsr_joint_args *args, double *kII);
+
+    /* Optional: time derivatives of K (NULL with MBSR_JOINT_UNIT_K), H and J along the motion. */
+    int (*rates)(const mbsr_joint_args *args, double *Kdot, double *Hdot, double *Jdot);
+
+    /* Optional: q' (nq) = G(q) u. Without it q' = u and nq must equal n. */
+    int (*coordinate_rates)(const mbsr_joint_args *args, double *qdot);
+
+    /* Optional: called once when the model is finished. On refusal returns a status and may write a
+     * text. */
+    int (*check)(const mbsr_joint *joint, mbsr_space pred_space, int pred_d,
+                 char text[MBSR_TEXT_SIZE]);
+} mbsr_joint_table;
+
+/* A motion prescribed as a function of time: writes value, first and second time derivative of each
+ * prescribed coordinate. Returns 0 or a status (see mbsr_joint_table). */
+typedef int (*mbsr_motion_fn)(void *user, double t, double *s, double *sdot, double *sddot);
+
+#define MBSR_JOINT_PARAMS 8
+#define MBSR_JOINT_OPTIONS 2
+
+/* A joint as a value; made by a constructor below, copied into the model. */
+struct mbsr_joint {
+    const mbsr_joint_table *table;   /* must outlive the model */
+    mbsr_space space;                /* meaning of the body's coordinates */
+    int d;                           /* velocity coordinates of the body, 1 .. MBSR_MAX_D */
+    int np;                          /* numbers in its pose */
+    int n;                           /* joint velocity coordinates, 0 .. d */
+    int nq;                          /* joint position coordinates */
+    double param[MBSR_JOINT_PARAMS]; /* constants of the joint, finite */
+    int option[MBSR_JOINT_OPTIONS];  /* choices of the joint */
+    mbsr_motion_fn motion;           /* prescribed coordinates, or NULL */
+    void *user; /* for the table's functions and for motion; not copied, may be NULL */
+};
+
+#define MBSR_MAX_D 256
+
+/* ---- stock joints in the plane ---- */
+
+/* A frame fixed to a body: origin in the body's axes (m) and angle (rad). */
+typedef struct mbsr_planar_frame {
+    double x, y, angle;
+} mbsr_planar_frame;
+
+/* Coordinates of frame B (on the body) relative to frame A (on the predecessor), in this order. */
+#define MBSR_X 1     /* displacement along A's x axis, m */
+#define MBSR_Y 2     /* displacement along A's y axis, m */
+#define MBSR_ANGLE 4 /* rotation, rad */
+
+/* The planar joint in general: the coordinates in `free` are the joint coordinates q, those in
+ * `driven` follow `motion` (one entry each, in the order x, y, angle), the others stay zero. The
+ * body is PLANAR (d = 3); the predecessor a PLANAR body, a POINT (whose axes do not turn) or a
+ * root. `user` goes to `motion`. */
+MBSR_API mbsr_joint mbsr_joint_planar(mbsr_planar_frame A, mbsr_planar_frame B, int free,
+                                      int driven, mbsr_motion_fn motion, void *user);
+
+/* Its common cases. n = 0, 1, 1, 2, 3. */
+MBSR_API mbsr_joint mbsr_joint_planar_weld(mbsr_planar_frame A, mbsr_planar_frame B);
+MBSR_API mbsr_joint mbsr_joint_planar_revolute(mbsr_planar_frame A, mbsr_planar_frame B);
+MBSR_API mbsr_joint mbsr_joint_planar_prismatic(mbsr_planar_frame A,
+                                                mbsr_planar_frame B); /* along A's x axis */
+MBSR_API mbsr_joint mbsr_joint_planar_pin_slot(mbsr_planar_frame A,
+                                               mbsr_planar_frame B); /* x and angle */
+MBSR_API mbsr_joint mbsr_joint_planar_free(mbsr_planar_frame A, mbsr_planar_frame B);
+
+/* A point (d = 2) at x, y in frame A of its predecessor: `free` and `driven` from MBSR_X and
+ * MBSR_Y. */
+MBSR_API mbsr_joint mbsr_joint_point(mbsr_planar_frame A, int free, int driven,
+                                     mbsr_motion_fn motion, void *user);
+
+/* A point that may move in both directions from its predecessor: p_i = p_pi + q_i. n = 2. */
+MBSR_API mbsr_joint mbsr_joint_point_free(void);
+
+/* ---- user-defined joints ---- */
+
+/* A joint with the caller's own table: GENERAL space, np = d and nq = n; change these fields where
+ * they differ. */
+MBSR_API mbsr_joint mbsr_joint_custom(const mbsr_joint_table *table, int d, int n, void *user);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

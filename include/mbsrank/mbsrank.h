@@ -1,0 +1,17 @@
+/* libmbsrank: O(N) dynamics of trees of bodies with zero or rank-deficient mass.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * Includes everything but <mbsrank/ida.h>, which belongs to the component ida. */
+#ifndef MBSRANK_MBSRANK_H
+#define MBSRANK_MBSRANK_H
+
+#include <mbsrank/base.h>
+#include <mbsrank/dae.h>
+#include <mbsrank/data.h>
+#include <mbsrank/dynamics.h>
+#include <mbsrank/force.h>
+#include <mbsrank/inertia.h>
+#include <mbsrank/joint.h>
+#include <mbsrank/model.h>
+
+#endif

@@ -1,0 +1,111 @@
+/* The model: bodies, joints and force elements; built, finished, then read-only.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRANK_MODEL_H
+#define MBSRANK_MODEL_H
+
+#include <mbsrank/base.h>
+#include <mbsrank/force.h>
+#include <mbsrank/inertia.h>
+#include <mbsrank/joint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct mbsr_model mbsr_model;
+
+/* Motion of the root: pose (np), velocity (d) and acceleration (d) at time t; all arrive as
+ * zero. */
+typedef int (*mbsr_root_fn)(void *user, double t, double *p, double *V, double *A);
+
+/* The root of the tree (body 0 of the paper): at rest with d = 0, or moved by a function of
+ * time. */
+typedef struct mbsr_root {
+    mbsr_space space;
+    int d, np;
+    mbsr_root_fn motion; /* NULL: at rest at p = 0 */
+    void *user;          /* for motion; not copied, may be NULL */
+} mbsr_root;
+
+MBSR_API mbsr_root mbsr_root_fixed(void); /* FIXED, d = 0: the default */
+MBSR_API mbsr_root mbsr_root_moving(mbsr_space space, int d, int np, mbsr_root_fn motion,
+                                    void *user);
+
+typedef struct mbsr_model_def {
+    int cookie;               /* set by mbsr_default_model_def */
+    mbsr_root root;           /* default: fixed */
+    double rank_tolerance;    /* see mbsr_rank_info; default 1e-12 */
+    mbsr_allocator allocator; /* default: malloc and free (both functions NULL) */
+} mbsr_model_def;
+
+MBSR_API mbsr_model_def mbsr_default_model_def(void);
+
+typedef struct mbsr_body_def {
+    int cookie;           /* set by mbsr_default_body_def */
+    const char *name;     /* copied; NULL: none */
+    int parent;           /* id of the predecessor, which may be added later; default MBSR_GROUND */
+    mbsr_joint joint;     /* between predecessor and this body; must be set */
+    mbsr_inertia inertia; /* default: not given, which counts as zero, and zero is honoured */
+} mbsr_body_def;
+
+MBSR_API mbsr_body_def mbsr_default_body_def(void);
+
+/* Makes an empty model. def == NULL means mbsr_default_model_def(). On failure *model is NULL and
+ * the reason is in *error (which may be NULL). Status: MBSR_OK, MBSR_ERR_NULL, MBSR_ERR_NO_DEFAULT,
+ * MBSR_ERR_VALUE, MBSR_ERR_NO_MEMORY. */
+MBSR_API int mbsr_model_create(const mbsr_model_def *def, mbsr_model **model, mbsr_error *error);
+
+/* Frees a model and all it owns; NULL is allowed. No mbsr_data of it may be used afterwards. */
+MBSR_API void mbsr_model_destroy(mbsr_model *model);
+
+/* Adds a body and writes its id (0, 1, 2, ... in the order of adding) to *id, which may be NULL.
+ * Everything the definition points to is copied, except tables and user pointers. A refused body
+ * leaves the model as it was. Status: MBSR_OK, MBSR_ERR_NULL, MBSR_ERR_NO_DEFAULT, MBSR_ERR_VALUE,
+ * MBSR_ERR_SPACE, MBSR_ERR_ID, MBSR_ERR_FINISHED, MBSR_ERR_NO_MEMORY; the text is in
+ * mbsr_model_error. */
+MBSR_API int mbsr_model_add_body(mbsr_model *model, const mbsr_body_def *def, int *id);
+
+/* Adds a force element and writes its id (0, 1, 2, ...) to *id, which may be NULL. Its bodies may
+ * be added later. Status as mbsr_model_add_body. */
+MBSR_API int mbsr_model_add_force(mbsr_model *model, const mbsr_force_def *def, int *id);
+
+/* Checks the tree, numbers it parent before child and freezes it. Ids stay valid. On failure the
+ * model stays as it was and can be added to. Time and memory grow linearly with the number of
+ * bodies. Status: MBSR_OK, MBSR_ERR_NULL, MBSR_ERR_FINISHED, MBSR_ERR_ID (unknown predecessor,
+ * unknown body of a force), MBSR_ERR_CYCLE, MBSR_ERR_SPACE, MBSR_ERR_VALUE, MBSR_ERR_NO_MEMORY, or
+ * what a table's check returned. */
+MBSR_API int mbsr_model_finish(mbsr_model *model);
+
+/* The last failure of a function above on this model; never NULL. */
+MBSR_API const mbsr_error *mbsr_model_error(const mbsr_model *model);
+
+/* ---- reading a finished model. A model that is NULL or not finished, or an id that does not
+ * exist, gives -1. */
+
+MBSR_API int mbsr_model_bodies(const mbsr_model *model);
+MBSR_API int mbsr_model_forces(const mbsr_model *model);
+MBSR_API int mbsr_model_nq(const mbsr_model *model); /* joint position coordinates in all */
+MBSR_API int mbsr_model_nu(const mbsr_model *model); /* joint velocity coordinates in all */
+
+/* Where a body's coordinates stand in q and u: q[q_index .. q_index+nq), u[u_index .. u_index+n).
+ * Bodies follow each other in the order of their ids. Outputs may be NULL. Status: MBSR_OK,
+ * MBSR_ERR_NULL, MBSR_ERR_UNFINISHED, MBSR_ERR_ID. */
+MBSR_API int mbsr_body_coordinates(const mbsr_model *model, int body, int *q_index, int *nq,
+                                   int *u_index, int *n);
+
+MBSR_API int mbsr_body_parent(const mbsr_model *model,
+                              int body); /* an id, MBSR_GROUND, or MBSR_NONE */
+MBSR_API int mbsr_body_dimension(const mbsr_model *model, int body); /* d */
+MBSR_API int mbsr_body_pose_size(const mbsr_model *model, int body); /* np */
+
+/* The name given, or "" where there is none; NULL if there is no such body. */
+MBSR_API const char *mbsr_body_name(const mbsr_model *model, int body);
+
+/* The first body of that name, or MBSR_NONE. */
+MBSR_API int mbsr_model_find_body(const mbsr_model *model, const char *name);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,68 @@
+#!/usr/bin/env bash
+# Installs what building, testing or the demo needs, if it is missing (Debian and Ubuntu, by
+# apt-get). On other systems it says what to install.
+# SPDX-License-Identifier: BSD-3-Clause
+# Usage: install.sh build|test|demo...
+set -eu
+
+# Packages by purpose; "package:command" counts as there when the command is.
+build=(gcc:cc libc6-dev ninja-build:ninja cmake:cmake pkg-config:pkg-config
+       liblapack-dev libblas-dev libsundials-dev)
+test=(build-essential:g++ clang:clang clang-format:clang-format binutils:objdump libcmocka-dev)
+demo=(gnuplot-nox:gnuplot)
+
+wanted=()
+for purpose; do
+    case $purpose in
+    build) wanted+=("${build[@]}") ;;
+    test) wanted+=("${test[@]}") ;;
+    demo) wanted+=("${demo[@]}") ;;
+    *) echo "install.sh: unknown purpose '$purpose'" >&2; exit 2 ;;
+    esac
+done
+
+installed() {
+    [ "$(dpkg-query -W -f '${db:Status-Status}' "$1" 2>/dev/null)" = installed ]
+}
+
+if ! command -v apt-get >/dev/null || ! command -v dpkg-query >/dev/null; then
+    echo "This is not Debian or Ubuntu. What these Debian packages hold must be installed:"
+    echo "    ${wanted[*]%%:*}"
+    echo "Going on with what is there."
+    exit 0
+fi
+
+root=()
+if [ "$(id -u)" -ne 0 ]; then root=(sudo); fi
+updated=no
+
+# get PACKAGE...: installs these, with fresh package lists.
+get() {
+    echo "Installing: $*"
+    if [ "$updated" = no ]; then
+        "${root[@]}" apt-get update -q
+        updated=yes
+    fi
+    "${root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends "$@"
+}
+
+missing=()
+for item in "${wanted[@]}"; do
+    package=${item%%:*}
+    program=
+    case $item in *:*) program=${item#*:} ;; esac
+    if [ -n "$program" ]; then
+        command -v "$program" >/dev/null || missing+=("$package")
+    else
+        installed "$package" || missing+=("$package")
+    fi
+done
+if [ ${#missing[@]} -gt 0 ]; then get "${missing[@]}"; fi
+
+# The sanitizers of clang have a package of their own on some releases.
+if [[ " $* " = *" test "* ]] && command -v clang >/dev/null; then
+    runtime=libclang-rt-$(clang -dumpversion | cut -d. -f1)-dev
+    if ! installed "$runtime" && [ -n "$(apt-cache search --names-only "^$runtime\$")" ]; then
+        get "$runtime"
+    fi
+fi

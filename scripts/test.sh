@@ -1,0 +1,82 @@
+#!/usr/bin/env bash
+# Installs what is missing, then builds and tests libmbsrank in four ways, in build trees below
+# build/: gcc Release, clang Debug, address and undefined-behaviour sanitizers, core alone. Warnings
+# are errors in all of them.
+# SPDX-License-Identifier: BSD-3-Clause
+set -eu
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+bash scripts/install.sh build test
+
+jobs=$(getconf _NPROCESSORS_ONLN 2>/dev/null || echo 2)
+generator="Unix Makefiles"
+if command -v ninja >/dev/null; then generator=Ninja; fi
+failed=()
+summary=
+
+# run NAME COMPILER OPTIONS -- CTEST_OPTIONS: configures, builds and tests in build/test-NAME.
+run() {
+    local name=$1 compiler=$2 tree=build/test-$1
+    shift 2
+    local options=()
+    while [ "$1" != -- ]; do options+=("$1"); shift; done
+    shift
+    echo "==== $name ($compiler)"
+    mkdir -p "$tree"
+    if cmake -S . -B "$tree" -G "$generator" -DCMAKE_C_COMPILER="$compiler" -DMBSR_WERROR=ON \
+            -DMBSR_BENCH=ON "${options[@]}" >"$tree/configure.log" 2>&1; then
+        :
+    else
+        cat "$tree/configure.log"
+        failed+=("$name")
+        summary+="$name: does not configure"$'\n'
+        return
+    fi
+    if ! cmake --build "$tree" --parallel "$jobs" >"$tree/build.log" 2>&1; then
+        cat "$tree/build.log"
+        failed+=("$name")
+        summary+="$name: does not build"$'\n'
+        return
+    fi
+    (cd "$tree" && ctest --output-on-failure --no-tests=error --parallel "$jobs" "$@") |
+        tee "$tree/ctest.log" || failed+=("$name")
+    summary+="$name: $(grep -E '^[0-9]+% tests passed' "$tree/ctest.log" || echo 'no tests')"$'\n'
+}
+
+# works COMPILER: whether it can build and run a program with the sanitizers.
+works() {
+    local folder result=0
+    command -v "$1" >/dev/null || return 1
+    folder=$(mktemp -d)
+    echo 'int main(void) { return 0; }' >"$folder/a.c"
+    "$1" -fsanitize=address,undefined -o "$folder/a" "$folder/a.c" 2>/dev/null &&
+        "$folder/a" 2>/dev/null || result=1
+    rm -rf "$folder"
+    return $result
+}
+
+set -o pipefail
+gcc=gcc
+if ! command -v gcc >/dev/null; then gcc=cc; fi
+run gcc-release "$gcc" -DCMAKE_BUILD_TYPE=Release --
+if command -v clang >/dev/null; then
+    run clang-debug clang -DCMAKE_BUILD_TYPE=Debug -- -LE package
+else
+    echo "==== clang-debug: left out, no clang"
+fi
+sanitizer=
+for compiler in clang "$gcc"; do
+    if [ -z "$sanitizer" ] && works "$compiler"; then sanitizer=$compiler; fi
+done
+if [ -n "$sanitizer" ]; then
+    run sanitizers "$sanitizer" -DCMAKE_BUILD_TYPE=Debug -DMBSR_SANITIZE=address,undefined --
+else
+    echo "==== sanitizers: left out, no compiler has them"
+fi
+run minimal "$gcc" -DCMAKE_BUILD_TYPE=Release -DMBSR_IDA=OFF -- -LE package
+
+echo "==== closing lines"
+printf '%s' "$summary"
+if [ ${#failed[@]} -gt 0 ]; then
+    echo "failed: ${failed[*]}"
+    exit 1
+fi

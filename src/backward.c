@@ -1,0 +1,155 @@
+/* Backward recursion (17), leaves to root, with K = I (see kinematics.c).
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ *   Mbar_i = M_i + sum_j H_j^T Mbar^a_j H_j,    Mbar^a_j = Mbar_j - Mbar_j J_j D_j^+ J_j^T Mbar_j
+ *   fbar_i = f_i - sum_j H_j^T mu_j
+ *   mu_j   = (I - Mbar_j J_j D_j^+ J_j^T) (fbar_j + Mbar_j kII_j) + Mbar_j J_j D_j^+ tau_j
+ *
+ * with D_j = J_j^T Mbar_j J_j and its pseudo-inverse (rank.c).
+ *
+ * Beside Mbar runs W, the first-order size of the rounding errors in Mbar and in D (in units of the
+ * machine precision). For a positive semi-definite matrix A, products and differences of its
+ * entries are wrong by at most about Diag(A), its diagonal as a matrix; Diag does not depend on
+ * units. Each body adds what cancels in Mbar^a_j and in D_j, and errors of a successor arrive as
+ * the recursion transports them: d(Mbar^a) = P^T d(Mbar) P with P = I - J D^+ J^T Mbar, and G dD
+ * G^T with G = Mbar J D^+:
+ *
+ *   W_i = Diag(Mbar_i) + sum_j H_j^T E_j H_j
+ *   E_j = Diag(Mbar_j) + Diag(G_j Diag(J_j^T Diag(Mbar_j) J_j) G_j^T) + P_j^T W_j P_j */
+#include "internal.h"
+
+#include "dense.h"
+
+#include <math.h>
+
+/* Mbar_i, W_i, fbar_i start from M_i, 0, f_i. */
+static void start(const mbsri_body *b, mbsr_data *d)
+{
+    const size_t dd = (size_t)b->d * (size_t)b->d;
+    mbsri_copy(dd, d->M + b->dd, d->Mbar + b->dd);
+    mbsri_zero(dd, d->W + b->dd);
+    mbsri_copy((size_t)b->d, d->f + b->v, d->fbar + b->v);
+}
+
+/* D = J^T U with U = Mbar J, its rank and pseudo-inverse, G = U D^+, e = tau - J^T (fbar + Mbar
+ * kII), mu = fbar + Mbar kII + G e. reads Mbar, W, fbar, kII, tau, J;  writes U, D, Dinv, G, e, mu.
+ * cost: 4 d^2 n, one eigenproblem of size n. */
+static int solve_joint(const mbsr_model *m, mbsr_data *d, int i)
+{
+    const mbsri_body *b = m->body + i;
+    const int dim = b->d, n = b->n;
+    double *U = d->U + b->dn, *D = d->D + b->nn, *G = d->G + b->dn, *e = d->e + b->u,
+           *mu = d->mu + b->v;
+    const double *Mbar = d->Mbar + b->dd, *J = d->J + b->dn;
+
+    /* U = Mbar J,  D = J^T U */
+    mbsri_zero((size_t)dim * (size_t)n, U);
+    mbsri_ab(dim, dim, n, 1.0, Mbar, J, U);
+    mbsri_zero((size_t)n * (size_t)n, D);
+    mbsri_atb(dim, n, n, 1.0, J, U, D);
+    mbsri_symmetrise(n, D);
+    /* rank D, D^+ */
+    d->rank[i] = 0;
+    d->scale[i] = 0.0;
+    if (n > 0) {
+        const int status = mbsri_rank_decision(m, d, i);
+        if (status) return status;
+    }
+    /* G = U D^+ */
+    mbsri_zero((size_t)dim * (size_t)n, G);
+    mbsri_ab(dim, n, n, 1.0, U, d->Dinv + b->nn, G);
+    /* mu = fbar + Mbar kII */
+    mbsri_copy((size_t)dim, d->fbar + b->v, mu);
+    mbsri_ax(dim, dim, 1.0, Mbar, d->kII + b->v, mu);
+    /* e = tau - J^T mu,  mu += G e */
+    mbsri_copy((size_t)n, d->tau + b->u, e);
+    mbsri_atx(dim, n, -1.0, J, mu, e);
+    mbsri_ax(dim, n, 1.0, G, e, mu);
+    return MBSR_OK;
+}
+
+/* E += Diag(A) */
+static void add_diagonal(int n, const double *A, double *E)
+{
+    for (int k = 0; k < n; ++k) E[k * (n + 1)] += A[k * (n + 1)];
+}
+
+/* T = Mbar^a = Mbar - sum of y_l y_l^T over the eigenvalues kept, y_l = U S x_l / sqrt(lambda_l).
+ * Nothing cancels between the terms, however small some lambda_l are; y: d numbers of scratch. */
+static void reduce(const mbsri_body *b, const mbsr_data *d, int rank, double *T, double *y)
+{
+    const int dim = b->d, n = b->n;
+    const double *U = d->U + b->dn, *s = d->s + b->u, *X = d->X + b->nn, *lambda = d->lambda + b->u;
+    mbsri_copy((size_t)dim * (size_t)dim, d->Mbar + b->dd, T);
+    for (int l = 0; l < rank; ++l) {
+        mbsri_zero((size_t)dim, y);
+        for (int k = 0; k < n; ++k)
+            mbsri_ax(dim, 1, 1.0 / sqrt(lambda[l]), U + k * dim, &(double){s[k] * X[l * n + k]}, y);
+        mbsri_abt(dim, 1, dim, -1.0, y, y, T);
+    }
+}
+
+/* E = Diag(Mbar) + Diag(G Diag(J^T Diag(Mbar) J) G^T) + P^T W P;  Q: d x n, JQ: n x n of scratch.
+ * P = I - J G^T, so P^T W P = W - Q G^T - G Q^T + G (J^T Q) G^T with Q = W J. */
+static void transport(const mbsri_body *b, const mbsr_data *d, double *E, double *Q, double *JQ)
+{
+    const int dim = b->d, n = b->n;
+    const double *Mbar = d->Mbar + b->dd, *W = d->W + b->dd, *J = d->J + b->dn, *G = d->G + b->dn;
+    mbsri_zero((size_t)dim * (size_t)n, Q);
+    mbsri_ab(dim, dim, n, 1.0, W, J, Q);
+    mbsri_zero((size_t)n * (size_t)n, JQ);
+    mbsri_atb(dim, n, n, 1.0, J, Q, JQ);
+    mbsri_copy((size_t)dim * (size_t)dim, W, E);
+    add_diagonal(dim, Mbar, E);
+    /* E -= (Q - G JQ / 2) G^T + its transpose */
+    mbsri_ab(dim, n, n, -0.5, G, JQ, Q);
+    mbsri_abt(dim, n, dim, -1.0, Q, G, E);
+    mbsri_abt(dim, n, dim, -1.0, G, Q, E);
+    for (int l = 0; l < n; ++l) {
+        double size = 0.0;
+        for (int k = 0; k < dim; ++k) size += J[l * dim + k] * Mbar[k * (dim + 1)] * J[l * dim + k];
+        for (int k = 0; k < dim; ++k) E[k * (dim + 1)] += size * G[l * dim + k] * G[l * dim + k];
+    }
+    mbsri_symmetrise(dim, E);
+}
+
+/* Adds body i's contribution to its predecessor. reads Mbar, W, U, G, mu, H of body i;  adds to
+ * Mbar, W, fbar of the predecessor.  cost: 4 (d^2 n + d^2 d_pred + d d_pred^2). */
+static void pass_on(const mbsr_model *m, mbsr_data *d, int i)
+{
+    const mbsri_body *b = m->body + i, *pred = m->body + b->parent;
+    const double *H = d->H + b->dp;
+    if (b->d_pred == 0) return;
+    const size_t dm = (size_t)m->max_d;
+    double *T = d->scratch, *E = T + dm * dm, *Q = E + dm * dm, *product = Q + dm * dm;
+    reduce(b, d, d->rank[i], T, Q);
+    transport(b, d, E, Q, product);
+    /* Mbar_pi += H^T Mbar^a H,  W_pi += H^T E H,  fbar_pi -= H^T mu */
+    mbsri_congruence(b->d, b->d_pred, H, T, d->Mbar + pred->dd, product);
+    mbsri_congruence(b->d, b->d_pred, H, E, d->W + pred->dd, product);
+    mbsri_atx(b->d, b->d_pred, -1.0, H, d->mu + b->v, d->fbar + pred->v);
+}
+
+int mbsr_backward(const mbsr_model *model, mbsr_data *data)
+{
+    const mbsr_model *m = model;
+    mbsr_data *d = data;
+    int status = mbsri_enter(m, d, true, MBSRI_STAGE_FORCES, "mbsr_backward");
+    if (status) return status;
+    d->stage = MBSRI_STAGE_FORCES;
+    d->total_rank = 0;
+
+    mbsri_zero((size_t)m->root.d * (size_t)m->root.d, d->M);
+    for (int i = 0; i <= m->bodies; ++i) start(m->body + i, d);
+    for (int i = m->bodies; i >= 1; --i) {
+        const mbsri_body *b = m->body + i;
+        mbsri_symmetrise(b->d, d->Mbar + b->dd);
+        add_diagonal(b->d, d->Mbar + b->dd, d->W + b->dd);
+        status = solve_joint(m, d, i);
+        if (status) return status;
+        pass_on(m, d, i);
+        d->total_rank += d->rank[i];
+    }
+    d->stage = MBSRI_STAGE_BACKWARD;
+    return MBSR_OK;
+}

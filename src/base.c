@@ -1,0 +1,69 @@
+/* Status names, version, error texts.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "internal.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+
+#define MBSRI_STRING_(x) #x
+#define MBSRI_STRING(x) MBSRI_STRING_(x)
+
+const char *mbsr_status_name(int status)
+{
+    switch (status) {
+#define MBSRI_CASE(name, value, text)                                                              \
+    case value: return #name;
+        MBSR_STATUS_MAP(MBSRI_CASE)
+#undef MBSRI_CASE
+    default: return "callback status";
+    }
+}
+
+const char *mbsr_status_text(int status)
+{
+    switch (status) {
+#define MBSRI_CASE(name, value, text)                                                              \
+    case value: return text;
+        MBSR_STATUS_MAP(MBSRI_CASE)
+#undef MBSRI_CASE
+    default: return "a callback returned this status";
+    }
+}
+
+const char *mbsr_version(void)
+{
+    return MBSRI_STRING(MBSR_VERSION_MAJOR) "." MBSRI_STRING(MBSR_VERSION_MINOR) "." MBSRI_STRING(
+        MBSR_VERSION_PATCH);
+}
+
+int mbsri_fail(mbsr_error *error, int status, int body, int force, const char *format, ...)
+{
+    if (!error) return status;
+    error->status = status;
+    error->body = body;
+    error->force = force;
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(error->text, sizeof error->text, format, arguments);
+    va_end(arguments);
+    return status;
+}
+
+const char *mbsri_label(char *buffer, const char *kind, int id, const char *name)
+{
+    if (name && name[0]) {
+        snprintf(buffer, MBSRI_LABEL, "%s %d '%s'", kind, id, name);
+    } else {
+        snprintf(buffer, MBSRI_LABEL, "%s %d", kind, id);
+    }
+    return buffer;
+}
+
+bool mbsri_finite(size_t n, const double *x)
+{
+    for (size_t k = 0; k < n; ++k) {
+        if (!isfinite(x[k])) return false;
+    }
+    return true;
+}

@@ -1,0 +1,95 @@
+/* Small dense products, column-major without padding: y += s A x and its relatives.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * For blocks of 1 to about 12 rows a call of BLAS costs more than the product. */
+#ifndef MBSRI_DENSE_H
+#define MBSRI_DENSE_H
+
+#include <stddef.h>
+#include <string.h>
+
+static inline void mbsri_zero(size_t n, double *x)
+{
+    if (n > 0) memset(x, 0, n * sizeof *x);
+}
+
+static inline void mbsri_copy(size_t n, const double *x, double *y)
+{
+    if (n > 0) memcpy(y, x, n * sizeof *y);
+}
+
+static inline double mbsri_dot(int n, const double *x, const double *y)
+{
+    double sum = 0.0;
+    for (int k = 0; k < n; ++k) sum += x[k] * y[k];
+    return sum;
+}
+
+/* y (r) += s A (r x c) x (c) */
+static inline void mbsri_ax(int r, int c, double s, const double *A, const double *x, double *y)
+{
+    for (int j = 0; j < c; ++j) {
+        const double xj = s * x[j];
+        const double *a = A + (size_t)j * (size_t)r;
+        for (int k = 0; k < r; ++k) y[k] += a[k] * xj;
+    }
+}
+
+/* y (c) += s A^T x (r),  A r x c */
+static inline void mbsri_atx(int r, int c, double s, const double *A, const double *x, double *y)
+{
+    for (int j = 0; j < c; ++j) y[j] += s * mbsri_dot(r, A + (size_t)j * (size_t)r, x);
+}
+
+/* C (r x c) += s A (r x k) B (k x c) */
+static inline void mbsri_ab(int r, int k, int c, double s, const double *A, const double *B,
+                            double *C)
+{
+    for (int j = 0; j < c; ++j)
+        mbsri_ax(r, k, s, A, B + (size_t)j * (size_t)k, C + (size_t)j * (size_t)r);
+}
+
+/* C (k x c) += s A^T B,  A r x k, B r x c */
+static inline void mbsri_atb(int r, int k, int c, double s, const double *A, const double *B,
+                             double *C)
+{
+    for (int j = 0; j < c; ++j)
+        mbsri_atx(r, k, s, A, B + (size_t)j * (size_t)r, C + (size_t)j * (size_t)k);
+}
+
+/* C (r x c) += s A B^T,  A r x k, B c x k */
+static inline void mbsri_abt(int r, int k, int c, double s, const double *A, const double *B,
+                             double *C)
+{
+    for (int l = 0; l < k; ++l) {
+        const double *a = A + (size_t)l * (size_t)r, *b = B + (size_t)l * (size_t)c;
+        for (int j = 0; j < c; ++j) {
+            const double bj = s * b[j];
+            double *column = C + (size_t)j * (size_t)r;
+            for (int i = 0; i < r; ++i) column[i] += a[i] * bj;
+        }
+    }
+}
+
+/* C (c x c) += A^T B A with symmetric B (r x r), A r x c; T: r x c of scratch. */
+static inline void mbsri_congruence(int r, int c, const double *A, const double *B, double *C,
+                                    double *T)
+{
+    mbsri_zero((size_t)r * (size_t)c, T);
+    mbsri_ab(r, r, c, 1.0, B, A, T);
+    mbsri_atb(r, c, c, 1.0, A, T, C);
+}
+
+/* A := (A + A^T) / 2,  n x n */
+static inline void mbsri_symmetrise(int n, double *A)
+{
+    for (int j = 0; j < n; ++j) {
+        for (int k = 0; k < j; ++k) {
+            const size_t jk = (size_t)k * (size_t)n + (size_t)j,
+                         kj = (size_t)j * (size_t)n + (size_t)k;
+            A[jk] = A[kj] = 0.5 * (A[jk] + A[kj]);
+        }
+    }
+}
+
+#endif

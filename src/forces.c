@@ -1,0 +1,116 @@
+/* Applied forces f and joint forces tau: gyroscopic terms and all force elements.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "internal.h"
+
+#include "dense.h"
+
+/* Body i as force elements see it; `rates`: velocities and outputs are there. The root drops what
+ * is added to it. */
+static mbsr_force_body view(const mbsr_model *m, mbsr_data *d, int i, bool rates)
+{
+    const mbsri_body *b = m->body + i;
+    mbsr_force_body body = {.id = b->id,
+                            .space = b->joint.space,
+                            .d = b->d,
+                            .n = b->n,
+                            .nq = b->nq,
+                            .p = d->p + b->p,
+                            .V = rates ? d->V + b->v : NULL,
+                            .f = rates ? d->f + b->v : NULL};
+    if (i > 0) {
+        body.M = d->M + b->dd;
+        body.q = d->q + b->q;
+        body.u = rates ? d->u + b->u : NULL;
+        body.tau = rates ? d->tau + b->u : NULL;
+    }
+    return body;
+}
+
+static int failed(const mbsr_model *m, mbsr_data *d, int id, int status, const char *function)
+{
+    const mbsri_force *force = (const mbsri_force *)m->forces.data + id;
+    char label[MBSRI_LABEL];
+    return mbsri_fail(&d->error, status, MBSR_NONE, id, "%s (%s): %s returned %d at t = %g",
+                      mbsri_label(label, "force", id, (const char *)m->names.data + force->name),
+                      force->def.table->name, function, status, d->t);
+}
+
+/* One call of element `id`; energy == NULL: forces, else its energy is added there. */
+static int call(const mbsr_model *m, mbsr_data *d, int id, int bodies, double *energy)
+{
+    const mbsri_force *force = (const mbsri_force *)m->forces.data + id;
+    const mbsr_force_args args = {
+        .force = &force->def, .t = d->t, .bodies = bodies, .body = d->force_bodies};
+    if (!energy) {
+        const int status = force->def.table->evaluate(&args);
+        return status ? failed(m, d, id, status, "evaluate") : MBSR_OK;
+    }
+    if (!force->def.table->energy) return MBSR_OK;
+    double one = 0.0;
+    const int status = force->def.table->energy(&args, &one);
+    *energy += one;
+    return status ? failed(m, d, id, status, "energy") : MBSR_OK;
+}
+
+/* All calls of element `id`. */
+static int visit(const mbsr_model *m, mbsr_data *d, int id, double *energy)
+{
+    const mbsri_force *force = (const mbsri_force *)m->forces.data + id;
+    if (force->def.table->flags & MBSR_FORCE_EVERY_BODY) {
+        for (int i = 1; i <= m->bodies; ++i) {
+            d->force_bodies[0] = view(m, d, i, !energy);
+            const int status = call(m, d, id, 1, energy);
+            if (status) return status;
+        }
+        return MBSR_OK;
+    }
+    for (int k = 0; k < force->def.bodies; ++k) {
+        d->force_bodies[k] = view(m, d, m->list_index[force->list + (size_t)k], !energy);
+    }
+    return call(m, d, id, force->def.bodies, energy);
+}
+
+int mbsr_forces(const mbsr_model *model, mbsr_data *data, const double *tau)
+{
+    const mbsr_model *m = model;
+    mbsr_data *d = data;
+    int status = mbsri_enter(m, d, true, MBSRI_STAGE_VELOCITIES, "mbsr_forces");
+    if (status) return status;
+    d->stage = MBSRI_STAGE_VELOCITIES;
+
+    mbsri_zero((size_t)m->nu, d->tau);
+    if (tau) mbsri_copy((size_t)m->nu, tau, d->tau);
+    /* f_i = -h_i */
+    mbsri_zero((size_t)m->root.d, d->f);
+    for (size_t k = (size_t)m->root.d; k < m->size_v; ++k) d->f[k] = -d->h[k];
+    /* + force elements */
+    for (int id = 0; id < (int)m->forces.count; ++id) {
+        status = visit(m, d, id, NULL);
+        if (status) return status;
+    }
+    d->stage = MBSRI_STAGE_FORCES;
+    return MBSR_OK;
+}
+
+int mbsr_energy(const mbsr_model *model, mbsr_data *data, double *kinetic, double *potential)
+{
+    const mbsr_model *m = model;
+    mbsr_data *d = data;
+    int status = mbsri_enter(m, d, true, MBSRI_STAGE_VELOCITIES, "mbsr_energy");
+    if (status) return status;
+    double T = 0.0, E = 0.0;
+    /* 1/2 V^T M V */
+    for (int i = 1; i <= m->bodies; ++i) {
+        const mbsri_body *b = m->body + i;
+        mbsri_zero((size_t)b->d, d->scratch);
+        mbsri_ax(b->d, b->d, 1.0, d->M + b->dd, d->V + b->v, d->scratch);
+        T += 0.5 * mbsri_dot(b->d, d->V + b->v, d->scratch);
+    }
+    for (int id = 0; potential && id < (int)m->forces.count; ++id) {
+        status = visit(m, d, id, &E);
+        if (status) return status;
+    }
+    if (kinetic) *kinetic = T;
+    if (potential) *potential = E;
+    return MBSR_OK;
+}

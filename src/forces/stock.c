@@ -1,0 +1,41 @@
+/* Definitions of force elements, and what the stock ones share.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "stock.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+
+mbsr_force_def mbsr_default_force_def(void)
+{
+    return (mbsr_force_def){.cookie = MBSRI_COOKIE, .body = {MBSR_NONE, MBSR_NONE}};
+}
+
+mbsr_force_def mbsr_force_custom(const mbsr_force_table *table, int count, const int *bodies,
+                                 void *user)
+{
+    mbsr_force_def def = mbsr_default_force_def();
+    def.table = table;
+    def.bodies = count;
+    def.body_list = bodies;
+    def.user = user;
+    return def;
+}
+
+mbsr_force_def mbsri_stock_force(const mbsr_force_table *table, int bodies, int a, int b)
+{
+    mbsr_force_def def = mbsr_default_force_def();
+    def.table = table;
+    def.bodies = bodies;
+    def.body[0] = a;
+    def.body[1] = b;
+    return def;
+}
+
+int mbsri_refuse(char text[MBSR_TEXT_SIZE], int status, const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(text, MBSR_TEXT_SIZE, format, arguments);
+    va_end(arguments);
+    return status;
+}

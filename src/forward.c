@@ -1,0 +1,128 @@
+/* Forward recursion that skips rank-deficient bodies, (18)-(24), and the residual (25), with K = I.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * D u' fixes only the range components of u'; the null components z = (I - D^+ D) u' are fixed by
+ * no equation of second order. The accelerations are split into a part that is known without them
+ * and a part that carries them, A = A0 + Az:
+ *
+ *   A0_i = -H_i A0_pi - kII_i - J_i D_i^+ w_i,  w_i = e_i - J_i^T Mbar_i H_i A0_pi     (19), (20)
+ *   Az_i = -H_i Az_pi - J_i (z_i - D_i^+ J_i^T Mbar_i H_i Az_pi),   Az_0 = 0
+ *   residual_i = D_i u_i' - (w_i - J_i^T Mbar_i H_i Az_pi)                        (25)
+ *
+ * with e = tau - J^T fbar - J^T Mbar kII. Mbar_i Az_i = 0 always (Lemma 3), so Az_i = 0 wherever
+ * Mbar_i is non-singular: the second line runs only inside groups of rank-deficient bodies. With
+ * isolated ones, the paper's assumption (23), this is (25a) behind regular bodies and (25b) behind
+ * deficient ones; adjacent ones need no assumption. */
+#include "internal.h"
+
+#include "dense.h"
+
+/* Az of body i from its predecessor's and its own null accelerations; x = H Az_pi (zero if that is
+ * zero). reads udot, X, s, G;  writes Az, carries. */
+static void carry(const mbsr_model *m, mbsr_data *d, int i, const double *udot, const double *x)
+{
+    const mbsri_body *b = m->body + i;
+    const bool from_pred = d->carries[b->parent], own = d->rank[i] < b->n;
+    double *Az = d->Az + b->v, *z = d->vec + b->u;
+    d->carries[i] = (from_pred || own) && !b->regular; /* else Mbar is regular, and Az zero */
+    if (!d->carries[i]) return;
+    if (own) {
+        mbsri_null_part(m, d, i, udot + b->u, z);
+    } else {
+        mbsri_zero((size_t)b->n, z);
+    }
+    /* z - D^+ J^T Mbar H Az_pi = z - G^T x */
+    if (from_pred) mbsri_atx(b->d, b->n, -1.0, d->G + b->dn, x, z);
+    /* Az = -x - J z */
+    mbsri_zero((size_t)b->d, Az);
+    mbsri_ax(b->d, b->n, -1.0, d->J + b->dn, z, Az);
+    if (!from_pred) return;
+    for (int k = 0; k < b->d; ++k) Az[k] -= x[k];
+}
+
+/* A0 of body i and w = e - U^T H A0_pi.  reads e, U, Dinv, H, J, kII;  writes A and w (n). */
+static void known_part(const mbsr_model *m, mbsr_data *d, int i, double *w, double *rate)
+{
+    const mbsri_body *b = m->body + i, *pred = m->body + b->parent;
+    double *A = d->A + b->v;
+    /* A = H A0_pi,  w = e - U^T A */
+    mbsri_zero((size_t)b->d, A);
+    mbsri_ax(b->d, b->d_pred, 1.0, d->H + b->dp, d->A + pred->v, A);
+    mbsri_copy((size_t)b->n, d->e + b->u, w);
+    mbsri_atx(b->d, b->n, -1.0, d->U + b->dn, A, w);
+    /* rate = D^+ w,  A = -(H A0_pi + kII + J rate) */
+    mbsri_zero((size_t)b->n, rate);
+    mbsri_ax(b->n, b->n, 1.0, d->Dinv + b->nn, w, rate);
+    mbsri_ax(b->d, b->n, 1.0, d->J + b->dn, rate, A);
+    for (int k = 0; k < b->d; ++k) A[k] = -A[k] - d->kII[b->v + (size_t)k];
+}
+
+int mbsr_forward(const mbsr_model *model, mbsr_data *data, const double *udot, double *residual)
+{
+    const mbsr_model *m = model;
+    mbsr_data *d = data;
+    const int status = mbsri_enter(m, d, udot && residual, MBSRI_STAGE_BACKWARD, "mbsr_forward");
+    if (status) return status;
+
+    double *x = d->scratch + m->max_d, *rate = x + m->max_d;
+    d->carries[0] = false;
+    for (int i = 1; i <= m->bodies; ++i) {
+        const mbsri_body *b = m->body + i, *pred = m->body + b->parent;
+        double *w = residual + b->u;
+        /* A0, w */
+        known_part(m, d, i, w, rate);
+        /* x = H Az_pi,  w -= U^T x,  Az */
+        if (d->carries[b->parent]) {
+            mbsri_zero((size_t)b->d, x);
+            mbsri_ax(b->d, b->d_pred, 1.0, d->H + b->dp, d->Az + pred->v, x);
+            mbsri_atx(b->d, b->n, -1.0, d->U + b->dn, x, w);
+        }
+        carry(m, d, i, udot, x);
+        /* residual = D u' - w */
+        for (int k = 0; k < b->n; ++k) w[k] = -w[k];
+        mbsri_ax(b->n, b->n, 1.0, d->D + b->nn, udot + b->u, w);
+    }
+    return MBSR_OK;
+}
+
+int mbsr_recursive_residual(const mbsr_model *model, mbsr_data *data, double t, const double *q,
+                            const double *u, const double *udot, const double *tau,
+                            double *residual)
+{
+    int status = mbsri_enter(model, data, q && u && udot && residual, MBSRI_STAGE_NONE,
+                             "mbsr_recursive_residual");
+    if (!status) status = mbsr_positions(model, data, t, q);
+    if (!status) status = mbsr_velocities(model, data, u);
+    if (!status) status = mbsr_forces(model, data, tau);
+    if (!status) status = mbsr_backward(model, data);
+    if (!status) status = mbsr_forward(model, data, udot, residual);
+    return status;
+}
+
+int mbsr_forward_dynamics(const mbsr_model *model, mbsr_data *data, double t, const double *q,
+                          const double *u, const double *tau, double *udot)
+{
+    const mbsr_model *m = model;
+    mbsr_data *d = data;
+    int status = mbsri_enter(m, d, q && u && udot, MBSRI_STAGE_NONE, "mbsr_forward_dynamics");
+    if (!status) status = mbsr_positions(m, d, t, q);
+    if (!status) status = mbsr_velocities(m, d, u);
+    if (!status) status = mbsr_forces(m, d, tau);
+    if (!status) status = mbsr_backward(m, d);
+    if (status) return status;
+
+    double *w = d->scratch + m->max_d;
+    int undetermined = 0;
+    for (int i = 1; i <= m->bodies; ++i) {
+        known_part(m, d, i, w, udot + m->body[i].u);
+        if (d->rank[i] < m->body[i].n && undetermined == 0) undetermined = i;
+    }
+    if (undetermined == 0)
+        return mbsri_finite((size_t)m->nu, udot) ? MBSR_OK : mbsri_report_not_finite(m, d);
+    char label[MBSRI_LABEL];
+    const mbsri_body *b = m->body + undetermined;
+    return mbsri_fail(
+        &d->error, MBSR_UNDETERMINED, b->id, MBSR_NONE,
+        "%s: %d of the %d accelerations of its joint are not determined: they move no mass",
+        mbsri_body_label(m, undetermined, label), b->n - d->rank[undetermined], b->n);
+}

@@ -1,0 +1,58 @@
+/* The residual and the event functions as IDA calls them.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * Each evaluation leaves its status in `callback`. When IDA gives up because of an evaluation, that
+ * one was the last: a failed residual ends the attempt at a step, a failed event function ends the
+ * integration. */
+#include "driver.h"
+
+#include <float.h>
+#include <math.h>
+
+/* Where the residual fails from some state on, IDA creeps up to it: after each failure it takes
+ * smaller steps, which succeed until the next one, and never gives up. This tells after so many
+ * failures at the same time that no step leads on. */
+static bool blocked(mbsr_ida *ida, double t)
+{
+    enum { FAILURES = 100 };
+    const double rounding = 100.0 * DBL_EPSILON * fabs(t);
+    ida->blocked = fabs(t - ida->wall) <= rounding ? ida->blocked + 1 : 0;
+    ida->wall = t;
+    return ida->blocked >= FAILURES;
+}
+
+int mbsri_ida_residual(sunrealtype t, N_Vector y, N_Vector yp, N_Vector F, void *user)
+{
+    mbsr_ida *ida = user;
+    ++ida->residuals;
+    const int status =
+        mbsr_dae_residual(ida->model, ida->data, ida->opt.form, t, N_VGetArrayPointer(y),
+                          N_VGetArrayPointer(yp), N_VGetArrayPointer(F));
+    ida->callback = status;
+    if (status) {
+        const mbsr_error *error = mbsr_data_error(ida->data);
+        mbsri_ida_fail(&ida->failure, status, error->body, error->force,
+                       "residual at t = %.10g: %s", t, error->text);
+    }
+    return status > 0 && blocked(ida, t) ? -1 : status;
+}
+
+int mbsri_ida_events(sunrealtype t, N_Vector y, N_Vector yp, sunrealtype *value, void *user)
+{
+    mbsr_ida *ida = user;
+    ++ida->events;
+    for (int k = 0; k < ida->opt.events; ++k) value[k] = 0.0;
+    ida->callback = ida->opt.event(ida->opt.event_user, t, N_VGetArrayPointer(y),
+                                   N_VGetArrayPointer(yp), value);
+    if (ida->callback) {
+        return mbsri_ida_fail(&ida->failure, ida->callback, MBSR_NONE, MBSR_NONE,
+                              "event function at t = %.10g returned %d", t, ida->callback);
+    }
+    for (int k = 0; k < ida->opt.events; ++k) {
+        if (isfinite(value[k])) continue;
+        ida->callback = MBSR_NOT_FINITE;
+        return mbsri_ida_fail(&ida->failure, MBSR_NOT_FINITE, MBSR_NONE, MBSR_NONE,
+                              "event function %d at t = %.10g is %g", k, t, value[k]);
+    }
+    return MBSR_OK;
+}

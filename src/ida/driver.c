@@ -1,0 +1,180 @@
+/* Creation and destruction of the driver.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * The only file of the component that takes or releases memory. */
+#include "driver.h"
+
+#include <sunlinsol/sunlinsol_dense.h>
+#include <sunmatrix/sunmatrix_dense.h>
+
+#include <stdlib.h>
+#include <string.h>
+
+const char *mbsri_ida_flag_name(int flag, char *buffer)
+{
+    char *name = IDAGetReturnFlagName(flag);
+    buffer[0] = '\0';
+    if (name) strncat(buffer, name, MBSRI_IDA_FLAG - 1);
+    free(name);
+    return buffer;
+}
+
+/* Keeps the message of an error; warnings, which have positive codes, are dropped. */
+static void receive(void *user, int code, const char *message)
+{
+    mbsr_ida *ida = user;
+    if (code > 0) return;
+    size_t k = 0;
+    for (; k + 1 < sizeof ida->message && message[k]; ++k) {
+        ida->message[k] = message[k] == '\n' ? ' ' : message[k];
+    }
+    ida->message[k] = '\0';
+}
+
+/* Refuses arguments from which no driver can be made. */
+static int check(const mbsr_model *model, const mbsr_data *data, const mbsr_ida_opt *opt,
+                 mbsr_ida **ida, mbsr_error *error)
+{
+    if (!model || !data || !ida) {
+        return mbsri_ida_fail(error, MBSR_ERR_NULL, MBSR_NONE, MBSR_NONE,
+                              "mbsr_ida_create: %s is NULL",
+                              !model  ? "model"
+                              : !data ? "data"
+                                      : "ida");
+    }
+    if (opt->cookie != mbsr_default_ida_opt().cookie) {
+        return mbsri_ida_fail(error, MBSR_ERR_NO_DEFAULT, MBSR_NONE, MBSR_NONE,
+                              "mbsr_ida_create: opt was not made by mbsr_default_ida_opt");
+    }
+    if (mbsr_model_bodies(model) < 0) {
+        return mbsri_ida_fail(error, MBSR_ERR_UNFINISHED, MBSR_NONE, MBSR_NONE,
+                              "mbsr_ida_create: the model is not finished");
+    }
+    const int size = mbsr_dae_size(model, opt->form);
+    if (size < 0) {
+        return mbsri_ida_fail(error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
+                              "mbsr_ida_create: form is %d, no such form", (int)opt->form);
+    }
+    if (size == 0) {
+        return mbsri_ida_fail(error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
+                              "mbsr_ida_create: the model has no joint coordinates to integrate");
+    }
+    return mbsri_ida_check(opt, size, error);
+}
+
+static int no_memory(const mbsr_ida *ida, mbsr_error *error, const char *what)
+{
+    return mbsri_ida_fail(error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
+                          "mbsr_ida_create: no memory for %s of size %d", what, ida->size);
+}
+
+/* SUNDIALS' objects; a failure leaves those made so far to mbsr_ida_destroy. */
+static int make_objects(mbsr_ida *ida, mbsr_error *error)
+{
+    ida->messages = (mbsri_ida_messages){receive, ida};
+    if (!mbsri_ida_context(&ida->context, &ida->messages)) {
+        return no_memory(ida, error, "a SUNDIALS context for a problem");
+    }
+    N_Vector *const vector[] = {&ida->y, &ida->yp, &ida->atol, &ida->work};
+    for (size_t k = 0; k < sizeof vector / sizeof vector[0]; ++k) {
+        *vector[k] = N_VNew_Serial(ida->size, ida->context);
+        if (!*vector[k]) return no_memory(ida, error, "a vector");
+        N_VConst(0.0, *vector[k]);
+    }
+    ida->matrix = SUNDenseMatrix(ida->size, ida->size, ida->context);
+    if (!ida->matrix) return no_memory(ida, error, "a square matrix");
+    ida->solver = SUNLinSol_Dense(ida->y, ida->matrix, ida->context);
+    if (!ida->solver) return no_memory(ida, error, "a linear solver");
+    ida->memory = IDACreate(ida->context);
+    if (!ida->memory) return no_memory(ida, error, "IDA for a problem");
+    return MBSR_OK;
+}
+
+/* Whether data belongs to model, which mbsr_dae_pack tells. */
+static int check_data(mbsr_ida *ida, mbsr_error *error)
+{
+    const double *zero = N_VGetArrayPointer(ida->yp);
+    const int status = mbsr_dae_pack(ida->model, ida->data, ida->opt.form, 0.0, zero,
+                                     zero + mbsr_model_nq(ida->model), N_VGetArrayPointer(ida->y));
+    if (!status) return MBSR_OK;
+    return mbsri_ida_fail(error, status, MBSR_NONE, MBSR_NONE, "mbsr_ida_create: %s",
+                          mbsr_status_text(status));
+}
+
+/* Hands the options to IDA; an IDA flag. */
+static int configure(mbsr_ida *ida)
+{
+    const mbsr_ida_opt *opt = &ida->opt;
+    void *const memory = ida->memory;
+    int flag = mbsri_ida_redirect(memory, &ida->messages);
+    if (flag >= 0) flag = IDAInit(memory, mbsri_ida_residual, 0.0, ida->y, ida->yp);
+    if (flag >= 0) flag = IDASVtolerances(memory, opt->rtol, ida->atol);
+    if (flag >= 0) flag = IDASetUserData(memory, ida);
+    if (flag >= 0) flag = IDASetLinearSolver(memory, ida->solver, ida->matrix);
+    if (flag >= 0) flag = IDASetMaxOrd(memory, opt->max_order);
+    if (flag >= 0) flag = IDASetMaxNumSteps(memory, opt->max_steps);
+    if (flag >= 0) flag = IDASetMaxStep(memory, opt->max_step);
+    if (flag >= 0 && opt->events > 0) {
+        flag = IDARootInit(memory, opt->events, mbsri_ida_events);
+        if (flag >= 0) flag = IDASetNoInactiveRootWarn(memory);
+    }
+    return flag;
+}
+
+static void set_tolerances(mbsr_ida *ida, const double *atol_each)
+{
+    double *atol = N_VGetArrayPointer(ida->atol);
+    for (int k = 0; k < ida->size; ++k) atol[k] = atol_each ? atol_each[k] : ida->opt.atol;
+    ida->opt.atol_each = NULL;
+}
+
+static int make(mbsr_ida *ida, mbsr_error *error)
+{
+    int status = make_objects(ida, error);
+    if (!status) status = check_data(ida, error);
+    if (status) return status;
+    set_tolerances(ida, ida->opt.atol_each);
+    const int flag = configure(ida);
+    return flag < 0 ? mbsri_ida_solver_failed(ida, error, flag, "mbsr_ida_create") : MBSR_OK;
+}
+
+int mbsr_ida_create(const mbsr_model *model, mbsr_data *data, const mbsr_ida_opt *opt,
+                    mbsr_ida **ida, mbsr_error *error)
+{
+    const mbsr_ida_opt standard = mbsr_default_ida_opt();
+    if (!opt) opt = &standard;
+    if (ida) *ida = NULL;
+    int status = check(model, data, opt, ida, error);
+    if (status) return status;
+    mbsr_ida *made = calloc(1, sizeof *made + (size_t)opt->events * sizeof made->rising[0]);
+    if (!made) {
+        return mbsri_ida_fail(error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
+                              "mbsr_ida_create: no memory for the driver");
+    }
+    made->model = model;
+    made->data = data;
+    made->opt = *opt;
+    made->size = mbsr_dae_size(model, opt->form);
+    made->error = (mbsr_error){MBSR_OK, MBSR_NONE, MBSR_NONE, ""};
+    status = make(made, error);
+    if (status) {
+        mbsr_ida_destroy(made);
+        return status;
+    }
+    *ida = made;
+    return MBSR_OK;
+}
+
+void mbsr_ida_destroy(mbsr_ida *ida)
+{
+    if (!ida) return;
+    if (ida->memory) IDAFree(&ida->memory);
+    if (ida->solver) SUNLinSolFree(ida->solver);
+    if (ida->matrix) SUNMatDestroy(ida->matrix);
+    N_Vector const vector[] = {ida->y, ida->yp, ida->atol, ida->work};
+    for (size_t k = 0; k < sizeof vector / sizeof vector[0]; ++k) {
+        if (vector[k]) N_VDestroy(vector[k]);
+    }
+    if (ida->context) SUNContext_Free(&ida->context);
+    free(ida);
+}

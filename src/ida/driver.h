@@ -1,0 +1,71 @@
+/* The driver's structure and what its source files share.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRI_IDA_DRIVER_H
+#define MBSRI_IDA_DRIVER_H
+
+#include <mbsrank/ida.h>
+
+#include "compat.h"
+
+#include <nvector/nvector_serial.h>
+#include <sundials/sundials_linearsolver.h>
+#include <sundials/sundials_matrix.h>
+
+#include <stdbool.h>
+
+#if defined(__GNUC__)
+#define MBSRI_IDA_FORMAT(a, b) __attribute__((format(printf, a, b)))
+#else
+#define MBSRI_IDA_FORMAT(a, b)
+#endif
+
+struct mbsr_ida {
+    const mbsr_model *model;
+    mbsr_data *data;
+    mbsr_ida_opt opt; /* atol_each is not kept: see atol */
+    int size;         /* length of y */
+
+    SUNContext context;
+    void *memory;               /* IDA's own */
+    N_Vector y, yp, atol, work; /* size; y and yp are the state at `present` */
+    SUNMatrix matrix;
+    SUNLinearSolver solver;
+    mbsri_ida_messages messages;
+    char message[MBSR_TEXT_SIZE]; /* IDA's last message in the present call */
+
+    bool started; /* a state is set and no step from it has failed for good */
+    bool stepped; /* IDASolve was called since */
+    bool event;   /* the last call of mbsr_ida_advance ended in an event */
+    double present;
+    double direction; /* +1 or -1 once stepped */
+    long residuals, events;
+
+    double wall; /* time of the last recoverable failure of the residual */
+    int blocked; /* how many in a row were at the same time but for rounding */
+
+    int callback; /* status of the last evaluation of the residual or of the event functions */
+    mbsr_error failure; /* what is known of it when it is not zero */
+    mbsr_error error;
+    int rising[]; /* opt.events: directions of the last event */
+};
+
+/* Writes *error (if not NULL) and returns status. */
+int mbsri_ida_fail(mbsr_error *error, int status, int body, int force, const char *format, ...)
+    MBSRI_IDA_FORMAT(5, 6);
+
+/* MBSR_ERR_SOLVER, or MBSR_ERR_NO_MEMORY for IDA_MEM_FAIL; the text has the name of IDA's flag and
+ * its message. */
+int mbsri_ida_solver_failed(const mbsr_ida *ida, mbsr_error *error, int flag, const char *function);
+
+/* Name of an IDA flag into a buffer of MBSRI_IDA_FLAG; returns the buffer. */
+enum { MBSRI_IDA_FLAG = 32 };
+const char *mbsri_ida_flag_name(int flag, char *buffer);
+
+/* Refuses options that make no sense. `size`: length of y. */
+int mbsri_ida_check(const mbsr_ida_opt *opt, int size, mbsr_error *error);
+
+/* F and the event functions as IDA calls them; `user` is the driver. */
+int mbsri_ida_residual(sunrealtype t, N_Vector y, N_Vector yp, N_Vector F, void *user);
+int mbsri_ida_events(sunrealtype t, N_Vector y, N_Vector yp, sunrealtype *value, void *user);
+
+#endif

@@ -1,0 +1,73 @@
+/* Statistics, dense output, events, access to IDA's memory.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "driver.h"
+
+#include <ida/ida_ls.h>
+
+#include <math.h>
+#include <string.h>
+
+int mbsr_ida_event_info(const mbsr_ida *ida, int *direction)
+{
+    if (!ida || !direction) return MBSR_ERR_NULL;
+    if (!ida->event) return MBSR_ERR_SEQUENCE;
+    memcpy(direction, ida->rising, (size_t)ida->opt.events * sizeof *direction);
+    return MBSR_OK;
+}
+
+int mbsr_ida_dense(mbsr_ida *ida, double t, int k, double *dky)
+{
+    if (!ida) return MBSR_ERR_NULL;
+    if (!dky) {
+        return mbsri_ida_fail(&ida->error, MBSR_ERR_NULL, MBSR_NONE, MBSR_NONE,
+                              "mbsr_ida_dense: dky is NULL");
+    }
+    long steps = 0;
+    int order = 0;
+    IDAGetNumSteps(ida->memory, &steps);
+    IDAGetLastOrder(ida->memory, &order);
+    if (steps == 0) {
+        return mbsri_ida_fail(&ida->error, MBSR_ERR_SEQUENCE, MBSR_NONE, MBSR_NONE,
+                              "mbsr_ida_dense: no step was taken yet");
+    }
+    if (k < 0 || k > order) {
+        return mbsri_ida_fail(
+            &ida->error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
+            "mbsr_ida_dense: k is %d, must be 0 .. %d, the order of the last step", k, order);
+    }
+    ida->message[0] = '\0';
+    const int flag = isfinite(t) ? IDAGetDky(ida->memory, t, k, ida->work) : IDA_BAD_T;
+    if (flag == IDA_BAD_T) {
+        return mbsri_ida_fail(&ida->error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
+                              "mbsr_ida_dense: t is %.17g, not within the last step. %s", t,
+                              ida->message);
+    }
+    if (flag < 0) return mbsri_ida_solver_failed(ida, &ida->error, flag, "mbsr_ida_dense");
+    memcpy(dky, N_VGetArrayPointer(ida->work), (size_t)ida->size * sizeof *dky);
+    return MBSR_OK;
+}
+
+/* IDA counts the residuals of its Newton iterations and those of the difference quotients apart;
+ * the driver counts all. The counters of the linear solver are cleared by the first step, not by
+ * mbsr_ida_start. */
+int mbsr_ida_get_stats(const mbsr_ida *ida, mbsr_ida_stats *stats)
+{
+    if (!ida || !stats) return MBSR_ERR_NULL;
+    *stats = (mbsr_ida_stats){.residuals = ida->residuals, .events = ida->events};
+    if (ida->residuals == 0) return MBSR_OK;
+    void *const memory = ida->memory;
+    IDAGetNumSteps(memory, &stats->steps);
+    IDAGetNumLinResEvals(memory, &stats->jacobian_residuals);
+    IDAGetNumJacEvals(memory, &stats->jacobians);
+    IDAGetNumNonlinSolvIters(memory, &stats->newton_iterations);
+    IDAGetNumNonlinSolvConvFails(memory, &stats->newton_failures);
+    IDAGetNumErrTestFails(memory, &stats->error_test_failures);
+    IDAGetLastOrder(memory, &stats->last_order);
+    IDAGetLastStep(memory, &stats->last_step);
+    return MBSR_OK;
+}
+
+void *mbsr_ida_memory(const mbsr_ida *ida)
+{
+    return ida ? ida->memory : NULL;
+}

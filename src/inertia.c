@@ -1,0 +1,85 @@
+/* Inertias: constructors, and the mass matrix of a body in a pose.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "internal.h"
+
+#include "dense.h"
+
+#include <math.h>
+
+mbsr_inertia mbsr_inertia_zero(void)
+{
+    return (mbsr_inertia){.kind = MBSR_INERTIA_MATRIX};
+}
+
+mbsr_inertia mbsr_inertia_particle(double mass)
+{
+    return (mbsr_inertia){.kind = MBSR_INERTIA_PARTICLE, .mass = mass};
+}
+
+mbsr_inertia mbsr_inertia_planar(double mass, const double com[2], double moment)
+{
+    return (mbsr_inertia){
+        .kind = MBSR_INERTIA_PLANAR, .mass = mass, .com = {com[0], com[1]}, .moment = moment};
+}
+
+mbsr_inertia mbsr_inertia_matrix(int d, const double *matrix)
+{
+    return (mbsr_inertia){.kind = MBSR_INERTIA_MATRIX, .d = d, .matrix = matrix};
+}
+
+mbsr_inertia mbsr_inertia_function(mbsr_inertia_fn function, void *user)
+{
+    return (mbsr_inertia){.kind = MBSR_INERTIA_FUNCTION, .function = function, .user = user};
+}
+
+/* First moment of a planar body about its origin, m R(angle) com. */
+static void first_moment(const mbsr_inertia *inertia, double angle, double c[2])
+{
+    const double cosine = cos(angle), sine = sin(angle);
+    c[0] = inertia->mass * (cosine * inertia->com[0] - sine * inertia->com[1]);
+    c[1] = inertia->mass * (sine * inertia->com[0] + cosine * inertia->com[1]);
+}
+
+void mbsri_inertia_mass(const mbsri_body *b, const double *p, double *M)
+{
+    const mbsr_inertia *inertia = &b->inertia;
+    const int d = b->d;
+    mbsri_zero((size_t)d * (size_t)d, M);
+    switch (inertia->kind) {
+    case MBSR_INERTIA_PARTICLE: M[0] = M[d + 1] = inertia->mass; break;
+    case MBSR_INERTIA_PLANAR: {
+        /* columns x, y, angle:  m I and the first moment turned by 90 degrees; moment about the
+         * origin */
+        double c[2];
+        first_moment(inertia, p[2], c);
+        M[0] = M[4] = inertia->mass;
+        M[2] = M[6] = -c[1];
+        M[5] = M[7] = c[0];
+        M[8] = inertia->moment + inertia->mass * (inertia->com[0] * inertia->com[0] +
+                                                  inertia->com[1] * inertia->com[1]);
+        break;
+    }
+    case MBSR_INERTIA_MATRIX:
+        if (inertia->matrix) mbsri_copy((size_t)d * (size_t)d, inertia->matrix, M);
+        break;
+    case MBSR_INERTIA_NOT_GIVEN:
+    case MBSR_INERTIA_FUNCTION: break;
+    }
+}
+
+int mbsri_inertia_velocity(const mbsri_body *b, double t, const double *p, const double *V,
+                           double *M, double *h)
+{
+    const mbsr_inertia *inertia = &b->inertia;
+    mbsri_zero((size_t)b->d, h);
+    if (inertia->kind == MBSR_INERTIA_PLANAR) {
+        double c[2];
+        first_moment(inertia, p[2], c);
+        h[0] = -V[2] * V[2] * c[0];
+        h[1] = -V[2] * V[2] * c[1];
+    } else if (inertia->kind == MBSR_INERTIA_FUNCTION) {
+        mbsri_zero((size_t)b->d * (size_t)b->d, M);
+        return inertia->function(inertia->user, t, p, V, M, h);
+    }
+    return MBSR_OK;
+}

@@ -1,0 +1,219 @@
+/* Internal structures: the finished model, the data block, and what source files share.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRI_INTERNAL_H
+#define MBSRI_INTERNAL_H
+
+#include <mbsrank/mbsrank.h>
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#if defined(__GNUC__)
+#define MBSRI_FORMAT(a, b) __attribute__((format(printf, a, b)))
+#else
+#define MBSRI_FORMAT(a, b)
+#endif
+
+/* What the default functions write into a definition; a definition without it was not
+ * initialised. */
+enum { MBSRI_COOKIE = 0x6d627372 };
+
+/* ---- model ----
+ * Bodies 1 .. N are numbered parent before child, in depth-first order; body 0 is the root. Each
+ * array of the data is indexed through the offsets below. */
+typedef struct mbsri_body {
+    int id;            /* the caller's; MBSR_GROUND for the root */
+    int parent;        /* index of the predecessor; 0 for the bodies on the root, -1 for the root */
+    int d, d_pred;     /* velocity coordinates of the body and of its predecessor */
+    int np;            /* numbers in the pose */
+    int n, nq;         /* joint velocity and position coordinates */
+    int q, u;          /* where they stand in the vectors q and u */
+    size_t p, v;       /* offsets of np and d numbers */
+    size_t dd, dp, dn; /* offsets of d x d, d x d_pred and d x n numbers */
+    size_t k;          /* offset of K^-1; only bodies without MBSR_JOINT_UNIT_K take room */
+    size_t nn;         /* offset of n x n numbers */
+    mbsr_joint joint;
+    mbsr_inertia inertia; /* matrix points into the model */
+    size_t name;          /* offset into names */
+    bool regular;         /* M is positive definite in every pose */
+} mbsri_body;
+
+/* A body as added, until the model is finished. */
+typedef struct mbsri_body_entry {
+    int parent;
+    size_t name, matrix;
+    mbsr_joint joint;
+    mbsr_inertia inertia;
+    bool regular;
+} mbsri_body_entry;
+
+typedef struct mbsri_force {
+    mbsr_force_def def; /* name and body_list are not used: see below */
+    size_t name;        /* offset into names */
+    size_t list;        /* offset of its def.bodies ids (and, once finished, indices) */
+} mbsri_force;
+
+/* A growing array; `count` elements of it are in use. */
+typedef struct mbsri_array {
+    void *data;
+    size_t count, capacity;
+} mbsri_array;
+
+struct mbsr_model {
+    mbsr_allocator allocator;
+    mbsr_error error;
+    double rank_tolerance;
+    mbsr_root root;
+    bool finished;
+
+    mbsri_array entries;  /* mbsri_body_entry, by id; emptied by finish */
+    mbsri_array forces;   /* mbsri_force, by id */
+    mbsri_array names;    /* char; offset 0 is the empty name */
+    mbsri_array matrices; /* double */
+    mbsri_array lists;    /* int: ids of the bodies of force elements */
+
+    /* from here on set by finish */
+    int bodies;       /* N */
+    int *index;       /* id -> index, N */
+    int *list_index;  /* the lists as indices */
+    mbsri_body *body; /* N + 1 */
+    int nq, nu;
+    int max_d, max_n, max_force_bodies;
+    int lapack_work; /* doubles of workspace for dsyev at max_n */
+    /* sums over all bodies, the root included: lengths of the arrays */
+    size_t size_p, size_v, size_dd, size_dp, size_dn, size_k, size_nn;
+};
+
+/* ---- data ----
+ * ARRAY(name, length): arrays of doubles in the block, body after body. Shapes in mbsri_body's
+ * terms. K is divided out: H, J, kI, kII are those of (7)-(9) multiplied by K^-1, mu is K^T mu,
+ * Mbar is K^T Mbar K; D, tau and the residuals are the same with and without. */
+#define MBSRI_DATA_ARRAYS(ARRAY)                                                                   \
+    ARRAY(q, m->nq)         /* joint positions, by id                              (given)      */ \
+    ARRAY(u, m->nu)         /* joint velocities, by id                             (given)      */ \
+    ARRAY(p, m->size_p)     /* np       pose (7)                                   positions    */ \
+    ARRAY(Kinv, m->size_k)  /* d x d    K^-1, where K is not the unit matrix       positions    */ \
+    ARRAY(H, m->size_dp)    /* d x d_pred                                          positions    */ \
+    ARRAY(J, m->size_dn)    /* d x n                                               positions    */ \
+    ARRAY(kI, m->size_v)    /* d                                                   positions    */ \
+    ARRAY(M, m->size_dd)    /* d x d    body mass matrix                           positions    */ \
+    ARRAY(V, m->size_v)     /* d        velocity (8)                               velocities   */ \
+    ARRAY(kII, m->size_v)   /* d                                                   velocities   */ \
+    ARRAY(h, m->size_v)     /* d        gyroscopic force                           velocities   */ \
+    ARRAY(f, m->size_v)     /* d        applied and gyroscopic forces              forces       */ \
+    ARRAY(tau, m->nu)       /* n        joint forces                               forces       */ \
+    ARRAY(Mbar, m->size_dd) /* d x d    (17a)                                      backward     */ \
+    ARRAY(W, m->size_dd)    /* d x d    scale of the rounding errors in Mbar       backward     */ \
+    ARRAY(fbar, m->size_v)  /* d        (17b)                                      backward     */ \
+    ARRAY(D, m->size_nn)    /* n x n    J^T Mbar J                                 backward     */ \
+    ARRAY(Dinv, m->size_nn) /* n x n    its pseudo-inverse                         backward     */ \
+    ARRAY(X, m->size_nn)    /* n x n    eigenvectors of S D S, range first         backward     */ \
+    ARRAY(s, m->nu)         /* n        S = diag(s)                                backward     */ \
+    ARRAY(lambda, m->nu)    /* n        eigenvalues of S D S, descending           backward     */ \
+    ARRAY(U, m->size_dn)    /* d x n    Mbar J                                     backward     */ \
+    ARRAY(G, m->size_dn)    /* d x n    Mbar J D^+                                 backward     */ \
+    ARRAY(e, m->nu)         /* n        tau - J^T (fbar + Mbar kII)                backward     */ \
+    ARRAY(scale, (size_t)m->bodies + 1) /* largest entry of diag(J^T W J)          backward     */ \
+    ARRAY(A, m->size_v) /* d        acceleration (9), or its known part        inverse, forward */ \
+    ARRAY(Az, m->size_v) /* d        part carried by null accelerations         forward      */    \
+    ARRAY(mu,                                                                                      \
+          m->size_v)  /* d        joint reaction                             inverse, backward */  \
+    ARRAY(vec, m->nu) /* n        a vector over the tree for composite calls              */       \
+    ARRAY(scratch, mbsri_scratch_size(m))
+
+typedef enum mbsri_stage {
+    MBSRI_STAGE_NONE,
+    MBSRI_STAGE_POSITIONS,
+    MBSRI_STAGE_VELOCITIES,
+    MBSRI_STAGE_FORCES,
+    MBSRI_STAGE_BACKWARD
+} mbsri_stage;
+
+struct mbsr_data {
+    const mbsr_model *model;
+    bool owned; /* by the model's allocator */
+    mbsr_allocator allocator;
+    mbsr_error error;
+    mbsri_stage stage;
+    double t;
+    int total_rank;
+    int *rank;                     /* N + 1 */
+    int *pivots;                   /* max_d */
+    bool *carries;                 /* N + 1: whether Az of the body may differ from zero */
+    mbsr_force_body *force_bodies; /* max_force_bodies */
+#define MBSRI_DECLARE(name, length) double *name;
+    MBSRI_DATA_ARRAYS(MBSRI_DECLARE)
+#undef MBSRI_DECLARE
+};
+
+size_t mbsri_scratch_size(const mbsr_model *m);
+
+/* Fills every working array with NaN and forgets all stages, so that a test sees what reads before
+ * writing. */
+void mbsri_data_poison(mbsr_data *d);
+
+/* ---- errors ---- */
+
+/* Writes *error (if not NULL) and returns status. */
+int mbsri_fail(mbsr_error *error, int status, int body, int force, const char *format, ...)
+    MBSRI_FORMAT(5, 6);
+
+/* "body 3 'rod'" into a buffer of MBSRI_LABEL; returns the buffer. */
+enum { MBSRI_LABEL = 80 };
+const char *mbsri_label(char *buffer, const char *kind, int id, const char *name);
+
+/* The same for a body of a finished model, by index. */
+const char *mbsri_body_label(const mbsr_model *m, int i, char *buffer);
+
+/* Checks of every call on a data object: NULL, other model, missing stage. `outputs` false: a
+ * required pointer is NULL. */
+int mbsri_enter(const mbsr_model *m, mbsr_data *d, bool outputs, mbsri_stage needed,
+                const char *function);
+
+/* Index of a body by id; -1 if there is none. MBSR_GROUND is 0. */
+int mbsri_index(const mbsr_model *m, int id);
+
+/* Reports a callback's status for body i's joint. */
+int mbsri_joint_failed(const mbsr_model *m, mbsr_data *d, int i, int status, const char *function);
+
+bool mbsri_finite(size_t n, const double *x);
+
+/* MBSR_NOT_FINITE with a text that names the first quantity along the evaluation that is not
+ * finite. */
+int mbsri_report_not_finite(const mbsr_model *m, mbsr_data *d);
+
+/* ---- memory of a model (model/memory.c) ---- */
+
+void *mbsri_allocate(const mbsr_allocator *allocator, size_t size);
+void mbsri_release(const mbsr_allocator *allocator, void *memory);
+
+/* Makes room for `more` elements behind those in use; false if memory is short (the array is then
+ * unchanged). */
+bool mbsri_reserve(const mbsr_allocator *allocator, mbsri_array *array, size_t more,
+                   size_t element);
+
+/* ---- pieces shared by the stages ---- */
+
+/* The arguments of body i's joint functions; `velocities`: V, V_pred and u are there. */
+mbsr_joint_args mbsri_joint_args(const mbsr_model *m, const mbsr_data *d, int i, bool velocities);
+
+/* M, and for inertias by function M and h (inertia.c). */
+void mbsri_inertia_mass(const mbsri_body *b, const double *p, double *M);
+int mbsri_inertia_velocity(const mbsri_body *b, double t, const double *p, const double *V,
+                           double *M, double *h);
+
+/* Eigen-decomposition and rank of one joint block, see rank.c. */
+int mbsri_rank_decision(const mbsr_model *m, mbsr_data *d, int i);
+
+/* y = (I - D^+ D) x for body i: the part of a joint rate that D does not see. y and x may be the
+ * same. */
+void mbsri_null_part(const mbsr_model *m, const mbsr_data *d, int i, const double *x, double *y);
+
+/* gamma_i = projection of tau - J^T fbar on the null space of D_i, n numbers; see rank.c. */
+void mbsri_null_force(const mbsr_model *m, const mbsr_data *d, int i, double *gamma);
+
+/* Forward part of inverse dynamics and its backward part; udot by id, joint forces added to force
+ * elements' out. */
+void mbsri_inverse_sweeps(const mbsr_model *m, mbsr_data *d, const double *udot, double *tau);
+
+#endif

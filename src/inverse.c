@@ -1,0 +1,47 @@
+/* Inverse dynamics: accelerations (9) root to leaves, equilibrium (11) leaves to root, joint forces
+ * J^T mu.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "internal.h"
+
+#include "dense.h"
+
+/* reads H, J, kII, M, f, tau of the stages before;  writes A, mu and tau_out = J^T mu - tau.  cost:
+ * d^2 + 2 d d_pred + 2 d n. */
+void mbsri_inverse_sweeps(const mbsr_model *m, mbsr_data *d, const double *udot, double *tau_out)
+{
+    for (int i = 1; i <= m->bodies; ++i) {
+        const mbsri_body *b = m->body + i, *pred = m->body + b->parent;
+        double *A = d->A + b->v, *mu = d->mu + b->v;
+        /* A_i = -(H_i A_pi + J_i u_i' + kII_i) */
+        mbsri_zero((size_t)b->d, A);
+        mbsri_ax(b->d, b->d_pred, -1.0, d->H + b->dp, d->A + pred->v, A);
+        mbsri_ax(b->d, b->n, -1.0, d->J + b->dn, udot + b->u, A);
+        for (int k = 0; k < b->d; ++k) A[k] -= d->kII[b->v + (size_t)k];
+        /* mu_i = f_i - M_i A_i, to which the successors add */
+        mbsri_copy((size_t)b->d, d->f + b->v, mu);
+        mbsri_ax(b->d, b->d, -1.0, d->M + b->dd, A, mu);
+    }
+    mbsri_zero((size_t)m->root.d, d->mu);
+    for (int i = m->bodies; i >= 1; --i) {
+        const mbsri_body *b = m->body + i, *pred = m->body + b->parent;
+        const double *mu = d->mu + b->v;
+        /* J_i^T mu_i - tau_i */
+        for (int k = 0; k < b->n; ++k) tau_out[b->u + k] = -d->tau[b->u + k];
+        mbsri_atx(b->d, b->n, 1.0, d->J + b->dn, mu, tau_out + b->u);
+        /* mu_pi -= H_i^T mu_i */
+        mbsri_atx(b->d, b->d_pred, -1.0, d->H + b->dp, mu, d->mu + pred->v);
+    }
+}
+
+int mbsr_inverse_dynamics(const mbsr_model *model, mbsr_data *data, double t, const double *q,
+                          const double *u, const double *udot, double *tau)
+{
+    int status =
+        mbsri_enter(model, data, q && u && udot && tau, MBSRI_STAGE_NONE, "mbsr_inverse_dynamics");
+    if (!status) status = mbsr_positions(model, data, t, q);
+    if (!status) status = mbsr_velocities(model, data, u);
+    if (!status) status = mbsr_forces(model, data, NULL);
+    if (status) return status;
+    mbsri_inverse_sweeps(model, data, udot, tau);
+    return mbsri_finite((size_t)model->nu, tau) ? MBSR_OK : mbsri_report_not_finite(model, data);
+}

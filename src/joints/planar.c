@@ -1,0 +1,291 @@
+/* Planar joints: every stock joint between bodies in the plane, as one joint with free, driven and
+ * locked coordinates.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * Frame A sits on the predecessor at a with angle alpha, frame B on the body at b with angle beta.
+ * s = (sx, sy, phi) is the pose of B in A. With R(x) the rotation by x and r, theta the pose of a
+ * body:
+ *
+ *   theta_i = theta_pi + alpha + phi - beta
+ *   r_i     = r_pi + R(theta_pi) a + R(theta_pi + alpha) (sx, sy) - R(theta_i) b           (7)
+ *
+ * so k = p_i - (right-hand side) and K = I. A POINT has no angle, and no frame B: the second line
+ * with b = 0. A predecessor without angle (POINT, or a root at rest) counts as theta_pi = 0, one at
+ * rest also as r_pi = 0. */
+#include "../internal.h"
+
+#include <math.h>
+#include <stdio.h>
+
+enum { A_X, A_Y, A_ANGLE, B_X, B_Y, B_ANGLE };
+enum { FREE, DRIVEN };
+
+/* Everything the four functions need, computed anew in each: a few products beside two or four
+ * trigonometric functions. */
+typedef struct planar {
+    double s[3], sdot[3], sddot[3]; /* relative pose and its rates; rates only where asked for */
+    double omega_pred;              /* angular velocity of the predecessor */
+    double ex[2];                   /* A's x axis in the world; its y axis is (-ex[1], ex[0]) */
+    double arm[2];                  /* from r_pi to the origin of B */
+    double b[2];                    /* R(theta_i) b */
+    double theta;                   /* theta_i */
+} planar;
+
+static bool turns(const mbsr_joint_args *args)
+{
+    return args->pred_space == MBSR_SPACE_PLANAR;
+}
+
+/* The relative coordinates: free ones from q (and u), driven ones from the motion, the others
+ * zero. */
+static int relative(const mbsr_joint_args *args, planar *w)
+{
+    double value[3] = {0.0}, rate[3] = {0.0}, acceleration[3] = {0.0};
+    const mbsr_joint *joint = args->joint;
+    if (joint->option[DRIVEN]) {
+        const int status = joint->motion(joint->user, args->t, value, rate, acceleration);
+        if (status) return status;
+    }
+    for (int k = 0, free = 0, driven = 0; k < 3; ++k) {
+        w->s[k] = w->sdot[k] = w->sddot[k] = 0.0;
+        if (joint->option[FREE] & (1 << k)) {
+            w->s[k] = args->q[free];
+            w->sdot[k] = args->u ? args->u[free] : 0.0;
+            ++free;
+        } else if (joint->option[DRIVEN] & (1 << k)) {
+            w->s[k] = value[driven];
+            w->sdot[k] = rate[driven];
+            w->sddot[k] = acceleration[driven];
+            ++driven;
+        }
+    }
+    return MBSR_OK;
+}
+
+static int prepare(const mbsr_joint_args *args, planar *w)
+{
+    const double *param = args->joint->param;
+    const int status = relative(args, w);
+    if (status) return status;
+    const double theta_pred = turns(args) ? args->p_pred[2] : 0.0;
+    const double angle = theta_pred + param[A_ANGLE];
+    w->omega_pred = turns(args) && args->V_pred ? args->V_pred[2] : 0.0;
+    w->ex[0] = cos(angle);
+    w->ex[1] = sin(angle);
+    const double cosine = cos(theta_pred), sine = sin(theta_pred);
+    w->arm[0] = cosine * param[A_X] - sine * param[A_Y] + w->ex[0] * w->s[0] - w->ex[1] * w->s[1];
+    w->arm[1] = sine * param[A_X] + cosine * param[A_Y] + w->ex[1] * w->s[0] + w->ex[0] * w->s[1];
+    w->theta = angle + w->s[2] - param[B_ANGLE];
+    const double cosine_i = cos(w->theta), sine_i = sin(w->theta);
+    w->b[0] = cosine_i * param[B_X] - sine_i * param[B_Y];
+    w->b[1] = sine_i * param[B_X] + cosine_i * param[B_Y];
+    return MBSR_OK;
+}
+
+/* Column of -dk/ds for relative coordinate k: the velocity of the body for unit rate. */
+static void direction(const planar *w, int d, int k, double *column)
+{
+    switch (k) {
+    case 0: column[0] = w->ex[0], column[1] = w->ex[1]; break;
+    case 1: column[0] = -w->ex[1], column[1] = w->ex[0]; break;
+    default: column[0] = w->b[1], column[1] = -w->b[0]; break;
+    }
+    if (d == 3) column[2] = k == 2 ? 1.0 : 0.0;
+}
+
+static int position(const mbsr_joint_args *args, double *p)
+{
+    planar w;
+    const int status = prepare(args, &w);
+    if (status) return status;
+    const bool moves = args->pred_space != MBSR_SPACE_FIXED;
+    for (int k = 0; k < 2; ++k) p[k] = (moves ? args->p_pred[k] : 0.0) + w.arm[k] - w.b[k];
+    if (args->joint->d == 3) p[2] = w.theta;
+    return MBSR_OK;
+}
+
+/* H = -[I, e_z x (r_i - r_pi); 0, 1], J and kI from the columns of `direction`. */
+static int jacobians(const mbsr_joint_args *args, double *K, double *H, double *J, double *kI)
+{
+    (void)K;
+    planar w;
+    const int status = prepare(args, &w), d = args->joint->d;
+    if (status) return status;
+    if (args->pred_space != MBSR_SPACE_FIXED) {
+        H[0] = H[d + 1] = -1.0;
+        if (turns(args)) {
+            H[2 * d] = w.arm[1] - w.b[1];
+            H[2 * d + 1] = -(w.arm[0] - w.b[0]);
+            if (d == 3) H[8] = -1.0;
+        }
+    }
+    for (int k = 0, column = 0; k < 3; ++k) {
+        double v[3] = {0.0};
+        direction(&w, d, k, v);
+        if (args->joint->option[FREE] & (1 << k)) {
+            for (int l = 0; l < d; ++l) J[column * d + l] = -v[l];
+            ++column;
+        } else if (args->joint->option[DRIVEN] & (1 << k)) {
+            for (int l = 0; l < d; ++l) kI[l] -= v[l] * w.sdot[k];
+        }
+    }
+    return MBSR_OK;
+}
+
+/* -kII = centripetal and Coriolis terms of r_i'', plus the driven accelerations:
+ *   -omega_pi^2 arm + 2 omega_pi e_z x (ex sx' + ey sy') + omega_i^2 R(theta_i) b */
+static int bias(const mbsr_joint_args *args, double *kII)
+{
+    planar w;
+    const int status = prepare(args, &w), d = args->joint->d;
+    if (status) return status;
+    const double op = w.omega_pred, oi = op + w.sdot[2];
+    const double slide[2] = {w.ex[0] * w.sdot[0] - w.ex[1] * w.sdot[1],
+                             w.ex[1] * w.sdot[0] + w.ex[0] * w.sdot[1]};
+    kII[0] = op * op * w.arm[0] + 2.0 * op * slide[1] - oi * oi * w.b[0];
+    kII[1] = op * op * w.arm[1] - 2.0 * op * slide[0] - oi * oi * w.b[1];
+    for (int k = 0; k < 3; ++k) {
+        if (!(args->joint->option[DRIVEN] & (1 << k))) continue;
+        double v[3] = {0.0};
+        direction(&w, d, k, v);
+        for (int l = 0; l < d; ++l) kII[l] -= v[l] * w.sddot[k];
+    }
+    return MBSR_OK;
+}
+
+static int rates(const mbsr_joint_args *args, double *Kdot, double *Hdot, double *Jdot)
+{
+    (void)Kdot;
+    planar w;
+    const int status = prepare(args, &w), d = args->joint->d;
+    if (status) return status;
+    const double op = w.omega_pred, oi = op + w.sdot[2];
+    if (turns(args)) {
+        Hdot[2 * d] = args->V[1] - args->V_pred[1];
+        Hdot[2 * d + 1] = -(args->V[0] - args->V_pred[0]);
+    }
+    const double slope[3][2] = {
+        {-op * w.ex[1], op * w.ex[0]}, {-op * w.ex[0], -op * w.ex[1]}, {oi * w.b[0], oi * w.b[1]}};
+    for (int k = 0, column = 0; k < 3; ++k) {
+        if (!(args->joint->option[FREE] & (1 << k))) continue;
+        Jdot[column * d] = -slope[k][0];
+        Jdot[column * d + 1] = -slope[k][1];
+        ++column;
+    }
+    return MBSR_OK;
+}
+
+static int count(int mask)
+{
+    return (mask & 1) + (mask >> 1 & 1) + (mask >> 2 & 1);
+}
+
+static int check(const mbsr_joint *joint, mbsr_space pred_space, int pred_d,
+                 char text[MBSR_TEXT_SIZE])
+{
+    (void)pred_d;
+    const int all = joint->d == 3 ? 7 : 3, free = joint->option[FREE],
+              driven = joint->option[DRIVEN];
+    if (pred_space == MBSR_SPACE_GENERAL) {
+        snprintf(text, MBSR_TEXT_SIZE,
+                 "the predecessor is in GENERAL space; it must be PLANAR, POINT or a root at rest");
+        return MBSR_ERR_SPACE;
+    }
+    if (free < 0 || free & ~all || driven < 0 || driven & ~all || free & driven) {
+        snprintf(text, MBSR_TEXT_SIZE,
+                 "free is %d and driven is %d; they must be disjoint subsets of %d", free, driven,
+                 all);
+        return MBSR_ERR_VALUE;
+    }
+    if (count(free) != joint->n) {
+        snprintf(text, MBSR_TEXT_SIZE, "free is %d, which has not n = %d coordinates", free,
+                 joint->n);
+        return MBSR_ERR_VALUE;
+    }
+    if (driven && !joint->motion) {
+        snprintf(text, MBSR_TEXT_SIZE, "driven is %d, but motion is NULL", driven);
+        return MBSR_ERR_VALUE;
+    }
+    return MBSR_OK;
+}
+
+static const mbsr_joint_table planar_table = {
+    .version = MBSR_JOINT_TABLE_VERSION,
+    .flags = MBSR_JOINT_UNIT_K | MBSR_JOINT_REGULAR_J,
+    .name = "planar",
+    .position = position,
+    .jacobians = jacobians,
+    .bias = bias,
+    .rates = rates,
+    .check = check,
+};
+
+static mbsr_joint make(mbsr_space space, mbsr_planar_frame A, mbsr_planar_frame B, int free,
+                       int driven, mbsr_motion_fn motion, void *user)
+{
+    const int d = space == MBSR_SPACE_PLANAR ? 3 : 2, n = count(free & 7);
+    return (mbsr_joint){.table = &planar_table,
+                        .space = space,
+                        .d = d,
+                        .np = d,
+                        .n = n,
+                        .nq = n,
+                        .param = {A.x, A.y, A.angle, B.x, B.y, B.angle},
+                        .option = {free, driven},
+                        .motion = motion,
+                        .user = user};
+}
+
+mbsr_joint mbsr_joint_planar(mbsr_planar_frame A, mbsr_planar_frame B, int free, int driven,
+                             mbsr_motion_fn motion, void *user)
+{
+    return make(MBSR_SPACE_PLANAR, A, B, free, driven, motion, user);
+}
+
+mbsr_joint mbsr_joint_planar_weld(mbsr_planar_frame A, mbsr_planar_frame B)
+{
+    return make(MBSR_SPACE_PLANAR, A, B, 0, 0, NULL, NULL);
+}
+
+mbsr_joint mbsr_joint_planar_revolute(mbsr_planar_frame A, mbsr_planar_frame B)
+{
+    return make(MBSR_SPACE_PLANAR, A, B, MBSR_ANGLE, 0, NULL, NULL);
+}
+
+mbsr_joint mbsr_joint_planar_prismatic(mbsr_planar_frame A, mbsr_planar_frame B)
+{
+    return make(MBSR_SPACE_PLANAR, A, B, MBSR_X, 0, NULL, NULL);
+}
+
+mbsr_joint mbsr_joint_planar_pin_slot(mbsr_planar_frame A, mbsr_planar_frame B)
+{
+    return make(MBSR_SPACE_PLANAR, A, B, MBSR_X | MBSR_ANGLE, 0, NULL, NULL);
+}
+
+mbsr_joint mbsr_joint_planar_free(mbsr_planar_frame A, mbsr_planar_frame B)
+{
+    return make(MBSR_SPACE_PLANAR, A, B, MBSR_X | MBSR_Y | MBSR_ANGLE, 0, NULL, NULL);
+}
+
+mbsr_joint mbsr_joint_point(mbsr_planar_frame A, int free, int driven, mbsr_motion_fn motion,
+                            void *user)
+{
+    return make(MBSR_SPACE_POINT, A, (mbsr_planar_frame){0}, free, driven, motion, user);
+}
+
+mbsr_joint mbsr_joint_point_free(void)
+{
+    return make(MBSR_SPACE_POINT, (mbsr_planar_frame){0}, (mbsr_planar_frame){0}, MBSR_X | MBSR_Y,
+                0, NULL, NULL);
+}
+
+mbsr_joint mbsr_joint_custom(const mbsr_joint_table *table, int d, int n, void *user)
+{
+    return (mbsr_joint){.table = table,
+                        .space = MBSR_SPACE_GENERAL,
+                        .d = d,
+                        .np = d,
+                        .n = n,
+                        .nq = n,
+                        .user = user};
+}

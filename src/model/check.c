@@ -1,0 +1,178 @@
+/* Validation of joints, inertias and force elements as they are added.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "check.h"
+
+#include "lapack.h"
+
+#include <math.h>
+#include <string.h>
+
+#define REFUSE(status, ...) mbsri_fail(&m->error, status, id, MBSR_NONE, __VA_ARGS__)
+
+static int check_table(mbsr_model *m, const mbsr_joint *joint, int id, const char *label)
+{
+    const mbsr_joint_table *table = joint->table;
+    if (!table)
+        return REFUSE(MBSR_ERR_VALUE,
+                      "%s: joint.table is NULL; set joint by one of its constructors", label);
+    if (table->version != MBSR_JOINT_TABLE_VERSION) {
+        return REFUSE(MBSR_ERR_VALUE, "%s: joint.table version is %u, must be %u", label,
+                      table->version, MBSR_JOINT_TABLE_VERSION);
+    }
+    if (!table->name || !table->position || !table->jacobians || !table->bias) {
+        return REFUSE(MBSR_ERR_VALUE, "%s: joint.table needs name, position, jacobians and bias",
+                      label);
+    }
+    return MBSR_OK;
+}
+
+int mbsri_check_joint(mbsr_model *m, const mbsr_joint *joint, int id, const char *label)
+{
+    static const int space_d[] = {[MBSR_SPACE_POINT] = 2, [MBSR_SPACE_PLANAR] = 3};
+    const int status = check_table(m, joint, id, label);
+    if (status) return status;
+    const char *name = joint->table->name;
+    if (joint->space != MBSR_SPACE_GENERAL && joint->space != MBSR_SPACE_POINT &&
+        joint->space != MBSR_SPACE_PLANAR) {
+        return REFUSE(MBSR_ERR_VALUE, "%s: joint '%s': space is %d, no space of a body", label,
+                      name, (int)joint->space);
+    }
+    if (joint->d < 1 || joint->d > MBSR_MAX_D) {
+        return REFUSE(MBSR_ERR_VALUE, "%s: joint '%s': d is %d, must be 1 .. %d", label, name,
+                      joint->d, MBSR_MAX_D);
+    }
+    if (joint->space != MBSR_SPACE_GENERAL &&
+        (joint->d != space_d[joint->space] || joint->np != joint->d)) {
+        return REFUSE(MBSR_ERR_VALUE, "%s: joint '%s': d = %d, np = %d; this space has d = np = %d",
+                      label, name, joint->d, joint->np, space_d[joint->space]);
+    }
+    if (joint->np < 0 || joint->np > 4 * MBSR_MAX_D) {
+        return REFUSE(MBSR_ERR_VALUE, "%s: joint '%s': np is %d", label, name, joint->np);
+    }
+    if (joint->n < 0 || joint->n > joint->d) {
+        return REFUSE(MBSR_ERR_VALUE, "%s: joint '%s': n is %d, must be 0 .. d = %d", label, name,
+                      joint->n, joint->d);
+    }
+    if (joint->nq < 0 || joint->nq > 4 * MBSR_MAX_D ||
+        (!joint->table->coordinate_rates && joint->nq != joint->n)) {
+        return REFUSE(MBSR_ERR_VALUE,
+                      "%s: joint '%s': nq is %d, n is %d; they differ only with coordinate_rates",
+                      label, name, joint->nq, joint->n);
+    }
+    for (int k = 0; k < MBSR_JOINT_PARAMS; ++k) {
+        if (!isfinite(joint->param[k])) {
+            return REFUSE(MBSR_ERR_VALUE, "%s: joint '%s': param[%d] is %g", label, name, k,
+                          joint->param[k]);
+        }
+    }
+    return MBSR_OK;
+}
+
+/* Symmetric, finite, positive semi-definite up to rounding: scaled to unit diagonal, the matrix
+ * must be symmetric to 1e-12 and have no eigenvalue below -1e-12. */
+static int check_matrix(mbsr_model *m, int d, const double *A, int id, const char *label,
+                        bool *regular)
+{
+    for (int j = 0; j < d; ++j) {
+        for (int k = 0; k < d; ++k) {
+            const double a = A[j * d + k], b = A[k * d + j];
+            if (!isfinite(a))
+                return REFUSE(MBSR_ERR_VALUE, "%s: inertia.matrix(%d,%d) is %g", label, k, j, a);
+            const double scale =
+                fabs(a) + fabs(b) + sqrt(fabs(A[j * d + j])) * sqrt(fabs(A[k * d + k]));
+            if (fabs(a - b) > 1e-12 * scale) {
+                return REFUSE(MBSR_ERR_VALUE,
+                              "%s: inertia.matrix is not symmetric: (%d,%d) is %g, (%d,%d) is %g",
+                              label, k, j, a, j, k, b);
+            }
+        }
+        if (A[j * d + j] < 0.0) {
+            return REFUSE(MBSR_ERR_VALUE, "%s: inertia.matrix(%d,%d) is %g, negative", label, j, j,
+                          A[j * d + j]);
+        }
+    }
+    const int lwork = mbsri_lapack_syev_work(d);
+    const size_t size = (size_t)d * (size_t)d;
+    double *S = mbsri_allocate(&m->allocator, (size + (size_t)d + (size_t)lwork) * sizeof *S);
+    if (!S) return REFUSE(MBSR_ERR_NO_MEMORY, "%s: no memory to check inertia.matrix", label);
+    int status = MBSR_OK;
+    for (int j = 0; j < d; ++j) {
+        for (int k = 0; k < d; ++k) {
+            const double product = sqrt(A[j * d + j]) * sqrt(A[k * d + k]);
+            if (product == 0.0 && A[j * d + k] != 0.0) {
+                status =
+                    REFUSE(MBSR_ERR_VALUE,
+                           "%s: inertia.matrix is indefinite: (%d,%d) is %g beside a zero diagonal",
+                           label, k, j, A[j * d + k]);
+            }
+            S[j * d + k] = product > 0.0 ? A[j * d + k] / product : 0.0;
+        }
+    }
+    double *w = S + size, *work = w + d;
+    if (!status && mbsri_lapack_syev(d, S, w, work, lwork) != 0) {
+        status = REFUSE(MBSR_EIGEN_FAILED, "%s: the eigenvalues of inertia.matrix did not converge",
+                        label);
+    }
+    if (!status && w[0] < -1e-12) {
+        status = REFUSE(
+            MBSR_ERR_VALUE,
+            "%s: inertia.matrix is indefinite: scaled to unit diagonal it has the eigenvalue %g",
+            label, w[0]);
+    }
+    *regular = !status && w[0] > 1e-8;
+    mbsri_release(&m->allocator, S);
+    return status;
+}
+
+static int check_planar(mbsr_model *m, const mbsr_inertia *inertia, int id, const char *label)
+{
+    if (!(inertia->mass >= 0.0) || !isfinite(inertia->mass)) {
+        return REFUSE(MBSR_ERR_VALUE, "%s: inertia.mass is %g, must be finite and not negative",
+                      label, inertia->mass);
+    }
+    if (!(inertia->moment >= 0.0) || !isfinite(inertia->moment)) {
+        return REFUSE(MBSR_ERR_VALUE, "%s: inertia.moment is %g, must be finite and not negative",
+                      label, inertia->moment);
+    }
+    if (!isfinite(inertia->com[0]) || !isfinite(inertia->com[1])) {
+        return REFUSE(MBSR_ERR_VALUE, "%s: inertia.com is (%g, %g)", label, inertia->com[0],
+                      inertia->com[1]);
+    }
+    return MBSR_OK;
+}
+
+int mbsri_check_inertia(mbsr_model *m, const mbsr_inertia *inertia, mbsr_space space, int d, int id,
+                        const char *label, bool *regular)
+{
+    *regular = false;
+    switch (inertia->kind) {
+    case MBSR_INERTIA_NOT_GIVEN: return MBSR_OK;
+    case MBSR_INERTIA_PARTICLE:
+        if (space != MBSR_SPACE_POINT && space != MBSR_SPACE_PLANAR) {
+            return REFUSE(MBSR_ERR_SPACE, "%s: a particle inertia needs a POINT or PLANAR body",
+                          label);
+        }
+        *regular = space == MBSR_SPACE_POINT && inertia->mass > 0.0;
+        return check_planar(m, inertia, id, label);
+    case MBSR_INERTIA_PLANAR:
+        if (space != MBSR_SPACE_PLANAR) {
+            return REFUSE(MBSR_ERR_SPACE, "%s: a planar inertia needs a PLANAR body", label);
+        }
+        *regular = inertia->mass > 0.0 && inertia->moment > 0.0;
+        return check_planar(m, inertia, id, label);
+    case MBSR_INERTIA_MATRIX:
+        if (!inertia->matrix && d > 0 && inertia->d != 0)
+            return REFUSE(MBSR_ERR_NULL, "%s: inertia.matrix is NULL", label);
+        if (inertia->d == 0 && !inertia->matrix) return MBSR_OK; /* zero of any size */
+        if (inertia->d != d) {
+            return REFUSE(MBSR_ERR_VALUE, "%s: inertia.matrix is %d x %d, the body has d = %d",
+                          label, inertia->d, inertia->d, d);
+        }
+        return check_matrix(m, d, inertia->matrix, id, label, regular);
+    case MBSR_INERTIA_FUNCTION:
+        if (!inertia->function) return REFUSE(MBSR_ERR_NULL, "%s: inertia.function is NULL", label);
+        return MBSR_OK;
+    }
+    return REFUSE(MBSR_ERR_VALUE, "%s: inertia.kind is %d, no such kind", label,
+                  (int)inertia->kind);
+}

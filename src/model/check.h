@@ -1,0 +1,14 @@
+/* Validation of what is added to a model; each writes the model's error and returns its status.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRI_CHECK_H
+#define MBSRI_CHECK_H
+
+#include "internal.h"
+
+/* label: the body's name in messages; *regular: the mass matrix is constant in rank and clearly
+ * positive definite. */
+int mbsri_check_joint(mbsr_model *m, const mbsr_joint *joint, int id, const char *label);
+int mbsri_check_inertia(mbsr_model *m, const mbsr_inertia *inertia, mbsr_space space, int d, int id,
+                        const char *label, bool *regular);
+
+#endif

@@ -1,0 +1,291 @@
+/* Finishing a model: check the tree, number it parent before child, place every body's arrays.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "internal.h"
+
+#include "lapack.h"
+
+#include <limits.h>
+#include <string.h>
+
+/* Workspace while numbering; all by id except where said. */
+typedef struct numbering {
+    int *first; /* N + 1  first child of id - 1, the root at 0 */
+    int *next;  /* N      next sibling */
+    int *order; /* N      ids in depth-first order */
+} numbering;
+
+static void number_release(const mbsr_model *m, numbering *w)
+{
+    mbsri_release(&m->allocator, w->first);
+    mbsri_release(&m->allocator, w->next);
+    mbsri_release(&m->allocator, w->order);
+}
+
+static bool number_allocate(const mbsr_model *m, size_t N, numbering *w)
+{
+    w->first = mbsri_allocate(&m->allocator, (N + 1) * sizeof *w->first);
+    w->next = mbsri_allocate(&m->allocator, N * sizeof *w->next);
+    w->order = mbsri_allocate(&m->allocator, N * sizeof *w->order);
+    return w->first && w->next && w->order;
+}
+
+static const char *entry_label(const mbsr_model *m, int id, char *buffer)
+{
+    const mbsri_body_entry *entry = m->entries.data;
+    return mbsri_label(buffer, "body", id, (const char *)m->names.data + entry[id].name);
+}
+
+/* Children of each body as linked lists in ascending id; refuses unknown predecessors. */
+static int link_children(mbsr_model *m, int N, numbering *w)
+{
+    const mbsri_body_entry *entry = m->entries.data;
+    char label[MBSRI_LABEL];
+    for (int id = -1; id < N; ++id) w->first[id + 1] = MBSR_NONE;
+    for (int id = N - 1; id >= 0; --id) {
+        const int parent = entry[id].parent;
+        if (parent >= N) {
+            return mbsri_fail(&m->error, MBSR_ERR_ID, id, MBSR_NONE,
+                              "%s: parent is %d, but there are only %d bodies",
+                              entry_label(m, id, label), parent, N);
+        }
+        w->next[id] = w->first[parent + 1];
+        w->first[parent + 1] = id;
+    }
+    return MBSR_OK;
+}
+
+/* A body that the walk did not reach hangs on a cycle; following its predecessors N times ends on
+ * that cycle. */
+static int report_cycle(mbsr_model *m, int N)
+{
+    const mbsri_body_entry *entry = m->entries.data;
+    char label[MBSRI_LABEL], other[MBSRI_LABEL];
+    int on = 0;
+    while (m->index[on] >= 0) ++on;
+    for (int k = 0; k < N; ++k) on = entry[on].parent;
+    return mbsri_fail(
+        &m->error, MBSR_ERR_CYCLE, on, MBSR_NONE,
+        "%s: its predecessors form a cycle: parent is %s, and following them leads back",
+        entry_label(m, on, label), entry_label(m, entry[on].parent, other));
+}
+
+/* Depth-first order without a stack: down to the first child, else across to the next sibling of
+ * the nearest ancestor that has one. Sets index. */
+static int walk(mbsr_model *m, int N, numbering *w)
+{
+    const mbsri_body_entry *entry = m->entries.data;
+    int count = 0, id = w->first[0];
+    for (int k = 0; k < N; ++k) m->index[k] = -1;
+    while (id >= 0) {
+        w->order[count++] = id;
+        m->index[id] = count;
+        int next = w->first[id + 1];
+        while (next < 0 && id >= 0) {
+            next = w->next[id];
+            id = entry[id].parent;
+        }
+        id = next;
+    }
+    return count == N ? MBSR_OK : report_cycle(m, N);
+}
+
+static void place_root(mbsr_model *m)
+{
+    m->body[0] = (mbsri_body){.id = MBSR_GROUND,
+                              .parent = -1,
+                              .d = m->root.d,
+                              .np = m->root.np,
+                              .joint.space = m->root.space};
+    m->size_p = (size_t)m->root.np;
+    m->size_v = (size_t)m->root.d;
+    m->size_dd = (size_t)m->root.d * (size_t)m->root.d;
+    m->max_d = m->root.d > 1 ? m->root.d : 1;
+}
+
+/* Body i takes its places behind those already placed. */
+static void place(mbsr_model *m, int i, int id)
+{
+    const mbsri_body_entry *entry = (const mbsri_body_entry *)m->entries.data + id;
+    mbsri_body *b = m->body + i;
+    const mbsr_joint *joint = &entry->joint;
+    const int parent = entry->parent == MBSR_GROUND ? 0 : m->index[entry->parent];
+    const size_t d = (size_t)joint->d, n = (size_t)joint->n, d_pred = (size_t)m->body[parent].d;
+    *b = (mbsri_body){.id = id,
+                      .parent = parent,
+                      .d = joint->d,
+                      .d_pred = (int)d_pred,
+                      .np = joint->np,
+                      .n = joint->n,
+                      .nq = joint->nq,
+                      .p = m->size_p,
+                      .v = m->size_v,
+                      .dd = m->size_dd,
+                      .dp = m->size_dp,
+                      .dn = m->size_dn,
+                      .k = m->size_k,
+                      .nn = m->size_nn,
+                      .joint = *joint,
+                      .inertia = entry->inertia,
+                      .name = entry->name,
+                      .regular = entry->regular};
+    if (b->inertia.kind == MBSR_INERTIA_MATRIX && b->inertia.matrix) {
+        b->inertia.matrix = (const double *)m->matrices.data + entry->matrix;
+    }
+    m->size_p += (size_t)joint->np;
+    m->size_v += d;
+    m->size_dd += d * d;
+    m->size_dp += d * d_pred;
+    m->size_dn += d * n;
+    m->size_nn += n * n;
+    if (!(joint->table->flags & MBSR_JOINT_UNIT_K)) m->size_k += d * d;
+    if (joint->d > m->max_d) m->max_d = joint->d;
+    if (joint->n > m->max_n) m->max_n = joint->n;
+}
+
+/* Coordinates stand in q and u in the order of ids. */
+static int place_coordinates(mbsr_model *m, int N)
+{
+    long long nq = 0, nu = 0;
+    for (int id = 0; id < N; ++id) {
+        mbsri_body *b = m->body + m->index[id];
+        b->q = (int)nq;
+        b->u = (int)nu;
+        nq += b->nq;
+        nu += b->n;
+        if (nq + nu > INT_MAX / 4) {
+            return mbsri_fail(&m->error, MBSR_ERR_VALUE, id, MBSR_NONE,
+                              "mbsr_model_finish: too many joint coordinates");
+        }
+    }
+    m->nq = (int)nq;
+    m->nu = (int)nu;
+    return MBSR_OK;
+}
+
+/* Each joint may refuse the predecessor it was put on. */
+static int check_joints(mbsr_model *m, int N)
+{
+    for (int i = 1; i <= N; ++i) {
+        const mbsri_body *b = m->body + i, *pred = m->body + b->parent;
+        if (!b->joint.table->check) continue;
+        char text[MBSR_TEXT_SIZE] = "", label[MBSRI_LABEL];
+        const int status = b->joint.table->check(&b->joint, pred->joint.space, pred->d, text);
+        if (status) {
+            return mbsri_fail(&m->error, status, b->id, MBSR_NONE, "%s: joint '%s': %.120s",
+                              mbsri_body_label(m, i, label), b->joint.table->name,
+                              text[0] ? text : mbsr_status_text(status));
+        }
+    }
+    return MBSR_OK;
+}
+
+static int check_force(mbsr_model *m, int id, mbsr_force_body *bodies)
+{
+    const mbsri_force *force = (const mbsri_force *)m->forces.data + id;
+    const mbsr_force_table *table = force->def.table;
+    if (!table->check || (table->flags & MBSR_FORCE_EVERY_BODY)) return MBSR_OK;
+    for (int k = 0; k < force->def.bodies; ++k) {
+        const mbsri_body *b = m->body + m->list_index[force->list + (size_t)k];
+        bodies[k] = (mbsr_force_body){
+            .id = b->id, .space = b->joint.space, .d = b->d, .n = b->n, .nq = b->nq};
+    }
+    char text[MBSR_TEXT_SIZE] = "", label[MBSRI_LABEL];
+    const mbsr_force_args args = {
+        .force = &force->def, .bodies = force->def.bodies, .body = bodies};
+    const int status = table->check(&args, text);
+    if (!status) return MBSR_OK;
+    return mbsri_fail(&m->error, status, MBSR_NONE, id, "%s (%s): %.150s",
+                      mbsri_label(label, "force", id, (const char *)m->names.data + force->name),
+                      table->name, text[0] ? text : mbsr_status_text(status));
+}
+
+/* Bodies of force elements by index; each element may refuse its bodies. */
+static int resolve_forces(mbsr_model *m, int N)
+{
+    const mbsri_force *force = m->forces.data;
+    char label[MBSRI_LABEL];
+    for (size_t id = 0; id < m->forces.count; ++id) {
+        for (int k = 0; k < force[id].def.bodies; ++k) {
+            const size_t at = force[id].list + (size_t)k;
+            const int body = ((const int *)m->lists.data)[at];
+            if (body >= N) {
+                return mbsri_fail(&m->error, MBSR_ERR_ID, MBSR_NONE, (int)id,
+                                  "%s (%s): acts on body %d, but there are only %d bodies",
+                                  mbsri_label(label, "force", (int)id,
+                                              (const char *)m->names.data + force[id].name),
+                                  force[id].def.table->name, body, N);
+            }
+            m->list_index[at] = body == MBSR_GROUND ? 0 : m->index[body];
+        }
+        if (force[id].def.bodies > m->max_force_bodies) m->max_force_bodies = force[id].def.bodies;
+    }
+    const size_t most = m->max_force_bodies > 0 ? (size_t)m->max_force_bodies : 1;
+    m->max_force_bodies = (int)most;
+    mbsr_force_body *bodies = mbsri_allocate(&m->allocator, most * sizeof *bodies);
+    if (!bodies)
+        return mbsri_fail(&m->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
+                          "mbsr_model_finish: no memory");
+    int status = MBSR_OK;
+    for (size_t id = 0; id < m->forces.count && !status; ++id)
+        status = check_force(m, (int)id, bodies);
+    mbsri_release(&m->allocator, bodies);
+    return status;
+}
+
+/* Numbers and places everything; what it sets is forgotten by undo. */
+static int build(mbsr_model *m, int N, numbering *w)
+{
+    int status = link_children(m, N, w);
+    if (!status) status = walk(m, N, w);
+    if (status) return status;
+    place_root(m);
+    for (int i = 1; i <= N; ++i) place(m, i, w->order[i - 1]);
+    status = place_coordinates(m, N);
+    if (!status) status = check_joints(m, N);
+    if (!status) status = resolve_forces(m, N);
+    return status;
+}
+
+static void undo(mbsr_model *m)
+{
+    mbsri_release(&m->allocator, m->index);
+    mbsri_release(&m->allocator, m->list_index);
+    mbsri_release(&m->allocator, m->body);
+    m->index = m->list_index = NULL;
+    m->body = NULL;
+    m->nq = m->nu = m->max_d = m->max_n = m->max_force_bodies = 0;
+    m->size_p = m->size_v = m->size_dd = m->size_dp = m->size_dn = m->size_k = m->size_nn = 0;
+}
+
+int mbsr_model_finish(mbsr_model *model)
+{
+    mbsr_model *m = model;
+    if (!m) return MBSR_ERR_NULL;
+    if (m->finished) {
+        return mbsri_fail(&m->error, MBSR_ERR_FINISHED, MBSR_NONE, MBSR_NONE,
+                          "mbsr_model_finish: the model is finished");
+    }
+    const size_t N = m->entries.count;
+    numbering w = {NULL, NULL, NULL};
+    m->index = mbsri_allocate(&m->allocator, N * sizeof *m->index);
+    m->list_index = mbsri_allocate(&m->allocator, m->lists.count * sizeof *m->list_index);
+    m->body = mbsri_allocate(&m->allocator, (N + 1) * sizeof *m->body);
+    int status;
+    if (number_allocate(m, N, &w) && m->index && m->list_index && m->body) {
+        status = build(m, (int)N, &w);
+    } else {
+        status = mbsri_fail(&m->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
+                            "mbsr_model_finish: no memory");
+    }
+    number_release(m, &w);
+    if (status) {
+        undo(m);
+        return status;
+    }
+    m->bodies = (int)N;
+    m->lapack_work = mbsri_lapack_syev_work(m->max_n);
+    mbsri_release(&m->allocator, m->entries.data);
+    m->entries = (mbsri_array){NULL, 0, 0};
+    m->finished = true;
+    return MBSR_OK;
+}

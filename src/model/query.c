@@ -1,0 +1,95 @@
+/* Reading a finished model.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "internal.h"
+
+#include <string.h>
+
+static bool ready(const mbsr_model *m)
+{
+    return m && m->finished;
+}
+
+int mbsri_index(const mbsr_model *m, int id)
+{
+    if (id == MBSR_GROUND) return 0;
+    return id >= 0 && id < m->bodies ? m->index[id] : -1;
+}
+
+const char *mbsri_body_label(const mbsr_model *m, int i, char *buffer)
+{
+    return mbsri_label(buffer, "body", m->body[i].id,
+                       (const char *)m->names.data + m->body[i].name);
+}
+
+/* The body of that id, the ground excluded; NULL if there is none. */
+static const mbsri_body *find(const mbsr_model *m, int id)
+{
+    return ready(m) && id >= 0 && id < m->bodies ? m->body + m->index[id] : NULL;
+}
+
+int mbsr_model_bodies(const mbsr_model *model)
+{
+    return ready(model) ? model->bodies : -1;
+}
+
+int mbsr_model_forces(const mbsr_model *model)
+{
+    return ready(model) ? (int)model->forces.count : -1;
+}
+
+int mbsr_model_nq(const mbsr_model *model)
+{
+    return ready(model) ? model->nq : -1;
+}
+
+int mbsr_model_nu(const mbsr_model *model)
+{
+    return ready(model) ? model->nu : -1;
+}
+
+int mbsr_body_coordinates(const mbsr_model *model, int body, int *q_index, int *nq, int *u_index,
+                          int *n)
+{
+    if (!model) return MBSR_ERR_NULL;
+    if (!model->finished) return MBSR_ERR_UNFINISHED;
+    const mbsri_body *b = find(model, body);
+    if (!b) return MBSR_ERR_ID;
+    if (q_index) *q_index = b->q;
+    if (nq) *nq = b->nq;
+    if (u_index) *u_index = b->u;
+    if (n) *n = b->n;
+    return MBSR_OK;
+}
+
+int mbsr_body_parent(const mbsr_model *model, int body)
+{
+    const mbsri_body *b = find(model, body);
+    return b ? model->body[b->parent].id : MBSR_NONE;
+}
+
+int mbsr_body_dimension(const mbsr_model *model, int body)
+{
+    const mbsri_body *b = find(model, body);
+    return b ? b->d : -1;
+}
+
+int mbsr_body_pose_size(const mbsr_model *model, int body)
+{
+    const mbsri_body *b = find(model, body);
+    return b ? b->np : -1;
+}
+
+const char *mbsr_body_name(const mbsr_model *model, int body)
+{
+    const mbsri_body *b = find(model, body);
+    return b ? (const char *)model->names.data + b->name : NULL;
+}
+
+int mbsr_model_find_body(const mbsr_model *model, const char *name)
+{
+    if (!ready(model) || !name) return MBSR_NONE;
+    for (int id = 0; id < model->bodies; ++id) {
+        if (strcmp(mbsr_body_name(model, id), name) == 0) return id;
+    }
+    return MBSR_NONE;
+}

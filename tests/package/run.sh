@@ -1,0 +1,111 @@
+#!/bin/sh
+# Builds and installs the library, moves the installed tree, and uses it by CMake and by pkg-config.
+# SPDX-License-Identifier: BSD-3-Clause
+# Usage: run.sh CMAKE SOURCE WORK CC GENERATOR VERSION SHARED(ON|OFF) IDA(ON|OFF)
+set -eu
+cmake=$1 source=$2 work=$3 cc=$4 generator=$5 version=$6 shared=$7 ida=$8
+consumer=$source/tests/package/consumer
+prefix=$work/moved
+programs=use_core
+[ "$ida" = OFF ] || programs="use_core use_ida"
+
+step() { printf '== %s\n' "$*"; }
+fail() { printf 'FAILED: %s\n' "$*"; exit 1; }
+
+rm -rf "$work"
+mkdir -p "$work"
+
+step "build and install"
+"$cmake" -S "$source" -B "$work/build" -G "$generator" -DCMAKE_C_COMPILER="$cc" \
+    -DCMAKE_BUILD_TYPE=Release -DCMAKE_INSTALL_PREFIX="$work/installed" \
+    -DBUILD_SHARED_LIBS="$shared" -DMBSR_IDA="$ida" -DMBSR_TESTS=OFF -DMBSR_EXAMPLES=OFF
+"$cmake" --build "$work/build"
+"$cmake" --install "$work/build"
+mv "$work/installed" "$prefix"
+rm -rf "$work/build"
+
+[ -f "$prefix/include/mbsrank/mbsrank.h" ] || fail "headers are not installed"
+find "$prefix" -name LICENSE | grep -q . || fail "the licence is not installed"
+if [ "$ida" = OFF ]; then
+    [ ! -e "$prefix/include/mbsrank/ida.h" ] || fail "ida.h is installed without the component"
+    ! find "$prefix" -name '*ida*' | grep . || fail "files of the component ida"
+else
+    [ -f "$prefix/include/mbsrank/ida.h" ] || fail "ida.h is not installed"
+fi
+library=$(find "$prefix" -name 'libmbsrank.so' -o -name 'libmbsrank.a' -o -name 'libmbsrank.dylib')
+[ -n "$library" ] || fail "the library is not installed"
+pc=$(dirname "$(find "$prefix" -name mbsrank.pc)")
+
+# configure NAME OPTION...: configures the consumer; the log stays in the folder.
+configure() {
+    name=$1
+    shift
+    "$cmake" -S "$consumer" -B "$work/$name" -G "$generator" -DCMAKE_C_COMPILER="$cc" \
+        -DCMAKE_BUILD_TYPE=Release -DCMAKE_PREFIX_PATH="$prefix" "$@" >"$work/$name.log" 2>&1
+}
+
+build_and_run() {
+    "$cmake" --build "$work/$1" || fail "$1: the build"
+    for program in $programs; do "$work/$1/$program" || fail "$1: $program"; done
+}
+
+# refused NAME PATTERN OPTION...: the configuration must fail and say why.
+refused() {
+    name=$1 pattern=$2
+    shift 2
+    ! configure "$name" "$@" || fail "$name was not refused"
+    tr '\n' ' ' <"$work/$name.log" | tr -s ' ' | grep -q "$pattern" ||
+        { cat "$work/$name.log"; fail "$name: no message '$pattern'"; }
+}
+
+step "CMake package"
+components=core
+[ "$ida" = OFF ] || components="core;ida"
+# Whoever links a shared library need not have what it is made from.
+private=
+[ "$shared" = OFF ] ||
+    private="-DCMAKE_DISABLE_FIND_PACKAGE_LAPACK=ON -DCMAKE_DISABLE_FIND_PACKAGE_SUNDIALS=ON"
+# shellcheck disable=SC2086 # private is several words
+configure cmake "-DWANT_COMPONENTS=$components" $private ||
+    { cat "$work/cmake.log"; fail "find_package"; }
+build_and_run cmake
+
+step "requests that must be refused"
+refused version "version" -DWANT_VERSION=99.0
+refused component "mbsrank" "-DWANT_COMPONENTS=core;nonsense"
+if [ "$ida" = OFF ]; then
+    refused no_ida "without the component ida" "-DWANT_COMPONENTS=core;ida"
+    configure optional -DWANT_OPTIONAL=ida || { cat "$work/optional.log"; fail "optional ida"; }
+    grep -q "ida found: FALSE" "$work/optional.log" || fail "mbsrank_ida_FOUND is not FALSE"
+elif [ "$shared" = OFF ]; then
+    refused no_sundials "needs SUNDIALS" "-DWANT_COMPONENTS=core;ida" \
+        -DCMAKE_DISABLE_FIND_PACKAGE_SUNDIALS=ON
+fi
+
+# One library kind is enough here: nothing is installed.
+if [ "$shared" = OFF ]; then
+    step "as part of another project"
+    configure subproject "-DMBSRANK_SOURCE=$source" "-DWANT_COMPONENTS=$components" \
+        -DBUILD_SHARED_LIBS="$shared" -DMBSR_IDA="$ida" ||
+        { cat "$work/subproject.log"; fail "add_subdirectory"; }
+    build_and_run subproject
+fi
+
+step "pkg-config"
+if ! command -v pkg-config >/dev/null; then
+    echo "pkg-config is missing: not tested"
+    exit 0
+fi
+export PKG_CONFIG_PATH="$pc"
+static=
+[ "$shared" = ON ] || static=--static
+for program in $programs; do
+    module=mbsrank
+    [ "$program" = use_core ] || module=mbsrank_ida
+    [ "$(pkg-config --modversion $module)" = "$version" ] || fail "version of $module.pc"
+    # shellcheck disable=SC2046,SC2086 # flags are several words
+    "$cc" -std=c11 -o "$work/$program" "$consumer/$program.c" \
+        $(pkg-config --cflags --libs $static $module) -lm -Wl,-rpath,"$(dirname "$library")" ||
+        fail "pkg-config: $program does not build"
+    "$work/$program" || fail "pkg-config: $program"
+done

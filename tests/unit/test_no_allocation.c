@@ -1,0 +1,229 @@
+/* After mbsr_data_init nothing on the path of a solver allocates: malloc and its relatives are counted.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#define _GNU_SOURCE /* posix_memalign */
+
+#include "expect.h"
+
+#include "tree.h"
+
+#include <errno.h>
+#include <stdlib.h>
+
+#if defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer) ||                         \
+    __has_feature(memory_sanitizer)
+#define SANITIZED 1
+#endif
+#endif
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define SANITIZED 1
+#endif
+
+/* glibc keeps its own allocator reachable under these names; elsewhere the test is skipped. */
+#if defined(__GLIBC__) && !defined(SANITIZED)
+#define COUNTED 1
+#else
+#define COUNTED 0
+#endif
+
+/* volatile: compilers know that malloc changes no variable of the program */
+static volatile long allocations, releases;
+
+#if COUNTED
+
+void *__libc_malloc(size_t size);
+void *__libc_calloc(size_t count, size_t size);
+void *__libc_realloc(void *memory, size_t size);
+void *__libc_memalign(size_t alignment, size_t size);
+void __libc_free(void *memory);
+
+void *malloc(size_t size)
+{
+    ++allocations;
+    return __libc_malloc(size);
+}
+
+void *calloc(size_t count, size_t size)
+{
+    ++allocations;
+    return __libc_calloc(count, size);
+}
+
+void *realloc(void *memory, size_t size)
+{
+    ++allocations;
+    return __libc_realloc(memory, size);
+}
+
+void *aligned_alloc(size_t alignment, size_t size)
+{
+    ++allocations;
+    return __libc_memalign(alignment, size);
+}
+
+int posix_memalign(void **memory, size_t alignment, size_t size)
+{
+    ++allocations;
+    *memory = __libc_memalign(alignment, size);
+    return *memory ? 0 : ENOMEM;
+}
+
+void free(void *memory)
+{
+    if (memory) ++releases;
+    __libc_free(memory);
+}
+
+#endif
+
+/* ---- what runs between two counts --------------------------------------------------------------------------------- */
+
+typedef struct work {
+    test_tree tree;
+    mbsr_data *data; /* in the caller's memory */
+    void *memory;
+    double *y, *yp, *F, *mass;
+    int size, nq, nu;
+} work;
+
+/* Trees with blocks of several joint coordinates, rank-deficient ones among them, general K, forces. */
+static void prepare(work *w, uint64_t seed)
+{
+    test_tree_make(&w->tree, (test_tree_opt){.seed = seed,
+                                             .bodies = 12,
+                                             .max_d = 6,
+                                             .welds = 1,
+                                             .deficient = 0.5,
+                                             .bend = 0.3,
+                                             .forces = 1,
+                                             .moving_root = 1,
+                                             .shuffle = 1});
+    const mbsr_model *m = w->tree.model;
+    w->nq = mbsr_model_nq(m);
+    w->nu = mbsr_model_nu(m);
+    w->size = mbsr_dae_size(m, MBSR_DAE_RECURSIVE);
+    w->y = calloc((size_t)w->size, sizeof(double));
+    w->yp = calloc((size_t)w->size, sizeof(double));
+    w->F = calloc((size_t)w->size, sizeof(double));
+    w->mass = calloc((size_t)(w->nu * w->nu), sizeof(double));
+    test_rng rng = test_seed(seed);
+    test_fill(&rng, w->size, w->y);
+    test_fill(&rng, w->size, w->yp);
+    w->memory = aligned_alloc(MBSR_DATA_ALIGNMENT, mbsr_data_size(m));
+    assert_int_equal(mbsr_data_init(m, w->memory, mbsr_data_size(m), &w->data, NULL), 0);
+}
+
+static void release(work *w)
+{
+    free(w->y);
+    free(w->yp);
+    free(w->F);
+    free(w->mass);
+    free(w->memory);
+    test_tree_free(&w->tree);
+}
+
+/* Everything a solver calls; returns a sum of absolute statuses, 0 if all succeeded. */
+static int evaluate(work *w)
+{
+    const mbsr_model *m = w->tree.model;
+    mbsr_data *d = w->data;
+    const double *q = w->y, *u = w->y + w->nq, *udot = w->yp + w->nq;
+    double T, E, pose[TEST_MAX_D];
+    int bad = 0;
+    bad += abs(mbsr_dae_residual(m, d, MBSR_DAE_INVERSE_DYNAMICS, 0.3, w->y, w->yp, w->F));
+    bad += abs(mbsr_dae_residual(m, d, MBSR_DAE_RECURSIVE, 0.3, w->y, w->yp, w->F));
+    bad += abs(mbsr_recursive_residual(m, d, 0.3, q, u, udot, udot, w->F));
+    for (int id = 0; id < mbsr_model_bodies(m); ++id) {
+        mbsr_rank_info info;
+        bad += abs(mbsr_body_rank(m, d, id, &info));
+        bad += abs(mbsr_body_pose(m, d, id, pose));
+        bad += abs(mbsr_body_twist(m, d, id, pose));
+    }
+    bad += mbsr_total_rank(m, d) < 0;
+    bad += abs(mbsr_energy(m, d, &T, &E));
+    bad += abs(mbsr_mass_matrix(m, d, w->mass));
+    bad += abs(mbsr_inverse_dynamics(m, d, 0.3, q, u, udot, w->F));
+    const int status = mbsr_forward_dynamics(m, d, 0.3, q, u, NULL, w->F);
+    bad += status == MBSR_UNDETERMINED ? 0 : abs(status);
+    bad += abs(mbsr_dae_pack(m, d, MBSR_DAE_RECURSIVE, 0.3, q, u, w->F));
+    bad += abs(mbsr_dae_unpack(m, d, MBSR_DAE_RECURSIVE, 0.3, w->y, w->F, w->F + w->nq));
+    return bad;
+}
+
+/* Calls that fail, with their texts. Returns how many did not. */
+static int refuse(work *w)
+{
+    const mbsr_model *m = w->tree.model;
+    mbsr_data *d = w->data;
+    int good = 0;
+    const double held = w->y[0], heldp = w->yp[0];
+    w->y[0] = NAN;
+    good += !mbsr_dae_residual(m, d, MBSR_DAE_RECURSIVE, 0.3, w->y, w->yp, w->F);
+    w->y[0] = held;
+    w->yp[0] = INFINITY;
+    good += !mbsr_dae_residual(m, d, MBSR_DAE_RECURSIVE, 0.3, w->y, w->yp, w->F);
+    w->yp[0] = heldp;
+    good += !mbsr_dae_residual(m, d, (mbsr_dae_form)99, 0.3, w->y, w->yp, w->F);
+    good += !mbsr_dae_residual(m, d, MBSR_DAE_RECURSIVE, 0.3, NULL, w->yp, w->F);
+    good += !mbsr_positions(NULL, d, 0.3, w->y);
+    good += !mbsr_body_pose(m, d, 12345, w->F);
+    good += !mbsr_forward(m, d, w->yp, w->F);
+    w->yp[w->nq] = 1e308; /* overflows somewhere on the way */
+    w->yp[w->nq + 1] = 1e308;
+    (void)mbsr_inverse_dynamics(m, d, 0.3, w->y, w->y + w->nq, w->yp + w->nq, w->F);
+    w->yp[w->nq] = w->yp[w->nq + 1] = 0.5;
+    return good;
+}
+
+static void counting_sees_an_allocation(void **state)
+{
+    (void)state;
+    if (!COUNTED) skip();
+    const long before = allocations, released = releases;
+    void *volatile memory = malloc(10);
+    free(memory);
+    assert_true(allocations > before);
+    assert_true(releases > released);
+    memory = aligned_alloc(64, 64);
+    free(memory);
+    assert_true(allocations > before + 1);
+}
+
+static void no_evaluation_allocates_even_the_first(void **state)
+{
+    (void)state;
+    if (!COUNTED) skip();
+    int deficient = 0;
+    for (uint64_t seed = 1; seed <= 6; ++seed) {
+        work w;
+        prepare(&w, seed);
+        const long before = allocations, released = releases;
+        const int bad = evaluate(&w), good = refuse(&w), again = evaluate(&w);
+        const long after = allocations, released_after = releases;
+        assert_int_equal(after - before, 0);
+        assert_int_equal(released_after - released, 0);
+        assert_int_equal(bad, 0);
+        assert_int_equal(good, 0);
+        assert_int_equal(again, 0);
+        /* the trees are what the test is about */
+        assert_int_equal(
+            mbsr_dae_residual(w.tree.model, w.data, MBSR_DAE_RECURSIVE, 0.3, w.y, w.yp, w.F), 0);
+        for (int id = 0; id < w.tree.N; ++id) {
+            mbsr_rank_info info;
+            assert_int_equal(mbsr_body_rank(w.tree.model, w.data, id, &info), 0);
+            deficient += info.n >= 2 && info.rank > 0 && info.rank < info.n;
+        }
+        release(&w);
+    }
+    assert_true(deficient > 3);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(counting_sees_an_allocation),
+        cmocka_unit_test(no_evaluation_allocates_even_the_first),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
