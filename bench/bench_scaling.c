@@ -52,7 +52,6 @@ typedef struct bench_tree {
     mbsr_data *data;
     int N;
     int dummies; /* rank-deficient joints */
-    int below;   /* bodies that are a dummy link or have one among their predecessors */
     double *y, *yp, *F;
     int repeats[STAGES];
 } bench_tree;
@@ -158,18 +157,6 @@ static void make_model(bench_tree *tree, outline o)
     bench_check(mbsr_data_create(tree->model, &tree->data, NULL), "data", NULL);
 }
 
-/* Counts dummy links and the bodies on them. */
-static void count_dummies(bench_tree *tree, outline o)
-{
-    int *below = bench_allocate((size_t)tree->N, sizeof(int));
-    for (int id = 0; id < tree->N; ++id) {
-        below[id] = o.dummy[id] || (o.parent[id] >= 0 && below[o.parent[id]]);
-        tree->below += below[id];
-        tree->dummies += o.dummy[id];
-    }
-    free(below);
-}
-
 /* ---- stages ---------------------------------------------------------------------------------- */
 
 static int run_stage(bench_tree *tree, int stage)
@@ -212,7 +199,7 @@ static void make_tree(bench_tree *tree, const struct bench_case *c, int N)
     const outline o = draw_outline(c, N, &random);
     tree->N = N;
     make_model(tree, o);
-    count_dummies(tree, o);
+    for (int id = 0; id < N; ++id) tree->dummies += o.dummy[id];
     free_outline(o);
     tree->y = bench_allocate(2 * (size_t)N, sizeof(double));
     tree->yp = bench_allocate(2 * (size_t)N, sizeof(double));
@@ -292,9 +279,9 @@ static bench_line report(plan *p, int c, int stage)
         const double per_body = 1e9 / t->N;
         const bench_quartiles time =
             bench_statistics(p->samples, p->sample + (at * STAGES + stage) * p->samples);
-        printf("%s,%.2f,%s,%d,%d,%d,%.2f,%.2f,%.2f,%.2f,%d\n", cases[c].name, share(cases + c),
-               stage_name[stage], t->N, t->dummies, t->below, per_body * time.median,
-               per_body * time.min, per_body * time.q1, per_body * time.q3, p->samples);
+        printf("%s,%.2f,%s,%d,%d,%.2f,%.2f,%.2f,%.2f,%d\n", cases[c].name, share(cases + c),
+               stage_name[stage], t->N, t->dummies, per_body * time.median, per_body * time.min,
+               per_body * time.q1, per_body * time.q3, p->samples);
         N[s] = t->N;
         median[s] = time.median;
     }
@@ -304,7 +291,7 @@ static bench_line report(plan *p, int c, int stage)
 static void report_all(plan *p)
 {
     bench_line line[CASES * STAGES];
-    printf("shape,massless_share,stage,N,deficient_joints,below_dummy,ns_per_body,min,q1,q3,"
+    printf("shape,massless_share,stage,N,deficient_joints,ns_per_body,min,q1,q3,"
            "samples\n");
     for (int k = 0; k < CASES * STAGES; ++k) line[k] = report(p, k / STAGES, k % STAGES);
     printf("# least squares: slope of log(median time of a call) over log(N), and its standard "

@@ -1,17 +1,30 @@
 #!/bin/sh
-# Builds the benchmark programs in Release mode and writes their results to bench/results.
+# Builds the benchmark programs in Release mode and writes their results to bench/results, and the
+# pictures of bench_precision to docs.
 # SPDX-License-Identifier: BSD-3-Clause
 #
-#   bench/run.sh [samples [largest N]]      the arguments of bench_scaling
+#   bench/run.sh                                  both programs
+#   bench/run.sh scaling [samples [largest N]]    one, with its arguments; needs no SUNDIALS
+#   bench/run.sh precision [smallest tolerance]   the other
 set -eu
 
 root=$(cd "$(dirname "$0")/.." && pwd)
 build=$root/build/bench
 results=$root/bench/results
+what=${1:-all}
+[ $# -eq 0 ] || shift
+case $what in
+all | precision) ida=ON ;;
+scaling) ida=OFF ;;
+*)
+    sed -n 's/^#   //p' "$0" >&2
+    exit 2
+    ;;
+esac
 
 cmake -S "$root" -B "$build" -DCMAKE_BUILD_TYPE=Release -DCMAKE_EXPORT_COMPILE_COMMANDS=ON \
-    -DMBSR_BENCH=ON -DMBSR_TESTS=OFF -DMBSR_EXAMPLES=OFF -DMBSR_IDA=OFF
-cmake --build "$build" --target bench_scaling
+    -DMBSR_BENCH=ON -DMBSR_TESTS=OFF -DMBSR_EXAMPLES=OFF -DMBSR_IDA=$ida
+cmake --build "$build"
 
 # The flags the library was compiled with, without paths and warnings.
 MBSR_BENCH_FLAGS=$(grep '"command".*backward\.c' "$build/compile_commands.json" | tr ' ' '\n' |
@@ -27,6 +40,18 @@ fi
 
 # An interrupted run leaves the old results as they are.
 mkdir -p "$results"
-$pin "$build/bench/bench_scaling" "$@" > "$build/scaling.csv"
-mv "$build/scaling.csv" "$results/scaling.csv"
-sed -n '/^# least squares/,$p' "$results/scaling.csv"
+if [ "$what" != precision ]; then
+    $pin "$build/bench/bench_scaling" "$@" > "$build/scaling.csv"
+    mv "$build/scaling.csv" "$results/scaling.csv"
+    sed -n '/^# least squares/,$p' "$results/scaling.csv"
+fi
+if [ "$what" != scaling ]; then
+    $pin "$build/bench/bench_precision" "${1:-1e-10}" "$build/bead.csv" > "$build/precision.csv"
+    mv "$build/precision.csv" "$results/precision.csv"
+    if command -v gnuplot > /dev/null; then
+        (cd "$build" && gnuplot -e "results='$results/precision.csv'; pictures='$root/docs'" \
+            "$root/bench/precision.gp")
+    else
+        echo "gnuplot is missing: no pictures"
+    fi
+fi

@@ -55,6 +55,7 @@ int main(void)
            rank.rank, rank.n, rank.smallest_kept, rank.largest_dropped, rank.tolerance);
 
     mbsr_ida_opt opt = mbsr_default_ida_opt();
+    opt.form = MBSR_DAE_RECURSIVE;
     opt.rtol = opt.atol = 1e-8;
     check(mbsr_ida_create(m, d, &opt, &ida, &error), &error);
     check(mbsr_ida_start(ida, 0.0, y, yp), mbsr_ida_error(ida));

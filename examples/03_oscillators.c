@@ -56,10 +56,12 @@ int main(void)
         mbsr_ida *ida;
         mbsr_error error;
         mbsr_ida_stats stats;
-        double y[4] = {0.5, relative ? -0.5 : 0.0, 0.0, 0.0},
-               yp[4]; /* m1 in its quasi-static place, m2 at rest at 0 */
+        /* m1 in its quasi-static place, m2 at rest at 0 */
+        const double q[2] = {0.5, relative ? -0.5 : 0.0}, u[2] = {0.0, 0.0};
+        double y[6], yp[6]; /* momentum form: q, p, u */
         check(mbsr_data_create(m, &d, &error), &error);
-        check(mbsr_dae_consistent(m, d, MBSR_DAE_RECURSIVE, 0.0, y, yp, NULL, NULL),
+        check(mbsr_dae_pack(m, d, MBSR_DAE_MOMENTUM, 0.0, q, u, y), mbsr_data_error(d));
+        check(mbsr_dae_consistent(m, d, MBSR_DAE_MOMENTUM, 0.0, y, yp, NULL, NULL),
               mbsr_data_error(d));
         check(mbsr_ida_create(m, d, NULL, &ida, &error), &error);
         check(mbsr_ida_start(ida, 0.0, y, yp), mbsr_ida_error(ida));

@@ -22,29 +22,18 @@
 
 #include <math.h>
 
-/* Mbar_i, W_i, fbar_i start from M_i, 0, f_i. */
-static void start(const mbsri_body *b, mbsr_data *d)
-{
-    const size_t dd = (size_t)b->d * (size_t)b->d;
-    mbsri_copy(dd, d->M + b->dd, d->Mbar + b->dd);
-    mbsri_zero(dd, d->W + b->dd);
-    mbsri_copy((size_t)b->d, d->f + b->v, d->fbar + b->v);
-}
-
-/* D = J^T U with U = Mbar J, its rank and pseudo-inverse, G = U D^+, e = tau - J^T (fbar + Mbar
- * kII), mu = fbar + Mbar kII + G e. reads Mbar, W, fbar, kII, tau, J;  writes U, D, Dinv, G, e, mu.
- * cost: 4 d^2 n, one eigenproblem of size n. */
-static int solve_joint(const mbsr_model *m, mbsr_data *d, int i)
+/* D = J^T U with U = Mbar J, its rank and pseudo-inverse, G = U D^+.
+ * reads Mbar, W, J;  writes U, D, Dinv, G.  cost: 3 d^2 n, one eigenproblem of size n. */
+static int factor_joint(const mbsr_model *m, mbsr_data *d, int i)
 {
     const mbsri_body *b = m->body + i;
     const int dim = b->d, n = b->n;
-    double *U = d->U + b->dn, *D = d->D + b->nn, *G = d->G + b->dn, *e = d->e + b->u,
-           *mu = d->mu + b->v;
-    const double *Mbar = d->Mbar + b->dd, *J = d->J + b->dn;
+    double *U = d->U + b->dn, *D = d->D + b->nn, *G = d->G + b->dn;
+    const double *J = d->J + b->dn;
 
     /* U = Mbar J,  D = J^T U */
     mbsri_zero((size_t)dim * (size_t)n, U);
-    mbsri_ab(dim, dim, n, 1.0, Mbar, J, U);
+    mbsri_ab(dim, dim, n, 1.0, d->Mbar + b->dd, J, U);
     mbsri_zero((size_t)n * (size_t)n, D);
     mbsri_atb(dim, n, n, 1.0, J, U, D);
     mbsri_symmetrise(n, D);
@@ -58,14 +47,25 @@ static int solve_joint(const mbsr_model *m, mbsr_data *d, int i)
     /* G = U D^+ */
     mbsri_zero((size_t)dim * (size_t)n, G);
     mbsri_ab(dim, n, n, 1.0, U, d->Dinv + b->nn, G);
-    /* mu = fbar + Mbar kII */
-    mbsri_copy((size_t)dim, d->fbar + b->v, mu);
-    mbsri_ax(dim, dim, 1.0, Mbar, d->kII + b->v, mu);
-    /* e = tau - J^T mu,  mu += G e */
-    mbsri_copy((size_t)n, d->tau + b->u, e);
-    mbsri_atx(dim, n, -1.0, J, mu, e);
-    mbsri_ax(dim, n, 1.0, G, e, mu);
     return MBSR_OK;
+}
+
+/* e = tau - J^T (fbar + Mbar kII), mu = fbar + Mbar kII + G e, fbar_pi -= H^T mu.
+ * reads Mbar, fbar, kII, tau, J, G, H;  writes e, mu;  adds to fbar of the predecessor.
+ * cost: d^2 + 2 d n + d d_pred. */
+static void load_joint(const mbsr_model *m, mbsr_data *d, int i)
+{
+    const mbsri_body *b = m->body + i;
+    double *e = d->e + b->iu, *mu = d->mu + b->v;
+    /* mu = fbar + Mbar kII */
+    mbsri_copy((size_t)b->d, d->fbar + b->v, mu);
+    mbsri_ax(b->d, b->d, 1.0, d->Mbar + b->dd, d->kII + b->v, mu);
+    /* e = tau - J^T mu,  mu += G e */
+    mbsri_copy((size_t)b->n, d->tau + b->iu, e);
+    mbsri_atx(b->d, b->n, -1.0, d->J + b->dn, mu, e);
+    mbsri_ax(b->d, b->n, 1.0, d->G + b->dn, e, mu);
+    /* fbar_pi -= H^T mu */
+    mbsri_atx(b->d, b->d_pred, -1.0, d->H + b->dp, mu, d->fbar + m->body[b->parent].v);
 }
 
 /* E += Diag(A) */
@@ -79,7 +79,8 @@ static void add_diagonal(int n, const double *A, double *E)
 static void reduce(const mbsri_body *b, const mbsr_data *d, int rank, double *T, double *y)
 {
     const int dim = b->d, n = b->n;
-    const double *U = d->U + b->dn, *s = d->s + b->u, *X = d->X + b->nn, *lambda = d->lambda + b->u;
+    const double *U = d->U + b->dn, *s = d->s + b->iu, *X = d->X + b->nn,
+                 *lambda = d->lambda + b->iu;
     mbsri_copy((size_t)dim * (size_t)dim, d->Mbar + b->dd, T);
     for (int l = 0; l < rank; ++l) {
         mbsri_zero((size_t)dim, y);
@@ -113,43 +114,62 @@ static void transport(const mbsri_body *b, const mbsr_data *d, double *E, double
     mbsri_symmetrise(dim, E);
 }
 
-/* Adds body i's contribution to its predecessor. reads Mbar, W, U, G, mu, H of body i;  adds to
- * Mbar, W, fbar of the predecessor.  cost: 4 (d^2 n + d^2 d_pred + d d_pred^2). */
+/* Mbar_pi += H^T Mbar^a H,  W_pi += H^T E H.
+ * reads Mbar, W, U, G, H;  adds to Mbar, W of the predecessor.
+ * cost: 4 (d^2 n + d^2 d_pred + d d_pred^2). */
 static void pass_on(const mbsr_model *m, mbsr_data *d, int i)
 {
     const mbsri_body *b = m->body + i, *pred = m->body + b->parent;
     const double *H = d->H + b->dp;
     if (b->d_pred == 0) return;
-    const size_t dm = (size_t)m->max_d;
-    double *T = d->scratch, *E = T + dm * dm, *Q = E + dm * dm, *product = Q + dm * dm;
+    const size_t dm = (size_t)m->max_d * (size_t)m->max_d;
+    double *T = d->scratch, *E = T + dm, *Q = E + dm, *product = Q + dm;
     reduce(b, d, d->rank[i], T, Q);
     transport(b, d, E, Q, product);
-    /* Mbar_pi += H^T Mbar^a H,  W_pi += H^T E H,  fbar_pi -= H^T mu */
     mbsri_congruence(b->d, b->d_pred, H, T, d->Mbar + pred->dd, product);
     mbsri_congruence(b->d, b->d_pred, H, E, d->W + pred->dd, product);
-    mbsri_atx(b->d, b->d_pred, -1.0, H, d->mu + b->v, d->fbar + pred->v);
 }
 
-int mbsr_backward(const mbsr_model *model, mbsr_data *data)
+/* The recursion for masses: Mbar, W, U, D, G and ranks. */
+static int masses(const mbsr_model *m, mbsr_data *d)
 {
-    const mbsr_model *m = model;
-    mbsr_data *d = data;
-    int status = mbsri_enter(m, d, true, MBSRI_STAGE_FORCES, "mbsr_backward");
-    if (status) return status;
-    d->stage = MBSRI_STAGE_FORCES;
     d->total_rank = 0;
-
     mbsri_zero((size_t)m->root.d * (size_t)m->root.d, d->M);
-    for (int i = 0; i <= m->bodies; ++i) start(m->body + i, d);
+    mbsri_copy(m->size_dd, d->M, d->Mbar);
+    mbsri_zero(m->size_dd, d->W);
     for (int i = m->bodies; i >= 1; --i) {
         const mbsri_body *b = m->body + i;
         mbsri_symmetrise(b->d, d->Mbar + b->dd);
         add_diagonal(b->d, d->Mbar + b->dd, d->W + b->dd);
-        status = solve_joint(m, d, i);
+        int status = factor_joint(m, d, i);
+        if (!status) status = mbsri_rank_watched(m, d, i);
         if (status) return status;
         pass_on(m, d, i);
         d->total_rank += d->rank[i];
     }
-    d->stage = MBSRI_STAGE_BACKWARD;
+    return MBSR_OK;
+}
+
+void mbsri_backward_loads(const mbsr_model *m, mbsr_data *d)
+{
+    mbsri_copy(m->size_v, d->f, d->fbar);
+    for (int i = m->bodies; i >= 1; --i) load_joint(m, d, i);
+}
+
+int mbsri_backward_masses(const mbsr_model *m, mbsr_data *d)
+{
+    if (d->stage > MBSRI_STAGE_FORCES) d->stage = MBSRI_STAGE_FORCES;
+    return masses(m, d);
+}
+
+int mbsr_backward(const mbsr_model *model, mbsr_data *data)
+{
+    int status = mbsri_enter(model, data, true, MBSRI_STAGE_FORCES, "mbsr_backward");
+    if (status) return status;
+    data->stage = MBSRI_STAGE_FORCES;
+    status = masses(model, data);
+    if (status) return status;
+    mbsri_backward_loads(model, data);
+    data->stage = MBSRI_STAGE_BACKWARD;
     return MBSR_OK;
 }

@@ -67,3 +67,10 @@ bool mbsri_finite(size_t n, const double *x)
     }
     return true;
 }
+
+double mbsri_largest(int n, const double *x)
+{
+    double value = 0.0;
+    for (int k = 0; k < n; ++k) value = fmax(value, fabs(x[k]));
+    return value;
+}

@@ -11,8 +11,9 @@
 size_t mbsri_scratch_size(const mbsr_model *m)
 {
     const size_t d = (size_t)m->max_d;
-    const size_t products = 4 * d * d + 8 * d, lapack = (size_t)m->lapack_work;
-    return products + (lapack > 4 * d ? lapack : 4 * d);
+    const size_t products = 15 * d * d + 16 * d + 8;
+    const size_t lapack = (size_t)m->lapack_work;
+    return products + (lapack > 6 * d ? lapack : 6 * d);
 }
 
 /* Takes the next `size` bytes of a block, aligned to a cache line; with base == NULL only
@@ -33,6 +34,8 @@ static size_t layout(const mbsr_model *m, unsigned char *base, mbsr_data **data)
     mbsr_data *d = take(base, &used, sizeof *d);
     if (!d) d = &counted;
     d->rank = take(base, &used, bodies * sizeof *d->rank);
+    d->watched = take(base, &used, bodies * sizeof *d->watched);
+    d->frame_rank = take(base, &used, bodies * sizeof *d->frame_rank);
     d->carries = take(base, &used, bodies * sizeof *d->carries);
     d->pivots = take(base, &used, (size_t)m->max_d * sizeof *d->pivots);
     d->force_bodies = take(base, &used, (size_t)m->max_force_bodies * sizeof *d->force_bodies);
@@ -80,6 +83,8 @@ int mbsr_data_init(const mbsr_model *model, void *memory, size_t size, mbsr_data
     d->stage = MBSRI_STAGE_NONE;
     d->t = 0.0;
     d->total_rank = -1;
+    d->watching = d->framed = d->use_frame = false;
+    d->alignment = 1.0;
     *data = d;
     return MBSR_OK;
 }

@@ -12,6 +12,7 @@ static mbsr_force_body view(const mbsr_model *m, mbsr_data *d, int i, bool rates
     mbsr_force_body body = {.id = b->id,
                             .space = b->joint.space,
                             .d = b->d,
+                            .np = b->np,
                             .n = b->n,
                             .nq = b->nq,
                             .p = d->p + b->p,
@@ -19,9 +20,10 @@ static mbsr_force_body view(const mbsr_model *m, mbsr_data *d, int i, bool rates
                             .f = rates ? d->f + b->v : NULL};
     if (i > 0) {
         body.M = d->M + b->dd;
-        body.q = d->q + b->q;
-        body.u = rates ? d->u + b->u : NULL;
-        body.tau = rates ? d->tau + b->u : NULL;
+        body.inertia = &b->inertia;
+        body.q = d->q + b->iq;
+        body.u = rates ? d->u + b->iu : NULL;
+        body.tau = rates ? d->tau + b->iu : NULL;
     }
     return body;
 }
@@ -79,7 +81,10 @@ int mbsr_forces(const mbsr_model *model, mbsr_data *data, const double *tau)
     d->stage = MBSRI_STAGE_VELOCITIES;
 
     mbsri_zero((size_t)m->nu, d->tau);
-    if (tau) mbsri_copy((size_t)m->nu, tau, d->tau);
+    for (int i = 1; i <= m->bodies && tau; ++i) {
+        const mbsri_body *b = m->body + i;
+        mbsri_copy((size_t)b->n, tau + b->u, d->tau + b->iu);
+    }
     /* f_i = -h_i */
     mbsri_zero((size_t)m->root.d, d->f);
     for (size_t k = (size_t)m->root.d; k < m->size_v; ++k) d->f[k] = -d->h[k];

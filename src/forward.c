@@ -23,7 +23,7 @@ static void carry(const mbsr_model *m, mbsr_data *d, int i, const double *udot, 
 {
     const mbsri_body *b = m->body + i;
     const bool from_pred = d->carries[b->parent], own = d->rank[i] < b->n;
-    double *Az = d->Az + b->v, *z = d->vec + b->u;
+    double *Az = d->Az + b->v, *z = d->vec + b->iu;
     d->carries[i] = (from_pred || own) && !b->regular; /* else Mbar is regular, and Az zero */
     if (!d->carries[i]) return;
     if (own) {
@@ -41,14 +41,14 @@ static void carry(const mbsr_model *m, mbsr_data *d, int i, const double *udot, 
 }
 
 /* A0 of body i and w = e - U^T H A0_pi.  reads e, U, Dinv, H, J, kII;  writes A and w (n). */
-static void known_part(const mbsr_model *m, mbsr_data *d, int i, double *w, double *rate)
+void mbsri_known_part(const mbsr_model *m, mbsr_data *d, int i, double *w, double *rate)
 {
     const mbsri_body *b = m->body + i, *pred = m->body + b->parent;
     double *A = d->A + b->v;
     /* A = H A0_pi,  w = e - U^T A */
     mbsri_zero((size_t)b->d, A);
     mbsri_ax(b->d, b->d_pred, 1.0, d->H + b->dp, d->A + pred->v, A);
-    mbsri_copy((size_t)b->n, d->e + b->u, w);
+    mbsri_copy((size_t)b->n, d->e + b->iu, w);
     mbsri_atx(b->d, b->n, -1.0, d->U + b->dn, A, w);
     /* rate = D^+ w,  A = -(H A0_pi + kII + J rate) */
     mbsri_zero((size_t)b->n, rate);
@@ -70,7 +70,7 @@ int mbsr_forward(const mbsr_model *model, mbsr_data *data, const double *udot, d
         const mbsri_body *b = m->body + i, *pred = m->body + b->parent;
         double *w = residual + b->u;
         /* A0, w */
-        known_part(m, d, i, w, rate);
+        mbsri_known_part(m, d, i, w, rate);
         /* x = H Az_pi,  w -= U^T x,  Az */
         if (d->carries[b->parent]) {
             mbsri_zero((size_t)b->d, x);
@@ -114,7 +114,7 @@ int mbsr_forward_dynamics(const mbsr_model *model, mbsr_data *data, double t, co
     double *w = d->scratch + m->max_d;
     int undetermined = 0;
     for (int i = 1; i <= m->bodies; ++i) {
-        known_part(m, d, i, w, udot + m->body[i].u);
+        mbsri_known_part(m, d, i, w, udot + m->body[i].u);
         if (d->rank[i] < m->body[i].n && undetermined == 0) undetermined = i;
     }
     if (undetermined == 0)

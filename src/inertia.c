@@ -40,6 +40,13 @@ static void first_moment(const mbsr_inertia *inertia, double angle, double c[2])
     c[1] = inertia->mass * (sine * inertia->com[0] + cosine * inertia->com[1]);
 }
 
+/* M += the regularisation. */
+static void add_regularisation(const mbsri_body *b, double *M)
+{
+    if (!b->added) return;
+    for (int k = 0; k < b->d * b->d; ++k) M[k] += b->added[k];
+}
+
 void mbsri_inertia_mass(const mbsri_body *b, const double *p, double *M)
 {
     const mbsr_inertia *inertia = &b->inertia;
@@ -65,6 +72,18 @@ void mbsri_inertia_mass(const mbsri_body *b, const double *p, double *M)
     case MBSR_INERTIA_NOT_GIVEN:
     case MBSR_INERTIA_FUNCTION: break;
     }
+    add_regularisation(b, M);
+}
+
+void mbsri_inertia_mass_rate(const mbsri_body *b, const double *p, const double *V, double *Mdot)
+{
+    mbsri_zero((size_t)b->d * (size_t)b->d, Mdot);
+    if (b->inertia.kind != MBSR_INERTIA_PLANAR) return;
+    /* the first moment c turns: c' = omega (-c_y, c_x) */
+    double c[2];
+    first_moment(&b->inertia, p[2], c);
+    Mdot[2] = Mdot[6] = -V[2] * c[0];
+    Mdot[5] = Mdot[7] = -V[2] * c[1];
 }
 
 int mbsri_inertia_velocity(const mbsri_body *b, double t, const double *p, const double *V,
@@ -79,7 +98,9 @@ int mbsri_inertia_velocity(const mbsri_body *b, double t, const double *p, const
         h[1] = -V[2] * V[2] * c[1];
     } else if (inertia->kind == MBSR_INERTIA_FUNCTION) {
         mbsri_zero((size_t)b->d * (size_t)b->d, M);
-        return inertia->function(inertia->user, t, p, V, M, h);
+        const int status = inertia->function(inertia->user, t, p, V, M, h);
+        add_regularisation(b, M);
+        return status;
     }
     return MBSR_OK;
 }

@@ -1,16 +1,19 @@
-/* A consistent start: algebraic velocities from gamma(q, u, t) = 0, accelerations from the
- * equations of motion and gamma' = 0.
+/* A consistent start for every form.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * The directions in which u may change without changing a momentum span the null space of the
- * joint-space mass matrix. One basis vector belongs to each null vector N e_k of a joint j: it
- * starts with that rate at j and goes on to the leaves by the recursion of Az in forward.c,
+ * Along the directions a that move no mass (null_space.h) the equations of motion are balances of
+ * forces, gamma(q, u, t) = 0. With C = d gamma / d u and S = d gamma / d q along these directions, and Y
+ * an orthonormal basis of the left null space of C, Yc of its complement:
  *
- *   a_i = z_i - D_i^+ J_i^T Mbar_i H_i Vz_pi,  Vz_i = -H_i Vz_pi - J_i a_i,  z_j = N e_k, others 0.
+ *   damped directions (rank of C):  Yc^T gamma = 0 fixes velocities        index 1
+ *   elastic ones:                   Y^T gamma = 0 fixes positions,
+ *                                   Y^T gamma' = 0 velocities              index 2
+ *   otherwise                       the motion is not determined
  *
- * gamma is taken as projection on each joint's null space, so that no sign or turning of
- * eigenvectors enters. */
-#include "internal.h"
+ * The start changes q along the elastic directions only, then u along all of them; momenta p = M u stay.
+ * u' follows from the equations of motion, Yc^T gamma' = 0 and Y^T gamma'' = 0. Since all of gamma
+ * vanishes along the motion, Y may be held fixed while differentiating. */
+#include "null_space.h"
 
 #include "dense.h"
 #include "lapack.h"
@@ -19,233 +22,358 @@
 
 mbsr_consistent_opt mbsr_default_consistent_opt(void)
 {
-    return (mbsr_consistent_opt){.cookie = MBSRI_COOKIE, .max_iterations = 20, .tolerance = 1e-12};
+    return (mbsr_consistent_opt){.cookie = MBSRI_COOKIE, .max_iterations = 30, .tolerance = 1e-12};
 }
 
-/* Memory of one call. nu rows, k columns. */
 typedef struct start {
-    const mbsr_model *m;
-    mbsr_data *d;
+    mbsri_null_space w;
+    const mbsri_dae_form *form;
+    const mbsr_consistent_opt *opt;
+    mbsr_consistent_info info;
     double t;
-    int k;         /* null directions */
-    double *q, *u; /* state being improved */
-    double *qdot, *udot;
-    double *basis; /* nu x k   null directions of the mass matrix */
-    double *slope; /* nu x k   d gamma / d (weights of the basis) */
-    double *gamma; /* nu */
-    double *q_try, *u_try, *ahead, *behind, *matrix, *weights, *size, *work;
-    int *pivots;
+    int damped;                               /* rank of C */
+    double *q, *u;                            /* nq, nu: the state being improved */
+    double *qdot, *udot;                      /* nq, nu */
+    double *left, *right;                     /* k x k: singular vectors of C, [Yc Y] on the left */
+    double *values;                           /* k */
+    double *defect, *weights, *moved, *trial; /* k */
+    double *matrix;                           /* k x k */
+    double *y, *yp;                           /* the result in the form asked for */
+    double *work;
     int lwork;
+    int *pivots;
+    void *memory;
 } start;
 
-/* Doubles needed; with base places the arrays. */
-static size_t place(start *w, int nq, int nu, double *base)
+/* Memory for everything but the null space. */
+static int allocate(start *s)
 {
-    const size_t N = (size_t)nu, K = (size_t)w->k, long_side = N > K ? N : K;
-    double **const array[] = {&w->q,      &w->u,      &w->qdot,    &w->udot,  &w->basis,
-                              &w->slope,  &w->gamma,  &w->q_try,   &w->u_try, &w->ahead,
-                              &w->behind, &w->matrix, &w->weights, &w->size,  &w->work};
-    const size_t length[] = {(size_t)nq, N,     (size_t)nq, N, N * K,
-                             N * K,      N,     (size_t)nq, N, N,
-                             N,          N * K, long_side,  K, (size_t)w->lwork};
-    size_t used = 0;
+    const mbsr_model *m = s->w.m;
+    const size_t k = (size_t)s->w.k, nq = (size_t)m->nq, nu = (size_t)m->nu;
+    const size_t size = (size_t)s->form->size(m);
+    s->lwork = mbsri_lapack_svd_work(s->w.k > 0 ? s->w.k : 1);
+    double **const array[] = {&s->q,     &s->u,      &s->qdot,   &s->udot,    &s->left,
+                              &s->right, &s->values, &s->defect, &s->weights, &s->moved,
+                              &s->trial, &s->matrix, &s->y,      &s->yp,      &s->work};
+    const size_t length[] = {nq, nu, nq,    nu,   k * k, k * k,           k, k, k,
+                             k,  k,  k * k, size, size,  (size_t)s->lwork};
+    size_t total = 0;
+    for (size_t l = 0; l < sizeof length / sizeof length[0]; ++l) total += length[l];
+    s->memory = mbsri_allocate(&m->allocator, total * sizeof(double) + k * sizeof(int));
+    if (!s->memory) {
+        return mbsri_fail(&s->w.d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
+                          "mbsr_dae_consistent: no memory for %d null directions", s->w.k);
+    }
+    double *next = s->memory;
     for (size_t l = 0; l < sizeof length / sizeof length[0]; ++l) {
-        if (base) *array[l] = base + used;
-        used += length[l];
+        *array[l] = next;
+        next += length[l];
     }
-    return used;
-}
-
-/* gamma at a state, joint by joint; ranks and null spaces stay in the data. */
-static int null_forces(start *w, double t, const double *q, const double *u, double *gamma)
-{
-    int status = mbsr_positions(w->m, w->d, t, q);
-    if (!status) status = mbsr_velocities(w->m, w->d, u);
-    if (!status) status = mbsr_forces(w->m, w->d, NULL);
-    if (!status) status = mbsr_backward(w->m, w->d);
-    if (status) return status;
-    for (int i = 1; i <= w->m->bodies; ++i)
-        mbsri_null_force(w->m, w->d, i, gamma + w->m->body[i].u);
-    return mbsri_finite((size_t)w->m->nu, gamma) ? MBSR_OK : mbsri_report_not_finite(w->m, w->d);
-}
-
-/* Basis vector of null vector l of body j. */
-static void lift(const start *w, int j, int l, double *a)
-{
-    const mbsr_model *m = w->m;
-    mbsr_data *d = w->d;
-    const int n = m->body[j].n;
-    mbsri_zero((size_t)m->nu, a);
-    mbsri_zero(m->size_v, d->Az);
-    for (int i = j; i <= m->bodies; ++i) {
-        const mbsri_body *b = m->body + i, *pred = m->body + b->parent;
-        double *x = d->scratch, *Vz = d->Az + b->v, *ai = a + b->u;
-        if (i == j) {
-            for (int k = 0; k < n; ++k) ai[k] = d->s[b->u + k] * d->X[b->nn + (size_t)(l * n + k)];
-        }
-        mbsri_zero((size_t)b->d, x);
-        mbsri_ax(b->d, b->d_pred, 1.0, d->H + b->dp, d->Az + pred->v, x);
-        mbsri_atx(b->d, b->n, -1.0, d->G + b->dn, x, ai);
-        mbsri_ax(b->d, b->n, -1.0, d->J + b->dn, ai, Vz);
-        for (int k = 0; k < b->d; ++k) Vz[k] -= x[k];
-    }
-}
-
-static void build_basis(start *w)
-{
-    int column = 0;
-    for (int i = 1; i <= w->m->bodies; ++i) {
-        for (int l = w->d->rank[i]; l < w->m->body[i].n; ++l)
-            lift(w, i, l, w->basis + (size_t)column++ * (size_t)w->m->nu);
-    }
-}
-
-static double largest(int n, const double *x)
-{
-    double value = 0.0;
-    for (int k = 0; k < n; ++k) value = fmax(value, fabs(x[k]));
-    return value;
-}
-
-/* slope = d gamma / d weights by central differences of u along the basis. */
-static int differentiate(start *w)
-{
-    const int nu = w->m->nu;
-    for (int c = 0; c < w->k; ++c) {
-        const double *a = w->basis + (size_t)c * (size_t)nu;
-        double *column = w->slope + (size_t)c * (size_t)nu;
-        const double h = 1e-5 * (1.0 + largest(nu, w->u)) / largest(nu, a);
-        for (int k = 0; k < nu; ++k) w->u_try[k] = w->u[k] + h * a[k];
-        int status = null_forces(w, w->t, w->q, w->u_try, w->ahead);
-        if (status) return status;
-        for (int k = 0; k < nu; ++k) w->u_try[k] = w->u[k] - h * a[k];
-        status = null_forces(w, w->t, w->q, w->u_try, w->behind);
-        if (status) return status;
-        for (int k = 0; k < nu; ++k) column[k] = (w->ahead[k] - w->behind[k]) / (2.0 * h);
-    }
+    s->pivots = (int *)(void *)next;
     return MBSR_OK;
 }
 
-/* weights with slope weights = right (least squares, columns scaled); refuses a slope that is
- * rank-deficient. */
-static int solve(start *w, const double *right)
+/* Names the joint to which null direction l belongs. */
+static int undetermined(start *s, int l)
 {
-    const mbsr_model *m = w->m;
-    const int nu = m->nu;
+    const mbsr_model *m = s->w.m;
+    char label[MBSRI_LABEL];
+    const int i = s->w.body[l];
+    return mbsri_fail(
+        &s->w.d->error, MBSR_UNDETERMINED, m->body[i].id, MBSR_NONE,
+        "mbsr_dae_consistent: %s: a combination of joint rates that includes its joint "
+        "moves no mass, and neither a damper nor a spring resists it: give it "
+        "inertia, a spring or a damper, or lock it",
+        mbsri_body_label(m, i, label));
+}
+
+/* Basis, C and S at (q, u); [Yc Y] and the rank of C. Rows and columns of C are scaled to 1 where they
+ * are not zero, so that units do not matter: Y = (row scales) (left singular vectors). */
+static int split(start *s)
+{
+    mbsri_null_space *w = &s->w;
+    const int k = w->k;
+    int status = mbsri_null_basis(w, s->t, s->q, s->u);
+    if (!status) status = mbsri_null_slopes(w, s->t, s->q, s->u);
+    if (status) return status;
+    mbsri_copy((size_t)k * (size_t)k, w->C, s->matrix);
+    mbsri_scale_rows(k, s->matrix, s->trial);
+    mbsri_scale_columns(k, s->matrix, s->moved);
+    if (mbsri_lapack_svd(k, s->matrix, s->values, s->left, s->right, s->work, s->lwork) != 0) {
+        return mbsri_fail(
+            &w->d->error, MBSR_EIGEN_FAILED, MBSR_NONE, MBSR_NONE,
+            "mbsr_dae_consistent: the singular values of the damping did not converge");
+    }
+    for (int c = 0; c < k; ++c) {
+        for (int r = 0; r < k; ++r) s->left[c * k + r] *= s->trial[r];
+    }
+    s->damped = 0;
+    while (s->damped < k && s->values[s->damped] > 1e-8) ++s->damped;
+    return MBSR_OK;
+}
+
+/* out (k) = [Yc Y]^T x */
+static void turn(const start *s, const double *x, double *out)
+{
+    mbsri_zero((size_t)s->w.k, out);
+    mbsri_atx(s->w.k, s->w.k, 1.0, s->left, x, out);
+}
+
+/* matrix = Yc^T C over Y^T S */
+static void fill_matrix(start *s)
+{
+    const int k = s->w.k;
+    for (int c = 0; c < k; ++c) {
+        double *column = s->matrix + (size_t)c * (size_t)k;
+        turn(s, s->w.C + (size_t)c * (size_t)k, column);
+        turn(s, s->w.S + (size_t)c * (size_t)k, s->trial);
+        for (int r = s->damped; r < k; ++r) column[r] = s->trial[r];
+    }
+}
+
+/* weights with matrix weights = right; a singular matrix means that something is undetermined. */
+static int solve(start *s, const double *right)
+{
+    const int k = s->w.k;
+    double *rows = s->trial, *columns = s->values;
+    mbsri_scale_rows(k, s->matrix, rows);
+    mbsri_scale_columns(k, s->matrix, columns);
+    for (int r = 0; r < k; ++r) s->weights[r] = right[r] * rows[r];
     int rank = 0;
-    for (int c = 0; c < w->k; ++c) {
-        const double *column = w->slope + (size_t)c * (size_t)nu;
-        const double norm = sqrt(mbsri_dot(nu, column, column));
-        w->size[c] = norm > 0.0 ? norm : 1.0;
-        for (int k = 0; k < nu; ++k)
-            w->matrix[(size_t)c * (size_t)nu + (size_t)k] = column[k] / w->size[c];
+    const int info =
+        mbsri_lapack_gelsy(k, k, s->matrix, s->weights, 1e-9, s->pivots, &rank, s->work, s->lwork);
+    if (info != 0 || rank < k) {
+        const int column = s->pivots[rank < k ? rank : k - 1]; /* 1 .. k, or 0 for a zero matrix */
+        return undetermined(s, column > 0 ? column - 1 : 0);
     }
-    mbsri_copy((size_t)nu, right, w->weights);
-    const int info = mbsri_lapack_gelsy(nu, w->k, w->matrix, w->weights, 1e-9, w->pivots, &rank,
-                                        w->work, w->lwork);
-    if (info != 0 || rank < w->k) {
-        int i = 1;
-        while (w->d->rank[i] == m->body[i].n) ++i;
-        char label[MBSRI_LABEL];
-        return mbsri_fail(&w->d->error, MBSR_UNDETERMINED, m->body[i].id, MBSR_NONE,
-                          "mbsr_dae_consistent: %d of %d directions that move no mass have no "
-                          "force that depends on velocity "
-                          "(the first such joint is that of %s)",
-                          w->k - rank, w->k, mbsri_body_label(m, i, label));
-    }
-    for (int c = 0; c < w->k; ++c) w->weights[c] /= w->size[c];
+    for (int c = 0; c < k; ++c) s->weights[c] *= columns[c];
     return MBSR_OK;
 }
 
-/* Newton's method for gamma(q, u + basis weights, t) = 0. Rounding limits the last correction when
- * damping is weak: corrections that stop shrinking are accepted once they are small. */
-static int find_velocities(start *w, const mbsr_consistent_opt *opt, mbsr_consistent_info *info)
+/* ---- positions: Y^T gamma = 0 by Newton's method with step halving ---- */
+
+static double elastic_defect(const start *s, const double *gamma, double *turned)
 {
-    const int nu = w->m->nu;
-    double before = INFINITY;
-    for (int step = 0; step < opt->max_iterations; ++step) {
-        int status = differentiate(w);
-        if (!status) status = null_forces(w, w->t, w->q, w->u, w->gamma);
-        if (status) return status;
-        if (step == 0) info->force_defect = largest(nu, w->gamma);
-        for (int k = 0; k < nu; ++k) w->gamma[k] = -w->gamma[k];
-        status = solve(w, w->gamma);
-        if (status) return status;
-        mbsri_zero((size_t)nu, w->u_try);
-        mbsri_ax(nu, w->k, 1.0, w->basis, w->weights, w->u_try);
-        const double change = largest(nu, w->u_try), size = 1.0 + largest(nu, w->u);
-        for (int k = 0; k < nu; ++k) w->u[k] += w->u_try[k];
-        info->iterations = step + 1;
-        if (change <= opt->tolerance * size || (change > 0.25 * before && change <= 1e-6 * size))
-            return MBSR_OK;
-        before = change;
-    }
-    return mbsri_fail(&w->d->error, MBSR_NO_CONVERGENCE, MBSR_NONE, MBSR_NONE,
-                      "mbsr_dae_consistent: the algebraic velocities did not converge in %d "
-                      "iterations (last change %g)",
-                      opt->max_iterations, before);
+    turn(s, gamma, turned);
+    return s->damped < s->w.k ? mbsri_largest(s->w.k - s->damped, turned + s->damped) : 0.0;
 }
 
-/* gamma along the motion, `h` seconds on. */
-static int null_forces_at(start *w, double h, double *gamma)
+/* q moved by `step` times the direction in udot, in qdot's place the rates of it. */
+static int try_step(start *s, double step, double *defect)
 {
-    for (int k = 0; k < w->m->nq; ++k) w->q_try[k] = w->q[k] + h * w->qdot[k];
-    for (int k = 0; k < w->m->nu; ++k) w->u_try[k] = w->u[k] + h * w->udot[k];
-    return null_forces(w, w->t + h, w->q_try, w->u_try, gamma);
-}
-
-/* q' = G u, u' = range part from forward dynamics plus basis weights such that gamma' = 0. */
-static int find_rates(start *w)
-{
-    const mbsr_model *m = w->m;
-    int status = mbsr_forward_dynamics(m, w->d, w->t, w->q, w->u, NULL, w->udot);
-    if (status && status != MBSR_UNDETERMINED) return status;
-    status = mbsr_coordinate_rates(m, w->d, w->qdot);
-    if (status || w->k == 0) return status;
-    /* a step so short that state and time change by about a millionth */
-    const double speed = fmax(largest(m->nq, w->qdot) / (1.0 + largest(m->nq, w->q)),
-                              largest(m->nu, w->udot) / (1.0 + largest(m->nu, w->u)));
-    const double h = 1e-6 / fmax(1.0, speed);
-    /* slope, then gamma' along q', u' by central differences */
-    status = differentiate(w);
-    if (!status) status = null_forces_at(w, h, w->ahead);
-    if (!status) status = null_forces_at(w, -h, w->behind);
+    mbsri_null_space *w = &s->w;
+    for (int c = 0; c < w->m->nq; ++c) w->q[c] = s->q[c] + step * s->qdot[c];
+    const int status = mbsri_null_gamma(w, s->t, w->q, s->u, s->moved);
     if (status) return status;
-    for (int k = 0; k < m->nu; ++k) w->gamma[k] = -(w->ahead[k] - w->behind[k]) / (2.0 * h);
-    status = solve(w, w->gamma);
-    if (!status) mbsri_ax(m->nu, w->k, 1.0, w->basis, w->weights, w->udot);
+    *defect = elastic_defect(s, s->moved, s->trial);
+    return MBSR_OK;
+}
+
+static int unbalanced(start *s, double force)
+{
+    const mbsri_null_space *w = &s->w;
+    char label[MBSRI_LABEL];
+    return mbsri_fail(
+        &w->d->error, MBSR_NO_CONVERGENCE, w->m->body[w->body[0]].id, MBSR_NONE,
+        "mbsr_dae_consistent: no position balances the springs at the massless joints, "
+        "that of %s among them (force left: %g)",
+        mbsri_body_label(w->m, w->body[0], label), force);
+}
+
+static int move_positions(start *s, double before)
+{
+    mbsri_null_space *w = &s->w;
+    double after = INFINITY;
+    for (double step = 1.0; step > 1e-3; step *= 0.5) {
+        const int status = try_step(s, step, &after);
+        if (status < 0) return status;
+        if (status || !(after < before)) continue;
+        for (int c = 0; c < w->m->nq; ++c) s->q[c] += step * s->qdot[c];
+        return MBSR_OK;
+    }
+    return unbalanced(s, before);
+}
+
+static int find_positions(start *s)
+{
+    mbsri_null_space *w = &s->w;
+    const int k = w->k;
+    double last = INFINITY, first = 0.0;
+    for (int step = 0; step < s->opt->max_iterations; ++step) {
+        int status = split(s);
+        if (!status) status = mbsri_null_gamma(w, s->t, s->q, s->u, s->defect);
+        if (status) return status;
+        if (step == 0) s->info.force_defect = mbsri_largest(k, s->defect);
+        if (s->damped == k) return MBSR_OK;
+        const double defect = elastic_defect(s, s->defect, s->moved);
+        if (step == 0) first = defect;
+        for (int r = 0; r < k; ++r) s->moved[r] = r < s->damped ? 0.0 : -s->moved[r];
+        fill_matrix(s);
+        status = solve(s, s->moved);
+        /* springs that held at the start and have given way with the force still there */
+        if (status == MBSR_UNDETERMINED && step > 0 && defect > 1e-3 * first)
+            return unbalanced(s, defect);
+        if (status) return status;
+        mbsri_zero((size_t)w->m->nu, s->udot);
+        mbsri_null_combine(w, s->weights, s->udot);
+        status = mbsri_null_rate(w, s->t, s->q, s->udot, s->qdot);
+        if (status) return status;
+        const double change = mbsri_largest(w->m->nq, s->qdot),
+                     size = 1.0 + mbsri_largest(w->m->nq, s->q);
+        if (change <= s->opt->tolerance * size || (change > 0.25 * last && change <= 1e-8 * size)) {
+            return MBSR_OK;
+        }
+        s->info.iterations += 1;
+        status = move_positions(s, defect);
+        if (status) return status;
+        last = change;
+    }
+    return mbsri_fail(
+        &w->d->error, MBSR_NO_CONVERGENCE, MBSR_NONE, MBSR_NONE,
+        "mbsr_dae_consistent: positions did not converge in %d iterations (last change %g)",
+        s->opt->max_iterations, last);
+}
+
+/* ---- velocities: Yc^T gamma = 0 and Y^T gamma' = 0 ---- */
+
+/* A time in which state and time change by about `share` of their size. */
+static double short_time(const start *s, double share)
+{
+    const mbsr_model *m = s->w.m;
+    const double speed = fmax(mbsri_largest(m->nq, s->qdot) / (1.0 + mbsri_largest(m->nq, s->q)),
+                              mbsri_largest(m->nu, s->udot) / (1.0 + mbsri_largest(m->nu, s->u)));
+    return share / fmax(1.0, speed);
+}
+
+/* gamma at time h from the state, along q', u' (second order: q' is taken half-way). */
+static int gamma_after(start *s, double h, bool accelerated, double *gamma)
+{
+    mbsri_null_space *w = &s->w;
+    const mbsr_model *m = w->m;
+    for (int c = 0; c < m->nq; ++c) w->q[c] = s->q[c] + 0.5 * h * s->qdot[c];
+    for (int c = 0; c < m->nu; ++c) w->u[c] = s->u[c] + (accelerated ? 0.5 * h * s->udot[c] : 0.0);
+    int status = mbsri_null_rate(w, s->t + 0.5 * h, w->q, w->u, w->rate);
+    if (status) return status;
+    for (int c = 0; c < m->nq; ++c) w->q[c] = s->q[c] + h * w->rate[c];
+    for (int c = 0; c < m->nu; ++c) w->u[c] = s->u[c] + (accelerated ? h * s->udot[c] : 0.0);
+    return mbsri_null_gamma(w, s->t + h, w->q, w->u, gamma);
+}
+
+/* out = gamma' along q' = G u with u held fixed. */
+static int drift(start *s, double *out)
+{
+    int status = mbsri_null_rate(&s->w, s->t, s->q, s->u, s->qdot);
+    if (status) return status;
+    const double h = short_time(s, 1e-5);
+    status = gamma_after(s, h, false, s->w.ahead);
+    if (!status) status = gamma_after(s, -h, false, s->w.behind);
+    for (int l = 0; l < s->w.k && !status; ++l)
+        out[l] = (s->w.ahead[l] - s->w.behind[l]) / (2.0 * h);
     return status;
 }
 
-/* The state of y into w, its null directions counted; then the arrays that depend on their
- * number. */
-static int prepare(start *w, const double *y)
+static int find_velocities(start *s)
 {
+    mbsri_null_space *w = &s->w;
     const mbsr_model *m = w->m;
-    int status = mbsr_positions(m, w->d, w->t, y);
-    if (!status) status = mbsr_velocities(m, w->d, y + m->nq);
-    if (!status) status = mbsr_forces(m, w->d, NULL);
-    if (!status) status = mbsr_backward(m, w->d);
-    if (status) return status;
-    w->k = m->nu - w->d->total_rank;
-    w->lwork = w->k > 0 ? mbsri_lapack_gelsy_work(m->nu, w->k) : 1;
-    double *memory = mbsri_allocate(&m->allocator, place(w, m->nq, m->nu, NULL) * sizeof(double));
-    w->pivots = mbsri_allocate(&m->allocator, (size_t)w->k * sizeof *w->pivots);
-    if (memory) place(w, m->nq, m->nu, memory);
-    if (!memory || !w->pivots) {
-        return mbsri_fail(&w->d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
-                          "mbsr_dae_consistent: no memory for %d null directions", w->k);
+    const int k = w->k;
+    double last = INFINITY;
+    mbsri_zero((size_t)m->nu, s->udot);
+    for (int step = 0; step < s->opt->max_iterations; ++step) {
+        int status = step > 0 ? mbsri_null_slopes(w, s->t, s->q, s->u) : MBSR_OK;
+        if (!status) status = mbsri_null_gamma(w, s->t, s->q, s->u, s->trial);
+        if (status) return status;
+        turn(s, s->trial, s->moved);
+        if (s->damped < k) {
+            status = drift(s, s->trial);
+            if (status) return status;
+            turn(s, s->trial, s->defect);
+            for (int r = s->damped; r < k; ++r) s->moved[r] = s->defect[r];
+        }
+        for (int r = 0; r < k; ++r) s->moved[r] = -s->moved[r];
+        fill_matrix(s);
+        status = solve(s, s->moved);
+        if (status) return status;
+        mbsri_zero((size_t)m->nu, w->force);
+        mbsri_null_combine(w, s->weights, w->force);
+        const double change = mbsri_largest(m->nu, w->force),
+                     size = 1.0 + mbsri_largest(m->nu, s->u);
+        for (int c = 0; c < m->nu; ++c) s->u[c] += w->force[c];
+        s->info.iterations += 1;
+        if (change <= s->opt->tolerance * size || (change > 0.25 * last && change <= 1e-6 * size)) {
+            return MBSR_OK;
+        }
+        last = change;
     }
-    mbsri_copy((size_t)m->nq, y, w->q);
-    mbsri_copy((size_t)m->nu, y + m->nq, w->u);
-    build_basis(w);
+    return mbsri_fail(
+        &w->d->error, MBSR_NO_CONVERGENCE, MBSR_NONE, MBSR_NONE,
+        "mbsr_dae_consistent: velocities did not converge in %d iterations (last change %g)",
+        s->opt->max_iterations, last);
+}
+
+/* ---- accelerations: the equations of motion, Yc^T gamma' = 0 and Y^T gamma'' = 0 ---- */
+
+/* out = [Yc^T gamma'; Y^T gamma''] along the motion with the present u'. */
+static int defect_of_rates(start *s, double *out)
+{
+    mbsri_null_space *w = &s->w;
+    const double h = short_time(s, 1e-4);
+    int status = mbsri_null_gamma(w, s->t, s->q, s->u, s->defect);
+    if (!status) status = gamma_after(s, h, true, w->ahead);
+    if (!status) status = gamma_after(s, -h, true, w->behind);
+    if (status) return status;
+    for (int l = 0; l < w->k; ++l) s->trial[l] = (w->ahead[l] - w->behind[l]) / (2.0 * h);
+    turn(s, s->trial, out);
+    for (int l = 0; l < w->k; ++l) {
+        s->trial[l] = (w->ahead[l] - 2.0 * s->defect[l] + w->behind[l]) / (h * h);
+    }
+    turn(s, s->trial, s->defect);
+    for (int r = s->damped; r < w->k; ++r) out[r] = s->defect[r];
     return MBSR_OK;
 }
 
-static int check(mbsr_data *d, mbsr_dae_form form, const mbsr_consistent_opt *opt)
+/* The defect is affine in u': its slopes along the null directions by differences, one solve. */
+static int null_rates(start *s)
 {
-    const int size = mbsr_dae_size(d->model, form);
-    if (size < 0) {
+    mbsri_null_space *w = &s->w;
+    const mbsr_model *m = w->m;
+    const int k = w->k;
+    int status = defect_of_rates(s, s->moved);
+    for (int l = 0; l < k && !status; ++l) {
+        const double *a = w->direction + (size_t)l * (size_t)m->nu;
+        double *column = s->matrix + (size_t)l * (size_t)k;
+        const double h = (1.0 + mbsri_largest(m->nu, s->udot)) / mbsri_largest(m->nu, a);
+        mbsri_ax(m->nu, 1, h, a, &(double){1.0}, s->udot);
+        status = defect_of_rates(s, column);
+        mbsri_ax(m->nu, 1, -h, a, &(double){1.0}, s->udot);
+        for (int r = 0; r < k; ++r) column[r] = (column[r] - s->moved[r]) / h;
+    }
+    for (int r = 0; r < k; ++r) s->moved[r] = -s->moved[r];
+    if (!status) status = solve(s, s->moved);
+    if (!status) mbsri_null_combine(w, s->weights, s->udot);
+    return status;
+}
+
+static int find_rates(start *s)
+{
+    mbsri_null_space *w = &s->w;
+    const mbsr_error before = w->d->error;
+    int status = mbsr_forward_dynamics(w->m, w->d, s->t, s->q, s->u, NULL, s->udot);
+    if (status == MBSR_UNDETERMINED) {
+        w->d->error = before; /* expected: the null directions are what is looked for */
+    } else if (status) {
+        return status;
+    }
+    status = mbsr_coordinate_rates(w->m, w->d, s->qdot);
+    return status || w->k == 0 ? status : null_rates(s);
+}
+
+/* ---- the call ---- */
+
+static int check(const mbsr_model *m, mbsr_data *d, mbsr_dae_form form,
+                 const mbsr_consistent_opt *opt)
+{
+    if (mbsr_dae_size(m, form) < 0) {
         return mbsri_fail(&d->error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
                           "mbsr_dae_consistent: form is %d, no such form", (int)form);
     }
@@ -262,33 +390,80 @@ static int check(mbsr_data *d, mbsr_dae_form form, const mbsr_consistent_opt *op
     return MBSR_OK;
 }
 
+/* The improved state in the form asked for, with its rates. */
+static int deliver(start *s, double *y, double *yp)
+{
+    const mbsr_model *m = s->w.m;
+    mbsr_data *d = s->w.d;
+    const size_t size = (size_t)s->form->size(m);
+    int status = s->form->pack(m, d, s->t, s->q, s->u, s->y);
+    if (!status) status = mbsri_null_gamma(&s->w, s->t, s->q, s->u, s->defect);
+    if (!status) status = s->form->start(m, d, s->t, s->y, s->udot, s->yp);
+    if (status) return status;
+    if (!mbsri_finite(size, s->y) || !mbsri_finite(size, s->yp))
+        return mbsri_report_not_finite(m, d);
+    mbsri_copy(size, s->y, y);
+    mbsri_copy(size, s->yp, yp);
+    return MBSR_OK;
+}
+
+static double distance(int n, const double *a, const double *b)
+{
+    double value = 0.0;
+    for (int k = 0; k < n; ++k) value = fmax(value, fabs(a[k] - b[k]));
+    return value;
+}
+
+/* From the state (q, u) to the result in y, yp. */
+static int run(start *s, const double *q, const double *u, double *y, double *yp)
+{
+    const mbsr_model *m = s->w.m;
+    mbsri_copy((size_t)m->nq, q, s->q);
+    mbsri_copy((size_t)m->nu, u, s->u);
+    s->info.null_directions = s->w.k;
+    int status = MBSR_OK;
+    if (s->w.k > 0) {
+        status = find_positions(s);
+        if (!status) status = find_velocities(s);
+    }
+    if (!status) status = find_rates(s);
+    if (status) return status;
+    s->info.elastic_directions = s->w.k - s->damped;
+    s->info.position_change = distance(m->nq, s->q, q);
+    s->info.velocity_change = distance(m->nu, s->u, u);
+    return deliver(s, y, yp);
+}
+
 int mbsr_dae_consistent(const mbsr_model *model, mbsr_data *data, mbsr_dae_form form, double t,
                         double *y, double *yp, const mbsr_consistent_opt *opt,
                         mbsr_consistent_info *info)
 {
     const mbsr_consistent_opt standard = mbsr_default_consistent_opt();
-    mbsr_consistent_info report = {0};
     if (!opt) opt = &standard;
     int status = mbsri_enter(model, data, y && yp, MBSRI_STAGE_NONE, "mbsr_dae_consistent");
-    if (!status) status = check(data, form, opt);
+    if (!status) status = check(model, data, form, opt);
     if (status) return status;
 
-    const mbsr_model *m = model;
-    start w = {.m = m, .d = data, .t = t};
-    status = prepare(&w, y);
-    report.null_directions = w.k;
-    if (!status && w.k > 0) status = find_velocities(&w, opt, &report);
-    if (!status) status = find_rates(&w);
-    if (!status) {
-        for (int k = 0; k < m->nu; ++k)
-            report.velocity_change = fmax(report.velocity_change, fabs(w.u[k] - y[m->nq + k]));
-        mbsri_copy((size_t)m->nq, w.q, y);
-        mbsri_copy((size_t)m->nu, w.u, y + m->nq);
-        mbsri_copy((size_t)m->nq, w.qdot, yp);
-        mbsri_copy((size_t)m->nu, w.udot, yp + m->nq);
+    start s = {.form = mbsri_find_form(form), .opt = opt, .t = t};
+    const size_t nq = (size_t)model->nq, nu = (size_t)model->nu;
+    double *given = mbsri_allocate(&model->allocator, (nq + nu) * sizeof *given);
+    if (!given) {
+        return mbsri_fail(&data->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
+                          "mbsr_dae_consistent: no memory for %zu coordinates", nq + nu);
     }
-    if (info) *info = report;
-    mbsri_release(&m->allocator, w.q);
-    mbsri_release(&m->allocator, w.pivots);
+    double *q = given, *u = given + nq;
+    const bool watching = data->watching;
+    data->watching = false; /* a new start may have other ranks */
+    status = s.form->unpack(model, data, t, y, q, u);
+    if (!status) status = mbsri_null_open(&s.w, model, data, t, q, u, "mbsr_dae_consistent");
+    if (!status) {
+        status = allocate(&s);
+        if (!status) status = run(&s, q, u, y, yp);
+        if (info) *info = s.info;
+        mbsri_release(&model->allocator, s.memory);
+        mbsri_null_close(&s.w);
+    }
+    data->watching = watching;
+    mbsri_release(&model->allocator, given);
     return status;
 }

@@ -27,7 +27,8 @@ typedef struct mbsri_body {
     int d, d_pred;     /* velocity coordinates of the body and of its predecessor */
     int np;            /* numbers in the pose */
     int n, nq;         /* joint velocity and position coordinates */
-    int q, u;          /* where they stand in the vectors q and u */
+    int q, u;          /* places in the caller's vectors q and u, in the order of ids */
+    int iq, iu;        /* places in the data's, in the order of the sweeps */
     size_t p, v;       /* offsets of np and d numbers */
     size_t dd, dp, dn; /* offsets of d x d, d x d_pred and d x n numbers */
     size_t k;          /* offset of K^-1; only bodies without MBSR_JOINT_UNIT_K take room */
@@ -36,6 +37,10 @@ typedef struct mbsri_body {
     mbsr_inertia inertia; /* matrix points into the model */
     size_t name;          /* offset into names */
     bool regular;         /* M is positive definite in every pose */
+    const double *added;  /* d x d, part of M in every pose; NULL: none */
+    int locks;            /* coordinates of the joint that are held; n and nq count the others */
+    const double *held;   /* their values, NaN for the others (joint.n); NULL: none */
+    size_t full;          /* offset of joint.n numbers, where some are held */
 } mbsri_body;
 
 /* A body as added, until the model is finished. */
@@ -45,6 +50,8 @@ typedef struct mbsri_body_entry {
     mbsr_joint joint;
     mbsr_inertia inertia;
     bool regular;
+    size_t added, held; /* offsets into matrices, 0: none */
+    int locks;
 } mbsri_body_entry;
 
 typedef struct mbsri_force {
@@ -79,47 +86,71 @@ struct mbsr_model {
     mbsri_body *body; /* N + 1 */
     int nq, nu;
     int max_d, max_n, max_force_bodies;
-    int lapack_work; /* doubles of workspace for dsyev at max_n */
+    bool differences; /* some joint or inertia leaves its rates to differences */
+    int lapack_work;  /* doubles of workspace for dsyev at max_n */
     /* sums over all bodies, the root included: lengths of the arrays */
-    size_t size_p, size_v, size_dd, size_dp, size_dn, size_k, size_nn;
+    size_t size_p, size_v, size_dd, size_dp, size_dn, size_k, size_nn, size_full;
 };
 
 /* ---- data ----
  * ARRAY(name, length): arrays of doubles in the block, body after body. Shapes in mbsri_body's
  * terms. K is divided out: H, J, kI, kII are those of (7)-(9) multiplied by K^-1, mu is K^T mu,
  * Mbar is K^T Mbar K; D, tau and the residuals are the same with and without. */
+/* clang-format off */
 #define MBSRI_DATA_ARRAYS(ARRAY)                                                                   \
-    ARRAY(q, m->nq)         /* joint positions, by id                              (given)      */ \
-    ARRAY(u, m->nu)         /* joint velocities, by id                             (given)      */ \
-    ARRAY(p, m->size_p)     /* np       pose (7)                                   positions    */ \
-    ARRAY(Kinv, m->size_k)  /* d x d    K^-1, where K is not the unit matrix       positions    */ \
-    ARRAY(H, m->size_dp)    /* d x d_pred                                          positions    */ \
-    ARRAY(J, m->size_dn)    /* d x n                                               positions    */ \
-    ARRAY(kI, m->size_v)    /* d                                                   positions    */ \
-    ARRAY(M, m->size_dd)    /* d x d    body mass matrix                           positions    */ \
-    ARRAY(V, m->size_v)     /* d        velocity (8)                               velocities   */ \
-    ARRAY(kII, m->size_v)   /* d                                                   velocities   */ \
-    ARRAY(h, m->size_v)     /* d        gyroscopic force                           velocities   */ \
-    ARRAY(f, m->size_v)     /* d        applied and gyroscopic forces              forces       */ \
-    ARRAY(tau, m->nu)       /* n        joint forces                               forces       */ \
-    ARRAY(Mbar, m->size_dd) /* d x d    (17a)                                      backward     */ \
-    ARRAY(W, m->size_dd)    /* d x d    scale of the rounding errors in Mbar       backward     */ \
-    ARRAY(fbar, m->size_v)  /* d        (17b)                                      backward     */ \
-    ARRAY(D, m->size_nn)    /* n x n    J^T Mbar J                                 backward     */ \
-    ARRAY(Dinv, m->size_nn) /* n x n    its pseudo-inverse                         backward     */ \
-    ARRAY(X, m->size_nn)    /* n x n    eigenvectors of S D S, range first         backward     */ \
-    ARRAY(s, m->nu)         /* n        S = diag(s)                                backward     */ \
-    ARRAY(lambda, m->nu)    /* n        eigenvalues of S D S, descending           backward     */ \
-    ARRAY(U, m->size_dn)    /* d x n    Mbar J                                     backward     */ \
-    ARRAY(G, m->size_dn)    /* d x n    Mbar J D^+                                 backward     */ \
-    ARRAY(e, m->nu)         /* n        tau - J^T (fbar + Mbar kII)                backward     */ \
-    ARRAY(scale, (size_t)m->bodies + 1) /* largest entry of diag(J^T W J)          backward     */ \
-    ARRAY(A, m->size_v) /* d        acceleration (9), or its known part        inverse, forward */ \
-    ARRAY(Az, m->size_v) /* d        part carried by null accelerations         forward      */    \
-    ARRAY(mu,                                                                                      \
-          m->size_v)  /* d        joint reaction                             inverse, backward */  \
-    ARRAY(vec, m->nu) /* n        a vector over the tree for composite calls              */       \
+    ARRAY(q, m->nq)                /* nq        joint positions, as swept           positions */   \
+    ARRAY(q_full, m->size_full)    /* joint.n   with those held, where some are     positions */   \
+    ARRAY(u_full, m->size_full)    /* joint.n                                       velocities */  \
+    ARRAY(u, m->nu)                /* nu        joint velocities, as swept          velocities */  \
+    ARRAY(p, m->size_p)            /* np        pose (7)                            positions */   \
+    ARRAY(Kinv, m->size_k)         /* d x d     K^-1, where K is not the unit matrixpositions */   \
+    ARRAY(H, m->size_dp)           /* d x d_pred                                    positions */   \
+    ARRAY(J, m->size_dn)           /* d x n                                         positions */   \
+    ARRAY(kI, m->size_v)           /* d                                             positions */   \
+    ARRAY(M, m->size_dd)           /* d x d     body mass matrix                    positions */   \
+    ARRAY(V, m->size_v)            /* d         velocity (8)                        velocities */  \
+    ARRAY(kII, m->size_v)          /* d                                             velocities */  \
+    ARRAY(h, m->size_v)            /* d         gyroscopic force                    velocities */  \
+    ARRAY(f, m->size_v)            /* d         applied and gyroscopic forces       forces */      \
+    ARRAY(tau, m->nu)              /* n         joint forces                        forces */      \
+    ARRAY(Mbar, m->size_dd)        /* d x d     (17a)                               backward */    \
+    ARRAY(W, m->size_dd)           /* d x d     scale of the rounding errors in Mbarbackward */    \
+    ARRAY(fbar, m->size_v)         /* d         (17b)                               backward */    \
+    ARRAY(D, m->size_nn)           /* n x n     J^T Mbar J                          backward */    \
+    ARRAY(Dinv, m->size_nn)        /* n x n     its pseudo-inverse                  backward */    \
+    ARRAY(X, m->size_nn)           /* n x n     eigenvectors of S D S, range first  backward */    \
+    ARRAY(s, m->nu)                /* n         S = diag(s)                         backward */    \
+    ARRAY(lambda, m->nu)           /* n         eigenvalues of S D S, descending    backward */    \
+    ARRAY(U, m->size_dn)           /* d x n     Mbar J                              backward */    \
+    ARRAY(G, m->size_dn)           /* d x n     Mbar J D^+                          backward */    \
+    ARRAY(e, m->nu)                /* n         tau - J^T (fbar + Mbar kII)         backward */    \
+    ARRAY(scale, (size_t)m->bodies + 1) /* 1    largest entry of diag(J^T W J)      backward */ \
+    ARRAY(A, m->size_v)            /* d         acceleration (9), its known part    inverse */     \
+    ARRAY(Az, m->size_v)           /* d         part of null accelerations          forward */     \
+    ARRAY(mu, m->size_v)           /* d         joint reaction                      inverse */      \
+    ARRAY(vec, m->nu)              /* n         null accelerations                  forward */     \
+    ARRAY(Hdot, m->size_dp)        /* d x d_predrate of H along the motion          rates */       \
+    ARRAY(Jdot, m->size_dn)        /* d x n     rate of J                           rates */       \
+    ARRAY(Mdot, m->size_dd)        /* d x d     rate of M                           rates */       \
+    ARRAY(qdot, m->nq)             /* nq        q' = G u, as the caller's q         rates */       \
+    ARRAY(q_base, m->nq)           /* nq        the caller's q while displaced      rates */       \
+    ARRAY(u_base, m->nu)           /* nu        the caller's u, likewise            rates */       \
+    ARRAY(q_moved, m->nq)          /* nq        the displaced q                     rates */       \
+    ARRAY(imp, m->size_v)          /* d         joint impulse m                     momentum */    \
+    ARRAY(sigma, m->size_v)        /* d         its rate but for the reaction       momentum */    \
+    ARRAY(impbar, m->size_v)       /* d         (17b) for momenta                   momentum */    \
+    ARRAY(ep, m->nu)               /* n         p - J^T (impbar + Mbar kI)          momentum */    \
+    ARRAY(w, m->nu)                /* n         index-1 velocities before X         index1 */      \
+    ARRAY(Y, m->size_v)            /* d         Vz' - Az                            index1 */      \
+    ARRAY(Mbardot, m->size_dd)     /* d x d     rate of Mbar                        index1 */      \
+    ARRAY(Gdot, m->size_dn)        /* d x n     rate of G                           index1 */      \
+    ARRAY(Xdot, m->size_nn)        /* n x n     rate of X                           index1 */      \
+    ARRAY(s_frame, m->nu)          /* n         S of the reference                  frame */       \
+    ARRAY(X_frame, m->size_nn)     /* n x n     X of the reference                  frame */       \
+    ARRAY(u_given, m->nu)          /* nu        the caller's u, found from v        index1 */      \
+    ARRAY(v_given, m->nu)          /* nu        the caller's v                      index1 */      \
     ARRAY(scratch, mbsri_scratch_size(m))
+/* clang-format on */
 
 typedef enum mbsri_stage {
     MBSRI_STAGE_NONE,
@@ -137,7 +168,13 @@ struct mbsr_data {
     mbsri_stage stage;
     double t;
     int total_rank;
-    int *rank;                     /* N + 1 */
+    int *rank;    /* N + 1 */
+    int *watched; /* N + 1: the ranks expected, where `watching` */
+    bool watching;
+    int *frame_rank;               /* N + 1: ranks of the reference of the index-1 form */
+    bool framed;                   /* there is such a reference */
+    bool use_frame;                /* joint blocks are scaled by its S */
+    double alignment;              /* cosine of the largest angle to it */
     int *pivots;                   /* max_d */
     bool *carries;                 /* N + 1: whether Az of the body may differ from zero */
     mbsr_force_body *force_bodies; /* max_force_bodies */
@@ -178,6 +215,9 @@ int mbsri_joint_failed(const mbsr_model *m, mbsr_data *d, int i, int status, con
 
 bool mbsri_finite(size_t n, const double *x);
 
+/* Largest absolute value of n numbers. */
+double mbsri_largest(int n, const double *x);
+
 /* MBSR_NOT_FINITE with a text that names the first quantity along the evaluation that is not
  * finite. */
 int mbsri_report_not_finite(const mbsr_model *m, mbsr_data *d);
@@ -199,21 +239,67 @@ mbsr_joint_args mbsri_joint_args(const mbsr_model *m, const mbsr_data *d, int i,
 
 /* M, and for inertias by function M and h (inertia.c). */
 void mbsri_inertia_mass(const mbsri_body *b, const double *p, double *M);
+void mbsri_inertia_mass_rate(const mbsri_body *b, const double *p, const double *V, double *Mdot);
 int mbsri_inertia_velocity(const mbsri_body *b, double t, const double *p, const double *V,
                            double *M, double *h);
 
+/* full = x with the values held, or zeros, put in; J = full without the columns held. For bodies with
+ * locks (model/amend.c). */
+void mbsri_with_held(const mbsri_body *b, const double *x, bool values, double *full);
+void mbsri_drop_held(const mbsri_body *b, const double *full, double *J);
+
 /* Eigen-decomposition and rank of one joint block, see rank.c. */
 int mbsri_rank_decision(const mbsr_model *m, mbsr_data *d, int i);
+
+/* MBSR_RANK_CHANGED if body i's rank is watched and another. */
+int mbsri_rank_watched(const mbsr_model *m, mbsr_data *d, int i);
 
 /* y = (I - D^+ D) x for body i: the part of a joint rate that D does not see. y and x may be the
  * same. */
 void mbsri_null_part(const mbsr_model *m, const mbsr_data *d, int i, const double *x, double *y);
 
-/* gamma_i = projection of tau - J^T fbar on the null space of D_i, n numbers; see rank.c. */
-void mbsri_null_force(const mbsr_model *m, const mbsr_data *d, int i, double *gamma);
+/* y = projection of x, a joint force or momentum of body i, on what D cannot take up; see rank.c.
+ * For x = e it is gamma_i. y and x may be the same. */
+void mbsri_null_force(const mbsr_model *m, const mbsr_data *d, int i, const double *x, double *y);
+
+/* Hdot, Jdot, Mdot along the motion of the state at mbsr_velocities (rates.c). */
+int mbsri_rates(const mbsr_model *m, mbsr_data *d);
+bool mbsri_rates_by_differences(const mbsri_body *b);
+
+/* A0 of body i and its load w = e - U^T H A0_pi, rate = D^+ w; n numbers each (forward.c). */
+void mbsri_known_part(const mbsr_model *m, mbsr_data *d, int i, double *w, double *rate);
+
+/* The two halves of mbsr_backward: Mbar, D and what follows from masses alone (needs mbsr_velocities);
+ * then fbar, e, mu from forces. */
+int mbsri_backward_masses(const mbsr_model *m, mbsr_data *d);
+void mbsri_backward_loads(const mbsr_model *m, mbsr_data *d);
 
 /* Forward part of inverse dynamics and its backward part; udot by id, joint forces added to force
  * elements' out. */
 void mbsri_inverse_sweeps(const mbsr_model *m, mbsr_data *d, const double *udot, double *tau);
+
+/* ---- DAE forms ---- */
+
+/* One form of the equations of motion. y = (q, rest). */
+typedef struct mbsri_dae_form {
+    mbsr_dae_form form;
+    int (*size)(const mbsr_model *m);
+    int (*id)(const mbsr_model *m, mbsr_data *d, double *id);
+    int (*pack)(const mbsr_model *m, mbsr_data *d, double t, const double *q, const double *u,
+                double *y);
+    int (*unpack)(const mbsr_model *m, mbsr_data *d, double t, const double *y, double *q,
+                  double *u);
+    /* y' at y, where u' is given; the data is at mbsr_backward of that state */
+    int (*start)(const mbsr_model *m, mbsr_data *d, double t, const double *y, const double *udot,
+                 double *yp);
+    int (*residual)(const mbsr_model *m, mbsr_data *d, double t, const double *y, const double *yp,
+                    double *F);
+} mbsri_dae_form;
+
+extern const mbsri_dae_form mbsri_form_recursive, mbsri_form_inverse_dynamics, mbsri_form_momentum,
+    mbsri_form_index1;
+
+/* The form of that number; NULL if there is none. */
+const mbsri_dae_form *mbsri_find_form(mbsr_dae_form form);
 
 #endif

@@ -26,7 +26,7 @@ void mbsri_inverse_sweeps(const mbsr_model *m, mbsr_data *d, const double *udot,
         const mbsri_body *b = m->body + i, *pred = m->body + b->parent;
         const double *mu = d->mu + b->v;
         /* J_i^T mu_i - tau_i */
-        for (int k = 0; k < b->n; ++k) tau_out[b->u + k] = -d->tau[b->u + k];
+        for (int k = 0; k < b->n; ++k) tau_out[b->u + k] = -d->tau[b->iu + k];
         mbsri_atx(b->d, b->n, 1.0, d->J + b->dn, mu, tau_out + b->u);
         /* mu_pi -= H_i^T mu_i */
         mbsri_atx(b->d, b->d_pred, -1.0, d->H + b->dp, mu, d->mu + pred->v);

@@ -20,8 +20,10 @@ mbsr_joint_args mbsri_joint_args(const mbsr_model *m, const mbsr_data *d, int i,
     const mbsri_body *b = m->body + i, *pred = m->body + b->parent;
     return (mbsr_joint_args){.joint = &b->joint,
                              .t = d->t,
-                             .q = d->q + b->q,
-                             .u = velocities ? d->u + b->u : NULL,
+                             .q = b->locks ? d->q_full + b->full : d->q + b->iq,
+                             .u = !velocities ? NULL
+                                  : b->locks  ? d->u_full + b->full
+                                              : d->u + b->iu,
                              .pred_space = pred->joint.space,
                              .pred_d = pred->d,
                              .p_pred = d->p + pred->p,
@@ -164,16 +166,18 @@ static int jacobians(const mbsr_model *m, mbsr_data *d, int i)
     const mbsri_body *b = m->body + i;
     const mbsr_joint_args args = mbsri_joint_args(m, d, i, false);
     double *K = NULL, *H = d->H + b->dp, *J = d->J + b->dn, *kI = d->kI + b->v;
+    double *all = b->locks ? d->scratch : J; /* every column, those held included */
     mbsri_zero((size_t)b->d * (size_t)b->d_pred, H);
-    mbsri_zero((size_t)b->d * (size_t)b->n, J);
+    mbsri_zero((size_t)b->d * (size_t)b->joint.n, all);
     mbsri_zero((size_t)b->d, kI);
     if (!unit_K(b)) {
         K = d->Kinv + b->k;
         mbsri_zero((size_t)b->d * (size_t)b->d, K);
         for (int k = 0; k < b->d; ++k) K[k * b->d + k] = 1.0;
     }
-    int status = b->joint.table->jacobians(&args, K, H, J, kI);
+    int status = b->joint.table->jacobians(&args, K, H, all, kI);
     if (status) return mbsri_joint_failed(m, d, i, status, "jacobians");
+    if (b->locks) mbsri_drop_held(b, all, J);
     /* the rank of J before K is divided out: an ill-conditioned K must not count against J */
     if (!(b->joint.table->flags & MBSR_JOINT_REGULAR_J)) status = check_J(m, d, i);
     if (status || !K) return status;
@@ -197,7 +201,11 @@ int mbsr_positions(const mbsr_model *model, mbsr_data *data, double t, const dou
                           "mbsr_positions: t or q is not finite");
     }
     d->t = t;
-    mbsri_copy((size_t)m->nq, q, d->q);
+    for (int i = 1; i <= m->bodies; ++i) {
+        const mbsri_body *b = m->body + i;
+        mbsri_copy((size_t)b->nq, q + b->q, d->q + b->iq);
+        if (b->locks) mbsri_with_held(b, d->q + b->iq, true, d->q_full + b->full);
+    }
     status = move_root(m, d);
     if (status) return status;
 
@@ -231,7 +239,11 @@ int mbsr_velocities(const mbsr_model *model, mbsr_data *data, const double *u)
         return mbsri_fail(&d->error, MBSR_NOT_FINITE, MBSR_NONE, MBSR_NONE,
                           "mbsr_velocities: u is not finite");
     }
-    mbsri_copy((size_t)m->nu, u, d->u);
+    for (int i = 1; i <= m->bodies; ++i) {
+        const mbsri_body *b = m->body + i;
+        mbsri_copy((size_t)b->n, u + b->u, d->u + b->iu);
+        if (b->locks) mbsri_with_held(b, d->u + b->iu, false, d->u_full + b->full);
+    }
 
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i, *pred = m->body + b->parent;
@@ -239,7 +251,7 @@ int mbsr_velocities(const mbsr_model *model, mbsr_data *data, const double *u)
         /* V_i = -(H_i V_pi + J_i u_i + kI_i) */
         mbsri_zero((size_t)b->d, V);
         mbsri_ax(b->d, b->d_pred, -1.0, d->H + b->dp, d->V + pred->v, V);
-        mbsri_ax(b->d, b->n, -1.0, d->J + b->dn, d->u + b->u, V);
+        mbsri_ax(b->d, b->n, -1.0, d->J + b->dn, d->u + b->iu, V);
         for (int k = 0; k < b->d; ++k) V[k] -= d->kI[b->v + (size_t)k];
         if (!mbsri_finite((size_t)b->d, V)) return mbsri_report_not_finite(m, d);
         /* kII_i */
@@ -265,7 +277,7 @@ int mbsr_coordinate_rates(const mbsr_model *model, mbsr_data *data, double *qdot
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
         if (!b->joint.table->coordinate_rates) {
-            mbsri_copy((size_t)b->n, d->u + b->u, qdot + b->q);
+            mbsri_copy((size_t)b->n, d->u + b->iu, qdot + b->q);
             continue;
         }
         const mbsr_joint_args args = mbsri_joint_args(m, d, i, true);

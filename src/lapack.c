@@ -16,6 +16,10 @@ void dgelsy_(const int *m, const int *n, const int *nrhs, double *a, const int *
              const int *ldb, int *jpvt, const double *rcond, int *rank, double *work,
              const int *lwork, int *info);
 
+void dgesvd_(const char *jobu, const char *jobvt, const int *m, const int *n, double *a,
+             const int *lda, double *s, double *u, const int *ldu, double *vt, const int *ldvt,
+             double *work, const int *lwork, int *info, size_t jobu_length, size_t jobvt_length);
+
 int mbsri_lapack_syev(int n, double *A, double *w, double *work, int lwork)
 {
     int info = 0;
@@ -67,4 +71,25 @@ int mbsri_lapack_gelsy_work(int r, int c)
     const int small = r < c ? r : c,
               least = small + 3 * c + 1 > 2 * small + 1 ? small + 3 * c + 1 : 2 * small + 1;
     return info == 0 && work > least ? (int)work : least;
+}
+
+int mbsri_lapack_svd(int n, double *A, double *s, double *U, double *V, double *work, int lwork)
+{
+    int info = 0;
+    dgesvd_("A", "A", &n, &n, A, &n, s, U, &n, V, &n, work, &lwork, &info, 1, 1);
+    /* LAPACK gives V^T */
+    for (int j = 0; j < n; ++j) {
+        for (int k = 0; k < j; ++k) {
+            const double held = V[j * n + k];
+            V[j * n + k] = V[k * n + j];
+            V[k * n + j] = held;
+        }
+    }
+    return info;
+}
+
+int mbsri_lapack_svd_work(int n)
+{
+    const int svd = 5 * n + 1, gelsy = mbsri_lapack_gelsy_work(n, n);
+    return svd > gelsy ? svd : gelsy;
 }

@@ -14,6 +14,13 @@ int mbsri_lapack_syev_work(int n);
  * condition number in the 1-norm, 0 for an exactly singular matrix (A is then not the inverse). */
 double mbsri_lapack_inverse(int n, double *A, int *pivots, double *work);
 
+/* Singular value decomposition of A (n x n, overwritten): singular values in descending order in s,
+ * left and right singular vectors in the columns of U and V (n x n). Returns info. */
+int mbsri_lapack_svd(int n, double *A, double *s, double *U, double *V, double *work, int lwork);
+
+/* Doubles of workspace that svd and a gelsy of that size need. */
+int mbsri_lapack_svd_work(int n);
+
 /* Least squares min |A x - b| by QR with column pivoting and rank decision at rcond; A (r x c) is
  * overwritten, b has max(r, c) numbers and becomes x. Returns info; *rank is the effective rank. */
 int mbsri_lapack_gelsy(int r, int c, double *A, double *b, double rcond, int *pivots, int *rank,

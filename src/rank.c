@@ -19,17 +19,20 @@
 
 #include <math.h>
 
-/* diag(J^T W J)^(-1/2) into s, and the largest entry of diag(J^T W J). A zero entry belongs to a
- * row of D that is zero. */
-static double equilibrate(const mbsri_body *b, const mbsr_data *d, double *s)
+/* diag(J^T W J)^(-1/2) into s, or with `fixed` the given s; the largest entry of diag(J^T W J), and of
+ * S J^T W J S in *noise (1 unless s is given). A zero entry belongs to a row of D that is zero. */
+static double equilibrate(const mbsri_body *b, const mbsr_data *d, const double *fixed, double *s,
+                          double *noise)
 {
     double *WJ = d->scratch, largest = 0.0;
+    *noise = 1.0;
     for (int k = 0; k < b->n; ++k) {
         const double *column = d->J + b->dn + (size_t)k * (size_t)b->d;
         mbsri_zero((size_t)b->d, WJ);
         mbsri_ax(b->d, b->d, 1.0, d->W + b->dd, column, WJ);
         const double size = mbsri_dot(b->d, column, WJ);
-        s[k] = size > 0.0 ? 1.0 / sqrt(size) : 1.0;
+        s[k] = fixed ? fixed[k] : size > 0.0 ? 1.0 / sqrt(size) : 1.0;
+        if (fixed) *noise = fmax(*noise, size * s[k] * s[k]);
         if (size > largest) largest = size;
     }
     return largest;
@@ -57,11 +60,14 @@ int mbsri_rank_decision(const mbsr_model *m, mbsr_data *d, int i)
     const mbsri_body *b = m->body + i;
     const int n = b->n;
     const double *D = d->D + b->nn;
-    double *s = d->s + b->u, *X = d->X + b->nn, *lambda = d->lambda + b->u, *Dinv = d->Dinv + b->nn;
+    double *s = d->s + b->iu, *X = d->X + b->nn, *lambda = d->lambda + b->iu,
+           *Dinv = d->Dinv + b->nn;
     char label[MBSRI_LABEL];
 
     d->rank[i] = 0;
-    d->scale[i] = equilibrate(b, d, s);
+    double noise;
+    d->scale[i] = equilibrate(b, d, d->use_frame ? d->s_frame + b->iu : NULL, s, &noise);
+    const double tolerance = m->rank_tolerance * noise;
     /* S D S */
     for (int j = 0; j < n; ++j) {
         for (int k = 0; k < n; ++k) X[j * n + k] = s[j] * D[j * n + k] * s[k];
@@ -80,13 +86,13 @@ int mbsri_rank_decision(const mbsr_model *m, mbsr_data *d, int i)
         }
         reverse(n, X, lambda);
     }
-    if (lambda[n - 1] < -m->rank_tolerance) {
+    if (lambda[n - 1] < -tolerance) {
         return mbsri_fail(
             &d->error, MBSR_INDEFINITE_MASS, b->id, MBSR_NONE,
             "%s: the mass on its joint is indefinite at t = %g (scaled eigenvalue %g)",
             mbsri_body_label(m, i, label), d->t, lambda[n - 1]);
     }
-    while (d->rank[i] < n && lambda[d->rank[i]] > m->rank_tolerance) ++d->rank[i];
+    while (d->rank[i] < n && lambda[d->rank[i]] > tolerance) ++d->rank[i];
     /* D^+ */
     mbsri_zero((size_t)n * (size_t)n, Dinv);
     for (int l = 0; l < d->rank[i]; ++l) {
@@ -102,7 +108,7 @@ void mbsri_null_part(const mbsr_model *m, const mbsr_data *d, int i, const doubl
 {
     const mbsri_body *b = m->body + i;
     const int n = b->n, rank = d->rank[i];
-    const double *s = d->s + b->u, *X = d->X + b->nn;
+    const double *s = d->s + b->iu, *X = d->X + b->nn;
     double *weight = d->scratch;
     /* X_dropped^T S^-1 x */
     for (int l = rank; l < n; ++l) {
@@ -116,23 +122,22 @@ void mbsri_null_part(const mbsr_model *m, const mbsr_data *d, int i, const doubl
     }
 }
 
-/* reads X, s, e;  e = tau - J^T fbar - J^T Mbar kII, and the last term has no part in the null
- * space (Lemma 2). */
-void mbsri_null_force(const mbsr_model *m, const mbsr_data *d, int i, double *gamma)
+/* reads X, s.  For x = e = tau - J^T fbar - J^T Mbar kII the last term has no part here (Lemma 2). */
+void mbsri_null_force(const mbsr_model *m, const mbsr_data *d, int i, const double *x, double *y)
 {
     const mbsri_body *b = m->body + i;
     const int n = b->n, rank = d->rank[i];
-    const double *s = d->s + b->u, *X = d->X + b->nn, *e = d->e + b->u;
+    const double *s = d->s + b->iu, *X = d->X + b->nn;
     double *weight = d->scratch;
-    /* X_dropped^T S e */
+    /* X_dropped^T S x */
     for (int l = rank; l < n; ++l) {
         weight[l] = 0.0;
-        for (int k = 0; k < n; ++k) weight[l] += X[l * n + k] * s[k] * e[k];
+        for (int k = 0; k < n; ++k) weight[l] += X[l * n + k] * s[k] * x[k];
     }
     /* S^-1 X_dropped (.) */
-    mbsri_zero((size_t)n, gamma);
+    mbsri_zero((size_t)n, y);
     for (int l = rank; l < n; ++l) {
-        for (int k = 0; k < n; ++k) gamma[k] += X[l * n + k] * weight[l] / s[k];
+        for (int k = 0; k < n; ++k) y[k] += X[l * n + k] * weight[l] / s[k];
     }
 }
 
@@ -147,7 +152,7 @@ int mbsr_body_rank(const mbsr_model *model, mbsr_data *data, int body, mbsr_rank
                           "mbsr_body_rank: there is no body %d", body);
     }
     const mbsri_body *b = model->body + i;
-    const double *lambda = data->lambda + b->u;
+    const double *lambda = data->lambda + b->iu;
     const int rank = data->rank[i];
     *info = (mbsr_rank_info){
         .n = b->n, .rank = rank, .tolerance = model->rank_tolerance, .scale = data->scale[i]};
@@ -161,4 +166,23 @@ int mbsr_total_rank(const mbsr_model *model, const mbsr_data *data)
 {
     return data && data->model == model && data->stage >= MBSRI_STAGE_BACKWARD ? data->total_rank
                                                                                : -1;
+}
+
+int mbsr_rank_watch(const mbsr_model *model, mbsr_data *data, int on)
+{
+    const mbsri_stage needed = on ? MBSRI_STAGE_BACKWARD : MBSRI_STAGE_NONE;
+    const int status = mbsri_enter(model, data, true, needed, "mbsr_rank_watch");
+    if (status) return status;
+    data->watching = on != 0;
+    for (int i = 1; i <= model->bodies && on; ++i) data->watched[i] = data->rank[i];
+    return MBSR_OK;
+}
+
+int mbsri_rank_watched(const mbsr_model *m, mbsr_data *d, int i)
+{
+    if (!d->watching || d->rank[i] == d->watched[i]) return MBSR_OK;
+    char label[MBSRI_LABEL];
+    return mbsri_fail(&d->error, MBSR_RANK_CHANGED, m->body[i].id, MBSR_NONE,
+                      "%s: the rank of its joint changes from %d to %d (of %d) at t = %g",
+                      mbsri_body_label(m, i, label), d->watched[i], d->rank[i], m->body[i].n, d->t);
 }

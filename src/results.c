@@ -55,7 +55,7 @@ static const char *culprit(const mbsr_model *m, const mbsr_data *d, int i)
         {"kII", i > 0 ? dim : 0, d->kII + b->v, MBSRI_STAGE_VELOCITIES},
         {"the gyroscopic force", i > 0 ? dim : 0, d->h + b->v, MBSRI_STAGE_VELOCITIES},
         {"the applied force", i > 0 ? dim : 0, d->f + b->v, MBSRI_STAGE_FORCES},
-        {"the joint force", n, d->tau + b->u, MBSRI_STAGE_FORCES},
+        {"the joint force", n, d->tau + b->iu, MBSRI_STAGE_FORCES},
     };
     for (size_t k = 0; k < sizeof list / sizeof list[0]; ++k) {
         if (d->stage >= list[k].stage && !mbsri_finite(list[k].length, list[k].x))

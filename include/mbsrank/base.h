@@ -45,6 +45,8 @@ extern "C" {
     X(MBSR_UNDETERMINED, 1007, "an acceleration or velocity is not determined by the equations")   \
     X(MBSR_NO_CONVERGENCE, 1008, "an iteration did not converge")                                  \
     X(MBSR_EVENT, 1009, "an event function changed sign")                                          \
+    X(MBSR_RANK_CHANGED, 1010, "the rank of a joint block changed")                                \
+    X(MBSR_FRAME_TURNED, 1011, "massless directions turned too far from their reference")          \
     /* fatal: wrong use */                                                                         \
     X(MBSR_ERR_NULL, -1001, "a required pointer is NULL")                                          \
     X(MBSR_ERR_NO_DEFAULT, -1002, "a definition was not made by its default function")             \

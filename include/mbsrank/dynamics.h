@@ -28,7 +28,8 @@ MBSR_API int mbsr_velocities(const mbsr_model *model, mbsr_data *data, const dou
  * joints. */
 MBSR_API int mbsr_forces(const mbsr_model *model, mbsr_data *data, const double *tau);
 
-/* Backward recursion (17): Mbar, fbar, D, ranks.  MBSR_EIGEN_FAILED, MBSR_INDEFINITE_MASS. */
+/* Backward recursion (17): Mbar, fbar, D, ranks.  MBSR_EIGEN_FAILED, MBSR_INDEFINITE_MASS,
+ * MBSR_RANK_CHANGED (see mbsr_rank_watch). */
 MBSR_API int mbsr_backward(const mbsr_model *model, mbsr_data *data);
 
 /* Forward recursion that skips rank-deficient bodies, (18)-(24), adjacent ones included, and the
@@ -66,6 +67,10 @@ MBSR_API int mbsr_forward_dynamics(const mbsr_model *model, mbsr_data *data, dou
  * inertias by function, mbsr_velocities. */
 MBSR_API int mbsr_mass_matrix(const mbsr_model *model, mbsr_data *data, double *matrix);
 
+/* Generalised momenta p = M u (+ the part of prescribed motion), nu numbers, O(N). Needs
+ * mbsr_velocities. */
+MBSR_API int mbsr_momenta(const mbsr_model *model, mbsr_data *data, double *p);
+
 /* Kinetic energy 1/2 sum V^T M V and potential energy of the force elements that have one, in J.
  * Needs mbsr_velocities. Outputs may be NULL. */
 MBSR_API int mbsr_energy(const mbsr_model *model, mbsr_data *data, double *kinetic,
@@ -96,6 +101,12 @@ typedef struct mbsr_rank_info {
 /* Needs mbsr_backward. MBSR_ERR_ID, MBSR_ERR_SEQUENCE. */
 MBSR_API int mbsr_body_rank(const mbsr_model *model, mbsr_data *data, int body,
                             mbsr_rank_info *info);
+
+/* Remembers the ranks of the last mbsr_backward (on != 0) or forgets them (on == 0). While they are
+ * remembered, mbsr_backward returns the recoverable MBSR_RANK_CHANGED, naming the body, where a joint
+ * has another rank: the recursive and the momentum form hold between rank changes only. Needs
+ * mbsr_backward when switched on. */
+MBSR_API int mbsr_rank_watch(const mbsr_model *model, mbsr_data *data, int on);
 
 /* Sum of the ranks of all joints, which is the rank of the joint-space mass matrix; -1 before
  * mbsr_backward. */

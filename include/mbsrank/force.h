@@ -4,6 +4,7 @@
 #define MBSRANK_FORCE_H
 
 #include <mbsrank/base.h>
+#include <mbsrank/inertia.h>
 #include <mbsrank/joint.h>
 
 #ifdef __cplusplus
@@ -16,14 +17,15 @@ extern "C" {
 typedef struct mbsr_force_body {
     int id;           /* as given by mbsr_model_add_body, or MBSR_GROUND */
     mbsr_space space; /* meaning of p, V and f */
-    int d, n, nq;
-    const double *p; /* np */
-    const double *V; /* d;  NULL while the energy is asked for */
-    const double *M; /* d x d, the body's own mass matrix; NULL for the ground */
-    const double *q; /* nq; NULL for the ground */
-    const double *u; /* n;  NULL for the ground and while the energy is asked for */
-    double *f;       /* d,  conjugate to V; add to it.  NULL while the energy is asked for */
-    double *tau;     /* n,  conjugate to u; add to it.  NULL for the ground, and as f */
+    int d, np, n, nq;
+    const double *p;             /* np */
+    const double *V;             /* d;  NULL while the energy is asked for */
+    const double *M;             /* d x d, the body's own mass matrix; NULL for the ground */
+    const mbsr_inertia *inertia; /* as given to the model; NULL for the ground */
+    const double *q;             /* nq; NULL for the ground */
+    const double *u;             /* n;  NULL for the ground and while the energy is asked for */
+    double *f;   /* d,  conjugate to V; add to it.  NULL while the energy is asked for */
+    double *tau; /* n,  conjugate to u; add to it.  NULL for the ground, and as f */
 } mbsr_force_body;
 
 typedef struct mbsr_force_def mbsr_force_def;
@@ -54,8 +56,8 @@ typedef struct mbsr_force_table {
     /* Optional: potential energy in J; *energy arrives as zero. */
     int (*energy)(const mbsr_force_args *args, double *energy);
 
-    /* Optional: called once when the model is finished; only id, space, d, n and nq of the bodies
-     * are set. On refusal returns a status and may write a text. */
+    /* Optional: called once when the model is finished; only id, space, d, np, n and nq of the
+     * bodies are set. Not called for elements that act on every body. On refusal returns a status and may write a text. */
     int (*check)(const mbsr_force_args *args, char text[MBSR_TEXT_SIZE]);
 } mbsr_force_table;
 
@@ -82,9 +84,7 @@ struct mbsr_force_def {
 MBSR_API mbsr_force_def mbsr_default_force_def(void);
 
 /* Uniform gravity g in m/s^2 on all POINT and PLANAR bodies: f = M (gx, gy, 0). Bodies in GENERAL
- * space are left out: their coordinates have no known direction. The energy of a PLANAR body with a
- * MATRIX inertia counts its first moment as turning with the body, as mbsr_inertia_planar's
- * does. */
+ * space are left out: their coordinates have no known direction. */
 MBSR_API mbsr_force_def mbsr_force_gravity(double gx, double gy);
 
 /* Linear spring-damper along coordinate axis `axis` (0 .. d-1): with e = p_a[axis] - p_b[axis] the

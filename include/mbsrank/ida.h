@@ -4,7 +4,10 @@
  * The driver owns its SUNDIALS objects; the SUNDIALS headers are not needed to use it. One driver
  * belongs to one data and one thread. Statuses are those of the library and of the callbacks; a
  * failure inside IDA is MBSR_ERR_SOLVER with IDA's flag and message in the text. Nothing is
- * printed. */
+ * printed.
+ *
+ * Where SUNDIALS notices that it gets no memory for a new driver, the status is MBSR_ERR_NO_MEMORY;
+ * its versions up to 7.1 do not check every allocation, and 6 prints when IDACreate gets none. */
 #ifndef MBSRANK_IDA_H
 #define MBSRANK_IDA_H
 
@@ -23,11 +26,13 @@ typedef int (*mbsr_event_fn)(void *user, double t, const double *y, const double
 
 typedef struct mbsr_ida_opt {
     int cookie;              /* set by mbsr_default_ida_opt */
-    mbsr_dae_form form;      /* default MBSR_DAE_RECURSIVE */
+    mbsr_dae_form form;      /* default MBSR_DAE_MOMENTUM */
     double rtol;             /* relative tolerance, default 1e-6 */
-    double atol;             /* absolute tolerance of every entry of y, default 1e-6 */
+    double atol;             /* of q and u, default 1e-6; for others see below */
     const double *atol_each; /* mbsr_dae_size tolerances, read at creation; NULL: atol */
-    double initial_step;     /* s; 0 (default): as IDA chooses, but at most 1e-3 s */
+    int suppress_algebraic;  /* leave algebraic variables out of the error test, default 1 */
+    int watch_ranks;         /* MBSR_RANK_CHANGED where a rank changes, default 1 */
+    double initial_step;     /* s; 0 (default): from y'', at most 1e-3 s */
     double max_step;         /* s; 0: none (default) */
     int max_order;           /* 1 .. 5, default 5 */
     long max_steps;          /* internal steps in one call of mbsr_ida_advance, default 1 000 000 */
@@ -36,6 +41,9 @@ typedef struct mbsr_ida_opt {
     void *event_user;
 } mbsr_ida_opt;
 
+/* What stands beside q and u is tested with the error that atol in a velocity makes: momenta p with
+ * atol times the mass on their joint (mbsr_rank_info.scale at the start), the velocities of the index-1
+ * form with atol times its square root. Where that scale is zero, the largest in the tree counts. */
 MBSR_API mbsr_ida_opt mbsr_default_ida_opt(void);
 
 /* What the integration has cost so far. Dense linear algebra, Jacobian by differences. */
@@ -61,8 +69,9 @@ MBSR_API int mbsr_ida_create(const mbsr_model *model, mbsr_data *data, const mbs
 MBSR_API void mbsr_ida_destroy(mbsr_ida *ida); /* NULL is allowed */
 
 /* Sets the state at t and clears the statistics; may be called again for another run. y and yp
- * (mbsr_dae_size numbers) must be consistent (see mbsr_dae_consistent). A start refused with
- * MBSR_ERR_NULL or MBSR_NOT_FINITE changes nothing. MBSR_ERR_SOLVER. */
+ * (mbsr_dae_size numbers) must be consistent (see mbsr_dae_consistent). Arguments that are not finite
+ * are refused with MBSR_NOT_FINITE and change nothing. The residual is evaluated once; if it fails its
+ * status is returned and the driver is left without a state. MBSR_ERR_NULL, MBSR_ERR_SOLVER. */
 MBSR_API int mbsr_ida_start(mbsr_ida *ida, double t, const double *y, const double *yp);
 
 /* Integrates to t_end (either direction of time) or to the first event before it, and writes time
@@ -73,9 +82,10 @@ MBSR_API int mbsr_ida_start(mbsr_ida *ida, double t, const double *y, const doub
  * be NULL. Returns MBSR_OK at t_end, MBSR_EVENT at an event, MBSR_ERR_SEQUENCE before
  * mbsr_ida_start, MBSR_ERR_VALUE for a t_end that is not finite, behind the present, or too close
  * to the start, MBSR_ERR_SOLVER when IDA gives up, or, when the residual or an event function
- * failed for good, the status of that failure. On failure t, y and yp are not written. When
- * max_steps was too small the call may be repeated to go on; after other failures of the
- * integration mbsr_ida_start begins anew. */
+ * failed for good, the status of that failure. A recoverable failure of the residual is one for
+ * good when shorter steps do not help, or when it comes back again and again at one time that they
+ * do not pass. On failure t, y and yp are not written. When max_steps was too small the call may be
+ * repeated to go on; after other failures of the integration mbsr_ida_start begins anew. */
 MBSR_API int mbsr_ida_advance(mbsr_ida *ida, double t_end, double *t, double *y, double *yp);
 
 /* After MBSR_EVENT: direction of each event function, +1 rising, -1 falling, 0 not involved.

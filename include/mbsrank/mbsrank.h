@@ -10,8 +10,10 @@
 #include <mbsrank/data.h>
 #include <mbsrank/dynamics.h>
 #include <mbsrank/force.h>
+#include <mbsrank/index.h>
 #include <mbsrank/inertia.h>
 #include <mbsrank/joint.h>
 #include <mbsrank/model.h>
+#include <mbsrank/ode.h>
 
 #endif

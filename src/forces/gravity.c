@@ -16,16 +16,18 @@ static int evaluate(const mbsr_force_args *args)
     return MBSR_OK;
 }
 
+/* A constant M pulls with the same force everywhere: -g . (M p). A rigid body's first moment turns. */
 static int energy(const mbsr_force_args *args, double *energy_out)
 {
     const mbsr_force_body *body = args->body;
     const double *g = args->force->param, *M = body->M;
     if (!applies(body)) return MBSR_OK;
     const int d = body->d;
-    for (int j = 0; j < 2; ++j) {
+    const bool constant = body->inertia->kind == MBSR_INERTIA_MATRIX;
+    for (int j = 0; j < (constant ? d : 2); ++j) {
         for (int k = 0; k < 2; ++k) *energy_out -= g[k] * M[j * d + k] * body->p[j];
     }
-    if (d == 3) *energy_out -= g[0] * M[7] - g[1] * M[6];
+    if (d == 3 && !constant) *energy_out -= g[0] * M[7] - g[1] * M[6];
     return MBSR_OK;
 }
 

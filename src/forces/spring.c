@@ -39,9 +39,10 @@ static int axis_check(const mbsr_force_args *args, char text[MBSR_TEXT_SIZE])
     for (int k = 0; k < 2; ++k) {
         const mbsr_force_body *body = args->body + k;
         if (body->space == MBSR_SPACE_FIXED) continue;
-        if (axis < 0 || axis >= body->d) {
+        const int axes = body->d < body->np ? body->d : body->np;
+        if (axis < 0 || axis >= axes) {
             return mbsri_refuse(text, MBSR_ERR_VALUE, "axis is %d, body %d has the axes 0 .. %d",
-                                axis, body->id, body->d - 1);
+                                axis, body->id, axes - 1);
         }
     }
     if (args->body[0].id == args->body[1].id) {

@@ -23,6 +23,58 @@ static int check_start(mbsr_ida *ida, double t, const double *y, const double *y
     return MBSR_OK;
 }
 
+/* Absolute tolerances of what stands beside q and u: errors that atol in a velocity makes, momenta with
+ * the mass on their joint, index-1 velocities with its square root. From the data at mbsr_backward. */
+static void scale_tolerances(mbsr_ida *ida)
+{
+    const int bodies = mbsr_model_bodies(ida->model), nq = mbsr_model_nq(ida->model);
+    double *atol = N_VGetArrayPointer(ida->atol), largest = 0.0;
+    mbsr_rank_info info;
+    for (int i = 0; i < bodies; ++i) {
+        const int status = mbsr_body_rank(ida->model, ida->data, i, &info);
+        if (status == MBSR_OK) largest = fmax(largest, info.scale);
+    }
+    if (!(largest > 0.0)) largest = 1.0;
+    for (int i = 0; i < bodies; ++i) {
+        int first, n;
+        mbsr_body_coordinates(ida->model, i, NULL, NULL, &first, &n);
+        const int status = mbsr_body_rank(ida->model, ida->data, i, &info);
+        const double mass = status == MBSR_OK && info.scale > 0.0 ? info.scale : largest;
+        const double factor = ida->opt.form == MBSR_DAE_MOMENTUM ? mass : sqrt(mass);
+        for (int k = 0; k < n; ++k) atol[nq + first + k] = ida->opt.atol * factor;
+    }
+}
+
+/* Tells IDA which variables are algebraic; an IDA flag. `work` serves for the vector IDA copies. */
+static int identify(mbsr_ida *ida)
+{
+    const int status =
+        mbsr_dae_id(ida->model, ida->data, ida->opt.form, N_VGetArrayPointer(ida->work));
+    if (status) return IDA_ILL_INPUT;
+    const int flag = IDASetId(ida->memory, ida->work);
+    return flag < 0 ? flag : IDASetSuppressAlg(ida->memory, ida->opt.suppress_algebraic != 0);
+}
+
+/* What the start itself says of the run: tolerances of the momenta, the ranks to watch. */
+static int prepare(mbsr_ida *ida, double t, const double *y, const double *yp)
+{
+    mbsr_rank_watch(ida->model, ida->data, 0);
+    if (ida->opt.form == MBSR_DAE_INVERSE_DYNAMICS) return MBSR_OK; /* knows no ranks */
+    const int status = mbsr_dae_residual(ida->model, ida->data, ida->opt.form, t, y, yp,
+                                         N_VGetArrayPointer(ida->work));
+    if (status) {
+        const mbsr_error *error = mbsr_data_error(ida->data);
+        return mbsri_ida_fail(&ida->error, status, error->body, error->force,
+                              "mbsr_ida_start: residual at t = %.10g: %s", t, error->text);
+    }
+    if (ida->scales) scale_tolerances(ida);
+    if (ida->opt.watch_ranks) {
+        mbsr_rank_watch(ida->model, ida->data, 1);
+        ida->watches = true;
+    }
+    return MBSR_OK;
+}
+
 int mbsr_ida_start(mbsr_ida *ida, double t, const double *y, const double *yp)
 {
     if (!ida) return MBSR_ERR_NULL;
@@ -30,7 +82,10 @@ int mbsr_ida_start(mbsr_ida *ida, double t, const double *y, const double *yp)
         return mbsri_ida_fail(&ida->error, MBSR_ERR_NULL, MBSR_NONE, MBSR_NONE,
                               "mbsr_ida_start: %s is NULL", !y ? "y" : "yp");
     }
-    const int status = check_start(ida, t, y, yp);
+    int status = check_start(ida, t, y, yp);
+    if (status) return status;
+    ida->started = false; /* a residual that fails here has lost the ranks of an earlier run */
+    status = prepare(ida, t, y, yp);
     if (status) return status;
     const size_t bytes = (size_t)ida->size * sizeof *y;
     memmove(N_VGetArrayPointer(ida->y), y, bytes);
@@ -38,31 +93,53 @@ int mbsr_ida_start(mbsr_ida *ida, double t, const double *y, const double *yp)
     ida->message[0] = '\0';
     ida->started = ida->stepped = ida->event = false;
     ida->residuals = ida->events = 0;
+    ida->before = (mbsr_ida_stats){0};
     ida->wall = INFINITY;
-    ida->blocked = 0;
     ida->present = t;
-    const int flag = IDAReInit(ida->memory, t, ida->y, ida->yp);
+    int flag = IDAReInit(ida->memory, t, ida->y, ida->yp);
+    if (flag >= 0) flag = identify(ida);
+    if (flag >= 0) flag = IDASVtolerances(ida->memory, ida->opt.rtol, ida->atol);
     if (flag < 0) return mbsri_ida_solver_failed(ida, &ida->error, flag, "mbsr_ida_start");
     ida->started = true;
     return MBSR_OK;
 }
 
-/* First step when none is given: IDA's choice, half the tolerance over |y'|, but bounded by a fixed
- * time. IDA's bound, a thousandth of the way to the first t_end, would make the steps depend on
- * where output is asked for. */
-static double first_step(const mbsr_ida *ida)
+/* Weighted root mean square norm of the first n entries of x, as in IDA's error test. */
+static double norm(const mbsr_ida *ida, int n, const double *x)
+{
+    const double *y = N_VGetArrayPointer(ida->y), *atol = N_VGetArrayPointer(ida->atol);
+    double sum = 0.0;
+    for (int k = 0; k < n; ++k) {
+        const double weighted = x[k] / (ida->opt.rtol * fabs(y[k]) + atol[k]);
+        sum += weighted * weighted;
+    }
+    return sqrt(sum / ida->size);
+}
+
+/* First step when none is given: the one whose error of first order, h^2 y'' / 2, is half the
+ * tolerance, and at most 1e-3 s. y'' comes from the residual a little later with y' = 0: its first
+ * entries, all of q and p, are then -y'. IDA's own choice goes with the first order, h y', and with
+ * the way to the first t_end: it is far smaller at tight tolerances, too small for directions that
+ * only springs determine, and would make the steps depend on where output is asked for. */
+static double first_step(mbsr_ida *ida, double direction)
 {
     static const double longest = 1e-3; /* s */
     if (ida->opt.initial_step > 0.0) return ida->opt.initial_step;
-    const double *y = N_VGetArrayPointer(ida->y), *yp = N_VGetArrayPointer(ida->yp);
-    const double *atol = N_VGetArrayPointer(ida->atol);
-    double sum = 0.0;
-    for (int k = 0; k < ida->size; ++k) {
-        const double weight = 1.0 / (ida->opt.rtol * fabs(y[k]) + atol[k]);
-        sum += (yp[k] * weight) * (yp[k] * weight);
+    const int nq = mbsr_model_nq(ida->model), nu = mbsr_model_nu(ida->model);
+    const int n = ida->opt.form == MBSR_DAE_MOMENTUM ? nq + nu : nq;
+    const double *yp = N_VGetArrayPointer(ida->yp);
+    double *moved = N_VGetArrayPointer(ida->moved), *rate = N_VGetArrayPointer(ida->work);
+    const double slope = norm(ida, ida->size, yp);
+    const double little = slope * longest > 0.5 ? 0.5 / slope : longest;
+    N_VLinearSum(1.0, ida->y, direction * little, ida->yp, ida->moved);
+    ++ida->residuals;
+    if (mbsr_dae_residual(ida->model, ida->data, ida->opt.form, ida->present + direction * little,
+                          moved, N_VGetArrayPointer(ida->zero), rate)) {
+        return little;
     }
-    const double norm = sqrt(sum / ida->size);
-    return norm * longest > 0.5 ? 0.5 / norm : longest;
+    for (int k = 0; k < n; ++k) rate[k] = (-rate[k] - yp[k]) / little;
+    const double bend = norm(ida, n, rate);
+    return bend * longest * longest > 1.0 ? 1.0 / sqrt(bend) : longest;
 }
 
 static int check_target(mbsr_ida *ida, double t_end)
@@ -105,20 +182,57 @@ static int gave_up(mbsr_ida *ida, int flag)
                           "mbsr_ida_advance: %s", ida->failure.text);
 }
 
+/* The present state becomes the reference of the index-1 form. Where that makes derivatives jump, IDA
+ * starts anew from here. */
+static int renew(mbsr_ida *ida)
+{
+    int restart = 0;
+    const int status =
+        mbsr_index1_renew(ida->model, ida->data, ida->present, N_VGetArrayPointer(ida->y),
+                          N_VGetArrayPointer(ida->yp), &restart);
+    if (status) {
+        const mbsr_error *error = mbsr_data_error(ida->data);
+        return mbsri_ida_fail(&ida->error, status, error->body, error->force,
+                              "mbsr_ida_advance: %s", error->text);
+    }
+    if (!restart) return MBSR_OK;
+    mbsri_ida_count(ida, &ida->before);
+    const int flag = IDAReInit(ida->memory, ida->present, ida->y, ida->yp);
+    if (flag < 0) return mbsri_ida_solver_failed(ida, &ida->error, flag, "mbsr_ida_advance");
+    IDASetInitStep(ida->memory, ida->direction * first_step(ida, ida->direction));
+    return MBSR_OK;
+}
+
+/* After a root: an event of the caller's, or the reference's. */
+static int at_root(mbsr_ida *ida, bool *again)
+{
+    const int info = IDAGetRootInfo(ida->memory, ida->rising);
+    if (info < 0) return mbsri_ida_solver_failed(ida, &ida->error, info, "mbsr_ida_advance");
+    for (int k = 0; k < ida->opt.events; ++k) ida->event = ida->event || ida->rising[k] != 0;
+    *again = !ida->event;
+    if (ida->turns && ida->rising[ida->opt.events] != 0) {
+        const int status = renew(ida);
+        if (status) return status;
+    }
+    return ida->event ? MBSR_EVENT : MBSR_OK;
+}
+
 /* Lets IDA integrate to t_end; y, yp and `present` of the driver are then the state reached. */
 static int solve(mbsr_ida *ida, double t_end)
 {
-    double reached = ida->present;
-    ida->message[0] = '\0';
-    ida->callback = 0;
-    const int flag = IDASolve(ida->memory, t_end, &reached, ida->y, ida->yp, IDA_NORMAL);
-    if (flag >= 0 || flag == IDA_TOO_MUCH_WORK) ida->present = reached;
-    if (flag < 0) return gave_up(ida, flag);
-    if (flag != IDA_ROOT_RETURN) return MBSR_OK;
-    const int info = IDAGetRootInfo(ida->memory, ida->rising);
-    if (info < 0) return mbsri_ida_solver_failed(ida, &ida->error, info, "mbsr_ida_advance");
-    ida->event = true;
-    return MBSR_EVENT;
+    bool again = true;
+    int status = MBSR_OK;
+    while (again && !status) {
+        double reached = ida->present;
+        again = false;
+        ida->message[0] = '\0';
+        ida->callback = 0;
+        const int flag = IDASolve(ida->memory, t_end, &reached, ida->y, ida->yp, IDA_NORMAL);
+        if (flag >= 0 || flag == IDA_TOO_MUCH_WORK) ida->present = reached;
+        if (flag < 0) return gave_up(ida, flag);
+        if (flag == IDA_ROOT_RETURN) status = at_root(ida, &again);
+    }
+    return status;
 }
 
 int mbsr_ida_advance(mbsr_ida *ida, double t_end, double *t, double *y, double *yp)
@@ -135,7 +249,7 @@ int mbsr_ida_advance(mbsr_ida *ida, double t_end, double *t, double *y, double *
                 "mbsr_ida_advance: t_end is %.17g, too close to the start at %.17g", t_end,
                 ida->present);
         }
-        IDASetInitStep(ida->memory, direction * first_step(ida));
+        IDASetInitStep(ida->memory, direction * first_step(ida, direction));
         ida->direction = direction;
         ida->stepped = true;
     } else if (!arrived && direction != ida->direction) {

@@ -37,10 +37,24 @@ int mbsri_ida_residual(sunrealtype t, N_Vector y, N_Vector yp, N_Vector F, void 
     return status > 0 && blocked(ida, t) ? -1 : status;
 }
 
+/* The last event function: the reference has to be renewed where it falls through zero. */
+static int turned(mbsr_ida *ida, sunrealtype t, const double *y, sunrealtype *value)
+{
+    double cosine = 1.0;
+    ida->callback = mbsr_index1_alignment(ida->model, ida->data, t, y, &cosine);
+    value[ida->opt.events] = cosine - MBSRI_IDA_TURNED;
+    if (!ida->callback) return MBSR_OK;
+    const mbsr_error *error = mbsr_data_error(ida->data);
+    return mbsri_ida_fail(&ida->failure, ida->callback, error->body, error->force,
+                          "alignment at t = %.10g: %s", t, error->text);
+}
+
 int mbsri_ida_events(sunrealtype t, N_Vector y, N_Vector yp, sunrealtype *value, void *user)
 {
     mbsr_ida *ida = user;
     ++ida->events;
+    const int status = ida->turns ? turned(ida, t, N_VGetArrayPointer(y), value) : MBSR_OK;
+    if (status || ida->opt.events == 0) return status;
     for (int k = 0; k < ida->opt.events; ++k) value[k] = 0.0;
     ida->callback = ida->opt.event(ida->opt.event_user, t, N_VGetArrayPointer(y),
                                    N_VGetArrayPointer(yp), value);

@@ -75,7 +75,7 @@ static int make_objects(mbsr_ida *ida, mbsr_error *error)
     if (!mbsri_ida_context(&ida->context, &ida->messages)) {
         return no_memory(ida, error, "a SUNDIALS context for a problem");
     }
-    N_Vector *const vector[] = {&ida->y, &ida->yp, &ida->atol, &ida->work};
+    N_Vector *const vector[] = {&ida->y, &ida->yp, &ida->atol, &ida->work, &ida->moved, &ida->zero};
     for (size_t k = 0; k < sizeof vector / sizeof vector[0]; ++k) {
         *vector[k] = N_VNew_Serial(ida->size, ida->context);
         if (!*vector[k]) return no_memory(ida, error, "a vector");
@@ -90,15 +90,30 @@ static int make_objects(mbsr_ida *ida, mbsr_error *error)
     return MBSR_OK;
 }
 
-/* Whether data belongs to model, which mbsr_dae_pack tells. */
-static int check_data(mbsr_ida *ida, mbsr_error *error)
+/* Whether data belongs to model: mbsr_dae_pack tells, which only copies in this form. */
+static int check_data(const mbsr_model *model, mbsr_data *data, mbsr_error *error)
 {
-    const double *zero = N_VGetArrayPointer(ida->yp);
-    const int status = mbsr_dae_pack(ida->model, ida->data, ida->opt.form, 0.0, zero,
-                                     zero + mbsr_model_nq(ida->model), N_VGetArrayPointer(ida->y));
+    const size_t nq = (size_t)mbsr_model_nq(model), n = nq + (size_t)mbsr_model_nu(model);
+    double *zero = calloc(2 * n, sizeof *zero);
+    if (!zero) {
+        return mbsri_ida_fail(error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
+                              "mbsr_ida_create: no memory for %zu numbers", 2 * n);
+    }
+    const int status =
+        mbsr_dae_pack(model, data, MBSR_DAE_RECURSIVE, 0.0, zero, zero + nq, zero + n);
+    free(zero);
     if (!status) return MBSR_OK;
     return mbsri_ida_fail(error, status, MBSR_NONE, MBSR_NONE, "mbsr_ida_create: %s",
                           mbsr_status_text(status));
+}
+
+static void set_tolerances(mbsr_ida *ida, const double *atol_each)
+{
+    double *atol = N_VGetArrayPointer(ida->atol);
+    for (int k = 0; k < ida->size; ++k) atol[k] = atol_each ? atol_each[k] : ida->opt.atol;
+    ida->scales =
+        !atol_each && (ida->opt.form == MBSR_DAE_MOMENTUM || ida->opt.form == MBSR_DAE_INDEX1);
+    ida->opt.atol_each = NULL;
 }
 
 /* Hands the options to IDA; an IDA flag. */
@@ -114,24 +129,17 @@ static int configure(mbsr_ida *ida)
     if (flag >= 0) flag = IDASetMaxOrd(memory, opt->max_order);
     if (flag >= 0) flag = IDASetMaxNumSteps(memory, opt->max_steps);
     if (flag >= 0) flag = IDASetMaxStep(memory, opt->max_step);
-    if (flag >= 0 && opt->events > 0) {
-        flag = IDARootInit(memory, opt->events, mbsri_ida_events);
+    const int events = opt->events + (ida->turns ? 1 : 0);
+    if (flag >= 0 && events > 0) {
+        flag = IDARootInit(memory, events, mbsri_ida_events);
         if (flag >= 0) flag = IDASetNoInactiveRootWarn(memory);
     }
     return flag;
 }
 
-static void set_tolerances(mbsr_ida *ida, const double *atol_each)
-{
-    double *atol = N_VGetArrayPointer(ida->atol);
-    for (int k = 0; k < ida->size; ++k) atol[k] = atol_each ? atol_each[k] : ida->opt.atol;
-    ida->opt.atol_each = NULL;
-}
-
 static int make(mbsr_ida *ida, mbsr_error *error)
 {
-    int status = make_objects(ida, error);
-    if (!status) status = check_data(ida, error);
+    const int status = make_objects(ida, error);
     if (status) return status;
     set_tolerances(ida, ida->opt.atol_each);
     const int flag = configure(ida);
@@ -145,8 +153,9 @@ int mbsr_ida_create(const mbsr_model *model, mbsr_data *data, const mbsr_ida_opt
     if (!opt) opt = &standard;
     if (ida) *ida = NULL;
     int status = check(model, data, opt, ida, error);
+    if (!status) status = check_data(model, data, error);
     if (status) return status;
-    mbsr_ida *made = calloc(1, sizeof *made + (size_t)opt->events * sizeof made->rising[0]);
+    mbsr_ida *made = calloc(1, sizeof *made + ((size_t)opt->events + 1) * sizeof made->rising[0]);
     if (!made) {
         return mbsri_ida_fail(error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                               "mbsr_ida_create: no memory for the driver");
@@ -155,6 +164,7 @@ int mbsr_ida_create(const mbsr_model *model, mbsr_data *data, const mbsr_ida_opt
     made->data = data;
     made->opt = *opt;
     made->size = mbsr_dae_size(model, opt->form);
+    made->turns = opt->form == MBSR_DAE_INDEX1;
     made->error = (mbsr_error){MBSR_OK, MBSR_NONE, MBSR_NONE, ""};
     status = make(made, error);
     if (status) {
@@ -168,10 +178,11 @@ int mbsr_ida_create(const mbsr_model *model, mbsr_data *data, const mbsr_ida_opt
 void mbsr_ida_destroy(mbsr_ida *ida)
 {
     if (!ida) return;
+    if (ida->watches) mbsr_rank_watch(ida->model, ida->data, 0);
     if (ida->memory) IDAFree(&ida->memory);
     if (ida->solver) SUNLinSolFree(ida->solver);
     if (ida->matrix) SUNMatDestroy(ida->matrix);
-    N_Vector const vector[] = {ida->y, ida->yp, ida->atol, ida->work};
+    N_Vector const vector[] = {ida->y, ida->yp, ida->atol, ida->work, ida->moved, ida->zero};
     for (size_t k = 0; k < sizeof vector / sizeof vector[0]; ++k) {
         if (vector[k]) N_VDestroy(vector[k]);
     }

@@ -26,19 +26,23 @@ struct mbsr_ida {
     int size;         /* length of y */
 
     SUNContext context;
-    void *memory;               /* IDA's own */
-    N_Vector y, yp, atol, work; /* size; y and yp are the state at `present` */
+    void *memory;                            /* IDA's own */
+    N_Vector y, yp, atol, work, moved, zero; /* size; y and yp are the state at `present` */
     SUNMatrix matrix;
     SUNLinearSolver solver;
     mbsri_ida_messages messages;
     char message[MBSR_TEXT_SIZE]; /* IDA's last message in the present call */
 
+    bool watches; /* the ranks of data are watched on behalf of this driver */
+    bool scales;  /* tolerances follow the masses at the start, see mbsr_ida_opt */
     bool started; /* a state is set and no step from it has failed for good */
     bool stepped; /* IDASolve was called since */
     bool event;   /* the last call of mbsr_ida_advance ended in an event */
     double present;
     double direction; /* +1 or -1 once stepped */
     long residuals, events;
+    mbsr_ida_stats before; /* what IDA had counted when its history was last thrown away */
+    bool turns;            /* index-1 form: one more event function watches the reference */
 
     double wall; /* time of the last recoverable failure of the residual */
     int blocked; /* how many in a row were at the same time but for rounding */
@@ -46,8 +50,15 @@ struct mbsr_ida {
     int callback; /* status of the last evaluation of the residual or of the event functions */
     mbsr_error failure; /* what is known of it when it is not zero */
     mbsr_error error;
-    int rising[]; /* opt.events: directions of the last event */
+    int rising[]; /* opt.events + 1: directions of the last event; the last for `turns` */
 };
+
+/* Below this cosine between its bases and the reference, the reference of the index-1 form is renewed:
+ * about 60 degrees. */
+#define MBSRI_IDA_TURNED 0.5
+
+/* Adds what IDA has counted so far to *stats. */
+void mbsri_ida_count(const mbsr_ida *ida, mbsr_ida_stats *stats);
 
 /* Writes *error (if not NULL) and returns status. */
 int mbsri_ida_fail(mbsr_error *error, int status, int body, int force, const char *format, ...)

@@ -10,9 +10,11 @@ mbsr_ida_opt mbsr_default_ida_opt(void)
 {
     return (mbsr_ida_opt){
         .cookie = COOKIE,
-        .form = MBSR_DAE_RECURSIVE,
+        .form = MBSR_DAE_MOMENTUM,
         .rtol = 1e-6,
         .atol = 1e-6,
+        .suppress_algebraic = 1,
+        .watch_ranks = 1,
         .max_order = MAX_ORDER,
         .max_steps = 1000000,
     };

@@ -47,23 +47,34 @@ int mbsr_ida_dense(mbsr_ida *ida, double t, int k, double *dky)
     return MBSR_OK;
 }
 
+void mbsri_ida_count(const mbsr_ida *ida, mbsr_ida_stats *stats)
+{
+    static int (*const get[])(void *, long int *) = {
+        IDAGetNumSteps,           IDAGetNumLinResEvals,         IDAGetNumJacEvals,
+        IDAGetNumNonlinSolvIters, IDAGetNumNonlinSolvConvFails, IDAGetNumErrTestFails};
+    long *const sum[] = {&stats->steps,           &stats->jacobian_residuals,
+                         &stats->jacobians,       &stats->newton_iterations,
+                         &stats->newton_failures, &stats->error_test_failures};
+    for (size_t k = 0; k < sizeof get / sizeof get[0]; ++k) {
+        long int value = 0;
+        get[k](ida->memory, &value);
+        *sum[k] += value;
+    }
+}
+
 /* IDA counts the residuals of its Newton iterations and those of the difference quotients apart;
  * the driver counts all. The counters of the linear solver are cleared by the first step, not by
  * mbsr_ida_start. */
 int mbsr_ida_get_stats(const mbsr_ida *ida, mbsr_ida_stats *stats)
 {
     if (!ida || !stats) return MBSR_ERR_NULL;
-    *stats = (mbsr_ida_stats){.residuals = ida->residuals, .events = ida->events};
+    *stats = ida->before;
+    stats->residuals = ida->residuals;
+    stats->events = ida->events;
     if (ida->residuals == 0) return MBSR_OK;
-    void *const memory = ida->memory;
-    IDAGetNumSteps(memory, &stats->steps);
-    IDAGetNumLinResEvals(memory, &stats->jacobian_residuals);
-    IDAGetNumJacEvals(memory, &stats->jacobians);
-    IDAGetNumNonlinSolvIters(memory, &stats->newton_iterations);
-    IDAGetNumNonlinSolvConvFails(memory, &stats->newton_failures);
-    IDAGetNumErrTestFails(memory, &stats->error_test_failures);
-    IDAGetLastOrder(memory, &stats->last_order);
-    IDAGetLastStep(memory, &stats->last_step);
+    mbsri_ida_count(ida, stats);
+    IDAGetLastOrder(ida->memory, &stats->last_order);
+    IDAGetLastStep(ida->memory, &stats->last_step);
     return MBSR_OK;
 }
 

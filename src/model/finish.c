@@ -109,14 +109,15 @@ static void place(mbsr_model *m, int i, int id)
     mbsri_body *b = m->body + i;
     const mbsr_joint *joint = &entry->joint;
     const int parent = entry->parent == MBSR_GROUND ? 0 : m->index[entry->parent];
-    const size_t d = (size_t)joint->d, n = (size_t)joint->n, d_pred = (size_t)m->body[parent].d;
+    const size_t d = (size_t)joint->d, n = (size_t)(joint->n - entry->locks),
+                 d_pred = (size_t)m->body[parent].d;
     *b = (mbsri_body){.id = id,
                       .parent = parent,
                       .d = joint->d,
                       .d_pred = (int)d_pred,
                       .np = joint->np,
-                      .n = joint->n,
-                      .nq = joint->nq,
+                      .n = joint->n - entry->locks,
+                      .nq = joint->nq - entry->locks,
                       .p = m->size_p,
                       .v = m->size_v,
                       .dd = m->size_dd,
@@ -127,9 +128,16 @@ static void place(mbsr_model *m, int i, int id)
                       .joint = *joint,
                       .inertia = entry->inertia,
                       .name = entry->name,
-                      .regular = entry->regular};
+                      .regular = entry->regular,
+                      .locks = entry->locks,
+                      .full = m->size_full};
     if (b->inertia.kind == MBSR_INERTIA_MATRIX && b->inertia.matrix) {
         b->inertia.matrix = (const double *)m->matrices.data + entry->matrix;
+    }
+    if (entry->added > 0) b->added = (const double *)m->matrices.data + entry->added;
+    if (entry->locks > 0) {
+        b->held = (const double *)m->matrices.data + entry->held;
+        m->size_full += (size_t)joint->n;
     }
     m->size_p += (size_t)joint->np;
     m->size_v += d;
@@ -139,10 +147,11 @@ static void place(mbsr_model *m, int i, int id)
     m->size_nn += n * n;
     if (!(joint->table->flags & MBSR_JOINT_UNIT_K)) m->size_k += d * d;
     if (joint->d > m->max_d) m->max_d = joint->d;
-    if (joint->n > m->max_n) m->max_n = joint->n;
+    if (b->n > m->max_n) m->max_n = b->n;
+    m->differences = m->differences || mbsri_rates_by_differences(b);
 }
 
-/* Coordinates stand in q and u in the order of ids. */
+/* Coordinates stand in the caller's q and u in the order of ids, in the data in that of the sweeps. */
 static int place_coordinates(mbsr_model *m, int N)
 {
     long long nq = 0, nu = 0;
@@ -159,6 +168,12 @@ static int place_coordinates(mbsr_model *m, int N)
     }
     m->nq = (int)nq;
     m->nu = (int)nu;
+    for (int i = 1, iq = 0, iu = 0; i <= N; ++i) {
+        m->body[i].iq = iq;
+        m->body[i].iu = iu;
+        iq += m->body[i].nq;
+        iu += m->body[i].n;
+    }
     return MBSR_OK;
 }
 
@@ -187,7 +202,7 @@ static int check_force(mbsr_model *m, int id, mbsr_force_body *bodies)
     for (int k = 0; k < force->def.bodies; ++k) {
         const mbsri_body *b = m->body + m->list_index[force->list + (size_t)k];
         bodies[k] = (mbsr_force_body){
-            .id = b->id, .space = b->joint.space, .d = b->d, .n = b->n, .nq = b->nq};
+            .id = b->id, .space = b->joint.space, .d = b->d, .np = b->np, .n = b->n, .nq = b->nq};
     }
     char text[MBSR_TEXT_SIZE] = "", label[MBSRI_LABEL];
     const mbsr_force_args args = {
@@ -253,8 +268,10 @@ static void undo(mbsr_model *m)
     mbsri_release(&m->allocator, m->body);
     m->index = m->list_index = NULL;
     m->body = NULL;
+    m->differences = false;
     m->nq = m->nu = m->max_d = m->max_n = m->max_force_bodies = 0;
-    m->size_p = m->size_v = m->size_dd = m->size_dp = m->size_dn = m->size_k = m->size_nn = 0;
+    m->size_p = m->size_v = m->size_dd = m->size_dp = m->size_dn = m->size_k = m->size_nn =
+        m->size_full = 0;
 }
 
 int mbsr_model_finish(mbsr_model *model)

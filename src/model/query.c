@@ -87,7 +87,7 @@ const char *mbsr_body_name(const mbsr_model *model, int body)
 
 int mbsr_model_find_body(const mbsr_model *model, const char *name)
 {
-    if (!ready(model) || !name) return MBSR_NONE;
+    if (!ready(model) || !name || !name[0]) return MBSR_NONE;
     for (int id = 0; id < model->bodies; ++id) {
         if (strcmp(mbsr_body_name(model, id), name) == 0) return id;
     }

@@ -14,6 +14,14 @@ typedef struct problem {
     double y[4], yp[4]; /* consistent start at t = 0 */
 } problem;
 
+/* Default options but for the form: these problems are written in (q, u). */
+static inline mbsr_ida_opt problem_opt(void)
+{
+    mbsr_ida_opt opt = mbsr_default_ida_opt();
+    opt.form = MBSR_DAE_RECURSIVE;
+    return opt;
+}
+
 /* What the force function `probe` does; it adds no force. */
 typedef struct probe {
     long calls;
@@ -102,7 +110,7 @@ static inline void oscillator_solution(double t, double y[4])
     y[3] = -1.5 * sin(3.0 * t);
 }
 
-/* A point without mass between a spring of 6 N/m and a damper of 2 N s/m, from 1 m: x = exp(-3 t). */
+/* A point without mass on a spring of 6 N/m and a damper of 2 N s/m, from 1 m: x = exp(-3 t). */
 static inline void problem_massless(problem *p, probe *observer)
 {
     problem_point(p, MBSR_X, 0.0);
@@ -123,8 +131,8 @@ static inline void problem_undetermined(problem *p, probe *observer)
     p->y[0] = 1.0;
 }
 
-/* The pendulum of the IFToMM library of benchmark problems, A01: a particle of 1 kg on a rod of 1 m without mass, let go
- * from the horizontal; g = 9.81 m/s^2. q[0] is the angle from the horizontal. */
+/* The pendulum of the IFToMM library of benchmark problems, A01: a particle of 1 kg on a rod of 1 m
+ * without mass, let go from the horizontal; g = 9.81 m/s^2. q[0] is the angle from there. */
 static inline void problem_pendulum(problem *p)
 {
     *p = (problem){0};
@@ -140,9 +148,20 @@ static inline void problem_pendulum(problem *p)
     problem_finish(p, NULL);
 }
 
-/* A driver for the problem, started at t = 0. */
+/* The start of the problem in another form: y and yp of mbsr_dae_size numbers. */
+static inline void problem_in_form(const problem *p, mbsr_dae_form form, double *y, double *yp)
+{
+    const double *u = p->y + mbsr_model_nq(p->model);
+    assert_ok(mbsr_dae_pack(p->model, p->data, form, 0.0, p->y, u, y), mbsr_data_error(p->data));
+    assert_ok(mbsr_dae_consistent(p->model, p->data, form, 0.0, y, yp, NULL, NULL),
+              mbsr_data_error(p->data));
+}
+
+/* A driver for the problem, started at t = 0; opt == NULL means problem_opt(). */
 static inline mbsr_ida *problem_start(const problem *p, const mbsr_ida_opt *opt)
 {
+    const mbsr_ida_opt standard = problem_opt();
+    if (!opt) opt = &standard;
     mbsr_ida *ida = NULL;
     mbsr_error error = {0};
     assert_ok(mbsr_ida_create(p->model, p->data, opt, &ida, &error), &error);

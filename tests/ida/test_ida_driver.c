@@ -7,7 +7,7 @@
 
 static mbsr_ida_opt with_tolerance(double tolerance)
 {
-    mbsr_ida_opt opt = mbsr_default_ida_opt();
+    mbsr_ida_opt opt = problem_opt();
     opt.rtol = opt.atol = tolerance;
     return opt;
 }
@@ -19,39 +19,49 @@ static double largest_difference(int n, const double *a, const double *b)
     return value;
 }
 
-/* ---- accuracy ------------------------------------------------------------------------------------ */
+/* ---- accuracy ---- */
 
-static double oscillator_error(double tolerance, double t_end, long *steps)
+/* Largest error of q at t_end, and in the (q, u) forms of u too. */
+static double oscillator_error(mbsr_dae_form form, double tolerance, double t_end, long *steps)
 {
     problem p;
     problem_oscillator(&p, NULL);
-    const mbsr_ida_opt opt = with_tolerance(tolerance);
-    mbsr_ida *ida = problem_start(&p, &opt);
-    double t = NAN, y[4], yp[4], exact[4];
+    mbsr_ida_opt opt = with_tolerance(tolerance);
+    opt.form = form;
+    const int known =
+        form == MBSR_DAE_MOMENTUM ? 2 : 4; /* entries of y that are entries of (q, u) */
+    double t = NAN, y[6], yp[6], exact[4];
+    problem_in_form(&p, form, y, yp);
+    mbsr_ida *ida = NULL;
+    assert_ok(mbsr_ida_create(p.model, p.data, &opt, &ida, NULL), NULL);
+    assert_ok(mbsr_ida_start(ida, 0.0, y, yp), mbsr_ida_error(ida));
     assert_ok(mbsr_ida_advance(ida, t_end, &t, y, yp), mbsr_ida_error(ida));
     assert_true(t == t_end);
     oscillator_solution(t, exact);
     const double rate[4] = {exact[2], exact[3], -4.0 * exact[0], -9.0 * exact[1]};
-    assert_close(largest_difference(4, yp, rate), 0.0, 10000.0 * tolerance);
+    assert_close(largest_difference(known, yp, rate), 0.0, 10000.0 * tolerance);
     *steps = problem_stats(ida).steps;
     mbsr_ida_destroy(ida);
     problem_free(&p);
-    return largest_difference(4, y, exact);
+    return largest_difference(known, y, exact);
 }
 
 static void the_error_falls_with_the_tolerance(void **state)
 {
     (void)state;
-    double last = INFINITY;
-    long last_steps = 0;
-    for (double tolerance = 1e-4; tolerance > 1e-11; tolerance *= 1e-2) {
-        long steps = 0;
-        const double error = oscillator_error(tolerance, 5.0, &steps);
-        assert_less(error, 1000.0 * tolerance);
-        assert_less(error, 0.1 * last);
-        assert_true(steps > last_steps);
-        last = error;
-        last_steps = steps;
+    const mbsr_dae_form forms[] = {MBSR_DAE_MOMENTUM, MBSR_DAE_RECURSIVE};
+    for (int f = 0; f < 2; ++f) {
+        double last = INFINITY;
+        long last_steps = 0;
+        for (double tolerance = 1e-4; tolerance > 1e-11; tolerance *= 1e-3) {
+            long steps = 0;
+            const double error = oscillator_error(forms[f], tolerance, 5.0, &steps);
+            assert_less(error, (f ? 1000.0 : 500.0) * tolerance);
+            assert_less(error, 0.05 * last);
+            assert_true(steps > last_steps);
+            last = error;
+            last_steps = steps;
+        }
     }
 }
 
@@ -59,7 +69,8 @@ static void time_may_run_backwards(void **state)
 {
     (void)state;
     long steps = 0;
-    assert_less(oscillator_error(1e-8, -5.0, &steps), 1e-5);
+    assert_less(oscillator_error(MBSR_DAE_RECURSIVE, 1e-8, -5.0, &steps), 1e-5);
+    assert_less(oscillator_error(MBSR_DAE_MOMENTUM, 1e-8, -5.0, &steps), 1e-6);
     /* there and back again */
     problem p;
     problem_pendulum(&p);
@@ -93,6 +104,8 @@ static void a_point_without_mass_follows_spring_and_damper(void **state)
         assert_ok(mbsr_ida_advance(ida, 1.5, NULL, y, NULL), mbsr_ida_error(ida));
         assert_close(y[0], exp(-4.5), 1e-6);
         assert_close(y[1], -3.0 * exp(-4.5), 1e-6);
+        /* only the recursion decides on ranks */
+        assert_int_equal(mbsr_total_rank(p.model, p.data), f == 0 ? 0 : -1);
         mbsr_ida_destroy(ida);
     }
     problem_free(&p);
@@ -118,7 +131,7 @@ static void the_pendulum_keeps_its_energy(void **state)
     problem_free(&p);
 }
 
-/* ---- events -------------------------------------------------------------------------------------- */
+/* ---- events ---- */
 
 /* A quarter of the period 4 K(1/sqrt 2) sqrt(l/g); K by the arithmetic-geometric mean. */
 static double quarter_period(void)
@@ -171,6 +184,11 @@ static void the_pendulum_passes_its_lowest_point_in_time(void **state)
         assert_ok(mbsr_ida_advance(ida, t, NULL, again, NULL), mbsr_ida_error(ida));
         assert_memory_equal(again, y, sizeof y);
         assert_int_equal(mbsr_ida_event_info(ida, direction), MBSR_ERR_SEQUENCE);
+        double same = NAN;
+        assert_ok(mbsr_ida_advance(ida, nextafter(t, 0.0), &same, again, NULL),
+                  mbsr_ida_error(ida));
+        assert_true(same == t);
+        assert_memory_equal(again, y, sizeof y);
     }
     assert_ok(mbsr_ida_advance(ida, 4.1 * quarter_period(), &t, y, NULL), mbsr_ida_error(ida));
     assert_int_equal(problem_stats(ida).events, calls);
@@ -179,7 +197,7 @@ static void the_pendulum_passes_its_lowest_point_in_time(void **state)
     problem_free(&p);
 }
 
-/* ---- steps --------------------------------------------------------------------------------------- */
+/* ---- steps ---- */
 
 static void output_does_not_change_the_steps(void **state)
 {
@@ -257,7 +275,7 @@ static void too_few_steps_may_be_continued(void **state)
     const long steps = problem_stats(ida).steps;
     mbsr_ida_destroy(ida);
 
-    mbsr_ida_opt opt = mbsr_default_ida_opt();
+    mbsr_ida_opt opt = problem_opt();
     opt.max_steps = 10;
     ida = problem_start(&p, &opt);
     long calls = 1;
@@ -277,7 +295,7 @@ static void too_few_steps_may_be_continued(void **state)
     problem_free(&p);
 }
 
-/* ---- options ------------------------------------------------------------------------------------- */
+/* ---- options ---- */
 
 static void options_reach_ida(void **state)
 {
@@ -305,6 +323,49 @@ static void options_reach_ida(void **state)
     problem_free(&p);
 }
 
+/* An error of half the tolerance, h^2 y''/2 of the differential entries that have a y'', at most
+ * 1e-3 s. Of the oscillator q'' = (-4 q_x, -9 q_y), and of p = 2 u it is p'' = (-8 u_x, -18
+ * u_y). */
+static void the_first_step_follows_from_the_start(void **state)
+{
+    (void)state;
+    problem p;
+    problem_oscillator(&p, NULL);
+    const double q[2] = {1.0, 2.0}, u[2] = {3.0, -4.0}, curve[4] = {-4.0, -18.0, -24.0, 72.0};
+    const double size[6] = {1.0, 2.0, 6.0, 8.0, 3.0, 4.0}, rest[6] = {0.0};
+    const double each[6] = {1e-8, 2e-8, 3e-8, 4e-8, 5e-8, 6e-8};
+    for (int run = 0; run < 3; ++run) {
+        /* (q, u); momenta with a tolerance each; momenta with tolerances from their mass, 2 kg */
+        const int n = run ? 6 : 4, counted = run ? 4 : 2;
+        mbsr_ida_opt opt = problem_opt();
+        opt.form = run ? MBSR_DAE_MOMENTUM : MBSR_DAE_RECURSIVE;
+        opt.rtol = 1e-7;
+        opt.atol = 1e-8;
+        if (run < 2) opt.atol_each = each;
+        double y[6], yp[6], sum = 0.0, first = NAN;
+        for (int k = 0; k < counted; ++k) {
+            const double atol = run < 2 ? each[k] : k < 2 ? 1e-8 : 2e-8;
+            sum += pow(curve[k] / (1e-7 * size[k] + atol), 2.0);
+        }
+        mbsr_ida *ida = NULL;
+        assert_ok(mbsr_ida_create(p.model, p.data, &opt, &ida, NULL), NULL);
+        assert_ok(mbsr_dae_pack(p.model, p.data, opt.form, 2.0, q, u, y), NULL);
+        assert_ok(mbsr_dae_consistent(p.model, p.data, opt.form, 2.0, y, yp, NULL, NULL), NULL);
+        assert_ok(mbsr_ida_start(ida, 2.0, y, yp), mbsr_ida_error(ida));
+        assert_ok(mbsr_ida_advance(ida, 2.1, NULL, NULL, NULL), mbsr_ida_error(ida));
+        assert_int_equal(IDAGetActualInitStep(mbsr_ida_memory(ida), &first), IDA_SUCCESS);
+        /* y'' is a difference over 5e-8 to 1e-3 s */
+        assert_close(first, 1.0 / sqrt(sqrt(sum / n)), 1e-4 * first);
+        assert_less(first, 0.9e-3);
+        assert_ok(mbsr_ida_start(ida, 2.0, rest, rest), mbsr_ida_error(ida));
+        assert_ok(mbsr_ida_advance(ida, 100.0, NULL, NULL, NULL), mbsr_ida_error(ida));
+        assert_int_equal(IDAGetActualInitStep(mbsr_ida_memory(ida), &first), IDA_SUCCESS);
+        assert_true(first == 1e-3);
+        mbsr_ida_destroy(ida);
+    }
+    problem_free(&p);
+}
+
 static void absolute_tolerances_may_differ_entry_by_entry(void **state)
 {
     (void)state;
@@ -313,7 +374,7 @@ static void absolute_tolerances_may_differ_entry_by_entry(void **state)
     double y[3][4], each[4] = {1e-7, 1e-7, 1e-7, 1e-7};
     mbsr_ida_stats stats[3];
     for (int run = 0; run < 3; ++run) {
-        mbsr_ida_opt opt = mbsr_default_ida_opt();
+        mbsr_ida_opt opt = problem_opt();
         opt.atol = run == 0 ? 1e-7 : NAN; /* not read when atol_each is given */
         opt.atol_each = run == 0 ? NULL : each;
         if (run == 2) each[3] = 1e-13;
@@ -332,7 +393,7 @@ static void absolute_tolerances_may_differ_entry_by_entry(void **state)
     problem_free(&p);
 }
 
-/* ---- statistics and dense output ----------------------------------------------------------------- */
+/* ---- statistics and dense output ---- */
 
 static void statistics_agree_with_ida_and_with_the_model(void **state)
 {
@@ -340,13 +401,17 @@ static void statistics_agree_with_ida_and_with_the_model(void **state)
     problem p;
     probe observer = probe_passive();
     problem_oscillator(&p, &observer);
-    mbsr_ida *ida = problem_start(&p, NULL);
+    mbsr_ida_opt opt = problem_opt();
+    opt.initial_step = 0.5; /* far too long */
+    mbsr_ida *ida = problem_start(&p, &opt);
     for (int run = 0; run < 2; ++run) {
         observer.calls = 0;
+        observer.fail_first = 1;
+        observer.code = 1;
         assert_ok(mbsr_ida_advance(ida, 3.0, NULL, NULL, NULL), mbsr_ida_error(ida));
         const mbsr_ida_stats stats = problem_stats(ida);
         void *const memory = mbsr_ida_memory(ida);
-        long newton = 0, quotients = 0, steps = 0;
+        long newton = 0, quotients = 0, steps = 0, rejected = 0, diverged = 0;
         double present = 0.0;
         assert_int_equal(IDAGetNumResEvals(memory, &newton), IDA_SUCCESS);
         assert_int_equal(IDAGetNumLinResEvals(memory, &quotients), IDA_SUCCESS);
@@ -357,6 +422,11 @@ static void statistics_agree_with_ida_and_with_the_model(void **state)
         assert_int_equal(stats.jacobian_residuals, quotients);
         assert_int_equal(stats.jacobian_residuals, 4 * stats.jacobians);
         assert_int_equal(stats.steps, steps);
+        assert_int_equal(IDAGetNumErrTestFails(memory, &rejected), IDA_SUCCESS);
+        assert_int_equal(IDAGetNumNonlinSolvConvFails(memory, &diverged), IDA_SUCCESS);
+        assert_int_equal(stats.error_test_failures, rejected);
+        assert_int_equal(stats.newton_failures, diverged);
+        assert_true(rejected > 0 && diverged > 0);
         assert_true(stats.jacobians > 0 && stats.jacobians < stats.steps);
         assert_true(stats.newton_iterations >= stats.steps + stats.error_test_failures);
         assert_int_equal(stats.events, 0);
@@ -364,6 +434,25 @@ static void statistics_agree_with_ida_and_with_the_model(void **state)
         assert_true(present >= 3.0 && present - stats.last_step < 3.0);
         assert_ok(mbsr_ida_start(ida, 0.0, p.y, p.yp), mbsr_ida_error(ida));
     }
+    mbsr_ida_destroy(ida);
+    problem_free(&p);
+}
+
+/* The residual that serves to choose the first step counts as well. */
+static void statistics_count_the_choice_of_the_first_step(void **state)
+{
+    (void)state;
+    problem p;
+    probe observer = probe_passive();
+    problem_oscillator(&p, &observer);
+    mbsr_ida *ida = problem_start(&p, NULL);
+    observer.calls = 0;
+    assert_ok(mbsr_ida_advance(ida, 1.0, NULL, NULL, NULL), mbsr_ida_error(ida));
+    long newton = 0;
+    assert_int_equal(IDAGetNumResEvals(mbsr_ida_memory(ida), &newton), IDA_SUCCESS);
+    const mbsr_ida_stats stats = problem_stats(ida);
+    assert_int_equal(stats.residuals, observer.calls);
+    assert_int_equal(stats.residuals, newton + stats.jacobian_residuals + 1);
     mbsr_ida_destroy(ida);
     problem_free(&p);
 }
@@ -410,8 +499,10 @@ int main(void)
         cmocka_unit_test(a_restart_gives_the_same_numbers),
         cmocka_unit_test(too_few_steps_may_be_continued),
         cmocka_unit_test(options_reach_ida),
+        cmocka_unit_test(the_first_step_follows_from_the_start),
         cmocka_unit_test(absolute_tolerances_may_differ_entry_by_entry),
         cmocka_unit_test(statistics_agree_with_ida_and_with_the_model),
+        cmocka_unit_test(statistics_count_the_choice_of_the_first_step),
         cmocka_unit_test(derivatives_are_those_of_the_solution),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,4 +1,4 @@
-/* What the driver refuses, how failures of callbacks and of IDA come out, and that nothing is printed.
+/* What the driver refuses, how failures of callbacks and of IDA come out, silence.
  * SPDX-License-Identifier: BSD-3-Clause */
 #define _POSIX_C_SOURCE 200809L
 
@@ -7,7 +7,7 @@
 #include <stdio.h>
 #include <unistd.h>
 
-/* ---- creation ------------------------------------------------------------------------------------ */
+/* ---- creation ---- */
 
 static void refuse(const problem *p, const mbsr_ida_opt *opt, int status, const char *words)
 {
@@ -31,7 +31,7 @@ static int no_event(void *user, double t, const double *y, const double *yp, dou
 
 #define REFUSE_FIELD(p, field, value, status, words)                                               \
     do {                                                                                           \
-        mbsr_ida_opt opt_ = mbsr_default_ida_opt();                                                \
+        mbsr_ida_opt opt_ = problem_opt();                                                         \
         opt_.field = (value);                                                                      \
         refuse((p), &opt_, (status), (words));                                                     \
     } while (0)
@@ -135,15 +135,16 @@ static void null_is_refused_or_harmless(void **state)
     problem_free(&p);
 }
 
-/* ---- use ----------------------------------------------------------------------------------------- */
+/* ---- use ---- */
 
 static void wrong_times_and_starts_are_refused(void **state)
 {
     (void)state;
+    const mbsr_ida_opt direct = problem_opt();
     problem p;
     problem_oscillator(&p, NULL);
     mbsr_ida *ida = NULL;
-    assert_ok(mbsr_ida_create(p.model, p.data, NULL, &ida, NULL), NULL);
+    assert_ok(mbsr_ida_create(p.model, p.data, &direct, &ida, NULL), NULL);
     const mbsr_error *error = mbsr_ida_error(ida);
     double t = 5.0, dky[4];
     assert_refused(mbsr_ida_advance(ida, 1.0, &t, NULL, NULL), error, MBSR_ERR_SEQUENCE, MBSR_NONE,
@@ -187,7 +188,7 @@ static void wrong_times_and_starts_are_refused(void **state)
     problem_free(&p);
 }
 
-/* ---- callbacks that fail ------------------------------------------------------------------------- */
+/* ---- callbacks that fail ---- */
 
 /* After a failure: outputs untouched, nothing but a start is taken, and then the driver works. */
 static void assert_usable_again(mbsr_ida *ida, const problem *p, probe *observer)
@@ -214,11 +215,11 @@ static void the_status_of_a_failed_residual_comes_out_unchanged(void **state)
     const int force = mbsr_model_forces(p.model) - 1;
     for (int k = 0; k < 8; ++k) {
         for (int late = 0; late < 2; ++late) {
+            double t = 5.0, y[4] = {5.0, 5.0, 5.0, 5.0};
+            assert_ok(mbsr_ida_start(ida, 0.0, p.y, p.yp), mbsr_ida_error(ida));
             observer = probe_passive();
             observer.code = codes[k];
             observer.fail_from = late ? 0.5 : 0.0;
-            double t = 5.0, y[4] = {5.0, 5.0, 5.0, 5.0};
-            assert_ok(mbsr_ida_start(ida, 0.0, p.y, p.yp), mbsr_ida_error(ida));
             assert_refused(mbsr_ida_advance(ida, 1.0, &t, y, y), mbsr_ida_error(ida), codes[k],
                            MBSR_NONE, force,
                            late ? "mbsr_ida_advance: residual at t = 0.5" : "residual at t = ");
@@ -231,6 +232,41 @@ static void the_status_of_a_failed_residual_comes_out_unchanged(void **state)
         }
     }
     mbsr_ida_destroy(ida);
+    problem_free(&p);
+}
+
+/* A start evaluates the residual once; when that fails there is no state to go on from, not even
+ * the one before. */
+static void a_start_whose_residual_fails_is_refused(void **state)
+{
+    (void)state;
+    problem p;
+    probe observer = probe_passive();
+    problem_oscillator(&p, &observer);
+    const int codes[] = {7, -7, MBSR_NOT_FINITE}, force = mbsr_model_forces(p.model) - 1;
+    const mbsr_dae_form forms[] = {MBSR_DAE_MOMENTUM, MBSR_DAE_RECURSIVE};
+    for (int f = 0; f < 2; ++f) {
+        mbsr_ida_opt opt = problem_opt();
+        opt.form = forms[f];
+        double y[6], yp[6];
+        problem_in_form(&p, opt.form, y, yp);
+        mbsr_ida *ida = NULL;
+        assert_ok(mbsr_ida_create(p.model, p.data, &opt, &ida, NULL), NULL);
+        for (int k = 0; k < 3; ++k) {
+            assert_ok(mbsr_ida_start(ida, 0.0, y, yp), mbsr_ida_error(ida));
+            assert_ok(mbsr_ida_advance(ida, 0.1, NULL, NULL, NULL), mbsr_ida_error(ida));
+            observer = probe_passive();
+            observer.code = codes[k];
+            observer.fail_from = 0.0;
+            assert_refused(mbsr_ida_start(ida, 0.25, y, yp), mbsr_ida_error(ida), codes[k],
+                           MBSR_NONE, force, "mbsr_ida_start: residual at t = 0.25: force");
+            assert_contains(mbsr_ida_error(ida)->text, mbsr_data_error(p.data)->text);
+            assert_int_equal(observer.calls, 1);
+            observer = probe_passive();
+            assert_int_equal(mbsr_ida_advance(ida, 0.2, NULL, NULL, NULL), MBSR_ERR_SEQUENCE);
+        }
+        mbsr_ida_destroy(ida);
+    }
     problem_free(&p);
 }
 
@@ -261,7 +297,7 @@ static void a_recoverable_failure_that_passes_is_overcome(void **state)
     problem p;
     probe observer = probe_passive();
     problem_oscillator(&p, &observer);
-    mbsr_ida_opt opt = mbsr_default_ida_opt();
+    mbsr_ida_opt opt = problem_opt();
     opt.max_steps = 40;
     mbsr_ida *ida = problem_start(&p, &opt);
     observer.fail_first = 3;
@@ -271,6 +307,42 @@ static void a_recoverable_failure_that_passes_is_overcome(void **state)
                    MBSR_ERR_SOLVER, MBSR_NONE, MBSR_NONE, "IDA_TOO_MUCH_WORK");
     assert_true(observer.calls > 40);
     assert_int_equal(problem_stats(ida).steps, 40);
+    mbsr_ida_destroy(ida);
+    problem_free(&p);
+}
+
+/* That the residual failed again and again at one time is forgotten by a new start. */
+static void a_start_forgets_earlier_failures(void **state)
+{
+    (void)state;
+    problem p;
+    probe observer = probe_passive();
+    problem_oscillator(&p, &observer);
+    mbsr_ida_opt opt = problem_opt();
+    opt.atol = 0.0;
+    opt.initial_step = 1e-14;
+    for (int k = 0; k < 4; ++k) p.y[k] = 1.0;
+    mbsr_ida *ida = problem_start(&p, &opt);
+    observer.fail_from = 0.5;
+    observer.code = 5;
+    assert_int_equal(mbsr_ida_advance(ida, 1.0, NULL, NULL, NULL), 5);
+    assert_true(observer.calls > 100);
+    observer = probe_passive();
+    assert_ok(mbsr_ida_start(ida, 0.5, p.y, p.yp), mbsr_ida_error(ida));
+    observer = probe_passive();
+    observer.fail_first = 1;
+    observer.code = 5;
+    assert_ok(mbsr_ida_advance(ida, 0.6, NULL, NULL, NULL), mbsr_ida_error(ida));
+    assert_true(observer.calls > 1);
+    /* nor is an old failure the reason for one that comes before any evaluation */
+    assert_ok(mbsr_ida_start(ida, 0.5, p.y, p.yp), mbsr_ida_error(ida));
+    observer.fail_from = 0.0;
+    assert_int_equal(mbsr_ida_advance(ida, 1.0, NULL, NULL, NULL), 5);
+    observer = probe_passive();
+    p.y[2] = 0.0;
+    assert_ok(mbsr_ida_start(ida, 0.5, p.y, p.yp), mbsr_ida_error(ida));
+    assert_refused(mbsr_ida_advance(ida, 1.0, NULL, NULL, NULL), mbsr_ida_error(ida),
+                   MBSR_ERR_SOLVER, MBSR_NONE, MBSR_NONE, "IDA_ILL_INPUT");
     mbsr_ida_destroy(ida);
     problem_free(&p);
 }
@@ -296,7 +368,7 @@ static void a_failed_event_function_comes_out_unchanged(void **state)
     problem p;
     problem_oscillator(&p, NULL);
     failing_event e = {0.0, 2.0, 0};
-    mbsr_ida_opt opt = mbsr_default_ida_opt();
+    mbsr_ida_opt opt = problem_opt();
     opt.events = 2;
     opt.event = event_function;
     opt.event_user = &e;
@@ -325,7 +397,7 @@ static void a_failed_event_function_comes_out_unchanged(void **state)
     problem_free(&p);
 }
 
-/* ---- failures of IDA ----------------------------------------------------------------------------- */
+/* ---- failures of IDA ---- */
 
 static void a_singular_problem_is_a_failure_of_the_solver(void **state)
 {
@@ -353,7 +425,7 @@ static void tolerances_that_cannot_be_met_are_a_failure_of_the_solver(void **sta
     (void)state;
     problem p;
     problem_oscillator(&p, NULL);
-    mbsr_ida_opt opt = mbsr_default_ida_opt();
+    mbsr_ida_opt opt = problem_opt();
     opt.rtol = 1e-18;
     opt.atol = 1e-30;
     mbsr_ida *ida = problem_start(&p, &opt);
@@ -395,7 +467,7 @@ static void fail_in_many_ways(void)
     for (size_t k = 0; k < sizeof failing / sizeof failing[0]; ++k) failing[k](NULL);
     problem p;
     problem_oscillator(&p, NULL);
-    mbsr_ida_opt opt = mbsr_default_ida_opt();
+    mbsr_ida_opt opt = problem_opt();
     opt.events = 1;
     opt.event = zero_event;
     mbsr_ida *ida = problem_start(&p, &opt);
@@ -454,8 +526,10 @@ int main(void)
         cmocka_unit_test(null_is_refused_or_harmless),
         cmocka_unit_test(wrong_times_and_starts_are_refused),
         cmocka_unit_test(the_status_of_a_failed_residual_comes_out_unchanged),
+        cmocka_unit_test(a_start_whose_residual_fails_is_refused),
         cmocka_unit_test(a_failure_in_a_difference_quotient_comes_out_unchanged),
         cmocka_unit_test(a_recoverable_failure_that_passes_is_overcome),
+        cmocka_unit_test(a_start_forgets_earlier_failures),
         cmocka_unit_test(a_failed_event_function_comes_out_unchanged),
         cmocka_unit_test(a_singular_problem_is_a_failure_of_the_solver),
         cmocka_unit_test(tolerances_that_cannot_be_met_are_a_failure_of_the_solver),

@@ -44,6 +44,8 @@ static void the_map_is_complete_and_its_numbers_are_fixed(void **state)
                                 MBSR_UNDETERMINED,
                                 MBSR_NO_CONVERGENCE,
                                 MBSR_EVENT,
+                                MBSR_RANK_CHANGED,
+                                MBSR_FRAME_TURNED,
                                 MBSR_ERR_NULL,
                                 MBSR_ERR_NO_DEFAULT,
                                 MBSR_ERR_VALUE,
@@ -60,7 +62,8 @@ static void the_map_is_complete_and_its_numbers_are_fixed(void **state)
                                 MBSR_ERR_SOLVER};
     assert_int_equal((int)(sizeof value / sizeof value[0]), COUNT);
     assert_int_equal(value[0], 0);
-    for (int k = 1; k < COUNT; ++k) assert_int_equal(value[k], k < 10 ? 1000 + k : -1000 - (k - 9));
+    for (int k = 1; k < COUNT; ++k)
+        assert_int_equal(value[k], k < 12 ? 1000 + k : -1000 - (k - 11));
     for (int k = 0; k < COUNT; ++k) assert_int_equal(value[k], map[k].value);
 }
 

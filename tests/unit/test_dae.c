@@ -8,6 +8,8 @@
 #include <stdlib.h>
 
 static const mbsr_dae_form forms[2] = {MBSR_DAE_RECURSIVE, MBSR_DAE_INVERSE_DYNAMICS};
+static const mbsr_dae_form all[3] = {MBSR_DAE_MOMENTUM, MBSR_DAE_RECURSIVE,
+                                     MBSR_DAE_INVERSE_DYNAMICS};
 
 typedef struct scene {
     mbsr_model *model;
@@ -41,7 +43,7 @@ static void drop(scene s)
     mbsr_model_destroy(s.model);
 }
 
-/* ---- size, id, pack ------------------------------------------------------------------------------------------------- */
+/* ---- size, id, pack -------------------------------------------------------------------------- */
 
 static void size_id_and_order_of_y(void **state)
 {
@@ -53,7 +55,7 @@ static void size_id_and_order_of_y(void **state)
         for (int k = 0; k < 9; ++k) id[k] = y[k] = 77.0;
         for (int k = 0; k < 5; ++k) back_q[k] = back_u[k] = 77.0;
         assert_int_equal(mbsr_dae_size(s.model, forms[f]), 8);
-        assert_int_equal(mbsr_dae_id(s.model, forms[f], id), 0);
+        assert_int_equal(mbsr_dae_id(s.model, s.data, forms[f], id), 0);
         for (int k = 0; k < 8; ++k) assert_close(id[k], 1.0, 0.0);
         assert_int_equal(mbsr_dae_pack(s.model, s.data, forms[f], 0.0, q, u, y), 0);
         for (int k = 0; k < 8; ++k) assert_close(y[k], k + 1.0, 0.0);
@@ -70,13 +72,13 @@ static void an_unknown_form_is_refused_everywhere(void **state)
     (void)state;
     const double mass[1] = {1.0};
     const scene s = chain(1, mass, 0, NULL);
-    static const int unknown[] = {0, -1, 99};
+    static const int unknown[] = {-1, 99, 1000};
     double x[4] = {0}, y[4] = {1, 2, 3, 4};
     const mbsr_error *e = mbsr_data_error(s.data);
     for (int k = 0; k < 3; ++k) {
         const mbsr_dae_form form = (mbsr_dae_form)unknown[k];
         assert_int_equal(mbsr_dae_size(s.model, form), -1);
-        assert_int_equal(mbsr_dae_id(s.model, form, x), MBSR_ERR_VALUE);
+        assert_int_equal(mbsr_dae_id(s.model, s.data, form, x), MBSR_ERR_VALUE);
         assert_refused(mbsr_dae_pack(s.model, s.data, form, 0, x, x, y), e, MBSR_ERR_VALUE,
                        MBSR_NONE, MBSR_NONE, "mbsr_dae_pack|form");
         assert_refused(mbsr_dae_unpack(s.model, s.data, form, 0, y, x, x), e, MBSR_ERR_VALUE,
@@ -87,11 +89,11 @@ static void an_unknown_form_is_refused_everywhere(void **state)
                        MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE, "mbsr_dae_consistent|form");
         for (int l = 0; l < 4; ++l) assert_true(x[l] == 0.0 && y[l] == l + 1.0);
     }
-    assert_int_equal(mbsr_dae_id(s.model, forms[0], NULL), MBSR_ERR_NULL);
+    assert_int_equal(mbsr_dae_id(s.model, s.data, forms[0], NULL), MBSR_ERR_NULL);
     drop(s);
 }
 
-/* ---- the residual --------------------------------------------------------------------------------------------------- */
+/* ---- the residual ---------------------------------------------------------------------------- */
 
 static void the_residual_is_that_of_the_equations(void **state)
 {
@@ -123,32 +125,33 @@ static void the_residual_is_that_of_the_equations(void **state)
 static void both_forms_vanish_together(void **state)
 {
     (void)state;
-    const double mass[3] = {1.5, 0.0,
-                            2.0}; /* a massless point between two others: still a regular tree */
-    const mbsr_force_def list[] = {mbsr_force_axis_spring(0, MBSR_GROUND, 0, 10.0, 0.5, 0.1),
-                                   mbsr_force_gravity(0, -9),
-                                   mbsr_force_joint_spring(1, 1, 5.0, 1.0, 0.2)};
-    const scene s = chain(2, mass + 1, 3, list); /* massless, then 2 kg */
-    const scene t = chain(1, mass, 2, list);
-    const scene both[2] = {s, t};
-    for (int k = 0; k < 2; ++k) {
-        const int n = mbsr_model_nu(both[k].model);
+    static const double masses[3][2] = {{1.5, 2.0}, {1.5, 0.0}, {0.0, 2.0}};
+    const mbsr_force_def list[] = {
+        mbsr_force_axis_spring(0, MBSR_GROUND, 0, 10.0, 0.5, 0.1),
+        mbsr_force_axis_spring(0, MBSR_GROUND, 1, 20.0, 1.5, 0.1), mbsr_force_gravity(0, -9),
+        mbsr_force_joint_spring(1, 0, 5.0, 1.0, 0.2), mbsr_force_joint_spring(1, 1, 5.0, 2.0, 0.2)};
+    for (int k = 0; k < 3; ++k) {
+        const scene s = chain(2, masses[k], 5, list);
         double y[8], yp[8], F[8];
-        for (int l = 0; l < 2 * n; ++l) y[l] = 0.1 * (l + 1);
-        for (int l = 0; l < n; ++l) yp[l] = y[n + l];
-        assert_ok(mbsr_forward_dynamics(both[k].model, both[k].data, 0.0, y, y + n, NULL, yp + n),
-                  mbsr_data_error(both[k].data));
+        for (int l = 0; l < 8; ++l) y[l] = 0.1 * (l + 1);
+        assert_ok(mbsr_dae_consistent(s.model, s.data, forms[0], 0.0, y, yp, NULL, NULL),
+                  mbsr_data_error(s.data));
         for (int f = 0; f < 2; ++f) {
-            assert_int_equal(
-                mbsr_dae_residual(both[k].model, both[k].data, forms[f], 0.0, y, yp, F), 0);
-            assert_close(test_largest(2 * n, F), 0.0, 1e-13);
-            yp[n] += 0.5;
-            assert_int_equal(
-                mbsr_dae_residual(both[k].model, both[k].data, forms[f], 0.0, y, yp, F), 0);
-            assert_true(test_largest(2 * n, F) > 0.1);
-            yp[n] -= 0.5;
+            assert_int_equal(mbsr_dae_residual(s.model, s.data, forms[f], 0.0, y, yp, F), 0);
+            assert_close(test_largest(8, F), 0.0, 1e-11);
+            /* all of u' wrong; then only what moves no mass */
+            for (int c = 4; c < 8; ++c) yp[c] += 0.5;
+            assert_int_equal(mbsr_dae_residual(s.model, s.data, forms[f], 0.0, y, yp, F), 0);
+            assert_true(test_largest(8, F) > 0.1);
+            for (int c = 4; c < 8; ++c) yp[c] -= 0.5;
+            if (k > 0) yp[6] += 0.75;
+            if (k == 2) yp[4] -= 0.75;
+            assert_int_equal(mbsr_dae_residual(s.model, s.data, forms[f], 0.0, y, yp, F), 0);
+            assert_close(test_largest(8, F), 0.0, 1e-11);
+            if (k > 0) yp[6] -= 0.75;
+            if (k == 2) yp[4] += 0.75;
         }
-        drop(both[k]);
+        drop(s);
     }
 }
 
@@ -192,7 +195,7 @@ static void an_overflow_is_not_finite(void **state)
     drop(s);
 }
 
-/* ---- consistent starts ------------------------------------------------------------------------------------------------ */
+/* ---- consistent starts ----------------------------------------------------------------------- */
 
 /* A force that grows: 2 + 3 t along x, 1 - t along y. */
 static int pull(void *user, double t, int n, double *value)
@@ -241,7 +244,8 @@ static void a_massless_point_takes_the_speed_its_damper_allows(void **state)
     drop(s);
 }
 
-/* A massless point with a heavy one on it: only the speed of the light one may change, the other's momentum stays. */
+/* A massless point with a heavy one on it: only the speed of the light one may change, the other's
+ * momentum stays. */
 static void momenta_stay_as_they_were(void **state)
 {
     (void)state;
@@ -278,18 +282,61 @@ static void an_undetermined_direction_is_refused_and_named(void **state)
     (void)state;
     const double mass[1] = {0.0};
     const mbsr_force_def list[] = {mbsr_force_axis_spring(0, MBSR_GROUND, 0, 40.0, 8.0, 0.0),
-                                   mbsr_force_axis_spring(0, MBSR_GROUND, 1, 25.0, 0.0, 0.0)};
-    /* no force at all; damped along x only; elastic along y */
+                                   mbsr_force_axis_spring(0, MBSR_GROUND, 1, 0.0, 0.0, 0.0)};
+    /* no force at all; damped along x only; an element along y that does nothing */
     for (int forces = 0; forces <= 2; ++forces) {
         const scene s = chain(1, mass, forces, list);
-        double y[4] = {0.3, 0.1, 1.0, -2.0}, yp[4] = {5, 6, 7, 8};
-        assert_refused(mbsr_dae_consistent(s.model, s.data, forms[0], 0.0, y, yp, NULL, NULL),
-                       mbsr_data_error(s.data), MBSR_UNDETERMINED, 0, MBSR_NONE,
-                       "body 0 'bead'|of 2 directions");
-        assert_true(y[0] == 0.3 && y[1] == 0.1 && y[2] == 1.0 && y[3] == -2.0);
-        for (int k = 0; k < 4; ++k) assert_close(yp[k], 5.0 + k, 0.0);
+        for (int f = 0; f < 3; ++f) {
+            double y[6] = {0.3, 0.1, 1.0, -2.0, 3.0, -4.0}, yp[6] = {5, 6, 7, 8, 9, 10};
+            assert_refused(mbsr_dae_consistent(s.model, s.data, all[f], 0.0, y, yp, NULL, NULL),
+                           mbsr_data_error(s.data), MBSR_UNDETERMINED, 0, MBSR_NONE,
+                           "body 0 'bead'|neither a damper nor a spring");
+            assert_true(y[0] == 0.3 && y[1] == 0.1 && y[2] == 1.0 && y[3] == -2.0);
+            assert_true(y[4] == 3.0 && y[5] == -4.0);
+            for (int k = 0; k < 6; ++k) assert_close(yp[k], 5.0 + k, 0.0);
+        }
         drop(s);
     }
+}
+
+/* A massless point damped along x and on a spring alone along y, from a position that is off
+ * balance:
+ *   0 = fx(t) - c q - d u,   0 = fy(t) - c q  with  fx = 2 + 3 t, fy = 1 - t
+ * so that along y  q = fy / c, u = fy' / c, u' = fy'' / c = 0. */
+static void an_elastic_direction_takes_the_position_of_balance(void **state)
+{
+    (void)state;
+    const double mass[1] = {0.0}, t = 0.5;
+    const mbsr_force_def list[] = {mbsr_force_axis_spring(0, MBSR_GROUND, 0, 40.0, 8.0, 0.0),
+                                   mbsr_force_axis_spring(0, MBSR_GROUND, 1, 25.0, 0.0, 0.0),
+                                   mbsr_force_applied(0, pull, NULL)};
+    const scene s = chain(1, mass, 3, list);
+    const double q[2] = {0.3, 0.5 / 25.0}, u[2] = {(3.5 - 40.0 * 0.3) / 8.0, -1.0 / 25.0};
+    const double udot[2] = {(3.0 - 40.0 * u[0]) / 8.0, 0.0}, given_q[2] = {0.3, 0.1},
+                 given_u[2] = {1.0, -2.0};
+    for (int f = 0; f < 3; ++f) {
+        double y[6], yp[6], got_q[2], got_u[2], F[6];
+        mbsr_consistent_info info;
+        assert_ok(mbsr_dae_pack(s.model, s.data, all[f], t, given_q, given_u, y), NULL);
+        assert_ok(mbsr_dae_consistent(s.model, s.data, all[f], t, y, yp, NULL, &info),
+                  mbsr_data_error(s.data));
+        assert_int_equal(info.null_directions, 2);
+        assert_int_equal(info.elastic_directions, 1);
+        assert_close(info.position_change, 0.1 - q[1], 1e-10);
+        assert_close(info.velocity_change, 1.0 - u[0], 1e-8);
+        assert_close(info.force_defect, 40.0 * 0.3 + 8.0 - 3.5, 1e-9);
+        assert_int_equal(mbsr_dae_unpack(s.model, s.data, all[f], t, y, got_q, got_u), MBSR_OK);
+        const double *rate = yp + mbsr_dae_size(s.model, all[f]) - 2;
+        for (int k = 0; k < 2; ++k) {
+            assert_close(got_q[k], q[k], 1e-12);
+            assert_close(got_u[k], u[k], 1e-8);
+            assert_close(yp[k], u[k], 1e-8);
+            assert_close(rate[k], udot[k], 1e-5);
+        }
+        assert_int_equal(mbsr_dae_residual(s.model, s.data, all[f], t, y, yp, F), MBSR_OK);
+        assert_close(test_largest(mbsr_dae_size(s.model, all[f]), F), 0.0, 1e-8);
+    }
+    drop(s);
 }
 
 static void a_regular_model_starts_with_its_accelerations(void **state)
@@ -429,6 +476,7 @@ int main(void)
         cmocka_unit_test(a_massless_point_takes_the_speed_its_damper_allows),
         cmocka_unit_test(momenta_stay_as_they_were),
         cmocka_unit_test(an_undetermined_direction_is_refused_and_named),
+        cmocka_unit_test(an_elastic_direction_takes_the_position_of_balance),
         cmocka_unit_test(a_regular_model_starts_with_its_accelerations),
         cmocka_unit_test(a_start_that_succeeds_records_no_failure),
         cmocka_unit_test(options_that_make_no_sense_are_refused),

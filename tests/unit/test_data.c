@@ -8,7 +8,7 @@
 #include <pthread.h>
 #include <stdlib.h>
 
-/* ---- the same results whatever was there before ----------------------------------------------------------------- */
+/* ---- the same results whatever was there before ---------------------------------------------- */
 
 /* All results at one state, one behind the other. */
 typedef struct results {
@@ -158,7 +158,7 @@ static void results_do_not_depend_on_what_was_in_memory(void **state)
     }
 }
 
-/* ---- threads ---------------------------------------------------------------------------------------------------- */
+/* ---- threads --------------------------------------------------------------------------------- */
 
 typedef struct job {
     const mbsr_model *model;
@@ -212,7 +212,7 @@ static void two_threads_share_a_model(void **state)
     test_tree_free(&tree);
 }
 
-/* ---- wrong use -------------------------------------------------------------------------------------------------- */
+/* ---- wrong use ------------------------------------------------------------------------------- */
 
 static void refused_by_all(const mbsr_model *m, mbsr_data *d, int status, const char *words)
 {

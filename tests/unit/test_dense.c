@@ -1,4 +1,5 @@
-/* Small dense products, against sums written out with their definition; small integers, so every check is exact.
+/* Small dense products, against sums written out with their definition; small integers, so every
+ * check is exact.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "close.h"
 

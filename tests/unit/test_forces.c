@@ -1,10 +1,11 @@
-/* The stock force elements: values by hand, gradients of their energies, balance of power, and failures.
+/* The stock force elements: values by hand, gradients of their energies, balance of power, and
+ * failures.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "expect.h"
 
 #include "internal.h"
 
-/* ---- a small tree: planar body 0 on the ground, planar body 1 on it, point 2 on body 1 ----------------------------- */
+/* ---- a small tree: planar body 0 on the ground, planar body 1 on it, point 2 on body 1 ------- */
 
 enum { NU = 8 };
 static const int dims[3] = {3, 3, 2};
@@ -89,7 +90,7 @@ static void generalised(scene s, double t, const double *q, const double *u, dou
     }
 }
 
-/* ---- the elements under test ---------------------------------------------------------------------------------------- */
+/* ---- the elements under test ----------------------------------------------------------------- */
 
 enum { ELEMENTS = 10 };
 
@@ -138,7 +139,8 @@ static void forces_without_damping_are_minus_the_gradient_of_the_energy(void **s
     }
 }
 
-/* Power of the damping alone = power with damping - power without: negative, and 0 at rest. Together with the test above
+/* Power of the damping alone = power with damping - power without: negative, and 0 at rest.
+ * Together with the test above
  * the sum of f.V and tau.u is -dE/dt - dissipation. */
 static void damping_takes_power_and_springs_return_their_energy(void **state)
 {
@@ -215,7 +217,7 @@ static void action_equals_reaction(void **state)
     }
 }
 
-/* ---- values by hand ------------------------------------------------------------------------------------------------- */
+/* ---- values by hand -------------------------------------------------------------------------- */
 
 static void springs_pull_as_calculated_by_hand(void **state)
 {
@@ -224,7 +226,8 @@ static void springs_pull_as_calculated_by_hand(void **state)
     const double point[2] = {0.0, 1.0}, origin[2] = {0, 0},
                  q[5] = {2.0, 0.0, -1.5707963267948966, 0.5, 3.0};
     const double u[5] = {0.5, 0.0, 2.0, 0.0, -1.0};
-    /* a planar body at (2, 0) turned by -90 degrees: its point (0, 1) is at (3, 0), moving with (0.5, 2) */
+    /* a planar body at (2, 0) turned by -90 degrees: its point (0, 1) is at (3, 0), moving with
+     * (0.5, 2) */
     const mbsr_force_def list[] = {
         mbsr_force_point_spring(0, point, MBSR_GROUND, origin, 10.0, 4.0, 1.0),
         mbsr_force_axis_spring(0, MBSR_GROUND, 2, 100.0, 3.0, 0.0),
@@ -246,7 +249,8 @@ static void springs_pull_as_calculated_by_hand(void **state)
     assert_int_equal(evaluate(s, 0.0, q, u), 0);
     double f[3], E;
     force_on(s, 0, f);
-    /* along x: -(10 (3 - 1) + 4 * 0.5) = -22, from the other spring +7 (0.5 - 2 - 0.25) + 2 (0 - 0.5) = -13.25 */
+    /* along x: -(10 (3 - 1) + 4 * 0.5) = -22, from the other spring +7 (0.5 - 2 - 0.25) + 2 (0 -
+     * 0.5) = -13.25 */
     assert_close(f[0], -22.0 - 13.25, 1e-13);
     assert_close(f[1], 0.0, 1e-13);
     /* moment: arm (1, 0) x (-22, 0) = 0; angle spring -(100 * (-pi/2) + 3 * 2) */
@@ -340,7 +344,7 @@ static void applied_forces_follow_their_functions_and_add_up(void **state)
     drop(s);
 }
 
-/* ---- what elements see ------------------------------------------------------------------------------------------------ */
+/* ---- what elements see ----------------------------------------------------------------------- */
 
 static int look(const mbsr_force_args *args)
 {
@@ -411,7 +415,7 @@ static void custom_elements_see_their_bodies(void **state)
     drop(s);
 }
 
-/* ---- failures ------------------------------------------------------------------------------------------------------- */
+/* ---- failures -------------------------------------------------------------------------------- */
 
 static void a_point_spring_without_direction_says_so(void **state)
 {

@@ -1,8 +1,9 @@
-/* The stock joints against an independent composition of homogeneous transforms and against differences of it.
+/* The stock joints against an independent composition of homogeneous transforms and against
+ * differences of it.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "expect.h"
 
-/* ---- the independent kinematics: 3 x 3 matrices, row by row ------------------------------------------------------- */
+/* ---- the independent kinematics: 3 x 3 matrices, row by row ---------------------------------- */
 
 typedef struct transform {
     double m[3][3];
@@ -33,7 +34,7 @@ static transform inverse(transform a)
     return c;
 }
 
-/* ---- joints under test: every way to make a coordinate free, driven or locked ------------------------------------- */
+/* ---- joints under test: every way to make a coordinate free, driven or locked ---------------- */
 
 typedef struct sample {
     mbsr_planar_frame A, B;
@@ -143,7 +144,7 @@ static void call(const sample *w, mbsr_space space, int d_pred, double t, const 
     assert_int_equal(w->joint.table->jacobians(&args, NULL, f->H, f->J, f->kI), 0);
 }
 
-/* ---- position and its derivatives --------------------------------------------------------------------------------- */
+/* ---- position and its derivatives ------------------------------------------------------------ */
 
 static void check_position(const sample *w, mbsr_space space, int d_pred, test_rng *rng)
 {
@@ -205,7 +206,7 @@ static void jacobians_agree_with_differences_of_transforms(void **state)
     for_all(check_jacobians);
 }
 
-/* ---- along a motion ----------------------------------------------------------------------------------------------- */
+/* ---- along a motion -------------------------------------------------------------------------- */
 
 /* A smooth motion of coordinate k and its derivatives. */
 static double path(int k, double t, int derivative)
@@ -271,7 +272,7 @@ static void bias_and_rates_agree_with_differences_along_a_motion(void **state)
     for_all(check_bias);
 }
 
-/* ---- through the library ------------------------------------------------------------------------------------------ */
+/* ---- through the library --------------------------------------------------------------------- */
 
 static int move_root(void *user, double t, double *p, double *V, double *A)
 {
@@ -281,7 +282,8 @@ static int move_root(void *user, double t, double *p, double *V, double *A)
     return 0;
 }
 
-/* A moving root, a free body on it, and the joint under test on that body, which alone has mass: the unit matrix. */
+/* A moving root, a free body on it, and the joint under test on that body, which alone has mass:
+ * the unit matrix. */
 typedef struct chain {
     sample base, own;
     mbsr_model *model;
@@ -369,7 +371,7 @@ static void a_chain_on_a_moving_root_moves_as_its_transforms_do(void **state)
     }
 }
 
-/* ---- the constructors --------------------------------------------------------------------------------------------- */
+/* ---- the constructors ------------------------------------------------------------------------ */
 
 static void named_joints_have_the_coordinates_their_names_say(void **state)
 {

@@ -1,8 +1,9 @@
-/* Joints with the caller's own table: general K and G, states in which they fail, values that are not finite.
+/* Joints with the caller's own table: general K and G, states in which they fail, values that are
+ * not finite.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "expect.h"
 
-/* ---- a joint that misbehaves where it is told to -------------------------------------------------------------------- */
+/* ---- a joint that misbehaves where it is told to --------------------------------------------- */
 
 enum { NOWHERE, POSITION, JACOBIANS, BIAS, RATES };
 enum { NOTHING, IN_K, IN_H, IN_J, IN_KI, IN_P, IN_KII, IN_QDOT };
@@ -11,7 +12,7 @@ typedef struct mood {
     int fails_in, code;
     int bad; /* where the value below is written */
     double value;
-    double K[4], J[4]; /* as they are, by columns */
+    double K[4], J[4], kI[2], kII[2]; /* as they are, by columns */
 } mood;
 
 static const mood calm = {.K = {1, 0, 0, 1}, .J = {-1, 0, 0, -1}};
@@ -42,6 +43,7 @@ static int jacobians(const mbsr_joint_args *args, double *K, double *H, double *
     const mood *w = mood_of(args);
     for (int k = 0; K && k < 4; ++k) K[k] = w->K[k];
     for (int k = 0; k < 4; ++k) J[k] = w->J[k];
+    for (int k = 0; k < 2; ++k) kI[k] = w->kI[k];
     if (args->pred_d == 2) H[0] = H[3] = -1.0;
     if (K && w->bad == IN_K) K[3] = w->value;
     if (w->bad == IN_H && args->pred_d == 2) H[2] = w->value;
@@ -53,6 +55,7 @@ static int jacobians(const mbsr_joint_args *args, double *K, double *H, double *
 static int bias(const mbsr_joint_args *args, double *kII)
 {
     const mood *w = mood_of(args);
+    for (int k = 0; k < 2; ++k) kII[k] = w->kII[k];
     if (w->bad == IN_KII) kII[1] = w->value;
     return w->fails_in == BIAS ? w->code : 0;
 }
@@ -132,7 +135,7 @@ static void residual_refused(scene *s, int status, int body, const char *words)
     s->mood = calm;
 }
 
-/* ---- K ---------------------------------------------------------------------------------------------------------------- */
+/* ---- K --------------------------------------------------------------------------------------- */
 
 static void a_singular_K_is_recoverable_and_names_body_and_joint(void **state)
 {
@@ -206,6 +209,10 @@ static void a_general_K_gives_the_same_as_the_unit_matrix(void **state)
     s.y[0] = s.y[1] = s.y[4] = s.y[5] = unit.y[0] = unit.y[1] = unit.y[4] = unit.y[5] = 0.0;
     s.yp[4] = s.yp[5] = unit.yp[4] = unit.yp[5] =
         0.0; /* the predecessor rests, so that H does not count */
+    unit.mood.kI[0] = 0.3;
+    s.mood.kI[0] = 0.3 * T[0], s.mood.kI[1] = 0.3 * T[1];
+    unit.mood.kII[1] = 0.7;
+    s.mood.kII[0] = 0.7 * T[2], s.mood.kII[1] = 0.7 * T[3];
     double V[2], W[2];
     assert_ok(residual(&s, MBSR_DAE_INVERSE_DYNAMICS), mbsr_data_error(s.data));
     assert_ok(residual(&unit, MBSR_DAE_INVERSE_DYNAMICS), mbsr_data_error(unit.data));
@@ -213,14 +220,14 @@ static void a_general_K_gives_the_same_as_the_unit_matrix(void **state)
     assert_int_equal(mbsr_body_twist(unit.model, unit.data, 1, W), 0);
     for (int k = 0; k < 2; ++k) {
         assert_close(V[k], W[k], 1e-15);
-        assert_close(V[k], s.y[6 + k], 1e-15);
+        assert_close(V[k], s.y[6 + k] - (k == 0 ? 0.3 : 0.0), 1e-15);
         assert_close(s.F[6 + k], unit.F[6 + k], 1e-14);
     }
     drop(&s);
     drop(&unit);
 }
 
-/* ---- J ---------------------------------------------------------------------------------------------------------------- */
+/* ---- J --------------------------------------------------------------------------------------- */
 
 static void a_J_without_full_column_rank_is_recoverable(void **state)
 {
@@ -256,7 +263,7 @@ static void the_units_of_the_columns_of_J_do_not_matter(void **state)
     drop(&s);
 }
 
-/* ---- values that are not finite ---------------------------------------------------------------------------------------- */
+/* ---- values that are not finite -------------------------------------------------------------- */
 
 static void a_value_that_is_not_finite_is_named(void **state)
 {
@@ -329,7 +336,7 @@ static void a_root_that_is_not_finite_is_named(void **state)
     drop(&s);
 }
 
-/* ---- codes of callbacks -------------------------------------------------------------------------------------------------- */
+/* ---- codes of callbacks ---------------------------------------------------------------------- */
 
 static void what_a_callback_returns_is_passed_on_unchanged(void **state)
 {
@@ -360,7 +367,7 @@ static void what_a_callback_returns_is_passed_on_unchanged(void **state)
     drop(&s);
 }
 
-/* ---- q' = G u ------------------------------------------------------------------------------------------------------------ */
+/* ---- q' = G u -------------------------------------------------------------------------------- */
 
 /* A point on the unit circle: q = (c, s) has two numbers, u is the angular velocity. */
 static int circle_position(const mbsr_joint_args *args, double *p)

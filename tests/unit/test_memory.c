@@ -18,7 +18,8 @@ static const mbsr_force_table list_table = {
 
 enum { BODIES = 20, FORCES = 12 };
 
-/* A chain of planar bodies with names and matrices, the last a massless point on spring and damper. */
+/* A chain of planar bodies with names and matrices, the last a massless point on spring and
+ * damper. */
 static int add_body(mbsr_model *m, int k)
 {
     static const double matrix[9] = {2, 0, 0, 0, 2, 0, 0, 0, 1};
@@ -46,7 +47,8 @@ static int add_force(mbsr_model *m, int k)
     return mbsr_model_add_force(m, &force, NULL);
 }
 
-/* One step that may run out of memory: it says so, changes nothing, and succeeds when tried again. */
+/* One step that may run out of memory: it says so, changes nothing, and succeeds when tried
+ * again. */
 #define retry(call, failure)                                                                       \
     do {                                                                                           \
         const int failed_before = counting->failed;                                                \
@@ -139,22 +141,59 @@ static void a_failed_start_leaves_the_state_alone(void **state)
     assert_int_equal(mbsr_data_create(m, &d, NULL), 0);
     assert_in_range(mbsr_dae_size(m, MBSR_DAE_RECURSIVE), 2, 80);
     for (int k = 0; k < 80; ++k) y[k] = 0.25, yp[k] = 0.5;
-    const long before = counting.calls, live = counting.live;
-    for (int k = 1; k <= 2; ++k) {
+    const long live = counting.live;
+    /* the state given, the null space, the start itself; then all of it succeeds */
+    static const char *const text[] = {"mbsr_dae_consistent|coordinates",
+                                       "mbsr_dae_consistent|2 null directions",
+                                       "mbsr_dae_consistent|2 null directions"};
+    for (int k = 1; k <= 3; ++k) {
         counting.fail_at = counting.calls + k;
         assert_refused(mbsr_dae_consistent(m, d, MBSR_DAE_RECURSIVE, 0.0, y, yp, NULL, NULL),
-                       mbsr_data_error(d), MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
-                       "mbsr_dae_consistent|2 null directions");
+                       mbsr_data_error(d), MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE, text[k - 1]);
+        assert_int_equal(counting.calls, counting.fail_at);
         for (int l = 0; l < 80; ++l) assert_true(y[l] == 0.25 && yp[l] == 0.5);
         assert_int_equal(counting.live, live);
     }
-    assert_true(counting.calls > before);
+    const long before = counting.calls;
+    counting.fail_at = 0;
+    const int status = mbsr_dae_consistent(m, d, MBSR_DAE_RECURSIVE, 0.0, y, yp, NULL, NULL);
+    assert_true(status != MBSR_ERR_NO_MEMORY);
+    assert_int_equal(counting.calls, before + 3);
+    assert_int_equal(counting.live, live);
     mbsr_data_destroy(d);
     mbsr_model_destroy(m);
     assert_int_equal(counting.live, 0);
 }
 
-/* ---- the caller's storage --------------------------------------------------------------------------------------- */
+/* A finish that is refused for another reason gives back what it took; the next one starts anew. */
+static void a_refused_finish_gives_its_memory_back(void **state)
+{
+    (void)state;
+    test_counting counting = {0};
+    size_t size[2];
+    for (int refuse = 0; refuse < 2; ++refuse) {
+        mbsr_model_def def = mbsr_default_model_def();
+        mbsr_model *m;
+        def.allocator = test_counting_allocator(&counting);
+        assert_int_equal(mbsr_model_create(&def, &m, NULL), 0);
+        for (int k = 0; k < BODIES - 1; ++k) assert_int_equal(add_body(m, k), 0);
+        for (int k = 0; k < FORCES; ++k) assert_int_equal(add_force(m, k), 0);
+        /* the springs on the last body come before it */
+        for (int k = 0; refuse && k < 3; ++k) {
+            const long live = counting.live;
+            assert_int_equal(mbsr_model_finish(m), MBSR_ERR_ID);
+            assert_int_equal(counting.live, live);
+        }
+        assert_int_equal(add_body(m, BODIES - 1), 0);
+        assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
+        size[refuse] = mbsr_data_size(m);
+        mbsr_model_destroy(m);
+        assert_int_equal(counting.live, 0);
+    }
+    assert_int_equal(size[0], size[1]);
+}
+
+/* ---- the caller's storage -------------------------------------------------------------------- */
 
 static mbsr_model *finished(void)
 {
@@ -290,6 +329,7 @@ int main(void)
         cmocka_unit_test(every_allocation_may_fail_and_nothing_is_lost),
         cmocka_unit_test(a_model_without_memory_from_the_start_is_null),
         cmocka_unit_test(a_failed_start_leaves_the_state_alone),
+        cmocka_unit_test(a_refused_finish_gives_its_memory_back),
         cmocka_unit_test(a_block_of_exactly_the_size_is_enough_and_not_overrun),
         cmocka_unit_test(memory_too_small_or_misaligned_is_refused),
         cmocka_unit_test(created_data_are_aligned_for_any_allocator),

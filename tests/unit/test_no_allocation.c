@@ -1,4 +1,5 @@
-/* After mbsr_data_init nothing on the path of a solver allocates: malloc and its relatives are counted.
+/* After mbsr_data_init nothing on the path of a solver allocates: malloc and its relatives are
+ * counted.
  * SPDX-License-Identifier: BSD-3-Clause */
 #define _GNU_SOURCE /* posix_memalign */
 
@@ -76,7 +77,7 @@ void free(void *memory)
 
 #endif
 
-/* ---- what runs between two counts --------------------------------------------------------------------------------- */
+/* ---- what runs between two counts ------------------------------------------------------------ */
 
 typedef struct work {
     test_tree tree;
@@ -86,7 +87,8 @@ typedef struct work {
     int size, nq, nu;
 } work;
 
-/* Trees with blocks of several joint coordinates, rank-deficient ones among them, general K, forces. */
+/* Trees with blocks of several joint coordinates, rank-deficient ones among them, general K,
+ * forces. */
 static void prepare(work *w, uint64_t seed)
 {
     test_tree_make(&w->tree, (test_tree_opt){.seed = seed,

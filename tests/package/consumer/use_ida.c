@@ -25,7 +25,9 @@ static int build(mbsr_model **model)
 static int integrate(const mbsr_model *model, mbsr_data *data)
 {
     mbsr_ida *ida = NULL;
-    int status = mbsr_ida_create(model, data, NULL, &ida, NULL);
+    mbsr_ida_opt opt = mbsr_default_ida_opt();
+    opt.form = MBSR_DAE_RECURSIVE;
+    int status = mbsr_ida_create(model, data, &opt, &ida, NULL);
     if (status != MBSR_OK) return status;
     const double start[4] = {0.0}, slope[4] = {0.0, 0.0, 0.0, -10.0};
     double y[4] = {0.0};

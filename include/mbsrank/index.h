@@ -1,0 +1,61 @@
+/* Diagnosis: which joint directions have no inertia, and what determines them.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRANK_INDEX_H
+#define MBSRANK_INDEX_H
+
+#include <mbsrank/dae.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* A direction is a combination of joint rates. It is algebraic when it leaves every mass at rest. */
+typedef enum mbsr_direction_kind {
+    MBSR_DIRECTION_DAMPED = 1,      /* a force that depends on velocity determines it: index 1 */
+    MBSR_DIRECTION_ELASTIC = 2,     /* only forces that depend on position do: index 2 */
+    MBSR_DIRECTION_UNDETERMINED = 3 /* nothing does */
+} mbsr_direction_kind;
+
+/* weight times joint rate u[coordinate] of a body. */
+typedef struct mbsr_direction_term {
+    int body;       /* id */
+    int coordinate; /* 0 .. n-1 within the joint */
+    double weight;  /* in units of that rate */
+} mbsr_direction_term;
+
+typedef struct mbsr_direction {
+    mbsr_direction_kind kind;
+    int terms;
+    const mbsr_direction_term *term; /* largest weight 1 */
+} mbsr_direction;
+
+/* The verdict at one state. Directions other than those listed are dynamic. */
+typedef struct mbsr_index_report {
+    int dynamic, damped, elastic, undetermined; /* how many directions of each kind */
+    int index; /* of the DAE: 0 none algebraic, 1, 2, or -1 with undetermined directions */
+    double conditioning; /* smallest over largest singular value of d gamma / d zeta, scaled to unit
+                            rows and columns, over the damped directions; 1 without any */
+    int directions;      /* damped + elastic + undetermined */
+    const mbsr_direction *direction; /* undetermined ones first, then elastic, then damped */
+    const char *text; /* every undetermined direction with the bodies concerned and what to do; ""
+                         when there is none */
+} mbsr_index_report;
+
+/* Classifies every joint direction of a model at (t, q, u) from the ranks of the joint blocks and from
+ * difference quotients of the forces in the massless directions. The verdict does not depend on
+ * units. Directions that do not act on each other are reported apart. On success *report belongs
+ * to the caller and is released by mbsr_index_report_destroy; on failure it is NULL. Allocates from the
+ * model's allocator; cost as mbsr_dae_consistent.
+ * All statuses of the stages in dynamics.h; MBSR_ERR_NO_MEMORY. An undetermined direction is a result,
+ * not a failure. */
+MBSR_API int mbsr_index_report_create(const mbsr_model *model, mbsr_data *data, double t,
+                                      const double *q, const double *u, mbsr_index_report **report);
+
+/* Releases a report of this model; NULL is allowed. */
+MBSR_API void mbsr_index_report_destroy(const mbsr_model *model, mbsr_index_report *report);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

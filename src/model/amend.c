@@ -1,0 +1,156 @@
+/* Amendments that a caller states: mass added to a body, joint coordinates held fixed.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "check.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* Before finish, of a body that was added; NULL: refused, status in *status. */
+static mbsri_body_entry *find(mbsr_model *m, int body, const char *function, int *status)
+{
+    *status = MBSR_OK;
+    if (m->finished) {
+        *status = mbsri_fail(&m->error, MBSR_ERR_FINISHED, MBSR_NONE, MBSR_NONE,
+                             "%s: the model is finished and cannot be changed", function);
+    } else if (body < 0 || (size_t)body >= m->entries.count) {
+        *status = mbsri_fail(&m->error, MBSR_ERR_ID, MBSR_NONE, MBSR_NONE,
+                             "%s: there is no body %d yet", function, body);
+    }
+    return *status ? NULL : (mbsri_body_entry *)m->entries.data + body;
+}
+
+static const char *label_of(const mbsr_model *m, const mbsri_body_entry *entry, int body,
+                            char *buffer)
+{
+    return mbsri_label(buffer, "body", body, (const char *)m->names.data + entry->name);
+}
+
+/* Room for `size` doubles in the model, at the offset returned; the model's array starts with one
+ * unused number, so that 0 means none. */
+static size_t take(mbsr_model *m, size_t size, int body)
+{
+    if (!mbsri_reserve(&m->allocator, &m->matrices, size + 1, sizeof(double))) {
+        mbsri_fail(&m->error, MBSR_ERR_NO_MEMORY, body, MBSR_NONE, "body %d: no memory", body);
+        return 0;
+    }
+    if (m->matrices.count == 0) ((double *)m->matrices.data)[m->matrices.count++] = 0.0;
+    const size_t offset = m->matrices.count;
+    m->matrices.count += size;
+    return offset;
+}
+
+int mbsr_model_regularise(mbsr_model *model, int body, int d, const double *matrix)
+{
+    static const char function[] = "mbsr_model_regularise";
+    mbsr_model *m = model;
+    if (!m) return MBSR_ERR_NULL;
+    int status;
+    mbsri_body_entry *entry = find(m, body, function, &status);
+    if (!entry) return status;
+    char label[MBSRI_LABEL], culprit[MBSRI_LABEL + sizeof function + 2];
+    snprintf(culprit, sizeof culprit, "%s: %s", label_of(m, entry, body, label), function);
+    if (!matrix || d < 1) {
+        return mbsri_fail(&m->error, matrix ? MBSR_ERR_VALUE : MBSR_ERR_NULL, body, MBSR_NONE,
+                          "%s: %s", culprit, matrix ? "d must be positive" : "matrix is NULL");
+    }
+    if (entry->added > 0) {
+        return mbsri_fail(&m->error, MBSR_ERR_VALUE, body, MBSR_NONE,
+                          "%s: the body has a regularisation already", culprit);
+    }
+    const mbsr_inertia inertia = mbsr_inertia_matrix(d, matrix);
+    bool regular;
+    status = mbsri_check_inertia(m, &inertia, entry->joint.space, entry->joint.d, body, culprit,
+                                 &regular);
+    if (status) return status;
+    const size_t size = (size_t)d * (size_t)d, offset = take(m, size, body);
+    if (offset == 0) return MBSR_ERR_NO_MEMORY;
+    memcpy((double *)m->matrices.data + offset, matrix, size * sizeof *matrix);
+    entry->added = offset;
+    entry->regular = entry->regular || regular;
+    return MBSR_OK;
+}
+
+/* Whether the body's coordinate can be held at the value. */
+static int check_lock(mbsr_model *m, const mbsri_body_entry *entry, int body, int coordinate,
+                      double value)
+{
+    const mbsr_joint *joint = &entry->joint;
+    char label[MBSRI_LABEL];
+    label_of(m, entry, body, label);
+    if (joint->nq != joint->n || joint->table->coordinate_rates) {
+        return mbsri_fail(
+            &m->error, MBSR_ERR_SPACE, body, MBSR_NONE,
+            "%s: mbsr_model_lock: the coordinates of joint '%s' have rates other than "
+            "u (nq = %d, n = %d)",
+            label, joint->table->name, joint->nq, joint->n);
+    }
+    if (coordinate < 0 || coordinate >= joint->n) {
+        return mbsri_fail(&m->error, MBSR_ERR_VALUE, body, MBSR_NONE,
+                          "%s: mbsr_model_lock: coordinate is %d, joint '%s' has %d", label,
+                          coordinate, joint->table->name, joint->n);
+    }
+    if (!isfinite(value)) {
+        return mbsri_fail(&m->error, MBSR_ERR_VALUE, body, MBSR_NONE,
+                          "%s: mbsr_model_lock: value is %g", label, value);
+    }
+    if (entry->held > 0 &&
+        !isnan(((const double *)m->matrices.data)[entry->held + (size_t)coordinate])) {
+        return mbsri_fail(&m->error, MBSR_ERR_VALUE, body, MBSR_NONE,
+                          "%s: mbsr_model_lock: coordinate %d is locked already", label,
+                          coordinate);
+    }
+    return MBSR_OK;
+}
+
+int mbsr_model_lock(mbsr_model *model, int body, int coordinate, double value)
+{
+    mbsr_model *m = model;
+    if (!m) return MBSR_ERR_NULL;
+    int status;
+    mbsri_body_entry *entry = find(m, body, "mbsr_model_lock", &status);
+    if (!status) status = check_lock(m, entry, body, coordinate, value);
+    if (status) return status;
+    if (entry->held == 0) {
+        const size_t n = (size_t)entry->joint.n, offset = take(m, n, body);
+        if (offset == 0) return MBSR_ERR_NO_MEMORY;
+        for (size_t k = 0; k < n; ++k) ((double *)m->matrices.data)[offset + k] = NAN;
+        entry->held = offset;
+    }
+    ((double *)m->matrices.data)[entry->held + (size_t)coordinate] = value;
+    ++entry->locks;
+    return MBSR_OK;
+}
+
+const double *mbsr_body_regularisation(const mbsr_model *model, int body)
+{
+    if (!model || !model->finished) return NULL;
+    const int i = mbsri_index(model, body);
+    return i > 0 ? model->body[i].added : NULL;
+}
+
+int mbsr_body_locks(const mbsr_model *model, int body)
+{
+    if (!model || !model->finished) return -1;
+    const int i = mbsri_index(model, body);
+    return i > 0 ? model->body[i].locks : -1;
+}
+
+/* ---- locked joints while the model is evaluated ---- */
+
+void mbsri_with_held(const mbsri_body *b, const double *x, bool values, double *full)
+{
+    for (int k = 0; k < b->joint.n; ++k) {
+        full[k] = isnan(b->held[k]) ? *x++ : values ? b->held[k] : 0.0;
+    }
+}
+
+void mbsri_drop_held(const mbsri_body *b, const double *full, double *J)
+{
+    const size_t d = (size_t)b->d;
+    for (size_t k = 0; k < (size_t)b->joint.n; ++k) {
+        if (!isnan(b->held[k])) continue;
+        memcpy(J, full + k * d, d * sizeof *J);
+        J += d;
+    }
+}

@@ -1,0 +1,173 @@
+/* The car axis of the Test Set for IVP Solvers, with small masses and with none.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * A ground line turns by psi(t), sin psi = r sin(omega t) / L. The left wheel slides at the distance
+ * s from the origin along the normal of that line, the right wheel is at the distance L from the left
+ * one, in the direction phi. Springs of stiffness 1 hold the wheels above (0, 0) and above the other
+ * end of the line. Wheels of mass eps^2 M / 2; the reference values are those of the test set at t = 3
+ * for eps = 0.01. Without mass, s = L0 and phi = psi(t). */
+#include "reference_runs.h"
+
+static const double L = 1.0, L0 = 0.5, R = 0.1, OMEGA = 10.0, M = 10.0, T = 3.0;
+
+static int ground_angle(void *unused, double t, double *psi, double *rate, double *acceleration)
+{
+    (void)unused;
+    const double x = R * sin(OMEGA * t) / L, v = OMEGA * R * cos(OMEGA * t) / L,
+                 root = sqrt(1.0 - x * x);
+    *psi = asin(x);
+    *rate = v / root;
+    *acceleration = -OMEGA * OMEGA * x / root + x * v * v / (root * root * root);
+    return MBSR_OK;
+}
+
+/* q = s and the angle of the bar: phi - psi where the left wheel turns with the ground line (relative),
+ * phi where it is a point. */
+static mbsr_model *car_axis(double eps, int relative)
+{
+    mbsr_model *m = run_model();
+    const double mass = eps * eps * M / 2.0, right_angle = acos(0.0);
+    const mbsr_planar_frame normal = {0.0, 0.0, right_angle};
+    const int line =
+        run_body(m, "ground line", MBSR_GROUND,
+                 mbsr_joint_planar(run_origin, run_origin, 0, MBSR_ANGLE, ground_angle, NULL),
+                 mbsr_inertia_zero());
+    const int left = run_body(m, "left wheel", line,
+                              relative ? mbsr_joint_planar_prismatic(normal, normal)
+                                       : mbsr_joint_point(normal, MBSR_X, 0, NULL, NULL),
+                              mbsr_inertia_particle(mass));
+    const int bar = run_body(m, "bar", left, mbsr_joint_planar_revolute(run_origin, run_origin),
+                             mbsr_inertia_planar(mass, (double[2]){L, 0.0}, 0.0));
+    const double origin[2] = {0.0, 0.0}, end[2] = {L, 0.0};
+    run_force(m, mbsr_force_point_spring(left, origin, MBSR_GROUND, origin, 1.0, 0.0, L0));
+    run_force(m, mbsr_force_point_spring(bar, end, line, end, 1.0, 0.0, L0));
+    run_force(m, mbsr_force_gravity(0.0, -1.0));
+    return run_finish(m);
+}
+
+/* xl yl xr yr and their rates. */
+static void wheels(const run_state *state, int relative, double w[8])
+{
+    double psi, rate, acceleration;
+    ground_angle(NULL, state->t, &psi, &rate, &acceleration);
+    const double s = state->q[0], v = state->u[0], phi = state->q[1] + (relative ? psi : 0.0),
+                 turn = state->u[1] + (relative ? rate : 0.0);
+    w[0] = -s * sin(psi), w[1] = s * cos(psi);
+    w[2] = w[0] + L * cos(phi), w[3] = w[1] + L * sin(phi);
+    w[4] = -v * sin(psi) - s * rate * cos(psi), w[5] = v * cos(psi) - s * rate * sin(psi);
+    w[6] = w[4] - L * turn * sin(phi), w[7] = w[5] + L * turn * cos(phi);
+}
+
+static long check_small_masses(const mbsr_model *m, int relative, mbsr_dae_form form,
+                               double tolerance, double bound)
+{
+    static const double reference[8] = {
+        .0493455784275402809,  .496989460230171154,   1.04174252488542152,  .373911027265361257,
+        -.0770583684040972358, .00744686658723778553, .0175568157537232222, .770341043779251976};
+    const double q[2] = {0.5, 0.0}, u[2] = {0.0, relative ? -OMEGA * R / L : 0.0};
+    run_state state[2];
+    run r = {.name = relative ? "car axis, relative angle" : "car axis, absolute angle",
+             .model = m,
+             .form = form,
+             .tolerance = tolerance,
+             .T = T,
+             .points = 1,
+             .q = q,
+             .u = u};
+    double w[8], error = 0.0;
+    run_integrate(&r, state);
+    assert_int_equal(r.info.null_directions, 0);
+    wheels(state + 1, relative, w);
+    for (int k = 0; k < 8; ++k) w[k] -= reference[k];
+    error = test_largest(8, w);
+    run_report(&r, error);
+    assert_less(error, bound);
+    return r.stats.steps;
+}
+
+/* From a start off the solution; the library finds positions and velocities. */
+static long check_without_mass(const mbsr_model *m, int relative, mbsr_dae_form form,
+                               double tolerance, double bound)
+{
+    enum { POINTS = 30 };
+    const double q[2] = {0.55, 0.07}, u[2] = {0.3, -0.4};
+    run_state state[POINTS + 1];
+    run r = {.name = relative ? "car axis without mass, relative angle"
+                              : "car axis without mass, absolute angle",
+             .model = m,
+             .form = form,
+             .tolerance = tolerance,
+             .T = T,
+             .points = POINTS,
+             .q = q,
+             .u = u};
+    run_integrate(&r, state);
+    assert_int_equal(r.info.null_directions, 2);
+    assert_int_equal(r.info.elastic_directions, 2);
+    double error = 0.0;
+    for (int k = 0; k <= POINTS; ++k) {
+        double psi, rate, acceleration;
+        ground_angle(NULL, state[k].t, &psi, &rate, &acceleration);
+        error = fmax(error, fabs(state[k].q[0] - L0));
+        error = fmax(error, fabs(state[k].q[1] - (relative ? 0.0 : psi)));
+        if (k > 0) continue;
+        assert_close(error, 0.0, 1e-9);
+        assert_close(state[k].u[0], 0.0, 1e-6);
+        assert_close(state[k].u[1], relative ? 0.0 : rate, 1e-6);
+    }
+    run_report(&r, error);
+    assert_less(error, bound);
+    return r.stats.steps;
+}
+
+static void small_masses_reach_the_reference_values(void **unused)
+{
+    (void)unused;
+    for (int relative = 0; relative < 2; ++relative) {
+        mbsr_model *m = car_axis(1e-2, relative);
+        for (int f = 0; f < RUN_FORMS; ++f)
+            check_small_masses(m, relative, run_forms[f], 1e-13, 1e-8);
+        mbsr_model_destroy(m);
+    }
+}
+
+/* Springs alone hold the wheels: index 2, for the momentum form. The relative angle stays zero and is
+ * left to any form. */
+static void without_mass_the_wheels_follow_the_closed_form(void **unused)
+{
+    (void)unused;
+    mbsr_model *m = car_axis(0.0, 0);
+    for (double tolerance = 1e-4; tolerance > 1e-11; tolerance *= 1e-2)
+        check_without_mass(m, 0, MBSR_DAE_MOMENTUM, tolerance, 3.0 * tolerance);
+    mbsr_model_destroy(m);
+    m = car_axis(0.0, 1);
+    for (int f = 0; f < RUN_FORMS; ++f) check_without_mass(m, 1, run_forms[f], 1e-8, 1e-12);
+    mbsr_model_destroy(m);
+}
+
+static void zero_mass_takes_fewer_steps_than_a_small_one(void **unused)
+{
+    (void)unused;
+    for (int relative = 0; relative < 2; ++relative) {
+        mbsr_model *small = car_axis(1e-2, relative), *zero = car_axis(0.0, relative);
+        for (double tolerance = 1e-4; tolerance > 1e-9; tolerance *= 1e-2) {
+            const long with_mass =
+                check_small_masses(small, relative, MBSR_DAE_MOMENTUM, tolerance, INFINITY);
+            const long without =
+                check_without_mass(zero, relative, MBSR_DAE_MOMENTUM, tolerance, 3.0 * tolerance);
+            assert_true(4 * without < with_mass);
+        }
+        mbsr_model_destroy(small);
+        mbsr_model_destroy(zero);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(small_masses_reach_the_reference_values),
+        cmocka_unit_test(without_mass_the_wheels_follow_the_closed_form),
+        cmocka_unit_test(zero_mass_takes_fewer_steps_than_a_small_one),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
