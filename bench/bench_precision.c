@@ -7,8 +7,8 @@
  * bead: a pendulum of 1 kg, 1 m below its pivot, which is a bead held by springs c = 100 N/m and
  * dampers d in x and y. Started at the angle 2 rad with 6 rad/s, it turns over. What is without
  * inertia when the bead has no mass is its motion across the rod: a direction that turns with the
- * pendulum. d = 5 N s/m: index 1; d = 0: index 2. With a file name the motion for bead mass zero and
- * d = 5 is written there.
+ * pendulum. d = 5 N s/m: index 1; d = 0: index 2. With a file name the motion for bead mass zero
+ * and d = 5 is written there.
  *
  * oscillators: those of examples/demo_oscillators.c, a linear problem. With m1 > 0 they start at
  * rest at p1 = 0, with m1 = 0 on its smooth solution.

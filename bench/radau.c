@@ -5,8 +5,8 @@
  *
  *   F(t + c_i h, y + h sum_j a_ij K_j, K_i) = 0,      i = 1, 2, 3
  *
- * solved by Newton steps with a new matrix in each: for index 2, an old one, or that of one stage for
- * all, does not converge. */
+ * solved by Newton steps with a new matrix in each: for index 2, an old one, or that of one stage
+ * for all, does not converge. */
 #include "radau.h"
 
 #include "bench.h"

@@ -1,9 +1,9 @@
 /* A real-time loop: explicit fixed steps on the reduced ODE (q, p), no implicit solver outside.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * A pendulum hangs on a bead without mass, held by springs and dampers. The library finds the velocity
- * of the bead from the forces in every evaluation, so that q' and p' are explicit: here in the classical
- * Runge-Kutta method of order 4. The error falls by 16 when the step is halved. */
+ * A pendulum hangs on a bead without mass, held by springs and dampers. The library finds the
+ * velocity of the bead from the forces in every evaluation, so that q' and p' are explicit: here in
+ * the classical Runge-Kutta method of order 4. The error falls by 16 when the step is halved. */
 #include <mbsrank/mbsrank.h>
 
 #include <math.h>

@@ -1,8 +1,9 @@
-/* The reduced ODE (q, p) with SUNDIALS CVODE: two massless carts in a row, the last of three with mass.
+/* The reduced ODE (q, p) with SUNDIALS CVODE: two massless carts in a row, the last of three with
+ * mass.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Each cart is on the one before it (relative coordinates), springs and dampers between them. The two
- * velocities without mass are found inside the right-hand side; CVODE sees an ordinary ODE. */
+ * Each cart is on the one before it (relative coordinates), springs and dampers between them. The
+ * two velocities without mass are found inside the right-hand side; CVODE sees an ordinary ODE. */
 #include <mbsrank/mbsrank.h>
 
 #include <cvode/cvode.h>

@@ -1,23 +1,24 @@
-/* The index-1 form of M. Arnold, (2), (29)-(32): y = (q, v), v_j = (eta_j, zeta_j) split by the rank of
- * D_j, with adjacent deficient bodies.
+/* The index-1 form of M. Arnold, (2), (29)-(32): y = (q, v), v_j = (eta_j, zeta_j) split by the
+ * rank of D_j, with adjacent deficient bodies.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * S D S = X diag(lambda, 0) X^T with X = [R N] and S fixed. The null velocities go from the root to the
- * leaves as the null accelerations do (forward.c), G^T = D^+ J^T Mbar:
+ * S D S = X diag(lambda, 0) X^T with X = [R N] and S fixed. The null velocities go from the root to
+ * the leaves as the null accelerations do (forward.c), G^T = D^+ J^T Mbar:
  *
  *   w_i = u_i + G_i^T H_i Vz_pi,    eta_i = R_i^T S^-1 w_i,    zeta_i = N_i^T S^-1 w_i
- *   Vz_i = -H_i Vz_pi - J_i (z_i - G_i^T H_i Vz_pi),    z_i = S N_i zeta_i                        (29)
+ *   Vz_i = -H_i Vz_pi - J_i (z_i - G_i^T H_i Vz_pi),    z_i = S N_i zeta_i             (29)
  *
  * Differentiated along the motion, zeta' cancels against the part of the accelerations that the
  * equations of motion leave open. With Y = Vz' - Az, delta_i = (G_i^T H_i)' Vz_pi,
  *
- *   eta_i' = R_i'^T S^-1 w_i + R_i^T S^-1 [ D_i^+ w0_i + delta_i + G_i^T H_i Y_pi ]               (32)
+ *   eta_i' = R_i'^T S^-1 w_i + R_i^T S^-1 [ D_i^+ w0_i + delta_i + G_i^T H_i Y_pi ]        (32)
  *   0 = N_i^T S e_i
- *   Y_i = -H_i Y_pi - H_i' Vz_pi - J_i' (z_i - G_i^T H_i Vz_pi) - J_i (y_i - delta_i - G_i^T H_i Y_pi)
+ *   Y_i = -H_i Y_pi - H_i' Vz_pi - J_i' (z_i - G_i^T H_i Vz_pi)
+ *         - J_i (y_i - delta_i - G_i^T H_i Y_pi)
  *   y_i = S N_i' zeta_i + S N_i (N_i'^T S^-1 w_i + N_i^T S^-1 delta_i)
  *
- * where w0 is the load on the joint with the known accelerations, as in forward.c. frame.c makes
- * X a smooth function of the state and gives X', G'. */
+ * where w0 is the load on the joint with the known accelerations, as in forward.c. frame.c makes X
+ * a smooth function of the state and gives X', G'. */
 #include "frame.h"
 
 #include "dense.h"
@@ -46,16 +47,6 @@ static int identify(const mbsr_model *m, mbsr_data *d, double *id)
     return MBSR_OK;
 }
 
-/* x = H Vz_pi; false if that is zero. */
-static bool null_velocity_below(const mbsr_model *m, const mbsr_data *d, int i, double *x)
-{
-    const mbsri_body *b = m->body + i;
-    if (!d->carries[b->parent]) return false;
-    mbsri_zero((size_t)b->d, x);
-    mbsri_ax(b->d, b->d_pred, 1.0, d->H + b->dp, d->Az + m->body[b->parent].v, x);
-    return true;
-}
-
 /* z = S N zeta with zeta = X_N^T S^-1 w. */
 static void null_rate(const mbsri_body *b, const mbsr_data *d, int rank, const double *zeta,
                       double *z)
@@ -64,20 +55,6 @@ static void null_rate(const mbsri_body *b, const mbsr_data *d, int rank, const d
     mbsri_zero((size_t)b->n, z);
     mbsri_ax(b->n, b->n - rank, 1.0, X + rank * b->n, zeta, z);
     for (int k = 0; k < b->n; ++k) z[k] *= s[k];
-}
-
-/* Vz_i into Az, from x = H Vz_pi (or zero), z and G^T x.  z becomes z - G^T x. */
-static void null_velocity(const mbsr_model *m, mbsr_data *d, int i, bool from_pred, const double *x,
-                          double *z)
-{
-    const mbsri_body *b = m->body + i;
-    double *Vz = d->Az + b->v;
-    d->carries[i] = (from_pred || d->rank[i] < b->n) && !b->regular;
-    if (from_pred) mbsri_atx(b->d, b->n, -1.0, d->G + b->dn, x, z);
-    if (!d->carries[i]) return;
-    mbsri_zero((size_t)b->d, Vz);
-    mbsri_ax(b->d, b->n, -1.0, d->J + b->dn, z, Vz);
-    for (int k = 0; k < b->d && from_pred; ++k) Vz[k] -= x[k];
 }
 
 /* v from u (by the caller's order) or, with `inverse`, u from v; w stays in the data.
@@ -91,7 +68,7 @@ static void transform(const mbsr_model *m, mbsr_data *d, const double *from, dou
         const mbsri_body *b = m->body + i;
         const double *X = d->X + b->nn, *s = d->s + b->iu;
         double *w = d->w + b->iu, *z = d->vec + b->iu;
-        const bool from_pred = null_velocity_below(m, d, i, x);
+        const bool from_pred = mbsri_null_below(m, d, i, x);
         if (inverse) {
             /* w = S X v */
             mbsri_copy((size_t)b->n, from + b->u, v);
@@ -108,7 +85,7 @@ static void transform(const mbsr_model *m, mbsr_data *d, const double *from, dou
             mbsri_copy((size_t)b->n, v, to + b->u);
         }
         null_rate(b, d, d->rank[i], v + d->rank[i], z);
-        null_velocity(m, d, i, from_pred, x, z);
+        mbsri_null_pass(m, d, i, d->rank[i] < b->n, from_pred, x, z);
         if (!inverse) continue;
         /* u = w - G^T x */
         mbsri_copy((size_t)b->n, w, to + b->u);
@@ -171,9 +148,9 @@ static void drift_velocity(const mbsr_model *m, mbsr_data *d, int i, bool from_p
     for (int k = 0; k < b->d && from_pred; ++k) Y[k] -= hy[k] + hv[k];
 }
 
-/* -eta' and gamma, joint by joint, into F; with udot (u', as the caller's u) -zeta' instead of gamma.
- * reads v, and all that transform, the backward recursion, the rates and the frame left in the data;
- * writes A, Y, F. */
+/* -eta' and gamma, joint by joint, into F; with udot (u', as the caller's u) -zeta' instead of
+ * gamma. reads v, and all that transform, the backward recursion, the rates and the frame left in
+ * the data; writes A, Y, F. */
 static void equations(const mbsr_model *m, mbsr_data *d, const double *v, const double *udot,
                       double *F)
 {
@@ -187,7 +164,7 @@ static void equations(const mbsr_model *m, mbsr_data *d, const double *v, const 
         double *out = F + b->u;
         mbsri_known_part(m, d, i, load, rate); /* rate = D^+ w0 */
         mbsri_zero((size_t)n, delta);
-        const bool from_pred = null_velocity_below(m, d, i, x);
+        const bool from_pred = mbsri_null_below(m, d, i, x);
         if (from_pred) {
             drift(m, d, i, x, hv, delta);
             mbsri_zero((size_t)b->d, hy);

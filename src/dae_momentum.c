@@ -11,16 +11,17 @@
  *   p_i' = J_i'^T m_i + J_i^T sigma_i + tau_i
  *   sigma_i + sum_j H_j^T sigma_j = -f_i - M_i' V_i - sum_j H_j'^T m_j
  *
- * No pseudo-inverse and no derivative of one is in this. u follows from p where there is inertia, and
- * from the balance of forces where there is none. With the backward recursion (17) for momenta (f -> 0,
- * kII -> kI, tau -> p), ep = p - J^T (mbar + Mbar kI), and P the projection on what D cannot take up,
+ * No pseudo-inverse and no derivative of one is in this. u follows from p where there is inertia,
+ * and from the balance of forces where there is none. With the backward recursion (17) for momenta
+ * (f -> 0, kII -> kI, tau -> p), ep = p - J^T (mbar + Mbar kI), and P the projection on what D
+ * cannot take up,
  *
  *   0 = r - P (r + s e),    r_i = D_i u_i - (ep_i - J_i^T Mbar_i H_i V_pi)
  *
  * with e = tau - J^T (fbar + Mbar kII).
  *
- * P r is what of the momenta belongs to no inertia; P e = gamma are the forces there. s = 1 s makes a
- * momentum of a force. Projections need no basis: nothing can flip or turn. */
+ * P r is what of the momenta belongs to no inertia; P e = gamma are the forces there. s = 1 s makes
+ * a momentum of a force. Projections need no basis: nothing can flip or turn. */
 #include "dae_momentum.h"
 
 #include "dense.h"
@@ -53,8 +54,8 @@ void mbsri_momenta(const mbsr_model *m, mbsr_data *d, double *p)
     }
 }
 
-/* p' at the state of mbsr_forces, with rates and impulses.  reads imp, f, tau, H, J, their rates, Mdot;
- * writes sigma, pdot. */
+/* p' at the state of mbsr_forces, with rates and impulses.  reads imp, f, tau, H, J, their rates,
+ * Mdot; writes sigma, pdot. */
 static void momentum_rates(const mbsr_model *m, mbsr_data *d, double *pdot)
 {
     mbsri_zero(m->size_v, d->sigma);

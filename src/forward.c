@@ -17,27 +17,34 @@
 
 #include "dense.h"
 
-/* Az of body i from its predecessor's and its own null accelerations; x = H Az_pi (zero if that is
- * zero). reads udot, X, s, G;  writes Az, carries. */
-static void carry(const mbsr_model *m, mbsr_data *d, int i, const double *udot, const double *x)
+#include <math.h>
+
+bool mbsri_null_below(const mbsr_model *m, const mbsr_data *d, int i, double *x)
 {
     const mbsri_body *b = m->body + i;
-    const bool from_pred = d->carries[b->parent], own = d->rank[i] < b->n;
-    double *Az = d->Az + b->v, *z = d->vec + b->iu;
-    d->carries[i] = (from_pred || own) && !b->regular; /* else Mbar is regular, and Az zero */
-    if (!d->carries[i]) return;
-    if (own) {
-        mbsri_null_part(m, d, i, udot + b->u, z);
-    } else {
-        mbsri_zero((size_t)b->n, z);
-    }
-    /* z - D^+ J^T Mbar H Az_pi = z - G^T x */
-    if (from_pred) mbsri_atx(b->d, b->n, -1.0, d->G + b->dn, x, z);
-    /* Az = -x - J z */
+    if (!d->carries[b->parent]) return false;
+    mbsri_zero((size_t)b->d, x);
+    mbsri_ax(b->d, b->d_pred, 1.0, d->H + b->dp, d->Az + m->body[b->parent].v, x);
+    return true;
+}
+
+/* A body whose own mass is regular stands still, unless that mass is so small beside others that
+ * the rank decision took it for zero: then more is left of x + J z than rounding. */
+void mbsri_null_pass(const mbsr_model *m, mbsr_data *d, int i, bool own, bool below,
+                     const double *x, double *z)
+{
+    const mbsri_body *b = m->body + i;
+    double *Az = d->Az + b->v;
+    if (below) mbsri_atx(b->d, b->n, -1.0, d->G + b->dn, x, z);
+    d->carries[i] = (below || own) && !b->regular;
+    if (!below && !own) return;
     mbsri_zero((size_t)b->d, Az);
     mbsri_ax(b->d, b->n, -1.0, d->J + b->dn, z, Az);
-    if (!from_pred) return;
-    for (int k = 0; k < b->d; ++k) Az[k] -= x[k];
+    for (int k = 0; k < b->d; ++k) {
+        const double known = below ? x[k] : 0.0, size = fabs(Az[k]) + fabs(known);
+        Az[k] -= known;
+        if (fabs(Az[k]) > 1e-3 * size) d->carries[i] = true;
+    }
 }
 
 /* A0 of body i and w = e - U^T H A0_pi.  reads e, U, Dinv, H, J, kII;  writes A and w (n). */
@@ -67,17 +74,17 @@ int mbsr_forward(const mbsr_model *model, mbsr_data *data, const double *udot, d
     double *x = d->scratch + m->max_d, *rate = x + m->max_d;
     d->carries[0] = false;
     for (int i = 1; i <= m->bodies; ++i) {
-        const mbsri_body *b = m->body + i, *pred = m->body + b->parent;
+        const mbsri_body *b = m->body + i;
         double *w = residual + b->u;
         /* A0, w */
         mbsri_known_part(m, d, i, w, rate);
-        /* x = H Az_pi,  w -= U^T x,  Az */
-        if (d->carries[b->parent]) {
-            mbsri_zero((size_t)b->d, x);
-            mbsri_ax(b->d, b->d_pred, 1.0, d->H + b->dp, d->Az + pred->v, x);
-            mbsri_atx(b->d, b->n, -1.0, d->U + b->dn, x, w);
-        }
-        carry(m, d, i, udot, x);
+        /* x = H Az_pi,  w -= U^T x,  Az from z = (I - D^+ D) u' */
+        const bool below = mbsri_null_below(m, d, i, x), own = d->rank[i] < b->n;
+        if (below) mbsri_atx(b->d, b->n, -1.0, d->U + b->dn, x, w);
+        double *z = d->vec + b->iu;
+        mbsri_zero((size_t)b->n, z);
+        if (own) mbsri_null_part(m, d, i, udot + b->u, z);
+        mbsri_null_pass(m, d, i, own, below, x, z);
         /* residual = D u' - w */
         for (int k = 0; k < b->n; ++k) w[k] = -w[k];
         mbsri_ax(b->n, b->n, 1.0, d->D + b->nn, udot + b->u, w);

@@ -33,7 +33,8 @@ int mbsri_frame_renew(const mbsr_model *m, mbsr_data *d, double t, const double 
     return MBSR_OK;
 }
 
-/* Turns the c columns of B (n rows) within their span towards B_ref; returns the smallest cosine. */
+/* Turns the c columns of B (n rows) within their span towards B_ref; returns the smallest
+ * cosine. */
 static double turn(int n, int c, double *B, const double *B_ref, double *scratch)
 {
     const size_t cc = (size_t)c * (size_t)c;

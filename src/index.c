@@ -84,7 +84,8 @@ static void mark(report_work *r, int l, int number)
     }
 }
 
-/* A direction of the component, given by scaled weights x (c numbers): entry in weights and kind. */
+/* A direction of the component, given by scaled weights x (c numbers): entry in weights and
+ * kind. */
 static void add(report_work *r, int c, const double *x, mbsr_direction_kind kind)
 {
     double *weights = r->weights + (size_t)r->found * (size_t)r->w.k;
@@ -237,6 +238,7 @@ static void describe(const mbsr_model *m, const mbsr_direction *direction, char 
     append(text, size, used, *used > 0 ? "\n%s" : "%s", "", 0.0);
     for (int k = 0; k < shown; ++k) {
         const mbsr_direction_term *term = direction->term + k;
+        if (k > 0 && term->body == term[-1].body) continue; /* each body once */
         append(text, size, used, k > 0 ? ", %s" : "%s",
                mbsri_body_label(m, m->index[term->body], label), 0.0);
     }

@@ -2,17 +2,17 @@
  * SPDX-License-Identifier: BSD-3-Clause
  *
  * Along the directions a that move no mass (null_space.h) the equations of motion are balances of
- * forces, gamma(q, u, t) = 0. With C = d gamma / d u and S = d gamma / d q along these directions, and Y
- * an orthonormal basis of the left null space of C, Yc of its complement:
+ * forces, gamma(q, u, t) = 0. With C = d gamma / d u and S = d gamma / d q along these directions,
+ * and Y an orthonormal basis of the left null space of C, Yc of its complement:
  *
  *   damped directions (rank of C):  Yc^T gamma = 0 fixes velocities        index 1
  *   elastic ones:                   Y^T gamma = 0 fixes positions,
  *                                   Y^T gamma' = 0 velocities              index 2
  *   otherwise                       the motion is not determined
  *
- * The start changes q along the elastic directions only, then u along all of them; momenta p = M u stay.
- * u' follows from the equations of motion, Yc^T gamma' = 0 and Y^T gamma'' = 0. Since all of gamma
- * vanishes along the motion, Y may be held fixed while differentiating. */
+ * The start changes q along the elastic directions only, then u along all of them; momenta p = M u
+ * stay. u' follows from the equations of motion, Yc^T gamma' = 0 and Y^T gamma'' = 0. Since all of
+ * gamma vanishes along the motion, Y may be held fixed while differentiating. */
 #include "null_space.h"
 
 #include "dense.h"
@@ -87,8 +87,8 @@ static int undetermined(start *s, int l)
         mbsri_body_label(m, i, label));
 }
 
-/* Basis, C and S at (q, u); [Yc Y] and the rank of C. Rows and columns of C are scaled to 1 where they
- * are not zero, so that units do not matter: Y = (row scales) (left singular vectors). */
+/* Basis, C and S at (q, u); [Yc Y] and the rank of C. Rows and columns of C are scaled to 1 where
+ * they are not zero, so that units do not matter: Y = (row scales) (left singular vectors). */
 static int split(start *s)
 {
     mbsri_null_space *w = &s->w;

@@ -127,7 +127,7 @@ struct mbsr_model {
     ARRAY(scale, (size_t)m->bodies + 1) /* 1    largest entry of diag(J^T W J)      backward */ \
     ARRAY(A, m->size_v)            /* d         acceleration (9), its known part    inverse */     \
     ARRAY(Az, m->size_v)           /* d         part of null accelerations          forward */     \
-    ARRAY(mu, m->size_v)           /* d         joint reaction                      inverse */      \
+    ARRAY(mu, m->size_v)           /* d         joint reaction                      inverse */    \
     ARRAY(vec, m->nu)              /* n         null accelerations                  forward */     \
     ARRAY(Hdot, m->size_dp)        /* d x d_predrate of H along the motion          rates */       \
     ARRAY(Jdot, m->size_dn)        /* d x n     rate of J                           rates */       \
@@ -243,8 +243,8 @@ void mbsri_inertia_mass_rate(const mbsri_body *b, const double *p, const double 
 int mbsri_inertia_velocity(const mbsri_body *b, double t, const double *p, const double *V,
                            double *M, double *h);
 
-/* full = x with the values held, or zeros, put in; J = full without the columns held. For bodies with
- * locks (model/amend.c). */
+/* full = x with the values held, or zeros, put in; J = full without the columns held. For bodies
+ * with locks (model/amend.c). */
 void mbsri_with_held(const mbsri_body *b, const double *x, bool values, double *full);
 void mbsri_drop_held(const mbsri_body *b, const double *full, double *J);
 
@@ -266,11 +266,20 @@ void mbsri_null_force(const mbsr_model *m, const mbsr_data *d, int i, const doub
 int mbsri_rates(const mbsr_model *m, mbsr_data *d);
 bool mbsri_rates_by_differences(const mbsri_body *b);
 
+/* One step of the recursion that carries null rates z to the leaves (forward.c),
+ *   Az_i = -H_i Az_pi - J_i (z_i - D_i^+ J_i^T Mbar_i H_i Az_pi),
+ * for accelerations, velocities or directions alike; Az and carries are in the data. The first
+ * gives x = H Az_pi, or false where that is zero. The second takes z (n) where `own` is set, zero
+ * otherwise, leaves z - G^T x in it, and writes Az_i. */
+bool mbsri_null_below(const mbsr_model *m, const mbsr_data *d, int i, double *x);
+void mbsri_null_pass(const mbsr_model *m, mbsr_data *d, int i, bool own, bool below,
+                     const double *x, double *z);
+
 /* A0 of body i and its load w = e - U^T H A0_pi, rate = D^+ w; n numbers each (forward.c). */
 void mbsri_known_part(const mbsr_model *m, mbsr_data *d, int i, double *w, double *rate);
 
-/* The two halves of mbsr_backward: Mbar, D and what follows from masses alone (needs mbsr_velocities);
- * then fbar, e, mu from forces. */
+/* The two halves of mbsr_backward: Mbar, D and what follows from masses alone (needs
+ * mbsr_velocities); then fbar, e, mu from forces. */
 int mbsri_backward_masses(const mbsr_model *m, mbsr_data *d);
 void mbsri_backward_loads(const mbsr_model *m, mbsr_data *d);
 

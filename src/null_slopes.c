@@ -1,14 +1,14 @@
 /* Slopes of the forces in the directions that move no mass: C = d gamma / d u, S = d gamma / d q.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Forces are black boxes, so slopes are central differences. No single step serves all units: a step
- * that is right for a stiff law buries a soft one in the rounding of the forces beside it. Each
- * column is differenced with steps a decade apart, D(h), D(10 h), ...; each entry takes the step
- * with the smallest
+ * Forces are black boxes, so slopes are central differences. No single step serves all units: a
+ * step that is right for a stiff law buries a soft one in the rounding of the forces beside it.
+ * Each column is differenced with steps a decade apart, D(h), D(10 h), ...; each entry takes the
+ * step with the smallest
  *
  *   error(h) = (rounding of the forces) / h + |D(h) - D(h / 10)|
  *
- * and counts as zero where its size is not above that error. */
+ * and counts as zero where its size is not ten times that error. */
 #include "null_space.h"
 
 #include "dense.h"
@@ -21,11 +21,10 @@ enum { LOW = MBSRI_LOWEST_DECADE, Q_HIGH = 1, U_HIGH = MBSRI_HIGHEST_DECADE, NEA
 
 /* Of sums of forces, and of projections on null directions, which are less exact. */
 static const double rounding = 1e3 * DBL_EPSILON;
-static const double negligible = 1e3 * DBL_EPSILON; /* entry beside the others in its row */
 
-/* Sizes of what is added up to fbar + Mbar kII, without cancellation: |f|, the bias forces with what was
- * added up to Mbar (W, backward.c), and what successors pass on.
- * reads f, tau, kII, W, J, G, H;  writes Az. */
+/* Sizes of what is added up to fbar + Mbar kII, without cancellation: |f|, the bias forces with
+ * what was added up to Mbar (W, backward.c), and what successors pass on. reads f, tau, kII, W, J,
+ * G, H;  writes Az. */
 static void gross_forces(const mbsr_model *m, mbsr_data *d)
 {
     double *gross = d->Az;
@@ -72,8 +71,8 @@ static void force_sizes(mbsri_null_space *w, double *sizes)
     }
 }
 
-/* slopes[row] = (gamma at q + h rate, u + h a, less gamma at - h) / 2 h, and the sizes of forces there;
- * rate or a may be NULL. */
+/* slopes[row] = (gamma at q + h rate, u + h a, less gamma at - h) / 2 h, and the sizes of forces
+ * there; rate or a may be NULL. */
 static int difference(mbsri_null_space *w, double t, const double *q, const double *u,
                       const double *rate, const double *a, double h, int row)
 {
@@ -101,13 +100,12 @@ static double steepest(const mbsri_null_space *w, int l, int decades, int e)
     return slope;
 }
 
-/* Row l of a column from the slopes and force sizes of `decades` steps, the first being `share`: that
- * with the smallest error, or zero. A slope at longer steps that contradicts the one found at shorter
- * ones belongs to another branch of the law, such as a stop not reached. *step gets the step. Forces may
- * cancel within an element, unseen: they count as some tens of times the largest slope near by times the
+/* Row l of a column from the slopes and force sizes of `decades` steps, the first being `share`:
+ * that with the smallest error, or zero. A slope at longer steps that contradicts the one found at
+ * shorter ones belongs to another branch of the law, such as a stop not reached. Forces may cancel
+ * within an element, unseen: they count as some tens of times the largest slope near by times the
  * size of the state. */
-static double choose(const mbsri_null_space *w, int l, int decades, double share, double unit,
-                     double *step)
+static double choose(const mbsri_null_space *w, int l, int decades, double share, double unit)
 {
     double best = INFINITY, slope = 0.0, before = 0.0;
     for (int e = 0; e < decades; ++e, share *= 10.0) {
@@ -120,15 +118,14 @@ static double choose(const mbsri_null_space *w, int l, int decades, double share
         if (!(error < best)) continue;
         best = error;
         slope = now;
-        *step = share;
     }
     return fabs(slope) > 10.0 * best ? slope : 0.0;
 }
 
-/* One column of C (rate == NULL) or S (a == NULL), with the step that each entry was taken at.
- * A far state at which the model cannot be evaluated ends the search. */
+/* One column of C (rate == NULL) or S (a == NULL). A far state at which the model cannot be
+ * evaluated ends the search. */
 static int search(mbsri_null_space *w, double t, const double *q, const double *u,
-                  const double *rate, const double *a, double unit, double *column, double *step)
+                  const double *rate, const double *a, double unit, double *column)
 {
     const int high = rate ? Q_HIGH : U_HIGH, k = w->k;
     int decades = 0;
@@ -142,28 +139,8 @@ static int search(mbsri_null_space *w, double t, const double *q, const double *
         }
         ++decades;
     }
-    for (int l = 0; l < k; ++l) column[l] = choose(w, l, decades, pow(10.0, LOW), unit, step + l);
+    for (int l = 0; l < k; ++l) column[l] = choose(w, l, decades, pow(10.0, LOW), unit);
     return MBSR_OK;
-}
-
-/* Zero where an entry is only rounding of the others in its row, each times the size of its state. */
-static void clean(mbsri_null_space *w)
-{
-    const int k = w->k;
-    for (int l = 0; l < k; ++l) {
-        double size = 0.0;
-        for (int c = 0; c < k; ++c) {
-            size += fabs(w->C[c * k + l]) * w->unit_u[c] + fabs(w->S[c * k + l]) * w->unit_q[c];
-        }
-        for (int c = 0; c < k; ++c) {
-            const double of_C =
-                             fabs(w->C[c * k + l]) * w->unit_u[c] * fmin(1.0, w->step_C[c * k + l]),
-                         of_S =
-                             fabs(w->S[c * k + l]) * w->unit_q[c] * fmin(1.0, w->step_S[c * k + l]);
-            if (of_C <= negligible * size) w->C[c * k + l] = 0.0;
-            if (of_S <= negligible * size) w->S[c * k + l] = 0.0;
-        }
-    }
 }
 
 /* The least multiple of the direction x that changes one of the coordinates y by 1 + its size. */
@@ -180,14 +157,12 @@ int mbsri_null_slopes(mbsri_null_space *w, double t, const double *q, const doub
     for (int l = 0; l < w->k; ++l) {
         const size_t column = (size_t)l * (size_t)w->k;
         const double *a = w->direction + (size_t)l * (size_t)m->nu;
-        w->unit_u[l] = unit_step(m->nu, a, u);
-        int status = search(w, t, q, u, NULL, a, w->unit_u[l], w->C + column, w->step_C + column);
+        int status = search(w, t, q, u, NULL, a, unit_step(m->nu, a, u), w->C + column);
         if (!status) status = mbsri_null_rate(w, t, q, a, w->rate);
         if (status) return status;
-        w->unit_q[l] = unit_step(m->nq, w->rate, q);
-        status = search(w, t, q, u, w->rate, NULL, w->unit_q[l], w->S + column, w->step_S + column);
+        const double unit = unit_step(m->nq, w->rate, q);
+        status = search(w, t, q, u, w->rate, NULL, unit, w->S + column);
         if (status) return status;
     }
-    clean(w);
     return MBSR_OK;
 }

@@ -24,12 +24,9 @@ int mbsri_null_open(mbsri_null_space *w, const mbsr_model *m, mbsr_data *d, doub
     w->k = m->nu - d->total_rank;
     const size_t k = (size_t)w->k, nu = (size_t)m->nu, nq = (size_t)m->nq, n = (size_t)m->max_n;
     const size_t steps = (MBSRI_HIGHEST_DECADE - MBSRI_LOWEST_DECADE + 1) * k;
-    double **const array[] = {&w->vector, &w->direction, &w->C,      &w->S,
-                              &w->step_C, &w->step_S,    &w->ahead,  &w->behind,
-                              &w->slopes, &w->sizes,     &w->unit_u, &w->unit_q,
-                              &w->q,      &w->u,         &w->rate,   &w->force};
-    const size_t length[] = {n * k, nu * k, k * k, k * k, k * k, k * k, k,  k,
-                             steps, steps,  k,     k,     nq,    nu,    nq, nu};
+    double **const array[] = {&w->vector, &w->direction, &w->C, &w->S, &w->ahead, &w->behind,
+                              &w->slopes, &w->sizes,     &w->q, &w->u, &w->rate,  &w->force};
+    const size_t length[] = {n * k, nu * k, k * k, k * k, k, k, steps, steps, nq, nu, nq, nu};
     size_t used = k * sizeof(int) + sizeof(double); /* the ints first, then doubles, aligned */
     used -= used % sizeof(double);
     size_t total = used;
@@ -55,39 +52,18 @@ void mbsri_null_close(mbsri_null_space *w)
     w->memory = NULL;
 }
 
-/* Whether V (what remains of terms of the sizes given) is more than rounding in any entry. */
-static bool moves(int n, const double *V, const double *sizes)
-{
-    for (int k = 0; k < n; ++k) {
-        if (fabs(V[k]) > 1e-3 * sizes[k]) return true;
-    }
-    return false;
-}
-
-/* a from N_l of body j, leaves-ward. A body whose own mass is regular stands still, unless that mass
- * is so small beside others that the rank decision took it for zero. */
+/* a from N_l of body j, leaves-ward. */
 static void lift(mbsri_null_space *w, int j, const double *vector, double *a)
 {
     const mbsr_model *m = w->m;
     mbsr_data *d = w->d;
-    double *x = d->scratch, *sizes = x + m->max_d;
+    double *x = d->scratch;
     mbsri_zero((size_t)m->nu, a);
-    mbsri_zero(m->size_v, d->Az);
     mbsri_copy((size_t)m->body[j].n, vector, a + m->body[j].u);
-    for (int i = 0; i <= m->bodies; ++i) d->carries[i] = i == j;
+    for (int i = 0; i <= m->bodies; ++i) d->carries[i] = false;
     for (int i = j; i <= m->bodies; ++i) {
-        const mbsri_body *b = m->body + i, *pred = m->body + b->parent;
-        if (i != j && !d->carries[b->parent]) continue;
-        double *Vz = d->Az + b->v, *ai = a + b->u;
-        mbsri_zero((size_t)b->d, x);
-        mbsri_ax(b->d, b->d_pred, 1.0, d->H + b->dp, d->Az + pred->v, x);
-        mbsri_atx(b->d, b->n, -1.0, d->G + b->dn, x, ai);
-        mbsri_ax(b->d, b->n, -1.0, d->J + b->dn, ai, Vz);
-        for (int k = 0; k < b->d; ++k) {
-            sizes[k] = fabs(Vz[k]) + fabs(x[k]);
-            Vz[k] -= x[k];
-        }
-        d->carries[i] = !b->regular || moves(b->d, Vz, sizes);
+        const bool below = mbsri_null_below(m, d, i, x);
+        if (below || i == j) mbsri_null_pass(m, d, i, i == j, below, x, a + m->body[i].u);
     }
 }
 

@@ -1,5 +1,5 @@
-/* The reduced ODE (q, p)': momenta give the velocities where there is mass, Newton's method where there
- * is none.
+/* The reduced ODE (q, p)': momenta give the velocities where there is mass, Newton's method where
+ * there is none.
  * SPDX-License-Identifier: BSD-3-Clause
  *
  * Root to leaves, with ep from the momenta (dae_momentum.c) and any zeta,
@@ -7,8 +7,8 @@
  *   u_i = D_i^+ (ep_i - J_i^T Mbar_i H_i V_pi) + N_i zeta_i
  *
  * has the momenta p. gamma_i = N_i^T e_i (q, u(zeta), t) = 0 is solved for zeta. Directions that no
- * force couples form groups; one difference quotient serves a direction of every group at once, and the
- * groups are solved apart. */
+ * force couples form groups; one difference quotient serves a direction of every group at once, and
+ * the groups are solved apart. */
 #include "dae_momentum.h"
 
 #include "dense.h"
@@ -52,8 +52,9 @@ static void join(int *parent, int a, int b)
     }
 }
 
-/* Bodies that direction l moves, or whose joint rate it changes, belong to it; two directions with a
- * body in common are joined. owner: N + 1, -1 where none; null velocities flow as in forward.c. */
+/* Bodies that direction l moves, or whose joint rate it changes, belong to it; two directions with
+ * a body in common are joined. owner: N + 1, -1 where none; null velocities flow as in
+ * forward.c. */
 static void claim(const mbsr_model *m, const mbsr_data *d, int *owner, int *parent)
 {
     int l = 0;
@@ -61,7 +62,8 @@ static void claim(const mbsr_model *m, const mbsr_data *d, int *owner, int *pare
     for (int i = 1; i <= m->bodies; ++i) {
         const int pred = m->body[i].parent;
         /* through a body without a definite mass, null velocities reach its successors */
-        if (owner[pred] >= 0 && !m->body[pred].regular) owner[i] = owner[pred];
+        const bool through = !m->body[pred].regular || d->rank[pred] < m->body[pred].n;
+        if (owner[pred] >= 0 && through) owner[i] = owner[pred];
         for (int n = d->rank[i]; n < m->body[i].n; ++n, ++l) {
             parent[l] = l;
             if (owner[i] >= 0) join(parent, owner[i], l);
@@ -214,8 +216,8 @@ int mbsr_ode_pack(mbsr_ode *ode, double t, const double *q, const double *u, dou
 
 /* ---- velocities ---- */
 
-/* u with the momenta of ep and the massless parts of u (both by the caller's order), root to leaves.
- * reads ep, U, Dinv, H, J, kI, X, s;  writes V, u. */
+/* u with the momenta of ep and the massless parts of u (both by the caller's order), root to
+ * leaves. reads ep, U, Dinv, H, J, kI, X, s;  writes V, u. */
 static void momentum_part(const mbsr_model *m, mbsr_data *d, double *u)
 {
     double *x = d->scratch + m->max_d, *load = x + m->max_d, *null = load + m->max_d;
@@ -248,22 +250,13 @@ static void apply(mbsr_ode *o, const double *weights, double *du)
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
         const double *X = d->X + b->nn, *s = d->s + b->iu;
-        double *Vz = d->Az + b->v, *a = du + b->u;
-        const bool from_pred = d->carries[b->parent];
+        double *a = du + b->u;
         mbsri_zero((size_t)b->n, a);
         for (int c = d->rank[i]; c < b->n; ++c, ++l) {
             for (int k = 0; k < b->n; ++k) a[k] += s[k] * X[c * b->n + k] * weights[l];
         }
-        if (from_pred) {
-            mbsri_zero((size_t)b->d, x);
-            mbsri_ax(b->d, b->d_pred, 1.0, d->H + b->dp, d->Az + m->body[b->parent].v, x);
-            mbsri_atx(b->d, b->n, -1.0, d->G + b->dn, x, a);
-        }
-        d->carries[i] = (from_pred || d->rank[i] < b->n) && !b->regular;
-        if (!d->carries[i]) continue;
-        mbsri_zero((size_t)b->d, Vz);
-        mbsri_ax(b->d, b->n, -1.0, d->J + b->dn, a, Vz);
-        for (int k = 0; k < b->d && from_pred; ++k) Vz[k] -= x[k];
+        const bool below = mbsri_null_below(m, d, i, x);
+        mbsri_null_pass(m, d, i, d->rank[i] < b->n, below, x, a);
     }
 }
 
@@ -312,7 +305,8 @@ static int differentiate(mbsr_ode *o)
     return MBSR_OK;
 }
 
-/* Elimination with row pivoting in the n x n block A, right-hand side b; false where it is singular. */
+/* Elimination with row pivoting in the n x n block A, right-hand side b; false where it is
+ * singular. */
 static bool eliminate(int n, double *A, double *b)
 {
     for (int k = 0; k < n; ++k) {
@@ -362,7 +356,8 @@ static int solve(mbsr_ode *o)
     return MBSR_OK;
 }
 
-/* Newton's method from o->u; corrections that stop shrinking are rounding and are accepted when small. */
+/* Newton's method from o->u; corrections that stop shrinking are rounding and are accepted when
+ * small. */
 static int newton(mbsr_ode *o)
 {
     enum { MOST = 30 };

@@ -19,8 +19,9 @@
 
 #include <math.h>
 
-/* diag(J^T W J)^(-1/2) into s, or with `fixed` the given s; the largest entry of diag(J^T W J), and of
- * S J^T W J S in *noise (1 unless s is given). A zero entry belongs to a row of D that is zero. */
+/* diag(J^T W J)^(-1/2) into s, or with `fixed` the given s; the largest entry of diag(J^T W J), and
+ * of S J^T W J S in *noise (1 unless s is given). A zero entry belongs to a row of D that is
+ * zero. */
 static double equilibrate(const mbsri_body *b, const mbsr_data *d, const double *fixed, double *s,
                           double *noise)
 {
@@ -122,7 +123,8 @@ void mbsri_null_part(const mbsr_model *m, const mbsr_data *d, int i, const doubl
     }
 }
 
-/* reads X, s.  For x = e = tau - J^T fbar - J^T Mbar kII the last term has no part here (Lemma 2). */
+/* reads X, s.  For x = e = tau - J^T fbar - J^T Mbar kII the last term has no part here (Lemma
+ * 2). */
 void mbsri_null_force(const mbsr_model *m, const mbsr_data *d, int i, const double *x, double *y)
 {
     const mbsri_body *b = m->body + i;

@@ -7,8 +7,8 @@
  *
  * where H and J on the right are divided by K already.
  *
- * A joint says what K', H', J' are, or leaves it to central differences along (t, q, q'); so does an
- * inertia by function for M'. */
+ * A joint says what K', H', J' are, or leaves it to central differences along (t, q, q'); so does
+ * an inertia by function for M'. */
 #include "internal.h"
 
 #include "dense.h"

@@ -103,8 +103,8 @@ MBSR_API int mbsr_body_rank(const mbsr_model *model, mbsr_data *data, int body,
                             mbsr_rank_info *info);
 
 /* Remembers the ranks of the last mbsr_backward (on != 0) or forgets them (on == 0). While they are
- * remembered, mbsr_backward returns the recoverable MBSR_RANK_CHANGED, naming the body, where a joint
- * has another rank: the recursive and the momentum form hold between rank changes only. Needs
+ * remembered, mbsr_backward returns the recoverable MBSR_RANK_CHANGED, naming the body, where a
+ * joint has another rank: the recursive and the momentum form hold between rank changes only. Needs
  * mbsr_backward when switched on. */
 MBSR_API int mbsr_rank_watch(const mbsr_model *model, mbsr_data *data, int on);
 

@@ -57,7 +57,8 @@ typedef struct mbsr_force_table {
     int (*energy)(const mbsr_force_args *args, double *energy);
 
     /* Optional: called once when the model is finished; only id, space, d, np, n and nq of the
-     * bodies are set. Not called for elements that act on every body. On refusal returns a status and may write a text. */
+     * bodies are set. Not called for elements that act on every body. On refusal returns a status
+     * and may write a text. */
     int (*check)(const mbsr_force_args *args, char text[MBSR_TEXT_SIZE]);
 } mbsr_force_table;
 

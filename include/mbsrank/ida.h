@@ -41,9 +41,10 @@ typedef struct mbsr_ida_opt {
     void *event_user;
 } mbsr_ida_opt;
 
-/* What stands beside q and u is tested with the error that atol in a velocity makes: momenta p with
- * atol times the mass on their joint (mbsr_rank_info.scale at the start), the velocities of the index-1
- * form with atol times its square root. Where that scale is zero, the largest in the tree counts. */
+/* Unless atol_each is given, momenta are tested with the error they make in a velocity: p of a
+ * joint with mass (rtol |u| + atol), where mass is its mbsr_rank_info.scale at the start, and the
+ * velocities v of the index-1 form with rtol |v| + sqrt(mass) atol. Where that scale is zero, the
+ * largest in the tree counts. */
 MBSR_API mbsr_ida_opt mbsr_default_ida_opt(void);
 
 /* What the integration has cost so far. Dense linear algebra, Jacobian by differences. */
@@ -69,9 +70,10 @@ MBSR_API int mbsr_ida_create(const mbsr_model *model, mbsr_data *data, const mbs
 MBSR_API void mbsr_ida_destroy(mbsr_ida *ida); /* NULL is allowed */
 
 /* Sets the state at t and clears the statistics; may be called again for another run. y and yp
- * (mbsr_dae_size numbers) must be consistent (see mbsr_dae_consistent). Arguments that are not finite
- * are refused with MBSR_NOT_FINITE and change nothing. The residual is evaluated once; if it fails its
- * status is returned and the driver is left without a state. MBSR_ERR_NULL, MBSR_ERR_SOLVER. */
+ * (mbsr_dae_size numbers) must be consistent (see mbsr_dae_consistent). Arguments that are not
+ * finite are refused with MBSR_NOT_FINITE and change nothing. The residual is evaluated once; if it
+ * fails its status is returned and the driver is left without a state. MBSR_ERR_NULL,
+ * MBSR_ERR_SOLVER. */
 MBSR_API int mbsr_ida_start(mbsr_ida *ida, double t, const double *y, const double *yp);
 
 /* Integrates to t_end (either direction of time) or to the first event before it, and writes time
@@ -81,11 +83,12 @@ MBSR_API int mbsr_ida_start(mbsr_ida *ida, double t, const double *y, const doub
  * the first; a t_end where the integration already is gives the state there. t, y and yp may each
  * be NULL. Returns MBSR_OK at t_end, MBSR_EVENT at an event, MBSR_ERR_SEQUENCE before
  * mbsr_ida_start, MBSR_ERR_VALUE for a t_end that is not finite, behind the present, or too close
- * to the start, MBSR_ERR_SOLVER when IDA gives up, or, when the residual or an event function
- * failed for good, the status of that failure. A recoverable failure of the residual is one for
- * good when shorter steps do not help, or when it comes back again and again at one time that they
- * do not pass. On failure t, y and yp are not written. When max_steps was too small the call may be
- * repeated to go on; after other failures of the integration mbsr_ida_start begins anew. */
+ * to the start, and for an entry of y whose tolerance is zero, MBSR_ERR_SOLVER when IDA gives up,
+ * or, when the residual or an event function failed for good, the status of that failure. A
+ * recoverable failure of the residual is one for good when shorter steps do not help, or when it
+ * comes back again and again at one time that they do not pass. On failure t, y and yp are not
+ * written. When max_steps was too small the call may be repeated to go on; after other failures of
+ * the integration mbsr_ida_start begins anew. */
 MBSR_API int mbsr_ida_advance(mbsr_ida *ida, double t_end, double *t, double *y, double *yp);
 
 /* After MBSR_EVENT: direction of each event function, +1 rising, -1 falling, 0 not involved.

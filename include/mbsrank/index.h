@@ -9,7 +9,8 @@
 extern "C" {
 #endif
 
-/* A direction is a combination of joint rates. It is algebraic when it leaves every mass at rest. */
+/* A direction is a combination of joint rates. It is algebraic when it leaves every mass at
+ * rest. */
 typedef enum mbsr_direction_kind {
     MBSR_DIRECTION_DAMPED = 1,      /* a force that depends on velocity determines it: index 1 */
     MBSR_DIRECTION_ELASTIC = 2,     /* only forces that depend on position do: index 2 */
@@ -41,13 +42,14 @@ typedef struct mbsr_index_report {
                          when there is none */
 } mbsr_index_report;
 
-/* Classifies every joint direction of a model at (t, q, u) from the ranks of the joint blocks and from
- * difference quotients of the forces in the massless directions. The verdict does not depend on
- * units. Directions that do not act on each other are reported apart. On success *report belongs
- * to the caller and is released by mbsr_index_report_destroy; on failure it is NULL. Allocates from the
- * model's allocator; cost as mbsr_dae_consistent.
- * All statuses of the stages in dynamics.h; MBSR_ERR_NO_MEMORY. An undetermined direction is a result,
- * not a failure. */
+/* Classifies every joint direction of a model at (t, q, u) from the ranks of the joint blocks and
+ * from difference quotients of the forces in the massless directions. The verdict does not depend
+ * on units. Directions that do not act on each other are reported apart. On success *report belongs
+ * to the caller and is released by mbsr_index_report_destroy; on failure it is NULL. Forces are
+ * evaluated at states far from the one given too (up to 10 times q, 1e6 times u); where they fail
+ * there, shorter steps serve. Allocates from the model's allocator; cost as mbsr_dae_consistent.
+ * All statuses of the stages in dynamics.h; MBSR_ERR_NO_MEMORY. An undetermined direction is a
+ * result, not a failure. */
 MBSR_API int mbsr_index_report_create(const mbsr_model *model, mbsr_data *data, double t,
                                       const double *q, const double *u, mbsr_index_report **report);
 

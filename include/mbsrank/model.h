@@ -69,20 +69,21 @@ MBSR_API int mbsr_model_add_body(mbsr_model *model, const mbsr_body_def *def, in
  * be added later. Status as mbsr_model_add_body. */
 MBSR_API int mbsr_model_add_force(mbsr_model *model, const mbsr_force_def *def, int *id);
 
-/* ---- amendments, each stated by the caller, none made silently. Before mbsr_model_finish, of a body
- * that has been added. Status: MBSR_OK, MBSR_ERR_NULL, MBSR_ERR_FINISHED, MBSR_ERR_ID, MBSR_ERR_VALUE,
- * MBSR_ERR_SPACE, MBSR_ERR_NO_MEMORY; the text is in mbsr_model_error. */
+/* ---- amendments, each stated by the caller, none made silently. Before mbsr_model_finish, of a
+ * body that has been added. Status: MBSR_OK, MBSR_ERR_NULL, MBSR_ERR_FINISHED, MBSR_ERR_ID,
+ * MBSR_ERR_VALUE, MBSR_ERR_SPACE, MBSR_ERR_NO_MEMORY; the text is in mbsr_model_error. */
 
-/* Adds a constant symmetric positive semi-definite matrix (d x d, copied, in the units of the body's
- * mass matrix) to the mass matrix of a body in every pose, whatever its inertia. Gravity pulls on it
- * as on the body's own mass. Once a body; MBSR_ERR_VALUE for a second time. */
+/* Adds a constant symmetric positive semi-definite matrix (d x d, copied, in the units of the
+ * body's mass matrix) to the mass matrix of a body in every pose, whatever its inertia. Gravity
+ * pulls on it as on the body's own mass. Once a body; MBSR_ERR_VALUE for a second time. */
 MBSR_API int mbsr_model_regularise(mbsr_model *model, int body, int d, const double *matrix);
 
-/* Holds joint coordinate `coordinate` (0 .. n-1, as the joint counts) of a body at `value`. It is no
- * unknown any more: n and nq of the body shrink by one and the coordinates left move up. What refers to
- * joint coordinates of the body (q, u, tau of mbsr_force_body, mbsr_force_joint_spring,
- * mbsr_force_joint_applied, reports) counts the coordinates that are left. The joint's own functions still
- * see all of q and u, zero in the rates held. Only for joints with q' = u (MBSR_ERR_SPACE). */
+/* Holds joint coordinate `coordinate` (0 .. n-1, as the joint counts) of a body at `value`. It is
+ * no unknown any more: n and nq of the body shrink by one and the coordinates left move up. What
+ * refers to joint coordinates of the body (q, u, tau of mbsr_force_body, mbsr_force_joint_spring,
+ * mbsr_force_joint_applied, reports) counts the coordinates that are left. The joint's own
+ * functions still see all of q and u, zero in the rates held. Only for joints with q' = u
+ * (MBSR_ERR_SPACE). */
 MBSR_API int mbsr_model_lock(mbsr_model *model, int body, int coordinate, double value);
 
 /* Checks the tree, numbers it parent before child and freezes it. Ids stay valid. On failure the
@@ -114,8 +115,8 @@ MBSR_API int mbsr_body_parent(const mbsr_model *model,
 MBSR_API int mbsr_body_dimension(const mbsr_model *model, int body); /* d */
 MBSR_API int mbsr_body_pose_size(const mbsr_model *model, int body); /* np */
 
-/* How many of the joint's coordinates are locked, and the matrix (d x d) that was added to the body's mass
- * matrix: NULL when there is none. */
+/* How many of the joint's coordinates are locked, and the matrix (d x d) that was added to the
+ * body's mass matrix: NULL when there is none. */
 MBSR_API int mbsr_body_locks(const mbsr_model *model, int body);
 MBSR_API const double *mbsr_body_regularisation(const mbsr_model *model, int body);
 

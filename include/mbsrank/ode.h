@@ -2,8 +2,8 @@
  * SPDX-License-Identifier: BSD-3-Clause
  *
  * x = (q, p) with the generalised momenta p = M u. Where there is no mass, the balance of forces
- * gamma(q, u, t) = 0 is solved inside for the velocities, by Newton's method: every massless direction
- * must be damped (index 1; see mbsr_index_report_create). */
+ * gamma(q, u, t) = 0 is solved inside for the velocities, by Newton's method: every massless
+ * direction must be damped (index 1; see mbsr_index_report_create). */
 #ifndef MBSRANK_ODE_H
 #define MBSRANK_ODE_H
 
@@ -15,11 +15,11 @@ extern "C" {
 
 typedef struct mbsr_ode mbsr_ode;
 
-/* Prepares the right-hand side at a state: the massless directions there are counted and grouped into
- * those that forces couple. model and data must outlive the object, data is used by it. After this no
- * call allocates. MBSR_RANK_CHANGED is returned later where the number of directions changes.
- * All statuses of the stages in dynamics.h, MBSR_ERR_NO_MEMORY; the text is in mbsr_data_error. On
- * failure *ode is NULL. */
+/* Prepares the right-hand side at a state: the massless directions there are counted and grouped
+ * into those that forces couple. model and data must outlive the object, data is used by it. After
+ * this no call allocates. MBSR_RANK_CHANGED is returned later where the number of directions
+ * changes. All statuses of the stages in dynamics.h, MBSR_ERR_NO_MEMORY; the text is in
+ * mbsr_data_error. On failure *ode is NULL. */
 MBSR_API int mbsr_ode_create(const mbsr_model *model, mbsr_data *data, double t, const double *q,
                              const double *u, mbsr_ode **ode);
 MBSR_API void mbsr_ode_destroy(mbsr_ode *ode); /* NULL is allowed */
@@ -28,13 +28,13 @@ MBSR_API void mbsr_ode_destroy(mbsr_ode *ode); /* NULL is allowed */
 MBSR_API int mbsr_ode_size(const mbsr_ode *ode);
 
 /* State to x, and x to velocities u (nu). u on entry is the start of Newton's iteration and decides
- * nothing else; on failure it is unchanged. MBSR_NO_CONVERGENCE, MBSR_UNDETERMINED (a direction that is
- * not damped), MBSR_RANK_CHANGED and the statuses of the stages. */
+ * nothing else; on failure it is unchanged. MBSR_NO_CONVERGENCE, MBSR_UNDETERMINED (a direction
+ * that is not damped), MBSR_RANK_CHANGED and the statuses of the stages. */
 MBSR_API int mbsr_ode_pack(mbsr_ode *ode, double t, const double *q, const double *u, double *x);
 MBSR_API int mbsr_ode_velocities(mbsr_ode *ode, double t, const double *x, double *u);
 
-/* x' = (G u, p') at (t, x). Newton's iteration starts from the velocities of the call before. Cost: a
- * momentum residual, and for each Newton step as many evaluations of the forces as the largest
+/* x' = (G u, p') at (t, x). Newton's iteration starts from the velocities of the call before. Cost:
+ * a momentum residual, and for each Newton step as many evaluations of the forces as the largest
  * coupled group has directions: O(N) when the massless bodies are isolated. Statuses as
  * mbsr_ode_velocities. xdot must not overlap x. */
 MBSR_API int mbsr_ode_rhs(mbsr_ode *ode, double t, const double *x, double *xdot);

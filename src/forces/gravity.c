@@ -16,7 +16,8 @@ static int evaluate(const mbsr_force_args *args)
     return MBSR_OK;
 }
 
-/* A constant M pulls with the same force everywhere: -g . (M p). A rigid body's first moment turns. */
+/* A constant M pulls with the same force everywhere: -g . (M p). A rigid body's first moment
+ * turns. */
 static int energy(const mbsr_force_args *args, double *energy_out)
 {
     const mbsr_force_body *body = args->body;

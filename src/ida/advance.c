@@ -23,12 +23,14 @@ static int check_start(mbsr_ida *ida, double t, const double *y, const double *y
     return MBSR_OK;
 }
 
-/* Absolute tolerances of what stands beside q and u: errors that atol in a velocity makes, momenta with
- * the mass on their joint, index-1 velocities with its square root. From the data at mbsr_backward. */
+/* Absolute tolerances of what stands beside q and u: errors that atol in a velocity makes, momenta
+ * with the mass on their joint, index-1 velocities with its square root. From the data at
+ * mbsr_backward. */
 static void scale_tolerances(mbsr_ida *ida)
 {
     const int bodies = mbsr_model_bodies(ida->model), nq = mbsr_model_nq(ida->model);
-    double *atol = N_VGetArrayPointer(ida->atol), largest = 0.0;
+    double *atol = N_VGetArrayPointer(ida->atol), *mass_on = N_VGetArrayPointer(ida->mass);
+    double largest = 0.0;
     mbsr_rank_info info;
     for (int i = 0; i < bodies; ++i) {
         const int status = mbsr_body_rank(ida->model, ida->data, i, &info);
@@ -41,7 +43,10 @@ static void scale_tolerances(mbsr_ida *ida)
         const int status = mbsr_body_rank(ida->model, ida->data, i, &info);
         const double mass = status == MBSR_OK && info.scale > 0.0 ? info.scale : largest;
         const double factor = ida->opt.form == MBSR_DAE_MOMENTUM ? mass : sqrt(mass);
-        for (int k = 0; k < n; ++k) atol[nq + first + k] = ida->opt.atol * factor;
+        for (int k = 0; k < n; ++k) {
+            mass_on[nq + first + k] = factor;
+            atol[nq + first + k] = ida->opt.atol * factor;
+        }
     }
 }
 
@@ -98,7 +103,6 @@ int mbsr_ida_start(mbsr_ida *ida, double t, const double *y, const double *yp)
     ida->present = t;
     int flag = IDAReInit(ida->memory, t, ida->y, ida->yp);
     if (flag >= 0) flag = identify(ida);
-    if (flag >= 0) flag = IDASVtolerances(ida->memory, ida->opt.rtol, ida->atol);
     if (flag < 0) return mbsri_ida_solver_failed(ida, &ida->error, flag, "mbsr_ida_start");
     ida->started = true;
     return MBSR_OK;
@@ -107,10 +111,10 @@ int mbsr_ida_start(mbsr_ida *ida, double t, const double *y, const double *yp)
 /* Weighted root mean square norm of the first n entries of x, as in IDA's error test. */
 static double norm(const mbsr_ida *ida, int n, const double *x)
 {
-    const double *y = N_VGetArrayPointer(ida->y), *atol = N_VGetArrayPointer(ida->atol);
+    const double *y = N_VGetArrayPointer(ida->y);
     double sum = 0.0;
     for (int k = 0; k < n; ++k) {
-        const double weighted = x[k] / (ida->opt.rtol * fabs(y[k]) + atol[k]);
+        const double weighted = x[k] / mbsri_ida_tolerance(ida, y, k);
         sum += weighted * weighted;
     }
     return sqrt(sum / ida->size);
@@ -182,8 +186,8 @@ static int gave_up(mbsr_ida *ida, int flag)
                           "mbsr_ida_advance: %s", ida->failure.text);
 }
 
-/* The present state becomes the reference of the index-1 form. Where that makes derivatives jump, IDA
- * starts anew from here. */
+/* The present state becomes the reference of the index-1 form. Where that makes derivatives jump,
+ * IDA starts anew from here. */
 static int renew(mbsr_ida *ida)
 {
     int restart = 0;

@@ -21,6 +21,32 @@ static bool blocked(mbsr_ida *ida, double t)
     return ida->blocked >= FAILURES;
 }
 
+double mbsri_ida_tolerance(const mbsr_ida *ida, const double *y, int k)
+{
+    const int nq = mbsr_model_nq(ida->model), nu = mbsr_model_nu(ida->model);
+    const bool momentum =
+        ida->scales && ida->opt.form == MBSR_DAE_MOMENTUM && k >= nq && k < nq + nu;
+    const double atol = N_VGetArrayPointer(ida->atol)[k];
+    if (!momentum) return ida->opt.rtol * fabs(y[k]) + atol;
+    return ida->opt.rtol * N_VGetArrayPointer(ida->mass)[k] * fabs(y[k + nu]) + atol;
+}
+
+int mbsri_ida_weights(N_Vector y, N_Vector weight, void *user)
+{
+    mbsr_ida *ida = user;
+    for (int k = 0; k < ida->size; ++k) {
+        const double tolerance = mbsri_ida_tolerance(ida, N_VGetArrayPointer(y), k);
+        if (!(tolerance > 0.0)) {
+            ida->callback = MBSR_ERR_VALUE;
+            return mbsri_ida_fail(&ida->failure, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
+                                  "y[%d] is %g: its tolerance, relative and absolute, is zero", k,
+                                  N_VGetArrayPointer(y)[k]);
+        }
+        N_VGetArrayPointer(weight)[k] = 1.0 / tolerance;
+    }
+    return 0;
+}
+
 int mbsri_ida_residual(sunrealtype t, N_Vector y, N_Vector yp, N_Vector F, void *user)
 {
     mbsr_ida *ida = user;

@@ -75,7 +75,8 @@ static int make_objects(mbsr_ida *ida, mbsr_error *error)
     if (!mbsri_ida_context(&ida->context, &ida->messages)) {
         return no_memory(ida, error, "a SUNDIALS context for a problem");
     }
-    N_Vector *const vector[] = {&ida->y, &ida->yp, &ida->atol, &ida->work, &ida->moved, &ida->zero};
+    N_Vector *const vector[] = {&ida->y,     &ida->yp,   &ida->atol, &ida->work,
+                                &ida->moved, &ida->zero, &ida->mass};
     for (size_t k = 0; k < sizeof vector / sizeof vector[0]; ++k) {
         *vector[k] = N_VNew_Serial(ida->size, ida->context);
         if (!*vector[k]) return no_memory(ida, error, "a vector");
@@ -123,7 +124,7 @@ static int configure(mbsr_ida *ida)
     void *const memory = ida->memory;
     int flag = mbsri_ida_redirect(memory, &ida->messages);
     if (flag >= 0) flag = IDAInit(memory, mbsri_ida_residual, 0.0, ida->y, ida->yp);
-    if (flag >= 0) flag = IDASVtolerances(memory, opt->rtol, ida->atol);
+    if (flag >= 0) flag = IDAWFtolerances(memory, mbsri_ida_weights);
     if (flag >= 0) flag = IDASetUserData(memory, ida);
     if (flag >= 0) flag = IDASetLinearSolver(memory, ida->solver, ida->matrix);
     if (flag >= 0) flag = IDASetMaxOrd(memory, opt->max_order);
@@ -182,7 +183,8 @@ void mbsr_ida_destroy(mbsr_ida *ida)
     if (ida->memory) IDAFree(&ida->memory);
     if (ida->solver) SUNLinSolFree(ida->solver);
     if (ida->matrix) SUNMatDestroy(ida->matrix);
-    N_Vector const vector[] = {ida->y, ida->yp, ida->atol, ida->work, ida->moved, ida->zero};
+    N_Vector const vector[] = {ida->y,     ida->yp,   ida->atol, ida->work,
+                               ida->moved, ida->zero, ida->mass};
     for (size_t k = 0; k < sizeof vector / sizeof vector[0]; ++k) {
         if (vector[k]) N_VDestroy(vector[k]);
     }

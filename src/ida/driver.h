@@ -26,8 +26,8 @@ struct mbsr_ida {
     int size;         /* length of y */
 
     SUNContext context;
-    void *memory;                            /* IDA's own */
-    N_Vector y, yp, atol, work, moved, zero; /* size; y and yp are the state at `present` */
+    void *memory;                                  /* IDA's own */
+    N_Vector y, yp, atol, work, moved, zero, mass; /* size; y and yp are the state at `present` */
     SUNMatrix matrix;
     SUNLinearSolver solver;
     mbsri_ida_messages messages;
@@ -53,8 +53,8 @@ struct mbsr_ida {
     int rising[]; /* opt.events + 1: directions of the last event; the last for `turns` */
 };
 
-/* Below this cosine between its bases and the reference, the reference of the index-1 form is renewed:
- * about 60 degrees. */
+/* Below this cosine between its bases and the reference, the reference of the index-1 form is
+ * renewed: about 60 degrees. */
 #define MBSRI_IDA_TURNED 0.5
 
 /* Adds what IDA has counted so far to *stats. */
@@ -76,6 +76,11 @@ const char *mbsri_ida_flag_name(int flag, char *buffer);
 int mbsri_ida_check(const mbsr_ida_opt *opt, int size, mbsr_error *error);
 
 /* F and the event functions as IDA calls them; `user` is the driver. */
+/* Tolerance of entry k at y, and IDA's weights, its reciprocals. A momentum is tested with the
+ * error it makes in its joint's velocity: mass (rtol |u| + atol). */
+double mbsri_ida_tolerance(const mbsr_ida *ida, const double *y, int k);
+int mbsri_ida_weights(N_Vector y, N_Vector weight, void *user);
+
 int mbsri_ida_residual(sunrealtype t, N_Vector y, N_Vector yp, N_Vector F, void *user);
 int mbsri_ida_events(sunrealtype t, N_Vector y, N_Vector yp, sunrealtype *value, void *user);
 

@@ -151,7 +151,8 @@ static void place(mbsr_model *m, int i, int id)
     m->differences = m->differences || mbsri_rates_by_differences(b);
 }
 
-/* Coordinates stand in the caller's q and u in the order of ids, in the data in that of the sweeps. */
+/* Coordinates stand in the caller's q and u in the order of ids, in the data in that of the
+ * sweeps. */
 static int place_coordinates(mbsr_model *m, int N)
 {
     long long nq = 0, nu = 0;

@@ -114,8 +114,8 @@ static inline void cart_matrices(const cart_network *w, double C[CARTS_MOST][CAR
     }
 }
 
-/* Gaussian elimination without pivots, which matrices of dampers do not need. Row k of A: n entries,
- * then `columns` right-hand sides, which become the solutions. */
+/* Gaussian elimination without pivots, which matrices of dampers do not need. Row k of A: n
+ * entries, then `columns` right-hand sides, which become the solutions. */
 static inline void cart_eliminate(int n, int columns, double A[CARTS_MOST][CARTS_MOST + EXPM_MOST])
 {
     for (int p = 0; p < n; ++p) {

@@ -12,12 +12,12 @@ enum { RUN_MOST = 40 }; /* coordinates of the largest model */
 static const mbsr_planar_frame run_origin = {0.0, 0.0, 0.0};
 
 static const mbsr_dae_form run_forms[] = {MBSR_DAE_MOMENTUM, MBSR_DAE_RECURSIVE,
-                                          MBSR_DAE_INVERSE_DYNAMICS};
-enum { RUN_FORMS = 3 };
+                                          MBSR_DAE_INVERSE_DYNAMICS, MBSR_DAE_INDEX1};
+enum { RUN_FORMS = 4 };
 
 static inline const char *run_form_name(mbsr_dae_form form)
 {
-    static const char *const name[] = {"momentum", "recursive", "inverse dynamics"};
+    static const char *const name[] = {"momentum", "recursive", "inverse dynamics", "index 1"};
     return name[form];
 }
 
@@ -119,6 +119,12 @@ static inline void run_integrate(run *r, run_state *state)
     assert_int_equal(mbsr_ida_get_stats(ida, &r->stats), MBSR_OK);
     mbsr_ida_destroy(ida);
     mbsr_data_destroy(d);
+}
+
+/* The larger of two; NaN stays. */
+static inline double run_larger(double a, double b)
+{
+    return b > a || b != b ? b : a;
 }
 
 static inline void run_report(const run *r, double error)

@@ -1,5 +1,5 @@
-/* Massless bodies for which no consistent start exists, because no force determines a direction or no
- * position balances the forces: refused by every form, and the state stays as it was.
+/* Massless bodies for which no consistent start exists, because no force determines a direction or
+ * no position balances the forces: refused by every form, and the state stays as it was.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "reference_runs.h"
 
@@ -96,7 +96,7 @@ static void massless_point_held_along_one_axis_only(void **unused)
 
 /* ---- infeasible ---- */
 
-/* Force -S q / sqrt(1 + q^2) + F along x: balanced at q = F / sqrt(S^2 - F^2), nowhere for F > S. */
+/* Force -S q / sqrt(1 + q^2) + F along x: balanced at q = F / sqrt(S^2 - F^2), nowhere if F > S. */
 typedef struct saturation {
     double S, F;
 } saturation;

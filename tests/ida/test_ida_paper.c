@@ -22,12 +22,13 @@ static double trajectory_error(const problem *p, mbsr_dae_form form, double tole
 {
     mbsr_data *d;
     mbsr_ida *ida;
-    double y[8], yp[8], x[EXPM_MOST], q[4], worst = 0.0;
-    const int nq = mbsr_model_nq(p->model), size = mbsr_dae_size(p->model, form);
+    double y[12], yp[12], x[EXPM_MOST], q[4], u[4], worst = 0.0;
+    const int nq = mbsr_model_nq(p->model);
     assert_int_equal(mbsr_data_create(p->model, &d, NULL), MBSR_OK);
-    for (int k = 0; k < size; ++k) y[k] = start[k];
+    assert_int_equal(mbsr_dae_pack(p->model, d, form, 0.0, start, start + nq, y), MBSR_OK);
     assert_int_equal(mbsr_dae_consistent(p->model, d, form, 0.0, y, yp, NULL, NULL), MBSR_OK);
-    p->state(y, y + nq, x);
+    assert_int_equal(mbsr_dae_unpack(p->model, d, form, 0.0, y, q, u), MBSR_OK);
+    p->state(q, u, x);
     mbsr_ida_opt opt = mbsr_default_ida_opt();
     opt.form = form;
     opt.rtol = opt.atol = tolerance;
@@ -61,7 +62,11 @@ static void converges(const problem *p, mbsr_dae_form form, const double *start)
     assert_less(error[2], 0.01 * error[0]);
 }
 
-static const mbsr_dae_form forms[] = {MBSR_DAE_RECURSIVE, MBSR_DAE_INVERSE_DYNAMICS};
+enum { FORMS = 4, DIRECT = 2 };
+
+/* Those in (q, u) first. */
+static const mbsr_dae_form forms[FORMS] = {MBSR_DAE_RECURSIVE, MBSR_DAE_INVERSE_DYNAMICS,
+                                           MBSR_DAE_MOMENTUM, MBSR_DAE_INDEX1};
 
 static void upper_configuration_converges_to_the_exact_motion(void **unused)
 {
@@ -73,7 +78,7 @@ static void upper_configuration_converges_to_the_exact_motion(void **unused)
         const problem p = {with_mass ? "upper, mi = 0.2" : "upper, mi = 0",
                            paper_upper(&parameters), paper_upper_system(&parameters),
                            paper_upper_state, paper_upper_positions};
-        for (int f = 0; f < 2; ++f) converges(&p, forms[f], start);
+        for (int f = 0; f < FORMS; ++f) converges(&p, forms[f], start);
         mbsr_model_destroy(p.model);
     }
 }
@@ -88,7 +93,7 @@ static void lower_configuration_converges_to_the_exact_motion(void **unused)
         const problem p = {with_mass ? "lower, mi = 0.2" : "lower, mi = 0",
                            paper_lower(&parameters), paper_lower_system(&parameters),
                            paper_lower_state, paper_lower_positions};
-        for (int f = 0; f < 2; ++f) converges(&p, forms[f], start);
+        for (int f = 0; f < FORMS; ++f) converges(&p, forms[f], start);
         mbsr_model_destroy(p.model);
     }
 }
@@ -138,7 +143,7 @@ static void a_small_mass_costs_steps_and_zero_gives_them_back(void **unused)
 {
     (void)unused;
     for (int relative = 0; relative < 2; ++relative) {
-        for (int f = 0; f < 2; ++f) {
+        for (int f = 0; f < DIRECT; ++f) {
             double error;
             const long s3 = oscillator_steps(1e-3, relative, forms[f], &error);
             assert_less(error, 0.05);

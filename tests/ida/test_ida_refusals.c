@@ -342,7 +342,7 @@ static void a_start_forgets_earlier_failures(void **state)
     p.y[2] = 0.0;
     assert_ok(mbsr_ida_start(ida, 0.5, p.y, p.yp), mbsr_ida_error(ida));
     assert_refused(mbsr_ida_advance(ida, 1.0, NULL, NULL, NULL), mbsr_ida_error(ida),
-                   MBSR_ERR_SOLVER, MBSR_NONE, MBSR_NONE, "IDA_ILL_INPUT");
+                   MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE, "y[2] is 0|tolerance");
     mbsr_ida_destroy(ida);
     problem_free(&p);
 }
@@ -436,7 +436,7 @@ static void tolerances_that_cannot_be_met_are_a_failure_of_the_solver(void **sta
     opt.atol = 0.0; /* allowed, but the velocities are zero */
     ida = problem_start(&p, &opt);
     assert_refused(mbsr_ida_advance(ida, 1.0, NULL, NULL, NULL), mbsr_ida_error(ida),
-                   MBSR_ERR_SOLVER, MBSR_NONE, MBSR_NONE, "IDA_ILL_INPUT|ewt component");
+                   MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE, "y[2] is 0|tolerance");
     mbsr_ida_destroy(ida);
     problem_free(&p);
 }

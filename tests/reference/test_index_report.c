@@ -679,8 +679,8 @@ static void verdicts_are_those_of_the_table_in_all_units(void **state)
     assert_int_equal(wrong, 0);
 }
 
-/* Springs that are relaxed in the first two states only. In kilometres all coordinates are far below 1,
- * and slopes not exact enough to tell a floating system from a stiff one. */
+/* Springs that are relaxed in the first two states only. In kilometres all coordinates are far
+ * below 1, and slopes not exact enough to tell a floating system from a stiff one. */
 static void plates_float_in_all_units(void **state)
 {
     static const expected e = {"floating plates",
@@ -693,7 +693,7 @@ static void plates_float_in_all_units(void **state)
                                0,
                                3,
                                3,
-                               "'lower', body 1 'upper'|together move no mass"};
+                               "body 0 'lower', body 1 'upper': |together move no mass"};
     (void)state;
     int wrong = 0;
     for (size_t l = 0; l + 1 < sizeof systems / sizeof systems[0]; ++l) {

@@ -135,10 +135,11 @@ static void a_coordinate_is_held_at_its_value(void **state)
     (void)state;
     const double angle = 0.7;
     mbsr_model *a = empty(), *b = empty();
-    add(a, MBSR_GROUND, mbsr_joint_planar_pin_slot(tip, origin), rod());
+    add(a, MBSR_GROUND, mbsr_joint_planar_pin_slot(tip, tip), rod());
     add(a, 0, mbsr_joint_planar_revolute(tip, origin), rod());
     assert_int_equal(mbsr_model_lock(a, 0, 1, angle), MBSR_OK);
-    add(b, MBSR_GROUND, mbsr_joint_planar_prismatic(tip, (mbsr_planar_frame){0.0, 0.0, -angle}),
+    add(b, MBSR_GROUND,
+        mbsr_joint_planar_prismatic(tip, (mbsr_planar_frame){tip.x, tip.y, tip.angle - angle}),
         rod());
     add(b, 0, mbsr_joint_planar_revolute(tip, origin), rod());
     mbsr_data *da = finish(a), *db = finish(b);

@@ -64,7 +64,8 @@ static void pack_after(state *s, double h, double *y)
         MBSR_OK);
 }
 
-/* y' from the library's start, after the reference was taken a little away, so that bases are turned. */
+/* y' from the library's start, after the reference was taken a little away, so that bases are
+ * turned. */
 static void start(state *s)
 {
     mbsr_data *d = s->tree.data;

@@ -7,7 +7,7 @@
 
 #include <stdlib.h>
 
-enum { TREES = 240 };
+enum { TREES = 300 };
 
 static const double now = 0.3;
 
@@ -97,8 +97,8 @@ static void the_basis_spans_the_null_space_of_the_mass_matrix(void **state)
     assert_true(directions > TREES);
 }
 
-/* -a_l^T tau where inverse dynamics gives tau without accelerations: the force in direction l, as M a
- * is zero. */
+/* -a_l^T tau where inverse dynamics gives tau without accelerations: the force in direction l, as M
+ * a is zero. */
 static void forces_along(setting *s, const double *q, const double *u, double *gamma)
 {
     const int n = s->tree.nu;

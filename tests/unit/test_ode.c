@@ -11,7 +11,8 @@ enum { TREES = 200, MOST = 160 };
 
 static const double time_now = 0.3;
 
-/* x' of the ODE is that of the momentum form at its consistent start, whatever Newton starts from. */
+/* x' of the ODE is that of the momentum form at its consistent start, whatever Newton starts
+ * from. */
 static void rhs_is_that_of_the_momentum_form(void **unused)
 {
     (void)unused;
