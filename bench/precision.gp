@@ -37,7 +37,7 @@ set xrange [2e-4:5e-11]
 set yrange [1e2:3e6]
 set xlabel "tolerance"
 set ylabel "steps"
-set key top left
+set key top left Left reverse
 do for [case in "0:5 1e-06:5 0:0"] {
     mass = case[1:strstrt(case, ":")-1]
     damping = case[strstrt(case, ":")+1:*]

@@ -65,7 +65,7 @@ static void load_joint(const mbsr_model *m, mbsr_data *d, int i)
     mbsri_atx(b->d, b->n, -1.0, d->J + b->dn, mu, e);
     mbsri_ax(b->d, b->n, 1.0, d->G + b->dn, e, mu);
     /* fbar_pi -= H^T mu */
-    mbsri_atx(b->d, b->d_pred, -1.0, d->H + b->dp, mu, d->fbar + m->body[b->parent].v);
+    mbsri_atx(b->d, b->d_pred, -1.0, d->H + b->dp, mu, d->fbar + b->pred_v);
 }
 
 /* E += Diag(A) */
@@ -119,15 +119,15 @@ static void transport(const mbsri_body *b, const mbsr_data *d, double *E, double
  * cost: 4 (d^2 n + d^2 d_pred + d d_pred^2). */
 static void pass_on(const mbsr_model *m, mbsr_data *d, int i)
 {
-    const mbsri_body *b = m->body + i, *pred = m->body + b->parent;
+    const mbsri_body *b = m->body + i;
     const double *H = d->H + b->dp;
     if (b->d_pred == 0) return;
     const size_t dm = (size_t)m->max_d * (size_t)m->max_d;
     double *T = d->scratch, *E = T + dm, *Q = E + dm, *product = Q + dm;
     reduce(b, d, d->rank[i], T, Q);
     transport(b, d, E, Q, product);
-    mbsri_congruence(b->d, b->d_pred, H, T, d->Mbar + pred->dd, product);
-    mbsri_congruence(b->d, b->d_pred, H, E, d->W + pred->dd, product);
+    mbsri_congruence(b->d, b->d_pred, H, T, d->Mbar + b->pred_dd, product);
+    mbsri_congruence(b->d, b->d_pred, H, E, d->W + b->pred_dd, product);
 }
 
 /* The recursion for masses: Mbar, W, U, D, G and ranks. */

@@ -99,7 +99,7 @@ static void drift(const mbsr_model *m, const mbsr_data *d, int i, const double *
 {
     const mbsri_body *b = m->body + i;
     mbsri_zero((size_t)b->d, hv);
-    mbsri_ax(b->d, b->d_pred, 1.0, d->Hdot + b->dp, d->Az + m->body[b->parent].v, hv);
+    mbsri_ax(b->d, b->d_pred, 1.0, d->Hdot + b->dp, d->Az + b->pred_v, hv);
     mbsri_atx(b->d, b->n, 1.0, d->Gdot + b->dn, x, delta);
     mbsri_atx(b->d, b->n, 1.0, d->G + b->dn, hv, delta);
 }
@@ -168,7 +168,7 @@ static void equations(const mbsr_model *m, mbsr_data *d, const double *v, const 
         if (from_pred) {
             drift(m, d, i, x, hv, delta);
             mbsri_zero((size_t)b->d, hy);
-            mbsri_ax(b->d, b->d_pred, 1.0, d->H + b->dp, d->Y + m->body[b->parent].v, hy);
+            mbsri_ax(b->d, b->d_pred, 1.0, d->H + b->dp, d->Y + b->pred_v, hy);
         }
         null_drift(b, d, r, v + b->u + r, delta, y, scaled, weight);
         if (udot) null_slope(b, d, r, udot + b->u, delta, scaled, out);

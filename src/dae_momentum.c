@@ -47,7 +47,7 @@ void mbsri_momenta(const mbsr_model *m, mbsr_data *d, double *p)
         double *imp = d->imp + b->v;
         /* m_i = -M_i V_i - sum_j H_j^T m_j */
         mbsri_ax(b->d, b->d, -1.0, d->M + b->dd, d->V + b->v, imp);
-        mbsri_atx(b->d, b->d_pred, -1.0, d->H + b->dp, imp, d->imp + m->body[b->parent].v);
+        mbsri_atx(b->d, b->d_pred, -1.0, d->H + b->dp, imp, d->imp + b->pred_v);
         /* p_i = J_i^T m_i */
         mbsri_zero((size_t)b->n, p + b->u);
         mbsri_atx(b->d, b->n, 1.0, d->J + b->dn, imp, p + b->u);
@@ -62,7 +62,7 @@ static void momentum_rates(const mbsr_model *m, mbsr_data *d, double *pdot)
     for (int i = m->bodies; i >= 1; --i) {
         const mbsri_body *b = m->body + i;
         const double *imp = d->imp + b->v;
-        double *sigma = d->sigma + b->v, *below = d->sigma + m->body[b->parent].v;
+        double *sigma = d->sigma + b->v, *below = d->sigma + b->pred_v;
         /* sigma_i = -f_i - M_i' V_i - sum_j (H_j^T sigma_j + H_j'^T m_j) */
         for (int k = 0; k < b->d; ++k) sigma[k] -= d->f[b->v + (size_t)k];
         mbsri_ax(b->d, b->d, -1.0, d->Mdot + b->dd, d->V + b->v, sigma);
@@ -87,7 +87,7 @@ void mbsri_condense(const mbsr_model *m, mbsr_data *d, const double *p)
         mbsri_copy((size_t)b->n, p + b->u, ep);
         mbsri_atx(b->d, b->n, -1.0, d->J + b->dn, mbar, ep);
         mbsri_ax(b->d, b->n, 1.0, d->G + b->dn, ep, mbar);
-        mbsri_atx(b->d, b->d_pred, -1.0, d->H + b->dp, mbar, d->impbar + m->body[b->parent].v);
+        mbsri_atx(b->d, b->d_pred, -1.0, d->H + b->dp, mbar, d->impbar + b->pred_v);
     }
 }
 
@@ -101,7 +101,7 @@ static void balance(const mbsr_model *m, mbsr_data *d, double *F)
         double *r = F + b->u;
         /* r = D u - ep + U^T H V_pi */
         mbsri_zero((size_t)b->d, x);
-        mbsri_ax(b->d, b->d_pred, 1.0, d->H + b->dp, d->V + m->body[b->parent].v, x);
+        mbsri_ax(b->d, b->d_pred, 1.0, d->H + b->dp, d->V + b->pred_v, x);
         for (int k = 0; k < b->n; ++k) r[k] = -d->ep[b->iu + k];
         mbsri_atx(b->d, b->n, 1.0, d->U + b->dn, x, r);
         mbsri_ax(b->n, b->n, 1.0, d->D + b->nn, d->u + b->iu, r);

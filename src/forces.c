@@ -28,40 +28,40 @@ static mbsr_force_body view(const mbsr_model *m, mbsr_data *d, int i, bool rates
     return body;
 }
 
-static int failed(const mbsr_model *m, mbsr_data *d, int id, int status, const char *function)
+static int failed(const mbsr_model *m, mbsr_data *d, const mbsri_force *force, int status,
+                  const char *function)
 {
-    const mbsri_force *force = (const mbsri_force *)m->forces.data + id;
     char label[MBSRI_LABEL];
-    return mbsri_fail(&d->error, status, MBSR_NONE, id, "%s (%s): %s returned %d at t = %g",
-                      mbsri_label(label, "force", id, (const char *)m->names.data + force->name),
-                      force->def.table->name, function, status, d->t);
+    return mbsri_fail(
+        &d->error, status, MBSR_NONE, force->id, "%s (%s): %s returned %d at t = %g",
+        mbsri_label(label, "force", force->id, (const char *)m->names.data + force->name),
+        force->def.table->name, function, status, d->t);
 }
 
-/* One call of element `id`; energy == NULL: forces, else its energy is added there. */
-static int call(const mbsr_model *m, mbsr_data *d, int id, int bodies, double *energy)
+/* One call of an element; energy == NULL: forces, else its energy is added there. */
+static int call(const mbsr_model *m, mbsr_data *d, const mbsri_force *force, int bodies,
+                double *energy)
 {
-    const mbsri_force *force = (const mbsri_force *)m->forces.data + id;
     const mbsr_force_args args = {
         .force = &force->def, .t = d->t, .bodies = bodies, .body = d->force_bodies};
     if (!energy) {
         const int status = force->def.table->evaluate(&args);
-        return status ? failed(m, d, id, status, "evaluate") : MBSR_OK;
+        return status ? failed(m, d, force, status, "evaluate") : MBSR_OK;
     }
     if (!force->def.table->energy) return MBSR_OK;
     double one = 0.0;
     const int status = force->def.table->energy(&args, &one);
     *energy += one;
-    return status ? failed(m, d, id, status, "energy") : MBSR_OK;
+    return status ? failed(m, d, force, status, "energy") : MBSR_OK;
 }
 
-/* All calls of element `id`. */
-static int visit(const mbsr_model *m, mbsr_data *d, int id, double *energy)
+/* All calls of an element. */
+static int visit(const mbsr_model *m, mbsr_data *d, const mbsri_force *force, double *energy)
 {
-    const mbsri_force *force = (const mbsri_force *)m->forces.data + id;
     if (force->def.table->flags & MBSR_FORCE_EVERY_BODY) {
         for (int i = 1; i <= m->bodies; ++i) {
             d->force_bodies[0] = view(m, d, i, !energy);
-            const int status = call(m, d, id, 1, energy);
+            const int status = call(m, d, force, 1, energy);
             if (status) return status;
         }
         return MBSR_OK;
@@ -69,7 +69,7 @@ static int visit(const mbsr_model *m, mbsr_data *d, int id, double *energy)
     for (int k = 0; k < force->def.bodies; ++k) {
         d->force_bodies[k] = view(m, d, m->list_index[force->list + (size_t)k], !energy);
     }
-    return call(m, d, id, force->def.bodies, energy);
+    return call(m, d, force, force->def.bodies, energy);
 }
 
 int mbsr_forces(const mbsr_model *model, mbsr_data *data, const double *tau)
@@ -81,16 +81,14 @@ int mbsr_forces(const mbsr_model *model, mbsr_data *data, const double *tau)
     d->stage = MBSRI_STAGE_VELOCITIES;
 
     mbsri_zero((size_t)m->nu, d->tau);
-    for (int i = 1; i <= m->bodies && tau; ++i) {
-        const mbsri_body *b = m->body + i;
-        mbsri_copy((size_t)b->n, tau + b->u, d->tau + b->iu);
-    }
+    if (tau) mbsri_gather(m, tau, d->tau);
     /* f_i = -h_i */
     mbsri_zero((size_t)m->root.d, d->f);
     for (size_t k = (size_t)m->root.d; k < m->size_v; ++k) d->f[k] = -d->h[k];
     /* + force elements */
-    for (int id = 0; id < (int)m->forces.count; ++id) {
-        status = visit(m, d, id, NULL);
+    const mbsri_force *force = m->forces.data;
+    for (size_t k = 0; k < m->forces.count; ++k) {
+        status = visit(m, d, force + k, NULL);
         if (status) return status;
     }
     d->stage = MBSRI_STAGE_FORCES;
@@ -111,8 +109,9 @@ int mbsr_energy(const mbsr_model *model, mbsr_data *data, double *kinetic, doubl
         mbsri_ax(b->d, b->d, 1.0, d->M + b->dd, d->V + b->v, d->scratch);
         T += 0.5 * mbsri_dot(b->d, d->V + b->v, d->scratch);
     }
-    for (int id = 0; potential && id < (int)m->forces.count; ++id) {
-        status = visit(m, d, id, &E);
+    const mbsri_force *force = m->forces.data;
+    for (size_t k = 0; potential && k < m->forces.count; ++k) {
+        status = visit(m, d, force + k, &E);
         if (status) return status;
     }
     if (kinetic) *kinetic = T;

@@ -24,7 +24,7 @@ bool mbsri_null_below(const mbsr_model *m, const mbsr_data *d, int i, double *x)
     const mbsri_body *b = m->body + i;
     if (!d->carries[b->parent]) return false;
     mbsri_zero((size_t)b->d, x);
-    mbsri_ax(b->d, b->d_pred, 1.0, d->H + b->dp, d->Az + m->body[b->parent].v, x);
+    mbsri_ax(b->d, b->d_pred, 1.0, d->H + b->dp, d->Az + b->pred_v, x);
     return true;
 }
 
@@ -50,11 +50,11 @@ void mbsri_null_pass(const mbsr_model *m, mbsr_data *d, int i, bool own, bool be
 /* A0 of body i and w = e - U^T H A0_pi.  reads e, U, Dinv, H, J, kII;  writes A and w (n). */
 void mbsri_known_part(const mbsr_model *m, mbsr_data *d, int i, double *w, double *rate)
 {
-    const mbsri_body *b = m->body + i, *pred = m->body + b->parent;
+    const mbsri_body *b = m->body + i;
     double *A = d->A + b->v;
     /* A = H A0_pi,  w = e - U^T A */
     mbsri_zero((size_t)b->d, A);
-    mbsri_ax(b->d, b->d_pred, 1.0, d->H + b->dp, d->A + pred->v, A);
+    mbsri_ax(b->d, b->d_pred, 1.0, d->H + b->dp, d->A + b->pred_v, A);
     mbsri_copy((size_t)b->n, d->e + b->iu, w);
     mbsri_atx(b->d, b->n, -1.0, d->U + b->dn, A, w);
     /* rate = D^+ w,  A = -(H A0_pi + kII + J rate) */
@@ -72,10 +72,11 @@ int mbsr_forward(const mbsr_model *model, mbsr_data *data, const double *udot, d
     if (status) return status;
 
     double *x = d->scratch + m->max_d, *rate = x + m->max_d;
+    mbsri_gather(m, udot, d->udot);
     d->carries[0] = false;
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
-        double *w = residual + b->u;
+        double *w = d->out + b->iu;
         /* A0, w */
         mbsri_known_part(m, d, i, w, rate);
         /* x = H Az_pi,  w -= U^T x,  Az from z = (I - D^+ D) u' */
@@ -83,12 +84,13 @@ int mbsr_forward(const mbsr_model *model, mbsr_data *data, const double *udot, d
         if (below) mbsri_atx(b->d, b->n, -1.0, d->U + b->dn, x, w);
         double *z = d->vec + b->iu;
         mbsri_zero((size_t)b->n, z);
-        if (own) mbsri_null_part(m, d, i, udot + b->u, z);
+        if (own) mbsri_null_part(m, d, i, d->udot + b->iu, z);
         mbsri_null_pass(m, d, i, own, below, x, z);
         /* residual = D u' - w */
         for (int k = 0; k < b->n; ++k) w[k] = -w[k];
-        mbsri_ax(b->n, b->n, 1.0, d->D + b->nn, udot + b->u, w);
+        mbsri_ax(b->n, b->n, 1.0, d->D + b->nn, d->udot + b->iu, w);
     }
+    mbsri_scatter(m, d->out, residual);
     return MBSR_OK;
 }
 

@@ -195,11 +195,11 @@ static void products(const mbsri_body *b, const mbsr_data *d, double *Udot, doub
 static void pass_on(const mbsr_model *m, mbsr_data *d, int i, const double *Udot,
                     const double *Ddot, double *scratch)
 {
-    const mbsri_body *b = m->body + i, *pred = m->body + b->parent;
+    const mbsri_body *b = m->body + i;
     const int dim = b->d, n = b->n, dp = b->d_pred;
     const size_t dd = (size_t)dim * (size_t)dim;
     const double *G = d->G + b->dn, *H = d->H + b->dp, *Hdot = d->Hdot + b->dp;
-    double *T = scratch, *Tdot = T + dd, *product = Tdot + dd, *sum = d->Mbardot + pred->dd;
+    double *T = scratch, *Tdot = T + dd, *product = Tdot + dd, *sum = d->Mbardot + b->pred_dd;
     if (dp == 0) return;
     mbsri_copy(dd, d->Mbardot + b->dd, Tdot);
     mbsri_abt(dim, n, dim, -1.0, Udot, G, Tdot);

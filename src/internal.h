@@ -22,13 +22,15 @@ enum { MBSRI_COOKIE = 0x6d627372 };
  * Bodies 1 .. N are numbered parent before child, in depth-first order; body 0 is the root. Each
  * array of the data is indexed through the offsets below. */
 typedef struct mbsri_body {
-    int id;            /* the caller's; MBSR_GROUND for the root */
-    int parent;        /* index of the predecessor; 0 for the bodies on the root, -1 for the root */
-    int d, d_pred;     /* velocity coordinates of the body and of its predecessor */
-    int np;            /* numbers in the pose */
-    int n, nq;         /* joint velocity and position coordinates */
-    int q, u;          /* places in the caller's vectors q and u, in the order of ids */
-    int iq, iu;        /* places in the data's, in the order of the sweeps */
+    int id;        /* the caller's; MBSR_GROUND for the root */
+    int parent;    /* index of the predecessor; 0 for the bodies on the root, -1 for the root */
+    int d, d_pred; /* velocity coordinates of the body and of its predecessor */
+    int np;        /* numbers in the pose */
+    int n, nq;     /* joint velocity and position coordinates */
+    int q, u;      /* places in the caller's vectors q and u, in the order of ids */
+    int iq, iu;    /* places in the data's, in the order of the sweeps */
+    size_t pred_p, pred_v, pred_dd; /* the predecessor's offsets, which save a look at its record */
+    mbsr_space pred_space;
     size_t p, v;       /* offsets of np and d numbers */
     size_t dd, dp, dn; /* offsets of d x d, d x d_pred and d x n numbers */
     size_t k;          /* offset of K^-1; only bodies without MBSR_JOINT_UNIT_K take room */
@@ -56,6 +58,7 @@ typedef struct mbsri_body_entry {
 
 typedef struct mbsri_force {
     mbsr_force_def def; /* name and body_list are not used: see below */
+    int id;             /* the caller's */
     size_t name;        /* offset into names */
     size_t list;        /* offset of its def.bodies ids (and, once finished, indices) */
 } mbsri_force;
@@ -74,7 +77,7 @@ struct mbsr_model {
     bool finished;
 
     mbsri_array entries;  /* mbsri_body_entry, by id; emptied by finish */
-    mbsri_array forces;   /* mbsri_force, by id */
+    mbsri_array forces;   /* mbsri_force, by id; once finished in the order of the sweeps */
     mbsri_array names;    /* char; offset 0 is the empty name */
     mbsri_array matrices; /* double */
     mbsri_array lists;    /* int: ids of the bodies of force elements */
@@ -83,6 +86,7 @@ struct mbsr_model {
     int bodies;       /* N */
     int *index;       /* id -> index, N */
     int *list_index;  /* the lists as indices */
+    int *u_of;        /* place of each joint rate of the sweeps in the caller's vectors, nu */
     mbsri_body *body; /* N + 1 */
     int nq, nu;
     int max_d, max_n, max_force_bodies;
@@ -133,6 +137,8 @@ struct mbsr_model {
     ARRAY(Jdot, m->size_dn)        /* d x n     rate of J                           rates */       \
     ARRAY(Mdot, m->size_dd)        /* d x d     rate of M                           rates */       \
     ARRAY(qdot, m->nq)             /* nq        q' = G u, as the caller's q         rates */       \
+    ARRAY(udot, m->nu)             /* n         u' in the order of the sweeps       inverse, forward */ \
+    ARRAY(out, m->nu)              /* n         a result in that order              inverse, forward */ \
     ARRAY(q_base, m->nq)           /* nq        the caller's q while displaced      rates */       \
     ARRAY(u_base, m->nu)           /* nu        the caller's u, likewise            rates */       \
     ARRAY(q_moved, m->nq)          /* nq        the displaced q                     rates */       \
@@ -274,6 +280,10 @@ bool mbsri_rates_by_differences(const mbsri_body *b);
 bool mbsri_null_below(const mbsr_model *m, const mbsr_data *d, int i, double *x);
 void mbsri_null_pass(const mbsr_model *m, mbsr_data *d, int i, bool own, bool below,
                      const double *x, double *z);
+
+/* Vectors over all joint rates between the caller's order and that of the sweeps. */
+void mbsri_gather(const mbsr_model *m, const double *caller, double *swept);
+void mbsri_scatter(const mbsr_model *m, const double *swept, double *caller);
 
 /* A0 of body i and its load w = e - U^T H A0_pi, rate = D^+ w; n numbers each (forward.c). */
 void mbsri_known_part(const mbsr_model *m, mbsr_data *d, int i, double *w, double *rate);

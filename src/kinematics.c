@@ -17,17 +17,17 @@
 
 mbsr_joint_args mbsri_joint_args(const mbsr_model *m, const mbsr_data *d, int i, bool velocities)
 {
-    const mbsri_body *b = m->body + i, *pred = m->body + b->parent;
+    const mbsri_body *b = m->body + i;
     return (mbsr_joint_args){.joint = &b->joint,
                              .t = d->t,
                              .q = b->locks ? d->q_full + b->full : d->q + b->iq,
                              .u = !velocities ? NULL
                                   : b->locks  ? d->u_full + b->full
                                               : d->u + b->iu,
-                             .pred_space = pred->joint.space,
-                             .pred_d = pred->d,
-                             .p_pred = d->p + pred->p,
-                             .V_pred = velocities ? d->V + pred->v : NULL,
+                             .pred_space = b->pred_space,
+                             .pred_d = b->d_pred,
+                             .p_pred = d->p + b->pred_p,
+                             .V_pred = velocities ? d->V + b->pred_v : NULL,
                              .p = d->p + b->p,
                              .V = velocities ? d->V + b->v : NULL};
 }
@@ -201,16 +201,13 @@ int mbsr_positions(const mbsr_model *model, mbsr_data *data, double t, const dou
                           "mbsr_positions: t or q is not finite");
     }
     d->t = t;
-    for (int i = 1; i <= m->bodies; ++i) {
-        const mbsri_body *b = m->body + i;
-        mbsri_copy((size_t)b->nq, q + b->q, d->q + b->iq);
-        if (b->locks) mbsri_with_held(b, d->q + b->iq, true, d->q_full + b->full);
-    }
     status = move_root(m, d);
     if (status) return status;
 
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
+        mbsri_copy((size_t)b->nq, q + b->q, d->q + b->iq);
+        if (b->locks) mbsri_with_held(b, d->q + b->iq, true, d->q_full + b->full);
         mbsr_joint_args args = mbsri_joint_args(m, d, i, false);
         args.p = NULL;
         /* p_i from k(p_i, p_pi, q_i, t) = 0 */
@@ -239,18 +236,15 @@ int mbsr_velocities(const mbsr_model *model, mbsr_data *data, const double *u)
         return mbsri_fail(&d->error, MBSR_NOT_FINITE, MBSR_NONE, MBSR_NONE,
                           "mbsr_velocities: u is not finite");
     }
-    for (int i = 1; i <= m->bodies; ++i) {
-        const mbsri_body *b = m->body + i;
-        mbsri_copy((size_t)b->n, u + b->u, d->u + b->iu);
-        if (b->locks) mbsri_with_held(b, d->u + b->iu, false, d->u_full + b->full);
-    }
+    mbsri_gather(m, u, d->u);
 
     for (int i = 1; i <= m->bodies; ++i) {
-        const mbsri_body *b = m->body + i, *pred = m->body + b->parent;
+        const mbsri_body *b = m->body + i;
+        if (b->locks) mbsri_with_held(b, d->u + b->iu, false, d->u_full + b->full);
         double *V = d->V + b->v, *kII = d->kII + b->v;
         /* V_i = -(H_i V_pi + J_i u_i + kI_i) */
         mbsri_zero((size_t)b->d, V);
-        mbsri_ax(b->d, b->d_pred, -1.0, d->H + b->dp, d->V + pred->v, V);
+        mbsri_ax(b->d, b->d_pred, -1.0, d->H + b->dp, d->V + b->pred_v, V);
         mbsri_ax(b->d, b->n, -1.0, d->J + b->dn, d->u + b->iu, V);
         for (int k = 0; k < b->d; ++k) V[k] -= d->kI[b->v + (size_t)k];
         if (!mbsri_finite((size_t)b->d, V)) return mbsri_report_not_finite(m, d);

@@ -51,7 +51,7 @@ int mbsr_mass_matrix(const mbsr_model *model, mbsr_data *data, double *matrix)
             mbsri_copy((size_t)row->d_pred * (size_t)b->n, next, now);
         }
         /* C_pi += H_i^T C_i H_i */
-        mbsri_congruence(b->d, b->d_pred, d->H + b->dp, C + b->dd, C + m->body[b->parent].dd, next);
+        mbsri_congruence(b->d, b->d_pred, d->H + b->dp, C + b->dd, C + b->pred_dd, next);
     }
     return MBSR_OK;
 }

@@ -32,7 +32,7 @@ static void gross_forces(const mbsr_model *m, mbsr_data *d)
     for (int i = m->bodies; i >= 1; --i) {
         const mbsri_body *b = m->body + i;
         const size_t dim = (size_t)b->d, columns = (size_t)b->d_pred;
-        double *own = gross + b->v, *pred = gross + m->body[b->parent].v;
+        double *own = gross + b->v, *pred = gross + b->pred_v;
         const double *W = d->W + b->dd;
         double bias = 0.0;
         for (size_t c = 0; c < dim; ++c)

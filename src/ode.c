@@ -228,7 +228,7 @@ static void momentum_part(const mbsr_model *m, mbsr_data *d, double *u)
         if (d->rank[i] < b->n) mbsri_null_part(m, d, i, ui, null);
         /* u = D^+ (ep - U^T H V_pi) + null part */
         mbsri_zero((size_t)b->d, x);
-        mbsri_ax(b->d, b->d_pred, 1.0, d->H + b->dp, d->V + m->body[b->parent].v, x);
+        mbsri_ax(b->d, b->d_pred, 1.0, d->H + b->dp, d->V + b->pred_v, x);
         mbsri_copy((size_t)b->n, d->ep + b->iu, load);
         mbsri_atx(b->d, b->n, -1.0, d->U + b->dn, x, load);
         mbsri_copy((size_t)b->n, null, ui);

@@ -152,7 +152,8 @@ int mbsr_model_add_force(mbsr_model *model, const mbsr_force_def *def, int *id)
         !mbsri_reserve(&m->allocator, &m->forces, 1, sizeof(mbsri_force))) {
         return mbsri_fail(&m->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, next, "%s: no memory", label);
     }
-    mbsri_force force = {.def = *def, .name = store_name(m, def->name), .list = m->lists.count};
+    mbsri_force force = {
+        .def = *def, .id = next, .name = store_name(m, def->name), .list = m->lists.count};
     const int *list = def->body_list ? def->body_list : def->body;
     for (int k = 0; k < def->bodies; ++k) ((int *)m->lists.data)[m->lists.count++] = list[k];
     force.def.name = NULL;

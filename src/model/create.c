@@ -115,6 +115,7 @@ void mbsr_model_destroy(mbsr_model *model)
     mbsri_release(&allocator, model->lists.data);
     mbsri_release(&allocator, model->index);
     mbsri_release(&allocator, model->list_index);
+    mbsri_release(&allocator, model->u_of);
     mbsri_release(&allocator, model->body);
     mbsri_release(&allocator, model);
 }

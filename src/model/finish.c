@@ -127,6 +127,10 @@ static void place(mbsr_model *m, int i, int id)
                       .nn = m->size_nn,
                       .joint = *joint,
                       .inertia = entry->inertia,
+                      .pred_p = m->body[parent].p,
+                      .pred_v = m->body[parent].v,
+                      .pred_dd = m->body[parent].dd,
+                      .pred_space = m->body[parent].joint.space,
                       .name = entry->name,
                       .regular = entry->regular,
                       .locks = entry->locks,
@@ -174,6 +178,21 @@ static int place_coordinates(mbsr_model *m, int N)
         m->body[i].iu = iu;
         iq += m->body[i].nq;
         iu += m->body[i].n;
+    }
+    return MBSR_OK;
+}
+
+/* Where the joint rates of the sweeps stand in the caller's vectors. */
+static int place_rates(mbsr_model *m, int N)
+{
+    m->u_of = mbsri_allocate(&m->allocator, (size_t)m->nu * sizeof *m->u_of);
+    if (!m->u_of) {
+        return mbsri_fail(&m->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
+                          "mbsr_model_finish: no memory");
+    }
+    for (int i = 1; i <= N; ++i) {
+        const mbsri_body *b = m->body + i;
+        for (int k = 0; k < b->n; ++k) m->u_of[b->iu + k] = b->u + k;
     }
     return MBSR_OK;
 }
@@ -248,6 +267,55 @@ static int resolve_forces(mbsr_model *m, int N)
     return status;
 }
 
+/* The first body a force element acts on, by index; 0 for none but the ground. */
+static int first_body(const mbsr_model *m, size_t id)
+{
+    const mbsri_force *force = (const mbsri_force *)m->forces.data + id;
+    int first = 0;
+    for (int k = 0; k < force->def.bodies; ++k) {
+        const int body = m->list_index[force->list + (size_t)k];
+        if (first == 0 || (body > 0 && body < first)) first = body;
+    }
+    return first;
+}
+
+/* Force elements and their lists in the order of the sweeps, by counting sort on the first body; count:
+ * N + 1 ints. The old array goes, so nothing may fail after this. */
+static int order_forces(mbsr_model *m, int N, int *count)
+{
+    const size_t forces = m->forces.count;
+    const mbsri_force *old = m->forces.data;
+    mbsri_force *sorted = mbsri_allocate(&m->allocator, forces * sizeof *sorted);
+    int *lists = mbsri_allocate(&m->allocator, m->lists.count * sizeof *lists);
+    if (!sorted || !lists) {
+        mbsri_release(&m->allocator, sorted);
+        mbsri_release(&m->allocator, lists);
+        return mbsri_fail(&m->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
+                          "mbsr_model_finish: no memory");
+    }
+    for (int i = 0; i <= N; ++i) count[i] = 0;
+    for (size_t id = 0; id < forces; ++id) ++count[first_body(m, id)];
+    for (int i = 0, sum = 0; i <= N; ++i) {
+        const int here = count[i];
+        count[i] = sum;
+        sum += here;
+    }
+    for (size_t id = 0; id < forces; ++id) sorted[count[first_body(m, id)]++] = old[id];
+    size_t used = 0;
+    for (size_t k = 0; k < forces; ++k) {
+        const size_t list = sorted[k].list;
+        sorted[k].list = used;
+        for (int b = 0; b < sorted[k].def.bodies; ++b)
+            lists[used++] = m->list_index[list + (size_t)b];
+    }
+    mbsri_release(&m->allocator, m->forces.data);
+    mbsri_release(&m->allocator, m->list_index);
+    m->forces.data = sorted;
+    m->forces.capacity = forces;
+    m->list_index = lists;
+    return MBSR_OK;
+}
+
 /* Numbers and places everything; what it sets is forgotten by undo. */
 static int build(mbsr_model *m, int N, numbering *w)
 {
@@ -259,15 +327,17 @@ static int build(mbsr_model *m, int N, numbering *w)
     status = place_coordinates(m, N);
     if (!status) status = check_joints(m, N);
     if (!status) status = resolve_forces(m, N);
-    return status;
+    if (!status) status = place_rates(m, N);
+    return status ? status : order_forces(m, N, w->first);
 }
 
 static void undo(mbsr_model *m)
 {
     mbsri_release(&m->allocator, m->index);
     mbsri_release(&m->allocator, m->list_index);
+    mbsri_release(&m->allocator, m->u_of);
     mbsri_release(&m->allocator, m->body);
-    m->index = m->list_index = NULL;
+    m->index = m->list_index = m->u_of = NULL;
     m->body = NULL;
     m->differences = false;
     m->nq = m->nu = m->max_d = m->max_n = m->max_force_bodies = 0;

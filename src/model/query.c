@@ -93,3 +93,13 @@ int mbsr_model_find_body(const mbsr_model *model, const char *name)
     }
     return MBSR_NONE;
 }
+
+void mbsri_gather(const mbsr_model *m, const double *caller, double *swept)
+{
+    for (int k = 0; k < m->nu; ++k) swept[k] = caller[m->u_of[k]];
+}
+
+void mbsri_scatter(const mbsr_model *m, const double *swept, double *caller)
+{
+    for (int k = 0; k < m->nu; ++k) caller[m->u_of[k]] = swept[k];
+}

@@ -83,7 +83,8 @@ typedef struct work {
     test_tree tree;
     mbsr_data *data; /* in the caller's memory */
     void *memory;
-    double *y, *yp, *F, *mass;
+    mbsr_ode *ode;
+    double *y, *yp, *F, *x, *mass;
     int size, nq, nu;
 } work;
 
@@ -103,16 +104,18 @@ static void prepare(work *w, uint64_t seed)
     const mbsr_model *m = w->tree.model;
     w->nq = mbsr_model_nq(m);
     w->nu = mbsr_model_nu(m);
-    w->size = mbsr_dae_size(m, MBSR_DAE_RECURSIVE);
+    w->size = mbsr_dae_size(m, MBSR_DAE_MOMENTUM); /* the longest */
     w->y = calloc((size_t)w->size, sizeof(double));
     w->yp = calloc((size_t)w->size, sizeof(double));
     w->F = calloc((size_t)w->size, sizeof(double));
+    w->x = calloc((size_t)w->size, sizeof(double));
     w->mass = calloc((size_t)(w->nu * w->nu), sizeof(double));
     test_rng rng = test_seed(seed);
     test_fill(&rng, w->size, w->y);
     test_fill(&rng, w->size, w->yp);
     w->memory = aligned_alloc(MBSR_DATA_ALIGNMENT, mbsr_data_size(m));
     assert_int_equal(mbsr_data_init(m, w->memory, mbsr_data_size(m), &w->data, NULL), 0);
+    assert_int_equal(mbsr_ode_create(m, w->data, 0.3, w->y, w->y + w->nq, &w->ode), 0);
 }
 
 static void release(work *w)
@@ -120,6 +123,8 @@ static void release(work *w)
     free(w->y);
     free(w->yp);
     free(w->F);
+    free(w->x);
+    mbsr_ode_destroy(w->ode);
     free(w->mass);
     free(w->memory);
     test_tree_free(&w->tree);
@@ -150,6 +155,13 @@ static int evaluate(work *w)
     bad += status == MBSR_UNDETERMINED ? 0 : abs(status);
     bad += abs(mbsr_dae_pack(m, d, MBSR_DAE_RECURSIVE, 0.3, q, u, w->F));
     bad += abs(mbsr_dae_unpack(m, d, MBSR_DAE_RECURSIVE, 0.3, w->y, w->F, w->F + w->nq));
+    bad += abs(mbsr_dae_residual(m, d, MBSR_DAE_MOMENTUM, 0.3, w->y, w->yp, w->F));
+    bad += abs(mbsr_dae_pack(m, d, MBSR_DAE_INDEX1, 0.3, q, u, w->x));
+    bad += abs(mbsr_dae_residual(m, d, MBSR_DAE_INDEX1, 0.3, w->x, w->yp, w->F));
+    bad += abs(mbsr_index1_alignment(m, d, 0.3, w->x, &T));
+    bad += abs(mbsr_index1_renew(m, d, 0.3, w->x, w->F, NULL));
+    bad += abs(mbsr_ode_pack(w->ode, 0.3, q, u, w->x));
+    bad += abs(mbsr_ode_rhs(w->ode, 0.3, w->x, w->F));
     return bad;
 }
 
