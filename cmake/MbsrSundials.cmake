@@ -5,8 +5,12 @@
 find_package(SUNDIALS QUIET CONFIG
              COMPONENTS ida nvecserial sunmatrixdense sunlinsoldense)
 if(NOT SUNDIALS_FOUND OR NOT TARGET SUNDIALS::ida)
+    if(SUNDIALS_NOT_FOUND_MESSAGE)
+        set(mbsr_reason "Its package says: ${SUNDIALS_NOT_FOUND_MESSAGE}. ")
+    endif()
     message(FATAL_ERROR "SUNDIALS (6.4 or newer, with ida, nvecserial, sunmatrixdense and "
-                        "sunlinsoldense) was not found. Set SUNDIALS_ROOT to where it is installed, "
+                        "sunlinsoldense) was not found. ${mbsr_reason}"
+                        "Set SUNDIALS_ROOT to where it is installed, "
                         "or MBSR_IDA=OFF to build without the component ida.")
 endif()
 if(SUNDIALS_VERSION VERSION_LESS 6.4)

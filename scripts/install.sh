@@ -8,7 +8,9 @@ set -eu
 # Packages by purpose; "package:command" counts as there when the command is.
 build=(gcc:cc libc6-dev ninja-build:ninja cmake:cmake pkg-config:pkg-config
        liblapack-dev libblas-dev libsundials-dev)
-test=(build-essential:g++ clang:clang clang-format:clang-format binutils:objdump libcmocka-dev)
+# libomp-dev: the CMake package of Debian's SUNDIALS asks for OpenMP, which clang has apart.
+test=(build-essential:g++ clang:clang libomp-dev clang-format:clang-format binutils:objdump
+      libcmocka-dev)
 demo=(gnuplot-nox:gnuplot)
 
 wanted=()
