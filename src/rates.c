@@ -117,6 +117,7 @@ static int differences(const mbsr_model *m, mbsr_data *d)
 int mbsri_rates(const mbsr_model *m, mbsr_data *d)
 {
     int status = m->differences ? differences(m, d) : MBSR_OK;
+    mbsri_zero((size_t)m->root.d * (size_t)m->root.d, d->Mdot);
     for (int i = 1; i <= m->bodies && !status; ++i) {
         const mbsri_body *b = m->body + i;
         if (analytic_joint(b)) status = joint_rates(m, d, i);
