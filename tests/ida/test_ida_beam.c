@@ -79,6 +79,7 @@ static void beam_reaches_the_reference_values(void **unused)
     (void)unused;
     mbsr_model *m = beam();
     check_beam(m, MBSR_DAE_MOMENTUM, 1e-12, 5e-5, 5e-8);
+    check_beam(m, MBSR_DAE_INDEX1, 1e-8, 7e-5, 2e-6);
     check_beam(m, MBSR_DAE_RECURSIVE, 1e-8, 7e-5, 2e-6);
     check_beam(m, MBSR_DAE_INVERSE_DYNAMICS, 1e-8, 7e-5, 2e-6);
     mbsr_model_destroy(m);
