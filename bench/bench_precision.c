@@ -102,7 +102,7 @@ static void build_bead(mbsr_model *model, double mass, double damping)
     add_body(model, bead, mbsr_joint_planar_revolute(pivot, above), 1.0);
     for (int axis = 0; axis < 2; ++axis)
         add_force(model, mbsr_force_axis_spring(bead, MBSR_GROUND, axis, 100.0, damping, 0.0));
-    add_force(model, mbsr_force_gravity(0.0, -9.81));
+    add_force(model, mbsr_force_gravity(0.0, -9.81, 0.0));
 }
 
 static int unit_force(void *user, double t, int n, double *value)

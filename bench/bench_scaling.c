@@ -148,7 +148,7 @@ static void add_body(bench_tree *tree, outline o, int id)
 
 static void make_model(bench_tree *tree, outline o)
 {
-    const mbsr_force_def gravity = mbsr_force_gravity(0.0, -9.81);
+    const mbsr_force_def gravity = mbsr_force_gravity(0.0, -9.81, 0.0);
     bench_check(mbsr_model_create(NULL, &tree->model, NULL), "model", NULL);
     const mbsr_error *error = mbsr_model_error(tree->model);
     for (int id = 0; id < tree->N; ++id) add_body(tree, o, id);

@@ -45,7 +45,7 @@ int main(void)
         if (k % 2) link.inertia = mbsr_inertia_planar(1.0, (double[2]){0.25, 0.0}, 0.02);
         if (mbsr_model_add_body(m, &link, NULL)) return 1;
     }
-    const mbsr_force_def gravity = mbsr_force_gravity(0.0, -9.81);
+    const mbsr_force_def gravity = mbsr_force_gravity(0.0, -9.81, 0.0);
     if (mbsr_model_add_force(m, &gravity, NULL) || mbsr_model_finish(m)) return 1;
 
     /* a block that is too small is refused with the size that is needed */

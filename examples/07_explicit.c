@@ -32,7 +32,7 @@ static mbsr_model *pendulum_on_bead(void)
     check(mbsr_model_add_body(m, &body, NULL), mbsr_model_error(m));
     const mbsr_force_def forces[] = {mbsr_force_axis_spring(0, MBSR_GROUND, 0, 100.0, 5.0, 0.0),
                                      mbsr_force_axis_spring(0, MBSR_GROUND, 1, 100.0, 5.0, 0.0),
-                                     mbsr_force_gravity(0.0, -9.81)};
+                                     mbsr_force_gravity(0.0, -9.81, 0.0)};
     for (int k = 0; k < 3; ++k) {
         check(mbsr_model_add_force(m, &forces[k], NULL), mbsr_model_error(m));
     }

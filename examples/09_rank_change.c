@@ -1,10 +1,11 @@
 /* What happens where a rank changes, and how to go on.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Two pendulums hang on one bead without mass. Each gives the bead mass along its rod only: as long as
- * they swing side by side the bead has one massless direction, when they part it has none. A torque
- * on the second parts them at t = 0.5 s. The momentum form holds between rank changes and the driver
- * stops there, naming body and time; the inverse-dynamics form decides no ranks and passes through. */
+ * Two pendulums hang on one bead without mass. Each gives the bead mass along its rod only: as long
+ * as they swing side by side the bead has one massless direction, when they part it has none. A
+ * torque on the second parts them at t = 0.5 s. The momentum form holds between rank changes and
+ * the driver stops there, naming body and time; the inverse-dynamics form decides no ranks and
+ * passes through. */
 #include <mbsrank/ida.h>
 #include <mbsrank/mbsrank.h>
 
@@ -40,7 +41,7 @@ static mbsr_model *twins(void)
     for (int k = 0; k < 2; ++k) check(mbsr_model_add_body(m, &body, NULL), mbsr_model_error(m));
     const mbsr_force_def forces[] = {mbsr_force_axis_spring(0, MBSR_GROUND, 0, 100.0, 5.0, 0.0),
                                      mbsr_force_axis_spring(0, MBSR_GROUND, 1, 100.0, 5.0, 0.0),
-                                     mbsr_force_gravity(0.0, -9.81),
+                                     mbsr_force_gravity(0.0, -9.81, 0.0),
                                      mbsr_force_joint_applied(2, torque, NULL)};
     for (int k = 0; k < 4; ++k)
         check(mbsr_model_add_force(m, &forces[k], NULL), mbsr_model_error(m));
@@ -48,7 +49,8 @@ static mbsr_model *twins(void)
     return m;
 }
 
-/* Integrates to 0.8 s in one form; returns the driver's status, *angle the angle between the rods. */
+/* Integrates to 0.8 s in one form; returns the driver's status, *angle the angle between the rods.
+ * */
 static int swing(mbsr_dae_form form, double *angle)
 {
     mbsr_model *m = twins();

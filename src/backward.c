@@ -152,6 +152,7 @@ static int masses(const mbsr_model *m, mbsr_data *d)
 
 void mbsri_backward_loads(const mbsr_model *m, mbsr_data *d)
 {
+    d->accelerated = false; /* mu is overwritten */
     mbsri_copy(m->size_v, d->f, d->fbar);
     for (int i = m->bodies; i >= 1; --i) load_joint(m, d, i);
 }

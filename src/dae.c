@@ -24,6 +24,20 @@ static int enter(const mbsr_model *m, mbsr_data *d, mbsr_dae_form form, bool arg
                       "%s: form is %d, no such form", function, (int)form);
 }
 
+int mbsri_pack(const mbsri_dae_form *form, const mbsr_model *m, mbsr_data *d, double t,
+               const double *q, const double *u, double *y)
+{
+    const int status = form->pack(m, d, t, q, u, y);
+    return status ? status : mbsr_normalise(m, d, y);
+}
+
+int mbsri_unpack(const mbsri_dae_form *form, const mbsr_model *m, mbsr_data *d, double t,
+                 const double *y, double *q, double *u)
+{
+    const int status = form->unpack(m, d, t, y, q, u);
+    return status ? status : mbsr_normalise(m, d, q);
+}
+
 int mbsr_dae_size(const mbsr_model *model, mbsr_dae_form form)
 {
     const mbsri_dae_form *f = mbsri_find_form(form);
@@ -42,7 +56,7 @@ int mbsr_dae_pack(const mbsr_model *model, mbsr_data *data, mbsr_dae_form form, 
 {
     const mbsri_dae_form *f;
     const int status = enter(model, data, form, q && u && y, "mbsr_dae_pack", &f);
-    return status ? status : f->pack(model, data, t, q, u, y);
+    return status ? status : mbsri_pack(f, model, data, t, q, u, y);
 }
 
 int mbsr_dae_unpack(const mbsr_model *model, mbsr_data *data, mbsr_dae_form form, double t,
@@ -50,7 +64,7 @@ int mbsr_dae_unpack(const mbsr_model *model, mbsr_data *data, mbsr_dae_form form
 {
     const mbsri_dae_form *f;
     const int status = enter(model, data, form, y && q && u, "mbsr_dae_unpack", &f);
-    return status ? status : f->unpack(model, data, t, y, q, u);
+    return status ? status : mbsri_unpack(f, model, data, t, y, q, u);
 }
 
 int mbsr_dae_residual(const mbsr_model *model, mbsr_data *data, mbsr_dae_form form, double t,

@@ -69,8 +69,10 @@ static int inverse_dynamics(const mbsr_model *m, mbsr_data *d, double t, const d
                             const double *yp, double *F)
 {
     const int status = first_block(m, d, t, y, yp, F);
-    if (!status) mbsri_inverse_sweeps(m, d, yp + m->nq, F + m->nq);
-    return status;
+    if (status) return status;
+    mbsri_inverse_sweeps(m, d, yp + m->nq);
+    mbsri_scatter(m, d->out, F + m->nq);
+    return MBSR_OK;
 }
 
 const mbsri_dae_form mbsri_form_recursive = {

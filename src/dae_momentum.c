@@ -25,6 +25,7 @@
 #include "dae_momentum.h"
 
 #include "dense.h"
+#include "fast/fast.h"
 
 static int size(const mbsr_model *m)
 {
@@ -165,6 +166,10 @@ static int residual(const mbsr_model *m, mbsr_data *d, double t, const double *y
                     double *F)
 {
     const double *p = y + m->nq, *u = p + m->nu;
+    if (mbsri_fast_momentum_residual(m, d, t, y, yp, F)) {
+        mbsri_remember(m, d, MBSRI_PENDING_FORWARD, y, u, NULL);
+        return MBSR_OK;
+    }
     int status = mbsr_positions(m, d, t, y);
     if (!status) status = mbsr_velocities(m, d, u);
     if (!status) status = mbsri_momentum_derivatives(m, d, F, F + m->nq);

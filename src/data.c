@@ -3,6 +3,7 @@
 #include "internal.h"
 
 #include "dense.h"
+#include "fast/fast.h"
 
 #include <math.h>
 #include <stdint.h>
@@ -16,6 +17,11 @@ size_t mbsri_scratch_size(const mbsr_model *m)
     return products + (lapack > 6 * d ? lapack : 6 * d);
 }
 
+size_t mbsri_fast_sincos(const mbsr_model *m)
+{
+    return m->fast ? 2 * (size_t)m->nq : 0;
+}
+
 /* Takes the next `size` bytes of a block, aligned to a cache line; with base == NULL only
  * counts. */
 static void *take(unsigned char *base, size_t *used, size_t size)
@@ -26,7 +32,7 @@ static void *take(unsigned char *base, size_t *used, size_t size)
 }
 
 /* Places the data object and its arrays in `base`, or with base == NULL only returns the size. */
-static size_t layout(const mbsr_model *m, unsigned char *base, mbsr_data **data)
+static size_t layout(const mbsr_model *m, bool lean, unsigned char *base, mbsr_data **data)
 {
     mbsr_data counted;
     size_t used = 0;
@@ -39,51 +45,85 @@ static size_t layout(const mbsr_model *m, unsigned char *base, mbsr_data **data)
     d->carries = take(base, &used, bodies * sizeof *d->carries);
     d->pivots = take(base, &used, (size_t)m->max_d * sizeof *d->pivots);
     d->force_bodies = take(base, &used, (size_t)m->max_force_bodies * sizeof *d->force_bodies);
+    if (m->fast) {
+        d->fast_state = take(base, &used, bodies * sizeof *d->fast_state);
+        d->fast_many = take(base, &used, (size_t)m->fast->many * sizeof *d->fast_many);
+        d->fast_stack = take(base, &used, (size_t)m->fast->depth * sizeof *d->fast_stack);
+        d->fast_flows = take(base, &used, (size_t)m->fast->depth * sizeof *d->fast_flows);
+    }
 #define MBSRI_PLACE(name, length) d->name = take(base, &used, (size_t)(length) * sizeof(double));
-    MBSRI_DATA_ARRAYS(MBSRI_PLACE)
+    if (lean) {
+        MBSRI_LEAN_ARRAYS(MBSRI_PLACE)
+    } else {
+        MBSRI_DATA_ARRAYS(MBSRI_PLACE)
+    }
 #undef MBSRI_PLACE
     if (data) *data = d;
     return used;
 }
 
-size_t mbsr_data_size(const mbsr_model *model)
+static const char *name_of(bool lean, const char *full, const char *thin)
 {
-    return model && model->finished ? layout(model, NULL, NULL) : 0;
+    return lean ? thin : full;
 }
 
-int mbsr_data_init(const mbsr_model *model, void *memory, size_t size, mbsr_data **data,
-                   mbsr_error *error)
+/* Models that lean data cannot be made for. */
+static int check_model(const mbsr_model *model, bool lean, const char *function, mbsr_error *error)
 {
+    if (!model->finished) {
+        return mbsri_fail(error, MBSR_ERR_UNFINISHED, MBSR_NONE, MBSR_NONE,
+                          "%s: the model is not finished", function);
+    }
+    if (lean && !model->fast) {
+        return mbsri_fail(
+            error, MBSR_ERR_SPACE, MBSR_NONE, MBSR_NONE,
+            "%s: the model is not a tree of rigid bodies in space whose force elements "
+            "are gravity or act on joints alone",
+            function);
+    }
+    return MBSR_OK;
+}
+
+static size_t size_of(const mbsr_model *model, bool lean)
+{
+    if (!model || !model->finished || (lean && !model->fast)) return 0;
+    return layout(model, lean, NULL, NULL);
+}
+
+static int init(const mbsr_model *model, bool lean, void *memory, size_t size, mbsr_data **data,
+                mbsr_error *error)
+{
+    const char *function = name_of(lean, "mbsr_data_init", "mbsr_data_init_lean");
     if (data) *data = NULL;
     if (!model || !memory || !data) {
-        return mbsri_fail(error, MBSR_ERR_NULL, MBSR_NONE, MBSR_NONE, "mbsr_data_init: %s is NULL",
+        return mbsri_fail(error, MBSR_ERR_NULL, MBSR_NONE, MBSR_NONE, "%s: %s is NULL", function,
                           !model    ? "model"
                           : !memory ? "memory"
                                     : "data");
     }
-    if (!model->finished) {
-        return mbsri_fail(error, MBSR_ERR_UNFINISHED, MBSR_NONE, MBSR_NONE,
-                          "mbsr_data_init: the model is not finished");
-    }
-    const size_t needed = mbsr_data_size(model);
+    const int status = check_model(model, lean, function, error);
+    if (status) return status;
+    const size_t needed = size_of(model, lean);
     if (size < needed) {
         return mbsri_fail(error, MBSR_ERR_MEMORY_SIZE, MBSR_NONE, MBSR_NONE,
-                          "mbsr_data_init: size is %zu bytes, this model needs %zu", size, needed);
+                          "%s: size is %zu bytes, this model needs %zu", function, size, needed);
     }
     if ((uintptr_t)memory % MBSR_DATA_ALIGNMENT != 0) {
         return mbsri_fail(error, MBSR_ERR_MEMORY_ALIGNMENT, MBSR_NONE, MBSR_NONE,
-                          "mbsr_data_init: memory is at %p, must be aligned to %d bytes", memory,
+                          "%s: memory is at %p, must be aligned to %d bytes", function, memory,
                           MBSR_DATA_ALIGNMENT);
     }
     mbsr_data *d;
-    layout(model, memory, &d);
+    layout(model, lean, memory, &d);
     d->model = model;
+    d->lean = lean;
     d->owned = false;
     d->error = (mbsr_error){MBSR_OK, MBSR_NONE, MBSR_NONE, ""};
     d->stage = MBSRI_STAGE_NONE;
     d->t = 0.0;
     d->total_rank = -1;
-    d->watching = d->framed = d->use_frame = false;
+    d->pending = MBSRI_PENDING_NONE;
+    d->watching = d->framed = d->use_frame = d->accelerated = false;
     d->alignment = 1.0;
     *data = d;
     return MBSR_OK;
@@ -91,28 +131,27 @@ int mbsr_data_init(const mbsr_model *model, void *memory, size_t size, mbsr_data
 
 /* Owned data: the block as the allocator gave it, a pointer-sized place for its address in front of
  * the aligned part. */
-int mbsr_data_create(const mbsr_model *model, mbsr_data **data, mbsr_error *error)
+static int create(const mbsr_model *model, bool lean, mbsr_data **data, mbsr_error *error)
 {
+    const char *function = name_of(lean, "mbsr_data_create", "mbsr_data_create_lean");
     if (data) *data = NULL;
     if (!model || !data) {
-        return mbsri_fail(error, MBSR_ERR_NULL, MBSR_NONE, MBSR_NONE,
-                          "mbsr_data_create: %s is NULL", !model ? "model" : "data");
+        return mbsri_fail(error, MBSR_ERR_NULL, MBSR_NONE, MBSR_NONE, "%s: %s is NULL", function,
+                          !model ? "model" : "data");
     }
-    if (!model->finished) {
-        return mbsri_fail(error, MBSR_ERR_UNFINISHED, MBSR_NONE, MBSR_NONE,
-                          "mbsr_data_create: the model is not finished");
-    }
-    const size_t size = mbsr_data_size(model);
+    int status = check_model(model, lean, function, error);
+    if (status) return status;
+    const size_t size = size_of(model, lean);
     unsigned char *block =
         mbsri_allocate(&model->allocator, size + sizeof(void *) + MBSR_DATA_ALIGNMENT);
     if (!block) {
         return mbsri_fail(error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
-                          "mbsr_data_create: no memory for %zu bytes", size);
+                          "%s: no memory for %zu bytes", function, size);
     }
     const size_t above = ((uintptr_t)block + sizeof(void *)) % MBSR_DATA_ALIGNMENT;
     unsigned char *aligned = block + sizeof(void *) + (above ? MBSR_DATA_ALIGNMENT - above : 0);
     memcpy(aligned - sizeof(void *), &(void *){block}, sizeof(void *));
-    const int status = mbsr_data_init(model, aligned, size, data, error);
+    status = init(model, lean, aligned, size, data, error);
     if (status) {
         mbsri_release(&model->allocator, block);
         return status;
@@ -120,6 +159,38 @@ int mbsr_data_create(const mbsr_model *model, mbsr_data **data, mbsr_error *erro
     (*data)->owned = true;
     (*data)->allocator = model->allocator;
     return MBSR_OK;
+}
+
+size_t mbsr_data_size(const mbsr_model *model)
+{
+    return size_of(model, false);
+}
+
+size_t mbsr_data_size_lean(const mbsr_model *model)
+{
+    return size_of(model, true);
+}
+
+int mbsr_data_init(const mbsr_model *model, void *memory, size_t size, mbsr_data **data,
+                   mbsr_error *error)
+{
+    return init(model, false, memory, size, data, error);
+}
+
+int mbsr_data_init_lean(const mbsr_model *model, void *memory, size_t size, mbsr_data **data,
+                        mbsr_error *error)
+{
+    return init(model, true, memory, size, data, error);
+}
+
+int mbsr_data_create(const mbsr_model *model, mbsr_data **data, mbsr_error *error)
+{
+    return create(model, false, data, error);
+}
+
+int mbsr_data_create_lean(const mbsr_model *model, mbsr_data **data, mbsr_error *error)
+{
+    return create(model, true, data, error);
 }
 
 void mbsr_data_destroy(mbsr_data *data)
@@ -142,11 +213,43 @@ void mbsri_data_poison(mbsr_data *d)
     const mbsr_model *m = d->model;
 #define MBSRI_POISON(name, length)                                                                 \
     for (size_t k = 0; k < (size_t)(length); ++k) d->name[k] = NAN;
-    MBSRI_DATA_ARRAYS(MBSRI_POISON)
+    if (d->lean) {
+        MBSRI_LEAN_ARRAYS(MBSRI_POISON)
+    } else {
+        MBSRI_DATA_ARRAYS(MBSRI_POISON)
+    }
 #undef MBSRI_POISON
     for (int i = 0; i <= m->bodies; ++i) d->rank[i] = -1000;
     d->stage = MBSRI_STAGE_NONE;
+    d->pending = MBSRI_PENDING_NONE;
     d->total_rank = -1;
+}
+
+void mbsri_remember(const mbsr_model *m, mbsr_data *d, mbsri_pending pending, const double *q,
+                    const double *u, const double *load)
+{
+    mbsri_copy((size_t)m->nq, q, d->q_last);
+    mbsri_copy((size_t)m->nu, u, d->u_last);
+    if (load)
+        mbsri_copy((size_t)m->nu, load, d->load_last);
+    else
+        mbsri_zero((size_t)m->nu, d->load_last);
+    d->pending = pending;
+}
+
+int mbsri_catch_up(const mbsr_model *m, mbsr_data *d, mbsri_stage needed)
+{
+    const mbsri_pending pending = d->pending;
+    const bool forward = pending == MBSRI_PENDING_FORWARD;
+    int status = mbsr_positions(m, d, d->t, d->q_last);
+    if (!status && needed > MBSRI_STAGE_POSITIONS) status = mbsr_velocities(m, d, d->u_last);
+    if (!status && needed > MBSRI_STAGE_VELOCITIES)
+        status = mbsr_forces(m, d, forward ? d->load_last : NULL);
+    if (!status && needed > MBSRI_STAGE_FORCES) status = mbsr_backward(m, d);
+    if (!status && needed >= MBSRI_STAGE_FORCES && pending == MBSRI_PENDING_INVERSE)
+        mbsri_inverse_sweeps(m, d, d->load_last);
+    if (!status && d->stage < MBSRI_STAGE_BACKWARD) d->pending = pending;
+    return status;
 }
 
 int mbsri_enter(const mbsr_model *m, mbsr_data *d, bool arguments, mbsri_stage needed,
@@ -163,6 +266,7 @@ int mbsri_enter(const mbsr_model *m, mbsr_data *d, bool arguments, mbsri_stage n
         return mbsri_fail(&d->error, MBSR_ERR_MISMATCH, MBSR_NONE, MBSR_NONE,
                           "%s: the data belongs to another model", function);
     }
+    if (d->stage < needed && d->pending != MBSRI_PENDING_NONE) return mbsri_catch_up(m, d, needed);
     if (d->stage < needed) {
         return mbsri_fail(&d->error, MBSR_ERR_SEQUENCE, MBSR_NONE, MBSR_NONE, "%s: call %s first",
                           function, stage[needed]);

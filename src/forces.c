@@ -4,9 +4,11 @@
 
 #include "dense.h"
 
-/* Body i as force elements see it; `rates`: velocities and outputs are there. The root drops what
- * is added to it. */
-static mbsr_force_body view(const mbsr_model *m, mbsr_data *d, int i, bool rates)
+/* What elements are asked for. */
+typedef enum question { FORCES, ENERGY, DISSIPATION } question;
+
+/* Body i as force elements see it. The root drops what is added to it. */
+static mbsr_force_body view(const mbsr_model *m, mbsr_data *d, int i, question ask)
 {
     const mbsri_body *b = m->body + i;
     mbsr_force_body body = {.id = b->id,
@@ -16,60 +18,68 @@ static mbsr_force_body view(const mbsr_model *m, mbsr_data *d, int i, bool rates
                             .n = b->n,
                             .nq = b->nq,
                             .p = d->p + b->p,
-                            .V = rates ? d->V + b->v : NULL,
-                            .f = rates ? d->f + b->v : NULL};
+                            .V = ask != ENERGY ? d->V + b->v : NULL,
+                            .f = ask == FORCES ? d->f + b->v : NULL};
     if (i > 0) {
         body.M = d->M + b->dd;
         body.inertia = &b->inertia;
         body.q = d->q + b->iq;
-        body.u = rates ? d->u + b->iu : NULL;
-        body.tau = rates ? d->tau + b->iu : NULL;
+        body.u = ask != ENERGY ? d->u + b->iu : NULL;
+        body.tau = ask == FORCES ? d->tau + b->iu : NULL;
     }
     return body;
 }
 
-static int failed(const mbsr_model *m, mbsr_data *d, const mbsri_force *force, int status,
-                  const char *function)
+/* One call of an element; its energy or dissipation is added to *sum. */
+static int call(const mbsr_model *m, mbsr_data *d, const mbsri_force *force, int bodies,
+                question ask, double *sum)
 {
+    static const char *const names[] = {"evaluate", "energy", "dissipation"};
+    const mbsr_force_table *table = force->def.table;
+    const mbsr_force_args args = {
+        .force = &force->def, .t = d->t, .bodies = bodies, .body = d->force_bodies};
+    double one = 0.0;
+    int status = MBSR_OK;
+    if (ask == FORCES)
+        status = table->evaluate(&args);
+    else if (ask == ENERGY && table->energy)
+        status = table->energy(&args, &one);
+    else if (ask == DISSIPATION && table->dissipation)
+        status = table->dissipation(&args, &one);
+    if (sum) *sum += one;
+    if (!status) return MBSR_OK;
     char label[MBSRI_LABEL];
     return mbsri_fail(
         &d->error, status, MBSR_NONE, force->id, "%s (%s): %s returned %d at t = %g",
         mbsri_label(label, "force", force->id, (const char *)m->names.data + force->name),
-        force->def.table->name, function, status, d->t);
-}
-
-/* One call of an element; energy == NULL: forces, else its energy is added there. */
-static int call(const mbsr_model *m, mbsr_data *d, const mbsri_force *force, int bodies,
-                double *energy)
-{
-    const mbsr_force_args args = {
-        .force = &force->def, .t = d->t, .bodies = bodies, .body = d->force_bodies};
-    if (!energy) {
-        const int status = force->def.table->evaluate(&args);
-        return status ? failed(m, d, force, status, "evaluate") : MBSR_OK;
-    }
-    if (!force->def.table->energy) return MBSR_OK;
-    double one = 0.0;
-    const int status = force->def.table->energy(&args, &one);
-    *energy += one;
-    return status ? failed(m, d, force, status, "energy") : MBSR_OK;
+        table->name, names[ask], status, d->t);
 }
 
 /* All calls of an element. */
-static int visit(const mbsr_model *m, mbsr_data *d, const mbsri_force *force, double *energy)
+static int visit(const mbsr_model *m, mbsr_data *d, const mbsri_force *force, question ask,
+                 double *sum)
 {
     if (force->def.table->flags & MBSR_FORCE_EVERY_BODY) {
         for (int i = 1; i <= m->bodies; ++i) {
-            d->force_bodies[0] = view(m, d, i, !energy);
-            const int status = call(m, d, force, 1, energy);
+            d->force_bodies[0] = view(m, d, i, ask);
+            const int status = call(m, d, force, 1, ask, sum);
             if (status) return status;
         }
         return MBSR_OK;
     }
-    for (int k = 0; k < force->def.bodies; ++k) {
-        d->force_bodies[k] = view(m, d, m->list_index[force->list + (size_t)k], !energy);
-    }
-    return call(m, d, force, force->def.bodies, energy);
+    for (int k = 0; k < force->def.bodies; ++k)
+        d->force_bodies[k] = view(m, d, m->list_index[force->list + (size_t)k], ask);
+    return call(m, d, force, force->def.bodies, ask, sum);
+}
+
+/* The same of all elements. */
+static int visit_all(const mbsr_model *m, mbsr_data *d, question ask, double *sum)
+{
+    const mbsri_force *force = m->forces.data;
+    int status = MBSR_OK;
+    for (size_t k = 0; k < m->forces.count && !status; ++k)
+        status = visit(m, d, force + k, ask, sum);
+    return status;
 }
 
 int mbsr_forces(const mbsr_model *model, mbsr_data *data, const double *tau)
@@ -79,6 +89,7 @@ int mbsr_forces(const mbsr_model *model, mbsr_data *data, const double *tau)
     int status = mbsri_enter(m, d, true, MBSRI_STAGE_VELOCITIES, "mbsr_forces");
     if (status) return status;
     d->stage = MBSRI_STAGE_VELOCITIES;
+    d->accelerated = false;
 
     mbsri_zero((size_t)m->nu, d->tau);
     if (tau) mbsri_gather(m, tau, d->tau);
@@ -86,12 +97,36 @@ int mbsr_forces(const mbsr_model *model, mbsr_data *data, const double *tau)
     mbsri_zero((size_t)m->root.d, d->f);
     for (size_t k = (size_t)m->root.d; k < m->size_v; ++k) d->f[k] = -d->h[k];
     /* + force elements */
+    status = visit_all(m, d, FORCES, NULL);
+    if (status) return status;
+    d->stage = MBSRI_STAGE_FORCES;
+    return MBSR_OK;
+}
+
+int mbsri_joint_elements(const mbsr_model *m, mbsr_data *d, double t, const double *q,
+                         const double *u)
+{
     const mbsri_force *force = m->forces.data;
-    for (size_t k = 0; k < m->forces.count; ++k) {
-        status = visit(m, d, force + k, NULL);
+    for (size_t k = 0; k < m->forces.count; ++k, ++force) {
+        if (!(force->def.table->flags & MBSR_FORCE_JOINT_ONLY)) continue;
+        for (int l = 0; l < force->def.bodies; ++l) {
+            const mbsri_body *b = m->body + m->list_index[force->list + (size_t)l];
+            const bool root = b == m->body;
+            d->force_bodies[l] = (mbsr_force_body){.id = b->id,
+                                                   .space = b->joint.space,
+                                                   .d = b->d,
+                                                   .np = b->np,
+                                                   .n = b->n,
+                                                   .nq = b->nq,
+                                                   .inertia = root ? NULL : &b->inertia,
+                                                   .q = root ? NULL : q + b->iq,
+                                                   .u = root ? NULL : u + b->iu,
+                                                   .tau = root ? NULL : d->tau + b->iu};
+        }
+        d->t = t;
+        const int status = call(m, d, force, force->def.bodies, FORCES, NULL);
         if (status) return status;
     }
-    d->stage = MBSRI_STAGE_FORCES;
     return MBSR_OK;
 }
 
@@ -109,12 +144,43 @@ int mbsr_energy(const mbsr_model *model, mbsr_data *data, double *kinetic, doubl
         mbsri_ax(b->d, b->d, 1.0, d->M + b->dd, d->V + b->v, d->scratch);
         T += 0.5 * mbsri_dot(b->d, d->V + b->v, d->scratch);
     }
-    const mbsri_force *force = m->forces.data;
-    for (size_t k = 0; potential && k < m->forces.count; ++k) {
-        status = visit(m, d, force + k, &E);
+    if (potential) {
+        status = visit_all(m, d, ENERGY, &E);
         if (status) return status;
     }
     if (kinetic) *kinetic = T;
     if (potential) *potential = E;
+    return MBSR_OK;
+}
+
+int mbsr_dissipation(const mbsr_model *model, mbsr_data *data, double *power)
+{
+    double sum = 0.0;
+    int status = mbsri_enter(model, data, power, MBSRI_STAGE_VELOCITIES, "mbsr_dissipation");
+    if (!status) status = visit_all(model, data, DISSIPATION, &sum);
+    if (!status) *power = sum;
+    return status;
+}
+
+int mbsr_force_power(const mbsr_model *model, mbsr_data *data, int force, double *energy,
+                     double *power)
+{
+    const mbsr_model *m = model;
+    mbsr_data *d = data;
+    int status = mbsri_enter(m, d, true, MBSRI_STAGE_VELOCITIES, "mbsr_force_power");
+    if (status) return status;
+    const mbsri_force *element = m->forces.data;
+    size_t k = 0;
+    while (k < m->forces.count && element[k].id != force) ++k;
+    if (k == m->forces.count) {
+        return mbsri_fail(&d->error, MBSR_ERR_ID, MBSR_NONE, MBSR_NONE,
+                          "mbsr_force_power: there is no force %d", force);
+    }
+    double E = 0.0, P = 0.0;
+    if (energy) status = visit(m, d, element + k, ENERGY, &E);
+    if (!status && power) status = visit(m, d, element + k, DISSIPATION, &P);
+    if (status) return status;
+    if (energy) *energy = E;
+    if (power) *power = P;
     return MBSR_OK;
 }

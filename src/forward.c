@@ -16,6 +16,7 @@
 #include "internal.h"
 
 #include "dense.h"
+#include "fast/fast.h"
 
 #include <math.h>
 
@@ -108,30 +109,46 @@ int mbsr_recursive_residual(const mbsr_model *model, mbsr_data *data, double t, 
     return status;
 }
 
+/* MBSR_UNDETERMINED, naming the first joint whose block is rank-deficient, or MBSR_OK. */
+static int check_ranks(const mbsr_model *m, mbsr_data *d)
+{
+    int i = 1;
+    while (i <= m->bodies && d->rank[i] == m->body[i].n) ++i;
+    if (i > m->bodies) return MBSR_OK;
+    char label[MBSRI_LABEL];
+    const mbsri_body *b = m->body + i;
+    return mbsri_fail(
+        &d->error, MBSR_UNDETERMINED, b->id, MBSR_NONE,
+        "%s: %d of the %d accelerations of its joint are not determined: they move no mass",
+        mbsri_body_label(m, i, label), b->n - d->rank[i], b->n);
+}
+
+int mbsri_forward_by_stages(const mbsr_model *m, mbsr_data *d, double t, const double *q,
+                            const double *u, const double *tau, double *udot)
+{
+    int status = mbsr_positions(m, d, t, q);
+    if (!status) status = mbsr_velocities(m, d, u);
+    if (!status) status = mbsr_forces(m, d, tau);
+    if (!status) status = mbsr_backward(m, d);
+    if (status) return status;
+    double *w = d->scratch + m->max_d;
+    for (int i = 1; i <= m->bodies; ++i) mbsri_known_part(m, d, i, w, udot + m->body[i].u);
+    status = check_ranks(m, d);
+    if (status || mbsri_finite((size_t)m->nu, udot)) return status;
+    return mbsri_report_not_finite(m, d);
+}
+
 int mbsr_forward_dynamics(const mbsr_model *model, mbsr_data *data, double t, const double *q,
                           const double *u, const double *tau, double *udot)
 {
     const mbsr_model *m = model;
     mbsr_data *d = data;
-    int status = mbsri_enter(m, d, q && u && udot, MBSRI_STAGE_NONE, "mbsr_forward_dynamics");
-    if (!status) status = mbsr_positions(m, d, t, q);
-    if (!status) status = mbsr_velocities(m, d, u);
-    if (!status) status = mbsr_forces(m, d, tau);
-    if (!status) status = mbsr_backward(m, d);
+    const int status = mbsri_enter(m, d, q && u && udot, MBSRI_STAGE_NONE, "mbsr_forward_dynamics");
     if (status) return status;
-
-    double *w = d->scratch + m->max_d;
-    int undetermined = 0;
-    for (int i = 1; i <= m->bodies; ++i) {
-        mbsri_known_part(m, d, i, w, udot + m->body[i].u);
-        if (d->rank[i] < m->body[i].n && undetermined == 0) undetermined = i;
-    }
-    if (undetermined == 0)
-        return mbsri_finite((size_t)m->nu, udot) ? MBSR_OK : mbsri_report_not_finite(m, d);
-    char label[MBSRI_LABEL];
-    const mbsri_body *b = m->body + undetermined;
-    return mbsri_fail(
-        &d->error, MBSR_UNDETERMINED, b->id, MBSR_NONE,
-        "%s: %d of the %d accelerations of its joint are not determined: they move no mass",
-        mbsri_body_label(m, undetermined, label), b->n - d->rank[undetermined], b->n);
+    if (!mbsri_fast_forward_dynamics(m, d, t, q, u, tau, udot))
+        return mbsri_forward_by_stages(m, d, t, q, u, tau, udot);
+    mbsri_remember(m, d, MBSRI_PENDING_FORWARD, q, u, tau);
+    d->total_rank = 0;
+    for (int i = 1; i <= m->bodies; ++i) d->total_rank += d->rank[i];
+    return d->total_rank == m->nu ? MBSR_OK : check_ranks(m, d);
 }

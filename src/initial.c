@@ -358,7 +358,7 @@ static int find_rates(start *s)
 {
     mbsri_null_space *w = &s->w;
     const mbsr_error before = w->d->error;
-    int status = mbsr_forward_dynamics(w->m, w->d, s->t, s->q, s->u, NULL, s->udot);
+    int status = mbsri_forward_by_stages(w->m, w->d, s->t, s->q, s->u, NULL, s->udot);
     if (status == MBSR_UNDETERMINED) {
         w->d->error = before; /* expected: the null directions are what is looked for */
     } else if (status) {
@@ -396,7 +396,7 @@ static int deliver(start *s, double *y, double *yp)
     const mbsr_model *m = s->w.m;
     mbsr_data *d = s->w.d;
     const size_t size = (size_t)s->form->size(m);
-    int status = s->form->pack(m, d, s->t, s->q, s->u, s->y);
+    int status = mbsri_pack(s->form, m, d, s->t, s->q, s->u, s->y);
     if (!status) status = mbsri_null_gamma(&s->w, s->t, s->q, s->u, s->defect);
     if (!status) status = s->form->start(m, d, s->t, s->y, s->udot, s->yp);
     if (status) return status;
@@ -454,7 +454,7 @@ int mbsr_dae_consistent(const mbsr_model *model, mbsr_data *data, mbsr_dae_form 
     double *q = given, *u = given + nq;
     const bool watching = data->watching;
     data->watching = false; /* a new start may have other ranks */
-    status = s.form->unpack(model, data, t, y, q, u);
+    status = mbsri_unpack(s.form, model, data, t, y, q, u);
     if (!status) status = mbsri_null_open(&s.w, model, data, t, q, u, "mbsr_dae_consistent");
     if (!status) {
         status = allocate(&s);

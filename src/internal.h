@@ -21,6 +21,18 @@ enum { MBSRI_COOKIE = 0x6d627372 };
 /* ---- model ----
  * Bodies 1 .. N are numbered parent before child, in depth-first order; body 0 is the root. Each
  * array of the data is indexed through the offsets below. */
+/* A joint as the model keeps it; param points into the model. */
+typedef struct mbsri_joint {
+    const mbsr_joint_table *table;
+    mbsr_space space;
+    int d, np, n, nq;
+    int params;
+    const double *param;
+    mbsr_motion_fn motion;
+    void *user;
+    int option[MBSR_JOINT_OPTIONS];
+} mbsri_joint;
+
 typedef struct mbsri_body {
     int id;        /* the caller's; MBSR_GROUND for the root */
     int parent;    /* index of the predecessor; 0 for the bodies on the root, -1 for the root */
@@ -35,7 +47,7 @@ typedef struct mbsri_body {
     size_t dd, dp, dn; /* offsets of d x d, d x d_pred and d x n numbers */
     size_t k;          /* offset of K^-1; only bodies without MBSR_JOINT_UNIT_K take room */
     size_t nn;         /* offset of n x n numbers */
-    mbsr_joint joint;
+    mbsri_joint joint;
     mbsr_inertia inertia; /* matrix points into the model */
     size_t name;          /* offset into names */
     bool regular;         /* M is positive definite in every pose */
@@ -49,7 +61,8 @@ typedef struct mbsri_body {
 typedef struct mbsri_body_entry {
     int parent;
     size_t name, matrix;
-    mbsr_joint joint;
+    size_t param; /* offset into matrices */
+    mbsri_joint joint;
     mbsr_inertia inertia;
     bool regular;
     size_t added, held; /* offsets into matrices, 0: none */
@@ -83,11 +96,14 @@ struct mbsr_model {
     mbsri_array lists;    /* int: ids of the bodies of force elements */
 
     /* from here on set by finish */
-    int bodies;       /* N */
-    int *index;       /* id -> index, N */
-    int *list_index;  /* the lists as indices */
-    int *u_of;        /* place of each joint rate of the sweeps in the caller's vectors, nu */
-    mbsri_body *body; /* N + 1 */
+    int bodies;      /* N */
+    int *index;      /* id -> index, N */
+    int *list_index; /* the lists as indices */
+    int *u_of;       /* place of each joint rate of the sweeps in the caller's vectors, nu */
+    int *q_of;       /* of each joint coordinate, nq */
+    bool in_order;   /* both are the identity */
+    struct mbsri_fast *fast; /* sweeps for rigid bodies in space, where they serve (fast/fast.h) */
+    mbsri_body *body;        /* N + 1 */
     int nq, nu;
     int max_d, max_n, max_force_bodies;
     bool differences; /* some joint or inertia leaves its rates to differences */
@@ -155,7 +171,29 @@ struct mbsr_model {
     ARRAY(X_frame, m->size_nn)     /* n x n     X of the reference                  frame */       \
     ARRAY(u_given, m->nu)          /* nu        the caller's u, found from v        index1 */      \
     ARRAY(v_given, m->nu)          /* nu        the caller's v                      index1 */      \
+    ARRAY(q_last, m->nq)           /* nq        the caller's q of a pending evaluation fast */     \
+    ARRAY(u_last, m->nu)           /* nu        u                                   fast */        \
+    ARRAY(load_last, m->nu)        /* nu        tau, or for inverse dynamics u'     fast */        \
+    ARRAY(sincos, mbsri_fast_sincos(m)) /* 2 a coordinate                           fast */        \
     ARRAY(scratch, mbsri_scratch_size(m))
+
+/* What is left of them in lean data. */
+#define MBSRI_LEAN_ARRAYS(ARRAY)                                                                   \
+    ARRAY(q, m->nq)                                                                                \
+    ARRAY(u, m->nu)                                                                                \
+    ARRAY(p, m->root.np)                                                                           \
+    ARRAY(V, m->root.d)                                                                            \
+    ARRAY(A, m->root.d)                                                                            \
+    ARRAY(tau, m->nu)                                                                              \
+    ARRAY(udot, m->nu)                                                                             \
+    ARRAY(out, m->nu)                                                                              \
+    ARRAY(vec, m->nu)                                                                              \
+    ARRAY(w, m->nu)                                                                                \
+    ARRAY(u_given, m->nu)                                                                          \
+    ARRAY(q_last, m->nq)                                                                           \
+    ARRAY(u_last, m->nu)                                                                           \
+    ARRAY(load_last, m->nu)                                                                        \
+    ARRAY(sincos, mbsri_fast_sincos(m))
 /* clang-format on */
 
 typedef enum mbsri_stage {
@@ -166,14 +204,28 @@ typedef enum mbsri_stage {
     MBSRI_STAGE_BACKWARD
 } mbsri_stage;
 
+/* A whole evaluation by the fast sweeps, whose stages run when somebody asks for what they hold. */
+typedef enum mbsri_pending {
+    MBSRI_PENDING_NONE,
+    MBSRI_PENDING_FORWARD,
+    MBSRI_PENDING_INVERSE
+} mbsri_pending;
+
 struct mbsr_data {
     const mbsr_model *model;
+    bool lean;  /* only the arrays of MBSRI_LEAN_ARRAYS are there */
     bool owned; /* by the model's allocator */
     mbsr_allocator allocator;
     mbsr_error error;
     mbsri_stage stage;
     double t;
     int total_rank;
+    bool accelerated;      /* A and mu are those of given joint accelerations */
+    mbsri_pending pending; /* what the stages would hold if the fast sweeps had not been taken */
+    struct mbsri_fast_state *fast_state; /* N + 1 */
+    struct mbsri_fast_many *fast_many;
+    struct mbsri_carry *fast_stack;
+    struct mbsri_flow *fast_flows;
     int *rank;    /* N + 1 */
     int *watched; /* N + 1: the ranks expected, where `watching` */
     bool watching;
@@ -190,6 +242,7 @@ struct mbsr_data {
 };
 
 size_t mbsri_scratch_size(const mbsr_model *m);
+size_t mbsri_fast_sincos(const mbsr_model *m);
 
 /* Fills every working array with NaN and forgets all stages, so that a test sees what reads before
  * writing. */
@@ -240,12 +293,32 @@ bool mbsri_reserve(const mbsr_allocator *allocator, mbsri_array *array, size_t m
 
 /* ---- pieces shared by the stages ---- */
 
+/* Pose, velocity and acceleration of the root at the data's time (kinematics.c). */
+int mbsri_move_root(const mbsr_model *m, mbsr_data *d);
+
+/* Keeps the caller's inputs of an evaluation by the fast sweeps; load may be NULL for zero. */
+void mbsri_remember(const mbsr_model *m, mbsr_data *d, mbsri_pending pending, const double *q,
+                    const double *u, const double *load);
+
+/* Runs the stages of a pending evaluation up to the one that is needed. */
+int mbsri_catch_up(const mbsr_model *m, mbsr_data *d, mbsri_stage needed);
+
+/* Forward dynamics by the stages; data is left at mbsr_backward (forward.c). */
+int mbsri_forward_by_stages(const mbsr_model *m, mbsr_data *d, double t, const double *q,
+                            const double *u, const double *tau, double *udot);
+
+/* Adds to tau what the force elements that act on joints alone exert; q, u in the order of the
+ * sweeps (forces.c). */
+int mbsri_joint_elements(const mbsr_model *m, mbsr_data *d, double t, const double *q,
+                         const double *u);
+
 /* The arguments of body i's joint functions; `velocities`: V, V_pred and u are there. */
 mbsr_joint_args mbsri_joint_args(const mbsr_model *m, const mbsr_data *d, int i, bool velocities);
 
 /* M, and for inertias by function M and h (inertia.c). */
 void mbsri_inertia_mass(const mbsri_body *b, const double *p, double *M);
-void mbsri_inertia_mass_rate(const mbsri_body *b, const double *p, const double *V, double *Mdot);
+void mbsri_inertia_mass_rate(const mbsri_body *b, const double *p, const double *V, const double *M,
+                             double *Mdot);
 int mbsri_inertia_velocity(const mbsri_body *b, double t, const double *p, const double *V,
                            double *M, double *h);
 
@@ -293,9 +366,9 @@ void mbsri_known_part(const mbsr_model *m, mbsr_data *d, int i, double *w, doubl
 int mbsri_backward_masses(const mbsr_model *m, mbsr_data *d);
 void mbsri_backward_loads(const mbsr_model *m, mbsr_data *d);
 
-/* Forward part of inverse dynamics and its backward part; udot by id, joint forces added to force
- * elements' out. */
-void mbsri_inverse_sweeps(const mbsr_model *m, mbsr_data *d, const double *udot, double *tau);
+/* Forward part of inverse dynamics and its backward part; udot by id. Writes A, mu and the joint
+ * forces that are missing, J^T mu - tau, to `out`. */
+void mbsri_inverse_sweeps(const mbsr_model *m, mbsr_data *d, const double *udot);
 
 /* ---- DAE forms ---- */
 
@@ -317,6 +390,12 @@ typedef struct mbsri_dae_form {
 
 extern const mbsri_dae_form mbsri_form_recursive, mbsri_form_inverse_dynamics, mbsri_form_momentum,
     mbsri_form_index1;
+
+/* pack, unpack of a form, with q brought to its normal form. */
+int mbsri_pack(const mbsri_dae_form *form, const mbsr_model *m, mbsr_data *d, double t,
+               const double *q, const double *u, double *y);
+int mbsri_unpack(const mbsri_dae_form *form, const mbsr_model *m, mbsr_data *d, double t,
+                 const double *y, double *q, double *u);
 
 /* The form of that number; NULL if there is none. */
 const mbsri_dae_form *mbsri_find_form(mbsr_dae_form form);

@@ -18,7 +18,14 @@
 mbsr_joint_args mbsri_joint_args(const mbsr_model *m, const mbsr_data *d, int i, bool velocities)
 {
     const mbsri_body *b = m->body + i;
-    return (mbsr_joint_args){.joint = &b->joint,
+    return (mbsr_joint_args){.param = b->joint.param,
+                             .option = b->joint.option,
+                             .motion = b->joint.motion,
+                             .user = b->joint.user,
+                             .d = b->d,
+                             .np = b->np,
+                             .n = b->joint.n,
+                             .nq = b->joint.nq,
                              .t = d->t,
                              .q = b->locks ? d->q_full + b->full : d->q + b->iq,
                              .u = !velocities ? NULL
@@ -36,15 +43,16 @@ int mbsri_joint_failed(const mbsr_model *m, mbsr_data *d, int i, int status, con
 {
     char label[MBSRI_LABEL];
     return mbsri_fail(&d->error, status, m->body[i].id, MBSR_NONE,
-                      "%s: joint '%s': %s returned %d at t = %g", mbsri_body_label(m, i, label),
-                      m->body[i].joint.table->name, function, status, d->t);
+                      "%s: joint '%s': %s returned %d (%s) at t = %g",
+                      mbsri_body_label(m, i, label), m->body[i].joint.table->name, function, status,
+                      mbsr_status_text(status), d->t);
 }
 
-/* Pose, velocity and acceleration of the root at time t. */
-static int move_root(const mbsr_model *m, mbsr_data *d)
+int mbsri_move_root(const mbsr_model *m, mbsr_data *d)
 {
     const mbsr_root *root = &m->root;
     mbsri_zero((size_t)root->np, d->p);
+    for (int k = 0; k < 9 && root->space == MBSR_SPACE_SPATIAL; k += 4) d->p[MBSR_POSE_R + k] = 1.0;
     mbsri_zero((size_t)root->d, d->V);
     mbsri_zero((size_t)root->d, d->A);
     if (!root->motion) return MBSR_OK;
@@ -196,12 +204,19 @@ int mbsr_positions(const mbsr_model *model, mbsr_data *data, double t, const dou
     int status = mbsri_enter(m, d, q != NULL, MBSRI_STAGE_NONE, "mbsr_positions");
     if (status) return status;
     d->stage = MBSRI_STAGE_NONE;
+    d->accelerated = false;
+    d->pending = MBSRI_PENDING_NONE;
     if (!isfinite(t) || !mbsri_finite((size_t)m->nq, q)) {
         return mbsri_fail(&d->error, MBSR_NOT_FINITE, MBSR_NONE, MBSR_NONE,
                           "mbsr_positions: t or q is not finite");
     }
+    if (d->lean) {
+        return mbsri_fail(&d->error, MBSR_ERR_LEAN, MBSR_NONE, MBSR_NONE,
+                          "mbsr_positions: the data was made by mbsr_data_create_lean or "
+                          "mbsr_data_init_lean; this call, or this state, needs full data");
+    }
     d->t = t;
-    status = move_root(m, d);
+    status = mbsri_move_root(m, d);
     if (status) return status;
 
     for (int i = 1; i <= m->bodies; ++i) {
@@ -232,6 +247,7 @@ int mbsr_velocities(const mbsr_model *model, mbsr_data *data, const double *u)
     int status = mbsri_enter(m, d, u != NULL, MBSRI_STAGE_POSITIONS, "mbsr_velocities");
     if (status) return status;
     d->stage = MBSRI_STAGE_POSITIONS;
+    d->accelerated = false;
     if (!mbsri_finite((size_t)m->nu, u)) {
         return mbsri_fail(&d->error, MBSR_NOT_FINITE, MBSR_NONE, MBSR_NONE,
                           "mbsr_velocities: u is not finite");
@@ -280,6 +296,22 @@ int mbsr_coordinate_rates(const mbsr_model *model, mbsr_data *data, double *qdot
         if (status) return mbsri_joint_failed(m, d, i, status, "coordinate_rates");
         status = check_finite(m, d, i, b->nq, qdot + b->q, "what coordinate_rates wrote");
         if (status) return status;
+    }
+    return MBSR_OK;
+}
+
+int mbsr_normalise(const mbsr_model *model, mbsr_data *data, double *q)
+{
+    const mbsr_model *m = model;
+    mbsr_data *d = data;
+    const int entered = mbsri_enter(m, d, q != NULL, MBSRI_STAGE_NONE, "mbsr_normalise");
+    if (entered) return entered;
+    for (int i = 1; i <= m->bodies; ++i) {
+        const mbsri_body *b = m->body + i;
+        if (!b->joint.table->normalise) continue;
+        const mbsr_joint_args args = mbsri_joint_args(m, d, i, false);
+        const int status = b->joint.table->normalise(&args, q + b->q);
+        if (status) return mbsri_joint_failed(m, d, i, status, "normalise");
     }
     return MBSR_OK;
 }

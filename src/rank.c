@@ -166,8 +166,10 @@ int mbsr_body_rank(const mbsr_model *model, mbsr_data *data, int body, mbsr_rank
 
 int mbsr_total_rank(const mbsr_model *model, const mbsr_data *data)
 {
-    return data && data->model == model && data->stage >= MBSRI_STAGE_BACKWARD ? data->total_rank
-                                                                               : -1;
+    return data && data->model == model &&
+                   (data->stage >= MBSRI_STAGE_BACKWARD || data->pending == MBSRI_PENDING_FORWARD)
+               ? data->total_rank
+               : -1;
 }
 
 int mbsr_rank_watch(const mbsr_model *model, mbsr_data *data, int on)

@@ -121,7 +121,8 @@ int mbsri_rates(const mbsr_model *m, mbsr_data *d)
     for (int i = 1; i <= m->bodies && !status; ++i) {
         const mbsri_body *b = m->body + i;
         if (analytic_joint(b)) status = joint_rates(m, d, i);
-        if (analytic_mass(b)) mbsri_inertia_mass_rate(b, d->p + b->p, d->V + b->v, d->Mdot + b->dd);
+        if (analytic_mass(b))
+            mbsri_inertia_mass_rate(b, d->p + b->p, d->V + b->v, d->M + b->dd, d->Mdot + b->dd);
     }
     return status;
 }

@@ -47,6 +47,7 @@ extern "C" {
     X(MBSR_EVENT, 1009, "an event function changed sign")                                          \
     X(MBSR_RANK_CHANGED, 1010, "the rank of a joint block changed")                                \
     X(MBSR_FRAME_TURNED, 1011, "massless directions turned too far from their reference")          \
+    X(MBSR_ZERO_QUATERNION, 1012, "a quaternion has length zero")                                  \
     /* fatal: wrong use */                                                                         \
     X(MBSR_ERR_NULL, -1001, "a required pointer is NULL")                                          \
     X(MBSR_ERR_NO_DEFAULT, -1002, "a definition was not made by its default function")             \
@@ -61,7 +62,8 @@ extern "C" {
     X(MBSR_ERR_MEMORY_ALIGNMENT, -1011, "the given memory is not aligned")                         \
     X(MBSR_ERR_MISMATCH, -1012, "the data belongs to another model")                               \
     X(MBSR_ERR_SEQUENCE, -1013, "an earlier stage of the evaluation is missing")                   \
-    X(MBSR_ERR_SOLVER, -1014, "the integrator failed")
+    X(MBSR_ERR_SOLVER, -1014, "the integrator failed")                                             \
+    X(MBSR_ERR_LEAN, -1015, "the data is lean and does not hold what this needs")
 
 enum mbsr_status {
 #define MBSR_STATUS_ENUM(name, value, text) name = value,

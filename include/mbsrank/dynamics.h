@@ -43,6 +43,11 @@ MBSR_API int mbsr_forward(const mbsr_model *model, mbsr_data *data, const double
 /* q' = G(q) u; qdot: nq.  Needs mbsr_velocities. */
 MBSR_API int mbsr_coordinate_rates(const mbsr_model *model, mbsr_data *data, double *qdot);
 
+/* Brings q (nq, changed in place) to its normal form: quaternions to length 1. No pose depends on
+ * what this changes. mbsr_dae_pack and mbsr_dae_unpack do it. MBSR_ZERO_QUATERNION names the body.
+ * */
+MBSR_API int mbsr_normalise(const mbsr_model *model, mbsr_data *data, double *q);
+
 /* Residual (25) at a state: the five stages. tau may be NULL.  All statuses of the stages. */
 MBSR_API int mbsr_recursive_residual(const mbsr_model *model, mbsr_data *data, double t,
                                      const double *q, const double *u, const double *udot,
@@ -63,6 +68,11 @@ MBSR_API int mbsr_forward_dynamics(const mbsr_model *model, mbsr_data *data, dou
                                    const double *q, const double *u, const double *tau,
                                    double *udot);
 
+/* Bias forces: what inverse dynamics gives for udot = 0, so that mass matrix udot + bias = tau; the
+ * force elements are in it.  bias: nu. */
+MBSR_API int mbsr_bias_forces(const mbsr_model *model, mbsr_data *data, double t, const double *q,
+                              const double *u, double *bias);
+
 /* Joint-space mass matrix, nu x nu, column-major, symmetric.  O(nu^2).  Needs mbsr_positions; for
  * inertias by function, mbsr_velocities. */
 MBSR_API int mbsr_mass_matrix(const mbsr_model *model, mbsr_data *data, double *matrix);
@@ -76,12 +86,47 @@ MBSR_API int mbsr_momenta(const mbsr_model *model, mbsr_data *data, double *p);
 MBSR_API int mbsr_energy(const mbsr_model *model, mbsr_data *data, double *kinetic,
                          double *potential);
 
+/* Power in W that the force elements turn into heat, as far as they say so. Needs
+ * mbsr_velocities. */
+MBSR_API int mbsr_dissipation(const mbsr_model *model, mbsr_data *data, double *power);
+
+/* Potential energy and dissipated power of one force element; zero where it has none. Outputs may
+ * be NULL. Needs mbsr_velocities. MBSR_ERR_ID. */
+MBSR_API int mbsr_force_power(const mbsr_model *model, mbsr_data *data, int force, double *energy,
+                              double *power);
+
+/* Mass and centre of mass (m, world axes; zero if there is no mass) of all POINT, PLANAR and
+ * SPATIAL bodies, and their momentum: the angular momentum about the point `about` (NULL: the
+ * world's origin; kg m^2/s), then the linear (kg m/s). Outputs may be NULL. Needs mbsr_velocities.
+ * MBSR_ERR_SPACE names the first body with inertia that is in GENERAL space. */
+MBSR_API int mbsr_tree_momentum(const mbsr_model *model, mbsr_data *data, const double about[3],
+                                double *mass, double centre[3], double momentum[6]);
+
+/* Accelerations (9) and joint reactions (11) of the state under its forces, for given udot (nu), as
+ * found by mbsr_forward_dynamics or by an integrator. Needs mbsr_forces. */
+MBSR_API int mbsr_accelerations(const mbsr_model *model, mbsr_data *data, const double *udot);
+
 /* ---- results per body ---- */
 
 /* Pose p (np numbers) and velocity V (d numbers) of a body; needs mbsr_positions or
  * mbsr_velocities. MBSR_GROUND gives those of the root. MBSR_ERR_ID, MBSR_ERR_SEQUENCE. */
 MBSR_API int mbsr_body_pose(const mbsr_model *model, mbsr_data *data, int body, double *pose);
 MBSR_API int mbsr_body_twist(const mbsr_model *model, mbsr_data *data, int body, double *twist);
+
+/* Acceleration A = V' of a body (d numbers), and the force (d, conjugate to V) that its joint
+ * exerts on it, drives and joint force elements included: -K^T mu, whose reaction -H^T mu acts on
+ * the predecessor; for MBSR_GROUND the force that holds
+ * the root. Valid from mbsr_accelerations or mbsr_inverse_dynamics until the next stage
+ * runs, else MBSR_ERR_SEQUENCE; the reactions after inverse dynamics include the joint forces that
+ * it found. MBSR_ERR_ID. */
+MBSR_API int mbsr_body_acceleration(const mbsr_model *model, mbsr_data *data, int body,
+                                    double *acceleration);
+MBSR_API int mbsr_joint_reaction(const mbsr_model *model, mbsr_data *data, int body, double *force);
+
+/* dV/du of a body: d x nu, column-major; V = jacobian u + what prescribed motion adds. Needs
+ * mbsr_positions. MBSR_ERR_ID. */
+MBSR_API int mbsr_body_jacobian(const mbsr_model *model, mbsr_data *data, int body,
+                                double *jacobian);
 
 /* The rank decision of one joint. D = J^T Mbar J is compared with the rounding errors that can be
  * in it: W is the sum of what was added up to make Mbar before cancellation, carried leaves to root

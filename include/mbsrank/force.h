@@ -24,8 +24,9 @@ typedef struct mbsr_force_body {
     const mbsr_inertia *inertia; /* as given to the model; NULL for the ground */
     const double *q;             /* nq; NULL for the ground */
     const double *u;             /* n;  NULL for the ground and while the energy is asked for */
-    double *f;   /* d,  conjugate to V; add to it.  NULL while the energy is asked for */
-    double *tau; /* n,  conjugate to u; add to it.  NULL for the ground, and as f */
+    /* NULL while the energy or the dissipation is asked for: */
+    double *f;   /* d,  conjugate to V; add to it */
+    double *tau; /* n,  conjugate to u; add to it.  NULL for the ground */
 } mbsr_force_body;
 
 typedef struct mbsr_force_def mbsr_force_def;
@@ -42,12 +43,16 @@ typedef struct mbsr_force_args {
 /* The element acts on every body of the tree: called once a body, with that body alone. */
 #define MBSR_FORCE_EVERY_BODY 1u
 
+/* The element reads q and u of its bodies and adds to their tau only: their p, V, M and f may be
+ * NULL. */
+#define MBSR_FORCE_JOINT_ONLY 2u
+
 /* Functions return 0, or a status that ends the evaluation and reaches the caller unchanged (> 0
  * recoverable, < 0 fatal). They may be called by several threads at once, with different
  * arguments. */
 typedef struct mbsr_force_table {
     unsigned version; /* MBSR_FORCE_TABLE_VERSION */
-    unsigned flags;   /* MBSR_FORCE_EVERY_BODY or 0 */
+    unsigned flags;   /* MBSR_FORCE_EVERY_BODY, MBSR_FORCE_JOINT_ONLY or 0 */
     const char *name; /* for messages; must outlive the model */
 
     /* Adds the element's forces to body[k].f and body[k].tau. */
@@ -56,16 +61,29 @@ typedef struct mbsr_force_table {
     /* Optional: potential energy in J; *energy arrives as zero. */
     int (*energy)(const mbsr_force_args *args, double *energy);
 
+    /* Optional: power that the element turns into heat, in W, not negative: minus the power of its
+     * forces, less the rate of its energy. *power arrives as zero. */
+    int (*dissipation)(const mbsr_force_args *args, double *power);
+
     /* Optional: called once when the model is finished; only id, space, d, np, n and nq of the
      * bodies are set. Not called for elements that act on every body. On refusal returns a status
      * and may write a text. */
     int (*check)(const mbsr_force_args *args, char text[MBSR_TEXT_SIZE]);
+
+    /* Optional: name of parameter k for messages, such as " (radius)"; "" where it has none. */
+    const char *(*parameter)(int k);
 } mbsr_force_table;
 
 /* A force as function of time: writes `n` components. Returns 0 or a status. */
 typedef int (*mbsr_force_fn)(void *user, double t, int n, double *value);
 
-#define MBSR_FORCE_PARAMS 8
+/* The law of a spring-damper: force (N, positive pulls together) and potential energy (J) at length
+ * x (m) and rate v (m/s), and the power turned into heat (W) at v. All outputs arrive as zero;
+ * energy and power may be NULL; v is 0 while the energy is asked for. Returns 0 or a status. */
+typedef int (*mbsr_spring_fn)(void *user, double x, double v, double *force, double *energy,
+                              double *power);
+
+#define MBSR_FORCE_PARAMS 32
 #define MBSR_FORCE_OPTIONS 2
 
 /* A force element; made by a constructor below or mbsr_default_force_def, copied into the model. */
@@ -79,40 +97,130 @@ struct mbsr_force_def {
     double param[MBSR_FORCE_PARAMS];
     int option[MBSR_FORCE_OPTIONS];
     mbsr_force_fn function; /* elements given as function of time; else NULL */
+    mbsr_spring_fn spring;  /* spring-dampers given by a function; else NULL */
     void *user; /* for the table's functions and for function; not copied, may be NULL */
 };
 
 MBSR_API mbsr_force_def mbsr_default_force_def(void);
 
-/* Uniform gravity g in m/s^2 on all POINT and PLANAR bodies: f = M (gx, gy, 0). Bodies in GENERAL
- * space are left out: their coordinates have no known direction. */
-MBSR_API mbsr_force_def mbsr_force_gravity(double gx, double gy);
+/* ---- stock elements ----
+ *
+ * Points and directions are given in body axes, those on the ground in the axes of the root, which
+ * for a root at rest are the world's; m. A point that is NULL is the body's origin. POINT and
+ * PLANAR bodies lie in the plane z = 0, turn about z, and feel what of a force is in that plane; a
+ * point of a PLANAR body may lie off the plane, one of a POINT is its origin. Elements at points
+ * refuse bodies in GENERAL space; those between two bodies refuse one body twice. Stiffnesses,
+ * damping constants and other sizes that are negative are refused, when the model is finished.
+ *
+ * What turns power into heat says how much (mbsr_dissipation). One-sided elements (cables, stops)
+ * have a damping force that is at most as large as the elastic force: so they never pull the wrong
+ * way, and their force, which tends to zero where contact begins and ends, does not jump at any
+ * velocity. Damping without stiffness, which would have no effect, is refused there. */
+
+/* Uniform gravity g in m/s^2 on all POINT, PLANAR and SPATIAL bodies: f = M g. Bodies in GENERAL
+ * space are left out: their coordinates have no known direction. The weight of a SPATIAL body is m
+ * g at the centre of mass, moment h x g about its origin with the first moment h, where m is a
+ * third of the trace of the block of v in M and [h]x the antisymmetric part of its block of (omega,
+ * v), which for a rigid body are M's own. */
+MBSR_API mbsr_force_def mbsr_force_gravity(double gx, double gy, double gz);
 
 /* Linear spring-damper along coordinate axis `axis` (0 .. d-1): with e = p_a[axis] - p_b[axis] the
  * force on a is -(stiffness (e - rest) + damping e'). Either may be the ground (a root at rest
  * counts as p = 0). Units follow the coordinate: N/m, N s/m, m or N m/rad, N m s/rad, rad. Needs V
- * = p' of both bodies. */
+ * = p' of both bodies: SPATIAL ones are refused, bodies in GENERAL space are taken at their
+ * word. */
 MBSR_API mbsr_force_def mbsr_force_axis_spring(int a, int b, int axis, double stiffness,
                                                double damping, double rest);
 
-/* Linear spring-damper along the line from a point of body a to a point of body b (POINT, PLANAR or
- * ground; points in body axes, m; a POINT body has the point {0, 0} only). N/m, N s/m, free length
- * in m. Where the two points coincide the line has no direction: MBSR_DEGENERATE_FORCE, unless free
- * length and damping are zero. */
-MBSR_API mbsr_force_def mbsr_force_point_spring(int a, const double point_a[2], int b,
-                                                const double point_b[2], double stiffness,
+/* Spring-damper along the line from a point of body a to a point of body b. With length l and its
+ * rate l' the force pulling together is
+ *
+ *   stiffness (l - l0) + cubic (l - l0)^3 + damping l'
+ *
+ * N/m, N/m^3, N s/m, free length l0 in m, none of them negative. A cable (one_sided) has no force
+ * for l <= l0, and beyond, with the elastic force F of the first two terms, the force F + min(max(
+ * damping l', -F), F). Where the two points coincide the line has no direction:
+ * MBSR_DEGENERATE_FORCE, unless it needs none, because the element is a cable or l0 and damping are
+ * zero. */
+typedef struct mbsr_spring {
+    double stiffness, cubic, damping, free_length;
+    int one_sided;           /* 1: a cable, which pulls only */
+    mbsr_spring_fn function; /* the law, instead of all above; NULL: these */
+    void *user;              /* for function */
+} mbsr_spring;
+
+MBSR_API mbsr_force_def mbsr_force_spring(int a, const double point_a[3], int b,
+                                          const double point_b[3], const mbsr_spring *spring);
+
+/* The linear one. */
+MBSR_API mbsr_force_def mbsr_force_point_spring(int a, const double point_a[3], int b,
+                                                const double point_b[3], double stiffness,
                                                 double damping, double free_length);
+
+/* Bushing between frame A on body a and frame B on body b (SPATIAL or ground; NULL: the body's own
+ * frame): with the origin e of B in A, its rate e' as seen from A, the rotation vector theta of B
+ * in A (|theta| < pi) and the angular velocity omega of B relative to A, all along A's axes, the
+ * moment and force on b are
+ *
+ *   -(J^-T stiffness theta + damping omega),   -(stiffness e + damping e')
+ *
+ * entry by entry, three angular entries first (N m/rad, N m s/rad), then three of translation (N/m,
+ * N s/m), none negative; the force acts at B's origin, its reaction on a at the same point.
+ * J(theta) is the matrix of omega = J theta', so that the forces follow from the energy 1/2 sum of
+ * stiffness theta^2 + 1/2 sum of stiffness e^2; since J^-T theta = theta, it shows only where the
+ * angular stiffnesses differ. At |theta| = pi theta jumps, and the moment with it. Frames that are
+ * left-handed or whose axes are not orthonormal to 1e-6 are refused. */
+MBSR_API mbsr_force_def mbsr_force_bushing(int a, const mbsr_frame *A, int b, const mbsr_frame *B,
+                                           const double stiffness[6], const double damping[6]);
 
 /* Spring-damper on joint coordinate `coordinate` (0 .. n-1, nq = n) of a body: tau = -(stiffness (q
  * - rest) + damping u). */
 MBSR_API mbsr_force_def mbsr_force_joint_spring(int body, int coordinate, double stiffness,
                                                 double damping, double rest);
 
-/* Force on a body as function of time: `function` writes d components conjugate to V. */
+/* Stops of joint coordinate `coordinate` (as mbsr_force_joint_spring): no force for lower <= q <=
+ * upper; beyond a stop by x > 0 the joint force pushes back by F + min(max(damping x', -F), F), F =
+ * stiffness x. lower < upper; -INFINITY and INFINITY: no such stop. */
+MBSR_API mbsr_force_def mbsr_force_joint_stop(int body, int coordinate, double lower, double upper,
+                                              double stiffness, double damping);
+
+/* Coulomb friction of joint velocity `coordinate` (0 .. n-1, any nq), made smooth near rest: tau =
+ * -force u / sqrt(u^2 + slip^2). force in N or N m, >= 0; slip > 0 in m/s or rad/s. */
+MBSR_API mbsr_force_def mbsr_force_joint_friction(int body, int coordinate, double force,
+                                                  double slip);
+
+/* Force on a body as function of time: `function` writes d components conjugate to V, for a SPATIAL
+ * body the moment about its origin and the force along the world axes. */
 MBSR_API mbsr_force_def mbsr_force_applied(int body, mbsr_force_fn function, void *user);
 
-/* Joint force or torque as function of time: `function` writes n components conjugate to u. */
+/* Wrench on a SPATIAL body as function of time: `function` writes six components, the moment about
+ * a point of the body (N m), then the force there (N), along the world axes (body_axes == 0) or
+ * along the body's. */
+MBSR_API mbsr_force_def mbsr_force_wrench(int body, const double point[3], int body_axes,
+                                          mbsr_force_fn function, void *user);
+
+/* Joint force or torque as function of time, such as a motor: `function` writes n components
+ * conjugate to u. */
 MBSR_API mbsr_force_def mbsr_force_joint_applied(int body, mbsr_force_fn function, void *user);
+
+/* Contact of a sphere on body a (SPATIAL) with a plane on body b (SPATIAL or ground). The sphere is
+ * pressed in by x = radius - distance of its centre from the plane; while x > 0 the normal force is
+ * (Hunt and Crossley, 1975)
+ *
+ *   N = stiffness x^exponent (1 + damping x'), never negative,
+ *
+ * and friction N friction v / sqrt(|v|^2 + slip^2) acts against the sliding velocity v; both at the
+ * point of the sphere that is deepest. */
+typedef struct mbsr_contact {
+    double centre[3], radius;   /* of the sphere, in body a; radius > 0 m */
+    double point[3], normal[3]; /* of the plane, in body b; the normal, of any length but zero,
+                                   points away from what is solid */
+    double stiffness, exponent; /* N/m^exponent, >= 0; exponent >= 1, 1.5 for a sphere */
+    double damping;             /* s/m, >= 0 */
+    double friction, slip;      /* coefficient >= 0; m/s, > 0 where friction is not zero */
+} mbsr_contact;
+
+MBSR_API mbsr_force_def mbsr_force_contact(int a, int b, const mbsr_contact *contact);
 
 /* An element with the caller's own table. `bodies` lists `count` ids; it must stay valid until the
  * element is added. */

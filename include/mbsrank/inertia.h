@@ -4,17 +4,20 @@
 #define MBSRANK_INERTIA_H
 
 #include <mbsrank/base.h>
+#include <mbsrank/spatial.h>
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
 typedef enum mbsr_inertia_kind {
+    MBSR_INERTIA_INVALID = -1,  /* what a constructor cannot make; refused when a body is added */
     MBSR_INERTIA_NOT_GIVEN = 0, /* counts as zero; told apart from a zero that somebody stated */
     MBSR_INERTIA_PARTICLE = 1,
     MBSR_INERTIA_PLANAR = 2,
     MBSR_INERTIA_MATRIX = 3,
-    MBSR_INERTIA_FUNCTION = 4
+    MBSR_INERTIA_FUNCTION = 4,
+    MBSR_INERTIA_SPATIAL = 5
 } mbsr_inertia_kind;
 
 /* A mass matrix that depends on the pose. Writes M (d x d, column-major, symmetric positive
@@ -27,8 +30,9 @@ typedef int (*mbsr_inertia_fn)(void *user, double t, const double *p, const doub
 typedef struct mbsr_inertia {
     mbsr_inertia_kind kind;
     double mass;          /* kg */
-    double com[2];        /* m, centre of mass in body axes (PLANAR) */
+    double com[3];        /* m, centre of mass in body axes (PLANAR: x, y; SPATIAL) */
     double moment;        /* kg m^2 about the centre of mass (PLANAR) */
+    double tensor[6];     /* kg m^2 about the centre of mass in body axes (SPATIAL), see below */
     int d;                /* size of matrix (MATRIX) */
     const double *matrix; /* d x d, copied by mbsr_model_add_body (MATRIX) */
     mbsr_inertia_fn function;
@@ -38,15 +42,58 @@ typedef struct mbsr_inertia {
 /* Zero, stated. Any space. */
 MBSR_API mbsr_inertia mbsr_inertia_zero(void);
 
-/* A particle at the body's origin. POINT and PLANAR bodies. mass >= 0 kg. */
+/* A particle at the body's origin. POINT, PLANAR and SPATIAL bodies. mass >= 0 kg. */
 MBSR_API mbsr_inertia mbsr_inertia_particle(double mass);
 
 /* A rigid body in the plane. PLANAR bodies. mass >= 0 kg, com in m in body axes, moment >= 0 kg m^2
  * about com. */
 MBSR_API mbsr_inertia mbsr_inertia_planar(double mass, const double com[2], double moment);
 
-/* A constant mass matrix: symmetric, positive semi-definite, d x d. Any space. `matrix` must stay
- * valid until the body is added. */
+/* ---- rigid bodies in space: SPATIAL bodies ----
+ *
+ * A tensor of inertia is given by its six entries xx, yy, zz, xy, xz, yz in kg m^2, where xy = -sum
+ * of m x y is the entry of the matrix, not its negative. Parts without mass are allowed everywhere.
+ * Refused when the body is added: what no distribution of mass has, namely a negative mass, or a
+ * tensor about the centre of mass with a negative principal moment or with one larger than the sum
+ * of the other two (beyond 1e-6 of it, so that rounded data pass). */
+
+enum { MBSR_XX, MBSR_YY, MBSR_ZZ, MBSR_XY, MBSR_XZ, MBSR_YZ };
+
+/* Mass in kg, centre of mass in m in body axes, tensor about the centre of mass along body axes. */
+MBSR_API mbsr_inertia mbsr_inertia_rigid(double mass, const double com[3], const double tensor[6]);
+
+/* The same with the tensor about the origin and along the axes of `frame`, which stands in the
+ * body; com in body axes. */
+MBSR_API mbsr_inertia mbsr_inertia_rigid_about(double mass, const double com[3],
+                                               const mbsr_frame *frame, const double tensor[6]);
+
+/* A particle at a point of the body, m. */
+MBSR_API mbsr_inertia mbsr_inertia_point_mass(double mass, const double at[3]);
+
+/* A thin uniform rod between two points of the body, m. */
+MBSR_API mbsr_inertia mbsr_inertia_rod(double mass, const double a[3], const double b[3]);
+
+/* Solids of uniform density (kg/m^3) about the body's origin: a box with edges along the axes, a
+ * sphere, a cylinder and a capsule (a cylinder of `length` between two half-spheres) along z. m. */
+MBSR_API mbsr_inertia mbsr_inertia_box(double density, const double edges[3]);
+MBSR_API mbsr_inertia mbsr_inertia_sphere(double density, double radius);
+MBSR_API mbsr_inertia mbsr_inertia_cylinder(double density, double radius, double length);
+MBSR_API mbsr_inertia mbsr_inertia_capsule(double density, double radius, double length);
+
+/* An inertia given in `frame`, which stands in the body. PARTICLE, SPATIAL and zero. */
+MBSR_API mbsr_inertia mbsr_inertia_moved(const mbsr_frame *frame, mbsr_inertia inertia);
+
+/* Both together. PARTICLE, SPATIAL and zero; anything else is refused when the body is added. */
+MBSR_API mbsr_inertia mbsr_inertia_sum(mbsr_inertia a, mbsr_inertia b);
+
+/* ---- in general ---- */
+
+/* A constant mass matrix: symmetric, positive semi-definite, d x d. Any space. For a SPATIAL body
+ * it is taken along the body's axes and turns with it: kinetic energy 1/2 V^T diag(R, R) matrix
+ * diag(R, R)^T V, with the forces that follow from this energy (Kirchhoff's equations); its weight
+ * is that of a mass m = trace / 3 of the block of v with the first moment that the antisymmetric
+ * part of the block of (omega, v) states, which for the matrix of a rigid body is its own. `matrix`
+ * must stay valid until the body is added. */
 MBSR_API mbsr_inertia mbsr_inertia_matrix(int d, const double *matrix);
 
 /* A mass matrix by function. Any space. */

@@ -4,6 +4,7 @@
 #define MBSRANK_JOINT_H
 
 #include <mbsrank/base.h>
+#include <mbsrank/spatial.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -15,32 +16,50 @@ extern "C" {
  *   FIXED    0     -                    -                     a root at rest
  *   POINT    2     x y                  its time derivative   point masses in the plane
  *   PLANAR   3     x y angle            its time derivative   rigid bodies in the plane
+ *   SPATIAL  6     R r (12 numbers)     omega v               rigid bodies
  *   GENERAL  any   np numbers, any      d numbers, any        what the joint's callbacks say
  *
- * x, y in m along the world axes, angle in rad counter-clockwise. */
+ * x, y in m along the world axes, angle in rad counter-clockwise. R (3 x 3, column-major): columns
+ * are the body's axes in the world; r: the body's origin, m. omega: angular velocity, rad/s; v =
+ * r', m/s; both along the world axes. A = V' = (omega', r''). Forces are conjugate to V: for a
+ * SPATIAL body the moment about its origin (N m), then the force (N), along the world axes. */
 typedef enum mbsr_space {
     MBSR_SPACE_FIXED = 0,
     MBSR_SPACE_GENERAL = 1,
     MBSR_SPACE_POINT = 2,
-    MBSR_SPACE_PLANAR = 3
+    MBSR_SPACE_PLANAR = 3,
+    MBSR_SPACE_SPATIAL = 4
 } mbsr_space;
+
+/* Where R and r stand in the pose of a SPATIAL body. */
+#define MBSR_POSE_R 0
+#define MBSR_POSE_X 9
+#define MBSR_POSE_SIZE 12
 
 /* ---- the table of a joint ---- */
 
 typedef struct mbsr_joint mbsr_joint;
 
+/* A motion prescribed as a function of time: writes value, first and second time derivative of each
+ * prescribed coordinate. Returns 0 or a status (see mbsr_joint_table). */
+typedef int (*mbsr_motion_fn)(void *user, double t, double *s, double *sdot, double *sddot);
+
 /* What a joint's functions may read. Pointers are valid during the call only. */
 typedef struct mbsr_joint_args {
-    const mbsr_joint *joint; /* the joint as given to the model: param, option, user */
-    double t;                /* s */
-    const double *q;         /* nq   joint position coordinates */
-    const double *u;         /* n    joint velocity coordinates; NULL for position and jacobians */
-    mbsr_space pred_space;   /* what the predecessor's coordinates mean */
-    int pred_d;              /* number of the predecessor's velocity coordinates */
-    const double *p_pred;    /* predecessor's pose; not to be read when pred_space is FIXED */
-    const double *V_pred;    /* pred_d; NULL for position and jacobians */
-    const double *p;         /* np   the body's own pose; NULL for position */
-    const double *V;         /* d    the body's own velocity; NULL for position and jacobians */
+    const double *param; /* param, option, motion, user, d, np, n, nq as in the mbsr_joint given */
+    const int *option;
+    mbsr_motion_fn motion;
+    void *user;
+    int d, np, n, nq;
+    double t;              /* s */
+    const double *q;       /* nq   joint position coordinates */
+    const double *u;       /* n    joint velocity coordinates; NULL for position and jacobians */
+    mbsr_space pred_space; /* what the predecessor's coordinates mean */
+    int pred_d;            /* number of the predecessor's velocity coordinates */
+    const double *p_pred;  /* predecessor's pose; not to be read when pred_space is FIXED */
+    const double *V_pred;  /* pred_d; NULL for position and jacobians */
+    const double *p;       /* np   the body's own pose; NULL for position */
+    const double *V;       /* d    the body's own velocity; NULL for position and jacobians */
 } mbsr_joint_args;
 
 #define MBSR_JOINT_TABLE_VERSION 1u
@@ -83,18 +102,21 @@ typedef struct mbsr_joint_table {
     /* Optional: q' (nq) = G(q) u. Without it q' = u and nq must equal n. */
     int (*coordinate_rates)(const mbsr_joint_args *args, double *qdot);
 
+    /* Optional: brings q (nq, may be changed) to its normal form, such as quaternions to length 1;
+     * mbsr_dae_pack and mbsr_dae_unpack call it. The pose must not depend on what it changes. */
+    int (*normalise)(const mbsr_joint_args *args, double *q);
+
     /* Optional: called once when the model is finished. On refusal returns a status and may write a
      * text. */
     int (*check)(const mbsr_joint *joint, mbsr_space pred_space, int pred_d,
                  char text[MBSR_TEXT_SIZE]);
+
+    /* Optional: name of parameter k for messages, such as " (pitch)". */
+    const char *(*parameter)(int k);
 } mbsr_joint_table;
 
-/* A motion prescribed as a function of time: writes value, first and second time derivative of each
- * prescribed coordinate. Returns 0 or a status (see mbsr_joint_table). */
-typedef int (*mbsr_motion_fn)(void *user, double t, double *s, double *sdot, double *sddot);
-
-#define MBSR_JOINT_PARAMS 8
-#define MBSR_JOINT_OPTIONS 2
+#define MBSR_JOINT_PARAMS 48
+#define MBSR_JOINT_OPTIONS 8
 
 /* A joint as a value; made by a constructor below, copied into the model. */
 struct mbsr_joint {
@@ -104,6 +126,7 @@ struct mbsr_joint {
     int np;                          /* numbers in its pose */
     int n;                           /* joint velocity coordinates, 0 .. d */
     int nq;                          /* joint position coordinates */
+    int params;                      /* how many entries of param are used; the model keeps these */
     double param[MBSR_JOINT_PARAMS]; /* constants of the joint, finite */
     int option[MBSR_JOINT_OPTIONS];  /* choices of the joint */
     mbsr_motion_fn motion;           /* prescribed coordinates, or NULL */
@@ -148,10 +171,70 @@ MBSR_API mbsr_joint mbsr_joint_point(mbsr_planar_frame A, int free, int driven,
 /* A point that may move in both directions from its predecessor: p_i = p_pi + q_i. n = 2. */
 MBSR_API mbsr_joint mbsr_joint_point_free(void);
 
+/* ---- stock joints in space ----
+ *
+ * Frame A is fixed to the predecessor, frame B to the body (each in the axes of its own body; NULL:
+ * the body's own frame). The joint moves B in A; the coordinates are zero where B lies on A. The
+ * body is SPATIAL (d = 6); the predecessor a SPATIAL body, a PLANAR body or POINT (in the plane z =
+ * 0), or a root. Frames whose axes are not orthonormal, axes of length zero and the like are
+ * refused when the body is added or the model finished. */
+
+typedef enum mbsr_axis_kind {
+    MBSR_AXIS_ROTATION = 1,    /* rad about the axis */
+    MBSR_AXIS_TRANSLATION = 2, /* m along it */
+    MBSR_AXIS_SCREW = 3        /* rad about it, with pitch m/rad along it */
+} mbsr_axis_kind;
+
+/* One coordinate of a compound joint. */
+typedef struct mbsr_axis {
+    mbsr_axis_kind kind;
+    double direction[3]; /* any length but zero, in A as moved by the axes before */
+    double pitch;        /* m/rad, SCREW only */
+    int driven;          /* 0: a joint coordinate; 1: follows the joint's motion function */
+} mbsr_axis;
+
+/* Several axes in one body, without bodies between them: from A, each axis moves what follows it.
+ * q, u are the coordinates of the axes that are not driven, in their order; `motion` gives those
+ * that are, in their order. count: 0 .. 6. Where the axes become dependent (gimbal lock) the state
+ * is refused with MBSR_RANK_DEFICIENT_J. */
+MBSR_API mbsr_joint mbsr_joint_compound(const mbsr_frame *A, const mbsr_frame *B, int count,
+                                        const mbsr_axis *axes, mbsr_motion_fn motion, void *user);
+
+/* Its common cases. Axes in A. */
+MBSR_API mbsr_joint mbsr_joint_weld(const mbsr_frame *A, const mbsr_frame *B); /* n = 0 */
+MBSR_API mbsr_joint mbsr_joint_revolute(const mbsr_frame *A, const mbsr_frame *B,
+                                        const double axis[3]);
+MBSR_API mbsr_joint mbsr_joint_prismatic(const mbsr_frame *A, const mbsr_frame *B,
+                                         const double axis[3]);
+/* q in rad; pitch in m/rad */
+MBSR_API mbsr_joint mbsr_joint_screw(const mbsr_frame *A, const mbsr_frame *B, const double axis[3],
+                                     double pitch);
+/* q = (angle, displacement) */
+MBSR_API mbsr_joint mbsr_joint_cylindrical(const mbsr_frame *A, const mbsr_frame *B,
+                                           const double axis[3]);
+/* first axis fixed in A, the second turned by it; they must not be parallel */
+MBSR_API mbsr_joint mbsr_joint_universal(const mbsr_frame *A, const mbsr_frame *B,
+                                         const double first[3], const double second[3]);
+/* q = (x, y, angle): B slides in the x-y plane of A and turns about its z axis */
+MBSR_API mbsr_joint mbsr_joint_in_plane(const mbsr_frame *A, const mbsr_frame *B);
+/* q = (x, y, z) along A's axes, no rotation */
+MBSR_API mbsr_joint mbsr_joint_translational(const mbsr_frame *A, const mbsr_frame *B);
+
+/* Orientation of B in A by a quaternion q = (w, x, y, z), u = angular velocity of B relative to A,
+ * along A's axes (rad/s): nq = 4, n = 3. Only the direction of q counts, so its length, which q' =
+ * G(q) u keeps but for rounding and the integrator's errors, need not be watched; length zero is
+ * refused with MBSR_ZERO_QUATERNION. No orientation is singular. */
+MBSR_API mbsr_joint mbsr_joint_spherical(const mbsr_frame *A, const mbsr_frame *B);
+
+/* q = (quaternion, x, y, z), u = (omega, v): as the spherical joint, and the origin of B in A; nq =
+ * 7, n = 6. */
+MBSR_API mbsr_joint mbsr_joint_free(const mbsr_frame *A, const mbsr_frame *B);
+
 /* ---- user-defined joints ---- */
 
-/* A joint with the caller's own table: GENERAL space, np = d and nq = n; change these fields where
- * they differ. */
+/* A joint with the caller's own table: GENERAL space, np = d, nq = n, params = 8; change these
+ * fields where they differ. With space = MBSR_SPACE_SPATIAL, d = 6, np = MBSR_POSE_SIZE the stock
+ * inertias and force elements apply. */
 MBSR_API mbsr_joint mbsr_joint_custom(const mbsr_joint_table *table, int d, int n, void *user);
 
 #ifdef __cplusplus

@@ -15,5 +15,6 @@
 #include <mbsrank/joint.h>
 #include <mbsrank/model.h>
 #include <mbsrank/ode.h>
+#include <mbsrank/spatial.h>
 
 #endif

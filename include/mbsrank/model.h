@@ -14,8 +14,8 @@ extern "C" {
 
 typedef struct mbsr_model mbsr_model;
 
-/* Motion of the root: pose (np), velocity (d) and acceleration (d) at time t; all arrive as
- * zero. */
+/* Motion of the root: pose (np), velocity (d) and acceleration (d) at time t; all arrive as zero,
+ * R of a SPATIAL root as the unit matrix. */
 typedef int (*mbsr_root_fn)(void *user, double t, double *p, double *V, double *A);
 
 /* The root of the tree (body 0 of the paper): at rest with d = 0, or moved by a function of
@@ -23,7 +23,7 @@ typedef int (*mbsr_root_fn)(void *user, double t, double *p, double *V, double *
 typedef struct mbsr_root {
     mbsr_space space;
     int d, np;
-    mbsr_root_fn motion; /* NULL: at rest at p = 0 */
+    mbsr_root_fn motion; /* NULL: at rest at p = 0, R = 1 */
     void *user;          /* for motion; not copied, may be NULL */
 } mbsr_root;
 
@@ -74,8 +74,9 @@ MBSR_API int mbsr_model_add_force(mbsr_model *model, const mbsr_force_def *def, 
  * MBSR_ERR_VALUE, MBSR_ERR_SPACE, MBSR_ERR_NO_MEMORY; the text is in mbsr_model_error. */
 
 /* Adds a constant symmetric positive semi-definite matrix (d x d, copied, in the units of the
- * body's mass matrix) to the mass matrix of a body in every pose, whatever its inertia. Gravity
- * pulls on it as on the body's own mass. Once a body; MBSR_ERR_VALUE for a second time. */
+ * body's mass matrix) to the mass matrix of a body in every pose, whatever its inertia; for a
+ * SPATIAL body along its axes (see mbsr_inertia_matrix). Gravity pulls on it as on the body's own
+ * mass. Once a body; MBSR_ERR_VALUE for a second time. */
 MBSR_API int mbsr_model_regularise(mbsr_model *model, int body, int d, const double *matrix);
 
 /* Holds joint coordinate `coordinate` (0 .. n-1, as the joint counts) of a body at `value`. It is

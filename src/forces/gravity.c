@@ -1,35 +1,86 @@
-/* Uniform gravity on bodies in the plane: f = M (gx, gy, 0), energy -g . (m r + first moment).
+/* Uniform gravity: f = M g in the directions of translation, energy -g . (m r + first moment).
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "stock.h"
 
-static bool applies(const mbsr_force_body *body)
+#include "../space3.h"
+
+/* ---- in the plane ---- */
+
+static void planar_force(const mbsr_force_body *body, const double *g)
 {
-    return body->space == MBSR_SPACE_POINT || body->space == MBSR_SPACE_PLANAR;
+    for (int k = 0; k < body->d; ++k) body->f[k] += body->M[k] * g[0] + body->M[body->d + k] * g[1];
+}
+
+/* A constant M pulls with the same force everywhere: -g . (M p). A rigid body's first moment
+ * turns. */
+static double planar_energy(const mbsr_force_body *body, const double *g)
+{
+    const double *M = body->M;
+    const int d = body->d;
+    const bool constant = body->inertia->kind == MBSR_INERTIA_MATRIX;
+    double energy = 0.0;
+    for (int j = 0; j < (constant ? d : 2); ++j) {
+        for (int k = 0; k < 2; ++k) energy -= g[k] * M[j * d + k] * body->p[j];
+    }
+    if (d == 3 && !constant) energy -= g[0] * M[7] - g[1] * M[6];
+    return energy;
+}
+
+/* ---- in space ----
+ *
+ * The matrix of a rigid body in (omega, v) is [I, [h]x; -[h]x, m 1] with the first moment h in
+ * world axes. Of any other matrix the weight is that of m, a third of the trace of its block of v,
+ * with the h of the antisymmetric part of its block of (omega, v). */
+
+static double spatial_mass(const double *M, double h[3])
+{
+    h[0] = 0.5 * (M[26] - M[31]);
+    h[1] = 0.5 * (M[30] - M[20]);
+    h[2] = 0.5 * (M[19] - M[24]);
+    return (M[21] + M[28] + M[35]) / 3.0;
+}
+
+/* moment h x g, force m g */
+static void spatial_force(const mbsr_force_body *body, const double *g)
+{
+    double h[3];
+    const double m = spatial_mass(body->M, h);
+    mbsri_add_cross3(h, g, body->f);
+    mbsri_add3(m, g, body->f + 3);
+}
+
+static double spatial_energy(const mbsr_force_body *body, const double *g)
+{
+    double h[3];
+    const double m = spatial_mass(body->M, h);
+    mbsri_add3(m, body->p + MBSR_POSE_X, h);
+    return -mbsri_dot3(g, h);
 }
 
 static int evaluate(const mbsr_force_args *args)
 {
     const mbsr_force_body *body = args->body;
-    const double *g = args->force->param;
-    if (!applies(body)) return MBSR_OK;
-    for (int k = 0; k < body->d; ++k) body->f[k] += body->M[k] * g[0] + body->M[body->d + k] * g[1];
+    if (body->space == MBSR_SPACE_POINT || body->space == MBSR_SPACE_PLANAR)
+        planar_force(body, args->force->param);
+    else if (body->space == MBSR_SPACE_SPATIAL)
+        spatial_force(body, args->force->param);
     return MBSR_OK;
 }
 
-/* A constant M pulls with the same force everywhere: -g . (M p). A rigid body's first moment
- * turns. */
 static int energy(const mbsr_force_args *args, double *energy_out)
 {
     const mbsr_force_body *body = args->body;
-    const double *g = args->force->param, *M = body->M;
-    if (!applies(body)) return MBSR_OK;
-    const int d = body->d;
-    const bool constant = body->inertia->kind == MBSR_INERTIA_MATRIX;
-    for (int j = 0; j < (constant ? d : 2); ++j) {
-        for (int k = 0; k < 2; ++k) *energy_out -= g[k] * M[j * d + k] * body->p[j];
-    }
-    if (d == 3 && !constant) *energy_out -= g[0] * M[7] - g[1] * M[6];
+    if (body->space == MBSR_SPACE_POINT || body->space == MBSR_SPACE_PLANAR)
+        *energy_out += planar_energy(body, args->force->param);
+    else if (body->space == MBSR_SPACE_SPATIAL)
+        *energy_out += spatial_energy(body, args->force->param);
     return MBSR_OK;
+}
+
+static const char *parameter(int k)
+{
+    static const char *const names[] = {" (gx)", " (gy)", " (gz)"};
+    return MBSRI_PARAMETER(names, k);
 }
 
 static const mbsr_force_table gravity_table = {
@@ -38,12 +89,14 @@ static const mbsr_force_table gravity_table = {
     .name = "gravity",
     .evaluate = evaluate,
     .energy = energy,
+    .parameter = parameter,
 };
 
-mbsr_force_def mbsr_force_gravity(double gx, double gy)
+mbsr_force_def mbsr_force_gravity(double gx, double gy, double gz)
 {
     mbsr_force_def def = mbsri_stock_force(&gravity_table, 0, MBSR_GROUND, MBSR_GROUND);
     def.param[0] = gx;
     def.param[1] = gy;
+    def.param[2] = gz;
     return def;
 }

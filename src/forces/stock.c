@@ -39,3 +39,25 @@ int mbsri_refuse(char text[MBSR_TEXT_SIZE], int status, const char *format, ...)
     va_end(arguments);
     return status;
 }
+
+int mbsri_refuse_parameter(char text[MBSR_TEXT_SIZE], const mbsr_force_args *args, int k,
+                           const char *wrong)
+{
+    return mbsri_refuse(text, MBSR_ERR_VALUE, "param[%d]%s is %g, %s", k,
+                        args->force->table->parameter(k), args->force->param[k], wrong);
+}
+
+int mbsri_check_not_negative(const mbsr_force_args *args, int first, int count,
+                             char text[MBSR_TEXT_SIZE])
+{
+    for (int k = first; k < first + count; ++k) {
+        if (args->force->param[k] < 0.0) return mbsri_refuse_parameter(text, args, k, "negative");
+    }
+    return MBSR_OK;
+}
+
+int mbsri_check_ends(const mbsr_force_args *args, char text[MBSR_TEXT_SIZE])
+{
+    if (args->body[0].id != args->body[1].id) return MBSR_OK;
+    return mbsri_refuse(text, MBSR_ERR_ID, "both ends are on body %d", args->body[0].id);
+}

@@ -5,16 +5,39 @@
 
 #include "../internal.h"
 
+#include <math.h>
+
 /* A definition with its cookie, table and up to two bodies set. */
 mbsr_force_def mbsri_stock_force(const mbsr_force_table *table, int bodies, int a, int b);
 
 /* Writes a refusal into text and returns status. */
 int mbsri_refuse(char text[MBSR_TEXT_SIZE], int status, const char *format, ...) MBSRI_FORMAT(3, 4);
 
+/* The same for the value of parameter k, which is `wrong`, such as "negative". */
+int mbsri_refuse_parameter(char text[MBSR_TEXT_SIZE], const mbsr_force_args *args, int k,
+                           const char *wrong);
+
+/* Refuses negative numbers among `count` parameters from `first` on. */
+int mbsri_check_not_negative(const mbsr_force_args *args, int first, int count,
+                             char text[MBSR_TEXT_SIZE]);
+
+/* Refuses an element with both ends on one body. */
+int mbsri_check_ends(const mbsr_force_args *args, char text[MBSR_TEXT_SIZE]);
+
+/* Entry k of a table of parameter names, "" beyond its end. */
+#define MBSRI_PARAMETER(names, k) ((k) < (int)(sizeof(names) / sizeof *(names)) ? (names)[k] : "")
+
 /* Entry k of a body's pose or velocity; a root at rest counts as zero. */
 static inline double mbsri_entry(const mbsr_force_body *body, const double *x, int k)
 {
     return body->space == MBSR_SPACE_FIXED ? 0.0 : x[k];
+}
+
+/* Force of a one-sided spring-damper, elastic >= 0: the damping part is at most as large as the
+ * elastic one, so that the sum is never negative and tends to zero where contact ends or begins. */
+static inline double mbsri_one_sided(double elastic, double damping)
+{
+    return elastic + fmax(-elastic, fmin(damping, elastic));
 }
 
 #endif

@@ -41,18 +41,17 @@ static bool turns(const mbsr_joint_args *args)
 static int relative(const mbsr_joint_args *args, planar *w)
 {
     double value[3] = {0.0}, rate[3] = {0.0}, acceleration[3] = {0.0};
-    const mbsr_joint *joint = args->joint;
-    if (joint->option[DRIVEN]) {
-        const int status = joint->motion(joint->user, args->t, value, rate, acceleration);
+    if (args->option[DRIVEN]) {
+        const int status = args->motion(args->user, args->t, value, rate, acceleration);
         if (status) return status;
     }
     for (int k = 0, free = 0, driven = 0; k < 3; ++k) {
         w->s[k] = w->sdot[k] = w->sddot[k] = 0.0;
-        if (joint->option[FREE] & (1 << k)) {
+        if (args->option[FREE] & (1 << k)) {
             w->s[k] = args->q[free];
             w->sdot[k] = args->u ? args->u[free] : 0.0;
             ++free;
-        } else if (joint->option[DRIVEN] & (1 << k)) {
+        } else if (args->option[DRIVEN] & (1 << k)) {
             w->s[k] = value[driven];
             w->sdot[k] = rate[driven];
             w->sddot[k] = acceleration[driven];
@@ -64,7 +63,7 @@ static int relative(const mbsr_joint_args *args, planar *w)
 
 static int prepare(const mbsr_joint_args *args, planar *w)
 {
-    const double *param = args->joint->param;
+    const double *param = args->param;
     const int status = relative(args, w);
     if (status) return status;
     const double theta_pred = turns(args) ? args->p_pred[2] : 0.0;
@@ -100,7 +99,7 @@ static int position(const mbsr_joint_args *args, double *p)
     if (status) return status;
     const bool moves = args->pred_space != MBSR_SPACE_FIXED;
     for (int k = 0; k < 2; ++k) p[k] = (moves ? args->p_pred[k] : 0.0) + w.arm[k] - w.b[k];
-    if (args->joint->d == 3) p[2] = w.theta;
+    if (args->d == 3) p[2] = w.theta;
     return MBSR_OK;
 }
 
@@ -109,7 +108,7 @@ static int jacobians(const mbsr_joint_args *args, double *K, double *H, double *
 {
     (void)K;
     planar w;
-    const int status = prepare(args, &w), d = args->joint->d;
+    const int status = prepare(args, &w), d = args->d;
     if (status) return status;
     if (args->pred_space != MBSR_SPACE_FIXED) {
         H[0] = H[d + 1] = -1.0;
@@ -122,10 +121,10 @@ static int jacobians(const mbsr_joint_args *args, double *K, double *H, double *
     for (int k = 0, column = 0; k < 3; ++k) {
         double v[3] = {0.0};
         direction(&w, d, k, v);
-        if (args->joint->option[FREE] & (1 << k)) {
+        if (args->option[FREE] & (1 << k)) {
             for (int l = 0; l < d; ++l) J[column * d + l] = -v[l];
             ++column;
-        } else if (args->joint->option[DRIVEN] & (1 << k)) {
+        } else if (args->option[DRIVEN] & (1 << k)) {
             for (int l = 0; l < d; ++l) kI[l] -= v[l] * w.sdot[k];
         }
     }
@@ -137,7 +136,7 @@ static int jacobians(const mbsr_joint_args *args, double *K, double *H, double *
 static int bias(const mbsr_joint_args *args, double *kII)
 {
     planar w;
-    const int status = prepare(args, &w), d = args->joint->d;
+    const int status = prepare(args, &w), d = args->d;
     if (status) return status;
     const double op = w.omega_pred, oi = op + w.sdot[2];
     const double slide[2] = {w.ex[0] * w.sdot[0] - w.ex[1] * w.sdot[1],
@@ -145,7 +144,7 @@ static int bias(const mbsr_joint_args *args, double *kII)
     kII[0] = op * op * w.arm[0] + 2.0 * op * slide[1] - oi * oi * w.b[0];
     kII[1] = op * op * w.arm[1] - 2.0 * op * slide[0] - oi * oi * w.b[1];
     for (int k = 0; k < 3; ++k) {
-        if (!(args->joint->option[DRIVEN] & (1 << k))) continue;
+        if (!(args->option[DRIVEN] & (1 << k))) continue;
         double v[3] = {0.0};
         direction(&w, d, k, v);
         for (int l = 0; l < d; ++l) kII[l] -= v[l] * w.sddot[k];
@@ -157,7 +156,7 @@ static int rates(const mbsr_joint_args *args, double *Kdot, double *Hdot, double
 {
     (void)Kdot;
     planar w;
-    const int status = prepare(args, &w), d = args->joint->d;
+    const int status = prepare(args, &w), d = args->d;
     if (status) return status;
     const double op = w.omega_pred, oi = op + w.sdot[2];
     if (turns(args)) {
@@ -167,7 +166,7 @@ static int rates(const mbsr_joint_args *args, double *Kdot, double *Hdot, double
     const double slope[3][2] = {
         {-op * w.ex[1], op * w.ex[0]}, {-op * w.ex[0], -op * w.ex[1]}, {oi * w.b[0], oi * w.b[1]}};
     for (int k = 0, column = 0; k < 3; ++k) {
-        if (!(args->joint->option[FREE] & (1 << k))) continue;
+        if (!(args->option[FREE] & (1 << k))) continue;
         Jdot[column * d] = -slope[k][0];
         Jdot[column * d + 1] = -slope[k][1];
         ++column;
@@ -186,9 +185,10 @@ static int check(const mbsr_joint *joint, mbsr_space pred_space, int pred_d,
     (void)pred_d;
     const int all = joint->d == 3 ? 7 : 3, free = joint->option[FREE],
               driven = joint->option[DRIVEN];
-    if (pred_space == MBSR_SPACE_GENERAL) {
+    if (pred_space == MBSR_SPACE_GENERAL || pred_space == MBSR_SPACE_SPATIAL) {
         snprintf(text, MBSR_TEXT_SIZE,
-                 "the predecessor is in GENERAL space; it must be PLANAR, POINT or a root at rest");
+                 "the predecessor is in %s space; it must be PLANAR, POINT or a root at rest",
+                 pred_space == MBSR_SPACE_GENERAL ? "GENERAL" : "SPATIAL");
         return MBSR_ERR_SPACE;
     }
     if (free < 0 || free & ~all || driven < 0 || driven & ~all || free & driven) {
@@ -230,6 +230,7 @@ static mbsr_joint make(mbsr_space space, mbsr_planar_frame A, mbsr_planar_frame 
                         .np = d,
                         .n = n,
                         .nq = n,
+                        .params = 6,
                         .param = {A.x, A.y, A.angle, B.x, B.y, B.angle},
                         .option = {free, driven},
                         .motion = motion,
@@ -287,5 +288,6 @@ mbsr_joint mbsr_joint_custom(const mbsr_joint_table *table, int d, int n, void *
                         .np = d,
                         .n = n,
                         .nq = n,
+                        .params = 8,
                         .user = user};
 }

@@ -65,6 +65,22 @@ static int check_body(mbsr_model *m, const mbsr_body_def *def, int id, const cha
                                         regular);
 }
 
+/* What the model keeps of a joint, but for its parameters. */
+static mbsri_joint kept(const mbsr_joint *joint)
+{
+    mbsri_joint k = {.table = joint->table,
+                     .space = joint->space,
+                     .d = joint->d,
+                     .np = joint->np,
+                     .n = joint->n,
+                     .nq = joint->nq,
+                     .params = joint->params,
+                     .motion = joint->motion,
+                     .user = joint->user};
+    memcpy(k.option, joint->option, sizeof k.option);
+    return k;
+}
+
 int mbsr_model_add_body(mbsr_model *model, const mbsr_body_def *def, int *id)
 {
     mbsr_model *m = model;
@@ -84,7 +100,8 @@ int mbsr_model_add_body(mbsr_model *model, const mbsr_body_def *def, int *id)
 
     const bool matrix = def->inertia.kind == MBSR_INERTIA_MATRIX && def->inertia.matrix;
     const size_t size = matrix ? (size_t)def->joint.d * (size_t)def->joint.d : 0;
-    if (!reserve(m, def->name, size, 0) ||
+    const size_t params = (size_t)def->joint.params;
+    if (!reserve(m, def->name, size + params, 0) ||
         !mbsri_reserve(&m->allocator, &m->entries, 1, sizeof(mbsri_body_entry))) {
         return mbsri_fail(&m->error, MBSR_ERR_NO_MEMORY, next, MBSR_NONE, "%s: no memory", label);
     }
@@ -92,7 +109,8 @@ int mbsr_model_add_body(mbsr_model *model, const mbsr_body_def *def, int *id)
         .parent = def->parent,
         .name = store_name(m, def->name),
         .matrix = store_matrix(m, size, def->inertia.matrix),
-        .joint = def->joint,
+        .param = store_matrix(m, params, def->joint.param),
+        .joint = kept(&def->joint),
         .inertia = def->inertia,
         .regular = regular,
     };
@@ -125,8 +143,9 @@ static int check_force(mbsr_model *m, const mbsr_force_def *def, int id, const c
     }
     for (int k = 0; k < MBSR_FORCE_PARAMS; ++k) {
         if (!isfinite(def->param[k])) {
-            return mbsri_fail(&m->error, MBSR_ERR_VALUE, MBSR_NONE, id, "%s (%s): param[%d] is %g",
-                              label, table->name, k, def->param[k]);
+            return mbsri_fail(&m->error, MBSR_ERR_VALUE, MBSR_NONE, id,
+                              "%s (%s): param[%d]%s is %g", label, table->name, k,
+                              table->parameter ? table->parameter(k) : "", def->param[k]);
         }
     }
     return MBSR_OK;

@@ -75,7 +75,7 @@ int mbsr_model_regularise(mbsr_model *model, int body, int d, const double *matr
 static int check_lock(mbsr_model *m, const mbsri_body_entry *entry, int body, int coordinate,
                       double value)
 {
-    const mbsr_joint *joint = &entry->joint;
+    const mbsri_joint *joint = &entry->joint;
     char label[MBSRI_LABEL];
     label_of(m, entry, body, label);
     if (joint->nq != joint->n || joint->table->coordinate_rates) {

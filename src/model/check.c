@@ -28,12 +28,15 @@ static int check_table(mbsr_model *m, const mbsr_joint *joint, int id, const cha
 
 int mbsri_check_joint(mbsr_model *m, const mbsr_joint *joint, int id, const char *label)
 {
-    static const int space_d[] = {[MBSR_SPACE_POINT] = 2, [MBSR_SPACE_PLANAR] = 3};
+    static const int space_d[] = {
+        [MBSR_SPACE_POINT] = 2, [MBSR_SPACE_PLANAR] = 3, [MBSR_SPACE_SPATIAL] = 6};
+    static const int space_np[] = {
+        [MBSR_SPACE_POINT] = 2, [MBSR_SPACE_PLANAR] = 3, [MBSR_SPACE_SPATIAL] = MBSR_POSE_SIZE};
     const int status = check_table(m, joint, id, label);
     if (status) return status;
     const char *name = joint->table->name;
     if (joint->space != MBSR_SPACE_GENERAL && joint->space != MBSR_SPACE_POINT &&
-        joint->space != MBSR_SPACE_PLANAR) {
+        joint->space != MBSR_SPACE_PLANAR && joint->space != MBSR_SPACE_SPATIAL) {
         return REFUSE(MBSR_ERR_VALUE, "%s: joint '%s': space is %d, no space of a body", label,
                       name, (int)joint->space);
     }
@@ -42,9 +45,10 @@ int mbsri_check_joint(mbsr_model *m, const mbsr_joint *joint, int id, const char
                       joint->d, MBSR_MAX_D);
     }
     if (joint->space != MBSR_SPACE_GENERAL &&
-        (joint->d != space_d[joint->space] || joint->np != joint->d)) {
-        return REFUSE(MBSR_ERR_VALUE, "%s: joint '%s': d = %d, np = %d; this space has d = np = %d",
-                      label, name, joint->d, joint->np, space_d[joint->space]);
+        (joint->d != space_d[joint->space] || joint->np != space_np[joint->space])) {
+        return REFUSE(MBSR_ERR_VALUE,
+                      "%s: joint '%s': d = %d, np = %d; this space has d = %d, np = %d", label,
+                      name, joint->d, joint->np, space_d[joint->space], space_np[joint->space]);
     }
     if (joint->np < 0 || joint->np > 4 * MBSR_MAX_D) {
         return REFUSE(MBSR_ERR_VALUE, "%s: joint '%s': np is %d", label, name, joint->np);
@@ -59,10 +63,15 @@ int mbsri_check_joint(mbsr_model *m, const mbsr_joint *joint, int id, const char
                       "%s: joint '%s': nq is %d, n is %d; they differ only with coordinate_rates",
                       label, name, joint->nq, joint->n);
     }
-    for (int k = 0; k < MBSR_JOINT_PARAMS; ++k) {
+    if (joint->params < 0 || joint->params > MBSR_JOINT_PARAMS) {
+        return REFUSE(MBSR_ERR_VALUE, "%s: joint '%s': params is %d, must be 0 .. %d", label, name,
+                      joint->params, MBSR_JOINT_PARAMS);
+    }
+    for (int k = 0; k < joint->params; ++k) {
         if (!isfinite(joint->param[k])) {
-            return REFUSE(MBSR_ERR_VALUE, "%s: joint '%s': param[%d] is %g", label, name, k,
-                          joint->param[k]);
+            const char *field = joint->table->parameter ? joint->table->parameter(k) : "";
+            return REFUSE(MBSR_ERR_VALUE, "%s: joint '%s': param[%d]%s is %g", label, name, k,
+                          field, joint->param[k]);
         }
     }
     return MBSR_OK;
@@ -124,6 +133,45 @@ static int check_matrix(mbsr_model *m, int d, const double *A, int id, const cha
     return status;
 }
 
+/* Mass and centre of mass of a rigid body in space, and the principal moments about the latter:
+ * none negative, none larger than the sum of the others, up to 1e-6 of the largest and to what
+ * rounding leaves of the parallel axes. */
+static int check_rigid(mbsr_model *m, const mbsr_inertia *inertia, int id, const char *label,
+                       bool *regular)
+{
+    enum { WORK = 102 };
+    const double *c = inertia->com, *tensor = inertia->tensor;
+    if (!(inertia->mass >= 0.0) || !isfinite(inertia->mass)) {
+        return REFUSE(MBSR_ERR_VALUE, "%s: inertia.mass is %g, must be finite and not negative",
+                      label, inertia->mass);
+    }
+    for (int k = 0; k < 6; ++k) {
+        if (!isfinite(tensor[k]) || (k < 3 && !isfinite(c[k]))) {
+            return REFUSE(MBSR_ERR_VALUE, "%s: inertia.%s[%d] is %g", label,
+                          isfinite(tensor[k]) ? "com" : "tensor", k,
+                          isfinite(tensor[k]) ? c[k] : tensor[k]);
+        }
+    }
+    double I[9] = {tensor[0], tensor[3], tensor[4], tensor[3], tensor[1],
+                   tensor[5], tensor[4], tensor[5], tensor[2]};
+    double moment[3], work[WORK];
+    if (mbsri_lapack_syev(3, I, moment, work, WORK) != 0) {
+        return REFUSE(MBSR_EIGEN_FAILED, "%s: the principal moments of inertia did not converge",
+                      label);
+    }
+    const double size = inertia->mass * (c[0] * c[0] + c[1] * c[1] + c[2] * c[2]);
+    const double tolerance = 1e-6 * fabs(moment[2]) + 1e-12 * size;
+    if (moment[0] < -tolerance || moment[2] - moment[1] - moment[0] > tolerance) {
+        return REFUSE(MBSR_ERR_VALUE,
+                      "%s: no body has this inertia.tensor: the principal moments about the centre "
+                      "of mass are %g, %g, %g; none may be negative or larger than the sum of the "
+                      "other two",
+                      label, moment[0], moment[1], moment[2]);
+    }
+    *regular = inertia->mass > 0.0 && moment[0] > 1e-8 * (moment[2] + size);
+    return MBSR_OK;
+}
+
 static int check_planar(mbsr_model *m, const mbsr_inertia *inertia, int id, const char *label)
 {
     if (!(inertia->mass >= 0.0) || !isfinite(inertia->mass)) {
@@ -148,9 +196,9 @@ int mbsri_check_inertia(mbsr_model *m, const mbsr_inertia *inertia, mbsr_space s
     switch (inertia->kind) {
     case MBSR_INERTIA_NOT_GIVEN: return MBSR_OK;
     case MBSR_INERTIA_PARTICLE:
-        if (space != MBSR_SPACE_POINT && space != MBSR_SPACE_PLANAR) {
-            return REFUSE(MBSR_ERR_SPACE, "%s: a particle inertia needs a POINT or PLANAR body",
-                          label);
+        if (space == MBSR_SPACE_GENERAL) {
+            return REFUSE(MBSR_ERR_SPACE,
+                          "%s: a particle inertia needs a POINT, PLANAR or SPATIAL body", label);
         }
         *regular = space == MBSR_SPACE_POINT && inertia->mass > 0.0;
         return check_planar(m, inertia, id, label);
@@ -169,6 +217,15 @@ int mbsri_check_inertia(mbsr_model *m, const mbsr_inertia *inertia, mbsr_space s
                           label, inertia->d, inertia->d, d);
         }
         return check_matrix(m, d, inertia->matrix, id, label, regular);
+    case MBSR_INERTIA_SPATIAL:
+        if (space != MBSR_SPACE_SPATIAL)
+            return REFUSE(MBSR_ERR_SPACE, "%s: a rigid inertia needs a SPATIAL body", label);
+        return check_rigid(m, inertia, id, label, regular);
+    case MBSR_INERTIA_INVALID:
+        return REFUSE(MBSR_ERR_VALUE,
+                      "%s: inertia was made from a negative dimension, from a frame whose axes are "
+                      "not orthonormal, or as a sum of kinds other than rigid, particle and zero",
+                      label);
     case MBSR_INERTIA_FUNCTION:
         if (!inertia->function) return REFUSE(MBSR_ERR_NULL, "%s: inertia.function is NULL", label);
         return MBSR_OK;

@@ -1,5 +1,6 @@
 /* Definitions with their defaults; creating and destroying a model.
  * SPDX-License-Identifier: BSD-3-Clause */
+#include "fast/fast.h"
 #include "internal.h"
 
 #include <math.h>
@@ -28,10 +29,16 @@ mbsr_body_def mbsr_default_body_def(void)
 
 static int check_root(const mbsr_root *root, mbsr_error *error)
 {
-    static const int space_d[] = {
-        [MBSR_SPACE_FIXED] = 0, [MBSR_SPACE_POINT] = 2, [MBSR_SPACE_PLANAR] = 3};
+    static const int space_d[] = {[MBSR_SPACE_FIXED] = 0,
+                                  [MBSR_SPACE_POINT] = 2,
+                                  [MBSR_SPACE_PLANAR] = 3,
+                                  [MBSR_SPACE_SPATIAL] = 6};
+    static const int space_np[] = {[MBSR_SPACE_FIXED] = 0,
+                                   [MBSR_SPACE_POINT] = 2,
+                                   [MBSR_SPACE_PLANAR] = 3,
+                                   [MBSR_SPACE_SPATIAL] = MBSR_POSE_SIZE};
     const int space = (int)root->space;
-    if (space < MBSR_SPACE_FIXED || space > MBSR_SPACE_PLANAR) {
+    if (space < MBSR_SPACE_FIXED || space > MBSR_SPACE_SPATIAL) {
         return mbsri_fail(error, MBSR_ERR_VALUE, MBSR_GROUND, MBSR_NONE,
                           "root: space is %d, no such space", space);
     }
@@ -41,10 +48,10 @@ static int check_root(const mbsr_root *root, mbsr_error *error)
                               "root: d = %d, np = %d; d must be 1 .. %d and np not negative",
                               root->d, root->np, MBSR_MAX_D);
         }
-    } else if (root->d != space_d[space] || root->np != space_d[space]) {
+    } else if (root->d != space_d[space] || root->np != space_np[space]) {
         return mbsri_fail(error, MBSR_ERR_VALUE, MBSR_GROUND, MBSR_NONE,
-                          "root: d = %d, np = %d; this space has d = np = %d", root->d, root->np,
-                          space_d[space]);
+                          "root: d = %d, np = %d; this space has d = %d, np = %d", root->d,
+                          root->np, space_d[space], space_np[space]);
     }
     if (root->space == MBSR_SPACE_FIXED && root->motion) {
         return mbsri_fail(error, MBSR_ERR_VALUE, MBSR_GROUND, MBSR_NONE,
@@ -116,6 +123,8 @@ void mbsr_model_destroy(mbsr_model *model)
     mbsri_release(&allocator, model->index);
     mbsri_release(&allocator, model->list_index);
     mbsri_release(&allocator, model->u_of);
+    mbsri_release(&allocator, model->q_of);
+    mbsri_fast_release(model);
     mbsri_release(&allocator, model->body);
     mbsri_release(&allocator, model);
 }

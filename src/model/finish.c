@@ -2,6 +2,7 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "internal.h"
 
+#include "fast/fast.h"
 #include "lapack.h"
 
 #include <limits.h>
@@ -107,7 +108,7 @@ static void place(mbsr_model *m, int i, int id)
 {
     const mbsri_body_entry *entry = (const mbsri_body_entry *)m->entries.data + id;
     mbsri_body *b = m->body + i;
-    const mbsr_joint *joint = &entry->joint;
+    const mbsri_joint *joint = &entry->joint;
     const int parent = entry->parent == MBSR_GROUND ? 0 : m->index[entry->parent];
     const size_t d = (size_t)joint->d, n = (size_t)(joint->n - entry->locks),
                  d_pred = (size_t)m->body[parent].d;
@@ -135,6 +136,7 @@ static void place(mbsr_model *m, int i, int id)
                       .regular = entry->regular,
                       .locks = entry->locks,
                       .full = m->size_full};
+    b->joint.param = (const double *)m->matrices.data + entry->param;
     if (b->inertia.kind == MBSR_INERTIA_MATRIX && b->inertia.matrix) {
         b->inertia.matrix = (const double *)m->matrices.data + entry->matrix;
     }
@@ -186,15 +188,38 @@ static int place_coordinates(mbsr_model *m, int N)
 static int place_rates(mbsr_model *m, int N)
 {
     m->u_of = mbsri_allocate(&m->allocator, (size_t)m->nu * sizeof *m->u_of);
-    if (!m->u_of) {
+    m->q_of = mbsri_allocate(&m->allocator, (size_t)m->nq * sizeof *m->q_of);
+    if (!m->u_of || !m->q_of) {
         return mbsri_fail(&m->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                           "mbsr_model_finish: no memory");
     }
     for (int i = 1; i <= N; ++i) {
         const mbsri_body *b = m->body + i;
         for (int k = 0; k < b->n; ++k) m->u_of[b->iu + k] = b->u + k;
+        for (int k = 0; k < b->nq; ++k) m->q_of[b->iq + k] = b->q + k;
     }
+    m->in_order = true;
+    for (int k = 0; k < m->nu; ++k) m->in_order = m->in_order && m->u_of[k] == k;
+    for (int k = 0; k < m->nq; ++k) m->in_order = m->in_order && m->q_of[k] == k;
     return MBSR_OK;
+}
+
+/* A joint as the caller gave it. */
+static mbsr_joint given(const mbsri_joint *kept)
+{
+    mbsr_joint joint = {.table = kept->table,
+                        .space = kept->space,
+                        .d = kept->d,
+                        .np = kept->np,
+                        .n = kept->n,
+                        .nq = kept->nq,
+                        .params = kept->params,
+                        .motion = kept->motion,
+                        .user = kept->user};
+    if (kept->params > 0)
+        memcpy(joint.param, kept->param, (size_t)kept->params * sizeof *joint.param);
+    memcpy(joint.option, kept->option, sizeof joint.option);
+    return joint;
 }
 
 /* Each joint may refuse the predecessor it was put on. */
@@ -204,7 +229,8 @@ static int check_joints(mbsr_model *m, int N)
         const mbsri_body *b = m->body + i, *pred = m->body + b->parent;
         if (!b->joint.table->check) continue;
         char text[MBSR_TEXT_SIZE] = "", label[MBSRI_LABEL];
-        const int status = b->joint.table->check(&b->joint, pred->joint.space, pred->d, text);
+        const mbsr_joint joint = given(&b->joint);
+        const int status = b->joint.table->check(&joint, pred->joint.space, pred->d, text);
         if (status) {
             return mbsri_fail(&m->error, status, b->id, MBSR_NONE, "%s: joint '%s': %.120s",
                               mbsri_body_label(m, i, label), b->joint.table->name,
@@ -279,8 +305,8 @@ static int first_body(const mbsr_model *m, size_t id)
     return first;
 }
 
-/* Force elements and their lists in the order of the sweeps, by counting sort on the first body; count:
- * N + 1 ints. The old array goes, so nothing may fail after this. */
+/* Force elements and their lists in the order of the sweeps, by counting sort on the first body;
+ * count: N + 1 ints. The old array goes, so nothing may fail after this. */
 static int order_forces(mbsr_model *m, int N, int *count)
 {
     const size_t forces = m->forces.count;
@@ -328,6 +354,10 @@ static int build(mbsr_model *m, int N, numbering *w)
     if (!status) status = check_joints(m, N);
     if (!status) status = resolve_forces(m, N);
     if (!status) status = place_rates(m, N);
+    if (!status && !mbsri_fast_build(m, N)) {
+        status = mbsri_fail(&m->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
+                            "mbsr_model_finish: no memory");
+    }
     return status ? status : order_forces(m, N, w->first);
 }
 
@@ -336,8 +366,10 @@ static void undo(mbsr_model *m)
     mbsri_release(&m->allocator, m->index);
     mbsri_release(&m->allocator, m->list_index);
     mbsri_release(&m->allocator, m->u_of);
+    mbsri_release(&m->allocator, m->q_of);
     mbsri_release(&m->allocator, m->body);
-    m->index = m->list_index = m->u_of = NULL;
+    mbsri_fast_release(m);
+    m->index = m->list_index = m->u_of = m->q_of = NULL;
     m->body = NULL;
     m->differences = false;
     m->nq = m->nu = m->max_d = m->max_n = m->max_force_bodies = 0;

@@ -143,7 +143,7 @@ static inline void problem_pendulum(problem *p)
     body.joint = mbsr_joint_planar_revolute(origin, origin);
     body.inertia = mbsr_inertia_planar(1.0, (double[2]){1.0, 0.0}, 0.0);
     assert_ok(mbsr_model_add_body(p->model, &body, NULL), mbsr_model_error(p->model));
-    const mbsr_force_def gravity = mbsr_force_gravity(0.0, -9.81);
+    const mbsr_force_def gravity = mbsr_force_gravity(0.0, -9.81, 0.0);
     assert_ok(mbsr_model_add_force(p->model, &gravity, NULL), mbsr_model_error(p->model));
     problem_finish(p, NULL);
 }

@@ -45,7 +45,7 @@ static void make(bead *s, mbsr_dae_form form, double mass, double damping, const
     assert_ok(mbsr_model_add_body(s->model, &body, NULL), mbsr_model_error(s->model));
     const mbsr_force_def force[] = {mbsr_force_axis_spring(0, MBSR_GROUND, 0, 100.0, damping, 0.0),
                                     mbsr_force_axis_spring(0, MBSR_GROUND, 1, 100.0, damping, 0.0),
-                                    mbsr_force_gravity(0.0, -9.81)};
+                                    mbsr_force_gravity(0.0, -9.81, 0.0)};
     for (int k = 0; k < 3; ++k)
         assert_ok(mbsr_model_add_force(s->model, force + k, NULL), mbsr_model_error(s->model));
     assert_ok(mbsr_model_finish(s->model), mbsr_model_error(s->model));

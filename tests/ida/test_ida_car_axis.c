@@ -38,10 +38,10 @@ static mbsr_model *car_axis(double eps, int relative)
                               mbsr_inertia_particle(mass));
     const int bar = run_body(m, "bar", left, mbsr_joint_planar_revolute(run_origin, run_origin),
                              mbsr_inertia_planar(mass, (double[2]){L, 0.0}, 0.0));
-    const double origin[2] = {0.0, 0.0}, end[2] = {L, 0.0};
+    const double origin[3] = {0.0, 0.0, 0.0}, end[3] = {L, 0.0, 0.0};
     run_force(m, mbsr_force_point_spring(left, origin, MBSR_GROUND, origin, 1.0, 0.0, L0));
     run_force(m, mbsr_force_point_spring(bar, end, line, end, 1.0, 0.0, L0));
-    run_force(m, mbsr_force_gravity(0.0, -1.0));
+    run_force(m, mbsr_force_gravity(0.0, -1.0, 0.0));
     return run_finish(m);
 }
 

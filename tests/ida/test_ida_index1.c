@@ -34,7 +34,7 @@ static plate make(void)
             mbsr_force_axis_spring(0, MBSR_GROUND, axis, stiffness[axis], damping[axis], 0.0);
         assert_ok(mbsr_model_add_force(s.model, &spring, NULL), mbsr_model_error(s.model));
     }
-    const mbsr_force_def gravity = mbsr_force_gravity(0.0, -9.81);
+    const mbsr_force_def gravity = mbsr_force_gravity(0.0, -9.81, 0.0);
     assert_ok(mbsr_model_add_force(s.model, &gravity, NULL), mbsr_model_error(s.model));
     assert_ok(mbsr_model_finish(s.model), mbsr_model_error(s.model));
     assert_ok(mbsr_data_create(s.model, &s.data, NULL), NULL);

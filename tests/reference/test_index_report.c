@@ -104,7 +104,7 @@ static void torsion(bench *w, int body, int coordinate, double c, double d)
 
 static void gravity(bench *w)
 {
-    force(w, mbsr_force_gravity(0.0, -9.81 * w->in->length / (w->in->time * w->in->time)));
+    force(w, mbsr_force_gravity(0.0, -9.81 * w->in->length / (w->in->time * w->in->time), 0.0));
 }
 
 /* `count` massless carts on a line, each with its own place as coordinate, and one of 1 kg. */
@@ -496,7 +496,7 @@ static void floating_plates(bench *w)
         add(w, k ? "upper" : "lower", MBSR_GROUND, mbsr_joint_planar_free(origin, origin),
             mbsr_inertia_zero());
     for (int k = 0; k < 3; ++k) {
-        double end[2][2], x[2][2];
+        double end[2][3] = {{0}}, x[2][2];
         for (int b = 0; b < 2; ++b) {
             const double *q = w->q + 3 * b, *local = at[b ? (k + 1) % 3 : k];
             for (int c = 0; c < 2; ++c) end[b][c] = L * local[c];
@@ -516,7 +516,7 @@ static void two_offenders(bench *w)
     add(w, "lever", 0, hinge(w, 0.5), mbsr_inertia_zero());
     add(w, "dangling", MBSR_GROUND, slide(), mbsr_inertia_zero());
     const double L = w->in->length;
-    force(w, mbsr_force_point_spring(2, (double[2]){L, 0}, 0, (double[2]){0, 2 * L},
+    force(w, mbsr_force_point_spring(2, (double[3]){L, 0, 0}, 0, (double[3]){0, 2 * L, 0},
                                      stiffness(w, 100.0), 0.0, L));
     gravity(w);
 }

@@ -60,8 +60,7 @@ static void fill_rows(const test_tree *tree, const test_oracle *o, const double 
          * the caller's u order */
         const double *pose = u + tree->nu; /* q follows u in the caller's array */
         memcpy(q, pose + q_index, sizeof(double) * (size_t)n);
-        const mbsr_joint joint = {.user = (void *)j};
-        const mbsr_joint_args args = {.joint = &joint,
+        const mbsr_joint_args args = {.user = (void *)j,
                                       .t = t,
                                       .q = q,
                                       .u = u + q_index,

@@ -30,7 +30,7 @@ static void solve(int n, double *A, double *x)
 
 static int position(const mbsr_joint_args *args, double *p)
 {
-    const test_joint *j = args->joint->user;
+    const test_joint *j = args->user;
     const int d = j->d;
     double known[TEST_MAX_D], K[TEST_MAX_D * TEST_MAX_D], step[TEST_MAX_D];
     const double bend_pred = j->a * sin(dot(j->d_pred, j->w, args->p_pred)),
@@ -57,7 +57,7 @@ static int position(const mbsr_joint_args *args, double *p)
 
 static int jacobians(const mbsr_joint_args *args, double *K, double *H, double *J, double *kI)
 {
-    const test_joint *j = args->joint->user;
+    const test_joint *j = args->user;
     const int d = j->d;
     const double bend_pred = j->a * cos(dot(j->d_pred, j->w, args->p_pred)),
                  bend_q = j->a * cos(dot(j->n, j->v, args->q));
@@ -74,7 +74,7 @@ static int jacobians(const mbsr_joint_args *args, double *K, double *H, double *
 
 static int bias(const mbsr_joint_args *args, double *kII)
 {
-    const test_joint *j = args->joint->user;
+    const test_joint *j = args->user;
     const double w = dot(j->d_pred, j->w, args->V_pred), v = dot(j->n, j->v, args->u);
     const double pred = -j->a * sin(dot(j->d_pred, j->w, args->p_pred)) * w * w;
     const double own = -j->a * sin(dot(j->n, j->v, args->q)) * v * v;
@@ -87,7 +87,7 @@ static int bias(const mbsr_joint_args *args, double *kII)
 
 static int rates(const mbsr_joint_args *args, double *Kdot, double *Hdot, double *Jdot)
 {
-    const test_joint *j = args->joint->user;
+    const test_joint *j = args->user;
     const int d = j->d;
     const double pred =
         -j->a * sin(dot(j->d_pred, j->w, args->p_pred)) * dot(j->d_pred, j->w, args->V_pred);

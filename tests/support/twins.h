@@ -42,7 +42,7 @@ static inline void twins_make(twins *s, double begin)
     }
     const mbsr_force_def force[] = {mbsr_force_axis_spring(0, MBSR_GROUND, 0, 100.0, 5.0, 0.0),
                                     mbsr_force_axis_spring(0, MBSR_GROUND, 1, 100.0, 5.0, 0.0),
-                                    mbsr_force_gravity(0.0, -9.81),
+                                    mbsr_force_gravity(0.0, -9.81, 0.0),
                                     mbsr_force_joint_applied(2, twins_torque, s)};
     for (int k = 0; k < 4; ++k)
         assert_ok(mbsr_model_add_force(s->model, force + k, NULL), mbsr_model_error(s->model));

@@ -95,7 +95,7 @@ static mbsr_model *chain(mbsr_joint middle, int first, int second)
     add(m, 1, mbsr_joint_planar_revolute(tip, origin), rod());
     if (first >= 0) assert_ok(mbsr_model_lock(m, 1, first, 0.0), mbsr_model_error(m));
     if (second >= 0) assert_ok(mbsr_model_lock(m, 1, second, 0.0), mbsr_model_error(m));
-    add_force(m, mbsr_force_gravity(0.0, -9.81));
+    add_force(m, mbsr_force_gravity(0.0, -9.81, 0.0));
     return m;
 }
 
@@ -231,7 +231,7 @@ static void a_regularisation_is_mass(void **state)
                 side ? cases[k].sum : cases[k].base);
             add(m[side], 0, mbsr_joint_planar_revolute(tip, origin), rod());
             if (!side) assert_int_equal(mbsr_model_regularise(m[0], 0, 3, added), MBSR_OK);
-            add_force(m[side], mbsr_force_gravity(0.0, -9.81));
+            add_force(m[side], mbsr_force_gravity(0.0, -9.81, 0.0));
             d[side] = finish(m[side]);
         }
         assert_memory_equal(mbsr_body_regularisation(m[0], 0), added, sizeof added);

@@ -46,6 +46,7 @@ static void the_map_is_complete_and_its_numbers_are_fixed(void **state)
                                 MBSR_EVENT,
                                 MBSR_RANK_CHANGED,
                                 MBSR_FRAME_TURNED,
+                                MBSR_ZERO_QUATERNION,
                                 MBSR_ERR_NULL,
                                 MBSR_ERR_NO_DEFAULT,
                                 MBSR_ERR_VALUE,
@@ -59,11 +60,12 @@ static void the_map_is_complete_and_its_numbers_are_fixed(void **state)
                                 MBSR_ERR_MEMORY_ALIGNMENT,
                                 MBSR_ERR_MISMATCH,
                                 MBSR_ERR_SEQUENCE,
-                                MBSR_ERR_SOLVER};
+                                MBSR_ERR_SOLVER,
+                                MBSR_ERR_LEAN};
     assert_int_equal((int)(sizeof value / sizeof value[0]), COUNT);
     assert_int_equal(value[0], 0);
     for (int k = 1; k < COUNT; ++k)
-        assert_int_equal(value[k], k < 12 ? 1000 + k : -1000 - (k - 11));
+        assert_int_equal(value[k], k < 13 ? 1000 + k : -1000 - (k - 12));
     for (int k = 0; k < COUNT; ++k) assert_int_equal(value[k], map[k].value);
 }
 

@@ -102,7 +102,7 @@ static void the_residual_is_that_of_the_equations(void **state)
      * (m1 + m2) a1 + m2 a2 = -c q1 + (m1 + m2) g,   m2 (a1 + a2) = m2 g */
     const double mass[2] = {1.5, 2.0};
     const mbsr_force_def list[] = {mbsr_force_axis_spring(0, MBSR_GROUND, 0, 10.0, 0.5, 0.1),
-                                   mbsr_force_gravity(0, -9)};
+                                   mbsr_force_gravity(0, -9, 0.0)};
     const scene s = chain(2, mass, 2, list);
     const double y[8] = {1, 2, 3, 4, 5, 6, 7, 8}, yp[8] = {5.5, 6, 7, 7.5, 0.1, 0.2, 0.3, 0.4};
     double F[8];
@@ -128,7 +128,7 @@ static void both_forms_vanish_together(void **state)
     static const double masses[3][2] = {{1.5, 2.0}, {1.5, 0.0}, {0.0, 2.0}};
     const mbsr_force_def list[] = {
         mbsr_force_axis_spring(0, MBSR_GROUND, 0, 10.0, 0.5, 0.1),
-        mbsr_force_axis_spring(0, MBSR_GROUND, 1, 20.0, 1.5, 0.1), mbsr_force_gravity(0, -9),
+        mbsr_force_axis_spring(0, MBSR_GROUND, 1, 20.0, 1.5, 0.1), mbsr_force_gravity(0, -9, 0.0),
         mbsr_force_joint_spring(1, 0, 5.0, 1.0, 0.2), mbsr_force_joint_spring(1, 1, 5.0, 2.0, 0.2)};
     for (int k = 0; k < 3; ++k) {
         const scene s = chain(2, masses[k], 5, list);

@@ -92,13 +92,13 @@ static void generalised(scene s, double t, const double *q, const double *u, dou
 
 /* ---- the elements under test ----------------------------------------------------------------- */
 
-enum { ELEMENTS = 10 };
+enum { STOP = 10, ELEMENTS };
 
 /* Every stock element with an energy; damping scaled by `damping`. */
 static void elements(double damping, mbsr_force_def *list)
 {
-    static const double a[2] = {0.4, 0.7}, b[2] = {-0.6, 0.2}, o[2] = {0, 0}, far[2] = {3.0, -2.0};
-    list[0] = mbsr_force_gravity(0.8, -9.81);
+    static const double a[3] = {0.4, 0.7}, b[3] = {-0.6, 0.2}, o[3] = {0}, far[3] = {3.0, -2.0};
+    list[0] = mbsr_force_gravity(0.8, -9.81, 0.0);
     list[1] = mbsr_force_axis_spring(0, MBSR_GROUND, 1, 40.0, 3.0 * damping, 0.3);
     list[2] = mbsr_force_axis_spring(MBSR_GROUND, 1, 2, 25.0, 2.0 * damping, -0.4);
     list[3] = mbsr_force_axis_spring(2, 0, 0, 15.0, 1.0 * damping, 0.1);
@@ -108,6 +108,7 @@ static void elements(double damping, mbsr_force_def *list)
     list[7] = mbsr_force_point_spring(1, a, 0, b, 12.0, 0.0, 0.0);
     list[8] = mbsr_force_joint_spring(1, 2, 18.0, 2.5 * damping, 0.6);
     list[9] = mbsr_force_joint_spring(2, 0, 22.0, 1.5 * damping, -0.6);
+    list[STOP] = mbsr_force_joint_stop(1, 2, -0.2, 0.1, 22.0, 1.5 * damping);
 }
 
 static void forces_without_damping_are_minus_the_gradient_of_the_energy(void **state)
@@ -118,13 +119,14 @@ static void forces_without_damping_are_minus_the_gradient_of_the_energy(void **s
     elements(0.0, list);
     for (int k = 0; k < ELEMENTS; ++k) {
         const scene s = make(list + k, 1);
+        double most = 0.0;
         for (int round = 0; round < 5; ++round) {
             const double h = 1e-5;
             double q[NU], u[NU], Q[NU];
             test_fill(&rng, NU, q);
             test_fill(&rng, NU, u);
             generalised(s, 0.0, q, u, Q);
-            assert_true(test_largest(NU, Q) > 1e-3);
+            most = fmax(most, test_largest(NU, Q));
             for (int c = 0; c < NU; ++c) {
                 const double held = q[c];
                 q[c] = held + h;
@@ -135,13 +137,14 @@ static void forces_without_damping_are_minus_the_gradient_of_the_energy(void **s
                 assert_close(Q[c], -(ahead - behind) / (2.0 * h), 1e-6);
             }
         }
+        assert_less(1e-3, most);
         drop(s);
     }
 }
 
-/* Power of the damping alone = power with damping - power without: negative, and 0 at rest.
- * Together with the test above
- * the sum of f.V and tau.u is -dE/dt - dissipation. */
+/* Power of the damping alone = power with damping - power without: negative, what mbsr_dissipation
+ * says, and 0 at rest. Together with the test above the sum of f.V and tau.u is -dE/dt -
+ * dissipation. */
 static void damping_takes_power_and_springs_return_their_energy(void **state)
 {
     (void)state;
@@ -152,13 +155,16 @@ static void damping_takes_power_and_springs_return_their_energy(void **state)
     for (int k = 0; k < ELEMENTS; ++k) {
         const scene s = make(damped + k, 1), e = make(elastic + k, 1);
         const int dissipates = damped[k].param[1] > 0.0 && k > 0;
+        double most = 0.0;
         for (int round = 0; round < 10; ++round) {
             const double h = 1e-5;
-            double q[NU], u[NU], moved[NU], power = 0.0, loss = 0.0, V[3], f[3], fe[3];
+            double q[NU], u[NU], moved[NU], power = 0.0, loss = 0.0, stated[2], V[3], f[3], fe[3];
             test_fill(&rng, NU, q);
             test_fill(&rng, NU, u);
             assert_int_equal(evaluate(s, 0.0, q, u), 0);
             assert_int_equal(evaluate(e, 0.0, q, u), 0);
+            assert_int_equal(mbsr_dissipation(s.model, s.data, stated), 0);
+            assert_int_equal(mbsr_dissipation(e.model, e.data, stated + 1), 0);
             for (int id = 0; id < 3; ++id) {
                 force_on(s, id, f);
                 force_on(e, id, fe);
@@ -175,15 +181,69 @@ static void damping_takes_power_and_springs_return_their_energy(void **state)
             for (int c = 0; c < NU; ++c) moved[c] = q[c] - h * u[c];
             const double behind = potential(s, moved);
             assert_close(power, -(ahead - behind) / (2.0 * h) - loss, 1e-6);
-            if (dissipates) {
-                assert_less(0.0, loss);
-            } else {
-                assert_close(loss, 0.0, 0.0);
-            }
+            assert_close(stated[0], loss, 1e-12 * (1.0 + fabs(loss)));
+            assert_close(stated[1], 0.0, 0.0);
+            most = fmax(most, loss);
+            if (dissipates && k < STOP) assert_less(0.0, loss);
         }
+        assert_int_equal(most > 0.0, dissipates);
         drop(s);
         drop(e);
     }
+}
+
+/* Of one element and of all; the numbers are those of models with that element alone. */
+static void energies_and_losses_of_elements_add_up(void **state)
+{
+    (void)state;
+    mbsr_force_def list[ELEMENTS];
+    test_rng rng = test_seed(24);
+    double q[NU], u[NU], E, P, all[2], sum[2] = {0};
+    elements(1.0, list);
+    test_fill(&rng, NU, q);
+    test_fill(&rng, NU, u);
+    /* added in another order than that of the bodies they act on */
+    mbsr_force_def turned[ELEMENTS];
+    for (int k = 0; k < ELEMENTS; ++k) turned[k] = list[ELEMENTS - 1 - k];
+    const scene s = make(turned, ELEMENTS);
+    assert_int_equal(mbsr_positions(s.model, s.data, 0.0, q), 0);
+    assert_refused(mbsr_dissipation(s.model, s.data, &P), mbsr_data_error(s.data),
+                   MBSR_ERR_SEQUENCE, MBSR_NONE, MBSR_NONE, "mbsr_dissipation|mbsr_velocities");
+    assert_refused(mbsr_force_power(s.model, s.data, 0, &E, &P), mbsr_data_error(s.data),
+                   MBSR_ERR_SEQUENCE, MBSR_NONE, MBSR_NONE, "mbsr_force_power|mbsr_velocities");
+    assert_int_equal(mbsr_velocities(s.model, s.data, u), 0);
+    for (int k = 0; k < ELEMENTS; ++k) {
+        const scene one = make(turned + k, 1);
+        double alone[2];
+        assert_int_equal(evaluate(one, 0.0, q, u), 0);
+        assert_int_equal(mbsr_energy(one.model, one.data, NULL, alone), 0);
+        assert_int_equal(mbsr_dissipation(one.model, one.data, alone + 1), 0);
+        assert_int_equal(mbsr_force_power(s.model, s.data, k, &E, &P), 0);
+        assert_close(E, alone[0], 0.0);
+        assert_close(P, alone[1], 0.0);
+        assert_int_equal(mbsr_force_power(s.model, s.data, k, NULL, NULL), 0);
+        assert_int_equal(mbsr_force_power(s.model, s.data, k, &all[0], NULL), 0);
+        assert_int_equal(mbsr_force_power(s.model, s.data, k, NULL, &all[1]), 0);
+        assert_close(all[0], E, 0.0);
+        assert_close(all[1], P, 0.0);
+        sum[0] += E;
+        sum[1] += P;
+        drop(one);
+    }
+    assert_int_equal(mbsr_energy(s.model, s.data, NULL, all), 0);
+    assert_int_equal(mbsr_dissipation(s.model, s.data, all + 1), 0);
+    assert_close(all[0], sum[0], 1e-12 * fabs(sum[0]));
+    assert_close(all[1], sum[1], 1e-12 * sum[1]);
+    assert_less(1.0, sum[1]);
+    for (int k = 0; k < 2; ++k) {
+        assert_refused(mbsr_force_power(s.model, s.data, k ? -1 : ELEMENTS, &E, &P),
+                       mbsr_data_error(s.data), MBSR_ERR_ID, MBSR_NONE, MBSR_NONE,
+                       k ? "no force -1" : "no force 11");
+    }
+    assert_int_equal(mbsr_dissipation(s.model, s.data, NULL), MBSR_ERR_NULL);
+    assert_int_equal(mbsr_dissipation(NULL, s.data, &P), MBSR_ERR_NULL);
+    assert_int_equal(mbsr_force_power(s.model, NULL, 0, &E, &P), MBSR_ERR_NULL);
+    drop(s);
 }
 
 static void action_equals_reaction(void **state)
@@ -223,7 +283,7 @@ static void springs_pull_as_calculated_by_hand(void **state)
 {
     (void)state;
     const mbsr_planar_frame o = {0, 0, 0};
-    const double point[2] = {0.0, 1.0}, origin[2] = {0, 0},
+    const double point[3] = {0.0, 1.0}, origin[3] = {0},
                  q[5] = {2.0, 0.0, -1.5707963267948966, 0.5, 3.0};
     const double u[5] = {0.5, 0.0, 2.0, 0.0, -1.0};
     /* a planar body at (2, 0) turned by -90 degrees: its point (0, 1) is at (3, 0), moving with
@@ -285,7 +345,7 @@ static void gravity_acts_at_the_centre_of_mass(void **state)
     assert_int_equal(mbsr_model_add_body(m, &body, NULL), 0);
     body.inertia = mbsr_inertia_zero();
     assert_int_equal(mbsr_model_add_body(m, &body, NULL), 0);
-    const mbsr_force_def gravity = mbsr_force_gravity(1.5, -9.0);
+    const mbsr_force_def gravity = mbsr_force_gravity(1.5, -9.0, 0.0);
     assert_int_equal(mbsr_model_add_force(m, &gravity, NULL), 0);
     assert_int_equal(mbsr_model_finish(m), 0);
     assert_int_equal(mbsr_data_create(m, &d, NULL), 0);
@@ -368,6 +428,24 @@ static int look(const mbsr_force_args *args)
     return 0;
 }
 
+static int look_dissipation(const mbsr_force_args *args, double *power)
+{
+    const mbsr_force_body *own = args->body;
+    assert_true(!own->f && !own->tau && !args->body[1].f);
+    assert_close(own->u[2], 0.25, 0.0);
+    assert_non_null(own->V);
+    assert_close(*power, 0.0, 0.0);
+    *power = 5.0;
+    return 0;
+}
+
+static int every_dissipation(const mbsr_force_args *args, double *power)
+{
+    assert_close(*power, 0.0, 0.0);
+    *power = pow(10.0, args->body->id);
+    return 0;
+}
+
 static int look_energy(const mbsr_force_args *args, double *energy)
 {
     const mbsr_force_body *own = args->body;
@@ -391,11 +469,13 @@ static void custom_elements_see_their_bodies(void **state)
     const mbsr_force_table table = {.version = MBSR_FORCE_TABLE_VERSION,
                                     .name = "look",
                                     .evaluate = look,
-                                    .energy = look_energy};
+                                    .energy = look_energy,
+                                    .dissipation = look_dissipation};
     const mbsr_force_table every = {.version = MBSR_FORCE_TABLE_VERSION,
                                     .flags = MBSR_FORCE_EVERY_BODY,
                                     .name = "every",
-                                    .evaluate = count_every};
+                                    .evaluate = count_every,
+                                    .dissipation = every_dissipation};
     int calls = 0, visits = 0;
     const mbsr_force_def list[] = {
         mbsr_force_custom(&table, 2, (const int[]){1, MBSR_GROUND}, &calls),
@@ -412,6 +492,11 @@ static void custom_elements_see_their_bodies(void **state)
     assert_close(s.data->tau[5], 200.0, 0.0);
     assert_int_equal(mbsr_energy(s.model, s.data, NULL, &E), 0);
     assert_close(E, 3.0, 0.0);
+    assert_int_equal(mbsr_dissipation(s.model, s.data, &E), 0);
+    assert_close(E, 116.0, 0.0);
+    assert_int_equal(mbsr_force_power(s.model, s.data, 1, f, &E), 0);
+    assert_close(f[0], 0.0, 0.0);
+    assert_close(E, 111.0, 0.0);
     drop(s);
 }
 
@@ -420,7 +505,7 @@ static void custom_elements_see_their_bodies(void **state)
 static void a_point_spring_without_direction_says_so(void **state)
 {
     (void)state;
-    const double o[2] = {0, 0}, q[NU] = {0}, u[NU] = {0};
+    const double o[3] = {0}, q[NU] = {0}, u[NU] = {0};
     double pose[3], f[3];
     /* at q = 0 the point 2 lies on the origin of body 1 */
     mbsr_force_def spring = mbsr_force_point_spring(2, o, 1, o, 10.0, 0.0, 0.5);
@@ -472,21 +557,29 @@ static void what_a_force_returns_is_passed_on_unchanged(void **state)
     const mbsr_force_table table = {.version = MBSR_FORCE_TABLE_VERSION,
                                     .name = "moody",
                                     .evaluate = fail_with,
-                                    .energy = fail_energy};
+                                    .energy = fail_energy,
+                                    .dissipation = fail_energy};
+    mbsr_force_table no_heat = table;
+    no_heat.dissipation = NULL;
     const double x[NU] = {0.3, 0.4};
     double F[2 * NU], E;
     for (int k = 0; k < 2; ++k) {
         int code = 0;
-        mbsr_force_def list[] = {mbsr_force_gravity(0, -1),
+        mbsr_force_def list[] = {mbsr_force_gravity(0, -1, 0.0),
                                  mbsr_force_custom(&table, 1, (const int[]){1}, &code),
                                  mbsr_force_applied(2, fail_function, &code)};
         list[1].name = "motor";
-        const scene s = make(list, 2), applied = make(list + 2, 1);
+        const mbsr_force_def other = mbsr_force_custom(&no_heat, 1, (const int[]){1}, &code);
+        const scene s = make(list, 2), applied = make(list + 2, 1), cold = make(&other, 1);
         assert_int_equal(evaluate(s, 0.5, x, x), 0);
         code = codes[k];
         const mbsr_error *e = mbsr_data_error(s.data);
         assert_refused(mbsr_energy(s.model, s.data, NULL, &E), e, code, MBSR_NONE, 1,
                        "force 1 'motor'|moody|energy");
+        assert_refused(mbsr_dissipation(s.model, s.data, &E), e, code, MBSR_NONE, 1,
+                       "force 1 'motor'|moody|dissipation|t = 0.5");
+        assert_int_equal(mbsr_force_power(s.model, s.data, 1, &E, NULL), code);
+        assert_int_equal(mbsr_force_power(s.model, s.data, 1, NULL, &E), code);
         assert_refused(mbsr_forces(s.model, s.data, NULL), e, code, MBSR_NONE, 1,
                        "force 1 'motor'|moody|evaluate|t = 0.5");
         assert_int_equal(mbsr_forward_dynamics(s.model, s.data, 0.5, x, x, NULL, F), code);
@@ -498,6 +591,10 @@ static void what_a_force_returns_is_passed_on_unchanged(void **state)
             mbsr_dae_residual(s.model, s.data, MBSR_DAE_INVERSE_DYNAMICS, 0.5, y, yp, F), code);
         assert_int_equal(
             mbsr_dae_consistent(s.model, s.data, MBSR_DAE_RECURSIVE, 0.5, y, yp, NULL, NULL), code);
+        assert_int_equal(mbsr_positions(cold.model, cold.data, 0.5, x), 0);
+        assert_int_equal(mbsr_velocities(cold.model, cold.data, x), 0);
+        assert_int_equal(mbsr_force_power(cold.model, cold.data, 0, &E, F), code);
+        drop(cold);
         assert_refused(evaluate(applied, 0.5, x, x), mbsr_data_error(applied.data), code, MBSR_NONE,
                        0, "applied force");
         drop(s);
@@ -510,6 +607,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(forces_without_damping_are_minus_the_gradient_of_the_energy),
         cmocka_unit_test(damping_takes_power_and_springs_return_their_energy),
+        cmocka_unit_test(energies_and_losses_of_elements_add_up),
         cmocka_unit_test(action_equals_reaction),
         cmocka_unit_test(springs_pull_as_calculated_by_hand),
         cmocka_unit_test(gravity_acts_at_the_centre_of_mass),

@@ -19,7 +19,7 @@ static const mood calm = {.K = {1, 0, 0, 1}, .J = {-1, 0, 0, -1}};
 
 static const mood *mood_of(const mbsr_joint_args *args)
 {
-    return args->joint->user;
+    return args->user;
 }
 
 /* K p = -(H p_pred + J q) with H = -1, by Cramer's rule; d = n = 2. */

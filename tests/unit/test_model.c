@@ -11,7 +11,7 @@ static const mbsr_planar_frame at_origin = {0.0, 0.0, 0.0};
 
 static int general_position(const mbsr_joint_args *args, double *p)
 {
-    for (int k = 0; k < args->joint->d && k < args->joint->n; ++k) p[k] = args->q[k];
+    for (int k = 0; k < args->d && k < args->n; ++k) p[k] = args->q[k];
     return 0;
 }
 
@@ -19,7 +19,7 @@ static int general_jacobians(const mbsr_joint_args *args, double *K, double *H, 
                              double *kI)
 {
     (void)H, (void)kI, (void)K;
-    for (int k = 0; k < args->joint->n; ++k) J[k * args->joint->d + k] = -1.0;
+    for (int k = 0; k < args->n; ++k) J[k * args->d + k] = -1.0;
     return 0;
 }
 
@@ -173,7 +173,7 @@ static void definitions_without_their_default_call_are_refused(void **state)
     body.joint = mbsr_joint_point_free();
     body_refused(body, MBSR_ERR_NO_DEFAULT, "body 1|mbsr_default_body_def");
 
-    mbsr_force_def force = mbsr_force_gravity(0.0, -9.81);
+    mbsr_force_def force = mbsr_force_gravity(0.0, -9.81, 0.0);
     force.cookie = 0;
     force_refused(force, MBSR_ERR_NO_DEFAULT, "force 0|mbsr_default_force_def");
 }
@@ -186,7 +186,7 @@ static void null_arguments_are_refused(void **state)
                    MBSR_NONE, "model is NULL");
     assert_int_equal(mbsr_model_create(NULL, NULL, NULL), MBSR_ERR_NULL);
     const mbsr_body_def body = right_body("point");
-    const mbsr_force_def force = mbsr_force_gravity(0.0, -9.81);
+    const mbsr_force_def force = mbsr_force_gravity(0.0, -9.81, 0.0);
     assert_int_equal(mbsr_model_add_body(NULL, &body, NULL), MBSR_ERR_NULL);
     assert_int_equal(mbsr_model_add_force(NULL, &force, NULL), MBSR_ERR_NULL);
     assert_int_equal(mbsr_model_finish(NULL), MBSR_ERR_NULL);
@@ -511,7 +511,7 @@ static void joints_with_wrong_numbers_are_refused(void **state)
         {NP, -1, "np is -1"},
         {SPACE, 0, "space is 0"},
         {SPACE, 7, "space is 7"},
-        {SPACE, MBSR_SPACE_PLANAR, "d = 2, np = 2|d = np = 3"},
+        {SPACE, MBSR_SPACE_PLANAR, "d = 2, np = 2|d = 3, np = 3"},
     };
     for (size_t k = 0; k < sizeof wrong / sizeof wrong[0]; ++k) {
         mbsr_body_def body = general_body("rod", 2, 2);
@@ -666,7 +666,7 @@ static void force_tables_and_body_lists_are_checked(void **state)
     /* a list was promised and is missing */
     force_refused(mbsr_force_custom(&nothing, 2, NULL, NULL), MBSR_ERR_ID,
                   "force 0|nothing|body number 0");
-    force = mbsr_force_gravity(0.0, -9.81);
+    force = mbsr_force_gravity(0.0, -9.81, 0.0);
     force.bodies = 1;
     force_refused(force, MBSR_ERR_VALUE, "gravity|bodies is 1");
 }
@@ -674,13 +674,13 @@ static void force_tables_and_body_lists_are_checked(void **state)
 static void parameters_of_forces_must_be_finite(void **state)
 {
     (void)state;
-    mbsr_force_def force = mbsr_force_gravity(0.0, NAN);
+    mbsr_force_def force = mbsr_force_gravity(0.0, NAN, 0.0);
     force.name = "fall";
-    force_refused(force, MBSR_ERR_VALUE, "force 0 'fall' (gravity)|param[1] is");
+    force_refused(force, MBSR_ERR_VALUE, "force 0 'fall' (gravity)|param[1] (gy) is nan");
     force_refused(mbsr_force_axis_spring(0, MBSR_GROUND, 0, INFINITY, 0, 0), MBSR_ERR_VALUE,
-                  "force 0|axis spring-damper|param[0] is inf");
+                  "force 0|axis spring-damper|param[0] (stiffness) is inf");
     force_refused(mbsr_force_joint_spring(0, 0, 1, 1, NAN), MBSR_ERR_VALUE,
-                  "joint spring-damper|param[2] is");
+                  "joint spring-damper|param[2] (rest) is nan");
 }
 
 /* A model of a point 0, a planar body 1 and a general body 2 refuses the element when it is
@@ -701,7 +701,7 @@ static void force_refused_at_the_end(mbsr_force_def force, int status, const cha
 static void forces_refuse_bodies_they_cannot_act_on(void **state)
 {
     (void)state;
-    const double o[2] = {0, 0}, off[2] = {0.5, 0};
+    const double o[3] = {0}, off[3] = {0.5};
     const int ground = MBSR_GROUND;
     force_refused_at_the_end(mbsr_force_axis_spring(7, 0, 0, 1, 1, 0), MBSR_ERR_ID,
                              "body 7|3 bodies");
@@ -720,13 +720,13 @@ static void forces_refuse_bodies_they_cannot_act_on(void **state)
     force_refused_at_the_end(mbsr_force_point_spring(1, o, 1, off, 1, 1, 1), MBSR_ERR_ID,
                              "both ends|body 1");
     force_refused_at_the_end(mbsr_force_point_spring(1, o, 0, off, 1, 1, 1), MBSR_ERR_VALUE,
-                             "point_b is (0.5, 0)|body 0|POINT");
+                             "point_b is (0.5, 0, 0)|body 0|POINT");
     force_refused_at_the_end(mbsr_force_point_spring(0, off, 1, o, 1, 1, 1), MBSR_ERR_VALUE,
-                             "point_a is (0.5, 0)|body 0");
+                             "point_a is (0.5, 0, 0)|body 0");
     force_refused_at_the_end(mbsr_force_point_spring(1, o, 2, o, 1, 1, 1), MBSR_ERR_SPACE,
                              "body 2|GENERAL");
     force_refused_at_the_end(mbsr_force_point_spring(1, o, ground, o, 1, 1, -0.25), MBSR_ERR_VALUE,
-                             "free_length is -0.25");
+                             "param[2] (free_length) is -0.25, negative");
     force_refused_at_the_end(mbsr_force_joint_spring(2, 1, 1, 1, 0), MBSR_ERR_VALUE,
                              "coordinate is 1|body 2 has 1");
     force_refused_at_the_end(mbsr_force_joint_spring(0, -1, 1, 1, 0), MBSR_ERR_VALUE,
@@ -796,7 +796,7 @@ static void a_finished_model_cannot_be_changed(void **state)
     (void)state;
     mbsr_model *m = new_model();
     const mbsr_body_def body = right_body("late");
-    const mbsr_force_def force = mbsr_force_gravity(0, -1);
+    const mbsr_force_def force = mbsr_force_gravity(0, -1, 0.0);
     int id = 77;
     add(m, body);
     assert_int_equal(mbsr_model_finish(m), MBSR_OK);

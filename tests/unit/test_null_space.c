@@ -202,11 +202,11 @@ static void directions_couple_only_where_forces_couple_them(void **state)
         body.inertia = mbsr_inertia_zero();
         assert_int_equal(mbsr_model_add_body(m, &body, NULL), MBSR_OK);
         const mbsr_force_def spring =
-            mbsr_force_point_spring(2 * arm + 1, (double[2]){0.3, 0.2}, MBSR_GROUND,
-                                    (double[2]){-3.0, 2.0}, 1e4 / (1 + arm), 7.0, 1.0);
+            mbsr_force_point_spring(2 * arm + 1, (double[3]){0.3, 0.2, 0.0}, MBSR_GROUND,
+                                    (double[3]){-3.0, 2.0, 0.0}, 1e4 / (1 + arm), 7.0, 1.0);
         assert_int_equal(mbsr_model_add_force(m, &spring, NULL), MBSR_OK);
     }
-    const mbsr_force_def gravity = mbsr_force_gravity(0.0, -9.81);
+    const mbsr_force_def gravity = mbsr_force_gravity(0.0, -9.81, 0.0);
     assert_int_equal(mbsr_model_add_force(m, &gravity, NULL), MBSR_OK);
     assert_int_equal(mbsr_model_finish(m), MBSR_OK);
     assert_int_equal(mbsr_data_create(m, &d, NULL), MBSR_OK);

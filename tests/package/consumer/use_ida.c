@@ -15,7 +15,7 @@ static int build(mbsr_model **model)
     body.inertia = mbsr_inertia_particle(2.0);
     status = mbsr_model_add_body(*model, &body, NULL);
     if (status != MBSR_OK) return status;
-    mbsr_force_def gravity = mbsr_force_gravity(0.0, -10.0);
+    mbsr_force_def gravity = mbsr_force_gravity(0.0, -10.0, 0.0);
     status = mbsr_model_add_force(*model, &gravity, NULL);
     if (status != MBSR_OK) return status;
     return mbsr_model_finish(*model);

@@ -1,0 +1,141 @@
+/* Trees of rigid bodies from files, and chains made up here.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "trees.h"
+
+#include "bench.h"
+
+#include <stdbool.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static void fail(const char *what, const char *name)
+{
+    fprintf(stderr, "%s: %s\n", what, name);
+    exit(1);
+}
+
+static void add(mbsr_model *m, int parent, mbsr_joint joint, mbsr_inertia inertia)
+{
+    mbsr_body_def body = mbsr_default_body_def();
+    body.parent = parent;
+    body.joint = joint;
+    body.inertia = inertia;
+    if (mbsr_model_add_body(m, &body, NULL) != MBSR_OK) fail(mbsr_model_error(m)->text, "add");
+}
+
+static void finish(bench_model *tree)
+{
+    const mbsr_force_def gravity = mbsr_force_gravity(0.0, 0.0, -9.81);
+    mbsr_model *m = tree->model;
+    if (mbsr_model_add_force(m, &gravity, NULL) != MBSR_OK || mbsr_model_finish(m) != MBSR_OK)
+        fail(mbsr_model_error(m)->text, "finish");
+    tree->bodies = mbsr_model_bodies(m);
+    tree->nq = mbsr_model_nq(m);
+    tree->nu = mbsr_model_nu(m);
+}
+
+static double *numbers(int n)
+{
+    double *x = malloc(((size_t)n + 1) * sizeof *x);
+    if (!x) fail("no memory", "");
+    return x;
+}
+
+/* One section of a .ref file; `first` and `then` put a free root's coordinates in the model's
+ * order: `then` numbers behind the first `first` come to the front. */
+static double *section(FILE *file, const char *name, const char *key, bool free_root, int first,
+                       int then)
+{
+    char word[16];
+    int n;
+    if (fscanf(file, "%15s %d", word, &n) != 2 || strcmp(word, key) != 0) fail("no section", name);
+    double *x = numbers(n), head[8];
+    for (int k = 0; k < n; ++k) {
+        if (fscanf(file, "%lf", x + k) != 1) fail("too short", name);
+    }
+    if (free_root) {
+        memcpy(head, x, (size_t)first * sizeof *x);
+        memmove(x, x + first, (size_t)then * sizeof *x);
+        memcpy(x + then, head, (size_t)first * sizeof *x);
+    }
+    return x;
+}
+
+static FILE *open_file(const char *folder, const char *name, const char *ending)
+{
+    char path[512];
+    snprintf(path, sizeof path, "%s/%s.%s", folder, name, ending);
+    FILE *file = fopen(path, "r");
+    if (!file) fail("cannot read", path);
+    return file;
+}
+
+void bench_read_tree(bench_model *tree, const char *folder, const char *name)
+{
+    FILE *file = open_file(folder, name, "txt");
+    bool free_root = false;
+    int parent;
+    char type;
+    double v[20];
+    *tree = (bench_model){NULL, 0, 0, 0, NULL, NULL, NULL, NULL};
+    if (mbsr_model_create(NULL, &tree->model, NULL) != MBSR_OK) fail("create", name);
+    while (fscanf(file, "%d %c", &parent, &type) == 2) {
+        for (int k = 0; k < 20; ++k) {
+            if (fscanf(file, "%lf", v + k) != 1) fail("too short", name);
+        }
+        const mbsr_frame A = mbsr_frame_quaternion(v + 3, v + 6);
+        const mbsr_joint joint = type == 'F'   ? mbsr_joint_free(NULL, NULL)
+                                 : type == 'P' ? mbsr_joint_prismatic(&A, NULL, v)
+                                               : mbsr_joint_revolute(&A, NULL, v);
+        free_root = free_root || type == 'F';
+        add(tree->model, parent < 0 ? MBSR_GROUND : parent, joint,
+            mbsr_inertia_rigid(v[10], v + 11, v + 14));
+    }
+    fclose(file);
+    finish(tree);
+    file = open_file(folder, name, "ref");
+    tree->q = section(file, name, "q", free_root, 3, 4);
+    tree->u = section(file, name, "v", free_root, 3, 3);
+    tree->tau = section(file, name, "tau", free_root, 3, 3);
+    tree->udot = section(file, name, "qdd", free_root, 3, 3);
+    fclose(file);
+}
+
+void bench_make_chain(bench_model *tree, int bodies, int massless)
+{
+    uint64_t seed = 1;
+    *tree = (bench_model){NULL, 0, 0, 0, NULL, NULL, NULL, NULL};
+    if (mbsr_model_create(NULL, &tree->model, NULL) != MBSR_OK) fail("create", "chain");
+    for (int i = 0; i < bodies; ++i) {
+        double axis[3], quaternion[4];
+        for (int k = 0; k < 3; ++k) axis[k] = bench_uniform(&seed, -1.0, 1.0);
+        for (int k = 0; k < 4; ++k) quaternion[k] = bench_uniform(&seed, -1.0, 1.0);
+        const double x[3] = {0.1 * bench_uniform(&seed, -1.0, 1.0),
+                             0.1 * bench_uniform(&seed, -1.0, 1.0), 0.3};
+        const double com[3] = {0.05 * bench_uniform(&seed, -1.0, 1.0), 0.0, 0.15};
+        const double tensor[6] = {0.02, 0.018, 0.012, 0.001, -0.002, 0.0005};
+        const mbsr_frame A = mbsr_frame_quaternion(x, quaternion);
+        const bool zero = massless > 0 && i % massless == massless - 2;
+        add(tree->model, i - 1, mbsr_joint_revolute(&A, NULL, axis),
+            zero ? mbsr_inertia_zero() : mbsr_inertia_rigid(1.5, com, tensor));
+    }
+    finish(tree);
+    tree->q = numbers(tree->nq);
+    tree->u = numbers(tree->nu);
+    tree->tau = numbers(tree->nu);
+    for (int k = 0; k < tree->nq; ++k) tree->q[k] = bench_uniform(&seed, -1.0, 1.0);
+    for (int k = 0; k < tree->nu; ++k) {
+        tree->u[k] = bench_uniform(&seed, -1.0, 1.0);
+        tree->tau[k] = bench_uniform(&seed, -1.0, 1.0);
+    }
+}
+
+void bench_free_tree(bench_model *tree)
+{
+    free(tree->q);
+    free(tree->u);
+    free(tree->tau);
+    free(tree->udot);
+    mbsr_model_destroy(tree->model);
+}

@@ -1,0 +1,24 @@
+/* Trees of rigid bodies from files (tests/reference/trees), and chains made up here.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef BENCH_TREES_H
+#define BENCH_TREES_H
+
+#include <mbsrank/mbsrank.h>
+
+/* A model with a state, in the model's order. */
+typedef struct bench_model {
+    mbsr_model *model;
+    int bodies, nq, nu;
+    double *q, *u, *tau, *udot; /* udot: the reference, or NULL */
+} bench_model;
+
+/* Reads NAME.txt and NAME.ref of a folder; ends the program if it cannot. */
+void bench_read_tree(bench_model *tree, const char *folder, const char *name);
+
+/* A chain of revolute joints about random axes with the links of a random arm; every
+ * `massless`-th body has no inertia (0: none). udot is NULL. */
+void bench_make_chain(bench_model *tree, int bodies, int massless);
+
+void bench_free_tree(bench_model *tree);
+
+#endif

@@ -1,0 +1,52 @@
+/* Frames and rotations in space.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRANK_SPATIAL_H
+#define MBSRANK_SPATIAL_H
+
+#include <mbsrank/base.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Conventions: 3 x 3 matrices are column-major; a rotation R turns components along the axes of a
+ * frame into components along the axes it stands in, so its columns are the frame's axes.
+ * Quaternions are (w, x, y, z). Six-vectors have the angular part first. */
+
+/* A frame standing in another: origin and axes. Made by a constructor below or field by field; a
+ * frame of zeros is none, since its axes are no axes. */
+typedef struct mbsr_frame {
+    double x[3]; /* origin, m */
+    double R[9]; /* axes */
+} mbsr_frame;
+
+MBSR_API mbsr_frame mbsr_frame_identity(void);
+
+/* Shifted, axes parallel. */
+MBSR_API mbsr_frame mbsr_frame_at(double x, double y, double z);
+
+/* Origin x (NULL: zero), turned by an angle in rad about an axis of any length but zero. */
+MBSR_API mbsr_frame mbsr_frame_turned(const double x[3], const double axis[3], double angle);
+
+/* Origin x (NULL: zero), axes by a quaternion of any length but zero. */
+MBSR_API mbsr_frame mbsr_frame_quaternion(const double x[3], const double quaternion[4]);
+
+/* Origin x (NULL: zero), z axis along `z`, which has any length but zero; the x and y axes in some
+ * direction. */
+MBSR_API mbsr_frame mbsr_frame_along(const double x[3], const double z[3]);
+
+/* Frame b, which stands in a, in the frame that a stands in. */
+MBSR_API mbsr_frame mbsr_frame_product(const mbsr_frame *a, const mbsr_frame *b);
+
+/* The frame that a stands in, in a. */
+MBSR_API mbsr_frame mbsr_frame_inverse(const mbsr_frame *a);
+
+/* Between quaternions and rotations; the quaternion of a rotation has length 1 and w >= 0. */
+MBSR_API void mbsr_quaternion_rotation(const double quaternion[4], double R[9]);
+MBSR_API void mbsr_rotation_quaternion(const double R[9], double quaternion[4]);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

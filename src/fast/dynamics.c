@@ -1,0 +1,163 @@
+/* Forward and inverse dynamics by the sweeps of fast.h.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "fast.h"
+
+#include "../dense.h"
+
+#include <math.h>
+#include <string.h>
+
+/* The caller's vectors in the order of the sweeps. */
+static const double *swept(const mbsr_model *m, int n, const int *place, const double *caller,
+                           double *own)
+{
+    if (m->in_order) return caller;
+    for (int k = 0; k < n; ++k) own[k] = caller[place[k]];
+    return own;
+}
+
+/* The root's state; gravity is an acceleration of the whole world the other way. */
+static int move_root(mbsri_fast_run *run)
+{
+    const mbsr_model *m = run->model;
+    mbsr_data *d = run->data;
+    mbsri_fast_state *s = run->state;
+    memset(s, 0, sizeof *s);
+    for (int k = 0; k < 3; ++k) {
+        s->R[5 * k] = 1.0;
+        s->A_v[k] = -run->tree->gravity[k];
+    }
+    if (m->root.space == MBSR_SPACE_FIXED) return MBSR_OK;
+    const int status = mbsri_move_root(m, d);
+    for (int k = 0; k < 9; ++k) s->R[k / 3 * 4 + k % 3] = d->p[MBSR_POSE_R + k];
+    for (int k = 0; k < 3; ++k) {
+        s->omega[k] = d->V[k];
+        s->v[k] = d->V[3 + k];
+        s->A_w[k] = d->A[k];
+        s->A_v[k] += d->A[3 + k];
+    }
+    return status;
+}
+
+/* tau of the caller and of force elements, in the order of the sweeps. */
+static int joint_forces(mbsri_fast_run *run, double t, const double *tau)
+{
+    const mbsr_model *m = run->model;
+    mbsr_data *d = run->data;
+    run->tau = d->tau;
+    if (!run->tree->joint_forces && tau) {
+        run->tau = swept(m, m->nu, m->u_of, tau, d->tau);
+        return MBSR_OK;
+    }
+    mbsri_zero((size_t)m->nu, d->tau);
+    if (tau) mbsri_gather(m, tau, d->tau);
+    return run->tree->joint_forces ? mbsri_joint_elements(m, d, t, run->q, run->u) : MBSR_OK;
+}
+
+static bool prepare(mbsri_fast_run *run, const mbsr_model *m, mbsr_data *d, double t,
+                    const double *q, const double *u, double *out)
+{
+    if (!m->fast || !isfinite(t)) return false;
+    if (!mbsri_finite((size_t)m->nq, q) || !mbsri_finite((size_t)m->nu, u)) return false;
+    *run = (mbsri_fast_run){.model = m,
+                            .data = d,
+                            .tree = m->fast,
+                            .state = d->fast_state,
+                            .many = d->fast_many,
+                            .stack = d->fast_stack,
+                            .flows = d->fast_flows,
+                            .sincos = d->sincos,
+                            .q = swept(m, m->nq, m->q_of, q, d->q),
+                            .u = swept(m, m->nu, m->u_of, u, d->u),
+                            .out = m->in_order ? out : d->out,
+                            .rank = d->rank};
+    d->stage = MBSRI_STAGE_NONE;
+    d->accelerated = false;
+    d->t = t;
+    run->tree->kernels->trigonometry(m->nq, run->q, run->sincos);
+    return move_root(run) == MBSR_OK;
+}
+
+/* Where ranks are watched and one is another, the stages say which. */
+static bool backward(const mbsri_fast_run *run)
+{
+    const mbsr_data *d = run->data;
+    if (!run->tree->kernels->backward(run)) return false;
+    for (int i = 1; i <= run->tree->bodies && d->watching; ++i) {
+        if (d->rank[i] != d->watched[i]) return false;
+    }
+    return true;
+}
+
+bool mbsri_fast_forward_dynamics(const mbsr_model *m, mbsr_data *d, double t, const double *q,
+                                 const double *u, const double *tau, double *udot)
+{
+    mbsri_fast_run run;
+    if (!prepare(&run, m, d, t, q, u, udot) || joint_forces(&run, t, tau)) return false;
+    const mbsri_fast_kernels *kernels = run.tree->kernels;
+    if (kernels->kinematics(&run) || !backward(&run)) return false;
+    kernels->forward(&run);
+    if (!mbsri_finite((size_t)m->nu, run.out)) return false;
+    if (!m->in_order) mbsri_scatter(m, run.out, udot);
+    return true;
+}
+
+bool mbsri_fast_inverse_dynamics(const mbsr_model *m, mbsr_data *d, double t, const double *q,
+                                 const double *u, const double *udot, double *tau)
+{
+    mbsri_fast_run run;
+    if (!prepare(&run, m, d, t, q, u, tau)) return false;
+    run.tau = swept(m, m->nu, m->u_of, udot, d->udot);
+    if (run.tree->kernels->inverse(&run)) return false;
+    if (run.tree->joint_forces) {
+        mbsri_zero((size_t)m->nu, d->tau);
+        if (mbsri_joint_elements(m, d, t, run.q, run.u)) return false;
+        for (int k = 0; k < m->nu; ++k) run.out[k] -= d->tau[k];
+    }
+    if (!mbsri_finite((size_t)m->nu, run.out)) return false;
+    if (!m->in_order) mbsri_scatter(m, run.out, tau);
+    return true;
+}
+
+/* q' - G u in the caller's order. */
+static int rates_residual(const mbsri_fast_run *run, const double *qdot, double *F)
+{
+    const mbsr_model *m = run->model;
+    for (int i = 1; i <= m->bodies; ++i) {
+        const mbsri_body *b = m->body + i;
+        double rate[7] = {0.0};
+        const double *u = run->u + b->iu;
+        if (b->joint.table->coordinate_rates) {
+            mbsr_joint_args args = mbsri_joint_args(m, run->data, i, false);
+            args.q = run->q + b->iq;
+            args.u = u;
+            const int status = b->joint.table->coordinate_rates(&args, rate);
+            if (status) return status;
+            u = rate;
+        }
+        for (int k = 0; k < b->nq; ++k) F[b->q + k] = qdot[b->q + k] - u[k];
+    }
+    return MBSR_OK;
+}
+
+bool mbsri_fast_momentum_residual(const mbsr_model *m, mbsr_data *d, double t, const double *y,
+                                  const double *yp, double *F)
+{
+    const double *p = y + m->nq, *u = p + m->nu;
+    double *F_p = F + m->nq, *F_u = F_p + m->nu;
+    mbsri_fast_run run;
+    if (!m->fast || m->fast->driven || !prepare(&run, m, d, t, y, u, F_p)) return false;
+    if (joint_forces(&run, t, NULL)) return false;
+    run.p = swept(m, m->nu, m->u_of, p, d->w);
+    run.out = d->out;
+    run.balance = d->vec;
+    const mbsri_fast_kernels *kernels = run.tree->kernels;
+    if (kernels->velocities(&run) || !backward(&run)) return false;
+    kernels->momentum(&run);
+    for (int k = 0; k < m->nu; ++k) {
+        F_p[m->u_of[k]] = yp[m->nq + m->u_of[k]] - run.out[k];
+        F_u[m->u_of[k]] = run.balance[k];
+    }
+    return rates_residual(&run, yp, F) == MBSR_OK && mbsri_finite((size_t)m->nq, F) &&
+           mbsri_finite(2 * (size_t)m->nu, F_p);
+}

@@ -1,0 +1,569 @@
+/* The sweeps over a tree of rigid bodies, root to leaves and back; compiled by kernels_*.c for
+ * different processors.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * Of body i: R its axes, Z = R e_z the joint's axis, rho from the predecessor's origin to its own,
+ * S = (alpha Z, h Z) with alpha = 1 where the joint turns and h = pitch where it slides. With
+ * X = [1 0; -[rho]x 1],
+ *
+ *   V_i = X V_pi + S u,   A_i = X A_pi + c + S u'
+ *   c   = (alpha omega_pi x Z u, omega_pi x (omega_pi x rho) + 2 h omega_pi x Z u)
+ *
+ * which are (8) and (9) with K = 1, H = -X, J = -S, kII = -c. */
+#include "fast.h"
+#include "lane.h"
+
+#include <math.h>
+#include <string.h>
+
+/* ---- sine and cosine ----
+ * Reduction by pi/2 in three parts, exact for |x| < 1e5, then the minimax polynomials of fdlibm. */
+
+enum { MBSRI_REDUCED = 100000 };
+
+MBSRI_INLINE void sine_cosine(v4 x, v4 *s, v4 *c)
+{
+    const v4 magic = splat(6755399441055744.0); /* 1.5 2^52: adding it rounds to an integer */
+    const v4 shifted = x * splat(0.63661977236758134308) + magic, n = shifted - magic;
+    const i4 quadrant = (i4)shifted;
+    const v4 r =
+        ((x - n * splat(1.57079632673412561417e+00)) - n * splat(6.07710050630396597660e-11)) -
+        n * splat(2.02226624879595063154e-21);
+    const v4 z = r * r;
+    const v4 s_tail =
+        splat(8.33333333332248946124e-03) +
+        z * (splat(-1.98412698298579493134e-04) +
+             z * (splat(2.75573137070700676789e-06) + z * (splat(-2.50507602534068634195e-08) +
+                                                           z * splat(1.58969099521155010221e-10))));
+    const v4 c_tail = splat(4.16666666666666019037e-02) +
+                      z * (splat(-1.38888888888741095749e-03) +
+                           z * (splat(2.48015872894767294178e-05) +
+                                z * (splat(-2.75573143513906633035e-07) +
+                                     z * (splat(2.08757232129817482790e-09) +
+                                          z * splat(-1.13596475577881948265e-11)))));
+    const v4 sine = r + r * z * (splat(-1.66666666666666324348e-01) + z * s_tail);
+    const v4 cosine = (splat(1.0) - splat(0.5) * z) + z * z * c_tail;
+    /* quadrants 1 and 3 swap them; 2, 3 and 1, 2 change signs */
+    const i4 swap = (quadrant & 1) != 0;
+    const i4 as = (swap & (i4)cosine) | (~swap & (i4)sine),
+             ac = (swap & (i4)sine) | (~swap & (i4)cosine);
+    *s = (v4)(as ^ ((quadrant & 2) << 62));
+    *c = (v4)(ac ^ (((quadrant + 1) & 2) << 62));
+}
+
+static void trigonometry(int n, const double *q, double *sincos)
+{
+    int k = 0;
+    for (; k + 4 <= n; k += 4) {
+        const v4 x = {q[k], q[k + 1], q[k + 2], q[k + 3]};
+        v4 s, c;
+        sine_cosine(x, &s, &c);
+        for (int l = 0; l < 4; ++l) {
+            const bool far = !(fabs(x[l]) < (double)MBSRI_REDUCED);
+            sincos[2 * (k + l)] = far ? cos(x[l]) : c[l];
+            sincos[2 * (k + l) + 1] = far ? sin(x[l]) : s[l];
+        }
+    }
+    for (; k < n; ++k) {
+        sincos[2 * k] = cos(q[k]);
+        sincos[2 * k + 1] = sin(q[k]);
+    }
+}
+
+/* ---- root to leaves: R, rho, omega, c ---- */
+
+MBSRI_INLINE void move_body(const mbsri_fast_run *run, const mbsri_fast_body *b,
+                            const mbsri_fast_state *pred, mbsri_fast_state *s, bool velocity)
+{
+    const v4 P[3] = {load(pred->R), load(pred->R + 4), load(pred->R + 8)};
+    const v4 omega_pred = load(pred->omega);
+    v4 B[3];
+    for (int j = 0; j < 3; ++j) B[j] = times_stored(P, b->A + 4 * j);
+    const v4 Z = B[2];
+    v4 rho = times_stored(P, b->x), omega = omega_pred, c_w = splat(0.0), c_v = splat(0.0);
+    v4 slide = splat(0.0);
+    if (b->flags & (MBSRI_TURNS | MBSRI_SLIDES)) {
+        const v4 u = splat(run->u[b->u]), turning = cross(omega_pred, Z) * u;
+        if (b->flags & MBSRI_SLIDES) {
+            rho += Z * splat(b->pitch * run->q[b->q]);
+            c_v = splat(2.0 * b->pitch) * turning;
+            slide = Z * splat(b->pitch) * u;
+        }
+        if (b->flags & MBSRI_TURNS) {
+            const v4 cosine = splat(run->sincos[2 * b->q]), sine = splat(run->sincos[2 * b->q + 1]);
+            const v4 x = B[0] * cosine + B[1] * sine, y = B[1] * cosine - B[0] * sine;
+            B[0] = x;
+            B[1] = y;
+            omega += Z * u;
+            c_w = turning;
+        }
+    }
+    const v4 swing = cross(omega_pred, rho);
+    if (velocity) store(s->v, load(pred->v) + swing + slide);
+    c_v += cross(omega_pred, swing);
+    for (int j = 0; j < 3; ++j) store(s->R + 4 * j, B[j]);
+    store(s->rho, rho);
+    store(s->omega, omega);
+    store(s->A_w, c_w);
+    store(s->A_v, c_v);
+}
+
+MBSRI_INLINE int move(const mbsri_fast_run *run, bool velocity)
+{
+    mbsri_fast_state *s = run->state;
+    for (int i = 1; i <= run->tree->bodies; ++i) {
+        const mbsri_fast_body *b = run->tree->body + i;
+        if (b->flags & MBSRI_MANY) {
+            const int status = mbsri_many_kinematics(run, i, velocity);
+            if (status) return status;
+        } else {
+            move_body(run, b, s + b->parent, s + i, velocity);
+        }
+    }
+    return 0;
+}
+
+static int kinematics(const mbsri_fast_run *run)
+{
+    return move(run, false);
+}
+
+static int velocities(const mbsri_fast_run *run)
+{
+    return move(run, true);
+}
+
+/* ---- leaves to root: Mbar, D, e ---- */
+
+/* The carry in registers. */
+typedef struct blocks {
+    v4 I[3], G[3], M[3], L, p;
+    double kappa, spread;
+} blocks;
+
+MBSRI_INLINE void to_memory(const blocks *c, mbsri_carry *m)
+{
+    for (int j = 0; j < 3; ++j) {
+        store(m->I + 4 * j, c->I[j]);
+        store(m->G + 4 * j, c->G[j]);
+        store(m->M + 4 * j, c->M[j]);
+    }
+    store(m->L, c->L);
+    store(m->p, c->p);
+    m->kappa = c->kappa;
+    m->spread = c->spread;
+}
+
+MBSRI_INLINE void from_memory(const mbsri_carry *m, blocks *c)
+{
+    for (int j = 0; j < 3; ++j) {
+        c->I[j] = load(m->I + 4 * j);
+        c->G[j] = load(m->G + 4 * j);
+        c->M[j] = load(m->M + 4 * j);
+    }
+    c->L = load(m->L);
+    c->p = load(m->p);
+    c->kappa = m->kappa;
+    c->spread = m->spread;
+}
+
+/* c += what other successors left. */
+MBSRI_INLINE void add(const mbsri_carry *m, blocks *c)
+{
+    for (int j = 0; j < 3; ++j) {
+        c->I[j] += load(m->I + 4 * j);
+        c->G[j] += load(m->G + 4 * j);
+        c->M[j] += load(m->M + 4 * j);
+    }
+    c->L += load(m->L);
+    c->p += load(m->p);
+    c->kappa = m->kappa > c->kappa ? m->kappa : c->kappa;
+    c->spread += m->spread;
+}
+
+MBSRI_INLINE void clear(blocks *c)
+{
+    const v4 none = splat(0.0);
+    for (int j = 0; j < 3; ++j) c->I[j] = c->G[j] = c->M[j] = none;
+    c->L = c->p = none;
+    c->kappa = c->spread = 0.0;
+}
+
+/* Own inertia, turned into the world, and its gyroscopic force. */
+MBSRI_INLINE void add_own(const mbsri_fast_body *b, const mbsri_fast_state *s, blocks *c)
+{
+    const v4 ex = {1.0, 0.0, 0.0, 0.0}, ey = {0.0, 1.0, 0.0, 0.0}, ez = {0.0, 0.0, 1.0, 0.0};
+    const v4 R[3] = {load(s->R), load(s->R + 4), load(s->R + 8)}, omega = load(s->omega);
+    v4 RI[3], I[3];
+    for (int j = 0; j < 3; ++j) RI[j] = times_stored(R, b->I + 4 * j);
+    for (int j = 0; j < 3; ++j)
+        I[j] = RI[0] * splat(s->R[j]) + RI[1] * splat(s->R[4 + j]) + RI[2] * splat(s->R[8 + j]);
+    const v4 h = times_stored(R, b->c), mass = splat(b->c[3]);
+    c->L += cross(omega, times(I, omega));
+    c->p += cross(omega, cross(omega, h));
+    for (int j = 0; j < 3; ++j) c->I[j] += I[j];
+    /* G = -[h]x */
+    c->G[0] += yyy(h) * ez - zzz(h) * ey;
+    c->G[1] += zzz(h) * ex - xxx(h) * ez;
+    c->G[2] += xxx(h) * ey - yyy(h) * ex;
+    c->M[0] += mass * ex;
+    c->M[1] += mass * ey;
+    c->M[2] += mass * ez;
+}
+
+/* From body i's origin to its predecessor's: Mbar <- X^T Mbar X, p <- X^T p. */
+MBSRI_INLINE void translate(v4 rho, blocks *c)
+{
+    const v4 x = xxx(rho), y = yyy(rho), z = zzz(rho), half = splat(0.5);
+    /* M [rho]x */
+    const v4 Mr[3] = {c->M[1] * z - c->M[2] * y, c->M[2] * x - c->M[0] * z,
+                      c->M[0] * y - c->M[1] * x};
+    v4 Y[3], T[3];
+    for (int j = 0; j < 3; ++j) {
+        Y[j] = cross(rho, c->G[j] - half * Mr[j]);
+        c->G[j] -= Mr[j];
+    }
+    transpose(Y, T);
+    for (int j = 0; j < 3; ++j) c->I[j] += Y[j] + T[j];
+    c->L += cross(rho, c->p);
+}
+
+MBSRI_INLINE double trace_of(const blocks *c, double per_area)
+{
+    return (c->I[0][0] + c->I[1][1] + c->I[2][2]) * per_area +
+           (c->M[0][0] + c->M[1][1] + c->M[2][2]);
+}
+
+/* Whether D = 0 up to rounding whatever W is: W >= Diag(Mbar). */
+static bool clearly_zero(const mbsri_fast_body *b, const blocks *c, v4 Z, double D,
+                         double tolerance)
+{
+    double least = 0.0;
+    for (int k = 0; k < 3; ++k) {
+        const double square = Z[k] * Z[k];
+        if (b->flags & MBSRI_TURNS) least += square * c->I[k][k];
+        if (b->flags & MBSRI_SLIDES) least += square * b->pitch * b->pitch * c->M[k][k];
+    }
+    return fabs(D) <= tolerance * least;
+}
+
+/* One body with a joint of one axis or none: U, D, e, then Mbar^a and p for the predecessor. */
+MBSRI_INLINE bool reduce(const mbsri_fast_run *run, int i, blocks *c)
+{
+    const mbsri_fast_body *b = run->tree->body + i;
+    mbsri_fast_state *s = run->state + i;
+    const double length = run->tree->length, per_area = 1.0 / (length * length),
+                 clear = run->tree->clear;
+    const v4 Z = load(s->R + 8), c_w = load(s->A_w), c_v = load(s->A_v), rho = load(s->rho);
+    v4 U_L = splat(0.0), U_p = splat(0.0);
+    double D = 0.0, size = 0.0, e = 0.0;
+    /* U = Mbar S,  D = S^T U,  e = tau - S^T p */
+    if (b->flags & MBSRI_TURNS) {
+        U_L = times(c->I, Z);
+        U_p = times(c->G, Z);
+        size = length * length;
+    }
+    if (b->flags & MBSRI_SLIDES) {
+        const v4 h = splat(b->pitch);
+        U_L += h * transposed_times(c->G, Z);
+        U_p += h * times(c->M, Z);
+        D = b->pitch * sum3(Z * U_p);
+        size += b->pitch * b->pitch;
+        e = -b->pitch * sum3(Z * c->p);
+    }
+    if (b->flags & MBSRI_TURNS) {
+        D += sum3(Z * U_L);
+        e -= sum3(Z * c->L);
+    }
+    e += b->n ? run->tau[b->u] : 0.0;
+    /* rank */
+    const double trace = trace_of(c, per_area);
+    double spread = c->spread + trace, kappa = c->kappa, Dinv = 0.0, transport = 1.0;
+    if (b->soft > 0.0) {
+        kappa += spread * b->soft;
+        spread = 0.0;
+    }
+    if (D * (1.0 - clear * kappa) > clear * spread * size) {
+        Dinv = 1.0 / D;
+        transport = size * sum3(U_L * U_L * splat(per_area) + U_p * U_p) * Dinv * Dinv;
+    } else if (b->n && !clearly_zero(b, c, Z, D, run->model->rank_tolerance)) {
+        return false;
+    }
+    run->rank[i] = Dinv > 0.0;
+    store(s->U_L, U_L);
+    store(s->U_p, U_p);
+    s->D = D;
+    s->Dinv = Dinv;
+    s->e = e;
+    /* Mbar^a = Mbar - U D^-1 U^T,  p += Mbar^a c + U D^-1 e */
+    const v4 g_L = U_L * splat(Dinv), g_p = U_p * splat(Dinv);
+    c->I[0] -= g_L * xxx(U_L), c->I[1] -= g_L * yyy(U_L), c->I[2] -= g_L * zzz(U_L);
+    c->G[0] -= g_p * xxx(U_L), c->G[1] -= g_p * yyy(U_L), c->G[2] -= g_p * zzz(U_L);
+    c->M[0] -= g_p * xxx(U_p), c->M[1] -= g_p * yyy(U_p), c->M[2] -= g_p * zzz(U_p);
+    c->L += times(c->I, c_w) + transposed_times(c->G, c_v) + g_L * splat(e);
+    c->p += times(c->G, c_w) + times(c->M, c_v) + g_p * splat(e);
+    /* W^a <= kappa Mbar^a + spread Lambda */
+    c->kappa = kappa;
+    c->spread = spread * transport + trace * (1.0 + transport);
+    translate(rho, c);
+    return true;
+}
+
+/* ||X||^2 <= (1 + |rho| / L)^2 where rho changes. */
+MBSRI_INLINE double spread_of(const mbsri_fast_run *run, int i)
+{
+    const v4 rho = load(run->state[i].rho);
+    const double stretch = 1.0 + sqrt(sum3(rho * rho)) / run->tree->length;
+    return stretch * stretch;
+}
+
+static bool backward(const mbsri_fast_run *run)
+{
+    const mbsri_fast *tree = run->tree;
+    mbsri_carry *top = run->stack;
+    blocks c;
+    clear(&c);
+    for (int i = tree->bodies; i >= 1; --i) {
+        const mbsri_fast_body *b = tree->body + i;
+        const int flags = b->flags;
+        if (flags & MBSRI_LEAF) clear(&c);
+        if (flags & MBSRI_BRANCHES) add(--top, &c);
+        if (!(flags & MBSRI_MASSLESS)) add_own(b, run->state + i, &c);
+        if (flags & MBSRI_MANY) {
+            _Alignas(32) mbsri_carry m;
+            to_memory(&c, &m);
+            if (!mbsri_many_backward(run, i, &m)) return false;
+            from_memory(&m, &c);
+            translate(load(run->state[i].rho), &c);
+        } else if (!reduce(run, i, &c)) {
+            return false;
+        }
+        c.spread *= flags & (MBSRI_SLIDES | MBSRI_MANY) ? spread_of(run, i) : b->spread;
+        if (flags & MBSRI_NEXT) continue;
+        if (!(flags & MBSRI_OPENS)) add(--top, &c);
+        to_memory(&c, top++);
+    }
+    return true;
+}
+
+/* ---- root to leaves: A, u' ---- */
+
+static void forward(const mbsri_fast_run *run)
+{
+    for (int i = 1; i <= run->tree->bodies; ++i) {
+        const mbsri_fast_body *b = run->tree->body + i;
+        const mbsri_fast_state *pred = run->state + b->parent;
+        mbsri_fast_state *s = run->state + i;
+        const v4 w = load(pred->A_w);
+        v4 A_w = w + load(s->A_w), A_v = load(pred->A_v) + cross(w, load(s->rho)) + load(s->A_v);
+        if (b->flags & MBSRI_MANY) {
+            store(s->A_w, A_w);
+            store(s->A_v, A_v);
+            mbsri_many_forward(run, i);
+            continue;
+        }
+        const v4 Z = load(s->R + 8);
+        const double udot = (s->e - sum3(load(s->U_L) * A_w + load(s->U_p) * A_v)) * s->Dinv;
+        if (b->n) run->out[b->u] = udot;
+        if (b->flags & MBSRI_TURNS) A_w += Z * splat(udot);
+        if (b->flags & MBSRI_SLIDES) A_v += Z * splat(b->pitch * udot);
+        store(s->A_w, A_w);
+        store(s->A_v, A_v);
+    }
+}
+
+/* ---- inverse dynamics: A root to leaves with the force that it takes, S^T of the sums back ----
+ * */
+
+/* (L, p) = M A + gyroscopic force, in the place of U. */
+MBSRI_INLINE void own_load(const mbsri_fast_body *b, mbsri_fast_state *s, v4 A_w, v4 A_v)
+{
+    const v4 R[3] = {load(s->R), load(s->R + 4), load(s->R + 8)},
+             I[3] = {load(b->I), load(b->I + 4), load(b->I + 8)};
+    const v4 omega = load(s->omega), h = times_stored(R, b->c);
+    const v4 w = transposed_times(R, omega), a = transposed_times(R, A_w);
+    const v4 in_body = times(I, a) + cross(w, times(I, w));
+    store(s->U_L, times(R, in_body) + cross(h, A_v));
+    store(s->U_p, splat(b->c[3]) * A_v + cross(A_w, h) + cross(omega, cross(omega, h)));
+}
+
+MBSRI_INLINE void accelerate(const mbsri_fast_run *run, int i)
+{
+    const mbsri_fast_body *b = run->tree->body + i;
+    const mbsri_fast_state *pred = run->state + b->parent;
+    mbsri_fast_state *s = run->state + i;
+    const v4 w = load(pred->A_w);
+    v4 A_w = w + load(s->A_w), A_v = load(pred->A_v) + cross(w, load(s->rho)) + load(s->A_v);
+    if (b->flags & MBSRI_MANY) {
+        for (int k = 0; k < b->n; ++k) {
+            const double *S = run->many[b->many].S[k];
+            const v4 udot = splat(run->tau[b->u + k]);
+            A_w += load(S) * udot;
+            A_v += load(S + 4) * udot;
+        }
+    } else if (b->n) {
+        const v4 Z = load(s->R + 8);
+        const double udot = run->tau[b->u];
+        if (b->flags & MBSRI_TURNS) A_w += Z * splat(udot);
+        if (b->flags & MBSRI_SLIDES) A_v += Z * splat(b->pitch * udot);
+    }
+    store(s->A_w, A_w);
+    store(s->A_v, A_v);
+    if (b->flags & MBSRI_MASSLESS) {
+        store(s->U_L, splat(0.0));
+        store(s->U_p, splat(0.0));
+    } else {
+        own_load(b, s, A_w, A_v);
+    }
+}
+
+static int inverse(const mbsri_fast_run *run)
+{
+    const mbsri_fast *tree = run->tree;
+    for (int i = 1; i <= tree->bodies; ++i) {
+        const mbsri_fast_body *b = tree->body + i;
+        if (b->flags & MBSRI_MANY) {
+            const int status = mbsri_many_kinematics(run, i, false);
+            if (status) return status;
+        } else {
+            move_body(run, b, run->state + b->parent, run->state + i, false);
+        }
+        accelerate(run, i);
+    }
+    for (int i = tree->bodies; i >= 1; --i) {
+        const mbsri_fast_body *b = tree->body + i;
+        const mbsri_fast_state *s = run->state + i;
+        const v4 L = load(s->U_L), p = load(s->U_p);
+        if (b->flags & MBSRI_MANY) {
+            for (int k = 0; k < b->n; ++k) {
+                const double *S = run->many[b->many].S[k];
+                run->out[b->u + k] = sum3(load(S) * L + load(S + 4) * p);
+            }
+        } else if (b->n) {
+            const v4 Z = load(s->R + 8);
+            double force = 0.0;
+            if (b->flags & MBSRI_TURNS) force = sum3(Z * L);
+            if (b->flags & MBSRI_SLIDES) force += b->pitch * sum3(Z * p);
+            run->out[b->u] = force;
+        }
+        if (b->parent == 0) continue;
+        mbsri_fast_state *pred = run->state + b->parent;
+        store(pred->U_L, load(pred->U_L) + L + cross(load(s->rho), p));
+        store(pred->U_p, load(pred->U_p) + p);
+    }
+    return 0;
+}
+
+/* ---- momentum form ----
+ * With subtree sums (L, p) of momentum about body i's origin and (N, F) of the external wrench,
+ *
+ *   p_i' = S^T (N - v x p, F) + S'^T (L, p) + tau,   S' = (alpha omega_pi x Z, h omega_pi x Z)
+ *   0    = D u - ep + U^T X V_pi,   ep = p_i - S^T (L_bar, p_bar)
+ *
+ * or, where D = 0, the balance of forces 0 = -e. (v x p comes from the motion of the origin.) */
+
+typedef struct flow {
+    v4 L, p, N, F, L_bar, p_bar;
+} flow;
+
+MBSRI_INLINE void flow_to_memory(const flow *f, mbsri_flow *m)
+{
+    store(m->L, f->L), store(m->p, f->p);
+    store(m->N, f->N), store(m->F, f->F);
+    store(m->L_bar, f->L_bar), store(m->p_bar, f->p_bar);
+}
+
+MBSRI_INLINE void add_flow(const mbsri_flow *m, flow *f)
+{
+    f->L += load(m->L), f->p += load(m->p);
+    f->N += load(m->N), f->F += load(m->F);
+    f->L_bar += load(m->L_bar), f->p_bar += load(m->p_bar);
+}
+
+MBSRI_INLINE void add_own_flow(const mbsri_fast_body *b, const mbsri_fast_state *s, v4 g, flow *f)
+{
+    const v4 R[3] = {load(s->R), load(s->R + 4), load(s->R + 8)},
+             I[3] = {load(b->I), load(b->I + 4), load(b->I + 8)};
+    const v4 omega = load(s->omega), v = load(s->v), h = times_stored(R, b->c),
+             mass = splat(b->c[3]);
+    f->L += times(R, times(I, transposed_times(R, omega))) + cross(h, v);
+    f->p += mass * v + cross(omega, h);
+    f->N += cross(h, g);
+    f->F += mass * g;
+}
+
+/* p' and ep of a joint of one axis; (L_bar, p_bar) += U D^-1 ep. */
+MBSRI_INLINE void flow_through(const mbsri_fast_run *run, int i, flow *f)
+{
+    const mbsri_fast_body *b = run->tree->body + i;
+    const mbsri_fast_state *pred = run->state + b->parent;
+    mbsri_fast_state *s = run->state + i;
+    const v4 Z = load(s->R + 8), rate = cross(load(pred->omega), Z);
+    if (!b->n) return;
+    double pdot = run->tau[b->u], ep = run->p[b->u];
+    if (b->flags & MBSRI_TURNS) {
+        pdot += sum3(Z * (f->N - cross(load(s->v), f->p)) + rate * f->L);
+        ep -= sum3(Z * f->L_bar);
+    }
+    if (b->flags & MBSRI_SLIDES) {
+        pdot += b->pitch * sum3(Z * f->F + rate * f->p);
+        ep -= b->pitch * sum3(Z * f->p_bar);
+    }
+    run->out[b->u] = pdot;
+    s->ep = ep;
+    const v4 share = splat(s->Dinv * ep);
+    f->L_bar += load(s->U_L) * share;
+    f->p_bar += load(s->U_p) * share;
+}
+
+static void balance(const mbsri_fast_run *run)
+{
+    for (int i = 1; i <= run->tree->bodies; ++i) {
+        const mbsri_fast_body *b = run->tree->body + i;
+        const mbsri_fast_state *s = run->state + i, *pred = run->state + b->parent;
+        const v4 omega = load(pred->omega), v = load(pred->v) + cross(omega, load(s->rho));
+        if (b->flags & MBSRI_MANY) {
+            _Alignas(32) double V[8];
+            store(V, omega);
+            store(V + 4, v);
+            mbsri_many_balance(run, i, V);
+        } else if (b->n) {
+            const double r =
+                s->D * run->u[b->u] - s->ep + sum3(load(s->U_L) * omega + load(s->U_p) * v);
+            run->balance[b->u] = s->Dinv > 0.0 ? r : -s->e;
+        }
+    }
+}
+
+static void momentum(const mbsri_fast_run *run)
+{
+    const mbsri_fast *tree = run->tree;
+    mbsri_flow *top = run->flows;
+    const v4 none = splat(0.0), g = {tree->gravity[0], tree->gravity[1], tree->gravity[2], 0.0};
+    flow f = {none, none, none, none, none, none};
+    for (int i = tree->bodies; i >= 1; --i) {
+        const mbsri_fast_body *b = tree->body + i;
+        const mbsri_fast_state *s = run->state + i;
+        const int flags = b->flags;
+        if (flags & MBSRI_LEAF) f = (flow){none, none, none, none, none, none};
+        if (flags & MBSRI_BRANCHES) add_flow(--top, &f);
+        if (!(flags & MBSRI_MASSLESS)) add_own_flow(b, s, g, &f);
+        if (flags & MBSRI_MANY) {
+            _Alignas(32) mbsri_flow m;
+            flow_to_memory(&f, &m);
+            mbsri_many_momentum(run, i, &m);
+            f.L_bar = load(m.L_bar);
+            f.p_bar = load(m.p_bar);
+        } else {
+            flow_through(run, i, &f);
+        }
+        const v4 rho = load(s->rho);
+        f.L += cross(rho, f.p);
+        f.N += cross(rho, f.F);
+        f.L_bar += cross(rho, f.p_bar);
+        if (flags & MBSRI_NEXT) continue;
+        if (!(flags & MBSRI_OPENS)) add_flow(--top, &f);
+        flow_to_memory(&f, top++);
+    }
+    balance(run);
+}

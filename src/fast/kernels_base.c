@@ -1,0 +1,6 @@
+/* The sweeps for every processor.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "kernels.h"
+
+const mbsri_fast_kernels mbsri_fast_base = {"baseline", trigonometry, kinematics, backward,
+                                            forward,    inverse,      velocities, momentum};

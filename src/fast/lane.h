@@ -1,0 +1,100 @@
+/* Four doubles side by side: three components of a vector in space and a fourth that is idle.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * The vector types of GCC and Clang, without instructions of any machine: what a file is compiled
+ * for decides what they become. */
+#ifndef MBSRI_LANE_H
+#define MBSRI_LANE_H
+
+#define MBSRI_INLINE static inline __attribute__((always_inline))
+
+typedef double v4 __attribute__((vector_size(32), may_alias));
+typedef long long i4 __attribute__((vector_size(32), may_alias));
+
+MBSRI_INLINE v4 splat(double x)
+{
+    return (v4){x, x, x, x};
+}
+
+MBSRI_INLINE v4 load(const double *x)
+{
+    return *(const v4 *)x;
+}
+
+MBSRI_INLINE void store(double *x, v4 a)
+{
+    *(v4 *)x = a;
+}
+
+MBSRI_INLINE v4 xxx(v4 a)
+{
+    return (v4){a[0], a[0], a[0], a[0]};
+}
+
+MBSRI_INLINE v4 yyy(v4 a)
+{
+    return (v4){a[1], a[1], a[1], a[1]};
+}
+
+MBSRI_INLINE v4 zzz(v4 a)
+{
+    return (v4){a[2], a[2], a[2], a[2]};
+}
+
+#if defined(__has_builtin)
+#if __has_builtin(__builtin_shufflevector)
+#define MBSRI_SHUFFLE(a, b, i, j, k, l) __builtin_shufflevector(a, b, i, j, k, l)
+#endif
+#endif
+#ifndef MBSRI_SHUFFLE
+#define MBSRI_SHUFFLE(a, b, i, j, k, l) __builtin_shuffle(a, b, (i4){i, j, k, l})
+#endif
+
+MBSRI_INLINE v4 cross(v4 a, v4 b)
+{
+    const v4 a1 = MBSRI_SHUFFLE(a, a, 1, 2, 0, 3), b1 = MBSRI_SHUFFLE(b, b, 1, 2, 0, 3);
+    const v4 c = a * b1 - a1 * b;
+    return MBSRI_SHUFFLE(c, c, 1, 2, 0, 3);
+}
+
+/* Sum of the three components. */
+MBSRI_INLINE double sum3(v4 a)
+{
+    return a[0] + a[1] + a[2];
+}
+
+/* C x, with C by columns */
+MBSRI_INLINE v4 times(const v4 C[3], v4 x)
+{
+    return C[0] * xxx(x) + C[1] * yyy(x) + C[2] * zzz(x);
+}
+
+/* The same with x in memory, which loads its components where they are needed. */
+MBSRI_INLINE v4 times_stored(const v4 C[3], const double x[4])
+{
+    return C[0] * splat(x[0]) + C[1] * splat(x[1]) + C[2] * splat(x[2]);
+}
+
+/* T = A^T */
+MBSRI_INLINE void transpose(const v4 A[3], v4 T[3])
+{
+    const v4 none = splat(0.0);
+    const v4 low = MBSRI_SHUFFLE(A[0], A[1], 0, 4, 2, 6),
+             high = MBSRI_SHUFFLE(A[0], A[1], 1, 5, 3, 7),
+             last_low = MBSRI_SHUFFLE(A[2], none, 0, 4, 2, 6),
+             last_high = MBSRI_SHUFFLE(A[2], none, 1, 5, 3, 7);
+    T[0] = MBSRI_SHUFFLE(low, last_low, 0, 1, 4, 5);
+    T[1] = MBSRI_SHUFFLE(high, last_high, 0, 1, 4, 5);
+    T[2] = MBSRI_SHUFFLE(low, last_low, 2, 3, 6, 7);
+}
+
+/* C^T x: rows of products, summed across */
+MBSRI_INLINE v4 transposed_times(const v4 C[3], v4 x)
+{
+    const v4 product[3] = {C[0] * x, C[1] * x, C[2] * x};
+    v4 row[3];
+    transpose(product, row);
+    return row[0] + row[1] + row[2];
+}
+
+#endif

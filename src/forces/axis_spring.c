@@ -1,0 +1,92 @@
+/* Linear spring-damper along a coordinate axis: e = p_a[axis] - p_b[axis], force on a: -(c (e -
+ * rest) + d e').
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "stock.h"
+
+enum { STIFFNESS, DAMPING, REST };
+
+static double stretch(const mbsr_force_args *args)
+{
+    const mbsr_force_body *a = args->body, *b = args->body + 1;
+    const int axis = args->force->option[0];
+    return mbsri_entry(a, a->p, axis) - mbsri_entry(b, b->p, axis) - args->force->param[REST];
+}
+
+static double stretch_rate(const mbsr_force_args *args)
+{
+    const mbsr_force_body *a = args->body, *b = args->body + 1;
+    const int axis = args->force->option[0];
+    return mbsri_entry(a, a->V, axis) - mbsri_entry(b, b->V, axis);
+}
+
+static int evaluate(const mbsr_force_args *args)
+{
+    const mbsr_force_body *a = args->body, *b = args->body + 1;
+    const double *param = args->force->param;
+    const int axis = args->force->option[0];
+    const double force = -param[STIFFNESS] * stretch(args) - param[DAMPING] * stretch_rate(args);
+    if (a->space != MBSR_SPACE_FIXED) a->f[axis] += force;
+    if (b->space != MBSR_SPACE_FIXED) b->f[axis] -= force;
+    return MBSR_OK;
+}
+
+static int energy(const mbsr_force_args *args, double *energy_out)
+{
+    const double e = stretch(args);
+    *energy_out += 0.5 * args->force->param[STIFFNESS] * e * e;
+    return MBSR_OK;
+}
+
+static int dissipation(const mbsr_force_args *args, double *power)
+{
+    const double rate = stretch_rate(args);
+    *power += args->force->param[DAMPING] * rate * rate;
+    return MBSR_OK;
+}
+
+static int check(const mbsr_force_args *args, char text[MBSR_TEXT_SIZE])
+{
+    const int axis = args->force->option[0];
+    for (int k = 0; k < 2; ++k) {
+        const mbsr_force_body *body = args->body + k;
+        if (body->space == MBSR_SPACE_FIXED) continue;
+        if (body->space == MBSR_SPACE_SPATIAL) {
+            return mbsri_refuse(text, MBSR_ERR_SPACE,
+                                "body %d is in SPATIAL space, where V is not p'", body->id);
+        }
+        const int axes = body->d < body->np ? body->d : body->np;
+        if (axis < 0 || axis >= axes) {
+            return mbsri_refuse(text, MBSR_ERR_VALUE, "axis is %d, body %d has the axes 0 .. %d",
+                                axis, body->id, axes - 1);
+        }
+    }
+    const int status = mbsri_check_not_negative(args, STIFFNESS, 2, text);
+    return status ? status : mbsri_check_ends(args, text);
+}
+
+static const char *parameter(int k)
+{
+    static const char *const names[] = {" (stiffness)", " (damping)", " (rest)"};
+    return MBSRI_PARAMETER(names, k);
+}
+
+static const mbsr_force_table axis_table = {
+    .version = MBSR_FORCE_TABLE_VERSION,
+    .name = "axis spring-damper",
+    .evaluate = evaluate,
+    .energy = energy,
+    .dissipation = dissipation,
+    .check = check,
+    .parameter = parameter,
+};
+
+mbsr_force_def mbsr_force_axis_spring(int a, int b, int axis, double stiffness, double damping,
+                                      double rest)
+{
+    mbsr_force_def def = mbsri_stock_force(&axis_table, 2, a, b);
+    def.option[0] = axis;
+    def.param[STIFFNESS] = stiffness;
+    def.param[DAMPING] = damping;
+    def.param[REST] = rest;
+    return def;
+}

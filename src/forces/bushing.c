@@ -1,0 +1,205 @@
+/* Bushing between two frames in space.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * Along the axes of A: e the origin of B, theta the rotation vector of B, R_A^T R_B = exp [theta]x,
+ * omega the angular velocity relative to A. From theta' = J^-1(theta) omega and the energy
+ *
+ *   E = 1/2 sum of c theta^2 + 1/2 sum of c e^2
+ *
+ * moment and force on B:  -J^-T(theta) (c theta) - d omega,   -(c e + d e')
+ * J^-T(theta) = 1 + [theta]x / 2 + s [theta]x^2,   s = (1 - |theta|/2 cot |theta|/2) / |theta|^2 */
+#include "stock.h"
+
+#include "../frames.h"
+#include "../space3.h"
+#include "marker.h"
+
+#include <string.h>
+
+/* A frame as parameters: origin, x axis, y axis; the z axis is their product. */
+enum { ORIGIN, AXES = 3, FRAME_SIZE = 9 };
+enum {
+    FRAME_A,
+    FRAME_B = FRAME_SIZE,
+    STIFFNESS = 2 * FRAME_SIZE, /* angular, then of translation */
+    DAMPING = STIFFNESS + 6,
+    DEFECT_A = DAMPING + 6, /* of the axes that were given */
+    DEFECT_B
+};
+
+typedef struct bushing {
+    mbsri_marker a, b;          /* the points of both bodies where B's origin is */
+    double axes[9];             /* A's, in the world */
+    double theta[3], e[3];      /* along them, and so are */
+    double omega[3], e_rate[3]; /* zero while the energy is asked for */
+} bushing;
+
+/* Axes in the world of the frame that stands at `frame` in the parameters. */
+static void frame_axes(const mbsr_force_body *body, const double *frame, double axes[9])
+{
+    double R[9], in_body[9];
+    memcpy(in_body, frame + AXES, 6 * sizeof *in_body);
+    mbsri_cross3(in_body, in_body + 3, in_body + 6);
+    mbsri_body_axes(body, R);
+    mbsri_multiply3(R, in_body, axes);
+}
+
+/* theta with |theta| <= pi, from the quaternion (w, v) of R: 2 atan2(|v|, w) v / |v| */
+static void rotation_vector(const double R[9], double theta[3])
+{
+    double quaternion[4];
+    mbsr_rotation_quaternion(R, quaternion);
+    const double size = mbsri_norm3(quaternion + 1);
+    const double factor = size > 0.0 ? 2.0 * atan2(size, quaternion[0]) / size : 2.0;
+    for (int k = 0; k < 3; ++k) theta[k] = factor * quaternion[1 + k];
+}
+
+static void locate(const mbsr_force_args *args, bushing *w)
+{
+    const mbsr_force_body *a = args->body, *b = args->body + 1;
+    const double *param = args->force->param;
+    double axes_b[9], axes_a_t[9], relative[9], spin[2][3];
+    mbsri_marker at;
+    frame_axes(a, param + FRAME_A, w->axes);
+    frame_axes(b, param + FRAME_B, axes_b);
+    for (int j = 0; j < 3; ++j) {
+        for (int k = 0; k < 3; ++k) axes_a_t[3 * k + j] = w->axes[3 * j + k];
+    }
+    mbsri_multiply3(axes_a_t, axes_b, relative);
+    rotation_vector(relative, w->theta);
+    mbsri_marker_on(a, param + FRAME_A + ORIGIN, &at);
+    mbsri_marker_on(b, param + FRAME_B + ORIGIN, &w->b);
+    mbsri_marker_at(a, w->b.x, &w->a);
+    mbsri_body_spin(a, spin[0]);
+    mbsri_body_spin(b, spin[1]);
+    for (int k = 0; k < 3; ++k) {
+        w->e[k] = w->b.x[k] - at.x[k];
+        w->e_rate[k] = w->b.v[k] - w->a.v[k];
+        w->omega[k] = spin[1][k] - spin[0][k];
+    }
+    mbsri_unrotate3(w->axes, w->e, w->e);
+    mbsri_unrotate3(w->axes, w->e_rate, w->e_rate);
+    mbsri_unrotate3(w->axes, w->omega, w->omega);
+}
+
+/* y = J^-T(theta) x; the series where the closed form cancels, its error is below 1e-16 there. */
+static void unturn(const double theta[3], const double x[3], double y[3])
+{
+    const double square = mbsri_dot3(theta, theta), half = 0.5 * sqrt(square);
+    const double s =
+        square < 0.01
+            ? 1.0 / 12.0 + square * (1.0 / 720.0 + square * (1.0 / 30240.0 + square / 1209600.0))
+            : (1.0 - half * cos(half) / sin(half)) / square;
+    double once[3], twice[3];
+    mbsri_cross3(theta, x, once);
+    mbsri_cross3(theta, once, twice);
+    for (int k = 0; k < 3; ++k) y[k] = x[k] + 0.5 * once[k] + s * twice[k];
+}
+
+static int evaluate(const mbsr_force_args *args)
+{
+    const double *stiffness = args->force->param + STIFFNESS,
+                 *damping = args->force->param + DAMPING;
+    bushing w;
+    double moment[3], force[3];
+    locate(args, &w);
+    for (int k = 0; k < 3; ++k) moment[k] = stiffness[k] * w.theta[k];
+    unturn(w.theta, moment, moment);
+    for (int k = 0; k < 3; ++k) {
+        moment[k] += damping[k] * w.omega[k];
+        force[k] = stiffness[3 + k] * w.e[k] + damping[3 + k] * w.e_rate[k];
+    }
+    mbsri_rotate3(w.axes, moment, moment);
+    mbsri_rotate3(w.axes, force, force);
+    mbsri_push(args->body, &w.a, 1.0, force, moment);
+    mbsri_push(args->body + 1, &w.b, -1.0, force, moment);
+    return MBSR_OK;
+}
+
+static int energy(const mbsr_force_args *args, double *energy_out)
+{
+    const double *stiffness = args->force->param + STIFFNESS;
+    bushing w;
+    locate(args, &w);
+    for (int k = 0; k < 3; ++k) {
+        *energy_out +=
+            0.5 * (stiffness[k] * w.theta[k] * w.theta[k] + stiffness[3 + k] * w.e[k] * w.e[k]);
+    }
+    return MBSR_OK;
+}
+
+static int dissipation(const mbsr_force_args *args, double *power)
+{
+    const double *damping = args->force->param + DAMPING;
+    bushing w;
+    locate(args, &w);
+    for (int k = 0; k < 3; ++k) {
+        *power += damping[k] * w.omega[k] * w.omega[k] + damping[3 + k] * w.e_rate[k] * w.e_rate[k];
+    }
+    return MBSR_OK;
+}
+
+static int check(const mbsr_force_args *args, char text[MBSR_TEXT_SIZE])
+{
+    for (int k = 0; k < 2; ++k) {
+        const int status = mbsri_check_spatial(args, k, 1, text);
+        if (status) return status;
+        const double defect = args->force->param[DEFECT_A + k];
+        if (!(defect <= 1e-6)) {
+            return mbsri_refuse(text, MBSR_ERR_VALUE,
+                                "the axes of frame %c are not orthonormal and right-handed: "
+                                "R^T R differs from 1 by %g",
+                                k ? 'B' : 'A', defect);
+        }
+    }
+    const int status = mbsri_check_not_negative(args, STIFFNESS, 12, text);
+    return status ? status : mbsri_check_ends(args, text);
+}
+
+static const char *parameter(int k)
+{
+    static const char *const names[] = {
+        " (frame A, x[0])", " (frame A, x[1])", " (frame A, x[2])", " (frame A, R[0])",
+        " (frame A, R[1])", " (frame A, R[2])", " (frame A, R[3])", " (frame A, R[4])",
+        " (frame A, R[5])", " (frame B, x[0])", " (frame B, x[1])", " (frame B, x[2])",
+        " (frame B, R[0])", " (frame B, R[1])", " (frame B, R[2])", " (frame B, R[3])",
+        " (frame B, R[4])", " (frame B, R[5])", " (stiffness[0])",  " (stiffness[1])",
+        " (stiffness[2])",  " (stiffness[3])",  " (stiffness[4])",  " (stiffness[5])",
+        " (damping[0])",    " (damping[1])",    " (damping[2])",    " (damping[3])",
+        " (damping[4])",    " (damping[5])",    " (frame A, R)",    " (frame B, R)"};
+    return MBSRI_PARAMETER(names, k);
+}
+
+static const mbsr_force_table bushing_table = {
+    .version = MBSR_FORCE_TABLE_VERSION,
+    .name = "bushing",
+    .evaluate = evaluate,
+    .energy = energy,
+    .dissipation = dissipation,
+    .check = check,
+    .parameter = parameter,
+};
+
+/* Infinite defects, of left-handed axes and those that are not finite, count as 1. */
+static void store(const mbsr_frame *frame, double *param, double *defect)
+{
+    const mbsr_frame identity = mbsr_frame_identity();
+    double stored[12];
+    if (!frame) frame = &identity;
+    mbsri_store_frame(frame, stored);
+    memcpy(param, stored, FRAME_SIZE * sizeof *param);
+    *defect = fmin(mbsri_frame_defect(frame->R), 1.0);
+}
+
+mbsr_force_def mbsr_force_bushing(int a, const mbsr_frame *A, int b, const mbsr_frame *B,
+                                  const double stiffness[6], const double damping[6])
+{
+    mbsr_force_def def = mbsri_stock_force(&bushing_table, 2, a, b);
+    store(A, def.param + FRAME_A, def.param + DEFECT_A);
+    store(B, def.param + FRAME_B, def.param + DEFECT_B);
+    memcpy(def.param + STIFFNESS, stiffness, 6 * sizeof *stiffness);
+    memcpy(def.param + DAMPING, damping, 6 * sizeof *damping);
+    return def;
+}
+
+_Static_assert(DEFECT_B < MBSR_FORCE_PARAMS, "too many parameters");

@@ -1,0 +1,242 @@
+/* Elements on one coordinate of a joint: spring-damper, stops, friction.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "stock.h"
+
+/* option[0] of all of them is the coordinate. */
+static int check_coordinate(const mbsr_force_args *args, char text[MBSR_TEXT_SIZE])
+{
+    const mbsr_force_body *body = args->body;
+    const int k = args->force->option[0];
+    if (k >= 0 && k < body->n) return MBSR_OK;
+    return mbsri_refuse(text, MBSR_ERR_VALUE, "coordinate is %d, the joint of body %d has %d", k,
+                        body->id, body->n);
+}
+
+/* q[coordinate] belongs to u[coordinate]. */
+static int check_position(const mbsr_force_args *args, char text[MBSR_TEXT_SIZE])
+{
+    const mbsr_force_body *body = args->body;
+    const int status = check_coordinate(args, text);
+    if (status || body->nq == body->n) return status;
+    return mbsri_refuse(text, MBSR_ERR_SPACE,
+                        "the joint of body %d has nq = %d, n = %d; they must be equal", body->id,
+                        body->nq, body->n);
+}
+
+/* ---- spring-damper: tau = -(c (q - rest) + d u) ---- */
+
+enum { SPRING_STIFFNESS, SPRING_DAMPING, REST };
+
+static int spring_evaluate(const mbsr_force_args *args)
+{
+    const mbsr_force_body *body = args->body;
+    const double *param = args->force->param;
+    const int k = args->force->option[0];
+    body->tau[k] -=
+        param[SPRING_STIFFNESS] * (body->q[k] - param[REST]) + param[SPRING_DAMPING] * body->u[k];
+    return MBSR_OK;
+}
+
+static int spring_energy(const mbsr_force_args *args, double *energy)
+{
+    const double *param = args->force->param;
+    const double e = args->body->q[args->force->option[0]] - param[REST];
+    *energy += 0.5 * param[SPRING_STIFFNESS] * e * e;
+    return MBSR_OK;
+}
+
+static int spring_dissipation(const mbsr_force_args *args, double *power)
+{
+    const double u = args->body->u[args->force->option[0]];
+    *power += args->force->param[SPRING_DAMPING] * u * u;
+    return MBSR_OK;
+}
+
+static int spring_check(const mbsr_force_args *args, char text[MBSR_TEXT_SIZE])
+{
+    const int status = check_position(args, text);
+    return status ? status : mbsri_check_not_negative(args, SPRING_STIFFNESS, 2, text);
+}
+
+static const char *spring_parameter(int k)
+{
+    static const char *const names[] = {" (stiffness)", " (damping)", " (rest)"};
+    return MBSRI_PARAMETER(names, k);
+}
+
+static const mbsr_force_table spring_table = {
+    .version = MBSR_FORCE_TABLE_VERSION,
+    .flags = MBSR_FORCE_JOINT_ONLY,
+    .name = "joint spring-damper",
+    .evaluate = spring_evaluate,
+    .energy = spring_energy,
+    .dissipation = spring_dissipation,
+    .check = spring_check,
+    .parameter = spring_parameter,
+};
+
+mbsr_force_def mbsr_force_joint_spring(int body, int coordinate, double stiffness, double damping,
+                                       double rest)
+{
+    mbsr_force_def def = mbsri_stock_force(&spring_table, 1, body, MBSR_GROUND);
+    def.option[0] = coordinate;
+    def.param[SPRING_STIFFNESS] = stiffness;
+    def.param[SPRING_DAMPING] = damping;
+    def.param[REST] = rest;
+    return def;
+}
+
+/* ---- stops ---- */
+
+enum { LOWER, UPPER, STOP_STIFFNESS, STOP_DAMPING };
+enum { HAS_LOWER = 1, HAS_UPPER = 2 }; /* bits of option[1]: an infinite stop is none */
+
+/* Depth beyond the stop that is passed, 0 between the two; q grows into the stop for *side = 1, out
+ * of it for -1. */
+static double depth(const mbsr_force_args *args, double *side)
+{
+    const double *param = args->force->param, q = args->body->q[args->force->option[0]];
+    const int stops = args->force->option[1];
+    *side = 1.0;
+    if ((stops & HAS_UPPER) && q > param[UPPER]) return q - param[UPPER];
+    *side = -1.0;
+    if ((stops & HAS_LOWER) && q < param[LOWER]) return param[LOWER] - q;
+    return 0.0;
+}
+
+static int stop_evaluate(const mbsr_force_args *args)
+{
+    const double *param = args->force->param;
+    const int k = args->force->option[0];
+    double side;
+    const double elastic = param[STOP_STIFFNESS] * depth(args, &side);
+    args->body->tau[k] -=
+        side * mbsri_one_sided(elastic, param[STOP_DAMPING] * side * args->body->u[k]);
+    return MBSR_OK;
+}
+
+static int stop_energy(const mbsr_force_args *args, double *energy)
+{
+    double side;
+    const double x = depth(args, &side);
+    *energy += 0.5 * args->force->param[STOP_STIFFNESS] * x * x;
+    return MBSR_OK;
+}
+
+static int stop_dissipation(const mbsr_force_args *args, double *power)
+{
+    const double *param = args->force->param;
+    double side;
+    const double elastic = param[STOP_STIFFNESS] * depth(args, &side),
+                 rate = side * args->body->u[args->force->option[0]];
+    *power += (mbsri_one_sided(elastic, param[STOP_DAMPING] * rate) - elastic) * rate;
+    return MBSR_OK;
+}
+
+static int stop_check(const mbsr_force_args *args, char text[MBSR_TEXT_SIZE])
+{
+    const double *param = args->force->param;
+    int status = check_position(args, text);
+    if (status) return status;
+    if (args->force->option[1] == (HAS_LOWER | HAS_UPPER) && !(param[LOWER] < param[UPPER])) {
+        return mbsri_refuse(text, MBSR_ERR_VALUE, "lower is %g, not below upper, %g", param[LOWER],
+                            param[UPPER]);
+    }
+    status = mbsri_check_not_negative(args, STOP_STIFFNESS, 2, text);
+    if (!status && param[STOP_DAMPING] > 0.0 && param[STOP_STIFFNESS] == 0.0) {
+        return mbsri_refuse_parameter(text, args, STOP_DAMPING,
+                                      "but a stop without stiffness has no force");
+    }
+    return status;
+}
+
+static const char *stop_parameter(int k)
+{
+    static const char *const names[] = {" (lower)", " (upper)", " (stiffness)", " (damping)"};
+    return MBSRI_PARAMETER(names, k);
+}
+
+static const mbsr_force_table stop_table = {
+    .version = MBSR_FORCE_TABLE_VERSION,
+    .flags = MBSR_FORCE_JOINT_ONLY,
+    .name = "joint stop",
+    .evaluate = stop_evaluate,
+    .energy = stop_energy,
+    .dissipation = stop_dissipation,
+    .check = stop_check,
+    .parameter = stop_parameter,
+};
+
+mbsr_force_def mbsr_force_joint_stop(int body, int coordinate, double lower, double upper,
+                                     double stiffness, double damping)
+{
+    mbsr_force_def def = mbsri_stock_force(&stop_table, 1, body, MBSR_GROUND);
+    def.option[0] = coordinate;
+    if (lower != -INFINITY) {
+        def.param[LOWER] = lower;
+        def.option[1] |= HAS_LOWER;
+    }
+    if (upper != INFINITY) {
+        def.param[UPPER] = upper;
+        def.option[1] |= HAS_UPPER;
+    }
+    def.param[STOP_STIFFNESS] = stiffness;
+    def.param[STOP_DAMPING] = damping;
+    return def;
+}
+
+/* ---- friction: tau = -force u / sqrt(u^2 + slip^2) ---- */
+
+enum { FORCE, SLIP };
+
+static double friction(const mbsr_force_args *args)
+{
+    const double *param = args->force->param, u = args->body->u[args->force->option[0]];
+    return param[FORCE] * u / hypot(u, param[SLIP]);
+}
+
+static int friction_evaluate(const mbsr_force_args *args)
+{
+    args->body->tau[args->force->option[0]] -= friction(args);
+    return MBSR_OK;
+}
+
+static int friction_dissipation(const mbsr_force_args *args, double *power)
+{
+    *power += friction(args) * args->body->u[args->force->option[0]];
+    return MBSR_OK;
+}
+
+static int friction_check(const mbsr_force_args *args, char text[MBSR_TEXT_SIZE])
+{
+    int status = check_coordinate(args, text);
+    if (!status) status = mbsri_check_not_negative(args, FORCE, 1, text);
+    if (!status && !(args->force->param[SLIP] > 0.0))
+        status = mbsri_refuse_parameter(text, args, SLIP, "not positive");
+    return status;
+}
+
+static const char *friction_parameter(int k)
+{
+    static const char *const names[] = {" (force)", " (slip)"};
+    return MBSRI_PARAMETER(names, k);
+}
+
+static const mbsr_force_table friction_table = {
+    .version = MBSR_FORCE_TABLE_VERSION,
+    .flags = MBSR_FORCE_JOINT_ONLY,
+    .name = "joint friction",
+    .evaluate = friction_evaluate,
+    .dissipation = friction_dissipation,
+    .check = friction_check,
+    .parameter = friction_parameter,
+};
+
+mbsr_force_def mbsr_force_joint_friction(int body, int coordinate, double force, double slip)
+{
+    mbsr_force_def def = mbsri_stock_force(&friction_table, 1, body, MBSR_GROUND);
+    def.option[0] = coordinate;
+    def.param[FORCE] = force;
+    def.param[SLIP] = slip;
+    return def;
+}

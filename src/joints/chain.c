@@ -1,0 +1,349 @@
+/* Kinematics of the stock joints in space: a chain of steps from frame A to frame B.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * Frame A stands on the predecessor, frame B on the body. Steps move a running frame from A to B:
+ * rotations about and translations along an axis, screws, and a rotation by a quaternion. Each step
+ * is one column or three of the body's velocity: with the axis a and the origin c of the running
+ * frame before the step, r the body's origin,
+ *
+ *   rotation      S = (a, a x (r - c))      screw   rotation + pitch (0, a)
+ *   translation   S = (0, a)                quaternion: rotations about the frame's three axes
+ *
+ * V_i = X V_pi + sum of S s',  X = [1 0; -[rho]x 1],  rho = r_i - r_pi. So K = I, H = -X, J = -S of
+ * the free coordinates, kI = -S s' of the driven ones, and
+ *
+ *   kII = H' V_pi - sum of S' s' - sum of S s'' of the driven ones
+ *
+ * S' follows from a' = omega x a and the velocities of c and r, where omega is the angular velocity
+ * of the running frame before the step. */
+#include "chain.h"
+
+#include "../space3.h"
+
+#include <string.h>
+
+typedef struct column {
+    double a[3], ad[3]; /* axis, and its rate */
+    double c[3], cd[3]; /* a point of it, and that point's velocity */
+    double turn, pitch; /* S = turn (a, a x (r - c)) + pitch (0, a) */
+    bool driven;
+    int place;         /* of its coordinate in u, or in the motion's outputs */
+    double s, sd, sdd; /* coordinate and rates; sdd of driven ones only */
+} column;
+
+typedef struct chain {
+    double R_pred[9], r_pred[3], omega_pred[3], v_pred[3];
+    double R[9], c[3], omega[3], cd[3]; /* the running frame and its motion */
+    int columns;
+    column column[MBSRI_MAX_STEPS];
+    double Ri[9], r[3], v[3]; /* the body */
+} chain;
+
+/* The predecessor as a body in space: what lies in the plane stands at z = 0 and turns about z. */
+static void place_predecessor(const mbsr_joint_args *args, chain *w)
+{
+    static const double unit[9] = {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};
+    const double *p = args->p_pred, *V = args->V_pred;
+    memcpy(w->R_pred, unit, sizeof unit);
+    memset(w->r_pred, 0, sizeof w->r_pred);
+    memset(w->omega_pred, 0, sizeof w->omega_pred);
+    memset(w->v_pred, 0, sizeof w->v_pred);
+    if (args->pred_space == MBSR_SPACE_SPATIAL) {
+        memcpy(w->R_pred, p + MBSR_POSE_R, sizeof w->R_pred);
+        memcpy(w->r_pred, p + MBSR_POSE_X, sizeof w->r_pred);
+        if (V) memcpy(w->omega_pred, V, sizeof w->omega_pred);
+        if (V) memcpy(w->v_pred, V + 3, sizeof w->v_pred);
+    } else if (args->pred_space != MBSR_SPACE_FIXED) {
+        for (int k = 0; k < 2; ++k) w->r_pred[k] = p[k];
+        for (int k = 0; k < 2 && V; ++k) w->v_pred[k] = V[k];
+    }
+    if (args->pred_space == MBSR_SPACE_PLANAR) {
+        w->R_pred[0] = w->R_pred[4] = cos(p[2]);
+        w->R_pred[1] = sin(p[2]);
+        w->R_pred[3] = -w->R_pred[1];
+        if (V) w->omega_pred[2] = V[2];
+    }
+}
+
+/* R <- R (rotation by angle s about the unit vector n) */
+static void turn_about(double R[9], const double n[3], double s)
+{
+    const double sine = sin(s), h = sin(0.5 * s), versine = 2.0 * h * h;
+    double N[9], T[9], product[9];
+    mbsri_cross_matrix3(n, N);
+    for (int j = 0; j < 3; ++j) {
+        for (int k = 0; k < 3; ++k)
+            T[3 * j + k] = sine * N[3 * j + k] + versine * (n[j] * n[k] - (j == k ? 1.0 : 0.0));
+        T[4 * j] += 1.0;
+    }
+    mbsri_multiply3(R, T, product);
+    memcpy(R, product, sizeof product);
+}
+
+/* A new column along axis a (world) through the running frame's origin. */
+static column *add_column(chain *w, const double a[3])
+{
+    column *col = w->column + w->columns++;
+    memcpy(col->a, a, sizeof col->a);
+    mbsri_cross3(w->omega, a, col->ad);
+    memcpy(col->c, w->c, sizeof col->c);
+    memcpy(col->cd, w->cd, sizeof col->cd);
+    col->s = col->sd = col->sdd = 0.0;
+    return col;
+}
+
+/* The origin of the running frame moves by x along a, which turns with omega, at the rate xd. */
+static void slide(chain *w, const column *col, double x, double xd)
+{
+    mbsri_add3(x, col->a, w->c);
+    mbsri_add3(x, col->ad, w->cd);
+    mbsri_add3(xd, col->a, w->cd);
+}
+
+/* A step with one coordinate. */
+static void step_along(const mbsr_joint_args *args, chain *w, int step, const double *driven)
+{
+    const int code = args->option[1 + step], kind = code & MBSRI_STEP_KIND;
+    const double *axis = args->param + MBSRI_AXES + MBSRI_AXIS_SIZE * step;
+    double a[3];
+    mbsri_rotate3(w->R, axis, a);
+    column *col = add_column(w, a);
+    col->driven = (code & MBSRI_DRIVEN) != 0;
+    col->place = code >> MBSRI_PLACE_SHIFT;
+    col->turn = kind == MBSRI_TRANSLATION ? 0.0 : 1.0;
+    col->pitch = kind == MBSRI_ROTATION ? 0.0 : kind == MBSRI_SCREW ? axis[3] : 1.0;
+    if (col->driven) {
+        col->s = driven[col->place];
+        col->sd = driven[MBSRI_MAX_STEPS + col->place];
+        col->sdd = driven[2 * MBSRI_MAX_STEPS + col->place];
+    } else {
+        col->s = args->q[col->place + (args->nq - args->n)];
+        col->sd = args->u ? args->u[col->place] : 0.0;
+    }
+    slide(w, col, col->pitch * col->s, col->pitch * col->sd);
+    if (col->turn == 0.0) return;
+    turn_about(w->R, axis, col->s);
+    mbsri_add3(col->sd, a, w->omega);
+}
+
+/* A rotation by the quaternion q / |q|. */
+static int step_quaternion(const mbsr_joint_args *args, chain *w)
+{
+    double T[9], product[9], axes[9];
+    const double *q = args->q, size = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
+    if (!(size > 0.0)) return MBSR_ZERO_QUATERNION;
+    memcpy(axes, w->R, sizeof axes);
+    const int first = w->columns;
+    for (int k = 0; k < 3; ++k) {
+        column *col = add_column(w, axes + 3 * k);
+        col->driven = false;
+        col->place = k;
+        col->turn = 1.0;
+        col->pitch = 0.0;
+        col->sd = args->u ? args->u[k] : 0.0;
+    }
+    for (int k = first; k < w->columns; ++k) mbsri_add3(w->column[k].sd, w->column[k].a, w->omega);
+    mbsr_quaternion_rotation(q, T);
+    mbsri_multiply3(w->R, T, product);
+    memcpy(w->R, product, sizeof product);
+    return MBSR_OK;
+}
+
+/* From the predecessor through all steps to the body. Velocities are zero where args has none. */
+static int walk(const mbsr_joint_args *args, chain *w)
+{
+    const double *A = args->param + MBSRI_A, *B = args->param + MBSRI_B;
+    double driven[3 * MBSRI_MAX_STEPS] = {0.0}, arm[3];
+    if (args->motion) {
+        const int status = args->motion(args->user, args->t, driven, driven + MBSRI_MAX_STEPS,
+                                        driven + 2 * MBSRI_MAX_STEPS);
+        if (status) return status;
+    }
+    place_predecessor(args, w);
+    w->columns = 0;
+    /* frame A */
+    mbsri_rotate3(w->R_pred, A, arm);
+    for (int k = 0; k < 3; ++k) w->c[k] = w->r_pred[k] + arm[k];
+    mbsri_cross3(w->omega_pred, arm, w->cd);
+    mbsri_add3(1.0, w->v_pred, w->cd);
+    memcpy(w->omega, w->omega_pred, sizeof w->omega);
+    mbsri_multiply3(w->R_pred, A + 3, w->R);
+    /* to frame B */
+    for (int step = 0; step < args->option[0]; ++step) {
+        if ((args->option[1 + step] & MBSRI_STEP_KIND) == MBSRI_QUATERNION) {
+            const int status = step_quaternion(args, w);
+            if (status) return status;
+        } else {
+            step_along(args, w, step, driven);
+        }
+    }
+    /* the body */
+    mbsri_multiply_transposed3(w->R, B + 3, w->Ri);
+    mbsri_rotate3(w->Ri, B, arm);
+    for (int k = 0; k < 3; ++k) arm[k] = -arm[k];
+    mbsri_cross3(w->omega, arm, w->v);
+    for (int k = 0; k < 3; ++k) {
+        w->r[k] = w->c[k] + arm[k];
+        w->v[k] += w->cd[k];
+    }
+    return MBSR_OK;
+}
+
+/* S and S' of a column; rate may be NULL. */
+static void motion_of(const chain *w, const column *col, double S[6], double rate[6])
+{
+    double arm[3], armd[3];
+    for (int k = 0; k < 3; ++k) {
+        arm[k] = w->r[k] - col->c[k];
+        armd[k] = w->v[k] - col->cd[k];
+        S[k] = col->turn * col->a[k];
+        S[3 + k] = col->pitch * col->a[k];
+    }
+    if (col->turn != 0.0) mbsri_add_cross3(col->a, arm, S + 3);
+    if (!rate) return;
+    for (int k = 0; k < 3; ++k) {
+        rate[k] = col->turn * col->ad[k];
+        rate[3 + k] = col->pitch * col->ad[k];
+    }
+    if (col->turn == 0.0) return;
+    mbsri_add_cross3(col->ad, arm, rate + 3);
+    mbsri_add_cross3(col->a, armd, rate + 3);
+}
+
+int mbsri_chain_position(const mbsr_joint_args *args, double *p)
+{
+    chain w;
+    const int status = walk(args, &w);
+    if (status) return status;
+    memcpy(p + MBSR_POSE_R, w.Ri, sizeof w.Ri);
+    memcpy(p + MBSR_POSE_X, w.r, sizeof w.r);
+    return MBSR_OK;
+}
+
+/* H = unit X for a predecessor in space; of a body in the plane the columns that it has.
+ * lower: the block [rho]x or its rate. */
+static void fill_H(mbsr_space space, double unit, const double lower[9], double *H)
+{
+    static const int spatial[] = {0, 1, 2, 3, 4, 5}, planar[] = {3, 4, 2};
+    const int *which = space == MBSR_SPACE_SPATIAL ? spatial : planar;
+    const int columns = space == MBSR_SPACE_SPATIAL  ? 6
+                        : space == MBSR_SPACE_PLANAR ? 3
+                        : space == MBSR_SPACE_POINT  ? 2
+                                                     : 0;
+    for (int k = 0; k < columns; ++k) {
+        double *h = H + 6 * k;
+        h[which[k]] = -unit;
+        for (int l = 0; l < 3 && which[k] < 3; ++l) h[3 + l] = lower[3 * which[k] + l];
+    }
+}
+
+int mbsri_chain_jacobians(const mbsr_joint_args *args, double *K, double *H, double *J, double *kI)
+{
+    (void)K;
+    chain w;
+    const int status = walk(args, &w);
+    if (status) return status;
+    double rho[3], lower[9];
+    for (int k = 0; k < 3; ++k) rho[k] = w.r[k] - w.r_pred[k];
+    mbsri_cross_matrix3(rho, lower);
+    fill_H(args->pred_space, 1.0, lower, H);
+    for (int c = 0; c < w.columns; ++c) {
+        const column *col = w.column + c;
+        double S[6];
+        motion_of(&w, col, S, NULL);
+        for (int k = 0; k < 6; ++k) {
+            if (col->driven)
+                kI[k] -= S[k] * col->sd;
+            else
+                J[6 * col->place + k] = -S[k];
+        }
+    }
+    return MBSR_OK;
+}
+
+int mbsri_chain_bias(const mbsr_joint_args *args, double *kII)
+{
+    chain w;
+    const int status = walk(args, &w);
+    if (status) return status;
+    /* -H' V_pi = omega_pi x rho' */
+    double rhod[3];
+    for (int k = 0; k < 3; ++k) rhod[k] = w.v_pred[k] - w.v[k];
+    mbsri_add_cross3(w.omega_pred, rhod, kII + 3);
+    for (int c = 0; c < w.columns; ++c) {
+        const column *col = w.column + c;
+        double S[6], rate[6];
+        motion_of(&w, col, S, rate);
+        for (int k = 0; k < 6; ++k) kII[k] -= rate[k] * col->sd + S[k] * col->sdd;
+    }
+    return MBSR_OK;
+}
+
+int mbsri_chain_rates(const mbsr_joint_args *args, double *Kdot, double *Hdot, double *Jdot)
+{
+    (void)Kdot;
+    chain w;
+    const int status = walk(args, &w);
+    if (status) return status;
+    double rhod[3], lower[9];
+    for (int k = 0; k < 3; ++k) rhod[k] = w.v[k] - w.v_pred[k];
+    mbsri_cross_matrix3(rhod, lower);
+    fill_H(args->pred_space, 0.0, lower, Hdot);
+    for (int c = 0; c < w.columns; ++c) {
+        const column *col = w.column + c;
+        double S[6], rate[6];
+        if (col->driven) continue;
+        motion_of(&w, col, S, rate);
+        for (int k = 0; k < 6; ++k) Jdot[6 * col->place + k] = -rate[k];
+    }
+    return MBSR_OK;
+}
+
+int mbsri_chain_motion(const mbsr_joint_args *args, double *p, double *S, double *kI, double *bias,
+                       double *Sdot)
+{
+    chain w;
+    const int status = walk(args, &w);
+    if (status) return status;
+    memcpy(p + MBSR_POSE_R, w.Ri, sizeof w.Ri);
+    memcpy(p + MBSR_POSE_X, w.r, sizeof w.r);
+    double rhod[3];
+    for (int k = 0; k < 3; ++k) rhod[k] = w.v[k] - w.v_pred[k];
+    for (int k = 0; k < 3; ++k) kI[k] = bias[k] = 0.0;
+    mbsri_cross3(w.omega_pred, rhod, bias + 3);
+    for (int c = 0; c < w.columns; ++c) {
+        const column *col = w.column + c;
+        double own[6], rate[6];
+        motion_of(&w, col, own, rate);
+        for (int k = 0; k < 6; ++k) {
+            bias[k] += rate[k] * col->sd + own[k] * col->sdd;
+            if (col->driven) {
+                if (k < 3) kI[k] -= own[k] * col->sd;
+                continue;
+            }
+            S[6 * col->place + k] = own[k];
+            if (Sdot) Sdot[6 * col->place + k] = rate[k];
+        }
+    }
+    return MBSR_OK;
+}
+
+/* q' = 1/2 (0, omega) q for the quaternion, whose length stays; u for all others. */
+int mbsri_chain_coordinate_rates(const mbsr_joint_args *args, double *qdot)
+{
+    const double *q = args->q, *u = args->u;
+    qdot[0] = -0.5 * mbsri_dot3(u, q + 1);
+    mbsri_cross3(u, q + 1, qdot + 1);
+    for (int k = 0; k < 3; ++k) qdot[1 + k] = 0.5 * (qdot[1 + k] + q[0] * u[k]);
+    for (int k = 3; k < args->n; ++k) qdot[k + 1] = u[k];
+    return MBSR_OK;
+}
+
+int mbsri_chain_normalise(const mbsr_joint_args *args, double *q)
+{
+    (void)args;
+    const double size = sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+    if (!(size > 0.0)) return MBSR_ZERO_QUATERNION;
+    for (int k = 0; k < 4; ++k) q[k] /= size;
+    return MBSR_OK;
+}

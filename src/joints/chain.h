@@ -1,0 +1,40 @@
+/* What the stock joints in space share: chain.c moves them, spatial.c makes them.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRI_CHAIN_H
+#define MBSRI_CHAIN_H
+
+#include "../frames.h"
+#include "../internal.h"
+
+/* param: frame A, frame B (origin, axes: 12 numbers each), then direction and pitch of each step.
+ * */
+enum { MBSRI_A = 0, MBSRI_B = 12, MBSRI_AXES = 24, MBSRI_AXIS_SIZE = 4 };
+
+/* option[0]: number of steps; option[1 + k]: kind of step k, whether it is driven, and, from bit 4
+ * on, the place of its first coordinate in u, or of a driven one in the motion's outputs. A
+ * quaternion takes the first 4 places of q and the first 3 of u; what else the joint has stands
+ * behind. */
+enum {
+    MBSRI_MAX_STEPS = 6,
+    MBSRI_ROTATION = 1,
+    MBSRI_TRANSLATION = 2,
+    MBSRI_SCREW = 3,
+    MBSRI_QUATERNION = 4,
+    MBSRI_STEP_KIND = 7,
+    MBSRI_DRIVEN = 8,
+    MBSRI_PLACE_SHIFT = 4
+};
+
+/* The functions of the joint table. */
+int mbsri_chain_position(const mbsr_joint_args *args, double *p);
+int mbsri_chain_jacobians(const mbsr_joint_args *args, double *K, double *H, double *J, double *kI);
+int mbsri_chain_bias(const mbsr_joint_args *args, double *kII);
+int mbsri_chain_rates(const mbsr_joint_args *args, double *Kdot, double *Hdot, double *Jdot);
+int mbsri_chain_coordinate_rates(const mbsr_joint_args *args, double *qdot);
+/* Pose, -J, the angular part of kI, -kII and -Jdot in one pass; Jdot may be NULL. All are
+ * overwritten. */
+int mbsri_chain_motion(const mbsr_joint_args *args, double *p, double *S, double *kI, double *bias,
+                       double *Sdot);
+int mbsri_chain_normalise(const mbsr_joint_args *args, double *q);
+
+#endif

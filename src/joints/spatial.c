@@ -1,0 +1,269 @@
+/* Joints in space: constructors, validation, tables. chain.c moves them.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "chain.h"
+
+#include "../space3.h"
+
+#include <stdio.h>
+#include <string.h>
+
+/* ---- what finish refuses ---- */
+
+static int refuse(char text[MBSR_TEXT_SIZE], int status, const char *format, int number,
+                  double value)
+{
+    snprintf(text, MBSR_TEXT_SIZE, format, number, value);
+    return status;
+}
+
+static const char *parameter(int k)
+{
+    static const char *const names[] = {
+        " (frame A, x[0])",    " (frame A, x[1])",    " (frame A, x[2])",    " (frame A, R[0])",
+        " (frame A, R[1])",    " (frame A, R[2])",    " (frame A, R[3])",    " (frame A, R[4])",
+        " (frame A, R[5])",    " (frame A, R[6])",    " (frame A, R[7])",    " (frame A, R[8])",
+        " (frame B, x[0])",    " (frame B, x[1])",    " (frame B, x[2])",    " (frame B, R[0])",
+        " (frame B, R[1])",    " (frame B, R[2])",    " (frame B, R[3])",    " (frame B, R[4])",
+        " (frame B, R[5])",    " (frame B, R[6])",    " (frame B, R[7])",    " (frame B, R[8])",
+        " (axis direction x)", " (axis direction y)", " (axis direction z)", " (pitch)"};
+    return names[k < MBSRI_AXES ? k : MBSRI_AXES + (k - MBSRI_AXES) % MBSRI_AXIS_SIZE];
+}
+
+static int check_frames(const mbsr_joint *joint, char text[MBSR_TEXT_SIZE])
+{
+    for (int k = 0; k < 2; ++k) {
+        const double defect = mbsri_frame_defect(joint->param + (k ? MBSRI_B : MBSRI_A) + 3);
+        if (defect <= 1e-9) continue;
+        snprintf(text, MBSR_TEXT_SIZE,
+                 "the axes of frame %c are not orthonormal and right-handed: "
+                 "R^T R differs from 1 by %g",
+                 k ? 'B' : 'A', defect);
+        return MBSR_ERR_VALUE;
+    }
+    return MBSR_OK;
+}
+
+static bool parallel(const double a[3], const double b[3])
+{
+    double c[3];
+    mbsri_cross3(a, b, c);
+    return mbsri_norm3(c) < 1e-6;
+}
+
+/* Directions of unit length, and no two equal axes in a row, which are one. */
+static int check_axes(const mbsr_joint *joint, char text[MBSR_TEXT_SIZE])
+{
+    for (int k = 0; k < joint->option[0]; ++k) {
+        const double *a = joint->param + MBSRI_AXES + MBSRI_AXIS_SIZE * k;
+        const int kind = joint->option[1 + k] & MBSRI_STEP_KIND;
+        if (kind == MBSRI_QUATERNION) continue;
+        if (kind < MBSRI_ROTATION || kind > MBSRI_SCREW)
+            return refuse(text, MBSR_ERR_VALUE, "the kind of axis %d is none of mbsr_axis_kind", k,
+                          0.0);
+        const double length = mbsri_norm3(a);
+        if (!(fabs(length - 1.0) < 1e-9)) {
+            return refuse(text, MBSR_ERR_VALUE, "the direction of axis %d has length %g", k,
+                          length);
+        }
+        if (kind != MBSRI_SCREW && a[3] != 0.0) {
+            return refuse(text, MBSR_ERR_VALUE, "axis %d is no screw, but its pitch is %g", k,
+                          a[3]);
+        }
+        if (k > 0 && (joint->option[k] & MBSRI_STEP_KIND) == kind && kind != MBSRI_SCREW &&
+            !((joint->option[k] | joint->option[1 + k]) & MBSRI_DRIVEN) &&
+            parallel(a, a - MBSRI_AXIS_SIZE)) {
+            return refuse(text, MBSR_ERR_VALUE, "axis %d is parallel to the one before", k, 0.0);
+        }
+    }
+    return MBSR_OK;
+}
+
+static int check(const mbsr_joint *joint, mbsr_space pred_space, int pred_d,
+                 char text[MBSR_TEXT_SIZE])
+{
+    (void)pred_d;
+    if (pred_space == MBSR_SPACE_GENERAL) {
+        return refuse(text, MBSR_ERR_SPACE,
+                      "the predecessor is in GENERAL space; it must be SPATIAL, PLANAR, POINT or a "
+                      "root",
+                      0, 0.0);
+    }
+    if (joint->option[0] < 0 || joint->option[0] > MBSRI_MAX_STEPS) {
+        return refuse(text, MBSR_ERR_VALUE, "it has %d axes, which must be 0 .. 6",
+                      joint->option[0], 0.0);
+    }
+    const int status = check_frames(joint, text);
+    if (status) return status;
+    int driven = 0, free = 0;
+    for (int k = 0; k < joint->option[0]; ++k) {
+        const int code = joint->option[1 + k];
+        driven += (code & MBSRI_DRIVEN) != 0;
+        free += code & MBSRI_DRIVEN ? 0 : (code & MBSRI_STEP_KIND) == MBSRI_QUATERNION ? 3 : 1;
+    }
+    if (free != joint->n)
+        return refuse(text, MBSR_ERR_VALUE, "its axes have %d free coordinates, n is another", free,
+                      0.0);
+    if (driven > 0 && !joint->motion)
+        return refuse(text, MBSR_ERR_VALUE, "%d of its axes are driven, but motion is NULL", driven,
+                      0.0);
+    return check_axes(joint, text);
+}
+
+/* ---- tables: they differ in the name, in what is promised of J, and in q' ---- */
+
+#define CHAIN(promise, label)                                                                      \
+    .version = MBSR_JOINT_TABLE_VERSION, .flags = MBSR_JOINT_UNIT_K | (promise), .name = (label),  \
+    .position = mbsri_chain_position, .jacobians = mbsri_chain_jacobians,                          \
+    .bias = mbsri_chain_bias, .rates = mbsri_chain_rates, .check = check, .parameter = parameter
+#define QUATERNION                                                                                 \
+    .coordinate_rates = mbsri_chain_coordinate_rates, .normalise = mbsri_chain_normalise
+
+static const mbsr_joint_table weld = {CHAIN(MBSR_JOINT_REGULAR_J, "weld")};
+static const mbsr_joint_table revolute = {CHAIN(MBSR_JOINT_REGULAR_J, "revolute")};
+static const mbsr_joint_table prismatic = {CHAIN(MBSR_JOINT_REGULAR_J, "prismatic")};
+static const mbsr_joint_table screw = {CHAIN(MBSR_JOINT_REGULAR_J, "screw")};
+static const mbsr_joint_table cylindrical = {CHAIN(MBSR_JOINT_REGULAR_J, "cylindrical")};
+static const mbsr_joint_table universal = {CHAIN(MBSR_JOINT_REGULAR_J, "universal")};
+static const mbsr_joint_table in_plane = {CHAIN(MBSR_JOINT_REGULAR_J, "in-plane")};
+static const mbsr_joint_table translational = {CHAIN(MBSR_JOINT_REGULAR_J, "translational")};
+static const mbsr_joint_table compound = {CHAIN(0u, "compound")};
+static const mbsr_joint_table spherical = {CHAIN(MBSR_JOINT_REGULAR_J, "spherical"), QUATERNION};
+static const mbsr_joint_table free_joint = {CHAIN(MBSR_JOINT_REGULAR_J, "free"), QUATERNION};
+
+/* ---- constructors ---- */
+
+static const double e_x[3] = {1.0, 0.0, 0.0}, e_y[3] = {0.0, 1.0, 0.0}, e_z[3] = {0.0, 0.0, 1.0};
+
+static mbsr_joint start(const mbsr_joint_table *table, const mbsr_frame *A, const mbsr_frame *B)
+{
+    mbsr_joint joint = {.table = table,
+                        .space = MBSR_SPACE_SPATIAL,
+                        .d = 6,
+                        .np = MBSR_POSE_SIZE,
+                        .params = MBSRI_AXES};
+    mbsri_store_frame(A, joint.param + MBSRI_A);
+    mbsri_store_frame(B, joint.param + MBSRI_B);
+    return joint;
+}
+
+/* One more step; a direction of length zero is kept for the check to find. `place` is that of its
+ * coordinate. */
+static void add_step(mbsr_joint *joint, int kind, const double direction[3], double pitch,
+                     bool driven, int place)
+{
+    const int step = joint->option[0]++;
+    double *axis = joint->param + MBSRI_AXES + MBSRI_AXIS_SIZE * step;
+    const double length = mbsri_norm3(direction);
+    for (int k = 0; k < 3; ++k) axis[k] = length > 0.0 ? direction[k] / length : direction[k];
+    axis[3] = pitch;
+    joint->params += MBSRI_AXIS_SIZE;
+    joint->option[1 + step] = kind | (driven ? MBSRI_DRIVEN : 0) | place << MBSRI_PLACE_SHIFT;
+    if (driven) return;
+    joint->n += kind == MBSRI_QUATERNION ? 3 : 1;
+    joint->nq += kind == MBSRI_QUATERNION ? 4 : 1;
+}
+
+static mbsr_joint one_axis(const mbsr_joint_table *table, const mbsr_frame *A, const mbsr_frame *B,
+                           int kind, const double axis[3], double pitch)
+{
+    mbsr_joint joint = start(table, A, B);
+    add_step(&joint, kind, axis, pitch, false, 0);
+    return joint;
+}
+
+static mbsr_joint two_axes(const mbsr_joint_table *table, const mbsr_frame *A, const mbsr_frame *B,
+                           const double first[3], int second_kind, const double second[3])
+{
+    mbsr_joint joint = one_axis(table, A, B, MBSRI_ROTATION, first, 0.0);
+    add_step(&joint, second_kind, second, 0.0, false, 1);
+    return joint;
+}
+
+mbsr_joint mbsr_joint_compound(const mbsr_frame *A, const mbsr_frame *B, int count,
+                               const mbsr_axis *axes, mbsr_motion_fn motion, void *user)
+{
+    mbsr_joint joint = start(&compound, A, B);
+    int driven = 0;
+    if (count < 0 || count > MBSRI_MAX_STEPS) {
+        joint.option[0] = count;
+        return joint;
+    }
+    for (int k = 0; k < count; ++k) {
+        const bool is_driven = axes[k].driven != 0;
+        const int kind = axes[k].kind >= MBSR_AXIS_ROTATION && axes[k].kind <= MBSR_AXIS_SCREW
+                             ? (int)axes[k].kind
+                             : 0;
+        add_step(&joint, kind, axes[k].direction, axes[k].pitch, is_driven,
+                 is_driven ? driven++ : joint.n);
+    }
+    joint.motion = driven > 0 ? motion : NULL;
+    joint.user = user;
+    return joint;
+}
+
+mbsr_joint mbsr_joint_weld(const mbsr_frame *A, const mbsr_frame *B)
+{
+    return start(&weld, A, B);
+}
+
+mbsr_joint mbsr_joint_revolute(const mbsr_frame *A, const mbsr_frame *B, const double axis[3])
+{
+    return one_axis(&revolute, A, B, MBSRI_ROTATION, axis, 0.0);
+}
+
+mbsr_joint mbsr_joint_prismatic(const mbsr_frame *A, const mbsr_frame *B, const double axis[3])
+{
+    return one_axis(&prismatic, A, B, MBSRI_TRANSLATION, axis, 0.0);
+}
+
+mbsr_joint mbsr_joint_screw(const mbsr_frame *A, const mbsr_frame *B, const double axis[3],
+                            double pitch)
+{
+    return one_axis(&screw, A, B, MBSRI_SCREW, axis, pitch);
+}
+
+mbsr_joint mbsr_joint_cylindrical(const mbsr_frame *A, const mbsr_frame *B, const double axis[3])
+{
+    return two_axes(&cylindrical, A, B, axis, MBSRI_TRANSLATION, axis);
+}
+
+mbsr_joint mbsr_joint_universal(const mbsr_frame *A, const mbsr_frame *B, const double first[3],
+                                const double second[3])
+{
+    return two_axes(&universal, A, B, first, MBSRI_ROTATION, second);
+}
+
+static void add_translations(mbsr_joint *joint, int count, int place)
+{
+    const double *const axes[3] = {e_x, e_y, e_z};
+    for (int k = 0; k < count; ++k)
+        add_step(joint, MBSRI_TRANSLATION, axes[k], 0.0, false, place + k);
+}
+
+mbsr_joint mbsr_joint_in_plane(const mbsr_frame *A, const mbsr_frame *B)
+{
+    mbsr_joint joint = start(&in_plane, A, B);
+    add_translations(&joint, 2, 0);
+    add_step(&joint, MBSRI_ROTATION, e_z, 0.0, false, 2);
+    return joint;
+}
+
+mbsr_joint mbsr_joint_translational(const mbsr_frame *A, const mbsr_frame *B)
+{
+    mbsr_joint joint = start(&translational, A, B);
+    add_translations(&joint, 3, 0);
+    return joint;
+}
+
+mbsr_joint mbsr_joint_spherical(const mbsr_frame *A, const mbsr_frame *B)
+{
+    return one_axis(&spherical, A, B, MBSRI_QUATERNION, e_z, 0.0);
+}
+
+mbsr_joint mbsr_joint_free(const mbsr_frame *A, const mbsr_frame *B)
+{
+    mbsr_joint joint = start(&free_joint, A, B);
+    add_translations(&joint, 3, 3);
+    add_step(&joint, MBSRI_QUATERNION, e_z, 0.0, false, 0);
+    return joint;
+}

@@ -1,0 +1,369 @@
+/* The fast sweeps of rigid bodies in space against the stages, which know nothing of them, for
+ * every kind of processor that this machine can run.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "expect.h"
+#include "fast/fast.h"
+#include "space.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+static int kernels(const mbsri_fast_kernels *list[2])
+{
+    int count = 0;
+    list[count++] = &mbsri_fast_base;
+#if defined(MBSR_WITH_V3)
+    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
+        list[count++] = &mbsri_fast_v3;
+#endif
+    return count;
+}
+
+typedef struct scene {
+    mbsr_model *model;
+    mbsr_data *data;
+    int n, nq, nu;
+    double *q, *u, *tau, *udot, *expected;
+} scene;
+
+typedef struct choice {
+    uint64_t seed;
+    int bodies;
+    double massless;  /* share of bodies without inertia */
+    double points;    /* share of particles and rods */
+    double many;      /* share of joints with several axes or quaternions */
+    double branching; /* 0: a chain */
+    double length;    /* of links */
+} choice;
+
+static double share(test_rng *rng)
+{
+    return 0.5 * (1.0 + test_uniform(rng));
+}
+
+static mbsr_joint random_joint(test_rng *rng, const choice *c)
+{
+    mbsr_frame A = test_frame(rng, c->length), B = test_frame(rng, 0.3 * c->length);
+    double axis[3], second[3];
+    test_fill(rng, 3, axis);
+    test_fill(rng, 3, second);
+    if (share(rng) < c->many) {
+        switch ((int)(6.0 * share(rng))) {
+        case 0: return mbsr_joint_spherical(&A, &B);
+        case 1: return mbsr_joint_free(&A, &B);
+        case 2: return mbsr_joint_universal(&A, &B, axis, second);
+        case 3: return mbsr_joint_cylindrical(&A, &B, axis);
+        case 4: return mbsr_joint_in_plane(&A, &B);
+        default: return mbsr_joint_translational(&A, &B);
+        }
+    }
+    switch ((int)(6.0 * share(rng))) {
+    case 0: return mbsr_joint_prismatic(&A, &B, axis);
+    case 1: return mbsr_joint_screw(&A, &B, axis, 0.4 * c->length);
+    case 2: return mbsr_joint_weld(&A, &B);
+    default: return mbsr_joint_revolute(&A, &B, axis);
+    }
+}
+
+static mbsr_inertia random_inertia(test_rng *rng, const choice *c)
+{
+    const double a = 0.1 + share(rng), b = 0.1 + share(rng), l = c->length;
+    double at[3], end[3];
+    test_fill(rng, 3, at);
+    test_fill(rng, 3, end);
+    for (int k = 0; k < 3; ++k) at[k] *= 0.3 * l, end[k] *= 0.3 * l;
+    if (share(rng) < c->massless) return mbsr_inertia_zero();
+    if (share(rng) < c->points)
+        return share(rng) < 0.5 ? mbsr_inertia_point_mass(a, at) : mbsr_inertia_rod(a, at, end);
+    const double edges[3] = {0.3 * l, 0.2 * l * a, 0.4 * l * b};
+    const mbsr_frame frame = test_frame(rng, 0.3 * l);
+    return mbsr_inertia_moved(&frame, mbsr_inertia_box(a / (l * l * l), edges));
+}
+
+static void make(scene *s, choice c)
+{
+    test_rng rng = test_seed(c.seed);
+    assert_ok(mbsr_model_create(NULL, &s->model, NULL), NULL);
+    for (int i = 0; i < c.bodies; ++i) {
+        mbsr_body_def body = mbsr_default_body_def();
+        body.parent = i - 1;
+        if (i > 0 && share(&rng) < c.branching) body.parent = (int)(i * share(&rng)) % i;
+        body.joint = random_joint(&rng, &c);
+        body.inertia = random_inertia(&rng, &c);
+        assert_ok(mbsr_model_add_body(s->model, &body, NULL), mbsr_model_error(s->model));
+    }
+    const mbsr_force_def g = mbsr_force_gravity(0.7, -1.3, -9.81);
+    assert_ok(mbsr_model_add_force(s->model, &g, NULL), mbsr_model_error(s->model));
+    assert_ok(mbsr_model_finish(s->model), mbsr_model_error(s->model));
+    assert_ok(mbsr_data_create(s->model, &s->data, NULL), NULL);
+    s->nq = mbsr_model_nq(s->model);
+    s->nu = mbsr_model_nu(s->model);
+    const size_t size = (size_t)s->nq + 4 * (size_t)s->nu + 1;
+    s->q = malloc(size * sizeof(double));
+    s->u = s->q + s->nq;
+    s->tau = s->u + s->nu;
+    s->udot = s->tau + s->nu;
+    s->expected = s->udot + s->nu;
+    test_fill(&rng, s->nq, s->q);
+    test_fill(&rng, s->nu, s->u);
+    test_fill(&rng, s->nu, s->tau);
+}
+
+static void drop(scene *s)
+{
+    free(s->q);
+    mbsr_data_destroy(s->data);
+    mbsr_model_destroy(s->model);
+}
+
+static double largest(int n, const double *x)
+{
+    double most = 0.0;
+    for (int k = 0; k < n; ++k) most = fmax(most, fabs(x[k]));
+    return most;
+}
+
+static double distance(int n, const double *a, const double *b)
+{
+    double most = 0.0;
+    for (int k = 0; k < n; ++k) most = fmax(most, fabs(a[k] - b[k]));
+    return most;
+}
+
+/* Forward dynamics by the sweeps and by the stages; returns whether the sweeps served. */
+static bool compare(scene *s, double tolerance)
+{
+    const mbsri_fast_kernels *list[2];
+    bool fast = false;
+    const int status =
+        mbsri_forward_by_stages(s->model, s->data, 0.0, s->q, s->u, s->tau, s->expected);
+    assert_true(status == MBSR_OK || status == MBSR_UNDETERMINED);
+    int *rank = malloc(((size_t)mbsr_model_bodies(s->model) + 1) * sizeof *rank);
+    for (int i = 1; i <= s->model->bodies; ++i) rank[i] = s->data->rank[i];
+    for (int k = 0; k < kernels(list); ++k) {
+        s->model->fast->kernels = list[k];
+        mbsri_data_poison(s->data);
+        fast = mbsri_fast_forward_dynamics(s->model, s->data, 0.0, s->q, s->u, s->tau, s->udot);
+        if (!fast) break;
+        assert_true(distance(s->nu, s->udot, s->expected) <=
+                    tolerance * (1.0 + largest(s->nu, s->expected)));
+        for (int i = 1; i <= s->model->bodies; ++i) assert_int_equal(s->data->rank[i], rank[i]);
+    }
+    free(rank);
+    return fast;
+}
+
+static void regular_trees_agree_with_the_stages(void **state)
+{
+    (void)state;
+    int served = 0;
+    for (int k = 0; k < 200; ++k) {
+        scene s;
+        make(&s, (choice){.seed = 100 + (uint64_t)k,
+                          .bodies = 1 + k % 23,
+                          .many = k % 2 ? 0.3 : 0.0,
+                          .branching = 0.25 * (k % 4),
+                          .length = k % 3 ? 1.0 : 1000.0});
+        const bool fast = compare(&s, 1e-9);
+        assert_true(fast || k % 2); /* joints of one axis are always clear here */
+        served += fast;
+        drop(&s);
+    }
+    print_message("%d of 200 trees served\n", served);
+    assert_true(served > 180);
+}
+
+static void trees_with_massless_bodies_agree_where_they_are_served(void **state)
+{
+    (void)state;
+    int served = 0, trees = 400;
+    for (int k = 0; k < trees; ++k) {
+        scene s;
+        make(&s, (choice){.seed = 1000 + (uint64_t)k,
+                          .bodies = 2 + k % 15,
+                          .massless = 0.4 * (k % 3),
+                          .points = 0.3 * (k % 2),
+                          .many = k % 5 ? 0.0 : 0.2,
+                          .branching = 0.3 * (k % 4),
+                          .length = 1.0});
+        served += compare(&s, 1e-7);
+        drop(&s);
+    }
+    print_message("%d of %d trees served\n", served, trees);
+    assert_true(served > trees / 2);
+}
+
+static void inverse_dynamics_agrees(void **state)
+{
+    (void)state;
+    const mbsri_fast_kernels *list[2];
+    const int count = kernels(list);
+    for (int k = 0; k < 200; ++k) {
+        scene s;
+        make(&s, (choice){.seed = 5000 + (uint64_t)k,
+                          .bodies = 1 + k % 23,
+                          .massless = 0.2 * (k % 3),
+                          .points = 0.2,
+                          .many = k % 2 ? 0.3 : 0.0,
+                          .branching = 0.25 * (k % 4),
+                          .length = 1.0});
+        assert_ok(mbsr_positions(s.model, s.data, 0.0, s.q), mbsr_data_error(s.data));
+        assert_ok(mbsr_velocities(s.model, s.data, s.u), mbsr_data_error(s.data));
+        assert_ok(mbsr_forces(s.model, s.data, NULL), mbsr_data_error(s.data));
+        mbsri_inverse_sweeps(s.model, s.data, s.tau);
+        mbsri_scatter(s.model, s.data->out, s.expected);
+        for (int l = 0; l < count; ++l) {
+            s.model->fast->kernels = list[l];
+            assert_true(mbsri_fast_inverse_dynamics(s.model, s.data, 0.0, s.q, s.u, s.tau, s.udot));
+            assert_true(distance(s.nu, s.udot, s.expected) <=
+                        1e-12 * (1.0 + largest(s.nu, s.expected)));
+        }
+        drop(&s);
+    }
+}
+
+/* The residual of the momentum form at random y, y', with and without the sweeps. */
+static void compare_momentum(scene *s, uint64_t seed, int *served)
+{
+    const mbsri_fast_kernels *list[2];
+    const int size = mbsr_dae_size(s->model, MBSR_DAE_MOMENTUM), nq = s->nq, nu = s->nu;
+    double *y = malloc(4 * (size_t)size * sizeof *y), *yp = y + size, *F = yp + size,
+           *expected = F + size;
+    test_rng rng = test_seed(seed);
+    assert_ok(mbsr_dae_pack(s->model, s->data, MBSR_DAE_MOMENTUM, 0.0, s->q, s->u, y),
+              mbsr_data_error(s->data));
+    for (int k = 0; k < nu; ++k) y[nq + k] += test_uniform(&rng);
+    test_fill(&rng, size, yp);
+    mbsri_fast *tree = s->model->fast;
+    s->model->fast = NULL;
+    assert_ok(mbsr_dae_residual(s->model, s->data, MBSR_DAE_MOMENTUM, 0.0, y, yp, expected),
+              mbsr_data_error(s->data));
+    s->model->fast = tree;
+    for (int k = 0; k < kernels(list); ++k) {
+        tree->kernels = list[k];
+        mbsri_data_poison(s->data);
+        if (!mbsri_fast_momentum_residual(s->model, s->data, 0.0, y, yp, F)) break;
+        *served += k == 0;
+        for (int l = 0; l < 3; ++l) {
+            const int first = l == 0 ? 0 : nq + (l - 1) * nu, n = l == 0 ? nq : nu;
+            assert_true(distance(n, F + first, expected + first) <=
+                        1e-10 * (1.0 + largest(n, expected + first)));
+        }
+    }
+    free(y);
+}
+
+static void the_momentum_form_agrees(void **state)
+{
+    (void)state;
+    int served = 0;
+    for (int k = 0; k < 300; ++k) {
+        scene s;
+        make(&s, (choice){.seed = 9000 + (uint64_t)k,
+                          .bodies = 1 + k % 19,
+                          .massless = 0.2 * (k % 4),
+                          .points = 0.2 * (k % 2),
+                          .many = k % 3 ? 0.0 : 0.3,
+                          .branching = 0.25 * (k % 4),
+                          .length = 1.0});
+        compare_momentum(&s, (uint64_t)k, &served);
+        drop(&s);
+    }
+    print_message("%d of 300 trees served\n", served);
+    assert_true(served > 250);
+}
+
+/* Lean data gives the same numbers to the last digit, and says what it cannot do. */
+static void lean_data_serves_the_same(void **state)
+{
+    (void)state;
+    scene s;
+    make(&s, (choice){.seed = 77, .bodies = 40, .branching = 0.3, .length = 1.0});
+    mbsr_data *lean;
+    assert_ok(mbsr_data_create_lean(s.model, &lean, NULL), NULL);
+    mbsri_data_poison(lean);
+    assert_true(mbsr_data_size_lean(s.model) * 5 < mbsr_data_size(s.model));
+    assert_ok(mbsr_forward_dynamics(s.model, s.data, 0.0, s.q, s.u, s.tau, s.expected),
+              mbsr_data_error(s.data));
+    assert_ok(mbsr_forward_dynamics(s.model, lean, 0.0, s.q, s.u, s.tau, s.udot),
+              mbsr_data_error(lean));
+    assert_true(distance(s.nu, s.udot, s.expected) == 0.0);
+    assert_ok(mbsr_inverse_dynamics(s.model, lean, 0.0, s.q, s.u, s.expected, s.udot),
+              mbsr_data_error(lean));
+    assert_true(distance(s.nu, s.udot, s.tau) < 1e-10);
+    assert_ok(mbsr_bias_forces(s.model, lean, 0.0, s.q, s.u, s.udot), mbsr_data_error(lean));
+    double pose[MBSR_POSE_SIZE];
+    assert_refused(mbsr_body_pose(s.model, lean, 0, pose), mbsr_data_error(lean), MBSR_ERR_LEAN,
+                   MBSR_NONE, MBSR_NONE, "full data");
+    assert_refused(mbsr_positions(s.model, lean, 0.0, s.q), mbsr_data_error(lean), MBSR_ERR_LEAN,
+                   MBSR_NONE, MBSR_NONE, "mbsr_data_create_lean");
+    s.q[0] = NAN;
+    assert_int_equal(mbsr_forward_dynamics(s.model, lean, 0.0, s.q, s.u, s.tau, s.udot),
+                     MBSR_NOT_FINITE);
+    mbsr_data_destroy(lean);
+    drop(&s);
+}
+
+/* What the stages hold after a call that did not run them. */
+static void results_can_be_asked_for_after_every_call(void **state)
+{
+    (void)state;
+    scene s;
+    double pose[2][MBSR_POSE_SIZE], A[2][6];
+    mbsr_rank_info info;
+    make(&s, (choice){.seed = 78, .bodies = 12, .many = 0.3, .branching = 0.3, .length = 1.0});
+    assert_ok(mbsr_forward_dynamics(s.model, s.data, 0.0, s.q, s.u, s.tau, s.udot),
+              mbsr_data_error(s.data));
+    assert_int_equal(mbsr_total_rank(s.model, s.data), s.nu);
+    assert_ok(mbsr_body_rank(s.model, s.data, 5, &info), mbsr_data_error(s.data));
+    assert_int_equal(info.rank, info.n);
+    assert_ok(mbsr_forward_dynamics(s.model, s.data, 0.0, s.q, s.u, s.tau, s.udot),
+              mbsr_data_error(s.data));
+    assert_ok(mbsr_body_pose(s.model, s.data, 7, pose[0]), mbsr_data_error(s.data));
+    assert_int_equal(mbsr_body_acceleration(s.model, s.data, 7, A[0]), MBSR_ERR_SEQUENCE);
+    assert_ok(mbsr_inverse_dynamics(s.model, s.data, 0.0, s.q, s.u, s.udot, s.expected),
+              mbsr_data_error(s.data));
+    assert_ok(mbsr_body_acceleration(s.model, s.data, 7, A[0]), mbsr_data_error(s.data));
+    assert_ok(mbsr_positions(s.model, s.data, 0.0, s.q), mbsr_data_error(s.data));
+    assert_ok(mbsr_body_pose(s.model, s.data, 7, pose[1]), mbsr_data_error(s.data));
+    assert_true(distance(MBSR_POSE_SIZE, pose[0], pose[1]) == 0.0);
+    assert_ok(mbsr_velocities(s.model, s.data, s.u), mbsr_data_error(s.data));
+    assert_ok(mbsr_forces(s.model, s.data, NULL), mbsr_data_error(s.data));
+    assert_ok(mbsr_accelerations(s.model, s.data, s.udot), mbsr_data_error(s.data));
+    assert_ok(mbsr_body_acceleration(s.model, s.data, 7, A[1]), mbsr_data_error(s.data));
+    assert_true(distance(6, A[0], A[1]) == 0.0);
+    drop(&s);
+}
+
+static void sines_and_cosines_are_those_of_the_c_library(void **state)
+{
+    (void)state;
+    const mbsri_fast_kernels *list[2];
+    test_rng rng = test_seed(3);
+    for (int l = 0; l < kernels(list); ++l) {
+        for (int k = 0; k < 20000; ++k) {
+            double x[5], sincos[10];
+            const double size = pow(10.0, 7.0 * test_uniform(&rng));
+            for (int i = 0; i < 5; ++i) x[i] = size * test_uniform(&rng);
+            list[l]->trigonometry(5, x, sincos);
+            for (int i = 0; i < 5; ++i) {
+                assert_close(sincos[2 * i], cos(x[i]), 3e-16);
+                assert_close(sincos[2 * i + 1], sin(x[i]), 3e-16);
+            }
+        }
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(sines_and_cosines_are_those_of_the_c_library),
+        cmocka_unit_test(regular_trees_agree_with_the_stages),
+        cmocka_unit_test(trees_with_massless_bodies_agree_where_they_are_served),
+        cmocka_unit_test(inverse_dynamics_agrees),
+        cmocka_unit_test(the_momentum_form_agrees),
+        cmocka_unit_test(lean_data_serves_the_same),
+        cmocka_unit_test(results_can_be_asked_for_after_every_call),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
