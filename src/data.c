@@ -50,6 +50,8 @@ static size_t layout(const mbsr_model *m, bool lean, unsigned char *base, mbsr_d
         d->fast_many = take(base, &used, (size_t)m->fast->many * sizeof *d->fast_many);
         d->fast_stack = take(base, &used, (size_t)m->fast->depth * sizeof *d->fast_stack);
         d->fast_flows = take(base, &used, (size_t)m->fast->depth * sizeof *d->fast_flows);
+        const size_t loads = m->fast->body_forces ? bodies : 0;
+        d->fast_load = take(base, &used, loads * sizeof *d->fast_load);
     }
 #define MBSRI_PLACE(name, length) d->name = take(base, &used, (size_t)(length) * sizeof(double));
     if (lean) {
@@ -74,7 +76,7 @@ static int check_model(const mbsr_model *model, bool lean, const char *function,
         return mbsri_fail(error, MBSR_ERR_UNFINISHED, MBSR_NONE, MBSR_NONE,
                           "%s: the model is not finished", function);
     }
-    if (lean && !model->fast) {
+    if (lean && (!model->fast || model->fast->body_forces)) {
         return mbsri_fail(
             error, MBSR_ERR_SPACE, MBSR_NONE, MBSR_NONE,
             "%s: the model is not a tree of rigid bodies in space whose force elements "
@@ -86,7 +88,8 @@ static int check_model(const mbsr_model *model, bool lean, const char *function,
 
 static size_t size_of(const mbsr_model *model, bool lean)
 {
-    if (!model || !model->finished || (lean && !model->fast)) return 0;
+    if (!model || !model->finished || (lean && (!model->fast || model->fast->body_forces)))
+        return 0;
     return layout(model, lean, NULL, NULL);
 }
 
@@ -222,6 +225,7 @@ void mbsri_data_poison(mbsr_data *d)
     for (int i = 0; i <= m->bodies; ++i) d->rank[i] = -1000;
     d->stage = MBSRI_STAGE_NONE;
     d->pending = MBSRI_PENDING_NONE;
+    d->accelerated = d->framed = false;
     d->total_rank = -1;
 }
 

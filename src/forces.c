@@ -103,31 +103,44 @@ int mbsr_forces(const mbsr_model *model, mbsr_data *data, const double *tau)
     return MBSR_OK;
 }
 
-int mbsri_joint_elements(const mbsr_model *m, mbsr_data *d, double t, const double *q,
-                         const double *u)
+/* Bodies of an element that is given q and u only. */
+static void view_joints(const mbsr_model *m, mbsr_data *d, const mbsri_force *force,
+                        const double *q, const double *u)
+{
+    for (int l = 0; l < force->def.bodies; ++l) {
+        const int i = m->list_index[force->list + (size_t)l];
+        mbsr_force_body *body = d->force_bodies + l;
+        *body = view(m, d, i, FORCES);
+        body->p = body->V = body->M = NULL;
+        body->f = NULL;
+        if (i == 0) continue;
+        body->q = q + m->body[i].iq;
+        body->u = u + m->body[i].iu;
+    }
+}
+
+int mbsri_joint_elements(const mbsr_model *m, mbsr_data *d, const double *q, const double *u)
 {
     const mbsri_force *force = m->forces.data;
-    for (size_t k = 0; k < m->forces.count; ++k, ++force) {
+    int status = MBSR_OK;
+    for (size_t k = 0; k < m->forces.count && !status; ++k, ++force) {
         if (!(force->def.table->flags & MBSR_FORCE_JOINT_ONLY)) continue;
-        for (int l = 0; l < force->def.bodies; ++l) {
-            const mbsri_body *b = m->body + m->list_index[force->list + (size_t)l];
-            const bool root = b == m->body;
-            d->force_bodies[l] = (mbsr_force_body){.id = b->id,
-                                                   .space = b->joint.space,
-                                                   .d = b->d,
-                                                   .np = b->np,
-                                                   .n = b->n,
-                                                   .nq = b->nq,
-                                                   .inertia = root ? NULL : &b->inertia,
-                                                   .q = root ? NULL : q + b->iq,
-                                                   .u = root ? NULL : u + b->iu,
-                                                   .tau = root ? NULL : d->tau + b->iu};
-        }
-        d->t = t;
-        const int status = call(m, d, force, force->def.bodies, FORCES, NULL);
-        if (status) return status;
+        view_joints(m, d, force, q, u);
+        status = call(m, d, force, force->def.bodies, FORCES, NULL);
     }
-    return MBSR_OK;
+    return status;
+}
+
+int mbsri_body_elements(const mbsr_model *m, mbsr_data *d)
+{
+    const mbsri_force *force = m->forces.data;
+    int status = MBSR_OK;
+    for (size_t k = 0; k < m->forces.count && !status; ++k, ++force) {
+        if (mbsri_is_gravity(&force->def) || force->def.table->flags & MBSR_FORCE_JOINT_ONLY)
+            continue;
+        status = visit(m, d, force, FORCES, NULL);
+    }
+    return status;
 }
 
 int mbsr_energy(const mbsr_model *model, mbsr_data *data, double *kinetic, double *potential)

@@ -74,6 +74,7 @@ int mbsr_forward(const mbsr_model *model, mbsr_data *data, const double *udot, d
 
     double *x = d->scratch + m->max_d, *rate = x + m->max_d;
     mbsri_gather(m, udot, d->udot);
+    d->accelerated = false; /* A is overwritten */
     d->carries[0] = false;
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;

@@ -226,6 +226,7 @@ struct mbsr_data {
     struct mbsri_fast_many *fast_many;
     struct mbsri_carry *fast_stack;
     struct mbsri_flow *fast_flows;
+    struct mbsri_fast_load *fast_load;
     int *rank;    /* N + 1 */
     int *watched; /* N + 1: the ranks expected, where `watching` */
     bool watching;
@@ -309,8 +310,13 @@ int mbsri_forward_by_stages(const mbsr_model *m, mbsr_data *d, double t, const d
 
 /* Adds to tau what the force elements that act on joints alone exert; q, u in the order of the
  * sweeps (forces.c). */
-int mbsri_joint_elements(const mbsr_model *m, mbsr_data *d, double t, const double *q,
-                         const double *u);
+int mbsri_joint_elements(const mbsr_model *m, mbsr_data *d, const double *q, const double *u);
+
+/* Adds to f and tau what the others exert, gravity left out; reads p, V, M, q, u of the data. */
+int mbsri_body_elements(const mbsr_model *m, mbsr_data *d);
+
+/* Whether an element is mbsr_force_gravity. */
+bool mbsri_is_gravity(const mbsr_force_def *def);
 
 /* The arguments of body i's joint functions; `velocities`: V, V_pred and u are there. */
 mbsr_joint_args mbsri_joint_args(const mbsr_model *m, const mbsr_data *d, int i, bool velocities);

@@ -310,8 +310,13 @@ int mbsr_normalise(const mbsr_model *model, mbsr_data *data, double *q)
         const mbsri_body *b = m->body + i;
         if (!b->joint.table->normalise) continue;
         const mbsr_joint_args args = mbsri_joint_args(m, d, i, false);
-        const int status = b->joint.table->normalise(&args, q + b->q);
+        double *own = q + b->q, *full = b->locks ? d->scratch : own;
+        if (b->locks) mbsri_with_held(b, own, true, full);
+        const int status = b->joint.table->normalise(&args, full);
         if (status) return mbsri_joint_failed(m, d, i, status, "normalise");
+        for (int k = 0; k < b->joint.n && b->locks; ++k) {
+            if (isnan(b->held[k])) *own++ = full[k];
+        }
     }
     return MBSR_OK;
 }

@@ -24,11 +24,20 @@ static void place(const mbsr_model *m, const mbsr_data *d, int k, int i, const d
     }
 }
 
+/* Inertias by function have no M before the velocities are known. */
+static mbsri_stage needed(const mbsr_model *m)
+{
+    for (int i = 1; m && i <= m->bodies; ++i) {
+        if (m->body[i].inertia.kind == MBSR_INERTIA_FUNCTION) return MBSRI_STAGE_VELOCITIES;
+    }
+    return MBSRI_STAGE_POSITIONS;
+}
+
 int mbsr_mass_matrix(const mbsr_model *model, mbsr_data *data, double *matrix)
 {
     const mbsr_model *m = model;
     mbsr_data *d = data;
-    const int status = mbsri_enter(m, d, matrix != NULL, MBSRI_STAGE_POSITIONS, "mbsr_mass_matrix");
+    const int status = mbsri_enter(m, d, matrix != NULL, needed(m), "mbsr_mass_matrix");
     if (status) return status;
     /* C in the place of Mbar, so mbsr_backward must run again */
     if (d->stage > MBSRI_STAGE_FORCES) d->stage = MBSRI_STAGE_FORCES;

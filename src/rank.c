@@ -15,6 +15,7 @@
 #include "internal.h"
 
 #include "dense.h"
+#include "jacobi.h"
 #include "lapack.h"
 
 #include <math.h>
@@ -79,13 +80,15 @@ int mbsri_rank_decision(const mbsr_model *m, mbsr_data *d, int i)
         lambda[0] = X[0];
         X[0] = 1.0;
     } else {
-        const int info = mbsri_lapack_syev(n, X, lambda, d->scratch, m->lapack_work);
+        const bool small = n <= MBSRI_JACOBI_MAX;
+        const int info = small ? mbsri_jacobi(n, X, lambda)
+                               : mbsri_lapack_syev(n, X, lambda, d->scratch, m->lapack_work);
         if (info != 0) {
             return mbsri_fail(&d->error, MBSR_EIGEN_FAILED, b->id, MBSR_NONE,
-                              "%s: the eigenvalues of D did not converge at t = %g (dsyev: %d)",
+                              "%s: the eigenvalues of D did not converge at t = %g (%d)",
                               mbsri_body_label(m, i, label), d->t, info);
         }
-        reverse(n, X, lambda);
+        if (!small) reverse(n, X, lambda);
     }
     if (lambda[n - 1] < -tolerance) {
         return mbsri_fail(

@@ -64,6 +64,8 @@ mbsr_inertia mbsr_inertia_rigid_about(double mass, const double com[3], const mb
                                       const double tensor[6])
 {
     double I[9], turned[9], arm[3], result[6];
+    const mbsr_frame body = mbsr_frame_identity();
+    if (!frame) frame = &body;
     if (!(mbsri_frame_defect(frame->R) < 1e-6)) return invalid();
     unpack(tensor, I);
     turn(frame->R, I, turned);
@@ -146,6 +148,8 @@ mbsr_inertia mbsr_inertia_moved(const mbsr_frame *frame, mbsr_inertia inertia)
 {
     mbsr_inertia moved = as_rigid(&inertia);
     double I[9], turned[9];
+    const mbsr_frame body = mbsr_frame_identity();
+    if (!frame) frame = &body;
     if (moved.kind != MBSR_INERTIA_SPATIAL || !(mbsri_frame_defect(frame->R) < 1e-6))
         return invalid();
     mbsri_rotate3(frame->R, moved.com, moved.com);

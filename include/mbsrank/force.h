@@ -47,12 +47,15 @@ typedef struct mbsr_force_args {
  * NULL. */
 #define MBSR_FORCE_JOINT_ONLY 2u
 
+/* The element does not read M of its bodies, which may be NULL. */
+#define MBSR_FORCE_NO_MASS 4u
+
 /* Functions return 0, or a status that ends the evaluation and reaches the caller unchanged (> 0
  * recoverable, < 0 fatal). They may be called by several threads at once, with different
  * arguments. */
 typedef struct mbsr_force_table {
     unsigned version; /* MBSR_FORCE_TABLE_VERSION */
-    unsigned flags;   /* MBSR_FORCE_EVERY_BODY, MBSR_FORCE_JOINT_ONLY or 0 */
+    unsigned flags;   /* MBSR_FORCE_EVERY_BODY, _JOINT_ONLY, _NO_MASS, or 0 */
     const char *name; /* for messages; must outlive the model */
 
     /* Adds the element's forces to body[k].f and body[k].tau. */

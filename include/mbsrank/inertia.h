@@ -63,7 +63,7 @@ enum { MBSR_XX, MBSR_YY, MBSR_ZZ, MBSR_XY, MBSR_XZ, MBSR_YZ };
 MBSR_API mbsr_inertia mbsr_inertia_rigid(double mass, const double com[3], const double tensor[6]);
 
 /* The same with the tensor about the origin and along the axes of `frame`, which stands in the
- * body; com in body axes. */
+ * body (NULL: the body's own frame); com in body axes. */
 MBSR_API mbsr_inertia mbsr_inertia_rigid_about(double mass, const double com[3],
                                                const mbsr_frame *frame, const double tensor[6]);
 
@@ -80,7 +80,8 @@ MBSR_API mbsr_inertia mbsr_inertia_sphere(double density, double radius);
 MBSR_API mbsr_inertia mbsr_inertia_cylinder(double density, double radius, double length);
 MBSR_API mbsr_inertia mbsr_inertia_capsule(double density, double radius, double length);
 
-/* An inertia given in `frame`, which stands in the body. PARTICLE, SPATIAL and zero. */
+/* An inertia given in `frame`, which stands in the body (NULL: the body's own). PARTICLE, SPATIAL
+ * and zero. */
 MBSR_API mbsr_inertia mbsr_inertia_moved(const mbsr_frame *frame, mbsr_inertia inertia);
 
 /* Both together. PARTICLE, SPATIAL and zero; anything else is refused when the body is added. */

@@ -30,20 +30,10 @@ static bool served_body(const mbsri_body *b)
            (b->pred_space == MBSR_SPACE_SPATIAL || b->pred_space == MBSR_SPACE_FIXED);
 }
 
-static bool is_gravity(const mbsri_force *force)
-{
-    return force->def.table == mbsr_force_gravity(0.0, 0.0, 0.0).table;
-}
-
 static bool served(const mbsr_model *m, int bodies)
 {
-    const mbsri_force *force = m->forces.data;
     for (int i = 1; i <= bodies; ++i) {
         if (!served_body(m->body + i)) return false;
-    }
-    for (size_t k = 0; k < m->forces.count; ++k) {
-        if (!is_gravity(force + k) && !(force[k].def.table->flags & MBSR_FORCE_JOINT_ONLY))
-            return false;
     }
     return true;
 }
@@ -195,15 +185,47 @@ static void place_hand_overs(mbsri_fast *tree)
     }
 }
 
+/* Marks the bodies on which an element acts. */
+static void mark_loaded(mbsri_fast *tree, const mbsr_model *m, const mbsri_force *force)
+{
+    const bool every = (force->def.table->flags & MBSR_FORCE_EVERY_BODY) != 0;
+    for (int i = 1; i <= tree->bodies && every; ++i) tree->body[i].flags |= MBSRI_LOADED;
+    for (int l = 0; l < force->def.bodies && !every; ++l) {
+        const int i = m->list_index[force->list + (size_t)l];
+        if (i > 0) tree->body[i].flags |= MBSRI_LOADED;
+    }
+}
+
 static void collect_forces(mbsri_fast *tree, const mbsr_model *m)
 {
     const mbsri_force *force = m->forces.data;
-    for (size_t k = 0; k < m->forces.count; ++k) {
-        if (is_gravity(force + k))
-            mbsri_add3(1.0, force[k].def.param, tree->gravity);
-        else
+    for (size_t k = 0; k < m->forces.count; ++k, ++force) {
+        const unsigned flags = force->def.table->flags;
+        if (mbsri_is_gravity(&force->def)) {
+            mbsri_add3(1.0, force->def.param, tree->gravity);
+        } else if (flags & MBSR_FORCE_JOINT_ONLY) {
             tree->joint_forces = true;
+        } else {
+            tree->body_forces = true;
+            tree->masses = tree->masses || !(flags & MBSR_FORCE_NO_MASS);
+            mark_loaded(tree, m, force);
+        }
     }
+}
+
+/* The bodies' own frames in those of the sweeps, where force elements need them. */
+static bool place_own_frames(mbsri_fast *tree, const mbsr_model *m)
+{
+    if (!tree->body_forces) return true;
+    tree->own = mbsri_allocate(&m->allocator, ((size_t)tree->bodies + 1) * sizeof *tree->own);
+    if (!tree->own) return false;
+    for (int i = 1; i <= tree->bodies; ++i) {
+        const mbsr_frame in_body = frame_in_body(&m->body[i].joint),
+                         own = mbsr_frame_inverse(&in_body);
+        memcpy(tree->own[i].R, own.R, sizeof own.R);
+        memcpy(tree->own[i].x, own.x, sizeof own.x);
+    }
+    return true;
 }
 
 static const mbsri_fast_kernels *choose_kernels(void)
@@ -237,7 +259,9 @@ bool mbsri_fast_build(mbsr_model *m, int bodies)
     place_inertias(tree, m);
     place_hand_overs(tree);
     collect_forces(tree, m);
-    return true;
+    if (place_own_frames(tree, m)) return true;
+    mbsri_fast_release(m);
+    return false;
 }
 
 void mbsri_fast_release(mbsr_model *m)
@@ -245,6 +269,7 @@ void mbsri_fast_release(mbsr_model *m)
     if (!m->fast) return;
     mbsri_release(&m->allocator, m->fast->block);
     mbsri_release(&m->allocator, m->fast->joint);
+    mbsri_release(&m->allocator, m->fast->own);
     mbsri_release(&m->allocator, m->fast);
     m->fast = NULL;
 }

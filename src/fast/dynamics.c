@@ -7,11 +7,11 @@
 #include <math.h>
 #include <string.h>
 
-/* The caller's vectors in the order of the sweeps. */
-static const double *swept(const mbsr_model *m, int n, const int *place, const double *caller,
-                           double *own)
+/* The caller's vectors in the order of the sweeps; `kept`: in the data, where elements look. */
+static const double *swept(const mbsr_model *m, bool kept, int n, const int *place,
+                           const double *caller, double *own)
 {
-    if (m->in_order) return caller;
+    if (m->in_order && !kept) return caller;
     for (int k = 0; k < n; ++k) own[k] = caller[place[k]];
     return own;
 }
@@ -39,19 +39,25 @@ static int move_root(mbsri_fast_run *run)
     return status;
 }
 
-/* tau of the caller and of force elements, in the order of the sweeps. */
-static int joint_forces(mbsri_fast_run *run, double t, const double *tau)
+/* Kinematics, and what force elements exert; tau (by the caller's order, may be NULL) is added to
+ * their joint forces in the data. */
+static int forces(mbsri_fast_run *run, const double *tau, bool velocity)
 {
     const mbsr_model *m = run->model;
+    const mbsri_fast *tree = run->tree;
     mbsr_data *d = run->data;
     run->tau = d->tau;
-    if (!run->tree->joint_forces && tau) {
-        run->tau = swept(m, m->nu, m->u_of, tau, d->tau);
+    const int status =
+        velocity || run->load ? tree->kernels->velocities(run) : tree->kernels->kinematics(run);
+    if (status) return status;
+    if (!tree->joint_forces && !run->load && tau) {
+        run->tau = swept(m, false, m->nu, m->u_of, tau, d->tau);
         return MBSR_OK;
     }
     mbsri_zero((size_t)m->nu, d->tau);
     if (tau) mbsri_gather(m, tau, d->tau);
-    return run->tree->joint_forces ? mbsri_joint_elements(m, d, t, run->q, run->u) : MBSR_OK;
+    const int refused = tree->joint_forces ? mbsri_joint_elements(m, d, run->q, run->u) : MBSR_OK;
+    return refused || !run->load ? refused : mbsri_fast_loads(run);
 }
 
 static bool prepare(mbsri_fast_run *run, const mbsr_model *m, mbsr_data *d, double t,
@@ -59,6 +65,7 @@ static bool prepare(mbsri_fast_run *run, const mbsr_model *m, mbsr_data *d, doub
 {
     if (!m->fast || !isfinite(t)) return false;
     if (!mbsri_finite((size_t)m->nq, q) || !mbsri_finite((size_t)m->nu, u)) return false;
+    const bool bodies = m->fast->body_forces;
     *run = (mbsri_fast_run){.model = m,
                             .data = d,
                             .tree = m->fast,
@@ -66,9 +73,10 @@ static bool prepare(mbsri_fast_run *run, const mbsr_model *m, mbsr_data *d, doub
                             .many = d->fast_many,
                             .stack = d->fast_stack,
                             .flows = d->fast_flows,
+                            .load = bodies ? d->fast_load : NULL,
                             .sincos = d->sincos,
-                            .q = swept(m, m->nq, m->q_of, q, d->q),
-                            .u = swept(m, m->nu, m->u_of, u, d->u),
+                            .q = swept(m, bodies, m->nq, m->q_of, q, d->q),
+                            .u = swept(m, bodies, m->nu, m->u_of, u, d->u),
                             .out = m->in_order ? out : d->out,
                             .rank = d->rank};
     d->stage = MBSRI_STAGE_NONE;
@@ -93,10 +101,9 @@ bool mbsri_fast_forward_dynamics(const mbsr_model *m, mbsr_data *d, double t, co
                                  const double *u, const double *tau, double *udot)
 {
     mbsri_fast_run run;
-    if (!prepare(&run, m, d, t, q, u, udot) || joint_forces(&run, t, tau)) return false;
-    const mbsri_fast_kernels *kernels = run.tree->kernels;
-    if (kernels->kinematics(&run) || !backward(&run)) return false;
-    kernels->forward(&run);
+    if (!prepare(&run, m, d, t, q, u, udot) || forces(&run, tau, false) || !backward(&run))
+        return false;
+    run.tree->kernels->forward(&run);
     if (!mbsri_finite((size_t)m->nu, run.out)) return false;
     if (!m->in_order) mbsri_scatter(m, run.out, udot);
     return true;
@@ -107,13 +114,11 @@ bool mbsri_fast_inverse_dynamics(const mbsr_model *m, mbsr_data *d, double t, co
 {
     mbsri_fast_run run;
     if (!prepare(&run, m, d, t, q, u, tau)) return false;
-    run.tau = swept(m, m->nu, m->u_of, udot, d->udot);
+    const bool elements = m->fast->joint_forces || run.load;
+    if (elements && forces(&run, NULL, false)) return false;
+    run.tau = swept(m, false, m->nu, m->u_of, udot, d->udot);
     if (run.tree->kernels->inverse(&run)) return false;
-    if (run.tree->joint_forces) {
-        mbsri_zero((size_t)m->nu, d->tau);
-        if (mbsri_joint_elements(m, d, t, run.q, run.u)) return false;
-        for (int k = 0; k < m->nu; ++k) run.out[k] -= d->tau[k];
-    }
+    for (int k = 0; k < m->nu && elements; ++k) run.out[k] -= d->tau[k];
     if (!mbsri_finite((size_t)m->nu, run.out)) return false;
     if (!m->in_order) mbsri_scatter(m, run.out, tau);
     return true;
@@ -147,13 +152,12 @@ bool mbsri_fast_momentum_residual(const mbsr_model *m, mbsr_data *d, double t, c
     double *F_p = F + m->nq, *F_u = F_p + m->nu;
     mbsri_fast_run run;
     if (!m->fast || m->fast->driven || !prepare(&run, m, d, t, y, u, F_p)) return false;
-    if (joint_forces(&run, t, NULL)) return false;
-    run.p = swept(m, m->nu, m->u_of, p, d->w);
+    if (forces(&run, NULL, true)) return false;
+    run.p = swept(m, false, m->nu, m->u_of, p, d->w);
     run.out = d->out;
     run.balance = d->vec;
-    const mbsri_fast_kernels *kernels = run.tree->kernels;
-    if (kernels->velocities(&run) || !backward(&run)) return false;
-    kernels->momentum(&run);
+    if (!backward(&run)) return false;
+    run.tree->kernels->momentum(&run);
     for (int k = 0; k < m->nu; ++k) {
         F_p[m->u_of[k]] = yp[m->nq + m->u_of[k]] - run.out[k];
         F_u[m->u_of[k]] = run.balance[k];

@@ -19,7 +19,8 @@ enum {
     MBSRI_LEAF = 16,     /* no successor */
     MBSRI_BRANCHES = 32, /* more than one successor */
     MBSRI_NEXT = 64,     /* its predecessor is the body before, or the root */
-    MBSRI_OPENS = 128    /* the first of several successors that the backward sweep meets */
+    MBSRI_OPENS = 128,   /* the first of several successors that the backward sweep meets */
+    MBSRI_LOADED = 256   /* force elements act on the body */
 };
 
 /* Constants of a body. Its frame has its origin on the joint's axis and z along it; matrices by
@@ -103,9 +104,19 @@ typedef struct mbsri_fast {
                               * rounding errors in it: ten times the tolerance of the ranks */
     double gravity[3];       /* m/s^2, sum of all such elements */
     bool driven;             /* some joint has a prescribed motion */
-    bool joint_forces;       /* there are other elements, all of which act on joints alone */
+    bool joint_forces;       /* there are elements that act on joints alone */
+    bool body_forces;        /* there are others */
+    bool masses;             /* some of them read the mass matrices of their bodies */
+    mbsri_fast_joint *own;   /* bodies + 1: the body's own frame in its frame; body_forces only */
     const struct mbsri_fast_kernels *kernels;
 } mbsri_fast;
+
+/* What force elements exert on a body, about the origin of its frame; body_forces only. */
+typedef struct mbsri_fast_load {
+    double r[4]; /* that origin in the world, m */
+    double L[4], p[4];
+    double idle[4];
+} mbsri_fast_load;
 
 /* What an evaluation works on. */
 typedef struct mbsri_fast_run {
@@ -114,9 +125,10 @@ typedef struct mbsri_fast_run {
     const mbsri_fast *tree;
     mbsri_fast_state *state; /* bodies + 1 */
     mbsri_fast_many *many;
-    mbsri_carry *stack; /* depth */
-    mbsri_flow *flows;  /* depth */
-    double *sincos;     /* 2 a coordinate: cosine, sine */
+    mbsri_carry *stack;    /* depth */
+    mbsri_flow *flows;     /* depth */
+    mbsri_fast_load *load; /* bodies + 1, or NULL */
+    double *sincos;        /* 2 a coordinate: cosine, sine */
     const double *q, *u;
     const double *tau; /* joint forces; for inverse dynamics u' */
     double *out;       /* u', joint forces, or p' */
@@ -143,6 +155,10 @@ extern const mbsri_fast_kernels mbsri_fast_base;
 #if defined(MBSR_WITH_V3)
 extern const mbsri_fast_kernels mbsri_fast_v3;
 #endif
+
+/* After kinematics with velocities: the loads of force elements, and their joint forces on top of
+ * the data's tau (loads.c). Returns what an element returned. */
+int mbsri_fast_loads(const mbsri_fast_run *run);
 
 /* Joints of more than one axis, in plain C (many.c). */
 int mbsri_many_kinematics(const mbsri_fast_run *run, int i, bool velocity);

@@ -329,6 +329,10 @@ static bool backward(const mbsri_fast_run *run)
         if (flags & MBSRI_LEAF) clear(&c);
         if (flags & MBSRI_BRANCHES) add(--top, &c);
         if (!(flags & MBSRI_MASSLESS)) add_own(b, run->state + i, &c);
+        if (flags & MBSRI_LOADED) {
+            c.L -= load(run->load[i].L);
+            c.p -= load(run->load[i].p);
+        }
         if (flags & MBSRI_MANY) {
             _Alignas(32) mbsri_carry m;
             to_memory(&c, &m);
@@ -415,6 +419,10 @@ MBSRI_INLINE void accelerate(const mbsri_fast_run *run, int i)
     } else {
         own_load(b, s, A_w, A_v);
     }
+    if (b->flags & MBSRI_LOADED) {
+        store(s->U_L, load(s->U_L) - load(run->load[i].L));
+        store(s->U_p, load(s->U_p) - load(run->load[i].p));
+    }
 }
 
 static int inverse(const mbsri_fast_run *run)
@@ -422,6 +430,10 @@ static int inverse(const mbsri_fast_run *run)
     const mbsri_fast *tree = run->tree;
     for (int i = 1; i <= tree->bodies; ++i) {
         const mbsri_fast_body *b = tree->body + i;
+        if (run->load) {
+            accelerate(run, i); /* the kinematics came before the loads */
+            continue;
+        }
         if (b->flags & MBSRI_MANY) {
             const int status = mbsri_many_kinematics(run, i, false);
             if (status) return status;
@@ -548,6 +560,10 @@ static void momentum(const mbsri_fast_run *run)
         if (flags & MBSRI_LEAF) f = (flow){none, none, none, none, none, none};
         if (flags & MBSRI_BRANCHES) add_flow(--top, &f);
         if (!(flags & MBSRI_MASSLESS)) add_own_flow(b, s, g, &f);
+        if (flags & MBSRI_LOADED) {
+            f.N += load(run->load[i].L);
+            f.F += load(run->load[i].p);
+        }
         if (flags & MBSRI_MANY) {
             _Alignas(32) mbsri_flow m;
             flow_to_memory(&f, &m);

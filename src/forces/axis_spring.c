@@ -72,6 +72,7 @@ static const char *parameter(int k)
 
 static const mbsr_force_table axis_table = {
     .version = MBSR_FORCE_TABLE_VERSION,
+    .flags = MBSR_FORCE_NO_MASS,
     .name = "axis spring-damper",
     .evaluate = evaluate,
     .energy = energy,

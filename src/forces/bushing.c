@@ -172,6 +172,7 @@ static const char *parameter(int k)
 
 static const mbsr_force_table bushing_table = {
     .version = MBSR_FORCE_TABLE_VERSION,
+    .flags = MBSR_FORCE_NO_MASS,
     .name = "bushing",
     .evaluate = evaluate,
     .energy = energy,

@@ -115,6 +115,7 @@ static const char *parameter(int k)
 
 static const mbsr_force_table contact_table = {
     .version = MBSR_FORCE_TABLE_VERSION,
+    .flags = MBSR_FORCE_NO_MASS,
     .name = "contact",
     .evaluate = evaluate,
     .energy = energy,

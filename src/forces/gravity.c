@@ -92,6 +92,11 @@ static const mbsr_force_table gravity_table = {
     .parameter = parameter,
 };
 
+bool mbsri_is_gravity(const mbsr_force_def *def)
+{
+    return def->table == &gravity_table;
+}
+
 mbsr_force_def mbsr_force_gravity(double gx, double gy, double gz)
 {
     mbsr_force_def def = mbsri_stock_force(&gravity_table, 0, MBSR_GROUND, MBSR_GROUND);

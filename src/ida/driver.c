@@ -91,18 +91,17 @@ static int make_objects(mbsr_ida *ida, mbsr_error *error)
     return MBSR_OK;
 }
 
-/* Whether data belongs to model: mbsr_dae_pack tells, which only copies in this form. */
+/* Whether data belongs to model: mbsr_dae_id tells, which needs no state in this form. */
 static int check_data(const mbsr_model *model, mbsr_data *data, mbsr_error *error)
 {
-    const size_t nq = (size_t)mbsr_model_nq(model), n = nq + (size_t)mbsr_model_nu(model);
-    double *zero = calloc(2 * n, sizeof *zero);
-    if (!zero) {
+    const size_t n = (size_t)mbsr_dae_size(model, MBSR_DAE_RECURSIVE);
+    double *id = calloc(n, sizeof *id);
+    if (!id) {
         return mbsri_ida_fail(error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
-                              "mbsr_ida_create: no memory for %zu numbers", 2 * n);
+                              "mbsr_ida_create: no memory for %zu numbers", n);
     }
-    const int status =
-        mbsr_dae_pack(model, data, MBSR_DAE_RECURSIVE, 0.0, zero, zero + nq, zero + n);
-    free(zero);
+    const int status = mbsr_dae_id(model, data, MBSR_DAE_RECURSIVE, id);
+    free(id);
     if (!status) return MBSR_OK;
     return mbsri_ida_fail(error, status, MBSR_NONE, MBSR_NONE, "mbsr_ida_create: %s",
                           mbsr_status_text(status));

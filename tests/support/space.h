@@ -17,40 +17,78 @@ static inline mbsr_frame test_frame(test_rng *rng, double reach)
     return mbsr_frame_quaternion(x, quaternion);
 }
 
-/* Uniform gravity on bodies in space, as a force element of the tests. */
-static inline int test_gravity_evaluate(const mbsr_force_args *args)
-{
-    const mbsr_force_body *body = args->body;
-    for (int k = 0; k < 6; ++k) {
-        for (int c = 0; c < 3; ++c) body->f[k] += body->M[6 * (3 + c) + k] * args->force->param[c];
-    }
-    return MBSR_OK;
-}
+/* tau = -(damping u + stiffness sin q) on every coordinate of a joint; on a quaternion for angle
+ * theta about the unit vector a: -(damping omega + stiffness sin(theta) a). */
+mbsr_force_def test_joint_law(int body, double stiffness, double damping);
 
-static inline int test_gravity_energy(const mbsr_force_args *args, double *energy)
-{
-    const mbsr_force_body *body = args->body;
-    const double *M = body->M, *g = args->force->param;
-    const double first[3] = {M[26], M[30], M[19]};
-    for (int c = 0; c < 3; ++c) *energy -= g[c] * (M[21] * body->p[MBSR_POSE_X + c] + first[c]);
-    return MBSR_OK;
-}
-
-static const mbsr_force_table test_gravity_table = {
-    .version = MBSR_FORCE_TABLE_VERSION,
-    .flags = MBSR_FORCE_EVERY_BODY,
-    .name = "test gravity",
-    .evaluate = test_gravity_evaluate,
-    .energy = test_gravity_energy,
+/* Joints of every stock kind in space, with random frames and axes; lengths in `unit`. A driven
+ * axis of the compound joint follows test_motion. */
+enum {
+    TEST_WELD,
+    TEST_REVOLUTE,
+    TEST_PRISMATIC,
+    TEST_SCREW,
+    TEST_CYLINDRICAL,
+    TEST_UNIVERSAL,
+    TEST_IN_PLANE,
+    TEST_TRANSLATIONAL,
+    TEST_COMPOUND,
+    TEST_SPHERICAL,
+    TEST_FREE,
+    TEST_DRIVEN,
+    TEST_KINDS
 };
+mbsr_joint test_joint_in_space(test_rng *rng, int kind, double unit);
 
-static inline mbsr_force_def test_gravity(double gx, double gy, double gz)
-{
-    mbsr_force_def def = mbsr_force_custom(&test_gravity_table, 0, NULL, NULL);
-    def.param[0] = gx;
-    def.param[1] = gy;
-    def.param[2] = gz;
-    return def;
-}
+/* 0.3 sin(2 t + 0.4), for one driven axis. */
+int test_motion(void *user, double t, double *s, double *sdot, double *sddot);
+
+/* A random tree of bodies that are a few mass points each: none is no mass, one has rank 3, two
+ * have rank 5. */
+enum { TEST_MAX_POINTS = 4 };
+
+typedef struct test_points {
+    int count;
+    double mass[TEST_MAX_POINTS], at[TEST_MAX_POINTS][3];
+} test_points;
+
+typedef struct test_space_opt {
+    uint64_t seed;
+    int bodies;
+    double deficient;    /* share of bodies with 0, 1 or 2 points; the others have 4 */
+    int driven;          /* driven axes and a moving root among the joints */
+    int laws;            /* test_joint_law on every joint */
+    double gravity;      /* m/s^2, in an oblique direction */
+    double length, mass; /* how many units of the model make 1 m and 1 kg; 0: 1 */
+} test_space_opt;
+
+typedef struct test_space_tree {
+    mbsr_model *model;
+    mbsr_data *data;
+    int N, nq, nu, rows; /* rows: 3 for each mass point of the tree */
+    double unit;         /* 1 m */
+    double g[3];
+    int *parent;
+    test_points *points;
+    double *q, *u; /* a random state */
+} test_space_tree;
+
+void test_space_make(test_space_tree *tree, test_space_opt opt);
+void test_space_free(test_space_tree *tree);
+
+/* Positions or, at mbsr_velocities, velocities of all mass points times sqrt(mass): rows numbers.
+ * The data must be at that stage. */
+void test_space_positions(const test_space_tree *tree, double *x);
+void test_space_velocities(const test_space_tree *tree, double *v);
+
+/* dv/du of these velocities: rows x nu, column-major. The mass matrix is its square. Needs
+ * mbsr_positions. */
+void test_space_jacobian(const test_space_tree *tree, double *P);
+
+/* Rank of the columns `use` (count of them) of A (rows x any), scaled to unit length; columns
+ * shorter than 1e-11 of the longest count as zero. Singular values above 1e-7 count; kept and
+ * dropped get the smallest counted and the largest other, if they are beyond what is there. */
+int test_column_rank(int rows, const double *A, int count, const int *use, double *kept,
+                     double *dropped);
 
 #endif

@@ -3,7 +3,6 @@
 #include "tree_file.h"
 
 #include "expect.h"
-#include "space.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -163,7 +162,7 @@ void test_told_tree_make(test_told_tree *tree, const test_tree_file *file,
         add_body(tree->model, file, telling, place, telling->line ? telling->line[id] : id);
     double g[3];
     for (int k = 0; k < 3; ++k) g[k] = -9.81 * telling->length * telling->world.R[6 + k];
-    const mbsr_force_def gravity = test_gravity(g[0], g[1], g[2]);
+    const mbsr_force_def gravity = mbsr_force_gravity(g[0], g[1], g[2]);
     assert_ok(mbsr_model_add_force(tree->model, &gravity, NULL), mbsr_model_error(tree->model));
     tree->load = calloc((size_t)N, sizeof(test_tree_load));
     for (int k = 0; k < N && telling->loads; ++k) {

@@ -22,7 +22,8 @@ static int kernels(const mbsri_fast_kernels *list[2])
 typedef struct scene {
     mbsr_model *model;
     mbsr_data *data;
-    int n, nq, nu;
+    int nq, nu;
+    double t;
     double *q, *u, *tau, *udot, *expected;
 } scene;
 
@@ -34,6 +35,9 @@ typedef struct choice {
     double many;      /* share of joints with several axes or quaternions */
     double branching; /* 0: a chain */
     double length;    /* of links */
+    int forces;       /* springs, bushings, drag on every body, joint springs and friction */
+    int moving;       /* the root moves */
+    int shuffle;      /* ids against the order of the tree */
 } choice;
 
 static double share(test_rng *rng)
@@ -80,20 +84,80 @@ static mbsr_inertia random_inertia(test_rng *rng, const choice *c)
     return mbsr_inertia_moved(&frame, mbsr_inertia_box(a / (l * l * l), edges));
 }
 
+/* f = -0.3 M V - (0.1, .., 0.1): a made-up element that reads all there is of a body. */
+static int drag(const mbsr_force_args *args)
+{
+    const mbsr_force_body *b = args->body;
+    for (int k = 0; k < 6; ++k) {
+        b->f[k] -= 0.1;
+        for (int l = 0; l < 6; ++l) b->f[k] -= 0.3 * b->M[6 * l + k] * b->V[l];
+    }
+    for (int k = 0; k < b->n; ++k) b->tau[k] -= 0.2 * b->u[k] + 0.1 * b->p[MBSR_POSE_X];
+    return 0;
+}
+
+static const mbsr_force_table drag_table = {.version = MBSR_FORCE_TABLE_VERSION,
+                                            .flags = MBSR_FORCE_EVERY_BODY,
+                                            .name = "drag",
+                                            .evaluate = drag};
+
+static void add_force(scene *s, mbsr_force_def def)
+{
+    assert_ok(mbsr_model_add_force(s->model, &def, NULL), mbsr_model_error(s->model));
+}
+
+static void add_forces(scene *s, test_rng *rng, const choice *c)
+{
+    const double one[6] = {1.0, 2.0, 3.0, 40.0, 50.0, 60.0}, two[6] = {0.1, 0.2, 0.3, 4, 5, 6};
+    if (c->forces > 1) add_force(s, mbsr_force_custom(&drag_table, 0, NULL, NULL));
+    for (int i = 0; i < c->bodies; ++i) {
+        double a[3], b[3];
+        test_fill(rng, 3, a);
+        test_fill(rng, 3, b);
+        const int other = (int)(c->bodies * share(rng)) - 1;
+        const mbsr_frame A = test_frame(rng, 0.2), B = test_frame(rng, 0.2);
+        if (other == i) continue;
+        if (i % 3 == 0) add_force(s, mbsr_force_point_spring(i, a, other, b, 10.0, 1.0, 0.5));
+        if (i % 3 == 1) add_force(s, mbsr_force_bushing(i, &A, other, &B, one, two));
+    }
+}
+
+/* A root that turns about a slanting axis while it shakes. */
+static int root_motion(void *user, double t, double *p, double *V, double *A)
+{
+    (void)user;
+    const double axis[3] = {0.48, 0.6, 0.64}, x[3] = {sin(t), 1.0, -t};
+    const mbsr_frame frame = mbsr_frame_turned(x, axis, 0.7 * t * t + 0.3);
+    for (int k = 0; k < 9; ++k) p[MBSR_POSE_R + k] = frame.R[k];
+    for (int k = 0; k < 3; ++k) {
+        p[MBSR_POSE_X + k] = frame.x[k];
+        V[k] = 1.4 * t * axis[k];
+        A[k] = 1.4 * axis[k];
+    }
+    V[3] = cos(t), V[5] = -1.0;
+    A[3] = -sin(t);
+    return 0;
+}
+
 static void make(scene *s, choice c)
 {
     test_rng rng = test_seed(c.seed);
-    assert_ok(mbsr_model_create(NULL, &s->model, NULL), NULL);
-    for (int i = 0; i < c.bodies; ++i) {
+    mbsr_model_def def = mbsr_default_model_def();
+    if (c.moving)
+        def.root = mbsr_root_moving(MBSR_SPACE_SPATIAL, 6, MBSR_POSE_SIZE, root_motion, NULL);
+    assert_ok(mbsr_model_create(&def, &s->model, NULL), NULL);
+    for (int k = 0; k < c.bodies; ++k) {
+        const int i = c.shuffle ? c.bodies - 1 - k : k; /* place in the tree; id k */
         mbsr_body_def body = mbsr_default_body_def();
-        body.parent = i - 1;
-        if (i > 0 && share(&rng) < c.branching) body.parent = (int)(i * share(&rng)) % i;
+        int on = i - 1;
+        if (i > 0 && share(&rng) < c.branching) on = (int)(i * share(&rng)) % i;
+        body.parent = on < 0 ? MBSR_GROUND : c.shuffle ? c.bodies - 1 - on : on;
         body.joint = random_joint(&rng, &c);
         body.inertia = random_inertia(&rng, &c);
         assert_ok(mbsr_model_add_body(s->model, &body, NULL), mbsr_model_error(s->model));
     }
-    const mbsr_force_def g = mbsr_force_gravity(0.7, -1.3, -9.81);
-    assert_ok(mbsr_model_add_force(s->model, &g, NULL), mbsr_model_error(s->model));
+    add_force(s, mbsr_force_gravity(0.7, -1.3, -9.81));
+    if (c.forces) add_forces(s, &rng, &c);
     assert_ok(mbsr_model_finish(s->model), mbsr_model_error(s->model));
     assert_ok(mbsr_data_create(s->model, &s->data, NULL), NULL);
     s->nq = mbsr_model_nq(s->model);
@@ -107,6 +171,7 @@ static void make(scene *s, choice c)
     test_fill(&rng, s->nq, s->q);
     test_fill(&rng, s->nu, s->u);
     test_fill(&rng, s->nu, s->tau);
+    s->t = 0.4;
 }
 
 static void drop(scene *s)
@@ -136,14 +201,14 @@ static bool compare(scene *s, double tolerance)
     const mbsri_fast_kernels *list[2];
     bool fast = false;
     const int status =
-        mbsri_forward_by_stages(s->model, s->data, 0.0, s->q, s->u, s->tau, s->expected);
+        mbsri_forward_by_stages(s->model, s->data, s->t, s->q, s->u, s->tau, s->expected);
     assert_true(status == MBSR_OK || status == MBSR_UNDETERMINED);
     int *rank = malloc(((size_t)mbsr_model_bodies(s->model) + 1) * sizeof *rank);
     for (int i = 1; i <= s->model->bodies; ++i) rank[i] = s->data->rank[i];
     for (int k = 0; k < kernels(list); ++k) {
         s->model->fast->kernels = list[k];
         mbsri_data_poison(s->data);
-        fast = mbsri_fast_forward_dynamics(s->model, s->data, 0.0, s->q, s->u, s->tau, s->udot);
+        fast = mbsri_fast_forward_dynamics(s->model, s->data, s->t, s->q, s->u, s->tau, s->udot);
         if (!fast) break;
         assert_true(distance(s->nu, s->udot, s->expected) <=
                     tolerance * (1.0 + largest(s->nu, s->expected)));
@@ -193,32 +258,22 @@ static void trees_with_massless_bodies_agree_where_they_are_served(void **state)
     assert_true(served > trees / 2);
 }
 
-static void inverse_dynamics_agrees(void **state)
+static void compare_inverse(scene *s)
 {
-    (void)state;
     const mbsri_fast_kernels *list[2];
     const int count = kernels(list);
-    for (int k = 0; k < 200; ++k) {
-        scene s;
-        make(&s, (choice){.seed = 5000 + (uint64_t)k,
-                          .bodies = 1 + k % 23,
-                          .massless = 0.2 * (k % 3),
-                          .points = 0.2,
-                          .many = k % 2 ? 0.3 : 0.0,
-                          .branching = 0.25 * (k % 4),
-                          .length = 1.0});
-        assert_ok(mbsr_positions(s.model, s.data, 0.0, s.q), mbsr_data_error(s.data));
-        assert_ok(mbsr_velocities(s.model, s.data, s.u), mbsr_data_error(s.data));
-        assert_ok(mbsr_forces(s.model, s.data, NULL), mbsr_data_error(s.data));
-        mbsri_inverse_sweeps(s.model, s.data, s.tau);
-        mbsri_scatter(s.model, s.data->out, s.expected);
-        for (int l = 0; l < count; ++l) {
-            s.model->fast->kernels = list[l];
-            assert_true(mbsri_fast_inverse_dynamics(s.model, s.data, 0.0, s.q, s.u, s.tau, s.udot));
-            assert_true(distance(s.nu, s.udot, s.expected) <=
-                        1e-12 * (1.0 + largest(s.nu, s.expected)));
-        }
-        drop(&s);
+    assert_ok(mbsr_positions(s->model, s->data, s->t, s->q), mbsr_data_error(s->data));
+    assert_ok(mbsr_velocities(s->model, s->data, s->u), mbsr_data_error(s->data));
+    assert_ok(mbsr_forces(s->model, s->data, NULL), mbsr_data_error(s->data));
+    mbsri_inverse_sweeps(s->model, s->data, s->tau);
+    mbsri_scatter(s->model, s->data->out, s->expected);
+    for (int l = 0; l < count; ++l) {
+        s->model->fast->kernels = list[l];
+        mbsri_data_poison(s->data);
+        assert_true(
+            mbsri_fast_inverse_dynamics(s->model, s->data, s->t, s->q, s->u, s->tau, s->udot));
+        assert_true(distance(s->nu, s->udot, s->expected) <=
+                    1e-12 * (1.0 + largest(s->nu, s->expected)));
     }
 }
 
@@ -230,19 +285,19 @@ static void compare_momentum(scene *s, uint64_t seed, int *served)
     double *y = malloc(4 * (size_t)size * sizeof *y), *yp = y + size, *F = yp + size,
            *expected = F + size;
     test_rng rng = test_seed(seed);
-    assert_ok(mbsr_dae_pack(s->model, s->data, MBSR_DAE_MOMENTUM, 0.0, s->q, s->u, y),
+    assert_ok(mbsr_dae_pack(s->model, s->data, MBSR_DAE_MOMENTUM, s->t, s->q, s->u, y),
               mbsr_data_error(s->data));
     for (int k = 0; k < nu; ++k) y[nq + k] += test_uniform(&rng);
     test_fill(&rng, size, yp);
     mbsri_fast *tree = s->model->fast;
     s->model->fast = NULL;
-    assert_ok(mbsr_dae_residual(s->model, s->data, MBSR_DAE_MOMENTUM, 0.0, y, yp, expected),
+    assert_ok(mbsr_dae_residual(s->model, s->data, MBSR_DAE_MOMENTUM, s->t, y, yp, expected),
               mbsr_data_error(s->data));
     s->model->fast = tree;
     for (int k = 0; k < kernels(list); ++k) {
         tree->kernels = list[k];
         mbsri_data_poison(s->data);
-        if (!mbsri_fast_momentum_residual(s->model, s->data, 0.0, y, yp, F)) break;
+        if (!mbsri_fast_momentum_residual(s->model, s->data, s->t, y, yp, F)) break;
         *served += k == 0;
         for (int l = 0; l < 3; ++l) {
             const int first = l == 0 ? 0 : nq + (l - 1) * nu, n = l == 0 ? nq : nu;
@@ -251,6 +306,48 @@ static void compare_momentum(scene *s, uint64_t seed, int *served)
         }
     }
     free(y);
+}
+
+/* Any element on any body, a root that moves, ids in another order. */
+static void forces_roots_and_orders_agree(void **state)
+{
+    (void)state;
+    int served = 0, momentum = 0;
+    for (int k = 0; k < 200; ++k) {
+        scene s;
+        make(&s, (choice){.seed = 7000 + (uint64_t)k,
+                          .bodies = 1 + k % 17,
+                          .massless = k % 4 ? 0.0 : 0.2,
+                          .many = k % 2 ? 0.2 : 0.0,
+                          .branching = 0.25 * (k % 4),
+                          .length = 1.0,
+                          .forces = k % 3,
+                          .moving = k % 5 == 0,
+                          .shuffle = k % 7 < 3});
+        served += compare(&s, 1e-8);
+        compare_momentum(&s, (uint64_t)k, &momentum);
+        compare_inverse(&s);
+        drop(&s);
+    }
+    print_message("%d of 200 trees served\n", served);
+    assert_true(served > 180 && momentum > 180);
+}
+
+static void inverse_dynamics_agrees(void **state)
+{
+    (void)state;
+    for (int k = 0; k < 200; ++k) {
+        scene s;
+        make(&s, (choice){.seed = 5000 + (uint64_t)k,
+                          .bodies = 1 + k % 23,
+                          .massless = 0.2 * (k % 3),
+                          .points = 0.2,
+                          .many = k % 2 ? 0.3 : 0.0,
+                          .branching = 0.25 * (k % 4),
+                          .length = 1.0});
+        compare_inverse(&s);
+        drop(&s);
+    }
 }
 
 static void the_momentum_form_agrees(void **state)
@@ -283,22 +380,22 @@ static void lean_data_serves_the_same(void **state)
     assert_ok(mbsr_data_create_lean(s.model, &lean, NULL), NULL);
     mbsri_data_poison(lean);
     assert_true(mbsr_data_size_lean(s.model) * 5 < mbsr_data_size(s.model));
-    assert_ok(mbsr_forward_dynamics(s.model, s.data, 0.0, s.q, s.u, s.tau, s.expected),
+    assert_ok(mbsr_forward_dynamics(s.model, s.data, s.t, s.q, s.u, s.tau, s.expected),
               mbsr_data_error(s.data));
-    assert_ok(mbsr_forward_dynamics(s.model, lean, 0.0, s.q, s.u, s.tau, s.udot),
+    assert_ok(mbsr_forward_dynamics(s.model, lean, s.t, s.q, s.u, s.tau, s.udot),
               mbsr_data_error(lean));
     assert_true(distance(s.nu, s.udot, s.expected) == 0.0);
-    assert_ok(mbsr_inverse_dynamics(s.model, lean, 0.0, s.q, s.u, s.expected, s.udot),
+    assert_ok(mbsr_inverse_dynamics(s.model, lean, s.t, s.q, s.u, s.expected, s.udot),
               mbsr_data_error(lean));
     assert_true(distance(s.nu, s.udot, s.tau) < 1e-10);
-    assert_ok(mbsr_bias_forces(s.model, lean, 0.0, s.q, s.u, s.udot), mbsr_data_error(lean));
+    assert_ok(mbsr_bias_forces(s.model, lean, s.t, s.q, s.u, s.udot), mbsr_data_error(lean));
     double pose[MBSR_POSE_SIZE];
     assert_refused(mbsr_body_pose(s.model, lean, 0, pose), mbsr_data_error(lean), MBSR_ERR_LEAN,
                    MBSR_NONE, MBSR_NONE, "full data");
-    assert_refused(mbsr_positions(s.model, lean, 0.0, s.q), mbsr_data_error(lean), MBSR_ERR_LEAN,
+    assert_refused(mbsr_positions(s.model, lean, s.t, s.q), mbsr_data_error(lean), MBSR_ERR_LEAN,
                    MBSR_NONE, MBSR_NONE, "mbsr_data_create_lean");
     s.q[0] = NAN;
-    assert_int_equal(mbsr_forward_dynamics(s.model, lean, 0.0, s.q, s.u, s.tau, s.udot),
+    assert_int_equal(mbsr_forward_dynamics(s.model, lean, s.t, s.q, s.u, s.tau, s.udot),
                      MBSR_NOT_FINITE);
     mbsr_data_destroy(lean);
     drop(&s);
@@ -312,19 +409,19 @@ static void results_can_be_asked_for_after_every_call(void **state)
     double pose[2][MBSR_POSE_SIZE], A[2][6];
     mbsr_rank_info info;
     make(&s, (choice){.seed = 78, .bodies = 12, .many = 0.3, .branching = 0.3, .length = 1.0});
-    assert_ok(mbsr_forward_dynamics(s.model, s.data, 0.0, s.q, s.u, s.tau, s.udot),
+    assert_ok(mbsr_forward_dynamics(s.model, s.data, s.t, s.q, s.u, s.tau, s.udot),
               mbsr_data_error(s.data));
     assert_int_equal(mbsr_total_rank(s.model, s.data), s.nu);
     assert_ok(mbsr_body_rank(s.model, s.data, 5, &info), mbsr_data_error(s.data));
     assert_int_equal(info.rank, info.n);
-    assert_ok(mbsr_forward_dynamics(s.model, s.data, 0.0, s.q, s.u, s.tau, s.udot),
+    assert_ok(mbsr_forward_dynamics(s.model, s.data, s.t, s.q, s.u, s.tau, s.udot),
               mbsr_data_error(s.data));
     assert_ok(mbsr_body_pose(s.model, s.data, 7, pose[0]), mbsr_data_error(s.data));
     assert_int_equal(mbsr_body_acceleration(s.model, s.data, 7, A[0]), MBSR_ERR_SEQUENCE);
-    assert_ok(mbsr_inverse_dynamics(s.model, s.data, 0.0, s.q, s.u, s.udot, s.expected),
+    assert_ok(mbsr_inverse_dynamics(s.model, s.data, s.t, s.q, s.u, s.udot, s.expected),
               mbsr_data_error(s.data));
     assert_ok(mbsr_body_acceleration(s.model, s.data, 7, A[0]), mbsr_data_error(s.data));
-    assert_ok(mbsr_positions(s.model, s.data, 0.0, s.q), mbsr_data_error(s.data));
+    assert_ok(mbsr_positions(s.model, s.data, s.t, s.q), mbsr_data_error(s.data));
     assert_ok(mbsr_body_pose(s.model, s.data, 7, pose[1]), mbsr_data_error(s.data));
     assert_true(distance(MBSR_POSE_SIZE, pose[0], pose[1]) == 0.0);
     assert_ok(mbsr_velocities(s.model, s.data, s.u), mbsr_data_error(s.data));
@@ -362,6 +459,7 @@ int main(void)
         cmocka_unit_test(trees_with_massless_bodies_agree_where_they_are_served),
         cmocka_unit_test(inverse_dynamics_agrees),
         cmocka_unit_test(the_momentum_form_agrees),
+        cmocka_unit_test(forces_roots_and_orders_agree),
         cmocka_unit_test(lean_data_serves_the_same),
         cmocka_unit_test(results_can_be_asked_for_after_every_call),
     };

@@ -5,6 +5,7 @@
 
 #include "expect.h"
 
+#include "mixed.h"
 #include "tree.h"
 
 #include <errno.h>
@@ -109,7 +110,7 @@ static void prepare(work *w, uint64_t seed)
     w->yp = calloc((size_t)w->size, sizeof(double));
     w->F = calloc((size_t)w->size, sizeof(double));
     w->x = calloc((size_t)w->size, sizeof(double));
-    w->mass = calloc((size_t)(w->nu * w->nu), sizeof(double));
+    w->mass = calloc((size_t)(w->nu * (w->nu + TEST_MAX_D)), sizeof(double));
     test_rng rng = test_seed(seed);
     test_fill(&rng, w->size, w->y);
     test_fill(&rng, w->size, w->yp);
@@ -128,6 +129,29 @@ static void release(work *w)
     free(w->mass);
     free(w->memory);
     test_tree_free(&w->tree);
+}
+
+/* What can be asked of a state: results per body and of the whole tree. `matrix` has room for d and
+ * for nu rows of nu. Returns a sum of absolute statuses. */
+static int ask(const mbsr_model *m, mbsr_data *d, double t, double *q, const double *u,
+               const double *udot, double *x, double *matrix)
+{
+    double vector[TEST_MAX_D], mass, momentum[6];
+    int bad = 0;
+    bad += abs(mbsr_normalise(m, d, q));
+    bad += abs(mbsr_bias_forces(m, d, t, q, u, x));
+    bad += abs(mbsr_accelerations(m, d, udot));
+    for (int id = MBSR_GROUND; id < mbsr_model_bodies(m); ++id) {
+        bad += abs(mbsr_body_acceleration(m, d, id, vector));
+        bad += abs(mbsr_joint_reaction(m, d, id, vector));
+        bad += abs(mbsr_body_jacobian(m, d, id, matrix));
+    }
+    const int status = mbsr_tree_momentum(m, d, NULL, &mass, vector, momentum);
+    bad += status == MBSR_ERR_SPACE ? 0 : abs(status); /* with its text */
+    bad += abs(mbsr_momenta(m, d, x));
+    bad += abs(mbsr_coordinate_rates(m, d, x));
+    bad += abs(mbsr_mass_matrix(m, d, matrix));
+    return bad;
 }
 
 /* Everything a solver calls; returns a sum of absolute statuses, 0 if all succeeded. */
@@ -162,7 +186,7 @@ static int evaluate(work *w)
     bad += abs(mbsr_index1_renew(m, d, 0.3, w->x, w->F, NULL));
     bad += abs(mbsr_ode_pack(w->ode, 0.3, q, u, w->x));
     bad += abs(mbsr_ode_rhs(w->ode, 0.3, w->x, w->F));
-    return bad;
+    return bad + ask(m, d, 0.3, w->y, u, udot, w->F, w->mass);
 }
 
 /* Calls that fail, with their texts. Returns how many did not. */
@@ -233,11 +257,64 @@ static void no_evaluation_allocates_even_the_first(void **state)
     assert_true(deficient > 3);
 }
 
+/* Bodies in space and in the plane, quaternions, driven and locked coordinates. Returns a sum of
+ * absolute statuses. */
+static int evaluate_mixed(mixed *s, double *q, const double *u, const double *udot)
+{
+    static const mbsr_dae_form forms[4] = {MBSR_DAE_MOMENTUM, MBSR_DAE_INDEX1, MBSR_DAE_RECURSIVE,
+                                           MBSR_DAE_INVERSE_DYNAMICS};
+    static double x[3 * MIXED_NQ], y[3 * MIXED_NQ], F[3 * MIXED_NQ];
+    static double matrix[MIXED_NU * (MIXED_NU + TEST_MAX_D)];
+    const mbsr_model *m = s->model;
+    mbsr_data *d = s->data;
+    double T, E;
+    int bad = 0;
+    for (int k = 0; k < 4; ++k) {
+        bad += abs(mbsr_dae_pack(m, d, forms[k], 0.3, q, u, y));
+        bad += abs(mbsr_dae_residual(m, d, forms[k], 0.3, y, x, F));
+        bad += abs(mbsr_dae_unpack(m, d, forms[k], 0.3, y, q, F));
+    }
+    bad += abs(mbsr_forward_dynamics(m, d, 0.3, q, u, NULL, F));
+    bad += abs(mbsr_energy(m, d, &T, &E));
+    bad += abs(mbsr_inverse_dynamics(m, d, 0.3, q, u, udot, F));
+    bad += ask(m, d, 0.3, q, u, udot, F, matrix);
+    /* refusals, with their texts */
+    bad += mbsr_body_acceleration(m, d, 99, F) != MBSR_ERR_ID;
+    bad += abs(mbsr_positions(m, d, 0.3, q));
+    bad += mbsr_joint_reaction(m, d, 0, F) != MBSR_ERR_SEQUENCE;
+    for (int k = 0; k < s->nq; ++k) x[k] = 0.0;
+    bad += mbsr_normalise(m, d, x) != MBSR_ZERO_QUATERNION;
+    return bad;
+}
+
+static void no_evaluation_in_space_allocates(void **state)
+{
+    (void)state;
+    if (!COUNTED) skip();
+    for (int scene = 0; scene < MIXED_ALL; ++scene) {
+        mixed s;
+        double q[MIXED_NQ], u[MIXED_NU], udot[MIXED_NU];
+        test_rng rng = test_seed(8);
+        mixed_make(&s, (mixed_scene)scene);
+        test_fill(&rng, s.nq, q);
+        test_fill(&rng, s.nu, u);
+        test_fill(&rng, s.nu, udot);
+        const long before = allocations, released = releases;
+        const int bad = evaluate_mixed(&s, q, u, udot);
+        const long after = allocations, released_after = releases;
+        assert_int_equal(after - before, 0);
+        assert_int_equal(released_after - released, 0);
+        assert_int_equal(bad, 0);
+        mixed_free(&s);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(counting_sees_an_allocation),
         cmocka_unit_test(no_evaluation_allocates_even_the_first),
+        cmocka_unit_test(no_evaluation_in_space_allocates),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

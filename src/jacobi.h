@@ -1,0 +1,12 @@
+/* Eigenvalues of small symmetric matrices, without the overhead of a call of LAPACK.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRI_JACOBI_H
+#define MBSRI_JACOBI_H
+
+enum { MBSRI_JACOBI_MAX = 3 };
+
+/* Eigenvalues of the symmetric A (n x n, n <= MBSRI_JACOBI_MAX) in descending order; A becomes the
+ * eigenvectors. Returns 0, or 1 if the rotations did not end. */
+int mbsri_jacobi(int n, double *A, double *lambda);
+
+#endif
