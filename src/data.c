@@ -49,6 +49,7 @@ static size_t layout(const mbsr_model *m, bool lean, unsigned char *base, mbsr_d
         d->fast_state = take(base, &used, bodies * sizeof *d->fast_state);
         d->fast_many = take(base, &used, (size_t)m->fast->many * sizeof *d->fast_many);
         d->fast_stack = take(base, &used, (size_t)m->fast->depth * sizeof *d->fast_stack);
+        d->fast_noise = take(base, &used, (size_t)m->fast->depth * sizeof *d->fast_noise);
         d->fast_flows = take(base, &used, (size_t)m->fast->depth * sizeof *d->fast_flows);
         const size_t loads = m->fast->body_forces ? bodies : 0;
         d->fast_load = take(base, &used, loads * sizeof *d->fast_load);

@@ -224,7 +224,7 @@ struct mbsr_data {
     mbsri_pending pending; /* what the stages would hold if the fast sweeps had not been taken */
     struct mbsri_fast_state *fast_state; /* N + 1 */
     struct mbsri_fast_many *fast_many;
-    struct mbsri_carry *fast_stack;
+    struct mbsri_carry *fast_stack, *fast_noise;
     struct mbsri_flow *fast_flows;
     struct mbsri_fast_load *fast_load;
     int *rank;    /* N + 1 */

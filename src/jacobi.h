@@ -3,7 +3,7 @@
 #ifndef MBSRI_JACOBI_H
 #define MBSRI_JACOBI_H
 
-enum { MBSRI_JACOBI_MAX = 3 };
+enum { MBSRI_JACOBI_MAX = 6 };
 
 /* Eigenvalues of the symmetric A (n x n, n <= MBSRI_JACOBI_MAX) in descending order; A becomes the
  * eigenvectors. Returns 0, or 1 if the rotations did not end. */

@@ -80,7 +80,7 @@ int mbsri_rank_decision(const mbsr_model *m, mbsr_data *d, int i)
         lambda[0] = X[0];
         X[0] = 1.0;
     } else {
-        const bool small = n <= MBSRI_JACOBI_MAX;
+        const bool small = n <= 3; /* where it is faster than a call */
         const int info = small ? mbsri_jacobi(n, X, lambda)
                                : mbsri_lapack_syev(n, X, lambda, d->scratch, m->lapack_work);
         if (info != 0) {

@@ -88,7 +88,7 @@ static int displaced(const mbsr_model *m, mbsr_data *d, double t, double h, doub
     return status;
 }
 
-/* Central differences over a step that changes the state by about 1e-5 of its size. */
+/* Differences of fourth order over steps that change the state by about 1e-3 of its size. */
 static int differences(const mbsr_model *m, mbsr_data *d)
 {
     const double t = d->t;
@@ -106,9 +106,10 @@ static int differences(const mbsr_model *m, mbsr_data *d)
     mbsri_zero(m->size_dp, d->Hdot);
     mbsri_zero(m->size_dn, d->Jdot);
     mbsri_zero(m->size_dd, d->Mdot);
-    const double h = 1e-5 / speed;
-    status = displaced(m, d, t, h, 0.5 / h);
-    if (!status) status = displaced(m, d, t, -h, -0.5 / h);
+    const double h = 1e-3 / speed;
+    static const double weight[] = {-1.0, 8.0, -8.0, 1.0}, place[] = {2.0, 1.0, -1.0, -2.0};
+    for (int k = 0; k < 4 && !status; ++k)
+        status = displaced(m, d, t, place[k] * h, weight[k] / (12.0 * h));
     /* back to where it was */
     if (!status) status = mbsr_positions(m, d, t, d->q_base);
     return status ? status : mbsr_velocities(m, d, d->u_base);

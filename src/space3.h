@@ -4,6 +4,7 @@
 #define MBSRI_SPACE3_H
 
 #include <math.h>
+#include <stdbool.h>
 
 static inline double mbsri_dot3(const double a[3], const double b[3])
 {
@@ -35,6 +36,29 @@ static inline void mbsri_add_cross3(const double a[3], const double b[3], double
 static inline void mbsri_add3(double s, const double x[3], double y[3])
 {
     for (int k = 0; k < 3; ++k) y[k] += s * x[k];
+}
+
+/* n = a / |a|, without overflow; false where a is zero or not finite (n = a then). */
+static inline bool mbsri_direction3(const double a[3], double n[3])
+{
+    const double largest = fmax(fabs(a[0]), fmax(fabs(a[1]), fabs(a[2])));
+    const bool good = largest > 0.0 && isfinite(a[0]) && isfinite(a[1]) && isfinite(a[2]);
+    for (int k = 0; k < 3; ++k) n[k] = good ? a[k] / largest : a[k];
+    const double length = good ? mbsri_norm3(n) : 1.0;
+    for (int k = 0; k < 3; ++k) n[k] /= length;
+    return good;
+}
+
+/* n along q, of a length whose square neither overflows nor vanishes: q itself nearly always; false
+ * for zero. */
+static inline bool mbsri_scale4(const double q[4], double n[4])
+{
+    const double square = q[0] * q[0] + mbsri_dot3(q + 1, q + 1);
+    const bool fits = square > 1e-280 && square < 1e280;
+    const double largest =
+        fits ? 1.0 : fmax(fmax(fabs(q[0]), fabs(q[1])), fmax(fabs(q[2]), fabs(q[3])));
+    for (int k = 0; k < 4; ++k) n[k] = fits ? q[k] : q[k] / largest;
+    return largest > 0.0;
 }
 
 /* y = R x, column-major */

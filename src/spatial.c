@@ -6,7 +6,7 @@
 
 #include <string.h>
 
-static const double unit[9] = {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};
+static const double unit[9] = {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0}, none[9] = {0.0};
 
 static mbsr_frame frame_of(const double x[3], const double R[9])
 {
@@ -29,9 +29,10 @@ mbsr_frame mbsr_frame_at(double x, double y, double z)
 
 mbsr_frame mbsr_frame_turned(const double x[3], const double axis[3], double angle)
 {
-    const double share = sin(0.5 * angle) / mbsri_norm3(axis);
-    const double quaternion[4] = {cos(0.5 * angle), share * axis[0], share * axis[1],
-                                  share * axis[2]};
+    double n[3];
+    if (!mbsri_direction3(axis, n)) return frame_of(x, none);
+    const double c = cos(0.5 * angle), s = sin(0.5 * angle);
+    const double quaternion[4] = {c, s * n[0], s * n[1], s * n[2]};
     return mbsr_frame_quaternion(x, quaternion);
 }
 
@@ -46,10 +47,9 @@ mbsr_frame mbsr_frame_quaternion(const double x[3], const double quaternion[4])
 mbsr_frame mbsr_frame_along(const double x[3], const double z[3])
 {
     double R[9], helper[3] = {0.0, 0.0, 0.0};
-    const double length = mbsri_norm3(z);
     int least = 0;
-    for (int k = 0; k < 3; ++k) {
-        R[6 + k] = z[k] / length;
+    if (!mbsri_direction3(z, R + 6)) return frame_of(x, none);
+    for (int k = 1; k < 3; ++k) {
         if (fabs(z[k]) < fabs(z[least])) least = k;
     }
     helper[least] = 1.0;
@@ -81,9 +81,9 @@ mbsr_frame mbsr_frame_inverse(const mbsr_frame *a)
 /* R = 1 + 2 (w [v]x + [v]x^2) / |q|^2 */
 void mbsr_quaternion_rotation(const double quaternion[4], double R[9])
 {
-    const double w = quaternion[0], *v = quaternion + 1;
-    const double s = 2.0 / (w * w + mbsri_dot3(v, v)), size = mbsri_dot3(v, v);
-    double X[9];
+    double n[4], X[9];
+    mbsri_scale4(quaternion, n);
+    const double w = n[0], *v = n + 1, size = mbsri_dot3(v, v), s = 2.0 / (w * w + size);
     mbsri_cross_matrix3(v, X);
     for (int j = 0; j < 3; ++j) {
         for (int k = 0; k < 3; ++k) R[3 * j + k] = s * (w * X[3 * j + k] + v[j] * v[k]);

@@ -13,6 +13,7 @@
 #include <mbsrank/index.h>
 #include <mbsrank/inertia.h>
 #include <mbsrank/joint.h>
+#include <mbsrank/joint_check.h>
 #include <mbsrank/model.h>
 #include <mbsrank/ode.h>
 #include <mbsrank/spatial.h>

@@ -113,7 +113,6 @@ static void place_body(mbsri_fast *tree, const mbsr_model *m, int i)
     mbsri_fast_body *b = tree->body + i;
     int kind;
     const bool simple = is_simple(joint, &kind);
-    tree->driven = tree->driven || joint->motion;
     const mbsr_frame in_body = frame_in_body(joint);
     *b = (mbsri_fast_body){
         .parent = body->parent, .q = body->iq, .u = body->iu, .n = body->n, .spread = 1.0};

@@ -72,6 +72,7 @@ static bool prepare(mbsri_fast_run *run, const mbsr_model *m, mbsr_data *d, doub
                             .state = d->fast_state,
                             .many = d->fast_many,
                             .stack = d->fast_stack,
+                            .noise = d->fast_noise,
                             .flows = d->fast_flows,
                             .load = bodies ? d->fast_load : NULL,
                             .sincos = d->sincos,
@@ -151,7 +152,7 @@ bool mbsri_fast_momentum_residual(const mbsr_model *m, mbsr_data *d, double t, c
     const double *p = y + m->nq, *u = p + m->nu;
     double *F_p = F + m->nq, *F_u = F_p + m->nu;
     mbsri_fast_run run;
-    if (!m->fast || m->fast->driven || !prepare(&run, m, d, t, y, u, F_p)) return false;
+    if (!prepare(&run, m, d, t, y, u, F_p)) return false;
     if (forces(&run, NULL, true)) return false;
     run.p = swept(m, false, m->nu, m->u_of, p, d->w);
     run.out = d->out;

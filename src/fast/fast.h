@@ -14,7 +14,7 @@
 enum {
     MBSRI_TURNS = 1,     /* its joint rotates about z */
     MBSRI_SLIDES = 2,    /* and moves along z, by `pitch` per unit of the coordinate */
-    MBSRI_MANY = 4,      /* its joint is none of one axis: see many.c */
+    MBSRI_MANY = 4,      /* its joint is none of one axis: see many.h */
     MBSRI_MASSLESS = 8,  /* own inertia zero */
     MBSRI_LEAF = 16,     /* no successor */
     MBSRI_BRANCHES = 32, /* more than one successor */
@@ -49,15 +49,18 @@ typedef struct mbsri_fast_joint {
     double R[9], x[3]; /* the predecessor's own frame in the frame that these sweeps use of it */
 } mbsri_fast_joint;
 
-/* And its state, kept by many.c. */
+/* And its state, kept by many.h. */
 typedef struct mbsri_fast_many {
-    double S[6][8]; /* columns of V = S u: angular and linear part, four numbers each */
-    double U[6][8]; /* Mbar S */
+    double S[6][8];    /* columns of V = S u: angular and linear part, four numbers each */
+    double U[6][8];    /* Mbar S */
+    double G[6][8];    /* Mbar S D^-1 */
+    double Sdot[6][8]; /* rates of S, for the momentum form */
+    double drive[8];   /* part of V - X V_pi that does not depend on u */
+    double driven[8];  /* Mbar times that */
     double D[6][6];
-    double G[6][8];                /* Mbar S D^-1 */
-    double x[6];                   /* e, D^-1 e or ep */
-    double factor[6][6], scale[6]; /* of D */
-    double Sdot[6][8];             /* rates of S, for the momentum form */
+    double factor[6][6]; /* of D */
+    double x[6];         /* e, D^-1 e or ep */
+    double idle[6];
 } mbsri_fast_many;
 MBSRI_CHECK_LAYOUT(mbsri_fast_many);
 
@@ -103,7 +106,6 @@ typedef struct mbsri_fast {
     double clear;            /* a joint block counts as regular beyond this times the bound of
                               * rounding errors in it: ten times the tolerance of the ranks */
     double gravity[3];       /* m/s^2, sum of all such elements */
-    bool driven;             /* some joint has a prescribed motion */
     bool joint_forces;       /* there are elements that act on joints alone */
     bool body_forces;        /* there are others */
     bool masses;             /* some of them read the mass matrices of their bodies */
@@ -113,9 +115,9 @@ typedef struct mbsri_fast {
 
 /* What force elements exert on a body, about the origin of its frame; body_forces only. */
 typedef struct mbsri_fast_load {
-    double r[4]; /* that origin in the world, m */
+    double r[4];   /* that origin in the world, m */
+    double arm[4]; /* from there to the origin of the body\'s own frame */
     double L[4], p[4];
-    double idle[4];
 } mbsri_fast_load;
 
 /* What an evaluation works on. */
@@ -126,6 +128,7 @@ typedef struct mbsri_fast_run {
     mbsri_fast_state *state; /* bodies + 1 */
     mbsri_fast_many *many;
     mbsri_carry *stack;    /* depth */
+    mbsri_carry *noise;    /* depth: W */
     mbsri_flow *flows;     /* depth */
     mbsri_fast_load *load; /* bodies + 1, or NULL */
     double *sincos;        /* 2 a coordinate: cosine, sine */
@@ -142,7 +145,7 @@ typedef struct mbsri_fast_kernels {
     const char *name;
     void (*trigonometry)(int n, const double *q, double *sincos);
     int (*kinematics)(const mbsri_fast_run *run);
-    /* False: the rank of some joint is not clear. */
+    /* False: the stages have to decide on the rank of some joint. */
     bool (*backward)(const mbsri_fast_run *run);
     void (*forward)(const mbsri_fast_run *run);
     int (*inverse)(const mbsri_fast_run *run);
@@ -159,13 +162,6 @@ extern const mbsri_fast_kernels mbsri_fast_v3;
 /* After kinematics with velocities: the loads of force elements, and their joint forces on top of
  * the data's tau (loads.c). Returns what an element returned. */
 int mbsri_fast_loads(const mbsri_fast_run *run);
-
-/* Joints of more than one axis, in plain C (many.c). */
-int mbsri_many_kinematics(const mbsri_fast_run *run, int i, bool velocity);
-bool mbsri_many_backward(const mbsri_fast_run *run, int i, mbsri_carry *carry);
-void mbsri_many_forward(const mbsri_fast_run *run, int i);
-void mbsri_many_momentum(const mbsri_fast_run *run, int i, mbsri_flow *flow);
-void mbsri_many_balance(const mbsri_fast_run *run, int i, const double V[8]);
 
 /* Makes the tree of a model that is otherwise finished, where these sweeps serve it; else
  * m->fast stays NULL. False: no memory, with nothing allocated. */

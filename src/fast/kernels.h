@@ -12,6 +12,7 @@
  * which are (8) and (9) with K = 1, H = -X, J = -S, kII = -c. */
 #include "fast.h"
 #include "lane.h"
+#include "many.h"
 
 #include <math.h>
 #include <string.h>
@@ -114,7 +115,7 @@ MBSRI_INLINE int move(const mbsri_fast_run *run, bool velocity)
     for (int i = 1; i <= run->tree->bodies; ++i) {
         const mbsri_fast_body *b = run->tree->body + i;
         if (b->flags & MBSRI_MANY) {
-            const int status = mbsri_many_kinematics(run, i, velocity);
+            const int status = many_kinematics(run, i, velocity);
             if (status) return status;
         } else {
             move_body(run, b, s + b->parent, s + i, velocity);
@@ -228,126 +229,219 @@ MBSRI_INLINE void translate(v4 rho, blocks *c)
     c->L += cross(rho, c->p);
 }
 
+/* ---- the rank of D ----
+ * What rank.c decides with W, the first-order size of the rounding errors in Mbar. Mostly a bound
+ * is enough, two numbers instead of a matrix: W <= kappa Mbar + spread Lambda with Lambda =
+ * diag(L^2, L^2, L^2, 1, 1, 1); docs/performance.md derives it. Where it is not, the sweep starts
+ * again with W itself, kept in blocks like Mbar. */
+
+/* A joint of one axis, or none: U = Mbar S, D = S^T U, e = tau - S^T p, size = S^T Lambda S. */
+typedef struct joint {
+    v4 Z, U_L, U_p;
+    double D, e, size;
+    double Dinv; /* 0 where the rank is 0 */
+} joint;
+
 MBSRI_INLINE double trace_of(const blocks *c, double per_area)
 {
     return (c->I[0][0] + c->I[1][1] + c->I[2][2]) * per_area +
            (c->M[0][0] + c->M[1][1] + c->M[2][2]);
 }
 
-/* Whether D = 0 up to rounding whatever W is: W >= Diag(Mbar). */
-static bool clearly_zero(const mbsri_fast_body *b, const blocks *c, v4 Z, double D,
-                         double tolerance)
+MBSRI_INLINE v4 diagonal(const v4 A[3])
 {
-    double least = 0.0;
-    for (int k = 0; k < 3; ++k) {
-        const double square = Z[k] * Z[k];
-        if (b->flags & MBSRI_TURNS) least += square * c->I[k][k];
-        if (b->flags & MBSRI_SLIDES) least += square * b->pitch * b->pitch * c->M[k][k];
-    }
-    return fabs(D) <= tolerance * least;
+    return (v4){A[0][0], A[1][1], A[2][2], 0.0};
 }
 
-/* One body with a joint of one axis or none: U, D, e, then Mbar^a and p for the predecessor. */
-MBSRI_INLINE bool reduce(const mbsri_fast_run *run, int i, blocks *c)
+MBSRI_INLINE void add_diagonal(v4 x, v4 A[3])
 {
-    const mbsri_fast_body *b = run->tree->body + i;
-    mbsri_fast_state *s = run->state + i;
-    const double length = run->tree->length, per_area = 1.0 / (length * length),
-                 clear = run->tree->clear;
-    const v4 Z = load(s->R + 8), c_w = load(s->A_w), c_v = load(s->A_v), rho = load(s->rho);
-    v4 U_L = splat(0.0), U_p = splat(0.0);
-    double D = 0.0, size = 0.0, e = 0.0;
-    /* U = Mbar S,  D = S^T U,  e = tau - S^T p */
+    A[0] += x * (v4){1.0, 0.0, 0.0, 0.0};
+    A[1] += x * (v4){0.0, 1.0, 0.0, 0.0};
+    A[2] += x * (v4){0.0, 0.0, 1.0, 0.0};
+}
+
+/* S^T Diag(Mbar) S, which S^T W S is at least. */
+MBSRI_INLINE double least_noise(const mbsri_fast_body *b, const blocks *c, v4 Z)
+{
+    double least = 0.0;
+    if (b->flags & MBSRI_TURNS) least = sum3(Z * Z * diagonal(c->I));
+    if (b->flags & MBSRI_SLIDES) least += b->pitch * b->pitch * sum3(Z * Z * diagonal(c->M));
+    return least;
+}
+
+/* (x_L, x_p) = A S for symmetric blocks A. */
+MBSRI_INLINE void times_axis(const mbsri_fast_body *b, const blocks *A, v4 Z, v4 *x_L, v4 *x_p)
+{
+    *x_L = *x_p = splat(0.0);
     if (b->flags & MBSRI_TURNS) {
-        U_L = times(c->I, Z);
-        U_p = times(c->G, Z);
-        size = length * length;
+        *x_L = times(A->I, Z);
+        *x_p = times(A->G, Z);
     }
     if (b->flags & MBSRI_SLIDES) {
         const v4 h = splat(b->pitch);
-        U_L += h * transposed_times(c->G, Z);
-        U_p += h * times(c->M, Z);
-        D = b->pitch * sum3(Z * U_p);
-        size += b->pitch * b->pitch;
-        e = -b->pitch * sum3(Z * c->p);
+        *x_L += h * transposed_times(A->G, Z);
+        *x_p += h * times(A->M, Z);
     }
-    if (b->flags & MBSRI_TURNS) {
-        D += sum3(Z * U_L);
-        e -= sum3(Z * c->L);
-    }
-    e += b->n ? run->tau[b->u] : 0.0;
-    /* rank */
-    const double trace = trace_of(c, per_area);
-    double spread = c->spread + trace, kappa = c->kappa, Dinv = 0.0, transport = 1.0;
+}
+
+/* S^T x */
+MBSRI_INLINE double along_axis(const mbsri_fast_body *b, v4 Z, v4 x_L, v4 x_p)
+{
+    double sum = 0.0;
+    if (b->flags & MBSRI_TURNS) sum = sum3(Z * x_L);
+    if (b->flags & MBSRI_SLIDES) sum += b->pitch * sum3(Z * x_p);
+    return sum;
+}
+
+MBSRI_INLINE void open_joint(const mbsri_fast_run *run, int i, const blocks *c, joint *j)
+{
+    const mbsri_fast_body *b = run->tree->body + i;
+    j->Z = load(run->state[i].R + 8);
+    times_axis(b, c, j->Z, &j->U_L, &j->U_p);
+    j->D = along_axis(b, j->Z, j->U_L, j->U_p);
+    j->e = (b->n ? run->tau[b->u] : 0.0) - along_axis(b, j->Z, c->L, c->p);
+    j->Dinv = 0.0;
+}
+
+/* Rank by the bound; false: it does not tell. Then the bound behind the joint. */
+MBSRI_INLINE bool certify(const mbsri_fast_run *run, int i, blocks *c, joint *j)
+{
+    const mbsri_fast_body *b = run->tree->body + i;
+    const double area = run->tree->length * run->tree->length, per_area = 1.0 / area,
+                 clear = run->tree->clear, trace = trace_of(c, per_area);
+    const double size = (b->flags & MBSRI_TURNS ? area : 0.0) + b->pitch * b->pitch;
+    double spread = c->spread + trace, transport = 1.0;
     if (b->soft > 0.0) {
-        kappa += spread * b->soft;
+        c->kappa += spread * b->soft;
         spread = 0.0;
     }
-    if (D * (1.0 - clear * kappa) > clear * spread * size) {
-        Dinv = 1.0 / D;
-        transport = size * sum3(U_L * U_L * splat(per_area) + U_p * U_p) * Dinv * Dinv;
-    } else if (b->n && !clearly_zero(b, c, Z, D, run->model->rank_tolerance)) {
+    if (j->D * (1.0 - clear * c->kappa) > clear * spread * size) {
+        j->Dinv = 1.0 / j->D;
+        transport =
+            size * sum3(j->U_L * j->U_L * splat(per_area) + j->U_p * j->U_p) * j->Dinv * j->Dinv;
+    } else if (b->n && fabs(j->D) > run->model->rank_tolerance * least_noise(b, c, j->Z)) {
         return false;
     }
-    run->rank[i] = Dinv > 0.0;
-    store(s->U_L, U_L);
-    store(s->U_p, U_p);
-    s->D = D;
-    s->Dinv = Dinv;
-    s->e = e;
-    /* Mbar^a = Mbar - U D^-1 U^T,  p += Mbar^a c + U D^-1 e */
-    const v4 g_L = U_L * splat(Dinv), g_p = U_p * splat(Dinv);
-    c->I[0] -= g_L * xxx(U_L), c->I[1] -= g_L * yyy(U_L), c->I[2] -= g_L * zzz(U_L);
-    c->G[0] -= g_p * xxx(U_L), c->G[1] -= g_p * yyy(U_L), c->G[2] -= g_p * zzz(U_L);
-    c->M[0] -= g_p * xxx(U_p), c->M[1] -= g_p * yyy(U_p), c->M[2] -= g_p * zzz(U_p);
-    c->L += times(c->I, c_w) + transposed_times(c->G, c_v) + g_L * splat(e);
-    c->p += times(c->G, c_w) + times(c->M, c_v) + g_p * splat(e);
-    /* W^a <= kappa Mbar^a + spread Lambda */
-    c->kappa = kappa;
     c->spread = spread * transport + trace * (1.0 + transport);
-    translate(rho, c);
     return true;
 }
 
-/* ||X||^2 <= (1 + |rho| / L)^2 where rho changes. */
-MBSRI_INLINE double spread_of(const mbsri_fast_run *run, int i)
+/* Rank by W, and E = Diag(Mbar) + Diag(G S^T Diag(Mbar) S G^T) + P^T W P, P = 1 - S G^T, in its
+ * place (backward.c). False: Mbar is indefinite. */
+MBSRI_INLINE bool judge(const mbsri_fast_run *run, int i, const blocks *c, joint *j, blocks *W)
 {
-    const v4 rho = load(run->state[i].rho);
-    const double stretch = 1.0 + sqrt(sum3(rho * rho)) / run->tree->length;
-    return stretch * stretch;
+    const mbsri_fast_body *b = run->tree->body + i;
+    v4 Q_L, Q_p;
+    add_diagonal(diagonal(c->I), W->I);
+    add_diagonal(diagonal(c->M), W->M);
+    times_axis(b, W, j->Z, &Q_L, &Q_p);
+    const double noise = along_axis(b, j->Z, Q_L, Q_p), least = least_noise(b, c, j->Z),
+                 tolerance = run->model->rank_tolerance * noise;
+    if (j->D < -tolerance) return false;
+    if (j->D > tolerance) j->Dinv = 1.0 / j->D;
+    const v4 g_L = j->U_L * splat(j->Dinv), g_p = j->U_p * splat(j->Dinv);
+    Q_L -= splat(0.5 * noise) * g_L;
+    Q_p -= splat(0.5 * noise) * g_p;
+    const v4 gL[3] = {xxx(g_L), yyy(g_L), zzz(g_L)}, gp[3] = {xxx(g_p), yyy(g_p), zzz(g_p)},
+             QL[3] = {xxx(Q_L), yyy(Q_L), zzz(Q_L)}, Qp[3] = {xxx(Q_p), yyy(Q_p), zzz(Q_p)};
+    for (int k = 0; k < 3; ++k) {
+        W->I[k] -= Q_L * gL[k] + g_L * QL[k];
+        W->G[k] -= Q_p * gL[k] + g_p * QL[k];
+        W->M[k] -= Q_p * gp[k] + g_p * Qp[k];
+    }
+    add_diagonal(diagonal(c->I) + splat(least) * g_L * g_L, W->I);
+    add_diagonal(diagonal(c->M) + splat(least) * g_p * g_p, W->M);
+    return true;
 }
 
-static bool backward(const mbsri_fast_run *run)
+/* Mbar^a = Mbar - U D^-1 U^T,  p += Mbar^a c + U D^-1 e, at body i's origin. */
+MBSRI_INLINE void condense(const mbsri_fast_run *run, int i, const joint *j, blocks *c)
+{
+    mbsri_fast_state *s = run->state + i;
+    const v4 c_w = load(s->A_w), c_v = load(s->A_v), U_L = j->U_L, U_p = j->U_p;
+    run->rank[i] = j->Dinv > 0.0;
+    store(s->U_L, U_L);
+    store(s->U_p, U_p);
+    s->D = j->D;
+    s->Dinv = j->Dinv;
+    s->e = j->e;
+    const v4 g_L = U_L * splat(j->Dinv), g_p = U_p * splat(j->Dinv), e = splat(j->e);
+    c->I[0] -= g_L * xxx(U_L), c->I[1] -= g_L * yyy(U_L), c->I[2] -= g_L * zzz(U_L);
+    c->G[0] -= g_p * xxx(U_L), c->G[1] -= g_p * yyy(U_L), c->G[2] -= g_p * zzz(U_L);
+    c->M[0] -= g_p * xxx(U_p), c->M[1] -= g_p * yyy(U_p), c->M[2] -= g_p * zzz(U_p);
+    c->L += times(c->I, c_w) + transposed_times(c->G, c_v) + g_L * e;
+    c->p += times(c->G, c_w) + times(c->M, c_v) + g_p * e;
+}
+
+/* ||X||^2 <= (1 + |rho| / L)^2, a constant unless the joint slides. */
+MBSRI_INLINE double stretch(const mbsri_fast_run *run, int i)
+{
+    const mbsri_fast_body *b = run->tree->body + i;
+    if (!(b->flags & (MBSRI_SLIDES | MBSRI_MANY))) return b->spread;
+    const v4 rho = load(run->state[i].rho);
+    const double ratio = 1.0 + sqrt(sum3(rho * rho)) / run->tree->length;
+    return ratio * ratio;
+}
+
+/* Through the joint of body i, of whatever kind; W: NULL without it. */
+MBSRI_INLINE bool pass_joint(const mbsri_fast_run *run, int i, blocks *c, blocks *W)
+{
+    if (run->tree->body[i].flags & MBSRI_MANY) {
+        _Alignas(32) mbsri_carry m, noise;
+        to_memory(c, &m);
+        if (W) to_memory(W, &noise);
+        if (!many_backward(run, i, &m, W ? &noise : NULL)) return false;
+        from_memory(&m, c);
+        if (W) from_memory(&noise, W);
+        return true;
+    }
+    joint j;
+    open_joint(run, i, c, &j);
+    const bool clear = W ? judge(run, i, c, &j, W) : certify(run, i, c, &j);
+    if (clear) condense(run, i, &j, c);
+    return clear;
+}
+
+MBSRI_INLINE bool sweep_back(const mbsri_fast_run *run, bool exact)
 {
     const mbsri_fast *tree = run->tree;
-    mbsri_carry *top = run->stack;
-    blocks c;
+    mbsri_carry *top = run->stack, *noise_top = run->noise;
+    blocks c, W;
     clear(&c);
+    clear(&W);
     for (int i = tree->bodies; i >= 1; --i) {
         const mbsri_fast_body *b = tree->body + i;
         const int flags = b->flags;
         if (flags & MBSRI_LEAF) clear(&c);
+        if (exact && flags & MBSRI_LEAF) clear(&W);
         if (flags & MBSRI_BRANCHES) add(--top, &c);
+        if (exact && flags & MBSRI_BRANCHES) add(--noise_top, &W);
         if (!(flags & MBSRI_MASSLESS)) add_own(b, run->state + i, &c);
         if (flags & MBSRI_LOADED) {
             c.L -= load(run->load[i].L);
             c.p -= load(run->load[i].p);
         }
-        if (flags & MBSRI_MANY) {
-            _Alignas(32) mbsri_carry m;
-            to_memory(&c, &m);
-            if (!mbsri_many_backward(run, i, &m)) return false;
-            from_memory(&m, &c);
-            translate(load(run->state[i].rho), &c);
-        } else if (!reduce(run, i, &c)) {
-            return false;
-        }
-        c.spread *= flags & (MBSRI_SLIDES | MBSRI_MANY) ? spread_of(run, i) : b->spread;
+        if (!pass_joint(run, i, &c, exact ? &W : NULL)) return false;
+        const v4 rho = load(run->state[i].rho);
+        translate(rho, &c);
+        if (exact)
+            translate(rho, &W);
+        else
+            c.spread *= stretch(run, i);
         if (flags & MBSRI_NEXT) continue;
-        if (!(flags & MBSRI_OPENS)) add(--top, &c);
+        const bool opens = (flags & MBSRI_OPENS) != 0;
+        if (!opens) add(--top, &c);
         to_memory(&c, top++);
+        if (!exact) continue;
+        if (!opens) add(--noise_top, &W);
+        to_memory(&W, noise_top++);
     }
     return true;
+}
+
+static bool backward(const mbsri_fast_run *run)
+{
+    return sweep_back(run, false) || sweep_back(run, true);
 }
 
 /* ---- root to leaves: A, u' ---- */
@@ -363,7 +457,7 @@ static void forward(const mbsri_fast_run *run)
         if (b->flags & MBSRI_MANY) {
             store(s->A_w, A_w);
             store(s->A_v, A_v);
-            mbsri_many_forward(run, i);
+            many_forward(run, i);
             continue;
         }
         const v4 Z = load(s->R + 8);
@@ -435,7 +529,7 @@ static int inverse(const mbsri_fast_run *run)
             continue;
         }
         if (b->flags & MBSRI_MANY) {
-            const int status = mbsri_many_kinematics(run, i, false);
+            const int status = many_kinematics(run, i, false);
             if (status) return status;
         } else {
             move_body(run, b, run->state + b->parent, run->state + i, false);
@@ -538,7 +632,7 @@ static void balance(const mbsri_fast_run *run)
             _Alignas(32) double V[8];
             store(V, omega);
             store(V + 4, v);
-            mbsri_many_balance(run, i, V);
+            many_balance(run, i, V);
         } else if (b->n) {
             const double r =
                 s->D * run->u[b->u] - s->ep + sum3(load(s->U_L) * omega + load(s->U_p) * v);
@@ -567,7 +661,7 @@ static void momentum(const mbsri_fast_run *run)
         if (flags & MBSRI_MANY) {
             _Alignas(32) mbsri_flow m;
             flow_to_memory(&f, &m);
-            mbsri_many_momentum(run, i, &m);
+            many_momentum(run, i, &m);
             f.L_bar = load(m.L_bar);
             f.p_bar = load(m.p_bar);
         } else {

@@ -129,9 +129,8 @@ static void step_along(const mbsr_joint_args *args, chain *w, int step, const do
 /* A rotation by the quaternion q / |q|. */
 static int step_quaternion(const mbsr_joint_args *args, chain *w)
 {
-    double T[9], product[9], axes[9];
-    const double *q = args->q, size = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
-    if (!(size > 0.0)) return MBSR_ZERO_QUATERNION;
+    double T[9], product[9], axes[9], q[4];
+    if (!mbsri_scale4(args->q, q)) return MBSR_ZERO_QUATERNION;
     memcpy(axes, w->R, sizeof axes);
     const int first = w->columns;
     for (int k = 0; k < 3; ++k) {
@@ -299,8 +298,8 @@ int mbsri_chain_rates(const mbsr_joint_args *args, double *Kdot, double *Hdot, d
     return MBSR_OK;
 }
 
-int mbsri_chain_motion(const mbsr_joint_args *args, double *p, double *S, double *kI, double *bias,
-                       double *Sdot)
+int mbsri_chain_motion(const mbsr_joint_args *args, double *p, double *S, double *drive,
+                       double *bias, double *Sdot)
 {
     chain w;
     const int status = walk(args, &w);
@@ -309,7 +308,7 @@ int mbsri_chain_motion(const mbsr_joint_args *args, double *p, double *S, double
     memcpy(p + MBSR_POSE_X, w.r, sizeof w.r);
     double rhod[3];
     for (int k = 0; k < 3; ++k) rhod[k] = w.v[k] - w.v_pred[k];
-    for (int k = 0; k < 3; ++k) kI[k] = bias[k] = 0.0;
+    for (int k = 0; k < 6; ++k) drive[k] = bias[k] = 0.0;
     mbsri_cross3(w.omega_pred, rhod, bias + 3);
     for (int c = 0; c < w.columns; ++c) {
         const column *col = w.column + c;
@@ -318,7 +317,7 @@ int mbsri_chain_motion(const mbsr_joint_args *args, double *p, double *S, double
         for (int k = 0; k < 6; ++k) {
             bias[k] += rate[k] * col->sd + own[k] * col->sdd;
             if (col->driven) {
-                if (k < 3) kI[k] -= own[k] * col->sd;
+                drive[k] += own[k] * col->sd;
                 continue;
             }
             S[6 * col->place + k] = own[k];
@@ -342,8 +341,9 @@ int mbsri_chain_coordinate_rates(const mbsr_joint_args *args, double *qdot)
 int mbsri_chain_normalise(const mbsr_joint_args *args, double *q)
 {
     (void)args;
-    const double size = sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
-    if (!(size > 0.0)) return MBSR_ZERO_QUATERNION;
-    for (int k = 0; k < 4; ++k) q[k] /= size;
+    double n[4];
+    if (!mbsri_scale4(q, n)) return MBSR_ZERO_QUATERNION;
+    const double size = sqrt(n[0] * n[0] + mbsri_dot3(n + 1, n + 1));
+    for (int k = 0; k < 4; ++k) q[k] = n[k] / size;
     return MBSR_OK;
 }

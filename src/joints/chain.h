@@ -31,10 +31,9 @@ int mbsri_chain_jacobians(const mbsr_joint_args *args, double *K, double *H, dou
 int mbsri_chain_bias(const mbsr_joint_args *args, double *kII);
 int mbsri_chain_rates(const mbsr_joint_args *args, double *Kdot, double *Hdot, double *Jdot);
 int mbsri_chain_coordinate_rates(const mbsr_joint_args *args, double *qdot);
-/* Pose, -J, the angular part of kI, -kII and -Jdot in one pass; Jdot may be NULL. All are
- * overwritten. */
-int mbsri_chain_motion(const mbsr_joint_args *args, double *p, double *S, double *kI, double *bias,
-                       double *Sdot);
+/* Pose, S = -J, -kI, -kII and S' in one pass; Sdot may be NULL. All are overwritten. */
+int mbsri_chain_motion(const mbsr_joint_args *args, double *p, double *S, double *drive,
+                       double *bias, double *Sdot);
 int mbsri_chain_normalise(const mbsr_joint_args *args, double *q);
 
 #endif

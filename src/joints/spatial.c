@@ -34,10 +34,14 @@ static int check_frames(const mbsr_joint *joint, char text[MBSR_TEXT_SIZE])
     for (int k = 0; k < 2; ++k) {
         const double defect = mbsri_frame_defect(joint->param + (k ? MBSRI_B : MBSRI_A) + 3);
         if (defect <= 1e-9) continue;
-        snprintf(text, MBSR_TEXT_SIZE,
-                 "the axes of frame %c are not orthonormal and right-handed: "
-                 "R^T R differs from 1 by %g",
-                 k ? 'B' : 'A', defect);
+        if (isinf(defect)) {
+            snprintf(text, MBSR_TEXT_SIZE, "the axes of frame %c are left-handed or lie in a plane",
+                     k ? 'B' : 'A');
+        } else {
+            snprintf(text, MBSR_TEXT_SIZE,
+                     "the axes of frame %c are not orthonormal: R^T R differs from 1 by %g",
+                     k ? 'B' : 'A', defect);
+        }
         return MBSR_ERR_VALUE;
     }
     return MBSR_OK;
@@ -153,8 +157,7 @@ static void add_step(mbsr_joint *joint, int kind, const double direction[3], dou
 {
     const int step = joint->option[0]++;
     double *axis = joint->param + MBSRI_AXES + MBSRI_AXIS_SIZE * step;
-    const double length = mbsri_norm3(direction);
-    for (int k = 0; k < 3; ++k) axis[k] = length > 0.0 ? direction[k] / length : direction[k];
+    mbsri_direction3(direction, axis);
     axis[3] = pitch;
     joint->params += MBSRI_AXIS_SIZE;
     joint->option[1 + step] = kind | (driven ? MBSRI_DRIVEN : 0) | place << MBSRI_PLACE_SHIFT;

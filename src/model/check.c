@@ -161,7 +161,8 @@ static int check_rigid(mbsr_model *m, const mbsr_inertia *inertia, int id, const
     }
     const double size = inertia->mass * (c[0] * c[0] + c[1] * c[1] + c[2] * c[2]);
     const double tolerance = 1e-6 * fabs(moment[2]) + 1e-12 * size;
-    if (moment[0] < -tolerance || moment[2] - moment[1] - moment[0] > tolerance) {
+    /* where the smallest is negative, the largest is more than the sum of the others */
+    if (moment[2] - moment[1] - moment[0] > tolerance) {
         return REFUSE(MBSR_ERR_VALUE,
                       "%s: no body has this inertia.tensor: the principal moments about the centre "
                       "of mass are %g, %g, %g; none may be negative or larger than the sum of the "

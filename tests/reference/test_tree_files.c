@@ -94,6 +94,37 @@ static void ten_kilometres_from_the_origin_nothing_changes(void **unused)
     check_told("10 km away", &telling, 1e-10);
 }
 
+/* tau -> u' -> tau: back to 1e-10 of the largest joint force, which is small beside the bias
+ * forces. */
+static void forward_then_inverse_dynamics_returns_the_joint_forces(void **unused)
+{
+    (void)unused;
+    for (int k = 0; k < 2 * FILES; ++k) {
+        test_tree_file file;
+        test_told_tree tree;
+        test_tree_telling telling = test_tree_told();
+        if (k >= FILES) telling.world = mbsr_frame_at(6e3, -8e3, 2e3);
+        test_tree_file_read(&file, tree_file[k % FILES].name);
+        test_told_tree_make(&tree, &file, &telling);
+        double *x = calloc(2 * (size_t)tree.nu, sizeof(double)), *tau = x + tree.nu;
+        assert_ok(mbsr_forward_dynamics(tree.model, tree.data, 0.0, tree.q, tree.u, tree.tau, x),
+                  mbsr_data_error(tree.data));
+        assert_ok(mbsr_inverse_dynamics(tree.model, tree.data, 0.0, tree.q, tree.u, x, tau),
+                  mbsr_data_error(tree.data));
+        double off = 0.0, size = 0.0;
+        for (int l = 0; l < tree.nu; ++l) {
+            off = fmax(off, fabs(tau[l] - tree.tau[l]));
+            size = fmax(size, fabs(tree.tau[l]));
+        }
+        print_message("%s%s: %.1e\n", tree_file[k % FILES].name, k < FILES ? "" : " far away",
+                      size > 0.0 ? off / size : off);
+        assert_true(off <= 1e-10 * size || size == 0.0);
+        free(x);
+        test_told_tree_free(&tree);
+        test_tree_file_free(&file);
+    }
+}
+
 static void in_a_turned_world_nothing_changes(void **unused)
 {
     (void)unused;
@@ -233,6 +264,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(accelerations_and_joint_forces_are_those_of_the_reference),
         cmocka_unit_test(ten_kilometres_from_the_origin_nothing_changes),
+        cmocka_unit_test(forward_then_inverse_dynamics_returns_the_joint_forces),
         cmocka_unit_test(in_a_turned_world_nothing_changes),
         cmocka_unit_test(units_do_not_matter),
         cmocka_unit_test(numbering_does_not_matter),

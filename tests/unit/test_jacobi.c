@@ -9,13 +9,13 @@
 /* B^T B of rank r, entries of very different sizes where `scaled`. */
 static void make(test_rng *rng, int n, int r, int scaled, double *A)
 {
-    double B[9], size[3];
-    test_fill(rng, 9, B);
+    double B[36], size[6];
+    test_fill(rng, 36, B);
     for (int k = 0; k < n; ++k) size[k] = scaled ? pow(10.0, 4.0 * test_uniform(rng)) : 1.0;
     for (int j = 0; j < n; ++j) {
         for (int k = 0; k < n; ++k) {
             A[j * n + k] = 0.0;
-            for (int l = 0; l < r; ++l) A[j * n + k] += B[3 * l + j] * B[3 * l + k];
+            for (int l = 0; l < r; ++l) A[j * n + k] += B[6 * l + j] * B[6 * l + k];
             A[j * n + k] *= size[j] * size[k];
         }
     }
@@ -23,13 +23,13 @@ static void make(test_rng *rng, int n, int r, int scaled, double *A)
 
 static void check(int n, const double *A)
 {
-    double X[9], lambda[3], Y[9], expected[3], work[102], size = 0.0;
+    double X[36], lambda[6], Y[36], expected[6], work[210], size = 0.0;
     for (int k = 0; k < n * n; ++k) {
         X[k] = Y[k] = A[k];
         size = fmax(size, fabs(A[k]));
     }
     assert_int_equal(mbsri_jacobi(n, X, lambda), 0);
-    assert_int_equal(mbsri_lapack_syev(n, Y, expected, work, 102), 0);
+    assert_int_equal(mbsri_lapack_syev(n, Y, expected, work, 210), 0);
     for (int k = 0; k < n; ++k) {
         assert_close(lambda[k], expected[n - 1 - k], 6e-15 * size);
         for (int j = 0; j < n; ++j) {
@@ -50,9 +50,9 @@ static void eigenvalues_and_vectors_are_those_of_lapack(void **state)
     (void)state;
     test_rng rng = test_seed(8);
     for (int round = 0; round < 3000; ++round) {
-        double A[9];
+        double A[36];
         const int n = 1 + round % MBSRI_JACOBI_MAX;
-        make(&rng, n, 1 + round / 3 % n, round % 2, A);
+        make(&rng, n, 1 + round / 6 % n, round % 2, A);
         check(n, A);
     }
 }

@@ -1,0 +1,609 @@
+/* A test of a joint's functions against differences of its positions.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * A pose near another is told by d numbers x: p less the other p, or of a SPATIAL body the
+ * difference of r and twice the vector part of the quaternion from one R to the other, which is the
+ * rotation vector but for terms of third order. Along a motion through the other pose x' is V there
+ * and x'' is A. With four samples at -2h, -h, h, 2h
+ *
+ *   x'  = (x(-2h) - 8 x(-h) + 8 x(h) - x(2h)) / 12 h
+ *   x'' = (-x(-2h) + 16 x(-h) - 30 x(0) + 16 x(h) - x(2h)) / 12 h^2
+ *
+ * up to h^4. Column c of H or J is then -K x' of the motion with the one rate c, kI is -K x' of time
+ * alone, kII is -K x'' of the motion with all rates constant; H' and J' are such differences of
+ * those columns. */
+#include "dense.h"
+#include "frames.h"
+#include "lapack.h"
+#include "model/check.h"
+#include "space3.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+
+/* A state of the joint and its predecessor, with the pose that follows. */
+typedef struct place {
+    double t, *q, *p_pred, *p;
+} place;
+
+/* K, H, J (one after the other) and kI. */
+typedef struct jacobians {
+    double *K, *H, *J, *kI;
+} jacobians;
+
+typedef struct verifier {
+    const mbsr_joint *joint;
+    const mbsr_joint_test *at;
+    mbsr_joint_errors *errors;
+    mbsr_error *error;
+    int d, np, n, nq, d_pred, np_pred;
+    bool own, pred;     /* whether x' is V of the body, and of the predecessor */
+    double speed, h;    /* of the motion: largest rate, step in time */
+    place base, on, by; /* the state itself, one on the motion, one beside it */
+    jacobians given, passing, truth, slope; /* as written at `base` and at `on`; by differences */
+    double *unit;                           /* one rate is 1 */
+    double *x;                              /* 4 d: samples of one difference */
+    double *row;                            /* d: largest entry of K, H, J in each row */
+    double *V, *A, *kII;                    /* d */
+    double *V_pred;      /* d_pred: the caller's, or zero where the predecessor has none */
+    double *qdot, *flow; /* nq, 2 nq */
+    double *Kinv, *work; /* d x d, 4 d: where V is from (8) */
+    int pivots[MBSR_MAX_D];
+} verifier;
+
+static const double weight1[4] = {1.0 / 12.0, -8.0 / 12.0, 8.0 / 12.0, -1.0 / 12.0},
+                    weight2[4] = {-1.0 / 12.0, 16.0 / 12.0, 16.0 / 12.0, -1.0 / 12.0},
+                    sample[4] = {-2.0, -1.0, 1.0, 2.0};
+
+mbsr_joint_test mbsr_default_joint_test(void)
+{
+    return (mbsr_joint_test){.cookie = MBSRI_COOKIE, .pred_space = MBSR_SPACE_FIXED, .step = 0.004};
+}
+
+/* ---- memory ---- */
+
+static double *take(double *memory, size_t *used, int rows, int columns)
+{
+    double *here = memory ? memory + *used : NULL;
+    *used += (size_t)rows * (size_t)columns;
+    return here;
+}
+
+static void lay_out_place(const verifier *w, place *x, double *memory, size_t *used)
+{
+    x->q = take(memory, used, w->nq, 1);
+    x->p_pred = take(memory, used, w->np_pred, 1);
+    x->p = take(memory, used, w->np, 1);
+}
+
+static void lay_out_jacobians(const verifier *w, jacobians *x, double *memory, size_t *used)
+{
+    x->K = take(memory, used, w->d, w->d);
+    x->H = take(memory, used, w->d, w->d_pred);
+    x->J = take(memory, used, w->d, w->n);
+    x->kI = take(memory, used, w->d, 1);
+}
+
+/* Places all arrays in the memory (NULL: none yet); returns the number of doubles. */
+static size_t lay_out(verifier *w, double *memory)
+{
+    size_t used = 0;
+    place *const places[] = {&w->base, &w->on, &w->by};
+    jacobians *const sets[] = {&w->given, &w->passing, &w->truth, &w->slope};
+    for (int k = 0; k < 3; ++k) lay_out_place(w, places[k], memory, &used);
+    for (int k = 0; k < 4; ++k) lay_out_jacobians(w, sets[k], memory, &used);
+    w->unit = take(memory, &used, w->n > w->d_pred ? w->n : w->d_pred, 1);
+    w->x = take(memory, &used, w->d, 4);
+    w->row = take(memory, &used, w->d, 1);
+    w->V = take(memory, &used, w->d, 1);
+    w->A = take(memory, &used, w->d, 1);
+    w->kII = take(memory, &used, w->d, 1);
+    w->V_pred = take(memory, &used, w->d_pred, 1);
+    w->qdot = take(memory, &used, w->nq, 1);
+    w->flow = take(memory, &used, w->nq, 2);
+    w->Kinv = take(memory, &used, w->d, w->d);
+    w->work = take(memory, &used, w->d, 4);
+    return used;
+}
+
+/* ---- calls of the joint ---- */
+
+static bool unit_K(const verifier *w)
+{
+    return (w->joint->table->flags & MBSR_JOINT_UNIT_K) != 0;
+}
+
+/* u, V_pred and V may be NULL. */
+static mbsr_joint_args args_at(const verifier *w, const place *at, const double *u,
+                               const double *V_pred, const double *V)
+{
+    const mbsr_joint *joint = w->joint;
+    return (mbsr_joint_args){.param = joint->param,
+                             .option = joint->option,
+                             .motion = joint->motion,
+                             .user = joint->user,
+                             .d = w->d,
+                             .np = w->np,
+                             .n = w->n,
+                             .nq = w->nq,
+                             .t = at->t,
+                             .q = at->q,
+                             .u = u,
+                             .pred_space = w->at->pred_space,
+                             .pred_d = w->d_pred,
+                             .p_pred = at->p_pred,
+                             .V_pred = V_pred,
+                             .p = at->p,
+                             .V = V};
+}
+
+/* The status of a function and whether what it wrote, `count` numbers, is finite. */
+static int settle(verifier *w, int status, const char *function, size_t count, const double *x)
+{
+    const char *name = w->joint->table->name;
+    if (status) {
+        return mbsri_fail(w->error, status, MBSR_NONE, MBSR_NONE,
+                          "mbsr_joint_verify: joint '%s': %s returned %d (%s)", name, function,
+                          status, mbsr_status_text(status));
+    }
+    if (mbsri_finite(count, x)) return MBSR_OK;
+    return mbsri_fail(w->error, MBSR_NOT_FINITE, MBSR_NONE, MBSR_NONE,
+                      "mbsr_joint_verify: joint '%s': what %s wrote is not finite", name, function);
+}
+
+static int find_pose(verifier *w, place *at)
+{
+    mbsr_joint_args args = args_at(w, at, NULL, NULL, NULL);
+    args.p = NULL;
+    mbsri_zero((size_t)w->np, at->p);
+    const int status = w->joint->table->position(&args, at->p);
+    return settle(w, status, "position", (size_t)w->np, at->p);
+}
+
+static int find_jacobians(verifier *w, const place *at, jacobians *out)
+{
+    const mbsr_joint_args args = args_at(w, at, NULL, NULL, NULL);
+    const size_t d = (size_t)w->d, columns = (size_t)(w->d + w->d_pred + w->n + 1);
+    mbsri_zero(d * columns, out->K);
+    for (size_t k = 0; k < d; ++k) out->K[k * d + k] = 1.0;
+    const int status =
+        w->joint->table->jacobians(&args, unit_K(w) ? NULL : out->K, out->H, out->J, out->kI);
+    return settle(w, status, "jacobians", d * columns, out->K);
+}
+
+/* q' = G(q) u */
+static int find_qdot(verifier *w, const place *at, const double *u)
+{
+    if (!w->joint->table->coordinate_rates) {
+        mbsri_copy((size_t)w->n, u, w->qdot);
+        return MBSR_OK;
+    }
+    const mbsr_joint_args args = args_at(w, at, u, w->V_pred, w->V);
+    mbsri_zero((size_t)w->nq, w->qdot);
+    const int status = w->joint->table->coordinate_rates(&args, w->qdot);
+    return settle(w, status, "coordinate_rates", (size_t)w->nq, w->qdot);
+}
+
+/* ---- motions ---- */
+
+/* q of `to` moves on for s seconds with u constant: Runge-Kutta, four steps. */
+static int flow(verifier *w, place *to, const double *u, double s)
+{
+    enum { STEPS = 4 };
+    static const double share[4] = {1.0, 2.0, 2.0, 1.0}, ahead[4] = {0.5, 0.5, 1.0, 0.0};
+    const double step = s / STEPS;
+    const size_t nq = (size_t)w->nq;
+    double *start = w->flow, *end = w->flow + nq;
+    for (int k = 0; k < STEPS; ++k) {
+        mbsri_copy(nq, to->q, start);
+        mbsri_copy(nq, to->q, end);
+        for (int stage = 0; stage < 4; ++stage) {
+            const int status = find_qdot(w, to, u);
+            if (status) return status;
+            for (size_t l = 0; l < nq; ++l) {
+                end[l] += share[stage] / 6.0 * step * w->qdot[l];
+                to->q[l] = start[l] + ahead[stage] * step * w->qdot[l];
+            }
+        }
+        mbsri_copy(nq, end, to->q);
+    }
+    return MBSR_OK;
+}
+
+/* The predecessor's pose p moves on for s seconds with V constant. */
+static void move(const verifier *w, const double *V, double s, double *p)
+{
+    const double rate = w->at->pred_space == MBSR_SPACE_SPATIAL ? mbsri_norm3(V) : 0.0;
+    if (w->at->pred_space == MBSR_SPACE_SPATIAL) {
+        mbsri_add3(s, V + 3, p + MBSR_POSE_X);
+        if (!(rate > 0.0)) return;
+        double R[9];
+        const mbsr_frame turn = mbsr_frame_turned(NULL, V, rate * s);
+        mbsri_multiply3(turn.R, p + MBSR_POSE_R, R);
+        mbsri_copy(9, R, p + MBSR_POSE_R);
+    } else if (w->pred) {
+        for (int k = 0; k < w->d_pred; ++k) p[k] += s * V[k];
+    }
+}
+
+/* The state s seconds after `from`; u and V_pred may be NULL: at rest. time: t runs too. */
+static int pass(verifier *w, const place *from, const double *u, const double *V_pred, bool time,
+                double s, place *to)
+{
+    to->t = from->t + (time ? s : 0.0);
+    mbsri_copy((size_t)w->nq, from->q, to->q);
+    mbsri_copy((size_t)w->np_pred, from->p_pred, to->p_pred);
+    if (V_pred) move(w, V_pred, s, to->p_pred);
+    const int status = u && w->n > 0 ? flow(w, to, u, s) : MBSR_OK;
+    return status ? status : find_pose(w, to);
+}
+
+/* x of pose p seen from pose o. */
+static void displacement(const verifier *w, const double *o, const double *p, double *x)
+{
+    if (w->joint->space != MBSR_SPACE_SPATIAL) {
+        for (int k = 0; k < w->d; ++k) x[k] = p[k] - o[k];
+        return;
+    }
+    double R[9], quaternion[4];
+    mbsri_multiply_transposed3(p + MBSR_POSE_R, o + MBSR_POSE_R, R);
+    mbsr_rotation_quaternion(R, quaternion);
+    for (int k = 0; k < 3; ++k) {
+        x[k] = 2.0 * quaternion[1 + k];
+        x[3 + k] = p[MBSR_POSE_X + k] - o[MBSR_POSE_X + k];
+    }
+}
+
+/* V = x' and A = x'' (NULL: not wanted) at `from`, along a motion as in `pass`; h: step in s. */
+static int slopes(verifier *w, const place *from, const double *u, const double *V_pred, bool time,
+                  double h, double *V, double *A)
+{
+    for (int k = 0; k < 4; ++k) {
+        const int status = pass(w, from, u, V_pred, time, sample[k] * h, &w->by);
+        if (status) return status;
+        displacement(w, from->p, w->by.p, w->x + k * w->d);
+    }
+    mbsri_zero((size_t)w->d, V);
+    mbsri_ax(w->d, 4, 1.0 / h, w->x, weight1, V);
+    if (!A) return MBSR_OK;
+    mbsri_zero((size_t)w->d, A);
+    mbsri_ax(w->d, 4, 1.0 / (h * h), w->x, weight2, A);
+    return MBSR_OK;
+}
+
+/* V from (8) at `at`, whose K, H, J, kI are in `x`. */
+static int velocity(verifier *w, const jacobians *x, double *V)
+{
+    const int d = w->d;
+    double *right = w->x;
+    mbsri_copy((size_t)d * (size_t)d, x->K, w->Kinv);
+    const double rcond = mbsri_lapack_inverse(d, w->Kinv, w->pivots, w->work);
+    if (!(rcond > 1e-15)) {
+        return mbsri_fail(w->error, MBSR_SINGULAR_K, MBSR_NONE, MBSR_NONE,
+                          "mbsr_joint_verify: joint '%s': K is singular (reciprocal condition "
+                          "%.2g)",
+                          w->joint->table->name, rcond);
+    }
+    mbsri_copy((size_t)d, x->kI, right);
+    mbsri_ax(d, w->d_pred, 1.0, x->H, w->V_pred, right);
+    mbsri_ax(d, w->n, 1.0, x->J, w->at->u, right);
+    mbsri_zero((size_t)d, V);
+    mbsri_ax(d, d, -1.0, w->Kinv, right, V);
+    return MBSR_OK;
+}
+
+/* ---- what K, H, J and kI should be ---- */
+
+/* column = -K x' of the motion with rate `c` of `count` alone. */
+static int column_by_differences(verifier *w, const place *at, const double *K, bool of_pred, int c,
+                                 double *column)
+{
+    double *V = w->work;
+    mbsri_zero((size_t)(of_pred ? w->d_pred : w->n), w->unit);
+    w->unit[c] = 1.0;
+    const int status = slopes(w, at, of_pred ? NULL : w->unit, of_pred ? w->unit : NULL, false,
+                              w->at->step, V, NULL);
+    mbsri_zero((size_t)w->d, column);
+    mbsri_ax(w->d, w->d, -1.0, K, V, column);
+    return status;
+}
+
+/* K, H, J, kI at a state: as written into `x`, and in `truth` by differences; K, and what
+ * differences cannot tell, as written. */
+static int find_truth(verifier *w, const place *at, jacobians *x, jacobians *truth)
+{
+    const size_t d = (size_t)w->d;
+    int status = find_jacobians(w, at, x);
+    if (status) return status;
+    mbsri_copy(d * (size_t)(w->d + w->d_pred + w->n + 1), x->K, truth->K);
+    if (!w->own) return MBSR_OK;
+    for (int c = 0; c < w->d_pred && w->pred && !status; ++c)
+        status = column_by_differences(w, at, x->K, true, c, truth->H + (size_t)c * d);
+    for (int c = 0; c < w->n && !status; ++c)
+        status = column_by_differences(w, at, x->K, false, c, truth->J + (size_t)c * d);
+    return status;
+}
+
+/* ---- the verdicts ---- */
+
+/* Largest number of rows x columns, each divided by the size of its row. */
+static double size_of(const verifier *w, int columns, const double *x)
+{
+    double size = 0.0;
+    for (int k = 0; k < columns * w->d; ++k) size = fmax(size, fabs(x[k]) / w->row[k % w->d]);
+    return size;
+}
+
+static void note(verifier *w, double *field, double value, const char *format, ...)
+    MBSRI_FORMAT(4, 5);
+
+/* Raises a field to the error found, and with it the largest and its text. */
+static void note(verifier *w, double *field, double value, const char *format, ...)
+{
+    if (!(value <= *field)) *field = value;
+    if (value <= w->errors->largest) return;
+    w->errors->largest = value;
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(w->errors->text, sizeof w->errors->text, format, arguments);
+    va_end(arguments);
+}
+
+/* field = largest error of a matrix; rate: what its entries are compared with, beside themselves,
+ * times the size of the row. */
+static void compare(verifier *w, double *field, const char *name, int columns, const double *given,
+                    const double *expected, double rate)
+{
+    *field = columns > 0 ? 0.0 : NAN;
+    const double size = fmax(rate, fmax(size_of(w, columns, given), size_of(w, columns, expected)));
+    for (int k = 0; k < columns * w->d && size > 0.0; ++k) {
+        note(w, field, fabs(given[k] - expected[k]) / (w->row[k % w->d] * size),
+             "%s(%d,%d) is %.9g, by differences %.9g", name, k % w->d, k / w->d, given[k],
+             expected[k]);
+    }
+}
+
+static void compare_rows(verifier *w)
+{
+    for (int r = 0; r < w->d; ++r) {
+        w->row[r] = 0.0;
+        for (int c = 0; c < w->d + w->d_pred + w->n; ++c)
+            w->row[r] = fmax(w->row[r], fabs(w->given.K[c * w->d + r]));
+        if (!(w->row[r] > 0.0)) w->row[r] = 1.0;
+    }
+}
+
+/* position, H, J, kI */
+static int verify_jacobians(verifier *w)
+{
+    mbsr_joint_errors *errors = w->errors;
+    if (w->joint->space == MBSR_SPACE_SPATIAL) {
+        errors->position = 0.0;
+        note(w, &errors->position, mbsri_frame_defect(w->base.p + MBSR_POSE_R),
+             "position: R of the pose is no rotation");
+    }
+    int status = find_truth(w, &w->base, &w->given, &w->truth);
+    if (status) return status;
+    compare_rows(w);
+    if (!w->own) return MBSR_OK;
+    if (w->pred) compare(w, &errors->H, "H", w->d_pred, w->given.H, w->truth.H, 1.0);
+    compare(w, &errors->J, "J", w->n, w->given.J, w->truth.J, 1.0);
+    /* time alone; again with shorter steps where much moves */
+    status = slopes(w, &w->base, NULL, NULL, true, w->at->step, w->V, NULL);
+    const double drive = fmax(1.0, mbsri_largest(w->d, w->V));
+    if (!status && drive > 1.0)
+        status = slopes(w, &w->base, NULL, NULL, true, w->at->step / drive, w->V, NULL);
+    w->speed = fmax(w->speed, drive);
+    mbsri_zero((size_t)w->d, w->truth.kI);
+    mbsri_ax(w->d, w->d, -1.0, w->given.K, w->V, w->truth.kI);
+    if (!status) compare(w, &errors->kI, "kI", 1, w->given.kI, w->truth.kI, 0.0);
+    return status;
+}
+
+/* The rates of K, H, J, and without poses to read A from, A = V' with V from (8). */
+static int find_rates(verifier *w)
+{
+    const int d = w->d;
+    const size_t size = (size_t)d * (size_t)(d + w->d_pred + w->n);
+    mbsri_zero(size, w->slope.K);
+    if (!w->own) mbsri_zero((size_t)d, w->A);
+    for (int k = 0; k < 4; ++k) {
+        int status = pass(w, &w->base, w->at->u, w->V_pred, true, sample[k] * w->h, &w->on);
+        if (!status) status = find_truth(w, &w->on, &w->passing, &w->truth);
+        if (!status && !w->own) status = velocity(w, &w->passing, w->V);
+        if (status) return status;
+        for (size_t l = 0; l < size; ++l) w->slope.K[l] += weight1[k] / w->h * w->truth.K[l];
+        for (int l = 0; l < d && !w->own; ++l) w->A[l] += weight1[k] / w->h * w->V[l];
+    }
+    return MBSR_OK;
+}
+
+/* kII = -K A along the motion, and the rates of K, H, J. */
+static int verify_motion(verifier *w)
+{
+    mbsr_joint_errors *errors = w->errors;
+    const mbsr_joint_table *table = w->joint->table;
+    const size_t d = (size_t)w->d;
+    int status = table->rates || !w->own ? find_rates(w) : MBSR_OK;
+    if (!status)
+        status = w->own ? slopes(w, &w->base, w->at->u, w->V_pred, true, w->h, w->V, w->A)
+                        : velocity(w, &w->given, w->V);
+    if (status) return status;
+    const mbsr_joint_args args = args_at(w, &w->base, w->at->u, w->V_pred, w->V);
+
+    mbsri_zero(d, w->kII);
+    status = settle(w, table->bias(&args, w->kII), "bias", d, w->kII);
+    if (status) return status;
+    mbsri_zero(d, w->truth.kI);
+    mbsri_ax(w->d, w->d, -1.0, w->given.K, w->A, w->truth.kI);
+    compare(w, &errors->kII, "kII", 1, w->kII, w->truth.kI, w->speed * mbsri_largest(w->d, w->V));
+
+    if (!table->rates) return MBSR_OK;
+    jacobians *rates = &w->passing;
+    const size_t size = d * (size_t)(w->d + w->d_pred + w->n);
+    mbsri_zero(size, rates->K);
+    status = table->rates(&args, unit_K(w) ? NULL : rates->K, rates->H, rates->J);
+    status = settle(w, status, "rates", size, rates->K);
+    if (status) return status;
+    if (!unit_K(w)) compare(w, &errors->Kdot, "Kdot", w->d, rates->K, w->slope.K, w->speed);
+    compare(w, &errors->Hdot, "Hdot", w->d_pred, rates->H, w->slope.H, w->speed);
+    compare(w, &errors->Jdot, "Jdot", w->n, rates->J, w->slope.J, w->speed);
+    return MBSR_OK;
+}
+
+/* G u against the sum of its columns times u. */
+static int verify_coordinate_rates(verifier *w)
+{
+    const size_t nq = (size_t)w->nq;
+    double *sum = w->flow, *whole = w->flow + nq, *field = &w->errors->coordinate_rates;
+    if (!w->joint->table->coordinate_rates || w->n == 0) return MBSR_OK;
+    int status = find_qdot(w, &w->base, w->at->u);
+    mbsri_copy(nq, w->qdot, whole);
+    mbsri_zero(nq, sum);
+    double size = mbsri_largest(w->nq, whole);
+    for (int k = 0; k < w->n && !status; ++k) {
+        mbsri_zero((size_t)w->n, w->unit);
+        w->unit[k] = 1.0;
+        status = find_qdot(w, &w->base, w->unit);
+        for (size_t l = 0; l < nq; ++l) {
+            sum[l] += w->at->u[k] * w->qdot[l];
+            size = fmax(size, fabs(w->at->u[k] * w->qdot[l]));
+        }
+    }
+    *field = 0.0;
+    for (size_t l = 0; l < nq && size > 0.0 && !status; ++l) {
+        note(w, field, fabs(whole[l] - sum[l]) / size,
+             "coordinate_rates: qdot(%d) is %.9g, by the columns of G %.9g", (int)l, whole[l],
+             sum[l]);
+    }
+    return status;
+}
+
+static int verify_normalise(verifier *w)
+{
+    if (!w->joint->table->normalise) return MBSR_OK;
+    mbsri_copy((size_t)w->nq, w->base.q, w->by.q);
+    mbsri_copy((size_t)w->np_pred, w->base.p_pred, w->by.p_pred);
+    w->by.t = w->base.t;
+    mbsr_joint_args args = args_at(w, &w->base, NULL, NULL, NULL);
+    args.p = NULL;
+    int status = w->joint->table->normalise(&args, w->by.q);
+    status = settle(w, status, "normalise", (size_t)w->nq, w->by.q);
+    if (!status) status = find_pose(w, &w->by);
+    if (status) return status;
+    for (int k = 0; k < w->np; ++k) w->by.p[k] -= w->base.p[k];
+    w->errors->normalise = 0.0;
+    note(w, &w->errors->normalise, mbsri_largest(w->np, w->by.p),
+         "normalise: the pose changes by %.3g", mbsri_largest(w->np, w->by.p));
+    return MBSR_OK;
+}
+
+/* ---- the whole ---- */
+
+#define REFUSE(status, ...) mbsri_fail(error, status, MBSR_NONE, MBSR_NONE, __VA_ARGS__)
+
+/* Sizes of the predecessor, and what the library refuses of the joint. */
+static int check_joint(verifier *w)
+{
+    static const int space_d[] = {
+        [MBSR_SPACE_POINT] = 2, [MBSR_SPACE_PLANAR] = 3, [MBSR_SPACE_SPATIAL] = 6};
+    static const int space_np[] = {
+        [MBSR_SPACE_POINT] = 2, [MBSR_SPACE_PLANAR] = 3, [MBSR_SPACE_SPATIAL] = MBSR_POSE_SIZE};
+    const mbsr_joint *joint = w->joint;
+    const mbsr_joint_test *at = w->at;
+    mbsr_error *error = w->error;
+    mbsr_model none = {.bodies = 0};
+    const int refused = mbsri_check_joint(&none, joint, MBSR_NONE, "mbsr_joint_verify");
+    if (refused && error) *error = none.error;
+    if (refused) return refused;
+    const bool general = at->pred_space == MBSR_SPACE_GENERAL;
+    if ((int)at->pred_space < MBSR_SPACE_FIXED || (int)at->pred_space > MBSR_SPACE_SPATIAL ||
+        (general && (at->pred_d < 1 || at->pred_d > MBSR_MAX_D || at->pred_np < 0 ||
+                     at->pred_np > 4 * MBSR_MAX_D))) {
+        return REFUSE(MBSR_ERR_VALUE,
+                      "mbsr_joint_verify: pred_space = %d with pred_d = %d, pred_np = %d is no "
+                      "predecessor",
+                      (int)at->pred_space, at->pred_d, at->pred_np);
+    }
+    w->d = joint->d, w->np = joint->np, w->n = joint->n, w->nq = joint->nq;
+    w->d_pred = general ? at->pred_d : space_d[at->pred_space];
+    w->np_pred = general ? at->pred_np : space_np[at->pred_space];
+    const bool rate = !at->V_is_not_rate;
+    w->own = joint->space != MBSR_SPACE_GENERAL || (w->np == w->d && rate);
+    w->pred = !general || (w->np_pred == w->d_pred && rate);
+    char text[MBSR_TEXT_SIZE] = "";
+    if (!joint->table->check) return MBSR_OK;
+    const int status = joint->table->check(joint, at->pred_space, w->d_pred, text);
+    return status ? REFUSE(status, "mbsr_joint_verify: joint '%s': %.150s", joint->table->name,
+                           text[0] ? text : mbsr_status_text(status))
+                  : MBSR_OK;
+}
+
+static int check_state(const verifier *w)
+{
+    const mbsr_joint_test *at = w->at;
+    mbsr_error *error = w->error;
+    const struct {
+        const char *name;
+        int count;
+        const double *x;
+    } list[] = {{"q", w->nq, at->q},
+                {"u", w->n, at->u},
+                {"p_pred", w->np_pred, at->p_pred},
+                {"V_pred", w->d_pred, at->V_pred}};
+    for (int k = 0; k < 4; ++k) {
+        if (list[k].count > 0 && !list[k].x)
+            return REFUSE(MBSR_ERR_NULL, "mbsr_joint_verify: %s is NULL", list[k].name);
+        if (!mbsri_finite((size_t)list[k].count, list[k].x))
+            return REFUSE(MBSR_ERR_VALUE, "mbsr_joint_verify: %s is not finite", list[k].name);
+    }
+    if (!isfinite(at->t) || !(at->step > 0.0) || !isfinite(at->step)) {
+        return REFUSE(MBSR_ERR_VALUE, "mbsr_joint_verify: t is %g, step is %g", at->t, at->step);
+    }
+    if (!w->pred && mbsri_largest(w->d_pred, at->V_pred) > 0.0) {
+        return REFUSE(MBSR_ERR_SPACE,
+                      "mbsr_joint_verify: the predecessor's V is not p', so that its pose cannot "
+                      "be moved: V_pred must be zero");
+    }
+    return MBSR_OK;
+}
+
+static int verify(verifier *w)
+{
+    const mbsr_joint_test *at = w->at;
+    w->base.t = at->t;
+    mbsri_copy((size_t)w->nq, at->q, w->base.q);
+    mbsri_copy((size_t)w->np_pred, at->p_pred, w->base.p_pred);
+    mbsri_copy((size_t)w->d_pred, at->V_pred, w->V_pred);
+    mbsri_zero((size_t)w->d, w->V);
+    w->speed = fmax(1.0, fmax(mbsri_largest(w->n, at->u), mbsri_largest(w->d_pred, w->V_pred)));
+    int status = find_pose(w, &w->base);
+    if (!status) status = verify_jacobians(w);
+    w->h = at->step / w->speed;
+    if (!status) status = verify_motion(w);
+    if (!status) status = verify_coordinate_rates(w);
+    return status ? status : verify_normalise(w);
+}
+
+int mbsr_joint_verify(const mbsr_joint *joint, const mbsr_joint_test *at, mbsr_joint_errors *errors,
+                      mbsr_error *error)
+{
+    if (!joint || !at || !errors)
+        return REFUSE(MBSR_ERR_NULL, "mbsr_joint_verify: a required pointer is NULL");
+    if (at->cookie != MBSRI_COOKIE) {
+        return REFUSE(MBSR_ERR_NO_DEFAULT,
+                      "mbsr_joint_verify: the test was not made by mbsr_default_joint_test");
+    }
+    *errors = (mbsr_joint_errors){NAN, NAN, NAN, NAN, NAN, NAN, NAN, NAN, NAN, NAN, 0.0, ""};
+    verifier w = {.joint = joint, .at = at, .errors = errors, .error = error};
+    int status = check_joint(&w);
+    if (!status) status = check_state(&w);
+    if (status) return status;
+    double *memory = mbsri_allocate(&at->allocator, lay_out(&w, NULL) * sizeof *memory);
+    if (!memory) return REFUSE(MBSR_ERR_NO_MEMORY, "mbsr_joint_verify: no memory");
+    lay_out(&w, memory);
+    status = verify(&w);
+    mbsri_release(&at->allocator, memory);
+    return status;
+}
