@@ -475,8 +475,8 @@ static void forward_dynamics_is_the_same(void **state)
 }
 
 /* At the same y, y', with masses of any rank. (In the index-1 form y has coordinates in bases of
- * which each model has its own.) Where M is a function its rate is found by differences of
- * second order, and with it p' of the momentum form. */
+ * which each model has its own.) Where M is a function its rate is found by differences, and
+ * with it p' of the momentum form. */
 static void residuals_are_the_same(void **state)
 {
     (void)state;
