@@ -6,6 +6,7 @@
 #include "internal.h"
 
 #include "dense.h"
+#include "fast/fast.h"
 
 static int size(const mbsr_model *m)
 {
@@ -68,9 +69,14 @@ static int recursive(const mbsr_model *m, mbsr_data *d, double t, const double *
 static int inverse_dynamics(const mbsr_model *m, mbsr_data *d, double t, const double *y,
                             const double *yp, double *F)
 {
+    const double *u = y + m->nq, *udot = yp + m->nq;
+    if (mbsri_fast_inverse_residual(m, d, t, y, yp, F)) {
+        mbsri_remember(m, d, MBSRI_PENDING_INVERSE, y, u, udot);
+        return MBSR_OK;
+    }
     const int status = first_block(m, d, t, y, yp, F);
     if (status) return status;
-    mbsri_inverse_sweeps(m, d, yp + m->nq);
+    mbsri_inverse_sweeps(m, d, udot);
     mbsri_scatter(m, d->out, F + m->nq);
     return MBSR_OK;
 }

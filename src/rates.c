@@ -88,7 +88,7 @@ static int displaced(const mbsr_model *m, mbsr_data *d, double t, double h, doub
     return status;
 }
 
-/* Differences of fourth order over steps that change the state by about 3e-4 of its size. */
+/* Differences of fourth order over steps that change the state by about 1e-4 of its size. */
 static int differences(const mbsr_model *m, mbsr_data *d)
 {
     const double t = d->t;
@@ -106,7 +106,7 @@ static int differences(const mbsr_model *m, mbsr_data *d)
     mbsri_zero(m->size_dp, d->Hdot);
     mbsri_zero(m->size_dn, d->Jdot);
     mbsri_zero(m->size_dd, d->Mdot);
-    const double h = 3e-4 / speed;
+    const double h = 1e-4 / speed;
     static const double weight[] = {-1.0, 8.0, -8.0, 1.0}, place[] = {2.0, 1.0, -1.0, -2.0};
     for (int k = 0; k < 4 && !status; ++k)
         status = displaced(m, d, t, place[k] * h, weight[k] / (12.0 * h));

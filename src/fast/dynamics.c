@@ -110,17 +110,24 @@ bool mbsri_fast_forward_dynamics(const mbsr_model *m, mbsr_data *d, double t, co
     return true;
 }
 
+/* Joint forces that are missing, to `out` of the run. */
+static bool inverse(mbsri_fast_run *run, const double *udot)
+{
+    const mbsr_model *m = run->model;
+    mbsr_data *d = run->data;
+    const bool elements = m->fast->joint_forces || run->load;
+    if (elements && forces(run, NULL, false)) return false;
+    run->tau = swept(m, false, m->nu, m->u_of, udot, d->udot);
+    if (run->tree->kernels->inverse(run)) return false;
+    for (int k = 0; k < m->nu && elements; ++k) run->out[k] -= d->tau[k];
+    return mbsri_finite((size_t)m->nu, run->out);
+}
+
 bool mbsri_fast_inverse_dynamics(const mbsr_model *m, mbsr_data *d, double t, const double *q,
                                  const double *u, const double *udot, double *tau)
 {
     mbsri_fast_run run;
-    if (!prepare(&run, m, d, t, q, u, tau)) return false;
-    const bool elements = m->fast->joint_forces || run.load;
-    if (elements && forces(&run, NULL, false)) return false;
-    run.tau = swept(m, false, m->nu, m->u_of, udot, d->udot);
-    if (run.tree->kernels->inverse(&run)) return false;
-    for (int k = 0; k < m->nu && elements; ++k) run.out[k] -= d->tau[k];
-    if (!mbsri_finite((size_t)m->nu, run.out)) return false;
+    if (!prepare(&run, m, d, t, q, u, tau) || !inverse(&run, udot)) return false;
     if (!m->in_order) mbsri_scatter(m, run.out, tau);
     return true;
 }
@@ -144,6 +151,16 @@ static int rates_residual(const mbsri_fast_run *run, const double *qdot, double 
         for (int k = 0; k < b->nq; ++k) F[b->q + k] = qdot[b->q + k] - u[k];
     }
     return MBSR_OK;
+}
+
+bool mbsri_fast_inverse_residual(const mbsr_model *m, mbsr_data *d, double t, const double *y,
+                                 const double *yp, double *F)
+{
+    mbsri_fast_run run;
+    double *tau = F + m->nq;
+    if (!prepare(&run, m, d, t, y, y + m->nq, tau) || !inverse(&run, yp + m->nq)) return false;
+    if (!m->in_order) mbsri_scatter(m, run.out, tau);
+    return rates_residual(&run, yp, F) == MBSR_OK && mbsri_finite((size_t)m->nq, F);
 }
 
 bool mbsri_fast_momentum_residual(const mbsr_model *m, mbsr_data *d, double t, const double *y,

@@ -174,7 +174,9 @@ bool mbsri_fast_forward_dynamics(const mbsr_model *m, mbsr_data *d, double t, co
 bool mbsri_fast_inverse_dynamics(const mbsr_model *m, mbsr_data *d, double t, const double *q,
                                  const double *u, const double *udot, double *tau);
 
-/* The residual of the momentum form, F = 0. */
+/* The residuals of the inverse-dynamics form and of the momentum form. */
+bool mbsri_fast_inverse_residual(const mbsr_model *m, mbsr_data *d, double t, const double *y,
+                                 const double *yp, double *F);
 bool mbsri_fast_momentum_residual(const mbsr_model *m, mbsr_data *d, double t, const double *y,
                                   const double *yp, double *F);
 

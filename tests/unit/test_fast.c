@@ -300,29 +300,32 @@ static void compare_inverse(scene *s)
     }
 }
 
-/* The residual of the momentum form at random y, y', with and without the sweeps. */
-static void compare_momentum(scene *s, uint64_t seed, int *served)
+/* The residual of a form at random y, y', with and without the sweeps. */
+static void compare_residuals(scene *s, mbsr_dae_form form, uint64_t seed, int *served)
 {
     const mbsri_fast_kernels *list[2];
-    const int size = mbsr_dae_size(s->model, MBSR_DAE_MOMENTUM), nq = s->nq, nu = s->nu;
+    const int size = mbsr_dae_size(s->model, form), nq = s->nq, nu = s->nu;
     double *y = malloc(4 * (size_t)size * sizeof *y), *yp = y + size, *F = yp + size,
            *expected = F + size;
     test_rng rng = test_seed(seed);
-    assert_ok(mbsr_dae_pack(s->model, s->data, MBSR_DAE_MOMENTUM, s->t, s->q, s->u, y),
+    assert_ok(mbsr_dae_pack(s->model, s->data, form, s->t, s->q, s->u, y),
               mbsr_data_error(s->data));
     for (int k = 0; k < nu; ++k) y[nq + k] += test_uniform(&rng);
     test_fill(&rng, size, yp);
     mbsri_fast *tree = s->model->fast;
     s->model->fast = NULL;
-    assert_ok(mbsr_dae_residual(s->model, s->data, MBSR_DAE_MOMENTUM, s->t, y, yp, expected),
+    assert_ok(mbsr_dae_residual(s->model, s->data, form, s->t, y, yp, expected),
               mbsr_data_error(s->data));
     s->model->fast = tree;
     for (int k = 0; k < kernels(list); ++k) {
         tree->kernels = list[k];
         mbsri_data_poison(s->data);
-        if (!mbsri_fast_momentum_residual(s->model, s->data, s->t, y, yp, F)) break;
+        if (!(form == MBSR_DAE_MOMENTUM
+                  ? mbsri_fast_momentum_residual
+                  : mbsri_fast_inverse_residual)(s->model, s->data, s->t, y, yp, F))
+            break;
         *served += k == 0;
-        for (int l = 0; l < 3; ++l) {
+        for (int l = 0; l < (size - nq) / (nu > 0 ? nu : 1) + 1; ++l) {
             const int first = l == 0 ? 0 : nq + (l - 1) * nu, n = l == 0 ? nq : nu;
             assert_true(distance(n, F + first, expected + first) <=
                         1e-10 * (1.0 + largest(n, expected + first)));
@@ -335,7 +338,7 @@ static void compare_momentum(scene *s, uint64_t seed, int *served)
 static void forces_roots_and_orders_agree(void **state)
 {
     (void)state;
-    int served = 0, momentum = 0;
+    int served = 0, momentum = 0, inverse = 0;
     for (int k = 0; k < 200; ++k) {
         scene s;
         make(&s, (choice){.seed = 7000 + (uint64_t)k,
@@ -348,12 +351,13 @@ static void forces_roots_and_orders_agree(void **state)
                           .moving = k % 5 == 0,
                           .shuffle = k % 7 < 3});
         served += compare(&s, 1e-8);
-        compare_momentum(&s, (uint64_t)k, &momentum);
+        compare_residuals(&s, MBSR_DAE_MOMENTUM, (uint64_t)k, &momentum);
+        compare_residuals(&s, MBSR_DAE_INVERSE_DYNAMICS, (uint64_t)k, &inverse);
         compare_inverse(&s);
         drop(&s);
     }
     print_message("%d of 200 trees served\n", served);
-    assert_true(served > 180 && momentum > 180);
+    assert_true(served > 180 && momentum > 180 && inverse == 200);
 }
 
 static void inverse_dynamics_agrees(void **state)
@@ -386,7 +390,7 @@ static void the_momentum_form_agrees(void **state)
                           .many = k % 3 ? 0.0 : 0.3,
                           .branching = 0.25 * (k % 4),
                           .length = 1.0});
-        compare_momentum(&s, (uint64_t)k, &served);
+        compare_residuals(&s, MBSR_DAE_MOMENTUM, (uint64_t)k, &served);
         drop(&s);
     }
     print_message("%d of 300 trees served\n", served);
