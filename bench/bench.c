@@ -89,6 +89,18 @@ void bench_shuffle(uint64_t *state, size_t count, int *array)
     }
 }
 
+void bench_sample_all(int count, int samples, double (*measure)(void *context, int which),
+                      void *context, double *sample)
+{
+    const size_t total = (size_t)count * (size_t)samples;
+    int *order = bench_allocate(total, sizeof *order);
+    uint64_t state = 1;
+    for (size_t k = 0; k < total; ++k) order[k] = (int)k;
+    bench_shuffle(&state, total, order);
+    for (size_t k = 0; k < total; ++k) sample[order[k]] = measure(context, order[k] / samples);
+    free(order);
+}
+
 /* ---- head of a CSV file ---------------------------------------------------------------------- */
 
 /* What follows `key` and a colon in the first such line of a file; "unknown" if there is none. */

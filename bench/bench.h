@@ -34,6 +34,11 @@ double bench_uniform(uint64_t *state, double low, double high);
 /* Random order of `count` integers. */
 void bench_shuffle(uint64_t *state, size_t count, int *array);
 
+/* Takes `samples` of each of `count` measurements, all in one random order:
+ * sample[which * samples + k] = measure(context, which). */
+void bench_sample_all(int count, int samples, double (*measure)(void *context, int which),
+                      void *context, double *sample);
+
 /* Lines that begin with '#': what was measured, date, machine, compiler, flags, library version,
  * BLAS and LAPACK. The flags are those in the environment variable MBSR_BENCH_FLAGS, which
  * run.sh sets. */

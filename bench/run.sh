@@ -3,19 +3,22 @@
 # pictures of bench_precision to docs.
 # SPDX-License-Identifier: BSD-3-Clause
 #
-#   bench/run.sh                                  both programs
-#   bench/run.sh scaling [samples [largest N]]    one, with its arguments; needs no SUNDIALS
-#   bench/run.sh precision [smallest tolerance]   the other
+#   bench/run.sh                                  all of these
+#   bench/run.sh scaling [samples [largest N]]    needs no SUNDIALS
+#   bench/run.sh precision [smallest tolerance]
+#   bench/run.sh trees [samples [rounds]]         peers/run.sh: other libraries, too
 set -eu
 
 root=$(cd "$(dirname "$0")/.." && pwd)
 build=$root/build/bench
 results=$root/bench/results
+trees=$root/bench/peers/run.sh
 what=${1:-all}
 [ $# -eq 0 ] || shift
 case $what in
 all | precision) ida=ON ;;
 scaling) ida=OFF ;;
+trees) exec sh "$trees" "$@" ;;
 *)
     sed -n 's/^#   //p' "$0" >&2
     exit 2
@@ -55,3 +58,4 @@ if [ "$what" != scaling ]; then
         echo "gnuplot is missing: no pictures"
     fi
 fi
+if [ "$what" = all ]; then sh "$trees"; fi

@@ -10,7 +10,7 @@ build=(gcc:cc libc6-dev ninja-build:ninja cmake:cmake pkg-config:pkg-config
        liblapack-dev libblas-dev libsundials-dev)
 # libomp-dev: the CMake package of Debian's SUNDIALS asks for OpenMP, which clang has apart.
 test=(build-essential:g++ clang:clang libomp-dev clang-format:clang-format binutils:objdump
-      libcmocka-dev)
+      libcmocka-dev valgrind:valgrind)
 demo=(gnuplot-nox:gnuplot)
 
 wanted=()

@@ -6,6 +6,7 @@
 #define MBSRANK_MBSRANK_H
 
 #include <mbsrank/base.h>
+#include <mbsrank/batch.h>
 #include <mbsrank/dae.h>
 #include <mbsrank/data.h>
 #include <mbsrank/dynamics.h>

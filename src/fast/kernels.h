@@ -13,44 +13,12 @@
 #include "fast.h"
 #include "lane.h"
 #include "many.h"
+#include "sine.h"
 
 #include <math.h>
 #include <string.h>
 
-/* ---- sine and cosine ----
- * Reduction by pi/2 in three parts, exact for |x| < 1e5, then the minimax polynomials of fdlibm. */
-
-enum { MBSRI_REDUCED = 100000 };
-
-MBSRI_INLINE void sine_cosine(v4 x, v4 *s, v4 *c)
-{
-    const v4 magic = splat(6755399441055744.0); /* 1.5 2^52: adding it rounds to an integer */
-    const v4 shifted = x * splat(0.63661977236758134308) + magic, n = shifted - magic;
-    const i4 quadrant = (i4)shifted;
-    const v4 r =
-        ((x - n * splat(1.57079632673412561417e+00)) - n * splat(6.07710050630396597660e-11)) -
-        n * splat(2.02226624879595063154e-21);
-    const v4 z = r * r;
-    const v4 s_tail =
-        splat(8.33333333332248946124e-03) +
-        z * (splat(-1.98412698298579493134e-04) +
-             z * (splat(2.75573137070700676789e-06) + z * (splat(-2.50507602534068634195e-08) +
-                                                           z * splat(1.58969099521155010221e-10))));
-    const v4 c_tail = splat(4.16666666666666019037e-02) +
-                      z * (splat(-1.38888888888741095749e-03) +
-                           z * (splat(2.48015872894767294178e-05) +
-                                z * (splat(-2.75573143513906633035e-07) +
-                                     z * (splat(2.08757232129817482790e-09) +
-                                          z * splat(-1.13596475577881948265e-11)))));
-    const v4 sine = r + r * z * (splat(-1.66666666666666324348e-01) + z * s_tail);
-    const v4 cosine = (splat(1.0) - splat(0.5) * z) + z * z * c_tail;
-    /* quadrants 1 and 3 swap them; 2, 3 and 1, 2 change signs */
-    const i4 swap = (quadrant & 1) != 0;
-    const i4 as = (swap & (i4)cosine) | (~swap & (i4)sine),
-             ac = (swap & (i4)sine) | (~swap & (i4)cosine);
-    *s = (v4)(as ^ ((quadrant & 2) << 62));
-    *c = (v4)(ac ^ (((quadrant + 1) & 2) << 62));
-}
+/* ---- sines and cosines of all coordinates ---- */
 
 static void trigonometry(int n, const double *q, double *sincos)
 {
@@ -312,10 +280,11 @@ MBSRI_INLINE bool certify(const mbsri_fast_run *run, int i, blocks *c, joint *j)
     const double size = (b->flags & MBSRI_TURNS ? area : 0.0) + b->pitch * b->pitch;
     double spread = c->spread + trace, transport = 1.0;
     if (b->soft > 0.0) {
-        c->kappa += spread * b->soft;
+        const double own = spread * b->soft;
+        c->kappa = own > c->kappa ? own : c->kappa;
         spread = 0.0;
     }
-    if (j->D * (1.0 - clear * c->kappa) > clear * spread * size) {
+    if (j->D > 0.0 && j->D * (1.0 - clear * c->kappa) > clear * spread * size) {
         j->Dinv = 1.0 / j->D;
         transport =
             size * sum3(j->U_L * j->U_L * splat(per_area) + j->U_p * j->U_p) * j->Dinv * j->Dinv;
@@ -446,27 +415,37 @@ static bool backward(const mbsri_fast_run *run)
 
 /* ---- root to leaves: A, u' ---- */
 
+/* What u' needs of A_pi comes first, so that the next body waits for little:
+ * u' = D^-1 (e - U^T c) - D^-1 (X^T U)^T A_pi. */
 static void forward(const mbsri_fast_run *run)
 {
+    v4 last_w = load(run->state->A_w), last_v = load(run->state->A_v);
     for (int i = 1; i <= run->tree->bodies; ++i) {
         const mbsri_fast_body *b = run->tree->body + i;
         const mbsri_fast_state *pred = run->state + b->parent;
         mbsri_fast_state *s = run->state + i;
-        const v4 w = load(pred->A_w);
-        v4 A_w = w + load(s->A_w), A_v = load(pred->A_v) + cross(w, load(s->rho)) + load(s->A_v);
+        const bool next = b->parent == i - 1;
+        const v4 w = next ? last_w : load(pred->A_w), v = next ? last_v : load(pred->A_v);
+        const v4 rho = load(s->rho), c_w = load(s->A_w), c_v = load(s->A_v);
+        last_w = w + c_w;
+        last_v = v + cross(w, rho) + c_v;
         if (b->flags & MBSRI_MANY) {
-            store(s->A_w, A_w);
-            store(s->A_v, A_v);
+            store(s->A_w, last_w);
+            store(s->A_v, last_v);
             many_forward(run, i);
+            last_w = load(s->A_w);
+            last_v = load(s->A_v);
             continue;
         }
-        const v4 Z = load(s->R + 8);
-        const double udot = (s->e - sum3(load(s->U_L) * A_w + load(s->U_p) * A_v)) * s->Dinv;
+        const v4 Z = load(s->R + 8), U_L = load(s->U_L), U_p = load(s->U_p), Dinv = splat(s->Dinv);
+        const double known = (s->e - sum3(U_L * c_w + U_p * c_v)) * s->Dinv;
+        const v4 g_L = (U_L + cross(rho, U_p)) * Dinv, g_p = U_p * Dinv;
+        const double udot = known - sum3(g_L * w + g_p * v);
         if (b->n) run->out[b->u] = udot;
-        if (b->flags & MBSRI_TURNS) A_w += Z * splat(udot);
-        if (b->flags & MBSRI_SLIDES) A_v += Z * splat(b->pitch * udot);
-        store(s->A_w, A_w);
-        store(s->A_v, A_v);
+        if (b->flags & MBSRI_TURNS) last_w += Z * splat(udot);
+        if (b->flags & MBSRI_SLIDES) last_v += Z * splat(b->pitch * udot);
+        store(s->A_w, last_w);
+        store(s->A_v, last_v);
     }
 }
 
@@ -519,6 +498,37 @@ MBSRI_INLINE void accelerate(const mbsri_fast_run *run, int i)
     }
 }
 
+/* The sums to the leaves stay in registers or, at branches, on the stack of the momentum form. */
+MBSRI_INLINE void sum_loads(const mbsri_fast_run *run)
+{
+    const mbsri_fast *tree = run->tree;
+    mbsri_flow *top = run->flows;
+    v4 L = splat(0.0), p = splat(0.0);
+    for (int i = tree->bodies; i >= 1; --i) {
+        const mbsri_fast_body *b = tree->body + i;
+        const mbsri_fast_state *s = run->state + i;
+        const int flags = b->flags;
+        if (flags & MBSRI_LEAF) L = p = splat(0.0);
+        if (flags & MBSRI_BRANCHES) --top, L += load(top->L), p += load(top->p);
+        L += load(s->U_L);
+        p += load(s->U_p);
+        if (flags & MBSRI_MANY) {
+            for (int k = 0; k < b->n; ++k) {
+                const double *S = run->many[b->many].S[k];
+                run->out[b->u + k] = sum3(load(S) * L + load(S + 4) * p);
+            }
+        } else if (b->n) {
+            run->out[b->u] = along_axis(b, load(s->R + 8), L, p);
+        }
+        L += cross(load(s->rho), p);
+        if (flags & MBSRI_NEXT) continue;
+        if (!(flags & MBSRI_OPENS)) --top, L += load(top->L), p += load(top->p);
+        store(top->L, L);
+        store(top->p, p);
+        ++top;
+    }
+}
+
 static int inverse(const mbsri_fast_run *run)
 {
     const mbsri_fast *tree = run->tree;
@@ -536,27 +546,7 @@ static int inverse(const mbsri_fast_run *run)
         }
         accelerate(run, i);
     }
-    for (int i = tree->bodies; i >= 1; --i) {
-        const mbsri_fast_body *b = tree->body + i;
-        const mbsri_fast_state *s = run->state + i;
-        const v4 L = load(s->U_L), p = load(s->U_p);
-        if (b->flags & MBSRI_MANY) {
-            for (int k = 0; k < b->n; ++k) {
-                const double *S = run->many[b->many].S[k];
-                run->out[b->u + k] = sum3(load(S) * L + load(S + 4) * p);
-            }
-        } else if (b->n) {
-            const v4 Z = load(s->R + 8);
-            double force = 0.0;
-            if (b->flags & MBSRI_TURNS) force = sum3(Z * L);
-            if (b->flags & MBSRI_SLIDES) force += b->pitch * sum3(Z * p);
-            run->out[b->u] = force;
-        }
-        if (b->parent == 0) continue;
-        mbsri_fast_state *pred = run->state + b->parent;
-        store(pred->U_L, load(pred->U_L) + L + cross(load(s->rho), p));
-        store(pred->U_p, load(pred->U_p) + p);
-    }
+    sum_loads(run);
     return 0;
 }
 

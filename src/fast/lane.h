@@ -10,6 +10,8 @@
 
 typedef double v4 __attribute__((vector_size(32), may_alias));
 typedef long long i4 __attribute__((vector_size(32), may_alias));
+typedef v4 lanes; /* what sine.h works on */
+typedef i4 lane_bits;
 
 MBSRI_INLINE v4 splat(double x)
 {

@@ -197,7 +197,8 @@ static bool many_certify(const mbsri_fast_run *run, int i, mbsri_carry *c, doubl
     for (int k = 0; k < 3; ++k) *trace += c->I[5 * k] / area + c->M[5 * k];
     c->spread += *trace;
     if (b->soft > 0.0) {
-        c->kappa += c->spread * b->soft;
+        const double own = c->spread * b->soft;
+        c->kappa = own > c->kappa ? own : c->kappa;
         c->spread = 0.0;
     }
     for (int k = 0; k < b->n; ++k) {

@@ -3,7 +3,7 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "expect.h"
 #include "fast/fast.h"
-#include "space.h"
+#include "rigid_tree.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -17,192 +17,6 @@ static int kernels(const mbsri_fast_kernels *list[2])
         list[count++] = &mbsri_fast_v3;
 #endif
     return count;
-}
-
-typedef struct scene {
-    mbsr_model *model;
-    mbsr_data *data;
-    int nq, nu;
-    double t;
-    double *q, *u, *tau, *udot, *expected;
-} scene;
-
-typedef struct choice {
-    uint64_t seed;
-    int bodies;
-    double massless;  /* share of bodies without inertia */
-    double points;    /* share of particles and rods */
-    double many;      /* share of joints with several axes or quaternions */
-    double branching; /* 0: a chain */
-    double length;    /* of links */
-    int forces;       /* springs, bushings, drag on every body, joint springs and friction */
-    int moving;       /* the root moves */
-    int shuffle;      /* ids against the order of the tree */
-} choice;
-
-static double share(test_rng *rng)
-{
-    return 0.5 * (1.0 + test_uniform(rng));
-}
-
-static int drive(void *user, double t, double *s, double *sdot, double *sddot)
-{
-    (void)user;
-    for (int k = 0; k < 2; ++k) {
-        const double w = 1.0 + k;
-        s[k] = sin(w * t), sdot[k] = w * cos(w * t), sddot[k] = -w * w * sin(w * t);
-    }
-    return 0;
-}
-
-/* A rotation that is driven, a free one, a translation that is driven, a free one; or all driven.
- * */
-static mbsr_joint driven_joint(test_rng *rng, const mbsr_frame *A, const mbsr_frame *B)
-{
-    mbsr_axis axes[4] = {{.kind = MBSR_AXIS_ROTATION, .driven = 1},
-                         {.kind = MBSR_AXIS_ROTATION},
-                         {.kind = MBSR_AXIS_TRANSLATION, .driven = 1},
-                         {.kind = MBSR_AXIS_TRANSLATION}};
-    for (int k = 0; k < 4; ++k) test_fill(rng, 3, axes[k].direction);
-    const int count = 1 + (int)(4.0 * share(rng));
-    return mbsr_joint_compound(A, B, count, axes, drive, NULL);
-}
-
-static mbsr_joint random_joint(test_rng *rng, const choice *c)
-{
-    mbsr_frame A = test_frame(rng, c->length), B = test_frame(rng, 0.3 * c->length);
-    double axis[3], second[3];
-    test_fill(rng, 3, axis);
-    test_fill(rng, 3, second);
-    if (share(rng) < c->many) {
-        switch ((int)(7.0 * share(rng))) {
-        case 6: return driven_joint(rng, &A, &B);
-        case 0: return mbsr_joint_spherical(&A, &B);
-        case 1: return mbsr_joint_free(&A, &B);
-        case 2: return mbsr_joint_universal(&A, &B, axis, second);
-        case 3: return mbsr_joint_cylindrical(&A, &B, axis);
-        case 4: return mbsr_joint_in_plane(&A, &B);
-        default: return mbsr_joint_translational(&A, &B);
-        }
-    }
-    switch ((int)(6.0 * share(rng))) {
-    case 0: return mbsr_joint_prismatic(&A, &B, axis);
-    case 1: return mbsr_joint_screw(&A, &B, axis, 0.4 * c->length);
-    case 2: return mbsr_joint_weld(&A, &B);
-    default: return mbsr_joint_revolute(&A, &B, axis);
-    }
-}
-
-static mbsr_inertia random_inertia(test_rng *rng, const choice *c)
-{
-    const double a = 0.1 + share(rng), b = 0.1 + share(rng), l = c->length;
-    double at[3], end[3];
-    test_fill(rng, 3, at);
-    test_fill(rng, 3, end);
-    for (int k = 0; k < 3; ++k) at[k] *= 0.3 * l, end[k] *= 0.3 * l;
-    if (share(rng) < c->massless) return mbsr_inertia_zero();
-    if (share(rng) < c->points)
-        return share(rng) < 0.5 ? mbsr_inertia_point_mass(a, at) : mbsr_inertia_rod(a, at, end);
-    const double edges[3] = {0.3 * l, 0.2 * l * a, 0.4 * l * b};
-    const mbsr_frame frame = test_frame(rng, 0.3 * l);
-    return mbsr_inertia_moved(&frame, mbsr_inertia_box(a / (l * l * l), edges));
-}
-
-/* f = -0.3 M V - (0.1, .., 0.1): a made-up element that reads all there is of a body. */
-static int drag(const mbsr_force_args *args)
-{
-    const mbsr_force_body *b = args->body;
-    for (int k = 0; k < 6; ++k) {
-        b->f[k] -= 0.1;
-        for (int l = 0; l < 6; ++l) b->f[k] -= 0.3 * b->M[6 * l + k] * b->V[l];
-    }
-    for (int k = 0; k < b->n; ++k) b->tau[k] -= 0.2 * b->u[k] + 0.1 * b->p[MBSR_POSE_X];
-    return 0;
-}
-
-static const mbsr_force_table drag_table = {.version = MBSR_FORCE_TABLE_VERSION,
-                                            .flags = MBSR_FORCE_EVERY_BODY,
-                                            .name = "drag",
-                                            .evaluate = drag};
-
-static void add_force(scene *s, mbsr_force_def def)
-{
-    assert_ok(mbsr_model_add_force(s->model, &def, NULL), mbsr_model_error(s->model));
-}
-
-static void add_forces(scene *s, test_rng *rng, const choice *c)
-{
-    const double one[6] = {1.0, 2.0, 3.0, 40.0, 50.0, 60.0}, two[6] = {0.1, 0.2, 0.3, 4, 5, 6};
-    if (c->forces > 1) add_force(s, mbsr_force_custom(&drag_table, 0, NULL, NULL));
-    for (int i = 0; i < c->bodies; ++i) {
-        double a[3], b[3];
-        test_fill(rng, 3, a);
-        test_fill(rng, 3, b);
-        const int other = (int)(c->bodies * share(rng)) - 1;
-        const mbsr_frame A = test_frame(rng, 0.2), B = test_frame(rng, 0.2);
-        if (other == i) continue;
-        if (i % 3 == 0) add_force(s, mbsr_force_point_spring(i, a, other, b, 10.0, 1.0, 0.5));
-        if (i % 3 == 1) add_force(s, mbsr_force_bushing(i, &A, other, &B, one, two));
-    }
-}
-
-/* A root that turns about a slanting axis while it shakes. */
-static int root_motion(void *user, double t, double *p, double *V, double *A)
-{
-    (void)user;
-    const double axis[3] = {0.48, 0.6, 0.64}, x[3] = {sin(t), 1.0, -t};
-    const mbsr_frame frame = mbsr_frame_turned(x, axis, 0.7 * t * t + 0.3);
-    for (int k = 0; k < 9; ++k) p[MBSR_POSE_R + k] = frame.R[k];
-    for (int k = 0; k < 3; ++k) {
-        p[MBSR_POSE_X + k] = frame.x[k];
-        V[k] = 1.4 * t * axis[k];
-        A[k] = 1.4 * axis[k];
-    }
-    V[3] = cos(t), V[5] = -1.0;
-    A[3] = -sin(t);
-    return 0;
-}
-
-static void make(scene *s, choice c)
-{
-    test_rng rng = test_seed(c.seed);
-    mbsr_model_def def = mbsr_default_model_def();
-    if (c.moving)
-        def.root = mbsr_root_moving(MBSR_SPACE_SPATIAL, 6, MBSR_POSE_SIZE, root_motion, NULL);
-    assert_ok(mbsr_model_create(&def, &s->model, NULL), NULL);
-    for (int k = 0; k < c.bodies; ++k) {
-        const int i = c.shuffle ? c.bodies - 1 - k : k; /* place in the tree; id k */
-        mbsr_body_def body = mbsr_default_body_def();
-        int on = i - 1;
-        if (i > 0 && share(&rng) < c.branching) on = (int)(i * share(&rng)) % i;
-        body.parent = on < 0 ? MBSR_GROUND : c.shuffle ? c.bodies - 1 - on : on;
-        body.joint = random_joint(&rng, &c);
-        body.inertia = random_inertia(&rng, &c);
-        assert_ok(mbsr_model_add_body(s->model, &body, NULL), mbsr_model_error(s->model));
-    }
-    add_force(s, mbsr_force_gravity(0.7, -1.3, -9.81));
-    if (c.forces) add_forces(s, &rng, &c);
-    assert_ok(mbsr_model_finish(s->model), mbsr_model_error(s->model));
-    assert_ok(mbsr_data_create(s->model, &s->data, NULL), NULL);
-    s->nq = mbsr_model_nq(s->model);
-    s->nu = mbsr_model_nu(s->model);
-    const size_t size = (size_t)s->nq + 4 * (size_t)s->nu + 1;
-    s->q = malloc(size * sizeof(double));
-    s->u = s->q + s->nq;
-    s->tau = s->u + s->nu;
-    s->udot = s->tau + s->nu;
-    s->expected = s->udot + s->nu;
-    test_fill(&rng, s->nq, s->q);
-    test_fill(&rng, s->nu, s->u);
-    test_fill(&rng, s->nu, s->tau);
-    s->t = 0.4;
-}
-
-static void drop(scene *s)
-{
-    free(s->q);
-    mbsr_data_destroy(s->data);
-    mbsr_model_destroy(s->model);
 }
 
 static double largest(int n, const double *x)
@@ -220,7 +34,7 @@ static double distance(int n, const double *a, const double *b)
 }
 
 /* Forward dynamics by the sweeps and by the stages; returns whether the sweeps served. */
-static bool compare(scene *s, double tolerance)
+static bool compare(test_rigid_tree *s, double tolerance)
 {
     const mbsri_fast_kernels *list[2];
     bool fast = false;
@@ -247,15 +61,15 @@ static void regular_trees_agree_with_the_stages(void **state)
     (void)state;
     int served = 0;
     for (int k = 0; k < 200; ++k) {
-        scene s;
-        make(&s, (choice){.seed = 100 + (uint64_t)k,
-                          .bodies = 1 + k % 23,
-                          .many = k % 2 ? 0.3 : 0.0,
-                          .branching = 0.25 * (k % 4),
-                          .length = k % 3 ? 1.0 : 1000.0});
+        test_rigid_tree s;
+        test_rigid_tree_make(&s, (test_rigid_choice){.seed = 100 + (uint64_t)k,
+                                                     .bodies = 1 + k % 23,
+                                                     .many = k % 2 ? 0.3 : 0.0,
+                                                     .branching = 0.25 * (k % 4),
+                                                     .length = k % 3 ? 1.0 : 1000.0});
         const bool fast = compare(&s, 1e-9);
         served += fast;
-        drop(&s);
+        test_rigid_tree_free(&s);
     }
     print_message("%d of 200 trees served\n", served);
     assert_int_equal(served, 200);
@@ -266,22 +80,22 @@ static void trees_with_massless_bodies_agree_where_they_are_served(void **state)
     (void)state;
     int served = 0, trees = 400;
     for (int k = 0; k < trees; ++k) {
-        scene s;
-        make(&s, (choice){.seed = 1000 + (uint64_t)k,
-                          .bodies = 2 + k % 15,
-                          .massless = 0.4 * (k % 3),
-                          .points = 0.3 * (k % 2),
-                          .many = k % 5 ? 0.0 : 0.2,
-                          .branching = 0.3 * (k % 4),
-                          .length = 1.0});
+        test_rigid_tree s;
+        test_rigid_tree_make(&s, (test_rigid_choice){.seed = 1000 + (uint64_t)k,
+                                                     .bodies = 2 + k % 15,
+                                                     .massless = 0.4 * (k % 3),
+                                                     .points = 0.3 * (k % 2),
+                                                     .many = k % 5 ? 0.0 : 0.2,
+                                                     .branching = 0.3 * (k % 4),
+                                                     .length = 1.0});
         served += compare(&s, 1e-7);
-        drop(&s);
+        test_rigid_tree_free(&s);
     }
     print_message("%d of %d trees served\n", served, trees);
     assert_true(served > trees / 2);
 }
 
-static void compare_inverse(scene *s)
+static void compare_inverse(test_rigid_tree *s)
 {
     const mbsri_fast_kernels *list[2];
     const int count = kernels(list);
@@ -301,7 +115,7 @@ static void compare_inverse(scene *s)
 }
 
 /* The residual of a form at random y, y', with and without the sweeps. */
-static void compare_residuals(scene *s, mbsr_dae_form form, uint64_t seed, int *served)
+static void compare_residuals(test_rigid_tree *s, mbsr_dae_form form, uint64_t seed, int *served)
 {
     const mbsri_fast_kernels *list[2];
     const int size = mbsr_dae_size(s->model, form), nq = s->nq, nu = s->nu;
@@ -340,21 +154,21 @@ static void forces_roots_and_orders_agree(void **state)
     (void)state;
     int served = 0, momentum = 0, inverse = 0;
     for (int k = 0; k < 200; ++k) {
-        scene s;
-        make(&s, (choice){.seed = 7000 + (uint64_t)k,
-                          .bodies = 1 + k % 17,
-                          .massless = k % 4 ? 0.0 : 0.2,
-                          .many = k % 2 ? 0.2 : 0.0,
-                          .branching = 0.25 * (k % 4),
-                          .length = 1.0,
-                          .forces = k % 3,
-                          .moving = k % 5 == 0,
-                          .shuffle = k % 7 < 3});
+        test_rigid_tree s;
+        test_rigid_tree_make(&s, (test_rigid_choice){.seed = 7000 + (uint64_t)k,
+                                                     .bodies = 1 + k % 17,
+                                                     .massless = k % 4 ? 0.0 : 0.2,
+                                                     .many = k % 2 ? 0.2 : 0.0,
+                                                     .branching = 0.25 * (k % 4),
+                                                     .length = 1.0,
+                                                     .forces = k % 3,
+                                                     .moving = k % 5 == 0,
+                                                     .shuffle = k % 7 < 3});
         served += compare(&s, 1e-8);
         compare_residuals(&s, MBSR_DAE_MOMENTUM, (uint64_t)k, &momentum);
         compare_residuals(&s, MBSR_DAE_INVERSE_DYNAMICS, (uint64_t)k, &inverse);
         compare_inverse(&s);
-        drop(&s);
+        test_rigid_tree_free(&s);
     }
     print_message("%d of 200 trees served\n", served);
     assert_true(served > 180 && momentum > 180 && inverse == 200);
@@ -364,16 +178,16 @@ static void inverse_dynamics_agrees(void **state)
 {
     (void)state;
     for (int k = 0; k < 200; ++k) {
-        scene s;
-        make(&s, (choice){.seed = 5000 + (uint64_t)k,
-                          .bodies = 1 + k % 23,
-                          .massless = 0.2 * (k % 3),
-                          .points = 0.2,
-                          .many = k % 2 ? 0.3 : 0.0,
-                          .branching = 0.25 * (k % 4),
-                          .length = 1.0});
+        test_rigid_tree s;
+        test_rigid_tree_make(&s, (test_rigid_choice){.seed = 5000 + (uint64_t)k,
+                                                     .bodies = 1 + k % 23,
+                                                     .massless = 0.2 * (k % 3),
+                                                     .points = 0.2,
+                                                     .many = k % 2 ? 0.3 : 0.0,
+                                                     .branching = 0.25 * (k % 4),
+                                                     .length = 1.0});
         compare_inverse(&s);
-        drop(&s);
+        test_rigid_tree_free(&s);
     }
 }
 
@@ -382,16 +196,16 @@ static void the_momentum_form_agrees(void **state)
     (void)state;
     int served = 0;
     for (int k = 0; k < 300; ++k) {
-        scene s;
-        make(&s, (choice){.seed = 9000 + (uint64_t)k,
-                          .bodies = 1 + k % 19,
-                          .massless = 0.2 * (k % 4),
-                          .points = 0.2 * (k % 2),
-                          .many = k % 3 ? 0.0 : 0.3,
-                          .branching = 0.25 * (k % 4),
-                          .length = 1.0});
+        test_rigid_tree s;
+        test_rigid_tree_make(&s, (test_rigid_choice){.seed = 9000 + (uint64_t)k,
+                                                     .bodies = 1 + k % 19,
+                                                     .massless = 0.2 * (k % 4),
+                                                     .points = 0.2 * (k % 2),
+                                                     .many = k % 3 ? 0.0 : 0.3,
+                                                     .branching = 0.25 * (k % 4),
+                                                     .length = 1.0});
         compare_residuals(&s, MBSR_DAE_MOMENTUM, (uint64_t)k, &served);
-        drop(&s);
+        test_rigid_tree_free(&s);
     }
     print_message("%d of 300 trees served\n", served);
     assert_true(served > 250);
@@ -401,8 +215,9 @@ static void the_momentum_form_agrees(void **state)
 static void lean_data_serves_the_same(void **state)
 {
     (void)state;
-    scene s;
-    make(&s, (choice){.seed = 77, .bodies = 40, .branching = 0.3, .length = 1.0});
+    test_rigid_tree s;
+    test_rigid_tree_make(
+        &s, (test_rigid_choice){.seed = 77, .bodies = 40, .branching = 0.3, .length = 1.0});
     mbsr_data *lean;
     assert_ok(mbsr_data_create_lean(s.model, &lean, NULL), NULL);
     mbsri_data_poison(lean);
@@ -425,17 +240,19 @@ static void lean_data_serves_the_same(void **state)
     assert_int_equal(mbsr_forward_dynamics(s.model, lean, s.t, s.q, s.u, s.tau, s.udot),
                      MBSR_NOT_FINITE);
     mbsr_data_destroy(lean);
-    drop(&s);
+    test_rigid_tree_free(&s);
 }
 
 /* What the stages hold after a call that did not run them. */
 static void results_can_be_asked_for_after_every_call(void **state)
 {
     (void)state;
-    scene s;
+    test_rigid_tree s;
     double pose[2][MBSR_POSE_SIZE], A[2][6];
     mbsr_rank_info info;
-    make(&s, (choice){.seed = 78, .bodies = 12, .many = 0.3, .branching = 0.3, .length = 1.0});
+    test_rigid_tree_make(
+        &s, (test_rigid_choice){
+                .seed = 78, .bodies = 12, .many = 0.3, .branching = 0.3, .length = 1.0});
     assert_ok(mbsr_forward_dynamics(s.model, s.data, s.t, s.q, s.u, s.tau, s.udot),
               mbsr_data_error(s.data));
     assert_int_equal(mbsr_total_rank(s.model, s.data), s.nu);
@@ -456,7 +273,7 @@ static void results_can_be_asked_for_after_every_call(void **state)
     assert_ok(mbsr_accelerations(s.model, s.data, s.udot), mbsr_data_error(s.data));
     assert_ok(mbsr_body_acceleration(s.model, s.data, 7, A[1]), mbsr_data_error(s.data));
     assert_true(distance(6, A[0], A[1]) == 0.0);
-    drop(&s);
+    test_rigid_tree_free(&s);
 }
 
 /* Joint by joint relative to the sum of the joint force and the bias force, which in a chain of
@@ -464,9 +281,9 @@ static void results_can_be_asked_for_after_every_call(void **state)
 static void a_hundred_thousand_bodies_lose_no_digits(void **state)
 {
     (void)state;
-    scene s;
+    test_rigid_tree s;
     mbsr_data *lean;
-    make(&s, (choice){.seed = 5, .bodies = 100000, .length = 0.3});
+    test_rigid_tree_make(&s, (test_rigid_choice){.seed = 5, .bodies = 100000, .length = 0.3});
     assert_ok(mbsr_data_create_lean(s.model, &lean, NULL), NULL);
     double *bias = malloc((size_t)s.nu * sizeof *bias);
     assert_ok(mbsr_forward_dynamics(s.model, lean, s.t, s.q, s.u, s.tau, s.udot),
@@ -482,7 +299,7 @@ static void a_hundred_thousand_bodies_lose_no_digits(void **state)
     assert_less(worst, 1e-10);
     free(bias);
     mbsr_data_destroy(lean);
-    drop(&s);
+    test_rigid_tree_free(&s);
 }
 
 static void sines_and_cosines_are_those_of_the_c_library(void **state)

@@ -1,0 +1,35 @@
+#!/bin/sh
+# Fails when a call takes more than 5 % more instructions than baseline.csv says.
+# SPDX-License-Identifier: BSD-3-Clause
+#
+#   check.sh PROGRAM TREES COMPILER     as count.sh; exits with 77 where there is nothing to compare
+set -eu
+
+here=$(cd "$(dirname "$0")" && pwd)
+skip() {
+    echo "skipped: $1"
+    exit 77
+}
+command -v valgrind > /dev/null || skip "valgrind is missing"
+grep -q "^$3," "$here/baseline.csv" || skip "baseline.csv has nothing for $3; refresh.sh makes it"
+
+counts=$(sh "$here/count.sh" "$@")
+echo "$counts" | awk -F, '
+    { at = $1 FS $2 FS $3 FS $4 }
+    NR == FNR { if (/^[^#]/) baseline[at] = $5; next }
+    {
+        ++counted
+        if (!(at in baseline)) {
+            print at ": " $5 " instructions per body, not in baseline.csv"
+            bad = 1
+            next
+        }
+        ratio = $5 / baseline[at]
+        verdict = ratio > 1.05 ? "MORE" : ratio < 0.95 ? "fewer: refresh the baseline" : ""
+        printf "%-40s %8.1f %8.1f %6.3f %s\n", at, $5, baseline[at], ratio, verdict
+        if (ratio > 1.05) bad = 1
+    }
+    END {
+        if (!counted) print "nothing was counted"
+        exit bad || !counted
+    }' "$here/baseline.csv" -

@@ -1,0 +1,107 @@
+/* Calls whose instructions are counted: under callgrind, with every other cost left out, a dump
+ * follows each call of `measured` (count.sh). Standard output has one line a dump:
+ *
+ *   kernel tree call bodies
+ *
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ *   instructions_count folder     folder: tests/reference/trees */
+#include "bench.h"
+#include "fast/fast.h"
+#include "trees.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+
+enum { CALLS = 3, TREES = 4 };
+
+static const char *const call_name[CALLS] = {"forward", "inverse", "momentum"};
+
+static const struct {
+    const char *name;
+    int bodies, massless; /* 0 bodies: from the file */
+} trees[TREES] = {
+    {"chain30", 0, 0}, {"humanoid36", 0, 0}, {"btree1023", 0, 0}, {"half_massless30", 30, 2}};
+
+typedef struct counted {
+    bench_model tree;
+    mbsr_data *data;
+    double *out, *y, *yp, *F;
+} counted;
+
+static int call(counted *c, int which)
+{
+    const bench_model *t = &c->tree;
+    switch (which) {
+    case 0: return mbsr_forward_dynamics(t->model, c->data, 0.0, t->q, t->u, t->tau, c->out);
+    case 1: return mbsr_inverse_dynamics(t->model, c->data, 0.0, t->q, t->u, t->tau, c->out);
+    default: return mbsr_dae_residual(t->model, c->data, MBSR_DAE_MOMENTUM, 0.0, c->y, c->yp, c->F);
+    }
+}
+
+/* Known to callgrind by its name; never inlined, as it is called through a pointer. */
+int measured(counted *c, int which);
+
+int measured(counted *c, int which)
+{
+    return call(c, which);
+}
+
+static int (*volatile measure)(counted *c, int which) = measured;
+
+static void open_counted(counted *c, int k, const char *folder)
+{
+    if (trees[k].bodies)
+        bench_make_chain(&c->tree, trees[k].bodies, trees[k].massless);
+    else
+        bench_read_tree(&c->tree, folder, trees[k].name);
+    const mbsr_model *m = c->tree.model;
+    const size_t size = (size_t)mbsr_dae_size(m, MBSR_DAE_MOMENTUM);
+    bench_check(mbsr_data_create(m, &c->data, NULL), "mbsr_data_create", NULL);
+    c->out = bench_allocate((size_t)c->tree.nu, sizeof(double));
+    c->y = bench_allocate(size, sizeof(double));
+    c->yp = bench_allocate(size, sizeof(double));
+    c->F = bench_allocate(size, sizeof(double));
+    bench_check(mbsr_dae_pack(m, c->data, MBSR_DAE_MOMENTUM, 0.0, c->tree.q, c->tree.u, c->y),
+                "mbsr_dae_pack", mbsr_data_error(c->data)->text);
+}
+
+static void close_counted(counted *c)
+{
+    bench_free_tree(&c->tree);
+    mbsr_data_destroy(c->data);
+    free(c->out);
+    free(c->y);
+    free(c->yp);
+    free(c->F);
+}
+
+static void count(counted *c, const char *tree, const mbsri_fast_kernels *kernels)
+{
+    c->tree.model->fast->kernels = kernels;
+    for (int which = 0; which < CALLS; ++which) {
+        /* the first call finds the functions of shared libraries */
+        bench_check(call(c, which), call_name[which], mbsr_data_error(c->data)->text);
+        bench_check(measure(c, which), call_name[which], mbsr_data_error(c->data)->text);
+        printf("%s %s %s %d\n", kernels->name, tree, call_name[which], c->tree.bodies);
+    }
+}
+
+int main(int argc, char **argv)
+{
+    if (argc != 2) {
+        fprintf(stderr, "usage: instructions_count folder\n");
+        return 2;
+    }
+    for (int k = 0; k < TREES; ++k) {
+        counted c;
+        open_counted(&c, k, argv[1]);
+        count(&c, trees[k].name, &mbsri_fast_base);
+#if defined(MBSR_WITH_V3)
+        if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
+            count(&c, trees[k].name, &mbsri_fast_v3);
+#endif
+        close_counted(&c);
+    }
+    return 0;
+}
