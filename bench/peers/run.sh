@@ -52,7 +52,7 @@ if command -v clang > /dev/null; then
     own="$own mbsrank_clang"
 fi
 if grep -q 'MBSR_HAS_V3:INTERNAL=1' "$work/mbsrank/CMakeCache.txt"; then
-    build mbsrank_baseline "$(command -v gcc || command -v cc)" -DMBSR_HAS_V3=OFF
+    build mbsrank_baseline "$(command -v gcc || command -v cc)" -DMBSR_HAS_V3=OFF -DMBSR_HAS_V4=OFF
     own="$own mbsrank_baseline"
 fi
 peers=
@@ -82,7 +82,7 @@ while [ "$round" -le "$rounds" ]; do
         case $name in
         mbsrank*)
             MBSR_BENCH_FLAGS="$(flags "$name" dynamics\\.c)"
-            for kernels in kernels_base kernels_v3; do
+            for kernels in kernels_base kernels_v3 batch_v4; do
                 MBSR_BENCH_FLAGS="$MBSR_BENCH_FLAGS; $kernels: $(flags "$name" "$kernels\\.c")"
             done
             export MBSR_BENCH_FLAGS

@@ -186,16 +186,21 @@ static lane_bits kinematics(const mbsri_batch_run *run)
 
 /* ---- leaves to root: Mbar, D, e ---- */
 
+MBSRI_INLINE lanes larger(lanes a, lanes b)
+{
+    const lane_bits first = a > b;
+    return (lanes)((first & (lane_bits)a) | (~first & (lane_bits)b));
+}
+
 /* c += what other successors left. */
 MBSRI_INLINE void add_carry(const carry *m, carry *c)
 {
-    const lane_bits more = m->kappa > c->kappa;
     add_to(&c->I, &m->I);
     add_to(&c->M, &m->M);
     c->G = (mat){add(c->G.x, m->G.x), add(c->G.y, m->G.y), add(c->G.z, m->G.z)};
     c->L = add(c->L, m->L);
     c->p = add(c->p, m->p);
-    c->kappa = (lanes)((more & (lane_bits)m->kappa) | (~more & (lane_bits)c->kappa));
+    c->kappa = larger(m->kappa, c->kappa);
     c->spread += m->spread;
 }
 
@@ -254,7 +259,7 @@ MBSRI_INLINE lanes noise_of(carry *c, lanes trace, double soft)
 {
     const lanes spread = c->spread + trace;
     if (!(soft > 0.0)) return spread;
-    c->kappa += spread * splat(soft);
+    c->kappa = larger(spread * splat(soft), c->kappa);
     return splat(0.0);
 }
 

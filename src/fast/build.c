@@ -164,6 +164,18 @@ static void place_inertias(mbsri_fast *tree, const mbsr_model *m)
     }
 }
 
+static void place_angles(mbsri_fast *tree)
+{
+    int last = -1;
+    for (int i = 1; i <= tree->bodies; ++i) {
+        const mbsri_fast_body *b = tree->body + i;
+        if (!(b->flags & MBSRI_TURNS)) continue;
+        if (last < 0) tree->first_angle = b->q;
+        last = b->q;
+    }
+    tree->angles = last < 0 ? 0 : last + 1 - tree->first_angle;
+}
+
 /* How the backward sweep hands Mbar on: to the body before, or through the stack. */
 static void place_hand_overs(mbsri_fast *tree)
 {
@@ -256,6 +268,7 @@ bool mbsri_fast_build(mbsr_model *m, int bodies)
     memset(tree->body, 0, sizeof *tree->body);
     for (int i = 1; i <= bodies; ++i) place_body(tree, m, i);
     place_inertias(tree, m);
+    place_angles(tree);
     place_hand_overs(tree);
     collect_forces(tree, m);
     if (place_own_frames(tree, m)) return true;

@@ -83,7 +83,8 @@ static bool prepare(mbsri_fast_run *run, const mbsr_model *m, mbsr_data *d, doub
     d->stage = MBSRI_STAGE_NONE;
     d->accelerated = false;
     d->t = t;
-    run->tree->kernels->trigonometry(m->nq, run->q, run->sincos);
+    const int from = run->tree->first_angle;
+    run->tree->kernels->trigonometry(run->tree->angles, run->q + from, run->sincos + 2 * from);
     return move_root(run) == MBSR_OK;
 }
 

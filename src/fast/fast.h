@@ -102,6 +102,7 @@ typedef struct mbsri_fast {
     int many;                /* number of MBSRI_MANY bodies */
     mbsri_fast_joint *joint; /* many */
     int depth;               /* predecessors waiting for further successors at once, at most */
+    int first_angle, angles; /* the coordinates among which all angles are */
     double length;           /* L, m */
     double clear;            /* a joint block counts as regular beyond this times the bound of
                               * rounding errors in it: ten times the tolerance of the ranks */

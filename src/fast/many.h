@@ -62,6 +62,7 @@ static int many_kinematics(const mbsri_fast_run *run, int i, bool velocity)
     const mbsr_joint_args args = arguments(run, i, pose_pred, V_pred);
     const int status = mbsri_chain_motion(&args, pose, S, drive, bias, velocity ? Sdot : NULL);
     if (status) return status;
+    if (!mbsri_finite(12, pose) || !mbsri_finite(6, bias)) return MBSR_NOT_FINITE;
     for (int k = 0; k < 9; ++k) s->R[k / 3 * 4 + k % 3] = pose[MBSR_POSE_R + k];
     memcpy(s->rho, pose + MBSR_POSE_X, 3 * sizeof *s->rho);
     s->R[3] = s->R[7] = s->R[11] = s->rho[3] = s->A_w[3] = s->A_v[3] = 0.0;

@@ -243,6 +243,42 @@ static void lean_data_serves_the_same(void **state)
     test_rigid_tree_free(&s);
 }
 
+static int no_number(void *user, double t, double *s, double *sdot, double *sddot)
+{
+    (void)user, (void)t;
+    s[0] = sdot[0] = 0.0;
+    sddot[0] = NAN;
+    return 0;
+}
+
+/* Also where the motion that is not a number moves nothing that counts. */
+static void a_prescribed_motion_that_is_no_number_is_refused(void **state)
+{
+    (void)state;
+    mbsr_model *m;
+    mbsr_data *d;
+    const double axis[3] = {0.0, 1.0, 0.0};
+    const mbsr_axis driven = {
+        .kind = MBSR_AXIS_ROTATION, .direction = {1.0, 0.0, 0.0}, .driven = 1};
+    assert_ok(mbsr_model_create(NULL, &m, NULL), NULL);
+    mbsr_body_def body = mbsr_default_body_def();
+    body.joint = mbsr_joint_revolute(NULL, NULL, axis);
+    body.inertia = mbsr_inertia_point_mass(1.0, (double[3]){1.0, 0.0, 0.0});
+    assert_ok(mbsr_model_add_body(m, &body, NULL), mbsr_model_error(m));
+    body = mbsr_default_body_def();
+    body.parent = 0;
+    body.joint = mbsr_joint_compound(NULL, NULL, 1, &driven, no_number, NULL);
+    assert_ok(mbsr_model_add_body(m, &body, NULL), mbsr_model_error(m));
+    assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
+    assert_ok(mbsr_data_create(m, &d, NULL), NULL);
+    const double zero[1] = {0.0};
+    double out[1];
+    assert_int_equal(mbsr_inverse_dynamics(m, d, 0.0, zero, zero, zero, out), MBSR_NOT_FINITE);
+    assert_int_equal(mbsr_forward_dynamics(m, d, 0.0, zero, zero, NULL, out), MBSR_NOT_FINITE);
+    mbsr_data_destroy(d);
+    mbsr_model_destroy(m);
+}
+
 /* What the stages hold after a call that did not run them. */
 static void results_can_be_asked_for_after_every_call(void **state)
 {
@@ -332,6 +368,7 @@ int main(void)
         cmocka_unit_test(forces_roots_and_orders_agree),
         cmocka_unit_test(a_hundred_thousand_bodies_lose_no_digits),
         cmocka_unit_test(lean_data_serves_the_same),
+        cmocka_unit_test(a_prescribed_motion_that_is_no_number_is_refused),
         cmocka_unit_test(results_can_be_asked_for_after_every_call),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
