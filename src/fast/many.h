@@ -23,19 +23,31 @@ static mbsr_joint_args arguments(const mbsri_fast_run *run, int i, double pose[M
     const mbsri_fast_body *b = run->tree->body + i;
     const mbsri_fast_joint *joint = run->tree->joint + b->many;
     const mbsri_fast_state *pred = run->state + b->parent;
-    mbsr_joint_args args = mbsri_joint_args(run->model, run->data, i, false);
-    double R[9];
-    for (int k = 0; k < 9; ++k) R[k] = pred->R[k / 3 * 4 + k % 3];
-    mbsri_multiply3(R, joint->R, pose + MBSR_POSE_R);
-    mbsri_rotate3(R, joint->x, pose + MBSR_POSE_X);
-    memcpy(V, pred->omega, 3 * sizeof *V);
-    mbsri_cross3(pred->omega, pose + MBSR_POSE_X, V + 3);
-    args.t = run->data->t;
-    args.q = run->q + b->q;
-    args.u = run->u + b->u;
-    args.p_pred = pose;
-    args.V_pred = V;
-    args.p = args.V = NULL;
+    const mbsri_body *body = run->model->body + i;
+    const mbsr_joint_args args = {.param = body->joint.param,
+                                  .option = body->joint.option,
+                                  .motion = body->joint.motion,
+                                  .user = body->joint.user,
+                                  .d = body->d,
+                                  .np = body->np,
+                                  .n = body->joint.n,
+                                  .nq = body->joint.nq,
+                                  .t = run->data->t,
+                                  .q = run->q + b->q,
+                                  .u = run->u + b->u,
+                                  .pred_space = body->pred_space,
+                                  .pred_d = body->d_pred,
+                                  .p_pred = pose,
+                                  .V_pred = V};
+    memset(V, 0, 6 * sizeof *V);
+    if (args.pred_space != MBSR_SPACE_FIXED) {
+        double R[9];
+        for (int k = 0; k < 9; ++k) R[k] = pred->R[k / 3 * 4 + k % 3];
+        mbsri_multiply3(R, joint->R, pose + MBSR_POSE_R);
+        mbsri_rotate3(R, joint->x, pose + MBSR_POSE_X);
+        memcpy(V, pred->omega, 3 * sizeof *V);
+        mbsri_cross3(pred->omega, pose + MBSR_POSE_X, V + 3);
+    }
     return args;
 }
 
@@ -62,7 +74,7 @@ static int many_kinematics(const mbsri_fast_run *run, int i, bool velocity)
     const mbsr_joint_args args = arguments(run, i, pose_pred, V_pred);
     const int status = mbsri_chain_motion(&args, pose, S, drive, bias, velocity ? Sdot : NULL);
     if (status) return status;
-    if (!mbsri_finite(12, pose) || !mbsri_finite(6, bias)) return MBSR_NOT_FINITE;
+    if (args.motion && (!mbsri_finite(12, pose) || !mbsri_finite(6, bias))) return MBSR_NOT_FINITE;
     for (int k = 0; k < 9; ++k) s->R[k / 3 * 4 + k % 3] = pose[MBSR_POSE_R + k];
     memcpy(s->rho, pose + MBSR_POSE_X, 3 * sizeof *s->rho);
     s->R[3] = s->R[7] = s->R[11] = s->rho[3] = s->A_w[3] = s->A_v[3] = 0.0;

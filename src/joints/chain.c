@@ -152,8 +152,9 @@ static int step_quaternion(const mbsr_joint_args *args, chain *w)
 static int walk(const mbsr_joint_args *args, chain *w)
 {
     const double *A = args->param + MBSRI_A, *B = args->param + MBSRI_B;
-    double driven[3 * MBSRI_MAX_STEPS] = {0.0}, arm[3];
+    double driven[3 * MBSRI_MAX_STEPS], arm[3];
     if (args->motion) {
+        memset(driven, 0, sizeof driven);
         const int status = args->motion(args->user, args->t, driven, driven + MBSRI_MAX_STEPS,
                                         driven + 2 * MBSRI_MAX_STEPS);
         if (status) return status;
