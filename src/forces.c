@@ -5,7 +5,7 @@
 #include "dense.h"
 
 /* What elements are asked for. */
-typedef enum question { FORCES, ENERGY, DISSIPATION } question;
+typedef enum question { FORCES, ENERGY, DISSIPATION, DERIVATIVES } question;
 
 /* Body i as force elements see it. The root drops what is added to it. */
 static mbsr_force_body view(const mbsr_model *m, mbsr_data *d, int i, question ask)
@@ -30,6 +30,29 @@ static mbsr_force_body view(const mbsr_model *m, mbsr_data *d, int i, question a
     return body;
 }
 
+/* The same of a body whose joint alone counts, with q and u in the order of the sweeps. */
+static mbsr_force_body view_joint(const mbsr_model *m, mbsr_data *d, int i, question ask,
+                                  const double *q, const double *u)
+{
+    mbsr_force_body body = view(m, d, i, ask);
+    body.p = body.V = body.M = NULL;
+    body.f = NULL;
+    if (i == 0) return body;
+    body.q = q + m->body[i].iq;
+    body.u = u + m->body[i].iu;
+    return body;
+}
+
+int mbsri_force_failed(const mbsr_model *m, mbsr_data *d, const mbsri_force *force, int status,
+                       const char *function)
+{
+    char label[MBSRI_LABEL];
+    return mbsri_fail(
+        &d->error, status, MBSR_NONE, force->id, "%s (%s): %s returned %d at t = %g",
+        mbsri_label(label, "force", force->id, (const char *)m->names.data + force->name),
+        force->def.table->name, function, status, d->t);
+}
+
 /* One call of an element; its energy or dissipation is added to *sum. */
 static int call(const mbsr_model *m, mbsr_data *d, const mbsri_force *force, int bodies,
                 question ask, double *sum)
@@ -47,29 +70,32 @@ static int call(const mbsr_model *m, mbsr_data *d, const mbsri_force *force, int
     else if (ask == DISSIPATION && table->dissipation)
         status = table->dissipation(&args, &one);
     if (sum) *sum += one;
-    if (!status) return MBSR_OK;
-    char label[MBSRI_LABEL];
-    return mbsri_fail(
-        &d->error, status, MBSR_NONE, force->id, "%s (%s): %s returned %d at t = %g",
-        mbsri_label(label, "force", force->id, (const char *)m->names.data + force->name),
-        table->name, names[ask], status, d->t);
+    return status ? mbsri_force_failed(m, d, force, status, names[ask]) : MBSR_OK;
+}
+
+/* The bodies of one call of an element: those of its list, or the one of an element that acts on
+ * every body; with q, joints alone. Returns how many. */
+static int view_all(const mbsr_model *m, mbsr_data *d, const mbsri_force *force, int body,
+                    question ask, const double *q, const double *u)
+{
+    const bool every = (force->def.table->flags & MBSR_FORCE_EVERY_BODY) != 0;
+    const int bodies = every ? 1 : force->def.bodies;
+    for (int k = 0; k < bodies; ++k) {
+        const int i = every ? body : m->list_index[force->list + (size_t)k];
+        d->force_bodies[k] = q ? view_joint(m, d, i, ask, q, u) : view(m, d, i, ask);
+    }
+    return bodies;
 }
 
 /* All calls of an element. */
 static int visit(const mbsr_model *m, mbsr_data *d, const mbsri_force *force, question ask,
-                 double *sum)
+                 const double *q, const double *u, double *sum)
 {
-    if (force->def.table->flags & MBSR_FORCE_EVERY_BODY) {
-        for (int i = 1; i <= m->bodies; ++i) {
-            d->force_bodies[0] = view(m, d, i, ask);
-            const int status = call(m, d, force, 1, ask, sum);
-            if (status) return status;
-        }
-        return MBSR_OK;
-    }
-    for (int k = 0; k < force->def.bodies; ++k)
-        d->force_bodies[k] = view(m, d, m->list_index[force->list + (size_t)k], ask);
-    return call(m, d, force, force->def.bodies, ask, sum);
+    const int calls = force->def.table->flags & MBSR_FORCE_EVERY_BODY ? m->bodies : 1;
+    int status = MBSR_OK;
+    for (int i = 1; i <= calls && !status; ++i)
+        status = call(m, d, force, view_all(m, d, force, i, ask, q, u), ask, sum);
+    return status;
 }
 
 /* The same of all elements. */
@@ -78,7 +104,7 @@ static int visit_all(const mbsr_model *m, mbsr_data *d, question ask, double *su
     const mbsri_force *force = m->forces.data;
     int status = MBSR_OK;
     for (size_t k = 0; k < m->forces.count && !status; ++k)
-        status = visit(m, d, force + k, ask, sum);
+        status = visit(m, d, force + k, ask, NULL, NULL, sum);
     return status;
 }
 
@@ -103,32 +129,21 @@ int mbsr_forces(const mbsr_model *model, mbsr_data *data, const double *tau)
     return MBSR_OK;
 }
 
-/* Bodies of an element that is given q and u only. */
-static void view_joints(const mbsr_model *m, mbsr_data *d, const mbsri_force *force,
-                        const double *q, const double *u)
-{
-    for (int l = 0; l < force->def.bodies; ++l) {
-        const int i = m->list_index[force->list + (size_t)l];
-        mbsr_force_body *body = d->force_bodies + l;
-        *body = view(m, d, i, FORCES);
-        body->p = body->V = body->M = NULL;
-        body->f = NULL;
-        if (i == 0) continue;
-        body->q = q + m->body[i].iq;
-        body->u = u + m->body[i].iu;
-    }
-}
-
 int mbsri_joint_elements(const mbsr_model *m, mbsr_data *d, const double *q, const double *u)
 {
     const mbsri_force *force = m->forces.data;
     int status = MBSR_OK;
     for (size_t k = 0; k < m->forces.count && !status; ++k, ++force) {
-        if (!(force->def.table->flags & MBSR_FORCE_JOINT_ONLY)) continue;
-        view_joints(m, d, force, q, u);
-        status = call(m, d, force, force->def.bodies, FORCES, NULL);
+        if (force->def.table->flags & MBSR_FORCE_JOINT_ONLY)
+            status = visit(m, d, force, FORCES, q, u, NULL);
     }
     return status;
+}
+
+int mbsri_force_bodies(const mbsr_model *m, mbsr_data *d, const mbsri_force *force, int body)
+{
+    const bool joints = (force->def.table->flags & MBSR_FORCE_JOINT_ONLY) != 0;
+    return view_all(m, d, force, body, DERIVATIVES, joints ? d->q : NULL, d->u);
 }
 
 int mbsri_body_elements(const mbsr_model *m, mbsr_data *d)
@@ -138,7 +153,7 @@ int mbsri_body_elements(const mbsr_model *m, mbsr_data *d)
     for (size_t k = 0; k < m->forces.count && !status; ++k, ++force) {
         if (mbsri_is_gravity(&force->def) || force->def.table->flags & MBSR_FORCE_JOINT_ONLY)
             continue;
-        status = visit(m, d, force, FORCES, NULL);
+        status = visit(m, d, force, FORCES, NULL, NULL, NULL);
     }
     return status;
 }
@@ -175,6 +190,17 @@ int mbsr_dissipation(const mbsr_model *model, mbsr_data *data, double *power)
     return status;
 }
 
+const mbsri_force *mbsri_find_force(const mbsr_model *m, mbsr_data *d, int id, const char *function)
+{
+    const mbsri_force *force = m->forces.data;
+    for (size_t k = 0; k < m->forces.count; ++k) {
+        if (force[k].id == id) return force + k;
+    }
+    (void)mbsri_fail(&d->error, MBSR_ERR_ID, MBSR_NONE, MBSR_NONE, "%s: there is no force %d",
+                     function, id);
+    return NULL;
+}
+
 int mbsr_force_power(const mbsr_model *model, mbsr_data *data, int force, double *energy,
                      double *power)
 {
@@ -182,16 +208,11 @@ int mbsr_force_power(const mbsr_model *model, mbsr_data *data, int force, double
     mbsr_data *d = data;
     int status = mbsri_enter(m, d, true, MBSRI_STAGE_VELOCITIES, "mbsr_force_power");
     if (status) return status;
-    const mbsri_force *element = m->forces.data;
-    size_t k = 0;
-    while (k < m->forces.count && element[k].id != force) ++k;
-    if (k == m->forces.count) {
-        return mbsri_fail(&d->error, MBSR_ERR_ID, MBSR_NONE, MBSR_NONE,
-                          "mbsr_force_power: there is no force %d", force);
-    }
+    const mbsri_force *element = mbsri_find_force(m, d, force, "mbsr_force_power");
+    if (!element) return MBSR_ERR_ID;
     double E = 0.0, P = 0.0;
-    if (energy) status = visit(m, d, element + k, ENERGY, &E);
-    if (!status && power) status = visit(m, d, element + k, DISSIPATION, &P);
+    if (energy) status = visit(m, d, element, ENERGY, NULL, NULL, &E);
+    if (!status && power) status = visit(m, d, element, DISSIPATION, NULL, NULL, &P);
     if (status) return status;
     if (energy) *energy = E;
     if (power) *power = P;

@@ -315,6 +315,46 @@ int mbsri_joint_elements(const mbsr_model *m, mbsr_data *d, const double *q, con
 /* Adds to f and tau what the others exert, gravity left out; reads p, V, M, q, u of the data. */
 int mbsri_body_elements(const mbsr_model *m, mbsr_data *d);
 
+/* Fills the data's force_bodies for a call of an element's derivatives, with f and tau NULL; `body`
+ * is the one of an element that acts on every body. Returns how many (forces.c). */
+int mbsri_force_bodies(const mbsr_model *m, mbsr_data *d, const mbsri_force *force, int body);
+
+/* Reports the status of an element's function. */
+int mbsri_force_failed(const mbsr_model *m, mbsr_data *d, const mbsri_force *force, int status,
+                       const char *function);
+
+/* The element of that id; NULL, reported as MBSR_ERR_ID, if there is none. */
+const mbsri_force *mbsri_find_force(const mbsr_model *m, mbsr_data *d, int id,
+                                    const char *function);
+
+/* Numbers of a perturbation of a body's pose. */
+static inline int mbsri_pose_numbers(mbsr_space space, int np)
+{
+    return space == MBSR_SPACE_SPATIAL ? 6 : np;
+}
+
+/* Columns of V, q and u of a body among the derivatives of an element, and the row of its tau,
+ * where its first ones are `column` and `row`. */
+static inline int mbsri_V_column(const mbsr_force_body *body, int column)
+{
+    return column + mbsri_pose_numbers(body->space, body->np);
+}
+
+static inline int mbsri_q_column(const mbsr_force_body *body, int column)
+{
+    return mbsri_V_column(body, column) + body->d;
+}
+
+static inline int mbsri_u_column(const mbsr_force_body *body, int column)
+{
+    return mbsri_q_column(body, column) + body->nq;
+}
+
+static inline int mbsri_tau_row(const mbsr_force_body *body, int row)
+{
+    return row + body->d;
+}
+
 /* Whether an element is mbsr_force_gravity. */
 bool mbsri_is_gravity(const mbsr_force_def *def);
 

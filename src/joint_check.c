@@ -1,4 +1,5 @@
-/* A test of a joint's functions against differences of its positions.
+/* A test of a joint's functions against differences of its positions; the test of its derivatives
+ * is in joint_check_tangents.c.
  * SPDX-License-Identifier: BSD-3-Clause
  *
  * A pose near another is told by d numbers x: p less the other p, or of a SPATIAL body the
@@ -9,9 +10,11 @@
  *   x'  = (x(-2h) - 8 x(-h) + 8 x(h) - x(2h)) / 12 h
  *   x'' = (-x(-2h) + 16 x(-h) - 30 x(0) + 16 x(h) - x(2h)) / 12 h^2
  *
- * up to h^4. Column c of H or J is then -K x' of the motion with the one rate c, kI is -K x' of time
- * alone, kII is -K x'' of the motion with all rates constant; H' and J' are such differences of
- * those columns. */
+ * up to h^4. Column c of H or J is then -K x' of the motion with the one rate c, kI is -K x' of
+ * time alone, kII is -K x'' of the motion with all rates constant; H' and J' are such differences
+ * of those columns. */
+#include "joint_check.h"
+
 #include "dense.h"
 #include "frames.h"
 #include "lapack.h"
@@ -21,36 +24,6 @@
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
-
-/* A state of the joint and its predecessor, with the pose that follows. */
-typedef struct place {
-    double t, *q, *p_pred, *p;
-} place;
-
-/* K, H, J (one after the other) and kI. */
-typedef struct jacobians {
-    double *K, *H, *J, *kI;
-} jacobians;
-
-typedef struct verifier {
-    const mbsr_joint *joint;
-    const mbsr_joint_test *at;
-    mbsr_joint_errors *errors;
-    mbsr_error *error;
-    int d, np, n, nq, d_pred, np_pred;
-    bool own, pred;     /* whether x' is V of the body, and of the predecessor */
-    double speed, h;    /* of the motion: largest rate, step in time */
-    place base, on, by; /* the state itself, one on the motion, one beside it */
-    jacobians given, passing, truth, slope; /* as written at `base` and at `on`; by differences */
-    double *unit;                           /* one rate is 1 */
-    double *x;                              /* 4 d: samples of one difference */
-    double *row;                            /* d: largest entry of K, H, J in each row */
-    double *V, *A, *kII;                    /* d */
-    double *V_pred;      /* d_pred: the caller's, or zero where the predecessor has none */
-    double *qdot, *flow; /* nq, 2 nq */
-    double *Kinv, *work; /* d x d, 4 d: where V is from (8) */
-    int pivots[MBSR_MAX_D];
-} verifier;
 
 static const double weight1[4] = {1.0 / 12.0, -8.0 / 12.0, 8.0 / 12.0, -1.0 / 12.0},
                     weight2[4] = {-1.0 / 12.0, 16.0 / 12.0, 16.0 / 12.0, -1.0 / 12.0},
@@ -63,60 +36,57 @@ mbsr_joint_test mbsr_default_joint_test(void)
 
 /* ---- memory ---- */
 
-static double *take(double *memory, size_t *used, int rows, int columns)
+double *mbsri_verifier_take(double *memory, size_t *used, int rows, int columns)
 {
     double *here = memory ? memory + *used : NULL;
     *used += (size_t)rows * (size_t)columns;
     return here;
 }
 
-static void lay_out_place(const verifier *w, place *x, double *memory, size_t *used)
+void mbsri_verifier_lay_out_place(const mbsri_verifier *w, mbsri_place *x, double *memory,
+                                  size_t *used)
 {
-    x->q = take(memory, used, w->nq, 1);
-    x->p_pred = take(memory, used, w->np_pred, 1);
-    x->p = take(memory, used, w->np, 1);
+    x->q = mbsri_verifier_take(memory, used, w->nq, 1);
+    x->p_pred = mbsri_verifier_take(memory, used, w->np_pred, 1);
+    x->p = mbsri_verifier_take(memory, used, w->np, 1);
 }
 
-static void lay_out_jacobians(const verifier *w, jacobians *x, double *memory, size_t *used)
+void mbsri_verifier_lay_out_jacobians(const mbsri_verifier *w, mbsri_jacobians *x, double *memory,
+                                      size_t *used)
 {
-    x->K = take(memory, used, w->d, w->d);
-    x->H = take(memory, used, w->d, w->d_pred);
-    x->J = take(memory, used, w->d, w->n);
-    x->kI = take(memory, used, w->d, 1);
+    x->K = mbsri_verifier_take(memory, used, w->d, w->d);
+    x->H = mbsri_verifier_take(memory, used, w->d, w->d_pred);
+    x->J = mbsri_verifier_take(memory, used, w->d, w->n);
+    x->kI = mbsri_verifier_take(memory, used, w->d, 1);
 }
 
 /* Places all arrays in the memory (NULL: none yet); returns the number of doubles. */
-static size_t lay_out(verifier *w, double *memory)
+static size_t lay_out(mbsri_verifier *w, double *memory)
 {
     size_t used = 0;
-    place *const places[] = {&w->base, &w->on, &w->by};
-    jacobians *const sets[] = {&w->given, &w->passing, &w->truth, &w->slope};
-    for (int k = 0; k < 3; ++k) lay_out_place(w, places[k], memory, &used);
-    for (int k = 0; k < 4; ++k) lay_out_jacobians(w, sets[k], memory, &used);
-    w->unit = take(memory, &used, w->n > w->d_pred ? w->n : w->d_pred, 1);
-    w->x = take(memory, &used, w->d, 4);
-    w->row = take(memory, &used, w->d, 1);
-    w->V = take(memory, &used, w->d, 1);
-    w->A = take(memory, &used, w->d, 1);
-    w->kII = take(memory, &used, w->d, 1);
-    w->V_pred = take(memory, &used, w->d_pred, 1);
-    w->qdot = take(memory, &used, w->nq, 1);
-    w->flow = take(memory, &used, w->nq, 2);
-    w->Kinv = take(memory, &used, w->d, w->d);
-    w->work = take(memory, &used, w->d, 4);
+    mbsri_place *const places[] = {&w->base, &w->on, &w->by};
+    mbsri_jacobians *const sets[] = {&w->given, &w->passing, &w->truth, &w->slope};
+    for (int k = 0; k < 3; ++k) mbsri_verifier_lay_out_place(w, places[k], memory, &used);
+    for (int k = 0; k < 4; ++k) mbsri_verifier_lay_out_jacobians(w, sets[k], memory, &used);
+    w->unit = mbsri_verifier_take(memory, &used, w->n > w->d_pred ? w->n : w->d_pred, 1);
+    w->x = mbsri_verifier_take(memory, &used, w->d, 4);
+    w->row = mbsri_verifier_take(memory, &used, w->d, 1);
+    w->V = mbsri_verifier_take(memory, &used, w->d, 1);
+    w->A = mbsri_verifier_take(memory, &used, w->d, 1);
+    w->kII = mbsri_verifier_take(memory, &used, w->d, 1);
+    w->V_pred = mbsri_verifier_take(memory, &used, w->d_pred, 1);
+    w->qdot = mbsri_verifier_take(memory, &used, w->nq, 1);
+    w->flow = mbsri_verifier_take(memory, &used, w->nq, 2);
+    w->Kinv = mbsri_verifier_take(memory, &used, w->d, w->d);
+    w->work = mbsri_verifier_take(memory, &used, w->d, 4);
+    mbsri_verifier_lay_out_tangents(w, memory, &used);
     return used;
 }
 
 /* ---- calls of the joint ---- */
 
-static bool unit_K(const verifier *w)
-{
-    return (w->joint->table->flags & MBSR_JOINT_UNIT_K) != 0;
-}
-
-/* u, V_pred and V may be NULL. */
-static mbsr_joint_args args_at(const verifier *w, const place *at, const double *u,
-                               const double *V_pred, const double *V)
+mbsr_joint_args mbsri_verifier_args(const mbsri_verifier *w, const mbsri_place *at, const double *u,
+                                    const double *V_pred, const double *V)
 {
     const mbsr_joint *joint = w->joint;
     return (mbsr_joint_args){.param = joint->param,
@@ -138,8 +108,8 @@ static mbsr_joint_args args_at(const verifier *w, const place *at, const double 
                              .V = V};
 }
 
-/* The status of a function and whether what it wrote, `count` numbers, is finite. */
-static int settle(verifier *w, int status, const char *function, size_t count, const double *x)
+int mbsri_verifier_settle(mbsri_verifier *w, int status, const char *function, size_t count,
+                          const double *x)
 {
     const char *name = w->joint->table->name;
     if (status) {
@@ -152,43 +122,43 @@ static int settle(verifier *w, int status, const char *function, size_t count, c
                       "mbsr_joint_verify: joint '%s': what %s wrote is not finite", name, function);
 }
 
-static int find_pose(verifier *w, place *at)
+int mbsri_verifier_pose(mbsri_verifier *w, mbsri_place *at)
 {
-    mbsr_joint_args args = args_at(w, at, NULL, NULL, NULL);
+    mbsr_joint_args args = mbsri_verifier_args(w, at, NULL, NULL, NULL);
     args.p = NULL;
     mbsri_zero((size_t)w->np, at->p);
     const int status = w->joint->table->position(&args, at->p);
-    return settle(w, status, "position", (size_t)w->np, at->p);
+    return mbsri_verifier_settle(w, status, "position", (size_t)w->np, at->p);
 }
 
-static int find_jacobians(verifier *w, const place *at, jacobians *out)
+int mbsri_verifier_jacobians(mbsri_verifier *w, const mbsri_place *at, mbsri_jacobians *out)
 {
-    const mbsr_joint_args args = args_at(w, at, NULL, NULL, NULL);
+    const mbsr_joint_args args = mbsri_verifier_args(w, at, NULL, NULL, NULL);
     const size_t d = (size_t)w->d, columns = (size_t)(w->d + w->d_pred + w->n + 1);
     mbsri_zero(d * columns, out->K);
     for (size_t k = 0; k < d; ++k) out->K[k * d + k] = 1.0;
-    const int status =
-        w->joint->table->jacobians(&args, unit_K(w) ? NULL : out->K, out->H, out->J, out->kI);
-    return settle(w, status, "jacobians", d * columns, out->K);
+    const int status = w->joint->table->jacobians(&args, mbsri_verifier_unit_K(w) ? NULL : out->K,
+                                                  out->H, out->J, out->kI);
+    return mbsri_verifier_settle(w, status, "jacobians", d * columns, out->K);
 }
 
 /* q' = G(q) u */
-static int find_qdot(verifier *w, const place *at, const double *u)
+int mbsri_verifier_qdot(mbsri_verifier *w, const mbsri_place *at, const double *u)
 {
     if (!w->joint->table->coordinate_rates) {
         mbsri_copy((size_t)w->n, u, w->qdot);
         return MBSR_OK;
     }
-    const mbsr_joint_args args = args_at(w, at, u, w->V_pred, w->V);
+    const mbsr_joint_args args = mbsri_verifier_args(w, at, u, w->V_pred, w->V);
     mbsri_zero((size_t)w->nq, w->qdot);
     const int status = w->joint->table->coordinate_rates(&args, w->qdot);
-    return settle(w, status, "coordinate_rates", (size_t)w->nq, w->qdot);
+    return mbsri_verifier_settle(w, status, "coordinate_rates", (size_t)w->nq, w->qdot);
 }
 
 /* ---- motions ---- */
 
 /* q of `to` moves on for s seconds with u constant: Runge-Kutta, four steps. */
-static int flow(verifier *w, place *to, const double *u, double s)
+static int flow(mbsri_verifier *w, mbsri_place *to, const double *u, double s)
 {
     enum { STEPS = 4 };
     static const double share[4] = {1.0, 2.0, 2.0, 1.0}, ahead[4] = {0.5, 0.5, 1.0, 0.0};
@@ -199,7 +169,7 @@ static int flow(verifier *w, place *to, const double *u, double s)
         mbsri_copy(nq, to->q, start);
         mbsri_copy(nq, to->q, end);
         for (int stage = 0; stage < 4; ++stage) {
-            const int status = find_qdot(w, to, u);
+            const int status = mbsri_verifier_qdot(w, to, u);
             if (status) return status;
             for (size_t l = 0; l < nq; ++l) {
                 end[l] += share[stage] / 6.0 * step * w->qdot[l];
@@ -211,8 +181,7 @@ static int flow(verifier *w, place *to, const double *u, double s)
     return MBSR_OK;
 }
 
-/* The predecessor's pose p moves on for s seconds with V constant. */
-static void move(const verifier *w, const double *V, double s, double *p)
+void mbsri_verifier_move(const mbsri_verifier *w, const double *V, double s, double *p)
 {
     const double rate = w->at->pred_space == MBSR_SPACE_SPATIAL ? mbsri_norm3(V) : 0.0;
     if (w->at->pred_space == MBSR_SPACE_SPATIAL) {
@@ -228,19 +197,19 @@ static void move(const verifier *w, const double *V, double s, double *p)
 }
 
 /* The state s seconds after `from`; u and V_pred may be NULL: at rest. time: t runs too. */
-static int pass(verifier *w, const place *from, const double *u, const double *V_pred, bool time,
-                double s, place *to)
+static int pass(mbsri_verifier *w, const mbsri_place *from, const double *u, const double *V_pred,
+                bool time, double s, mbsri_place *to)
 {
     to->t = from->t + (time ? s : 0.0);
     mbsri_copy((size_t)w->nq, from->q, to->q);
     mbsri_copy((size_t)w->np_pred, from->p_pred, to->p_pred);
-    if (V_pred) move(w, V_pred, s, to->p_pred);
+    if (V_pred) mbsri_verifier_move(w, V_pred, s, to->p_pred);
     const int status = u && w->n > 0 ? flow(w, to, u, s) : MBSR_OK;
-    return status ? status : find_pose(w, to);
+    return status ? status : mbsri_verifier_pose(w, to);
 }
 
 /* x of pose p seen from pose o. */
-static void displacement(const verifier *w, const double *o, const double *p, double *x)
+static void displacement(const mbsri_verifier *w, const double *o, const double *p, double *x)
 {
     if (w->joint->space != MBSR_SPACE_SPATIAL) {
         for (int k = 0; k < w->d; ++k) x[k] = p[k] - o[k];
@@ -256,8 +225,8 @@ static void displacement(const verifier *w, const double *o, const double *p, do
 }
 
 /* V = x' and A = x'' (NULL: not wanted) at `from`, along a motion as in `pass`; h: step in s. */
-static int slopes(verifier *w, const place *from, const double *u, const double *V_pred, bool time,
-                  double h, double *V, double *A)
+static int slopes(mbsri_verifier *w, const mbsri_place *from, const double *u, const double *V_pred,
+                  bool time, double h, double *V, double *A)
 {
     for (int k = 0; k < 4; ++k) {
         const int status = pass(w, from, u, V_pred, time, sample[k] * h, &w->by);
@@ -272,8 +241,8 @@ static int slopes(verifier *w, const place *from, const double *u, const double 
     return MBSR_OK;
 }
 
-/* V from (8) at `at`, whose K, H, J, kI are in `x`. */
-static int velocity(verifier *w, const jacobians *x, double *V)
+int mbsri_verifier_velocity(mbsri_verifier *w, const mbsri_jacobians *x, const double *u,
+                            const double *V_pred, double *V)
 {
     const int d = w->d;
     double *right = w->x;
@@ -286,8 +255,8 @@ static int velocity(verifier *w, const jacobians *x, double *V)
                           w->joint->table->name, rcond);
     }
     mbsri_copy((size_t)d, x->kI, right);
-    mbsri_ax(d, w->d_pred, 1.0, x->H, w->V_pred, right);
-    mbsri_ax(d, w->n, 1.0, x->J, w->at->u, right);
+    mbsri_ax(d, w->d_pred, 1.0, x->H, V_pred, right);
+    mbsri_ax(d, w->n, 1.0, x->J, u, right);
     mbsri_zero((size_t)d, V);
     mbsri_ax(d, d, -1.0, w->Kinv, right, V);
     return MBSR_OK;
@@ -296,8 +265,8 @@ static int velocity(verifier *w, const jacobians *x, double *V)
 /* ---- what K, H, J and kI should be ---- */
 
 /* column = -K x' of the motion with rate `c` of `count` alone. */
-static int column_by_differences(verifier *w, const place *at, const double *K, bool of_pred, int c,
-                                 double *column)
+static int column_by_differences(mbsri_verifier *w, const mbsri_place *at, const double *K,
+                                 bool of_pred, int c, double *column)
 {
     double *V = w->work;
     mbsri_zero((size_t)(of_pred ? w->d_pred : w->n), w->unit);
@@ -311,10 +280,11 @@ static int column_by_differences(verifier *w, const place *at, const double *K, 
 
 /* K, H, J, kI at a state: as written into `x`, and in `truth` by differences; K, and what
  * differences cannot tell, as written. */
-static int find_truth(verifier *w, const place *at, jacobians *x, jacobians *truth)
+static int find_truth(mbsri_verifier *w, const mbsri_place *at, mbsri_jacobians *x,
+                      mbsri_jacobians *truth)
 {
     const size_t d = (size_t)w->d;
-    int status = find_jacobians(w, at, x);
+    int status = mbsri_verifier_jacobians(w, at, x);
     if (status) return status;
     mbsri_copy(d * (size_t)(w->d + w->d_pred + w->n + 1), x->K, truth->K);
     if (!w->own) return MBSR_OK;
@@ -328,18 +298,14 @@ static int find_truth(verifier *w, const place *at, jacobians *x, jacobians *tru
 /* ---- the verdicts ---- */
 
 /* Largest number of rows x columns, each divided by the size of its row. */
-static double size_of(const verifier *w, int columns, const double *x)
+static double size_of(const mbsri_verifier *w, int columns, const double *x)
 {
     double size = 0.0;
     for (int k = 0; k < columns * w->d; ++k) size = fmax(size, fabs(x[k]) / w->row[k % w->d]);
     return size;
 }
 
-static void note(verifier *w, double *field, double value, const char *format, ...)
-    MBSRI_FORMAT(4, 5);
-
-/* Raises a field to the error found, and with it the largest and its text. */
-static void note(verifier *w, double *field, double value, const char *format, ...)
+void mbsri_verifier_note(mbsri_verifier *w, double *field, double value, const char *format, ...)
 {
     if (!(value <= *field)) *field = value;
     if (value <= w->errors->largest) return;
@@ -350,21 +316,19 @@ static void note(verifier *w, double *field, double value, const char *format, .
     va_end(arguments);
 }
 
-/* field = largest error of a matrix; rate: what its entries are compared with, beside themselves,
- * times the size of the row. */
-static void compare(verifier *w, double *field, const char *name, int columns, const double *given,
-                    const double *expected, double rate)
+void mbsri_verifier_compare(mbsri_verifier *w, double *field, const char *name, int columns,
+                            const double *given, const double *expected, double rate)
 {
-    *field = columns > 0 ? 0.0 : NAN;
+    if (columns > 0 && isnan(*field)) *field = 0.0;
     const double size = fmax(rate, fmax(size_of(w, columns, given), size_of(w, columns, expected)));
     for (int k = 0; k < columns * w->d && size > 0.0; ++k) {
-        note(w, field, fabs(given[k] - expected[k]) / (w->row[k % w->d] * size),
-             "%s(%d,%d) is %.9g, by differences %.9g", name, k % w->d, k / w->d, given[k],
-             expected[k]);
+        mbsri_verifier_note(w, field, fabs(given[k] - expected[k]) / (w->row[k % w->d] * size),
+                            "%s(%d,%d) is %.9g, by differences %.9g", name, k % w->d, k / w->d,
+                            given[k], expected[k]);
     }
 }
 
-static void compare_rows(verifier *w)
+static void compare_rows(mbsri_verifier *w)
 {
     for (int r = 0; r < w->d; ++r) {
         w->row[r] = 0.0;
@@ -375,20 +339,20 @@ static void compare_rows(verifier *w)
 }
 
 /* position, H, J, kI */
-static int verify_jacobians(verifier *w)
+static int verify_jacobians(mbsri_verifier *w)
 {
     mbsr_joint_errors *errors = w->errors;
     if (w->joint->space == MBSR_SPACE_SPATIAL) {
         errors->position = 0.0;
-        note(w, &errors->position, mbsri_frame_defect(w->base.p + MBSR_POSE_R),
-             "position: R of the pose is no rotation");
+        mbsri_verifier_note(w, &errors->position, mbsri_frame_defect(w->base.p + MBSR_POSE_R),
+                            "position: R of the pose is no rotation");
     }
     int status = find_truth(w, &w->base, &w->given, &w->truth);
     if (status) return status;
     compare_rows(w);
     if (!w->own) return MBSR_OK;
-    if (w->pred) compare(w, &errors->H, "H", w->d_pred, w->given.H, w->truth.H, 1.0);
-    compare(w, &errors->J, "J", w->n, w->given.J, w->truth.J, 1.0);
+    if (w->pred) mbsri_verifier_compare(w, &errors->H, "H", w->d_pred, w->given.H, w->truth.H, 1.0);
+    mbsri_verifier_compare(w, &errors->J, "J", w->n, w->given.J, w->truth.J, 1.0);
     /* time alone; again with shorter steps where much moves */
     status = slopes(w, &w->base, NULL, NULL, true, w->at->step, w->V, NULL);
     const double drive = fmax(1.0, mbsri_largest(w->d, w->V));
@@ -397,12 +361,12 @@ static int verify_jacobians(verifier *w)
     w->speed = fmax(w->speed, drive);
     mbsri_zero((size_t)w->d, w->truth.kI);
     mbsri_ax(w->d, w->d, -1.0, w->given.K, w->V, w->truth.kI);
-    if (!status) compare(w, &errors->kI, "kI", 1, w->given.kI, w->truth.kI, 0.0);
+    if (!status) mbsri_verifier_compare(w, &errors->kI, "kI", 1, w->given.kI, w->truth.kI, 0.0);
     return status;
 }
 
 /* The rates of K, H, J, and without poses to read A from, A = V' with V from (8). */
-static int find_rates(verifier *w)
+static int find_rates(mbsri_verifier *w)
 {
     const int d = w->d;
     const size_t size = (size_t)d * (size_t)(d + w->d_pred + w->n);
@@ -411,7 +375,8 @@ static int find_rates(verifier *w)
     for (int k = 0; k < 4; ++k) {
         int status = pass(w, &w->base, w->at->u, w->V_pred, true, sample[k] * w->h, &w->on);
         if (!status) status = find_truth(w, &w->on, &w->passing, &w->truth);
-        if (!status && !w->own) status = velocity(w, &w->passing, w->V);
+        if (!status && !w->own)
+            status = mbsri_verifier_velocity(w, &w->passing, w->at->u, w->V_pred, w->V);
         if (status) return status;
         for (size_t l = 0; l < size; ++l) w->slope.K[l] += weight1[k] / w->h * w->truth.K[l];
         for (int l = 0; l < d && !w->own; ++l) w->A[l] += weight1[k] / w->h * w->V[l];
@@ -420,7 +385,7 @@ static int find_rates(verifier *w)
 }
 
 /* kII = -K A along the motion, and the rates of K, H, J. */
-static int verify_motion(verifier *w)
+static int verify_motion(mbsri_verifier *w)
 {
     mbsr_joint_errors *errors = w->errors;
     const mbsr_joint_table *table = w->joint->table;
@@ -428,44 +393,46 @@ static int verify_motion(verifier *w)
     int status = table->rates || !w->own ? find_rates(w) : MBSR_OK;
     if (!status)
         status = w->own ? slopes(w, &w->base, w->at->u, w->V_pred, true, w->h, w->V, w->A)
-                        : velocity(w, &w->given, w->V);
+                        : mbsri_verifier_velocity(w, &w->given, w->at->u, w->V_pred, w->V);
     if (status) return status;
-    const mbsr_joint_args args = args_at(w, &w->base, w->at->u, w->V_pred, w->V);
+    const mbsr_joint_args args = mbsri_verifier_args(w, &w->base, w->at->u, w->V_pred, w->V);
 
     mbsri_zero(d, w->kII);
-    status = settle(w, table->bias(&args, w->kII), "bias", d, w->kII);
+    status = mbsri_verifier_settle(w, table->bias(&args, w->kII), "bias", d, w->kII);
     if (status) return status;
     mbsri_zero(d, w->truth.kI);
     mbsri_ax(w->d, w->d, -1.0, w->given.K, w->A, w->truth.kI);
-    compare(w, &errors->kII, "kII", 1, w->kII, w->truth.kI, w->speed * mbsri_largest(w->d, w->V));
+    mbsri_verifier_compare(w, &errors->kII, "kII", 1, w->kII, w->truth.kI,
+                           w->speed * mbsri_largest(w->d, w->V));
 
     if (!table->rates) return MBSR_OK;
-    jacobians *rates = &w->passing;
+    mbsri_jacobians *rates = &w->passing;
     const size_t size = d * (size_t)(w->d + w->d_pred + w->n);
     mbsri_zero(size, rates->K);
-    status = table->rates(&args, unit_K(w) ? NULL : rates->K, rates->H, rates->J);
-    status = settle(w, status, "rates", size, rates->K);
+    status = table->rates(&args, mbsri_verifier_unit_K(w) ? NULL : rates->K, rates->H, rates->J);
+    status = mbsri_verifier_settle(w, status, "rates", size, rates->K);
     if (status) return status;
-    if (!unit_K(w)) compare(w, &errors->Kdot, "Kdot", w->d, rates->K, w->slope.K, w->speed);
-    compare(w, &errors->Hdot, "Hdot", w->d_pred, rates->H, w->slope.H, w->speed);
-    compare(w, &errors->Jdot, "Jdot", w->n, rates->J, w->slope.J, w->speed);
+    if (!mbsri_verifier_unit_K(w))
+        mbsri_verifier_compare(w, &errors->Kdot, "Kdot", w->d, rates->K, w->slope.K, w->speed);
+    mbsri_verifier_compare(w, &errors->Hdot, "Hdot", w->d_pred, rates->H, w->slope.H, w->speed);
+    mbsri_verifier_compare(w, &errors->Jdot, "Jdot", w->n, rates->J, w->slope.J, w->speed);
     return MBSR_OK;
 }
 
 /* G u against the sum of its columns times u. */
-static int verify_coordinate_rates(verifier *w)
+static int verify_coordinate_rates(mbsri_verifier *w)
 {
     const size_t nq = (size_t)w->nq;
     double *sum = w->flow, *whole = w->flow + nq, *field = &w->errors->coordinate_rates;
     if (!w->joint->table->coordinate_rates || w->n == 0) return MBSR_OK;
-    int status = find_qdot(w, &w->base, w->at->u);
+    int status = mbsri_verifier_qdot(w, &w->base, w->at->u);
     mbsri_copy(nq, w->qdot, whole);
     mbsri_zero(nq, sum);
     double size = mbsri_largest(w->nq, whole);
     for (int k = 0; k < w->n && !status; ++k) {
         mbsri_zero((size_t)w->n, w->unit);
         w->unit[k] = 1.0;
-        status = find_qdot(w, &w->base, w->unit);
+        status = mbsri_verifier_qdot(w, &w->base, w->unit);
         for (size_t l = 0; l < nq; ++l) {
             sum[l] += w->at->u[k] * w->qdot[l];
             size = fmax(size, fabs(w->at->u[k] * w->qdot[l]));
@@ -473,29 +440,29 @@ static int verify_coordinate_rates(verifier *w)
     }
     *field = 0.0;
     for (size_t l = 0; l < nq && size > 0.0 && !status; ++l) {
-        note(w, field, fabs(whole[l] - sum[l]) / size,
-             "coordinate_rates: qdot(%d) is %.9g, by the columns of G %.9g", (int)l, whole[l],
-             sum[l]);
+        mbsri_verifier_note(w, field, fabs(whole[l] - sum[l]) / size,
+                            "coordinate_rates: qdot(%d) is %.9g, by the columns of G %.9g", (int)l,
+                            whole[l], sum[l]);
     }
     return status;
 }
 
-static int verify_normalise(verifier *w)
+static int verify_normalise(mbsri_verifier *w)
 {
     if (!w->joint->table->normalise) return MBSR_OK;
     mbsri_copy((size_t)w->nq, w->base.q, w->by.q);
     mbsri_copy((size_t)w->np_pred, w->base.p_pred, w->by.p_pred);
     w->by.t = w->base.t;
-    mbsr_joint_args args = args_at(w, &w->base, NULL, NULL, NULL);
+    mbsr_joint_args args = mbsri_verifier_args(w, &w->base, NULL, NULL, NULL);
     args.p = NULL;
     int status = w->joint->table->normalise(&args, w->by.q);
-    status = settle(w, status, "normalise", (size_t)w->nq, w->by.q);
-    if (!status) status = find_pose(w, &w->by);
+    status = mbsri_verifier_settle(w, status, "normalise", (size_t)w->nq, w->by.q);
+    if (!status) status = mbsri_verifier_pose(w, &w->by);
     if (status) return status;
     for (int k = 0; k < w->np; ++k) w->by.p[k] -= w->base.p[k];
     w->errors->normalise = 0.0;
-    note(w, &w->errors->normalise, mbsri_largest(w->np, w->by.p),
-         "normalise: the pose changes by %.3g", mbsri_largest(w->np, w->by.p));
+    mbsri_verifier_note(w, &w->errors->normalise, mbsri_largest(w->np, w->by.p),
+                        "normalise: the pose changes by %.3g", mbsri_largest(w->np, w->by.p));
     return MBSR_OK;
 }
 
@@ -504,7 +471,7 @@ static int verify_normalise(verifier *w)
 #define REFUSE(status, ...) mbsri_fail(error, status, MBSR_NONE, MBSR_NONE, __VA_ARGS__)
 
 /* Sizes of the predecessor, and what the library refuses of the joint. */
-static int check_joint(verifier *w)
+static int check_joint(mbsri_verifier *w)
 {
     static const int space_d[] = {
         [MBSR_SPACE_POINT] = 2, [MBSR_SPACE_PLANAR] = 3, [MBSR_SPACE_SPATIAL] = 6};
@@ -540,7 +507,7 @@ static int check_joint(verifier *w)
                   : MBSR_OK;
 }
 
-static int check_state(const verifier *w)
+static int check_state(const mbsri_verifier *w)
 {
     const mbsr_joint_test *at = w->at;
     mbsr_error *error = w->error;
@@ -569,7 +536,7 @@ static int check_state(const verifier *w)
     return MBSR_OK;
 }
 
-static int verify(verifier *w)
+static int verify(mbsri_verifier *w)
 {
     const mbsr_joint_test *at = w->at;
     w->base.t = at->t;
@@ -578,11 +545,12 @@ static int verify(verifier *w)
     mbsri_copy((size_t)w->d_pred, at->V_pred, w->V_pred);
     mbsri_zero((size_t)w->d, w->V);
     w->speed = fmax(1.0, fmax(mbsri_largest(w->n, at->u), mbsri_largest(w->d_pred, w->V_pred)));
-    int status = find_pose(w, &w->base);
+    int status = mbsri_verifier_pose(w, &w->base);
     if (!status) status = verify_jacobians(w);
     w->h = at->step / w->speed;
     if (!status) status = verify_motion(w);
     if (!status) status = verify_coordinate_rates(w);
+    if (!status) status = mbsri_verify_tangents(w);
     return status ? status : verify_normalise(w);
 }
 
@@ -595,8 +563,9 @@ int mbsr_joint_verify(const mbsr_joint *joint, const mbsr_joint_test *at, mbsr_j
         return REFUSE(MBSR_ERR_NO_DEFAULT,
                       "mbsr_joint_verify: the test was not made by mbsr_default_joint_test");
     }
-    *errors = (mbsr_joint_errors){NAN, NAN, NAN, NAN, NAN, NAN, NAN, NAN, NAN, NAN, 0.0, ""};
-    verifier w = {.joint = joint, .at = at, .errors = errors, .error = error};
+    *errors =
+        (mbsr_joint_errors){NAN, NAN, NAN, NAN, NAN, NAN, NAN, NAN, NAN, NAN, NAN, NAN, 0.0, ""};
+    mbsri_verifier w = {.joint = joint, .at = at, .errors = errors, .error = error};
     int status = check_joint(&w);
     if (!status) status = check_state(&w);
     if (status) return status;

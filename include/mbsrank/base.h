@@ -48,6 +48,7 @@ extern "C" {
     X(MBSR_RANK_CHANGED, 1010, "the rank of a joint block changed")                                \
     X(MBSR_FRAME_TURNED, 1011, "massless directions turned too far from their reference")          \
     X(MBSR_ZERO_QUATERNION, 1012, "a quaternion has length zero")                                  \
+    X(MBSR_SINGULAR_BLOCK, 1013, "the Newton equations of a joint are singular")                   \
     /* fatal: wrong use */                                                                         \
     X(MBSR_ERR_NULL, -1001, "a required pointer is NULL")                                          \
     X(MBSR_ERR_NO_DEFAULT, -1002, "a definition was not made by its default function")             \

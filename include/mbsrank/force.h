@@ -38,6 +38,17 @@ typedef struct mbsr_force_args {
     const mbsr_force_body *body; /* in the order of the definition */
 } mbsr_force_args;
 
+/* Derivatives of the forces of an element: matrix (rows x columns, column-major). Body k of args
+ * has its f (d) in the rows from row[k] on, then its tau (n); in the columns from column[k] on its
+ * pose, V (d), q (nq) and u (n). The pose of a SPATIAL body counts six columns: its rotation by a
+ * small angle about its origin, along the world's axes, and the displacement of its origin; that of
+ * another body its np numbers. The ground has no rows and columns (row[k] = column[k] = -1). */
+typedef struct mbsr_force_derivatives {
+    double *matrix;
+    int rows, columns;
+    const int *row, *column;
+} mbsr_force_derivatives;
+
 #define MBSR_FORCE_TABLE_VERSION 1u
 
 /* The element acts on every body of the tree: called once a body, with that body alone. */
@@ -50,12 +61,15 @@ typedef struct mbsr_force_args {
 /* The element does not read M of its bodies, which may be NULL. */
 #define MBSR_FORCE_NO_MASS 4u
 
+/* The element reads p, V and M of its bodies and adds to their f only. */
+#define MBSR_FORCE_NO_JOINT 8u
+
 /* Functions return 0, or a status that ends the evaluation and reaches the caller unchanged (> 0
  * recoverable, < 0 fatal). They may be called by several threads at once, with different
  * arguments. */
 typedef struct mbsr_force_table {
     unsigned version; /* MBSR_FORCE_TABLE_VERSION */
-    unsigned flags;   /* MBSR_FORCE_EVERY_BODY, _JOINT_ONLY, _NO_MASS, or 0 */
+    unsigned flags;   /* MBSR_FORCE_EVERY_BODY, _JOINT_ONLY, _NO_MASS, _NO_JOINT, or 0 */
     const char *name; /* for messages; must outlive the model */
 
     /* Adds the element's forces to body[k].f and body[k].tau. */
@@ -75,6 +89,12 @@ typedef struct mbsr_force_table {
 
     /* Optional: name of parameter k for messages, such as " (radius)"; "" where it has none. */
     const char *(*parameter)(int k);
+
+    /* Optional, for newton.h: adds the derivatives of what evaluate adds to f and tau, t held; f
+     * and tau of args are NULL. M turns with the pose: that is part of it. The pose, V, q and u
+     * count as independent. Without it they are differenced, and so they are where the element
+     * reads M and one of its bodies has its mass by function. */
+    int (*derivatives)(const mbsr_force_args *args, const mbsr_force_derivatives *out);
 } mbsr_force_table;
 
 /* A force as function of time: writes `n` components. Returns 0 or a status. */

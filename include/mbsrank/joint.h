@@ -62,6 +62,13 @@ typedef struct mbsr_joint_args {
     const double *V;       /* d    the body's own velocity; NULL for position and jacobians */
 } mbsr_joint_args;
 
+/* Changes of what a joint's functions read, field by field; p_pred and p are changes of the numbers
+ * of the pose (for a SPATIAL body the 12 of a turned R and a moved r). Pointers that are NULL in
+ * the args of the function are NULL here. */
+typedef struct mbsr_joint_change {
+    const double *q, *u, *p_pred, *V_pred, *p, *V;
+} mbsr_joint_change;
+
 #define MBSR_JOINT_TABLE_VERSION 1u
 
 /* K is always the unit matrix: `jacobians` is called with K == NULL and nothing is factored. */
@@ -113,6 +120,18 @@ typedef struct mbsr_joint_table {
 
     /* Optional: name of parameter k for messages, such as " (pitch)". */
     const char *(*parameter)(int k);
+
+    /* Optional, for newton.h: the derivatives along `by` of what `position` and `jacobians` write, t
+     * held; dK is NULL with MBSR_JOINT_UNIT_K. args as for jacobians; of `by` q and p_pred. Without
+     * it they are differenced. */
+    int (*tangent)(const mbsr_joint_args *args, const mbsr_joint_change *by, double *dp, double *dK,
+                   double *dH, double *dJ, double *dkI);
+
+    /* Optional, likewise: the derivatives of what `bias`, `rates` and, where there is one,
+     * `coordinate_rates` write (dKdot, dqdot NULL where those do not write). args and `by` with
+     * velocities; p and V of `by` are the changes that follow from the others. */
+    int (*rate_tangent)(const mbsr_joint_args *args, const mbsr_joint_change *by, double *dkII,
+                        double *dKdot, double *dHdot, double *dJdot, double *dqdot);
 } mbsr_joint_table;
 
 #define MBSR_JOINT_PARAMS 48

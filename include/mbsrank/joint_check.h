@@ -1,4 +1,4 @@
-/* A test of a joint's functions against differences of its positions.
+/* A test of a joint's functions against differences of its positions, and of its derivatives.
  * SPDX-License-Identifier: BSD-3-Clause */
 #ifndef MBSRANK_JOINT_CHECK_H
 #define MBSRANK_JOINT_CHECK_H
@@ -37,7 +37,12 @@ MBSR_API mbsr_joint_test mbsr_default_joint_test(void);
  * Each field is about what that function wrote, taking K and the position for granted:
  *   K, or the position, wrong     H, J, kI and kII
  *   coordinate_rates wrong        J and, though they may be right, kII, Hdot and Jdot
- *   coordinate_rates not linear   coordinate_rates besides */
+ *   coordinate_rates not linear   coordinate_rates besides
+ *
+ * tangent and rate_tangent are compared with differences of what the other functions wrote, so that
+ * an error in one of these shows there too. They are taken along each number of q, u and V_pred,
+ * the predecessor's pose (of one in space: along small rotations and displacements) and along all
+ * at once. */
 typedef struct mbsr_joint_errors {
     double position;           /* of a SPATIAL body: R against a rotation */
     double H;                  /* K dV + H dV_pred = 0 for motions of the predecessor alone */
@@ -47,6 +52,8 @@ typedef struct mbsr_joint_errors {
     double Kdot, Hdot, Jdot;   /* rates along that motion */
     double coordinate_rates;   /* G(q) u is linear in u */
     double normalise;          /* the pose before and after; m, rad */
+    double tangent;            /* derivatives of position and jacobians */
+    double rate_tangent;       /* derivatives of bias, rates and coordinate_rates */
     double largest;            /* of all the above */
     char text[MBSR_TEXT_SIZE]; /* where that one was found: entry, value, value by differences */
 } mbsr_joint_errors;

@@ -11,11 +11,13 @@
 #include <mbsrank/data.h>
 #include <mbsrank/dynamics.h>
 #include <mbsrank/force.h>
+#include <mbsrank/force_check.h>
 #include <mbsrank/index.h>
 #include <mbsrank/inertia.h>
 #include <mbsrank/joint.h>
 #include <mbsrank/joint_check.h>
 #include <mbsrank/model.h>
+#include <mbsrank/newton.h>
 #include <mbsrank/ode.h>
 #include <mbsrank/spatial.h>
 

@@ -88,15 +88,18 @@ static bool prepare(mbsri_fast_run *run, const mbsr_model *m, mbsr_data *d, doub
     return move_root(run) == MBSR_OK;
 }
 
-/* Where ranks are watched and one is another, the stages say which. */
-static bool backward(const mbsri_fast_run *run)
+bool mbsri_fast_as_watched(const mbsri_fast_run *run)
 {
     const mbsr_data *d = run->data;
-    if (!run->tree->kernels->backward(run)) return false;
     for (int i = 1; i <= run->tree->bodies && d->watching; ++i) {
         if (d->rank[i] != d->watched[i]) return false;
     }
     return true;
+}
+
+static bool backward(const mbsri_fast_run *run)
+{
+    return run->tree->kernels->backward(run) && mbsri_fast_as_watched(run);
 }
 
 bool mbsri_fast_forward_dynamics(const mbsr_model *m, mbsr_data *d, double t, const double *q,
@@ -164,18 +167,21 @@ bool mbsri_fast_inverse_residual(const mbsr_model *m, mbsr_data *d, double t, co
     return rates_residual(&run, yp, F) == MBSR_OK && mbsri_finite((size_t)m->nq, F);
 }
 
+bool mbsri_fast_open(mbsri_fast_run *run, const mbsr_model *m, mbsr_data *d, double t,
+                     const double *q, const double *u)
+{
+    return prepare(run, m, d, t, q, u, d->out) && !forces(run, NULL, true);
+}
+
 bool mbsri_fast_momentum_residual(const mbsr_model *m, mbsr_data *d, double t, const double *y,
                                   const double *yp, double *F)
 {
     const double *p = y + m->nq, *u = p + m->nu;
     double *F_p = F + m->nq, *F_u = F_p + m->nu;
     mbsri_fast_run run;
-    if (!prepare(&run, m, d, t, y, u, F_p)) return false;
-    if (forces(&run, NULL, true)) return false;
+    if (!mbsri_fast_open(&run, m, d, t, y, u) || !backward(&run)) return false;
     run.p = swept(m, false, m->nu, m->u_of, p, d->w);
-    run.out = d->out;
     run.balance = d->vec;
-    if (!backward(&run)) return false;
     run.tree->kernels->momentum(&run);
     for (int k = 0; k < m->nu; ++k) {
         F_p[m->u_of[k]] = yp[m->nq + m->u_of[k]] - run.out[k];

@@ -121,6 +121,8 @@ typedef struct mbsri_fast_load {
     double L[4], p[4];
 } mbsri_fast_load;
 
+struct mbsri_fast_newton;
+
 /* What an evaluation works on. */
 typedef struct mbsri_fast_run {
     const mbsr_model *model;
@@ -153,6 +155,11 @@ typedef struct mbsri_fast_kernels {
     /* Kinematics with velocities; and, after backward, p' and the algebraic equations. */
     int (*velocities)(const mbsri_fast_run *run);
     void (*momentum)(const mbsri_fast_run *run);
+    /* Of newton.h. The first sweeps as backward; it returns a body whose rows are singular, 0, or
+     * below 0 where the sweeps do not serve. */
+    int (*newton_factor)(const mbsri_fast_run *run, struct mbsri_fast_newton *newton);
+    void (*newton_solve)(struct mbsri_fast_newton *newton, const double *r, const double *load,
+                         double *delta, double *motion);
 } mbsri_fast_kernels;
 
 extern const mbsri_fast_kernels mbsri_fast_base;
@@ -174,6 +181,13 @@ bool mbsri_fast_forward_dynamics(const mbsr_model *m, mbsr_data *d, double t, co
                                  const double *u, const double *tau, double *udot);
 bool mbsri_fast_inverse_dynamics(const mbsr_model *m, mbsr_data *d, double t, const double *q,
                                  const double *u, const double *udot, double *tau);
+
+/* Whether no rank is watched that is another; where one is, the stages say which. */
+bool mbsri_fast_as_watched(const mbsri_fast_run *run);
+
+/* What the momentum form needs at (q, u) before the backward sweep: motion and forces. */
+bool mbsri_fast_open(mbsri_fast_run *run, const mbsr_model *m, mbsr_data *d, double t,
+                     const double *q, const double *u);
 
 /* The residuals of the inverse-dynamics form and of the momentum form. */
 bool mbsri_fast_inverse_residual(const mbsr_model *m, mbsr_data *d, double t, const double *y,

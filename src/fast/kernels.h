@@ -375,39 +375,58 @@ MBSRI_INLINE bool pass_joint(const mbsri_fast_run *run, int i, blocks *c, blocks
     return clear;
 }
 
+/* Where the sweep stands: the carry, W beside it, and the places where they wait at branches. */
+typedef struct back {
+    blocks c, W;
+    mbsri_carry *top, *noise_top;
+} back;
+
+MBSRI_INLINE void start_back(const mbsri_fast_run *run, back *at)
+{
+    clear(&at->c);
+    clear(&at->W);
+    at->top = run->stack;
+    at->noise_top = run->noise;
+}
+
+/* Past body i; false: its rank is not clear. */
+MBSRI_INLINE bool pass_body(const mbsri_fast_run *run, int i, bool exact, back *at)
+{
+    const mbsri_fast_body *b = run->tree->body + i;
+    const int flags = b->flags;
+    blocks *c = &at->c, *W = &at->W;
+    if (flags & MBSRI_LEAF) clear(c);
+    if (exact && flags & MBSRI_LEAF) clear(W);
+    if (flags & MBSRI_BRANCHES) add(--at->top, c);
+    if (exact && flags & MBSRI_BRANCHES) add(--at->noise_top, W);
+    if (!(flags & MBSRI_MASSLESS)) add_own(b, run->state + i, c);
+    if (flags & MBSRI_LOADED) {
+        c->L -= load(run->load[i].L);
+        c->p -= load(run->load[i].p);
+    }
+    if (!pass_joint(run, i, c, exact ? W : NULL)) return false;
+    const v4 rho = load(run->state[i].rho);
+    translate(rho, c);
+    if (exact)
+        translate(rho, W);
+    else
+        c->spread *= stretch(run, i);
+    if (flags & MBSRI_NEXT) return true;
+    const bool opens = (flags & MBSRI_OPENS) != 0;
+    if (!opens) add(--at->top, c);
+    to_memory(c, at->top++);
+    if (!exact) return true;
+    if (!opens) add(--at->noise_top, W);
+    to_memory(W, at->noise_top++);
+    return true;
+}
+
 MBSRI_INLINE bool sweep_back(const mbsri_fast_run *run, bool exact)
 {
-    const mbsri_fast *tree = run->tree;
-    mbsri_carry *top = run->stack, *noise_top = run->noise;
-    blocks c, W;
-    clear(&c);
-    clear(&W);
-    for (int i = tree->bodies; i >= 1; --i) {
-        const mbsri_fast_body *b = tree->body + i;
-        const int flags = b->flags;
-        if (flags & MBSRI_LEAF) clear(&c);
-        if (exact && flags & MBSRI_LEAF) clear(&W);
-        if (flags & MBSRI_BRANCHES) add(--top, &c);
-        if (exact && flags & MBSRI_BRANCHES) add(--noise_top, &W);
-        if (!(flags & MBSRI_MASSLESS)) add_own(b, run->state + i, &c);
-        if (flags & MBSRI_LOADED) {
-            c.L -= load(run->load[i].L);
-            c.p -= load(run->load[i].p);
-        }
-        if (!pass_joint(run, i, &c, exact ? &W : NULL)) return false;
-        const v4 rho = load(run->state[i].rho);
-        translate(rho, &c);
-        if (exact)
-            translate(rho, &W);
-        else
-            c.spread *= stretch(run, i);
-        if (flags & MBSRI_NEXT) continue;
-        const bool opens = (flags & MBSRI_OPENS) != 0;
-        if (!opens) add(--top, &c);
-        to_memory(&c, top++);
-        if (!exact) continue;
-        if (!opens) add(--noise_top, &W);
-        to_memory(&W, noise_top++);
+    back at;
+    start_back(run, &at);
+    for (int i = run->tree->bodies; i >= 1; --i) {
+        if (!pass_body(run, i, exact, &at)) return false;
     }
     return true;
 }

@@ -28,6 +28,19 @@ MBSRI_INLINE void store(double *x, v4 a)
     *(v4 *)x = a;
 }
 
+/* Three numbers anywhere, of which the fourth next to them is read and written too. */
+typedef double near4 __attribute__((vector_size(32), aligned(8), may_alias));
+
+MBSRI_INLINE v4 load3(const double *x)
+{
+    return *(const near4 *)x;
+}
+
+MBSRI_INLINE void store3(double *x, v4 a)
+{
+    *(near4 *)x = a;
+}
+
 MBSRI_INLINE v4 xxx(v4 a)
 {
     return (v4){a[0], a[0], a[0], a[0]};

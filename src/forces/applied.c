@@ -5,6 +5,7 @@
 #include "../dense.h"
 #include "../space3.h"
 #include "marker.h"
+#include "slopes.h"
 
 /* The function's n components; MBSR_MAX_D bounds both d and n. */
 static int values(const mbsr_force_args *args, int n, double value[MBSR_MAX_D])
@@ -32,21 +33,47 @@ static int joint_evaluate(const mbsr_force_args *args)
     return add(args, args->body->n, args->body->tau);
 }
 
-/* param: the point; option[0]: along the body's axes. */
-static int wrench_evaluate(const mbsr_force_args *args)
+/* Moment and force along the world axes, and the point they act at, which param gives; option[0]:
+ * they are given along the body's axes. */
+static int wrench(const mbsr_force_args *args, double value[MBSR_MAX_D], mbsri_marker *at)
 {
     const mbsr_force_body *body = args->body;
-    double value[MBSR_MAX_D], R[9];
-    mbsri_marker at;
     const int status = values(args, 6, value);
     if (status) return status;
     if (args->force->option[0]) {
+        double R[9];
         mbsri_body_axes(body, R);
         mbsri_rotate3(R, value, value);
         mbsri_rotate3(R, value + 3, value + 3);
     }
-    mbsri_marker_on(body, args->force->param, &at);
-    mbsri_push(body, &at, 1.0, value + 3, value);
+    mbsri_marker_on(body, args->force->param, at);
+    return MBSR_OK;
+}
+
+static int wrench_evaluate(const mbsr_force_args *args)
+{
+    double value[MBSR_MAX_D];
+    mbsri_marker at;
+    const int status = wrench(args, value, &at);
+    if (status) return status;
+    mbsri_push(args->body, &at, 1.0, value + 3, value);
+    return MBSR_OK;
+}
+
+/* The arm turns with the body, and so does what is given along its axes. */
+static int wrench_derivatives(const mbsr_force_args *args, const mbsr_force_derivatives *out)
+{
+    const mbsri_columns c = mbsri_make_columns(args, out);
+    mbsri_vector dforce[MBSRI_MAX_COLUMNS] = {{{0.0}}}, dmoment[MBSRI_MAX_COLUMNS] = {{{0.0}}};
+    double value[MBSR_MAX_D];
+    mbsri_marker at;
+    const int status = wrench(args, value, &at);
+    if (status) return status;
+    if (args->force->option[0]) {
+        mbsri_add_turn(&c, 0, MBSRI_POSE, 1.0, value, dmoment);
+        mbsri_add_turn(&c, 0, MBSRI_POSE, 1.0, value + 3, dforce);
+    }
+    mbsri_push_slopes(&c, 0, 1.0, at.arm, value + 3, NULL, dforce, dmoment);
     return MBSR_OK;
 }
 
@@ -76,6 +103,7 @@ static const mbsr_force_table body_table = {
     .name = "applied force",
     .evaluate = body_evaluate,
     .check = check,
+    .derivatives = mbsri_no_slopes,
 };
 
 static const mbsr_force_table joint_table = {
@@ -84,6 +112,7 @@ static const mbsr_force_table joint_table = {
     .name = "applied joint force",
     .evaluate = joint_evaluate,
     .check = check,
+    .derivatives = mbsri_no_slopes,
 };
 
 static const mbsr_force_table wrench_table = {
@@ -93,6 +122,7 @@ static const mbsr_force_table wrench_table = {
     .evaluate = wrench_evaluate,
     .check = wrench_check,
     .parameter = wrench_parameter,
+    .derivatives = wrench_derivatives,
 };
 
 static mbsr_force_def make(const mbsr_force_table *table, int body, mbsr_force_fn function,

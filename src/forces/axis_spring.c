@@ -30,6 +30,24 @@ static int evaluate(const mbsr_force_args *args)
     return MBSR_OK;
 }
 
+/* On body k by body l: sign -(c, d), plus on itself. */
+static int derivatives(const mbsr_force_args *args, const mbsr_force_derivatives *out)
+{
+    const double *param = args->force->param;
+    const int axis = args->force->option[0];
+    for (int k = 0; k < 2; ++k) {
+        for (int l = 0; l < 2; ++l) {
+            if (out->row[k] < 0 || out->row[l] < 0) continue;
+            const double sign = k == l ? -1.0 : 1.0;
+            const int row = out->row[k] + axis, column = out->column[l];
+            mbsri_add_slope(out, row, column + axis, sign * param[STIFFNESS]);
+            mbsri_add_slope(out, row, mbsri_V_column(args->body + l, column) + axis,
+                            sign * param[DAMPING]);
+        }
+    }
+    return MBSR_OK;
+}
+
 static int energy(const mbsr_force_args *args, double *energy_out)
 {
     const double e = stretch(args);
@@ -79,6 +97,7 @@ static const mbsr_force_table axis_table = {
     .dissipation = dissipation,
     .check = check,
     .parameter = parameter,
+    .derivatives = derivatives,
 };
 
 mbsr_force_def mbsr_force_axis_spring(int a, int b, int axis, double stiffness, double damping,

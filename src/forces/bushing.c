@@ -13,6 +13,7 @@
 #include "../frames.h"
 #include "../space3.h"
 #include "marker.h"
+#include "slopes.h"
 
 #include <string.h>
 
@@ -28,6 +29,7 @@ enum {
 };
 
 typedef struct bushing {
+    mbsri_marker at;            /* A's origin on body a */
     mbsri_marker a, b;          /* the points of both bodies where B's origin is */
     double axes[9];             /* A's, in the world */
     double theta[3], e[3];      /* along them, and so are */
@@ -59,7 +61,6 @@ static void locate(const mbsr_force_args *args, bushing *w)
     const mbsr_force_body *a = args->body, *b = args->body + 1;
     const double *param = args->force->param;
     double axes_b[9], axes_a_t[9], relative[9], spin[2][3];
-    mbsri_marker at;
     frame_axes(a, param + FRAME_A, w->axes);
     frame_axes(b, param + FRAME_B, axes_b);
     for (int j = 0; j < 3; ++j) {
@@ -67,13 +68,13 @@ static void locate(const mbsr_force_args *args, bushing *w)
     }
     mbsri_multiply3(axes_a_t, axes_b, relative);
     rotation_vector(relative, w->theta);
-    mbsri_marker_on(a, param + FRAME_A + ORIGIN, &at);
+    mbsri_marker_on(a, param + FRAME_A + ORIGIN, &w->at);
     mbsri_marker_on(b, param + FRAME_B + ORIGIN, &w->b);
     mbsri_marker_at(a, w->b.x, &w->a);
     mbsri_body_spin(a, spin[0]);
     mbsri_body_spin(b, spin[1]);
     for (int k = 0; k < 3; ++k) {
-        w->e[k] = w->b.x[k] - at.x[k];
+        w->e[k] = w->b.x[k] - w->at.x[k];
         w->e_rate[k] = w->b.v[k] - w->a.v[k];
         w->omega[k] = spin[1][k] - spin[0][k];
     }
@@ -82,39 +83,173 @@ static void locate(const mbsr_force_args *args, bushing *w)
     mbsri_unrotate3(w->axes, w->omega, w->omega);
 }
 
-/* y = J^-T(theta) x; the series where the closed form cancels, its error is below 1e-16 there. */
+/* s above and its derivative with respect to |theta|^2; the series where the closed form cancels,
+ * their errors are below 1e-16 there and 1e-13. */
+static double factor(double square, double *slope)
+{
+    const double half = 0.5 * sqrt(square);
+    if (square < 0.01) {
+        if (slope) {
+            *slope = 1.0 / 720.0 +
+                     square * (1.0 / 15120.0 + square * (1.0 / 403200.0 + square / 11975040.0));
+        }
+        return 1.0 / 12.0 + square * (1.0 / 720.0 + square * (1.0 / 30240.0 + square / 1209600.0));
+    }
+    const double cotangent = cos(half) / sin(half), s = (1.0 - half * cotangent) / square;
+    /* d(half cot half) / d half = cot half - half (1 + cot^2 half),  d half / d square = 1 / (8
+     * half) */
+    if (slope) {
+        *slope = ((half * (1.0 + cotangent * cotangent) - cotangent) / (8.0 * half) - s) / square;
+    }
+    return s;
+}
+
+/* y = J^-T(theta) x */
 static void unturn(const double theta[3], const double x[3], double y[3])
 {
-    const double square = mbsri_dot3(theta, theta), half = 0.5 * sqrt(square);
-    const double s =
-        square < 0.01
-            ? 1.0 / 12.0 + square * (1.0 / 720.0 + square * (1.0 / 30240.0 + square / 1209600.0))
-            : (1.0 - half * cos(half) / sin(half)) / square;
+    const double s = factor(mbsri_dot3(theta, theta), NULL);
     double once[3], twice[3];
     mbsri_cross3(theta, x, once);
     mbsri_cross3(theta, once, twice);
     for (int k = 0; k < 3; ++k) y[k] = x[k] + 0.5 * once[k] + s * twice[k];
 }
 
-static int evaluate(const mbsr_force_args *args)
+/* Force and moment on a, the opposite of those on b, along the world axes. */
+static void exert(const mbsr_force_args *args, const bushing *w, double force[3], double moment[3])
 {
     const double *stiffness = args->force->param + STIFFNESS,
                  *damping = args->force->param + DAMPING;
+    for (int k = 0; k < 3; ++k) moment[k] = stiffness[k] * w->theta[k];
+    unturn(w->theta, moment, moment);
+    for (int k = 0; k < 3; ++k) {
+        moment[k] += damping[k] * w->omega[k];
+        force[k] = stiffness[3 + k] * w->e[k] + damping[3 + k] * w->e_rate[k];
+    }
+    mbsri_rotate3(w->axes, moment, moment);
+    mbsri_rotate3(w->axes, force, force);
+}
+
+static int evaluate(const mbsr_force_args *args)
+{
     bushing w;
     double moment[3], force[3];
     locate(args, &w);
-    for (int k = 0; k < 3; ++k) moment[k] = stiffness[k] * w.theta[k];
-    unturn(w.theta, moment, moment);
-    for (int k = 0; k < 3; ++k) {
-        moment[k] += damping[k] * w.omega[k];
-        force[k] = stiffness[3 + k] * w.e[k] + damping[3 + k] * w.e_rate[k];
-    }
-    mbsri_rotate3(w.axes, moment, moment);
-    mbsri_rotate3(w.axes, force, force);
+    exert(args, &w, force, moment);
     mbsri_push(args->body, &w.a, 1.0, force, moment);
     mbsri_push(args->body + 1, &w.b, -1.0, force, moment);
     return MBSR_OK;
 }
+
+/* ---- derivatives ---- */
+
+/* dy for dtheta and dx, y = J^-T(theta) x */
+static void unturn_slope(const double theta[3], const double dtheta[3], const double x[3],
+                         const double dx[3], double dy[3])
+{
+    double slope, once[3], twice[3], donce[3], dtwice[3];
+    const double s = factor(mbsri_dot3(theta, theta), &slope),
+                 ds = 2.0 * slope * mbsri_dot3(theta, dtheta);
+    mbsri_cross3(theta, x, once);
+    mbsri_cross3(theta, once, twice);
+    mbsri_cross3(dtheta, x, donce);
+    mbsri_add_cross3(theta, dx, donce);
+    mbsri_cross3(dtheta, once, dtwice);
+    mbsri_add_cross3(theta, donce, dtwice);
+    for (int k = 0; k < 3; ++k) dy[k] = dx[k] + 0.5 * donce[k] + s * dtwice[k] + ds * twice[k];
+}
+
+/* T (3 x 3): derivative of J^-T (c theta) for a small rotation phi of B relative to A along A's
+ * axes, for which dtheta = J^-1 phi = (J^-T(-theta)) phi. */
+static void turning_stiffness(const double theta[3], const double *stiffness, double T[9])
+{
+    double back[3], x[3];
+    for (int k = 0; k < 3; ++k) {
+        back[k] = -theta[k];
+        x[k] = stiffness[k] * theta[k];
+    }
+    for (int j = 0; j < 3; ++j) {
+        double phi[3] = {0.0}, dtheta[3], dx[3];
+        phi[j] = 1.0;
+        unturn(back, phi, dtheta);
+        for (int k = 0; k < 3; ++k) dx[k] = stiffness[k] * dtheta[k];
+        unturn_slope(theta, dtheta, x, dx, T + 3 * j);
+    }
+}
+
+/* y = R_A diag(c) R_A^T x */
+static void along_axes(const bushing *w, const double *c, const double x[3], double y[3])
+{
+    mbsri_unrotate3(w->axes, x, y);
+    for (int k = 0; k < 3; ++k) y[k] *= c[k];
+    mbsri_rotate3(w->axes, y, y);
+}
+
+/* Derivatives of e, e' and omega, which are R_A times what is seen from A: a vector x in the world
+ * changes by dx - phi_a x x there. */
+typedef struct seen {
+    mbsri_vector e[MBSRI_MAX_COLUMNS], e_rate[MBSRI_MAX_COLUMNS], omega[MBSRI_MAX_COLUMNS];
+    mbsri_vector phi[MBSRI_MAX_COLUMNS];                             /* phi_b - phi_a */
+    mbsri_vector arm_a[MBSRI_MAX_COLUMNS], arm_b[MBSRI_MAX_COLUMNS]; /* not seen from A */
+} seen;
+
+static void see(const mbsri_columns *c, const bushing *w, seen *d)
+{
+    double e[3], e_rate[3], omega[3];
+    mbsri_rotate3(w->axes, w->e, e);
+    mbsri_rotate3(w->axes, w->e_rate, e_rate);
+    mbsri_rotate3(w->axes, w->omega, omega);
+    memset(d, 0, sizeof *d);
+    /* the point x where B's origin is */
+    mbsri_add_turn(c, 1, MBSRI_POSE, 1.0, w->b.arm, d->arm_b);
+    memcpy(d->arm_a, d->arm_b, sizeof d->arm_a);
+    mbsri_add_shift(c, 1, MBSRI_POSE, 1.0, d->arm_a);
+    memcpy(d->e, d->arm_a, sizeof d->e);
+    mbsri_add_shift(c, 0, MBSRI_POSE, -1.0, d->arm_a);
+    /* e = x - origin of A */
+    mbsri_add_shift(c, 0, MBSRI_POSE, -1.0, d->e);
+    mbsri_add_turn(c, 0, MBSRI_POSE, -1.0, w->at.arm, d->e);
+    mbsri_add_turn(c, 0, MBSRI_POSE, -1.0, e, d->e);
+    mbsri_add_velocity(c, 1, 1.0, w->b.arm, d->arm_b, d->e_rate);
+    mbsri_add_velocity(c, 0, -1.0, w->a.arm, d->arm_a, d->e_rate);
+    mbsri_add_turn(c, 0, MBSRI_POSE, -1.0, e_rate, d->e_rate);
+    mbsri_add_spin(c, 1, MBSRI_RATE, 1.0, d->omega);
+    mbsri_add_spin(c, 0, MBSRI_RATE, -1.0, d->omega);
+    mbsri_add_turn(c, 0, MBSRI_POSE, -1.0, omega, d->omega);
+    mbsri_add_spin(c, 1, MBSRI_POSE, 1.0, d->phi);
+    mbsri_add_spin(c, 0, MBSRI_POSE, -1.0, d->phi);
+}
+
+static int derivatives(const mbsr_force_args *args, const mbsr_force_derivatives *out)
+{
+    const mbsri_columns c = mbsri_make_columns(args, out);
+    const double *stiffness = args->force->param + STIFFNESS,
+                 *damping = args->force->param + DAMPING;
+    mbsri_vector dforce[MBSRI_MAX_COLUMNS] = {{{0.0}}}, dmoment[MBSRI_MAX_COLUMNS] = {{{0.0}}};
+    double force[3], moment[3], T[9], y[3];
+    bushing w;
+    seen d;
+    locate(args, &w);
+    exert(args, &w, force, moment);
+    see(&c, &w, &d);
+    turning_stiffness(w.theta, stiffness, T);
+    for (int l = 0; l < c.count; ++l) {
+        along_axes(&w, stiffness + 3, d.e[l].x, dforce[l].x);
+        along_axes(&w, damping + 3, d.e_rate[l].x, y);
+        mbsri_add3(1.0, y, dforce[l].x);
+        along_axes(&w, damping, d.omega[l].x, dmoment[l].x);
+        mbsri_unrotate3(w.axes, d.phi[l].x, y);
+        mbsri_rotate3(T, y, y);
+        mbsri_rotate3(w.axes, y, y);
+        mbsri_add3(1.0, y, dmoment[l].x);
+    }
+    mbsri_add_turn(&c, 0, MBSRI_POSE, 1.0, force, dforce);
+    mbsri_add_turn(&c, 0, MBSRI_POSE, 1.0, moment, dmoment);
+    mbsri_push_slopes(&c, 0, 1.0, w.a.arm, force, d.arm_a, dforce, dmoment);
+    mbsri_push_slopes(&c, 1, -1.0, w.b.arm, force, d.arm_b, dforce, dmoment);
+    return MBSR_OK;
+}
+
+/* ---- energies and the rest ---- */
 
 static int energy(const mbsr_force_args *args, double *energy_out)
 {
@@ -179,6 +314,7 @@ static const mbsr_force_table bushing_table = {
     .dissipation = dissipation,
     .check = check,
     .parameter = parameter,
+    .derivatives = derivatives,
 };
 
 /* Infinite defects, of left-handed axes and those that are not finite, count as 1. */

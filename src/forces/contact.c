@@ -4,6 +4,7 @@
 
 #include "../space3.h"
 #include "marker.h"
+#include "slopes.h"
 
 #include <string.h>
 
@@ -20,6 +21,8 @@ enum {
 };
 
 typedef struct touch {
+    double centre[3];      /* arm of the sphere's centre on a */
+    mbsri_marker plane;    /* the point of the plane */
     mbsri_marker a, b;     /* the points of both bodies where the sphere is deepest */
     double normal[3];      /* along the world axes */
     double x, rate;        /* depth and its rate */
@@ -34,14 +37,14 @@ static bool locate(const mbsr_force_args *args, touch *w)
 {
     const double *param = args->force->param;
     const mbsr_force_body *a = args->body, *b = args->body + 1;
-    mbsri_marker plane;
     double R[9], deepest[3];
     mbsri_marker_on(a, param + CENTRE, &w->a);
-    mbsri_marker_on(b, param + POINT, &plane);
+    mbsri_marker_on(b, param + POINT, &w->plane);
+    memcpy(w->centre, w->a.arm, sizeof w->centre);
     mbsri_body_axes(b, R);
     mbsri_rotate3(R, param + NORMAL, w->normal);
     double distance = 0.0;
-    for (int k = 0; k < 3; ++k) distance += w->normal[k] * (w->a.x[k] - plane.x[k]);
+    for (int k = 0; k < 3; ++k) distance += w->normal[k] * (w->a.x[k] - w->plane.x[k]);
     w->x = param[RADIUS] - distance;
     if (!(w->x > 0.0)) return false;
     for (int k = 0; k < 3; ++k) deepest[k] = w->a.x[k] - param[RADIUS] * w->normal[k];
@@ -67,6 +70,76 @@ static int evaluate(const mbsr_force_args *args)
     mbsri_add3(-w.drag, w.sliding, force);
     mbsri_push(args->body, &w.a, 1.0, force, NULL);
     mbsri_push(args->body + 1, &w.b, -1.0, force, NULL);
+    return MBSR_OK;
+}
+
+/* Derivatives of what locate finds. */
+typedef struct touch_slopes {
+    mbsri_vector normal[MBSRI_MAX_COLUMNS], sliding[MBSRI_MAX_COLUMNS];
+    mbsri_vector arm_a[MBSRI_MAX_COLUMNS], arm_b[MBSRI_MAX_COLUMNS];
+    double x[MBSRI_MAX_COLUMNS], rate[MBSRI_MAX_COLUMNS];
+} touch_slopes;
+
+/* The deepest point is x_c - radius n, the distance n . (x_c - x_p) with the centre x_c and a point
+ * x_p of the plane. */
+static void locate_slopes(const mbsri_columns *c, double radius, const touch *w, touch_slopes *d)
+{
+    mbsri_vector dx[MBSRI_MAX_COLUMNS] = {{{0.0}}}, dplane[MBSRI_MAX_COLUMNS] = {{{0.0}}};
+    double apart[3]; /* x_c - x_p = (distance) n + a vector along the plane */
+    for (int r = 0; r < 3; ++r) apart[r] = w->a.x[r] + radius * w->normal[r] - w->plane.x[r];
+    memset(d, 0, sizeof *d);
+    mbsri_add_turn(c, 1, MBSRI_POSE, 1.0, w->normal, d->normal);
+    mbsri_add_turn(c, 0, MBSRI_POSE, 1.0, w->centre, dx);
+    mbsri_add_shift(c, 0, MBSRI_POSE, 1.0, dx);
+    mbsri_add_turn(c, 1, MBSRI_POSE, 1.0, w->plane.arm, dplane);
+    mbsri_add_shift(c, 1, MBSRI_POSE, 1.0, dplane);
+    for (int l = 0; l < c->count; ++l) {
+        d->x[l] = mbsri_dot3(w->normal, dplane[l].x) - mbsri_dot3(w->normal, dx[l].x) -
+                  mbsri_dot3(d->normal[l].x, apart);
+        mbsri_add3(-radius, d->normal[l].x, dx[l].x);
+    }
+    memcpy(d->arm_a, dx, sizeof dx);
+    memcpy(d->arm_b, dx, sizeof dx);
+    mbsri_add_shift(c, 0, MBSRI_POSE, -1.0, d->arm_a);
+    mbsri_add_shift(c, 1, MBSRI_POSE, -1.0, d->arm_b);
+    mbsri_add_velocity(c, 0, 1.0, w->a.arm, d->arm_a, d->sliding);
+    mbsri_add_velocity(c, 1, -1.0, w->b.arm, d->arm_b, d->sliding);
+    /* so far of v = sliding - x' n, and n . sliding = 0 */
+    for (int l = 0; l < c->count; ++l) {
+        d->rate[l] =
+            -mbsri_dot3(w->normal, d->sliding[l].x) - mbsri_dot3(d->normal[l].x, w->sliding);
+        mbsri_add3(d->rate[l], w->normal, d->sliding[l].x);
+        mbsri_add3(w->rate, d->normal[l].x, d->sliding[l].x);
+    }
+}
+
+/* N n - drag sliding with drag = friction N / sqrt(|sliding|^2 + slip^2) */
+static int derivatives(const mbsr_force_args *args, const mbsr_force_derivatives *out)
+{
+    const mbsri_columns c = mbsri_make_columns(args, out);
+    const double *param = args->force->param;
+    mbsri_vector dforce[MBSRI_MAX_COLUMNS] = {{{0.0}}};
+    double force[3] = {0.0, 0.0, 0.0};
+    touch w;
+    touch_slopes d;
+    if (!locate(args, &w) || !(w.force > 0.0)) return MBSR_OK;
+    locate_slopes(&c, param[RADIUS], &w, &d);
+    mbsri_add3(w.force, w.normal, force);
+    mbsri_add3(-w.drag, w.sliding, force);
+    const double speed = hypot(mbsri_norm3(w.sliding), param[SLIP]),
+                 by_x = param[EXPONENT] * w.force / w.x, by_rate = w.elastic * param[DAMPING];
+    for (int l = 0; l < c.count; ++l) {
+        const double dN = by_x * d.x[l] + by_rate * d.rate[l];
+        mbsri_add3(dN, w.normal, dforce[l].x);
+        mbsri_add3(w.force, d.normal[l].x, dforce[l].x);
+        if (!(param[FRICTION] > 0.0)) continue;
+        const double ddrag = param[FRICTION] * dN / speed -
+                             w.drag / speed * (mbsri_dot3(w.sliding, d.sliding[l].x) / speed);
+        mbsri_add3(-ddrag, w.sliding, dforce[l].x);
+        mbsri_add3(-w.drag, d.sliding[l].x, dforce[l].x);
+    }
+    mbsri_push_slopes(&c, 0, 1.0, w.a.arm, force, d.arm_a, dforce, NULL);
+    mbsri_push_slopes(&c, 1, -1.0, w.b.arm, force, d.arm_b, dforce, NULL);
     return MBSR_OK;
 }
 
@@ -122,6 +195,7 @@ static const mbsr_force_table contact_table = {
     .dissipation = dissipation,
     .check = check,
     .parameter = parameter,
+    .derivatives = derivatives,
 };
 
 /* Scaled by its largest entry first, so that no square overflows or vanishes. */

@@ -67,6 +67,46 @@ static int evaluate(const mbsr_force_args *args)
     return MBSR_OK;
 }
 
+/* A rigid body's first moment c turns: its rows and columns of M hold (-c_y, c_x). A constant
+ * matrix does not turn. */
+static void planar_derivatives(const mbsr_force_body *body, const double *g,
+                               const mbsr_force_derivatives *out)
+{
+    const mbsr_inertia *inertia = body->inertia;
+    if (inertia->kind != MBSR_INERTIA_PLANAR) return;
+    const double cosine = cos(body->p[2]), sine = sin(body->p[2]);
+    const double x = inertia->mass * (cosine * inertia->com[0] - sine * inertia->com[1]),
+                 y = inertia->mass * (sine * inertia->com[0] + cosine * inertia->com[1]);
+    mbsri_add_slope(out, out->row[0] + 2, out->column[0] + 2, -x * g[0] - y * g[1]);
+}
+
+/* The first moment turns, whatever M is made of: d(h x g) = (phi x h) x g */
+static void spatial_derivatives(const mbsr_force_body *body, const double *g,
+                                const mbsr_force_derivatives *out)
+{
+    double h[3];
+    spatial_mass(body->M, h);
+    for (int k = 0; k < 3; ++k) {
+        double phi[3] = {0.0}, moment[3];
+        phi[k] = 1.0;
+        mbsri_cross3(phi, h, moment);
+        mbsri_cross3(moment, g, moment);
+        for (int r = 0; r < 3; ++r)
+            mbsri_add_slope(out, out->row[0] + r, out->column[0] + k, moment[r]);
+    }
+}
+
+/* Masses by function are differenced. */
+static int derivatives(const mbsr_force_args *args, const mbsr_force_derivatives *out)
+{
+    const mbsr_force_body *body = args->body;
+    if (body->space == MBSR_SPACE_PLANAR)
+        planar_derivatives(body, args->force->param, out);
+    else if (body->space == MBSR_SPACE_SPATIAL)
+        spatial_derivatives(body, args->force->param, out);
+    return MBSR_OK;
+}
+
 static int energy(const mbsr_force_args *args, double *energy_out)
 {
     const mbsr_force_body *body = args->body;
@@ -90,6 +130,7 @@ static const mbsr_force_table gravity_table = {
     .evaluate = evaluate,
     .energy = energy,
     .parameter = parameter,
+    .derivatives = derivatives,
 };
 
 bool mbsri_is_gravity(const mbsr_force_def *def)

@@ -23,6 +23,17 @@ static int check_position(const mbsr_force_args *args, char text[MBSR_TEXT_SIZE]
                         body->nq, body->n);
 }
 
+/* Derivatives of tau of the coordinate with respect to its q and u; nq = n unless by_q is 0. */
+static void add_slopes(const mbsr_force_args *args, const mbsr_force_derivatives *out, double by_q,
+                       double by_u)
+{
+    const mbsr_force_body *body = args->body;
+    const int k = args->force->option[0], row = mbsri_tau_row(body, out->row[0]) + k,
+              column = out->column[0];
+    if (by_q != 0.0) mbsri_add_slope(out, row, mbsri_q_column(body, column) + k, by_q);
+    mbsri_add_slope(out, row, mbsri_u_column(body, column) + k, by_u);
+}
+
 /* ---- spring-damper: tau = -(c (q - rest) + d u) ---- */
 
 enum { SPRING_STIFFNESS, SPRING_DAMPING, REST };
@@ -34,6 +45,13 @@ static int spring_evaluate(const mbsr_force_args *args)
     const int k = args->force->option[0];
     body->tau[k] -=
         param[SPRING_STIFFNESS] * (body->q[k] - param[REST]) + param[SPRING_DAMPING] * body->u[k];
+    return MBSR_OK;
+}
+
+static int spring_derivatives(const mbsr_force_args *args, const mbsr_force_derivatives *out)
+{
+    const double *param = args->force->param;
+    add_slopes(args, out, -param[SPRING_STIFFNESS], -param[SPRING_DAMPING]);
     return MBSR_OK;
 }
 
@@ -73,6 +91,7 @@ static const mbsr_force_table spring_table = {
     .dissipation = spring_dissipation,
     .check = spring_check,
     .parameter = spring_parameter,
+    .derivatives = spring_derivatives,
 };
 
 mbsr_force_def mbsr_force_joint_spring(int body, int coordinate, double stiffness, double damping,
@@ -112,6 +131,20 @@ static int stop_evaluate(const mbsr_force_args *args)
     const double elastic = param[STOP_STIFFNESS] * depth(args, &side);
     args->body->tau[k] -=
         side * mbsri_one_sided(elastic, param[STOP_DAMPING] * side * args->body->u[k]);
+    return MBSR_OK;
+}
+
+/* None between the stops. */
+static int stop_derivatives(const mbsr_force_args *args, const mbsr_force_derivatives *out)
+{
+    const double *param = args->force->param;
+    double side, by_elastic, by_damping;
+    const double elastic = param[STOP_STIFFNESS] * depth(args, &side);
+    if (!(elastic > 0.0)) return MBSR_OK;
+    mbsri_one_sided_slopes(elastic,
+                           param[STOP_DAMPING] * side * args->body->u[args->force->option[0]],
+                           &by_elastic, &by_damping);
+    add_slopes(args, out, -by_elastic * param[STOP_STIFFNESS], -by_damping * param[STOP_DAMPING]);
     return MBSR_OK;
 }
 
@@ -165,6 +198,7 @@ static const mbsr_force_table stop_table = {
     .dissipation = stop_dissipation,
     .check = stop_check,
     .parameter = stop_parameter,
+    .derivatives = stop_derivatives,
 };
 
 mbsr_force_def mbsr_force_joint_stop(int body, int coordinate, double lower, double upper,
@@ -201,6 +235,16 @@ static int friction_evaluate(const mbsr_force_args *args)
     return MBSR_OK;
 }
 
+/* force slip^2 / (u^2 + slip^2)^(3/2) */
+static int friction_derivatives(const mbsr_force_args *args, const mbsr_force_derivatives *out)
+{
+    const double *param = args->force->param;
+    const double speed = hypot(args->body->u[args->force->option[0]], param[SLIP]),
+                 ratio = param[SLIP] / speed;
+    add_slopes(args, out, 0.0, -param[FORCE] * ratio * ratio / speed);
+    return MBSR_OK;
+}
+
 static int friction_dissipation(const mbsr_force_args *args, double *power)
 {
     *power += friction(args) * args->body->u[args->force->option[0]];
@@ -230,6 +274,7 @@ static const mbsr_force_table friction_table = {
     .dissipation = friction_dissipation,
     .check = friction_check,
     .parameter = friction_parameter,
+    .derivatives = friction_derivatives,
 };
 
 mbsr_force_def mbsr_force_joint_friction(int body, int coordinate, double force, double slip)

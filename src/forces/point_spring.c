@@ -2,8 +2,10 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "stock.h"
 
+#include "../differences.h"
 #include "../space3.h"
 #include "marker.h"
+#include "slopes.h"
 
 enum { STIFFNESS, DAMPING, REST, CUBIC, POINT_A, POINT_B = POINT_A + 3 };
 
@@ -77,6 +79,143 @@ static int evaluate(const mbsr_force_args *args)
     return MBSR_OK;
 }
 
+/* ---- derivatives ---- */
+
+/* Force F pulling together and its derivatives with respect to the length x and the rate v. */
+typedef struct tangent {
+    double F, by_x, by_v;
+} tangent;
+
+static int add_sample(const mbsr_force_def *def, double x, double v, double factor, double *sum)
+{
+    double force = 0.0;
+    const int status = law(def, x, v, &force, NULL, NULL);
+    *sum += factor * force;
+    return status;
+}
+
+/* Of a law by function: differences, over a part of the length, and of v. */
+static int function_tangent(const mbsr_force_def *def, double x, double v, tangent *at)
+{
+    const double hx = 0x1p-10 * x, hv = mbsri_difference_step(v);
+    int status = add_sample(def, x, v, 1.0, &at->F);
+    for (int l = 0; l < 4 && !status; ++l) {
+        const double place = mbsri_difference_place(l), weight = mbsri_difference_weight(l) / 12.0;
+        status = add_sample(def, x + place * hx, v, weight / hx, &at->by_x);
+        if (!status) status = add_sample(def, x, v + place * hv, weight / hv, &at->by_v);
+    }
+    return status;
+}
+
+static int law_tangent(const mbsr_force_def *def, double x, double v, tangent *at)
+{
+    const double *param = def->param;
+    *at = (tangent){0.0, 0.0, 0.0};
+    if (def->spring) return function_tangent(def, x, v, at);
+    const bool one_sided = def->option[0] != 0;
+    const double s = x - param[REST], square = s * s,
+                 stiffness = param[STIFFNESS] + 3.0 * param[CUBIC] * square;
+    if (one_sided && s <= 0.0) return MBSR_OK;
+    double by_elastic = 1.0, by_damping = 1.0;
+    if (one_sided) {
+        mbsri_one_sided_slopes((param[STIFFNESS] + param[CUBIC] * square) * s, param[DAMPING] * v,
+                               &by_elastic, &by_damping);
+    }
+    at->by_x = by_elastic * stiffness;
+    at->by_v = by_damping * param[DAMPING];
+    return add_sample(def, x, v, 1.0, &at->F);
+}
+
+/* The force factor e that pulls together changes with e and the velocity v of a against b by
+ *
+ *   factor de + along (by_e . de + by_v . dv) */
+typedef struct pull {
+    double factor, along[3], by_e[3], by_v[3];
+} pull;
+
+/* factor = c + c3 l^2 */
+static void smooth_pull(const mbsr_force_def *def, const line *w, pull *f)
+{
+    const double cubic = def->param[CUBIC];
+    f->factor = def->param[STIFFNESS] + cubic * w->length * w->length;
+    for (int r = 0; r < 3; ++r) {
+        f->along[r] = w->e[r];
+        f->by_e[r] = 2.0 * cubic * w->e[r];
+        f->by_v[r] = 0.0;
+    }
+}
+
+/* factor = F / l.  With n = e / l:  dl = n . de,  dl' = n . dv + v . dn,  dn = (de - n dl) / l, so
+ *
+ *   d(F n) = (F_x n . de + F_v (n . dv + (v - n l') . de / l)) n + F / l (de - n n . de) */
+static int directed_pull(const mbsr_force_def *def, const line *w, pull *f)
+{
+    const double inverse = 1.0 / w->length;
+    double v[3];
+    for (int r = 0; r < 3; ++r) {
+        f->along[r] = w->e[r] * inverse;
+        v[r] = w->a.v[r] - w->b.v[r];
+    }
+    tangent at;
+    const double rate = mbsri_dot3(f->along, v);
+    const int status = law_tangent(def, w->length, rate, &at);
+    if (status) return status;
+    f->factor = at.F * inverse;
+    for (int r = 0; r < 3; ++r) {
+        const double n = f->along[r];
+        f->by_e[r] = (at.by_x - f->factor) * n + at.by_v * inverse * (v[r] - rate * n);
+        f->by_v[r] = at.by_v * n;
+    }
+    return MBSR_OK;
+}
+
+/* Derivatives of the force with respect to the pose and V of body k, whose point moves e and v by
+ * `sign` times its own motion. */
+static void pull_slopes(const mbsri_columns *c, int k, double sign, const double arm[3],
+                        const pull *f, mbsri_vector *dforce)
+{
+    double omega[3];
+    mbsri_body_spin(c->body + k, omega);
+    mbsri_vector *by_pose = dforce + c->first[k], *by_rate = by_pose + c->size[k];
+    for (int r = 0; r < c->size[k]; ++r) {
+        double de[3], dv[3] = {0.0, 0.0, 0.0};
+        /* dx = phi x arm or rho, and dv = omega x (phi x arm); for V the same dx as dv */
+        if (mbsri_point_motion(c, k, r, arm, de)) mbsri_cross3(omega, de, dv);
+        const double by_e = sign * (mbsri_dot3(f->by_e, de) + mbsri_dot3(f->by_v, dv)),
+                     by_v = sign * mbsri_dot3(f->by_v, de), factor = sign * f->factor;
+        for (int l = 0; l < 3; ++l) {
+            by_pose[r].x[l] = factor * de[l] + by_e * f->along[l];
+            by_rate[r].x[l] = by_v * f->along[l];
+        }
+    }
+}
+
+static int derivatives(const mbsr_force_args *args, const mbsr_force_derivatives *out)
+{
+    const mbsri_columns c = mbsri_make_columns(args, out);
+    mbsri_vector dforce[MBSRI_MAX_COLUMNS];
+    double force[3];
+    line w;
+    pull f;
+    locate(args, &w);
+    if (needs_no_direction(args->force)) {
+        smooth_pull(args->force, &w, &f);
+    } else {
+        double none = 0.0;
+        if (!(w.length > 0.0)) return tension(args, &w, &none, NULL);
+        const int status = directed_pull(args->force, &w, &f);
+        if (status) return status;
+    }
+    for (int r = 0; r < 3; ++r) force[r] = f.factor * w.e[r];
+    pull_slopes(&c, 0, 1.0, w.a.arm, &f, dforce);
+    pull_slopes(&c, 1, -1.0, w.b.arm, &f, dforce);
+    mbsri_push_slopes(&c, 0, -1.0, w.a.arm, force, NULL, dforce, NULL);
+    mbsri_push_slopes(&c, 1, 1.0, w.b.arm, force, NULL, dforce, NULL);
+    return MBSR_OK;
+}
+
+/* ---- energies and the rest ---- */
+
 static int energy(const mbsr_force_args *args, double *energy_out)
 {
     double force = 0.0;
@@ -126,6 +265,7 @@ static const mbsr_force_table point_table = {
     .dissipation = dissipation,
     .check = check,
     .parameter = parameter,
+    .derivatives = derivatives,
 };
 
 mbsr_force_def mbsr_force_spring(int a, const double point_a[3], int b, const double point_b[3],

@@ -61,3 +61,10 @@ int mbsri_check_ends(const mbsr_force_args *args, char text[MBSR_TEXT_SIZE])
     if (args->body[0].id != args->body[1].id) return MBSR_OK;
     return mbsri_refuse(text, MBSR_ERR_ID, "both ends are on body %d", args->body[0].id);
 }
+
+int mbsri_no_slopes(const mbsr_force_args *args, const mbsr_force_derivatives *out)
+{
+    (void)args;
+    (void)out;
+    return MBSR_OK;
+}

@@ -40,4 +40,21 @@ static inline double mbsri_one_sided(double elastic, double damping)
     return elastic + fmax(-elastic, fmin(damping, elastic));
 }
 
+/* Its derivatives with respect to both, elastic > 0: those of the branch taken. */
+static inline void mbsri_one_sided_slopes(double elastic, double damping, double *by_elastic,
+                                          double *by_damping)
+{
+    *by_elastic = damping >= elastic ? 2.0 : damping <= -elastic ? 0.0 : 1.0;
+    *by_damping = fabs(damping) < elastic ? 1.0 : 0.0;
+}
+
+static inline void mbsri_add_slope(const mbsr_force_derivatives *out, int row, int column,
+                                   double value)
+{
+    out->matrix[(ptrdiff_t)column * out->rows + row] += value;
+}
+
+/* Derivatives of a force that depends on time alone: none. */
+int mbsri_no_slopes(const mbsr_force_args *args, const mbsr_force_derivatives *out);
+
 #endif

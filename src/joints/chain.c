@@ -15,7 +15,11 @@
  *   kII = H' V_pi - sum of S' s' - sum of S s'' of the driven ones
  *
  * S' follows from a' = omega x a and the velocities of c and r, where omega is the angular velocity
- * of the running frame before the step. */
+ * of the running frame before the step.
+ *
+ * Derivatives along `by`: what moves the chain w also moves its change dw, by the same lines
+ * differentiated, where dw is not NULL. The change of R is told by the small rotation `turn`, along
+ * the world's axes: dR = turn x R, so that an axis a at rest in the frame has da = turn x a. */
 #include "chain.h"
 
 #include "../space3.h"
@@ -38,6 +42,40 @@ typedef struct chain {
     column column[MBSRI_MAX_STEPS];
     double Ri[9], r[3], v[3]; /* the body */
 } chain;
+
+/* Changes of a chain, under the names of what changes; `turn` is the small rotation of R. */
+typedef struct column_change {
+    double a[3], ad[3], c[3], cd[3], sd;
+} column_change;
+
+typedef struct chain_change {
+    double turn_pred[3], r_pred[3], omega_pred[3], v_pred[3];
+    double turn[3], c[3], omega[3], cd[3];
+    column_change column[MBSRI_MAX_STEPS];
+    double r[3], v[3]; /* the body, which turns with the running frame at its end */
+} chain_change;
+
+/* dc += d(a x b) */
+static void add_change_of_cross(const double a[3], const double da[3], const double b[3],
+                                const double db[3], double dc[3])
+{
+    mbsri_add_cross3(da, b, dc);
+    mbsri_add_cross3(a, db, dc);
+}
+
+/* dR = turn x R */
+static void turned(const double turn[3], const double R[9], double dR[9])
+{
+    for (int k = 0; k < 3; ++k) mbsri_cross3(turn, R + 3 * k, dR + 3 * k);
+}
+
+/* The turn of dR = turn x R: half the sum of R_k x dR_k over the columns. */
+static void turn_of(const double R[9], const double dR[9], double turn[3])
+{
+    for (int k = 0; k < 3; ++k) turn[k] = 0.0;
+    for (int k = 0; k < 3; ++k) mbsri_add_cross3(R + 3 * k, dR + 3 * k, turn);
+    for (int k = 0; k < 3; ++k) turn[k] *= 0.5;
+}
 
 /* The predecessor as a body in space: what lies in the plane stands at z = 0 and turns about z. */
 static void place_predecessor(const mbsr_joint_args *args, chain *w)
@@ -65,6 +103,29 @@ static void place_predecessor(const mbsr_joint_args *args, chain *w)
     }
 }
 
+static void change_predecessor(const mbsr_joint_args *args, const mbsr_joint_change *by,
+                               const chain *w, chain_change *dw)
+{
+    const double *dp = by->p_pred, *dV = by->V_pred;
+    memset(dw->turn_pred, 0, sizeof dw->turn_pred);
+    memset(dw->r_pred, 0, sizeof dw->r_pred);
+    memset(dw->omega_pred, 0, sizeof dw->omega_pred);
+    memset(dw->v_pred, 0, sizeof dw->v_pred);
+    if (args->pred_space == MBSR_SPACE_SPATIAL) {
+        turn_of(w->R_pred, dp + MBSR_POSE_R, dw->turn_pred);
+        memcpy(dw->r_pred, dp + MBSR_POSE_X, sizeof dw->r_pred);
+        if (dV) memcpy(dw->omega_pred, dV, sizeof dw->omega_pred);
+        if (dV) memcpy(dw->v_pred, dV + 3, sizeof dw->v_pred);
+    } else if (args->pred_space != MBSR_SPACE_FIXED) {
+        for (int k = 0; k < 2; ++k) dw->r_pred[k] = dp[k];
+        for (int k = 0; k < 2 && dV; ++k) dw->v_pred[k] = dV[k];
+    }
+    if (args->pred_space == MBSR_SPACE_PLANAR) {
+        dw->turn_pred[2] = dp[2];
+        if (dV) dw->omega_pred[2] = dV[2];
+    }
+}
+
 /* R <- R (rotation by angle s about the unit vector n) */
 static void turn_about(double R[9], const double n[3], double s)
 {
@@ -81,14 +142,23 @@ static void turn_about(double R[9], const double n[3], double s)
 }
 
 /* A new column along axis a (world) through the running frame's origin. */
-static column *add_column(chain *w, const double a[3])
+static column *add_column(chain *w, chain_change *dw, const double a[3])
 {
-    column *col = w->column + w->columns++;
+    const int k = w->columns++;
+    column *col = w->column + k;
     memcpy(col->a, a, sizeof col->a);
     mbsri_cross3(w->omega, a, col->ad);
     memcpy(col->c, w->c, sizeof col->c);
     memcpy(col->cd, w->cd, sizeof col->cd);
     col->s = col->sd = col->sdd = 0.0;
+    if (!dw) return col;
+    column_change *dcol = dw->column + k;
+    mbsri_cross3(dw->turn, a, dcol->a);
+    mbsri_cross3(dw->omega, a, dcol->ad);
+    mbsri_add_cross3(w->omega, dcol->a, dcol->ad);
+    memcpy(dcol->c, dw->c, sizeof dcol->c);
+    memcpy(dcol->cd, dw->cd, sizeof dcol->cd);
+    dcol->sd = 0.0;
     return col;
 }
 
@@ -100,14 +170,38 @@ static void slide(chain *w, const column *col, double x, double xd)
     mbsri_add3(xd, col->a, w->cd);
 }
 
+/* The change of `slide` by pitch s at the rate pitch s', and of the turn by s about a. */
+static void change_along(const mbsr_joint_args *args, const mbsr_joint_change *by, chain_change *dw,
+                         const column *col, column_change *dcol)
+{
+    double ds = 0.0;
+    if (!col->driven) {
+        ds = by->q[col->place + (args->nq - args->n)];
+        dcol->sd = by->u ? by->u[col->place] : 0.0;
+    }
+    const double x = col->pitch * col->s, dx = col->pitch * ds;
+    const double xd = col->pitch * col->sd, dxd = col->pitch * dcol->sd;
+    mbsri_add3(dx, col->a, dw->c);
+    mbsri_add3(x, dcol->a, dw->c);
+    mbsri_add3(dx, col->ad, dw->cd);
+    mbsri_add3(x, dcol->ad, dw->cd);
+    mbsri_add3(dxd, col->a, dw->cd);
+    mbsri_add3(xd, dcol->a, dw->cd);
+    if (col->turn == 0.0) return;
+    mbsri_add3(ds, col->a, dw->turn);
+    mbsri_add3(dcol->sd, col->a, dw->omega);
+    mbsri_add3(col->sd, dcol->a, dw->omega);
+}
+
 /* A step with one coordinate. */
-static void step_along(const mbsr_joint_args *args, chain *w, int step, const double *driven)
+static void step_along(const mbsr_joint_args *args, const mbsr_joint_change *by, chain *w,
+                       chain_change *dw, int step, const double *driven)
 {
     const int code = args->option[1 + step], kind = code & MBSRI_STEP_KIND;
     const double *axis = args->param + MBSRI_AXES + MBSRI_AXIS_SIZE * step;
     double a[3];
     mbsri_rotate3(w->R, axis, a);
-    column *col = add_column(w, a);
+    column *col = add_column(w, dw, a);
     col->driven = (code & MBSRI_DRIVEN) != 0;
     col->place = code >> MBSRI_PLACE_SHIFT;
     col->turn = kind == MBSRI_TRANSLATION ? 0.0 : 1.0;
@@ -120,21 +214,44 @@ static void step_along(const mbsr_joint_args *args, chain *w, int step, const do
         col->s = args->q[col->place + (args->nq - args->n)];
         col->sd = args->u ? args->u[col->place] : 0.0;
     }
+    if (dw) change_along(args, by, dw, col, dw->column + (col - w->column));
     slide(w, col, col->pitch * col->s, col->pitch * col->sd);
     if (col->turn == 0.0) return;
     turn_about(w->R, axis, col->s);
     mbsri_add3(col->sd, a, w->omega);
 }
 
+/* The change of a rotation by the quaternion q, n along q: along the running frame's axes, `first`
+ * and the next two columns, it turns by 2 vec(dq q*) / |q|^2 = 2 vec(dq n*) / n.q, which for dq =
+ * q' dt is u dt. */
+static void change_quaternion(const mbsr_joint_args *args, const mbsr_joint_change *by,
+                              const double n[4], const chain *w, chain_change *dw, int first)
+{
+    const double *q = args->q, *dq = by->q;
+    const double scale = 2.0 / (n[0] * q[0] + mbsri_dot3(n + 1, q + 1));
+    double turn[3];
+    mbsri_cross3(n + 1, dq + 1, turn);
+    for (int k = 0; k < 3; ++k) turn[k] += n[0] * dq[1 + k] - dq[0] * n[1 + k];
+    for (int k = 0; k < 3; ++k) {
+        const column *col = w->column + first + k;
+        column_change *dcol = dw->column + first + k;
+        dcol->sd = by->u ? by->u[k] : 0.0;
+        mbsri_add3(scale * turn[k], col->a, dw->turn);
+        mbsri_add3(dcol->sd, col->a, dw->omega);
+        mbsri_add3(col->sd, dcol->a, dw->omega);
+    }
+}
+
 /* A rotation by the quaternion q / |q|. */
-static int step_quaternion(const mbsr_joint_args *args, chain *w)
+static int step_quaternion(const mbsr_joint_args *args, const mbsr_joint_change *by, chain *w,
+                           chain_change *dw)
 {
     double T[9], product[9], axes[9], q[4];
     if (!mbsri_scale4(args->q, q)) return MBSR_ZERO_QUATERNION;
     memcpy(axes, w->R, sizeof axes);
     const int first = w->columns;
     for (int k = 0; k < 3; ++k) {
-        column *col = add_column(w, axes + 3 * k);
+        column *col = add_column(w, dw, axes + 3 * k);
         col->driven = false;
         col->place = k;
         col->turn = 1.0;
@@ -142,42 +259,41 @@ static int step_quaternion(const mbsr_joint_args *args, chain *w)
         col->sd = args->u ? args->u[k] : 0.0;
     }
     for (int k = first; k < w->columns; ++k) mbsri_add3(w->column[k].sd, w->column[k].a, w->omega);
+    if (dw) change_quaternion(args, by, q, w, dw, first);
     mbsr_quaternion_rotation(q, T);
     mbsri_multiply3(w->R, T, product);
     memcpy(w->R, product, sizeof product);
     return MBSR_OK;
 }
 
-/* From the predecessor through all steps to the body. Velocities are zero where args has none. */
-static int walk(const mbsr_joint_args *args, chain *w)
+/* Frame A: the running frame before the first step. */
+static void place_A(const double A[12], chain *w)
 {
-    const double *A = args->param + MBSRI_A, *B = args->param + MBSRI_B;
-    double driven[3 * MBSRI_MAX_STEPS], arm[3];
-    if (args->motion) {
-        memset(driven, 0, sizeof driven);
-        const int status = args->motion(args->user, args->t, driven, driven + MBSRI_MAX_STEPS,
-                                        driven + 2 * MBSRI_MAX_STEPS);
-        if (status) return status;
-    }
-    place_predecessor(args, w);
-    w->columns = 0;
-    /* frame A */
+    double arm[3];
     mbsri_rotate3(w->R_pred, A, arm);
     for (int k = 0; k < 3; ++k) w->c[k] = w->r_pred[k] + arm[k];
     mbsri_cross3(w->omega_pred, arm, w->cd);
     mbsri_add3(1.0, w->v_pred, w->cd);
     memcpy(w->omega, w->omega_pred, sizeof w->omega);
     mbsri_multiply3(w->R_pred, A + 3, w->R);
-    /* to frame B */
-    for (int step = 0; step < args->option[0]; ++step) {
-        if ((args->option[1 + step] & MBSRI_STEP_KIND) == MBSRI_QUATERNION) {
-            const int status = step_quaternion(args, w);
-            if (status) return status;
-        } else {
-            step_along(args, w, step, driven);
-        }
-    }
-    /* the body */
+}
+
+static void change_A(const double A[12], const chain *w, chain_change *dw)
+{
+    double arm[3], darm[3];
+    mbsri_rotate3(w->R_pred, A, arm);
+    mbsri_cross3(dw->turn_pred, arm, darm);
+    for (int k = 0; k < 3; ++k) dw->c[k] = dw->r_pred[k] + darm[k];
+    memcpy(dw->cd, dw->v_pred, sizeof dw->cd);
+    add_change_of_cross(w->omega_pred, dw->omega_pred, arm, darm, dw->cd);
+    memcpy(dw->omega, dw->omega_pred, sizeof dw->omega);
+    memcpy(dw->turn, dw->turn_pred, sizeof dw->turn);
+}
+
+/* The body, on which the running frame now is frame B. */
+static void place_body(const double B[12], chain *w)
+{
+    double arm[3];
     mbsri_multiply_transposed3(w->R, B + 3, w->Ri);
     mbsri_rotate3(w->Ri, B, arm);
     for (int k = 0; k < 3; ++k) arm[k] = -arm[k];
@@ -186,7 +302,52 @@ static int walk(const mbsr_joint_args *args, chain *w)
         w->r[k] = w->c[k] + arm[k];
         w->v[k] += w->cd[k];
     }
+}
+
+static void change_body(const chain *w, chain_change *dw)
+{
+    double arm[3], darm[3];
+    for (int k = 0; k < 3; ++k) arm[k] = w->r[k] - w->c[k];
+    mbsri_cross3(dw->turn, arm, darm);
+    memcpy(dw->v, dw->cd, sizeof dw->v);
+    add_change_of_cross(w->omega, dw->omega, arm, darm, dw->v);
+    for (int k = 0; k < 3; ++k) dw->r[k] = dw->c[k] + darm[k];
+}
+
+/* From the predecessor through all steps to the body, and its change along `by` (both NULL: not
+ * wanted). Velocities are zero where args, or `by`, has none. */
+static int walk_both(const mbsr_joint_args *args, const mbsr_joint_change *by, chain *w,
+                     chain_change *dw)
+{
+    const double *A = args->param + MBSRI_A, *B = args->param + MBSRI_B;
+    double driven[3 * MBSRI_MAX_STEPS];
+    if (args->motion) {
+        memset(driven, 0, sizeof driven);
+        const int status = args->motion(args->user, args->t, driven, driven + MBSRI_MAX_STEPS,
+                                        driven + 2 * MBSRI_MAX_STEPS);
+        if (status) return status;
+    }
+    w->columns = 0;
+    place_predecessor(args, w);
+    if (dw) change_predecessor(args, by, w, dw);
+    place_A(A, w);
+    if (dw) change_A(A, w, dw);
+    for (int step = 0; step < args->option[0]; ++step) {
+        if ((args->option[1 + step] & MBSRI_STEP_KIND) == MBSRI_QUATERNION) {
+            const int status = step_quaternion(args, by, w, dw);
+            if (status) return status;
+        } else {
+            step_along(args, by, w, dw, step, driven);
+        }
+    }
+    place_body(B, w);
+    if (dw) change_body(w, dw);
     return MBSR_OK;
+}
+
+static int walk(const mbsr_joint_args *args, chain *w)
+{
+    return walk_both(args, NULL, w, NULL);
 }
 
 /* S and S' of a column; rate may be NULL. */
@@ -208,6 +369,31 @@ static void motion_of(const chain *w, const column *col, double S[6], double rat
     if (col->turn == 0.0) return;
     mbsri_add_cross3(col->ad, arm, rate + 3);
     mbsri_add_cross3(col->a, armd, rate + 3);
+}
+
+static void change_of_motion(const chain *w, const chain_change *dw, int c, double dS[6],
+                             double drate[6])
+{
+    const column *col = w->column + c;
+    const column_change *dcol = dw->column + c;
+    double arm[3], armd[3], darm[3], darmd[3];
+    for (int k = 0; k < 3; ++k) {
+        arm[k] = w->r[k] - col->c[k];
+        armd[k] = w->v[k] - col->cd[k];
+        darm[k] = dw->r[k] - dcol->c[k];
+        darmd[k] = dw->v[k] - dcol->cd[k];
+        dS[k] = col->turn * dcol->a[k];
+        dS[3 + k] = col->pitch * dcol->a[k];
+    }
+    if (col->turn != 0.0) add_change_of_cross(col->a, dcol->a, arm, darm, dS + 3);
+    if (!drate) return;
+    for (int k = 0; k < 3; ++k) {
+        drate[k] = col->turn * dcol->ad[k];
+        drate[3 + k] = col->pitch * dcol->ad[k];
+    }
+    if (col->turn == 0.0) return;
+    add_change_of_cross(col->ad, dcol->ad, arm, darm, drate + 3);
+    add_change_of_cross(col->a, dcol->a, armd, darmd, drate + 3);
 }
 
 int mbsri_chain_position(const mbsr_joint_args *args, double *p)
@@ -328,14 +514,91 @@ int mbsri_chain_motion(const mbsr_joint_args *args, double *p, double *S, double
     return MBSR_OK;
 }
 
-/* q' = 1/2 (0, omega) q for the quaternion, whose length stays; u for all others. */
-int mbsri_chain_coordinate_rates(const mbsr_joint_args *args, double *qdot)
+/* q' = 1/2 (0, u) q, along which the length of q stays. */
+static void quaternion_rate(const double q[4], const double u[3], double qdot[4])
 {
-    const double *q = args->q, *u = args->u;
     qdot[0] = -0.5 * mbsri_dot3(u, q + 1);
     mbsri_cross3(u, q + 1, qdot + 1);
     for (int k = 0; k < 3; ++k) qdot[1 + k] = 0.5 * (qdot[1 + k] + q[0] * u[k]);
-    for (int k = 3; k < args->n; ++k) qdot[k + 1] = u[k];
+}
+
+/* For joints whose first coordinates are a quaternion; q' = u of all others. */
+int mbsri_chain_coordinate_rates(const mbsr_joint_args *args, double *qdot)
+{
+    quaternion_rate(args->q, args->u, qdot);
+    for (int k = 3; k < args->n; ++k) qdot[k + 1] = args->u[k];
+    return MBSR_OK;
+}
+
+static void change_coordinate_rates(const mbsr_joint_args *args, const mbsr_joint_change *by,
+                                    double *dqdot)
+{
+    double of_u[4];
+    quaternion_rate(by->q, args->u, dqdot);
+    quaternion_rate(args->q, by->u, of_u);
+    for (int k = 0; k < 4; ++k) dqdot[k] += of_u[k];
+    for (int k = 3; k < args->n; ++k) dqdot[k + 1] = by->u[k];
+}
+
+/* The changes of what mbsri_chain_position and _jacobians write. */
+int mbsri_chain_tangent(const mbsr_joint_args *args, const mbsr_joint_change *by, double *dp,
+                        double *dK, double *dH, double *dJ, double *dkI)
+{
+    (void)dK;
+    chain w;
+    chain_change dw;
+    const int status = walk_both(args, by, &w, &dw);
+    if (status) return status;
+    turned(dw.turn, w.Ri, dp + MBSR_POSE_R);
+    memcpy(dp + MBSR_POSE_X, dw.r, sizeof dw.r);
+    double drho[3], lower[9];
+    for (int k = 0; k < 3; ++k) drho[k] = dw.r[k] - dw.r_pred[k];
+    mbsri_cross_matrix3(drho, lower);
+    fill_H(args->pred_space, 0.0, lower, dH);
+    for (int c = 0; c < w.columns; ++c) {
+        const column *col = w.column + c;
+        double dS[6];
+        change_of_motion(&w, &dw, c, dS, NULL);
+        for (int k = 0; k < 6; ++k) {
+            if (col->driven)
+                dkI[k] -= dS[k] * col->sd;
+            else
+                dJ[6 * col->place + k] = -dS[k];
+        }
+    }
+    return MBSR_OK;
+}
+
+/* The changes of what mbsri_chain_bias, _rates and _coordinate_rates write. */
+int mbsri_chain_rate_tangent(const mbsr_joint_args *args, const mbsr_joint_change *by, double *dkII,
+                             double *dKdot, double *dHdot, double *dJdot, double *dqdot)
+{
+    (void)dKdot;
+    chain w;
+    chain_change dw;
+    const int status = walk_both(args, by, &w, &dw);
+    if (status) return status;
+    double rhod[3], drhod[3], lower[9];
+    for (int k = 0; k < 3; ++k) {
+        rhod[k] = w.v[k] - w.v_pred[k];
+        drhod[k] = dw.v[k] - dw.v_pred[k];
+    }
+    mbsri_cross_matrix3(drhod, lower);
+    fill_H(args->pred_space, 0.0, lower, dHdot);
+    /* -H' V_pi = omega_pi x rho' */
+    mbsri_add_cross3(rhod, dw.omega_pred, dkII + 3);
+    mbsri_add_cross3(drhod, w.omega_pred, dkII + 3);
+    for (int c = 0; c < w.columns; ++c) {
+        const column *col = w.column + c;
+        double S[6], rate[6], dS[6], drate[6];
+        motion_of(&w, col, S, rate);
+        change_of_motion(&w, &dw, c, dS, drate);
+        for (int k = 0; k < 6; ++k) {
+            dkII[k] -= drate[k] * col->sd + rate[k] * dw.column[c].sd + dS[k] * col->sdd;
+            if (!col->driven) dJdot[6 * col->place + k] = -drate[k];
+        }
+    }
+    if (dqdot) change_coordinate_rates(args, by, dqdot);
     return MBSR_OK;
 }
 

@@ -35,5 +35,9 @@ int mbsri_chain_coordinate_rates(const mbsr_joint_args *args, double *qdot);
 int mbsri_chain_motion(const mbsr_joint_args *args, double *p, double *S, double *drive,
                        double *bias, double *Sdot);
 int mbsri_chain_normalise(const mbsr_joint_args *args, double *q);
+int mbsri_chain_tangent(const mbsr_joint_args *args, const mbsr_joint_change *by, double *dp,
+                        double *dK, double *dH, double *dJ, double *dkI);
+int mbsri_chain_rate_tangent(const mbsr_joint_args *args, const mbsr_joint_change *by, double *dkII,
+                             double *dKdot, double *dHdot, double *dJdot, double *dqdot);
 
 #endif

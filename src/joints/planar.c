@@ -11,7 +11,10 @@
  *
  * so k = p_i - (right-hand side) and K = I. A POINT has no angle, and no frame B: the second line
  * with b = 0. A predecessor without angle (POINT, or a root at rest) counts as theta_pi = 0, one at
- * rest also as r_pi = 0. */
+ * rest also as r_pi = 0.
+ *
+ * Derivatives along `by`: the change dw of the struct w below, and of each function the same lines
+ * differentiated. */
 #include "../internal.h"
 
 #include <math.h>
@@ -81,6 +84,28 @@ static int prepare(const mbsr_joint_args *args, planar *w)
     return MBSR_OK;
 }
 
+/* The change of w along `by`, field by field; s'', the motion's, stays and is not written. */
+static void change(const mbsr_joint_args *args, const mbsr_joint_change *by, const planar *w,
+                   planar *dw)
+{
+    for (int k = 0, free = 0; k < 3; ++k) {
+        const bool is_free = (args->option[FREE] & (1 << k)) != 0;
+        dw->s[k] = is_free ? by->q[free] : 0.0;
+        dw->sdot[k] = is_free && by->u ? by->u[free] : 0.0;
+        free += is_free;
+    }
+    const double turn = turns(args) ? by->p_pred[2] : 0.0;
+    dw->omega_pred = turns(args) && by->V_pred ? by->V_pred[2] : 0.0;
+    dw->ex[0] = -turn * w->ex[1];
+    dw->ex[1] = turn * w->ex[0];
+    /* the arm turns with the predecessor, and B slides along the axes of A */
+    dw->arm[0] = -turn * w->arm[1] + w->ex[0] * dw->s[0] - w->ex[1] * dw->s[1];
+    dw->arm[1] = turn * w->arm[0] + w->ex[1] * dw->s[0] + w->ex[0] * dw->s[1];
+    dw->theta = turn + dw->s[2];
+    dw->b[0] = -dw->theta * w->b[1];
+    dw->b[1] = dw->theta * w->b[0];
+}
+
 /* Column of -dk/ds for relative coordinate k: the velocity of the body for unit rate. */
 static void direction(const planar *w, int d, int k, double *column)
 {
@@ -90,6 +115,12 @@ static void direction(const planar *w, int d, int k, double *column)
     default: column[0] = w->b[1], column[1] = -w->b[0]; break;
     }
     if (d == 3) column[2] = k == 2 ? 1.0 : 0.0;
+}
+
+/* Its change: the first two entries are linear in w, the third is constant. */
+static void change_direction(const planar *dw, int k, double *column)
+{
+    direction(dw, 2, k, column);
 }
 
 static int position(const mbsr_joint_args *args, double *p)
@@ -131,6 +162,22 @@ static int jacobians(const mbsr_joint_args *args, double *K, double *H, double *
     return MBSR_OK;
 }
 
+/* += ex sx' + ey sy' */
+static void add_slide(const double ex[2], const double sdot[2], double slide[2])
+{
+    slide[0] += ex[0] * sdot[0] - ex[1] * sdot[1];
+    slide[1] += ex[1] * sdot[0] + ex[0] * sdot[1];
+}
+
+/* += rates of the first two entries of the columns of `direction`, with the angular velocities op
+ * of the predecessor and oi of the body */
+static void add_slopes(double op, double oi, const planar *w, double slope[3][2])
+{
+    slope[0][0] -= op * w->ex[1], slope[0][1] += op * w->ex[0];
+    slope[1][0] -= op * w->ex[0], slope[1][1] -= op * w->ex[1];
+    slope[2][0] += oi * w->b[0], slope[2][1] += oi * w->b[1];
+}
+
 /* -kII = centripetal and Coriolis terms of r_i'', plus the driven accelerations:
  *   -omega_pi^2 arm + 2 omega_pi e_z x (ex sx' + ey sy') + omega_i^2 R(theta_i) b */
 static int bias(const mbsr_joint_args *args, double *kII)
@@ -139,8 +186,8 @@ static int bias(const mbsr_joint_args *args, double *kII)
     const int status = prepare(args, &w), d = args->d;
     if (status) return status;
     const double op = w.omega_pred, oi = op + w.sdot[2];
-    const double slide[2] = {w.ex[0] * w.sdot[0] - w.ex[1] * w.sdot[1],
-                             w.ex[1] * w.sdot[0] + w.ex[0] * w.sdot[1]};
+    double slide[2] = {0.0};
+    add_slide(w.ex, w.sdot, slide);
     kII[0] = op * op * w.arm[0] + 2.0 * op * slide[1] - oi * oi * w.b[0];
     kII[1] = op * op * w.arm[1] - 2.0 * op * slide[0] - oi * oi * w.b[1];
     for (int k = 0; k < 3; ++k) {
@@ -163,12 +210,80 @@ static int rates(const mbsr_joint_args *args, double *Kdot, double *Hdot, double
         Hdot[2 * d] = args->V[1] - args->V_pred[1];
         Hdot[2 * d + 1] = -(args->V[0] - args->V_pred[0]);
     }
-    const double slope[3][2] = {
-        {-op * w.ex[1], op * w.ex[0]}, {-op * w.ex[0], -op * w.ex[1]}, {oi * w.b[0], oi * w.b[1]}};
+    double slope[3][2] = {{0.0}};
+    add_slopes(op, oi, &w, slope);
     for (int k = 0, column = 0; k < 3; ++k) {
         if (!(args->option[FREE] & (1 << k))) continue;
         Jdot[column * d] = -slope[k][0];
         Jdot[column * d + 1] = -slope[k][1];
+        ++column;
+    }
+    return MBSR_OK;
+}
+
+/* The changes of what `position` and `jacobians` write. */
+static int tangent(const mbsr_joint_args *args, const mbsr_joint_change *by, double *dp, double *dK,
+                   double *dH, double *dJ, double *dkI)
+{
+    (void)dK;
+    planar w, dw;
+    const int status = prepare(args, &w), d = args->d;
+    if (status) return status;
+    change(args, by, &w, &dw);
+    const bool moves = args->pred_space != MBSR_SPACE_FIXED;
+    for (int k = 0; k < 2; ++k) dp[k] = (moves ? by->p_pred[k] : 0.0) + dw.arm[k] - dw.b[k];
+    if (d == 3) dp[2] = dw.theta;
+    if (turns(args)) {
+        dH[2 * d] = dw.arm[1] - dw.b[1];
+        dH[2 * d + 1] = -(dw.arm[0] - dw.b[0]);
+    }
+    for (int k = 0, column = 0; k < 3; ++k) {
+        double dv[2];
+        change_direction(&dw, k, dv);
+        if (args->option[FREE] & (1 << k)) {
+            for (int l = 0; l < 2; ++l) dJ[column * d + l] = -dv[l];
+            ++column;
+        } else if (args->option[DRIVEN] & (1 << k)) {
+            for (int l = 0; l < 2; ++l) dkI[l] -= dv[l] * w.sdot[k];
+        }
+    }
+    return MBSR_OK;
+}
+
+/* The changes of what `bias` and `rates` write. */
+static int rate_tangent(const mbsr_joint_args *args, const mbsr_joint_change *by, double *dkII,
+                        double *dKdot, double *dHdot, double *dJdot, double *dqdot)
+{
+    (void)dKdot, (void)dqdot;
+    planar w, dw;
+    const int status = prepare(args, &w), d = args->d;
+    if (status) return status;
+    change(args, by, &w, &dw);
+    const double op = w.omega_pred, oi = op + w.sdot[2];
+    const double dop = dw.omega_pred, doi = dop + dw.sdot[2];
+    double slide[2] = {0.0}, dslide[2] = {0.0};
+    add_slide(w.ex, w.sdot, slide);
+    add_slide(dw.ex, w.sdot, dslide);
+    add_slide(w.ex, dw.sdot, dslide);
+    dkII[0] = 2.0 * op * dop * w.arm[0] + op * op * dw.arm[0];
+    dkII[1] = 2.0 * op * dop * w.arm[1] + op * op * dw.arm[1];
+    dkII[0] += 2.0 * (dop * slide[1] + op * dslide[1]);
+    dkII[1] -= 2.0 * (dop * slide[0] + op * dslide[0]);
+    dkII[0] -= 2.0 * oi * doi * w.b[0] + oi * oi * dw.b[0];
+    dkII[1] -= 2.0 * oi * doi * w.b[1] + oi * oi * dw.b[1];
+    if (turns(args)) {
+        dHdot[2 * d] = by->V[1] - by->V_pred[1];
+        dHdot[2 * d + 1] = -(by->V[0] - by->V_pred[0]);
+    }
+    double dslope[3][2] = {{0.0}};
+    add_slopes(dop, doi, &w, dslope);
+    add_slopes(op, oi, &dw, dslope);
+    for (int k = 0, column = 0; k < 3; ++k) {
+        double dv[2];
+        change_direction(&dw, k, dv);
+        for (int l = 0; l < 2; ++l) dkII[l] -= dv[l] * w.sddot[k]; /* 0 unless driven */
+        if (!(args->option[FREE] & (1 << k))) continue;
+        for (int l = 0; l < 2; ++l) dJdot[column * d + l] = -dslope[k][l];
         ++column;
     }
     return MBSR_OK;
@@ -218,6 +333,8 @@ static const mbsr_joint_table planar_table = {
     .bias = bias,
     .rates = rates,
     .check = check,
+    .tangent = tangent,
+    .rate_tangent = rate_tangent,
 };
 
 static mbsr_joint make(mbsr_space space, mbsr_planar_frame A, mbsr_planar_frame B, int free,

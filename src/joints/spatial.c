@@ -118,7 +118,8 @@ static int check(const mbsr_joint *joint, mbsr_space pred_space, int pred_d,
 #define CHAIN(promise, label)                                                                      \
     .version = MBSR_JOINT_TABLE_VERSION, .flags = MBSR_JOINT_UNIT_K | (promise), .name = (label),  \
     .position = mbsri_chain_position, .jacobians = mbsri_chain_jacobians,                          \
-    .bias = mbsri_chain_bias, .rates = mbsri_chain_rates, .check = check, .parameter = parameter
+    .bias = mbsri_chain_bias, .rates = mbsri_chain_rates, .check = check, .parameter = parameter,  \
+    .tangent = mbsri_chain_tangent, .rate_tangent = mbsri_chain_rate_tangent
 #define QUATERNION                                                                                 \
     .coordinate_rates = mbsri_chain_coordinate_rates, .normalise = mbsri_chain_normalise
 

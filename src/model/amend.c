@@ -150,7 +150,7 @@ void mbsri_drop_held(const mbsri_body *b, const double *full, double *J)
     const size_t d = (size_t)b->d;
     for (size_t k = 0; k < (size_t)b->joint.n; ++k) {
         if (!isnan(b->held[k])) continue;
-        memcpy(J, full + k * d, d * sizeof *J);
+        memmove(J, full + k * d, d * sizeof *J);
         J += d;
     }
 }

@@ -47,6 +47,7 @@ static void the_map_is_complete_and_its_numbers_are_fixed(void **state)
                                 MBSR_RANK_CHANGED,
                                 MBSR_FRAME_TURNED,
                                 MBSR_ZERO_QUATERNION,
+                                MBSR_SINGULAR_BLOCK,
                                 MBSR_ERR_NULL,
                                 MBSR_ERR_NO_DEFAULT,
                                 MBSR_ERR_VALUE,
@@ -65,7 +66,7 @@ static void the_map_is_complete_and_its_numbers_are_fixed(void **state)
     assert_int_equal((int)(sizeof value / sizeof value[0]), COUNT);
     assert_int_equal(value[0], 0);
     for (int k = 1; k < COUNT; ++k)
-        assert_int_equal(value[k], k < 13 ? 1000 + k : -1000 - (k - 12));
+        assert_int_equal(value[k], k < 14 ? 1000 + k : -1000 - (k - 13));
     for (int k = 0; k < COUNT; ++k) assert_int_equal(value[k], map[k].value);
 }
 

@@ -6,6 +6,7 @@
 #pragma GCC diagnostic ignored "-Wpsabi" /* vectors are arguments of inlined functions only */
 #endif
 #include "fast/kernels.h"
+#include "fast/newton_kernels.h"
 
 #include "expect.h"
 #include "space.h"
@@ -13,8 +14,9 @@
 #include <stdlib.h>
 
 /* All sweeps are used, as far as the compiler can tell. */
-static const mbsri_fast_kernels here = {"here",  trigonometry, kinematics, backward,
-                                        forward, inverse,      velocities, momentum};
+static const mbsri_fast_kernels here = {"here",        trigonometry, kinematics, backward,
+                                        forward,       inverse,      velocities, momentum,
+                                        newton_factor, newton_solve};
 
 typedef struct counts {
     int bodies, skipped, zero; /* bounds compared, joints that it does not tell, of rank 0 */

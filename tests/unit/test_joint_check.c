@@ -51,16 +51,17 @@ static void set_state(subject *s, mbsr_space space, test_rng *rng)
 
 static double *field_of(mbsr_joint_errors *errors, int k)
 {
-    double *const fields[] = {&errors->position, &errors->H,    &errors->J,
-                              &errors->kI,       &errors->kII,  &errors->Kdot,
-                              &errors->Hdot,     &errors->Jdot, &errors->coordinate_rates,
-                              &errors->normalise};
+    double *const fields[] = {&errors->position,  &errors->H,       &errors->J,
+                              &errors->kI,        &errors->kII,     &errors->Kdot,
+                              &errors->Hdot,      &errors->Jdot,    &errors->coordinate_rates,
+                              &errors->normalise, &errors->tangent, &errors->rate_tangent};
     return fields[k];
 }
 
-enum { POSITION, H, J, KI, KII, KDOT, HDOT, JDOT, RATES, NORMALISE, FIELDS };
+enum { POSITION, H, J, KI, KII, KDOT, HDOT, JDOT, RATES, NORMALISE, TANGENT, RATE_TANGENT, FIELDS };
 static const char *const field_name[] = {
-    "position", "H", "J", "kI", "kII", "Kdot", "Hdot", "Jdot", "coordinate_rates", "normalise"};
+    "position",         "H",         "J",       "kI",          "kII", "Kdot", "Hdot", "Jdot",
+    "coordinate_rates", "normalise", "tangent", "rate_tangent"};
 
 /* ---- all stock joints are right ------------------------------------------------------------- */
 
@@ -87,7 +88,9 @@ static void verify_all_right(const mbsr_joint *joint, mbsr_space space, test_rng
                           moves,
                           joint->n > 0,
                           quaternion,
-                          quaternion};
+                          quaternion,
+                          joint->n > 0 || moves,
+                          joint->n > 0 || moves};
     for (int k = 0; k < FIELDS; ++k) {
         if (isnan(*field_of(&errors, k)) == there[k])
             print_error("%s on %d: %s\n", joint->table->name, (int)space, field_name[k]);
@@ -190,6 +193,8 @@ static mbsr_joint_table wrong_table(const mbsr_joint *joint)
     table.jacobians = wrong_jacobians;
     table.bias = wrong_bias;
     table.rates = wrong_rates;
+    table.tangent = NULL; /* which would not fit what is wrong */
+    table.rate_tangent = NULL;
     return table;
 }
 
@@ -403,6 +408,8 @@ static void wrong_coordinates_and_poses_are_found(void **state)
     set_state(&s, MBSR_SPACE_SPATIAL, &rng);
     mbsr_joint_table table = *s.joint.table;
     original = s.joint.table;
+    table.tangent = NULL;
+    table.rate_tangent = NULL;
     const unsigned moved = 1u << J | 1u << KII | 1u << HDOT | 1u << JDOT;
     table.coordinate_rates = wrong_coordinate_rates;
     G_factor = 1.01, G_square = 0.0;
@@ -428,6 +435,12 @@ static void wrong_coordinates_and_poses_are_found(void **state)
     assert_contains(errors.text, "position|R");
 }
 
+static int no_bias(const mbsr_joint_args *args, double *kII)
+{
+    (void)args, (void)kII;
+    return 0;
+}
+
 /* p = exp(q), u = p': a G that bends. */
 static int bent_position(const mbsr_joint_args *args, double *p)
 {
@@ -440,12 +453,6 @@ static int bent_jacobians(const mbsr_joint_args *args, double *K, double *Hm, do
 {
     (void)args, (void)K, (void)Hm, (void)kI;
     Jm[0] = -1.0;
-    return 0;
-}
-
-static int no_bias(const mbsr_joint_args *args, double *kII)
-{
-    (void)args, (void)kII;
     return 0;
 }
 
@@ -476,6 +483,29 @@ static int strict_rates(const mbsr_joint_args *args, double *Kdot, double *Hdot,
     return !args->u || !args->V || (Kdot != NULL) != expected_K ? 99 : 0;
 }
 
+static int strict_tangent(const mbsr_joint_args *args, const mbsr_joint_change *by, double *dp,
+                          double *dK, double *dH, double *dJ, double *dkI)
+{
+    (void)dH, (void)dJ, (void)dkI;
+    if (args->u || args->V || args->V_pred || !args->p) return 97;
+    if (by->u || by->V || by->V_pred || by->p || !by->q) return 98;
+    if ((dK != NULL) != expected_K) return 99;
+    dp[0] = exp(args->q[0]) * by->q[0];
+    return 0;
+}
+
+static int strict_rate_tangent(const mbsr_joint_args *args, const mbsr_joint_change *by,
+                               double *dkII, double *dKdot, double *dHdot, double *dJdot,
+                               double *dqdot)
+{
+    (void)dkII, (void)dHdot, (void)dJdot;
+    if (!args->u || !args->V || !args->p) return 97;
+    if (!by->u || !by->V || !by->p || !by->q) return 98;
+    if ((dKdot != NULL) != expected_K || !dqdot) return 99;
+    dqdot[0] = exp(-args->q[0]) * (by->u[0] - by->q[0] * args->u[0]);
+    return 0;
+}
+
 static void functions_are_called_as_the_library_calls_them(void **state)
 {
     (void)state;
@@ -485,7 +515,9 @@ static void functions_are_called_as_the_library_calls_them(void **state)
                               .jacobians = strict_jacobians,
                               .bias = no_bias,
                               .rates = strict_rates,
-                              .coordinate_rates = bent_coordinate_rates};
+                              .coordinate_rates = bent_coordinate_rates,
+                              .tangent = strict_tangent,
+                              .rate_tangent = strict_rate_tangent};
     test_rng rng = test_seed(12);
     subject s = {.name = "strict", .joint = mbsr_joint_custom(&table, 1, 1, NULL)};
     set_state(&s, MBSR_SPACE_FIXED, &rng);
@@ -632,14 +664,387 @@ static void a_singular_K_is_refused_where_it_is_needed(void **state)
     assert_close(errors.kII, 0.0, 1e-9);
 }
 
+/* ---- derivatives ---------------------------------------------------------------------------- */
+
+/* One array of what tangent or rate_tangent writes is multiplied by a factor. */
+enum { OF_P, OF_K, OF_H, OF_J, OF_KI, OF_KII, OF_KDOT, OF_HDOT, OF_JDOT, OF_QDOT, OF_ALL };
+static const char *const written_name[] = {"p",   "K",    "H",    "J",    "kI",
+                                           "kII", "Kdot", "Hdot", "Jdot", "qdot"};
+
+static struct {
+    int what;
+    double factor, largest; /* of the right entries, that were seen */
+} slip;
+
+static void slip_in(int what, int count, double *x)
+{
+    if (slip.what != what || !x) return;
+    slip.largest = fmax(slip.largest, test_largest(count, x));
+    for (int k = 0; k < count; ++k) x[k] *= slip.factor;
+}
+
+static int slipping_tangent(const mbsr_joint_args *args, const mbsr_joint_change *by, double *dp,
+                            double *dK, double *dH, double *dJ, double *dkI)
+{
+    const int status = original->tangent(args, by, dp, dK, dH, dJ, dkI), d = args->d;
+    slip_in(OF_P, args->np, dp);
+    slip_in(OF_K, d * d, dK);
+    slip_in(OF_H, d * args->pred_d, dH);
+    slip_in(OF_J, d * args->n, dJ);
+    slip_in(OF_KI, d, dkI);
+    return status;
+}
+
+static int slipping_rate_tangent(const mbsr_joint_args *args, const mbsr_joint_change *by,
+                                 double *dkII, double *dKdot, double *dHdot, double *dJdot,
+                                 double *dqdot)
+{
+    const int status = original->rate_tangent(args, by, dkII, dKdot, dHdot, dJdot, dqdot),
+              d = args->d;
+    slip_in(OF_KII, d, dkII);
+    slip_in(OF_KDOT, d * d, dKdot);
+    slip_in(OF_HDOT, d * args->pred_d, dHdot);
+    slip_in(OF_JDOT, d * args->n, dJdot);
+    slip_in(OF_QDOT, args->nq, dqdot);
+    return status;
+}
+
+/* Each array, if there is something in it, with a wrong sign, left out, and with a wrong constant;
+ * returns the set of those in which there is something. */
+static unsigned find_slips(const subject *s)
+{
+    static const double factors[] = {-1.0, 0.0, 1.001};
+    unsigned seen = 0;
+    original = s->joint.table;
+    mbsr_joint_table table = *original;
+    table.tangent = slipping_tangent;
+    table.rate_tangent = slipping_rate_tangent;
+    for (slip.what = 0; slip.what < OF_ALL; ++slip.what) {
+        slip.largest = 0.0, slip.factor = 1.0;
+        expect_fields(s, &table, 0, 0.0, "nothing");
+        if (!(slip.largest > 1e-3)) continue;
+        seen |= 1u << slip.what;
+        for (int k = 0; k < 3; ++k) {
+            slip.factor = factors[k];
+            const unsigned field = slip.what < OF_KII ? TANGENT : RATE_TANGENT;
+            expect_fields(s, &table, 1u << field, 1e-7, written_name[slip.what]);
+        }
+    }
+    return seen;
+}
+
+static double dot(int n, const double *x, const double *y)
+{
+    double sum = 0.0;
+    for (int k = 0; k < n; ++k) sum += x[k] * y[k];
+    return sum;
+}
+
+/* The derivatives of test_joint_table (tree.c), whose K is not the unit matrix. K dp = -(H dp_pred
+ * + J dq) is solved line by line, again and again. */
+static int bent_tangent(const mbsr_joint_args *args, const mbsr_joint_change *by, double *dp,
+                        double *dK, double *dH, double *dJ, double *dkI)
+{
+    const test_joint *j = args->user;
+    const int d = j->d;
+    const double y = dot(j->d_pred, j->w, args->p_pred), dy = dot(j->d_pred, j->w, by->p_pred),
+                 z = dot(j->n, j->v, args->q), dz = dot(j->n, j->v, by->q);
+    (void)dkI;
+    for (int l = 0; l < 60 * d; ++l) {
+        const int r = l % d;
+        double sum = j->a * (cos(y) * dy * j->h[r] + cos(z) * dz * j->g[r]);
+        for (int c = 0; c < j->d_pred; ++c) sum += j->H0[c * d + r] * by->p_pred[c];
+        for (int c = 0; c < j->n; ++c) sum += j->J0[c * d + r] * by->q[c];
+        for (int c = 0; c < d; ++c) sum += c == r ? 0.0 : j->K0[c * d + r] * dp[c];
+        dp[r] = -sum / (j->K0[r * d + r] + j->a * cos(args->p[r]));
+    }
+    for (int r = 0; r < d; ++r) {
+        dK[r * d + r] = -j->a * sin(args->p[r]) * dp[r];
+        for (int c = 0; c < j->d_pred; ++c) dH[c * d + r] = -j->a * sin(y) * dy * j->h[r] * j->w[c];
+        for (int c = 0; c < j->n; ++c) dJ[c * d + r] = -j->a * sin(z) * dz * j->g[r] * j->v[c];
+    }
+    return 0;
+}
+
+static int bent_rate_tangent(const mbsr_joint_args *args, const mbsr_joint_change *by, double *dkII,
+                             double *dKdot, double *dHdot, double *dJdot, double *dqdot)
+{
+    const test_joint *j = args->user;
+    const int d = j->d, m = j->d_pred, n = j->n;
+    const double *p = args->p, *V = args->V;
+    const double y = dot(m, j->w, args->p_pred), dy = dot(m, j->w, by->p_pred),
+                 z = dot(n, j->v, args->q), dz = dot(n, j->v, by->q),
+                 w = dot(m, j->w, args->V_pred), dw = dot(m, j->w, by->V_pred),
+                 v = dot(n, j->v, args->u), dv = dot(n, j->v, by->u);
+    const double pred = cos(y) * dy * w + sin(y) * dw, own = cos(z) * dz * v + sin(z) * dv;
+    if (dqdot) return 99;
+    for (int r = 0; r < d; ++r) {
+        const double rate = cos(p[r]) * by->p[r] * V[r] + sin(p[r]) * by->V[r];
+        dkII[r] = -j->a * ((rate + sin(p[r]) * by->V[r]) * V[r] +
+                           j->h[r] * (pred + sin(y) * dw) * w + j->g[r] * (own + sin(z) * dv) * v);
+        dKdot[r * d + r] = -j->a * rate;
+        for (int c = 0; c < m; ++c) dHdot[c * d + r] = -j->a * pred * j->h[r] * j->w[c];
+        for (int c = 0; c < n; ++c) dJdot[c * d + r] = -j->a * own * j->g[r] * j->v[c];
+    }
+    return 0;
+}
+
+static mbsr_joint_table general_table(void)
+{
+    mbsr_joint_table table = test_joint_table;
+    table.tangent = bent_tangent;
+    table.rate_tangent = bent_rate_tangent;
+    return table;
+}
+
+static void each_wrong_derivative_is_found(void **state)
+{
+    (void)state;
+    test_rng rng = test_seed(13);
+    unsigned seen = 0;
+    for (int k = 0; k < SAMPLE_JOINTS; ++k) {
+        subject s = {.joint = sample_make(k, &rng).joint};
+        s.name = s.joint.table->name;
+        for (int l = 0; l < 2; ++l) {
+            set_state(&s, l ? MBSR_SPACE_PLANAR : MBSR_SPACE_SPATIAL, &rng);
+            seen |= find_slips(&s);
+        }
+    }
+    assert_int_equal(seen, 1u << OF_P | 1u << OF_H | 1u << OF_J | 1u << OF_KI | 1u << OF_KII |
+                               1u << OF_HDOT | 1u << OF_JDOT | 1u << OF_QDOT);
+    const mbsr_planar_frame A = {0.4, -0.3, 1.1}, B = {-0.2, 0.5, 0.7};
+    subject s = {.name = "planar",
+                 .joint = mbsr_joint_planar(A, B, MBSR_X | MBSR_ANGLE, MBSR_Y, drive, NULL)};
+    set_state(&s, MBSR_SPACE_PLANAR, &rng);
+    seen = find_slips(&s);
+    assert_int_equal(seen, 1u << OF_P | 1u << OF_H | 1u << OF_J | 1u << OF_KI | 1u << OF_KII |
+                               1u << OF_HDOT | 1u << OF_JDOT);
+    test_joint data;
+    const mbsr_joint_table table = general_table();
+    set_general(&s, &data, &rng);
+    s.joint.table = &table;
+    assert_int_equal(find_slips(&s), 1u << OF_P | 1u << OF_K | 1u << OF_H | 1u << OF_J |
+                                         1u << OF_KII | 1u << OF_KDOT | 1u << OF_HDOT |
+                                         1u << OF_JDOT);
+    /* the same where V is not p' */
+    s.at.V_is_not_rate = 1;
+    memset(s.V_pred, 0, sizeof s.V_pred);
+    find_slips(&s);
+}
+
+/* One entry is wrong along one direction only. */
+static int wrong_tangent(const mbsr_joint_args *args, const mbsr_joint_change *by, double *dp,
+                         double *dK, double *dH, double *dJ, double *dkI)
+{
+    const int status = original->tangent(args, by, dp, dK, dH, dJ, dkI);
+    dJ[4] += by->q[0] / args->q[0];
+    return status;
+}
+
+/* Errors of a thousandth beside numbers in other units: q' of a small quaternion beside that of
+ * lengths, R beside r. */
+static int wrong_in_turning(const mbsr_joint_args *args, const mbsr_joint_change *by, double *dkII,
+                            double *dKdot, double *dHdot, double *dJdot, double *dqdot)
+{
+    const int status = original->rate_tangent(args, by, dkII, dKdot, dHdot, dJdot, dqdot);
+    for (int k = 0; k < 4; ++k) dqdot[k] *= 1.001;
+    return status;
+}
+
+static int wrong_in_R(const mbsr_joint_args *args, const mbsr_joint_change *by, double *dp,
+                      double *dK, double *dH, double *dJ, double *dkI)
+{
+    const int status = original->tangent(args, by, dp, dK, dH, dJ, dkI);
+    for (int k = 0; k < MBSR_POSE_X; ++k) dp[k] *= 1.001;
+    return status;
+}
+
+/* A quaternion need not have length 1; one of the directions of q then leads nowhere, and q' has
+ * nothing in it along (1, 0, 0, 0). */
+static void quaternions_of_any_length_are_tested(void **state)
+{
+    (void)state;
+    static const double lengths[] = {1e-6, 1e-2, 1e2, 1e6};
+    test_rng rng = test_seed(14);
+    for (int k = 8; k < 10; ++k) {
+        subject s = {.joint = sample_make(k, &rng).joint};
+        s.name = s.joint.table->name;
+        original = s.joint.table;
+        for (int l = 0; l < 8; ++l) {
+            set_state(&s, MBSR_SPACE_SPATIAL, &rng);
+            for (int c = 0; c < 4; ++c) s.q[c] = c && l > 3 ? 0.0 : s.q[c] * lengths[l % 4];
+            mbsr_joint_table table = *original;
+            expect_fields(&s, &table, 0, 0.0, "nothing");
+            table.tangent = wrong_tangent;
+            expect_fields(&s, &table, 1u << TANGENT, 1e-6, "J");
+            table = *original;
+            table.rate_tangent = wrong_in_turning;
+            expect_fields(&s, &table, 1u << RATE_TANGENT, 1e-4, "q'");
+        }
+    }
+}
+
+/* p = 1e4 (cos q, sin q), V = q' */
+static int round_position(const mbsr_joint_args *args, double *p)
+{
+    p[0] = 1e4 * cos(args->q[0]), p[1] = 1e4 * sin(args->q[0]);
+    return 0;
+}
+
+static int round_jacobians(const mbsr_joint_args *args, double *K, double *Hm, double *Jm,
+                           double *kI)
+{
+    (void)args, (void)K, (void)Hm, (void)kI;
+    Jm[0] = -1.0;
+    return 0;
+}
+
+static int round_tangent(const mbsr_joint_args *args, const mbsr_joint_change *by, double *dp,
+                         double *dK, double *dH, double *dJ, double *dkI)
+{
+    (void)dK, (void)dH, (void)dJ, (void)dkI;
+    dp[0] = -1e4 * sin(args->q[0]) * by->q[0], dp[1] = 1e4 * cos(args->q[0]) * by->q[0];
+    return 0;
+}
+
+static void a_pose_in_large_numbers_passes(void **state)
+{
+    (void)state;
+    static const mbsr_joint_table table = {.version = MBSR_JOINT_TABLE_VERSION,
+                                           .flags = MBSR_JOINT_UNIT_K,
+                                           .name = "round",
+                                           .position = round_position,
+                                           .jacobians = round_jacobians,
+                                           .bias = no_bias,
+                                           .tangent = round_tangent};
+    test_rng rng = test_seed(17);
+    subject s = {.name = "round", .joint = mbsr_joint_custom(&table, 1, 1, NULL)};
+    s.joint.np = 2;
+    set_state(&s, MBSR_SPACE_FIXED, &rng);
+    expect_fields(&s, &table, 0, 0.0, "nothing");
+    mbsr_joint_errors errors;
+    assert_int_equal(mbsr_joint_verify(&s.joint, &s.at, &errors, NULL), MBSR_OK);
+    assert_true(!isnan(errors.tangent));
+    original = &table;
+    mbsr_joint_table wrong = table;
+    wrong.tangent = slipping_tangent;
+    slip.what = OF_P, slip.factor = 1.001;
+    expect_fields(&s, &wrong, 1u << TANGENT, 1e-4, "p");
+}
+
+static void units_do_not_hide_wrong_derivatives(void **state)
+{
+    (void)state;
+    test_rng rng = test_seed(16);
+    const mbsr_frame A = test_frame(&rng, 1e3), B = test_frame(&rng, 1e3);
+    const double axis[3] = {0.0, 0.6, 0.8};
+    subject s = {.name = "revolute", .joint = mbsr_joint_revolute(&A, &B, axis)};
+    set_state(&s, MBSR_SPACE_SPATIAL, &rng);
+    for (int k = 0; k < 3; ++k) s.p_pred[MBSR_POSE_X + k] *= 1e3, s.V_pred[3 + k] *= 1e3;
+    original = s.joint.table;
+    mbsr_joint_table table = *original;
+    expect_fields(&s, &table, 0, 0.0, "nothing");
+    table.tangent = wrong_in_R;
+    expect_fields(&s, &table, 1u << TANGENT, 1e-4, "R");
+    s.at.pred_space = MBSR_SPACE_FIXED;
+    expect_fields(&s, &table, 1u << TANGENT, 1e-4, "R");
+    /* k in a unit of its own */
+    test_joint data;
+    set_general(&s, &data, &rng);
+    data.a *= 1e6;
+    for (int k = 0; k < 9; ++k) data.K0[k] *= 1e6, data.H0[k] *= 1e6, data.J0[k] *= 1e6;
+    for (int k = 0; k < 3; ++k) data.c[k] *= 1e6;
+    table = general_table();
+    s.joint.table = &table;
+    find_slips(&s);
+}
+
+static int wrong_along_V_pred(const mbsr_joint_args *args, const mbsr_joint_change *by,
+                              double *dkII, double *dKdot, double *dHdot, double *dJdot,
+                              double *dqdot)
+{
+    const int status = original->rate_tangent(args, by, dkII, dKdot, dHdot, dJdot, dqdot);
+    dkII[3] += by->V_pred[5];
+    return status;
+}
+
+static int wrong_along_u(const mbsr_joint_args *args, const mbsr_joint_change *by, double *dkII,
+                         double *dKdot, double *dHdot, double *dJdot, double *dqdot)
+{
+    const int status = original->rate_tangent(args, by, dkII, dKdot, dHdot, dJdot, dqdot);
+    dJdot[1] += by->u[0];
+    return status;
+}
+
+static int wrong_pose_tangent(const mbsr_joint_args *args, const mbsr_joint_change *by, double *dp,
+                              double *dK, double *dH, double *dJ, double *dkI)
+{
+    const int status = original->tangent(args, by, dp, dK, dH, dJ, dkI);
+    dp[MBSR_POSE_X + 1] += by->p_pred[MBSR_POSE_X + 2];
+    return status;
+}
+
+/* Right along each direction, but not linear. */
+static int curved_tangent(const mbsr_joint_args *args, const mbsr_joint_change *by, double *dp,
+                          double *dK, double *dH, double *dJ, double *dkI)
+{
+    const int status = original->tangent(args, by, dp, dK, dH, dJ, dkI);
+    dH[3] += by->q[0] * by->p_pred[MBSR_POSE_X];
+    return status;
+}
+
+static void the_text_names_direction_and_entry_of_a_wrong_derivative(void **state)
+{
+    (void)state;
+    test_rng rng = test_seed(15);
+    subject s = {.joint = sample_make(1, &rng).joint};
+    set_state(&s, MBSR_SPACE_SPATIAL, &rng);
+    original = s.joint.table;
+    const struct {
+        int (*tangent)(const mbsr_joint_args *, const mbsr_joint_change *, double *, double *,
+                       double *, double *, double *);
+        int (*rate_tangent)(const mbsr_joint_args *, const mbsr_joint_change *, double *, double *,
+                            double *, double *, double *);
+        int field;
+        const char *words;
+    } list[] = {
+        {wrong_tangent, NULL, TANGENT, "tangent along q(0): J(4,0) is |, by differences "},
+        {wrong_pose_tangent, NULL, TANGENT,
+         "tangent along the predecessor's pose(5): p(10) is 1,|"},
+        {curved_tangent, NULL, TANGENT, "tangent along all at once: H(3,0) is "},
+        {NULL, wrong_along_V_pred, RATE_TANGENT, "rate_tangent along V_pred(5): kII(3,0) is "},
+        {NULL, wrong_along_u, RATE_TANGENT, "rate_tangent along u(0): Jdot(1,0) is "},
+    };
+    for (size_t k = 0; k < sizeof list / sizeof list[0]; ++k) {
+        mbsr_joint_table table = *original;
+        table.tangent = list[k].tangent, table.rate_tangent = list[k].rate_tangent;
+        expect_fields(&s, &table, 1u << list[k].field, 1e-4, list[k].words);
+        mbsr_joint joint = s.joint;
+        joint.table = &table;
+        mbsr_joint_errors errors;
+        assert_int_equal(mbsr_joint_verify(&joint, &s.at, &errors, NULL), MBSR_OK);
+        assert_contains(errors.text, list[k].words);
+        assert_true(isnan(errors.tangent) == !list[k].tangent);
+        assert_true(isnan(errors.rate_tangent) == !list[k].rate_tangent);
+    }
+    /* kII alone where there are no rates to differ */
+    mbsr_joint_table table = *original;
+    table.rates = NULL;
+    expect_fields(&s, &table, 0, 0.0, "nothing");
+    table.rate_tangent = wrong_along_u;
+    expect_fields(&s, &table, 0, 0.0, "nothing");
+    table.rate_tangent = wrong_along_V_pred;
+    expect_fields(&s, &table, 1u << RATE_TANGENT, 1e-4, "kII");
+}
+
 /* ---- refusals ------------------------------------------------------------------------------- */
 
-static int answer, writes_nan; /* of the function number `which` */
-static int which;
+static int answer, writes_nan; /* of the function number `which`, in its call number `at` */
+static int which, at, calls;
 
 static int reply(int function, double *x)
 {
-    if (function != which) return 0;
+    if (function != which || ++calls != at) return 0;
     if (writes_nan && x) x[0] = NAN;
     return answer;
 }
@@ -680,11 +1085,25 @@ static int say_normalise(const mbsr_joint_args *args, double *q)
     return status ? status : reply(5, q);
 }
 
+static int say_tangent(const mbsr_joint_args *args, const mbsr_joint_change *by, double *dp,
+                       double *dK, double *dH, double *dJ, double *dkI)
+{
+    const int status = original->tangent(args, by, dp, dK, dH, dJ, dkI);
+    return status ? status : reply(6, dkI);
+}
+
+static int say_rate_tangent(const mbsr_joint_args *args, const mbsr_joint_change *by, double *dkII,
+                            double *dKdot, double *dHdot, double *dJdot, double *dqdot)
+{
+    const int status = original->rate_tangent(args, by, dkII, dKdot, dHdot, dJdot, dqdot);
+    return status ? status : reply(7, dqdot);
+}
+
 static void what_a_function_returns_is_passed_on(void **state)
 {
     (void)state;
-    static const char *const names[] = {"position", "jacobians",        "bias",
-                                        "rates",    "coordinate_rates", "normalise"};
+    static const char *const names[] = {"position",         "jacobians", "bias",    "rates",
+                                        "coordinate_rates", "normalise", "tangent", "rate_tangent"};
     test_rng rng = test_seed(8);
     subject s = {.joint = sample_make(9, &rng).joint};
     set_state(&s, MBSR_SPACE_SPATIAL, &rng);
@@ -693,19 +1112,26 @@ static void what_a_function_returns_is_passed_on(void **state)
     table.position = say_position, table.jacobians = say_jacobians, table.bias = say_bias;
     table.rates = say_rates, table.coordinate_rates = say_coordinate_rates;
     table.normalise = say_normalise;
+    table.tangent = say_tangent, table.rate_tangent = say_rate_tangent;
     s.joint.table = &table;
     mbsr_joint_errors errors;
     mbsr_error error = {0};
-    for (which = 0; which < 6; ++which) {
+    for (which = 0; which < 8; ++which) {
         char words[80];
-        answer = 17, writes_nan = 0;
-        snprintf(words, sizeof words, "joint 'free'|%s returned 17", names[which]);
-        assert_refused(mbsr_joint_verify(&s.joint, &s.at, &errors, &error), &error, 17, MBSR_NONE,
-                       MBSR_NONE, words);
-        answer = 0, writes_nan = 1;
-        snprintf(words, sizeof words, "joint 'free'|what %s wrote is not finite", names[which]);
-        assert_refused(mbsr_joint_verify(&s.joint, &s.at, &errors, &error), &error, MBSR_NOT_FINITE,
-                       MBSR_NONE, MBSR_NONE, words);
+        calls = 0, at = -1;
+        assert_ok(mbsr_joint_verify(&s.joint, &s.at, &errors, &error), &error);
+        const int last = calls;
+        for (int k = 0; k < 2; ++k) {
+            at = k ? last : 1;
+            calls = 0, answer = 17, writes_nan = 0;
+            snprintf(words, sizeof words, "joint 'free'|%s returned 17", names[which]);
+            assert_refused(mbsr_joint_verify(&s.joint, &s.at, &errors, &error), &error, 17,
+                           MBSR_NONE, MBSR_NONE, words);
+            calls = 0, answer = 0, writes_nan = 1;
+            snprintf(words, sizeof words, "joint 'free'|what %s wrote is not finite", names[which]);
+            assert_refused(mbsr_joint_verify(&s.joint, &s.at, &errors, &error), &error,
+                           MBSR_NOT_FINITE, MBSR_NONE, MBSR_NONE, words);
+        }
     }
 }
 
@@ -776,6 +1202,11 @@ int main(void)
         cmocka_unit_test(each_fault_is_found_in_its_field),
         cmocka_unit_test(a_wrong_K_shows_in_all_that_it_multiplies),
         cmocka_unit_test(wrong_coordinates_and_poses_are_found),
+        cmocka_unit_test(each_wrong_derivative_is_found),
+        cmocka_unit_test(quaternions_of_any_length_are_tested),
+        cmocka_unit_test(a_pose_in_large_numbers_passes),
+        cmocka_unit_test(units_do_not_hide_wrong_derivatives),
+        cmocka_unit_test(the_text_names_direction_and_entry_of_a_wrong_derivative),
         cmocka_unit_test(functions_are_called_as_the_library_calls_them),
         cmocka_unit_test(coordinates_that_bend_are_followed),
         cmocka_unit_test(the_text_names_entry_and_values),

@@ -1,0 +1,99 @@
+/* The Newton system of the momentum form, solved on the tree in O(N).
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * An implicit integrator for F(t, y, y') = 0 (dae.h) solves in each Newton iteration
+ *
+ *   (dF/dy + c dF/dy') delta = r,      c = dy'/dy of its formula, in 1/s (1/h for implicit Euler)
+ *
+ * On a tree the bodies' equations can be eliminated leaves to root and solved root to leaves, so
+ * that both mbsr_newton_factor and mbsr_newton_solve take O(N) operations and no memory. The matrix
+ * is that of the linearised equations of motion, written down, not differenced: see docs/newton.md
+ * for the equations. Where the algebraic equations of y hold (the states of a solution), it is the
+ * derivative of F; away from them terms proportional to their defect are left out, as Newton's
+ * method allows.
+ *
+ *   mbsr_newton *newton;
+ *   mbsr_newton_create(model, MBSR_DAE_MOMENTUM, NULL, &newton, &error);
+ *   in each iteration:  mbsr_dae_residual(model, data, form, t, y, yp, F);
+ *                       mbsr_newton_factor(newton, data, t, y, yp, c);     (or an earlier one's)
+ *                       mbsr_newton_solve(newton, F, delta);               y -= delta */
+#ifndef MBSRANK_NEWTON_H
+#define MBSRANK_NEWTON_H
+
+#include <mbsrank/dae.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct mbsr_newton mbsr_newton;
+
+/* Force elements between bodies that are not predecessor and successor couple what the tree
+ * separates. What they exert across is either added to the solution as a correction of low rank,
+ * for which factoring solves once a rank, or left out. */
+typedef enum mbsr_newton_method {
+    MBSR_NEWTON_AUTO = 0,     /* CORRECTED up to `max_rank`, else TREE */
+    MBSR_NEWTON_TREE = 1,     /* left out: exact without such elements, else a preconditioner */
+    MBSR_NEWTON_CORRECTED = 2 /* added: exact */
+} mbsr_newton_method;
+
+typedef struct mbsr_newton_opt {
+    int cookie;                /* set by mbsr_default_newton_opt */
+    mbsr_newton_method method; /* default MBSR_NEWTON_AUTO */
+    int max_rank;              /* of the correction, for AUTO; default 48 */
+    int by_blocks;             /* 1: not the sweeps in vector code, where they serve; default 0 */
+    int lean; /* 1: memory for these sweeps alone, a few hundred bytes a body instead of some kB;
+                 what they do not serve is refused with MBSR_ERR_LEAN; default 0 */
+} mbsr_newton_opt;
+
+MBSR_API mbsr_newton_opt mbsr_default_newton_opt(void);
+
+/* What a solver is and has done. */
+typedef struct mbsr_newton_info {
+    mbsr_newton_method method; /* TREE or CORRECTED */
+    int exact;                 /* 1: solve gives the solution; 0: an approximation, to precondition
+                                * an iterative method with (dense.h of none, SPGMR and the like) */
+    int across;                /* force elements between other bodies */
+    int rank;                  /* of the correction, at the last factorisation */
+    int vector_code;           /* 1: the last factorisation ran in the sweeps for rigid bodies */
+    long factorisations, solves;
+    size_t bytes; /* memory of the object */
+} mbsr_newton_info;
+
+/* Creates a solver for Newton systems of a model; opt == NULL means mbsr_default_newton_opt(). The
+ * model must outlive it. One object belongs to one thread. On failure *newton is NULL and the
+ * reason in *error (which may be NULL). Memory is taken from the model's allocator here and nowhere
+ * else.  MBSR_ERR_NULL, MBSR_ERR_NO_DEFAULT, MBSR_ERR_UNFINISHED, MBSR_ERR_NO_MEMORY,
+ * MBSR_ERR_VALUE (an option out of range; a form other than MBSR_DAE_MOMENTUM, whose rows are not
+ * those of the linearised equations of motion), MBSR_ERR_SPACE: a joint or an inertia by function
+ * leaves its rates to differences behind a body whose velocities are not rates of its pose. */
+MBSR_API int mbsr_newton_create(const mbsr_model *model, mbsr_dae_form form,
+                                const mbsr_newton_opt *opt, mbsr_newton **newton,
+                                mbsr_error *error);
+MBSR_API void mbsr_newton_destroy(mbsr_newton *newton); /* NULL is allowed */
+
+/* Linearises F at (t, y, y') and eliminates, for c > 0 or < 0 (an integration backward in time).
+ * data belongs to the same model; it is at mbsr_backward of that state afterwards, and not needed
+ * by mbsr_newton_solve. Lean data serves where the sweeps in vector code do. What force elements
+ * and joints without derivatives of their own exert is differenced locally (joint.h, force.h).
+ * Statuses of mbsr_dae_residual; MBSR_SINGULAR_BLOCK, recoverable, names the body whose equations
+ * do not determine its rates. After a failure there is no factorisation. */
+MBSR_API int mbsr_newton_factor(mbsr_newton *newton, mbsr_data *data, double t, const double *y,
+                                const double *yp, double c);
+
+/* delta (mbsr_dae_size numbers) from r; they may be the same. MBSR_ERR_NULL, MBSR_ERR_SEQUENCE
+ * without a factorisation, MBSR_NOT_FINITE for an r that is not finite and for a delta that would
+ * not be; delta is not written then. */
+MBSR_API int mbsr_newton_solve(mbsr_newton *newton, const double *r, double *delta);
+
+/* MBSR_ERR_NULL. */
+MBSR_API int mbsr_newton_get_info(const mbsr_newton *newton, mbsr_newton_info *info);
+
+/* The last failure; never NULL. */
+MBSR_API const mbsr_error *mbsr_newton_error(const mbsr_newton *newton);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

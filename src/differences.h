@@ -1,0 +1,33 @@
+/* Central differences of fourth order,
+ *
+ *   df/dx = (-f(x + 2h) + 8 f(x + h) - 8 f(x - h) + f(x - 2h)) / (12 h) + O(h^4)
+ *
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRI_DIFFERENCES_H
+#define MBSRI_DIFFERENCES_H
+
+#include <math.h>
+
+/* Number l of the four: x + place h, with this weight, to be divided by 12 h. */
+static inline double mbsri_difference_place(int l)
+{
+    static const double place[] = {2.0, 1.0, -1.0, -2.0};
+    return place[l];
+}
+
+static inline double mbsri_difference_weight(int l)
+{
+    static const double weight[] = {-1.0, 8.0, -8.0, 1.0};
+    return weight[l];
+}
+
+/* The step h that balances the error h^4 with that of rounding in numbers of size x, for functions
+ * that change over lengths (or velocities) of some tenths. A power of two, so that x + h is exact. */
+static inline double mbsri_difference_step(double x)
+{
+    int exponent;
+    frexp(1.0 + fabs(x), &exponent);
+    return ldexp(1.0, exponent / 5 - 12);
+}
+
+#endif

@@ -1,0 +1,229 @@
+/* Force elements between bodies that are no neighbours: a correction of low rank.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * What the elimination on the tree leaves out of an element's derivatives is a small matrix E =
+ * left * read: forces on some bodies (and joints) by the motion of others. With Z the motion that
+ * the tree answers to the loads `left` of all elements, the system's solution is that of the tree
+ * with additional loads left * w (Sherman, Morrison and Woodbury),
+ *
+ *   (1 - read Z) w = read x0,     x0: the tree's solution without them */
+#include "block.h"
+#include "newton.h"
+
+#include "../dense.h"
+
+#include <math.h>
+
+mbsri_relation mbsri_relate(const mbsr_model *m, int i, int j)
+{
+    if (i == 0 || j == 0) return MBSRI_APART;
+    if (i == j) return MBSRI_SAME;
+    if (m->body[i].parent == j) return MBSRI_BELOW;
+    return m->body[j].parent == i ? MBSRI_ABOVE : MBSRI_APART;
+}
+
+bool mbsri_may_cross(const mbsr_model *m, const mbsri_force *force)
+{
+    const unsigned flags = force->def.table->flags;
+    const int *bodies = m->list_index + force->list;
+    if (flags & MBSR_FORCE_EVERY_BODY) return false;
+    for (int k = 0; k < force->def.bodies; ++k) {
+        for (int l = 0; l < force->def.bodies; ++l) {
+            if (bodies[k] == 0 || bodies[l] == 0 || bodies[k] == bodies[l]) continue;
+            if (mbsri_relate(m, bodies[k], bodies[l]) == MBSRI_APART) return true;
+            if (!(flags & MBSR_FORCE_NO_JOINT)) return true;
+        }
+    }
+    return false;
+}
+
+void mbsri_slopes_shape(const mbsr_model *m, const mbsri_force *force, int *rows, int *columns)
+{
+    *rows = *columns = 0;
+    for (int k = 0; k < force->def.bodies; ++k) {
+        const mbsri_body *b = m->body + m->list_index[force->list + (size_t)k];
+        if (b->id == MBSR_GROUND) continue;
+        *rows += b->d + b->n;
+        *columns += mbsri_pose_size(b) + b->d + b->nq + b->n;
+    }
+}
+
+/* ---- E = left * read ---- */
+
+static void clear_block(const mbsr_force_derivatives *s, int row, int rows, int column, int columns)
+{
+    for (int k = column; k < column + columns; ++k) {
+        double *x = s->matrix + (size_t)k * (size_t)s->rows + row;
+        for (int l = 0; l < rows; ++l) x[l] = 0.0;
+    }
+}
+
+/* Leaves in s what the elimination on the tree leaves out. */
+static void clear_tree(const mbsr_model *m, const mbsri_force *force,
+                       const mbsr_force_derivatives *s)
+{
+    const int *bodies = m->list_index + force->list;
+    for (int k = 0; k < force->def.bodies; ++k) {
+        for (int l = 0; l < force->def.bodies; ++l) {
+            const mbsri_relation relation = mbsri_relate(m, bodies[k], bodies[l]);
+            if (relation == MBSRI_APART) continue;
+            const mbsri_body *a = m->body + bodies[k], *b = m->body + bodies[l];
+            const int x = mbsri_pose_size(b) + b->d;
+            clear_block(s, s->row[k], relation == MBSRI_ABOVE ? a->d : a->d + a->n, s->column[l],
+                        relation == MBSRI_BELOW ? x : x + b->nq + b->n);
+        }
+    }
+}
+
+static double *largest_column(int rows, int columns, double *E, double *norm)
+{
+    double *largest = E;
+    *norm = -1.0;
+    for (int k = 0; k < columns; ++k) {
+        double *column = E + (size_t)k * (size_t)rows;
+        const double size = sqrt(mbsri_dot(rows, column, column));
+        if (size > *norm) *norm = size, largest = column;
+    }
+    return largest;
+}
+
+/* Columns of E in turn, the largest that is left first, become an orthonormal `left`, read = left^T
+ * E; E is used up. The rank. */
+static int decompose(int rows, int columns, double *E, double *left, double *read, int most)
+{
+    int rank = 0;
+    double first = 0.0;
+    for (; rank < most; ++rank) {
+        double norm, *const q = left + (size_t)rank * (size_t)rows;
+        const double *column = largest_column(rows, columns, E, &norm);
+        if (rank == 0) first = norm;
+        if (!(norm > 1e-13 * first)) break;
+        for (int k = 0; k < rows; ++k) q[k] = column[k] / norm;
+        for (int k = 0; k < columns; ++k) {
+            double *x = E + (size_t)k * (size_t)rows;
+            const double part = mbsri_dot(rows, q, x);
+            read[k * most + rank] = part;
+            for (int l = 0; l < rows; ++l) x[l] -= part * q[l];
+        }
+    }
+    return rank;
+}
+
+static int decompose_element(mbsr_newton *w, mbsr_data *d, mbsri_across *a)
+{
+    const mbsr_model *m = w->model;
+    const mbsri_force *force = (const mbsri_force *)m->forces.data + a->force;
+    const int status = mbsri_force_slopes(m, d, force, 0, &w->slopes);
+    if (status) return status;
+    const mbsr_force_derivatives *s = &w->slopes.out;
+    clear_tree(m, force, s);
+    a->rank = decompose(s->rows, s->columns, s->matrix, w->correction.left + a->left,
+                        w->correction.read + a->read, a->most);
+    return MBSR_OK;
+}
+
+/* ---- motions and loads of an element ---- */
+
+/* weights (of the element's rank) = read * motion, where the tree's solution is delta. */
+static void read_motion(const mbsr_newton *w, const mbsri_across *a, const double *delta,
+                        double *weights)
+{
+    const mbsr_model *m = w->model;
+    const mbsri_force *force = (const mbsri_force *)m->forces.data + a->force;
+    const double *read = w->correction.read + a->read;
+    mbsri_zero((size_t)a->rank, weights);
+    for (int k = 0; k < force->def.bodies; ++k) {
+        const int i = m->list_index[force->list + (size_t)k];
+        const mbsri_body *b = m->body + i;
+        if (i == 0) continue;
+        const double *parts[] = {mbsri_newton_motion(w, i), delta + b->q,
+                                 delta + m->nq + m->nu + b->u};
+        const int lengths[] = {mbsri_pose_size(b) + b->d, b->nq, b->n};
+        for (int part = 0; part < 3; ++part) {
+            for (int l = 0; l < lengths[part]; ++l, read += a->most) {
+                for (int r = 0; r < a->rank; ++r) weights[r] += read[r] * parts[part][l];
+            }
+        }
+    }
+}
+
+/* load += left * weights */
+static void add_load(const mbsr_newton *w, const mbsri_across *a, const double *weights,
+                     double *load)
+{
+    const mbsr_model *m = w->model;
+    const mbsri_force *force = (const mbsri_force *)m->forces.data + a->force;
+    for (int r = 0; r < a->rank; ++r) {
+        const double *left = w->correction.left + a->left + (size_t)r * (size_t)a->most;
+        for (int k = 0; k < force->def.bodies; ++k) {
+            const int i = m->list_index[force->list + (size_t)k];
+            const mbsri_body *b = m->body + i;
+            if (i == 0) continue;
+            for (int l = 0; l < b->d; ++l) load[b->v + (size_t)l] += *left++ * weights[r];
+            for (int l = 0; l < b->n; ++l)
+                load[m->size_v + (size_t)(b->iu + l)] += *left++ * weights[r];
+        }
+    }
+}
+
+static size_t load_size(const mbsr_newton *w)
+{
+    return w->model->size_v + (size_t)w->model->nu;
+}
+
+/* ---- factoring and solving ---- */
+
+/* Column `first + r`: 1 - read Z. */
+static void answer(mbsr_newton *w, const mbsri_across *a, int r, int size)
+{
+    mbsri_correction *c = &w->correction;
+    double *column = c->matrix + (size_t)(a->first + r) * (size_t)size;
+    mbsri_zero(load_size(w), c->load);
+    mbsri_zero((size_t)a->rank, c->weights);
+    c->weights[r] = 1.0;
+    add_load(w, a, c->weights, c->load);
+    mbsri_newton_tree_solve(w, NULL, c->load, c->delta);
+    for (int k = 0; k < c->count; ++k)
+        read_motion(w, c->element + k, c->delta, column + c->element[k].first);
+    for (int k = 0; k < size; ++k) column[k] = -column[k];
+    column[a->first + r] += 1.0;
+}
+
+int mbsri_correction_factor(mbsr_newton *w, mbsr_data *d)
+{
+    mbsri_correction *c = &w->correction;
+    int size = 0;
+    for (int k = 0; k < c->count; ++k) {
+        const int status = decompose_element(w, d, c->element + k);
+        if (status) return status;
+        c->element[k].first = size;
+        size += c->element[k].rank;
+    }
+    w->info.rank = size;
+    for (int k = 0; k < c->count; ++k) {
+        for (int r = 0; r < c->element[k].rank; ++r) answer(w, c->element + k, r, size);
+    }
+    for (int k = 0; k < size; ++k) {
+        c->rows[k] = 0.0;
+        for (int l = 0; l < size; ++l) c->rows[k] += fabs(c->matrix[l * size + k]);
+    }
+    if (mbsri_block_factor(size, c->matrix, c->rows, c->columns, c->pivots)) return MBSR_OK;
+    const mbsri_force *force = (const mbsri_force *)w->model->forces.data + c->element[0].force;
+    return mbsri_fail(&d->error, MBSR_SINGULAR_BLOCK, MBSR_NONE, force->id,
+                      "the Newton equations of the %d force elements across the tree are singular "
+                      "at t = %g",
+                      c->count, d->t);
+}
+
+void mbsri_correction_solve(mbsr_newton *w, const double *r, double *delta)
+{
+    mbsri_correction *c = &w->correction;
+    mbsri_newton_tree_solve(w, r, NULL, c->delta);
+    for (int k = 0; k < c->count; ++k)
+        read_motion(w, c->element + k, c->delta, c->weights + c->element[k].first);
+    mbsri_block_solve(w->info.rank, c->matrix, c->rows, c->columns, c->pivots, c->weights);
+    mbsri_zero(load_size(w), c->load);
+    for (int k = 0; k < c->count; ++k)
+        add_load(w, c->element + k, c->weights + c->element[k].first, c->load);
+    mbsri_newton_tree_solve(w, r, c->load, delta);
+}

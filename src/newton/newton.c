@@ -1,0 +1,429 @@
+/* The Newton solver: creation and its entries.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "newton.h"
+
+#include "../dense.h"
+#include "../fast/newton.h"
+#include "body_slopes.h"
+#include "joint_slopes.h"
+
+#include <math.h>
+#include <stdint.h>
+#include <string.h>
+
+enum { LARGEST_RANK = 60 };
+
+mbsr_newton_opt mbsr_default_newton_opt(void)
+{
+    return (mbsr_newton_opt){
+        .cookie = MBSRI_COOKIE, .method = MBSR_NEWTON_AUTO, .max_rank = LARGEST_RANK};
+}
+
+/* ---- what is refused ---- */
+
+static int wrong(mbsr_error *error, int status, const char *text, int value)
+{
+    return mbsri_fail(error, status, MBSR_NONE, MBSR_NONE, "mbsr_newton_create: %s is %d", text,
+                      value);
+}
+
+static int check(const mbsr_model *m, mbsr_dae_form form, const mbsr_newton_opt *opt,
+                 mbsr_error *error)
+{
+    if (opt->cookie != MBSRI_COOKIE) {
+        return mbsri_fail(error, MBSR_ERR_NO_DEFAULT, MBSR_NONE, MBSR_NONE,
+                          "mbsr_newton_create: opt was not made by mbsr_default_newton_opt");
+    }
+    if (!m->finished) {
+        return mbsri_fail(error, MBSR_ERR_UNFINISHED, MBSR_NONE, MBSR_NONE,
+                          "mbsr_newton_create: the model is not finished");
+    }
+    if (form != MBSR_DAE_MOMENTUM)
+        return wrong(error, MBSR_ERR_VALUE, "only MBSR_DAE_MOMENTUM is served; form", (int)form);
+    if (opt->method < MBSR_NEWTON_AUTO || opt->method > MBSR_NEWTON_CORRECTED)
+        return wrong(error, MBSR_ERR_VALUE, "method", (int)opt->method);
+    if (opt->max_rank < 0) return wrong(error, MBSR_ERR_VALUE, "max_rank", opt->max_rank);
+    for (int i = 1; i <= m->bodies; ++i) {
+        const mbsri_body *b = m->body + i;
+        char label[MBSRI_LABEL];
+        const bool joint = mbsri_joint_slopes_serve(b, m->body[b->parent].np);
+        if (joint && mbsri_body_slopes_serve(b)) continue;
+        return mbsri_fail(error, MBSR_ERR_SPACE, b->id, MBSR_NONE,
+                          "mbsr_newton_create: %s: %s leaves its rates to differences, where V "
+                          "is not the rate of a pose",
+                          mbsri_body_label(m, i, label), joint ? "its inertia" : "its joint");
+    }
+    return MBSR_OK;
+}
+
+/* ---- memory ---- */
+
+/* One pass that counts, and one that places. */
+typedef struct layout {
+    double *doubles;
+    int *ints;
+    size_t used, used_ints;
+} layout;
+
+static void doubles(layout *l, double **at, size_t count)
+{
+    *at = l->doubles ? l->doubles + l->used : NULL;
+    l->used += count;
+}
+
+static void ints(layout *l, int **at, size_t count)
+{
+    *at = l->ints ? l->ints + l->used_ints : NULL;
+    l->used_ints += count;
+}
+
+/* Elements on single bodies and on neighbours are listed with each body; elements across too, for
+ * what of them stays on the tree. */
+static size_t list_elements(const mbsr_newton *w, int i, int *list)
+{
+    const mbsr_model *m = w->model;
+    const mbsri_force *force = m->forces.data;
+    size_t count = 0;
+    for (size_t k = 0; k < m->forces.count; ++k) {
+        const bool every = (force[k].def.table->flags & MBSR_FORCE_EVERY_BODY) != 0;
+        bool acts = every && i == 0;
+        for (int l = 0; l < force[k].def.bodies && !every && i > 0; ++l)
+            acts = acts || m->list_index[force[k].list + (size_t)l] == i;
+        if (!acts) continue;
+        if (list) list[count] = (int)k;
+        ++count;
+    }
+    return count;
+}
+
+/* Offsets of a body; the matrices of bodies whose elimination has begun share slots: one is taken
+ * when the last successor is met, which comes first, and left when the body is done. */
+static void number_bodies(mbsr_newton *w)
+{
+    const mbsr_model *m = w->model;
+    size_t store = 0;
+    w->size_x = w->size_n = w->slot_size = 0;
+    for (int i = 0; i <= m->bodies; ++i) {
+        const mbsri_body *b = m->body + i;
+        mbsri_node *node = w->node + i;
+        const int most = b->nq > 2 * b->n ? b->nq : 2 * b->n;
+        node->e = mbsri_pose_size(b);
+        node->last = 0;
+        node->x = w->size_x;
+        node->v = w->size_n;
+        w->size_x += (size_t)(node->e + 2 * b->d);
+        w->size_n += (size_t)most;
+        const size_t slot = (size_t)(node->e + 2 * b->d) * (size_t)(3 * b->d);
+        if (slot > w->slot_size) w->slot_size = slot;
+        if (i > 0) w->node[b->parent].last = i;
+    }
+    for (int i = 1; i <= m->bodies; ++i) {
+        mbsri_kept kept;
+        w->node[i].store = store;
+        store += mbsri_keep(w, i, NULL, &kept);
+    }
+    w->store_size = store;
+}
+
+/* free: N numbers of scratch. */
+static void number_slots(mbsr_newton *w, int *unused)
+{
+    const mbsr_model *m = w->model;
+    int count = 0;
+    w->slots = 0;
+    for (int i = m->bodies; i >= 1; --i) {
+        const int parent = m->body[i].parent;
+        if (w->node[i].last == 0) w->node[i].slot = count > 0 ? unused[--count] : w->slots++;
+        if (parent > 0 && w->node[parent].last == i)
+            w->node[parent].slot = count > 0 ? unused[--count] : w->slots++;
+        unused[count++] = w->node[i].slot;
+    }
+}
+
+static void lay_out_correction(mbsr_newton *w, layout *l)
+{
+    const mbsr_model *m = w->model;
+    mbsri_correction *c = &w->correction;
+    size_t left = 0, read = 0;
+    c->most = 0;
+    for (int k = 0; k < c->count; ++k) {
+        mbsri_across *a = c->element + k;
+        int columns;
+        mbsri_slopes_shape(m, (const mbsri_force *)m->forces.data + a->force, &a->most, &columns);
+        a->left = left;
+        a->read = read;
+        left += (size_t)a->most * (size_t)a->most;
+        read += (size_t)a->most * (size_t)columns;
+        c->most += a->most;
+    }
+    const size_t most = w->corrected ? (size_t)c->most : 0, any = w->corrected ? 1 : 0;
+    doubles(l, &c->left, any * left);
+    doubles(l, &c->read, any * read);
+    doubles(l, &c->matrix, most * most);
+    doubles(l, &c->weights, most);
+    doubles(l, &c->rows, most);
+    doubles(l, &c->columns, most);
+    doubles(l, &c->load, any * (m->size_v + (size_t)m->nu));
+    doubles(l, &c->delta, any * (size_t)mbsr_dae_size(m, MBSR_DAE_MOMENTUM));
+    ints(l, &c->pivots, most);
+}
+
+static void lay_out(mbsr_newton *w, layout *l)
+{
+    const mbsr_model *m = w->model;
+    const size_t nu = (size_t)m->nu, nq = (size_t)m->nq;
+    size_t slopes, slopes_ints;
+    double *slopes_doubles;
+    int *slopes_at;
+    const size_t answers = w->corrected && w->fast_size > 0 ? 1 : 0;
+    doubles(l, &w->motion, answers * 12 * ((size_t)m->bodies + 1));
+    doubles(l, &w->loaded, answers * (nq + 2 * nu));
+    doubles(l, &w->solution, nq + 2 * nu);
+    mbsri_slopes_size(m, &slopes, &slopes_ints);
+    doubles(l, &slopes_doubles, slopes);
+    ints(l, &slopes_at, slopes_ints);
+    if (l->doubles) mbsri_slopes_place(m, &w->slopes, slopes_doubles, slopes_at);
+    lay_out_correction(w, l);
+    if (w->lean) return;
+    doubles(l, &w->store, w->store_size);
+    doubles(l, &w->slot, (size_t)w->slots * w->slot_size);
+    doubles(l, &w->x, w->size_x);
+    doubles(l, &w->b, 3 * m->size_v);
+    doubles(l, &w->v, w->size_n);
+    doubles(l, &w->wbar, m->size_v);
+    double **const vector[] = {&w->rq, &w->rp, &w->ru, &w->q0, &w->momentum, &w->range, &w->spare};
+    const size_t length[] = {nq, nu, nu, nq, nu, nu, nq + nu};
+    for (size_t k = 0; k < sizeof length / sizeof length[0]; ++k) doubles(l, vector[k], length[k]);
+    doubles(l, &w->work, mbsri_tree_work(w));
+    doubles(l, &w->joint, mbsri_joint_slopes_size(m));
+    doubles(l, &w->body, mbsri_body_slopes_size(m));
+    ints(l, &w->pivots, w->size_n);
+}
+
+/* Numbers the elements: those on every body, body after body, across. */
+static void list_all(mbsr_newton *w)
+{
+    const mbsr_model *m = w->model;
+    const mbsri_force *force = m->forces.data;
+    size_t used = 0;
+    for (int i = 1; i <= m->bodies; ++i) {
+        w->node[i].first = (int)used;
+        w->node[i].count = (int)list_elements(w, i, w->listed + used);
+        used += (size_t)w->node[i].count;
+    }
+    w->first_every = (int)used;
+    w->every = (int)list_elements(w, 0, w->listed + used);
+    for (size_t k = 0; k < m->forces.count; ++k) {
+        if (!mbsri_may_cross(m, force + k)) continue;
+        w->correction.element[w->correction.count++] = (mbsri_across){.force = (int)k};
+    }
+}
+
+/* Room for `listed`, with the numbers of bodies' elements. */
+static size_t count_listed(const mbsr_model *m)
+{
+    const mbsri_force *force = m->forces.data;
+    size_t count = m->forces.count;
+    for (size_t k = 0; k < m->forces.count; ++k) count += (size_t)force[k].def.bodies;
+    return count;
+}
+
+/* Memory of the sweeps in vector code, aligned as they need it. */
+static bool place_fast(mbsr_newton *w)
+{
+    if (w->fast_size == 0) return true;
+    w->fast_block = mbsri_allocate(&w->model->allocator, w->fast_size + MBSR_DATA_ALIGNMENT);
+    if (!w->fast_block) return false;
+    const uintptr_t at = (uintptr_t)w->fast_block, unit = MBSR_DATA_ALIGNMENT;
+    w->fast = mbsri_fast_newton_place(w->model, (void *)((at + unit - 1) / unit * unit));
+    w->info.bytes += w->fast_size + MBSR_DATA_ALIGNMENT;
+    return true;
+}
+
+static bool place(mbsr_newton *w, const mbsr_newton_opt *opt)
+{
+    const mbsr_model *m = w->model;
+    const size_t bodies = (size_t)m->bodies + 1, listed = count_listed(m);
+    const size_t nodes = bodies * sizeof *w->node,
+                 across = (m->forces.count + 1) * sizeof *w->correction.element;
+    w->numbers = mbsri_allocate(&m->allocator, nodes + across + (listed + bodies) * sizeof(int));
+    if (!w->numbers) return false;
+    w->node = w->numbers;
+    w->correction.element = (mbsri_across *)(void *)((unsigned char *)w->numbers + nodes);
+    w->listed = (int *)(void *)((unsigned char *)w->numbers + nodes + across);
+    memset(w->numbers, 0, nodes + across);
+    number_bodies(w);
+    number_slots(w, w->listed); /* before it is filled */
+    list_all(w);
+    int most = 0, columns, rows;
+    for (int k = 0; k < w->correction.count; ++k) {
+        const int force = w->correction.element[k].force;
+        mbsri_slopes_shape(m, (const mbsri_force *)m->forces.data + force, &rows, &columns);
+        most += rows;
+    }
+    w->corrected = w->correction.count > 0 && opt->method != MBSR_NEWTON_TREE &&
+                   (opt->method == MBSR_NEWTON_CORRECTED || most <= opt->max_rank);
+    layout l = {0};
+    lay_out(w, &l);
+    w->block =
+        mbsri_allocate(&m->allocator, l.used * sizeof(double) + l.used_ints * sizeof(int) + 8);
+    if (!w->block) return false;
+    w->info.bytes = sizeof *w + nodes + across + (listed + bodies) * sizeof(int) +
+                    l.used * sizeof(double) + l.used_ints * sizeof(int);
+    l = (layout){.doubles = w->block, .ints = (int *)(void *)((double *)w->block + l.used)};
+    lay_out(w, &l);
+    return place_fast(w);
+}
+
+int mbsr_newton_create(const mbsr_model *model, mbsr_dae_form form, const mbsr_newton_opt *opt,
+                       mbsr_newton **newton, mbsr_error *error)
+{
+    const mbsr_newton_opt standard = mbsr_default_newton_opt();
+    if (!opt) opt = &standard;
+    if (newton) *newton = NULL;
+    if (!model || !newton) {
+        return mbsri_fail(error, MBSR_ERR_NULL, MBSR_NONE, MBSR_NONE,
+                          "mbsr_newton_create: %s is NULL", model ? "newton" : "model");
+    }
+    const int status = check(model, form, opt, error);
+    if (status) return status;
+    mbsr_newton *w = mbsri_allocate(&model->allocator, sizeof *w);
+    if (w) {
+        *w = (mbsr_newton){.model = model,
+                           .lean = opt->lean != 0,
+                           .fast_size = opt->by_blocks ? 0 : mbsri_fast_newton_size(model),
+                           .error = {MBSR_OK, MBSR_NONE, MBSR_NONE, ""}};
+        if (!place(w, opt)) {
+            mbsr_newton_destroy(w);
+            w = NULL;
+        }
+    }
+    if (!w) {
+        return mbsri_fail(error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
+                          "mbsr_newton_create: no memory for %d bodies", model->bodies);
+    }
+    w->info.method = w->corrected ? MBSR_NEWTON_CORRECTED : MBSR_NEWTON_TREE;
+    w->info.across = w->correction.count;
+    w->info.exact = w->corrected || w->correction.count == 0;
+    *newton = w;
+    return MBSR_OK;
+}
+
+void mbsr_newton_destroy(mbsr_newton *newton)
+{
+    if (!newton) return;
+    const mbsr_allocator allocator = newton->model->allocator;
+    if (newton->block) mbsri_release(&allocator, newton->block);
+    if (newton->numbers) mbsri_release(&allocator, newton->numbers);
+    if (newton->fast_block) mbsri_release(&allocator, newton->fast_block);
+    mbsri_release(&allocator, newton);
+}
+
+/* ---- factoring and solving ---- */
+
+static int refuse(mbsr_newton *w, int status, const char *text)
+{
+    return mbsri_fail(&w->error, status, MBSR_NONE, MBSR_NONE, "%s", text);
+}
+
+/* By the sweeps in vector code where they serve, else by blocks. */
+static int factor_tree(mbsr_newton *w, mbsr_data *d, double t, const double *y, double c)
+{
+    const mbsr_model *m = w->model;
+    const double *u = y + m->nq + m->nu;
+    const int status =
+        w->fast ? mbsri_fast_newton_factor(w->fast, d, t, y, u, c) : MBSRI_NOT_SERVED;
+    w->by_sweeps = status != MBSRI_NOT_SERVED;
+    w->info.vector_code = w->by_sweeps;
+    if (w->by_sweeps) return status;
+    if (!w->lean) return mbsri_tree_factor(w, d, t, y, u, c);
+    return mbsri_fail(&d->error, MBSR_ERR_LEAN, MBSR_NONE, MBSR_NONE,
+                      "mbsr_newton_factor: the solver was created lean, and the sweeps in vector "
+                      "code do not serve %s",
+                      w->fast ? "this state" : "this model");
+}
+
+int mbsr_newton_factor(mbsr_newton *newton, mbsr_data *data, double t, const double *y,
+                       const double *yp, double c)
+{
+    mbsr_newton *w = newton;
+    if (!w) return MBSR_ERR_NULL;
+    w->factored = false;
+    if (!data || !y || !yp)
+        return refuse(w, MBSR_ERR_NULL, "mbsr_newton_factor: data, y or yp is NULL");
+    if (!isfinite(c) || c == 0.0) {
+        return mbsri_fail(&w->error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
+                          "mbsr_newton_factor: c is %g, must be finite and not zero", c);
+    }
+    const mbsr_model *m = w->model;
+    int status = mbsri_enter(m, data, true, MBSRI_STAGE_NONE, "mbsr_newton_factor");
+    if (!status) status = factor_tree(w, data, t, y, c);
+    if (!status && w->corrected) status = mbsri_correction_factor(w, data);
+    if (status) {
+        const mbsr_error *error = mbsr_data_error(data);
+        return mbsri_fail(&w->error, status, error->body, error->force, "%s", error->text);
+    }
+    w->factored = true;
+    ++w->info.factorisations;
+    return MBSR_OK;
+}
+
+/* w->loaded = r with the joint forces of a load, which enter the rows of p. */
+static const double *with_load(const mbsr_newton *w, const double *r, const double *load)
+{
+    const mbsr_model *m = w->model;
+    const size_t size = (size_t)(m->nq + 2 * m->nu);
+    if (r)
+        mbsri_copy(size, r, w->loaded);
+    else
+        mbsri_zero(size, w->loaded);
+    for (int k = 0; k < m->nu; ++k) w->loaded[m->nq + m->u_of[k]] += load[m->size_v + (size_t)k];
+    return w->loaded;
+}
+
+void mbsri_newton_tree_solve(mbsr_newton *w, const double *r, const double *load, double *delta)
+{
+    if (w->by_sweeps)
+        mbsri_fast_newton_solve(w->fast, load ? with_load(w, r, load) : r, load, delta, w->motion);
+    else
+        mbsri_tree_solve(w, r, load, delta);
+}
+
+const double *mbsri_newton_motion(const mbsr_newton *w, int i)
+{
+    return w->by_sweeps ? w->motion + 12 * (size_t)i : w->x + w->node[i].x;
+}
+
+int mbsr_newton_solve(mbsr_newton *newton, const double *r, double *delta)
+{
+    mbsr_newton *w = newton;
+    if (!w) return MBSR_ERR_NULL;
+    if (!r || !delta) return refuse(w, MBSR_ERR_NULL, "mbsr_newton_solve: r or delta is NULL");
+    if (!w->factored)
+        return refuse(w, MBSR_ERR_SEQUENCE, "mbsr_newton_solve: there is no factorisation");
+    const size_t size = (size_t)(w->model->nq + 2 * w->model->nu);
+    if (!mbsri_finite(size, r))
+        return refuse(w, MBSR_NOT_FINITE, "mbsr_newton_solve: r is not finite");
+    if (w->corrected)
+        mbsri_correction_solve(w, r, w->solution);
+    else
+        mbsri_newton_tree_solve(w, r, NULL, w->solution);
+    ++w->info.solves;
+    if (!mbsri_finite(size, w->solution))
+        return refuse(w, MBSR_NOT_FINITE, "mbsr_newton_solve: the solution is not finite");
+    mbsri_copy(size, w->solution, delta);
+    return MBSR_OK;
+}
+
+int mbsr_newton_get_info(const mbsr_newton *newton, mbsr_newton_info *info)
+{
+    if (!newton || !info) return MBSR_ERR_NULL;
+    *info = newton->info;
+    return MBSR_OK;
+}
+
+const mbsr_error *mbsr_newton_error(const mbsr_newton *newton)
+{
+    static const mbsr_error none = {MBSR_ERR_NULL, MBSR_NONE, MBSR_NONE, "the solver is NULL"};
+    return newton ? &newton->error : &none;
+}
