@@ -6,7 +6,8 @@
  * The trees of the folder (tests/reference/trees) are those that the programs of bench/peers time
  * in other libraries; before they are timed their accelerations are compared with the reference. A
  * sample is the mean over as many calls as last about 5 ms; the samples of all trees are taken in
- * one random order. The calls *_batch take STATES states at once, the tree's first and others near
+ * one random order. newton_factor and newton_solve linearise and solve the Newton system of the
+ * momentum form. The calls *_batch take STATES states at once, the tree's first and others near
  * it; their time is that of one state. Trees of more than MOST_BODIES bodies are left out there,
  * for their memory. */
 #include "bench.h"
@@ -17,10 +18,20 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SAMPLES = 21, CALLS = 5, TREES = 14, STATES = 64, MOST_BODIES = 10000 };
+enum {
+    SAMPLES = 21,
+    CALLS = 7,
+    NEWTON = 3,
+    FIRST_BATCH = 5,
+    TREES = 14,
+    STATES = 64,
+    MOST_BODIES = 10000
+};
 
 static const double sample_time = 5e-3;
-static const char *const call_name[CALLS] = {"forward", "inverse", "momentum", "forward_batch",
+static const double newton_rate = 50.0; /* c of the Newton system, 1/s */
+static const char *const call_name[CALLS] = {"forward",       "inverse",      "momentum",
+                                             "newton_factor", "newton_solve", "forward_batch",
                                              "inverse_batch"};
 
 static const struct {
@@ -46,6 +57,7 @@ typedef struct candidate {
     mbsr_data *data;
     double *out, *y, *yp, *F;
     double build; /* s a body */
+    mbsr_newton *newton;
     mbsr_batch *batch;
     double *q, *u, *tau, *many; /* STATES of each, of results too */
     int repeats[CALLS];
@@ -58,7 +70,9 @@ static int call(candidate *c, int which)
     case 0: return mbsr_forward_dynamics(t->model, c->data, 0.0, t->q, t->u, t->tau, c->out);
     case 1: return mbsr_inverse_dynamics(t->model, c->data, 0.0, t->q, t->u, t->tau, c->out);
     case 2: return mbsr_dae_residual(t->model, c->data, MBSR_DAE_MOMENTUM, 0.0, c->y, c->yp, c->F);
-    case 3:
+    case 3: return mbsr_newton_factor(c->newton, c->data, 0.0, c->y, c->yp, newton_rate);
+    case 4: return mbsr_newton_solve(c->newton, c->yp, c->F);
+    case 5:
         return mbsr_batch_forward_dynamics(t->model, c->batch, 0.0, STATES, c->q, c->u, c->tau,
                                            c->many, NULL);
     default:
@@ -69,12 +83,18 @@ static int call(candidate *c, int which)
 
 static int states_of(int which)
 {
-    return which < 3 ? 1 : STATES;
+    return which < FIRST_BATCH ? 1 : STATES;
 }
 
 static bool is_timed(const candidate *c, int which)
 {
-    return which < 3 || c->tree.bodies <= MOST_BODIES;
+    return which < FIRST_BATCH || c->tree.bodies <= MOST_BODIES;
+}
+
+static const char *error_text(const candidate *c, int which)
+{
+    if (which >= FIRST_BATCH) return mbsr_batch_error(c->batch)->text;
+    return which < NEWTON ? mbsr_data_error(c->data)->text : mbsr_newton_error(c->newton)->text;
 }
 
 static double time_call(candidate *c, int which)
@@ -82,8 +102,7 @@ static double time_call(candidate *c, int which)
     if (!is_timed(c, which)) return 0.0;
     const double begin = bench_now();
     for (int k = 0; k < c->repeats[which]; ++k)
-        bench_check(call(c, which), call_name[which],
-                    which < 3 ? mbsr_data_error(c->data)->text : mbsr_batch_error(c->batch)->text);
+        bench_check(call(c, which), call_name[which], error_text(c, which));
     return (bench_now() - begin) / c->repeats[which] / c->tree.bodies / states_of(which) * 1e9;
 }
 
@@ -122,7 +141,7 @@ static void invert(candidate *c, const double *udot)
 static double defect(candidate *c, int which)
 {
     const bench_model *t = &c->tree;
-    if (which == 0 || which == 3) {
+    if (which == 0 || which == FIRST_BATCH) {
         bench_check(call(c, which), call_name[which], NULL);
         return difference(t->nu, which ? c->many : c->out, t->udot) / largest(t->nu, t->udot);
     }
@@ -174,6 +193,10 @@ static void open_candidate(candidate *c, int k, const char *folder)
     bench_check(mbsr_dae_pack(m, full, MBSR_DAE_MOMENTUM, 0.0, c->tree.q, c->tree.u, c->y),
                 "mbsr_dae_pack", mbsr_data_error(full)->text);
     mbsr_data_destroy(full);
+    bench_check(mbsr_newton_create(m, MBSR_DAE_MOMENTUM, NULL, &c->newton, NULL),
+                "mbsr_newton_create", NULL);
+    for (size_t l = 0; l < size; ++l)
+        c->yp[l] = 0.01 * (double)(l % 7); /* r of newton_solve, too */
     if (c->tree.bodies <= MOST_BODIES) open_batch(c);
     for (int which = 0; which < CALLS; ++which) {
         const double scale = c->tree.bodies * states_of(which) * 1e-9;
@@ -191,7 +214,7 @@ static void report(candidate *c, int k, int samples, double *sample)
     if (!is_timed(c, which)) return;
     const bench_quartiles s = bench_statistics(samples, sample + k * samples);
     char error[16] = "";
-    if ((which < 2 || which == 3) && c->tree.udot)
+    if ((which < 2 || which == FIRST_BATCH) && c->tree.udot)
         snprintf(error, sizeof error, "%.2g", defect(c, which));
     printf("%s,%d,%s,%s,%.2f,%zu,%.1f,%.1f,%.1f\n", trees[tree].name, c->tree.bodies,
            call_name[which], error, 1e6 * c->build,

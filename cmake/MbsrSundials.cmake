@@ -3,13 +3,13 @@
 
 # The version file of SUNDIALS accepts one major version only, so the version is compared here.
 find_package(SUNDIALS QUIET CONFIG
-             COMPONENTS ida nvecserial sunmatrixdense sunlinsoldense)
+             COMPONENTS ida nvecserial sunmatrixdense sunlinsoldense sunlinsolspgmr)
 if(NOT SUNDIALS_FOUND OR NOT TARGET SUNDIALS::ida)
     if(SUNDIALS_NOT_FOUND_MESSAGE)
         set(mbsr_reason "Its package says: ${SUNDIALS_NOT_FOUND_MESSAGE}. ")
     endif()
-    message(FATAL_ERROR "SUNDIALS (6.4 or newer, with ida, nvecserial, sunmatrixdense and "
-                        "sunlinsoldense) was not found. ${mbsr_reason}"
+    message(FATAL_ERROR "SUNDIALS (6.4 or newer, with ida, nvecserial, sunmatrixdense, "
+                        "sunlinsoldense and sunlinsolspgmr) was not found. ${mbsr_reason}"
                         "Set SUNDIALS_ROOT to where it is installed, "
                         "or MBSR_IDA=OFF to build without the component ida.")
 endif()
@@ -19,7 +19,8 @@ if(SUNDIALS_VERSION VERSION_LESS 6.4)
 endif()
 
 set(mbsr_sundials_targets
-    SUNDIALS::ida SUNDIALS::nvecserial SUNDIALS::sunmatrixdense SUNDIALS::sunlinsoldense)
+    SUNDIALS::ida SUNDIALS::nvecserial SUNDIALS::sunmatrixdense SUNDIALS::sunlinsoldense
+    SUNDIALS::sunlinsolspgmr)
 # Since version 7 the context and the types have a library of their own.
 if(TARGET SUNDIALS::core)
     list(APPEND mbsr_sundials_targets SUNDIALS::core)

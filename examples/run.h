@@ -33,7 +33,8 @@ static inline void run_evaluate(run *r)
 
 /* Finishes the model, which the run then owns, finds a consistent state near q, u at t = 0 and
  * starts the driver there. */
-static inline run run_start(mbsr_model *m, const double *q, const double *u, double tolerance)
+static inline run run_start_with(mbsr_model *m, const double *q, const double *u, double tolerance,
+                                 mbsr_ida_solver solver)
 {
     run r = {.m = m};
     mbsr_error error;
@@ -48,10 +49,17 @@ static inline run run_start(mbsr_model *m, const double *q, const double *u, dou
           mbsr_data_error(r.d));
     mbsr_ida_opt opt = mbsr_default_ida_opt();
     opt.rtol = opt.atol = tolerance;
+    opt.linear_solver = solver;
     check(mbsr_ida_create(m, r.d, &opt, &r.ida, &error), &error);
     check(mbsr_ida_start(r.ida, 0.0, r.y, r.yp), mbsr_ida_error(r.ida));
     run_evaluate(&r);
     return r;
+}
+
+/* With the linear solver that the driver chooses. */
+static inline run run_start(mbsr_model *m, const double *q, const double *u, double tolerance)
+{
+    return run_start_with(m, q, u, tolerance, MBSR_IDA_AUTO);
 }
 
 static inline void run_to(run *r, double t)

@@ -2,7 +2,17 @@
 # Installs what is missing, builds a Release tree in build/release, runs the demo program, and plots
 # what it writes to demo-output/.
 # SPDX-License-Identifier: BSD-3-Clause
+# Usage: demo.sh [tree [BODIES]]   `tree`: the second part, a tree of 9999 bodies
 set -eu
+part=${1:-oscillators}
+case $part in
+oscillators) ;;
+tree) bodies=${2:-9999} ;;
+*)
+    echo "usage: $0 [tree [BODIES]]" >&2
+    exit 2
+    ;;
+esac
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 bash scripts/install.sh build demo
 
@@ -15,12 +25,11 @@ cmake -S . -B "$tree" ${generator[@]+"${generator[@]}"} -DCMAKE_BUILD_TYPE=Relea
 cmake --build "$tree" --parallel "$(getconf _NPROCESSORS_ONLN 2>/dev/null || echo 2)"
 
 mkdir -p "$output"
-"$tree/examples/demo_oscillators" "$output"
+"$tree/examples/demo_$part" "$output" ${bodies:+"$bodies"}
 if command -v gnuplot >/dev/null; then
-    script=$PWD/examples/oscillators.gp
+    script=$PWD/examples/$part.gp
     (cd "$output" && gnuplot "$script")
-    echo "Plots:"
-    find "$output" -name '*.png' | sort
+    echo "Plot: $output/$part.png"
 else
     echo "gnuplot is missing: no plot. The numbers are in $output."
 fi

@@ -12,11 +12,15 @@
  *
  * The start changes q along the elastic directions only, then u along all of them; momenta p = M u
  * stay. u' follows from the equations of motion, Yc^T gamma' = 0 and Y^T gamma'' = 0. Since all of
- * gamma vanishes along the motion, Y may be held fixed while differentiating. */
+ * gamma vanishes along the motion, Y may be held fixed while differentiating.
+ *
+ * That takes O(N k) operations for k directions, and C by differences. Where they are many and all
+ * are damped, the Newton solver does it in O(N) (newton/start.h). */
 #include "null_space.h"
 
 #include "dense.h"
 #include "lapack.h"
+#include "newton/start.h"
 
 #include <math.h>
 
@@ -32,6 +36,7 @@ typedef struct start {
     mbsr_consistent_info info;
     double t;
     int damped;                               /* rank of C */
+    double *q_given, *u_given;                /* nq, nu */
     double *q, *u;                            /* nq, nu: the state being improved */
     double *qdot, *udot;                      /* nq, nu */
     double *left, *right;                     /* k x k: singular vectors of C, [Yc Y] on the left */
@@ -42,29 +47,47 @@ typedef struct start {
     double *work;
     int lwork;
     int *pivots;
-    void *memory;
+    void *memory, *more;
 } start;
 
-/* Memory for everything but the null space. */
-static int allocate(start *s)
+/* Memory of vectors over the whole state. */
+static int allocate_state(start *s)
 {
     const mbsr_model *m = s->w.m;
-    const size_t k = (size_t)s->w.k, nq = (size_t)m->nq, nu = (size_t)m->nu;
-    const size_t size = (size_t)s->form->size(m);
+    const size_t nq = (size_t)m->nq, nu = (size_t)m->nu, size = (size_t)s->form->size(m);
+    double **const array[] = {&s->q_given, &s->u_given, &s->q, &s->u,
+                              &s->qdot,    &s->udot,    &s->y, &s->yp};
+    const size_t length[] = {nq, nu, nq, nu, nq, nu, size, size};
+    s->memory = mbsri_allocate(&m->allocator, (4 * (nq + nu) + 2 * size) * sizeof(double));
+    if (!s->memory) {
+        return mbsri_fail(&s->w.d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
+                          "mbsr_dae_consistent: no memory for %zu coordinates", nq + nu);
+    }
+    double *next = s->memory;
+    for (size_t l = 0; l < sizeof length / sizeof length[0]; ++l) {
+        *array[l] = next;
+        next += length[l];
+    }
+    return MBSR_OK;
+}
+
+/* Memory of what the directions need beside the null space itself. */
+static int allocate_directions(start *s)
+{
+    const mbsr_model *m = s->w.m;
+    const size_t k = (size_t)s->w.k;
     s->lwork = mbsri_lapack_svd_work(s->w.k > 0 ? s->w.k : 1);
-    double **const array[] = {&s->q,     &s->u,      &s->qdot,   &s->udot,    &s->left,
-                              &s->right, &s->values, &s->defect, &s->weights, &s->moved,
-                              &s->trial, &s->matrix, &s->y,      &s->yp,      &s->work};
-    const size_t length[] = {nq, nu, nq,    nu,   k * k, k * k,           k, k, k,
-                             k,  k,  k * k, size, size,  (size_t)s->lwork};
+    double **const array[] = {&s->left,  &s->right, &s->values, &s->defect, &s->weights,
+                              &s->moved, &s->trial, &s->matrix, &s->work};
+    const size_t length[] = {k * k, k * k, k, k, k, k, k, k * k, (size_t)s->lwork};
     size_t total = 0;
     for (size_t l = 0; l < sizeof length / sizeof length[0]; ++l) total += length[l];
-    s->memory = mbsri_allocate(&m->allocator, total * sizeof(double) + k * sizeof(int));
-    if (!s->memory) {
+    s->more = mbsri_allocate(&m->allocator, total * sizeof(double) + k * sizeof(int));
+    if (!s->more) {
         return mbsri_fail(&s->w.d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                           "mbsr_dae_consistent: no memory for %d null directions", s->w.k);
     }
-    double *next = s->memory;
+    double *next = s->more;
     for (size_t l = 0; l < sizeof length / sizeof length[0]; ++l) {
         *array[l] = next;
         next += length[l];
@@ -390,14 +413,23 @@ static int check(const mbsr_model *m, mbsr_data *d, mbsr_dae_form form,
     return MBSR_OK;
 }
 
+/* Evaluates all stages at the improved state. */
+static int evaluate(const start *s)
+{
+    int status = mbsr_positions(s->w.m, s->w.d, s->t, s->q);
+    if (!status) status = mbsr_velocities(s->w.m, s->w.d, s->u);
+    if (!status) status = mbsr_forces(s->w.m, s->w.d, NULL);
+    return status ? status : mbsr_backward(s->w.m, s->w.d);
+}
+
 /* The improved state in the form asked for, with its rates. */
-static int deliver(start *s, double *y, double *yp)
+static int deliver(const start *s, double *y, double *yp)
 {
     const mbsr_model *m = s->w.m;
     mbsr_data *d = s->w.d;
     const size_t size = (size_t)s->form->size(m);
     int status = mbsri_pack(s->form, m, d, s->t, s->q, s->u, s->y);
-    if (!status) status = mbsri_null_gamma(&s->w, s->t, s->q, s->u, s->defect);
+    if (!status) status = evaluate(s);
     if (!status) status = s->form->start(m, d, s->t, s->y, s->udot, s->yp);
     if (status) return status;
     if (!mbsri_finite(size, s->y) || !mbsri_finite(size, s->yp))
@@ -407,6 +439,70 @@ static int deliver(start *s, double *y, double *yp)
     return MBSR_OK;
 }
 
+/* ---- the two ways ---- */
+
+/* By the directions that move no mass. */
+static int run_directions(start *s)
+{
+    int status = MBSR_OK;
+    s->info.null_directions = s->w.k;
+    if (s->w.k > 0) {
+        status = find_positions(s);
+        if (!status) status = find_velocities(s);
+    }
+    if (!status) status = find_rates(s);
+    s->info.elastic_directions = s->w.k - s->damped;
+    return status;
+}
+
+static int by_directions(start *s)
+{
+    const mbsr_model *m = s->w.m;
+    int status = mbsri_null_open(&s->w, m, s->w.d, s->t, s->q, s->u, "mbsr_dae_consistent");
+    if (status) return status;
+    status = allocate_directions(s);
+    if (!status) status = run_directions(s);
+    mbsri_release(&m->allocator, s->more);
+    mbsri_null_close(&s->w);
+    return status;
+}
+
+/* Largest |gamma| at mbsr_backward. */
+static double largest_gamma(const mbsr_model *m, const mbsr_data *d, double *force)
+{
+    double largest = 0.0;
+    for (int i = 1; i <= m->bodies; ++i) {
+        const mbsri_body *b = m->body + i;
+        if (d->rank[i] == b->n) continue;
+        mbsri_null_force(m, d, i, d->e + b->iu, force);
+        for (int l = d->rank[i]; l < b->n; ++l) {
+            double gamma = 0.0;
+            for (int k = 0; k < b->n; ++k)
+                gamma += d->s[b->iu + k] * d->X[b->nn + (size_t)(l * b->n + k)] * force[k];
+            largest = fmax(largest, fabs(gamma));
+        }
+    }
+    return largest;
+}
+
+/* Beyond so many directions the Newton solver is asked first. */
+enum { MANY_DIRECTIONS = 24 };
+
+/* By the Newton solver; *served: whether it did. */
+static int on_tree(start *s, bool *served)
+{
+    const mbsr_model *m = s->w.m;
+    mbsr_data *d = s->w.d;
+    *served = false;
+    int status = evaluate(s);
+    if (status || m->nu - d->total_rank <= MANY_DIRECTIONS) return status;
+    s->info.null_directions = m->nu - d->total_rank;
+    s->info.force_defect = largest_gamma(m, d, s->udot);
+    status = mbsri_damped_start(m, d, s->t, s->q, s->u, s->udot, s->opt, &s->info, served);
+    if (!*served) s->info = (mbsr_consistent_info){0};
+    return status;
+}
+
 static double distance(int n, const double *a, const double *b)
 {
     double value = 0.0;
@@ -414,23 +510,18 @@ static double distance(int n, const double *a, const double *b)
     return value;
 }
 
-/* From the state (q, u) to the result in y, yp. */
-static int run(start *s, const double *q, const double *u, double *y, double *yp)
+/* From the state given to the result in y, yp. */
+static int run(start *s, double *y, double *yp)
 {
     const mbsr_model *m = s->w.m;
-    mbsri_copy((size_t)m->nq, q, s->q);
-    mbsri_copy((size_t)m->nu, u, s->u);
-    s->info.null_directions = s->w.k;
-    int status = MBSR_OK;
-    if (s->w.k > 0) {
-        status = find_positions(s);
-        if (!status) status = find_velocities(s);
-    }
-    if (!status) status = find_rates(s);
+    bool served;
+    mbsri_copy((size_t)m->nq, s->q_given, s->q);
+    mbsri_copy((size_t)m->nu, s->u_given, s->u);
+    int status = on_tree(s, &served);
+    if (!status && !served) status = by_directions(s);
     if (status) return status;
-    s->info.elastic_directions = s->w.k - s->damped;
-    s->info.position_change = distance(m->nq, s->q, q);
-    s->info.velocity_change = distance(m->nu, s->u, u);
+    s->info.position_change = distance(m->nq, s->q, s->q_given);
+    s->info.velocity_change = distance(m->nu, s->u, s->u_given);
     return deliver(s, y, yp);
 }
 
@@ -444,26 +535,17 @@ int mbsr_dae_consistent(const mbsr_model *model, mbsr_data *data, mbsr_dae_form 
     if (!status) status = check(model, data, form, opt);
     if (status) return status;
 
-    start s = {.form = mbsri_find_form(form), .opt = opt, .t = t};
-    const size_t nq = (size_t)model->nq, nu = (size_t)model->nu;
-    double *given = mbsri_allocate(&model->allocator, (nq + nu) * sizeof *given);
-    if (!given) {
-        return mbsri_fail(&data->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
-                          "mbsr_dae_consistent: no memory for %zu coordinates", nq + nu);
-    }
-    double *q = given, *u = given + nq;
+    start s = {.form = mbsri_find_form(form), .opt = opt, .t = t, .w = {.m = model, .d = data}};
+    status = allocate_state(&s);
+    if (status) return status;
     const bool watching = data->watching;
     data->watching = false; /* a new start may have other ranks */
-    status = mbsri_unpack(s.form, model, data, t, y, q, u);
-    if (!status) status = mbsri_null_open(&s.w, model, data, t, q, u, "mbsr_dae_consistent");
+    status = mbsri_unpack(s.form, model, data, t, y, s.q_given, s.u_given);
     if (!status) {
-        status = allocate(&s);
-        if (!status) status = run(&s, q, u, y, yp);
+        status = run(&s, y, yp);
         if (info) *info = s.info;
-        mbsri_release(&model->allocator, s.memory);
-        mbsri_null_close(&s.w);
     }
     data->watching = watching;
-    mbsri_release(&model->allocator, given);
+    mbsri_release(&model->allocator, s.memory);
     return status;
 }

@@ -270,6 +270,9 @@ int mbsri_enter(const mbsr_model *m, mbsr_data *d, bool outputs, mbsri_stage nee
 /* Index of a body by id; -1 if there is none. MBSR_GROUND is 0. */
 int mbsri_index(const mbsr_model *m, int id);
 
+/* Whether the joint is a stock joint in the plane; its free coordinates (MBSR_X and so on). */
+bool mbsri_planar_coordinates(const mbsri_joint *joint, int *free);
+
 /* Reports a callback's status for body i's joint. */
 int mbsri_joint_failed(const mbsr_model *m, mbsr_data *d, int i, int status, const char *function);
 

@@ -105,8 +105,9 @@ typedef struct mbsr_consistent_info {
  * gamma' = 0. Then yp: u' from the equations of motion and from the derivatives of gamma. y holds a
  * state of the form and is updated; the q and u in it count, p follows. yp is an output. On failure
  * both stay as they were. opt and info may be NULL. Forces are evaluated at states far from y too
- * (see mbsr_index_report_create). Allocates from the model's allocator, and its cost grows with the
- * number of null directions times that of a residual: for the start, not for the path of a solver.
+ * (see mbsr_index_report_create). Allocates from the model's allocator. Its cost grows with the
+ * number of null directions times that of a residual, or, where there are more than 24 and all are
+ * damped, as that of a few residuals (docs/newton.md): for the start, not for the path of a solver.
  * MBSR_UNDETERMINED names a joint with a direction that no force determines; MBSR_NO_CONVERGENCE:
  * no state found in which the forces balance; MBSR_RANK_CHANGED, MBSR_ERR_VALUE,
  * MBSR_ERR_NO_DEFAULT, MBSR_ERR_NO_MEMORY and the statuses of the stages. */

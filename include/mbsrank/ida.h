@@ -11,7 +11,7 @@
 #ifndef MBSRANK_IDA_H
 #define MBSRANK_IDA_H
 
-#include <mbsrank/dae.h>
+#include <mbsrank/newton.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -24,47 +24,102 @@ typedef struct mbsr_ida mbsr_ida;
 typedef int (*mbsr_event_fn)(void *user, double t, const double *y, const double *yp,
                              double *value);
 
+/* How far a run is, for a progress function. */
+typedef struct mbsr_ida_progress {
+    double t;    /* s, the end of the last step */
+    long steps;  /* since mbsr_ida_start */
+    double step; /* s, the last one; negative backwards in time */
+    int order;   /* of the last one */
+} mbsr_ida_progress;
+
+/* Called between two steps. Returns 0 or a status that stops the run there: mbsr_ida_advance and
+ * mbsr_ida_run return it, and the next call goes on as if there had been no stop. May call
+ * mbsr_ida_dense and mbsr_ida_get_stats. */
+typedef int (*mbsr_ida_progress_fn)(void *user, const mbsr_ida_progress *now);
+
+/* Receives the state of output time `index`: y and yp, mbsr_dae_size numbers, valid during the call
+ * only. Returns 0 or a status that stops the run, as above. */
+typedef int (*mbsr_ida_output_fn)(void *user, int index, double t, const double *y,
+                                  const double *yp);
+
+/* What solves the linear systems of the Newton iterations. */
+typedef enum mbsr_ida_solver {
+    MBSR_IDA_AUTO = 0,  /* momentum form: TREE if it is exact, else KRYLOV; DENSE for the other
+                         * forms and for models whose joints newton.h does not serve */
+    MBSR_IDA_DENSE = 1, /* a matrix by difference quotients: O(N^2) in memory and for each step,
+                         * O(N^3) for each Jacobian */
+    MBSR_IDA_TREE = 2,  /* mbsr_newton: O(N) in memory, for each step and each Jacobian. Where
+                         * force elements across the tree are left out of it (mbsr_newton_info.exact
+                         * is 0), Newton's iterations converge slowly or not at all */
+    MBSR_IDA_KRYLOV = 3 /* SPGMR (GMRES on difference quotients), preconditioned by mbsr_newton */
+} mbsr_ida_solver;
+
 typedef struct mbsr_ida_opt {
     int cookie;              /* set by mbsr_default_ida_opt */
     mbsr_dae_form form;      /* default MBSR_DAE_MOMENTUM */
     double rtol;             /* relative tolerance, default 1e-6 */
     double atol;             /* of q and u, default 1e-6; for others see below */
     const double *atol_each; /* mbsr_dae_size tolerances, read at creation; NULL: atol */
-    int suppress_algebraic;  /* leave algebraic variables out of the error test, default 1 */
-    int watch_ranks;         /* MBSR_RANK_CHANGED where a rank changes, default 1 */
-    double initial_step;     /* s; 0 (default): from y'', at most 1e-3 s */
-    double max_step;         /* s; 0: none (default) */
-    int max_order;           /* 1 .. 5, default 5 */
-    long max_steps;          /* internal steps in one call of mbsr_ida_advance, default 1 000 000 */
-    int events;              /* number of event functions, default 0 */
-    mbsr_event_fn event;     /* NULL exactly when events is 0 */
+    /* atol by kind of variable (mbsr_coordinate_kind); 0 (default): atol. Not with atol_each */
+    double atol_angle;            /* rad, and numbers of quaternions */
+    double atol_length;           /* m */
+    double atol_angular_velocity; /* rad/s */
+    double atol_velocity;         /* m/s */
+    int max_norm; /* errors are measured by the largest entry, not by the root of their mean square;
+                   * default 0, see below */
+    int suppress_algebraic;        /* leave algebraic variables out of the error test, default 1 */
+    int watch_ranks;               /* MBSR_RANK_CHANGED where a rank changes, default 1 */
+    mbsr_ida_solver linear_solver; /* default MBSR_IDA_AUTO; TREE and KRYLOV: momentum form only */
+    mbsr_newton_opt newton;        /* of TREE and KRYLOV, default mbsr_default_newton_opt() */
+    int krylov_size;               /* vectors that KRYLOV spans a solution by at most, default 30 */
+    double initial_step;           /* s; 0 (default): from y'', at most 1e-3 s */
+    double max_step;               /* s; 0: none (default) */
+    int max_order;                 /* 1 .. 5, default 5 */
+    long max_steps;      /* internal steps in one call of mbsr_ida_advance, default 1 000 000 */
+    int events;          /* number of event functions, default 0 */
+    mbsr_event_fn event; /* NULL exactly when events is 0 */
     void *event_user;
+    mbsr_ida_progress_fn progress; /* NULL (default): none */
+    void *progress_user;
+    long progress_steps;      /* steps between its calls, default 1 */
+    double progress_interval; /* s of real time between its calls at least, default 0 */
 } mbsr_ida_opt;
 
 /* Unless atol_each is given, momenta are tested with the error they make in a velocity: p of a
- * joint with mass (rtol |u| + atol), where mass is its mbsr_rank_info.scale at the start, and the
- * velocities v of the index-1 form with rtol |v| + sqrt(mass) atol. Where that scale is zero, the
- * largest in the tree counts. */
+ * joint with mass (rtol |u| + atol), where mass is its mbsr_rank_info.scale at the start and atol
+ * that of the joint's u, and the velocities v of the index-1 form with rtol |v| + sqrt(mass) atol,
+ * the smallest of the joint's. Where that scale is zero, the largest in the tree counts.
+ *
+ * IDA measures errors by sqrt(sum (e_k / tolerance_k)^2 / n) over the n entries of y: in a large
+ * system the error of one body alone may exceed its tolerances sqrt(n) times. With max_norm no
+ * entry may exceed its own, in the error test as in the test for convergence of Newton's
+ * iterations, at the price of shorter steps; the measure is max |e_k| / tolerance_k then. Entries
+ * that the error test leaves out (suppress_algebraic) are left out of it here too. */
 MBSR_API mbsr_ida_opt mbsr_default_ida_opt(void);
 
-/* What the integration has cost so far. Dense linear algebra, Jacobian by differences. */
+/* What the integration has cost so far. */
 typedef struct mbsr_ida_stats {
     long steps;
-    long residuals;          /* evaluations of F in all, those for the Jacobian included */
+    long residuals;          /* evaluations of F in all, those for difference quotients included */
     long jacobian_residuals; /* of these, for difference quotients */
-    long jacobians;
+    long jacobians;          /* DENSE, TREE: that IDA asked for */
     long newton_iterations;
     long newton_failures; /* iterations that did not converge; some succeed with a new Jacobian */
     long error_test_failures;
     long events; /* evaluations of the event functions */
     int last_order;
-    double last_step; /* s */
+    double last_step;              /* s */
+    mbsr_ida_solver linear_solver; /* the one that runs: DENSE, TREE or KRYLOV */
+    long factorisations;           /* of the matrix, or mbsr_newton_factor */
+    long solves;                   /* with them; KRYLOV: as preconditioner */
+    long krylov_iterations;
 } mbsr_ida_stats;
 
 /* Creates a driver at rest. model and data must outlive it; opt == NULL means
  * mbsr_default_ida_opt(). On failure *ida is NULL and the reason in *error (which may be NULL).
  * MBSR_ERR_NULL, MBSR_ERR_NO_DEFAULT, MBSR_ERR_VALUE, MBSR_ERR_UNFINISHED, MBSR_ERR_MISMATCH,
- * MBSR_ERR_NO_MEMORY, MBSR_ERR_SOLVER. */
+ * MBSR_ERR_NO_MEMORY, MBSR_ERR_SOLVER, and unless DENSE is asked for the statuses of
+ * mbsr_newton_create. */
 MBSR_API int mbsr_ida_create(const mbsr_model *model, mbsr_data *data, const mbsr_ida_opt *opt,
                              mbsr_ida **ida, mbsr_error *error);
 MBSR_API void mbsr_ida_destroy(mbsr_ida *ida); /* NULL is allowed */
@@ -91,9 +146,24 @@ MBSR_API int mbsr_ida_start(mbsr_ida *ida, double t, const double *y, const doub
  * the integration mbsr_ida_start begins anew. */
 MBSR_API int mbsr_ida_advance(mbsr_ida *ida, double t_end, double *t, double *y, double *yp);
 
+/* Integrates over the output times times[*next .. count-1], which follow each other in the run's
+ * direction of time, and calls `output` at each, with the result interpolated as by
+ * mbsr_ida_advance; one of them may be the present time. *next, 0 in the first call, becomes the
+ * index of the first time not given out yet: after MBSR_EVENT, a stop by a callback, or too few
+ * max_steps the same call goes on; mbsr_ida_state then has the state at that point. MBSR_OK when
+ * all times are given out, MBSR_ERR_NULL, MBSR_ERR_VALUE (count, *next or a time that does not
+ * fit), what `output` returned, and the statuses of mbsr_ida_advance. */
+MBSR_API int mbsr_ida_run(mbsr_ida *ida, int count, const double *times, int *next,
+                          mbsr_ida_output_fn output, void *user);
+
+/* The state that the run has reached; t, y and yp may each be NULL. MBSR_ERR_NULL,
+ * MBSR_ERR_SEQUENCE without a state: before mbsr_ida_start, and after a failure that ended the
+ * run. */
+MBSR_API int mbsr_ida_state(mbsr_ida *ida, double *t, double *y, double *yp);
+
 /* After MBSR_EVENT: direction of each event function, +1 rising, -1 falling, 0 not involved.
  * direction: events ints. MBSR_ERR_NULL, MBSR_ERR_SEQUENCE when the last call of mbsr_ida_advance
- * did not end in an event. */
+ * (or mbsr_ida_run) did not end in an event. */
 MBSR_API int mbsr_ida_event_info(const mbsr_ida *ida, int *direction);
 
 /* k-th derivative of y at a time within the last step, from IDA's interpolation polynomial; k from
@@ -106,6 +176,10 @@ MBSR_API int mbsr_ida_get_stats(const mbsr_ida *ida, mbsr_ida_stats *stats);
 
 /* The last failure; never NULL. */
 MBSR_API const mbsr_error *mbsr_ida_error(const mbsr_ida *ida);
+
+/* The Newton solver of TREE and KRYLOV, for mbsr_newton_get_info; owned by the driver. NULL with
+ * DENSE. */
+MBSR_API const mbsr_newton *mbsr_ida_newton(const mbsr_ida *ida);
 
 /* IDA's own memory, for any IDAGet/IDASet call not offered here; owned by the driver. */
 MBSR_API void *mbsr_ida_memory(const mbsr_ida *ida);

@@ -111,6 +111,20 @@ MBSR_API int mbsr_model_nu(const mbsr_model *model); /* joint velocity coordinat
 MBSR_API int mbsr_body_coordinates(const mbsr_model *model, int body, int *q_index, int *nq,
                                    int *u_index, int *n);
 
+/* What a joint coordinate measures. The four numbers of a quaternion and the angle of a screw count
+ * as rotations; of a caller's own joint nothing is known. */
+typedef enum mbsr_coordinate_kind {
+    MBSR_COORDINATE_OTHER = 0,
+    MBSR_COORDINATE_ROTATION = 1,   /* rad, rad/s */
+    MBSR_COORDINATE_TRANSLATION = 2 /* m, m/s */
+} mbsr_coordinate_kind;
+
+/* Kinds of a body's joint coordinates: position nq, velocity n of mbsr_body_coordinates. Outputs
+ * may be NULL. Status: MBSR_OK, MBSR_ERR_NULL, MBSR_ERR_UNFINISHED, MBSR_ERR_ID. */
+MBSR_API int mbsr_body_coordinate_kinds(const mbsr_model *model, int body,
+                                        mbsr_coordinate_kind *position,
+                                        mbsr_coordinate_kind *velocity);
+
 MBSR_API int mbsr_body_parent(const mbsr_model *model,
                               int body); /* an id, MBSR_GROUND, or MBSR_NONE */
 MBSR_API int mbsr_body_dimension(const mbsr_model *model, int body); /* d */

@@ -40,7 +40,7 @@ typedef enum mbsr_newton_method {
 typedef struct mbsr_newton_opt {
     int cookie;                /* set by mbsr_default_newton_opt */
     mbsr_newton_method method; /* default MBSR_NEWTON_AUTO */
-    int max_rank;              /* of the correction, for AUTO; default 48 */
+    int max_rank;              /* of the correction, for AUTO; default 120 */
     int by_blocks;             /* 1: not the sweeps in vector code, where they serve; default 0 */
     int lean; /* 1: memory for these sweeps alone, a few hundred bytes a body instead of some kB;
                  what they do not serve is refused with MBSR_ERR_LEAN; default 0 */
@@ -52,7 +52,7 @@ MBSR_API mbsr_newton_opt mbsr_default_newton_opt(void);
 typedef struct mbsr_newton_info {
     mbsr_newton_method method; /* TREE or CORRECTED */
     int exact;                 /* 1: solve gives the solution; 0: an approximation, to precondition
-                                * an iterative method with (dense.h of none, SPGMR and the like) */
+                                * an iterative method with (SPGMR and the like) */
     int across;                /* force elements between other bodies */
     int rank;                  /* of the correction, at the last factorisation */
     int vector_code;           /* 1: the last factorisation ran in the sweeps for rigid bodies */

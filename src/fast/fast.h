@@ -156,8 +156,10 @@ typedef struct mbsri_fast_kernels {
     int (*velocities)(const mbsri_fast_run *run);
     void (*momentum)(const mbsri_fast_run *run);
     /* Of newton.h. The first sweeps as backward; it returns a body whose rows are singular, 0, or
-     * below 0 where the sweeps do not serve. */
+     * below 0 where the sweeps do not serve; the second is for trees with joint blocks that are
+     * zero. */
     int (*newton_factor)(const mbsri_fast_run *run, struct mbsri_fast_newton *newton);
+    int (*newton_factor_deep)(const mbsri_fast_run *run, struct mbsri_fast_newton *newton);
     void (*newton_solve)(struct mbsri_fast_newton *newton, const double *r, const double *load,
                          double *delta, double *motion);
 } mbsri_fast_kernels;

@@ -431,7 +431,7 @@ MBSRI_INLINE bool sweep_back(const mbsri_fast_run *run, bool exact)
     return true;
 }
 
-static bool backward(const mbsri_fast_run *run)
+MBSRI_OUTLINE bool backward(const mbsri_fast_run *run)
 {
     return sweep_back(run, false) || sweep_back(run, true);
 }
@@ -475,16 +475,17 @@ static void forward(const mbsri_fast_run *run)
 /* ---- inverse dynamics: A root to leaves with the force that it takes, S^T of the sums back ----
  * */
 
-/* (L, p) = M A + gyroscopic force, in the place of U. */
-MBSRI_INLINE void own_load(const mbsri_fast_body *b, mbsri_fast_state *s, v4 A_w, v4 A_v)
+/* (L, p) = M A + gyroscopic force. */
+MBSRI_INLINE void own_load(const mbsri_fast_body *b, const mbsri_fast_state *s, v4 A_w, v4 A_v,
+                           v4 *L, v4 *p)
 {
     const v4 R[3] = {load(s->R), load(s->R + 4), load(s->R + 8)},
              I[3] = {load(b->I), load(b->I + 4), load(b->I + 8)};
     const v4 omega = load(s->omega), h = times_stored(R, b->c);
     const v4 w = transposed_times(R, omega), a = transposed_times(R, A_w);
     const v4 in_body = times(I, a) + cross(w, times(I, w));
-    store(s->U_L, times(R, in_body) + cross(h, A_v));
-    store(s->U_p, splat(b->c[3]) * A_v + cross(A_w, h) + cross(omega, cross(omega, h)));
+    *L = times(R, in_body) + cross(h, A_v);
+    *p = splat(b->c[3]) * A_v + cross(A_w, h) + cross(omega, cross(omega, h));
 }
 
 MBSRI_INLINE void accelerate(const mbsri_fast_run *run, int i)
@@ -509,16 +510,15 @@ MBSRI_INLINE void accelerate(const mbsri_fast_run *run, int i)
     }
     store(s->A_w, A_w);
     store(s->A_v, A_v);
-    if (b->flags & MBSRI_MASSLESS) {
-        store(s->U_L, splat(0.0));
-        store(s->U_p, splat(0.0));
-    } else {
-        own_load(b, s, A_w, A_v);
-    }
+    /* in the place of U */
+    v4 L = splat(0.0), p = splat(0.0);
+    if (!(b->flags & MBSRI_MASSLESS)) own_load(b, s, A_w, A_v, &L, &p);
     if (b->flags & MBSRI_LOADED) {
-        store(s->U_L, load(s->U_L) - load(run->load[i].L));
-        store(s->U_p, load(s->U_p) - load(run->load[i].p));
+        L -= load(run->load[i].L);
+        p -= load(run->load[i].p);
     }
+    store(s->U_L, L);
+    store(s->U_p, p);
 }
 
 /* The sums to the leaves stay in registers or, at branches, on the stack of the momentum form. */

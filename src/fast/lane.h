@@ -8,6 +8,9 @@
 
 #define MBSRI_INLINE static inline __attribute__((always_inline))
 
+/* Compiled once: rarely called, or long. */
+#define MBSRI_OUTLINE static __attribute__((noinline))
+
 typedef double v4 __attribute__((vector_size(32), may_alias));
 typedef long long i4 __attribute__((vector_size(32), may_alias));
 typedef v4 lanes; /* what sine.h works on */

@@ -29,16 +29,18 @@ int mbsri_fast_newton_factor(mbsri_fast_newton *newton, mbsr_data *d, double t, 
                              const double *u, double c);
 
 /* delta from r = (r_q, r_p, r_u), both in the caller's order and perhaps the same; r == NULL: zero.
- * The other two are for models with elements on bodies only (tree->body_forces). load: NULL, or
- * perturbations of the forces on the bodies, six numbers at offset body.v. motion: NULL, or where
- * the perturbations of body i's pose (rotation, displacement of its origin) and of its V go, twelve
- * numbers at 12 i. */
+ * load: NULL, or perturbations of the forces on the bodies, six numbers at offset body.v, and from
+ * size_v on of the joint forces in the order of the sweeps. motion: NULL, or where the
+ * perturbations of body i's pose (rotation, displacement of its origin) and of its V go, twelve
+ * numbers at 12 i. Without elements on bodies (tree->body_forces) nobody asks for forces on bodies
+ * and for motions: load counts for the joints only and motion is not written. */
 void mbsri_fast_newton_solve(mbsri_fast_newton *newton, const double *r, const double *load,
                              double *delta, double *motion);
 
 /* ---- what the sweeps keep ---- */
 
-/* What they return, besides 0 and bodies whose rows are singular. */
+/* What they return, besides 0 and bodies whose rows are singular: the sweeps do not serve, or those
+ * for deep bodies have to. */
 enum { MBSRI_NOT_CLEAR = -1, MBSRI_DEFICIENT = -2 };
 
 /* Of one joint coordinate, in the order in which the solution reads it. Perturbations of motion
@@ -76,12 +78,31 @@ typedef struct mbsri_newton_block {
 } mbsri_newton_block;
 MBSRI_CHECK_LAYOUT(mbsri_newton_block);
 
+/* What a body is in a factorisation with joints whose block is zero (newton_reaction.h). */
+enum {
+    MBSRI_DEEP = 1,      /* in the subtree of one of them */
+    MBSRI_NO_INERTIA = 2 /* its joint is one of them */
+};
+
+/* Of the coordinate of a deep joint: what du and r_q add to the reaction; what they add to the row
+ * of F_p, where the joint's block is zero. */
+typedef struct mbsri_newton_deep {
+    double C[6], U[6];
+    double pivot, gain;
+} mbsri_newton_deep;
+
+/* What the joint of a body has to exert on it. */
+typedef struct mbsri_newton_reaction {
+    double W[8];
+} mbsri_newton_reaction;
+MBSRI_CHECK_LAYOUT(mbsri_newton_reaction);
+
 /* Of a body, for the solution. */
 typedef struct mbsri_newton_step {
     double rho[4];
     int parent, flags, n, q, u, many;
     int branch; /* number among the bodies where the tree branches */
-    int idle;
+    int deep;
 } mbsri_newton_step;
 MBSRI_CHECK_LAYOUT(mbsri_newton_step);
 
@@ -92,18 +113,25 @@ typedef struct mbsri_newton_own {
 } mbsri_newton_own;
 MBSRI_CHECK_LAYOUT(mbsri_newton_own);
 
+/* Slopes of the forces on a body, (moment about its own origin, force), over the pose and V of a
+ * body: columns of its rotation, its displacement, omega and v, three of each. */
+typedef struct mbsri_newton_slopes {
+    double by[4][3][2][4];
+} mbsri_newton_slopes;
+MBSRI_CHECK_LAYOUT(mbsri_newton_slopes);
+
 /* What elimination hands from a body to its predecessor: the matrix, and momentum and applied
  * forces of the subtree. Columns: rotation, nu angular and linear, displacement, three of each;
- * rows: chi angular and linear, moment, force, four numbers each. */
+ * rows: chi angular and linear, moment, force, four numbers each; Y: psi, likewise. */
 typedef struct mbsri_newton_carry {
-    double P[4][3][4][4];
+    double P[4][3][4][4], Y[4][3][2][4];
     double L[4], p[4], N[4], F[4];
 } mbsri_newton_carry;
 MBSRI_CHECK_LAYOUT(mbsri_newton_carry);
 
 /* And in the solution: chi, moment and force; the recursion for L r_u. */
 typedef struct mbsri_newton_flow {
-    double b[16], L_bar[4], p_bar[4];
+    double b[16], psi[8], L_bar[4], p_bar[4];
 } mbsri_newton_flow;
 MBSRI_CHECK_LAYOUT(mbsri_newton_flow);
 
@@ -115,6 +143,11 @@ struct mbsri_fast_newton {
     size_t column_size;        /* bytes from one to the next */
     mbsri_newton_step *step;   /* bodies + 1 */
     mbsri_newton_block *block; /* tree->many */
+    /* Of elements on bodies: slopes of the forces on a body over its own motion, over that of its
+     * predecessor, and of the forces on the predecessor over the body's; the numbers of the body
+     * among those with such elements, or -1. */
+    mbsri_newton_slopes *at, *by_pred, *on_pred;
+    int *number, *pair;        /* bodies + 1 */
     mbsri_newton_own *own;     /* bodies + 1, with elements on bodies */
     double *k, *p;             /* of the last solution, by coordinate */
     double (*x)[16];           /* motions of the bodies where the tree branches */
@@ -122,7 +155,23 @@ struct mbsri_fast_newton {
     mbsri_newton_flow *flow;   /* tree->depth */
     double *tau_q, *tau_u;     /* slopes of joint forces of joints of one axis, by coordinate */
     mbsri_slopes slopes;
+    bool
+        unclear; /* at a factorisation the bound of rounding errors did not tell: not tried again */
+    bool deep;   /* some joint block was zero; below: NULL where none is expected to be */
+    mbsri_newton_deep *below;        /* nu */
+    mbsri_newton_reaction *reaction; /* bodies + 1 */
 };
+
+/* ---- slopes of force elements (newton_slopes.c) ---- */
+
+/* How many bodies there are with elements, and pairs of a body and its predecessor between which
+ * some act (at most); into the arrays, which may be NULL: their numbers, or -1. */
+void mbsri_newton_count(const mbsr_model *m, size_t *loaded, size_t *pairs, int *number, int *pair);
+
+/* Slopes at the state of the data, but for gravity: joint forces, forces on bodies and between a
+ * body and its predecessor. Returns a status, or MBSRI_NOT_SERVED where a joint's force depends on
+ * the motion of its bodies or the other way round. */
+int mbsri_newton_slopes_at(mbsri_fast_newton *newton, mbsr_data *d);
 
 static inline mbsri_newton_column *mbsri_newton_column_at(const mbsri_fast_newton *newton, int u)
 {

@@ -181,21 +181,27 @@ static void find_rows(int n, v4 by_c, const axis *a, mbsri_newton_block *B, doub
     }
 }
 
+/* The motion of the body by g_j, and by w the forces at h. */
+static void motion_by(int n, const axis *a, const mbsri_newton_block *B, int j, v4 x[4], v4 J[4])
+{
+    for (int g = 0; g < 4; ++g) x[g] = J[g] = splat(0.0);
+    for (int l = 0; l < n; ++l) {
+        const v4 w = splat(B->A[l][j]);
+        x[ROTATION] += a[l].S_w * w;
+        x[SPIN] += load(B->T[l]) * w;
+        x[DRIFT] += load(B->T[l] + 4) * w;
+        x[DISPLACEMENT] += a[l].S_v * w;
+        for (int r = 0; r < 3; ++r) J[r] += a[l].J[r] * w;
+    }
+}
+
 /* C and U, with what all columns add to the forces at h. */
 static void find_columns(int n, const slab *y, const axis *a, const mbsri_newton_block *B,
                          v4 (*C)[4], v4 (*U)[4], bool full)
 {
-    const v4 none = splat(0.0);
     for (int j = 0; j < n; ++j) {
-        v4 x[4] = {none, none, none, none}, J[4] = {none, none, none, none};
-        for (int l = 0; l < n; ++l) {
-            const v4 w = splat(B->A[l][j]);
-            x[ROTATION] += a[l].S_w * w;
-            x[SPIN] += load(B->T[l]) * w;
-            x[DRIFT] += load(B->T[l] + 4) * w;
-            x[DISPLACEMENT] += a[l].S_v * w;
-            for (int r = 0; r < 3; ++r) J[r] += a[l].J[r] * w;
-        }
+        v4 x[4], J[4];
+        motion_by(n, a, B, j, x, J);
         apply_slab(y, x, U[j], full);
         x[SPIN] += a[j].S_w;
         x[DRIFT] += a[j].S_v;
@@ -227,6 +233,24 @@ static void keep_columns(const mbsri_fast_run *run, int i, mbsri_fast_newton *ne
     }
 }
 
+/* What the joint's columns and the motion before it do to the forces on the predecessor. */
+static void add_on_predecessor(const mbsri_fast_run *run, int i, const mbsri_fast_newton *newton,
+                               const axis *a, v4 (*C)[4], v4 (*U)[4], slab *y)
+{
+    const mbsri_fast_body *b = run->tree->body + i;
+    slopes on;
+    place_on_predecessor(run, i, newton, &on);
+    for (int j = 0; j < b->n; ++j) {
+        v4 x[4], J[4];
+        motion_by(b->n, a, newton->block + b->many, j, x, J);
+        apply_slopes(&on, x, U[j]);
+        x[SPIN] += a[j].S_w;
+        x[DRIFT] += a[j].S_v;
+        apply_slopes(&on, x, C[j]);
+    }
+    add_slopes(&on, y);
+}
+
 static bool eliminate_many(const mbsri_fast_run *run, int i, mbsri_fast_newton *newton,
                            mbsri_newton_carry *m, bool full)
 {
@@ -247,6 +271,12 @@ static bool eliminate_many(const mbsri_fast_run *run, int i, mbsri_fast_newton *
     find_columns(n, &y, a, B, C, U, full);
     find_rows(n, by_c, a, B, slope, C, U, E, size, full);
     if (!invert(n, E, size, B->inverse)) return false;
+    const bool pair = is_pair(newton, i, full);
+    if (pair) {
+        slopes by;
+        place_by_predecessor(run, i, newton, &by);
+        add_slopes(&by, &y);
+    }
     for (int k = 0; k < n; ++k) joint_row(&y, a + k, by_c, R[k], full);
     for (int k = 0; k < n; ++k) {
         for (int g = 0; g < groups(full); ++g) {
@@ -254,6 +284,7 @@ static bool eliminate_many(const mbsri_fast_run *run, int i, mbsri_fast_newton *
             for (int l = 0; l < n; ++l) K[k][g] += splat(B->inverse[k][l]) * R[l][g];
         }
     }
+    if (pair) add_on_predecessor(run, i, newton, a, C, U, &y);
     keep_columns(run, i, newton, a, K, C, U, &y, full);
     slab_to_memory(&y, m, full);
     return true;
@@ -282,8 +313,8 @@ static double rates_of(const mbsri_fast_newton *newton, const mbsri_newton_step 
     return quotient[0];
 }
 
-static void many_loads(mbsri_fast_newton *newton, int i, const double *r, mbsri_newton_flow *m,
-                       bool full)
+static void many_loads(mbsri_fast_newton *newton, int i, const double *r,
+                       const double *load_of_body, mbsri_newton_flow *m, bool full)
 {
     const mbsri_newton_step *s = newton->step + i;
     const mbsri_newton_block *B = newton->block + s->many;
@@ -299,7 +330,10 @@ static void many_loads(mbsri_fast_newton *newton, int i, const double *r, mbsri_
         v4 row = load3(col->row) * load(m->b) + load3(col->row + 3) * load(m->b + 4) -
                  by_c * S_w * load(m->b + 8);
         if (full) row -= by_c * S_v * load(m->b + 12);
-        known[k] = (r ? newton->by_c * r_p[place[k]] : 0.0) + w[k] - sum3(row) + B->length[k] * r_s;
+        const double tau =
+            load_of_body ? load_of_body[newton->model->size_v + (size_t)(s->u + k)] : 0.0;
+        known[k] = newton->by_c * tau + (r ? newton->by_c * r_p[place[k]] : 0.0) + w[k] -
+                   sum3(row) + B->length[k] * r_s;
         for (int l = 0; l < n; ++l) known[k] -= B->gain[k][l] * g[l];
     }
     for (int k = 0; k < n; ++k) {

@@ -99,7 +99,7 @@ static const char *wrench_parameter(int k)
 
 static const mbsr_force_table body_table = {
     .version = MBSR_FORCE_TABLE_VERSION,
-    .flags = MBSR_FORCE_NO_MASS,
+    .flags = MBSR_FORCE_NO_MASS | MBSR_FORCE_NO_JOINT,
     .name = "applied force",
     .evaluate = body_evaluate,
     .check = check,
@@ -117,7 +117,7 @@ static const mbsr_force_table joint_table = {
 
 static const mbsr_force_table wrench_table = {
     .version = MBSR_FORCE_TABLE_VERSION,
-    .flags = MBSR_FORCE_NO_MASS,
+    .flags = MBSR_FORCE_NO_MASS | MBSR_FORCE_NO_JOINT,
     .name = "wrench",
     .evaluate = wrench_evaluate,
     .check = wrench_check,

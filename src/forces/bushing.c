@@ -96,8 +96,7 @@ static double factor(double square, double *slope)
         return 1.0 / 12.0 + square * (1.0 / 720.0 + square * (1.0 / 30240.0 + square / 1209600.0));
     }
     const double cotangent = cos(half) / sin(half), s = (1.0 - half * cotangent) / square;
-    /* d(half cot half) / d half = cot half - half (1 + cot^2 half),  d half / d square = 1 / (8
-     * half) */
+    /* with h = |theta| / 2:  d(h cot h)/dh = cot h - h (1 + cot^2 h),  dh/d|theta|^2 = 1/(8 h) */
     if (slope) {
         *slope = ((half * (1.0 + cotangent * cotangent) - cotangent) / (8.0 * half) - s) / square;
     }
@@ -307,7 +306,7 @@ static const char *parameter(int k)
 
 static const mbsr_force_table bushing_table = {
     .version = MBSR_FORCE_TABLE_VERSION,
-    .flags = MBSR_FORCE_NO_MASS,
+    .flags = MBSR_FORCE_NO_MASS | MBSR_FORCE_NO_JOINT,
     .name = "bushing",
     .evaluate = evaluate,
     .energy = energy,

@@ -125,7 +125,7 @@ static const char *parameter(int k)
 
 static const mbsr_force_table gravity_table = {
     .version = MBSR_FORCE_TABLE_VERSION,
-    .flags = MBSR_FORCE_EVERY_BODY,
+    .flags = MBSR_FORCE_EVERY_BODY | MBSR_FORCE_NO_JOINT,
     .name = "gravity",
     .evaluate = evaluate,
     .energy = energy,

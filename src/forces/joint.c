@@ -23,14 +23,14 @@ static int check_position(const mbsr_force_args *args, char text[MBSR_TEXT_SIZE]
                         body->nq, body->n);
 }
 
-/* Derivatives of tau of the coordinate with respect to its q and u; nq = n unless by_q is 0. */
+/* Derivatives of tau of the coordinate with respect to its q and u; nq = n or by_q = 0. */
 static void add_slopes(const mbsr_force_args *args, const mbsr_force_derivatives *out, double by_q,
                        double by_u)
 {
     const mbsr_force_body *body = args->body;
     const int k = args->force->option[0], row = mbsri_tau_row(body, out->row[0]) + k,
               column = out->column[0];
-    if (by_q != 0.0) mbsri_add_slope(out, row, mbsri_q_column(body, column) + k, by_q);
+    mbsri_add_slope(out, row, mbsri_q_column(body, column) + k, by_q);
     mbsri_add_slope(out, row, mbsri_u_column(body, column) + k, by_u);
 }
 

@@ -258,7 +258,7 @@ static const char *parameter(int k)
 
 static const mbsr_force_table point_table = {
     .version = MBSR_FORCE_TABLE_VERSION,
-    .flags = MBSR_FORCE_NO_MASS,
+    .flags = MBSR_FORCE_NO_MASS | MBSR_FORCE_NO_JOINT,
     .name = "point spring-damper",
     .evaluate = evaluate,
     .energy = energy,

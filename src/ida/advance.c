@@ -23,33 +23,6 @@ static int check_start(mbsr_ida *ida, double t, const double *y, const double *y
     return MBSR_OK;
 }
 
-/* Absolute tolerances of what stands beside q and u: errors that atol in a velocity makes, momenta
- * with the mass on their joint, index-1 velocities with its square root. From the data at
- * mbsr_backward. */
-static void scale_tolerances(mbsr_ida *ida)
-{
-    const int bodies = mbsr_model_bodies(ida->model), nq = mbsr_model_nq(ida->model);
-    double *atol = N_VGetArrayPointer(ida->atol), *mass_on = N_VGetArrayPointer(ida->mass);
-    double largest = 0.0;
-    mbsr_rank_info info;
-    for (int i = 0; i < bodies; ++i) {
-        const int status = mbsr_body_rank(ida->model, ida->data, i, &info);
-        if (status == MBSR_OK) largest = fmax(largest, info.scale);
-    }
-    if (!(largest > 0.0)) largest = 1.0;
-    for (int i = 0; i < bodies; ++i) {
-        int first, n;
-        mbsr_body_coordinates(ida->model, i, NULL, NULL, &first, &n);
-        const int status = mbsr_body_rank(ida->model, ida->data, i, &info);
-        const double mass = status == MBSR_OK && info.scale > 0.0 ? info.scale : largest;
-        const double factor = ida->opt.form == MBSR_DAE_MOMENTUM ? mass : sqrt(mass);
-        for (int k = 0; k < n; ++k) {
-            mass_on[nq + first + k] = factor;
-            atol[nq + first + k] = ida->opt.atol * factor;
-        }
-    }
-}
-
 /* Tells IDA which variables are algebraic; an IDA flag. `work` serves for the vector IDA copies. */
 static int identify(mbsr_ida *ida)
 {
@@ -72,7 +45,7 @@ static int prepare(mbsr_ida *ida, double t, const double *y, const double *yp)
         return mbsri_ida_fail(&ida->error, status, error->body, error->force,
                               "mbsr_ida_start: residual at t = %.10g: %s", t, error->text);
     }
-    if (ida->scales) scale_tolerances(ida);
+    if (ida->scales) mbsri_ida_scale_tolerances(ida);
     if (ida->opt.watch_ranks) {
         mbsr_rank_watch(ida->model, ida->data, 1);
         ida->watches = true;
@@ -99,6 +72,8 @@ int mbsr_ida_start(mbsr_ida *ida, double t, const double *y, const double *yp)
     ida->started = ida->stepped = ida->event = false;
     ida->residuals = ida->events = 0;
     ida->before = (mbsr_ida_stats){0};
+    mbsri_ida_count_solver(ida, &ida->newton_before);
+    mbsri_ida_report_anew(ida);
     ida->wall = INFINITY;
     ida->present = t;
     int flag = IDAReInit(ida->memory, t, ida->y, ida->yp);
@@ -106,18 +81,6 @@ int mbsr_ida_start(mbsr_ida *ida, double t, const double *y, const double *yp)
     if (flag < 0) return mbsri_ida_solver_failed(ida, &ida->error, flag, "mbsr_ida_start");
     ida->started = true;
     return MBSR_OK;
-}
-
-/* Weighted root mean square norm of the first n entries of x, as in IDA's error test. */
-static double norm(const mbsr_ida *ida, int n, const double *x)
-{
-    const double *y = N_VGetArrayPointer(ida->y);
-    double sum = 0.0;
-    for (int k = 0; k < n; ++k) {
-        const double weighted = x[k] / mbsri_ida_tolerance(ida, y, k);
-        sum += weighted * weighted;
-    }
-    return sqrt(sum / ida->size);
 }
 
 /* First step when none is given: the one whose error of first order, h^2 y'' / 2, is half the
@@ -133,7 +96,7 @@ static double first_step(mbsr_ida *ida, double direction)
     const int n = ida->opt.form == MBSR_DAE_MOMENTUM ? nq + nu : nq;
     const double *yp = N_VGetArrayPointer(ida->yp);
     double *moved = N_VGetArrayPointer(ida->moved), *rate = N_VGetArrayPointer(ida->work);
-    const double slope = norm(ida, ida->size, yp);
+    const double slope = mbsri_ida_norm(ida, ida->size, yp);
     const double little = slope * longest > 0.5 ? 0.5 / slope : longest;
     N_VLinearSum(1.0, ida->y, direction * little, ida->yp, ida->moved);
     ++ida->residuals;
@@ -142,7 +105,7 @@ static double first_step(mbsr_ida *ida, double direction)
         return little;
     }
     for (int k = 0; k < n; ++k) rate[k] = (-rate[k] - yp[k]) / little;
-    const double bend = norm(ida, n, rate);
+    const double bend = mbsri_ida_norm(ida, n, rate);
     return bend * longest * longest > 1.0 ? 1.0 / sqrt(bend) : longest;
 }
 
@@ -159,13 +122,12 @@ static int check_target(mbsr_ida *ida, double t_end)
     return MBSR_OK;
 }
 
-/* Whether two times differ by no more than rounding, as IDA sees it. */
-static bool same_time(double a, double b)
+bool mbsri_ida_same_time(double a, double b)
 {
     return fabs(a - b) <= 2.0 * DBL_EPSILON * (fabs(a) + fabs(b));
 }
 
-static void put(const mbsr_ida *ida, double *t, double *y, double *yp)
+void mbsri_ida_put(const mbsr_ida *ida, double *t, double *y, double *yp)
 {
     const size_t bytes = (size_t)ida->size * sizeof *y;
     if (t) *t = ida->present;
@@ -173,12 +135,12 @@ static void put(const mbsr_ida *ida, double *t, double *y, double *yp)
     if (yp) memcpy(yp, N_VGetArrayPointer(ida->yp), bytes);
 }
 
-/* After a negative flag of IDASolve: the status of the residual or event function that caused it,
- * or MBSR_ERR_SOLVER. When max_steps was too small the integration may go on, otherwise it has to
- * be started anew. */
+/* After a negative flag of IDASolve: the status of the callback that caused it, or MBSR_ERR_SOLVER.
+ * After a stop, and when max_steps was too small, the integration may go on, otherwise it has to be
+ * started anew. */
 static int gave_up(mbsr_ida *ida, int flag)
 {
-    if (flag != IDA_TOO_MUCH_WORK) ida->started = false;
+    if (flag != IDA_TOO_MUCH_WORK && !ida->stopped) ida->started = false;
     if (ida->callback == 0) {
         return mbsri_ida_solver_failed(ida, &ida->error, flag, "mbsr_ida_advance");
     }
@@ -231,20 +193,18 @@ static int solve(mbsr_ida *ida, double t_end)
         again = false;
         ida->message[0] = '\0';
         ida->callback = 0;
+        ida->stopped = false;
         const int flag = IDASolve(ida->memory, t_end, &reached, ida->y, ida->yp, IDA_NORMAL);
-        if (flag >= 0 || flag == IDA_TOO_MUCH_WORK) ida->present = reached;
+        if (flag >= 0 || flag == IDA_TOO_MUCH_WORK || ida->stopped) ida->present = reached;
         if (flag < 0) return gave_up(ida, flag);
         if (flag == IDA_ROOT_RETURN) status = at_root(ida, &again);
     }
     return status;
 }
 
-int mbsr_ida_advance(mbsr_ida *ida, double t_end, double *t, double *y, double *yp)
+int mbsri_ida_advance(mbsr_ida *ida, double t_end)
 {
-    if (!ida) return MBSR_ERR_NULL;
-    int status = check_target(ida, t_end);
-    if (status) return status;
-    const bool arrived = same_time(t_end, ida->present);
+    const bool arrived = mbsri_ida_same_time(t_end, ida->present);
     const double direction = t_end > ida->present ? 1.0 : -1.0;
     if (!ida->stepped) {
         if (arrived) {
@@ -262,7 +222,15 @@ int mbsr_ida_advance(mbsr_ida *ida, double t_end, double *t, double *y, double *
                               t_end, ida->present);
     }
     ida->event = false;
-    status = arrived ? MBSR_OK : solve(ida, t_end);
-    if (status == MBSR_OK || ida->event) put(ida, t, y, yp);
+    return arrived ? MBSR_OK : solve(ida, t_end);
+}
+
+int mbsr_ida_advance(mbsr_ida *ida, double t_end, double *t, double *y, double *yp)
+{
+    if (!ida) return MBSR_ERR_NULL;
+    int status = check_target(ida, t_end);
+    if (status) return status;
+    status = mbsri_ida_advance(ida, t_end);
+    if (status == MBSR_OK || ida->event || ida->stopped) mbsri_ida_put(ida, t, y, yp);
     return status;
 }

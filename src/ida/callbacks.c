@@ -21,30 +21,12 @@ static bool blocked(mbsr_ida *ida, double t)
     return ida->blocked >= FAILURES;
 }
 
-double mbsri_ida_tolerance(const mbsr_ida *ida, const double *y, int k)
+int mbsri_ida_failed(mbsr_ida *ida, double t, int status, const mbsr_error *error, const char *what)
 {
-    const int nq = mbsr_model_nq(ida->model), nu = mbsr_model_nu(ida->model);
-    const bool momentum =
-        ida->scales && ida->opt.form == MBSR_DAE_MOMENTUM && k >= nq && k < nq + nu;
-    const double atol = N_VGetArrayPointer(ida->atol)[k];
-    if (!momentum) return ida->opt.rtol * fabs(y[k]) + atol;
-    return ida->opt.rtol * N_VGetArrayPointer(ida->mass)[k] * fabs(y[k + nu]) + atol;
-}
-
-int mbsri_ida_weights(N_Vector y, N_Vector weight, void *user)
-{
-    mbsr_ida *ida = user;
-    for (int k = 0; k < ida->size; ++k) {
-        const double tolerance = mbsri_ida_tolerance(ida, N_VGetArrayPointer(y), k);
-        if (!(tolerance > 0.0)) {
-            ida->callback = MBSR_ERR_VALUE;
-            return mbsri_ida_fail(&ida->failure, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
-                                  "y[%d] is %g: its tolerance, relative and absolute, is zero", k,
-                                  N_VGetArrayPointer(y)[k]);
-        }
-        N_VGetArrayPointer(weight)[k] = 1.0 / tolerance;
-    }
-    return 0;
+    ida->callback = status;
+    mbsri_ida_fail(&ida->failure, status, error->body, error->force, "%s at t = %.10g: %s", what, t,
+                   error->text);
+    return status > 0 && blocked(ida, t) ? -1 : status;
 }
 
 int mbsri_ida_residual(sunrealtype t, N_Vector y, N_Vector yp, N_Vector F, void *user)
@@ -55,12 +37,8 @@ int mbsri_ida_residual(sunrealtype t, N_Vector y, N_Vector yp, N_Vector F, void 
         mbsr_dae_residual(ida->model, ida->data, ida->opt.form, t, N_VGetArrayPointer(y),
                           N_VGetArrayPointer(yp), N_VGetArrayPointer(F));
     ida->callback = status;
-    if (status) {
-        const mbsr_error *error = mbsr_data_error(ida->data);
-        mbsri_ida_fail(&ida->failure, status, error->body, error->force,
-                       "residual at t = %.10g: %s", t, error->text);
-    }
-    return status > 0 && blocked(ida, t) ? -1 : status;
+    return status ? mbsri_ida_failed(ida, t, status, mbsr_data_error(ida->data), "residual")
+                  : MBSR_OK;
 }
 
 /* The last event function: the reference has to be renewed where it falls through zero. */

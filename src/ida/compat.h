@@ -1,4 +1,4 @@
-/* What differs between versions 6 and 7 of SUNDIALS: the context and the way messages come out.
+/* What differs between versions 6 and 7 of SUNDIALS: the context, the way of messages, a code.
  * SPDX-License-Identifier: BSD-3-Clause */
 #ifndef MBSRI_IDA_COMPAT_H
 #define MBSRI_IDA_COMPAT_H
@@ -24,6 +24,9 @@ typedef struct mbsri_ida_messages {
 } mbsri_ida_messages;
 
 #if SUNDIALS_VERSION_MAJOR >= 7
+
+/* What a linear solver returns that failed for good. */
+#define MBSRI_IDA_PACKAGE_FAILED SUN_ERR_EXT_FAIL
 
 static inline void mbsri_ida_handler(int line, const char *function, const char *file,
                                      const char *message, SUNErrCode code, void *user,
@@ -54,6 +57,8 @@ static inline int mbsri_ida_redirect(void *ida, mbsri_ida_messages *messages)
 }
 
 #else
+
+#define MBSRI_IDA_PACKAGE_FAILED SUNLS_PACKAGE_FAIL_UNREC
 
 static inline void mbsri_ida_handler(int code, const char *module, const char *function,
                                      char *message, void *user)

@@ -4,9 +4,6 @@
  * The only file of the component that takes or releases memory. */
 #include "driver.h"
 
-#include <sunlinsol/sunlinsol_dense.h>
-#include <sunmatrix/sunmatrix_dense.h>
-
 #include <stdlib.h>
 #include <string.h>
 
@@ -81,11 +78,10 @@ static int make_objects(mbsr_ida *ida, mbsr_error *error)
         *vector[k] = N_VNew_Serial(ida->size, ida->context);
         if (!*vector[k]) return no_memory(ida, error, "a vector");
         N_VConst(0.0, *vector[k]);
+        if (ida->opt.max_norm) mbsri_ida_use_max_norm(*vector[k]); /* IDA clones it with them */
     }
-    ida->matrix = SUNDenseMatrix(ida->size, ida->size, ida->context);
-    if (!ida->matrix) return no_memory(ida, error, "a square matrix");
-    ida->solver = SUNLinSol_Dense(ida->y, ida->matrix, ida->context);
-    if (!ida->solver) return no_memory(ida, error, "a linear solver");
+    const int status = mbsri_ida_make_solver(ida, error);
+    if (status) return status;
     ida->memory = IDACreate(ida->context);
     if (!ida->memory) return no_memory(ida, error, "IDA for a problem");
     return MBSR_OK;
@@ -107,15 +103,6 @@ static int check_data(const mbsr_model *model, mbsr_data *data, mbsr_error *erro
                           mbsr_status_text(status));
 }
 
-static void set_tolerances(mbsr_ida *ida, const double *atol_each)
-{
-    double *atol = N_VGetArrayPointer(ida->atol);
-    for (int k = 0; k < ida->size; ++k) atol[k] = atol_each ? atol_each[k] : ida->opt.atol;
-    ida->scales =
-        !atol_each && (ida->opt.form == MBSR_DAE_MOMENTUM || ida->opt.form == MBSR_DAE_INDEX1);
-    ida->opt.atol_each = NULL;
-}
-
 /* Hands the options to IDA; an IDA flag. */
 static int configure(mbsr_ida *ida)
 {
@@ -125,7 +112,7 @@ static int configure(mbsr_ida *ida)
     if (flag >= 0) flag = IDAInit(memory, mbsri_ida_residual, 0.0, ida->y, ida->yp);
     if (flag >= 0) flag = IDAWFtolerances(memory, mbsri_ida_weights);
     if (flag >= 0) flag = IDASetUserData(memory, ida);
-    if (flag >= 0) flag = IDASetLinearSolver(memory, ida->solver, ida->matrix);
+    if (flag >= 0) flag = mbsri_ida_attach_solver(ida);
     if (flag >= 0) flag = IDASetMaxOrd(memory, opt->max_order);
     if (flag >= 0) flag = IDASetMaxNumSteps(memory, opt->max_steps);
     if (flag >= 0) flag = IDASetMaxStep(memory, opt->max_step);
@@ -141,7 +128,7 @@ static int make(mbsr_ida *ida, mbsr_error *error)
 {
     const int status = make_objects(ida, error);
     if (status) return status;
-    set_tolerances(ida, ida->opt.atol_each);
+    mbsri_ida_set_tolerances(ida);
     const int flag = configure(ida);
     return flag < 0 ? mbsri_ida_solver_failed(ida, error, flag, "mbsr_ida_create") : MBSR_OK;
 }
@@ -162,6 +149,7 @@ int mbsr_ida_create(const mbsr_model *model, mbsr_data *data, const mbsr_ida_opt
     }
     made->model = model;
     made->data = data;
+    made->link.data = data;
     made->opt = *opt;
     made->size = mbsr_dae_size(model, opt->form);
     made->turns = opt->form == MBSR_DAE_INDEX1;
@@ -182,6 +170,7 @@ void mbsr_ida_destroy(mbsr_ida *ida)
     if (ida->memory) IDAFree(&ida->memory);
     if (ida->solver) SUNLinSolFree(ida->solver);
     if (ida->matrix) SUNMatDestroy(ida->matrix);
+    mbsr_newton_destroy(ida->link.newton);
     N_Vector const vector[] = {ida->y,     ida->yp,   ida->atol, ida->work,
                                ida->moved, ida->zero, ida->mass};
     for (size_t k = 0; k < sizeof vector / sizeof vector[0]; ++k) {

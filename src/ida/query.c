@@ -51,15 +51,31 @@ void mbsri_ida_count(const mbsr_ida *ida, mbsr_ida_stats *stats)
 {
     static int (*const get[])(void *, long int *) = {
         IDAGetNumSteps,           IDAGetNumLinResEvals,         IDAGetNumJacEvals,
-        IDAGetNumNonlinSolvIters, IDAGetNumNonlinSolvConvFails, IDAGetNumErrTestFails};
-    long *const sum[] = {&stats->steps,           &stats->jacobian_residuals,
-                         &stats->jacobians,       &stats->newton_iterations,
-                         &stats->newton_failures, &stats->error_test_failures};
+        IDAGetNumNonlinSolvIters, IDAGetNumNonlinSolvConvFails, IDAGetNumErrTestFails,
+        IDAGetNumLinIters};
+    long *const sum[] = {&stats->steps,
+                         &stats->jacobian_residuals,
+                         &stats->jacobians,
+                         &stats->newton_iterations,
+                         &stats->newton_failures,
+                         &stats->error_test_failures,
+                         &stats->krylov_iterations};
     for (size_t k = 0; k < sizeof get / sizeof get[0]; ++k) {
         long int value = 0;
         get[k](ida->memory, &value);
         *sum[k] += value;
     }
+}
+
+/* With a dense matrix IDA factors each Jacobian and solves once in each Newton iteration. */
+static void count_solver(const mbsr_ida *ida, mbsr_ida_stats *stats)
+{
+    mbsr_newton_info now;
+    mbsri_ida_count_solver(ida, &now);
+    const bool dense = ida->opt.linear_solver == MBSR_IDA_DENSE;
+    stats->factorisations =
+        dense ? stats->jacobians : now.factorisations - ida->newton_before.factorisations;
+    stats->solves = dense ? stats->newton_iterations : now.solves - ida->newton_before.solves;
 }
 
 /* IDA counts the residuals of its Newton iterations and those of the difference quotients apart;
@@ -69,10 +85,12 @@ int mbsr_ida_get_stats(const mbsr_ida *ida, mbsr_ida_stats *stats)
 {
     if (!ida || !stats) return MBSR_ERR_NULL;
     *stats = ida->before;
+    stats->linear_solver = ida->opt.linear_solver;
     stats->residuals = ida->residuals;
     stats->events = ida->events;
     if (ida->residuals == 0) return MBSR_OK;
     mbsri_ida_count(ida, stats);
+    count_solver(ida, stats);
     IDAGetLastOrder(ida->memory, &stats->last_order);
     IDAGetLastStep(ida->memory, &stats->last_step);
     return MBSR_OK;

@@ -337,6 +337,12 @@ static const mbsr_joint_table planar_table = {
     .rate_tangent = rate_tangent,
 };
 
+bool mbsri_planar_coordinates(const mbsri_joint *joint, int *free)
+{
+    *free = joint->option[FREE];
+    return joint->table == &planar_table;
+}
+
 static mbsr_joint make(mbsr_space space, mbsr_planar_frame A, mbsr_planar_frame B, int free,
                        int driven, mbsr_motion_fn motion, void *user)
 {

@@ -61,6 +61,7 @@ typedef struct joint {
     double *pull_z;         /* d_pred x columns */
     double *y;              /* actions */
     double *size, *size_mu; /* n: what is added up in the rows of (a) and of (b) */
+    double *size_a;         /* n: likewise, in the columns of du' of (b) */
     bool elements;          /* action, torque, pull are not all zero */
 } joint;
 
@@ -69,10 +70,20 @@ static size_t place_work(joint *j, double *memory)
     const size_t d = (size_t)j->b->d, dp = (size_t)j->b->d_pred, n = (size_t)j->b->n,
                  x = (size_t)j->node->e + 2 * d, x_pred = (size_t)j->above->e + 2 * dp,
                  columns = x_pred + (size_t)j->b->nq + 2 * n;
-    double **const array[] = {&j->action, &j->below,  &j->reaction, &j->torque, &j->torque_x,
-                              &j->pull,   &j->pull_z, &j->y,        &j->size,   &j->size_mu};
-    const size_t length[] = {3 * d * columns, 3 * dp * columns, n * columns, n * columns, n * x,
-                             dp * x,          dp * columns,     3 * d,       n,           n};
+    double **const array[] = {&j->action,   &j->below,   &j->reaction, &j->torque,
+                              &j->torque_x, &j->pull,    &j->pull_z,   &j->y,
+                              &j->size,     &j->size_mu, &j->size_a};
+    const size_t length[] = {3 * d * columns,
+                             3 * dp * columns,
+                             n * columns,
+                             n * columns,
+                             n * x,
+                             dp * x,
+                             dp * columns,
+                             3 * d,
+                             n,
+                             n,
+                             n};
     size_t used = 0;
     for (size_t l = 0; l < sizeof length / sizeof length[0]; ++l) {
         *array[l] = memory ? memory + used : NULL;
@@ -249,11 +260,12 @@ static void measure(joint *j, double c, int k, const double *own)
     add_sizes(d, n, share * c, kept->J, y, j->size);
     add_sizes(d, n, share, kept->J, y + d, j->size);
     add_sizes(d, n, share, kept->Jdot, y, j->size);
-    for (int l = 0; l < n; ++l) {
+    for (int l = 0; l < n; ++l)
         j->size[l] += share * (fabs(c * own[l]) + fabs(own[n + l]) + fabs(torque[l]));
-        if (j->node->deep) j->size_mu[l] += share * (fabs(own[2 * n + l]) + fabs(torque[l]));
-    }
-    if (j->node->deep) add_sizes(d, n, share, kept->J, y + 2 * d, j->size_mu);
+    if (!j->node->deep) return;
+    double *size = k < j->a ? j->size_mu : j->size_a;
+    for (int l = 0; l < n; ++l) size[l] += share * (fabs(own[2 * n + l]) + fabs(torque[l]));
+    add_sizes(d, n, share, kept->J, y + 2 * d, size);
 }
 
 static void fill_column(joint *j, double c, const mbsri_joint_slopes *s, int k)
@@ -344,6 +356,16 @@ static void rows_of(const joint *j, double c, const double *momentum, const doub
     mbsri_copy((size_t)n, reaction, out + rank);
 }
 
+/* The unit of du' as an unknown, in which it weighs as much in (b) as du. Where accelerations are
+ * large, as those of light bodies, (b) would else look singular to the rounding errors of dq and
+ * du. */
+static double acceleration_unit(const joint *j)
+{
+    if (j->node->rank == 0) return 1.0; /* there is none, and size_a is zero up to rounding */
+    const double unit = mbsri_largest(j->b->n, j->size_mu) / mbsri_largest(j->b->n, j->size_a);
+    return unit > 0.0 && isfinite(unit) ? unit : 1.0;
+}
+
 /* The unknown directions: column l of du with what dq follows, or of u' in the range of D; of a
  * matrix over z with `rows` rows. */
 static void along(const joint *j, int l, int rows, const double *matrix, double *out)
@@ -356,7 +378,7 @@ static void along(const joint *j, int l, int rows, const double *matrix, double 
         return;
     }
     for (int k = 0; k < n; ++k) {
-        const double weight = j->kept.s[k] * j->kept.X[(l - n) * n + k];
+        const double weight = *j->kept.unit * j->kept.s[k] * j->kept.X[(l - n) * n + k];
         mbsri_ax(rows, 1, weight, matrix + (size_t)(j->a + k) * (size_t)rows, &(double){1.0}, out);
     }
 }
@@ -374,7 +396,7 @@ static void row_sizes(const joint *j, double *rows)
         for (int l = 0; l < n; ++l)
             rows[r] += fabs(j->kept.X[r * n + l] * j->kept.s[l]) * j->size[l];
     }
-    mbsri_copy((size_t)n, j->size_mu, rows + rank);
+    for (int l = 0; l < n; ++l) rows[rank + l] = j->size_mu[l] + *j->kept.unit * j->size_a[l];
 }
 
 /* E, factored, Eq, K and U. */
@@ -383,6 +405,7 @@ static bool eliminate(joint *j, double c)
     const int n = j->b->n, nq = j->b->nq, unknowns = j->node->unknowns, pred = j->actions_pred;
     const mbsri_kept *kept = &j->kept;
     double *momentum = j->y, *rate = momentum + n, *reaction = rate + n; /* y is done with */
+    *kept->unit = j->node->deep ? acceleration_unit(j) : 1.0;
     for (int l = 0; l < unknowns; ++l) {
         along(j, l, n, kept->momentum, momentum);
         along(j, l, n, kept->rate, rate);
@@ -416,6 +439,23 @@ static int singular(joint *j, const char *what)
                       j->d->t);
 }
 
+static int not_finite(joint *j)
+{
+    char label[MBSRI_LABEL];
+    const mbsri_body *b = j->b;
+    return mbsri_fail(&j->d->error, MBSR_NOT_FINITE, b->id, MBSR_NONE,
+                      "%s: joint '%s': its Newton equations are not finite at t = %g",
+                      mbsri_body_label(j->w->model, j->i, label), b->joint.table->name, j->d->t);
+}
+
+/* Whether what was added up in the rows is, and what q' is made of. */
+static bool rows_finite(const joint *j, const mbsri_joint_slopes *s)
+{
+    const size_t n = (size_t)j->b->n, nq = (size_t)j->b->nq;
+    return mbsri_finite(n, j->size) && mbsri_finite(n, j->size_mu) && mbsri_finite(n, j->size_a) &&
+           mbsri_finite(nq * (nq + n), s->qdot + (size_t)s->q * nq);
+}
+
 /* P_pi += y_pi along x_pi, the unknowns eliminated. */
 static void pass_on(joint *j)
 {
@@ -445,11 +485,12 @@ static int factor_joint(mbsr_newton *w, mbsr_data *d, int i, double c)
     if (status) return status;
     mbsri_zero((size_t)j.b->n, j.size);
     mbsri_zero((size_t)j.b->n, j.size_mu);
+    mbsri_zero((size_t)j.b->n, j.size_a);
     for (int k = 0; k < j.columns; ++k) fill_column(&j, c, &s, k);
+    if (!rows_finite(&j, &s)) return not_finite(&j);
     if (!coordinates(&j, c, &s)) return singular(&j, "c - d(q')/dq is singular");
     if (!eliminate(&j, c)) return singular(&j, "its equations are singular");
-    if (!mbsri_finite((size_t)(j.node->unknowns * j.motions_pred), j.kept.K))
-        return singular(&j, "its equations are not finite");
+    if (!mbsri_finite((size_t)(j.node->unknowns * j.motions_pred), j.kept.K)) return not_finite(&j);
     pass_on(&j);
     return MBSR_OK;
 }

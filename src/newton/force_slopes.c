@@ -34,12 +34,12 @@ static void add_body(const mbsri_body *b, extent *e)
     e->columns += (size_t)mbsri_pose_size(b) + d + nq + n;
 }
 
-/* Matrix and work that one call needs. Of the work: the copies, the forces, those on the ground,
- * and gyroscopic forces that come with a mass by function. */
+/* Matrix and work that one call needs. Of the work: the copies, the forces, and what nobody reads.
+ * */
 static void raise(const mbsr_model *m, const extent *e, size_t *matrix, size_t *work)
 {
     *matrix = larger(*matrix, e->rows * e->columns);
-    *work = larger(*work, e->copies + e->rows + (size_t)m->root.d + e->most_d);
+    *work = larger(*work, e->copies + e->rows + larger((size_t)m->root.d, e->most_d));
 }
 
 static void measure(const mbsr_model *m, size_t *matrix, size_t *work)
@@ -75,7 +75,7 @@ void mbsri_slopes_place(const mbsr_model *m, mbsri_slopes *s, double *doubles, i
     s->row = ints;
     s->column = ints + m->max_force_bodies;
     s->matrix = doubles;
-    s->work = doubles + matrix;
+    s->work = doubles ? doubles + matrix : NULL; /* NULL: a model without elements */
     s->out = (mbsr_force_derivatives){.matrix = s->matrix, .row = s->row, .column = s->column};
 }
 
@@ -106,8 +106,7 @@ typedef struct differences {
     mbsri_slopes *s;
     mbsr_force_args args; /* body: those of the data, turned to the copies */
     double *forces;       /* rows, what evaluate writes */
-    double *sink;         /* root.d, the same for the ground */
-    double *spare;        /* gyroscopic forces */
+    double *sink; /* forces on the ground, gyroscopic forces that come with a mass by function */
 } differences;
 
 /* A copy of count numbers (none for NULL); moves *work on. */
@@ -136,7 +135,6 @@ static void detach(differences *w)
     }
     w->forces = work;
     w->sink = w->forces + w->s->out.rows;
-    w->spare = w->sink + w->m->root.d;
     for (int k = 0; k < w->args.bodies; ++k) {
         const bool ground = w->s->row[k] < 0;
         if (!joint_only) body[k].f = ground ? w->sink : w->forces + w->s->row[k];
@@ -187,7 +185,7 @@ static int renew_mass(const differences *w, int i, const mbsr_force_body *body, 
         mbsri_inertia_mass(b, body->p, M);
         return MBSR_OK;
     }
-    const int status = mbsri_inertia_velocity(b, w->d->t, body->p, body->V, M, w->spare);
+    const int status = mbsri_inertia_velocity(b, w->d->t, body->p, body->V, M, w->sink);
     return status ? mbsri_joint_failed(w->m, w->d, i, status, "the inertia's function") : MBSR_OK;
 }
 
@@ -288,16 +286,29 @@ static bool has_own(const mbsr_force_table *table, int bodies, const mbsr_force_
     return true;
 }
 
-int mbsri_force_slopes(const mbsr_model *m, mbsr_data *d, const mbsri_force *force, int body,
-                       mbsri_slopes *s)
+static int own_slopes(const mbsr_model *m, mbsr_data *d, const mbsri_force *force, int bodies,
+                      mbsri_slopes *s)
 {
-    const mbsr_force_table *table = force->def.table;
-    const int bodies = mbsri_force_bodies(m, d, force, body);
-    if (!has_own(table, bodies, d->force_bodies))
-        return mbsri_force_differences(m, d, force, body, s);
     lay_out(s, bodies, d->force_bodies);
     const mbsr_force_args args = {
         .force = &force->def, .t = d->t, .bodies = bodies, .body = d->force_bodies};
-    const int status = table->derivatives(&args, &s->out);
+    const int status = force->def.table->derivatives(&args, &s->out);
     return status ? mbsri_force_failed(m, d, force, status, "derivatives") : MBSR_OK;
+}
+
+int mbsri_force_slopes(const mbsr_model *m, mbsr_data *d, const mbsri_force *force, int body,
+                       mbsri_slopes *s)
+{
+    const int bodies = mbsri_force_bodies(m, d, force, body);
+    const int status = has_own(force->def.table, bodies, d->force_bodies)
+                           ? own_slopes(m, d, force, bodies, s)
+                           : mbsri_force_differences(m, d, force, body, s);
+    if (status) return status;
+    if (mbsri_finite((size_t)s->out.rows * (size_t)s->out.columns, s->matrix)) return MBSR_OK;
+    char label[MBSRI_LABEL];
+    return mbsri_fail(
+        &d->error, MBSR_NOT_FINITE, MBSR_NONE, force->id,
+        "%s (%s): its derivatives are not finite at t = %g",
+        mbsri_label(label, "force", force->id, (const char *)m->names.data + force->name),
+        force->def.table->name, d->t);
 }

@@ -11,7 +11,7 @@
 #include <stdint.h>
 #include <string.h>
 
-enum { LARGEST_RANK = 60 };
+enum { LARGEST_RANK = 120 };
 
 mbsr_newton_opt mbsr_default_newton_opt(void)
 {
@@ -67,7 +67,7 @@ typedef struct layout {
 
 static void doubles(layout *l, double **at, size_t count)
 {
-    *at = l->doubles ? l->doubles + l->used : NULL;
+    *at = l->doubles && count > 0 ? l->doubles + l->used : NULL;
     l->used += count;
 }
 
@@ -177,7 +177,6 @@ static void lay_out(mbsr_newton *w, layout *l)
     int *slopes_at;
     const size_t answers = w->corrected && w->fast_size > 0 ? 1 : 0;
     doubles(l, &w->motion, answers * 12 * ((size_t)m->bodies + 1));
-    doubles(l, &w->loaded, answers * (nq + 2 * nu));
     doubles(l, &w->solution, nq + 2 * nu);
     mbsri_slopes_size(m, &slopes, &slopes_ints);
     doubles(l, &slopes_doubles, slopes);
@@ -272,6 +271,8 @@ static bool place(mbsr_newton *w, const mbsr_newton_opt *opt)
                     l.used * sizeof(double) + l.used_ints * sizeof(int);
     l = (layout){.doubles = w->block, .ints = (int *)(void *)((double *)w->block + l.used)};
     lay_out(w, &l);
+    /* the sweeps leave it alone where there are no elements on bodies */
+    if (w->motion) mbsri_zero(12 * bodies, w->motion);
     return place_fast(w);
 }
 
@@ -368,23 +369,10 @@ int mbsr_newton_factor(mbsr_newton *newton, mbsr_data *data, double t, const dou
     return MBSR_OK;
 }
 
-/* w->loaded = r with the joint forces of a load, which enter the rows of p. */
-static const double *with_load(const mbsr_newton *w, const double *r, const double *load)
-{
-    const mbsr_model *m = w->model;
-    const size_t size = (size_t)(m->nq + 2 * m->nu);
-    if (r)
-        mbsri_copy(size, r, w->loaded);
-    else
-        mbsri_zero(size, w->loaded);
-    for (int k = 0; k < m->nu; ++k) w->loaded[m->nq + m->u_of[k]] += load[m->size_v + (size_t)k];
-    return w->loaded;
-}
-
 void mbsri_newton_tree_solve(mbsr_newton *w, const double *r, const double *load, double *delta)
 {
     if (w->by_sweeps)
-        mbsri_fast_newton_solve(w->fast, load ? with_load(w, r, load) : r, load, delta, w->motion);
+        mbsri_fast_newton_solve(w->fast, r, load, delta, w->motion);
     else
         mbsri_tree_solve(w, r, load, delta);
 }

@@ -30,8 +30,8 @@ void mbsri_slopes_place(const mbsr_model *m, mbsri_slopes *s, double *doubles, i
 
 /* Derivatives of an element at the state of mbsr_velocities, into s->out: its own, or central
  * differences. `body`: the index of the one body it is asked for, for elements that act on every
- * body; else not used. Returns what the element returned, with the data's error set. Leaves f and
- * tau of the data as they were. */
+ * body; else not used. Returns what the element returned, or MBSR_NOT_FINITE, with the data's error
+ * set. Leaves f and tau of the data as they were. */
 int mbsri_force_slopes(const mbsr_model *m, mbsr_data *d, const mbsri_force *force, int body,
                        mbsri_slopes *s);
 
@@ -64,6 +64,7 @@ typedef struct mbsri_node {
 typedef struct mbsri_kept {
     double *H, *Hdot, *J, *Jdot, *G; /* as in the data */
     double *s, *X;                   /* likewise */
+    double *unit;                    /* 1: of du' as an unknown */
     double *x;                       /* the body's perturbation */
     double *momentum;                /* d(M u) of the joint, n rows, but for b */
     double *rate;                    /* dp', likewise */
@@ -110,7 +111,6 @@ struct mbsr_newton {
     size_t fast_size; /* its bytes; 0: none */
     void *fast_block; /* where it was allocated */
     double *motion;   /* 12 (N + 1): perturbations of pose and V of the bodies, where corrected */
-    double *loaded;   /* the size of y: r with what a load adds to it, likewise */
     double c;
     void *block, *numbers; /* the memory: doubles and ints; nodes and lists */
     double *solution;      /* the size of y */

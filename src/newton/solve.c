@@ -16,14 +16,14 @@ size_t mbsri_keep(const mbsr_newton *w, int i, double *memory, mbsri_kept *k)
     const size_t d = (size_t)b->d, dp = (size_t)b->d_pred, n = (size_t)b->n, nq = (size_t)b->nq,
                  x = (size_t)node->e + 2 * d, x_pred = (size_t)above->e + 2 * dp,
                  columns = x_pred + nq + 2 * n, k2 = nq > 2 * n ? nq : 2 * n;
-    double **const array[] = {&k->H,  &k->Hdot, &k->J, &k->Jdot,      &k->G,
-                              &k->s,  &k->X,    &k->x, &k->momentum,  &k->rate,
-                              &k->Cq, &k->Q,    &k->E, &k->row_scale, &k->column_scale,
-                              &k->Eq, &k->K,    &k->U, &k->Uq};
-    const size_t length[] = {d * dp,     d * dp,         d * n,          d * n,       d * n,
-                             n,          n * n,          x * columns,    n * columns, n * columns,
-                             nq * nq,    nq * n,         k2 * k2,        k2,          k2,
-                             2 * n * nq, 2 * n * x_pred, 3 * dp * 2 * n, 3 * dp * nq};
+    double **const array[] = {
+        &k->unit, &k->H,        &k->Hdot, &k->J,  &k->Jdot, &k->G, &k->s,         &k->X,
+        &k->x,    &k->momentum, &k->rate, &k->Cq, &k->Q,    &k->E, &k->row_scale, &k->column_scale,
+        &k->Eq,   &k->K,        &k->U,    &k->Uq};
+    const size_t length[] = {1,           d * dp,     d * dp,         d * n,          d * n,
+                             d * n,       n,          n * n,          x * columns,    n * columns,
+                             n * columns, nq * nq,    nq * n,         k2 * k2,        k2,
+                             k2,          2 * n * nq, 2 * n * x_pred, 3 * dp * 2 * n, 3 * dp * nq};
     size_t used = 0;
     for (size_t l = 0; l < sizeof length / sizeof length[0]; ++l) {
         *array[l] = memory ? memory + used : NULL;
@@ -159,7 +159,8 @@ static int variables(mbsr_newton *w, int i, const mbsri_kept *kept, double *z)
     if (!node->deep) return x_pred + nq + n;
     mbsri_zero((size_t)n, a);
     for (int r = 0; r < node->rank; ++r) {
-        for (int k = 0; k < n; ++k) a[k] += kept->s[k] * kept->X[r * n + k] * v[n + r];
+        for (int k = 0; k < n; ++k)
+            a[k] += *kept->unit * kept->s[k] * kept->X[r * n + k] * v[n + r];
     }
     return x_pred + nq + 2 * n;
 }

@@ -80,6 +80,9 @@ static inline void check_beam(const mbsr_model *m, mbsr_dae_form form, double to
     const double error = beam_error(state + 1);
     run_report(&r, error);
     assert_less(error, bound);
+    r.tolerance = 1e-8;
+    r.max_step = 7e-5;
+    if (form == MBSR_DAE_MOMENTUM) run_compare(&r, 1);
 }
 
 #endif

@@ -97,29 +97,89 @@ static inline void run_consistent(run *r, mbsr_data *d, double *y, double *yp, r
               mbsr_data_error(d));
 }
 
-/* Integrates; state gets points + 1 entries, the consistent start first. */
-static inline void run_integrate(run *r, run_state *state)
+/* Integrates; state gets points + 1 entries, the consistent start first; it may be NULL. */
+static inline void run_once(run *r, mbsr_ida_solver solver, run_state *state)
 {
     mbsr_data *d = NULL;
     mbsr_ida *ida = NULL;
     mbsr_error error = {0};
+    run_state unwanted;
     double y[3 * RUN_MOST], yp[3 * RUN_MOST];
     assert_ok(mbsr_data_create(r->model, &d, NULL), NULL);
-    run_consistent(r, d, y, yp, state);
+    run_consistent(r, d, y, yp, state ? state : &unwanted);
     mbsr_ida_opt opt = mbsr_default_ida_opt();
     opt.form = r->form;
     opt.rtol = opt.atol = r->tolerance;
     opt.max_step = r->max_step;
+    opt.linear_solver = solver;
     assert_ok(mbsr_ida_create(r->model, d, &opt, &ida, &error), &error);
     assert_ok(mbsr_ida_start(ida, 0.0, y, yp), mbsr_ida_error(ida));
     for (int k = 1; k <= r->points; ++k) {
-        run_state *s = state + k;
+        run_state *s = state ? state + k : &unwanted;
         assert_ok(mbsr_ida_advance(ida, r->T * k / r->points, &s->t, y, NULL), mbsr_ida_error(ida));
         assert_ok(mbsr_dae_unpack(r->model, d, r->form, s->t, y, s->q, s->u), mbsr_data_error(d));
     }
     assert_int_equal(mbsr_ida_get_stats(ida, &r->stats), MBSR_OK);
     mbsr_ida_destroy(ida);
     mbsr_data_destroy(d);
+}
+
+static inline void run_integrate(run *r, run_state *state)
+{
+    run_once(r, MBSR_IDA_AUTO, state);
+}
+
+/* ---- the tree solver against a dense matrix ---- */
+
+/* Steps and iterations of runs with a dense matrix and with the tree solver, added up: rounding
+ * decides between steps, so that those of one run scatter, mostly by 1 to 3 %, at times by 20 %. */
+typedef struct run_counts {
+    long steps[2], iterations[2], factorisations[2];
+} run_counts;
+
+enum { RUN_REPEATS = 16 };
+static const mbsr_ida_solver run_solvers[2] = {MBSR_IDA_DENSE, MBSR_IDA_AUTO};
+
+/* The tolerance of repetition k. */
+static inline double run_tolerance(double tolerance, int k)
+{
+    return tolerance * (1.0 + 0.02 * k);
+}
+
+static inline void run_count(run_counts *counts, int solver, const mbsr_ida_stats *stats)
+{
+    assert_int_equal(stats->linear_solver, solver ? MBSR_IDA_TREE : MBSR_IDA_DENSE);
+    counts->steps[solver] += stats->steps;
+    counts->iterations[solver] += stats->newton_iterations;
+    counts->factorisations[solver] += stats->factorisations;
+}
+
+/* Fails unless both agree within 5 %. */
+static inline void run_assert_like_dense(const char *name, const run_counts *counts)
+{
+    const double steps = (double)counts->steps[1] / (double)counts->steps[0],
+                 iterations = (double)counts->iterations[1] / (double)counts->iterations[0];
+    print_message("%s: dense %ld steps %ld iterations %ld factorisations, tree %ld %ld %ld\n", name,
+                  counts->steps[0], counts->iterations[0], counts->factorisations[0],
+                  counts->steps[1], counts->iterations[1], counts->factorisations[1]);
+    assert_close(steps, 1.0, 0.05);
+    assert_close(iterations, 1.0, 0.05);
+}
+
+/* In the momentum form, from r->tolerance up. */
+static inline void run_compare(const run *r, int repeats)
+{
+    run_counts counts = {{0}, {0}, {0}};
+    for (int k = 0; k < repeats; ++k) {
+        for (int solver = 0; solver < 2; ++solver) {
+            run one = *r;
+            one.form = MBSR_DAE_MOMENTUM;
+            one.tolerance = run_tolerance(r->tolerance, k);
+            run_once(&one, run_solvers[solver], NULL);
+            run_count(&counts, solver, &one.stats);
+        }
+    }
+    run_assert_like_dense(r->name, &counts);
 }
 
 /* The larger of two; NaN stays. */

@@ -49,6 +49,7 @@ static void check_motion(run *r, int null_directions, exact_fn *exact, const voi
             assert_less(error, 100.0 * tolerance);
             assert_less(difference, 100.0 * tolerance);
         }
+        run_compare(r, RUN_REPEATS);
     }
 }
 

@@ -2,8 +2,7 @@
  * counts.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "paper.h"
-
-#include <mbsrank/ida.h>
+#include "reference_runs.h"
 
 enum { POINTS = 20 };
 
@@ -17,8 +16,9 @@ typedef struct problem {
 } problem;
 
 /* Largest error of the positions on 0 .. T. */
-static double trajectory_error(const problem *p, mbsr_dae_form form, double tolerance,
-                               const double *start, double T, mbsr_ida_stats *stats)
+static double trajectory_error(const problem *p, mbsr_dae_form form, mbsr_ida_solver solver,
+                               double tolerance, const double *start, double T,
+                               mbsr_ida_stats *stats)
 {
     mbsr_data *d;
     mbsr_ida *ida;
@@ -31,6 +31,7 @@ static double trajectory_error(const problem *p, mbsr_dae_form form, double tole
     p->state(q, u, x);
     mbsr_ida_opt opt = mbsr_default_ida_opt();
     opt.form = form;
+    opt.linear_solver = solver;
     opt.rtol = opt.atol = tolerance;
     assert_int_equal(mbsr_ida_create(p->model, d, &opt, &ida, NULL), MBSR_OK);
     assert_int_equal(mbsr_ida_start(ida, 0.0, y, yp), MBSR_OK);
@@ -53,13 +54,26 @@ static void converges(const problem *p, mbsr_dae_form form, const double *start)
     const double tolerance[3] = {1e-4, 1e-6, 1e-8};
     mbsr_ida_stats stats;
     for (int k = 0; k < 3; ++k) {
-        error[k] = trajectory_error(p, form, tolerance[k], start, 1.0, &stats);
+        error[k] = trajectory_error(p, form, MBSR_IDA_AUTO, tolerance[k], start, 1.0, &stats);
         print_message("%s, form %d, tolerance %.0e: error %.1e, %ld steps\n", p->name, (int)form,
                       tolerance[k], error[k], stats.steps);
         assert_less(error[k], 100.0 * tolerance[k]);
     }
     assert_less(error[1], 0.1 * error[0]);
     assert_less(error[2], 0.01 * error[0]);
+}
+
+/* Steps and iterations of the momentum form, with the tree solver and with a dense matrix. */
+static void compare_solvers(const problem *p, double tolerance, const double *start, double T)
+{
+    run_counts counts = {{0}, {0}, {0}};
+    for (int k = 0; k < 2 * RUN_REPEATS; ++k) {
+        mbsr_ida_stats stats;
+        trajectory_error(p, MBSR_DAE_MOMENTUM, run_solvers[k % 2], run_tolerance(tolerance, k / 2),
+                         start, T, &stats);
+        run_count(&counts, k % 2, &stats);
+    }
+    run_assert_like_dense(p->name, &counts);
 }
 
 enum { FORMS = 4, DIRECT = 2 };
@@ -79,6 +93,7 @@ static void upper_configuration_converges_to_the_exact_motion(void **unused)
                            paper_upper(&parameters), paper_upper_system(&parameters),
                            paper_upper_state, paper_upper_positions};
         for (int f = 0; f < FORMS; ++f) converges(&p, forms[f], start);
+        compare_solvers(&p, 1e-6, start, 1.0);
         mbsr_model_destroy(p.model);
     }
 }
@@ -94,6 +109,7 @@ static void lower_configuration_converges_to_the_exact_motion(void **unused)
                            paper_lower(&parameters), paper_lower_system(&parameters),
                            paper_lower_state, paper_lower_positions};
         for (int f = 0; f < FORMS; ++f) converges(&p, forms[f], start);
+        compare_solvers(&p, 1e-6, start, 1.0);
         mbsr_model_destroy(p.model);
     }
 }
@@ -132,9 +148,10 @@ static long oscillator_steps(double m1, int relative, mbsr_dae_form form, double
                        relative ? relative_state : absolute_state,
                        relative ? relative_positions : absolute_positions};
     mbsr_ida_stats stats;
-    *error = trajectory_error(&p, form, 1e-4, start, 2.0, &stats);
+    *error = trajectory_error(&p, form, MBSR_IDA_AUTO, 1e-4, start, 2.0, &stats);
     print_message("oscillators, m1 = %g, %s, form %d: %ld steps, error %.1e\n", m1,
                   relative ? "relative" : "absolute", (int)form, stats.steps, *error);
+    if (form == MBSR_DAE_RECURSIVE) compare_solvers(&p, 1e-4, start, 2.0);
     mbsr_model_destroy(p.model);
     return stats.steps;
 }

@@ -54,6 +54,7 @@ static void observe_run(run *r, run_state *state, observed *o)
     mbsr_data *d = NULL;
     assert_in_range(r->points, 1, MOST_POINTS);
     run_integrate(r, state);
+    if (r->form == MBSR_DAE_MOMENTUM && r->tolerance > 5e-8) run_compare(r, RUN_REPEATS);
     assert_ok(mbsr_data_create(r->model, &d, NULL), NULL);
     for (int k = 0; k <= r->points; ++k) o[k] = observe(r->model, d, state + k);
     mbsr_data_destroy(d);

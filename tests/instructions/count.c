@@ -13,9 +13,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-enum { CALLS = 3, TREES = 4 };
+enum { CALLS = 5, TREES = 4 };
 
-static const char *const call_name[CALLS] = {"forward", "inverse", "momentum"};
+static const char *const call_name[CALLS] = {"forward", "inverse", "momentum", "factor", "solve"};
 
 static const struct {
     const char *name;
@@ -26,6 +26,7 @@ static const struct {
 typedef struct counted {
     bench_model tree;
     mbsr_data *data;
+    mbsr_newton *newton;
     double *out, *y, *yp, *F;
 } counted;
 
@@ -35,7 +36,9 @@ static int call(counted *c, int which)
     switch (which) {
     case 0: return mbsr_forward_dynamics(t->model, c->data, 0.0, t->q, t->u, t->tau, c->out);
     case 1: return mbsr_inverse_dynamics(t->model, c->data, 0.0, t->q, t->u, t->tau, c->out);
-    default: return mbsr_dae_residual(t->model, c->data, MBSR_DAE_MOMENTUM, 0.0, c->y, c->yp, c->F);
+    case 2: return mbsr_dae_residual(t->model, c->data, MBSR_DAE_MOMENTUM, 0.0, c->y, c->yp, c->F);
+    case 3: return mbsr_newton_factor(c->newton, c->data, 0.0, c->y, c->yp, 100.0);
+    default: return mbsr_newton_solve(c->newton, c->yp, c->F);
     }
 }
 
@@ -58,6 +61,8 @@ static void open_counted(counted *c, int k, const char *folder)
     const mbsr_model *m = c->tree.model;
     const size_t size = (size_t)mbsr_dae_size(m, MBSR_DAE_MOMENTUM);
     bench_check(mbsr_data_create(m, &c->data, NULL), "mbsr_data_create", NULL);
+    bench_check(mbsr_newton_create(m, MBSR_DAE_MOMENTUM, NULL, &c->newton, NULL),
+                "mbsr_newton_create", NULL);
     c->out = bench_allocate((size_t)c->tree.nu, sizeof(double));
     c->y = bench_allocate(size, sizeof(double));
     c->yp = bench_allocate(size, sizeof(double));
@@ -68,8 +73,9 @@ static void open_counted(counted *c, int k, const char *folder)
 
 static void close_counted(counted *c)
 {
-    bench_free_tree(&c->tree);
+    mbsr_newton_destroy(c->newton);
     mbsr_data_destroy(c->data);
+    bench_free_tree(&c->tree);
     free(c->out);
     free(c->y);
     free(c->yp);

@@ -2,51 +2,213 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "newton_system.h"
 
-#include "oracle.h"
-
 #include <math.h>
+#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 
-int test_newton_matrix(const mbsr_model *model, mbsr_data *data, mbsr_dae_form form, double t,
-                       const double *y, const double *yp, double c, double step, double *A)
+void dgesv_(const int *n, const int *nrhs, double *a, const int *lda, int *ipiv, double *b,
+            const int *ldb, int *info);
+
+int test_newton_start(test_newton_state *s, const mbsr_model *model, mbsr_data *data, double t,
+                      const double *q, const double *u, mbsr_consistent_info *info)
+{
+    *s = (test_newton_state){.model = model,
+                             .data = data,
+                             .form = MBSR_DAE_MOMENTUM,
+                             .t = t,
+                             .nq = mbsr_model_nq(model),
+                             .nu = mbsr_model_nu(model),
+                             .n = mbsr_dae_size(model, MBSR_DAE_MOMENTUM)};
+    const size_t n = (size_t)s->n;
+    s->y = calloc(2 * n + 3 * n * n + 1, sizeof(double));
+    s->yp = s->y + n;
+    s->A = s->yp + n;
+    s->B = s->A + n * n;
+    s->D = s->B + n * n;
+    const int status = mbsr_dae_pack(model, data, s->form, t, q, u, s->y);
+    if (status) return status;
+    return mbsr_dae_consistent(model, data, s->form, t, s->y, s->yp, NULL, info);
+}
+
+void test_newton_free(test_newton_state *s)
+{
+    free(s->y);
+}
+
+/* ---- the matrices ---- */
+
+/* Derivative with respect to *x, a number of y or y', over steps of h. */
+static int column(const test_newton_state *s, const double *y, const double *yp, double *x,
+                  double h, double *F, double *out)
 {
     static const double place[4] = {2.0, 1.0, -1.0, -2.0},
                         weight[4] = {-1.0 / 12.0, 8.0 / 12.0, -8.0 / 12.0, 1.0 / 12.0};
-    const int n = mbsr_dae_size(model, form);
-    double *at = calloc((size_t)n, sizeof *at), *slope = calloc((size_t)n, sizeof *slope),
-           *F = calloc((size_t)n, sizeof *F);
+    const double held = *x;
     int status = MBSR_OK;
-    memset(A, 0, (size_t)n * (size_t)n * sizeof *A);
-    for (int k = 0; k < n && !status; ++k) {
-        const double size = fmax(1.0, fabs(y[k])), h = step * size;
-        for (int l = 0; l < 4 && !status; ++l) {
-            memcpy(at, y, (size_t)n * sizeof *at);
-            memcpy(slope, yp, (size_t)n * sizeof *slope);
-            at[k] += place[l] * h;
-            slope[k] += c * place[l] * h;
-            status = mbsr_dae_residual(model, data, form, t, at, slope, F);
-            for (int j = 0; j < n; ++j) A[k * n + j] += weight[l] * F[j] / h;
-        }
+    memset(out, 0, (size_t)s->n * sizeof *out);
+    for (int l = 0; l < 4 && !status; ++l) {
+        *x = held + place[l] * h;
+        status = mbsr_dae_residual(s->model, s->data, s->form, s->t, y, yp, F);
+        for (int j = 0; j < s->n; ++j) out[j] += weight[l] * F[j] / h;
     }
-    free(at), free(slope), free(F);
+    *x = held;
     return status;
 }
 
-double test_newton_error(int nq, int nu, double *A, const double *r, const double *x)
+/* Of the columns of A over long, medium and short steps takes those medium or short ones that agree
+ * best with the next longer, row by row in the size of the row. */
+static void choose(test_newton_state *s, double *const by[3])
 {
-    const int n = nq + 2 * nu, first[] = {0, nq, nq + nu, n};
-    double *expected = calloc((size_t)n, sizeof *expected), worst = 0.0;
-    memcpy(expected, r, (size_t)n * sizeof *expected);
-    test_solve(n, A, expected);
-    for (int kind = 0; kind < 3; ++kind) {
-        double size = 0.0, error = 0.0;
-        for (int k = first[kind]; k < first[kind + 1]; ++k) {
-            size = fmax(size, fabs(expected[k]));
-            error = fmax(error, fabs(x[k] - expected[k]));
-        }
-        if (size > 0.0) worst = fmax(worst, error / size);
+    const int n = s->n;
+    double *rows = calloc((size_t)n, sizeof *rows);
+    for (int k = 0; k < n; ++k) {
+        for (int j = 0; j < n; ++j) rows[j] += fabs(by[1][k * n + j]) + fabs(s->B[k * n + j]);
     }
-    free(expected);
-    return worst;
+    for (int k = 0; k < n; ++k) {
+        double off[2] = {0.0, 0.0};
+        for (int j = 0; j < n; ++j) {
+            const int at = k * n + j;
+            off[0] = fmax(off[0], fabs(by[1][at] - by[0][at]) / rows[j]);
+            off[1] = fmax(off[1], fabs(by[2][at] - by[1][at]) / rows[j]);
+        }
+        const int best = off[1] < off[0];
+        s->roughness = fmax(s->roughness, off[best]);
+        for (int at = k * n; at < (k + 1) * n; ++at) {
+            s->A[at] = by[best + 1][at];
+            s->D[at] = fabs(by[best + 1][at] - by[best][at]);
+        }
+    }
+    free(rows);
+}
+
+int test_newton_matrices(test_newton_state *s)
+{
+    static const double step[3] = {4e-3, 1e-3, 2.5e-4};
+    const size_t n = (size_t)s->n;
+    double *y = calloc(3 * n + 3 * n * n + 1, sizeof *y), *yp = y + n, *F = yp + n;
+    double *const by[3] = {F + n, F + n + n * n, F + n + 2 * n * n};
+    int status = MBSR_OK;
+    memcpy(y, s->y, n * sizeof *y);
+    memcpy(yp, s->yp, n * sizeof *yp);
+    for (size_t k = 0; k < n && !status; ++k) {
+        const double size = k < (size_t)s->nq ? 1.0 : fmax(1.0, fabs(y[k]));
+        for (int l = 0; l < 3 && !status; ++l)
+            status = column(s, y, yp, y + k, step[l] * size, F, by[l] + k * n);
+        /* F is linear in y' */
+        if (!status) status = column(s, y, yp, yp + k, fmax(1.0, fabs(yp[k])), F, s->B + k * n);
+    }
+    if (!status) choose(s, by);
+    free(y);
+    return status;
+}
+
+/* ---- errors ---- */
+
+/* The dense system, its inverse and its solution; sums of what is added up in its rows, and what D
+ * makes of x in them. */
+typedef struct dense {
+    int n;
+    bool regular;
+    double *matrix, *inverse, *expected, *sum, *doubt;
+    int *pivots;
+} dense;
+
+static dense make_dense(const test_newton_state *s, double c, const double *r, const double *x)
+{
+    const int n = s->n, columns = n + 1;
+    const size_t size = (size_t)n;
+    dense e = {.n = n, .matrix = calloc(2 * size * size + 3 * size + 1, sizeof(double))};
+    int info;
+    e.inverse = e.matrix + size * size;
+    e.expected = e.inverse + size * size; /* the last right-hand side */
+    e.sum = e.expected + size;
+    e.doubt = e.sum + size;
+    e.pivots = calloc(size + 1, sizeof *e.pivots);
+    for (int j = 0; j < n; ++j) {
+        e.inverse[j * (n + 1)] = 1.0;
+        e.expected[j] = r[j];
+        e.sum[j] = fabs(r[j]);
+        for (int k = 0; k < n; ++k) {
+            const int at = k * n + j;
+            e.matrix[at] = s->A[at] + c * s->B[at];
+            e.sum[j] += (fabs(s->A[at]) + fabs(c * s->B[at])) * fabs(x[k]);
+            e.doubt[j] += s->D[at] * fabs(x[k]);
+        }
+    }
+    dgesv_(&n, &columns, e.matrix, &n, e.pivots, e.inverse, &n, &info);
+    e.regular = info == 0;
+    return e;
+}
+
+/* x solves (A + dA + c (B + dB)) x = r + dr exactly for changes of relative size `row` at most
+ * (Oettli and Prager); such changes of size e move the solution by e |A^-1| (|A| |x| + |r|). */
+static void rows(const test_newton_state *s, const dense *e, double c, const double *r,
+                 const double *x, test_newton_errors *errors)
+{
+    for (int j = 0; j < e->n; ++j) {
+        double defect = -r[j];
+        for (int k = 0; k < e->n; ++k) {
+            const int at = k * e->n + j;
+            defect += (s->A[at] + c * s->B[at]) * x[k];
+        }
+        errors->row = fmax(errors->row, fabs(defect) / e->sum[j]);
+        errors->net_row = fmax(errors->net_row, (fabs(defect) - e->doubt[j]) / e->sum[j]);
+    }
+}
+
+static void entries(const test_newton_state *s, const dense *e, const double *x,
+                    test_newton_errors *errors)
+{
+    const int n = e->n, first[] = {0, s->nq, s->nq + s->nu, n};
+    for (int kind = 0; kind < 3; ++kind) {
+        double largest = 0.0, error = 0.0, net = 0.0, moved = 0.0;
+        for (int k = first[kind]; k < first[kind + 1]; ++k) {
+            const double off = fabs(x[k] - e->expected[k]);
+            double doubt = 0.0, moves = 0.0;
+            for (int j = 0; j < n; ++j) {
+                doubt += fabs(e->inverse[j * n + k]) * e->doubt[j];
+                moves += fabs(e->inverse[j * n + k]) * e->sum[j];
+            }
+            largest = fmax(largest, fabs(e->expected[k]));
+            error = fmax(error, off);
+            net = fmax(net, off - doubt);
+            moved = fmax(moved, moves);
+        }
+        if (largest <= 0.0) continue;
+        errors->delta = fmax(errors->delta, error / largest);
+        errors->net_delta = fmax(errors->net_delta, net / largest);
+        errors->amplification = fmax(errors->amplification, moved / largest);
+    }
+}
+
+test_newton_errors test_newton_compare(const test_newton_state *s, double c, const double *r,
+                                       const double *x)
+{
+    test_newton_errors errors = {0};
+    dense e = make_dense(s, c, r, x);
+    bool finite = e.regular;
+    for (int k = 0; k < s->n; ++k) finite = finite && isfinite(x[k]);
+    rows(s, &e, c, r, x, &errors);
+    entries(s, &e, x, &errors);
+    if (!finite) errors = (test_newton_errors){NAN, NAN, NAN, NAN, NAN};
+    free(e.matrix);
+    free(e.pivots);
+    return errors;
+}
+
+double test_newton_distance(const test_newton_state *s, const double *x, const double *y)
+{
+    const int first[] = {0, s->nq, s->nq + s->nu, s->n};
+    double distance = 0.0;
+    for (int kind = 0; kind < 3; ++kind) {
+        double largest = 0.0, off = 0.0;
+        for (int k = first[kind]; k < first[kind + 1]; ++k) {
+            if (!isfinite(x[k]) || !isfinite(y[k])) return NAN;
+            largest = fmax(largest, fabs(x[k]));
+            off = fmax(off, fabs(x[k] - y[k]));
+        }
+        if (off > 0.0) distance = fmax(distance, off / largest);
+    }
+    return distance;
 }

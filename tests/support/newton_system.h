@@ -5,13 +5,44 @@
 
 #include <mbsrank/mbsrank.h>
 
-/* A = dF/dy + c dF/dy' (n x n, column-major) by differences of fourth order; a status of the
- * residual. step: change of an entry of size one. */
-int test_newton_matrix(const mbsr_model *model, mbsr_data *data, mbsr_dae_form form, double t,
-                       const double *y, const double *yp, double c, double step, double *A);
+/* A model with data and a state to linearise at. */
+typedef struct test_newton_state {
+    const mbsr_model *model;
+    mbsr_data *data;
+    mbsr_dae_form form;
+    double t;
+    int nq, nu, n; /* n: length of y */
+    double *y, *yp;
+    double *A, *B, *D; /* n x n, of test_newton_matrices */
+    double roughness;  /* likewise: largest entry of D, relative to its row */
+} test_newton_state;
 
-/* Largest error of x against the solution of A x = r by LAPACK, relative to the largest entry of
- * its kind (q, p or u, of which there are nq, nu, nu); A is used up. */
-double test_newton_error(int nq, int nu, double *A, const double *r, const double *x);
+/* A consistent state of the momentum form near q, u. Returns what mbsr_dae_consistent returns; info
+ * may be NULL. To be freed in any case. */
+int test_newton_start(test_newton_state *s, const mbsr_model *model, mbsr_data *data, double t,
+                      const double *q, const double *u, mbsr_consistent_info *info);
+void test_newton_free(test_newton_state *s);
+
+/* A = dF/dy and B = dF/dy' (column-major) by differences of fourth order, and how far differences
+ * over two lengths disagree about A, as entries of D: the residual may have rounding errors (joints
+ * without rates, large velocities), high derivatives, and jumps. A status of the residual. */
+int test_newton_matrices(test_newton_state *s);
+
+/* How well x solves (A + c B) x = r. */
+typedef struct test_newton_errors {
+    /* Largest defect of a row, relative to the sum of what is added up in it; net of what D
+     * accounts for. */
+    double row, net_row;
+    /* Largest error of an entry against LAPACK's solution, relative to the largest entry of its
+     * kind (q, p or u); net of what D accounts for. */
+    double delta, net_delta;
+    double amplification; /* of small relative changes of the matrix's entries in delta */
+} test_newton_errors;
+
+test_newton_errors test_newton_compare(const test_newton_state *s, double c, const double *r,
+                                       const double *x);
+
+/* Largest difference of two solutions, relative to the largest entry of its kind. */
+double test_newton_distance(const test_newton_state *s, const double *x, const double *y);
 
 #endif

@@ -6,6 +6,7 @@
 #include "space.h"
 
 #include <math.h>
+#include <stdbool.h>
 #include <stdlib.h>
 
 static double share(test_rng *rng)
@@ -59,6 +60,34 @@ static mbsr_joint random_joint(test_rng *rng, const test_rigid_choice *c)
     case 2: return mbsr_joint_weld(&A, &B);
     default: return mbsr_joint_revolute(&A, &B, axis);
     }
+}
+
+/* The joint without what its table says of derivatives, and, for bare joints, of rates. */
+static void strip(mbsr_joint_table *table, mbsr_joint *joint, bool bare)
+{
+    *table = *joint->table;
+    table->tangent = NULL;
+    table->rate_tangent = NULL;
+    if (bare) table->rates = NULL;
+    joint->table = table;
+}
+
+/* Locks some coordinates of a body and adds to its mass matrix. */
+static void amend(mbsr_model *model, test_rng *rng, const test_rigid_choice *c, int body,
+                  const mbsr_joint *joint)
+{
+    for (int k = 0; k < joint->n && joint->nq == joint->n; ++k) {
+        if (share(rng) < c->held)
+            assert_ok(mbsr_model_lock(model, body, k, share(rng)), mbsr_model_error(model));
+    }
+    if (share(rng) >= c->added) return;
+    double B[36], M[36] = {0.0};
+    test_fill(rng, 36, B);
+    const int rank = 1 + (int)(6.0 * share(rng));
+    for (int l = 0; l < rank; ++l) {
+        for (int k = 0; k < 36; ++k) M[k] += 0.05 * B[6 * l + k / 6] * B[6 * l + k % 6];
+    }
+    assert_ok(mbsr_model_regularise(model, body, 6, M), mbsr_model_error(model));
 }
 
 static mbsr_inertia random_inertia(test_rng *rng, const test_rigid_choice *c)
@@ -140,6 +169,7 @@ void test_rigid_tree_make(test_rigid_tree *s, test_rigid_choice c)
     if (c.moving)
         def.root = mbsr_root_moving(MBSR_SPACE_SPATIAL, 6, MBSR_POSE_SIZE, root_motion, NULL);
     assert_ok(mbsr_model_create(&def, &s->model, NULL), NULL);
+    s->table = calloc((size_t)c.bodies, sizeof *s->table);
     for (int k = 0; k < c.bodies; ++k) {
         const int i = c.shuffle ? c.bodies - 1 - k : k; /* place in the tree; id k */
         mbsr_body_def body = mbsr_default_body_def();
@@ -148,7 +178,9 @@ void test_rigid_tree_make(test_rigid_tree *s, test_rigid_choice c)
         body.parent = on < 0 ? MBSR_GROUND : c.shuffle ? c.bodies - 1 - on : on;
         body.joint = random_joint(&rng, &c);
         body.inertia = random_inertia(&rng, &c);
+        if (c.tables && k % 3 > 0) strip(s->table + k, &body.joint, k % 3 == 2);
         assert_ok(mbsr_model_add_body(s->model, &body, NULL), mbsr_model_error(s->model));
+        if (c.held > 0.0 || c.added > 0.0) amend(s->model, &rng, &c, k, &body.joint);
     }
     add_force(s, mbsr_force_gravity(0.7, -1.3, -9.81));
     if (c.forces) add_forces(s, &rng, &c);
@@ -174,4 +206,5 @@ void test_rigid_tree_free(test_rigid_tree *s)
     free(s->q);
     mbsr_data_destroy(s->data);
     mbsr_model_destroy(s->model);
+    free(s->table);
 }

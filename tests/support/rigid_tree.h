@@ -14,6 +14,7 @@ typedef struct test_rigid_tree {
     int nq, nu;
     double t;
     double *q, *u, *tau, *udot, *expected;
+    mbsr_joint_table *table; /* of the joints without derivatives */
 } test_rigid_tree;
 
 typedef struct test_rigid_choice {
@@ -28,6 +29,9 @@ typedef struct test_rigid_choice {
     int forces;       /* springs, bushings, drag on every body, joint springs and friction */
     int moving;       /* the root moves */
     int shuffle;      /* ids against the order of the tree */
+    double held;      /* share of joint coordinates that are locked */
+    double added;     /* share of bodies with something added to their mass matrix */
+    int tables;       /* joints with derivatives (newton.h), without, and without rates in turn */
     const mbsr_model_def *def;      /* NULL: default; `moving` changes its root */
     const mbsr_force_def *elements; /* more force elements */
     int element_count;

@@ -100,6 +100,61 @@ static int rates(const mbsr_joint_args *args, double *Kdot, double *Hdot, double
     return 0;
 }
 
+/* K dp = -(H dp_pi + J dq) */
+static int tangent(const mbsr_joint_args *args, const mbsr_joint_change *by, double *dp, double *dK,
+                   double *dH, double *dJ, double *dkI)
+{
+    const test_joint *j = args->user;
+    const int d = j->d;
+    double K[TEST_MAX_D * TEST_MAX_D] = {0.0}, H[TEST_MAX_D * TEST_MAX_D],
+                          J[TEST_MAX_D * TEST_MAX_D], kI[TEST_MAX_D];
+    const double pred = -j->a * sin(dot(j->d_pred, j->w, args->p_pred)) *
+                        dot(j->d_pred, j->w, by->p_pred),
+                 own = -j->a * sin(dot(j->n, j->v, args->q)) * dot(j->n, j->v, by->q);
+    (void)dkI;
+    (void)jacobians(args, K, H, J, kI);
+    for (int r = 0; r < d; ++r) {
+        for (int s = 0; s < j->d_pred; ++s) {
+            dp[r] -= H[s * d + r] * by->p_pred[s];
+            dH[s * d + r] = pred * j->h[r] * j->w[s];
+        }
+        for (int s = 0; s < j->n; ++s) {
+            dp[r] -= J[s * d + r] * by->q[s];
+            dJ[s * d + r] = own * j->g[r] * j->v[s];
+        }
+    }
+    solve(d, K, dp);
+    for (int r = 0; r < d; ++r) dK[r * d + r] = -j->a * sin(args->p[r]) * dp[r];
+    return 0;
+}
+
+static int rate_tangent(const mbsr_joint_args *args, const mbsr_joint_change *by, double *dkII,
+                        double *dKdot, double *dHdot, double *dJdot, double *dqdot)
+{
+    const test_joint *j = args->user;
+    const int d = j->d;
+    /* -a sin(x) v^2 and -a sin(x) v of x = w . p_pi and x = v . q, and their derivatives */
+    const double x[2] = {dot(j->d_pred, j->w, args->p_pred), dot(j->n, j->v, args->q)},
+                 v[2] = {dot(j->d_pred, j->w, args->V_pred), dot(j->n, j->v, args->u)},
+                 dx[2] = {dot(j->d_pred, j->w, by->p_pred), dot(j->n, j->v, by->q)},
+                 dv[2] = {dot(j->d_pred, j->w, by->V_pred), dot(j->n, j->v, by->u)};
+    double rate[2], second[2];
+    (void)dqdot;
+    for (int k = 0; k < 2; ++k) {
+        rate[k] = -j->a * (cos(x[k]) * dx[k] * v[k] + sin(x[k]) * dv[k]);
+        second[k] = -j->a * (cos(x[k]) * dx[k] * v[k] * v[k] + 2.0 * sin(x[k]) * v[k] * dv[k]);
+    }
+    for (int r = 0; r < d; ++r) {
+        const double p = args->p[r], V = args->V[r];
+        dKdot[r * d + r] = -j->a * (cos(p) * by->p[r] * V + sin(p) * by->V[r]);
+        dkII[r] = -j->a * (cos(p) * by->p[r] * V * V + 2.0 * sin(p) * V * by->V[r]) +
+                  j->h[r] * second[0] + j->g[r] * second[1];
+        for (int s = 0; s < j->d_pred; ++s) dHdot[s * d + r] = rate[0] * j->h[r] * j->w[s];
+        for (int s = 0; s < j->n; ++s) dJdot[s * d + r] = rate[1] * j->g[r] * j->v[s];
+    }
+    return 0;
+}
+
 const mbsr_joint_table test_joint_table = {
     .version = MBSR_JOINT_TABLE_VERSION,
     .name = "test",
@@ -107,6 +162,25 @@ const mbsr_joint_table test_joint_table = {
     .jacobians = jacobians,
     .bias = bias,
     .rates = rates,
+};
+
+const mbsr_joint_table test_joint_tangents = {
+    .version = MBSR_JOINT_TABLE_VERSION,
+    .name = "test with derivatives",
+    .position = position,
+    .jacobians = jacobians,
+    .bias = bias,
+    .rates = rates,
+    .tangent = tangent,
+    .rate_tangent = rate_tangent,
+};
+
+const mbsr_joint_table test_joint_bare = {
+    .version = MBSR_JOINT_TABLE_VERSION,
+    .name = "test without rates",
+    .position = position,
+    .jacobians = jacobians,
+    .bias = bias,
 };
 
 static int root_motion(void *user, double t, double *p, double *V, double *A)
@@ -222,11 +296,14 @@ void test_tree_make(test_tree *tree, test_tree_opt opt)
         make_mass(tree->mass[me], &rng, d, rank);
         tree->nu += n;
     }
+    static const mbsr_joint_table *const tables[] = {&test_joint_table, &test_joint_tangents,
+                                                     &test_joint_bare};
     for (int me = 0; me < N; ++me) {
         mbsr_body_def body = mbsr_default_body_def();
+        const mbsr_joint_table *table = tables[opt.tables ? (opt.seed + (uint64_t)me) % 3 : 0];
         body.parent = tree->parent[me];
-        body.joint = mbsr_joint_custom(&test_joint_table, tree->joint[me].d, tree->joint[me].n,
-                                       tree->joint + me);
+        body.joint =
+            mbsr_joint_custom(table, tree->joint[me].d, tree->joint[me].n, tree->joint + me);
         body.inertia = mbsr_inertia_matrix(tree->joint[me].d, tree->mass[me]);
         assert_int_equal(mbsr_model_add_body(tree->model, &body, NULL), 0);
     }

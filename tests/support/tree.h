@@ -23,6 +23,9 @@ typedef struct test_joint {
 
 extern const mbsr_joint_table test_joint_table;
 
+/* The same joint with its derivatives (newton.h), and without its rates. */
+extern const mbsr_joint_table test_joint_tangents, test_joint_bare;
+
 typedef struct test_tree_opt {
     uint64_t seed;
     int bodies;
@@ -33,6 +36,7 @@ typedef struct test_tree_opt {
     int forces;       /* spring-dampers between random bodies, and on every joint coordinate */
     int moving_root;  /* general root of d = 2 that moves */
     int shuffle;      /* ids in random order, predecessors possibly later */
+    int tables;       /* joints with derivatives, without, and without rates in turn */
 } test_tree_opt;
 
 /* A finished model and what it was made of; joint, parent, mass indexed by id. */

@@ -357,6 +357,49 @@ static void sines_and_cosines_are_those_of_the_c_library(void **state)
     }
 }
 
+static int damp_every_joint(const mbsr_force_args *args)
+{
+    const mbsr_force_body *b = args->body;
+    assert_int_equal(args->bodies, 1);
+    for (int k = 0; k < b->n; ++k) b->tau[k] -= (1.0 + b->id) * b->u[k];
+    return 0;
+}
+
+static void elements_on_every_joint_are_called_for_each(void **state)
+{
+    (void)state;
+    static const mbsr_force_table table = {.version = MBSR_FORCE_TABLE_VERSION,
+                                           .flags = MBSR_FORCE_EVERY_BODY | MBSR_FORCE_JOINT_ONLY,
+                                           .name = "damping",
+                                           .evaluate = damp_every_joint};
+    static const double q[3] = {0.3, -0.5, 0.8}, u[3] = {1.0, -2.0, 0.7}, com[3] = {0.5, 0.1, 0.2},
+                        tensor[6] = {1, 1.1, 1.2, 0, 0, 0}, axis[3] = {0.0, 1.0, 0.0};
+    double expected[3], udot[3], damped[3], none[3] = {0.0};
+    mbsr_model *model;
+    mbsr_data *data;
+    assert_ok(mbsr_model_create(NULL, &model, NULL), NULL);
+    for (int id = 0; id < 3; ++id) {
+        mbsr_body_def def = mbsr_default_body_def();
+        def.parent = id ? id - 1 : MBSR_GROUND;
+        def.joint = mbsr_joint_revolute(NULL, NULL, axis);
+        def.inertia = mbsr_inertia_rigid(1.0, com, tensor);
+        assert_ok(mbsr_model_add_body(model, &def, NULL), mbsr_model_error(model));
+    }
+    const mbsr_force_def damping = mbsr_force_custom(&table, 0, NULL, NULL);
+    assert_ok(mbsr_model_add_force(model, &damping, NULL), mbsr_model_error(model));
+    assert_ok(mbsr_model_finish(model), mbsr_model_error(model));
+    assert_ok(mbsr_data_create(model, &data, NULL), NULL);
+    assert_ok(mbsri_forward_by_stages(model, data, 0.0, q, u, none, expected),
+              mbsr_data_error(data));
+    assert_true(mbsri_fast_forward_dynamics(model, data, 0.0, q, u, none, udot));
+    assert_close(distance(3, udot, expected), 0.0, 1e-12);
+    /* inverse dynamics of these accelerations needs no joint forces beside the damping */
+    assert_ok(mbsr_inverse_dynamics(model, data, 0.0, q, u, udot, damped), mbsr_data_error(data));
+    assert_close(largest(3, damped), 0.0, 1e-12);
+    mbsr_data_destroy(data);
+    mbsr_model_destroy(model);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -367,6 +410,7 @@ int main(void)
         cmocka_unit_test(the_momentum_form_agrees),
         cmocka_unit_test(forces_roots_and_orders_agree),
         cmocka_unit_test(a_hundred_thousand_bodies_lose_no_digits),
+        cmocka_unit_test(elements_on_every_joint_are_called_for_each),
         cmocka_unit_test(lean_data_serves_the_same),
         cmocka_unit_test(a_prescribed_motion_that_is_no_number_is_refused),
         cmocka_unit_test(results_can_be_asked_for_after_every_call),

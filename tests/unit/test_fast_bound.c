@@ -14,9 +14,9 @@
 #include <stdlib.h>
 
 /* All sweeps are used, as far as the compiler can tell. */
-static const mbsri_fast_kernels here = {"here",        trigonometry, kinematics, backward,
-                                        forward,       inverse,      velocities, momentum,
-                                        newton_factor, newton_solve};
+static const mbsri_fast_kernels here = {
+    "here",     trigonometry, kinematics,    backward,           forward,     inverse,
+    velocities, momentum,     newton_factor, newton_factor_deep, newton_solve};
 
 typedef struct counts {
     int bodies, skipped, zero; /* bounds compared, joints that it does not tell, of rank 0 */

@@ -85,6 +85,7 @@ typedef struct work {
     mbsr_data *data; /* in the caller's memory */
     void *memory;
     mbsr_ode *ode;
+    mbsr_newton *newton;
     double *y, *yp, *F, *x, *mass;
     int size, nq, nu;
 } work;
@@ -117,6 +118,9 @@ static void prepare(work *w, uint64_t seed)
     w->memory = aligned_alloc(MBSR_DATA_ALIGNMENT, mbsr_data_size(m));
     assert_int_equal(mbsr_data_init(m, w->memory, mbsr_data_size(m), &w->data, NULL), 0);
     assert_int_equal(mbsr_ode_create(m, w->data, 0.3, w->y, w->y + w->nq, &w->ode), 0);
+    mbsr_newton_opt opt = mbsr_default_newton_opt();
+    opt.method = MBSR_NEWTON_CORRECTED;
+    assert_int_equal(mbsr_newton_create(m, MBSR_DAE_MOMENTUM, &opt, &w->newton, NULL), 0);
 }
 
 static void release(work *w)
@@ -126,6 +130,7 @@ static void release(work *w)
     free(w->F);
     free(w->x);
     mbsr_ode_destroy(w->ode);
+    mbsr_newton_destroy(w->newton);
     free(w->mass);
     free(w->memory);
     test_tree_free(&w->tree);
@@ -186,6 +191,8 @@ static int evaluate(work *w)
     bad += abs(mbsr_index1_renew(m, d, 0.3, w->x, w->F, NULL));
     bad += abs(mbsr_ode_pack(w->ode, 0.3, q, u, w->x));
     bad += abs(mbsr_ode_rhs(w->ode, 0.3, w->x, w->F));
+    bad += abs(mbsr_newton_factor(w->newton, d, 0.3, w->y, w->yp, 20.0));
+    bad += abs(mbsr_newton_solve(w->newton, w->yp, w->F));
     return bad + ask(m, d, 0.3, w->y, u, udot, w->F, w->mass);
 }
 
@@ -207,6 +214,8 @@ static int refuse(work *w)
     good += !mbsr_positions(NULL, d, 0.3, w->y);
     good += !mbsr_body_pose(m, d, 12345, w->F);
     good += !mbsr_forward(m, d, w->yp, w->F);
+    good += !mbsr_newton_factor(w->newton, d, 0.3, w->y, w->yp, 0.0);
+    good += !mbsr_newton_solve(w->newton, w->yp, w->F);
     w->yp[w->nq] = 1e308; /* overflows somewhere on the way */
     w->yp[w->nq + 1] = 1e308;
     (void)mbsr_inverse_dynamics(m, d, 0.3, w->y, w->y + w->nq, w->yp + w->nq, w->F);
@@ -259,7 +268,8 @@ static void no_evaluation_allocates_even_the_first(void **state)
 
 /* Bodies in space and in the plane, quaternions, driven and locked coordinates. Returns a sum of
  * absolute statuses. */
-static int evaluate_mixed(mixed *s, double *q, const double *u, const double *udot)
+static int evaluate_mixed(mixed *s, mbsr_newton *newton, double *q, const double *u,
+                          const double *udot)
 {
     static const mbsr_dae_form forms[4] = {MBSR_DAE_MOMENTUM, MBSR_DAE_INDEX1, MBSR_DAE_RECURSIVE,
                                            MBSR_DAE_INVERSE_DYNAMICS};
@@ -274,6 +284,9 @@ static int evaluate_mixed(mixed *s, double *q, const double *u, const double *ud
         bad += abs(mbsr_dae_residual(m, d, forms[k], 0.3, y, x, F));
         bad += abs(mbsr_dae_unpack(m, d, forms[k], 0.3, y, q, F));
     }
+    bad += abs(mbsr_dae_pack(m, d, MBSR_DAE_MOMENTUM, 0.3, q, u, y));
+    bad += abs(mbsr_newton_factor(newton, d, 0.3, y, x, 20.0));
+    bad += abs(mbsr_newton_solve(newton, y, F));
     bad += abs(mbsr_forward_dynamics(m, d, 0.3, q, u, NULL, F));
     bad += abs(mbsr_energy(m, d, &T, &E));
     bad += abs(mbsr_inverse_dynamics(m, d, 0.3, q, u, udot, F));
@@ -299,12 +312,15 @@ static void no_evaluation_in_space_allocates(void **state)
         test_fill(&rng, s.nq, q);
         test_fill(&rng, s.nu, u);
         test_fill(&rng, s.nu, udot);
+        mbsr_newton *newton;
+        assert_int_equal(mbsr_newton_create(s.model, MBSR_DAE_MOMENTUM, NULL, &newton, NULL), 0);
         const long before = allocations, released = releases;
-        const int bad = evaluate_mixed(&s, q, u, udot);
+        const int bad = evaluate_mixed(&s, newton, q, u, udot);
         const long after = allocations, released_after = releases;
         assert_int_equal(after - before, 0);
         assert_int_equal(released_after - released, 0);
         assert_int_equal(bad, 0);
+        mbsr_newton_destroy(newton);
         mixed_free(&s);
     }
 }

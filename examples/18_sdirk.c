@@ -1,0 +1,230 @@
+/* A solver of one's own with the Newton systems solved on the tree: a rope swings against a wall.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * sdirk.h has the method. The rope is a chain of N rigid segments without inertia on ball joints
+ * (quaternions), a particle at the end of each; joints resist bending and twist by springs and
+ * dampers, stiff against weight. Turning a segment about itself moves no mass: N directions that
+ * turn with the motion, whose velocities follow from the balance of moments (index 1). The rope is
+ * let go at 60 degrees and lays itself against a wall that it meets askew; contact with friction
+ * lifts it out of its plane and twists it.
+ *
+ * First N = 20 is run at two tolerances. Energy and heat must add up, with the heat summed by the
+ * weights of the method over its stages, and the rope's end must come to where another solver sees
+ * it. Then N = 50 .. 400: the times of a factorisation, an iteration and a step must grow as N.
+ * With a dense matrix of 10 N rows a factorisation for N = 400 would take 512 times as long as one
+ * for N = 50. rope.csv has shapes for rope.gp. */
+#include <mbsrank/mbsrank.h>
+
+#include "sdirk.h"
+
+#include <time.h>
+
+enum { CHECKED = 20, LONGEST = 400, SIZES = 4, SHAPES = 10, RUNS = 2, STEPS = 20 };
+static const double length = 2.0, mass = 0.2, g = 9.81;    /* m, kg, m/s^2 */
+static const double stiffness = 0.002, retardation = 0.01; /* N m^2, s: damping over stiffness */
+static const double slant = 1.0471975511965976, T = 1.0;   /* rad, s */
+
+/* The end of the rope of 20 at T, m: the driver for IDA (ida.h) with dense matrices by difference
+ * quotients, rtol = atol = 1e-8. */
+static const double reference[3] = {0.135792, 0.572474, 0.373590};
+
+static mbsr_model *rope(int segments)
+{
+    const double l = length / segments, k = stiffness / l, d = retardation * k,
+                 springs[6] = {k, k, k}, dampers[6] = {d, d, d}, end[3] = {0.0, 0.0, -l};
+    const mbsr_frame hook = mbsr_frame_at(0.0, 0.0, length), next = mbsr_frame_at(0.0, 0.0, -l);
+    const mbsr_contact wall = {.centre = {0.0, 0.0, -l},
+                               .radius = 0.01,
+                               .point = {-0.4, 0.0, 0.0},
+                               .normal = {1.0, 0.6, 0.0},
+                               .stiffness = 1e4 / segments,
+                               .exponent = 1.5,
+                               .damping = 0.1,
+                               .friction = 0.3,
+                               .slip = 0.02};
+    mbsr_model *m = new_model();
+    int last = MBSR_GROUND;
+    for (int i = 0; i < segments; ++i) {
+        const mbsr_frame *A = i > 0 ? &next : &hook;
+        const int body = add_body(m, NULL, last, mbsr_joint_spherical(A, NULL),
+                                  mbsr_inertia_point_mass(mass / segments, end));
+        add_force(m, mbsr_force_bushing(last, A, body, NULL, springs, dampers));
+        add_force(m, mbsr_force_contact(body, MBSR_GROUND, &wall));
+        last = body;
+    }
+    add_force(m, mbsr_force_gravity(0.0, 0.0, -g));
+    check(mbsr_model_finish(m), mbsr_model_error(m));
+    return m;
+}
+
+typedef struct hung {
+    mbsr_model *m;
+    mbsr_data *d;
+    double *y;
+} hung;
+
+/* Straight, at rest, at an angle. */
+static hung hang(int segments)
+{
+    static double q[4 * LONGEST], u[3 * LONGEST];
+    hung r = {.m = rope(segments)};
+    mbsr_error error;
+    for (int i = 0; i < segments; ++i) {
+        q[4 * i] = i > 0 ? 1.0 : cos(0.5 * slant);
+        q[4 * i + 2] = i > 0 ? 0.0 : -sin(0.5 * slant);
+    }
+    check(mbsr_data_create(r.m, &r.d, &error), &error);
+    r.y = calloc((size_t)mbsr_dae_size(r.m, MBSR_DAE_MOMENTUM), sizeof *r.y);
+    if (!r.y) exit(1);
+    check(mbsr_dae_pack(r.m, r.d, MBSR_DAE_MOMENTUM, 0.0, q, u, r.y), mbsr_data_error(r.d));
+    return r;
+}
+
+static void put_away(hung *r)
+{
+    mbsr_data_destroy(r->d);
+    mbsr_model_destroy(r->m);
+    free(r->y);
+}
+
+static void evaluate(const sdirk *s, double t, const double *y)
+{
+    check(mbsr_positions(s->m, s->d, t, y), mbsr_data_error(s->d));
+    check(mbsr_velocities(s->m, s->d, y + s->nq + s->nu), mbsr_data_error(s->d));
+}
+
+static double energy(const sdirk *s)
+{
+    double kinetic, potential;
+    evaluate(s, s->t, s->y);
+    check(mbsr_energy(s->m, s->d, &kinetic, &potential), mbsr_data_error(s->d));
+    return kinetic + potential;
+}
+
+/* Heat of the last step, of size h, by the method's own weights. */
+static double heat(const sdirk *s, double h)
+{
+    double sum = 0.0, power;
+    for (int i = 0; i < SDIRK_STAGES; ++i) {
+        evaluate(s, s->t - h + s->at[i] * h, s->Y[i]);
+        check(mbsr_dissipation(s->m, s->d, &power), mbsr_data_error(s->d));
+        sum += h * s->a[SDIRK_STAGES - 1][i] * power;
+    }
+    return sum;
+}
+
+/* The rope's points into the file, the last into tip. */
+static void shape(const sdirk *s, FILE *file, double tip[3])
+{
+    double p[MBSR_POSE_SIZE];
+    evaluate(s, s->t, s->y);
+    const int bodies = mbsr_model_bodies(s->m);
+    fprintf(file, "%g,0,0,%g\n", s->t, length);
+    for (int i = 0; i < bodies; ++i) {
+        check(mbsr_body_pose(s->m, s->d, i, p), mbsr_data_error(s->d));
+        /* the particle is at (0, 0, -l) of its segment: third column of R */
+        for (int k = 0; k < 3; ++k)
+            tip[k] = p[MBSR_POSE_X + k] - length / bodies * p[MBSR_POSE_R + 6 + k];
+        fprintf(file, "%g,%g,%g,%g\n", s->t, tip[0], tip[1], tip[2]);
+    }
+    fprintf(file, "\n\n");
+}
+
+typedef struct outcome {
+    double heat, balance, off; /* J, J: what energy and heat do not add up by; m */
+} outcome;
+
+static outcome swing(double tolerance)
+{
+    outcome found = {0};
+    FILE *file = csv("rope.csv");
+    hung r = hang(CHECKED);
+    mbsr_consistent_info start;
+    double *yp = calloc((size_t)mbsr_dae_size(r.m, MBSR_DAE_MOMENTUM), sizeof *yp);
+    if (!yp) exit(1);
+    check(mbsr_dae_consistent(r.m, r.d, MBSR_DAE_MOMENTUM, 0.0, r.y, yp, NULL, &start),
+          mbsr_data_error(r.d));
+    free(yp);
+    sdirk s = sdirk_start(r.m, r.d, 0.0, r.y, 1e-4, tolerance);
+    double tip[3];
+    const double begin = energy(&s);
+    shape(&s, file, tip);
+    for (int k = 1; k <= SHAPES; ++k) {
+        while (s.t < T * k / SHAPES) found.heat += heat(&s, sdirk_step(&s, T * k / SHAPES));
+        shape(&s, file, tip);
+    }
+    found.balance = energy(&s) + found.heat - begin;
+    for (int k = 0; k < 3; ++k) found.off = fmax(found.off, fabs(tip[k] - reference[k]));
+    mbsr_newton_info done;
+    check(mbsr_newton_get_info(s.newton, &done), mbsr_newton_error(s.newton));
+    printf("%9.0e %6ld %8ld %8ld %8ld   %.6f %+.1e   %+.5f %+.5f %+.5f\n", tolerance, s.steps,
+           s.rejected, done.factorisations, done.solves, found.heat, found.balance, tip[0], tip[1],
+           tip[2]);
+    if (start.null_directions != CHECKED || start.elastic_directions > 0) exit(1);
+    fclose(file);
+    sdirk_end(&s);
+    put_away(&r);
+    return found;
+}
+
+/* Processor time, s. */
+static double now(void)
+{
+    return (double)clock() / CLOCKS_PER_SEC;
+}
+
+/* Times of a factorisation and of an iteration at the state reached, s. */
+static void measure(sdirk *s, double *factor, double *iterate)
+{
+    const double c = 1.0 / (s->a[0][0] * s->h);
+    const int times = 1000 / mbsr_model_bodies(s->m);
+    *factor = *iterate = INFINITY;
+    for (int round = 0; round < 3; ++round) {
+        const double begin = now();
+        for (int k = 0; k < times; ++k) {
+            check(mbsr_newton_factor(s->newton, s->d, s->t, s->y, s->yp, c),
+                  mbsr_newton_error(s->newton));
+        }
+        const double middle = now();
+        for (int k = 0; k < times; ++k) {
+            check(mbsr_dae_residual(s->m, s->d, MBSR_DAE_MOMENTUM, s->t, s->y, s->yp, s->F),
+                  mbsr_data_error(s->d));
+            check(mbsr_newton_solve(s->newton, s->F, s->delta), mbsr_newton_error(s->newton));
+        }
+        *factor = fmin(*factor, (middle - begin) / times);
+        *iterate = fmin(*iterate, (now() - middle) / times);
+    }
+}
+
+/* Returns the time of a factorisation and ten iterations, which is about a step's, per body. */
+static double grow(int segments)
+{
+    double factor, iterate;
+    hung r = hang(segments);
+    sdirk s = sdirk_start(r.m, r.d, 0.0, r.y, 1e-4, 1e-3);
+    const double begin = now();
+    while (s.steps < STEPS) sdirk_step(&s, T);
+    const double step = (now() - begin) / STEPS;
+    measure(&s, &factor, &iterate);
+    printf("%5d %14.2f %14.2f %14.2f\n", segments, 1e3 * factor, 1e3 * iterate, 1e3 * step);
+    sdirk_end(&s);
+    put_away(&r);
+    return (factor + 10.0 * iterate) / segments;
+}
+
+int main(void)
+{
+    const double tolerance[RUNS] = {1e-3, 1e-4};
+    double per_body[SIZES];
+    int good = 1;
+    printf("tolerance  steps rejected factored   solved   heat [J]   missing   tip x, y, z [m]\n");
+    for (int k = 0; k < RUNS; ++k) {
+        const outcome run = swing(tolerance[k]);
+        good = good && fabs(run.balance) < tolerance[k] && run.off < tolerance[k];
+    }
+    printf("\nsegments  factor [ms]   iterate [ms]      step [ms]\n");
+    for (int k = 0; k < SIZES; ++k) per_body[k] = grow(LONGEST >> (SIZES - 1 - k));
+    printf("time per segment, %d to %d: %.2f\n", LONGEST, LONGEST >> (SIZES - 1),
+           per_body[SIZES - 1] / per_body[0]);
+    return good && per_body[SIZES - 1] < 3.0 * per_body[0] ? 0 : 1;
+}

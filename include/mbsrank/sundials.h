@@ -1,0 +1,73 @@
+/* The Newton solver (newton.h) as a linear solver of SUNDIALS, for those who drive IDA themselves.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * Belongs to the component ida and needs the headers of SUNDIALS 6.4 or newer, as <mbsrank/ida.h>
+ * does not. The residual that IDA integrates has to be mbsr_dae_residual of the momentum form on
+ * serial vectors (more exactly: vectors with an array, N_VGetArrayPointer).
+ *
+ *   mbsr_sundials link = {.newton = newton, .data = data};
+ *   SUNMatrix matrix = mbsr_sundials_matrix(&link, context);
+ *   SUNLinearSolver solver = mbsr_sundials_solver(&link, context);
+ *   IDASetLinearSolver(ida, solver, matrix);
+ *   IDASetJacFn(ida, mbsr_sundials_jacobian);
+ *
+ * The matrix has no storage: where IDA asks for a new Jacobian the system is factored on the tree,
+ * and the factorisation is kept as IDA keeps one of a dense matrix, over iterations and steps, with
+ * IDA's correction for a change of c = cj. (To a solver of the type SUNLINEARSOLVER_MATRIX_EMBEDDED
+ * IDA never says when to factor, and it makes neither that correction nor a second attempt with a
+ * new Jacobian; so this one is of the type SUNLINEARSOLVER_DIRECT.)
+ *
+ * Where mbsr_newton_info.exact is 0, the solver is for preconditioning:
+ *
+ *   SUNLinearSolver solver = SUNLinSol_SPGMR(y, SUN_PREC_LEFT, 30, context);
+ *   IDASetLinearSolver(ida, solver, NULL);
+ *   IDASetUserData(ida, &mine);   -- a structure whose first member is the mbsr_sundials
+ *   IDASetPreconditioner(ida, mbsr_sundials_setup, mbsr_sundials_precondition); */
+#ifndef MBSRANK_SUNDIALS_H
+#define MBSRANK_SUNDIALS_H
+
+#include <mbsrank/newton.h>
+
+#include <sundials/sundials_linearsolver.h>
+#include <sundials/sundials_matrix.h>
+#include <sundials/sundials_nvector.h>
+#include <sundials/sundials_types.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* What a linear solver works with. The caller's; it, the solver and the data have to stay in place
+ * as long as IDA uses them. */
+typedef struct mbsr_sundials {
+    mbsr_newton *newton;
+    mbsr_data *data; /* may be that of the residual */
+    int status;      /* result: of the last factorisation or solution; the text is in
+                      * mbsr_newton_error */
+} mbsr_sundials;
+
+/* A matrix without storage, and a linear solver of the type SUNLINEARSOLVER_DIRECT that solves with
+ * the last factorisation; to be freed by SUNMatDestroy and SUNLinSolFree, which leave *link alone.
+ * NULL where an argument or a member of *link is NULL or SUNDIALS gets no memory. */
+MBSR_API SUNMatrix mbsr_sundials_matrix(mbsr_sundials *link, SUNContext context);
+MBSR_API SUNLinearSolver mbsr_sundials_solver(mbsr_sundials *link, SUNContext context);
+
+/* For IDASetJacFn: factors at (t, y, y') with c = cj. `jacobian` is a matrix made above; r, user
+ * and the vectors are not read. Returns the status, whose sign means to IDA what it means here. */
+MBSR_API int mbsr_sundials_jacobian(sunrealtype t, sunrealtype cj, N_Vector y, N_Vector yp,
+                                    N_Vector r, SUNMatrix jacobian, void *user, N_Vector work1,
+                                    N_Vector work2, N_Vector work3);
+
+/* For IDASetPreconditioner: factors, and solves. `user`, what IDASetUserData was given, points to
+ * an mbsr_sundials or to a structure that begins with one. Return the status. */
+MBSR_API int mbsr_sundials_setup(sunrealtype t, N_Vector y, N_Vector yp, N_Vector F, sunrealtype cj,
+                                 void *user);
+MBSR_API int mbsr_sundials_precondition(sunrealtype t, N_Vector y, N_Vector yp, N_Vector F,
+                                        N_Vector r, N_Vector z, sunrealtype cj, sunrealtype delta,
+                                        void *user);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,112 @@
+/* The linear systems of the Newton iterations: which solver, and how IDA calls it.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "driver.h"
+
+#include <ida/ida_ls.h>
+#include <sunlinsol/sunlinsol_dense.h>
+#include <sunlinsol/sunlinsol_spgmr.h>
+#include <sunmatrix/sunmatrix_dense.h>
+
+/* ---- choice ---- */
+
+/* The Newton solver, and AUTO decided. */
+static int choose(mbsr_ida *ida, mbsr_error *error)
+{
+    mbsr_ida_solver *solver = &ida->opt.linear_solver;
+    if (*solver == MBSR_IDA_AUTO && ida->opt.form != MBSR_DAE_MOMENTUM) *solver = MBSR_IDA_DENSE;
+    if (*solver == MBSR_IDA_DENSE) return MBSR_OK;
+    mbsr_error reason;
+    const int status =
+        mbsr_newton_create(ida->model, ida->opt.form, &ida->opt.newton, &ida->link.newton, &reason);
+    if (status == MBSR_ERR_SPACE && *solver == MBSR_IDA_AUTO) {
+        *solver = MBSR_IDA_DENSE;
+        return MBSR_OK;
+    }
+    if (status && error) *error = reason;
+    if (status || *solver != MBSR_IDA_AUTO) return status;
+    mbsr_newton_info info;
+    mbsr_newton_get_info(ida->link.newton, &info);
+    *solver = info.exact ? MBSR_IDA_TREE : MBSR_IDA_KRYLOV;
+    return MBSR_OK;
+}
+
+int mbsri_ida_make_solver(mbsr_ida *ida, mbsr_error *error)
+{
+    const int status = choose(ida, error);
+    if (status) return status;
+    switch (ida->opt.linear_solver) {
+    case MBSR_IDA_TREE:
+        ida->matrix = mbsr_sundials_matrix(&ida->link, ida->context);
+        if (ida->matrix) ida->solver = mbsr_sundials_solver(&ida->link, ida->context);
+        break;
+    case MBSR_IDA_KRYLOV:
+        ida->solver = SUNLinSol_SPGMR(ida->y, SUN_PREC_LEFT, ida->opt.krylov_size, ida->context);
+        break;
+    default:
+        ida->matrix = SUNDenseMatrix(ida->size, ida->size, ida->context);
+        if (ida->matrix) ida->solver = SUNLinSol_Dense(ida->y, ida->matrix, ida->context);
+        break;
+    }
+    if (ida->solver) return MBSR_OK;
+    return mbsri_ida_fail(error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
+                          "mbsr_ida_create: no memory for the linear systems of size %d",
+                          ida->size);
+}
+
+/* ---- as IDA calls it ---- */
+
+/* After a factorisation or solution at t: its failure is noted as one of the residual is. */
+static int noted(mbsr_ida *ida, sunrealtype t, const char *what)
+{
+    const int status = ida->link.status;
+    if (!status) return MBSR_OK;
+    const mbsr_error *error = mbsr_newton_error(ida->link.newton);
+    return mbsri_ida_failed(ida, t, status, error, what);
+}
+
+static int jacobian(sunrealtype t, sunrealtype cj, N_Vector y, N_Vector yp, N_Vector r,
+                    SUNMatrix matrix, void *user, N_Vector a, N_Vector b, N_Vector c)
+{
+    mbsr_sundials_jacobian(t, cj, y, yp, r, matrix, NULL, a, b, c);
+    return noted(user, t, "Newton equations");
+}
+
+static int set_up(sunrealtype t, N_Vector y, N_Vector yp, N_Vector F, sunrealtype cj, void *user)
+{
+    mbsr_ida *ida = user;
+    mbsr_sundials_setup(t, y, yp, F, cj, &ida->link);
+    return noted(ida, t, "Newton equations");
+}
+
+static int precondition(sunrealtype t, N_Vector y, N_Vector yp, N_Vector F, N_Vector r, N_Vector z,
+                        sunrealtype cj, sunrealtype delta, void *user)
+{
+    mbsr_ida *ida = user;
+    mbsr_sundials_precondition(t, y, yp, F, r, z, cj, delta, &ida->link);
+    return noted(ida, t, "preconditioner");
+}
+
+int mbsri_ida_attach_solver(mbsr_ida *ida)
+{
+    void *const memory = ida->memory;
+    int flag = IDASetLinearSolver(memory, ida->solver, ida->matrix);
+    if (flag >= 0 && ida->opt.linear_solver == MBSR_IDA_TREE) flag = IDASetJacFn(memory, jacobian);
+    if (flag < 0 || ida->opt.linear_solver != MBSR_IDA_KRYLOV) return flag;
+    flag = IDASetPreconditioner(memory, set_up, precondition);
+    /* GMRES stops by the root of a sum of squares, and IDA allows it sqrt(n) for one of a mean; the
+     * largest entry is never more than that root */
+    return flag >= 0 && ida->opt.max_norm ? IDASetLSNormFactor(memory, 1.0) : flag;
+}
+
+/* ---- statistics ---- */
+
+void mbsri_ida_count_solver(const mbsr_ida *ida, mbsr_newton_info *info)
+{
+    *info = (mbsr_newton_info){0};
+    if (ida->link.newton) mbsr_newton_get_info(ida->link.newton, info);
+}
+
+const mbsr_newton *mbsr_ida_newton(const mbsr_ida *ida)
+{
+    return ida ? ida->link.newton : NULL;
+}

@@ -1,0 +1,156 @@
+/* Tolerances of the variables, the weights IDA makes of them, and the norms of the error test.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "driver.h"
+
+#include <math.h>
+
+/* ---- tolerances ---- */
+
+/* Absolute tolerance of a coordinate, or of its rate, by what it measures. */
+static double by_kind(const mbsr_ida_opt *opt, mbsr_coordinate_kind kind, bool rate)
+{
+    double atol = 0.0;
+    if (kind == MBSR_COORDINATE_ROTATION) {
+        atol = rate ? opt->atol_angular_velocity : opt->atol_angle;
+    } else if (kind == MBSR_COORDINATE_TRANSLATION) {
+        atol = rate ? opt->atol_velocity : opt->atol_length;
+    }
+    return atol > 0.0 ? atol : opt->atol;
+}
+
+/* Those of one body's q, and of its u at `velocity`, into atol. */
+static void set_body(mbsr_ida *ida, int body, int velocity, double *atol)
+{
+    mbsr_coordinate_kind position_kind[4 * MBSR_MAX_D], velocity_kind[MBSR_MAX_D];
+    int q, nq, u, n;
+    mbsr_body_coordinates(ida->model, body, &q, &nq, &u, &n);
+    mbsr_body_coordinate_kinds(ida->model, body, position_kind, velocity_kind);
+    for (int k = 0; k < nq; ++k) atol[q + k] = by_kind(&ida->opt, position_kind[k], false);
+    for (int k = 0; k < n; ++k) {
+        atol[velocity + u + k] = by_kind(&ida->opt, velocity_kind[k], true);
+    }
+}
+
+void mbsri_ida_set_tolerances(mbsr_ida *ida)
+{
+    const double *each = ida->opt.atol_each;
+    const bool momentum = ida->opt.form == MBSR_DAE_MOMENTUM;
+    const int nq = mbsr_model_nq(ida->model), nu = mbsr_model_nu(ida->model);
+    double *atol = N_VGetArrayPointer(ida->atol);
+    for (int k = 0; each && k < ida->size; ++k) atol[k] = each[k];
+    for (int i = 0; !each && i < mbsr_model_bodies(ida->model); ++i) {
+        set_body(ida, i, momentum ? nq + nu : nq, atol);
+    }
+    ida->scales = !each && (momentum || ida->opt.form == MBSR_DAE_INDEX1);
+    ida->opt.atol_each = NULL;
+}
+
+/* Largest scale of a joint's mass in the tree; 1 if there is none. */
+static double largest_mass(const mbsr_ida *ida)
+{
+    double largest = 0.0;
+    mbsr_rank_info info;
+    for (int i = 0; i < mbsr_model_bodies(ida->model); ++i) {
+        const int status = mbsr_body_rank(ida->model, ida->data, i, &info);
+        if (status == MBSR_OK) largest = fmax(largest, info.scale);
+    }
+    return largest > 0.0 ? largest : 1.0;
+}
+
+/* p: mass times the tolerance of its velocity, which stands nu further on. v: the square root of
+ * the mass, and of the joint's tolerances, which are taken anew, the smallest. */
+static void scale_body(mbsr_ida *ida, int body, double mass)
+{
+    const int nq = mbsr_model_nq(ida->model), nu = mbsr_model_nu(ida->model);
+    const bool momentum = ida->opt.form == MBSR_DAE_MOMENTUM;
+    const double factor = momentum ? mass : sqrt(mass);
+    double *atol = N_VGetArrayPointer(ida->atol), *mass_on = N_VGetArrayPointer(ida->mass);
+    int first, n;
+    mbsr_body_coordinates(ida->model, body, NULL, NULL, &first, &n);
+    if (!momentum) set_body(ida, body, nq, atol);
+    double smallest = INFINITY;
+    for (int k = nq + first; k < nq + first + n; ++k) smallest = fmin(smallest, atol[k]);
+    for (int k = nq + first; k < nq + first + n; ++k) {
+        mass_on[k] = factor;
+        atol[k] = (momentum ? atol[nu + k] : smallest) * factor;
+    }
+}
+
+void mbsri_ida_scale_tolerances(mbsr_ida *ida)
+{
+    const double largest = largest_mass(ida);
+    mbsr_rank_info info;
+    for (int i = 0; i < mbsr_model_bodies(ida->model); ++i) {
+        const int status = mbsr_body_rank(ida->model, ida->data, i, &info);
+        scale_body(ida, i, status == MBSR_OK && info.scale > 0.0 ? info.scale : largest);
+    }
+}
+
+double mbsri_ida_tolerance(const mbsr_ida *ida, const double *y, int k)
+{
+    const int nq = mbsr_model_nq(ida->model), nu = mbsr_model_nu(ida->model);
+    const bool momentum =
+        ida->scales && ida->opt.form == MBSR_DAE_MOMENTUM && k >= nq && k < nq + nu;
+    const double atol = N_VGetArrayPointer(ida->atol)[k];
+    if (!momentum) return ida->opt.rtol * fabs(y[k]) + atol;
+    return ida->opt.rtol * N_VGetArrayPointer(ida->mass)[k] * fabs(y[k + nu]) + atol;
+}
+
+/* IDA asks for weights before each step, so this is also where a run can be stopped between two
+ * steps. */
+int mbsri_ida_weights(N_Vector y, N_Vector weight, void *user)
+{
+    mbsr_ida *ida = user;
+    if (mbsri_ida_report(ida)) return -1;
+    for (int k = 0; k < ida->size; ++k) {
+        const double tolerance = mbsri_ida_tolerance(ida, N_VGetArrayPointer(y), k);
+        if (!(tolerance > 0.0)) {
+            ida->callback = MBSR_ERR_VALUE;
+            return mbsri_ida_fail(&ida->failure, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
+                                  "y[%d] is %g: its tolerance, relative and absolute, is zero", k,
+                                  N_VGetArrayPointer(y)[k]);
+        }
+        N_VGetArrayPointer(weight)[k] = 1.0 / tolerance;
+    }
+    return 0;
+}
+
+/* ---- norms ---- */
+
+double mbsri_ida_norm(const mbsr_ida *ida, int n, const double *x)
+{
+    const double *y = N_VGetArrayPointer(ida->y);
+    double sum = 0.0, largest = 0.0;
+    for (int k = 0; k < n; ++k) {
+        const double weighted = x[k] / mbsri_ida_tolerance(ida, y, k);
+        sum += weighted * weighted;
+        largest = fmax(largest, fabs(weighted));
+    }
+    return ida->opt.max_norm ? largest : sqrt(sum / ida->size);
+}
+
+/* max |x_k| w_k of the entries whose id is positive; id NULL: of all. A NaN comes out as one. */
+static sunrealtype largest_entry(N_Vector x, N_Vector w, N_Vector id)
+{
+    const double *value = N_VGetArrayPointer(x), *weight = N_VGetArrayPointer(w);
+    const double *counts = id ? N_VGetArrayPointer(id) : NULL;
+    double largest = 0.0;
+    for (sunindextype k = 0; k < N_VGetLength(x); ++k) {
+        const double weighted = fabs(value[k] * weight[k]);
+        if (counts && !(counts[k] > 0.0)) continue;
+        if (!(weighted <= largest)) largest = weighted;
+        if (isnan(largest)) break;
+    }
+    return largest;
+}
+
+static sunrealtype largest_of_all(N_Vector x, N_Vector w)
+{
+    return largest_entry(x, w, NULL);
+}
+
+void mbsri_ida_use_max_norm(N_Vector v)
+{
+    v->ops->nvwrmsnorm = largest_of_all;
+    v->ops->nvwrmsnormmask = largest_entry;
+}

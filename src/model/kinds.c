@@ -1,0 +1,61 @@
+/* What the joint coordinates measure, as far as the library knows: angles or lengths.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "../joints/chain.h"
+
+#include <math.h>
+
+/* Of the chain's steps; a quaternion takes 4 places of q and 3 of u, what stands behind it in u is
+ * one place further in q. */
+static mbsr_coordinate_kind chain_kind(const mbsri_joint *joint, int velocity, int k)
+{
+    bool quaternion = false;
+    for (int step = 0; step < joint->option[0]; ++step) {
+        const int code = joint->option[1 + step];
+        quaternion = quaternion || (code & MBSRI_STEP_KIND) == MBSRI_QUATERNION;
+    }
+    if (quaternion && k < (velocity ? 3 : 4)) return MBSR_COORDINATE_ROTATION;
+    const int place = quaternion && !velocity ? k - 1 : k;
+    for (int step = 0; step < joint->option[0]; ++step) {
+        const int code = joint->option[1 + step], kind = code & MBSRI_STEP_KIND;
+        if (code & MBSRI_DRIVEN || kind == MBSRI_QUATERNION || code >> MBSRI_PLACE_SHIFT != place) {
+            continue;
+        }
+        return kind == MBSRI_TRANSLATION ? MBSR_COORDINATE_TRANSLATION : MBSR_COORDINATE_ROTATION;
+    }
+    return MBSR_COORDINATE_OTHER;
+}
+
+/* Of the free ones among x, y and the angle. */
+static mbsr_coordinate_kind planar_kind(int free, int k)
+{
+    for (int c = 0; c < 3; ++c) {
+        if (!(free & (1 << c))) continue;
+        if (k-- == 0) return c == 2 ? MBSR_COORDINATE_ROTATION : MBSR_COORDINATE_TRANSLATION;
+    }
+    return MBSR_COORDINATE_OTHER;
+}
+
+static mbsr_coordinate_kind kind_of(const mbsri_joint *joint, int velocity, int k)
+{
+    int free = 0;
+    if (joint->table->position == mbsri_chain_position) return chain_kind(joint, velocity, k);
+    return mbsri_planar_coordinates(joint, &free) ? planar_kind(free, k) : MBSR_COORDINATE_OTHER;
+}
+
+int mbsr_body_coordinate_kinds(const mbsr_model *model, int body, mbsr_coordinate_kind *position,
+                               mbsr_coordinate_kind *velocity)
+{
+    if (!model) return MBSR_ERR_NULL;
+    if (!model->finished) return MBSR_ERR_UNFINISHED;
+    const int i = body == MBSR_GROUND ? -1 : mbsri_index(model, body);
+    if (i < 0) return MBSR_ERR_ID;
+    const mbsri_body *b = model->body + i;
+    /* with coordinates that are held nq = n, and NaN marks those that are not */
+    for (int k = 0, free = 0; position && k < b->joint.nq; ++k) {
+        if (!b->held || isnan(b->held[k])) position[free++] = kind_of(&b->joint, 0, k);
+    }
+    for (int k = 0, free = 0; velocity && k < b->joint.n; ++k) {
+        if (!b->held || isnan(b->held[k])) velocity[free++] = kind_of(&b->joint, 1, k);
+    }
+    return MBSR_OK;
+}
