@@ -46,7 +46,9 @@ static const struct plan {
     {stiff_beam, 40, TREE | DENSE | SPARSE, 1e-8},
     {stiff_beam, 400, TREE | DENSE | SPARSE, 1e-8},
     {stiff_beam, 4000, TREE, 1e-8},
+    {beam_in_space, 40, TREE, 1e-8},
     {beam_in_space, 400, TREE, 1e-8},
+    {beam_in_space, 4000, TREE, 1e-8},
     {stiff_cable, 40, TREE | DENSE | SPARSE, 1e-8},
     {stiff_cable, 200, TREE | DENSE | SPARSE, 1e-8},
     {stiff_cable, 1000, TREE, 1e-8},
@@ -94,7 +96,8 @@ static void close_setup(setup *s)
     stiff_free(&s->stiff);
 }
 
-/* ---- a run ------------------------------------------------------------------------------------ */
+/* ---- a run ------------------------------------------------------------------------------------
+ * */
 
 typedef struct run {
     int status;
@@ -186,7 +189,8 @@ static run integrate(setup *s, int solver, double tolerance)
     return r;
 }
 
-/* ---- tables ----------------------------------------------------------------------------------- */
+/* ---- tables -----------------------------------------------------------------------------------
+ * */
 
 static void report(const setup *s, int which, double tolerance, const run *r)
 {

@@ -6,6 +6,7 @@
 #   bench/run.sh                                  all of these
 #   bench/run.sh scaling [samples [largest N]]    needs no SUNDIALS
 #   bench/run.sh precision [smallest tolerance]
+#   bench/run.sh newton [largest number of bodies]     MuJoCo, too, where it is installed
 #   bench/run.sh trees [samples [rounds]]         peers/run.sh: other libraries, too
 set -eu
 
@@ -16,7 +17,7 @@ trees=$root/bench/peers/run.sh
 what=${1:-all}
 [ $# -eq 0 ] || shift
 case $what in
-all | precision) ida=ON ;;
+all | precision | newton) ida=ON ;;
 scaling) ida=OFF ;;
 trees) exec sh "$trees" "$@" ;;
 *)
@@ -41,14 +42,19 @@ if command -v taskset > /dev/null; then
     pin="taskset -c $core"
 fi
 
+# wanted NAME: whether this part is to run.
+wanted() {
+    [ "$what" = all ] || [ "$what" = "$1" ]
+}
+
 # An interrupted run leaves the old results as they are.
 mkdir -p "$results"
-if [ "$what" != precision ]; then
+if wanted scaling; then
     $pin "$build/bench/bench_scaling" "$@" > "$build/scaling.csv"
     mv "$build/scaling.csv" "$results/scaling.csv"
     sed -n '/^# least squares/,$p' "$results/scaling.csv"
 fi
-if [ "$what" != scaling ]; then
+if wanted precision; then
     $pin "$build/bench/bench_precision" "${1:-1e-10}" "$build/bead.csv" > "$build/precision.csv"
     mv "$build/precision.csv" "$results/precision.csv"
     if command -v gnuplot > /dev/null; then
@@ -57,5 +63,21 @@ if [ "$what" != scaling ]; then
     else
         echo "gnuplot is missing: no pictures"
     fi
+fi
+if wanted newton; then
+    mkdir -p "$build/newton"
+    $pin "$build/bench/bench_newton" "$build/newton" "$@" > "$build/newton.csv"
+    peers=$root/build/bench-newton-peers
+    library=$(find "$build/src" -name 'libmbsrank.*' | sort | head -n 1)
+    if command -v c++ > /dev/null &&
+        cmake -S "$root/bench/peers" -B "$peers" -DCMAKE_BUILD_TYPE=Release \
+            -DMBSRANK_LIBRARY="$library" &&
+        cmake --build "$peers" --target runs_mujoco; then
+        $pin "$peers/runs_mujoco" "$build/newton" >> "$build/newton.csv"
+    else
+        echo "no MuJoCo: goes without"
+    fi
+    mv "$build/newton.csv" "$results/newton.csv"
+    grep '^# time of a step' "$results/newton.csv"
 fi
 if [ "$what" = all ]; then sh "$trees"; fi

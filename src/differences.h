@@ -22,7 +22,8 @@ static inline double mbsri_difference_weight(int l)
 }
 
 /* The step h that balances the error h^4 with that of rounding in numbers of size x, for functions
- * that change over lengths (or velocities) of some tenths. A power of two, so that x + h is exact. */
+ * that change over lengths (or velocities) of some tenths. A power of two, so that x + h is exact.
+ * */
 static inline double mbsri_difference_step(double x)
 {
     int exponent;

@@ -1,19 +1,13 @@
 /* Trees in MuJoCo (composite rigid bodies, factor of the mass matrix).
  * SPDX-License-Identifier: BSD-3-Clause */
+#include "mujoco_files.h"
 #include "peer.h"
-
-#include <mujoco/mujoco.h>
-
-#include <cstdio>
-#include <cstring>
-#include <stdexcept>
 
 namespace
 {
 
-/* The model's description: one element in the other, in several files, as the parser does not go
- * deep in one. Principal axes are computed here, as those that MuJoCo computes are good
- * for 8 digits only. */
+/* The model's description: one element in the other. Principal axes are computed here, as those
+ * that MuJoCo computes are good for 8 digits only. */
 class writer
 {
   public:
@@ -21,93 +15,59 @@ class writer
     {
         for (size_t k = 0; k < tree.body.size(); ++k)
             successors[(size_t)(tree.body[k].parent + 1)].push_back(k);
-        file.push_back("<mujoco><compiler angle=\"radian\" inertiafromgeom=\"false\"/>"
-                       "<option gravity=\"0 0 -9.81\"><flag constraint=\"disable\" "
-                       "contact=\"disable\"/></option><worldbody>");
+        file.text.push_back("<mujoco><compiler angle=\"radian\" inertiafromgeom=\"false\"/>"
+                            "<option gravity=\"0 0 -9.81\"><flag constraint=\"disable\" "
+                            "contact=\"disable\"/></option><worldbody>");
         inside(-1, 0, 0);
-        file[0] += "</worldbody></mujoco>";
+        file.text[0] += "</worldbody></mujoco>";
     }
 
-    std::vector<std::string> file;
+    mujoco_files file;
 
   private:
-    enum { LEVELS = 60 };
-
-    template <typename array> void attribute(size_t to, const char *key, const array &x)
-    {
-        char number[32];
-        file[to] += std::string(" ") + key + "=\"";
-        for (double one : x) {
-            snprintf(number, sizeof number, "%.17g ", one);
-            file[to] += number;
-        }
-        file[to] += "\"";
-    }
-
     void inertia(size_t to, const peer_body &b)
     {
         const peer_axes axes = peer_principal(b);
         std::array<double, 4> quaternion;
         mju_mat2Quat(quaternion.data(), axes.R[0]);
-        file[to] += "<inertial";
-        attribute(to, "pos", b.com);
-        attribute(to, "mass", std::array<double, 1>{b.mass});
-        attribute(to, "quat", quaternion);
-        attribute(to, "diaginertia", axes.moments);
-        file[to] += "/>";
+        file.text[to] += "<inertial";
+        file.attribute(to, "pos", b.com);
+        file.attribute(to, "mass", std::array<double, 1>{b.mass});
+        file.attribute(to, "quat", quaternion);
+        file.attribute(to, "diaginertia", axes.moments);
+        file.text[to] += "/>";
     }
 
     void inside(int parent, size_t to, int level)
     {
-        const bool deep = level == LEVELS;
+        const bool deep = level == mujoco_files::LEVELS;
         if (deep) {
-            file[to] += "<include file=\"" + std::to_string(file.size()) + ".xml\"/>";
-            to = file.size();
-            file.push_back("<mujoco>");
+            to = file.include(to);
             level = 0;
         }
         for (size_t k : successors[(size_t)(parent + 1)]) {
             const peer_body &b = tree.body[k];
-            file[to] += "<body name=\"" + std::to_string(k) + "\"";
-            attribute(to, "pos", b.place);
-            attribute(to, "quat", b.turn);
-            file[to] += ">";
+            file.text[to] += "<body name=\"" + std::to_string(k) + "\"";
+            file.attribute(to, "pos", b.place);
+            file.attribute(to, "quat", b.turn);
+            file.text[to] += ">";
             inertia(to, b);
             if (b.type == 'F') {
-                file[to] += "<freejoint/>";
+                file.text[to] += "<freejoint/>";
             } else {
-                file[to] += "<joint type=\"hinge\"";
-                attribute(to, "axis", b.axis);
-                file[to] += "/>";
+                file.text[to] += "<joint type=\"hinge\"";
+                file.attribute(to, "axis", b.axis);
+                file.text[to] += "/>";
             }
             inside((int)k, to, level + 1);
-            file[to] += "</body>";
+            file.text[to] += "</body>";
         }
-        if (deep) file[to] += "</mujoco>";
+        if (deep) file.text[to] += "</mujoco>";
     }
 
     const peer_tree &tree;
     std::vector<std::vector<size_t>> successors;
 };
-
-mjModel *load(const std::vector<std::string> &file)
-{
-    char error[1000] = "no virtual file";
-    mjModel *m = nullptr;
-    const std::unique_ptr<mjVFS> files(new mjVFS);
-    mj_defaultVFS(files.get());
-    for (size_t k = 0; k < file.size(); ++k) {
-        const std::string name = std::to_string(k) + ".xml";
-        const int size = (int)file[k].size();
-        if (mj_makeEmptyFileVFS(files.get(), name.c_str(), size) != 0) break;
-        std::memcpy(files->filedata[mj_findFileVFS(files.get(), name.c_str())], file[k].c_str(),
-                    (size_t)size);
-    }
-    m = mj_loadXML("0.xml", files.get(), error, sizeof error);
-    mj_deleteVFS(files.get());
-    if (!m) throw std::runtime_error(error);
-    return m;
-}
 
 /* MuJoCo's angular velocity and moment of a free body are along its own axes. */
 void to_body(const double *quaternion, double *x)
@@ -123,7 +83,7 @@ class model : public peer_model
   public:
     explicit model(const peer_tree &tree) : tree(tree)
     {
-        m = load(writer(tree).file);
+        m = writer(tree).file.load();
         d = mj_makeData(m);
         place();
         mj_forward(m, d);

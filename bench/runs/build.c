@@ -13,7 +13,8 @@ static double norm(const double x[3])
     return sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
 }
 
-/* ---- forces of the description ---------------------------------------------------------------- */
+/* ---- forces of the description ----------------------------------------------------------------
+ * */
 
 /* A point of a body: lever from its origin, position, velocity; world. */
 typedef struct point {
@@ -125,7 +126,8 @@ static void add_forces(mbsr_model *m, stiff_model *s)
         add_force(m, mbsr_force_gravity(s->gravity[0], s->gravity[1], s->gravity[2]));
 }
 
-/* ---- model ------------------------------------------------------------------------------------ */
+/* ---- model ------------------------------------------------------------------------------------
+ * */
 
 static mbsr_joint joint_in_plane(const stiff_body *b)
 {
@@ -181,7 +183,8 @@ mbsr_model *build_model(stiff_model *s, int plane, double replacement)
     return m;
 }
 
-/* ---- start ------------------------------------------------------------------------------------ */
+/* ---- start ------------------------------------------------------------------------------------
+ * */
 
 /* y at rest, in the position of the description. */
 static void rest(const stiff_model *s, const mbsr_model *m, mbsr_data *d, double *y)
@@ -200,44 +203,11 @@ static void rest(const stiff_model *s, const mbsr_model *m, mbsr_data *d, double
     free(u);
 }
 
-static void residual(const mbsr_model *m, mbsr_data *d, const double *y, const double *yp,
-                     double *F)
-{
-    bench_check(mbsr_dae_residual(m, d, MBSR_DAE_MOMENTUM, 0.0, y, yp, F), "residual",
-                mbsr_data_error(d)->text);
-}
-
 void build_start(const stiff_model *s, const mbsr_model *m, mbsr_data *d, double *y, double *yp)
 {
-    enum { ITERATIONS = 4 };
-    const double h = 1e-9; /* s */
-    const int n = mbsr_dae_size(m, MBSR_DAE_MOMENTUM), nu = mbsr_model_nu(m);
-    mbsr_newton *newton = NULL;
-    double *F = bench_allocate((size_t)n, sizeof *F), *old = bench_allocate((size_t)n, sizeof *old);
-    const mbsr_newton_opt standard = mbsr_default_newton_opt();
-    mbsr_newton_opt opt = standard;
-    opt.method = s->balls ? MBSR_NEWTON_CORRECTED : standard.method;
-    bench_check(mbsr_newton_create(m, MBSR_DAE_MOMENTUM, &opt, &newton, NULL), "newton", NULL);
     rest(s, m, d, y);
-    memcpy(old, y, (size_t)n * sizeof *y);
-    for (int k = 0; k < n; ++k) yp[k] = 0.0;
-    for (int i = 0; i < ITERATIONS; ++i) {
-        residual(m, d, y, yp, F);
-        bench_check(mbsr_newton_factor(newton, d, 0.0, y, yp, 1.0 / h), "factor",
-                    mbsr_newton_error(newton)->text);
-        bench_check(mbsr_newton_solve(newton, F, F), "solve", mbsr_newton_error(newton)->text);
-        for (int k = 0; k < n; ++k) {
-            y[k] -= F[k];
-            yp[k] -= F[k] / h;
-        }
-    }
-    memcpy(y, old, (size_t)(n - nu) * sizeof *y);
-    for (int k = 0; k < n; ++k) yp[k] = 0.0;
-    residual(m, d, y, yp, F);
-    for (int k = 0; k < n - nu; ++k) yp[k] = -F[k];
-    mbsr_newton_destroy(newton);
-    free(F);
-    free(old);
+    bench_check(mbsr_dae_consistent(m, d, MBSR_DAE_MOMENTUM, 0.0, y, yp, NULL, NULL), "start",
+                mbsr_data_error(d)->text);
 }
 
 void build_tolerances(const stiff_model *s, const mbsr_model *m, double tolerance, double *atol)

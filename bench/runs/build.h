@@ -1,4 +1,4 @@
-/* Stiff trees in libmbsrank: the model, a consistent start in O(N), where the bodies are.
+/* Stiff trees in libmbsrank: the model, a start, tolerances, where the bodies are.
  * SPDX-License-Identifier: BSD-3-Clause */
 #ifndef BUILD_H
 #define BUILD_H
@@ -12,10 +12,7 @@
  * moments); 0: none. The model refers to *s. */
 mbsr_model *build_model(stiff_model *s, int plane, double replacement);
 
-/* A consistent state y, y' of the momentum form at t = 0, from rest in the description's position:
- * steps of 1e-9 s of the implicit Euler method move the rates that dampers determine to where the
- * forces balance, in O(N); only these are taken over. (mbsr_dae_consistent does more and costs more
- * where there are thousands of them.) y' of the algebraic u, which no equation contains, is zero. */
+/* A consistent state y, y' of the momentum form at t = 0, from rest in the description's position. */
 void build_start(const stiff_model *s, const mbsr_model *model, mbsr_data *data, double *y,
                  double *yp);
 

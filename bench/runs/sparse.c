@@ -37,10 +37,11 @@ static int residual(sparse *s, double t, const double *y, const double *yp, doub
     return mbsr_dae_residual(s->model, s->data, MBSR_DAE_MOMENTUM, t, y, yp, F);
 }
 
-/* ---- pattern ---------------------------------------------------------------------------------- */
+/* ---- pattern ----------------------------------------------------------------------------------
+ * */
 
-/* Rows of F that change with column k of y and y', in row[at ..); their number, or -1 if there is no
- * room. The state is one without zeros, so that no product vanishes by accident. */
+/* Rows of F that change with column k of y and y', in row[at ..); their number, or -1 if there is
+ * no room. The state is one without zeros, so that no product vanishes by accident. */
 static long find_rows(sparse *s, int k, long at, long most)
 {
     const double y = s->y[k], yp = s->yp[k];
@@ -107,10 +108,11 @@ static void find_groups(sparse *s)
     free(taken);
 }
 
-/* ---- Jacobian --------------------------------------------------------------------------------- */
+/* ---- Jacobian ---------------------------------------------------------------------------------
+ * */
 
 /* As IDA's own differences: a step of sqrt(eps) of the entry or of its change in a step, at least
- * that of its tolerance, away from zero with the rate. */
+ * its tolerance, in the direction of its rate. */
 static void choose_steps(sparse *s, const double *y, const double *yp)
 {
     double h = 0.0;
@@ -119,7 +121,7 @@ static void choose_steps(sparse *s, const double *y, const double *yp)
     IDAGetErrWeights(s->memory, weights);
     const double *weight = N_VGetArrayPointer(weights), root = sqrt(DBL_EPSILON);
     for (int k = 0; k < s->n; ++k) {
-        double step = root * fmax(fabs(y[k]), fmax(fabs(h * yp[k]), 1.0 / weight[k]));
+        double step = fmax(root * fmax(fabs(y[k]), fabs(h * yp[k])), 1.0 / weight[k]);
         if (h * yp[k] < 0.0) step = -step;
         s->step[k] = y[k] + step - y[k];
     }
@@ -164,7 +166,8 @@ static int jacobian(sunrealtype t, sunrealtype cj, N_Vector y_vector, N_Vector y
     return 0;
 }
 
-/* ---- creation --------------------------------------------------------------------------------- */
+/* ---- creation ---------------------------------------------------------------------------------
+ * */
 
 sparse *sparse_attach(mbsr_ida *ida, const mbsr_model *model, mbsr_data *data, const double *y,
                       const double *yp, long most)

@@ -161,7 +161,8 @@ static void hold(stiff_model *s, int a, double ax, double ay, double az, int b, 
 
 enum { TRANSLATION, ROTATION };
 
-/* Arm, upright with bearing, wheel and contact patch; the arm's number. x, y: middle of the wheel. */
+/* Arm, upright with bearing, wheel and contact patch; the arm's number. x, y: middle of the wheel.
+ * */
 static int wheel_on_arm(stiff_model *s, double x, double side)
 {
     const double centre[3] = {0.0}, tensor[6] = {0.8, 1.5, 0.8};

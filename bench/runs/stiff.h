@@ -28,9 +28,9 @@ typedef struct stiff_body {
     double mass, com[3], tensor[6]; /* kg; m; kg m^2 about com: xx yy zz xy xz yz */
 } stiff_body;
 
-/* A ball joint with rubber: three linear spring-dampers of free length `length` from the points at_a
- * - length e_k of body a, e_k along its axes, to the point at_b of body b. They are without force
- * where at_a and at_b meet. */
+/* A ball joint with rubber: three linear spring-dampers of free length `length` from the points
+ * at_a - length e_k of body a, e_k along its axes, to the point at_b of body b. They are without
+ * force where at_a and at_b meet. */
 typedef struct stiff_ball {
     int a, b;
     double at_a[3], at_b[3], stiffness, damping, length;
@@ -53,11 +53,11 @@ typedef struct stiff_model {
 } stiff_model;
 
 /* The beam of the Test Set for IVP Solvers with n rods, 1 m and 1 kg (docs/dae_forms.md): rods
- * without mass, a particle at the outer end of each, k = n N m/rad in the joints (2 n in the first),
- * so that the fastest of its modes has 4 n^2 rad/s. Unlike there the joints are damped, by 1e-3 s
- * times their stiffness: a mode of frequency w by 5e-4 s w of what is critical, 0.2 % for the
- * slowest, and the fast ones do not vibrate. Without damping they would have to be followed, or a
- * method of order 2 used: those of higher order are unstable for them. */
+ * without mass, a particle at the outer end of each, k = n N m/rad in the joints (2 n in the
+ * first), so that the fastest of its modes has 4 n^2 rad/s. Unlike there the joints are damped, by
+ * 1e-3 s times their stiffness: a mode of frequency w by 5e-4 s w of what is critical, 0.2 % for
+ * the slowest, and the fast ones do not vibrate. Without damping they would have to be followed, or
+ * a method of order 2 used: those of higher order are unstable for them. */
 void stiff_beam(stiff_model *s, int n);
 
 /* A steel rope of 10 m, 2 kg and 0.5 N m^2 hangs from a clamp; its end is pulled to one side and to

@@ -121,9 +121,9 @@ typedef struct mbsr_joint_table {
     /* Optional: name of parameter k for messages, such as " (pitch)". */
     const char *(*parameter)(int k);
 
-    /* Optional, for newton.h: the derivatives along `by` of what `position` and `jacobians` write, t
-     * held; dK is NULL with MBSR_JOINT_UNIT_K. args as for jacobians; of `by` q and p_pred. Without
-     * it they are differenced. */
+    /* Optional, for newton.h: the derivatives along `by` of what `position` and `jacobians` write,
+     * t held; dK is NULL with MBSR_JOINT_UNIT_K. args as for jacobians; of `by` q and p_pred.
+     * Without it they are differenced. */
     int (*tangent)(const mbsr_joint_args *args, const mbsr_joint_change *by, double *dp, double *dK,
                    double *dH, double *dJ, double *dkI);
 

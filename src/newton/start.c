@@ -30,6 +30,7 @@ typedef struct work {
 } work;
 
 static const double large = 1e8; /* 1/s */
+enum { LARGEST_RANK = 600 };
 
 static int open_work(work *w)
 {
@@ -43,7 +44,9 @@ static int open_work(work *w)
     double **const vector[] = {&w->y, &w->yp, &w->F, &w->r, &w->x, &w->other};
     for (size_t k = 0; k < 6; ++k) *vector[k] = (double *)w->memory + k * size;
     mbsri_zero(size, w->yp);
-    const int status = mbsr_newton_create(w->m, MBSR_DAE_MOMENTUM, NULL, &w->newton, &error);
+    mbsr_newton_opt opt = mbsr_default_newton_opt();
+    opt.max_rank = LARGEST_RANK; /* a few solutions are worth a large correction */
+    const int status = mbsr_newton_create(w->m, MBSR_DAE_MOMENTUM, &opt, &w->newton, &error);
     if (status) w->d->error = error;
     return status;
 }

@@ -151,13 +151,15 @@ static void carts_free(mbsr_model *model, mbsr_data *data)
 static void a_direction_on_a_spring_alone_is_not_served(void **state)
 {
     (void)state;
-    for (int bare = -1; bare < 4; ++bare) {
+    for (int run = 0; run < 10; ++run) {
+        const int bare = run / 2 - 1, balanced = run % 2;
         mbsr_model *model;
         mbsr_data *data;
         starts s;
         make_carts(6, bare, &model, &data);
         take(&s, model);
-        for (int k = 0; k < 6; ++k) s.q[k] = 0.1 * k, s.u[k] = 1.0;
+        /* springs that are in balance leave the rates to chance, were the direction not found */
+        for (int k = 0; k < 6; ++k) s.q[k] = balanced ? 1.0 / (10.0 + k) : 0.1 * k, s.u[k] = 1.0;
         assert_ok(start_both(model, data, &s), mbsr_data_error(data));
         assert_int_equal(s.served, bare < 0);
         assert_int_equal(s.expected.elastic_directions, bare < 0 ? 0 : 1);
