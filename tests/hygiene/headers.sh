@@ -2,12 +2,14 @@
 # Each public header compiles alone, and twice, as C11 and as C++17.
 # SPDX-License-Identifier: BSD-3-Clause
 # Usage: headers.sh INCLUDE_DIR C_COMPILER CXX_COMPILER SUNDIALS_INCLUDE_DIR
-# An empty C++ compiler, or an empty folder of SUNDIALS: what needs it is not tested.
+# `none` for the C++ compiler or the folder of SUNDIALS: what needs it is not tested.
 set -eu
 include=$1
 cc=$2
 cxx=$3
 sundials=$4
+[ "$cxx" != none ] || cxx=
+[ "$sundials" != none ] || sundials=
 flags="-Wall -Wextra -Wpedantic -Werror -fsyntax-only -I$include"
 [ -z "$sundials" ] || flags="$flags -idirafter $sundials"
 status=0
