@@ -51,8 +51,8 @@ MBSR_API mbsr_newton_opt mbsr_default_newton_opt(void);
 /* What a solver is and has done. */
 typedef struct mbsr_newton_info {
     mbsr_newton_method method; /* TREE or CORRECTED */
-    int exact;                 /* 1: solve gives the solution; 0: an approximation, to precondition
-                                * an iterative method with (SPGMR and the like) */
+    int exact;                 /* 1: solve gives the solution; 0: an approximation, with which to
+                                * precondition an iterative method (SPGMR and the like) */
     int across;                /* force elements between other bodies */
     int rank;                  /* of the correction, at the last factorisation */
     int vector_code;           /* 1: the last factorisation ran in the sweeps for rigid bodies */
@@ -77,7 +77,8 @@ MBSR_API void mbsr_newton_destroy(mbsr_newton *newton); /* NULL is allowed */
  * by mbsr_newton_solve. Lean data serves where the sweeps in vector code do. What force elements
  * and joints without derivatives of their own exert is differenced locally (joint.h, force.h).
  * Statuses of mbsr_dae_residual; MBSR_SINGULAR_BLOCK, recoverable, names the body whose equations
- * do not determine its rates. After a failure there is no factorisation. */
+ * do not determine its rates; MBSR_ERR_VALUE for a c that is zero or not finite; MBSR_ERR_LEAN (see
+ * mbsr_newton_opt). After a failure there is no factorisation. */
 MBSR_API int mbsr_newton_factor(mbsr_newton *newton, mbsr_data *data, double t, const double *y,
                                 const double *yp, double c);
 

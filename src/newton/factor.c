@@ -480,7 +480,7 @@ static int factor_joint(mbsr_newton *w, mbsr_data *d, int i, double c)
     if (!status) status = add_elements(&j);
     if (status) return status;
     mbsri_joint_slopes s;
-    mbsri_joint_slopes_place(m, &s, w->joint);
+    mbsri_joint_slopes_place(&s, w->joint);
     status = mbsri_joint_slopes_of(m, d, i, j.node->deep, d->udot + j.b->iu, &s);
     if (status) return status;
     mbsri_zero((size_t)j.b->n, j.size);

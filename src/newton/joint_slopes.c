@@ -36,22 +36,15 @@ typedef struct column {
     block second;                              /* dK', dH', dJ', dkII */
     double *qdot;                              /* d(G u), with every coordinate */
     double *Kdot;                              /* as the joint gives it */
-    double *H, *J;                             /* spare */
+    double *spare;                             /* d x max(n, d_pred) + d */
     mbsri_joint_mover move;                    /* where a joint leaves derivatives to differences */
 } column;
 
-static double *take(double **memory, size_t count)
+static void take(double **memory, size_t *used, size_t count, double **out)
 {
-    double *here = *memory;
-    if (here) *memory += count;
-    return here;
-}
-
-static size_t sized(double **memory, size_t *used, size_t count, double **out)
-{
-    *out = take(memory, count);
+    *out = *memory;
+    if (*memory) *memory += count;
     *used += count;
-    return count;
 }
 
 /* Places the arrays of a column in memory (NULL: none); returns how many doubles they take. */
@@ -60,23 +53,22 @@ static size_t lay_out(const mbsr_model *m, const mbsri_body *b, double *memory, 
     const size_t d = (size_t)b->d, dp = (size_t)b->d_pred, n = (size_t)b->joint.n,
                  nq = (size_t)b->joint.nq, np_pred = (size_t)m->body[b->parent].np;
     size_t used = 0;
-    sized(&memory, &used, nq, &c->q);
-    sized(&memory, &used, n, &c->u);
-    sized(&memory, &used, np_pred, &c->p_pred);
-    sized(&memory, &used, dp, &c->V_pred);
-    sized(&memory, &used, (size_t)b->np, &c->dp);
-    sized(&memory, &used, d, &c->dV);
+    take(&memory, &used, nq, &c->q);
+    take(&memory, &used, n, &c->u);
+    take(&memory, &used, np_pred, &c->p_pred);
+    take(&memory, &used, dp, &c->V_pred);
+    take(&memory, &used, (size_t)b->np, &c->dp);
+    take(&memory, &used, d, &c->dV);
     block *const blocks[] = {&c->first, &c->second};
     for (int k = 0; k < 2; ++k) {
-        sized(&memory, &used, d * d, &blocks[k]->K);
-        sized(&memory, &used, d * dp, &blocks[k]->H);
-        sized(&memory, &used, d * n, &blocks[k]->J);
-        sized(&memory, &used, d, &blocks[k]->k);
+        take(&memory, &used, d * d, &blocks[k]->K);
+        take(&memory, &used, d * dp, &blocks[k]->H);
+        take(&memory, &used, d * n, &blocks[k]->J);
+        take(&memory, &used, d, &blocks[k]->k);
     }
-    sized(&memory, &used, nq, &c->qdot);
-    sized(&memory, &used, d * d, &c->Kdot);
-    sized(&memory, &used, d * (dp > n ? dp : n) + d, &c->H);
-    c->J = c->H;
+    take(&memory, &used, nq, &c->qdot);
+    take(&memory, &used, d * d, &c->Kdot);
+    take(&memory, &used, d * (dp > n ? dp : n) + d, &c->spare);
     return used + mbsri_joint_mover_place(b, (int)np_pred, memory, &c->move);
 }
 
@@ -96,9 +88,8 @@ size_t mbsri_joint_slopes_size(const mbsr_model *m)
     return largest;
 }
 
-void mbsri_joint_slopes_place(const mbsr_model *m, mbsri_joint_slopes *s, double *memory)
+void mbsri_joint_slopes_place(mbsri_joint_slopes *s, double *memory)
 {
-    (void)m;
     s->x = memory;
 }
 
@@ -166,9 +157,9 @@ static void divide(const column *c, int columns, double *X)
 {
     const mbsri_body *b = c->b;
     const size_t size = (size_t)b->d * (size_t)columns;
-    mbsri_copy(size, X, c->H);
+    mbsri_copy(size, X, c->spare);
     mbsri_zero(size, X);
-    mbsri_ab(b->d, b->d, columns, 1.0, c->d->Kinv + b->k, c->H, X);
+    mbsri_ab(b->d, b->d, columns, 1.0, c->d->Kinv + b->k, c->spare, X);
 }
 
 static void divide_first(const column *c, int columns, const double *X, double *dX)
@@ -317,7 +308,7 @@ static int rate_columns(column *c, mbsri_joint_slopes *s)
             c->V_pred[k] = 1.0;
             velocity(c, c->u);
         } else {
-            double *free = c->H; /* du of the free coordinates, in spare memory */
+            double *free = c->spare; /* du of the free coordinates, in spare memory */
             mbsri_zero((size_t)b->n, free);
             free[k - b->d_pred] = 1.0;
             velocity(c, free);

@@ -23,7 +23,7 @@ typedef struct mbsri_joint_slopes {
 
 /* Doubles for the largest joint of the model, and where they are given to it. */
 size_t mbsri_joint_slopes_size(const mbsr_model *m);
-void mbsri_joint_slopes_place(const mbsr_model *m, mbsri_joint_slopes *s, double *memory);
+void mbsri_joint_slopes_place(mbsri_joint_slopes *s, double *memory);
 
 /* Of joint i at the state of mbsr_backward with momenta and rates; `accelerated`: with A and mu of
  * the accelerations udot (n, in the order of the sweeps), otherwise the rows of A and mu are zero.
