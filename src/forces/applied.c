@@ -1,11 +1,10 @@
 /* Forces given as functions of time: on a body, at a point of a body, on a joint.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "stock.h"
-
-#include "../dense.h"
-#include "../space3.h"
-#include "marker.h"
-#include "slopes.h"
+#include "algebra/dense.h"
+#include "algebra/space3.h"
+#include "forces/marker.h"
+#include "forces/slopes.h"
+#include "forces/stock.h"
 
 /* The function's n components; MBSR_MAX_D bounds both d and n. */
 static int values(const mbsr_force_args *args, int n, double value[MBSR_MAX_D])

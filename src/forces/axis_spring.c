@@ -1,7 +1,8 @@
 /* Linear spring-damper along a coordinate axis: e = p_a[axis] - p_b[axis], force on a: -(c (e -
  * rest) + d e').
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "stock.h"
+#include "forces/columns.h"
+#include "forces/stock.h"
 
 enum { STIFFNESS, DAMPING, REST };
 

@@ -8,13 +8,13 @@
  *
  * moment and force on B:  -J^-T(theta) (c theta) - d omega,   -(c e + d e')
  * J^-T(theta) = 1 + [theta]x / 2 + s [theta]x^2,   s = (1 - |theta|/2 cot |theta|/2) / |theta|^2 */
-#include "stock.h"
+#include "algebra/frames.h"
+#include "algebra/space3.h"
+#include "forces/marker.h"
+#include "forces/slopes.h"
+#include "forces/stock.h"
 
-#include "../frames.h"
-#include "../space3.h"
-#include "marker.h"
-#include "slopes.h"
-
+#include <math.h>
 #include <string.h>
 
 /* A frame as parameters: origin, x axis, y axis; the z axis is their product. */

@@ -1,11 +1,12 @@
 /* Contact of a sphere with a plane: normal force of Hunt and Crossley, smooth Coulomb friction.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "stock.h"
+#include "algebra/numbers.h"
+#include "algebra/space3.h"
+#include "forces/marker.h"
+#include "forces/slopes.h"
+#include "forces/stock.h"
 
-#include "../space3.h"
-#include "marker.h"
-#include "slopes.h"
-
+#include <math.h>
 #include <string.h>
 
 enum {

@@ -1,8 +1,11 @@
 /* Uniform gravity: f = M g in the directions of translation, energy -g . (m r + first moment).
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "stock.h"
+#include "forces/gravity.h"
 
-#include "../space3.h"
+#include "algebra/space3.h"
+#include "forces/stock.h"
+
+#include <math.h>
 
 /* ---- in the plane ---- */
 

@@ -1,6 +1,9 @@
 /* Elements on one coordinate of a joint: spring-damper, stops, friction.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "stock.h"
+#include "forces/columns.h"
+#include "forces/stock.h"
+
+#include <math.h>
 
 /* option[0] of all of them is the coordinate. */
 static int check_coordinate(const mbsr_force_args *args, char text[MBSR_TEXT_SIZE])

@@ -1,10 +1,11 @@
 /* Points fixed to bodies: see marker.h.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "marker.h"
+#include "forces/marker.h"
 
-#include "../space3.h"
-#include "stock.h"
+#include "algebra/space3.h"
+#include "forces/stock.h"
 
+#include <math.h>
 #include <string.h>
 
 void mbsri_body_axes(const mbsr_force_body *body, double R[9])

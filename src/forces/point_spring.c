@@ -1,11 +1,10 @@
 /* Spring-damper along the line between two points: linear, cubic, one-sided, or by a function.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "stock.h"
-
-#include "../differences.h"
-#include "../space3.h"
-#include "marker.h"
-#include "slopes.h"
+#include "algebra/differences.h"
+#include "algebra/space3.h"
+#include "forces/marker.h"
+#include "forces/slopes.h"
+#include "forces/stock.h"
 
 enum { STIFFNESS, DAMPING, REST, CUBIC, POINT_A, POINT_B = POINT_A + 3 };
 

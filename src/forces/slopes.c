@@ -1,11 +1,9 @@
 /* Derivatives of forces at points of bodies: see slopes.h.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "slopes.h"
+#include "forces/slopes.h"
 
-#include "../space3.h"
-#include "marker.h"
-
-#include <stddef.h>
+#include "algebra/space3.h"
+#include "forces/marker.h"
 
 /* What number r of a body's velocity is in space: 0 .. 2 of its angular velocity, 3 .. 5 of the
  * velocity of its origin. The same of its pose and of its forces. */

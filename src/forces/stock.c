@@ -1,6 +1,8 @@
 /* Definitions of force elements, and what the stock ones share.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "stock.h"
+#include "forces/stock.h"
+
+#include "base/cookie.h"
 
 #include <stdarg.h>
 #include <stdio.h>

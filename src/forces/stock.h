@@ -3,7 +3,9 @@
 #ifndef MBSRI_STOCK_H
 #define MBSRI_STOCK_H
 
-#include "../internal.h"
+#include "base/error.h"
+
+#include <mbsrank/force.h>
 
 #include <math.h>
 

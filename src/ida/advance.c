@@ -1,6 +1,12 @@
 /* Start and integration.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "driver.h"
+#include "ida/advance.h"
+
+#include "ida/count.h"
+#include "ida/error.h"
+#include "ida/linear.h"
+#include "ida/progress.h"
+#include "ida/tolerances.h"
 
 #include <float.h>
 #include <math.h>

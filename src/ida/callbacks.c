@@ -4,7 +4,10 @@
  * Each evaluation leaves its status in `callback`. When IDA gives up because of an evaluation, that
  * one was the last: a failed residual ends the attempt at a step, a failed event function ends the
  * integration. */
-#include "driver.h"
+#include "ida/callbacks.h"
+
+#include "ida/error.h"
+#include "ida/record.h"
 
 #include <float.h>
 #include <math.h>

@@ -1,20 +1,15 @@
 /* Creation and destruction of the driver.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * The only file of the component that takes or releases memory. */
-#include "driver.h"
+ * The only file of the component that takes memory. */
+#include "ida/callbacks.h"
+#include "ida/compat.h"
+#include "ida/error.h"
+#include "ida/linear.h"
+#include "ida/options.h"
+#include "ida/tolerances.h"
 
 #include <stdlib.h>
-#include <string.h>
-
-const char *mbsri_ida_flag_name(int flag, char *buffer)
-{
-    char *name = IDAGetReturnFlagName(flag);
-    buffer[0] = '\0';
-    if (name) strncat(buffer, name, MBSRI_IDA_FLAG - 1);
-    free(name);
-    return buffer;
-}
 
 /* Keeps the message of an error; warnings, which have positive codes, are dropped. */
 static void receive(void *user, int code, const char *message)

@@ -1,6 +1,9 @@
 /* The linear systems of the Newton iterations: which solver, and how IDA calls it.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "driver.h"
+#include "ida/linear.h"
+
+#include "ida/callbacks.h"
+#include "ida/error.h"
 
 #include <ida/ida_ls.h>
 #include <sunlinsol/sunlinsol_dense.h>

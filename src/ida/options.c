@@ -1,6 +1,8 @@
 /* Options of the driver: defaults and checks.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "driver.h"
+#include "ida/options.h"
+
+#include "ida/error.h"
 
 #include <math.h>
 

@@ -1,6 +1,8 @@
 /* Statistics, dense output, events, access to IDA's memory.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "driver.h"
+#include "ida/count.h"
+#include "ida/error.h"
+#include "ida/linear.h"
 
 #include <ida/ida_ls.h>
 
@@ -45,26 +47,6 @@ int mbsr_ida_dense(mbsr_ida *ida, double t, int k, double *dky)
     if (flag < 0) return mbsri_ida_solver_failed(ida, &ida->error, flag, "mbsr_ida_dense");
     memcpy(dky, N_VGetArrayPointer(ida->work), (size_t)ida->size * sizeof *dky);
     return MBSR_OK;
-}
-
-void mbsri_ida_count(const mbsr_ida *ida, mbsr_ida_stats *stats)
-{
-    static int (*const get[])(void *, long int *) = {
-        IDAGetNumSteps,           IDAGetNumLinResEvals,         IDAGetNumJacEvals,
-        IDAGetNumNonlinSolvIters, IDAGetNumNonlinSolvConvFails, IDAGetNumErrTestFails,
-        IDAGetNumLinIters};
-    long *const sum[] = {&stats->steps,
-                         &stats->jacobian_residuals,
-                         &stats->jacobians,
-                         &stats->newton_iterations,
-                         &stats->newton_failures,
-                         &stats->error_test_failures,
-                         &stats->krylov_iterations};
-    for (size_t k = 0; k < sizeof get / sizeof get[0]; ++k) {
-        long int value = 0;
-        get[k](ida->memory, &value);
-        *sum[k] += value;
-    }
 }
 
 /* With a dense matrix IDA factors each Jacobian and solves once in each Newton iteration. */

@@ -1,8 +1,10 @@
 /* The Newton solver as a linear solver of SUNDIALS: a matrix without storage, factored on the tree.
  * SPDX-License-Identifier: BSD-3-Clause */
+#include "ida/compat.h"
+
 #include <mbsrank/sundials.h>
 
-#include "compat.h"
+#include <stdlib.h>
 
 /* The operations return an int in SUNDIALS 6 and a SUNErrCode, which is an int, since 7; success is
  * zero in both. */

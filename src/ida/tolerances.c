@@ -1,6 +1,9 @@
 /* Tolerances of the variables, the weights IDA makes of them, and the norms of the error test.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "driver.h"
+#include "ida/tolerances.h"
+
+#include "ida/error.h"
+#include "ida/progress.h"
 
 #include <math.h>
 

@@ -20,10 +20,11 @@
  * Derivatives along `by`: what moves the chain w also moves its change dw, by the same lines
  * differentiated, where dw is not NULL. The change of R is told by the small rotation `turn`, along
  * the world's axes: dR = turn x R, so that an axis a at rest in the frame has da = turn x a. */
-#include "chain.h"
+#include "joints/chain.h"
 
-#include "../space3.h"
+#include "algebra/space3.h"
 
+#include <math.h>
 #include <string.h>
 
 typedef struct column {

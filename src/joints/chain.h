@@ -3,8 +3,9 @@
 #ifndef MBSRI_CHAIN_H
 #define MBSRI_CHAIN_H
 
-#include "../frames.h"
-#include "../internal.h"
+#include "algebra/frames.h"
+
+#include <mbsrank/joint.h>
 
 /* param: frame A, frame B (origin, axes: 12 numbers each), then direction and pitch of each step.
  * */

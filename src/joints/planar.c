@@ -15,10 +15,11 @@
  *
  * Derivatives along `by`: the change dw of the struct w below, and of each function the same lines
  * differentiated. */
-#include "../internal.h"
+#include "joints/planar.h"
 
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 
 enum { A_X, A_Y, A_ANGLE, B_X, B_Y, B_ANGLE };
 enum { FREE, DRIVEN };
@@ -337,10 +338,10 @@ static const mbsr_joint_table planar_table = {
     .rate_tangent = rate_tangent,
 };
 
-bool mbsri_planar_coordinates(const mbsri_joint *joint, int *free)
+bool mbsri_planar_coordinates(const mbsr_joint_table *table, const int *option, int *free)
 {
-    *free = joint->option[FREE];
-    return joint->table == &planar_table;
+    *free = option[FREE];
+    return table == &planar_table;
 }
 
 static mbsr_joint make(mbsr_space space, mbsr_planar_frame A, mbsr_planar_frame B, int free,

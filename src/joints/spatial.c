@@ -1,11 +1,12 @@
 /* Joints in space: constructors, validation, tables. chain.c moves them.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "chain.h"
+#include "algebra/frames.h"
+#include "algebra/space3.h"
+#include "joints/chain.h"
 
-#include "../space3.h"
-
+#include <math.h>
 #include <stdio.h>
-#include <string.h>
+#include <stdlib.h>
 
 /* ---- what finish refuses ---- */
 

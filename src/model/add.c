@@ -1,7 +1,10 @@
 /* Adding bodies and force elements: validate, reserve, then commit, so that a refusal changes
  * nothing.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "check.h"
+#include "base/cookie.h"
+#include "base/error.h"
+#include "base/memory.h"
+#include "model/check.h"
 
 #include <limits.h>
 #include <math.h>

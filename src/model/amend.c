@@ -1,6 +1,9 @@
 /* Amendments that a caller states: mass added to a body, joint coordinates held fixed.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "check.h"
+#include "base/error.h"
+#include "base/memory.h"
+#include "model/check.h"
+#include "model/query.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -134,23 +137,4 @@ int mbsr_body_locks(const mbsr_model *model, int body)
     if (!model || !model->finished) return -1;
     const int i = mbsri_index(model, body);
     return i > 0 ? model->body[i].locks : -1;
-}
-
-/* ---- locked joints while the model is evaluated ---- */
-
-void mbsri_with_held(const mbsri_body *b, const double *x, bool values, double *full)
-{
-    for (int k = 0; k < b->joint.n; ++k) {
-        full[k] = isnan(b->held[k]) ? *x++ : values ? b->held[k] : 0.0;
-    }
-}
-
-void mbsri_drop_held(const mbsri_body *b, const double *full, double *J)
-{
-    const size_t d = (size_t)b->d;
-    for (size_t k = 0; k < (size_t)b->joint.n; ++k) {
-        if (!isnan(b->held[k])) continue;
-        memmove(J, full + k * d, d * sizeof *J);
-        J += d;
-    }
 }

@@ -1,11 +1,12 @@
 /* Validation of joints, inertias and force elements as they are added.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "check.h"
+#include "model/check.h"
 
-#include "lapack.h"
+#include "algebra/lapack.h"
+#include "base/error.h"
+#include "base/memory.h"
 
 #include <math.h>
-#include <string.h>
 
 #define REFUSE(status, ...) mbsri_fail(&m->error, status, id, MBSR_NONE, __VA_ARGS__)
 

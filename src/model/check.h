@@ -3,7 +3,7 @@
 #ifndef MBSRI_CHECK_H
 #define MBSRI_CHECK_H
 
-#include "internal.h"
+#include "model/record.h"
 
 /* label: the body's name in messages; *regular: the mass matrix is constant in rank and clearly
  * positive definite. */

@@ -1,9 +1,9 @@
-/* Definitions with their defaults; creating and destroying a model.
+/* Definitions with their defaults; creating a model.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "fast/fast.h"
-#include "internal.h"
+#include "base/cookie.h"
+#include "base/error.h"
+#include "model/record.h"
 
-#include <math.h>
 #include <string.h>
 
 mbsr_root mbsr_root_fixed(void)
@@ -101,7 +101,7 @@ int mbsr_model_create(const mbsr_model_def *def, mbsr_model **model, mbsr_error 
     m->rank_tolerance = def->rank_tolerance;
     m->error.body = m->error.force = MBSR_NONE;
     if (!mbsri_reserve(&m->allocator, &m->names, 1, 1)) {
-        mbsr_model_destroy(m);
+        mbsri_release(&m->allocator, m);
         return mbsri_fail(error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                           "mbsr_model_create: no memory");
     }
@@ -109,24 +109,6 @@ int mbsr_model_create(const mbsr_model_def *def, mbsr_model **model, mbsr_error 
     m->names.count = 1;
     *model = m;
     return MBSR_OK;
-}
-
-void mbsr_model_destroy(mbsr_model *model)
-{
-    if (!model) return;
-    const mbsr_allocator allocator = model->allocator;
-    mbsri_release(&allocator, model->entries.data);
-    mbsri_release(&allocator, model->forces.data);
-    mbsri_release(&allocator, model->names.data);
-    mbsri_release(&allocator, model->matrices.data);
-    mbsri_release(&allocator, model->lists.data);
-    mbsri_release(&allocator, model->index);
-    mbsri_release(&allocator, model->list_index);
-    mbsri_release(&allocator, model->u_of);
-    mbsri_release(&allocator, model->q_of);
-    mbsri_fast_release(model);
-    mbsri_release(&allocator, model->body);
-    mbsri_release(&allocator, model);
 }
 
 const mbsr_error *mbsr_model_error(const mbsr_model *model)

@@ -1,8 +1,11 @@
 /* What the joint coordinates measure, as far as the library knows: angles or lengths.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "../joints/chain.h"
+#include "joints/chain.h"
+#include "joints/planar.h"
+#include "model/query.h"
 
 #include <math.h>
+#include <stdlib.h>
 
 /* Of the chain's steps; a quaternion takes 4 places of q and 3 of u, what stands behind it in u is
  * one place further in q. */
@@ -39,7 +42,8 @@ static mbsr_coordinate_kind kind_of(const mbsri_joint *joint, int velocity, int 
 {
     int free = 0;
     if (joint->table->position == mbsri_chain_position) return chain_kind(joint, velocity, k);
-    return mbsri_planar_coordinates(joint, &free) ? planar_kind(free, k) : MBSR_COORDINATE_OTHER;
+    return mbsri_planar_coordinates(joint->table, joint->option, &free) ? planar_kind(free, k)
+                                                                        : MBSR_COORDINATE_OTHER;
 }
 
 int mbsr_body_coordinate_kinds(const mbsr_model *model, int body, mbsr_coordinate_kind *position,

@@ -1,6 +1,8 @@
 /* Reading a finished model.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "internal.h"
+#include "model/query.h"
+
+#include "base/error.h"
 
 #include <string.h>
 

@@ -1,11 +1,21 @@
 /* The Newton solver: creation and its entries.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "newton.h"
-
-#include "../dense.h"
-#include "../fast/newton.h"
-#include "body_slopes.h"
-#include "joint_slopes.h"
+#include "algebra/dense.h"
+#include "algebra/numbers.h"
+#include "base/cookie.h"
+#include "base/error.h"
+#include "base/memory.h"
+#include "dynamics/entry.h"
+#include "model/query.h"
+#include "newton/blocks/factor.h"
+#include "newton/blocks/solve.h"
+#include "newton/correction.h"
+#include "newton/slopes/body_slopes.h"
+#include "newton/slopes/force_slopes.h"
+#include "newton/slopes/joint_slopes.h"
+#include "newton/slopes/relation.h"
+#include "newton/sweeps/sweeps.h"
+#include "newton/tree.h"
 
 #include <math.h>
 #include <stdint.h>
@@ -175,7 +185,7 @@ static void lay_out(mbsr_newton *w, layout *l)
     size_t slopes, slopes_ints;
     double *slopes_doubles;
     int *slopes_at;
-    const size_t answers = w->corrected && w->fast_size > 0 ? 1 : 0;
+    const size_t answers = w->corrected && w->sweep_size > 0 ? 1 : 0;
     doubles(l, &w->motion, answers * 12 * ((size_t)m->bodies + 1));
     doubles(l, &w->solution, nq + 2 * nu);
     mbsri_slopes_size(m, &slopes, &slopes_ints);
@@ -228,14 +238,14 @@ static size_t count_listed(const mbsr_model *m)
 }
 
 /* Memory of the sweeps in vector code, aligned as they need it. */
-static bool place_fast(mbsr_newton *w)
+static bool place_sweeps(mbsr_newton *w)
 {
-    if (w->fast_size == 0) return true;
-    w->fast_block = mbsri_allocate(&w->model->allocator, w->fast_size + MBSR_DATA_ALIGNMENT);
-    if (!w->fast_block) return false;
-    const uintptr_t at = (uintptr_t)w->fast_block, unit = MBSR_DATA_ALIGNMENT;
-    w->fast = mbsri_fast_newton_place(w->model, (void *)((at + unit - 1) / unit * unit));
-    w->info.bytes += w->fast_size + MBSR_DATA_ALIGNMENT;
+    if (w->sweep_size == 0) return true;
+    w->sweep_block = mbsri_allocate(&w->model->allocator, w->sweep_size + MBSR_DATA_ALIGNMENT);
+    if (!w->sweep_block) return false;
+    const uintptr_t at = (uintptr_t)w->sweep_block, unit = MBSR_DATA_ALIGNMENT;
+    w->sweeps = mbsri_newton_sweeps_place(w->model, (void *)((at + unit - 1) / unit * unit));
+    w->info.bytes += w->sweep_size + MBSR_DATA_ALIGNMENT;
     return true;
 }
 
@@ -273,7 +283,7 @@ static bool place(mbsr_newton *w, const mbsr_newton_opt *opt)
     lay_out(w, &l);
     /* the sweeps leave it alone where there are no elements on bodies */
     if (w->motion) mbsri_zero(12 * bodies, w->motion);
-    return place_fast(w);
+    return place_sweeps(w);
 }
 
 int mbsr_newton_create(const mbsr_model *model, mbsr_dae_form form, const mbsr_newton_opt *opt,
@@ -292,7 +302,7 @@ int mbsr_newton_create(const mbsr_model *model, mbsr_dae_form form, const mbsr_n
     if (w) {
         *w = (mbsr_newton){.model = model,
                            .lean = opt->lean != 0,
-                           .fast_size = opt->by_blocks ? 0 : mbsri_fast_newton_size(model),
+                           .sweep_size = opt->by_blocks ? 0 : mbsri_newton_sweeps_size(model),
                            .error = {MBSR_OK, MBSR_NONE, MBSR_NONE, ""}};
         if (!place(w, opt)) {
             mbsr_newton_destroy(w);
@@ -316,7 +326,7 @@ void mbsr_newton_destroy(mbsr_newton *newton)
     const mbsr_allocator allocator = newton->model->allocator;
     if (newton->block) mbsri_release(&allocator, newton->block);
     if (newton->numbers) mbsri_release(&allocator, newton->numbers);
-    if (newton->fast_block) mbsri_release(&allocator, newton->fast_block);
+    if (newton->sweep_block) mbsri_release(&allocator, newton->sweep_block);
     mbsri_release(&allocator, newton);
 }
 
@@ -325,23 +335,6 @@ void mbsr_newton_destroy(mbsr_newton *newton)
 static int refuse(mbsr_newton *w, int status, const char *text)
 {
     return mbsri_fail(&w->error, status, MBSR_NONE, MBSR_NONE, "%s", text);
-}
-
-/* By the sweeps in vector code where they serve, else by blocks. */
-static int factor_tree(mbsr_newton *w, mbsr_data *d, double t, const double *y, double c)
-{
-    const mbsr_model *m = w->model;
-    const double *u = y + m->nq + m->nu;
-    const int status =
-        w->fast ? mbsri_fast_newton_factor(w->fast, d, t, y, u, c) : MBSRI_NOT_SERVED;
-    w->by_sweeps = status != MBSRI_NOT_SERVED;
-    w->info.vector_code = w->by_sweeps;
-    if (w->by_sweeps) return status;
-    if (!w->lean) return mbsri_tree_factor(w, d, t, y, u, c);
-    return mbsri_fail(&d->error, MBSR_ERR_LEAN, MBSR_NONE, MBSR_NONE,
-                      "mbsr_newton_factor: the solver was created lean, and the sweeps in vector "
-                      "code do not serve %s",
-                      w->fast ? "this state" : "this model");
 }
 
 int mbsr_newton_factor(mbsr_newton *newton, mbsr_data *data, double t, const double *y,
@@ -358,7 +351,7 @@ int mbsr_newton_factor(mbsr_newton *newton, mbsr_data *data, double t, const dou
     }
     const mbsr_model *m = w->model;
     int status = mbsri_enter(m, data, true, MBSRI_STAGE_NONE, "mbsr_newton_factor");
-    if (!status) status = factor_tree(w, data, t, y, c);
+    if (!status) status = mbsri_newton_tree_factor(w, data, t, y, c);
     if (!status && w->corrected) status = mbsri_correction_factor(w, data);
     if (status) {
         const mbsr_error *error = mbsr_data_error(data);
@@ -367,19 +360,6 @@ int mbsr_newton_factor(mbsr_newton *newton, mbsr_data *data, double t, const dou
     w->factored = true;
     ++w->info.factorisations;
     return MBSR_OK;
-}
-
-void mbsri_newton_tree_solve(mbsr_newton *w, const double *r, const double *load, double *delta)
-{
-    if (w->by_sweeps)
-        mbsri_fast_newton_solve(w->fast, r, load, delta, w->motion);
-    else
-        mbsri_tree_solve(w, r, load, delta);
-}
-
-const double *mbsri_newton_motion(const mbsr_newton *w, int i)
-{
-    return w->by_sweeps ? w->motion + 12 * (size_t)i : w->x + w->node[i].x;
 }
 
 int mbsr_newton_solve(mbsr_newton *newton, const double *r, double *delta)

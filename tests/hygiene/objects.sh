@@ -1,12 +1,12 @@
 #!/bin/sh
 # The compiled library keeps no writable globals, does not print or end the program, and takes
-# memory in one file only.
+# and releases memory only in the files named.
 # SPDX-License-Identifier: BSD-3-Clause
-# Usage: objects.sh ARCHIVE ALLOCATOR_SOURCE
+# Usage: objects.sh ARCHIVE ALLOCATOR_SOURCE...
 set -eu
 command -v objdump >/dev/null || { echo "objdump is missing"; exit 77; }
 archive=$1
-allocator=$2
+shift
 status=0
 
 # Tables of pointers in .data.rel.ro are written by the dynamic linker only.
@@ -27,8 +27,8 @@ bad=$(printf '%s\n' "$undefined" | grep -E \
 
 memory=$(printf '%s\n' "$undefined" |
     grep -E ' (malloc|calloc|realloc|free|aligned_alloc|posix_memalign|alloca)$' |
-    grep -v -F ":$allocator.o" || true)
-[ -z "$memory" ] || { printf 'memory functions outside %s:\n%s\n' "$allocator" "$memory"; status=1; }
+    grep -v -F "$(printf ':%s.o\n' "$@")" || true)
+[ -z "$memory" ] || { printf 'memory functions outside %s:\n%s\n' "$*" "$memory"; status=1; }
 
 objects=$(objdump -h "$archive" | grep -c 'file format' || true)
 [ "$objects" -gt 0 ] || { echo "no objects in $archive"; status=1; }

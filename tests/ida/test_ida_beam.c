@@ -2,7 +2,7 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "beam.h"
 
-#include "internal.h"
+#include "recursion/data.h"
 
 /* The fastest oscillation has about 6400 rad/s and no damping. BDF of order 5 is not stable for it
  * at steps much above 5e-5 s: the tolerance then bounds the oscillation, but not its rates well. So

@@ -7,7 +7,7 @@
  *
  *   instructions_count folder     folder: tests/reference/trees */
 #include "bench.h"
-#include "fast/fast.h"
+#include "sweeps/build.h"
 #include "trees.h"
 
 #include <stdio.h>
@@ -82,9 +82,9 @@ static void close_counted(counted *c)
     free(c->F);
 }
 
-static void count(counted *c, const char *tree, const mbsri_fast_kernels *kernels)
+static void count(counted *c, const char *tree, const mbsri_sweep_kernels *kernels)
 {
-    c->tree.model->fast->kernels = kernels;
+    c->tree.model->sweeps->kernels = kernels;
     for (int which = 0; which < CALLS; ++which) {
         /* the first call finds the functions of shared libraries */
         bench_check(call(c, which), call_name[which], mbsr_data_error(c->data)->text);
@@ -102,10 +102,10 @@ int main(int argc, char **argv)
     for (int k = 0; k < TREES; ++k) {
         counted c;
         open_counted(&c, k, argv[1]);
-        count(&c, trees[k].name, &mbsri_fast_base);
+        count(&c, trees[k].name, &mbsri_sweeps_base);
 #if defined(MBSR_WITH_V3)
         if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
-            count(&c, trees[k].name, &mbsri_fast_v3);
+            count(&c, trees[k].name, &mbsri_sweeps_v3);
 #endif
         close_counted(&c);
     }

@@ -5,7 +5,7 @@
  * half of them deficient, so that deficient bodies are adjacent more often than not. */
 #include "oracle.h"
 
-#include "internal.h"
+#include "assembly/data.h"
 
 #include <stdlib.h>
 #include <string.h>

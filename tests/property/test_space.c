@@ -7,7 +7,7 @@
 #include "expect.h"
 #include "space.h"
 
-#include "internal.h"
+#include "assembly/data.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -5,7 +5,7 @@
 #include "expect.h"
 #include "space.h"
 
-#include "internal.h"
+#include "assembly/data.h"
 
 #include <string.h>
 

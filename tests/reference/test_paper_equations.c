@@ -2,7 +2,7 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "paper.h"
 
-#include "internal.h"
+#include "assembly/data.h"
 
 enum { STATES = 100 };
 

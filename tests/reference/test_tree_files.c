@@ -6,7 +6,7 @@
 #include "expect.h"
 #include "space.h"
 
-#include "internal.h"
+#include "assembly/data.h"
 
 #include <stdlib.h>
 

@@ -1,0 +1,232 @@
+/* The data block: one layout that both computes the size and places the arrays.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "assembly/data.h"
+
+#include "base/error.h"
+#include "base/memory.h"
+#include "sweeps/tree.h"
+
+#include <math.h>
+#include <stdint.h>
+#include <string.h>
+
+static size_t scratch_size(const mbsr_model *m)
+{
+    const size_t d = (size_t)m->max_d;
+    const size_t products = 15 * d * d + 16 * d + 8;
+    const size_t lapack = (size_t)m->lapack_work;
+    return products + (lapack > 6 * d ? lapack : 6 * d);
+}
+
+static size_t sincos_size(const mbsr_model *m)
+{
+    return m->sweeps ? 2 * (size_t)m->nq : 0;
+}
+
+/* Takes the next `size` bytes of a block, aligned to a cache line; with base == NULL only
+ * counts. */
+static void *take(unsigned char *base, size_t *used, size_t size)
+{
+    void *place = base ? base + *used : NULL;
+    *used += (size + MBSR_DATA_ALIGNMENT - 1) / MBSR_DATA_ALIGNMENT * MBSR_DATA_ALIGNMENT;
+    return place;
+}
+
+/* Places the data object and its arrays in `base`, or with base == NULL only returns the size. */
+static size_t layout(const mbsr_model *m, bool lean, unsigned char *base, mbsr_data **data)
+{
+    mbsr_data counted;
+    size_t used = 0;
+    const size_t bodies = (size_t)m->bodies + 1;
+    mbsr_data *d = take(base, &used, sizeof *d);
+    if (!d) d = &counted;
+    d->rank = take(base, &used, bodies * sizeof *d->rank);
+    d->watched = take(base, &used, bodies * sizeof *d->watched);
+    d->frame_rank = take(base, &used, bodies * sizeof *d->frame_rank);
+    d->carries = take(base, &used, bodies * sizeof *d->carries);
+    d->pivots = take(base, &used, (size_t)m->max_d * sizeof *d->pivots);
+    d->force_bodies = take(base, &used, (size_t)m->max_force_bodies * sizeof *d->force_bodies);
+    if (m->sweeps) {
+        d->sweep_state = take(base, &used, bodies * sizeof *d->sweep_state);
+        d->sweep_multi = take(base, &used, (size_t)m->sweeps->multi * sizeof *d->sweep_multi);
+        d->sweep_stack = take(base, &used, (size_t)m->sweeps->depth * sizeof *d->sweep_stack);
+        d->sweep_noise = take(base, &used, (size_t)m->sweeps->depth * sizeof *d->sweep_noise);
+        d->sweep_flows = take(base, &used, (size_t)m->sweeps->depth * sizeof *d->sweep_flows);
+        const size_t loads = m->sweeps->body_forces ? bodies : 0;
+        d->sweep_load = take(base, &used, loads * sizeof *d->sweep_load);
+    }
+#define MBSRI_PLACE(name, length) d->name = take(base, &used, (size_t)(length) * sizeof(double));
+    if (lean) {
+        MBSRI_LEAN_ARRAYS(MBSRI_PLACE)
+    } else {
+        MBSRI_DATA_ARRAYS(MBSRI_PLACE)
+    }
+#undef MBSRI_PLACE
+    if (data) *data = d;
+    return used;
+}
+
+static const char *name_of(bool lean, const char *full, const char *thin)
+{
+    return lean ? thin : full;
+}
+
+/* Models that lean data cannot be made for. */
+static int check_model(const mbsr_model *model, bool lean, const char *function, mbsr_error *error)
+{
+    if (!model->finished) {
+        return mbsri_fail(error, MBSR_ERR_UNFINISHED, MBSR_NONE, MBSR_NONE,
+                          "%s: the model is not finished", function);
+    }
+    if (lean && (!model->sweeps || model->sweeps->body_forces)) {
+        return mbsri_fail(
+            error, MBSR_ERR_SPACE, MBSR_NONE, MBSR_NONE,
+            "%s: the model is not a tree of rigid bodies in space whose force elements "
+            "are gravity or act on joints alone",
+            function);
+    }
+    return MBSR_OK;
+}
+
+static size_t size_of(const mbsr_model *model, bool lean)
+{
+    if (!model || !model->finished || (lean && (!model->sweeps || model->sweeps->body_forces)))
+        return 0;
+    return layout(model, lean, NULL, NULL);
+}
+
+static int init(const mbsr_model *model, bool lean, void *memory, size_t size, mbsr_data **data,
+                mbsr_error *error)
+{
+    const char *function = name_of(lean, "mbsr_data_init", "mbsr_data_init_lean");
+    if (data) *data = NULL;
+    if (!model || !memory || !data) {
+        return mbsri_fail(error, MBSR_ERR_NULL, MBSR_NONE, MBSR_NONE, "%s: %s is NULL", function,
+                          !model    ? "model"
+                          : !memory ? "memory"
+                                    : "data");
+    }
+    const int status = check_model(model, lean, function, error);
+    if (status) return status;
+    const size_t needed = size_of(model, lean);
+    if (size < needed) {
+        return mbsri_fail(error, MBSR_ERR_MEMORY_SIZE, MBSR_NONE, MBSR_NONE,
+                          "%s: size is %zu bytes, this model needs %zu", function, size, needed);
+    }
+    if ((uintptr_t)memory % MBSR_DATA_ALIGNMENT != 0) {
+        return mbsri_fail(error, MBSR_ERR_MEMORY_ALIGNMENT, MBSR_NONE, MBSR_NONE,
+                          "%s: memory is at %p, must be aligned to %d bytes", function, memory,
+                          MBSR_DATA_ALIGNMENT);
+    }
+    mbsr_data *d;
+    layout(model, lean, memory, &d);
+    d->model = model;
+    d->lean = lean;
+    d->owned = false;
+    d->error = (mbsr_error){MBSR_OK, MBSR_NONE, MBSR_NONE, ""};
+    d->stage = MBSRI_STAGE_NONE;
+    d->t = 0.0;
+    d->total_rank = -1;
+    d->pending = MBSRI_PENDING_NONE;
+    d->watching = d->framed = d->use_frame = d->accelerated = false;
+    d->alignment = 1.0;
+    *data = d;
+    return MBSR_OK;
+}
+
+/* Owned data: the block as the allocator gave it, a pointer-sized place for its address in front of
+ * the aligned part. */
+static int create(const mbsr_model *model, bool lean, mbsr_data **data, mbsr_error *error)
+{
+    const char *function = name_of(lean, "mbsr_data_create", "mbsr_data_create_lean");
+    if (data) *data = NULL;
+    if (!model || !data) {
+        return mbsri_fail(error, MBSR_ERR_NULL, MBSR_NONE, MBSR_NONE, "%s: %s is NULL", function,
+                          !model ? "model" : "data");
+    }
+    int status = check_model(model, lean, function, error);
+    if (status) return status;
+    const size_t size = size_of(model, lean);
+    unsigned char *block =
+        mbsri_allocate(&model->allocator, size + sizeof(void *) + MBSR_DATA_ALIGNMENT);
+    if (!block) {
+        return mbsri_fail(error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
+                          "%s: no memory for %zu bytes", function, size);
+    }
+    const size_t above = ((uintptr_t)block + sizeof(void *)) % MBSR_DATA_ALIGNMENT;
+    unsigned char *aligned = block + sizeof(void *) + (above ? MBSR_DATA_ALIGNMENT - above : 0);
+    memcpy(aligned - sizeof(void *), &(void *){block}, sizeof(void *));
+    status = init(model, lean, aligned, size, data, error);
+    if (status) {
+        mbsri_release(&model->allocator, block);
+        return status;
+    }
+    (*data)->owned = true;
+    (*data)->allocator = model->allocator;
+    return MBSR_OK;
+}
+
+size_t mbsr_data_size(const mbsr_model *model)
+{
+    return size_of(model, false);
+}
+
+size_t mbsr_data_size_lean(const mbsr_model *model)
+{
+    return size_of(model, true);
+}
+
+int mbsr_data_init(const mbsr_model *model, void *memory, size_t size, mbsr_data **data,
+                   mbsr_error *error)
+{
+    return init(model, false, memory, size, data, error);
+}
+
+int mbsr_data_init_lean(const mbsr_model *model, void *memory, size_t size, mbsr_data **data,
+                        mbsr_error *error)
+{
+    return init(model, true, memory, size, data, error);
+}
+
+int mbsr_data_create(const mbsr_model *model, mbsr_data **data, mbsr_error *error)
+{
+    return create(model, false, data, error);
+}
+
+int mbsr_data_create_lean(const mbsr_model *model, mbsr_data **data, mbsr_error *error)
+{
+    return create(model, true, data, error);
+}
+
+void mbsr_data_destroy(mbsr_data *data)
+{
+    if (!data || !data->owned) return;
+    const mbsr_allocator allocator = data->allocator;
+    void *block;
+    memcpy(&block, (unsigned char *)data - sizeof(void *), sizeof(void *));
+    mbsri_release(&allocator, block);
+}
+
+const mbsr_error *mbsr_data_error(const mbsr_data *data)
+{
+    static const mbsr_error none = {MBSR_ERR_NULL, MBSR_NONE, MBSR_NONE, "the data is NULL"};
+    return data ? &data->error : &none;
+}
+
+void mbsri_data_poison(mbsr_data *d)
+{
+    const mbsr_model *m = d->model;
+#define MBSRI_POISON(name, length)                                                                 \
+    for (size_t k = 0; k < (size_t)(length); ++k) d->name[k] = NAN;
+    if (d->lean) {
+        MBSRI_LEAN_ARRAYS(MBSRI_POISON)
+    } else {
+        MBSRI_DATA_ARRAYS(MBSRI_POISON)
+    }
+#undef MBSRI_POISON
+    for (int i = 0; i <= m->bodies; ++i) d->rank[i] = -1000;
+    d->stage = MBSRI_STAGE_NONE;
+    d->pending = MBSRI_PENDING_NONE;
+    d->accelerated = d->framed = false;
+    d->total_rank = -1;
+}

@@ -1,0 +1,431 @@
+/* Finishing a model: check the tree, number it parent before child, place every body's arrays.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "algebra/lapack.h"
+#include "base/error.h"
+#include "base/memory.h"
+#include "model/query.h"
+#include "recursion/rates.h"
+#include "sweeps/build.h"
+
+#include <limits.h>
+#include <string.h>
+
+/* Workspace while numbering; all by id except where said. */
+typedef struct numbering {
+    int *first; /* N + 1  first child of id - 1, the root at 0 */
+    int *next;  /* N      next sibling */
+    int *order; /* N      ids in depth-first order */
+} numbering;
+
+static void number_release(const mbsr_model *m, numbering *w)
+{
+    mbsri_release(&m->allocator, w->first);
+    mbsri_release(&m->allocator, w->next);
+    mbsri_release(&m->allocator, w->order);
+}
+
+static bool number_allocate(const mbsr_model *m, size_t N, numbering *w)
+{
+    w->first = mbsri_allocate(&m->allocator, (N + 1) * sizeof *w->first);
+    w->next = mbsri_allocate(&m->allocator, N * sizeof *w->next);
+    w->order = mbsri_allocate(&m->allocator, N * sizeof *w->order);
+    return w->first && w->next && w->order;
+}
+
+static const char *entry_label(const mbsr_model *m, int id, char *buffer)
+{
+    const mbsri_body_entry *entry = m->entries.data;
+    return mbsri_label(buffer, "body", id, (const char *)m->names.data + entry[id].name);
+}
+
+/* Children of each body as linked lists in ascending id; refuses unknown predecessors. */
+static int link_children(mbsr_model *m, int N, numbering *w)
+{
+    const mbsri_body_entry *entry = m->entries.data;
+    char label[MBSRI_LABEL];
+    for (int id = -1; id < N; ++id) w->first[id + 1] = MBSR_NONE;
+    for (int id = N - 1; id >= 0; --id) {
+        const int parent = entry[id].parent;
+        if (parent >= N) {
+            return mbsri_fail(&m->error, MBSR_ERR_ID, id, MBSR_NONE,
+                              "%s: parent is %d, but there are only %d bodies",
+                              entry_label(m, id, label), parent, N);
+        }
+        w->next[id] = w->first[parent + 1];
+        w->first[parent + 1] = id;
+    }
+    return MBSR_OK;
+}
+
+/* A body that the walk did not reach hangs on a cycle; following its predecessors N times ends on
+ * that cycle. */
+static int report_cycle(mbsr_model *m, int N)
+{
+    const mbsri_body_entry *entry = m->entries.data;
+    char label[MBSRI_LABEL], other[MBSRI_LABEL];
+    int on = 0;
+    while (m->index[on] >= 0) ++on;
+    for (int k = 0; k < N; ++k) on = entry[on].parent;
+    return mbsri_fail(
+        &m->error, MBSR_ERR_CYCLE, on, MBSR_NONE,
+        "%s: its predecessors form a cycle: parent is %s, and following them leads back",
+        entry_label(m, on, label), entry_label(m, entry[on].parent, other));
+}
+
+/* Depth-first order without a stack: down to the first child, else across to the next sibling of
+ * the nearest ancestor that has one. Sets index. */
+static int walk(mbsr_model *m, int N, numbering *w)
+{
+    const mbsri_body_entry *entry = m->entries.data;
+    int count = 0, id = w->first[0];
+    for (int k = 0; k < N; ++k) m->index[k] = -1;
+    while (id >= 0) {
+        w->order[count++] = id;
+        m->index[id] = count;
+        int next = w->first[id + 1];
+        while (next < 0 && id >= 0) {
+            next = w->next[id];
+            id = entry[id].parent;
+        }
+        id = next;
+    }
+    return count == N ? MBSR_OK : report_cycle(m, N);
+}
+
+static void place_root(mbsr_model *m)
+{
+    m->body[0] = (mbsri_body){.id = MBSR_GROUND,
+                              .parent = -1,
+                              .d = m->root.d,
+                              .np = m->root.np,
+                              .joint.space = m->root.space};
+    m->size_p = (size_t)m->root.np;
+    m->size_v = (size_t)m->root.d;
+    m->size_dd = (size_t)m->root.d * (size_t)m->root.d;
+    m->max_d = m->root.d > 1 ? m->root.d : 1;
+}
+
+/* Body i takes its places behind those already placed. */
+static void place(mbsr_model *m, int i, int id)
+{
+    const mbsri_body_entry *entry = (const mbsri_body_entry *)m->entries.data + id;
+    mbsri_body *b = m->body + i;
+    const mbsri_joint *joint = &entry->joint;
+    const int parent = entry->parent == MBSR_GROUND ? 0 : m->index[entry->parent];
+    const size_t d = (size_t)joint->d, n = (size_t)(joint->n - entry->locks),
+                 d_pred = (size_t)m->body[parent].d;
+    *b = (mbsri_body){.id = id,
+                      .parent = parent,
+                      .d = joint->d,
+                      .d_pred = (int)d_pred,
+                      .np = joint->np,
+                      .n = joint->n - entry->locks,
+                      .nq = joint->nq - entry->locks,
+                      .p = m->size_p,
+                      .v = m->size_v,
+                      .dd = m->size_dd,
+                      .dp = m->size_dp,
+                      .dn = m->size_dn,
+                      .k = m->size_k,
+                      .nn = m->size_nn,
+                      .joint = *joint,
+                      .inertia = entry->inertia,
+                      .pred_p = m->body[parent].p,
+                      .pred_v = m->body[parent].v,
+                      .pred_dd = m->body[parent].dd,
+                      .pred_space = m->body[parent].joint.space,
+                      .name = entry->name,
+                      .regular = entry->regular,
+                      .locks = entry->locks,
+                      .full = m->size_full};
+    b->joint.param = (const double *)m->matrices.data + entry->param;
+    if (b->inertia.kind == MBSR_INERTIA_MATRIX && b->inertia.matrix) {
+        b->inertia.matrix = (const double *)m->matrices.data + entry->matrix;
+    }
+    if (entry->added > 0) b->added = (const double *)m->matrices.data + entry->added;
+    if (entry->locks > 0) {
+        b->held = (const double *)m->matrices.data + entry->held;
+        m->size_full += (size_t)joint->n;
+    }
+    m->size_p += (size_t)joint->np;
+    m->size_v += d;
+    m->size_dd += d * d;
+    m->size_dp += d * d_pred;
+    m->size_dn += d * n;
+    m->size_nn += n * n;
+    if (!(joint->table->flags & MBSR_JOINT_UNIT_K)) m->size_k += d * d;
+    if (joint->d > m->max_d) m->max_d = joint->d;
+    if (b->n > m->max_n) m->max_n = b->n;
+    m->differences = m->differences || mbsri_rates_by_differences(b);
+}
+
+/* Coordinates stand in the caller's q and u in the order of ids, in the data in that of the
+ * sweeps. */
+static int place_coordinates(mbsr_model *m, int N)
+{
+    long long nq = 0, nu = 0;
+    for (int id = 0; id < N; ++id) {
+        mbsri_body *b = m->body + m->index[id];
+        b->q = (int)nq;
+        b->u = (int)nu;
+        nq += b->nq;
+        nu += b->n;
+        if (nq + nu > INT_MAX / 4) {
+            return mbsri_fail(&m->error, MBSR_ERR_VALUE, id, MBSR_NONE,
+                              "mbsr_model_finish: too many joint coordinates");
+        }
+    }
+    m->nq = (int)nq;
+    m->nu = (int)nu;
+    for (int i = 1, iq = 0, iu = 0; i <= N; ++i) {
+        m->body[i].iq = iq;
+        m->body[i].iu = iu;
+        iq += m->body[i].nq;
+        iu += m->body[i].n;
+    }
+    return MBSR_OK;
+}
+
+/* Where the joint rates of the sweeps stand in the caller's vectors. */
+static int place_rates(mbsr_model *m, int N)
+{
+    m->u_of = mbsri_allocate(&m->allocator, (size_t)m->nu * sizeof *m->u_of);
+    m->q_of = mbsri_allocate(&m->allocator, (size_t)m->nq * sizeof *m->q_of);
+    if (!m->u_of || !m->q_of) {
+        return mbsri_fail(&m->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
+                          "mbsr_model_finish: no memory");
+    }
+    for (int i = 1; i <= N; ++i) {
+        const mbsri_body *b = m->body + i;
+        for (int k = 0; k < b->n; ++k) m->u_of[b->iu + k] = b->u + k;
+        for (int k = 0; k < b->nq; ++k) m->q_of[b->iq + k] = b->q + k;
+    }
+    m->in_order = true;
+    for (int k = 0; k < m->nu; ++k) m->in_order = m->in_order && m->u_of[k] == k;
+    for (int k = 0; k < m->nq; ++k) m->in_order = m->in_order && m->q_of[k] == k;
+    return MBSR_OK;
+}
+
+/* A joint as the caller gave it. */
+static mbsr_joint given(const mbsri_joint *kept)
+{
+    mbsr_joint joint = {.table = kept->table,
+                        .space = kept->space,
+                        .d = kept->d,
+                        .np = kept->np,
+                        .n = kept->n,
+                        .nq = kept->nq,
+                        .params = kept->params,
+                        .motion = kept->motion,
+                        .user = kept->user};
+    if (kept->params > 0)
+        memcpy(joint.param, kept->param, (size_t)kept->params * sizeof *joint.param);
+    memcpy(joint.option, kept->option, sizeof joint.option);
+    return joint;
+}
+
+/* Each joint may refuse the predecessor it was put on. */
+static int check_joints(mbsr_model *m, int N)
+{
+    for (int i = 1; i <= N; ++i) {
+        const mbsri_body *b = m->body + i, *pred = m->body + b->parent;
+        if (!b->joint.table->check) continue;
+        char text[MBSR_TEXT_SIZE] = "", label[MBSRI_LABEL];
+        const mbsr_joint joint = given(&b->joint);
+        const int status = b->joint.table->check(&joint, pred->joint.space, pred->d, text);
+        if (status) {
+            return mbsri_fail(&m->error, status, b->id, MBSR_NONE, "%s: joint '%s': %.120s",
+                              mbsri_body_label(m, i, label), b->joint.table->name,
+                              text[0] ? text : mbsr_status_text(status));
+        }
+    }
+    return MBSR_OK;
+}
+
+static int check_force(mbsr_model *m, int id, mbsr_force_body *bodies)
+{
+    const mbsri_force *force = (const mbsri_force *)m->forces.data + id;
+    const mbsr_force_table *table = force->def.table;
+    if (!table->check || (table->flags & MBSR_FORCE_EVERY_BODY)) return MBSR_OK;
+    for (int k = 0; k < force->def.bodies; ++k) {
+        const mbsri_body *b = m->body + m->list_index[force->list + (size_t)k];
+        bodies[k] = (mbsr_force_body){
+            .id = b->id, .space = b->joint.space, .d = b->d, .np = b->np, .n = b->n, .nq = b->nq};
+    }
+    char text[MBSR_TEXT_SIZE] = "", label[MBSRI_LABEL];
+    const mbsr_force_args args = {
+        .force = &force->def, .bodies = force->def.bodies, .body = bodies};
+    const int status = table->check(&args, text);
+    if (!status) return MBSR_OK;
+    return mbsri_fail(&m->error, status, MBSR_NONE, id, "%s (%s): %.150s",
+                      mbsri_label(label, "force", id, (const char *)m->names.data + force->name),
+                      table->name, text[0] ? text : mbsr_status_text(status));
+}
+
+/* Bodies of force elements by index; each element may refuse its bodies. */
+static int resolve_forces(mbsr_model *m, int N)
+{
+    const mbsri_force *force = m->forces.data;
+    char label[MBSRI_LABEL];
+    for (size_t id = 0; id < m->forces.count; ++id) {
+        for (int k = 0; k < force[id].def.bodies; ++k) {
+            const size_t at = force[id].list + (size_t)k;
+            const int body = ((const int *)m->lists.data)[at];
+            if (body >= N) {
+                return mbsri_fail(&m->error, MBSR_ERR_ID, MBSR_NONE, (int)id,
+                                  "%s (%s): acts on body %d, but there are only %d bodies",
+                                  mbsri_label(label, "force", (int)id,
+                                              (const char *)m->names.data + force[id].name),
+                                  force[id].def.table->name, body, N);
+            }
+            m->list_index[at] = body == MBSR_GROUND ? 0 : m->index[body];
+        }
+        if (force[id].def.bodies > m->max_force_bodies) m->max_force_bodies = force[id].def.bodies;
+    }
+    const size_t most = m->max_force_bodies > 0 ? (size_t)m->max_force_bodies : 1;
+    m->max_force_bodies = (int)most;
+    mbsr_force_body *bodies = mbsri_allocate(&m->allocator, most * sizeof *bodies);
+    if (!bodies)
+        return mbsri_fail(&m->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
+                          "mbsr_model_finish: no memory");
+    int status = MBSR_OK;
+    for (size_t id = 0; id < m->forces.count && !status; ++id)
+        status = check_force(m, (int)id, bodies);
+    mbsri_release(&m->allocator, bodies);
+    return status;
+}
+
+/* The first body a force element acts on, by index; 0 for none but the ground. */
+static int first_body(const mbsr_model *m, size_t id)
+{
+    const mbsri_force *force = (const mbsri_force *)m->forces.data + id;
+    int first = 0;
+    for (int k = 0; k < force->def.bodies; ++k) {
+        const int body = m->list_index[force->list + (size_t)k];
+        if (first == 0 || (body > 0 && body < first)) first = body;
+    }
+    return first;
+}
+
+/* Force elements and their lists in the order of the sweeps, by counting sort on the first body;
+ * count: N + 1 ints. The old array goes, so nothing may fail after this. */
+static int order_forces(mbsr_model *m, int N, int *count)
+{
+    const size_t forces = m->forces.count;
+    const mbsri_force *old = m->forces.data;
+    mbsri_force *sorted = mbsri_allocate(&m->allocator, forces * sizeof *sorted);
+    int *lists = mbsri_allocate(&m->allocator, m->lists.count * sizeof *lists);
+    if (!sorted || !lists) {
+        mbsri_release(&m->allocator, sorted);
+        mbsri_release(&m->allocator, lists);
+        return mbsri_fail(&m->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
+                          "mbsr_model_finish: no memory");
+    }
+    for (int i = 0; i <= N; ++i) count[i] = 0;
+    for (size_t id = 0; id < forces; ++id) ++count[first_body(m, id)];
+    for (int i = 0, sum = 0; i <= N; ++i) {
+        const int here = count[i];
+        count[i] = sum;
+        sum += here;
+    }
+    for (size_t id = 0; id < forces; ++id) sorted[count[first_body(m, id)]++] = old[id];
+    size_t used = 0;
+    for (size_t k = 0; k < forces; ++k) {
+        const size_t list = sorted[k].list;
+        sorted[k].list = used;
+        for (int b = 0; b < sorted[k].def.bodies; ++b)
+            lists[used++] = m->list_index[list + (size_t)b];
+    }
+    mbsri_release(&m->allocator, m->forces.data);
+    mbsri_release(&m->allocator, m->list_index);
+    m->forces.data = sorted;
+    m->forces.capacity = forces;
+    m->list_index = lists;
+    return MBSR_OK;
+}
+
+/* Numbers and places everything; what it sets is forgotten by undo. */
+static int build(mbsr_model *m, int N, numbering *w)
+{
+    int status = link_children(m, N, w);
+    if (!status) status = walk(m, N, w);
+    if (status) return status;
+    place_root(m);
+    for (int i = 1; i <= N; ++i) place(m, i, w->order[i - 1]);
+    status = place_coordinates(m, N);
+    if (!status) status = check_joints(m, N);
+    if (!status) status = resolve_forces(m, N);
+    if (!status) status = place_rates(m, N);
+    if (!status && !mbsri_sweeps_build(m, N)) {
+        status = mbsri_fail(&m->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
+                            "mbsr_model_finish: no memory");
+    }
+    return status ? status : order_forces(m, N, w->first);
+}
+
+static void undo(mbsr_model *m)
+{
+    mbsri_release(&m->allocator, m->index);
+    mbsri_release(&m->allocator, m->list_index);
+    mbsri_release(&m->allocator, m->u_of);
+    mbsri_release(&m->allocator, m->q_of);
+    mbsri_release(&m->allocator, m->body);
+    mbsri_sweeps_release(m);
+    m->index = m->list_index = m->u_of = m->q_of = NULL;
+    m->body = NULL;
+    m->differences = false;
+    m->nq = m->nu = m->max_d = m->max_n = m->max_force_bodies = 0;
+    m->size_p = m->size_v = m->size_dd = m->size_dp = m->size_dn = m->size_k = m->size_nn =
+        m->size_full = 0;
+}
+
+int mbsr_model_finish(mbsr_model *model)
+{
+    mbsr_model *m = model;
+    if (!m) return MBSR_ERR_NULL;
+    if (m->finished) {
+        return mbsri_fail(&m->error, MBSR_ERR_FINISHED, MBSR_NONE, MBSR_NONE,
+                          "mbsr_model_finish: the model is finished");
+    }
+    const size_t N = m->entries.count;
+    numbering w = {NULL, NULL, NULL};
+    m->index = mbsri_allocate(&m->allocator, N * sizeof *m->index);
+    m->list_index = mbsri_allocate(&m->allocator, m->lists.count * sizeof *m->list_index);
+    m->body = mbsri_allocate(&m->allocator, (N + 1) * sizeof *m->body);
+    int status;
+    if (number_allocate(m, N, &w) && m->index && m->list_index && m->body) {
+        status = build(m, (int)N, &w);
+    } else {
+        status = mbsri_fail(&m->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
+                            "mbsr_model_finish: no memory");
+    }
+    number_release(m, &w);
+    if (status) {
+        undo(m);
+        return status;
+    }
+    m->bodies = (int)N;
+    m->lapack_work = mbsri_lapack_syev_work(m->max_n);
+    mbsri_release(&m->allocator, m->entries.data);
+    m->entries = (mbsri_array){NULL, 0, 0};
+    m->finished = true;
+    return MBSR_OK;
+}
+
+void mbsr_model_destroy(mbsr_model *model)
+{
+    if (!model) return;
+    const mbsr_allocator allocator = model->allocator;
+    mbsri_release(&allocator, model->entries.data);
+    mbsri_release(&allocator, model->forces.data);
+    mbsri_release(&allocator, model->names.data);
+    mbsri_release(&allocator, model->matrices.data);
+    mbsri_release(&allocator, model->lists.data);
+    mbsri_release(&allocator, model->index);
+    mbsri_release(&allocator, model->list_index);
+    mbsri_release(&allocator, model->u_of);
+    mbsri_release(&allocator, model->q_of);
+    mbsri_sweeps_release(model);
+    mbsri_release(&allocator, model->body);
+    mbsri_release(&allocator, model);
+}

@@ -1,0 +1,218 @@
+/* Forward and inverse dynamics at many states: groups of states in lanes, the rest one by one.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "algebra/dense.h"
+#include "base/error.h"
+#include "batch/record.h"
+#include "joints/chain.h"
+#include "recursion/elements.h"
+#include "recursion/kinematics.h"
+
+#include <math.h>
+
+/* A call. */
+typedef struct request {
+    const mbsr_model *m;
+    mbsr_batch *b;
+    double t;
+    int states;
+    const double *q, *u, *load; /* load: tau, which may be NULL, for inverse dynamics u' */
+    double *out;
+    int *status;
+    bool inverse;
+} request;
+
+static const double *state_of(const double *x, int n, int k)
+{
+    return x ? x + (size_t)n * (size_t)k : NULL;
+}
+
+/* ---- states in lanes ---- */
+
+/* The root's state, the same for all; gravity is an acceleration of the whole world the other
+ * way. */
+static bool move_root(const request *r)
+{
+    const mbsr_model *m = r->m;
+    mbsr_data *d = r->b->data;
+    mbsri_batch_run *run = &r->b->run;
+    const bool moves = m->root.space != MBSR_SPACE_FIXED;
+    d->t = r->t;
+    if (!isfinite(r->t) || mbsri_move_root(m, d) != MBSR_OK) return false;
+    for (int k = 0; k < 9; ++k) run->R[k] = moves ? d->p[MBSR_POSE_R + k] : k % 4 == 0;
+    for (int k = 0; k < 3; ++k) {
+        run->omega[k] = moves ? d->V[k] : 0.0;
+        run->A[k] = moves ? d->A[k] : 0.0;
+        run->A[3 + k] = (moves ? d->A[3 + k] : 0.0) - m->sweeps->gravity[k];
+    }
+    return true;
+}
+
+/* Prescribed coordinates, likewise. False: a motion failed. */
+static bool move_joints(const request *r)
+{
+    double *drive = r->b->run.drive;
+    for (int i = 1; i <= r->m->bodies; ++i) {
+        const mbsri_joint *joint = &r->m->body[i].joint;
+        double s[3][MBSRI_MAX_STEPS] = {{0.0}};
+        if (!joint->motion) continue;
+        if (joint->motion(joint->user, r->t, s[0], s[1], s[2])) return false;
+        for (int step = 0; step < joint->option[0]; ++step) {
+            const int code = joint->option[1 + step];
+            if (!(code & MBSRI_DRIVEN)) continue;
+            for (int k = 0; k < 3; ++k) *drive++ = s[k][code >> MBSRI_PLACE_SHIFT];
+        }
+    }
+    return true;
+}
+
+/* Adds `sign` times what the force elements of joints exert on the state in lane l to x (lanes x
+ * nu). False: an element failed. */
+static bool add_joint_forces(const request *r, int l, double sign, double *x)
+{
+    const mbsr_model *m = r->m;
+    mbsr_data *d = r->b->data;
+    const int lanes = r->b->kernels->lanes;
+    for (int k = 0; k < m->nq; ++k) d->q[k] = r->b->q[k * lanes + l];
+    for (int k = 0; k < m->nu; ++k) d->u[k] = r->b->u[k * lanes + l];
+    mbsri_zero((size_t)m->nu, d->tau);
+    if (mbsri_joint_elements(m, d, d->q, d->u)) return false;
+    for (int k = 0; k < m->nu; ++k) x[k * lanes + l] += sign * d->tau[k];
+    return true;
+}
+
+static unsigned all_joint_forces(const request *r, int count, unsigned served, double sign,
+                                 double *x)
+{
+    if (!r->m->sweeps->joint_forces) return served;
+    for (int l = 0; l < count; ++l) {
+        const unsigned bit = 1u << l;
+        if ((served & bit) && !add_joint_forces(r, l, sign, x)) served &= ~bit;
+    }
+    return served;
+}
+
+/* States first .. first + count - 1; returns which were served. */
+static unsigned in_lanes(const request *r, int first, int count)
+{
+    const mbsr_model *m = r->m;
+    mbsr_batch *b = r->b;
+    const mbsri_batch_kernels *kernels = b->kernels;
+    const int *q_of = m->in_order ? NULL : m->q_of, *u_of = m->in_order ? NULL : m->u_of;
+    unsigned served = kernels->gather(m->nq, q_of, count, state_of(r->q, m->nq, first), b->q);
+    served &= kernels->gather(m->nu, u_of, count, state_of(r->u, m->nu, first), b->u);
+    if (r->load)
+        served &= kernels->gather(m->nu, u_of, count, state_of(r->load, m->nu, first), b->load);
+    else
+        mbsri_zero((size_t)m->nu * (size_t)kernels->lanes, b->load);
+    if (r->inverse) {
+        served &= kernels->inverse(&b->run);
+        served = all_joint_forces(r, count, served, -1.0, b->run.out);
+    } else {
+        served = all_joint_forces(r, count, served, 1.0, b->load);
+        served &= kernels->forward(&b->run);
+    }
+    return served &
+           kernels->scatter(m->nu, u_of, count, b->run.out, r->out + (size_t)m->nu * (size_t)first);
+}
+
+/* ---- states one by one ---- */
+
+static int alone(const request *r, int k)
+{
+    const mbsr_model *m = r->m;
+    mbsr_batch *b = r->b;
+    const double *q = state_of(r->q, m->nq, k), *u = state_of(r->u, m->nu, k),
+                 *load = state_of(r->load, m->nu, k);
+    double *out = r->out + (size_t)m->nu * (size_t)k;
+    ++b->single;
+    const int status = r->inverse ? mbsr_inverse_dynamics(m, b->data, r->t, q, u, load, out)
+                                  : mbsr_forward_dynamics(m, b->data, r->t, q, u, load, out);
+    if (status == MBSR_OK) return status;
+    for (int l = 0; l < m->nu && status != MBSR_UNDETERMINED; ++l) out[l] = NAN;
+    if (b->failed >= 0) return status;
+    b->failed = k;
+    const mbsr_error *error = mbsr_data_error(b->data);
+    return mbsri_fail(&b->error, status, error->body, error->force, "state %d: %.240s", k,
+                      error->text);
+}
+
+static int evaluate(const request *r)
+{
+    mbsr_batch *b = r->b;
+    int result = MBSR_OK;
+    b->failed = -1;
+    b->single = 0;
+    const bool lanes = b->kernels && move_root(r) && move_joints(r);
+    const int group = lanes ? b->kernels->lanes : r->states;
+    for (int first = 0, count; first < r->states; first += count) {
+        count = r->states - first < group ? r->states - first : group;
+        const unsigned served = lanes ? in_lanes(r, first, count) : 0u;
+        for (int l = 0; l < count; ++l) {
+            const bool done = lanes && (served >> l & 1u) != 0;
+            const int status = done ? MBSR_OK : alone(r, first + l);
+            if (r->status) r->status[first + l] = status;
+            if (result == MBSR_OK) result = status;
+        }
+    }
+    return result;
+}
+
+/* ---- the calls ---- */
+
+static int check(const mbsr_model *model, mbsr_batch *batch, bool arguments, int states,
+                 const char *function)
+{
+    if (!batch) return MBSR_ERR_NULL;
+    if (!model || !arguments) {
+        return mbsri_fail(&batch->error, MBSR_ERR_NULL, MBSR_NONE, MBSR_NONE,
+                          "%s: a required pointer is NULL", function);
+    }
+    if (batch->model != model) {
+        return mbsri_fail(&batch->error, MBSR_ERR_MISMATCH, MBSR_NONE, MBSR_NONE,
+                          "%s: the batch belongs to another model", function);
+    }
+    if (states >= 1) return MBSR_OK;
+    return mbsri_fail(&batch->error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
+                      "%s: states is %d, must be at least 1", function, states);
+}
+
+int mbsr_batch_forward_dynamics(const mbsr_model *model, mbsr_batch *batch, double t, int states,
+                                const double *q, const double *u, const double *tau, double *udot,
+                                int *status)
+{
+    const int refused = check(model, batch, q && u && udot, states, "mbsr_batch_forward_dynamics");
+    if (refused) return refused;
+    return evaluate(&(request){model, batch, t, states, q, u, tau, udot, status, false});
+}
+
+int mbsr_batch_inverse_dynamics(const mbsr_model *model, mbsr_batch *batch, double t, int states,
+                                const double *q, const double *u, const double *udot, double *tau,
+                                int *status)
+{
+    const int refused =
+        check(model, batch, q && u && udot && tau, states, "mbsr_batch_inverse_dynamics");
+    if (refused) return refused;
+    return evaluate(&(request){model, batch, t, states, q, u, udot, tau, status, true});
+}
+
+int mbsr_batch_lanes(const mbsr_batch *batch)
+{
+    if (!batch) return 0;
+    return batch->kernels ? batch->kernels->lanes : 1;
+}
+
+int mbsr_batch_failed(const mbsr_batch *batch)
+{
+    return batch ? batch->failed : -1;
+}
+
+int mbsr_batch_one_by_one(const mbsr_batch *batch)
+{
+    return batch ? batch->single : 0;
+}
+
+const mbsr_error *mbsr_batch_error(const mbsr_batch *batch)
+{
+    static const mbsr_error none = {MBSR_ERR_NULL, MBSR_NONE, MBSR_NONE, "the batch is NULL"};
+    return batch ? &batch->error : &none;
+}

@@ -1,0 +1,268 @@
+/* Making the object for batches of states: the tree with joints of several axes taken apart, and
+ * one block of memory.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "batch/build.h"
+
+#include "algebra/space3.h"
+#include "base/error.h"
+#include "base/memory.h"
+#include "joints/chain.h"
+
+#include <math.h>
+#include <stdint.h>
+#include <string.h>
+
+/* ---- joints of several axes ---- */
+
+static mbsr_frame frame_of(const double param[12])
+{
+    mbsr_frame frame;
+    memcpy(frame.x, param, sizeof frame.x);
+    memcpy(frame.R, param + 3, sizeof frame.R);
+    return frame;
+}
+
+static void place(const mbsr_frame *frame, mbsri_sweep_body *b)
+{
+    for (int j = 0; j < 3; ++j) memcpy(b->A + 4 * j, frame->R + 3 * j, 3 * sizeof *b->A);
+    memcpy(b->x, frame->x, sizeof frame->x);
+}
+
+static bool is_identity(const mbsr_frame *frame)
+{
+    const mbsr_frame identity = mbsr_frame_identity();
+    for (int k = 0; k < 9; ++k) {
+        if (frame->R[k] != identity.R[k]) return false;
+    }
+    return frame->x[0] == 0.0 && frame->x[1] == 0.0 && frame->x[2] == 0.0;
+}
+
+/* A step's body: its kind, coordinates (counted by *moved where they are prescribed) and the frame
+ * that it moves; *frame is where the last step
+ * left the running frame, then the running frame in that of this step. */
+static void place_step(const mbsri_joint *joint, int step, const mbsri_sweep_body *whole,
+                       mbsr_frame *frame, int *moved, mbsri_sweep_body *b)
+{
+    const int code = joint->option[1 + step], kind = code & MBSRI_STEP_KIND,
+              coordinate = code >> MBSRI_PLACE_SHIFT;
+    const double *axis = joint->param + MBSRI_AXES + MBSRI_AXIS_SIZE * step;
+    const bool ball = kind == MBSRI_QUATERNION;
+    const mbsr_frame along = ball ? mbsr_frame_identity() : mbsr_frame_along(NULL, axis);
+    const mbsr_frame start = mbsr_frame_product(frame, &along);
+    *b = (mbsri_sweep_body){.spread = 1.0,
+                            .q = whole->q + (ball ? 0 : coordinate + joint->nq - joint->n),
+                            .u = whole->u + coordinate,
+                            .n = ball ? 3 : 1};
+    place(&start, b);
+    if (ball) b->flags |= MBSRI_BALL;
+    if (code & MBSRI_DRIVEN) {
+        b->flags |= MBSRI_MOVED;
+        b->q = (*moved)++;
+        b->n = 0;
+    }
+    if (kind == MBSRI_ROTATION || kind == MBSRI_SCREW) b->flags |= MBSRI_TURNS;
+    if (kind == MBSRI_TRANSLATION || kind == MBSRI_SCREW) b->flags |= MBSRI_SLIDES;
+    b->pitch = kind == MBSRI_SCREW ? axis[3] : (kind == MBSRI_TRANSLATION ? 1.0 : 0.0);
+    *frame = mbsr_frame_inverse(&along);
+}
+
+/* The bodies that stand for body i, at most MBSRI_MAX_STEPS + 1; returns their number. The first
+ * hangs on the predecessor, the last has the inertia and the successors. */
+static int take_apart(const mbsr_model *m, int i, int *moved, mbsri_sweep_body *list)
+{
+    const mbsri_sweeps *tree = m->sweeps;
+    const mbsri_sweep_body *whole = tree->body + i;
+    const mbsri_joint *joint = &m->body[i].joint;
+    if (!(whole->flags & MBSRI_MULTI)) {
+        *list = *whole;
+        return 1;
+    }
+    const mbsri_sweep_joint *predecessor = tree->joint + whole->multi;
+    mbsr_frame own, A = frame_of(joint->param + MBSRI_A), B = frame_of(joint->param + MBSRI_B);
+    memcpy(own.R, predecessor->R, sizeof own.R);
+    memcpy(own.x, predecessor->x, sizeof own.x);
+    mbsr_frame frame = mbsr_frame_product(&own, &A);
+    int count = 0;
+    for (; count < joint->option[0]; ++count)
+        place_step(joint, count, whole, &frame, moved, list + count);
+    B = mbsr_frame_inverse(&B);
+    frame = mbsr_frame_product(&frame, &B);
+    if (!is_identity(&frame)) {
+        list[count] = (mbsri_sweep_body){.spread = 1.0};
+        place(&frame, list + count++);
+    }
+    return count;
+}
+
+/* What the parts of a body have to do with the rest of the tree. */
+static void join(const mbsri_sweeps *tree, int i, int count, mbsri_sweep_body *part)
+{
+    const mbsri_sweep_body *whole = tree->body + i;
+    const int above = MBSRI_NEXT | MBSRI_OPENS, below = MBSRI_LEAF | MBSRI_BRANCHES;
+    mbsri_sweep_body *last = part + count - 1;
+    for (int k = 0; k < count; ++k) {
+        mbsri_sweep_body *b = part + k;
+        const double stretch = 1.0 + mbsri_norm3(b->x) / tree->length;
+        b->spread = stretch * stretch;
+        b->flags &= ~(above | below);
+        b->flags |= k == 0 ? whole->flags & above : MBSRI_NEXT;
+        if (b != last) b->flags |= MBSRI_MASSLESS;
+        if (mbsri_norm3(b->x) == 0.0 && !(b->flags & MBSRI_SLIDES)) b->flags |= MBSRI_HERE;
+    }
+    last->flags |= whole->flags & (below | MBSRI_MASSLESS);
+    memcpy(last->I, whole->I, sizeof last->I);
+    memcpy(last->c, whole->c, sizeof last->c);
+    last->soft = whole->soft;
+}
+
+/* What the tree of a model becomes: bodies, quaternions, prescribed coordinates. */
+typedef struct parts {
+    int bodies, balls, moved;
+} parts;
+
+/* False: the lanes do not serve the model. */
+static bool count_parts(const mbsr_model *m, parts *n)
+{
+    mbsri_sweep_body list[MBSRI_MAX_STEPS + 1];
+    *n = (parts){0, 0, 0};
+    if (!m->sweeps || m->sweeps->body_forces) return false;
+    for (int i = 1; i <= m->bodies; ++i) {
+        const int count = take_apart(m, i, &n->moved, list);
+        n->bodies += count;
+        for (int k = 0; k < count; ++k) n->balls += (list[k].flags & MBSRI_BALL) != 0;
+    }
+    return true;
+}
+
+/* last: bodies + 1 places to work in, for each body of the model where its last part is. */
+static void place_tree(const mbsr_model *m, int *last, mbsri_sweep_body *body)
+{
+    mbsri_sweep_body *next = body;
+    int moved = 0;
+    *next++ = m->sweeps->body[0];
+    last[0] = 0;
+    for (int i = 1; i <= m->bodies; ++i) {
+        const int count = take_apart(m, i, &moved, next);
+        join(m->sweeps, i, count, next);
+        for (int k = 0; k < count; ++k) next[k].parent = (int)(next - body) + k - 1;
+        next->parent = last[m->sweeps->body[i].parent];
+        next += count;
+        last[i] = (int)(next - body) - 1;
+    }
+}
+
+/* ---- memory ---- */
+
+/* The next `size` bytes of a block, aligned as an mbsr_data; with base == NULL only counts. */
+static void *take(unsigned char *base, size_t *used, size_t size)
+{
+    void *next = base ? base + *used : NULL;
+    *used += (size + MBSR_DATA_ALIGNMENT - 1) / MBSR_DATA_ALIGNMENT * MBSR_DATA_ALIGNMENT;
+    return next;
+}
+
+/* Places the object and its arrays in `base`, or with base == NULL only returns the size. */
+static size_t layout(const mbsr_model *m, const mbsri_batch_kernels *kernels, parts n,
+                     unsigned char *base, mbsr_batch **batch, void **data)
+{
+    mbsr_batch counted;
+    size_t used = 0;
+    mbsr_batch *b = take(base, &used, sizeof *b);
+    *data = take(base, &used, mbsr_data_size(m));
+    *batch = b;
+    if (!kernels) return used;
+    if (!b) b = &counted;
+    const size_t N = (size_t)n.bodies + 1, scalar = (size_t)kernels->lanes * sizeof(double);
+    b->body = take(base, &used, N * sizeof *b->body);
+    b->run.state = take(base, &used, N * kernels->state_size);
+    b->run.ball = take(base, &used, (size_t)n.balls * kernels->ball_size);
+    b->run.stack = take(base, &used, (size_t)m->sweeps->depth * kernels->stack_size);
+    b->run.drive = take(base, &used, 3 * (size_t)n.moved * sizeof *b->run.drive);
+    b->q = take(base, &used, (size_t)m->nq * scalar);
+    b->u = take(base, &used, (size_t)m->nu * scalar);
+    b->load = take(base, &used, (size_t)m->nu * scalar);
+    b->run.out = take(base, &used, (size_t)m->nu * scalar);
+    return used;
+}
+
+static void start(const mbsr_model *m, const mbsri_batch_kernels *kernels, int bodies,
+                  mbsr_batch *b)
+{
+    b->model = m;
+    b->kernels = kernels;
+    b->error = (mbsr_error){MBSR_OK, MBSR_NONE, MBSR_NONE, ""};
+    b->failed = -1;
+    b->single = 0;
+    b->allocator = m->allocator;
+    if (!kernels) return;
+    const double length = m->sweeps->length;
+    b->run.bodies = bodies;
+    b->run.body = b->body;
+    b->run.q = b->q;
+    b->run.u = b->u;
+    b->run.load = b->load;
+    b->run.per_area = 1.0 / (length * length);
+    b->run.clear = m->sweeps->clear;
+    place_tree(m, b->run.state, b->body); /* whose list is done with before the first call */
+}
+
+int mbsri_batch_make(const mbsr_model *model, const mbsri_batch_kernels *kernels,
+                     mbsr_batch **batch, mbsr_error *error)
+{
+    parts n;
+    void *data;
+    if (batch) *batch = NULL;
+    if (!model || !batch) {
+        return mbsri_fail(error, MBSR_ERR_NULL, MBSR_NONE, MBSR_NONE,
+                          "mbsr_batch_create: %s is NULL", !model ? "model" : "batch");
+    }
+    if (!model->finished) {
+        return mbsri_fail(error, MBSR_ERR_UNFINISHED, MBSR_NONE, MBSR_NONE,
+                          "mbsr_batch_create: the model is not finished");
+    }
+    if (!count_parts(model, &n)) kernels = NULL;
+    const size_t size = layout(model, kernels, n, NULL, batch, &data);
+    unsigned char *block = mbsri_allocate(&model->allocator, size + MBSR_DATA_ALIGNMENT);
+    if (!block) {
+        return mbsri_fail(error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
+                          "mbsr_batch_create: no memory for %zu bytes", size);
+    }
+    const size_t above = (uintptr_t)block % MBSR_DATA_ALIGNMENT;
+    unsigned char *base = block + (above ? MBSR_DATA_ALIGNMENT - above : 0);
+    mbsr_batch *b;
+    layout(model, kernels, n, base, &b, &data);
+    b->block = block;
+    start(model, kernels, n.bodies, b);
+    const int status = mbsr_data_init(model, data, mbsr_data_size(model), &b->data, error);
+    if (status) {
+        mbsri_release(&model->allocator, block);
+        return status;
+    }
+    *batch = b;
+    return MBSR_OK;
+}
+
+static const mbsri_batch_kernels *choose_kernels(void)
+{
+#if defined(MBSR_WITH_V4)
+    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
+        __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("fma"))
+        return &mbsri_batch_v4;
+#endif
+#if defined(MBSR_WITH_V3)
+    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) return &mbsri_batch_v3;
+#endif
+    return &mbsri_batch_base;
+}
+
+int mbsr_batch_create(const mbsr_model *model, mbsr_batch **batch, mbsr_error *error)
+{
+    return mbsri_batch_make(model, choose_kernels(), batch, error);
+}
+
+void mbsr_batch_destroy(mbsr_batch *batch)
+{
+    if (!batch) return;
+    const mbsr_allocator allocator = batch->allocator;
+    mbsri_release(&allocator, batch->block);
+}

@@ -1,0 +1,73 @@
+/* Forward and inverse dynamics of one tree at several states side by side.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * The recursion and the certificate of the sweeps with every number a vector over the states. A
+ * joint of several axes is taken apart into one body for each step, without inertia but the last;
+ * this is the elimination of the columns of its block one after the other. */
+#ifndef MBSRI_BATCH_RECORD_H
+#define MBSRI_BATCH_RECORD_H
+
+#include "sweeps/tree.h"
+
+#include <mbsrank/batch.h>
+
+/* More flags of a body. */
+enum {
+    MBSRI_BALL = 1024, /* its joint is a quaternion */
+    MBSRI_HERE = 2048, /* its origin is its predecessor's */
+    MBSRI_MOVED = 4096 /* its coordinate is prescribed: q counts these, n = 0 */
+};
+
+/* What an evaluation of a group of states works on. Vectors over the states: as many numbers as
+ * the kernels have lanes. */
+typedef struct mbsri_batch_run {
+    const mbsri_sweep_body *body; /* bodies + 1, the root first */
+    int bodies;
+    double per_area;            /* 1 / L^2 */
+    double clear;               /* see certify in kernels.h */
+    double R[9], omega[3];      /* of the root */
+    double A[6];                /* its acceleration, gravity taken away */
+    double *drive;              /* prescribed coordinates, their first and second derivatives */
+    const double *q, *u, *load; /* lanes x nq, nu, nu in the order of the sweeps; load: joint
+                                    * forces, for inverse dynamics u' */
+    double *out;                /* lanes x nu: u', or joint forces */
+    void *state, *ball, *stack; /* bodies + 1, balls, depth of the sizes that the kernels say */
+} mbsri_batch_run;
+
+/* The sweeps, compiled once for every kind of processor. Results are sets of states, bit by bit. */
+typedef struct mbsri_batch_kernels {
+    const char *name;
+    int lanes;
+    size_t state_size, ball_size, stack_size;
+    /* n numbers of each of `count` states into the lanes, those without a state as the last one;
+     * place: where the k-th stands in the caller's, NULL: k. Which are finite. */
+    unsigned (*gather)(int n, const int *place, int count, const double *from, double *to);
+    unsigned (*scatter)(int n, const int *place, int count, const double *from, double *to);
+    /* Which states are served: forward dynamics leaves out those with a joint whose rank is not
+     * clearly full. */
+    unsigned (*forward)(const mbsri_batch_run *run);
+    unsigned (*inverse)(const mbsri_batch_run *run);
+} mbsri_batch_kernels;
+
+extern const mbsri_batch_kernels mbsri_batch_base;
+#if defined(MBSR_WITH_V3)
+extern const mbsri_batch_kernels mbsri_batch_v3;
+#endif
+#if defined(MBSR_WITH_V4)
+extern const mbsri_batch_kernels mbsri_batch_v4;
+#endif
+
+struct mbsr_batch {
+    const mbsr_model *model;
+    const mbsri_batch_kernels *kernels; /* NULL: all states go one by one */
+    mbsr_data *data;                    /* for those */
+    mbsr_error error;
+    int failed, single; /* of the last call: the first state that failed, states gone one by one */
+    mbsri_batch_run run;
+    mbsri_sweep_body *body; /* these are writable and the run's */
+    double *q, *u, *load;
+    mbsr_allocator allocator;
+    void *block; /* where all of this was allocated */
+};
+
+#endif

@@ -1,0 +1,23 @@
+/* Forward dynamics (articulated-body algorithm): by the vectorised sweeps, or by the stages.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "dynamics/entry.h"
+#include "recursion/forward.h"
+#include "recursion/rank.h"
+#include "sweeps/dynamics.h"
+
+#include <mbsrank/dynamics.h>
+
+int mbsr_forward_dynamics(const mbsr_model *model, mbsr_data *data, double t, const double *q,
+                          const double *u, const double *tau, double *udot)
+{
+    const mbsr_model *m = model;
+    mbsr_data *d = data;
+    const int status = mbsri_enter(m, d, q && u && udot, MBSRI_STAGE_NONE, "mbsr_forward_dynamics");
+    if (status) return status;
+    if (!mbsri_sweeps_forward_dynamics(m, d, t, q, u, tau, udot))
+        return mbsri_forward_by_stages(m, d, t, q, u, tau, udot);
+    mbsri_remember(m, d, MBSRI_PENDING_FORWARD, q, u, tau);
+    d->total_rank = 0;
+    for (int i = 1; i <= m->bodies; ++i) d->total_rank += d->rank[i];
+    return d->total_rank == m->nu ? MBSR_OK : mbsri_check_ranks(m, d);
+}

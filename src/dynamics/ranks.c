@@ -1,0 +1,48 @@
+/* Ranks as results, and watching them.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "base/error.h"
+#include "dynamics/entry.h"
+#include "model/query.h"
+
+#include <mbsrank/dynamics.h>
+
+#include <math.h>
+
+int mbsr_body_rank(const mbsr_model *model, mbsr_data *data, int body, mbsr_rank_info *info)
+{
+    const int status =
+        mbsri_enter(model, data, info != NULL, MBSRI_STAGE_BACKWARD, "mbsr_body_rank");
+    if (status) return status;
+    const int i = mbsri_index(model, body);
+    if (i <= 0) {
+        return mbsri_fail(&data->error, MBSR_ERR_ID, MBSR_NONE, MBSR_NONE,
+                          "mbsr_body_rank: there is no body %d", body);
+    }
+    const mbsri_body *b = model->body + i;
+    const double *lambda = data->lambda + b->iu;
+    const int rank = data->rank[i];
+    *info = (mbsr_rank_info){
+        .n = b->n, .rank = rank, .tolerance = model->rank_tolerance, .scale = data->scale[i]};
+    if (rank > 0) info->smallest_kept = lambda[rank - 1];
+    for (int k = rank; k < b->n; ++k)
+        info->largest_dropped = fmax(info->largest_dropped, fabs(lambda[k]));
+    return MBSR_OK;
+}
+
+int mbsr_total_rank(const mbsr_model *model, const mbsr_data *data)
+{
+    return data && data->model == model &&
+                   (data->stage >= MBSRI_STAGE_BACKWARD || data->pending == MBSRI_PENDING_FORWARD)
+               ? data->total_rank
+               : -1;
+}
+
+int mbsr_rank_watch(const mbsr_model *model, mbsr_data *data, int on)
+{
+    const mbsri_stage needed = on ? MBSRI_STAGE_BACKWARD : MBSRI_STAGE_NONE;
+    const int status = mbsri_enter(model, data, true, needed, "mbsr_rank_watch");
+    if (status) return status;
+    data->watching = on != 0;
+    for (int i = 1; i <= model->bodies && on; ++i) data->watched[i] = data->rank[i];
+    return MBSR_OK;
+}

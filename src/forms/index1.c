@@ -1,0 +1,353 @@
+/* The index-1 form of M. Arnold, (2), (29)-(32): y = (q, v), v_j = (eta_j, zeta_j) split by the
+ * rank of D_j, with adjacent deficient bodies.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * S D S = X diag(lambda, 0) X^T with X = [R N] and S fixed. The null velocities go from the root to
+ * the leaves as the null accelerations do (recursion/forward.c), G^T = D^+ J^T Mbar:
+ *
+ *   w_i = u_i + G_i^T H_i Vz_pi,    eta_i = R_i^T S^-1 w_i,    zeta_i = N_i^T S^-1 w_i
+ *   Vz_i = -H_i Vz_pi - J_i (z_i - G_i^T H_i Vz_pi),    z_i = S N_i zeta_i             (29)
+ *
+ * Differentiated along the motion, zeta' cancels against the part of the accelerations that the
+ * equations of motion leave open. With Y = Vz' - Az, delta_i = (G_i^T H_i)' Vz_pi,
+ *
+ *   eta_i' = R_i'^T S^-1 w_i + R_i^T S^-1 [ D_i^+ w0_i + delta_i + G_i^T H_i Y_pi ]        (32)
+ *   0 = N_i^T S e_i
+ *   Y_i = -H_i Y_pi - H_i' Vz_pi - J_i' (z_i - G_i^T H_i Vz_pi)
+ *         - J_i (y_i - delta_i - G_i^T H_i Y_pi)
+ *   y_i = S N_i' zeta_i + S N_i (N_i'^T S^-1 w_i + N_i^T S^-1 delta_i)
+ *
+ * where w0 is the load on the joint with the known accelerations, as in recursion/forward.c. bases.c makes X
+ * a smooth function of the state and gives X', G'. */
+#include "algebra/dense.h"
+#include "base/error.h"
+#include "dynamics/entry.h"
+#include "forms/bases.h"
+#include "forms/form.h"
+#include "recursion/backward.h"
+#include "recursion/elements.h"
+#include "recursion/forward.h"
+#include "recursion/kinematics.h"
+#include "recursion/rates.h"
+
+static int size(const mbsr_model *m)
+{
+    return m->nq + m->nu;
+}
+
+static int need_frame(mbsr_data *d)
+{
+    if (d->framed) return MBSR_OK;
+    return mbsri_fail(&d->error, MBSR_ERR_SEQUENCE, MBSR_NONE, MBSR_NONE,
+                      "the index-1 form has no reference frame yet: call mbsr_dae_pack first");
+}
+
+static int identify(const mbsr_model *m, mbsr_data *d, double *id)
+{
+    const int status = need_frame(d);
+    if (status) return status;
+    for (int k = 0; k < m->nq; ++k) id[k] = 1.0;
+    for (int i = 1; i <= m->bodies; ++i) {
+        const mbsri_body *b = m->body + i;
+        for (int k = 0; k < b->n; ++k) id[m->nq + b->u + k] = k < d->frame_rank[i] ? 1.0 : 0.0;
+    }
+    return MBSR_OK;
+}
+
+/* z = S N zeta with zeta = X_N^T S^-1 w. */
+static void null_rate(const mbsri_body *b, const mbsr_data *d, int rank, const double *zeta,
+                      double *z)
+{
+    const double *X = d->X + b->nn, *s = d->s + b->iu;
+    mbsri_zero((size_t)b->n, z);
+    mbsri_ax(b->n, b->n - rank, 1.0, X + rank * b->n, zeta, z);
+    for (int k = 0; k < b->n; ++k) z[k] *= s[k];
+}
+
+/* v from u (by the caller's order) or, with `inverse`, u from v; w stays in the data.
+ * reads X, s, G, H, J;  writes w, Az (Vz), carries, vec (z - G^T H Vz_pi). */
+static void transform(const mbsr_model *m, mbsr_data *d, const double *from, double *to,
+                      bool inverse)
+{
+    double *x = d->scratch, *scaled = x + m->max_d, *v = scaled + m->max_d;
+    d->carries[0] = false;
+    for (int i = 1; i <= m->bodies; ++i) {
+        const mbsri_body *b = m->body + i;
+        const double *X = d->X + b->nn, *s = d->s + b->iu;
+        double *w = d->w + b->iu, *z = d->vec + b->iu;
+        const bool from_pred = mbsri_null_below(m, d, i, x);
+        if (inverse) {
+            /* w = S X v */
+            mbsri_copy((size_t)b->n, from + b->u, v);
+            mbsri_zero((size_t)b->n, w);
+            mbsri_ax(b->n, b->n, 1.0, X, v, w);
+            for (int k = 0; k < b->n; ++k) w[k] *= s[k];
+        } else {
+            /* w = u + G^T x,  v = X^T S^-1 w */
+            mbsri_copy((size_t)b->n, from + b->u, w);
+            if (from_pred) mbsri_atx(b->d, b->n, 1.0, d->G + b->dn, x, w);
+            for (int k = 0; k < b->n; ++k) scaled[k] = w[k] / s[k];
+            mbsri_zero((size_t)b->n, v);
+            mbsri_atx(b->n, b->n, 1.0, X, scaled, v);
+            mbsri_copy((size_t)b->n, v, to + b->u);
+        }
+        null_rate(b, d, d->rank[i], v + d->rank[i], z);
+        mbsri_null_pass(m, d, i, d->rank[i] < b->n, from_pred, x, z);
+        if (!inverse) continue;
+        /* u = w - G^T x */
+        mbsri_copy((size_t)b->n, w, to + b->u);
+        if (from_pred) mbsri_atx(b->d, b->n, -1.0, d->G + b->dn, x, to + b->u);
+    }
+}
+
+/* delta = (G^T H)' Vz_pi = G'^T H Vz_pi + G^T H' Vz_pi; hv = H' Vz_pi. */
+static void drift(const mbsr_model *m, const mbsr_data *d, int i, const double *x, double *hv,
+                  double *delta)
+{
+    const mbsri_body *b = m->body + i;
+    mbsri_zero((size_t)b->d, hv);
+    mbsri_ax(b->d, b->d_pred, 1.0, d->Hdot + b->dp, d->Az + b->pred_v, hv);
+    mbsri_atx(b->d, b->n, 1.0, d->Gdot + b->dn, x, delta);
+    mbsri_atx(b->d, b->n, 1.0, d->G + b->dn, hv, delta);
+}
+
+/* y_i of the derivation: S N' zeta + S N (N'^T S^-1 w + N^T S^-1 delta). */
+static void null_drift(const mbsri_body *b, const mbsr_data *d, int rank, const double *zeta,
+                       const double *delta, double *y, double *scaled, double *weight)
+{
+    const int n = b->n, k0 = n - rank;
+    const double *N = d->X + b->nn + rank * n, *Ndot = d->Xdot + b->nn + rank * n;
+    const double *s = d->s + b->iu, *w = d->w + b->iu;
+    for (int l = 0; l < k0; ++l) weight[l] = 0.0;
+    for (int k = 0; k < n; ++k) scaled[k] = w[k] / s[k];
+    mbsri_atx(n, k0, 1.0, Ndot, scaled, weight);
+    for (int k = 0; k < n; ++k) scaled[k] = delta[k] / s[k];
+    mbsri_atx(n, k0, 1.0, N, scaled, weight);
+    for (int k = 0; k < n; ++k) y[k] = 0.0;
+    mbsri_ax(n, k0, 1.0, Ndot, zeta, y);
+    mbsri_ax(n, k0, 1.0, N, weight, y);
+    for (int k = 0; k < n; ++k) y[k] *= s[k];
+}
+
+/* -zeta' = -(N'^T S^-1 w + N^T S^-1 (u' + delta)) into out[rank ..]. */
+static void null_slope(const mbsri_body *b, const mbsr_data *d, int rank, const double *udot,
+                       const double *delta, double *scaled, double *out)
+{
+    const int n = b->n;
+    const double *s = d->s + b->iu, *w = d->w + b->iu;
+    for (int k = rank; k < n; ++k) out[k] = 0.0;
+    for (int k = 0; k < n; ++k) scaled[k] = w[k] / s[k];
+    mbsri_atx(n, n - rank, -1.0, d->Xdot + b->nn + rank * n, scaled, out + rank);
+    for (int k = 0; k < n; ++k) scaled[k] = (udot[k] + delta[k]) / s[k];
+    mbsri_atx(n, n - rank, -1.0, d->X + b->nn + rank * n, scaled, out + rank);
+}
+
+/* Y_i from Y_pi; y: the null drift, load: J-part z - G^T H Vz_pi in vec. */
+static void drift_velocity(const mbsr_model *m, mbsr_data *d, int i, bool from_pred,
+                           const double *hy, const double *hv, const double *y)
+{
+    const mbsri_body *b = m->body + i;
+    double *Y = d->Y + b->v;
+    if (!d->carries[i]) return;
+    mbsri_zero((size_t)b->d, Y);
+    mbsri_ax(b->d, b->n, -1.0, d->Jdot + b->dn, d->vec + b->iu, Y);
+    mbsri_ax(b->d, b->n, -1.0, d->J + b->dn, y, Y);
+    for (int k = 0; k < b->d && from_pred; ++k) Y[k] -= hy[k] + hv[k];
+}
+
+/* -eta' and gamma, joint by joint, into F; with udot (u', as the caller's u) -zeta' instead of
+ * gamma. reads v, and all that transform, the backward recursion, the rates and the frame left in
+ * the data; writes A, Y, F. */
+static void equations(const mbsr_model *m, mbsr_data *d, const double *v, const double *udot,
+                      double *F)
+{
+    const int dm = m->max_d;
+    double *x = d->scratch, *hv = x + dm, *hy = hv + dm, *delta = hy + dm, *rate = delta + dm;
+    double *load = rate + dm, *y = load + dm, *scaled = y + dm, *weight = scaled + dm;
+    for (int i = 1; i <= m->bodies; ++i) {
+        const mbsri_body *b = m->body + i;
+        const int n = b->n, r = d->rank[i];
+        const double *X = d->X + b->nn, *s = d->s + b->iu, *w = d->w + b->iu, *e = d->e + b->iu;
+        double *out = F + b->u;
+        mbsri_known_part(m, d, i, load, rate); /* rate = D^+ w0 */
+        mbsri_zero((size_t)n, delta);
+        const bool from_pred = mbsri_null_below(m, d, i, x);
+        if (from_pred) {
+            drift(m, d, i, x, hv, delta);
+            mbsri_zero((size_t)b->d, hy);
+            mbsri_ax(b->d, b->d_pred, 1.0, d->H + b->dp, d->Y + b->pred_v, hy);
+        }
+        null_drift(b, d, r, v + b->u + r, delta, y, scaled, weight);
+        if (udot) null_slope(b, d, r, udot + b->u, delta, scaled, out);
+        /* rate + delta + G^T H Y_pi,  y - delta - G^T H Y_pi */
+        if (from_pred) mbsri_atx(b->d, n, 1.0, d->G + b->dn, hy, delta);
+        for (int k = 0; k < n; ++k) rate[k] += delta[k], y[k] -= delta[k];
+        drift_velocity(m, d, i, from_pred, hy, hv, y);
+        /* eta' = R'^T S^-1 w + R^T S^-1 rate */
+        for (int k = 0; k < r; ++k) out[k] = 0.0;
+        for (int k = 0; k < n; ++k) scaled[k] = w[k] / s[k];
+        mbsri_atx(n, r, -1.0, d->Xdot + b->nn, scaled, out);
+        for (int k = 0; k < n; ++k) scaled[k] = rate[k] / s[k];
+        mbsri_atx(n, r, -1.0, X, scaled, out);
+        if (udot) continue;
+        /* gamma = N^T S e */
+        for (int k = r; k < n; ++k) out[k] = 0.0;
+        for (int k = 0; k < n; ++k) scaled[k] = s[k] * e[k];
+        mbsri_atx(n, n - r, 1.0, X + r * n, scaled, out + r);
+    }
+}
+
+/* Masses and frame at (t, q): what transform needs. */
+static int prepare(const mbsr_model *m, mbsr_data *d, double t, const double *q)
+{
+    mbsri_zero((size_t)m->nu, d->u_given); /* masses do not depend on velocities */
+    int status = mbsri_positions(m, d, t, q);
+    if (!status) status = mbsri_velocities(m, d, d->u_given);
+    if (!status) status = mbsri_backward_masses(m, d);
+    return status ? status : mbsri_frame_align(m, d);
+}
+
+/* All that the equations need at (t, q), velocities u, but for v. */
+static int evaluate(const mbsr_model *m, mbsr_data *d, double t, const double *q, const double *u,
+                    double *qdot)
+{
+    int status = mbsri_positions(m, d, t, q);
+    if (!status) status = mbsri_velocities(m, d, u);
+    if (!status) status = mbsri_coordinate_rates(m, d, qdot);
+    if (!status) status = mbsri_rates(m, d);
+    if (!status) status = mbsri_forces(m, d, NULL);
+    if (!status) status = mbsri_backward(m, d);
+    if (!status) status = mbsri_frame_align(m, d);
+    return status ? status : mbsri_frame_rates(m, d);
+}
+
+/* A frame where there is none yet. */
+static int pack(const mbsr_model *m, mbsr_data *d, double t, const double *q, const double *u,
+                double *y)
+{
+    int status = d->framed ? MBSR_OK : mbsri_frame_renew(m, d, t, q, u);
+    if (status) return status;
+    d->use_frame = true;
+    status = prepare(m, d, t, q);
+    d->use_frame = false;
+    if (status) return status;
+    transform(m, d, u, y + m->nq, false);
+    mbsri_copy((size_t)m->nq, q, y);
+    return MBSR_OK;
+}
+
+static int unpack(const mbsr_model *m, mbsr_data *d, double t, const double *y, double *q,
+                  double *u)
+{
+    int status = need_frame(d);
+    if (status) return status;
+    d->use_frame = true;
+    status = prepare(m, d, t, y);
+    d->use_frame = false;
+    if (status) return status;
+    transform(m, d, y + m->nq, u, true);
+    mbsri_copy((size_t)m->nq, y, q);
+    return MBSR_OK;
+}
+
+/* q', eta' and gamma, or with udot zeta', at y: F gets minus the rates, plus gamma. */
+static int blocks(const mbsr_model *m, mbsr_data *d, double t, const double *y, const double *udot,
+                  double *F)
+{
+    const double *v = y + m->nq;
+    int status = need_frame(d);
+    if (status) return status;
+    d->use_frame = true;
+    status = prepare(m, d, t, y);
+    if (!status) {
+        transform(m, d, v, d->u_given, true);
+        status = evaluate(m, d, t, y, d->u_given, F);
+    }
+    d->use_frame = false;
+    if (status) return status;
+    for (int k = 0; k < m->nq; ++k) F[k] = -F[k];
+    transform(m, d, v, d->u_given, true);
+    equations(m, d, v, udot, F + m->nq);
+    return MBSR_OK;
+}
+
+static int residual(const mbsr_model *m, mbsr_data *d, double t, const double *y, const double *yp,
+                    double *F)
+{
+    const int status = blocks(m, d, t, y, NULL, F);
+    if (status) return status;
+    for (int k = 0; k < m->nq; ++k) F[k] += yp[k];
+    for (int i = 1; i <= m->bodies; ++i) {
+        const int first = m->nq + m->body[i].u;
+        for (int k = first; k < first + d->rank[i]; ++k) F[k] += yp[k];
+    }
+    return MBSR_OK;
+}
+
+static int start(const mbsr_model *m, mbsr_data *d, double t, const double *y, const double *udot,
+                 double *yp)
+{
+    const int status = blocks(m, d, t, y, udot, yp);
+    for (int k = 0; k < m->nq + m->nu; ++k) yp[k] = -yp[k];
+    return status;
+}
+
+const mbsri_dae_form mbsri_form_index1 = {MBSR_DAE_INDEX1, size,  identify, pack,
+                                          unpack,          start, residual};
+
+int mbsr_index1_alignment(const mbsr_model *model, mbsr_data *data, double t, const double *y,
+                          double *cosine)
+{
+    mbsr_data *d = data;
+    int status = mbsri_enter(model, d, y && cosine, MBSRI_STAGE_NONE, "mbsr_index1_alignment");
+    if (!status) status = need_frame(d);
+    if (status) return status;
+    d->use_frame = true;
+    status = prepare(model, d, t, y);
+    d->use_frame = false;
+    if (!status || status == MBSR_FRAME_TURNED) *cosine = d->alignment;
+    return status;
+}
+
+/* Whether a range or null space of two dimensions or more may turn within itself. */
+static bool may_spin(const mbsr_model *m, const mbsr_data *d)
+{
+    for (int i = 1; i <= m->bodies; ++i) {
+        const int n = m->body[i].n, r = d->frame_rank[i];
+        if (r > 0 && r < n && n > 2) return true;
+    }
+    return false;
+}
+
+int mbsr_index1_renew(const mbsr_model *model, mbsr_data *data, double t, const double *y,
+                      double *yp, int *restart)
+{
+    const mbsr_model *m = model;
+    mbsr_data *d = data;
+    int status = mbsri_enter(m, d, y && yp, MBSRI_STAGE_NONE, "mbsr_index1_renew");
+    if (!status) status = need_frame(d);
+    if (status) return status;
+    d->use_frame = true;
+    status = prepare(m, d, t, y);
+    d->use_frame = false;
+    if (status) return status;
+    /* the aligned bases are the new reference: y stays, only the rates of the bases may change */
+    mbsri_copy(m->size_nn, d->X, d->X_frame);
+    if (restart) *restart = may_spin(m, d);
+    double *zeta_rate = d->v_given;
+    mbsri_copy((size_t)m->nu, yp + m->nq, zeta_rate);
+    status = blocks(m, d, t, y, NULL, yp);
+    for (int k = 0; k < m->nq + m->nu; ++k) yp[k] = -yp[k];
+    for (int i = 1; i <= m->bodies; ++i) {
+        const mbsri_body *b = m->body + i;
+        for (int k = d->frame_rank[i]; k < b->n; ++k) yp[m->nq + b->u + k] = zeta_rate[b->u + k];
+    }
+    return status;
+}
+
+int mbsr_index1_reset(const mbsr_model *model, mbsr_data *data)
+{
+    const int status = mbsri_enter(model, data, true, MBSRI_STAGE_NONE, "mbsr_index1_reset");
+    if (!status) data->framed = false;
+    return status;
+}

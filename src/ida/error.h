@@ -1,0 +1,22 @@
+/* Error texts of the driver.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRI_IDA_ERROR_H
+#define MBSRI_IDA_ERROR_H
+
+#include "ida/record.h"
+
+#if defined(__GNUC__)
+#define MBSRI_IDA_FORMAT(a, b) __attribute__((format(printf, a, b)))
+#else
+#define MBSRI_IDA_FORMAT(a, b)
+#endif
+
+/* Writes *error (if not NULL) and returns status. */
+int mbsri_ida_fail(mbsr_error *error, int status, int body, int force, const char *format, ...)
+    MBSRI_IDA_FORMAT(5, 6);
+
+/* MBSR_ERR_SOLVER, or MBSR_ERR_NO_MEMORY for IDA_MEM_FAIL; the text has the name of IDA's flag and
+ * its message. */
+int mbsri_ida_solver_failed(const mbsr_ida *ida, mbsr_error *error, int flag, const char *function);
+
+#endif

@@ -1,0 +1,61 @@
+/* The driver's structure.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRI_IDA_RECORD_H
+#define MBSRI_IDA_RECORD_H
+
+#include <mbsrank/ida.h>
+#include <mbsrank/sundials.h>
+
+#include "ida/compat.h"
+
+#include <nvector/nvector_serial.h>
+#include <sundials/sundials_linearsolver.h>
+#include <sundials/sundials_matrix.h>
+
+#include <stdbool.h>
+
+struct mbsr_ida {
+    const mbsr_model *model;
+    mbsr_data *data;
+    mbsr_ida_opt opt; /* atol_each is not kept: see atol; linear_solver is what AUTO became */
+    int size;         /* length of y */
+
+    SUNContext context;
+    void *memory;                                  /* IDA's own */
+    N_Vector y, yp, atol, work, moved, zero, mass; /* size; y and yp are the state at `present` */
+    SUNMatrix matrix;                              /* NULL for KRYLOV */
+    SUNLinearSolver solver;
+    mbsr_sundials link;             /* its newton is NULL for DENSE */
+    mbsr_newton_info newton_before; /* at the start of the run */
+    mbsri_ida_messages messages;
+    char message[MBSR_TEXT_SIZE]; /* IDA's last message in the present call */
+
+    bool watches; /* the ranks of data are watched on behalf of this driver */
+    bool scales;  /* tolerances follow the masses at the start, see mbsr_ida_opt */
+    bool started; /* a state is set and no step from it has failed for good */
+    bool stepped; /* IDASolve was called since */
+    bool event;   /* the last call of mbsr_ida_advance ended in an event */
+    double present;
+    double direction; /* +1 or -1 once stepped */
+    long residuals, events;
+    mbsr_ida_stats before; /* what IDA had counted when its history was last thrown away */
+    bool turns;            /* index-1 form: one more event function watches the reference */
+
+    long reported;      /* steps at the last call of the progress function */
+    double reported_at; /* real time of it, s; where progress_interval asks for it */
+    bool stopped;       /* it ended the last call */
+
+    double wall; /* time of the last recoverable failure of the residual */
+    int blocked; /* how many in a row were at the same time but for rounding */
+
+    int callback; /* status of the last evaluation of the residual or of the event functions */
+    mbsr_error failure; /* what is known of it when it is not zero */
+    mbsr_error error;
+    int rising[]; /* opt.events + 1: directions of the last event; the last for `turns` */
+};
+
+/* Below this cosine between its bases and the reference, the reference of the index-1 form is
+ * renewed: about 60 degrees. */
+#define MBSRI_IDA_TURNED 0.5
+
+#endif

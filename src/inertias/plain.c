@@ -1,0 +1,29 @@
+/* Inertias of points, of bodies in the plane, by matrix and by function.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include <mbsrank/inertia.h>
+
+mbsr_inertia mbsr_inertia_zero(void)
+{
+    return (mbsr_inertia){.kind = MBSR_INERTIA_MATRIX};
+}
+
+mbsr_inertia mbsr_inertia_particle(double mass)
+{
+    return (mbsr_inertia){.kind = MBSR_INERTIA_PARTICLE, .mass = mass};
+}
+
+mbsr_inertia mbsr_inertia_planar(double mass, const double com[2], double moment)
+{
+    return (mbsr_inertia){
+        .kind = MBSR_INERTIA_PLANAR, .mass = mass, .com = {com[0], com[1]}, .moment = moment};
+}
+
+mbsr_inertia mbsr_inertia_matrix(int d, const double *matrix)
+{
+    return (mbsr_inertia){.kind = MBSR_INERTIA_MATRIX, .d = d, .matrix = matrix};
+}
+
+mbsr_inertia mbsr_inertia_function(mbsr_inertia_fn function, void *user)
+{
+    return (mbsr_inertia){.kind = MBSR_INERTIA_FUNCTION, .function = function, .user = user};
+}

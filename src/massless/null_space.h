@@ -1,0 +1,63 @@
+/* Directions that move no mass: a basis, and the forces in them, for starts and reports.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * The combinations of joint rates that leave every mass at rest are the null space of the
+ * joint-space mass matrix. One basis vector a belongs to each null vector N e_l of a joint block
+ * D_j: it starts with that rate at j and continues to the leaves by the recursion of Az
+ * (recursion/forward.c),
+ *
+ *   a_i = z_i - D_i^+ J_i^T Mbar_i H_i Vz_pi,  Vz_i = -H_i Vz_pi - J_i a_i,  z_j = N e_l, others 0.
+ *
+ * The forces in these directions are gamma_l = N_l^T (projection of e_j on the null space of D_j).
+ * The projection is taken where the forces are evaluated and N where the basis was built, so that
+ * gamma is smooth in (t, q, u) although eigenvectors may flip or turn. */
+#ifndef MBSRI_NULL_SPACE_H
+#define MBSRI_NULL_SPACE_H
+
+#include "recursion/data.h"
+
+/* Steps of the differences in C and S, in decades of the size of the state. */
+enum { MBSRI_LOWEST_DECADE = -11, MBSRI_HIGHEST_DECADE = 6 };
+
+typedef struct mbsri_null_space {
+    const mbsr_model *m;
+    mbsr_data *d;
+    const char *function;   /* for messages */
+    int k;                  /* directions */
+    int *body;              /* k: index of the body whose joint each belongs to */
+    double *vector;         /* max_n x k: N_l */
+    double *direction;      /* nu x k: a_l */
+    double *C;              /* k x k: d gamma / d u along the directions */
+    double *S;              /* k x k: d gamma / d q along the directions */
+    double *ahead, *behind; /* k */
+    double *slopes, *sizes; /* k x decades: of one column, and of the forces differenced */
+    double *q, *u, *rate;   /* nq, nu, nq */
+    double *force;          /* nu */
+    void *memory;
+} mbsri_null_space;
+
+/* Evaluates the state up to mbsr_backward; the directions there are counted and memory is taken for
+ * them from the model's allocator. */
+int mbsri_null_open(mbsri_null_space *w, const mbsr_model *m, mbsr_data *d, double t,
+                    const double *q, const double *u, const char *function);
+void mbsri_null_close(mbsri_null_space *w);
+
+/* The basis at a state. MBSR_RANK_CHANGED if the number of directions is not k. */
+int mbsri_null_basis(mbsri_null_space *w, double t, const double *q, const double *u);
+
+/* gamma (k) at a state; the basis stays. */
+int mbsri_null_gamma(mbsri_null_space *w, double t, const double *q, const double *u,
+                     double *gamma);
+
+/* y += sum of the directions with these weights (k); y: nu. */
+void mbsri_null_combine(const mbsri_null_space *w, const double *weights, double *y);
+
+/* rate = G(q) x for any x (nu). */
+int mbsri_null_rate(mbsri_null_space *w, double t, const double *q, const double *x, double *rate);
+
+/* Divides each row, or column, of A (k x k) by its largest entry unless that is zero; scale (k)
+ * gets the factors. */
+void mbsri_scale_rows(int k, double *A, double *scale);
+void mbsri_scale_columns(int k, double *A, double *scale);
+
+#endif

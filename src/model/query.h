@@ -1,0 +1,18 @@
+/* Finding one's way in a finished model.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRI_QUERY_H
+#define MBSRI_QUERY_H
+
+#include "model/record.h"
+
+/* Index of a body by id; -1 if there is none. MBSR_GROUND is 0. */
+int mbsri_index(const mbsr_model *m, int id);
+
+/* mbsri_label of a body, by index. */
+const char *mbsri_body_label(const mbsr_model *m, int i, char *buffer);
+
+/* Vectors over all joint rates between the caller's order and that of the sweeps. */
+void mbsri_gather(const mbsr_model *m, const double *caller, double *swept);
+void mbsri_scatter(const mbsr_model *m, const double *swept, double *caller);
+
+#endif

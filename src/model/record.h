@@ -1,0 +1,104 @@
+/* The model: bodies as added, and the finished tree.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * Bodies 1 .. N are numbered parent before child, in depth-first order; body 0 is the root. Each
+ * array of the data (recursion/data.h) is indexed through the offsets below. */
+#ifndef MBSRI_RECORD_H
+#define MBSRI_RECORD_H
+
+#include "base/memory.h"
+
+#include <mbsrank/force.h>
+#include <mbsrank/inertia.h>
+#include <mbsrank/joint.h>
+#include <mbsrank/model.h>
+
+#include <stdbool.h>
+#include <stddef.h>
+
+/* A joint as the model keeps it; param points into the model. */
+typedef struct mbsri_joint {
+    const mbsr_joint_table *table;
+    mbsr_space space;
+    int d, np, n, nq;
+    int params;
+    const double *param;
+    mbsr_motion_fn motion;
+    void *user;
+    int option[MBSR_JOINT_OPTIONS];
+} mbsri_joint;
+
+typedef struct mbsri_body {
+    int id;        /* the caller's; MBSR_GROUND for the root */
+    int parent;    /* index of the predecessor; 0 for the bodies on the root, -1 for the root */
+    int d, d_pred; /* velocity coordinates of the body and of its predecessor */
+    int np;        /* numbers in the pose */
+    int n, nq;     /* joint velocity and position coordinates */
+    int q, u;      /* places in the caller's vectors q and u, in the order of ids */
+    int iq, iu;    /* places in the data's, in the order of the sweeps */
+    size_t pred_p, pred_v, pred_dd; /* the predecessor's offsets, which save a look at its record */
+    mbsr_space pred_space;
+    size_t p, v;       /* offsets of np and d numbers */
+    size_t dd, dp, dn; /* offsets of d x d, d x d_pred and d x n numbers */
+    size_t k;          /* offset of K^-1; only bodies without MBSR_JOINT_UNIT_K take room */
+    size_t nn;         /* offset of n x n numbers */
+    mbsri_joint joint;
+    mbsr_inertia inertia; /* matrix points into the model */
+    size_t name;          /* offset into names */
+    bool regular;         /* M is positive definite in every pose */
+    const double *added;  /* d x d, part of M in every pose; NULL: none */
+    int locks;            /* coordinates of the joint that are held; n and nq count the others */
+    const double *held;   /* their values, NaN for the others (joint.n); NULL: none */
+    size_t full;          /* offset of joint.n numbers, where some are held */
+} mbsri_body;
+
+/* A body as added, until the model is finished. */
+typedef struct mbsri_body_entry {
+    int parent;
+    size_t name, matrix;
+    size_t param; /* offset into matrices */
+    mbsri_joint joint;
+    mbsr_inertia inertia;
+    bool regular;
+    size_t added, held; /* offsets into matrices, 0: none */
+    int locks;
+} mbsri_body_entry;
+
+typedef struct mbsri_force {
+    mbsr_force_def def; /* name and body_list are not used: see below */
+    int id;             /* the caller's */
+    size_t name;        /* offset into names */
+    size_t list;        /* offset of its def.bodies ids (and, once finished, indices) */
+} mbsri_force;
+
+struct mbsr_model {
+    mbsr_allocator allocator;
+    mbsr_error error;
+    double rank_tolerance;
+    mbsr_root root;
+    bool finished;
+
+    mbsri_array entries;  /* mbsri_body_entry, by id; emptied by finish */
+    mbsri_array forces;   /* mbsri_force, by id; once finished in the order of the sweeps */
+    mbsri_array names;    /* char; offset 0 is the empty name */
+    mbsri_array matrices; /* double */
+    mbsri_array lists;    /* int: ids of the bodies of force elements */
+
+    /* from here on set by finish */
+    int bodies;      /* N */
+    int *index;      /* id -> index, N */
+    int *list_index; /* the lists as indices */
+    int *u_of;       /* place of each joint rate of the sweeps in the caller's vectors, nu */
+    int *q_of;       /* of each joint coordinate, nq */
+    bool in_order;   /* both are the identity */
+    struct mbsri_sweeps *sweeps; /* for rigid bodies in space, where they serve (sweeps/tree.h) */
+    mbsri_body *body;            /* N + 1 */
+    int nq, nu;
+    int max_d, max_n, max_force_bodies;
+    bool differences; /* some joint or inertia leaves its rates to differences */
+    int lapack_work;  /* doubles of workspace for dsyev at max_n */
+    /* sums over all bodies, the root included: lengths of the arrays */
+    size_t size_p, size_v, size_dd, size_dp, size_dn, size_k, size_nn, size_full;
+};
+
+#endif

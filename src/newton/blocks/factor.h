@@ -1,0 +1,15 @@
+/* The elimination by blocks, for any kind of body.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRI_FACTOR_H
+#define MBSRI_FACTOR_H
+
+#include "newton/blocks/record.h"
+
+/* Doubles of w->work for the largest joint. */
+size_t mbsri_tree_work(const mbsr_newton *w);
+
+/* The elimination at the state (t, q, u), for the factor c. */
+int mbsri_tree_factor(mbsr_newton *w, mbsr_data *d, double t, const double *q, const double *u,
+                      double c);
+
+#endif

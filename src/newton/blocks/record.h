@@ -1,0 +1,118 @@
+/* The Newton solver's structure.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * Perturbations of a body: of its pose, e numbers (SPATIAL: a small rotation about its origin and
+ * the displacement of that origin, along the world's axes; else the np numbers of the pose), of its
+ * velocity V and, where needed, of its acceleration A, d numbers each. */
+#ifndef MBSRI_BLOCKS_RECORD_H
+#define MBSRI_BLOCKS_RECORD_H
+
+#include "newton/slopes/force_slopes.h"
+
+#include <mbsrank/newton.h>
+
+/* A body in the general elimination (factor.c). Its perturbation x counts pose and V, and A where
+ * `deep`: in the subtree of a joint whose block is deficient. */
+typedef struct mbsri_node {
+    int e;            /* numbers of the pose's perturbation */
+    bool deep;        /* at the last factorisation; so are rank and unknowns */
+    int rank;         /* of its joint */
+    int unknowns;     /* du, and u' in the range of D where deep */
+    int slot;         /* of its matrix while the elimination goes on */
+    int last;         /* its last successor; 0: none */
+    int first, count; /* its entries in `listed` */
+    size_t x, v;      /* offsets: e + 2 d numbers, max(2 n, nq) numbers */
+    size_t store;     /* offset of what is kept of its joint, see mbsri_kept */
+} mbsri_node;
+
+/* What is kept of a joint between factoring and solving; matrices by columns. The columns of `x`,
+ * `momentum` and `rate` are the predecessor's perturbation, dq, du and, where deep, du'. */
+typedef struct mbsri_kept {
+    double *H, *Hdot, *J, *Jdot, *G; /* as in the data */
+    double *s, *X;                   /* likewise */
+    double *unit;                    /* 1: of du' as an unknown */
+    double *x;                       /* the body's perturbation */
+    double *momentum;                /* d(M u) of the joint, n rows, but for b */
+    double *rate;                    /* dp', likewise */
+    double *Cq;                      /* nq x nq: dq = Cq (G du + r_q) */
+    double *Q;                       /* nq x n: Cq G */
+    double *E;                       /* unknowns x unknowns, factored; its scales */
+    double *row_scale, *column_scale;
+    double *Eq; /* unknowns x nq */
+    double *K;  /* unknowns x the predecessor's perturbation */
+    double *U;  /* what the unknowns add to the predecessor's forces */
+    double *Uq; /* what Cq r_q adds */
+} mbsri_kept;
+
+/* An element that acts across the tree: what of it is not on the tree is left * read, of low
+ * rank. */
+typedef struct mbsri_across {
+    int force;         /* its number among the model's */
+    int rank;          /* at the last factorisation */
+    int most;          /* its number of rows, which the rank does not exceed */
+    int first;         /* its first column in the correction */
+    size_t left, read; /* offsets of rows x most and of most x columns numbers */
+} mbsri_across;
+
+typedef struct mbsri_correction {
+    int count, most; /* elements; largest rank */
+    mbsri_across *element;
+    double *left, *read;
+    double *matrix, *weights, *rows, *columns; /* most x most, most each */
+    double *load;                              /* size_v + nu */
+    double *delta;                             /* the size of y */
+    int *pivots;                               /* most */
+} mbsri_correction;
+
+struct mbsr_newton {
+    const mbsr_model *model;
+    mbsr_newton_info info;
+    mbsr_error error;
+    bool factored, corrected;
+
+    /* the sweeps in vector code; NULL: they do not serve the model, or are not wanted */
+    struct mbsri_newton_sweeps *sweeps;
+    bool by_sweeps;    /* the last factorisation is theirs */
+    bool lean;         /* there is no memory for the general elimination */
+    size_t sweep_size; /* its bytes; 0: none */
+    void *sweep_block; /* where it was allocated */
+    double *motion;    /* 12 (N + 1): perturbations of pose and V of the bodies, where corrected */
+    double c;
+    void *block, *numbers; /* the memory: doubles and ints; nodes and lists */
+    double *solution;      /* the size of y */
+
+    /* the general elimination */
+    mbsri_node *node; /* N + 1 */
+    int *listed;      /* numbers of force elements, body after body; then those on every body */
+    int every;        /* how many of the latter */
+    int first_every;
+    int slots;   /* matrices that are in use at once, at most */
+    int *pivots; /* size_n */
+    double *slot, *store;
+    size_t slot_size;
+    double *x, *b, *v;        /* of the bodies: size_x, 3 size_v; unknowns: size_n */
+    double *wbar;             /* size_v: on the way from r_u to w = L (1 - P) r_u */
+    double *rq, *rp, *ru;     /* r in the order of the sweeps; nq, nu, nu */
+    double *q0;               /* nq: Cq r_q */
+    double *momentum, *range; /* nu: w, (1 - P) r_u */
+    double *spare;            /* nq + nu */
+    double *work;             /* of one joint */
+    double *joint, *body;     /* mbsri_joint_slopes_size, mbsri_body_slopes_size */
+    mbsri_slopes slopes;
+    mbsri_correction correction;
+    size_t size_x, size_n, store_size;
+};
+
+/* Numbers of a body's perturbation, and of its forces (momentum, its rate, and, where deep, the
+ * reaction). */
+static inline int mbsri_motions(const mbsri_node *node, const mbsri_body *b)
+{
+    return node->e + (node->deep ? 2 : 1) * b->d;
+}
+
+static inline int mbsri_actions(const mbsri_node *node, const mbsri_body *b)
+{
+    return (node->deep ? 3 : 2) * b->d;
+}
+
+#endif

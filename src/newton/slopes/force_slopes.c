@@ -1,0 +1,321 @@
+/* Derivatives of force elements with respect to the pose, V, q and u of their bodies: the element's
+ * own, or differences.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * Differences (differences.h) are taken of one variable at a time, with copies of the bodies in the
+ * work memory. The orientation of a SPATIAL body is displaced by R <- exp([h e_k]x) R. */
+#include "newton/slopes/force_slopes.h"
+
+#include "algebra/dense.h"
+#include "algebra/differences.h"
+#include "algebra/numbers.h"
+#include "base/error.h"
+#include "forces/columns.h"
+#include "model/query.h"
+#include "recursion/elements.h"
+#include "recursion/inertia.h"
+#include "recursion/kinematics.h"
+
+#include <math.h>
+
+/* ---- sizes and places ---- */
+
+/* Of one call of an element: rows and columns of its matrix; numbers of the copies of its bodies;
+ * most_d of any of them. */
+typedef struct extent {
+    size_t rows, columns, copies, most_d;
+} extent;
+
+static size_t larger(size_t a, size_t b)
+{
+    return a > b ? a : b;
+}
+
+static void add_body(const mbsri_body *b, extent *e)
+{
+    const size_t d = (size_t)b->d, n = (size_t)b->n, nq = (size_t)b->nq;
+    e->copies += (size_t)b->np + d + nq + n + d * d;
+    e->most_d = larger(e->most_d, d);
+    if (b->parent < 0) return;
+    e->rows += d + n;
+    e->columns += (size_t)mbsri_pose_size(b) + d + nq + n;
+}
+
+/* Matrix and work that one call needs. Of the work: the copies, the forces, and what nobody reads.
+ * */
+static void raise(const mbsr_model *m, const extent *e, size_t *matrix, size_t *work)
+{
+    *matrix = larger(*matrix, e->rows * e->columns);
+    *work = larger(*work, e->copies + e->rows + larger((size_t)m->root.d, e->most_d));
+}
+
+static void measure(const mbsr_model *m, size_t *matrix, size_t *work)
+{
+    const mbsri_force *force = m->forces.data;
+    *matrix = *work = 0;
+    for (size_t k = 0; k < m->forces.count; ++k, ++force) {
+        extent whole = {0, 0, 0, 0};
+        for (int l = 0; l < force->def.bodies; ++l)
+            add_body(m->body + m->list_index[force->list + (size_t)l], &whole);
+        raise(m, &whole, matrix, work);
+        const bool every = (force->def.table->flags & MBSR_FORCE_EVERY_BODY) != 0;
+        for (int i = 1; i <= m->bodies && every; ++i) {
+            extent one = {0, 0, 0, 0};
+            add_body(m->body + i, &one);
+            raise(m, &one, matrix, work);
+        }
+    }
+}
+
+void mbsri_slopes_size(const mbsr_model *m, size_t *doubles, size_t *ints)
+{
+    size_t work;
+    measure(m, doubles, &work);
+    *doubles += work;
+    *ints = 2 * (size_t)m->max_force_bodies;
+}
+
+void mbsri_slopes_place(const mbsr_model *m, mbsri_slopes *s, double *doubles, int *ints)
+{
+    size_t matrix, work;
+    measure(m, &matrix, &work);
+    s->row = ints;
+    s->column = ints + m->max_force_bodies;
+    s->matrix = doubles;
+    s->work = doubles ? doubles + matrix : NULL; /* NULL: a model without elements */
+    s->out = (mbsr_force_derivatives){.matrix = s->matrix, .row = s->row, .column = s->column};
+}
+
+/* Rows and columns of the bodies of a call, and a matrix of zeros. */
+static void lay_out(mbsri_slopes *s, int bodies, const mbsr_force_body *body)
+{
+    int rows = 0, columns = 0;
+    for (int k = 0; k < bodies; ++k) {
+        const bool ground = body[k].id == MBSR_GROUND;
+        s->row[k] = ground ? -1 : rows;
+        s->column[k] = ground ? -1 : columns;
+        if (ground) continue;
+        rows += body[k].d + body[k].n;
+        columns += mbsri_u_column(body + k, 0) + body[k].n;
+    }
+    s->out.rows = rows;
+    s->out.columns = columns;
+    mbsri_zero((size_t)rows * (size_t)columns, s->matrix);
+}
+
+/* ---- differences ---- */
+
+/* One call of an element that is differenced. */
+typedef struct differences {
+    const mbsr_model *m;
+    mbsr_data *d;
+    const mbsri_force *force;
+    mbsri_slopes *s;
+    mbsr_force_args args; /* body: those of the data, turned to the copies */
+    double *forces;       /* rows, what evaluate writes */
+    double *sink; /* forces on the ground, gyroscopic forces that come with a mass by function */
+} differences;
+
+/* A copy of count numbers (none for NULL); moves *work on. */
+static const double *copy(double **work, int count, const double *from)
+{
+    double *to = *work;
+    if (!from) return NULL;
+    mbsri_copy((size_t)count, from, to);
+    *work += count;
+    return to;
+}
+
+/* The bodies of the call turned from the data to copies, and their forces to the work. */
+static void detach(differences *w)
+{
+    mbsr_force_body *body = w->d->force_bodies;
+    double *work = w->s->work;
+    const bool joint_only = (w->force->def.table->flags & MBSR_FORCE_JOINT_ONLY) != 0;
+    for (int k = 0; k < w->args.bodies; ++k) {
+        mbsr_force_body *b = body + k;
+        b->p = copy(&work, b->np, b->p);
+        b->V = copy(&work, b->d, b->V);
+        b->M = copy(&work, b->d * b->d, b->M);
+        b->q = copy(&work, b->nq, b->q);
+        b->u = copy(&work, b->n, b->u);
+    }
+    w->forces = work;
+    w->sink = w->forces + w->s->out.rows;
+    for (int k = 0; k < w->args.bodies; ++k) {
+        const bool ground = w->s->row[k] < 0;
+        if (!joint_only) body[k].f = ground ? w->sink : w->forces + w->s->row[k];
+        if (!ground) body[k].tau = w->forces + w->s->row[k] + body[k].d;
+    }
+}
+
+/* column += factor times the forces of the bodies as they are */
+static int sample(const differences *w, double factor, double *column)
+{
+    mbsri_zero((size_t)(w->s->out.rows + w->m->root.d), w->forces);
+    const int status = w->force->def.table->evaluate(&w->args);
+    if (status) return mbsri_force_failed(w->m, w->d, w->force, status, "evaluate");
+    for (int k = 0; k < w->s->out.rows; ++k) column[k] += factor * w->forces[k];
+    return MBSR_OK;
+}
+
+/* A column of the matrix: derivative with respect to *x, a number of the copies. */
+static int plain_column(const differences *w, double *x, double *column)
+{
+    const double at = *x, h = mbsri_difference_step(at);
+    int status = MBSR_OK;
+    for (int l = 0; l < 4 && !status; ++l) {
+        *x = at + mbsri_difference_place(l) * h;
+        status = sample(w, mbsri_difference_weight(l) / (12.0 * h), column);
+    }
+    *x = at;
+    return status;
+}
+
+/* R <- exp([angle e_k]x) R */
+static void turn(int k, double angle, double R[9])
+{
+    const double c = cos(angle), s = sin(angle);
+    const int a = (k + 1) % 3, b = (k + 2) % 3;
+    for (int j = 0; j < 9; j += 3) {
+        const double x = R[j + a], y = R[j + b];
+        R[j + a] = c * x - s * y;
+        R[j + b] = s * x + c * y;
+    }
+}
+
+/* M of body i, of its pose. */
+static int renew_mass(const differences *w, int i, const mbsr_force_body *body, double *M)
+{
+    const mbsri_body *b = w->m->body + i;
+    if (b->inertia.kind != MBSR_INERTIA_FUNCTION) {
+        mbsri_inertia_mass(b, body->p, M);
+        return MBSR_OK;
+    }
+    const int status = mbsri_inertia_velocity(b, w->d->t, body->p, body->V, M, w->sink);
+    return status ? mbsri_joint_failed(w->m, w->d, i, status, "the inertia's function") : MBSR_OK;
+}
+
+/* Column c of body i's pose. The copies p and M are left as they were. */
+static int pose_column(const differences *w, int i, const mbsr_force_body *body, int c, double *p,
+                       double *M, double *column)
+{
+    const mbsri_body *b = w->m->body + i;
+    const double *at = w->d->p + b->p;
+    const bool spatial = body->space == MBSR_SPACE_SPATIAL, turned = spatial && c < 3;
+    const int entry = spatial ? MBSR_POSE_X + c - 3 : c;
+    const double h = turned ? mbsri_difference_step(0.0) : mbsri_difference_step(at[entry]);
+    int status = MBSR_OK;
+    for (int l = 0; l < 4 && !status; ++l) {
+        mbsri_copy((size_t)body->np, at, p);
+        if (turned)
+            turn(c, mbsri_difference_place(l) * h, p + MBSR_POSE_R);
+        else
+            p[entry] += mbsri_difference_place(l) * h;
+        if (M) status = renew_mass(w, i, body, M);
+        if (!status) status = sample(w, mbsri_difference_weight(l) / (12.0 * h), column);
+    }
+    mbsri_copy((size_t)body->np, at, p);
+    if (M) mbsri_copy((size_t)(b->d * b->d), w->d->M + b->dd, M);
+    return status;
+}
+
+/* The columns of body k of the call. */
+static int body_columns(const differences *w, int k)
+{
+    const mbsr_force_body *body = w->args.body + k;
+    const unsigned flags = w->force->def.table->flags;
+    const int i = mbsri_index(w->m, body->id), rows = w->s->out.rows,
+              pose = mbsri_V_column(body, 0);
+    const bool joint_only = (flags & MBSR_FORCE_JOINT_ONLY) != 0;
+    double *column = w->s->matrix + (size_t)w->s->column[k] * (size_t)rows;
+    /* the copies again, to be written to: they are this file's own */
+    double *p = (double *)body->p, *V = (double *)body->V, *M = (double *)body->M,
+           *q = (double *)body->q, *u = (double *)body->u;
+    if (flags & MBSR_FORCE_NO_MASS) M = NULL;
+    int status = MBSR_OK;
+    for (int c = 0; c < pose; ++c, column += rows) {
+        if (!joint_only && !status) status = pose_column(w, i, body, c, p, M, column);
+    }
+    for (int c = 0; c < body->d; ++c, column += rows) {
+        if (!joint_only && !status) status = plain_column(w, V + c, column);
+    }
+    for (int c = 0; c < body->nq && !status; ++c, column += rows)
+        status = plain_column(w, q + c, column);
+    for (int c = 0; c < body->n && !status; ++c, column += rows)
+        status = plain_column(w, u + c, column);
+    return status;
+}
+
+/* A call of an element whose bodies are copies. */
+static differences prepare(const mbsr_model *m, mbsr_data *d, const mbsri_force *force, int body,
+                           mbsri_slopes *s)
+{
+    differences w = {.m = m, .d = d, .force = force, .s = s};
+    w.args = (mbsr_force_args){.force = &force->def,
+                               .t = d->t,
+                               .bodies = mbsri_force_bodies(m, d, force, body),
+                               .body = d->force_bodies};
+    lay_out(s, w.args.bodies, w.args.body);
+    detach(&w);
+    return w;
+}
+
+int mbsri_force_values(const mbsr_model *m, mbsr_data *d, const mbsri_force *force, int body,
+                       mbsri_slopes *s, double *forces)
+{
+    const differences w = prepare(m, d, force, body, s);
+    mbsri_zero((size_t)s->out.rows, forces);
+    return sample(&w, 1.0, forces);
+}
+
+int mbsri_force_differences(const mbsr_model *m, mbsr_data *d, const mbsri_force *force, int body,
+                            mbsri_slopes *s)
+{
+    const differences w = prepare(m, d, force, body, s);
+    int status = MBSR_OK;
+    for (int k = 0; k < w.args.bodies && !status; ++k) {
+        if (s->row[k] >= 0) status = body_columns(&w, k);
+    }
+    return status;
+}
+
+/* ---- the element's own ---- */
+
+/* Whether an element has its own. How a mass by function depends on the pose no element knows. */
+static bool has_own(const mbsr_force_table *table, int bodies, const mbsr_force_body *body)
+{
+    if (!table->derivatives) return false;
+    if (table->flags & (MBSR_FORCE_NO_MASS | MBSR_FORCE_JOINT_ONLY)) return true;
+    for (int k = 0; k < bodies; ++k) {
+        if (body[k].inertia && body[k].inertia->kind == MBSR_INERTIA_FUNCTION) return false;
+    }
+    return true;
+}
+
+static int own_slopes(const mbsr_model *m, mbsr_data *d, const mbsri_force *force, int bodies,
+                      mbsri_slopes *s)
+{
+    lay_out(s, bodies, d->force_bodies);
+    const mbsr_force_args args = {
+        .force = &force->def, .t = d->t, .bodies = bodies, .body = d->force_bodies};
+    const int status = force->def.table->derivatives(&args, &s->out);
+    return status ? mbsri_force_failed(m, d, force, status, "derivatives") : MBSR_OK;
+}
+
+int mbsri_force_slopes(const mbsr_model *m, mbsr_data *d, const mbsri_force *force, int body,
+                       mbsri_slopes *s)
+{
+    const int bodies = mbsri_force_bodies(m, d, force, body);
+    const int status = has_own(force->def.table, bodies, d->force_bodies)
+                           ? own_slopes(m, d, force, bodies, s)
+                           : mbsri_force_differences(m, d, force, body, s);
+    if (status) return status;
+    if (mbsri_finite((size_t)s->out.rows * (size_t)s->out.columns, s->matrix)) return MBSR_OK;
+    char label[MBSRI_LABEL];
+    return mbsri_fail(
+        &d->error, MBSR_NOT_FINITE, MBSR_NONE, force->id,
+        "%s (%s): its derivatives are not finite at t = %g",
+        mbsri_label(label, "force", force->id, (const char *)m->names.data + force->name),
+        force->def.table->name, d->t);
+}

@@ -1,0 +1,375 @@
+/* Derivatives of a joint's equations: see joint_slopes.h.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * A column starts as a change of the predecessor's pose, its velocity, q or u. `tangent` gives what
+ * follows for the pose, K, H, J and kI; with (8) that fixes dV; `rate_tangent` gives dkII, dK', dH'
+ * and dJ'. Joints without them are differenced along the same change. With K divided out,
+ *
+ *   dH <- K^-1 (dH - dK H),   dkII <- K^-1 (dkII - dK kII)
+ *   dH' <- K^-1 (dH' - dK' H - K' dH - dK H')
+ *
+ * where H, kII, H' and dH on the right are divided by K already. */
+#include "newton/slopes/joint_slopes.h"
+
+#include "algebra/dense.h"
+#include "newton/slopes/force_slopes.h"
+#include "newton/slopes/move.h"
+#include "recursion/kinematics.h"
+#include "recursion/locks.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+/* Numbers of one set of K, H, J and two vectors, with every column of J, those held included. */
+typedef struct block {
+    double *K, *H, *J, *k;
+} block;
+
+typedef struct column {
+    const mbsr_model *m;
+    mbsr_data *d;
+    const mbsri_body *b;
+    const mbsri_body *pred;
+    int i;
+    bool accelerated;
+    const double *udot;
+    mbsr_joint_args args;
+    mbsr_joint_change by;
+    double *q, *u, *p_pred, *V_pred, *dp, *dV; /* of `by` */
+    block first;                               /* dK, dH, dJ, dkI, later divided by K */
+    block second;                              /* dK', dH', dJ', dkII */
+    double *qdot;                              /* d(G u), with every coordinate */
+    double *Kdot;                              /* as the joint gives it */
+    double *spare;                             /* d x max(n, d_pred) + d */
+    mbsri_joint_mover move;                    /* where a joint leaves derivatives to differences */
+} column;
+
+static void take(double **memory, size_t *used, size_t count, double **out)
+{
+    *out = *memory;
+    if (*memory) *memory += count;
+    *used += count;
+}
+
+/* Places the arrays of a column in memory (NULL: none); returns how many doubles they take. */
+static size_t lay_out(const mbsr_model *m, const mbsri_body *b, double *memory, column *c)
+{
+    const size_t d = (size_t)b->d, dp = (size_t)b->d_pred, n = (size_t)b->joint.n,
+                 nq = (size_t)b->joint.nq, np_pred = (size_t)m->body[b->parent].np;
+    size_t used = 0;
+    take(&memory, &used, nq, &c->q);
+    take(&memory, &used, n, &c->u);
+    take(&memory, &used, np_pred, &c->p_pred);
+    take(&memory, &used, dp, &c->V_pred);
+    take(&memory, &used, (size_t)b->np, &c->dp);
+    take(&memory, &used, d, &c->dV);
+    block *const blocks[] = {&c->first, &c->second};
+    for (int k = 0; k < 2; ++k) {
+        take(&memory, &used, d * d, &blocks[k]->K);
+        take(&memory, &used, d * dp, &blocks[k]->H);
+        take(&memory, &used, d * n, &blocks[k]->J);
+        take(&memory, &used, d, &blocks[k]->k);
+    }
+    take(&memory, &used, nq, &c->qdot);
+    take(&memory, &used, d * d, &c->Kdot);
+    take(&memory, &used, d * (dp > n ? dp : n) + d, &c->spare);
+    return used + mbsri_joint_mover_place(b, (int)np_pred, memory, &c->move);
+}
+
+size_t mbsri_joint_slopes_size(const mbsr_model *m)
+{
+    size_t largest = 0;
+    for (int i = 1; i <= m->bodies; ++i) {
+        const mbsri_body *b = m->body + i, *pred = m->body + b->parent;
+        const size_t e = (size_t)mbsri_pose_size(b), e_pred = (size_t)mbsri_pose_size(pred),
+                     rows = e + 2 * (size_t)b->d + 3 * (size_t)b->d_pred + 3 * (size_t)b->n +
+                            (size_t)b->nq,
+                     columns = e_pred + 2 * (size_t)b->d_pred + (size_t)b->nq + 2 * (size_t)b->n;
+        column c;
+        const size_t size = rows * columns + lay_out(m, b, NULL, &c);
+        if (size > largest) largest = size;
+    }
+    return largest;
+}
+
+void mbsri_joint_slopes_place(mbsri_joint_slopes *s, double *memory)
+{
+    s->x = memory;
+}
+
+bool mbsri_joint_slopes_serve(const mbsri_body *b, int np_pred)
+{
+    return b->joint.table->rates || b->pred_space != MBSR_SPACE_GENERAL || np_pred == b->d_pred;
+}
+
+static bool unit_K(const mbsri_body *b)
+{
+    return (b->joint.table->flags & MBSR_JOINT_UNIT_K) != 0;
+}
+
+/* ---- calls of the joint ---- */
+
+static void clear(const mbsri_body *b, block *x)
+{
+    const size_t d = (size_t)b->d;
+    mbsri_zero(d * d, x->K);
+    mbsri_zero(d * (size_t)b->d_pred, x->H);
+    mbsri_zero(d * (size_t)b->joint.n, x->J);
+    mbsri_zero(d, x->k);
+}
+
+/* dp, dK, dH, dJ, dkI along q and p_pred of `by`. */
+static int call_tangent(column *c)
+{
+    const mbsri_body *b = c->b;
+    mbsr_joint_args args = c->args;
+    mbsr_joint_change by = {.q = c->q, .p_pred = c->p_pred};
+    args.u = args.V = args.V_pred = NULL;
+    clear(b, &c->first);
+    mbsri_zero((size_t)b->np, c->dp);
+    double *dK = unit_K(b) ? NULL : c->first.K;
+    const char *name = "tangent";
+    const int status =
+        b->joint.table->tangent
+            ? b->joint.table->tangent(&args, &by, c->dp, dK, c->first.H, c->first.J, c->first.k)
+            : mbsri_joint_move_tangent(&c->move, &args, &by, c->dp, dK, c->first.H, c->first.J,
+                                       c->first.k, &name);
+    return status ? mbsri_joint_failed(c->m, c->d, c->i, status, name) : MBSR_OK;
+}
+
+/* dkII, dK', dH', dJ', d(G u) along all of `by`. */
+static int call_rate_tangent(column *c)
+{
+    const mbsri_body *b = c->b;
+    const mbsr_joint_change by = {c->q, c->u, c->p_pred, c->V_pred, c->dp, c->dV};
+    clear(b, &c->second);
+    mbsri_zero((size_t)b->joint.nq, c->qdot);
+    const bool own_rates = b->joint.table->coordinate_rates != NULL;
+    double *dKdot = unit_K(b) ? NULL : c->second.K, *dqdot = own_rates ? c->qdot : NULL;
+    const char *name = "rate_tangent";
+    const int status = b->joint.table->rate_tangent
+                           ? b->joint.table->rate_tangent(&c->args, &by, c->second.k, dKdot,
+                                                          c->second.H, c->second.J, dqdot)
+                           : mbsri_joint_move_rates(&c->move, &c->args, &by, c->second.k, dKdot,
+                                                    c->second.H, c->second.J, dqdot, &name);
+    if (!own_rates) mbsri_copy((size_t)b->joint.n, c->u, c->qdot);
+    return status ? mbsri_joint_failed(c->m, c->d, c->i, status, name) : MBSR_OK;
+}
+
+/* X <- K^-1 X for `columns` columns. */
+static void divide(const column *c, int columns, double *X)
+{
+    const mbsri_body *b = c->b;
+    const size_t size = (size_t)b->d * (size_t)columns;
+    mbsri_copy(size, X, c->spare);
+    mbsri_zero(size, X);
+    mbsri_ab(b->d, b->d, columns, 1.0, c->d->Kinv + b->k, c->spare, X);
+}
+
+static void divide_first(const column *c, int columns, const double *X, double *dX)
+{
+    mbsri_ab(c->b->d, c->b->d, columns, -1.0, c->first.K, X, dX);
+    divide(c, columns, dX);
+}
+
+static void divide_second(const column *c, int columns, const double *X, const double *dX,
+                          const double *Xdot, double *dXdot)
+{
+    mbsri_ab(c->b->d, c->b->d, columns, -1.0, c->second.K, X, dXdot);
+    mbsri_ab(c->b->d, c->b->d, columns, -1.0, c->Kdot, dX, dXdot);
+    mbsri_ab(c->b->d, c->b->d, columns, -1.0, c->first.K, Xdot, dXdot);
+    divide(c, columns, dXdot);
+}
+
+/* Leaves the free columns of J at its beginning. */
+static void drop(const mbsri_body *b, double *J)
+{
+    if (b->locks) mbsri_drop_held(b, J, J);
+}
+
+static int first_order(column *c)
+{
+    const int status = call_tangent(c);
+    if (status) return status;
+    drop(c->b, c->first.J);
+    if (unit_K(c->b)) return MBSR_OK;
+    const mbsr_data *d = c->d;
+    divide_first(c, c->b->d_pred, d->H + c->b->dp, c->first.H);
+    divide_first(c, c->b->n, d->J + c->b->dn, c->first.J);
+    divide_first(c, 1, d->kI + c->b->v, c->first.k);
+    return MBSR_OK;
+}
+
+static int second_order(column *c)
+{
+    const int status = call_rate_tangent(c);
+    if (status) return status;
+    drop(c->b, c->second.J);
+    if (unit_K(c->b)) return MBSR_OK;
+    const mbsr_data *d = c->d;
+    const mbsri_body *b = c->b;
+    divide_second(c, b->d_pred, d->H + b->dp, c->first.H, d->Hdot + b->dp, c->second.H);
+    divide_second(c, b->n, d->J + b->dn, c->first.J, d->Jdot + b->dn, c->second.J);
+    divide_first(c, 1, d->kII + b->v, c->second.k);
+    return MBSR_OK;
+}
+
+/* ---- what a column makes of the equations ---- */
+
+/* dV = -(H dV_pi + J du + dH V_pi + dJ u + dkI); du: the free ones. */
+static void velocity(column *c, const double *du)
+{
+    const mbsri_body *b = c->b;
+    const mbsr_data *d = c->d;
+    mbsri_zero((size_t)b->d, c->dV);
+    mbsri_ax(b->d, b->d_pred, -1.0, d->H + b->dp, c->V_pred, c->dV);
+    mbsri_ax(b->d, b->n, -1.0, d->J + b->dn, du, c->dV);
+    mbsri_ax(b->d, b->d_pred, -1.0, c->first.H, d->V + b->pred_v, c->dV);
+    mbsri_ax(b->d, b->n, -1.0, c->first.J, d->u + b->iu, c->dV);
+    for (int k = 0; k < b->d; ++k) c->dV[k] -= c->first.k[k];
+}
+
+/* The column's entries from dp, dV and the blocks. */
+static void store(column *c, int at, mbsri_joint_slopes *s)
+{
+    const mbsri_body *b = c->b;
+    const mbsr_data *d = c->d;
+    const int dim = b->d, dp = b->d_pred, n = b->n;
+    double *x = s->x + (size_t)at * (size_t)(s->e + 2 * dim), *A = x + s->e + dim;
+    double *below = s->below + (size_t)at * (size_t)(3 * dp),
+           *own = s->own + (size_t)at * (size_t)(3 * n);
+    mbsri_pose_change(b->joint.space, b->np, d->p + b->p, c->dp, x);
+    mbsri_copy((size_t)dim, c->dV, x + s->e);
+    mbsri_atx(dim, dp, -1.0, c->first.H, d->imp + b->v, below);
+    mbsri_atx(dim, dp, -1.0, c->first.H, d->sigma + b->v, below + dp);
+    mbsri_atx(dim, dp, -1.0, c->second.H, d->imp + b->v, below + dp);
+    mbsri_atx(dim, n, 1.0, c->first.J, d->imp + b->v, own);
+    mbsri_atx(dim, n, 1.0, c->first.J, d->sigma + b->v, own + n);
+    mbsri_atx(dim, n, 1.0, c->second.J, d->imp + b->v, own + n);
+    double *qdot = s->qdot + (size_t)at * (size_t)b->nq;
+    for (int k = 0, l = 0; k < b->joint.nq; ++k) {
+        if (!b->locks || isnan(b->held[k])) qdot[l++] = c->qdot[k];
+    }
+    if (!c->accelerated) return;
+    /* dA = -(dH A_pi + dJ u' + dkII) */
+    mbsri_ax(dim, dp, -1.0, c->first.H, d->A + b->pred_v, A);
+    mbsri_ax(dim, n, -1.0, c->first.J, c->udot, A);
+    for (int k = 0; k < dim; ++k) A[k] -= c->second.k[k];
+    mbsri_atx(dim, dp, -1.0, c->first.H, d->mu + b->v, below + 2 * dp);
+    mbsri_atx(dim, n, 1.0, c->first.J, d->mu + b->v, own + 2 * n);
+}
+
+static void rest(column *c)
+{
+    const mbsri_body *b = c->b;
+    mbsri_zero((size_t)b->joint.nq, c->q);
+    mbsri_zero((size_t)b->joint.n, c->u);
+    mbsri_zero((size_t)c->pred->np, c->p_pred);
+    mbsri_zero((size_t)b->d_pred, c->V_pred);
+    mbsri_zero((size_t)b->np, c->dp);
+    clear(b, &c->first);
+}
+
+/* Place of free coordinate k among all of the joint. */
+static int place_of(const mbsri_body *b, int k)
+{
+    if (!b->locks) return k;
+    int l = 0;
+    while (!isnan(b->held[l]) || k-- > 0) ++l;
+    return l;
+}
+
+/* Columns of the pose of the predecessor, and of q. */
+static int pose_columns(column *c, mbsri_joint_slopes *s)
+{
+    const mbsri_body *b = c->b;
+    int status = MBSR_OK;
+    for (int k = 0; k < s->e_pred + b->nq && !status; ++k) {
+        const bool outside = k < s->e_pred;
+        rest(c);
+        if (outside)
+            mbsri_pose_unit(b->pred_space, k, c->d->p + b->pred_p, c->p_pred);
+        else
+            c->q[place_of(b, k - s->e_pred)] = 1.0;
+        status = first_order(c);
+        if (status) return status;
+        velocity(c, c->u);
+        status = second_order(c);
+        if (!status) store(c, outside ? k : s->q + k - s->e_pred, s);
+    }
+    return status;
+}
+
+/* Columns of the predecessor's velocity, and of u. */
+static int rate_columns(column *c, mbsri_joint_slopes *s)
+{
+    const mbsri_body *b = c->b;
+    int status = MBSR_OK;
+    for (int k = 0; k < b->d_pred + b->n && !status; ++k) {
+        const bool outside = k < b->d_pred;
+        rest(c);
+        if (outside) {
+            c->V_pred[k] = 1.0;
+            velocity(c, c->u);
+        } else {
+            double *free = c->spare; /* du of the free coordinates, in spare memory */
+            mbsri_zero((size_t)b->n, free);
+            free[k - b->d_pred] = 1.0;
+            velocity(c, free);
+            c->u[place_of(b, k - b->d_pred)] = 1.0;
+        }
+        status = second_order(c);
+        if (!status) store(c, outside ? s->e_pred + k : s->u + k - b->d_pred, s);
+    }
+    return status;
+}
+
+/* Columns of the predecessor's acceleration, and of u': dA = -H dA_pi - J du'. */
+static void acceleration_columns(const column *c, mbsri_joint_slopes *s)
+{
+    const mbsri_body *b = c->b;
+    const size_t rows = (size_t)(s->e + 2 * b->d), first = (size_t)(s->e + b->d);
+    for (int k = 0; k < b->d_pred + b->n; ++k) {
+        const bool outside = k < b->d_pred;
+        const int at = outside ? s->e_pred + b->d_pred + k : s->a + k - b->d_pred;
+        const double *from = outside ? c->d->H + b->dp + (size_t)(k * b->d)
+                                     : c->d->J + b->dn + (size_t)((k - b->d_pred) * b->d);
+        for (int l = 0; l < b->d; ++l) s->x[(size_t)at * rows + first + (size_t)l] = -from[l];
+    }
+}
+
+int mbsri_joint_slopes_of(const mbsr_model *m, mbsr_data *d, int i, bool accelerated,
+                          const double *udot, mbsri_joint_slopes *s)
+{
+    const mbsri_body *b = m->body + i;
+    column c = {.m = m, .d = d, .b = b, .pred = m->body + b->parent, .i = i};
+    s->e = mbsri_pose_size(b);
+    s->e_pred = mbsri_pose_size(c.pred);
+    s->q = s->e_pred + 2 * b->d_pred;
+    s->u = s->q + b->nq;
+    s->a = s->u + b->n;
+    s->columns = s->a + b->n;
+    const size_t columns = (size_t)s->columns, x = columns * (size_t)(s->e + 2 * b->d),
+                 below = columns * (size_t)(3 * b->d_pred), own = columns * (size_t)(3 * b->n),
+                 qdot = columns * (size_t)b->nq;
+    s->below = s->x + x;
+    s->own = s->below + below;
+    s->qdot = s->own + own;
+    s->work = s->qdot + qdot;
+    mbsri_zero(x + below + own + qdot, s->x);
+    lay_out(m, b, s->work, &c);
+    c.accelerated = accelerated;
+    c.udot = udot;
+    c.args = mbsri_joint_args(m, d, i, true);
+    c.move.table = b->joint.table;
+    c.move.space = b->joint.space;
+    c.move.np_pred = c.pred->np;
+    if (!unit_K(b)) {
+        const int status = mbsri_joint_move_Kdot(&c.move, &c.args, c.Kdot, c.second.H, c.second.J);
+        if (status) return mbsri_joint_failed(m, d, i, status, "rates");
+    }
+    int status = pose_columns(&c, s);
+    if (!status) status = rate_columns(&c, s);
+    if (!status) acceleration_columns(&c, s);
+    return status;
+}

@@ -1,0 +1,55 @@
+/* Displaced poses, and derivatives of a joint's functions by differences.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRI_MOVE_H
+#define MBSRI_MOVE_H
+
+#include "recursion/data.h"
+
+/* ---- changes of a pose ----
+ * dp: of its np numbers. x: as a perturbation, 6 numbers for SPATIAL, else the np. */
+void mbsri_pose_change(mbsr_space space, int np, const double *p, const double *dp, double *x);
+
+/* dp of the unit perturbation k; dp arrives as zero. */
+void mbsri_pose_unit(mbsr_space space, int k, const double *p, double *dp);
+
+/* moved = p displaced by h dp; a SPATIAL R stays a rotation. */
+void mbsri_pose_move(mbsr_space space, int np, const double *p, const double *dp, double h,
+                     double *moved);
+
+/* p' of a body that moves with V; GENERAL: np = d, p' = V. */
+void mbsri_pose_rate(mbsr_space space, int np, const double *p, const double *V, double *dp);
+
+/* ---- differences of a joint's functions ---- */
+
+/* K, H, J and one vector. */
+typedef struct mbsri_joint_sample {
+    double *K, *H, *J, *k;
+} mbsri_joint_sample;
+
+typedef struct mbsri_joint_mover {
+    const mbsr_joint_table *table;
+    mbsr_space space; /* of the body */
+    int np_pred;
+    double *q, *u, *p_pred, *V_pred, *p, *V;   /* displaced */
+    double *q_on, *p_pred_on, *dp_pred, *p_on; /* and moved on from there in time */
+    double *qdot;
+    mbsri_joint_sample sample, inner;
+} mbsri_joint_mover;
+
+/* Places the arrays in memory (NULL: none); returns how many doubles they take. */
+size_t mbsri_joint_mover_place(const mbsri_body *b, int np_pred, double *memory,
+                               mbsri_joint_mover *w);
+
+/* What `tangent` and `rate_tangent` of the joint would write; *name is the function that failed. */
+int mbsri_joint_move_tangent(mbsri_joint_mover *w, const mbsr_joint_args *args,
+                             const mbsr_joint_change *by, double *dp, double *dK, double *dH,
+                             double *dJ, double *dkI, const char **name);
+int mbsri_joint_move_rates(mbsri_joint_mover *w, const mbsr_joint_args *args,
+                           const mbsr_joint_change *by, double *dkII, double *dKdot, double *dHdot,
+                           double *dJdot, double *dqdot, const char **name);
+
+/* K' at args, H' and J' besides: what `rates` writes, or differences. */
+int mbsri_joint_move_Kdot(mbsri_joint_mover *w, const mbsr_joint_args *args, double *Kdot,
+                          double *Hdot, double *Jdot);
+
+#endif

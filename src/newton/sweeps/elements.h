@@ -1,0 +1,20 @@
+/* Slopes of force elements for the Newton sweeps.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRI_NEWTON_ELEMENTS_H
+#define MBSRI_NEWTON_ELEMENTS_H
+
+#include "newton/sweeps/record.h"
+
+/* Returned where the sweeps do not serve. */
+enum { MBSRI_NOT_SERVED = 1 << 20 };
+
+/* How many bodies there are with elements, and pairs of a body and its predecessor between which
+ * some act (at most); into the arrays, which may be NULL: their numbers, or -1. */
+void mbsri_newton_count(const mbsr_model *m, size_t *loaded, size_t *pairs, int *number, int *pair);
+
+/* Slopes at the state of the data, but for gravity: joint forces, forces on bodies and between a
+ * body and its predecessor. Returns a status, or MBSRI_NOT_SERVED where a joint's force depends on
+ * the motion of its bodies or the other way round. */
+int mbsri_newton_slopes_at(mbsri_newton_sweeps *newton, mbsr_data *d);
+
+#endif

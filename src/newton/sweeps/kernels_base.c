@@ -1,0 +1,6 @@
+/* The Newton sweeps for every processor.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "newton/sweeps/eliminate.h"
+#include "newton/sweeps/solve.h"
+
+const mbsri_newton_kernels mbsri_newton_base = {newton_factor, newton_factor_deep, newton_solve};

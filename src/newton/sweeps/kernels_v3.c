@@ -1,0 +1,6 @@
+/* The Newton sweeps for x86-64 with AVX2 and FMA (x86-64-v3).
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "newton/sweeps/eliminate.h"
+#include "newton/sweeps/solve.h"
+
+const mbsri_newton_kernels mbsri_newton_v3 = {newton_factor, newton_factor_deep, newton_solve};

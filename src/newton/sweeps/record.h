@@ -1,0 +1,157 @@
+/* The Newton system of the momentum form on trees of rigid bodies in space: what the sweeps keep.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * (dF/dy + c dF/dy') delta = r is eliminated leaves to root and solved root to leaves, with what
+ * the vectorised sweeps make of a rigid body: world axes, one point per body. The equations are in
+ * perturbation.h. */
+#ifndef MBSRI_NEWTON_RECORD_H
+#define MBSRI_NEWTON_RECORD_H
+
+#include "newton/slopes/force_slopes.h"
+#include "sweeps/tree.h"
+
+typedef struct mbsri_newton_sweeps mbsri_newton_sweeps;
+
+/* Of one joint coordinate, in the order in which the solution reads it. Perturbations of motion
+ * stand in groups of three numbers: rotation, nu angular and linear, and, in `last`, displacement;
+ * those of forces: chi angular and linear, moment, and, in `last`, force. x: the predecessor's, at
+ * its point. Groups are written in this order, each with a fourth number that the next overwrites.
+ * */
+typedef struct mbsri_newton_column {
+    double C[9];     /* what du adds to the forces of the subtree */
+    double U[9];     /* what r_q (or what a quaternion makes of it) adds to them */
+    double G[6];     /* Mbar S D^-1 */
+    double S[6];     /* the axis: angular and linear part */
+    double row[6];   /* S - S' / c */
+    double K[9];     /* du = k - K x */
+    double Q[9];     /* d(Mu) = p + Q x */
+    double inverse;  /* of the pivot of the joint's row; joints of one axis only */
+    double gain;     /* what r_q adds to the row; likewise */
+    double last[13]; /* fourth groups of C, U, K, Q; models with elements on bodies only */
+} mbsri_newton_column;
+
+/* Of a joint of several axes. w are the rotations and displacements along its columns,
+ * w = A (du + g), with g = r_q but for a quaternion. Matrices by rows. */
+typedef struct mbsri_newton_block {
+    double A[6][6];
+    double inverse[6][6];            /* of the joint's rows */
+    double gain[6][6];               /* what g adds to them */
+    double couple[6][6];             /* d(Mu)_k = Q_k x + p_k - sum of couple_kl w_l */
+    double T[6][8];                  /* T = V_a x S: nu += S du + T w */
+    double length[6];                /* what a change of the quaternion's length adds to the rows */
+    double tau_q[6][7], tau_u[6][6]; /* slopes of its joint forces */
+    double q[4], u[3];               /* the quaternion and its rate, where there is one */
+    int quaternion;
+    int step[6]; /* of each column: its place in the sequence of axes */
+    double idle;
+} mbsri_newton_block;
+MBSRI_CHECK_LAYOUT(mbsri_newton_block);
+
+/* What a body is in a factorisation with joints whose block is zero (reaction.h). */
+enum {
+    MBSRI_DEEP = 1,      /* in the subtree of one of them */
+    MBSRI_NO_INERTIA = 2 /* its joint is one of them */
+};
+
+/* Of the coordinate of a deep joint: what du and r_q add to the reaction; what they add to the row
+ * of F_p, where the joint's block is zero. */
+typedef struct mbsri_newton_deep {
+    double C[6], U[6];
+    double pivot, gain;
+} mbsri_newton_deep;
+
+/* What the joint of a body has to exert on it. */
+typedef struct mbsri_newton_reaction {
+    double W[8];
+} mbsri_newton_reaction;
+MBSRI_CHECK_LAYOUT(mbsri_newton_reaction);
+
+/* Of a body, for the solution. */
+typedef struct mbsri_newton_step {
+    double rho[4];
+    int parent, flags, n, q, u, multi;
+    int branch; /* number among the bodies where the tree branches */
+    int deep;
+} mbsri_newton_step;
+MBSRI_CHECK_LAYOUT(mbsri_newton_step);
+
+/* And where motions or loads are asked for: from its point to the origin of its own frame, the
+ * angular velocity, and the velocity of that origin. */
+typedef struct mbsri_newton_own {
+    double arm[4], omega[4], v[4];
+} mbsri_newton_own;
+MBSRI_CHECK_LAYOUT(mbsri_newton_own);
+
+/* Slopes of the forces on a body, (moment about its own origin, force), over the pose and V of a
+ * body: columns of its rotation, its displacement, omega and v, three of each. */
+typedef struct mbsri_newton_slopes {
+    double by[4][3][2][4];
+} mbsri_newton_slopes;
+MBSRI_CHECK_LAYOUT(mbsri_newton_slopes);
+
+/* What elimination hands from a body to its predecessor: the matrix, and momentum and applied
+ * forces of the subtree. Columns: rotation, nu angular and linear, displacement, three of each;
+ * rows: chi angular and linear, moment, force, four numbers each; Y: psi, likewise. */
+typedef struct mbsri_newton_carry {
+    double P[4][3][4][4], Y[4][3][2][4];
+    double L[4], p[4], N[4], F[4];
+} mbsri_newton_carry;
+MBSRI_CHECK_LAYOUT(mbsri_newton_carry);
+
+/* And in the solution: chi, moment and force; the recursion for L r_u. */
+typedef struct mbsri_newton_flow {
+    double b[16], psi[8], L_bar[4], p_bar[4];
+} mbsri_newton_flow;
+MBSRI_CHECK_LAYOUT(mbsri_newton_flow);
+
+struct mbsri_newton_sweeps {
+    const mbsr_model *model;
+    const mbsri_sweeps *tree;
+    const struct mbsri_newton_kernels *kernels;
+    double c, by_c; /* c and 1 / c */
+    unsigned char *column;
+    size_t column_size;        /* bytes from one to the next */
+    mbsri_newton_step *step;   /* bodies + 1 */
+    mbsri_newton_block *block; /* tree->multi */
+    /* Of elements on bodies: slopes of the forces on a body over its own motion, over that of its
+     * predecessor, and of the forces on the predecessor over the body's; the numbers of the body
+     * among those with such elements, or -1. */
+    mbsri_newton_slopes *at, *by_pred, *on_pred;
+    int *number, *pair;        /* bodies + 1 */
+    mbsri_newton_own *own;     /* bodies + 1, with elements on bodies */
+    double *k, *p;             /* of the last solution, by coordinate */
+    double (*x)[16];           /* motions of the bodies where the tree branches */
+    mbsri_newton_carry *carry; /* tree->depth */
+    mbsri_newton_flow *flow;   /* tree->depth */
+    double *tau_q, *tau_u;     /* slopes of joint forces of joints of one axis, by coordinate */
+    mbsri_slopes slopes;
+    bool
+        unclear; /* at a factorisation the bound of rounding errors did not tell: not tried again */
+    bool deep;   /* some joint block was zero; below: NULL where none is expected to be */
+    mbsri_newton_deep *below;        /* nu */
+    mbsri_newton_reaction *reaction; /* bodies + 1 */
+};
+
+static inline mbsri_newton_column *mbsri_newton_column_at(const mbsri_newton_sweeps *newton, int u)
+{
+    return (mbsri_newton_column *)(void *)(newton->column + newton->column_size * (size_t)u);
+}
+
+/* The sweeps, compiled once for every kind of processor. The factorisations return 0, a body whose
+ * rows are singular, or one of these: the sweeps do not serve; those for deep bodies have to. The
+ * first sweeps as backward of sweeps/tree.h; the second is for trees with joint blocks that are
+ * zero. Solve: see mbsri_newton_sweeps_solve. */
+enum { MBSRI_NOT_CLEAR = -1, MBSRI_DEFICIENT = -2 };
+typedef struct mbsri_newton_kernels {
+    int (*factor)(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton);
+    int (*factor_deep)(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton);
+    void (*solve)(mbsri_newton_sweeps *newton, const double *r, const double *load, double *delta,
+                  double *motion);
+} mbsri_newton_kernels;
+
+extern const mbsri_newton_kernels mbsri_newton_base;
+#if defined(MBSR_WITH_V3)
+extern const mbsri_newton_kernels mbsri_newton_v3;
+#endif
+
+#endif

@@ -1,0 +1,253 @@
+/* The solution: leaves to root b, root to leaves du.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRI_NEWTON_SOLVE_H
+#define MBSRI_NEWTON_SOLVE_H
+
+#include "newton/sweeps/multi_axis.h"
+#include "newton/sweeps/reaction.h"
+
+/* b, that of psi, and the recursion for w. */
+typedef struct loads {
+    v4 b[4], psi[2], L_bar, p_bar;
+} loads;
+
+MBSRI_INLINE void clear_loads(loads *f)
+{
+    f->b[0] = f->b[1] = f->b[2] = f->b[3] = f->L_bar = f->p_bar = splat(0.0);
+    f->psi[0] = f->psi[1] = splat(0.0);
+}
+
+MBSRI_INLINE void add_loads(const mbsri_newton_flow *m, loads *f, bool full, bool deep)
+{
+    for (int r = 0; r < groups(full); ++r) f->b[r] += load(m->b + 4 * r);
+    for (int r = 0; r < 2 && deep; ++r) f->psi[r] += load(m->psi + 4 * r);
+    f->L_bar += load(m->L_bar), f->p_bar += load(m->p_bar);
+}
+
+MBSRI_INLINE void loads_to_memory(const loads *f, mbsri_newton_flow *m, bool full, bool deep)
+{
+    for (int r = 0; r < groups(full); ++r) store(m->b + 4 * r, f->b[r]);
+    for (int r = 0; r < 2 && deep; ++r) store(m->psi + 4 * r, f->psi[r]);
+    store(m->L_bar, f->L_bar), store(m->p_bar, f->p_bar);
+}
+
+/* Of one coordinate: r, and the change of its joint force. */
+typedef struct given {
+    double q, p, u, tau;
+} given;
+
+/* What b adds to the row of the joint in F_p. */
+MBSRI_INLINE double row_of_loads(const mbsri_newton_column *col, v4 by_c, const loads *f, bool full)
+{
+    v4 row = load3(col->row) * f->b[CHI_L] + load3(col->row + 3) * f->b[CHI_P] -
+             by_c * load3(col->S) * f->b[MOMENT];
+    if (full) row -= by_c * load3(col->S + 3) * f->b[FORCE];
+    return sum3(row);
+}
+
+/* b behind the joint. */
+MBSRI_INLINE void pass_loads(mbsri_newton_column *col, double k, double r_q, loads *f, bool full)
+{
+    for (int r = 0; r < groups(full); ++r)
+        f->b[r] += load3(group_of(col, col->C, LAST_C, r)) * splat(k) +
+                   load3(group_of(col, col->U, LAST_U, r)) * splat(r_q);
+}
+
+/* k and p of a joint of one axis, by the row of F_p. */
+MBSRI_INLINE double condense_loads(const mbsri_newton_sweeps *newton, int u, given r, loads *f,
+                                   bool full)
+{
+    mbsri_newton_column *col = mbsri_newton_column_at(newton, u);
+    const v4 S_w = load3(col->S), S_v = load3(col->S + 3), by_c = splat(newton->by_c);
+    const double w = r.u + sum3(S_w * f->L_bar + S_v * f->p_bar);
+    const double row = row_of_loads(col, by_c, f, full);
+    const double k = (newton->by_c * (r.p + r.tau) + w - row - col->gain * r.q) * col->inverse;
+    pass_loads(col, k, r.q, f, full);
+    newton->k[u] = k;
+    newton->p[u] = sum3(S_w * f->b[CHI_L] + S_v * f->b[CHI_P]) - w;
+    f->L_bar += load3(col->G) * splat(r.u);
+    f->p_bar += load3(col->G + 3) * splat(r.u);
+    return k;
+}
+
+/* The same by the balance of forces (reaction.h). */
+MBSRI_INLINE double balance_loads(const mbsri_newton_sweeps *newton, int u, given r, loads *f,
+                                  bool full)
+{
+    mbsri_newton_column *col = mbsri_newton_column_at(newton, u);
+    const mbsri_newton_deep *below = newton->below + u;
+    const v4 S_w = load3(col->S), S_v = load3(col->S + 3);
+    const double row = row_of_loads(col, splat(newton->by_c), f, full);
+    const double psi = sum3(S_w * f->psi[PSI_L] + S_v * f->psi[PSI_P]);
+    const double k = (r.u + r.tau - psi - col->gain * r.q) * col->inverse;
+    pass_loads(col, k, r.q, f, full);
+    newton->k[u] = k;
+    newton->p[u] = newton->by_c * (r.p + r.tau) + sum3(S_w * f->b[CHI_L] + S_v * f->b[CHI_P]) -
+                   row - below->pivot * k - below->gain * r.q;
+    return k;
+}
+
+/* A joint of one axis in a solution with deep bodies. */
+MBSRI_INLINE void condense_deep(const mbsri_newton_sweeps *newton, const mbsri_newton_step *s,
+                                given r, loads *f, bool full)
+{
+    const mbsri_newton_column *col = mbsri_newton_column_at(newton, s->u);
+    if (!(s->deep & MBSRI_DEEP)) {
+        condense_loads(newton, s->u, r, f, full);
+        return;
+    }
+    const mbsri_newton_deep *below = newton->below + s->u;
+    const bool balance_of_forces = (s->deep & MBSRI_NO_INERTIA) != 0;
+    const double seen =
+        sum3(load3(col->S) * f->psi[PSI_L] + load3(col->S + 3) * f->psi[PSI_P]) - r.tau;
+    const v4 taken = splat(balance_of_forces ? 0.0 : seen),
+             k = splat(balance_of_forces ? balance_loads(newton, s->u, r, f, full)
+                                         : condense_loads(newton, s->u, r, f, full));
+    for (int g = 0; g < 2; ++g)
+        f->psi[g] += load3(below->C + 3 * g) * k + load3(below->U + 3 * g) * splat(r.q) -
+                     load3(col->G + 3 * g) * taken;
+}
+
+/* load: wrench at the origin of body i's own frame. */
+MBSRI_INLINE void add_load(const mbsri_newton_sweeps *newton, int i, const double *load_of_body,
+                           loads *f, bool deep)
+{
+    const double *x = load_of_body + newton->model->body[i].v;
+    const v4 force = {x[3], x[4], x[5], 0.0},
+             moment = (v4){x[0], x[1], x[2], 0.0} + cross(load(newton->own[i].arm), force);
+    f->b[MOMENT] += moment;
+    f->b[FORCE] += force;
+    if (!deep || !(newton->step[i].deep & MBSRI_DEEP)) return;
+    f->psi[PSI_L] -= moment;
+    f->psi[PSI_P] -= force;
+}
+
+/* From body i to its predecessor. */
+MBSRI_INLINE void hand_loads_over(const mbsri_newton_step *s, loads *f, mbsri_newton_flow **top,
+                                  bool full, bool deep)
+{
+    const v4 rho = load(s->rho);
+    f->b[CHI_L] += cross(rho, f->b[CHI_P]);
+    if (full) f->b[MOMENT] += cross(rho, f->b[FORCE]);
+    f->L_bar += cross(rho, f->p_bar);
+    if (deep) f->psi[PSI_L] += cross(rho, f->psi[PSI_P]);
+    if (s->flags & MBSRI_NEXT) return;
+    if (!(s->flags & MBSRI_OPENS)) add_loads(--*top, f, full, deep);
+    loads_to_memory(f, (*top)++, full, deep);
+}
+
+MBSRI_INLINE void solve_back(mbsri_newton_sweeps *newton, const double *r,
+                             const double *load_of_body, bool full, bool deep)
+{
+    const mbsr_model *m = newton->model;
+    const double *r_p = r ? r + m->nq : NULL, *r_u = r ? r_p + m->nu : NULL;
+    mbsri_newton_flow *top = newton->flow;
+    loads f;
+    clear_loads(&f);
+    for (int i = m->bodies; i >= 1; --i) {
+        const mbsri_newton_step *s = newton->step + i;
+        const int flags = s->flags;
+        if (flags & MBSRI_LEAF) clear_loads(&f);
+        if (flags & MBSRI_BRANCHES) add_loads(--top, &f, full, deep);
+        if (full && load_of_body) add_load(newton, i, load_of_body, &f, deep);
+        if (flags & MBSRI_MULTI) {
+            _Alignas(32) mbsri_newton_flow multi;
+            loads_to_memory(&f, &multi, full, false);
+            multi_loads(newton, i, r, load_of_body, &multi, full);
+            clear_loads(&f);
+            add_loads(&multi, &f, full, false);
+        } else if (s->n) {
+            const int u = m->u_of[s->u];
+            given g = {0.0, 0.0, 0.0, 0.0};
+            if (r) g = (given){r[m->q_of[s->q]], r_p[u], r_u[u], 0.0};
+            if (load_of_body) g.tau = load_of_body[m->size_v + (size_t)s->u];
+            if (deep)
+                condense_deep(newton, s, g, &f, full);
+            else
+                condense_loads(newton, s->u, g, &f, full);
+        }
+        hand_loads_over(s, &f, &top, full, deep);
+    }
+}
+
+/* The motion of the origin of the body's own frame, and dV = nu + xi x V there. */
+MBSRI_INLINE void report_motion(const mbsri_newton_own *own, const v4 x[4], double *motion)
+{
+    const v4 arm = load(own->arm), theta = x[ROTATION];
+    const v4 out[4] = {theta, x[DISPLACEMENT] + cross(theta, arm),
+                       x[SPIN] + cross(theta, load(own->omega)),
+                       x[DRIFT] + cross(x[SPIN], arm) + cross(theta, load(own->v))};
+    for (int g = 0; g < 4; ++g) {
+        for (int k = 0; k < 3; ++k) motion[3 * g + k] = out[g][k];
+    }
+}
+
+MBSRI_INLINE void solve_forward(mbsri_newton_sweeps *newton, const double *r, double *delta,
+                                double *motion, bool full)
+{
+    const mbsr_model *m = newton->model;
+    double *delta_p = delta + m->nq, *delta_u = delta_p + m->nu;
+    v4 x[4] = {splat(0.0), splat(0.0), splat(0.0), splat(0.0)};
+    for (int i = 1; i <= m->bodies; ++i) {
+        const mbsri_newton_step *s = newton->step + i;
+        if (s->parent == 0) {
+            for (int g = 0; g < groups(full); ++g) x[g] = splat(0.0);
+        } else if (s->parent != i - 1) {
+            for (int g = 0; g < groups(full); ++g)
+                x[g] = load(newton->x[newton->step[s->parent].branch] + 4 * g);
+        }
+        const v4 rho = load(s->rho);
+        if (s->flags & MBSRI_MULTI) {
+            _Alignas(32) double at[16];
+            for (int g = 0; g < groups(full); ++g) store(at + 4 * g, x[g]);
+            multi_motion(newton, i, r, delta, at, full);
+            for (int g = 0; g < groups(full); ++g) x[g] = load(at + 4 * g);
+        } else if (s->n) {
+            const mbsri_newton_column *col = mbsri_newton_column_at(newton, s->u);
+            v4 K = load3(col->K) * x[0] + load3(col->K + 3) * x[1] + load3(col->K + 6) * x[2],
+               Q = load3(col->Q) * x[0] + load3(col->Q + 3) * x[1] + load3(col->Q + 6) * x[2];
+            if (full) K += load3(col->last + 3 * LAST_K) * x[3];
+            if (full) Q += load3(col->last + 3 * LAST_Q) * x[3];
+            const int u = m->u_of[s->u], q = m->q_of[s->q];
+            const double du = newton->k[s->u] - sum3(K), both = du + (r ? r[q] : 0.0),
+                         dq = both * newton->by_c;
+            delta[q] = dq;
+            delta_p[u] = newton->p[s->u] + sum3(Q);
+            delta_u[u] = du;
+            const v4 S_w = load3(col->S), S_v = load3(col->S + 3);
+            x[DRIFT] +=
+                cross(x[SPIN], rho) + S_v * splat(du) + (S_v - load3(col->row + 3)) * splat(both);
+            if (full) x[DISPLACEMENT] += cross(x[ROTATION], rho) + S_v * splat(dq);
+            x[SPIN] += S_w * splat(du) + (S_w - load3(col->row)) * splat(both);
+            x[ROTATION] += S_w * splat(dq);
+        } else {
+            x[DRIFT] += cross(x[SPIN], rho);
+            if (full) x[DISPLACEMENT] += cross(x[ROTATION], rho);
+        }
+        if (s->flags & MBSRI_BRANCHES) {
+            for (int g = 0; g < groups(full); ++g) store(newton->x[s->branch] + 4 * g, x[g]);
+        }
+        if (full && motion) report_motion(newton->own + i, x, motion + 12 * i);
+    }
+}
+
+MBSRI_INLINE void solve_system(mbsri_newton_sweeps *newton, const double *r,
+                               const double *load_of_body, double *delta, double *motion, bool full)
+{
+    if (newton->deep)
+        solve_back(newton, r, load_of_body, full, true);
+    else
+        solve_back(newton, r, load_of_body, full, false);
+    solve_forward(newton, r, delta, motion, full);
+}
+
+static void newton_solve(mbsri_newton_sweeps *newton, const double *r, const double *load_of_body,
+                         double *delta, double *motion)
+{
+    if (newton->own)
+        solve_system(newton, r, load_of_body, delta, motion, true);
+    else
+        solve_system(newton, r, load_of_body, delta, NULL, false);
+}
+
+#endif

@@ -1,0 +1,160 @@
+/* The Newton system by the vectorised sweeps: memory and calls.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "newton/sweeps/sweeps.h"
+
+#include "algebra/dense.h"
+#include "base/error.h"
+#include "dynamics/entry.h"
+#include "model/query.h"
+#include "newton/slopes/force_slopes.h"
+#include "newton/sweeps/elements.h"
+#include "sweeps/dynamics.h"
+
+#include <string.h>
+
+/* ---- memory ---- */
+
+static void *take(unsigned char *base, size_t *used, size_t size)
+{
+    void *place = base ? base + *used : NULL;
+    *used += (size + MBSR_DATA_ALIGNMENT - 1) / MBSR_DATA_ALIGNMENT * MBSR_DATA_ALIGNMENT;
+    return place;
+}
+
+static size_t branching(const mbsri_sweeps *tree)
+{
+    size_t count = 0;
+    for (int i = 1; i <= tree->bodies; ++i) count += (tree->body[i].flags & MBSRI_BRANCHES) != 0;
+    return count;
+}
+
+/* Whether some joint block may be zero: hardly where the own inertia of every body is regular. */
+static bool may_be_deep(const mbsri_sweeps *tree)
+{
+    for (int i = 1; i <= tree->bodies; ++i) {
+        if (!(tree->body[i].soft > 0.0)) return true;
+    }
+    return false;
+}
+
+/* Compiled for the same processor as those of the tree. */
+static const mbsri_newton_kernels *kernels_of(const mbsri_sweeps *tree)
+{
+#if defined(MBSR_WITH_V3)
+    if (tree->kernels == &mbsri_sweeps_v3) return &mbsri_newton_v3;
+#endif
+    (void)tree;
+    return &mbsri_newton_base;
+}
+
+/* Places the solver in `base`, or with base == NULL only returns the size. */
+static size_t layout(const mbsr_model *m, unsigned char *base, mbsri_newton_sweeps **newton)
+{
+    const mbsri_sweeps *tree = m->sweeps;
+    const size_t bodies = (size_t)m->bodies + 1, nu = (size_t)m->nu, depth = (size_t)tree->depth;
+    mbsri_newton_sweeps counted;
+    size_t used = 0, doubles, ints, loaded, pairs;
+    mbsri_newton_sweeps *w = take(base, &used, sizeof *w);
+    if (!w) w = &counted;
+    const bool full = tree->body_forces;
+    w->column_size = full ? sizeof(mbsri_newton_column) : offsetof(mbsri_newton_column, last);
+    w->column = take(base, &used, nu * w->column_size);
+    w->step = take(base, &used, bodies * sizeof *w->step);
+    w->block = take(base, &used, (size_t)tree->multi * sizeof *w->block);
+    w->own = take(base, &used, full ? bodies * sizeof *w->own : 0);
+    mbsri_newton_count(m, &loaded, &pairs, NULL, NULL);
+    w->at = take(base, &used, loaded * sizeof *w->at);
+    w->by_pred = take(base, &used, pairs * sizeof *w->by_pred);
+    w->on_pred = take(base, &used, pairs * sizeof *w->on_pred);
+    w->number = take(base, &used, full ? bodies * sizeof *w->number : 0);
+    w->pair = take(base, &used, full ? bodies * sizeof *w->pair : 0);
+    w->k = take(base, &used, nu * sizeof *w->k);
+    w->p = take(base, &used, nu * sizeof *w->p);
+    w->x = take(base, &used, branching(tree) * sizeof *w->x);
+    w->carry = take(base, &used, depth * sizeof *w->carry);
+    w->flow = take(base, &used, depth * sizeof *w->flow);
+    const size_t slopes = full || tree->joint_forces ? nu : 0;
+    w->tau_q = take(base, &used, slopes * sizeof *w->tau_q);
+    w->tau_u = take(base, &used, slopes * sizeof *w->tau_u);
+    const bool deep = may_be_deep(tree);
+    w->below = take(base, &used, deep ? nu * sizeof *w->below : 0);
+    w->reaction = take(base, &used, deep ? bodies * sizeof *w->reaction : 0);
+    mbsri_slopes_size(m, &doubles, &ints);
+    double *work = take(base, &used, doubles * sizeof *work);
+    int *places = take(base, &used, ints * sizeof *places);
+    if (!base) return used;
+    w->model = m;
+    w->tree = tree;
+    w->kernels = kernels_of(tree);
+    if (!full) w->own = NULL;
+    if (!deep) w->below = NULL;
+    w->deep = w->unclear = false;
+    if (full) mbsri_newton_count(m, &loaded, &pairs, w->number, w->pair);
+    if (slopes == 0) w->tau_q = w->tau_u = NULL;
+    mbsri_slopes_place(m, &w->slopes, work, places);
+    *newton = w;
+    return used;
+}
+
+size_t mbsri_newton_sweeps_size(const mbsr_model *m)
+{
+    return m->sweeps ? layout(m, NULL, NULL) : 0;
+}
+
+mbsri_newton_sweeps *mbsri_newton_sweeps_place(const mbsr_model *m, void *memory)
+{
+    mbsri_newton_sweeps *w;
+    layout(m, memory, &w);
+    memset(w->step, 0, sizeof *w->step);
+    int branch = 0;
+    for (int i = 1; i <= m->bodies; ++i) {
+        const mbsri_sweep_body *b = m->sweeps->body + i;
+        w->step[i] = (mbsri_newton_step){.parent = b->parent,
+                                         .flags = b->flags,
+                                         .n = b->n,
+                                         .q = b->q,
+                                         .u = b->u,
+                                         .multi = b->multi,
+                                         .branch = branch};
+        branch += (b->flags & MBSRI_BRANCHES) != 0;
+    }
+    for (int k = 0; k < m->sweeps->multi; ++k) memset(w->block + k, 0, sizeof *w->block);
+    return w;
+}
+
+/* ---- calls ---- */
+
+int mbsri_newton_sweeps_factor(mbsri_newton_sweeps *newton, mbsr_data *d, double t, const double *q,
+                               const double *u, double c)
+{
+    const mbsr_model *m = newton->model;
+    mbsri_sweep_run run;
+    if (!mbsri_sweeps_open(&run, m, d, t, q, u)) return MBSRI_NOT_SERVED;
+    newton->c = c;
+    newton->by_c = 1.0 / c;
+    if (newton->tau_q) {
+        /* elements look into the data */
+        if (run.q != d->q) mbsri_copy((size_t)m->nq, run.q, d->q);
+        if (run.u != d->u) mbsri_copy((size_t)m->nu, run.u, d->u);
+        const int status = mbsri_newton_slopes_at(newton, d);
+        if (status) return status;
+    }
+    newton->deep = false;
+    /* what the bound tells seldom changes */
+    const mbsri_newton_kernels *kernels = newton->kernels;
+    int singular = newton->unclear ? MBSRI_DEFICIENT : kernels->factor(&run, newton);
+    if (singular == MBSRI_DEFICIENT) singular = kernels->factor_deep(&run, newton);
+    if (singular < 0 || !mbsri_sweeps_as_watched(&run)) return MBSRI_NOT_SERVED;
+    mbsri_remember(m, d, MBSRI_PENDING_FORWARD, q, u, NULL);
+    if (singular == 0) return MBSR_OK;
+    char label[MBSRI_LABEL];
+    return mbsri_fail(&d->error, MBSR_SINGULAR_BLOCK, m->body[singular].id, MBSR_NONE,
+                      "%s: the Newton equations of its joint are singular at t = %g",
+                      mbsri_body_label(m, singular, label), t);
+}
+
+void mbsri_newton_sweeps_solve(mbsri_newton_sweeps *newton, const double *r, const double *load,
+                               double *delta, double *motion)
+{
+    newton->kernels->solve(newton, r, load, delta, motion);
+}

@@ -1,0 +1,38 @@
+/* The elimination on the tree: by the vectorised sweeps where they serve, else by blocks.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "newton/tree.h"
+
+#include "base/error.h"
+#include "newton/blocks/factor.h"
+#include "newton/blocks/solve.h"
+#include "newton/sweeps/elements.h"
+#include "newton/sweeps/sweeps.h"
+
+int mbsri_newton_tree_factor(mbsr_newton *w, mbsr_data *d, double t, const double *y, double c)
+{
+    const mbsr_model *m = w->model;
+    const double *u = y + m->nq + m->nu;
+    const int status =
+        w->sweeps ? mbsri_newton_sweeps_factor(w->sweeps, d, t, y, u, c) : MBSRI_NOT_SERVED;
+    w->by_sweeps = status != MBSRI_NOT_SERVED;
+    w->info.vector_code = w->by_sweeps;
+    if (w->by_sweeps) return status;
+    if (!w->lean) return mbsri_tree_factor(w, d, t, y, u, c);
+    return mbsri_fail(&d->error, MBSR_ERR_LEAN, MBSR_NONE, MBSR_NONE,
+                      "mbsr_newton_factor: the solver was created lean, and the sweeps in vector "
+                      "code do not serve %s",
+                      w->sweeps ? "this state" : "this model");
+}
+
+void mbsri_newton_tree_solve(mbsr_newton *w, const double *r, const double *load, double *delta)
+{
+    if (w->by_sweeps)
+        mbsri_newton_sweeps_solve(w->sweeps, r, load, delta, w->motion);
+    else
+        mbsri_tree_solve(w, r, load, delta);
+}
+
+const double *mbsri_newton_motion(const mbsr_newton *w, int i)
+{
+    return w->by_sweeps ? w->motion + 12 * (size_t)i : w->x + w->node[i].x;
+}

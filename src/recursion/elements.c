@@ -1,0 +1,174 @@
+/* Applied forces f and joint forces tau: gyroscopic terms and all force elements.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "recursion/elements.h"
+
+#include "algebra/dense.h"
+#include "base/error.h"
+#include "forces/gravity.h"
+#include "model/query.h"
+
+/* Body i as force elements see it. The root drops what is added to it. */
+static mbsr_force_body view(const mbsr_model *m, mbsr_data *d, int i, mbsri_question ask)
+{
+    const mbsri_body *b = m->body + i;
+    mbsr_force_body body = {.id = b->id,
+                            .space = b->joint.space,
+                            .d = b->d,
+                            .np = b->np,
+                            .n = b->n,
+                            .nq = b->nq,
+                            .p = d->p + b->p,
+                            .V = ask != MBSRI_ENERGY ? d->V + b->v : NULL,
+                            .f = ask == MBSRI_FORCES ? d->f + b->v : NULL};
+    if (i > 0) {
+        body.M = d->M + b->dd;
+        body.inertia = &b->inertia;
+        body.q = d->q + b->iq;
+        body.u = ask != MBSRI_ENERGY ? d->u + b->iu : NULL;
+        body.tau = ask == MBSRI_FORCES ? d->tau + b->iu : NULL;
+    }
+    return body;
+}
+
+/* The same of a body whose joint alone counts, with q and u in the order of the sweeps. */
+static mbsr_force_body view_joint(const mbsr_model *m, mbsr_data *d, int i, mbsri_question ask,
+                                  const double *q, const double *u)
+{
+    mbsr_force_body body = view(m, d, i, ask);
+    body.p = body.V = body.M = NULL;
+    body.f = NULL;
+    if (i == 0) return body;
+    body.q = q + m->body[i].iq;
+    body.u = u + m->body[i].iu;
+    return body;
+}
+
+int mbsri_force_failed(const mbsr_model *m, mbsr_data *d, const mbsri_force *force, int status,
+                       const char *function)
+{
+    char label[MBSRI_LABEL];
+    return mbsri_fail(
+        &d->error, status, MBSR_NONE, force->id, "%s (%s): %s returned %d at t = %g",
+        mbsri_label(label, "force", force->id, (const char *)m->names.data + force->name),
+        force->def.table->name, function, status, d->t);
+}
+
+/* One call of an element; its energy or dissipation is added to *sum. */
+static int call(const mbsr_model *m, mbsr_data *d, const mbsri_force *force, int bodies,
+                mbsri_question ask, double *sum)
+{
+    static const char *const names[] = {"evaluate", "energy", "dissipation"};
+    const mbsr_force_table *table = force->def.table;
+    const mbsr_force_args args = {
+        .force = &force->def, .t = d->t, .bodies = bodies, .body = d->force_bodies};
+    double one = 0.0;
+    int status = MBSR_OK;
+    if (ask == MBSRI_FORCES)
+        status = table->evaluate(&args);
+    else if (ask == MBSRI_ENERGY && table->energy)
+        status = table->energy(&args, &one);
+    else if (ask == MBSRI_DISSIPATION && table->dissipation)
+        status = table->dissipation(&args, &one);
+    if (sum) *sum += one;
+    return status ? mbsri_force_failed(m, d, force, status, names[ask]) : MBSR_OK;
+}
+
+/* The bodies of one call of an element: those of its list, or the one of an element that acts on
+ * every body; with q, joints alone. Returns how many. */
+static int view_all(const mbsr_model *m, mbsr_data *d, const mbsri_force *force, int body,
+                    mbsri_question ask, const double *q, const double *u)
+{
+    const bool every = (force->def.table->flags & MBSR_FORCE_EVERY_BODY) != 0;
+    const int bodies = every ? 1 : force->def.bodies;
+    for (int k = 0; k < bodies; ++k) {
+        const int i = every ? body : m->list_index[force->list + (size_t)k];
+        d->force_bodies[k] = q ? view_joint(m, d, i, ask, q, u) : view(m, d, i, ask);
+    }
+    return bodies;
+}
+
+/* All calls of an element. */
+static int visit(const mbsr_model *m, mbsr_data *d, const mbsri_force *force, mbsri_question ask,
+                 const double *q, const double *u, double *sum)
+{
+    const int calls = force->def.table->flags & MBSR_FORCE_EVERY_BODY ? m->bodies : 1;
+    int status = MBSR_OK;
+    for (int i = 1; i <= calls && !status; ++i)
+        status = call(m, d, force, view_all(m, d, force, i, ask, q, u), ask, sum);
+    return status;
+}
+
+/* The same of all elements. */
+static int visit_all(const mbsr_model *m, mbsr_data *d, mbsri_question ask, double *sum)
+{
+    const mbsri_force *force = m->forces.data;
+    int status = MBSR_OK;
+    for (size_t k = 0; k < m->forces.count && !status; ++k)
+        status = visit(m, d, force + k, ask, NULL, NULL, sum);
+    return status;
+}
+
+int mbsri_forces(const mbsr_model *m, mbsr_data *d, const double *tau)
+{
+    d->stage = MBSRI_STAGE_VELOCITIES;
+    d->accelerated = false;
+    d->pending = MBSRI_PENDING_NONE;
+
+    mbsri_zero((size_t)m->nu, d->tau);
+    if (tau) mbsri_gather(m, tau, d->tau);
+    /* f_i = -h_i */
+    mbsri_zero((size_t)m->root.d, d->f);
+    for (size_t k = (size_t)m->root.d; k < m->size_v; ++k) d->f[k] = -d->h[k];
+    /* + force elements */
+    const int status = visit_all(m, d, MBSRI_FORCES, NULL);
+    if (status) return status;
+    d->stage = MBSRI_STAGE_FORCES;
+    return MBSR_OK;
+}
+
+int mbsri_joint_elements(const mbsr_model *m, mbsr_data *d, const double *q, const double *u)
+{
+    const mbsri_force *force = m->forces.data;
+    int status = MBSR_OK;
+    for (size_t k = 0; k < m->forces.count && !status; ++k, ++force) {
+        if (force->def.table->flags & MBSR_FORCE_JOINT_ONLY)
+            status = visit(m, d, force, MBSRI_FORCES, q, u, NULL);
+    }
+    return status;
+}
+
+int mbsri_force_bodies(const mbsr_model *m, mbsr_data *d, const mbsri_force *force, int body)
+{
+    const bool joints = (force->def.table->flags & MBSR_FORCE_JOINT_ONLY) != 0;
+    return view_all(m, d, force, body, MBSRI_DERIVATIVES, joints ? d->q : NULL, d->u);
+}
+
+int mbsri_body_elements(const mbsr_model *m, mbsr_data *d)
+{
+    const mbsri_force *force = m->forces.data;
+    int status = MBSR_OK;
+    for (size_t k = 0; k < m->forces.count && !status; ++k, ++force) {
+        if (mbsri_is_gravity(&force->def) || force->def.table->flags & MBSR_FORCE_JOINT_ONLY)
+            continue;
+        status = visit(m, d, force, MBSRI_FORCES, NULL, NULL, NULL);
+    }
+    return status;
+}
+
+int mbsri_element_sum(const mbsr_model *m, mbsr_data *d, const mbsri_force *force,
+                      mbsri_question ask, double *sum)
+{
+    *sum = 0.0;
+    return force ? visit(m, d, force, ask, NULL, NULL, sum) : visit_all(m, d, ask, sum);
+}
+
+const mbsri_force *mbsri_find_force(const mbsr_model *m, mbsr_data *d, int id, const char *function)
+{
+    const mbsri_force *force = m->forces.data;
+    for (size_t k = 0; k < m->forces.count; ++k) {
+        if (force[k].id == id) return force + k;
+    }
+    (void)mbsri_fail(&d->error, MBSR_ERR_ID, MBSR_NONE, MBSR_NONE, "%s: there is no force %d",
+                     function, id);
+    return NULL;
+}

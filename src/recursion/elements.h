@@ -1,0 +1,40 @@
+/* Force elements over the whole tree: applied forces f and joint forces tau.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRI_ELEMENTS_H
+#define MBSRI_ELEMENTS_H
+
+#include "recursion/data.h"
+
+/* The stage: f and tau at the state of mbsri_velocities; tau by the caller's order, or NULL. */
+int mbsri_forces(const mbsr_model *m, mbsr_data *d, const double *tau);
+
+/* Adds to tau what the force elements that act on joints alone exert; q, u in the order of the
+ * sweeps. */
+int mbsri_joint_elements(const mbsr_model *m, mbsr_data *d, const double *q, const double *u);
+
+/* Adds to f and tau what the others exert, gravity left out; reads p, V, M, q, u of the data. */
+int mbsri_body_elements(const mbsr_model *m, mbsr_data *d);
+
+/* Energy, or dissipated power, of an element, NULL: of all; at the state of mbsri_velocities. */
+typedef enum mbsri_question {
+    MBSRI_FORCES,
+    MBSRI_ENERGY,
+    MBSRI_DISSIPATION,
+    MBSRI_DERIVATIVES
+} mbsri_question;
+int mbsri_element_sum(const mbsr_model *m, mbsr_data *d, const mbsri_force *force,
+                      mbsri_question ask, double *sum);
+
+/* Fills the data's force_bodies for a call of an element's derivatives, with f and tau NULL; `body`
+ * is the one of an element that acts on every body. Returns how many. */
+int mbsri_force_bodies(const mbsr_model *m, mbsr_data *d, const mbsri_force *force, int body);
+
+/* Reports the status of an element's function. */
+int mbsri_force_failed(const mbsr_model *m, mbsr_data *d, const mbsri_force *force, int status,
+                       const char *function);
+
+/* The element of that id; NULL, reported as MBSR_ERR_ID, if there is none. */
+const mbsri_force *mbsri_find_force(const mbsr_model *m, mbsr_data *d, int id,
+                                    const char *function);
+
+#endif

@@ -1,0 +1,19 @@
+/* The mass matrix of a body in a pose, and what goes with it.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRI_INERTIA_H
+#define MBSRI_INERTIA_H
+
+#include "model/record.h"
+
+/* M (d x d) in the pose p; zero for inertias by function. */
+void mbsri_inertia_mass(const mbsri_body *b, const double *p, double *M);
+
+/* M' along V, but for inertias by function. */
+void mbsri_inertia_mass_rate(const mbsri_body *b, const double *p, const double *V, const double *M,
+                             double *Mdot);
+
+/* Gyroscopic force h (d); for inertias by function M, too. What the function returned. */
+int mbsri_inertia_velocity(const mbsri_body *b, double t, const double *p, const double *V,
+                           double *M, double *h);
+
+#endif

@@ -1,0 +1,173 @@
+/* The rank of one joint block D and its pseudo-inverse.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * D = J^T Mbar J may be zero up to rounding, so its eigenvalues are compared with the size of the
+ * rounding errors in it, not with each other. W (backward.c) is that size for Mbar: the sum of all
+ * that was added up before anything cancelled, carried from body to body as an error would be. With
+ * S = diag(J^T W J)^(-1/2)
+ *
+ *   S D S = X diag(lambda) X^T,  lambda_k > tolerance: kept (R = S X_kept), else dropped (N)
+ *   D^+   = S X_kept diag(1/lambda) X_kept^T S
+ *
+ * S makes the decision the same in all units. D^+ is the Moore-Penrose pseudo-inverse of D in the
+ * joint coordinates S^-1 u; the columns of N span the null space of D, and I - D^+ D = S X_dropped
+ * X_dropped^T S^-1 projects onto it. */
+#include "recursion/rank.h"
+
+#include "algebra/dense.h"
+#include "algebra/jacobi.h"
+#include "algebra/lapack.h"
+#include "algebra/numbers.h"
+#include "base/error.h"
+#include "model/query.h"
+#include "recursion/not_finite.h"
+
+#include <math.h>
+
+/* diag(J^T W J)^(-1/2) into s, or with `fixed` the given s; the largest entry of diag(J^T W J), and
+ * of S J^T W J S in *noise (1 unless s is given). A zero entry belongs to a row of D that is
+ * zero. */
+static double equilibrate(const mbsri_body *b, const mbsr_data *d, const double *fixed, double *s,
+                          double *noise)
+{
+    double *WJ = d->scratch, largest = 0.0;
+    *noise = 1.0;
+    for (int k = 0; k < b->n; ++k) {
+        const double *column = d->J + b->dn + (size_t)k * (size_t)b->d;
+        mbsri_zero((size_t)b->d, WJ);
+        mbsri_ax(b->d, b->d, 1.0, d->W + b->dd, column, WJ);
+        const double size = mbsri_dot(b->d, column, WJ);
+        s[k] = fixed ? fixed[k] : size > 0.0 ? 1.0 / sqrt(size) : 1.0;
+        if (fixed) *noise = fmax(*noise, size * s[k] * s[k]);
+        if (size > largest) largest = size;
+    }
+    return largest;
+}
+
+/* Eigenvalues in descending order and their eigenvectors, so that the range comes first. */
+static void reverse(int n, double *X, double *lambda)
+{
+    for (int k = 0, l = n - 1; k < l; ++k, --l) {
+        const double value = lambda[k];
+        lambda[k] = lambda[l];
+        lambda[l] = value;
+        for (int j = 0; j < n; ++j) {
+            const double entry = X[k * n + j];
+            X[k * n + j] = X[l * n + j];
+            X[l * n + j] = entry;
+        }
+    }
+}
+
+/* reads D, J, W;  writes s, X, lambda, Dinv, scale, rank.  cost: one symmetric eigenproblem of size
+ * n. */
+int mbsri_rank_decision(const mbsr_model *m, mbsr_data *d, int i)
+{
+    const mbsri_body *b = m->body + i;
+    const int n = b->n;
+    const double *D = d->D + b->nn;
+    double *s = d->s + b->iu, *X = d->X + b->nn, *lambda = d->lambda + b->iu,
+           *Dinv = d->Dinv + b->nn;
+    char label[MBSRI_LABEL];
+
+    d->rank[i] = 0;
+    double noise;
+    d->scale[i] = equilibrate(b, d, d->use_frame ? d->s_frame + b->iu : NULL, s, &noise);
+    const double tolerance = m->rank_tolerance * noise;
+    /* S D S */
+    for (int j = 0; j < n; ++j) {
+        for (int k = 0; k < n; ++k) X[j * n + k] = s[j] * D[j * n + k] * s[k];
+    }
+    if (!mbsri_finite((size_t)n * (size_t)n, X)) return mbsri_report_not_finite(m, d);
+    /* = X diag(lambda) X^T */
+    if (n == 1) {
+        lambda[0] = X[0];
+        X[0] = 1.0;
+    } else {
+        const bool small = n <= 3; /* where it is faster than a call */
+        const int info = small ? mbsri_jacobi(n, X, lambda)
+                               : mbsri_lapack_syev(n, X, lambda, d->scratch, m->lapack_work);
+        if (info != 0) {
+            return mbsri_fail(&d->error, MBSR_EIGEN_FAILED, b->id, MBSR_NONE,
+                              "%s: the eigenvalues of D did not converge at t = %g (%d)",
+                              mbsri_body_label(m, i, label), d->t, info);
+        }
+        if (!small) reverse(n, X, lambda);
+    }
+    if (lambda[n - 1] < -tolerance) {
+        return mbsri_fail(
+            &d->error, MBSR_INDEFINITE_MASS, b->id, MBSR_NONE,
+            "%s: the mass on its joint is indefinite at t = %g (scaled eigenvalue %g)",
+            mbsri_body_label(m, i, label), d->t, lambda[n - 1]);
+    }
+    while (d->rank[i] < n && lambda[d->rank[i]] > tolerance) ++d->rank[i];
+    /* D^+ */
+    mbsri_zero((size_t)n * (size_t)n, Dinv);
+    for (int l = 0; l < d->rank[i]; ++l) {
+        for (int j = 0; j < n; ++j) {
+            const double factor = s[j] * X[l * n + j] / lambda[l];
+            for (int k = 0; k < n; ++k) Dinv[j * n + k] += factor * s[k] * X[l * n + k];
+        }
+    }
+    return MBSR_OK;
+}
+
+void mbsri_null_part(const mbsr_model *m, const mbsr_data *d, int i, const double *x, double *y)
+{
+    const mbsri_body *b = m->body + i;
+    const int n = b->n, rank = d->rank[i];
+    const double *s = d->s + b->iu, *X = d->X + b->nn;
+    double *weight = d->scratch;
+    /* X_dropped^T S^-1 x */
+    for (int l = rank; l < n; ++l) {
+        weight[l] = 0.0;
+        for (int k = 0; k < n; ++k) weight[l] += X[l * n + k] * x[k] / s[k];
+    }
+    /* S X_dropped (.) */
+    mbsri_zero((size_t)n, y);
+    for (int l = rank; l < n; ++l) {
+        for (int k = 0; k < n; ++k) y[k] += s[k] * X[l * n + k] * weight[l];
+    }
+}
+
+/* reads X, s.  For x = e = tau - J^T fbar - J^T Mbar kII the last term has no part here (Lemma
+ * 2). */
+void mbsri_null_force(const mbsr_model *m, const mbsr_data *d, int i, const double *x, double *y)
+{
+    const mbsri_body *b = m->body + i;
+    const int n = b->n, rank = d->rank[i];
+    const double *s = d->s + b->iu, *X = d->X + b->nn;
+    double *weight = d->scratch;
+    /* X_dropped^T S x */
+    for (int l = rank; l < n; ++l) {
+        weight[l] = 0.0;
+        for (int k = 0; k < n; ++k) weight[l] += X[l * n + k] * s[k] * x[k];
+    }
+    /* S^-1 X_dropped (.) */
+    mbsri_zero((size_t)n, y);
+    for (int l = rank; l < n; ++l) {
+        for (int k = 0; k < n; ++k) y[k] += X[l * n + k] * weight[l] / s[k];
+    }
+}
+
+int mbsri_rank_watched(const mbsr_model *m, mbsr_data *d, int i)
+{
+    if (!d->watching || d->rank[i] == d->watched[i]) return MBSR_OK;
+    char label[MBSRI_LABEL];
+    return mbsri_fail(&d->error, MBSR_RANK_CHANGED, m->body[i].id, MBSR_NONE,
+                      "%s: the rank of its joint changes from %d to %d (of %d) at t = %g",
+                      mbsri_body_label(m, i, label), d->watched[i], d->rank[i], m->body[i].n, d->t);
+}
+
+int mbsri_check_ranks(const mbsr_model *m, mbsr_data *d)
+{
+    int i = 1;
+    while (i <= m->bodies && d->rank[i] == m->body[i].n) ++i;
+    if (i > m->bodies) return MBSR_OK;
+    char label[MBSRI_LABEL];
+    const mbsri_body *b = m->body + i;
+    return mbsri_fail(
+        &d->error, MBSR_UNDETERMINED, b->id, MBSR_NONE,
+        "%s: %d of the %d accelerations of its joint are not determined: they move no mass",
+        mbsri_body_label(m, i, label), b->n - d->rank[i], b->n);
+}

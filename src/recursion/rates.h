@@ -1,0 +1,12 @@
+/* Rates of H, J and M along the motion.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRI_RATES_H
+#define MBSRI_RATES_H
+
+#include "recursion/data.h"
+
+/* Hdot, Jdot, Mdot along the motion of the state at mbsri_velocities. */
+int mbsri_rates(const mbsr_model *m, mbsr_data *d);
+bool mbsri_rates_by_differences(const mbsri_body *b);
+
+#endif

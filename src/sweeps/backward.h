@@ -1,0 +1,121 @@
+/* The backward recursion (17) of the vectorised sweeps, leaves to root.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRI_SWEEPS_BACKWARD_H
+#define MBSRI_SWEEPS_BACKWARD_H
+
+#include "sweeps/carry.h"
+#include "sweeps/multi_axis.h"
+#include "sweeps/rank_bound.h"
+
+#include <math.h>
+
+/* Mbar^a = Mbar - U D^-1 U^T,  p += Mbar^a c + U D^-1 e, at body i's origin. */
+MBSRI_INLINE void condense(const mbsri_sweep_run *run, int i, const joint *j, blocks *c)
+{
+    mbsri_sweep_state *s = run->state + i;
+    const v4 c_w = load(s->A_w), c_v = load(s->A_v), U_L = j->U_L, U_p = j->U_p;
+    run->rank[i] = j->Dinv > 0.0;
+    store(s->U_L, U_L);
+    store(s->U_p, U_p);
+    s->D = j->D;
+    s->Dinv = j->Dinv;
+    s->e = j->e;
+    const v4 g_L = U_L * splat(j->Dinv), g_p = U_p * splat(j->Dinv), e = splat(j->e);
+    c->I[0] -= g_L * xxx(U_L), c->I[1] -= g_L * yyy(U_L), c->I[2] -= g_L * zzz(U_L);
+    c->G[0] -= g_p * xxx(U_L), c->G[1] -= g_p * yyy(U_L), c->G[2] -= g_p * zzz(U_L);
+    c->M[0] -= g_p * xxx(U_p), c->M[1] -= g_p * yyy(U_p), c->M[2] -= g_p * zzz(U_p);
+    c->L += times(c->I, c_w) + transposed_times(c->G, c_v) + g_L * e;
+    c->p += times(c->G, c_w) + times(c->M, c_v) + g_p * e;
+}
+
+/* ||X||^2 <= (1 + |rho| / L)^2, a constant unless the joint slides. */
+MBSRI_INLINE double stretch(const mbsri_sweep_run *run, int i)
+{
+    const mbsri_sweep_body *b = run->tree->body + i;
+    if (!(b->flags & (MBSRI_SLIDES | MBSRI_MULTI))) return b->spread;
+    const v4 rho = load(run->state[i].rho);
+    const double ratio = 1.0 + sqrt(sum3(rho * rho)) / run->tree->length;
+    return ratio * ratio;
+}
+
+/* Through the joint of body i, of whatever kind; W: NULL without it. */
+MBSRI_INLINE bool pass_joint(const mbsri_sweep_run *run, int i, blocks *c, blocks *W)
+{
+    if (run->tree->body[i].flags & MBSRI_MULTI) {
+        _Alignas(32) mbsri_carry m, noise;
+        to_memory(c, &m);
+        if (W) to_memory(W, &noise);
+        if (!multi_backward(run, i, &m, W ? &noise : NULL)) return false;
+        from_memory(&m, c);
+        if (W) from_memory(&noise, W);
+        return true;
+    }
+    joint j;
+    open_joint(run, i, c, &j);
+    const bool clear = W ? judge(run, i, c, &j, W) : certify(run, i, c, &j);
+    if (clear) condense(run, i, &j, c);
+    return clear;
+}
+
+/* Where the sweep stands: the carry, W beside it, and the places where they wait at branches. */
+typedef struct back {
+    blocks c, W;
+    mbsri_carry *top, *noise_top;
+} back;
+
+MBSRI_INLINE void start_back(const mbsri_sweep_run *run, back *at)
+{
+    clear(&at->c);
+    clear(&at->W);
+    at->top = run->stack;
+    at->noise_top = run->noise;
+}
+
+/* Past body i; false: its rank is not clear. */
+MBSRI_INLINE bool pass_body(const mbsri_sweep_run *run, int i, bool exact, back *at)
+{
+    const mbsri_sweep_body *b = run->tree->body + i;
+    const int flags = b->flags;
+    blocks *c = &at->c, *W = &at->W;
+    if (flags & MBSRI_LEAF) clear(c);
+    if (exact && flags & MBSRI_LEAF) clear(W);
+    if (flags & MBSRI_BRANCHES) add(--at->top, c);
+    if (exact && flags & MBSRI_BRANCHES) add(--at->noise_top, W);
+    if (!(flags & MBSRI_MASSLESS)) add_own(b, run->state + i, c);
+    if (flags & MBSRI_LOADED) {
+        c->L -= load(run->load[i].L);
+        c->p -= load(run->load[i].p);
+    }
+    if (!pass_joint(run, i, c, exact ? W : NULL)) return false;
+    const v4 rho = load(run->state[i].rho);
+    translate(rho, c);
+    if (exact)
+        translate(rho, W);
+    else
+        c->spread *= stretch(run, i);
+    if (flags & MBSRI_NEXT) return true;
+    const bool opens = (flags & MBSRI_OPENS) != 0;
+    if (!opens) add(--at->top, c);
+    to_memory(c, at->top++);
+    if (!exact) return true;
+    if (!opens) add(--at->noise_top, W);
+    to_memory(W, at->noise_top++);
+    return true;
+}
+
+MBSRI_INLINE bool sweep_back(const mbsri_sweep_run *run, bool exact)
+{
+    back at;
+    start_back(run, &at);
+    for (int i = run->tree->bodies; i >= 1; --i) {
+        if (!pass_body(run, i, exact, &at)) return false;
+    }
+    return true;
+}
+
+MBSRI_OUTLINE bool backward(const mbsri_sweep_run *run)
+{
+    return sweep_back(run, false) || sweep_back(run, true);
+}
+
+#endif

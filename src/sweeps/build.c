@@ -1,0 +1,289 @@
+/* The tree that the vectorised sweeps run over, made when a model is finished.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "sweeps/build.h"
+
+#include "algebra/space3.h"
+#include "base/memory.h"
+#include "forces/gravity.h"
+#include "joints/chain.h"
+
+#include <math.h>
+#include <stdint.h>
+#include <string.h>
+
+/* ---- which models are served ---- */
+
+static bool served_inertia(const mbsri_body *b)
+{
+    const mbsr_inertia *inertia = &b->inertia;
+    if (b->added) return false;
+    switch (inertia->kind) {
+    case MBSR_INERTIA_NOT_GIVEN:
+    case MBSR_INERTIA_PARTICLE:
+    case MBSR_INERTIA_SPATIAL: return true;
+    case MBSR_INERTIA_MATRIX: return !inertia->matrix;
+    default: return false;
+    }
+}
+
+static bool served_body(const mbsri_body *b)
+{
+    return b->joint.table->position == mbsri_chain_position && b->locks == 0 && served_inertia(b) &&
+           (b->pred_space == MBSR_SPACE_SPATIAL || b->pred_space == MBSR_SPACE_FIXED);
+}
+
+static bool served(const mbsr_model *m, int bodies)
+{
+    for (int i = 1; i <= bodies; ++i) {
+        if (!served_body(m->body + i)) return false;
+    }
+    return true;
+}
+
+/* ---- constants of the bodies ---- */
+
+/* Whether the joint is one axis that is not prescribed, or a weld; its step goes to *kind. */
+static bool is_simple(const mbsri_joint *joint, int *kind)
+{
+    const int steps = joint->option[0], code = joint->option[1];
+    *kind = steps == 0 ? 0 : code & MBSRI_STEP_KIND;
+    return steps == 0 || (steps == 1 && !(code & MBSRI_DRIVEN) && *kind != MBSRI_QUATERNION);
+}
+
+/* The frame that the sweeps use, in the body's own: z along the axis of frame B, its origin on
+ * it. */
+static mbsr_frame frame_in_body(const mbsri_joint *joint)
+{
+    int kind;
+    if (!is_simple(joint, &kind) || kind == 0) return mbsr_frame_identity();
+    const mbsr_frame turned = mbsr_frame_along(NULL, joint->param + MBSRI_AXES);
+    mbsr_frame B;
+    memcpy(B.x, joint->param + MBSRI_B, sizeof B.x);
+    memcpy(B.R, joint->param + MBSRI_B + 3, sizeof B.R);
+    return mbsr_frame_product(&B, &turned);
+}
+
+/* The body's frame at q = 0 in its predecessor's own frame. */
+static mbsr_frame frame_at_rest(const mbsri_joint *joint, const mbsr_frame *in_body)
+{
+    mbsr_frame A, B;
+    memcpy(A.x, joint->param + MBSRI_A, sizeof A.x);
+    memcpy(A.R, joint->param + MBSRI_A + 3, sizeof A.R);
+    memcpy(B.x, joint->param + MBSRI_B, sizeof B.x);
+    memcpy(B.R, joint->param + MBSRI_B + 3, sizeof B.R);
+    const mbsr_frame back = mbsr_frame_inverse(&B), body = mbsr_frame_product(&A, &back);
+    return mbsr_frame_product(&body, in_body);
+}
+
+static void pad(int columns, const double *from, double *to)
+{
+    for (int j = 0; j < columns; ++j) memcpy(to + 4 * j, from + 3 * j, 3 * sizeof *to);
+}
+
+/* Inertia about the origin and along the axes of the frame; how regular it is:
+ * M >= lambda Lambda with lambda = min(m / 2, i / (L^2 + 2 |c|^2)), i the smallest principal moment
+ * about the centre of mass, which is at least det / (trace / 2)^2. */
+static void place_inertia(const mbsr_inertia *given, const mbsr_frame *in_body, double length,
+                          mbsri_sweep_body *b)
+{
+    const mbsr_frame body = mbsr_frame_inverse(in_body);
+    const mbsr_inertia inertia = mbsr_inertia_moved(&body, *given);
+    const double *t = inertia.tensor, *c = inertia.com, square = mbsri_dot3(c, c);
+    const double I[9] = {t[MBSR_XX], t[MBSR_XY], t[MBSR_XZ], t[MBSR_XY], t[MBSR_YY],
+                         t[MBSR_YZ], t[MBSR_XZ], t[MBSR_YZ], t[MBSR_ZZ]};
+    double minor[3];
+    mbsri_cross3(I, I + 3, minor);
+    const double half = 0.5 * (I[0] + I[4] + I[8]), determinant = mbsri_dot3(minor, I + 6);
+    const double least = half > 0.0 ? determinant / (half * half) : 0.0;
+    const double lambda = fmin(0.5 * inertia.mass, least / (length * length + 2.0 * square));
+    if (lambda > 1e-9 * (inertia.mass + half / (length * length))) b->soft = 1.0 / lambda;
+    for (int j = 0; j < 3; ++j) {
+        for (int k = 0; k < 3; ++k)
+            b->I[4 * j + k] = I[3 * j + k] + inertia.mass * ((j == k ? square : 0.0) - c[j] * c[k]);
+        b->c[j] = inertia.mass * c[j];
+    }
+    b->c[3] = inertia.mass;
+    double largest = inertia.mass;
+    for (int k = 0; k < 9; ++k) largest = fmax(largest, fabs(I[k]));
+    if (largest == 0.0) b->flags |= MBSRI_MASSLESS;
+}
+
+static void place_body(mbsri_sweeps *tree, const mbsr_model *m, int i)
+{
+    const mbsri_body *body = m->body + i;
+    const mbsri_joint *joint = &body->joint;
+    mbsri_sweep_body *b = tree->body + i;
+    int kind;
+    const bool simple = is_simple(joint, &kind);
+    const mbsr_frame in_body = frame_in_body(joint);
+    *b = (mbsri_sweep_body){
+        .parent = body->parent, .q = body->iq, .u = body->iu, .n = body->n, .spread = 1.0};
+    mbsr_frame pred = mbsr_frame_identity();
+    if (body->parent > 0) pred = frame_in_body(&m->body[body->parent].joint);
+    pred = mbsr_frame_inverse(&pred);
+    if (simple) {
+        const mbsr_frame rest = frame_at_rest(joint, &in_body);
+        const mbsr_frame frame = mbsr_frame_product(&pred, &rest);
+        pad(3, frame.R, b->A);
+        pad(1, frame.x, b->x);
+        if (kind == MBSRI_ROTATION || kind == MBSRI_SCREW) b->flags |= MBSRI_TURNS;
+        if (kind == MBSRI_TRANSLATION || kind == MBSRI_SCREW) b->flags |= MBSRI_SLIDES;
+        b->pitch = kind == MBSRI_SCREW ? joint->param[MBSRI_AXES + 3]
+                                       : (kind == MBSRI_TRANSLATION ? 1.0 : 0.0);
+    } else {
+        b->flags |= MBSRI_MULTI;
+        b->multi = tree->multi++;
+        memcpy(tree->joint[b->multi].R, pred.R, sizeof pred.R);
+        memcpy(tree->joint[b->multi].x, pred.x, sizeof pred.x);
+    }
+}
+
+/* A length typical of the tree: the mean distance between neighbours. */
+static double mean_length(const mbsri_sweeps *tree)
+{
+    double sum = 0.0;
+    int count = 0;
+    for (int i = 1; i <= tree->bodies; ++i) {
+        const double length = mbsri_norm3(tree->body[i].x);
+        sum += length;
+        count += length > 0.0;
+    }
+    return count > 0 ? sum / count : 1.0;
+}
+
+static void place_inertias(mbsri_sweeps *tree, const mbsr_model *m)
+{
+    tree->length = mean_length(tree);
+    for (int i = 1; i <= tree->bodies; ++i) {
+        const mbsri_body *body = m->body + i;
+        mbsri_sweep_body *b = tree->body + i;
+        const double stretch = 1.0 + mbsri_norm3(b->x) / tree->length;
+        const mbsr_inertia zero = mbsr_inertia_zero();
+        const bool given = body->inertia.kind != MBSR_INERTIA_NOT_GIVEN;
+        const mbsr_frame in_body = frame_in_body(&body->joint);
+        b->spread = stretch * stretch;
+        place_inertia(given ? &body->inertia : &zero, &in_body, tree->length, b);
+    }
+}
+
+static void place_angles(mbsri_sweeps *tree)
+{
+    int last = -1;
+    for (int i = 1; i <= tree->bodies; ++i) {
+        const mbsri_sweep_body *b = tree->body + i;
+        if (!(b->flags & MBSRI_TURNS)) continue;
+        if (last < 0) tree->first_angle = b->q;
+        last = b->q;
+    }
+    tree->angles = last < 0 ? 0 : last + 1 - tree->first_angle;
+}
+
+/* How the backward sweep hands Mbar on: to the body before, or through the stack. */
+static void place_hand_overs(mbsri_sweeps *tree)
+{
+    int waiting = 0;
+    for (int i = 0; i <= tree->bodies; ++i) tree->body[i].flags |= MBSRI_LEAF;
+    for (int i = tree->bodies; i >= 1; --i) {
+        mbsri_sweep_body *b = tree->body + i, *pred = tree->body + b->parent;
+        const bool last = (pred->flags & MBSRI_LEAF) != 0;
+        if (b->flags & MBSRI_BRANCHES) --waiting;
+        if (b->parent == 0 || b->parent == i - 1) {
+            b->flags |= MBSRI_NEXT;
+        } else if (last) {
+            b->flags |= MBSRI_OPENS;
+            if (++waiting > tree->depth) tree->depth = waiting;
+        }
+        if (b->parent > 0 && !last) pred->flags |= MBSRI_BRANCHES;
+        pred->flags &= ~MBSRI_LEAF;
+    }
+}
+
+/* Marks the bodies on which an element acts. */
+static void mark_loaded(mbsri_sweeps *tree, const mbsr_model *m, const mbsri_force *force)
+{
+    const bool every = (force->def.table->flags & MBSR_FORCE_EVERY_BODY) != 0;
+    for (int i = 1; i <= tree->bodies && every; ++i) tree->body[i].flags |= MBSRI_LOADED;
+    for (int l = 0; l < force->def.bodies && !every; ++l) {
+        const int i = m->list_index[force->list + (size_t)l];
+        if (i > 0) tree->body[i].flags |= MBSRI_LOADED;
+    }
+}
+
+static void collect_forces(mbsri_sweeps *tree, const mbsr_model *m)
+{
+    const mbsri_force *force = m->forces.data;
+    for (size_t k = 0; k < m->forces.count; ++k, ++force) {
+        const unsigned flags = force->def.table->flags;
+        if (mbsri_is_gravity(&force->def)) {
+            mbsri_add3(1.0, force->def.param, tree->gravity);
+        } else if (flags & MBSR_FORCE_JOINT_ONLY) {
+            tree->joint_forces = true;
+        } else {
+            tree->body_forces = true;
+            tree->masses = tree->masses || !(flags & MBSR_FORCE_NO_MASS);
+            mark_loaded(tree, m, force);
+        }
+    }
+}
+
+/* The bodies' own frames in those of the sweeps, where force elements need them. */
+static bool place_own_frames(mbsri_sweeps *tree, const mbsr_model *m)
+{
+    if (!tree->body_forces) return true;
+    tree->own = mbsri_allocate(&m->allocator, ((size_t)tree->bodies + 1) * sizeof *tree->own);
+    if (!tree->own) return false;
+    for (int i = 1; i <= tree->bodies; ++i) {
+        const mbsr_frame in_body = frame_in_body(&m->body[i].joint),
+                         own = mbsr_frame_inverse(&in_body);
+        memcpy(tree->own[i].R, own.R, sizeof own.R);
+        memcpy(tree->own[i].x, own.x, sizeof own.x);
+    }
+    return true;
+}
+
+static const mbsri_sweep_kernels *choose_kernels(void)
+{
+#if defined(MBSR_WITH_V3)
+    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) return &mbsri_sweeps_v3;
+#endif
+    return &mbsri_sweeps_base;
+}
+
+bool mbsri_sweeps_build(mbsr_model *m, int bodies)
+{
+    if (!served(m, bodies)) return true;
+    int multi = 0, kind;
+    for (int i = 1; i <= bodies; ++i) multi += !is_simple(&m->body[i].joint, &kind);
+    mbsri_sweeps *tree = mbsri_allocate(&m->allocator, sizeof *tree);
+    if (!tree) return false;
+    *tree = (mbsri_sweeps){
+        .bodies = bodies, .clear = 10.0 * m->rank_tolerance, .kernels = choose_kernels()};
+    m->sweeps = tree;
+    tree->block = mbsri_allocate(&m->allocator, ((size_t)bodies + 1) * sizeof *tree->body + 64);
+    tree->joint = mbsri_allocate(&m->allocator, (size_t)multi * sizeof *tree->joint);
+    if (!tree->block || !tree->joint) {
+        mbsri_sweeps_release(m);
+        return false;
+    }
+    const uintptr_t above = (uintptr_t)tree->block % 64;
+    tree->body = (void *)((unsigned char *)tree->block + (above ? 64 - above : 0));
+    memset(tree->body, 0, sizeof *tree->body);
+    for (int i = 1; i <= bodies; ++i) place_body(tree, m, i);
+    place_inertias(tree, m);
+    place_angles(tree);
+    place_hand_overs(tree);
+    collect_forces(tree, m);
+    if (place_own_frames(tree, m)) return true;
+    mbsri_sweeps_release(m);
+    return false;
+}
+
+void mbsri_sweeps_release(mbsr_model *m)
+{
+    if (!m->sweeps) return;
+    mbsri_release(&m->allocator, m->sweeps->block);
+    mbsri_release(&m->allocator, m->sweeps->joint);
+    mbsri_release(&m->allocator, m->sweeps->own);
+    mbsri_release(&m->allocator, m->sweeps);
+    m->sweeps = NULL;
+}

@@ -1,0 +1,13 @@
+/* Making the tree that the sweeps run over.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRI_BUILD_H
+#define MBSRI_BUILD_H
+
+#include "sweeps/tree.h"
+
+/* Makes the tree of a model that is otherwise finished, where the sweeps serve it; else m->sweeps
+ * stays NULL. False: no memory, with nothing allocated. */
+bool mbsri_sweeps_build(mbsr_model *m, int bodies);
+void mbsri_sweeps_release(mbsr_model *m);
+
+#endif

@@ -1,0 +1,197 @@
+/* Forward and inverse dynamics by the vectorised sweeps.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "sweeps/dynamics.h"
+
+#include "algebra/dense.h"
+#include "algebra/numbers.h"
+#include "model/query.h"
+#include "recursion/elements.h"
+#include "recursion/kinematics.h"
+#include "sweeps/loads.h"
+
+#include <math.h>
+#include <string.h>
+
+/* The caller's vectors in the order of the sweeps; `kept`: in the data, where elements look. */
+static const double *swept(const mbsr_model *m, bool kept, int n, const int *place,
+                           const double *caller, double *own)
+{
+    if (m->in_order && !kept) return caller;
+    for (int k = 0; k < n; ++k) own[k] = caller[place[k]];
+    return own;
+}
+
+/* The root's state; gravity is an acceleration of the whole world the other way. */
+static int move_root(mbsri_sweep_run *run)
+{
+    const mbsr_model *m = run->model;
+    mbsr_data *d = run->data;
+    mbsri_sweep_state *s = run->state;
+    memset(s, 0, sizeof *s);
+    for (int k = 0; k < 3; ++k) {
+        s->R[5 * k] = 1.0;
+        s->A_v[k] = -run->tree->gravity[k];
+    }
+    if (m->root.space == MBSR_SPACE_FIXED) return MBSR_OK;
+    const int status = mbsri_move_root(m, d);
+    for (int k = 0; k < 9; ++k) s->R[k / 3 * 4 + k % 3] = d->p[MBSR_POSE_R + k];
+    for (int k = 0; k < 3; ++k) {
+        s->omega[k] = d->V[k];
+        s->v[k] = d->V[3 + k];
+        s->A_w[k] = d->A[k];
+        s->A_v[k] += d->A[3 + k];
+    }
+    return status;
+}
+
+/* Kinematics, and what force elements exert; tau (by the caller's order, may be NULL) is added to
+ * their joint forces in the data. */
+static int forces(mbsri_sweep_run *run, const double *tau, bool velocity)
+{
+    const mbsr_model *m = run->model;
+    const mbsri_sweeps *tree = run->tree;
+    mbsr_data *d = run->data;
+    run->tau = d->tau;
+    const int status =
+        velocity || run->load ? tree->kernels->velocities(run) : tree->kernels->kinematics(run);
+    if (status) return status;
+    if (!tree->joint_forces && !run->load && tau) {
+        run->tau = swept(m, false, m->nu, m->u_of, tau, d->tau);
+        return MBSR_OK;
+    }
+    mbsri_zero((size_t)m->nu, d->tau);
+    if (tau) mbsri_gather(m, tau, d->tau);
+    const int refused = tree->joint_forces ? mbsri_joint_elements(m, d, run->q, run->u) : MBSR_OK;
+    return refused || !run->load ? refused : mbsri_sweeps_loads(run);
+}
+
+static bool prepare(mbsri_sweep_run *run, const mbsr_model *m, mbsr_data *d, double t,
+                    const double *q, const double *u, double *out)
+{
+    if (!m->sweeps || !isfinite(t)) return false;
+    if (!mbsri_finite((size_t)m->nq, q) || !mbsri_finite((size_t)m->nu, u)) return false;
+    const bool bodies = m->sweeps->body_forces;
+    *run = (mbsri_sweep_run){.model = m,
+                             .data = d,
+                             .tree = m->sweeps,
+                             .state = d->sweep_state,
+                             .multi = d->sweep_multi,
+                             .stack = d->sweep_stack,
+                             .noise = d->sweep_noise,
+                             .flows = d->sweep_flows,
+                             .load = bodies ? d->sweep_load : NULL,
+                             .sincos = d->sincos,
+                             .q = swept(m, bodies, m->nq, m->q_of, q, d->q),
+                             .u = swept(m, bodies, m->nu, m->u_of, u, d->u),
+                             .out = m->in_order ? out : d->out,
+                             .rank = d->rank};
+    d->stage = MBSRI_STAGE_NONE;
+    d->accelerated = false;
+    d->t = t;
+    const int from = run->tree->first_angle;
+    run->tree->kernels->trigonometry(run->tree->angles, run->q + from, run->sincos + 2 * from);
+    return move_root(run) == MBSR_OK;
+}
+
+bool mbsri_sweeps_as_watched(const mbsri_sweep_run *run)
+{
+    const mbsr_data *d = run->data;
+    for (int i = 1; i <= run->tree->bodies && d->watching; ++i) {
+        if (d->rank[i] != d->watched[i]) return false;
+    }
+    return true;
+}
+
+static bool backward(const mbsri_sweep_run *run)
+{
+    return run->tree->kernels->backward(run) && mbsri_sweeps_as_watched(run);
+}
+
+bool mbsri_sweeps_forward_dynamics(const mbsr_model *m, mbsr_data *d, double t, const double *q,
+                                   const double *u, const double *tau, double *udot)
+{
+    mbsri_sweep_run run;
+    if (!prepare(&run, m, d, t, q, u, udot) || forces(&run, tau, false) || !backward(&run))
+        return false;
+    run.tree->kernels->forward(&run);
+    if (!mbsri_finite((size_t)m->nu, run.out)) return false;
+    if (!m->in_order) mbsri_scatter(m, run.out, udot);
+    return true;
+}
+
+/* Joint forces that are missing, to `out` of the run. */
+static bool inverse(mbsri_sweep_run *run, const double *udot)
+{
+    const mbsr_model *m = run->model;
+    mbsr_data *d = run->data;
+    const bool elements = m->sweeps->joint_forces || run->load;
+    if (elements && forces(run, NULL, false)) return false;
+    run->tau = swept(m, false, m->nu, m->u_of, udot, d->udot);
+    if (run->tree->kernels->inverse(run)) return false;
+    for (int k = 0; k < m->nu && elements; ++k) run->out[k] -= d->tau[k];
+    return mbsri_finite((size_t)m->nu, run->out);
+}
+
+bool mbsri_sweeps_inverse_dynamics(const mbsr_model *m, mbsr_data *d, double t, const double *q,
+                                   const double *u, const double *udot, double *tau)
+{
+    mbsri_sweep_run run;
+    if (!prepare(&run, m, d, t, q, u, tau) || !inverse(&run, udot)) return false;
+    if (!m->in_order) mbsri_scatter(m, run.out, tau);
+    return true;
+}
+
+/* q' - G u in the caller's order. */
+static int rates_residual(const mbsri_sweep_run *run, const double *qdot, double *F)
+{
+    const mbsr_model *m = run->model;
+    for (int i = 1; i <= m->bodies; ++i) {
+        const mbsri_body *b = m->body + i;
+        double rate[7] = {0.0};
+        const double *u = run->u + b->iu;
+        if (b->joint.table->coordinate_rates) {
+            mbsr_joint_args args = mbsri_joint_args(m, run->data, i, false);
+            args.q = run->q + b->iq;
+            args.u = u;
+            const int status = b->joint.table->coordinate_rates(&args, rate);
+            if (status) return status;
+            u = rate;
+        }
+        for (int k = 0; k < b->nq; ++k) F[b->q + k] = qdot[b->q + k] - u[k];
+    }
+    return MBSR_OK;
+}
+
+bool mbsri_sweeps_inverse_residual(const mbsr_model *m, mbsr_data *d, double t, const double *y,
+                                   const double *yp, double *F)
+{
+    mbsri_sweep_run run;
+    double *tau = F + m->nq;
+    if (!prepare(&run, m, d, t, y, y + m->nq, tau) || !inverse(&run, yp + m->nq)) return false;
+    if (!m->in_order) mbsri_scatter(m, run.out, tau);
+    return rates_residual(&run, yp, F) == MBSR_OK && mbsri_finite((size_t)m->nq, F);
+}
+
+bool mbsri_sweeps_open(mbsri_sweep_run *run, const mbsr_model *m, mbsr_data *d, double t,
+                       const double *q, const double *u)
+{
+    return prepare(run, m, d, t, q, u, d->out) && !forces(run, NULL, true);
+}
+
+bool mbsri_sweeps_momentum_residual(const mbsr_model *m, mbsr_data *d, double t, const double *y,
+                                    const double *yp, double *F)
+{
+    const double *p = y + m->nq, *u = p + m->nu;
+    double *F_p = F + m->nq, *F_u = F_p + m->nu;
+    mbsri_sweep_run run;
+    if (!mbsri_sweeps_open(&run, m, d, t, y, u) || !backward(&run)) return false;
+    run.p = swept(m, false, m->nu, m->u_of, p, d->w);
+    run.balance = d->vec;
+    run.tree->kernels->momentum(&run);
+    for (int k = 0; k < m->nu; ++k) {
+        F_p[m->u_of[k]] = yp[m->nq + m->u_of[k]] - run.out[k];
+        F_u[m->u_of[k]] = run.balance[k];
+    }
+    return rates_residual(&run, yp, F) == MBSR_OK && mbsri_finite((size_t)m->nq, F) &&
+           mbsri_finite(2 * (size_t)m->nu, F_p);
+}

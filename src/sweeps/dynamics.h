@@ -1,0 +1,27 @@
+/* Whole evaluations by the vectorised sweeps.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRI_DYNAMICS_H
+#define MBSRI_DYNAMICS_H
+
+#include "sweeps/tree.h"
+
+/* False: not served or not clear, nothing is changed but the arrays of the sweeps. */
+bool mbsri_sweeps_forward_dynamics(const mbsr_model *m, mbsr_data *d, double t, const double *q,
+                                   const double *u, const double *tau, double *udot);
+bool mbsri_sweeps_inverse_dynamics(const mbsr_model *m, mbsr_data *d, double t, const double *q,
+                                   const double *u, const double *udot, double *tau);
+
+/* Whether no rank is watched that is another; where one is, the stages say which. */
+bool mbsri_sweeps_as_watched(const mbsri_sweep_run *run);
+
+/* What the momentum form needs at (q, u) before the backward sweep: motion and forces. */
+bool mbsri_sweeps_open(mbsri_sweep_run *run, const mbsr_model *m, mbsr_data *d, double t,
+                       const double *q, const double *u);
+
+/* The residuals of the inverse-dynamics form and of the momentum form. */
+bool mbsri_sweeps_inverse_residual(const mbsr_model *m, mbsr_data *d, double t, const double *y,
+                                   const double *yp, double *F);
+bool mbsri_sweeps_momentum_residual(const mbsr_model *m, mbsr_data *d, double t, const double *y,
+                                    const double *yp, double *F);
+
+#endif

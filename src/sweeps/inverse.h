@@ -1,0 +1,95 @@
+/* Inverse dynamics (recursive Newton-Euler) of the vectorised sweeps: A root to leaves with the
+ * force that it takes, S^T of the sums back.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRI_SWEEPS_INVERSE_H
+#define MBSRI_SWEEPS_INVERSE_H
+
+#include "sweeps/motion.h"
+#include "sweeps/rank_bound.h"
+
+MBSRI_INLINE void accelerate(const mbsri_sweep_run *run, int i)
+{
+    const mbsri_sweep_body *b = run->tree->body + i;
+    const mbsri_sweep_state *pred = run->state + b->parent;
+    mbsri_sweep_state *s = run->state + i;
+    const v4 w = load(pred->A_w);
+    v4 A_w = w + load(s->A_w), A_v = load(pred->A_v) + cross(w, load(s->rho)) + load(s->A_v);
+    if (b->flags & MBSRI_MULTI) {
+        for (int k = 0; k < b->n; ++k) {
+            const double *S = run->multi[b->multi].S[k];
+            const v4 udot = splat(run->tau[b->u + k]);
+            A_w += load(S) * udot;
+            A_v += load(S + 4) * udot;
+        }
+    } else if (b->n) {
+        const v4 Z = load(s->R + 8);
+        const double udot = run->tau[b->u];
+        if (b->flags & MBSRI_TURNS) A_w += Z * splat(udot);
+        if (b->flags & MBSRI_SLIDES) A_v += Z * splat(b->pitch * udot);
+    }
+    store(s->A_w, A_w);
+    store(s->A_v, A_v);
+    /* in the place of U */
+    v4 L = splat(0.0), p = splat(0.0);
+    if (!(b->flags & MBSRI_MASSLESS)) own_load(b, s, A_w, A_v, &L, &p);
+    if (b->flags & MBSRI_LOADED) {
+        L -= load(run->load[i].L);
+        p -= load(run->load[i].p);
+    }
+    store(s->U_L, L);
+    store(s->U_p, p);
+}
+
+/* The sums to the leaves stay in registers or, at branches, on the stack of the momentum form. */
+MBSRI_INLINE void sum_loads(const mbsri_sweep_run *run)
+{
+    const mbsri_sweeps *tree = run->tree;
+    mbsri_flow *top = run->flows;
+    v4 L = splat(0.0), p = splat(0.0);
+    for (int i = tree->bodies; i >= 1; --i) {
+        const mbsri_sweep_body *b = tree->body + i;
+        const mbsri_sweep_state *s = run->state + i;
+        const int flags = b->flags;
+        if (flags & MBSRI_LEAF) L = p = splat(0.0);
+        if (flags & MBSRI_BRANCHES) --top, L += load(top->L), p += load(top->p);
+        L += load(s->U_L);
+        p += load(s->U_p);
+        if (flags & MBSRI_MULTI) {
+            for (int k = 0; k < b->n; ++k) {
+                const double *S = run->multi[b->multi].S[k];
+                run->out[b->u + k] = sum3(load(S) * L + load(S + 4) * p);
+            }
+        } else if (b->n) {
+            run->out[b->u] = along_axis(b, load(s->R + 8), L, p);
+        }
+        L += cross(load(s->rho), p);
+        if (flags & MBSRI_NEXT) continue;
+        if (!(flags & MBSRI_OPENS)) --top, L += load(top->L), p += load(top->p);
+        store(top->L, L);
+        store(top->p, p);
+        ++top;
+    }
+}
+
+static int inverse(const mbsri_sweep_run *run)
+{
+    const mbsri_sweeps *tree = run->tree;
+    for (int i = 1; i <= tree->bodies; ++i) {
+        const mbsri_sweep_body *b = tree->body + i;
+        if (run->load) {
+            accelerate(run, i); /* the kinematics came before the loads */
+            continue;
+        }
+        if (b->flags & MBSRI_MULTI) {
+            const int status = multi_kinematics(run, i, false);
+            if (status) return status;
+        } else {
+            move_body(run, b, run->state + b->parent, run->state + i, false);
+        }
+        accelerate(run, i);
+    }
+    sum_loads(run);
+    return 0;
+}
+
+#endif

@@ -1,0 +1,12 @@
+/* Force elements that act on bodies, in the sweeps.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRI_LOADS_H
+#define MBSRI_LOADS_H
+
+#include "sweeps/tree.h"
+
+/* After kinematics with velocities: the loads of force elements, and their joint forces on top of
+ * the data's tau. Returns what an element returned. */
+int mbsri_sweeps_loads(const mbsri_sweep_run *run);
+
+#endif

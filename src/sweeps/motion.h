@@ -1,0 +1,80 @@
+/* Kinematics of the vectorised sweeps, root to leaves: R, rho, omega, c.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * Of body i: R its axes, Z = R e_z the joint's axis, rho from the predecessor's origin to its own,
+ * S = (alpha Z, h Z) with alpha = 1 where the joint turns and h = pitch where it slides. With
+ * X = [1 0; -[rho]x 1],
+ *
+ *   V_i = X V_pi + S u,   A_i = X A_pi + c + S u'
+ *   c   = (alpha omega_pi x Z u, omega_pi x (omega_pi x rho) + 2 h omega_pi x Z u)
+ *
+ * which are (8) and (9) with K = 1, H = -X, J = -S, kII = -c. */
+#ifndef MBSRI_SWEEPS_MOTION_H
+#define MBSRI_SWEEPS_MOTION_H
+
+#include "sweeps/lane.h"
+#include "sweeps/multi_motion.h"
+#include "sweeps/tree.h"
+
+MBSRI_INLINE void move_body(const mbsri_sweep_run *run, const mbsri_sweep_body *b,
+                            const mbsri_sweep_state *pred, mbsri_sweep_state *s, bool velocity)
+{
+    const v4 P[3] = {load(pred->R), load(pred->R + 4), load(pred->R + 8)};
+    const v4 omega_pred = load(pred->omega);
+    v4 B[3];
+    for (int j = 0; j < 3; ++j) B[j] = times_stored(P, b->A + 4 * j);
+    const v4 Z = B[2];
+    v4 rho = times_stored(P, b->x), omega = omega_pred, c_w = splat(0.0), c_v = splat(0.0);
+    v4 slide = splat(0.0);
+    if (b->flags & (MBSRI_TURNS | MBSRI_SLIDES)) {
+        const v4 u = splat(run->u[b->u]), turning = cross(omega_pred, Z) * u;
+        if (b->flags & MBSRI_SLIDES) {
+            rho += Z * splat(b->pitch * run->q[b->q]);
+            c_v = splat(2.0 * b->pitch) * turning;
+            slide = Z * splat(b->pitch) * u;
+        }
+        if (b->flags & MBSRI_TURNS) {
+            const v4 cosine = splat(run->sincos[2 * b->q]), sine = splat(run->sincos[2 * b->q + 1]);
+            const v4 x = B[0] * cosine + B[1] * sine, y = B[1] * cosine - B[0] * sine;
+            B[0] = x;
+            B[1] = y;
+            omega += Z * u;
+            c_w = turning;
+        }
+    }
+    const v4 swing = cross(omega_pred, rho);
+    if (velocity) store(s->v, load(pred->v) + swing + slide);
+    c_v += cross(omega_pred, swing);
+    for (int j = 0; j < 3; ++j) store(s->R + 4 * j, B[j]);
+    store(s->rho, rho);
+    store(s->omega, omega);
+    store(s->A_w, c_w);
+    store(s->A_v, c_v);
+}
+
+MBSRI_INLINE int move(const mbsri_sweep_run *run, bool velocity)
+{
+    mbsri_sweep_state *s = run->state;
+    for (int i = 1; i <= run->tree->bodies; ++i) {
+        const mbsri_sweep_body *b = run->tree->body + i;
+        if (b->flags & MBSRI_MULTI) {
+            const int status = multi_kinematics(run, i, velocity);
+            if (status) return status;
+        } else {
+            move_body(run, b, s + b->parent, s + i, velocity);
+        }
+    }
+    return 0;
+}
+
+static int kinematics(const mbsri_sweep_run *run)
+{
+    return move(run, false);
+}
+
+static int velocities(const mbsri_sweep_run *run)
+{
+    return move(run, true);
+}
+
+#endif

@@ -1,0 +1,284 @@
+/* Articulated-body inertia and acceleration through joints of several axes, of prescribed ones, or
+ * with a quaternion, in the vectorised sweeps.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRI_SWEEPS_MULTI_AXIS_H
+#define MBSRI_SWEEPS_MULTI_AXIS_H
+
+#include "algebra/jacobi.h"
+#include "algebra/space3.h"
+#include "sweeps/lane.h"
+#include "sweeps/tree.h"
+
+#include <math.h>
+#include <string.h>
+
+/* Columns of a block. */
+MBSRI_INLINE void columns(const double A[12], v4 C[3])
+{
+    for (int k = 0; k < 3; ++k) C[k] = load(A + 4 * k);
+}
+
+/* (y_L, y_p) = Mbar (x_L, x_p) */
+MBSRI_INLINE void apply(const mbsri_carry *c, const double x[8], double y[8])
+{
+    const v4 x_L = load(x), x_p = load(x + 4);
+    v4 I[3], G[3], M[3];
+    columns(c->I, I);
+    columns(c->G, G);
+    columns(c->M, M);
+    store(y, times(I, x_L) + transposed_times(G, x_p));
+    store(y + 4, times(G, x_L) + times(M, x_p));
+}
+
+MBSRI_INLINE double product(const double a[8], const double b[8])
+{
+    return sum3(load(a) * load(b) + load(a + 4) * load(b + 4));
+}
+
+/* |x|^2 in units of Lambda, or of its inverse. */
+static double size_of(const double x[8], double area)
+{
+    return mbsri_dot3(x, x) * area + mbsri_dot3(x + 4, x + 4);
+}
+
+/* D <- factors of D = L diag(d) L^T: L below the diagonal, 1 / d on it. Returns a lower bound of
+ * the smallest eigenvalue of D scaled to unit diagonal, 0 if D is not positive definite: the
+ * product of all is the determinant, and that of the other n - 1, whose sum is below n, at most (n
+ * / (n - 1))^(n - 1) < e. */
+static double factorise(int n, double D[6][6])
+{
+    double determinant = 1.0, diagonals = 1.0;
+    for (int k = 0; k < n; ++k) {
+        double d = D[k][k], Ld[6];
+        diagonals *= d;
+        for (int j = 0; j < k; ++j) {
+            Ld[j] = D[k][j];
+            for (int l = 0; l < j; ++l) Ld[j] -= Ld[l] * D[j][l];
+        }
+        for (int j = 0; j < k; ++j) {
+            D[k][j] = Ld[j] * D[j][j];
+            d -= Ld[j] * D[k][j];
+        }
+        if (!(d > 0.0)) return 0.0;
+        determinant *= d;
+        D[k][k] = 1.0 / d;
+    }
+    return determinant / (n > 1 ? 2.7182818284590452 * diagonals : diagonals);
+}
+
+/* x <- D^-1 x */
+static void solve(int n, double D[6][6], double x[6])
+{
+    for (int k = 0; k < n; ++k) {
+        for (int l = 0; l < k; ++l) x[k] -= D[k][l] * x[l];
+    }
+    for (int k = 0; k < n; ++k) x[k] *= D[k][k];
+    for (int k = n - 1; k >= 0; --k) {
+        for (int l = k + 1; l < n; ++l) x[k] -= D[l][k] * x[l];
+    }
+}
+
+/* Mbar -= a b^T; G is the lower left block. */
+MBSRI_INLINE void subtract(mbsri_carry *c, const double a[8], const double b[8])
+{
+    const v4 a_L = load(a), a_p = load(a + 4);
+    for (int j = 0; j < 3; ++j) {
+        store(c->I + 4 * j, load(c->I + 4 * j) - a_L * splat(b[j]));
+        store(c->G + 4 * j, load(c->G + 4 * j) - a_p * splat(b[j]));
+        store(c->M + 4 * j, load(c->M + 4 * j) - a_p * splat(b[4 + j]));
+    }
+}
+
+/* U, D, e, the factor of D; returns the bound of factorise. */
+static double open_block(const mbsri_sweep_run *run, int i, const mbsri_carry *c)
+{
+    const mbsri_sweep_body *b = run->tree->body + i;
+    mbsri_sweep_multi *multi = run->multi + b->multi;
+    _Alignas(32) double force[8];
+    memcpy(force, c->L, sizeof c->L);
+    memcpy(force + 4, c->p, sizeof c->p);
+    for (int k = 0; k < b->n; ++k) {
+        apply(c, multi->S[k], multi->U[k]);
+        for (int l = 0; l <= k; ++l)
+            multi->D[k][l] = multi->D[l][k] = product(multi->S[l], multi->U[k]);
+        multi->x[k] = run->tau[b->u + k] - product(multi->S[k], force);
+    }
+    memcpy(multi->factor, multi->D, sizeof multi->D);
+    return factorise(b->n, multi->factor);
+}
+
+/* ---- full rank, by the bound or by W, as in rank_bound.h; joints of lower rank are for the stages */
+
+/* Whether least D_kk > clear times the bound of (S^T W S)_kk; then the bound behind the joint, but
+ * for the transport through it. */
+static bool multi_certify(const mbsri_sweep_run *run, int i, mbsri_carry *c, double least,
+                          double *trace)
+{
+    const mbsri_sweep_body *b = run->tree->body + i;
+    const mbsri_sweep_multi *multi = run->multi + b->multi;
+    const double area = run->tree->length * run->tree->length;
+    *trace = 0.0;
+    for (int k = 0; k < 3; ++k) *trace += c->I[5 * k] / area + c->M[5 * k];
+    c->spread += *trace;
+    if (b->soft > 0.0) {
+        const double own = c->spread * b->soft;
+        c->kappa = own > c->kappa ? own : c->kappa;
+        c->spread = 0.0;
+    }
+    for (int k = 0; k < b->n; ++k) {
+        const double size = size_of(multi->S[k], area), Dkk = multi->D[k][k];
+        if (!(least * Dkk > run->tree->clear * (c->kappa * Dkk + c->spread * size))) return false;
+    }
+    return true;
+}
+
+/* A += diag(x) */
+static void add_to_diagonal(const double x[8], mbsri_carry *A)
+{
+    for (int k = 0; k < 3; ++k) {
+        A->I[5 * k] += x[k];
+        A->M[5 * k] += x[4 + k];
+    }
+}
+
+static void diagonal_of(const mbsri_carry *A, double x[8])
+{
+    memset(x, 0, 8 * sizeof *x);
+    for (int k = 0; k < 3; ++k) {
+        x[k] = A->I[5 * k];
+        x[4 + k] = A->M[5 * k];
+    }
+}
+
+/* Whether all eigenvalues of D scaled by diag(S^T W S)^(-1/2) are above the tolerance; Q = W S. */
+static bool multi_judge(const mbsri_sweep_run *run, int i, const mbsri_carry *c, mbsri_carry *W,
+                        double Q[6][8])
+{
+    const mbsri_sweep_body *b = run->tree->body + i;
+    const mbsri_sweep_multi *multi = run->multi + b->multi;
+    const int n = b->n;
+    double own[8], scaled[36], scale[6], lambda[6];
+    diagonal_of(c, own);
+    add_to_diagonal(own, W);
+    for (int k = 0; k < n; ++k) {
+        apply(W, multi->S[k], Q[k]);
+        const double noise = product(multi->S[k], Q[k]);
+        scale[k] = noise > 0.0 ? 1.0 / sqrt(noise) : 1.0;
+    }
+    for (int k = 0; k < n; ++k) {
+        for (int l = 0; l < n; ++l) scaled[n * k + l] = scale[k] * multi->D[k][l] * scale[l];
+    }
+    return n == 0 ||
+           (mbsri_jacobi(n, scaled, lambda) == 0 && lambda[n - 1] > run->model->rank_tolerance);
+}
+
+/* W <- E as in rank_bound.h, with Mbar as it was before the joint; Q is overwritten. */
+static void multi_transport(const mbsri_sweep_run *run, int i, const mbsri_carry *c, mbsri_carry *W,
+                            double Q[6][8])
+{
+    const mbsri_sweep_body *b = run->tree->body + i;
+    const mbsri_sweep_multi *multi = run->multi + b->multi;
+    const int n = b->n;
+    double own[8], gained[8], SQ[6][6];
+    diagonal_of(c, own);
+    memcpy(gained, own, sizeof own);
+    for (int k = 0; k < n; ++k) {
+        double size = 0.0;
+        for (int r = 0; r < 8; ++r) size += own[r] * multi->S[k][r] * multi->S[k][r];
+        for (int r = 0; r < 8; ++r) gained[r] += size * multi->G[k][r] * multi->G[k][r];
+        for (int l = 0; l < n; ++l) SQ[k][l] = product(multi->S[l], Q[k]);
+    }
+    for (int k = 0; k < n; ++k) {
+        for (int l = 0; l < n; ++l) {
+            for (int r = 0; r < 8; ++r) Q[k][r] -= 0.5 * SQ[k][l] * multi->G[l][r];
+        }
+    }
+    for (int k = 0; k < n; ++k) {
+        subtract(W, Q[k], multi->G[k]);
+        subtract(W, multi->G[k], Q[k]);
+    }
+    add_to_diagonal(gained, W);
+}
+
+/* G = U D^-1, row by row; returns a bound of |S G^T|^2. */
+static double gain(const mbsri_sweep_run *run, int i, double area)
+{
+    const mbsri_sweep_body *b = run->tree->body + i;
+    mbsri_sweep_multi *multi = run->multi + b->multi;
+    const int n = b->n;
+    double norm = 0.0;
+    for (int r = 0; r < 8; ++r) {
+        double row[6];
+        for (int k = 0; k < n; ++k) row[k] = multi->U[k][r];
+        if (r % 4 < 3) solve(n, multi->factor, row);
+        for (int k = 0; k < n; ++k) multi->G[k][r] = row[k];
+    }
+    for (int k = 0; k < n; ++k)
+        norm += sqrt(size_of(multi->S[k], area) * size_of(multi->G[k], 1.0 / area));
+    return norm * norm;
+}
+
+/* Mbar^a, then (L, p) += Mbar^a c + G e; e becomes D^-1 e. */
+static void multi_condense(const mbsri_sweep_run *run, int i, mbsri_carry *c)
+{
+    const mbsri_sweep_body *b = run->tree->body + i;
+    const mbsri_sweep_state *s = run->state + i;
+    mbsri_sweep_multi *multi = run->multi + b->multi;
+    _Alignas(32) double bias[8], change[8];
+    for (int k = 0; k < b->n; ++k) subtract(c, multi->G[k], multi->U[k]);
+    memcpy(bias, s->A_w, sizeof s->A_w);
+    memcpy(bias + 4, s->A_v, sizeof s->A_v);
+    apply(c, bias, change);
+    for (int k = 0; k < b->n; ++k) {
+        for (int r = 0; r < 8; ++r) change[r] += multi->G[k][r] * multi->x[k];
+    }
+    for (int r = 0; r < 4; ++r) {
+        c->L[r] += change[r];
+        c->p[r] += change[4 + r];
+    }
+    solve(b->n, multi->factor, multi->x);
+}
+
+/* A body on the root hands nothing on. */
+static bool multi_backward(const mbsri_sweep_run *run, int i, mbsri_carry *c, mbsri_carry *W)
+{
+    const mbsri_sweep_body *b = run->tree->body + i;
+    mbsri_sweep_multi *multi = run->multi + b->multi;
+    _Alignas(32) double Q[6][8];
+    double trace = 0.0;
+    apply(c, multi->drive, multi->driven);
+    const double least = open_block(run, i, c), area = run->tree->length * run->tree->length;
+    if (b->n > 0 && !(least > 0.0)) return false;
+    if (!(W ? multi_judge(run, i, c, W, Q) : multi_certify(run, i, c, least, &trace))) return false;
+    run->rank[i] = b->n;
+    if (b->parent == 0) return true;
+    const double norm = b->n > 0 ? gain(run, i, area) : 1.0;
+    if (W)
+        multi_transport(run, i, c, W, Q);
+    else
+        c->spread = c->spread * norm + trace * (1.0 + norm);
+    multi_condense(run, i, c);
+    return true;
+}
+
+/* u' = D^-1 (e - U^T A),  A += S u' */
+static void multi_forward(const mbsri_sweep_run *run, int i)
+{
+    const mbsri_sweep_body *b = run->tree->body + i;
+    mbsri_sweep_state *s = run->state + i;
+    mbsri_sweep_multi *multi = run->multi + b->multi;
+    const bool on_root = b->parent == 0;
+    _Alignas(32) double A[8];
+    double *x = multi->x;
+    memcpy(A, s->A_w, sizeof s->A_w);
+    memcpy(A + 4, s->A_v, sizeof s->A_v);
+    for (int k = 0; k < b->n; ++k) x[k] -= product(on_root ? multi->U[k] : multi->G[k], A);
+    if (on_root) solve(b->n, multi->factor, x);
+    for (int k = 0; k < b->n; ++k) {
+        run->out[b->u + k] = x[k];
+        mbsri_add3(x[k], multi->S[k], s->A_w);
+        mbsri_add3(x[k], multi->S[k] + 4, s->A_v);
+    }
+}
+
+#endif

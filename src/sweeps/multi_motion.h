@@ -1,0 +1,100 @@
+/* Kinematics of joints of several axes, of prescribed ones, or with a quaternion, in the vectorised
+ * sweeps. The joint's own functions move them.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRI_SWEEPS_MULTI_MOTION_H
+#define MBSRI_SWEEPS_MULTI_MOTION_H
+
+#include "algebra/numbers.h"
+#include "algebra/space3.h"
+#include "joints/chain.h"
+#include "sweeps/tree.h"
+
+#include <string.h>
+
+/* The joint's arguments; everything is seen from the predecessor's origin as these sweeps use it,
+ * which takes its velocity away from all. pose, V: of the predecessor. */
+static mbsr_joint_args arguments(const mbsri_sweep_run *run, int i, double pose[MBSR_POSE_SIZE],
+                                 double V[6])
+{
+    const mbsri_sweep_body *b = run->tree->body + i;
+    const mbsri_sweep_joint *seat = run->tree->joint + b->multi;
+    const mbsri_sweep_state *pred = run->state + b->parent;
+    const mbsri_body *body = run->model->body + i;
+    const mbsr_joint_args args = {.param = body->joint.param,
+                                  .option = body->joint.option,
+                                  .motion = body->joint.motion,
+                                  .user = body->joint.user,
+                                  .d = body->d,
+                                  .np = body->np,
+                                  .n = body->joint.n,
+                                  .nq = body->joint.nq,
+                                  .t = run->data->t,
+                                  .q = run->q + b->q,
+                                  .u = run->u + b->u,
+                                  .pred_space = body->pred_space,
+                                  .pred_d = body->d_pred,
+                                  .p_pred = pose,
+                                  .V_pred = V};
+    memset(V, 0, 6 * sizeof *V);
+    if (args.pred_space != MBSR_SPACE_FIXED) {
+        double R[9];
+        for (int k = 0; k < 9; ++k) R[k] = pred->R[k / 3 * 4 + k % 3];
+        mbsri_multiply3(R, seat->R, pose + MBSR_POSE_R);
+        mbsri_rotate3(R, seat->x, pose + MBSR_POSE_X);
+        memcpy(V, pred->omega, 3 * sizeof *V);
+        mbsri_cross3(pred->omega, pose + MBSR_POSE_X, V + 3);
+    }
+    return args;
+}
+
+/* columns of six numbers as two vectors of four each */
+static void spread_out(int n, const double *from, double (*to)[8])
+{
+    for (int k = 0; k < n; ++k) {
+        for (int l = 0; l < 3; ++l) {
+            to[k][l] = from[6 * k + l];
+            to[k][4 + l] = from[6 * k + 3 + l];
+        }
+        to[k][3] = to[k][7] = 0.0;
+    }
+}
+
+static int multi_kinematics(const mbsri_sweep_run *run, int i, bool velocity)
+{
+    const mbsri_sweep_body *b = run->tree->body + i;
+    const mbsri_sweep_state *pred = run->state + b->parent;
+    mbsri_sweep_state *s = run->state + i;
+    mbsri_sweep_multi *multi = run->multi + b->multi;
+    double pose_pred[MBSR_POSE_SIZE], V_pred[6], pose[MBSR_POSE_SIZE];
+    double S[36], Sdot[36], drive[6], bias[6], swing[3];
+    const mbsr_joint_args args = arguments(run, i, pose_pred, V_pred);
+    const int status = mbsri_chain_motion(&args, pose, S, drive, bias, velocity ? Sdot : NULL);
+    if (status) return status;
+    if (args.motion && (!mbsri_finite(12, pose) || !mbsri_finite(6, bias))) return MBSR_NOT_FINITE;
+    for (int k = 0; k < 9; ++k) s->R[k / 3 * 4 + k % 3] = pose[MBSR_POSE_R + k];
+    memcpy(s->rho, pose + MBSR_POSE_X, 3 * sizeof *s->rho);
+    s->R[3] = s->R[7] = s->R[11] = s->rho[3] = s->A_w[3] = s->A_v[3] = 0.0;
+    spread_out(b->n, S, multi->S);
+    spread_out(1, drive, &multi->drive);
+    /* omega_i = omega_pi + the angular part of S u + drive */
+    memcpy(s->omega, pred->omega, sizeof s->omega);
+    mbsri_add3(1.0, drive, s->omega);
+    for (int k = 0; k < b->n; ++k) mbsri_add3(args.u[k], multi->S[k], s->omega);
+    /* c = -kII + omega_pi x (omega_pi x (the predecessor's own origin)) */
+    mbsri_cross3(pred->omega, V_pred + 3, swing);
+    for (int k = 0; k < 3; ++k) {
+        s->A_w[k] = bias[k];
+        s->A_v[k] = swing[k] + bias[3 + k];
+    }
+    if (!velocity) return MBSR_OK;
+    /* v_i = v_pi + omega_pi x rho + the linear part of S u + drive */
+    spread_out(b->n, Sdot, multi->Sdot);
+    mbsri_cross3(pred->omega, s->rho, s->v);
+    mbsri_add3(1.0, pred->v, s->v);
+    mbsri_add3(1.0, drive + 3, s->v);
+    for (int k = 0; k < b->n; ++k) mbsri_add3(args.u[k], multi->S[k] + 4, s->v);
+    s->v[3] = 0.0;
+    return MBSR_OK;
+}
+
+#endif

@@ -1,0 +1,135 @@
+/* The rank of D in the vectorised sweeps.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * What recursion/rank.c decides with W, the first-order size of the rounding errors in Mbar. Mostly a bound
+ * is enough, two numbers instead of a matrix: W <= kappa Mbar + spread Lambda with Lambda =
+ * diag(L^2, L^2, L^2, 1, 1, 1); docs/performance.md derives it. Where it is not, the sweep starts
+ * again with W itself, kept in blocks like Mbar. */
+#ifndef MBSRI_SWEEPS_RANK_BOUND_H
+#define MBSRI_SWEEPS_RANK_BOUND_H
+
+#include "sweeps/carry.h"
+
+#include <math.h>
+
+/* A joint of one axis, or none: U = Mbar S, D = S^T U, e = tau - S^T p, size = S^T Lambda S. */
+typedef struct joint {
+    v4 Z, U_L, U_p;
+    double D, e, size;
+    double Dinv; /* 0 where the rank is 0 */
+} joint;
+
+MBSRI_INLINE double trace_of(const blocks *c, double per_area)
+{
+    return (c->I[0][0] + c->I[1][1] + c->I[2][2]) * per_area +
+           (c->M[0][0] + c->M[1][1] + c->M[2][2]);
+}
+
+MBSRI_INLINE v4 diagonal(const v4 A[3])
+{
+    return (v4){A[0][0], A[1][1], A[2][2], 0.0};
+}
+
+MBSRI_INLINE void add_diagonal(v4 x, v4 A[3])
+{
+    A[0] += x * (v4){1.0, 0.0, 0.0, 0.0};
+    A[1] += x * (v4){0.0, 1.0, 0.0, 0.0};
+    A[2] += x * (v4){0.0, 0.0, 1.0, 0.0};
+}
+
+/* S^T Diag(Mbar) S, which S^T W S is at least. */
+MBSRI_INLINE double least_noise(const mbsri_sweep_body *b, const blocks *c, v4 Z)
+{
+    double least = 0.0;
+    if (b->flags & MBSRI_TURNS) least = sum3(Z * Z * diagonal(c->I));
+    if (b->flags & MBSRI_SLIDES) least += b->pitch * b->pitch * sum3(Z * Z * diagonal(c->M));
+    return least;
+}
+
+/* (x_L, x_p) = A S for symmetric blocks A. */
+MBSRI_INLINE void times_axis(const mbsri_sweep_body *b, const blocks *A, v4 Z, v4 *x_L, v4 *x_p)
+{
+    *x_L = *x_p = splat(0.0);
+    if (b->flags & MBSRI_TURNS) {
+        *x_L = times(A->I, Z);
+        *x_p = times(A->G, Z);
+    }
+    if (b->flags & MBSRI_SLIDES) {
+        const v4 h = splat(b->pitch);
+        *x_L += h * transposed_times(A->G, Z);
+        *x_p += h * times(A->M, Z);
+    }
+}
+
+/* S^T x */
+MBSRI_INLINE double along_axis(const mbsri_sweep_body *b, v4 Z, v4 x_L, v4 x_p)
+{
+    double sum = 0.0;
+    if (b->flags & MBSRI_TURNS) sum = sum3(Z * x_L);
+    if (b->flags & MBSRI_SLIDES) sum += b->pitch * sum3(Z * x_p);
+    return sum;
+}
+
+MBSRI_INLINE void open_joint(const mbsri_sweep_run *run, int i, const blocks *c, joint *j)
+{
+    const mbsri_sweep_body *b = run->tree->body + i;
+    j->Z = load(run->state[i].R + 8);
+    times_axis(b, c, j->Z, &j->U_L, &j->U_p);
+    j->D = along_axis(b, j->Z, j->U_L, j->U_p);
+    j->e = (b->n ? run->tau[b->u] : 0.0) - along_axis(b, j->Z, c->L, c->p);
+    j->Dinv = 0.0;
+}
+
+/* Rank by the bound; false: it does not tell. Then the bound behind the joint. */
+MBSRI_INLINE bool certify(const mbsri_sweep_run *run, int i, blocks *c, joint *j)
+{
+    const mbsri_sweep_body *b = run->tree->body + i;
+    const double area = run->tree->length * run->tree->length, per_area = 1.0 / area,
+                 clear = run->tree->clear, trace = trace_of(c, per_area);
+    const double size = (b->flags & MBSRI_TURNS ? area : 0.0) + b->pitch * b->pitch;
+    double spread = c->spread + trace, transport = 1.0;
+    if (b->soft > 0.0) {
+        const double own = spread * b->soft;
+        c->kappa = own > c->kappa ? own : c->kappa;
+        spread = 0.0;
+    }
+    if (j->D > 0.0 && j->D * (1.0 - clear * c->kappa) > clear * spread * size) {
+        j->Dinv = 1.0 / j->D;
+        transport =
+            size * sum3(j->U_L * j->U_L * splat(per_area) + j->U_p * j->U_p) * j->Dinv * j->Dinv;
+    } else if (b->n && fabs(j->D) > run->model->rank_tolerance * least_noise(b, c, j->Z)) {
+        return false;
+    }
+    c->spread = spread * transport + trace * (1.0 + transport);
+    return true;
+}
+
+/* Rank by W, and E = Diag(Mbar) + Diag(G S^T Diag(Mbar) S G^T) + P^T W P, P = 1 - S G^T, in its
+ * place (recursion/backward.c). False: Mbar is indefinite. */
+MBSRI_INLINE bool judge(const mbsri_sweep_run *run, int i, const blocks *c, joint *j, blocks *W)
+{
+    const mbsri_sweep_body *b = run->tree->body + i;
+    v4 Q_L, Q_p;
+    add_diagonal(diagonal(c->I), W->I);
+    add_diagonal(diagonal(c->M), W->M);
+    times_axis(b, W, j->Z, &Q_L, &Q_p);
+    const double noise = along_axis(b, j->Z, Q_L, Q_p), least = least_noise(b, c, j->Z),
+                 tolerance = run->model->rank_tolerance * noise;
+    if (j->D < -tolerance) return false;
+    if (j->D > tolerance) j->Dinv = 1.0 / j->D;
+    const v4 g_L = j->U_L * splat(j->Dinv), g_p = j->U_p * splat(j->Dinv);
+    Q_L -= splat(0.5 * noise) * g_L;
+    Q_p -= splat(0.5 * noise) * g_p;
+    const v4 gL[3] = {xxx(g_L), yyy(g_L), zzz(g_L)}, gp[3] = {xxx(g_p), yyy(g_p), zzz(g_p)},
+             QL[3] = {xxx(Q_L), yyy(Q_L), zzz(Q_L)}, Qp[3] = {xxx(Q_p), yyy(Q_p), zzz(Q_p)};
+    for (int k = 0; k < 3; ++k) {
+        W->I[k] -= Q_L * gL[k] + g_L * QL[k];
+        W->G[k] -= Q_p * gL[k] + g_p * QL[k];
+        W->M[k] -= Q_p * gp[k] + g_p * Qp[k];
+    }
+    add_diagonal(diagonal(c->I) + splat(least) * g_L * g_L, W->I);
+    add_diagonal(diagonal(c->M) + splat(least) * g_p * g_p, W->M);
+    return true;
+}
+
+#endif

@@ -1,0 +1,163 @@
+/* The tree that the vectorised sweeps run over: rigid bodies in space with stock joints.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * The recursion is that of recursion/backward.c and recursion/forward.c, with what a rigid body and a joint of one axis
+ * make of it (docs/performance.md): all vectors along the world's axes about a point of the joint's
+ * axis, so that H is a translation; the axis is the z axis of a frame chosen when the model is
+ * finished; Mbar is three blocks of 3 x 3, kept in registers from a body to its predecessor. */
+#ifndef MBSRI_TREE_H
+#define MBSRI_TREE_H
+
+#include "recursion/data.h"
+
+/* What a body is; bits of mbsri_sweep_body.flags. */
+enum {
+    MBSRI_TURNS = 1,     /* its joint rotates about z */
+    MBSRI_SLIDES = 2,    /* and moves along z, by `pitch` per unit of the coordinate */
+    MBSRI_MULTI = 4,     /* its joint is none of one axis: see multi_axis.h */
+    MBSRI_MASSLESS = 8,  /* own inertia zero */
+    MBSRI_LEAF = 16,     /* no successor */
+    MBSRI_BRANCHES = 32, /* more than one successor */
+    MBSRI_NEXT = 64,     /* its predecessor is the body before, or the root */
+    MBSRI_OPENS = 128,   /* the first of several successors that the backward sweep meets */
+    MBSRI_LOADED = 256   /* force elements act on the body */
+};
+
+/* Constants of a body. Its frame has its origin on the joint's axis and z along it; matrices by
+ * columns of four. */
+typedef struct mbsri_sweep_body {
+    double A[12];  /* axes of the frame at q = 0 in the predecessor's frame */
+    double x[4];   /* its origin there, m */
+    double I[12];  /* inertia tensor about the frame's origin */
+    double c[4];   /* first moment, kg m; mass, kg */
+    double pitch;  /* m per unit of the coordinate; 1 for a slider */
+    double soft;   /* 1 / lambda with M >= lambda Lambda; 0: M is not regular */
+    double spread; /* (1 + |x| / L)^2 */
+    int parent, flags;
+    int q, u;  /* places of its coordinates in the order of the sweeps */
+    int multi; /* number among the MBSRI_MULTI bodies */
+    int n;
+    int idle[4];
+} mbsri_sweep_body;
+
+/* The sweeps load four numbers at once, from places that are multiples of 32 bytes. */
+#define MBSRI_CHECK_LAYOUT(type) _Static_assert(sizeof(type) % 32 == 0, #type)
+MBSRI_CHECK_LAYOUT(mbsri_sweep_body);
+
+/* A joint of other than one axis, or with a prescribed one: its body's frame is the body's own. */
+typedef struct mbsri_sweep_joint {
+    double R[9], x[3]; /* the predecessor's own frame in the frame that these sweeps use of it */
+} mbsri_sweep_joint;
+
+/* And its state, kept by multi_axis.h. */
+typedef struct mbsri_sweep_multi {
+    double S[6][8];    /* columns of V = S u: angular and linear part, four numbers each */
+    double U[6][8];    /* Mbar S */
+    double G[6][8];    /* Mbar S D^-1 */
+    double Sdot[6][8]; /* rates of S, for the momentum form */
+    double drive[8];   /* part of V - X V_pi that does not depend on u */
+    double driven[8];  /* Mbar times that */
+    double D[6][6];
+    double factor[6][6]; /* of D */
+    double x[6];         /* e, D^-1 e or ep */
+    double idle[6];
+} mbsri_sweep_multi;
+MBSRI_CHECK_LAYOUT(mbsri_sweep_multi);
+
+/* State of a body in one evaluation; vectors of four numbers. */
+typedef struct mbsri_sweep_state {
+    double R[12];          /* axes of its frame in the world */
+    double rho[4];         /* from the predecessor's origin to its own, m */
+    double omega[4];       /* angular velocity */
+    double v[4];           /* velocity of its origin; momentum form only */
+    double U_L[4], U_p[4]; /* Mbar S: angular and linear part */
+    double A_w[4], A_v[4]; /* acceleration: first its part c without u', then all of it */
+    double D, Dinv, e, ep; /* of a joint of one axis */
+} mbsri_sweep_state;
+MBSRI_CHECK_LAYOUT(mbsri_sweep_state);
+
+/* Mbar, p and a bound of rounding errors on the way to the predecessor. With V = (omega, v):
+ *   Mbar = [I G^T; G M],  force = Mbar A + (L, p);  W <= kappa Mbar + spread Lambda (recursion/rank.c, and
+ * docs/performance.md) */
+typedef struct mbsri_carry {
+    double I[12], G[12], M[12], L[4], p[4];
+    double kappa, spread;
+    double idle[2];
+} mbsri_carry;
+MBSRI_CHECK_LAYOUT(mbsri_carry);
+
+/* What the momentum form hands from a body to its predecessor: momentum (L, p) of all bodies from
+ * here to the leaves, wrench (N, F) of the weights on them, and what of the given momenta is not
+ * accounted for yet, (L_bar, p_bar), the recursion (17) with p for tau. */
+typedef struct mbsri_flow {
+    double L[4], p[4], N[4], F[4], L_bar[4], p_bar[4];
+} mbsri_flow;
+MBSRI_CHECK_LAYOUT(mbsri_flow);
+
+/* The tree, part of a finished model. */
+typedef struct mbsri_sweeps {
+    int bodies;               /* as the model's */
+    mbsri_sweep_body *body;   /* bodies + 1, the root first */
+    void *block;              /* where they were allocated */
+    int multi;                /* number of MBSRI_MULTI bodies */
+    mbsri_sweep_joint *joint; /* multi */
+    int depth;                /* predecessors waiting for further successors at once, at most */
+    int first_angle, angles;  /* the coordinates among which all angles are */
+    double length;            /* L, m */
+    double clear;             /* a joint block counts as regular beyond this times the bound of
+                              * rounding errors in it: ten times the tolerance of the ranks */
+    double gravity[3];        /* m/s^2, sum of all such elements */
+    bool joint_forces;        /* there are elements that act on joints alone */
+    bool body_forces;         /* there are others */
+    bool masses;              /* some of them read the mass matrices of their bodies */
+    mbsri_sweep_joint *own;   /* bodies + 1: the body's own frame in its frame; body_forces only */
+    const struct mbsri_sweep_kernels *kernels;
+} mbsri_sweeps;
+
+/* What force elements exert on a body, about the origin of its frame; body_forces only. */
+typedef struct mbsri_sweep_load {
+    double r[4];   /* that origin in the world, m */
+    double arm[4]; /* from there to the origin of the body\'s own frame */
+    double L[4], p[4];
+} mbsri_sweep_load;
+
+/* What an evaluation works on. */
+typedef struct mbsri_sweep_run {
+    const mbsr_model *model;
+    mbsr_data *data;
+    const mbsri_sweeps *tree;
+    mbsri_sweep_state *state; /* bodies + 1 */
+    mbsri_sweep_multi *multi;
+    mbsri_carry *stack;     /* depth */
+    mbsri_carry *noise;     /* depth: W */
+    mbsri_flow *flows;      /* depth */
+    mbsri_sweep_load *load; /* bodies + 1, or NULL */
+    double *sincos;         /* 2 a coordinate: cosine, sine */
+    const double *q, *u;
+    const double *tau; /* joint forces; for inverse dynamics u' */
+    double *out;       /* u', joint forces, or p' */
+    const double *p;   /* momenta; momentum form only */
+    double *balance;   /* its algebraic equations */
+    int *rank;         /* bodies + 1, or NULL */
+} mbsri_sweep_run;
+
+/* The sweeps, compiled once for every kind of processor. */
+typedef struct mbsri_sweep_kernels {
+    const char *name;
+    void (*trigonometry)(int n, const double *q, double *sincos);
+    int (*kinematics)(const mbsri_sweep_run *run);
+    /* False: the stages have to decide on the rank of some joint. */
+    bool (*backward)(const mbsri_sweep_run *run);
+    void (*forward)(const mbsri_sweep_run *run);
+    int (*inverse)(const mbsri_sweep_run *run);
+    /* Kinematics with velocities; and, after backward, p' and the algebraic equations. */
+    int (*velocities)(const mbsri_sweep_run *run);
+    void (*momentum)(const mbsri_sweep_run *run);
+} mbsri_sweep_kernels;
+
+extern const mbsri_sweep_kernels mbsri_sweeps_base;
+#if defined(MBSR_WITH_V3)
+extern const mbsri_sweep_kernels mbsri_sweeps_v3;
+#endif
+
+#endif

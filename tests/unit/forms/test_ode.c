@@ -1,0 +1,176 @@
+/* The reduced ODE against the momentum form, and its groups of coupled massless directions.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "expect.h"
+#include "tree.h"
+
+#include "assembly/data.h"
+
+#include <string.h>
+
+enum { TREES = 200, MOST = 160 };
+
+static const double time_now = 0.3;
+
+/* x' of the ODE is that of the momentum form at its consistent start, whatever Newton starts
+ * from. */
+static void rhs_is_that_of_the_momentum_form(void **unused)
+{
+    (void)unused;
+    int massless = 0;
+    for (int seed = 1; seed <= TREES; ++seed) {
+        const test_tree_opt opt = {.seed = (uint64_t)seed,
+                                   .bodies = 2 + seed % 9,
+                                   .max_d = 5,
+                                   .welds = 1,
+                                   .deficient = 0.6,
+                                   .bend = 0.1,
+                                   .forces = 1,
+                                   .moving_root = seed % 3 == 0,
+                                   .shuffle = seed % 2};
+        test_tree tree;
+        test_tree_make(&tree, opt);
+        const mbsr_model *m = tree.model;
+        mbsr_data *d = tree.data;
+        const int n = tree.nu;
+        double q[MOST], u[MOST], y[3 * MOST], yp[3 * MOST], x[2 * MOST], xdot[2 * MOST];
+        test_rng rng = test_seed((uint64_t)seed + 7000);
+        test_fill(&rng, n, q);
+        test_fill(&rng, n, u);
+        assert_ok(mbsr_dae_pack(m, d, MBSR_DAE_MOMENTUM, time_now, q, u, y), mbsr_data_error(d));
+        assert_ok(mbsr_dae_consistent(m, d, MBSR_DAE_MOMENTUM, time_now, y, yp, NULL, NULL),
+                  mbsr_data_error(d));
+        double kept = 1.0, F[3 * MOST];
+        assert_ok(mbsr_dae_residual(m, d, MBSR_DAE_MOMENTUM, time_now, y, yp, F),
+                  mbsr_data_error(d));
+        for (int i = 0; i < tree.N; ++i) {
+            mbsr_rank_info info;
+            assert_int_equal(mbsr_body_rank(m, d, i, &info), MBSR_OK);
+            if (info.rank > 0) kept = fmin(kept, info.smallest_kept);
+            massless += info.rank < info.n;
+        }
+        mbsr_ode *ode;
+        assert_ok(mbsr_ode_create(m, d, time_now, q, u, &ode), mbsr_data_error(d));
+        assert_int_equal(mbsr_ode_size(ode), 2 * n);
+        memcpy(x, y, sizeof(double) * (size_t)(2 * n));
+        mbsri_data_poison(d);
+        double found[MOST];
+        test_fill(&rng, n, found); /* any start */
+        assert_ok(mbsr_ode_velocities(ode, time_now, x, found), mbsr_data_error(d));
+        const double size = 1.0 + test_largest(n, y + 2 * n);
+        for (int k = 0; k < n; ++k) assert_close(found[k], y[2 * n + k], 1e-10 * size / kept);
+        assert_ok(mbsr_ode_rhs(ode, time_now, x, xdot), mbsr_data_error(d));
+        const double rate = 1.0 + test_largest(2 * n, yp);
+        for (int k = 0; k < 2 * n; ++k) assert_close(xdot[k], yp[k], 1e-9 * rate / kept);
+        mbsr_ode_destroy(ode);
+        test_tree_free(&tree);
+    }
+    assert_true(massless > TREES);
+}
+
+/* A row of points on the ground, each alone (absolute) or on the one before (chain). */
+static mbsr_model *points(int count, bool chain, double damping)
+{
+    mbsr_model *m;
+    assert_int_equal(mbsr_model_create(NULL, &m, NULL), MBSR_OK);
+    for (int k = 0; k < count; ++k) {
+        mbsr_body_def body = mbsr_default_body_def();
+        body.parent = chain ? k - 1 : MBSR_GROUND;
+        body.joint = mbsr_joint_point((mbsr_planar_frame){0}, MBSR_X, 0, NULL, NULL);
+        assert_int_equal(mbsr_model_add_body(m, &body, NULL), MBSR_OK);
+        const mbsr_force_def spring =
+            mbsr_force_axis_spring(k, chain ? k - 1 : MBSR_GROUND, 0, 2.0, damping, 0.0);
+        assert_int_equal(mbsr_model_add_force(m, &spring, NULL), MBSR_OK);
+    }
+    assert_int_equal(mbsr_model_finish(m), MBSR_OK);
+    return m;
+}
+
+/* Each evaluation of the forces serves all isolated bodies: their number does not count. */
+static void isolated_bodies_share_their_differences(void **unused)
+{
+    (void)unused;
+    long evaluations[2], steps[2];
+    const int count[2] = {5, 60};
+    for (int c = 0; c < 2; ++c) {
+        mbsr_model *m = points(count[c], false, 0.5);
+        mbsr_data *d;
+        mbsr_ode *ode;
+        double q[60], u[60] = {0.0}, x[120], xdot[120];
+        for (int k = 0; k < count[c]; ++k) q[k] = 1.0 + k;
+        assert_int_equal(mbsr_data_create(m, &d, NULL), MBSR_OK);
+        assert_ok(mbsr_ode_create(m, d, 0.0, q, u, &ode), mbsr_data_error(d));
+        assert_ok(mbsr_ode_pack(ode, 0.0, q, u, x), mbsr_data_error(d));
+        assert_ok(mbsr_ode_rhs(ode, 0.0, x, xdot), mbsr_data_error(d));
+        /* 0 = -2 q - 0.5 q' */
+        for (int k = 0; k < count[c]; ++k) assert_close(xdot[k], -4.0 * q[k], 1e-9 * q[k]);
+        assert_int_equal(mbsr_ode_stats(ode, &steps[c], &evaluations[c]), MBSR_OK);
+        mbsr_ode_destroy(ode);
+        mbsr_data_destroy(d);
+        mbsr_model_destroy(m);
+    }
+    assert_int_equal(evaluations[0], 2 * steps[0]); /* one for gamma, one for its slopes */
+    assert_int_equal(evaluations[0], evaluations[1]);
+}
+
+static void a_chain_is_one_group(void **unused)
+{
+    (void)unused;
+    mbsr_model *m = points(5, true, 0.5);
+    mbsr_data *d;
+    mbsr_ode *ode;
+    const double q[5] = {1.0, 2.0, 3.0, 4.0, 5.0}, u[5] = {0.0};
+    double x[10], xdot[10];
+    long steps, evaluations;
+    assert_int_equal(mbsr_data_create(m, &d, NULL), MBSR_OK);
+    assert_ok(mbsr_ode_create(m, d, 0.0, q, u, &ode), mbsr_data_error(d));
+    assert_ok(mbsr_ode_pack(ode, 0.0, q, u, x), mbsr_data_error(d));
+    assert_ok(mbsr_ode_rhs(ode, 0.0, x, xdot), mbsr_data_error(d));
+    for (int k = 0; k < 5; ++k) assert_close(xdot[k], -4.0 * q[k], 1e-9 * q[k]);
+    assert_int_equal(mbsr_ode_stats(ode, &steps, &evaluations), MBSR_OK);
+    assert_int_equal(evaluations, 6 * steps); /* gamma and five slopes */
+    mbsr_ode_destroy(ode);
+    mbsr_data_destroy(d);
+    mbsr_model_destroy(m);
+}
+
+static void an_undamped_direction_is_refused_and_named(void **unused)
+{
+    (void)unused;
+    mbsr_model *m = points(2, false, 0.0);
+    mbsr_data *d;
+    mbsr_ode *ode;
+    const double q[2] = {1.0, 2.0}, u[2] = {0.0};
+    double x[4], xdot[4];
+    assert_int_equal(mbsr_data_create(m, &d, NULL), MBSR_OK);
+    assert_ok(mbsr_ode_create(m, d, 0.0, q, u, &ode), mbsr_data_error(d));
+    assert_ok(mbsr_ode_pack(ode, 0.0, q, u, x), mbsr_data_error(d));
+    assert_refused(mbsr_ode_rhs(ode, 0.0, x, xdot), mbsr_data_error(d), MBSR_UNDETERMINED, 0,
+                   MBSR_NONE, "body 0");
+    mbsr_ode_destroy(ode);
+    mbsr_data_destroy(d);
+    mbsr_model_destroy(m);
+}
+
+static void null_is_refused(void **unused)
+{
+    (void)unused;
+    double x[1] = {0.0};
+    assert_int_equal(mbsr_ode_rhs(NULL, 0.0, x, x), MBSR_ERR_NULL);
+    assert_int_equal(mbsr_ode_velocities(NULL, 0.0, x, x), MBSR_ERR_NULL);
+    assert_int_equal(mbsr_ode_pack(NULL, 0.0, x, x, x), MBSR_ERR_NULL);
+    assert_int_equal(mbsr_ode_stats(NULL, NULL, NULL), MBSR_ERR_NULL);
+    assert_int_equal(mbsr_ode_size(NULL), -1);
+    mbsr_ode_destroy(NULL);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(rhs_is_that_of_the_momentum_form),
+        cmocka_unit_test(isolated_bodies_share_their_differences),
+        cmocka_unit_test(a_chain_is_one_group),
+        cmocka_unit_test(an_undamped_direction_is_refused_and_named),
+        cmocka_unit_test(null_is_refused),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

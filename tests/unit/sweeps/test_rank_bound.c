@@ -1,0 +1,192 @@
+/* The bound of rounding errors that the vectorised sweeps carry, two numbers, against the matrix W that
+ * it bounds: W <= kappa Mbar + spread Lambda behind every joint and at every predecessor, and the
+ * same ranks (docs/performance.md). The steps are those of the sweeps, which are compiled here.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#if defined(__GNUC__)
+#pragma GCC diagnostic ignored "-Wpsabi" /* vectors are arguments of inlined functions only */
+#endif
+#include "sweeps/backward.h"
+#include "sweeps/forward.h"
+#include "sweeps/inverse.h"
+#include "sweeps/momentum.h"
+#include "sweeps/motion.h"
+#include "sweeps/trigonometry.h"
+
+#include "expect.h"
+#include "space.h"
+#include "algebra/dense.h"
+
+#include <stdlib.h>
+
+/* All sweeps are used, as far as the compiler can tell. */
+static const mbsri_sweep_kernels here = {"here",  trigonometry, kinematics, backward,
+                                         forward, inverse,      velocities, momentum};
+
+typedef struct counts {
+    int bodies, skipped, zero; /* bounds compared, joints that it does not tell, of rank 0 */
+} counts;
+
+/* The symmetric matrix in units of Lambda: [L^-1 1; 1]^T A [L^-1 1; 1]. */
+static void scaled(const mbsri_carry *c, double length, double A[36])
+{
+    for (int j = 0; j < 3; ++j) {
+        for (int k = 0; k < 3; ++k) {
+            A[6 * j + k] = c->I[4 * j + k] / (length * length);
+            A[6 * j + 3 + k] = A[6 * (3 + k) + j] = c->G[4 * j + k] / length;
+            A[6 * (3 + j) + 3 + k] = c->M[4 * j + k];
+        }
+    }
+}
+
+/* The smallest eigenvalue of kappa Mbar + spread Lambda - W is not negative. */
+static void assert_bounded(const blocks *c, const blocks *W, double length)
+{
+    _Alignas(32) mbsri_carry Mbar, noise;
+    double A[36], B[36], lambda[6], size = 0.0;
+    to_memory(c, &Mbar);
+    to_memory(W, &noise);
+    scaled(&Mbar, length, A);
+    scaled(&noise, length, B);
+    for (int k = 0; k < 36; ++k) {
+        const double bound = c->kappa * A[k] + (k % 7 == 0 ? c->spread : 0.0);
+        size = fmax(size, fabs(bound));
+        B[k] = bound - B[k];
+    }
+    assert_int_equal(mbsri_jacobi(6, B, lambda), 0);
+    if (!(lambda[5] >= -1e-12 * size)) fail_msg("bound below W by %g of %g", -lambda[5], size);
+}
+
+/* sweep_back of backward.h with both at once. */
+static void compare(const mbsri_sweep_run *run, counts *n)
+{
+    const mbsri_sweeps *tree = run->tree;
+    mbsri_carry *top = run->stack, *noise_top = run->noise;
+    blocks c, W;
+    clear(&c);
+    clear(&W);
+    for (int i = tree->bodies; i >= 1; --i) {
+        const mbsri_sweep_body *b = tree->body + i;
+        if (b->flags & MBSRI_LEAF) clear(&c), clear(&W);
+        if (b->flags & MBSRI_BRANCHES) add(--top, &c), add(--noise_top, &W);
+        if (!(b->flags & MBSRI_MASSLESS)) add_own(b, run->state + i, &c);
+        blocks judged = c;
+        const bool told = pass_joint(run, i, &c, NULL);
+        const int rank = run->rank[i];
+        if (!told) {
+            ++n->skipped;
+            return;
+        }
+        if (!pass_joint(run, i, &judged, &W)) fail_msg("joint %d: the bound tells, W does not", i);
+        assert_int_equal(rank, run->rank[i]);
+        n->zero += b->n > rank;
+        if (b->parent == 0) continue;
+        ++n->bodies;
+        assert_bounded(&c, &W, tree->length);
+        const v4 rho = load(run->state[i].rho);
+        translate(rho, &c);
+        translate(rho, &W);
+        c.spread *= stretch(run, i);
+        assert_bounded(&c, &W, tree->length);
+        if (b->flags & MBSRI_NEXT) continue;
+        if (!(b->flags & MBSRI_OPENS)) add(--top, &c), add(--noise_top, &W);
+        to_memory(&c, top++);
+        to_memory(&W, noise_top++);
+    }
+}
+
+/* ---- trees with masses, sizes and distances of several orders of magnitude ---- */
+
+static double power(test_rng *rng, double low, double high)
+{
+    return pow(10.0, low + 0.5 * (high - low) * (1.0 + test_uniform(rng)));
+}
+
+/* No mass, a particle, a rod, or six particles. */
+static mbsr_inertia random_inertia(test_rng *rng)
+{
+    static const int points[] = {0, 0, 0, 1, 1, 2, 6, 6, 6, 6};
+    const int count = points[test_integer(rng, 0, 9)];
+    const double mass = power(rng, -3.0, 2.0), size = power(rng, -2.0, 1.0),
+                 off = test_integer(rng, 0, 1) ? power(rng, -1.0, 0.5) : 0.0;
+    double com[3], at[3];
+    mbsr_inertia sum = mbsr_inertia_zero();
+    test_fill(rng, 3, com);
+    for (int l = 0; l < count; ++l) {
+        test_fill(rng, 3, at);
+        for (int k = 0; k < 3; ++k) at[k] = off * com[k] + size * at[k];
+        const mbsr_inertia point = mbsr_inertia_point_mass(mass, at);
+        sum = l == 0 ? point : mbsr_inertia_sum(sum, point);
+    }
+    return sum;
+}
+
+static int random_kind(test_rng *rng)
+{
+    static const int kinds[] = {TEST_REVOLUTE,  TEST_REVOLUTE,  TEST_REVOLUTE, TEST_REVOLUTE,
+                                TEST_PRISMATIC, TEST_PRISMATIC, TEST_SCREW,    TEST_WELD,
+                                TEST_UNIVERSAL, TEST_SPHERICAL};
+    return kinds[test_integer(rng, 0, 9)];
+}
+
+static mbsr_model *random_model(test_rng *rng, int bodies)
+{
+    mbsr_model *m = NULL;
+    assert_int_equal(mbsr_model_create(NULL, &m, NULL), MBSR_OK);
+    for (int i = 0; i < bodies; ++i) {
+        mbsr_body_def def = mbsr_default_body_def();
+        def.parent = i == 0 || test_integer(rng, 0, 3) ? i - 1 : test_integer(rng, 0, i - 1);
+        if (i == 0) def.parent = MBSR_GROUND;
+        def.joint = test_joint_in_space(rng, random_kind(rng), power(rng, -1.5, 1.5));
+        def.inertia = random_inertia(rng);
+        assert_ok(mbsr_model_add_body(m, &def, NULL), mbsr_model_error(m));
+    }
+    assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
+    assert_non_null(m->sweeps);
+    return m;
+}
+
+static void check_tree(uint64_t seed, counts *n)
+{
+    test_rng rng = test_seed(seed);
+    mbsr_model *m = random_model(&rng, 1 + test_integer(&rng, 0, 7));
+    mbsr_data *d = NULL;
+    assert_int_equal(mbsr_data_create(m, &d, NULL), MBSR_OK);
+    test_fill(&rng, m->nq, d->q);
+    test_fill(&rng, m->nu, d->u);
+    mbsri_zero((size_t)m->nu, d->tau);
+    const mbsri_sweep_run run = {.model = m,
+                                 .data = d,
+                                 .tree = m->sweeps,
+                                 .state = d->sweep_state,
+                                 .multi = d->sweep_multi,
+                                 .stack = d->sweep_stack,
+                                 .noise = d->sweep_noise,
+                                 .sincos = d->sincos,
+                                 .q = d->q,
+                                 .u = d->u,
+                                 .tau = d->tau,
+                                 .rank = d->rank};
+    memset(run.state, 0, sizeof *run.state);
+    for (int k = 0; k < 3; ++k) run.state->R[5 * k] = 1.0;
+    here.trigonometry(m->nq, run.q, run.sincos);
+    assert_int_equal(here.kinematics(&run), 0);
+    compare(&run, n);
+    mbsr_data_destroy(d);
+    mbsr_model_destroy(m);
+}
+
+static void random_trees(void **unused)
+{
+    (void)unused;
+    counts n = {0, 0, 0};
+    for (uint64_t seed = 1; seed <= 5000; ++seed) check_tree(seed, &n);
+    print_message("%d bounds, %d joints of lower rank, %d trees left at a joint\n", n.bodies,
+                  n.zero, n.skipped);
+    assert_true(n.bodies > 1000 && n.zero > 20);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(random_trees)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
