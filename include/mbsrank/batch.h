@@ -4,10 +4,11 @@
  * Several states are evaluated side by side in the lanes of the processor's vector registers: two,
  * with AVX2 four, with AVX-512 eight. This serves trees of rigid bodies in space whose joints are
  * those of the library without locks, under gravity and force elements with MBSR_FORCE_JOINT_ONLY
- * (these are called state by state). Of other models all states, and of these
- * models those states in which a joint's rank is not clearly full, or an angle is beyond 1e5 rad,
- * or anything fails, go through the functions of dynamics.h one by one: the result is the same, at
- * their price. */
+ * (these are called state by state).
+ *
+ * The functions of dynamics.h serve, one by one and at their price, all states of other models,
+ * and those states of these models in which a joint's rank is not clearly full, an angle is beyond
+ * 1e5 rad, or anything fails. Results are the same. */
 #ifndef MBSRANK_BATCH_H
 #define MBSRANK_BATCH_H
 
@@ -20,9 +21,9 @@ extern "C" {
 typedef struct mbsr_batch mbsr_batch;
 
 /* Memory for batches of a finished model, which must outlive it, from the model's allocator: an
- * mbsr_data and, for each body, about 35 numbers a lane. After this no call
- * allocates. Several batches of one model may be used by several threads at once, one batch by one
- * thread at a time. On failure *batch is NULL; *error may be NULL. Status: MBSR_OK, MBSR_ERR_NULL,
+ * mbsr_data and, for each body, about 35 numbers a lane. After this no call allocates. Several
+ * batches of one model may be used by several threads at once, one batch by one thread at a time.
+ * On failure *batch is NULL; *error may be NULL. Status: MBSR_OK, MBSR_ERR_NULL,
  * MBSR_ERR_UNFINISHED, MBSR_ERR_NO_MEMORY. */
 MBSR_API int mbsr_batch_create(const mbsr_model *model, mbsr_batch **batch, mbsr_error *error);
 MBSR_API void mbsr_batch_destroy(mbsr_batch *batch); /* NULL is allowed */
@@ -31,9 +32,9 @@ MBSR_API void mbsr_batch_destroy(mbsr_batch *batch); /* NULL is allowed */
  * lanes as all others, so multiples of this number are cheapest. 0 for NULL. */
 MBSR_API int mbsr_batch_lanes(const mbsr_batch *batch);
 
-/* Forward dynamics, as mbsr_forward_dynamics, of `states` >= 1 states at one time t. q: nq x
- * states, u, tau (may be NULL for none), udot: nu x states, one column a state without padding, so
- * that state k begins at q + k nq and u + k nu. udot must not overlap the inputs. All states are
+/* Forward dynamics (ABA), as mbsr_forward_dynamics, of `states` >= 1 states at one time t. q: nq x
+ * states, u, tau (may be NULL for none), udot: nu x states, one column a state without padding:
+ * state k begins at q + k nq and u + k nu. udot must not overlap the inputs. All states are
  * evaluated whatever becomes of the others, and no result depends on the states beside it.
  *
  * status: `states` numbers, or NULL: what mbsr_forward_dynamics returns for each. The result is
@@ -45,7 +46,7 @@ MBSR_API int mbsr_batch_forward_dynamics(const mbsr_model *model, mbsr_batch *ba
                                          int states, const double *q, const double *u,
                                          const double *tau, double *udot, int *status);
 
-/* Inverse dynamics likewise, as mbsr_inverse_dynamics; udot is the input, tau the result. */
+/* Inverse dynamics (RNEA) likewise, as mbsr_inverse_dynamics; udot is an input, tau the result. */
 MBSR_API int mbsr_batch_inverse_dynamics(const mbsr_model *model, mbsr_batch *batch, double t,
                                          int states, const double *q, const double *u,
                                          const double *udot, double *tau, int *status);

@@ -1,11 +1,21 @@
 /* The evaluation stages, inverse and forward dynamics, mass matrix, energies, ranks.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Symbols and equation numbers are those of M. Arnold, Mech. Sci. 4 (2013) 221-231; docs/theory.md
- * lists them. q, u, u' and tau are vectors over the whole tree (mbsr_model_nq, mbsr_model_nu),
- * ordered by body id. Outputs must not overlap inputs. No function here allocates. Statuses common
- * to all: MBSR_ERR_NULL, MBSR_ERR_MISMATCH (data of another model), and whatever a callback
- * returned, unchanged; the text is in mbsr_data_error. */
+ *   forward dynamics   articulated-body algorithm (ABA, Featherstone)   mbsr_forward_dynamics
+ *   inverse dynamics   recursive Newton-Euler algorithm (RNEA)          mbsr_inverse_dynamics
+ *   mass matrix        composite rigid-body algorithm (CRBA)            mbsr_mass_matrix
+ *
+ * Symbols and equation numbers are those of M. Arnold, Mech. Sci. 4 (2013) 221-231,
+ * doi:10.5194/ms-4-221-2013; docs/theory.md lists them, and docs/conventions.md ("What you may know
+ * it as") has the names that other books and libraries use. As there, K is divided out: K = 1, H
+ * carries a motion of the predecessor to the body with the sign reversed, and J = -S, where S spans
+ * the joint's motion subspace.
+ *
+ * q, u, u' and tau are vectors over the whole tree (mbsr_model_nq, mbsr_model_nu), ordered by body
+ * id: joint (minimal) coordinates, their velocities and accelerations, and generalised forces.
+ * Outputs must not overlap inputs. No function here allocates. Statuses common to all:
+ * MBSR_ERR_NULL, MBSR_ERR_MISMATCH (data of another model), and whatever a callback returned,
+ * unchanged; the text is in mbsr_data_error. */
 #ifndef MBSRANK_DYNAMICS_H
 #define MBSRANK_DYNAMICS_H
 
@@ -17,35 +27,49 @@ extern "C" {
 
 /* ---- the stages, each needing those before it (else MBSR_ERR_SEQUENCE) ---- */
 
-/* Forward recursion of poses (7); K, H, J, kI and M in that pose.  q: nq.
+/* Forward kinematics: poses (7), root to leaves; K, H, J, kI and M in that pose.  q: nq.
  * MBSR_NOT_FINITE, MBSR_SINGULAR_K, MBSR_RANK_DEFICIENT_J. */
 MBSR_API int mbsr_positions(const mbsr_model *model, mbsr_data *data, double t, const double *q);
 
-/* Forward recursion of velocities (8); kII and gyroscopic forces.  u: nu.  MBSR_NOT_FINITE. */
+/* Velocities (twists), root to leaves: V = -(H V_pred + J u + kI) (8). What depends on velocities:
+ * the bias acceleration -kII of (9) and the gyroscopic force h of M A + h.  u: nu.
+ * MBSR_NOT_FINITE. */
 MBSR_API int mbsr_velocities(const mbsr_model *model, mbsr_data *data, const double *u);
 
-/* Applied forces f and joint forces: all force elements, plus tau (nu, may be NULL for none) on the
- * joints. */
+/* f (d, a wrench for a SPATIAL body: what the force elements exert, less h) and joint forces: those
+ * of the force elements, plus tau (nu, may be NULL for none). */
 MBSR_API int mbsr_forces(const mbsr_model *model, mbsr_data *data, const double *tau);
 
-/* Backward recursion (17): Mbar, fbar, D, ranks.  MBSR_EIGEN_FAILED, MBSR_INDEFINITE_MASS,
- * MBSR_RANK_CHANGED (see mbsr_rank_watch). */
+/* Backward recursion (17), the inward pass of the ABA: Mbar, fbar, D, ranks. With sums over the
+ * successors j, and the pseudo-inverse D^+ where the ABA has D^-1,
+ *
+ *   D    = J^T Mbar J
+ *   Mbar = M + sum H_j^T (Mbar_j - Mbar_j J_j D_j^+ J_j^T Mbar_j) H_j
+ *   fbar = f - sum H_j^T m_j,     m = (1 - Mbar J D^+ J^T) (fbar + Mbar kII) + Mbar J D^+ tau
+ *
+ * Mbar is the articulated-body inertia and -fbar the articulated-body bias force: the joint must
+ * exert Mbar A - fbar on the body for it to have the acceleration A.  MBSR_EIGEN_FAILED,
+ * MBSR_INDEFINITE_MASS, MBSR_RANK_CHANGED (see mbsr_rank_watch). */
 MBSR_API int mbsr_backward(const mbsr_model *model, mbsr_data *data);
 
-/* Forward recursion that skips rank-deficient bodies, (18)-(24), adjacent ones included, and the
- * residual (25): residual = D u' - [tau - J^T fbar - J^T Mbar (H A_pred + kII)], nu numbers; zero
- * on the equations of motion. */
+/* Forward recursion (18)-(24), the outward pass of the ABA, for given u' (nu): accelerations root
+ * to leaves, where rank-deficient bodies, adjacent ones too, are skipped; and the residual (25),
+ *
+ *   residual = D u' - [tau - J^T fbar - J^T Mbar (H A_pred + kII)],      nu numbers,
+ *
+ * which is zero on the equations of motion. */
 MBSR_API int mbsr_forward(const mbsr_model *model, mbsr_data *data, const double *udot,
                           double *residual);
 
 /* ---- whole evaluations ---- */
 
-/* q' = G(q) u; qdot: nq.  Needs mbsr_velocities. */
+/* q' = G(q) u; qdot: nq. G is the unit matrix but for quaternions and a caller's own joints.  Needs
+ * mbsr_velocities. */
 MBSR_API int mbsr_coordinate_rates(const mbsr_model *model, mbsr_data *data, double *qdot);
 
 /* Brings q (nq, changed in place) to its normal form: quaternions to length 1. No pose depends on
- * what this changes. mbsr_dae_pack and mbsr_dae_unpack do it. MBSR_ZERO_QUATERNION names the body.
- * */
+ * what this changes. mbsr_dae_pack and mbsr_dae_unpack do it.
+ * MBSR_ZERO_QUATERNION names the body. */
 MBSR_API int mbsr_normalise(const mbsr_model *model, mbsr_data *data, double *q);
 
 /* Residual (25) at a state: the five stages. tau may be NULL.  All statuses of the stages. */
@@ -53,32 +77,50 @@ MBSR_API int mbsr_recursive_residual(const mbsr_model *model, mbsr_data *data, d
                                      const double *q, const double *u, const double *udot,
                                      const double *tau, double *residual);
 
-/* Inverse dynamics: the joint forces tau (nu) that, in addition to the force elements, give the
- * accelerations udot. (9) root to leaves, (11) leaves to root; no rank decision, no pseudo-inverse.
- * With tau subtracted from what is applied it is the inverse-dynamics residual. */
+/* Inverse dynamics by the recursive Newton-Euler algorithm (RNEA), O(N): the joint forces tau (nu)
+ * that, in addition to the force elements, give the accelerations udot (nu):
+ *
+ *   A   = -(H A_pred + J u' + kII)      root to leaves (9)
+ *   mu  = f - M A - sum H_j^T mu_j      leaves to root (11), over the successors j
+ *   tau = J^T mu - (joint forces of the force elements)
+ *
+ * No rank decision, no pseudo-inverse. Gravity is a force element like any other, not an
+ * acceleration of the root. tau less the tau that is applied is the inverse-dynamics residual of
+ * dae.h.  All statuses of mbsr_positions, mbsr_velocities and mbsr_forces. */
 MBSR_API int mbsr_inverse_dynamics(const mbsr_model *model, mbsr_data *data, double t,
                                    const double *q, const double *u, const double *udot,
                                    double *tau);
 
-/* Forward dynamics: the accelerations udot (nu) under the force elements and tau (nu, may be NULL),
- * O(N). MBSR_UNDETERMINED names the first joint whose block D is rank-deficient: its accelerations
- * follow from no equation of second order (udot then holds the range components only). All statuses
- * of the stages. */
+/* Forward dynamics by the articulated-body algorithm (ABA), O(N): the accelerations udot (nu) under
+ * the force elements and tau (nu, may be NULL). MBSR_UNDETERMINED names the first joint whose block
+ * D is rank-deficient: no equation of second order determines its accelerations, and udot then
+ * holds those in the range of D only. All statuses of the stages. */
 MBSR_API int mbsr_forward_dynamics(const mbsr_model *model, mbsr_data *data, double t,
                                    const double *q, const double *u, const double *tau,
                                    double *udot);
 
-/* Bias forces: what inverse dynamics gives for udot = 0, so that mass matrix udot + bias = tau; the
- * force elements are in it.  bias: nu. */
+/* Generalised bias forces (non-linear effects): inverse dynamics of udot = 0, so that
+ *
+ *   mass matrix * udot + bias = tau.
+ *
+ * bias (nu): Coriolis, centrifugal and gyroscopic terms and those of prescribed motion, less the
+ * generalised forces of all force elements, gravity among them. Statuses of
+ * mbsr_inverse_dynamics. */
 MBSR_API int mbsr_bias_forces(const mbsr_model *model, mbsr_data *data, double t, const double *q,
                               const double *u, double *bias);
 
-/* Joint-space mass matrix, nu x nu, column-major, symmetric.  O(nu^2).  Needs mbsr_positions; for
- * inertias by function, mbsr_velocities. */
+/* Joint-space mass matrix (joint-space inertia matrix), nu x nu, column-major, symmetric, both
+ * triangles written; positive semi-definite. By the composite rigid-body algorithm (CRBA):
+ *
+ *   C_i = M_i + sum H_j^T C_j H_j,     block (i, i) = J_i^T C_i J_i,
+ *   block (k, i) = J_k^T (-H^T) ... (-H^T) C_i J_i for the predecessors k of i.
+ *
+ * O(nu^2).  Needs mbsr_positions; for inertias by function, mbsr_velocities. Composite inertias
+ * take the place of Mbar, so mbsr_backward must run again before what needs it. */
 MBSR_API int mbsr_mass_matrix(const mbsr_model *model, mbsr_data *data, double *matrix);
 
-/* Generalised momenta p = M u (+ the part of prescribed motion), nu numbers, O(N). Needs
- * mbsr_velocities. */
+/* Generalised momenta p = (joint-space mass matrix) u + what prescribed motion adds, nu numbers,
+ * without the matrix, O(N): p = J^T m with M V + m + sum H_j^T m_j = 0. Needs mbsr_velocities. */
 MBSR_API int mbsr_momenta(const mbsr_model *model, mbsr_data *data, double *p);
 
 /* Kinetic energy 1/2 sum V^T M V and potential energy of the force elements that have one, in J.
@@ -86,8 +128,8 @@ MBSR_API int mbsr_momenta(const mbsr_model *model, mbsr_data *data, double *p);
 MBSR_API int mbsr_energy(const mbsr_model *model, mbsr_data *data, double *kinetic,
                          double *potential);
 
-/* Power in W that the force elements turn into heat, as far as they say so. Needs
- * mbsr_velocities. */
+/* Power in W that the force elements turn into heat; those without a function for it count as
+ * zero. Needs mbsr_velocities. */
 MBSR_API int mbsr_dissipation(const mbsr_model *model, mbsr_data *data, double *power);
 
 /* Potential energy and dissipated power of one force element; zero where it has none. Outputs may
@@ -96,43 +138,57 @@ MBSR_API int mbsr_force_power(const mbsr_model *model, mbsr_data *data, int forc
                               double *power);
 
 /* Mass and centre of mass (m, world axes; zero if there is no mass) of all POINT, PLANAR and
- * SPATIAL bodies, and their momentum: the angular momentum about the point `about` (NULL: the
- * world's origin; kg m^2/s), then the linear (kg m/s). Outputs may be NULL. Needs mbsr_velocities.
+ * SPATIAL bodies, and their spatial momentum: the angular momentum about the point `about` (NULL:
+ * the world's origin; kg m^2/s), then the linear (kg m/s), world axes. With about = centre it is
+ * the centroidal momentum. Outputs may be NULL. Needs mbsr_velocities.
  * MBSR_ERR_SPACE names the first body with inertia that is in GENERAL space. */
 MBSR_API int mbsr_tree_momentum(const mbsr_model *model, mbsr_data *data, const double about[3],
                                 double *mass, double centre[3], double momentum[6]);
 
-/* Accelerations (9) and joint reactions (11) of the state under its forces, for given udot (nu), as
- * found by mbsr_forward_dynamics or by an integrator. Needs mbsr_forces. */
+/* The accelerations (9) and joint reactions (11) that belong to udot (nu), as found by
+ * mbsr_forward_dynamics or by an integrator, under the forces of the state: for
+ * mbsr_body_acceleration and mbsr_joint_reaction. Needs mbsr_forces. */
 MBSR_API int mbsr_accelerations(const mbsr_model *model, mbsr_data *data, const double *udot);
 
 /* ---- results per body ---- */
 
-/* Pose p (np numbers) and velocity V (d numbers) of a body; needs mbsr_positions or
- * mbsr_velocities. MBSR_GROUND gives those of the root. MBSR_ERR_ID, MBSR_ERR_SEQUENCE. */
+/* Pose p (np numbers; needs mbsr_positions) and velocity V (d numbers; needs mbsr_velocities) of a
+ * body. V of a SPATIAL body is its twist (spatial velocity) (omega, v): world axes, v of the body's
+ * origin. MBSR_GROUND gives those of the root. MBSR_ERR_ID, MBSR_ERR_SEQUENCE. */
 MBSR_API int mbsr_body_pose(const mbsr_model *model, mbsr_data *data, int body, double *pose);
 MBSR_API int mbsr_body_twist(const mbsr_model *model, mbsr_data *data, int body, double *twist);
 
-/* Acceleration A = V' of a body (d numbers), and the force (d, conjugate to V) that its joint
- * exerts on it, drives and joint force elements included: -K^T mu, whose reaction -H^T mu acts on
- * the predecessor; for MBSR_GROUND the force that holds
- * the root. Valid from mbsr_accelerations or mbsr_inverse_dynamics until the next stage
- * runs, else MBSR_ERR_SEQUENCE; the reactions after inverse dynamics include the joint forces that
- * it found. MBSR_ERR_ID. */
+/* Acceleration A = V' of a body (d numbers). Of a SPATIAL body it is (omega', r'') with the second
+ * derivative r'' of the origin's position, the classical acceleration. (Featherstone's spatial
+ * acceleration is (omega', r'' - omega x v).)
+ *
+ * Joint reaction (d, conjugate to V; a wrench for a SPATIAL body, moment first): -K^T mu, what the
+ * joint exerts on the body, drives and joint force elements included. The predecessor feels -H^T
+ * mu. For MBSR_GROUND: the force that holds the root.
+ *
+ * Both are valid from mbsr_accelerations or mbsr_inverse_dynamics until the next stage runs, else
+ * MBSR_ERR_SEQUENCE; after inverse dynamics the reactions include the joint forces that it found.
+ * MBSR_ERR_ID. */
 MBSR_API int mbsr_body_acceleration(const mbsr_model *model, mbsr_data *data, int body,
                                     double *acceleration);
 MBSR_API int mbsr_joint_reaction(const mbsr_model *model, mbsr_data *data, int body, double *force);
 
-/* dV/du of a body: d x nu, column-major; V = jacobian u + what prescribed motion adds. Needs
- * mbsr_positions. MBSR_ERR_ID. */
+/* Geometric Jacobian dV/du of a body's origin: d x nu, column-major; V = jacobian u + what
+ * prescribed motion adds. Rows as in V: for a SPATIAL body three angular ones, then three linear
+ * ones, world axes. (Not J, which is of one joint and has the other sign.) Needs mbsr_positions.
+ * MBSR_ERR_ID. */
 MBSR_API int mbsr_body_jacobian(const mbsr_model *model, mbsr_data *data, int body,
                                 double *jacobian);
 
 /* The rank decision of one joint. D = J^T Mbar J is compared with the rounding errors that can be
- * in it: W is the sum of what was added up to make Mbar before cancellation, carried leaves to root
- * to first order (docs/rank_and_index.md), and the eigenvalues are those of D scaled to S D S, S =
- * diag(J^T W J)^(-1/2). They do not depend on units and lie in [0, 1] up to rounding; one counts as
- * zero when it is at most `tolerance`. */
+ * in it, machine precision times J^T W J: W runs beside Mbar from the leaves to the root and adds
+ * up the sizes of its terms before anything cancels (docs/rank_and_index.md). The eigenvalues below
+ * are those of
+ *
+ *   S D S,     S = diag(J^T W J)^(-1/2)     (a scaling, not the motion subspace).
+ *
+ * They have no units and lie between 0 and 1, or a little above 1 for n > 1; one counts as zero
+ * when it is at most `tolerance`. */
 typedef struct mbsr_rank_info {
     int n;                /* size of D */
     int rank;             /* eigenvalues kept */
@@ -147,10 +203,10 @@ typedef struct mbsr_rank_info {
 MBSR_API int mbsr_body_rank(const mbsr_model *model, mbsr_data *data, int body,
                             mbsr_rank_info *info);
 
-/* Remembers the ranks of the last mbsr_backward (on != 0) or forgets them (on == 0). While they are
- * remembered, mbsr_backward returns the recoverable MBSR_RANK_CHANGED, naming the body, where a
- * joint has another rank: the recursive and the momentum form hold between rank changes only. Needs
- * mbsr_backward when switched on. */
+/* Remembers the ranks of the last mbsr_backward (on != 0; needs it) or forgets them (on == 0).
+ * While they are remembered, mbsr_backward returns the recoverable MBSR_RANK_CHANGED, naming the
+ * body, where a joint has another rank. The momentum, index-1 and recursive forms hold between
+ * changes of rank only. */
 MBSR_API int mbsr_rank_watch(const mbsr_model *model, mbsr_data *data, int on);
 
 /* Sum of the ranks of all joints, which is the rank of the joint-space mass matrix; -1 before

@@ -1,6 +1,10 @@
 /* libmbsrank: O(N) dynamics of trees of bodies with zero or rank-deficient mass.
  * SPDX-License-Identifier: BSD-3-Clause
  *
+ * Forward dynamics (articulated-body algorithm, with pseudo-inverses), inverse dynamics (recursive
+ * Newton-Euler algorithm), mass matrix (composite rigid-body algorithm), and the equations of
+ * motion as a differential-algebraic equation (DAE) in minimal coordinates.
+ *
  * Includes everything but <mbsrank/ida.h>, which belongs to the component ida. */
 #ifndef MBSRANK_MBSRANK_H
 #define MBSRANK_MBSRANK_H
