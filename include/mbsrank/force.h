@@ -12,8 +12,9 @@ extern "C" {
 #endif
 
 /* One body as a force element sees it. For the ground, p and V are those of the root (not to be
- * read when space is FIXED), n is 0, and what is added to f is dropped. Pointers are valid during
- * the call only. */
+ * read when space is FIXED), n is 0, and what is added to f is dropped. f of a SPATIAL body is a
+ * wrench (spatial force): moment about its origin, then force, world axes. Pointers are valid
+ * during the call only. */
 typedef struct mbsr_force_body {
     int id;           /* as given by mbsr_model_add_body, or MBSR_GROUND */
     mbsr_space space; /* meaning of p, V and f */
@@ -140,11 +141,11 @@ MBSR_API mbsr_force_def mbsr_default_force_def(void);
  * way, and their force, which tends to zero where contact begins and ends, does not jump at any
  * velocity. Damping without stiffness, which would have no effect, is refused there. */
 
-/* Uniform gravity g in m/s^2 on all POINT, PLANAR and SPATIAL bodies: f = M g. Bodies in GENERAL
- * space are left out: their coordinates have no known direction. The weight of a SPATIAL body is m
- * g at the centre of mass, moment h x g about its origin with the first moment h, where m is a
- * third of the trace of the block of v in M and [h]x the antisymmetric part of its block of (omega,
- * v), which for a rigid body are M's own. */
+/* Uniform gravity g in m/s^2 on all POINT, PLANAR and SPATIAL bodies: f = M g. On a SPATIAL body it
+ * is the wrench (s x g, m g) with its mass m and first moment s = m (centre of mass - origin); if M
+ * is not a rigid body's, with the m and s of mbsr_inertia_matrix. Bodies in GENERAL space are left
+ * out: their coordinates have no known direction. Gravity is a force, not an acceleration of the
+ * root: a body at rest has A = 0. */
 MBSR_API mbsr_force_def mbsr_force_gravity(double gx, double gy, double gz);
 
 /* Linear spring-damper along coordinate axis `axis` (0 .. d-1): with e = p_a[axis] - p_b[axis] the
@@ -216,9 +217,9 @@ MBSR_API mbsr_force_def mbsr_force_joint_friction(int body, int coordinate, doub
  * body the moment about its origin and the force along the world axes. */
 MBSR_API mbsr_force_def mbsr_force_applied(int body, mbsr_force_fn function, void *user);
 
-/* Wrench on a SPATIAL body as function of time: `function` writes six components, the moment about
- * a point of the body (N m), then the force there (N), along the world axes (body_axes == 0) or
- * along the body's. */
+/* Wrench (spatial force) on a SPATIAL body as function of time: `function` writes six components,
+ * the moment about a point of the body (N m), then the force there (N), along the world axes
+ * (body_axes == 0) or along the body's. */
 MBSR_API mbsr_force_def mbsr_force_wrench(int body, const double point[3], int body_axes,
                                           mbsr_force_fn function, void *user);
 

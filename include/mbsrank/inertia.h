@@ -1,5 +1,12 @@
 /* Inertia of one body: any symmetric positive semi-definite mass matrix, zero included.
- * SPDX-License-Identifier: BSD-3-Clause */
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * M is d x d. Of a rigid body in space it is the spatial inertia, about the body's origin and along
+ * the world axes: with the mass m, the first moment s = m (centre of mass - origin) and the tensor
+ * I about the origin,
+ *
+ *   M = [ I  [s]x ; -[s]x  m 1 ]
+ *   M A + h = wrench,     h = (omega x I omega, omega x (omega x s)) */
 #ifndef MBSRANK_INERTIA_H
 #define MBSRANK_INERTIA_H
 
@@ -51,11 +58,11 @@ MBSR_API mbsr_inertia mbsr_inertia_planar(double mass, const double com[2], doub
 
 /* ---- rigid bodies in space: SPATIAL bodies ----
  *
- * A tensor of inertia is given by its six entries xx, yy, zz, xy, xz, yz in kg m^2, where xy = -sum
- * of m x y is the entry of the matrix, not its negative. Parts without mass are allowed everywhere.
- * Refused when the body is added: what no distribution of mass has, namely a negative mass, or a
- * tensor about the centre of mass with a negative principal moment or with one larger than the sum
- * of the other two (beyond 1e-6 of it, so that rounded data pass). */
+ * A tensor of inertia is given by its six entries xx, yy, zz, xy, xz, yz in kg m^2. They are those
+ * of the matrix: xx = sum of m (y^2 + z^2), xy = -sum of m x y. Parts without mass are allowed
+ * everywhere. Refused when the body is added, as no distribution of mass has it: a negative mass;
+ * about the centre of mass a principal moment that is negative, or larger than the sum of the other
+ * two (by more than 1e-6 of it, so that rounded data pass). */
 
 enum { MBSR_XX, MBSR_YY, MBSR_ZZ, MBSR_XY, MBSR_XZ, MBSR_YZ };
 
@@ -90,11 +97,13 @@ MBSR_API mbsr_inertia mbsr_inertia_sum(mbsr_inertia a, mbsr_inertia b);
 /* ---- in general ---- */
 
 /* A constant mass matrix: symmetric, positive semi-definite, d x d. Any space. For a SPATIAL body
- * it is taken along the body's axes and turns with it: kinetic energy 1/2 V^T diag(R, R) matrix
- * diag(R, R)^T V, with the forces that follow from this energy (Kirchhoff's equations); its weight
- * is that of a mass m = trace / 3 of the block of v with the first moment that the antisymmetric
- * part of the block of (omega, v) states, which for the matrix of a rigid body is its own. `matrix`
- * must stay valid until the body is added. */
+ * it is taken along the body's axes and turns with it: M = diag(R, R) matrix diag(R, R)^T, kinetic
+ * energy 1/2 V^T M V, and the forces that follow from this energy (Kirchhoff's equations). With its
+ * 3 x 3 blocks M = [ Mww Mwv ; Mvw Mvv ] its weight is that of the mass m and first moment s,
+ *
+ *   m = trace(Mvv) / 3,     [s]x = (Mwv - Mwv^T) / 2,
+ *
+ * a rigid body's own m and s. `matrix` must stay valid until the body is added. */
 MBSR_API mbsr_inertia mbsr_inertia_matrix(int d, const double *matrix);
 
 /* A mass matrix by function. Any space. */

@@ -1,5 +1,8 @@
 /* Joints: the stock ones, and the table through which a caller defines others.
- * SPDX-License-Identifier: BSD-3-Clause */
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * A joint here is what Simbody and Drake call a mobilizer: it gives its body n freedoms
+ * (mobilities) relative to the predecessor, in minimal coordinates. */
 #ifndef MBSRANK_JOINT_H
 #define MBSRANK_JOINT_H
 
@@ -20,9 +23,11 @@ extern "C" {
  *   GENERAL  any   np numbers, any      d numbers, any        what the joint's callbacks say
  *
  * x, y in m along the world axes, angle in rad counter-clockwise. R (3 x 3, column-major): columns
- * are the body's axes in the world; r: the body's origin, m. omega: angular velocity, rad/s; v =
- * r', m/s; both along the world axes. A = V' = (omega', r''). Forces are conjugate to V: for a
- * SPATIAL body the moment about its origin (N m), then the force (N), along the world axes. */
+ * are the body's axes in the world; r: the body's origin, m. V of a SPATIAL body is its twist
+ * (spatial velocity): omega: angular velocity, rad/s; v = r', m/s; both along the world axes. A =
+ * V' = (omega', r''), the classical acceleration. Forces are conjugate to V: for a SPATIAL body a
+ * wrench (spatial force), the moment about its origin (N m), then the force (N), along the world
+ * axes. */
 typedef enum mbsr_space {
     MBSR_SPACE_FIXED = 0,
     MBSR_SPACE_GENERAL = 1,
@@ -83,7 +88,14 @@ typedef struct mbsr_joint_change {
  *   0 = K V_i + H V_pi + J u_i + kI
  *   0 = K A_i + H A_pi + J u_i' + kII
  *
- * with K = dk/dp_i (d x d), H = dk/dp_pi (d x d_pi), J = dk/dq_i (d x n).
+ * with K = dk/dp_i (d x d), H = dk/dp_pi (d x d_pi), J = dk/dq_i (d x n); where V is not p', as for
+ * SPATIAL bodies, the second line defines them. Solved for V and A,
+ *
+ *   V_i = X V_pi + S u - K^-1 kI,     A_i = X A_pi + S u' + c
+ *   X = -K^-1 H,   S = -K^-1 J,   c = -K^-1 kII
+ *
+ * where S spans the joint's motion subspace and c is the bias (velocity-product) acceleration,
+ * which with prescribed coordinates contains their accelerations.
  *
  * Matrices are column-major without padding. Outputs arrive preset: K the unit matrix, all others
  * zero, so that a function writes only what differs. Each function returns 0, or a status that ends
@@ -100,7 +112,7 @@ typedef struct mbsr_joint_table {
     /* K (NULL with MBSR_JOINT_UNIT_K), H, J and kI (d); all depend on (t, q, p, p_pred) only. */
     int (*jacobians)(const mbsr_joint_args *args, double *K, double *H, double *J, double *kI);
 
-    /* kII (d) = K' V + H' V_pred + J' u + kI', the part of (9) without accelerations. */
+    /* kII (d) = K' V + H' V_pred + J' u + kI', what is left of (9) where A, A_pred, u' are 0. */
     int (*bias)(const mbsr_joint_args *args, double *kII);
 
     /* Optional: time derivatives of K (NULL with MBSR_JOINT_UNIT_K), H and J along the motion. */
@@ -143,7 +155,7 @@ struct mbsr_joint {
     mbsr_space space;                /* meaning of the body's coordinates */
     int d;                           /* velocity coordinates of the body, 1 .. MBSR_MAX_D */
     int np;                          /* numbers in its pose */
-    int n;                           /* joint velocity coordinates, 0 .. d */
+    int n;                           /* joint velocity coordinates (mobilities), 0 .. d */
     int nq;                          /* joint position coordinates */
     int params;                      /* how many entries of param are used; the model keeps these */
     double param[MBSR_JOINT_PARAMS]; /* constants of the joint, finite */
@@ -239,14 +251,14 @@ MBSR_API mbsr_joint mbsr_joint_in_plane(const mbsr_frame *A, const mbsr_frame *B
 /* q = (x, y, z) along A's axes, no rotation */
 MBSR_API mbsr_joint mbsr_joint_translational(const mbsr_frame *A, const mbsr_frame *B);
 
-/* Orientation of B in A by a quaternion q = (w, x, y, z), u = angular velocity of B relative to A,
- * along A's axes (rad/s): nq = 4, n = 3. Only the direction of q counts, so its length, which q' =
- * G(q) u keeps but for rounding and the integrator's errors, need not be watched; length zero is
- * refused with MBSR_ZERO_QUATERNION. No orientation is singular. */
+/* Orientation of B in A by a quaternion q = (w, x, y, z); u = omega of B relative to A, along A's
+ * axes (rad/s); q' = 1/2 (0, u) q. nq = 4, n = 3. The rotation is that of q / |q|. q' is
+ * perpendicular to q, so |q| changes by errors of integration only and need not be watched; |q| = 0
+ * is refused with MBSR_ZERO_QUATERNION. No orientation is singular. */
 MBSR_API mbsr_joint mbsr_joint_spherical(const mbsr_frame *A, const mbsr_frame *B);
 
-/* q = (quaternion, x, y, z), u = (omega, v): as the spherical joint, and the origin of B in A; nq =
- * 7, n = 6. */
+/* The floating base of robotics: q = (quaternion, x, y, z), u = (omega, v), as the spherical joint,
+ * with x, y, z the origin of B in A and v = (x', y', z'), all along A's axes; nq = 7, n = 6. */
 MBSR_API mbsr_joint mbsr_joint_free(const mbsr_frame *A, const mbsr_frame *B);
 
 /* ---- user-defined joints ---- */

@@ -40,6 +40,8 @@ typedef struct mbsr_model_def {
 
 MBSR_API mbsr_model_def mbsr_default_model_def(void);
 
+/* A body and the joint that carries it: a link with its inboard joint, or a mobilized body. One
+ * without inertia is a dummy link. */
 typedef struct mbsr_body_def {
     int cookie;           /* set by mbsr_default_body_def */
     const char *name;     /* copied; NULL: none */
@@ -75,8 +77,9 @@ MBSR_API int mbsr_model_add_force(mbsr_model *model, const mbsr_force_def *def, 
 
 /* Adds a constant symmetric positive semi-definite matrix (d x d, copied, in the units of the
  * body's mass matrix) to the mass matrix of a body in every pose, whatever its inertia; for a
- * SPATIAL body along its axes (see mbsr_inertia_matrix). Gravity pulls on it as on the body's own
- * mass. Once a body; MBSR_ERR_VALUE for a second time. */
+ * SPATIAL body along its axes (see mbsr_inertia_matrix). It is mass of the body, on which gravity
+ * pulls, and not an armature, which others add to the diagonal of the joint-space mass matrix. At
+ * most one for each body; MBSR_ERR_VALUE for a second. */
 MBSR_API int mbsr_model_regularise(mbsr_model *model, int body, int d, const double *matrix);
 
 /* Holds joint coordinate `coordinate` (0 .. n-1, as the joint counts) of a body at `value`. It is
@@ -103,7 +106,8 @@ MBSR_API const mbsr_error *mbsr_model_error(const mbsr_model *model);
 MBSR_API int mbsr_model_bodies(const mbsr_model *model);
 MBSR_API int mbsr_model_forces(const mbsr_model *model);
 MBSR_API int mbsr_model_nq(const mbsr_model *model); /* joint position coordinates in all */
-MBSR_API int mbsr_model_nu(const mbsr_model *model); /* joint velocity coordinates in all */
+MBSR_API int mbsr_model_nu(const mbsr_model *model); /* joint velocity coordinates in all: the
+                                                        degrees of freedom (mobilities) */
 
 /* Where a body's coordinates stand in q and u: q[q_index .. q_index+nq), u[u_index .. u_index+n).
  * Bodies follow each other in the order of their ids. Outputs may be NULL. Status: MBSR_OK,

@@ -9,9 +9,9 @@
 extern "C" {
 #endif
 
-/* Conventions: 3 x 3 matrices are column-major; a rotation R turns components along the axes of a
- * frame into components along the axes it stands in, so its columns are the frame's axes.
- * Quaternions are (w, x, y, z). Six-vectors have the angular part first. */
+/* Conventions: 3 x 3 matrices are column-major. The columns of a rotation R are a frame's axes, in
+ * components along the axes that it stands in: x_outer = R x_frame. Quaternions are (w, x, y, z).
+ * Six-vectors (twists, wrenches) have the angular part first, as Featherstone's have. */
 
 /* A frame standing in another: origin and axes. Made by a constructor below or field by field; a
  * frame of zeros is none, since its axes are no axes. */
@@ -31,14 +31,14 @@ MBSR_API mbsr_frame mbsr_frame_turned(const double x[3], const double axis[3], d
 /* Origin x (NULL: zero), axes by a quaternion of any length but zero. */
 MBSR_API mbsr_frame mbsr_frame_quaternion(const double x[3], const double quaternion[4]);
 
-/* Origin x (NULL: zero), z axis along `z`, which has any length but zero; the x and y axes in some
- * direction. */
+/* Origin x (NULL: zero), z axis along `z`, which has any length but zero. The directions of the x
+ * and y axes are the library's choice. */
 MBSR_API mbsr_frame mbsr_frame_along(const double x[3], const double z[3]);
 
-/* Frame b, which stands in a, in the frame that a stands in. */
+/* Frame b, given in a, expressed in the frame that a stands in: R = R_a R_b, x = x_a + R_a x_b. */
 MBSR_API mbsr_frame mbsr_frame_product(const mbsr_frame *a, const mbsr_frame *b);
 
-/* The frame that a stands in, in a. */
+/* The frame that a stands in, expressed in a: R = R_a^T, x = -R_a^T x_a. */
 MBSR_API mbsr_frame mbsr_frame_inverse(const mbsr_frame *a);
 
 /* Between quaternions and rotations; the quaternion of a rotation has length 1 and w >= 0. */
