@@ -1,5 +1,10 @@
-/* The equations of motion as a residual F(t, y, y') = 0 for a DAE solver.
+/* The equations of motion as a residual F(t, y, y') = 0 for a solver of differential-algebraic
+ * equations (DAE).
  * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * Unknowns are minimal (joint) coordinates; there are no constraints and no multipliers. What is
+ * algebraic are the velocities in directions without mass: the differential index is 1 where
+ * dampers determine them, 2 where springs alone do (index.h).
  *
  * A caller's own solver needs mbsr_dae_size, mbsr_dae_id, mbsr_dae_consistent and
  * mbsr_dae_residual. */
@@ -18,14 +23,15 @@ extern "C" {
  *   INVERSE_DYNAMICS   q, u      q' - G u;  J^T mu - tau from (9) and (11), no rank decision
  *   INDEX1             q, v      q' - G u;  (29)-(32), v = (eta, zeta) joint by joint
  *
- * MOMENTUM, with the generalised momenta p = M u, is semi-explicit: q and p are differential, u
- * algebraic, and an integrator can leave u out of its error test. It is the form to integrate; see
+ * MOMENTUM, with the generalised momenta p = (joint-space mass matrix) u, is a semi-explicit DAE: q
+ * and p are differential, u is algebraic, and an integrator can leave u out of its error test. With
+ * index 1, dF_u/du is regular (Hessenberg form of size 1). It is the form to integrate; see
  * docs/dae_forms.md for step counts. It needs the rates of K, H and J: joints without a `rates`
  * function and inertias by function get them by central differences of the kinematics, at three
  * times the cost of mbsr_positions.
  *
- * The (q, u) forms are linear in u' with a matrix that is singular exactly when the joint-space
- * mass matrix is. */
+ * The (q, u) forms are linearly implicit, E(q) u' = ..., with an E that is singular exactly when
+ * the joint-space mass matrix is. INDEX1 is (2) of the paper, semi-explicit like MOMENTUM. */
 typedef enum mbsr_dae_form {
     MBSR_DAE_MOMENTUM = 0,
     MBSR_DAE_RECURSIVE = 1,
@@ -58,14 +64,13 @@ MBSR_API int mbsr_dae_residual(const mbsr_model *model, mbsr_data *data, mbsr_da
                                double t, const double *y, const double *yp, double *F);
 
 /* ---- the reference of the index-1 form ----
- * eta_j and zeta_j are the components of a joint's
- * velocities in the range and the null space of its block D_j, in bases that follow the state
- * smoothly: as close as possible to those of a reference kept in the data. mbsr_dae_pack and
- * mbsr_dae_consistent take the present state as reference where there is none; y means something
- * only together with the data it was made with. */
+ * eta_j and zeta_j are the components of a joint's velocities in the range and the null space of
+ * its block D_j. Their bases follow the state smoothly: they are as close as possible to those of a
+ * reference that the data keeps. So y means something only together with the data it was made with.
+ * mbsr_dae_pack and mbsr_dae_consistent take the present state as reference where there is none. */
 
-/* Cosine of the largest angle between the bases at y and the reference, 1 when they agree. At half
- * the cost of a residual. Below 0.05 the residual, and this, return the recoverable
+/* Cosine of the largest angle between the bases at y and the reference, 1 when they agree. Costs
+ * half a residual. Where it is below 0.05, this function and the residual return the recoverable
  * MBSR_FRAME_TURNED. MBSR_ERR_SEQUENCE without a reference. */
 MBSR_API int mbsr_index1_alignment(const mbsr_model *model, mbsr_data *data, double t,
                                    const double *y, double *cosine);
@@ -99,15 +104,20 @@ typedef struct mbsr_consistent_info {
     double force_defect;    /* largest |gamma|, the force in a null direction, before */
 } mbsr_consistent_info;
 
-/* A consistent start for every form. It keeps the momenta M u. Along the directions that move no
- * mass the forces must balance, gamma(q, u, t) = 0: where they depend on velocity (damped, index 1)
- * it changes u; where springs alone act (elastic, index 2) it changes q until gamma = 0 and u until
- * gamma' = 0. Then yp: u' from the equations of motion and from the derivatives of gamma. y holds a
- * state of the form and is updated; the q and u in it count, p follows. yp is an output. On failure
- * both stay as they were. opt and info may be NULL. Forces are evaluated at states far from y too
- * (see mbsr_index_report_create). Allocates from the model's allocator. Its cost grows with the
- * number of null directions times that of a residual, or, where there are more than 24 and all are
- * damped, as that of a few residuals (docs/newton.md): for the start, not for the path of a solver.
+/* Consistent initial values for every form. y (a state of the form, of which q and u count; p
+ * follows) is updated, yp is an output; on failure both stay as they were. opt and info may be
+ * NULL.
+ *
+ * Along the directions that move no mass the forces must balance, gamma(q, u, t) = 0. Where they
+ * depend on velocity (damped, index 1), u changes until gamma = 0; where springs alone act
+ * (elastic, index 2), q changes until gamma = 0 and u until gamma' = 0. The momenta stay as they
+ * are. Then yp: u' from the equations of motion and the derivatives of gamma.
+ *
+ * Forces are also evaluated at states far from y (see mbsr_index_report_create). Allocates from the
+ * model's allocator. Costs as many residuals as there are null directions, times a constant; if
+ * these are more than 24 and all damped, a few residuals (docs/newton.md). Made for the start, not
+ * for every step of a solver.
+ *
  * MBSR_UNDETERMINED names a joint with a direction that no force determines; MBSR_NO_CONVERGENCE:
  * no state found in which the forces balance; MBSR_RANK_CHANGED, MBSR_ERR_VALUE,
  * MBSR_ERR_NO_DEFAULT, MBSR_ERR_NO_MEMORY and the statuses of the stages. */

@@ -30,12 +30,13 @@ MBSR_API int mbsr_data_init(const mbsr_model *model, void *memory, size_t size, 
  * Status: MBSR_OK, MBSR_ERR_NULL, MBSR_ERR_UNFINISHED, MBSR_ERR_NO_MEMORY. */
 MBSR_API int mbsr_data_create(const mbsr_model *model, mbsr_data **data, mbsr_error *error);
 
-/* Lean data: what mbsr_forward_dynamics, mbsr_inverse_dynamics, mbsr_bias_forces and the residual
- * of the momentum form need of a tree of rigid bodies in space, about 500 bytes for a body with a
- * joint of one axis instead of some 3500. Everything else is refused with MBSR_ERR_LEAN, and so are
- * states in which the rank of a joint block is not clear at once (docs/performance.md). For models
- * that the fast sweeps do not serve (bodies in other spaces, force elements other than gravity and
- * those that act on joints alone) size is 0 and the others return MBSR_ERR_SPACE. */
+/* Lean data: about 500 bytes for a body with a joint of one axis instead of some 3500. It serves
+ * mbsr_forward_dynamics, mbsr_inverse_dynamics, mbsr_bias_forces and the residual of the momentum
+ * form, of trees of rigid bodies in space. Everything else is refused with MBSR_ERR_LEAN, and so
+ * are states in which the rank of a joint block is not clear at once (docs/performance.md). For
+ * models that the fast sweeps do not serve (bodies in other spaces, force elements other than
+ * gravity and those that act on joints alone) the size is 0 and the other two functions return
+ * MBSR_ERR_SPACE. */
 MBSR_API size_t mbsr_data_size_lean(const mbsr_model *model);
 MBSR_API int mbsr_data_init_lean(const mbsr_model *model, void *memory, size_t size,
                                  mbsr_data **data, mbsr_error *error);

@@ -85,10 +85,12 @@ typedef struct mbsr_ida_opt {
     double progress_interval; /* s of real time between its calls at least, default 0 */
 } mbsr_ida_opt;
 
-/* Unless atol_each is given, momenta are tested with the error they make in a velocity: p of a
- * joint with mass (rtol |u| + atol), where mass is its mbsr_rank_info.scale at the start and atol
- * that of the joint's u, and the velocities v of the index-1 form with rtol |v| + sqrt(mass) atol,
- * the smallest of the joint's. Where that scale is zero, the largest in the tree counts.
+/* Unless atol_each is given, momenta are tested by the error they make in a velocity. With mass the
+ * mbsr_rank_info.scale of the joint at the start (where that is zero, the largest in the tree) and
+ * atol that of the joint's u, for index-1 velocities the smallest of the joint's, tolerances are
+ *
+ *   momentum p             mass (rtol |u| + atol)
+ *   index-1 velocity v     rtol |v| + sqrt(mass) atol
  *
  * IDA measures errors by sqrt(sum (e_k / tolerance_k)^2 / n) over the n entries of y: in a large
  * system the error of one body alone may exceed its tolerances sqrt(n) times. With max_norm no
@@ -136,14 +138,15 @@ MBSR_API int mbsr_ida_start(mbsr_ida *ida, double t, const double *y, const doub
  * asked for does not change the steps. IDA usually steps past t_end before it interpolates, so the
  * model must be defined a little further than the last t_end. Later calls go on in the direction of
  * the first; a t_end where the integration already is gives the state there. t, y and yp may each
- * be NULL. Returns MBSR_OK at t_end, MBSR_EVENT at an event, MBSR_ERR_SEQUENCE before
- * mbsr_ida_start, MBSR_ERR_VALUE for a t_end that is not finite, behind the present, or too close
- * to the start, and for an entry of y whose tolerance is zero, MBSR_ERR_SOLVER when IDA gives up,
- * or, when the residual or an event function failed for good, the status of that failure. A
- * recoverable failure of the residual is one for good when shorter steps do not help, or when it
- * comes back again and again at one time that they do not pass. On failure t, y and yp are not
- * written. When max_steps was too small the call may be repeated to go on; after other failures of
- * the integration mbsr_ida_start begins anew. */
+ * be NULL; on failure they are not written.
+ *
+ * MBSR_OK at t_end; MBSR_EVENT at an event; MBSR_ERR_SEQUENCE before mbsr_ida_start; MBSR_ERR_VALUE
+ * for a t_end that is not finite, behind the present, or too close to the start, and for an entry
+ * of y whose tolerance is zero; MBSR_ERR_SOLVER when IDA gives up; else the status of the residual
+ * or the event function that failed. A recoverable status of the residual ends the run only when
+ * shorter steps do not help, or when it returns again and again at a time that the steps do not
+ * pass. If max_steps was too small, the same call goes on; after other failures of the integration
+ * mbsr_ida_start begins anew. */
 MBSR_API int mbsr_ida_advance(mbsr_ida *ida, double t_end, double *t, double *y, double *yp);
 
 /* Integrates over the output times times[*next .. count-1], which follow each other in the run's

@@ -1,4 +1,5 @@
-/* Diagnosis: which joint directions have no inertia, and what determines them.
+/* Diagnosis: which joint directions have no inertia, what determines them, and the differential
+ * index of the equations of motion (a DAE) that follows.
  * SPDX-License-Identifier: BSD-3-Clause */
 #ifndef MBSRANK_INDEX_H
 #define MBSRANK_INDEX_H
@@ -9,8 +10,8 @@
 extern "C" {
 #endif
 
-/* A direction is a combination of joint rates. It is algebraic when it leaves every mass at
- * rest. */
+/* A direction is a combination of joint rates, u = a. It is algebraic when it leaves every mass at
+ * rest: (joint-space mass matrix) a = 0. */
 typedef enum mbsr_direction_kind {
     MBSR_DIRECTION_DAMPED = 1,      /* a force that depends on velocity determines it: index 1 */
     MBSR_DIRECTION_ELASTIC = 2,     /* only forces that depend on position do: index 2 */
@@ -33,7 +34,8 @@ typedef struct mbsr_direction {
 /* The verdict at one state. Directions other than those listed are dynamic. */
 typedef struct mbsr_index_report {
     int dynamic, damped, elastic, undetermined; /* how many directions of each kind */
-    int index; /* of the DAE: 0 none algebraic, 1, 2, or -1 with undetermined directions */
+    int index; /* differential index of the DAE: 0 (no algebraic direction), 1 (damped ones), 2
+                  (elastic ones too), or -1 with undetermined directions */
     double conditioning; /* smallest over largest singular value of d gamma / d zeta, scaled to unit
                             rows and columns, over the damped directions; 1 without any */
     int directions;      /* damped + elastic + undetermined */
@@ -45,9 +47,12 @@ typedef struct mbsr_index_report {
 /* Classifies every joint direction of a model at (t, q, u) from the ranks of the joint blocks and
  * from difference quotients of the forces in the massless directions. The verdict does not depend
  * on units. Directions that do not act on each other are reported apart. On success *report belongs
- * to the caller and is released by mbsr_index_report_destroy; on failure it is NULL. Forces are
- * evaluated at states far from the one given too (up to 10 times q, 1e6 times u); where they fail
- * there, shorter steps serve. Allocates from the model's allocator; cost as mbsr_dae_consistent.
+ * to the caller and is released by mbsr_index_report_destroy; on failure it is NULL.
+ *
+ * Forces are also evaluated at states far from the given one (up to 10 times q, 1e6 times u); where
+ * they fail, the difference quotients take shorter steps. Allocates from the model's allocator.
+ * Costs as many residuals as there are null directions, times a constant.
+ *
  * All statuses of the stages in dynamics.h; MBSR_ERR_NO_MEMORY. An undetermined direction is a
  * result, not a failure. */
 MBSR_API int mbsr_index_report_create(const mbsr_model *model, mbsr_data *data, double t,

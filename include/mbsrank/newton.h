@@ -5,12 +5,12 @@
  *
  *   (dF/dy + c dF/dy') delta = r,      c = dy'/dy of its formula, in 1/s (1/h for implicit Euler)
  *
- * On a tree the bodies' equations can be eliminated leaves to root and solved root to leaves, so
- * that both mbsr_newton_factor and mbsr_newton_solve take O(N) operations and no memory. The matrix
- * is that of the linearised equations of motion, written down, not differenced: see docs/newton.md
- * for the equations. Where the algebraic equations of y hold (the states of a solution), it is the
- * derivative of F; away from them terms proportional to their defect are left out, as Newton's
- * method allows.
+ * On a tree the bodies' equations can be eliminated leaves to root and solved root to leaves, as in
+ * the articulated-body algorithm: mbsr_newton_factor and mbsr_newton_solve take O(N) operations and
+ * no memory. The matrix is that of the linearised equations of motion, from formulas and not by
+ * differences of F (docs/newton.md has them). At states of a solution, where the algebraic
+ * equations hold, it is the derivative of F; elsewhere it lacks terms proportional to the defect of
+ * these equations, as Newton's method allows.
  *
  *   mbsr_newton *newton;
  *   mbsr_newton_create(model, MBSR_DAE_MOMENTUM, NULL, &newton, &error);
@@ -29,8 +29,8 @@ extern "C" {
 typedef struct mbsr_newton mbsr_newton;
 
 /* Force elements between bodies that are not predecessor and successor couple what the tree
- * separates. What they exert across is either added to the solution as a correction of low rank,
- * for which factoring solves once a rank, or left out. */
+ * separates. Their part of the matrix is either a correction of low rank (Sherman, Morrison,
+ * Woodbury), for which factoring costs one solution for each unit of rank, or left out. */
 typedef enum mbsr_newton_method {
     MBSR_NEWTON_AUTO = 0,     /* CORRECTED up to `max_rank`, else TREE */
     MBSR_NEWTON_TREE = 1,     /* left out: exact without such elements, else a preconditioner */

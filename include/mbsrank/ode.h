@@ -1,9 +1,10 @@
 /* The equations of motion as an explicit ODE, for explicit methods, CVODE, ARKODE.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * x = (q, p) with the generalised momenta p = M u. Where there is no mass, the balance of forces
- * gamma(q, u, t) = 0 is solved inside for the velocities, by Newton's method: every massless
- * direction must be damped (index 1; see mbsr_index_report_create). */
+ * x = (q, p) with the generalised momenta p = (joint-space mass matrix) u. The velocities in
+ * massless directions are no states: Newton's method finds them inside from the balance of forces
+ * gamma(q, u, t) = 0. So every massless direction must be damped (differential index 1; see
+ * mbsr_index_report_create). */
 #ifndef MBSRANK_ODE_H
 #define MBSRANK_ODE_H
 
