@@ -35,14 +35,12 @@ static bool move_root(const request *r)
     const mbsr_model *m = r->m;
     mbsr_data *d = r->b->data;
     mbsri_batch_run *run = &r->b->run;
-    const bool moves = m->root.space != MBSR_SPACE_FIXED;
+    double place[3], V[6];
     d->t = r->t;
-    if (!isfinite(r->t) || mbsri_move_root(m, d) != MBSR_OK) return false;
-    for (int k = 0; k < 9; ++k) run->R[k] = moves ? d->p[MBSR_POSE_R + k] : k % 4 == 0;
+    if (!isfinite(r->t) || mbsri_embedded_root(m, d, run->R, place, V, run->A)) return false;
     for (int k = 0; k < 3; ++k) {
-        run->omega[k] = moves ? d->V[k] : 0.0;
-        run->A[k] = moves ? d->A[k] : 0.0;
-        run->A[3 + k] = (moves ? d->A[3 + k] : 0.0) - m->sweeps->gravity[k];
+        run->omega[k] = V[k];
+        run->A[3 + k] -= m->sweeps->gravity[k];
     }
     return true;
 }
@@ -51,15 +49,16 @@ static bool move_root(const request *r)
 static bool move_joints(const request *r)
 {
     double *drive = r->b->run.drive;
-    for (int i = 1; i <= r->m->bodies; ++i) {
-        const mbsri_joint *joint = &r->m->body[i].joint;
+    const mbsri_sweeps *tree = r->m->sweeps;
+    for (int k = 0; k < tree->multi; ++k) {
+        const mbsri_joint *joint = &tree->joint[k].chain;
         double s[3][MBSRI_MAX_STEPS] = {{0.0}};
         if (!joint->motion) continue;
         if (joint->motion(joint->user, r->t, s[0], s[1], s[2])) return false;
         for (int step = 0; step < joint->option[0]; ++step) {
             const int code = joint->option[1 + step];
             if (!(code & MBSRI_DRIVEN)) continue;
-            for (int k = 0; k < 3; ++k) *drive++ = s[k][code >> MBSRI_PLACE_SHIFT];
+            for (int l = 0; l < 3; ++l) *drive++ = s[l][code >> MBSRI_PLACE_SHIFT];
         }
     }
     return true;

@@ -72,12 +72,12 @@ static int take_apart(const mbsr_model *m, int i, int *moved, mbsri_sweep_body *
 {
     const mbsri_sweeps *tree = m->sweeps;
     const mbsri_sweep_body *whole = tree->body + i;
-    const mbsri_joint *joint = &m->body[i].joint;
     if (!(whole->flags & MBSRI_MULTI)) {
         *list = *whole;
         return 1;
     }
     const mbsri_sweep_joint *predecessor = tree->joint + whole->multi;
+    const mbsri_joint *joint = &predecessor->chain;
     mbsr_frame own, A = frame_of(joint->param + MBSRI_A), B = frame_of(joint->param + MBSRI_B);
     memcpy(own.R, predecessor->R, sizeof own.R);
     memcpy(own.x, predecessor->x, sizeof own.x);

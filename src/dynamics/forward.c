@@ -12,10 +12,11 @@ int mbsr_forward_dynamics(const mbsr_model *model, mbsr_data *data, double t, co
 {
     const mbsr_model *m = model;
     mbsr_data *d = data;
-    const int status = mbsri_enter(m, d, q && u && udot, MBSRI_STAGE_NONE, "mbsr_forward_dynamics");
+    int status = mbsri_enter(m, d, q && u && udot, MBSRI_STAGE_NONE, "mbsr_forward_dynamics");
     if (status) return status;
-    if (!mbsri_sweeps_forward_dynamics(m, d, t, q, u, tau, udot))
-        return mbsri_forward_by_stages(m, d, t, q, u, tau, udot);
+    status = mbsri_sweeps_forward_dynamics(m, d, t, q, u, tau, udot);
+    if (status == MBSRI_NOT_SERVED) return mbsri_forward_by_stages(m, d, t, q, u, tau, udot);
+    if (status) return status;
     mbsri_remember(m, d, MBSRI_PENDING_FORWARD, q, u, tau);
     d->total_rank = 0;
     for (int i = 1; i <= m->bodies; ++i) d->total_rank += d->rank[i];

@@ -18,10 +18,10 @@ int mbsr_inverse_dynamics(const mbsr_model *model, mbsr_data *data, double t, co
     int status =
         mbsri_enter(model, data, q && u && udot && tau, MBSRI_STAGE_NONE, "mbsr_inverse_dynamics");
     if (status) return status;
-    if (mbsri_finite((size_t)model->nu, udot) &&
-        mbsri_sweeps_inverse_dynamics(model, data, t, q, u, udot, tau)) {
-        mbsri_remember(model, data, MBSRI_PENDING_INVERSE, q, u, udot);
-        return MBSR_OK;
+    if (mbsri_finite((size_t)model->nu, udot)) {
+        status = mbsri_sweeps_inverse_dynamics(model, data, t, q, u, udot, tau);
+        if (!status) mbsri_remember(model, data, MBSRI_PENDING_INVERSE, q, u, udot);
+        if (status != MBSRI_NOT_SERVED) return status;
     }
     status = mbsri_positions(model, data, t, q);
     if (!status) status = mbsri_velocities(model, data, u);

@@ -77,11 +77,10 @@ static int inverse_dynamics(const mbsr_model *m, mbsr_data *d, double t, const d
                             const double *yp, double *F)
 {
     const double *u = y + m->nq, *udot = yp + m->nq;
-    if (mbsri_sweeps_inverse_residual(m, d, t, y, yp, F)) {
-        mbsri_remember(m, d, MBSRI_PENDING_INVERSE, y, u, udot);
-        return MBSR_OK;
-    }
-    const int status = first_block(m, d, t, y, yp, F);
+    int status = mbsri_sweeps_inverse_residual(m, d, t, y, yp, F);
+    if (!status) mbsri_remember(m, d, MBSRI_PENDING_INVERSE, y, u, udot);
+    if (status != MBSRI_NOT_SERVED) return status;
+    status = first_block(m, d, t, y, yp, F);
     if (status) return status;
     mbsri_inverse(m, d, udot);
     mbsri_scatter(m, d->out, F + m->nq);

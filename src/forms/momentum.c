@@ -173,11 +173,10 @@ static int residual(const mbsr_model *m, mbsr_data *d, double t, const double *y
                     double *F)
 {
     const double *p = y + m->nq, *u = p + m->nu;
-    if (mbsri_sweeps_momentum_residual(m, d, t, y, yp, F)) {
-        mbsri_remember(m, d, MBSRI_PENDING_FORWARD, y, u, NULL);
-        return MBSR_OK;
-    }
-    int status = mbsri_positions(m, d, t, y);
+    int status = mbsri_sweeps_momentum_residual(m, d, t, y, yp, F);
+    if (!status) mbsri_remember(m, d, MBSRI_PENDING_FORWARD, y, u, NULL);
+    if (status != MBSRI_NOT_SERVED) return status;
+    status = mbsri_positions(m, d, t, y);
     if (!status) status = mbsri_velocities(m, d, u);
     if (!status) status = mbsri_momentum_derivatives(m, d, F, F + m->nq);
     if (!status) status = mbsri_backward(m, d);

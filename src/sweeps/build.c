@@ -11,31 +11,11 @@
 #include <stdint.h>
 #include <string.h>
 
-/* ---- which models are served ---- */
-
-static bool served_inertia(const mbsri_body *b)
-{
-    const mbsr_inertia *inertia = &b->inertia;
-    if (b->added) return false;
-    switch (inertia->kind) {
-    case MBSR_INERTIA_NOT_GIVEN:
-    case MBSR_INERTIA_PARTICLE:
-    case MBSR_INERTIA_SPATIAL: return true;
-    case MBSR_INERTIA_MATRIX: return !inertia->matrix;
-    default: return false;
-    }
-}
-
-static bool served_body(const mbsri_body *b)
-{
-    return b->joint.table->position == mbsri_chain_position && b->locks == 0 && served_inertia(b) &&
-           (b->pred_space == MBSR_SPACE_SPATIAL || b->pred_space == MBSR_SPACE_FIXED);
-}
-
 static bool served(const mbsr_model *m, int bodies)
 {
+    if (m->root.space == MBSR_SPACE_GENERAL) return false;
     for (int i = 1; i <= bodies; ++i) {
-        if (!served_body(m->body + i)) return false;
+        if (!mbsri_embeds(m, bodies, i)) return false;
     }
     return true;
 }
@@ -50,6 +30,14 @@ static bool is_simple(const mbsri_joint *joint, int *kind)
     return steps == 0 || (steps == 1 && !(code & MBSRI_DRIVEN) && *kind != MBSRI_QUATERNION);
 }
 
+static bool is_simple_body(const mbsr_model *m, int i)
+{
+    double param[MBSRI_EMBED_PARAMS];
+    const mbsri_joint chain = mbsri_embedded_joint(m->body + i, param);
+    int kind;
+    return is_simple(&chain, &kind);
+}
+
 /* The frame that the sweeps use, in the body's own: z along the axis of frame B, its origin on
  * it. */
 static mbsr_frame frame_in_body(const mbsri_joint *joint)
@@ -61,6 +49,13 @@ static mbsr_frame frame_in_body(const mbsri_joint *joint)
     memcpy(B.x, joint->param + MBSRI_B, sizeof B.x);
     memcpy(B.R, joint->param + MBSRI_B + 3, sizeof B.R);
     return mbsr_frame_product(&B, &turned);
+}
+
+static mbsr_frame frame_of_body(const mbsr_model *m, int i)
+{
+    double param[MBSRI_EMBED_PARAMS];
+    const mbsri_joint chain = mbsri_embedded_joint(m->body + i, param);
+    return frame_in_body(&chain);
 }
 
 /* The body's frame at q = 0 in its predecessor's own frame. */
@@ -111,15 +106,17 @@ static void place_inertia(const mbsr_inertia *given, const mbsr_frame *in_body, 
 static void place_body(mbsri_sweeps *tree, const mbsr_model *m, int i)
 {
     const mbsri_body *body = m->body + i;
-    const mbsri_joint *joint = &body->joint;
+    double param[MBSRI_EMBED_PARAMS];
+    const mbsri_joint chain = mbsri_embedded_joint(body, param), *const joint = &chain;
     mbsri_sweep_body *b = tree->body + i;
     int kind;
     const bool simple = is_simple(joint, &kind);
     const mbsr_frame in_body = frame_in_body(joint);
     *b = (mbsri_sweep_body){
         .parent = body->parent, .q = body->iq, .u = body->iu, .n = body->n, .spread = 1.0};
+    if (body->joint.space != MBSR_SPACE_SPATIAL) b->flags |= MBSRI_PLANE;
     mbsr_frame pred = mbsr_frame_identity();
-    if (body->parent > 0) pred = frame_in_body(&m->body[body->parent].joint);
+    if (body->parent > 0) pred = frame_of_body(m, body->parent);
     pred = mbsr_frame_inverse(&pred);
     if (simple) {
         const mbsr_frame rest = frame_at_rest(joint, &in_body);
@@ -133,8 +130,10 @@ static void place_body(mbsri_sweeps *tree, const mbsr_model *m, int i)
     } else {
         b->flags |= MBSRI_MULTI;
         b->multi = tree->multi++;
-        memcpy(tree->joint[b->multi].R, pred.R, sizeof pred.R);
-        memcpy(tree->joint[b->multi].x, pred.x, sizeof pred.x);
+        mbsri_sweep_joint *seat = tree->joint + b->multi;
+        memcpy(seat->R, pred.R, sizeof pred.R);
+        memcpy(seat->x, pred.x, sizeof pred.x);
+        seat->chain = mbsri_embedded_joint(body, seat->param);
     }
 }
 
@@ -158,11 +157,10 @@ static void place_inertias(mbsri_sweeps *tree, const mbsr_model *m)
         const mbsri_body *body = m->body + i;
         mbsri_sweep_body *b = tree->body + i;
         const double stretch = 1.0 + mbsri_norm3(b->x) / tree->length;
-        const mbsr_inertia zero = mbsr_inertia_zero();
-        const bool given = body->inertia.kind != MBSR_INERTIA_NOT_GIVEN;
-        const mbsr_frame in_body = frame_in_body(&body->joint);
+        const mbsr_inertia inertia = mbsri_embedded_inertia(body, tree->length);
+        const mbsr_frame in_body = frame_of_body(m, i);
         b->spread = stretch * stretch;
-        place_inertia(given ? &body->inertia : &zero, &in_body, tree->length, b);
+        place_inertia(&inertia, &in_body, tree->length, b);
     }
 }
 
@@ -233,10 +231,10 @@ static bool place_own_frames(mbsri_sweeps *tree, const mbsr_model *m)
     tree->own = mbsri_allocate(&m->allocator, ((size_t)tree->bodies + 1) * sizeof *tree->own);
     if (!tree->own) return false;
     for (int i = 1; i <= tree->bodies; ++i) {
-        const mbsr_frame in_body = frame_in_body(&m->body[i].joint),
-                         own = mbsr_frame_inverse(&in_body);
+        const mbsr_frame in_body = frame_of_body(m, i), own = mbsr_frame_inverse(&in_body);
         memcpy(tree->own[i].R, own.R, sizeof own.R);
         memcpy(tree->own[i].x, own.x, sizeof own.x);
+        mbsri_embedded_angle(m->body + i, &tree->own[i].angle, &tree->own[i].coordinate);
     }
     return true;
 }
@@ -252,8 +250,8 @@ static const mbsri_sweep_kernels *choose_kernels(void)
 bool mbsri_sweeps_build(mbsr_model *m, int bodies)
 {
     if (!served(m, bodies)) return true;
-    int multi = 0, kind;
-    for (int i = 1; i <= bodies; ++i) multi += !is_simple(&m->body[i].joint, &kind);
+    int multi = 0;
+    for (int i = 1; i <= bodies; ++i) multi += !is_simple_body(m, i);
     mbsri_sweeps *tree = mbsri_allocate(&m->allocator, sizeof *tree);
     if (!tree) return false;
     *tree = (mbsri_sweeps){

@@ -33,13 +33,14 @@ static int move_root(mbsri_sweep_run *run)
         s->A_v[k] = -run->tree->gravity[k];
     }
     if (m->root.space == MBSR_SPACE_FIXED) return MBSR_OK;
-    const int status = mbsri_move_root(m, d);
-    for (int k = 0; k < 9; ++k) s->R[k / 3 * 4 + k % 3] = d->p[MBSR_POSE_R + k];
+    double R[9], r[3], V[6], A[6];
+    const int status = mbsri_embedded_root(m, d, R, r, V, A);
+    for (int k = 0; k < 9; ++k) s->R[k / 3 * 4 + k % 3] = R[k];
     for (int k = 0; k < 3; ++k) {
-        s->omega[k] = d->V[k];
-        s->v[k] = d->V[3 + k];
-        s->A_w[k] = d->A[k];
-        s->A_v[k] += d->A[3 + k];
+        s->omega[k] = V[k];
+        s->v[k] = V[3 + k];
+        s->A_w[k] = A[k];
+        s->A_v[k] += A[3 + k];
     }
     return status;
 }
@@ -54,7 +55,7 @@ static int forces(mbsri_sweep_run *run, const double *tau, bool velocity)
     run->tau = d->tau;
     const int status =
         velocity || run->load ? tree->kernels->velocities(run) : tree->kernels->kinematics(run);
-    if (status) return status;
+    if (status) return MBSRI_NOT_SERVED; /* the stages say of which joint */
     if (!tree->joint_forces && !run->load && tau) {
         run->tau = swept(m, false, m->nu, m->u_of, tau, d->tau);
         return MBSR_OK;
@@ -65,11 +66,11 @@ static int forces(mbsri_sweep_run *run, const double *tau, bool velocity)
     return refused || !run->load ? refused : mbsri_sweeps_loads(run);
 }
 
-static bool prepare(mbsri_sweep_run *run, const mbsr_model *m, mbsr_data *d, double t,
-                    const double *q, const double *u, double *out)
+static int prepare(mbsri_sweep_run *run, const mbsr_model *m, mbsr_data *d, double t,
+                   const double *q, const double *u, double *out)
 {
-    if (!m->sweeps || !isfinite(t)) return false;
-    if (!mbsri_finite((size_t)m->nq, q) || !mbsri_finite((size_t)m->nu, u)) return false;
+    if (!m->sweeps || !isfinite(t)) return MBSRI_NOT_SERVED;
+    if (!mbsri_finite((size_t)m->nq, q) || !mbsri_finite((size_t)m->nu, u)) return MBSRI_NOT_SERVED;
     const bool bodies = m->sweeps->body_forces;
     *run = (mbsri_sweep_run){.model = m,
                              .data = d,
@@ -90,7 +91,7 @@ static bool prepare(mbsri_sweep_run *run, const mbsr_model *m, mbsr_data *d, dou
     d->t = t;
     const int from = run->tree->first_angle;
     run->tree->kernels->trigonometry(run->tree->angles, run->q + from, run->sincos + 2 * from);
-    return move_root(run) == MBSR_OK;
+    return move_root(run);
 }
 
 bool mbsri_sweeps_as_watched(const mbsri_sweep_run *run)
@@ -107,38 +108,48 @@ static bool backward(const mbsri_sweep_run *run)
     return run->tree->kernels->backward(run) && mbsri_sweeps_as_watched(run);
 }
 
-bool mbsri_sweeps_forward_dynamics(const mbsr_model *m, mbsr_data *d, double t, const double *q,
-                                   const double *u, const double *tau, double *udot)
+/* Results that are not finite are for the stages, which say where that begins. */
+static int finite_or_not_served(int n, const double *x)
+{
+    return mbsri_finite((size_t)n, x) ? MBSR_OK : MBSRI_NOT_SERVED;
+}
+
+int mbsri_sweeps_forward_dynamics(const mbsr_model *m, mbsr_data *d, double t, const double *q,
+                                  const double *u, const double *tau, double *udot)
 {
     mbsri_sweep_run run;
-    if (!prepare(&run, m, d, t, q, u, udot) || forces(&run, tau, false) || !backward(&run))
-        return false;
+    int status = prepare(&run, m, d, t, q, u, udot);
+    if (!status) status = forces(&run, tau, false);
+    if (!status && !backward(&run)) status = MBSRI_NOT_SERVED;
+    if (status) return status;
     run.tree->kernels->forward(&run);
-    if (!mbsri_finite((size_t)m->nu, run.out)) return false;
-    if (!m->in_order) mbsri_scatter(m, run.out, udot);
-    return true;
+    status = finite_or_not_served(m->nu, run.out);
+    if (!status && !m->in_order) mbsri_scatter(m, run.out, udot);
+    return status;
 }
 
 /* Joint forces that are missing, to `out` of the run. */
-static bool inverse(mbsri_sweep_run *run, const double *udot)
+static int inverse(mbsri_sweep_run *run, const double *udot)
 {
     const mbsr_model *m = run->model;
     mbsr_data *d = run->data;
     const bool elements = m->sweeps->joint_forces || run->load;
-    if (elements && forces(run, NULL, false)) return false;
+    const int status = elements ? forces(run, NULL, false) : MBSR_OK;
+    if (status) return status;
     run->tau = swept(m, false, m->nu, m->u_of, udot, d->udot);
-    if (run->tree->kernels->inverse(run)) return false;
+    if (run->tree->kernels->inverse(run)) return MBSRI_NOT_SERVED;
     for (int k = 0; k < m->nu && elements; ++k) run->out[k] -= d->tau[k];
-    return mbsri_finite((size_t)m->nu, run->out);
+    return finite_or_not_served(m->nu, run->out);
 }
 
-bool mbsri_sweeps_inverse_dynamics(const mbsr_model *m, mbsr_data *d, double t, const double *q,
-                                   const double *u, const double *udot, double *tau)
+int mbsri_sweeps_inverse_dynamics(const mbsr_model *m, mbsr_data *d, double t, const double *q,
+                                  const double *u, const double *udot, double *tau)
 {
     mbsri_sweep_run run;
-    if (!prepare(&run, m, d, t, q, u, tau) || !inverse(&run, udot)) return false;
-    if (!m->in_order) mbsri_scatter(m, run.out, tau);
-    return true;
+    int status = prepare(&run, m, d, t, q, u, tau);
+    if (!status) status = inverse(&run, udot);
+    if (!status && !m->in_order) mbsri_scatter(m, run.out, tau);
+    return status;
 }
 
 /* q' - G u in the caller's order. */
@@ -162,29 +173,34 @@ static int rates_residual(const mbsri_sweep_run *run, const double *qdot, double
     return MBSR_OK;
 }
 
-bool mbsri_sweeps_inverse_residual(const mbsr_model *m, mbsr_data *d, double t, const double *y,
-                                   const double *yp, double *F)
+int mbsri_sweeps_inverse_residual(const mbsr_model *m, mbsr_data *d, double t, const double *y,
+                                  const double *yp, double *F)
 {
     mbsri_sweep_run run;
     double *tau = F + m->nq;
-    if (!prepare(&run, m, d, t, y, y + m->nq, tau) || !inverse(&run, yp + m->nq)) return false;
+    int status = prepare(&run, m, d, t, y, y + m->nq, tau);
+    if (!status) status = inverse(&run, yp + m->nq);
+    if (status) return status;
     if (!m->in_order) mbsri_scatter(m, run.out, tau);
-    return rates_residual(&run, yp, F) == MBSR_OK && mbsri_finite((size_t)m->nq, F);
+    return rates_residual(&run, yp, F) ? MBSRI_NOT_SERVED : finite_or_not_served(m->nq, F);
 }
 
-bool mbsri_sweeps_open(mbsri_sweep_run *run, const mbsr_model *m, mbsr_data *d, double t,
-                       const double *q, const double *u)
+int mbsri_sweeps_open(mbsri_sweep_run *run, const mbsr_model *m, mbsr_data *d, double t,
+                      const double *q, const double *u)
 {
-    return prepare(run, m, d, t, q, u, d->out) && !forces(run, NULL, true);
+    const int status = prepare(run, m, d, t, q, u, d->out);
+    return status ? status : forces(run, NULL, true);
 }
 
-bool mbsri_sweeps_momentum_residual(const mbsr_model *m, mbsr_data *d, double t, const double *y,
-                                    const double *yp, double *F)
+int mbsri_sweeps_momentum_residual(const mbsr_model *m, mbsr_data *d, double t, const double *y,
+                                   const double *yp, double *F)
 {
     const double *p = y + m->nq, *u = p + m->nu;
     double *F_p = F + m->nq, *F_u = F_p + m->nu;
     mbsri_sweep_run run;
-    if (!mbsri_sweeps_open(&run, m, d, t, y, u) || !backward(&run)) return false;
+    const int status = mbsri_sweeps_open(&run, m, d, t, y, u);
+    if (status) return status;
+    if (!backward(&run)) return MBSRI_NOT_SERVED;
     run.p = swept(m, false, m->nu, m->u_of, p, d->w);
     run.balance = d->vec;
     run.tree->kernels->momentum(&run);
@@ -192,6 +208,6 @@ bool mbsri_sweeps_momentum_residual(const mbsr_model *m, mbsr_data *d, double t,
         F_p[m->u_of[k]] = yp[m->nq + m->u_of[k]] - run.out[k];
         F_u[m->u_of[k]] = run.balance[k];
     }
-    return rates_residual(&run, yp, F) == MBSR_OK && mbsri_finite((size_t)m->nq, F) &&
-           mbsri_finite(2 * (size_t)m->nu, F_p);
+    return rates_residual(&run, yp, F) ? MBSRI_NOT_SERVED
+                                       : finite_or_not_served(m->nq + 2 * m->nu, F);
 }

@@ -5,23 +5,25 @@
 
 #include "sweeps/tree.h"
 
-/* False: not served or not clear, nothing is changed but the arrays of the sweeps. */
-bool mbsri_sweeps_forward_dynamics(const mbsr_model *m, mbsr_data *d, double t, const double *q,
-                                   const double *u, const double *tau, double *udot);
-bool mbsri_sweeps_inverse_dynamics(const mbsr_model *m, mbsr_data *d, double t, const double *q,
-                                   const double *u, const double *udot, double *tau);
+/* MBSR_OK; MBSRI_NOT_SERVED where the sweeps do not serve, a rank is not clear or something is not
+ * finite: then nothing is changed but the arrays of the sweeps; or what the root's motion or a force
+ * element returned, with the data's error set. */
+int mbsri_sweeps_forward_dynamics(const mbsr_model *m, mbsr_data *d, double t, const double *q,
+                                  const double *u, const double *tau, double *udot);
+int mbsri_sweeps_inverse_dynamics(const mbsr_model *m, mbsr_data *d, double t, const double *q,
+                                  const double *u, const double *udot, double *tau);
 
 /* Whether no rank is watched that is another; where one is, the stages say which. */
 bool mbsri_sweeps_as_watched(const mbsri_sweep_run *run);
 
 /* What the momentum form needs at (q, u) before the backward sweep: motion and forces. */
-bool mbsri_sweeps_open(mbsri_sweep_run *run, const mbsr_model *m, mbsr_data *d, double t,
-                       const double *q, const double *u);
+int mbsri_sweeps_open(mbsri_sweep_run *run, const mbsr_model *m, mbsr_data *d, double t,
+                      const double *q, const double *u);
 
 /* The residuals of the inverse-dynamics form and of the momentum form. */
-bool mbsri_sweeps_inverse_residual(const mbsr_model *m, mbsr_data *d, double t, const double *y,
+int mbsri_sweeps_inverse_residual(const mbsr_model *m, mbsr_data *d, double t, const double *y,
+                                  const double *yp, double *F);
+int mbsri_sweeps_momentum_residual(const mbsr_model *m, mbsr_data *d, double t, const double *y,
                                    const double *yp, double *F);
-bool mbsri_sweeps_momentum_residual(const mbsr_model *m, mbsr_data *d, double t, const double *y,
-                                    const double *yp, double *F);
 
 #endif

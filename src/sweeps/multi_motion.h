@@ -19,20 +19,21 @@ static mbsr_joint_args arguments(const mbsri_sweep_run *run, int i, double pose[
     const mbsri_sweep_body *b = run->tree->body + i;
     const mbsri_sweep_joint *seat = run->tree->joint + b->multi;
     const mbsri_sweep_state *pred = run->state + b->parent;
-    const mbsri_body *body = run->model->body + i;
-    const mbsr_joint_args args = {.param = body->joint.param,
-                                  .option = body->joint.option,
-                                  .motion = body->joint.motion,
-                                  .user = body->joint.user,
-                                  .d = body->d,
-                                  .np = body->np,
-                                  .n = body->joint.n,
-                                  .nq = body->joint.nq,
+    const mbsri_joint *chain = &seat->chain;
+    const bool rests = run->model->body[i].pred_space == MBSR_SPACE_FIXED;
+    const mbsr_joint_args args = {.param = chain->param,
+                                  .option = chain->option,
+                                  .motion = chain->motion,
+                                  .user = chain->user,
+                                  .d = chain->d,
+                                  .np = chain->np,
+                                  .n = chain->n,
+                                  .nq = chain->nq,
                                   .t = run->data->t,
                                   .q = run->q + b->q,
                                   .u = run->u + b->u,
-                                  .pred_space = body->pred_space,
-                                  .pred_d = body->d_pred,
+                                  .pred_space = rests ? MBSR_SPACE_FIXED : MBSR_SPACE_SPATIAL,
+                                  .pred_d = rests ? 0 : 6,
                                   .p_pred = pose,
                                   .V_pred = V};
     memset(V, 0, 6 * sizeof *V);

@@ -1,14 +1,20 @@
-/* The tree that the vectorised sweeps run over: rigid bodies in space with stock joints.
+/* The tree that the vectorised sweeps run over: rigid bodies with stock joints, in space or embedded
+ * there (embed.h).
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * The recursion is that of recursion/backward.c and recursion/forward.c, with what a rigid body and a joint of one axis
- * make of it (docs/performance.md): all vectors along the world's axes about a point of the joint's
- * axis, so that H is a translation; the axis is the z axis of a frame chosen when the model is
- * finished; Mbar is three blocks of 3 x 3, kept in registers from a body to its predecessor. */
+ * The recursion is that of recursion/backward.c and recursion/forward.c, with what a rigid body and
+ * a joint of one axis make of it (docs/performance.md): all vectors along the world's axes about a
+ * point of the joint's axis, so that H is a translation; the axis is the z axis of a frame chosen
+ * when the model is finished; Mbar is three blocks of 3 x 3, kept in registers from a body to its
+ * predecessor. */
 #ifndef MBSRI_TREE_H
 #define MBSRI_TREE_H
 
 #include "recursion/data.h"
+#include "sweeps/embed.h"
+
+/* Returned where the sweeps do not serve. */
+enum { MBSRI_NOT_SERVED = 1 << 20 };
 
 /* What a body is; bits of mbsri_sweep_body.flags. */
 enum {
@@ -20,7 +26,8 @@ enum {
     MBSRI_BRANCHES = 32, /* more than one successor */
     MBSRI_NEXT = 64,     /* its predecessor is the body before, or the root */
     MBSRI_OPENS = 128,   /* the first of several successors that the backward sweep meets */
-    MBSRI_LOADED = 256   /* force elements act on the body */
+    MBSRI_LOADED = 256,  /* force elements act on the body */
+    MBSRI_PLANE = 512    /* it lies in the plane */
 };
 
 /* Constants of a body. Its frame has its origin on the joint's axis and z along it; matrices by
@@ -47,7 +54,16 @@ MBSRI_CHECK_LAYOUT(mbsri_sweep_body);
 /* A joint of other than one axis, or with a prescribed one: its body's frame is the body's own. */
 typedef struct mbsri_sweep_joint {
     double R[9], x[3]; /* the predecessor's own frame in the frame that these sweeps use of it */
+    mbsri_joint chain; /* as a chain of steps */
+    double param[MBSRI_EMBED_PARAMS];
 } mbsri_sweep_joint;
+
+/* The body's own frame in that of the sweeps; for a PLANAR body its angle, which is that of its
+ * predecessor plus `angle` and a coordinate of its joint (mbsri_embedded_angle). */
+typedef struct mbsri_sweep_own {
+    double R[9], x[3], angle;
+    int coordinate;
+} mbsri_sweep_own;
 
 /* And its state, kept by multi_axis.h. */
 typedef struct mbsri_sweep_multi {
@@ -110,13 +126,13 @@ typedef struct mbsri_sweeps {
     bool joint_forces;        /* there are elements that act on joints alone */
     bool body_forces;         /* there are others */
     bool masses;              /* some of them read the mass matrices of their bodies */
-    mbsri_sweep_joint *own;   /* bodies + 1: the body's own frame in its frame; body_forces only */
+    mbsri_sweep_own *own;     /* bodies + 1; body_forces only */
     const struct mbsri_sweep_kernels *kernels;
 } mbsri_sweeps;
 
 /* What force elements exert on a body, about the origin of its frame; body_forces only. */
 typedef struct mbsri_sweep_load {
-    double r[4];   /* that origin in the world, m */
+    double r[4];   /* that origin in the world, m; the angle of a PLANAR body */
     double arm[4]; /* from there to the origin of the body\'s own frame */
     double L[4], p[4];
 } mbsri_sweep_load;

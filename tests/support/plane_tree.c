@@ -56,7 +56,7 @@ static mbsr_inertia random_inertia(test_rng *rng, const test_plane_choice *c, bo
 {
     const int d = point ? 2 : 3;
     const double com[2] = {test_uniform(rng), test_uniform(rng)}, mass = 0.2 + share(rng);
-    const int kind = test_integer(rng, 0, c->functions ? 3 : 2);
+    const int kind = test_integer(rng, 0, c->functions ? 3 : c->rigid ? 1 : 2);
     random_shape(rng, d, shape);
     if (share(rng) < c->massless) return mbsr_inertia_zero();
     if (kind == 3) return mbsr_inertia_function(point ? test_inertia_2 : test_inertia_3, shape);
@@ -141,6 +141,7 @@ void test_plane_make(test_plane_tree *s, test_plane_choice c)
         mbsr_body_def body = mbsr_default_body_def();
         point[k] = share(&rng) < 0.4;
         body.parent = test_integer(&rng, -1, k - 1);
+        while (c.rigid && body.parent >= 0 && point[body.parent]) --body.parent;
         body.joint = random_joint(&rng, point[k]);
         body.inertia = random_inertia(&rng, &c, point[k], s->shape[k], s->matrix[k]);
         assert_ok(mbsr_model_add_body(s->model, &body, NULL), mbsr_model_error(s->model));

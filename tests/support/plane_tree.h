@@ -15,6 +15,7 @@ typedef struct test_plane_choice {
     int bodies;
     double massless; /* share of bodies without inertia */
     int functions;   /* some inertias by function */
+    int rigid;       /* no inertia by matrix, no point among the predecessors of a body */
     int moving;      /* the root moves */
     int damped;      /* spring and damper from every body to the ground */
 } test_plane_choice;

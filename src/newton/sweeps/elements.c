@@ -92,17 +92,29 @@ static void add_joint_slopes(mbsri_newton_sweeps *w, int i, const mbsr_force_der
     }
 }
 
-/* Six rows over pose and V. */
-static void add_body_slopes(const mbsr_force_derivatives *by, int row, int column,
-                            mbsri_newton_slopes *to)
+/* Where number k of a body's pose or V stands among three axes and two groups (angular, linear). */
+typedef struct place {
+    int group, axis;
+} place;
+
+static place place_of(const mbsri_body *b, int k)
 {
-    const double *from = by->matrix + by->rows * column + row;
-    for (int g = 0; g < 4; ++g) {
-        for (int j = 0; j < 3; ++j, from += by->rows) {
-            for (int k = 0; k < 3; ++k) {
-                to->by[g][j][0][k] += from[k];
-                to->by[g][j][1][k] += from[3 + k];
-            }
+    if (b->joint.space == MBSR_SPACE_SPATIAL) return (place){k / 3, k % 3};
+    return k == 2 ? (place){0, 2} : (place){1, k};
+}
+
+/* The rows of forces on a body over pose and V of `by`. */
+static void add_body_slopes(const mbsr_force_derivatives *from, const mbsri_body *on, int row,
+                            const mbsri_body *by, int column, mbsri_newton_slopes *to)
+{
+    const int of_pose = mbsri_pose_size(by);
+    for (int k = 0; k < of_pose + by->d; ++k) {
+        const double *x = from->matrix + from->rows * (column + k) + row;
+        const bool pose = k < of_pose;
+        const place at = place_of(by, pose ? k : k - of_pose);
+        for (int l = 0; l < on->d; ++l) {
+            const place in = place_of(on, l);
+            to->by[(pose ? 0 : 2) + at.group][at.axis][in.group][in.axis] += x[l];
         }
     }
 }
@@ -126,20 +138,21 @@ static bool add_block(mbsri_newton_sweeps *w, const mbsri_force *force, int i, i
     const mbsr_force_derivatives *by = &w->slopes.out;
     const mbsri_relation relation = mbsri_relate(m, i, j);
     const bool apart = (force->def.table->flags & MBSR_FORCE_NO_JOINT) != 0;
-    const int row = by->row[k], column = by->column[l], n = m->body[i].n,
-              joint = m->body[j].nq + m->body[j].n;
+    const mbsri_body *on = m->body + i, *of = m->body + j;
+    const int row = by->row[k], column = by->column[l], n = on->n, d = on->d,
+              joint = of->nq + of->n, motion = mbsri_pose_size(of) + of->d;
     switch (relation) {
     case MBSRI_SAME:
         add_joint_slopes(w, i, by, row, column);
-        add_body_slopes(by, row, column, w->at + w->number[i]);
-        return apart ||
-               (is_zero(by, row, 6, column + 12, joint) && is_zero(by, row + 6, n, column, 12));
+        add_body_slopes(by, on, row, of, column, w->at + w->number[i]);
+        return apart || (is_zero(by, row, d, column + motion, joint) &&
+                         is_zero(by, row + d, n, column, motion));
     case MBSRI_BELOW:
-        add_body_slopes(by, row, column, w->by_pred + w->pair[i]);
-        return apart || is_zero(by, row + 6, n, column, 12);
+        add_body_slopes(by, on, row, of, column, w->by_pred + w->pair[i]);
+        return apart || is_zero(by, row + d, n, column, motion);
     case MBSRI_ABOVE:
-        add_body_slopes(by, row, column, w->on_pred + w->pair[j]);
-        return apart || is_zero(by, row, 6, column + 12, joint);
+        add_body_slopes(by, on, row, of, column, w->on_pred + w->pair[j]);
+        return apart || is_zero(by, row, d, column + motion, joint);
     case MBSRI_APART: break;
     }
     return true;

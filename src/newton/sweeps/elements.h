@@ -5,9 +5,6 @@
 
 #include "newton/sweeps/record.h"
 
-/* Returned where the sweeps do not serve. */
-enum { MBSRI_NOT_SERVED = 1 << 20 };
-
 /* How many bodies there are with elements, and pairs of a body and its predecessor between which
  * some act (at most); into the arrays, which may be NULL: their numbers, or -1. */
 void mbsri_newton_count(const mbsr_model *m, size_t *loaded, size_t *pairs, int *number, int *pair);

@@ -66,7 +66,7 @@ static bool invert(int n, double A[6][6], const double size[6], double X[6][6])
 static void find_steps(const mbsri_sweep_run *run, int i, mbsri_newton_block *B)
 {
     const mbsri_sweep_body *b = run->tree->body + i;
-    const int *option = run->model->body[i].joint.option;
+    const int *option = run->tree->joint[b->multi].chain.option;
     B->quaternion = 0;
     for (int step = 0; step < option[0]; ++step) {
         const int code = option[1 + step];

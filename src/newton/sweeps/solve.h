@@ -112,7 +112,9 @@ MBSRI_INLINE void condense_deep(const mbsri_newton_sweeps *newton, const mbsri_n
 MBSRI_INLINE void add_load(const mbsri_newton_sweeps *newton, int i, const double *load_of_body,
                            loads *f, bool deep)
 {
-    const double *x = load_of_body + newton->model->body[i].v;
+    const mbsri_body *body = newton->model->body + i;
+    double x[6];
+    mbsri_lift(body->d, load_of_body + body->v, x);
     const v4 force = {x[3], x[4], x[5], 0.0},
              moment = (v4){x[0], x[1], x[2], 0.0} + cross(load(newton->own[i].arm), force);
     f->b[MOMENT] += moment;
@@ -170,16 +172,23 @@ MBSRI_INLINE void solve_back(mbsri_newton_sweeps *newton, const double *r,
     }
 }
 
-/* The motion of the origin of the body's own frame, and dV = nu + xi x V there. */
-MBSRI_INLINE void report_motion(const mbsri_newton_own *own, const v4 x[4], double *motion)
+/* The motion of the origin of the body's own frame, and dV = nu + xi x V there: as the body's pose
+ * and V are, in space or in the plane. */
+MBSRI_OUTLINE void report_motion(const mbsri_newton_sweeps *newton, int i, const v4 x[4],
+                                 double *motion)
 {
+    const mbsri_newton_own *own = newton->own + i;
+    const int d = newton->model->body[i].d;
     const v4 arm = load(own->arm), theta = x[ROTATION];
     const v4 out[4] = {theta, x[DISPLACEMENT] + cross(theta, arm),
                        x[SPIN] + cross(theta, load(own->omega)),
                        x[DRIFT] + cross(x[SPIN], arm) + cross(theta, load(own->v))};
+    double lifted[12];
     for (int g = 0; g < 4; ++g) {
-        for (int k = 0; k < 3; ++k) motion[3 * g + k] = out[g][k];
+        for (int k = 0; k < 3; ++k) lifted[3 * g + k] = out[g][k];
     }
+    mbsri_lower(d, lifted, motion);
+    mbsri_lower(d, lifted + 6, motion + d);
 }
 
 MBSRI_INLINE void solve_forward(mbsri_newton_sweeps *newton, const double *r, double *delta,
@@ -227,7 +236,7 @@ MBSRI_INLINE void solve_forward(mbsri_newton_sweeps *newton, const double *r, do
         if (s->flags & MBSRI_BRANCHES) {
             for (int g = 0; g < groups(full); ++g) store(newton->x[s->branch] + 4 * g, x[g]);
         }
-        if (full && motion) report_motion(newton->own + i, x, motion + 12 * i);
+        if (full && motion) report_motion(newton, i, x, motion + 12 * i);
     }
 }
 

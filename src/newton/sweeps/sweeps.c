@@ -129,7 +129,8 @@ int mbsri_newton_sweeps_factor(mbsri_newton_sweeps *newton, mbsr_data *d, double
 {
     const mbsr_model *m = newton->model;
     mbsri_sweep_run run;
-    if (!mbsri_sweeps_open(&run, m, d, t, q, u)) return MBSRI_NOT_SERVED;
+    const int opened = mbsri_sweeps_open(&run, m, d, t, q, u);
+    if (opened) return opened;
     newton->c = c;
     newton->by_c = 1.0 / c;
     if (newton->tau_q) {

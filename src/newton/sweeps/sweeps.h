@@ -17,10 +17,10 @@ int mbsri_newton_sweeps_factor(mbsri_newton_sweeps *newton, mbsr_data *d, double
                                const double *u, double c);
 
 /* delta from r = (r_q, r_p, r_u), both in the caller's order and perhaps the same; r == NULL: zero.
- * load: NULL, or perturbations of the forces on the bodies, six numbers at offset body.v, and from
+ * load: NULL, or perturbations of the forces on the bodies, at offset body.v, and from
  * size_v on of the joint forces in the order of the sweeps. motion: NULL, or where the
- * perturbations of body i's pose (rotation, displacement of its origin) and of its V go, twelve
- * numbers at 12 i. Without elements on bodies (tree->body_forces) nobody asks for forces on bodies
+ * perturbations of body i's pose (in space: rotation, displacement of its origin) and V go, at
+ * 12 i. Without elements on bodies (tree->body_forces) nobody asks for forces on bodies
  * and for motions: load counts for the joints only and motion is not written. */
 void mbsri_newton_sweeps_solve(mbsri_newton_sweeps *newton, const double *r, const double *load,
                                double *delta, double *motion);

@@ -780,6 +780,7 @@ static int push(void *user, double t, int n, double *f)
 
 static mbsr_model *unserved(int which)
 {
+    static const double anisotropic[9] = {1.0, 0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.3};
     const double x[3] = {1.0, 0.0, 0.0}, at[3] = {0.0, 0.2, -1.0};
     mbsr_model *m;
     assert_ok(mbsr_model_create(NULL, &m, NULL), NULL);
@@ -792,7 +793,7 @@ static mbsr_model *unserved(int which)
         body.parent = MBSR_GROUND;
         body.joint = mbsr_joint_planar_revolute((mbsr_planar_frame){0.0, 0.0, 0.0},
                                                 (mbsr_planar_frame){0.0, 0.0, 0.0});
-        body.inertia = mbsr_inertia_planar(1.0, (double[2]){0.3, 0.0}, 0.2);
+        body.inertia = mbsr_inertia_matrix(3, anisotropic);
     }
     assert_ok(mbsr_model_add_body(m, &body, NULL), mbsr_model_error(m));
     const mbsr_force_def force = mbsr_force_applied(0, push, NULL);
