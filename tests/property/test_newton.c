@@ -84,18 +84,61 @@ static void check_state(test_newton_state *s, int number, tally *group)
     mbsr_newton_destroy(blocks);
 }
 
-/* Rough: the residual is not smooth over the length of the differences, as where a bushing is
- * turned by pi. Wild: velocities so large that its rounding errors count. */
-static void check(const mbsr_model *model, mbsr_data *data, double t, const double *q,
-                  const double *u, int number, tally *group)
+/* The residuals of two models of the same equations, beside the state. */
+static void assert_same_equations(const test_newton_state *s, const mbsr_model *model,
+                                  mbsr_data *data)
+{
+    double *F = calloc(4 * (size_t)s->n + 1, sizeof *F), *other = F + s->n, *y = other + s->n,
+           *yp = y + s->n;
+    for (int k = 0; k < s->n; ++k) {
+        y[k] = s->y[k] + 0.01 * sin(k);
+        yp[k] = s->yp[k] + 0.01 * cos(k);
+    }
+    assert_ok(mbsr_dae_residual(s->model, s->data, s->form, s->t, y, yp, F), NULL);
+    assert_ok(mbsr_dae_residual(model, data, s->form, s->t, y, yp, other), NULL);
+    for (int k = 0; k < s->n; ++k)
+        assert_close(other[k], F[k], 1e-8 * (1.0 + test_largest(s->n, F)));
+    free(F);
+}
+
+/* The smallest scaled eigenvalue that counts as inertia at the state, 1 if there is none. */
+static double smallest_inertia(const test_newton_state *s)
+{
+    double smallest = 1.0;
+    assert_ok(mbsr_positions(s->model, s->data, s->t, s->y), mbsr_data_error(s->data));
+    assert_ok(mbsr_velocities(s->model, s->data, s->y + s->nq + s->nu), mbsr_data_error(s->data));
+    assert_ok(mbsr_forces(s->model, s->data, NULL), mbsr_data_error(s->data));
+    assert_ok(mbsr_backward(s->model, s->data), mbsr_data_error(s->data));
+    for (int body = 0; body < mbsr_model_bodies(s->model); ++body) {
+        mbsr_rank_info rank;
+        assert_ok(mbsr_body_rank(s->model, s->data, body, &rank), mbsr_data_error(s->data));
+        if (rank.rank > 0) smallest = fmin(smallest, rank.smallest_kept);
+    }
+    return smallest;
+}
+
+/* The solver for `model` against the matrix of `plain`, the same equations as far as possible
+ * without differences inside.
+ *
+ * Rough: the residual is not smooth over the length of the differences, as where a bushing is
+ * turned by pi. Wild: velocities so large that its rounding errors count. Near: the rank of a joint
+ * is about to change, and rounding errors are divided by an eigenvalue below 1e-7, in the residual
+ * as in the solver. */
+static void check_by(const mbsr_model *plain, mbsr_data *plain_data, const mbsr_model *model,
+                     mbsr_data *data, double t, const double *q, const double *u, int number,
+                     tally *group)
 {
     mbsr_consistent_info info = {0};
     test_newton_state s;
     const int status = test_newton_start(&s, model, data, t, q, u, &info);
-    if (status == MBSR_OK) assert_ok(test_newton_matrices(&s), mbsr_data_error(data));
-    const bool wild = test_largest(s.nu, s.y + s.nq + s.nu) > 1e4;
+    if (status == MBSR_OK) {
+        if (plain != model) assert_same_equations(&s, plain, plain_data);
+        assert_ok(test_newton_matrices(&s, plain, plain_data), mbsr_data_error(plain_data));
+    }
+    const bool wild = test_largest(s.nu, s.y + s.nq + s.nu) > 1e4,
+               near = status == MBSR_OK && smallest_inertia(&s) < 1e-7;
     ++group->trees;
-    if (status != MBSR_OK || s.nu == 0 || s.roughness > 1e-4 || wild) {
+    if (status != MBSR_OK || s.nu == 0 || s.roughness > 1e-4 || wild || near) {
         ++group->left_out;
     } else {
         group->null += info.null_directions > 0;
@@ -105,11 +148,17 @@ static void check(const mbsr_model *model, mbsr_data *data, double t, const doub
     test_newton_free(&s);
 }
 
+static void check(const mbsr_model *model, mbsr_data *data, double t, const double *q,
+                  const double *u, int number, tally *group)
+{
+    check_by(model, data, model, data, t, q, u, number, group);
+}
+
 /* Nearly all trees could be used, and the reference is good nearly everywhere. */
 static void conclude(const tally *group, int most_left_out)
 {
     assert_in_range(group->left_out, 0, most_left_out);
-    assert_in_range(group->sharp, 0.88 * group->systems, group->systems);
+    assert_in_range(group->sharp, 0.9 * group->systems, group->systems);
     assert_less(group->between, 1e-9);
 }
 
@@ -117,10 +166,14 @@ static void conclude(const tally *group, int most_left_out)
 
 static void rigid(test_rigid_choice choice, tally *group)
 {
-    test_rigid_tree tree;
+    test_rigid_tree tree, plain;
     test_rigid_tree_make(&tree, choice);
-    check(tree.model, tree.data, tree.t, tree.q, tree.u, (int)choice.seed, group);
+    choice.tables = 0;
+    test_rigid_tree_make(&plain, choice);
+    check_by(plain.model, plain.data, tree.model, tree.data, tree.t, tree.q, tree.u,
+             (int)choice.seed, group);
     test_rigid_tree_free(&tree);
+    test_rigid_tree_free(&plain);
 }
 
 /* The choice that all trees of rigid bodies begin with. */
@@ -210,23 +263,27 @@ static void general_bodies(void **state)
     (void)state;
     tally group = {.name = "general"};
     for (int seed = 1; seed <= 80; ++seed) {
-        test_tree tree;
+        test_tree tree, plain;
         double q[64], u[64];
         test_rng rng = test_seed((uint64_t)seed);
-        test_tree_make(&tree, (test_tree_opt){.seed = (uint64_t)seed,
-                                              .bodies = 1 + seed % 8,
-                                              .max_d = 4,
-                                              .welds = seed / 2 % 2,
-                                              .deficient = seed % 2 ? 0.0 : 0.6,
-                                              .bend = 0.15,
-                                              .forces = seed % 4 != 3,
-                                              .moving_root = seed % 3 == 0,
-                                              .shuffle = seed % 2,
-                                              .tables = 1});
+        test_tree_opt opt = {.seed = (uint64_t)seed,
+                             .bodies = 1 + seed % 8,
+                             .max_d = 4,
+                             .welds = seed / 2 % 2,
+                             .deficient = seed % 2 ? 0.0 : 0.6,
+                             .bend = 0.15,
+                             .forces = seed % 4 != 3,
+                             .moving_root = seed % 3 == 0,
+                             .shuffle = seed % 2,
+                             .tables = 1};
+        test_tree_make(&tree, opt);
+        opt.tables = 0;
+        test_tree_make(&plain, opt);
         test_fill(&rng, tree.nu, q);
         test_fill(&rng, tree.nu, u);
-        check(tree.model, tree.data, 0.3, q, u, seed, &group);
+        check_by(plain.model, plain.data, tree.model, tree.data, 0.3, q, u, seed, &group);
         test_tree_free(&tree);
+        test_tree_free(&plain);
     }
     conclude(&group, 5);
     assert_true(group.null > 20 && group.across > 40);
@@ -502,7 +559,8 @@ static void the_tree_alone_holds_other_bodies_still(void **state)
         test_rigid_tree_make(&held, choice);
         assert_ok(test_newton_start(&reference, held.model, held.data, 0.4, held.q, held.u, NULL),
                   NULL);
-        assert_ok(test_newton_matrices(&reference), mbsr_data_error(held.data));
+        assert_ok(test_newton_matrices(&reference, held.model, held.data),
+                  mbsr_data_error(held.data));
 
         mbsr_newton *newton = make_solver(tree.model, MBSR_NEWTON_TREE, 0);
         double *r = calloc(2 * (size_t)s.n + 1, sizeof *r), *x = r + s.n;

@@ -38,67 +38,117 @@ void test_newton_free(test_newton_state *s)
 
 /* ---- the matrices ---- */
 
-/* Derivative with respect to *x, a number of y or y', over steps of h. */
-static int column(const test_newton_state *s, const double *y, const double *yp, double *x,
-                  double h, double *F, double *out)
+/* A model of the same equations, at which the residual is taken. */
+typedef struct subject {
+    const test_newton_state *s;
+    const mbsr_model *model;
+    mbsr_data *data;
+} subject;
+
+/* Derivative with respect to *x, a number of y or y', over steps of h: central differences of
+ * eighth order. Their error of truncation is of the order of h^8, so that h may be long and the
+ * residual's rounding errors, divided by h, stay small. */
+static int column(const subject *at, const double *y, const double *yp, double *x, double h,
+                  double *F, double *out)
 {
-    static const double place[4] = {2.0, 1.0, -1.0, -2.0},
-                        weight[4] = {-1.0 / 12.0, 8.0 / 12.0, -8.0 / 12.0, 1.0 / 12.0};
+    static const double weight[] = {4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0};
+    const test_newton_state *s = at->s;
     const double held = *x;
     int status = MBSR_OK;
     memset(out, 0, (size_t)s->n * sizeof *out);
-    for (int l = 0; l < 4 && !status; ++l) {
-        *x = held + place[l] * h;
-        status = mbsr_dae_residual(s->model, s->data, s->form, s->t, y, yp, F);
-        for (int j = 0; j < s->n; ++j) out[j] += weight[l] * F[j] / h;
+    for (int l = 0; l < 8 && !status; ++l) {
+        const double side = l % 2 ? -1.0 : 1.0;
+        *x = held + side * (l / 2 + 1) * h;
+        status = mbsr_dae_residual(at->model, at->data, s->form, s->t, y, yp, F);
+        for (int j = 0; j < s->n; ++j) out[j] += side * weight[l / 2] * F[j] / h;
     }
     *x = held;
     return status;
 }
 
-/* Of the columns of A over long, medium and short steps takes those medium or short ones that agree
- * best with the next longer, row by row in the size of the row. */
-static void choose(test_newton_state *s, double *const by[3])
+enum { LENGTHS = 4 };
+
+static const double lengths[LENGTHS] = {1.6e-2, 4e-3, 1e-3, 2.5e-4};
+
+static double length_of(const test_newton_state *s, int k, int l)
 {
-    const int n = s->n;
-    double *rows = calloc((size_t)n, sizeof *rows);
-    for (int k = 0; k < n; ++k) {
-        for (int j = 0; j < n; ++j) rows[j] += fabs(by[1][k * n + j]) + fabs(s->B[k * n + j]);
-    }
-    for (int k = 0; k < n; ++k) {
-        double off[2] = {0.0, 0.0};
-        for (int j = 0; j < n; ++j) {
-            const int at = k * n + j;
-            off[0] = fmax(off[0], fabs(by[1][at] - by[0][at]) / rows[j]);
-            off[1] = fmax(off[1], fabs(by[2][at] - by[1][at]) / rows[j]);
-        }
-        const int best = off[1] < off[0];
-        s->roughness = fmax(s->roughness, off[best]);
-        for (int at = k * n; at < (k + 1) * n; ++at) {
-            s->A[at] = by[best + 1][at];
-            s->D[at] = fabs(by[best + 1][at] - by[best][at]);
-        }
-    }
-    free(rows);
+    return lengths[l] * (k < s->nq ? 1.0 : fmax(1.0, fabs(s->y[k])));
 }
 
-int test_newton_matrices(test_newton_state *s)
+static int ascending(const void *a, const void *b)
 {
-    static const double step[3] = {4e-3, 1e-3, 2.5e-4};
+    const double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* Of the residual's number j, the size of its rounding errors: what the two shortest differences
+ * disagree by, times the length, is that in most columns. The median; spare: n numbers. */
+static double noise(const test_newton_state *s, double *const by[LENGTHS], int j, double *spare)
+{
+    int count = 0;
+    for (int k = 0; k < s->n; ++k) {
+        const int at = k * s->n + j;
+        const double off = fabs(by[LENGTHS - 1][at] - by[LENGTHS - 2][at]);
+        if (off > 0.0) spare[count++] = off * length_of(s, k, LENGTHS - 1);
+    }
+    if (count == 0) return 0.0;
+    qsort(spare, (size_t)count, sizeof *spare, ascending);
+    return spare[count / 2];
+}
+
+/* Column k from the length that agrees best with the next longer one, row by row in the size of the
+ * row. What two lengths disagree by may be small by chance: rounding errors are added, but not to
+ * entries that do not change at all. */
+static void choose(test_newton_state *s, double *const by[LENGTHS], int k, const double *row,
+                   const double *rounding)
+{
+    const int first = k * s->n;
+    double least = INFINITY;
+    int best = 1;
+    for (int l = 1; l < LENGTHS; ++l) {
+        double off = 0.0;
+        for (int j = 0; j < s->n; ++j)
+            off = fmax(off, fabs(by[l][first + j] - by[l - 1][first + j]) / row[j]);
+        if (off < least) least = off, best = l;
+    }
+    s->roughness = fmax(s->roughness, least);
+    for (int j = 0; j < s->n; ++j) {
+        const double off = fabs(by[best][first + j] - by[best - 1][first + j]);
+        s->A[first + j] = by[best][first + j];
+        s->D[first + j] = off > 0.0 ? off + 2.0 * rounding[j] / length_of(s, k, best) : 0.0;
+    }
+}
+
+static void choose_all(test_newton_state *s, double *const by[LENGTHS])
+{
+    const int n = s->n;
+    double *row = calloc(3 * (size_t)n + 1, sizeof *row), *rounding = row + n,
+           *spare = rounding + n;
+    for (int j = 0; j < n; ++j) {
+        for (int at = j; at < n * n; at += n) row[j] += fabs(by[1][at]) + fabs(s->B[at]);
+        rounding[j] = noise(s, by, j, spare);
+    }
+    for (int k = 0; k < n; ++k) choose(s, by, k, row, rounding);
+    free(row);
+}
+
+int test_newton_matrices(test_newton_state *s, const mbsr_model *model, mbsr_data *data)
+{
+    const subject at = {s, model, data};
     const size_t n = (size_t)s->n;
-    double *y = calloc(3 * n + 3 * n * n + 1, sizeof *y), *yp = y + n, *F = yp + n;
-    double *const by[3] = {F + n, F + n + n * n, F + n + 2 * n * n};
+    double *y = calloc(3 * n + LENGTHS * n * n + 1, sizeof *y), *yp = y + n, *F = yp + n,
+           *by[LENGTHS];
     int status = MBSR_OK;
+    for (size_t l = 0; l < LENGTHS; ++l) by[l] = F + n + l * n * n;
     memcpy(y, s->y, n * sizeof *y);
     memcpy(yp, s->yp, n * sizeof *yp);
     for (size_t k = 0; k < n && !status; ++k) {
-        const double size = k < (size_t)s->nq ? 1.0 : fmax(1.0, fabs(y[k]));
-        for (int l = 0; l < 3 && !status; ++l)
-            status = column(s, y, yp, y + k, step[l] * size, F, by[l] + k * n);
+        for (int l = 0; l < LENGTHS && !status; ++l)
+            status = column(&at, y, yp, y + k, length_of(s, (int)k, l), F, by[l] + k * n);
         /* F is linear in y' */
-        if (!status) status = column(s, y, yp, yp + k, fmax(1.0, fabs(yp[k])), F, s->B + k * n);
+        if (!status) status = column(&at, y, yp, yp + k, fmax(1.0, fabs(yp[k])), F, s->B + k * n);
     }
-    if (!status) choose(s, by);
+    if (!status) choose_all(s, by);
     free(y);
     return status;
 }

@@ -23,10 +23,15 @@ int test_newton_start(test_newton_state *s, const mbsr_model *model, mbsr_data *
                       const double *q, const double *u, mbsr_consistent_info *info);
 void test_newton_free(test_newton_state *s);
 
-/* A = dF/dy and B = dF/dy' (column-major) by differences of fourth order, and how far differences
- * over two lengths disagree about A, as entries of D: the residual may have rounding errors (joints
- * without rates, large velocities), high derivatives, and jumps. A status of the residual. */
-int test_newton_matrices(test_newton_state *s);
+/* A = dF/dy and B = dF/dy' (column-major) by differences of eighth order, and how far differences
+ * over two lengths disagree about A, as entries of D: the residual may have rounding errors (large
+ * velocities, rates by differences), high derivatives, and jumps. Of the residual of `model`, which
+ * is that of s or one of the same equations. A status of the residual.
+ *
+ * A residual that takes rates of joints or inertias by differences has 1e4 times the rounding
+ * errors of another, and D, a difference of two samples of them, may be small by chance. So where
+ * there is a model of the same equations that has rates by formulas, it is the one to give. */
+int test_newton_matrices(test_newton_state *s, const mbsr_model *model, mbsr_data *data);
 
 /* How well x solves (A + c B) x = r. */
 typedef struct test_newton_errors {
