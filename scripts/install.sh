@@ -61,10 +61,17 @@ for item in "${wanted[@]}"; do
 done
 if [ ${#missing[@]} -gt 0 ]; then get "${missing[@]}"; fi
 
-# The sanitizers of clang have a package of their own on some releases.
-if [[ " $* " = *" test "* ]] && command -v clang >/dev/null; then
-    runtime=libclang-rt-$(clang -dumpversion | cut -d. -f1)-dev
-    if ! installed "$runtime" && [ -n "$(apt-cache search --names-only "^$runtime\$")" ]; then
-        get "$runtime"
+# optional PACKAGE: installs it where the release has it.
+optional() {
+    if ! installed "$1" && [ -n "$(apt-cache search --names-only "^$1\$")" ]; then get "$1"; fi
+}
+
+if [[ " $* " = *" test "* ]]; then
+    # The sanitizers of clang have a package of their own on some releases.
+    if command -v clang >/dev/null; then
+        optional "libclang-rt-$(clang -dumpversion | cut -d. -f1)-dev"
     fi
+    # A second LAPACK for scripts/lapack.sh. Debian makes it the default by installing it, unless
+    # `update-alternatives --config` has chosen one.
+    optional libopenblas0-pthread
 fi

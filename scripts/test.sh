@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Installs what is missing, then builds and tests libmbsrank in four ways, in build trees below
 # build/: gcc Release, clang Debug, address and undefined-behaviour sanitizers, core alone. Warnings
-# are errors in all of them.
+# are errors in all of them. The numerical tests of the first run with OpenBLAS too.
 # SPDX-License-Identifier: BSD-3-Clause
 set -eu
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -54,10 +54,33 @@ works() {
     return $result
 }
 
+# The numerical tests of gcc-release again, with each LAPACK of lapack.sh that is not the default.
+# The longest of them are left out.
+other_lapacks() {
+    local tree=build/test-gcc-release name status
+    for name in reference openblas; do
+        status=0
+        bash scripts/lapack.sh "$name" --for "$tree/tests/property_newton" || status=$?
+        if [ "$status" -eq 1 ]; then continue; fi
+        if [ "$status" -ne 0 ]; then
+            echo "==== LAPACK $name: left out, not found"
+            continue
+        fi
+        echo "==== LAPACK $name"
+        bash scripts/lapack.sh "$name" ctest --test-dir "$tree" --output-on-failure \
+            --no-tests=error --parallel "$jobs" -L '^(unit|reference|property|ida)$' \
+            -E '^ida\.bea[dm]$' |
+            tee "$tree/ctest-$name.log" || failed+=("LAPACK $name")
+        summary+="LAPACK $name: "
+        summary+=$(grep -E '^[0-9]+% tests passed' "$tree/ctest-$name.log" || echo 'no tests')$'\n'
+    done
+}
+
 set -o pipefail
 gcc=gcc
 if ! command -v gcc >/dev/null; then gcc=cc; fi
 run gcc-release "$gcc" -DCMAKE_BUILD_TYPE=Release --
+other_lapacks
 if command -v clang >/dev/null; then
     run clang-debug clang -DCMAKE_BUILD_TYPE=Debug -- -LE package
 else
