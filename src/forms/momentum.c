@@ -30,7 +30,7 @@
 #include "recursion/backward.h"
 #include "recursion/elements.h"
 #include "recursion/kinematics.h"
-#include "recursion/rank.h"
+#include "recursion/momentum.h"
 #include "recursion/rates.h"
 #include "sweeps/dynamics.h"
 
@@ -46,79 +46,23 @@ static int identify(const mbsr_model *m, mbsr_data *d, double *id)
     return MBSR_OK;
 }
 
-/* m and p at the state of mbsr_velocities.  reads M, V, H, J;  writes imp, p. */
 void mbsri_momenta(const mbsr_model *m, mbsr_data *d, double *p)
 {
     mbsri_zero(m->size_v, d->imp);
-    for (int i = m->bodies; i >= 1; --i) {
-        const mbsri_body *b = m->body + i;
-        double *imp = d->imp + b->v;
-        /* m_i = -M_i V_i - sum_j H_j^T m_j */
-        mbsri_ax(b->d, b->d, -1.0, d->M + b->dd, d->V + b->v, imp);
-        mbsri_atx(b->d, b->d_pred, -1.0, d->H + b->dp, imp, d->imp + b->pred_v);
-        /* p_i = J_i^T m_i */
-        mbsri_zero((size_t)b->n, p + b->u);
-        mbsri_atx(b->d, b->n, 1.0, d->J + b->dn, imp, p + b->u);
-    }
+    for (int i = m->bodies; i >= 1; --i) mbsri_momentum_of(m, d, i, p + m->body[i].u);
 }
 
-/* p' at the state of mbsr_forces, with rates and impulses.  reads imp, f, tau, H, J, their rates,
- * Mdot; writes sigma, pdot. */
+/* p' at the state of mbsr_forces, with rates and impulses. */
 static void momentum_rates(const mbsr_model *m, mbsr_data *d, double *pdot)
 {
     mbsri_zero(m->size_v, d->sigma);
-    for (int i = m->bodies; i >= 1; --i) {
-        const mbsri_body *b = m->body + i;
-        const double *imp = d->imp + b->v;
-        double *sigma = d->sigma + b->v, *below = d->sigma + b->pred_v;
-        /* sigma_i = -f_i - M_i' V_i - sum_j (H_j^T sigma_j + H_j'^T m_j) */
-        for (int k = 0; k < b->d; ++k) sigma[k] -= d->f[b->v + (size_t)k];
-        mbsri_ax(b->d, b->d, -1.0, d->Mdot + b->dd, d->V + b->v, sigma);
-        mbsri_atx(b->d, b->d_pred, -1.0, d->H + b->dp, sigma, below);
-        mbsri_atx(b->d, b->d_pred, -1.0, d->Hdot + b->dp, imp, below);
-        /* p_i' = J_i'^T m_i + J_i^T sigma_i + tau_i */
-        mbsri_copy((size_t)b->n, d->tau + b->iu, pdot + b->u);
-        mbsri_atx(b->d, b->n, 1.0, d->Jdot + b->dn, imp, pdot + b->u);
-        mbsri_atx(b->d, b->n, 1.0, d->J + b->dn, sigma, pdot + b->u);
-    }
+    for (int i = m->bodies; i >= 1; --i) mbsri_momentum_rate_of(m, d, i, pdot + m->body[i].u);
 }
 
-/* ep at the state of mbsr_backward.  reads p, Mbar, G, kI, H, J;  writes impbar, ep. */
 void mbsri_condense(const mbsr_model *m, mbsr_data *d, const double *p)
 {
     mbsri_zero(m->size_v, d->impbar);
-    for (int i = m->bodies; i >= 1; --i) {
-        const mbsri_body *b = m->body + i;
-        double *mbar = d->impbar + b->v, *ep = d->ep + b->iu;
-        /* mbar + Mbar kI,  ep = p - J^T (.),  m = (.) + G ep to the predecessor */
-        mbsri_ax(b->d, b->d, 1.0, d->Mbar + b->dd, d->kI + b->v, mbar);
-        mbsri_copy((size_t)b->n, p + b->u, ep);
-        mbsri_atx(b->d, b->n, -1.0, d->J + b->dn, mbar, ep);
-        mbsri_ax(b->d, b->n, 1.0, d->G + b->dn, ep, mbar);
-        mbsri_atx(b->d, b->d_pred, -1.0, d->H + b->dp, mbar, d->impbar + b->pred_v);
-    }
-}
-
-/* The algebraic block.  reads ep, e, D, U, H, V, u;  writes F. */
-static void balance(const mbsr_model *m, mbsr_data *d, double *F)
-{
-    const double s = 1.0;
-    double *x = d->scratch + m->max_d, *projected = x + m->max_d;
-    for (int i = 1; i <= m->bodies; ++i) {
-        const mbsri_body *b = m->body + i;
-        double *r = F + b->u;
-        /* r = D u - ep + U^T H V_pi */
-        mbsri_zero((size_t)b->d, x);
-        mbsri_ax(b->d, b->d_pred, 1.0, d->H + b->dp, d->V + b->pred_v, x);
-        for (int k = 0; k < b->n; ++k) r[k] = -d->ep[b->iu + k];
-        mbsri_atx(b->d, b->n, 1.0, d->U + b->dn, x, r);
-        mbsri_ax(b->n, b->n, 1.0, d->D + b->nn, d->u + b->iu, r);
-        if (d->rank[i] == b->n) continue;
-        /* r -= P (r + s e) */
-        for (int k = 0; k < b->n; ++k) x[k] = r[k] + s * d->e[b->iu + k];
-        mbsri_null_force(m, d, i, x, projected);
-        for (int k = 0; k < b->n; ++k) r[k] -= projected[k];
-    }
+    for (int i = m->bodies; i >= 1; --i) mbsri_condense_of(m, d, i, p + m->body[i].u);
 }
 
 int mbsr_momenta(const mbsr_model *model, mbsr_data *data, double *p)
@@ -185,7 +129,8 @@ static int residual(const mbsr_model *m, mbsr_data *d, double t, const double *y
     for (int k = 0; k < m->nq + m->nu; ++k) F[k] = yp[k] - F[k];
     /* algebraic equations */
     mbsri_condense(m, d, p);
-    balance(m, d, F + m->nq + m->nu);
+    for (int i = 1; i <= m->bodies; ++i)
+        mbsri_balance_of(m, d, i, F + m->nq + m->nu + m->body[i].u);
     return MBSR_OK;
 }
 

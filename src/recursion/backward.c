@@ -54,7 +54,7 @@ static int factor_joint(const mbsr_model *m, mbsr_data *d, int i)
 /* e = tau - J^T (fbar + Mbar kII), mu = fbar + Mbar kII + G e, fbar_pi -= H^T mu.
  * reads Mbar, fbar, kII, tau, J, G, H;  writes e, mu;  adds to fbar of the predecessor.
  * cost: d^2 + 2 d n + d d_pred. */
-static void load_joint(const mbsr_model *m, mbsr_data *d, int i)
+void mbsri_load_joint(const mbsr_model *m, mbsr_data *d, int i)
 {
     const mbsri_body *b = m->body + i;
     double *e = d->e + b->iu, *mu = d->mu + b->v;
@@ -118,7 +118,7 @@ static void transport(const mbsri_body *b, const mbsr_data *d, double *E, double
 /* Mbar_pi += H^T Mbar^a H,  W_pi += H^T E H.
  * reads Mbar, W, U, G, H;  adds to Mbar, W of the predecessor.
  * cost: 4 (d^2 n + d^2 d_pred + d d_pred^2). */
-static void pass_on(const mbsr_model *m, mbsr_data *d, int i)
+void mbsri_pass_masses(const mbsr_model *m, mbsr_data *d, int i)
 {
     const mbsri_body *b = m->body + i;
     const double *H = d->H + b->dp;
@@ -131,6 +131,14 @@ static void pass_on(const mbsr_model *m, mbsr_data *d, int i)
     mbsri_congruence(b->d, b->d_pred, H, E, d->W + b->pred_dd, product);
 }
 
+int mbsri_eliminate_joint(const mbsr_model *m, mbsr_data *d, int i)
+{
+    const mbsri_body *b = m->body + i;
+    mbsri_symmetrise(b->d, d->Mbar + b->dd);
+    add_diagonal(b->d, d->Mbar + b->dd, d->W + b->dd);
+    return factor_joint(m, d, i);
+}
+
 /* The recursion for masses: Mbar, W, U, D, G and ranks. */
 static int masses(const mbsr_model *m, mbsr_data *d)
 {
@@ -139,13 +147,10 @@ static int masses(const mbsr_model *m, mbsr_data *d)
     mbsri_copy(m->size_dd, d->M, d->Mbar);
     mbsri_zero(m->size_dd, d->W);
     for (int i = m->bodies; i >= 1; --i) {
-        const mbsri_body *b = m->body + i;
-        mbsri_symmetrise(b->d, d->Mbar + b->dd);
-        add_diagonal(b->d, d->Mbar + b->dd, d->W + b->dd);
-        int status = factor_joint(m, d, i);
+        int status = mbsri_eliminate_joint(m, d, i);
         if (!status) status = mbsri_rank_watched(m, d, i);
         if (status) return status;
-        pass_on(m, d, i);
+        mbsri_pass_masses(m, d, i);
         d->total_rank += d->rank[i];
     }
     return MBSR_OK;
@@ -155,7 +160,7 @@ void mbsri_backward_loads(const mbsr_model *m, mbsr_data *d)
 {
     d->accelerated = false; /* mu is overwritten */
     mbsri_copy(m->size_v, d->f, d->fbar);
-    for (int i = m->bodies; i >= 1; --i) load_joint(m, d, i);
+    for (int i = m->bodies; i >= 1; --i) mbsri_load_joint(m, d, i);
 }
 
 int mbsri_backward_masses(const mbsr_model *m, mbsr_data *d)

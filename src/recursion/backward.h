@@ -8,6 +8,13 @@
 /* The stage: both halves below. */
 int mbsri_backward(const mbsr_model *m, mbsr_data *d);
 
+/* The steps for one body, whose successors are done. Its Mbar, W and fbar hold M, 0 and f with what
+ * the successors passed on: D, its rank, U and G; e and mu, whose -H^T mu goes to fbar of the
+ * predecessor; Mbar^a and its errors, which go to the predecessor's Mbar and W. */
+int mbsri_eliminate_joint(const mbsr_model *m, mbsr_data *d, int i);
+void mbsri_load_joint(const mbsr_model *m, mbsr_data *d, int i);
+void mbsri_pass_masses(const mbsr_model *m, mbsr_data *d, int i);
+
 /* Mbar, D and what follows from masses alone (needs mbsri_velocities); then fbar, e, mu from
  * forces. */
 int mbsri_backward_masses(const mbsr_model *m, mbsr_data *d);

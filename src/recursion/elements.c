@@ -143,6 +143,18 @@ int mbsri_force_bodies(const mbsr_model *m, mbsr_data *d, const mbsri_force *for
     return view_all(m, d, force, body, MBSRI_DERIVATIVES, joints ? d->q : NULL, d->u);
 }
 
+int mbsri_weigh(const mbsr_model *m, mbsr_data *d, int i)
+{
+    const mbsri_force *force = m->forces.data;
+    int status = MBSR_OK;
+    for (size_t k = 0; k < m->forces.count && !status; ++k, ++force) {
+        if (!mbsri_is_gravity(&force->def)) continue;
+        const int bodies = view_all(m, d, force, i, MBSRI_FORCES, NULL, NULL);
+        status = call(m, d, force, bodies, MBSRI_FORCES, NULL);
+    }
+    return status;
+}
+
 int mbsri_body_elements(const mbsr_model *m, mbsr_data *d)
 {
     const mbsri_force *force = m->forces.data;

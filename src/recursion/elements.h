@@ -12,6 +12,9 @@ int mbsri_forces(const mbsr_model *m, mbsr_data *d, const double *tau);
  * sweeps. */
 int mbsri_joint_elements(const mbsr_model *m, mbsr_data *d, const double *q, const double *u);
 
+/* Adds to f of body i its weight. */
+int mbsri_weigh(const mbsr_model *m, mbsr_data *d, int i);
+
 /* Adds to f and tau what the others exert, gravity left out; reads p, V, M, q, u of the data. */
 int mbsri_body_elements(const mbsr_model *m, mbsr_data *d);
 

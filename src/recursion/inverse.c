@@ -8,30 +8,36 @@
 
 /* reads H, J, kII, M, f, tau of the stages before;  writes A, mu, out = J^T mu - tau.  cost: d^2 +
  * 2 d d_pred + 2 d n. */
+void mbsri_accelerate(const mbsr_model *m, mbsr_data *d, int i, const double *udot)
+{
+    const mbsri_body *b = m->body + i;
+    double *A = d->A + b->v, *mu = d->mu + b->v;
+    /* A_i = -(H_i A_pi + J_i u_i' + kII_i) */
+    mbsri_zero((size_t)b->d, A);
+    mbsri_ax(b->d, b->d_pred, -1.0, d->H + b->dp, d->A + b->pred_v, A);
+    mbsri_ax(b->d, b->n, -1.0, d->J + b->dn, udot, A);
+    for (int k = 0; k < b->d; ++k) A[k] -= d->kII[b->v + (size_t)k];
+    /* mu_i = f_i - M_i A_i, to which the successors add */
+    mbsri_copy((size_t)b->d, d->f + b->v, mu);
+    mbsri_ax(b->d, b->d, -1.0, d->M + b->dd, A, mu);
+}
+
+void mbsri_react(const mbsr_model *m, mbsr_data *d, int i, double *out)
+{
+    const mbsri_body *b = m->body + i;
+    const double *mu = d->mu + b->v;
+    /* J_i^T mu_i - tau_i */
+    for (int k = 0; k < b->n; ++k) out[k] = -d->tau[b->iu + k];
+    mbsri_atx(b->d, b->n, 1.0, d->J + b->dn, mu, out);
+    /* mu_pi -= H_i^T mu_i */
+    mbsri_atx(b->d, b->d_pred, -1.0, d->H + b->dp, mu, d->mu + b->pred_v);
+}
+
 void mbsri_inverse(const mbsr_model *m, mbsr_data *d, const double *udot)
 {
     mbsri_gather(m, udot, d->udot);
-    for (int i = 1; i <= m->bodies; ++i) {
-        const mbsri_body *b = m->body + i;
-        double *A = d->A + b->v, *mu = d->mu + b->v;
-        /* A_i = -(H_i A_pi + J_i u_i' + kII_i) */
-        mbsri_zero((size_t)b->d, A);
-        mbsri_ax(b->d, b->d_pred, -1.0, d->H + b->dp, d->A + b->pred_v, A);
-        mbsri_ax(b->d, b->n, -1.0, d->J + b->dn, d->udot + b->iu, A);
-        for (int k = 0; k < b->d; ++k) A[k] -= d->kII[b->v + (size_t)k];
-        /* mu_i = f_i - M_i A_i, to which the successors add */
-        mbsri_copy((size_t)b->d, d->f + b->v, mu);
-        mbsri_ax(b->d, b->d, -1.0, d->M + b->dd, A, mu);
-    }
+    for (int i = 1; i <= m->bodies; ++i) mbsri_accelerate(m, d, i, d->udot + m->body[i].iu);
     mbsri_zero((size_t)m->root.d, d->mu);
-    for (int i = m->bodies; i >= 1; --i) {
-        const mbsri_body *b = m->body + i;
-        const double *mu = d->mu + b->v;
-        /* J_i^T mu_i - tau_i */
-        for (int k = 0; k < b->n; ++k) d->out[b->iu + k] = -d->tau[b->iu + k];
-        mbsri_atx(b->d, b->n, 1.0, d->J + b->dn, mu, d->out + b->iu);
-        /* mu_pi -= H_i^T mu_i */
-        mbsri_atx(b->d, b->d_pred, -1.0, d->H + b->dp, mu, d->mu + b->pred_v);
-    }
+    for (int i = m->bodies; i >= 1; --i) mbsri_react(m, d, i, d->out + m->body[i].iu);
     d->accelerated = true;
 }

@@ -205,6 +205,25 @@ static int jacobians(const mbsr_model *m, mbsr_data *d, int i)
     return MBSR_OK;
 }
 
+int mbsri_position_of(const mbsr_model *m, mbsr_data *d, int i)
+{
+    const mbsri_body *b = m->body + i;
+    if (b->locks) mbsri_with_held(b, d->q + b->iq, true, d->q_full + b->full);
+    mbsr_joint_args args = mbsri_joint_args(m, d, i, false);
+    args.p = NULL;
+    /* p_i from k(p_i, p_pi, q_i, t) = 0 */
+    int status = b->joint.table->position(&args, d->p + b->p);
+    if (status) return mbsri_joint_failed(m, d, i, status, "position");
+    status = check_finite(m, d, i, b->np, d->p + b->p, "the pose");
+    if (status) return status;
+    /* K, H, J, kI */
+    status = jacobians(m, d, i);
+    if (status) return status;
+    /* M_i(p_i) */
+    mbsri_inertia_mass(b, d->p + b->p, d->M + b->dd);
+    return MBSR_OK;
+}
+
 int mbsri_positions(const mbsr_model *m, mbsr_data *d, double t, const double *q)
 {
     d->stage = MBSRI_STAGE_NONE;
@@ -226,22 +245,33 @@ int mbsri_positions(const mbsr_model *m, mbsr_data *d, double t, const double *q
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
         mbsri_copy((size_t)b->nq, q + b->q, d->q + b->iq);
-        if (b->locks) mbsri_with_held(b, d->q + b->iq, true, d->q_full + b->full);
-        mbsr_joint_args args = mbsri_joint_args(m, d, i, false);
-        args.p = NULL;
-        /* p_i from k(p_i, p_pi, q_i, t) = 0 */
-        status = b->joint.table->position(&args, d->p + b->p);
-        if (status) return mbsri_joint_failed(m, d, i, status, "position");
-        status = check_finite(m, d, i, b->np, d->p + b->p, "the pose");
+        status = mbsri_position_of(m, d, i);
         if (status) return status;
-        /* K, H, J, kI */
-        status = jacobians(m, d, i);
-        if (status) return status;
-        /* M_i(p_i) */
-        mbsri_inertia_mass(b, d->p + b->p, d->M + b->dd);
     }
     d->stage = MBSRI_STAGE_POSITIONS;
     return MBSR_OK;
+}
+
+int mbsri_velocity_of(const mbsr_model *m, mbsr_data *d, int i)
+{
+    const mbsri_body *b = m->body + i;
+    if (b->locks) mbsri_with_held(b, d->u + b->iu, false, d->u_full + b->full);
+    double *V = d->V + b->v, *kII = d->kII + b->v;
+    /* V_i = -(H_i V_pi + J_i u_i + kI_i) */
+    mbsri_zero((size_t)b->d, V);
+    mbsri_ax(b->d, b->d_pred, -1.0, d->H + b->dp, d->V + b->pred_v, V);
+    mbsri_ax(b->d, b->n, -1.0, d->J + b->dn, d->u + b->iu, V);
+    for (int k = 0; k < b->d; ++k) V[k] -= d->kI[b->v + (size_t)k];
+    if (!mbsri_finite((size_t)b->d, V)) return mbsri_report_not_finite(m, d);
+    /* kII_i */
+    const mbsr_joint_args args = mbsri_joint_args(m, d, i, true);
+    mbsri_zero((size_t)b->d, kII);
+    int status = b->joint.table->bias(&args, kII);
+    if (status) return mbsri_joint_failed(m, d, i, status, "bias");
+    if (!unit_K(b)) divide_by_K(b, d, 1, kII);
+    /* gyroscopic force; M_i where it is given by a function */
+    status = mbsri_inertia_velocity(b, d->t, d->p + b->p, V, d->M + b->dd, d->h + b->v);
+    return status ? mbsri_joint_failed(m, d, i, status, "the inertia's function") : MBSR_OK;
 }
 
 int mbsri_velocities(const mbsr_model *m, mbsr_data *d, const double *u)
@@ -256,24 +286,8 @@ int mbsri_velocities(const mbsr_model *m, mbsr_data *d, const double *u)
     mbsri_gather(m, u, d->u);
 
     for (int i = 1; i <= m->bodies; ++i) {
-        const mbsri_body *b = m->body + i;
-        if (b->locks) mbsri_with_held(b, d->u + b->iu, false, d->u_full + b->full);
-        double *V = d->V + b->v, *kII = d->kII + b->v;
-        /* V_i = -(H_i V_pi + J_i u_i + kI_i) */
-        mbsri_zero((size_t)b->d, V);
-        mbsri_ax(b->d, b->d_pred, -1.0, d->H + b->dp, d->V + b->pred_v, V);
-        mbsri_ax(b->d, b->n, -1.0, d->J + b->dn, d->u + b->iu, V);
-        for (int k = 0; k < b->d; ++k) V[k] -= d->kI[b->v + (size_t)k];
-        if (!mbsri_finite((size_t)b->d, V)) return mbsri_report_not_finite(m, d);
-        /* kII_i */
-        const mbsr_joint_args args = mbsri_joint_args(m, d, i, true);
-        mbsri_zero((size_t)b->d, kII);
-        int status = b->joint.table->bias(&args, kII);
-        if (status) return mbsri_joint_failed(m, d, i, status, "bias");
-        if (!unit_K(b)) divide_by_K(b, d, 1, kII);
-        /* gyroscopic force; M_i where it is given by a function */
-        status = mbsri_inertia_velocity(b, d->t, d->p + b->p, V, d->M + b->dd, d->h + b->v);
-        if (status) return mbsri_joint_failed(m, d, i, status, "the inertia's function");
+        const int status = mbsri_velocity_of(m, d, i);
+        if (status) return status;
     }
     d->stage = MBSRI_STAGE_VELOCITIES;
     return MBSR_OK;

@@ -10,6 +10,10 @@
 int mbsri_positions(const mbsr_model *m, mbsr_data *d, double t, const double *q);
 int mbsri_velocities(const mbsr_model *m, mbsr_data *d, const double *u);
 
+/* The same for one body, whose predecessor is done, from q and u of the data. */
+int mbsri_position_of(const mbsr_model *m, mbsr_data *d, int i);
+int mbsri_velocity_of(const mbsr_model *m, mbsr_data *d, int i);
+
 /* q' = G u at the state of mbsri_velocities. */
 int mbsri_coordinate_rates(const mbsr_model *m, mbsr_data *d, double *qdot);
 

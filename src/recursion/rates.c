@@ -118,15 +118,19 @@ static int differences(const mbsr_model *m, mbsr_data *d)
     return status ? status : mbsri_velocities(m, d, d->u_base);
 }
 
+int mbsri_rates_of(const mbsr_model *m, mbsr_data *d, int i)
+{
+    const mbsri_body *b = m->body + i;
+    const int status = analytic_joint(b) ? joint_rates(m, d, i) : MBSR_OK;
+    if (analytic_mass(b))
+        mbsri_inertia_mass_rate(b, d->p + b->p, d->V + b->v, d->M + b->dd, d->Mdot + b->dd);
+    return status;
+}
+
 int mbsri_rates(const mbsr_model *m, mbsr_data *d)
 {
     int status = m->differences ? differences(m, d) : MBSR_OK;
     mbsri_zero((size_t)m->root.d * (size_t)m->root.d, d->Mdot);
-    for (int i = 1; i <= m->bodies && !status; ++i) {
-        const mbsri_body *b = m->body + i;
-        if (analytic_joint(b)) status = joint_rates(m, d, i);
-        if (analytic_mass(b))
-            mbsri_inertia_mass_rate(b, d->p + b->p, d->V + b->v, d->M + b->dd, d->Mdot + b->dd);
-    }
+    for (int i = 1; i <= m->bodies && !status; ++i) status = mbsri_rates_of(m, d, i);
     return status;
 }

@@ -7,6 +7,9 @@
 
 /* Hdot, Jdot, Mdot along the motion of the state at mbsri_velocities. */
 int mbsri_rates(const mbsr_model *m, mbsr_data *d);
+
+/* The same for one body, but for what it leaves to differences. */
+int mbsri_rates_of(const mbsr_model *m, mbsr_data *d, int i);
 bool mbsri_rates_by_differences(const mbsri_body *b);
 
 #endif

@@ -1,0 +1,24 @@
+/* The steps of the momentum form for one body: impulses, their rates, the algebraic equations. The
+ * equations are in forms/momentum.c.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRI_MOMENTUM_STEPS_H
+#define MBSRI_MOMENTUM_STEPS_H
+
+#include "recursion/data.h"
+
+/* Each has what the successors passed on in imp, sigma, impbar of the body, and passes on to the
+ * predecessor's. p, pdot, F: the body's own n numbers. */
+
+/* m and p.  reads M, V, H, J;  writes imp, p. */
+void mbsri_momentum_of(const mbsr_model *m, mbsr_data *d, int i, double *p);
+
+/* p'.  reads imp, f, tau, H, J, their rates, Mdot;  writes sigma, pdot. */
+void mbsri_momentum_rate_of(const mbsr_model *m, mbsr_data *d, int i, double *pdot);
+
+/* ep.  reads p, Mbar, G, kI, H, J;  writes impbar, ep. */
+void mbsri_condense_of(const mbsr_model *m, mbsr_data *d, int i, const double *p);
+
+/* The algebraic equations.  reads ep, e, D, U, H, V, u;  writes F. */
+void mbsri_balance_of(const mbsr_model *m, mbsr_data *d, int i, double *F);
+
+#endif
