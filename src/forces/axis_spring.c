@@ -1,6 +1,7 @@
-/* Linear spring-damper along a coordinate axis: e = p_a[axis] - p_b[axis], force on a: -(c (e -
- * rest) + d e').
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Linear spring-damper along a coordinate axis.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ *   e = p_a[axis] - p_b[axis],   force on a: -(c (e - rest) + d e') */
 #include "forces/columns.h"
 #include "forces/stock.h"
 

@@ -4,11 +4,11 @@
  *
  * Root to leaves, with ep from the momenta (momentum.c) and any zeta,
  *
- *   u_i = D_i^+ (ep_i - J_i^T Mbar_i H_i V_pi) + N_i zeta_i
+ *   u_i = D_i^+ (ep_i - J_i^T Mbar_i H_i V_pi) + N_i zeta_i        has the momenta p
+ *   0   = gamma_i = N_i^T e_i(q, u(zeta), t)                       fixes zeta
  *
- * has the momenta p. gamma_i = N_i^T e_i (q, u(zeta), t) = 0 is solved for zeta. Directions that no
- * force couples form groups; one difference quotient serves a direction of every group at once, and
- * the groups are solved apart. */
+ * Directions that no force couples form groups; one difference quotient serves a direction of every
+ * group at once, and the groups are solved apart. */
 #include "algebra/dense.h"
 #include "algebra/numbers.h"
 #include "base/error.h"
@@ -251,7 +251,8 @@ static void momentum_part(const mbsr_model *m, mbsr_data *d, double *u)
     }
 }
 
-/* du = direction with these weights of the null vectors, root to leaves as Az in recursion/forward.c. */
+/* du = direction with these weights of the null vectors, root to leaves as Az in
+ * recursion/forward.c. */
 static void apply(mbsr_ode *o, const double *weights, double *du)
 {
     const mbsr_model *m = o->m;

@@ -89,11 +89,15 @@ int mbsr_ida_start(mbsr_ida *ida, double t, const double *y, const double *yp)
     return MBSR_OK;
 }
 
-/* First step when none is given: the one whose error of first order, h^2 y'' / 2, is half the
- * tolerance, and at most 1e-3 s. y'' comes from the residual a little later with y' = 0: its first
- * entries, all of q and p, are then -y'. IDA's own choice goes with the first order, h y', and with
- * the way to the first t_end: it is far smaller at tight tolerances, too small for directions that
- * only springs determine, and would make the steps depend on where output is asked for. */
+/* First step h when none is given, at most 1e-3 s: with the norm of the error test, which is 1 at
+ * the tolerance, and a short time s,
+ *
+ *   |h^2 y'' / 2| = 1/2,    y'' = (y'(t + s) - y'(t)) / s
+ *
+ * for q and p, whose y'(t + s) = -F of the residual there with y' = 0. IDA's own choice goes with
+ * the first order, h y', and with the way to the first t_end: far smaller at tight tolerances, too
+ * small for directions that only springs determine, and it would make the steps depend on where
+ * output is asked for. */
 static double first_step(mbsr_ida *ida, double direction)
 {
     static const double longest = 1e-3; /* s */

@@ -194,7 +194,7 @@ static double elastic_defect(const start *s, const double *gamma, double *turned
     return s->damped < s->w.k ? mbsri_largest(s->w.k - s->damped, turned + s->damped) : 0.0;
 }
 
-/* q moved by `step` times the direction in udot, in qdot's place the rates of it. */
+/* q + step q', with q' in qdot that of the direction in udot. */
 static int try_step(start *s, double step, double *defect)
 {
     mbsri_null_space *w = &s->w;

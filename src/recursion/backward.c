@@ -11,8 +11,11 @@
  * machine precision). For a positive semi-definite matrix A, products and differences of its
  * entries are wrong by at most about Diag(A), its diagonal as a matrix; Diag does not depend on
  * units. Each body adds what cancels in Mbar^a_j and in D_j, and errors of a successor arrive as
- * the recursion transports them: d(Mbar^a) = P^T d(Mbar) P with P = I - J D^+ J^T Mbar, and G dD
- * G^T with G = Mbar J D^+:
+ * the recursion transports them,
+ *
+ *   d(Mbar^a) = P^T d(Mbar) P + G dD G^T,   P = I - J D^+ J^T Mbar,   G = Mbar J D^+
+ *
+ * so that
  *
  *   W_i = Diag(Mbar_i) + sum_j H_j^T E_j H_j
  *   E_j = Diag(Mbar_j) + Diag(G_j Diag(J_j^T Diag(Mbar_j) J_j) G_j^T) + P_j^T W_j P_j */

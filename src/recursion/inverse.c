@@ -1,13 +1,13 @@
-/* Inverse dynamics: accelerations (9) root to leaves, equilibrium (11) leaves to root, joint forces
- * J^T mu.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Inverse dynamics: accelerations (9) root to leaves, equilibrium (11) leaves to root, with K = I.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ *   A_i  = -(H_i A_pi + J_i u_i' + kII_i)
+ *   mu_i = f_i - M_i A_i - sum_j H_j^T mu_j,    out_i = J_i^T mu_i - tau_i */
 #include "recursion/inverse.h"
 
 #include "algebra/dense.h"
 #include "model/query.h"
 
-/* reads H, J, kII, M, f, tau of the stages before;  writes A, mu, out = J^T mu - tau.  cost: d^2 +
- * 2 d d_pred + 2 d n. */
 void mbsri_accelerate(const mbsr_model *m, mbsr_data *d, int i, const double *udot)
 {
     const mbsri_body *b = m->body + i;
@@ -33,6 +33,8 @@ void mbsri_react(const mbsr_model *m, mbsr_data *d, int i, double *out)
     mbsri_atx(b->d, b->d_pred, -1.0, d->H + b->dp, mu, d->mu + b->pred_v);
 }
 
+/* reads H, J, kII, M, f, tau of the stages before;  writes A, mu, out.
+ * cost: d^2 + 2 d d_pred + 2 d n. */
 void mbsri_inverse(const mbsr_model *m, mbsr_data *d, const double *udot)
 {
     mbsri_gather(m, udot, d->udot);

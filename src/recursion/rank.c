@@ -8,10 +8,10 @@
  *
  *   S D S = X diag(lambda) X^T,  lambda_k > tolerance: kept (R = S X_kept), else dropped (N)
  *   D^+   = S X_kept diag(1/lambda) X_kept^T S
+ *   I - D^+ D = S X_dropped X_dropped^T S^-1     projects onto the null space, spanned by N
  *
  * S makes the decision the same in all units. D^+ is the Moore-Penrose pseudo-inverse of D in the
- * joint coordinates S^-1 u; the columns of N span the null space of D, and I - D^+ D = S X_dropped
- * X_dropped^T S^-1 projects onto it. */
+ * joint coordinates S^-1 u. */
 #include "recursion/rank.h"
 
 #include "algebra/dense.h"

@@ -1,6 +1,8 @@
-/* Inverse dynamics (recursive Newton-Euler) of the vectorised sweeps: A root to leaves with the
- * force that it takes, S^T of the sums back.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Inverse dynamics (recursive Newton-Euler) of the vectorised sweeps.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ *   A_i   = X A_pi + c + S u',  (L, p)_i = M_i A_i + h_i - loads     root to leaves
+ *   tau_i = S^T sum of (L, p) from i to the leaves, about i          leaves to root */
 #ifndef MBSRI_SWEEPS_INVERSE_H
 #define MBSRI_SWEEPS_INVERSE_H
 

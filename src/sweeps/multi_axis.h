@@ -42,9 +42,10 @@ static double size_of(const double x[8], double area)
 }
 
 /* D <- factors of D = L diag(d) L^T: L below the diagonal, 1 / d on it. Returns a lower bound of
- * the smallest eigenvalue of D scaled to unit diagonal, 0 if D is not positive definite: the
- * product of all is the determinant, and that of the other n - 1, whose sum is below n, at most (n
- * / (n - 1))^(n - 1) < e. */
+ * the smallest eigenvalue of D scaled to unit diagonal, 0 if D is not positive definite: the sum of
+ * the other n - 1 is below n, so that
+ *
+ *   smallest = det / (product of the others) > det / (n / (n - 1))^(n - 1) > det / e */
 static double factorise(int n, double D[6][6])
 {
     double determinant = 1.0, diagonals = 1.0;
@@ -107,7 +108,7 @@ static double open_block(const mbsri_sweep_run *run, int i, const mbsri_carry *c
     return factorise(b->n, multi->factor);
 }
 
-/* ---- full rank, by the bound or by W, as in rank_bound.h; joints of lower rank are for the stages */
+/* ---- full rank, by the bound or by W, as in rank_bound.h; lower ranks are for the stages ---- */
 
 /* Whether least D_kk > clear times the bound of (S^T W S)_kk; then the bound behind the joint, but
  * for the transport through it. */

@@ -1,10 +1,12 @@
 /* The rank of D in the vectorised sweeps.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * What recursion/rank.c decides with W, the first-order size of the rounding errors in Mbar. Mostly a bound
- * is enough, two numbers instead of a matrix: W <= kappa Mbar + spread Lambda with Lambda =
- * diag(L^2, L^2, L^2, 1, 1, 1); docs/performance.md derives it. Where it is not, the sweep starts
- * again with W itself, kept in blocks like Mbar. */
+ * recursion/rank.c decides with W, the first-order size of the rounding errors in Mbar. Mostly a
+ * bound is enough, two numbers instead of a matrix (docs/performance.md derives it):
+ *
+ *   W <= kappa Mbar + spread Lambda,   Lambda = diag(L^2, L^2, L^2, 1, 1, 1)
+ *
+ * Where it is not, the sweep starts again with W itself, kept in blocks like Mbar. */
 #ifndef MBSRI_SWEEPS_RANK_BOUND_H
 #define MBSRI_SWEEPS_RANK_BOUND_H
 

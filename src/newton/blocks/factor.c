@@ -10,9 +10,10 @@
  *   F_u:  L^-1 (d(M u) - dp) = r_u           in the range of each D
  *         L^-1 d(J^T mu - tau) = r_u         in its null space, u' held
  *
- * where M u = J^T m and L^-1 is the backward recursion. The first half of F_u leaves dp = d(M u) -
- * L (1 - P) r_u up to a null part that F_p gives, so that F_p becomes, in the range of D,
+ * where M u = J^T m and L^-1 is the backward recursion. The first half of F_u leaves, up to a null
+ * part that F_p gives, and F_p becomes with it, in the range of D,
  *
+ *   dp = d(M u) - L (1 - P) r_u
  *   c d(M u) - dP = r_p + c L (1 - P) r_u                                                 (a)
  *
  * In the second half L^-1 is got rid of by an unknown du' in the range of D, which moves what the

@@ -1,17 +1,18 @@
-/* Joints of several axes, of prescribed ones, or with a quaternion, in the Newton
- * sweeps.
+/* Joints of several axes, of prescribed ones, or with a quaternion, in the Newton sweeps.
  * SPDX-License-Identifier: BSD-3-Clause
  *
  * Axes l before axis k move it: with h the motion before the whole joint and dq, w for those of the
  * columns,
  *
- *   motion before k = h + sum over l before k of (S_l w_l, S_l du_l + T_l w_l),   T_l = V_after x
- * S_l
- *   forces before k = those at h - sum over l before k of w_l J_l,    J_l = (S_l x* (L, p), S_v x
- * F)
+ *   motion before k = h + sum over l before k of (S_l w_l, S_l du_l + T_l w_l)
+ *   forces before k = those at h - sum over l before k of w_l J_l
+ *   T_l = V_after x S_l,   J_l = (S_l x* (L, p), S_v x F)
  *
- * A quaternion is three columns with one motion before and one after all of them. Its q' = (0, u) q
- * / 2, perturbed by dq = (0, w) q / 2 + lambda q, gives with r = r_q conj(q) / |q|^2
+ * A quaternion is three columns with one motion before and one after all of them. With
+ *
+ *   q' = (0, u) q / 2,   dq = (0, w) q / 2 + lambda q,   r = r_q conj(q) / |q|^2
+ *
+ * its perturbed equation is
  *
  *   c w - u x w / 2 - lambda u = du + 2 r_v,   c lambda + u . w / 4 = r_s
  *
