@@ -12,7 +12,8 @@
  * moments); 0: none. The model refers to *s. */
 mbsr_model *build_model(stiff_model *s, int plane, double replacement);
 
-/* A consistent state y, y' of the momentum form at t = 0, from rest in the description's position. */
+/* A consistent state y, y' of the momentum form at t = 0, from rest in the description's
+ * position. */
 void build_start(const stiff_model *s, const mbsr_model *model, mbsr_data *data, double *y,
                  double *yp);
 

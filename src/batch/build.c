@@ -38,8 +38,8 @@ static bool is_identity(const mbsr_frame *frame)
 }
 
 /* A step's body: its kind, coordinates (counted by *moved where they are prescribed) and the frame
- * that it moves; *frame is where the last step
- * left the running frame, then the running frame in that of this step. */
+ * that it moves; *frame is where the last step left the running frame, then the running frame in
+ * that of this step. */
 static void place_step(const mbsri_joint *joint, int step, const mbsri_sweep_body *whole,
                        mbsr_frame *frame, int *moved, mbsri_sweep_body *b)
 {

@@ -1,5 +1,5 @@
-/* The sweeps over a tree at several states side by side; compiled by batch_*.c for different
- * processors, each with its own MBSRI_LANES.
+/* The sweeps over a tree at several states side by side; compiled by kernels_*.c for
+ * different processors, each with its own MBSRI_LANES.
  * SPDX-License-Identifier: BSD-3-Clause
  *
  * Symbols and equations are those of sweeps/motion.h. */
@@ -417,7 +417,7 @@ static unsigned forward(const mbsri_batch_run *run)
     return set_of(served & clear);
 }
 
-/* ---- inverse dynamics: A root to leaves with the force that it takes, S^T of the sums back ---- */
+/* ---- inverse dynamics: F = M A + h root to leaves, S^T (sum of F to the leaves) back ---- */
 
 /* (L, p) = M A + gyroscopic force, in the place of the column. */
 MBSRI_INLINE void own_load(const mbsri_sweep_body *b, body_state *s, vec A_w, vec A_v)

@@ -1,4 +1,4 @@
-/* The (q, u) forms: y = (q, u),
+/* The (q, u) forms: y = (q, u).
  * SPDX-License-Identifier: BSD-3-Clause
  *
  *   0 = q' - G u

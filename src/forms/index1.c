@@ -17,8 +17,8 @@
  *         - J_i (y_i - delta_i - G_i^T H_i Y_pi)
  *   y_i = S N_i' zeta_i + S N_i (N_i'^T S^-1 w_i + N_i^T S^-1 delta_i)
  *
- * where w0 is the load on the joint with the known accelerations, as in recursion/forward.c. bases.c makes X
- * a smooth function of the state and gives X', G'. */
+ * where w0 is the load on the joint with the known accelerations, w of recursion/forward.c. bases.c
+ * makes X a smooth function of the state and gives X', G'. */
 #include "algebra/dense.h"
 #include "base/error.h"
 #include "dynamics/entry.h"

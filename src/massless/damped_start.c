@@ -1,4 +1,4 @@
-/* A consistent start in O(N): see start.h.
+/* A consistent start in O(N): see damped_start.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
  * The algebraic equations F_u(t, q, p, u) = 0 of the momentum form fix u for given q and p where
@@ -9,6 +9,7 @@
  *
  * Along a direction that a spring alone holds, du grows with c, while what dampers hold stays and
  * what masses hold shrinks. Two solutions with c and 100 c tell.
+ *
  * Then u' is the third part of the solution (q', p', u') of dF_u/dy y' = -dF_u/dt: of the Newton
  * system whose r_q and r_p are chosen so that dq = q' and dp = p'. */
 #include "massless/damped_start.h"

@@ -11,8 +11,8 @@
  * and the momenta held, and finds u' (nu). *served: false where springs alone, or nothing, fix some
  * direction, elements across the tree are too many, or the iteration does not converge: the caller
  * has to try otherwise, and u and the error of the data are as they were. Of info, writes
- * iterations. Takes memory from the model's allocator. Returns MBSR_ERR_NO_MEMORY,
- * what callbacks returned, and the like. */
+ * iterations. Takes memory from the model's allocator. Returns MBSR_ERR_NO_MEMORY, what callbacks
+ * returned, and the like. */
 int mbsri_damped_start(const mbsr_model *m, mbsr_data *d, double t, const double *q, double *u,
                        double *udot, const mbsr_consistent_opt *opt, mbsr_consistent_info *info,
                        bool *served);

@@ -24,8 +24,8 @@ enum { LOW = MBSRI_LOWEST_DECADE, Q_HIGH = 1, U_HIGH = MBSRI_HIGHEST_DECADE, NEA
 static const double rounding = 1e3 * DBL_EPSILON;
 
 /* Sizes of what is added up to fbar + Mbar kII, without cancellation: |f|, the bias forces with
- * what was added up to Mbar (W, recursion/backward.c), and what successors pass on. reads f, tau, kII, W, J,
- * G, H;  writes Az. */
+ * what was added up to Mbar (W, recursion/backward.c), and what successors pass on.
+ * reads f, tau, kII, W, J, G, H;  writes Az. */
 static void gross_forces(const mbsr_model *m, mbsr_data *d)
 {
     double *gross = d->Az;

@@ -5,8 +5,8 @@
 
 #include "massless/null_space.h"
 
-/* C and S at a state by central differences; the basis stays. Forces are evaluated
- * at up to ten times the positions and 10^6 times the velocities of the state. */
+/* C and S at a state by central differences; the basis stays. Forces are evaluated at up to ten
+ * times the positions and 10^6 times the velocities of the state. */
 int mbsri_null_slopes(mbsri_null_space *w, double t, const double *q, const double *u);
 
 #endif

@@ -12,63 +12,63 @@
  * Mbar is K^T Mbar K; D, tau and the residuals are the same with and without. */
 /* clang-format off */
 #define MBSRI_DATA_ARRAYS(ARRAY)                                                                   \
-    ARRAY(q, m->nq)                /* nq        joint positions, as swept           positions */   \
-    ARRAY(q_full, m->size_full)    /* joint.n   with those held, where some are     positions */   \
-    ARRAY(u_full, m->size_full)    /* joint.n                                       velocities */  \
-    ARRAY(u, m->nu)                /* nu        joint velocities, as swept          velocities */  \
-    ARRAY(p, m->size_p)            /* np        pose (7)                            positions */   \
-    ARRAY(Kinv, m->size_k)         /* d x d     K^-1, where K is not the unit matrixpositions */   \
-    ARRAY(H, m->size_dp)           /* d x d_pred                                    positions */   \
-    ARRAY(J, m->size_dn)           /* d x n                                         positions */   \
-    ARRAY(kI, m->size_v)           /* d                                             positions */   \
-    ARRAY(M, m->size_dd)           /* d x d     body mass matrix                    positions */   \
-    ARRAY(V, m->size_v)            /* d         velocity (8)                        velocities */  \
-    ARRAY(kII, m->size_v)          /* d                                             velocities */  \
-    ARRAY(h, m->size_v)            /* d         gyroscopic force                    velocities */  \
-    ARRAY(f, m->size_v)            /* d         applied and gyroscopic forces       forces */      \
-    ARRAY(tau, m->nu)              /* n         joint forces                        forces */      \
-    ARRAY(Mbar, m->size_dd)        /* d x d     (17a)                               backward */    \
-    ARRAY(W, m->size_dd)           /* d x d     scale of the rounding errors in Mbarbackward */    \
-    ARRAY(fbar, m->size_v)         /* d         (17b)                               backward */    \
-    ARRAY(D, m->size_nn)           /* n x n     J^T Mbar J                          backward */    \
-    ARRAY(Dinv, m->size_nn)        /* n x n     its pseudo-inverse                  backward */    \
-    ARRAY(X, m->size_nn)           /* n x n     eigenvectors of S D S, range first  backward */    \
-    ARRAY(s, m->nu)                /* n         S = diag(s)                         backward */    \
-    ARRAY(lambda, m->nu)           /* n         eigenvalues of S D S, descending    backward */    \
-    ARRAY(U, m->size_dn)           /* d x n     Mbar J                              backward */    \
-    ARRAY(G, m->size_dn)           /* d x n     Mbar J D^+                          backward */    \
-    ARRAY(e, m->nu)                /* n         tau - J^T (fbar + Mbar kII)         backward */    \
-    ARRAY(scale, (size_t)m->bodies + 1) /* 1    largest entry of diag(J^T W J)      backward */ \
-    ARRAY(A, m->size_v)            /* d         acceleration (9), its known part    inverse */     \
-    ARRAY(Az, m->size_v)           /* d         part of null accelerations          forward */     \
-    ARRAY(mu, m->size_v)           /* d         joint reaction                      inverse */    \
-    ARRAY(vec, m->nu)              /* n         null accelerations                  forward */     \
-    ARRAY(Hdot, m->size_dp)        /* d x d_predrate of H along the motion          rates */       \
-    ARRAY(Jdot, m->size_dn)        /* d x n     rate of J                           rates */       \
-    ARRAY(Mdot, m->size_dd)        /* d x d     rate of M                           rates */       \
-    ARRAY(qdot, m->nq)             /* nq        q' = G u, as the caller's q         rates */       \
-    ARRAY(udot, m->nu)             /* n         u' in the order of the sweeps       inverse, forward */ \
-    ARRAY(out, m->nu)              /* n         a result in that order              inverse, forward */ \
-    ARRAY(q_base, m->nq)           /* nq        the caller's q while displaced      rates */       \
-    ARRAY(u_base, m->nu)           /* nu        the caller's u, likewise            rates */       \
-    ARRAY(q_moved, m->nq)          /* nq        the displaced q                     rates */       \
-    ARRAY(imp, m->size_v)          /* d         joint impulse m                     momentum */    \
-    ARRAY(sigma, m->size_v)        /* d         its rate but for the reaction       momentum */    \
-    ARRAY(impbar, m->size_v)       /* d         (17b) for momenta                   momentum */    \
-    ARRAY(ep, m->nu)               /* n         p - J^T (impbar + Mbar kI)          momentum */    \
-    ARRAY(w, m->nu)                /* n         index-1 velocities before X         index1 */      \
-    ARRAY(Y, m->size_v)            /* d         Vz' - Az                            index1 */      \
-    ARRAY(Mbardot, m->size_dd)     /* d x d     rate of Mbar                        index1 */      \
-    ARRAY(Gdot, m->size_dn)        /* d x n     rate of G                           index1 */      \
-    ARRAY(Xdot, m->size_nn)        /* n x n     rate of X                           index1 */      \
-    ARRAY(s_frame, m->nu)          /* n         S of the reference                  frame */       \
-    ARRAY(X_frame, m->size_nn)     /* n x n     X of the reference                  frame */       \
-    ARRAY(u_given, m->nu)          /* nu        the caller's u, found from v        index1 */      \
-    ARRAY(v_given, m->nu)          /* nu        the caller's v                      index1 */      \
-    ARRAY(q_last, m->nq)           /* nq        the caller's q of a pending evaluation sweeps */     \
-    ARRAY(u_last, m->nu)           /* nu        u                                   sweeps */        \
-    ARRAY(load_last, m->nu)        /* nu        tau, or for inverse dynamics u'     sweeps */        \
-    ARRAY(sincos, sincos_size(m)) /* 2 a coordinate                           sweeps */        \
+    ARRAY(q, m->nq)             /* nq         joint positions, as swept             positions */   \
+    ARRAY(q_full, m->size_full) /* joint.n    with those held, where some are       positions */   \
+    ARRAY(u_full, m->size_full) /* joint.n                                          velocities */  \
+    ARRAY(u, m->nu)             /* nu         joint velocities, as swept            velocities */  \
+    ARRAY(p, m->size_p)         /* np         pose (7)                              positions */   \
+    ARRAY(Kinv, m->size_k)      /* d x d      K^-1, where K is not the unit matrix  positions */   \
+    ARRAY(H, m->size_dp)        /* d x d_pred                                       positions */   \
+    ARRAY(J, m->size_dn)        /* d x n                                            positions */   \
+    ARRAY(kI, m->size_v)        /* d                                                positions */   \
+    ARRAY(M, m->size_dd)        /* d x d      body mass matrix                      positions */   \
+    ARRAY(V, m->size_v)         /* d          velocity (8)                          velocities */  \
+    ARRAY(kII, m->size_v)       /* d                                                velocities */  \
+    ARRAY(h, m->size_v)         /* d          gyroscopic force                      velocities */  \
+    ARRAY(f, m->size_v)         /* d          applied and gyroscopic forces         forces */      \
+    ARRAY(tau, m->nu)           /* n          joint forces                          forces */      \
+    ARRAY(Mbar, m->size_dd)     /* d x d      (17a)                                 backward */    \
+    ARRAY(W, m->size_dd)        /* d x d      size of the rounding errors in Mbar   backward */    \
+    ARRAY(fbar, m->size_v)      /* d          (17b)                                 backward */    \
+    ARRAY(D, m->size_nn)        /* n x n      J^T Mbar J                            backward */    \
+    ARRAY(Dinv, m->size_nn)     /* n x n      its pseudo-inverse                    backward */    \
+    ARRAY(X, m->size_nn)        /* n x n      eigenvectors of S D S, range first    backward */    \
+    ARRAY(s, m->nu)             /* n          S = diag(s)                           backward */    \
+    ARRAY(lambda, m->nu)        /* n          eigenvalues of S D S, descending      backward */    \
+    ARRAY(U, m->size_dn)        /* d x n      Mbar J                                backward */    \
+    ARRAY(G, m->size_dn)        /* d x n      Mbar J D^+                            backward */    \
+    ARRAY(e, m->nu)             /* n          tau - J^T (fbar + Mbar kII)           backward */    \
+    ARRAY(scale, (size_t)m->bodies + 1) /* 1  largest entry of diag(J^T W J)        backward */    \
+    ARRAY(A, m->size_v)         /* d          acceleration (9), its known part      inverse */     \
+    ARRAY(Az, m->size_v)        /* d          part of null accelerations            forward */     \
+    ARRAY(mu, m->size_v)        /* d          joint reaction                        inverse */     \
+    ARRAY(vec, m->nu)           /* n          null accelerations                    forward */     \
+    ARRAY(Hdot, m->size_dp)     /* d x d_pred rate of H along the motion            rates */       \
+    ARRAY(Jdot, m->size_dn)     /* d x n      rate of J                             rates */       \
+    ARRAY(Mdot, m->size_dd)     /* d x d      rate of M                             rates */       \
+    ARRAY(qdot, m->nq)          /* nq         q' = G u, as the caller's q           rates */       \
+    ARRAY(udot, m->nu)          /* n          u' in the order of the sweeps   inverse, forward */  \
+    ARRAY(out, m->nu)           /* n          a result in that order          inverse, forward */  \
+    ARRAY(q_base, m->nq)        /* nq         the caller's q while displaced        rates */       \
+    ARRAY(u_base, m->nu)        /* nu         the caller's u, likewise              rates */       \
+    ARRAY(q_moved, m->nq)       /* nq         the displaced q                       rates */       \
+    ARRAY(imp, m->size_v)       /* d          joint impulse m                       momentum */    \
+    ARRAY(sigma, m->size_v)     /* d          its rate but for the reaction         momentum */    \
+    ARRAY(impbar, m->size_v)    /* d          (17b) for momenta                     momentum */    \
+    ARRAY(ep, m->nu)            /* n          p - J^T (impbar + Mbar kI)            momentum */    \
+    ARRAY(w, m->nu)             /* n          index-1 velocities before X           index1 */      \
+    ARRAY(Y, m->size_v)         /* d          Vz' - Az                              index1 */      \
+    ARRAY(Mbardot, m->size_dd)  /* d x d      rate of Mbar                          index1 */      \
+    ARRAY(Gdot, m->size_dn)     /* d x n      rate of G                             index1 */      \
+    ARRAY(Xdot, m->size_nn)     /* n x n      rate of X                             index1 */      \
+    ARRAY(s_frame, m->nu)       /* n          S of the reference                    frame */       \
+    ARRAY(X_frame, m->size_nn)  /* n x n      X of the reference                    frame */       \
+    ARRAY(u_given, m->nu)       /* nu         the caller's u, found from v          index1 */      \
+    ARRAY(v_given, m->nu)       /* nu         the caller's v                        index1 */      \
+    ARRAY(q_last, m->nq)        /* nq         the caller's q, evaluation pending    sweeps */      \
+    ARRAY(u_last, m->nu)        /* nu         u                                     sweeps */      \
+    ARRAY(load_last, m->nu)     /* nu         tau, or for inverse dynamics u'       sweeps */      \
+    ARRAY(sincos, sincos_size(m)) /* 2 a coordinate                                 sweeps */      \
     ARRAY(scratch, scratch_size(m))
 
 /* What is left of them in lean data. */

@@ -92,9 +92,10 @@ typedef struct mbsri_sweep_state {
 } mbsri_sweep_state;
 MBSRI_CHECK_LAYOUT(mbsri_sweep_state);
 
-/* Mbar, p and a bound of rounding errors on the way to the predecessor. With V = (omega, v):
- *   Mbar = [I G^T; G M],  force = Mbar A + (L, p);  W <= kappa Mbar + spread Lambda (recursion/rank.c, and
- * docs/performance.md) */
+/* Mbar, p and a bound of rounding errors (rank_bound.h) on the way to the predecessor. With V =
+ * (omega, v):
+ *
+ *   Mbar = [I G^T; G M],   force = Mbar A + (L, p),   W <= kappa Mbar + spread Lambda */
 typedef struct mbsri_carry {
     double I[12], G[12], M[12], L[4], p[4];
     double kappa, spread;
@@ -133,7 +134,7 @@ typedef struct mbsri_sweeps {
 /* What force elements exert on a body, about the origin of its frame; body_forces only. */
 typedef struct mbsri_sweep_load {
     double r[4];   /* that origin in the world, m; the angle of a PLANAR body */
-    double arm[4]; /* from there to the origin of the body\'s own frame */
+    double arm[4]; /* from there to the origin of the body's own frame */
     double L[4], p[4];
 } mbsri_sweep_load;
 

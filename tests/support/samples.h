@@ -33,8 +33,8 @@ sample sample_make(int k, test_rng *rng);
 /* The body in the predecessor: A, the steps, and back along B. */
 transform sample_pose(const sample *s, const double *q, double t);
 
-/* A smooth function of t and its derivatives; prescribed coordinate k follows number SAMPLE_DRIVEN +
- * k. */
+/* A smooth function of t and its derivatives; prescribed coordinate k follows number
+ * SAMPLE_DRIVEN + k. */
 enum { SAMPLE_DRIVEN = 7 };
 double sample_wave(int k, double t, int derivative);
 

@@ -130,8 +130,7 @@ static bool is_zero(const mbsr_force_derivatives *by, int row, int rows, int col
 }
 
 /* Of the derivatives of an element, what forces on body i (the k-th) owe to body j (the l-th);
- * false: those of bodies and of joints
- * mix. */
+ * false: those of bodies and of joints mix. */
 static bool add_block(mbsri_newton_sweeps *w, const mbsri_force *force, int i, int k, int j, int l)
 {
     const mbsr_model *m = w->model;

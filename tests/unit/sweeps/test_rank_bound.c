@@ -1,6 +1,6 @@
-/* The bound of rounding errors that the vectorised sweeps carry, two numbers, against the matrix W that
- * it bounds: W <= kappa Mbar + spread Lambda behind every joint and at every predecessor, and the
- * same ranks (docs/performance.md). The steps are those of the sweeps, which are compiled here.
+/* The bound of rounding errors that the vectorised sweeps carry, two numbers, against the matrix W
+ * that it bounds: W <= kappa Mbar + spread Lambda behind every joint and at every predecessor, and
+ * the same ranks (docs/performance.md). The steps are those of the sweeps, which are compiled here.
  * SPDX-License-Identifier: BSD-3-Clause */
 #if defined(__GNUC__)
 #pragma GCC diagnostic ignored "-Wpsabi" /* vectors are arguments of inlined functions only */

@@ -1,5 +1,5 @@
-/* The vectorised sweeps of rigid bodies in space against the stages, which know nothing of them, for
- * every kind of processor that this machine can run.
+/* The vectorised sweeps of rigid bodies in space against the stages, which know nothing of them,
+ * for every kind of processor that this machine can run.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "expect.h"
 #include "sweeps/build.h"
