@@ -3,6 +3,7 @@
 #ifndef MBSRI_SWEEPS_BACKWARD_H
 #define MBSRI_SWEEPS_BACKWARD_H
 
+#include "sweeps/block_bound.h"
 #include "sweeps/carry.h"
 #include "sweeps/multi_axis.h"
 #include "sweeps/rank_bound.h"
@@ -71,12 +72,55 @@ MBSRI_INLINE void start_back(const mbsri_sweep_run *run, back *at)
     at->noise_top = run->noise;
 }
 
-/* Past body i; false: its rank is not clear. */
-MBSRI_INLINE bool pass_body(const mbsri_sweep_run *run, int i, bool exact, back *at)
+/* Through a body of another kind, which reads and leaves the carry of its predecessor's point. */
+MBSRI_OUTLINE bool pass_block(const mbsri_sweep_run *run, int i, bool exact, back *at)
+{
+    _Alignas(32) mbsri_carry c, W;
+    memset(&c, 0, sizeof c);
+    memset(&W, 0, sizeof W);
+    if (!exact && run->tree->body[i].flags & MBSRI_BOUNDED) {
+        mbsri_block_before_bound(run, i);
+        if (!pass_bounded(run, i)) return false;
+        mbsri_block_after_bound(run, i, &c);
+    } else if (!mbsri_block_backward(run, i, exact, &c, &W)) {
+        return false;
+    }
+    from_memory(&c, &at->c);
+    if (exact) from_memory(&W, &at->W);
+    return true;
+}
+
+MBSRI_OUTLINE void give_to_block(const mbsri_sweep_run *run, int i, bool exact, const back *at)
+{
+    _Alignas(32) mbsri_carry c, W;
+    to_memory(&at->c, &c);
+    if (exact) to_memory(&at->W, &W);
+    mbsri_block_receive(run, run->tree->body[i].parent, &c, exact ? &W : NULL);
+}
+
+/* To the predecessor, whose carry this is. */
+MBSRI_INLINE void hand_on(int flags, bool exact, back *at)
+{
+    if (flags & MBSRI_NEXT) return;
+    const bool opens = (flags & MBSRI_OPENS) != 0;
+    if (!opens) add(--at->top, &at->c);
+    to_memory(&at->c, at->top++);
+    if (!exact) return;
+    if (!opens) add(--at->noise_top, &at->W);
+    to_memory(&at->W, at->noise_top++);
+}
+
+/* Past body i; false: its rank is not clear. any: there are blocks. */
+MBSRI_INLINE bool pass_body(const mbsri_sweep_run *run, int i, bool exact, bool any, back *at)
 {
     const mbsri_sweep_body *b = run->tree->body + i;
     const int flags = b->flags;
     blocks *c = &at->c, *W = &at->W;
+    if (any && flags & MBSRI_BLOCK) {
+        if (!pass_block(run, i, exact, at)) return false;
+        if (!(flags & MBSRI_TO_BLOCK)) hand_on(flags, exact, at);
+        return true;
+    }
     if (flags & MBSRI_LEAF) clear(c);
     if (exact && flags & MBSRI_LEAF) clear(W);
     if (flags & MBSRI_BRANCHES) add(--at->top, c);
@@ -93,29 +137,26 @@ MBSRI_INLINE bool pass_body(const mbsri_sweep_run *run, int i, bool exact, back 
         translate(rho, W);
     else
         c->spread *= stretch(run, i);
-    if (flags & MBSRI_NEXT) return true;
-    const bool opens = (flags & MBSRI_OPENS) != 0;
-    if (!opens) add(--at->top, c);
-    to_memory(c, at->top++);
-    if (!exact) return true;
-    if (!opens) add(--at->noise_top, W);
-    to_memory(W, at->noise_top++);
+    if (any && flags & MBSRI_TO_BLOCK) give_to_block(run, i, exact, at);
+    hand_on(flags, exact, at);
     return true;
 }
 
-MBSRI_INLINE bool sweep_back(const mbsri_sweep_run *run, bool exact)
+MBSRI_INLINE bool sweep_back(const mbsri_sweep_run *run, bool exact, bool any)
 {
     back at;
     start_back(run, &at);
+    if (any) mbsri_block_open(run);
     for (int i = run->tree->bodies; i >= 1; --i) {
-        if (!pass_body(run, i, exact, &at)) return false;
+        if (!pass_body(run, i, exact, any, &at)) return false;
     }
     return true;
 }
 
 MBSRI_OUTLINE bool backward(const mbsri_sweep_run *run)
 {
-    return sweep_back(run, false) || sweep_back(run, true);
+    if (run->tree->blocks > 0) return sweep_back(run, false, true) || sweep_back(run, true, true);
+    return sweep_back(run, false, false) || sweep_back(run, true, false);
 }
 
 #endif

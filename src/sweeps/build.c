@@ -6,18 +6,29 @@
 #include "base/memory.h"
 #include "forces/gravity.h"
 #include "joints/chain.h"
+#include "recursion/rates.h"
 
 #include <math.h>
 #include <stdint.h>
 #include <string.h>
 
-static bool served(const mbsr_model *m, int bodies)
+/* How many bodies are blocks; all of them: the sweeps have nothing to do. */
+static int count_blocks(const mbsr_model *m, int bodies)
 {
-    if (m->root.space == MBSR_SPACE_GENERAL) return false;
+    int count = 0;
+    for (int i = 1; i <= bodies; ++i) count += !mbsri_embeds(m, bodies, i);
+    return count;
+}
+
+/* Whether the bound of rounding errors may serve some block, or there are no bodies at all. */
+static bool any_bounded(const mbsr_model *m, int bodies)
+{
     for (int i = 1; i <= bodies; ++i) {
-        if (!mbsri_embeds(m, bodies, i)) return false;
+        const mbsri_body *b = m->body + i;
+        if (b->joint.space != MBSR_SPACE_GENERAL && b->pred_space != MBSR_SPACE_GENERAL)
+            return true;
     }
-    return true;
+    return bodies == 0 && m->root.space != MBSR_SPACE_GENERAL;
 }
 
 /* ---- constants of the bodies ---- */
@@ -51,8 +62,9 @@ static mbsr_frame frame_in_body(const mbsri_joint *joint)
     return mbsr_frame_product(&B, &turned);
 }
 
-static mbsr_frame frame_of_body(const mbsr_model *m, int i)
+static mbsr_frame frame_of_body(const mbsri_sweeps *tree, const mbsr_model *m, int i)
 {
+    if (tree->body[i].flags & MBSRI_BLOCK) return mbsr_frame_identity();
     double param[MBSRI_EMBED_PARAMS];
     const mbsri_joint chain = mbsri_embedded_joint(m->body + i, param);
     return frame_in_body(&chain);
@@ -103,6 +115,21 @@ static void place_inertia(const mbsr_inertia *given, const mbsr_frame *in_body, 
     if (largest == 0.0) b->flags |= MBSRI_MASSLESS;
 }
 
+static void place_block(mbsri_sweeps *tree, const mbsr_model *m, int i)
+{
+    const mbsri_body *body = m->body + i;
+    tree->body[i] = (mbsri_sweep_body){.parent = body->parent,
+                                       .q = body->iq,
+                                       .u = body->iu,
+                                       .n = body->n,
+                                       .spread = 1.0,
+                                       .flags = MBSRI_BLOCK | MBSRI_SHARP};
+    if (body->joint.space != MBSR_SPACE_GENERAL && body->pred_space != MBSR_SPACE_GENERAL)
+        tree->body[i].flags |= MBSRI_BOUNDED;
+    tree->block_of[tree->blocks++] = i;
+    tree->rates = tree->rates && !mbsri_rates_by_differences(body);
+}
+
 static void place_body(mbsri_sweeps *tree, const mbsr_model *m, int i)
 {
     const mbsri_body *body = m->body + i;
@@ -116,7 +143,7 @@ static void place_body(mbsri_sweeps *tree, const mbsr_model *m, int i)
         .parent = body->parent, .q = body->iq, .u = body->iu, .n = body->n, .spread = 1.0};
     if (body->joint.space != MBSR_SPACE_SPATIAL) b->flags |= MBSRI_PLANE;
     mbsr_frame pred = mbsr_frame_identity();
-    if (body->parent > 0) pred = frame_of_body(m, body->parent);
+    if (body->parent > 0) pred = frame_of_body(tree, m, body->parent);
     pred = mbsr_frame_inverse(&pred);
     if (simple) {
         const mbsr_frame rest = frame_at_rest(joint, &in_body);
@@ -157,9 +184,10 @@ static void place_inertias(mbsri_sweeps *tree, const mbsr_model *m)
         const mbsri_body *body = m->body + i;
         mbsri_sweep_body *b = tree->body + i;
         const double stretch = 1.0 + mbsri_norm3(b->x) / tree->length;
-        const mbsr_inertia inertia = mbsri_embedded_inertia(body, tree->length);
-        const mbsr_frame in_body = frame_of_body(m, i);
+        const mbsr_frame in_body = frame_of_body(tree, m, i);
         b->spread = stretch * stretch;
+        if (!mbsri_embeds_inertia(body)) continue; /* of a block */
+        const mbsr_inertia inertia = mbsri_embedded_inertia(body, tree->length);
         place_inertia(&inertia, &in_body, tree->length, b);
     }
 }
@@ -176,15 +204,23 @@ static void place_angles(mbsri_sweeps *tree)
     tree->angles = last < 0 ? 0 : last + 1 - tree->first_angle;
 }
 
-/* How the backward sweep hands Mbar on: to the body before, or through the stack. */
+/* How the backward sweep hands Mbar on: to the body before, or through the stack; blocks keep what
+ * they get in arrays of their own. */
 static void place_hand_overs(mbsri_sweeps *tree)
 {
     int waiting = 0;
-    for (int i = 0; i <= tree->bodies; ++i) tree->body[i].flags |= MBSRI_LEAF;
+    for (int i = 0; i <= tree->bodies; ++i) {
+        if (!(tree->body[i].flags & MBSRI_BLOCK)) tree->body[i].flags |= MBSRI_LEAF;
+    }
     for (int i = tree->bodies; i >= 1; --i) {
         mbsri_sweep_body *b = tree->body + i, *pred = tree->body + b->parent;
         const bool last = (pred->flags & MBSRI_LEAF) != 0;
         if (b->flags & MBSRI_BRANCHES) --waiting;
+        if (pred->flags & MBSRI_BLOCK) {
+            b->flags |= MBSRI_NEXT | MBSRI_TO_BLOCK;
+            if (!(b->flags & MBSRI_SHARP)) pred->flags &= ~MBSRI_SHARP;
+            continue;
+        }
         if (b->parent == 0 || b->parent == i - 1) {
             b->flags |= MBSRI_NEXT;
         } else if (last) {
@@ -210,6 +246,7 @@ static void mark_loaded(mbsri_sweeps *tree, const mbsr_model *m, const mbsri_for
 static void collect_forces(mbsri_sweeps *tree, const mbsr_model *m)
 {
     const mbsri_force *force = m->forces.data;
+    tree->body_forces = tree->blocks > 0;
     for (size_t k = 0; k < m->forces.count; ++k, ++force) {
         const unsigned flags = force->def.table->flags;
         if (mbsri_is_gravity(&force->def)) {
@@ -231,7 +268,7 @@ static bool place_own_frames(mbsri_sweeps *tree, const mbsr_model *m)
     tree->own = mbsri_allocate(&m->allocator, ((size_t)tree->bodies + 1) * sizeof *tree->own);
     if (!tree->own) return false;
     for (int i = 1; i <= tree->bodies; ++i) {
-        const mbsr_frame in_body = frame_of_body(m, i), own = mbsr_frame_inverse(&in_body);
+        const mbsr_frame in_body = frame_of_body(tree, m, i), own = mbsr_frame_inverse(&in_body);
         memcpy(tree->own[i].R, own.R, sizeof own.R);
         memcpy(tree->own[i].x, own.x, sizeof own.x);
         mbsri_embedded_angle(m->body + i, &tree->own[i].angle, &tree->own[i].coordinate);
@@ -247,26 +284,40 @@ static const mbsri_sweep_kernels *choose_kernels(void)
     return &mbsri_sweeps_base;
 }
 
-bool mbsri_sweeps_build(mbsr_model *m, int bodies)
+static bool allocate(mbsri_sweeps *tree, const mbsr_model *m, int bodies, int blocks)
 {
-    if (!served(m, bodies)) return true;
     int multi = 0;
-    for (int i = 1; i <= bodies; ++i) multi += !is_simple_body(m, i);
-    mbsri_sweeps *tree = mbsri_allocate(&m->allocator, sizeof *tree);
-    if (!tree) return false;
-    *tree = (mbsri_sweeps){
-        .bodies = bodies, .clear = 10.0 * m->rank_tolerance, .kernels = choose_kernels()};
-    m->sweeps = tree;
+    for (int i = 1; i <= bodies; ++i) multi += mbsri_embeds(m, bodies, i) && !is_simple_body(m, i);
     tree->block = mbsri_allocate(&m->allocator, ((size_t)bodies + 1) * sizeof *tree->body + 64);
     tree->joint = mbsri_allocate(&m->allocator, (size_t)multi * sizeof *tree->joint);
-    if (!tree->block || !tree->joint) {
+    tree->block_of = mbsri_allocate(&m->allocator, (size_t)blocks * sizeof *tree->block_of);
+    return tree->block && tree->joint && tree->block_of;
+}
+
+bool mbsri_sweeps_build(mbsr_model *m, int bodies)
+{
+    const int blocks = count_blocks(m, bodies);
+    if (blocks == bodies && !any_bounded(m, bodies)) return true;
+    mbsri_sweeps *tree = mbsri_allocate(&m->allocator, sizeof *tree);
+    if (!tree) return false;
+    *tree = (mbsri_sweeps){.bodies = bodies,
+                           .clear = 10.0 * m->rank_tolerance,
+                           .rates = true,
+                           .kernels = choose_kernels()};
+    m->sweeps = tree;
+    if (!allocate(tree, m, bodies, blocks)) {
         mbsri_sweeps_release(m);
         return false;
     }
     const uintptr_t above = (uintptr_t)tree->block % 64;
     tree->body = (void *)((unsigned char *)tree->block + (above ? 64 - above : 0));
     memset(tree->body, 0, sizeof *tree->body);
-    for (int i = 1; i <= bodies; ++i) place_body(tree, m, i);
+    for (int i = 1; i <= bodies; ++i) {
+        if (mbsri_embeds(m, bodies, i))
+            place_body(tree, m, i);
+        else
+            place_block(tree, m, i);
+    }
     place_inertias(tree, m);
     place_angles(tree);
     place_hand_overs(tree);
@@ -281,6 +332,7 @@ void mbsri_sweeps_release(mbsr_model *m)
     if (!m->sweeps) return;
     mbsri_release(&m->allocator, m->sweeps->block);
     mbsri_release(&m->allocator, m->sweeps->joint);
+    mbsri_release(&m->allocator, m->sweeps->block_of);
     mbsri_release(&m->allocator, m->sweeps->own);
     mbsri_release(&m->allocator, m->sweeps);
     m->sweeps = NULL;

@@ -152,23 +152,32 @@ int mbsri_sweeps_inverse_dynamics(const mbsr_model *m, mbsr_data *d, double t, c
     return status;
 }
 
+/* G u of body i, where it is not u; with room for it in `rate`. */
+static int rate_of(const mbsri_sweep_run *run, int i, double *rate)
+{
+    const mbsri_body *b = run->model->body + i;
+    const bool block = (run->tree->body[i].flags & MBSRI_BLOCK) != 0;
+    mbsr_joint_args args = mbsri_joint_args(run->model, run->data, i, block);
+    args.q = run->q + b->iq;
+    args.u = run->u + b->iu;
+    mbsri_zero((size_t)b->nq, rate);
+    return b->joint.table->coordinate_rates(&args, rate);
+}
+
 /* q' - G u in the caller's order. */
 static int rates_residual(const mbsri_sweep_run *run, const double *qdot, double *F)
 {
     const mbsr_model *m = run->model;
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
-        double rate[7] = {0.0};
-        const double *u = run->u + b->iu;
+        double *own = F + b->q;
         if (b->joint.table->coordinate_rates) {
-            mbsr_joint_args args = mbsri_joint_args(m, run->data, i, false);
-            args.q = run->q + b->iq;
-            args.u = u;
-            const int status = b->joint.table->coordinate_rates(&args, rate);
+            const int status = rate_of(run, i, own);
             if (status) return status;
-            u = rate;
+            for (int k = 0; k < b->nq; ++k) own[k] = qdot[b->q + k] - own[k];
+        } else {
+            for (int k = 0; k < b->nq; ++k) own[k] = qdot[b->q + k] - run->u[b->iu + k];
         }
-        for (int k = 0; k < b->nq; ++k) F[b->q + k] = qdot[b->q + k] - u[k];
     }
     return MBSR_OK;
 }
@@ -198,6 +207,7 @@ int mbsri_sweeps_momentum_residual(const mbsr_model *m, mbsr_data *d, double t, 
     const double *p = y + m->nq, *u = p + m->nu;
     double *F_p = F + m->nq, *F_u = F_p + m->nu;
     mbsri_sweep_run run;
+    if (!m->sweeps || !m->sweeps->rates) return MBSRI_NOT_SERVED;
     const int status = mbsri_sweeps_open(&run, m, d, t, y, u);
     if (status) return status;
     if (!backward(&run)) return MBSRI_NOT_SERVED;

@@ -28,7 +28,7 @@ static bool in_plane(const mbsri_body *b)
 
 /* ---- which bodies ---- */
 
-static bool embeds_inertia(const mbsri_body *b)
+bool mbsri_embeds_inertia(const mbsri_body *b)
 {
     if (b->added) return false;
     switch (b->inertia.kind) {
@@ -45,7 +45,8 @@ bool mbsri_embeds(const mbsr_model *m, int bodies, int i)
 {
     const mbsri_body *b = m->body + i;
     int free;
-    if (b->locks > 0 || !embeds_inertia(b) || b->pred_space == MBSR_SPACE_GENERAL) return false;
+    if (b->locks > 0 || !mbsri_embeds_inertia(b) || b->pred_space == MBSR_SPACE_GENERAL)
+        return false;
     if (b->joint.table->position == mbsri_chain_position) return true;
     if (!is_planar(&b->joint, &free)) return false;
     const bool leaf = i == bodies || m->body[i + 1].parent != i,
@@ -156,27 +157,30 @@ void mbsri_lower(int d, const double lifted[6], double *x)
     if (d == 3) x[2] = lifted[2];
 }
 
+void mbsri_embedded_pose(mbsr_space space, const double *p, double R[9], double r[3])
+{
+    for (int k = 0; k < 9; ++k) R[k] = k % 4 == 0;
+    for (int k = 0; k < 3; ++k) r[k] = 0.0;
+    if (space == MBSR_SPACE_SPATIAL) {
+        memcpy(R, p + MBSR_POSE_R, 9 * sizeof *R);
+        memcpy(r, p + MBSR_POSE_X, 3 * sizeof *r);
+    }
+    if (space == MBSR_SPACE_POINT || space == MBSR_SPACE_PLANAR) memcpy(r, p, 2 * sizeof *r);
+    if (space != MBSR_SPACE_PLANAR) return;
+    R[0] = R[4] = cos(p[2]);
+    R[1] = sin(p[2]);
+    R[3] = -R[1];
+}
+
 int mbsri_embedded_root(const mbsr_model *m, mbsr_data *d, double R[9], double r[3], double V[6],
                         double A[6])
 {
     const mbsr_space space = m->root.space;
-    for (int k = 0; k < 9; ++k) R[k] = k % 4 == 0;
-    for (int k = 0; k < 3; ++k) r[k] = 0.0;
+    const int status = space == MBSR_SPACE_FIXED ? MBSR_OK : mbsri_move_root(m, d);
     for (int k = 0; k < 6; ++k) V[k] = A[k] = 0.0;
-    if (space == MBSR_SPACE_FIXED) return MBSR_OK;
-    const int status = mbsri_move_root(m, d);
-    if (status || space == MBSR_SPACE_GENERAL) return status;
+    mbsri_embedded_pose(space, d->p, R, r);
+    if (status || space == MBSR_SPACE_FIXED || space == MBSR_SPACE_GENERAL) return status;
     mbsri_lift(m->root.d, d->V, V);
     mbsri_lift(m->root.d, d->A, A);
-    if (space == MBSR_SPACE_SPATIAL) {
-        memcpy(R, d->p + MBSR_POSE_R, 9 * sizeof *R);
-        memcpy(r, d->p + MBSR_POSE_X, 3 * sizeof *r);
-        return MBSR_OK;
-    }
-    memcpy(r, d->p, 2 * sizeof *r);
-    if (space == MBSR_SPACE_POINT) return MBSR_OK;
-    R[0] = R[4] = cos(d->p[2]);
-    R[1] = sin(d->p[2]);
-    R[3] = -R[1];
     return MBSR_OK;
 }

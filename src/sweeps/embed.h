@@ -15,6 +15,9 @@ enum { MBSRI_EMBED_PARAMS = MBSRI_AXES + 3 * MBSRI_AXIS_SIZE };
  * predecessor, so that nothing may stand on it there. */
 bool mbsri_embeds(const mbsr_model *m, int bodies, int i);
 
+/* Whether its inertia is that of a rigid body. */
+bool mbsri_embeds_inertia(const mbsri_body *b);
+
 /* Its joint as a chain, whose parameters stand in `param` or in the model; its inertia. `length`:
  * typical of the tree. */
 mbsri_joint mbsri_embedded_joint(const mbsri_body *b, double param[MBSRI_EMBED_PARAMS]);
@@ -27,6 +30,9 @@ void mbsri_embedded_angle(const mbsri_body *b, double *angle, int *coordinate);
 
 /* The value of a driven angle at time t. */
 double mbsri_driven_angle(const mbsri_joint *joint, double t);
+
+/* Axes and origin of a body in this pose; not for GENERAL space. */
+void mbsri_embedded_pose(mbsr_space space, const double *p, double R[9], double r[3]);
 
 /* The root at the data's time: axes, place, velocity and acceleration (angular first). */
 int mbsri_embedded_root(const mbsr_model *m, mbsr_data *d, double R[9], double r[3], double V[6],

@@ -3,6 +3,7 @@
 #ifndef MBSRI_SWEEPS_FORWARD_H
 #define MBSRI_SWEEPS_FORWARD_H
 
+#include "sweeps/block.h"
 #include "sweeps/lane.h"
 #include "sweeps/multi_axis.h"
 
@@ -20,10 +21,13 @@ static void forward(const mbsri_sweep_run *run)
         const v4 rho = load(s->rho), c_w = load(s->A_w), c_v = load(s->A_v);
         last_w = w + c_w;
         last_v = v + cross(w, rho) + c_v;
-        if (b->flags & MBSRI_MULTI) {
+        if (b->flags & (MBSRI_MULTI | MBSRI_BLOCK)) {
             store(s->A_w, last_w);
             store(s->A_v, last_v);
-            multi_forward(run, i);
+            if (b->flags & MBSRI_BLOCK)
+                mbsri_block_forward(run, i);
+            else
+                multi_forward(run, i);
             last_w = load(s->A_w);
             last_v = load(s->A_v);
             continue;

@@ -6,6 +6,7 @@
 #ifndef MBSRI_SWEEPS_INVERSE_H
 #define MBSRI_SWEEPS_INVERSE_H
 
+#include "sweeps/block.h"
 #include "sweeps/motion.h"
 #include "sweeps/rank_bound.h"
 
@@ -52,6 +53,18 @@ MBSRI_INLINE void sum_loads(const mbsri_sweep_run *run)
         const mbsri_sweep_body *b = tree->body + i;
         const mbsri_sweep_state *s = run->state + i;
         const int flags = b->flags;
+        if (flags & MBSRI_BLOCK) {
+            _Alignas(32) double force[8];
+            mbsri_block_react(run, i, force, force + 4);
+            L = load(force);
+            p = load(force + 4);
+            if (flags & MBSRI_NEXT) continue;
+            if (!(flags & MBSRI_OPENS)) --top, L += load(top->L), p += load(top->p);
+            store(top->L, L);
+            store(top->p, p);
+            ++top;
+            continue;
+        }
         if (flags & MBSRI_LEAF) L = p = splat(0.0);
         if (flags & MBSRI_BRANCHES) --top, L += load(top->L), p += load(top->p);
         L += load(s->U_L);
@@ -65,6 +78,12 @@ MBSRI_INLINE void sum_loads(const mbsri_sweep_run *run)
             run->out[b->u] = along_axis(b, load(s->R + 8), L, p);
         }
         L += cross(load(s->rho), p);
+        if (flags & MBSRI_TO_BLOCK) {
+            _Alignas(32) double force[8];
+            store(force, L);
+            store(force + 4, p);
+            mbsri_block_receive_force(run, b->parent, force, force + 4);
+        }
         if (flags & MBSRI_NEXT) continue;
         if (!(flags & MBSRI_OPENS)) --top, L += load(top->L), p += load(top->p);
         store(top->L, L);
@@ -78,8 +97,11 @@ static int inverse(const mbsri_sweep_run *run)
     const mbsri_sweeps *tree = run->tree;
     for (int i = 1; i <= tree->bodies; ++i) {
         const mbsri_sweep_body *b = tree->body + i;
-        if (run->load) {
-            accelerate(run, i); /* the kinematics came before the loads */
+        if (run->load) { /* the kinematics came before the loads */
+            if (b->flags & MBSRI_BLOCK)
+                mbsri_block_accelerate(run, i);
+            else
+                accelerate(run, i);
             continue;
         }
         if (b->flags & MBSRI_MULTI) {

@@ -10,6 +10,7 @@
 #ifndef MBSRI_SWEEPS_MOMENTUM_H
 #define MBSRI_SWEEPS_MOMENTUM_H
 
+#include "sweeps/block.h"
 #include "sweeps/lane.h"
 #include "sweeps/multi_axis.h"
 
@@ -112,6 +113,10 @@ static void balance(const mbsri_sweep_run *run)
     for (int i = 1; i <= run->tree->bodies; ++i) {
         const mbsri_sweep_body *b = run->tree->body + i;
         const mbsri_sweep_state *s = run->state + i, *pred = run->state + b->parent;
+        if (b->flags & MBSRI_BLOCK) {
+            mbsri_block_balance(run, i);
+            continue;
+        }
         const v4 omega = load(pred->omega), v = load(pred->v) + cross(omega, load(s->rho));
         if (b->flags & MBSRI_MULTI) {
             _Alignas(32) double V[8];
@@ -132,10 +137,22 @@ static void momentum(const mbsri_sweep_run *run)
     mbsri_flow *top = run->flows;
     const v4 none = splat(0.0), g = {tree->gravity[0], tree->gravity[1], tree->gravity[2], 0.0};
     flow f = {none, none, none, none, none, none};
+    if (tree->blocks > 0) mbsri_block_open_momentum(run);
     for (int i = tree->bodies; i >= 1; --i) {
         const mbsri_sweep_body *b = tree->body + i;
         const mbsri_sweep_state *s = run->state + i;
         const int flags = b->flags;
+        if (flags & MBSRI_BLOCK) {
+            _Alignas(32) mbsri_flow m;
+            memset(&m, 0, sizeof m);
+            mbsri_block_momentum(run, i, &m);
+            f = (flow){none, none, none, none, none, none};
+            add_flow(&m, &f);
+            if (flags & MBSRI_NEXT) continue;
+            if (!(flags & MBSRI_OPENS)) add_flow(--top, &f);
+            flow_to_memory(&f, top++);
+            continue;
+        }
         if (flags & MBSRI_LEAF) f = (flow){none, none, none, none, none, none};
         if (flags & MBSRI_BRANCHES) add_flow(--top, &f);
         if (!(flags & MBSRI_MASSLESS)) add_own_flow(b, s, g, &f);
@@ -156,6 +173,11 @@ static void momentum(const mbsri_sweep_run *run)
         f.L += cross(rho, f.p);
         f.N += cross(rho, f.F);
         f.L_bar += cross(rho, f.p_bar);
+        if (flags & MBSRI_TO_BLOCK) {
+            _Alignas(32) mbsri_flow m;
+            flow_to_memory(&f, &m);
+            mbsri_block_receive_flow(run, b->parent, &m);
+        }
         if (flags & MBSRI_NEXT) continue;
         if (!(flags & MBSRI_OPENS)) add_flow(--top, &f);
         flow_to_memory(&f, top++);

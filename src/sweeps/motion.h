@@ -13,7 +13,9 @@
 #define MBSRI_SWEEPS_MOTION_H
 
 #include "sweeps/lane.h"
+#include "sweeps/block.h"
 #include "sweeps/multi_motion.h"
+#include "sweeps/show.h"
 #include "sweeps/tree.h"
 
 MBSRI_INLINE void move_body(const mbsri_sweep_run *run, const mbsri_sweep_body *b,
@@ -52,29 +54,39 @@ MBSRI_INLINE void move_body(const mbsri_sweep_run *run, const mbsri_sweep_body *
     store(s->A_v, c_v);
 }
 
-MBSRI_INLINE int move(const mbsri_sweep_run *run, bool velocity)
+/* A body of another kind than one axis. */
+MBSRI_OUTLINE int move_other(const mbsri_sweep_run *run, int i, bool velocity)
+{
+    if (run->tree->body[i].flags & MBSRI_BLOCK) return mbsri_block_move(run, i);
+    return multi_kinematics(run, i, velocity);
+}
+
+/* placed: with the origins of all bodies in the world. */
+MBSRI_INLINE int move(const mbsri_sweep_run *run, bool velocity, bool placed)
 {
     mbsri_sweep_state *s = run->state;
+    if (placed) mbsri_sweeps_place_root(run);
     for (int i = 1; i <= run->tree->bodies; ++i) {
         const mbsri_sweep_body *b = run->tree->body + i;
-        if (b->flags & MBSRI_MULTI) {
-            const int status = multi_kinematics(run, i, velocity);
+        if (b->flags & (MBSRI_MULTI | MBSRI_BLOCK)) {
+            const int status = move_other(run, i, velocity);
             if (status) return status;
         } else {
             move_body(run, b, s + b->parent, s + i, velocity);
         }
+        if (placed && !(b->flags & MBSRI_BLOCK)) mbsri_sweeps_place(run, i);
     }
     return 0;
 }
 
 static int kinematics(const mbsri_sweep_run *run)
 {
-    return move(run, false);
+    return move(run, false, false);
 }
 
 static int velocities(const mbsri_sweep_run *run)
 {
-    return move(run, true);
+    return run->load ? move(run, true, true) : move(run, true, false);
 }
 
 #endif

@@ -18,16 +18,20 @@ enum { MBSRI_NOT_SERVED = 1 << 20 };
 
 /* What a body is; bits of mbsri_sweep_body.flags. */
 enum {
-    MBSRI_TURNS = 1,     /* its joint rotates about z */
-    MBSRI_SLIDES = 2,    /* and moves along z, by `pitch` per unit of the coordinate */
-    MBSRI_MULTI = 4,     /* its joint is none of one axis: see multi_axis.h */
-    MBSRI_MASSLESS = 8,  /* own inertia zero */
-    MBSRI_LEAF = 16,     /* no successor */
-    MBSRI_BRANCHES = 32, /* more than one successor */
-    MBSRI_NEXT = 64,     /* its predecessor is the body before, or the root */
-    MBSRI_OPENS = 128,   /* the first of several successors that the backward sweep meets */
-    MBSRI_LOADED = 256,  /* force elements act on the body */
-    MBSRI_PLANE = 512    /* it lies in the plane */
+    MBSRI_TURNS = 1,        /* its joint rotates about z */
+    MBSRI_SLIDES = 2,       /* and moves along z, by `pitch` per unit of the coordinate */
+    MBSRI_MULTI = 4,        /* its joint is none of one axis: see multi_axis.h */
+    MBSRI_MASSLESS = 8,     /* own inertia zero */
+    MBSRI_LEAF = 16,        /* no successor */
+    MBSRI_BRANCHES = 32,    /* more than one successor */
+    MBSRI_NEXT = 64,        /* its predecessor is the body before, or the root */
+    MBSRI_OPENS = 128,      /* the first of several successors that the backward sweep meets */
+    MBSRI_LOADED = 256,     /* force elements act on the body */
+    MBSRI_PLANE = 512,      /* it lies in the plane */
+    MBSRI_BLOCK = 8192,     /* it is of another kind: see block.h, and the next two */
+    MBSRI_TO_BLOCK = 16384, /* its predecessor is */
+    MBSRI_BOUNDED = 65536,  /* a block that is not in GENERAL space, nor is its predecessor */
+    MBSRI_SHARP = 32768     /* a block that has none but blocks behind it, so that its W is exact */
 };
 
 /* Constants of a body. Its frame has its origin on the joint's axis and z along it; matrices by
@@ -118,6 +122,9 @@ typedef struct mbsri_sweeps {
     void *block;              /* where they were allocated */
     int multi;                /* number of MBSRI_MULTI bodies */
     mbsri_sweep_joint *joint; /* multi */
+    int blocks;               /* number of MBSRI_BLOCK bodies */
+    int *block_of;            /* blocks: which they are */
+    bool rates;               /* all of them know their rates */
     int depth;                /* predecessors waiting for further successors at once, at most */
     int first_angle, angles;  /* the coordinates among which all angles are */
     double length;            /* L, m */
@@ -125,7 +132,7 @@ typedef struct mbsri_sweeps {
                               * rounding errors in it: ten times the tolerance of the ranks */
     double gravity[3];        /* m/s^2, sum of all such elements */
     bool joint_forces;        /* there are elements that act on joints alone */
-    bool body_forces;         /* there are others */
+    bool body_forces;         /* there are others, or blocks, which need as much */
     bool masses;              /* some of them read the mass matrices of their bodies */
     mbsri_sweep_own *own;     /* bodies + 1; body_forces only */
     const struct mbsri_sweep_kernels *kernels;
@@ -136,6 +143,7 @@ typedef struct mbsri_sweep_load {
     double r[4];   /* that origin in the world, m; the angle of a PLANAR body */
     double arm[4]; /* from there to the origin of the body's own frame */
     double L[4], p[4];
+    double bound[4]; /* kappa and spread of a block, see block_bound.h */
 } mbsri_sweep_load;
 
 /* What an evaluation works on. */

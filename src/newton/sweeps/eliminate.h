@@ -266,7 +266,7 @@ MBSRI_INLINE int factor_sweep(const mbsri_sweep_run *run, mbsri_newton_sweeps *n
     start_back(run, &at);
     start_elimination(run, newton, &of, full);
     for (int i = run->tree->bodies; i >= 1; --i) {
-        if (!pass_body(run, i, false, &at)) return MBSRI_DEFICIENT;
+        if (!pass_body(run, i, false, false, &at)) return MBSRI_DEFICIENT;
         if (run->rank[i] != run->tree->body[i].n) return MBSRI_DEFICIENT;
         if (!eliminate_body(run, i, newton, &of, full, false)) return i;
     }

@@ -98,7 +98,7 @@ static size_t layout(const mbsr_model *m, unsigned char *base, mbsri_newton_swee
 
 size_t mbsri_newton_sweeps_size(const mbsr_model *m)
 {
-    return m->sweeps ? layout(m, NULL, NULL) : 0;
+    return m->sweeps && m->sweeps->blocks == 0 ? layout(m, NULL, NULL) : 0;
 }
 
 mbsri_newton_sweeps *mbsri_newton_sweeps_place(const mbsr_model *m, void *memory)

@@ -1,0 +1,180 @@
+/* The backward step of a block by the bound of rounding errors, where it tells: with the kernels,
+ * so that the products of the common sizes are unrolled for the processor.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * W <= kappa Mbar + spread Lambda as in rank_bound.h, for a block and a predecessor whose V has
+ * angular and linear parts: Lambda = diag(w), w = L^2 for the former and 1 for the latter. With
+ * ||G J^T||^2 in this metric for the transport through the joint, and ||H||^2 to the predecessor. */
+#ifndef MBSRI_BLOCK_BOUND_H
+#define MBSRI_BLOCK_BOUND_H
+
+#include "algebra/dense.h"
+#include "sweeps/block.h"
+#include "sweeps/lane.h"
+
+#include <math.h>
+#include <string.h>
+
+/* Lambda of a body with d numbers in V: (omega, v), or x, y and perhaps the angle. */
+MBSRI_INLINE double weight(int d, int k, double area)
+{
+    return d == 6 ? (k < 3 ? area : 1.0) : k == 2 ? area : 1.0;
+}
+
+/* L of D = L L^T, lower by rows; a bound below on the smallest eigenvalue of D scaled to unit
+ * diagonal, 0 where a pivot is not positive: the product of the scaled pivots is the determinant,
+ * and the other eigenvalues together are at most e times their mean. */
+MBSRI_INLINE double factor_block(int n, const double *D, double *L)
+{
+    double determinant = 1.0;
+    for (int k = 0; k < n; ++k) {
+        for (int l = 0; l <= k; ++l) {
+            double sum = D[l * n + k];
+            for (int j = 0; j < l; ++j) sum -= L[k * n + j] * L[l * n + j];
+            if (l < k) {
+                L[k * n + l] = sum / L[l * n + l];
+            } else {
+                if (!(sum > 0.0)) return 0.0;
+                determinant *= sum / D[k * n + k];
+                L[k * n + k] = sqrt(sum);
+            }
+        }
+    }
+    return n > 1 ? determinant / 2.7182818284590452 : 1.0;
+}
+
+/* Dinv = D^-1 from L. */
+MBSRI_INLINE void invert_block(int n, const double *L, double *Dinv)
+{
+    for (int j = 0; j < n; ++j) {
+        double *x = Dinv + j * n;
+        for (int k = 0; k < n; ++k) {
+            x[k] = k == j ? 1.0 : 0.0;
+            for (int l = 0; l < k; ++l) x[k] -= L[k * n + l] * x[l];
+            x[k] /= L[k * n + k];
+        }
+        for (int k = n - 1; k >= 0; --k) {
+            for (int l = k + 1; l < n; ++l) x[k] -= L[l * n + k] * x[l];
+            x[k] /= L[k * n + k];
+        }
+    }
+}
+
+/* A bound of ||H||^2: (1 + |C| / L)^2 of a translation [1 0; C 1], in general the sum of squares. */
+MBSRI_INLINE double stretch_of(int d, int dp, const double *H, double area)
+{
+    double squares = 0.0, lower = 0.0;
+    bool translation = d == 6 && dp == 6;
+    for (int j = 0; j < dp; ++j) {
+        for (int k = 0; k < d; ++k) {
+            const double h = H[j * d + k];
+            squares += h * h * weight(d, k, area) / weight(dp, j, area);
+            if (d == 6 && j < 3 && k >= 3)
+                lower += h * h;
+            else
+                translation = translation && h == (j == k ? -1.0 : 0.0);
+        }
+    }
+    if (!translation) return squares;
+    const double ratio = 1.0 + sqrt(0.5 * lower / area);
+    return fmin(squares, ratio * ratio);
+}
+
+/* D, its inverse and G; false: the bound does not tell that D is regular. */
+MBSRI_INLINE bool certify_block(const mbsri_sweep_run *run, int i, int d, int n, double kappa,
+                                double spread)
+{
+    const mbsri_body *b = run->model->body + i;
+    mbsr_data *data = run->data;
+    const double area = run->tree->length * run->tree->length;
+    const double *J = data->J + b->dn;
+    double *U = data->U + b->dn, *D = data->D + b->nn, *G = data->G + b->dn, *L = data->X + b->nn;
+    mbsri_zero((size_t)(d * n), U);
+    mbsri_ab(d, d, n, 1.0, data->Mbar + b->dd, J, U);
+    mbsri_zero((size_t)(n * n), D);
+    mbsri_atb(d, n, n, 1.0, J, U, D);
+    const double least = factor_block(n, D, L);
+    for (int l = 0; l < n; ++l) {
+        double size = 0.0;
+        for (int k = 0; k < d; ++k) size += weight(d, k, area) * J[l * d + k] * J[l * d + k];
+        const double Dll = D[l * (n + 1)];
+        if (!(least * Dll > run->tree->clear * (kappa * Dll + spread * size))) return false;
+    }
+    invert_block(n, L, data->Dinv + b->nn);
+    mbsri_zero((size_t)(d * n), G);
+    mbsri_ab(d, n, n, 1.0, U, data->Dinv + b->nn, G);
+    run->rank[i] = n;
+    data->scale[i] = 0.0;
+    return true;
+}
+
+/* The bound of ||J G^T||^2. */
+MBSRI_INLINE double transport_of(const mbsri_sweep_run *run, int i, int d, int n)
+{
+    const mbsri_body *b = run->model->body + i;
+    const double *J = run->data->J + b->dn, *G = run->data->G + b->dn;
+    const double area = run->tree->length * run->tree->length;
+    double norm = n > 0 ? 0.0 : 1.0;
+    for (int l = 0; l < n; ++l) {
+        double by_J = 0.0, by_G = 0.0;
+        for (int k = 0; k < d; ++k) {
+            const double w = weight(d, k, area);
+            by_J += w * J[l * d + k] * J[l * d + k];
+            by_G += G[l * d + k] * G[l * d + k] / w;
+        }
+        norm += sqrt(by_J * by_G);
+    }
+    return norm * norm;
+}
+
+/* T (d x d) = Mbar - G U^T, then H^T T H added to the predecessor's Mbar (dp x dp). */
+MBSRI_INLINE void pass_mass(const mbsri_sweep_run *run, int i, int d, int dp, int n)
+{
+    const mbsri_body *b = run->model->body + i;
+    mbsr_data *data = run->data;
+    double T[36], TH[36];
+    memcpy(T, data->Mbar + b->dd, (size_t)(d * d) * sizeof *T);
+    mbsri_abt(d, n, d, -1.0, data->G + b->dn, data->U + b->dn, T);
+    mbsri_symmetrise(d, T);
+    mbsri_congruence(d, dp, data->H + b->dp, T, data->Mbar + b->pred_dd, TH);
+}
+
+/* Body i with sizes known to the compiler; false: not clear. */
+MBSRI_INLINE bool pass_sized(const mbsri_sweep_run *run, int i, int d, int dp, int n)
+{
+    const mbsri_body *b = run->model->body + i;
+    mbsr_data *data = run->data;
+    const double area = run->tree->length * run->tree->length, soft = run->tree->body[i].soft;
+    const double *Mbar = data->Mbar + b->dd, *W = data->W + b->dd;
+    double *bound = run->load[i].bound, trace = 0.0;
+    mbsri_symmetrise(d, data->Mbar + b->dd);
+    for (int k = 0; k < d; ++k) {
+        trace += Mbar[k * (d + 1)] / weight(d, k, area);
+        bound[1] += W[k * (d + 1)] / weight(d, k, area);
+    }
+    double kappa = bound[0], spread = bound[1] + trace;
+    if (soft > 0.0) {
+        kappa = fmax(kappa, spread * soft);
+        spread = 0.0;
+    }
+    if (!certify_block(run, i, d, n, kappa, spread)) return false;
+    const double norm = transport_of(run, i, d, n);
+    bound[0] = kappa;
+    bound[1] = (spread * norm + trace * (1.0 + norm)) *
+               (dp > 0 ? stretch_of(d, dp, data->H + b->dp, area) : 1.0);
+    if (dp > 0) pass_mass(run, i, d, dp, n);
+    return true;
+}
+
+/* Through body i by the bound, which is left for its predecessor in load[i].bound. */
+MBSRI_OUTLINE bool pass_bounded(const mbsri_sweep_run *run, int i)
+{
+    const mbsri_body *b = run->model->body + i;
+    const int d = b->d, dp = b->d_pred, n = b->n;
+    if (d == 6 && dp == 6 && n == 1) return pass_sized(run, i, 6, 6, 1);
+    if (d == 6 && dp == 6) return pass_sized(run, i, 6, 6, n);
+    if (d == 3 && dp == 3 && n == 1) return pass_sized(run, i, 3, 3, 1);
+    return pass_sized(run, i, d, dp, n);
+}
+
+#endif

@@ -1,0 +1,246 @@
+/* Trees in which bodies of any kind stand among those of the vectorised sweeps, against the stages,
+ * which take all bodies as they are: callers' joints, locked coordinates, added masses, inertias by
+ * matrix and by function, points between planar bodies, GENERAL bodies; in space and in the plane,
+ * for every kind of processor that this machine can run.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "expect.h"
+#include "mixed.h"
+#include "plane_tree.h"
+#include "rigid_tree.h"
+
+#include "assembly/data.h"
+#include "model/query.h"
+#include "recursion/forward.h"
+#include "recursion/inverse.h"
+#include "sweeps/build.h"
+#include "sweeps/dynamics.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static int kernels(const mbsri_sweep_kernels *list[2])
+{
+    int count = 0;
+    list[count++] = &mbsri_sweeps_base;
+#if defined(MBSR_WITH_V3)
+    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
+        list[count++] = &mbsri_sweeps_v3;
+#endif
+    return count;
+}
+
+static double distance(int n, const double *a, const double *b)
+{
+    double off = 0.0, size = 1.0;
+    for (int k = 0; k < n; ++k) {
+        off = fmax(off, fabs(a[k] - b[k]));
+        size = fmax(size, fabs(b[k]));
+    }
+    return off / size;
+}
+
+/* What a group of trees has come to: bodies of the one and of the other sort, trees with both,
+ * evaluations served, largest distances. */
+typedef struct tally {
+    int trees, blocks, others, both, deficient;
+    int forward, inverse, momentum;
+    double forward_off, inverse_off, residual_off;
+} tally;
+
+typedef struct state {
+    mbsr_model *model;
+    mbsr_data *data;
+    double t;
+    const double *q, *u;
+    double *tau, *out, *expected, *y, *yp, *F;
+} state;
+
+static void note(double *worst, double value)
+{
+    assert_true(isfinite(value));
+    *worst = fmax(*worst, value);
+}
+
+static void compare_forward(const state *s, tally *n)
+{
+    const mbsri_sweep_kernels *list[2];
+    const int nu = s->model->nu;
+    const int status =
+        mbsri_forward_by_stages(s->model, s->data, s->t, s->q, s->u, s->tau, s->expected);
+    assert_true(status == MBSR_OK || status == MBSR_UNDETERMINED);
+    n->deficient += status == MBSR_UNDETERMINED;
+    int *rank = malloc(((size_t)s->model->bodies + 1) * sizeof *rank);
+    memcpy(rank, s->data->rank, ((size_t)s->model->bodies + 1) * sizeof *rank);
+    for (int k = 0; k < kernels(list); ++k) {
+        s->model->sweeps->kernels = list[k];
+        mbsri_data_poison(s->data);
+        if (mbsri_sweeps_forward_dynamics(s->model, s->data, s->t, s->q, s->u, s->tau, s->out))
+            continue;
+        ++n->forward;
+        for (int i = 1; i <= s->model->bodies; ++i) assert_int_equal(s->data->rank[i], rank[i]);
+        if (!status) note(&n->forward_off, distance(nu, s->out, s->expected));
+    }
+    free(rank);
+}
+
+static void compare_inverse(const state *s, tally *n)
+{
+    const mbsri_sweep_kernels *list[2];
+    mbsri_sweeps *tree = s->model->sweeps;
+    s->model->sweeps = NULL;
+    assert_ok(mbsr_inverse_dynamics(s->model, s->data, s->t, s->q, s->u, s->tau, s->expected),
+              mbsr_data_error(s->data));
+    s->model->sweeps = tree;
+    for (int k = 0; k < kernels(list); ++k) {
+        tree->kernels = list[k];
+        mbsri_data_poison(s->data);
+        assert_false(
+            mbsri_sweeps_inverse_dynamics(s->model, s->data, s->t, s->q, s->u, s->tau, s->out));
+        ++n->inverse;
+        note(&n->inverse_off, distance(s->model->nu, s->out, s->expected));
+    }
+}
+
+/* Each kind of equation against the largest of its kind. */
+static void compare_residual(const state *s, mbsr_dae_form form, test_rng *rng, tally *n)
+{
+    const mbsri_sweep_kernels *list[2];
+    const mbsr_model *m = s->model;
+    const int size = mbsr_dae_size(m, form), nq = m->nq, nu = m->nu;
+    const bool momentum = form == MBSR_DAE_MOMENTUM;
+    assert_ok(mbsr_dae_pack(m, s->data, form, s->t, s->q, s->u, s->y), mbsr_data_error(s->data));
+    for (int k = 0; k < nu; ++k) s->y[nq + k] += 0.1 * test_uniform(rng);
+    test_fill(rng, size, s->yp);
+    mbsri_sweeps *tree = s->model->sweeps;
+    s->model->sweeps = NULL;
+    assert_ok(mbsr_dae_residual(m, s->data, form, s->t, s->y, s->yp, s->expected),
+              mbsr_data_error(s->data));
+    s->model->sweeps = tree;
+    for (int k = 0; k < kernels(list); ++k) {
+        tree->kernels = list[k];
+        mbsri_data_poison(s->data);
+        if ((momentum ? mbsri_sweeps_momentum_residual
+                      : mbsri_sweeps_inverse_residual)(m, s->data, s->t, s->y, s->yp, s->F))
+            continue;
+        n->momentum += momentum;
+        note(&n->residual_off, distance(nq, s->F, s->expected));
+        for (int at = nq; at < size; at += nu)
+            note(&n->residual_off, distance(nu, s->F + at, s->expected + at));
+    }
+}
+
+static void compare(mbsr_model *model, mbsr_data *data, double t, const double *q, const double *u,
+                    tally *n)
+{
+    if (!model->sweeps) return;
+    const size_t size = (size_t)(model->nq + 2 * model->nu) + 1;
+    double *memory = malloc(6 * size * sizeof *memory);
+    const state s = {model,
+                     data,
+                     t,
+                     q,
+                     u,
+                     memory,
+                     memory + size,
+                     memory + 2 * size,
+                     memory + 3 * size,
+                     memory + 4 * size,
+                     memory + 5 * size};
+    const int blocks = model->sweeps->blocks;
+    test_rng rng = test_seed(5);
+    test_fill(&rng, model->nu, s.tau);
+    ++n->trees;
+    n->blocks += blocks;
+    n->others += model->bodies - blocks;
+    n->both += blocks > 0 && blocks < model->bodies;
+    compare_forward(&s, n);
+    compare_inverse(&s, n);
+    compare_residual(&s, MBSR_DAE_INVERSE_DYNAMICS, &rng, n);
+    compare_residual(&s, MBSR_DAE_MOMENTUM, &rng, n);
+    free(memory);
+}
+
+static void conclude(const char *name, const tally *n)
+{
+    print_message("%s: %d trees, %d with both (%d blocks, %d others), %d deficient; %d evaluations "
+                  "forward to %.1e, %d inverse to %.1e, %d residuals to %.1e\n",
+                  name, n->trees, n->both, n->blocks, n->others, n->deficient, n->forward,
+                  n->forward_off, n->inverse, n->inverse_off, n->momentum, n->residual_off);
+    assert_less(n->forward_off, 1e-8);
+    assert_less(n->inverse_off, 1e-12);
+    assert_less(n->residual_off, 1e-8);
+}
+
+static void trees_in_space(void **unused)
+{
+    (void)unused;
+    tally n = {0};
+    for (int k = 0; k < 300; ++k) {
+        test_rigid_tree s;
+        test_rigid_tree_make(&s, (test_rigid_choice){.seed = 7000 + (uint64_t)k,
+                                                     .bodies = 2 + k % 20,
+                                                     .massless = 0.2 * (k % 3),
+                                                     .points = 0.3 * (k % 2),
+                                                     .many = 0.2 * (k % 4),
+                                                     .branching = 0.3 * (k % 3),
+                                                     .length = 1.0,
+                                                     .forces = k % 2,
+                                                     .moving = k % 7 == 0,
+                                                     .shuffle = k % 3 == 0,
+                                                     .held = k % 4 == 1 ? 0.2 : 0.0,
+                                                     .added = k % 4 == 2 ? 0.2 : 0.0,
+                                                     .tables = k % 4 == 3});
+        compare(s.model, s.data, s.t, s.q, s.u, &n);
+        test_rigid_tree_free(&s);
+    }
+    conclude("space", &n);
+    assert_true(n.both > 100 && n.blocks > 200 && n.others > 1000);
+    assert_true(n.forward > 200 && n.momentum > 100 && n.deficient > 50);
+}
+
+static void trees_in_the_plane(void **unused)
+{
+    (void)unused;
+    static test_plane_tree s;
+    tally n = {0};
+    for (int k = 0; k < 300; ++k) {
+        test_plane_make(&s, (test_plane_choice){.seed = 500 + (uint64_t)k,
+                                                .bodies = 2 + k % (TEST_PLANE_BODIES - 1),
+                                                .massless = 0.2 * (k % 3),
+                                                .functions = k % 2,
+                                                .moving = k % 4 == 0,
+                                                .damped = 1});
+        compare(s.model, s.data, s.t, s.q, s.u, &n);
+        test_plane_free(&s);
+    }
+    conclude("plane", &n);
+    assert_true(n.both > 150 && n.forward > 100 && n.momentum > 50 && n.deficient > 50);
+}
+
+/* Every kind of body beside every other, a GENERAL one among them. */
+static void trees_of_all_kinds(void **unused)
+{
+    (void)unused;
+    tally n = {0};
+    test_rng rng = test_seed(3);
+    double q[MIXED_NQ], u[MIXED_NU];
+    static mixed s;
+    for (int k = 0; k < 20 * MIXED_ALL; ++k) {
+        mixed_make(&s, (mixed_scene)(k % MIXED_ALL));
+        test_fill(&rng, s.nq, q);
+        test_fill(&rng, s.nu, u);
+        compare(s.model, s.data, 0.1 * k, q, u, &n);
+        mixed_free(&s);
+    }
+    conclude("mixed", &n);
+    assert_true(n.both > 50);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(trees_in_space),
+                                       cmocka_unit_test(trees_in_the_plane),
+                                       cmocka_unit_test(trees_of_all_kinds)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
