@@ -2,8 +2,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 
 if(MBSR_SANITIZE)
+    # -O1 finds what -O0 finds, in a third of the time; line numbers are all that reports need.
     add_compile_options(-fsanitize=${MBSR_SANITIZE} -fno-sanitize-recover=all
-                        -fno-omit-frame-pointer)
+                        -fno-omit-frame-pointer $<$<CONFIG:Debug>:-O1> $<$<CONFIG:Debug>:-g1>)
     add_link_options(-fsanitize=${MBSR_SANITIZE})
 endif()
 

@@ -15,9 +15,9 @@ fail() { printf 'FAILED: %s\n' "$*"; exit 1; }
 rm -rf "$work"
 mkdir -p "$work"
 
-step "build and install"
+step "build and install" # compiles fastest
 "$cmake" -S "$source" -B "$work/build" -G "$generator" -DCMAKE_C_COMPILER="$cc" \
-    -DCMAKE_BUILD_TYPE=Release -DCMAKE_INSTALL_PREFIX="$work/installed" \
+    -DCMAKE_BUILD_TYPE=Debug -DCMAKE_INSTALL_PREFIX="$work/installed" \
     -DBUILD_SHARED_LIBS="$shared" -DMBSR_IDA="$ida" -DMBSR_TESTS=OFF -DMBSR_EXAMPLES=OFF
 "$cmake" --build "$work/build"
 "$cmake" --install "$work/build"
@@ -41,7 +41,7 @@ configure() {
     name=$1
     shift
     "$cmake" -S "$consumer" -B "$work/$name" -G "$generator" -DCMAKE_C_COMPILER="$cc" \
-        -DCMAKE_BUILD_TYPE=Release -DCMAKE_PREFIX_PATH="$prefix" "$@" >"$work/$name.log" 2>&1
+        -DCMAKE_BUILD_TYPE=Debug -DCMAKE_PREFIX_PATH="$prefix" "$@" >"$work/$name.log" 2>&1
 }
 
 build_and_run() {
