@@ -10,6 +10,7 @@
 #include "reference_runs.h"
 
 enum { BEAM_RODS = RUN_MOST };
+static const double BEAM_SOON = 0.2; /* s */
 
 /* (-phi, phi) at the tip: the first two of the three components of a body in the plane, or the
  * fourth and fifth of six in space. */
@@ -64,22 +65,54 @@ static inline double beam_error(const run_state *s)
     return worst;
 }
 
+/* Largest difference of angles or rates, relative to the largest of them. */
+static inline double beam_distance(const run_state *s, const run_state *reference)
+{
+    double q = 0.0, u = 0.0;
+    for (int k = 0; k < BEAM_RODS; ++k) {
+        q = run_larger(q, fabs(s->q[k] - reference->q[k]));
+        u = run_larger(u, fabs(s->u[k] - reference->u[k]));
+    }
+    return run_larger(q / test_largest(BEAM_RODS, reference->q),
+                      u / test_largest(BEAM_RODS, reference->u));
+}
+
+/* The state of the planar one at BEAM_SOON, in the momentum form by small steps. */
+static inline const run_state *beam_soon(void)
+{
+    static run_state state[2];
+    if (state[1].t > 0.0) return state + 1;
+    mbsr_model *m = beam(0);
+    run r = {.model = m,
+             .form = MBSR_DAE_MOMENTUM,
+             .tolerance = 1e-12,
+             .max_step = 2.5e-5,
+             .T = BEAM_SOON,
+             .points = 1};
+    run_integrate(&r, state);
+    mbsr_model_destroy(m);
+    return state + 1;
+}
+
+/* The momentum form goes to t = 5, in slow builds only to BEAM_SOON, as do the other forms unless
+ * long runs are asked for. */
 static inline void check_beam(const mbsr_model *m, mbsr_dae_form form, double tolerance,
                               double max_step, double bound)
 {
     static run_state state[2];
+    const bool whole = test_long() || (form == MBSR_DAE_MOMENTUM && test_seeds(0, 1));
     run r = {.name = mbsr_body_dimension(m, 0) == 6 ? "beam in space" : "beam",
              .model = m,
              .form = form,
              .tolerance = tolerance,
              .max_step = max_step,
-             .T = 5.0,
+             .T = whole ? 5.0 : BEAM_SOON,
              .points = 1};
     run_integrate(&r, state);
     assert_int_equal(r.info.null_directions, 0);
-    const double error = beam_error(state + 1);
+    const double error = whole ? beam_error(state + 1) : beam_distance(state + 1, beam_soon());
     run_report(&r, error);
-    assert_less(error, bound);
+    assert_less(error, whole ? bound : 2e-5); /* relative to a small motion */
     r.tolerance = 1e-8;
     r.max_step = 7e-5;
     if (form == MBSR_DAE_MOMENTUM) run_compare(&r, 1);

@@ -138,7 +138,7 @@ static void the_other_forms_take_many_more(void **state)
 static void the_tree_solver_takes_the_steps_of_a_dense_matrix(void **state)
 {
     (void)state;
-    enum { REPEATS = 4 * RUN_REPEATS };
+    const int repeats = 4 * RUN_REPEATS;
     static const struct {
         const char *name;
         double mass, damping, tolerance;
@@ -149,7 +149,7 @@ static void the_tree_solver_takes_the_steps_of_a_dense_matrix(void **state)
                  {"bead with a tiny mass", 1e-6, 5.0, 1e-5}};
     for (size_t c = 0; c < sizeof cases / sizeof cases[0]; ++c) {
         run_counts counts = {{0}, {0}, {0}};
-        for (int k = 0; k < 2 * REPEATS; ++k) {
+        for (int k = 0; k < 2 * repeats; ++k) {
             bead s;
             mbsr_ida_stats stats;
             make(&s, MBSR_DAE_MOMENTUM, cases[c].mass, cases[c].damping, origin);

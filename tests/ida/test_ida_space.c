@@ -183,8 +183,9 @@ static void top_reference(double *x)
     double coarse[9];
     memcpy(x, start, sizeof start);
     memcpy(coarse, start, sizeof start);
-    runge_kutta(9, x, top_T / 200000, 200000, top_slope);
-    runge_kutta(9, coarse, top_T / 100000, 100000, top_slope);
+    const int steps = test_seeds(50000, 100000);
+    runge_kutta(9, x, 0.5 * top_T / steps, 2 * steps, top_slope);
+    runge_kutta(9, coarse, top_T / steps, steps, top_slope);
     for (int k = 0; k < 9; ++k) assert_close(x[k], coarse[k], 1e-9);
 }
 

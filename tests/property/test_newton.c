@@ -1,6 +1,7 @@
 /* The O(N) Newton solver on random trees, against the dense Newton matrix by differences of the
  * residual.
  * SPDX-License-Identifier: BSD-3-Clause */
+#include "duration.h"
 #include "mixed.h"
 #include "newton_system.h"
 #include "plane_tree.h"
@@ -11,6 +12,8 @@
 
 #include <stdbool.h>
 #include <stdlib.h>
+
+#define TREES test_seeds(24, 80)
 
 /* ---- one tree ---- */
 
@@ -154,11 +157,12 @@ static void check(const mbsr_model *model, mbsr_data *data, double t, const doub
     check_by(model, data, model, data, t, q, u, number, group);
 }
 
-/* Nearly all trees could be used, and the reference is good nearly everywhere. */
+/* Nearly all trees could be used, and the reference is good nearly everywhere: in 90 % of the
+ * systems or, as that scatters, in 84 % of a few. */
 static void conclude(const tally *group, int most_left_out)
 {
     assert_in_range(group->left_out, 0, most_left_out);
-    assert_in_range(group->sharp, 0.9 * group->systems, group->systems);
+    assert_in_range(group->sharp, 0.01 * test_seeds(84, 90) * group->systems, group->systems);
     assert_less(group->between, 1e-9);
 }
 
@@ -192,36 +196,36 @@ static void rigid_bodies(void **state)
 {
     (void)state;
     tally group = {.name = "rigid"};
-    for (int seed = 1; seed <= 80; ++seed) {
+    for (int seed = 1; seed <= TREES; ++seed) {
         test_rigid_choice choice = rigid_choice(seed);
         choice.forces = seed % 3;
         choice.points = 0.3 * (seed % 3);
         rigid(choice, &group);
     }
-    conclude(&group, 5);
-    assert_true(group.swept > 10 && group.across > 20);
+    conclude(&group, (TREES + 20) / 20);
+    assert_true(group.swept > TREES / 8 && group.across > TREES / 4);
 }
 
 static void bodies_without_mass(void **state)
 {
     (void)state;
     tally group = {.name = "massless"};
-    for (int seed = 1; seed <= 80; ++seed) {
+    for (int seed = 1; seed <= TREES; ++seed) {
         test_rigid_choice choice = rigid_choice(seed);
         choice.forces = 2;
         choice.massless = 0.5;
         choice.points = 0.5;
         rigid(choice, &group);
     }
-    conclude(&group, 5);
-    assert_true(group.null > 40 && group.across > 40);
+    conclude(&group, (TREES + 20) / 20);
+    assert_true(group.null > TREES / 2 && group.across > TREES / 2);
 }
 
 static void locked_joints_added_masses_and_joints_without_derivatives(void **state)
 {
     (void)state;
     tally group = {.name = "amended"};
-    for (int seed = 1; seed <= 80; ++seed) {
+    for (int seed = 1; seed <= TREES; ++seed) {
         test_rigid_choice choice = rigid_choice(seed);
         choice.forces = 2;
         choice.many = 0.5;
@@ -231,15 +235,15 @@ static void locked_joints_added_masses_and_joints_without_derivatives(void **sta
         choice.tables = seed % 2;
         rigid(choice, &group);
     }
-    conclude(&group, 5);
-    assert_true(group.null > 20 && group.across > 40);
+    conclude(&group, (TREES + 20) / 20);
+    assert_true(group.null > TREES / 4 && group.across > TREES / 2);
 }
 
 static void mass_points_in_several_units(void **state)
 {
     (void)state;
     tally group = {.name = "points"};
-    for (int seed = 1; seed <= 80; ++seed) {
+    for (int seed = 1; seed <= TREES; ++seed) {
         test_space_tree tree;
         test_space_opt opt = {.seed = (uint64_t)seed,
                               .bodies = 1 + seed % 9,
@@ -252,8 +256,8 @@ static void mass_points_in_several_units(void **state)
         check(tree.model, tree.data, 0.3, tree.q, tree.u, seed, &group);
         test_space_free(&tree);
     }
-    conclude(&group, 5);
-    assert_true(group.null > 30);
+    conclude(&group, (TREES + 20) / 20);
+    assert_true(group.null > 3 * TREES / 8);
 }
 
 /* ---- bodies of other kinds ---- */
@@ -262,7 +266,7 @@ static void general_bodies(void **state)
 {
     (void)state;
     tally group = {.name = "general"};
-    for (int seed = 1; seed <= 80; ++seed) {
+    for (int seed = 1; seed <= TREES; ++seed) {
         test_tree tree, plain;
         double q[64], u[64];
         test_rng rng = test_seed((uint64_t)seed);
@@ -285,15 +289,15 @@ static void general_bodies(void **state)
         test_tree_free(&tree);
         test_tree_free(&plain);
     }
-    conclude(&group, 5);
-    assert_true(group.null > 20 && group.across > 40);
+    conclude(&group, (TREES + 20) / 20);
+    assert_true(group.null > TREES / 4 && group.across > TREES / 2);
 }
 
 static void bodies_in_the_plane(void **state)
 {
     (void)state;
     tally group = {.name = "plane"};
-    for (int seed = 1; seed <= 80; ++seed) {
+    for (int seed = 1; seed <= TREES; ++seed) {
         test_plane_tree tree;
         test_plane_make(&tree, (test_plane_choice){.seed = (uint64_t)seed,
                                                    .bodies = 2 + seed % 8,
@@ -304,15 +308,15 @@ static void bodies_in_the_plane(void **state)
         check(tree.model, tree.data, tree.t, tree.q, tree.u, seed, &group);
         test_plane_free(&tree);
     }
-    conclude(&group, 5);
-    assert_true(group.null > 40 && group.across > 40);
+    conclude(&group, (TREES + 20) / 20);
+    assert_true(group.null > TREES / 2 && group.across > TREES / 2);
 }
 
 static void bodies_of_all_kinds(void **state)
 {
     (void)state;
     tally group = {.name = "mixed"};
-    for (int seed = 0; seed < 6 * MIXED_ALL; ++seed) {
+    for (int seed = 0; seed < test_seeds(2, 6) * MIXED_ALL; ++seed) {
         mixed tree;
         double q[MIXED_NQ], u[MIXED_NU];
         test_rng rng = test_seed((uint64_t)seed);
@@ -382,7 +386,7 @@ static void chains_of_bodies_without_mass(void **state)
                                            "prprpr", "00,0b,00", "0",      "b00r,0,0,p"};
     enum { PATTERNS = sizeof patterns / sizeof patterns[0] };
     tally damped = {.name = "chains"}, elastic = {.name = "elastic"};
-    for (int seed = 0; seed < 4 * PATTERNS; ++seed) {
+    for (int seed = 0; seed < test_seeds(2, 4) * PATTERNS; ++seed) {
         chain s;
         make_chain(&s, patterns[seed % PATTERNS], (uint64_t)seed + 1, 0.8);
         check(s.model, s.data, 0.0, s.q, s.u, seed, &damped);
@@ -394,8 +398,9 @@ static void chains_of_bodies_without_mass(void **state)
         mbsr_model_destroy(s.model);
     }
     conclude(&damped, 0);
-    conclude(&elastic, 12);
-    assert_true(damped.null > 25 && elastic.elastic > 15);
+    conclude(&elastic, elastic.trees / 3);
+    assert_true(damped.null > 2 * damped.trees / 3);
+    assert_true(elastic.elastic > 2 * elastic.trees / 5);
 }
 
 /* ---- force elements of every kind ---- */
@@ -453,7 +458,7 @@ static void every_force_element(void **state)
 {
     (void)state;
     tally group = {.name = "elements"};
-    for (int seed = 1; seed <= 72; ++seed) {
+    for (int seed = 1; seed <= TREES; ++seed) {
         test_rigid_choice choice = rigid_choice(seed);
         test_rigid_tree tree;
         mbsr_force_def elements[MOST_ELEMENTS + 1];
@@ -481,8 +486,8 @@ static void every_force_element(void **state)
         test_rigid_tree_free(&tree);
         rigid(choice, &group);
     }
-    conclude(&group, 5);
-    assert_true(group.null > 10 && group.across > 50 && group.swept > 10);
+    conclude(&group, (TREES + 20) / 20);
+    assert_true(group.null > TREES / 9 && group.across > 2 * TREES / 3 && group.swept > TREES / 8);
 }
 
 /* ---- what is left out without the correction ---- */

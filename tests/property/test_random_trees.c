@@ -3,6 +3,7 @@
  *
  * Bodies of dimension 1 to 12, joints with 0 to d degrees of freedom, masses of every rank, about
  * half of them deficient, so that deficient bodies are adjacent more often than not. */
+#include "duration.h"
 #include "oracle.h"
 
 #include "assembly/data.h"
@@ -10,7 +11,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { TREES = 600, MOST = 256 };
+#define TREES test_seeds(150, 600)
+enum { MOST = 256 };
 
 /* One tree in a random state; u and q in one array, as the oracle wants them. */
 typedef struct state {

@@ -4,6 +4,7 @@
  *
  * References know nothing of the recursions: the motion of the mass points, differences of it, and
  * singular values. */
+#include "duration.h"
 #include "expect.h"
 #include "space.h"
 
@@ -12,7 +13,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { TREES = 200, MOST = 96, MOST_ROWS = 160 };
+#define TREES test_seeds(60, 200)
+enum { MOST = 96, MOST_ROWS = 160 };
 
 static const double now = 0.3, gravity = 9.81;
 

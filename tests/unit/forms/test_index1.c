@@ -1,5 +1,6 @@
 /* The index-1 form: bases that follow the state, their rates, eta' and zeta' against differences.
  * SPDX-License-Identifier: BSD-3-Clause */
+#include "duration.h"
 #include "tree.h"
 
 #include "forms/bases.h"
@@ -8,7 +9,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { TREES = 150, MOST = 160 };
+#define TREES test_seeds(48, 150)
+enum { MOST = 160 };
 
 static const double start_time = 0.3;
 

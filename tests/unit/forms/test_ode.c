@@ -1,5 +1,6 @@
 /* The reduced ODE against the momentum form, and its groups of coupled massless directions.
  * SPDX-License-Identifier: BSD-3-Clause */
+#include "duration.h"
 #include "expect.h"
 #include "tree.h"
 
@@ -7,7 +8,8 @@
 
 #include <string.h>
 
-enum { TREES = 200, MOST = 160 };
+#define TREES test_seeds(60, 200)
+enum { MOST = 160 };
 
 static const double time_now = 0.3;
 

@@ -1,5 +1,6 @@
 /* Directions that move no mass, and the slopes of the forces in them.
  * SPDX-License-Identifier: BSD-3-Clause */
+#include "duration.h"
 #include "expect.h"
 
 #include "massless/null_slopes.h"
@@ -7,7 +8,7 @@
 
 #include <stdlib.h>
 
-enum { TREES = 300 };
+#define TREES test_seeds(75, 300)
 
 static const double now = 0.3;
 

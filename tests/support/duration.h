@@ -1,0 +1,20 @@
+/* How much a test repeats: one place that knows how long a test may take.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * No test takes more than 30 s on a free processor, in any build; tests/CMakeLists.txt allows it
+ * ten times as much. With MBSR_TEST_LONG=1 in the environment all run in full (scripts/test.sh
+ * --long). Only numbers of seeds and repetitions and lengths of runs differ, never what is tested.
+ */
+#ifndef TEST_DURATION_H
+#define TEST_DURATION_H
+
+#include <stdbool.h>
+
+/* Whether everything is to run in full. */
+bool test_long(void);
+
+/* A number of seeds or repetitions: `few` in Debug builds and under sanitizers, which take 4 to 20
+ * times as long as others; `many` elsewhere and in long runs. */
+int test_seeds(int few, int many);
+
+#endif
