@@ -1,9 +1,19 @@
 #!/usr/bin/env bash
 # Installs what is missing, then builds and tests libmbsrank in four ways, in build trees below
-# build/: gcc Release, clang Debug, address and undefined-behaviour sanitizers, core alone. Warnings
-# are errors in all of them. The numerical tests of the first run with OpenBLAS too.
+# build/: gcc Release, clang Debug, address and undefined-behaviour sanitizers, core alone (clang
+# Release). Warnings are errors in all of them. The numerical tests of the first run with OpenBLAS
+# too.
 # SPDX-License-Identifier: BSD-3-Clause
+# Usage: test.sh [--long]
+#     --long    all seeds and whole runs in every build (tests/support/duration.h); hours
 set -eu
+long=OFF
+for option; do
+    case $option in
+    --long) long=ON ;;
+    *) echo "usage: test.sh [--long]" >&2; exit 2 ;;
+    esac
+done
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 bash scripts/install.sh build test
 
@@ -23,7 +33,7 @@ run() {
     echo "==== $name ($compiler)"
     mkdir -p "$tree"
     if cmake -S . -B "$tree" -G "$generator" -DCMAKE_C_COMPILER="$compiler" -DMBSR_WERROR=ON \
-            -DMBSR_BENCH=ON "${options[@]}" >"$tree/configure.log" 2>&1; then
+            -DMBSR_TEST_LONG="$long" "${options[@]}" >"$tree/configure.log" 2>&1; then
         :
     else
         cat "$tree/configure.log"
@@ -79,10 +89,10 @@ other_lapacks() {
 set -o pipefail
 gcc=gcc
 if ! command -v gcc >/dev/null; then gcc=cc; fi
-run gcc-release "$gcc" -DCMAKE_BUILD_TYPE=Release --
+run gcc-release "$gcc" -DCMAKE_BUILD_TYPE=Release -DMBSR_BENCH=ON --
 other_lapacks
 if command -v clang >/dev/null; then
-    run clang-debug clang -DCMAKE_BUILD_TYPE=Debug -- -LE package
+    run clang-debug clang -DCMAKE_BUILD_TYPE=Debug -DMBSR_BENCH=ON -- -LE package
 else
     echo "==== clang-debug: left out, no clang"
 fi
@@ -91,13 +101,14 @@ for compiler in clang "$gcc"; do
     if [ -z "$sanitizer" ] && works "$compiler"; then sanitizer=$compiler; fi
 done
 if [ -n "$sanitizer" ]; then
-    # the beam takes 250 000 steps, which the sanitizers make too many
-    run sanitizers "$sanitizer" -DCMAKE_BUILD_TYPE=Debug -DMBSR_SANITIZE=address,undefined -- \
-        -E ida.beam
+    run sanitizers "$sanitizer" -DCMAKE_BUILD_TYPE=Debug -DMBSR_SANITIZE=address,undefined --
 else
     echo "==== sanitizers: left out, no compiler has them"
 fi
-run minimal "$gcc" -DCMAKE_BUILD_TYPE=Release -DMBSR_IDA=OFF -- -LE package
+# by the other compiler, which no other Release build is made with
+minimal=clang
+if ! command -v clang >/dev/null; then minimal=$gcc; fi
+run minimal "$minimal" -DCMAKE_BUILD_TYPE=Release -DMBSR_IDA=OFF -- -LE package
 
 echo "==== closing lines"
 printf '%s' "$summary"
