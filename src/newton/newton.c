@@ -372,6 +372,10 @@ int mbsr_newton_solve(mbsr_newton *newton, const double *r, double *delta)
     const size_t size = (size_t)(w->model->nq + 2 * w->model->nu);
     if (!mbsri_finite(size, r))
         return refuse(w, MBSR_NOT_FINITE, "mbsr_newton_solve: r is not finite");
+    if (size == 0) {
+        ++w->info.solves; /* no coordinates, and no arrays of them */
+        return MBSR_OK;
+    }
     if (w->corrected)
         mbsri_correction_solve(w, r, w->solution);
     else
