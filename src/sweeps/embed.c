@@ -137,8 +137,8 @@ mbsr_inertia mbsri_embedded_inertia(const mbsri_body *b, double length)
                                   (double[6]){about, about, about, 0.0, 0.0, 0.0});
     }
     if (turned || given->kind != MBSR_INERTIA_PARTICLE) return *given;
-    return mbsr_inertia_rigid(m, (double[3]){0.0, 0.0, 0.0},
-                              (double[6]){round, round, round, 0.0, 0.0, 0.0});
+    const double com[3] = {0.0, 0.0, 0.0};
+    return mbsr_inertia_rigid(m, com, (double[6]){round, round, round, 0.0, 0.0, 0.0});
 }
 
 /* ---- states ---- */
