@@ -75,16 +75,22 @@ MBSRI_INLINE void start_back(const mbsri_sweep_run *run, back *at)
 /* Through a body of another kind, which reads and leaves the carry of its predecessor's point. */
 MBSRI_OUTLINE bool pass_block(const mbsri_sweep_run *run, int i, bool exact, back *at)
 {
+    const bool bounded = !exact && run->tree->body[i].flags & MBSRI_BOUNDED;
+    if (bounded) {
+        mbsri_block_before_bound(run, i);
+        if (!pass_bounded(run, i)) return false;
+    }
+    if (bounded && run->tree->body[i].flags & MBSRI_SIX) {
+        collect_blocks(run, i, &at->c);
+        return true;
+    }
     _Alignas(32) mbsri_carry c, W;
     memset(&c, 0, sizeof c);
     memset(&W, 0, sizeof W);
-    if (!exact && run->tree->body[i].flags & MBSRI_BOUNDED) {
-        mbsri_block_before_bound(run, i);
-        if (!pass_bounded(run, i)) return false;
+    if (bounded)
         mbsri_block_after_bound(run, i, &c);
-    } else if (!mbsri_block_backward(run, i, exact, &c, &W)) {
+    else if (!mbsri_block_backward(run, i, exact, &c, &W))
         return false;
-    }
     from_memory(&c, &at->c);
     if (exact) from_memory(&W, &at->W);
     return true;

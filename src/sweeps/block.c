@@ -317,7 +317,6 @@ void mbsri_block_after_bound(const mbsri_sweep_run *run, int i, mbsri_carry *c)
 {
     const int parent = run->model->body[i].parent;
     const double *bound = run->load[i].bound;
-    mbsri_load_joint(run->model, run->data, i);
     if (!hands_over(run, i)) {
         double *above = run->load[parent].bound;
         above[0] = fmax(above[0], bound[0]);

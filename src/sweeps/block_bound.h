@@ -10,6 +10,7 @@
 
 #include "algebra/dense.h"
 #include "sweeps/block.h"
+#include "sweeps/carry.h"
 #include "sweeps/lane.h"
 
 #include <math.h>
@@ -60,24 +61,34 @@ MBSRI_INLINE void invert_block(int n, const double *L, double *Dinv)
     }
 }
 
-/* A bound of ||H||^2: (1 + |C| / L)^2 of a translation [1 0; C 1], in general the sum of squares. */
-MBSRI_INLINE double stretch_of(int d, int dp, const double *H, double area)
+/* Whether H = -X with X = [1 0; -[rho]x 1], as that of a joint between bodies in space mostly is. */
+MBSRI_INLINE bool is_translation(const double H[36], v4 *rho)
 {
-    double squares = 0.0, lower = 0.0;
-    bool translation = d == 6 && dp == 6;
+    const double x = H[11], y = H[15], z = H[4];
+    const double expected[36] = {-1.0, 0.0, 0.0,  0.0, z,    -y,  0.0, -1.0, 0.0, -z,   0.0, x,
+                                 0.0,  0.0, -1.0, y,   -x,   0.0, 0.0, 0.0,  0.0, -1.0, 0.0, 0.0,
+                                 0.0,  0.0, 0.0,  0.0, -1.0, 0.0, 0.0, 0.0,  0.0, 0.0,  0.0, -1.0};
+    bool same = true;
+    for (int k = 0; k < 36; ++k) same = same & (H[k] == expected[k]);
+    *rho = (v4){x, y, z, 0.0};
+    return same;
+}
+
+/* A bound of ||H||^2: (1 + |rho| / L)^2 of a translation, in general the sum of squares. */
+MBSRI_INLINE double stretch_of(int d, int dp, const double *H, double area, const v4 *rho)
+{
+    double squares = 0.0;
+    if (rho) {
+        const double ratio = 1.0 + sqrt(sum3(*rho * *rho) / area);
+        return ratio * ratio;
+    }
     for (int j = 0; j < dp; ++j) {
         for (int k = 0; k < d; ++k) {
             const double h = H[j * d + k];
             squares += h * h * weight(d, k, area) / weight(dp, j, area);
-            if (d == 6 && j < 3 && k >= 3)
-                lower += h * h;
-            else
-                translation = translation && h == (j == k ? -1.0 : 0.0);
         }
     }
-    if (!translation) return squares;
-    const double ratio = 1.0 + sqrt(0.5 * lower / area);
-    return fmin(squares, ratio * ratio);
+    return squares;
 }
 
 /* D, its inverse and G; false: the bound does not tell that D is regular. */
@@ -127,16 +138,62 @@ MBSRI_INLINE double transport_of(const mbsri_sweep_run *run, int i, int d, int n
     return norm * norm;
 }
 
-/* T (d x d) = Mbar - G U^T, then H^T T H added to the predecessor's Mbar (dp x dp). */
-MBSRI_INLINE void pass_mass(const mbsri_sweep_run *run, int i, int d, int dp, int n)
+/* A symmetric 6 x 6 as the blocks of a carry, and such blocks added to one. */
+MBSRI_INLINE void matrix_to_blocks(const double A[36], blocks *c)
+{
+    clear(c);
+    for (int j = 0; j < 3; ++j) {
+        const double *low = A + 6 * j, *high = A + 6 * (3 + j);
+        c->I[j] = (v4){low[0], low[1], low[2], 0.0};
+        c->G[j] = (v4){low[3], low[4], low[5], 0.0};
+        c->M[j] = (v4){high[3], high[4], high[5], 0.0};
+    }
+}
+
+MBSRI_INLINE void add_blocks(const blocks *c, double A[36])
+{
+    for (int j = 0; j < 3; ++j) {
+        for (int k = 0; k < 3; ++k) {
+            A[6 * j + k] += c->I[j][k];
+            A[6 * j + 3 + k] += c->G[j][k];
+            A[6 * (3 + j) + k] += c->G[k][j];
+            A[6 * (3 + j) + 3 + k] += c->M[j][k];
+        }
+    }
+}
+
+/* Mbar^a = Mbar - G U^T, then H^T Mbar^a H added to the predecessor's Mbar; rho: of a
+ * translation. */
+MBSRI_INLINE void pass_mass(const mbsri_sweep_run *run, int i, int d, int dp, int n, const v4 *rho)
 {
     const mbsri_body *b = run->model->body + i;
     mbsr_data *data = run->data;
-    double T[36], TH[36];
+    double T[36], TH[36], *above = data->Mbar + b->pred_dd;
     memcpy(T, data->Mbar + b->dd, (size_t)(d * d) * sizeof *T);
     mbsri_abt(d, n, d, -1.0, data->G + b->dn, data->U + b->dn, T);
-    mbsri_symmetrise(d, T);
-    mbsri_congruence(d, dp, data->H + b->dp, T, data->Mbar + b->pred_dd, TH);
+    if (rho) {
+        blocks c;
+        matrix_to_blocks(T, &c);
+        translate(*rho, &c);
+        add_blocks(&c, above);
+    } else {
+        mbsri_symmetrise(d, T);
+        mbsri_congruence(d, dp, data->H + b->dp, T, above, TH);
+    }
+}
+
+/* As mbsri_load_joint: e and mu, -H^T mu to the predecessor. */
+MBSRI_INLINE void load_sized(const mbsri_sweep_run *run, int i, int d, int dp, int n)
+{
+    const mbsri_body *b = run->model->body + i;
+    mbsr_data *data = run->data;
+    double *e = data->e + b->iu, *mu = data->mu + b->v;
+    for (int k = 0; k < d; ++k) mu[k] = data->fbar[b->v + (size_t)k];
+    mbsri_ax(d, d, 1.0, data->Mbar + b->dd, data->kII + b->v, mu);
+    for (int k = 0; k < n; ++k) e[k] = data->tau[b->iu + k];
+    mbsri_atx(d, n, -1.0, data->J + b->dn, mu, e);
+    mbsri_ax(d, n, 1.0, data->G + b->dn, e, mu);
+    mbsri_atx(d, dp, -1.0, data->H + b->dp, mu, data->fbar + b->pred_v);
 }
 
 /* Body i with sizes known to the compiler; false: not clear. */
@@ -158,11 +215,14 @@ MBSRI_INLINE bool pass_sized(const mbsri_sweep_run *run, int i, int d, int dp, i
         spread = 0.0;
     }
     if (!certify_block(run, i, d, n, kappa, spread)) return false;
-    const double norm = transport_of(run, i, d, n);
+    load_sized(run, i, d, dp, n);
+    if (dp == 0) return true;
+    const double norm = transport_of(run, i, d, n), *H = data->H + b->dp;
+    v4 rho;
+    const v4 *moved = d == 6 && dp == 6 && is_translation(H, &rho) ? &rho : NULL;
     bound[0] = kappa;
-    bound[1] = (spread * norm + trace * (1.0 + norm)) *
-               (dp > 0 ? stretch_of(d, dp, data->H + b->dp, area) : 1.0);
-    if (dp > 0) pass_mass(run, i, d, dp, n);
+    bound[1] = (spread * norm + trace * (1.0 + norm)) * stretch_of(d, dp, H, area, moved);
+    pass_mass(run, i, d, dp, n, moved);
     return true;
 }
 
@@ -175,6 +235,26 @@ MBSRI_OUTLINE bool pass_bounded(const mbsri_sweep_run *run, int i)
     if (d == 6 && dp == 6) return pass_sized(run, i, 6, 6, n);
     if (d == 3 && dp == 3 && n == 1) return pass_sized(run, i, 3, 3, 1);
     return pass_sized(run, i, d, dp, n);
+}
+
+/* What a body in space in the sweeps gets of block i, about its own point (see collect, block.c):
+ * p = H^T mu + Mbar (0, g + omega x (omega x arm)). */
+MBSRI_OUTLINE void collect_blocks(const mbsri_sweep_run *run, int i, blocks *c)
+{
+    const mbsri_body *b = run->model->body + i;
+    const mbsr_data *data = run->data;
+    const double *g = run->tree->gravity, *bound = run->load[i].bound;
+    double y[6] = {0.0};
+    matrix_to_blocks(data->Mbar + b->pred_dd, c);
+    mbsri_atx(b->d, 6, 1.0, data->H + b->dp, data->mu + b->v, y);
+    const v4 omega = load(run->state[b->parent].omega), arm = load(run->load[b->parent].arm);
+    const v4 a = (v4){g[0], g[1], g[2], 0.0} + cross(omega, cross(omega, arm));
+    c->L = (v4){y[0], y[1], y[2], 0.0} + transposed_times(c->G, a);
+    c->p = (v4){y[3], y[4], y[5], 0.0} + times(c->M, a);
+    translate(arm, c);
+    const double ratio = 1.0 + sqrt(sum3(arm * arm)) / run->tree->length;
+    c->kappa = bound[0];
+    c->spread = bound[1] * ratio * ratio;
 }
 
 #endif

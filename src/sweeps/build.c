@@ -216,6 +216,7 @@ static void place_hand_overs(mbsri_sweeps *tree)
         mbsri_sweep_body *b = tree->body + i, *pred = tree->body + b->parent;
         const bool last = (pred->flags & MBSRI_LEAF) != 0;
         if (b->flags & MBSRI_BRANCHES) --waiting;
+        if (b->parent > 0 && !(pred->flags & (MBSRI_BLOCK | MBSRI_PLANE))) b->flags |= MBSRI_SIX;
         if (pred->flags & MBSRI_BLOCK) {
             b->flags |= MBSRI_NEXT | MBSRI_TO_BLOCK;
             if (!(b->flags & MBSRI_SHARP)) pred->flags &= ~MBSRI_SHARP;

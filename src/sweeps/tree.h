@@ -31,6 +31,7 @@ enum {
     MBSRI_BLOCK = 8192,     /* it is of another kind: see block.h, and the next two */
     MBSRI_TO_BLOCK = 16384, /* its predecessor is */
     MBSRI_BOUNDED = 65536,  /* a block that is not in GENERAL space, nor is its predecessor */
+    MBSRI_SIX = 131072,     /* its predecessor is in space, and no block */
     MBSRI_SHARP = 32768     /* a block that has none but blocks behind it, so that its W is exact */
 };
 
