@@ -2,9 +2,6 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "base/error.h"
 
-#include <stdarg.h>
-#include <stdio.h>
-
 int mbsri_fail(mbsr_error *error, int status, int body, int force, const char *format, ...)
 {
     if (!error) return status;
@@ -13,9 +10,18 @@ int mbsri_fail(mbsr_error *error, int status, int body, int force, const char *f
     error->force = force;
     va_list arguments;
     va_start(arguments, format);
-    vsnprintf(error->text, sizeof error->text, format, arguments);
+    mbsri_vprint(error->text, sizeof error->text, format, arguments);
     va_end(arguments);
     return status;
+}
+
+int mbsri_print(char *text, size_t size, const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    const int length = mbsri_vprint(text, size, format, arguments);
+    va_end(arguments);
+    return length;
 }
 
 const char *mbsri_label(char *buffer, const char *kind, int id, const char *name)

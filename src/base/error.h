@@ -3,17 +3,16 @@
 #ifndef MBSRI_ERROR_H
 #define MBSRI_ERROR_H
 
-#include <mbsrank/base.h>
+#include "base/format.h"
 
-#if defined(__GNUC__)
-#define MBSRI_FORMAT(a, b) __attribute__((format(printf, a, b)))
-#else
-#define MBSRI_FORMAT(a, b)
-#endif
+#include <mbsrank/base.h>
 
 /* Writes *error (if not NULL) and returns status. */
 int mbsri_fail(mbsr_error *error, int status, int body, int force, const char *format, ...)
     MBSRI_FORMAT(5, 6);
+
+/* snprintf whose numbers have a point in every locale. */
+int mbsri_print(char *text, size_t size, const char *format, ...) MBSRI_FORMAT(3, 4);
 
 /* "body 3 'rod'" into a buffer of MBSRI_LABEL; returns the buffer. */
 enum { MBSRI_LABEL = 80 };

@@ -2,8 +2,6 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "ida/error.h"
 
-#include <stdarg.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -15,9 +13,31 @@ int mbsri_ida_fail(mbsr_error *error, int status, int body, int force, const cha
     error->force = force;
     va_list arguments;
     va_start(arguments, format);
-    vsnprintf(error->text, sizeof error->text, format, arguments);
+    mbsri_vprint(error->text, sizeof error->text, format, arguments);
     va_end(arguments);
     return status;
+}
+
+static bool digit(char c)
+{
+    return c >= '0' && c <= '9';
+}
+
+/* What stands between the digits of 0.5 in this locale, between two digits of the message. */
+void mbsri_ida_point_numbers(char *message)
+{
+    char half[16] = "";
+    snprintf(half, sizeof half, "%.1f", 0.5);
+    const size_t length = strlen(half) > 2 ? strlen(half) - 2 : 0;
+    if (length == 0 || (length == 1 && half[1] == '.')) return;
+    char *to = message;
+    for (const char *from = message; *from; ++to) {
+        const bool found = to > message && digit(to[-1]) && strncmp(from, half + 1, length) == 0 &&
+                           digit(from[length]);
+        *to = found ? '.' : *from;
+        from += found ? length : 1;
+    }
+    *to = '\0';
 }
 
 /* Name of an IDA flag into a buffer of FLAG; returns the buffer. IDA allocates it. */

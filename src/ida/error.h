@@ -3,17 +3,15 @@
 #ifndef MBSRI_IDA_ERROR_H
 #define MBSRI_IDA_ERROR_H
 
+#include "base/format.h"
 #include "ida/record.h"
-
-#if defined(__GNUC__)
-#define MBSRI_IDA_FORMAT(a, b) __attribute__((format(printf, a, b)))
-#else
-#define MBSRI_IDA_FORMAT(a, b)
-#endif
 
 /* Writes *error (if not NULL) and returns status. */
 int mbsri_ida_fail(mbsr_error *error, int status, int body, int force, const char *format, ...)
-    MBSRI_IDA_FORMAT(5, 6);
+    MBSRI_FORMAT(5, 6);
+
+/* Writes the numbers of a message of IDA, which follow the locale, with a point. */
+void mbsri_ida_point_numbers(char *message);
 
 /* MBSR_ERR_SOLVER, or MBSR_ERR_NO_MEMORY for IDA_MEM_FAIL; the text has the name of IDA's flag and
  * its message. */

@@ -228,7 +228,7 @@ static void append(char *text, size_t size, size_t *used, const char *format, co
                    double number)
 {
     char piece[MBSRI_LABEL + 64];
-    const int length = snprintf(piece, sizeof piece, format, string, number);
+    const int length = mbsri_print(piece, sizeof piece, format, string, number);
     if (length < 0) return;
     if (text && *used + (size_t)length < size) memcpy(text + *used, piece, (size_t)length + 1);
     *used += (size_t)length;

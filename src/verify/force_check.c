@@ -11,7 +11,6 @@
 #include <mbsrank/force_check.h>
 
 #include <math.h>
-#include <stdio.h>
 
 /* One call of the element, in both ways. */
 typedef struct verifier {
@@ -47,10 +46,10 @@ static void compare_block(verifier *w, int k, range rows, int l, range columns)
             const double off = fabs(w->own.matrix[at] - w->truth.matrix[at]) - noise;
             if (!(off > w->errors->largest * size)) continue;
             w->errors->largest = off / size;
-            snprintf(w->errors->text, sizeof w->errors->text,
-                     "d%s(%d) / d%s(%d) of bodies %d and %d is %.9g, by differences %.9g",
-                     rows.name, r, columns.name, c, body[k].id, body[l].id, w->own.matrix[at],
-                     w->truth.matrix[at]);
+            mbsri_print(w->errors->text, sizeof w->errors->text,
+                        "d%s(%d) / d%s(%d) of bodies %d and %d is %.9g, by differences %.9g",
+                        rows.name, r, columns.name, c, body[k].id, body[l].id, w->own.matrix[at],
+                        w->truth.matrix[at]);
         }
     }
 }

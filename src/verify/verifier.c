@@ -9,8 +9,6 @@
 #include "base/error.h"
 
 #include <math.h>
-#include <stdarg.h>
-#include <stdio.h>
 
 double *mbsri_verifier_take(double *memory, size_t *used, int rows, int columns)
 {
@@ -163,7 +161,7 @@ void mbsri_verifier_note(mbsri_verifier *w, double *field, double value, const c
     w->errors->largest = value;
     va_list arguments;
     va_start(arguments, format);
-    vsnprintf(w->errors->text, sizeof w->errors->text, format, arguments);
+    mbsri_vprint(w->errors->text, sizeof w->errors->text, format, arguments);
     va_end(arguments);
 }
 
