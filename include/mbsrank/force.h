@@ -96,6 +96,11 @@ typedef struct mbsr_force_table {
      * count as independent. Without it they are differenced, and so they are where the element
      * reads M and one of its bodies has its mass by function. */
     int (*derivatives)(const mbsr_force_args *args, const mbsr_force_derivatives *out);
+
+    /* Optional: called when the element is added, for what does not depend on its bodies, whose
+     * number is one of it. The fields may have been changed since a constructor made the element;
+     * param is finite. On refusal returns a status and may write a text. */
+    int (*check_fields)(const mbsr_force_def *force, char text[MBSR_TEXT_SIZE]);
 } mbsr_force_table;
 
 /* A force as function of time: writes `n` components. Returns 0 or a status. */
@@ -110,7 +115,9 @@ typedef int (*mbsr_spring_fn)(void *user, double x, double v, double *force, dou
 #define MBSR_FORCE_PARAMS 32
 #define MBSR_FORCE_OPTIONS 2
 
-/* A force element; made by a constructor below or mbsr_default_force_def, copied into the model. */
+/* A force element; made by a constructor below or mbsr_default_force_def, copied into the model.
+ * Fields of a stock element that were changed so that they do not fit each other (bodies, option,
+ * function) are refused when it is added. */
 struct mbsr_force_def {
     int cookie;                    /* set by the constructors */
     const char *name;              /* copied; NULL: none */
@@ -134,7 +141,9 @@ MBSR_API mbsr_force_def mbsr_default_force_def(void);
  * PLANAR bodies lie in the plane z = 0, turn about z, and feel what of a force is in that plane; a
  * point of a PLANAR body may lie off the plane, one of a POINT is its origin. Elements at points
  * refuse bodies in GENERAL space; those between two bodies refuse one body twice. Stiffnesses,
- * damping constants and other sizes that are negative are refused, when the model is finished.
+ * damping constants and other sizes that are negative are refused, when the model is finished; what
+ * has no meaning as NULL (a law, a contact, a function of time) is refused when the element is
+ * added.
  *
  * What turns power into heat says how much (mbsr_dissipation). One-sided elements (cables, stops)
  * have a damping force that is at most as large as the elastic force: so they never pull the wrong
@@ -189,7 +198,7 @@ MBSR_API mbsr_force_def mbsr_force_point_spring(int a, const double point_a[3], 
  *   -(J^-T stiffness theta + damping omega),   -(stiffness e + damping e')
  *
  * entry by entry, three angular entries first (N m/rad, N m s/rad), then three of translation (N/m,
- * N s/m), none negative; the force acts at B's origin, its reaction on a at the same point.
+ * N s/m), none negative, NULL: all zero; the force acts at B's origin, its reaction on a at the same point.
  * J(theta) is the matrix of omega = J theta', so that the forces follow from the energy 1/2 sum of
  * stiffness theta^2 + 1/2 sum of stiffness e^2; since J^-T theta = theta, it shows only where the
  * angular stiffnesses differ. At |theta| = pi theta jumps, and the moment with it. Frames that are
@@ -201,6 +210,27 @@ MBSR_API mbsr_force_def mbsr_force_bushing(int a, const mbsr_frame *A, int b, co
  * - rest) + damping u). */
 MBSR_API mbsr_force_def mbsr_force_joint_spring(int body, int coordinate, double stiffness,
                                                 double damping, double rest);
+
+/* The same with a cubic term: tau = -(stiffness e + cubic e^3 + damping u), e = q - rest; cubic in
+ * N/m^3 or N m/rad^3, not negative. */
+MBSR_API mbsr_force_def mbsr_force_joint_cubic_spring(int body, int coordinate, double stiffness,
+                                                      double cubic, double damping, double rest);
+
+/* Spring-damper on the orientation of a spherical or free joint, or of a joint of your own whose q
+ * begins with a quaternion (w, x, y, z) and u with the angular velocity omega as theirs do (nq = n
+ * + 1): with the rotation vector theta (|theta| < pi) that leads from the orientation `rest` (a
+ * quaternion of any length but zero; NULL: (1, 0, 0, 0), B along A) to the present one, both in
+ * frame A,
+ *
+ *   tau = -(J^-T stiffness theta + damping omega)
+ *
+ * entry by entry along A's axes (N m/rad, N m s/rad), none negative, NULL: all zero. J(theta) is the
+ * matrix of omega = J theta', so that tau follows from the energy 1/2 sum of stiffness theta^2; as
+ * mbsr_force_bushing. The length of q does not matter. At |theta| = pi theta jumps, and tau with
+ * it; a zero q gives MBSR_ZERO_QUATERNION. */
+MBSR_API mbsr_force_def mbsr_force_joint_rotation_spring(int body, const double stiffness[3],
+                                                         const double damping[3],
+                                                         const double rest[4]);
 
 /* Stops of joint coordinate `coordinate` (as mbsr_force_joint_spring): no force for lower <= q <=
  * upper; beyond a stop by x > 0 the joint force pushes back by F + min(max(damping x', -F), F), F =

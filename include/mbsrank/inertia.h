@@ -43,7 +43,8 @@ typedef struct mbsr_inertia {
     int d;                /* size of matrix (MATRIX) */
     const double *matrix; /* d x d, copied by mbsr_model_add_body (MATRIX) */
     mbsr_inertia_fn function;
-    void *user; /* for function; not copied, may be NULL */
+    void *user;    /* for function; not copied, may be NULL */
+    int unchecked; /* 1: the tensor need not be one of a body (SPATIAL), see below */
 } mbsr_inertia;
 
 /* Zero, stated. Any space. */
@@ -52,8 +53,8 @@ MBSR_API mbsr_inertia mbsr_inertia_zero(void);
 /* A particle at the body's origin. POINT, PLANAR and SPATIAL bodies. mass >= 0 kg. */
 MBSR_API mbsr_inertia mbsr_inertia_particle(double mass);
 
-/* A rigid body in the plane. PLANAR bodies. mass >= 0 kg, com in m in body axes, moment >= 0 kg m^2
- * about com. */
+/* A rigid body in the plane. PLANAR bodies. mass >= 0 kg, com in m in body axes (NULL: the origin),
+ * moment >= 0 kg m^2 about com. */
 MBSR_API mbsr_inertia mbsr_inertia_planar(double mass, const double com[2], double moment);
 
 /* ---- rigid bodies in space: SPATIAL bodies ----
@@ -62,14 +63,25 @@ MBSR_API mbsr_inertia mbsr_inertia_planar(double mass, const double com[2], doub
  * of the matrix: xx = sum of m (y^2 + z^2), xy = -sum of m x y. Parts without mass are allowed
  * everywhere. Refused when the body is added, as no distribution of mass has it: a negative mass;
  * about the centre of mass a principal moment that is negative, or larger than the sum of the other
- * two (by more than 1e-6 of it, so that rounded data pass). */
+ * two (by more than 1e-6 of it, so that rounded data pass).
+ *
+ * A point that is NULL is the body's origin; a tensor or edges that are NULL make an inertia that
+ * is refused when the body is added. */
 
 enum { MBSR_XX, MBSR_YY, MBSR_ZZ, MBSR_XY, MBSR_XZ, MBSR_YZ };
 
 /* Mass in kg, centre of mass in m in body axes, tensor about the centre of mass along body axes. */
 MBSR_API mbsr_inertia mbsr_inertia_rigid(double mass, const double com[3], const double tensor[6]);
 
-/* The same with the tensor about the origin and along the axes of `frame`, which stands in the
+/* The same where the tensor need not be that of a distribution of mass, such as data of another
+ * program that violate the triangle inequality of the principal moments: one moment may be larger
+ * than the sum of the other two. The mass matrix must still be finite and positive semi-definite:
+ * mass and principal moments about the centre of mass are not negative (but for 1e-6 of the largest
+ * moment). mbsr_inertia_moved and mbsr_inertia_sum keep the licence. */
+MBSR_API mbsr_inertia mbsr_inertia_rigid_unchecked(double mass, const double com[3],
+                                                   const double tensor[6]);
+
+/* The same as mbsr_inertia_rigid with the tensor about the origin and along the axes of `frame`, which stands in the
  * body (NULL: the body's own frame); com in body axes. */
 MBSR_API mbsr_inertia mbsr_inertia_rigid_about(double mass, const double com[3],
                                                const mbsr_frame *frame, const double tensor[6]);

@@ -144,12 +144,19 @@ typedef struct mbsr_joint_table {
      * velocities; p and V of `by` are the changes that follow from the others. */
     int (*rate_tangent)(const mbsr_joint_args *args, const mbsr_joint_change *by, double *dkII,
                         double *dKdot, double *dHdot, double *dJdot, double *dqdot);
+
+    /* Optional: called when the body is added, for what does not depend on the predecessor. The
+     * fields of the joint may have been changed since a constructor made it; d, np, n, nq and
+     * params are in their ranges and param is finite. On refusal returns a status and may write a
+     * text. */
+    int (*check_fields)(const mbsr_joint *joint, char text[MBSR_TEXT_SIZE]);
 } mbsr_joint_table;
 
 #define MBSR_JOINT_PARAMS 48
 #define MBSR_JOINT_OPTIONS 8
 
-/* A joint as a value; made by a constructor below, copied into the model. */
+/* A joint as a value; made by a constructor below, copied into the model. Fields of a stock joint
+ * that were changed so that they do not fit each other are refused when the body is added. */
 struct mbsr_joint {
     const mbsr_joint_table *table;   /* must outlive the model */
     mbsr_space space;                /* meaning of the body's coordinates */
@@ -208,7 +215,7 @@ MBSR_API mbsr_joint mbsr_joint_point_free(void);
  * the body's own frame). The joint moves B in A; the coordinates are zero where B lies on A. The
  * body is SPATIAL (d = 6); the predecessor a SPATIAL body, a PLANAR body or POINT (in the plane z =
  * 0), or a root. Frames whose axes are not orthonormal, axes of length zero and the like are
- * refused when the body is added or the model finished. */
+ * refused when the body is added. A direction that is NULL counts as one of length zero. */
 
 typedef enum mbsr_axis_kind {
     MBSR_AXIS_ROTATION = 1,    /* rad about the axis */
@@ -226,8 +233,9 @@ typedef struct mbsr_axis {
 
 /* Several axes in one body, without bodies between them: from A, each axis moves what follows it.
  * q, u are the coordinates of the axes that are not driven, in their order; `motion` gives those
- * that are, in their order. count: 0 .. 6. Where the axes become dependent (gimbal lock) the state
- * is refused with MBSR_RANK_DEFICIENT_J. */
+ * that are, in their order. count: 0 .. 6; axes may be NULL for 0, and is refused elsewhere when
+ * the body is added. Where the axes become dependent (gimbal lock) the state is refused with
+ * MBSR_RANK_DEFICIENT_J. */
 MBSR_API mbsr_joint mbsr_joint_compound(const mbsr_frame *A, const mbsr_frame *B, int count,
                                         const mbsr_axis *axes, mbsr_motion_fn motion, void *user);
 
@@ -252,7 +260,8 @@ MBSR_API mbsr_joint mbsr_joint_in_plane(const mbsr_frame *A, const mbsr_frame *B
 MBSR_API mbsr_joint mbsr_joint_translational(const mbsr_frame *A, const mbsr_frame *B);
 
 /* Orientation of B in A by a quaternion q = (w, x, y, z); u = omega of B relative to A, along A's
- * axes (rad/s); q' = 1/2 (0, u) q. nq = 4, n = 3. The rotation is that of q / |q|. q' is
+ * axes (rad/s); q' = G(q) u = 1/2 (0, u) q (mbsr_coordinate_rates), so u is not the rate of any
+ * coordinate. nq = 4, n = 3. The rotation is that of q / |q|. q' is
  * perpendicular to q, so |q| changes by errors of integration only and need not be watched; |q| = 0
  * is refused with MBSR_ZERO_QUATERNION. No orientation is singular. */
 MBSR_API mbsr_joint mbsr_joint_spherical(const mbsr_frame *A, const mbsr_frame *B);

@@ -9,7 +9,10 @@
 extern "C" {
 #endif
 
-/* Conventions: 3 x 3 matrices are column-major. The columns of a rotation R are a frame's axes, in
+/* A frame that is NULL is the one it stands in: no shift, no turn. An axis or quaternion that is NULL
+ * is one of length zero, which makes a frame without axes; such a frame is refused where it is used.
+ *
+ * Conventions: 3 x 3 matrices are column-major. The columns of a rotation R are a frame's axes, in
  * components along the axes that it stands in: x_outer = R x_frame. Quaternions are (w, x, y, z).
  * Six-vectors (twists, wrenches) have the angular part first, as Featherstone's have. */
 
@@ -41,7 +44,7 @@ MBSR_API mbsr_frame mbsr_frame_product(const mbsr_frame *a, const mbsr_frame *b)
 /* The frame that a stands in, expressed in a: R = R_a^T, x = -R_a^T x_a. */
 MBSR_API mbsr_frame mbsr_frame_inverse(const mbsr_frame *a);
 
-/* Between quaternions and rotations; the quaternion of a rotation has length 1 and w >= 0. */
+/* Between quaternions and rotations; outputs must not be NULL, an input that is NULL is zero. The quaternion of a rotation has length 1 and w >= 0. */
 MBSR_API void mbsr_quaternion_rotation(const double quaternion[4], double R[9]);
 MBSR_API void mbsr_rotation_quaternion(const double R[9], double quaternion[4]);
 

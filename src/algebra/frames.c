@@ -31,7 +31,7 @@ mbsr_frame mbsr_frame_at(double x, double y, double z)
 mbsr_frame mbsr_frame_turned(const double x[3], const double axis[3], double angle)
 {
     double n[3];
-    if (!mbsri_direction3(axis, n)) return frame_of(x, none);
+    if (!axis || !mbsri_direction3(axis, n)) return frame_of(x, none);
     const double c = cos(0.5 * angle), s = sin(0.5 * angle);
     const double quaternion[4] = {c, s * n[0], s * n[1], s * n[2]};
     return mbsr_frame_quaternion(x, quaternion);
@@ -40,6 +40,7 @@ mbsr_frame mbsr_frame_turned(const double x[3], const double axis[3], double ang
 mbsr_frame mbsr_frame_quaternion(const double x[3], const double quaternion[4])
 {
     double R[9];
+    if (!quaternion) return frame_of(x, none);
     mbsr_quaternion_rotation(quaternion, R);
     return frame_of(x, R);
 }
@@ -49,7 +50,7 @@ mbsr_frame mbsr_frame_along(const double x[3], const double z[3])
 {
     double R[9], helper[3] = {0.0, 0.0, 0.0};
     int least = 0;
-    if (!mbsri_direction3(z, R + 6)) return frame_of(x, none);
+    if (!z || !mbsri_direction3(z, R + 6)) return frame_of(x, none);
     for (int k = 1; k < 3; ++k) {
         if (fabs(z[k]) < fabs(z[least])) least = k;
     }
@@ -63,7 +64,10 @@ mbsr_frame mbsr_frame_along(const double x[3], const double z[3])
 
 mbsr_frame mbsr_frame_product(const mbsr_frame *a, const mbsr_frame *b)
 {
+    const mbsr_frame same = mbsr_frame_identity();
     mbsr_frame c;
+    if (!a) a = &same;
+    if (!b) b = &same;
     mbsri_rotate3(a->R, b->x, c.x);
     mbsri_add3(1.0, a->x, c.x);
     mbsri_multiply3(a->R, b->R, c.R);
@@ -73,6 +77,7 @@ mbsr_frame mbsr_frame_product(const mbsr_frame *a, const mbsr_frame *b)
 mbsr_frame mbsr_frame_inverse(const mbsr_frame *a)
 {
     mbsr_frame c;
+    if (!a) return mbsr_frame_identity();
     mbsri_unrotate3(a->R, a->x, c.x);
     for (int k = 0; k < 3; ++k) c.x[k] = -c.x[k];
     mbsri_multiply_transposed3(unit, a->R, c.R);
@@ -82,7 +87,9 @@ mbsr_frame mbsr_frame_inverse(const mbsr_frame *a)
 /* R = 1 + 2 (w [v]x + [v]x^2) / |q|^2 */
 void mbsr_quaternion_rotation(const double quaternion[4], double R[9])
 {
+    static const double zero[4] = {0.0};
     double n[4], X[9];
+    if (!quaternion) quaternion = zero;
     mbsri_scale4(quaternion, n);
     const double w = n[0], *v = n + 1, size = mbsri_dot3(v, v), s = 2.0 / (w * w + size);
     mbsri_cross_matrix3(v, X);
@@ -95,6 +102,7 @@ void mbsr_quaternion_rotation(const double quaternion[4], double R[9])
 /* From the largest of 4 w^2, 4 x^2, 4 y^2, 4 z^2, so that nothing is lost to cancellation. */
 void mbsr_rotation_quaternion(const double R[9], double quaternion[4])
 {
+    if (!R) R = none;
     const double trace = R[0] + R[4] + R[8];
     int largest = -1;
     double most = trace;

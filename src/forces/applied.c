@@ -76,9 +76,25 @@ static int wrench_derivatives(const mbsr_force_args *args, const mbsr_force_deri
     return MBSR_OK;
 }
 
+static int check_function(const mbsr_force_def *def, char text[MBSR_TEXT_SIZE])
+{
+    return def->function ? MBSR_OK : mbsri_refuse(text, MBSR_ERR_NULL, "function is NULL");
+}
+
+static int check_fields(const mbsr_force_def *def, char text[MBSR_TEXT_SIZE])
+{
+    const int status = mbsri_check_shape(def, 1, 0, text);
+    return status ? status : check_function(def, text);
+}
+
+static int wrench_check_fields(const mbsr_force_def *def, char text[MBSR_TEXT_SIZE])
+{
+    const int status = mbsri_check_shape(def, 1, 1, text);
+    return status ? status : check_function(def, text);
+}
+
 static int check(const mbsr_force_args *args, char text[MBSR_TEXT_SIZE])
 {
-    if (!args->force->function) return mbsri_refuse(text, MBSR_ERR_NULL, "function is NULL");
     if (args->body->id == MBSR_GROUND)
         return mbsri_refuse(text, MBSR_ERR_ID, "it acts on the ground");
     return MBSR_OK;
@@ -102,6 +118,7 @@ static const mbsr_force_table body_table = {
     .name = "applied force",
     .evaluate = body_evaluate,
     .check = check,
+    .check_fields = check_fields,
     .derivatives = mbsri_no_slopes,
 };
 
@@ -111,6 +128,7 @@ static const mbsr_force_table joint_table = {
     .name = "applied joint force",
     .evaluate = joint_evaluate,
     .check = check,
+    .check_fields = check_fields,
     .derivatives = mbsri_no_slopes,
 };
 
@@ -120,6 +138,7 @@ static const mbsr_force_table wrench_table = {
     .name = "wrench",
     .evaluate = wrench_evaluate,
     .check = wrench_check,
+    .check_fields = wrench_check_fields,
     .parameter = wrench_parameter,
     .derivatives = wrench_derivatives,
 };

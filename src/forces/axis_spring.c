@@ -84,6 +84,11 @@ static int check(const mbsr_force_args *args, char text[MBSR_TEXT_SIZE])
     return status ? status : mbsri_check_ends(args, text);
 }
 
+static int check_fields(const mbsr_force_def *def, char text[MBSR_TEXT_SIZE])
+{
+    return mbsri_check_shape(def, 2, 1, text);
+}
+
 static const char *parameter(int k)
 {
     static const char *const names[] = {" (stiffness)", " (damping)", " (rest)"};
@@ -98,6 +103,7 @@ static const mbsr_force_table axis_table = {
     .energy = energy,
     .dissipation = dissipation,
     .check = check,
+    .check_fields = check_fields,
     .parameter = parameter,
     .derivatives = derivatives,
 };

@@ -7,10 +7,12 @@
  *   E = 1/2 sum of c theta^2 + 1/2 sum of c e^2
  *
  * moment and force on B:  -J^-T(theta) (c theta) - d omega,   -(c e + d e')
- * J^-T(theta) = 1 + [theta]x / 2 + s [theta]x^2,   s = (1 - |theta|/2 cot |theta|/2) / |theta|^2 */
+ *
+ * (rotation.h) */
 #include "algebra/frames.h"
 #include "algebra/space3.h"
 #include "forces/marker.h"
+#include "forces/rotation.h"
 #include "forces/slopes.h"
 #include "forces/stock.h"
 
@@ -46,28 +48,19 @@ static void frame_axes(const mbsr_force_body *body, const double *frame, double 
     mbsri_multiply3(R, in_body, axes);
 }
 
-/* theta with |theta| <= pi, from the quaternion (w, v) of R: 2 atan2(|v|, w) v / |v| */
-static void rotation_vector(const double R[9], double theta[3])
-{
-    double quaternion[4];
-    mbsr_rotation_quaternion(R, quaternion);
-    const double size = mbsri_norm3(quaternion + 1);
-    const double factor = size > 0.0 ? 2.0 * atan2(size, quaternion[0]) / size : 2.0;
-    for (int k = 0; k < 3; ++k) theta[k] = factor * quaternion[1 + k];
-}
-
 static void locate(const mbsr_force_args *args, bushing *w)
 {
     const mbsr_force_body *a = args->body, *b = args->body + 1;
     const double *param = args->force->param;
-    double axes_b[9], axes_a_t[9], relative[9], spin[2][3];
+    double axes_b[9], axes_a_t[9], relative[9], spin[2][3], quaternion[4];
     frame_axes(a, param + FRAME_A, w->axes);
     frame_axes(b, param + FRAME_B, axes_b);
     for (int j = 0; j < 3; ++j) {
         for (int k = 0; k < 3; ++k) axes_a_t[3 * k + j] = w->axes[3 * j + k];
     }
     mbsri_multiply3(axes_a_t, axes_b, relative);
-    rotation_vector(relative, w->theta);
+    mbsr_rotation_quaternion(relative, quaternion);
+    mbsri_rotation_vector(quaternion, w->theta);
     mbsri_marker_on(a, param + FRAME_A + ORIGIN, &w->at);
     mbsri_marker_on(b, param + FRAME_B + ORIGIN, &w->b);
     mbsri_marker_at(a, w->b.x, &w->a);
@@ -83,43 +76,13 @@ static void locate(const mbsr_force_args *args, bushing *w)
     mbsri_unrotate3(w->axes, w->omega, w->omega);
 }
 
-/* s above and its derivative with respect to |theta|^2; the series where the closed form cancels,
- * their errors are below 1e-16 there and 1e-13. */
-static double factor(double square, double *slope)
-{
-    const double half = 0.5 * sqrt(square);
-    if (square < 0.01) {
-        if (slope) {
-            *slope = 1.0 / 720.0 +
-                     square * (1.0 / 15120.0 + square * (1.0 / 403200.0 + square / 11975040.0));
-        }
-        return 1.0 / 12.0 + square * (1.0 / 720.0 + square * (1.0 / 30240.0 + square / 1209600.0));
-    }
-    const double cotangent = cos(half) / sin(half), s = (1.0 - half * cotangent) / square;
-    /* with h = |theta| / 2:  d(h cot h)/dh = cot h - h (1 + cot^2 h),  dh/d|theta|^2 = 1/(8 h) */
-    if (slope) {
-        *slope = ((half * (1.0 + cotangent * cotangent) - cotangent) / (8.0 * half) - s) / square;
-    }
-    return s;
-}
-
-/* y = J^-T(theta) x */
-static void unturn(const double theta[3], const double x[3], double y[3])
-{
-    const double s = factor(mbsri_dot3(theta, theta), NULL);
-    double once[3], twice[3];
-    mbsri_cross3(theta, x, once);
-    mbsri_cross3(theta, once, twice);
-    for (int k = 0; k < 3; ++k) y[k] = x[k] + 0.5 * once[k] + s * twice[k];
-}
-
 /* Force and moment on a, the opposite of those on b, along the world axes. */
 static void exert(const mbsr_force_args *args, const bushing *w, double force[3], double moment[3])
 {
     const double *stiffness = args->force->param + STIFFNESS,
                  *damping = args->force->param + DAMPING;
     for (int k = 0; k < 3; ++k) moment[k] = stiffness[k] * w->theta[k];
-    unturn(w->theta, moment, moment);
+    mbsri_unturn(w->theta, moment, moment);
     for (int k = 0; k < 3; ++k) {
         moment[k] += damping[k] * w->omega[k];
         force[k] = stiffness[3 + k] * w->e[k] + damping[3 + k] * w->e_rate[k];
@@ -140,40 +103,6 @@ static int evaluate(const mbsr_force_args *args)
 }
 
 /* ---- derivatives ---- */
-
-/* dy for dtheta and dx, y = J^-T(theta) x */
-static void unturn_slope(const double theta[3], const double dtheta[3], const double x[3],
-                         const double dx[3], double dy[3])
-{
-    double slope, once[3], twice[3], donce[3], dtwice[3];
-    const double s = factor(mbsri_dot3(theta, theta), &slope),
-                 ds = 2.0 * slope * mbsri_dot3(theta, dtheta);
-    mbsri_cross3(theta, x, once);
-    mbsri_cross3(theta, once, twice);
-    mbsri_cross3(dtheta, x, donce);
-    mbsri_add_cross3(theta, dx, donce);
-    mbsri_cross3(dtheta, once, dtwice);
-    mbsri_add_cross3(theta, donce, dtwice);
-    for (int k = 0; k < 3; ++k) dy[k] = dx[k] + 0.5 * donce[k] + s * dtwice[k] + ds * twice[k];
-}
-
-/* T (3 x 3): derivative of J^-T (c theta) for a small rotation phi of B relative to A along A's
- * axes, for which dtheta = J^-1 phi = (J^-T(-theta)) phi. */
-static void turning_stiffness(const double theta[3], const double *stiffness, double T[9])
-{
-    double back[3], x[3];
-    for (int k = 0; k < 3; ++k) {
-        back[k] = -theta[k];
-        x[k] = stiffness[k] * theta[k];
-    }
-    for (int j = 0; j < 3; ++j) {
-        double phi[3] = {0.0}, dtheta[3], dx[3];
-        phi[j] = 1.0;
-        unturn(back, phi, dtheta);
-        for (int k = 0; k < 3; ++k) dx[k] = stiffness[k] * dtheta[k];
-        unturn_slope(theta, dtheta, x, dx, T + 3 * j);
-    }
-}
 
 /* y = R_A diag(c) R_A^T x */
 static void along_axes(const bushing *w, const double *c, const double x[3], double y[3])
@@ -230,7 +159,7 @@ static int derivatives(const mbsr_force_args *args, const mbsr_force_derivatives
     locate(args, &w);
     exert(args, &w, force, moment);
     see(&c, &w, &d);
-    turning_stiffness(w.theta, stiffness, T);
+    mbsri_turning_stiffness(w.theta, stiffness, T);
     for (int l = 0; l < c.count; ++l) {
         along_axes(&w, stiffness + 3, d.e[l].x, dforce[l].x);
         along_axes(&w, damping + 3, d.e_rate[l].x, y);
@@ -290,6 +219,25 @@ static int check(const mbsr_force_args *args, char text[MBSR_TEXT_SIZE])
     return status ? status : mbsri_check_ends(args, text);
 }
 
+/* The axes that are stored are orthonormal, unless those given were not. */
+static int check_fields(const mbsr_force_def *def, char text[MBSR_TEXT_SIZE])
+{
+    const int status = mbsri_check_shape(def, 2, 0, text);
+    if (status) return status;
+    for (int k = 0; k < 2; ++k) {
+        const double *x = def->param + (k ? FRAME_B : FRAME_A) + AXES, *y = x + 3;
+        const double defect = fmax(fabs(mbsri_dot3(x, y)), fmax(fabs(mbsri_dot3(x, x) - 1.0),
+                                                                fabs(mbsri_dot3(y, y) - 1.0)));
+        if (def->param[DEFECT_A + k] <= 1e-6 && !(defect <= 1e-9)) {
+            return mbsri_refuse(text, MBSR_ERR_VALUE,
+                                "the axes of frame %c are not orthonormal: R^T R differs from 1 "
+                                "by %g",
+                                k ? 'B' : 'A', defect);
+        }
+    }
+    return MBSR_OK;
+}
+
 static const char *parameter(int k)
 {
     static const char *const names[] = {
@@ -312,6 +260,7 @@ static const mbsr_force_table bushing_table = {
     .energy = energy,
     .dissipation = dissipation,
     .check = check,
+    .check_fields = check_fields,
     .parameter = parameter,
     .derivatives = derivatives,
 };
@@ -333,8 +282,8 @@ mbsr_force_def mbsr_force_bushing(int a, const mbsr_frame *A, int b, const mbsr_
     mbsr_force_def def = mbsri_stock_force(&bushing_table, 2, a, b);
     store(A, def.param + FRAME_A, def.param + DEFECT_A);
     store(B, def.param + FRAME_B, def.param + DEFECT_B);
-    memcpy(def.param + STIFFNESS, stiffness, 6 * sizeof *stiffness);
-    memcpy(def.param + DAMPING, damping, 6 * sizeof *damping);
+    if (stiffness) memcpy(def.param + STIFFNESS, stiffness, 6 * sizeof *stiffness);
+    if (damping) memcpy(def.param + DAMPING, damping, 6 * sizeof *damping);
     return def;
 }
 

@@ -178,6 +178,15 @@ static int check(const mbsr_force_args *args, char text[MBSR_TEXT_SIZE])
     return MBSR_OK;
 }
 
+static int check_fields(const mbsr_force_def *def, char text[MBSR_TEXT_SIZE])
+{
+    const int status = mbsri_check_shape(def, 2, 0, text);
+    if (status) return status;
+    const double length = mbsri_norm3(def->param + NORMAL);
+    if (length == 0.0 || fabs(length - 1.0) < 1e-9) return MBSR_OK;
+    return mbsri_refuse(text, MBSR_ERR_VALUE, "normal has length %g, must be 1", length);
+}
+
 static const char *parameter(int k)
 {
     static const char *const names[] = {
@@ -195,6 +204,7 @@ static const mbsr_force_table contact_table = {
     .energy = energy,
     .dissipation = dissipation,
     .check = check,
+    .check_fields = check_fields,
     .parameter = parameter,
     .derivatives = derivatives,
 };
@@ -213,6 +223,7 @@ static void store_normal(const double normal[3], double unit[3])
 mbsr_force_def mbsr_force_contact(int a, int b, const mbsr_contact *contact)
 {
     mbsr_force_def def = mbsri_stock_force(&contact_table, 2, a, b);
+    if (!contact) return mbsri_given_null(def);
     memcpy(def.param + CENTRE, contact->centre, sizeof contact->centre);
     memcpy(def.param + POINT, contact->point, sizeof contact->point);
     store_normal(contact->normal, def.param + NORMAL);

@@ -120,6 +120,11 @@ static int energy(const mbsr_force_args *args, double *energy_out)
     return MBSR_OK;
 }
 
+static int check_fields(const mbsr_force_def *def, char text[MBSR_TEXT_SIZE])
+{
+    return mbsri_check_shape(def, 0, 0, text);
+}
+
 static const char *parameter(int k)
 {
     static const char *const names[] = {" (gx)", " (gy)", " (gz)"};
@@ -132,6 +137,7 @@ static const mbsr_force_table gravity_table = {
     .name = "gravity",
     .evaluate = evaluate,
     .energy = energy,
+    .check_fields = check_fields,
     .parameter = parameter,
     .derivatives = derivatives,
 };

@@ -15,6 +15,11 @@ static int check_coordinate(const mbsr_force_args *args, char text[MBSR_TEXT_SIZ
                         body->id, body->n);
 }
 
+static int check_fields(const mbsr_force_def *def, char text[MBSR_TEXT_SIZE])
+{
+    return mbsri_check_shape(def, 1, 1, text);
+}
+
 /* q[coordinate] belongs to u[coordinate]. */
 static int check_position(const mbsr_force_args *args, char text[MBSR_TEXT_SIZE])
 {
@@ -37,24 +42,27 @@ static void add_slopes(const mbsr_force_args *args, const mbsr_force_derivatives
     mbsri_add_slope(out, row, mbsri_u_column(body, column) + k, by_u);
 }
 
-/* ---- spring-damper: tau = -(c (q - rest) + d u) ---- */
+/* ---- spring-damper: with e = q - rest, tau = -(c e + c3 e^3 + d u) ---- */
 
-enum { SPRING_STIFFNESS, SPRING_DAMPING, REST };
+enum { SPRING_STIFFNESS, SPRING_DAMPING, REST, CUBIC };
 
 static int spring_evaluate(const mbsr_force_args *args)
 {
     const mbsr_force_body *body = args->body;
     const double *param = args->force->param;
     const int k = args->force->option[0];
+    const double e = body->q[k] - param[REST];
     body->tau[k] -=
-        param[SPRING_STIFFNESS] * (body->q[k] - param[REST]) + param[SPRING_DAMPING] * body->u[k];
+        (param[SPRING_STIFFNESS] + param[CUBIC] * e * e) * e + param[SPRING_DAMPING] * body->u[k];
     return MBSR_OK;
 }
 
 static int spring_derivatives(const mbsr_force_args *args, const mbsr_force_derivatives *out)
 {
     const double *param = args->force->param;
-    add_slopes(args, out, -param[SPRING_STIFFNESS], -param[SPRING_DAMPING]);
+    const double e = args->body->q[args->force->option[0]] - param[REST];
+    add_slopes(args, out, -param[SPRING_STIFFNESS] - 3.0 * param[CUBIC] * e * e,
+               -param[SPRING_DAMPING]);
     return MBSR_OK;
 }
 
@@ -62,7 +70,7 @@ static int spring_energy(const mbsr_force_args *args, double *energy)
 {
     const double *param = args->force->param;
     const double e = args->body->q[args->force->option[0]] - param[REST];
-    *energy += 0.5 * param[SPRING_STIFFNESS] * e * e;
+    *energy += (0.5 * param[SPRING_STIFFNESS] + 0.25 * param[CUBIC] * e * e) * e * e;
     return MBSR_OK;
 }
 
@@ -76,12 +84,15 @@ static int spring_dissipation(const mbsr_force_args *args, double *power)
 static int spring_check(const mbsr_force_args *args, char text[MBSR_TEXT_SIZE])
 {
     const int status = check_position(args, text);
-    return status ? status : mbsri_check_not_negative(args, SPRING_STIFFNESS, 2, text);
+    if (status) return status;
+    if (args->force->param[CUBIC] < 0.0)
+        return mbsri_refuse_parameter(text, args, CUBIC, "negative");
+    return mbsri_check_not_negative(args, SPRING_STIFFNESS, 2, text);
 }
 
 static const char *spring_parameter(int k)
 {
-    static const char *const names[] = {" (stiffness)", " (damping)", " (rest)"};
+    static const char *const names[] = {" (stiffness)", " (damping)", " (rest)", " (cubic)"};
     return MBSRI_PARAMETER(names, k);
 }
 
@@ -93,6 +104,7 @@ static const mbsr_force_table spring_table = {
     .energy = spring_energy,
     .dissipation = spring_dissipation,
     .check = spring_check,
+    .check_fields = check_fields,
     .parameter = spring_parameter,
     .derivatives = spring_derivatives,
 };
@@ -100,7 +112,14 @@ static const mbsr_force_table spring_table = {
 mbsr_force_def mbsr_force_joint_spring(int body, int coordinate, double stiffness, double damping,
                                        double rest)
 {
+    return mbsr_force_joint_cubic_spring(body, coordinate, stiffness, 0.0, damping, rest);
+}
+
+mbsr_force_def mbsr_force_joint_cubic_spring(int body, int coordinate, double stiffness,
+                                             double cubic, double damping, double rest)
+{
     mbsr_force_def def = mbsri_stock_force(&spring_table, 1, body, MBSR_GROUND);
+    def.param[CUBIC] = cubic;
     def.option[0] = coordinate;
     def.param[SPRING_STIFFNESS] = stiffness;
     def.param[SPRING_DAMPING] = damping;
@@ -186,6 +205,13 @@ static int stop_check(const mbsr_force_args *args, char text[MBSR_TEXT_SIZE])
     return status;
 }
 
+static int stop_check_fields(const mbsr_force_def *def, char text[MBSR_TEXT_SIZE])
+{
+    const int status = mbsri_check_shape(def, 1, 2, text), stops = def->option[1];
+    if (status || (stops & ~(HAS_LOWER | HAS_UPPER)) == 0) return status;
+    return mbsri_refuse(text, MBSR_ERR_VALUE, "option[1] is %d, must be 0 .. 3", stops);
+}
+
 static const char *stop_parameter(int k)
 {
     static const char *const names[] = {" (lower)", " (upper)", " (stiffness)", " (damping)"};
@@ -200,6 +226,7 @@ static const mbsr_force_table stop_table = {
     .energy = stop_energy,
     .dissipation = stop_dissipation,
     .check = stop_check,
+    .check_fields = stop_check_fields,
     .parameter = stop_parameter,
     .derivatives = stop_derivatives,
 };
@@ -276,6 +303,7 @@ static const mbsr_force_table friction_table = {
     .evaluate = friction_evaluate,
     .dissipation = friction_dissipation,
     .check = friction_check,
+    .check_fields = check_fields,
     .parameter = friction_parameter,
     .derivatives = friction_derivatives,
 };

@@ -247,6 +247,11 @@ static int check(const mbsr_force_args *args, char text[MBSR_TEXT_SIZE])
     return MBSR_OK;
 }
 
+static int check_fields(const mbsr_force_def *def, char text[MBSR_TEXT_SIZE])
+{
+    return mbsri_check_shape(def, 2, 1, text);
+}
+
 static const char *parameter(int k)
 {
     static const char *const names[] = {
@@ -263,6 +268,7 @@ static const mbsr_force_table point_table = {
     .energy = energy,
     .dissipation = dissipation,
     .check = check,
+    .check_fields = check_fields,
     .parameter = parameter,
     .derivatives = derivatives,
 };
@@ -271,6 +277,7 @@ mbsr_force_def mbsr_force_spring(int a, const double point_a[3], int b, const do
                                  const mbsr_spring *spring)
 {
     mbsr_force_def def = mbsri_stock_force(&point_table, 2, a, b);
+    if (!spring) return mbsri_given_null(def);
     def.param[STIFFNESS] = spring->stiffness;
     def.param[DAMPING] = spring->damping;
     def.param[REST] = spring->free_length;

@@ -4,8 +4,7 @@
 
 #include "base/cookie.h"
 
-#include <stdarg.h>
-#include <stdio.h>
+#include <limits.h>
 
 mbsr_force_def mbsr_default_force_def(void)
 {
@@ -37,7 +36,7 @@ int mbsri_refuse(char text[MBSR_TEXT_SIZE], int status, const char *format, ...)
 {
     va_list arguments;
     va_start(arguments, format);
-    vsnprintf(text, MBSR_TEXT_SIZE, format, arguments);
+    mbsri_vprint(text, MBSR_TEXT_SIZE, format, arguments);
     va_end(arguments);
     return status;
 }
@@ -54,6 +53,31 @@ int mbsri_check_not_negative(const mbsr_force_args *args, int first, int count,
 {
     for (int k = first; k < first + count; ++k) {
         if (args->force->param[k] < 0.0) return mbsri_refuse_parameter(text, args, k, "negative");
+    }
+    return MBSR_OK;
+}
+
+/* Stands in the last option. */
+enum { GIVEN_NULL = INT_MIN };
+
+mbsr_force_def mbsri_given_null(mbsr_force_def def)
+{
+    def.option[MBSR_FORCE_OPTIONS - 1] = GIVEN_NULL;
+    return def;
+}
+
+int mbsri_check_shape(const mbsr_force_def *def, int bodies, int first_unused,
+                      char text[MBSR_TEXT_SIZE])
+{
+    if (def->bodies != bodies)
+        return mbsri_refuse(text, MBSR_ERR_VALUE, "bodies is %d, must be %d", def->bodies, bodies);
+    if (def->option[MBSR_FORCE_OPTIONS - 1] == GIVEN_NULL)
+        return mbsri_refuse(text, MBSR_ERR_NULL, "the law or contact it is made from is NULL");
+    for (int k = first_unused; k < MBSR_FORCE_OPTIONS; ++k) {
+        if (def->option[k] != 0) {
+            return mbsri_refuse(text, MBSR_ERR_VALUE, "option[%d] is %d, must be 0", k,
+                                def->option[k]);
+        }
     }
     return MBSR_OK;
 }

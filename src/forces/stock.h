@@ -23,6 +23,14 @@ int mbsri_refuse_parameter(char text[MBSR_TEXT_SIZE], const mbsr_force_args *arg
 int mbsri_check_not_negative(const mbsr_force_args *args, int first, int count,
                              char text[MBSR_TEXT_SIZE]);
 
+/* For check_fields: refuses another number of bodies, and options other than 0 from the first
+ * unused one on. An element whose data were given as NULL (mbsri_given_null) is refused as such. */
+int mbsri_check_shape(const mbsr_force_def *def, int bodies, int first_unused,
+                      char text[MBSR_TEXT_SIZE]);
+
+/* Marks an element as made from a pointer that must not be NULL. */
+mbsr_force_def mbsri_given_null(mbsr_force_def def);
+
 /* Refuses an element with both ends on one body. */
 int mbsri_check_ends(const mbsr_force_args *args, char text[MBSR_TEXT_SIZE]);
 

@@ -14,8 +14,9 @@ mbsr_inertia mbsr_inertia_particle(double mass)
 
 mbsr_inertia mbsr_inertia_planar(double mass, const double com[2], double moment)
 {
-    return (mbsr_inertia){
-        .kind = MBSR_INERTIA_PLANAR, .mass = mass, .com = {com[0], com[1]}, .moment = moment};
+    mbsr_inertia inertia = {.kind = MBSR_INERTIA_PLANAR, .mass = mass, .moment = moment};
+    for (int k = 0; k < 2; ++k) inertia.com[k] = com ? com[k] : 0.0;
+    return inertia;
 }
 
 mbsr_inertia mbsr_inertia_matrix(int d, const double *matrix)

@@ -9,6 +9,7 @@
 #include <string.h>
 
 static const double pi = 3.14159265358979323846;
+static const double origin[3] = {0.0, 0.0, 0.0};
 
 /* ---- tensors as six entries ---- */
 
@@ -55,8 +56,16 @@ static mbsr_inertia invalid(void)
 mbsr_inertia mbsr_inertia_rigid(double mass, const double com[3], const double tensor[6])
 {
     mbsr_inertia inertia = {.kind = MBSR_INERTIA_SPATIAL, .mass = mass};
-    memcpy(inertia.com, com, sizeof inertia.com);
+    if (!tensor) return invalid();
+    if (com) memcpy(inertia.com, com, sizeof inertia.com);
     memcpy(inertia.tensor, tensor, sizeof inertia.tensor);
+    return inertia;
+}
+
+mbsr_inertia mbsr_inertia_rigid_unchecked(double mass, const double com[3], const double tensor[6])
+{
+    mbsr_inertia inertia = mbsr_inertia_rigid(mass, com, tensor);
+    inertia.unchecked = 1;
     return inertia;
 }
 
@@ -66,7 +75,8 @@ mbsr_inertia mbsr_inertia_rigid_about(double mass, const double com[3], const mb
     double I[9], turned[9], arm[3], result[6];
     const mbsr_frame body = mbsr_frame_identity();
     if (!frame) frame = &body;
-    if (!(mbsri_frame_defect(frame->R) < 1e-6)) return invalid();
+    if (!tensor || !(mbsri_frame_defect(frame->R) < 1e-6)) return invalid();
+    if (!com) com = origin;
     unpack(tensor, I);
     turn(frame->R, I, turned);
     for (int k = 0; k < 3; ++k) arm[k] = com[k] - frame->x[k];
@@ -84,6 +94,8 @@ mbsr_inertia mbsr_inertia_point_mass(double mass, const double at[3])
 mbsr_inertia mbsr_inertia_rod(double mass, const double a[3], const double b[3])
 {
     double middle[3], half[3], I[9] = {0.0}, tensor[6];
+    if (!a) a = origin;
+    if (!b) b = origin;
     for (int k = 0; k < 3; ++k) {
         middle[k] = 0.5 * (a[k] + b[k]);
         half[k] = 0.5 * (b[k] - a[k]);
@@ -96,12 +108,13 @@ mbsr_inertia mbsr_inertia_rod(double mass, const double a[3], const double b[3])
 /* About the origin with these principal moments. */
 static mbsr_inertia principal(double mass, double xx, double yy, double zz)
 {
-    const double tensor[6] = {xx, yy, zz, 0.0, 0.0, 0.0}, origin[3] = {0.0, 0.0, 0.0};
+    const double tensor[6] = {xx, yy, zz, 0.0, 0.0, 0.0};
     return mbsr_inertia_rigid(mass, origin, tensor);
 }
 
 mbsr_inertia mbsr_inertia_box(double density, const double edges[3])
 {
+    if (!edges) return invalid();
     const double a = edges[0], b = edges[1], c = edges[2], mass = density * a * b * c;
     if (a < 0.0 || b < 0.0 || c < 0.0) return invalid();
     return principal(mass, mass * (b * b + c * c) / 12.0, mass * (a * a + c * c) / 12.0,
@@ -136,7 +149,6 @@ mbsr_inertia mbsr_inertia_capsule(double density, double radius, double length)
 /* A particle or zero as a rigid body; others as they are. */
 static mbsr_inertia as_rigid(const mbsr_inertia *inertia)
 {
-    const double origin[3] = {0.0, 0.0, 0.0};
     if (inertia->kind == MBSR_INERTIA_PARTICLE)
         return mbsr_inertia_point_mass(inertia->mass, origin);
     if (inertia->kind == MBSR_INERTIA_MATRIX && !inertia->matrix && inertia->d == 0)
@@ -176,7 +188,9 @@ mbsr_inertia mbsr_inertia_sum(mbsr_inertia a, mbsr_inertia b)
         for (int k = 0; k < 9; ++k) total[k] += I[k];
     }
     pack(total, tensor);
-    return mbsr_inertia_rigid(mass, com, tensor);
+    mbsr_inertia sum = mbsr_inertia_rigid(mass, com, tensor);
+    sum.unchecked = part[0].unchecked != 0 || part[1].unchecked != 0;
+    return sum;
 }
 
 /* ---- in a pose ---- */

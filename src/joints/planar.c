@@ -17,11 +17,12 @@
  * differentiated. */
 #include "joints/planar.h"
 
+#include "base/error.h"
+
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 
-enum { A_X, A_Y, A_ANGLE, B_X, B_Y, B_ANGLE };
+enum { A_X, A_Y, A_ANGLE, B_X, B_Y, B_ANGLE, PARAMS };
 enum { FREE, DRIVEN };
 
 /* Everything the four functions need, computed anew in each: a few products beside two or four
@@ -298,31 +299,40 @@ static int count(int mask)
 static int check(const mbsr_joint *joint, mbsr_space pred_space, int pred_d,
                  char text[MBSR_TEXT_SIZE])
 {
-    (void)pred_d;
+    (void)joint, (void)pred_d;
+    if (pred_space != MBSR_SPACE_GENERAL && pred_space != MBSR_SPACE_SPATIAL) return MBSR_OK;
+    mbsri_print(text, MBSR_TEXT_SIZE,
+                "the predecessor is in %s space; it must be PLANAR, POINT or a root at rest",
+                pred_space == MBSR_SPACE_GENERAL ? "GENERAL" : "SPATIAL");
+    return MBSR_ERR_SPACE;
+}
+
+static int check_fields(const mbsr_joint *joint, char text[MBSR_TEXT_SIZE])
+{
     const int all = joint->d == 3 ? 7 : 3, free = joint->option[FREE],
               driven = joint->option[DRIVEN];
-    if (pred_space == MBSR_SPACE_GENERAL || pred_space == MBSR_SPACE_SPATIAL) {
-        snprintf(text, MBSR_TEXT_SIZE,
-                 "the predecessor is in %s space; it must be PLANAR, POINT or a root at rest",
-                 pred_space == MBSR_SPACE_GENERAL ? "GENERAL" : "SPATIAL");
-        return MBSR_ERR_SPACE;
+    if (joint->space == MBSR_SPACE_SPATIAL || joint->np != joint->d || joint->d < 2 ||
+        joint->d > 3) {
+        mbsri_print(text, MBSR_TEXT_SIZE, "space is %d, d is %d, np is %d; it is for the plane",
+                    (int)joint->space, joint->d, joint->np);
+    } else if (free < 0 || free & ~all || driven < 0 || driven & ~all || free & driven) {
+        mbsri_print(text, MBSR_TEXT_SIZE,
+                    "free is %d and driven is %d; they must be disjoint subsets of %d", free,
+                    driven, all);
+    } else if (count(free) != joint->n) {
+        mbsri_print(text, MBSR_TEXT_SIZE, "free is %d, which has not n = %d coordinates", free,
+                    joint->n);
+    } else if (joint->params != PARAMS) {
+        mbsri_print(text, MBSR_TEXT_SIZE, "params is %d, must be %d", joint->params, PARAMS);
+    } else if (driven && !joint->motion) {
+        mbsri_print(text, MBSR_TEXT_SIZE, "driven is %d, but motion is NULL", driven);
+    } else {
+        int k = DRIVEN + 1;
+        while (k < MBSR_JOINT_OPTIONS && joint->option[k] == 0) ++k;
+        if (k == MBSR_JOINT_OPTIONS) return MBSR_OK;
+        mbsri_print(text, MBSR_TEXT_SIZE, "option[%d] is %d, must be 0", k, joint->option[k]);
     }
-    if (free < 0 || free & ~all || driven < 0 || driven & ~all || free & driven) {
-        snprintf(text, MBSR_TEXT_SIZE,
-                 "free is %d and driven is %d; they must be disjoint subsets of %d", free, driven,
-                 all);
-        return MBSR_ERR_VALUE;
-    }
-    if (count(free) != joint->n) {
-        snprintf(text, MBSR_TEXT_SIZE, "free is %d, which has not n = %d coordinates", free,
-                 joint->n);
-        return MBSR_ERR_VALUE;
-    }
-    if (driven && !joint->motion) {
-        snprintf(text, MBSR_TEXT_SIZE, "driven is %d, but motion is NULL", driven);
-        return MBSR_ERR_VALUE;
-    }
-    return MBSR_OK;
+    return MBSR_ERR_VALUE;
 }
 
 static const mbsr_joint_table planar_table = {
@@ -334,6 +344,7 @@ static const mbsr_joint_table planar_table = {
     .bias = bias,
     .rates = rates,
     .check = check,
+    .check_fields = check_fields,
     .tangent = tangent,
     .rate_tangent = rate_tangent,
 };
@@ -354,7 +365,7 @@ static mbsr_joint make(mbsr_space space, mbsr_planar_frame A, mbsr_planar_frame 
                         .np = d,
                         .n = n,
                         .nq = n,
-                        .params = 6,
+                        .params = PARAMS,
                         .param = {A.x, A.y, A.angle, B.x, B.y, B.angle},
                         .option = {free, driven},
                         .motion = motion,

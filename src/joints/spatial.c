@@ -2,18 +2,19 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "algebra/frames.h"
 #include "algebra/space3.h"
+#include "base/error.h"
 #include "joints/chain.h"
 
+#include <limits.h>
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 
-/* ---- what finish refuses ---- */
+/* ---- what is refused ---- */
 
 static int refuse(char text[MBSR_TEXT_SIZE], int status, const char *format, int number,
                   double value)
 {
-    snprintf(text, MBSR_TEXT_SIZE, format, number, value);
+    mbsri_print(text, MBSR_TEXT_SIZE, format, number, value);
     return status;
 }
 
@@ -36,12 +37,12 @@ static int check_frames(const mbsr_joint *joint, char text[MBSR_TEXT_SIZE])
         const double defect = mbsri_frame_defect(joint->param + (k ? MBSRI_B : MBSRI_A) + 3);
         if (defect <= 1e-9) continue;
         if (isinf(defect)) {
-            snprintf(text, MBSR_TEXT_SIZE, "the axes of frame %c are left-handed or lie in a plane",
-                     k ? 'B' : 'A');
+            mbsri_print(text, MBSR_TEXT_SIZE,
+                        "the axes of frame %c are left-handed or lie in a plane", k ? 'B' : 'A');
         } else {
-            snprintf(text, MBSR_TEXT_SIZE,
-                     "the axes of frame %c are not orthonormal: R^T R differs from 1 by %g",
-                     k ? 'B' : 'A', defect);
+            mbsri_print(text, MBSR_TEXT_SIZE,
+                        "the axes of frame %c are not orthonormal: R^T R differs from 1 by %g",
+                        k ? 'B' : 'A', defect);
         }
         return MBSR_ERR_VALUE;
     }
@@ -62,9 +63,6 @@ static int check_axes(const mbsr_joint *joint, char text[MBSR_TEXT_SIZE])
         const double *a = joint->param + MBSRI_AXES + MBSRI_AXIS_SIZE * k;
         const int kind = joint->option[1 + k] & MBSRI_STEP_KIND;
         if (kind == MBSRI_QUATERNION) continue;
-        if (kind < MBSRI_ROTATION || kind > MBSRI_SCREW)
-            return refuse(text, MBSR_ERR_VALUE, "the kind of axis %d is none of mbsr_axis_kind", k,
-                          0.0);
         const double length = mbsri_norm3(a);
         if (!(fabs(length - 1.0) < 1e-9)) {
             return refuse(text, MBSR_ERR_VALUE, "the direction of axis %d has length %g", k,
@@ -83,44 +81,39 @@ static int check_axes(const mbsr_joint *joint, char text[MBSR_TEXT_SIZE])
     return MBSR_OK;
 }
 
-static int check(const mbsr_joint *joint, mbsr_space pred_space, int pred_d,
-                 char text[MBSR_TEXT_SIZE])
+/* Three translations of a joint that promises a regular J span the space. */
+static int check_translations(const mbsr_joint *joint, char text[MBSR_TEXT_SIZE])
 {
-    (void)pred_d;
-    if (pred_space == MBSR_SPACE_GENERAL) {
-        return refuse(text, MBSR_ERR_SPACE,
-                      "the predecessor is in GENERAL space; it must be SPATIAL, PLANAR, POINT or a "
-                      "root",
-                      0, 0.0);
-    }
-    if (joint->option[0] < 0 || joint->option[0] > MBSRI_MAX_STEPS) {
-        return refuse(text, MBSR_ERR_VALUE, "it has %d axes, which must be 0 .. 6",
-                      joint->option[0], 0.0);
-    }
-    const int status = check_frames(joint, text);
-    if (status) return status;
-    int driven = 0, free = 0;
-    for (int k = 0; k < joint->option[0]; ++k) {
-        const int code = joint->option[1 + k];
-        driven += (code & MBSRI_DRIVEN) != 0;
-        free += code & MBSRI_DRIVEN ? 0 : (code & MBSRI_STEP_KIND) == MBSRI_QUATERNION ? 3 : 1;
-    }
-    if (free != joint->n)
-        return refuse(text, MBSR_ERR_VALUE, "its axes have %d free coordinates, n is another", free,
-                      0.0);
-    if (driven > 0 && !joint->motion)
-        return refuse(text, MBSR_ERR_VALUE, "%d of its axes are driven, but motion is NULL", driven,
-                      0.0);
-    return check_axes(joint, text);
+    const double *a = joint->param + MBSRI_AXES;
+    double c[3];
+    if (joint->n < 3 || (joint->option[3] & MBSRI_STEP_KIND) != MBSRI_TRANSLATION) return MBSR_OK;
+    mbsri_cross3(a, a + MBSRI_AXIS_SIZE, c);
+    if (fabs(mbsri_dot3(c, a + 2 * MBSRI_AXIS_SIZE)) > 1e-6) return MBSR_OK;
+    return refuse(text, MBSR_ERR_VALUE, "the directions of its first three axes lie in a plane", 0,
+                  0.0);
 }
+
+static int check_predecessor(const mbsr_joint *joint, mbsr_space pred_space, int pred_d,
+                             char text[MBSR_TEXT_SIZE])
+{
+    (void)joint, (void)pred_d;
+    if (pred_space != MBSR_SPACE_GENERAL) return MBSR_OK;
+    return refuse(text, MBSR_ERR_SPACE,
+                  "the predecessor is in GENERAL space; it must be SPATIAL, PLANAR, POINT or a "
+                  "root",
+                  0, 0.0);
+}
+
+static int check_fields(const mbsr_joint *joint, char text[MBSR_TEXT_SIZE]);
 
 /* ---- tables: they differ in the name, in what is promised of J, and in q' ---- */
 
 #define CHAIN(promise, label)                                                                      \
     .version = MBSR_JOINT_TABLE_VERSION, .flags = MBSR_JOINT_UNIT_K | (promise), .name = (label),  \
     .position = mbsri_chain_position, .jacobians = mbsri_chain_jacobians,                          \
-    .bias = mbsri_chain_bias, .rates = mbsri_chain_rates, .check = check, .parameter = parameter,  \
-    .tangent = mbsri_chain_tangent, .rate_tangent = mbsri_chain_rate_tangent
+    .bias = mbsri_chain_bias, .rates = mbsri_chain_rates, .check = check_predecessor,              \
+    .check_fields = check_fields, .parameter = parameter, .tangent = mbsri_chain_tangent,          \
+    .rate_tangent = mbsri_chain_rate_tangent
 #define QUATERNION                                                                                 \
     .coordinate_rates = mbsri_chain_coordinate_rates, .normalise = mbsri_chain_normalise
 
@@ -135,6 +128,130 @@ static const mbsr_joint_table translational = {CHAIN(MBSR_JOINT_REGULAR_J, "tran
 static const mbsr_joint_table compound = {CHAIN(0u, "compound")};
 static const mbsr_joint_table spherical = {CHAIN(MBSR_JOINT_REGULAR_J, "spherical"), QUATERNION};
 static const mbsr_joint_table free_joint = {CHAIN(MBSR_JOINT_REGULAR_J, "free"), QUATERNION};
+
+/* ---- the shape of each joint ---- */
+
+/* The code of a step in option, see chain.h. */
+#define STEP(kind, place) ((int)(kind) | (place) << MBSRI_PLACE_SHIFT)
+
+/* Stands for the number of axes where they were given as NULL. */
+enum { AXES_NULL = INT_MIN };
+
+/* The steps of a joint by its constructor; those of a compound joint are told by their own. */
+typedef struct shape {
+    const mbsr_joint_table *table;
+    int steps, code[4];
+} shape;
+
+static const shape shapes[] = {
+    {&weld, 0, {0}},
+    {&revolute, 1, {STEP(MBSRI_ROTATION, 0)}},
+    {&prismatic, 1, {STEP(MBSRI_TRANSLATION, 0)}},
+    {&screw, 1, {STEP(MBSRI_SCREW, 0)}},
+    {&cylindrical, 2, {STEP(MBSRI_ROTATION, 0), STEP(MBSRI_TRANSLATION, 1)}},
+    {&universal, 2, {STEP(MBSRI_ROTATION, 0), STEP(MBSRI_ROTATION, 1)}},
+    {&in_plane,
+     3,
+     {STEP(MBSRI_TRANSLATION, 0), STEP(MBSRI_TRANSLATION, 1), STEP(MBSRI_ROTATION, 2)}},
+    {&translational,
+     3,
+     {STEP(MBSRI_TRANSLATION, 0), STEP(MBSRI_TRANSLATION, 1), STEP(MBSRI_TRANSLATION, 2)}},
+    {&spherical, 1, {STEP(MBSRI_QUATERNION, 0)}},
+    {&free_joint,
+     4,
+     {STEP(MBSRI_TRANSLATION, 3), STEP(MBSRI_TRANSLATION, 4), STEP(MBSRI_TRANSLATION, 5),
+      STEP(MBSRI_QUATERNION, 0)}}};
+
+static int changed(char text[MBSR_TEXT_SIZE], const char *field, int k, int value, int right)
+{
+    char index[16] = "";
+    if (k >= 0) mbsri_print(index, sizeof index, "[%d]", k);
+    mbsri_print(text, MBSR_TEXT_SIZE, "%s%s is %d, must be %d as the constructor made it", field,
+                index, value, right);
+    return MBSR_ERR_VALUE;
+}
+
+/* Of a compound joint and of a table of the caller's that uses these functions: coordinates are
+ * counted as in chain.h. */
+static int check_any_steps(const mbsr_joint *joint, int *free, char text[MBSR_TEXT_SIZE])
+{
+    int driven = 0, quaternions = 0;
+    for (int k = 0; k < joint->option[0]; ++k)
+        quaternions += (joint->option[1 + k] & MBSRI_STEP_KIND) == MBSRI_QUATERNION;
+    *free = 3 * quaternions;
+    for (int k = 0; k < joint->option[0]; ++k) {
+        const int code = joint->option[1 + k];
+        const int kind = code & MBSRI_STEP_KIND, is_driven = code & MBSRI_DRIVEN;
+        const bool turns = kind == MBSRI_QUATERNION;
+        if (kind < MBSRI_ROTATION || kind > MBSRI_QUATERNION ||
+            (turns && (quaternions > 1 || joint->table == &compound))) {
+            return refuse(text, MBSR_ERR_VALUE, "the kind of axis %d is none of mbsr_axis_kind", k,
+                          0.0);
+        }
+        const int right =
+            turns ? STEP(kind, 0) : STEP(kind | is_driven, is_driven ? driven : *free);
+        if (code != right) return changed(text, "option", 1 + k, code, right);
+        driven += is_driven != 0;
+        *free += is_driven == 0 && !turns;
+    }
+    if (driven == 0 || joint->motion) return MBSR_OK;
+    return refuse(text, MBSR_ERR_VALUE, "%d of its axes are driven, but motion is NULL", driven,
+                  0.0);
+}
+
+/* The shape of a table by which a constructor made the joint; NULL: another one. */
+static const shape *find_shape(const mbsr_joint_table *table)
+{
+    for (size_t k = 0; k < sizeof shapes / sizeof *shapes; ++k) {
+        if (shapes[k].table == table) return shapes + k;
+    }
+    return NULL;
+}
+
+static int check_steps(const mbsr_joint *joint, int *free, char text[MBSR_TEXT_SIZE])
+{
+    const shape *s = find_shape(joint->table);
+    if (!s) return check_any_steps(joint, free, text);
+    *free = 0;
+    if (joint->option[0] != s->steps) return changed(text, "option", 0, joint->option[0], s->steps);
+    for (int k = 0; k < s->steps; ++k) {
+        const int code = joint->option[1 + k];
+        if (code != s->code[k]) return changed(text, "option", 1 + k, code, s->code[k]);
+        *free += code == STEP(MBSRI_QUATERNION, 0) ? 3 : 1;
+    }
+    return MBSR_OK;
+}
+
+static int check_fields(const mbsr_joint *joint, char text[MBSR_TEXT_SIZE])
+{
+    const int steps = joint->option[0];
+    if (steps == AXES_NULL) return refuse(text, MBSR_ERR_NULL, "axes is NULL", 0, 0.0);
+    if (steps < 0 || steps > MBSRI_MAX_STEPS)
+        return refuse(text, MBSR_ERR_VALUE, "it has %d axes, which must be 0 .. 6", steps, 0.0);
+    int free = 0, status = check_steps(joint, &free, text);
+    if (status) return status;
+    for (int k = 1 + steps; k < MBSR_JOINT_OPTIONS; ++k) {
+        if (joint->option[k] != 0) return changed(text, "option", k, joint->option[k], 0);
+    }
+    int quaternions = 0;
+    for (int k = 0; k < steps; ++k)
+        quaternions += (joint->option[1 + k] & MBSRI_STEP_KIND) == MBSRI_QUATERNION;
+    const int nq = free + quaternions, params = MBSRI_AXES + MBSRI_AXIS_SIZE * steps;
+    if (joint->space != MBSR_SPACE_SPATIAL)
+        return changed(text, "space", -1, (int)joint->space, MBSR_SPACE_SPATIAL);
+    if (joint->n != free) return changed(text, "n", -1, joint->n, free);
+    if (joint->nq != nq) return changed(text, "nq", -1, joint->nq, nq);
+    if (quaternions == 0 && (joint->table->coordinate_rates == mbsri_chain_coordinate_rates ||
+                             joint->table->normalise == mbsri_chain_normalise)) {
+        return refuse(text, MBSR_ERR_VALUE, "its table is of a joint with a quaternion", 0, 0.0);
+    }
+    if (joint->params != params) return changed(text, "params", -1, joint->params, params);
+    status = check_frames(joint, text);
+    if (!status) status = check_axes(joint, text);
+    if (!status && joint->table->flags & MBSR_JOINT_REGULAR_J)
+        status = check_translations(joint, text);
+    return status;
+}
 
 /* ---- constructors ---- */
 
@@ -152,14 +269,14 @@ static mbsr_joint start(const mbsr_joint_table *table, const mbsr_frame *A, cons
     return joint;
 }
 
-/* One more step; a direction of length zero is kept for the check to find. `place` is that of its
+/* One more step; a direction of length zero, as NULL is, is kept for the check to find. `place` is that of its
  * coordinate. */
 static void add_step(mbsr_joint *joint, int kind, const double direction[3], double pitch,
                      bool driven, int place)
 {
     const int step = joint->option[0]++;
     double *axis = joint->param + MBSRI_AXES + MBSRI_AXIS_SIZE * step;
-    mbsri_direction3(direction, axis);
+    if (direction) mbsri_direction3(direction, axis);
     axis[3] = pitch;
     joint->params += MBSRI_AXIS_SIZE;
     joint->option[1 + step] = kind | (driven ? MBSRI_DRIVEN : 0) | place << MBSRI_PLACE_SHIFT;
@@ -190,7 +307,11 @@ mbsr_joint mbsr_joint_compound(const mbsr_frame *A, const mbsr_frame *B, int cou
     mbsr_joint joint = start(&compound, A, B);
     int driven = 0;
     if (count < 0 || count > MBSRI_MAX_STEPS) {
-        joint.option[0] = count;
+        joint.option[0] = count != AXES_NULL ? count : -1;
+        return joint;
+    }
+    if (count > 0 && !axes) {
+        joint.option[0] = AXES_NULL;
         return joint;
     }
     for (int k = 0; k < count; ++k) {

@@ -151,7 +151,11 @@ static int check_force(mbsr_model *m, const mbsr_force_def *def, int id, const c
                               table->parameter ? table->parameter(k) : "", def->param[k]);
         }
     }
-    return MBSR_OK;
+    char text[MBSR_TEXT_SIZE] = "";
+    const int status = table->check_fields ? table->check_fields(def, text) : MBSR_OK;
+    if (!status) return MBSR_OK;
+    return mbsri_fail(&m->error, status, MBSR_NONE, id, "%s (%s): %.150s", label, table->name,
+                      text[0] ? text : mbsr_status_text(status));
 }
 
 int mbsr_model_add_force(mbsr_model *model, const mbsr_force_def *def, int *id)

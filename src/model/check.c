@@ -27,6 +27,17 @@ static int check_table(mbsr_model *m, const mbsr_joint *joint, int id, const cha
     return MBSR_OK;
 }
 
+/* What the joint's own table says of its fields. */
+static int check_own_fields(mbsr_model *m, const mbsr_joint *joint, int id, const char *label)
+{
+    if (!joint->table->check_fields) return MBSR_OK;
+    char text[MBSR_TEXT_SIZE] = "";
+    const int status = joint->table->check_fields(joint, text);
+    if (!status) return MBSR_OK;
+    return REFUSE(status, "%s: joint '%s': %.120s", label, joint->table->name,
+                  text[0] ? text : mbsr_status_text(status));
+}
+
 int mbsri_check_joint(mbsr_model *m, const mbsr_joint *joint, int id, const char *label)
 {
     static const int space_d[] = {
@@ -75,7 +86,7 @@ int mbsri_check_joint(mbsr_model *m, const mbsr_joint *joint, int id, const char
                           field, joint->param[k]);
         }
     }
-    return MBSR_OK;
+    return check_own_fields(m, joint, id, label);
 }
 
 /* Symmetric, finite, positive semi-definite up to rounding: scaled to unit diagonal, the matrix
@@ -162,8 +173,20 @@ static int check_rigid(mbsr_model *m, const mbsr_inertia *inertia, int id, const
     }
     const double size = inertia->mass * (c[0] * c[0] + c[1] * c[1] + c[2] * c[2]);
     const double tolerance = 1e-6 * fabs(moment[2]) + 1e-12 * size;
+    if (!isfinite(size)) {
+        return REFUSE(MBSR_ERR_VALUE,
+                      "%s: inertia.mass is %g and inertia.com (%g, %g, %g): the moments about the "
+                      "origin are not finite",
+                      label, inertia->mass, c[0], c[1], c[2]);
+    }
+    if (inertia->unchecked && moment[0] < -tolerance) {
+        return REFUSE(MBSR_ERR_VALUE,
+                      "%s: inertia.tensor is indefinite: the principal moments about the centre of "
+                      "mass are %g, %g, %g; none may be negative",
+                      label, moment[0], moment[1], moment[2]);
+    }
     /* where the smallest is negative, the largest is more than the sum of the others */
-    if (moment[2] - moment[1] - moment[0] > tolerance) {
+    if (!inertia->unchecked && moment[2] - moment[1] - moment[0] > tolerance) {
         return REFUSE(MBSR_ERR_VALUE,
                       "%s: no body has this inertia.tensor: the principal moments about the centre "
                       "of mass are %g, %g, %g; none may be negative or larger than the sum of the "
@@ -224,10 +247,11 @@ int mbsri_check_inertia(mbsr_model *m, const mbsr_inertia *inertia, mbsr_space s
             return REFUSE(MBSR_ERR_SPACE, "%s: a rigid inertia needs a SPATIAL body", label);
         return check_rigid(m, inertia, id, label, regular);
     case MBSR_INERTIA_INVALID:
-        return REFUSE(MBSR_ERR_VALUE,
-                      "%s: inertia was made from a negative dimension, from a frame whose axes are "
-                      "not orthonormal, or as a sum of kinds other than rigid, particle and zero",
-                      label);
+        return REFUSE(
+            MBSR_ERR_VALUE,
+            "%s: inertia was made from a negative dimension, from NULL, from a frame whose "
+            "axes are not orthonormal, or as a sum of kinds other than rigid, particle and zero",
+            label);
     case MBSR_INERTIA_FUNCTION:
         if (!inertia->function) return REFUSE(MBSR_ERR_NULL, "%s: inertia.function is NULL", label);
         return MBSR_OK;

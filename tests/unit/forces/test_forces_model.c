@@ -285,13 +285,17 @@ static void elements_on_joints_refuse_what_they_cannot_be(void **state)
 static void wrenches_refuse_what_they_cannot_be(void **state)
 {
     (void)state;
-    refused(mbsr_force_wrench(BALL, off, 0, NULL, NULL), MBSR_ERR_NULL, "wrench|function is NULL");
     refused(mbsr_force_wrench(GROUND, off, 0, no_value, NULL), MBSR_ERR_ID, "ground");
     refused(mbsr_force_wrench(FLAT, off, 0, no_value, NULL), MBSR_ERR_SPACE, "body 2|SPATIAL");
     refused(mbsr_force_wrench(ABSTRACT, off, 0, no_value, NULL), MBSR_ERR_SPACE, "body 4|SPATIAL");
     refused_when_added(mbsr_force_wrench(BALL, (const double[3]){0, NAN, 0}, 0, no_value, NULL),
                        "(point[1]) is nan");
     accepted(mbsr_force_wrench(BALL, off, 0, no_value, NULL));
+    mbsr_model *m = make();
+    const mbsr_force_def none = mbsr_force_wrench(BALL, off, 0, NULL, NULL);
+    assert_refused(mbsr_model_add_force(m, &none, NULL), mbsr_model_error(m), MBSR_ERR_NULL,
+                   MBSR_NONE, 0, "force 0|wrench|function is NULL");
+    mbsr_model_destroy(m);
 }
 
 /* Every stock element names its parameters, and none beyond them. */
@@ -309,7 +313,7 @@ static void unused_parameters_have_no_name(void **state)
                                    mbsr_force_joint_friction(FLAT, 0, 1, 1),
                                    mbsr_force_wrench(BALL, off, 0, no_value, NULL),
                                    mbsr_force_contact(BALL, GROUND, &c)};
-    static const int used[] = {3, 3, 10, 32, 3, 4, 2, 3, 15};
+    static const int used[] = {3, 3, 10, 32, 4, 4, 2, 3, 15};
     for (int l = 0; l < 9; ++l) {
         for (int k = 0; k < MBSR_FORCE_PARAMS; ++k)
             assert_int_equal(list[l].table->parameter(k)[0] != 0, k < used[l]);

@@ -648,7 +648,7 @@ static void wrong_axes_are_refused(void **state)
     assert_joint_refused(compound_of(3, axes), MBSR_ERR_VALUE, "driven|motion is NULL");
     mbsr_joint altered = mbsr_joint_revolute(NULL, NULL, e_x);
     altered.n = altered.nq = 2;
-    assert_joint_refused(altered, MBSR_ERR_VALUE, "1 free coordinates, n is another");
+    assert_joint_refused(altered, MBSR_ERR_VALUE, "n is 2, must be 1");
 }
 
 /* A free rotation on top of a prescribed one about the same axis is no mistake. */

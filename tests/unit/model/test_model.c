@@ -558,17 +558,15 @@ static int no_motion(void *user, double t, double *s, double *sdot, double *sddo
     return 0;
 }
 
-/* A model of one body with this joint is refused. */
+/* A body with this joint is refused. */
 static void joint_refused(mbsr_joint joint, int status, const char *words)
 {
-    mbsr_model *m = new_model();
     mbsr_body_def body = mbsr_default_body_def();
     char all[128];
     body.name = "rod";
     body.joint = joint;
-    add(m, body);
-    snprintf(all, sizeof all, "body 0 'rod'|joint 'planar'|%s", words);
-    finish_refused(m, status, 0, MBSR_NONE, all);
+    snprintf(all, sizeof all, "body 1 'rod'|joint 'planar'|%s", words);
+    body_refused(body, status, all);
 }
 
 static void masks_of_planar_joints_are_checked(void **state)
@@ -733,7 +731,7 @@ static void forces_refuse_bodies_they_cannot_act_on(void **state)
                              "coordinate is -1|body 0");
     force_refused_at_the_end(mbsr_force_joint_spring(ground, 0, 1, 1, 0), MBSR_ERR_VALUE,
                              "coordinate is 0");
-    force_refused_at_the_end(mbsr_force_applied(0, NULL, NULL), MBSR_ERR_NULL, "function is NULL");
+    force_refused(mbsr_force_applied(0, NULL, NULL), MBSR_ERR_NULL, "function is NULL");
     force_refused_at_the_end(mbsr_force_applied(ground, no_value, NULL), MBSR_ERR_ID, "ground");
     force_refused_at_the_end(mbsr_force_joint_applied(ground, no_value, NULL), MBSR_ERR_ID,
                              "ground");
