@@ -128,25 +128,30 @@ MBSR_API void mbsr_ida_destroy(mbsr_ida *ida); /* NULL is allowed */
 
 /* Sets the state at t and clears the statistics; may be called again for another run. y and yp
  * (mbsr_dae_size numbers) must be consistent (see mbsr_dae_consistent). Arguments that are not
- * finite are refused with MBSR_NOT_FINITE and change nothing. The residual is evaluated once; if it
- * fails its status is returned and the driver is left without a state. MBSR_ERR_NULL,
- * MBSR_ERR_SOLVER. */
+ * finite are refused with MBSR_NOT_FINITE and change nothing. The residual is evaluated; if it
+ * fails its status is returned and the driver is left without a state. So it is after
+ * MBSR_UNDETERMINED: a joint rate that moves no mass and that no force determines, which
+ * mbsr_dae_consistent refuses too (where ranks are deficient, an index report of the state may be
+ * made, see index.h). MBSR_ERR_NULL, MBSR_ERR_SOLVER. */
 MBSR_API int mbsr_ida_start(mbsr_ida *ida, double t, const double *y, const double *yp);
 
 /* Integrates to t_end (either direction of time) or to the first event before it, and writes time
  * and state there. The steps are IDA's own, the result interpolated (dense output): where output is
  * asked for does not change the steps. IDA usually steps past t_end before it interpolates, so the
  * model must be defined a little further than the last t_end. Later calls go on in the direction of
- * the first; a t_end where the integration already is gives the state there. t, y and yp may each
- * be NULL; on failure they are not written.
+ * the first; a t_end where the integration already is, the start among them, gives the state
+ * there. t, y and yp may each be NULL; on failure they are not written.
  *
  * MBSR_OK at t_end; MBSR_EVENT at an event; MBSR_ERR_SEQUENCE before mbsr_ida_start; MBSR_ERR_VALUE
- * for a t_end that is not finite, behind the present, or too close to the start, and for an entry
- * of y whose tolerance is zero; MBSR_ERR_SOLVER when IDA gives up; else the status of the residual
+ * for a t_end that is not finite or behind the present, and for an entry of y whose tolerance is
+ * zero; MBSR_ERR_SOLVER when IDA gives up; else the status of the residual
  * or the event function that failed. A recoverable status of the residual ends the run only when
  * shorter steps do not help, or when it returns again and again at a time that the steps do not
  * pass. If max_steps was too small, the same call goes on; after other failures of the integration
- * mbsr_ida_start begins anew. */
+ * mbsr_ida_start begins anew, from the last good state if that is wanted (mbsr_ida_state).
+ *
+ * With watch_ranks the ranks of the start are watched during the call; afterwards the data is
+ * watched as it was before (mbsr_rank_watch). */
 MBSR_API int mbsr_ida_advance(mbsr_ida *ida, double t_end, double *t, double *y, double *yp);
 
 /* Integrates over the output times times[*next .. count-1], which follow each other in the run's
@@ -159,9 +164,10 @@ MBSR_API int mbsr_ida_advance(mbsr_ida *ida, double t_end, double *t, double *y,
 MBSR_API int mbsr_ida_run(mbsr_ida *ida, int count, const double *times, int *next,
                           mbsr_ida_output_fn output, void *user);
 
-/* The state that the run has reached; t, y and yp may each be NULL. MBSR_ERR_NULL,
- * MBSR_ERR_SEQUENCE without a state: before mbsr_ida_start, and after a failure that ended the
- * run. */
+/* The state that the run has reached; t, y and yp may each be NULL. After a failure that ended the
+ * run it is the last good one: the end of the last step that succeeded, which may be later than the
+ * last output, or the start if none did. MBSR_ERR_NULL, MBSR_ERR_SEQUENCE without a state: before
+ * mbsr_ida_start, and after one that failed. */
 MBSR_API int mbsr_ida_state(mbsr_ida *ida, double *t, double *y, double *yp);
 
 /* After MBSR_EVENT: direction of each event function, +1 rising, -1 falling, 0 not involved.

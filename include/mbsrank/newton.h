@@ -77,7 +77,7 @@ MBSR_API void mbsr_newton_destroy(mbsr_newton *newton); /* NULL is allowed */
  * by mbsr_newton_solve. Lean data serves where the sweeps in vector code do. What force elements
  * and joints without derivatives of their own exert is differenced locally (joint.h, force.h).
  * Statuses of mbsr_dae_residual; MBSR_SINGULAR_BLOCK, recoverable, names the body whose equations
- * do not determine its rates; MBSR_ERR_VALUE for a c that is zero or not finite; MBSR_ERR_LEAN (see
+ * do not determine its rates and what to do; MBSR_ERR_VALUE for a c that is zero or not finite; MBSR_ERR_LEAN (see
  * mbsr_newton_opt). After a failure there is no factorisation. */
 MBSR_API int mbsr_newton_factor(mbsr_newton *newton, mbsr_data *data, double t, const double *y,
                                 const double *yp, double c);

@@ -37,6 +37,31 @@ int mbsr_total_rank(const mbsr_model *model, const mbsr_data *data)
                : -1;
 }
 
+int mbsr_rank_watch_exchange(const mbsr_model *model, mbsr_data *data, int *on, int *rank)
+{
+    const int status = mbsri_enter(model, data, on && (rank || (model && model->bodies == 0)),
+                                   MBSRI_STAGE_NONE, "mbsr_rank_watch_exchange");
+    if (status) return status;
+    for (int i = 1; i <= model->bodies && *on; ++i) {
+        const mbsri_body *b = model->body + i;
+        if (rank[b->id] < 0 || rank[b->id] > b->n) {
+            return mbsri_fail(&data->error, MBSR_ERR_VALUE, b->id, MBSR_NONE,
+                              "mbsr_rank_watch_exchange: rank[%d] is %d, must be 0 .. %d", b->id,
+                              rank[b->id], b->n);
+        }
+    }
+    const int was_on = data->watching;
+    data->watching = *on != 0;
+    *on = was_on;
+    for (int i = 1; i <= model->bodies; ++i) {
+        int *given = rank + model->body[i].id;
+        const int watched = was_on ? data->watched[i] : 0;
+        data->watched[i] = *given;
+        *given = watched;
+    }
+    return MBSR_OK;
+}
+
 int mbsr_rank_watch(const mbsr_model *model, mbsr_data *data, int on)
 {
     const mbsri_stage needed = on ? MBSRI_STAGE_BACKWARD : MBSRI_STAGE_NONE;

@@ -1,93 +1,15 @@
-/* Start and integration.
+/* Integration.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "ida/advance.h"
 
 #include "ida/count.h"
 #include "ida/error.h"
-#include "ida/linear.h"
-#include "ida/progress.h"
 #include "ida/tolerances.h"
+#include "ida/watch.h"
 
 #include <float.h>
 #include <math.h>
 #include <string.h>
-
-/* Refuses a start that is not finite; names the first wrong entry. */
-static int check_start(mbsr_ida *ida, double t, const double *y, const double *yp)
-{
-    if (!isfinite(t)) {
-        return mbsri_ida_fail(&ida->error, MBSR_NOT_FINITE, MBSR_NONE, MBSR_NONE,
-                              "mbsr_ida_start: t is %g", t);
-    }
-    for (int k = 0; k < ida->size; ++k) {
-        if (isfinite(y[k]) && isfinite(yp[k])) continue;
-        const bool rate = isfinite(y[k]);
-        return mbsri_ida_fail(&ida->error, MBSR_NOT_FINITE, MBSR_NONE, MBSR_NONE,
-                              "mbsr_ida_start: %s[%d] is %g", rate ? "yp" : "y", k,
-                              rate ? yp[k] : y[k]);
-    }
-    return MBSR_OK;
-}
-
-/* Tells IDA which variables are algebraic; an IDA flag. `work` serves for the vector IDA copies. */
-static int identify(mbsr_ida *ida)
-{
-    const int status =
-        mbsr_dae_id(ida->model, ida->data, ida->opt.form, N_VGetArrayPointer(ida->work));
-    if (status) return IDA_ILL_INPUT;
-    const int flag = IDASetId(ida->memory, ida->work);
-    return flag < 0 ? flag : IDASetSuppressAlg(ida->memory, ida->opt.suppress_algebraic != 0);
-}
-
-/* What the start itself says of the run: tolerances of the momenta, the ranks to watch. */
-static int prepare(mbsr_ida *ida, double t, const double *y, const double *yp)
-{
-    mbsr_rank_watch(ida->model, ida->data, 0);
-    if (ida->opt.form == MBSR_DAE_INVERSE_DYNAMICS) return MBSR_OK; /* knows no ranks */
-    const int status = mbsr_dae_residual(ida->model, ida->data, ida->opt.form, t, y, yp,
-                                         N_VGetArrayPointer(ida->work));
-    if (status) {
-        const mbsr_error *error = mbsr_data_error(ida->data);
-        return mbsri_ida_fail(&ida->error, status, error->body, error->force,
-                              "mbsr_ida_start: residual at t = %.10g: %s", t, error->text);
-    }
-    if (ida->scales) mbsri_ida_scale_tolerances(ida);
-    if (ida->opt.watch_ranks) {
-        mbsr_rank_watch(ida->model, ida->data, 1);
-        ida->watches = true;
-    }
-    return MBSR_OK;
-}
-
-int mbsr_ida_start(mbsr_ida *ida, double t, const double *y, const double *yp)
-{
-    if (!ida) return MBSR_ERR_NULL;
-    if (!y || !yp) {
-        return mbsri_ida_fail(&ida->error, MBSR_ERR_NULL, MBSR_NONE, MBSR_NONE,
-                              "mbsr_ida_start: %s is NULL", !y ? "y" : "yp");
-    }
-    int status = check_start(ida, t, y, yp);
-    if (status) return status;
-    ida->started = false; /* a residual that fails here has lost the ranks of an earlier run */
-    status = prepare(ida, t, y, yp);
-    if (status) return status;
-    const size_t bytes = (size_t)ida->size * sizeof *y;
-    memmove(N_VGetArrayPointer(ida->y), y, bytes);
-    memmove(N_VGetArrayPointer(ida->yp), yp, bytes);
-    ida->message[0] = '\0';
-    ida->started = ida->stepped = ida->event = false;
-    ida->residuals = ida->events = 0;
-    ida->before = (mbsr_ida_stats){0};
-    mbsri_ida_count_solver(ida, &ida->newton_before);
-    mbsri_ida_report_anew(ida);
-    ida->wall = INFINITY;
-    ida->present = t;
-    int flag = IDAReInit(ida->memory, t, ida->y, ida->yp);
-    if (flag >= 0) flag = identify(ida);
-    if (flag < 0) return mbsri_ida_solver_failed(ida, &ida->error, flag, "mbsr_ida_start");
-    ida->started = true;
-    return MBSR_OK;
-}
 
 /* First step h when none is given, at most 1e-3 s: with the norm of the error test, which is 1 at
  * the tolerance, and a short time s,
@@ -145,12 +67,42 @@ void mbsri_ida_put(const mbsr_ida *ida, double *t, double *y, double *yp)
     if (yp) memcpy(yp, N_VGetArrayPointer(ida->yp), bytes);
 }
 
+static bool finite_state(const mbsr_ida *ida, N_Vector y, N_Vector yp)
+{
+    const double *a = N_VGetArrayPointer(y), *b = N_VGetArrayPointer(yp);
+    int k = 0;
+    while (k < ida->size && isfinite(a[k]) && isfinite(b[k])) ++k;
+    return k == ida->size;
+}
+
+/* The last state that was good, the end of the last step or else the start, becomes that of the
+ * driver, for mbsr_ida_state. */
+static void keep_last(mbsr_ida *ida)
+{
+    void *const memory = ida->memory;
+    long steps = 0;
+    ida->started = false;
+    IDAGetNumSteps(memory, &steps);
+    if (steps == 0) {
+        N_VScale(1.0, ida->first_y, ida->y);
+        N_VScale(1.0, ida->first_yp, ida->yp);
+        ida->failed = true;
+        return;
+    }
+    double t = 0.0;
+    int flag = IDAGetCurrentTime(memory, &t);
+    if (flag >= 0) flag = IDAGetDky(memory, t, 0, ida->y);
+    if (flag >= 0) flag = IDAGetDky(memory, t, 1, ida->yp);
+    ida->failed = flag >= 0 && finite_state(ida, ida->y, ida->yp);
+    ida->present = t;
+}
+
 /* After a negative flag of IDASolve: the status of the callback that caused it, or MBSR_ERR_SOLVER.
  * After a stop, and when max_steps was too small, the integration may go on, otherwise it has to be
  * started anew. */
 static int gave_up(mbsr_ida *ida, int flag)
 {
-    if (flag != IDA_TOO_MUCH_WORK && !ida->stopped) ida->started = false;
+    if (flag != IDA_TOO_MUCH_WORK && !ida->stopped) keep_last(ida);
     if (ida->callback == 0) {
         return mbsri_ida_solver_failed(ida, &ida->error, flag, "mbsr_ida_advance");
     }
@@ -172,6 +124,7 @@ static int renew(mbsr_ida *ida)
                               "mbsr_ida_advance: %s", error->text);
     }
     if (!restart) return MBSR_OK;
+    mbsri_ida_keep_start(ida);
     mbsri_ida_count(ida, &ida->before);
     const int flag = IDAReInit(ida->memory, ida->present, ida->y, ida->yp);
     if (flag < 0) return mbsri_ida_solver_failed(ida, &ida->error, flag, "mbsr_ida_advance");
@@ -216,23 +169,22 @@ int mbsri_ida_advance(mbsr_ida *ida, double t_end)
 {
     const bool arrived = mbsri_ida_same_time(t_end, ida->present);
     const double direction = t_end > ida->present ? 1.0 : -1.0;
-    if (!ida->stepped) {
-        if (arrived) {
-            return mbsri_ida_fail(
-                &ida->error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
-                "mbsr_ida_advance: t_end is %.17g, too close to the start at %.17g", t_end,
-                ida->present);
-        }
-        IDASetInitStep(ida->memory, direction * first_step(ida, direction));
-        ida->direction = direction;
-        ida->stepped = true;
-    } else if (!arrived && direction != ida->direction) {
+    if (!arrived && ida->stepped && direction != ida->direction) {
         return mbsri_ida_fail(&ida->error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
                               "mbsr_ida_advance: t_end is %.17g, behind the present time %.17g",
                               t_end, ida->present);
     }
     ida->event = false;
-    return arrived ? MBSR_OK : solve(ida, t_end);
+    if (arrived) return MBSR_OK;
+    mbsri_ida_exchange_watch(ida);
+    if (!ida->stepped) {
+        IDASetInitStep(ida->memory, direction * first_step(ida, direction));
+        ida->direction = direction;
+        ida->stepped = true;
+    }
+    const int status = solve(ida, t_end);
+    mbsri_ida_exchange_watch(ida);
+    return status;
 }
 
 int mbsr_ida_advance(mbsr_ida *ida, double t_end, double *t, double *y, double *yp)

@@ -21,6 +21,7 @@ static void receive(void *user, int code, const char *message)
         ida->message[k] = message[k] == '\n' ? ' ' : message[k];
     }
     ida->message[k] = '\0';
+    mbsri_ida_point_numbers(ida->message);
 }
 
 /* Refuses arguments from which no driver can be made. */
@@ -67,8 +68,8 @@ static int make_objects(mbsr_ida *ida, mbsr_error *error)
     if (!mbsri_ida_context(&ida->context, &ida->messages)) {
         return no_memory(ida, error, "a SUNDIALS context for a problem");
     }
-    N_Vector *const vector[] = {&ida->y,     &ida->yp,   &ida->atol, &ida->work,
-                                &ida->moved, &ida->zero, &ida->mass};
+    N_Vector *const vector[] = {&ida->y,    &ida->yp,   &ida->atol,    &ida->work,    &ida->moved,
+                                &ida->zero, &ida->mass, &ida->first_y, &ida->first_yp};
     for (size_t k = 0; k < sizeof vector / sizeof vector[0]; ++k) {
         *vector[k] = N_VNew_Serial(ida->size, ida->context);
         if (!*vector[k]) return no_memory(ida, error, "a vector");
@@ -149,7 +150,8 @@ int mbsr_ida_create(const mbsr_model *model, mbsr_data *data, const mbsr_ida_opt
     made->size = mbsr_dae_size(model, opt->form);
     made->turns = opt->form == MBSR_DAE_INDEX1;
     made->error = (mbsr_error){MBSR_OK, MBSR_NONE, MBSR_NONE, ""};
-    status = make(made, error);
+    made->watched = calloc((size_t)mbsr_model_bodies(model), sizeof *made->watched);
+    status = made->watched ? make(made, error) : no_memory(made, error, "the ranks of a problem");
     if (status) {
         mbsr_ida_destroy(made);
         return status;
@@ -161,16 +163,16 @@ int mbsr_ida_create(const mbsr_model *model, mbsr_data *data, const mbsr_ida_opt
 void mbsr_ida_destroy(mbsr_ida *ida)
 {
     if (!ida) return;
-    if (ida->watches) mbsr_rank_watch(ida->model, ida->data, 0);
     if (ida->memory) IDAFree(&ida->memory);
     if (ida->solver) SUNLinSolFree(ida->solver);
     if (ida->matrix) SUNMatDestroy(ida->matrix);
     mbsr_newton_destroy(ida->link.newton);
-    N_Vector const vector[] = {ida->y,     ida->yp,   ida->atol, ida->work,
-                               ida->moved, ida->zero, ida->mass};
+    N_Vector const vector[] = {ida->y,    ida->yp,   ida->atol,    ida->work,    ida->moved,
+                               ida->zero, ida->mass, ida->first_y, ida->first_yp};
     for (size_t k = 0; k < sizeof vector / sizeof vector[0]; ++k) {
         if (vector[k]) N_VDestroy(vector[k]);
     }
     if (ida->context) SUNContext_Free(&ida->context);
+    free(ida->watched);
     free(ida);
 }

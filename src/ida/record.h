@@ -23,6 +23,7 @@ struct mbsr_ida {
     SUNContext context;
     void *memory;                                  /* IDA's own */
     N_Vector y, yp, atol, work, moved, zero, mass; /* size; y and yp are the state at `present` */
+    N_Vector first_y, first_yp;                    /* the state from which IDA started last */
     SUNMatrix matrix;                              /* NULL for KRYLOV */
     SUNLinearSolver solver;
     mbsr_sundials link;             /* its newton is NULL for DENSE */
@@ -30,11 +31,13 @@ struct mbsr_ida {
     mbsri_ida_messages messages;
     char message[MBSR_TEXT_SIZE]; /* IDA's last message in the present call */
 
-    bool watches; /* the ranks of data are watched on behalf of this driver */
     bool scales;  /* tolerances follow the masses at the start, see mbsr_ida_opt */
     bool started; /* a state is set and no step from it has failed for good */
+    bool failed;  /* one has; y and yp are the last state that was good */
     bool stepped; /* IDASolve was called since */
     bool event;   /* the last call of mbsr_ida_advance ended in an event */
+    int watch;    /* the watch of ranks that is not in force, see watch.h */
+    int *watched; /* its ranks, as many as bodies */
     double present;
     double direction; /* +1 or -1 once stepped */
     long residuals, events;

@@ -69,7 +69,7 @@ int mbsr_ida_run(mbsr_ida *ida, int count, const double *times, int *next,
 int mbsr_ida_state(mbsr_ida *ida, double *t, double *y, double *yp)
 {
     if (!ida) return MBSR_ERR_NULL;
-    if (!ida->started) {
+    if (!ida->started && !ida->failed) {
         return mbsri_ida_fail(&ida->error, MBSR_ERR_SEQUENCE, MBSR_NONE, MBSR_NONE,
                               "mbsr_ida_state: call mbsr_ida_start first");
     }

@@ -179,10 +179,11 @@ int mbsri_correction_factor(mbsr_newton *w, mbsr_data *d)
     }
     if (mbsri_block_factor(size, c->matrix, c->rows, c->columns, c->pivots)) return MBSR_OK;
     const mbsri_force *force = (const mbsri_force *)w->model->forces.data + c->element[0].force;
-    return mbsri_fail(&d->error, MBSR_SINGULAR_BLOCK, MBSR_NONE, force->id,
-                      "the Newton equations of the %d force elements across the tree are singular "
-                      "at t = %g",
-                      c->count, d->t);
+    return mbsri_fail(
+        &d->error, MBSR_SINGULAR_BLOCK, MBSR_NONE, force->id,
+        "the Newton equations of the %d force elements across the tree are singular "
+        "at t = %g; mbsr_index_report_create names joint rates that nothing determines",
+        c->count, d->t);
 }
 
 void mbsri_correction_solve(mbsr_newton *w, const double *r, double *delta)

@@ -430,27 +430,74 @@ static void a_failed_factorisation_comes_out_unchanged(void **state)
     problem_free(&p);
 }
 
-/* A point that nothing holds: the tree solver knows which, a dense matrix is just singular. */
-static void a_singular_system_names_its_body(void **state)
+/* A point that nothing holds has no start, whatever the solver. */
+static void a_start_that_nothing_determines_is_refused(void **state)
 {
     (void)state;
     problem p;
     probe observer = probe_passive();
     problem_undetermined(&p, &observer);
+    const mbsr_dae_form forms[] = {MBSR_DAE_MOMENTUM, MBSR_DAE_MOMENTUM, MBSR_DAE_MOMENTUM,
+                                   MBSR_DAE_RECURSIVE, MBSR_DAE_INVERSE_DYNAMICS};
     const double y[3] = {1.0, 0.0, 0.0}, yp[3] = {0.0};
-    for (int s = MBSR_IDA_DENSE; s <= MBSR_IDA_KRYLOV; ++s) {
-        const mbsr_ida_opt opt = solved_by((mbsr_ida_solver)s, 1e-6);
+    for (int s = 0; s < 5; ++s) {
+        mbsr_ida_opt opt =
+            solved_by(s < 3 ? (mbsr_ida_solver)(MBSR_IDA_DENSE + s) : MBSR_IDA_AUTO, 1e-6);
+        opt.form = forms[s];
         mbsr_ida *ida = NULL;
         assert_ok(mbsr_ida_create(p.model, p.data, &opt, &ida, NULL), NULL);
+        assert_refused(mbsr_ida_start(ida, 0.0, y, yp), mbsr_ida_error(ida), MBSR_UNDETERMINED, 0,
+                       MBSR_NONE,
+                       "mbsr_ida_start: u0 of body 0 'point'|moves no mass|inertia, a spring or a "
+                       "damper, or lock it|mbsr_index_report_create");
+        assert_int_equal(mbsr_ida_advance(ida, 1.0, NULL, NULL, NULL), MBSR_ERR_SEQUENCE);
+        assert_int_equal(mbsr_ida_state(ida, NULL, NULL, NULL), MBSR_ERR_SEQUENCE);
+        mbsr_ida_destroy(ida);
+    }
+    problem_free(&p);
+}
+
+/* A spring and damper that are gone from a time on. */
+static int fade(const mbsr_force_args *args)
+{
+    const double *until = args->force->user;
+    const mbsr_force_body *body = args->body;
+    if (args->t < *until) body->tau[0] -= 6.0 * body->q[0] + 2.0 * body->u[0];
+    return 0;
+}
+
+static const mbsr_force_table fading = {.version = MBSR_FORCE_TABLE_VERSION,
+                                        .flags = MBSR_FORCE_JOINT_ONLY,
+                                        .name = "fading",
+                                        .evaluate = fade};
+
+/* A point that nothing holds any more. What was reached before stays to be had. */
+static void a_singular_system_names_its_body(void **state)
+{
+    (void)state;
+    problem p;
+    double until = INFINITY;
+    const int body = 0;
+    problem_point(&p, MBSR_X, 0.0);
+    const mbsr_force_def force = mbsr_force_custom(&fading, 1, &body, &until);
+    assert_ok(mbsr_model_add_force(p.model, &force, NULL), mbsr_model_error(p.model));
+    p.y[0] = 1.0;
+    problem_finish(&p, NULL);
+    double y[3], yp[3], reached[3], t;
+    problem_in_form(&p, MBSR_DAE_MOMENTUM, y, yp);
+    for (int s = MBSR_IDA_TREE; s <= MBSR_IDA_KRYLOV; ++s) {
+        const mbsr_ida_opt opt = solved_by((mbsr_ida_solver)s, 1e-6);
+        mbsr_ida *ida = NULL;
+        until = 0.5;
+        assert_ok(mbsr_ida_create(p.model, p.data, &opt, &ida, NULL), NULL);
         assert_ok(mbsr_ida_start(ida, 0.0, y, yp), mbsr_ida_error(ida));
-        const int status = mbsr_ida_advance(ida, 1.0, NULL, NULL, NULL);
-        if (s == MBSR_IDA_DENSE) {
-            assert_refused(status, mbsr_ida_error(ida), MBSR_ERR_SOLVER, MBSR_NONE, MBSR_NONE,
-                           "mbsr_ida_advance: IDA_");
-        } else {
-            assert_refused(status, mbsr_ida_error(ida), MBSR_SINGULAR_BLOCK, 0, MBSR_NONE,
-                           "mbsr_ida_advance: Newton equations at t = |'point'");
-        }
+        assert_refused(mbsr_ida_advance(ida, 1.0, NULL, NULL, NULL), mbsr_ida_error(ida),
+                       MBSR_SINGULAR_BLOCK, 0, MBSR_NONE,
+                       "mbsr_ida_advance: Newton equations at t = 0.|'point': joint "
+                       "'planar'|inertia, a spring or a damper, or lock it");
+        assert_ok(mbsr_ida_state(ida, &t, reached, NULL), mbsr_ida_error(ida));
+        assert_close(t, 0.5, 0.05);
+        assert_close(reached[0], exp(-3.0 * t), 1e-4);
         mbsr_ida_destroy(ida);
     }
     problem_free(&p);
@@ -553,6 +600,7 @@ int main(void)
         cmocka_unit_test(statistics_agree_with_ida_and_the_newton_solver),
         cmocka_unit_test(rates_by_differences_behind_a_general_pose_need_a_matrix),
         cmocka_unit_test(a_failed_factorisation_comes_out_unchanged),
+        cmocka_unit_test(a_start_that_nothing_determines_is_refused),
         cmocka_unit_test(a_singular_system_names_its_body),
         cmocka_unit_test(without_memory_there_is_no_driver),
         cmocka_unit_test(a_long_chain_needs_no_matrix),

@@ -56,14 +56,44 @@ static void the_driver_stops_where_the_rank_changes(void **state)
         assert_int_equal(info.null_directions, 0);
         assert_ok(mbsr_ida_start(ida, 0.6, y, yp), mbsr_ida_error(ida));
         assert_ok(mbsr_ida_advance(ida, 0.65, &t, y, yp), mbsr_ida_error(ida));
-        /* the data is watched as long as the driver lives */
-        const double beside[4] = {0.0, 0.0, 1.0, 1.0};
-        double udot[4];
-        assert_int_equal(mbsr_forward_dynamics(s.model, s.data, 0.0, beside, u, NULL, udot),
-                         MBSR_RANK_CHANGED);
         mbsr_ida_destroy(ida);
-        assert_int_equal(mbsr_forward_dynamics(s.model, s.data, 0.0, beside, u, NULL, udot),
-                         MBSR_UNDETERMINED);
+        twins_free(&s);
+    }
+}
+
+/* The driver watches while it integrates; before and after, the data is as the caller left it. */
+static void the_watch_of_the_caller_is_restored(void **state)
+{
+    (void)state;
+    const double beside[4] = {0.0, 0.0, 1.0, 1.0}, parted[4] = {0.0, 0.0, 1.0, 1.5}, u[4] = {0.0};
+    for (int mode = 0; mode < 3; ++mode) { /* not watched; watched with other ranks, or the same */
+        twins s;
+        twins_make(&s, begin);
+        double t, y[12], yp[12], udot[4];
+        const double *own = mode == 1 ? parted : beside, *other = mode == 1 ? beside : parted;
+        mbsr_ida *ida = start(&s, MBSR_DAE_MOMENTUM, 1, 1e-6);
+        assert_ok(mbsr_ida_state(ida, NULL, y, yp), mbsr_ida_error(ida));
+        if (mode > 0) {
+            mbsr_forward_dynamics(s.model, s.data, 0.0, own, u, NULL, udot);
+            assert_ok(mbsr_recursive_residual(s.model, s.data, 0.0, own, u, u, NULL, udot),
+                      mbsr_data_error(s.data));
+            assert_ok(mbsr_rank_watch(s.model, s.data, 1), mbsr_data_error(s.data));
+        }
+        for (int round = 0; round < 4; ++round) {
+            const int watched = mode > 0 ? MBSR_RANK_CHANGED : MBSR_OK;
+            assert_ok(mbsr_recursive_residual(s.model, s.data, 0.0, own, u, u, NULL, udot),
+                      mbsr_data_error(s.data));
+            assert_int_equal(mbsr_recursive_residual(s.model, s.data, 0.0, other, u, u, NULL, udot),
+                             watched);
+            if (round == 0) assert_ok(mbsr_ida_start(ida, 0.0, y, yp), mbsr_ida_error(ida));
+            if (round == 1)
+                assert_ok(mbsr_ida_advance(ida, 0.4, &t, NULL, NULL), mbsr_ida_error(ida));
+            if (round == 2)
+                assert_int_equal(mbsr_ida_advance(ida, 2.0, &t, NULL, NULL), MBSR_RANK_CHANGED);
+        }
+        mbsr_ida_destroy(ida);
+        assert_int_equal(mbsr_recursive_residual(s.model, s.data, 0.0, other, u, u, NULL, udot),
+                         mode > 0 ? MBSR_RANK_CHANGED : MBSR_OK);
         twins_free(&s);
     }
 }
@@ -98,6 +128,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_driver_stops_where_the_rank_changes),
+        cmocka_unit_test(the_watch_of_the_caller_is_restored),
         cmocka_unit_test(the_inverse_dynamics_form_passes_through),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

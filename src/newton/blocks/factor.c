@@ -441,14 +441,13 @@ static bool eliminate(joint *j, double c)
     return true;
 }
 
-static int singular(joint *j, const char *what)
+static int singular(joint *j, const char *what, const char *advice)
 {
     char label[MBSRI_LABEL];
     const mbsri_body *b = j->b;
-    return mbsri_fail(&j->d->error, MBSR_SINGULAR_BLOCK, b->id, MBSR_NONE,
-                      "%s: joint '%s': %s at t = %g; nothing determines its rates",
-                      mbsri_body_label(j->w->model, j->i, label), b->joint.table->name, what,
-                      j->d->t);
+    return mbsri_fail(
+        &j->d->error, MBSR_SINGULAR_BLOCK, b->id, MBSR_NONE, "%s: joint '%s': %s at t = %g; %s",
+        mbsri_body_label(j->w->model, j->i, label), b->joint.table->name, what, j->d->t, advice);
 }
 
 static int not_finite(joint *j)
@@ -500,8 +499,9 @@ static int factor_joint(mbsr_newton *w, mbsr_data *d, int i, double c)
     mbsri_zero((size_t)j.b->n, j.size_a);
     for (int k = 0; k < j.columns; ++k) fill_column(&j, c, &s, k);
     if (!rows_finite(&j, &s)) return not_finite(&j);
-    if (!coordinates(&j, c, &s)) return singular(&j, "c - d(q')/dq is singular");
-    if (!eliminate(&j, c)) return singular(&j, "its equations are singular");
+    if (!coordinates(&j, c, &s))
+        return singular(&j, "c - d(q')/dq is singular", "take a shorter step");
+    if (!eliminate(&j, c)) return singular(&j, "its equations are singular", MBSRI_SINGULAR_ADVICE);
     if (!mbsri_finite((size_t)(j.node->unknowns * j.motions_pred), j.kept.K)) return not_finite(&j);
     pass_on(&j);
     return MBSR_OK;

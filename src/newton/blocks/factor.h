@@ -5,6 +5,11 @@
 
 #include "newton/blocks/record.h"
 
+/* What a text of MBSR_SINGULAR_BLOCK says of a joint. */
+#define MBSRI_SINGULAR_ADVICE                                                                      \
+    "nothing determines its rates: give it inertia, a spring or a damper, or lock it "             \
+    "(mbsr_index_report_create names all such directions)"
+
 /* Doubles of w->work for the largest joint. */
 size_t mbsri_tree_work(const mbsr_newton *w);
 

@@ -6,6 +6,7 @@
 #include "base/error.h"
 #include "dynamics/entry.h"
 #include "model/query.h"
+#include "newton/blocks/factor.h"
 #include "newton/slopes/force_slopes.h"
 #include "newton/sweeps/elements.h"
 #include "sweeps/dynamics.h"
@@ -150,8 +151,9 @@ int mbsri_newton_sweeps_factor(mbsri_newton_sweeps *newton, mbsr_data *d, double
     if (singular == 0) return MBSR_OK;
     char label[MBSRI_LABEL];
     return mbsri_fail(&d->error, MBSR_SINGULAR_BLOCK, m->body[singular].id, MBSR_NONE,
-                      "%s: the Newton equations of its joint are singular at t = %g",
-                      mbsri_body_label(m, singular, label), t);
+                      "%s: joint '%s': its equations are singular at t = %g; %s",
+                      mbsri_body_label(m, singular, label), m->body[singular].joint.table->name, t,
+                      MBSRI_SINGULAR_ADVICE);
 }
 
 void mbsri_newton_sweeps_solve(mbsri_newton_sweeps *newton, const double *r, const double *load,

@@ -93,6 +93,35 @@ static void it_needs_a_rank_to_remember(void **state)
     twins_free(&s);
 }
 
+static void a_watch_is_exchanged(void **state)
+{
+    (void)state;
+    twins s;
+    twins_make(&s, INFINITY);
+    const mbsr_error *error = mbsr_data_error(s.data);
+    int on = 0, rank[4] = {0};
+    assert_ok(evaluate(&s, parallel), error);
+    assert_ok(mbsr_rank_watch(s.model, s.data, 1), error);
+    assert_ok(mbsr_rank_watch_exchange(s.model, s.data, &on, rank), error);
+    assert_int_equal(on, 1);
+    assert_int_equal(rank[0], 1);
+    assert_ok(evaluate(&s, apart), error); /* off */
+    rank[0] = 2;
+    assert_ok(mbsr_rank_watch_exchange(s.model, s.data, &on, rank), error);
+    assert_int_equal(on, 0);
+    assert_ok(evaluate(&s, apart), error);
+    assert_int_equal(evaluate(&s, parallel), MBSR_RANK_CHANGED);
+    on = 1;
+    rank[0] = 3;
+    assert_refused(mbsr_rank_watch_exchange(s.model, s.data, &on, rank), error, MBSR_ERR_VALUE, 0,
+                   MBSR_NONE, "rank[0] is 3, must be 0 .. 2");
+    assert_ok(evaluate(&s, apart), error); /* as it was */
+    assert_int_equal(mbsr_rank_watch_exchange(s.model, s.data, NULL, rank), MBSR_ERR_NULL);
+    assert_int_equal(mbsr_rank_watch_exchange(s.model, s.data, &on, NULL), MBSR_ERR_NULL);
+    assert_int_equal(mbsr_rank_watch_exchange(NULL, s.data, &on, rank), MBSR_ERR_NULL);
+    twins_free(&s);
+}
+
 /* Two data of one model do not disturb each other. */
 static void each_data_watches_for_itself(void **state)
 {
@@ -170,6 +199,7 @@ int main(void)
         cmocka_unit_test(the_rank_depends_on_the_pose),
         cmocka_unit_test(a_change_is_recoverable_and_named),
         cmocka_unit_test(it_needs_a_rank_to_remember),
+        cmocka_unit_test(a_watch_is_exchanged),
         cmocka_unit_test(each_data_watches_for_itself),
         cmocka_unit_test(the_forms_that_need_the_rank_report_it),
         cmocka_unit_test(a_consistent_start_may_have_other_ranks),

@@ -1,0 +1,135 @@
+/* Start of a run.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "ida/error.h"
+#include "ida/linear.h"
+#include "ida/progress.h"
+#include "ida/tolerances.h"
+#include "ida/watch.h"
+
+#include <mbsrank/index.h>
+
+#include <math.h>
+#include <string.h>
+
+/* Refuses a start that is not finite; names the first wrong entry. */
+static int check_start(mbsr_ida *ida, double t, const double *y, const double *yp)
+{
+    if (!isfinite(t)) {
+        return mbsri_ida_fail(&ida->error, MBSR_NOT_FINITE, MBSR_NONE, MBSR_NONE,
+                              "mbsr_ida_start: t is %g", t);
+    }
+    for (int k = 0; k < ida->size; ++k) {
+        if (isfinite(y[k]) && isfinite(yp[k])) continue;
+        const bool rate = isfinite(y[k]);
+        return mbsri_ida_fail(&ida->error, MBSR_NOT_FINITE, MBSR_NONE, MBSR_NONE,
+                              "mbsr_ida_start: %s[%d] is %g", rate ? "yp" : "y", k,
+                              rate ? yp[k] : y[k]);
+    }
+    return MBSR_OK;
+}
+
+/* Tells IDA which variables are algebraic; an IDA flag. `work` serves for the vector IDA copies. */
+static int identify(mbsr_ida *ida)
+{
+    const int status =
+        mbsr_dae_id(ida->model, ida->data, ida->opt.form, N_VGetArrayPointer(ida->work));
+    if (status) return IDA_ILL_INPUT;
+    const int flag = IDASetId(ida->memory, ida->work);
+    return flag < 0 ? flag : IDASetSuppressAlg(ida->memory, ida->opt.suppress_algebraic != 0);
+}
+
+/* The residual at the start, which tells the ranks of the joint blocks. */
+static int evaluate(mbsr_ida *ida, double t, const double *y, const double *yp)
+{
+    const int status = mbsr_dae_residual(ida->model, ida->data, ida->opt.form, t, y, yp,
+                                         N_VGetArrayPointer(ida->work));
+    if (!status) return MBSR_OK;
+    const mbsr_error *error = mbsr_data_error(ida->data);
+    return mbsri_ida_fail(&ida->error, status, error->body, error->force,
+                          "mbsr_ida_start: residual at t = %.10g: %s", t, error->text);
+}
+
+/* Names the first direction of a report that nothing determines. */
+static int refuse_undetermined(mbsr_ida *ida, const mbsr_index_report *report)
+{
+    const mbsr_direction *direction = report->direction;
+    const mbsr_direction_term *term = direction->term;
+    for (int k = 1; k < direction->terms; ++k) {
+        if (fabs(direction->term[k].weight) > fabs(term->weight)) term = direction->term + k;
+    }
+    return mbsri_ida_fail(
+        &ida->error, MBSR_UNDETERMINED, term->body, MBSR_NONE,
+        "mbsr_ida_start: u%d of body %d '%.40s' moves no mass, and no force resists it%s: give it "
+        "inertia, a spring or a damper, or lock it (mbsr_index_report_create names all)",
+        term->coordinate, term->body, mbsr_body_name(ida->model, term->body),
+        direction->terms > 1 ? " together with others" : "");
+}
+
+/* Refuses a start with joint rates that neither mass nor force determines: no step would lead from
+ * it. Only where ranks are deficient, and where the Newton solver, if there is one, finds its
+ * equations singular, the index report decides; what it cannot tell is no reason to refuse. */
+static int check_determined(mbsr_ida *ida, double t, const double *y, const double *yp)
+{
+    static const double c = 1e3; /* 1/s */
+    const int nq = mbsr_model_nq(ida->model), nu = mbsr_model_nu(ida->model);
+    double *q = N_VGetArrayPointer(ida->moved), *u = q + nq;
+    if (mbsr_total_rank(ida->model, ida->data) == nu) return MBSR_OK;
+    mbsr_newton *newton = ida->link.newton;
+    mbsr_index_report *report = NULL;
+    int status = MBSR_OK;
+    if (!newton || mbsr_newton_factor(newton, ida->data, t, y, yp, c) == MBSR_SINGULAR_BLOCK) {
+        status = mbsr_dae_unpack(ida->model, ida->data, ida->opt.form, t, y, q, u);
+        if (!status) mbsr_index_report_create(ida->model, ida->data, t, q, u, &report);
+        const bool refused = report && report->undetermined > 0;
+        status = refused ? refuse_undetermined(ida, report) : MBSR_OK;
+        mbsr_index_report_destroy(ida->model, report);
+    }
+    const bool moved_on = ida->opt.form != MBSR_DAE_INVERSE_DYNAMICS;
+    return !status && moved_on ? evaluate(ida, t, y, yp) : status;
+}
+
+/* What the start itself says of the run: whether there can be one, tolerances of the momenta, the
+ * ranks to watch. The inverse-dynamics form knows no ranks. */
+static int prepare(mbsr_ida *ida, double t, const double *y, const double *yp)
+{
+    const bool ranks = ida->opt.form != MBSR_DAE_INVERSE_DYNAMICS;
+    ida->watch = 0;
+    mbsri_ida_exchange_watch(ida);
+    int status = ranks ? evaluate(ida, t, y, yp) : MBSR_OK;
+    if (!status) status = check_determined(ida, t, y, yp);
+    if (!status && ranks && ida->scales) mbsri_ida_scale_tolerances(ida);
+    if (!status && ranks && ida->opt.watch_ranks) mbsr_rank_watch(ida->model, ida->data, 1);
+    mbsri_ida_exchange_watch(ida);
+    return status;
+}
+
+int mbsr_ida_start(mbsr_ida *ida, double t, const double *y, const double *yp)
+{
+    if (!ida) return MBSR_ERR_NULL;
+    if (!y || !yp) {
+        return mbsri_ida_fail(&ida->error, MBSR_ERR_NULL, MBSR_NONE, MBSR_NONE,
+                              "mbsr_ida_start: %s is NULL", !y ? "y" : "yp");
+    }
+    int status = check_start(ida, t, y, yp);
+    if (status) return status;
+    ida->started = ida->failed = false; /* what fails here has lost the ranks of an earlier run */
+    status = prepare(ida, t, y, yp);
+    if (status) return status;
+    const size_t bytes = (size_t)ida->size * sizeof *y;
+    memmove(N_VGetArrayPointer(ida->y), y, bytes);
+    memmove(N_VGetArrayPointer(ida->yp), yp, bytes);
+    ida->message[0] = '\0';
+    ida->stepped = ida->event = false;
+    ida->residuals = ida->events = 0;
+    ida->before = (mbsr_ida_stats){0};
+    mbsri_ida_count_solver(ida, &ida->newton_before);
+    mbsri_ida_keep_start(ida);
+    mbsri_ida_report_anew(ida);
+    ida->wall = INFINITY;
+    ida->present = t;
+    int flag = IDAReInit(ida->memory, t, ida->y, ida->yp);
+    if (flag >= 0) flag = identify(ida);
+    if (flag < 0) return mbsri_ida_solver_failed(ida, &ida->error, flag, "mbsr_ida_start");
+    ida->started = true;
+    return MBSR_OK;
+}
