@@ -138,7 +138,7 @@ static void place(mbsr_model *m, int i, int id)
                       .regular = entry->regular,
                       .locks = entry->locks,
                       .full = m->size_full};
-    b->joint.param = (const double *)m->matrices.data + entry->param;
+    if (joint->params > 0) b->joint.param = (const double *)m->matrices.data + entry->param;
     if (b->inertia.kind == MBSR_INERTIA_MATRIX && b->inertia.matrix) {
         b->inertia.matrix = (const double *)m->matrices.data + entry->matrix;
     }

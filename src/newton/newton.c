@@ -75,9 +75,10 @@ typedef struct layout {
     size_t used, used_ints;
 } layout;
 
+/* A place, of no length too: parts of vectors are found by adding to it. */
 static void doubles(layout *l, double **at, size_t count)
 {
-    *at = l->doubles && count > 0 ? l->doubles + l->used : NULL;
+    *at = l->doubles ? l->doubles + l->used : NULL;
     l->used += count;
 }
 
@@ -187,6 +188,7 @@ static void lay_out(mbsr_newton *w, layout *l)
     int *slopes_at;
     const size_t answers = w->corrected && w->sweep_size > 0 ? 1 : 0;
     doubles(l, &w->motion, answers * 12 * ((size_t)m->bodies + 1));
+    if (answers == 0) w->motion = NULL;
     doubles(l, &w->solution, nq + 2 * nu);
     mbsri_slopes_size(m, &slopes, &slopes_ints);
     doubles(l, &slopes_doubles, slopes);

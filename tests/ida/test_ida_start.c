@@ -1,5 +1,6 @@
 /* The state of the driver at its start and after failures.
  * SPDX-License-Identifier: BSD-3-Clause */
+#include "locale_comma.h"
 #include "problems.h"
 
 static mbsr_ida *driver(const problem *p)
@@ -138,6 +139,26 @@ static void massless_directions_with_a_force_may_start(void **state)
     problem_free(&p);
 }
 
+/* IDA writes its messages itself. */
+static void texts_in_a_locale_with_a_comma(void **state)
+{
+    (void)state;
+    if (!test_locale_comma()) skip();
+    problem p;
+    problem_oscillator(&p, NULL);
+    mbsr_ida_opt opt = problem_opt();
+    opt.rtol = 1e-18;
+    opt.atol = 1e-30;
+    mbsr_ida *ida = NULL;
+    assert_ok(mbsr_ida_create(p.model, p.data, &opt, &ida, NULL), NULL);
+    assert_ok(mbsr_ida_start(ida, 1.5, p.y, p.yp), mbsr_ida_error(ida));
+    assert_refused(mbsr_ida_advance(ida, 2.0, NULL, NULL, NULL), mbsr_ida_error(ida),
+                   MBSR_ERR_SOLVER, MBSR_NONE, MBSR_NONE, "At t = 1.5");
+    mbsr_ida_destroy(ida);
+    problem_free(&p);
+    test_locale_back();
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -145,6 +166,7 @@ int main(void)
         cmocka_unit_test(the_last_good_state_is_kept_after_a_failure),
         cmocka_unit_test(the_start_is_kept_when_the_first_step_fails),
         cmocka_unit_test(massless_directions_with_a_force_may_start),
+        cmocka_unit_test(texts_in_a_locale_with_a_comma),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

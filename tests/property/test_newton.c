@@ -454,6 +454,13 @@ static int elements_between(test_rng *rng, int kind, const int list[3], int na, 
     }
 }
 
+static mbsr_force_def orientation_spring(int body)
+{
+    static const double stiffness[3] = {2.0, 3.0, 5.0}, damping[3] = {0.3, 0.2, 0.4},
+                        rest[4] = {1.0, 0.3, -0.2, 0.1};
+    return mbsr_force_joint_rotation_spring(body, stiffness, damping, rest);
+}
+
 static void every_force_element(void **state)
 {
     (void)state;
@@ -477,8 +484,14 @@ static void every_force_element(void **state)
             list[2] = MBSR_GROUND;
             if (list[0] == list[1]) continue;
             assert_ok(mbsr_body_coordinates(tree.model, list[0], NULL, &nq, NULL, &n), NULL);
-            choice.element_count += elements_between(&rng, kind, list, nq == n ? n : 0,
-                                                     elements + choice.element_count);
+            if (nq == n + 1 && tries % 2)
+                elements[choice.element_count++] = orientation_spring(list[0]);
+            else if (nq == n && n > 0 && kind == 3)
+                elements[choice.element_count++] =
+                    mbsr_force_joint_cubic_spring(list[0], n - 1, 2.0, 3.0, 0.5, 0.2);
+            else
+                choice.element_count += elements_between(&rng, kind, list, nq == n ? n : 0,
+                                                         elements + choice.element_count);
         }
         if (seed % 4 == 0)
             elements[choice.element_count++] = test_web_everywhere(0.4, seed % 8 == 0);
