@@ -30,6 +30,7 @@
 #include "recursion/backward.h"
 #include "recursion/elements.h"
 #include "recursion/kinematics.h"
+#include "recursion/not_finite.h"
 #include "recursion/rank.h"
 #include "recursion/rates.h"
 #include "sweeps/dynamics.h"
@@ -124,8 +125,9 @@ static void balance(const mbsr_model *m, mbsr_data *d, double *F)
 int mbsr_momenta(const mbsr_model *model, mbsr_data *data, double *p)
 {
     const int status = mbsri_enter(model, data, p != NULL, MBSRI_STAGE_VELOCITIES, "mbsr_momenta");
-    if (!status) mbsri_momenta(model, data, p);
-    return status;
+    if (status) return status;
+    mbsri_momenta(model, data, p);
+    return mbsri_check_result(model, data, (size_t)model->nu, p, "mbsr_momenta");
 }
 
 static int pack(const mbsr_model *m, mbsr_data *d, double t, const double *q, const double *u,

@@ -239,9 +239,10 @@ int mbsr_ode_pack(mbsr_ode *ode, double t, const double *q, const double *u, dou
     if (!status) status = mbsri_positions(ode->m, ode->d, t, q);
     if (!status) status = mbsri_velocities(ode->m, ode->d, u);
     if (status) return status;
-    mbsri_momenta(ode->m, ode->d, x + ode->m->nq);
-    mbsri_copy((size_t)ode->m->nq, q, x);
-    return MBSR_OK;
+    const size_t nq = (size_t)ode->m->nq, nu = (size_t)ode->m->nu;
+    mbsri_momenta(ode->m, ode->d, x + nq);
+    mbsri_copy(nq, q, x);
+    return mbsri_check_result(ode->m, ode->d, nq + nu, x, "mbsr_ode_pack");
 }
 
 /* ---- velocities ---- */
@@ -319,7 +320,7 @@ static int forces_at(mbsr_ode *o, const double *u, double *gamma, double *sizes)
         gamma[l] = mbsri_dot(b->n, vector, d->e + b->iu);
         if (sizes) sizes[l] = fmax(sizes[l], mbsri_gross_load(m, d, o->body[l], vector));
     }
-    return mbsri_finite((size_t)o->k, gamma) ? MBSR_OK : mbsri_report_not_finite(m, d);
+    return mbsri_check_result(m, d, (size_t)o->k, gamma, "mbsr_ode");
 }
 
 /* The c-th direction of every group at once, into o->increment; returns the step of the size of
@@ -490,6 +491,7 @@ int mbsr_ode_velocities(mbsr_ode *ode, double t, const double *x, double *u)
     const size_t nu = (size_t)ode->m->nu;
     mbsri_copy(nu, u, ode->u);
     status = velocities(ode, t, x);
+    if (!status) status = mbsri_check_result(ode->m, ode->d, nu, ode->u, "mbsr_ode_velocities");
     if (!status) mbsri_copy(nu, ode->u, u);
     return status;
 }
@@ -506,5 +508,5 @@ int mbsr_ode_rhs(mbsr_ode *ode, double t, const double *x, double *xdot)
     if (!status) status = mbsri_momentum_derivatives(m, ode->d, xdot, xdot + m->nq);
     if (status) return status;
     const size_t size = (size_t)(m->nq + m->nu);
-    return mbsri_finite(size, xdot) ? MBSR_OK : mbsri_report_not_finite(m, ode->d);
+    return mbsri_check_result(m, ode->d, size, xdot, "mbsr_ode_rhs");
 }

@@ -20,7 +20,6 @@
 #include "algebra/numbers.h"
 #include "base/error.h"
 #include "model/query.h"
-#include "recursion/not_finite.h"
 
 #include <math.h>
 
@@ -39,7 +38,8 @@ static double equilibrate(const mbsri_body *b, const mbsr_data *d, const double 
         const double size = mbsri_dot(b->d, column, WJ);
         s[k] = fixed ? fixed[k] : size > 0.0 ? 1.0 / sqrt(size) : 1.0;
         if (fixed) *noise = fmax(*noise, size * s[k] * s[k]);
-        if (size > largest) largest = size;
+        largest = isnan(size) ? size : fmax(size, largest);
+        if (isnan(largest)) return largest;
     }
     return largest;
 }
@@ -78,7 +78,11 @@ int mbsri_rank_decision(const mbsr_model *m, mbsr_data *d, int i)
     for (int j = 0; j < n; ++j) {
         for (int k = 0; k < n; ++k) X[j * n + k] = s[j] * D[j * n + k] * s[k];
     }
-    if (!mbsri_finite((size_t)n * (size_t)n, X)) return mbsri_report_not_finite(m, d);
+    if (!isfinite(d->scale[i]) || !mbsri_finite((size_t)n * (size_t)n, X)) {
+        return mbsri_fail(&d->error, MBSR_NOT_FINITE, b->id, MBSR_NONE,
+                          "%s: the mass on its joint is not finite at t = %g",
+                          mbsri_body_label(m, i, label), d->t);
+    }
     /* = X diag(lambda) X^T */
     if (n == 1) {
         lambda[0] = X[0];
