@@ -74,7 +74,7 @@ static void check(finite_subject *s, const finite_row *row, const result *r, con
                   double evil)
 {
     if (r->status != MBSR_OK) {
-        if (!s->error && !s->data) return;
+        if (s->error ? !s->object : !s->data) return; /* what carries the text is NULL */
         const mbsr_error *error = s->error ? s->error(s) : mbsr_data_error(s->data);
         if (error->status != r->status)
             complain(s, row, where, evil, mbsr_status_name(r->status), error->text);
