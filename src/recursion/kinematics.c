@@ -264,12 +264,14 @@ int mbsri_velocities(const mbsr_model *m, mbsr_data *d, const double *u)
         mbsri_ax(b->d, b->d_pred, -1.0, d->H + b->dp, d->V + b->pred_v, V);
         mbsri_ax(b->d, b->n, -1.0, d->J + b->dn, d->u + b->iu, V);
         for (int k = 0; k < b->d; ++k) V[k] -= d->kI[b->v + (size_t)k];
-        int status = check_finite(m, d, i, b->d, V, "the velocity");
-        if (status) return status;
+        if (!mbsri_finite((size_t)b->d, V)) {
+            char label[MBSRI_LABEL];
+            return mbsri_report_not_finite(m, d, mbsri_body_label(m, i, label));
+        }
         /* kII_i */
         const mbsr_joint_args args = mbsri_joint_args(m, d, i, true);
         mbsri_zero((size_t)b->d, kII);
-        status = b->joint.table->bias(&args, kII);
+        int status = b->joint.table->bias(&args, kII);
         if (status) return mbsri_joint_failed(m, d, i, status, "bias");
         if (!unit_K(b)) divide_by_K(b, d, 1, kII);
         /* gyroscopic force; M_i where it is given by a function */

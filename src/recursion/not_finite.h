@@ -6,7 +6,7 @@
 #include "recursion/data.h"
 
 /* MBSR_NOT_FINITE with a text that names the first quantity along the evaluation that is not
- * finite, or else the function whose result overflowed. */
+ * finite, or else the function, or the body, whose result overflowed. */
 int mbsri_report_not_finite(const mbsr_model *m, mbsr_data *d, const char *function);
 
 /* The same unless the result x (n numbers) is finite: MBSR_OK. */

@@ -9,17 +9,23 @@
  *   S D S = X diag(lambda) X^T,  lambda_k > tolerance: kept (R = S X_kept), else dropped (N)
  *   D^+   = S X_kept diag(1/lambda) X_kept^T S
  *
+ * The eigenvalues are as exact as the largest of them. That is enough for the decision; but where
+ * the noise W leaves little of one row and much of another, D^+ needs small eigenvalues to more than
+ * that. So a D of full rank is inverted by Cholesky's factors, whose errors go with the diagonal.
+ *
  * S makes the decision the same in all units. D^+ is the Moore-Penrose pseudo-inverse of D in the
  * joint coordinates S^-1 u; the columns of N span the null space of D, and I - D^+ D = S X_dropped
  * X_dropped^T S^-1 projects onto it. */
 #include "recursion/rank.h"
 
+#include "algebra/cholesky.h"
 #include "algebra/dense.h"
 #include "algebra/jacobi.h"
 #include "algebra/lapack.h"
 #include "algebra/numbers.h"
 #include "base/error.h"
 #include "model/query.h"
+#include "recursion/not_finite.h"
 
 #include <math.h>
 
@@ -59,6 +65,44 @@ static void reverse(int n, double *X, double *lambda)
     }
 }
 
+/* D^+ = D^-1 by the Cholesky factors of D; false unless D has full rank. */
+static bool definite_inverse(const mbsri_body *b, mbsr_data *d, int i)
+{
+    const int n = b->n;
+    const size_t nn = (size_t)n * (size_t)n;
+    double *L = d->scratch, *Y = L + nn, *Dinv = d->Dinv + b->nn;
+    if (!mbsri_definite_factor(b, d, i, L)) return false;
+    mbsri_zero(nn, Y);
+    for (int k = 0; k < n; ++k) Y[k * (n + 1)] = 1.0;
+    mbsri_divide_by_cholesky(n, n, L, Y);
+    mbsri_zero(nn, Dinv);
+    mbsri_abt(n, n, n, 1.0, Y, Y, Dinv);
+    return true;
+}
+
+/* D^+ by the eigenvalues kept. */
+static void pseudo_inverse(const mbsri_body *b, mbsr_data *d, int i)
+{
+    const int n = b->n;
+    const double *s = d->s + b->iu, *X = d->X + b->nn, *lambda = d->lambda + b->iu;
+    double *Dinv = d->Dinv + b->nn;
+    mbsri_zero((size_t)n * (size_t)n, Dinv);
+    for (int l = 0; l < d->rank[i]; ++l) {
+        for (int j = 0; j < n; ++j) {
+            const double factor = s[j] * X[l * n + j] / lambda[l];
+            for (int k = 0; k < n; ++k) Dinv[j * n + k] += factor * s[k] * X[l * n + k];
+        }
+    }
+}
+
+bool mbsri_definite_factor(const mbsri_body *b, const mbsr_data *d, int i, double *L)
+{
+    const int n = b->n;
+    if (n < 2 || d->rank[i] < n) return false;
+    mbsri_copy((size_t)n * (size_t)n, d->D + b->nn, L);
+    return mbsri_cholesky(n, L);
+}
+
 /* reads D, J, W;  writes s, X, lambda, Dinv, scale, rank.  cost: one symmetric eigenproblem of size
  * n. */
 int mbsri_rank_decision(const mbsr_model *m, mbsr_data *d, int i)
@@ -66,8 +110,7 @@ int mbsri_rank_decision(const mbsr_model *m, mbsr_data *d, int i)
     const mbsri_body *b = m->body + i;
     const int n = b->n;
     const double *D = d->D + b->nn;
-    double *s = d->s + b->iu, *X = d->X + b->nn, *lambda = d->lambda + b->iu,
-           *Dinv = d->Dinv + b->nn;
+    double *s = d->s + b->iu, *X = d->X + b->nn, *lambda = d->lambda + b->iu;
     char label[MBSRI_LABEL];
 
     d->rank[i] = 0;
@@ -79,9 +122,7 @@ int mbsri_rank_decision(const mbsr_model *m, mbsr_data *d, int i)
         for (int k = 0; k < n; ++k) X[j * n + k] = s[j] * D[j * n + k] * s[k];
     }
     if (!isfinite(d->scale[i]) || !mbsri_finite((size_t)n * (size_t)n, X)) {
-        return mbsri_fail(&d->error, MBSR_NOT_FINITE, b->id, MBSR_NONE,
-                          "%s: the mass on its joint is not finite at t = %g",
-                          mbsri_body_label(m, i, label), d->t);
+        return mbsri_report_not_finite(m, d, mbsri_body_label(m, i, label));
     }
     /* = X diag(lambda) X^T */
     if (n == 1) {
@@ -105,14 +146,7 @@ int mbsri_rank_decision(const mbsr_model *m, mbsr_data *d, int i)
             mbsri_body_label(m, i, label), d->t, lambda[n - 1]);
     }
     while (d->rank[i] < n && lambda[d->rank[i]] > tolerance) ++d->rank[i];
-    /* D^+ */
-    mbsri_zero((size_t)n * (size_t)n, Dinv);
-    for (int l = 0; l < d->rank[i]; ++l) {
-        for (int j = 0; j < n; ++j) {
-            const double factor = s[j] * X[l * n + j] / lambda[l];
-            for (int k = 0; k < n; ++k) Dinv[j * n + k] += factor * s[k] * X[l * n + k];
-        }
-    }
+    if (!definite_inverse(b, d, i)) pseudo_inverse(b, d, i);
     return MBSR_OK;
 }
 
