@@ -197,12 +197,57 @@ static void quadratic_drag_is_damping(void **unused)
     axis_rate_is_found((resistance){.drive = 0.4, .quadratic = 0.1}, true, 2.0, 1e-10);
 }
 
+/* The sizes of forces that many links pass on grow as the forces do. A bead without mass, held by
+ * dampers, and a chain of particles that all hang straight from it. */
+static void a_long_chain_does_not_hide_a_damper(void **unused)
+{
+    (void)unused;
+    static const int links[] = {1, 30, 100, 400};
+    for (int k = 0; k < 4; ++k) {
+        const int nu = links[k] + 2;
+        mbsr_model *m;
+        mbsr_data *d;
+        mbsr_ode *ode;
+        mbsr_index_report *report;
+        double q[402] = {0.1, 0.2, 0.3}, u[402] = {0.0}, x[804], xdot[804];
+        assert_ok(mbsr_model_create(NULL, &m, NULL), NULL);
+        for (int id = 0; id <= links[k]; ++id) {
+            mbsr_body_def body = mbsr_default_body_def();
+            body.parent = id - 1;
+            body.joint = id == 0 ? mbsr_joint_point_free()
+                                 : mbsr_joint_planar_revolute((mbsr_planar_frame){0.0, 0.0, 0.0},
+                                                              (mbsr_planar_frame){0.0, 1.0, 0.0});
+            if (id > 0) body.inertia = mbsr_inertia_particle(1.0);
+            assert_ok(mbsr_model_add_body(m, &body, NULL), mbsr_model_error(m));
+        }
+        const mbsr_force_def forces[] = {mbsr_force_axis_spring(0, MBSR_GROUND, 0, 100.0, 5.0, 0.0),
+                                         mbsr_force_axis_spring(0, MBSR_GROUND, 1, 100.0, 5.0, 0.0),
+                                         mbsr_force_gravity(0.0, -9.81, 0.0)};
+        for (int l = 0; l < 3; ++l)
+            assert_ok(mbsr_model_add_force(m, forces + l, NULL), mbsr_model_error(m));
+        assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
+        assert_ok(mbsr_data_create(m, &d, NULL), NULL);
+        for (int l = 0; l < nu; ++l) u[l] = 0.1 * sin(l + 1.0);
+        assert_ok(mbsr_ode_create(m, d, 0.0, q, u, &ode), mbsr_data_error(d));
+        assert_ok(mbsr_ode_pack(ode, 0.0, q, u, x), mbsr_data_error(d));
+        assert_ok(mbsr_ode_rhs(ode, 0.0, x, xdot), mbsr_data_error(d));
+        assert_ok(mbsr_index_report_create(m, d, 0.0, q, u, &report), mbsr_data_error(d));
+        assert_int_equal(report->damped, 1);
+        assert_int_equal(report->directions, 1);
+        mbsr_index_report_destroy(m, report);
+        mbsr_ode_destroy(ode);
+        mbsr_data_destroy(d);
+        mbsr_model_destroy(m);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_rod_that_nothing_turns_is_refused),
         cmocka_unit_test(weak_damping_is_damping),
         cmocka_unit_test(quadratic_drag_is_damping),
+        cmocka_unit_test(a_long_chain_does_not_hide_a_damper),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
