@@ -101,6 +101,13 @@ static int run_forward_dynamics(finite_subject *s)
                                  s->in[FINITE_TAU], s->out[0]);
 }
 
+static int run_refined(finite_subject *s)
+{
+    return mbsr_forward_dynamics_refined(s->model, s->data, time_of(s), s->in[FINITE_Q],
+                                         s->in[FINITE_U], s->in[FINITE_TAU], s->out[0], s->out[1],
+                                         s->out[2]);
+}
+
 static int run_bias_forces(finite_subject *s)
 {
     return mbsr_bias_forces(s->model, s->data, time_of(s), s->in[FINITE_Q], s->in[FINITE_U],
@@ -192,6 +199,11 @@ static int of_u(const finite_subject *s, int o)
     return o == 0 ? s->nu : 0;
 }
 
+static int of_refined(const finite_subject *s, int o)
+{
+    return o < 2 ? s->nu : 1;
+}
+
 static int of_matrix(const finite_subject *s, int o)
 {
     return o == 0 ? s->nu * s->nu : 0;
@@ -248,6 +260,7 @@ static const finite_row rows[] = {
      of_u},
     {"mbsr_inverse_dynamics", run_inverse_dynamics, NULL, 0, T | Q | U | UDOT, BOTH, of_u},
     {"mbsr_forward_dynamics", run_forward_dynamics, NULL, 0, T | Q | U | TAU, BOTH, of_u},
+    {"mbsr_forward_dynamics_refined", run_refined, NULL, 0, T | Q | U | TAU, BOTH, of_refined},
     {"mbsr_bias_forces", run_bias_forces, NULL, 0, T | Q | U, BOTH, of_u},
     {"mbsr_mass_matrix", run_mass_matrix, velocities, T | Q | U, 0, BOTH, of_matrix},
     {"mbsr_momenta", run_momenta, velocities, T | Q | U, 0, BOTH, of_u},
