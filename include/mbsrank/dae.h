@@ -50,7 +50,7 @@ MBSR_API int mbsr_dae_size(const mbsr_model *model, mbsr_dae_form form);
 MBSR_API int mbsr_dae_id(const mbsr_model *model, mbsr_data *data, mbsr_dae_form form, double *id);
 
 /* State to y and back. y must not overlap q and u.  MBSR_ERR_NULL, MBSR_ERR_MISMATCH,
- * MBSR_ERR_VALUE. */
+ * MBSR_ERR_VALUE, MBSR_NOT_FINITE (an argument, or a momentum that overflows). */
 MBSR_API int mbsr_dae_pack(const mbsr_model *model, mbsr_data *data, mbsr_dae_form form, double t,
                            const double *q, const double *u, double *y);
 MBSR_API int mbsr_dae_unpack(const mbsr_model *model, mbsr_data *data, mbsr_dae_form form, double t,
@@ -71,7 +71,7 @@ MBSR_API int mbsr_dae_residual(const mbsr_model *model, mbsr_data *data, mbsr_da
 
 /* Cosine of the largest angle between the bases at y and the reference, 1 when they agree. Costs
  * half a residual. Where it is below 0.05, this function and the residual return the recoverable
- * MBSR_FRAME_TURNED. MBSR_ERR_SEQUENCE without a reference. */
+ * MBSR_FRAME_TURNED. MBSR_ERR_SEQUENCE without a reference; MBSR_NOT_FINITE. */
 MBSR_API int mbsr_index1_alignment(const mbsr_model *model, mbsr_data *data, double t,
                                    const double *y, double *cosine);
 

@@ -14,8 +14,9 @@
  * q, u, u' and tau are vectors over the whole tree (mbsr_model_nq, mbsr_model_nu), ordered by body
  * id: joint (minimal) coordinates, their velocities and accelerations, and generalised forces.
  * Outputs must not overlap inputs. No function here allocates. Statuses common to all:
- * MBSR_ERR_NULL, MBSR_ERR_MISMATCH (data of another model), and whatever a callback returned,
- * unchanged; the text is in mbsr_data_error. */
+ * MBSR_ERR_NULL, MBSR_ERR_MISMATCH (data of another model), MBSR_NOT_FINITE (an argument or a
+ * result is NaN or infinite, such as one that overflows: with MBSR_OK all numbers are finite), and
+ * whatever a callback returned, unchanged; the text is in mbsr_data_error. */
 #ifndef MBSRANK_DYNAMICS_H
 #define MBSRANK_DYNAMICS_H
 
@@ -98,6 +99,25 @@ MBSR_API int mbsr_inverse_dynamics(const mbsr_model *model, mbsr_data *data, dou
 MBSR_API int mbsr_forward_dynamics(const mbsr_model *model, mbsr_data *data, double t,
                                    const double *q, const double *u, const double *tau,
                                    double *udot);
+
+/* Forward dynamics with an estimate of the error in it, O(N), at about twice the price of the five
+ * stages: the accelerations are corrected twice by forward dynamics of what inverse dynamics finds
+ * missing,
+ *
+ *   r = tau - (inverse dynamics of udot),     M du = r,     udot <- udot + du.
+ *
+ * error (nu, may be NULL): the error left in each number of udot, in its units, never negative: the
+ * size of the last correction and what rounding in the forces makes of the rest. *relative (may be
+ * NULL), without units, 0 .. 1: the largest over all joints of (error) / (acceleration), where a
+ * joint's x has the size sqrt(x^T D x). 1e-10 and less is usual; 1 means that a joint's acceleration
+ * is nothing but error, or that it is zero up to rounding, as of a joint at rest. An estimate, no
+ * bound; q, u, tau and the model count as exact. What makes errors large are masses and lengths
+ * that differ by many powers of ten along a tree; see docs/rank_and_index.md.
+ *
+ * Statuses of mbsr_forward_dynamics; MBSR_UNDETERMINED leaves error and *relative as they were. */
+MBSR_API int mbsr_forward_dynamics_refined(const mbsr_model *model, mbsr_data *data, double t,
+                                           const double *q, const double *u, const double *tau,
+                                           double *udot, double *error, double *relative);
 
 /* Generalised bias forces (non-linear effects): inverse dynamics of udot = 0, so that
  *

@@ -177,7 +177,7 @@ MBSR_API int mbsr_ida_event_info(const mbsr_ida *ida, int *direction);
 
 /* k-th derivative of y at a time within the last step, from IDA's interpolation polynomial; k from
  * 0 to the order of that step. dky: mbsr_dae_size numbers. MBSR_ERR_NULL, MBSR_ERR_SEQUENCE before
- * the first step, MBSR_ERR_VALUE. */
+ * the first step, MBSR_ERR_VALUE for another k or t: nothing is extrapolated. */
 MBSR_API int mbsr_ida_dense(mbsr_ida *ida, double t, int k, double *dky);
 
 /* MBSR_ERR_NULL. */

@@ -31,4 +31,16 @@ static inline double mbsri_difference_step(double x)
     return ldexp(1.0, exponent / 5 - 12);
 }
 
+/* ---- slopes of forces that nothing is known of: steps a decade apart ---- */
+
+/* In decades of the size of the state; the last of them at which no failure is excused. */
+enum { MBSRI_LOWEST_DECADE = -11, MBSRI_NEAR_DECADE = -5, MBSRI_HIGHEST_DECADE = 6 };
+
+/* Rounding in difference quotient number `at` of `count`, the step being `share` times `unit`, the
+ * size of the state; `size` is that of what was added up to the forces. They may cancel within an
+ * element, unseen: they count as some tens of times the largest slope at steps up to a thousand
+ * times as long. slopes: every `stride`-th number. */
+double mbsri_slope_noise(int count, int at, int stride, const double *slopes, double size,
+                         double share, double unit);
+
 #endif

@@ -23,13 +23,14 @@ int mbsr_inverse_dynamics(const mbsr_model *model, mbsr_data *data, double t, co
         if (!status) mbsri_remember(model, data, MBSRI_PENDING_INVERSE, q, u, udot);
         if (status != MBSRI_NOT_SERVED) return status;
     }
-    status = mbsri_positions(model, data, t, q);
+    status = mbsri_check_input(data, (size_t)model->nu, udot, "mbsr_inverse_dynamics", "udot");
+    if (!status) status = mbsri_positions(model, data, t, q);
     if (!status) status = mbsri_velocities(model, data, u);
     if (!status) status = mbsri_forces(model, data, NULL);
     if (status) return status;
     mbsri_inverse(model, data, udot);
     mbsri_scatter(model, data->out, tau);
-    return mbsri_finite((size_t)model->nu, tau) ? MBSR_OK : mbsri_report_not_finite(model, data);
+    return mbsri_check_result(model, data, (size_t)model->nu, tau, "mbsr_inverse_dynamics");
 }
 
 int mbsr_bias_forces(const mbsr_model *model, mbsr_data *data, double t, const double *q,

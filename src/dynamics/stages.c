@@ -1,6 +1,5 @@
 /* The stages of the recursion, one call each.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "algebra/numbers.h"
 #include "dynamics/entry.h"
 #include "recursion/backward.h"
 #include "recursion/elements.h"
@@ -28,13 +27,20 @@ int mbsr_coordinate_rates(const mbsr_model *model, mbsr_data *data, double *qdot
 {
     const int status =
         mbsri_enter(model, data, qdot != NULL, MBSRI_STAGE_VELOCITIES, "mbsr_coordinate_rates");
-    return status ? status : mbsri_coordinate_rates(model, data, qdot);
+    if (status) return status;
+    const int failed = mbsri_coordinate_rates(model, data, qdot);
+    return failed
+               ? failed
+               : mbsri_check_result(model, data, (size_t)model->nq, qdot, "mbsr_coordinate_rates");
 }
 
 int mbsr_normalise(const mbsr_model *model, mbsr_data *data, double *q)
 {
-    const int status = mbsri_enter(model, data, q != NULL, MBSRI_STAGE_NONE, "mbsr_normalise");
-    return status ? status : mbsri_normalise(model, data, q);
+    static const char name[] = "mbsr_normalise";
+    int status = mbsri_enter(model, data, q != NULL, MBSRI_STAGE_NONE, name);
+    if (!status) status = mbsri_check_input(data, (size_t)model->nq, q, name, "q");
+    if (!status) status = mbsri_normalise(model, data, q);
+    return status ? status : mbsri_check_result(model, data, (size_t)model->nq, q, name);
 }
 
 int mbsr_forces(const mbsr_model *model, mbsr_data *data, const double *tau)
@@ -49,12 +55,21 @@ int mbsr_backward(const mbsr_model *model, mbsr_data *data)
     return status ? status : mbsri_backward(model, data);
 }
 
+static int forward(const mbsr_model *m, mbsr_data *d, const double *udot, double *residual,
+                   const char *function)
+{
+    const size_t nu = (size_t)m->nu;
+    const int status = mbsri_check_input(d, nu, udot, function, "udot");
+    if (status) return status;
+    mbsri_forward(m, d, udot, residual);
+    return mbsri_check_result(m, d, nu, residual, function);
+}
+
 int mbsr_forward(const mbsr_model *model, mbsr_data *data, const double *udot, double *residual)
 {
     const int status =
         mbsri_enter(model, data, udot && residual, MBSRI_STAGE_BACKWARD, "mbsr_forward");
-    if (!status) mbsri_forward(model, data, udot, residual);
-    return status;
+    return status ? status : forward(model, data, udot, residual, "mbsr_forward");
 }
 
 int mbsr_recursive_residual(const mbsr_model *model, mbsr_data *data, double t, const double *q,
@@ -67,16 +82,20 @@ int mbsr_recursive_residual(const mbsr_model *model, mbsr_data *data, double t, 
     if (!status) status = mbsri_velocities(model, data, u);
     if (!status) status = mbsri_forces(model, data, tau);
     if (!status) status = mbsri_backward(model, data);
-    if (!status) mbsri_forward(model, data, udot, residual);
-    return status;
+    return status ? status : forward(model, data, udot, residual, "mbsr_recursive_residual");
 }
 
 int mbsr_accelerations(const mbsr_model *model, mbsr_data *data, const double *udot)
 {
-    const int status =
-        mbsri_enter(model, data, udot != NULL, MBSRI_STAGE_FORCES, "mbsr_accelerations");
+    static const char name[] = "mbsr_accelerations";
+    const mbsr_model *m = model;
+    mbsr_data *d = data;
+    int status = mbsri_enter(m, d, udot != NULL, MBSRI_STAGE_FORCES, name);
+    if (!status) status = mbsri_check_input(d, (size_t)m->nu, udot, name, "udot");
     if (status) return status;
-    mbsri_inverse(model, data, udot);
-    return mbsri_finite((size_t)model->nu, data->out) ? MBSR_OK
-                                                      : mbsri_report_not_finite(model, data);
+    mbsri_inverse(m, d, udot);
+    status = mbsri_check_result(m, d, m->size_v, d->A, name);
+    if (!status) status = mbsri_check_result(m, d, m->size_v, d->mu, name);
+    if (status) d->accelerated = false;
+    return status;
 }

@@ -33,15 +33,25 @@ static int enter(const mbsr_model *m, mbsr_data *d, mbsr_dae_form form, bool arg
 int mbsri_pack(const mbsri_dae_form *form, const mbsr_model *m, mbsr_data *d, double t,
                const double *q, const double *u, double *y)
 {
-    const int status = form->pack(m, d, t, q, u, y);
-    return status ? status : mbsri_normalise(m, d, y);
+    static const char name[] = "mbsr_dae_pack";
+    int status = mbsri_check_input(d, 1, &t, name, "t");
+    if (!status) status = mbsri_check_input(d, (size_t)m->nq, q, name, "q");
+    if (!status) status = mbsri_check_input(d, (size_t)m->nu, u, name, "u");
+    if (!status) status = form->pack(m, d, t, q, u, y);
+    if (!status) status = mbsri_normalise(m, d, y);
+    return status ? status : mbsri_check_result(m, d, (size_t)form->size(m), y, name);
 }
 
 int mbsri_unpack(const mbsri_dae_form *form, const mbsr_model *m, mbsr_data *d, double t,
                  const double *y, double *q, double *u)
 {
-    const int status = form->unpack(m, d, t, y, q, u);
-    return status ? status : mbsri_normalise(m, d, q);
+    static const char name[] = "mbsr_dae_unpack";
+    int status = mbsri_check_input(d, 1, &t, name, "t");
+    if (!status) status = mbsri_check_input(d, (size_t)form->size(m), y, name, "y");
+    if (!status) status = form->unpack(m, d, t, y, q, u);
+    if (!status) status = mbsri_normalise(m, d, q);
+    if (!status) status = mbsri_check_result(m, d, (size_t)m->nq, q, name);
+    return status ? status : mbsri_check_result(m, d, (size_t)m->nu, u, name);
 }
 
 int mbsr_dae_size(const mbsr_model *model, mbsr_dae_form form)
@@ -86,5 +96,5 @@ int mbsr_dae_residual(const mbsr_model *model, mbsr_data *data, mbsr_dae_form fo
     }
     status = f->residual(model, data, t, y, yp, F);
     if (status) return status;
-    return mbsri_finite(size, F) ? MBSR_OK : mbsri_report_not_finite(model, data);
+    return mbsri_check_result(model, data, size, F, "mbsr_dae_residual");
 }

@@ -28,6 +28,7 @@
 #include "recursion/elements.h"
 #include "recursion/forward.h"
 #include "recursion/kinematics.h"
+#include "recursion/not_finite.h"
 #include "recursion/rates.h"
 
 static int size(const mbsr_model *m)
@@ -305,6 +306,7 @@ int mbsr_index1_alignment(const mbsr_model *model, mbsr_data *data, double t, co
     d->use_frame = true;
     status = prepare(model, d, t, y);
     d->use_frame = false;
+    if (!status) status = mbsri_check_result(model, d, 1, &d->alignment, "mbsr_index1_alignment");
     if (!status || status == MBSR_FRAME_TURNED) *cosine = d->alignment;
     return status;
 }
@@ -342,7 +344,8 @@ int mbsr_index1_renew(const mbsr_model *model, mbsr_data *data, double t, const 
         const mbsri_body *b = m->body + i;
         for (int k = d->frame_rank[i]; k < b->n; ++k) yp[m->nq + b->u + k] = zeta_rate[b->u + k];
     }
-    return status;
+    if (status) return status;
+    return mbsri_check_result(m, d, (size_t)(m->nq + m->nu), yp, "mbsr_index1_renew");
 }
 
 int mbsr_index1_reset(const mbsr_model *model, mbsr_data *data)

@@ -31,6 +31,8 @@
 #include "recursion/elements.h"
 #include "recursion/kinematics.h"
 #include "recursion/momentum.h"
+#include "recursion/not_finite.h"
+#include "recursion/rank.h"
 #include "recursion/rates.h"
 #include "sweeps/dynamics.h"
 
@@ -68,8 +70,9 @@ void mbsri_condense(const mbsr_model *m, mbsr_data *d, const double *p)
 int mbsr_momenta(const mbsr_model *model, mbsr_data *data, double *p)
 {
     const int status = mbsri_enter(model, data, p != NULL, MBSRI_STAGE_VELOCITIES, "mbsr_momenta");
-    if (!status) mbsri_momenta(model, data, p);
-    return status;
+    if (status) return status;
+    mbsri_momenta(model, data, p);
+    return mbsri_check_result(model, data, (size_t)model->nu, p, "mbsr_momenta");
 }
 
 static int pack(const mbsr_model *m, mbsr_data *d, double t, const double *q, const double *u,

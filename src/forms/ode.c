@@ -8,12 +8,18 @@
  *   0   = gamma_i = N_i^T e_i(q, u(zeta), t)                       fixes zeta
  *
  * Directions that no force couples form groups; one difference quotient serves a direction of every
- * group at once, and the groups are solved apart. */
+ * group at once, and the groups are solved apart.
+ *
+ * A slope of gamma counts as damping where it exceeds what rounding makes of a zero (damping.c). The
+ * forward differences of a short step tell mostly; where they do not, the step is looked for, a
+ * decade at a time. */
 #include "algebra/dense.h"
+#include "algebra/differences.h"
 #include "algebra/numbers.h"
 #include "base/error.h"
 #include "base/memory.h"
 #include "dynamics/entry.h"
+#include "forms/damping.h"
 #include "forms/momentum.h"
 #include "model/query.h"
 #include "recursion/backward.h"
@@ -22,10 +28,13 @@
 #include "recursion/kinematics.h"
 #include "recursion/not_finite.h"
 #include "recursion/rank.h"
+#include "recursion/sizes.h"
 
 #include <mbsrank/ode.h>
 
 #include <math.h>
+
+enum { DECADES = MBSRI_HIGHEST_DECADE - MBSRI_LOWEST_DECADE + 1 };
 
 struct mbsr_ode {
     const mbsr_model *m;
@@ -39,7 +48,10 @@ struct mbsr_ode {
     int *first;    /* groups: where each starts in member */
     int *member;   /* k: the directions, group by group */
     size_t *block; /* groups: offset of its matrix */
-    double *matrix;
+    int *pivots;   /* largest */
+    double *matrix, *error;
+    double *work;                      /* 6 largest */
+    double *slopes, *sizes;            /* k x DECADES: of one column, and of the forces */
     double *gamma, *moved, *step;      /* k */
     double *x, *u, *trial, *increment; /* nq + nu, nu, nu, nu */
     long newton_steps, evaluations;
@@ -137,7 +149,7 @@ static int build(mbsr_ode *o)
 {
     const mbsr_model *m = o->m;
     const size_t k = (size_t)o->k, bodies = (size_t)m->bodies + 1;
-    o->body = mbsri_allocate(&m->allocator, (7 * k + bodies) * sizeof(int) + k * sizeof(size_t));
+    o->body = mbsri_allocate(&m->allocator, (8 * k + bodies) * sizeof(int) + k * sizeof(size_t));
     if (!o->body) return no_memory(o->d);
     o->block = (size_t *)(void *)o->body;
     o->body = (int *)(void *)(o->block + k);
@@ -146,7 +158,8 @@ static int build(mbsr_ode *o)
     o->size = o->place + k;
     o->first = o->size + k;
     o->member = o->first + k;
-    int *parent = o->member + k, *owner = parent + k;
+    o->pivots = o->member + k;
+    int *parent = o->pivots + k, *owner = parent + k;
     claim(m, o->d, owner, parent);
     join_by_forces(m, owner, parent);
     number_groups(o, parent);
@@ -157,12 +170,17 @@ static int build(mbsr_ode *o)
     size_t entries = 0;
     for (int g = 0; g < o->groups; ++g) entries += (size_t)o->size[g] * (size_t)o->size[g];
     const size_t nu = (size_t)m->nu, size = (size_t)m->nq + nu;
-    double *next = mbsri_allocate(&m->allocator, (entries + 3 * k + size + 3 * nu) * sizeof *next);
+    double **const array[] = {&o->matrix, &o->error, &o->work,  &o->slopes,
+                              &o->sizes,  &o->gamma, &o->moved, &o->step,
+                              &o->x,      &o->u,     &o->trial, &o->increment};
+    const size_t length[] = {
+        entries, entries, 6 * (size_t)o->largest, DECADES * k, DECADES * k, k, k, k, size, nu,
+        nu,      nu};
+    size_t total = 0;
+    for (size_t a = 0; a < sizeof length / sizeof length[0]; ++a) total += length[a];
+    double *next = mbsri_allocate(&m->allocator, total * sizeof *next);
     o->memory = next;
     if (!next) return no_memory(o->d);
-    double **const array[] = {&o->matrix, &o->gamma, &o->moved, &o->step,
-                              &o->x,      &o->u,     &o->trial, &o->increment};
-    const size_t length[] = {entries, k, k, k, size, nu, nu, nu};
     for (size_t a = 0; a < sizeof length / sizeof length[0]; ++a) {
         *array[a] = next;
         next += length[a];
@@ -221,9 +239,10 @@ int mbsr_ode_pack(mbsr_ode *ode, double t, const double *q, const double *u, dou
     if (!status) status = mbsri_positions(ode->m, ode->d, t, q);
     if (!status) status = mbsri_velocities(ode->m, ode->d, u);
     if (status) return status;
-    mbsri_momenta(ode->m, ode->d, x + ode->m->nq);
-    mbsri_copy((size_t)ode->m->nq, q, x);
-    return MBSR_OK;
+    const size_t nq = (size_t)ode->m->nq, nu = (size_t)ode->m->nu;
+    mbsri_momenta(ode->m, ode->d, x + nq);
+    mbsri_copy(nq, q, x);
+    return mbsri_check_result(ode->m, ode->d, nq + nu, x, "mbsr_ode_pack");
 }
 
 /* ---- velocities ---- */
@@ -273,98 +292,149 @@ static void apply(mbsr_ode *o, const double *weights, double *du)
     }
 }
 
-/* gamma at velocities u; positions and masses are in the data. */
-static int forces_at(mbsr_ode *o, const double *u, double *gamma)
+/* The null vector of direction l into x (n). */
+static void null_vector(const mbsr_ode *o, int l, double *x)
+{
+    const mbsri_body *b = o->m->body + o->body[l];
+    int first = l;
+    while (first > 0 && o->body[first - 1] == o->body[l]) --first;
+    const double *X = o->d->X + b->nn + (size_t)(o->d->rank[o->body[l]] + l - first) * (size_t)b->n;
+    for (int k = 0; k < b->n; ++k) x[k] = X[k] * o->d->s[b->iu + k];
+}
+
+/* gamma at velocities u; sizes, unless NULL, become at least those of what balances there. Positions
+ * and masses are in the data. */
+static int forces_at(mbsr_ode *o, const double *u, double *gamma, double *sizes)
 {
     const mbsr_model *m = o->m;
     mbsr_data *d = o->d;
+    double *vector = d->vec;
     int status = mbsri_velocities(m, d, u);
     if (!status) status = mbsri_forces(m, d, NULL);
     if (status) return status;
     mbsri_backward_loads(m, d);
+    if (sizes) mbsri_gross_forces(m, d);
     ++o->evaluations;
-    int l = 0;
-    for (int i = 1; i <= m->bodies; ++i) {
-        const mbsri_body *b = m->body + i;
-        for (int c = d->rank[i]; c < b->n; ++c, ++l) {
-            gamma[l] = 0.0;
-            for (int k = 0; k < b->n; ++k) {
-                gamma[l] +=
-                    d->X[b->nn + (size_t)(c * b->n + k)] * d->s[b->iu + k] * d->e[b->iu + k];
-            }
-        }
+    for (int l = 0; l < o->k; ++l) {
+        const mbsri_body *b = m->body + o->body[l];
+        null_vector(o, l, vector);
+        gamma[l] = mbsri_dot(b->n, vector, d->e + b->iu);
+        if (sizes) sizes[l] = fmax(sizes[l], mbsri_gross_load(m, d, o->body[l], vector));
     }
-    return mbsri_finite((size_t)o->k, gamma) ? MBSR_OK : mbsri_report_not_finite(m, d);
+    return mbsri_check_result(m, d, (size_t)o->k, gamma, "mbsr_ode");
 }
 
-/* d gamma / d zeta, block by block: the c-th direction of every group is moved at once. */
-static int differentiate(mbsr_ode *o)
+/* The c-th direction of every group at once, into o->increment; returns the step of the size of
+ * the state. */
+static double direction(mbsr_ode *o, int c)
 {
     const int nu = o->m->nu;
+    for (int l = 0; l < o->k; ++l) o->step[l] = o->place[l] == c ? 1.0 : 0.0;
+    apply(o, o->step, o->increment);
+    return (1.0 + mbsri_largest(nu, o->u)) / mbsri_largest(nu, o->increment);
+}
+
+/* Where entry (l, direction c of its group) stands in matrix and error. */
+static size_t entry(const mbsr_ode *o, int l, int c)
+{
+    return o->block[o->group[l]] + (size_t)(c * o->size[o->group[l]] + o->place[l]);
+}
+
+/* gamma at u + h increment, with the sizes there. */
+static int displaced(mbsr_ode *o, double h, double *gamma, double *sizes)
+{
+    for (int k = 0; k < o->m->nu; ++k) o->trial[k] = o->u[k] + h * o->increment[k];
+    return forces_at(o, o->trial, gamma, sizes);
+}
+
+/* d gamma / d zeta, block by block, by forward differences of a short step, and its errors. */
+static int differentiate(mbsr_ode *o)
+{
+    static const double share = 1e-7;
     for (int c = 0; c < o->largest; ++c) {
-        for (int l = 0; l < o->k; ++l) o->step[l] = o->place[l] == c ? 1.0 : 0.0;
-        apply(o, o->step, o->increment);
-        const double h = 1e-7 * (1.0 + mbsri_largest(nu, o->u)) / mbsri_largest(nu, o->increment);
-        for (int k = 0; k < nu; ++k) o->trial[k] = o->u[k] + h * o->increment[k];
-        const int status = forces_at(o, o->trial, o->moved);
+        const double unit = direction(o, c), h = share * unit;
+        mbsri_zero((size_t)o->k, o->sizes);
+        const int status = displaced(o, h, o->moved, o->sizes);
         if (status) return status;
         for (int l = 0; l < o->k; ++l) {
-            const int g = o->group[l], n = o->size[g];
-            if (c >= n) continue;
-            o->matrix[o->block[g] + (size_t)(c * n + o->place[l])] =
-                (o->moved[l] - o->gamma[l]) / h;
+            if (c >= o->size[o->group[l]]) continue;
+            const double slope = (o->moved[l] - o->gamma[l]) / h;
+            o->matrix[entry(o, l, c)] = slope;
+            o->error[entry(o, l, c)] = mbsri_slope_noise(1, 0, 1, &slope, o->sizes[l], share, unit);
         }
     }
     return MBSR_OK;
 }
 
-/* Elimination with row pivoting in the n x n block A, right-hand side b; false where it is
- * singular. */
-static bool eliminate(int n, double *A, double *b)
+/* The same by central differences over all steps that the model can be evaluated at, each entry by
+ * its best one. */
+static int differentiate_with_care(mbsr_ode *o)
 {
-    for (int k = 0; k < n; ++k) {
-        int pivot = k;
-        double size = 0.0;
-        for (int r = 0; r < n; ++r) size = fmax(size, fabs(A[k * n + r]));
-        for (int r = k + 1; r < n; ++r) {
-            if (fabs(A[k * n + r]) > fabs(A[k * n + pivot])) pivot = r;
+    const int k = o->k;
+    const double lowest = pow(10.0, MBSRI_LOWEST_DECADE);
+    for (int c = 0; c < o->largest; ++c) {
+        const double unit = direction(o, c);
+        int count = 0;
+        mbsri_zero(DECADES * (size_t)k, o->sizes);
+        for (; count < DECADES; ++count) {
+            const double h = unit * pow(10.0, MBSRI_LOWEST_DECADE + count);
+            double *slopes = o->slopes + count * k, *sizes = o->sizes + count * k;
+            const mbsr_error reported = o->d->error;
+            int status = displaced(o, -h, slopes, sizes);
+            if (!status) status = displaced(o, h, o->moved, sizes);
+            if (status && MBSRI_LOWEST_DECADE + count <= MBSRI_NEAR_DECADE) return status;
+            if (status) {
+                o->d->error = reported;
+                break;
+            }
+            for (int l = 0; l < k; ++l) slopes[l] = (o->moved[l] - slopes[l]) / (2.0 * h);
         }
-        if (!(fabs(A[k * n + pivot]) > 1e-9 * size)) return false;
-        for (int c = 0; c < n; ++c) {
-            const double held = A[c * n + k];
-            A[c * n + k] = A[c * n + pivot], A[c * n + pivot] = held;
-        }
-        const double held = b[k];
-        b[k] = b[pivot], b[pivot] = held;
-        for (int r = k + 1; r < n; ++r) {
-            const double factor = A[k * n + r] / A[k * n + k];
-            for (int c = k; c < n; ++c) A[c * n + r] -= factor * A[c * n + k];
-            b[r] -= factor * b[k];
+        for (int l = 0; l < k; ++l) {
+            if (c >= o->size[o->group[l]]) continue;
+            o->matrix[entry(o, l, c)] = mbsri_best_slope(count, k, o->slopes + l, o->sizes + l,
+                                                         lowest, unit, o->error + entry(o, l, c));
         }
     }
-    for (int k = n - 1; k >= 0; --k) {
-        for (int c = k + 1; c < n; ++c) b[k] -= A[c * n + k] * b[c];
-        b[k] /= A[k * n + k];
-    }
-    return true;
+    return MBSR_OK;
 }
 
-/* step = -(d gamma / d zeta)^-1 gamma, group by group; `moved` is scratch. */
+/* The blocks become their inverses; returns a direction that is not determined, or -1. */
+static int invert(mbsr_ode *o)
+{
+    for (int g = 0; g < o->groups; ++g) {
+        int weakest;
+        if (!mbsri_invert_within(o->size[g], o->matrix + o->block[g], o->error + o->block[g],
+                                 o->pivots, o->work, &weakest))
+            return o->member[o->first[g] + weakest];
+    }
+    return -1;
+}
+
+/* step = -(d gamma / d zeta)^-1 gamma, group by group. */
 static int solve(mbsr_ode *o)
 {
-    double *b = o->moved;
+    int status = differentiate(o);
+    if (status) return status;
+    int open = invert(o);
+    if (open >= 0) {
+        status = differentiate_with_care(o);
+        if (status) return status;
+        open = invert(o);
+    }
+    if (open >= 0) {
+        char label[MBSRI_LABEL];
+        const int i = o->body[open];
+        return mbsri_fail(&o->d->error, MBSR_UNDETERMINED, o->m->body[i].id, MBSR_NONE,
+                          "%s: no damping determines the velocity of its massless joint at t = %g",
+                          mbsri_body_label(o->m, i, label), o->d->t);
+    }
+    mbsri_zero((size_t)o->k, o->step);
     for (int g = 0; g < o->groups; ++g) {
         const int n = o->size[g], *member = o->member + o->first[g];
-        for (int a = 0; a < n; ++a) b[a] = -o->gamma[member[a]];
-        if (!eliminate(n, o->matrix + o->block[g], b)) {
-            char label[MBSRI_LABEL];
-            const int i = o->body[member[0]];
-            return mbsri_fail(&o->d->error, MBSR_UNDETERMINED, o->m->body[i].id, MBSR_NONE,
-                              "%s: no damping determines the velocity of its massless joint at "
-                              "t = %g",
-                              mbsri_body_label(o->m, i, label), o->d->t);
+        const double *A = o->matrix + o->block[g];
+        for (int c = 0; c < n; ++c) {
+            for (int r = 0; r < n; ++r) o->step[member[r]] -= A[c * n + r] * o->gamma[member[c]];
         }
-        for (int a = 0; a < n; ++a) o->step[member[a]] = b[a];
     }
     return MBSR_OK;
 }
@@ -377,8 +447,7 @@ static int newton(mbsr_ode *o)
     const int nu = o->m->nu;
     double before = INFINITY;
     for (int iteration = 0; iteration < MOST; ++iteration) {
-        int status = forces_at(o, o->u, o->gamma);
-        if (!status) status = differentiate(o);
+        int status = forces_at(o, o->u, o->gamma, NULL);
         if (!status) status = solve(o);
         if (status) return status;
         apply(o, o->step, o->increment);
@@ -423,6 +492,7 @@ int mbsr_ode_velocities(mbsr_ode *ode, double t, const double *x, double *u)
     const size_t nu = (size_t)ode->m->nu;
     mbsri_copy(nu, u, ode->u);
     status = velocities(ode, t, x);
+    if (!status) status = mbsri_check_result(ode->m, ode->d, nu, ode->u, "mbsr_ode_velocities");
     if (!status) mbsri_copy(nu, ode->u, u);
     return status;
 }
@@ -439,5 +509,5 @@ int mbsr_ode_rhs(mbsr_ode *ode, double t, const double *x, double *xdot)
     if (!status) status = mbsri_momentum_derivatives(m, ode->d, xdot, xdot + m->nq);
     if (status) return status;
     const size_t size = (size_t)(m->nq + m->nu);
-    return mbsri_finite(size, xdot) ? MBSR_OK : mbsri_report_not_finite(m, ode->d);
+    return mbsri_check_result(m, ode->d, size, xdot, "mbsr_ode_rhs");
 }

@@ -6,7 +6,9 @@
 
 #include <ida/ida_ls.h>
 
+#include <float.h>
 #include <math.h>
+#include <stdbool.h>
 #include <string.h>
 
 int mbsr_ida_event_info(const mbsr_ida *ida, int *direction)
@@ -38,7 +40,13 @@ int mbsr_ida_dense(mbsr_ida *ida, double t, int k, double *dky)
             "mbsr_ida_dense: k is %d, must be 0 .. %d, the order of the last step", k, order);
     }
     ida->message[0] = '\0';
-    const int flag = isfinite(t) ? IDAGetDky(ida->memory, t, k, ida->work) : IDA_BAD_T;
+    /* IDA itself refuses times before the last step, and extrapolates beyond it */
+    sunrealtype reached = 0.0, last = 0.0;
+    IDAGetCurrentTime(ida->memory, &reached);
+    IDAGetLastStep(ida->memory, &last);
+    const double fuzz = 100.0 * DBL_EPSILON * (fabs(reached) + fabs(last));
+    const bool beyond = (last < 0.0 ? reached - t : t - reached) > fuzz;
+    const int flag = isfinite(t) && !beyond ? IDAGetDky(ida->memory, t, k, ida->work) : IDA_BAD_T;
     if (flag == IDA_BAD_T) {
         return mbsri_ida_fail(&ida->error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
                               "mbsr_ida_dense: t is %.17g, not within the last step. %s", t,

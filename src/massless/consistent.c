@@ -445,8 +445,9 @@ static int deliver(const start *s, double *y, double *yp)
     if (!status) status = evaluate(s);
     if (!status) status = s->form->start(m, d, s->t, s->y, s->udot, s->yp);
     if (status) return status;
-    if (!mbsri_finite(size, s->y) || !mbsri_finite(size, s->yp))
-        return mbsri_report_not_finite(m, d);
+    status = mbsri_check_result(m, d, size, s->y, "mbsr_dae_consistent");
+    if (!status) status = mbsri_check_result(m, d, size, s->yp, "mbsr_dae_consistent");
+    if (status) return status;
     mbsri_copy(size, s->y, y);
     mbsri_copy(size, s->yp, yp);
     return MBSR_OK;

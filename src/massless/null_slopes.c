@@ -12,63 +12,27 @@
 #include "massless/null_slopes.h"
 
 #include "algebra/dense.h"
+#include "algebra/differences.h"
 #include "massless/null_space.h"
+#include "recursion/sizes.h"
 
-#include <float.h>
 #include <math.h>
 
 /* Decades of steps relative to the size of the state, and the last at which a failure counts. */
-enum { LOW = MBSRI_LOWEST_DECADE, Q_HIGH = 1, U_HIGH = MBSRI_HIGHEST_DECADE, NEAR = -5 };
-
-/* Of sums of forces, and of projections on null directions, which are less exact. */
-static const double rounding = 1e3 * DBL_EPSILON;
-
-/* Sizes of what is added up to fbar + Mbar kII, without cancellation: |f|, the bias forces with
- * what was added up to Mbar (W, recursion/backward.c), and what successors pass on.
- * reads f, tau, kII, W, J, G, H;  writes Az. */
-static void gross_forces(const mbsr_model *m, mbsr_data *d)
-{
-    double *gross = d->Az;
-    for (size_t k = 0; k < m->size_v; ++k) gross[k] = fabs(d->f[k]);
-    for (int i = m->bodies; i >= 1; --i) {
-        const mbsri_body *b = m->body + i;
-        const size_t dim = (size_t)b->d, columns = (size_t)b->d_pred;
-        double *own = gross + b->v, *pred = gross + b->pred_v;
-        const double *W = d->W + b->dd;
-        double bias = 0.0;
-        for (size_t c = 0; c < dim; ++c)
-            bias += sqrt(fabs(W[c * (dim + 1)])) * fabs(d->kII[b->v + c]);
-        for (size_t r = 0; r < dim; ++r) own[r] += sqrt(fabs(W[r * (dim + 1)])) * bias;
-        for (size_t r = 0; r < dim; ++r) d->scratch[r] = own[r];
-        for (size_t l = 0; l < (size_t)b->n; ++l) {
-            const double *J = d->J + b->dn + l * dim, *G = d->G + b->dn + l * dim;
-            double joint = fabs(d->tau[(size_t)b->iu + l]);
-            for (size_t r = 0; r < dim; ++r) joint += fabs(J[r]) * own[r];
-            for (size_t r = 0; r < dim; ++r) d->scratch[r] += fabs(G[r]) * joint;
-        }
-        for (size_t c = 0; c < columns; ++c) {
-            for (size_t r = 0; r < dim; ++r)
-                pred[c] += fabs(d->H[b->dp + c * dim + r]) * d->scratch[r];
-        }
-    }
-}
+enum {
+    LOW = MBSRI_LOWEST_DECADE,
+    Q_HIGH = 1,
+    U_HIGH = MBSRI_HIGHEST_DECADE,
+    NEAR = MBSRI_NEAR_DECADE
+};
 
 /* sizes (k) = max(sizes, the sum of the sizes of the forces that balance in each direction). */
 static void force_sizes(mbsri_null_space *w, double *sizes)
 {
-    const mbsr_data *d = w->d;
-    gross_forces(w->m, w->d);
+    mbsri_gross_forces(w->m, w->d);
     for (int l = 0; l < w->k; ++l) {
-        const mbsri_body *b = w->m->body + w->body[l];
         const double *vector = w->vector + (size_t)l * (size_t)w->m->max_n;
-        double size = 0.0;
-        for (int k = 0; k < b->n; ++k) {
-            double force = fabs(d->tau[b->iu + k]);
-            for (int r = 0; r < b->d; ++r)
-                force += fabs(d->J[b->dn + (size_t)(k * b->d + r)] * d->Az[b->v + (size_t)r]);
-            size += fabs(vector[k]) * force;
-        }
-        sizes[l] = fmax(sizes[l], size);
+        sizes[l] = fmax(sizes[l], mbsri_gross_load(w->m, w->d, w->body[l], vector));
     }
 }
 
@@ -92,28 +56,17 @@ static int difference(mbsri_null_space *w, double t, const double *q, const doub
     return MBSR_OK;
 }
 
-/* Largest slope of row l at steps up to a thousand times that of decade e. */
-static double steepest(const mbsri_null_space *w, int l, int decades, int e)
-{
-    double slope = 0.0;
-    for (int other = 0; other < decades && other <= e + 3; ++other)
-        slope = fmax(slope, fabs(w->slopes[other * w->k + l]));
-    return slope;
-}
-
 /* Row l of a column from the slopes and force sizes of `decades` steps, the first being `share`:
  * that with the smallest error, or zero. A slope at longer steps that contradicts the one found at
- * shorter ones belongs to another branch of the law, such as a stop not reached. Forces may cancel
- * within an element, unseen: they count as some tens of times the largest slope near by times the
- * size of the state. */
+ * shorter ones belongs to another branch of the law, such as a stop not reached. */
 static double choose(const mbsri_null_space *w, int l, int decades, double share, double unit)
 {
     double best = INFINITY, slope = 0.0, before = 0.0;
     for (int e = 0; e < decades; ++e, share *= 10.0) {
         const int at = e * w->k + l;
-        const double now = w->slopes[at],
-                     noise = w->sizes[at] / unit + 32.0 * steepest(w, l, decades, e),
-                     error = rounding * noise / share + fabs(now - before);
+        const double now = w->slopes[at], error = mbsri_slope_noise(decades, e, w->k, w->slopes + l,
+                                                                    w->sizes[at], share, unit) +
+                                                  fabs(now - before);
         if (fabs(now - slope) > 10.0 * best + error) break;
         before = now;
         if (!(error < best)) continue;

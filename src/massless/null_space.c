@@ -121,7 +121,7 @@ int mbsri_null_gamma(mbsri_null_space *w, double t, const double *q, const doubl
         }
         gamma[l] = mbsri_dot(b->n, w->vector + (size_t)l * (size_t)m->max_n, w->force);
     }
-    return mbsri_finite((size_t)w->k, gamma) ? MBSR_OK : mbsri_report_not_finite(m, w->d);
+    return mbsri_check_result(m, w->d, (size_t)w->k, gamma, w->function);
 }
 
 int mbsri_null_rate(mbsri_null_space *w, double t, const double *q, const double *x, double *rate)

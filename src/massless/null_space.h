@@ -14,10 +14,8 @@
 #ifndef MBSRI_NULL_SPACE_H
 #define MBSRI_NULL_SPACE_H
 
+#include "algebra/differences.h"
 #include "recursion/data.h"
-
-/* Steps of the differences in C and S, in decades of the size of the state. */
-enum { MBSRI_LOWEST_DECADE = -11, MBSRI_HIGHEST_DECADE = 6 };
 
 typedef struct mbsri_null_space {
     const mbsr_model *m;

@@ -16,6 +16,7 @@
 #include "massless/null_slopes.h"
 #include "massless/null_space.h"
 #include "model/query.h"
+#include "recursion/not_finite.h"
 
 #include <mbsrank/index.h>
 
@@ -188,6 +189,10 @@ static int analyse(report_work *r, double t, const double *q, const double *u,
     for (int number = 0; number < components && !status; ++number) {
         status = classify(r, number, report);
     }
+    if (!status)
+        status = mbsri_check_result(w->m, w->d, (size_t)r->found * (size_t)w->k, r->weights,
+                                    w->function);
+    if (!status) status = mbsri_check_result(w->m, w->d, 1, &report->conditioning, w->function);
     for (int l = 0; l < r->found; ++l) {
         report->damped += r->kind[l] == MBSR_DIRECTION_DAMPED;
         report->elastic += r->kind[l] == MBSR_DIRECTION_ELASTIC;

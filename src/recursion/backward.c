@@ -18,9 +18,13 @@
  * so that
  *
  *   W_i = Diag(Mbar_i) + sum_j H_j^T E_j H_j
- *   E_j = Diag(Mbar_j) + Diag(G_j Diag(J_j^T Diag(Mbar_j) J_j) G_j^T) + P_j^T W_j P_j */
+ *   E_j = Diag(Mbar_j) + Diag(G_j Diag(J_j^T Diag(Mbar_j) J_j) G_j^T) + P_j^T W_j P_j
+ *
+ * Where D_j has several rows but not full rank its eigenvalues are wrong by the largest of them,
+ * lambda_1 S^-2, which then takes the place of J^T Diag(Mbar) J if it is larger. */
 #include "recursion/backward.h"
 
+#include "algebra/cholesky.h"
 #include "algebra/dense.h"
 #include "recursion/rank.h"
 
@@ -78,28 +82,37 @@ static void add_diagonal(int n, const double *A, double *E)
     for (int k = 0; k < n; ++k) E[k * (n + 1)] += A[k * (n + 1)];
 }
 
-/* T = Mbar^a = Mbar - sum of y_l y_l^T over the eigenvalues kept, y_l = U S x_l / sqrt(lambda_l).
- * Nothing cancels between the terms, however small some lambda_l are; y: d numbers of scratch. */
-static void reduce(const mbsri_body *b, const mbsr_data *d, int rank, double *T, double *y)
+/* T = Mbar^a = Mbar - Y Y^T, with Y = U L^-T where D = L L^T has full rank, else with the columns
+ * y_l = U S x_l / sqrt(lambda_l) of the eigenvalues kept. Nothing cancels between the terms, however
+ * small some are; Y, L: d x n and n x n of scratch. */
+static void reduce(const mbsri_body *b, const mbsr_data *d, int i, double *T, double *Y, double *L)
 {
     const int dim = b->d, n = b->n;
     const double *U = d->U + b->dn, *s = d->s + b->iu, *X = d->X + b->nn,
                  *lambda = d->lambda + b->iu;
     mbsri_copy((size_t)dim * (size_t)dim, d->Mbar + b->dd, T);
-    for (int l = 0; l < rank; ++l) {
-        mbsri_zero((size_t)dim, y);
+    if (mbsri_definite_factor(b, d, i, L)) {
+        mbsri_copy((size_t)dim * (size_t)n, U, Y);
+        mbsri_divide_by_cholesky(dim, n, L, Y);
+        mbsri_abt(dim, n, dim, -1.0, Y, Y, T);
+        return;
+    }
+    for (int l = 0; l < d->rank[i]; ++l) {
+        mbsri_zero((size_t)dim, Y);
         for (int k = 0; k < n; ++k)
-            mbsri_ax(dim, 1, 1.0 / sqrt(lambda[l]), U + k * dim, &(double){s[k] * X[l * n + k]}, y);
-        mbsri_abt(dim, 1, dim, -1.0, y, y, T);
+            mbsri_ax(dim, 1, 1.0 / sqrt(lambda[l]), U + k * dim, &(double){s[k] * X[l * n + k]}, Y);
+        mbsri_abt(dim, 1, dim, -1.0, Y, Y, T);
     }
 }
 
 /* E = Diag(Mbar) + Diag(G Diag(J^T Diag(Mbar) J) G^T) + P^T W P;  Q: d x n, JQ: n x n of scratch.
  * P = I - J G^T, so P^T W P = W - Q G^T - G Q^T + G (J^T Q) G^T with Q = W J. */
-static void transport(const mbsri_body *b, const mbsr_data *d, double *E, double *Q, double *JQ)
+static void transport(const mbsri_body *b, const mbsr_data *d, int i, double *E, double *Q,
+                      double *JQ)
 {
     const int dim = b->d, n = b->n;
-    const double *Mbar = d->Mbar + b->dd, *W = d->W + b->dd, *J = d->J + b->dn, *G = d->G + b->dn;
+    const double *Mbar = d->Mbar + b->dd, *W = d->W + b->dd, *J = d->J + b->dn, *G = d->G + b->dn,
+                 *lambda = d->lambda + b->iu, *s = d->s + b->iu;
     mbsri_zero((size_t)dim * (size_t)n, Q);
     mbsri_ab(dim, dim, n, 1.0, W, J, Q);
     mbsri_zero((size_t)n * (size_t)n, JQ);
@@ -113,6 +126,7 @@ static void transport(const mbsri_body *b, const mbsr_data *d, double *E, double
     for (int l = 0; l < n; ++l) {
         double size = 0.0;
         for (int k = 0; k < dim; ++k) size += J[l * dim + k] * Mbar[k * (dim + 1)] * J[l * dim + k];
+        if (n > 1 && d->rank[i] < n) size = fmax(size, lambda[0] / (s[l] * s[l]));
         for (int k = 0; k < dim; ++k) E[k * (dim + 1)] += size * G[l * dim + k] * G[l * dim + k];
     }
     mbsri_symmetrise(dim, E);
@@ -128,8 +142,8 @@ void mbsri_pass_masses(const mbsr_model *m, mbsr_data *d, int i)
     if (b->d_pred == 0) return;
     const size_t dm = (size_t)m->max_d * (size_t)m->max_d;
     double *T = d->scratch, *E = T + dm, *Q = E + dm, *product = Q + dm;
-    reduce(b, d, d->rank[i], T, Q);
-    transport(b, d, E, Q, product);
+    reduce(b, d, i, T, Q, product);
+    transport(b, d, i, E, Q, product);
     mbsri_congruence(b->d, b->d_pred, H, T, d->Mbar + b->pred_dd, product);
     mbsri_congruence(b->d, b->d_pred, H, E, d->W + b->pred_dd, product);
 }

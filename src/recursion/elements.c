@@ -6,6 +6,7 @@
 #include "base/error.h"
 #include "forces/gravity.h"
 #include "model/query.h"
+#include "recursion/not_finite.h"
 
 /* Body i as force elements see it. The root drops what is added to it. */
 static mbsr_force_body view(const mbsr_model *m, mbsr_data *d, int i, mbsri_question ask)
@@ -115,12 +116,14 @@ int mbsri_forces(const mbsr_model *m, mbsr_data *d, const double *tau)
     d->pending = MBSRI_PENDING_NONE;
 
     mbsri_zero((size_t)m->nu, d->tau);
+    int status = tau ? mbsri_check_input(d, (size_t)m->nu, tau, "mbsr_forces", "tau") : MBSR_OK;
+    if (status) return status;
     if (tau) mbsri_gather(m, tau, d->tau);
     /* f_i = -h_i */
     mbsri_zero((size_t)m->root.d, d->f);
     for (size_t k = (size_t)m->root.d; k < m->size_v; ++k) d->f[k] = -d->h[k];
     /* + force elements */
-    const int status = visit_all(m, d, MBSRI_FORCES, NULL);
+    status = visit_all(m, d, MBSRI_FORCES, NULL);
     if (status) return status;
     d->stage = MBSRI_STAGE_FORCES;
     return MBSR_OK;

@@ -107,6 +107,7 @@ int mbsri_forward_by_stages(const mbsr_model *m, mbsr_data *d, double t, const d
     double *w = d->scratch + m->max_d;
     for (int i = 1; i <= m->bodies; ++i) mbsri_known_part(m, d, i, w, udot + m->body[i].u);
     status = mbsri_check_ranks(m, d);
-    if (status || mbsri_finite((size_t)m->nu, udot)) return status;
-    return mbsri_report_not_finite(m, d);
+    const int overflow = mbsri_check_result(m, d, (size_t)m->nu, udot, "mbsr_forward_dynamics");
+    if (overflow) return overflow;
+    return status;
 }

@@ -262,7 +262,10 @@ int mbsri_velocity_of(const mbsr_model *m, mbsr_data *d, int i)
     mbsri_ax(b->d, b->d_pred, -1.0, d->H + b->dp, d->V + b->pred_v, V);
     mbsri_ax(b->d, b->n, -1.0, d->J + b->dn, d->u + b->iu, V);
     for (int k = 0; k < b->d; ++k) V[k] -= d->kI[b->v + (size_t)k];
-    if (!mbsri_finite((size_t)b->d, V)) return mbsri_report_not_finite(m, d);
+    if (!mbsri_finite((size_t)b->d, V)) {
+        char label[MBSRI_LABEL];
+        return mbsri_report_not_finite(m, d, mbsri_body_label(m, i, label));
+    }
     /* kII_i */
     const mbsr_joint_args args = mbsri_joint_args(m, d, i, true);
     mbsri_zero((size_t)b->d, kII);

@@ -36,7 +36,7 @@ static const char *culprit(const mbsr_model *m, const mbsr_data *d, int i)
     return NULL;
 }
 
-int mbsri_report_not_finite(const mbsr_model *m, mbsr_data *d)
+int mbsri_report_not_finite(const mbsr_model *m, mbsr_data *d, const char *function)
 {
     char label[MBSRI_LABEL];
     for (int i = 0; i <= m->bodies; ++i) {
@@ -48,5 +48,21 @@ int mbsri_report_not_finite(const mbsr_model *m, mbsr_data *d)
     }
     return mbsri_fail(
         &d->error, MBSR_NOT_FINITE, MBSR_NONE, MBSR_NONE,
-        "a result is not finite at t = %g although all forces and kinematics are: overflow", d->t);
+        "%s: a result is not finite at t = %g although all forces and kinematics are: "
+        "overflow",
+        function, d->t);
+}
+
+int mbsri_check_result(const mbsr_model *m, mbsr_data *d, size_t n, const double *x,
+                       const char *function)
+{
+    return mbsri_finite(n, x) ? MBSR_OK : mbsri_report_not_finite(m, d, function);
+}
+
+int mbsri_check_input(mbsr_data *d, size_t n, const double *x, const char *function,
+                      const char *name)
+{
+    if (mbsri_finite(n, x)) return MBSR_OK;
+    return mbsri_fail(&d->error, MBSR_NOT_FINITE, MBSR_NONE, MBSR_NONE, "%s: %s is not finite",
+                      function, name);
 }

@@ -10,10 +10,15 @@
  *   D^+   = S X_kept diag(1/lambda) X_kept^T S
  *   I - D^+ D = S X_dropped X_dropped^T S^-1     projects onto the null space, spanned by N
  *
+ * The eigenvalues are as exact as the largest of them. That is enough for the decision; but where
+ * the noise W leaves little of one row and much of another, D^+ needs small eigenvalues to more than
+ * that. So a D of full rank is inverted by Cholesky's factors, whose errors go with the diagonal.
+ *
  * S makes the decision the same in all units. D^+ is the Moore-Penrose pseudo-inverse of D in the
  * joint coordinates S^-1 u. */
 #include "recursion/rank.h"
 
+#include "algebra/cholesky.h"
 #include "algebra/dense.h"
 #include "algebra/jacobi.h"
 #include "algebra/lapack.h"
@@ -39,7 +44,8 @@ static double equilibrate(const mbsri_body *b, const mbsr_data *d, const double 
         const double size = mbsri_dot(b->d, column, WJ);
         s[k] = fixed ? fixed[k] : size > 0.0 ? 1.0 / sqrt(size) : 1.0;
         if (fixed) *noise = fmax(*noise, size * s[k] * s[k]);
-        if (size > largest) largest = size;
+        largest = isnan(size) ? size : fmax(size, largest);
+        if (isnan(largest)) return largest;
     }
     return largest;
 }
@@ -59,6 +65,44 @@ static void reverse(int n, double *X, double *lambda)
     }
 }
 
+/* D^+ = D^-1 by the Cholesky factors of D; false unless D has full rank. */
+static bool definite_inverse(const mbsri_body *b, mbsr_data *d, int i)
+{
+    const int n = b->n;
+    const size_t nn = (size_t)n * (size_t)n;
+    double *L = d->scratch, *Y = L + nn, *Dinv = d->Dinv + b->nn;
+    if (!mbsri_definite_factor(b, d, i, L)) return false;
+    mbsri_zero(nn, Y);
+    for (int k = 0; k < n; ++k) Y[k * (n + 1)] = 1.0;
+    mbsri_divide_by_cholesky(n, n, L, Y);
+    mbsri_zero(nn, Dinv);
+    mbsri_abt(n, n, n, 1.0, Y, Y, Dinv);
+    return true;
+}
+
+/* D^+ by the eigenvalues kept. */
+static void pseudo_inverse(const mbsri_body *b, mbsr_data *d, int i)
+{
+    const int n = b->n;
+    const double *s = d->s + b->iu, *X = d->X + b->nn, *lambda = d->lambda + b->iu;
+    double *Dinv = d->Dinv + b->nn;
+    mbsri_zero((size_t)n * (size_t)n, Dinv);
+    for (int l = 0; l < d->rank[i]; ++l) {
+        for (int j = 0; j < n; ++j) {
+            const double factor = s[j] * X[l * n + j] / lambda[l];
+            for (int k = 0; k < n; ++k) Dinv[j * n + k] += factor * s[k] * X[l * n + k];
+        }
+    }
+}
+
+bool mbsri_definite_factor(const mbsri_body *b, const mbsr_data *d, int i, double *L)
+{
+    const int n = b->n;
+    if (n < 2 || d->rank[i] < n) return false;
+    mbsri_copy((size_t)n * (size_t)n, d->D + b->nn, L);
+    return mbsri_cholesky(n, L);
+}
+
 /* reads D, J, W;  writes s, X, lambda, Dinv, scale, rank.  cost: one symmetric eigenproblem of size
  * n. */
 int mbsri_rank_decision(const mbsr_model *m, mbsr_data *d, int i)
@@ -66,8 +110,7 @@ int mbsri_rank_decision(const mbsr_model *m, mbsr_data *d, int i)
     const mbsri_body *b = m->body + i;
     const int n = b->n;
     const double *D = d->D + b->nn;
-    double *s = d->s + b->iu, *X = d->X + b->nn, *lambda = d->lambda + b->iu,
-           *Dinv = d->Dinv + b->nn;
+    double *s = d->s + b->iu, *X = d->X + b->nn, *lambda = d->lambda + b->iu;
     char label[MBSRI_LABEL];
 
     d->rank[i] = 0;
@@ -78,7 +121,9 @@ int mbsri_rank_decision(const mbsr_model *m, mbsr_data *d, int i)
     for (int j = 0; j < n; ++j) {
         for (int k = 0; k < n; ++k) X[j * n + k] = s[j] * D[j * n + k] * s[k];
     }
-    if (!mbsri_finite((size_t)n * (size_t)n, X)) return mbsri_report_not_finite(m, d);
+    if (!isfinite(d->scale[i]) || !mbsri_finite((size_t)n * (size_t)n, X)) {
+        return mbsri_report_not_finite(m, d, mbsri_body_label(m, i, label));
+    }
     /* = X diag(lambda) X^T */
     if (n == 1) {
         lambda[0] = X[0];
@@ -101,14 +146,7 @@ int mbsri_rank_decision(const mbsr_model *m, mbsr_data *d, int i)
             mbsri_body_label(m, i, label), d->t, lambda[n - 1]);
     }
     while (d->rank[i] < n && lambda[d->rank[i]] > tolerance) ++d->rank[i];
-    /* D^+ */
-    mbsri_zero((size_t)n * (size_t)n, Dinv);
-    for (int l = 0; l < d->rank[i]; ++l) {
-        for (int j = 0; j < n; ++j) {
-            const double factor = s[j] * X[l * n + j] / lambda[l];
-            for (int k = 0; k < n; ++k) Dinv[j * n + k] += factor * s[k] * X[l * n + k];
-        }
-    }
+    if (!definite_inverse(b, d, i)) pseudo_inverse(b, d, i);
     return MBSR_OK;
 }
 

@@ -8,6 +8,10 @@
 /* Eigen-decomposition, rank and pseudo-inverse of joint block i. */
 int mbsri_rank_decision(const mbsr_model *m, mbsr_data *d, int i);
 
+/* After the decision: D = L L^T of body i into L (n x n, its lower triangle). False where the rank is
+ * not full, and for n < 2, where it gains nothing. */
+bool mbsri_definite_factor(const mbsri_body *b, const mbsr_data *d, int i, double *L);
+
 /* MBSR_RANK_CHANGED if body i's rank is watched and another. */
 int mbsri_rank_watched(const mbsr_model *m, mbsr_data *d, int i);
 

@@ -4,6 +4,7 @@
 #include "base/error.h"
 #include "dynamics/entry.h"
 #include "model/query.h"
+#include "recursion/not_finite.h"
 
 #include <mbsrank/dynamics.h>
 
@@ -34,7 +35,7 @@ int mbsr_body_twist(const mbsr_model *model, mbsr_data *data, int body, double *
     const int i =
         enter(model, data, body, twist, MBSRI_STAGE_VELOCITIES, "mbsr_body_twist", &status);
     if (i >= 0) mbsri_copy((size_t)model->body[i].d, data->V + model->body[i].v, twist);
-    return status;
+    return status; /* velocities and poses are finite where the stages succeed */
 }
 
 /* The same for what belongs to given accelerations. */
@@ -42,7 +43,13 @@ static int enter_accelerated(const mbsr_model *m, mbsr_data *d, int body, const 
                              const char *function, int *status)
 {
     const int i = enter(m, d, body, out, MBSRI_STAGE_FORCES, function, status);
-    if (*status || d->accelerated) return i;
+    if (*status) return i;
+    if (d->accelerated) {
+        const size_t first = m->body[i].v, dim = (size_t)m->body[i].d;
+        *status = mbsri_check_result(m, d, dim, d->A + first, function);
+        if (!*status) *status = mbsri_check_result(m, d, dim, d->mu + first, function);
+        return *status ? -1 : i;
+    }
     *status = mbsri_fail(&d->error, MBSR_ERR_SEQUENCE, MBSR_NONE, MBSR_NONE,
                          "%s: call mbsr_accelerations or mbsr_inverse_dynamics before", function);
     return -1;
@@ -90,5 +97,5 @@ int mbsr_body_jacobian(const mbsr_model *model, mbsr_data *data, int body, doubl
         mbsri_ab(rows, b->d, b->d_pred, -1.0, X, d->H + b->dp, next);
         mbsri_copy(dim * (size_t)b->d_pred, next, X);
     }
-    return MBSR_OK;
+    return mbsri_check_result(m, d, dim * (size_t)m->nu, jacobian, "mbsr_body_jacobian");
 }

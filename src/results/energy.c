@@ -3,6 +3,7 @@
 #include "algebra/dense.h"
 #include "dynamics/entry.h"
 #include "recursion/elements.h"
+#include "recursion/not_finite.h"
 
 #include <mbsrank/dynamics.h>
 
@@ -24,6 +25,8 @@ int mbsr_energy(const mbsr_model *model, mbsr_data *data, double *kinetic, doubl
         status = mbsri_element_sum(m, d, NULL, MBSRI_ENERGY, &E);
         if (status) return status;
     }
+    status = mbsri_check_result(m, d, 2, (double[]){kinetic ? T : 0.0, E}, "mbsr_energy");
+    if (status) return status;
     if (kinetic) *kinetic = T;
     if (potential) *potential = E;
     return MBSR_OK;
@@ -34,6 +37,7 @@ int mbsr_dissipation(const mbsr_model *model, mbsr_data *data, double *power)
     double sum = 0.0;
     int status = mbsri_enter(model, data, power, MBSRI_STAGE_VELOCITIES, "mbsr_dissipation");
     if (!status) status = mbsri_element_sum(model, data, NULL, MBSRI_DISSIPATION, &sum);
+    if (!status) status = mbsri_check_result(model, data, 1, &sum, "mbsr_dissipation");
     if (!status) *power = sum;
     return status;
 }
@@ -50,6 +54,7 @@ int mbsr_force_power(const mbsr_model *model, mbsr_data *data, int force, double
     double E = 0.0, P = 0.0;
     if (energy) status = mbsri_element_sum(m, d, element, MBSRI_ENERGY, &E);
     if (!status && power) status = mbsri_element_sum(m, d, element, MBSRI_DISSIPATION, &P);
+    if (!status) status = mbsri_check_result(m, d, 2, (double[]){E, P}, "mbsr_force_power");
     if (status) return status;
     if (energy) *energy = E;
     if (power) *power = P;

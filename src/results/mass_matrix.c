@@ -6,6 +6,7 @@
  *                 on the way to the root. */
 #include "algebra/dense.h"
 #include "dynamics/entry.h"
+#include "recursion/not_finite.h"
 
 #include <mbsrank/dynamics.h>
 
@@ -63,5 +64,5 @@ int mbsr_mass_matrix(const mbsr_model *model, mbsr_data *data, double *matrix)
         /* C_pi += H_i^T C_i H_i */
         mbsri_congruence(b->d, b->d_pred, d->H + b->dp, C + b->dd, C + b->pred_dd, next);
     }
-    return MBSR_OK;
+    return mbsri_check_result(m, d, (size_t)m->nu * (size_t)m->nu, matrix, "mbsr_mass_matrix");
 }

@@ -6,6 +6,7 @@
 #include "base/error.h"
 #include "dynamics/entry.h"
 #include "model/query.h"
+#include "recursion/not_finite.h"
 
 #include <mbsrank/dynamics.h>
 
@@ -46,9 +47,11 @@ int mbsr_tree_momentum(const mbsr_model *model, mbsr_data *data, const double ab
     static const double origin[3] = {0.0, 0.0, 0.0};
     const mbsr_model *m = model;
     mbsr_data *d = data;
-    const int status = mbsri_enter(m, d, true, MBSRI_STAGE_VELOCITIES, "mbsr_tree_momentum");
+    int status = mbsri_enter(m, d, true, MBSRI_STAGE_VELOCITIES, "mbsr_tree_momentum");
     if (status) return status;
     if (!about) about = origin;
+    status = mbsri_check_input(d, 3, about, "mbsr_tree_momentum", "about");
+    if (status) return status;
     double total = 0.0, first[3] = {0.0}, sum[6] = {0.0};
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
@@ -71,8 +74,13 @@ int mbsr_tree_momentum(const mbsr_model *model, mbsr_data *data, const double ab
         for (int k = 0; k < 6; ++k) sum[k] += s.momentum[k];
         total += s.mass;
     }
+    for (int k = 0; k < 3; ++k) first[k] = total > 0.0 ? first[k] / total : 0.0;
+    status = mbsri_check_result(m, d, 1, &total, "mbsr_tree_momentum");
+    if (!status && centre) status = mbsri_check_result(m, d, 3, first, "mbsr_tree_momentum");
+    if (!status && momentum) status = mbsri_check_result(m, d, 6, sum, "mbsr_tree_momentum");
+    if (status) return status;
     if (mass) *mass = total;
-    for (int k = 0; k < 3 && centre; ++k) centre[k] = total > 0.0 ? first[k] / total : 0.0;
+    if (centre) mbsri_copy(3, first, centre);
     if (momentum) mbsri_copy(6, sum, momentum);
     return MBSR_OK;
 }

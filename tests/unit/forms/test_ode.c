@@ -153,6 +153,38 @@ static void an_undamped_direction_is_refused_and_named(void **unused)
     mbsr_model_destroy(m);
 }
 
+/* A damper between two points holds neither of them. */
+static void directions_that_are_damped_together_alone_are_refused(void **unused)
+{
+    (void)unused;
+    mbsr_model *m;
+    mbsr_data *d;
+    mbsr_ode *ode;
+    assert_int_equal(mbsr_model_create(NULL, &m, NULL), MBSR_OK);
+    for (int k = 0; k < 3; ++k) {
+        mbsr_body_def body = mbsr_default_body_def();
+        body.joint = mbsr_joint_point((mbsr_planar_frame){0}, MBSR_X, 0, NULL, NULL);
+        assert_int_equal(mbsr_model_add_body(m, &body, NULL), MBSR_OK);
+        const mbsr_force_def damper =
+            mbsr_force_axis_spring(k, k > 0 ? k - 1 : 2, 0, 2.0, 0.3 + k, 0.0);
+        assert_int_equal(mbsr_model_add_force(m, &damper, NULL), MBSR_OK);
+    }
+    assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
+    assert_int_equal(mbsr_data_create(m, &d, NULL), MBSR_OK);
+    test_rng rng = test_seed(53);
+    for (int state = 0; state < 1000; ++state) {
+        double q[3], u[3], x[6], xdot[6];
+        test_fill(&rng, 3, q);
+        test_fill(&rng, 3, u);
+        assert_ok(mbsr_ode_create(m, d, 0.0, q, u, &ode), mbsr_data_error(d));
+        assert_ok(mbsr_ode_pack(ode, 0.0, q, u, x), mbsr_data_error(d));
+        assert_int_equal(mbsr_ode_rhs(ode, 0.0, x, xdot), MBSR_UNDETERMINED);
+        mbsr_ode_destroy(ode);
+    }
+    mbsr_data_destroy(d);
+    mbsr_model_destroy(m);
+}
+
 static void null_is_refused(void **unused)
 {
     (void)unused;
@@ -172,6 +204,7 @@ int main(void)
         cmocka_unit_test(isolated_bodies_share_their_differences),
         cmocka_unit_test(a_chain_is_one_group),
         cmocka_unit_test(an_undamped_direction_is_refused_and_named),
+        cmocka_unit_test(directions_that_are_damped_together_alone_are_refused),
         cmocka_unit_test(null_is_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
