@@ -8,16 +8,17 @@
 
 #include <math.h>
 
-/* Number l of the four: x + place h, with this weight, to be divided by 12 h. */
+/* Number l of the four: x + place h, with this weight, to be divided by 12 h. Summed in this order,
+ * differences of a function that does not change are zero, without rounding errors. */
 static inline double mbsri_difference_place(int l)
 {
-    static const double place[] = {2.0, 1.0, -1.0, -2.0};
+    static const double place[] = {1.0, -1.0, 2.0, -2.0};
     return place[l];
 }
 
 static inline double mbsri_difference_weight(int l)
 {
-    static const double weight[] = {-1.0, 8.0, -8.0, 1.0};
+    static const double weight[] = {8.0, -8.0, -1.0, 1.0};
     return weight[l];
 }
 
