@@ -48,7 +48,7 @@ bool mbsri_embeds(const mbsr_model *m, int bodies, int i)
     if (b->locks > 0 || !mbsri_embeds_inertia(b) || b->pred_space == MBSR_SPACE_GENERAL)
         return false;
     if (b->joint.table->position == mbsri_chain_position) return true;
-    if (!is_planar(&b->joint, &free)) return false;
+    if (!is_planar(&b->joint, &free) || !in_plane(b)) return false;
     const bool leaf = i == bodies || m->body[i + 1].parent != i,
                turning = b->pred_space == MBSR_SPACE_PLANAR;
     return leaf || !turning || b->joint.space == MBSR_SPACE_PLANAR;
