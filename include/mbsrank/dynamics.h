@@ -230,8 +230,8 @@ MBSR_API int mbsr_body_rank(const mbsr_model *model, mbsr_data *data, int body,
 MBSR_API int mbsr_rank_watch(const mbsr_model *model, mbsr_data *data, int on);
 
 /* Exchanges the watch of the data (on or off, and the ranks watched) with *on and rank, as many
- * numbers as there are bodies, by id. For whoever watches for a while and leaves the data as he
- * found it: exchange, evaluate, exchange back. Nothing is evaluated. MBSR_ERR_VALUE for a rank that
+ * numbers as there are bodies, by id. For a caller who watches for a while and leaves the data as
+ * they were: exchange, evaluate, exchange back. Nothing is evaluated. MBSR_ERR_VALUE for a rank that
  * the joint of the body cannot have. */
 MBSR_API int mbsr_rank_watch_exchange(const mbsr_model *model, mbsr_data *data, int *on, int *rank);
 

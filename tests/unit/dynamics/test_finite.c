@@ -278,6 +278,7 @@ static const finite_row rows[] = {
     {"mbsr_body_jacobian", run_body_jacobian, positions, T | Q, 0, BOTH, of_jacobian},
     {"mbsr_body_rank", run_body_rank, backward, T | Q | U | TAU, 0, BOTH, of_four},
     {"mbsr_rank_watch", NULL, NULL, 0, 0, 0, NULL},
+    {"mbsr_rank_watch_exchange", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_total_rank", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_data_size", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_data_init", NULL, NULL, 0, 0, 0, NULL},

@@ -123,6 +123,13 @@ static mbsr_joint spherical(const double *x)
     return mbsr_joint_spherical(&A, &B);
 }
 
+/* Without numbers, for elements that need one. */
+static mbsr_joint plain_spherical(const double *x)
+{
+    (void)x;
+    return mbsr_joint_spherical(NULL, NULL);
+}
+
 static mbsr_joint free_joint(const double *x)
 {
     const mbsr_frame A = frame(x), B = frame(x + 4);
@@ -152,6 +159,11 @@ static mbsr_inertia planar_inertia(const double *x)
 static mbsr_inertia rigid(const double *x)
 {
     return mbsr_inertia_rigid(x[0], x + 1, x + 4);
+}
+
+static mbsr_inertia rigid_unchecked(const double *x)
+{
+    return mbsr_inertia_rigid_unchecked(x[0], x + 1, x + 4);
 }
 
 static mbsr_inertia rigid_about(const double *x)
@@ -243,6 +255,16 @@ static mbsr_force_def bushing(const double *x)
 static mbsr_force_def joint_spring(const double *x)
 {
     return mbsr_force_joint_spring(0, 0, x[0], x[1], x[2]);
+}
+
+static mbsr_force_def joint_cubic_spring(const double *x)
+{
+    return mbsr_force_joint_cubic_spring(0, 0, x[0], x[1], x[2], x[3]);
+}
+
+static mbsr_force_def joint_rotation_spring(const double *x)
+{
+    return mbsr_force_joint_rotation_spring(0, x, x + 3, x + 6);
 }
 
 static mbsr_force_def joint_stop(const double *x)
@@ -343,6 +365,10 @@ static const part parts[] = {
     {"mbsr_inertia_particle", 1, {2.0}, .inertia = particle},
     {"mbsr_inertia_planar", 4, {2.0, 0.1, 0.2, 0.5}, .inertia = planar_inertia, .planar = true},
     {"mbsr_inertia_rigid", 10, {2.0, 0.1, 0.2, 0.3, 0.5, 0.6, 0.7, 0.1}, .inertia = rigid},
+    {"mbsr_inertia_rigid_unchecked",
+     10,
+     {2.0, 0.1, 0.2, 0.3, 0.5, 0.6, 1.7, 0.1},
+     .inertia = rigid_unchecked},
     {"mbsr_inertia_rigid_about",
      14,
      {2.0, 0.1, 0.2, 0.3, 5.0, 6.0, 7.0, 0.1, 0.0, 0.0, 0.2, 0.1, 0.0, 0.5},
@@ -371,6 +397,12 @@ static const part parts[] = {
      {1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.1, 0.2, 0.3, 0.4},
      .force = bushing},
     {"mbsr_force_joint_spring", 3, {20.0, 1.0, 0.1}, .force = joint_spring},
+    {"mbsr_force_joint_cubic_spring", 4, {20.0, 3.0, 1.0, 0.1}, .force = joint_cubic_spring},
+    {"mbsr_force_joint_rotation_spring",
+     10,
+     {2.0, 3.0, 4.0, 0.1, 0.2, 0.3, 1.0, 0.1, 0.2, 0.3},
+     .joint = plain_spherical,
+     .force = joint_rotation_spring},
     {"mbsr_force_joint_stop", 4, {-0.1, 0.1, 20.0, 1.0}, .force = joint_stop},
     {"mbsr_force_joint_friction", 2, {2.0, 0.1}, .force = joint_friction},
     {"mbsr_force_wrench", 3, {0.1, 0.2, 0.3}, .force = wrench},
