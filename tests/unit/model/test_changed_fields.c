@@ -215,7 +215,7 @@ static void evaluate(const mbsr_model *m, const char *what, const char *change)
     if (!status) status = mbsr_energy(m, d, energy, energy + 1);
     if (status)
         assert_told(mbsr_data_error(d), status, what, change);
-    else if (!strstr(change, "e+308")) /* whose energies may be too large for a double */
+    else
         assert_all_finite(2, energy, what, change, "energy");
     mbsr_index_report *report = NULL;
     status = mbsr_index_report_create(m, d, 0.0, q, u, &report);
