@@ -2,8 +2,8 @@
  * SPDX-License-Identifier: BSD-3-Clause
  *
  * Several states are evaluated side by side in the lanes of the processor's vector registers: two,
- * with AVX2 four, with AVX-512 eight. This serves trees of rigid bodies in space whose joints are
- * those of the library without locks, under gravity and force elements with MBSR_FORCE_JOINT_ONLY
+ * with AVX2 four, with AVX-512 eight. This serves trees of rigid bodies in space and in the plane
+ * whose joints are those of the library without locks, under gravity and force elements with MBSR_FORCE_JOINT_ONLY
  * (these are called state by state).
  *
  * The functions of dynamics.h serve, one by one and at their price, all states of other models,

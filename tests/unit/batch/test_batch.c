@@ -771,6 +771,64 @@ static void motions_are_prescribed_to_all_states(void **state)
     mbsr_model_destroy(m);
 }
 
+/* ---- bodies in the plane ---- */
+
+enum { PLANAR_BODIES = 12, PLANAR_STATES = 10, PLANAR_MOST = 3 * PLANAR_BODIES };
+
+/* A tree of hinges; every other joint is one (0), a slide (1), or free (2). */
+static mbsr_model *planar_tree(int other)
+{
+    const mbsr_planar_frame end = {1.0, 0.0, 0.3}, at = {0.0, 0.1, 0.0};
+    const double com[2] = {0.5, 0.1};
+    const mbsr_joint joint[3] = {mbsr_joint_planar_revolute(end, at),
+                                 mbsr_joint_planar_prismatic(end, at),
+                                 mbsr_joint_planar_free(end, at)};
+    const mbsr_force_def gravity = mbsr_force_gravity(1.0, -9.81, 0.0);
+    mbsr_model *m;
+    assert_ok(mbsr_model_create(NULL, &m, NULL), NULL);
+    for (int i = 0; i < PLANAR_BODIES; ++i) {
+        mbsr_body_def body = mbsr_default_body_def();
+        body.parent = i == 0 ? MBSR_GROUND : i % 3 == 2 ? i - 2 : i - 1;
+        body.joint = joint[i % 2 ? other : 0];
+        body.inertia = mbsr_inertia_planar(1.0 + i, com, 0.1);
+        assert_ok(mbsr_model_add_body(m, &body, NULL), mbsr_model_error(m));
+    }
+    assert_ok(mbsr_model_add_force(m, &gravity, NULL), mbsr_model_error(m));
+    assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
+    return m;
+}
+
+static void trees_in_the_plane(void **state)
+{
+    (void)state;
+    for (int other = 0; other < 3; ++other) {
+        mbsr_model *m = planar_tree(other);
+        mbsr_batch *batch;
+        mbsr_data *data;
+        double q[PLANAR_STATES * PLANAR_MOST], u[PLANAR_STATES * PLANAR_MOST],
+            udot[PLANAR_STATES * PLANAR_MOST], expected[PLANAR_MOST];
+        const int nu = mbsr_model_nu(m);
+        for (int k = 0; k < PLANAR_STATES * nu; ++k) {
+            q[k] = sin(k);
+            u[k] = cos(3.0 * k);
+        }
+        assert_ok(mbsr_data_create(m, &data, NULL), NULL);
+        assert_ok(mbsr_batch_create(m, &batch, NULL), NULL);
+        assert_ok(mbsr_batch_forward_dynamics(m, batch, 0.0, PLANAR_STATES, q, u, NULL, udot, NULL),
+                  mbsr_batch_error(batch));
+        assert_int_equal(mbsr_batch_one_by_one(batch), 0);
+        for (int k = 0; k < PLANAR_STATES; ++k) {
+            assert_ok(mbsr_forward_dynamics(m, data, 0.0, q + k * nu, u + k * nu, NULL, expected),
+                      mbsr_data_error(data));
+            for (int l = 0; l < nu; ++l)
+                assert_close(udot[k * nu + l], expected[l], 1e-11 * (1.0 + fabs(expected[l])));
+        }
+        mbsr_batch_destroy(batch);
+        mbsr_data_destroy(data);
+        mbsr_model_destroy(m);
+    }
+}
+
 /* ---- models that the lanes do not serve ---- */
 
 static int push(void *user, double t, int n, double *f)
@@ -951,6 +1009,7 @@ int main(void)
         cmocka_unit_test(angles_far_from_zero_go_one_by_one),
         cmocka_unit_test(force_elements_of_joints_act_in_every_state),
         cmocka_unit_test(motions_are_prescribed_to_all_states),
+        cmocka_unit_test(trees_in_the_plane),
         cmocka_unit_test(other_models_go_one_by_one),
         cmocka_unit_test(memory_is_taken_once_and_given_back),
         cmocka_unit_test(the_widest_kernels_are_chosen),
