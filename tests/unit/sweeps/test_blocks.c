@@ -4,6 +4,7 @@
  * for every kind of processor that this machine can run.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "expect.h"
+#include "kernels.h"
 #include "mixed.h"
 #include "plane_tree.h"
 #include "rigid_tree.h"
@@ -18,27 +19,6 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-static int kernels(const mbsri_sweep_kernels *list[2])
-{
-    int count = 0;
-    list[count++] = &mbsri_sweeps_base;
-#if defined(MBSR_WITH_V3)
-    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
-        list[count++] = &mbsri_sweeps_v3;
-#endif
-    return count;
-}
-
-static double distance(int n, const double *a, const double *b)
-{
-    double off = 0.0, size = 1.0;
-    for (int k = 0; k < n; ++k) {
-        off = fmax(off, fabs(a[k] - b[k]));
-        size = fmax(size, fabs(b[k]));
-    }
-    return off / size;
-}
 
 /* What a group of trees has come to: bodies of the one and of the other sort, trees with both,
  * evaluations served, largest distances. */
@@ -72,14 +52,14 @@ static void compare_forward(const state *s, tally *n)
     n->deficient += status == MBSR_UNDETERMINED;
     int *rank = malloc(((size_t)s->model->bodies + 1) * sizeof *rank);
     memcpy(rank, s->data->rank, ((size_t)s->model->bodies + 1) * sizeof *rank);
-    for (int k = 0; k < kernels(list); ++k) {
+    for (int k = 0; k < test_kernels(list); ++k) {
         s->model->sweeps->kernels = list[k];
         mbsri_data_poison(s->data);
         if (mbsri_sweeps_forward_dynamics(s->model, s->data, s->t, s->q, s->u, s->tau, s->out))
             continue;
         ++n->forward;
         for (int i = 1; i <= s->model->bodies; ++i) assert_int_equal(s->data->rank[i], rank[i]);
-        if (!status) note(&n->forward_off, distance(nu, s->out, s->expected));
+        if (!status) note(&n->forward_off, test_relative_distance(nu, s->out, s->expected));
     }
     free(rank);
 }
@@ -92,13 +72,13 @@ static void compare_inverse(const state *s, tally *n)
     assert_ok(mbsr_inverse_dynamics(s->model, s->data, s->t, s->q, s->u, s->tau, s->expected),
               mbsr_data_error(s->data));
     s->model->sweeps = tree;
-    for (int k = 0; k < kernels(list); ++k) {
+    for (int k = 0; k < test_kernels(list); ++k) {
         tree->kernels = list[k];
         mbsri_data_poison(s->data);
         assert_false(
             mbsri_sweeps_inverse_dynamics(s->model, s->data, s->t, s->q, s->u, s->tau, s->out));
         ++n->inverse;
-        note(&n->inverse_off, distance(s->model->nu, s->out, s->expected));
+        note(&n->inverse_off, test_relative_distance(s->model->nu, s->out, s->expected));
     }
 }
 
@@ -117,16 +97,16 @@ static void compare_residual(const state *s, mbsr_dae_form form, test_rng *rng, 
     assert_ok(mbsr_dae_residual(m, s->data, form, s->t, s->y, s->yp, s->expected),
               mbsr_data_error(s->data));
     s->model->sweeps = tree;
-    for (int k = 0; k < kernels(list); ++k) {
+    for (int k = 0; k < test_kernels(list); ++k) {
         tree->kernels = list[k];
         mbsri_data_poison(s->data);
         if ((momentum ? mbsri_sweeps_momentum_residual
                       : mbsri_sweeps_inverse_residual)(m, s->data, s->t, s->y, s->yp, s->F))
             continue;
         n->momentum += momentum;
-        note(&n->residual_off, distance(nq, s->F, s->expected));
+        note(&n->residual_off, test_relative_distance(nq, s->F, s->expected));
         for (int at = nq; at < size; at += nu)
-            note(&n->residual_off, distance(nu, s->F + at, s->expected + at));
+            note(&n->residual_off, test_relative_distance(nu, s->F + at, s->expected + at));
     }
 }
 

@@ -3,6 +3,7 @@
  * can run.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "expect.h"
+#include "kernels.h"
 #include "plane_tree.h"
 
 #include "assembly/data.h"
@@ -16,28 +17,6 @@
 #include <string.h>
 
 enum { MOST = 3 * TEST_PLANE_BODIES, SIZE = 3 * MOST, TREES = 300 };
-
-static int kernels(const mbsri_sweep_kernels *list[2])
-{
-    int count = 0;
-    list[count++] = &mbsri_sweeps_base;
-#if defined(MBSR_WITH_V3)
-    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
-        list[count++] = &mbsri_sweeps_v3;
-#endif
-    return count;
-}
-
-/* Largest difference relative to the largest entry or 1. */
-static double distance(int n, const double *a, const double *b)
-{
-    double off = 0.0, size = 1.0;
-    for (int k = 0; k < n; ++k) {
-        off = fmax(off, fabs(a[k] - b[k]));
-        size = fmax(size, fabs(b[k]));
-    }
-    return off / size;
-}
 
 typedef struct tally {
     int served, regular, newton, driven;
@@ -59,7 +38,7 @@ static void compare_dynamics(test_plane_tree *s, tally *n)
     const int status = mbsri_forward_by_stages(s->model, s->data, s->t, s->q, s->u, tau, expected);
     assert_true(status == MBSR_OK || status == MBSR_UNDETERMINED);
     const int rank = s->data->total_rank;
-    for (int k = 0; k < kernels(list); ++k) {
+    for (int k = 0; k < test_kernels(list); ++k) {
         s->model->sweeps->kernels = list[k];
         mbsri_data_poison(s->data);
         if (mbsri_sweeps_forward_dynamics(s->model, s->data, s->t, s->q, s->u, tau, out)) continue;
@@ -67,17 +46,17 @@ static void compare_dynamics(test_plane_tree *s, tally *n)
         for (int i = 1; i <= s->model->bodies; ++i) sum += s->data->rank[i];
         assert_int_equal(sum, rank);
         n->regular += status == MBSR_OK;
-        if (status == MBSR_OK) note(&n->forward, distance(s->nu, out, expected));
+        if (status == MBSR_OK) note(&n->forward, test_relative_distance(s->nu, out, expected));
     }
     (void)mbsri_forward_by_stages(s->model, s->data, s->t, s->q, s->u, tau, expected);
     mbsri_inverse(s->model, s->data, tau);
     mbsri_scatter(s->model, s->data->out, expected);
     for (int k = 0; k < s->nu; ++k) expected[k] += tau[k]; /* tau was applied, too */
-    for (int k = 0; k < kernels(list); ++k) {
+    for (int k = 0; k < test_kernels(list); ++k) {
         s->model->sweeps->kernels = list[k];
         mbsri_data_poison(s->data);
         assert_true(!mbsri_sweeps_inverse_dynamics(s->model, s->data, s->t, s->q, s->u, tau, out));
-        note(&n->inverse, distance(s->nu, out, expected));
+        note(&n->inverse, test_relative_distance(s->nu, out, expected));
     }
 }
 
@@ -96,12 +75,12 @@ static void compare_residuals(test_plane_tree *s, mbsr_dae_form form, tally *n)
     assert_ok(mbsr_dae_residual(s->model, s->data, form, s->t, y, yp, expected),
               mbsr_data_error(s->data));
     s->model->sweeps = tree;
-    for (int k = 0; k < kernels(list); ++k) {
+    for (int k = 0; k < test_kernels(list); ++k) {
         tree->kernels = list[k];
         mbsri_data_poison(s->data);
         assert_ok(mbsr_dae_residual(s->model, s->data, form, s->t, y, yp, F),
                   mbsr_data_error(s->data));
-        note(&n->residual, distance(size, F, expected));
+        note(&n->residual, test_relative_distance(size, F, expected));
     }
 }
 
@@ -131,9 +110,9 @@ static void compare_newton(test_plane_tree *s, tally *n)
     }
     if (!swept) return;
     ++n->newton;
-    note(&n->solution, distance(s->nq, x[0], x[1]));
-    note(&n->solution, distance(s->nu, x[0] + s->nq, x[1] + s->nq));
-    note(&n->solution, distance(s->nu, x[0] + s->nq + s->nu, x[1] + s->nq + s->nu));
+    note(&n->solution, test_relative_distance(s->nq, x[0], x[1]));
+    note(&n->solution, test_relative_distance(s->nu, x[0] + s->nq, x[1] + s->nq));
+    note(&n->solution, test_relative_distance(s->nu, x[0] + s->nq + s->nu, x[1] + s->nq + s->nu));
 }
 
 static bool is_driven(const test_plane_tree *s)

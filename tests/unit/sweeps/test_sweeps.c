@@ -3,6 +3,7 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "expect.h"
 #include "sweeps/build.h"
+#include "kernels.h"
 #include "rigid_tree.h"
 #include "assembly/data.h"
 #include "model/query.h"
@@ -12,17 +13,6 @@
 
 #include <math.h>
 #include <stdlib.h>
-
-static int kernels(const mbsri_sweep_kernels *list[2])
-{
-    int count = 0;
-    list[count++] = &mbsri_sweeps_base;
-#if defined(MBSR_WITH_V3)
-    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
-        list[count++] = &mbsri_sweeps_v3;
-#endif
-    return count;
-}
 
 static double largest(int n, const double *x)
 {
@@ -48,7 +38,7 @@ static bool compare(test_rigid_tree *s, double tolerance)
     assert_true(status == MBSR_OK || status == MBSR_UNDETERMINED);
     int *rank = malloc(((size_t)mbsr_model_bodies(s->model) + 1) * sizeof *rank);
     for (int i = 1; i <= s->model->bodies; ++i) rank[i] = s->data->rank[i];
-    for (int k = 0; k < kernels(list); ++k) {
+    for (int k = 0; k < test_kernels(list); ++k) {
         s->model->sweeps->kernels = list[k];
         mbsri_data_poison(s->data);
         fast = !mbsri_sweeps_forward_dynamics(s->model, s->data, s->t, s->q, s->u, s->tau, s->udot);
@@ -103,7 +93,7 @@ static void trees_with_massless_bodies_agree_where_they_are_served(void **state)
 static void compare_inverse(test_rigid_tree *s)
 {
     const mbsri_sweep_kernels *list[2];
-    const int count = kernels(list);
+    const int count = test_kernels(list);
     assert_ok(mbsr_positions(s->model, s->data, s->t, s->q), mbsr_data_error(s->data));
     assert_ok(mbsr_velocities(s->model, s->data, s->u), mbsr_data_error(s->data));
     assert_ok(mbsr_forces(s->model, s->data, NULL), mbsr_data_error(s->data));
@@ -136,7 +126,7 @@ static void compare_residuals(test_rigid_tree *s, mbsr_dae_form form, uint64_t s
     assert_ok(mbsr_dae_residual(s->model, s->data, form, s->t, y, yp, expected),
               mbsr_data_error(s->data));
     s->model->sweeps = tree;
-    for (int k = 0; k < kernels(list); ++k) {
+    for (int k = 0; k < test_kernels(list); ++k) {
         tree->kernels = list[k];
         mbsri_data_poison(s->data);
         if ((form == MBSR_DAE_MOMENTUM
@@ -348,7 +338,7 @@ static void sines_and_cosines_are_those_of_the_c_library(void **state)
     (void)state;
     const mbsri_sweep_kernels *list[2];
     test_rng rng = test_seed(3);
-    for (int l = 0; l < kernels(list); ++l) {
+    for (int l = 0; l < test_kernels(list); ++l) {
         for (int k = 0; k < 20000; ++k) {
             double x[5], sincos[10];
             const double size = pow(10.0, 7.0 * test_uniform(&rng));

@@ -1,0 +1,33 @@
+/* The kernels of the vectorised sweeps that this processor runs, and distances between results.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef TEST_KERNELS_H
+#define TEST_KERNELS_H
+
+#include "sweeps/dynamics.h"
+
+#include <math.h>
+
+/* Returns how many. */
+static inline int test_kernels(const mbsri_sweep_kernels *list[2])
+{
+    int count = 0;
+    list[count++] = &mbsri_sweeps_base;
+#if defined(MBSR_WITH_V3)
+    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
+        list[count++] = &mbsri_sweeps_v3;
+#endif
+    return count;
+}
+
+/* Largest difference relative to the largest entry of b or 1. */
+static inline double test_relative_distance(int n, const double *a, const double *b)
+{
+    double off = 0.0, size = 1.0;
+    for (int k = 0; k < n; ++k) {
+        off = fmax(off, fabs(a[k] - b[k]));
+        size = fmax(size, fabs(b[k]));
+    }
+    return off / size;
+}
+
+#endif
