@@ -31,7 +31,7 @@ MBSR_API mbsr_joint_test mbsr_default_joint_test(void);
 
 /* What was found. Each number is relative: 0 is perfect, rounding and differences leave about 1e-9,
  * an error in the formulas usually 1e-2 to 2. An entry of a matrix or vector is compared with the
- * largest entry of K, H and J in its row, times the largest rate or acceleration. NaN: there is
+ * largest entry of K, H and J in its row, times the largest rate or acceleration. -1: there is
  * nothing to test.
  *
  * Each field is about what that function wrote, taking K and the position for granted:
@@ -44,7 +44,7 @@ MBSR_API mbsr_joint_test mbsr_default_joint_test(void);
  * the predecessor's pose (of one in space: along small rotations and displacements) and along all
  * at once. */
 typedef struct mbsr_joint_errors {
-    double position;           /* of a SPATIAL body: R against a rotation */
+    double position;           /* of a SPATIAL body: R against a rotation; 2: left-handed */
     double H;                  /* K dV + H dV_pred = 0 for motions of the predecessor alone */
     double J;                  /* K dV + J du = 0 for motions of the joint alone, q' = G(q) u */
     double kI;                 /* K V + kI = 0 where only t runs */
@@ -74,9 +74,9 @@ typedef struct mbsr_joint_errors {
  *
  * Status: MBSR_OK (whatever the errors), MBSR_ERR_NULL, MBSR_ERR_NO_DEFAULT, MBSR_ERR_VALUE or
  * MBSR_ERR_SPACE (what mbsr_model_add_body or the joint's check refuses, and states that cannot be
- * tested), MBSR_NOT_FINITE (a function wrote NaN), MBSR_SINGULAR_K, MBSR_ERR_NO_MEMORY, and what a
- * function of the joint returned, unchanged. The reason is in *error, which may be NULL; *errors is
- * then not to be read. */
+ * tested), MBSR_NOT_FINITE (a function wrote NaN, or numbers overflow), MBSR_SINGULAR_K,
+ * MBSR_ERR_NO_MEMORY, and what a function of the joint returned, unchanged. The reason is in *error,
+ * which may be NULL; *errors is then not to be read. */
 MBSR_API int mbsr_joint_verify(const mbsr_joint *joint, const mbsr_joint_test *at,
                                mbsr_joint_errors *errors, mbsr_error *error);
 

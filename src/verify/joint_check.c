@@ -182,7 +182,8 @@ static int verify_jacobians(mbsri_verifier *w)
     mbsr_joint_errors *errors = w->errors;
     if (w->joint->space == MBSR_SPACE_SPATIAL) {
         errors->position = 0.0;
-        mbsri_verifier_note(w, &errors->position, mbsri_frame_defect(w->base.p + MBSR_POSE_R),
+        const double defect = mbsri_frame_defect(w->base.p + MBSR_POSE_R);
+        mbsri_verifier_note(w, &errors->position, isinf(defect) ? 2.0 : defect,
                             "position: R of the pose is no rotation");
     }
     int status = find_truth(w, &w->base, &w->given, &w->truth);
@@ -392,6 +393,16 @@ static int verify(mbsri_verifier *w)
     return status ? status : verify_normalise(w);
 }
 
+static bool finite_errors(const mbsr_joint_errors *e)
+{
+    const double all[] = {e->position,  e->H,       e->J,
+                          e->kI,        e->kII,     e->Kdot,
+                          e->Hdot,      e->Jdot,    e->coordinate_rates,
+                          e->normalise, e->tangent, e->rate_tangent,
+                          e->largest};
+    return mbsri_finite(sizeof all / sizeof *all, all);
+}
+
 int mbsr_joint_verify(const mbsr_joint *joint, const mbsr_joint_test *at, mbsr_joint_errors *errors,
                       mbsr_error *error)
 {
@@ -401,8 +412,8 @@ int mbsr_joint_verify(const mbsr_joint *joint, const mbsr_joint_test *at, mbsr_j
         return REFUSE(MBSR_ERR_NO_DEFAULT,
                       "mbsr_joint_verify: the test was not made by mbsr_default_joint_test");
     }
-    *errors =
-        (mbsr_joint_errors){NAN, NAN, NAN, NAN, NAN, NAN, NAN, NAN, NAN, NAN, NAN, NAN, 0.0, ""};
+    *errors = (mbsr_joint_errors){-1.0, -1.0, -1.0, -1.0, -1.0, -1.0, -1.0,
+                                  -1.0, -1.0, -1.0, -1.0, -1.0, 0.0,  ""};
     mbsri_verifier w = {.joint = joint, .at = at, .errors = errors, .error = error};
     int status = check_joint(&w);
     if (!status) status = check_state(&w);
@@ -412,5 +423,8 @@ int mbsr_joint_verify(const mbsr_joint *joint, const mbsr_joint_test *at, mbsr_j
     lay_out(&w, memory);
     status = verify(&w);
     mbsri_release(&at->allocator, memory);
+    if (!status && !finite_errors(errors)) {
+        return REFUSE(MBSR_NOT_FINITE, "mbsr_joint_verify: numbers overflow at this state");
+    }
     return status;
 }

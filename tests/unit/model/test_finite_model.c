@@ -462,7 +462,6 @@ static const char *const others[] = {
     "mbsr_quaternion_rotation",
     "mbsr_rotation_quaternion",
     "mbsr_default_joint_test",
-    "mbsr_joint_verify", /* NaN there: nothing to test */
 };
 
 static int record(int status, const mbsr_error *error)
@@ -554,8 +553,51 @@ static void every_constructor(void **unused)
         assert_int_equal(strncmp(others[k], "mbsr_", 5), 0);
 }
 
+/* ---- a user's joint ---- */
+
+/* A free joint, at t, q, u. */
+static int run_joint_verify(finite_subject *s)
+{
+    const mbsr_joint joint = mbsr_joint_free(NULL, NULL);
+    mbsr_joint_test at = mbsr_default_joint_test();
+    mbsr_joint_errors errors;
+    at.t = s->in[FINITE_T][0];
+    at.q = s->in[FINITE_Q];
+    at.u = s->in[FINITE_U];
+    last = (mbsr_error){0};
+    const int status = mbsr_joint_verify(&joint, &at, s->out[0] ? &errors : NULL, &last);
+    if (!status && s->out[0]) memcpy(s->out[0], &errors, 13 * sizeof(double));
+    return status;
+}
+
+static int of_errors(const finite_subject *s, int o)
+{
+    (void)s;
+    return o == 0 ? 13 : 0;
+}
+
+static void a_joint_under_test(void **unused)
+{
+    (void)unused;
+    static const finite_row row = {"mbsr_joint_verify",
+                                   run_joint_verify,
+                                   NULL,
+                                   0,
+                                   1 << FINITE_T | 1 << FINITE_Q | 1 << FINITE_U,
+                                   0,
+                                   of_errors};
+    finite_subject s = {.name = "a free joint", .error = last_error, .object = &last};
+    finite_give(&s, FINITE_T, 1, (double[]){0.3});
+    finite_give(&s, FINITE_Q, 7, (double[]){0.8, 0.1, 0.2, 0.3, 0.5, 0.6, 0.7});
+    finite_give(&s, FINITE_U, 6, (double[]){0.4, 0.5, -0.3, 1.0, 0.2, 0.1});
+    assert_int_equal(finite_try(&s, &row), 1);
+    assert_true(offsetof(mbsr_joint_errors, text) == 13 * sizeof(double));
+    finite_free(&s);
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(every_constructor)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(every_constructor),
+                                       cmocka_unit_test(a_joint_under_test)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -92,9 +92,9 @@ static void verify_all_right(const mbsr_joint *joint, mbsr_space space, test_rng
                           joint->n > 0 || moves,
                           joint->n > 0 || moves};
     for (int k = 0; k < FIELDS; ++k) {
-        if (isnan(*field_of(&errors, k)) == there[k])
+        if ((*field_of(&errors, k) < 0.0) == there[k])
             print_error("%s on %d: %s\n", joint->table->name, (int)space, field_name[k]);
-        assert_int_equal(!isnan(*field_of(&errors, k)), there[k]);
+        assert_int_equal(!(*field_of(&errors, k) < 0.0), there[k]);
     }
 }
 
@@ -276,7 +276,7 @@ static void expect_fields(const subject *s, const mbsr_joint_table *table, unsig
     assert_ok(mbsr_joint_verify(&joint, &s->at, &errors, &error), &error);
     for (int k = 0; k < FIELDS; ++k) {
         const double value = *field_of(&errors, k);
-        const bool raised = !isnan(value) && !(value < 1e-8), wanted = (mask >> k & 1) != 0;
+        const bool raised = value >= 0.0 && !(value < 1e-8), wanted = (mask >> k & 1) != 0;
         if (raised == wanted && (!wanted || value >= least)) continue;
         print_error("%s with a fault in %s: %s is %.3g (%s)\n", s->name, what, field_name[k], value,
                     errors.text);
@@ -431,7 +431,7 @@ static void wrong_coordinates_and_poses_are_found(void **state)
     assert_less(1e-3, errors.position);
     table.position = mirrored_pose;
     assert_int_equal(mbsr_joint_verify(&joint, &s.at, &errors, NULL), MBSR_OK);
-    assert_true(isinf(errors.position) && isinf(errors.largest));
+    assert_true(errors.position == 2.0 && errors.largest == 2.0);
     assert_contains(errors.text, "position|R");
 }
 
@@ -527,7 +527,7 @@ static void functions_are_called_as_the_library_calls_them(void **state)
         table.flags = expected_K ? 0u : MBSR_JOINT_UNIT_K;
         assert_ok(mbsr_joint_verify(&s.joint, &s.at, &errors, &error), &error);
         assert_less(errors.largest, 1e-8);
-        assert_int_equal(isnan(errors.Kdot), !expected_K);
+        assert_int_equal(errors.Kdot < 0.0, !expected_K);
     }
 }
 
@@ -583,7 +583,7 @@ static void without_V_from_the_pose_kII_and_the_rates_remain(void **state)
                    MBSR_NONE, MBSR_NONE, "V_pred must be zero");
     memset(s.V_pred, 0, sizeof s.V_pred);
     assert_ok(mbsr_joint_verify(&s.joint, &s.at, &errors, &error), &error);
-    assert_true(isnan(errors.H) && isnan(errors.J) && isnan(errors.kI));
+    assert_true((errors.H < 0.0) && (errors.J < 0.0) && (errors.kI < 0.0));
     assert_true(errors.kII < 1e-8 && errors.Kdot < 1e-8 && errors.Hdot < 1e-8 &&
                 errors.Jdot < 1e-8);
     double p[12], V[12], value;
@@ -601,14 +601,14 @@ static void without_V_from_the_pose_kII_and_the_rates_remain(void **state)
     s.at.pred_d = 2, s.at.pred_np = 4;
     memset(s.V_pred, 0, sizeof s.V_pred);
     assert_ok(mbsr_joint_verify(&s.joint, &s.at, &errors, &error), &error);
-    assert_true(isnan(errors.H) && errors.largest < 1e-8);
+    assert_true((errors.H < 0.0) && errors.largest < 1e-8);
     assert_true(errors.J < 1e-8 && errors.kI < 1e-8 && errors.Hdot < 1e-8);
     /* on a predecessor whose V is known */
     data.d_pred = 3;
     set_state(&s, MBSR_SPACE_PLANAR, &rng);
     s.at.V_is_not_rate = 1;
     assert_ok(mbsr_joint_verify(&s.joint, &s.at, &errors, &error), &error);
-    assert_true(isnan(errors.H) && errors.kII < 1e-8 && errors.Hdot < 1e-8);
+    assert_true((errors.H < 0.0) && errors.kII < 1e-8 && errors.Hdot < 1e-8);
 }
 
 /* p = q, K = (1 1; 1 1) */
@@ -924,7 +924,7 @@ static void a_pose_in_large_numbers_passes(void **state)
     expect_fields(&s, &table, 0, 0.0, "nothing");
     mbsr_joint_errors errors;
     assert_int_equal(mbsr_joint_verify(&s.joint, &s.at, &errors, NULL), MBSR_OK);
-    assert_true(!isnan(errors.tangent));
+    assert_true(!(errors.tangent < 0.0));
     original = &table;
     mbsr_joint_table wrong = table;
     wrong.tangent = slipping_tangent;
@@ -1024,8 +1024,8 @@ static void the_text_names_direction_and_entry_of_a_wrong_derivative(void **stat
         mbsr_joint_errors errors;
         assert_int_equal(mbsr_joint_verify(&joint, &s.at, &errors, NULL), MBSR_OK);
         assert_contains(errors.text, list[k].words);
-        assert_true(isnan(errors.tangent) == !list[k].tangent);
-        assert_true(isnan(errors.rate_tangent) == !list[k].rate_tangent);
+        assert_true((errors.tangent < 0.0) == !list[k].tangent);
+        assert_true((errors.rate_tangent < 0.0) == !list[k].rate_tangent);
     }
     /* kII alone where there are no rates to differ */
     mbsr_joint_table table = *original;
