@@ -20,3 +20,13 @@ function(mbsr_set_warnings target)
         target_compile_options(${target} PRIVATE /W4 $<$<BOOL:${MBSR_WERROR}>:/WX>)
     endif()
 endfunction()
+
+# Inside another project without a build type CMake would compile without -O. The build type is that
+# project's to set; so are -O flags of its own, in CMAKE_C_FLAGS or by add_compile_options, whose
+# options come after these.
+function(mbsr_set_optimisation target)
+    if(MBSR_DEFAULT_O2 AND CMAKE_C_COMPILER_ID MATCHES "GNU|Clang"
+       AND NOT CMAKE_C_FLAGS MATCHES "(^| )-O")
+        target_compile_options(${target} BEFORE PRIVATE $<$<CONFIG:>:-O2>)
+    endif()
+endfunction()

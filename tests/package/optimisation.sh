@@ -1,0 +1,65 @@
+#!/bin/sh
+# How another project that includes the library compiles it, as its compile commands say: with -O2
+# where that project says nothing, and as that project says where it does. Nothing is compiled.
+# SPDX-License-Identifier: BSD-3-Clause
+# Usage: optimisation.sh CMAKE SOURCE WORK CC GENERATOR IDA(ON|OFF)
+set -eu
+cmake=$1 source=$2 work=$3 cc=$4 generator=$5 ida=$6
+case $generator in
+Ninja | "Unix Makefiles") ;;
+*) echo "$generator writes no compile commands of one configuration"; exit 77 ;;
+esac
+unset CFLAGS CMAKE_BUILD_TYPE # from the environment, they count as given by the project
+rm -rf "$work"
+mkdir -p "$work"
+failed=0
+
+# levels FILE: its compile commands, one a line: object, and the last -O flag or none.
+levels() {
+    awk '/^ *"command":/ {
+        object = level = "none"
+        for (i = 1; i <= NF; ++i) {
+            if ($i ~ /^-O/) level = $i
+            if ($i == "-o") object = $(i + 1)
+        }
+        print object, level
+    }' "$1"
+}
+
+# expect NAME LIBRARY KERNELS PROGRAM OPTION...: the last -O flags of the library's files, of the
+# sweeps in vector code and of the project's own program, configured with these options.
+expect() {
+    name=$1 library=$2 kernels=$3 program=$4
+    shift 4
+    if ! "$cmake" -S "$source/tests/package/consumer" -B "$work/$name" -G "$generator" \
+            -DCMAKE_C_COMPILER="$cc" -DCMAKE_EXPORT_COMPILE_COMMANDS=ON \
+            -DMBSRANK_SOURCE="$source" -DMBSR_IDA="$ida" "$@" >"$work/$name.log" 2>&1; then
+        cat "$work/$name.log"
+        failed=1
+        return
+    fi
+    levels "$work/$name/compile_commands.json" >"$work/$name.levels"
+    awk -v library="$library" -v kernels="$kernels" -v program="$program" -v name="$name" '
+        {
+            wanted = $1 ~ /kernels_/ ? kernels : $1 ~ /mbsrank_.*objects/ ? library : program
+            ++count[$1 ~ /kernels_/ ? "kernels" : $1 ~ /mbsrank_.*objects/ ? "library" : "program"]
+            if ($2 != wanted) {
+                print name ": " $1 " has " $2 " instead of " wanted
+                wrong = 1
+            }
+        }
+        END {
+            print name ": " count["library"] + 0, count["kernels"] + 0, count["program"] + 0
+            exit wrong || !count["library"] || !count["kernels"] || !count["program"]
+        }' "$work/$name.levels" || failed=1
+}
+
+echo "files of the library, sweeps in vector code, programs:"
+expect nothing -O2 -O3 none
+expect build_type -O1 -O3 -O1 -DCMAKE_BUILD_TYPE=Mine -DCMAKE_C_FLAGS_MINE=-O1
+expect debug none none none -DCMAKE_BUILD_TYPE=Debug
+expect flags -O1 -O3 -O1 "-DCMAKE_C_FLAGS=-g -O1"
+echo 'add_compile_options(-O1)' >"$work/options.cmake"
+expect options -O1 -O3 -O1 -DCMAKE_PROJECT_consumer_INCLUDE="$work/options.cmake"
+expect off none -O3 none -DMBSR_DEFAULT_O2=OFF
+exit $failed
