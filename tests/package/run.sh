@@ -109,3 +109,15 @@ for program in $programs; do
         fail "pkg-config: $program does not build"
     "$work/$program" || fail "pkg-config: $program"
 done
+
+step "the program of docs/getting_started.md"
+awk '/^```c$/ { on = 1; text = ""; next }
+     /^```$/ { if (on && text ~ /int main/) printf "%s", text; on = 0 }
+     on { text = text $0 "\n" }' "$source/docs/getting_started.md" >"$work/pendulum.c"
+# shellcheck disable=SC2046,SC2086
+"$cc" "$work/pendulum.c" -o "$work/pendulum" $(pkg-config --cflags --libs $static mbsrank) ||
+    fail "pendulum.c does not build"
+printed=$(LD_LIBRARY_PATH=$(dirname "$library") "$work/pendulum") || fail "pendulum.c does not run"
+# shellcheck disable=SC2016 # backquotes of Markdown
+grep -qF "It prints \`$printed\`." "$source/docs/getting_started.md" ||
+    fail "pendulum.c prints $printed"
