@@ -1,5 +1,5 @@
-/* Two mass points in the plane, the first without mass (M. Arnold, Mech. Sci. 4 (2013), Fig. 3,
- * upper plot).
+/* Two mass points in the plane, the first without mass (M. Arnold, Mech. Sci. 4 (2013),
+ * doi:10.5194/ms-4-221-2013, Fig. 3, upper plot).
  * SPDX-License-Identifier: BSD-3-Clause
  *
  * Point i hangs on springs and dampers in x and y; point j on a spring and damper along x from i,

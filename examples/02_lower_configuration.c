@@ -1,5 +1,5 @@
-/* Two mass points joined by a slider, the first without mass (M. Arnold, Mech. Sci. 4 (2013), Fig.
- * 3, lower plot).
+/* Two mass points joined by a slider, the first without mass (M. Arnold, Mech. Sci. 4 (2013),
+ * doi:10.5194/ms-4-221-2013, Fig. 3, lower plot).
  * SPDX-License-Identifier: BSD-3-Clause
  *
  * Point j keeps the distance l in x from point i and is free in y. With m_i = 0 point i carries the

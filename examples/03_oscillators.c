@@ -1,5 +1,5 @@
 /* Two coupled oscillators, the first without mass, in absolute and in relative coordinates (M.
- * Arnold, Mech. Sci. 4 (2013), Sect. 2.2).
+ * Arnold, Mech. Sci. 4 (2013), doi:10.5194/ms-4-221-2013, Sect. 2.2).
  * SPDX-License-Identifier: BSD-3-Clause
  *
  * ground - c1, d1 - m1 - c2, d2 - m2, a force F on m1. With m1 = 0 its equation is of first order,

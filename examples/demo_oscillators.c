@@ -4,10 +4,10 @@
  *
  *   ground --- c1, d1 --- m1 --- c2, d2 --- m2      q1 = p1, q2 = p2 - p1, constant force F on m1
  *
- * M. Arnold, Mech. Sci. 4 (2013), Sect. 2.2, shows how a small m1 costs an integrator its step size
- * and how m1 = 0 gives it back. The parameters of the paper are not printed; these show the same
- * pattern: m2 = c1 = c2 = 1, d1 = d2 = 1e-5, F = 1, 0 <= t <= 2. Writes a table, and CSV files for
- * oscillators.gp into the folder given as argument. */
+ * M. Arnold, Mech. Sci. 4 (2013), doi:10.5194/ms-4-221-2013, Sect. 2.2, shows how a small m1
+ * costs an integrator its step size and how m1 = 0 gives it back. The parameters of the paper are
+ * not printed; these show the same pattern: m2 = c1 = c2 = 1, d1 = d2 = 1e-5, F = 1, 0 <= t <= 2.
+ * Writes a table, and CSV files for oscillators.gp into the folder given as argument. */
 #include <mbsrank/ida.h>
 #include <mbsrank/mbsrank.h>
 

@@ -82,7 +82,7 @@ typedef struct mbsr_joint_change {
 #define MBSR_JOINT_REGULAR_J 2u
 
 /* The joint between a body i and its predecessor pi, in M. Arnold's notation (Mech. Sci. 4, 2013,
- * (7)-(9)):
+ * doi:10.5194/ms-4-221-2013, (7)-(9)):
  *
  *   0 = k(p_i, p_pi, q_i, t)
  *   0 = K V_i + H V_pi + J u_i + kI
