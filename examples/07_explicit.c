@@ -60,15 +60,16 @@ int main(void)
     check(mbsr_data_create(m, &d, NULL), mbsr_data_error(NULL));
     const double q[3] = {0.0, 0.0, 2.0}, u[3] = {0.0, 0.0, 6.0};
     check(mbsr_ode_create(m, d, 0.0, q, u, &ode), mbsr_data_error(d));
-    double error = 1.0;
+    double error = 0.0;
     for (int steps = 1000; steps <= 4000; steps *= 2) {
         double x[SIZE];
         check(mbsr_ode_pack(ode, 0.0, q, u, x), mbsr_data_error(d));
         for (int k = 0; k < steps; ++k) step(ode, d, 10.0 * k / steps, 10.0 / steps, x);
         const double before = error;
         error = fabs(x[2] - 7.0972129298); /* published value of the angle at t = 10 */
-        printf("%4d steps: angle %.9f, error %.1e (%.1f times smaller)\n", steps, x[2], error,
-               before / error);
+        printf("%4d steps: angle %.9f, error %.1e", steps, x[2], error);
+        if (steps > 1000) printf(" (%.1f times smaller)", before / error);
+        printf("\n");
     }
     mbsr_ode_destroy(ode);
     mbsr_data_destroy(d);
