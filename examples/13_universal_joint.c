@@ -81,8 +81,11 @@ int main(void)
         printf("\n");
         const double off = drive(1, stiffness, phi[1]);
         for (int k = 0; k < SAMPLES; ++k) differ = fmax(differ, fabs(phi[0][k] - phi[1][k]));
-        printf(", %.1f times less\n", before > 0.0 ? before / off : 1.0);
-        if (before > 0.0) ratio = fmin(ratio, before / off);
+        if (before > 0.0) {
+            printf(", %.1f times less", before / off);
+            ratio = fmin(ratio, before / off);
+        }
+        printf("\n");
         before = off;
     }
     printf("the two models differ by %.1e rad\n", differ);
