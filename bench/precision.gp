@@ -56,7 +56,7 @@ set size ratio -1
 set grid
 set xlabel "x [m]"
 set ylabel "y [m]"
-set key below
+set key below vertical maxrows 3
 # Four positions of the rod at the beginning.
 plot "bead.csv" using 4:5 with lines lw 1 lc rgb "#2050a0" title "path of the mass", \
      "" using 2:3 with lines lw 1.5 lc rgb "#c03030" title "path of the bead", \

@@ -186,8 +186,7 @@ static int receive(void *user, int index, double t, const double *y, const doubl
     static const struct {
         int index;
         const char *name;
-    } picture[] = {
-        {0, "tree_0.csv"}, {15, "tree_1.csv"}, {29, "tree_2.csv"}, {43, "tree_3.csv"}};
+    } picture[] = {{0, "tree_0.csv"}, {15, "tree_1.csv"}, {29, "tree_2.csv"}, {43, "tree_3.csv"}};
     for (int k = 0; k < 4 && o->folder; ++k) {
         if (picture[k].index != index) continue;
         FILE *file = create(o->folder, picture[k].name);
