@@ -11,8 +11,11 @@
  *   m w^2 L^2 sin(a) cos(a) - m g L sin(a) + moment of F about the hinge = 0,
  *   2 F down / s = force of the sleeve's spring,
  *
- * solved below by Newton's method: the governor must settle there. governor.csv has the motion for
- * governor.gp. */
+ * solved below by Newton's method: the governor must settle there. It is released with the sleeve at
+ * the first such height and the arms 0.1 rad above: the links are stretched by 1.6 cm, which is 81 N in
+ * each, and pull the sleeve up. It has no inertia, only 80 N s/m of dampers against 5000 N/m of
+ * links, so that it starts at full speed, and follows within 16 ms; then both go down as the balls
+ * fall back. governor.csv has the motion for governor.gp. */
 #include <mbsrank/ida.h>
 #include <mbsrank/mbsrank.h>
 
@@ -20,6 +23,7 @@
 
 #include <math.h>
 
+enum { SAMPLES = 3000 };
 /* arm and link m, ball kg, link N/m and N s/m */
 static const double L = 0.3, s0 = 0.16, ball = 0.5, g = 9.81, c = 5000.0, d = 20.0;
 /* sleeve: N/m, N s/m, height without force m;  spindle: rad/s, end s */
@@ -91,20 +95,20 @@ int main(void)
     double x[2][2] = {{0.8, -0.2}, {1.1, -0.15}}, worst = 0.0;
     equilibrium(slow, x[0]);
     equilibrium(fast, x[1]);
-    /* released above the first equilibrium */
+    /* released with the arms, but not the sleeve, above the first equilibrium */
     const double q[3] = {x[0][1], x[0][0] + 0.1, x[0][0] + 0.1}, u[3] = {0.0};
     run r = run_start(governor(), q, u, 1e-7);
     FILE *file = csv("governor.csv");
     printf("t [s]   speed [rad/s]   arms [deg]   sleeve [m]\n");
-    for (int k = 0; k <= 600; ++k) {
+    for (int k = 0; k <= SAMPLES; ++k) {
         double phi, w, acceleration;
-        if (k) run_to(&r, T * k / 600);
+        if (k) run_to(&r, T * k / SAMPLES);
         speed(NULL, r.t, &phi, &w, &acceleration);
         fprintf(file, "%g,%g,%g,%g\n", r.t, w, r.q[1] / degree, r.q[0]);
-        if (k % 50 == 0)
+        if (k % (SAMPLES / 12) == 0)
             printf("%5.2f   %13.3f   %10.4f   %10.6f\n", r.t, w, r.q[1] / degree, r.q[0]);
-        if (k != 200 && k != 600) continue;
-        const double *y = x[k == 600];
+        if (k != SAMPLES / 3 && k != SAMPLES) continue;
+        const double *y = x[k == SAMPLES];
         printf("        in equilibrium: %10.4f   %10.6f\n", y[0] / degree, y[1]);
         worst = fmax(worst, fmax(fabs(r.q[1] - y[0]), fabs(r.q[0] - y[1])));
     }
