@@ -11,11 +11,11 @@
  *   m w^2 L^2 sin(a) cos(a) - m g L sin(a) + moment of F about the hinge = 0,
  *   2 F down / s = force of the sleeve's spring,
  *
- * solved below by Newton's method: the governor must settle there. It is released with the sleeve at
- * the first such height and the arms 0.1 rad above: the links are stretched by 1.6 cm, which is 81 N in
- * each, and pull the sleeve up. It has no inertia, only 80 N s/m of dampers against 5000 N/m of
- * links, so that it starts at full speed, and follows within 16 ms; then both go down as the balls
- * fall back. governor.csv has the motion for governor.gp. */
+ * solved below by Newton's method: the governor must settle there. It is released with the sleeve
+ * at the first such height and the arms 0.1 rad above: the links are stretched by 1.6 cm, which is
+ * 81 N in each, and pull the sleeve up. It has no inertia, only 80 N s/m of dampers against
+ * 5000 N/m of links, so that it starts at full speed, and follows within 16 ms; then both go down
+ * as the balls fall back. governor.csv has the motion for governor.gp. */
 #include <mbsrank/ida.h>
 #include <mbsrank/mbsrank.h>
 
