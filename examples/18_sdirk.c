@@ -8,8 +8,8 @@
  * let go at 60 degrees and lays itself against a wall that it meets askew; contact with friction
  * lifts it out of its plane and twists it. The contact is that of balls of radius 1 cm about the
  * particles with a wall that gives by the law of Hertz: a ball that strikes it at speed v goes in
- * by (5/4 mass v^2 / stiffness)^(2/5). That is 2.8 cm for the last one, which is the fastest with
- * 7 m/s, so its particle is behind the wall for some milliseconds.
+ * by (5/4 mass v^2 / stiffness)^(2/5). That is 2.5 cm for the last one, which is the fastest with
+ * 6.3 m/s; the rope behind it makes it 2.8 cm, so its particle is behind the wall for about 10 ms.
  *
  * First N = 20 is run at two tolerances. Energy and heat must add up, with the heat summed by the
  * weights of the method over its stages, and the rope's end must come to where another solver sees
