@@ -247,7 +247,7 @@ int main(void)
            "tip x, y, z [m]\n");
     for (int k = 0; k < RUNS; ++k) {
         const outcome run = swing(tolerance[k]);
-        good = good && fabs(run.balance) < tolerance[k] && run.off < 2.0 * tolerance[k];
+        good = good && fabs(run.balance) < tolerance[k] && run.off < tolerance[k];
     }
     printf("\nsegments  factor [ms]   iterate [ms]      step [ms]\n");
     for (int k = 0; k < SIZES; ++k) per_body[k] = grow(LONGEST >> (SIZES - 1 - k));
