@@ -246,7 +246,8 @@ static bool place_sweeps(mbsr_newton *w)
     w->sweep_block = mbsri_allocate(&w->model->allocator, w->sweep_size + MBSR_DATA_ALIGNMENT);
     if (!w->sweep_block) return false;
     const uintptr_t at = (uintptr_t)w->sweep_block, unit = MBSR_DATA_ALIGNMENT;
-    w->sweeps = mbsri_newton_sweeps_place(w->model, (void *)((at + unit - 1) / unit * unit));
+    w->sweeps =
+        mbsri_newton_sweeps_place(w->model, w->lean, (void *)((at + unit - 1) / unit * unit));
     w->info.bytes += w->sweep_size + MBSR_DATA_ALIGNMENT;
     return true;
 }

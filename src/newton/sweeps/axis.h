@@ -107,7 +107,4 @@ MBSRI_INLINE void keep_column(mbsri_newton_column *col, const axis *a, const v4 
     store3(col->last + 3 * LAST_K, K[3]), store3(col->last + 3 * LAST_Q, Q[3]);
 }
 
-/* Pivots below this, relative to the size of what was summed, are zero but for rounding. */
-#define MBSRI_LEAST_PIVOT 1e-14
-
 #endif

@@ -28,9 +28,9 @@
 #include <math.h>
 #include <string.h>
 
-/* X = A^-1, both by rows, or false where a pivot is small relative to size, the sizes of what was
- * summed in its row; A is overwritten. */
-static bool invert(int n, double A[6][6], const double size[6], double X[6][6])
+/* X = A^-1, both by rows, or false where a pivot is small (`least`) relative to size, the sizes of
+ * what was summed in its row; A is overwritten. */
+static bool invert(int n, double A[6][6], const double size[6], double least, double X[6][6])
 {
     int row[6];
     for (int k = 0; k < n; ++k) {
@@ -49,7 +49,7 @@ static bool invert(int n, double A[6][6], const double size[6], double X[6][6])
         }
         const int from = row[k];
         row[k] = row[best], row[best] = from;
-        if (!(fabs(A[k][k]) > MBSRI_LEAST_PIVOT * size[row[k]])) return false;
+        if (!(fabs(A[k][k]) > least * size[row[k]])) return false;
         const double pivot = 1.0 / A[k][k];
         for (int l = 0; l < n; ++l) A[k][l] *= pivot, X[k][l] *= pivot;
         for (int j = 0; j < n; ++j) {
@@ -131,7 +131,7 @@ static bool find_ratio(int n, double c, double by_c, mbsri_newton_block *B)
             size[k] += fabs(M[k][l]);
         }
     }
-    if (!invert(3, M, size, X)) return false;
+    if (!invert(3, M, size, MBSRI_LEAST_PIVOT, X)) return false;
     for (int k = 0; k < 3; ++k) memcpy(B->A[k], X[k], 3 * sizeof(double));
     return true;
 }
@@ -281,7 +281,7 @@ static bool eliminate_multi(const mbsri_sweep_run *run, int i, mbsri_newton_swee
     find_slopes(n, newton->by_c, B, slope);
     find_columns(n, &y, a, B, C, U, full);
     find_rows(n, by_c, a, B, slope, C, U, E, size, full);
-    if (!invert(n, E, size, B->inverse)) return false;
+    if (!invert(n, E, size, newton->least_pivot, B->inverse)) return false;
     const bool pair = is_pair(newton, i, full);
     if (pair) {
         slopes by;

@@ -125,6 +125,7 @@ struct mbsri_newton_sweeps {
     mbsri_newton_flow *flow;   /* tree->depth */
     double *tau_q, *tau_u;     /* slopes of joint forces of joints of one axis, by coordinate */
     mbsri_slopes slopes;
+    double least_pivot; /* of joints of several axes; below, the elimination by blocks takes over */
     bool
         unclear; /* at a factorisation the bound of rounding errors did not tell: not tried again */
     bool deep;   /* some joint block was zero; below: NULL where none is expected to be */
@@ -153,5 +154,12 @@ extern const mbsri_newton_kernels mbsri_newton_base;
 #if defined(MBSR_WITH_V3)
 extern const mbsri_newton_kernels mbsri_newton_v3;
 #endif
+
+/* Pivots below this, relative to the size of what was summed, are zero but for rounding. */
+#define MBSRI_LEAST_PIVOT 1e-14
+
+/* Of blocks of several rows: a smaller one lets rounding errors grow by its inverse squared. Between
+ * bodies nothing is exchanged that would avoid it. */
+#define MBSRI_CLEAR_PIVOT 1e-4
 
 #endif

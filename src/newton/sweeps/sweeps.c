@@ -102,11 +102,12 @@ size_t mbsri_newton_sweeps_size(const mbsr_model *m)
     return m->sweeps && m->sweeps->blocks == 0 ? layout(m, NULL, NULL) : 0;
 }
 
-mbsri_newton_sweeps *mbsri_newton_sweeps_place(const mbsr_model *m, void *memory)
+mbsri_newton_sweeps *mbsri_newton_sweeps_place(const mbsr_model *m, bool alone, void *memory)
 {
     mbsri_newton_sweeps *w;
     layout(m, memory, &w);
     memset(w->step, 0, sizeof *w->step);
+    w->least_pivot = alone ? MBSRI_LEAST_PIVOT : MBSRI_CLEAR_PIVOT;
     int branch = 0;
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_sweep_body *b = m->sweeps->body + i;
@@ -147,6 +148,9 @@ int mbsri_newton_sweeps_factor(mbsri_newton_sweeps *newton, mbsr_data *d, double
     int singular = newton->unclear ? MBSRI_DEFICIENT : kernels->factor(&run, newton);
     if (singular == MBSRI_DEFICIENT) singular = kernels->factor_deep(&run, newton);
     if (singular < 0 || !mbsri_sweeps_as_watched(&run)) return MBSRI_NOT_SERVED;
+    if (singular > 0 && newton->least_pivot > MBSRI_LEAST_PIVOT &&
+        m->sweeps->body[singular].flags & MBSRI_MULTI)
+        return MBSRI_NOT_SERVED;
     mbsri_remember(m, d, MBSRI_PENDING_FORWARD, q, u, NULL);
     if (singular == 0) return MBSR_OK;
     char label[MBSRI_LABEL];

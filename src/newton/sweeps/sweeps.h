@@ -8,7 +8,8 @@
 /* Bytes of a solver of the model, 0 if it is never served. It is placed in memory aligned to
  * MBSR_DATA_ALIGNMENT. */
 size_t mbsri_newton_sweeps_size(const mbsr_model *m);
-mbsri_newton_sweeps *mbsri_newton_sweeps_place(const mbsr_model *m, void *memory);
+/* alone: there is no elimination by blocks to turn to. */
+mbsri_newton_sweeps *mbsri_newton_sweeps_place(const mbsr_model *m, bool alone, void *memory);
 
 /* Linearises and eliminates at (t, q, u), given in the caller's order. 0: there is a factorisation,
  * and the data is as after mbsri_sweeps_momentum_residual. MBSRI_NOT_SERVED: it is for the general

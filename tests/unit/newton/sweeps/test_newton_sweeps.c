@@ -64,7 +64,7 @@ static void open_system(newton_system *s, mbsr_model *model, mbsr_data *data, do
     const size_t up = (bytes + MBSR_DATA_ALIGNMENT - 1) / MBSR_DATA_ALIGNMENT * MBSR_DATA_ALIGNMENT;
     s->block = aligned_alloc(MBSR_DATA_ALIGNMENT, up);
     memset(s->block, 0xff, up); /* NaN */
-    s->newton = mbsri_newton_sweeps_place(model, s->block);
+    s->newton = mbsri_newton_sweeps_place(model, true, s->block);
 }
 
 /* out += weight F(y + h delta, y' + c h delta) */
