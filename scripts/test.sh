@@ -1,11 +1,13 @@
 #!/usr/bin/env bash
-# Installs what is missing, then builds and tests libmbsrank in four ways, in build trees below
-# build/: gcc Release, clang Debug, address and undefined-behaviour sanitizers, core alone (clang
+# Installs what is missing, then builds and tests libmbsrank in three ways, in build trees below
+# build/: gcc Release, clang Debug with address and undefined-behaviour sanitizers, core alone (clang
 # Release). Warnings are errors in all of them. The numerical tests of the first run with OpenBLAS
-# too; the clang Debug build leaves whole runs, examples and random trees to that of the sanitizers.
+# too. What the first build tests in full, the others test with fewer random trees and without the
+# longest runs. Where no compiler has sanitizers there is a clang Debug build in their place.
 # SPDX-License-Identifier: BSD-3-Clause
 # Usage: test.sh [--long]
-#     --long    all seeds and whole runs in every build (tests/support/duration.h); hours
+#     --long    all seeds and whole runs in every build (tests/support/duration.h), and clang Debug
+#               without sanitizers; hours
 set -eu
 long=OFF
 for option; do
@@ -65,7 +67,6 @@ works() {
 }
 
 # The numerical tests of gcc-release again, with each LAPACK of lapack.sh that is not the default.
-# The longest of them are left out.
 other_lapacks() {
     local tree=build/test-gcc-release name status
     for name in reference openblas; do
@@ -77,9 +78,9 @@ other_lapacks() {
             continue
         fi
         echo "==== LAPACK $name"
-        bash scripts/lapack.sh "$name" ctest --test-dir "$tree" --output-on-failure \
-            --no-tests=error --parallel "$jobs" -L '^(unit|reference|property|ida)$' \
-            -E '^ida\.bea[dm]$' |
+        MBSR_TEST_FEW=1 bash scripts/lapack.sh "$name" ctest --test-dir "$tree" \
+            --output-on-failure --no-tests=error --parallel "$jobs" \
+            -L '^(unit|reference|property|ida)$' "${no_runs[@]}" |
             tee "$tree/ctest-$name.log" || failed+=("LAPACK $name")
         summary+="LAPACK $name: "
         summary+=$(grep -E '^[0-9]+% tests passed' "$tree/ctest-$name.log" || echo 'no tests')$'\n'
@@ -89,29 +90,32 @@ other_lapacks() {
 set -o pipefail
 gcc=gcc
 if ! command -v gcc >/dev/null; then gcc=cc; fi
-run gcc-release "$gcc" -DCMAKE_BUILD_TYPE=Release -DMBSR_BENCH=ON --
+no_runs=(-E '^ida\.(bead|beam|beam_in_space|car_axis|space)$')
+no_packages=(-E '^package\.(core_static|ida_shared)$') # core_shared and ida_static are tested
+if [ "$long" = ON ]; then no_runs=() no_packages=(); fi
+run gcc-release "$gcc" -DCMAKE_BUILD_TYPE=Release -DMBSR_BENCH=ON -- "${no_packages[@]}"
 other_lapacks
-if command -v clang >/dev/null; then
-    # but for --long the sanitizers' build, which is of the same compiler, has the longer tests
-    short=(-L '^(unit|reference|hygiene)$')
-    if [ "$long" = ON ]; then short=(-LE package); fi
-    run clang-debug clang -DCMAKE_BUILD_TYPE=Debug -DMBSR_BENCH=ON -- "${short[@]}"
-else
-    echo "==== clang-debug: left out, no clang"
-fi
 sanitizer=
 for compiler in clang "$gcc"; do
     if [ -z "$sanitizer" ] && works "$compiler"; then sanitizer=$compiler; fi
 done
 if [ -n "$sanitizer" ]; then
-    run sanitizers "$sanitizer" -DCMAKE_BUILD_TYPE=Debug -DMBSR_SANITIZE=address,undefined --
+    run sanitizers "$sanitizer" -DCMAKE_BUILD_TYPE=Debug -DMBSR_BENCH=ON \
+        -DMBSR_SANITIZE=address,undefined -- "${no_runs[@]}"
 else
     echo "==== sanitizers: left out, no compiler has them"
+fi
+if command -v clang >/dev/null; then
+    if [ -z "$sanitizer" ] || [ "$long" = ON ]; then
+        run clang-debug clang -DCMAKE_BUILD_TYPE=Debug -DMBSR_BENCH=ON -- -LE package
+    fi
+else
+    echo "==== clang: left out, not found"
 fi
 # by the other compiler, which no other Release build is made with
 minimal=clang
 if ! command -v clang >/dev/null; then minimal=$gcc; fi
-run minimal "$minimal" -DCMAKE_BUILD_TYPE=Release -DMBSR_IDA=OFF -- -LE package
+MBSR_TEST_FEW=1 run minimal "$minimal" -DCMAKE_BUILD_TYPE=Release -DMBSR_IDA=OFF -- -LE package
 
 echo "==== closing lines"
 printf '%s' "$summary"

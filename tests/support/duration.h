@@ -3,7 +3,8 @@
  *
  * No test takes more than 30 s on a free processor, in any build; tests/CMakeLists.txt allows it
  * ten times as much. With MBSR_TEST_LONG=1 in the environment all run in full (scripts/test.sh
- * --long). Only numbers of seeds and repetitions and lengths of runs differ, never what is tested.
+ * --long), with MBSR_TEST_FEW=1 all as short as in slow builds (its further runs of what another has
+ * tested). Only numbers of seeds and repetitions and lengths of runs differ, never what is tested.
  */
 #ifndef TEST_DURATION_H
 #define TEST_DURATION_H
@@ -14,7 +15,7 @@
 bool test_long(void);
 
 /* A number of seeds or repetitions: `few` in Debug builds and under sanitizers, which take 4 to 20
- * times as long as others; `many` elsewhere and in long runs. */
+ * times as long as others, and where few are asked for; `many` elsewhere and in long runs. */
 int test_seeds(int few, int many);
 
 #endif
