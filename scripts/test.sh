@@ -91,8 +91,9 @@ set -o pipefail
 gcc=gcc
 if ! command -v gcc >/dev/null; then gcc=cc; fi
 no_runs=(-E '^ida\.(bead|beam|beam_in_space|car_axis|space)$')
+no_long=(-E '^(ida\.(bead|beam|beam_in_space|car_axis|space)|example\.(14_cable|18_sdirk))$')
 no_packages=(-E '^package\.(core_static|ida_shared)$') # core_shared and ida_static are tested
-if [ "$long" = ON ]; then no_runs=() no_packages=(); fi
+if [ "$long" = ON ]; then no_runs=() no_long=() no_packages=(); fi
 run gcc-release "$gcc" -DCMAKE_BUILD_TYPE=Release -DMBSR_BENCH=ON -- "${no_packages[@]}"
 other_lapacks
 sanitizer=
@@ -101,7 +102,7 @@ for compiler in clang "$gcc"; do
 done
 if [ -n "$sanitizer" ]; then
     run sanitizers "$sanitizer" -DCMAKE_BUILD_TYPE=Debug -DMBSR_BENCH=ON \
-        -DMBSR_SANITIZE=address,undefined -- "${no_runs[@]}"
+        -DMBSR_SANITIZE=address,undefined -- "${no_long[@]}"
 else
     echo "==== sanitizers: left out, no compiler has them"
 fi

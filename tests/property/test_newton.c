@@ -13,7 +13,7 @@
 #include <stdbool.h>
 #include <stdlib.h>
 
-#define TREES test_seeds(24, 80)
+#define TREES test_seeds(16, 80)
 
 /* ---- one tree ---- */
 
