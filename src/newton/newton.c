@@ -247,7 +247,7 @@ static bool place_sweeps(mbsr_newton *w)
     if (!w->sweep_block) return false;
     const uintptr_t at = (uintptr_t)w->sweep_block, unit = MBSR_DATA_ALIGNMENT;
     w->sweeps =
-        mbsri_newton_sweeps_place(w->model, w->lean, (void *)((at + unit - 1) / unit * unit));
+        mbsri_newton_sweeps_place(w->model, w->lean, (void *)((at + unit - 1) / unit * unit), w);
     w->info.bytes += w->sweep_size + MBSR_DATA_ALIGNMENT;
     return true;
 }
@@ -305,7 +305,8 @@ int mbsr_newton_create(const mbsr_model *model, mbsr_dae_form form, const mbsr_n
     if (w) {
         *w = (mbsr_newton){.model = model,
                            .lean = opt->lean != 0,
-                           .sweep_size = opt->by_blocks ? 0 : mbsri_newton_sweeps_size(model),
+                           .sweep_size =
+                               opt->by_blocks ? 0 : mbsri_newton_sweeps_size(model, opt->lean != 0),
                            .error = {MBSR_OK, MBSR_NONE, MBSR_NONE, ""}};
         if (!place(w, opt)) {
             mbsr_newton_destroy(w);

@@ -34,5 +34,6 @@ void mbsri_newton_tree_solve(mbsr_newton *w, const double *r, const double *load
 
 const double *mbsri_newton_motion(const mbsr_newton *w, int i)
 {
-    return w->by_sweeps ? w->motion + 12 * (size_t)i : w->x + w->node[i].x;
+    const bool swept = w->by_sweeps && !(w->model->sweeps->body[i].flags & MBSRI_BLOCK);
+    return swept ? w->motion + 12 * (size_t)i : w->x + w->node[i].x;
 }

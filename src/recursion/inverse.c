@@ -8,18 +8,25 @@
 #include "algebra/dense.h"
 #include "model/query.h"
 
+void mbsri_open_reaction(const mbsr_model *m, mbsr_data *d, int i)
+{
+    const mbsri_body *b = m->body + i;
+    double *mu = d->mu + b->v;
+    /* mu_i = f_i - M_i A_i, to which the successors add */
+    mbsri_copy((size_t)b->d, d->f + b->v, mu);
+    mbsri_ax(b->d, b->d, -1.0, d->M + b->dd, d->A + b->v, mu);
+}
+
 void mbsri_accelerate(const mbsr_model *m, mbsr_data *d, int i, const double *udot)
 {
     const mbsri_body *b = m->body + i;
-    double *A = d->A + b->v, *mu = d->mu + b->v;
+    double *A = d->A + b->v;
     /* A_i = -(H_i A_pi + J_i u_i' + kII_i) */
     mbsri_zero((size_t)b->d, A);
     mbsri_ax(b->d, b->d_pred, -1.0, d->H + b->dp, d->A + b->pred_v, A);
     mbsri_ax(b->d, b->n, -1.0, d->J + b->dn, udot, A);
     for (int k = 0; k < b->d; ++k) A[k] -= d->kII[b->v + (size_t)k];
-    /* mu_i = f_i - M_i A_i, to which the successors add */
-    mbsri_copy((size_t)b->d, d->f + b->v, mu);
-    mbsri_ax(b->d, b->d, -1.0, d->M + b->dd, A, mu);
+    mbsri_open_reaction(m, d, i);
 }
 
 void mbsri_react(const mbsr_model *m, mbsr_data *d, int i, double *out)

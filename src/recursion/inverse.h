@@ -12,6 +12,7 @@ void mbsri_inverse(const mbsr_model *m, mbsr_data *d, const double *udot);
 /* The steps for one body: A and mu from those of its predecessor and u' (n); then, with what the
  * successors added to mu, J^T mu - tau (n) and -H^T mu to the predecessor. */
 void mbsri_accelerate(const mbsr_model *m, mbsr_data *d, int i, const double *udot);
+void mbsri_open_reaction(const mbsr_model *m, mbsr_data *d, int i); /* mu alone, at A */
 void mbsri_react(const mbsr_model *m, mbsr_data *d, int i, double *out);
 
 #endif

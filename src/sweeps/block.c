@@ -222,16 +222,18 @@ void mbsri_block_open(const mbsri_sweep_run *run)
     }
 }
 
-void mbsri_block_open_momentum(const mbsri_sweep_run *run)
+int mbsri_block_open_momentum(const mbsri_sweep_run *run)
 {
     mbsr_data *d = run->data;
-    for (int k = 0; k < run->tree->blocks; ++k) {
+    int status = MBSR_OK;
+    for (int k = 0; k < run->tree->blocks && !status; ++k) {
         const mbsri_body *b = run->model->body + run->tree->block_of[k];
         mbsri_zero((size_t)b->d, d->imp + b->v);
         mbsri_zero((size_t)b->d, d->sigma + b->v);
         mbsri_zero((size_t)b->d, d->impbar + b->v);
-        (void)mbsri_rates_of(run->model, d, run->tree->block_of[k]);
+        status = mbsri_rates_of(run->model, d, run->tree->block_of[k]);
     }
+    return status;
 }
 
 /* (0, g) */
@@ -359,6 +361,12 @@ void mbsri_block_receive(const mbsri_sweep_run *run, int block, const mbsri_carr
 
 /* ---- inverse dynamics ---- */
 
+void mbsri_block_open_reaction(const mbsri_sweep_run *run)
+{
+    for (int k = 0; k < run->tree->blocks; ++k)
+        mbsri_open_reaction(run->model, run->data, run->tree->block_of[k]);
+}
+
 void mbsri_block_react(const mbsri_sweep_run *run, int i, double L[4], double p[4])
 {
     const mbsri_body *b = run->model->body + i;
@@ -423,7 +431,7 @@ void mbsri_block_momentum(const mbsri_sweep_run *run, int i, mbsri_flow *flow)
     const int u = run->tree->body[i].u;
     mbsri_momentum_of(m, d, i, run->out + u);
     mbsri_momentum_rate_of(m, d, i, run->out + u);
-    mbsri_condense_of(m, d, i, run->p + u);
+    if (run->p) mbsri_condense_of(m, d, i, run->p + u);
     if (b->parent > 0 && !is_block(run->tree, b->parent)) hand_momenta(run, i, flow);
 }
 

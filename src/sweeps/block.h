@@ -36,7 +36,8 @@ void mbsri_block_balance(const mbsri_sweep_run *run, int i);
 int mbsri_block_forces(const mbsri_sweep_run *run);
 
 void mbsri_block_open(const mbsri_sweep_run *run);
-void mbsri_block_open_momentum(const mbsri_sweep_run *run);
+/* With the rates of H, J and M; a status. */
+int mbsri_block_open_momentum(const mbsri_sweep_run *run);
 
 /* Body i; with a predecessor in the sweeps, what it hands on about that one's point goes to c, and
  * to W where `exact`. False: its rank is not clear, or a failure that the stages tell. */
@@ -47,8 +48,11 @@ bool mbsri_block_backward(const mbsri_sweep_run *run, int i, bool exact, mbsri_c
 void mbsri_block_before_bound(const mbsri_sweep_run *run, int i);
 void mbsri_block_after_bound(const mbsri_sweep_run *run, int i, mbsri_carry *c);
 
-/* The same of inverse dynamics: joint forces to `out`, wrench (L, p); and of the momentum form. */
+/* The same of inverse dynamics: joint forces to `out`, wrench (L, p); and of the momentum form, where
+ * momenta are given or (run->p == NULL) without them. */
 void mbsri_block_react(const mbsri_sweep_run *run, int i, double L[4], double p[4]);
+/* f - M A of all blocks, with which that begins, where A is that of the forward recursion. */
+void mbsri_block_open_reaction(const mbsri_sweep_run *run);
 void mbsri_block_momentum(const mbsri_sweep_run *run, int i, mbsri_flow *flow);
 
 /* A block takes what a body in the sweeps hands on about its point; W: NULL for the bound. */

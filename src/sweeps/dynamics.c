@@ -213,7 +213,7 @@ int mbsri_sweeps_momentum_residual(const mbsr_model *m, mbsr_data *d, double t, 
     if (!backward(&run)) return MBSRI_NOT_SERVED;
     run.p = swept(m, false, m->nu, m->u_of, p, d->w);
     run.balance = d->vec;
-    run.tree->kernels->momentum(&run);
+    if (run.tree->kernels->momentum(&run)) return MBSRI_NOT_SERVED;
     for (int k = 0; k < m->nu; ++k) {
         F_p[m->u_of[k]] = yp[m->nq + m->u_of[k]] - run.out[k];
         F_u[m->u_of[k]] = run.balance[k];

@@ -131,13 +131,14 @@ static void balance(const mbsri_sweep_run *run)
     }
 }
 
-static void momentum(const mbsri_sweep_run *run)
+static int momentum(const mbsri_sweep_run *run)
 {
     const mbsri_sweeps *tree = run->tree;
     mbsri_flow *top = run->flows;
     const v4 none = splat(0.0), g = {tree->gravity[0], tree->gravity[1], tree->gravity[2], 0.0};
     flow f = {none, none, none, none, none, none};
-    if (tree->blocks > 0) mbsri_block_open_momentum(run);
+    const int status = tree->blocks > 0 ? mbsri_block_open_momentum(run) : 0;
+    if (status) return status;
     for (int i = tree->bodies; i >= 1; --i) {
         const mbsri_sweep_body *b = tree->body + i;
         const mbsri_sweep_state *s = run->state + i;
@@ -183,6 +184,7 @@ static void momentum(const mbsri_sweep_run *run)
         flow_to_memory(&f, top++);
     }
     balance(run);
+    return 0;
 }
 
 #endif

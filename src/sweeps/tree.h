@@ -176,9 +176,9 @@ typedef struct mbsri_sweep_kernels {
     bool (*backward)(const mbsri_sweep_run *run);
     void (*forward)(const mbsri_sweep_run *run);
     int (*inverse)(const mbsri_sweep_run *run);
-    /* Kinematics with velocities; and, after backward, p' and the algebraic equations. */
+    /* Kinematics with velocities; and, after backward, p' and the algebraic equations; a status. */
     int (*velocities)(const mbsri_sweep_run *run);
-    void (*momentum)(const mbsri_sweep_run *run);
+    int (*momentum)(const mbsri_sweep_run *run);
 } mbsri_sweep_kernels;
 
 extern const mbsri_sweep_kernels mbsri_sweeps_base;

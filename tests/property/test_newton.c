@@ -2,6 +2,7 @@
  * residual.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "duration.h"
+#include "kinds.h"
 #include "mixed.h"
 #include "newton_system.h"
 #include "plane_tree.h"
@@ -329,6 +330,60 @@ static void bodies_of_all_kinds(void **state)
     conclude(&group, 0);
 }
 
+/* How often bodies of two kinds are neighbours: one of a caller's own on a rigid one, and the other
+ * way round; and how often both move with a massless direction at or before the first of them. */
+typedef struct borders {
+    int down, up, deep_down, deep_up;
+} borders;
+
+static void count_borders(const test_kinds_tree *tree, borders *n)
+{
+    int deep[TEST_KINDS_BODIES];
+    for (int i = 0; i < tree->bodies; ++i) {
+        const int parent = tree->parent[i];
+        mbsr_rank_info rank;
+        assert_ok(mbsr_body_rank(tree->model, tree->data, i, &rank), mbsr_data_error(tree->data));
+        deep[i] = rank.rank < rank.n || (parent >= 0 && deep[parent]);
+        if (parent < 0) continue;
+        const bool down = tree->own[i] && !tree->own[parent],
+                   up = !tree->own[i] && tree->own[parent];
+        n->down += down;
+        n->up += up;
+        n->deep_down += down && deep[parent];
+        n->deep_up += up && deep[parent];
+    }
+}
+
+/* Trees whose kinds meet in any order; most in vector code. */
+static void kinds_in_any_order(void **state)
+{
+    (void)state;
+    tally group = {.name = "kinds"};
+    borders n = {0};
+    for (int seed = 1; seed <= 3 * TREES; ++seed) {
+        test_kinds_tree tree;
+        const test_kinds_choice choice = {.seed = (uint64_t)seed,
+                                          .bodies = 2 + seed % 8,
+                                          .plane = seed % 4 == 3,
+                                          .own = 0.4,
+                                          .general = seed % 4 < 2 ? 0.2 : 0.0,
+                                          .many = seed % 3 ? 0.0 : 0.3,
+                                          .massless = seed % 3 == 0 ? 0.3
+                                                      : seed % 5    ? 0.7
+                                                                    : 0.0,
+                                          .springs = seed / 2 % 2};
+        test_kinds_make(&tree, choice);
+        const int swept = group.swept;
+        check(tree.model, tree.data, tree.t, tree.q, tree.u, seed, &group);
+        if (group.swept > swept) count_borders(&tree, &n);
+        test_kinds_free(&tree);
+    }
+    assert_true(group.swept > TREES && group.null > TREES);
+    assert_true(n.down > TREES && n.up > TREES && n.deep_down > TREES / 8 &&
+                n.deep_up > TREES / 10);
+    conclude(&group, (TREES + 20) / 20);
+}
+
 /* ---- chains without mass ---- */
 
 /* A letter a body, each on the one before or, at a comma, the one before that: 0 no mass, p a
@@ -610,6 +665,7 @@ int main(void)
         cmocka_unit_test(general_bodies),
         cmocka_unit_test(bodies_in_the_plane),
         cmocka_unit_test(bodies_of_all_kinds),
+        cmocka_unit_test(kinds_in_any_order),
         cmocka_unit_test(chains_of_bodies_without_mass),
         cmocka_unit_test(every_force_element),
         cmocka_unit_test(the_tree_alone_holds_other_bodies_still),

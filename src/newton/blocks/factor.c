@@ -116,9 +116,14 @@ size_t mbsri_tree_work(const mbsr_newton *w)
     return largest;
 }
 
-static double *slot_of(const mbsr_newton *w, int i)
+double *mbsri_tree_matrix(const mbsr_newton *w, int i)
 {
     return w->slot + (size_t)w->node[i].slot * w->slot_size;
+}
+
+void mbsri_tree_clear(const mbsr_newton *w, int i)
+{
+    mbsri_zero(w->slot_size, mbsri_tree_matrix(w, i));
 }
 
 static void open_joint(mbsr_newton *w, mbsr_data *d, int i, joint *j)
@@ -136,13 +141,27 @@ static void open_joint(mbsr_newton *w, mbsr_data *d, int i, joint *j)
     j->u = j->q + b->nq;
     j->a = j->u + b->n;
     j->columns = j->node->deep ? j->a + b->n : j->a;
-    j->P = slot_of(w, i);
+    j->P = mbsri_tree_matrix(w, i);
     const size_t d_pred = (size_t)b->d_pred, n = (size_t)b->n, columns = (size_t)j->columns;
     mbsri_zero((size_t)j->actions * columns, j->action);
     mbsri_zero(n * columns, j->torque);
     mbsri_zero(n * (size_t)j->motions, j->torque_x);
     mbsri_zero(d_pred * (size_t)j->motions, j->pull);
     mbsri_zero(d_pred * columns, j->pull_z);
+}
+
+/* s and X where D is regular, whose eigenvectors the bound of rounding errors does not need: any
+ * basis will do. */
+static void whole_range(joint *j)
+{
+    const mbsri_body *b = j->b;
+    const size_t n = (size_t)b->n;
+    mbsri_zero(n * n, j->kept.X);
+    for (size_t k = 0; k < n; ++k) {
+        const double D = j->d->D[b->nn + k * (n + 1)];
+        j->kept.s[k] = D > 0.0 ? 1.0 / sqrt(D) : 1.0;
+        j->kept.X[k * (n + 1)] = 1.0;
+    }
 }
 
 /* What of the data solving needs. */
@@ -156,6 +175,10 @@ static void keep_data(joint *j)
     mbsri_copy(dn, d->J + b->dn, j->kept.J);
     mbsri_copy(dn, d->Jdot + b->dn, j->kept.Jdot);
     mbsri_copy(dn, d->G + b->dn, j->kept.G);
+    if (j->w->mixed && j->node->rank == b->n) {
+        whole_range(j);
+        return;
+    }
     mbsri_copy((size_t)b->n, d->s + b->iu, j->kept.s);
     mbsri_copy((size_t)b->n * (size_t)b->n, d->X + b->nn, j->kept.X);
 }
@@ -471,7 +494,7 @@ static bool rows_finite(const joint *j, const mbsri_joint_slopes *s)
 static void pass_on(joint *j)
 {
     if (j->b->parent == 0) return;
-    double *P = slot_of(j->w, j->b->parent);
+    double *P = mbsri_tree_matrix(j->w, j->b->parent);
     for (int k = 0; k < j->motions_pred; ++k) {
         double *column = P + (size_t)k * (size_t)j->actions_pred;
         mbsri_ax(j->actions_pred, 1, 1.0, j->below + (size_t)k * (size_t)j->actions_pred,
@@ -481,13 +504,25 @@ static void pass_on(joint *j)
     }
 }
 
-static int factor_joint(mbsr_newton *w, mbsr_data *d, int i, double c)
+/* mu over A is -Mbar, of which successors among the sweeps have not handed on their part. */
+static void place_masses(const joint *j)
+{
+    const int d = j->b->d, first = j->node->e + d;
+    const double *Mbar = j->d->Mbar + j->b->dd;
+    for (int k = 0; k < d; ++k) {
+        double *column = j->P + (size_t)(first + k) * (size_t)j->actions + 2 * d;
+        for (int l = 0; l < d; ++l) column[l] = -Mbar[k * d + l];
+    }
+}
+
+int mbsri_tree_eliminate(mbsr_newton *w, mbsr_data *d, int i, double c)
 {
     const mbsr_model *m = w->model;
     joint j;
     open_joint(w, d, i, &j);
     keep_data(&j);
     int status = mbsri_body_slopes_add(m, d, i, j.node->deep, j.P, w->body);
+    if (w->mixed && j.node->deep) place_masses(&j);
     if (!status) status = add_elements(&j);
     if (status) return status;
     mbsri_joint_slopes s;
@@ -509,6 +544,15 @@ static int factor_joint(mbsr_newton *w, mbsr_data *d, int i, double c)
 
 /* ---- the whole tree ---- */
 
+void mbsri_tree_mark(mbsr_newton *w, int i, int rank)
+{
+    const mbsri_body *b = w->model->body + i;
+    mbsri_node *node = w->node + i;
+    node->rank = rank;
+    node->deep = w->node[b->parent].deep || rank < b->n;
+    node->unknowns = node->deep ? b->n + rank : b->n;
+}
+
 /* The data at the state, with ranks, momenta and rates; then A and mu where they are needed. */
 static int evaluate(mbsr_newton *w, mbsr_data *d, double t, const double *q, const double *u)
 {
@@ -521,11 +565,8 @@ static int evaluate(mbsr_newton *w, mbsr_data *d, double t, const double *q, con
     w->node[0].deep = false;
     bool some = false;
     for (int i = 1; i <= m->bodies; ++i) {
-        mbsri_node *node = w->node + i;
-        node->rank = d->rank[i];
-        node->deep = w->node[m->body[i].parent].deep || node->rank < m->body[i].n;
-        node->unknowns = node->deep ? m->body[i].n + node->rank : m->body[i].n;
-        some = some || node->deep;
+        mbsri_tree_mark(w, i, d->rank[i]);
+        some = some || w->node[i].deep;
     }
     if (!some) return MBSR_OK;
     double *x = w->work, *rates = w->spare;
@@ -538,13 +579,14 @@ int mbsri_tree_factor(mbsr_newton *w, mbsr_data *d, double t, const double *q, c
                       double c)
 {
     const mbsr_model *m = w->model;
+    w->mixed = false;
     int status = evaluate(w, d, t, q, u);
     w->c = c;
     for (int i = m->bodies; i >= 1 && !status; --i) {
         const int parent = m->body[i].parent;
-        if (w->node[i].last == 0) mbsri_zero(w->slot_size, slot_of(w, i));
-        if (parent > 0 && w->node[parent].last == i) mbsri_zero(w->slot_size, slot_of(w, parent));
-        status = factor_joint(w, d, i, c);
+        if (w->node[i].last == 0) mbsri_tree_clear(w, i);
+        if (parent > 0 && w->node[parent].last == i) mbsri_tree_clear(w, parent);
+        status = mbsri_tree_eliminate(w, d, i, c);
     }
     return status;
 }

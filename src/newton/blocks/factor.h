@@ -17,4 +17,16 @@ size_t mbsri_tree_work(const mbsr_newton *w);
 int mbsri_tree_factor(mbsr_newton *w, mbsr_data *d, double t, const double *q, const double *u,
                       double c);
 
+/* Its step for joint i, whose successors are done: what it hands to its predecessor is added to
+ * that one's matrix. The data has all of the body that mbsri_tree_factor prepares, w->node its rank
+ * and whether it and its predecessor are deep. A status. */
+int mbsri_tree_eliminate(mbsr_newton *w, mbsr_data *d, int i, double c);
+
+/* The matrix P of body i, mbsri_actions rows by mbsri_motions columns. */
+double *mbsri_tree_matrix(const mbsr_newton *w, int i);
+void mbsri_tree_clear(const mbsr_newton *w, int i);
+
+/* What w->node says of a joint at a factorisation. */
+void mbsri_tree_mark(mbsr_newton *w, int i, int rank);
+
 #endif

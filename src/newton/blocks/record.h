@@ -73,6 +73,7 @@ struct mbsr_newton {
     /* the sweeps in vector code; NULL: they do not serve the model, or are not wanted */
     struct mbsri_newton_sweeps *sweeps;
     bool by_sweeps;    /* the last factorisation is theirs */
+    bool mixed;        /* with the joints of blocks by the general elimination */
     bool lean;         /* there is no memory for the general elimination */
     size_t sweep_size; /* its bytes; 0: none */
     void *sweep_block; /* where it was allocated */

@@ -56,37 +56,34 @@ static void split(const mbsri_kept *kept, int n, int rank, double *x, double *y)
     for (int k = 0; k < n; ++k) y[k] -= x[k];
 }
 
-/* r of one joint, in the order of the sweeps. */
-static void gather(mbsr_newton *w, const double *r)
+void mbsri_tree_load(mbsr_newton *w, int i, const double *r, const double *load)
 {
     const mbsr_model *m = w->model;
-    mbsri_zero((size_t)m->nq, w->rq);
-    mbsri_zero((size_t)m->nu, w->rp);
-    mbsri_zero((size_t)m->nu, w->ru);
-    if (!r) return;
-    const double *rp = r + m->nq, *ru = rp + m->nu;
-    for (int i = 1; i <= m->bodies; ++i) {
-        const mbsri_body *b = m->body + i;
-        mbsri_copy((size_t)b->nq, r + b->q, w->rq + b->iq);
-        mbsri_copy((size_t)b->n, rp + b->u, w->rp + b->iu);
-        mbsri_copy((size_t)b->n, ru + b->u, w->ru + b->iu);
+    const mbsri_body *b = m->body + i;
+    const size_t n = (size_t)b->n, nq = (size_t)b->nq;
+    mbsri_tree_clear_load(w, i);
+    if (r) {
+        const double *rp = r + m->nq, *ru = rp + m->nu;
+        mbsri_copy(nq, r + b->q, w->rq + b->iq);
+        mbsri_copy(n, rp + b->u, w->rp + b->iu);
+        mbsri_copy(n, ru + b->u, w->ru + b->iu);
+    } else {
+        mbsri_zero(nq, w->rq + b->iq);
+        mbsri_zero(n, w->rp + b->iu);
+        mbsri_zero(n, w->ru + b->iu);
+    }
+    double *y = w->b + 3 * b->v;
+    for (int k = 0; k < b->d && load; ++k) {
+        y[b->d + k] = -load[b->v + (size_t)k];
+        y[2 * b->d + k] = load[b->v + (size_t)k];
     }
 }
 
-/* b of the bodies before anything is eliminated. */
-static void load_bodies(mbsr_newton *w, const double *load)
+void mbsri_tree_clear_load(mbsr_newton *w, int i)
 {
-    const mbsr_model *m = w->model;
-    mbsri_zero(3 * m->size_v, w->b);
-    mbsri_zero(m->size_v, w->wbar);
-    for (int i = 1; i <= m->bodies && load; ++i) {
-        const mbsri_body *b = m->body + i;
-        double *y = w->b + 3 * b->v;
-        for (int k = 0; k < b->d; ++k) {
-            y[b->d + k] = -load[b->v + (size_t)k];
-            y[2 * b->d + k] = load[b->v + (size_t)k];
-        }
-    }
+    const mbsri_body *b = w->model->body + i;
+    mbsri_zero(3 * (size_t)b->d, w->b + 3 * b->v);
+    mbsri_zero((size_t)b->d, w->wbar + b->v);
 }
 
 /* w->momentum = L (1 - P) r_u, leaving P r_u in w->ru. */
@@ -102,7 +99,7 @@ static void lift(mbsr_newton *w, int i, const mbsri_kept *kept)
 }
 
 /* Leaves to root: v0, and b of the predecessor. */
-static void reduce(mbsr_newton *w, int i, const double *tau)
+void mbsri_tree_reduce(mbsr_newton *w, int i, const double *tau)
 {
     const mbsri_body *b = w->model->body + i;
     const mbsri_node *node = w->node + i, *above = w->node + b->parent;
@@ -187,7 +184,7 @@ static void momentum_change(mbsr_newton *w, int i, const mbsri_kept *kept, const
 }
 
 /* Root to leaves: v, x and delta of the joint. */
-static void substitute(mbsr_newton *w, int i, const double *tau, double *delta)
+void mbsri_tree_substitute(mbsr_newton *w, int i, const double *tau, double *delta)
 {
     const mbsr_model *m = w->model;
     const mbsri_body *b = m->body + i;
@@ -207,9 +204,9 @@ void mbsri_tree_solve(mbsr_newton *w, const double *r, const double *load, doubl
 {
     const mbsr_model *m = w->model;
     const double *tau = load ? load + m->size_v : NULL;
-    gather(w, r);
-    load_bodies(w, load);
-    for (int i = m->bodies; i >= 1; --i) reduce(w, i, tau);
+    mbsri_tree_clear_load(w, 0);
+    for (int i = 1; i <= m->bodies; ++i) mbsri_tree_load(w, i, r, load);
+    for (int i = m->bodies; i >= 1; --i) mbsri_tree_reduce(w, i, tau);
     mbsri_zero((size_t)mbsri_motions(w->node, m->body), w->x);
-    for (int i = 1; i <= m->bodies; ++i) substitute(w, i, tau, delta);
+    for (int i = 1; i <= m->bodies; ++i) mbsri_tree_substitute(w, i, tau, delta);
 }

@@ -17,4 +17,15 @@ void mbsri_pass_action(const mbsri_body *b, const mbsri_kept *kept, bool deep, c
  * at `load` (NULL: none). Leaves the bodies' perturbations in w->x. */
 void mbsri_tree_solve(mbsr_newton *w, const double *r, const double *load, double *delta);
 
+/* Its steps. Body i before anything is eliminated: r of its joint and the load on it, or nothing. */
+void mbsri_tree_load(mbsr_newton *w, int i, const double *r, const double *load);
+void mbsri_tree_clear_load(mbsr_newton *w, int i);
+
+/* Leaves to root, joint i: what it hands on is added to the predecessor's in w->b and w->wbar. tau:
+ * the changes of the joint forces in the order of the sweeps, or NULL. */
+void mbsri_tree_reduce(mbsr_newton *w, int i, const double *tau);
+
+/* Root to leaves, joint i: from the predecessor's perturbation in w->x to the body's. */
+void mbsri_tree_substitute(mbsr_newton *w, int i, const double *tau, double *delta);
+
 #endif

@@ -12,6 +12,12 @@
 
 #include <string.h>
 
+/* Slopes of blocks are for newton/blocks; so are those between a block and its predecessor. */
+static bool is_block(const mbsr_model *m, int i)
+{
+    return (m->sweeps->body[i].flags & MBSRI_BLOCK) != 0;
+}
+
 static bool on_bodies(const mbsri_force *force)
 {
     return !mbsri_is_gravity(&force->def) && !(force->def.table->flags & MBSR_FORCE_JOINT_ONLY);
@@ -26,7 +32,8 @@ static size_t mark_pairs(const mbsr_model *m, const mbsri_force *force, int *pai
     if (!on_bodies(force) || force->def.table->flags & MBSR_FORCE_EVERY_BODY) return 0;
     for (int k = 0; k < force->def.bodies; ++k) {
         for (int l = 0; l < force->def.bodies; ++l) {
-            if (mbsri_relate(m, bodies[k], bodies[l]) != MBSRI_BELOW) continue;
+            if (mbsri_relate(m, bodies[k], bodies[l]) != MBSRI_BELOW || is_block(m, bodies[k]))
+                continue;
             if (pair) pair[bodies[k]] = 0;
             ++count;
         }
@@ -39,7 +46,7 @@ void mbsri_newton_count(const mbsr_model *m, size_t *loaded, size_t *pairs, int 
     const mbsri_force *force = m->forces.data;
     *loaded = *pairs = 0;
     for (int i = 1; i <= m->bodies; ++i) {
-        const bool has = (m->sweeps->body[i].flags & MBSRI_LOADED) != 0;
+        const bool has = m->sweeps->body[i].flags & MBSRI_LOADED && !is_block(m, i);
         if (number) number[i] = has ? (int)*loaded : -1;
         if (pair) pair[i] = -1;
         *loaded += has;
@@ -137,6 +144,7 @@ static bool add_block(mbsri_newton_sweeps *w, const mbsri_force *force, int i, i
     const mbsr_force_derivatives *by = &w->slopes.out;
     const mbsri_relation relation = mbsri_relate(m, i, j);
     const bool apart = (force->def.table->flags & MBSR_FORCE_NO_JOINT) != 0;
+    if (is_block(m, relation == MBSRI_ABOVE ? j : i)) return true;
     const mbsri_body *on = m->body + i, *of = m->body + j;
     const int row = by->row[k], column = by->column[l], n = on->n, d = on->d,
               joint = of->nq + of->n, motion = mbsri_pose_size(of) + of->d;
@@ -165,15 +173,19 @@ static int slopes_of_call(mbsri_newton_sweeps *w, mbsr_data *d, const mbsri_forc
     const bool every = (flags & MBSR_FORCE_EVERY_BODY) != 0,
                joints = (flags & MBSR_FORCE_JOINT_ONLY) != 0;
     const int *list = every ? &i : m->list_index + force->list,
-              bodies = every ? 1 : force->def.bodies,
-              status = mbsri_force_slopes(m, d, force, i, &w->slopes);
+              bodies = every ? 1 : force->def.bodies;
+    bool any = false;
+    for (int k = 0; k < bodies; ++k) any = any || (list[k] > 0 && !is_block(m, list[k]));
+    if (!any) return MBSR_OK;
+    const int status = mbsri_force_slopes(m, d, force, i, &w->slopes);
     const mbsr_force_derivatives *by = &w->slopes.out;
     for (int k = 0; k < bodies && !status; ++k) {
         for (int l = 0; l < bodies && !joints; ++l) {
             if (list[k] > 0 && list[l] > 0 && !add_block(w, force, list[k], k, list[l], l))
                 return MBSRI_NOT_SERVED;
         }
-        if (joints && list[k] > 0) add_joint_slopes(w, list[k], by, by->row[k], by->column[k]);
+        if (joints && list[k] > 0 && !is_block(m, list[k]))
+            add_joint_slopes(w, list[k], by, by->row[k], by->column[k]);
     }
     return status;
 }

@@ -3,6 +3,7 @@
 #ifndef MBSRI_NEWTON_ELIMINATE_H
 #define MBSRI_NEWTON_ELIMINATE_H
 
+#include "newton/sweeps/border.h"
 #include "newton/sweeps/element_slopes.h"
 #include "newton/sweeps/multi_axis.h"
 #include "newton/sweeps/reaction.h"
@@ -194,15 +195,10 @@ MBSRI_OUTLINE void pass_weld(const mbsri_sweep_run *run, int i, const mbsri_newt
     subtract_slopes(&on, y);
 }
 
-/* From body i to its predecessor. */
-MBSRI_INLINE void hand_over(const mbsri_sweep_run *run, int i, elimination *at, bool full,
-                            bool deep)
+/* To the predecessor, whose slab this is. */
+MBSRI_INLINE void queue(int flags, elimination *at, bool full, bool deep)
 {
-    const int flags = run->tree->body[i].flags;
-    const v4 rho = load(run->state[i].rho);
     slab *y = &at->y;
-    translate_slab(rho, y, full);
-    if (deep) translate_reaction(rho, y, full);
     if (flags & MBSRI_NEXT) return;
     if (!(flags & MBSRI_OPENS)) {
         add_slab(--at->top, y, full);
@@ -211,6 +207,17 @@ MBSRI_INLINE void hand_over(const mbsri_sweep_run *run, int i, elimination *at, 
     slab_to_memory(y, at->top, full);
     if (deep) reaction_to_memory(y, at->top);
     ++at->top;
+}
+
+/* From body i to its predecessor. */
+MBSRI_INLINE void hand_over(const mbsri_sweep_run *run, int i, elimination *at, bool full,
+                            bool deep)
+{
+    const int flags = run->tree->body[i].flags;
+    const v4 rho = load(run->state[i].rho);
+    translate_slab(rho, &at->y, full);
+    if (deep) translate_reaction(rho, &at->y, full);
+    queue(flags, at, full, deep);
 }
 
 /* Past body i, which the backward sweep has passed, too; false: the rows of its joint are singular.
@@ -298,6 +305,70 @@ static int newton_factor_deep(const mbsri_sweep_run *run, mbsri_newton_sweeps *n
     if (newton->deep) forward(run);
     if (newton->deep) find_reactions(run, newton);
     return run->load ? deep_sweep(run, newton, true) : deep_sweep(run, newton, false);
+}
+
+/* ---- trees with blocks ---- */
+
+/* Past block i; false: see newton->status. */
+MBSRI_OUTLINE bool eliminate_block(const mbsri_sweep_run *run, int i, mbsri_newton_sweeps *newton,
+                                   elimination *at)
+{
+    const mbsri_sweep_body *b = run->tree->body + i;
+    const bool deep = newton->deep;
+    _Alignas(32) mbsri_newton_carry carry;
+    newton->status = mbsri_border_eliminate(run, newton, i, &carry);
+    if (newton->status) return false;
+    if (b->parent == 0 || b->flags & MBSRI_TO_BLOCK) return true;
+    const v4 arm = load(newton->own[b->parent].arm);
+    slab *y = &at->y;
+    clear_slab(y, true);
+    clear_reaction(y);
+    add_slab(&carry, y, true);
+    if (deep) add_reaction(&carry, y);
+    translate_slab(arm, y, true);
+    if (deep) translate_reaction(arm, y, true);
+    queue(b->flags, at, true, deep);
+    return true;
+}
+
+MBSRI_OUTLINE void give_slab(const mbsri_sweep_run *run, int i, mbsri_newton_sweeps *newton,
+                             const elimination *at)
+{
+    _Alignas(32) mbsri_newton_carry carry;
+    slab_to_memory(&at->y, &carry, true);
+    if (newton->deep) reaction_to_memory(&at->y, &carry);
+    mbsri_border_give(run, newton, i, &carry);
+}
+
+static int mixed_sweep(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton)
+{
+    elimination of;
+    start_elimination(run, newton, &of, true);
+    clear_reaction(&of.y);
+    for (int i = run->tree->bodies; i >= 1; --i) {
+        const int flags = run->tree->body[i].flags;
+        if (flags & MBSRI_BLOCK) {
+            if (!eliminate_block(run, i, newton, &of)) return MBSRI_BLOCK_FAILED;
+            continue;
+        }
+        if (!eliminate_body(run, i, newton, &of, true, newton->deep)) return i;
+        if (flags & MBSRI_TO_BLOCK) give_slab(run, i, newton, &of);
+    }
+    return 0;
+}
+
+/* After the backward sweep, as there. */
+static int newton_factor_mixed(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton)
+{
+    if (!backward(run) || !find_deep(run, newton)) return MBSRI_NOT_CLEAR;
+    mbsri_border_open(run, newton);
+    if (newton->deep) {
+        forward(run);
+        memcpy(run->data->udot, run->out, (size_t)run->model->nu * sizeof *run->out);
+        find_reactions(run, newton);
+    }
+    newton->status = mbsri_block_open_momentum(run);
+    return newton->status ? MBSRI_BLOCK_FAILED : mixed_sweep(run, newton);
 }
 
 #endif

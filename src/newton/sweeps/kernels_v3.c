@@ -3,4 +3,5 @@
 #include "newton/sweeps/eliminate.h"
 #include "newton/sweeps/solve.h"
 
-const mbsri_newton_kernels mbsri_newton_v3 = {newton_factor, newton_factor_deep, newton_solve};
+const mbsri_newton_kernels mbsri_newton_v3 = {newton_factor, newton_factor_deep,
+                                              newton_factor_mixed, newton_solve};

@@ -391,7 +391,7 @@ static void multi_motion(mbsri_newton_sweeps *newton, int i, const double *r, do
     const mbsri_newton_step *s = newton->step + i;
     const mbsri_newton_block *B = newton->block + s->multi;
     const int *place = m->u_of + s->u, n = s->n;
-    double g[6], du[6], w[6], p[6];
+    double g[6], du[6], w[6] = {0.0}, p[6];
     v4 x[4];
     const double r_s = rates_of(newton, s, r, g);
     for (int f = 0; f < groups(full); ++f) x[f] = load(at + 4 * f);

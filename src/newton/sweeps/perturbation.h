@@ -31,10 +31,6 @@
 #include "newton/sweeps/record.h"
 #include "sweeps/carry.h"
 
-/* Groups of columns and of rows. */
-enum { ROTATION, SPIN, DRIFT, DISPLACEMENT };
-enum { CHI_L, CHI_P, MOMENT, FORCE };
-
 MBSRI_INLINE int groups(bool full)
 {
     return full ? 4 : 3;

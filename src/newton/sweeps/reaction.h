@@ -23,9 +23,7 @@
 
 #include "newton/sweeps/axis.h"
 #include "newton/sweeps/element_slopes.h"
-
-/* Turning and force of psi. */
-enum { PSI_L, PSI_P };
+#include "sweeps/block.h"
 
 /* psi -= slopes of elements */
 MBSRI_OUTLINE void subtract_slopes(const slopes *by, slab *y)
@@ -109,16 +107,36 @@ MBSRI_INLINE void take_up(const v4 G[2], reaction *t, slab *y, bool full)
     subtract_reaction(y, G, t->row, full);
 }
 
+/* To the predecessor, whose wrench this is. */
+MBSRI_INLINE mbsri_flow *queue_wrench(int flags, v4 L, v4 p, mbsri_flow *top)
+{
+    if (flags & MBSRI_NEXT) return top;
+    if (!(flags & MBSRI_OPENS)) --top, L += load(top->L), p += load(top->p);
+    store(top->L, L);
+    store(top->p, p);
+    return top + 1;
+}
+
 /* W of all bodies, after the forward sweep. */
 static void find_reactions(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton)
 {
     const mbsri_sweeps *tree = run->tree;
     mbsri_flow *top = run->flows;
     v4 L = splat(0.0), p = splat(0.0);
+    mbsri_block_open_reaction(run);
     for (int i = tree->bodies; i >= 1; --i) {
         const mbsri_sweep_body *b = tree->body + i;
         const mbsri_sweep_state *s = run->state + i;
         const int flags = b->flags;
+        if (flags & MBSRI_BLOCK) {
+            _Alignas(32) double force[8];
+            mbsri_block_react(run, i, force, force + 4);
+            if (flags & MBSRI_TO_BLOCK) continue;
+            L = load(force);
+            p = load(force + 4);
+            top = queue_wrench(flags, L, p, top);
+            continue;
+        }
         if (flags & MBSRI_LEAF) L = p = splat(0.0);
         if (flags & MBSRI_BRANCHES) --top, L += load(top->L), p += load(top->p);
         if (!(flags & MBSRI_MASSLESS)) {
@@ -133,11 +151,13 @@ static void find_reactions(const mbsri_sweep_run *run, mbsri_newton_sweeps *newt
         }
         store(newton->reaction[i].W, L), store(newton->reaction[i].W + 4, p);
         L += cross(load(s->rho), p);
-        if (flags & MBSRI_NEXT) continue;
-        if (!(flags & MBSRI_OPENS)) --top, L += load(top->L), p += load(top->p);
-        store(top->L, L);
-        store(top->p, p);
-        ++top;
+        if (flags & MBSRI_TO_BLOCK) {
+            _Alignas(32) double force[8];
+            store(force, L);
+            store(force + 4, p);
+            mbsri_block_receive_force(run, b->parent, force, force + 4);
+        }
+        top = queue_wrench(flags, L, p, top);
     }
 }
 

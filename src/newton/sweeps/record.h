@@ -89,6 +89,11 @@ typedef struct mbsri_newton_slopes {
 } mbsri_newton_slopes;
 MBSRI_CHECK_LAYOUT(mbsri_newton_slopes);
 
+/* Groups of columns and of rows (perturbation.h); of psi (reaction.h). */
+enum { ROTATION, SPIN, DRIFT, DISPLACEMENT };
+enum { CHI_L, CHI_P, MOMENT, FORCE };
+enum { PSI_L, PSI_P };
+
 /* What elimination hands from a body to its predecessor: the matrix, and momentum and applied
  * forces of the subtree. Columns: rotation, nu angular and linear, displacement, three of each;
  * rows: chi angular and linear, moment, force, four numbers each; Y: psi, likewise. */
@@ -129,6 +134,8 @@ struct mbsri_newton_sweeps {
     bool
         unclear; /* at a factorisation the bound of rounding errors did not tell: not tried again */
     bool deep;   /* some joint block was zero; below: NULL where none is expected to be */
+    struct mbsr_newton *blocks;      /* eliminates the joints of blocks; NULL: there are none */
+    int status;                      /* what it said last */
     mbsri_newton_deep *below;        /* nu */
     mbsri_newton_reaction *reaction; /* bodies + 1 */
 };
@@ -139,13 +146,14 @@ static inline mbsri_newton_column *mbsri_newton_column_at(const mbsri_newton_swe
 }
 
 /* The sweeps, compiled once for every kind of processor. The factorisations return 0, a body whose
- * rows are singular, or one of these: the sweeps do not serve; those for deep bodies have to. The
- * first sweeps as backward of sweeps/tree.h; the second is for trees with joint blocks that are
- * zero. Solve: see mbsri_newton_sweeps_solve. */
-enum { MBSRI_NOT_CLEAR = -1, MBSRI_DEFICIENT = -2 };
+ * rows are singular, or one of these: the sweeps do not serve; those for deep bodies have to; see
+ * `status`. The first sweeps as backward of sweeps/tree.h; the second is for trees with joint blocks
+ * that are zero, the third for those with blocks. Solve: see mbsri_newton_sweeps_solve. */
+enum { MBSRI_NOT_CLEAR = -1, MBSRI_DEFICIENT = -2, MBSRI_BLOCK_FAILED = -3 };
 typedef struct mbsri_newton_kernels {
     int (*factor)(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton);
     int (*factor_deep)(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton);
+    int (*factor_mixed)(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton);
     void (*solve)(mbsri_newton_sweeps *newton, const double *r, const double *load, double *delta,
                   double *motion);
 } mbsri_newton_kernels;

@@ -3,6 +3,7 @@
 #ifndef MBSRI_NEWTON_SOLVE_H
 #define MBSRI_NEWTON_SOLVE_H
 
+#include "newton/sweeps/border.h"
 #include "newton/sweeps/multi_axis.h"
 #include "newton/sweeps/reaction.h"
 
@@ -124,6 +125,14 @@ MBSRI_INLINE void add_load(const mbsri_newton_sweeps *newton, int i, const doubl
     f->psi[PSI_P] -= force;
 }
 
+/* To the predecessor, whose loads these are. */
+MBSRI_INLINE void queue_loads(int flags, loads *f, mbsri_newton_flow **top, bool full, bool deep)
+{
+    if (flags & MBSRI_NEXT) return;
+    if (!(flags & MBSRI_OPENS)) add_loads(--*top, f, full, deep);
+    loads_to_memory(f, (*top)++, full, deep);
+}
+
 /* From body i to its predecessor. */
 MBSRI_INLINE void hand_loads_over(const mbsri_newton_step *s, loads *f, mbsri_newton_flow **top,
                                   bool full, bool deep)
@@ -133,13 +142,36 @@ MBSRI_INLINE void hand_loads_over(const mbsri_newton_step *s, loads *f, mbsri_ne
     if (full) f->b[MOMENT] += cross(rho, f->b[FORCE]);
     f->L_bar += cross(rho, f->p_bar);
     if (deep) f->psi[PSI_L] += cross(rho, f->psi[PSI_P]);
-    if (s->flags & MBSRI_NEXT) return;
-    if (!(s->flags & MBSRI_OPENS)) add_loads(--*top, f, full, deep);
-    loads_to_memory(f, (*top)++, full, deep);
+    queue_loads(s->flags, f, top, full, deep);
+}
+
+/* Past block i. */
+MBSRI_OUTLINE void block_loads(mbsri_newton_sweeps *newton, int i, const double *tau, loads *f,
+                               mbsri_newton_flow **top, bool deep)
+{
+    const mbsri_newton_step *s = newton->step + i;
+    _Alignas(32) mbsri_newton_flow flow;
+    mbsri_border_reduce(newton, i, tau, &flow);
+    if (s->parent == 0 || s->flags & MBSRI_TO_BLOCK) return;
+    const v4 arm = load(newton->own[s->parent].arm);
+    clear_loads(f);
+    add_loads(&flow, f, true, deep);
+    f->b[CHI_L] += cross(arm, f->b[CHI_P]);
+    f->b[MOMENT] += cross(arm, f->b[FORCE]);
+    f->L_bar += cross(arm, f->p_bar);
+    f->psi[PSI_L] += cross(arm, f->psi[PSI_P]);
+    queue_loads(s->flags, f, top, true, deep);
+}
+
+MBSRI_OUTLINE void give_loads(mbsri_newton_sweeps *newton, int i, const loads *f, bool deep)
+{
+    _Alignas(32) mbsri_newton_flow flow;
+    loads_to_memory(f, &flow, true, deep);
+    mbsri_border_give_flow(newton, i, &flow);
 }
 
 MBSRI_INLINE void solve_back(mbsri_newton_sweeps *newton, const double *r,
-                             const double *load_of_body, bool full, bool deep)
+                             const double *load_of_body, bool full, bool deep, bool mixed)
 {
     const mbsr_model *m = newton->model;
     const double *r_p = r ? r + m->nq : NULL, *r_u = r ? r_p + m->nu : NULL;
@@ -149,6 +181,10 @@ MBSRI_INLINE void solve_back(mbsri_newton_sweeps *newton, const double *r,
     for (int i = m->bodies; i >= 1; --i) {
         const mbsri_newton_step *s = newton->step + i;
         const int flags = s->flags;
+        if (mixed && flags & MBSRI_BLOCK) {
+            block_loads(newton, i, load_of_body ? load_of_body + m->size_v : NULL, &f, &top, deep);
+            continue;
+        }
         if (flags & MBSRI_LEAF) clear_loads(&f);
         if (flags & MBSRI_BRANCHES) add_loads(--top, &f, full, deep);
         if (full && load_of_body) add_load(newton, i, load_of_body, &f, deep);
@@ -169,6 +205,7 @@ MBSRI_INLINE void solve_back(mbsri_newton_sweeps *newton, const double *r,
                 condense_loads(newton, s->u, g, &f, full);
         }
         hand_loads_over(s, &f, &top, full, deep);
+        if (mixed && flags & MBSRI_TO_BLOCK) give_loads(newton, i, &f, deep);
     }
 }
 
@@ -191,8 +228,27 @@ MBSRI_OUTLINE void report_motion(const mbsri_newton_sweeps *newton, int i, const
     mbsri_lower(d, lifted + 6, motion + d);
 }
 
-MBSRI_INLINE void solve_forward(mbsri_newton_sweeps *newton, const double *r, double *delta,
-                                double *motion, bool full)
+/* The motion of block i from its predecessor's, x where that is in the sweeps. */
+MBSRI_OUTLINE void move_block(mbsri_newton_sweeps *newton, int i, const v4 x[4], const double *tau,
+                              double *delta)
+{
+    const mbsri_newton_step *s = newton->step + i;
+    if (s->parent > 0 && !(s->flags & MBSRI_TO_BLOCK))
+        report_motion(newton, s->parent, x, mbsri_border_room(newton, s->parent));
+    mbsri_border_substitute(newton, i, tau, delta);
+}
+
+/* That of body i's predecessor, a block. */
+MBSRI_OUTLINE void take_motion(const mbsri_newton_sweeps *newton, int i, v4 x[4])
+{
+    _Alignas(32) double at[16];
+    mbsri_border_motion(newton, newton->step[i].parent, at);
+    for (int g = 0; g < 4; ++g) x[g] = load(at + 4 * g);
+}
+
+/* tau: changes of joint forces, read by blocks. */
+MBSRI_INLINE void solve_forward(mbsri_newton_sweeps *newton, const double *r, const double *tau,
+                                double *delta, double *motion, bool full, bool mixed)
 {
     const mbsr_model *m = newton->model;
     double *delta_p = delta + m->nq, *delta_u = delta_p + m->nu;
@@ -201,9 +257,15 @@ MBSRI_INLINE void solve_forward(mbsri_newton_sweeps *newton, const double *r, do
         const mbsri_newton_step *s = newton->step + i;
         if (s->parent == 0) {
             for (int g = 0; g < groups(full); ++g) x[g] = splat(0.0);
+        } else if (mixed && s->flags & MBSRI_TO_BLOCK) {
+            if (!(s->flags & MBSRI_BLOCK)) take_motion(newton, i, x);
         } else if (s->parent != i - 1) {
             for (int g = 0; g < groups(full); ++g)
                 x[g] = load(newton->x[newton->step[s->parent].branch] + 4 * g);
+        }
+        if (mixed && s->flags & MBSRI_BLOCK) {
+            move_block(newton, i, x, tau, delta);
+            continue;
         }
         const v4 rho = load(s->rho);
         if (s->flags & MBSRI_MULTI) {
@@ -244,16 +306,28 @@ MBSRI_INLINE void solve_system(mbsri_newton_sweeps *newton, const double *r,
                                const double *load_of_body, double *delta, double *motion, bool full)
 {
     if (newton->deep)
-        solve_back(newton, r, load_of_body, full, true);
+        solve_back(newton, r, load_of_body, full, true, false);
     else
-        solve_back(newton, r, load_of_body, full, false);
-    solve_forward(newton, r, delta, motion, full);
+        solve_back(newton, r, load_of_body, full, false, false);
+    solve_forward(newton, r, NULL, delta, motion, full, false);
+}
+
+/* The same of a tree with blocks. */
+MBSRI_OUTLINE void solve_mixed(mbsri_newton_sweeps *newton, const double *r,
+                               const double *load_of_body, double *delta, double *motion)
+{
+    const double *tau = load_of_body ? load_of_body + newton->model->size_v : NULL;
+    mbsri_border_load(newton, r, load_of_body);
+    solve_back(newton, r, load_of_body, true, newton->deep, true);
+    solve_forward(newton, r, tau, delta, motion, true, true);
 }
 
 static void newton_solve(mbsri_newton_sweeps *newton, const double *r, const double *load_of_body,
                          double *delta, double *motion)
 {
-    if (newton->own)
+    if (newton->blocks)
+        solve_mixed(newton, r, load_of_body, delta, motion);
+    else if (newton->own)
         solve_system(newton, r, load_of_body, delta, motion, true);
     else
         solve_system(newton, r, load_of_body, delta, NULL, false);

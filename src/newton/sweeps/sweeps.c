@@ -97,15 +97,18 @@ static size_t layout(const mbsr_model *m, unsigned char *base, mbsri_newton_swee
     return used;
 }
 
-size_t mbsri_newton_sweeps_size(const mbsr_model *m)
+size_t mbsri_newton_sweeps_size(const mbsr_model *m, bool alone)
 {
-    return m->sweeps && m->sweeps->blocks == 0 ? layout(m, NULL, NULL) : 0;
+    const mbsri_sweeps *tree = m->sweeps;
+    return tree && (tree->blocks == 0 || (!alone && tree->rates)) ? layout(m, NULL, NULL) : 0;
 }
 
-mbsri_newton_sweeps *mbsri_newton_sweeps_place(const mbsr_model *m, bool alone, void *memory)
+mbsri_newton_sweeps *mbsri_newton_sweeps_place(const mbsr_model *m, bool alone, void *memory,
+                                               struct mbsr_newton *blocks)
 {
     mbsri_newton_sweeps *w;
     layout(m, memory, &w);
+    w->blocks = m->sweeps->blocks > 0 ? blocks : NULL;
     memset(w->step, 0, sizeof *w->step);
     w->least_pivot = alone ? MBSRI_LEAST_PIVOT : MBSRI_CLEAR_PIVOT;
     int branch = 0;
@@ -145,8 +148,11 @@ int mbsri_newton_sweeps_factor(mbsri_newton_sweeps *newton, mbsr_data *d, double
     newton->deep = false;
     /* what the bound tells seldom changes */
     const mbsri_newton_kernels *kernels = newton->kernels;
-    int singular = newton->unclear ? MBSRI_DEFICIENT : kernels->factor(&run, newton);
+    int singular = newton->blocks    ? kernels->factor_mixed(&run, newton)
+                   : newton->unclear ? MBSRI_DEFICIENT
+                                     : kernels->factor(&run, newton);
     if (singular == MBSRI_DEFICIENT) singular = kernels->factor_deep(&run, newton);
+    if (singular == MBSRI_BLOCK_FAILED) return newton->status;
     if (singular < 0 || !mbsri_sweeps_as_watched(&run)) return MBSRI_NOT_SERVED;
     if (singular > 0 && newton->least_pivot > MBSRI_LEAST_PIVOT &&
         m->sweeps->body[singular].flags & MBSRI_MULTI)

@@ -6,10 +6,11 @@
 #include "newton/sweeps/elements.h"
 
 /* Bytes of a solver of the model, 0 if it is never served. It is placed in memory aligned to
- * MBSR_DATA_ALIGNMENT. */
-size_t mbsri_newton_sweeps_size(const mbsr_model *m);
-/* alone: there is no elimination by blocks to turn to. */
-mbsri_newton_sweeps *mbsri_newton_sweeps_place(const mbsr_model *m, bool alone, void *memory);
+ * MBSR_DATA_ALIGNMENT. alone: there is no elimination by blocks to turn to. */
+size_t mbsri_newton_sweeps_size(const mbsr_model *m, bool alone);
+/* blocks: has that elimination; for trees with blocks. */
+mbsri_newton_sweeps *mbsri_newton_sweeps_place(const mbsr_model *m, bool alone, void *memory,
+                                               struct mbsr_newton *blocks);
 
 /* Linearises and eliminates at (t, q, u), given in the caller's order. 0: there is a factorisation,
  * and the data is as after mbsri_sweeps_momentum_residual. MBSRI_NOT_SERVED: it is for the general
