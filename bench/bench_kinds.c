@@ -6,7 +6,8 @@
  * Chains of hinges, all with the same task: forward and inverse dynamics, the residual of the
  * momentum form, and one factorisation with one solution of its Newton system. In space some joints
  * have a table of their own, whose functions call those of the stock joint: to the library such a
- * joint is a user's. */
+ * joint is a user's. In `general` trees every tenth body is of dimension 3 to 12 and hangs on one of
+ * the chain, which goes on without it; there the joint's derivatives are given, or not. */
 #include "bench.h"
 
 #include <mbsrank/mbsrank.h>
@@ -22,10 +23,12 @@ static const char *const task_name[TASKS] = {"forward", "inverse", "residual", "
 static const struct bench_case {
     const char *name;
     int bodies, planar;
-    int every; /* of so many joints one is a user's; 0: none */
-} cases[] = {{"space", 100, 0, 0},           {"one_own_joint", 100, 0, 100},
-             {"ten_own_joints", 100, 0, 10}, {"all_joints_own", 100, 0, 1},
-             {"plane", 100, 1, 0},           {"plane", 1000, 1, 0}};
+    int every;          /* of so many joints one is a user's; 0: none */
+    int general, given; /* bodies of any dimension, and derivatives of their joints */
+} cases[] = {{"space", 100, 0, 0, 0, 0},           {"one_own_joint", 100, 0, 100, 0, 0},
+             {"ten_own_joints", 100, 0, 10, 0, 0}, {"all_joints_own", 100, 0, 1, 0, 0},
+             {"general", 100, 0, 0, 1, 0},         {"general_given", 100, 0, 0, 1, 1},
+             {"plane", 100, 1, 0, 0, 0},           {"plane", 1000, 1, 0, 0, 0}};
 enum { CASES = sizeof cases / sizeof cases[0] };
 
 typedef struct chain {
@@ -76,6 +79,203 @@ static mbsr_joint own_hinge(mbsr_joint joint)
     return joint;
 }
 
+/* ---- a body of any dimension ------------------------------------------------------------------
+ *
+ * p = C (r + R b) + J0 (q + 0.3 sin q), entry by entry, with r and R of a predecessor in space. */
+
+enum { MOST = 12, COORDINATES = 2 };
+static const double at[3] = {0.2, -0.1, 0.3};
+
+static double entry_C(int k, int l)
+{
+    return sin(1.0 + 3.0 * k + l);
+}
+
+static double entry_J(int k, int l)
+{
+    return cos(2.0 + 2.0 * k + 5.0 * l);
+}
+
+static double C[3][MOST], J0[COORDINATES][MOST]; /* by columns */
+
+static void fill_entries(void)
+{
+    for (int k = 0; k < MOST; ++k) {
+        for (int l = 0; l < 3; ++l) C[l][k] = entry_C(k, l);
+        for (int l = 0; l < COORDINATES; ++l) J0[l][k] = entry_J(k, l);
+    }
+}
+
+/* y = R b for the nine numbers of a pose or of its change */
+static void arm(const double *pose, double y[3])
+{
+    const double *R = pose + MBSR_POSE_R;
+    for (int k = 0; k < 3; ++k) y[k] = R[k] * at[0] + R[3 + k] * at[1] + R[6 + k] * at[2];
+}
+
+static void cross(const double a[3], const double b[3], double c[3])
+{
+    c[0] = a[1] * b[2] - a[2] * b[1];
+    c[1] = a[2] * b[0] - a[0] * b[2];
+    c[2] = a[0] * b[1] - a[1] * b[0];
+}
+
+static void add_C(int d, double factor, const double x[3], double *y)
+{
+    for (int l = 0; l < 3; ++l) {
+        for (int k = 0; k < d; ++k) y[k] += factor * C[l][k] * x[l];
+    }
+}
+
+static void add_J(int d, double factor, int l, double *y)
+{
+    for (int k = 0; k < d; ++k) y[k] += factor * J0[l][k];
+}
+
+/* H = -C (e_j x a), the first three columns */
+static void add_H(int d, const double a[3], double *H)
+{
+    for (int j = 0; j < 3; ++j) {
+        const double axis[3] = {j == 0, j == 1, j == 2};
+        double column[3];
+        cross(axis, a, column);
+        add_C(d, -1.0, column, H + d * j);
+    }
+}
+
+static int general_position(const mbsr_joint_args *args, double *p)
+{
+    double x[3];
+    arm(args->p_pred, x);
+    for (int k = 0; k < 3; ++k) x[k] += args->p_pred[MBSR_POSE_X + k];
+    for (int k = 0; k < args->d; ++k) p[k] = 0.0;
+    add_C(args->d, 1.0, x, p);
+    for (int l = 0; l < args->n; ++l) add_J(args->d, args->q[l] + 0.3 * sin(args->q[l]), l, p);
+    return 0;
+}
+
+static int general_jacobians(const mbsr_joint_args *args, double *K, double *H, double *J,
+                             double *kI)
+{
+    const int d = args->d;
+    double x[3];
+    (void)K, (void)kI;
+    arm(args->p_pred, x);
+    add_H(d, x, H);
+    for (int l = 0; l < 3; ++l) {
+        for (int k = 0; k < d; ++k) H[d * (3 + l) + k] -= C[l][k];
+    }
+    for (int l = 0; l < args->n; ++l) add_J(d, -(1.0 + 0.3 * cos(args->q[l])), l, J + d * l);
+    return 0;
+}
+
+static int general_bias(const mbsr_joint_args *args, double *kII)
+{
+    double x[3], swing[3], second[3];
+    arm(args->p_pred, x);
+    cross(args->V_pred, x, swing);
+    cross(args->V_pred, swing, second);
+    add_C(args->d, -1.0, second, kII);
+    for (int l = 0; l < args->n; ++l)
+        add_J(args->d, 0.3 * sin(args->q[l]) * args->u[l] * args->u[l], l, kII);
+    return 0;
+}
+
+static int general_rates(const mbsr_joint_args *args, double *Kdot, double *Hdot, double *Jdot)
+{
+    double x[3], swing[3];
+    (void)Kdot;
+    arm(args->p_pred, x);
+    cross(args->V_pred, x, swing);
+    add_H(args->d, swing, Hdot);
+    for (int l = 0; l < args->n; ++l)
+        add_J(args->d, 0.3 * sin(args->q[l]) * args->u[l], l, Jdot + args->d * l);
+    return 0;
+}
+
+static int general_tangent(const mbsr_joint_args *args, const mbsr_joint_change *by, double *dp,
+                           double *dK, double *dH, double *dJ, double *dkI)
+{
+    const int d = args->d;
+    double x[3];
+    (void)dK, (void)dkI;
+    arm(by->p_pred, x);
+    add_H(d, x, dH);
+    for (int k = 0; k < 3; ++k) x[k] += by->p_pred[MBSR_POSE_X + k];
+    add_C(d, 1.0, x, dp);
+    for (int l = 0; l < args->n; ++l) {
+        if (by->q[l] == 0.0) continue;
+        add_J(d, by->q[l] * (1.0 + 0.3 * cos(args->q[l])), l, dp);
+        add_J(d, by->q[l] * 0.3 * sin(args->q[l]), l, dJ + d * l);
+    }
+    return 0;
+}
+
+static int general_rate_tangent(const mbsr_joint_args *args, const mbsr_joint_change *by,
+                                double *dkII, double *dKdot, double *dHdot, double *dJdot,
+                                double *dqdot)
+{
+    const int d = args->d;
+    double x[3], dx[3], swing[3], turned[3], second[3], part[3];
+    (void)dKdot, (void)dqdot;
+    arm(args->p_pred, x);
+    arm(by->p_pred, dx);
+    cross(args->V_pred, x, swing);
+    cross(by->V_pred, x, turned);
+    cross(args->V_pred, dx, part);
+    for (int k = 0; k < 3; ++k) turned[k] += part[k];
+    add_H(d, turned, dHdot);
+    cross(args->V_pred, turned, second);
+    cross(by->V_pred, swing, part);
+    for (int k = 0; k < 3; ++k) second[k] += part[k];
+    add_C(d, -1.0, second, dkII);
+    for (int l = 0; l < args->n; ++l) {
+        const double q = args->q[l], u = args->u[l];
+        if (by->q[l] == 0.0 && by->u[l] == 0.0) continue;
+        const double slope = 0.3 * (cos(q) * by->q[l] * u + sin(q) * by->u[l]);
+        add_J(d, slope, l, dJdot + d * l);
+        add_J(d, slope * u + 0.3 * sin(q) * u * by->u[l], l, dkII);
+    }
+    return 0;
+}
+
+static const mbsr_joint_table general_table = {.version = MBSR_JOINT_TABLE_VERSION,
+                                               .flags = MBSR_JOINT_UNIT_K,
+                                               .name = "general",
+                                               .position = general_position,
+                                               .jacobians = general_jacobians,
+                                               .bias = general_bias,
+                                               .rates = general_rates},
+                              given_table = {.version = MBSR_JOINT_TABLE_VERSION,
+                                             .flags = MBSR_JOINT_UNIT_K,
+                                             .name = "given",
+                                             .position = general_position,
+                                             .jacobians = general_jacobians,
+                                             .bias = general_bias,
+                                             .rates = general_rates,
+                                             .tangent = general_tangent,
+                                             .rate_tangent = general_rate_tangent};
+
+static int is_general(const struct bench_case *c, int i)
+{
+    return c->general && i % 10 == 5;
+}
+
+/* Of dimension 3, 4, 6, 9 or 12 in turn. */
+static mbsr_body_def general_body(const struct bench_case *c, int i)
+{
+    static const int sizes[] = {3, 4, 6, 9, 12};
+    static double M[MOST * MOST];
+    const int d = sizes[i / 10 % 5];
+    for (int k = 0; k < d * d; ++k)
+        M[k] = (k % (d + 1) == 0 ? 1.0 : 0.0) + 0.05 * cos(k / d - k % d);
+    mbsr_body_def body = mbsr_default_body_def();
+    body.parent = i - 1;
+    body.joint = mbsr_joint_custom(c->given ? &given_table : &general_table, d, COORDINATES, NULL);
+    body.inertia = mbsr_inertia_matrix(d, M);
+    return body;
+}
+
 /* ---- models ---------------------------------------------------------------------------------- */
 
 static mbsr_body_def body_of(const struct bench_case *c, int i)
@@ -84,7 +284,8 @@ static mbsr_body_def body_of(const struct bench_case *c, int i)
     const double tensor[6] = {0.1, 0.1, 0.1, 0.0, 0.0, 0.0};
     const mbsr_frame A = mbsr_frame_at(0.3, 0.0, 0.1);
     mbsr_body_def body = mbsr_default_body_def();
-    body.parent = i - 1;
+    if (is_general(c, i)) return general_body(c, i);
+    body.parent = i > 0 && is_general(c, i - 1) ? i - 2 : i - 1;
     if (c->planar) {
         const mbsr_planar_frame end = {i ? 1.0 : 0.0, 0.0, 0.0}, origin = {0.0, 0.0, 0.0};
         const double middle[2] = {0.5, 0.0};
@@ -100,7 +301,6 @@ static mbsr_body_def body_of(const struct bench_case *c, int i)
 
 static void make_chain(chain *s, const struct bench_case *c)
 {
-    const size_t n = (size_t)c->bodies;
     const mbsr_force_def gravity = mbsr_force_gravity(0.0, -9.81, 0.0);
     s->bodies = c->bodies;
     bench_check(mbsr_model_create(NULL, &s->model, NULL), "model", NULL);
@@ -114,6 +314,7 @@ static void make_chain(chain *s, const struct bench_case *c)
     bench_check(mbsr_data_create(s->model, &s->data, NULL), "data", NULL);
     bench_check(mbsr_newton_create(s->model, MBSR_DAE_MOMENTUM, NULL, &s->newton, NULL), "newton",
                 NULL);
+    const size_t n = (size_t)mbsr_model_nu(s->model);
     s->q = bench_allocate(15 * n, sizeof *s->q);
     s->u = s->q + n;
     s->udot = s->u + n;
@@ -121,9 +322,9 @@ static void make_chain(chain *s, const struct bench_case *c)
     s->yp = s->y + 3 * n;
     s->F = s->yp + 3 * n;
     s->x = s->F + 3 * n;
-    for (int i = 0; i < c->bodies; ++i) {
-        s->q[i] = 0.1 * sin(i);
-        s->u[i] = cos(i);
+    for (size_t i = 0; i < n; ++i) {
+        s->q[i] = 0.1 * sin((double)i);
+        s->u[i] = cos((double)i);
     }
     bench_check(mbsr_dae_pack(s->model, s->data, MBSR_DAE_MOMENTUM, 0.0, s->q, s->u, s->y), "pack",
                 mbsr_data_error(s->data)->text);
@@ -177,6 +378,7 @@ int main(int argc, char **argv)
         fprintf(stderr, "usage: bench_kinds [samples]\n");
         return EXIT_FAILURE;
     }
+    fill_entries();
     for (int c = 0; c < CASES; ++c) make_chain(chains + c, cases + c);
     double *sample = bench_allocate((size_t)(CASES * TASKS * samples), sizeof *sample);
     bench_sample_all(CASES * TASKS, samples, measure, chains, sample);
