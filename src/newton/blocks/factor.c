@@ -316,9 +316,11 @@ static void fill_column(joint *j, double c, const mbsri_joint_slopes *s, int k)
            *rate = kept->rate + (size_t)k * (size_t)n;
     const double *own = s->own + (size_t)from * (size_t)(3 * n);
     mbsri_copy((size_t)j->motions, s->x + (size_t)from * (size_t)all, x);
-    /* y = P x + action z */
+    /* y = P x + action z; much of x is zero */
     mbsri_copy((size_t)j->actions, j->action + (size_t)k * (size_t)j->actions, y);
-    mbsri_ax(j->actions, j->motions, 1.0, j->P, x, y);
+    for (int l = 0; l < j->motions; ++l) {
+        if (x[l] != 0.0) mbsri_ax(j->actions, 1, 1.0, j->P + l * j->actions, x + l, y);
+    }
     /* y_pi */
     mbsri_copy((size_t)j->actions_pred, s->below + (size_t)from * (size_t)(3 * dp), below);
     mbsri_pass_action(b, kept, j->above->deep, y, below);

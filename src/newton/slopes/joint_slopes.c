@@ -36,6 +36,7 @@ typedef struct column {
     mbsr_joint_args args;
     mbsr_joint_change by;
     double *q, *u, *p_pred, *V_pred, *dp, *dV; /* of `by` */
+    bool moved;                                /* of q or p_pred; else dp and `first` are zero */
     block first;                               /* dK, dH, dJ, dkI, later divided by K */
     block second;                              /* dK', dH', dJ', dkII */
     double *qdot;                              /* d(G u), with every coordinate */
@@ -112,7 +113,7 @@ static bool unit_K(const mbsri_body *b)
 static void clear(const mbsri_body *b, block *x)
 {
     const size_t d = (size_t)b->d;
-    mbsri_zero(d * d, x->K);
+    if (!unit_K(b)) mbsri_zero(d * d, x->K);
     mbsri_zero(d * (size_t)b->d_pred, x->H);
     mbsri_zero(d * (size_t)b->joint.n, x->J);
     mbsri_zero(d, x->k);
@@ -216,14 +217,12 @@ static int second_order(column *c)
 
 /* ---- what a column makes of the equations ---- */
 
-/* dV = -(H dV_pi + J du + dH V_pi + dJ u + dkI); du: the free ones. */
-static void velocity(column *c, const double *du)
+/* dV = -(dH V_pi + dJ u + dkI) of a column of the pose or of q. */
+static void velocity(column *c)
 {
     const mbsri_body *b = c->b;
     const mbsr_data *d = c->d;
     mbsri_zero((size_t)b->d, c->dV);
-    mbsri_ax(b->d, b->d_pred, -1.0, d->H + b->dp, c->V_pred, c->dV);
-    mbsri_ax(b->d, b->n, -1.0, d->J + b->dn, du, c->dV);
     mbsri_ax(b->d, b->d_pred, -1.0, c->first.H, d->V + b->pred_v, c->dV);
     mbsri_ax(b->d, b->n, -1.0, c->first.J, d->u + b->iu, c->dV);
     for (int k = 0; k < b->d; ++k) c->dV[k] -= c->first.k[k];
@@ -238,13 +237,15 @@ static void store(column *c, int at, mbsri_joint_slopes *s)
     double *x = s->x + (size_t)at * (size_t)(s->e + 2 * dim), *A = x + s->e + dim;
     double *below = s->below + (size_t)at * (size_t)(3 * dp),
            *own = s->own + (size_t)at * (size_t)(3 * n);
-    mbsri_pose_change(b->joint.space, b->np, d->p + b->p, c->dp, x);
     mbsri_copy((size_t)dim, c->dV, x + s->e);
-    mbsri_atx(dim, dp, -1.0, c->first.H, d->imp + b->v, below);
-    mbsri_atx(dim, dp, -1.0, c->first.H, d->sigma + b->v, below + dp);
+    if (c->moved) {
+        mbsri_pose_change(b->joint.space, b->np, d->p + b->p, c->dp, x);
+        mbsri_atx(dim, dp, -1.0, c->first.H, d->imp + b->v, below);
+        mbsri_atx(dim, dp, -1.0, c->first.H, d->sigma + b->v, below + dp);
+        mbsri_atx(dim, n, 1.0, c->first.J, d->imp + b->v, own);
+        mbsri_atx(dim, n, 1.0, c->first.J, d->sigma + b->v, own + n);
+    }
     mbsri_atx(dim, dp, -1.0, c->second.H, d->imp + b->v, below + dp);
-    mbsri_atx(dim, n, 1.0, c->first.J, d->imp + b->v, own);
-    mbsri_atx(dim, n, 1.0, c->first.J, d->sigma + b->v, own + n);
     mbsri_atx(dim, n, 1.0, c->second.J, d->imp + b->v, own + n);
     double *qdot = s->qdot + (size_t)at * (size_t)b->nq;
     for (int k = 0, l = 0; k < b->joint.nq; ++k) {
@@ -266,8 +267,6 @@ static void rest(column *c)
     mbsri_zero((size_t)b->joint.n, c->u);
     mbsri_zero((size_t)c->pred->np, c->p_pred);
     mbsri_zero((size_t)b->d_pred, c->V_pred);
-    mbsri_zero((size_t)b->np, c->dp);
-    clear(b, &c->first);
 }
 
 /* Place of free coordinate k among all of the joint. */
@@ -284,6 +283,7 @@ static int pose_columns(column *c, mbsri_joint_slopes *s)
 {
     const mbsri_body *b = c->b;
     int status = MBSR_OK;
+    c->moved = true;
     for (int k = 0; k < s->e_pred + b->nq && !status; ++k) {
         const bool outside = k < s->e_pred;
         rest(c);
@@ -293,31 +293,31 @@ static int pose_columns(column *c, mbsri_joint_slopes *s)
             c->q[place_of(b, k - s->e_pred)] = 1.0;
         status = first_order(c);
         if (status) return status;
-        velocity(c, c->u);
+        velocity(c);
         status = second_order(c);
         if (!status) store(c, outside ? k : s->q + k - s->e_pred, s);
     }
     return status;
 }
 
-/* Columns of the predecessor's velocity, and of u. */
+/* Columns of the predecessor's velocity, and of u: dV = -H dV_pi - J du. */
 static int rate_columns(column *c, mbsri_joint_slopes *s)
 {
     const mbsri_body *b = c->b;
     int status = MBSR_OK;
+    c->moved = false;
+    mbsri_zero((size_t)b->np, c->dp);
+    clear(b, &c->first);
     for (int k = 0; k < b->d_pred + b->n && !status; ++k) {
         const bool outside = k < b->d_pred;
+        const double *along = outside ? c->d->H + b->dp + (size_t)(k * b->d)
+                                      : c->d->J + b->dn + (size_t)((k - b->d_pred) * b->d);
         rest(c);
-        if (outside) {
+        if (outside)
             c->V_pred[k] = 1.0;
-            velocity(c, c->u);
-        } else {
-            double *free = c->spare; /* du of the free coordinates, in spare memory */
-            mbsri_zero((size_t)b->n, free);
-            free[k - b->d_pred] = 1.0;
-            velocity(c, free);
+        else
             c->u[place_of(b, k - b->d_pred)] = 1.0;
-        }
+        for (int l = 0; l < b->d; ++l) c->dV[l] = -along[l];
         status = second_order(c);
         if (!status) store(c, outside ? s->e_pred + k : s->u + k - b->d_pred, s);
     }
