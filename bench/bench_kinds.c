@@ -6,7 +6,7 @@
  * Chains of hinges, all with the same task: forward and inverse dynamics, the residual of the
  * momentum form, and one factorisation with one solution of its Newton system. In space some joints
  * have a table of their own, whose functions call those of the stock joint: to the library such a
- * joint is a user's. In `general` trees every tenth body is of dimension 3 to 12 and hangs on one of
+ * joint is a user's. Those `by_hand` have shorter functions. In `general` trees every tenth body is of dimension 3 to 12 and hangs on one of
  * the chain, which goes on without it; there the joint's derivatives are given, or not. */
 #include "bench.h"
 
@@ -25,10 +25,16 @@ static const struct bench_case {
     int bodies, planar;
     int every;          /* of so many joints one is a user's; 0: none */
     int general, given; /* bodies of any dimension, and derivatives of their joints */
-} cases[] = {{"space", 100, 0, 0, 0, 0},           {"one_own_joint", 100, 0, 100, 0, 0},
-             {"ten_own_joints", 100, 0, 10, 0, 0}, {"all_joints_own", 100, 0, 1, 0, 0},
-             {"general", 100, 0, 0, 1, 0},         {"general_given", 100, 0, 0, 1, 1},
-             {"plane", 100, 1, 0, 0, 0},           {"plane", 1000, 1, 0, 0, 0}};
+    int by_hand;        /* all hinges but the first are a user's, with short functions */
+} cases[] = {{"space", 100, 0, 0, 0, 0, 0},
+             {"one_own_joint", 100, 0, 100, 0, 0, 0},
+             {"ten_own_joints", 100, 0, 10, 0, 0, 0},
+             {"all_joints_own", 100, 0, 1, 0, 0, 0},
+             {"all_joints_by_hand", 100, 0, 0, 0, 0, 1},
+             {"general", 100, 0, 0, 1, 0, 0},
+             {"general_given", 100, 0, 0, 1, 1, 0},
+             {"plane", 100, 1, 0, 0, 0, 0},
+             {"plane", 1000, 1, 0, 0, 0, 0}};
 enum { CASES = sizeof cases / sizeof cases[0] };
 
 typedef struct chain {
@@ -79,6 +85,98 @@ static mbsr_joint own_hinge(mbsr_joint joint)
     return joint;
 }
 
+/* ---- the same hinge by hand --------------------------------------------------------------------
+ *
+ * About axis number param[0] of the predecessor, through the point `seat` of it: V = X V_pred + S u
+ * with X a translation by rho = R_pred seat and S = (z, 0). */
+
+static const double seat[3] = {0.3, 0.0, 0.1};
+
+static void cross(const double a[3], const double b[3], double c[3])
+{
+    c[0] = a[1] * b[2] - a[2] * b[1];
+    c[1] = a[2] * b[0] - a[0] * b[2];
+    c[2] = a[0] * b[1] - a[1] * b[0];
+}
+
+/* rho; the axis in the world. */
+static const double *hinge_at(const mbsr_joint_args *args, double rho[3])
+{
+    const double *R = args->p_pred + MBSR_POSE_R;
+    for (int k = 0; k < 3; ++k) rho[k] = R[k] * seat[0] + R[3 + k] * seat[1] + R[6 + k] * seat[2];
+    return R + 3 * (int)args->param[0];
+}
+
+static int hand_position(const mbsr_joint_args *args, double *p)
+{
+    const int z = (int)args->param[0], x = (z + 1) % 3, y = (z + 2) % 3;
+    const double c = cos(args->q[0]), s = sin(args->q[0]), *from = args->p_pred + MBSR_POSE_R;
+    double *R = p + MBSR_POSE_R, rho[3];
+    hinge_at(args, rho);
+    for (int k = 0; k < 3; ++k) {
+        R[3 * x + k] = c * from[3 * x + k] + s * from[3 * y + k];
+        R[3 * y + k] = c * from[3 * y + k] - s * from[3 * x + k];
+        R[3 * z + k] = from[3 * z + k];
+        p[MBSR_POSE_X + k] = args->p_pred[MBSR_POSE_X + k] + rho[k];
+    }
+    return 0;
+}
+
+static int hand_jacobians(const mbsr_joint_args *args, double *K, double *H, double *J, double *kI)
+{
+    double r[3];
+    const double *z = hinge_at(args, r);
+    (void)K, (void)kI;
+    for (int k = 0; k < 3; ++k) J[k] = -z[k];
+    for (int k = 0; k < 6; ++k) H[7 * k] = -1.0;
+    H[4] = r[2], H[5] = -r[1];
+    H[9] = -r[2], H[11] = r[0];
+    H[15] = r[1], H[16] = -r[0];
+    return 0;
+}
+
+static int hand_bias(const mbsr_joint_args *args, double *kII)
+{
+    double rho[3], swing[3];
+    const double *z = hinge_at(args, rho), *omega = args->V_pred;
+    cross(omega, z, kII);
+    for (int k = 0; k < 3; ++k) kII[k] *= -args->u[0];
+    cross(omega, rho, swing);
+    cross(swing, omega, kII + 3);
+    return 0;
+}
+
+static int hand_rates(const mbsr_joint_args *args, double *Kdot, double *Hdot, double *Jdot)
+{
+    double rho[3], r[3], turned[3];
+    const double *z = hinge_at(args, rho);
+    (void)Kdot;
+    cross(args->V_pred, rho, r);
+    cross(args->V_pred, z, turned);
+    for (int k = 0; k < 3; ++k) Jdot[k] = -turned[k];
+    Hdot[4] = r[2], Hdot[5] = -r[1];
+    Hdot[9] = -r[2], Hdot[11] = r[0];
+    Hdot[15] = r[1], Hdot[16] = -r[0];
+    return 0;
+}
+
+static const mbsr_joint_table hand_table = {.version = MBSR_JOINT_TABLE_VERSION,
+                                            .flags = MBSR_JOINT_UNIT_K | MBSR_JOINT_REGULAR_J,
+                                            .name = "by hand",
+                                            .position = hand_position,
+                                            .jacobians = hand_jacobians,
+                                            .bias = hand_bias,
+                                            .rates = hand_rates};
+
+static mbsr_joint hinge_by_hand(int axis)
+{
+    mbsr_joint joint = mbsr_joint_custom(&hand_table, 6, 1, NULL);
+    joint.space = MBSR_SPACE_SPATIAL;
+    joint.np = MBSR_POSE_SIZE;
+    joint.param[0] = axis;
+    return joint;
+}
+
 /* ---- a body of any dimension ------------------------------------------------------------------
  *
  * p = C (r + R b) + J0 (q + 0.3 sin q), entry by entry, with r and R of a predecessor in space. */
@@ -111,13 +209,6 @@ static void arm(const double *pose, double y[3])
 {
     const double *R = pose + MBSR_POSE_R;
     for (int k = 0; k < 3; ++k) y[k] = R[k] * at[0] + R[3 + k] * at[1] + R[6 + k] * at[2];
-}
-
-static void cross(const double a[3], const double b[3], double c[3])
-{
-    c[0] = a[1] * b[2] - a[2] * b[1];
-    c[1] = a[2] * b[0] - a[0] * b[2];
-    c[2] = a[0] * b[1] - a[1] * b[0];
 }
 
 static void add_C(int d, double factor, const double x[3], double *y)
@@ -295,7 +386,10 @@ static mbsr_body_def body_of(const struct bench_case *c, int i)
     }
     body.joint = mbsr_joint_revolute(&A, NULL, axis);
     body.inertia = mbsr_inertia_rigid(1.0, com, tensor);
-    if (c->every && i % c->every == c->every / 2) body.joint = own_hinge(body.joint);
+    if (c->by_hand && i > 0)
+        body.joint = hinge_by_hand(i % 3);
+    else if (c->every && i % c->every == c->every / 2)
+        body.joint = own_hinge(body.joint);
     return body;
 }
 
