@@ -6,7 +6,6 @@
 #include "algebra/space3.h"
 #include "recursion/backward.h"
 #include "recursion/elements.h"
-#include "recursion/forward.h"
 #include "recursion/inverse.h"
 #include "recursion/kinematics.h"
 #include "recursion/momentum.h"
@@ -173,11 +172,13 @@ static void place_acceleration(const mbsri_sweep_run *run, int i)
     }
 }
 
-void mbsri_block_forward(const mbsri_sweep_run *run, int i)
+void mbsri_block_open_forward(const mbsri_sweep_run *run, int i)
 {
-    double w[MBSR_MAX_D];
     need_acceleration(run, i);
-    mbsri_known_part(run->model, run->data, i, w, run->out + run->tree->body[i].u);
+}
+
+void mbsri_block_close_forward(const mbsri_sweep_run *run, int i)
+{
     place_acceleration(run, i);
 }
 

@@ -23,8 +23,10 @@
 /* The pose and the velocity of body i, whose predecessor is done; a status. */
 int mbsri_block_move(const mbsri_sweep_run *run, int i);
 
-/* u' to `out` and A, after the backward sweep; in inverse dynamics A and mu from u' in `tau`. */
-void mbsri_block_forward(const mbsri_sweep_run *run, int i);
+/* Before u' and A are found in the forward sweep, A of the predecessor, and after that, A where its
+ * neighbours look; in inverse dynamics A and mu from u' in `tau`. */
+void mbsri_block_open_forward(const mbsri_sweep_run *run, int i);
+void mbsri_block_close_forward(const mbsri_sweep_run *run, int i);
 void mbsri_block_accelerate(const mbsri_sweep_run *run, int i);
 
 /* The algebraic equations of the momentum form. */

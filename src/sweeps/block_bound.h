@@ -12,6 +12,7 @@
 #include "sweeps/block.h"
 #include "sweeps/carry.h"
 #include "sweeps/lane.h"
+#include "sweeps/rank_bound.h"
 
 #include <math.h>
 #include <string.h>
@@ -226,12 +227,83 @@ MBSRI_INLINE bool pass_sized(const mbsri_sweep_run *run, int i, int d, int dp, i
     return true;
 }
 
+/* Three numbers of three, without those around them. */
+MBSRI_INLINE v4 three(const double *x)
+{
+    return (v4){x[0], x[1], x[2], 0.0};
+}
+
+MBSRI_INLINE void put_three(double *x, v4 a)
+{
+    for (int k = 0; k < 3; ++k) x[k] = a[k];
+}
+
+/* Body i with one coordinate, behind a body in space of which it is a translation away: the same in
+ * three dimensions at a time, with U = (U_L, U_p) and so on. */
+MBSRI_INLINE bool pass_hinge(const mbsri_sweep_run *run, int i, v4 rho)
+{
+    const mbsri_body *b = run->model->body + i;
+    mbsr_data *data = run->data;
+    const double area = run->tree->length * run->tree->length, per_area = 1.0 / area,
+                 soft = run->tree->body[i].soft, *J = data->J + b->dn, *W = data->W + b->dd,
+                 *kII = data->kII + b->v, *fbar = data->fbar + b->v;
+    double *bound = run->load[i].bound, *U = data->U + b->dn, *G = data->G + b->dn,
+           *mu = data->mu + b->v, *Mbar = data->Mbar + b->dd, *above = data->fbar + b->pred_v;
+    const v4 J_w = three(J), J_v = three(J + 3), k_w = three(kII), k_v = three(kII + 3);
+    blocks c;
+    mbsri_symmetrise(6, Mbar);
+    matrix_to_blocks(Mbar, &c);
+    const double trace = trace_of(&c, per_area);
+    double kappa = bound[0], spread = bound[1] + trace;
+    for (int k = 0; k < 6; ++k) spread += W[7 * k] * (k < 3 ? per_area : 1.0);
+    if (soft > 0.0) {
+        kappa = fmax(kappa, spread * soft);
+        spread = 0.0;
+    }
+    /* D, U, G */
+    const v4 U_L = times(c.I, J_w) + transposed_times(c.G, J_v),
+             U_p = times(c.G, J_w) + times(c.M, J_v);
+    const double D = sum3(J_w * U_L + J_v * U_p), size = area * sum3(J_w * J_w) + sum3(J_v * J_v);
+    if (!(D > 0.0 && D > run->tree->clear * (kappa * D + spread * size))) return false;
+    const double Dinv = 1.0 / D;
+    const v4 g_L = U_L * splat(Dinv), g_p = U_p * splat(Dinv);
+    put_three(U, U_L), put_three(U + 3, U_p);
+    put_three(G, g_L), put_three(G + 3, g_p);
+    data->D[b->nn] = D;
+    data->Dinv[b->nn] = Dinv;
+    run->rank[i] = 1;
+    data->scale[i] = 0.0;
+    /* mu = fbar + Mbar kII,  e = tau - J^T mu,  mu += G e,  X^T mu to the predecessor */
+    v4 mu_L = three(fbar) + times(c.I, k_w) + transposed_times(c.G, k_v),
+       mu_p = three(fbar + 3) + times(c.G, k_w) + times(c.M, k_v);
+    const double e = data->tau[b->iu] - sum3(J_w * mu_L + J_v * mu_p);
+    data->e[b->iu] = e;
+    mu_L += g_L * splat(e);
+    mu_p += g_p * splat(e);
+    put_three(mu, mu_L), put_three(mu + 3, mu_p);
+    put_three(above, three(above) + mu_L + cross(rho, mu_p));
+    put_three(above + 3, three(above + 3) + mu_p);
+    /* the bound, and Mbar^a */
+    const double norm = size * sum3(g_L * g_L * splat(per_area) + g_p * g_p),
+                 ratio = 1.0 + sqrt(sum3(rho * rho) * per_area);
+    bound[0] = kappa;
+    bound[1] = (spread * norm + trace * (1.0 + norm)) * ratio * ratio;
+    c.I[0] -= g_L * xxx(U_L), c.I[1] -= g_L * yyy(U_L), c.I[2] -= g_L * zzz(U_L);
+    c.G[0] -= g_p * xxx(U_L), c.G[1] -= g_p * yyy(U_L), c.G[2] -= g_p * zzz(U_L);
+    c.M[0] -= g_p * xxx(U_p), c.M[1] -= g_p * yyy(U_p), c.M[2] -= g_p * zzz(U_p);
+    translate(rho, &c);
+    add_blocks(&c, data->Mbar + b->pred_dd);
+    return true;
+}
+
 /* Through body i by the bound, which is left for its predecessor in load[i].bound. */
 MBSRI_OUTLINE bool pass_bounded(const mbsri_sweep_run *run, int i)
 {
     const mbsri_body *b = run->model->body + i;
     const int d = b->d, dp = b->d_pred, n = b->n;
-    if (d == 6 && dp == 6 && n == 1) return pass_sized(run, i, 6, 6, 1);
+    v4 rho;
+    if (d == 6 && dp == 6 && n == 1 && is_translation(run->data->H + b->dp, &rho))
+        return pass_hinge(run, i, rho);
     if (d == 6 && dp == 6) return pass_sized(run, i, 6, 6, n);
     if (d == 3 && dp == 3 && n == 1) return pass_sized(run, i, 3, 3, 1);
     return pass_sized(run, i, d, dp, n);

@@ -3,9 +3,39 @@
 #ifndef MBSRI_SWEEPS_FORWARD_H
 #define MBSRI_SWEEPS_FORWARD_H
 
+#include "algebra/dense.h"
+#include "recursion/forward.h"
 #include "sweeps/block.h"
 #include "sweeps/lane.h"
 #include "sweeps/multi_axis.h"
+
+/* As mbsri_known_part, with sizes known to the compiler: w = e - U^T H A_pi, u' = D^+ w,
+ * A = -(H A_pi + kII + J u'). */
+MBSRI_INLINE void known_sized(const mbsri_sweep_run *run, int i, int d, int dp, int n)
+{
+    const mbsri_body *b = run->model->body + i;
+    const mbsr_data *data = run->data;
+    double *A = data->A + b->v, *udot = run->out + run->tree->body[i].u, w[6], sum[6] = {0.0};
+    mbsri_ax(d, dp, 1.0, data->H + b->dp, data->A + b->pred_v, sum);
+    for (int k = 0; k < n; ++k) w[k] = data->e[b->iu + k], udot[k] = 0.0;
+    mbsri_atx(d, n, -1.0, data->U + b->dn, sum, w);
+    mbsri_ax(n, n, 1.0, data->Dinv + b->nn, w, udot);
+    mbsri_ax(d, n, 1.0, data->J + b->dn, udot, sum);
+    for (int k = 0; k < d; ++k) A[k] = -sum[k] - data->kII[b->v + (size_t)k];
+}
+
+/* u' to `out` and A of block i. */
+MBSRI_OUTLINE void forward_block(const mbsri_sweep_run *run, int i)
+{
+    const mbsri_body *b = run->model->body + i;
+    double w[MBSR_MAX_D];
+    mbsri_block_open_forward(run, i);
+    if (b->d == 6 && b->d_pred == 6 && b->n == 1)
+        known_sized(run, i, 6, 6, 1);
+    else
+        mbsri_known_part(run->model, run->data, i, w, run->out + run->tree->body[i].u);
+    mbsri_block_close_forward(run, i);
+}
 
 /* What u' needs of A_pi comes first, so that the next body waits for little:
  * u' = D^-1 (e - U^T c) - D^-1 (X^T U)^T A_pi. */
@@ -25,7 +55,7 @@ static void forward(const mbsri_sweep_run *run)
             store(s->A_w, last_w);
             store(s->A_v, last_v);
             if (b->flags & MBSRI_BLOCK)
-                mbsri_block_forward(run, i);
+                forward_block(run, i);
             else
                 multi_forward(run, i);
             last_w = load(s->A_w);
