@@ -284,6 +284,7 @@ static int pose_columns(column *c, mbsri_joint_slopes *s)
     const mbsri_body *b = c->b;
     int status = MBSR_OK;
     c->moved = true;
+    c->move.still = false;
     for (int k = 0; k < s->e_pred + b->nq && !status; ++k) {
         const bool outside = k < s->e_pred;
         rest(c);
@@ -306,6 +307,7 @@ static int rate_columns(column *c, mbsri_joint_slopes *s)
     const mbsri_body *b = c->b;
     int status = MBSR_OK;
     c->moved = false;
+    c->move.still = true;
     mbsri_zero((size_t)b->np, c->dp);
     clear(b, &c->first);
     for (int k = 0; k < b->d_pred + b->n && !status; ++k) {

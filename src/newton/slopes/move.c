@@ -2,7 +2,8 @@
  * SPDX-License-Identifier: BSD-3-Clause
  *
  * Derivatives are central differences of fourth order over steps of a thousandth of a radian, metre
- * and so on. A joint without `rates` has K', H', J' by such differences along its motion, which are
+ * and so on. Where only velocities change, those of second order over a step of one are exact: kII
+ * is quadratic in them, K', H', J' and q' are linear. A joint without `rates` has K', H', J' by such differences along its motion, which are
  * then differenced once more. */
 #include "newton/slopes/move.h"
 
@@ -256,14 +257,19 @@ int mbsri_joint_move_rates(mbsri_joint_mover *w, const mbsr_joint_args *args,
                            const mbsr_joint_change *by, double *dkII, double *dKdot, double *dHdot,
                            double *dJdot, double *dqdot, const char **name)
 {
-    for (int l = 0; l < 4; ++l) {
-        const double h = mbsri_difference_place(l) * step;
-        mbsr_joint_args moved = displace(w, args, by, h);
+    for (int l = 0; l < (w->still ? 2 : 4); ++l) {
+        const double h = w->still ? 1.0 - 2.0 * l : mbsri_difference_place(l) * step,
+                     weight = w->still ? 0.5 * h : mbsri_difference_weight(l) / (12.0 * step);
+        mbsr_joint_args moved = *args;
+        if (!w->still) {
+            moved = displace(w, args, by, h);
+            mbsri_pose_move(w->space, args->np, args->p, by->p, h, w->p);
+            moved.p = w->p;
+        }
         for (int k = 0; k < args->n; ++k) w->u[k] = args->u[k] + h * by->u[k];
         for (int k = 0; k < args->pred_d; ++k) w->V_pred[k] = args->V_pred[k] + h * by->V_pred[k];
         for (int k = 0; k < args->d; ++k) w->V[k] = args->V[k] + h * by->V[k];
-        mbsri_pose_move(w->space, args->np, args->p, by->p, h, w->p);
-        moved.u = w->u, moved.V_pred = w->V_pred, moved.V = w->V, moved.p = w->p;
+        moved.u = w->u, moved.V_pred = w->V_pred, moved.V = w->V;
         preset(args, 0.0, &w->sample);
         mbsri_joint_sample *s = &w->sample;
         *name = "bias";
@@ -274,9 +280,8 @@ int mbsri_joint_move_rates(mbsri_joint_mover *w, const mbsr_joint_args *args,
             status = coordinate_rates(w, &moved);
         }
         if (status) return status;
-        add_sample(args, mbsri_difference_weight(l) / (12.0 * step), s, dKdot, dHdot, dJdot, dkII);
-        if (dqdot)
-            add((size_t)args->nq, mbsri_difference_weight(l) / (12.0 * step), w->qdot, dqdot);
+        add_sample(args, weight, s, dKdot, dHdot, dJdot, dkII);
+        if (dqdot) add((size_t)args->nq, weight, w->qdot, dqdot);
     }
     return MBSR_OK;
 }
