@@ -51,16 +51,21 @@ void mbsri_pose_unit(mbsr_space space, int k, const double *p, double *dp)
     }
 }
 
-/* y = exp([x]x) a for a small x. */
-static void turn(const double x[3], const double a[3], double y[3])
+/* T = exp([x]x) R for a small x. */
+static void turn(const double x[3], const double R[9], double T[9])
 {
     const double angle = mbsri_norm3(x), half = 0.5 * angle;
-    const double sine = angle > 0.0 ? sin(angle) / angle : 1.0,
-                 versine = angle > 0.0 ? 0.5 * (sin(half) / half) * (sin(half) / half) : 0.5;
-    double once[3], twice[3];
-    mbsri_cross3(x, a, once);
-    mbsri_cross3(x, once, twice);
-    for (int k = 0; k < 3; ++k) y[k] = a[k] + sine * once[k] + versine * twice[k];
+    if (angle == 0.0) {
+        mbsri_copy(9, R, T);
+        return;
+    }
+    const double sine = sin(angle) / angle, ratio = sin(half) / half, versine = 0.5 * ratio * ratio;
+    for (int j = 0; j < 9; j += 3) {
+        double once[3], twice[3];
+        mbsri_cross3(x, R + j, once);
+        mbsri_cross3(x, once, twice);
+        for (int k = 0; k < 3; ++k) T[j + k] = R[j + k] + sine * once[k] + versine * twice[k];
+    }
 }
 
 void mbsri_pose_move(mbsr_space space, int np, const double *p, const double *dp, double h,
@@ -76,7 +81,7 @@ void mbsri_pose_move(mbsr_space space, int np, const double *p, const double *dp
         x[k] *= h;
         moved[MBSR_POSE_X + k] = p[MBSR_POSE_X + k] + h * dp[MBSR_POSE_X + k];
     }
-    for (int j = 0; j < 9; j += 3) turn(x, p + MBSR_POSE_R + j, moved + MBSR_POSE_R + j);
+    turn(x, p + MBSR_POSE_R, moved + MBSR_POSE_R);
 }
 
 void mbsri_pose_rate(mbsr_space space, int np, const double *p, const double *V, double *dp)
@@ -126,12 +131,14 @@ static bool unit_K(const mbsri_joint_mover *w)
     return (w->table->flags & MBSR_JOINT_UNIT_K) != 0;
 }
 
-/* The outputs of a joint's function as it finds them: K the unit matrix or zero, the rest zero. */
-static void preset(const mbsr_joint_args *args, double unit, mbsri_joint_sample *s)
+/* The outputs of a joint's function as it finds them: K, if it writes one, the unit matrix or zero,
+ * the rest zero. */
+static void preset(const mbsri_joint_mover *w, const mbsr_joint_args *args, double unit,
+                   const mbsri_joint_sample *s)
 {
     const size_t d = (size_t)args->d;
-    mbsri_zero(d * d, s->K);
-    for (size_t k = 0; k < d; ++k) s->K[k * (d + 1)] = unit;
+    if (!unit_K(w)) mbsri_zero(d * d, s->K);
+    for (size_t k = 0; k < d && !unit_K(w); ++k) s->K[k * (d + 1)] = unit;
     mbsri_zero(d * (size_t)args->pred_d, s->H);
     mbsri_zero(d * (size_t)args->n, s->J);
     mbsri_zero(d, s->k);
@@ -161,7 +168,7 @@ static int jacobians_at(const mbsri_joint_mover *w, mbsr_joint_args args, double
     int status = w->table->position(&args, p);
     if (status) return status;
     args.p = p;
-    preset(&args, 1.0, s);
+    preset(w, &args, 1.0, s);
     *name = "jacobians";
     return w->table->jacobians(&args, unit_K(w) ? NULL : s->K, s->H, s->J, s->k);
 }
@@ -270,7 +277,7 @@ int mbsri_joint_move_rates(mbsri_joint_mover *w, const mbsr_joint_args *args,
         for (int k = 0; k < args->pred_d; ++k) w->V_pred[k] = args->V_pred[k] + h * by->V_pred[k];
         for (int k = 0; k < args->d; ++k) w->V[k] = args->V[k] + h * by->V[k];
         moved.u = w->u, moved.V_pred = w->V_pred, moved.V = w->V;
-        preset(args, 0.0, &w->sample);
+        preset(w, args, 0.0, &w->sample);
         mbsri_joint_sample *s = &w->sample;
         *name = "bias";
         int status = w->table->bias(&moved, s->k);
