@@ -55,7 +55,7 @@ typedef struct mbsr_newton_info {
                                 * precondition an iterative method (SPGMR and the like) */
     int across;                /* force elements between other bodies */
     int rank;                  /* of the correction, at the last factorisation */
-    int vector_code;           /* 1: the last factorisation ran in the sweeps for rigid bodies */
+    int vector_code;           /* 1: rigid bodies were in vector code at the last factorisation */
     long factorisations, solves;
     size_t bytes; /* memory of the object */
 } mbsr_newton_info;
