@@ -15,7 +15,7 @@ int mbsri_newton_tree_factor(mbsr_newton *w, mbsr_data *d, double t, const doubl
     const int status =
         w->sweeps ? mbsri_newton_sweeps_factor(w->sweeps, d, t, y, u, c) : MBSRI_NOT_SERVED;
     w->by_sweeps = status != MBSRI_NOT_SERVED;
-    w->info.vector_code = w->by_sweeps;
+    w->info.vector_code = w->by_sweeps && (m->bodies == 0 || m->sweeps->blocks < m->bodies);
     if (w->by_sweeps) return status;
     if (!w->lean) return mbsri_tree_factor(w, d, t, y, u, c);
     return mbsri_fail(&d->error, MBSR_ERR_LEAN, MBSR_NONE, MBSR_NONE,
