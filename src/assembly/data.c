@@ -44,6 +44,7 @@ static size_t layout(const mbsr_model *m, bool lean, unsigned char *base, mbsr_d
     d->watched = take(base, &used, bodies * sizeof *d->watched);
     d->frame_rank = take(base, &used, bodies * sizeof *d->frame_rank);
     d->carries = take(base, &used, bodies * sizeof *d->carries);
+    d->apart = take(base, &used, m->grouped && !lean ? bodies * sizeof *d->apart : 0);
     d->pivots = take(base, &used, (size_t)m->max_d * sizeof *d->pivots);
     d->force_bodies = take(base, &used, (size_t)m->max_force_bodies * sizeof *d->force_bodies);
     if (m->sweeps) {
@@ -128,8 +129,10 @@ static int init(const mbsr_model *model, bool lean, void *memory, size_t size, m
     d->t = 0.0;
     d->total_rank = -1;
     d->pending = MBSRI_PENDING_NONE;
-    d->watching = d->framed = d->use_frame = d->accelerated = false;
+    d->watching = d->framed = d->use_frame = d->keep_scale = false;
+    d->accelerated = d->single = false;
     d->alignment = 1.0;
+    for (int i = 0; i <= model->bodies && model->grouped && !lean; ++i) d->apart[i] = false;
     *data = d;
     return MBSR_OK;
 }

@@ -1,6 +1,7 @@
 /* Finishing a model: check the tree, number it parent before child, place every body's arrays.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "algebra/lapack.h"
+#include "assembly/groups.h"
 #include "base/error.h"
 #include "base/memory.h"
 #include "model/query.h"
@@ -127,7 +128,6 @@ static void place(mbsr_model *m, int i, int id)
                       .dp = m->size_dp,
                       .dn = m->size_dn,
                       .k = m->size_k,
-                      .nn = m->size_nn,
                       .joint = *joint,
                       .inertia = entry->inertia,
                       .pred_p = m->body[parent].p,
@@ -152,7 +152,6 @@ static void place(mbsr_model *m, int i, int id)
     m->size_dd += d * d;
     m->size_dp += d * d_pred;
     m->size_dn += d * n;
-    m->size_nn += n * n;
     if (!(joint->table->flags & MBSR_JOINT_UNIT_K)) m->size_k += d * d;
     if (joint->d > m->max_d) m->max_d = joint->d;
     if (b->n > m->max_n) m->max_n = b->n;
@@ -344,6 +343,20 @@ static int order_forces(mbsr_model *m, int N, int *count)
     return MBSR_OK;
 }
 
+/* Groups of joints, which may need a position of the tree: of a model finished but for this. */
+static int group_joints(mbsr_model *m, int N)
+{
+    m->bodies = N;
+    m->lapack_work = mbsri_lapack_syev_work(m->max_n);
+    m->finished = true;
+    const bool built = mbsri_groups_build(m);
+    m->finished = false;
+    m->lapack_work = mbsri_lapack_syev_work(m->max_n);
+    if (built) return MBSR_OK;
+    return mbsri_fail(&m->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
+                      "mbsr_model_finish: no memory");
+}
+
 /* Numbers and places everything; what it sets is forgotten by undo. */
 static int build(mbsr_model *m, int N, numbering *w)
 {
@@ -360,6 +373,7 @@ static int build(mbsr_model *m, int N, numbering *w)
         status = mbsri_fail(&m->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                             "mbsr_model_finish: no memory");
     }
+    if (!status) status = group_joints(m, N);
     return status ? status : order_forces(m, N, w->first);
 }
 
@@ -369,14 +383,16 @@ static void undo(mbsr_model *m)
     mbsri_release(&m->allocator, m->list_index);
     mbsri_release(&m->allocator, m->u_of);
     mbsri_release(&m->allocator, m->q_of);
+    mbsri_release(&m->allocator, m->member);
     mbsri_release(&m->allocator, m->body);
     mbsri_sweeps_release(m);
-    m->index = m->list_index = m->u_of = m->q_of = NULL;
+    m->index = m->list_index = m->u_of = m->q_of = m->member = NULL;
     m->body = NULL;
-    m->differences = false;
+    m->differences = m->grouped = false;
+    m->bodies = 0;
     m->nq = m->nu = m->max_d = m->max_n = m->max_force_bodies = 0;
-    m->size_p = m->size_v = m->size_dd = m->size_dp = m->size_dn = m->size_k = m->size_nn =
-        m->size_full = 0;
+    m->size_p = m->size_v = m->size_dd = m->size_dp = m->size_dn = m->size_dg = m->size_k =
+        m->size_nn = m->size_full = 0;
 }
 
 int mbsr_model_finish(mbsr_model *model)
@@ -404,8 +420,6 @@ int mbsr_model_finish(mbsr_model *model)
         undo(m);
         return status;
     }
-    m->bodies = (int)N;
-    m->lapack_work = mbsri_lapack_syev_work(m->max_n);
     mbsri_release(&m->allocator, m->entries.data);
     m->entries = (mbsri_array){NULL, 0, 0};
     m->finished = true;
@@ -425,6 +439,7 @@ void mbsr_model_destroy(mbsr_model *model)
     mbsri_release(&allocator, model->list_index);
     mbsri_release(&allocator, model->u_of);
     mbsri_release(&allocator, model->q_of);
+    mbsri_release(&allocator, model->member);
     mbsri_sweeps_release(model);
     mbsri_release(&allocator, model->body);
     mbsri_release(&allocator, model);

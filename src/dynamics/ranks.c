@@ -3,6 +3,7 @@
 #include "base/error.h"
 #include "dynamics/entry.h"
 #include "model/query.h"
+#include "recursion/group.h"
 
 #include <mbsrank/dynamics.h>
 
@@ -19,12 +20,15 @@ int mbsr_body_rank(const mbsr_model *model, mbsr_data *data, int body, mbsr_rank
                           "mbsr_body_rank: there is no body %d", body);
     }
     const mbsri_body *b = model->body + i;
-    const double *lambda = data->lambda + b->iu;
-    const int rank = data->rank[i];
-    *info = (mbsr_rank_info){
-        .n = b->n, .rank = rank, .tolerance = model->rank_tolerance, .scale = data->scale[i]};
+    const mbsri_group g = mbsri_group_of(model, data, data->single ? i : b->head);
+    const double *lambda = data->lambda + g.ig;
+    const int rank = mbsri_group_rank(data, &g);
+    *info = (mbsr_rank_info){.n = b->n,
+                             .rank = data->rank[i],
+                             .tolerance = model->rank_tolerance,
+                             .scale = data->scale[g.member[0]]};
     if (rank > 0) info->smallest_kept = lambda[rank - 1];
-    for (int k = rank; k < b->n; ++k)
+    for (int k = rank; k < g.n; ++k)
         info->largest_dropped = fmax(info->largest_dropped, fabs(lambda[k]));
     return MBSR_OK;
 }

@@ -17,6 +17,7 @@
 #include "base/error.h"
 #include "model/query.h"
 #include "recursion/backward.h"
+#include "recursion/group.h"
 #include "recursion/kinematics.h"
 
 #include <math.h>
@@ -32,7 +33,11 @@ int mbsri_frame_renew(const mbsr_model *m, mbsr_data *d, double t, const double 
     if (status) return status;
     mbsri_copy((size_t)m->nu, d->s, d->s_frame);
     mbsri_copy(m->size_nn, d->X, d->X_frame);
-    for (int i = 1; i <= m->bodies; ++i) d->frame_rank[i] = d->rank[i];
+    for (int i = 1; i <= m->bodies; ++i) {
+        if (!mbsri_heads(m, d, i)) continue;
+        const mbsri_group g = mbsri_group_of(m, d, i);
+        d->frame_rank[i] = mbsri_group_rank(d, &g);
+    }
     d->framed = true;
     return MBSR_OK;
 }
@@ -68,8 +73,10 @@ int mbsri_frame_align(const mbsr_model *m, mbsr_data *d)
     char label[MBSRI_LABEL];
     d->alignment = 1.0;
     for (int i = 1; i <= m->bodies; ++i) {
+        if (!mbsri_heads(m, d, i)) continue;
         const mbsri_body *b = m->body + i;
-        const int n = b->n, r = d->rank[i];
+        const mbsri_group g = mbsri_group_of(m, d, i);
+        const int n = g.n, r = mbsri_group_rank(d, &g);
         double *X = d->X + b->nn;
         const double *X_ref = d->X_frame + b->nn;
         if (r != d->frame_rank[i]) {
@@ -140,12 +147,12 @@ static void polar_rate(int n, int c, const double *B, const double *B_ref, doubl
 }
 
 /* Scaled D^+, and X' and d(D^+) (scaled) from the scaled D'.  All n x n; scratch after them. */
-static void block_rates(const mbsri_body *b, const mbsr_data *d, int r, const double *Ddot,
-                        double *Dpdot, double *Xdot, double *scratch)
+static void block_rates(const mbsri_body *b, const mbsri_group *g, const mbsr_data *d, int r,
+                        const double *Ddot, double *Dpdot, double *Xdot, double *scratch)
 {
-    const int n = b->n;
+    const int n = g->n;
     const size_t nn = (size_t)n * (size_t)n;
-    const double *X = d->X + b->nn, *X_ref = d->X_frame + b->nn, *s = d->s + b->iu;
+    const double *X = d->X + b->nn, *X_ref = d->X_frame + b->nn, *s = d->s + g->ig;
     const double *Dinv = d->Dinv + b->nn;
     double *Dp = scratch, *Pn = Dp + nn, *T = Pn + nn, *Pidot = T + nn, *Cdot = Pidot + nn;
     double *rest = Cdot + nn;
@@ -182,27 +189,68 @@ static void block_rates(const mbsri_body *b, const mbsr_data *d, int r, const do
     polar_rate(n, n - r, X + r * n, X_ref + r * n, Cdot, Xdot + r * n, rest);
 }
 
-/* U' = Mbar' J + Mbar J',  D' = J'^T U + J^T U'  (not scaled). */
-static void products(const mbsri_body *b, const mbsr_data *d, double *Udot, double *Ddot)
+/* Rows of D' from F and F' at member a, columns of b. */
+static void place(const mbsri_body *row, const mbsri_body *column, const mbsri_group *g,
+                  const mbsr_data *d, const double *F, const double *Fdot, double *Ddot)
 {
-    const int dim = b->d, n = b->n;
-    mbsri_zero((size_t)dim * (size_t)n, Udot);
-    mbsri_ab(dim, dim, n, 1.0, d->Mbardot + b->dd, d->J + b->dn, Udot);
-    mbsri_ab(dim, dim, n, 1.0, d->Mbar + b->dd, d->Jdot + b->dn, Udot);
-    mbsri_zero((size_t)n * (size_t)n, Ddot);
-    mbsri_atb(dim, n, n, 1.0, d->Jdot + b->dn, d->U + b->dn, Ddot);
-    mbsri_atb(dim, n, n, 1.0, d->J + b->dn, Udot, Ddot);
-    mbsri_symmetrise(n, Ddot);
+    const int r = row->ig - g->ig, c = column->ig - g->ig;
+    for (int j = 0; j < column->n; ++j) {
+        const double *f = F + (size_t)(j * row->d), *fdot = Fdot + (size_t)(j * row->d);
+        for (int k = 0; k < row->n; ++k) {
+            const size_t at = row->dn + (size_t)(k * row->d);
+            const double entry =
+                mbsri_dot(row->d, d->Jdot + at, f) + mbsri_dot(row->d, d->J + at, fdot);
+            Ddot[(c + j) * g->n + r + k] = entry;
+            if (row != column) Ddot[(r + k) * g->n + c + j] = entry;
+        }
+    }
 }
 
-/* Mbar^a' = Mbar' - U' G^T - G U'^T + G D' G^T, and with H' to the predecessor's Mbar'. */
-static void pass_on(const mbsr_model *m, mbsr_data *d, int i, const double *Udot,
+/* U' and D' of a group (not scaled), as U and D in recursion/group.h:
+ *   F' = C' J + C J',  F'_pi = -H'^T F - H^T F',  D'_ab = J_a'^T F_b + J_a^T F_b'
+ * work: 4 d n. */
+static void products(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g, double *Udot,
+                     double *Ddot, double *work)
+{
+    const int head = g->member[0];
+    mbsri_zero((size_t)g->n * (size_t)g->n, Ddot);
+    for (int l = 0; l < g->members; ++l) {
+        const mbsri_body *b = m->body + g->member[l];
+        const size_t room = (size_t)m->max_d * (size_t)b->n;
+        const int n = b->n;
+        double *F = work, *Fdot = F + room, *next = Fdot + room, *next_dot = next + room;
+        mbsri_zero((size_t)(b->d * n), F);
+        mbsri_zero((size_t)(b->d * n), Fdot);
+        mbsri_ab(b->d, b->d, n, 1.0, d->Mbar + b->dd, d->J + b->dn, F);
+        mbsri_ab(b->d, b->d, n, 1.0, d->Mbardot + b->dd, d->J + b->dn, Fdot);
+        mbsri_ab(b->d, b->d, n, 1.0, d->Mbar + b->dd, d->Jdot + b->dn, Fdot);
+        for (int a = g->member[l];; a = m->body[a].parent) {
+            const mbsri_body *at = m->body + a;
+            place(at, b, g, d, F, Fdot, Ddot);
+            if (a == head) break;
+            mbsri_zero((size_t)(at->d_pred * n), next);
+            mbsri_zero((size_t)(at->d_pred * n), next_dot);
+            mbsri_atb(at->d, at->d_pred, n, -1.0, d->H + at->dp, F, next);
+            mbsri_atb(at->d, at->d_pred, n, -1.0, d->Hdot + at->dp, F, next_dot);
+            mbsri_atb(at->d, at->d_pred, n, -1.0, d->H + at->dp, Fdot, next_dot);
+            mbsri_copy((size_t)(at->d_pred * n), next, F);
+            mbsri_copy((size_t)(at->d_pred * n), next_dot, Fdot);
+        }
+        mbsri_copy((size_t)(m->body[head].d * n), Fdot,
+                   Udot + (size_t)((b->ig - g->ig) * m->body[head].d));
+    }
+    mbsri_symmetrise(g->n, Ddot);
+}
+
+/* Mbar^a' = Mbar' - U' G^T - G U'^T + G D' G^T, and with H' to the predecessor's Mbar'; n = 0: of a
+ * body that is not the head of a group. */
+static void pass_on(const mbsr_model *m, mbsr_data *d, int i, int n, const double *Udot,
                     const double *Ddot, double *scratch)
 {
     const mbsri_body *b = m->body + i;
-    const int dim = b->d, n = b->n, dp = b->d_pred;
+    const int dim = b->d, dp = b->d_pred;
     const size_t dd = (size_t)dim * (size_t)dim;
-    const double *G = d->G + b->dn, *H = d->H + b->dp, *Hdot = d->Hdot + b->dp;
+    const double *G = d->G + b->dg, *H = d->H + b->dp, *Hdot = d->Hdot + b->dp;
     double *T = scratch, *Tdot = T + dd, *product = Tdot + dd, *sum = d->Mbardot + b->pred_dd;
     if (dp == 0) return;
     mbsri_copy(dd, d->Mbardot + b->dd, Tdot);
@@ -214,7 +262,7 @@ static void pass_on(const mbsr_model *m, mbsr_data *d, int i, const double *Udot
     mbsri_congruence(dim, dp, H, Tdot, sum, product);
     /* H'^T Mbar^a H + its transpose */
     mbsri_copy(dd, d->Mbar + b->dd, T);
-    mbsri_abt(dim, n, dim, -1.0, G, d->U + b->dn, T);
+    mbsri_abt(dim, n, dim, -1.0, G, d->U + b->dg, T);
     mbsri_zero((size_t)dim * (size_t)dp, product);
     mbsri_ab(dim, dim, dp, 1.0, T, H, product);
     mbsri_atb(dim, dp, dp, 1.0, Hdot, product, sum);
@@ -230,21 +278,26 @@ int mbsri_frame_rates(const mbsr_model *m, mbsr_data *d)
     mbsri_copy(m->size_dd, d->Mdot, d->Mbardot);
     for (int i = m->bodies; i >= 1; --i) {
         const mbsri_body *b = m->body + i;
-        const int n = b->n;
-        const double *s = d->s + b->iu;
-        products(b, d, Udot, Ddot);
+        if (!mbsri_heads(m, d, i)) {
+            pass_on(m, d, i, 0, Udot, Ddot, rest);
+            continue;
+        }
+        const mbsri_group g = mbsri_group_of(m, d, i);
+        const int n = g.n;
+        const double *s = d->s + g.ig;
+        products(m, d, &g, Udot, Ddot, rest);
         for (int j = 0; j < n; ++j) {
             for (int k = 0; k < n; ++k) Dsdot[j * n + k] = s[j] * Ddot[j * n + k] * s[k];
         }
-        block_rates(b, d, d->rank[i], Dsdot, Dpdot, d->Xdot + b->nn, rest);
+        block_rates(b, &g, d, mbsri_group_rank(d, &g), Dsdot, Dpdot, d->Xdot + b->nn, rest);
         /* G' = U' D^+ + U S d(D^+) S */
         for (int j = 0; j < n; ++j) {
             for (int k = 0; k < n; ++k) Dpdot[j * n + k] *= s[j] * s[k];
         }
-        mbsri_zero((size_t)b->d * (size_t)n, d->Gdot + b->dn);
-        mbsri_ab(b->d, n, n, 1.0, Udot, d->Dinv + b->nn, d->Gdot + b->dn);
-        mbsri_ab(b->d, n, n, 1.0, d->U + b->dn, Dpdot, d->Gdot + b->dn);
-        pass_on(m, d, i, Udot, Ddot, rest);
+        mbsri_zero((size_t)b->d * (size_t)n, d->Gdot + b->dg);
+        mbsri_ab(b->d, n, n, 1.0, Udot, d->Dinv + b->nn, d->Gdot + b->dg);
+        mbsri_ab(b->d, n, n, 1.0, d->U + b->dg, Dpdot, d->Gdot + b->dg);
+        pass_on(m, d, i, n, Udot, Ddot, rest);
     }
     return MBSR_OK;
 }

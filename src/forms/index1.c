@@ -48,21 +48,40 @@ static int identify(const mbsr_model *m, mbsr_data *d, double *id)
     const int status = need_frame(d);
     if (status) return status;
     for (int k = 0; k < m->nq; ++k) id[k] = 1.0;
+    double *own = d->v_given;
     for (int i = 1; i <= m->bodies; ++i) {
-        const mbsri_body *b = m->body + i;
-        for (int k = 0; k < b->n; ++k) id[m->nq + b->u + k] = k < d->frame_rank[i] ? 1.0 : 0.0;
+        if (m->body[i].head != i) continue;
+        const mbsri_group g = mbsri_group_in_model(m, i);
+        for (int k = 0; k < g.n; ++k) own[k] = k < d->frame_rank[i] ? 1.0 : 0.0;
+        mbsri_group_scatter(m, &g, own, id + m->nq);
     }
     return MBSR_OK;
 }
 
-/* z = S N zeta with zeta = X_N^T S^-1 w. */
-static void null_rate(const mbsri_body *b, const mbsr_data *d, int rank, const double *zeta,
-                      double *z)
+/* A group, and its part of what belongs to blocks. */
+typedef struct block {
+    mbsri_group g;
+    const mbsri_body *head;
+    int n, rank;
+    const double *X, *Xdot, *s;
+} block;
+
+static block block_of(const mbsr_model *m, const mbsr_data *d, int i)
 {
-    const double *X = d->X + b->nn, *s = d->s + b->iu;
+    const mbsri_body *b = m->body + i;
+    block k = {.g = mbsri_group_of(m, d, i), .head = b, .X = d->X + b->nn, .Xdot = d->Xdot + b->nn};
+    k.n = k.g.n;
+    k.rank = mbsri_group_rank(d, &k.g);
+    k.s = d->s + k.g.ig;
+    return k;
+}
+
+/* z = S N zeta with zeta = X_N^T S^-1 w. */
+static void null_rate(const block *b, const double *zeta, double *z)
+{
     mbsri_zero((size_t)b->n, z);
-    mbsri_ax(b->n, b->n - rank, 1.0, X + rank * b->n, zeta, z);
-    for (int k = 0; k < b->n; ++k) z[k] *= s[k];
+    mbsri_ax(b->n, b->n - b->rank, 1.0, b->X + b->rank * b->n, zeta, z);
+    for (int k = 0; k < b->n; ++k) z[k] *= b->s[k];
 }
 
 /* v from u (by the caller's order) or, with `inverse`, u from v; w stays in the data.
@@ -73,90 +92,98 @@ static void transform(const mbsr_model *m, mbsr_data *d, const double *from, dou
     double *x = d->scratch, *scaled = x + m->max_d, *v = scaled + m->max_d;
     d->carries[0] = false;
     for (int i = 1; i <= m->bodies; ++i) {
-        const mbsri_body *b = m->body + i;
-        const double *X = d->X + b->nn, *s = d->s + b->iu;
-        double *w = d->w + b->iu, *z = d->vec + b->iu;
+        if (!mbsri_heads(m, d, i)) continue;
+        const block b = block_of(m, d, i);
+        const double *G = d->G + b.head->dg;
+        const int dim = b.head->d, n = b.n;
+        double *w = d->w + b.g.ig, *z = d->vec + b.g.ig;
         const bool from_pred = mbsri_null_below(m, d, i, x);
         if (inverse) {
-            /* w = S X v */
-            mbsri_copy((size_t)b->n, from + b->u, v);
-            mbsri_zero((size_t)b->n, w);
-            mbsri_ax(b->n, b->n, 1.0, X, v, w);
-            for (int k = 0; k < b->n; ++k) w[k] *= s[k];
+            /* w = S X v,  u = w - G^T x */
+            mbsri_group_gather(m, &b.g, from, v);
+            mbsri_zero((size_t)n, w);
+            mbsri_ax(n, n, 1.0, b.X, v, w);
+            for (int k = 0; k < n; ++k) w[k] *= b.s[k];
+            mbsri_copy((size_t)n, w, scaled);
+            if (from_pred) mbsri_atx(dim, n, -1.0, G, x, scaled);
+            mbsri_group_scatter(m, &b.g, scaled, to);
         } else {
             /* w = u + G^T x,  v = X^T S^-1 w */
-            mbsri_copy((size_t)b->n, from + b->u, w);
-            if (from_pred) mbsri_atx(b->d, b->n, 1.0, d->G + b->dn, x, w);
-            for (int k = 0; k < b->n; ++k) scaled[k] = w[k] / s[k];
-            mbsri_zero((size_t)b->n, v);
-            mbsri_atx(b->n, b->n, 1.0, X, scaled, v);
-            mbsri_copy((size_t)b->n, v, to + b->u);
+            mbsri_group_gather(m, &b.g, from, w);
+            if (from_pred) mbsri_atx(dim, n, 1.0, G, x, w);
+            for (int k = 0; k < n; ++k) scaled[k] = w[k] / b.s[k];
+            mbsri_zero((size_t)n, v);
+            mbsri_atx(n, n, 1.0, b.X, scaled, v);
+            mbsri_group_scatter(m, &b.g, v, to);
         }
-        null_rate(b, d, d->rank[i], v + d->rank[i], z);
-        mbsri_null_pass(m, d, i, d->rank[i] < b->n, from_pred, x, z);
-        if (!inverse) continue;
-        /* u = w - G^T x */
-        mbsri_copy((size_t)b->n, w, to + b->u);
-        if (from_pred) mbsri_atx(b->d, b->n, -1.0, d->G + b->dn, x, to + b->u);
+        null_rate(&b, v + b.rank, z);
+        mbsri_null_pass(m, d, &b.g, b.rank < n, from_pred, x, z);
     }
 }
 
 /* delta = (G^T H)' Vz_pi = G'^T H Vz_pi + G^T H' Vz_pi; hv = H' Vz_pi. */
-static void drift(const mbsr_model *m, const mbsr_data *d, int i, const double *x, double *hv,
-                  double *delta)
+static void drift(const block *k, const mbsr_data *d, const double *x, double *hv, double *delta)
 {
-    const mbsri_body *b = m->body + i;
+    const mbsri_body *b = k->head;
     mbsri_zero((size_t)b->d, hv);
     mbsri_ax(b->d, b->d_pred, 1.0, d->Hdot + b->dp, d->Az + b->pred_v, hv);
-    mbsri_atx(b->d, b->n, 1.0, d->Gdot + b->dn, x, delta);
-    mbsri_atx(b->d, b->n, 1.0, d->G + b->dn, hv, delta);
+    mbsri_atx(b->d, k->n, 1.0, d->Gdot + b->dg, x, delta);
+    mbsri_atx(b->d, k->n, 1.0, d->G + b->dg, hv, delta);
 }
 
 /* y_i of the derivation: S N' zeta + S N (N'^T S^-1 w + N^T S^-1 delta). */
-static void null_drift(const mbsri_body *b, const mbsr_data *d, int rank, const double *zeta,
-                       const double *delta, double *y, double *scaled, double *weight)
+static void null_drift(const block *b, const mbsr_data *d, const double *zeta, const double *delta,
+                       double *y, double *scaled, double *weight)
 {
-    const int n = b->n, k0 = n - rank;
-    const double *N = d->X + b->nn + rank * n, *Ndot = d->Xdot + b->nn + rank * n;
-    const double *s = d->s + b->iu, *w = d->w + b->iu;
+    const int n = b->n, k0 = n - b->rank;
+    const double *N = b->X + b->rank * n, *Ndot = b->Xdot + b->rank * n, *w = d->w + b->g.ig;
     for (int l = 0; l < k0; ++l) weight[l] = 0.0;
-    for (int k = 0; k < n; ++k) scaled[k] = w[k] / s[k];
+    for (int k = 0; k < n; ++k) scaled[k] = w[k] / b->s[k];
     mbsri_atx(n, k0, 1.0, Ndot, scaled, weight);
-    for (int k = 0; k < n; ++k) scaled[k] = delta[k] / s[k];
+    for (int k = 0; k < n; ++k) scaled[k] = delta[k] / b->s[k];
     mbsri_atx(n, k0, 1.0, N, scaled, weight);
     for (int k = 0; k < n; ++k) y[k] = 0.0;
     mbsri_ax(n, k0, 1.0, Ndot, zeta, y);
     mbsri_ax(n, k0, 1.0, N, weight, y);
-    for (int k = 0; k < n; ++k) y[k] *= s[k];
+    for (int k = 0; k < n; ++k) y[k] *= b->s[k];
 }
 
-/* -zeta' = -(N'^T S^-1 w + N^T S^-1 (u' + delta)) into out[rank ..]. */
-static void null_slope(const mbsri_body *b, const mbsr_data *d, int rank, const double *udot,
-                       const double *delta, double *scaled, double *out)
+/* -zeta' = -(N'^T S^-1 w + N^T S^-1 (u' + delta)) into out[rank ..]; udot (n). */
+static void null_slope(const block *b, const mbsr_data *d, const double *udot, const double *delta,
+                       double *scaled, double *out)
 {
-    const int n = b->n;
-    const double *s = d->s + b->iu, *w = d->w + b->iu;
+    const int n = b->n, rank = b->rank;
+    const double *w = d->w + b->g.ig;
     for (int k = rank; k < n; ++k) out[k] = 0.0;
-    for (int k = 0; k < n; ++k) scaled[k] = w[k] / s[k];
-    mbsri_atx(n, n - rank, -1.0, d->Xdot + b->nn + rank * n, scaled, out + rank);
-    for (int k = 0; k < n; ++k) scaled[k] = (udot[k] + delta[k]) / s[k];
-    mbsri_atx(n, n - rank, -1.0, d->X + b->nn + rank * n, scaled, out + rank);
+    for (int k = 0; k < n; ++k) scaled[k] = w[k] / b->s[k];
+    mbsri_atx(n, n - rank, -1.0, b->Xdot + rank * n, scaled, out + rank);
+    for (int k = 0; k < n; ++k) scaled[k] = (udot[k] + delta[k]) / b->s[k];
+    mbsri_atx(n, n - rank, -1.0, b->X + rank * n, scaled, out + rank);
 }
 
-/* Y_i from Y_pi; y: the null drift, load: J-part z - G^T H Vz_pi in vec. */
-static void drift_velocity(const mbsr_model *m, mbsr_data *d, int i, bool from_pred,
-                           const double *hy, const double *hv, const double *y)
+/* Y of the bodies of a group from Y of the predecessor; y: the null drift, J-part z - G^T H Vz_pi in
+ * vec; work: d. */
+static void drift_velocities(const mbsr_model *m, mbsr_data *d, const block *of, const double *y,
+                             double *work)
 {
-    const mbsri_body *b = m->body + i;
-    double *Y = d->Y + b->v;
-    if (!d->carries[i]) return;
-    mbsri_zero((size_t)b->d, Y);
-    mbsri_ax(b->d, b->n, -1.0, d->Jdot + b->dn, d->vec + b->iu, Y);
-    mbsri_ax(b->d, b->n, -1.0, d->J + b->dn, y, Y);
-    for (int k = 0; k < b->d && from_pred; ++k) Y[k] -= hy[k] + hv[k];
+    for (int l = 0; l < of->g.members; ++l) {
+        const int i = of->g.member[l];
+        const mbsri_body *b = m->body + i;
+        double *Y = d->Y + b->v;
+        if (!d->carries[i]) continue;
+        mbsri_zero((size_t)b->d, Y);
+        mbsri_ax(b->d, b->n, -1.0, d->Jdot + b->dn, d->vec + b->ig, Y);
+        mbsri_ax(b->d, b->n, -1.0, d->J + b->dn, y + b->ig - of->g.ig, Y);
+        if (!d->carries[b->parent]) continue;
+        /* H Y_pi + H' Vz_pi */
+        mbsri_zero((size_t)b->d, work);
+        mbsri_ax(b->d, b->d_pred, 1.0, d->H + b->dp, d->Y + b->pred_v, work);
+        mbsri_ax(b->d, b->d_pred, 1.0, d->Hdot + b->dp, d->Az + b->pred_v, work);
+        for (int k = 0; k < b->d; ++k) Y[k] -= work[k];
+    }
 }
 
-/* -eta' and gamma, joint by joint, into F; with udot (u', as the caller's u) -zeta' instead of
+/* -eta' and gamma, group by group, into F; with udot (u', as the caller's u) -zeta' instead of
  * gamma. reads v, and all that transform, the backward recursion, the rates and the frame left in
  * the data; writes A, Y, F. */
 static void equations(const mbsr_model *m, mbsr_data *d, const double *v, const double *udot,
@@ -165,36 +192,44 @@ static void equations(const mbsr_model *m, mbsr_data *d, const double *v, const 
     const int dm = m->max_d;
     double *x = d->scratch, *hv = x + dm, *hy = hv + dm, *delta = hy + dm, *rate = delta + dm;
     double *load = rate + dm, *y = load + dm, *scaled = y + dm, *weight = scaled + dm;
+    double *own = weight + dm, *given = own + dm, *out = given + dm;
     for (int i = 1; i <= m->bodies; ++i) {
-        const mbsri_body *b = m->body + i;
-        const int n = b->n, r = d->rank[i];
-        const double *X = d->X + b->nn, *s = d->s + b->iu, *w = d->w + b->iu, *e = d->e + b->iu;
-        double *out = F + b->u;
-        mbsri_known_part(m, d, i, load, rate); /* rate = D^+ w0 */
+        if (!mbsri_heads(m, d, i)) continue;
+        const block of = block_of(m, d, i);
+        const mbsri_body *b = of.head;
+        const int n = of.n, r = of.rank;
+        const double *s = of.s, *w = d->w + of.g.ig, *e = d->e + of.g.ig;
+        mbsri_group_gather(m, &of.g, v, own);
+        mbsri_known_part(m, d, &of.g, load, rate); /* rate = D^+ w0 */
         mbsri_zero((size_t)n, delta);
         const bool from_pred = mbsri_null_below(m, d, i, x);
         if (from_pred) {
-            drift(m, d, i, x, hv, delta);
+            drift(&of, d, x, hv, delta);
             mbsri_zero((size_t)b->d, hy);
             mbsri_ax(b->d, b->d_pred, 1.0, d->H + b->dp, d->Y + b->pred_v, hy);
         }
-        null_drift(b, d, r, v + b->u + r, delta, y, scaled, weight);
-        if (udot) null_slope(b, d, r, udot + b->u, delta, scaled, out);
+        null_drift(&of, d, own + r, delta, y, scaled, weight);
+        if (udot) {
+            mbsri_group_gather(m, &of.g, udot, given);
+            null_slope(&of, d, given, delta, scaled, out);
+        }
         /* rate + delta + G^T H Y_pi,  y - delta - G^T H Y_pi */
-        if (from_pred) mbsri_atx(b->d, n, 1.0, d->G + b->dn, hy, delta);
+        if (from_pred) mbsri_atx(b->d, n, 1.0, d->G + b->dg, hy, delta);
         for (int k = 0; k < n; ++k) rate[k] += delta[k], y[k] -= delta[k];
-        drift_velocity(m, d, i, from_pred, hy, hv, y);
+        drift_velocities(m, d, &of, y, x);
         /* eta' = R'^T S^-1 w + R^T S^-1 rate */
         for (int k = 0; k < r; ++k) out[k] = 0.0;
         for (int k = 0; k < n; ++k) scaled[k] = w[k] / s[k];
-        mbsri_atx(n, r, -1.0, d->Xdot + b->nn, scaled, out);
+        mbsri_atx(n, r, -1.0, of.Xdot, scaled, out);
         for (int k = 0; k < n; ++k) scaled[k] = rate[k] / s[k];
-        mbsri_atx(n, r, -1.0, X, scaled, out);
-        if (udot) continue;
-        /* gamma = N^T S e */
-        for (int k = r; k < n; ++k) out[k] = 0.0;
-        for (int k = 0; k < n; ++k) scaled[k] = s[k] * e[k];
-        mbsri_atx(n, n - r, 1.0, X + r * n, scaled, out + r);
+        mbsri_atx(n, r, -1.0, of.X, scaled, out);
+        if (!udot) {
+            /* gamma = N^T S e */
+            for (int k = r; k < n; ++k) out[k] = 0.0;
+            for (int k = 0; k < n; ++k) scaled[k] = s[k] * e[k];
+            mbsri_atx(n, n - r, 1.0, of.X + r * n, scaled, out + r);
+        }
+        mbsri_group_scatter(m, &of.g, out, F);
     }
 }
 
@@ -279,8 +314,13 @@ static int residual(const mbsr_model *m, mbsr_data *d, double t, const double *y
     if (status) return status;
     for (int k = 0; k < m->nq; ++k) F[k] += yp[k];
     for (int i = 1; i <= m->bodies; ++i) {
-        const int first = m->nq + m->body[i].u;
-        for (int k = first; k < first + d->rank[i]; ++k) F[k] += yp[k];
+        if (!mbsri_heads(m, d, i)) continue;
+        const block b = block_of(m, d, i);
+        double *own = d->scratch, *rate = own + b.n;
+        mbsri_group_gather(m, &b.g, F + m->nq, own);
+        mbsri_group_gather(m, &b.g, yp + m->nq, rate);
+        for (int k = 0; k < b.rank; ++k) own[k] += rate[k];
+        mbsri_group_scatter(m, &b.g, own, F + m->nq);
     }
     return MBSR_OK;
 }
@@ -315,8 +355,8 @@ int mbsr_index1_alignment(const mbsr_model *model, mbsr_data *data, double t, co
 static bool may_spin(const mbsr_model *m, const mbsr_data *d)
 {
     for (int i = 1; i <= m->bodies; ++i) {
-        const int n = m->body[i].n, r = d->frame_rank[i];
-        if (r > 0 && r < n && n > 2) return true;
+        const int n = m->body[i].group_n, r = d->frame_rank[i];
+        if (m->body[i].head == i && r > 0 && r < n && n > 2) return true;
     }
     return false;
 }
@@ -341,8 +381,13 @@ int mbsr_index1_renew(const mbsr_model *model, mbsr_data *data, double t, const 
     status = blocks(m, d, t, y, NULL, yp);
     for (int k = 0; k < m->nq + m->nu; ++k) yp[k] = -yp[k];
     for (int i = 1; i <= m->bodies; ++i) {
-        const mbsri_body *b = m->body + i;
-        for (int k = d->frame_rank[i]; k < b->n; ++k) yp[m->nq + b->u + k] = zeta_rate[b->u + k];
+        if (m->body[i].head != i) continue;
+        const mbsri_group g = mbsri_group_in_model(m, i);
+        double *own = d->scratch, *rate = own + g.n;
+        mbsri_group_gather(m, &g, yp + m->nq, own);
+        mbsri_group_gather(m, &g, zeta_rate, rate);
+        for (int k = d->frame_rank[i]; k < g.n; ++k) own[k] = rate[k];
+        mbsri_group_scatter(m, &g, own, yp + m->nq);
     }
     if (status) return status;
     return mbsri_check_result(m, d, (size_t)(m->nq + m->nu), yp, "mbsr_index1_renew");

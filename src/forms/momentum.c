@@ -20,7 +20,7 @@
  *
  * with e = tau - J^T (fbar + Mbar kII).
  *
- * P r is what of the momenta belongs to no inertia; P e = gamma are the forces there. s = 1 s makes
+ * group by group (recursion/group.h). P r is what of the momenta belongs to no inertia; P e = gamma are the forces there. s = 1 s makes
  * a momentum of a force. Projections need no basis: nothing can flip or turn. */
 #include "forms/momentum.h"
 
@@ -132,8 +132,13 @@ static int residual(const mbsr_model *m, mbsr_data *d, double t, const double *y
     for (int k = 0; k < m->nq + m->nu; ++k) F[k] = yp[k] - F[k];
     /* algebraic equations */
     mbsri_condense(m, d, p);
-    for (int i = 1; i <= m->bodies; ++i)
-        mbsri_balance_of(m, d, i, F + m->nq + m->nu + m->body[i].u);
+    double *balance = d->vec;
+    for (int i = 1; i <= m->bodies; ++i) {
+        if (!mbsri_heads(m, d, i)) continue;
+        const mbsri_group g = mbsri_group_of(m, d, i);
+        mbsri_balance_of(m, d, &g, balance);
+        mbsri_group_scatter(m, &g, balance, F + m->nq + m->nu);
+    }
     return MBSR_OK;
 }
 

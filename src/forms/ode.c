@@ -87,12 +87,15 @@ static void claim(const mbsr_model *m, const mbsr_data *d, int *owner, int *pare
         const int pred = m->body[i].parent;
         /* through a body without a definite mass, null velocities reach its successors */
         const bool through = !m->body[pred].regular || d->rank[pred] < m->body[pred].n;
+        if (!mbsri_heads(m, d, i)) continue;
         if (owner[pred] >= 0 && through) owner[i] = owner[pred];
-        for (int n = d->rank[i]; n < m->body[i].n; ++n, ++l) {
+        const mbsri_group g = mbsri_group_of(m, d, i);
+        for (int n = mbsri_group_rank(d, &g); n < g.n; ++n, ++l) {
             parent[l] = l;
             if (owner[i] >= 0) join(parent, owner[i], l);
             owner[i] = find(parent, l);
         }
+        for (int k = 1; k < g.members; ++k) owner[g.member[k]] = owner[i];
     }
 }
 
@@ -165,7 +168,9 @@ static int build(mbsr_ode *o)
     number_groups(o, parent);
     int l = 0;
     for (int i = 1; i <= m->bodies; ++i) {
-        for (int n = o->d->rank[i]; n < m->body[i].n; ++n) o->body[l++] = i;
+        if (!mbsri_heads(m, o->d, i)) continue;
+        const mbsri_group g = mbsri_group_of(m, o->d, i);
+        for (int n = mbsri_group_rank(o->d, &g); n < g.n; ++n) o->body[l++] = i;
     }
     size_t entries = 0;
     for (int g = 0; g < o->groups; ++g) entries += (size_t)o->size[g] * (size_t)o->size[g];
@@ -251,19 +256,24 @@ int mbsr_ode_pack(mbsr_ode *ode, double t, const double *q, const double *u, dou
  * leaves. reads ep, U, Dinv, H, J, kI, X, s;  writes V, u. */
 static void momentum_part(const mbsr_model *m, mbsr_data *d, double *u)
 {
-    double *x = d->scratch + m->max_d, *load = x + m->max_d, *null = load + m->max_d;
+    double *x = d->scratch + m->max_d, *load = x + m->max_d, *given = load + m->max_d,
+           *found = given + m->max_d;
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
         double *V = d->V + b->v, *ui = u + b->u;
-        mbsri_zero((size_t)b->n, null);
-        if (d->rank[i] < b->n) mbsri_null_part(m, d, i, ui, null);
-        /* u = D^+ (ep - U^T H V_pi) + null part */
         mbsri_zero((size_t)b->d, x);
         mbsri_ax(b->d, b->d_pred, 1.0, d->H + b->dp, d->V + b->pred_v, x);
-        mbsri_copy((size_t)b->n, d->ep + b->iu, load);
-        mbsri_atx(b->d, b->n, -1.0, d->U + b->dn, x, load);
-        mbsri_copy((size_t)b->n, null, ui);
-        mbsri_ax(b->n, b->n, 1.0, d->Dinv + b->nn, load, ui);
+        if (mbsri_heads(m, d, i)) {
+            /* u = D^+ (ep - U^T H V_pi) + null part */
+            const mbsri_group g = mbsri_group_of(m, d, i);
+            mbsri_group_gather(m, &g, u, given);
+            mbsri_zero((size_t)g.n, found);
+            if (mbsri_group_rank(d, &g) < g.n) mbsri_null_part(m, d, &g, given, found);
+            mbsri_copy((size_t)g.n, d->ep + g.ig, load);
+            mbsri_atx(b->d, g.n, -1.0, d->U + b->dg, x, load);
+            mbsri_ax(g.n, g.n, 1.0, d->Dinv + b->nn, load, found);
+            mbsri_group_scatter(m, &g, found, u);
+        }
         /* V = -(H V_pi + J u + kI) */
         for (int k = 0; k < b->d; ++k) V[k] = -x[k] - d->kI[b->v + (size_t)k];
         mbsri_ax(b->d, b->n, -1.0, d->J + b->dn, ui, V);
@@ -276,30 +286,33 @@ static void apply(mbsr_ode *o, const double *weights, double *du)
 {
     const mbsr_model *m = o->m;
     mbsr_data *d = o->d;
-    double *x = d->scratch;
+    double *x = d->scratch, *a = x + m->max_d;
     int l = 0;
     d->carries[0] = false;
     for (int i = 1; i <= m->bodies; ++i) {
-        const mbsri_body *b = m->body + i;
-        const double *X = d->X + b->nn, *s = d->s + b->iu;
-        double *a = du + b->u;
-        mbsri_zero((size_t)b->n, a);
-        for (int c = d->rank[i]; c < b->n; ++c, ++l) {
-            for (int k = 0; k < b->n; ++k) a[k] += s[k] * X[c * b->n + k] * weights[l];
+        if (!mbsri_heads(m, d, i)) continue;
+        const mbsri_group g = mbsri_group_of(m, d, i);
+        const int rank = mbsri_group_rank(d, &g);
+        const double *X = d->X + m->body[i].nn, *s = d->s + g.ig;
+        mbsri_zero((size_t)g.n, a);
+        for (int c = rank; c < g.n; ++c, ++l) {
+            for (int k = 0; k < g.n; ++k) a[k] += s[k] * X[c * g.n + k] * weights[l];
         }
         const bool below = mbsri_null_below(m, d, i, x);
-        mbsri_null_pass(m, d, i, d->rank[i] < b->n, below, x, a);
+        mbsri_null_pass(m, d, &g, rank < g.n, below, x, a);
+        mbsri_group_scatter(m, &g, a, du);
     }
 }
 
 /* The null vector of direction l into x (n). */
 static void null_vector(const mbsr_ode *o, int l, double *x)
 {
-    const mbsri_body *b = o->m->body + o->body[l];
+    const mbsri_group g = mbsri_group_of(o->m, o->d, o->body[l]);
     int first = l;
     while (first > 0 && o->body[first - 1] == o->body[l]) --first;
-    const double *X = o->d->X + b->nn + (size_t)(o->d->rank[o->body[l]] + l - first) * (size_t)b->n;
-    for (int k = 0; k < b->n; ++k) x[k] = X[k] * o->d->s[b->iu + k];
+    const double *X = o->d->X + o->m->body[o->body[l]].nn +
+                      (size_t)((mbsri_group_rank(o->d, &g) + l - first) * g.n);
+    for (int k = 0; k < g.n; ++k) x[k] = X[k] * o->d->s[g.ig + k];
 }
 
 /* gamma at velocities u; sizes, unless NULL, become at least those of what balances there. Positions
@@ -316,10 +329,10 @@ static int forces_at(mbsr_ode *o, const double *u, double *gamma, double *sizes)
     if (sizes) mbsri_gross_forces(m, d);
     ++o->evaluations;
     for (int l = 0; l < o->k; ++l) {
-        const mbsri_body *b = m->body + o->body[l];
+        const mbsri_group g = mbsri_group_of(m, d, o->body[l]);
         null_vector(o, l, vector);
-        gamma[l] = mbsri_dot(b->n, vector, d->e + b->iu);
-        if (sizes) sizes[l] = fmax(sizes[l], mbsri_gross_load(m, d, o->body[l], vector));
+        gamma[l] = mbsri_dot(g.n, vector, d->e + g.ig);
+        if (sizes) sizes[l] = fmax(sizes[l], mbsri_gross_load(m, d, &g, vector));
     }
     return mbsri_check_result(m, d, (size_t)o->k, gamma, "mbsr_ode");
 }

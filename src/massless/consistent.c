@@ -486,13 +486,15 @@ static double largest_gamma(const mbsr_model *m, const mbsr_data *d, double *for
 {
     double largest = 0.0;
     for (int i = 1; i <= m->bodies; ++i) {
-        const mbsri_body *b = m->body + i;
-        if (d->rank[i] == b->n) continue;
-        mbsri_null_force(m, d, i, d->e + b->iu, force);
-        for (int l = d->rank[i]; l < b->n; ++l) {
+        if (!mbsri_heads(m, d, i)) continue;
+        const mbsri_group g = mbsri_group_of(m, d, i);
+        const int rank = mbsri_group_rank(d, &g);
+        const double *X = d->X + m->body[i].nn;
+        if (rank == g.n) continue;
+        mbsri_null_force(m, d, &g, d->e + g.ig, force);
+        for (int l = rank; l < g.n; ++l) {
             double gamma = 0.0;
-            for (int k = 0; k < b->n; ++k)
-                gamma += d->s[b->iu + k] * d->X[b->nn + (size_t)(l * b->n + k)] * force[k];
+            for (int k = 0; k < g.n; ++k) gamma += d->s[g.ig + k] * X[l * g.n + k] * force[k];
             largest = fmax(largest, fabs(gamma));
         }
     }

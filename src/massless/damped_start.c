@@ -86,11 +86,13 @@ static void push(work *w)
     double *force = w->r + w->rates;
     mbsri_zero((size_t)w->size, w->r);
     for (int i = 1; i <= m->bodies; ++i) {
-        const mbsri_body *b = m->body + i;
-        double *f = force + b->u;
-        if (w->d->rank[i] == b->n) continue;
-        for (int k = 0; k < b->n; ++k) f[k] = 1.0 + 0.5 * sin(12.9898 * (b->u + k));
-        mbsri_null_force(m, w->d, i, f, f);
+        if (!mbsri_heads(m, w->d, i)) continue;
+        const mbsri_group g = mbsri_group_of(m, w->d, i);
+        if (mbsri_group_rank(w->d, &g) == g.n) continue;
+        double *f = w->d->vec;
+        for (int k = 0; k < g.n; ++k) f[k] = 1.0 + 0.5 * sin(12.9898 * (g.ig + k));
+        mbsri_null_force(m, w->d, &g, f, f);
+        mbsri_group_scatter(m, &g, f, force);
     }
 }
 

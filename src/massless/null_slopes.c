@@ -32,7 +32,8 @@ static void force_sizes(mbsri_null_space *w, double *sizes)
     mbsri_gross_forces(w->m, w->d);
     for (int l = 0; l < w->k; ++l) {
         const double *vector = w->vector + (size_t)l * (size_t)w->m->max_n;
-        sizes[l] = fmax(sizes[l], mbsri_gross_load(w->m, w->d, w->body[l], vector));
+        const mbsri_group g = mbsri_group_of(w->m, w->d, w->head[l]);
+        sizes[l] = fmax(sizes[l], mbsri_gross_load(w->m, w->d, &g, vector));
     }
 }
 

@@ -36,7 +36,7 @@ int mbsri_null_open(mbsri_null_space *w, const mbsr_model *m, mbsr_data *d, doub
     double **const array[] = {&w->vector, &w->direction, &w->C, &w->S, &w->ahead, &w->behind,
                               &w->slopes, &w->sizes,     &w->q, &w->u, &w->rate,  &w->force};
     const size_t length[] = {n * k, nu * k, k * k, k * k, k, k, steps, steps, nq, nu, nq, nu};
-    size_t used = k * sizeof(int) + sizeof(double); /* the ints first, then doubles, aligned */
+    size_t used = 2 * k * sizeof(int) + sizeof(double); /* the ints first, then doubles, aligned */
     used -= used % sizeof(double);
     size_t total = used;
     for (size_t l = 0; l < sizeof length / sizeof length[0]; ++l)
@@ -46,7 +46,8 @@ int mbsri_null_open(mbsri_null_space *w, const mbsr_model *m, mbsr_data *d, doub
         return mbsri_fail(&d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                           "%s: no memory for %d null directions", function, w->k);
     }
-    w->body = w->memory;
+    w->head = w->memory;
+    w->body = w->head + k;
     double *next = (double *)((unsigned char *)w->memory + used);
     for (size_t l = 0; l < sizeof length / sizeof length[0]; ++l) {
         *array[l] = next;
@@ -61,18 +62,24 @@ void mbsri_null_close(mbsri_null_space *w)
     w->memory = NULL;
 }
 
-/* a from N_l of body j, leaves-ward. */
+/* a from N_l of the group of head j, leaves-ward. */
 static void lift(mbsri_null_space *w, int j, const double *vector, double *a)
 {
     const mbsr_model *m = w->m;
     mbsr_data *d = w->d;
     double *x = d->scratch;
+    double *z = x + m->max_d;
     mbsri_zero((size_t)m->nu, a);
-    mbsri_copy((size_t)m->body[j].n, vector, a + m->body[j].u);
     for (int i = 0; i <= m->bodies; ++i) d->carries[i] = false;
     for (int i = j; i <= m->bodies; ++i) {
+        if (!mbsri_heads(m, d, i)) continue;
+        const mbsri_group g = mbsri_group_of(m, d, i);
         const bool below = mbsri_null_below(m, d, i, x);
-        if (below || i == j) mbsri_null_pass(m, d, i, i == j, below, x, a + m->body[i].u);
+        if (!below && i != j) continue;
+        mbsri_zero((size_t)g.n, z);
+        if (i == j) mbsri_copy((size_t)g.n, vector, z);
+        mbsri_null_pass(m, d, &g, i == j, below, x, z);
+        mbsri_group_scatter(m, &g, z, a);
     }
 }
 
@@ -86,6 +93,18 @@ static int check_number(mbsri_null_space *w)
                       w->function, w->k, now);
 }
 
+/* The body of the group whose joint lacks the rank number `missing`, from the head on. */
+static int lacking(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g, int missing)
+{
+    int k = 0;
+    while (k < g->members - 1) {
+        missing -= m->body[g->member[k]].n - d->rank[g->member[k]];
+        if (missing < 0) break;
+        ++k;
+    }
+    return g->member[k];
+}
+
 int mbsri_null_basis(mbsri_null_space *w, double t, const double *q, const double *u)
 {
     const mbsr_model *m = w->m;
@@ -95,13 +114,14 @@ int mbsri_null_basis(mbsri_null_space *w, double t, const double *q, const doubl
     if (status) return status;
     int column = 0;
     for (int i = 1; i <= m->bodies; ++i) {
-        const mbsri_body *b = m->body + i;
-        for (int l = d->rank[i]; l < b->n; ++l, ++column) {
+        if (!mbsri_heads(m, d, i)) continue;
+        const mbsri_group g = mbsri_group_of(m, d, i);
+        for (int l = mbsri_group_rank(d, &g); l < g.n; ++l, ++column) {
             double *vector = w->vector + (size_t)column * (size_t)m->max_n;
-            for (int k = 0; k < b->n; ++k) {
-                vector[k] = d->s[b->iu + k] * d->X[b->nn + (size_t)(l * b->n + k)];
-            }
-            w->body[column] = i;
+            for (int k = 0; k < g.n; ++k)
+                vector[k] = d->s[g.ig + k] * d->X[m->body[i].nn + (size_t)(l * g.n + k)];
+            w->head[column] = i;
+            w->body[column] = lacking(m, d, &g, l - mbsri_group_rank(d, &g));
             lift(w, i, vector, w->direction + (size_t)column * (size_t)m->nu);
         }
     }
@@ -115,11 +135,10 @@ int mbsri_null_gamma(mbsri_null_space *w, double t, const double *q, const doubl
     if (!status) status = check_number(w);
     if (status) return status;
     for (int l = 0; l < w->k; ++l) {
-        const mbsri_body *b = m->body + w->body[l];
-        if (l == 0 || w->body[l] != w->body[l - 1]) {
-            mbsri_null_force(m, w->d, w->body[l], w->d->e + b->iu, w->force);
-        }
-        gamma[l] = mbsri_dot(b->n, w->vector + (size_t)l * (size_t)m->max_n, w->force);
+        const mbsri_group g = mbsri_group_of(m, w->d, w->head[l]);
+        if (l == 0 || w->head[l] != w->head[l - 1])
+            mbsri_null_force(m, w->d, &g, w->d->e + g.ig, w->force);
+        gamma[l] = mbsri_dot(g.n, w->vector + (size_t)l * (size_t)m->max_n, w->force);
     }
     return mbsri_check_result(m, w->d, (size_t)w->k, gamma, w->function);
 }

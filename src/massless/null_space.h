@@ -2,8 +2,8 @@
  * SPDX-License-Identifier: BSD-3-Clause
  *
  * The combinations of joint rates that leave every mass at rest are the null space of the
- * joint-space mass matrix. One basis vector a belongs to each null vector N e_l of a joint block
- * D_j: it starts with that rate at j and continues to the leaves by the recursion of Az
+ * joint-space mass matrix. One basis vector a belongs to each null vector N e_l of a block D_j: it
+ * starts with that rate at j and continues to the leaves by the recursion of Az
  * (recursion/forward.c),
  *
  *   a_i = z_i - D_i^+ J_i^T Mbar_i H_i Vz_pi,  Vz_i = -H_i Vz_pi - J_i a_i,  z_j = N e_l, others 0.
@@ -22,7 +22,8 @@ typedef struct mbsri_null_space {
     mbsr_data *d;
     const char *function;   /* for messages */
     int k;                  /* directions */
-    int *body;              /* k: index of the body whose joint each belongs to */
+    int *head;              /* k: head of the group of joints (recursion/group.h) each belongs to */
+    int *body;              /* k: index of the body among these whose joint lacks rank for it */
     double *vector;         /* max_n x k: N_l */
     double *direction;      /* nu x k: a_l */
     double *C;              /* k x k: d gamma / d u along the directions */

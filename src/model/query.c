@@ -81,6 +81,12 @@ int mbsr_body_pose_size(const mbsr_model *model, int body)
     return b ? b->np : -1;
 }
 
+int mbsr_body_group(const mbsr_model *model, int body)
+{
+    const mbsri_body *b = find(model, body);
+    return b ? model->body[b->head].id : MBSR_NONE;
+}
+
 const char *mbsr_body_name(const mbsr_model *model, int body)
 {
     const mbsri_body *b = find(model, body);

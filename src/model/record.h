@@ -28,6 +28,9 @@ typedef struct mbsri_joint {
     int option[MBSR_JOINT_OPTIONS];
 } mbsri_joint;
 
+/* Bodies, and joint rates, of a group (recursion/group.h) of more than one body. */
+enum { MBSRI_GROUP_MOST = 6 };
+
 typedef struct mbsri_body {
     int id;        /* the caller's; MBSR_GROUND for the root */
     int parent;    /* index of the predecessor; 0 for the bodies on the root, -1 for the root */
@@ -41,7 +44,14 @@ typedef struct mbsri_body {
     size_t p, v;       /* offsets of np and d numbers */
     size_t dd, dp, dn; /* offsets of d x d, d x d_pred and d x n numbers */
     size_t k;          /* offset of K^-1; only bodies without MBSR_JOINT_UNIT_K take room */
-    size_t nn;         /* offset of n x n numbers */
+    size_t nn;         /* offset of n x n numbers; n is that of its group at the head of one */
+    size_t dg;         /* offset of d x n numbers, likewise */
+    int head;          /* first body of its group (recursion/group.h), mostly itself */
+    int members;       /* of the group it is the head of; 0: none */
+    int group_n;       /* joint rates of that, else of its own joint; */
+    int group_nq;      /* and joint coordinates */
+    int at;            /* its place in `member` */
+    int ig, igq;       /* places of its rates and coordinates in vectors by groups */
     mbsri_joint joint;
     mbsr_inertia inertia; /* matrix points into the model */
     size_t name;          /* offset into names */
@@ -91,6 +101,8 @@ struct mbsr_model {
     int *u_of;       /* place of each joint rate of the sweeps in the caller's vectors, nu */
     int *q_of;       /* of each joint coordinate, nq */
     bool in_order;   /* both are the identity */
+    int *member;     /* bodies, group by group, N */
+    bool grouped;    /* some group has several */
     struct mbsri_sweeps *sweeps; /* for rigid bodies in space, where they serve (sweeps/tree.h) */
     mbsri_body *body;            /* N + 1 */
     int nq, nu;
@@ -98,7 +110,7 @@ struct mbsr_model {
     bool differences; /* some joint or inertia leaves its rates to differences */
     int lapack_work;  /* doubles of workspace for dsyev at max_n */
     /* sums over all bodies, the root included: lengths of the arrays */
-    size_t size_p, size_v, size_dd, size_dp, size_dn, size_k, size_nn, size_full;
+    size_t size_p, size_v, size_dd, size_dp, size_dn, size_dg, size_k, size_nn, size_full;
 };
 
 #endif

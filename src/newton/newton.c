@@ -16,6 +16,7 @@
 #include "newton/slopes/relation.h"
 #include "newton/sweeps/sweeps.h"
 #include "newton/tree.h"
+#include "recursion/group.h"
 
 #include <math.h>
 #include <stdint.h>
@@ -117,7 +118,7 @@ static void number_bodies(mbsr_newton *w)
     for (int i = 0; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
         mbsri_node *node = w->node + i;
-        const int most = b->nq > 2 * b->n ? b->nq : 2 * b->n;
+        const int most = b->group_nq > 2 * b->group_n ? b->group_nq : 2 * b->group_n;
         node->e = mbsri_pose_size(b);
         node->last = 0;
         node->x = w->size_x;
@@ -147,7 +148,10 @@ static void number_slots(mbsr_newton *w, int *unused)
         if (w->node[i].last == 0) w->node[i].slot = count > 0 ? unused[--count] : w->slots++;
         if (parent > 0 && w->node[parent].last == i)
             w->node[parent].slot = count > 0 ? unused[--count] : w->slots++;
-        unused[count++] = w->node[i].slot;
+        /* those of a group are left together, with its head */
+        if (m->body[i].head != i) continue;
+        const mbsri_group g = mbsri_group_in_model(m, i);
+        for (int k = 0; k < g.members; ++k) unused[count++] = w->node[g.member[k]].slot;
     }
 }
 

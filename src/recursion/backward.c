@@ -5,7 +5,8 @@
  *   fbar_i = f_i - sum_j H_j^T mu_j
  *   mu_j   = (I - Mbar_j J_j D_j^+ J_j^T) (fbar_j + Mbar_j kII_j) + Mbar_j J_j D_j^+ tau_j
  *
- * with D_j = J_j^T Mbar_j J_j and its pseudo-inverse (rank.c).
+ * with D_j = J_j^T Mbar_j J_j and its pseudo-inverse (rank.c). Where several joints are one group
+ * (group.h), its head is j here and the others pass on to it what they have.
  *
  * Beside Mbar runs W, the first-order size of the rounding errors in Mbar and in D (in units of the
  * machine precision). For a positive semi-definite matrix A, products and differences of its
@@ -26,52 +27,51 @@
 
 #include "algebra/cholesky.h"
 #include "algebra/dense.h"
+#include "recursion/group.h"
 #include "recursion/rank.h"
 
 #include <math.h>
 
-/* D = J^T U with U = Mbar J, its rank and pseudo-inverse, G = U D^+.
- * reads Mbar, W, J;  writes U, D, Dinv, G.  cost: 3 d^2 n, one eigenproblem of size n. */
-static int factor_joint(const mbsr_model *m, mbsr_data *d, int i)
+/* U and D of the group, rank and pseudo-inverse of D, G = U D^+.
+ * reads Mbar, W, J, H;  writes U, D, Dinv, G.  cost: 3 d^2 n, one eigenproblem of size n. */
+static int factor_group(const mbsr_model *m, mbsr_data *d, const mbsri_group *g)
 {
-    const mbsri_body *b = m->body + i;
-    const int dim = b->d, n = b->n;
-    double *U = d->U + b->dn, *D = d->D + b->nn, *G = d->G + b->dn;
-    const double *J = d->J + b->dn;
-
-    /* U = Mbar J,  D = J^T U */
-    mbsri_zero((size_t)dim * (size_t)n, U);
-    mbsri_ab(dim, dim, n, 1.0, d->Mbar + b->dd, J, U);
-    mbsri_zero((size_t)n * (size_t)n, D);
-    mbsri_atb(dim, n, n, 1.0, J, U, D);
-    mbsri_symmetrise(n, D);
-    /* rank D, D^+ */
-    d->rank[i] = 0;
-    d->scale[i] = 0.0;
-    if (n > 0) {
-        const int status = mbsri_rank_decision(m, d, i);
+    const mbsri_body *b = m->body + g->member[0];
+    double *U = d->U + b->dg, *G = d->G + b->dg;
+    mbsri_group_products(m, d, g, d->Mbar, U, d->D + b->nn, d->scratch);
+    for (int k = 0; k < g->members; ++k) d->rank[g->member[k]] = 0;
+    d->scale[g->member[0]] = 0.0;
+    if (g->n > 0) {
+        const int status = mbsri_rank_decision(m, d, g);
         if (status) return status;
     }
     /* G = U D^+ */
-    mbsri_zero((size_t)dim * (size_t)n, G);
-    mbsri_ab(dim, n, n, 1.0, U, d->Dinv + b->nn, G);
+    mbsri_zero((size_t)b->d * (size_t)g->n, G);
+    mbsri_ab(b->d, g->n, g->n, 1.0, U, d->Dinv + b->nn, G);
     return MBSR_OK;
 }
 
-/* e = tau - J^T (fbar + Mbar kII), mu = fbar + Mbar kII + G e, fbar_pi -= H^T mu.
+/* mu = fbar + Mbar kII,  e = tau - J^T mu;  at a head, when e of the group is there, mu += G e;
+ * then fbar_pi -= H^T mu.
  * reads Mbar, fbar, kII, tau, J, G, H;  writes e, mu;  adds to fbar of the predecessor.
  * cost: d^2 + 2 d n + d d_pred. */
 void mbsri_load_joint(const mbsr_model *m, mbsr_data *d, int i)
 {
     const mbsri_body *b = m->body + i;
-    double *e = d->e + b->iu, *mu = d->mu + b->v;
+    double *e = d->e + b->ig, *mu = d->mu + b->v;
     /* mu = fbar + Mbar kII */
     mbsri_copy((size_t)b->d, d->fbar + b->v, mu);
     mbsri_ax(b->d, b->d, 1.0, d->Mbar + b->dd, d->kII + b->v, mu);
     /* e = tau - J^T mu,  mu += G e */
     mbsri_copy((size_t)b->n, d->tau + b->iu, e);
-    mbsri_atx(b->d, b->n, -1.0, d->J + b->dn, mu, e);
-    mbsri_ax(b->d, b->n, 1.0, d->G + b->dn, e, mu);
+    if (mbsri_heads(m, d, i)) {
+        const mbsri_group g = mbsri_group_of(m, d, i);
+        if (g.members > 1)
+            mbsri_group_load(m, d, &g, d->fbar, d->kII, e, d->scratch);
+        else
+            mbsri_atx(b->d, b->n, -1.0, d->J + b->dn, mu, e);
+        mbsri_ax(b->d, g.n, 1.0, d->G + b->dg, e, mu);
+    }
     /* fbar_pi -= H^T mu */
     mbsri_atx(b->d, b->d_pred, -1.0, d->H + b->dp, mu, d->fbar + b->pred_v);
 }
@@ -85,19 +85,21 @@ static void add_diagonal(int n, const double *A, double *E)
 /* T = Mbar^a = Mbar - Y Y^T, with Y = U L^-T where D = L L^T has full rank, else with the columns
  * y_l = U S x_l / sqrt(lambda_l) of the eigenvalues kept. Nothing cancels between the terms, however
  * small some are; Y, L: d x n and n x n of scratch. */
-static void reduce(const mbsri_body *b, const mbsr_data *d, int i, double *T, double *Y, double *L)
+static void reduce(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g, double *T,
+                   double *Y, double *L)
 {
-    const int dim = b->d, n = b->n;
-    const double *U = d->U + b->dn, *s = d->s + b->iu, *X = d->X + b->nn,
-                 *lambda = d->lambda + b->iu;
+    const mbsri_body *b = m->body + g->member[0];
+    const int dim = b->d, n = g->n, rank = mbsri_group_rank(d, g);
+    const double *U = d->U + b->dg, *s = d->s + g->ig, *X = d->X + b->nn,
+                 *lambda = d->lambda + g->ig;
     mbsri_copy((size_t)dim * (size_t)dim, d->Mbar + b->dd, T);
-    if (mbsri_definite_factor(b, d, i, L)) {
+    if (mbsri_definite_factor(m, d, g, L)) {
         mbsri_copy((size_t)dim * (size_t)n, U, Y);
         mbsri_divide_by_cholesky(dim, n, L, Y);
         mbsri_abt(dim, n, dim, -1.0, Y, Y, T);
         return;
     }
-    for (int l = 0; l < d->rank[i]; ++l) {
+    for (int l = 0; l < rank; ++l) {
         mbsri_zero((size_t)dim, Y);
         for (int k = 0; k < n; ++k)
             mbsri_ax(dim, 1, 1.0 / sqrt(lambda[l]), U + k * dim, &(double){s[k] * X[l * n + k]}, Y);
@@ -105,34 +107,50 @@ static void reduce(const mbsri_body *b, const mbsr_data *d, int i, double *T, do
     }
 }
 
-/* E = Diag(Mbar) + Diag(G Diag(J^T Diag(Mbar) J) G^T) + P^T W P;  Q: d x n, JQ: n x n of scratch.
- * P = I - J G^T, so P^T W P = W - Q G^T - G Q^T + G (J^T Q) G^T with Q = W J. */
-static void transport(const mbsri_body *b, const mbsr_data *d, int i, double *E, double *Q,
-                      double *JQ)
+/* size[l] = J_l^T Diag(Mbar) J_l of the joint rates of the group. */
+static void diagonal_sizes(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g,
+                           double *size)
 {
-    const int dim = b->d, n = b->n;
-    const double *Mbar = d->Mbar + b->dd, *W = d->W + b->dd, *J = d->J + b->dn, *G = d->G + b->dn,
-                 *lambda = d->lambda + b->iu, *s = d->s + b->iu;
-    mbsri_zero((size_t)dim * (size_t)n, Q);
-    mbsri_ab(dim, dim, n, 1.0, W, J, Q);
-    mbsri_zero((size_t)n * (size_t)n, JQ);
-    mbsri_atb(dim, n, n, 1.0, J, Q, JQ);
-    mbsri_copy((size_t)dim * (size_t)dim, W, E);
-    add_diagonal(dim, Mbar, E);
+    for (int i = 0; i < g->members; ++i) {
+        const mbsri_body *b = m->body + g->member[i];
+        const int dim = b->d;
+        const double *Mbar = d->Mbar + b->dd, *J = d->J + b->dn;
+        for (int l = 0; l < b->n; ++l) {
+            double sum = 0.0;
+            for (int k = 0; k < dim; ++k)
+                sum += J[l * dim + k] * Mbar[k * (dim + 1)] * J[l * dim + k];
+            size[b->ig - g->ig + l] = sum;
+        }
+    }
+}
+
+/* E = Diag(Mbar) + Diag(G Diag(J^T Diag(Mbar) J) G^T) + P^T W P;  Q: d x n, JQ: n x n of scratch.
+ * P = I - J G^T, so P^T W P = W - Q G^T - G Q^T + G (J^T Q) G^T with Q = W J; both as U and D of a
+ * group. */
+static void transport(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g, double *E,
+                      double *Q, double *JQ, double *work)
+{
+    const mbsri_body *b = m->body + g->member[0];
+    const int dim = b->d, n = g->n;
+    const double *G = d->G + b->dg, *lambda = d->lambda + g->ig, *s = d->s + g->ig;
+    const bool deficient = n > 1 && mbsri_group_rank(d, g) < n;
+    mbsri_group_products(m, d, g, d->W, Q, JQ, work);
+    mbsri_copy((size_t)dim * (size_t)dim, d->W + b->dd, E);
+    add_diagonal(dim, d->Mbar + b->dd, E);
     /* E -= (Q - G JQ / 2) G^T + its transpose */
     mbsri_ab(dim, n, n, -0.5, G, JQ, Q);
     mbsri_abt(dim, n, dim, -1.0, Q, G, E);
     mbsri_abt(dim, n, dim, -1.0, G, Q, E);
+    diagonal_sizes(m, d, g, work);
     for (int l = 0; l < n; ++l) {
-        double size = 0.0;
-        for (int k = 0; k < dim; ++k) size += J[l * dim + k] * Mbar[k * (dim + 1)] * J[l * dim + k];
-        if (n > 1 && d->rank[i] < n) size = fmax(size, lambda[0] / (s[l] * s[l]));
+        double size = work[l];
+        if (deficient) size = fmax(size, lambda[0] / (s[l] * s[l]));
         for (int k = 0; k < dim; ++k) E[k * (dim + 1)] += size * G[l * dim + k] * G[l * dim + k];
     }
     mbsri_symmetrise(dim, E);
 }
 
-/* Mbar_pi += H^T Mbar^a H,  W_pi += H^T E H.
+/* Of a head, Mbar_pi += H^T Mbar^a H,  W_pi += H^T E H;  of others what they have themselves.
  * reads Mbar, W, U, G, H;  adds to Mbar, W of the predecessor.
  * cost: 4 (d^2 n + d^2 d_pred + d d_pred^2). */
 void mbsri_pass_masses(const mbsr_model *m, mbsr_data *d, int i)
@@ -141,9 +159,20 @@ void mbsri_pass_masses(const mbsr_model *m, mbsr_data *d, int i)
     const double *H = d->H + b->dp;
     if (b->d_pred == 0) return;
     const size_t dm = (size_t)m->max_d * (size_t)m->max_d;
-    double *T = d->scratch, *E = T + dm, *Q = E + dm, *product = Q + dm;
-    reduce(b, d, i, T, Q, product);
-    transport(b, d, i, E, Q, product);
+    double *T = d->scratch, *E = T + dm, *Q = E + dm, *JQ = Q + dm, *product = JQ + dm;
+    if (!mbsri_heads(m, d, i)) {
+        const size_t dp = (size_t)b->d_pred;
+        double *Mbar = d->Mbar + b->pred_dd, *W = d->W + b->pred_dd;
+        mbsri_zero(dp * dp, T);
+        mbsri_congruence(b->d, b->d_pred, H, d->Mbar + b->dd, T, product);
+        mbsri_congruence(b->d, b->d_pred, H, d->W + b->dd, W, product);
+        for (size_t k = 0; k < dp * dp; ++k) Mbar[k] += T[k];
+        for (size_t k = 0; k < dp; ++k) W[k * (dp + 1)] -= T[k * (dp + 1)]; /* it is in W already */
+        return;
+    }
+    const mbsri_group g = mbsri_group_of(m, d, i);
+    reduce(m, d, &g, T, Q, product);
+    transport(m, d, &g, E, Q, JQ, product);
     mbsri_congruence(b->d, b->d_pred, H, T, d->Mbar + b->pred_dd, product);
     mbsri_congruence(b->d, b->d_pred, H, E, d->W + b->pred_dd, product);
 }
@@ -153,7 +182,9 @@ int mbsri_eliminate_joint(const mbsr_model *m, mbsr_data *d, int i)
     const mbsri_body *b = m->body + i;
     mbsri_symmetrise(b->d, d->Mbar + b->dd);
     add_diagonal(b->d, d->Mbar + b->dd, d->W + b->dd);
-    return factor_joint(m, d, i);
+    if (!mbsri_heads(m, d, i)) return MBSR_OK;
+    const mbsri_group g = mbsri_group_of(m, d, i);
+    return factor_group(m, d, &g);
 }
 
 /* The recursion for masses: Mbar, W, U, D, G and ranks. */
@@ -165,11 +196,11 @@ static int masses(const mbsr_model *m, mbsr_data *d)
     mbsri_zero(m->size_dd, d->W);
     for (int i = m->bodies; i >= 1; --i) {
         int status = mbsri_eliminate_joint(m, d, i);
-        if (!status) status = mbsri_rank_watched(m, d, i);
+        if (!status && mbsri_heads(m, d, i)) status = mbsri_rank_watched(m, d, i);
         if (status) return status;
         mbsri_pass_masses(m, d, i);
-        d->total_rank += d->rank[i];
     }
+    for (int i = 1; i <= m->bodies; ++i) d->total_rank += d->rank[i];
     return MBSR_OK;
 }
 
@@ -183,7 +214,26 @@ void mbsri_backward_loads(const mbsr_model *m, mbsr_data *d)
 int mbsri_backward_masses(const mbsr_model *m, mbsr_data *d)
 {
     if (d->stage > MBSRI_STAGE_FORCES) d->stage = MBSRI_STAGE_FORCES;
+    d->single = false;
+    for (int i = 1; i <= m->bodies && m->grouped; ++i) d->apart[i] = false;
     return masses(m, d);
+}
+
+int mbsri_backward_apart(const mbsr_model *m, mbsr_data *d)
+{
+    bool some = false;
+    for (int i = 1; i <= m->bodies; ++i) {
+        const mbsri_group g = mbsri_group_in_model(m, i);
+        d->apart[i] = g.members > 1 && !mbsri_coupled(m, d, &g);
+        some = some || d->apart[i];
+    }
+    if (!some) return MBSR_OK;
+    d->stage = MBSRI_STAGE_FORCES;
+    d->keep_scale = true;
+    const int status = masses(m, d);
+    d->keep_scale = false;
+    if (!status) mbsri_backward_loads(m, d);
+    return status;
 }
 
 int mbsri_backward(const mbsr_model *m, mbsr_data *d)

@@ -35,8 +35,8 @@
     ARRAY(X, m->size_nn)        /* n x n      eigenvectors of S D S, range first    backward */    \
     ARRAY(s, m->nu)             /* n          S = diag(s)                           backward */    \
     ARRAY(lambda, m->nu)        /* n          eigenvalues of S D S, descending      backward */    \
-    ARRAY(U, m->size_dn)        /* d x n      Mbar J                                backward */    \
-    ARRAY(G, m->size_dn)        /* d x n      Mbar J D^+                            backward */    \
+    ARRAY(U, m->size_dg)        /* d x n      Mbar J                                backward */    \
+    ARRAY(G, m->size_dg)        /* d x n      Mbar J D^+                            backward */    \
     ARRAY(e, m->nu)             /* n          tau - J^T (fbar + Mbar kII)           backward */    \
     ARRAY(scale, (size_t)m->bodies + 1) /* 1  largest entry of diag(J^T W J)        backward */    \
     ARRAY(A, m->size_v)         /* d          acceleration (9), its known part      inverse */     \
@@ -59,7 +59,7 @@
     ARRAY(w, m->nu)             /* n          index-1 velocities before X           index1 */      \
     ARRAY(Y, m->size_v)         /* d          Vz' - Az                              index1 */      \
     ARRAY(Mbardot, m->size_dd)  /* d x d      rate of Mbar                          index1 */      \
-    ARRAY(Gdot, m->size_dn)     /* d x n      rate of G                             index1 */      \
+    ARRAY(Gdot, m->size_dg)     /* d x n      rate of G                             index1 */      \
     ARRAY(Xdot, m->size_nn)     /* n x n      rate of X                             index1 */      \
     ARRAY(s_frame, m->nu)       /* n          S of the reference                    frame */       \
     ARRAY(X_frame, m->size_nn)  /* n x n      X of the reference                    frame */       \
@@ -116,6 +116,8 @@ struct mbsr_data {
     double t;
     int total_rank;
     bool accelerated;      /* A and mu are those of given joint accelerations */
+    bool single;           /* every joint is a group of its own (group.h) */
+    bool *apart;           /* N + 1: so are those of the group of this head */
     mbsri_pending pending; /* what the stages would hold if the sweeps had not been taken */
     struct mbsri_sweep_state *sweep_state; /* N + 1 */
     struct mbsri_sweep_multi *sweep_multi;
@@ -128,6 +130,7 @@ struct mbsr_data {
     int *frame_rank;               /* N + 1: ranks of the reference of the index-1 form */
     bool framed;                   /* there is such a reference */
     bool use_frame;                /* joint blocks are scaled by its S */
+    bool keep_scale;               /* and by the S they have, but for groups taken apart */
     double alignment;              /* cosine of the largest angle to it */
     int *pivots;                   /* max_d */
     bool *carries;                 /* N + 1: whether Az of the body may differ from zero */

@@ -35,65 +35,90 @@ bool mbsri_null_below(const mbsr_model *m, const mbsr_data *d, int i, double *x)
     return true;
 }
 
-/* A body whose own mass is regular stands still, unless that mass is so small beside others that
- * the rank decision took it for zero: then more is left of x + J z than rounding. */
-void mbsri_null_pass(const mbsr_model *m, mbsr_data *d, int i, bool own, bool below,
-                     const double *x, double *z)
+/* Az of body i, of whose group z - G^T x is known; x = H Az_pi, or NULL where that is zero. A body
+ * whose own mass is regular stands still, unless that mass is so small beside others that the rank
+ * decision took it for zero: then more is left of x + J z than rounding. */
+static void null_velocity(const mbsr_model *m, mbsr_data *d, int i, const double *x,
+                          const double *z)
 {
     const mbsri_body *b = m->body + i;
     double *Az = d->Az + b->v;
-    if (below) mbsri_atx(b->d, b->n, -1.0, d->G + b->dn, x, z);
-    d->carries[i] = (below || own) && !b->regular;
-    if (!below && !own) return;
+    d->carries[i] = !b->regular;
     mbsri_zero((size_t)b->d, Az);
     mbsri_ax(b->d, b->n, -1.0, d->J + b->dn, z, Az);
     for (int k = 0; k < b->d; ++k) {
-        const double known = below ? x[k] : 0.0, size = fabs(Az[k]) + fabs(known);
+        const double known = x ? x[k] : 0.0, size = fabs(Az[k]) + fabs(known);
         Az[k] -= known;
         if (fabs(Az[k]) > 1e-3 * size) d->carries[i] = true;
     }
 }
 
-/* A0 of body i and w = e - U^T H A0_pi.  reads e, U, Dinv, H, J, kII;  writes A and w (n). */
-void mbsri_known_part(const mbsr_model *m, mbsr_data *d, int i, double *w, double *rate)
+void mbsri_null_pass(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, bool own, bool below,
+                     double *x, double *z)
 {
-    const mbsri_body *b = m->body + i;
+    const mbsri_body *b = m->body + g->member[0];
+    if (below) mbsri_atx(b->d, g->n, -1.0, d->G + b->dg, x, z);
+    for (int k = 0; k < g->members; ++k) d->carries[g->member[k]] = false;
+    if (!below && !own) return;
+    null_velocity(m, d, g->member[0], below ? x : NULL, z);
+    for (int k = 1; k < g->members; ++k) {
+        const int i = g->member[k];
+        const bool moved = mbsri_null_below(m, d, i, x);
+        null_velocity(m, d, i, moved ? x : NULL, z + m->body[i].ig - g->ig);
+    }
+}
+
+/* A0 of the group and w = e - U^T H A0_pi.  reads e, U, Dinv, H, J, kII;  writes A and w (n). */
+void mbsri_known_part(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, double *w,
+                      double *rate)
+{
+    const mbsri_body *b = m->body + g->member[0];
     double *A = d->A + b->v;
     /* A = H A0_pi,  w = e - U^T A */
     mbsri_zero((size_t)b->d, A);
     mbsri_ax(b->d, b->d_pred, 1.0, d->H + b->dp, d->A + b->pred_v, A);
-    mbsri_copy((size_t)b->n, d->e + b->iu, w);
-    mbsri_atx(b->d, b->n, -1.0, d->U + b->dn, A, w);
-    /* rate = D^+ w,  A = -(H A0_pi + kII + J rate) */
-    mbsri_zero((size_t)b->n, rate);
-    mbsri_ax(b->n, b->n, 1.0, d->Dinv + b->nn, w, rate);
-    mbsri_ax(b->d, b->n, 1.0, d->J + b->dn, rate, A);
-    for (int k = 0; k < b->d; ++k) A[k] = -A[k] - d->kII[b->v + (size_t)k];
+    mbsri_copy((size_t)g->n, d->e + g->ig, w);
+    mbsri_atx(b->d, g->n, -1.0, d->U + b->dg, A, w);
+    /* rate = D^+ w,  A = -(H A0_pi + kII + J rate), member by member */
+    mbsri_zero((size_t)g->n, rate);
+    mbsri_ax(g->n, g->n, 1.0, d->Dinv + b->nn, w, rate);
+    for (int i = 0; i < g->members; ++i) {
+        b = m->body + g->member[i];
+        A = d->A + b->v;
+        if (i > 0) {
+            mbsri_zero((size_t)b->d, A);
+            mbsri_ax(b->d, b->d_pred, 1.0, d->H + b->dp, d->A + b->pred_v, A);
+        }
+        mbsri_ax(b->d, b->n, 1.0, d->J + b->dn, rate + b->ig - g->ig, A);
+        for (int k = 0; k < b->d; ++k) A[k] = -A[k] - d->kII[b->v + (size_t)k];
+    }
 }
 
 void mbsri_forward(const mbsr_model *m, mbsr_data *d, const double *udot, double *residual)
 {
-    double *x = d->scratch + m->max_d, *rate = x + m->max_d;
-    mbsri_gather(m, udot, d->udot);
+    double *x = d->scratch + m->max_d, *rate = x + m->max_d, *given = rate + m->max_d;
     d->accelerated = false; /* A is overwritten */
     d->carries[0] = false;
     for (int i = 1; i <= m->bodies; ++i) {
+        if (!mbsri_heads(m, d, i)) continue;
         const mbsri_body *b = m->body + i;
-        double *w = d->out + b->iu;
+        const mbsri_group g = mbsri_group_of(m, d, i);
+        double *w = d->w + g.ig;
         /* A0, w */
-        mbsri_known_part(m, d, i, w, rate);
+        mbsri_known_part(m, d, &g, w, rate);
+        mbsri_group_gather(m, &g, udot, given);
         /* x = H Az_pi,  w -= U^T x,  Az from z = (I - D^+ D) u' */
-        const bool below = mbsri_null_below(m, d, i, x), own = d->rank[i] < b->n;
-        if (below) mbsri_atx(b->d, b->n, -1.0, d->U + b->dn, x, w);
-        double *z = d->vec + b->iu;
-        mbsri_zero((size_t)b->n, z);
-        if (own) mbsri_null_part(m, d, i, d->udot + b->iu, z);
-        mbsri_null_pass(m, d, i, own, below, x, z);
+        const bool below = mbsri_null_below(m, d, i, x), own = mbsri_group_rank(d, &g) < g.n;
+        if (below) mbsri_atx(b->d, g.n, -1.0, d->U + b->dg, x, w);
+        double *z = d->vec + g.ig;
+        mbsri_zero((size_t)g.n, z);
+        if (own) mbsri_null_part(m, d, &g, given, z);
+        mbsri_null_pass(m, d, &g, own, below, x, z);
         /* residual = D u' - w */
-        for (int k = 0; k < b->n; ++k) w[k] = -w[k];
-        mbsri_ax(b->n, b->n, 1.0, d->D + b->nn, d->udot + b->iu, w);
+        for (int k = 0; k < g.n; ++k) w[k] = -w[k];
+        mbsri_ax(g.n, g.n, 1.0, d->D + b->nn, given, w);
+        mbsri_group_scatter(m, &g, w, residual);
     }
-    mbsri_scatter(m, d->out, residual);
 }
 
 int mbsri_forward_by_stages(const mbsr_model *m, mbsr_data *d, double t, const double *q,
@@ -104,8 +129,13 @@ int mbsri_forward_by_stages(const mbsr_model *m, mbsr_data *d, double t, const d
     if (!status) status = mbsri_forces(m, d, tau);
     if (!status) status = mbsri_backward(m, d);
     if (status) return status;
-    double *w = d->scratch + m->max_d;
-    for (int i = 1; i <= m->bodies; ++i) mbsri_known_part(m, d, i, w, udot + m->body[i].u);
+    double *w = d->scratch + m->max_d, *rate = w + m->max_d;
+    for (int i = 1; i <= m->bodies; ++i) {
+        if (!mbsri_heads(m, d, i)) continue;
+        const mbsri_group g = mbsri_group_of(m, d, i);
+        mbsri_known_part(m, d, &g, w, rate);
+        mbsri_group_scatter(m, &g, rate, udot);
+    }
     status = mbsri_check_ranks(m, d);
     const int overflow = mbsri_check_result(m, d, (size_t)m->nu, udot, "mbsr_forward_dynamics");
     if (overflow) return overflow;

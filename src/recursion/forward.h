@@ -3,7 +3,7 @@
 #ifndef MBSRI_FORWARD_H
 #define MBSRI_FORWARD_H
 
-#include "recursion/data.h"
+#include "recursion/group.h"
 
 /* residual (25) for given u', both in the caller's order, at the state of mbsri_backward. */
 void mbsri_forward(const mbsr_model *m, mbsr_data *d, const double *udot, double *residual);
@@ -13,16 +13,17 @@ void mbsri_forward(const mbsr_model *m, mbsr_data *d, const double *udot, double
 int mbsri_forward_by_stages(const mbsr_model *m, mbsr_data *d, double t, const double *q,
                             const double *u, const double *tau, double *udot);
 
-/* A0 of body i and its load w = e - U^T H A0_pi, rate = D^+ w; n numbers each. */
-void mbsri_known_part(const mbsr_model *m, mbsr_data *d, int i, double *w, double *rate);
+/* A0 of the bodies of a group, its load w = e - U^T H A0_pi and rate = D^+ w; n numbers each. */
+void mbsri_known_part(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, double *w,
+                      double *rate);
 
 /* One step of the recursion that carries null rates z to the leaves,
  *   Az_i = -H_i Az_pi - J_i (z_i - D_i^+ J_i^T Mbar_i H_i Az_pi),
  * for accelerations, velocities or directions alike; Az and carries are in the data. The first
- * gives x = H Az_pi, or false where that is zero. The second takes z (n) where `own` is set, zero
- * otherwise, leaves z - G^T x in it, and writes Az_i. */
+ * gives x = H Az_pi of body i, or false where that is zero. The second takes x of the head of a group
+ * and z (n) where `own` is set, zero otherwise, leaves z - G^T x in it, and writes Az; x gets lost. */
 bool mbsri_null_below(const mbsr_model *m, const mbsr_data *d, int i, double *x);
-void mbsri_null_pass(const mbsr_model *m, mbsr_data *d, int i, bool own, bool below,
-                     const double *x, double *z);
+void mbsri_null_pass(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, bool own, bool below,
+                     double *x, double *z);
 
 #endif

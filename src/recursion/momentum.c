@@ -36,29 +36,53 @@ void mbsri_momentum_rate_of(const mbsr_model *m, mbsr_data *d, int i, double *pd
 void mbsri_condense_of(const mbsr_model *m, mbsr_data *d, int i, const double *p)
 {
     const mbsri_body *b = m->body + i;
-    double *mbar = d->impbar + b->v, *ep = d->ep + b->iu;
+    double *mbar = d->impbar + b->v, *ep = d->ep + b->ig;
     /* mbar + Mbar kI,  ep = p - J^T (.),  m = (.) + G ep to the predecessor */
-    mbsri_ax(b->d, b->d, 1.0, d->Mbar + b->dd, d->kI + b->v, mbar);
+    double *sum = d->scratch;
+    mbsri_copy((size_t)b->d, mbar, sum);
+    mbsri_ax(b->d, b->d, 1.0, d->Mbar + b->dd, d->kI + b->v, sum);
     mbsri_copy((size_t)b->n, p, ep);
-    mbsri_atx(b->d, b->n, -1.0, d->J + b->dn, mbar, ep);
-    mbsri_ax(b->d, b->n, 1.0, d->G + b->dn, ep, mbar);
-    mbsri_atx(b->d, b->d_pred, -1.0, d->H + b->dp, mbar, d->impbar + b->pred_v);
+    if (mbsri_heads(m, d, i)) {
+        const mbsri_group g = mbsri_group_of(m, d, i);
+        if (g.members > 1)
+            mbsri_group_load(m, d, &g, d->impbar, d->kI, ep, sum + m->max_d);
+        else
+            mbsri_atx(b->d, b->n, -1.0, d->J + b->dn, sum, ep);
+        mbsri_ax(b->d, g.n, 1.0, d->G + b->dg, ep, sum);
+        mbsri_copy((size_t)b->d, sum, mbar);
+    }
+    mbsri_atx(b->d, b->d_pred, -1.0, d->H + b->dp, sum, d->impbar + b->pred_v);
 }
 
-void mbsri_balance_of(const mbsr_model *m, mbsr_data *d, int i, double *F)
+void mbsri_balance_of(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, double *F)
 {
-    const mbsri_body *b = m->body + i;
+    const mbsri_body *b = m->body + g->member[0];
     const double s = 1.0;
     double *x = d->scratch + m->max_d, *projected = x + m->max_d;
     /* r = D u - ep + U^T H V_pi */
     mbsri_zero((size_t)b->d, x);
     mbsri_ax(b->d, b->d_pred, 1.0, d->H + b->dp, d->V + b->pred_v, x);
-    for (int k = 0; k < b->n; ++k) F[k] = -d->ep[b->iu + k];
-    mbsri_atx(b->d, b->n, 1.0, d->U + b->dn, x, F);
-    mbsri_ax(b->n, b->n, 1.0, d->D + b->nn, d->u + b->iu, F);
-    if (d->rank[i] == b->n) return;
+    for (int k = 0; k < g->n; ++k) F[k] = -d->ep[g->ig + k];
+    mbsri_atx(b->d, g->n, 1.0, d->U + b->dg, x, F);
+    for (int k = 0; k < g->members; ++k) {
+        const mbsri_body *member = m->body + g->member[k];
+        mbsri_ax(g->n, member->n, 1.0, d->D + b->nn + (size_t)((member->ig - g->ig) * g->n),
+                 d->u + member->iu, F);
+    }
+    if (g->members > 1 && !mbsri_coupled(m, d, g)) {
+        /* as if joint by joint */
+        mbsri_group_separate(m, d, g, F, d->scratch);
+        for (int k = 0; k < g->members; ++k) {
+            const mbsri_body *member = m->body + g->member[k];
+            if (d->rank[g->member[k]] == member->n) continue;
+            for (int l = 0; l < member->n; ++l)
+                F[member->ig - g->ig + l] = -s * d->e[member->ig + l];
+        }
+        return;
+    }
+    if (mbsri_group_rank(d, g) == g->n) return;
     /* r -= P (r + s e) */
-    for (int k = 0; k < b->n; ++k) x[k] = F[k] + s * d->e[b->iu + k];
-    mbsri_null_force(m, d, i, x, projected);
-    for (int k = 0; k < b->n; ++k) F[k] -= projected[k];
+    for (int k = 0; k < g->n; ++k) x[k] = F[k] + s * d->e[g->ig + k];
+    mbsri_null_force(m, d, g, x, projected);
+    for (int k = 0; k < g->n; ++k) F[k] -= projected[k];
 }

@@ -4,7 +4,7 @@
 #ifndef MBSRI_MOMENTUM_STEPS_H
 #define MBSRI_MOMENTUM_STEPS_H
 
-#include "recursion/data.h"
+#include "recursion/group.h"
 
 /* Each has what the successors passed on in imp, sigma, impbar of the body, and passes on to the
  * predecessor's. p, pdot, F: the body's own n numbers. */
@@ -15,10 +15,11 @@ void mbsri_momentum_of(const mbsr_model *m, mbsr_data *d, int i, double *p);
 /* p'.  reads imp, f, tau, H, J, their rates, Mdot;  writes sigma, pdot. */
 void mbsri_momentum_rate_of(const mbsr_model *m, mbsr_data *d, int i, double *pdot);
 
-/* ep.  reads p, Mbar, G, kI, H, J;  writes impbar, ep. */
+/* ep.  reads p, Mbar, G, kI, H, J;  writes ep and, what the predecessor gets of it with H^T, impbar of
+ * heads. */
 void mbsri_condense_of(const mbsr_model *m, mbsr_data *d, int i, const double *p);
 
-/* The algebraic equations.  reads ep, e, D, U, H, V, u;  writes F. */
-void mbsri_balance_of(const mbsr_model *m, mbsr_data *d, int i, double *F);
+/* The algebraic equations of a group (n).  reads ep, e, D, U, H, V, u;  writes F. */
+void mbsri_balance_of(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, double *F);
 
 #endif

@@ -30,13 +30,12 @@
 #include <math.h>
 
 /* diag(J^T W J)^(-1/2) into s, or with `fixed` the given s; the largest entry of diag(J^T W J), and
- * of S J^T W J S in *noise (1 unless s is given). A zero entry belongs to a row of D that is
- * zero. */
+ * of S J^T W J S in *noise, if that is larger (1 unless s is given). A zero entry belongs to a row of
+ * D that is zero. */
 static double equilibrate(const mbsri_body *b, const mbsr_data *d, const double *fixed, double *s,
                           double *noise)
 {
     double *WJ = d->scratch, largest = 0.0;
-    *noise = 1.0;
     for (int k = 0; k < b->n; ++k) {
         const double *column = d->J + b->dn + (size_t)k * (size_t)b->d;
         mbsri_zero((size_t)b->d, WJ);
@@ -48,6 +47,55 @@ static double equilibrate(const mbsri_body *b, const mbsr_data *d, const double 
         if (isnan(largest)) return largest;
     }
     return largest;
+}
+
+/* The same of a group. */
+static double equilibrate_group(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g,
+                                double *noise)
+{
+    double largest = 0.0;
+    *noise = 1.0;
+    for (int k = 0; k < g->members && !isnan(largest); ++k) {
+        const mbsri_body *b = m->body + g->member[k];
+        const bool kept = d->keep_scale && !mbsri_apart(m, d, m->body[g->member[0]].head);
+        const double *fixed = d->use_frame ? d->s_frame + b->ig
+                              : kept       ? d->s + b->ig
+                                           : NULL,
+                     size = equilibrate(b, d, fixed, d->s + b->ig, noise);
+        largest = isnan(size) ? size : fmax(size, largest);
+    }
+    return largest;
+}
+
+/* Shares the rank of the group among its joints, as elimination from the last to the first would
+ * find it: A (n x n) is S D S and gets lost. */
+static void share_rank(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, int rank,
+                       double tolerance, double *A)
+{
+    const int n = g->n;
+    int left = rank;
+    for (int i = g->members - 1; i >= 0; --i) {
+        const mbsri_body *b = m->body + g->member[i];
+        const int first = b->ig - g->ig;
+        int above = first; /* no more than these are left for the joints before */
+        for (int turn = 0; turn < b->n; ++turn) {
+            /* the largest pivot of the joint */
+            int p = first;
+            for (int k = first; k < first + b->n; ++k) {
+                if (A[k * (n + 1)] > A[p * (n + 1)]) p = k;
+            }
+            const double pivot = A[p * (n + 1)];
+            if (left == 0 || (!(pivot > tolerance) && left <= above)) break;
+            ++d->rank[g->member[i]];
+            --left;
+            for (int k = 0; k < n && pivot > tolerance; ++k) {
+                for (int l = 0; l < n && k != p; ++l) {
+                    if (l != p) A[k * n + l] -= A[k * n + p] * A[p * n + l] / pivot;
+                }
+            }
+            for (int k = 0; k < n; ++k) A[k * n + p] = A[p * n + k] = 0.0;
+        }
+    }
 }
 
 /* Eigenvalues in descending order and their eigenvectors, so that the range comes first. */
@@ -66,12 +114,12 @@ static void reverse(int n, double *X, double *lambda)
 }
 
 /* D^+ = D^-1 by the Cholesky factors of D; false unless D has full rank. */
-static bool definite_inverse(const mbsri_body *b, mbsr_data *d, int i)
+static bool definite_inverse(const mbsr_model *m, mbsr_data *d, const mbsri_group *g)
 {
-    const int n = b->n;
+    const int n = g->n;
     const size_t nn = (size_t)n * (size_t)n;
-    double *L = d->scratch, *Y = L + nn, *Dinv = d->Dinv + b->nn;
-    if (!mbsri_definite_factor(b, d, i, L)) return false;
+    double *L = d->scratch, *Y = L + nn, *Dinv = d->Dinv + m->body[g->member[0]].nn;
+    if (!mbsri_definite_factor(m, d, g, L)) return false;
     mbsri_zero(nn, Y);
     for (int k = 0; k < n; ++k) Y[k * (n + 1)] = 1.0;
     mbsri_divide_by_cholesky(n, n, L, Y);
@@ -81,13 +129,14 @@ static bool definite_inverse(const mbsri_body *b, mbsr_data *d, int i)
 }
 
 /* D^+ by the eigenvalues kept. */
-static void pseudo_inverse(const mbsri_body *b, mbsr_data *d, int i)
+static void pseudo_inverse(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, int rank)
 {
-    const int n = b->n;
-    const double *s = d->s + b->iu, *X = d->X + b->nn, *lambda = d->lambda + b->iu;
+    const mbsri_body *b = m->body + g->member[0];
+    const int n = g->n;
+    const double *s = d->s + g->ig, *X = d->X + b->nn, *lambda = d->lambda + g->ig;
     double *Dinv = d->Dinv + b->nn;
     mbsri_zero((size_t)n * (size_t)n, Dinv);
-    for (int l = 0; l < d->rank[i]; ++l) {
+    for (int l = 0; l < rank; ++l) {
         for (int j = 0; j < n; ++j) {
             const double factor = s[j] * X[l * n + j] / lambda[l];
             for (int k = 0; k < n; ++k) Dinv[j * n + k] += factor * s[k] * X[l * n + k];
@@ -95,27 +144,26 @@ static void pseudo_inverse(const mbsri_body *b, mbsr_data *d, int i)
     }
 }
 
-bool mbsri_definite_factor(const mbsri_body *b, const mbsr_data *d, int i, double *L)
+bool mbsri_definite_factor(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g, double *L)
 {
-    const int n = b->n;
-    if (n < 2 || d->rank[i] < n) return false;
-    mbsri_copy((size_t)n * (size_t)n, d->D + b->nn, L);
+    const int n = g->n;
+    if (n < 2 || mbsri_group_rank(d, g) < n) return false;
+    mbsri_copy((size_t)n * (size_t)n, d->D + m->body[g->member[0]].nn, L);
     return mbsri_cholesky(n, L);
 }
 
 /* reads D, J, W;  writes s, X, lambda, Dinv, scale, rank.  cost: one symmetric eigenproblem of size
  * n. */
-int mbsri_rank_decision(const mbsr_model *m, mbsr_data *d, int i)
+int mbsri_rank_decision(const mbsr_model *m, mbsr_data *d, const mbsri_group *g)
 {
+    const int i = g->member[0], n = g->n;
     const mbsri_body *b = m->body + i;
-    const int n = b->n;
     const double *D = d->D + b->nn;
-    double *s = d->s + b->iu, *X = d->X + b->nn, *lambda = d->lambda + b->iu;
+    double *s = d->s + g->ig, *X = d->X + b->nn, *lambda = d->lambda + g->ig;
     char label[MBSRI_LABEL];
 
-    d->rank[i] = 0;
     double noise;
-    d->scale[i] = equilibrate(b, d, d->use_frame ? d->s_frame + b->iu : NULL, s, &noise);
+    d->scale[i] = equilibrate_group(m, d, g, &noise);
     const double tolerance = m->rank_tolerance * noise;
     /* S D S */
     for (int j = 0; j < n; ++j) {
@@ -145,16 +193,25 @@ int mbsri_rank_decision(const mbsr_model *m, mbsr_data *d, int i)
             "%s: the mass on its joint is indefinite at t = %g (scaled eigenvalue %g)",
             mbsri_body_label(m, i, label), d->t, lambda[n - 1]);
     }
-    while (d->rank[i] < n && lambda[d->rank[i]] > tolerance) ++d->rank[i];
-    if (!definite_inverse(b, d, i)) pseudo_inverse(b, d, i);
+    int rank = 0;
+    while (rank < n && lambda[rank] > tolerance) ++rank;
+    d->rank[i] = rank;
+    if (g->members > 1) {
+        d->rank[i] = 0;
+        for (int j = 0; j < n; ++j) {
+            for (int k = 0; k < n; ++k) d->scratch[j * n + k] = s[j] * D[j * n + k] * s[k];
+        }
+        share_rank(m, d, g, rank, tolerance, d->scratch);
+    }
+    if (!definite_inverse(m, d, g)) pseudo_inverse(m, d, g, rank);
     return MBSR_OK;
 }
 
-void mbsri_null_part(const mbsr_model *m, const mbsr_data *d, int i, const double *x, double *y)
+void mbsri_null_part(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g, const double *x,
+                     double *y)
 {
-    const mbsri_body *b = m->body + i;
-    const int n = b->n, rank = d->rank[i];
-    const double *s = d->s + b->iu, *X = d->X + b->nn;
+    const int n = g->n, rank = mbsri_group_rank(d, g);
+    const double *s = d->s + g->ig, *X = d->X + m->body[g->member[0]].nn;
     double *weight = d->scratch;
     /* X_dropped^T S^-1 x */
     for (int l = rank; l < n; ++l) {
@@ -170,11 +227,11 @@ void mbsri_null_part(const mbsr_model *m, const mbsr_data *d, int i, const doubl
 
 /* reads X, s.  For x = e = tau - J^T fbar - J^T Mbar kII the last term has no part here (Lemma
  * 2). */
-void mbsri_null_force(const mbsr_model *m, const mbsr_data *d, int i, const double *x, double *y)
+void mbsri_null_force(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g,
+                      const double *x, double *y)
 {
-    const mbsri_body *b = m->body + i;
-    const int n = b->n, rank = d->rank[i];
-    const double *s = d->s + b->iu, *X = d->X + b->nn;
+    const int n = g->n, rank = mbsri_group_rank(d, g);
+    const double *s = d->s + g->ig, *X = d->X + m->body[g->member[0]].nn;
     double *weight = d->scratch;
     /* X_dropped^T S x */
     for (int l = rank; l < n; ++l) {
@@ -190,11 +247,18 @@ void mbsri_null_force(const mbsr_model *m, const mbsr_data *d, int i, const doub
 
 int mbsri_rank_watched(const mbsr_model *m, mbsr_data *d, int i)
 {
-    if (!d->watching || d->rank[i] == d->watched[i]) return MBSR_OK;
+    if (!d->watching) return MBSR_OK;
+    const mbsri_group g = mbsri_group_of(m, d, i);
+    const int rank = mbsri_group_rank(d, &g);
+    int watched = 0;
+    for (int k = 0; k < g.members; ++k) watched += d->watched[g.member[k]];
+    if (rank == watched) return MBSR_OK;
     char label[MBSRI_LABEL];
     return mbsri_fail(&d->error, MBSR_RANK_CHANGED, m->body[i].id, MBSR_NONE,
-                      "%s: the rank of its joint changes from %d to %d (of %d) at t = %g",
-                      mbsri_body_label(m, i, label), d->watched[i], d->rank[i], m->body[i].n, d->t);
+                      "%s: the rank of its joint%s changes from %d to %d (of %d) at t = %g",
+                      mbsri_body_label(m, i, label),
+                      g.members > 1 ? " and the massless ones behind it" : "", watched, rank, g.n,
+                      d->t);
 }
 
 int mbsri_check_ranks(const mbsr_model *m, mbsr_data *d)

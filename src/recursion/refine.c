@@ -15,6 +15,7 @@
 
 #include "algebra/dense.h"
 #include "model/query.h"
+#include "recursion/group.h"
 #include "recursion/inverse.h"
 #include "recursion/sizes.h"
 
@@ -61,33 +62,45 @@ static void rounding(const mbsr_model *m, const mbsr_data *d, int i, int sample,
  * reads J, H, G, U, Dinv, Mbar;  writes impbar, sigma (kII), ep, Az (a). */
 static void solve(const mbsr_model *m, mbsr_data *d, int sample, double *x)
 {
-    double *a_pred = d->scratch;
+    double *a_pred = d->scratch, *du = a_pred + m->max_d, *sum = du + m->max_d;
     mbsri_zero(m->size_v, d->impbar);
     mbsri_zero((size_t)m->root.d, d->Az);
     for (int i = m->bodies; i >= 1; --i) {
         const mbsri_body *b = m->body + i;
-        double *sum = d->impbar + b->v, *load = d->ep + b->iu, *kII = d->sigma + b->v;
+        double *bar = d->impbar + b->v, *load = d->ep + b->ig, *kII = d->sigma + b->v;
         const changes c = {d->scratch, kII, load};
         if (sample < 0)
             residual(b, d, &c);
         else
             rounding(m, d, i, sample, &c);
-        for (int k = 0; k < b->d; ++k) sum[k] += c.f[k];
+        for (int k = 0; k < b->d; ++k) bar[k] += c.f[k];
+        mbsri_copy((size_t)b->d, bar, sum);
         mbsri_ax(b->d, b->d, 1.0, d->Mbar + b->dd, kII, sum);
-        mbsri_atx(b->d, b->n, -1.0, d->J + b->dn, sum, load);
-        mbsri_ax(b->d, b->n, 1.0, d->G + b->dn, load, sum);
+        if (mbsri_heads(m, d, i)) {
+            const mbsri_group g = mbsri_group_of(m, d, i);
+            if (g.members > 1)
+                mbsri_group_load(m, d, &g, d->impbar, d->sigma, load, sum + m->max_d);
+            else
+                mbsri_atx(b->d, b->n, -1.0, d->J + b->dn, sum, load);
+            mbsri_ax(b->d, g.n, 1.0, d->G + b->dg, load, sum);
+        }
         mbsri_atx(b->d, b->d_pred, -1.0, d->H + b->dp, sum, d->impbar + b->pred_v);
     }
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
-        double *a = d->Az + b->v, *load = d->ep + b->iu, *du = x + b->u;
+        double *a = d->Az + b->v, *own = x + b->u;
         mbsri_zero((size_t)b->d, a_pred);
         mbsri_ax(b->d, b->d_pred, 1.0, d->H + b->dp, d->Az + b->pred_v, a_pred);
-        mbsri_atx(b->d, b->n, -1.0, d->U + b->dn, a_pred, load);
-        mbsri_zero((size_t)b->n, du);
-        mbsri_ax(b->n, b->n, 1.0, d->Dinv + b->nn, load, du);
+        if (mbsri_heads(m, d, i)) {
+            const mbsri_group g = mbsri_group_of(m, d, i);
+            double *load = d->ep + g.ig;
+            mbsri_atx(b->d, g.n, -1.0, d->U + b->dg, a_pred, load);
+            mbsri_zero((size_t)g.n, du);
+            mbsri_ax(g.n, g.n, 1.0, d->Dinv + b->nn, load, du);
+            mbsri_group_scatter(m, &g, du, x);
+        }
         for (int k = 0; k < b->d; ++k) a[k] = -a_pred[k] - d->sigma[b->v + (size_t)k];
-        mbsri_ax(b->d, b->n, -1.0, d->J + b->dn, du, a);
+        mbsri_ax(b->d, b->n, -1.0, d->J + b->dn, own, a);
     }
 }
 
@@ -99,26 +112,28 @@ static void correct(const mbsr_model *m, mbsr_data *d, double *udot, double *cha
     for (int k = 0; k < m->nu; ++k) udot[k] += change[k];
 }
 
-/* x^T D x of a joint */
-static double square_of(const mbsri_body *b, const mbsr_data *d, const double *x)
+/* x^T D x of a group; x by the caller's order */
+static double square_of(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g,
+                        const double *x)
 {
-    const double *D = d->D + b->nn;
-    double sum = 0.0;
-    for (int j = 0; j < b->n; ++j) {
-        for (int k = 0; k < b->n; ++k) sum += x[j] * D[j * b->n + k] * x[k];
+    const double *D = d->D + m->body[g->member[0]].nn;
+    double sum = 0.0, *own = d->scratch;
+    mbsri_group_gather(m, g, x, own);
+    for (int j = 0; j < g->n; ++j) {
+        for (int k = 0; k < g->n; ++k) sum += own[j] * D[j * g->n + k] * own[k];
     }
     return fmax(sum, 0.0);
 }
 
-/* Adds weight x^2 to error, entry by entry, and joint by joint to the first entry of the joint in
- * `joints` (by the order of the sweeps). */
+/* Adds weight x^2 to error, entry by entry, and group by group to the first entry of the group in
+ * `joints` (by the order of the groups). */
 static void add_squares(const mbsr_model *m, const mbsr_data *d, double weight, const double *x,
                         double *error, double *joints)
 {
     for (int k = 0; k < m->nu; ++k) error[k] += weight * x[k] * x[k];
     for (int i = 1; i <= m->bodies; ++i) {
-        const mbsri_body *b = m->body + i;
-        if (b->n > 0) joints[b->iu] += weight * square_of(b, d, x + b->u);
+        const mbsri_group g = mbsri_group_of(m, d, i);
+        if (mbsri_heads(m, d, i) && g.n > 0) joints[g.ig] += weight * square_of(m, d, &g, x);
     }
 }
 
@@ -137,9 +152,9 @@ double mbsri_refine(const mbsr_model *m, mbsr_data *d, double *udot, double *err
     }
     for (int k = 0; k < m->nu; ++k) error[k] = sqrt(error[k]);
     for (int i = 1; i <= m->bodies; ++i) {
-        const mbsri_body *b = m->body + i;
-        if (b->n == 0 || !(joints[b->iu] > 0.0)) continue;
-        const double size = square_of(b, d, udot + b->u), left = joints[b->iu];
+        const mbsri_group g = mbsri_group_of(m, d, i);
+        if (!mbsri_heads(m, d, i) || g.n == 0 || !(joints[g.ig] > 0.0)) continue;
+        const double size = square_of(m, d, &g, udot), left = joints[g.ig];
         largest = fmax(largest, size > left ? sqrt(left / size) : 1.0);
     }
     return largest;

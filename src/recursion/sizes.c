@@ -78,41 +78,68 @@ double mbsri_joint_size(const mbsri_body *b, const mbsr_data *d, int k, const do
     return size;
 }
 
+/* mu of one sample, with what body i makes itself. */
+static void sample_force(const mbsri_body *b, const mbsr_data *d, int sample, double *mu)
+{
+    const double *change = sample_of(d, sample) + b->v, *own = d->Az + b->v;
+    for (int r = 0; r < b->d; ++r)
+        mu[r] = change[r] + mbsri_sign(sample, b->v + (size_t)r) * own[r];
+}
+
+/* G e of the group of one sample, added to mu of its head. */
+static void take_up(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g, int sample,
+                    double *mu, double *work)
+{
+    double *e = work, *force = e + g->n;
+    for (int k = 0; k < g->members; ++k) {
+        const mbsri_body *b = m->body + g->member[k];
+        double *own = e + b->ig - g->ig;
+        for (int l = 0; l < b->n; ++l)
+            own[l] = mbsri_sign(sample + SAMPLES, (size_t)(b->iu + l)) *
+                     mbsri_joint_size(b, d, l, d->Az + b->v);
+        sample_force(b, d, sample, force);
+        mbsri_atx(b->d, b->n, -1.0, d->J + b->dn, force, own);
+    }
+    const mbsri_body *head = m->body + g->member[0];
+    mbsri_ax(head->d, g->n, 1.0, d->G + head->dg, e, mu);
+}
+
 /* One sample through body i to its predecessor, as mbsri_backward_loads would take it. */
-static void pass(const mbsr_model *m, const mbsr_data *d, int i, int sample, const double *own)
+static void pass(const mbsr_model *m, const mbsr_data *d, int i, int sample)
 {
     const mbsri_body *b = m->body + i;
-    double *change = sample_of(d, sample), *mu = d->scratch, *e = mu + b->d;
-    for (int r = 0; r < b->d; ++r)
-        mu[r] = change[b->v + (size_t)r] + mbsri_sign(sample, b->v + (size_t)r) * own[r];
-    for (int k = 0; k < b->n; ++k)
-        e[k] = mbsri_sign(sample + SAMPLES, (size_t)(b->iu + k)) * mbsri_joint_size(b, d, k, own);
-    mbsri_atx(b->d, b->n, -1.0, d->J + b->dn, mu, e);
-    mbsri_ax(b->d, b->n, 1.0, d->G + b->dn, e, mu);
-    mbsri_atx(b->d, b->d_pred, -1.0, d->H + b->dp, mu, change + b->pred_v);
+    double *mu = d->scratch;
+    sample_force(b, d, sample, mu);
+    if (mbsri_heads(m, d, i)) {
+        const mbsri_group g = mbsri_group_of(m, d, i);
+        take_up(m, d, &g, sample, mu, mu + b->d);
+    }
+    mbsri_atx(b->d, b->d_pred, -1.0, d->H + b->dp, mu, sample_of(d, sample) + b->pred_v);
 }
 
 void mbsri_gross_forces(const mbsr_model *m, mbsr_data *d)
 {
     for (int l = 0; l < SAMPLES; ++l) mbsri_zero(m->size_v, sample_of(d, l));
     for (int i = m->bodies; i >= 1; --i) {
-        double *own = d->Az + m->body[i].v;
-        mbsri_own_sizes(m, d, i, own);
-        for (int l = 0; l < SAMPLES; ++l) pass(m, d, i, l, own);
+        mbsri_own_sizes(m, d, i, d->Az + m->body[i].v);
+        for (int l = 0; l < SAMPLES; ++l) pass(m, d, i, l);
     }
 }
 
-double mbsri_gross_load(const mbsr_model *m, const mbsr_data *d, int i, const double *x)
+double mbsri_gross_load(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g,
+                        const double *x)
 {
-    const mbsri_body *b = m->body + i;
-    double size = 0.0, square = 0.0;
-    for (int k = 0; k < b->n; ++k) size += fabs(x[k]) * mbsri_joint_size(b, d, k, d->Az + b->v);
-    for (int l = 0; l < SAMPLES; ++l) {
-        const double *change = sample_of(d, l) + b->v;
-        double load = 0.0;
-        for (int k = 0; k < b->n; ++k)
-            load += x[k] * mbsri_dot(b->d, d->J + b->dn + (size_t)k * (size_t)b->d, change);
-        square += load * load / SAMPLES;
+    double size = 0.0, square = 0.0, load[SAMPLES] = {0.0};
+    for (int i = 0; i < g->members; ++i) {
+        const mbsri_body *b = m->body + g->member[i];
+        const double *own = x + b->ig - g->ig;
+        for (int k = 0; k < b->n; ++k) {
+            size += fabs(own[k]) * mbsri_joint_size(b, d, k, d->Az + b->v);
+            const double *J = d->J + b->dn + (size_t)k * (size_t)b->d;
+            for (int l = 0; l < SAMPLES; ++l)
+                load[l] += own[k] * mbsri_dot(b->d, J, sample_of(d, l) + b->v);
+        }
     }
+    for (int l = 0; l < SAMPLES; ++l) square += load[l] * load[l] / SAMPLES;
     return size + sqrt(square);
 }

@@ -4,14 +4,15 @@
 #ifndef MBSRI_SIZES_H
 #define MBSRI_SIZES_H
 
-#include "recursion/data.h"
+#include "recursion/group.h"
 
 /* Of fbar + Mbar kII of every body. At the state of mbsri_backward; the loads may be newer. Writes
  * Az, imp, sigma and Y of the data. */
 void mbsri_gross_forces(const mbsr_model *m, mbsr_data *d);
 
-/* After mbsri_gross_forces: of e = tau - J^T (fbar + Mbar kII) of body i along x (n). */
-double mbsri_gross_load(const mbsr_model *m, const mbsr_data *d, int i, const double *x);
+/* After mbsri_gross_forces: of e = tau - J^T (fbar + Mbar kII) of a group along x (n). */
+double mbsri_gross_load(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g,
+                        const double *x);
 
 /* The pieces. What body i makes itself, into own (d): |f|, gyroscopic and bias forces (with what was
  * added up to Mbar: W, backward.c), and the sums as they are. */

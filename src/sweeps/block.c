@@ -191,7 +191,8 @@ void mbsri_block_accelerate(const mbsri_sweep_run *run, int i)
 
 void mbsri_block_balance(const mbsri_sweep_run *run, int i)
 {
-    mbsri_balance_of(run->model, run->data, i, run->balance + run->tree->body[i].u);
+    const mbsri_group g = mbsri_group_of(run->model, run->data, i);
+    mbsri_balance_of(run->model, run->data, &g, run->balance + run->tree->body[i].u);
 }
 
 /* ---- leaves to root ---- */

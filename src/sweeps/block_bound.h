@@ -100,7 +100,7 @@ MBSRI_INLINE bool certify_block(const mbsri_sweep_run *run, int i, int d, int n,
     mbsr_data *data = run->data;
     const double area = run->tree->length * run->tree->length;
     const double *J = data->J + b->dn;
-    double *U = data->U + b->dn, *D = data->D + b->nn, *G = data->G + b->dn, *L = data->X + b->nn;
+    double *U = data->U + b->dg, *D = data->D + b->nn, *G = data->G + b->dg, *L = data->X + b->nn;
     mbsri_zero((size_t)(d * n), U);
     mbsri_ab(d, d, n, 1.0, data->Mbar + b->dd, J, U);
     mbsri_zero((size_t)(n * n), D);
@@ -124,7 +124,7 @@ MBSRI_INLINE bool certify_block(const mbsri_sweep_run *run, int i, int d, int n,
 MBSRI_INLINE double transport_of(const mbsri_sweep_run *run, int i, int d, int n)
 {
     const mbsri_body *b = run->model->body + i;
-    const double *J = run->data->J + b->dn, *G = run->data->G + b->dn;
+    const double *J = run->data->J + b->dn, *G = run->data->G + b->dg;
     const double area = run->tree->length * run->tree->length;
     double norm = n > 0 ? 0.0 : 1.0;
     for (int l = 0; l < n; ++l) {
@@ -171,7 +171,7 @@ MBSRI_INLINE void pass_mass(const mbsri_sweep_run *run, int i, int d, int dp, in
     mbsr_data *data = run->data;
     double T[36], TH[36], *above = data->Mbar + b->pred_dd;
     memcpy(T, data->Mbar + b->dd, (size_t)(d * d) * sizeof *T);
-    mbsri_abt(d, n, d, -1.0, data->G + b->dn, data->U + b->dn, T);
+    mbsri_abt(d, n, d, -1.0, data->G + b->dg, data->U + b->dg, T);
     if (rho) {
         blocks c;
         matrix_to_blocks(T, &c);
@@ -188,12 +188,12 @@ MBSRI_INLINE void load_sized(const mbsri_sweep_run *run, int i, int d, int dp, i
 {
     const mbsri_body *b = run->model->body + i;
     mbsr_data *data = run->data;
-    double *e = data->e + b->iu, *mu = data->mu + b->v;
+    double *e = data->e + b->ig, *mu = data->mu + b->v;
     for (int k = 0; k < d; ++k) mu[k] = data->fbar[b->v + (size_t)k];
     mbsri_ax(d, d, 1.0, data->Mbar + b->dd, data->kII + b->v, mu);
     for (int k = 0; k < n; ++k) e[k] = data->tau[b->iu + k];
     mbsri_atx(d, n, -1.0, data->J + b->dn, mu, e);
-    mbsri_ax(d, n, 1.0, data->G + b->dn, e, mu);
+    mbsri_ax(d, n, 1.0, data->G + b->dg, e, mu);
     mbsri_atx(d, dp, -1.0, data->H + b->dp, mu, data->fbar + b->pred_v);
 }
 
@@ -247,7 +247,7 @@ MBSRI_INLINE bool pass_hinge(const mbsri_sweep_run *run, int i, v4 rho)
     const double area = run->tree->length * run->tree->length, per_area = 1.0 / area,
                  soft = run->tree->body[i].soft, *J = data->J + b->dn, *W = data->W + b->dd,
                  *kII = data->kII + b->v, *fbar = data->fbar + b->v;
-    double *bound = run->load[i].bound, *U = data->U + b->dn, *G = data->G + b->dn,
+    double *bound = run->load[i].bound, *U = data->U + b->dg, *G = data->G + b->dg,
            *mu = data->mu + b->v, *Mbar = data->Mbar + b->dd, *above = data->fbar + b->pred_v;
     const v4 J_w = three(J), J_v = three(J + 3), k_w = three(kII), k_v = three(kII + 3);
     blocks c;
@@ -277,7 +277,7 @@ MBSRI_INLINE bool pass_hinge(const mbsri_sweep_run *run, int i, v4 rho)
     v4 mu_L = three(fbar) + times(c.I, k_w) + transposed_times(c.G, k_v),
        mu_p = three(fbar + 3) + times(c.G, k_w) + times(c.M, k_v);
     const double e = data->tau[b->iu] - sum3(J_w * mu_L + J_v * mu_p);
-    data->e[b->iu] = e;
+    data->e[b->ig] = e;
     mu_L += g_L * splat(e);
     mu_p += g_p * splat(e);
     put_three(mu, mu_L), put_three(mu + 3, mu_p);

@@ -6,6 +6,7 @@
 #include "algebra/numbers.h"
 #include "model/query.h"
 #include "recursion/elements.h"
+#include "recursion/group.h"
 #include "recursion/kinematics.h"
 #include "sweeps/loads.h"
 
@@ -88,6 +89,7 @@ static int prepare(mbsri_sweep_run *run, const mbsr_model *m, mbsr_data *d, doub
                              .rank = d->rank};
     d->stage = MBSRI_STAGE_NONE;
     d->accelerated = false;
+    d->single = true;
     d->t = t;
     const int from = run->tree->first_angle;
     run->tree->kernels->trigonometry(run->tree->angles, run->q + from, run->sincos + 2 * from);
@@ -96,16 +98,33 @@ static int prepare(mbsri_sweep_run *run, const mbsr_model *m, mbsr_data *d, doub
 
 bool mbsri_sweeps_as_watched(const mbsri_sweep_run *run)
 {
+    const mbsr_model *m = run->model;
     const mbsr_data *d = run->data;
     for (int i = 1; i <= run->tree->bodies && d->watching; ++i) {
-        if (d->rank[i] != d->watched[i]) return false;
+        if (m->body[i].head != i) continue;
+        const mbsri_group g = mbsri_group_in_model(m, i);
+        int change = 0;
+        for (int k = 0; k < g.members; ++k)
+            change += d->rank[g.member[k]] - d->watched[g.member[k]];
+        if (change != 0) return false;
     }
     return true;
 }
 
+bool mbsri_sweeps_coupled(const mbsri_sweep_run *run)
+{
+    const mbsr_model *m = run->model;
+    for (int i = 1; i <= m->bodies && m->grouped; ++i) {
+        const mbsri_group g = mbsri_group_in_model(m, i);
+        if (g.members > 1 && mbsri_coupled(m, run->data, &g)) return true;
+    }
+    return false;
+}
+
 static bool backward(const mbsri_sweep_run *run)
 {
-    return run->tree->kernels->backward(run) && mbsri_sweeps_as_watched(run);
+    return run->tree->kernels->backward(run) && mbsri_sweeps_as_watched(run) &&
+           !mbsri_sweeps_coupled(run);
 }
 
 /* Results that are not finite are for the stages, which say where that begins. */

@@ -16,6 +16,9 @@ int mbsri_sweeps_inverse_dynamics(const mbsr_model *m, mbsr_data *d, double t, c
 /* Whether no rank is watched that is another; where one is, the stages say which. */
 bool mbsri_sweeps_as_watched(const mbsri_sweep_run *run);
 
+/* Whether there are groups of joints (recursion/group.h) that cannot be eliminated joint by joint. */
+bool mbsri_sweeps_coupled(const mbsri_sweep_run *run);
+
 /* What the momentum form needs at (q, u) before the backward sweep: motion and forces. */
 int mbsri_sweeps_open(mbsri_sweep_run *run, const mbsr_model *m, mbsr_data *d, double t,
                       const double *q, const double *u);

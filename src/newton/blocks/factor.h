@@ -3,12 +3,7 @@
 #ifndef MBSRI_FACTOR_H
 #define MBSRI_FACTOR_H
 
-#include "newton/blocks/record.h"
-
-/* What a text of MBSR_SINGULAR_BLOCK says of a joint. */
-#define MBSRI_SINGULAR_ADVICE                                                                      \
-    "nothing determines its rates: give it inertia, a spring or a damper, or lock it "             \
-    "(mbsr_index_report_create names all such directions)"
+#include "newton/blocks/joint.h"
 
 /* Doubles of w->work for the largest joint. */
 size_t mbsri_tree_work(const mbsr_newton *w);
@@ -22,8 +17,7 @@ int mbsri_tree_factor(mbsr_newton *w, mbsr_data *d, double t, const double *q, c
  * and whether it and its predecessor are deep. A status. */
 int mbsri_tree_eliminate(mbsr_newton *w, mbsr_data *d, int i, double c);
 
-/* The matrix P of body i, mbsri_actions rows by mbsri_motions columns. */
-double *mbsri_tree_matrix(const mbsr_newton *w, int i);
+/* The matrix of body i <- 0. */
 void mbsri_tree_clear(const mbsr_newton *w, int i);
 
 /* What w->node says of a joint at a factorisation. */

@@ -15,8 +15,9 @@
  * `deep`: in the subtree of a joint whose block is deficient. */
 typedef struct mbsri_node {
     int e;            /* numbers of the pose's perturbation */
-    bool deep;        /* at the last factorisation; so are rank and unknowns */
-    int rank;         /* of its joint */
+    bool deep;        /* at the last factorisation; so are the next three */
+    bool coupled;     /* one of a group of joints that are eliminated as one (coupled.c) */
+    int rank;         /* of its joint, or group */
     int unknowns;     /* du, and u' in the range of D where deep */
     int slot;         /* of its matrix while the elimination goes on */
     int last;         /* its last successor; 0: none */
@@ -26,7 +27,8 @@ typedef struct mbsri_node {
 } mbsri_node;
 
 /* What is kept of a joint between factoring and solving; matrices by columns. The columns of `x`,
- * `momentum` and `rate` are the predecessor's perturbation, dq, du and, where deep, du'. */
+ * `momentum` and `rate` are the predecessor's perturbation, dq, du and, where deep, du'; of a group
+ * its head keeps what counts rates, and `x` of every member has the columns of the head's. */
 typedef struct mbsri_kept {
     double *H, *Hdot, *J, *Jdot, *G; /* as in the data */
     double *s, *X;                   /* likewise */

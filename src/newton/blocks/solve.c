@@ -8,20 +8,24 @@
 
 #include "algebra/dense.h"
 #include "newton/blocks/block.h"
+#include "recursion/group.h"
 
 size_t mbsri_keep(const mbsr_newton *w, int i, double *memory, mbsri_kept *k)
 {
-    const mbsri_body *b = w->model->body + i;
+    const mbsri_body *b = w->model->body + i, *head = w->model->body + b->head;
     const mbsri_node *node = w->node + i, *above = w->node + b->parent;
-    const size_t d = (size_t)b->d, dp = (size_t)b->d_pred, n = (size_t)b->n, nq = (size_t)b->nq,
-                 x = (size_t)node->e + 2 * d, x_pred = (size_t)above->e + 2 * dp,
-                 columns = x_pred + nq + 2 * n, k2 = nq > 2 * n ? nq : 2 * n;
+    const size_t d = (size_t)b->d, dp = (size_t)b->d_pred, n = (size_t)b->group_n,
+                 nq = (size_t)b->group_nq, x = (size_t)node->e + 2 * d,
+                 x_pred = (size_t)above->e + 2 * dp, columns = x_pred + nq + 2 * n,
+                 of_head = (size_t)w->node[head->parent].e + 2 * (size_t)head->d_pred +
+                           (size_t)head->group_nq + 2 * (size_t)head->group_n,
+                 widest = of_head > columns ? of_head : columns, k2 = nq > 2 * n ? nq : 2 * n;
     double **const array[] = {
         &k->unit, &k->H,        &k->Hdot, &k->J,  &k->Jdot, &k->G, &k->s,         &k->X,
         &k->x,    &k->momentum, &k->rate, &k->Cq, &k->Q,    &k->E, &k->row_scale, &k->column_scale,
         &k->Eq,   &k->K,        &k->U,    &k->Uq};
     const size_t length[] = {1,           d * dp,     d * dp,         d * n,          d * n,
-                             d * n,       n,          n * n,          x * columns,    n * columns,
+                             d * n,       n,          n * n,          x * widest,     n * columns,
                              n * columns, nq * nq,    nq * n,         k2 * k2,        k2,
                              k2,          2 * n * nq, 2 * n * x_pred, 3 * dp * 2 * n, 3 * dp * nq};
     size_t used = 0;
@@ -64,13 +68,13 @@ void mbsri_tree_load(mbsr_newton *w, int i, const double *r, const double *load)
     mbsri_tree_clear_load(w, i);
     if (r) {
         const double *rp = r + m->nq, *ru = rp + m->nu;
-        mbsri_copy(nq, r + b->q, w->rq + b->iq);
-        mbsri_copy(n, rp + b->u, w->rp + b->iu);
-        mbsri_copy(n, ru + b->u, w->ru + b->iu);
+        mbsri_copy(nq, r + b->q, w->rq + b->igq);
+        mbsri_copy(n, rp + b->u, w->rp + b->ig);
+        mbsri_copy(n, ru + b->u, w->ru + b->ig);
     } else {
-        mbsri_zero(nq, w->rq + b->iq);
-        mbsri_zero(n, w->rp + b->iu);
-        mbsri_zero(n, w->ru + b->iu);
+        mbsri_zero(nq, w->rq + b->igq);
+        mbsri_zero(n, w->rp + b->ig);
+        mbsri_zero(n, w->ru + b->ig);
     }
     double *y = w->b + 3 * b->v;
     for (int k = 0; k < b->d && load; ++k) {
@@ -86,71 +90,141 @@ void mbsri_tree_clear_load(mbsr_newton *w, int i)
     mbsri_zero((size_t)b->d, w->wbar + b->v);
 }
 
-/* w->momentum = L (1 - P) r_u, leaving P r_u in w->ru. */
-static void lift(mbsr_newton *w, int i, const mbsri_kept *kept)
+/* The joint of body i, or the group it is the head of; vectors over a group begin at g.ig and igq. */
+typedef struct unit {
+    mbsri_group g;
+    const mbsri_body *b; /* the head */
+    const mbsri_node *node;
+    mbsri_kept kept;
+    int nq;
+} unit;
+
+static unit unit_of(const mbsr_newton *w, int i)
 {
     const mbsri_body *b = w->model->body + i;
-    double *wbar = w->wbar + b->v, *range = w->range + b->iu, *out = w->momentum + b->iu;
-    split(kept, b->n, w->node[i].rank, w->ru + b->iu, range);
-    mbsri_copy((size_t)b->n, range, out);
-    mbsri_atx(b->d, b->n, 1.0, kept->J, wbar, out);
-    mbsri_ax(b->d, b->n, 1.0, kept->G, range, wbar);
-    mbsri_atx(b->d, b->d_pred, -1.0, kept->H, wbar, w->wbar + b->pred_v);
+    const bool coupled = w->node[i].coupled;
+    unit x = {.b = b, .node = w->node + i, .nq = coupled ? b->group_nq : b->nq};
+    x.g = coupled ? mbsri_group_in_model(w->model, i)
+                  : (mbsri_group){w->model->member + b->at, 1, b->n, b->ig};
+    mbsri_keep(w, i, w->store + x.node->store, &x.kept);
+    return x;
+}
+
+/* Whether body i is done with the head of its group. */
+static bool follows(const mbsr_newton *w, int i)
+{
+    return w->node[i].coupled && w->model->body[i].head != i;
+}
+
+/* A member and what is kept of it. */
+static const mbsri_body *member_of(const mbsr_newton *w, const unit *x, int k, mbsri_kept *kept)
+{
+    const int i = x->g.member[k];
+    if (k == 0)
+        *kept = x->kept;
+    else
+        mbsri_keep(w, i, w->store + w->node[i].store, kept);
+    return w->model->body + i;
+}
+
+/* w->momentum = L (1 - P) r_u, leaving P r_u in w->ru. */
+static void lift(mbsr_newton *w, const unit *x)
+{
+    const mbsri_body *b = x->b;
+    double *wbar = w->wbar + b->v, *range = w->range + x->g.ig;
+    split(&x->kept, x->g.n, x->node->rank, w->ru + x->g.ig, range);
+    for (int k = 0; k < x->g.members; ++k) {
+        mbsri_kept kept;
+        const mbsri_body *at = member_of(w, x, k, &kept);
+        double *out = w->momentum + at->ig;
+        mbsri_copy((size_t)at->n, w->range + at->ig, out);
+        mbsri_atx(at->d, at->n, 1.0, kept.J, w->wbar + at->v, out);
+    }
+    mbsri_ax(b->d, x->g.n, 1.0, x->kept.G, range, wbar);
+    mbsri_atx(b->d, b->d_pred, -1.0, x->kept.H, wbar, w->wbar + b->pred_v);
+}
+
+/* What a member that is not the head hands on of b and wbar. */
+static void hand_on(mbsr_newton *w, int i)
+{
+    const mbsri_body *b = w->model->body + i;
+    mbsri_kept kept;
+    mbsri_keep(w, i, w->store + w->node[i].store, &kept);
+    mbsri_atx(b->d, b->d_pred, -1.0, kept.H, w->wbar + b->v, w->wbar + b->pred_v);
+    mbsri_pass_action(b, &kept, true, w->b + 3 * b->v, w->b + 3 * b->pred_v);
+}
+
+/* (a): r_p + c w - (c J^T m - J^T sigma - J'^T m), (b): P r_u - J^T mu */
+static void right_sides(mbsr_newton *w, const unit *x, const double *tau, double *rhs,
+                        double *reaction)
+{
+    for (int i = 0; i < x->g.members; ++i) {
+        mbsri_kept kept;
+        const mbsri_body *b = member_of(w, x, i, &kept);
+        const double *y = w->b + 3 * b->v;
+        const int d = b->d, n = b->n;
+        double *a = rhs + b->ig - x->g.ig, *r = reaction + b->ig - x->g.ig;
+        for (int k = 0; k < n; ++k) {
+            const double load = tau ? tau[b->iu + k] : 0.0;
+            a[k] = w->rp[b->ig + k] + w->c * w->momentum[b->ig + k] + load;
+            r[k] = w->ru[b->ig + k] + load;
+        }
+        mbsri_atx(d, n, -w->c, kept.J, y, a);
+        mbsri_atx(d, n, 1.0, kept.J, y + d, a);
+        mbsri_atx(d, n, 1.0, kept.Jdot, y, a);
+        if (x->node->deep) mbsri_atx(d, n, -1.0, kept.J, y + 2 * d, r);
+    }
 }
 
 /* Leaves to root: v0, and b of the predecessor. */
 void mbsri_tree_reduce(mbsr_newton *w, int i, const double *tau)
 {
-    const mbsri_body *b = w->model->body + i;
-    const mbsri_node *node = w->node + i, *above = w->node + b->parent;
-    const int d = b->d, n = b->n, nq = b->nq, unknowns = node->unknowns;
-    mbsri_kept kept;
-    mbsri_keep(w, i, w->store + node->store, &kept);
-    lift(w, i, &kept);
-    const double *y = w->b + 3 * b->v;
-    double *v = w->v + node->v, *below = w->b + 3 * b->pred_v, *q0 = w->q0 + b->iq;
+    if (follows(w, i)) {
+        hand_on(w, i);
+        return;
+    }
+    const unit x = unit_of(w, i);
+    const mbsri_body *b = x.b;
+    const mbsri_node *node = x.node, *above = w->node + b->parent;
+    const mbsri_kept *kept = &x.kept;
+    const int n = x.g.n, nq = x.nq, unknowns = node->unknowns;
+    lift(w, &x);
+    double *v = w->v + node->v, *below = w->b + 3 * b->pred_v, *q0 = w->q0 + b->igq;
     double *rhs = w->work, *reaction = rhs + n;
     mbsri_zero((size_t)nq, q0);
-    mbsri_ax(nq, nq, 1.0, kept.Cq, w->rq + b->iq, q0);
-    /* (a): r_p + c w - (c J^T m - J^T sigma - J'^T m), (b): P r_u - J^T mu */
-    for (int k = 0; k < n; ++k) {
-        const double load = tau ? tau[b->iu + k] : 0.0;
-        rhs[k] = w->rp[b->iu + k] + w->c * w->momentum[b->iu + k] + load;
-        reaction[k] = w->ru[b->iu + k] + load;
-    }
-    mbsri_atx(d, n, -w->c, kept.J, y, rhs);
-    mbsri_atx(d, n, 1.0, kept.J, y + d, rhs);
-    mbsri_atx(d, n, 1.0, kept.Jdot, y, rhs);
+    mbsri_ax(nq, nq, 1.0, kept->Cq, w->rq + b->igq, q0);
+    right_sides(w, &x, tau, rhs, reaction);
     mbsri_copy((size_t)n, rhs, v);
     if (node->deep) {
-        mbsri_atx(d, n, -1.0, kept.J, y + 2 * d, reaction);
         for (int r = 0; r < node->rank; ++r) {
             v[r] = 0.0;
-            for (int k = 0; k < n; ++k) v[r] += kept.X[r * n + k] * kept.s[k] * rhs[k];
+            for (int k = 0; k < n; ++k) v[r] += kept->X[r * n + k] * kept->s[k] * rhs[k];
         }
         mbsri_copy((size_t)n, reaction, v + node->rank);
     }
-    mbsri_ax(unknowns, nq, -1.0, kept.Eq, q0, v);
-    mbsri_block_solve(unknowns, kept.E, kept.row_scale, kept.column_scale, w->pivots + node->v, v);
+    mbsri_ax(unknowns, nq, -1.0, kept->Eq, q0, v);
+    mbsri_block_solve(unknowns, kept->E, kept->row_scale, kept->column_scale, w->pivots + node->v,
+                      v);
     if (b->parent == 0) return;
     const int pred = above->deep ? 3 * b->d_pred : 2 * b->d_pred;
-    mbsri_pass_action(b, &kept, above->deep, y, below);
-    mbsri_ax(pred, nq, 1.0, kept.Uq, q0, below);
-    mbsri_ax(pred, unknowns, 1.0, kept.U, v, below);
+    mbsri_pass_action(b, kept, above->deep, w->b + 3 * b->v, below);
+    mbsri_ax(pred, nq, 1.0, kept->Uq, q0, below);
+    mbsri_ax(pred, unknowns, 1.0, kept->U, v, below);
 }
 
-/* z = (x_pi, dq, du, du') of joint i from what is known of its predecessor; the length. */
-static int variables(mbsr_newton *w, int i, const mbsri_kept *kept, double *z)
+/* z = (x_pi, dq, du, du') from what is known of the predecessor; the length. */
+static int variables(mbsr_newton *w, const unit *x, double *z)
 {
-    const mbsri_body *b = w->model->body + i;
-    const mbsri_node *node = w->node + i, *above = w->node + b->parent;
-    const int n = b->n, nq = b->nq, unknowns = node->unknowns,
+    const mbsri_body *b = x->b;
+    const mbsri_node *node = x->node, *above = w->node + b->parent;
+    const mbsri_kept *kept = &x->kept;
+    const int n = x->g.n, nq = x->nq, unknowns = node->unknowns,
               x_pred = above->e + (above->deep ? 2 : 1) * b->d_pred;
     double *v = w->v + node->v;
     mbsri_copy((size_t)x_pred, w->x + above->x, z);
     mbsri_ax(unknowns, x_pred, -1.0, kept->K, z, v);
     double *q = z + x_pred, *u = q + nq, *a = u + n;
-    mbsri_copy((size_t)nq, w->q0 + b->iq, q);
+    mbsri_copy((size_t)nq, w->q0 + b->igq, q);
     mbsri_ax(nq, n, 1.0, kept->Q, v, q);
     mbsri_copy((size_t)n, v, u);
     if (!node->deep) return x_pred + nq + n;
@@ -162,42 +236,56 @@ static int variables(mbsr_newton *w, int i, const mbsri_kept *kept, double *z)
     return x_pred + nq + 2 * n;
 }
 
-/* dp = d(M u) - w in the range of D, (r_p + dP) / c in its null space. */
-static void momentum_change(mbsr_newton *w, int i, const mbsri_kept *kept, const double *z,
-                            int columns, const double *tau, double *dp)
+/* dp (n) = d(M u) - w in the range of D, (r_p + dP) / c in its null space. */
+static void momentum_change(mbsr_newton *w, const unit *x, const double *z, int columns,
+                            const double *tau, double *dp)
 {
-    const mbsri_body *b = w->model->body + i;
-    const int d = b->d, n = b->n, rank = w->node[i].rank;
-    const double *y = w->b + 3 * b->v;
-    for (int k = 0; k < n; ++k) dp[k] = -w->momentum[b->iu + k];
-    mbsri_ax(n, columns, 1.0, kept->momentum, z, dp);
-    mbsri_atx(d, n, 1.0, kept->J, y, dp);
-    if (rank == n) return;
-    double *range = w->range + b->iu, *rate = w->rp + b->iu;
-    split(kept, n, rank, dp, range);
-    for (int k = 0; k < n && tau; ++k) rate[k] += tau[b->iu + k];
-    mbsri_ax(n, columns, 1.0, kept->rate, z, rate);
-    mbsri_atx(d, n, 1.0, kept->J, y + d, rate);
-    mbsri_atx(d, n, 1.0, kept->Jdot, y, rate);
-    split(kept, n, rank, rate, dp);
+    const int n = x->g.n, rank = x->node->rank;
+    const bool deficient = rank < n;
+    double *range = w->range + x->g.ig, *rate = w->rp + x->g.ig;
+    for (int k = 0; k < n; ++k) dp[k] = -w->momentum[x->g.ig + k];
+    mbsri_ax(n, columns, 1.0, x->kept.momentum, z, dp);
+    if (deficient) mbsri_ax(n, columns, 1.0, x->kept.rate, z, rate);
+    for (int i = 0; i < x->g.members; ++i) {
+        mbsri_kept kept;
+        const mbsri_body *b = member_of(w, x, i, &kept);
+        const int d = b->d, at = b->ig - x->g.ig;
+        const double *y = w->b + 3 * b->v;
+        mbsri_atx(d, b->n, 1.0, kept.J, y, dp + at);
+        if (!deficient) continue;
+        for (int k = 0; k < b->n && tau; ++k) rate[at + k] += tau[b->iu + k];
+        mbsri_atx(d, b->n, 1.0, kept.J, y + d, rate + at);
+        mbsri_atx(d, b->n, 1.0, kept.Jdot, y, rate + at);
+    }
+    if (!deficient) return;
+    split(&x->kept, n, rank, dp, range);
+    split(&x->kept, n, rank, rate, dp);
     for (int k = 0; k < n; ++k) dp[k] = range[k] + rate[k] / w->c;
 }
 
 /* Root to leaves: v, x and delta of the joint. */
 void mbsri_tree_substitute(mbsr_newton *w, int i, const double *tau, double *delta)
 {
+    if (follows(w, i)) return;
     const mbsr_model *m = w->model;
-    const mbsri_body *b = m->body + i;
-    mbsri_kept kept;
-    mbsri_keep(w, i, w->store + w->node[i].store, &kept);
-    double *z = w->work, *x = w->x + w->node[i].x, *dp = delta + m->nq + b->u;
-    const int columns = variables(w, i, &kept, z), motions = mbsri_motions(w->node + i, b);
-    mbsri_zero((size_t)motions, x);
-    mbsri_ax(motions, columns, 1.0, kept.x, z, x);
-    const double *q = z + columns - (w->node[i].deep ? 2 : 1) * b->n - b->nq;
-    mbsri_copy((size_t)b->nq, q, delta + b->q);
-    mbsri_copy((size_t)b->n, q + b->nq, delta + m->nq + m->nu + b->u);
-    momentum_change(w, i, &kept, z, columns, tau, dp);
+    const unit x = unit_of(w, i);
+    double *z = w->work;
+    const int columns = variables(w, &x, z);
+    const double *q = z + columns - (x.node->deep ? 2 : 1) * x.g.n - x.nq;
+    double *dp = z + columns;
+    momentum_change(w, &x, z, columns, tau, dp);
+    for (int k = 0; k < x.g.members; ++k) {
+        mbsri_kept kept;
+        const mbsri_body *b = member_of(w, &x, k, &kept);
+        const mbsri_node *node = w->node + x.g.member[k];
+        const int motions = mbsri_motions(node, b), at = b->ig - x.g.ig;
+        double *motion = w->x + node->x;
+        mbsri_zero((size_t)motions, motion);
+        mbsri_ax(motions, columns, 1.0, kept.x, z, motion);
+        mbsri_copy((size_t)b->nq, q + b->igq - x.b->igq, delta + b->q);
+        mbsri_copy((size_t)b->n, dp + at, delta + m->nq + b->u);
+        mbsri_copy((size_t)b->n, q + x.nq + at, delta + m->nq + m->nu + b->u);
+    }
 }
 
 void mbsri_tree_solve(mbsr_newton *w, const double *r, const double *load, double *delta)

@@ -153,7 +153,8 @@ int mbsri_newton_sweeps_factor(mbsri_newton_sweeps *newton, mbsr_data *d, double
                                      : kernels->factor(&run, newton);
     if (singular == MBSRI_DEFICIENT) singular = kernels->factor_deep(&run, newton);
     if (singular == MBSRI_BLOCK_FAILED) return newton->status;
-    if (singular < 0 || !mbsri_sweeps_as_watched(&run)) return MBSRI_NOT_SERVED;
+    if (singular < 0 || !mbsri_sweeps_as_watched(&run) || mbsri_sweeps_coupled(&run))
+        return MBSRI_NOT_SERVED;
     if (singular > 0 && newton->least_pivot > MBSRI_LEAST_PIVOT &&
         m->sweeps->body[singular].flags & MBSRI_MULTI)
         return MBSRI_NOT_SERVED;

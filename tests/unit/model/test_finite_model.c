@@ -440,6 +440,7 @@ static const char *const others[] = {
     "mbsr_body_coordinate_kinds",
     "mbsr_body_parent",
     "mbsr_body_dimension",
+    "mbsr_body_group",
     "mbsr_body_pose_size",
     "mbsr_body_locks",
     "mbsr_body_regularisation",

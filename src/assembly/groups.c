@@ -1,0 +1,211 @@
+/* Which joints the recursion eliminates as one block: see groups.h.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * A joint is open where it moves nothing of the mass of its own body: its body has no mass, or has
+ * it on the axis of the joint; joints of several axes are looked at in one position without
+ * symmetry. The rank of D of an open joint is up to what hangs on it and may pass from one such joint
+ * to the next as these move. So open joints next to each other are one group, unless nothing behind
+ * them has any mass: then D is zero for good. Others have what they move themselves: where that is
+ * less than all of D, as of a mass point on a ball joint, the rest mostly stays as it is.
+ *
+ * A group has up to MOST bodies and joint rates, which is more than what dummy bodies in place of one
+ * joint have. */
+#include "assembly/groups.h"
+
+#include "algebra/dense.h"
+#include "algebra/numbers.h"
+#include "assembly/data.h"
+#include "base/memory.h"
+#include "recursion/kinematics.h"
+#include "sweeps/tree.h"
+
+#include <math.h>
+
+enum { MOST = MBSRI_GROUP_MOST };
+
+/* Mass that does not exceed this part of what it is made of may be rounding. */
+static const double least = 1e-8;
+
+/* Whether a joint of one axis moves its body's own mass. */
+static bool turns_mass(const mbsri_sweep_body *b)
+{
+    if (b->flags & MBSRI_TURNS)
+        return b->I[10] > least * (b->I[0] + b->I[5]) || (b->pitch != 0.0 && b->c[3] > 0.0);
+    if (b->flags & MBSRI_SLIDES) return b->c[3] > 0.0;
+    return b->c[3] > 0.0 || b->I[0] + b->I[5] + b->I[10] > 0.0; /* held fast */
+}
+
+/* Whether the joint is of one axis. */
+static bool one_axis(const mbsr_model *m, int i)
+{
+    return m->sweeps && !(m->sweeps->body[i].flags & (MBSRI_BLOCK | MBSRI_MULTI));
+}
+
+/* Whether the joint moves mass in the position of the data; without freedom, whether there is any. */
+static bool moves_mass(const mbsri_body *b, const mbsr_data *d)
+{
+    const double *M = d->M + b->dd;
+    double *U = d->scratch;
+    for (int k = 0; k < b->d && b->n == 0; ++k) {
+        if (M[k * (b->d + 1)] > 0.0) return true;
+    }
+    for (int k = 0; k < b->n; ++k) {
+        const double *J = d->J + b->dn + (size_t)(k * b->d);
+        double size = 0.0;
+        for (int l = 0; l < b->d; ++l) size += fabs(J[l]) * sqrt(fabs(M[l * (b->d + 1)]));
+        mbsri_zero((size_t)b->d, U);
+        mbsri_ax(b->d, b->d, 1.0, M, J, U);
+        if (mbsri_dot(b->d, J, U) > least * size * size) return true;
+    }
+    return false;
+}
+
+/* Which of the joints marked are not open after all, by a position without symmetry; all where their
+ * functions do not give one. False: no memory. */
+static bool look(mbsr_model *m, int *open)
+{
+    mbsr_data *d;
+    if (mbsr_data_create(m, &d, NULL)) return false;
+    for (int k = 0; k < m->nq; ++k) d->q_base[k] = 0.4 + 0.3 * sin(1.0 + 2.0 * k);
+    mbsri_zero((size_t)m->nu, d->u_base);
+    const bool there = !mbsri_positions(m, d, 0.0, d->q_base) && !mbsri_velocities(m, d, d->u_base);
+    for (int i = 1; i <= m->bodies && there; ++i) {
+        if (open[i] && !one_axis(m, i)) open[i] = !moves_mass(m->body + i, d);
+    }
+    mbsr_data_destroy(d);
+    return true;
+}
+
+/* open (bodies + 1): whether the joints are. False: no memory. */
+static bool find_open(mbsr_model *m, int *open)
+{
+    bool unknown = false;
+    for (int i = 1; i <= m->bodies; ++i) {
+        open[i] = !m->body[i].regular && (!one_axis(m, i) || !turns_mass(m->sweeps->body + i));
+    }
+    open[0] = 0;
+    for (int i = 1; i <= m->bodies; ++i) {
+        const int parent = m->body[i].parent;
+        unknown = unknown || (open[i] && open[parent] && !(one_axis(m, i) && one_axis(m, parent)));
+    }
+    return !unknown || look(m, open);
+}
+
+static bool massless(const mbsri_body *b)
+{
+    const mbsr_inertia *inertia = &b->inertia;
+    if (b->added) return false;
+    switch (inertia->kind) {
+    case MBSR_INERTIA_NOT_GIVEN: return true;
+    case MBSR_INERTIA_PARTICLE: return inertia->mass == 0.0;
+    case MBSR_INERTIA_PLANAR: return inertia->mass == 0.0 && inertia->moment == 0.0;
+    case MBSR_INERTIA_SPATIAL:
+        return inertia->mass == 0.0 && mbsri_largest(6, inertia->tensor) == 0.0;
+    case MBSR_INERTIA_MATRIX:
+        return !inertia->matrix || mbsri_largest(b->d * b->d, inertia->matrix) == 0.0;
+    case MBSR_INERTIA_FUNCTION:
+    case MBSR_INERTIA_INVALID: break;
+    }
+    return false;
+}
+
+/* Heads. work: 5 (bodies + 1), all zero. A head's members and group_n count its group while this
+ * grows: that of a body is added to those of all its successors or, where this is too much, to none
+ * of them, so that the order of bodies does not matter. False: no memory. */
+static bool join(mbsr_model *m, int *work)
+{
+    const int bodies = m->bodies;
+    int *open = work, *alive = open + bodies + 1, *rates = alive + bodies + 1,
+        *behind = rates + bodies + 1, *cut = behind + bodies + 1;
+    if (!find_open(m, open)) return false;
+    for (int i = bodies; i >= 1; --i) {
+        mbsri_body *b = m->body + i;
+        cut[i] = b->group_n + rates[i] > MOST || b->members + behind[i] > MOST;
+        if (!cut[i]) {
+            b->group_n += rates[i];
+            b->members += behind[i];
+        }
+        alive[i] = alive[i] || !massless(b);
+        if (!alive[i] || b->parent == 0) continue;
+        alive[b->parent] = 1;
+        if (!open[i] || !open[b->parent]) continue;
+        b->head = b->parent;
+        rates[b->parent] += b->group_n;
+        behind[b->parent] += b->members;
+    }
+    for (int i = 1; i <= bodies; ++i) {
+        mbsri_body *b = m->body + i;
+        if (b->head != i) b->head = cut[b->head] ? i : m->body[b->head].head;
+    }
+    return true;
+}
+
+/* Members, head by head, and the vectors in their order. */
+static void place(mbsr_model *m, int bodies, int *next)
+{
+    int at = 0, ig = 0, igq = 0;
+    for (int i = 1; i <= bodies; ++i) m->body[i].members = 0;
+    for (int i = 1; i <= bodies; ++i) ++m->body[m->body[i].head].members;
+    for (int i = 1; i <= bodies; ++i) {
+        next[i] = at;
+        at += m->body[i].members;
+    }
+    for (int i = 1; i <= bodies; ++i) {
+        mbsri_body *b = m->body + i;
+        b->at = next[b->head]++;
+        m->member[b->at] = i;
+    }
+    for (int k = 0; k < bodies; ++k) {
+        mbsri_body *b = m->body + m->member[k];
+        b->ig = ig;
+        b->igq = igq;
+        ig += b->n;
+        igq += b->nq;
+        b->group_nq = 0;
+        m->body[b->head].group_nq += b->nq;
+    }
+}
+
+/* Blocks of their own size at the heads. */
+static void place_blocks(mbsr_model *m, int bodies)
+{
+    m->size_nn = m->size_dg = 0;
+    for (int i = 1; i <= bodies; ++i) {
+        mbsri_body *b = m->body + i;
+        if (b->head != i) b->group_n = b->n, b->group_nq = b->nq;
+        b->nn = m->size_nn;
+        b->dg = m->size_dg;
+        m->size_nn += (size_t)b->group_n * (size_t)b->group_n;
+        m->size_dg += (size_t)b->d * (size_t)b->group_n;
+        m->grouped = m->grouped || b->members > 1;
+        if (b->group_n > m->max_n) m->max_n = b->group_n;
+        if (b->group_n > m->max_d) m->max_d = b->group_n;
+    }
+}
+
+bool mbsri_groups_build(mbsr_model *m)
+{
+    const int bodies = m->bodies;
+    int *work = mbsri_allocate(&m->allocator, 5 * ((size_t)bodies + 1) * sizeof *work);
+    m->member = mbsri_allocate(&m->allocator, (size_t)bodies * sizeof *m->member);
+    bool built = work && m->member;
+    if (built) {
+        for (int i = 0; i < 5 * (bodies + 1); ++i) work[i] = 0;
+        for (int i = 0; i <= bodies; ++i) {
+            mbsri_body *b = m->body + i;
+            b->head = i;
+            b->group_n = b->n;
+            b->members = 1;
+        }
+        place(m, bodies, work);
+        place_blocks(m, bodies);
+        for (int i = 0; i < 5 * (bodies + 1); ++i) work[i] = 0;
+        built = join(m, work);
+    }
+    if (built) {
+        place(m, bodies, work);
+        place_blocks(m, bodies);
+    }
+    mbsri_release(&m->allocator, work);
+    return built;
+}

@@ -1,0 +1,126 @@
+/* Blocks of several joints: see group.h.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "recursion/group.h"
+
+#include "algebra/cholesky.h"
+#include "algebra/dense.h"
+
+/* D_ab and D_ba from F (d x n_b) at member a. */
+static void place(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g, int a, int b,
+                  const double *F, double *JY)
+{
+    const mbsri_body *row = m->body + a, *column = m->body + b;
+    const int r = row->ig - g->ig, c = column->ig - g->ig;
+    for (int j = 0; j < column->n; ++j) {
+        for (int k = 0; k < row->n; ++k) {
+            const double entry =
+                mbsri_dot(row->d, d->J + row->dn + (size_t)(k * row->d), F + (size_t)(j * row->d));
+            JY[(c + j) * g->n + r + k] = entry;
+            if (a != b) JY[(r + k) * g->n + c + j] = entry;
+        }
+    }
+}
+
+void mbsri_group_products(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g,
+                          const double *A, double *Y, double *JY, double *work)
+{
+    const int head = g->member[0];
+    mbsri_zero((size_t)g->n * (size_t)g->n, JY);
+    for (int k = g->members - 1; k >= 0; --k) {
+        const mbsri_body *b = m->body + g->member[k];
+        const size_t room = (size_t)m->max_d * (size_t)b->n;
+        double *F = work, *next = F + room;
+        /* F = A J */
+        mbsri_zero((size_t)(b->d * b->n), F);
+        mbsri_ab(b->d, b->d, b->n, 1.0, A + b->dd, d->J + b->dn, F);
+        for (int a = g->member[k];; a = m->body[a].parent) {
+            place(m, d, g, a, g->member[k], F, JY);
+            if (a == head) break;
+            /* F <- -H^T F */
+            const mbsri_body *at = m->body + a;
+            mbsri_zero((size_t)(at->d_pred * b->n), next);
+            mbsri_atb(at->d, at->d_pred, b->n, -1.0, d->H + at->dp, F, next);
+            double *swap = F;
+            F = next, next = swap;
+        }
+        mbsri_copy((size_t)(m->body[head].d * b->n), F,
+                   Y + (size_t)((b->ig - g->ig) * m->body[head].d));
+    }
+    for (int k = 0; k < g->members; ++k) {
+        const mbsri_body *b = m->body + g->member[k];
+        double *own = JY + (size_t)(b->ig - g->ig) * (size_t)(g->n + 1);
+        for (int j = 0; j < b->n; ++j) {
+            for (int l = 0; l < j; ++l) {
+                const double mean = 0.5 * (own[j * g->n + l] + own[l * g->n + j]);
+                own[j * g->n + l] = own[l * g->n + j] = mean;
+            }
+        }
+    }
+}
+
+void mbsri_group_load(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g,
+                      const double *b, const double *k, double *e, double *work)
+{
+    double *a[MBSRI_GROUP_MOST];
+    for (int i = 0; i < g->members; ++i) {
+        const mbsri_body *at = m->body + g->member[i];
+        double *rest = work + (size_t)(g->members * m->max_d);
+        a[i] = work + (size_t)(i * m->max_d);
+        for (int l = 0; l < at->d; ++l) a[i][l] = -k[at->v + (size_t)l];
+        for (int j = 0; j < i; ++j) {
+            if (g->member[j] == at->parent)
+                mbsri_ax(at->d, at->d_pred, -1.0, d->H + at->dp, a[j], a[i]);
+        }
+        mbsri_copy((size_t)at->d, b + at->v, rest);
+        mbsri_ax(at->d, at->d, -1.0, d->Mbar + at->dd, a[i], rest);
+        mbsri_atx(at->d, at->n, -1.0, d->J + at->dn, rest, e + at->ig - g->ig);
+    }
+}
+
+void mbsri_group_separate(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g, double *x,
+                          double *work)
+{
+    const size_t all = (size_t)g->n;
+    double *A = work, *Y = A + all * all, *y = Y + all * all;
+    mbsri_copy(all * all, d->D + m->body[g->member[0]].nn, A);
+    for (int i = g->members - 1; i > 0; --i) {
+        const mbsri_body *b = m->body + g->member[i];
+        const int n = b->n, before = b->ig - g->ig;
+        double L[MBSRI_GROUP_MOST * MBSRI_GROUP_MOST];
+        if (d->rank[g->member[i]] < n) continue;
+        for (int j = 0; j < n; ++j) {
+            for (int k = 0; k < n; ++k) L[j * n + k] = A[(before + j) * g->n + before + k];
+        }
+        if (!mbsri_cholesky(n, L)) continue;
+        /* Y = A_.j L^-T,  y = L^-1 x_j:  x -= Y y,  A -= Y Y^T */
+        for (int j = 0; j < n; ++j) {
+            for (int k = 0; k < before; ++k) Y[j * before + k] = A[(before + j) * g->n + k];
+            y[j] = x[before + j];
+        }
+        mbsri_divide_by_cholesky(before, n, L, Y);
+        mbsri_divide_by_cholesky(1, n, L, y);
+        mbsri_ax(before, n, -1.0, Y, y, x);
+        for (int c = 0; c < before; ++c) {
+            for (int r = 0; r < before; ++r) {
+                for (int k = 0; k < n; ++k)
+                    A[c * g->n + r] -= Y[k * before + r] * Y[k * before + c];
+            }
+        }
+    }
+}
+
+void mbsri_group_gather(const mbsr_model *m, const mbsri_group *g, const double *caller, double *x)
+{
+    for (int k = 0; k < g->members; ++k) {
+        const mbsri_body *b = m->body + g->member[k];
+        mbsri_copy((size_t)b->n, caller + b->u, x + b->ig - g->ig);
+    }
+}
+
+void mbsri_group_scatter(const mbsr_model *m, const mbsri_group *g, const double *x, double *caller)
+{
+    for (int k = 0; k < g->members; ++k) {
+        const mbsri_body *b = m->body + g->member[k];
+        mbsri_copy((size_t)b->n, x + b->ig - g->ig, caller + b->u);
+    }
+}
