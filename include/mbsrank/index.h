@@ -29,6 +29,11 @@ typedef struct mbsr_direction {
     mbsr_direction_kind kind;
     int terms;
     const mbsr_direction_term *term; /* largest weight 1 */
+    int forces;                      /* force elements that determine it */
+    const int
+        *force; /* their ids: those whose forces change with the rates (damped) or the positions
+                         (elastic) along the direction; none where undetermined, or where only the
+                         change of the direction itself does it */
 } mbsr_direction;
 
 /* The verdict at one state. Directions other than those listed are dynamic. */
@@ -45,12 +50,14 @@ typedef struct mbsr_index_report {
 } mbsr_index_report;
 
 /* Classifies every joint direction of a model at (t, q, u) from the ranks of the joint blocks and
- * from difference quotients of the forces in the massless directions. The verdict does not depend
- * on units. Directions that do not act on each other are reported apart. On success *report belongs
+ * from the slopes of the forces in the massless directions. The verdict does not depend
+ * on units. Directions that do not act on each other are reported apart; of a kind those are chosen
+ * that concern few joint rates. On success *report belongs
  * to the caller and is released by mbsr_index_report_destroy; on failure it is NULL.
  *
- * Forces are also evaluated at states far from the given one (up to 10 times q, 1e6 times u); where
- * they fail, the difference quotients take shorter steps. Allocates from the model's allocator.
+ * Force elements with derivatives of their own are asked for these, the others differenced. Their
+ * forces are then also evaluated at states far from the given one (up to 10 times q, 1e6 times u);
+ * where they fail, the difference quotients take shorter steps. Allocates from the model's allocator.
  * Costs as many residuals as there are null directions, times a constant.
  *
  * All statuses of the stages in dynamics.h; MBSR_ERR_NO_MEMORY. An undetermined direction is a

@@ -17,7 +17,6 @@
  * That takes O(N k) operations for k directions, and C by differences. Where they are many and all
  * are damped, the Newton solver does it in O(N) (damped_start.h). */
 #include "algebra/dense.h"
-#include "algebra/lapack.h"
 #include "algebra/numbers.h"
 #include "base/cookie.h"
 #include "base/error.h"
@@ -27,6 +26,8 @@
 #include "massless/damped_start.h"
 #include "massless/null_slopes.h"
 #include "massless/null_space.h"
+#include "massless/reduction.h"
+#include "massless/scales.h"
 #include "model/query.h"
 #include "recursion/backward.h"
 #include "recursion/elements.h"
@@ -34,7 +35,9 @@
 #include "recursion/kinematics.h"
 #include "recursion/not_finite.h"
 #include "recursion/rank.h"
+#include "recursion/sizes.h"
 
+#include <float.h>
 #include <math.h>
 
 mbsr_consistent_opt mbsr_default_consistent_opt(void)
@@ -48,18 +51,21 @@ typedef struct start {
     const mbsr_consistent_opt *opt;
     mbsr_consistent_info info;
     double t;
-    int damped;                               /* rank of C */
-    double *q_given, *u_given;                /* nq, nu */
-    double *q, *u;                            /* nq, nu: the state being improved */
-    double *qdot, *udot;                      /* nq, nu */
-    double *left, *right;                     /* k x k: singular vectors of C, [Yc Y] on the left */
-    double *values;                           /* k */
+    int damped;                /* rank of C */
+    bool moved_off;            /* u was moved to where forces change with it */
+    double first_defect;       /* the elastic force at the start */
+    double *q_given, *u_given; /* nq, nu */
+    double *q, *u;             /* nq, nu: the state being improved */
+    double *qdot, *udot;       /* nq, nu */
+    double *change;            /* nu */
+    mbsri_reduction reduced;   /* of C */
+    mbsri_reduction rest;      /* of T = B Z, B = Y^T S or slopes of Y^T gamma'' */
+    double *left, *left_error; /* k x k: [Yc Y], and what Y may be wrong by */
+    double *Z, *Z_error;       /* k x (k - damped): right null vectors of C */
+    double *B, *B_error;       /* (k - damped) x k */
+    double *sizes;             /* k: of the forces in the null directions at the velocities given */
     double *defect, *weights, *moved, *trial; /* k */
-    double *matrix;                           /* k x k */
     double *y, *yp;                           /* the result in the form asked for */
-    double *work;
-    int lwork;
-    int *pivots;
     void *memory, *more;
 } start;
 
@@ -68,10 +74,10 @@ static int allocate_state(start *s)
 {
     const mbsr_model *m = s->w.m;
     const size_t nq = (size_t)m->nq, nu = (size_t)m->nu, size = (size_t)s->form->size(m);
-    double **const array[] = {&s->q_given, &s->u_given, &s->q, &s->u,
-                              &s->qdot,    &s->udot,    &s->y, &s->yp};
-    const size_t length[] = {nq, nu, nq, nu, nq, nu, size, size};
-    s->memory = mbsri_allocate(&m->allocator, (4 * (nq + nu) + 2 * size) * sizeof(double));
+    double **const array[] = {&s->q_given, &s->u_given, &s->q,  &s->u,     &s->qdot,
+                              &s->udot,    &s->y,       &s->yp, &s->change};
+    const size_t length[] = {nq, nu, nq, nu, nq, nu, size, size, nu};
+    s->memory = mbsri_allocate(&m->allocator, (3 * nq + 4 * nu + 2 * size) * sizeof(double));
     if (!s->memory) {
         return mbsri_fail(&s->w.d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                           "mbsr_dae_consistent: no memory for %zu coordinates", nq + nu);
@@ -89,13 +95,15 @@ static int allocate_directions(start *s)
 {
     const mbsr_model *m = s->w.m;
     const size_t k = (size_t)s->w.k;
-    s->lwork = mbsri_lapack_svd_work(s->w.k > 0 ? s->w.k : 1);
-    double **const array[] = {&s->left,  &s->right, &s->values, &s->defect, &s->weights,
-                              &s->moved, &s->trial, &s->matrix, &s->work};
-    const size_t length[] = {k * k, k * k, k, k, k, k, k, k * k, (size_t)s->lwork};
+    double **const array[] = {&s->left,  &s->left_error, &s->Z,      &s->Z_error,
+                              &s->B,     &s->B_error,    &s->defect, &s->weights,
+                              &s->moved, &s->trial,      &s->sizes};
+    const size_t length[] = {k * k, k * k, k * k, k * k, k * k, k * k, k, k, k, k, k};
     size_t total = 0;
     for (size_t l = 0; l < sizeof length / sizeof length[0]; ++l) total += length[l];
-    s->more = mbsri_allocate(&m->allocator, total * sizeof(double) + k * sizeof(int));
+    size_t reduction = mbsri_reduction_size(s->w.k) + sizeof(double);
+    reduction -= reduction % sizeof(double);
+    s->more = mbsri_allocate(&m->allocator, total * sizeof(double) + 2 * reduction);
     if (!s->more) {
         return mbsri_fail(&s->w.d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                           "mbsr_dae_consistent: no memory for %d null directions", s->w.k);
@@ -105,11 +113,12 @@ static int allocate_directions(start *s)
         *array[l] = next;
         next += length[l];
     }
-    s->pivots = (int *)(void *)next;
+    mbsri_reduction_place(&s->reduced, s->w.k, next);
+    mbsri_reduction_place(&s->rest, s->w.k, next + reduction / sizeof(double));
     return MBSR_OK;
 }
 
-/* Names the joint to which null direction l belongs. */
+/* The direction l is not determined at the state: names its joint. */
 static int undetermined(start *s, int l)
 {
     const mbsr_model *m = s->w.m;
@@ -118,33 +127,36 @@ static int undetermined(start *s, int l)
     return mbsri_fail(
         &s->w.d->error, MBSR_UNDETERMINED, m->body[i].id, MBSR_NONE,
         "mbsr_dae_consistent: %s: a combination of joint rates that includes its joint "
-        "moves no mass, and neither a damper nor a spring resists it: give it "
+        "moves no mass, and neither a damper nor a spring resists it at this state: give it "
         "inertia, a spring or a damper, or lock it",
         mbsri_body_label(m, i, label));
 }
 
-/* Basis, C and S at (q, u); [Yc Y] and the rank of C. Rows and columns of C are scaled to 1 where
- * they are not zero, so that units do not matter: Y = (row scales) (left singular vectors). */
+/* Basis, C and S at (q, u); [Yc Y] and the rank of C. Of Yc, unit vectors for the rows of C with a
+ * pivot serve: they and Y are independent. */
 static int split(start *s)
 {
     mbsri_null_space *w = &s->w;
     const int k = w->k;
+    const size_t square = (size_t)k * (size_t)k;
     int status = mbsri_null_basis(w, s->t, s->q, s->u);
     if (!status) status = mbsri_null_slopes(w, s->t, s->q, s->u);
     if (status) return status;
-    mbsri_copy((size_t)k * (size_t)k, w->C, s->matrix);
-    mbsri_scale_rows(k, s->matrix, s->trial);
-    mbsri_scale_columns(k, s->matrix, s->moved);
-    if (mbsri_lapack_svd(k, s->matrix, s->values, s->left, s->right, s->work, s->lwork) != 0) {
-        return mbsri_fail(
-            &w->d->error, MBSR_EIGEN_FAILED, MBSR_NONE, MBSR_NONE,
-            "mbsr_dae_consistent: the singular values of the damping did not converge");
+    mbsri_copy(square, w->C, s->reduced.A);
+    mbsri_copy(square, w->C_error, s->reduced.error);
+    mbsri_reduce(&s->reduced, k, MBSRI_LEAST_DAMPING);
+    s->damped = s->reduced.rank;
+    mbsri_zero(square, s->left);
+    mbsri_zero(square, s->left_error);
+    for (int c = 0; c < s->damped; ++c) {
+        const int row = s->reduced.pivot_row[c];
+        s->left[c * k + row] = s->reduced.rows[row];
     }
-    for (int c = 0; c < k; ++c) {
-        for (int r = 0; r < k; ++r) s->left[c * k + r] *= s->trial[r];
+    for (int c = 0; c < k - s->damped; ++c) {
+        const int at = (s->damped + c) * k;
+        mbsri_left_null(&s->reduced, c, s->left + at, s->left_error + at);
+        mbsri_right_null(&s->reduced, c, s->Z + c * k, s->Z_error + c * k);
     }
-    s->damped = 0;
-    while (s->damped < k && s->values[s->damped] > 1e-8) ++s->damped;
     return MBSR_OK;
 }
 
@@ -155,38 +167,149 @@ static void turn(const start *s, const double *x, double *out)
     mbsri_atx(s->w.k, s->w.k, 1.0, s->left, x, out);
 }
 
-/* matrix = Yc^T C over Y^T S */
-static void fill_matrix(start *s)
+/* B = Y^T S with its errors. */
+static void fill_springs(start *s)
 {
-    const int k = s->w.k;
+    const mbsri_null_space *w = &s->w;
+    const int k = w->k, e = k - s->damped;
     for (int c = 0; c < k; ++c) {
-        double *column = s->matrix + (size_t)c * (size_t)k;
-        turn(s, s->w.C + (size_t)c * (size_t)k, column);
-        turn(s, s->w.S + (size_t)c * (size_t)k, s->trial);
-        for (int r = s->damped; r < k; ++r) column[r] = s->trial[r];
+        const double *x = w->S + c * k, *dx = w->S_error + c * k;
+        for (int r = 0; r < e; ++r) {
+            const int at = (s->damped + r) * k;
+            const double *y = s->left + at, *dy = s->left_error + at;
+            double sum = 0.0, error = 0.0;
+            for (int l = 0; l < k; ++l) {
+                sum += y[l] * x[l];
+                error += fabs(y[l]) * (dx[l] + 4.0 * DBL_EPSILON * fabs(x[l])) + dy[l] * fabs(x[l]);
+            }
+            s->B[c * e + r] = fabs(sum) > 10.0 * error ? sum : 0.0;
+            s->B_error[c * e + r] = error;
+        }
     }
 }
 
-/* weights with matrix weights = right; a singular matrix means that something is undetermined. */
-static int solve(start *s, const double *right)
+/* Reduces T = B Z; a column without pivot is a direction that is not determined. */
+static int factor(start *s, double small)
 {
-    const int k = s->w.k;
-    double *rows = s->trial, *columns = s->values;
-    mbsri_scale_rows(k, s->matrix, rows);
-    mbsri_scale_columns(k, s->matrix, columns);
-    for (int r = 0; r < k; ++r) s->weights[r] = right[r] * rows[r];
-    int rank = 0;
-    const int info =
-        mbsri_lapack_gelsy(k, k, s->matrix, s->weights, 1e-9, s->pivots, &rank, s->work, s->lwork);
-    if (info != 0 || rank < k) {
-        const int column = s->pivots[rank < k ? rank : k - 1]; /* 1 .. k, or 0 for a zero matrix */
-        return undetermined(s, column > 0 ? column - 1 : 0);
+    const int k = s->w.k, e = k - s->damped;
+    for (int c = 0; c < e; ++c) {
+        const double *z = s->Z + c * k, *dz = s->Z_error + c * k;
+        for (int r = 0; r < e; ++r) {
+            double sum = 0.0, error = 0.0;
+            for (int l = 0; l < k; ++l) {
+                const double B = s->B[l * e + r];
+                sum += B * z[l];
+                error += (s->B_error[l * e + r] + 4.0 * DBL_EPSILON * fabs(B)) * fabs(z[l]) +
+                         fabs(B) * dz[l];
+            }
+            s->rest.A[c * e + r] = fabs(sum) > 10.0 * error ? sum : 0.0;
+            s->rest.error[c * e + r] = error;
+        }
     }
-    for (int c = 0; c < k; ++c) s->weights[c] *= columns[c];
-    return MBSR_OK;
+    mbsri_reduce(&s->rest, e, small);
+    if (s->rest.rank == e) return MBSR_OK;
+    int column = 0, largest = 0;
+    while (s->rest.column_taken[column]) ++column;
+    for (int l = 0; l < k; ++l) {
+        if (fabs(s->Z[column * k + l]) > fabs(s->Z[column * k + largest])) largest = l;
+    }
+    return undetermined(s, largest);
+}
+
+/* Pivots of x from A x = right, which has numbers for the pivot rows, in their order or (pivots
+ * false) for all rows. */
+static void back(const mbsri_reduction *r, bool pivots, const double *right, double *x)
+{
+    for (int k = 0; k < r->rank; ++k) {
+        const int row = r->pivot_row[k], column = r->pivot_column[k];
+        double sum = 0.0;
+        for (int l = 0; l < r->rank; ++l) {
+            const int from = r->pivot_row[l];
+            const double value = pivots ? right[l] : right[from] * r->rows[from];
+            sum += r->A[(r->n + from) * r->n + row] * value;
+        }
+        x[column] = sum * r->columns[column];
+    }
+}
+
+/* weights with Yc^T C weights = right, B weights = the rest of right: those of the pivots of C
+ * first, then weights of Z. */
+static void solve(start *s, const double *right)
+{
+    const int k = s->w.k, e = k - s->damped;
+    double *part = s->trial, *z = part + s->damped;
+    mbsri_zero((size_t)k, s->weights);
+    back(&s->reduced, true, right, s->weights);
+    mbsri_copy((size_t)e, right + s->damped, s->w.ahead);
+    mbsri_ax(e, k, -1.0, s->B, s->weights, s->w.ahead);
+    back(&s->rest, false, s->w.ahead, z);
+    mbsri_ax(k, e, 1.0, s->Z, z, s->weights);
+}
+
+/* ---- when an iteration ends ---- */
+
+/* Largest |x| beside typical sizes. */
+static double relative(int n, const double *x, const double *scale)
+{
+    double largest = 0.0;
+    for (int k = 0; k < n; ++k) largest = fmax(largest, fabs(x[k]) / scale[k]);
+    return largest;
+}
+
+/* sizes (k) of the forces that were added up last, in the null directions. */
+static void gross_loads(start *s, double *sizes)
+{
+    mbsri_null_space *w = &s->w;
+    mbsri_gross_forces(w->m, w->d);
+    for (int l = 0; l < w->k; ++l) {
+        const mbsri_group g = mbsri_group_of(w->m, w->d, w->head[l]);
+        sizes[l] = mbsri_gross_load(w->m, w->d, &g, w->vector + (size_t)l * (size_t)w->m->max_n);
+    }
+}
+
+/* sizes (k) += what dampers add up to forces inside, where relative velocities are differences:
+ * C_lm times the multiple of direction m that is as fast as u. */
+static void add_dampers(start *s, double *sizes)
+{
+    const mbsri_null_space *w = &s->w;
+    const int k = w->k, nu = w->m->nu;
+    const double speed = relative(nu, s->u, w->u_scale);
+    for (int m = 0; m < k; ++m) {
+        const double *a = w->direction + (size_t)m * (size_t)nu,
+                     share = speed / relative(nu, a, w->u_scale);
+        for (int l = 0; l < k; ++l) sizes[l] += fabs(w->C[m * k + l]) * share;
+    }
+}
+
+/* Largest |gamma_l| beside the sizes of the forces, over all l, or those whose rows of C have a
+ * pivot. Leaves the sizes in w.force. */
+static double imbalance(start *s, const double *gamma, bool damped_only)
+{
+    double *sizes = s->w.force, worst = 0.0;
+    gross_loads(s, sizes);
+    if (damped_only) add_dampers(s, sizes);
+    for (int l = 0; l < s->w.k; ++l) {
+        if (gamma[l] == 0.0 || (damped_only && !s->reduced.row_taken[l])) continue;
+        worst = fmax(worst, fabs(gamma[l]) / sizes[l]);
+    }
+    return worst;
+}
+
+static const double rounding = 1e3 * DBL_EPSILON; /* of gamma, beside these sizes */
+
+/* Whether a correction of this size, to a vector of that size, is the last, both beside typical
+ * sizes; `near`: from where one counts that does not get smaller. *last: the correction before. */
+static bool settled(const start *s, double *last, double change, double size, double near)
+{
+    const double beside = fmax(size, 1e-3);
+    const bool slow = change > 0.25 * *last && change <= near * beside;
+    *last = change;
+    return change <= s->opt->tolerance * beside || slow;
 }
 
 /* ---- positions: Y^T gamma = 0 by Newton's method with step halving ---- */
+
+enum { HALVINGS = 60 };
 
 static double elastic_defect(const start *s, const double *gamma, double *turned)
 {
@@ -195,7 +318,7 @@ static double elastic_defect(const start *s, const double *gamma, double *turned
 }
 
 /* q + step q', with q' in qdot that of the direction in udot. */
-static int try_step(start *s, double step, double *defect)
+static int try_position(start *s, double step, double *defect)
 {
     mbsri_null_space *w = &s->w;
     for (int c = 0; c < w->m->nq; ++c) w->q[c] = s->q[c] + step * s->qdot[c];
@@ -205,68 +328,108 @@ static int try_step(start *s, double step, double *defect)
     return MBSR_OK;
 }
 
-static int unbalanced(start *s, double force)
+/* No state found: names the joint at which the largest force is left. */
+static int unbalanced(start *s, const char *what, const double *gamma)
 {
     const mbsri_null_space *w = &s->w;
     char label[MBSRI_LABEL];
-    return mbsri_fail(
-        &w->d->error, MBSR_NO_CONVERGENCE, w->m->body[w->body[0]].id, MBSR_NONE,
-        "mbsr_dae_consistent: no position balances the springs at the massless joints, "
-        "that of %s among them (force left: %g)",
-        mbsri_body_label(w->m, w->body[0], label), force);
+    int worst = 0;
+    for (int l = 1; l < w->k; ++l) {
+        if (fabs(gamma[l]) > fabs(gamma[worst])) worst = l;
+    }
+    return mbsri_fail(&w->d->error, MBSR_NO_CONVERGENCE, w->m->body[w->body[worst]].id, MBSR_NONE,
+                      "mbsr_dae_consistent: no %s at the massless joints, that of %s among them "
+                      "(force left: %g)",
+                      what, mbsri_body_label(w->m, w->body[worst], label), fabs(gamma[worst]));
 }
 
-static int move_positions(start *s, double before)
+static int move_positions(start *s, double before, bool *stuck)
 {
     mbsri_null_space *w = &s->w;
-    double after = INFINITY;
-    for (double step = 1.0; step > 1e-3; step *= 0.5) {
-        const int status = try_step(s, step, &after);
+    double after = INFINITY, step = 1.0;
+    *stuck = false;
+    for (int k = 0; k < HALVINGS; ++k, step *= 0.5) {
+        const int status = try_position(s, step, &after);
         if (status < 0) return status;
         if (status || !(after < before)) continue;
         for (int c = 0; c < w->m->nq; ++c) s->q[c] += step * s->qdot[c];
         return MBSR_OK;
     }
-    return unbalanced(s, before);
+    *stuck = true;
+    return MBSR_OK;
+}
+
+/* Moves u by typical rates in all null directions, to where forces may change with it. */
+static void move_off(start *s)
+{
+    const mbsri_null_space *w = &s->w;
+    for (int l = 0; l < w->k; ++l) {
+        const double *a = w->direction + (size_t)l * (size_t)w->m->nu,
+                     step = (1.0 + 0.25 * sin(12.9898 * l)) / relative(w->m->nu, a, w->u_scale);
+        mbsri_ax(w->m->nu, 1, step, a, &(double){1.0}, s->u);
+    }
+    s->moved_off = true;
+}
+
+/* The direction of a step at a state that split has seen: qdot; s->defect has gamma. */
+static int aim_positions(start *s)
+{
+    mbsri_null_space *w = &s->w;
+    turn(s, s->defect, s->moved);
+    for (int r = 0; r < w->k; ++r) s->moved[r] = r < s->damped ? 0.0 : -s->moved[r];
+    fill_springs(s);
+    const int status = factor(s, MBSRI_LEAST_STIFFNESS);
+    if (status) return status;
+    solve(s, s->moved);
+    mbsri_zero((size_t)w->m->nu, s->udot);
+    mbsri_null_combine(w, s->weights, s->udot);
+    return mbsri_null_rate(w, s->t, s->q, s->udot, s->qdot);
+}
+
+/* One step; *done: the positions are found. */
+static int step_positions(start *s, int number, double *last, bool *done)
+{
+    mbsri_null_space *w = &s->w;
+    int status = split(s);
+    if (!status) status = mbsri_null_gamma(w, s->t, s->q, s->u, s->defect);
+    if (status) return status;
+    if (number == 0 && !s->moved_off) s->info.force_defect = mbsri_largest(w->k, s->defect);
+    *done = s->damped == w->k;
+    if (*done) return MBSR_OK;
+    const bool still = imbalance(s, s->defect, false) <= rounding;
+    const double before = elastic_defect(s, s->defect, s->moved);
+    if (number == 0) s->first_defect = before;
+    status = aim_positions(s);
+    if (status == MBSR_UNDETERMINED && !still && !s->moved_off && number == 0) {
+        move_off(s);
+        return MBSR_OK;
+    }
+    /* springs that held at the start and have given way with the force still there */
+    if (status == MBSR_UNDETERMINED && before > 1e-3 * s->first_defect && s->info.iterations > 0)
+        return unbalanced(s, "position balances the springs", s->defect);
+    if (status) return status;
+    *done = still || settled(s, last, relative(w->m->nq, s->qdot, w->q_scale),
+                             relative(w->m->nq, s->q, w->q_scale), 1e-8);
+    if (*done) return MBSR_OK;
+    s->info.iterations += 1;
+    status = move_positions(s, before, done);
+    if (*done && *last > 1e-6 * relative(w->m->nq, s->q, w->q_scale))
+        return unbalanced(s, "position balances the springs", s->defect);
+    return status;
 }
 
 static int find_positions(start *s)
 {
-    mbsri_null_space *w = &s->w;
-    const int k = w->k;
-    double last = INFINITY, first = 0.0;
-    for (int step = 0; step < s->opt->max_iterations; ++step) {
-        int status = split(s);
-        if (!status) status = mbsri_null_gamma(w, s->t, s->q, s->u, s->defect);
-        if (status) return status;
-        if (step == 0) s->info.force_defect = mbsri_largest(k, s->defect);
-        if (s->damped == k) return MBSR_OK;
-        const double defect = elastic_defect(s, s->defect, s->moved);
-        if (step == 0) first = defect;
-        for (int r = 0; r < k; ++r) s->moved[r] = r < s->damped ? 0.0 : -s->moved[r];
-        fill_matrix(s);
-        status = solve(s, s->moved);
-        /* springs that held at the start and have given way with the force still there */
-        if (status == MBSR_UNDETERMINED && step > 0 && defect > 1e-3 * first)
-            return unbalanced(s, defect);
-        if (status) return status;
-        mbsri_zero((size_t)w->m->nu, s->udot);
-        mbsri_null_combine(w, s->weights, s->udot);
-        status = mbsri_null_rate(w, s->t, s->q, s->udot, s->qdot);
-        if (status) return status;
-        const double change = mbsri_largest(w->m->nq, s->qdot),
-                     size = 1.0 + mbsri_largest(w->m->nq, s->q);
-        if (change <= s->opt->tolerance * size || (change > 0.25 * last && change <= 1e-8 * size)) {
-            return MBSR_OK;
-        }
-        s->info.iterations += 1;
-        status = move_positions(s, defect);
-        if (status) return status;
-        last = change;
-    }
+    double last = INFINITY;
+    bool done = false;
+    int status = MBSR_OK;
+    for (int step = 0; step < s->opt->max_iterations && !status && !done; ++step)
+        status = step_positions(s, step, &last, &done);
+    if (status || done) return status;
     return mbsri_fail(
-        &w->d->error, MBSR_NO_CONVERGENCE, MBSR_NONE, MBSR_NONE,
-        "mbsr_dae_consistent: positions did not converge in %d iterations (last change %g)",
+        &s->w.d->error, MBSR_NO_CONVERGENCE, MBSR_NONE, MBSR_NONE,
+        "mbsr_dae_consistent: positions did not converge in %d iterations (the last one changed "
+        "them by %g of their size)",
         s->opt->max_iterations, last);
 }
 
@@ -275,10 +438,14 @@ static int find_positions(start *s)
 /* A time in which state and time change by about `share` of their size. */
 static double short_time(const start *s, double share)
 {
-    const mbsr_model *m = s->w.m;
-    const double speed = fmax(mbsri_largest(m->nq, s->qdot) / (1.0 + mbsri_largest(m->nq, s->q)),
-                              mbsri_largest(m->nu, s->udot) / (1.0 + mbsri_largest(m->nu, s->u)));
-    return share / fmax(1.0, speed);
+    const mbsri_null_space *w = &s->w;
+    const mbsr_model *m = w->m;
+    double speed = w->rate_of_tree > 0.0 ? w->rate_of_tree : 1.0;
+    for (int k = 0; k < m->nq && w->k > 0; ++k)
+        speed = fmax(speed, fabs(s->qdot[k]) / fmax(w->q_scale[k], fabs(s->q[k])));
+    for (int k = 0; k < m->nu && w->k > 0; ++k)
+        speed = fmax(speed, fabs(s->udot[k]) / fmax(w->u_scale[k], fabs(s->u[k])));
+    return share / speed;
 }
 
 /* gamma at time h from the state, along q', u' (second order: q' is taken half-way). */
@@ -308,43 +475,157 @@ static int drift(start *s, double *out)
     return status;
 }
 
-static int find_velocities(start *s)
+/* out = [Yc^T gamma; Y^T gamma'] at u, and gamma in s->defect; *left: the imbalance of the
+ * first, and the sizes that it is measured by. */
+static int velocity_defect(start *s, double *out, double *left, double *sizes)
 {
     mbsri_null_space *w = &s->w;
-    const mbsr_model *m = w->m;
-    const int k = w->k;
-    double last = INFINITY;
-    mbsri_zero((size_t)m->nu, s->udot);
-    for (int step = 0; step < s->opt->max_iterations; ++step) {
-        int status = step > 0 ? mbsri_null_slopes(w, s->t, s->q, s->u) : MBSR_OK;
-        if (!status) status = mbsri_null_gamma(w, s->t, s->q, s->u, s->trial);
-        if (status) return status;
+    int status = mbsri_null_gamma(w, s->t, s->q, s->u, s->defect);
+    if (status) return status;
+    *left = imbalance(s, s->defect, true);
+    mbsri_copy((size_t)w->k, w->force, sizes);
+    turn(s, s->defect, out);
+    if (s->damped == w->k) return MBSR_OK;
+    status = drift(s, s->trial);
+    turn(s, s->trial, s->weights);
+    for (int r = s->damped; r < w->k && !status; ++r) out[r] = s->weights[r];
+    return status;
+}
+
+/* u + step change, until the damped rows of the defect, of size `before`, get smaller: the others
+ * are linear in u. */
+static int move_velocities(start *s, double before, bool *stuck)
+{
+    mbsri_null_space *w = &s->w;
+    const int nu = w->m->nu;
+    double step = 1.0;
+    *stuck = false;
+    for (int k = 0; k < HALVINGS; ++k, step *= 0.5) {
+        for (int c = 0; c < nu; ++c) w->u[c] = s->u[c] + step * s->change[c];
+        const int status = mbsri_null_gamma(w, s->t, s->q, w->u, s->trial);
+        if (status < 0 && status != MBSR_NOT_FINITE) return status;
+        if (status) continue;
         turn(s, s->trial, s->moved);
-        if (s->damped < k) {
-            status = drift(s, s->trial);
-            if (status) return status;
-            turn(s, s->trial, s->defect);
-            for (int r = s->damped; r < k; ++r) s->moved[r] = s->defect[r];
-        }
-        for (int r = 0; r < k; ++r) s->moved[r] = -s->moved[r];
-        fill_matrix(s);
-        status = solve(s, s->moved);
-        if (status) return status;
-        mbsri_zero((size_t)m->nu, w->force);
-        mbsri_null_combine(w, s->weights, w->force);
-        const double change = mbsri_largest(m->nu, w->force),
-                     size = 1.0 + mbsri_largest(m->nu, s->u);
-        for (int c = 0; c < m->nu; ++c) s->u[c] += w->force[c];
-        s->info.iterations += 1;
-        if (change <= s->opt->tolerance * size || (change > 0.25 * last && change <= 1e-6 * size)) {
-            return MBSR_OK;
-        }
-        last = change;
+        if (s->damped > 0 && !(mbsri_largest(s->damped, s->moved) < before)) continue;
+        for (int c = 0; c < nu; ++c) s->u[c] += step * s->change[c];
+        return MBSR_OK;
     }
+    *stuck = true;
+    return MBSR_OK;
+}
+
+/* One step; *done: the velocities are found. */
+static int step_velocities(start *s, int number, double *last, bool *done)
+{
+    mbsri_null_space *w = &s->w;
+    const int k = w->k, nu = w->m->nu;
+    double left = 0.0;
+    bool stuck = false;
+    const int damped = s->damped;
+    int status = number > 0 ? split(s) : MBSR_OK;
+    if (!status && s->damped != damped) /* a law has no slope there */
+        return mbsri_null_gamma(w, s->t, s->q, s->u, s->defect)
+                   ? MBSR_NO_CONVERGENCE
+                   : unbalanced(s, "velocity balances the forces", s->defect);
+    if (!status) status = velocity_defect(s, s->moved, &left, number == 0 ? s->sizes : s->trial);
+    if (status) return status;
+    const double before = mbsri_largest(s->damped, s->moved);
+    for (int r = 0; r < k; ++r) s->moved[r] = -s->moved[r];
+    fill_springs(s);
+    status = factor(s, MBSRI_LEAST_STIFFNESS);
+    if (status == MBSR_UNDETERMINED && number > 0)
+        return unbalanced(s, "velocity balances the forces", s->defect);
+    if (status) return status;
+    solve(s, s->moved);
+    mbsri_zero((size_t)nu, s->change);
+    mbsri_null_combine(w, s->weights, s->change);
+    s->info.iterations += 1;
+    const double change = relative(nu, s->change, w->u_scale),
+                 size = relative(nu, s->u, w->u_scale);
+    const bool level = s->damped == k || change > 0.25 * *last;
+    *done = (left <= rounding && level) || settled(s, last, change, size, 1e-6);
+    if (*done) {
+        for (int c = 0; c < nu; ++c) s->u[c] += s->change[c];
+        return MBSR_OK;
+    }
+    status = move_velocities(s, before, &stuck);
+    if (stuck && left <= 1e-9) { /* rounding of forces that cancelled unseen */
+        for (int c = 0; c < nu; ++c) s->u[c] += s->change[c];
+        *done = level;
+        stuck = false;
+    }
+    return stuck && !status ? unbalanced(s, "velocity balances the forces", s->defect) : status;
+}
+
+/* Whether gamma has become small beside what it was made of at the velocities given: it is, beside
+ * anything, where velocities run away. */
+static int check_velocities(start *s)
+{
+    mbsri_null_space *w = &s->w;
+    const int status = mbsri_null_gamma(w, s->t, s->q, s->u, s->defect);
+    if (status) return status;
+    const double least = 1e-6 * mbsri_largest(w->k, s->sizes);
+    for (int l = 0; l < w->k && least > 0.0; ++l) {
+        if (s->reduced.row_taken[l] && fabs(s->defect[l]) > 1e-3 * fmax(s->sizes[l], least))
+            return unbalanced(s, "velocity balances the forces", s->defect);
+    }
+    return MBSR_OK;
+}
+
+/* *steps: of the iterations, how many are left. */
+static int iterate_velocities(start *s, int *steps)
+{
+    double last = INFINITY;
+    bool done = false;
+    int status = MBSR_OK;
+    for (int number = 0; *steps > 0 && !status && !done; ++number, --*steps)
+        status = step_velocities(s, number, &last, &done);
+    if (!status && done) return check_velocities(s);
+    if (status) return status;
     return mbsri_fail(
-        &w->d->error, MBSR_NO_CONVERGENCE, MBSR_NONE, MBSR_NONE,
-        "mbsr_dae_consistent: velocities did not converge in %d iterations (last change %g)",
+        &s->w.d->error, MBSR_NO_CONVERGENCE, MBSR_NONE, MBSR_NONE,
+        "mbsr_dae_consistent: velocities did not converge in %d iterations (the last one changed "
+        "them by %g of their size)",
         s->opt->max_iterations, last);
+}
+
+/* Takes the null directions out of u, with typical rates as weights: dampers and friction are
+ * steepest near rest. */
+static int come_to_rest(start *s)
+{
+    mbsri_null_space *w = &s->w;
+    const int k = w->k, nu = w->m->nu;
+    mbsri_reduction *gram = &s->rest;
+    for (int c = 0; c < k; ++c) {
+        s->moved[c] = 0.0;
+        for (int r = 0; r < k; ++r) gram->A[c * k + r] = gram->error[c * k + r] = 0.0;
+        for (int l = 0; l < nu; ++l) {
+            const double a =
+                w->direction[(size_t)c * (size_t)nu + (size_t)l] / (w->u_scale[l] * w->u_scale[l]);
+            s->moved[c] -= a * s->u[l];
+            for (int r = 0; r < k; ++r)
+                gram->A[c * k + r] += a * w->direction[(size_t)r * (size_t)nu + (size_t)l];
+        }
+    }
+    mbsri_reduce(gram, k, DBL_EPSILON);
+    mbsri_zero((size_t)k, s->weights);
+    back(gram, false, s->moved, s->weights);
+    mbsri_null_combine(w, s->weights, s->u);
+    return split(s);
+}
+
+/* From the velocities given; if no step from there leads on, from rest. */
+static int find_velocities(start *s)
+{
+    int steps = s->opt->max_iterations;
+    const int status = iterate_velocities(s, &steps);
+    if (status != MBSR_NO_CONVERGENCE || steps == 0) return status;
+    const mbsr_error first = s->w.d->error;
+    mbsri_copy((size_t)s->w.m->nu, s->u_given, s->u);
+    int again = come_to_rest(s);
+    if (!again) again = iterate_velocities(s, &steps);
+    if (again == MBSR_NO_CONVERGENCE) s->w.d->error = first;
+    return again;
 }
 
 /* ---- accelerations: the equations of motion, Yc^T gamma' = 0 and Y^T gamma'' = 0 ---- */
@@ -368,25 +649,51 @@ static int defect_of_rates(start *s, double *out)
     return MBSR_OK;
 }
 
-/* The defect is affine in u': its slopes along the null directions by differences, one solve. */
-static int null_rates(start *s)
+/* B, slopes of Y^T gamma'' along the null directions: Y^T S, and where differences show more, the
+ * change of C in time. */
+static int slopes_of_rates(start *s)
 {
     mbsri_null_space *w = &s->w;
     const mbsr_model *m = w->m;
-    const int k = w->k;
-    int status = defect_of_rates(s, s->moved);
-    for (int l = 0; l < k && !status; ++l) {
+    const int k = w->k, e = k - s->damped;
+    const double time = short_time(s, 1e-4), rate = 1e-4 / time;
+    fill_springs(s);
+    if (e > 0) gross_loads(s, s->weights);
+    for (int l = 0; l < k && e > 0; ++l) {
         const double *a = w->direction + (size_t)l * (size_t)m->nu;
-        double *column = s->matrix + (size_t)l * (size_t)k;
-        const double h = (1.0 + mbsri_largest(m->nu, s->udot)) / mbsri_largest(m->nu, a);
+        const double h =
+            fmax(rate, relative(m->nu, s->udot, w->u_scale)) / relative(m->nu, a, w->u_scale);
         mbsri_ax(m->nu, 1, h, a, &(double){1.0}, s->udot);
-        status = defect_of_rates(s, column);
+        const int status = defect_of_rates(s, s->change);
         mbsri_ax(m->nu, 1, -h, a, &(double){1.0}, s->udot);
-        for (int r = 0; r < k; ++r) column[r] = (column[r] - s->moved[r]) / h;
+        if (status) return status;
+        for (int r = 0; r < e; ++r) {
+            const double slope = (s->change[s->damped + r] - s->moved[s->damped + r]) / h;
+            const double *y = s->left + (s->damped + r) * k;
+            double row = 0.0, noise = 0.0;
+            for (int c = 0; c < k; ++c) {
+                row = fmax(row, fabs(s->B[c * e + r]));
+                noise += 1e3 * DBL_EPSILON * fabs(y[c]) * s->weights[c] / (time * time * h);
+            }
+            if (fabs(slope - s->B[l * e + r]) > 10.0 * noise + 1e-4 * fmax(row, fabs(slope)))
+                s->B[l * e + r] = slope;
+        }
     }
-    for (int r = 0; r < k; ++r) s->moved[r] = -s->moved[r];
-    if (!status) status = solve(s, s->moved);
-    if (!status) mbsri_null_combine(w, s->weights, s->udot);
+    return factor(s, MBSRI_LEAST_STIFFNESS);
+}
+
+/* The defect is affine in u'; what rounding leaves of it the next solutions remove. */
+static int null_rates(start *s)
+{
+    enum { REFINED = 3 };
+    int status = defect_of_rates(s, s->moved);
+    if (!status) status = slopes_of_rates(s);
+    for (int step = 0; step < REFINED && !status; ++step) {
+        if (step > 0) status = defect_of_rates(s, s->moved);
+        for (int r = 0; r < s->w.k; ++r) s->moved[r] = -s->moved[r];
+        solve(s, s->moved);
+        if (!status) mbsri_null_combine(&s->w, s->weights, s->udot);
+    }
     return status;
 }
 

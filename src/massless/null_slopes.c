@@ -1,7 +1,9 @@
 /* Slopes of the forces in the directions that move no mass: C = d gamma / d u, S = d gamma / d q.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Forces are black boxes, so slopes are central differences. No single step serves all units: a
+ * Elements with derivatives of their own contribute these (element_slopes.h), in any units and with
+ * rounding errors alone; their forces are held where they are while the rest is differenced: other
+ * elements and weights, which are black boxes, and the change of the directions. No single step serves all units: a
  * step that is right for a stiff law buries a soft one in the rounding of the forces beside it.
  * Each column is differenced with steps a decade apart, D(h), D(10 h), ...; each entry takes the
  * step with the smallest
@@ -13,7 +15,11 @@
 
 #include "algebra/dense.h"
 #include "algebra/differences.h"
+#include "massless/element_slopes.h"
 #include "massless/null_space.h"
+#include "massless/scales.h"
+#include "recursion/elements.h"
+#include "recursion/kinematics.h"
 #include "recursion/sizes.h"
 
 #include <math.h>
@@ -60,27 +66,31 @@ static int difference(mbsri_null_space *w, double t, const double *q, const doub
 /* Row l of a column from the slopes and force sizes of `decades` steps, the first being `share`:
  * that with the smallest error, or zero. A slope at longer steps that contradicts the one found at
  * shorter ones belongs to another branch of the law, such as a stop not reached. */
-static double choose(const mbsri_null_space *w, int l, int decades, double share, double unit)
+static double choose(const mbsri_null_space *w, int l, int decades, double share, double unit,
+                     double *error)
 {
     double best = INFINITY, slope = 0.0, before = 0.0;
+    bool constant = true;
     for (int e = 0; e < decades; ++e, share *= 10.0) {
         const int at = e * w->k + l;
-        const double now = w->slopes[at], error = mbsri_slope_noise(decades, e, w->k, w->slopes + l,
+        const double now = w->slopes[at], noise = mbsri_slope_noise(decades, e, w->k, w->slopes + l,
                                                                     w->sizes[at], share, unit) +
                                                   fabs(now - before);
-        if (fabs(now - slope) > 10.0 * best + error) break;
+        constant = constant && now == 0.0;
+        if (fabs(now - slope) > 10.0 * best + noise) break;
         before = now;
-        if (!(error < best)) continue;
-        best = error;
+        if (!(noise < best)) continue;
+        best = noise;
         slope = now;
     }
+    *error = constant ? 0.0 : best;
     return fabs(slope) > 10.0 * best ? slope : 0.0;
 }
 
-/* One column of C (rate == NULL) or S (a == NULL). A far state at which the model cannot be
- * evaluated ends the search. */
+/* One column of C (rate == NULL) or S (a == NULL) and its errors, of the forces that are not held.
+ * A far state at which the model cannot be evaluated ends the search. */
 static int search(mbsri_null_space *w, double t, const double *q, const double *u,
-                  const double *rate, const double *a, double unit, double *column)
+                  const double *rate, const double *a, double unit, double *column, double *error)
 {
     const int high = rate ? Q_HIGH : U_HIGH, k = w->k;
     int decades = 0;
@@ -94,30 +104,57 @@ static int search(mbsri_null_space *w, double t, const double *q, const double *
         }
         ++decades;
     }
-    for (int l = 0; l < k; ++l) column[l] = choose(w, l, decades, pow(10.0, LOW), unit);
+    for (int l = 0; l < k; ++l) column[l] = choose(w, l, decades, pow(10.0, LOW), unit, error + l);
     return MBSR_OK;
 }
 
-/* The least multiple of the direction x that changes one of the coordinates y by 1 + its size. */
-static double unit_step(int n, const double *x, const double *y)
+/* Entries that may be errors are zero. */
+static void drop_errors(int count, double *A, const double *error)
 {
-    double unit = INFINITY;
-    for (int k = 0; k < n; ++k) unit = fmin(unit, (1.0 + fabs(y[k])) / fabs(x[k]));
-    return isfinite(unit) ? unit : 1.0;
+    for (int k = 0; k < count; ++k) {
+        if (fabs(A[k]) <= 10.0 * error[k]) A[k] = 0.0;
+    }
+}
+
+/* C and S of what is not held: elements without derivatives, weights, the change of directions. */
+static int differences(mbsri_null_space *w, double t, const double *q, const double *u)
+{
+    const mbsr_model *m = w->m;
+    int status = MBSR_OK;
+    for (int l = 0; l < w->k && !status; ++l) {
+        const size_t column = (size_t)l * (size_t)w->k;
+        const double *a = w->direction + (size_t)l * (size_t)m->nu,
+                     *rate = w->q_rate + (size_t)l * (size_t)m->nq;
+        status = search(w, t, q, u, NULL, a, mbsri_unit_step(m->nu, a, u, w->u_scale),
+                        w->C + column, w->C_error + column);
+        if (status) return status;
+        status = search(w, t, q, u, rate, NULL, mbsri_unit_step(m->nq, rate, q, w->q_scale),
+                        w->S + column, w->S_error + column);
+    }
+    return status;
 }
 
 int mbsri_null_slopes(mbsri_null_space *w, double t, const double *q, const double *u)
 {
     const mbsr_model *m = w->m;
-    for (int l = 0; l < w->k; ++l) {
-        const size_t column = (size_t)l * (size_t)w->k;
-        const double *a = w->direction + (size_t)l * (size_t)m->nu;
-        int status = search(w, t, q, u, NULL, a, unit_step(m->nu, a, u), w->C + column);
-        if (!status) status = mbsri_null_rate(w, t, q, a, w->rate);
-        if (status) return status;
-        const double unit = unit_step(m->nq, w->rate, q);
-        status = search(w, t, q, u, w->rate, NULL, unit, w->S + column);
-        if (status) return status;
+    const int entries = w->k * w->k;
+    int status = mbsri_positions(m, w->d, t, q);
+    if (!status) status = mbsri_velocities(m, w->d, u);
+    if (!status) status = mbsri_forces(m, w->d, NULL);
+    if (status) return status;
+    if (!(w->size > 0.0)) mbsri_null_scales(w, q, u);
+    mbsri_null_clean(w);
+    status = mbsri_hold_elements(w);
+    for (int l = 0; l < w->k && !status; ++l) {
+        status = mbsri_null_rate(w, t, q, w->direction + (size_t)l * (size_t)m->nu,
+                                 w->q_rate + (size_t)l * (size_t)m->nq);
     }
-    return MBSR_OK;
+    if (status) return status;
+    w->holding = true;
+    status = differences(w, t, q, u);
+    w->holding = false;
+    if (!status) status = mbsri_element_slopes(w, t, q, u);
+    drop_errors(entries, w->C, w->C_error);
+    drop_errors(entries, w->S, w->S_error);
+    return status;
 }

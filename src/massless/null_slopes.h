@@ -5,7 +5,12 @@
 
 #include "massless/null_space.h"
 
-/* C and S at a state by central differences; the basis stays. Forces are evaluated at up to ten
+/* Least shares that count of what is subtracted in the elimination of C, and of S. */
+#define MBSRI_LEAST_DAMPING 1e-12
+#define MBSRI_LEAST_STIFFNESS 1e-14
+
+/* C, S and their errors at a state; the basis stays but for
+ * rounding, and so do the typical sizes of the first state. Forces without derivatives of their own are evaluated at up to ten
  * times the positions and 10^6 times the velocities of the state. */
 int mbsri_null_slopes(mbsri_null_space *w, double t, const double *q, const double *u);
 

@@ -6,6 +6,7 @@
 #include "algebra/numbers.h"
 #include "base/error.h"
 #include "base/memory.h"
+#include "model/query.h"
 #include "recursion/backward.h"
 #include "recursion/elements.h"
 #include "recursion/forward.h"
@@ -15,13 +16,96 @@
 
 #include <math.h>
 
+/* The stage of forces with those held in place of the forces of their elements. */
+static int held_forces(mbsri_null_space *w)
+{
+    const mbsr_model *m = w->m;
+    mbsr_data *d = w->d;
+    mbsri_copy((size_t)m->nu, w->tau_held, d->tau);
+    mbsri_copy(m->size_v, w->f_held, d->f);
+    for (size_t k = (size_t)m->root.d; k < m->size_v; ++k) d->f[k] -= d->h[k];
+    const mbsri_force *force = m->forces.data;
+    int status = MBSR_OK;
+    for (size_t k = 0; k < m->forces.count && !status; ++k) {
+        if (!w->own[k]) status = mbsri_add_element(m, d, force + k);
+    }
+    if (!status) d->stage = MBSRI_STAGE_FORCES;
+    return status;
+}
+
 static int evaluate(mbsri_null_space *w, double t, const double *q, const double *u)
 {
     int status = mbsri_positions(w->m, w->d, t, q);
     if (!status) status = mbsri_velocities(w->m, w->d, u);
-    if (!status) status = mbsri_forces(w->m, w->d, NULL);
+    if (!status) status = w->holding ? held_forces(w) : mbsri_forces(w->m, w->d, NULL);
     if (!status) status = mbsri_backward(w->m, w->d);
     return status;
+}
+
+static int body_span(const mbsri_body *b)
+{
+    return mbsri_pose_size(b) + b->d + b->nq + b->n;
+}
+
+/* The most rows or columns of the derivatives of an element. */
+static int element_span(const mbsr_model *m)
+{
+    const mbsri_force *force = m->forces.data;
+    int largest = 0;
+    for (size_t k = 0; k < m->forces.count; ++k, ++force) {
+        int span = 0;
+        for (int l = 0; l < force->def.bodies; ++l)
+            span += body_span(m->body + m->list_index[force->list + (size_t)l]);
+        if (span > largest) largest = span;
+    }
+    for (int i = 1; i <= m->bodies; ++i)
+        if (body_span(m->body + i) > largest) largest = body_span(m->body + i);
+    return largest;
+}
+
+static int take_memory(mbsri_null_space *w)
+{
+    const mbsr_model *m = w->m;
+    const size_t k = (size_t)w->k, nu = (size_t)m->nu, nq = (size_t)m->nq, n = (size_t)m->max_n;
+    const size_t steps = (MBSRI_HIGHEST_DECADE - MBSRI_LOWEST_DECADE + 1) * k, v = m->size_v;
+    size_t slope = 0, ints = 0;
+    const size_t span = (size_t)element_span(m);
+    double *slope_place;
+    mbsri_slopes_size(m, &slope, &ints);
+    double **const array[] = {&w->vector,   &w->direction, &w->twist,    &w->C,      &w->S,
+                              &w->C_error,  &w->S_error,   &w->ahead,    &w->behind, &w->slopes,
+                              &w->sizes,    &w->q,         &w->u,        &w->rate,   &w->force,
+                              &w->gross,    &w->f_held,    &w->tau_held, &w->q_rate, &w->V_rate,
+                              &w->reaction, &w->q_scale,   &w->u_scale,  &w->span,   &w->q_given,
+                              &slope_place};
+    const size_t length[] = {
+        n * k, nu * k, v * k,  k * k, k * k,    k * k, k * k, k,
+        k,     steps,  steps,  nq,    nu,       nq,    nu,    (size_t)m->max_d + 2 * n,
+        v,     nu,     nq * k, v * k, 4 * span, nq,    nu,    nu,
+        nq,    slope};
+    size_t total = 0;
+    for (size_t l = 0; l < sizeof length / sizeof length[0]; ++l) total += length[l];
+    w->memory =
+        mbsri_allocate(&m->allocator, total * sizeof(double) +
+                                          (3 * k + ints + (size_t)m->bodies + 1) * sizeof(int) +
+                                          m->forces.count * sizeof(bool) + 1);
+    if (!w->memory) {
+        return mbsri_fail(&w->d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
+                          "%s: no memory for %d null directions", w->function, w->k);
+    }
+    double *next = w->memory;
+    for (size_t l = 0; l < sizeof length / sizeof length[0]; ++l) {
+        *array[l] = next;
+        next += length[l];
+    }
+    w->head = (int *)(void *)next;
+    w->body = w->head + w->k;
+    w->moving = w->body + w->k;
+    mbsri_slopes_place(m, &w->slope, slope > 0 ? slope_place : NULL, w->moving + w->k);
+    w->rank = w->moving + w->k + ints;
+    w->own = (bool *)(void *)(w->rank + m->bodies + 1);
+    for (int i = 0; i <= m->bodies; ++i) w->rank[i] = w->d->rank[i];
+    return MBSR_OK;
 }
 
 int mbsri_null_open(mbsri_null_space *w, const mbsr_model *m, mbsr_data *d, double t,
@@ -31,29 +115,9 @@ int mbsri_null_open(mbsri_null_space *w, const mbsr_model *m, mbsr_data *d, doub
     const int status = evaluate(w, t, q, u);
     if (status) return status;
     w->k = m->nu - d->total_rank;
-    const size_t k = (size_t)w->k, nu = (size_t)m->nu, nq = (size_t)m->nq, n = (size_t)m->max_n;
-    const size_t steps = (MBSRI_HIGHEST_DECADE - MBSRI_LOWEST_DECADE + 1) * k;
-    double **const array[] = {&w->vector, &w->direction, &w->C, &w->S, &w->ahead, &w->behind,
-                              &w->slopes, &w->sizes,     &w->q, &w->u, &w->rate,  &w->force};
-    const size_t length[] = {n * k, nu * k, k * k, k * k, k, k, steps, steps, nq, nu, nq, nu};
-    size_t used = 2 * k * sizeof(int) + sizeof(double); /* the ints first, then doubles, aligned */
-    used -= used % sizeof(double);
-    size_t total = used;
-    for (size_t l = 0; l < sizeof length / sizeof length[0]; ++l)
-        total += length[l] * sizeof(double);
-    w->memory = mbsri_allocate(&m->allocator, total);
-    if (!w->memory) {
-        return mbsri_fail(&d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
-                          "%s: no memory for %d null directions", function, w->k);
-    }
-    w->head = w->memory;
-    w->body = w->head + k;
-    double *next = (double *)((unsigned char *)w->memory + used);
-    for (size_t l = 0; l < sizeof length / sizeof length[0]; ++l) {
-        *array[l] = next;
-        next += length[l];
-    }
-    return MBSR_OK;
+    const int refused = take_memory(w);
+    if (!refused) mbsri_copy((size_t)m->nq, q, w->q_given);
+    return refused;
 }
 
 void mbsri_null_close(mbsri_null_space *w)
@@ -62,35 +126,107 @@ void mbsri_null_close(mbsri_null_space *w)
     w->memory = NULL;
 }
 
-/* a from N_l of the group of head j, leaves-ward. */
-static void lift(mbsri_null_space *w, int j, const double *vector, double *a)
+/* x (n) = 0 where it is rounding beside sizes. */
+static void drop_rounding(int n, double *x, const double *sizes)
+{
+    for (int k = 0; k < n; ++k) {
+        if (fabs(x[k]) <= 1e-13 * sizes[k]) x[k] = 0.0;
+    }
+}
+
+/* x (d) = |H| |Vz_pi| of body i, or zero where nothing comes from there. */
+static void arriving(const mbsri_body *b, const mbsr_data *d, bool below, double *x)
+{
+    const double *Vz_pred = d->Az + b->pred_v;
+    mbsri_zero((size_t)b->d, x);
+    for (int c = 0; c < b->d_pred && below; ++c) {
+        for (int r = 0; r < b->d; ++r)
+            x[r] += fabs(d->H[b->dp + (size_t)(c * b->d + r)] * Vz_pred[c]);
+    }
+}
+
+/* Clears a (n) of a group of rounding: beside |z| + |G|^T |H| |Vz_pi|. */
+static void clean_rates(mbsri_null_space *w, const mbsri_group *g, const double *z, bool below,
+                        double *a)
+{
+    const mbsri_body *b = w->m->body + g->member[0];
+    double *x = w->gross, *size = x + w->m->max_d;
+    arriving(b, w->d, below, x);
+    for (int k = 0; k < g->n; ++k) {
+        const double *G = w->d->G + b->dg + (size_t)(k * b->d);
+        size[k] = z ? fabs(z[k]) : 0.0;
+        for (int r = 0; r < b->d; ++r) size[k] += fabs(G[r]) * x[r];
+    }
+    drop_rounding(g->n, a, size);
+}
+
+/* Clears Vz of body i: beside |H| |Vz_pi| + |J| |a|. */
+static void clean_velocity(mbsri_null_space *w, int i, bool below, const double *a)
+{
+    const mbsri_body *b = w->m->body + i;
+    double *x = w->gross;
+    arriving(b, w->d, below, x);
+    for (int k = 0; k < b->n; ++k) {
+        const double *J = w->d->J + b->dn + (size_t)(k * b->d);
+        for (int r = 0; r < b->d; ++r) x[r] += fabs(J[r] * a[k]);
+    }
+    drop_rounding(b->d, w->d->Az + b->v, x);
+}
+
+/* a and Vz from N_l of the group of head j, leaves-ward. */
+static void lift(mbsri_null_space *w, int j, const double *vector, double *a, double *twist)
 {
     const mbsr_model *m = w->m;
     mbsr_data *d = w->d;
-    double *x = d->scratch;
-    double *z = x + m->max_d;
+    double *x = d->scratch, *z = w->gross + m->max_d + m->max_n;
     mbsri_zero((size_t)m->nu, a);
+    mbsri_zero(m->size_v, twist);
     for (int i = 0; i <= m->bodies; ++i) d->carries[i] = false;
     for (int i = j; i <= m->bodies; ++i) {
         if (!mbsri_heads(m, d, i)) continue;
         const mbsri_group g = mbsri_group_of(m, d, i);
-        const bool below = mbsri_null_below(m, d, i, x);
-        if (!below && i != j) continue;
+        const bool below = mbsri_null_below(m, d, i, x), own = i == j;
+        if (!below && !own) continue;
         mbsri_zero((size_t)g.n, z);
-        if (i == j) mbsri_copy((size_t)g.n, vector, z);
-        mbsri_null_pass(m, d, &g, i == j, below, x, z);
+        if (own) mbsri_copy((size_t)g.n, vector, z);
+        mbsri_null_pass(m, d, &g, own, below, x, z);
+        clean_rates(w, &g, own ? vector : NULL, below, z);
         mbsri_group_scatter(m, &g, z, a);
+        for (int k = 0; k < g.members; ++k) {
+            const mbsri_body *b = m->body + g.member[k];
+            const bool moved = d->carries[b->parent];
+            clean_velocity(w, g.member[k], moved, z + b->ig - g.ig);
+            if (d->carries[g.member[k]]) mbsri_copy((size_t)b->d, d->Az + b->v, twist + b->v);
+        }
     }
+}
+
+/* Whether the rank of the group of head i is as it was; of others, which are done with it, it is. */
+static bool same_rank(const mbsri_null_space *w, int i)
+{
+    if (!mbsri_heads(w->m, w->d, i)) return true;
+    const mbsri_group g = mbsri_group_of(w->m, w->d, i);
+    int change = 0;
+    for (int k = 0; k < g.members; ++k) change += w->d->rank[g.member[k]] - w->rank[g.member[k]];
+    return change == 0;
 }
 
 /* The number of directions must be the one that memory was taken for. */
 static int check_number(mbsri_null_space *w)
 {
-    const int now = w->m->nu - w->d->total_rank;
+    const mbsr_model *m = w->m;
+    const int now = m->nu - w->d->total_rank;
     if (now == w->k) return MBSR_OK;
-    return mbsri_fail(&w->d->error, MBSR_RANK_CHANGED, MBSR_NONE, MBSR_NONE,
-                      "%s: the number of directions without mass changes from %d to %d",
-                      w->function, w->k, now);
+    char label[MBSRI_LABEL];
+    int i = 1;
+    while (i < m->bodies && same_rank(w, i)) ++i;
+    const mbsri_body *b = m->body + i;
+    return mbsri_fail(&w->d->error, MBSR_RANK_CHANGED, b->id, MBSR_NONE,
+                      "%s: %s: the rank of its joint changes from %d to %d (of %d) at t = %g, "
+                      "q0 = %g, and the directions without mass from %d to %d: begin where "
+                      "the ranks around the state are its own",
+                      w->function, mbsri_body_label(m, i, label), w->rank[i], w->d->rank[i], b->n,
+                      w->d->t, b->nq > 0 ? w->q_given[b->q] : 0.0, w->k, now);
 }
 
 /* The body of the group whose joint lacks the rank number `missing`, from the head on. */
@@ -122,7 +258,8 @@ int mbsri_null_basis(mbsri_null_space *w, double t, const double *q, const doubl
                 vector[k] = d->s[g.ig + k] * d->X[m->body[i].nn + (size_t)(l * g.n + k)];
             w->head[column] = i;
             w->body[column] = lacking(m, d, &g, l - mbsri_group_rank(d, &g));
-            lift(w, i, vector, w->direction + (size_t)column * (size_t)m->nu);
+            lift(w, i, vector, w->direction + (size_t)column * (size_t)m->nu,
+                 w->twist + (size_t)column * m->size_v);
         }
     }
     return MBSR_OK;
@@ -153,6 +290,20 @@ int mbsri_null_rate(mbsri_null_space *w, double t, const double *q, const double
 void mbsri_null_combine(const mbsri_null_space *w, const double *weights, double *y)
 {
     mbsri_ax(w->m->nu, w->k, 1.0, w->direction, weights, y);
+}
+
+void mbsri_null_mix(const mbsri_null_space *w, const double *A, int rows, const double *weights,
+                    double *y)
+{
+    for (int r = 0; r < rows; ++r) {
+        double sum = 0.0, size = 0.0;
+        for (int l = 0; l < w->k; ++l) {
+            const double part = weights[l] * A[(size_t)l * (size_t)rows + (size_t)r];
+            sum += part;
+            size += fabs(part);
+        }
+        y[r] = fabs(sum) > 1e-10 * size ? sum : 0.0;
+    }
 }
 
 /* Divides each row by its largest entry; scale (k) gets the factors. */

@@ -10,28 +10,47 @@
  *
  * The forces in these directions are gamma_l = N_l^T (projection of e_j on the null space of D_j).
  * The projection is taken where the forces are evaluated and N where the basis was built, so that
- * gamma is smooth in (t, q, u) although eigenvectors may flip or turn. */
+ * gamma is smooth in (t, q, u) although eigenvectors may flip or turn.
+ *
+ * What is left of a_i and Vz_i where their terms cancel but for rounding is set to zero. */
 #ifndef MBSRI_NULL_SPACE_H
 #define MBSRI_NULL_SPACE_H
 
 #include "algebra/differences.h"
+#include "newton/slopes/force_slopes.h"
 #include "recursion/data.h"
 
 typedef struct mbsri_null_space {
     const mbsr_model *m;
     mbsr_data *d;
-    const char *function;   /* for messages */
-    int k;                  /* directions */
-    int *head;              /* k: head of the group of joints (recursion/group.h) each belongs to */
-    int *body;              /* k: index of the body among these whose joint lacks rank for it */
-    double *vector;         /* max_n x k: N_l */
-    double *direction;      /* nu x k: a_l */
-    double *C;              /* k x k: d gamma / d u along the directions */
-    double *S;              /* k x k: d gamma / d q along the directions */
-    double *ahead, *behind; /* k */
-    double *slopes, *sizes; /* k x decades: of one column, and of the forces differenced */
-    double *q, *u, *rate;   /* nq, nu, nq */
-    double *force;          /* nu */
+    const char *function; /* for messages */
+    int k;                /* directions */
+    double size;          /* typical length of the tree, m */
+    double rate_of_tree;  /* typical rate, 1/s */
+    int *head;            /* k: head of the group of joints (recursion/group.h) each belongs to */
+    int *body;            /* k: index of the body among these whose joint lacks rank for it */
+    double *vector;       /* max_n x k: N_l */
+    double *direction;    /* nu x k: a_l */
+    double *twist;        /* size_v x k: Vz of a_l, zero at bodies that stand still */
+    double *C;            /* k x k: d gamma / d u along the directions */
+    double *S;            /* k x k: d gamma / d q along the directions */
+    double *C_error, *S_error; /* k x k: what their entries may be wrong by */
+    double *ahead, *behind;    /* k */
+    double *slopes, *sizes;    /* k x decades: of one column, and of the forces differenced */
+    double *q, *u, *rate;      /* nq, nu, nq */
+    double *force;             /* nu */
+    double *q_given;           /* nq: where the directions were counted */
+    double *gross; /* max_d + 2 max_n: sizes of what is added up in a lift, rates of a group */
+    bool holding;  /* gamma takes the forces of some elements from f_held and tau_held */
+    bool *own;     /* forces: which these are (element_slopes.h) */
+    double *f_held, *tau_held; /* size_v, nu */
+    double *q_rate, *V_rate;   /* nq x k, size_v x k: change of q and of V along the directions */
+    double *q_scale, *u_scale; /* nq, nu: typical sizes (scales.h) */
+    double *span;              /* nu: typical length where u is a velocity, 1 elsewhere */
+    double *reaction;          /* 4 x the most rows or columns of an element's derivatives */
+    int *moving;               /* k */
+    int *rank;          /* bodies + 1: of the joint blocks where the directions were counted */
+    mbsri_slopes slope; /* work of element_slopes.c */
     void *memory;
 } mbsri_null_space;
 
@@ -50,6 +69,11 @@ int mbsri_null_gamma(mbsri_null_space *w, double t, const double *q, const doubl
 
 /* y += sum of the directions with these weights (k); y: nu. */
 void mbsri_null_combine(const mbsri_null_space *w, const double *weights, double *y);
+
+/* y (rows) = sum of the columns of A (rows x k) with these weights, without rounding where they
+ * cancel. */
+void mbsri_null_mix(const mbsri_null_space *w, const double *A, int rows, const double *weights,
+                    double *y);
 
 /* rate = G(q) x for any x (nu). */
 int mbsri_null_rate(mbsri_null_space *w, double t, const double *q, const double *x, double *rate);

@@ -2,42 +2,51 @@
  * SPDX-License-Identifier: BSD-3-Clause
  *
  * With C = d gamma / d u and S = d gamma / d q along the null directions (null_space.h), directions
- * whose C and S do not couple are looked at apart. In each such component, with C scaled to unit
- * rows and columns:
+ * whose C and S do not couple are looked at apart. In each such component, with the errors of C and
+ * S carried along (reduction.h):
  *
  *   rank of C               damped
  *   Y^T C = 0, C Z = 0      the others; of these the rank of Y^T S Z is elastic
- *   Y^T S Z x = 0           Z x is undetermined */
+ *   Y^T S Z x = 0           Z x is undetermined
+ *
+ * Damped directions are determined up to elastic and undetermined ones, and elastic up to
+ * undetermined ones; which are shown is a choice (add). */
 #include "algebra/dense.h"
 #include "algebra/lapack.h"
+#include "algebra/numbers.h"
 #include "base/error.h"
 #include "base/memory.h"
 #include "dynamics/entry.h"
+#include "massless/element_slopes.h"
 #include "massless/null_slopes.h"
 #include "massless/null_space.h"
+#include "massless/reduction.h"
 #include "model/query.h"
 #include "recursion/not_finite.h"
 
 #include <mbsrank/index.h>
 
+#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
-static const double rank_tolerance = 1e-8; /* of scaled singular values; C and S are differences */
-
 /* Workspace of one report; k null directions, a component has c <= k. */
 typedef struct report_work {
     mbsri_null_space w;
-    int *component;           /* k: number of the component of each direction */
-    int *member;              /* k: the directions of the present component */
-    double *C, *left, *right; /* c x c: scaled C, its left and right singular vectors */
-    double *S, *S_right;      /* c x c: Y^T S Z and its right singular vectors */
-    double *values, *rows, *columns;
+    int *component; /* k: number of the component of each direction */
+    int *member;    /* k: the directions of the present component */
+    mbsri_reduction reduced;
+    double *C, *values;        /* c x c, c: scaled C and its singular values */
+    double *Y, *Z;             /* c x (c - damped): null vectors of C */
+    double *Y_error, *Z_error; /* of the same shape */
+    double *x, *sparse;        /* c: a direction as weights of the component's, two choices */
     double *weights;           /* k x k: found directions as weights of the null directions */
     mbsr_direction_kind *kind; /* k */
+    bool *listed;              /* bodies + 1: those of elements that determine a direction */
     int found;
-    double *u; /* nu */
+    double *u, *twist, *q_rate; /* nu, size_v, nq: of a found direction */
+    double *other;              /* nu */
     double *work;
     int lwork;
     void *memory;
@@ -49,14 +58,19 @@ static int allocate(report_work *r)
     const mbsr_model *m = r->w.m;
     const size_t k = (size_t)r->w.k;
     r->lwork = mbsri_lapack_svd_work(r->w.k > 0 ? r->w.k : 1);
-    double **const array[] = {&r->C,    &r->left,    &r->right,   &r->S, &r->S_right, &r->values,
-                              &r->rows, &r->columns, &r->weights, &r->u, &r->work};
-    const size_t length[] = {k * k, k * k, k * k, k * k,         k * k,           k,
-                             k,     k,     k * k, (size_t)m->nu, (size_t)r->lwork};
+    double **const array[] = {&r->C,       &r->values, &r->Y,       &r->Z,   &r->Y_error,
+                              &r->Z_error, &r->x,      &r->sparse,  &r->u,   &r->twist,
+                              &r->q_rate,  &r->other,  &r->weights, &r->work};
+    const size_t length[] = {
+        k * k,         k,         k * k,         k * k,         k * k, k * k,           k, k,
+        (size_t)m->nu, m->size_v, (size_t)m->nq, (size_t)m->nu, k * k, (size_t)r->lwork};
     size_t total = 0;
     for (size_t l = 0; l < sizeof length / sizeof length[0]; ++l) total += length[l];
-    const size_t tail = 2 * k * sizeof(int) + k * sizeof(mbsr_direction_kind);
-    r->memory = mbsri_allocate(&m->allocator, total * sizeof(double) + tail);
+    const size_t reduced = mbsri_reduction_size(r->w.k), aligned = reduced + sizeof(double),
+                 tail = 2 * k * sizeof(int) + k * sizeof(mbsr_direction_kind) +
+                        ((size_t)m->bodies + 1) * sizeof(bool);
+    r->memory = mbsri_allocate(&m->allocator,
+                               total * sizeof(double) + aligned - aligned % sizeof(double) + tail);
     if (!r->memory) {
         return mbsri_fail(&r->w.d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                           "mbsr_index_report_create: no memory for %d null directions", r->w.k);
@@ -66,9 +80,12 @@ static int allocate(report_work *r)
         *array[l] = next;
         next += length[l];
     }
+    mbsri_reduction_place(&r->reduced, r->w.k, next);
+    next += aligned / sizeof(double);
     r->component = (int *)(void *)next;
     r->member = r->component + k;
     r->kind = (mbsr_direction_kind *)(void *)(r->member + k);
+    r->listed = (bool *)(void *)(r->kind + k);
     return MBSR_OK;
 }
 
@@ -91,63 +108,167 @@ static void mark(report_work *r, int l, int number)
     }
 }
 
-/* A direction of the component, given by scaled weights x (c numbers): entry in weights and
- * kind. */
-static void add(report_work *r, int c, const double *x, mbsr_direction_kind kind)
+/* ---- the choice of a direction ---- */
+
+/* weights (k) of the component's directions with weights x (c). */
+static void spread(const report_work *r, int c, const double *x, double *weights)
 {
-    double *weights = r->weights + (size_t)r->found * (size_t)r->w.k;
     mbsri_zero((size_t)r->w.k, weights);
-    for (int a = 0; a < c; ++a) weights[r->member[a]] = x[a] * r->columns[a];
-    r->kind[r->found++] = kind;
+    for (int a = 0; a < c; ++a) weights[r->member[a]] = x[a];
 }
 
-/* Y^T S Z of the component, scaled; c - damped rows and columns. */
-static void elastic_block(report_work *r, int c, int damped)
+/* u, twist and q_rate of a direction. */
+static void combine(report_work *r, const double *weights)
 {
-    const int k = r->w.k, e = c - damped;
+    const mbsr_model *m = r->w.m;
+    mbsri_null_mix(&r->w, r->w.direction, m->nu, weights, r->u);
+    mbsri_null_mix(&r->w, r->w.twist, (int)m->size_v, weights, r->twist);
+    mbsri_null_mix(&r->w, r->w.q_rate, m->nq, weights, r->q_rate);
+}
+
+/* Whether an element determines the direction of this kind in u, twist and q_rate. */
+static int determines(report_work *r, const mbsri_force *force, mbsr_direction_kind kind,
+                      bool *determined)
+{
+    *determined = false;
+    if (kind == MBSR_DIRECTION_UNDETERMINED) return MBSR_OK;
+    return mbsri_element_resists(&r->w, force, r->u, r->twist, r->q_rate,
+                                 kind == MBSR_DIRECTION_DAMPED, determined);
+}
+
+/* listed: the bodies that move in the direction and belong to elements that determine it. */
+static int list_bodies(report_work *r, mbsr_direction_kind kind)
+{
+    const mbsr_model *m = r->w.m;
+    const mbsri_force *force = m->forces.data;
+    for (int i = 0; i <= m->bodies; ++i) r->listed[i] = false;
+    for (size_t k = 0; k < m->forces.count; ++k) {
+        bool determined;
+        const int status = determines(r, force + k, kind, &determined);
+        if (status) return status;
+        for (int l = 0; l < force[k].def.bodies && determined; ++l)
+            r->listed[m->list_index[force[k].list + (size_t)l]] = true;
+    }
+    for (int i = 1; i <= m->bodies; ++i) {
+        const mbsri_body *b = m->body + i;
+        r->listed[i] = r->listed[i] && mbsri_largest(b->n, r->u + b->u) > 0.0;
+    }
+    return MBSR_OK;
+}
+
+static int count_terms(const mbsr_model *m, const double *u)
+{
+    int count = 0;
+    for (int k = 0; k < m->nu; ++k) count += u[k] != 0.0;
+    return count;
+}
+
+/* A direction of the component: x, or in its stead `sparse` (NULL: none) if that has fewer terms
+ * and still names the bodies on which the elements act that determine x. */
+static int add(report_work *r, int c, const double *x, const double *sparse,
+               mbsr_direction_kind kind)
+{
+    const mbsr_model *m = r->w.m;
+    double *weights = r->weights + (size_t)r->found * (size_t)r->w.k;
+    r->kind[r->found++] = kind;
+    spread(r, c, x, weights);
+    combine(r, weights);
+    const int terms = count_terms(m, r->u);
+    if (!sparse || terms <= 2) return MBSR_OK;
+    const int status = list_bodies(r, kind);
+    if (status) return status;
+    spread(r, c, sparse, weights);
+    mbsri_null_mix(&r->w, r->w.direction, m->nu, weights, r->other);
+    bool better = count_terms(m, r->other) < terms;
+    for (int i = 1; i <= m->bodies && better; ++i) {
+        const mbsri_body *b = m->body + i;
+        better = !r->listed[i] || mbsri_largest(b->n, r->other + b->u) > 0.0;
+    }
+    if (!better) spread(r, c, x, weights);
+    return MBSR_OK;
+}
+
+/* ---- the kinds ---- */
+
+/* reduced.A = Y^T S Z of the component with its errors, c - damped rows and columns. */
+static void elastic_block(report_work *r, int c, int e)
+{
+    const int k = r->w.k;
     for (int b = 0; b < e; ++b) {
-        const double *z = r->right + (damped + b) * c;
+        const double *z = r->Z + b * c, *dz = r->Z_error + b * c;
         for (int a = 0; a < e; ++a) {
-            const double *y = r->left + (damped + a) * c;
-            double sum = 0.0;
+            const double *y = r->Y + a * c, *dy = r->Y_error + a * c;
+            double sum = 0.0, error = 0.0;
             for (int q = 0; q < c; ++q) {
                 for (int p = 0; p < c; ++p) {
-                    sum += y[p] * r->rows[p] * r->w.S[r->member[q] * k + r->member[p]] *
-                           r->columns[q] * z[q];
+                    const int at = r->member[q] * k + r->member[p];
+                    const double S = r->w.S[at], size = fabs(S);
+                    sum += y[p] * S * z[q];
+                    error +=
+                        fabs(y[p]) * (r->w.S_error[at] + 4.0 * DBL_EPSILON * size) * fabs(z[q]) +
+                        dy[p] * size * fabs(z[q]) + fabs(y[p]) * size * dz[q];
                 }
             }
-            r->S[b * e + a] = sum;
+            r->reduced.A[b * e + a] = fabs(sum) > 10.0 * error ? sum : 0.0;
+            r->reduced.error[b * e + a] = error;
         }
     }
 }
 
-static int svd(report_work *r, int n, double *A, double *left, double *right)
+/* out (c) = Z weights (e) */
+static void through(const report_work *r, int c, int e, const double *weights, double *out)
 {
-    if (mbsri_lapack_svd(n, A, r->values, left, right, r->work, r->lwork) == 0) return MBSR_OK;
-    return mbsri_fail(&r->w.d->error, MBSR_EIGEN_FAILED, MBSR_NONE, MBSR_NONE,
-                      "mbsr_index_report_create: singular values did not converge");
+    mbsri_zero((size_t)c, out);
+    for (int b = 0; b < e; ++b) {
+        for (int a = 0; a < c; ++a) out[a] += weights[b] * r->Z[b * c + a];
+    }
+    for (int a = 0; a < c; ++a) {
+        double size = 0.0;
+        for (int b = 0; b < e; ++b) size += fabs(weights[b] * r->Z[b * c + a]);
+        if (fabs(out[a]) <= 1e-12 * size) out[a] = 0.0;
+    }
 }
 
 /* Elastic and undetermined directions among those C does not see. */
 static int classify_rest(report_work *r, int c, int damped)
 {
     const int e = c - damped;
-    elastic_block(r, c, damped);
-    mbsri_scale_rows(e, r->S, r->C);
-    double *const scale = r->u; /* e numbers of scratch: e <= k <= nu */
-    mbsri_scale_columns(e, r->S, scale);
-    const int status = svd(r, e, r->S, r->C, r->S_right);
-    if (status) return status;
     for (int l = 0; l < e; ++l) {
-        const bool elastic = r->values[l] > rank_tolerance;
-        double *x = r->C; /* c numbers */
-        mbsri_zero((size_t)c, x);
-        for (int a = 0; a < e; ++a) {
-            const double weight = r->S_right[l * e + a] * scale[a];
-            for (int p = 0; p < c; ++p) x[p] += weight * r->right[(damped + a) * c + p];
-        }
-        add(r, c, x, elastic ? MBSR_DIRECTION_ELASTIC : MBSR_DIRECTION_UNDETERMINED);
+        mbsri_left_null(&r->reduced, l, r->Y + l * c, r->Y_error + l * c);
+        mbsri_right_null(&r->reduced, l, r->Z + l * c, r->Z_error + l * c);
     }
+    elastic_block(r, c, e);
+    mbsri_reduce(&r->reduced, e, MBSRI_LEAST_STIFFNESS);
+    const int elastic = r->reduced.rank;
+    int status = MBSR_OK;
+    for (int l = 0; l < e && !status; ++l) {
+        double *weights = r->values; /* e numbers */
+        if (l < elastic)
+            mbsri_row_space(&r->reduced, l, weights);
+        else
+            mbsri_right_null(&r->reduced, l - elastic, weights, NULL);
+        through(r, c, e, weights, r->x);
+        const double *sparse = l < elastic ? r->Z + r->reduced.pivot_column[l] * c : NULL;
+        status = add(r, c, r->x, sparse,
+                     l < elastic ? MBSR_DIRECTION_ELASTIC : MBSR_DIRECTION_UNDETERMINED);
+    }
+    return status;
+}
+
+/* The smallest of `rank` singular values of the scaled C over the largest. */
+static int condition(report_work *r, int c, int rank, mbsr_index_report *report)
+{
+    for (int b = 0; b < c; ++b) {
+        for (int a = 0; a < c; ++a) {
+            r->C[b * c + a] = r->reduced.rows[a] * r->reduced.columns[b] *
+                              r->w.C[r->member[b] * r->w.k + r->member[a]];
+        }
+    }
+    if (mbsri_lapack_svd(c, r->C, r->values, r->Y, r->Z, r->work, r->lwork) != 0) {
+        return mbsri_fail(&r->w.d->error, MBSR_EIGEN_FAILED, MBSR_NONE, MBSR_NONE,
+                          "mbsr_index_report_create: singular values did not converge");
+    }
+    report->conditioning = fmin(report->conditioning, r->values[rank - 1] / r->values[0]);
     return MBSR_OK;
 }
 
@@ -159,19 +280,22 @@ static int classify(report_work *r, int number, mbsr_index_report *report)
         if (r->component[l] == number) r->member[c++] = l;
     }
     for (int b = 0; b < c; ++b) {
-        for (int a = 0; a < c; ++a) r->C[b * c + a] = r->w.C[r->member[b] * k + r->member[a]];
+        for (int a = 0; a < c; ++a) {
+            const int at = r->member[b] * k + r->member[a];
+            r->reduced.A[b * c + a] = r->w.C[at];
+            r->reduced.error[b * c + a] = r->w.C_error[at];
+        }
     }
-    mbsri_scale_rows(c, r->C, r->rows);
-    mbsri_scale_columns(c, r->C, r->columns);
-    const int status = svd(r, c, r->C, r->left, r->right);
-    if (status) return status;
-    int damped = 0;
-    while (damped < c && r->values[damped] > rank_tolerance) ++damped;
-    if (damped > 0) {
-        report->conditioning = fmin(report->conditioning, r->values[damped - 1] / r->values[0]);
+    mbsri_reduce(&r->reduced, c, MBSRI_LEAST_DAMPING);
+    const int damped = r->reduced.rank;
+    int status = damped > 0 ? condition(r, c, damped, report) : MBSR_OK;
+    for (int l = 0; l < damped && !status; ++l) {
+        mbsri_row_space(&r->reduced, l, r->x);
+        mbsri_zero((size_t)c, r->sparse);
+        r->sparse[r->reduced.pivot_column[l]] = 1.0;
+        status = add(r, c, r->x, r->sparse, MBSR_DIRECTION_DAMPED);
     }
-    for (int l = 0; l < damped; ++l) add(r, c, r->right + l * c, MBSR_DIRECTION_DAMPED);
-    return damped < c ? classify_rest(r, c, damped) : MBSR_OK;
+    return !status && damped < c ? classify_rest(r, c, damped) : status;
 }
 
 /* All components; fills weights, kind, and the counts of the report. */
@@ -204,28 +328,48 @@ static int analyse(report_work *r, double t, const double *q, const double *u,
     return status;
 }
 
-/* Joint rates of found direction l, those below 1e-6 of the largest left out, the largest made 1.
- * Returns how many there are; writes them where term is not NULL. */
+/* Joint rates of found direction l, those below 1e-6 of the largest left out, a velocity compared
+ * with an angular rate times the typical length; the largest number made 1. Returns how many there
+ * are; writes them where term is not NULL. */
 static int list_terms(report_work *r, int l, mbsr_direction_term *term)
 {
     const mbsr_model *m = r->w.m;
-    mbsri_zero((size_t)m->nu, r->u);
-    mbsri_null_combine(&r->w, r->weights + (size_t)l * (size_t)r->w.k, r->u);
-    double largest = 0.0;
+    mbsri_null_mix(&r->w, r->w.direction, m->nu, r->weights + (size_t)l * (size_t)r->w.k, r->u);
+    double largest = 0.0, size = 0.0;
     for (int k = 0; k < m->nu; ++k) {
         if (fabs(r->u[k]) > fabs(largest)) largest = r->u[k];
+        size = fmax(size, fabs(r->u[k]) / r->w.span[k]);
     }
     int count = 0;
     for (int id = 0; id < m->bodies; ++id) {
         const mbsri_body *b = m->body + m->index[id];
         for (int k = 0; k < b->n; ++k) {
-            const double weight = r->u[b->u + k] / largest;
-            if (fabs(weight) < 1e-6) continue;
-            if (term) term[count] = (mbsr_direction_term){id, k, weight};
+            const double x = r->u[b->u + k];
+            if (fabs(x) / r->w.span[b->u + k] < 1e-6 * size && x != largest) continue;
+            if (term) term[count] = (mbsr_direction_term){id, k, x / largest};
             ++count;
         }
     }
     return count;
+}
+
+/* Ids of the elements that determine found direction l; written where
+ * force is not NULL. */
+static int list_forces(report_work *r, int l, int *force, int *count)
+{
+    const mbsr_model *m = r->w.m;
+    const mbsri_force *element = m->forces.data;
+    combine(r, r->weights + (size_t)l * (size_t)r->w.k);
+    *count = 0;
+    for (size_t k = 0; k < m->forces.count; ++k) {
+        bool determined;
+        const int status = determines(r, element + k, r->kind[l], &determined);
+        if (status) return status;
+        if (!determined) continue;
+        if (force) force[*count] = element[k].id;
+        ++*count;
+    }
+    return MBSR_OK;
 }
 
 /* Appends to a text of `size` bytes, or with text == NULL only counts. */
@@ -268,41 +412,71 @@ static void describe(const mbsr_model *m, const mbsr_direction *direction, char 
     append(text, size, used, "%sgive it inertia, a spring or a damper, or lock it", "", 0.0);
 }
 
-/* Everything in one block: report, directions, terms, text. */
+/* Terms and forces of all directions: how many. */
+static int count_all(report_work *r, size_t *terms, size_t *forces)
+{
+    *terms = *forces = 0;
+    for (int l = 0; l < r->found; ++l) {
+        int count;
+        *terms += (size_t)list_terms(r, l, NULL);
+        const int status = list_forces(r, l, NULL, &count);
+        if (status) return status;
+        *forces += (size_t)count;
+    }
+    return MBSR_OK;
+}
+
+/* The directions in their order, with their terms, forces and text. */
+static int write_directions(report_work *r, mbsr_direction *direction, mbsr_direction_term *term,
+                            int *force, char *line, size_t text)
+{
+    static const mbsr_direction_kind order[] = {MBSR_DIRECTION_UNDETERMINED, MBSR_DIRECTION_ELASTIC,
+                                                MBSR_DIRECTION_DAMPED};
+    size_t used = 0;
+    line[0] = '\0';
+    for (int pass = 0; pass < 3; ++pass) {
+        for (int l = 0; l < r->found; ++l) {
+            if (r->kind[l] != order[pass]) continue;
+            *direction = (mbsr_direction){r->kind[l], list_terms(r, l, term), term, 0, force};
+            const int status = list_forces(r, l, force, &direction->forces);
+            if (status) return status;
+            term += direction->terms;
+            force += direction->forces;
+            if (pass == 0) describe(r->w.m, direction, line, text, &used);
+            ++direction;
+        }
+    }
+    return MBSR_OK;
+}
+
+/* Everything in one block: report, directions, terms, forces, text. */
 static int assemble(report_work *r, mbsr_index_report result, mbsr_index_report **report)
 {
     const mbsr_model *m = r->w.m;
-    size_t terms = 0;
-    for (int l = 0; l < r->found; ++l) terms += (size_t)list_terms(r, l, NULL);
+    size_t terms, forces;
+    int status = count_all(r, &terms, &forces);
+    if (status) return status;
     /* a line of text names at most six bodies twice */
     const size_t text = (size_t)result.undetermined * (size_t)(8 * MBSRI_LABEL + 512) + 1;
     const size_t first = sizeof result + (size_t)r->found * sizeof(mbsr_direction);
-    mbsr_index_report *made =
-        mbsri_allocate(&m->allocator, first + terms * sizeof(mbsr_direction_term) + text);
+    mbsr_index_report *made = mbsri_allocate(
+        &m->allocator, first + terms * sizeof(mbsr_direction_term) + forces * sizeof(int) + text);
     if (!made) {
         return mbsri_fail(&r->w.d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                           "mbsr_index_report_create: no memory for %d directions", r->found);
     }
     mbsr_direction *direction = (mbsr_direction *)(void *)(made + 1);
     mbsr_direction_term *term = (mbsr_direction_term *)(void *)(direction + r->found);
-    char *line = (char *)(term + terms);
-    static const mbsr_direction_kind order[] = {MBSR_DIRECTION_UNDETERMINED, MBSR_DIRECTION_ELASTIC,
-                                                MBSR_DIRECTION_DAMPED};
-    size_t used = 0;
-    int count = 0;
-    line[0] = '\0';
-    for (int pass = 0; pass < 3; ++pass) {
-        for (int l = 0; l < r->found; ++l) {
-            if (r->kind[l] != order[pass]) continue;
-            direction[count] = (mbsr_direction){r->kind[l], list_terms(r, l, term), term};
-            term += direction[count].terms;
-            if (pass == 0) describe(m, direction + count, line, text, &used);
-            ++count;
-        }
-    }
+    int *force = (int *)(void *)(term + terms);
+    char *line = (char *)(force + forces);
     result.direction = direction;
     result.text = line;
     *made = result;
+    status = write_directions(r, direction, term, force, line, text);
+    if (status) {
+        mbsri_release(&m->allocator, made);
+        return status;
+    }
     *report = made;
     return MBSR_OK;
 }

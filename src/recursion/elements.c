@@ -170,6 +170,11 @@ int mbsri_body_elements(const mbsr_model *m, mbsr_data *d)
     return status;
 }
 
+int mbsri_add_element(const mbsr_model *m, mbsr_data *d, const mbsri_force *force)
+{
+    return visit(m, d, force, MBSRI_FORCES, NULL, NULL, NULL);
+}
+
 int mbsri_element_sum(const mbsr_model *m, mbsr_data *d, const mbsri_force *force,
                       mbsri_question ask, double *sum)
 {

@@ -18,6 +18,9 @@ int mbsri_weigh(const mbsr_model *m, mbsr_data *d, int i);
 /* Adds to f and tau what the others exert, gravity left out; reads p, V, M, q, u of the data. */
 int mbsri_body_elements(const mbsr_model *m, mbsr_data *d);
 
+/* Adds to f and tau what one element exerts, at the state of mbsri_velocities. */
+int mbsri_add_element(const mbsr_model *m, mbsr_data *d, const mbsri_force *force);
+
 /* Energy, or dissipated power, of an element, NULL: of all; at the state of mbsri_velocities. */
 typedef enum mbsri_question {
     MBSRI_FORCES,

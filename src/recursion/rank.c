@@ -172,6 +172,10 @@ int mbsri_rank_decision(const mbsr_model *m, mbsr_data *d, const mbsri_group *g)
     if (!isfinite(d->scale[i]) || !mbsri_finite((size_t)n * (size_t)n, X)) {
         return mbsri_report_not_finite(m, d, mbsri_body_label(m, i, label));
     }
+    /* rounding between joints that have nothing to do with each other would mix their null spaces */
+    for (int k = 0; k < n * n && g->members > 1; ++k) {
+        if (fabs(X[k]) <= 0.1 * tolerance) X[k] = 0.0;
+    }
     /* = X diag(lambda) X^T */
     if (n == 1) {
         lambda[0] = X[0];

@@ -1,0 +1,266 @@
+/* Slopes of single force elements in the directions that move no mass: see element_slopes.h.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * With the derivatives F_V, F_u, F_x, F_q of what an element exerts, f and tau, and the twist w_l and
+ * joint rates a_l of direction l,
+ *
+ *   C_kl += (w_k, a_k)^T (F_V w_l + F_u a_l)
+ *   S_kl += (w_k, a_k)^T (F_x w_l + F_V V'_l + F_q q'_l)
+ *
+ * where V'_l is the change of V along q'_l = G a_l with u held. Errors are those of rounding in
+ * these sums. */
+#include "massless/element_slopes.h"
+
+#include "algebra/dense.h"
+#include "algebra/differences.h"
+#include "algebra/numbers.h"
+#include "forces/columns.h"
+#include "massless/scales.h"
+#include "model/query.h"
+#include "recursion/elements.h"
+#include "recursion/kinematics.h"
+
+#include <float.h>
+#include <math.h>
+
+static const double rounding = 16.0 * DBL_EPSILON; /* of directions and products with them */
+
+/* An element whose derivatives stand for its law: its own, without M, of bodies whose pose changes
+ * with their twist. Those that act on every body are mostly weights, whose slopes cancel. */
+static bool usable(const mbsr_model *m, const mbsri_force *force)
+{
+    const mbsr_force_table *table = force->def.table;
+    if (!table->derivatives || table->flags & MBSR_FORCE_EVERY_BODY) return false;
+    if (table->flags & MBSR_FORCE_JOINT_ONLY) return true;
+    if (!(table->flags & MBSR_FORCE_NO_MASS)) return false;
+    for (int k = 0; k < force->def.bodies; ++k) {
+        const int i = m->list_index[force->list + (size_t)k];
+        if (i > 0 && m->body[i].joint.space == MBSR_SPACE_GENERAL) return false;
+    }
+    return true;
+}
+
+int mbsri_hold_elements(mbsri_null_space *w)
+{
+    const mbsr_model *m = w->m;
+    mbsr_data *d = w->d;
+    const mbsri_force *force = m->forces.data;
+    int status = MBSR_OK;
+    mbsri_zero((size_t)m->nu, d->tau);
+    mbsri_zero(m->size_v, d->f);
+    for (size_t k = 0; k < m->forces.count && !status; ++k) {
+        w->own[k] = usable(m, force + k);
+        if (w->own[k]) status = mbsri_add_element(m, d, force + k);
+    }
+    mbsri_copy((size_t)m->nu, d->tau, w->tau_held);
+    mbsri_copy(m->size_v, d->f, w->f_held);
+    d->stage = MBSRI_STAGE_VELOCITIES;
+    return status;
+}
+
+/* ---- motions ---- */
+
+/* Motion along a direction of what an element sees of it. */
+typedef struct motion {
+    const double *pose, *V, *q, *u; /* size_v, size_v, nq, nu in the caller's order; NULL: zero */
+} motion;
+
+/* y += K x and gross += |K| |x| over `count` columns from `at`. */
+static void add_columns(const mbsri_slopes *s, int at, int count, const double *x, double *y,
+                        double *gross)
+{
+    const int rows = s->out.rows;
+    for (int c = 0; c < count && x; ++c) {
+        const double *column = s->matrix + (size_t)(at + c) * (size_t)rows;
+        if (x[c] == 0.0) continue;
+        for (int r = 0; r < rows; ++r) {
+            y[r] += column[r] * x[c];
+            gross[r] += fabs(column[r] * x[c]);
+        }
+    }
+}
+
+/* Bodies of the element whose derivatives were taken last: number k of the call. */
+static int body_of(const mbsri_null_space *w, int k)
+{
+    return mbsri_index(w->m, w->d->force_bodies[k].id);
+}
+
+/* Change of the forces (rows) with a motion; false where the element does not move. */
+static bool react(const mbsri_null_space *w, int bodies, motion x, double *y, double *gross)
+{
+    const mbsri_slopes *s = &w->slope;
+    mbsri_zero((size_t)s->out.rows, y);
+    mbsri_zero((size_t)s->out.rows, gross);
+    for (int k = 0; k < bodies; ++k) {
+        const mbsr_force_body *body = w->d->force_bodies + k;
+        if (s->row[k] < 0) continue;
+        const mbsri_body *b = w->m->body + body_of(w, k);
+        const int at = s->column[k];
+        const bool twisted = x.pose && mbsri_pose_size(b) == b->d;
+        add_columns(s, at, mbsri_pose_size(b), twisted ? x.pose + b->v : NULL, y, gross);
+        add_columns(s, mbsri_V_column(body, at), b->d, x.V ? x.V + b->v : NULL, y, gross);
+        add_columns(s, mbsri_q_column(body, at), b->nq, x.q ? x.q + b->q : NULL, y, gross);
+        add_columns(s, mbsri_u_column(body, at), b->n, x.u ? x.u + b->u : NULL, y, gross);
+    }
+    for (int r = 0; r < s->out.rows; ++r) {
+        if (gross[r] > 0.0) return true;
+    }
+    return false;
+}
+
+/* Power of forces y (rows) along a direction, and the sum of the sizes of its terms. */
+static double power(const mbsri_null_space *w, int bodies, const double *a, const double *twist,
+                    const double *y, const double *gross, double *size)
+{
+    const mbsri_slopes *s = &w->slope;
+    double sum = 0.0;
+    *size = 0.0;
+    for (int k = 0; k < bodies; ++k) {
+        if (s->row[k] < 0) continue;
+        const mbsri_body *b = w->m->body + body_of(w, k);
+        const double *const part[] = {twist + b->v, a + b->u};
+        const int count[] = {b->d, b->n}, from[] = {s->row[k], s->row[k] + b->d};
+        for (int p = 0; p < 2; ++p) {
+            for (int r = 0; r < count[p]; ++r) {
+                sum += part[p][r] * y[from[p] + r];
+                *size += fabs(part[p][r]) * gross[from[p] + r];
+            }
+        }
+    }
+    return sum;
+}
+
+/* ---- the slopes ---- */
+
+/* Directions that move some body of the element, into w->moving. */
+static int find_moving(mbsri_null_space *w, int bodies)
+{
+    const mbsr_model *m = w->m;
+    int count = 0;
+    for (int l = 0; l < w->k; ++l) {
+        bool moves = false;
+        for (int k = 0; k < bodies && !moves; ++k) {
+            if (w->slope.row[k] < 0) continue;
+            const mbsri_body *b = m->body + body_of(w, k);
+            moves = mbsri_largest(b->d, w->twist + (size_t)l * m->size_v + b->v) > 0.0 ||
+                    mbsri_largest(b->n, w->direction + (size_t)l * (size_t)m->nu + b->u) > 0.0;
+        }
+        if (moves) w->moving[count++] = l;
+    }
+    return count;
+}
+
+/* Column l of A and its errors: the reaction y in all moving directions. */
+static void add_column(mbsri_null_space *w, int bodies, int moving, int l, const double *y,
+                       const double *gross, double *A, double *error)
+{
+    const mbsr_model *m = w->m;
+    for (int n = 0; n < moving; ++n) {
+        const size_t k = (size_t)w->moving[n], at = (size_t)l * (size_t)w->k + k;
+        double size;
+        A[at] += power(w, bodies, w->direction + k * (size_t)m->nu, w->twist + k * m->size_v, y,
+                       gross, &size);
+        error[at] += rounding * size;
+    }
+}
+
+static int add_element(mbsri_null_space *w, const mbsri_force *force)
+{
+    const mbsr_model *m = w->m;
+    const int status = mbsri_force_slopes(m, w->d, force, 0, &w->slope);
+    if (status) return status;
+    const int bodies = force->def.bodies, moving = find_moving(w, bodies);
+    double *y = w->reaction, *gross = y + w->slope.out.rows;
+    for (int n = 0; n < moving; ++n) {
+        const size_t l = (size_t)w->moving[n];
+        const double *a = w->direction + l * (size_t)m->nu, *twist = w->twist + l * m->size_v;
+        const motion rate = {.V = twist, .u = a}, shift = {.pose = twist,
+                                                           .V = w->V_rate + l * m->size_v,
+                                                           .q = w->q_rate + l * (size_t)m->nq};
+        if (react(w, bodies, rate, y, gross))
+            add_column(w, bodies, moving, (int)l, y, gross, w->C, w->C_error);
+        if (react(w, bodies, shift, y, gross))
+            add_column(w, bodies, moving, (int)l, y, gross, w->S, w->S_error);
+    }
+    return MBSR_OK;
+}
+
+/* V' of one direction by differences; what may be rounding is zero. */
+static int velocity_change(mbsri_null_space *w, double t, const double *q, const double *u, int l)
+{
+    const mbsr_model *m = w->m;
+    const double *rate = w->q_rate + (size_t)l * (size_t)m->nq;
+    double *change = w->V_rate + (size_t)l * m->size_v;
+    const double h = 1e-3 * mbsri_unit_step(m->nq, rate, q, w->q_scale);
+    mbsri_zero(m->size_v, change);
+    int status = MBSR_OK;
+    for (int k = 0; k < 4 && !status; ++k) {
+        for (int c = 0; c < m->nq; ++c) w->q[c] = q[c] + mbsri_difference_place(k) * h * rate[c];
+        status = mbsri_positions(m, w->d, t, w->q);
+        if (!status) status = mbsri_velocities(m, w->d, u);
+        for (size_t c = 0; c < m->size_v; ++c)
+            change[c] += mbsri_difference_weight(k) / (12.0 * h) * w->d->V[c];
+    }
+    for (int i = 1; i <= m->bodies; ++i) {
+        const mbsri_body *b = m->body + i;
+        const double size = mbsri_largest(b->d, w->d->V + b->v) / h;
+        for (size_t c = b->v; c < b->v + (size_t)b->d; ++c) {
+            if (fabs(change[c]) <= 10.0 * rounding * size) change[c] = 0.0;
+        }
+    }
+    return status;
+}
+
+int mbsri_element_slopes(mbsri_null_space *w, double t, const double *q, const double *u)
+{
+    const mbsr_model *m = w->m;
+    const mbsri_force *force = m->forces.data;
+    int status = MBSR_OK;
+    for (int l = 0; l < w->k && !status; ++l) status = velocity_change(w, t, q, u, l);
+    if (!status) status = mbsri_positions(m, w->d, t, q);
+    if (!status) status = mbsri_velocities(m, w->d, u);
+    for (size_t k = 0; k < m->forces.count && !status; ++k) {
+        if (w->own[k]) status = add_element(w, force + k);
+    }
+    return status;
+}
+
+/* ---- which elements ---- */
+
+/* Whether body i, 0: the root, takes part in a motion. */
+static bool takes_part(const mbsri_null_space *w, int i, const double *a, const double *twist)
+{
+    const mbsri_body *b = w->m->body + i;
+    return i > 0 &&
+           (mbsri_largest(b->d, twist + b->v) > 0.0 || mbsri_largest(b->n, a + b->u) > 0.0);
+}
+
+static bool element_moves(const mbsri_null_space *w, const mbsri_force *force, int every,
+                          const double *a, const double *twist)
+{
+    if (every > 0) return takes_part(w, every, a, twist);
+    for (int k = 0; k < force->def.bodies; ++k) {
+        if (takes_part(w, w->m->list_index[force->list + (size_t)k], a, twist)) return true;
+    }
+    return false;
+}
+
+int mbsri_element_resists(mbsri_null_space *w, const mbsri_force *force, const double *a,
+                          const double *twist, const double *q_rate, bool velocity, bool *resists)
+{
+    const mbsr_model *m = w->m;
+    const bool every = (force->def.table->flags & MBSR_FORCE_EVERY_BODY) != 0;
+    const motion x = velocity ? (motion){.V = twist, .u = a} : (motion){.pose = twist, .q = q_rate};
+    *resists = false;
+    for (int i = 1; i <= (every ? m->bodies : 1) && !*resists; ++i) {
+        if (!element_moves(w, force, every ? i : 0, a, twist)) continue;
+        const int status = mbsri_force_slopes(m, w->d, force, i, &w->slope);
+        if (status) return status;
+        const int bodies = every ? 1 : force->def.bodies, rows = w->slope.out.rows;
+        double *y = w->reaction, *gross = y + rows;
+        if (!react(w, bodies, x, y, gross)) continue;
+        for (int r = 0; r < rows; ++r) *resists = *resists || fabs(y[r]) > 1e-9 * gross[r];
+    }
+    return MBSR_OK;
+}

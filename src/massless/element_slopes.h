@@ -1,0 +1,22 @@
+/* Slopes of single force elements in the directions that move no mass.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRI_ELEMENT_SLOPES_H
+#define MBSRI_ELEMENT_SLOPES_H
+
+#include "massless/null_space.h"
+
+/* Finds which elements have derivatives of their own that can be used here, w->own, and keeps their
+ * forces at the state, f_held and tau_held: the data is at mbsri_velocities. */
+int mbsri_hold_elements(mbsri_null_space *w);
+
+/* Adds to C, S and their errors what these elements contribute at a state, in closed form. q_rate
+ * is that of the directions. Leaves the data at mbsri_velocities of the state. */
+int mbsri_element_slopes(mbsri_null_space *w, double t, const double *q, const double *u);
+
+/* Whether an element's forces change along a direction a (nu) with its twist (size_v) and q' (nq):
+ * with the rates (velocity), or with the positions. The data is at mbsri_velocities of the state;
+ * V_rate (size_v) is the change of V along the direction. */
+int mbsri_element_resists(mbsri_null_space *w, const mbsri_force *force, const double *a,
+                          const double *twist, const double *q_rate, bool velocity, bool *resists);
+
+#endif

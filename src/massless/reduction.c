@@ -1,0 +1,150 @@
+/* Rank and null spaces of a matrix whose entries have errors: see reduction.h.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "massless/reduction.h"
+
+#include "algebra/dense.h"
+#include "algebra/numbers.h"
+
+#include <float.h>
+#include <math.h>
+
+static const double clear = 10.0; /* how many times its error an entry has to be */
+
+size_t mbsri_reduction_size(int n)
+{
+    const size_t count = (size_t)n;
+    return (4 * count * count + 2 * count) * sizeof(double) + 2 * count * sizeof(int) +
+           2 * count * sizeof(bool);
+}
+
+void mbsri_reduction_place(mbsri_reduction *r, int n, void *memory)
+{
+    const size_t count = (size_t)n;
+    r->A = memory;
+    r->error = r->A + 2 * count * count;
+    r->rows = r->error + 2 * count * count;
+    r->columns = r->rows + count;
+    r->pivot_row = (int *)(void *)(r->columns + count);
+    r->pivot_column = r->pivot_row + count;
+    r->row_taken = (bool *)(void *)(r->pivot_column + count);
+    r->column_taken = r->row_taken + count;
+}
+
+/* Rows, then columns of A to largest entries 1, and the errors likewise; beside it the unit
+ * matrix. */
+static void prepare(mbsri_reduction *r, int n)
+{
+    r->n = n;
+    r->rank = 0;
+    for (int i = 0; i < n; ++i) {
+        double size = 0.0;
+        for (int j = 0; j < n; ++j) size = fmax(size, fabs(r->A[j * n + i]));
+        r->rows[i] = size > 0.0 ? 1.0 / size : 1.0;
+        r->row_taken[i] = r->column_taken[i] = false;
+    }
+    for (int j = 0; j < n; ++j) {
+        double *a = r->A + j * n, *e = r->error + j * n;
+        for (int i = 0; i < n; ++i) a[i] *= r->rows[i], e[i] *= r->rows[i];
+        const double size = mbsri_largest(n, a);
+        r->columns[j] = size > 0.0 ? 1.0 / size : 1.0;
+        for (int i = 0; i < n; ++i) a[i] *= r->columns[j], e[i] *= r->columns[j];
+    }
+    mbsri_zero((size_t)n * (size_t)n, r->A + n * n);
+    mbsri_zero((size_t)n * (size_t)n, r->error + n * n);
+    for (int i = 0; i < n; ++i) r->A[(n + i) * n + i] = 1.0;
+}
+
+/* The largest entry that is not error; of equal ones the last. */
+static bool find_pivot(const mbsri_reduction *r, int *row, int *column)
+{
+    double largest = 0.0;
+    for (int j = 0; j < r->n; ++j) {
+        for (int i = 0; i < r->n && !r->column_taken[j]; ++i) {
+            const double size = fabs(r->A[j * r->n + i]);
+            if (r->row_taken[i] || size == 0.0 || size < (1.0 - 1e-9) * largest) continue;
+            largest = size;
+            *row = i;
+            *column = j;
+        }
+    }
+    return largest > 0.0;
+}
+
+/* Row i less `factor` times row p, with the error of the factor. */
+static void subtract(mbsri_reduction *r, int i, int p, double factor, double doubt, double small)
+{
+    const int n = r->n;
+    for (int j = 0; j < 2 * n; ++j) {
+        if (j < n && r->column_taken[j]) continue;
+        double *a = r->A + j * n, *e = r->error + j * n;
+        const double part = factor * a[p], size = fabs(a[i]) + fabs(part);
+        if (part == 0.0 && e[p] == 0.0) continue;
+        a[i] -= part;
+        e[i] += fabs(factor) * e[p] + doubt * fabs(a[p]) + DBL_EPSILON * size;
+        if (fabs(a[i]) <= fmax(clear * e[i], small * size)) a[i] = 0.0;
+    }
+}
+
+void mbsri_reduce(mbsri_reduction *r, int n, double small)
+{
+    int p = 0, c = 0;
+    prepare(r, n);
+    while (find_pivot(r, &p, &c)) {
+        double *a = r->A + c * n, *e = r->error + c * n;
+        const double pivot = a[p], share = e[p] / fabs(pivot);
+        r->row_taken[p] = r->column_taken[c] = true;
+        r->pivot_row[r->rank] = p;
+        r->pivot_column[r->rank++] = c;
+        for (int j = 0; j < 2 * n; ++j) {
+            double *x = r->A + j * n + p, *x_error = r->error + j * n + p;
+            *x /= pivot;
+            *x_error = *x_error / fabs(pivot) + share * fabs(*x);
+        }
+        for (int i = 0; i < n; ++i) {
+            if (i == p || a[i] == 0.0) continue;
+            subtract(r, i, p, a[i], e[i], small);
+            a[i] = 0.0;
+        }
+    }
+}
+
+/* Number l of the rows or columns that are not taken. */
+static int free_place(const mbsri_reduction *r, const bool *taken, int l)
+{
+    int at = 0;
+    for (; at < r->n; ++at) {
+        if (!taken[at] && l-- == 0) break;
+    }
+    return at;
+}
+
+void mbsri_right_null(const mbsri_reduction *r, int l, double *z, double *error)
+{
+    const int n = r->n, j = free_place(r, r->column_taken, l);
+    mbsri_zero((size_t)n, z);
+    if (error) mbsri_zero((size_t)n, error);
+    z[j] = r->columns[j];
+    for (int k = 0; k < r->rank; ++k) {
+        const int at = j * n + r->pivot_row[k], c = r->pivot_column[k];
+        z[c] = -r->A[at] * r->columns[c];
+        if (error) error[c] = r->error[at] * r->columns[c];
+    }
+}
+
+void mbsri_left_null(const mbsri_reduction *r, int l, double *y, double *error)
+{
+    const int n = r->n, i = free_place(r, r->row_taken, l);
+    for (int k = 0; k < n; ++k) {
+        y[k] = r->A[(n + k) * n + i] * r->rows[k];
+        if (error) error[k] = r->error[(n + k) * n + i] * r->rows[k];
+    }
+}
+
+void mbsri_row_space(const mbsri_reduction *r, int l, double *rho)
+{
+    const int n = r->n;
+    for (int j = 0; j < n; ++j) {
+        rho[j] = r->column_taken[j] ? 0.0 : r->A[j * n + r->pivot_row[l]] * r->columns[j];
+    }
+    rho[r->pivot_column[l]] = r->columns[r->pivot_column[l]];
+}

@@ -1,0 +1,155 @@
+/* Typical sizes of coordinates and of their rates: see scales.h.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "massless/scales.h"
+
+#include <math.h>
+
+enum { MOST_KINDS = 64 };
+
+/* Places of the translations among p, and among V. */
+static bool places(mbsr_space space, int *at, int *V, int *count)
+{
+    switch (space) {
+    case MBSR_SPACE_SPATIAL: *at = MBSR_POSE_X, *V = 3, *count = 3; return true;
+    case MBSR_SPACE_PLANAR:
+    case MBSR_SPACE_POINT: *at = *V = 0, *count = 2; return true;
+    default: return false;
+    }
+}
+
+/* Distance of body i's origin from the predecessor's; its centre of mass and radius of gyration,
+ * from M = [J, m cx; -m cx, m] or the like. */
+static double body_length(const mbsr_model *m, const mbsr_data *d, int i)
+{
+    const mbsri_body *b = m->body + i;
+    const double *M = d->M + b->dd;
+    int at, V, count, at_pred, V_pred, count_pred;
+    double largest = 0.0;
+    if (!places(b->joint.space, &at, &V, &count)) return 0.0;
+    if (places(b->pred_space, &at_pred, &V_pred, &count_pred)) {
+        for (int k = 0; k < count && k < count_pred; ++k)
+            largest = fmax(largest, fabs(d->p[b->p + (size_t)(at + k)] -
+                                         d->p[b->pred_p + (size_t)(at_pred + k)]));
+    }
+    const double mass = M[(V + 1) * b->d + V + 1];
+    for (int k = 0; k < b->d && mass > 0.0; ++k) {
+        if (k >= V && k < V + count) continue;
+        largest = fmax(largest, sqrt(fabs(M[k * b->d + k]) / mass));
+    }
+    return largest;
+}
+
+/* force / mass of body i, along its translations. */
+static double body_acceleration(const mbsr_model *m, const mbsr_data *d, int i)
+{
+    const mbsri_body *b = m->body + i;
+    int at, V, count;
+    double largest = 0.0;
+    if (!places(b->joint.space, &at, &V, &count)) return 0.0;
+    for (int k = V; k < V + count && k < b->d; ++k) {
+        const double mass = d->M[b->dd + (size_t)(k * b->d + k)];
+        if (mass > 0.0) largest = fmax(largest, fabs(d->f[b->v + (size_t)k]) / mass);
+    }
+    return largest;
+}
+
+/* Kinds of the coordinates of body i. */
+static void kinds_of(const mbsr_model *m, int i, mbsr_coordinate_kind *q, mbsr_coordinate_kind *u)
+{
+    const mbsri_body *b = m->body + i;
+    for (int k = 0; k < MOST_KINDS; ++k) q[k] = u[k] = MBSR_COORDINATE_OTHER;
+    if (b->nq <= MOST_KINDS && b->n <= MOST_KINDS) mbsr_body_coordinate_kinds(m, b->id, q, u);
+}
+
+/* Largest of the coordinates x of one kind. */
+static double largest_of(int n, const double *x, const mbsr_coordinate_kind *kind,
+                         mbsr_coordinate_kind wanted)
+{
+    double largest = 0.0;
+    for (int k = 0; k < n && k < MOST_KINDS; ++k) {
+        if (kind[k] == wanted) largest = fmax(largest, fabs(x[k]));
+    }
+    return largest;
+}
+
+static void fill(int n, const mbsr_coordinate_kind *kind, double rotation, double translation,
+                 double *scale)
+{
+    for (int k = 0; k < n; ++k) {
+        const mbsr_coordinate_kind now = k < MOST_KINDS ? kind[k] : MBSR_COORDINATE_OTHER;
+        scale[k] = now == MBSR_COORDINATE_ROTATION      ? rotation
+                   : now == MBSR_COORDINATE_TRANSLATION ? translation
+                                                        : 1.0;
+    }
+}
+
+void mbsri_null_scales(mbsri_null_space *w, const double *q, const double *u)
+{
+    const mbsr_model *m = w->m;
+    mbsr_coordinate_kind kq[MOST_KINDS], ku[MOST_KINDS];
+    double length = 0.0, spin = 0.0, speed = 0.0, acceleration = 0.0;
+    for (int i = 1; i <= m->bodies; ++i) {
+        const mbsri_body *b = m->body + i;
+        kinds_of(m, i, kq, ku);
+        length = fmax(length, body_length(m, w->d, i));
+        length = fmax(length, largest_of(b->nq, q + b->q, kq, MBSR_COORDINATE_TRANSLATION));
+        spin = fmax(spin, largest_of(b->n, u + b->u, ku, MBSR_COORDINATE_ROTATION));
+        speed = fmax(speed, largest_of(b->n, u + b->u, ku, MBSR_COORDINATE_TRANSLATION));
+        acceleration = fmax(acceleration, body_acceleration(m, w->d, i));
+    }
+    w->size = length > 1e-12 ? length : 1.0; /* less is what rounding leaves of zero */
+    w->rate_of_tree = fmax(spin, fmax(speed / w->size, sqrt(acceleration / w->size)));
+    if (!(w->rate_of_tree > 1e-6) || !isfinite(w->rate_of_tree)) w->rate_of_tree = 0.0;
+    const double turning = w->rate_of_tree > 0.0 ? w->rate_of_tree : 1.0,
+                 moving = w->rate_of_tree > 0.0 ? w->size * w->rate_of_tree : 1.0;
+    for (int i = 1; i <= m->bodies; ++i) {
+        const mbsri_body *b = m->body + i;
+        kinds_of(m, i, kq, ku);
+        fill(b->nq, kq, 1.0, w->size, w->q_scale + b->q);
+        fill(b->n, ku, turning, moving, w->u_scale + b->u);
+        fill(b->n, ku, 1.0, w->size, w->span + b->u);
+    }
+}
+
+/* What velocity coordinate c of body b is compared with: the typical length, or 1. */
+static double twist_span(const mbsri_null_space *w, const mbsri_body *b, int c)
+{
+    int at, V, count;
+    const bool known = places(b->joint.space, &at, &V, &count);
+    return known && c >= V && c < V + count ? w->size : 1.0;
+}
+
+/* Largest entry of direction l and its twist; entries up to `least` become zero. */
+static double sift(mbsri_null_space *w, int l, double least)
+{
+    const mbsr_model *m = w->m;
+    double *a = w->direction + (size_t)l * (size_t)m->nu, *twist = w->twist + (size_t)l * m->size_v,
+           largest = 0.0;
+    for (int k = 0; k < m->nu; ++k) {
+        const double size = fabs(a[k]) / w->span[k];
+        if (size <= least) a[k] = 0.0;
+        largest = fmax(largest, size);
+    }
+    for (int i = 1; i <= m->bodies; ++i) {
+        const mbsri_body *b = m->body + i;
+        for (int c = 0; c < b->d; ++c) {
+            double *x = twist + b->v + (size_t)c;
+            const double size = fabs(*x) / twist_span(w, b, c);
+            if (size <= least) *x = 0.0;
+            largest = fmax(largest, size);
+        }
+    }
+    return largest;
+}
+
+void mbsri_null_clean(mbsri_null_space *w)
+{
+    for (int l = 0; l < w->k; ++l) (void)sift(w, l, 1e-12 * sift(w, l, 0.0));
+}
+
+double mbsri_unit_step(int n, const double *x, const double *y, const double *scale)
+{
+    double unit = INFINITY;
+    for (int k = 0; k < n; ++k) unit = fmin(unit, fmax(scale[k], fabs(y[k])) / fabs(x[k]));
+    return isfinite(unit) && unit > 0.0 ? unit : 1.0;
+}
