@@ -14,7 +14,7 @@
 #include <stdbool.h>
 #include <stdlib.h>
 
-#define TREES test_seeds(16, 80)
+#define TREES test_seeds(16, 60)
 
 /* ---- one tree ---- */
 
