@@ -21,6 +21,10 @@
  *   W_i = Diag(Mbar_i) + sum_j H_j^T E_j H_j
  *   E_j = Diag(Mbar_j) + Diag(G_j Diag(J_j^T Diag(Mbar_j) J_j) G_j^T) + P_j^T W_j P_j
  *
+ * Turning the tensor of a body into the world's axes leaves errors of the size of its trace in all of
+ * its moments. About an axis with next to no moment of its own Diag does not show them; so the traces
+ * are added up beside W (`turned`), as if no joint took any of them, for the decision alone.
+ *
  * Where D_j has several rows but not full rank its eigenvalues are wrong by the largest of them,
  * lambda_1 S^-2, which then takes the place of J^T Diag(Mbar) J if it is larger. */
 #include "recursion/backward.h"
@@ -158,6 +162,7 @@ void mbsri_pass_masses(const mbsr_model *m, mbsr_data *d, int i)
     const mbsri_body *b = m->body + i;
     const double *H = d->H + b->dp;
     if (b->d_pred == 0) return;
+    d->turned[b->parent] += d->turned[i];
     const size_t dm = (size_t)m->max_d * (size_t)m->max_d;
     double *T = d->scratch, *E = T + dm, *Q = E + dm, *JQ = Q + dm, *product = JQ + dm;
     if (!mbsri_heads(m, d, i)) {
@@ -177,6 +182,11 @@ void mbsri_pass_masses(const mbsr_model *m, mbsr_data *d, int i)
     mbsri_congruence(b->d, b->d_pred, H, E, d->W + b->pred_dd, product);
 }
 
+double mbsri_own_turned(const mbsri_body *b, const double *M)
+{
+    return b->joint.space == MBSR_SPACE_SPATIAL ? M[0] + M[7] + M[14] : 0.0;
+}
+
 int mbsri_eliminate_joint(const mbsr_model *m, mbsr_data *d, int i)
 {
     const mbsri_body *b = m->body + i;
@@ -194,6 +204,8 @@ static int masses(const mbsr_model *m, mbsr_data *d)
     mbsri_zero((size_t)m->root.d * (size_t)m->root.d, d->M);
     mbsri_copy(m->size_dd, d->M, d->Mbar);
     mbsri_zero(m->size_dd, d->W);
+    for (int i = 0; i <= m->bodies; ++i)
+        d->turned[i] = mbsri_own_turned(m->body + i, d->M + m->body[i].dd);
     for (int i = m->bodies; i >= 1; --i) {
         int status = mbsri_eliminate_joint(m, d, i);
         if (!status && mbsri_heads(m, d, i)) status = mbsri_rank_watched(m, d, i);

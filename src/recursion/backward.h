@@ -16,6 +16,10 @@ int mbsri_eliminate_joint(const mbsr_model *m, mbsr_data *d, int i);
 void mbsri_load_joint(const mbsr_model *m, mbsr_data *d, int i);
 void mbsri_pass_masses(const mbsr_model *m, mbsr_data *d, int i);
 
+/* What turning the tensor of a body in space into the world's axes may be wrong by, in units of the
+ * machine precision: its trace, kg m^2. Starts `turned` of the body. */
+double mbsri_own_turned(const mbsri_body *b, const double *M);
+
 /* After it: again, with the groups of joints taken apart that are not coupled (group.h), as the Newton
  * systems eliminate them; the stage then counts as not run. */
 int mbsri_backward_apart(const mbsr_model *m, mbsr_data *d);

@@ -38,6 +38,7 @@
     ARRAY(U, m->size_dg)        /* d x n      Mbar J                                backward */    \
     ARRAY(G, m->size_dg)        /* d x n      Mbar J D^+                            backward */    \
     ARRAY(e, m->nu)             /* n          tau - J^T (fbar + Mbar kII)           backward */    \
+    ARRAY(turned, (size_t)m->bodies + 1) /* 1 moments of inertia that were turned   backward */    \
     ARRAY(scale, (size_t)m->bodies + 1) /* 1  largest entry of diag(J^T W J)        backward */    \
     ARRAY(A, m->size_v)         /* d          acceleration (9), its known part      inverse */     \
     ARRAY(Az, m->size_v)        /* d          part of null accelerations            forward */     \

@@ -67,6 +67,41 @@ static double equilibrate_group(const mbsr_model *m, const mbsr_data *d, const m
     return largest;
 }
 
+/* The largest part of errors in a row of S D S that turned tensors may have (backward.c), S with W as
+ * 1; `strict` (n) gets the S for which it is 1. */
+static double turned_noise(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g,
+                           double *strict)
+{
+    double largest = 0.0;
+    for (int k = 0; k < g->members; ++k) {
+        const mbsri_body *b = m->body + g->member[k];
+        for (int l = 0; l < b->n; ++l) {
+            const double *J = d->J + b->dn + (size_t)(l * b->d), s = d->s[b->ig + l];
+            double part = 0.0;
+            for (int r = 0; r < 3 && b->joint.space == MBSR_SPACE_SPATIAL; ++r) part += J[r] * J[r];
+            part *= d->turned[g->member[k]] * s * s;
+            strict[b->ig - g->ig + l] = s / sqrt(1.0 + part);
+            largest = fmax(largest, part);
+        }
+    }
+    return largest;
+}
+
+/* How many eigenvalues of S D S are above the tolerance; A: n x n of scratch, then work. */
+static int count_above(const mbsr_model *m, int n, const double *D, const double *s,
+                       double tolerance, double *A)
+{
+    double *lambda = A + n * n, *work = lambda + n;
+    for (int j = 0; j < n; ++j) {
+        for (int k = 0; k < n; ++k) A[j * n + k] = s[j] * D[j * n + k] * s[k];
+    }
+    const int info =
+        n <= 3 ? mbsri_jacobi(n, A, lambda) : mbsri_lapack_syev(n, A, lambda, work, m->lapack_work);
+    int count = 0;
+    for (int k = 0; k < n && info == 0; ++k) count += lambda[k] > tolerance;
+    return info == 0 ? count : n;
+}
+
 /* Shares the rank of the group among its joints, as elimination from the last to the first would
  * find it: A (n x n) is S D S and gets lost. */
 static void share_rank(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, int rank,
@@ -191,7 +226,9 @@ int mbsri_rank_decision(const mbsr_model *m, mbsr_data *d, const mbsri_group *g)
         }
         if (!small) reverse(n, X, lambda);
     }
-    if (lambda[n - 1] < -tolerance) {
+    double *strict = d->scratch;
+    const double turned = turned_noise(m, d, g, strict);
+    if (lambda[n - 1] < -tolerance * (1.0 + turned)) {
         return mbsri_fail(
             &d->error, MBSR_INDEFINITE_MASS, b->id, MBSR_NONE,
             "%s: the mass on its joint is indefinite at t = %g (scaled eigenvalue %g)",
@@ -199,6 +236,10 @@ int mbsri_rank_decision(const mbsr_model *m, mbsr_data *d, const mbsri_group *g)
     }
     int rank = 0;
     while (rank < n && lambda[rank] > tolerance) ++rank;
+    if (turned > 100.0 && rank > 0) {
+        const int sure = count_above(m, n, D, strict, tolerance, strict + n);
+        if (sure < rank) rank = sure;
+    }
     d->rank[i] = rank;
     if (g->members > 1) {
         d->rank[i] = 0;

@@ -132,6 +132,7 @@ MBSRI_INLINE bool pass_body(const mbsri_sweep_run *run, int i, bool exact, bool 
     if (flags & MBSRI_BRANCHES) add(--at->top, c);
     if (exact && flags & MBSRI_BRANCHES) add(--at->noise_top, W);
     if (!(flags & MBSRI_MASSLESS)) add_own(b, run->state + i, c);
+    if (exact && !(flags & MBSRI_PLANE)) W->spread += b->I[0] + b->I[5] + b->I[10];
     if (flags & MBSRI_LOADED) {
         c->L -= load(run->load[i].L);
         c->p -= load(run->load[i].p);

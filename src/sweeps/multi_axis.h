@@ -163,7 +163,8 @@ static bool multi_judge(const mbsri_sweep_run *run, int i, const mbsri_carry *c,
     add_to_diagonal(own, W);
     for (int k = 0; k < n; ++k) {
         apply(W, multi->S[k], Q[k]);
-        const double noise = product(multi->S[k], Q[k]);
+        const double *S = multi->S[k], turn = S[0] * S[0] + S[1] * S[1] + S[2] * S[2],
+                     noise = product(S, Q[k]) + turn * W->spread;
         scale[k] = noise > 0.0 ? 1.0 / sqrt(noise) : 1.0;
     }
     for (int k = 0; k < n; ++k) {

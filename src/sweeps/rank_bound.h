@@ -106,7 +106,7 @@ MBSRI_INLINE bool certify(const mbsri_sweep_run *run, int i, blocks *c, joint *j
     return true;
 }
 
-/* Rank by W, and E = Diag(Mbar) + Diag(G S^T Diag(Mbar) S G^T) + P^T W P, P = 1 - S G^T, in its
+/* Rank by W, and by what turned tensors add to the errors (W->spread), and E = Diag(Mbar) + Diag(G S^T Diag(Mbar) S G^T) + P^T W P, P = 1 - S G^T, in its
  * place (recursion/backward.c). False: Mbar is indefinite. */
 MBSRI_INLINE bool judge(const mbsri_sweep_run *run, int i, const blocks *c, joint *j, blocks *W)
 {
@@ -116,7 +116,8 @@ MBSRI_INLINE bool judge(const mbsri_sweep_run *run, int i, const blocks *c, join
     add_diagonal(diagonal(c->M), W->M);
     times_axis(b, W, j->Z, &Q_L, &Q_p);
     const double noise = along_axis(b, j->Z, Q_L, Q_p), least = least_noise(b, c, j->Z),
-                 tolerance = run->model->rank_tolerance * noise;
+                 turned = b->flags & MBSRI_TURNS ? W->spread : 0.0,
+                 tolerance = run->model->rank_tolerance * (noise + turned);
     if (j->D < -tolerance) return false;
     if (j->D > tolerance) j->Dinv = 1.0 / j->D;
     const v4 g_L = j->U_L * splat(j->Dinv), g_p = j->U_p * splat(j->Dinv);
