@@ -139,7 +139,7 @@ typedef struct run_counts {
 } run_counts;
 
 enum { RUN_MOST_REPEATS = 16 };
-#define RUN_REPEATS test_seeds(4, RUN_MOST_REPEATS)
+#define RUN_REPEATS (test_long() ? RUN_MOST_REPEATS : test_seeds(4, 8))
 static const mbsr_ida_solver run_solvers[2] = {MBSR_IDA_DENSE, MBSR_IDA_AUTO};
 
 /* The tolerance of repetition k. */

@@ -14,7 +14,7 @@
 #include <stdbool.h>
 #include <stdlib.h>
 
-#define TREES test_seeds(16, 60)
+#define TREES (test_long() ? 80 : test_seeds(16, 40))
 
 /* ---- one tree ---- */
 
