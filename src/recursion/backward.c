@@ -68,14 +68,7 @@ void mbsri_load_joint(const mbsr_model *m, mbsr_data *d, int i)
     mbsri_ax(b->d, b->d, 1.0, d->Mbar + b->dd, d->kII + b->v, mu);
     /* e = tau - J^T mu,  mu += G e */
     mbsri_copy((size_t)b->n, d->tau + b->iu, e);
-    if (mbsri_heads(m, d, i)) {
-        const mbsri_group g = mbsri_group_of(m, d, i);
-        if (g.members > 1)
-            mbsri_group_load(m, d, &g, d->fbar, d->kII, e, d->scratch);
-        else
-            mbsri_atx(b->d, b->n, -1.0, d->J + b->dn, mu, e);
-        mbsri_ax(b->d, g.n, 1.0, d->G + b->dg, e, mu);
-    }
+    mbsri_group_load(m, d, i, d->fbar, d->kII, e, mu, d->scratch);
     /* fbar_pi -= H^T mu */
     mbsri_atx(b->d, b->d_pred, -1.0, d->H + b->dp, mu, d->fbar + b->pred_v);
 }

@@ -58,8 +58,9 @@ void mbsri_group_products(const mbsr_model *m, const mbsr_data *d, const mbsri_g
     }
 }
 
-void mbsri_group_load(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g,
-                      const double *b, const double *k, double *e, double *work)
+/* e -= J^T (b - C a) of several joints. */
+static void load_members(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g,
+                         const double *b, const double *k, double *e, double *work)
 {
     double *a[MBSRI_GROUP_MOST];
     for (int i = 0; i < g->members; ++i) {
@@ -75,6 +76,19 @@ void mbsri_group_load(const mbsr_model *m, const mbsr_data *d, const mbsri_group
         mbsri_ax(at->d, at->d, -1.0, d->Mbar + at->dd, a[i], rest);
         mbsri_atx(at->d, at->n, -1.0, d->J + at->dn, rest, e + at->ig - g->ig);
     }
+}
+
+void mbsri_group_load(const mbsr_model *m, const mbsr_data *d, int i, const double *b,
+                      const double *k, double *e, double *sum, double *work)
+{
+    if (!mbsri_heads(m, d, i)) return;
+    const mbsri_body *head = m->body + i;
+    const mbsri_group g = mbsri_group_of(m, d, i);
+    if (g.members > 1)
+        load_members(m, d, &g, b, k, e, work);
+    else
+        mbsri_atx(head->d, head->n, -1.0, d->J + head->dn, sum, e);
+    mbsri_ax(head->d, g.n, 1.0, d->G + head->dg, e, sum);
 }
 
 void mbsri_group_separate(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g, double *x,

@@ -85,11 +85,12 @@ static inline int mbsri_group_rank(const mbsr_data *d, const mbsri_group *g)
 void mbsri_group_products(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g,
                           const double *A, double *Y, double *JY, double *work);
 
-/* e (n) -= J^T (b - C a), member by member, where a are the accelerations that k makes in a group whose
- * predecessor and joints rest, a_i = -H_i a_pi - k_i; b and k with d numbers a body. work: d times
- * the members and one. */
-void mbsri_group_load(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g,
-                      const double *b, const double *k, double *e, double *work);
+/* The load on the group of head i, and what it takes up:  e (n) -= J^T (b - C a),  sum (d) += G e. a
+ * are the accelerations that k makes in a group whose predecessor and joints rest, a_i = -H_i a_pi -
+ * k_i; b and k with d numbers a body; sum = b + C k of the head. Nothing where body i is not a head.
+ * work: d times the members and one. */
+void mbsri_group_load(const mbsr_model *m, const mbsr_data *d, int i, const double *b,
+                      const double *k, double *e, double *sum, double *work);
 
 /* x (n) <- L^-1 x, where D = L Diag(D_j) L^T with a block a joint, regular or zero by their ranks:
  * what elimination joint by joint, from the last to the first, leaves of x. work: 2 n^2 + n. */

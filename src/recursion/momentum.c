@@ -42,15 +42,8 @@ void mbsri_condense_of(const mbsr_model *m, mbsr_data *d, int i, const double *p
     mbsri_copy((size_t)b->d, mbar, sum);
     mbsri_ax(b->d, b->d, 1.0, d->Mbar + b->dd, d->kI + b->v, sum);
     mbsri_copy((size_t)b->n, p, ep);
-    if (mbsri_heads(m, d, i)) {
-        const mbsri_group g = mbsri_group_of(m, d, i);
-        if (g.members > 1)
-            mbsri_group_load(m, d, &g, d->impbar, d->kI, ep, sum + m->max_d);
-        else
-            mbsri_atx(b->d, b->n, -1.0, d->J + b->dn, sum, ep);
-        mbsri_ax(b->d, g.n, 1.0, d->G + b->dg, ep, sum);
-        mbsri_copy((size_t)b->d, sum, mbar);
-    }
+    mbsri_group_load(m, d, i, d->impbar, d->kI, ep, sum, sum + m->max_d);
+    if (mbsri_heads(m, d, i)) mbsri_copy((size_t)b->d, sum, mbar);
     mbsri_atx(b->d, b->d_pred, -1.0, d->H + b->dp, sum, d->impbar + b->pred_v);
 }
 

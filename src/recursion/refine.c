@@ -76,14 +76,7 @@ static void solve(const mbsr_model *m, mbsr_data *d, int sample, double *x)
         for (int k = 0; k < b->d; ++k) bar[k] += c.f[k];
         mbsri_copy((size_t)b->d, bar, sum);
         mbsri_ax(b->d, b->d, 1.0, d->Mbar + b->dd, kII, sum);
-        if (mbsri_heads(m, d, i)) {
-            const mbsri_group g = mbsri_group_of(m, d, i);
-            if (g.members > 1)
-                mbsri_group_load(m, d, &g, d->impbar, d->sigma, load, sum + m->max_d);
-            else
-                mbsri_atx(b->d, b->n, -1.0, d->J + b->dn, sum, load);
-            mbsri_ax(b->d, g.n, 1.0, d->G + b->dg, load, sum);
-        }
+        mbsri_group_load(m, d, i, d->impbar, d->sigma, load, sum, sum + m->max_d);
         mbsri_atx(b->d, b->d_pred, -1.0, d->H + b->dp, sum, d->impbar + b->pred_v);
     }
     for (int i = 1; i <= m->bodies; ++i) {

@@ -5,6 +5,7 @@
  * A random delta gives, by differences of sixth order along it, r = (dF/dy + c dF/dy') delta, and
  * the solver must find delta again. */
 #include "expect.h"
+#include "kernels.h"
 #include "newton/sweeps/sweeps.h"
 #include "rigid_tree.h"
 #include "space.h"
@@ -15,17 +16,6 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-static int kernels(const mbsri_sweep_kernels *list[2])
-{
-    int count = 0;
-    list[count++] = &mbsri_sweeps_base;
-#if defined(MBSR_WITH_V3)
-    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
-        list[count++] = &mbsri_sweeps_v3;
-#endif
-    return count;
-}
 
 /* A state of the momentum form, a direction and what it does to F. */
 typedef struct newton_system {
@@ -142,7 +132,7 @@ static double check(newton_system *s, uint64_t seed)
     double most = 0.0;
     test_fill(&rng, s->size, s->delta);
     test_fill(&rng, s->size, s->yp);
-    for (int k = 0; k < kernels(list); ++k) {
+    for (int k = 0; k < test_kernels(list); ++k) {
         s->model->sweeps->kernels = list[k];
         const double one = check_one(s);
         if (one < 0.0) return one;
