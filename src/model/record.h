@@ -48,8 +48,8 @@ typedef struct mbsri_body {
     size_t dg;         /* offset of d x n numbers, likewise */
     int head;          /* first body of its group (recursion/group.h), mostly itself */
     int members;       /* of the group it is the head of; 0: none */
-    int group_n;       /* joint rates of that, else of its own joint; */
-    int group_nq;      /* and joint coordinates */
+    int group_n;       /* joint rates of that, else of its own joint */
+    int group_nq;      /* joint coordinates, likewise */
     int at;            /* its place in `member` */
     int ig, igq;       /* places of its rates and coordinates in vectors by groups */
     mbsri_joint joint;
