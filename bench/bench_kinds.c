@@ -6,7 +6,10 @@
  * Chains of hinges, all with the same task: forward and inverse dynamics, the residual of the
  * momentum form, and one factorisation with one solution of its Newton system. In space some joints
  * have a table of their own, whose functions call those of the stock joint: to the library such a
- * joint is a user's. Those `by_hand` have shorter functions. In `general` trees every tenth body is of dimension 3 to 12 and hangs on one of
+ * joint is a user's. Those `by_hand` have shorter functions. Then joints that lack rank or are made of dummy bodies:
+ * two sliders without mass before each rod with a mass at its end (`sliders`; `one_pair`: one such rod
+ * on a chain of hinges), ball joints with a mass at a point behind each (`points`; `one_point`), ball joints of three hinges with two bodies without mass
+ * between (`dummies`), and the same joints in one piece (`balls`). In `general` trees every tenth body is of dimension 3 to 12 and hangs on one of
  * the chain, which goes on without it; there the joint's derivatives are given, or not. */
 #include "bench.h"
 
@@ -26,15 +29,22 @@ static const struct bench_case {
     int every;          /* of so many joints one is a user's; 0: none */
     int general, given; /* bodies of any dimension, and derivatives of their joints */
     int by_hand;        /* all hinges but the first are a user's, with short functions */
-} cases[] = {{"space", 100, 0, 0, 0, 0, 0},
-             {"one_own_joint", 100, 0, 100, 0, 0, 0},
-             {"ten_own_joints", 100, 0, 10, 0, 0, 0},
-             {"all_joints_own", 100, 0, 1, 0, 0, 0},
-             {"all_joints_by_hand", 100, 0, 0, 0, 0, 1},
-             {"general", 100, 0, 0, 1, 0, 0},
-             {"general_given", 100, 0, 0, 1, 1, 0},
-             {"plane", 100, 1, 0, 0, 0, 0},
-             {"plane", 1000, 1, 0, 0, 0, 0}};
+    enum { HINGES, ONE_PAIR, ONE_POINT, SLIDERS, POINTS, DUMMIES, BALLS } links;
+} cases[] = {{"space", 100, 0, 0, 0, 0, 0, HINGES},
+             {"one_own_joint", 100, 0, 100, 0, 0, 0, HINGES},
+             {"ten_own_joints", 100, 0, 10, 0, 0, 0, HINGES},
+             {"all_joints_own", 100, 0, 1, 0, 0, 0, HINGES},
+             {"all_joints_by_hand", 100, 0, 0, 0, 0, 1, HINGES},
+             {"general", 100, 0, 0, 1, 0, 0, HINGES},
+             {"general_given", 100, 0, 0, 1, 1, 0, HINGES},
+             {"plane", 100, 1, 0, 0, 0, 0, HINGES},
+             {"plane", 1000, 1, 0, 0, 0, 0, HINGES},
+             {"one_pair", 100, 0, 0, 0, 0, 0, ONE_PAIR},
+             {"one_point", 100, 0, 0, 0, 0, 0, ONE_POINT},
+             {"sliders", 99, 0, 0, 0, 0, 0, SLIDERS},
+             {"points", 100, 0, 0, 0, 0, 0, POINTS},
+             {"dummies", 99, 0, 0, 0, 0, 0, DUMMIES},
+             {"balls", 33, 0, 0, 0, 0, 0, BALLS}};
 enum { CASES = sizeof cases / sizeof cases[0] };
 
 typedef struct chain {
@@ -369,12 +379,60 @@ static mbsr_body_def general_body(const struct bench_case *c, int i)
 
 /* ---- models ---------------------------------------------------------------------------------- */
 
+/* Bodies of the last three of a chain with one_pair and one_point, and of those that repeat them. */
+static mbsr_body_def link_of(const struct bench_case *c, int i)
+{
+    const double x[3] = {1.0, 0.0, 0.0}, y[3] = {0.0, 1.0, 0.0}, z[3] = {0.0, 0.0, 1.0};
+    const double com[3] = {0.1, 0.2, 0.3}, tensor[6] = {0.1, 0.1, 0.1, 0.0, 0.0, 0.0};
+    const mbsr_frame end = mbsr_frame_at(0.0, 0.6, 0.0), A = mbsr_frame_at(0.3, 0.0, 0.1);
+    const mbsr_frame *before = i == 0 ? NULL : &end;
+    mbsr_body_def body = mbsr_default_body_def();
+    body.parent = i - 1;
+    const int place = (i + (c->links == ONE_PAIR ? 2 : 0)) % 3;
+    switch (c->links) {
+    case ONE_PAIR:
+    case SLIDERS:
+        body.joint = place == 0   ? mbsr_joint_prismatic(before, NULL, y)
+                     : place == 1 ? mbsr_joint_prismatic(NULL, NULL, z)
+                                  : mbsr_joint_revolute(NULL, NULL, x);
+        if (place == 2) body.inertia = mbsr_inertia_point_mass(1.0, end.x);
+        break;
+    case ONE_POINT:
+    case POINTS:
+        body.joint = mbsr_joint_spherical(before, NULL);
+        body.inertia = mbsr_inertia_point_mass(1.0, end.x);
+        break;
+    case DUMMIES:
+        body.joint = i % 3 == 0   ? mbsr_joint_revolute(&A, NULL, z)
+                     : i % 3 == 1 ? mbsr_joint_revolute(NULL, NULL, y)
+                                  : mbsr_joint_revolute(NULL, NULL, x);
+        if (i % 3 == 2) body.inertia = mbsr_inertia_rigid(1.0, com, tensor);
+        break;
+    default:
+        body.joint = mbsr_joint_spherical(&A, NULL);
+        body.inertia = mbsr_inertia_rigid(1.0, com, tensor);
+    }
+    return body;
+}
+
+/* Whether body i is one of these. */
+static int is_link(const struct bench_case *c, int i)
+{
+    switch (c->links) {
+    case HINGES: return 0;
+    case ONE_PAIR: return i >= 97;
+    case ONE_POINT: return i == 99;
+    default: return 1;
+    }
+}
+
 static mbsr_body_def body_of(const struct bench_case *c, int i)
 {
     const double axis[3] = {i % 3 == 0, i % 3 == 1, i % 3 == 2}, com[3] = {0.1, 0.2, 0.3};
     const double tensor[6] = {0.1, 0.1, 0.1, 0.0, 0.0, 0.0};
     const mbsr_frame A = mbsr_frame_at(0.3, 0.0, 0.1);
     mbsr_body_def body = mbsr_default_body_def();
+    if (is_link(c, i)) return link_of(c, i);
     if (is_general(c, i)) return general_body(c, i);
     body.parent = i > 0 && is_general(c, i - 1) ? i - 2 : i - 1;
     if (c->planar) {
@@ -395,6 +453,7 @@ static mbsr_body_def body_of(const struct bench_case *c, int i)
 
 static void make_chain(chain *s, const struct bench_case *c)
 {
+    static const double none[3] = {0.0, 0.0, 0.0}, ones[3] = {1.0, 1.0, 1.0};
     const mbsr_force_def gravity = mbsr_force_gravity(0.0, -9.81, 0.0);
     s->bodies = c->bodies;
     bench_check(mbsr_model_create(NULL, &s->model, NULL), "model", NULL);
@@ -404,22 +463,28 @@ static void make_chain(chain *s, const struct bench_case *c)
         bench_check(mbsr_model_add_body(s->model, &body, NULL), "body", error->text);
     }
     bench_check(mbsr_model_add_force(s->model, &gravity, NULL), "gravity", error->text);
+    for (int i = 0; i < c->bodies; ++i) {
+        const int ball = c->links == POINTS || c->links == ONE_POINT;
+        if (!is_link(c, i) || (!ball && c->links != SLIDERS && c->links != ONE_PAIR)) continue;
+        const mbsr_force_def damper = ball ? mbsr_force_joint_rotation_spring(i, none, ones, NULL)
+                                           : mbsr_force_joint_spring(i, 0, 0.0, 1.0, 0.0);
+        bench_check(mbsr_model_add_force(s->model, &damper, NULL), "damper", error->text);
+    }
     bench_check(mbsr_model_finish(s->model), "finish", error->text);
     bench_check(mbsr_data_create(s->model, &s->data, NULL), "data", NULL);
     bench_check(mbsr_newton_create(s->model, MBSR_DAE_MOMENTUM, NULL, &s->newton, NULL), "newton",
                 NULL);
-    const size_t n = (size_t)mbsr_model_nu(s->model);
-    s->q = bench_allocate(15 * n, sizeof *s->q);
-    s->u = s->q + n;
+    const size_t n = (size_t)mbsr_model_nu(s->model), nq = (size_t)mbsr_model_nq(s->model),
+                 size = nq + 2 * n;
+    s->q = bench_allocate(nq + 2 * n + 4 * size, sizeof *s->q);
+    s->u = s->q + nq;
     s->udot = s->u + n;
     s->y = s->udot + n;
-    s->yp = s->y + 3 * n;
-    s->F = s->yp + 3 * n;
-    s->x = s->F + 3 * n;
-    for (size_t i = 0; i < n; ++i) {
-        s->q[i] = 0.1 * sin((double)i);
-        s->u[i] = cos((double)i);
-    }
+    s->yp = s->y + size;
+    s->F = s->yp + size;
+    s->x = s->F + size;
+    for (size_t i = 0; i < nq; ++i) s->q[i] = 0.1 * sin(1.0 + (double)i);
+    for (size_t i = 0; i < n; ++i) s->u[i] = cos((double)i);
     bench_check(mbsr_dae_pack(s->model, s->data, MBSR_DAE_MOMENTUM, 0.0, s->q, s->u, s->y), "pack",
                 mbsr_data_error(s->data)->text);
     for (int task = 0; task < TASKS; ++task) s->repeats[task] = 1;
@@ -440,7 +505,10 @@ static int run(chain *s, int task)
     const mbsr_model *m = s->model;
     mbsr_data *d = s->data;
     switch (task) {
-    case 0: return mbsr_forward_dynamics(m, d, 0.0, s->q, s->u, NULL, s->udot);
+    case 0: {
+        const int status = mbsr_forward_dynamics(m, d, 0.0, s->q, s->u, NULL, s->udot);
+        return status == MBSR_UNDETERMINED ? MBSR_OK : status;
+    }
     case 1: return mbsr_inverse_dynamics(m, d, 0.0, s->q, s->u, s->udot, s->x);
     case 2: return mbsr_dae_residual(m, d, MBSR_DAE_MOMENTUM, 0.0, s->y, s->yp, s->F);
     default: break;

@@ -49,11 +49,13 @@ static size_t layout(const mbsr_model *m, bool lean, unsigned char *base, mbsr_d
     d->force_bodies = take(base, &used, (size_t)m->max_force_bodies * sizeof *d->force_bodies);
     if (m->sweeps) {
         d->sweep_state = take(base, &used, bodies * sizeof *d->sweep_state);
+        const int of_whole = m->whole->depth, of_sweeps = m->sweeps->depth;
+        const size_t depth = (size_t)(of_whole > of_sweeps ? of_whole : of_sweeps);
         d->sweep_multi = take(base, &used, (size_t)m->sweeps->multi * sizeof *d->sweep_multi);
-        d->sweep_stack = take(base, &used, (size_t)m->sweeps->depth * sizeof *d->sweep_stack);
-        d->sweep_noise = take(base, &used, (size_t)m->sweeps->depth * sizeof *d->sweep_noise);
-        d->sweep_flows = take(base, &used, (size_t)m->sweeps->depth * sizeof *d->sweep_flows);
-        const size_t loads = m->sweeps->body_forces ? bodies : 0;
+        d->sweep_stack = take(base, &used, depth * sizeof *d->sweep_stack);
+        d->sweep_noise = take(base, &used, depth * sizeof *d->sweep_noise);
+        d->sweep_flows = take(base, &used, depth * sizeof *d->sweep_flows);
+        const size_t loads = m->whole->body_forces ? bodies : 0;
         d->sweep_load = take(base, &used, loads * sizeof *d->sweep_load);
     }
 #define MBSRI_PLACE(name, length) d->name = take(base, &used, (size_t)(length) * sizeof(double));

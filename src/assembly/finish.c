@@ -2,6 +2,7 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "algebra/lapack.h"
 #include "assembly/groups.h"
+#include "assembly/survey.h"
 #include "base/error.h"
 #include "base/memory.h"
 #include "model/query.h"
@@ -343,18 +344,18 @@ static int order_forces(mbsr_model *m, int N, int *count)
     return MBSR_OK;
 }
 
-/* Groups of joints, which may need a position of the tree: of a model finished but for this. */
-static int group_joints(mbsr_model *m, int N)
+/* Groups of joints and which of them are whole; both may need a position of the tree: of a model
+ * finished but for this. */
+static bool group_joints(mbsr_model *m, int N)
 {
     m->bodies = N;
     m->lapack_work = mbsri_lapack_syev_work(m->max_n);
     m->finished = true;
-    const bool built = mbsri_groups_build(m);
-    m->finished = false;
+    bool built = mbsri_groups_build(m);
     m->lapack_work = mbsri_lapack_syev_work(m->max_n);
-    if (built) return MBSR_OK;
-    return mbsri_fail(&m->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
-                      "mbsr_model_finish: no memory");
+    built = built && mbsri_survey(m);
+    m->finished = false;
+    return built && mbsri_sweeps_build_whole(m);
 }
 
 /* Numbers and places everything; what it sets is forgotten by undo. */
@@ -369,11 +370,10 @@ static int build(mbsr_model *m, int N, numbering *w)
     if (!status) status = check_joints(m, N);
     if (!status) status = resolve_forces(m, N);
     if (!status) status = place_rates(m, N);
-    if (!status && !mbsri_sweeps_build(m, N)) {
+    if (!status && !(mbsri_sweeps_build(m, N) && group_joints(m, N))) {
         status = mbsri_fail(&m->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                             "mbsr_model_finish: no memory");
     }
-    if (!status) status = group_joints(m, N);
     return status ? status : order_forces(m, N, w->first);
 }
 
@@ -384,10 +384,12 @@ static void undo(mbsr_model *m)
     mbsri_release(&m->allocator, m->u_of);
     mbsri_release(&m->allocator, m->q_of);
     mbsri_release(&m->allocator, m->member);
+    mbsri_release(&m->allocator, m->scale);
     mbsri_release(&m->allocator, m->body);
     mbsri_sweeps_release(m);
     m->index = m->list_index = m->u_of = m->q_of = m->member = NULL;
     m->body = NULL;
+    m->scale = NULL;
     m->differences = m->grouped = false;
     m->bodies = 0;
     m->nq = m->nu = m->max_d = m->max_n = m->max_force_bodies = 0;
@@ -440,6 +442,7 @@ void mbsr_model_destroy(mbsr_model *model)
     mbsri_release(&allocator, model->u_of);
     mbsri_release(&allocator, model->q_of);
     mbsri_release(&allocator, model->member);
+    mbsri_release(&allocator, model->scale);
     mbsri_sweeps_release(model);
     mbsri_release(&allocator, model->body);
     mbsri_release(&allocator, model);

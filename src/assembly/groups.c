@@ -15,8 +15,8 @@
 #include "algebra/dense.h"
 #include "algebra/numbers.h"
 #include "assembly/data.h"
+#include "assembly/survey.h"
 #include "base/memory.h"
-#include "recursion/kinematics.h"
 #include "sweeps/tree.h"
 
 #include <math.h>
@@ -66,9 +66,7 @@ static bool look(mbsr_model *m, int *open)
 {
     mbsr_data *d;
     if (mbsr_data_create(m, &d, NULL)) return false;
-    for (int k = 0; k < m->nq; ++k) d->q_base[k] = 0.4 + 0.3 * sin(1.0 + 2.0 * k);
-    mbsri_zero((size_t)m->nu, d->u_base);
-    const bool there = !mbsri_positions(m, d, 0.0, d->q_base) && !mbsri_velocities(m, d, d->u_base);
+    const bool there = mbsri_survey_position(m, d);
     for (int i = 1; i <= m->bodies && there; ++i) {
         if (open[i] && !one_axis(m, i)) open[i] = !moves_mass(m->body + i, d);
     }

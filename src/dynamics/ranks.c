@@ -21,7 +21,7 @@ int mbsr_body_rank(const mbsr_model *model, mbsr_data *data, int body, mbsr_rank
     }
     const mbsri_body *b = model->body + i;
     const mbsri_group g = mbsri_group_of(model, data, data->single ? i : b->head);
-    const double *lambda = data->lambda + g.ig;
+    const double *lambda = data->judged + g.ig;
     const int rank = mbsri_group_rank(data, &g);
     *info = (mbsr_rank_info){.n = b->n,
                              .rank = data->rank[i],

@@ -52,6 +52,7 @@ typedef struct mbsri_body {
     int group_nq;      /* joint coordinates, likewise */
     int at;            /* its place in `member` */
     int ig, igq;       /* places of its rates and coordinates in vectors by groups */
+    bool whole;        /* the sweeps leave it to the steps of recursion/ (assembly/survey.h) */
     mbsri_joint joint;
     mbsr_inertia inertia; /* matrix points into the model */
     size_t name;          /* offset into names */
@@ -103,7 +104,9 @@ struct mbsr_model {
     bool in_order;   /* both are the identity */
     int *member;     /* bodies, group by group, N */
     bool grouped;    /* some group has several */
+    double *scale;   /* of joint rates by groups, nu (assembly/survey.h); NULL: not known */
     struct mbsri_sweeps *sweeps; /* for rigid bodies in space, where they serve (sweeps/tree.h) */
+    struct mbsri_sweeps *whole;  /* the same with whole bodies as blocks; mostly the same tree */
     mbsri_body *body;            /* N + 1 */
     int nq, nu;
     int max_d, max_n, max_force_bodies;

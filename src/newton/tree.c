@@ -15,7 +15,7 @@ int mbsri_newton_tree_factor(mbsr_newton *w, mbsr_data *d, double t, const doubl
     const int status =
         w->sweeps ? mbsri_newton_sweeps_factor(w->sweeps, d, t, y, u, c) : MBSRI_NOT_SERVED;
     w->by_sweeps = status != MBSRI_NOT_SERVED;
-    w->info.vector_code = w->by_sweeps && (m->bodies == 0 || m->sweeps->blocks < m->bodies);
+    w->info.vector_code = w->by_sweeps && (m->bodies == 0 || w->sweeps->tree->blocks < m->bodies);
     if (w->by_sweeps) return status;
     if (!w->lean) return mbsri_tree_factor(w, d, t, y, u, c);
     return mbsri_fail(&d->error, MBSR_ERR_LEAN, MBSR_NONE, MBSR_NONE,
@@ -34,6 +34,6 @@ void mbsri_newton_tree_solve(mbsr_newton *w, const double *r, const double *load
 
 const double *mbsri_newton_motion(const mbsr_newton *w, int i)
 {
-    const bool swept = w->by_sweeps && !(w->model->sweeps->body[i].flags & MBSRI_BLOCK);
+    const bool swept = w->by_sweeps && !(w->sweeps->tree->body[i].flags & MBSRI_BLOCK);
     return swept ? w->motion + 12 * (size_t)i : w->x + w->node[i].x;
 }

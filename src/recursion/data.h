@@ -35,6 +35,7 @@
     ARRAY(X, m->size_nn)        /* n x n      eigenvectors of S D S, range first    backward */    \
     ARRAY(s, m->nu)             /* n          S = diag(s)                           backward */    \
     ARRAY(lambda, m->nu)        /* n          eigenvalues of S D S, descending      backward */    \
+    ARRAY(judged, m->nu)        /* n          those with S of W                     backward */    \
     ARRAY(U, m->size_dg)        /* d x n      Mbar J                                backward */    \
     ARRAY(G, m->size_dg)        /* d x n      Mbar J D^+                            backward */    \
     ARRAY(e, m->nu)             /* n          tau - J^T (fbar + Mbar kII)           backward */    \

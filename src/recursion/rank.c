@@ -15,7 +15,9 @@
  * that. So a D of full rank is inverted by Cholesky's factors, whose errors go with the diagonal.
  *
  * S makes the decision the same in all units. D^+ is the Moore-Penrose pseudo-inverse of D in the
- * joint coordinates S^-1 u. */
+ * joint coordinates S^-1 u. What it makes of forces and momenta that D does not take up depends on S,
+ * and W is a matter of which engine made it; so where D lacks some of its rank, the projections are
+ * those with S of the model (assembly/survey.c), of as many eigenvalues as were kept with W. */
 #include "recursion/rank.h"
 
 #include "algebra/cholesky.h"
@@ -49,19 +51,25 @@ static double equilibrate(const mbsri_body *b, const mbsr_data *d, const double 
     return largest;
 }
 
+/* The S that is given for the joint block of a group, if it is: by its rates, from the first one's
+ * place `ig` in vectors by groups. */
+static const double *given_scale(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g)
+{
+    if (d->use_frame) return d->s_frame;
+    const bool kept = d->keep_scale && !mbsri_apart(m, d, m->body[g->member[0]].head);
+    return kept ? d->s : NULL;
+}
+
 /* The same of a group. */
 static double equilibrate_group(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g,
                                 double *noise)
 {
+    const double *given = given_scale(m, d, g);
     double largest = 0.0;
     *noise = 1.0;
     for (int k = 0; k < g->members && !isnan(largest); ++k) {
         const mbsri_body *b = m->body + g->member[k];
-        const bool kept = d->keep_scale && !mbsri_apart(m, d, m->body[g->member[0]].head);
-        const double *fixed = d->use_frame ? d->s_frame + b->ig
-                              : kept       ? d->s + b->ig
-                                           : NULL,
-                     size = equilibrate(b, d, fixed, d->s + b->ig, noise);
+        const double size = equilibrate(b, d, given ? given + b->ig : NULL, d->s + b->ig, noise);
         largest = isnan(size) ? size : fmax(size, largest);
     }
     return largest;
@@ -187,66 +195,108 @@ bool mbsri_definite_factor(const mbsr_model *m, const mbsr_data *d, const mbsri_
     return mbsri_cholesky(n, L);
 }
 
-/* reads D, J, W;  writes s, X, lambda, Dinv, scale, rank.  cost: one symmetric eigenproblem of size
- * n. */
+/* X = S D S becomes X of X diag(lambda) X^T; nonzero: it did not converge. */
+static int decompose(const mbsr_model *m, mbsr_data *d, const mbsri_group *g)
+{
+    const mbsri_body *b = m->body + g->member[0];
+    const int n = g->n;
+    double *X = d->X + b->nn, *lambda = d->lambda + g->ig;
+    if (n == 1) {
+        lambda[0] = X[0];
+        X[0] = 1.0;
+        return 0;
+    }
+    if (n <= 3) return mbsri_jacobi(n, X, lambda); /* where it is faster than a call */
+    const int info = mbsri_lapack_syev(n, X, lambda, d->scratch, m->lapack_work);
+    reverse(n, X, lambda);
+    return info;
+}
+
+/* X = S D S; rounding between joints that have nothing to do with each other, in units of W, would
+ * mix their null spaces and is left out of groups. w: the S that belongs to W. */
+static void scale_block(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, const double *w,
+                        double tolerance)
+{
+    const mbsri_body *b = m->body + g->member[0];
+    const int n = g->n;
+    const double *D = d->D + b->nn, *s = d->s + g->ig;
+    double *X = d->X + b->nn;
+    for (int j = 0; j < n; ++j) {
+        for (int k = 0; k < n; ++k) {
+            const double entry = D[j * n + k];
+            const bool noise = g->members > 1 && fabs(w[j] * entry * w[k]) <= 0.1 * tolerance;
+            X[j * n + k] = noise ? 0.0 : s[j] * entry * s[k];
+        }
+    }
+}
+
+static int not_converged(const mbsr_model *m, mbsr_data *d, int i)
+{
+    char label[MBSRI_LABEL];
+    return mbsri_fail(&d->error, MBSR_EIGEN_FAILED, m->body[i].id, MBSR_NONE,
+                      "%s: the eigenvalues of D did not converge at t = %g",
+                      mbsri_body_label(m, i, label), d->t);
+}
+
+/* The rank, with S of W in place. */
+static int decide(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, double tolerance,
+                  int *rank)
+{
+    const int i = g->member[0], n = g->n;
+    const double *lambda = d->lambda + g->ig;
+    double *strict = d->scratch;
+    const double turned = turned_noise(m, d, g, strict);
+    if (lambda[n - 1] < -tolerance * (1.0 + turned)) {
+        char label[MBSRI_LABEL];
+        return mbsri_fail(
+            &d->error, MBSR_INDEFINITE_MASS, m->body[i].id, MBSR_NONE,
+            "%s: the mass on its joint is indefinite at t = %g (scaled eigenvalue %g)",
+            mbsri_body_label(m, i, label), d->t, lambda[n - 1]);
+    }
+    *rank = 0;
+    while (*rank < n && lambda[*rank] > tolerance) ++*rank;
+    if (turned > 100.0 && *rank > 0) {
+        const int sure = count_above(m, n, d->D + m->body[i].nn, strict, tolerance, strict + n);
+        if (sure < *rank) *rank = sure;
+    }
+    return MBSR_OK;
+}
+
+/* reads D, J, W;  writes s, X, lambda, judged, Dinv, scale, rank.  cost: one symmetric eigenproblem
+ * of size n, two where some of the rank is lacking. */
 int mbsri_rank_decision(const mbsr_model *m, mbsr_data *d, const mbsri_group *g)
 {
     const int i = g->member[0], n = g->n;
     const mbsri_body *b = m->body + i;
-    const double *D = d->D + b->nn;
-    double *s = d->s + g->ig, *X = d->X + b->nn, *lambda = d->lambda + g->ig;
-    char label[MBSRI_LABEL];
-
-    double noise;
+    const double *X = d->X + b->nn;
+    double *s = d->s + g->ig, noise;
     d->scale[i] = equilibrate_group(m, d, g, &noise);
     const double tolerance = m->rank_tolerance * noise;
-    /* S D S */
-    for (int j = 0; j < n; ++j) {
-        for (int k = 0; k < n; ++k) X[j * n + k] = s[j] * D[j * n + k] * s[k];
-    }
+    scale_block(m, d, g, s, tolerance);
     if (!isfinite(d->scale[i]) || !mbsri_finite((size_t)n * (size_t)n, X)) {
+        char label[MBSRI_LABEL];
         return mbsri_report_not_finite(m, d, mbsri_body_label(m, i, label));
     }
-    /* rounding between joints that have nothing to do with each other would mix their null spaces */
-    for (int k = 0; k < n * n && g->members > 1; ++k) {
-        if (fabs(X[k]) <= 0.1 * tolerance) X[k] = 0.0;
-    }
-    /* = X diag(lambda) X^T */
-    if (n == 1) {
-        lambda[0] = X[0];
-        X[0] = 1.0;
-    } else {
-        const bool small = n <= 3; /* where it is faster than a call */
-        const int info = small ? mbsri_jacobi(n, X, lambda)
-                               : mbsri_lapack_syev(n, X, lambda, d->scratch, m->lapack_work);
-        if (info != 0) {
-            return mbsri_fail(&d->error, MBSR_EIGEN_FAILED, b->id, MBSR_NONE,
-                              "%s: the eigenvalues of D did not converge at t = %g (%d)",
-                              mbsri_body_label(m, i, label), d->t, info);
-        }
-        if (!small) reverse(n, X, lambda);
-    }
-    double *strict = d->scratch;
-    const double turned = turned_noise(m, d, g, strict);
-    if (lambda[n - 1] < -tolerance * (1.0 + turned)) {
-        return mbsri_fail(
-            &d->error, MBSR_INDEFINITE_MASS, b->id, MBSR_NONE,
-            "%s: the mass on its joint is indefinite at t = %g (scaled eigenvalue %g)",
-            mbsri_body_label(m, i, label), d->t, lambda[n - 1]);
-    }
+    if (decompose(m, d, g)) return not_converged(m, d, i);
     int rank = 0;
-    while (rank < n && lambda[rank] > tolerance) ++rank;
-    if (turned > 100.0 && rank > 0) {
-        const int sure = count_above(m, n, D, strict, tolerance, strict + n);
-        if (sure < rank) rank = sure;
-    }
+    const int status = decide(m, d, g, tolerance, &rank);
+    if (status) return status;
+    mbsri_copy((size_t)n, d->lambda + g->ig, d->judged + g->ig);
     d->rank[i] = rank;
     if (g->members > 1) {
+        const double *D = d->D + b->nn;
         d->rank[i] = 0;
         for (int j = 0; j < n; ++j) {
             for (int k = 0; k < n; ++k) d->scratch[j * n + k] = s[j] * D[j * n + k] * s[k];
         }
         share_rank(m, d, g, rank, tolerance, d->scratch);
+    }
+    if (rank > 0 && rank < n && m->scale && !given_scale(m, d, g)) {
+        double *w = d->scratch + m->max_n * (m->max_n + 3);
+        mbsri_copy((size_t)n, s, w);
+        mbsri_copy((size_t)n, m->scale + g->ig, s);
+        scale_block(m, d, g, w, tolerance);
+        if (decompose(m, d, g)) return not_converged(m, d, i);
     }
     if (!definite_inverse(m, d, g)) pseudo_inverse(m, d, g, rank);
     return MBSR_OK;

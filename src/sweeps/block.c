@@ -191,8 +191,20 @@ void mbsri_block_accelerate(const mbsri_sweep_run *run, int i)
 
 void mbsri_block_balance(const mbsri_sweep_run *run, int i)
 {
+    if (!mbsri_heads(run->model, run->data, i)) return;
     const mbsri_group g = mbsri_group_of(run->model, run->data, i);
-    mbsri_balance_of(run->model, run->data, &g, run->balance + run->tree->body[i].u);
+    double balance[MBSR_MAX_D];
+    mbsri_balance_of(run->model, run->data, &g, balance);
+    mbsri_block_rates(run, &g, balance, run->balance);
+}
+
+void mbsri_block_rates(const mbsri_sweep_run *run, const mbsri_group *g, const double *x,
+                       double *out)
+{
+    for (int k = 0; k < g->members; ++k) {
+        const mbsri_body *b = run->model->body + g->member[k];
+        mbsri_copy((size_t)b->n, x + b->ig - g->ig, out + b->iu);
+    }
 }
 
 /* ---- leaves to root ---- */
@@ -303,11 +315,14 @@ bool mbsri_block_backward(const mbsri_sweep_run *run, int i, bool exact, mbsri_c
     const mbsr_model *m = run->model;
     mbsr_data *d = run->data;
     if (mbsri_eliminate_joint(m, d, i)) return false;
-    /* where a block of several coordinates loses rank, its projections depend on all of W: they are
-     * those of the stages, for every caller alike */
-    if (d->rank[i] < m->body[i].n && m->body[i].n > 1) return false;
-    if (d->rank[i] < m->body[i].n && !exact && !(run->tree->body[i].flags & MBSRI_SHARP))
-        return false;
+    if (mbsri_heads(m, d, i)) {
+        const mbsri_group g = mbsri_group_of(m, d, i);
+        const bool lacks = mbsri_group_rank(d, &g) < g.n;
+        /* without a scale of the model, projections depend on all of W: they are those of the
+         * stages, for every caller alike */
+        if (lacks && g.n > 1 && !m->scale) return false;
+        if (lacks && !exact && !(run->tree->body[i].flags & MBSRI_SHARP)) return false;
+    }
     if (hands_over(run, i)) clear_predecessor(run, i);
     mbsri_load_joint(m, d, i);
     mbsri_pass_masses(m, d, i);

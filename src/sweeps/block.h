@@ -16,6 +16,7 @@
 #ifndef MBSRI_BLOCK_STEPS_H
 #define MBSRI_BLOCK_STEPS_H
 
+#include "recursion/group.h"
 #include "sweeps/tree.h"
 
 /* ---- root to leaves ---- */
@@ -29,8 +30,12 @@ void mbsri_block_open_forward(const mbsri_sweep_run *run, int i);
 void mbsri_block_close_forward(const mbsri_sweep_run *run, int i);
 void mbsri_block_accelerate(const mbsri_sweep_run *run, int i);
 
-/* The algebraic equations of the momentum form. */
+/* The algebraic equations of the momentum form: at the head of a group, of all of it. */
 void mbsri_block_balance(const mbsri_sweep_run *run, int i);
+
+/* x by the order of a group's rates, to their places in the order of the sweeps. */
+void mbsri_block_rates(const mbsri_sweep_run *run, const mbsri_group *g, const double *x,
+                       double *out);
 
 /* ---- leaves to root: first for all blocks, then body by body ---- */
 

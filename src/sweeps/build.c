@@ -12,11 +12,17 @@
 #include <stdint.h>
 #include <string.h>
 
+/* Whether body i is none of the blocks. */
+static bool embeds(const mbsri_sweeps *tree, const mbsr_model *m, int i)
+{
+    return !(tree->whole && m->body[i].whole) && mbsri_embeds(m, tree->bodies, i);
+}
+
 /* How many bodies are blocks; all of them: the sweeps have nothing to do. */
-static int count_blocks(const mbsr_model *m, int bodies)
+static int count_blocks(const mbsri_sweeps *tree, const mbsr_model *m)
 {
     int count = 0;
-    for (int i = 1; i <= bodies; ++i) count += !mbsri_embeds(m, bodies, i);
+    for (int i = 1; i <= tree->bodies; ++i) count += !embeds(tree, m, i);
     return count;
 }
 
@@ -285,36 +291,35 @@ static const mbsri_sweep_kernels *choose_kernels(void)
     return &mbsri_sweeps_base;
 }
 
-static bool allocate(mbsri_sweeps *tree, const mbsr_model *m, int bodies, int blocks)
+static bool allocate(mbsri_sweeps *tree, const mbsr_model *m, int blocks)
 {
+    const int bodies = tree->bodies;
     int multi = 0;
-    for (int i = 1; i <= bodies; ++i) multi += mbsri_embeds(m, bodies, i) && !is_simple_body(m, i);
+    for (int i = 1; i <= bodies; ++i) multi += embeds(tree, m, i) && !is_simple_body(m, i);
     tree->block = mbsri_allocate(&m->allocator, ((size_t)bodies + 1) * sizeof *tree->body + 64);
     tree->joint = mbsri_allocate(&m->allocator, (size_t)multi * sizeof *tree->joint);
     tree->block_of = mbsri_allocate(&m->allocator, (size_t)blocks * sizeof *tree->block_of);
     return tree->block && tree->joint && tree->block_of;
 }
 
-bool mbsri_sweeps_build(mbsr_model *m, int bodies)
+static void release(const mbsr_model *m, mbsri_sweeps *tree)
 {
-    const int blocks = count_blocks(m, bodies);
-    if (blocks == bodies && !any_bounded(m, bodies)) return true;
-    mbsri_sweeps *tree = mbsri_allocate(&m->allocator, sizeof *tree);
-    if (!tree) return false;
-    *tree = (mbsri_sweeps){.bodies = bodies,
-                           .clear = 10.0 * m->rank_tolerance,
-                           .rates = true,
-                           .kernels = choose_kernels()};
-    m->sweeps = tree;
-    if (!allocate(tree, m, bodies, blocks)) {
-        mbsri_sweeps_release(m);
-        return false;
-    }
+    if (!tree) return;
+    mbsri_release(&m->allocator, tree->block);
+    mbsri_release(&m->allocator, tree->joint);
+    mbsri_release(&m->allocator, tree->block_of);
+    mbsri_release(&m->allocator, tree->own);
+    mbsri_release(&m->allocator, tree);
+}
+
+/* Everything of a tree that has memory for its bodies. */
+static bool place(mbsri_sweeps *tree, const mbsr_model *m)
+{
     const uintptr_t above = (uintptr_t)tree->block % 64;
     tree->body = (void *)((unsigned char *)tree->block + (above ? 64 - above : 0));
     memset(tree->body, 0, sizeof *tree->body);
-    for (int i = 1; i <= bodies; ++i) {
-        if (mbsri_embeds(m, bodies, i))
+    for (int i = 1; i <= tree->bodies; ++i) {
+        if (embeds(tree, m, i))
             place_body(tree, m, i);
         else
             place_block(tree, m, i);
@@ -323,18 +328,46 @@ bool mbsri_sweeps_build(mbsr_model *m, int bodies)
     place_angles(tree);
     place_hand_overs(tree);
     collect_forces(tree, m);
-    if (place_own_frames(tree, m)) return true;
-    mbsri_sweeps_release(m);
-    return false;
+    return place_own_frames(tree, m);
+}
+
+/* whole: with whole bodies as blocks. */
+static bool build(const mbsr_model *m, int bodies, bool whole, mbsri_sweeps **built)
+{
+    mbsri_sweeps *tree = mbsri_allocate(&m->allocator, sizeof *tree);
+    if (!tree) return false;
+    *tree = (mbsri_sweeps){.bodies = bodies,
+                           .clear = 10.0 * m->rank_tolerance,
+                           .rates = true,
+                           .whole = whole,
+                           .kernels = choose_kernels()};
+    const int blocks = count_blocks(tree, m);
+    const bool serves = blocks < bodies || any_bounded(m, bodies);
+    const bool memory = !serves || (allocate(tree, m, blocks) && place(tree, m));
+    if (serves && memory)
+        *built = tree;
+    else
+        release(m, tree);
+    return memory;
+}
+
+bool mbsri_sweeps_build(mbsr_model *m, int bodies)
+{
+    if (!build(m, bodies, false, &m->sweeps)) return false;
+    m->whole = m->sweeps;
+    return true;
+}
+
+bool mbsri_sweeps_build_whole(mbsr_model *m)
+{
+    bool some = false;
+    for (int i = 1; i <= m->bodies; ++i) some = some || m->body[i].whole;
+    return !some || !m->sweeps || build(m, m->bodies, true, &m->whole);
 }
 
 void mbsri_sweeps_release(mbsr_model *m)
 {
-    if (!m->sweeps) return;
-    mbsri_release(&m->allocator, m->sweeps->block);
-    mbsri_release(&m->allocator, m->sweeps->joint);
-    mbsri_release(&m->allocator, m->sweeps->block_of);
-    mbsri_release(&m->allocator, m->sweeps->own);
-    mbsri_release(&m->allocator, m->sweeps);
-    m->sweeps = NULL;
+    if (m->whole != m->sweeps) release(m, m->whole);
+    release(m, m->sweeps);
+    m->sweeps = m->whole = NULL;
 }

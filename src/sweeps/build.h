@@ -8,6 +8,10 @@
 /* Makes the tree of a model that is otherwise finished, where the sweeps serve it; else m->sweeps
  * stays NULL. False: no memory, with nothing allocated. */
 bool mbsri_sweeps_build(mbsr_model *m, int bodies);
+
+/* The same tree with whole bodies as blocks, if there are any. False: no memory. */
+bool mbsri_sweeps_build_whole(mbsr_model *m);
+
 void mbsri_sweeps_release(mbsr_model *m);
 
 #endif

@@ -67,15 +67,28 @@ static int forces(mbsri_sweep_run *run, const double *tau, bool velocity)
     return refused || !run->load ? refused : mbsri_sweeps_loads(run);
 }
 
-static int prepare(mbsri_sweep_run *run, const mbsr_model *m, mbsr_data *d, double t,
-                   const double *q, const double *u, double *out)
+/* Groups are eliminated joint by joint, but for those that are whole. */
+static void take_apart(const mbsr_model *m, const mbsri_sweeps *tree, mbsr_data *d)
 {
-    if (!m->sweeps || !isfinite(t)) return MBSRI_NOT_SERVED;
+    d->single = !m->grouped || !tree->whole;
+    for (int i = 1; i <= m->bodies && !d->single; ++i) d->apart[i] = !m->body[i].whole;
+}
+
+/* For evaluations that eliminate joints. */
+static const mbsri_sweeps *eliminating(const mbsr_model *m, const mbsr_data *d)
+{
+    return d->lean ? m->sweeps : m->whole;
+}
+
+static int prepare(mbsri_sweep_run *run, const mbsr_model *m, const mbsri_sweeps *tree,
+                   mbsr_data *d, double t, const double *q, const double *u, double *out)
+{
+    if (!tree || !isfinite(t) || (d->lean && tree->body_forces)) return MBSRI_NOT_SERVED;
     if (!mbsri_finite((size_t)m->nq, q) || !mbsri_finite((size_t)m->nu, u)) return MBSRI_NOT_SERVED;
-    const bool bodies = m->sweeps->body_forces;
+    const bool bodies = tree->body_forces;
     *run = (mbsri_sweep_run){.model = m,
                              .data = d,
-                             .tree = m->sweeps,
+                             .tree = tree,
                              .state = d->sweep_state,
                              .multi = d->sweep_multi,
                              .stack = d->sweep_stack,
@@ -89,7 +102,7 @@ static int prepare(mbsri_sweep_run *run, const mbsr_model *m, mbsr_data *d, doub
                              .rank = d->rank};
     d->stage = MBSRI_STAGE_NONE;
     d->accelerated = false;
-    d->single = true;
+    take_apart(m, tree, d);
     d->t = t;
     const int from = run->tree->first_angle;
     run->tree->kernels->trigonometry(run->tree->angles, run->q + from, run->sincos + 2 * from);
@@ -116,7 +129,8 @@ bool mbsri_sweeps_coupled(const mbsri_sweep_run *run)
     const mbsr_model *m = run->model;
     for (int i = 1; i <= m->bodies && m->grouped; ++i) {
         const mbsri_group g = mbsri_group_in_model(m, i);
-        if (g.members > 1 && mbsri_coupled(m, run->data, &g)) return true;
+        if (g.members < 2) continue;
+        if (mbsri_coupled(m, run->data, &g) && mbsri_apart(m, run->data, i)) return true;
     }
     return false;
 }
@@ -137,7 +151,7 @@ int mbsri_sweeps_forward_dynamics(const mbsr_model *m, mbsr_data *d, double t, c
                                   const double *u, const double *tau, double *udot)
 {
     mbsri_sweep_run run;
-    int status = prepare(&run, m, d, t, q, u, udot);
+    int status = prepare(&run, m, eliminating(m, d), d, t, q, u, udot);
     if (!status) status = forces(&run, tau, false);
     if (!status && !backward(&run)) status = MBSRI_NOT_SERVED;
     if (status) return status;
@@ -152,7 +166,7 @@ static int inverse(mbsri_sweep_run *run, const double *udot)
 {
     const mbsr_model *m = run->model;
     mbsr_data *d = run->data;
-    const bool elements = m->sweeps->joint_forces || run->load;
+    const bool elements = run->tree->joint_forces || run->load;
     const int status = elements ? forces(run, NULL, false) : MBSR_OK;
     if (status) return status;
     run->tau = swept(m, false, m->nu, m->u_of, udot, d->udot);
@@ -165,7 +179,7 @@ int mbsri_sweeps_inverse_dynamics(const mbsr_model *m, mbsr_data *d, double t, c
                                   const double *u, const double *udot, double *tau)
 {
     mbsri_sweep_run run;
-    int status = prepare(&run, m, d, t, q, u, tau);
+    int status = prepare(&run, m, m->sweeps, d, t, q, u, tau);
     if (!status) status = inverse(&run, udot);
     if (!status && !m->in_order) mbsri_scatter(m, run.out, tau);
     return status;
@@ -206,17 +220,17 @@ int mbsri_sweeps_inverse_residual(const mbsr_model *m, mbsr_data *d, double t, c
 {
     mbsri_sweep_run run;
     double *tau = F + m->nq;
-    int status = prepare(&run, m, d, t, y, y + m->nq, tau);
+    int status = prepare(&run, m, m->sweeps, d, t, y, y + m->nq, tau);
     if (!status) status = inverse(&run, yp + m->nq);
     if (status) return status;
     if (!m->in_order) mbsri_scatter(m, run.out, tau);
     return rates_residual(&run, yp, F) ? MBSRI_NOT_SERVED : finite_or_not_served(m->nq, F);
 }
 
-int mbsri_sweeps_open(mbsri_sweep_run *run, const mbsr_model *m, mbsr_data *d, double t,
-                      const double *q, const double *u)
+int mbsri_sweeps_open(mbsri_sweep_run *run, const mbsr_model *m, const mbsri_sweeps *tree,
+                      mbsr_data *d, double t, const double *q, const double *u)
 {
-    const int status = prepare(run, m, d, t, q, u, d->out);
+    const int status = prepare(run, m, tree, d, t, q, u, d->out);
     return status ? status : forces(run, NULL, true);
 }
 
@@ -226,8 +240,9 @@ int mbsri_sweeps_momentum_residual(const mbsr_model *m, mbsr_data *d, double t, 
     const double *p = y + m->nq, *u = p + m->nu;
     double *F_p = F + m->nq, *F_u = F_p + m->nu;
     mbsri_sweep_run run;
-    if (!m->sweeps || !m->sweeps->rates) return MBSRI_NOT_SERVED;
-    const int status = mbsri_sweeps_open(&run, m, d, t, y, u);
+    const mbsri_sweeps *tree = eliminating(m, d);
+    if (!tree || !tree->rates) return MBSRI_NOT_SERVED;
+    const int status = mbsri_sweeps_open(&run, m, tree, d, t, y, u);
     if (status) return status;
     if (!backward(&run)) return MBSRI_NOT_SERVED;
     run.p = swept(m, false, m->nu, m->u_of, p, d->w);

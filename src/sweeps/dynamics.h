@@ -19,9 +19,10 @@ bool mbsri_sweeps_as_watched(const mbsri_sweep_run *run);
 /* Whether there are groups of joints (recursion/group.h) that cannot be eliminated joint by joint. */
 bool mbsri_sweeps_coupled(const mbsri_sweep_run *run);
 
-/* What the momentum form needs at (q, u) before the backward sweep: motion and forces. */
-int mbsri_sweeps_open(mbsri_sweep_run *run, const mbsr_model *m, mbsr_data *d, double t,
-                      const double *q, const double *u);
+/* What the momentum form needs at (q, u) before the backward sweep over that tree of the model:
+ * motion and forces. */
+int mbsri_sweeps_open(mbsri_sweep_run *run, const mbsr_model *m, const mbsri_sweeps *tree,
+                      mbsr_data *d, double t, const double *q, const double *u);
 
 /* The residuals of the inverse-dynamics form and of the momentum form. */
 int mbsri_sweeps_inverse_residual(const mbsr_model *m, mbsr_data *d, double t, const double *y,

@@ -24,17 +24,20 @@ MBSRI_INLINE void known_sized(const mbsri_sweep_run *run, int i, int d, int dp, 
     for (int k = 0; k < d; ++k) A[k] = -sum[k] - data->kII[b->v + (size_t)k];
 }
 
-/* u' to `out` and A of block i. */
+/* u' to `out` and A of block i; of a group, all with its head. */
 MBSRI_OUTLINE void forward_block(const mbsri_sweep_run *run, int i)
 {
     const mbsri_body *b = run->model->body + i;
-    double w[MBSR_MAX_D];
-    mbsri_block_open_forward(run, i);
-    if (b->d == 6 && b->d_pred == 6 && b->n == 1) {
-        known_sized(run, i, 6, 6, 1);
-    } else {
+    if (mbsri_heads(run->model, run->data, i)) {
         const mbsri_group g = mbsri_group_of(run->model, run->data, i);
-        mbsri_known_part(run->model, run->data, &g, w, run->out + run->tree->body[i].u);
+        mbsri_block_open_forward(run, i);
+        if (b->d == 6 && b->d_pred == 6 && g.n == 1) {
+            known_sized(run, i, 6, 6, 1);
+        } else {
+            double w[MBSR_MAX_D], rate[MBSR_MAX_D];
+            mbsri_known_part(run->model, run->data, &g, w, rate);
+            mbsri_block_rates(run, &g, rate, run->out);
+        }
     }
     mbsri_block_close_forward(run, i);
 }

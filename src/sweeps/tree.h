@@ -126,6 +126,7 @@ typedef struct mbsri_sweeps {
     int blocks;               /* number of MBSRI_BLOCK bodies */
     int *block_of;            /* blocks: which they are */
     bool rates;               /* all of them know their rates */
+    bool whole;               /* some are whole: W decides, not its bound */
     int depth;                /* predecessors waiting for further successors at once, at most */
     int first_angle, angles;  /* the coordinates among which all angles are */
     double length;            /* L, m */

@@ -84,7 +84,7 @@ static void close_counted(counted *c)
 
 static void count(counted *c, const char *tree, const mbsri_sweep_kernels *kernels)
 {
-    c->tree.model->sweeps->kernels = kernels;
+    c->tree.model->sweeps->kernels = c->tree.model->whole->kernels = kernels;
     for (int which = 0; which < CALLS; ++which) {
         /* the first call finds the functions of shared libraries */
         bench_check(call(c, which), call_name[which], mbsr_data_error(c->data)->text);

@@ -19,6 +19,29 @@ static inline int test_kernels(const mbsri_sweep_kernels *list[2])
     return count;
 }
 
+static inline void test_use_kernels(mbsr_model *m, const mbsri_sweep_kernels *kernels)
+{
+    m->sweeps->kernels = m->whole->kernels = kernels;
+}
+
+/* Without its trees for the sweeps a model is evaluated by the stages. */
+typedef struct test_hidden {
+    mbsri_sweeps *sweeps, *whole;
+} test_hidden;
+
+static inline test_hidden test_hide_sweeps(mbsr_model *m)
+{
+    const test_hidden trees = {m->sweeps, m->whole};
+    m->sweeps = m->whole = NULL;
+    return trees;
+}
+
+static inline void test_show_sweeps(mbsr_model *m, test_hidden trees)
+{
+    m->sweeps = trees.sweeps;
+    m->whole = trees.whole;
+}
+
 /* Largest difference relative to the largest entry of b or 1. */
 static inline double test_relative_distance(int n, const double *a, const double *b)
 {

@@ -225,6 +225,11 @@ static void make_joint(test_joint *j, test_rng *rng, const test_tree_opt *opt, i
     for (int k = 0; k < d; ++k) j->K0[k * d + k] += 1.0 + 0.2 * test_uniform(rng);
     test_fill(rng, d * d_pred, j->H0);
     test_fill(rng, d * n, j->J0);
+    test_rng other = *rng; /* all else stays as it is */
+    for (int c = 0; c < n && opt->units; ++c) {
+        const double unit = pow(10.0, 6.0 * test_uniform(&other));
+        for (int r = 0; r < d; ++r) j->J0[c * d + r] *= unit;
+    }
     test_fill(rng, TEST_MAX_D, j->h);
     test_fill(rng, TEST_MAX_D, j->w);
     test_fill(rng, TEST_MAX_D, j->g);

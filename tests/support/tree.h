@@ -37,6 +37,7 @@ typedef struct test_tree_opt {
     int moving_root;  /* general root of d = 2 that moves */
     int shuffle;      /* ids in random order, predecessors possibly later */
     int tables;       /* joints with derivatives, without, and without rates in turn */
+    int units;        /* every joint coordinate by a unit of its own, from 1e-6 to 1e6 */
 } test_tree_opt;
 
 /* A finished model and what it was made of; joint, parent, mass indexed by id. */

@@ -158,8 +158,7 @@ void mbsri_tree_mark(mbsr_newton *w, int i, int rank)
     node->unknowns = node->deep ? b->n + rank : b->n;
 }
 
-/* The same of a group that is eliminated as one. */
-static void mark_coupled(mbsr_newton *w, const mbsri_group *g, int rank)
+void mbsri_tree_mark_coupled(mbsr_newton *w, const mbsri_group *g, int rank)
 {
     for (int k = 0; k < g->members; ++k) {
         mbsri_node *node = w->node + g->member[k];
@@ -186,7 +185,7 @@ static int evaluate(mbsr_newton *w, mbsr_data *d, double t, const double *q, con
         if (!mbsri_heads(m, d, i)) continue;
         const mbsri_group g = mbsri_group_of(m, d, i);
         if (g.members > 1)
-            mark_coupled(w, &g, mbsri_group_rank(d, &g));
+            mbsri_tree_mark_coupled(w, &g, mbsri_group_rank(d, &g));
         else
             mbsri_tree_mark(w, i, d->rank[i]);
         some = some || w->node[i].deep;

@@ -4,6 +4,7 @@
 #define MBSRI_FACTOR_H
 
 #include "newton/blocks/joint.h"
+#include "recursion/group.h"
 
 /* Doubles of w->work for the largest joint. */
 size_t mbsri_tree_work(const mbsr_newton *w);
@@ -22,5 +23,8 @@ void mbsri_tree_clear(const mbsr_newton *w, int i);
 
 /* What w->node says of a joint at a factorisation. */
 void mbsri_tree_mark(mbsr_newton *w, int i, int rank);
+
+/* The same of a group that is eliminated in one piece. */
+void mbsri_tree_mark_coupled(mbsr_newton *w, const mbsri_group *g, int rank);
 
 #endif

@@ -12,6 +12,7 @@
 #include "newton/slopes/body_slopes.h"
 #include "newton/slopes/force_slopes.h"
 #include "newton/slopes/relation.h"
+#include "recursion/group.h"
 
 #include <math.h>
 
@@ -384,14 +385,26 @@ static void pass_on(joint *j)
     }
 }
 
-/* mu over A is -Mbar, of which successors among the sweeps have not handed on their part. */
+/* mu over A is -Mbar, of which successors among the sweeps have not handed on their part; those of
+ * the same group will. */
 static void place_masses(const joint *j)
 {
+    const mbsr_model *m = j->w->model;
     const int d = j->b->d, first = j->node->e + d;
-    const double *Mbar = j->d->Mbar + j->b->dd;
+    const size_t dd = (size_t)d * (size_t)d;
+    double *own = j->d->scratch, *of_group = own + dd, *work = of_group + dd;
+    mbsri_copy(dd, j->d->Mbar + j->b->dd, own);
+    mbsri_zero(dd, of_group);
+    const mbsri_group g = mbsri_group_in_model(m, j->b->head);
+    for (int k = 0; k < g.members && j->node->coupled; ++k) {
+        const mbsri_body *member = m->body + g.member[k];
+        if (member->parent != j->i) continue;
+        mbsri_congruence(member->d, d, j->d->H + member->dp, j->d->Mbar + member->dd, of_group,
+                         work);
+    }
     for (int k = 0; k < d; ++k) {
         double *column = j->P + (size_t)(first + k) * (size_t)j->actions + 2 * d;
-        for (int l = 0; l < d; ++l) column[l] = -Mbar[k * d + l];
+        for (int l = 0; l < d; ++l) column[l] = of_group[k * d + l] - own[k * d + l];
     }
 }
 

@@ -167,7 +167,14 @@ void mbsri_border_open(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton)
     w->mixed = true;
     w->c = newton->c;
     w->node[0].deep = false;
-    for (int i = 1; i <= run->tree->bodies; ++i) mbsri_tree_mark(w, i, run->rank[i]);
+    for (int i = 1; i <= run->tree->bodies; ++i) {
+        if (!mbsri_heads(run->model, run->data, i)) continue;
+        const mbsri_group g = mbsri_group_of(run->model, run->data, i);
+        if (g.members > 1)
+            mbsri_tree_mark_coupled(w, &g, mbsri_group_rank(run->data, &g));
+        else
+            mbsri_tree_mark(w, i, run->rank[i]);
+    }
 }
 
 /* The sums over what block i hands on, about the origin of its predecessor's own frame. */

@@ -13,9 +13,9 @@
 #include <string.h>
 
 /* Slopes of blocks are for newton/blocks; so are those between a block and its predecessor. */
-static bool is_block(const mbsr_model *m, int i)
+static bool is_block(const mbsri_sweeps *tree, int i)
 {
-    return (m->sweeps->body[i].flags & MBSRI_BLOCK) != 0;
+    return (tree->body[i].flags & MBSRI_BLOCK) != 0;
 }
 
 static bool on_bodies(const mbsri_force *force)
@@ -25,14 +25,15 @@ static bool on_bodies(const mbsri_force *force)
 
 /* Marks the bodies of an element whose predecessor is in its list, too, in `pair` (may be NULL);
  * returns how many. */
-static size_t mark_pairs(const mbsr_model *m, const mbsri_force *force, int *pair)
+static size_t mark_pairs(const mbsr_model *m, const mbsri_sweeps *tree, const mbsri_force *force,
+                         int *pair)
 {
     const int *bodies = m->list_index + force->list;
     size_t count = 0;
     if (!on_bodies(force) || force->def.table->flags & MBSR_FORCE_EVERY_BODY) return 0;
     for (int k = 0; k < force->def.bodies; ++k) {
         for (int l = 0; l < force->def.bodies; ++l) {
-            if (mbsri_relate(m, bodies[k], bodies[l]) != MBSRI_BELOW || is_block(m, bodies[k]))
+            if (mbsri_relate(m, bodies[k], bodies[l]) != MBSRI_BELOW || is_block(tree, bodies[k]))
                 continue;
             if (pair) pair[bodies[k]] = 0;
             ++count;
@@ -41,17 +42,18 @@ static size_t mark_pairs(const mbsr_model *m, const mbsri_force *force, int *pai
     return count;
 }
 
-void mbsri_newton_count(const mbsr_model *m, size_t *loaded, size_t *pairs, int *number, int *pair)
+void mbsri_newton_count(const mbsr_model *m, const mbsri_sweeps *tree, size_t *loaded,
+                        size_t *pairs, int *number, int *pair)
 {
     const mbsri_force *force = m->forces.data;
     *loaded = *pairs = 0;
     for (int i = 1; i <= m->bodies; ++i) {
-        const bool has = m->sweeps->body[i].flags & MBSRI_LOADED && !is_block(m, i);
+        const bool has = tree->body[i].flags & MBSRI_LOADED && !is_block(tree, i);
         if (number) number[i] = has ? (int)*loaded : -1;
         if (pair) pair[i] = -1;
         *loaded += has;
     }
-    for (size_t k = 0; k < m->forces.count; ++k) *pairs += mark_pairs(m, force + k, pair);
+    for (size_t k = 0; k < m->forces.count; ++k) *pairs += mark_pairs(m, tree, force + k, pair);
     if (*pairs > (size_t)m->bodies) *pairs = (size_t)m->bodies;
     int count = 0;
     for (int i = 1; i <= m->bodies && pair; ++i) {
@@ -144,7 +146,7 @@ static bool add_block(mbsri_newton_sweeps *w, const mbsri_force *force, int i, i
     const mbsr_force_derivatives *by = &w->slopes.out;
     const mbsri_relation relation = mbsri_relate(m, i, j);
     const bool apart = (force->def.table->flags & MBSR_FORCE_NO_JOINT) != 0;
-    if (is_block(m, relation == MBSRI_ABOVE ? j : i)) return true;
+    if (is_block(w->tree, relation == MBSRI_ABOVE ? j : i)) return true;
     const mbsri_body *on = m->body + i, *of = m->body + j;
     const int row = by->row[k], column = by->column[l], n = on->n, d = on->d,
               joint = of->nq + of->n, motion = mbsri_pose_size(of) + of->d;
@@ -175,7 +177,7 @@ static int slopes_of_call(mbsri_newton_sweeps *w, mbsr_data *d, const mbsri_forc
     const int *list = every ? &i : m->list_index + force->list,
               bodies = every ? 1 : force->def.bodies;
     bool any = false;
-    for (int k = 0; k < bodies; ++k) any = any || (list[k] > 0 && !is_block(m, list[k]));
+    for (int k = 0; k < bodies; ++k) any = any || (list[k] > 0 && !is_block(w->tree, list[k]));
     if (!any) return MBSR_OK;
     const int status = mbsri_force_slopes(m, d, force, i, &w->slopes);
     const mbsr_force_derivatives *by = &w->slopes.out;
@@ -184,7 +186,7 @@ static int slopes_of_call(mbsri_newton_sweeps *w, mbsr_data *d, const mbsri_forc
             if (list[k] > 0 && list[l] > 0 && !add_block(w, force, list[k], k, list[l], l))
                 return MBSRI_NOT_SERVED;
         }
-        if (joints && list[k] > 0 && !is_block(m, list[k]))
+        if (joints && list[k] > 0 && !is_block(w->tree, list[k]))
             add_joint_slopes(w, list[k], by, by->row[k], by->column[k]);
     }
     return status;

@@ -7,7 +7,8 @@
 
 /* How many bodies there are with elements, and pairs of a body and its predecessor between which
  * some act (at most); into the arrays, which may be NULL: their numbers, or -1. */
-void mbsri_newton_count(const mbsr_model *m, size_t *loaded, size_t *pairs, int *number, int *pair);
+void mbsri_newton_count(const mbsr_model *m, const mbsri_sweeps *tree, size_t *loaded,
+                        size_t *pairs, int *number, int *pair);
 
 /* Slopes at the state of the data, but for gravity: joint forces, forces on bodies and between a
  * body and its predecessor. Returns a status, or MBSRI_NOT_SERVED where a joint's force depends on

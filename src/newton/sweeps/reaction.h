@@ -161,16 +161,30 @@ static void find_reactions(const mbsri_sweep_run *run, mbsri_newton_sweeps *newt
     }
 }
 
-/* Which bodies are deep; false: some joint is none of one axis among them, or there is no memory
- * for them. */
+/* Whether joint i lacks some of its rank, or is of a group that does and is eliminated as one; false
+ * in *as_one: of one that would not have to be. */
+static bool lacks_rank(const mbsri_sweep_run *run, int i, bool *as_one)
+{
+    const mbsr_model *m = run->model;
+    const int head = m->body[i].head;
+    if (m->body[head].members < 2 || mbsri_apart(m, run->data, head))
+        return run->rank[i] < run->tree->body[i].n;
+    const mbsri_group g = mbsri_group_in_model(m, head);
+    *as_one = *as_one && mbsri_coupled(m, run->data, &g);
+    return true;
+}
+
+/* Which bodies are deep; false: some joint is none of one axis among them, there is no memory for
+ * them, or a group needs to be taken apart. */
 static bool find_deep(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton)
 {
     newton->deep = false;
     newton->step[0].deep = 0;
+    bool as_one = true;
     for (int i = 1; i <= run->tree->bodies; ++i) {
         const mbsri_sweep_body *b = run->tree->body + i;
         const int above = newton->step[b->parent].deep & MBSRI_DEEP;
-        const bool deficient = run->rank[i] < b->n;
+        const bool deficient = lacks_rank(run, i, &as_one);
         int *deep = &newton->step[i].deep;
         *deep = above || deficient ? MBSRI_DEEP : 0;
         if (deficient) *deep |= MBSRI_NO_INERTIA;
@@ -178,7 +192,7 @@ static bool find_deep(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton)
         newton->deep = true;
         if (b->flags & MBSRI_MULTI) return false;
     }
-    return !newton->deep || newton->below;
+    return as_one && (!newton->deep || newton->below);
 }
 
 #endif

@@ -49,9 +49,9 @@ static const mbsri_newton_kernels *kernels_of(const mbsri_sweeps *tree)
 }
 
 /* Places the solver in `base`, or with base == NULL only returns the size. */
-static size_t layout(const mbsr_model *m, unsigned char *base, mbsri_newton_sweeps **newton)
+static size_t layout(const mbsr_model *m, const mbsri_sweeps *tree, unsigned char *base,
+                     mbsri_newton_sweeps **newton)
 {
-    const mbsri_sweeps *tree = m->sweeps;
     const size_t bodies = (size_t)m->bodies + 1, nu = (size_t)m->nu, depth = (size_t)tree->depth;
     mbsri_newton_sweeps counted;
     size_t used = 0, doubles, ints, loaded, pairs;
@@ -63,7 +63,7 @@ static size_t layout(const mbsr_model *m, unsigned char *base, mbsri_newton_swee
     w->step = take(base, &used, bodies * sizeof *w->step);
     w->block = take(base, &used, (size_t)tree->multi * sizeof *w->block);
     w->own = take(base, &used, full ? bodies * sizeof *w->own : 0);
-    mbsri_newton_count(m, &loaded, &pairs, NULL, NULL);
+    mbsri_newton_count(m, tree, &loaded, &pairs, NULL, NULL);
     w->at = take(base, &used, loaded * sizeof *w->at);
     w->by_pred = take(base, &used, pairs * sizeof *w->by_pred);
     w->on_pred = take(base, &used, pairs * sizeof *w->on_pred);
@@ -90,30 +90,37 @@ static size_t layout(const mbsr_model *m, unsigned char *base, mbsri_newton_swee
     if (!full) w->own = NULL;
     if (!deep) w->below = NULL;
     w->deep = w->unclear = false;
-    if (full) mbsri_newton_count(m, &loaded, &pairs, w->number, w->pair);
+    if (full) mbsri_newton_count(m, tree, &loaded, &pairs, w->number, w->pair);
     if (slopes == 0) w->tau_q = w->tau_u = NULL;
     mbsri_slopes_place(m, &w->slopes, work, places);
     *newton = w;
     return used;
 }
 
+/* With whole bodies as blocks, if there is an elimination for them. */
+static const mbsri_sweeps *tree_of(const mbsr_model *m, bool alone)
+{
+    return alone ? m->sweeps : m->whole;
+}
+
 size_t mbsri_newton_sweeps_size(const mbsr_model *m, bool alone)
 {
-    const mbsri_sweeps *tree = m->sweeps;
-    return tree && (tree->blocks == 0 || (!alone && tree->rates)) ? layout(m, NULL, NULL) : 0;
+    const mbsri_sweeps *tree = tree_of(m, alone);
+    return tree && (tree->blocks == 0 || (!alone && tree->rates)) ? layout(m, tree, NULL, NULL) : 0;
 }
 
 mbsri_newton_sweeps *mbsri_newton_sweeps_place(const mbsr_model *m, bool alone, void *memory,
                                                struct mbsr_newton *blocks)
 {
     mbsri_newton_sweeps *w;
-    layout(m, memory, &w);
-    w->blocks = m->sweeps->blocks > 0 ? blocks : NULL;
+    const mbsri_sweeps *tree = tree_of(m, alone);
+    layout(m, tree, memory, &w);
+    w->blocks = tree->blocks > 0 ? blocks : NULL;
     memset(w->step, 0, sizeof *w->step);
     w->least_pivot = alone ? MBSRI_LEAST_PIVOT : MBSRI_CLEAR_PIVOT;
     int branch = 0;
     for (int i = 1; i <= m->bodies; ++i) {
-        const mbsri_sweep_body *b = m->sweeps->body + i;
+        const mbsri_sweep_body *b = tree->body + i;
         w->step[i] = (mbsri_newton_step){.parent = b->parent,
                                          .flags = b->flags,
                                          .n = b->n,
@@ -123,7 +130,7 @@ mbsri_newton_sweeps *mbsri_newton_sweeps_place(const mbsr_model *m, bool alone, 
                                          .branch = branch};
         branch += (b->flags & MBSRI_BRANCHES) != 0;
     }
-    for (int k = 0; k < m->sweeps->multi; ++k) memset(w->block + k, 0, sizeof *w->block);
+    for (int k = 0; k < tree->multi; ++k) memset(w->block + k, 0, sizeof *w->block);
     return w;
 }
 
@@ -134,7 +141,7 @@ int mbsri_newton_sweeps_factor(mbsri_newton_sweeps *newton, mbsr_data *d, double
 {
     const mbsr_model *m = newton->model;
     mbsri_sweep_run run;
-    const int opened = mbsri_sweeps_open(&run, m, d, t, q, u);
+    const int opened = mbsri_sweeps_open(&run, m, newton->tree, d, t, q, u);
     if (opened) return opened;
     newton->c = c;
     newton->by_c = 1.0 / c;
@@ -156,7 +163,7 @@ int mbsri_newton_sweeps_factor(mbsri_newton_sweeps *newton, mbsr_data *d, double
     if (singular < 0 || !mbsri_sweeps_as_watched(&run) || mbsri_sweeps_coupled(&run))
         return MBSRI_NOT_SERVED;
     if (singular > 0 && newton->least_pivot > MBSRI_LEAST_PIVOT &&
-        m->sweeps->body[singular].flags & MBSRI_MULTI)
+        run.tree->body[singular].flags & MBSRI_MULTI)
         return MBSRI_NOT_SERVED;
     mbsri_remember(m, d, MBSRI_PENDING_FORWARD, q, u, NULL);
     if (singular == 0) return MBSR_OK;

@@ -53,7 +53,7 @@ static void compare_forward(const state *s, tally *n)
     int *rank = malloc(((size_t)s->model->bodies + 1) * sizeof *rank);
     memcpy(rank, s->data->rank, ((size_t)s->model->bodies + 1) * sizeof *rank);
     for (int k = 0; k < test_kernels(list); ++k) {
-        s->model->sweeps->kernels = list[k];
+        test_use_kernels(s->model, list[k]);
         mbsri_data_poison(s->data);
         if (mbsri_sweeps_forward_dynamics(s->model, s->data, s->t, s->q, s->u, s->tau, s->out))
             continue;
@@ -67,13 +67,12 @@ static void compare_forward(const state *s, tally *n)
 static void compare_inverse(const state *s, tally *n)
 {
     const mbsri_sweep_kernels *list[2];
-    mbsri_sweeps *tree = s->model->sweeps;
-    s->model->sweeps = NULL;
+    const test_hidden trees = test_hide_sweeps(s->model);
     assert_ok(mbsr_inverse_dynamics(s->model, s->data, s->t, s->q, s->u, s->tau, s->expected),
               mbsr_data_error(s->data));
-    s->model->sweeps = tree;
+    test_show_sweeps(s->model, trees);
     for (int k = 0; k < test_kernels(list); ++k) {
-        tree->kernels = list[k];
+        test_use_kernels(s->model, list[k]);
         mbsri_data_poison(s->data);
         assert_false(
             mbsri_sweeps_inverse_dynamics(s->model, s->data, s->t, s->q, s->u, s->tau, s->out));
@@ -92,13 +91,12 @@ static void compare_residual(const state *s, mbsr_dae_form form, test_rng *rng, 
     assert_ok(mbsr_dae_pack(m, s->data, form, s->t, s->q, s->u, s->y), mbsr_data_error(s->data));
     for (int k = 0; k < nu; ++k) s->y[nq + k] += 0.1 * test_uniform(rng);
     test_fill(rng, size, s->yp);
-    mbsri_sweeps *tree = s->model->sweeps;
-    s->model->sweeps = NULL;
+    const test_hidden trees = test_hide_sweeps(s->model);
     assert_ok(mbsr_dae_residual(m, s->data, form, s->t, s->y, s->yp, s->expected),
               mbsr_data_error(s->data));
-    s->model->sweeps = tree;
+    test_show_sweeps(s->model, trees);
     for (int k = 0; k < test_kernels(list); ++k) {
-        tree->kernels = list[k];
+        test_use_kernels(s->model, list[k]);
         mbsri_data_poison(s->data);
         if ((momentum ? mbsri_sweeps_momentum_residual
                       : mbsri_sweeps_inverse_residual)(m, s->data, s->t, s->y, s->yp, s->F))

@@ -39,7 +39,7 @@ static void compare_dynamics(test_plane_tree *s, tally *n)
     assert_true(status == MBSR_OK || status == MBSR_UNDETERMINED);
     const int rank = s->data->total_rank;
     for (int k = 0; k < test_kernels(list); ++k) {
-        s->model->sweeps->kernels = list[k];
+        test_use_kernels(s->model, list[k]);
         mbsri_data_poison(s->data);
         if (mbsri_sweeps_forward_dynamics(s->model, s->data, s->t, s->q, s->u, tau, out)) continue;
         int sum = 0;
@@ -53,7 +53,7 @@ static void compare_dynamics(test_plane_tree *s, tally *n)
     mbsri_scatter(s->model, s->data->out, expected);
     for (int k = 0; k < s->nu; ++k) expected[k] += tau[k]; /* tau was applied, too */
     for (int k = 0; k < test_kernels(list); ++k) {
-        s->model->sweeps->kernels = list[k];
+        test_use_kernels(s->model, list[k]);
         mbsri_data_poison(s->data);
         assert_true(!mbsri_sweeps_inverse_dynamics(s->model, s->data, s->t, s->q, s->u, tau, out));
         note(&n->inverse, test_relative_distance(s->nu, out, expected));
@@ -70,13 +70,12 @@ static void compare_residuals(test_plane_tree *s, mbsr_dae_form form, tally *n)
               mbsr_data_error(s->data));
     for (int k = 0; k < s->nu; ++k) y[s->nq + k] += 0.1 * test_uniform(&rng);
     test_fill(&rng, size, yp);
-    mbsri_sweeps *tree = s->model->sweeps;
-    s->model->sweeps = NULL;
+    const test_hidden trees = test_hide_sweeps(s->model);
     assert_ok(mbsr_dae_residual(s->model, s->data, form, s->t, y, yp, expected),
               mbsr_data_error(s->data));
-    s->model->sweeps = tree;
+    test_show_sweeps(s->model, trees);
     for (int k = 0; k < test_kernels(list); ++k) {
-        tree->kernels = list[k];
+        test_use_kernels(s->model, list[k]);
         mbsri_data_poison(s->data);
         assert_ok(mbsr_dae_residual(s->model, s->data, form, s->t, y, yp, F),
                   mbsr_data_error(s->data));

@@ -39,7 +39,7 @@ static bool compare(test_rigid_tree *s, double tolerance)
     int *rank = malloc(((size_t)mbsr_model_bodies(s->model) + 1) * sizeof *rank);
     for (int i = 1; i <= s->model->bodies; ++i) rank[i] = s->data->rank[i];
     for (int k = 0; k < test_kernels(list); ++k) {
-        s->model->sweeps->kernels = list[k];
+        test_use_kernels(s->model, list[k]);
         mbsri_data_poison(s->data);
         fast = !mbsri_sweeps_forward_dynamics(s->model, s->data, s->t, s->q, s->u, s->tau, s->udot);
         if (!fast) break;
@@ -100,7 +100,7 @@ static void compare_inverse(test_rigid_tree *s)
     mbsri_inverse(s->model, s->data, s->tau);
     mbsri_scatter(s->model, s->data->out, s->expected);
     for (int l = 0; l < count; ++l) {
-        s->model->sweeps->kernels = list[l];
+        test_use_kernels(s->model, list[l]);
         mbsri_data_poison(s->data);
         assert_true(
             !mbsri_sweeps_inverse_dynamics(s->model, s->data, s->t, s->q, s->u, s->tau, s->udot));
@@ -121,13 +121,12 @@ static void compare_residuals(test_rigid_tree *s, mbsr_dae_form form, uint64_t s
               mbsr_data_error(s->data));
     for (int k = 0; k < nu; ++k) y[nq + k] += test_uniform(&rng);
     test_fill(&rng, size, yp);
-    mbsri_sweeps *tree = s->model->sweeps;
-    s->model->sweeps = NULL;
+    const test_hidden trees = test_hide_sweeps(s->model);
     assert_ok(mbsr_dae_residual(s->model, s->data, form, s->t, y, yp, expected),
               mbsr_data_error(s->data));
-    s->model->sweeps = tree;
+    test_show_sweeps(s->model, trees);
     for (int k = 0; k < test_kernels(list); ++k) {
-        tree->kernels = list[k];
+        test_use_kernels(s->model, list[k]);
         mbsri_data_poison(s->data);
         if ((form == MBSR_DAE_MOMENTUM
                  ? mbsri_sweeps_momentum_residual

@@ -1,0 +1,16 @@
+/* What is found out about a tree in a position without symmetry, when its model is finished.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRI_SURVEY_H
+#define MBSRI_SURVEY_H
+
+#include "recursion/data.h"
+
+/* Puts the data of a model that is finished but for that into such a position, at rest; false: the
+ * functions of some joint do not give one. */
+bool mbsri_survey_position(const mbsr_model *m, mbsr_data *d);
+
+/* Sets `scale` of the model and `whole` of its bodies, where joints may lack some of their rank.
+ * Needs groups. False: no memory. */
+bool mbsri_survey(mbsr_model *m);
+
+#endif
