@@ -49,6 +49,8 @@ extern "C" {
     X(MBSR_FRAME_TURNED, 1011, "massless directions turned too far from their reference")          \
     X(MBSR_ZERO_QUATERNION, 1012, "a quaternion has length zero")                                  \
     X(MBSR_SINGULAR_BLOCK, 1013, "the Newton equations of a joint are singular")                   \
+    X(MBSR_LOOP_SINGULAR, 1014, "the rows of a closure have become dependent")                     \
+    X(MBSR_LOOP_OPEN, 1015, "a loop does not close")                                               \
     /* fatal: wrong use */                                                                         \
     X(MBSR_ERR_NULL, -1001, "a required pointer is NULL")                                          \
     X(MBSR_ERR_NO_DEFAULT, -1002, "a definition was not made by its default function")             \
@@ -64,7 +66,8 @@ extern "C" {
     X(MBSR_ERR_MISMATCH, -1012, "the data belongs to another model")                               \
     X(MBSR_ERR_SEQUENCE, -1013, "an earlier stage of the evaluation is missing")                   \
     X(MBSR_ERR_SOLVER, -1014, "the integrator failed")                                             \
-    X(MBSR_ERR_LEAN, -1015, "the data is lean and does not hold what this needs")
+    X(MBSR_ERR_LEAN, -1015, "the data is lean and does not hold what this needs")                  \
+    X(MBSR_ERR_CLOSURES, -1016, "the model has closures, which this does not serve")
 
 enum mbsr_status {
 #define MBSR_STATUS_ENUM(name, value, text) name = value,

@@ -2,7 +2,7 @@
  * equations (DAE).
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Unknowns are minimal (joint) coordinates; there are no constraints and no multipliers. What is
+ * Unknowns are minimal (joint) coordinates; a tree has no constraints and no multipliers. What is
  * algebraic are the velocities in directions without mass: the differential index is 1 where
  * dampers determine them, 2 where springs alone do (index.h).
  *
@@ -30,6 +30,16 @@ extern "C" {
  * function and inertias by function get them by central differences of the kinematics, at three
  * times the cost of mbsr_positions.
  *
+ * With closures (closure.h), which MOMENTUM alone takes, y = (q, p, u, Lambda, Eta): one number for
+ * each velocity row, then one for each position row, both algebraic. Loop forces are rates, lambda =
+ * Lambda', and come with y'; Eta' is zero on solutions:
+ *
+ *   q' - G (u + C^T Eta');  p' - (.) - C^T Lambda';  u from p, or forces without mass;  C u + g_t;  g
+ *
+ * In the place of a stiff row's Lambda stands the force s of its spring, and lambda = -(s + (damping /
+ * stiffness) s'). Origins of Lambda and Eta are free: mbsr_dae_pack gives zero, and the s of the
+ * positions. An integrator should leave all of them out of its error test.
+ *
  * The (q, u) forms are linearly implicit, E(q) u' = ..., with an E that is singular exactly when
  * the joint-space mass matrix is. INDEX1 is (2) of the paper, semi-explicit like MOMENTUM. */
 typedef enum mbsr_dae_form {
@@ -39,7 +49,8 @@ typedef enum mbsr_dae_form {
     MBSR_DAE_INDEX1 = 3
 } mbsr_dae_form;
 
-/* Length of y, y' and F; -1 if the model is NULL, not finished, or the form unknown. */
+/* Length of y, y' and F; -1 if the model is NULL, not finished, or the form unknown or one that does
+ * not take the model's closures. All functions below return MBSR_ERR_CLOSURES for such a form. */
 MBSR_API int mbsr_dae_size(const mbsr_model *model, mbsr_dae_form form);
 
 /* id (mbsr_dae_size numbers): 1 for differential variables, 0 for algebraic ones. In the momentum

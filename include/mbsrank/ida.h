@@ -11,6 +11,7 @@
 #ifndef MBSRANK_IDA_H
 #define MBSRANK_IDA_H
 
+#include <mbsrank/closure.h>
 #include <mbsrank/newton.h>
 
 #ifdef __cplusplus

@@ -11,6 +11,7 @@
 
 #include <mbsrank/base.h>
 #include <mbsrank/batch.h>
+#include <mbsrank/closure.h>
 #include <mbsrank/dae.h>
 #include <mbsrank/data.h>
 #include <mbsrank/dynamics.h>

@@ -45,6 +45,7 @@ static size_t layout(const mbsr_model *m, bool lean, unsigned char *base, mbsr_d
     d->frame_rank = take(base, &used, bodies * sizeof *d->frame_rank);
     d->carries = take(base, &used, bodies * sizeof *d->carries);
     d->apart = take(base, &used, m->grouped && !lean ? bodies * sizeof *d->apart : 0);
+    d->dropped = take(base, &used, (size_t)m->rows * sizeof *d->dropped);
     d->pivots = take(base, &used, (size_t)m->max_d * sizeof *d->pivots);
     d->force_bodies = take(base, &used, (size_t)m->max_force_bodies * sizeof *d->force_bodies);
     if (m->sweeps) {
@@ -132,7 +133,8 @@ static int init(const mbsr_model *model, bool lean, void *memory, size_t size, m
     d->total_rank = -1;
     d->pending = MBSRI_PENDING_NONE;
     d->watching = d->framed = d->use_frame = d->keep_scale = false;
-    d->accelerated = d->single = false;
+    d->accelerated = d->single = d->loaded = false;
+    for (int k = 0; k < model->rows; ++k) d->dropped[k] = false;
     d->alignment = 1.0;
     for (int i = 0; i <= model->bodies && model->grouped && !lean; ++i) d->apart[i] = false;
     *data = d;

@@ -1,6 +1,7 @@
 /* Finishing a model: check the tree, number it parent before child, place every body's arrays.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "algebra/lapack.h"
+#include "assembly/closures.h"
 #include "assembly/groups.h"
 #include "assembly/survey.h"
 #include "base/error.h"
@@ -370,7 +371,9 @@ static int build(mbsr_model *m, int N, numbering *w)
     if (!status) status = check_joints(m, N);
     if (!status) status = resolve_forces(m, N);
     if (!status) status = place_rates(m, N);
-    if (!status && !(mbsri_sweeps_build(m, N) && group_joints(m, N))) {
+    if (!status) status = mbsri_closures_resolve(m, N);
+    const bool swept = status || m->rows > 0 || mbsri_sweeps_build(m, N);
+    if (!status && !(swept && group_joints(m, N))) {
         status = mbsri_fail(&m->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                             "mbsr_model_finish: no memory");
     }
@@ -393,6 +396,8 @@ static void undo(mbsr_model *m)
     m->differences = m->grouped = false;
     m->bodies = 0;
     m->nq = m->nu = m->max_d = m->max_n = m->max_force_bodies = 0;
+    m->rows = m->held = m->max_columns = 0;
+    m->size_c = 0;
     m->size_p = m->size_v = m->size_dd = m->size_dp = m->size_dn = m->size_dg = m->size_k =
         m->size_nn = m->size_full = 0;
 }
@@ -434,6 +439,7 @@ void mbsr_model_destroy(mbsr_model *model)
     const mbsr_allocator allocator = model->allocator;
     mbsri_release(&allocator, model->entries.data);
     mbsri_release(&allocator, model->forces.data);
+    mbsri_release(&allocator, model->closures.data);
     mbsri_release(&allocator, model->names.data);
     mbsri_release(&allocator, model->matrices.data);
     mbsri_release(&allocator, model->lists.data);

@@ -220,6 +220,10 @@ int mbsri_batch_make(const mbsr_model *model, const mbsri_batch_kernels *kernels
         return mbsri_fail(error, MBSR_ERR_UNFINISHED, MBSR_NONE, MBSR_NONE,
                           "mbsr_batch_create: the model is not finished");
     }
+    if (model->rows > 0) {
+        return mbsri_fail(error, MBSR_ERR_CLOSURES, MBSR_NONE, MBSR_NONE,
+                          "mbsr_batch_create: the model has closures, which batches do not serve");
+    }
     if (!count_parts(model, &n)) kernels = NULL;
     const size_t size = layout(model, kernels, n, NULL, batch, &data);
     unsigned char *block = mbsri_allocate(&model->allocator, size + MBSR_DATA_ALIGNMENT);

@@ -60,3 +60,12 @@ int mbsri_enter(const mbsr_model *m, mbsr_data *d, bool arguments, mbsri_stage n
     }
     return MBSR_OK;
 }
+
+int mbsri_enter_tree(const mbsr_model *m, mbsr_data *d, bool arguments, mbsri_stage needed,
+                     const char *function)
+{
+    const int status = mbsri_enter(m, d, arguments, needed, function);
+    if (status || m->rows == 0) return status;
+    return mbsri_fail(&d->error, MBSR_ERR_CLOSURES, MBSR_NONE, MBSR_NONE,
+                      "%s: the model has closures, which this does not serve", function);
+}

@@ -13,6 +13,10 @@
 int mbsri_enter(const mbsr_model *m, mbsr_data *d, bool arguments, mbsri_stage needed,
                 const char *function);
 
+/* The same for what serves trees alone: MBSR_ERR_CLOSURES for a model with closures. */
+int mbsri_enter_tree(const mbsr_model *m, mbsr_data *d, bool arguments, mbsri_stage needed,
+                     const char *function);
+
 /* Keeps the caller's inputs of an evaluation by the sweeps; load may be NULL for zero. */
 void mbsri_remember(const mbsr_model *m, mbsr_data *d, mbsri_pending pending, const double *q,
                     const double *u, const double *load);

@@ -12,7 +12,7 @@ int mbsr_forward_dynamics(const mbsr_model *model, mbsr_data *data, double t, co
 {
     const mbsr_model *m = model;
     mbsr_data *d = data;
-    int status = mbsri_enter(m, d, q && u && udot, MBSRI_STAGE_NONE, "mbsr_forward_dynamics");
+    int status = mbsri_enter_tree(m, d, q && u && udot, MBSRI_STAGE_NONE, "mbsr_forward_dynamics");
     if (status) return status;
     status = mbsri_sweeps_forward_dynamics(m, d, t, q, u, tau, udot);
     if (status == MBSRI_NOT_SERVED) return mbsri_forward_by_stages(m, d, t, q, u, tau, udot);

@@ -14,7 +14,7 @@ int mbsr_forward_dynamics_refined(const mbsr_model *model, mbsr_data *data, doub
     static const char name[] = "mbsr_forward_dynamics_refined";
     const mbsr_model *m = model;
     mbsr_data *d = data;
-    int status = mbsri_enter(m, d, q && u && udot, MBSRI_STAGE_NONE, name);
+    int status = mbsri_enter_tree(m, d, q && u && udot, MBSRI_STAGE_NONE, name);
     if (!status) status = mbsri_forward_by_stages(m, d, t, q, u, tau, udot);
     if (status) return status;
     double *each = error ? error : d->u_given;

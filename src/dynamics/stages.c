@@ -68,7 +68,7 @@ static int forward(const mbsr_model *m, mbsr_data *d, const double *udot, double
 int mbsr_forward(const mbsr_model *model, mbsr_data *data, const double *udot, double *residual)
 {
     const int status =
-        mbsri_enter(model, data, udot && residual, MBSRI_STAGE_BACKWARD, "mbsr_forward");
+        mbsri_enter_tree(model, data, udot && residual, MBSRI_STAGE_BACKWARD, "mbsr_forward");
     return status ? status : forward(model, data, udot, residual, "mbsr_forward");
 }
 
@@ -76,8 +76,8 @@ int mbsr_recursive_residual(const mbsr_model *model, mbsr_data *data, double t, 
                             const double *u, const double *udot, const double *tau,
                             double *residual)
 {
-    int status = mbsri_enter(model, data, q && u && udot && residual, MBSRI_STAGE_NONE,
-                             "mbsr_recursive_residual");
+    int status = mbsri_enter_tree(model, data, q && u && udot && residual, MBSRI_STAGE_NONE,
+                                  "mbsr_recursive_residual");
     if (!status) status = mbsri_positions(model, data, t, q);
     if (!status) status = mbsri_velocities(model, data, u);
     if (!status) status = mbsri_forces(model, data, tau);

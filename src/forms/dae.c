@@ -25,7 +25,12 @@ static int enter(const mbsr_model *m, mbsr_data *d, mbsr_dae_form form, bool arg
     const int status = mbsri_enter(m, d, arguments, MBSRI_STAGE_NONE, function);
     if (status) return status;
     *f = mbsri_find_form(form);
-    if (*f) return MBSR_OK;
+    if (*f && (m->rows == 0 || form == MBSR_DAE_MOMENTUM)) return MBSR_OK;
+    if (*f) {
+        return mbsri_fail(&d->error, MBSR_ERR_CLOSURES, MBSR_NONE, MBSR_NONE,
+                          "%s: the model has closures, which only the momentum form takes",
+                          function);
+    }
     return mbsri_fail(&d->error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
                       "%s: form is %d, no such form", function, (int)form);
 }
@@ -57,7 +62,8 @@ int mbsri_unpack(const mbsri_dae_form *form, const mbsr_model *m, mbsr_data *d, 
 int mbsr_dae_size(const mbsr_model *model, mbsr_dae_form form)
 {
     const mbsri_dae_form *f = mbsri_find_form(form);
-    return model && model->finished && f ? f->size(model) : -1;
+    const bool served = f && model && (model->rows == 0 || form == MBSR_DAE_MOMENTUM);
+    return served && model->finished ? f->size(model) : -1;
 }
 
 int mbsr_dae_id(const mbsr_model *model, mbsr_data *data, mbsr_dae_form form, double *id)

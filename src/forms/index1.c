@@ -340,7 +340,7 @@ int mbsr_index1_alignment(const mbsr_model *model, mbsr_data *data, double t, co
                           double *cosine)
 {
     mbsr_data *d = data;
-    int status = mbsri_enter(model, d, y && cosine, MBSRI_STAGE_NONE, "mbsr_index1_alignment");
+    int status = mbsri_enter_tree(model, d, y && cosine, MBSRI_STAGE_NONE, "mbsr_index1_alignment");
     if (!status) status = need_frame(d);
     if (status) return status;
     d->use_frame = true;
@@ -366,7 +366,7 @@ int mbsr_index1_renew(const mbsr_model *model, mbsr_data *data, double t, const 
 {
     const mbsr_model *m = model;
     mbsr_data *d = data;
-    int status = mbsri_enter(m, d, y && yp, MBSRI_STAGE_NONE, "mbsr_index1_renew");
+    int status = mbsri_enter_tree(m, d, y && yp, MBSRI_STAGE_NONE, "mbsr_index1_renew");
     if (!status) status = need_frame(d);
     if (status) return status;
     d->use_frame = true;
@@ -395,7 +395,7 @@ int mbsr_index1_renew(const mbsr_model *model, mbsr_data *data, double t, const 
 
 int mbsr_index1_reset(const mbsr_model *model, mbsr_data *data)
 {
-    const int status = mbsri_enter(model, data, true, MBSRI_STAGE_NONE, "mbsr_index1_reset");
+    const int status = mbsri_enter_tree(model, data, true, MBSRI_STAGE_NONE, "mbsr_index1_reset");
     if (!status) data->framed = false;
     return status;
 }

@@ -20,6 +20,8 @@
  *
  * with e = tau - J^T (fbar + Mbar kII).
  *
+ * With closures y = (q, p, u, Lambda, Eta), and their rows stand below: see loops.c.
+ *
  * group by group (recursion/group.h). P r is what of the momenta belongs to no inertia; P e = gamma are the forces there. s = 1 s makes
  * a momentum of a force. Projections need no basis: nothing can flip or turn. */
 #include "forms/momentum.h"
@@ -27,6 +29,7 @@
 #include "algebra/dense.h"
 #include "dynamics/entry.h"
 #include "forms/form.h"
+#include "forms/loops.h"
 #include "recursion/backward.h"
 #include "recursion/elements.h"
 #include "recursion/kinematics.h"
@@ -38,13 +41,13 @@
 
 static int size(const mbsr_model *m)
 {
-    return m->nq + 2 * m->nu;
+    return m->nq + 2 * m->nu + mbsri_loops_size(m);
 }
 
 static int identify(const mbsr_model *m, mbsr_data *d, double *id)
 {
     (void)d;
-    for (int k = 0; k < m->nq + 2 * m->nu; ++k) id[k] = k < m->nq + m->nu ? 1.0 : 0.0;
+    for (int k = 0; k < size(m); ++k) id[k] = k < m->nq + m->nu ? 1.0 : 0.0;
     return MBSR_OK;
 }
 
@@ -84,7 +87,7 @@ static int pack(const mbsr_model *m, mbsr_data *d, double t, const double *q, co
     mbsri_momenta(m, d, y + m->nq);
     mbsri_copy((size_t)m->nq, q, y);
     mbsri_copy((size_t)m->nu, u, y + m->nq + m->nu);
-    return MBSR_OK;
+    return m->rows > 0 ? mbsri_loops_pack(m, d, y + m->nq + 2 * m->nu) : MBSR_OK;
 }
 
 static int unpack(const mbsr_model *m, mbsr_data *d, double t, const double *y, double *q,
@@ -99,8 +102,10 @@ static int unpack(const mbsr_model *m, mbsr_data *d, double t, const double *y, 
 /* q' and p' at the state of y; then forces. */
 int mbsri_momentum_derivatives(const mbsr_model *m, mbsr_data *d, double *qdot, double *pdot)
 {
+    const bool loaded = d->loaded;
     int status = mbsri_coordinate_rates(m, d, qdot);
     if (!status) status = mbsri_rates(m, d);
+    d->loaded = loaded; /* which differences of positions may have ended */
     if (!status) status = mbsri_forces(m, d, NULL);
     if (status) return status;
     mbsri_momenta(m, d, pdot);
@@ -125,7 +130,11 @@ static int residual(const mbsr_model *m, mbsr_data *d, double t, const double *y
     if (status != MBSRI_NOT_SERVED) return status;
     status = mbsri_positions(m, d, t, y);
     if (!status) status = mbsri_velocities(m, d, u);
+    if (!status && m->rows > 0) status = mbsri_loops_load(m, d, u + m->nu, yp + m->nq + 2 * m->nu);
     if (!status) status = mbsri_momentum_derivatives(m, d, F, F + m->nq);
+    if (!status && m->rows > 0)
+        status =
+            mbsri_loops_residual(m, d, u + m->nu, yp + m->nq + 2 * m->nu, F, F + m->nq + 2 * m->nu);
     if (!status) status = mbsri_backward(m, d);
     if (status) return status;
     /* q' - G u,  p' - (.) */

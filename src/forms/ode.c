@@ -197,7 +197,7 @@ int mbsr_ode_create(const mbsr_model *model, mbsr_data *data, double t, const do
                     const double *u, mbsr_ode **ode)
 {
     if (ode) *ode = NULL;
-    int status = mbsri_enter(model, data, q && u && ode, MBSRI_STAGE_NONE, "mbsr_ode_create");
+    int status = mbsri_enter_tree(model, data, q && u && ode, MBSRI_STAGE_NONE, "mbsr_ode_create");
     if (!status) status = mbsri_positions(model, data, t, q);
     if (!status) status = mbsri_velocities(model, data, u);
     if (!status) status = mbsri_backward_masses(model, data);

@@ -11,6 +11,16 @@
 #include <math.h>
 #include <string.h>
 
+/* y' for the residual of first_step: zero, but for the loop forces, which are rates. */
+static N_Vector at_rest(mbsr_ida *ida, bool on)
+{
+    const int first = mbsri_ida_loops(ida);
+    double *zero = N_VGetArrayPointer(ida->zero);
+    const double *yp = N_VGetArrayPointer(ida->yp);
+    for (int k = first; k < ida->size; ++k) zero[k] = on ? yp[k] : 0.0;
+    return ida->zero;
+}
+
 /* First step h when none is given, at most 1e-3 s: with the norm of the error test, which is 1 at
  * the tolerance, and a short time s,
  *
@@ -28,14 +38,15 @@ static double first_step(mbsr_ida *ida, double direction)
     const int n = ida->opt.form == MBSR_DAE_MOMENTUM ? nq + nu : nq;
     const double *yp = N_VGetArrayPointer(ida->yp);
     double *moved = N_VGetArrayPointer(ida->moved), *rate = N_VGetArrayPointer(ida->work);
-    const double slope = mbsri_ida_norm(ida, ida->size, yp);
+    const double slope = mbsri_ida_norm(ida, mbsri_ida_loops(ida), yp);
     const double little = slope * longest > 0.5 ? 0.5 / slope : longest;
     N_VLinearSum(1.0, ida->y, direction * little, ida->yp, ida->moved);
     ++ida->residuals;
-    if (mbsr_dae_residual(ida->model, ida->data, ida->opt.form, ida->present + direction * little,
-                          moved, N_VGetArrayPointer(ida->zero), rate)) {
-        return little;
-    }
+    const int failed =
+        mbsr_dae_residual(ida->model, ida->data, ida->opt.form, ida->present + direction * little,
+                          moved, N_VGetArrayPointer(at_rest(ida, true)), rate);
+    at_rest(ida, false);
+    if (failed) return little;
     for (int k = 0; k < n; ++k) rate[k] = (-rate[k] - yp[k]) / little;
     const double bend = mbsri_ida_norm(ida, n, rate);
     return bend * longest * longest > 1.0 ? 1.0 / sqrt(bend) : longest;

@@ -73,7 +73,8 @@ static int check_determined(mbsr_ida *ida, double t, const double *y, const doub
     static const double c = 1e3; /* 1/s */
     const int nq = mbsr_model_nq(ida->model), nu = mbsr_model_nu(ida->model);
     double *q = N_VGetArrayPointer(ida->moved), *u = q + nq;
-    if (mbsr_total_rank(ida->model, ida->data) == nu) return MBSR_OK;
+    if (mbsr_total_rank(ida->model, ida->data) == nu || mbsr_model_rows(ida->model) > 0)
+        return MBSR_OK;
     mbsr_newton *newton = ida->link.newton;
     mbsr_index_report *report = NULL;
     int status = MBSR_OK;

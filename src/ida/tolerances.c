@@ -34,6 +34,29 @@ static void set_body(mbsr_ida *ida, int body, int velocity, double *atol)
     }
 }
 
+int mbsri_ida_loops(const mbsr_ida *ida)
+{
+    return ida->size - mbsr_model_rows(ida->model) - mbsr_model_held(ida->model);
+}
+
+/* Multipliers are integrals, which grow with time: their tolerances are absolute. Only forces of stiff
+ * rows have a relative one as well. */
+static void set_loops(mbsr_ida *ida, double *atol)
+{
+    double *relative = N_VGetArrayPointer(ida->mass);
+    const int first = mbsri_ida_loops(ida);
+    for (int k = first; k < ida->size; ++k) {
+        if (!ida->opt.atol_each) atol[k] = ida->opt.atol;
+        relative[k] = 0.0;
+    }
+    for (int c = 0; c < mbsr_model_closures(ida->model); ++c) {
+        int row, rows;
+        mbsr_closure_place(ida->model, c, &row, &rows, NULL, NULL);
+        for (int k = 0; k < rows; ++k)
+            relative[first + row + k] = mbsr_closure_stiffness(ida->model, c, k) > 0.0 ? 1.0 : 0.0;
+    }
+}
+
 void mbsri_ida_set_tolerances(mbsr_ida *ida)
 {
     const double *each = ida->opt.atol_each;
@@ -44,6 +67,7 @@ void mbsri_ida_set_tolerances(mbsr_ida *ida)
     for (int i = 0; !each && i < mbsr_model_bodies(ida->model); ++i) {
         set_body(ida, i, momentum ? nq + nu : nq, atol);
     }
+    set_loops(ida, atol);
     ida->scales = !each && (momentum || ida->opt.form == MBSR_DAE_INDEX1);
     ida->opt.atol_each = NULL;
 }
@@ -82,7 +106,10 @@ static void scale_body(mbsr_ida *ida, int body, double mass)
 void mbsri_ida_scale_tolerances(mbsr_ida *ida)
 {
     const double largest = largest_mass(ida);
+    const int loops = mbsri_ida_loops(ida), rows = mbsr_model_rows(ida->model);
+    double *atol = N_VGetArrayPointer(ida->atol);
     mbsr_rank_info info;
+    for (int k = loops; k < loops + rows; ++k) atol[k] = ida->opt.atol * largest;
     for (int i = 0; i < mbsr_model_bodies(ida->model); ++i) {
         const int status = mbsr_body_rank(ida->model, ida->data, i, &info);
         scale_body(ida, i, status == MBSR_OK && info.scale > 0.0 ? info.scale : largest);
@@ -95,6 +122,8 @@ double mbsri_ida_tolerance(const mbsr_ida *ida, const double *y, int k)
     const bool momentum =
         ida->scales && ida->opt.form == MBSR_DAE_MOMENTUM && k >= nq && k < nq + nu;
     const double atol = N_VGetArrayPointer(ida->atol)[k];
+    if (k >= mbsri_ida_loops(ida))
+        return ida->opt.rtol * N_VGetArrayPointer(ida->mass)[k] * fabs(y[k]) + atol;
     if (!momentum) return ida->opt.rtol * fabs(y[k]) + atol;
     return ida->opt.rtol * N_VGetArrayPointer(ida->mass)[k] * fabs(y[k + nu]) + atol;
 }

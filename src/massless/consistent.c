@@ -854,7 +854,7 @@ int mbsr_dae_consistent(const mbsr_model *model, mbsr_data *data, mbsr_dae_form 
 {
     const mbsr_consistent_opt standard = mbsr_default_consistent_opt();
     if (!opt) opt = &standard;
-    int status = mbsri_enter(model, data, y && yp, MBSRI_STAGE_NONE, "mbsr_dae_consistent");
+    int status = mbsri_enter_tree(model, data, y && yp, MBSRI_STAGE_NONE, "mbsr_dae_consistent");
     if (!status) status = check(model, data, form, opt);
     if (status) return status;
 

@@ -485,8 +485,8 @@ int mbsr_index_report_create(const mbsr_model *model, mbsr_data *data, double t,
                              const double *u, mbsr_index_report **report)
 {
     if (report) *report = NULL;
-    int status =
-        mbsri_enter(model, data, q && u && report, MBSRI_STAGE_NONE, "mbsr_index_report_create");
+    int status = mbsri_enter_tree(model, data, q && u && report, MBSRI_STAGE_NONE,
+                                  "mbsr_index_report_create");
     if (status) return status;
     report_work r = {.found = 0};
     mbsr_index_report result = {.conditioning = 1.0};

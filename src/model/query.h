@@ -11,6 +11,12 @@ int mbsri_index(const mbsr_model *m, int id);
 /* mbsri_label of a body, by index. */
 const char *mbsri_body_label(const mbsr_model *m, int i, char *buffer);
 
+/* The closure of that id in a finished model; NULL if there is none. */
+const mbsri_closure *mbsri_closure_of(const mbsr_model *m, int id);
+
+/* mbsri_label of a closure. */
+const char *mbsri_closure_label(const mbsr_model *m, int id, char *buffer);
+
 /* Vectors over all joint rates between the caller's order and that of the sweeps. */
 void mbsri_gather(const mbsr_model *m, const double *caller, double *swept);
 void mbsri_scatter(const mbsr_model *m, const double *swept, double *caller);

@@ -8,6 +8,7 @@
 
 #include "base/memory.h"
 
+#include <mbsrank/closure.h>
 #include <mbsrank/force.h>
 #include <mbsrank/inertia.h>
 #include <mbsrank/joint.h>
@@ -82,6 +83,18 @@ typedef struct mbsri_force {
     size_t list;        /* offset of its def.bodies ids (and, once finished, indices) */
 } mbsri_force;
 
+/* A closure; its bodies by index, a root that moves behind them where the table asks for it. */
+typedef struct mbsri_closure {
+    mbsr_closure_def def; /* name is not used: see below */
+    size_t name;          /* offset into names */
+    /* from here on set by finish */
+    int rows, held;    /* velocity rows; the first of them position rows */
+    int row, held_row; /* where they begin among those of all closures */
+    int bodies, body[MBSR_CLOSURE_BODIES + 1];
+    int columns, column[MBSR_CLOSURE_BODIES + 1]; /* of V, then u of each body; -1: none */
+    size_t at;                                    /* offset of its rows x columns numbers */
+} mbsri_closure;
+
 struct mbsr_model {
     mbsr_allocator allocator;
     mbsr_error error;
@@ -91,6 +104,7 @@ struct mbsr_model {
 
     mbsri_array entries;  /* mbsri_body_entry, by id; emptied by finish */
     mbsri_array forces;   /* mbsri_force, by id; once finished in the order of the sweeps */
+    mbsri_array closures; /* mbsri_closure, by id */
     mbsri_array names;    /* char; offset 0 is the empty name */
     mbsri_array matrices; /* double */
     mbsri_array lists;    /* int: ids of the bodies of force elements */
@@ -110,6 +124,9 @@ struct mbsr_model {
     mbsri_body *body;            /* N + 1 */
     int nq, nu;
     int max_d, max_n, max_force_bodies;
+    int rows, held;   /* of all closures */
+    int max_columns;  /* of one */
+    size_t size_c;    /* sum of their rows x columns */
     bool differences; /* some joint or inertia leaves its rates to differences */
     int lapack_work;  /* doubles of workspace for dsyev at max_n */
     /* sums over all bodies, the root included: lengths of the arrays */

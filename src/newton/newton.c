@@ -51,6 +51,13 @@ static int check(const mbsr_model *m, mbsr_dae_form form, const mbsr_newton_opt 
     }
     if (form != MBSR_DAE_MOMENTUM)
         return wrong(error, MBSR_ERR_VALUE, "only MBSR_DAE_MOMENTUM is served; form", (int)form);
+    if (m->rows > 0) {
+        char name[MBSRI_LABEL];
+        return mbsri_fail(error, MBSR_ERR_SPACE, MBSR_NONE, MBSR_NONE,
+                          "mbsr_newton_create: the model has closures (%s), which are not served; "
+                          "use a dense matrix",
+                          mbsri_closure_label(m, 0, name));
+    }
     if (opt->method < MBSR_NEWTON_AUTO || opt->method > MBSR_NEWTON_CORRECTED)
         return wrong(error, MBSR_ERR_VALUE, "method", (int)opt->method);
     if (opt->max_rank < 0) return wrong(error, MBSR_ERR_VALUE, "max_rank", opt->max_rank);

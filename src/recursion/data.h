@@ -71,6 +71,13 @@
     ARRAY(u_last, m->nu)        /* nu         u                                     sweeps */      \
     ARRAY(load_last, m->nu)     /* nu         tau, or for inverse dynamics u'       sweeps */      \
     ARRAY(sincos, sincos_size(m)) /* 2 a coordinate                                 sweeps */      \
+    ARRAY(closure_C, m->size_c) /* rows x columns  of each closure                closures */      \
+    ARRAY(closure_q, m->max_columns) /* coordinates displaced                     closures */      \
+    ARRAY(closure_D, (size_t)MBSR_CLOSURE_ROWS * (size_t)m->max_columns) /* C there closures */    \
+    ARRAY(closure_w, m->rows > 0 ? m->nu : 0) /* n a vector over the joints       closures */      \
+    ARRAY(closure_V, m->rows > 0 ? m->size_v : 0) /* d  and over the bodies       closures */      \
+    ARRAY(closure_x, 2 * (size_t)m->max_columns + 4 * (size_t)m->rows) /* scratch closures */      \
+    ARRAY(loop_lambda, m->rows) /* m          loop forces                         closures */      \
     ARRAY(scratch, scratch_size(m))
 
 /* What is left of them in lean data. */
@@ -117,6 +124,8 @@ struct mbsr_data {
     mbsri_stage stage;
     double t;
     int total_rank;
+    bool loaded;           /* loop_lambda holds at this state: mbsri_forces adds its forces */
+    bool *dropped;         /* m->rows: rows of closures left to the others, being redundant */
     bool accelerated;      /* A and mu are those of given joint accelerations */
     bool single;           /* every joint is a group of its own (group.h) */
     bool *apart;           /* N + 1: so are those of the group of this head */

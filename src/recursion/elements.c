@@ -6,6 +6,7 @@
 #include "base/error.h"
 #include "forces/gravity.h"
 #include "model/query.h"
+#include "recursion/closures.h"
 #include "recursion/not_finite.h"
 
 /* Body i as force elements see it. The root drops what is added to it. */
@@ -109,6 +110,14 @@ static int visit_all(const mbsr_model *m, mbsr_data *d, mbsri_question ask, doub
     return status;
 }
 
+/* Loop forces where they are known; else those of stiff rows alone. */
+static int add_loop_forces(const mbsr_model *m, mbsr_data *d)
+{
+    const int status = d->loaded ? MBSR_OK : mbsri_closure_springs(m, d);
+    if (!status) mbsri_closure_load(m, d, d->loop_lambda, d->f, d->tau);
+    return status;
+}
+
 int mbsri_forces(const mbsr_model *m, mbsr_data *d, const double *tau)
 {
     d->stage = MBSRI_STAGE_VELOCITIES;
@@ -124,6 +133,8 @@ int mbsri_forces(const mbsr_model *m, mbsr_data *d, const double *tau)
     for (size_t k = (size_t)m->root.d; k < m->size_v; ++k) d->f[k] = -d->h[k];
     /* + force elements */
     status = visit_all(m, d, MBSRI_FORCES, NULL);
+    /* + closures */
+    if (!status && m->rows > 0) status = add_loop_forces(m, d);
     if (status) return status;
     d->stage = MBSRI_STAGE_FORCES;
     return MBSR_OK;

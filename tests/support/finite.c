@@ -62,7 +62,7 @@ static void complain(finite_subject *s, const finite_row *row, const char *where
 
 static bool names_something(const char *text)
 {
-    static const char *const words[] = {"mbsr_", "body ", "root", "force ", "state "};
+    static const char *const words[] = {"mbsr_", "body ", "root", "force ", "closure ", "state "};
     for (size_t k = 0; k < sizeof words / sizeof words[0]; ++k) {
         if (strstr(text, words[k])) return true;
     }

@@ -49,6 +49,8 @@ static void the_map_is_complete_and_its_numbers_are_fixed(void **state)
                                 MBSR_FRAME_TURNED,
                                 MBSR_ZERO_QUATERNION,
                                 MBSR_SINGULAR_BLOCK,
+                                MBSR_LOOP_SINGULAR,
+                                MBSR_LOOP_OPEN,
                                 MBSR_ERR_NULL,
                                 MBSR_ERR_NO_DEFAULT,
                                 MBSR_ERR_VALUE,
@@ -63,11 +65,12 @@ static void the_map_is_complete_and_its_numbers_are_fixed(void **state)
                                 MBSR_ERR_MISMATCH,
                                 MBSR_ERR_SEQUENCE,
                                 MBSR_ERR_SOLVER,
-                                MBSR_ERR_LEAN};
+                                MBSR_ERR_LEAN,
+                                MBSR_ERR_CLOSURES};
     assert_int_equal((int)(sizeof value / sizeof value[0]), COUNT);
     assert_int_equal(value[0], 0);
     for (int k = 1; k < COUNT; ++k)
-        assert_int_equal(value[k], k < 14 ? 1000 + k : -1000 - (k - 13));
+        assert_int_equal(value[k], k < 16 ? 1000 + k : -1000 - (k - 15));
     for (int k = 0; k < COUNT; ++k) assert_int_equal(value[k], map[k].value);
 }
 

@@ -1,0 +1,252 @@
+/* Closures: constraints that close loops over the tree.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * A closure holds rows of
+ *
+ *   g(q, t) = 0                 position rows (holonomic)
+ *   C u + g_t = 0               velocity rows: the derivatives of those, and nonholonomic ones
+ *
+ * exactly: there is no stiffness and no gain to tune. A row k exerts the loop force lambda_k along
+ * itself on the first body and against it on the others, so that the joints of the tree feel C^T
+ * lambda. Any joint closes a loop: put it into the tree with a body that has no mass, the cut body,
+ * and weld that to the other side (mbsr_model_add_loop_joint). See docs/closed_loops.md. */
+#ifndef MBSRANK_CLOSURE_H
+#define MBSRANK_CLOSURE_H
+
+#include <mbsrank/data.h>
+#include <mbsrank/force.h>
+#include <mbsrank/model.h>
+#include <mbsrank/spatial.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define MBSR_CLOSURE_BODIES 8
+#define MBSR_CLOSURE_ROWS 12
+#define MBSR_CLOSURE_PARAMS 40
+#define MBSR_CLOSURE_OPTIONS 8
+
+typedef struct mbsr_closure_def mbsr_closure_def;
+
+/* What the functions of a closure read. Bodies stand in the order of the definition; of each p, V,
+ * q and u (V and u are NULL for position and jacobian; f, tau, M and inertia always). The ground
+ * has the pose and the velocity of the root, which are not to be read when its space is FIXED. */
+typedef struct mbsr_closure_args {
+    const mbsr_closure_def *closure;
+    double t; /* s */
+    int bodies;
+    const mbsr_force_body *body;
+} mbsr_closure_args;
+
+/* Derivatives of velocity rows (rows x columns, column-major): body k has in the columns from
+ * column[k] on its V (d), then, with MBSR_CLOSURE_JOINTS, its u (n). A root at rest has none
+ * (column[k] = -1). */
+typedef struct mbsr_closure_jacobian {
+    double *matrix;
+    int rows, columns;
+    const int *column;
+} mbsr_closure_jacobian;
+
+#define MBSR_CLOSURE_TABLE_VERSION 1u
+
+/* The closure reads q and u of its bodies. */
+#define MBSR_CLOSURE_JOINTS 1u
+
+/* A root that moves stands behind the bodies given, as one more. */
+#define MBSR_CLOSURE_ROOT 2u
+
+/* Its bodies must have joints with q' = u. */
+#define MBSR_CLOSURE_PLAIN 4u
+
+/* The rows depend on where the bodies stand to each other, not on where they all stand. */
+#define MBSR_CLOSURE_RELATIVE 8u
+
+/* Functions return 0, or a status that ends the evaluation and reaches the caller unchanged (> 0
+ * recoverable, < 0 fatal). They may be called by several threads at once. Outputs arrive as zero. */
+typedef struct mbsr_closure_table {
+    unsigned version; /* MBSR_CLOSURE_TABLE_VERSION */
+    unsigned flags;   /* MBSR_CLOSURE_JOINTS, _ROOT, _PLAIN, _RELATIVE, or 0 */
+    const char *name; /* for messages; must outlive the model */
+
+    /* g of the position rows; may be NULL where there are none. */
+    int (*position)(const mbsr_closure_args *args, double *g);
+
+    /* C: derivatives of all velocity rows with respect to V and u of the bodies. Optional where all
+     * rows are position rows: then g is differenced, which needs bodies whose coordinates the
+     * library knows (none in GENERAL space) and joints with q' = u. */
+    int (*jacobian)(const mbsr_closure_args *args, const mbsr_closure_jacobian *out);
+
+    /* Optional: what of the velocity rows does not depend on velocities, g_t. Without it, g is
+     * differenced over time; it is zero for nonholonomic rows. */
+    int (*drift)(const mbsr_closure_args *args, double *gt);
+
+    /* Optional: the time derivative of the velocity rows where the accelerations A and u' of the
+     * bodies are zero. Without it the rows are differenced along the motion. */
+    int (*bias)(const mbsr_closure_args *args, double *bias);
+
+    /* Optional: how many rows there are, of which the first *held are position rows. Called when the
+     * model is finished; of the bodies id, space, d, np, n and nq are set. Without it those of the
+     * definition count. */
+    int (*count)(const mbsr_closure_args *args, int *rows, int *held);
+
+    /* Optional: called when the model is finished, as count. On refusal returns a status and may
+     * write a text. */
+    int (*check)(const mbsr_closure_args *args, char text[MBSR_TEXT_SIZE]);
+
+    /* Optional: called when the closure is added, for what does not depend on its bodies. */
+    int (*check_fields)(const mbsr_closure_def *closure, char text[MBSR_TEXT_SIZE]);
+
+    /* Optional: name of row k for messages, such as "x" or "turn about z". */
+    const char *(*row)(const mbsr_closure_args *args, int k);
+} mbsr_closure_table;
+
+/* A closure; made by a constructor below or by mbsr_default_closure_def, copied into the model. */
+struct mbsr_closure_def {
+    int cookie;                      /* set by the constructors */
+    const char *name;                /* copied; NULL: none */
+    const mbsr_closure_table *table; /* must outlive the model */
+    int rows, held;                  /* velocity rows, position rows (the first of them); for
+                                        tables without `count` */
+    int bodies;                      /* how many it reads, 1 .. MBSR_CLOSURE_BODIES */
+    int body[MBSR_CLOSURE_BODIES];   /* their ids, MBSR_GROUND allowed */
+    double param[MBSR_CLOSURE_PARAMS];
+    int option[MBSR_CLOSURE_OPTIONS];
+    /* Stiff rows: with stiffness[k] > 0 position row k is no constraint but a spring of that
+     * stiffness (N/m, N m/rad) and damping (N s/m, N m s/rad) along it, which costs an integrator
+     * what the rigid row costs, however stiff it is. Default 0: rigid. */
+    double stiffness[MBSR_CLOSURE_ROWS], damping[MBSR_CLOSURE_ROWS];
+    mbsr_motion_fn motion; /* what the rows follow, where the constructor says so; else NULL */
+    void *user;            /* for the table's functions and motion; not copied, may be NULL */
+};
+
+MBSR_API mbsr_closure_def mbsr_default_closure_def(void);
+
+/* ---- stock closures ----
+ *
+ * Frames and points stand in body axes, those on the ground in the axes of the root; NULL is the
+ * body's own frame or origin. Rows are taken along the axes of the root, so that bodies in the plane
+ * and points have those in the plane; two bodies of which one is in space have those of space. Loop
+ * forces act on body a, the opposite ones on body b. Both on one body, or both on the ground, is
+ * refused, and so are bodies in GENERAL space. */
+
+/* The two frames stay together: 3 rows for the turn (a's against b's, rad) and 3 for the origins
+ * (m) in space; x, y, turn in the plane; x, y where a POINT takes part, which has no turn. */
+MBSR_API mbsr_closure_def mbsr_closure_weld(int a, const mbsr_frame *frame_a, int b,
+                                            const mbsr_frame *frame_b);
+
+/* The two points stay together: a ball joint, in the plane a pin; 3 or 2 rows. With `motion` set,
+ * point a is ahead of point b by the vector s(t) that it writes. */
+MBSR_API mbsr_closure_def mbsr_closure_ball(int a, const double point_a[3], int b,
+                                            const double point_b[3]);
+
+/* The vector from point b to point a has no component along `count` (1 .. 3) directions, which are
+ * fixed in the root and independent, of any length but zero: a point in a plane or on a line.
+ * direction: 3 numbers each. With `motion` set, the components along the unit vectors are s(t). */
+MBSR_API mbsr_closure_def mbsr_closure_rows(int a, const double point_a[3], int b,
+                                            const double point_b[3], int count,
+                                            const double *direction);
+
+/* The two points stay at the distance `length` > 0 m: g = (|d|^2 - length^2) / (2 length). With
+ * `motion` set, at the distance s(t). The row's force is along d, positive apart. */
+MBSR_API mbsr_closure_def mbsr_closure_distance(int a, const double point_a[3], int b,
+                                                const double point_b[3], double length);
+
+/* Sum of coefficient[k] q[coordinate[k]] of body[k] = offset, for `count` (1 .. 8) joint
+ * coordinates: gears, mimicking joints, rack and pinion. With `motion` set, offset + s(t). For
+ * joints with q' = u; coordinates count as those of the joint that are not locked. */
+MBSR_API mbsr_closure_def mbsr_closure_coupling(int count, const int *body, const int *coordinate,
+                                                const double *coefficient, double offset);
+
+/* A ball of that radius, centre at a point of body a, rolls on a plane of body b: the z plane of
+ * frame_b, with the ball on the side of its z axis. One position row (the ball touches the plane)
+ * and two nonholonomic ones (it does not slip along x and y of the frame); for bodies in the plane,
+ * where the ball is a wheel and z of frame_b must lie in it, one and one. Forces in the axes of
+ * frame_b: along z, then along the slip rows. */
+MBSR_API mbsr_closure_def mbsr_closure_rolling_ball(int a, const double centre[3], double radius,
+                                                    int b, const mbsr_frame *frame_b);
+
+/* A sharp-edged disc of that radius in the plane z = 0 of frame_a, about its origin, rolls likewise:
+ * bodies in space only. The disc must not lie flat (MBSR_DEGENERATE_FORCE). */
+MBSR_API mbsr_closure_def mbsr_closure_rolling_disc(int a, const mbsr_frame *frame_a, double radius,
+                                                    int b, const mbsr_frame *frame_b);
+
+/* A closure of the caller's own: bodies copied, rows and held as in mbsr_closure_def. */
+MBSR_API mbsr_closure_def mbsr_closure_custom(const mbsr_closure_table *table, int bodies,
+                                              const int *body, int rows, int held, void *user);
+
+/* ---- building ---- */
+
+/* Adds a closure and writes its id (0, 1, 2, ...) to *id, which may be NULL. Its bodies may be added
+ * later. Everything but the table and user pointers is copied. A refused closure leaves the model as
+ * it was. Status: MBSR_OK, MBSR_ERR_NULL, MBSR_ERR_NO_DEFAULT, MBSR_ERR_VALUE, MBSR_ERR_ID,
+ * MBSR_ERR_FINISHED, MBSR_ERR_NO_MEMORY, or what the table returned; the text is in
+ * mbsr_model_error. */
+MBSR_API int mbsr_model_add_closure(mbsr_model *model, const mbsr_closure_def *def, int *id);
+
+/* A loop-closing joint of any kind between `body` and `other`: a body without mass is added on
+ * `body` by the joint (the cut body, whose coordinates are those of the joint: motors, springs and
+ * motions act on it), and welded to frame_other of `other`. The joint's frames are those between
+ * body and cut body. Both bear the name. closure and cut_body (outputs) may be NULL. Status: those
+ * of mbsr_model_add_body and mbsr_model_add_closure; on failure nothing was added. */
+MBSR_API int mbsr_model_add_loop_joint(mbsr_model *model, const char *name, int body,
+                                       const mbsr_joint *joint, int other,
+                                       const mbsr_frame *frame_other, int *closure, int *cut_body);
+
+/* ---- reading a finished model. A model that is NULL or not finished, or an id that does not
+ * exist, gives -1, a name NULL. */
+
+MBSR_API int mbsr_model_closures(const mbsr_model *model);
+MBSR_API int mbsr_model_rows(const mbsr_model *model); /* velocity rows of all closures */
+MBSR_API int mbsr_model_held(const mbsr_model *model); /* position rows of all closures */
+
+/* Where the rows of a closure stand among all: velocity rows [row .. row+rows), position rows
+ * [held_row .. held_row+held). Outputs may be NULL. MBSR_ERR_NULL, MBSR_ERR_UNFINISHED,
+ * MBSR_ERR_ID. */
+MBSR_API int mbsr_closure_place(const mbsr_model *model, int closure, int *row, int *rows,
+                                int *held_row, int *held);
+/* The stiffness of one of its rows, 0 for a rigid one; -1 where there is none. */
+MBSR_API double mbsr_closure_stiffness(const mbsr_model *model, int closure, int row);
+MBSR_API const char *mbsr_closure_name(const mbsr_model *model, int closure);
+MBSR_API int mbsr_model_find_closure(const mbsr_model *model, const char *name);
+
+/* ---- the rows at a state ----
+ * m = mbsr_model_rows, h = mbsr_model_held, nu as in the model. */
+
+/* g (h) at the positions of mbsr_positions: what the loops are open by. MBSR_ERR_NULL,
+ * MBSR_ERR_MISMATCH, MBSR_ERR_SEQUENCE, MBSR_NOT_FINITE, what a table returned. */
+MBSR_API int mbsr_closures_gap(const mbsr_model *model, mbsr_data *data, double *g);
+
+/* C u + g_t (m) at the state of mbsr_velocities. Statuses as above. */
+MBSR_API int mbsr_closures_rate(const mbsr_model *model, mbsr_data *data, double *rate);
+
+/* Its time derivative (m) where u' is zero: C' u + (g_t)'. At the state of mbsr_velocities. */
+MBSR_API int mbsr_closures_bias(const mbsr_model *model, mbsr_data *data, double *bias);
+
+/* y (m) = C x (nu), and y (nu) = C^T x (m), at the positions of mbsr_positions. x and y must not
+ * overlap. O(bodies + rows). */
+MBSR_API int mbsr_closures_apply(const mbsr_model *model, mbsr_data *data, const double *x,
+                                 double *y);
+MBSR_API int mbsr_closures_transpose(const mbsr_model *model, mbsr_data *data, const double *x,
+                                     double *y);
+
+/* What was found by mbsr_closure_verify: the largest errors of C, g_t and the bias against
+ * differences, relative to the largest entry of each. */
+typedef struct mbsr_closure_errors {
+    double jacobian, drift, bias;
+    char text[MBSR_TEXT_SIZE]; /* where the largest was found */
+} mbsr_closure_errors;
+
+/* Tests the functions of a closure's table against differences of g (of the velocity rows for the
+ * bias) in the state of mbsr_velocities: for whoever writes one, in tests of his own. About 1e-8
+ * where they are right. Rows that are not position rows are tested for their bias alone; the turns
+ * of a weld only where its frames agree. MBSR_ERR_NULL, MBSR_ERR_SEQUENCE, MBSR_ERR_ID,
+ * MBSR_NOT_FINITE, what a table returned. */
+MBSR_API int mbsr_closure_verify(const mbsr_model *model, mbsr_data *data, int closure,
+                                 mbsr_closure_errors *errors);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,156 @@
+/* Closures of a model that is being finished: bodies by index, checks, places of their rows.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "assembly/closures.h"
+
+#include "base/error.h"
+#include "model/query.h"
+
+#include <limits.h>
+
+#define REFUSE(status, ...) mbsri_fail(&m->error, status, MBSR_NONE, MBSR_NONE, __VA_ARGS__)
+
+static bool reads_joints(const mbsri_closure *c)
+{
+    return (c->def.table->flags & MBSR_CLOSURE_JOINTS) != 0;
+}
+
+static int find_bodies(mbsr_model *m, int N, mbsri_closure *c, const char *label)
+{
+    const mbsr_closure_def *def = &c->def;
+    for (int k = 0; k < def->bodies; ++k) {
+        if (def->body[k] >= N)
+            return REFUSE(MBSR_ERR_ID, "%s (%s): is on body %d, but there are only %d bodies",
+                          label, def->table->name, def->body[k], N);
+        c->body[k] = def->body[k] == MBSR_GROUND ? 0 : m->index[def->body[k]];
+    }
+    c->bodies = def->bodies;
+    const bool moves = m->root.space == MBSR_SPACE_PLANAR || m->root.space == MBSR_SPACE_SPATIAL;
+    if (moves && def->table->flags & MBSR_CLOSURE_ROOT) c->body[c->bodies++] = 0;
+    c->columns = 0;
+    for (int k = 0; k < c->bodies; ++k) {
+        const mbsri_body *b = m->body + c->body[k];
+        const int columns = b->d + (reads_joints(c) ? b->n : 0);
+        c->column[k] = columns > 0 ? c->columns : -1;
+        c->columns += columns;
+    }
+    if (c->columns > m->max_columns) m->max_columns = c->columns;
+    return MBSR_OK;
+}
+
+/* What the library must know of the bodies for what it does without the table's help. */
+static int check_kinds(mbsr_model *m, const mbsri_closure *c, const char *label)
+{
+    const mbsr_closure_table *table = c->def.table;
+    for (int k = 0; k < c->bodies; ++k) {
+        const mbsri_body *b = m->body + c->body[k];
+        if ((!table->jacobian || !table->bias) && b->joint.space == MBSR_SPACE_GENERAL)
+            return REFUSE(MBSR_ERR_SPACE,
+                          "%s (%s): body %d is in GENERAL space, where nothing can "
+                          "be differenced: the table needs jacobian and bias",
+                          label, table->name, b->id);
+        const bool plain = (table->flags & MBSR_CLOSURE_PLAIN) ||
+                           (reads_joints(c) && (!table->jacobian || !table->bias));
+        if (plain && c->body[k] > 0 && b->joint.table->coordinate_rates)
+            return REFUSE(MBSR_ERR_SPACE,
+                          "%s (%s): the coordinates of joint '%s' of body %d have "
+                          "rates other than u",
+                          label, table->name, b->joint.table->name, b->id);
+    }
+    return MBSR_OK;
+}
+
+/* Joint rates that move the bodies: on the paths from them to the root, or to their nearest common
+ * predecessor. */
+static int freedoms(const mbsr_model *m, const mbsri_closure *c)
+{
+    int at[MBSR_CLOSURE_BODIES + 1], sum = 0;
+    const bool relative = (c->def.table->flags & MBSR_CLOSURE_RELATIVE) != 0;
+    for (int k = 0; k < c->bodies; ++k) at[k] = c->body[k];
+    for (int k = 0; k < c->bodies && !relative; ++k) {
+        for (int i = at[k]; i > 0; i = m->body[i].parent) sum += m->body[i].n;
+    }
+    if (!relative) return sum;
+    for (;;) {
+        int last = 0; /* the one that stands farthest on, which is no predecessor of the others */
+        bool same = true;
+        for (int k = 1; k < c->bodies; ++k) {
+            same = same && at[k] == at[0];
+            if (at[k] > at[last]) last = k;
+        }
+        if (same) return sum;
+        const int i = at[last];
+        sum += m->body[i].n;
+        for (int k = 0; k < c->bodies; ++k) {
+            if (at[k] == i) at[k] = m->body[i].parent;
+        }
+    }
+}
+
+static void view_bodies(const mbsr_model *m, const mbsri_closure *c, mbsr_force_body *body)
+{
+    for (int k = 0; k < c->bodies; ++k) {
+        const mbsri_body *b = m->body + c->body[k];
+        body[k] = (mbsr_force_body){
+            .id = b->id, .space = b->joint.space, .d = b->d, .np = b->np, .n = b->n, .nq = b->nq};
+    }
+}
+
+static int check_table(mbsr_model *m, mbsri_closure *c, const char *label)
+{
+    const mbsr_closure_table *table = c->def.table;
+    mbsr_force_body body[MBSR_CLOSURE_BODIES + 1];
+    const mbsr_closure_args args = {.closure = &c->def, .bodies = c->bodies, .body = body};
+    char text[MBSR_TEXT_SIZE] = "";
+    view_bodies(m, c, body);
+    c->rows = c->def.rows;
+    c->held = c->def.held;
+    int status = table->check ? table->check(&args, text) : MBSR_OK;
+    if (!status && table->count) status = table->count(&args, &c->rows, &c->held);
+    if (status)
+        return REFUSE(status, "%s (%s): %.150s", label, table->name,
+                      text[0] ? text : mbsr_status_text(status));
+    if (c->rows < 1 || c->rows > MBSR_CLOSURE_ROWS || c->held < 0 || c->held > c->rows ||
+        (c->held > 0 && !table->position) || (c->held < c->rows && !table->jacobian))
+        return REFUSE(MBSR_ERR_VALUE, "%s (%s): count gave %d rows, %d of them position rows",
+                      label, table->name, c->rows, c->held);
+    for (int k = c->held; k < MBSR_CLOSURE_ROWS; ++k) {
+        if (c->def.stiffness[k] > 0.0)
+            return REFUSE(MBSR_ERR_VALUE,
+                          "%s (%s): stiffness[%d] is %g, but it has %d position "
+                          "rows",
+                          label, table->name, k, c->def.stiffness[k], c->held);
+    }
+    return MBSR_OK;
+}
+
+static int resolve(mbsr_model *m, int N, int id)
+{
+    mbsri_closure *c = (mbsri_closure *)m->closures.data + id;
+    char label[MBSRI_LABEL];
+    mbsri_closure_label(m, id, label);
+    int status = find_bodies(m, N, c, label);
+    if (!status) status = check_kinds(m, c, label);
+    if (!status) status = check_table(m, c, label);
+    if (status) return status;
+    if (freedoms(m, c) == 0)
+        return REFUSE(MBSR_ERR_VALUE,
+                      "%s (%s): no joint with a freedom stands between its bodies, "
+                      "which it can neither hold nor bring together",
+                      label, c->def.table->name);
+    if (m->rows > INT_MAX / 8 - c->rows)
+        return REFUSE(MBSR_ERR_VALUE, "mbsr_model_finish: too many rows of closures");
+    c->row = m->rows;
+    c->held_row = m->held;
+    c->at = m->size_c;
+    m->rows += c->rows;
+    m->held += c->held;
+    m->size_c += (size_t)c->rows * (size_t)c->columns;
+    return MBSR_OK;
+}
+
+int mbsri_closures_resolve(mbsr_model *m, int N)
+{
+    int status = MBSR_OK;
+    for (int id = 0; id < (int)m->closures.count && !status; ++id) status = resolve(m, N, id);
+    return status;
+}

@@ -1,0 +1,127 @@
+/* Two points at a distance.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * With d = r_P - r_Q, the length l of the definition and s(t) = l or the motion:
+ *
+ *   g = (|d|^2 - s^2) / (2 l)      g' = (d . d' - s s') / l
+ *   where accelerations are zero:  (|d'|^2 + d . (a_P - a_Q) - s'^2 - s s'') / l,
+ *   with the centripetal parts a_P, a_Q */
+#include "closures/stock.h"
+
+#include "algebra/dense.h"
+#include "algebra/space3.h"
+
+enum { POINT_A = 0, POINT_B = 3, LENGTH = 6 };
+
+typedef struct span {
+    mbsri_end a, b;
+    double s_P[3], s_Q[3], d[3], l;
+    double s, sdot, sddot;
+} span;
+
+static int prepare(const mbsr_closure_args *args, span *w)
+{
+    double s[3][MBSR_CLOSURE_ROWS];
+    const int status = mbsri_closure_motion(args, s[0], s[1], s[2]);
+    w->a = mbsri_end_of(args->body);
+    w->b = mbsri_end_of(args->body + 1);
+    mbsri_rotate3(w->a.R, args->closure->param + POINT_A, w->s_P);
+    mbsri_rotate3(w->b.R, args->closure->param + POINT_B, w->s_Q);
+    for (int k = 0; k < 3; ++k) w->d[k] = w->a.r[k] + w->s_P[k] - w->b.r[k] - w->s_Q[k];
+    if (mbsri_flat(args)) w->d[2] = 0.0;
+    w->l = args->closure->param[LENGTH];
+    w->s = args->closure->motion ? s[0][0] : w->l;
+    w->sdot = s[1][0];
+    w->sddot = s[2][0];
+    return status;
+}
+
+static int position(const mbsr_closure_args *args, double *g)
+{
+    span w;
+    const int status = prepare(args, &w);
+    const double length = mbsri_norm3(w.d);
+    g[0] = 0.5 * (length - w.s) * (length + w.s) / w.l;
+    return status;
+}
+
+static int jacobian(const mbsr_closure_args *args, const mbsr_closure_jacobian *out)
+{
+    span w;
+    const int status = prepare(args, &w);
+    double e[3], back[3], moment[3];
+    for (int k = 0; k < 3; ++k) e[k] = w.d[k] / w.l;
+    for (int k = 0; k < 3; ++k) back[k] = -e[k];
+    mbsri_cross3(w.s_P, e, moment);
+    mbsri_end_add(args, 0, moment, e, 0, out);
+    mbsri_cross3(e, w.s_Q, moment);
+    mbsri_end_add(args, 1, moment, back, 0, out);
+    return status;
+}
+
+static int drift(const mbsr_closure_args *args, double *gt)
+{
+    span w;
+    const int status = prepare(args, &w);
+    gt[0] = -w.s * w.sdot / w.l;
+    return status;
+}
+
+static int bias(const mbsr_closure_args *args, double *out)
+{
+    span w;
+    const int status = prepare(args, &w);
+    double a_P[3], a_Q[3], v_P[3], v_Q[3], sum = -w.sdot * w.sdot - w.s * w.sddot;
+    mbsri_end_centripetal(&w.a, w.s_P, a_P);
+    mbsri_end_centripetal(&w.b, w.s_Q, a_Q);
+    mbsri_end_velocity(&w.a, w.s_P, v_P);
+    mbsri_end_velocity(&w.b, w.s_Q, v_Q);
+    for (int k = 0; k < (mbsri_flat(args) ? 2 : 3); ++k) {
+        sum += (v_P[k] - v_Q[k]) * (v_P[k] - v_Q[k]);
+        sum += w.d[k] * (a_P[k] - a_Q[k]);
+    }
+    out[0] = sum / w.l;
+    return status;
+}
+
+static int count(const mbsr_closure_args *args, int *rows, int *held)
+{
+    (void)args;
+    *rows = *held = 1;
+    return MBSR_OK;
+}
+
+static int check_fields(const mbsr_closure_def *def, char text[MBSR_TEXT_SIZE])
+{
+    if (def->param[LENGTH] > 0.0) return MBSR_OK;
+    return mbsri_refuse(text, MBSR_ERR_VALUE,
+                        "length is %g, must be positive; use mbsr_closure_ball for zero",
+                        def->param[LENGTH]);
+}
+
+static const char *row(const mbsr_closure_args *args, int k)
+{
+    (void)args, (void)k;
+    return "length";
+}
+
+mbsr_closure_def mbsr_closure_distance(int a, const double point_a[3], int b,
+                                       const double point_b[3], double length)
+{
+    static const mbsr_closure_table table = {MBSR_CLOSURE_TABLE_VERSION,
+                                             MBSR_CLOSURE_RELATIVE,
+                                             "distance",
+                                             position,
+                                             jacobian,
+                                             drift,
+                                             bias,
+                                             count,
+                                             mbsri_check_pair,
+                                             check_fields,
+                                             row};
+    mbsr_closure_def def = mbsri_stock_closure(&table, a, b);
+    if (point_a) mbsri_copy(3, point_a, def.param + POINT_A);
+    if (point_b) mbsri_copy(3, point_b, def.param + POINT_B);
+    def.param[LENGTH] = length;
+    return def;
+}

@@ -1,0 +1,308 @@
+/* Weld, ball or pin, and rows along directions of the root.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * P and Q are the points of a and b (arms s_P, s_Q from the origins of their bodies), d = r_P - r_Q,
+ * e a direction that turns with the root (angular velocity w_0), phi the rotation vector of E = R_a
+ * R_b^T in the world. Rows, their rates, and the derivatives of these where all accelerations are
+ * zero:
+ *
+ *   e . d - s(t)     e . (v_P - v_Q) + (e x d) . w_0 - s'
+ *                    e . (w_a x (w_a x s_P) - w_b x (w_b x s_Q))
+ *                      + 2 (w_0 x e) . d' + (w_0 x (w_0 x e)) . d - s''
+ *   e . phi          e . (w_a - w_b)                       (w_0 x e) . (w_a - w_b)
+ *
+ * The rate of phi is w_a - w_b where phi = 0, and the gradient of |phi|^2 is the same with it
+ * everywhere. A stiff row, whose phi need not be zero, has the exact rate
+ *
+ *   phi' = L w_a - L^T w_b,    L = 1 - phi x / 2 + c phi x (phi x),
+ *   c = (1 - x cot x) / theta^2,  x = theta / 2,  theta = |phi| */
+#include "closures/stock.h"
+
+#include "algebra/dense.h"
+#include "algebra/frames.h"
+#include "algebra/space3.h"
+
+enum { WELD, BALL, ROWS };                          /* option[0] */
+enum { FRAME_A = 0, FRAME_B = 12, DIRECTION = 24 }; /* places in param */
+
+/* The rows at one state. */
+typedef struct pair {
+    mbsri_end a, b, root;
+    double s_P[3], s_Q[3]; /* arms */
+    double d[3], phi[3];
+    int turns, rows; /* the first `turns` rows are those of phi, but in the
+                                            plane, where the turn comes last */
+    double direction[MBSR_CLOSURE_ROWS][3];
+    bool turn[MBSR_CLOSURE_ROWS];
+} pair;
+
+static bool has_turn(const mbsr_closure_args *args)
+{
+    return args->closure->option[0] == WELD && args->body[0].space != MBSR_SPACE_POINT &&
+           args->body[1].space != MBSR_SPACE_POINT;
+}
+
+static int count(const mbsr_closure_args *args, int *rows, int *held)
+{
+    const bool flat = mbsri_flat(args);
+    const int places = flat ? 2 : 3, turns = has_turn(args) ? flat ? 1 : 3 : 0;
+    *rows = *held = args->closure->option[0] == ROWS ? args->closure->option[1] : places + turns;
+    return MBSR_OK;
+}
+
+/* Row k: along unit vector `axis` of the root, or the direction given. */
+static void set_row(const mbsr_closure_args *args, pair *w, int axis, bool turn)
+{
+    double along[3] = {0.0, 0.0, 0.0};
+    if (args->closure->option[0] == ROWS)
+        mbsri_copy(3, args->closure->param + DIRECTION + 3 * axis, along);
+    else
+        along[axis] = 1.0;
+    mbsri_rotate3(w->root.R, along, w->direction[w->rows]);
+    w->turn[w->rows++] = turn;
+}
+
+static void set_rows(const mbsr_closure_args *args, pair *w)
+{
+    const bool flat = mbsri_flat(args), turns = has_turn(args);
+    w->rows = 0;
+    if (args->closure->option[0] == ROWS) {
+        for (int k = 0; k < args->closure->option[1]; ++k) set_row(args, w, k, false);
+        return;
+    }
+    for (int k = 0; k < 3 && turns && !flat; ++k) set_row(args, w, k, true);
+    for (int k = 0; k < (flat ? 2 : 3); ++k) set_row(args, w, k, false);
+    if (turns && flat) set_row(args, w, 2, true);
+}
+
+/* phi: the rotation vector of R_a F_a (R_b F_b)^T. */
+static void relative_turn(const mbsr_closure_args *args, pair *w)
+{
+    double A[9], B[9], E[9], quaternion[4];
+    mbsri_multiply3(w->a.R, args->closure->param + FRAME_A + 3, A);
+    mbsri_multiply3(w->b.R, args->closure->param + FRAME_B + 3, B);
+    mbsri_multiply_transposed3(A, B, E);
+    mbsr_rotation_quaternion(E, quaternion);
+    const double sine = mbsri_norm3(quaternion + 1);
+    const double factor = sine > 0.0 ? 2.0 * atan2(sine, quaternion[0]) / sine : 2.0;
+    for (int k = 0; k < 3; ++k) w->phi[k] = factor * quaternion[1 + k];
+}
+
+static void prepare(const mbsr_closure_args *args, pair *w)
+{
+    static const mbsr_force_body at_rest = {.space = MBSR_SPACE_FIXED};
+    w->a = mbsri_end_of(args->body);
+    w->b = mbsri_end_of(args->body + 1);
+    w->root = mbsri_end_of(args->bodies > 2 ? args->body + 2 : &at_rest);
+    mbsri_rotate3(w->a.R, args->closure->param + FRAME_A, w->s_P);
+    mbsri_rotate3(w->b.R, args->closure->param + FRAME_B, w->s_Q);
+    for (int k = 0; k < 3; ++k) w->d[k] = w->a.r[k] + w->s_P[k] - w->b.r[k] - w->s_Q[k];
+    mbsri_zero(3, w->phi);
+    if (has_turn(args)) relative_turn(args, w);
+    set_rows(args, w);
+}
+
+static int position(const mbsr_closure_args *args, double *g)
+{
+    pair w;
+    double s[MBSR_CLOSURE_ROWS], ignored[2][MBSR_CLOSURE_ROWS];
+    const int status = mbsri_closure_motion(args, s, ignored[0], ignored[1]);
+    if (status) return status;
+    prepare(args, &w);
+    for (int k = 0; k < w.rows; ++k)
+        g[k] = mbsri_dot3(w.direction[k], w.turn[k] ? w.phi : w.d) - s[k];
+    return MBSR_OK;
+}
+
+/* e^T L and e^T L^T (see above). */
+static void turn_rates(const double phi[3], const double e[3], double by_a[3], double by_b[3])
+{
+    double once[3], twice[3];
+    const double theta = mbsri_norm3(phi), x = 0.5 * theta;
+    const double c =
+        theta > 1e-3 ? (1.0 - x / tan(x)) / (theta * theta) : (1.0 + theta * theta / 60.0) / 12.0;
+    mbsri_cross3(phi, e, once);
+    mbsri_cross3(phi, once, twice);
+    for (int k = 0; k < 3; ++k) {
+        by_a[k] = e[k] + 0.5 * once[k] + c * twice[k];
+        by_b[k] = e[k] - 0.5 * once[k] + c * twice[k];
+    }
+}
+
+static void add_turn(const mbsr_closure_args *args, const pair *w, int k,
+                     const mbsr_closure_jacobian *out)
+{
+    static const double zero[3] = {0.0, 0.0, 0.0};
+    double by_a[3], by_b[3];
+    mbsri_copy(3, w->direction[k], by_a);
+    mbsri_copy(3, w->direction[k], by_b);
+    if (args->closure->stiffness[k] > 0.0) turn_rates(w->phi, w->direction[k], by_a, by_b);
+    for (int j = 0; j < 3; ++j) by_b[j] = -by_b[j];
+    mbsri_end_add(args, 0, by_a, zero, k, out);
+    mbsri_end_add(args, 1, by_b, zero, k, out);
+}
+
+static void add_place(const mbsr_closure_args *args, const pair *w, int k,
+                      const mbsr_closure_jacobian *out)
+{
+    static const double zero[3] = {0.0, 0.0, 0.0};
+    const double *e = w->direction[k];
+    double moment[3], back[3];
+    mbsri_cross3(w->s_P, e, moment);
+    mbsri_end_add(args, 0, moment, e, k, out);
+    mbsri_cross3(e, w->s_Q, moment);
+    for (int j = 0; j < 3; ++j) back[j] = -e[j];
+    mbsri_end_add(args, 1, moment, back, k, out);
+    if (args->bodies < 3) return;
+    mbsri_cross3(e, w->d, moment);
+    mbsri_end_add(args, 2, moment, zero, k, out);
+}
+
+static int jacobian(const mbsr_closure_args *args, const mbsr_closure_jacobian *out)
+{
+    pair w;
+    prepare(args, &w);
+    for (int k = 0; k < w.rows; ++k) {
+        if (w.turn[k])
+            add_turn(args, &w, k, out);
+        else
+            add_place(args, &w, k, out);
+    }
+    return MBSR_OK;
+}
+
+static int drift(const mbsr_closure_args *args, double *gt)
+{
+    double ignored[2][MBSR_CLOSURE_ROWS], sdot[MBSR_CLOSURE_ROWS];
+    int rows, held;
+    const int status = mbsri_closure_motion(args, ignored[0], sdot, ignored[1]);
+    count(args, &rows, &held);
+    for (int k = 0; k < rows; ++k) gt[k] = -sdot[k];
+    return status;
+}
+
+static int bias(const mbsr_closure_args *args, double *out)
+{
+    pair w;
+    double ignored[2][MBSR_CLOSURE_ROWS], sddot[MBSR_CLOSURE_ROWS];
+    const int status = mbsri_closure_motion(args, ignored[0], ignored[1], sddot);
+    if (status) return status;
+    prepare(args, &w);
+    double a_P[3], a_Q[3], v_P[3], v_Q[3], once[3], twice[3];
+    mbsri_end_centripetal(&w.a, w.s_P, a_P);
+    mbsri_end_centripetal(&w.b, w.s_Q, a_Q);
+    mbsri_end_velocity(&w.a, w.s_P, v_P);
+    mbsri_end_velocity(&w.b, w.s_Q, v_Q);
+    for (int k = 0; k < w.rows; ++k) {
+        const double *e = w.direction[k];
+        mbsri_cross3(w.root.w, e, once);
+        mbsri_cross3(w.root.w, once, twice);
+        for (int j = 0; j < 3; ++j) {
+            out[k] += w.turn[k] ? once[j] * (w.a.w[j] - w.b.w[j])
+                                : e[j] * (a_P[j] - a_Q[j]) + 2.0 * once[j] * (v_P[j] - v_Q[j]) +
+                                      twice[j] * w.d[j];
+        }
+        out[k] -= sddot[k];
+    }
+    return MBSR_OK;
+}
+
+static const char *row(const mbsr_closure_args *args, int k)
+{
+    static const char *const place[] = {"x", "y", "z"},
+                             *const turn[] = {"turn about x", "turn about y", "turn about z"},
+                             *const given[] = {"direction 0", "direction 1", "direction 2"};
+    if (args->closure->option[0] == ROWS) return given[k];
+    if (mbsri_flat(args)) return k < 2 ? place[k] : turn[2];
+    return !has_turn(args) ? place[k] : k < 3 ? turn[k] : place[k - 3];
+}
+
+static int check_fields(const mbsr_closure_def *def, char text[MBSR_TEXT_SIZE])
+{
+    const int kind = def->option[0], directions = def->option[1];
+    if (kind < WELD || kind > ROWS)
+        return mbsri_refuse(text, MBSR_ERR_VALUE, "option[0] is %d, no kind of closure", kind);
+    int status = mbsri_check_frame(def, FRAME_A, "frame_a", text);
+    if (!status) status = mbsri_check_frame(def, FRAME_B, "frame_b", text);
+    if (status) return status;
+    if (kind == WELD && def->motion)
+        return mbsri_refuse(text, MBSR_ERR_VALUE,
+                            "a weld cannot follow a motion; use a loop joint with a driven "
+                            "coordinate");
+    if (kind != ROWS) return MBSR_OK;
+    if (directions < 1 || directions > 3)
+        return mbsri_refuse(text, MBSR_ERR_VALUE, "count is %d, must be 1 .. 3", directions);
+    for (int k = 0; k < directions; ++k) {
+        const double *e = def->param + DIRECTION + 3 * k;
+        if (!(fabs(mbsri_norm3(e) - 1.0) < 1e-6))
+            return mbsri_refuse(text, MBSR_ERR_VALUE, "direction %d has length zero", k);
+    }
+    return MBSR_OK;
+}
+
+/* Whether the directions given span as many dimensions. */
+static bool independent(const mbsr_closure_def *def, bool flat)
+{
+    const double *e = def->param + DIRECTION;
+    double normal[3];
+    const int n = def->option[1];
+    if (n > (flat ? 2 : 3)) return false;
+    if (flat) {
+        for (int k = 0; k < n; ++k) {
+            if (hypot(e[3 * k], e[3 * k + 1]) < 1e-6) return false;
+        }
+        return n < 2 || fabs(e[0] * e[4] - e[1] * e[3]) > 1e-6;
+    }
+    if (n < 2) return true;
+    mbsri_cross3(e, e + 3, normal);
+    return n == 2 ? mbsri_norm3(normal) > 1e-6 : fabs(mbsri_dot3(normal, e + 6)) > 1e-6;
+}
+
+static int check(const mbsr_closure_args *args, char text[MBSR_TEXT_SIZE])
+{
+    const int status = mbsri_check_pair(args, text);
+    if (status || args->closure->option[0] != ROWS) return status;
+    if (independent(args->closure, mbsri_flat(args))) return MBSR_OK;
+    return mbsri_refuse(text, MBSR_ERR_VALUE, "the directions are not independent%s",
+                        mbsri_flat(args) ? " in the plane" : "");
+}
+
+static const mbsr_closure_table tables[] = {
+    {MBSR_CLOSURE_TABLE_VERSION, MBSR_CLOSURE_ROOT | MBSR_CLOSURE_RELATIVE, "weld", position,
+     jacobian, drift, bias, count, check, check_fields, row},
+    {MBSR_CLOSURE_TABLE_VERSION, MBSR_CLOSURE_ROOT | MBSR_CLOSURE_RELATIVE, "ball", position,
+     jacobian, drift, bias, count, check, check_fields, row},
+    {MBSR_CLOSURE_TABLE_VERSION, MBSR_CLOSURE_ROOT | MBSR_CLOSURE_RELATIVE, "rows", position,
+     jacobian, drift, bias, count, check, check_fields, row}};
+
+mbsr_closure_def mbsr_closure_weld(int a, const mbsr_frame *frame_a, int b,
+                                   const mbsr_frame *frame_b)
+{
+    mbsr_closure_def def = mbsri_stock_closure(tables + WELD, a, b);
+    def.option[0] = WELD;
+    mbsri_store_frame(frame_a, def.param + FRAME_A);
+    mbsri_store_frame(frame_b, def.param + FRAME_B);
+    return def;
+}
+
+mbsr_closure_def mbsr_closure_ball(int a, const double point_a[3], int b, const double point_b[3])
+{
+    mbsr_closure_def def = mbsr_closure_weld(a, NULL, b, NULL);
+    def.table = tables + BALL;
+    def.option[0] = BALL;
+    if (point_a) mbsri_copy(3, point_a, def.param + FRAME_A);
+    if (point_b) mbsri_copy(3, point_b, def.param + FRAME_B);
+    return def;
+}
+
+mbsr_closure_def mbsr_closure_rows(int a, const double point_a[3], int b, const double point_b[3],
+                                   int count_given, const double *direction)
+{
+    mbsr_closure_def def = mbsr_closure_ball(a, point_a, b, point_b);
+    def.table = tables + ROWS;
+    def.option[0] = ROWS;
+    def.option[1] = count_given;
+    for (int k = 0; k < count_given && k < 3 && direction; ++k)
+        mbsri_direction3(direction + 3 * k, def.param + DIRECTION + 3 * k);
+    return def;
+}

@@ -1,0 +1,101 @@
+/* Closures in the momentum form.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * The multipliers stand in y as their integrals, Lambda of the m velocity rows and Eta of the h
+ * position rows, so that the loop forces lambda = Lambda' come with y':
+ *
+ *   q' = G (u + C_h^T Eta')            p' = (.) + C^T Lambda'
+ *   0 = C u + g_t                      0 = g(q, t)
+ *
+ * On solutions Eta does not change: the velocity rows keep the position rows, and Eta takes what
+ * discretisation leaves. With p - C^T Lambda and q - C_h^T Eta as differential unknowns u, Lambda and
+ * Eta follow from algebraic equations that are regular where C has full rank and no direction that
+ * closures allow moves without mass: index 1, as the tree has it.
+ *
+ * Row k that is dropped, being redundant: 0 = Lambda_k, 0 = Eta_k, and no force. Stiff row, with
+ * stiffness k and damping d: the place of Lambda_k holds the force s of the spring alone,
+ *
+ *   lambda = -(s + (d / k) s')         0 = s' / k - (C u + g_t)         0 = g - s / k
+ *
+ * in which nothing grows with k. */
+#include "forms/loops.h"
+
+#include "algebra/dense.h"
+#include "recursion/closures.h"
+#include "recursion/kinematics.h"
+
+static const mbsri_closure *first(const mbsr_model *m)
+{
+    return m->closures.data;
+}
+
+int mbsri_loops_pack(const mbsr_model *m, mbsr_data *d, double *x)
+{
+    double *g = x + m->rows;
+    const int status = mbsri_closure_gaps(m, d, g);
+    if (status) return status;
+    mbsri_zero((size_t)m->rows, x);
+    for (const mbsri_closure *c = first(m), *end = c + m->closures.count; c < end; ++c) {
+        for (int k = 0; k < c->held; ++k) x[c->row + k] = c->def.stiffness[k] * g[c->held_row + k];
+    }
+    mbsri_zero((size_t)m->held, g);
+    return MBSR_OK;
+}
+
+int mbsri_loops_load(const mbsr_model *m, mbsr_data *d, const double *x, const double *xp)
+{
+    for (const mbsri_closure *c = first(m), *end = c + m->closures.count; c < end; ++c) {
+        for (int k = 0; k < c->rows; ++k) {
+            const int row = c->row + k;
+            if (mbsri_is_stiff(c, k))
+                d->loop_lambda[row] = -(x[row] + c->def.damping[k] / c->def.stiffness[k] * xp[row]);
+            else
+                d->loop_lambda[row] = d->dropped[row] ? 0.0 : xp[row];
+        }
+    }
+    d->loaded = true;
+    return mbsri_closure_jacobians(m, d);
+}
+
+/* G (u + C_h^T eta); the data's u is changed in between. */
+static int rates(const mbsr_model *m, mbsr_data *d, const double *etadot, double *qdot)
+{
+    double *eta = d->closure_x, *along = d->closure_w, *u = d->w;
+    mbsri_zero((size_t)m->rows, eta);
+    for (const mbsri_closure *c = first(m), *end = c + m->closures.count; c < end; ++c) {
+        for (int k = 0; k < c->held; ++k) {
+            if (!d->dropped[c->row + k]) eta[c->row + k] = etadot[c->held_row + k];
+        }
+    }
+    mbsri_closure_transpose(m, d, eta, NULL);
+    mbsri_copy((size_t)m->nu, d->u, u);
+    for (int k = 0; k < m->nu; ++k) d->u[k] += along[k];
+    const int status = mbsri_coordinate_rates(m, d, qdot);
+    mbsri_copy((size_t)m->nu, u, d->u);
+    return status;
+}
+
+int mbsri_loops_residual(const mbsr_model *m, mbsr_data *d, const double *x, const double *xp,
+                         double *qdot, double *F)
+{
+    const double *Eta = x + m->rows, *etadot = xp + m->rows;
+    double *velocity = F, *place = F + m->rows;
+    int status = rates(m, d, etadot, qdot);
+    if (!status) status = mbsri_closure_rates(m, d, velocity);
+    if (!status) status = mbsri_closure_gaps(m, d, place);
+    if (status) return status;
+    for (const mbsri_closure *c = first(m), *end = c + m->closures.count; c < end; ++c) {
+        for (int k = 0; k < c->rows; ++k) {
+            const int row = c->row + k, held = c->held_row + k;
+            const double stiffness = c->def.stiffness[k];
+            if (stiffness > 0.0) {
+                velocity[row] = xp[row] / stiffness - velocity[row];
+                place[held] -= x[row] / stiffness;
+            } else if (d->dropped[row]) {
+                velocity[row] = x[row];
+                if (k < c->held) place[held] = Eta[held];
+            }
+        }
+    }
+    return MBSR_OK;
+}

@@ -1,0 +1,207 @@
+/* Adding closures, and finding them in a finished model.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "base/cookie.h"
+#include "base/error.h"
+#include "base/memory.h"
+#include "model/query.h"
+
+#include <math.h>
+#include <string.h>
+
+#define REFUSE(status, ...) mbsri_fail(&m->error, status, MBSR_NONE, MBSR_NONE, __VA_ARGS__)
+
+static int check_bodies(mbsr_model *m, const mbsr_closure_def *def, const char *label)
+{
+    if (def->bodies < 1 || def->bodies > MBSR_CLOSURE_BODIES)
+        return REFUSE(MBSR_ERR_VALUE, "%s (%s): bodies is %d, must be 1 .. %d", label,
+                      def->table->name, def->bodies, MBSR_CLOSURE_BODIES);
+    for (int k = 0; k < def->bodies; ++k) {
+        if (def->body[k] < MBSR_GROUND)
+            return REFUSE(MBSR_ERR_ID,
+                          "%s (%s): body number %d is %d, neither a body nor "
+                          "MBSR_GROUND",
+                          label, def->table->name, k, def->body[k]);
+    }
+    return MBSR_OK;
+}
+
+static int check_numbers(mbsr_model *m, const mbsr_closure_def *def, const char *label)
+{
+    for (int k = 0; k < MBSR_CLOSURE_PARAMS; ++k) {
+        if (!isfinite(def->param[k]))
+            return REFUSE(MBSR_ERR_VALUE, "%s (%s): param[%d] is %g", label, def->table->name, k,
+                          def->param[k]);
+    }
+    for (int k = 0; k < MBSR_CLOSURE_ROWS; ++k) {
+        const double stiffness = def->stiffness[k], damping = def->damping[k];
+        if (!(stiffness >= 0.0 && isfinite(stiffness)))
+            return REFUSE(MBSR_ERR_VALUE, "%s (%s): stiffness[%d] is %g", label, def->table->name,
+                          k, stiffness);
+        if (!(damping >= 0.0 && isfinite(damping)))
+            return REFUSE(MBSR_ERR_VALUE, "%s (%s): damping[%d] is %g", label, def->table->name, k,
+                          damping);
+        if (damping > 0.0 && !(stiffness > 0.0))
+            return REFUSE(MBSR_ERR_VALUE,
+                          "%s (%s): damping[%d] is %g, but the row has no "
+                          "stiffness",
+                          label, def->table->name, k, damping);
+    }
+    return MBSR_OK;
+}
+
+static int check_table(mbsr_model *m, const mbsr_closure_def *def, const char *label)
+{
+    const mbsr_closure_table *table = def->table;
+    if (!table || table->version != MBSR_CLOSURE_TABLE_VERSION || !table->name)
+        return REFUSE(MBSR_ERR_VALUE, "%s: table is NULL, of another version, or lacks its name",
+                      label);
+    if (!table->count &&
+        (def->rows < 1 || def->rows > MBSR_CLOSURE_ROWS || def->held < 0 || def->held > def->rows))
+        return REFUSE(MBSR_ERR_VALUE,
+                      "%s (%s): rows is %d and held %d, must be 1 .. %d and 0 .. "
+                      "rows",
+                      label, table->name, def->rows, def->held, MBSR_CLOSURE_ROWS);
+    if (!table->count && def->held > 0 && !table->position)
+        return REFUSE(MBSR_ERR_VALUE, "%s (%s): held is %d, but the table has no position", label,
+                      table->name, def->held);
+    if (!table->count && def->held < def->rows && !table->jacobian)
+        return REFUSE(MBSR_ERR_VALUE, "%s (%s): rows that are no position rows need a jacobian",
+                      label, table->name);
+    return MBSR_OK;
+}
+
+static int check_closure(mbsr_model *m, const mbsr_closure_def *def, const char *label)
+{
+    int status = check_table(m, def, label);
+    if (!status) status = check_bodies(m, def, label);
+    if (!status) status = check_numbers(m, def, label);
+    if (status || !def->table->check_fields) return status;
+    char text[MBSR_TEXT_SIZE] = "";
+    status = def->table->check_fields(def, text);
+    if (!status) return MBSR_OK;
+    return REFUSE(status, "%s (%s): %.150s", label, def->table->name,
+                  text[0] ? text : mbsr_status_text(status));
+}
+
+int mbsr_model_add_closure(mbsr_model *model, const mbsr_closure_def *def, int *id)
+{
+    static const char function[] = "mbsr_model_add_closure";
+    mbsr_model *m = model;
+    if (!m) return MBSR_ERR_NULL;
+    if (!def) return REFUSE(MBSR_ERR_NULL, "%s: the definition is NULL", function);
+    if (m->finished)
+        return REFUSE(MBSR_ERR_FINISHED, "%s: the model is finished and cannot be changed",
+                      function);
+    const int next = (int)m->closures.count;
+    if (def->cookie != MBSRI_COOKIE)
+        return REFUSE(MBSR_ERR_NO_DEFAULT,
+                      "closure %d: the definition was not made by "
+                      "mbsr_default_closure_def",
+                      next);
+    char label[MBSRI_LABEL];
+    mbsri_label(label, "closure", next, def->name);
+    const int status = check_closure(m, def, label);
+    if (status) return status;
+    const size_t length = def->name && def->name[0] ? strlen(def->name) + 1 : 0;
+    if (!mbsri_reserve(&m->allocator, &m->names, length, sizeof(char)) ||
+        !mbsri_reserve(&m->allocator, &m->closures, 1, sizeof(mbsri_closure)))
+        return REFUSE(MBSR_ERR_NO_MEMORY, "%s: no memory", label);
+    mbsri_closure closure = {.def = *def, .name = length > 0 ? m->names.count : 0};
+    closure.def.name = NULL;
+    if (length > 0) memcpy((char *)m->names.data + m->names.count, def->name, length);
+    m->names.count += length;
+    ((mbsri_closure *)m->closures.data)[m->closures.count++] = closure;
+    if (id) *id = next;
+    return MBSR_OK;
+}
+
+int mbsr_model_add_loop_joint(mbsr_model *model, const char *name, int body,
+                              const mbsr_joint *joint, int other, const mbsr_frame *frame_other,
+                              int *closure, int *cut_body)
+{
+    mbsr_model *m = model;
+    if (!m) return MBSR_ERR_NULL;
+    if (!joint) return REFUSE(MBSR_ERR_NULL, "mbsr_model_add_loop_joint: joint is NULL");
+    mbsr_body_def cut = mbsr_default_body_def();
+    cut.name = name;
+    cut.parent = body;
+    cut.joint = *joint;
+    int made;
+    int status = mbsr_model_add_body(m, &cut, &made);
+    if (status) return status;
+    mbsr_closure_def weld = mbsr_closure_weld(made, NULL, other, frame_other);
+    weld.name = name;
+    if (other == made)
+        status = REFUSE(MBSR_ERR_ID, "mbsr_model_add_loop_joint: other is %d, the cut body", other);
+    else
+        status = mbsr_model_add_closure(m, &weld, closure);
+    if (status) {
+        --m->entries.count; /* its name and parameters stay unused */
+        return status;
+    }
+    if (cut_body) *cut_body = made;
+    return MBSR_OK;
+}
+
+/* ---- reading ---- */
+
+const mbsri_closure *mbsri_closure_of(const mbsr_model *m, int id)
+{
+    if (!m || !m->finished || id < 0 || (size_t)id >= m->closures.count) return NULL;
+    return (const mbsri_closure *)m->closures.data + id;
+}
+
+const char *mbsri_closure_label(const mbsr_model *m, int id, char *buffer)
+{
+    const mbsri_closure *closure = (const mbsri_closure *)m->closures.data + id;
+    return mbsri_label(buffer, "closure", id, (const char *)m->names.data + closure->name);
+}
+
+int mbsr_model_closures(const mbsr_model *model)
+{
+    return model && model->finished ? (int)model->closures.count : -1;
+}
+
+int mbsr_model_rows(const mbsr_model *model)
+{
+    return model && model->finished ? model->rows : -1;
+}
+
+int mbsr_model_held(const mbsr_model *model)
+{
+    return model && model->finished ? model->held : -1;
+}
+
+int mbsr_closure_place(const mbsr_model *model, int closure, int *row, int *rows, int *held_row,
+                       int *held)
+{
+    if (!model) return MBSR_ERR_NULL;
+    if (!model->finished) return MBSR_ERR_UNFINISHED;
+    const mbsri_closure *c = mbsri_closure_of(model, closure);
+    if (!c) return MBSR_ERR_ID;
+    if (row) *row = c->row;
+    if (rows) *rows = c->rows;
+    if (held_row) *held_row = c->held_row;
+    if (held) *held = c->held;
+    return MBSR_OK;
+}
+
+double mbsr_closure_stiffness(const mbsr_model *model, int closure, int row)
+{
+    const mbsri_closure *c = mbsri_closure_of(model, closure);
+    return c && row >= 0 && row < c->rows ? c->def.stiffness[row] : -1.0;
+}
+
+const char *mbsr_closure_name(const mbsr_model *model, int closure)
+{
+    const mbsri_closure *c = mbsri_closure_of(model, closure);
+    return c ? (const char *)model->names.data + c->name : NULL;
+}
+
+int mbsr_model_find_closure(const mbsr_model *model, const char *name)
+{
+    for (int id = 0; name && name[0] && id < mbsr_model_closures(model); ++id) {
+        if (strcmp(mbsr_closure_name(model, id), name) == 0) return id;
+    }
+    return MBSR_NONE;
+}

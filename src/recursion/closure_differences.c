@@ -1,0 +1,170 @@
+/* Derivatives of closures by differences, where the table has none.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * A state displaced by `step` along velocities (V, u): the bodies' poses turned by exp(step w) and
+ * moved by step v, joint coordinates by step u, time by step tdot. Along a path of constant (V, u)
+ * all accelerations are zero, so that the second derivative of g along it is the bias. */
+#include "recursion/closure_differences.h"
+
+#include "algebra/dense.h"
+#include "algebra/differences.h"
+#include "algebra/space3.h"
+
+/* The bodies of a closure at a displaced state. */
+typedef struct displaced {
+    mbsri_closure_view view;
+    double pose[MBSR_CLOSURE_BODIES + 1][MBSR_POSE_SIZE];
+} displaced;
+
+/* R <- exp(step [w]x) R. */
+static void turn(const double *w, double step, double R[9])
+{
+    double axis[3], now[9], by[9];
+    const double angle = step * mbsri_norm3(w);
+    mbsri_copy(9, R, now);
+    if (!mbsri_direction3(w, axis)) return;
+    const mbsr_frame frame = mbsr_frame_turned(NULL, axis, angle);
+    mbsri_copy(9, frame.R, by);
+    mbsri_multiply3(by, now, R);
+}
+
+static void displace_body(const mbsr_force_body *body, const double *V, double step, double *pose)
+{
+    mbsri_copy((size_t)body->np, body->p, pose);
+    switch (body->space) {
+    case MBSR_SPACE_SPATIAL:
+        turn(V, step, pose + MBSR_POSE_R);
+        mbsri_add3(step, V + 3, pose + MBSR_POSE_X);
+        break;
+    case MBSR_SPACE_PLANAR:
+    case MBSR_SPACE_POINT:
+        for (int k = 0; k < body->d; ++k) pose[k] += step * V[k];
+        break;
+    default: break;
+    }
+}
+
+/* x: velocities in the order of the columns; those of a root at rest are none. */
+static void displace(const mbsri_closure *c, const mbsri_closure_view *view, const double *x,
+                     double step, double tdot, displaced *to)
+{
+    to->view = *view;
+    to->view.args.body = to->view.body;
+    to->view.args.t += step * tdot;
+    for (int k = 0; k < c->bodies; ++k) {
+        mbsr_force_body *body = to->view.body + k;
+        if (c->column[k] < 0) continue;
+        const double *V = x + c->column[k];
+        if (body->space != MBSR_SPACE_GENERAL) {
+            displace_body(view->body + k, V, step, to->pose[k]);
+            body->p = to->pose[k];
+        }
+        if (!(c->def.table->flags & MBSR_CLOSURE_JOINTS) || !body->q || body->n != body->nq)
+            continue;
+        double *q = view->q + c->column[k];
+        for (int j = 0; j < body->n; ++j) q[j] = view->body[k].q[j] + step * V[body->d + j];
+        body->q = q;
+    }
+}
+
+/* Derivative of g along x and tdot, into `slope` (held numbers); g: as many of scratch. */
+static int along(const mbsri_closure *c, const mbsri_closure_view *view, const double *x,
+                 double tdot, double *g, double *slope)
+{
+    displaced at;
+    const double h = mbsri_difference_step(0.0);
+    mbsri_zero((size_t)c->held, slope);
+    for (int l = 0; l < 4; ++l) {
+        displace(c, view, x, mbsri_difference_place(l) * h, tdot, &at);
+        mbsri_zero((size_t)c->held, g);
+        const int status = c->def.table->position(&at.view.args, g);
+        if (status) return status;
+        for (int k = 0; k < c->held; ++k)
+            slope[k] += mbsri_difference_weight(l) * g[k] / (12.0 * h);
+    }
+    return MBSR_OK;
+}
+
+int mbsri_closure_slopes(const mbsri_closure *c, const mbsri_closure_view *view, double *work,
+                         double *C)
+{
+    double g[MBSR_CLOSURE_ROWS];
+    mbsri_zero((size_t)c->columns, work);
+    for (int k = 0; k < c->columns; ++k) {
+        work[k] = 1.0;
+        const int status = along(c, view, work, 0.0, g, C + (size_t)k * (size_t)c->rows);
+        work[k] = 0.0;
+        if (status) return status;
+    }
+    return MBSR_OK;
+}
+
+int mbsri_closure_drift(const mbsri_closure *c, const mbsri_closure_view *view, double *work,
+                        double *rate)
+{
+    double g[MBSR_CLOSURE_ROWS];
+    if (c->held == 0) return MBSR_OK;
+    mbsri_zero((size_t)c->columns, work);
+    return along(c, view, work, 1.0, g, rate);
+}
+
+/* Velocities of the bodies in the order of the columns; returns the largest. */
+static double gather(const mbsri_closure *c, const mbsri_closure_view *view, double *x)
+{
+    double largest = 0.0;
+    mbsri_zero((size_t)c->columns, x);
+    for (int k = 0; k < c->bodies; ++k) {
+        const mbsr_force_body *body = view->body + k;
+        if (c->column[k] < 0) continue;
+        mbsri_copy((size_t)body->d, body->V, x + c->column[k]);
+        if (c->def.table->flags & MBSR_CLOSURE_JOINTS && body->u)
+            mbsri_copy((size_t)body->n, body->u, x + c->column[k] + body->d);
+    }
+    for (int k = 0; k < c->columns; ++k) largest = fmax(largest, fabs(x[k]));
+    return largest;
+}
+
+/* Second differences of the position rows along the motion. */
+static int second(const mbsri_closure *c, const mbsri_closure_view *view, const double *x, double h,
+                  double *bias)
+{
+    static const double place[] = {0.0, 1.0, -1.0, 2.0, -2.0},
+                        weight[] = {-30.0, 16.0, 16.0, -1.0, -1.0};
+    displaced at;
+    double g[MBSR_CLOSURE_ROWS];
+    for (int l = 0; l < 5; ++l) {
+        displace(c, view, x, place[l] * h, 1.0, &at);
+        mbsri_zero((size_t)c->held, g);
+        const int status = c->def.table->position(&at.view.args, g);
+        if (status) return status;
+        for (int k = 0; k < c->held; ++k) bias[k] += weight[l] * g[k] / (12.0 * h * h);
+    }
+    return MBSR_OK;
+}
+
+int mbsri_closure_curvature(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c,
+                            const mbsri_closure_view *view, double *bias)
+{
+    displaced at;
+    double *x = d->closure_x + m->max_columns, rate[MBSR_CLOSURE_ROWS];
+    const double largest = gather(c, view, x), speed = largest > 1.0 ? largest : 1.0;
+    mbsri_zero((size_t)c->rows, bias);
+    if (!c->def.table->jacobian) return second(c, view, x, 0x1p-8 / speed, bias);
+    const double h = mbsri_difference_step(0.0) / speed;
+    double *C = d->closure_D;
+    for (int l = 0; l < 4; ++l) {
+        displace(c, view, x, mbsri_difference_place(l) * h, 1.0, &at);
+        const mbsr_closure_jacobian out = {C, c->rows, c->columns, c->column};
+        mbsri_zero((size_t)c->rows * (size_t)c->columns, C);
+        int status = c->def.table->jacobian(&at.view.args, &out);
+        mbsri_zero((size_t)c->rows, rate);
+        if (!status)
+            status = c->def.table->drift ? c->def.table->drift(&at.view.args, rate)
+                                         : mbsri_closure_drift(c, &at.view, d->closure_x, rate);
+        if (status) return status;
+        mbsri_ax(c->rows, c->columns, 1.0, C, x, rate);
+        for (int k = 0; k < c->rows; ++k)
+            bias[k] += mbsri_difference_weight(l) * rate[k] / (12.0 * h);
+    }
+    return MBSR_OK;
+}

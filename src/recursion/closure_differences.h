@@ -1,0 +1,21 @@
+/* Derivatives of closures by differences, where the table has none.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRI_CLOSURE_DIFFERENCES_H
+#define MBSRI_CLOSURE_DIFFERENCES_H
+
+#include "recursion/closure_view.h"
+
+/* The derivatives of the position rows with respect to V and u: C (rows x columns). Of `work`
+ * columns + rows numbers. */
+int mbsri_closure_slopes(const mbsri_closure *c, const mbsri_closure_view *view, double *work,
+                         double *C);
+
+/* That of the position rows with respect to time, into the first of `rate`; likewise. */
+int mbsri_closure_drift(const mbsri_closure *c, const mbsri_closure_view *view, double *work,
+                        double *rate);
+
+/* The time derivative of the velocity rows where the accelerations of bodies and joints are zero. */
+int mbsri_closure_curvature(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c,
+                            const mbsri_closure_view *view, double *bias);
+
+#endif

@@ -1,0 +1,25 @@
+/* The bodies of a closure as its functions see them.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "recursion/closure_view.h"
+
+void mbsri_view_closure(const mbsr_model *m, const mbsr_data *d, const mbsri_closure *c,
+                        bool velocities, mbsri_closure_view *view)
+{
+    for (int k = 0; k < c->bodies; ++k) {
+        const int i = c->body[k];
+        const mbsri_body *b = m->body + i;
+        view->body[k] = (mbsr_force_body){.id = b->id,
+                                          .space = b->joint.space,
+                                          .d = b->d,
+                                          .np = b->np,
+                                          .n = b->n,
+                                          .nq = b->nq,
+                                          .p = d->p + b->p,
+                                          .V = velocities ? d->V + b->v : NULL,
+                                          .q = i > 0 ? d->q + b->iq : NULL,
+                                          .u = i > 0 && velocities ? d->u + b->iu : NULL};
+    }
+    view->q = d->closure_q;
+    view->args =
+        (mbsr_closure_args){.closure = &c->def, .t = d->t, .bodies = c->bodies, .body = view->body};
+}

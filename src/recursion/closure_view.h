@@ -1,0 +1,18 @@
+/* The bodies of a closure as its functions see them.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRI_CLOSURE_VIEW_H
+#define MBSRI_CLOSURE_VIEW_H
+
+#include "recursion/data.h"
+
+/* Bodies of a closure as its functions see them; velocities where they are asked for. */
+typedef struct mbsri_closure_view {
+    mbsr_force_body body[MBSR_CLOSURE_BODIES + 1];
+    mbsr_closure_args args;
+    double *q; /* max_columns of scratch */
+} mbsri_closure_view;
+
+void mbsri_view_closure(const mbsr_model *m, const mbsr_data *d, const mbsri_closure *c,
+                        bool velocities, mbsri_closure_view *view);
+
+#endif

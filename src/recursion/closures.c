@@ -1,0 +1,228 @@
+/* Closures over the tree: rows, their derivatives, and what they exert.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * A closure writes its velocity rows in the velocities V of its bodies and the rates u of their
+ * joints,
+ *
+ *   rate = C (V, u) + g_t,
+ *
+ * and the tree does the rest: with V_i = -(H_i V_pi + J_i u_i + kI_i), body forces f = C_V^T lambda
+ * and joint forces tau = C_u^T lambda act on the joints as tau_i - J_i^T f_i, f_pi += -H_i^T f_i. A
+ * root that moves is a body whose V is given. */
+#include "recursion/closures.h"
+
+#include "algebra/dense.h"
+#include "algebra/numbers.h"
+#include "base/error.h"
+#include "model/query.h"
+#include "recursion/closure_differences.h"
+
+static const mbsri_closure *all(const mbsr_model *m)
+{
+    return m->closures.data;
+}
+
+static int number_of(const mbsr_model *m, const mbsri_closure *c)
+{
+    return (int)(c - all(m));
+}
+
+int mbsri_closure_failed(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c, int status,
+                         const char *function)
+{
+    char label[MBSRI_LABEL];
+    return mbsri_fail(&d->error, status, MBSR_NONE, MBSR_NONE, "%s (%s): %s returned %d at t = %g",
+                      mbsri_closure_label(m, number_of(m, c), label), c->def.table->name, function,
+                      status, d->t);
+}
+
+/* MBSR_NOT_FINITE, with the closure's name, if x (n) is not finite. */
+static int check_finite(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c, size_t n,
+                        const double *x, const char *what)
+{
+    if (mbsri_finite(n, x)) return MBSR_OK;
+    char label[MBSRI_LABEL];
+    return mbsri_fail(
+        &d->error, MBSR_NOT_FINITE, MBSR_NONE, MBSR_NONE, "%s (%s): %s is not finite at t = %g",
+        mbsri_closure_label(m, number_of(m, c), label), c->def.table->name, what, d->t);
+}
+
+int mbsri_closure_gaps(const mbsr_model *m, mbsr_data *d, double *g)
+{
+    mbsri_closure_view view;
+    mbsri_zero((size_t)m->held, g);
+    for (const mbsri_closure *c = all(m), *end = c + m->closures.count; c < end; ++c) {
+        if (c->held == 0) continue;
+        mbsri_view_closure(m, d, c, false, &view);
+        int status = c->def.table->position(&view.args, g + c->held_row);
+        if (status) return mbsri_closure_failed(m, d, c, status, "position");
+        status = check_finite(m, d, c, (size_t)c->held, g + c->held_row, "a gap");
+        if (status) return status;
+    }
+    return MBSR_OK;
+}
+
+int mbsri_closure_jacobians(const mbsr_model *m, mbsr_data *d)
+{
+    mbsri_closure_view view;
+    mbsri_zero(m->size_c, d->closure_C);
+    for (const mbsri_closure *c = all(m), *end = c + m->closures.count; c < end; ++c) {
+        const mbsr_closure_table *table = c->def.table;
+        double *C = d->closure_C + c->at;
+        mbsri_view_closure(m, d, c, false, &view);
+        const mbsr_closure_jacobian out = {C, c->rows, c->columns, c->column};
+        int status = table->jacobian ? table->jacobian(&view.args, &out)
+                                     : mbsri_closure_slopes(c, &view, d->closure_x, C);
+        if (status)
+            return mbsri_closure_failed(m, d, c, status, table->jacobian ? "jacobian" : "position");
+        const size_t size = (size_t)c->rows * (size_t)c->columns;
+        status = check_finite(m, d, c, size, C, "a derivative");
+        if (status) return status;
+    }
+    return MBSR_OK;
+}
+
+int mbsri_closure_rate_of(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c,
+                          const mbsri_closure_view *view, const double *C, double *rate)
+{
+    const mbsr_closure_table *table = c->def.table;
+    mbsri_zero((size_t)c->rows, rate);
+    const int status = table->drift ? table->drift(&view->args, rate)
+                                    : mbsri_closure_drift(c, view, d->closure_x, rate);
+    if (status) return mbsri_closure_failed(m, d, c, status, table->drift ? "drift" : "position");
+    for (int k = 0; k < c->bodies; ++k) {
+        const mbsr_force_body *body = view->body + k;
+        if (c->column[k] < 0) continue;
+        const double *block = C + (size_t)c->column[k] * (size_t)c->rows;
+        mbsri_ax(c->rows, body->d, 1.0, block, body->V, rate);
+        if (!(table->flags & MBSR_CLOSURE_JOINTS) || !body->u) continue;
+        mbsri_ax(c->rows, body->n, 1.0, block + (size_t)body->d * (size_t)c->rows, body->u, rate);
+    }
+    return check_finite(m, d, c, (size_t)c->rows, rate, "a rate");
+}
+
+int mbsri_closure_rates(const mbsr_model *m, mbsr_data *d, double *rate)
+{
+    mbsri_closure_view view;
+    for (const mbsri_closure *c = all(m), *end = c + m->closures.count; c < end; ++c) {
+        mbsri_view_closure(m, d, c, true, &view);
+        const int status =
+            mbsri_closure_rate_of(m, d, c, &view, d->closure_C + c->at, rate + c->row);
+        if (status) return status;
+    }
+    return MBSR_OK;
+}
+
+/* Adds what the accelerations of the bodies are where u' is zero, times C: kII and the root's A. */
+static void add_accelerations(const mbsr_model *m, mbsr_data *d, double *bias)
+{
+    double *A = d->closure_V;
+    mbsri_copy((size_t)m->root.d, d->A, A);
+    for (int i = 1; i <= m->bodies; ++i) {
+        const mbsri_body *b = m->body + i;
+        for (int k = 0; k < b->d; ++k) A[b->v + (size_t)k] = -d->kII[b->v + (size_t)k];
+        mbsri_ax(b->d, b->d_pred, -1.0, d->H + b->dp, A + b->pred_v, A + b->v);
+    }
+    for (const mbsri_closure *c = all(m), *end = c + m->closures.count; c < end; ++c) {
+        for (int k = 0; k < c->bodies; ++k) {
+            const mbsri_body *b = m->body + c->body[k];
+            if (c->column[k] < 0) continue;
+            mbsri_ax(c->rows, b->d, 1.0,
+                     d->closure_C + c->at + (size_t)c->column[k] * (size_t)c->rows, A + b->v,
+                     bias + c->row);
+        }
+    }
+}
+
+int mbsri_closure_bias(const mbsr_model *m, mbsr_data *d, double *bias)
+{
+    mbsri_closure_view view;
+    mbsri_zero((size_t)m->rows, bias);
+    for (const mbsri_closure *c = all(m), *end = c + m->closures.count; c < end; ++c) {
+        const mbsr_closure_table *table = c->def.table;
+        mbsri_view_closure(m, d, c, true, &view);
+        const int status = table->bias ? table->bias(&view.args, bias + c->row)
+                                       : mbsri_closure_curvature(m, d, c, &view, bias + c->row);
+        if (status) return mbsri_closure_failed(m, d, c, status, "bias");
+    }
+    add_accelerations(m, d, bias);
+    for (const mbsri_closure *c = all(m), *end = c + m->closures.count; c < end; ++c) {
+        const int status = check_finite(m, d, c, (size_t)c->rows, bias + c->row, "a bias");
+        if (status) return status;
+    }
+    return MBSR_OK;
+}
+
+void mbsri_closure_load(const mbsr_model *m, const mbsr_data *d, const double *lambda, double *f,
+                        double *tau)
+{
+    for (const mbsri_closure *c = all(m), *end = c + m->closures.count; c < end; ++c) {
+        const bool joints = (c->def.table->flags & MBSR_CLOSURE_JOINTS) != 0;
+        for (int k = 0; k < c->bodies; ++k) {
+            const mbsri_body *b = m->body + c->body[k];
+            if (c->column[k] < 0 || c->body[k] == 0) continue;
+            const double *block = d->closure_C + c->at + (size_t)c->column[k] * (size_t)c->rows;
+            mbsri_atx(c->rows, b->d, 1.0, block, lambda + c->row, f + b->v);
+            if (joints)
+                mbsri_atx(c->rows, b->n, 1.0, block + (size_t)b->d * (size_t)c->rows,
+                          lambda + c->row, tau + b->iu);
+        }
+    }
+}
+
+void mbsri_closure_transpose(const mbsr_model *m, mbsr_data *d, const double *x, double *y)
+{
+    double *f = d->closure_V, *tau = d->closure_w;
+    mbsri_zero(m->size_v, f);
+    mbsri_zero((size_t)m->nu, tau);
+    mbsri_closure_load(m, d, x, f, tau);
+    for (int i = m->bodies; i >= 1; --i) {
+        const mbsri_body *b = m->body + i;
+        mbsri_atx(b->d, b->n, -1.0, d->J + b->dn, f + b->v, tau + b->iu);
+        mbsri_atx(b->d, b->d_pred, -1.0, d->H + b->dp, f + b->v, f + b->pred_v);
+    }
+    if (y) mbsri_scatter(m, tau, y);
+}
+
+void mbsri_closure_apply(const mbsr_model *m, mbsr_data *d, const double *x, double *y)
+{
+    double *V = d->closure_V, *u = d->closure_w;
+    mbsri_gather(m, x, u);
+    mbsri_zero(m->size_v, V);
+    for (int i = 1; i <= m->bodies; ++i) {
+        const mbsri_body *b = m->body + i;
+        mbsri_ax(b->d, b->d_pred, -1.0, d->H + b->dp, V + b->pred_v, V + b->v);
+        mbsri_ax(b->d, b->n, -1.0, d->J + b->dn, u + b->iu, V + b->v);
+    }
+    mbsri_zero((size_t)m->rows, y);
+    for (const mbsri_closure *c = all(m), *end = c + m->closures.count; c < end; ++c) {
+        const bool joints = (c->def.table->flags & MBSR_CLOSURE_JOINTS) != 0;
+        for (int k = 0; k < c->bodies; ++k) {
+            const mbsri_body *b = m->body + c->body[k];
+            if (c->column[k] < 0) continue;
+            const double *block = d->closure_C + c->at + (size_t)c->column[k] * (size_t)c->rows;
+            mbsri_ax(c->rows, b->d, 1.0, block, V + b->v, y + c->row);
+            if (joints)
+                mbsri_ax(c->rows, b->n, 1.0, block + (size_t)b->d * (size_t)c->rows, u + b->iu,
+                         y + c->row);
+        }
+    }
+}
+
+int mbsri_closure_springs(const mbsr_model *m, mbsr_data *d)
+{
+    double *g = d->closure_x + 2 * (size_t)m->max_columns + 2 * (size_t)m->rows;
+    double *rate = g + m->rows;
+    mbsri_zero((size_t)m->rows, d->loop_lambda);
+    int status = mbsri_closure_jacobians(m, d);
+    if (!status) status = mbsri_closure_gaps(m, d, g);
+    if (!status) status = mbsri_closure_rates(m, d, rate);
+    if (status) return status;
+    for (const mbsri_closure *c = all(m), *end = c + m->closures.count; c < end; ++c) {
+        for (int k = 0; k < c->held; ++k) {
+            d->loop_lambda[c->row + k] =
+                -c->def.stiffness[k] * g[c->held_row + k] - c->def.damping[k] * rate[c->row + k];
+        }
+    }
+    return MBSR_OK;
+}
