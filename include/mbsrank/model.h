@@ -92,7 +92,8 @@ MBSR_API int mbsr_model_lock(mbsr_model *model, int body, int coordinate, double
 
 /* Checks the tree, numbers it parent before child and freezes it. Ids stay valid. On failure the
  * model stays as it was and can be added to. Time and memory grow linearly with the number of
- * bodies. Status: MBSR_OK, MBSR_ERR_NULL, MBSR_ERR_FINISHED, MBSR_ERR_ID (unknown predecessor,
+ * bodies. Where joints of several rates or groups of joints may lack rank, functions of joints,
+ * motions and inertias are called at t = 0 for a position or two. Status: MBSR_OK, MBSR_ERR_NULL, MBSR_ERR_FINISHED, MBSR_ERR_ID (unknown predecessor,
  * unknown body of a force), MBSR_ERR_CYCLE, MBSR_ERR_SPACE, MBSR_ERR_VALUE, MBSR_ERR_NO_MEMORY, or
  * what a table's check returned. */
 MBSR_API int mbsr_model_finish(mbsr_model *model);

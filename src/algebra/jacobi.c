@@ -10,7 +10,7 @@
 static void rotate(int n, int p, int q, double *A, double *X)
 {
     const double apq = A[q * n + p], theta = (A[q * n + q] - A[p * n + p]) / (2.0 * apq);
-    const double t = (theta < 0.0 ? -1.0 : 1.0) / (fabs(theta) + hypot(theta, 1.0));
+    const double t = (theta < 0.0 ? -1.0 : 1.0) / (fabs(theta) + sqrt(1.0 + theta * theta));
     const double c = 1.0 / sqrt(1.0 + t * t), s = t * c;
     for (int k = 0; k < n; ++k) {
         const double a = A[p * n + k], b = A[q * n + k];

@@ -99,4 +99,43 @@ static inline void mbsri_cross_matrix3(const double a[3], double X[9])
     X[1] = a[2], X[3] = -a[2];
 }
 
+/* Whether H (6 x 6) is minus a translation of twists, H = -X with X = [1 0; -[rho]x 1], as between
+ * rigid bodies along the world's axes. */
+static inline bool mbsri_is_translation(const double H[36], double rho[3])
+{
+    const double x = H[11], y = H[15], z = H[4];
+    const double expected[36] = {-1.0, 0.0, 0.0,  0.0, z,    -y,  0.0, -1.0, 0.0, -z,   0.0, x,
+                                 0.0,  0.0, -1.0, y,   -x,   0.0, 0.0, 0.0,  0.0, -1.0, 0.0, 0.0,
+                                 0.0,  0.0, 0.0,  0.0, -1.0, 0.0, 0.0, 0.0,  0.0, 0.0,  0.0, -1.0};
+    bool same = true;
+    for (int k = 0; k < 36; ++k) same = same & (H[k] == expected[k]);
+    rho[0] = x, rho[1] = y, rho[2] = z;
+    return same;
+}
+
+/* C += X^T A X of a symmetric A = [a b^T; b c]:  b - c [rho]x,  a + Y + Y^T with Y = [rho]x (b - c
+ * [rho]x / 2). C may not be A. */
+static inline void mbsri_translate_matrix(const double rho[3], const double A[36], double C[36])
+{
+    const double x = rho[0], y = rho[1], z = rho[2];
+    double Y[9];
+    for (int k = 0; k < 3; ++k) {
+        /* column k of c [rho]x, and of b with half of it */
+        const double *c[3] = {A + 21, A + 27, A + 33}, *b = A + 6 * k + 3;
+        const double turn[3][3] = {{0.0, z, -y}, {-z, 0.0, x}, {y, -x, 0.0}};
+        double half[3];
+        for (int l = 0; l < 3; ++l) {
+            const double cr = c[0][l] * turn[k][0] + c[1][l] * turn[k][1] + c[2][l] * turn[k][2];
+            half[l] = b[l] - 0.5 * cr;
+            C[6 * k + 3 + l] += b[l] - cr;
+            C[6 * (3 + l) + k] += b[l] - cr;
+            C[6 * (3 + k) + 3 + l] += c[k][l];
+        }
+        mbsri_cross3(rho, half, Y + 3 * k);
+    }
+    for (int k = 0; k < 3; ++k) {
+        for (int l = 0; l < 3; ++l) C[6 * k + l] += A[6 * k + l] + Y[3 * k + l] + Y[3 * l + k];
+    }
+}
+
 #endif

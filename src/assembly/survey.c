@@ -85,10 +85,14 @@ static void mark(mbsr_model *m, const mbsr_data *d, bool *behind)
     }
 }
 
+/* Data with all arrays takes some kB a body: of more bodies than these the survey is left out. */
+enum { MOST_SURVEYED = 100000 };
+
 /* Whether some joint of several rates, or some group, may lack rank. */
 static bool concerned(const mbsr_model *m)
 {
     bool some = m->grouped;
+    if (m->bodies > MOST_SURVEYED) return false;
     for (int i = 1; i <= m->bodies && !some; ++i) some = !m->body[i].regular && m->body[i].n > 1;
     return some;
 }

@@ -31,6 +31,7 @@
 
 #include "algebra/cholesky.h"
 #include "algebra/dense.h"
+#include "algebra/space3.h"
 #include "recursion/group.h"
 #include "recursion/rank.h"
 
@@ -147,6 +148,17 @@ static void transport(const mbsr_model *m, const mbsr_data *d, const mbsri_group
     mbsri_symmetrise(dim, E);
 }
 
+/* C += H^T A H of a symmetric A; work: d x d_pred. */
+static void carry_over(const mbsri_body *b, const double *H, const double *A, double *C,
+                       double *work)
+{
+    double rho[3];
+    if (b->d == 6 && b->d_pred == 6 && mbsri_is_translation(H, rho))
+        mbsri_translate_matrix(rho, A, C);
+    else
+        mbsri_congruence(b->d, b->d_pred, H, A, C, work);
+}
+
 /* Of a head, Mbar_pi += H^T Mbar^a H,  W_pi += H^T E H;  of others what they have themselves.
  * reads Mbar, W, U, G, H;  adds to Mbar, W of the predecessor.
  * cost: 4 (d^2 n + d^2 d_pred + d d_pred^2). */
@@ -162,8 +174,8 @@ void mbsri_pass_masses(const mbsr_model *m, mbsr_data *d, int i)
         const size_t dp = (size_t)b->d_pred;
         double *Mbar = d->Mbar + b->pred_dd, *W = d->W + b->pred_dd;
         mbsri_zero(dp * dp, T);
-        mbsri_congruence(b->d, b->d_pred, H, d->Mbar + b->dd, T, product);
-        mbsri_congruence(b->d, b->d_pred, H, d->W + b->dd, W, product);
+        carry_over(b, H, d->Mbar + b->dd, T, product);
+        carry_over(b, H, d->W + b->dd, W, product);
         for (size_t k = 0; k < dp * dp; ++k) Mbar[k] += T[k];
         for (size_t k = 0; k < dp; ++k) W[k * (dp + 1)] -= T[k * (dp + 1)]; /* it is in W already */
         return;
@@ -171,8 +183,8 @@ void mbsri_pass_masses(const mbsr_model *m, mbsr_data *d, int i)
     const mbsri_group g = mbsri_group_of(m, d, i);
     reduce(m, d, &g, T, Q, product);
     transport(m, d, &g, E, Q, JQ, product);
-    mbsri_congruence(b->d, b->d_pred, H, T, d->Mbar + b->pred_dd, product);
-    mbsri_congruence(b->d, b->d_pred, H, E, d->W + b->pred_dd, product);
+    carry_over(b, H, T, d->Mbar + b->pred_dd, product);
+    carry_over(b, H, E, d->W + b->pred_dd, product);
 }
 
 double mbsri_own_turned(const mbsri_body *b, const double *M)

@@ -66,13 +66,9 @@ static void from_matrix(const double A[36], mbsri_carry *c)
 /* A <- X^T A X with X = [1 0; -[arm]x 1]: from a point to one from which it is `arm` away. */
 static void translate(const double arm[3], double A[36])
 {
-    double cross[9], X[36] = {0.0}, B[36] = {0.0}, T[36];
-    mbsri_cross_matrix3(arm, cross);
-    for (int k = 0; k < 6; ++k) X[7 * k] = 1.0;
-    for (int j = 0; j < 3; ++j) {
-        for (int k = 0; k < 3; ++k) X[6 * j + 3 + k] = -cross[3 * j + k];
-    }
-    mbsri_congruence(6, 6, X, A, B, T);
+    double B[36] = {0.0};
+    if (arm[0] == 0.0 && arm[1] == 0.0 && arm[2] == 0.0) return;
+    mbsri_translate_matrix(arm, A, B);
     memcpy(A, B, sizeof B);
 }
 

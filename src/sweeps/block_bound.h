@@ -9,6 +9,7 @@
 #define MBSRI_BLOCK_BOUND_H
 
 #include "algebra/dense.h"
+#include "algebra/space3.h"
 #include "sweeps/block.h"
 #include "sweeps/carry.h"
 #include "sweeps/lane.h"
@@ -65,13 +66,9 @@ MBSRI_INLINE void invert_block(int n, const double *L, double *Dinv)
 /* Whether H = -X with X = [1 0; -[rho]x 1], as that of a joint between bodies in space mostly is. */
 MBSRI_INLINE bool is_translation(const double H[36], v4 *rho)
 {
-    const double x = H[11], y = H[15], z = H[4];
-    const double expected[36] = {-1.0, 0.0, 0.0,  0.0, z,    -y,  0.0, -1.0, 0.0, -z,   0.0, x,
-                                 0.0,  0.0, -1.0, y,   -x,   0.0, 0.0, 0.0,  0.0, -1.0, 0.0, 0.0,
-                                 0.0,  0.0, 0.0,  0.0, -1.0, 0.0, 0.0, 0.0,  0.0, 0.0,  0.0, -1.0};
-    bool same = true;
-    for (int k = 0; k < 36; ++k) same = same & (H[k] == expected[k]);
-    *rho = (v4){x, y, z, 0.0};
+    double r[3];
+    const bool same = mbsri_is_translation(H, r);
+    *rho = (v4){r[0], r[1], r[2], 0.0};
     return same;
 }
 
