@@ -411,7 +411,7 @@ static void a_floating_tree_keeps_its_momentum(void **unused)
                                         {MBSR_DAE_RECURSIVE, 1e-8, 1e-4, 3e-5},
                                         {MBSR_DAE_INVERSE_DYNAMICS, 1e-8, 5e-5, 1e-5},
                                         {MBSR_DAE_INDEX1, 1e-8, 3e-5, 3e-6}},
-                                       {{MBSR_DAE_MOMENTUM, 1e-11, 1e-15, 3e-9},
+                                       {{MBSR_DAE_MOMENTUM, 1e-11, 1e-15, 3e-8},
                                         {MBSR_DAE_MOMENTUM, 1e-6, 4e-5, 5e-4},
                                         {MBSR_DAE_MOMENTUM, 1e-8, 6e-7, 4e-6},
                                         {MBSR_DAE_INDEX1, 1e-6, 1e-4, 2e-4},
