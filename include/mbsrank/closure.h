@@ -116,6 +116,9 @@ struct mbsr_closure_def {
      * stiffness (N/m, N m/rad) and damping (N s/m, N m s/rad) along it, which costs an integrator
      * what the rigid row costs, however stiff it is. Default 0: rigid. */
     double stiffness[MBSR_CLOSURE_ROWS], damping[MBSR_CLOSURE_ROWS];
+    /* 1 (default): a start closes stiff rows like rigid ones and loads their springs with the force
+     * that keeps them so; 0: it takes their springs as they are at the positions given. */
+    int settled;
     mbsr_motion_fn motion; /* what the rows follow, where the constructor says so; else NULL */
     void *user;            /* for the table's functions and motion; not copied, may be NULL */
 };

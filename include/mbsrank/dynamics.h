@@ -87,7 +87,8 @@ MBSR_API int mbsr_recursive_residual(const mbsr_model *model, mbsr_data *data, d
  *
  * No rank decision, no pseudo-inverse. Gravity is a force element like any other, not an
  * acceleration of the root. tau less the tau that is applied is the inverse-dynamics residual of
- * dae.h.  All statuses of mbsr_positions, mbsr_velocities and mbsr_forces. */
+ * dae.h. With closures it is what motors and loop forces exert together, tau + C^T lambda; see
+ * mbsr_closures_inverse_dynamics.  All statuses of mbsr_positions, mbsr_velocities and mbsr_forces. */
 MBSR_API int mbsr_inverse_dynamics(const mbsr_model *model, mbsr_data *data, double t,
                                    const double *q, const double *u, const double *udot,
                                    double *tau);
@@ -95,7 +96,12 @@ MBSR_API int mbsr_inverse_dynamics(const mbsr_model *model, mbsr_data *data, dou
 /* Forward dynamics by the articulated-body algorithm (ABA), O(N): the accelerations udot (nu) under
  * the force elements and tau (nu, may be NULL). MBSR_UNDETERMINED names the first joint whose block
  * D is rank-deficient: no equation of second order determines its accelerations, and udot then
- * holds those in the range of D only. All statuses of the stages. */
+ * holds those in the range of D only. All statuses of the stages.
+ *
+ * With closures (closure.h) at a state that they allow: udot, and the loop forces for
+ * mbsr_closures_force, by dense equations of the whole model in memory from its allocator; redundant
+ * rows share by least norm. Also MBSR_ERR_NO_MEMORY, and MBSR_LOOP_OPEN where rows contradict each
+ * other. */
 MBSR_API int mbsr_forward_dynamics(const mbsr_model *model, mbsr_data *data, double t,
                                    const double *q, const double *u, const double *tau,
                                    double *udot);

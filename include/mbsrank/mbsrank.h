@@ -21,6 +21,7 @@
 #include <mbsrank/inertia.h>
 #include <mbsrank/joint.h>
 #include <mbsrank/joint_check.h>
+#include <mbsrank/loops.h>
 #include <mbsrank/model.h>
 #include <mbsrank/newton.h>
 #include <mbsrank/ode.h>

@@ -9,7 +9,7 @@
 
 mbsr_closure_def mbsr_default_closure_def(void)
 {
-    mbsr_closure_def def = {.cookie = MBSRI_COOKIE};
+    mbsr_closure_def def = {.cookie = MBSRI_COOKIE, .settled = 1};
     for (int k = 0; k < MBSR_CLOSURE_BODIES; ++k) def.body[k] = MBSR_NONE;
     return def;
 }

@@ -1,6 +1,7 @@
 /* Forward dynamics (articulated-body algorithm): by the vectorised sweeps, or by the stages.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "dynamics/entry.h"
+#include "loops/start.h"
 #include "recursion/forward.h"
 #include "recursion/rank.h"
 #include "sweeps/dynamics.h"
@@ -12,8 +13,9 @@ int mbsr_forward_dynamics(const mbsr_model *model, mbsr_data *data, double t, co
 {
     const mbsr_model *m = model;
     mbsr_data *d = data;
-    int status = mbsri_enter_tree(m, d, q && u && udot, MBSRI_STAGE_NONE, "mbsr_forward_dynamics");
+    int status = mbsri_enter(m, d, q && u && udot, MBSRI_STAGE_NONE, "mbsr_forward_dynamics");
     if (status) return status;
+    if (m->rows > 0) return mbsri_loops_forward(m, d, t, q, u, tau, udot);
     status = mbsri_sweeps_forward_dynamics(m, d, t, q, u, tau, udot);
     if (status == MBSRI_NOT_SERVED) return mbsri_forward_by_stages(m, d, t, q, u, tau, udot);
     if (status) return status;

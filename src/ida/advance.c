@@ -4,6 +4,7 @@
 
 #include "ida/count.h"
 #include "ida/error.h"
+#include "ida/loops.h"
 #include "ida/tolerances.h"
 #include "ida/watch.h"
 
@@ -115,6 +116,8 @@ static int gave_up(mbsr_ida *ida, int flag)
 {
     if (flag != IDA_TOO_MUCH_WORK && !ida->stopped) keep_last(ida);
     if (ida->callback == 0) {
+        const int status = mbsri_ida_blame_loops(ida);
+        if (status) return status;
         return mbsri_ida_solver_failed(ida, &ida->error, flag, "mbsr_ida_advance");
     }
     return mbsri_ida_fail(&ida->error, ida->callback, ida->failure.body, ida->failure.force,
@@ -193,7 +196,8 @@ int mbsri_ida_advance(mbsr_ida *ida, double t_end)
         ida->direction = direction;
         ida->stepped = true;
     }
-    const int status = solve(ida, t_end);
+    int status = solve(ida, t_end);
+    if (!status) status = mbsri_ida_check_dropped(ida);
     mbsri_ida_exchange_watch(ida);
     return status;
 }

@@ -38,6 +38,7 @@ struct mbsr_ida {
     bool event;   /* the last call of mbsr_ida_advance ended in an event */
     int watch;    /* the watch of ranks that is not in force, see watch.h */
     int *watched; /* its ranks, as many as bodies */
+    int *dropped; /* rows of closures that are left out, as many as rows */
     double present;
     double direction; /* +1 or -1 once stepped */
     long residuals, events;

@@ -24,6 +24,7 @@
 #include "dynamics/entry.h"
 #include "forms/dae.h"
 #include "massless/damped_start.h"
+#include "massless/loops_start.h"
 #include "massless/null_slopes.h"
 #include "massless/null_space.h"
 #include "massless/reduction.h"
@@ -716,6 +717,11 @@ static int find_rates(start *s)
 static int check(const mbsr_model *m, mbsr_data *d, mbsr_dae_form form,
                  const mbsr_consistent_opt *opt)
 {
+    if (m->rows > 0 && mbsri_find_form(form) && form != MBSR_DAE_MOMENTUM) {
+        return mbsri_fail(&d->error, MBSR_ERR_CLOSURES, MBSR_NONE, MBSR_NONE,
+                          "mbsr_dae_consistent: the model has closures, which only the momentum "
+                          "form takes");
+    }
     if (mbsr_dae_size(m, form) < 0) {
         return mbsri_fail(&d->error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
                           "mbsr_dae_consistent: form is %d, no such form", (int)form);
@@ -854,9 +860,10 @@ int mbsr_dae_consistent(const mbsr_model *model, mbsr_data *data, mbsr_dae_form 
 {
     const mbsr_consistent_opt standard = mbsr_default_consistent_opt();
     if (!opt) opt = &standard;
-    int status = mbsri_enter_tree(model, data, y && yp, MBSRI_STAGE_NONE, "mbsr_dae_consistent");
+    int status = mbsri_enter(model, data, y && yp, MBSRI_STAGE_NONE, "mbsr_dae_consistent");
     if (!status) status = check(model, data, form, opt);
     if (status) return status;
+    if (model->rows > 0) return mbsri_loops_start(model, data, form, t, y, yp, opt, info);
 
     start s = {.form = mbsri_find_form(form), .opt = opt, .t = t, .w = {.m = model, .d = data}};
     status = allocate_state(&s);

@@ -23,3 +23,16 @@ void mbsri_view_closure(const mbsr_model *m, const mbsr_data *d, const mbsri_clo
     view->args =
         (mbsr_closure_args){.closure = &c->def, .t = d->t, .bodies = c->bodies, .body = view->body};
 }
+
+const char *mbsri_closure_row_name(const mbsr_model *m, const mbsri_closure *c, int k)
+{
+    mbsr_force_body body[MBSR_CLOSURE_BODIES + 1];
+    if (!c->def.table->row) return "";
+    for (int l = 0; l < c->bodies; ++l) {
+        const mbsri_body *b = m->body + c->body[l];
+        body[l] = (mbsr_force_body){
+            .id = b->id, .space = b->joint.space, .d = b->d, .np = b->np, .n = b->n, .nq = b->nq};
+    }
+    const mbsr_closure_args args = {.closure = &c->def, .bodies = c->bodies, .body = body};
+    return c->def.table->row(&args, k);
+}

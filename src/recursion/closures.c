@@ -209,14 +209,36 @@ void mbsri_closure_apply(const mbsr_model *m, mbsr_data *d, const double *x, dou
     }
 }
 
+/* Gaps and rates of all rows, into the data's scratch. */
+static int measure(const mbsr_model *m, mbsr_data *d, double **g, double **rate)
+{
+    *g = d->closure_x + 2 * (size_t)m->max_columns + 2 * (size_t)m->rows;
+    *rate = *g + m->rows;
+    int status = mbsri_closure_jacobians(m, d);
+    if (!status) status = mbsri_closure_gaps(m, d, *g);
+    return status ? status : mbsri_closure_rates(m, d, *rate);
+}
+
+int mbsri_closure_sum(const mbsr_model *m, mbsr_data *d, bool energy, double *sum)
+{
+    double *g, *rate;
+    const int status = measure(m, d, &g, &rate);
+    if (status) return status;
+    for (const mbsri_closure *c = all(m), *end = c + m->closures.count; c < end; ++c) {
+        for (int k = 0; k < c->held; ++k) {
+            const double gap = g[c->held_row + k], speed = rate[c->row + k];
+            *sum +=
+                energy ? 0.5 * c->def.stiffness[k] * gap * gap : c->def.damping[k] * speed * speed;
+        }
+    }
+    return MBSR_OK;
+}
+
 int mbsri_closure_springs(const mbsr_model *m, mbsr_data *d)
 {
-    double *g = d->closure_x + 2 * (size_t)m->max_columns + 2 * (size_t)m->rows;
-    double *rate = g + m->rows;
+    double *g, *rate;
     mbsri_zero((size_t)m->rows, d->loop_lambda);
-    int status = mbsri_closure_jacobians(m, d);
-    if (!status) status = mbsri_closure_gaps(m, d, g);
-    if (!status) status = mbsri_closure_rates(m, d, rate);
+    const int status = measure(m, d, &g, &rate);
     if (status) return status;
     for (const mbsri_closure *c = all(m), *end = c + m->closures.count; c < end; ++c) {
         for (int k = 0; k < c->held; ++k) {

@@ -43,4 +43,14 @@ static inline bool mbsri_is_stiff(const mbsri_closure *c, int k)
     return c->def.stiffness[k] > 0.0;
 }
 
+/* Whether a start leaves its spring as it is. */
+static inline bool mbsri_is_loose(const mbsri_closure *c, int k)
+{
+    return mbsri_is_stiff(c, k) && !c->def.settled;
+}
+
+/* Adds the energy of the springs of stiff rows, k g^2 / 2, or the power that they turn into heat, to
+ * *sum. */
+int mbsri_closure_sum(const mbsr_model *m, mbsr_data *d, bool energy, double *sum);
+
 #endif

@@ -2,6 +2,7 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "algebra/dense.h"
 #include "dynamics/entry.h"
+#include "recursion/closures.h"
 #include "recursion/elements.h"
 #include "recursion/not_finite.h"
 
@@ -23,6 +24,7 @@ int mbsr_energy(const mbsr_model *model, mbsr_data *data, double *kinetic, doubl
     }
     if (potential) {
         status = mbsri_element_sum(m, d, NULL, MBSRI_ENERGY, &E);
+        if (!status && m->rows > 0) status = mbsri_closure_sum(m, d, true, &E);
         if (status) return status;
     }
     status = mbsri_check_result(m, d, 2, (double[]){kinetic ? T : 0.0, E}, "mbsr_energy");
@@ -37,6 +39,7 @@ int mbsr_dissipation(const mbsr_model *model, mbsr_data *data, double *power)
     double sum = 0.0;
     int status = mbsri_enter(model, data, power, MBSRI_STAGE_VELOCITIES, "mbsr_dissipation");
     if (!status) status = mbsri_element_sum(model, data, NULL, MBSRI_DISSIPATION, &sum);
+    if (!status && model->rows > 0) status = mbsri_closure_sum(model, data, false, &sum);
     if (!status) status = mbsri_check_result(model, data, 1, &sum, "mbsr_dissipation");
     if (!status) *power = sum;
     return status;

@@ -44,7 +44,7 @@ static void definitions(void **state)
     assert_add_refused(&s, &def, MBSR_ERR_VALUE, "coupling|twice");
     def = mbsr_closure_coupling(1, (int[1]){0}, (int[1]){0}, (double[1]){0.0}, 0.0);
     assert_add_refused(&s, &def, MBSR_ERR_VALUE, "coupling|coefficients");
-    def = mbsr_closure_coupling(9, (int[1]){0}, NULL, NULL, 0.0);
+    def = mbsr_closure_coupling(9, (int[9]){0}, NULL, NULL, 0.0);
     assert_add_refused(&s, &def, MBSR_ERR_VALUE, "coupling|bodies is 9");
     def = mbsr_closure_rolling_ball(0, NULL, -1.0, MBSR_GROUND, NULL);
     assert_add_refused(&s, &def, MBSR_ERR_VALUE, "rolling ball|radius");

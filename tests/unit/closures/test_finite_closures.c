@@ -50,6 +50,59 @@ static int run_verify(finite_subject *s)
     return status;
 }
 
+static int run_assemble(finite_subject *s)
+{
+    return mbsr_assemble(s->model, s->data, s->in[FINITE_T][0], s->in[FINITE_Q], NULL, s->out[0],
+                         NULL);
+}
+
+static int run_report(finite_subject *s)
+{
+    mbsr_closure_report r;
+    const int status = mbsr_closures_report(s->model, s->data, s->in[FINITE_T][0], s->in[FINITE_Q],
+                                            s->out[0] ? &r : NULL, NULL, NULL);
+    if (!status && s->out[0])
+        s->out[0][0] = r.smallest_kept + r.largest_dropped + r.gap + r.weakest_pivot;
+    return status;
+}
+
+static int run_load(finite_subject *s)
+{
+    int status = mbsr_closures_load(s->model, s->data, s->in[FINITE_R]);
+    if (!status) status = mbsr_forces(s->model, s->data, NULL);
+    return status ? status : mbsr_closures_force(s->model, s->data, s->out[0]);
+}
+
+static int forces(finite_subject *s)
+{
+    const int status = velocities(s);
+    return status ? status : mbsr_forces(s->model, s->data, NULL);
+}
+
+static int run_force(finite_subject *s)
+{
+    return mbsr_closures_force(s->model, s->data, s->out[0]);
+}
+
+static int run_inverse(finite_subject *s)
+{
+    int all[LOOPS_MOST];
+    for (int k = 0; k < s->nu; ++k) all[k] = k;
+    return mbsr_closures_inverse_dynamics(s->model, s->data, s->in[FINITE_T][0], s->in[FINITE_Q],
+                                          s->in[FINITE_U], s->in[FINITE_UDOT], s->nu, all,
+                                          s->out[0], s->out[1]);
+}
+
+static int of_inverse(const finite_subject *s, int o)
+{
+    return o == 0 ? s->nu : o == 1 ? mbsr_model_rows(s->model) : 0;
+}
+
+static int of_q(const finite_subject *s, int o)
+{
+    return o == 0 ? s->nq : 0;
+}
+
 static int of_held(const finite_subject *s, int o)
 {
     return o == 0 ? mbsr_model_held(s->model) : 0;
@@ -90,6 +143,15 @@ static const finite_row rows[] = {
     {"mbsr_closure_place", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_closure_name", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_closure_stiffness", NULL, NULL, 0, 0, 0, NULL},
+    {"mbsr_default_assembly_opt", NULL, NULL, 0, 0, 0, NULL},
+    {"mbsr_closure_of_row", NULL, NULL, 0, 0, 0, NULL},
+    {"mbsr_closures_dropped", NULL, NULL, 0, 0, 0, NULL},
+    {"mbsr_closures_drop", NULL, NULL, 0, 0, 0, NULL},
+    {"mbsr_assemble", run_assemble, NULL, 0, T | Q, BOTH, of_q},
+    {"mbsr_closures_report", run_report, NULL, 0, T | Q, BOTH, of_one},
+    {"mbsr_closures_load", run_load, velocities, T | Q | U, R, BOTH, of_rows},
+    {"mbsr_closures_force", run_force, forces, T | Q | U, 0, BOTH, of_rows},
+    {"mbsr_closures_inverse_dynamics", run_inverse, NULL, 0, T | Q | U | UDOT, BOTH, of_inverse},
     {"mbsr_closures_gap", run_gap, positions, T | Q, 0, BOTH, of_held},
     {"mbsr_closures_rate", run_rate, velocities, T | Q | U, 0, BOTH, of_rows},
     {"mbsr_closures_bias", run_bias, velocities, T | Q | U, 0, BOTH, of_rows},
@@ -98,17 +160,18 @@ static const finite_row rows[] = {
     {"mbsr_closures_transpose", run_transpose, positions, T | Q, R, BOTH, of_joints},
 };
 
-/* Two rods and a wheel in the plane, a pin, a distance, a coupling, and rolling on the ground. */
+/* Rods and a wheel in the plane, a pin, a distance, a coupling, and rolling on the ground. */
 static void make(loops *s)
 {
     const double up[3] = {0.0, 1.0, 0.0}, at[3] = {0.5, 0.0, 0.0};
     const mbsr_frame plane = mbsr_frame_along(NULL, up);
     loops_begin(s, NULL);
     const int a = loops_rod(s, "a", MBSR_GROUND, 0.0, 0.0, 1.0, 1.0);
-    const int b = loops_rod(s, "b", a, 1.0, 0.0, 1.0, 1.0);
+    int b = loops_rod(s, "b", a, 1.0, 0.0, 1.0, 1.0);
+    for (int k = 0; k < 6; ++k) b = loops_rod(s, "more", b, 1.0, 0.0, 1.0, 1.0);
     loops_pin(s, "pin", b, 1.0, 0.0, MBSR_GROUND, 0.5, 0.5);
     const mbsr_closure_def more[] = {
-        mbsr_closure_distance(b, at, MBSR_GROUND, NULL, 1.0),
+        mbsr_closure_distance(3, at, MBSR_GROUND, NULL, 1.0),
         mbsr_closure_coupling(2, (int[2]){a, b}, (int[2]){0, 0}, (double[2]){1.0, 2.0}, 0.1),
         mbsr_closure_rolling_ball(b, at, 0.2, MBSR_GROUND, &plane)};
     for (int k = 0; k < 3; ++k)

@@ -1,0 +1,112 @@
+/* Loops at a state: closing them, what their rows hold, and which rows are redundant.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * These functions use dense linear algebra: O((nu + m)^3) for m rows. They take memory from the
+ * model's allocator and give it back. */
+#ifndef MBSRANK_LOOPS_H
+#define MBSRANK_LOOPS_H
+
+#include <mbsrank/closure.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct mbsr_assembly_opt {
+    int cookie;         /* set by mbsr_default_assembly_opt */
+    int max_iterations; /* default 100 */
+    double tolerance;   /* of each gap, in m and rad, of mechanisms some m large; default 1e-12 */
+    const double
+        *weight; /* nu, positive: how much each joint coordinate resists; 1e6 keeps it where
+                             it is, as far as the loops let it. NULL (default): 1 each */
+} mbsr_assembly_opt;
+
+MBSR_API mbsr_assembly_opt mbsr_default_assembly_opt(void);
+
+typedef struct mbsr_assembly_info {
+    int iterations;
+    int closure;            /* the one that is open widest, MBSR_NONE where all are closed */
+    double gap_before, gap; /* largest |g| of the guess, and of q_closed */
+    double change;          /* largest |change| of an entry of q */
+} mbsr_assembly_info;
+
+/* Positions that close all loops, near the guess q (nq): the weighted change is small, by the
+ * Levenberg-Marquardt method. q_closed (nq) may be q. Stiff rows are closed like rigid ones. info may
+ * be NULL.
+ *
+ * MBSR_LOOP_OPEN where no position is found in which all gaps vanish: because there is none, or because
+ * the guess leads to a position from which all ways make the gaps larger. q_closed and info then hold
+ * the nearest position found, and the text names the loops that are open, and by how much. Also
+ * MBSR_ERR_NULL, MBSR_ERR_NO_DEFAULT, MBSR_ERR_VALUE, MBSR_ERR_NO_MEMORY, MBSR_NOT_FINITE and what
+ * mbsr_positions returns; q_closed is then as it was. */
+MBSR_API int mbsr_assemble(const mbsr_model *model, mbsr_data *data, double t, const double *q,
+                           const mbsr_assembly_opt *opt, double *q_closed,
+                           mbsr_assembly_info *info);
+
+/* What the rows hold at a position. Ranks are those of C with the
+ * rows of a closure scaled so that the longest of them has length 1; rows count in
+ * the order of their closures, position rows first, so that of several that are redundant together the
+ * last counts as redundant. */
+typedef struct mbsr_closure_report {
+    int rows;         /* m */
+    int independent;  /* rank of C here */
+    int nearby;       /* and in closed positions nearby: larger where the position is singular */
+    int mobility;     /* freedoms that are left: nu - independent - undetermined */
+    int massless;     /* directions of the tree that move no mass */
+    int undetermined; /* of these, the ones that no loop holds */
+    double smallest_kept; /* squared distance of an independent row from the span of those before */
+    double largest_dropped; /* of a dependent one */
+    int weakest; /* of the rows that the data does not leave out, the one nearest to the span of
+                             those before it; MBSR_NONE where there are none */
+    double weakest_pivot; /* its squared distance */
+    double gap;           /* largest |g| */
+} mbsr_closure_report;
+
+/* Reports on the position q, which should be closed. redundant (m): 1 for each row that depends on
+ * those before it in every closed position nearby. unique (m): 1 where the loop force of the row is
+ * determined by motion and applied forces, 0 where it is a matter of elasticity that the model has not.
+ * Both may be NULL. MBSR_ERR_NULL, MBSR_ERR_NO_MEMORY and statuses of mbsr_positions. */
+MBSR_API int mbsr_closures_report(const mbsr_model *model, mbsr_data *data, double t,
+                                  const double *q, mbsr_closure_report *report, int *redundant,
+                                  int *unique);
+
+/* The closure of row `row` among all, its own number of the row, and the row's name ("" where the table
+ * gives none). Outputs may be NULL. MBSR_ERR_NULL, MBSR_ERR_UNFINISHED, MBSR_ERR_ID. */
+MBSR_API int mbsr_closure_of_row(const mbsr_model *model, int row, int *closure, int *own,
+                                 const char **name);
+
+/* Which rows the data leaves out of the momentum form, redundant (m): their multipliers are zero and
+ * their gaps only watched. mbsr_dae_consistent chooses them; a data of which nothing was asked leaves
+ * out none. mbsr_closures_drop sets them, for a run that goes on in another data. MBSR_ERR_NULL,
+ * MBSR_ERR_MISMATCH. */
+MBSR_API int mbsr_closures_dropped(const mbsr_model *model, mbsr_data *data, int *redundant);
+MBSR_API int mbsr_closures_drop(const mbsr_model *model, mbsr_data *data, const int *redundant);
+
+/* Loop forces lambda (m) at the state of mbsr_velocities, such as those that y' has: the next mbsr_forces
+ * adds what they exert, so that mbsr_accelerations and mbsr_joint_reaction take them in. Without it
+ * mbsr_forces takes stiff rows as springs and all others as zero. The residual and mbsr_forward_dynamics do
+ * this by themselves. MBSR_ERR_NULL, MBSR_ERR_SEQUENCE, MBSR_NOT_FINITE. */
+MBSR_API int mbsr_closures_load(const mbsr_model *model, mbsr_data *data, const double *lambda);
+
+/* Loop forces lambda (m) of the last evaluation: of mbsr_forces, of mbsr_forward_dynamics or the residual.
+ * MBSR_ERR_NULL, MBSR_ERR_SEQUENCE. */
+MBSR_API int mbsr_closures_force(const mbsr_model *model, mbsr_data *data, double *lambda);
+
+/* Inverse dynamics with loops: tau (nu) of the `count` joint rates listed in `actuated` (places in u),
+ * zero for all others, and loop forces lambda (m), so that the accelerations udot (nu) come about:
+ *
+ *   tau + C^T lambda = (inverse dynamics of the tree)
+ *
+ * Where there are more actuators than freedoms, |tau| is the least; redundant rows share by least norm.
+ * MBSR_UNDETERMINED names a joint that the actuators listed cannot move as asked for. Statuses of
+ * mbsr_inverse_dynamics, MBSR_ERR_VALUE (actuated), MBSR_ERR_NO_MEMORY. */
+MBSR_API int mbsr_closures_inverse_dynamics(const mbsr_model *model, mbsr_data *data, double t,
+                                            const double *q, const double *u, const double *udot,
+                                            int count, const int *actuated, double *tau,
+                                            double *lambda);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

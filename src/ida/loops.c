@@ -1,0 +1,77 @@
+/* Closed loops in a run.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "ida/loops.h"
+
+#include "ida/error.h"
+
+#include <mbsrank/loops.h>
+
+#include <math.h>
+
+/* Squared sine of the angle between a row and the span of others, below which it is to blame. */
+static const double SINGULAR = 1e-3;
+
+int mbsri_ida_blame_loops(mbsr_ida *ida)
+{
+    const int nq = mbsr_model_nq(ida->model);
+    double *q = N_VGetArrayPointer(ida->moved);
+    mbsr_closure_report report;
+    if (mbsr_model_rows(ida->model) == 0 || !ida->failed) return MBSR_OK;
+    if (mbsr_dae_unpack(ida->model, ida->data, ida->opt.form, ida->present,
+                        N_VGetArrayPointer(ida->y), q, q + nq) ||
+        mbsr_closures_report(ida->model, ida->data, ida->present, q, &report, NULL, NULL) ||
+        report.weakest < 0 || report.weakest_pivot > SINGULAR)
+        return MBSR_OK;
+    int closure = 0;
+    const char *row = "";
+    mbsr_closure_of_row(ida->model, report.weakest, &closure, NULL, &row);
+    return mbsri_ida_fail(&ida->error, MBSR_LOOP_SINGULAR, MBSR_NONE, MBSR_NONE,
+                          "mbsr_ida_advance: at t = %.10g closure %d '%.40s' is near a singular "
+                          "position: its row %s depends on the others (pivot %.2g, %d of %d rows "
+                          "independent); the motion may branch here",
+                          ida->present, closure, mbsr_closure_name(ida->model, closure), row,
+                          report.weakest_pivot, report.independent, report.rows);
+}
+
+/* The position row `row` of closure c has opened. */
+static int refuse(mbsr_ida *ida, int closure, const char *name, double gap, double limit)
+{
+    return mbsri_ida_fail(&ida->error, MBSR_LOOP_OPEN, MBSR_NONE, MBSR_NONE,
+                          "mbsr_ida_advance: at t = %.10g row %s of closure %d '%.40s', redundant "
+                          "at the start and left out, is open by %.3g (more than %.3g): the "
+                          "mechanism's measures are not those that make it redundant",
+                          ida->present, name, closure, mbsr_closure_name(ida->model, closure), gap,
+                          limit);
+}
+
+static int check_gaps(mbsr_ida *ida, const int *dropped, const double *g)
+{
+    const double limit = 1e3 * fmax(ida->opt.atol, ida->opt.rtol);
+    for (int c = 0; c < mbsr_model_closures(ida->model); ++c) {
+        int row, held_row, held;
+        mbsr_closure_place(ida->model, c, &row, NULL, &held_row, &held);
+        for (int k = 0; k < held; ++k) {
+            const char *name = "";
+            if (!dropped[row + k] || fabs(g[held_row + k]) <= limit) continue;
+            mbsr_closure_of_row(ida->model, row + k, NULL, NULL, &name);
+            return refuse(ida, c, name, g[held_row + k], limit);
+        }
+    }
+    return MBSR_OK;
+}
+
+int mbsri_ida_check_dropped(mbsr_ida *ida)
+{
+    const int rows = mbsr_model_rows(ida->model), nq = mbsr_model_nq(ida->model);
+    double *g = N_VGetArrayPointer(ida->work), *q = N_VGetArrayPointer(ida->moved);
+    bool any = false;
+    if (rows == 0 || mbsr_closures_dropped(ida->model, ida->data, ida->dropped)) return MBSR_OK;
+    for (int k = 0; k < rows; ++k) any = any || ida->dropped[k] != 0;
+    if (!any ||
+        mbsr_dae_unpack(ida->model, ida->data, ida->opt.form, ida->present,
+                        N_VGetArrayPointer(ida->y), q, q + nq) ||
+        mbsr_positions(ida->model, ida->data, ida->present, q) ||
+        mbsr_closures_gap(ida->model, ida->data, g))
+        return MBSR_OK;
+    return check_gaps(ida, ida->dropped, g);
+}

@@ -1,0 +1,174 @@
+/* Dense matrices of a model with closures, and solutions with them.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * K = [M -C^T; C 0] is equilibrated symmetrically, S K S with the largest entry of each row about 1, so
+ * that units do not matter, and decomposed by singular values. Its kernel is ker M and ker C in u, and
+ * ker C^T in lambda: from M x = C^T y, C x = 0 follows x^T M x = 0. */
+#include "loops/dense.h"
+
+#include "algebra/dense.h"
+#include "algebra/lapack.h"
+#include "algebra/numbers.h"
+#include "base/error.h"
+#include "base/memory.h"
+#include "recursion/closures.h"
+#include "recursion/mass_matrix.h"
+
+#include <math.h>
+
+/* Singular values below this times the largest are zero. */
+static const double SMALL = 1e-11;
+
+int mbsri_dense_open(mbsri_dense *w, const mbsr_model *m, mbsr_data *d, const char *function)
+{
+    *w = (mbsri_dense){.m = m,
+                       .d = d,
+                       .function = function,
+                       .n = m->nu,
+                       .rows = m->rows,
+                       .held = m->held,
+                       .N = m->nu + m->rows};
+    const size_t n = (size_t)w->n, rows = (size_t)w->rows, N = n + rows, nq = (size_t)m->nq;
+    const size_t most = (size_t)w->held + n;
+    const int svd = mbsri_lapack_svd_work(w->N > 0 ? w->N : 1),
+              gelsy = mbsri_lapack_gelsy_work((int)most > 0 ? (int)most : 1, w->N > 0 ? w->N : 1);
+    w->lwork = svd > gelsy ? svd : gelsy;
+    double **const array[] = {&w->M,     &w->C,     &w->K, &w->U,    &w->V,      &w->scale,
+                              &w->sigma, &w->right, &w->g, &w->x,    &w->y,      &w->q,
+                              &w->q_try, &w->A,     &w->b, &w->work, &w->offset, &w->out};
+    const size_t length[] = {n * n,
+                             rows * n,
+                             N * N,
+                             N * N,
+                             N * N,
+                             N,
+                             N,
+                             N,
+                             N,
+                             N,
+                             N,
+                             nq,
+                             nq,
+                             most * n,
+                             most + n,
+                             (size_t)w->lwork,
+                             (size_t)w->held,
+                             N};
+    size_t total = 0;
+    for (size_t k = 0; k < sizeof length / sizeof length[0]; ++k) total += length[k];
+    w->memory = mbsri_allocate(&m->allocator, total * sizeof(double) + (N + 1) * sizeof(int) +
+                                                  2 * rows * sizeof(bool));
+    if (!w->memory)
+        return mbsri_fail(&d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
+                          "%s: no memory for matrices of %d joint rates and %d rows of closures",
+                          function, w->n, w->rows);
+    double *next = w->memory;
+    for (size_t k = 0; k < sizeof length / sizeof length[0]; ++k) {
+        *array[k] = next;
+        next += length[k];
+    }
+    w->pivots = (int *)(void *)next;
+    w->other = (bool *)(w->pivots + N + 1);
+    w->left_out = w->other + rows;
+    mbsri_zero((size_t)w->held, w->offset);
+    return MBSR_OK;
+}
+
+void mbsri_dense_close(mbsri_dense *w)
+{
+    mbsri_release(&w->m->allocator, w->memory);
+    w->memory = NULL;
+}
+
+int mbsri_dense_rows(mbsri_dense *w)
+{
+    const int status = mbsri_closure_jacobians(w->m, w->d);
+    if (status) return status;
+    mbsri_zero((size_t)w->rows, w->g);
+    for (int k = 0; k < w->rows; ++k) {
+        w->g[k] = 1.0;
+        mbsri_closure_transpose(w->m, w->d, w->g, w->y);
+        w->g[k] = 0.0;
+        for (int j = 0; j < w->n; ++j) w->C[(size_t)j * (size_t)w->rows + (size_t)k] = w->y[j];
+    }
+    return MBSR_OK;
+}
+
+static void fill(mbsri_dense *w, const bool *dropped)
+{
+    const size_t n = (size_t)w->n, rows = (size_t)w->rows, N = n + rows;
+    mbsri_zero(N * N, w->K);
+    for (size_t j = 0; j < n; ++j) {
+        mbsri_copy(n, w->M + j * n, w->K + j * N);
+        for (size_t k = 0; k < rows; ++k) {
+            if (dropped && dropped[k]) continue;
+            const double c = w->C[j * rows + k];
+            w->K[j * N + n + k] = c;
+            w->K[(n + k) * N + j] = -c;
+        }
+    }
+    for (size_t k = 0; k < rows; ++k) {
+        if (dropped && dropped[k]) w->K[(n + k) * N + n + k] = 1.0;
+    }
+}
+
+/* S K S, a few sweeps; rows of zeros keep 1. */
+static void equilibrate(mbsri_dense *w)
+{
+    const size_t N = (size_t)w->N;
+    for (size_t k = 0; k < N; ++k) w->scale[k] = 1.0;
+    for (int sweep = 0; sweep < 5; ++sweep) {
+        for (size_t k = 0; k < N; ++k) {
+            double largest = 0.0;
+            for (size_t j = 0; j < N; ++j) largest = fmax(largest, fabs(w->K[j * N + k]));
+            w->right[k] = largest > 0.0 ? 1.0 / sqrt(largest) : 1.0;
+        }
+        for (size_t j = 0; j < N; ++j) {
+            for (size_t k = 0; k < N; ++k) w->K[j * N + k] *= w->right[j] * w->right[k];
+            w->scale[j] *= w->right[j];
+        }
+    }
+}
+
+int mbsri_dense_factor(mbsri_dense *w, const bool *dropped)
+{
+    const int status = mbsri_dense_rows(w);
+    if (status) return status;
+    mbsri_mass_matrix(w->m, w->d, w->M);
+    fill(w, dropped);
+    equilibrate(w);
+    w->nulls = 0;
+    if (w->N == 0) return MBSR_OK;
+    if (mbsri_lapack_svd(w->N, w->K, w->sigma, w->U, w->V, w->work, w->lwork))
+        return mbsri_fail(&w->d->error, MBSR_EIGEN_FAILED, MBSR_NONE, MBSR_NONE,
+                          "%s: no singular values of the equations of the loops", w->function);
+    while (w->nulls < w->N && !(w->sigma[w->N - 1 - w->nulls] > SMALL * w->sigma[0])) ++w->nulls;
+    return MBSR_OK;
+}
+
+void mbsri_dense_solve(const mbsri_dense *w, const double *right, double *x)
+{
+    const size_t N = (size_t)w->N;
+    double *scaled = w->right;
+    for (size_t k = 0; k < N; ++k) scaled[k] = w->scale[k] * right[k];
+    mbsri_zero(N, x);
+    for (int l = 0; l < w->N - w->nulls; ++l) {
+        const double *u = w->U + (size_t)l * N, *v = w->V + (size_t)l * N;
+        const double part = mbsri_dot(w->N, u, scaled) / w->sigma[l];
+        for (size_t k = 0; k < N; ++k) x[k] += part * v[k];
+    }
+    for (size_t k = 0; k < N; ++k) x[k] *= w->scale[k];
+}
+
+double mbsri_dense_null(const mbsri_dense *w, int l, double *x)
+{
+    const double *v = w->V + (size_t)(w->N - 1 - l) * (size_t)w->N;
+    const double share = mbsri_largest(w->n, v);
+    double largest = 0.0;
+    for (int k = 0; k < w->n; ++k) {
+        x[k] = w->scale[k] * v[k];
+        largest = fmax(largest, fabs(x[k]));
+    }
+    for (int k = 0; k < w->n && largest > 0.0; ++k) x[k] /= largest;
+    return share;
+}

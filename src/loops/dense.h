@@ -1,0 +1,50 @@
+/* Dense matrices of a model with closures, and solutions with them.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRI_LOOPS_DENSE_H
+#define MBSRI_LOOPS_DENSE_H
+
+#include "recursion/data.h"
+
+/* Workspace for one model; n = nu, m = rows, N = n + m. */
+typedef struct mbsri_dense {
+    const mbsr_model *m;
+    mbsr_data *d;
+    const char *function; /* for messages */
+    int n, rows, held, N;
+    double *M;                     /* n x n */
+    double *C;                     /* rows x n */
+    double *K, *U, *V;             /* N x N */
+    double *scale, *sigma, *right; /* N */
+    double *g, *x, *y;             /* N */
+    double *q, *q_try;             /* nq */
+    double *A, *b;                 /* (held + n) x n, held + n: least squares */
+    double *work;
+    int lwork;
+    double *out;    /* N: for results */
+    double *offset; /* held: what the gaps are to be, zero at first */
+    int *pivots;    /* N */
+    bool *other;    /* rows: flags for a short time */
+    bool *left_out; /* rows: not in K */
+    int nulls; /* dimension of the kernel of the saddle matrix; its vectors are the last of V */
+    void *memory;
+} mbsri_dense;
+
+/* Takes memory from the model's allocator; mbsri_dense_close gives it back, after a failure too. */
+int mbsri_dense_open(mbsri_dense *w, const mbsr_model *m, mbsr_data *d, const char *function);
+void mbsri_dense_close(mbsri_dense *w);
+
+/* C of all rows at the positions of the data. */
+int mbsri_dense_rows(mbsri_dense *w);
+
+/* Factors K = [M -C^T; C 0] with the rows of `kept` (NULL: all), the others replaced by lambda = 0; at
+ * the velocities of the data. */
+int mbsri_dense_factor(mbsri_dense *w, const bool *dropped);
+
+/* (u; lambda) = K^+ right (n + rows), least norm in the scaled unknowns, right to be in the range. */
+void mbsri_dense_solve(const mbsri_dense *w, const double *right, double *x);
+
+/* Vector l of the kernel of K: n numbers of u, of largest entry 1. Returns the largest entry of u in the
+ * kernel's vector of length 1: what is below 1e-6 is a vector of lambda alone. */
+double mbsri_dense_null(const mbsri_dense *w, int l, double *x);
+
+#endif

@@ -1,0 +1,25 @@
+/* Which rows of closures are independent.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRI_LOOPS_RANKS_H
+#define MBSRI_LOOPS_RANKS_H
+
+#include "loops/dense.h"
+
+/* What was found of the rows in one position. */
+typedef struct mbsri_ranks {
+    int independent;
+    double smallest_kept, largest_dropped;
+    int weakest; /* of the rows that the data does not leave out, the one with the smallest pivot */
+    double weakest_pivot;
+} mbsri_ranks;
+
+/* Marks the rows that depend on those before them, position rows of all closures before the others; at
+ * the C of the workspace. Uses its A and U. */
+void mbsri_ranks_here(mbsri_dense *w, bool *dropped, mbsri_ranks *found);
+
+/* The same for the position q (closed) and two nearby, into `dropped` what holds where most rows are
+ * independent; *nearby: how many. The data is left at the positions q. */
+int mbsri_ranks_around(mbsri_dense *w, double t, const double *q, bool *dropped, mbsri_ranks *here,
+                       int *nearby);
+
+#endif

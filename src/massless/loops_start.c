@@ -1,0 +1,108 @@
+/* A consistent start of a model with closures.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "massless/loops_start.h"
+
+#include "algebra/dense.h"
+#include "base/error.h"
+#include "base/memory.h"
+#include "forms/dae.h"
+#include "loops/start.h"
+#include "recursion/closures.h"
+#include "recursion/not_finite.h"
+
+#include <math.h>
+
+typedef struct start {
+    mbsri_dense w;
+    const mbsri_dae_form *form;
+    double t;
+    double *q, *u, *udot, *lambda; /* nq, nu, nu, rows */
+    double *y, *yp, *F;            /* size */
+    double *memory;
+} start;
+
+static int allocate(start *s, const mbsr_model *m, mbsr_data *d)
+{
+    const size_t nq = (size_t)m->nq, nu = (size_t)m->nu, rows = (size_t)m->rows,
+                 size = (size_t)s->form->size(m);
+    s->memory = mbsri_allocate(&m->allocator, (nq + 2 * nu + rows + 3 * size) * sizeof(double));
+    if (!s->memory)
+        return mbsri_fail(&d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
+                          "mbsr_dae_consistent: no memory for %zu numbers", size);
+    s->q = s->memory;
+    s->u = s->q + nq;
+    s->udot = s->u + nu;
+    s->lambda = s->udot + nu;
+    s->y = s->lambda + rows;
+    s->yp = s->y + size;
+    s->F = s->yp + size;
+    return MBSR_OK;
+}
+
+/* y, with the springs at the forces found, and y'. */
+static int deliver(start *s, double *y, double *yp)
+{
+    const mbsr_model *m = s->w.m;
+    mbsr_data *d = s->w.d;
+    const mbsri_closure *first = m->closures.data;
+    const int at = m->nq + 2 * m->nu;
+    const size_t size = (size_t)s->form->size(m);
+    int status = mbsri_pack(s->form, m, d, s->t, s->q, s->u, s->y);
+    mbsri_zero(size, s->yp);
+    for (const mbsri_closure *c = first; c < first + m->closures.count; ++c) {
+        for (int k = 0; k < c->rows; ++k) {
+            const int row = c->row + k;
+            if (!mbsri_is_stiff(c, k)) {
+                s->yp[at + row] = s->lambda[row];
+                continue;
+            }
+            /* lambda = -(s + (damping / stiffness) s') */
+            const double gap_force = s->y[at + row];
+            if (mbsri_is_loose(c, k) && c->def.damping[k] > 0.0)
+                s->yp[at + row] =
+                    -(s->lambda[row] + gap_force) * c->def.stiffness[k] / c->def.damping[k];
+            else if (!mbsri_is_loose(c, k))
+                s->y[at + row] = -s->lambda[row];
+        }
+    }
+    if (!status) status = s->form->residual(m, d, s->t, s->y, s->yp, s->F);
+    if (status) return status;
+    for (int k = 0; k < m->nq + m->nu; ++k) s->yp[k] = -s->F[k];
+    mbsri_copy((size_t)m->nu, s->udot, s->yp + m->nq + m->nu);
+    status = mbsri_check_result(m, d, size, s->y, "mbsr_dae_consistent");
+    if (!status) status = mbsri_check_result(m, d, size, s->yp, "mbsr_dae_consistent");
+    if (status) return status;
+    mbsri_copy(size, s->y, y);
+    mbsri_copy(size, s->yp, yp);
+    return MBSR_OK;
+}
+
+static double distance(int n, const double *a, const double *b)
+{
+    double value = 0.0;
+    for (int k = 0; k < n; ++k) value = fmax(value, fabs(a[k] - b[k]));
+    return value;
+}
+
+int mbsri_loops_start(const mbsr_model *m, mbsr_data *d, mbsr_dae_form form, double t, double *y,
+                      double *yp, const mbsr_consistent_opt *opt, mbsr_consistent_info *info)
+{
+    start s = {.form = mbsri_find_form(form), .t = t};
+    mbsr_consistent_info found = {0};
+    int status = allocate(&s, m, d);
+    if (status) return status;
+    const bool watching = d->watching;
+    d->watching = false;
+    status = mbsri_dense_open(&s.w, m, d, "mbsr_dae_consistent");
+    if (!status) status = mbsri_unpack(s.form, m, d, t, y, s.q, s.u);
+    if (!status) status = mbsri_loops_consistent(&s.w, t, s.q, s.u, s.udot, s.lambda, opt, &found);
+    const double *u_given = y + m->nq + m->nu;
+    found.position_change = distance(m->nq, s.q, y);
+    found.velocity_change = distance(m->nu, s.u, u_given);
+    if (!status) status = deliver(&s, y, yp);
+    if (info) *info = found;
+    mbsri_dense_close(&s.w);
+    d->watching = watching;
+    mbsri_release(&m->allocator, s.memory);
+    return status;
+}

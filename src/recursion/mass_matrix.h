@@ -1,0 +1,12 @@
+/* Joint-space mass matrix.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRI_MASS_MATRIX_H
+#define MBSRI_MASS_MATRIX_H
+
+#include "recursion/data.h"
+
+/* matrix (nu x nu, by the caller's order) at the positions, inertias by function at the velocities. The
+ * backward recursion must run again afterwards. */
+void mbsri_mass_matrix(const mbsr_model *m, mbsr_data *d, double *matrix);
+
+#endif

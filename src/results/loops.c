@@ -1,0 +1,388 @@
+/* Loops at a state: entry points.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include <mbsrank/dynamics.h>
+#include <mbsrank/loops.h>
+
+#include "algebra/dense.h"
+#include "algebra/lapack.h"
+#include "algebra/numbers.h"
+#include "base/cookie.h"
+#include "base/error.h"
+#include "dynamics/entry.h"
+#include "loops/assemble.h"
+#include "loops/ranks.h"
+#include "model/query.h"
+#include "recursion/backward.h"
+#include "recursion/closures.h"
+#include "recursion/elements.h"
+#include "recursion/kinematics.h"
+#include "recursion/not_finite.h"
+
+#include <math.h>
+
+mbsr_assembly_opt mbsr_default_assembly_opt(void)
+{
+    mbsr_assembly_opt opt = mbsri_assembly_standard();
+    opt.cookie = MBSRI_COOKIE;
+    return opt;
+}
+
+static int check(const mbsr_model *m, mbsr_data *d, const mbsr_assembly_opt *opt)
+{
+    if (opt->cookie != MBSRI_COOKIE)
+        return mbsri_fail(&d->error, MBSR_ERR_NO_DEFAULT, MBSR_NONE, MBSR_NONE,
+                          "mbsr_assemble: opt was not made by mbsr_default_assembly_opt");
+    if (opt->max_iterations < 1 || !(opt->tolerance > 0.0 && isfinite(opt->tolerance)))
+        return mbsri_fail(&d->error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
+                          "mbsr_assemble: max_iterations is %d, tolerance is %g; both must be "
+                          "positive",
+                          opt->max_iterations, opt->tolerance);
+    for (int k = 0; k < m->nu && opt->weight; ++k) {
+        if (!(opt->weight[k] > 0.0 && isfinite(opt->weight[k])))
+            return mbsri_fail(&d->error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
+                              "mbsr_assemble: weight[%d] is %g, must be positive", k,
+                              opt->weight[k]);
+    }
+    return MBSR_OK;
+}
+
+int mbsr_assemble(const mbsr_model *model, mbsr_data *data, double t, const double *q,
+                  const mbsr_assembly_opt *opt, double *q_closed, mbsr_assembly_info *info)
+{
+    static const char name[] = "mbsr_assemble";
+    const mbsr_assembly_opt standard = mbsr_default_assembly_opt();
+    mbsr_assembly_info found = {.closure = MBSR_NONE};
+    mbsri_dense w;
+    if (!opt) opt = &standard;
+    int status = mbsri_enter(model, data, q && q_closed, MBSRI_STAGE_NONE, name);
+    if (!status) status = check(model, data, opt);
+    if (!status) status = mbsri_check_input(data, (size_t)model->nq, q, name, "q");
+    if (status) return status;
+    status = mbsri_dense_open(&w, model, data, name);
+    if (!status) {
+        mbsri_copy((size_t)model->nq, q, w.q);
+        status = mbsri_assemble(&w, t, w.q, opt, &found);
+    }
+    if (!status || status == MBSR_LOOP_OPEN) {
+        for (int k = 0; k < model->nq; ++k) found.change = fmax(found.change, fabs(w.q[k] - q[k]));
+        mbsri_copy((size_t)model->nq, w.q, q_closed);
+        if (info) *info = found;
+    }
+    mbsri_dense_close(&w);
+    return status;
+}
+
+/* ---- report ---- */
+
+/* Rows on which the dependent row `row` rests are not determined one by one: C_kept^T a = c_row. */
+static int mark_shared(mbsri_dense *w, int row, const bool *dropped, const double *length,
+                       int *unique)
+{
+    const size_t n = (size_t)w->n, rows = (size_t)w->rows;
+    int kept = 0, rank;
+    unique[row] = 0;
+    if (!(length[row] > 0.0)) return MBSR_OK;
+    for (int k = 0; k < w->rows; ++k) {
+        if (dropped[k]) continue;
+        for (size_t j = 0; j < n; ++j)
+            w->A[(size_t)kept * n + j] = w->C[j * rows + (size_t)k] / length[k];
+        ++kept;
+    }
+    for (size_t j = 0; j < n; ++j) w->b[j] = w->C[j * rows + (size_t)row] / length[row];
+    if (kept == 0) return MBSR_OK;
+    if (mbsri_lapack_gelsy(w->n, kept, w->A, w->b, 1e-12, w->pivots, &rank, w->work, w->lwork))
+        return mbsri_fail(&w->d->error, MBSR_EIGEN_FAILED, MBSR_NONE, MBSR_NONE,
+                          "%s: a least-squares problem failed", w->function);
+    for (int k = 0, l = 0; k < w->rows; ++k) {
+        if (dropped[k]) continue;
+        if (fabs(w->b[l++]) > 1e-6) unique[k] = 0;
+    }
+    return MBSR_OK;
+}
+
+static int mark_unique(mbsri_dense *w, const bool *dropped, int *unique)
+{
+    double *length = w->sigma;
+    int status = MBSR_OK;
+    for (int k = 0; k < w->rows; ++k) {
+        double square = 0.0;
+        for (int j = 0; j < w->n; ++j) {
+            const double c = w->C[(size_t)j * (size_t)w->rows + (size_t)k];
+            square += c * c;
+        }
+        length[k] = sqrt(square);
+        unique[k] = 1;
+    }
+    for (int k = 0; k < w->rows && !status; ++k) {
+        if (dropped[k]) status = mark_shared(w, k, dropped, length, unique);
+    }
+    return status;
+}
+
+/* Directions of the tree that move no mass, and those of them that no loop holds; at rest. */
+static int count_massless(mbsri_dense *w, double t, const double *q, mbsr_closure_report *report)
+{
+    const mbsr_model *m = w->m;
+    mbsr_data *d = w->d;
+    mbsri_zero((size_t)w->n, w->x);
+    int status = mbsri_positions(m, d, t, q);
+    if (!status) status = mbsri_velocities(m, d, w->x);
+    if (!status) status = mbsri_forces(m, d, NULL);
+    if (!status) status = mbsri_backward(m, d);
+    if (status) return status;
+    report->massless = w->n - d->total_rank;
+    status = mbsri_dense_factor(w, w->left_out);
+    report->undetermined = w->nulls;
+    return status;
+}
+
+static int report_on(mbsri_dense *w, double t, const double *q, mbsr_closure_report *report,
+                     int *redundant, int *unique)
+{
+    const mbsri_closure *first = w->m->closures.data;
+    mbsri_ranks here;
+    int nearby;
+    bool *dropped = w->left_out;
+    int status = mbsri_ranks_around(w, t, q, dropped, &here, &nearby);
+    for (int k = 0; k < w->rows && redundant && !status; ++k) redundant[k] = dropped[k];
+    if (!status) mbsri_ranks_here(w, dropped, &here);
+    if (!status && unique) status = mark_unique(w, dropped, unique);
+    if (!status) status = mbsri_closure_gaps(w->m, w->d, w->g);
+    if (status) return status;
+    *report = (mbsr_closure_report){.rows = w->rows,
+                                    .independent = here.independent,
+                                    .nearby = nearby,
+                                    .smallest_kept = here.smallest_kept,
+                                    .largest_dropped = here.largest_dropped,
+                                    .weakest = here.weakest < 0 ? MBSR_NONE : here.weakest,
+                                    .weakest_pivot = here.weakest_pivot,
+                                    .gap = mbsri_largest(w->held, w->g)};
+    for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
+        for (int k = 0; k < c->rows; ++k)
+            dropped[c->row + k] = dropped[c->row + k] || mbsri_is_stiff(c, k);
+    }
+    status = count_massless(w, t, q, report);
+    report->mobility = w->n - here.independent - report->undetermined;
+    return status;
+}
+
+int mbsr_closures_report(const mbsr_model *model, mbsr_data *data, double t, const double *q,
+                         mbsr_closure_report *report, int *redundant, int *unique)
+{
+    static const char name[] = "mbsr_closures_report";
+    mbsri_dense w;
+    int status = mbsri_enter(model, data, q && report, MBSRI_STAGE_NONE, name);
+    if (!status) status = mbsri_check_input(data, (size_t)model->nq, q, name, "q");
+    if (status) return status;
+    const bool watching = data->watching;
+    data->watching = false;
+    status = mbsri_dense_open(&w, model, data, name);
+    if (!status) status = report_on(&w, t, q, report, redundant, unique);
+    mbsri_dense_close(&w);
+    data->watching = watching;
+    return status;
+}
+
+/* ---- rows ---- */
+
+int mbsr_closure_of_row(const mbsr_model *model, int row, int *closure, int *own, const char **name)
+{
+    if (!model) return MBSR_ERR_NULL;
+    if (!model->finished) return MBSR_ERR_UNFINISHED;
+    if (row < 0 || row >= model->rows) return MBSR_ERR_ID;
+    const mbsri_closure *c = model->closures.data;
+    while (row >= c->row + c->rows) ++c;
+    if (closure) *closure = (int)(c - (const mbsri_closure *)model->closures.data);
+    if (own) *own = row - c->row;
+    if (name) *name = mbsri_closure_row_name(model, c, row - c->row);
+    return MBSR_OK;
+}
+
+int mbsr_closures_dropped(const mbsr_model *model, mbsr_data *data, int *redundant)
+{
+    const int status =
+        mbsri_enter(model, data, redundant != NULL, MBSRI_STAGE_NONE, "mbsr_closures_dropped");
+    for (int k = 0; !status && k < model->rows; ++k) redundant[k] = data->dropped[k];
+    return status;
+}
+
+int mbsr_closures_drop(const mbsr_model *model, mbsr_data *data, const int *redundant)
+{
+    const int status =
+        mbsri_enter(model, data, redundant != NULL, MBSRI_STAGE_NONE, "mbsr_closures_drop");
+    for (int k = 0; !status && k < model->rows; ++k) data->dropped[k] = redundant[k] != 0;
+    return status;
+}
+
+/* ---- loop forces ---- */
+
+int mbsr_closures_load(const mbsr_model *model, mbsr_data *data, const double *lambda)
+{
+    static const char name[] = "mbsr_closures_load";
+    int status = mbsri_enter(model, data, lambda != NULL, MBSRI_STAGE_VELOCITIES, name);
+    if (!status) status = mbsri_check_input(data, (size_t)model->rows, lambda, name, "lambda");
+    if (!status) status = mbsri_closure_jacobians(model, data);
+    if (status) return status;
+    mbsri_copy((size_t)model->rows, lambda, data->loop_lambda);
+    data->loaded = true;
+    data->stage = MBSRI_STAGE_VELOCITIES;
+    data->accelerated = false;
+    return MBSR_OK;
+}
+
+int mbsr_closures_force(const mbsr_model *model, mbsr_data *data, double *lambda)
+{
+    const int status =
+        mbsri_enter(model, data, lambda != NULL, MBSRI_STAGE_FORCES, "mbsr_closures_force");
+    if (status) return status;
+    mbsri_copy((size_t)model->rows, data->loop_lambda, lambda);
+    return MBSR_OK;
+}
+
+/* ---- inverse dynamics ---- */
+
+typedef struct actuation {
+    int count;
+    const int *actuated;
+    double *need; /* nu: the inverse dynamics of the tree, less what has been found */
+    double *tau, *lambda;
+} actuation;
+
+static int check_actuated(const mbsr_model *m, mbsr_data *d, const actuation *a, const char *name)
+{
+    for (int k = 0; k < a->count; ++k) {
+        bool twice = false;
+        for (int j = 0; j < k; ++j) twice = twice || a->actuated[j] == a->actuated[k];
+        if (twice || a->actuated[k] < 0 || a->actuated[k] >= m->nu)
+            return mbsri_fail(&d->error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
+                              "%s: actuated[%d] is %d, %s", name, k, a->actuated[k],
+                              twice ? "as another is" : "not a place in u");
+    }
+    return MBSR_OK;
+}
+
+/* What of x (nu) the loop forces cannot take up, with the vectors in A of mbsri_ranks_here. */
+static void project(const mbsri_dense *w, int independent, double *x)
+{
+    for (int pass = 0; pass < 2; ++pass) {
+        for (int k = 0; k < independent; ++k) {
+            const double *v = w->A + (size_t)k * (size_t)w->n;
+            const double part = mbsri_dot(w->n, v, x);
+            for (int j = 0; j < w->n; ++j) x[j] -= part * v[j];
+        }
+    }
+}
+
+static int too_few(mbsri_dense *w, const double *left)
+{
+    const mbsr_model *m = w->m;
+    char label[MBSRI_LABEL];
+    int largest = 0, at = 1;
+    for (int k = 0; k < w->n; ++k) {
+        if (fabs(left[k]) > fabs(left[largest])) largest = k;
+    }
+    for (int i = 1; i <= m->bodies; ++i) {
+        if (largest >= m->body[i].u && largest < m->body[i].u + m->body[i].n) at = i;
+    }
+    return mbsri_fail(&w->d->error, MBSR_UNDETERMINED, m->body[at].id, MBSR_NONE,
+                      "%s: the joints listed cannot bring about udot: u%d of %s, or what the loops "
+                      "couple it to, is driven by none of them (%.3g is missing)",
+                      w->function, largest - m->body[at].u, mbsri_body_label(m, at, label),
+                      left[largest]);
+}
+
+/* tau: P B tau = P need with the projection P on what loops leave free. */
+static int find_torques(mbsri_dense *w, const actuation *a)
+{
+    const size_t n = (size_t)w->n;
+    mbsri_ranks found;
+    int rank = 0;
+    mbsri_ranks_here(w, w->left_out, &found);
+    mbsri_copy(n, a->need, w->b);
+    project(w, found.independent, w->b);
+    const double size = mbsri_largest(w->n, a->need);
+    for (int k = 0; k < a->count; ++k) {
+        double *column = w->K + (size_t)k * n;
+        mbsri_zero(n, column);
+        column[a->actuated[k]] = 1.0;
+        project(w, found.independent, column);
+    }
+    mbsri_zero(n, a->tau);
+    if (a->count > 0 &&
+        mbsri_lapack_gelsy(w->n, a->count, w->K, w->b, 1e-10, w->pivots, &rank, w->work, w->lwork))
+        return mbsri_fail(&w->d->error, MBSR_EIGEN_FAILED, MBSR_NONE, MBSR_NONE,
+                          "%s: a least-squares problem failed", w->function);
+    for (int k = 0; k < a->count; ++k) {
+        a->tau[a->actuated[k]] = w->b[k];
+        a->need[a->actuated[k]] -= w->b[k];
+    }
+    mbsri_copy(n, a->need, w->x);
+    project(w, found.independent, w->x);
+    return mbsri_largest(w->n, w->x) > 1e-8 * size ? too_few(w, w->x) : MBSR_OK;
+}
+
+/* lambda: C^T lambda = what is left, by least norm; rigid rows alone. */
+static int find_loop_forces(mbsri_dense *w, const actuation *a)
+{
+    const mbsri_closure *first = w->m->closures.data;
+    const size_t n = (size_t)w->n, rows = (size_t)w->rows;
+    int rank;
+    for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
+        for (int k = 0; k < c->rows; ++k) {
+            const size_t row = (size_t)(c->row + k);
+            for (size_t j = 0; j < n; ++j)
+                w->K[row * n + j] = mbsri_is_stiff(c, k) ? 0.0 : w->C[j * rows + row];
+        }
+    }
+    mbsri_copy(n, a->need, w->g);
+    if (w->rows > 0 && w->n > 0 &&
+        mbsri_lapack_gelsy(w->n, w->rows, w->K, w->g, 1e-10, w->pivots, &rank, w->work, w->lwork))
+        return mbsri_fail(&w->d->error, MBSR_EIGEN_FAILED, MBSR_NONE, MBSR_NONE,
+                          "%s: a least-squares problem failed", w->function);
+    for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
+        for (int k = 0; k < c->rows; ++k) {
+            const int row = c->row + k;
+            a->lambda[row] = mbsri_is_stiff(c, k) ? w->d->loop_lambda[row] : w->g[row];
+        }
+    }
+    return MBSR_OK;
+}
+
+static int by_actuators(mbsri_dense *w, double t, const double *q, const double *u,
+                        const double *udot, const actuation *a)
+{
+    const mbsr_model *m = w->m;
+    int status = mbsr_inverse_dynamics(m, w->d, t, q, u, udot, a->need);
+    if (!status) status = mbsri_dense_rows(w);
+    if (!status) status = find_torques(w, a);
+    return status ? status : find_loop_forces(w, a);
+}
+
+int mbsr_closures_inverse_dynamics(const mbsr_model *model, mbsr_data *data, double t,
+                                   const double *q, const double *u, const double *udot, int count,
+                                   const int *actuated, double *tau, double *lambda)
+{
+    static const char name[] = "mbsr_closures_inverse_dynamics";
+    mbsri_dense w;
+    actuation a = {count, actuated, NULL, tau, lambda};
+    int status =
+        mbsri_enter(model, data, q && u && udot && tau && lambda && (actuated || count == 0),
+                    MBSRI_STAGE_NONE, name);
+    if (!status) status = check_actuated(model, data, &a, name);
+    if (status) return status;
+    status = mbsri_dense_open(&w, model, data, name);
+    if (!status) {
+        a.tau = w.out;
+        a.lambda = w.out + w.n;
+        a.need = w.sigma;
+        status = by_actuators(&w, t, q, u, udot, &a);
+    }
+    if (!status) status = mbsri_check_result(model, data, (size_t)w.n, a.tau, name);
+    if (!status) status = mbsri_check_result(model, data, (size_t)w.rows, a.lambda, name);
+    if (!status) {
+        mbsri_copy((size_t)w.n, a.tau, tau);
+        mbsri_copy((size_t)w.rows, a.lambda, lambda);
+    }
+    mbsri_dense_close(&w);
+    return status;
+}
