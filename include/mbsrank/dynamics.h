@@ -214,7 +214,7 @@ MBSR_API int mbsr_body_jacobian(const mbsr_model *model, mbsr_data *data, int bo
  *   S D S,     S = diag(J^T W J)^(-1/2)     (a scaling, not the motion subspace).
  *
  * They have no units and lie between 0 and 1, or a little above 1 for n > 1; one counts as zero
- * when it is at most `tolerance`. */
+ * when it is at most `tolerance`, or 3e-4 of that where all of it is known to 32 digits (docs/rank_and_index.md). */
 typedef struct mbsr_rank_info {
     int n;                /* size of D */
     int rank;             /* eigenvalues kept */

@@ -33,7 +33,13 @@ typedef enum mbsr_inertia_kind {
 typedef int (*mbsr_inertia_fn)(void *user, double t, const double *p, const double *V, double *M,
                                double *h);
 
-/* An inertia as a value; made by a constructor below, copied into the model. */
+/* An inertia as a value; made by a constructor below, copied into the model.
+ *
+ * Rods, points, solids, and what mbsr_inertia_moved and mbsr_inertia_sum make of them, keep their
+ * tensor and centre of mass to 32 digits, so that a small moment about one axis beside a large one
+ * about others stays what it is. Of tensors given by their entries diagonal ones count as exact,
+ * others as rounded: `lost` is their trace then. Who changes com or tensor of an inertia afterwards
+ * sets `exact` to 0. */
 typedef struct mbsr_inertia {
     mbsr_inertia_kind kind;
     double mass;          /* kg */
@@ -45,6 +51,9 @@ typedef struct mbsr_inertia {
     mbsr_inertia_fn function;
     void *user;    /* for function; not copied, may be NULL */
     int unchecked; /* 1: the tensor need not be one of a body (SPATIAL), see below */
+    int exact;     /* 1: the next three are given (SPATIAL); the constructors below give them */
+    double com_rest[3], tensor_rest[6]; /* what rounding com and tensor has left off */
+    double lost; /* kg m^2: the tensor is wrong by this times machine precision */
 } mbsr_inertia;
 
 /* Zero, stated. Any space. */

@@ -4,6 +4,7 @@
 
 #include "base/error.h"
 #include "base/memory.h"
+#include "recursion/exact.h"
 #include "sweeps/tree.h"
 
 #include <math.h>
@@ -46,6 +47,8 @@ static size_t layout(const mbsr_model *m, bool lean, unsigned char *base, mbsr_d
     d->carries = take(base, &used, bodies * sizeof *d->carries);
     d->apart = take(base, &used, m->grouped && !lean ? bodies * sizeof *d->apart : 0);
     d->dropped = take(base, &used, (size_t)m->rows * sizeof *d->dropped);
+    const size_t exact = lean ? 0 : mbsri_exact_room(m);
+    d->exact_work = take(base, &used, exact * sizeof *d->exact_work);
     d->pivots = take(base, &used, (size_t)m->max_d * sizeof *d->pivots);
     d->force_bodies = take(base, &used, (size_t)m->max_force_bodies * sizeof *d->force_bodies);
     if (m->sweeps) {

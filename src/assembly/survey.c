@@ -79,6 +79,7 @@ static void mark(mbsr_model *m, const mbsr_data *d, bool *behind)
         mbsri_body *b = m->body + i;
         const mbsri_group g = mbsri_group_in_model(m, b->head);
         const bool lacks = d->rank[i] < b->n;
+        b->usual = d->rank[i] + 1;
         behind[i] = behind[b->parent] || lacks;
         b->whole = (b->n > 1 && behind[i]) || (g.members > 1 && mbsri_coupled(m, d, &g));
         behind[i] = behind[i] || b->whole;

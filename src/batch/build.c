@@ -202,7 +202,7 @@ static void start(const mbsr_model *m, const mbsri_batch_kernels *kernels, int b
     b->run.u = b->u;
     b->run.load = b->load;
     b->run.per_area = 1.0 / (length * length);
-    b->run.clear = m->sweeps->clear;
+    b->run.clear = 10.0 * m->rank_tolerance;
     place_tree(m, b->run.state, b->body); /* whose list is done with before the first call */
 }
 

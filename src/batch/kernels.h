@@ -265,7 +265,8 @@ MBSRI_INLINE lanes noise_of(carry *c, lanes trace, double soft)
 
 /* One coordinate, S = (alpha Z, h Z) with alpha = 1 where it turns and h = pitch where it slides:
  * U = Mbar S, D = S^T U, e = tau - S^T (L, p), then Mbar - U D^-1 U^T and (L, p) + U D^-1 e, and
- * the bound of rounding errors with them. *clear &= D is regular. */
+ * the bound of rounding errors with them. *clear &= D is regular and known to nine digits, as
+ * `certify` of the sweeps has it. */
 MBSRI_INLINE column eliminate(const mbsri_batch_run *run, int flags, double pitch, double soft,
                               vec Z, lanes tau, carry *c, lane_bits *clear)
 {
@@ -274,10 +275,12 @@ MBSRI_INLINE column eliminate(const mbsri_batch_run *run, int flags, double pitc
     vec U_L = none, U_p = none;
     lanes D = splat(0.0), e = tau;
     double size = 0.0;
+    lanes local = splat(0.0);
     if (flags & MBSRI_TURNS) {
         U_L = sym_times(&c->I, Z);
         U_p = times(&c->G, Z);
         size = 1.0 / run->per_area;
+        local = c->I.xx + c->I.yy + c->I.zz;
     }
     if (flags & MBSRI_SLIDES) {
         U_L = plus(U_L, h, transposed_times(&c->G, Z));
@@ -285,6 +288,7 @@ MBSRI_INLINE column eliminate(const mbsri_batch_run *run, int flags, double pitc
         D = h * dot(Z, U_p);
         e -= h * dot(Z, c->p);
         size += pitch * pitch;
+        local += splat(pitch * pitch) * (c->M.xx + c->M.yy + c->M.zz);
     }
     if (flags & MBSRI_TURNS) {
         D += dot(Z, U_L);
@@ -292,7 +296,8 @@ MBSRI_INLINE column eliminate(const mbsri_batch_run *run, int flags, double pitc
     }
     const lanes trace = trace_of(c, run->per_area), Dinv = splat(1.0) / D;
     const lanes spread = noise_of(c, trace, soft);
-    *clear &= (D > splat(0.0)) & (D - least * (D * c->kappa) > least * (spread * splat(size)));
+    *clear &=
+        (D > splat(1e-6) * local) & (D - least * (D * c->kappa) > least * (spread * splat(size)));
     const column g = {scaled(U_L, Dinv), scaled(U_p, Dinv), e * Dinv};
     const lanes transport = splat(size) * (dot(g.g_L, g.g_L) * per_area + dot(g.g_p, g.g_p));
     c->spread = spread * transport + trace * (splat(1.0) + transport);

@@ -5,6 +5,7 @@
 #include "algebra/dense.h"
 #include "algebra/frames.h"
 #include "algebra/space3.h"
+#include "inertias/exact.h"
 
 #include <string.h>
 
@@ -59,6 +60,8 @@ mbsr_inertia mbsr_inertia_rigid(double mass, const double com[3], const double t
     if (!tensor) return invalid();
     if (com) memcpy(inertia.com, com, sizeof inertia.com);
     memcpy(inertia.tensor, tensor, sizeof inertia.tensor);
+    const mbsri_exact exact = mbsri_exact_of(&inertia);
+    mbsri_exact_settle(&exact, &inertia);
     return inertia;
 }
 
@@ -82,7 +85,17 @@ mbsr_inertia mbsr_inertia_rigid_about(double mass, const double com[3], const mb
     for (int k = 0; k < 3; ++k) arm[k] = com[k] - frame->x[k];
     add_parallel_axes(-mass, arm, turned);
     pack(turned, result);
-    return mbsr_inertia_rigid(mass, com, result);
+    mbsr_inertia inertia = mbsr_inertia_rigid(mass, com, result), given = inertia;
+    memcpy(given.tensor, tensor, sizeof given.tensor);
+    given.exact = 0;
+    mbsri_exact exact = mbsri_exact_of(&given);
+    mbsri_two apart[3];
+    for (int k = 0; k < 3; ++k) apart[k] = mbsri_two_sum(com[k], -frame->x[k]);
+    mbsri_exact_turn(frame->R, exact.tensor);
+    mbsri_exact_parallel_axes(-mass, apart, exact.tensor);
+    if (mbsri_dot3(arm, arm) > 0.0) exact.lost = tensor[0] + tensor[1] + tensor[2];
+    mbsri_exact_settle(&exact, &inertia);
+    return inertia;
 }
 
 mbsr_inertia mbsr_inertia_point_mass(double mass, const double at[3])
@@ -102,14 +115,28 @@ mbsr_inertia mbsr_inertia_rod(double mass, const double a[3], const double b[3])
     }
     add_parallel_axes(mass / 3.0, half, I);
     pack(I, tensor);
-    return mbsr_inertia_rigid(mass, middle, tensor);
+    mbsr_inertia rod = mbsr_inertia_rigid(mass, middle, tensor);
+    mbsri_exact exact = {.mass = mass};
+    mbsri_two reach[3];
+    for (int k = 0; k < 3; ++k) {
+        reach[k] = mbsri_two_scale(mbsri_two_sum(b[k], -a[k]), 0.5);
+        exact.com[k] = mbsri_two_scale(mbsri_two_sum(a[k], b[k]), 0.5);
+    }
+    mbsri_exact_parallel_axes(mass / 3.0, reach, exact.tensor);
+    mbsri_exact_settle(&exact, &rod);
+    return rod;
 }
 
-/* About the origin with these principal moments. */
-static mbsr_inertia principal(double mass, double xx, double yy, double zz)
+/* About the origin with these principal moments, and the second moments P that they are sums of. */
+static mbsr_inertia principal(double mass, double xx, double yy, double zz, const double P[3])
 {
     const double tensor[6] = {xx, yy, zz, 0.0, 0.0, 0.0};
-    return mbsr_inertia_rigid(mass, origin, tensor);
+    mbsr_inertia inertia = mbsr_inertia_rigid(mass, origin, tensor);
+    const mbsri_exact exact = {.mass = mass,
+                               .tensor = {mbsri_two_sum(P[1], P[2]), mbsri_two_sum(P[2], P[0]),
+                                          mbsri_two_sum(P[0], P[1])}};
+    mbsri_exact_settle(&exact, &inertia);
+    return inertia;
 }
 
 mbsr_inertia mbsr_inertia_box(double density, const double edges[3])
@@ -117,23 +144,26 @@ mbsr_inertia mbsr_inertia_box(double density, const double edges[3])
     if (!edges) return invalid();
     const double a = edges[0], b = edges[1], c = edges[2], mass = density * a * b * c;
     if (a < 0.0 || b < 0.0 || c < 0.0) return invalid();
+    const double share = mass / 12.0, P[3] = {share * a * a, share * b * b, share * c * c};
     return principal(mass, mass * (b * b + c * c) / 12.0, mass * (a * a + c * c) / 12.0,
-                     mass * (a * a + b * b) / 12.0);
+                     mass * (a * a + b * b) / 12.0, P);
 }
 
 mbsr_inertia mbsr_inertia_sphere(double density, double radius)
 {
     const double mass = density * 4.0 / 3.0 * pi * radius * radius * radius;
-    const double moment = 0.4 * mass * radius * radius;
-    return radius < 0.0 ? invalid() : principal(mass, moment, moment, moment);
+    const double moment = 0.4 * mass * radius * radius,
+                 P[3] = {0.5 * moment, 0.5 * moment, 0.5 * moment};
+    return radius < 0.0 ? invalid() : principal(mass, moment, moment, moment, P);
 }
 
 mbsr_inertia mbsr_inertia_cylinder(double density, double radius, double length)
 {
     const double square = radius * radius, mass = density * pi * square * length;
     const double across = mass * (length * length / 12.0 + square / 4.0);
+    const double P[3] = {0.25 * mass * square, 0.25 * mass * square, mass * length * length / 12.0};
     if (radius < 0.0 || length < 0.0) return invalid();
-    return principal(mass, across, across, 0.5 * mass * square);
+    return principal(mass, across, across, 0.5 * mass * square, P);
 }
 
 mbsr_inertia mbsr_inertia_capsule(double density, double radius, double length)
@@ -142,8 +172,13 @@ mbsr_inertia mbsr_inertia_capsule(double density, double radius, double length)
                  ends = density * 4.0 / 3.0 * pi * radius * square;
     const double across = body * (length * length / 12.0 + square / 4.0) +
                           ends * (0.4 * square + length * length / 4.0 + 0.375 * length * radius);
+    const double side = square * (0.25 * body + 0.2 * ends),
+                 P[3] = {side, side,
+                         body * length * length / 12.0 +
+                             ends *
+                                 (0.2 * square + length * length / 4.0 + 0.375 * length * radius)};
     if (radius < 0.0 || length < 0.0) return invalid();
-    return principal(body + ends, across, across, square * (0.5 * body + 0.4 * ends));
+    return principal(body + ends, across, across, square * (0.5 * body + 0.4 * ends), P);
 }
 
 /* A particle or zero as a rigid body; others as they are. */
@@ -164,12 +199,39 @@ mbsr_inertia mbsr_inertia_moved(const mbsr_frame *frame, mbsr_inertia inertia)
     if (!frame) frame = &body;
     if (moved.kind != MBSR_INERTIA_SPATIAL || !(mbsri_frame_defect(frame->R) < 1e-6))
         return invalid();
+    mbsri_exact exact = mbsri_exact_of(&moved);
+    mbsri_exact_rotate(frame->R, exact.com, exact.com);
+    for (int k = 0; k < 3; ++k)
+        exact.com[k] = mbsri_two_add(exact.com[k], mbsri_two_of(frame->x[k]));
+    mbsri_exact_turn(frame->R, exact.tensor);
     mbsri_rotate3(frame->R, moved.com, moved.com);
     mbsri_add3(1.0, frame->x, moved.com);
     unpack(moved.tensor, I);
     turn(frame->R, I, turned);
     pack(turned, moved.tensor);
+    mbsri_exact_settle(&exact, &moved);
     return moved;
+}
+
+/* Both together: about the common centre of mass c, of which mass c = sum of mass c of the parts. */
+static mbsri_exact exact_sum(double mass, const mbsr_inertia part[2])
+{
+    mbsri_exact sum = {.mass = mass};
+    const mbsri_exact each[2] = {mbsri_exact_of(part), mbsri_exact_of(part + 1)};
+    for (int k = 0; k < 3 && mass != 0.0; ++k) {
+        sum.com[k] = mbsri_two_divide(mbsri_two_add(mbsri_two_scale(each[0].com[k], each[0].mass),
+                                                    mbsri_two_scale(each[1].com[k], each[1].mass)),
+                                      mbsri_two_of(mass));
+    }
+    for (int l = 0; l < 2; ++l) {
+        mbsri_two arm[3], I[6];
+        memcpy(I, each[l].tensor, sizeof I);
+        for (int k = 0; k < 3; ++k) arm[k] = mbsri_two_subtract(each[l].com[k], sum.com[k]);
+        mbsri_exact_parallel_axes(each[l].mass, arm, I);
+        for (int k = 0; k < 6; ++k) sum.tensor[k] = mbsri_two_add(sum.tensor[k], I[k]);
+        sum.lost += each[l].lost;
+    }
+    return sum;
 }
 
 mbsr_inertia mbsr_inertia_sum(mbsr_inertia a, mbsr_inertia b)
@@ -190,6 +252,8 @@ mbsr_inertia mbsr_inertia_sum(mbsr_inertia a, mbsr_inertia b)
     pack(total, tensor);
     mbsr_inertia sum = mbsr_inertia_rigid(mass, com, tensor);
     sum.unchecked = part[0].unchecked != 0 || part[1].unchecked != 0;
+    const mbsri_exact exact = exact_sum(mass, part);
+    mbsri_exact_settle(&exact, &sum);
     return sum;
 }
 

@@ -2,6 +2,7 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "model/check.h"
 
+#include "algebra/dense.h"
 #include "algebra/lapack.h"
 #include "base/error.h"
 #include "base/memory.h"
@@ -145,6 +146,19 @@ static int check_matrix(mbsr_model *m, int d, const double *A, int id, const cha
     return status;
 }
 
+/* Whether what the tensor leaves off is small beside it, as rounding is. */
+static bool exact_enough(const mbsr_inertia *inertia)
+{
+    const double *tensor = inertia->tensor,
+                 trace = fabs(tensor[0]) + fabs(tensor[1]) + fabs(tensor[2]);
+    const double tolerance =
+        1e-6 * trace + 1e-12 * inertia->mass * mbsri_dot(3, inertia->com, inertia->com);
+    bool small = inertia->lost >= 0.0 && isfinite(inertia->lost);
+    for (int k = 0; k < 6; ++k) small = small && fabs(inertia->tensor_rest[k]) <= tolerance;
+    for (int k = 0; k < 3; ++k) small = small && isfinite(inertia->com_rest[k]);
+    return small;
+}
+
 /* Mass and centre of mass of a rigid body in space, and the principal moments about the latter:
  * none negative, none larger than the sum of the others, up to 1e-6 of the largest and to what
  * rounding leaves of the parallel axes. */
@@ -163,6 +177,12 @@ static int check_rigid(mbsr_model *m, const mbsr_inertia *inertia, int id, const
                           isfinite(tensor[k]) ? "com" : "tensor", k,
                           isfinite(tensor[k]) ? c[k] : tensor[k]);
         }
+    }
+    if (inertia->exact && !exact_enough(inertia)) {
+        return REFUSE(MBSR_ERR_VALUE,
+                      "%s: inertia.com_rest, tensor_rest and lost are not what rounding com and "
+                      "tensor leaves: set inertia.exact to 0 where these are changed",
+                      label);
     }
     double I[9] = {tensor[0], tensor[3], tensor[4], tensor[3], tensor[1],
                    tensor[5], tensor[4], tensor[5], tensor[2]};

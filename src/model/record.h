@@ -62,6 +62,7 @@ typedef struct mbsri_body {
     int locks;            /* coordinates of the joint that are held; n and nq count the others */
     const double *held;   /* their values, NaN for the others (joint.n); NULL: none */
     size_t full;          /* offset of joint.n numbers, where some are held */
+    int usual; /* rank of the joint where the model was looked at (assembly/survey.h), and 1 */
 } mbsri_body;
 
 /* A body as added, until the model is finished. */

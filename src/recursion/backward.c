@@ -32,6 +32,8 @@
 #include "algebra/cholesky.h"
 #include "algebra/dense.h"
 #include "algebra/space3.h"
+#include "recursion/errors.h"
+#include "recursion/exact.h"
 #include "recursion/group.h"
 #include "recursion/rank.h"
 
@@ -39,7 +41,7 @@
 
 /* U and D of the group, rank and pseudo-inverse of D, G = U D^+.
  * reads Mbar, W, J, H;  writes U, D, Dinv, G.  cost: 3 d^2 n, one eigenproblem of size n. */
-static int factor_group(const mbsr_model *m, mbsr_data *d, const mbsri_group *g)
+static int factor_group(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, bool rough)
 {
     const mbsri_body *b = m->body + g->member[0];
     double *U = d->U + b->dg, *G = d->G + b->dg;
@@ -47,7 +49,7 @@ static int factor_group(const mbsr_model *m, mbsr_data *d, const mbsri_group *g)
     for (int k = 0; k < g->members; ++k) d->rank[g->member[k]] = 0;
     d->scale[g->member[0]] = 0.0;
     if (g->n > 0) {
-        const int status = mbsri_rank_decision(m, d, g);
+        const int status = mbsri_rank_decision(m, d, g, rough);
         if (status) return status;
     }
     /* G = U D^+ */
@@ -74,12 +76,6 @@ void mbsri_load_joint(const mbsr_model *m, mbsr_data *d, int i)
     mbsri_atx(b->d, b->d_pred, -1.0, d->H + b->dp, mu, d->fbar + b->pred_v);
 }
 
-/* E += Diag(A) */
-static void add_diagonal(int n, const double *A, double *E)
-{
-    for (int k = 0; k < n; ++k) E[k * (n + 1)] += A[k * (n + 1)];
-}
-
 /* T = Mbar^a = Mbar - Y Y^T, with Y = U L^-T where D = L L^T has full rank, else with the columns
  * y_l = U S x_l / sqrt(lambda_l) of the eigenvalues kept. Nothing cancels between the terms, however
  * small some are; Y, L: d x n and n x n of scratch. */
@@ -103,49 +99,6 @@ static void reduce(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g
             mbsri_ax(dim, 1, 1.0 / sqrt(lambda[l]), U + k * dim, &(double){s[k] * X[l * n + k]}, Y);
         mbsri_abt(dim, 1, dim, -1.0, Y, Y, T);
     }
-}
-
-/* size[l] = J_l^T Diag(Mbar) J_l of the joint rates of the group. */
-static void diagonal_sizes(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g,
-                           double *size)
-{
-    for (int i = 0; i < g->members; ++i) {
-        const mbsri_body *b = m->body + g->member[i];
-        const int dim = b->d;
-        const double *Mbar = d->Mbar + b->dd, *J = d->J + b->dn;
-        for (int l = 0; l < b->n; ++l) {
-            double sum = 0.0;
-            for (int k = 0; k < dim; ++k)
-                sum += J[l * dim + k] * Mbar[k * (dim + 1)] * J[l * dim + k];
-            size[b->ig - g->ig + l] = sum;
-        }
-    }
-}
-
-/* E = Diag(Mbar) + Diag(G Diag(J^T Diag(Mbar) J) G^T) + P^T W P;  Q: d x n, JQ: n x n of scratch.
- * P = I - J G^T, so P^T W P = W - Q G^T - G Q^T + G (J^T Q) G^T with Q = W J; both as U and D of a
- * group. */
-static void transport(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g, double *E,
-                      double *Q, double *JQ, double *work)
-{
-    const mbsri_body *b = m->body + g->member[0];
-    const int dim = b->d, n = g->n;
-    const double *G = d->G + b->dg, *lambda = d->lambda + g->ig, *s = d->s + g->ig;
-    const bool deficient = n > 1 && mbsri_group_rank(d, g) < n;
-    mbsri_group_products(m, d, g, d->W, Q, JQ, work);
-    mbsri_copy((size_t)dim * (size_t)dim, d->W + b->dd, E);
-    add_diagonal(dim, d->Mbar + b->dd, E);
-    /* E -= (Q - G JQ / 2) G^T + its transpose */
-    mbsri_ab(dim, n, n, -0.5, G, JQ, Q);
-    mbsri_abt(dim, n, dim, -1.0, Q, G, E);
-    mbsri_abt(dim, n, dim, -1.0, G, Q, E);
-    diagonal_sizes(m, d, g, work);
-    for (int l = 0; l < n; ++l) {
-        double size = work[l];
-        if (deficient) size = fmax(size, lambda[0] / (s[l] * s[l]));
-        for (int k = 0; k < dim; ++k) E[k * (dim + 1)] += size * G[l * dim + k] * G[l * dim + k];
-    }
-    mbsri_symmetrise(dim, E);
 }
 
 /* C += H^T A H of a symmetric A; work: d x d_pred. */
@@ -182,43 +135,49 @@ void mbsri_pass_masses(const mbsr_model *m, mbsr_data *d, int i)
     }
     const mbsri_group g = mbsri_group_of(m, d, i);
     reduce(m, d, &g, T, Q, product);
-    transport(m, d, &g, E, Q, JQ, product);
+    mbsri_carry_errors(m, d, &g, d->W, 1.0, E, Q, JQ, product);
     carry_over(b, H, T, d->Mbar + b->pred_dd, product);
     carry_over(b, H, E, d->W + b->pred_dd, product);
 }
 
-double mbsri_own_turned(const mbsri_body *b, const double *M)
-{
-    return b->joint.space == MBSR_SPACE_SPATIAL ? M[0] + M[7] + M[14] : 0.0;
-}
-
-int mbsri_eliminate_joint(const mbsr_model *m, mbsr_data *d, int i)
+int mbsri_eliminate_joint(const mbsr_model *m, mbsr_data *d, int i, bool rough)
 {
     const mbsri_body *b = m->body + i;
     mbsri_symmetrise(b->d, d->Mbar + b->dd);
-    add_diagonal(b->d, d->Mbar + b->dd, d->W + b->dd);
+    mbsri_add_diagonal(b->d, 1.0, d->Mbar + b->dd, d->W + b->dd);
     if (!mbsri_heads(m, d, i)) return MBSR_OK;
     const mbsri_group g = mbsri_group_of(m, d, i);
-    return factor_group(m, d, &g);
+    return factor_group(m, d, &g, rough);
 }
 
-/* The recursion for masses: Mbar, W, U, D, G and ranks. */
-static int masses(const mbsr_model *m, mbsr_data *d)
+/* Mbar, W, U, D, G and ranks in double precision. */
+static int plain_masses(const mbsr_model *m, mbsr_data *d, bool rough)
 {
-    d->total_rank = 0;
     mbsri_zero((size_t)m->root.d * (size_t)m->root.d, d->M);
     mbsri_copy(m->size_dd, d->M, d->Mbar);
     mbsri_zero(m->size_dd, d->W);
     for (int i = 0; i <= m->bodies; ++i)
         d->turned[i] = mbsri_own_turned(m->body + i, d->M + m->body[i].dd);
     for (int i = m->bodies; i >= 1; --i) {
-        int status = mbsri_eliminate_joint(m, d, i);
+        int status = mbsri_eliminate_joint(m, d, i, rough);
         if (!status && mbsri_heads(m, d, i)) status = mbsri_rank_watched(m, d, i);
         if (status) return status;
         mbsri_pass_masses(m, d, i);
     }
-    for (int i = 1; i <= m->bodies; ++i) d->total_rank += d->rank[i];
     return MBSR_OK;
+}
+
+/* The recursion for masses, in twofold precision where double precision does not tell some rank. */
+static int masses(const mbsr_model *m, mbsr_data *d)
+{
+    d->total_rank = 0;
+    int status = plain_masses(m, d, false);
+    if (status == MBSRI_UNCLEAR) {
+        status = mbsri_exact_masses(m, d);
+        if (status == MBSR_NOT_FINITE) status = plain_masses(m, d, true);
+    }
+    for (int i = 1; i <= m->bodies && !status; ++i) d->total_rank += d->rank[i];
+    return status;
 }
 
 void mbsri_backward_loads(const mbsr_model *m, mbsr_data *d)

@@ -11,14 +11,10 @@ int mbsri_backward(const mbsr_model *m, mbsr_data *d);
 /* The steps for one body, whose successors are done. Its Mbar, W and fbar hold M, 0 and f with what
  * the successors passed on: D, its rank, U and G; e and mu, whose -H^T mu goes to fbar of the
  * predecessor; Mbar^a and its errors, which go to the predecessor's Mbar and W. Joints of a group
- * (group.h) are eliminated with its head. */
-int mbsri_eliminate_joint(const mbsr_model *m, mbsr_data *d, int i);
+ * (group.h) are eliminated with its head. rough: as in rank.h. */
+int mbsri_eliminate_joint(const mbsr_model *m, mbsr_data *d, int i, bool rough);
 void mbsri_load_joint(const mbsr_model *m, mbsr_data *d, int i);
 void mbsri_pass_masses(const mbsr_model *m, mbsr_data *d, int i);
-
-/* What turning the tensor of a body in space into the world's axes may be wrong by, in units of the
- * machine precision: its trace, kg m^2. Starts `turned` of the body. */
-double mbsri_own_turned(const mbsri_body *b, const double *M);
 
 /* After it: again, with the groups of joints taken apart that are not coupled (group.h), as the Newton
  * systems eliminate them; the stage then counts as not run. */

@@ -3,6 +3,7 @@
 #ifndef MBSRI_DATA_H
 #define MBSRI_DATA_H
 
+#include "algebra/twofold.h"
 #include "model/record.h"
 
 #include <mbsrank/data.h>
@@ -29,6 +30,7 @@
     ARRAY(tau, m->nu)           /* n          joint forces                          forces */      \
     ARRAY(Mbar, m->size_dd)     /* d x d      (17a)                                 backward */    \
     ARRAY(W, m->size_dd)        /* d x d      size of the rounding errors in Mbar   backward */    \
+    ARRAY(unsure, m->size_dd)   /* d x d      the same after twofold precision      backward */    \
     ARRAY(fbar, m->size_v)      /* d          (17b)                                 backward */    \
     ARRAY(D, m->size_nn)        /* n x n      J^T Mbar J                            backward */    \
     ARRAY(Dinv, m->size_nn)     /* n x n      its pseudo-inverse                    backward */    \
@@ -128,6 +130,7 @@ struct mbsr_data {
     bool *dropped;         /* m->rows: rows of closures left to the others, being redundant */
     bool accelerated;      /* A and mu are those of given joint accelerations */
     bool single;           /* every joint is a group of its own (group.h) */
+    mbsri_two *exact_work; /* of recursion/exact.c */
     bool *apart;           /* N + 1: so are those of the group of this head */
     mbsri_pending pending; /* what the stages would hold if the sweeps had not been taken */
     struct mbsri_sweep_state *sweep_state; /* N + 1 */

@@ -3,6 +3,7 @@
 #include "recursion/inertia.h"
 
 #include "algebra/dense.h"
+#include "inertias/exact.h"
 #include "inertias/rigid.h"
 
 #include <math.h>
@@ -69,6 +70,62 @@ void mbsri_inertia_mass(const mbsri_body *b, const double *p, double *M)
     case MBSR_INERTIA_FUNCTION: break;
     }
     add_regularisation(b, p, M);
+}
+
+/* M of a body in the plane, from the first moment as it was turned. */
+static void exact_planar(const mbsr_inertia *inertia, double angle, mbsri_two *M)
+{
+    const double cosine = cos(angle), sine = sin(angle), m = inertia->mass,
+                 x = cosine * inertia->com[0] - sine * inertia->com[1],
+                 y = sine * inertia->com[0] + cosine * inertia->com[1];
+    const mbsri_two cx = mbsri_two_product(m, x), cy = mbsri_two_product(m, y);
+    M[0] = M[4] = mbsri_two_of(m);
+    M[2] = M[6] = mbsri_two_negative(cy);
+    M[5] = M[7] = cx;
+    M[8] = mbsri_two_add(mbsri_two_of(inertia->moment),
+                         mbsri_two_add(mbsri_two_scale(cx, x), mbsri_two_scale(cy, y)));
+}
+
+/* Rows of a matrix given by its entries that have others than the diagonal are rounded. */
+static void unsure_rows(int d, const double *M, double *unsure)
+{
+    for (int k = 0; k < d; ++k) {
+        bool alone = true;
+        for (int j = 0; j < d; ++j) alone = alone && (j == k || M[j * d + k] == 0.0);
+        if (!alone) unsure[k] = fabs(M[k * (d + 1)]);
+    }
+}
+
+void mbsri_inertia_exact(const mbsri_body *b, const double *p, const double *M, mbsri_two *exact,
+                         double *unsure)
+{
+    const mbsr_inertia *inertia = &b->inertia;
+    const int d = b->d;
+    const bool particle = inertia->kind == MBSR_INERTIA_PARTICLE,
+               none = inertia->kind == MBSR_INERTIA_NOT_GIVEN,
+               planar = inertia->kind == MBSR_INERTIA_PLANAR,
+               rigid = inertia->kind == MBSR_INERTIA_SPATIAL;
+    for (int k = 0; k < d * d; ++k) exact[k] = mbsri_two_of(M[k]);
+    mbsri_zero((size_t)d, unsure);
+    if (!b->added && (particle || none)) return;
+    if (!b->added && planar) {
+        exact_planar(inertia, p[2], exact);
+        return;
+    }
+    if (!b->added && rigid) {
+        mbsri_exact_mass(inertia, p + MBSR_POSE_R, exact);
+        const double lost = mbsri_exact_of(inertia).lost;
+        for (int k = 0; k < 3; ++k) unsure[k] = lost;
+        return;
+    }
+    if (!is_spatial(b)) {
+        unsure_rows(d, M, unsure);
+        return;
+    }
+    for (int k = 0; k < 3; ++k) {
+        unsure[k] = fabs(M[0]) + fabs(M[7]) + fabs(M[14]);
+        unsure[3 + k] = fabs(M[7 * (3 + k)]);
+    }
 }
 
 void mbsri_inertia_mass_rate(const mbsri_body *b, const double *p, const double *V, const double *M,

@@ -3,10 +3,17 @@
 #ifndef MBSRI_INERTIA_H
 #define MBSRI_INERTIA_H
 
+#include "algebra/twofold.h"
 #include "model/record.h"
 
 /* M (d x d) in the pose p; zero for inertias by function. */
 void mbsri_inertia_mass(const mbsri_body *b, const double *p, double *M);
+
+/* The same in twofold precision, `exact`, at M (d x d). unsure (d): the diagonal matrix that M is wrong
+ * by in units of the machine precision, because its entries were given rounded; else the body is one
+ * whose points have moved by rounding. */
+void mbsri_inertia_exact(const mbsri_body *b, const double *p, const double *M, mbsri_two *exact,
+                         double *unsure);
 
 /* M' along V, but for inertias by function. */
 void mbsri_inertia_mass_rate(const mbsri_body *b, const double *p, const double *V, const double *M,

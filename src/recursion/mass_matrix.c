@@ -3,10 +3,14 @@
  *
  *   C_i = M_i + sum_j H_j^T C_j H_j,     block (i,i) = J_i^T C_i J_i,
  *   block (k,i) = J_k^T m_k  for the predecessors k of i, with m_i = C_i J_i and m_pi = -H^T m
- *                 on the way to the root. */
+ *                 on the way to the root.
+ *
+ * Where a diagonal entry is a small difference of large numbers, in twofold precision. */
 #include "recursion/mass_matrix.h"
 
 #include "algebra/dense.h"
+#include "algebra/numbers.h"
+#include "recursion/exact.h"
 
 /* Row block of predecessor k times column block of body i; m: d_k x n_i. */
 static void place(const mbsr_model *m, const mbsr_data *d, int k, int i, const double *momentum,
@@ -24,15 +28,28 @@ static void place(const mbsr_model *m, const mbsr_data *d, int k, int i, const d
     }
 }
 
-void mbsri_mass_matrix(const mbsr_model *m, mbsr_data *d, double *matrix)
+/* Whether a diagonal entry of the joint of body i is so much smaller than what cancels in it that it
+ * has lost some of nine digits: beyond 1e-6 it has not. C: d x d. */
+static bool loses_digits(const mbsri_body *b, const double *J, const double *C,
+                         const double *matrix, size_t nu)
 {
-    /* C in the place of Mbar, so mbsr_backward must run again */
-    if (d->stage > MBSRI_STAGE_FORCES) d->stage = MBSRI_STAGE_FORCES;
-    double *C = d->Mbar, *now = d->scratch, *next = now + (size_t)m->max_d * (size_t)m->max_d;
-    mbsri_zero((size_t)m->root.d * (size_t)m->root.d, d->M);
-    mbsri_copy(m->size_dd, d->M, C);
-    mbsri_zero((size_t)m->nu * (size_t)m->nu, matrix);
+    double turning = 0.0, sliding = 0.0;
+    if (b->joint.space != MBSR_SPACE_SPATIAL) return false;
+    for (int k = 0; k < 3; ++k) turning += C[7 * k], sliding += C[7 * (3 + k)];
+    for (int l = 0; l < b->n; ++l, J += 6) {
+        const double size = turning * mbsri_dot(3, J, J) + sliding * mbsri_dot(3, J + 3, J + 3),
+                     entry = matrix[(size_t)(b->u + l) * (nu + 1)];
+        if (!(entry >= 1e-6 * size)) return true;
+    }
+    return false;
+}
 
+/* In double precision; whether some digits were lost. */
+static bool composites(const mbsr_model *m, mbsr_data *d, double *matrix)
+{
+    double *C = d->Mbar, *now = d->scratch, *next = now + (size_t)m->max_d * (size_t)m->max_d;
+    bool lost = false;
+    mbsri_copy(m->size_dd, d->M, C);
     for (int i = m->bodies; i >= 1; --i) {
         const mbsri_body *b = m->body + i;
         /* m_i = C_i J_i */
@@ -46,7 +63,22 @@ void mbsri_mass_matrix(const mbsr_model *m, mbsr_data *d, double *matrix)
             mbsri_atb(row->d, row->d_pred, b->n, -1.0, d->H + row->dp, now, next);
             mbsri_copy((size_t)row->d_pred * (size_t)b->n, next, now);
         }
+        lost = lost || loses_digits(b, d->J + b->dn, C + b->dd, matrix, (size_t)m->nu);
         /* C_pi += H_i^T C_i H_i */
         mbsri_congruence(b->d, b->d_pred, d->H + b->dp, C + b->dd, C + b->pred_dd, next);
     }
+    return lost;
+}
+
+void mbsri_mass_matrix(const mbsr_model *m, mbsr_data *d, double *matrix)
+{
+    const size_t size = (size_t)m->nu * (size_t)m->nu;
+    /* C in the place of Mbar, so mbsr_backward must run again */
+    if (d->stage > MBSRI_STAGE_FORCES) d->stage = MBSRI_STAGE_FORCES;
+    mbsri_zero((size_t)m->root.d * (size_t)m->root.d, d->M);
+    mbsri_zero(size, matrix);
+    if (!composites(m, d, matrix)) return;
+    mbsri_exact_mass_matrix(m, d, matrix);
+    /* products of twofold numbers overflow early */
+    if (!mbsri_finite(size, matrix)) (void)composites(m, d, matrix);
 }

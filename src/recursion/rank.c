@@ -51,20 +51,17 @@ static double equilibrate(const mbsri_body *b, const mbsr_data *d, const double 
     return largest;
 }
 
-/* The S that is given for the joint block of a group, if it is: by its rates, from the first one's
- * place `ig` in vectors by groups. */
-static const double *given_scale(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g)
+const double *mbsri_given_scale(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g)
 {
     if (d->use_frame) return d->s_frame;
     const bool kept = d->keep_scale && !mbsri_apart(m, d, m->body[g->member[0]].head);
     return kept ? d->s : NULL;
 }
 
-/* The same of a group. */
-static double equilibrate_group(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g,
-                                double *noise)
+double mbsri_equilibrate(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g,
+                         double *noise)
 {
-    const double *given = given_scale(m, d, g);
+    const double *given = mbsri_given_scale(m, d, g);
     double largest = 0.0;
     *noise = 1.0;
     for (int k = 0; k < g->members && !isnan(largest); ++k) {
@@ -110,13 +107,13 @@ static int count_above(const mbsr_model *m, int n, const double *D, const double
     return info == 0 ? count : n;
 }
 
-/* Shares the rank of the group among its joints, as elimination from the last to the first would
- * find it: A (n x n) is S D S and gets lost. */
-static void share_rank(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, int rank,
-                       double tolerance, double *A)
+/* As elimination from the last joint to the first would find it. */
+void mbsri_share_rank(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, int rank,
+                      double tolerance, mbsri_two *A)
 {
     const int n = g->n;
     int left = rank;
+    for (int k = 0; k < g->members; ++k) d->rank[g->member[k]] = 0;
     for (int i = g->members - 1; i >= 0; --i) {
         const mbsri_body *b = m->body + g->member[i];
         const int first = b->ig - g->ig;
@@ -125,18 +122,23 @@ static void share_rank(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, 
             /* the largest pivot of the joint */
             int p = first;
             for (int k = first; k < first + b->n; ++k) {
-                if (A[k * (n + 1)] > A[p * (n + 1)]) p = k;
+                if (A[k * (n + 1)].hi > A[p * (n + 1)].hi) p = k;
             }
-            const double pivot = A[p * (n + 1)];
-            if (left == 0 || (!(pivot > tolerance) && left <= above)) break;
+            const mbsri_two pivot = A[p * (n + 1)];
+            const bool clear = pivot.hi > tolerance;
+            if (left == 0 || (!clear && left <= above)) break;
             ++d->rank[g->member[i]];
             --left;
-            for (int k = 0; k < n && pivot > tolerance; ++k) {
-                for (int l = 0; l < n && k != p; ++l) {
-                    if (l != p) A[k * n + l] -= A[k * n + p] * A[p * n + l] / pivot;
+            for (int k = 0; k < n && clear; ++k) {
+                if (k == p) continue;
+                const mbsri_two share = mbsri_two_divide(A[k * n + p], pivot);
+                for (int l = 0; l < n; ++l) {
+                    if (l == p) continue;
+                    const mbsri_two part = mbsri_two_times(share, A[p * n + l]);
+                    A[k * n + l] = mbsri_two_subtract(A[k * n + l], part);
                 }
             }
-            for (int k = 0; k < n; ++k) A[k * n + p] = A[p * n + k] = 0.0;
+            for (int k = 0; k < n; ++k) A[k * n + p] = A[p * n + k] = (mbsri_two){0.0, 0.0};
         }
     }
 }
@@ -171,8 +173,7 @@ static bool definite_inverse(const mbsr_model *m, mbsr_data *d, const mbsri_grou
     return true;
 }
 
-/* D^+ by the eigenvalues kept. */
-static void pseudo_inverse(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, int rank)
+void mbsri_pseudo_inverse(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, int rank)
 {
     const mbsri_body *b = m->body + g->member[0];
     const int n = g->n;
@@ -238,14 +239,48 @@ static int not_converged(const mbsr_model *m, mbsr_data *d, int i)
                       mbsri_body_label(m, i, label), d->t);
 }
 
+/* The rank of a group in the position without symmetry that the model was looked at in; -1: it was
+ * not. */
+static int usual_rank(const mbsr_model *m, const mbsri_group *g)
+{
+    int rank = 0;
+    for (int k = 0; k < g->members; ++k) {
+        if (m->body[g->member[k]].usual == 0) return -1;
+        rank += m->body[g->member[k]].usual - 1;
+    }
+    return rank;
+}
+
+/* Whether each eigenvalue is either so large that D is exact to nine digits in its direction, or
+ * nothing but rounding; beside as many large ones as are usual, these may be as large as the tolerance. */
+static bool is_clear(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g, double noise,
+                     double turned, double *strict)
+{
+    const int n = g->n;
+    const double *lambda = d->lambda + g->ig, *D = d->D + m->body[g->member[0]].nn;
+    const double share = MBSRI_EXACT_SHARE * m->rank_tolerance * noise,
+                 large = fmax(1e-6 * noise, 10.0 * share);
+    int kept = 0, dropped = 0;
+    while (kept < n && lambda[kept] > large) ++kept;
+    const double zero = kept == usual_rank(m, g) ? m->rank_tolerance * noise : share;
+    for (int k = kept; k < n; ++k) dropped += fabs(lambda[k]) <= zero;
+    if (kept > 0 && turned > 9.0) {
+        const int sure = count_above(m, n, D, strict, 0.1 * large, strict + n);
+        if (sure < kept) kept = sure;
+    }
+    return kept + dropped == n;
+}
+
 /* The rank, with S of W in place. */
-static int decide(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, double tolerance,
+static int decide(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, double noise, bool rough,
                   int *rank)
 {
+    const double tolerance = m->rank_tolerance * noise;
     const int i = g->member[0], n = g->n;
     const double *lambda = d->lambda + g->ig;
     double *strict = d->scratch;
     const double turned = turned_noise(m, d, g, strict);
+    if (!rough && !is_clear(m, d, g, noise, turned, strict)) return MBSRI_UNCLEAR;
     if (lambda[n - 1] < -tolerance * (1.0 + turned)) {
         char label[MBSRI_LABEL];
         return mbsri_fail(
@@ -264,13 +299,13 @@ static int decide(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, doubl
 
 /* reads D, J, W;  writes s, X, lambda, judged, Dinv, scale, rank.  cost: one symmetric eigenproblem
  * of size n, two where some of the rank is lacking. */
-int mbsri_rank_decision(const mbsr_model *m, mbsr_data *d, const mbsri_group *g)
+int mbsri_rank_decision(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, bool rough)
 {
     const int i = g->member[0], n = g->n;
     const mbsri_body *b = m->body + i;
     const double *X = d->X + b->nn;
     double *s = d->s + g->ig, noise;
-    d->scale[i] = equilibrate_group(m, d, g, &noise);
+    d->scale[i] = mbsri_equilibrate(m, d, g, &noise);
     const double tolerance = m->rank_tolerance * noise;
     scale_block(m, d, g, s, tolerance);
     if (!isfinite(d->scale[i]) || !mbsri_finite((size_t)n * (size_t)n, X)) {
@@ -279,26 +314,26 @@ int mbsri_rank_decision(const mbsr_model *m, mbsr_data *d, const mbsri_group *g)
     }
     if (decompose(m, d, g)) return not_converged(m, d, i);
     int rank = 0;
-    const int status = decide(m, d, g, tolerance, &rank);
+    const int status = decide(m, d, g, noise, rough, &rank);
     if (status) return status;
     mbsri_copy((size_t)n, d->lambda + g->ig, d->judged + g->ig);
     d->rank[i] = rank;
     if (g->members > 1) {
         const double *D = d->D + b->nn;
-        d->rank[i] = 0;
+        mbsri_two *A = d->exact_work;
         for (int j = 0; j < n; ++j) {
-            for (int k = 0; k < n; ++k) d->scratch[j * n + k] = s[j] * D[j * n + k] * s[k];
+            for (int k = 0; k < n; ++k) A[j * n + k] = mbsri_two_of(s[j] * D[j * n + k] * s[k]);
         }
-        share_rank(m, d, g, rank, tolerance, d->scratch);
+        mbsri_share_rank(m, d, g, rank, tolerance, A);
     }
-    if (rank > 0 && rank < n && m->scale && !given_scale(m, d, g)) {
+    if (rank > 0 && rank < n && m->scale && !mbsri_given_scale(m, d, g)) {
         double *w = d->scratch + m->max_n * (m->max_n + 3);
         mbsri_copy((size_t)n, s, w);
         mbsri_copy((size_t)n, m->scale + g->ig, s);
         scale_block(m, d, g, w, tolerance);
         if (decompose(m, d, g)) return not_converged(m, d, i);
     }
-    if (!definite_inverse(m, d, g)) pseudo_inverse(m, d, g, rank);
+    if (!definite_inverse(m, d, g)) mbsri_pseudo_inverse(m, d, g, rank);
     return MBSR_OK;
 }
 

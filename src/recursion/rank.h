@@ -3,11 +3,35 @@
 #ifndef MBSRI_RANK_H
 #define MBSRI_RANK_H
 
+#include "algebra/twofold.h"
 #include "recursion/group.h"
 
+/* Returned where an eigenvalue is neither clearly zero nor known to nine digits: twofold precision
+ * decides (exact.h). */
+enum { MBSRI_UNCLEAR = 1 << 21 };
+
+/* What counts as an error after sums in twofold precision, as a share of what does in double. */
+#define MBSRI_EXACT_SHARE 3e-4
+
 /* Eigen-decomposition, rank and pseudo-inverse of a group's block; the rank is shared out among its
- * joints. */
-int mbsri_rank_decision(const mbsr_model *m, mbsr_data *d, const mbsri_group *g);
+ * joints. rough: decides in any case. */
+int mbsri_rank_decision(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, bool rough);
+
+/* The pieces. S = diag(J^T W J)^(-1/2), or the one that is kept, into d->s: the largest entry of
+ * diag(J^T W J), and of S J^T W J S into *noise if that is larger than 1. */
+double mbsri_equilibrate(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g,
+                         double *noise);
+
+/* The S that is given for the joint block of a group, if it is: by its rates, from the first one's
+ * place `ig` in vectors by groups. */
+const double *mbsri_given_scale(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g);
+
+/* The rank of a group shared out among its joints; A (n x n) is S D S and gets lost. */
+void mbsri_share_rank(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, int rank,
+                      double tolerance, mbsri_two *A);
+
+/* Dinv = D^+ by the first `rank` eigenvalues. */
+void mbsri_pseudo_inverse(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, int rank);
 
 /* After the decision: D = L L^T into L (n x n, its lower triangle). False where the rank is not full,
  * and for n < 2, where it gains nothing. */

@@ -6,6 +6,7 @@
 #include "algebra/space3.h"
 #include "recursion/backward.h"
 #include "recursion/elements.h"
+#include "recursion/errors.h"
 #include "recursion/inverse.h"
 #include "recursion/kinematics.h"
 #include "recursion/momentum.h"
@@ -310,7 +311,7 @@ bool mbsri_block_backward(const mbsri_sweep_run *run, int i, bool exact, mbsri_c
 {
     const mbsr_model *m = run->model;
     mbsr_data *d = run->data;
-    if (mbsri_eliminate_joint(m, d, i)) return false;
+    if (mbsri_eliminate_joint(m, d, i, false)) return false;
     if (mbsri_heads(m, d, i)) {
         const mbsri_group g = mbsri_group_of(m, d, i);
         const bool lacks = mbsri_group_rank(d, &g) < g.n;

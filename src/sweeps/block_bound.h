@@ -18,10 +18,16 @@
 #include <math.h>
 #include <string.h>
 
-/* Lambda of a body with d numbers in V: (omega, v), or x, y and perhaps the angle. */
+/* A body with d numbers in V has (omega, v), or x, y and perhaps the angle. */
+MBSRI_INLINE bool is_angular(int d, int k)
+{
+    return d == 6 ? k < 3 : k == 2;
+}
+
+/* Its Lambda. */
 MBSRI_INLINE double weight(int d, int k, double area)
 {
-    return d == 6 ? (k < 3 ? area : 1.0) : k == 2 ? area : 1.0;
+    return is_angular(d, k) ? area : 1.0;
 }
 
 /* L of D = L L^T, lower by rows; a bound below on the smallest eigenvalue of D scaled to unit
@@ -102,11 +108,17 @@ MBSRI_INLINE bool certify_block(const mbsri_sweep_run *run, int i, int d, int n,
     mbsri_ab(d, d, n, 1.0, data->Mbar + b->dd, J, U);
     mbsri_zero((size_t)(n * n), D);
     mbsri_atb(d, n, n, 1.0, J, U, D);
-    const double least = factor_block(n, D, L);
+    const double least = factor_block(n, D, L), *Mbar = data->Mbar + b->dd;
+    double turning = 0.0, sliding = 0.0;
+    for (int k = 0; k < d; ++k) *(is_angular(d, k) ? &turning : &sliding) += Mbar[k * (d + 1)];
     for (int l = 0; l < n; ++l) {
-        double size = 0.0;
-        for (int k = 0; k < d; ++k) size += weight(d, k, area) * J[l * d + k] * J[l * d + k];
+        double size = 0.0, local = 0.0;
+        for (int k = 0; k < d; ++k) {
+            size += weight(d, k, area) * J[l * d + k] * J[l * d + k];
+            local += (is_angular(d, k) ? turning : sliding) * J[l * d + k] * J[l * d + k];
+        }
         const double Dll = D[l * (n + 1)];
+        if (!(least * Dll > MBSRI_FINE * local)) return false;
         if (!(least * Dll > run->tree->clear * (kappa * Dll + spread * size))) return false;
     }
     invert_block(n, L, data->Dinv + b->nn);
@@ -261,7 +273,10 @@ MBSRI_INLINE bool pass_hinge(const mbsri_sweep_run *run, int i, v4 rho)
     const v4 U_L = times(c.I, J_w) + transposed_times(c.G, J_v),
              U_p = times(c.G, J_w) + times(c.M, J_v);
     const double D = sum3(J_w * U_L + J_v * U_p), size = area * sum3(J_w * J_w) + sum3(J_v * J_v);
-    if (!(D > 0.0 && D > run->tree->clear * (kappa * D + spread * size))) return false;
+    const double local = (c.I[0][0] + c.I[1][1] + c.I[2][2]) * sum3(J_w * J_w) +
+                         (c.M[0][0] + c.M[1][1] + c.M[2][2]) * sum3(J_v * J_v);
+    if (!(D > MBSRI_FINE * local && D > run->tree->clear * (kappa * D + spread * size)))
+        return false;
     const double Dinv = 1.0 / D;
     const v4 g_L = U_L * splat(Dinv), g_p = U_p * splat(Dinv);
     put_three(U, U_L), put_three(U + 3, U_p);

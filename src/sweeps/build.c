@@ -6,6 +6,7 @@
 #include "base/memory.h"
 #include "forces/gravity.h"
 #include "joints/chain.h"
+#include "recursion/rank.h"
 #include "recursion/rates.h"
 
 #include <math.h>
@@ -337,7 +338,8 @@ static bool build(const mbsr_model *m, int bodies, bool whole, mbsri_sweeps **bu
     mbsri_sweeps *tree = mbsri_allocate(&m->allocator, sizeof *tree);
     if (!tree) return false;
     *tree = (mbsri_sweeps){.bodies = bodies,
-                           .clear = 10.0 * m->rank_tolerance,
+                           .clear = fmax(1e-8, 10.0 * m->rank_tolerance),
+                           .nothing = MBSRI_EXACT_SHARE * m->rank_tolerance,
                            .rates = true,
                            .whole = whole,
                            .kernels = choose_kernels()};

@@ -118,8 +118,13 @@ static bool multi_certify(const mbsri_sweep_run *run, int i, mbsri_carry *c, dou
     const mbsri_sweep_body *b = run->tree->body + i;
     const mbsri_sweep_multi *multi = run->multi + b->multi;
     const double area = run->tree->length * run->tree->length;
+    double turning = 0.0, sliding = 0.0;
     *trace = 0.0;
-    for (int k = 0; k < 3; ++k) *trace += c->I[5 * k] / area + c->M[5 * k];
+    for (int k = 0; k < 3; ++k) {
+        *trace += c->I[5 * k] / area + c->M[5 * k];
+        turning += c->I[5 * k];
+        sliding += c->M[5 * k];
+    }
     c->spread += *trace;
     if (b->soft > 0.0) {
         const double own = c->spread * b->soft;
@@ -129,6 +134,9 @@ static bool multi_certify(const mbsri_sweep_run *run, int i, mbsri_carry *c, dou
     for (int k = 0; k < b->n; ++k) {
         const double size = size_of(multi->S[k], area), Dkk = multi->D[k][k];
         if (!(least * Dkk > run->tree->clear * (c->kappa * Dkk + c->spread * size))) return false;
+        const double *S = multi->S[k], turn = S[0] * S[0] + S[1] * S[1] + S[2] * S[2],
+                     slide = S[4] * S[4] + S[5] * S[5] + S[6] * S[6];
+        if (!(least * Dkk > MBSRI_FINE * (turn * turning + slide * sliding))) return false;
     }
     return true;
 }
@@ -151,7 +159,7 @@ static void diagonal_of(const mbsri_carry *A, double x[8])
     }
 }
 
-/* Whether all eigenvalues of D scaled by diag(S^T W S)^(-1/2) are above the tolerance; Q = W S. */
+/* Whether all eigenvalues of D scaled by diag(S^T W S)^(-1/2) are known to nine digits; Q = W S. */
 static bool multi_judge(const mbsri_sweep_run *run, int i, const mbsri_carry *c, mbsri_carry *W,
                         double Q[6][8])
 {
@@ -171,7 +179,7 @@ static bool multi_judge(const mbsri_sweep_run *run, int i, const mbsri_carry *c,
         for (int l = 0; l < n; ++l) scaled[n * k + l] = scale[k] * multi->D[k][l] * scale[l];
     }
     return n == 0 ||
-           (mbsri_jacobi(n, scaled, lambda) == 0 && lambda[n - 1] > run->model->rank_tolerance);
+           (mbsri_jacobi(n, scaled, lambda) == 0 && lambda[n - 1] > 10.0 * run->tree->clear);
 }
 
 /* W <- E as in rank_bound.h, with Mbar as it was before the joint; Q is overwritten. */

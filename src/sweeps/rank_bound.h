@@ -6,13 +6,18 @@
  *
  *   W <= kappa Mbar + spread Lambda,   Lambda = diag(L^2, L^2, L^2, 1, 1, 1)
  *
- * Where it is not, the sweep starts again with W itself, kept in blocks like Mbar. */
+ * Where it is not, the sweep starts again with W itself, kept in blocks like Mbar; and where that
+ * leaves D between nothing and nine digits, the stages decide, in twofold precision. */
 #ifndef MBSRI_SWEEPS_RANK_BOUND_H
 #define MBSRI_SWEEPS_RANK_BOUND_H
 
 #include "sweeps/carry.h"
 
 #include <math.h>
+
+/* D is known to about nine digits beyond this part of what was added up to it; what is less goes to
+ * twofold precision (recursion/exact.c). */
+#define MBSRI_FINE 1e-6
 
 /* A joint of one axis, or none: U = Mbar S, D = S^T U, e = tau - S^T p, size = S^T Lambda S. */
 typedef struct joint {
@@ -46,6 +51,16 @@ MBSRI_INLINE double least_noise(const mbsri_sweep_body *b, const blocks *c, v4 Z
     if (b->flags & MBSRI_TURNS) least = sum3(Z * Z * diagonal(c->I));
     if (b->flags & MBSRI_SLIDES) least += b->pitch * b->pitch * sum3(Z * Z * diagonal(c->M));
     return least;
+}
+
+/* The traces of the blocks of Mbar that S takes part in, out of which D comes. */
+MBSRI_INLINE double local_size(const mbsri_sweep_body *b, const blocks *c)
+{
+    double local = 0.0;
+    if (b->flags & MBSRI_TURNS) local = c->I[0][0] + c->I[1][1] + c->I[2][2];
+    if (b->flags & MBSRI_SLIDES)
+        local += b->pitch * b->pitch * (c->M[0][0] + c->M[1][1] + c->M[2][2]);
+    return local;
 }
 
 /* (x_L, x_p) = A S for symmetric blocks A. */
@@ -88,26 +103,29 @@ MBSRI_INLINE bool certify(const mbsri_sweep_run *run, int i, blocks *c, joint *j
     const mbsri_sweep_body *b = run->tree->body + i;
     const double area = run->tree->length * run->tree->length, per_area = 1.0 / area,
                  clear = run->tree->clear, trace = trace_of(c, per_area);
-    const double size = (b->flags & MBSRI_TURNS ? area : 0.0) + b->pitch * b->pitch;
+    const double size = (b->flags & MBSRI_TURNS ? area : 0.0) + b->pitch * b->pitch,
+                 local = local_size(b, c);
     double spread = c->spread + trace, transport = 1.0;
     if (b->soft > 0.0) {
         const double own = spread * b->soft;
         c->kappa = own > c->kappa ? own : c->kappa;
         spread = 0.0;
     }
-    if (j->D > 0.0 && j->D * (1.0 - clear * c->kappa) > clear * spread * size) {
+    const double bound = clear * spread * size, least = MBSRI_FINE * local;
+    if (j->D * (1.0 - clear * c->kappa) > (bound > least ? bound : least)) {
         j->Dinv = 1.0 / j->D;
         transport =
             size * sum3(j->U_L * j->U_L * splat(per_area) + j->U_p * j->U_p) * j->Dinv * j->Dinv;
-    } else if (b->n && fabs(j->D) > run->model->rank_tolerance * least_noise(b, c, j->Z)) {
+    } else if (b->n && fabs(j->D) > run->tree->nothing * least_noise(b, c, j->Z)) {
         return false;
     }
     c->spread = spread * transport + trace * (1.0 + transport);
     return true;
 }
 
-/* Rank by W, and by what turned tensors add to the errors (W->spread), and E = Diag(Mbar) + Diag(G S^T Diag(Mbar) S G^T) + P^T W P, P = 1 - S G^T, in its
- * place (recursion/backward.c). False: Mbar is indefinite. */
+/* Rank by W, and by what turned tensors add to the errors (W->spread), and E = Diag(Mbar) +
+ * Diag(G S^T Diag(Mbar) S G^T) + P^T W P, P = 1 - S G^T, in its place (recursion/backward.c). False: D
+ * is neither nothing but rounding nor known to nine digits. */
 MBSRI_INLINE bool judge(const mbsri_sweep_run *run, int i, const blocks *c, joint *j, blocks *W)
 {
     const mbsri_sweep_body *b = run->tree->body + i;
@@ -117,9 +135,12 @@ MBSRI_INLINE bool judge(const mbsri_sweep_run *run, int i, const blocks *c, join
     times_axis(b, W, j->Z, &Q_L, &Q_p);
     const double noise = along_axis(b, j->Z, Q_L, Q_p), least = least_noise(b, c, j->Z),
                  turned = b->flags & MBSRI_TURNS ? W->spread : 0.0,
-                 tolerance = run->model->rank_tolerance * (noise + turned);
-    if (j->D < -tolerance) return false;
-    if (j->D > tolerance) j->Dinv = 1.0 / j->D;
+                 large = fmax(10.0 * run->tree->clear * (noise + turned),
+                              MBSRI_FINE * local_size(b, c));
+    if (j->D > large)
+        j->Dinv = 1.0 / j->D;
+    else if (fabs(j->D) > run->tree->nothing * noise)
+        return false;
     const v4 g_L = j->U_L * splat(j->Dinv), g_p = j->U_p * splat(j->Dinv);
     Q_L -= splat(0.5 * noise) * g_L;
     Q_p -= splat(0.5 * noise) * g_p;

@@ -130,8 +130,9 @@ typedef struct mbsri_sweeps {
     int depth;                /* predecessors waiting for further successors at once, at most */
     int first_angle, angles;  /* the coordinates among which all angles are */
     double length;            /* L, m */
-    double clear;             /* a joint block counts as regular beyond this times the bound of
-                              * rounding errors in it: ten times the tolerance of the ranks */
+    double clear;             /* a joint block counts as regular, and known to about eight digits,
+                               * beyond this times the bound of rounding errors in it */
+    double nothing;           /* D is zero up to this times a bound below of the errors in it */
     double gravity[3];        /* m/s^2, sum of all such elements */
     bool joint_forces;        /* there are elements that act on joints alone */
     bool body_forces;         /* there are others, or blocks, which need as much */

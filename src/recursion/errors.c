@@ -1,0 +1,56 @@
+/* Rounding errors on their way through the backward recursion: see errors.h and backward.c.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "recursion/errors.h"
+
+#include "algebra/dense.h"
+
+#include <math.h>
+
+/* size[l] = J_l^T Diag(Mbar) J_l of the joint rates of the group. */
+static void diagonal_sizes(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g,
+                           double *size)
+{
+    for (int i = 0; i < g->members; ++i) {
+        const mbsri_body *b = m->body + g->member[i];
+        const int dim = b->d;
+        const double *Mbar = d->Mbar + b->dd, *J = d->J + b->dn;
+        for (int l = 0; l < b->n; ++l) {
+            double sum = 0.0;
+            for (int k = 0; k < dim; ++k)
+                sum += J[l * dim + k] * Mbar[k * (dim + 1)] * J[l * dim + k];
+            size[b->ig - g->ig + l] = sum;
+        }
+    }
+}
+
+/* P = I - J G^T, so P^T W P = W - Q G^T - G Q^T + G (J^T Q) G^T with Q = W J; both as U and D of a
+ * group. Q: d x n, JQ: n x n of scratch. */
+void mbsri_carry_errors(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g,
+                        const double *W, double share, double *E, double *Q, double *JQ,
+                        double *work)
+{
+    const mbsri_body *b = m->body + g->member[0];
+    const int dim = b->d, n = g->n;
+    const double *G = d->G + b->dg, *lambda = d->lambda + g->ig, *s = d->s + g->ig;
+    const bool deficient = n > 1 && mbsri_group_rank(d, g) < n;
+    mbsri_group_products(m, d, g, W, Q, JQ, work);
+    mbsri_copy((size_t)dim * (size_t)dim, W + b->dd, E);
+    mbsri_add_diagonal(dim, share, d->Mbar + b->dd, E);
+    /* E -= (Q - G JQ / 2) G^T + its transpose */
+    mbsri_ab(dim, n, n, -0.5, G, JQ, Q);
+    mbsri_abt(dim, n, dim, -1.0, Q, G, E);
+    mbsri_abt(dim, n, dim, -1.0, G, Q, E);
+    diagonal_sizes(m, d, g, work);
+    for (int l = 0; l < n; ++l) {
+        double size = work[l];
+        if (deficient) size = fmax(size, lambda[0] / (s[l] * s[l]));
+        size *= share;
+        for (int k = 0; k < dim; ++k) E[k * (dim + 1)] += size * G[l * dim + k] * G[l * dim + k];
+    }
+    mbsri_symmetrise(dim, E);
+}
+
+double mbsri_own_turned(const mbsri_body *b, const double *M)
+{
+    return b->joint.space == MBSR_SPACE_SPATIAL ? M[0] + M[7] + M[14] : 0.0;
+}

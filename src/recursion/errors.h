@@ -1,0 +1,25 @@
+/* The size of rounding errors on its way through the backward recursion (backward.c).
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRI_ERRORS_H
+#define MBSRI_ERRORS_H
+
+#include "recursion/group.h"
+
+/* E (d x d) = share (Diag(Mbar) + Diag(G Diag(J^T Diag(Mbar) J) G^T)) + P^T W P, the errors behind a
+ * group, at its head; W: one d x d block a body. Q: d x n, JQ: n x n, work: as
+ * mbsri_group_products. */
+void mbsri_carry_errors(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g,
+                        const double *W, double share, double *E, double *Q, double *JQ,
+                        double *work);
+
+/* E (n x n) += share Diag(A) */
+static inline void mbsri_add_diagonal(int n, double share, const double *A, double *E)
+{
+    for (int k = 0; k < n; ++k) E[k * (n + 1)] += share * A[k * (n + 1)];
+}
+
+/* What turning the tensor of a body in space into the world's axes may be wrong by, in units of the
+ * machine precision: its trace, kg m^2. Starts `turned` of the body. */
+double mbsri_own_turned(const mbsri_body *b, const double *M);
+
+#endif

@@ -1,0 +1,225 @@
+/* The rank of one joint block in twofold precision.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ *   D = L L^T  by complete pivoting, with a relative error of 1e-32
+ *
+ * and S D S = X diag(lambda) X^T by the singular values of S L, which one-sided Jacobi rotations of its
+ * columns find to a small relative error each however small they are beside others (Demmel and
+ * Veselic 1992), so that L in double precision is enough. */
+#include "recursion/exact_rank.h"
+
+#include "algebra/dense.h"
+#include "algebra/numbers.h"
+#include "base/error.h"
+#include "model/query.h"
+#include "recursion/not_finite.h"
+
+#include <math.h>
+
+/* A pivot is nothing but rounding below this part of what the errors of sums would be. */
+static const double rounding = 1e-29;
+
+/* Of what was given with errors, 1 / sqrt(J^T unsure J) into strict (n). */
+static void sureness(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g, double *strict)
+{
+    for (int k = 0; k < g->members; ++k) {
+        const mbsri_body *b = m->body + g->member[k];
+        for (int l = 0; l < b->n; ++l) {
+            const double *J = d->J + b->dn + (size_t)(l * b->d);
+            double *UJ = d->scratch;
+            mbsri_zero((size_t)b->d, UJ);
+            mbsri_ax(b->d, b->d, 1.0, d->unsure + b->dd, J, UJ);
+            const double size = mbsri_dot(b->d, J, UJ);
+            strict[b->ig - g->ig + l] = size > 0.0 ? 1.0 / sqrt(size) : d->s[b->ig + l];
+        }
+    }
+}
+
+/* By pivots; A (n x n) is lost. */
+static void factorise(int n, const double *s, const double *strict, mbsri_two *A,
+                      mbsri_exact_factor *f)
+{
+    mbsri_two_zero((size_t)(n * n), f->L);
+    f->pivots = 0;
+    f->left = 0.0;
+    for (int k = 0; k < n; ++k) f->order[k] = k;
+    for (int c = 0; c < n; ++c) {
+        int best = c;
+        double largest = -INFINITY;
+        for (int k = c; k < n; ++k) {
+            const int row = f->order[k];
+            const double size = s[row] * A[row * (n + 1)].hi * s[row];
+            if (size > largest) largest = size, best = k;
+        }
+        if (!(largest > rounding)) break;
+        const int p = f->order[best];
+        f->order[best] = f->order[c], f->order[c] = p;
+        const mbsri_two pivot = mbsri_two_root(A[p * (n + 1)]);
+        mbsri_two *column = f->L + c * n;
+        column[p] = pivot;
+        for (int k = c + 1; k < n; ++k)
+            column[f->order[k]] = mbsri_two_divide(A[p * n + f->order[k]], pivot);
+        for (int j = c + 1; j < n; ++j) {
+            for (int k = c + 1; k <= j; ++k) {
+                const int row = f->order[j], to = f->order[k];
+                A[row * n + to] = A[to * n + row] =
+                    mbsri_two_subtract(A[row * n + to], mbsri_two_times(column[row], column[to]));
+            }
+        }
+        ++f->pivots;
+    }
+    for (int k = f->pivots; k < n; ++k) {
+        const int row = f->order[k];
+        f->left = fmin(f->left, strict[row] * A[row * (n + 1)].hi * strict[row]);
+    }
+}
+
+/* The columns of A (n x c) become orthogonal; false: the rotations did not end. */
+static bool orthogonalise(int n, int c, double *A)
+{
+    bool turned = true;
+    for (int sweep = 0; sweep < 40 && turned; ++sweep) {
+        turned = false;
+        for (int p = 0; p < c; ++p) {
+            for (int q = p + 1; q < c; ++q) {
+                double *x = A + p * n, *y = A + q * n;
+                const double a = mbsri_dot(n, x, x), b = mbsri_dot(n, y, y),
+                             product = mbsri_dot(n, x, y);
+                if (!(fabs(product) > 4e-16 * sqrt(a) * sqrt(b))) continue;
+                const double theta = (b - a) / (2.0 * product),
+                             t = (theta < 0.0 ? -1.0 : 1.0) / (fabs(theta) + hypot(theta, 1.0)),
+                             cosine = 1.0 / sqrt(1.0 + t * t), sine = t * cosine;
+                for (int k = 0; k < n; ++k) {
+                    const double at = x[k];
+                    x[k] = cosine * at - sine * y[k];
+                    y[k] = sine * at + cosine * y[k];
+                }
+                turned = true;
+            }
+        }
+    }
+    return !turned;
+}
+
+/* S L of the pivots into A, its columns orthogonal and by descending length; the squares of these,
+ * the eigenvalues, into lambda (n), 0 for the others. */
+static bool eigenvalues(int n, const mbsri_exact_factor *f, const double *s, double *A,
+                        double *lambda)
+{
+    for (int c = 0; c < f->pivots; ++c) {
+        for (int k = 0; k < n; ++k) A[c * n + k] = s[k] * mbsri_two_value(f->L[c * n + k]);
+    }
+    const bool ended = orthogonalise(n, f->pivots, A);
+    for (int c = 0; c < n; ++c)
+        lambda[c] = c < f->pivots ? mbsri_dot(n, A + c * n, A + c * n) : 0.0;
+    for (int c = 0; c < f->pivots; ++c) {
+        int best = c;
+        for (int k = c + 1; k < f->pivots; ++k) best = lambda[k] > lambda[best] ? k : best;
+        const double value = lambda[c];
+        lambda[c] = lambda[best], lambda[best] = value;
+        for (int k = 0; k < n && best != c; ++k) {
+            const double entry = A[c * n + k];
+            A[c * n + k] = A[best * n + k], A[best * n + k] = entry;
+        }
+    }
+    return ended;
+}
+
+/* Columns of unit length; those from c on orthogonal to the others, as close to the axes as they can
+ * be. */
+static void complete(int n, int c, double *X)
+{
+    for (int l = 0; l < c; ++l) {
+        const double length = sqrt(mbsri_dot(n, X + l * n, X + l * n));
+        for (int k = 0; k < n; ++k) X[l * n + k] /= length;
+    }
+    for (int l = c; l < n; ++l) {
+        double *x = X + l * n, most = -1.0;
+        int axis = 0;
+        for (int k = 0; k < n; ++k) {
+            double rest = 1.0;
+            for (int j = 0; j < l; ++j) rest -= X[j * n + k] * X[j * n + k];
+            if (rest > most) most = rest, axis = k;
+        }
+        mbsri_zero((size_t)n, x);
+        x[axis] = 1.0;
+        for (int turn = 0; turn < 2; ++turn) {
+            for (int j = 0; j < l; ++j) {
+                const double part = mbsri_dot(n, X + j * n, x);
+                for (int k = 0; k < n; ++k) x[k] -= part * X[j * n + k];
+            }
+        }
+        const double length = sqrt(mbsri_dot(n, x, x));
+        for (int k = 0; k < n; ++k) x[k] /= length;
+    }
+}
+
+/* A state that a solver found is on the manifold of a rank that is watched up to the solver's errors
+ * only: eigenvalues between those that count here and those that count in double precision, that is
+ * positions off by less than 1e-6 of lengths, are as the watched rank has them. */
+static int expected(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g, int rank,
+                    double noise)
+{
+    const double *lambda = d->lambda + g->ig;
+    int watched = 0, sure = 0;
+    if (!d->watching) return rank;
+    for (int k = 0; k < g->members; ++k) watched += d->watched[g->member[k]];
+    while (sure < rank && lambda[sure] > m->rank_tolerance * noise) ++sure;
+    return watched >= rank ? rank : watched > sure ? watched : sure;
+}
+
+static int fail(const mbsr_model *m, mbsr_data *d, int i, int status, double value)
+{
+    char label[MBSRI_LABEL];
+    const char *name = mbsri_body_label(m, i, label);
+    if (status == MBSR_NOT_FINITE) return mbsri_report_not_finite(m, d, name);
+    if (status == MBSR_EIGEN_FAILED) {
+        return mbsri_fail(&d->error, status, m->body[i].id, MBSR_NONE,
+                          "%s: the eigenvalues of D did not converge at t = %g", name, d->t);
+    }
+    return mbsri_fail(&d->error, status, m->body[i].id, MBSR_NONE,
+                      "%s: the mass on its joint is indefinite at t = %g (scaled eigenvalue %g)",
+                      name, d->t, value);
+}
+
+int mbsri_exact_decision(const mbsr_model *m, mbsr_data *d, const mbsri_group *g,
+                         const mbsri_two *D, mbsri_exact_factor *factor, mbsri_two *work)
+{
+    const int i = g->member[0], n = g->n;
+    const mbsri_body *b = m->body + i;
+    double *s = d->s + g->ig, *X = d->X + b->nn, *lambda = d->lambda + g->ig, noise;
+    mbsri_two *A = work;
+    double *strict = (double *)(A + n * n), *values = strict + n, *columns = values + n;
+    d->scale[i] = mbsri_equilibrate(m, d, g, &noise);
+    sureness(m, d, g, strict);
+    bool finite = isfinite(d->scale[i]) && mbsri_finite((size_t)n, strict);
+    for (int k = 0; k < n * n; ++k) {
+        A[k] = D[k];
+        finite = finite && isfinite(D[k].hi) && isfinite(D[k].lo);
+    }
+    if (!finite) return fail(m, d, i, MBSR_NOT_FINITE, 0.0);
+    factorise(n, s, strict, A, factor);
+    if (factor->left < -m->rank_tolerance) return fail(m, d, i, MBSR_INDEFINITE_MASS, factor->left);
+    bool ended = eigenvalues(n, factor, strict, columns, values);
+    int rank = 0;
+    while (rank < factor->pivots && values[rank] > m->rank_tolerance) ++rank;
+    ended = eigenvalues(n, factor, s, X, lambda) && ended;
+    if (!ended) return fail(m, d, i, MBSR_EIGEN_FAILED, 0.0);
+    rank = expected(m, d, g, rank, noise);
+    mbsri_copy((size_t)n, lambda, d->judged + g->ig);
+    if (rank > 0 && rank < n && m->scale && !mbsri_given_scale(m, d, g)) {
+        mbsri_copy((size_t)n, m->scale + g->ig, s);
+        if (!eigenvalues(n, factor, s, X, lambda)) return fail(m, d, i, MBSR_EIGEN_FAILED, 0.0);
+    }
+    complete(n, factor->pivots, X);
+    d->rank[i] = rank;
+    if (g->members > 1) {
+        for (int j = 0; j < n; ++j) {
+            for (int k = 0; k < n; ++k)
+                A[j * n + k] = mbsri_two_scale(mbsri_two_scale(D[j * n + k], strict[j]), strict[k]);
+        }
+        mbsri_share_rank(m, d, g, rank, m->rank_tolerance, A);
+    }
+    if (rank < n) mbsri_pseudo_inverse(m, d, g, rank);
+    return MBSR_OK;
+}
