@@ -30,6 +30,7 @@
 
 #include <sundials/sundials_linearsolver.h>
 #include <sundials/sundials_matrix.h>
+#include <sundials/sundials_nonlinearsolver.h>
 #include <sundials/sundials_nvector.h>
 #include <sundials/sundials_types.h>
 
@@ -65,6 +66,42 @@ MBSR_API int mbsr_sundials_setup(sunrealtype t, N_Vector y, N_Vector yp, N_Vecto
 MBSR_API int mbsr_sundials_precondition(sunrealtype t, N_Vector y, N_Vector yp, N_Vector F,
                                         N_Vector r, N_Vector z, sunrealtype cj, sunrealtype delta,
                                         void *user);
+
+/* ---- stiff force elements ---- */
+
+/* Stiff springs with dampers that close a loop, bushings and stops make IDA's error test fail again
+ * and again, and Newton's method with an old matrix inaccurate (docs/dae_forms.md). This is a
+ * nonlinear solver for IDA that goes with an error test of its own:
+ *
+ *   N_Vector y = N_VNew_Serial(mbsr_dae_size(model, MBSR_DAE_MOMENTUM), context);
+ *   SUNNonlinearSolver newton = mbsr_sundials_stiff(model, y, context);       -- before IDAInit
+ *   IDAInit(ida, F, t, y, yp);
+ *   ...                                                -- IDASetLinearSolver, of any kind
+ *   IDASetId(ida, id);  IDASetSuppressAlg(ida, SUNTRUE);
+ *   IDASetNonlinearSolver(ida, newton);
+ *
+ * As long as nothing is stiff, all goes as without it. Where error tests fail again and again, and
+ * what fails them is an error of the momenta that the next step will have forgotten, or the order
+ * stays low, IDA takes the next 200 steps carefully: with a new matrix in each iteration, and errors of momenta tested by what is
+ * left of them after one implicit step. Vectors that IDA makes of y refer to the solver: free it
+ * after IDA, and y too. The error test is as without it if algebraic variables are not suppressed.
+ * NULL where an argument is NULL, y is not a serial vector of that length, or there is no memory. */
+MBSR_API SUNNonlinearSolver mbsr_sundials_stiff(const mbsr_model *model, N_Vector y,
+                                                SUNContext context);
+
+/* What it has done since it was made. */
+typedef struct mbsr_sundials_stiff_info {
+    long stiff_tests; /* error tests that would have failed in a stiff direction alone */
+    long
+        stiff_iterations; /* Newton's method failed twice within 50 steps, or a matrix of difference
+                            * quotients was wrong */
+    long careful_attempts; /* steps tried carefully after these */
+    long filter_solves;    /* linear systems solved besides those of Newton's iterations */
+} mbsr_sundials_stiff_info;
+
+/* MBSR_ERR_NULL; MBSR_ERR_VALUE if the solver is another one. */
+MBSR_API int mbsr_sundials_stiff_get_info(SUNNonlinearSolver solver,
+                                          mbsr_sundials_stiff_info *info);
 
 #ifdef __cplusplus
 }

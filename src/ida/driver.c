@@ -1,12 +1,15 @@
 /* Creation and destruction of the driver.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * The only file of the component that takes memory. */
+ * With filter.c and iteration.c, whose objects SUNDIALS wants in memory of their own, the only file of
+ * the component that takes memory. */
 #include "ida/callbacks.h"
 #include "ida/compat.h"
+#include "ida/differences.h"
 #include "ida/error.h"
 #include "ida/linear.h"
 #include "ida/options.h"
+#include "ida/stiff.h"
 #include "ida/tolerances.h"
 
 #include <stdlib.h>
@@ -82,6 +85,14 @@ static int make_objects(mbsr_ida *ida, mbsr_error *error)
     }
     const int status = mbsri_ida_make_solver(ida, error);
     if (status) return status;
+    if (ida->opt.form == MBSR_DAE_MOMENTUM || ida->opt.form == MBSR_DAE_INDEX1) {
+        ida->nonlinear = mbsri_stiff_create(ida->model, ida->opt.form, ida->y, ida->context);
+        if (!ida->nonlinear) return no_memory(ida, error, "Newton's method for a problem");
+        if (ida->opt.linear_solver == MBSR_IDA_DENSE) {
+            mbsri_stiff_of(ida->nonlinear)->prepare = mbsri_ida_use_central;
+            mbsri_stiff_of(ida->nonlinear)->user = ida;
+        }
+    }
     ida->memory = IDACreate(ida->context);
     if (!ida->memory) return no_memory(ida, error, "IDA for a problem");
     return MBSR_OK;
@@ -120,6 +131,7 @@ static int configure(mbsr_ida *ida)
     if (flag >= 0) flag = mbsri_ida_attach_solver(ida);
     if (flag >= 0 && mbsr_model_rows(ida->model) > 0)
         flag = IDASetNonlinConvCoef(memory, CLOSED_LOOPS);
+    if (flag >= 0 && ida->nonlinear) flag = IDASetNonlinearSolver(memory, ida->nonlinear);
     if (flag >= 0) flag = IDASetMaxOrd(memory, opt->max_order);
     if (flag >= 0) flag = IDASetMaxNumSteps(memory, opt->max_steps);
     if (flag >= 0) flag = IDASetMaxStep(memory, opt->max_step);
@@ -177,6 +189,7 @@ void mbsr_ida_destroy(mbsr_ida *ida)
 {
     if (!ida) return;
     if (ida->memory) IDAFree(&ida->memory);
+    if (ida->nonlinear) SUNNonlinSolFree(ida->nonlinear);
     if (ida->solver) SUNLinSolFree(ida->solver);
     if (ida->matrix) SUNMatDestroy(ida->matrix);
     mbsr_newton_destroy(ida->link.newton);

@@ -3,6 +3,7 @@
 #include "ida/count.h"
 #include "ida/error.h"
 #include "ida/linear.h"
+#include "ida/stiff.h"
 
 #include <ida/ida_ls.h>
 
@@ -65,7 +66,18 @@ static void count_solver(const mbsr_ida *ida, mbsr_ida_stats *stats)
     const bool dense = ida->opt.linear_solver == MBSR_IDA_DENSE;
     stats->factorisations =
         dense ? stats->jacobians : now.factorisations - ida->newton_before.factorisations;
-    stats->solves = dense ? stats->newton_iterations : now.solves - ida->newton_before.solves;
+    stats->solves = dense ? stats->newton_iterations + stats->filter_solves
+                          : now.solves - ida->newton_before.solves;
+}
+
+static void count_stiff(const mbsr_ida *ida, mbsr_ida_stats *stats)
+{
+    if (!ida->nonlinear) return;
+    const mbsr_sundials_stiff_info *info = &mbsri_stiff_of(ida->nonlinear)->info;
+    stats->stiff_tests = info->stiff_tests;
+    stats->stiff_iterations = info->stiff_iterations;
+    stats->careful_attempts = info->careful_attempts;
+    stats->filter_solves = info->filter_solves;
 }
 
 /* IDA counts the residuals of its Newton iterations and those of the difference quotients apart;
@@ -80,6 +92,8 @@ int mbsr_ida_get_stats(const mbsr_ida *ida, mbsr_ida_stats *stats)
     stats->events = ida->events;
     if (ida->residuals == 0) return MBSR_OK;
     mbsri_ida_count(ida, stats);
+    stats->jacobian_residuals += ida->central_residuals;
+    count_stiff(ida, stats);
     count_solver(ida, stats);
     IDAGetLastOrder(ida->memory, &stats->last_order);
     IDAGetLastStep(ida->memory, &stats->last_step);

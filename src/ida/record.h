@@ -11,6 +11,7 @@
 #include <nvector/nvector_serial.h>
 #include <sundials/sundials_linearsolver.h>
 #include <sundials/sundials_matrix.h>
+#include <sundials/sundials_nonlinearsolver.h>
 
 #include <stdbool.h>
 
@@ -26,6 +27,7 @@ struct mbsr_ida {
     N_Vector first_y, first_yp;                    /* the state from which IDA started last */
     SUNMatrix matrix;                              /* NULL for KRYLOV */
     SUNLinearSolver solver;
+    SUNNonlinearSolver nonlinear;   /* NULL: IDA's own */
     mbsr_sundials link;             /* its newton is NULL for DENSE */
     mbsr_newton_info newton_before; /* at the start of the run */
     mbsri_ida_messages messages;
@@ -42,8 +44,9 @@ struct mbsr_ida {
     double present;
     double direction; /* +1 or -1 once stepped */
     long residuals, events;
-    mbsr_ida_stats before; /* what IDA had counted when its history was last thrown away */
-    bool turns;            /* index-1 form: one more event function watches the reference */
+    long central_residuals; /* of these, for central differences */
+    mbsr_ida_stats before;  /* what IDA had counted when its history was last thrown away */
+    bool turns;             /* index-1 form: one more event function watches the reference */
 
     long reported;      /* steps at the last call of the progress function */
     double reported_at; /* real time of it, s; where progress_interval asks for it */

@@ -3,6 +3,7 @@
 #include "ida/error.h"
 #include "ida/linear.h"
 #include "ida/progress.h"
+#include "ida/stiff.h"
 #include "ida/tolerances.h"
 #include "ida/watch.h"
 
@@ -121,10 +122,11 @@ int mbsr_ida_start(mbsr_ida *ida, double t, const double *y, const double *yp)
     memmove(N_VGetArrayPointer(ida->yp), yp, bytes);
     ida->message[0] = '\0';
     ida->stepped = ida->event = false;
-    ida->residuals = ida->events = 0;
+    ida->residuals = ida->events = ida->central_residuals = 0;
     ida->before = (mbsr_ida_stats){0};
     mbsri_ida_count_solver(ida, &ida->newton_before);
     mbsri_ida_keep_start(ida);
+    if (ida->nonlinear) mbsri_stiff_of(ida->nonlinear)->info = (mbsr_sundials_stiff_info){0};
     mbsri_ida_report_anew(ida);
     ida->wall = INFINITY;
     ida->present = t;

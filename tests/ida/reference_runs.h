@@ -158,16 +158,20 @@ static inline void run_count(run_counts *counts, int solver, const mbsr_ida_stat
 
 /* Fails unless both agree within 5 %, or by as much more as the mean of fewer repetitions scatters.
  */
-static inline void run_assert_like_dense(const char *name, const run_counts *counts)
+static inline void run_assert_within(const char *name, const run_counts *counts, double most)
 {
     const double steps = (double)counts->steps[1] / (double)counts->steps[0],
                  iterations = (double)counts->iterations[1] / (double)counts->iterations[0];
     print_message("%s: dense %ld steps %ld iterations %ld factorisations, tree %ld %ld %ld\n", name,
                   counts->steps[0], counts->iterations[0], counts->factorisations[0],
                   counts->steps[1], counts->iterations[1], counts->factorisations[1]);
-    const double most = 0.05 * sqrt((double)RUN_MOST_REPEATS / RUN_REPEATS);
     assert_close(steps, 1.0, most);
     assert_close(iterations, 1.0, most);
+}
+
+static inline void run_assert_like_dense(const char *name, const run_counts *counts)
+{
+    run_assert_within(name, counts, 0.05 * sqrt((double)RUN_MOST_REPEATS / RUN_REPEATS));
 }
 
 /* In the momentum form, from r->tolerance up. */

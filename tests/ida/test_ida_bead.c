@@ -161,20 +161,20 @@ static void the_tree_solver_takes_the_steps_of_a_dense_matrix(void **state)
             mbsr_ida_destroy(ida);
             drop(&s);
         }
-        run_assert_like_dense(cases[c].name, &counts);
+        /* when careful steps begin is chance, too */
+        run_assert_within(cases[c].name, &counts, 0.2);
     }
 }
 
-/* What an invented mass costs: its fast oscillation has to be followed at tight tolerances. */
-static void a_tiny_mass_costs_steps(void **state)
+/* An invented mass: its motion, overdamped, is stiff and need not be followed. */
+static void a_tiny_damped_mass_costs_few_steps(void **state)
 {
     (void)state;
     const double tolerance[] = {1e-6, 1e-8};
-    const int factor[] = {2, 4};
     for (int k = 0; k < 2; ++k) {
         double none[3], tiny[3];
         const long few = swing(MBSR_DAE_MOMENTUM, 0.0, tolerance[k], none);
-        assert_true(swing(MBSR_DAE_MOMENTUM, 1e-6, tolerance[k], tiny) >= factor[k] * few);
+        assert_true(swing(MBSR_DAE_MOMENTUM, 1e-6, tolerance[k], tiny) <= 2 * few);
         for (int l = 0; l < 3; ++l) assert_close(tiny[l], none[l], 1000.0 * tolerance[k]);
     }
 }
@@ -287,7 +287,7 @@ int main(void)
         cmocka_unit_test(the_index1_form_reaches_the_reference_in_few_steps),
         cmocka_unit_test(the_other_forms_take_many_more),
         cmocka_unit_test(the_tree_solver_takes_the_steps_of_a_dense_matrix),
-        cmocka_unit_test(a_tiny_mass_costs_steps),
+        cmocka_unit_test(a_tiny_damped_mass_costs_few_steps),
         cmocka_unit_test(without_dampers_the_energy_stays),
         cmocka_unit_test(ida_leaves_a_consistent_start_alone),
     };

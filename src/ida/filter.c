@@ -1,0 +1,185 @@
+/* The error test of stiff directions.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * In the direction of a stiff, damped element BDF of order k gives the momentum an offset of
+ * O(h^k), of order 1 about m a h / 2, which jumps when h changes. IDA takes the jump for an error
+ * that shrinks with the step, and it does not: tests fail again and again, and the order stays 1.
+ * But the offset does no harm: the next implicit step forgets it. So what is tested of an error e_p
+ * of the momenta is what is left of it after one such step, with K = dF/dy + c dF/dy'
+ *
+ *   (., e_p', .) = K^-1 (0, c e_p, 0)
+ *
+ * In other directions K^-1 c is 1 but for O(h). Errors of q are tested as they are: they have no
+ * offset, and q and p together would not do, for e_q / h would come with p.
+ *
+ * IDA measures errors of the present order, of one and two less (where there are), and, after the
+ * test is passed, of one more. The filter is asked where the first would fail. The function for
+ * norms gets vectors only, so each vector of IDA's knows what the filter works with. */
+#include "ida/stiff.h"
+
+#include <ida/ida.h>
+#include <nvector/nvector_serial.h>
+
+#include <math.h>
+#include <stdlib.h>
+
+enum { CAREFUL_STEPS = 200 };
+
+/* ---- vectors that know ---- */
+
+typedef struct content {
+    struct _N_VectorContent_Serial serial;
+    mbsri_stiff *stiff;
+} content;
+
+/* v, a serial vector, gets room for the reference; NULL, and v is gone, without memory. */
+static N_Vector extend(N_Vector v, mbsri_stiff *s)
+{
+    content *larger = v ? realloc(v->content, sizeof *larger) : NULL;
+    if (!larger) {
+        if (v) N_VDestroy(v);
+        return NULL;
+    }
+    larger->stiff = s;
+    v->content = larger;
+    return v;
+}
+
+static N_Vector clone(N_Vector w)
+{
+    return extend(N_VClone_Serial(w), ((const content *)w->content)->stiff);
+}
+
+static N_Vector clone_empty(N_Vector w)
+{
+    return extend(N_VCloneEmpty_Serial(w), ((const content *)w->content)->stiff);
+}
+
+/* ---- the filter ---- */
+
+/* The norm of x with its momenta filtered; negative if the linear solver fails. */
+static double filtered_norm(mbsri_stiff *s, N_Vector x, N_Vector w, N_Vector id)
+{
+    const double *e = N_VGetArrayPointer(x), *counts = N_VGetArrayPointer(id);
+    double *to = N_VGetArrayPointer(s->filtered);
+    const sunindextype n = N_VGetLength(x);
+    double c = 0.0;
+    IDAGetCurrentCj(s->memory, &c);
+    for (sunindextype k = 0; k < n; ++k) {
+        const bool momentum = k >= s->first && k < s->last && counts[k] > 0.0;
+        to[k] = momentum ? c * e[k] : 0.0;
+    }
+    ++s->info.filter_solves;
+    if (s->solve(s->filtered, s->memory)) return -1.0;
+    for (sunindextype k = 0; k < n; ++k) {
+        if (k < s->first || k >= s->last) to[k] = e[k];
+    }
+    return s->masked(s->filtered, w, id);
+}
+
+/* The direction that the filter took off an error, as rates: what u had to be corrected by. */
+static void keep_direction(mbsri_stiff *s, N_Vector x)
+{
+    N_Vector y = NULL;
+    if (IDAGetCurrentY(s->memory, &y) < 0 || IDAGetCurrentTime(s->memory, &s->at) < 0) return;
+    N_VScale(1.0, x, s->direction);
+    N_VScale(1.0, y, s->state);
+}
+
+/* The first norm of an error test decides on all: they have to be comparable. */
+static double first_norm(mbsri_stiff *s, N_Vector x, N_Vector w, N_Vector id, double plain,
+                         int order)
+{
+    s->filters = false;
+    if (!(plain > 1.0)) return plain;
+    const double filtered = filtered_norm(s, x, w, id);
+    if (!(filtered >= 0.0 && filtered < plain)) return plain;
+    const bool stiff = filtered < 0.3 * plain;
+    if (stiff) {
+        ++s->info.stiff_tests;
+        keep_direction(s, x);
+    }
+    if (s->careful && stiff) mbsri_stiff_begin(s);
+    if (!s->careful && (stiff || order < 3)) mbsri_stiff_alarm(s, stiff);
+    s->filters = s->careful; /* else the step is repeated, carefully */
+    return s->filters ? filtered : plain;
+}
+
+/* After failures IDA falls to order 1, and doubles h whenever it can, so that it never sees the three
+ * equal steps after which it raises the order. With a norm of 0.7 it leaves h as it is. */
+static double hold(mbsri_stiff *s, double found, int order)
+{
+    enum { SOON = 10 };
+    long steps = 0;
+    IDAGetNumSteps(s->memory, &steps);
+    if (!(found <= 1.0)) s->rejected_at = steps;
+    const bool soon = s->rejected_at >= 0 && steps - s->rejected_at < SOON;
+    return s->careful && order == 1 && soon ? fmax(found, 0.7) : found;
+}
+
+/* Carefully, the order does not fall to 1: the offsets of order 2 jump less. */
+static sunrealtype norm(N_Vector x, N_Vector w, N_Vector id)
+{
+    static const double forbidden = 1e10;
+    mbsri_stiff *s = ((const content *)x->content)->stiff;
+    const double plain = s->masked(x, w, id);
+    if (s->norms < 0) return plain;
+    int order = 1;
+    IDAGetCurrentOrder(s->memory, &order);
+    const int call = ++s->norms;
+    if (call > (order < 3 ? order : 3)) s->norms = -1;
+    if (call == 1) return hold(s, first_norm(s, x, w, id, plain, order), order);
+    if (call == 2 && order == 2 && s->careful) return forbidden;
+    if (!s->filters) return plain;
+    const double filtered = filtered_norm(s, x, w, id);
+    return filtered >= 0.0 && filtered < plain ? filtered : plain;
+}
+
+bool mbsri_stiff_attach(mbsri_stiff *s, N_Vector y)
+{
+    if (N_VGetVectorID(y) != SUNDIALS_NVEC_SERIAL) return false;
+    content *larger = realloc(y->content, sizeof *larger);
+    if (!larger) return false;
+    larger->stiff = s;
+    y->content = larger;
+    s->masked = y->ops->nvwrmsnormmask;
+    y->ops->nvwrmsnormmask = norm;
+    y->ops->nvclone = clone;
+    y->ops->nvcloneempty = clone_empty;
+    return true;
+}
+
+/* ---- when ---- */
+
+bool mbsri_stiff_careful(const mbsri_stiff *s)
+{
+    long steps = 0;
+    if (s->memory) IDAGetNumSteps(s->memory, &steps);
+    return steps < s->careful_until;
+}
+
+void mbsri_stiff_begin(mbsri_stiff *s)
+{
+    long steps = 0;
+    IDAGetNumSteps(s->memory, &steps);
+    s->careful_until = steps + CAREFUL_STEPS;
+}
+
+/* A failed test of a step of order 1 or 2 adds 1, once a step, one that a stiff direction alone
+ * fails 2.5; 30 steps take the sum down to 1/e. Careful steps begin at 3: at two such tests within
+ * forty steps, or where every tenth step fails and the order stays low. (At 6 ordinary problems have
+ * fewer careful steps, and stiff ones lose ten times the accuracy before they begin.) */
+void mbsri_stiff_alarm(mbsri_stiff *s, bool stiff)
+{
+    static const double fade = 30.0, enough = 3.0;
+    long steps = 0;
+    IDAGetNumSteps(s->memory, &steps);
+    const bool again = steps == s->alarmed_at;
+    if (steps < s->alarmed_at) s->alarm = 0.0; /* IDA has started anew */
+    s->alarm *= exp((double)(s->alarmed_at - steps) / fade);
+    s->alarm += stiff ? 2.5 : again ? 0.0 : 1.0;
+    s->alarmed_at = steps;
+    if (s->alarm < enough) return;
+    s->alarm = 0.0;
+    mbsri_stiff_begin(s);
+}

@@ -1,0 +1,248 @@
+/* Newton's method for stiff elements, as a nonlinear solver of SUNDIALS.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * Predicted coordinates leave a stiff element strained by g, of the second order in the step, and
+ * k g is a large force. With an old matrix, whose stiff direction has turned by an angle a since,
+ * an iteration leaves a force k g a across that direction, where there is only the inertia m c^2 to
+ * resist it: the iterations creep or diverge, or stop, small in the norm, with a rest of strain
+ * whose energy is not small. A new matrix in each iteration leaves k g^2: it converges quadratically
+ * or not at all. So in careful steps the matrix is new in each iteration, and the last correction
+ * has to be small itself, not by a rate of convergence. Other steps are left to the solver of
+ * SUNDIALS, as if this one was not there. */
+#include "ida/stiff.h"
+
+#include <ida/ida.h>
+#include <nvector/nvector_serial.h>
+#include <sunnonlinsol/sunnonlinsol_newton.h>
+
+#include <stdlib.h>
+
+enum { ITERATIONS = 6, NEAR = 50 };
+
+/* One iteration: ee changes by s->change. */
+static int improve(mbsri_stiff *s, N_Vector ee)
+{
+    sunbooleantype current = SUNFALSE;
+    int status = s->system(ee, s->change, s->memory);
+    if (!status && s->set_up) status = s->set_up(SUNFALSE, &current, s->memory);
+    if (status) return status;
+    N_VScale(-1.0, s->change, s->change);
+    status = s->solve(s->change, s->memory);
+    if (!status) N_VLinearSum(1.0, ee, 1.0, s->change, ee);
+    return status;
+}
+
+/* IDA's tolerance is for what is left after the last iteration. Where rounding keeps corrections
+ * above the smaller one here, four of them in a row within it will do. */
+static int iterate(mbsri_stiff *s, N_Vector ee, N_Vector w, double tolerance)
+{
+    static const double share = 0.03;
+    int small = 0;
+    s->failures = 0;
+    for (s->iterations = 1; s->iterations <= ITERATIONS; ++s->iterations) {
+        const int status = improve(s, ee);
+        if (status) return status;
+        const double size = N_VWrmsNorm(s->change, w);
+        small = size <= tolerance ? small + 1 : 0;
+        if (size <= share * tolerance || small == 4) return SUN_NLS_SUCCESS;
+    }
+    s->failures = 1;
+    return SUN_NLS_CONV_RECVR;
+}
+
+/* Where the plain iteration fails twice within a few steps the next ones are careful. */
+static void note_failure(mbsri_stiff *s)
+{
+    long steps = 0;
+    IDAGetNumSteps(s->memory, &steps);
+    if (s->failed_at >= 0 && steps >= s->failed_at && steps - s->failed_at < NEAR) {
+        ++s->info.stiff_iterations;
+        mbsri_stiff_begin(s);
+    }
+    s->failed_at = steps;
+}
+
+static int solve(SUNNonlinearSolver solver, N_Vector predicted, N_Vector ee, N_Vector w,
+                 sunrealtype tolerance, sunbooleantype set_up, void *memory)
+{
+    mbsri_stiff *s = solver->content;
+    s->memory = memory;
+    s->norms = -1;
+    const bool before = s->careful;
+    s->careful = mbsri_stiff_careful(s);
+    if (s->careful != before && s->prepare) s->prepare(s->user, s->careful);
+    int status;
+    if (s->careful) {
+        ++s->info.careful_attempts;
+        status = iterate(s, ee, w, tolerance);
+    } else {
+        status = SUNNonlinSolSolve(s->plain, predicted, ee, w, tolerance, set_up, memory);
+        if (status == SUN_NLS_CONV_RECVR) note_failure(s);
+        if (!status && mbsri_stiff_wrong_matrix(s, predicted, ee, w)) {
+            ++s->info.stiff_iterations;
+            mbsri_stiff_begin(s);
+            N_VConst(0.0, ee);
+            status = solve(solver, predicted, ee, w, tolerance, set_up, memory);
+        }
+    }
+    if (!status) s->norms = 0;
+    return status;
+}
+
+/* ---- what IDA asks besides, and hands over ---- */
+
+static SUNNonlinearSolver_Type type(SUNNonlinearSolver solver)
+{
+    (void)solver;
+    return SUNNONLINEARSOLVER_ROOTFIND;
+}
+
+static int initialize(SUNNonlinearSolver solver)
+{
+    mbsri_stiff *s = solver->content;
+    s->careful_until = 0;
+    s->failed_at = s->rejected_at = -1;
+    s->norms = -1;
+    return SUNNonlinSolInitialize(s->plain);
+}
+
+static int set_system(SUNNonlinearSolver solver, SUNNonlinSolSysFn function)
+{
+    mbsri_stiff *s = solver->content;
+    s->system = function;
+    return SUNNonlinSolSetSysFn(s->plain, function);
+}
+
+static int set_set_up(SUNNonlinearSolver solver, SUNNonlinSolLSetupFn function)
+{
+    mbsri_stiff *s = solver->content;
+    s->set_up = function;
+    return SUNNonlinSolSetLSetupFn(s->plain, function);
+}
+
+static int set_solve(SUNNonlinearSolver solver, SUNNonlinSolLSolveFn function)
+{
+    mbsri_stiff *s = solver->content;
+    s->solve = function;
+    return SUNNonlinSolSetLSolveFn(s->plain, function);
+}
+
+static int set_test(SUNNonlinearSolver solver, SUNNonlinSolConvTestFn function, void *data)
+{
+    return SUNNonlinSolSetConvTestFn(((mbsri_stiff *)solver->content)->plain, function, data);
+}
+
+static int set_most(SUNNonlinearSolver solver, int iterations)
+{
+    return SUNNonlinSolSetMaxIters(((mbsri_stiff *)solver->content)->plain, iterations);
+}
+
+static int get_iterations(SUNNonlinearSolver solver, long int *iterations)
+{
+    const mbsri_stiff *s = solver->content;
+    if (!s->careful) return SUNNonlinSolGetNumIters(s->plain, iterations);
+    *iterations = s->iterations;
+    return SUN_NLS_SUCCESS;
+}
+
+static int get_current(SUNNonlinearSolver solver, int *iteration)
+{
+    const mbsri_stiff *s = solver->content;
+    if (!s->careful) return SUNNonlinSolGetCurIter(s->plain, iteration);
+    *iteration = (int)s->iterations - 1;
+    return SUN_NLS_SUCCESS;
+}
+
+static int get_failures(SUNNonlinearSolver solver, long int *failures)
+{
+    const mbsri_stiff *s = solver->content;
+    if (!s->careful) return SUNNonlinSolGetNumConvFails(s->plain, failures);
+    *failures = s->failures;
+    return SUN_NLS_SUCCESS;
+}
+
+/* ---- birth and death ---- */
+
+static int destroy(SUNNonlinearSolver solver)
+{
+    mbsri_stiff *s = solver->content;
+    N_Vector const vector[] = {s->change, s->filtered, s->trial, s->direction, s->state};
+    for (size_t k = 0; k < sizeof vector / sizeof vector[0]; ++k) {
+        if (vector[k]) N_VDestroy(vector[k]);
+    }
+    if (s->plain) SUNNonlinSolFree(s->plain);
+    free(s);
+    solver->content = NULL;
+    SUNNonlinSolFreeEmpty(solver);
+    return SUN_NLS_SUCCESS;
+}
+
+static void set_operations(SUNNonlinearSolver solver)
+{
+    solver->ops->gettype = type;
+    solver->ops->initialize = initialize;
+    solver->ops->solve = solve;
+    solver->ops->free = destroy;
+    solver->ops->setsysfn = set_system;
+    solver->ops->setlsetupfn = set_set_up;
+    solver->ops->setlsolvefn = set_solve;
+    solver->ops->setctestfn = set_test;
+    solver->ops->setmaxiters = set_most;
+    solver->ops->getnumiters = get_iterations;
+    solver->ops->getcuriter = get_current;
+    solver->ops->getnumconvfails = get_failures;
+}
+
+/* The vectors are made before y knows of the filter: they need none. */
+static bool make(mbsri_stiff *s, N_Vector y, SUNContext context)
+{
+    N_Vector *const vector[] = {&s->change, &s->filtered, &s->trial, &s->direction, &s->state};
+    for (size_t k = 0; k < sizeof vector / sizeof vector[0]; ++k) {
+        *vector[k] = N_VClone(y);
+        if (!*vector[k]) return false;
+        N_VConst(0.0, *vector[k]);
+    }
+    s->failed_at = s->rejected_at = s->norms = -1;
+    s->plain = SUNNonlinSol_Newton(y, context);
+    return s->plain && mbsri_stiff_attach(s, y);
+}
+
+SUNNonlinearSolver mbsri_stiff_create(const mbsr_model *model, mbsr_dae_form form, N_Vector y,
+                                      SUNContext context)
+{
+    if (N_VGetVectorID(y) != SUNDIALS_NVEC_SERIAL) return NULL;
+    if (N_VGetLength(y) != mbsr_dae_size(model, form)) return NULL;
+    mbsri_stiff *s = calloc(1, sizeof *s);
+    SUNNonlinearSolver solver = s ? SUNNonlinSolNewEmpty(context) : NULL;
+    if (!solver) {
+        free(s);
+        return NULL;
+    }
+    solver->content = s;
+    set_operations(solver);
+    s->first = mbsr_model_nq(model);
+    s->last =
+        form == MBSR_DAE_MOMENTUM ? s->first + mbsr_model_nu(model) : mbsr_dae_size(model, form);
+    if (make(s, y, context)) return solver;
+    destroy(solver);
+    return NULL;
+}
+
+SUNNonlinearSolver mbsr_sundials_stiff(const mbsr_model *model, N_Vector y, SUNContext context)
+{
+    if (!model || !y || !context) return NULL;
+    return mbsri_stiff_create(model, MBSR_DAE_MOMENTUM, y, context);
+}
+
+mbsri_stiff *mbsri_stiff_of(SUNNonlinearSolver solver)
+{
+    return solver->content;
+}
+
+int mbsr_sundials_stiff_get_info(SUNNonlinearSolver solver, mbsr_sundials_stiff_info *info)
+{
+    if (!solver || !info) return MBSR_ERR_NULL;
+    if (solver->ops->solve != solve) return MBSR_ERR_VALUE;
+    *info = ((const mbsri_stiff *)solver->content)->info;
+    return MBSR_OK;
+}

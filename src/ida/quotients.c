@@ -1,0 +1,52 @@
+/* A matrix by difference quotients of one side is put to the test.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * Too stiff a matrix (see differences.c) makes corrections so small that they pass for converged:
+ * a run with long steps then stands still and reports success. So each new one is multiplied, by
+ * differences of two sides, with the correction v that was found with it: K^-1 (F(v + e v) -
+ * F(v - e v)) / 2 e should be v. Two residuals for each matrix. */
+#include "ida/stiff.h"
+
+#include <ida/ida_ls.h>
+
+#include <float.h>
+#include <math.h>
+
+static bool new_matrix(mbsri_stiff *s)
+{
+    long matrices = 0, residuals = 0;
+    if (IDAGetNumJacEvals(s->memory, &matrices) < 0) return false;
+    if (IDAGetNumLinResEvals(s->memory, &residuals) < 0) return false;
+    const bool another = residuals > 0 && matrices != s->matrices;
+    s->matrices = matrices;
+    return another;
+}
+
+/* Largest e for which entries change by no more than `relative`; 0 if v is zero. */
+static double extent(N_Vector v, N_Vector y, N_Vector w, double relative)
+{
+    const double *change = N_VGetArrayPointer(v), *value = N_VGetArrayPointer(y),
+                 *weight = N_VGetArrayPointer(w);
+    double e = INFINITY;
+    for (sunindextype k = 0; k < N_VGetLength(v); ++k) {
+        const double size = fmax(fabs(value[k]), 1.0 / weight[k]);
+        if (change[k] != 0.0) e = fmin(e, relative * size / fabs(change[k]));
+    }
+    return isfinite(e) ? e : 0.0;
+}
+
+bool mbsri_stiff_wrong_matrix(mbsri_stiff *s, N_Vector predicted, N_Vector ee, N_Vector w)
+{
+    if (!new_matrix(s)) return false;
+    const double e = extent(ee, predicted, w, cbrt(DBL_EPSILON));
+    if (!(e > 0.0)) return false;
+    N_VScale(1.0 + e, ee, s->trial);
+    if (s->system(s->trial, s->change, s->memory)) return false;
+    N_VScale(1.0 - e, ee, s->trial);
+    if (s->system(s->trial, s->filtered, s->memory)) return false;
+    N_VLinearSum(0.5 / e, s->change, -0.5 / e, s->filtered, s->change);
+    ++s->info.filter_solves;
+    if (s->solve(s->change, s->memory)) return false;
+    N_VLinearSum(1.0, s->change, -1.0, ee, s->change);
+    return N_VWrmsNorm(s->change, w) > 0.5 * N_VWrmsNorm(ee, w);
+}

@@ -1,0 +1,66 @@
+/* Stiff elements under IDA: an error test and a Newton iteration that are not misled by them.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRI_IDA_STIFF_H
+#define MBSRI_IDA_STIFF_H
+
+#include "ida/compat.h"
+
+#include <mbsrank/sundials.h>
+
+#include <sundials/sundials_nonlinearsolver.h>
+#include <sundials/sundials_nvector.h>
+
+#include <stdbool.h>
+
+typedef sunrealtype (*mbsri_masked_norm)(N_Vector x, N_Vector w, N_Vector id);
+
+typedef struct mbsri_stiff {
+    SUNNonlinearSolver plain; /* Newton's method of SUNDIALS, for ordinary steps */
+    SUNNonlinSolSysFn system; /* IDA's residual, linear system and its solution */
+    SUNNonlinSolLSetupFn set_up;
+    SUNNonlinSolLSolveFn solve;
+    void *memory; /* IDA's, since the first iteration */
+    N_Vector change, filtered, trial;
+    mbsri_masked_norm masked; /* the norm of the error test without filter */
+    int first, last;          /* the momenta are entries first .. last - 1 of y */
+
+    bool careful;              /* the last iteration was one of those below */
+    long careful_until;        /* steps before this one are taken carefully */
+    long matrices;             /* by difference quotients, so far */
+    long failed_at;            /* step of the last failure of the plain iteration */
+    long iterations, failures; /* of the last careful solution */
+    double alarm;              /* grows with failed error tests */
+    long alarmed_at;
+    long rejected_at; /* step of the last test that failed; -1: none */
+    int norms;        /* of the present error test so far; -1: no error test */
+    bool filters;     /* it is filtered */
+
+    void (*prepare)(void *user, bool careful); /* called when that changes; or NULL */
+    void *user;
+
+    N_Vector direction, state; /* what the filter took off last, and where */
+    double at;                 /* time of it */
+    mbsr_sundials_stiff_info info;
+} mbsri_stiff;
+
+/* Vectors made from y, y among them, know s, and measure errors by it. False without memory, and
+ * for vectors that are not serial. */
+bool mbsri_stiff_attach(mbsri_stiff *s, N_Vector y);
+
+/* Whether the next step of IDA is one to be taken carefully; from now on such steps are. */
+bool mbsri_stiff_careful(const mbsri_stiff *s);
+void mbsri_stiff_begin(mbsri_stiff *s);
+void mbsri_stiff_alarm(mbsri_stiff *s, bool stiff);
+
+/* Whether IDA has made a new matrix by difference quotients, and it is wrong along ee, the
+ * correction that was found with it. */
+bool mbsri_stiff_wrong_matrix(mbsri_stiff *s, N_Vector predicted, N_Vector ee, N_Vector w);
+
+/* As mbsr_sundials_stiff, for the momentum and the index-1 form. */
+SUNNonlinearSolver mbsri_stiff_create(const mbsr_model *model, mbsr_dae_form form, N_Vector y,
+                                      SUNContext context);
+
+/* What belongs to the nonlinear solver. */
+mbsri_stiff *mbsri_stiff_of(SUNNonlinearSolver solver);
+
+#endif
