@@ -85,7 +85,8 @@ static int make_objects(mbsr_ida *ida, mbsr_error *error)
     }
     const int status = mbsri_ida_make_solver(ida, error);
     if (status) return status;
-    if (ida->opt.form == MBSR_DAE_MOMENTUM || ida->opt.form == MBSR_DAE_INDEX1) {
+    const bool served = ida->opt.form == MBSR_DAE_MOMENTUM || ida->opt.form == MBSR_DAE_INDEX1;
+    if (served && mbsr_model_rows(ida->model) == 0) {
         ida->nonlinear = mbsri_stiff_create(ida->model, ida->opt.form, ida->y, ida->context);
         if (!ida->nonlinear) return no_memory(ida, error, "Newton's method for a problem");
         if (ida->opt.linear_solver == MBSR_IDA_DENSE) {
