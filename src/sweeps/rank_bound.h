@@ -111,8 +111,8 @@ MBSRI_INLINE bool certify(const mbsri_sweep_run *run, int i, blocks *c, joint *j
         c->kappa = own > c->kappa ? own : c->kappa;
         spread = 0.0;
     }
-    const double bound = clear * spread * size, least = MBSRI_FINE * local;
-    if (j->D * (1.0 - clear * c->kappa) > (bound > least ? bound : least)) {
+    const double sure = j->D * (1.0 - clear * c->kappa);
+    if (sure > clear * spread * size && sure > MBSRI_FINE * local) {
         j->Dinv = 1.0 / j->D;
         transport =
             size * sum3(j->U_L * j->U_L * splat(per_area) + j->U_p * j->U_p) * j->Dinv * j->Dinv;
