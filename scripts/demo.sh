@@ -2,14 +2,15 @@
 # Installs what is missing, builds a Release tree in build/release, runs the demo program, and plots
 # what it writes to demo-output/.
 # SPDX-License-Identifier: BSD-3-Clause
-# Usage: demo.sh [tree [BODIES]]   `tree`: the second part, a tree of 9999 bodies
+# Usage: demo.sh [tree [BODIES] | loops]   `tree`: the second part, a tree of 9999 bodies; `loops`:
+# the third, a mechanism with three loops
 set -eu
 part=${1:-oscillators}
 case $part in
-oscillators) ;;
+oscillators | loops) ;;
 tree) bodies=${2:-9999} ;;
 *)
-    echo "usage: $0 [tree [BODIES]]" >&2
+    echo "usage: $0 [tree [BODIES] | loops]" >&2
     exit 2
     ;;
 esac
