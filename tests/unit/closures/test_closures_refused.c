@@ -22,7 +22,7 @@ static void definitions(void **state)
     (void)state;
     loops s;
     begin(&s);
-    const double none[6] = {0.0, 0.0, 0.0, 1.0, 0.0, 0.0};
+    const double none[9] = {0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0};
     mbsr_closure_def def = mbsr_closure_ball(0, NULL, 1, NULL);
     def.name = "pin";
     assert_int_equal(mbsr_model_add_closure(NULL, &def, NULL), MBSR_ERR_NULL);

@@ -1,0 +1,259 @@
+/* More mechanisms with the driver: other cuts of one loop, rolling, loops in space with rows that are
+ * redundant in every position, massless directions that no loop holds, drift.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "loops_run.h"
+
+/* ---- other cuts of the four-bar linkage ---- */
+
+static void four_bar(loops *s, int cut)
+{
+    const mbsr_planar_frame own = {0.0, 0.0, 0.0}, end_of_coupler = {2.5, 0.0, 0.0};
+    const mbsr_frame end_of_rocker = mbsr_frame_at(2.0, 0.0, 0.0);
+    loops_begin(s, NULL);
+    const int a = loops_rod(s, "crank", MBSR_GROUND, 0.0, 0.0, 1.0, 1.0);
+    const int b = loops_rod(s, "coupler", a, 1.0, 0.0, 2.5, 2.5);
+    const double q[3] = {1.256084040027, -0.8663220350055, 1.254529363248};
+    memcpy(s->q, q, sizeof q);
+    if (cut == 0) { /* at the rocker's end: a pin */
+        const int c = loops_rod(s, "rocker", MBSR_GROUND, 2.0, 0.0, 2.0, 2.0);
+        loops_pin(s, "pin", b, 2.5, 0.0, c, 2.0, 0.0);
+    } else if (cut == 1) { /* the same by a cut body and a weld */
+        const int c = loops_rod(s, "rocker", MBSR_GROUND, 2.0, 0.0, 2.0, 2.0);
+        const mbsr_joint pin = mbsr_joint_planar_revolute(end_of_coupler, own);
+        assert_ok(mbsr_model_add_loop_joint(s->m, "pin", b, &pin, c, &end_of_rocker, NULL, NULL),
+                  mbsr_model_error(s->m));
+        s->q[3] = q[2] - q[0] - q[1];
+    } else { /* at the ground: the rocker hangs on the coupler, turned round */
+        int c;
+        mbsr_body_def body = mbsr_default_body_def();
+        body.name = "rocker";
+        body.parent = b;
+        body.joint = mbsr_joint_planar_revolute(end_of_coupler, (mbsr_planar_frame){2.0, 0.0, 0.0});
+        body.inertia = mbsr_inertia_planar(2.0, (double[2]){1.0, 0.0}, 2.0 * 4.0 / 12.0);
+        assert_ok(mbsr_model_add_body(s->m, &body, &c), NULL);
+        if (cut == 2) {
+            loops_pin(s, "pin", c, 0.0, 0.0, MBSR_GROUND, 2.0, 0.0);
+        } else { /* a massless rod: the distance from the rocker's foot, which must be where it is */
+            const double x[6] = {1.0, 0.0, 0.0, 1.0, 1.0, 0.0}, foot[3] = {2.0, 0.0, 0.0};
+            const mbsr_closure_def rows = mbsr_closure_rows(c, NULL, MBSR_GROUND, foot, 2, x);
+            assert_ok(mbsr_model_add_closure(s->m, &rows, NULL), NULL);
+        }
+        s->q[2] = q[2] - q[0] - q[1];
+    }
+    loops_finish(s);
+    s->u[0] = 5.0;
+    if (cut == 0) loops_velocities(s, 0.0);
+    if (cut == 0) return;
+    /* the same velocities in these coordinates */
+    loops with_pin;
+    four_bar(&with_pin, 0);
+    memcpy(s->u, with_pin.u, 3 * sizeof *s->u);
+    s->u[cut == 1 ? 3 : 2] = s->u[2] - s->u[0] - s->u[1];
+    loops_free(&with_pin);
+}
+
+static void other_cuts(void **state)
+{
+    (void)state;
+    static const double tolerance[] = {1e-4, 1e-6, 1e-8};
+    double truth = 0.0;
+    long first = 0;
+    for (int cut = 0; cut < 4; ++cut) {
+        long steps = 0;
+        for (int k = 2; k >= 0; --k) {
+            loops s;
+            four_bar(&s, cut);
+            const loops_result r = loops_run(&s, tolerance[k], 1.0);
+            assert_int_equal(r.status, MBSR_OK);
+            if (cut == 0 && k == 2) truth = s.q[0];
+            assert_close(s.q[0], truth, 1e3 * tolerance[k]);
+            steps += r.steps;
+            loops_free(&s);
+        }
+        if (cut == 0) first = steps;
+        assert_true(10 * steps <= 13 * first && 10 * steps >= 7 * first);
+    }
+}
+
+/* ---- rolling ---- */
+
+/* A disc that rolls on a circle: lean a, radius R of the disc, rate w of heading, spin s about its axis, I
+ * along it and J across. With the velocity R (w sin a - s) of the centre, the moment about the centre is
+ *
+ *   w cos(a) (I s - (I - J) w sin a) = m R^2 w cos(a) (w sin a - s) + m g R sin a */
+static void a_steady_disc(void **state)
+{
+    (void)state;
+    const double R = 0.25, mass = 2.0, I = 0.5 * mass * R * R, J = 0.5 * I, lean = 0.3, w = 1.7;
+    const double spin = (mass * 9.81 * R * tan(lean) + (mass * R * R + I - J) * w * w * sin(lean)) /
+                        ((I + mass * R * R) * w);
+    const double x[3] = {1.0, 0.0, 0.0}, none[3] = {0.0};
+    const double tensor[6] = {J, J, I, 0.0, 0.0, 0.0}, up[3] = {0.0, 1.0, 0.0};
+    const mbsr_frame plane = mbsr_frame_along(NULL, up);
+    loops s;
+    loops_begin(&s, NULL);
+    mbsr_body_def body = mbsr_default_body_def();
+    body.name = "disc";
+    body.joint = mbsr_joint_free(NULL, NULL);
+    body.inertia = mbsr_inertia_rigid(mass, none, tensor);
+    assert_ok(mbsr_model_add_body(s.m, &body, NULL), mbsr_model_error(s.m));
+    mbsr_closure_def roll = mbsr_closure_rolling_disc(0, NULL, R, MBSR_GROUND, &plane);
+    roll.name = "road";
+    assert_ok(mbsr_model_add_closure(s.m, &roll, NULL), mbsr_model_error(s.m));
+    loops_finish(&s);
+    /* y up; the axis z turned about x by the lean, so that it points down by sin(lean) */
+    const mbsr_frame at = mbsr_frame_turned(NULL, x, lean);
+    mbsr_rotation_quaternion(at.R, s.q);
+    const double *axis = at.R + 6;
+    s.q[5] = R * cos(lean);
+    /* omega = w up + spin axis */
+    for (int k = 0; k < 3; ++k) s.u[k] = w * up[k] + spin * axis[k];
+    /* v = omega x (from contact to centre) */
+    const double arm[3] = {0.0, R * cos(lean), R * sin(lean)};
+    s.u[3] = s.u[1] * arm[2] - s.u[2] * arm[1];
+    s.u[4] = s.u[2] * arm[0] - s.u[0] * arm[2];
+    s.u[5] = s.u[0] * arm[1] - s.u[1] * arm[0];
+    double pose[MBSR_POSE_SIZE], rate[3], gap[1];
+    loops_rows(&s, 0.0, s.q, s.u, NULL, gap, rate, NULL);
+    assert_close(gap[0], 0.0, 1e-14);
+    assert_less(test_largest(3, rate), 1e-13);
+    const double x0 = s.q[4], z0 = s.q[6], v = s.u[3], T = 3.0;
+    const loops_result r = loops_run(&s, 1e-8, T);
+    assert_int_equal(r.status, MBSR_OK);
+    assert_ok(mbsr_body_pose(s.m, s.d, 0, pose), NULL);
+    assert_close(fabs(asin(pose[7])), lean, 1e-5);
+    assert_close(pose[10], R * cos(lean), 1e-5);
+    /* the centre goes round a circle of radius v / w */
+    const double turn = w * T;
+    assert_close(s.q[4] - x0, v / w * sin(turn), 1e-4);
+    assert_close(s.q[6] - z0, -v / w * (1.0 - cos(turn)), 1e-4);
+    loops_free(&s);
+}
+
+/* ---- massless directions that no loop holds ---- */
+
+/* Crank, three massless rods, rocker; the knees are held by springs and dampers. */
+static void free_knees(void **state)
+{
+    (void)state;
+    double truth = 0.0;
+    for (int k = 2; k >= 0; --k) {
+        static const double tolerance[] = {1e-4, 1e-6, 1e-8};
+        loops s;
+        loops_begin(&s, NULL);
+        const int a = loops_rod(&s, "crank", MBSR_GROUND, 0.0, 0.0, 1.0, 1.0);
+        const int b = loops_rod(&s, "rod", a, 1.0, 0.0, 0.0, 1.0);
+        const int c = loops_rod(&s, "rod", b, 1.0, 0.0, 0.0, 1.0);
+        const int e = loops_rod(&s, "rod", c, 1.0, 0.0, 0.0, 1.0);
+        const int f = loops_rod(&s, "rocker", MBSR_GROUND, 2.0, 0.0, 2.0, 1.0);
+        const double end[3] = {1.0, 0.0, 0.0}, one[3] = {1.0, 3.0, 0.0}, two[3] = {1.5, 3.0, 0.0};
+        const mbsr_force_def spring[2] = {
+            mbsr_force_point_spring(b, end, MBSR_GROUND, one, 60.0, 5.0, 0.2),
+            mbsr_force_point_spring(c, end, MBSR_GROUND, two, 60.0, 5.0, 0.2)};
+        for (int j = 0; j < 2; ++j) assert_ok(mbsr_model_add_force(s.m, spring + j, NULL), NULL);
+        loops_pin(&s, "rod-rocker", e, 1.0, 0.0, f, 1.0, 0.0);
+        loops_finish(&s);
+        const double q[5] = {1.6, -0.8, -0.8, -1.2, 1.4};
+        memcpy(s.q, q, sizeof q);
+        s.u[0] = 2.0;
+        mbsr_closure_report report;
+        double closed[5];
+        assert_ok(mbsr_assemble(s.m, s.d, 0.0, s.q, NULL, closed, NULL), mbsr_data_error(s.d));
+        assert_ok(mbsr_closures_report(s.m, s.d, 0.0, closed, &report, NULL, NULL),
+                  mbsr_data_error(s.d));
+        assert_int_equal(report.undetermined, 1);
+        const loops_result r = loops_run(&s, tolerance[k], 2.0);
+        assert_int_equal(r.status, MBSR_OK);
+        if (k == 2) truth = s.q[0];
+        assert_close(s.q[0], truth, 300.0 * tolerance[k]);
+        loops_free(&s);
+    }
+}
+
+/* ---- drift ---- */
+
+static void a_long_run(void **state)
+{
+    (void)state;
+    loops s;
+    loops_begin(&s, NULL);
+    const int a = loops_rod(&s, "crank", MBSR_GROUND, 0.0, 0.0, 1.0, 1.0);
+    const int b = loops_rod(&s, "coupler", a, 1.0, 0.0, 0.0, 2.5);
+    const int c = loops_rod(&s, "rocker", MBSR_GROUND, 2.0, 0.0, 2.0, 2.0);
+    loops_pin(&s, "pin", b, 2.5, 0.0, c, 2.0, 0.0);
+    loops_finish(&s);
+    s.q[0] = 1.2, s.q[1] = -0.9, s.q[2] = 1.3, s.u[0] = 6.0;
+    const loops_result r = loops_run(&s, 1e-6, 100.0);
+    assert_int_equal(r.status, MBSR_OK);
+    assert_less(r.gap, 1e-5);
+    loops_free(&s);
+}
+
+/* ---- Bricard's linkage: six revolute joints, mobile against the count of rows ---- */
+
+/* Rods of 1 m and 1 kg, section 0.1 m square, gravity along -y, from rest; the sixth side is the ground.
+ * The sixth joint is a cut body and a weld: six rows, five of them independent in every position. */
+static void bricard(void **state)
+{
+    (void)state;
+    static const double P[6][3] = {{0, 0, 0},  {1, 0, 0},  {1, -1, 0},
+                                   {1, -1, 1}, {0, -1, 1}, {0, 0, 1}},
+                        axis[6][3] = {{0, 1, 0}, {0, 0, 1}, {1, 0, 0},
+                                      {0, 1, 0}, {0, 0, 1}, {1, 0, 0}};
+    loops s;
+    int last = MBSR_GROUND, redundant[6], sum = 0;
+    mbsr_frame at = mbsr_frame_identity();
+    double pose[MBSR_POSE_SIZE], energy[4];
+    loops_begin(&s, NULL);
+    for (int k = 0; k < 5; ++k) {
+        double com[3], tensor[6] = {0.0}, next[3];
+        mbsr_body_def body = mbsr_default_body_def();
+        for (int j = 0; j < 3; ++j) {
+            next[j] = P[k + 1][j] - P[k][j];
+            com[j] = 0.5 * next[j];
+            tensor[j] = (fabs(next[j]) > 0.5 ? 0.02 : 1.01) / 12.0;
+        }
+        body.name = "rod";
+        body.parent = last;
+        body.joint = mbsr_joint_revolute(&at, NULL, axis[k]);
+        body.inertia = mbsr_inertia_rigid(1.0, com, tensor);
+        assert_ok(mbsr_model_add_body(s.m, &body, &last), mbsr_model_error(s.m));
+        at = mbsr_frame_at(next[0], next[1], next[2]);
+    }
+    const mbsr_joint sixth = mbsr_joint_revolute(&at, NULL, axis[5]);
+    const mbsr_frame there = mbsr_frame_at(P[5][0], P[5][1], P[5][2]);
+    assert_ok(
+        mbsr_model_add_loop_joint(s.m, "sixth", last, &sixth, MBSR_GROUND, &there, NULL, NULL),
+        mbsr_model_error(s.m));
+    loops_finish(&s);
+    for (int end = 0; end < 2; ++end) {
+        mbsr_closure_report report;
+        assert_ok(mbsr_closures_report(s.m, s.d, 0.0, s.q, &report, redundant, NULL),
+                  mbsr_data_error(s.d));
+        assert_int_equal(report.rows, 6);
+        assert_int_equal(report.independent, 5);
+        assert_int_equal(report.nearby, 5);
+        assert_int_equal(report.mobility, 1);
+        assert_ok(mbsr_positions(s.m, s.d, 0.0, s.q), NULL);
+        assert_ok(mbsr_velocities(s.m, s.d, s.u), NULL);
+        assert_ok(mbsr_energy(s.m, s.d, energy + 2 * end, energy + 2 * end + 1), NULL);
+        if (end == 0) assert_int_equal(loops_run(&s, 1e-8, 2.0).status, MBSR_OK);
+    }
+    for (int k = 0; k < 6; ++k) sum += redundant[k];
+    assert_int_equal(sum, 1);
+    assert_close(energy[0] + energy[1], energy[2] + energy[3], 1e-3);
+    assert_ok(mbsr_positions(s.m, s.d, 2.0, s.q), NULL);
+    assert_ok(mbsr_body_pose(s.m, s.d, 2, pose), NULL);
+    assert_close(pose[9], -0.77814, 1e-4);
+    assert_close(pose[10], -0.98035, 1e-4);
+    assert_close(pose[11], -0.19725, 1e-4);
+    loops_free(&s);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(other_cuts), cmocka_unit_test(a_steady_disc), cmocka_unit_test(free_knees),
+        cmocka_unit_test(a_long_run), cmocka_unit_test(bricard)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
