@@ -65,7 +65,8 @@ typedef struct mbsr_newton_info {
  * reason in *error (which may be NULL). Memory is taken from the model's allocator here and nowhere
  * else.  MBSR_ERR_NULL, MBSR_ERR_NO_DEFAULT, MBSR_ERR_UNFINISHED, MBSR_ERR_NO_MEMORY,
  * MBSR_ERR_VALUE (an option out of range; a form other than MBSR_DAE_MOMENTUM, whose rows are not
- * those of the linearised equations of motion), MBSR_ERR_SPACE: a joint or an inertia by function
+ * those of the linearised equations of motion), MBSR_ERR_SPACE: the model
+ * has closures, or a joint or an inertia by function
  * leaves its rates to differences behind a body whose velocities are not rates of its pose. */
 MBSR_API int mbsr_newton_create(const mbsr_model *model, mbsr_dae_form form,
                                 const mbsr_newton_opt *opt, mbsr_newton **newton,
