@@ -161,8 +161,9 @@ static void the_tree_solver_takes_the_steps_of_a_dense_matrix(void **state)
             mbsr_ida_destroy(ida);
             drop(&s);
         }
-        /* when careful steps begin is chance, too */
-        run_assert_within(cases[c].name, &counts, 0.2);
+        /* when careful steps begin is chance, too; and in them the dense matrix is one of central
+         * differences, checked by further residuals, which shows where they are most of the steps */
+        run_assert_within(cases[c].name, &counts, cases[c].mass > 0.0 ? 0.3 : 0.2);
     }
 }
 
