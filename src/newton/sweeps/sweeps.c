@@ -106,7 +106,9 @@ static const mbsri_sweeps *tree_of(const mbsr_model *m, bool alone)
 size_t mbsri_newton_sweeps_size(const mbsr_model *m, bool alone)
 {
     const mbsri_sweeps *tree = tree_of(m, alone);
-    return tree && (tree->blocks == 0 || (!alone && tree->rates)) ? layout(m, tree, NULL, NULL) : 0;
+    /* of nothing but blocks, newton/blocks loses fewer digits: no Mbar stands for what is below */
+    const bool mixed = tree && !alone && tree->rates && tree->blocks < tree->bodies;
+    return tree && (tree->blocks == 0 || mixed) ? layout(m, tree, NULL, NULL) : 0;
 }
 
 mbsri_newton_sweeps *mbsri_newton_sweeps_place(const mbsr_model *m, bool alone, void *memory,
