@@ -363,8 +363,9 @@ static mbsr_model *floating_tree(int light, double *q, double *u)
 }
 
 /* Linear and angular momentum stay, and without damping the energy, which damping lowers. The last
- * coordinates are compared with `known` ones (NULL: with none) and written to q_last. */
-static void run_floating_tree(int light, const trial *is, const double *known, double *q_last)
+ * coordinates are compared with `known` ones (NULL: with none) and written to q_last. Returns by how
+ * much what stays has drifted. */
+static double run_floating_tree(int light, const trial *is, const double *known, double *q_last)
 {
     double q[RUN_MOST], u[RUN_MOST], off[RUN_MOST] = {0.0};
     mbsr_model *m = floating_tree(light, q, u);
@@ -397,8 +398,8 @@ static void run_floating_tree(int light, const trial *is, const double *known, d
     run_report(&r, test_largest(nq, off));
     print_message("    conserved to %.1e\n", drift);
     assert_less(test_largest(nq, off), is->error);
-    assert_less(drift, is->drift);
     mbsr_model_destroy(m);
+    return drift;
 }
 
 static void a_floating_tree_keeps_its_momentum(void **unused)
@@ -411,7 +412,7 @@ static void a_floating_tree_keeps_its_momentum(void **unused)
                                         {MBSR_DAE_RECURSIVE, 1e-8, 1e-4, 3e-5},
                                         {MBSR_DAE_INVERSE_DYNAMICS, 1e-8, 5e-5, 1e-5},
                                         {MBSR_DAE_INDEX1, 1e-8, 3e-5, 3e-6}},
-                                       {{MBSR_DAE_MOMENTUM, 1e-11, 1e-15, 3e-8},
+                                       {{MBSR_DAE_MOMENTUM, 1e-11, 1e-15, 3e-9},
                                         {MBSR_DAE_MOMENTUM, 1e-6, 4e-5, 5e-4},
                                         {MBSR_DAE_MOMENTUM, 1e-8, 6e-7, 4e-6},
                                         {MBSR_DAE_INDEX1, 1e-6, 1e-4, 2e-4},
@@ -420,8 +421,17 @@ static void a_floating_tree_keeps_its_momentum(void **unused)
                                         {MBSR_DAE_INVERSE_DYNAMICS, 1e-6, 1e-4, 2e-4}}};
     for (int light = 0; light < 2; ++light) {
         double known[RUN_MOST], q[RUN_MOST];
-        for (int k = 0; k < 7; ++k)
-            run_floating_tree(light, &trials[light][k], k ? known : NULL, k ? q : known);
+        for (int k = 0; k < 7; ++k) {
+            /* the drift of one run at the smallest tolerance scatters by ten, with rounding: the mean
+             * of three counts */
+            trial is = trials[light][k];
+            double drift = run_floating_tree(light, &is, k ? known : NULL, k ? q : known);
+            for (int turn = 1; turn < 3 && k == 0; ++turn) {
+                is.tolerance = trials[light][k].tolerance * (1.0 + 0.03 * turn);
+                drift += run_floating_tree(light, &is, NULL, q);
+            }
+            assert_less(k == 0 ? drift / 3.0 : drift, trials[light][k].drift);
+        }
     }
 }
 
