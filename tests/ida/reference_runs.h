@@ -139,7 +139,7 @@ typedef struct run_counts {
 } run_counts;
 
 enum { RUN_MOST_REPEATS = 16 };
-#define RUN_REPEATS (test_long() ? RUN_MOST_REPEATS : test_seeds(4, 8))
+#define RUN_REPEATS test_seeds(4, RUN_MOST_REPEATS)
 static const mbsr_ida_solver run_solvers[2] = {MBSR_IDA_DENSE, MBSR_IDA_AUTO};
 
 /* The tolerance of repetition k. */
@@ -158,20 +158,16 @@ static inline void run_count(run_counts *counts, int solver, const mbsr_ida_stat
 
 /* Fails unless both agree within 5 %, or by as much more as the mean of fewer repetitions scatters.
  */
-static inline void run_assert_within(const char *name, const run_counts *counts, double most)
+static inline void run_assert_like_dense(const char *name, const run_counts *counts)
 {
     const double steps = (double)counts->steps[1] / (double)counts->steps[0],
                  iterations = (double)counts->iterations[1] / (double)counts->iterations[0];
     print_message("%s: dense %ld steps %ld iterations %ld factorisations, tree %ld %ld %ld\n", name,
                   counts->steps[0], counts->iterations[0], counts->factorisations[0],
                   counts->steps[1], counts->iterations[1], counts->factorisations[1]);
+    const double most = 0.05 * sqrt((double)RUN_MOST_REPEATS / RUN_REPEATS);
     assert_close(steps, 1.0, most);
     assert_close(iterations, 1.0, most);
-}
-
-static inline void run_assert_like_dense(const char *name, const run_counts *counts)
-{
-    run_assert_within(name, counts, 0.05 * sqrt((double)RUN_MOST_REPEATS / RUN_REPEATS));
 }
 
 /* In the momentum form, from r->tolerance up. */
