@@ -42,8 +42,8 @@ typedef struct mbsr_newton_opt {
     mbsr_newton_method method; /* default MBSR_NEWTON_AUTO */
     int max_rank;              /* of the correction, for AUTO; default 120 */
     int by_blocks;             /* 1: not the sweeps in vector code, where they serve; default 0 */
-    int lean; /* 1: memory for these sweeps alone, a few hundred bytes a body instead of some kB;
-                 what they do not serve is refused with MBSR_ERR_LEAN; default 0 */
+    int lean; /* 1: memory for these sweeps alone, a few hundred bytes a rigid body instead of some
+                 kB; what they do not serve is refused with MBSR_ERR_LEAN; default 0 */
 } mbsr_newton_opt;
 
 MBSR_API mbsr_newton_opt mbsr_default_newton_opt(void);

@@ -19,10 +19,23 @@ static size_t scratch_size(const mbsr_model *m)
     return products + (lapack > 6 * d ? lapack : 6 * d);
 }
 
+/* Whether the steps of recursion/ work in these data; in lean data only where bodies are seen. */
+static bool has_steps(const mbsr_model *m, bool lean)
+{
+    return !lean || m->seen.bodies > 1;
+}
+
 static size_t sincos_size(const mbsr_model *m)
 {
     return m->sweeps ? 2 * (size_t)m->nq : 0;
 }
+
+/* ARRAY(name, length) of all arrays, with the lengths that they have in these data. */
+#define MBSRI_ARRAYS(ARRAY) MBSRI_DATA_ARRAYS(ARRAY, ARRAY##_SEEN, ARRAY##_FULL)
+#define MBSRI_PLACE_SEEN(name, unit) MBSRI_PLACE(name, lean ? m->seen.unit : m->size_##unit)
+#define MBSRI_PLACE_FULL(name, length) MBSRI_PLACE(name, lean ? 0 : (size_t)(length))
+#define MBSRI_POISON_SEEN(name, unit) MBSRI_POISON(name, lean ? m->seen.unit : m->size_##unit)
+#define MBSRI_POISON_FULL(name, length) MBSRI_POISON(name, lean ? 0 : (size_t)(length))
 
 /* Takes the next `size` bytes of a block, aligned to a cache line; with base == NULL only
  * counts. */
@@ -43,11 +56,11 @@ static size_t layout(const mbsr_model *m, bool lean, unsigned char *base, mbsr_d
     if (!d) d = &counted;
     d->rank = take(base, &used, bodies * sizeof *d->rank);
     d->watched = take(base, &used, bodies * sizeof *d->watched);
-    d->frame_rank = take(base, &used, bodies * sizeof *d->frame_rank);
+    d->frame_rank = take(base, &used, lean ? 0 : bodies * sizeof *d->frame_rank);
     d->carries = take(base, &used, bodies * sizeof *d->carries);
-    d->apart = take(base, &used, m->grouped && !lean ? bodies * sizeof *d->apart : 0);
+    d->apart = take(base, &used, m->grouped ? bodies * sizeof *d->apart : 0);
     d->dropped = take(base, &used, (size_t)m->rows * sizeof *d->dropped);
-    const size_t exact = lean ? 0 : mbsri_exact_room(m);
+    const size_t exact = has_steps(m, lean) ? mbsri_exact_room(m) : 0;
     d->exact_work = take(base, &used, exact * sizeof *d->exact_work);
     d->pivots = take(base, &used, (size_t)m->max_d * sizeof *d->pivots);
     d->force_bodies = take(base, &used, (size_t)m->max_force_bodies * sizeof *d->force_bodies);
@@ -63,11 +76,7 @@ static size_t layout(const mbsr_model *m, bool lean, unsigned char *base, mbsr_d
         d->sweep_load = take(base, &used, loads * sizeof *d->sweep_load);
     }
 #define MBSRI_PLACE(name, length) d->name = take(base, &used, (size_t)(length) * sizeof(double));
-    if (lean) {
-        MBSRI_LEAN_ARRAYS(MBSRI_PLACE)
-    } else {
-        MBSRI_DATA_ARRAYS(MBSRI_PLACE)
-    }
+    MBSRI_ARRAYS(MBSRI_PLACE)
 #undef MBSRI_PLACE
     if (data) *data = d;
     return used;
@@ -85,20 +94,17 @@ static int check_model(const mbsr_model *model, bool lean, const char *function,
         return mbsri_fail(error, MBSR_ERR_UNFINISHED, MBSR_NONE, MBSR_NONE,
                           "%s: the model is not finished", function);
     }
-    if (lean && (!model->sweeps || model->sweeps->body_forces)) {
-        return mbsri_fail(
-            error, MBSR_ERR_SPACE, MBSR_NONE, MBSR_NONE,
-            "%s: the model is not a tree of rigid bodies in space whose force elements "
-            "are gravity or act on joints alone",
-            function);
+    if (lean && !model->sweeps) {
+        return mbsri_fail(error, MBSR_ERR_SPACE, MBSR_NONE, MBSR_NONE,
+                          "%s: the model has %s, which the sweeps in vector code do not serve",
+                          function, model->rows > 0 ? "closures" : "no rigid bodies");
     }
     return MBSR_OK;
 }
 
 static size_t size_of(const mbsr_model *model, bool lean)
 {
-    if (!model || !model->finished || (lean && (!model->sweeps || model->sweeps->body_forces)))
-        return 0;
+    if (!model || !model->finished || (lean && !model->sweeps)) return 0;
     return layout(model, lean, NULL, NULL);
 }
 
@@ -139,7 +145,7 @@ static int init(const mbsr_model *model, bool lean, void *memory, size_t size, m
     d->accelerated = d->single = d->loaded = false;
     for (int k = 0; k < model->rows; ++k) d->dropped[k] = false;
     d->alignment = 1.0;
-    for (int i = 0; i <= model->bodies && model->grouped && !lean; ++i) d->apart[i] = false;
+    for (int i = 0; i <= model->bodies && model->grouped; ++i) d->apart[i] = false;
     *data = d;
     return MBSR_OK;
 }
@@ -228,11 +234,8 @@ void mbsri_data_poison(mbsr_data *d)
     const mbsr_model *m = d->model;
 #define MBSRI_POISON(name, length)                                                                 \
     for (size_t k = 0; k < (size_t)(length); ++k) d->name[k] = NAN;
-    if (d->lean) {
-        MBSRI_LEAN_ARRAYS(MBSRI_POISON)
-    } else {
-        MBSRI_DATA_ARRAYS(MBSRI_POISON)
-    }
+    const bool lean = d->lean;
+    MBSRI_ARRAYS(MBSRI_POISON)
 #undef MBSRI_POISON
     for (int i = 0; i <= m->bodies; ++i) d->rank[i] = -1000;
     d->stage = MBSRI_STAGE_NONE;

@@ -3,6 +3,7 @@
 #include "algebra/lapack.h"
 #include "assembly/closures.h"
 #include "assembly/groups.h"
+#include "assembly/places.h"
 #include "assembly/survey.h"
 #include "base/error.h"
 #include "base/memory.h"
@@ -101,60 +102,37 @@ static void place_root(mbsr_model *m)
                               .parent = -1,
                               .d = m->root.d,
                               .np = m->root.np,
+                              .seen = true,
                               .joint.space = m->root.space};
-    m->size_p = (size_t)m->root.np;
-    m->size_v = (size_t)m->root.d;
-    m->size_dd = (size_t)m->root.d * (size_t)m->root.d;
     m->max_d = m->root.d > 1 ? m->root.d : 1;
 }
 
-/* Body i takes its places behind those already placed. */
+/* Body i, whose predecessor is there. */
 static void place(mbsr_model *m, int i, int id)
 {
     const mbsri_body_entry *entry = (const mbsri_body_entry *)m->entries.data + id;
     mbsri_body *b = m->body + i;
     const mbsri_joint *joint = &entry->joint;
     const int parent = entry->parent == MBSR_GROUND ? 0 : m->index[entry->parent];
-    const size_t d = (size_t)joint->d, n = (size_t)(joint->n - entry->locks),
-                 d_pred = (size_t)m->body[parent].d;
     *b = (mbsri_body){.id = id,
                       .parent = parent,
                       .d = joint->d,
-                      .d_pred = (int)d_pred,
+                      .d_pred = m->body[parent].d,
                       .np = joint->np,
                       .n = joint->n - entry->locks,
                       .nq = joint->nq - entry->locks,
-                      .p = m->size_p,
-                      .v = m->size_v,
-                      .dd = m->size_dd,
-                      .dp = m->size_dp,
-                      .dn = m->size_dn,
-                      .k = m->size_k,
                       .joint = *joint,
                       .inertia = entry->inertia,
-                      .pred_p = m->body[parent].p,
-                      .pred_v = m->body[parent].v,
-                      .pred_dd = m->body[parent].dd,
                       .pred_space = m->body[parent].joint.space,
                       .name = entry->name,
                       .regular = entry->regular,
-                      .locks = entry->locks,
-                      .full = m->size_full};
+                      .locks = entry->locks};
     if (joint->params > 0) b->joint.param = (const double *)m->matrices.data + entry->param;
     if (b->inertia.kind == MBSR_INERTIA_MATRIX && b->inertia.matrix) {
         b->inertia.matrix = (const double *)m->matrices.data + entry->matrix;
     }
     if (entry->added > 0) b->added = (const double *)m->matrices.data + entry->added;
-    if (entry->locks > 0) {
-        b->held = (const double *)m->matrices.data + entry->held;
-        m->size_full += (size_t)joint->n;
-    }
-    m->size_p += (size_t)joint->np;
-    m->size_v += d;
-    m->size_dd += d * d;
-    m->size_dp += d * d_pred;
-    m->size_dn += d * n;
-    if (!(joint->table->flags & MBSR_JOINT_UNIT_K)) m->size_k += d * d;
+    if (entry->locks > 0) b->held = (const double *)m->matrices.data + entry->held;
     if (joint->d > m->max_d) m->max_d = joint->d;
     if (b->n > m->max_n) m->max_n = b->n;
     m->differences = m->differences || mbsri_rates_by_differences(b);
@@ -324,6 +302,7 @@ static int order_forces(mbsr_model *m, int N, int *count)
     }
     for (int i = 0; i <= N; ++i) count[i] = 0;
     for (size_t id = 0; id < forces; ++id) ++count[first_body(m, id)];
+    m->anywhere = count[0];
     for (int i = 0, sum = 0; i <= N; ++i) {
         const int here = count[i];
         count[i] = sum;
@@ -356,7 +335,10 @@ static bool group_joints(mbsr_model *m, int N)
     m->lapack_work = mbsri_lapack_syev_work(m->max_n);
     built = built && mbsri_survey(m);
     m->finished = false;
-    return built && mbsri_sweeps_build_whole(m);
+    built = built && mbsri_sweeps_build_whole(m);
+    mbsri_places_see(m);
+    mbsri_places_set(m, N);
+    return built && mbsri_groups_place(m);
 }
 
 /* Numbers and places everything; what it sets is forgotten by undo. */
@@ -367,6 +349,7 @@ static int build(mbsr_model *m, int N, numbering *w)
     if (status) return status;
     place_root(m);
     for (int i = 1; i <= N; ++i) place(m, i, w->order[i - 1]);
+    mbsri_places_set(m, N);
     status = place_coordinates(m, N);
     if (!status) status = check_joints(m, N);
     if (!status) status = resolve_forces(m, N);
@@ -399,7 +382,7 @@ static void undo(mbsr_model *m)
     m->rows = m->held = m->max_columns = 0;
     m->size_c = 0;
     m->size_p = m->size_v = m->size_dd = m->size_dp = m->size_dn = m->size_dg = m->size_k =
-        m->size_nn = m->size_full = 0;
+        m->size_nn = m->size_full = m->size_rates = m->size_bodies = 0;
 }
 
 int mbsr_model_finish(mbsr_model *model)

@@ -138,10 +138,10 @@ static bool join(mbsr_model *m, int *work)
     return true;
 }
 
-/* Members, head by head, and the vectors in their order. */
-static void place(mbsr_model *m, int bodies, int *next)
+/* Members, head by head. next: bodies + 1. */
+static void list_members(mbsr_model *m, int bodies, int *next)
 {
-    int at = 0, ig = 0, igq = 0;
+    int at = 0;
     for (int i = 1; i <= bodies; ++i) m->body[i].members = 0;
     for (int i = 1; i <= bodies; ++i) ++m->body[m->body[i].head].members;
     for (int i = 1; i <= bodies; ++i) {
@@ -153,32 +153,56 @@ static void place(mbsr_model *m, int bodies, int *next)
         b->at = next[b->head]++;
         m->member[b->at] = i;
     }
-    for (int k = 0; k < bodies; ++k) {
-        mbsri_body *b = m->body + m->member[k];
-        b->ig = ig;
-        b->igq = igq;
-        ig += b->n;
-        igq += b->nq;
-        b->group_nq = 0;
-        m->body[b->head].group_nq += b->nq;
-    }
 }
 
-/* Blocks of their own size at the heads. */
-static void place_blocks(mbsr_model *m, int bodies)
+/* The group of head i takes its places behind those already placed; blocks are of its own size. */
+static void place(mbsr_model *m, int i, mbsri_lengths *used)
 {
-    m->size_nn = m->size_dg = 0;
-    for (int i = 1; i <= bodies; ++i) {
-        mbsri_body *b = m->body + i;
-        if (b->head != i) b->group_n = b->n, b->group_nq = b->nq;
-        b->nn = m->size_nn;
-        b->dg = m->size_dg;
-        m->size_nn += (size_t)b->group_n * (size_t)b->group_n;
-        m->size_dg += (size_t)b->d * (size_t)b->group_n;
-        m->grouped = m->grouped || b->members > 1;
-        if (b->group_n > m->max_n) m->max_n = b->group_n;
-        if (b->group_n > m->max_d) m->max_d = b->group_n;
+    mbsri_body *b = m->body + i;
+    b->group_n = b->group_nq = 0;
+    for (int k = 0; k < b->members; ++k) {
+        mbsri_body *member = m->body + m->member[b->at + k];
+        member->ig = (int)used->rates;
+        member->igq = (int)used->coordinates;
+        used->rates += (size_t)member->n;
+        used->coordinates += (size_t)member->nq;
+        b->group_n += member->n;
+        b->group_nq += member->nq;
     }
+    for (int k = 0; k < b->members; ++k) {
+        mbsri_body *member = m->body + m->member[b->at + k];
+        if (k > 0) member->group_n = member->n, member->group_nq = member->nq;
+        member->nn = used->nn;
+        member->dg = used->dg;
+        used->nn += (size_t)member->group_n * (size_t)member->group_n;
+        used->dg += (size_t)member->d * (size_t)member->group_n;
+    }
+    m->grouped = m->grouped || b->members > 1;
+    if (b->group_n > m->max_n) m->max_n = b->group_n;
+    if (b->group_n > m->max_d) m->max_d = b->group_n;
+}
+
+/* Vectors by groups and blocks, of groups with bodies that are seen first. */
+static void place_all(mbsr_model *m, int bodies, int *seen)
+{
+    mbsri_lengths used = {0};
+    for (int i = 0; i <= bodies; ++i) seen[i] = 0;
+    for (int i = 1; i <= bodies; ++i) {
+        if (m->body[i].seen) seen[m->body[i].head] = 1;
+    }
+    for (int wanted = 1; wanted >= 0; --wanted) {
+        for (int i = 1; i <= bodies; ++i) {
+            if (m->body[i].head == i && seen[i] == wanted) place(m, i, &used);
+        }
+        if (wanted == 0) continue;
+        m->seen.rates = used.rates;
+        m->seen.coordinates = used.coordinates;
+        m->seen.nn = used.nn;
+        m->seen.dg = used.dg;
+    }
+    m->size_rates = used.rates;
+    m->size_nn = used.nn;
+    m->size_dg = used.dg;
 }
 
 bool mbsri_groups_build(mbsr_model *m)
@@ -188,22 +212,37 @@ bool mbsri_groups_build(mbsr_model *m)
     m->member = mbsri_allocate(&m->allocator, (size_t)bodies * sizeof *m->member);
     bool built = work && m->member;
     if (built) {
-        for (int i = 0; i < 5 * (bodies + 1); ++i) work[i] = 0;
-        for (int i = 0; i <= bodies; ++i) {
-            mbsri_body *b = m->body + i;
-            b->head = i;
-            b->group_n = b->n;
-            b->members = 1;
-        }
-        place(m, bodies, work);
-        place_blocks(m, bodies);
+        for (int i = 0; i <= bodies; ++i) m->body[i].head = i;
+        list_members(m, bodies, work);
+        place_all(m, bodies, work);
+        for (int i = 0; i <= bodies; ++i) m->body[i].members = 1;
         for (int i = 0; i < 5 * (bodies + 1); ++i) work[i] = 0;
         built = join(m, work);
     }
     if (built) {
-        place(m, bodies, work);
-        place_blocks(m, bodies);
+        list_members(m, bodies, work);
+        place_all(m, bodies, work);
     }
     mbsri_release(&m->allocator, work);
     return built;
+}
+
+bool mbsri_groups_place(mbsr_model *m)
+{
+    const int bodies = m->bodies;
+    int *old = mbsri_allocate(&m->allocator, 2 * ((size_t)bodies + 1) * sizeof *old);
+    double *scale = m->scale ? mbsri_allocate(&m->allocator, (size_t)m->nu * sizeof *scale) : NULL;
+    const bool memory = old && (scale || !m->scale);
+    if (memory) {
+        for (int i = 1; i <= bodies; ++i) old[i] = m->body[i].ig;
+        place_all(m, bodies, old + bodies + 1);
+    }
+    for (int i = 1; i <= bodies && memory && scale; ++i) {
+        const mbsri_body *b = m->body + i;
+        for (int k = 0; k < b->n; ++k) scale[b->ig + k] = m->scale[old[i] + k];
+    }
+    mbsri_release(&m->allocator, old);
+    mbsri_release(&m->allocator, memory ? m->scale : scale);
+    if (memory) m->scale = scale;
+    return memory;
 }

@@ -13,8 +13,8 @@
  * the s of another one of its joint.
  *
  * Joints like that, and groups that have to be eliminated in one piece, are not taken apart in the
- * sweeps: their bodies are `whole`. So are joints of several axes behind joints without inertia, whose
- * Newton systems are those of blocks. */
+ * sweeps: their bodies are `whole`, those of such groups `coupled` too. Whole are also joints of
+ * several axes behind joints without inertia, whose Newton systems are those of blocks. */
 #include "assembly/survey.h"
 
 #include "algebra/dense.h"
@@ -71,7 +71,7 @@ static void find_scale(const mbsr_model *m, mbsr_data *d)
     }
 }
 
-/* Which bodies are whole, by the ranks of all groups. */
+/* Which bodies are whole, and which groups, by their ranks. */
 static void mark(mbsr_model *m, const mbsr_data *d, bool *behind)
 {
     behind[0] = false;
@@ -81,7 +81,8 @@ static void mark(mbsr_model *m, const mbsr_data *d, bool *behind)
         const bool lacks = d->rank[i] < b->n;
         b->usual = d->rank[i] + 1;
         behind[i] = behind[b->parent] || lacks;
-        b->whole = (b->n > 1 && behind[i]) || (g.members > 1 && mbsri_coupled(m, d, &g));
+        b->coupled = g.members > 1 && mbsri_coupled(m, d, &g);
+        b->whole = b->coupled || (b->n > 1 && behind[i]);
         behind[i] = behind[i] || b->whole;
     }
 }

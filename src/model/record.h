@@ -32,6 +32,11 @@ typedef struct mbsri_joint {
 /* Bodies, and joint rates, of a group (recursion/group.h) of more than one body. */
 enum { MBSRI_GROUP_MOST = 6 };
 
+/* Lengths of the arrays of the data that have numbers of each body, or rate or coordinate of a group. */
+typedef struct mbsri_lengths {
+    size_t p, v, dd, dp, dn, dg, k, nn, full, rates, coordinates, bodies;
+} mbsri_lengths;
+
 typedef struct mbsri_body {
     int id;        /* the caller's; MBSR_GROUND for the root */
     int parent;    /* index of the predecessor; 0 for the bodies on the root, -1 for the root */
@@ -53,7 +58,10 @@ typedef struct mbsri_body {
     int group_nq;      /* joint coordinates, likewise */
     int at;            /* its place in `member` */
     int ig, igq;       /* places of its rates and coordinates in vectors by groups */
+    bool coupled;      /* the sweeps do not take its group apart (assembly/survey.h) */
     bool whole;        /* the sweeps leave it to the steps of recursion/ (assembly/survey.h) */
+    bool seen;         /* its arrays are read or written by the sweeps too (assembly/places.h) */
+    size_t seat;       /* offset of one number */
     mbsri_joint joint;
     mbsr_inertia inertia; /* matrix points into the model */
     size_t name;          /* offset into names */
@@ -125,13 +133,16 @@ struct mbsr_model {
     mbsri_body *body;            /* N + 1 */
     int nq, nu;
     int max_d, max_n, max_force_bodies;
+    int anywhere;     /* elements that act on no body in particular, which are the first */
     int rows, held;   /* of all closures */
     int max_columns;  /* of one */
     size_t size_c;    /* sum of their rows x columns */
     bool differences; /* some joint or inertia leaves its rates to differences */
     int lapack_work;  /* doubles of workspace for dsyev at max_n */
     /* sums over all bodies, the root included: lengths of the arrays */
-    size_t size_p, size_v, size_dd, size_dp, size_dn, size_dg, size_k, size_nn, size_full;
+    size_t size_p, size_v, size_dd, size_dp, size_dn, size_dg, size_k, size_nn, size_full,
+        size_rates, size_bodies;
+    mbsri_lengths seen; /* the same over the bodies that are seen, which come first */
 };
 
 #endif

@@ -115,8 +115,19 @@ static size_t list_elements(const mbsr_newton *w, int i, int *list)
     return count;
 }
 
-/* Offsets of a body; the matrices of bodies whose elimination has begun share slots: one is taken
- * when the last successor is met, which comes first, and left when the body is done. */
+/* The lengths of the arrays that have numbers of each body: lean solvers have room for those that are
+ * seen, which come first. */
+static mbsri_lengths lengths_of(const mbsr_newton *w)
+{
+    const mbsr_model *m = w->model;
+    if (w->lean) return m->seen;
+    return (mbsri_lengths){
+        .v = m->size_v, .rates = m->size_rates, .coordinates = (size_t)m->nq, .bodies = 0};
+}
+
+/* Offsets of a body, which in a lean solver takes none unless it is seen; the matrices of bodies whose
+ * elimination has begun share slots: one is taken when the last successor is met, which comes first,
+ * and left when the body is done. */
 static void number_bodies(mbsr_newton *w)
 {
     const mbsr_model *m = w->model;
@@ -130,16 +141,17 @@ static void number_bodies(mbsr_newton *w)
         node->last = 0;
         node->x = w->size_x;
         node->v = w->size_n;
+        if (i > 0) w->node[b->parent].last = i;
+        if (w->lean && !b->seen) continue;
         w->size_x += (size_t)(node->e + 2 * b->d);
         w->size_n += (size_t)most;
         const size_t slot = (size_t)(node->e + 2 * b->d) * (size_t)(3 * b->d);
         if (slot > w->slot_size) w->slot_size = slot;
-        if (i > 0) w->node[b->parent].last = i;
     }
     for (int i = 1; i <= m->bodies; ++i) {
         mbsri_kept kept;
         w->node[i].store = store;
-        store += mbsri_keep(w, i, NULL, &kept);
+        if (!w->lean || m->body[i].seen) store += mbsri_keep(w, i, NULL, &kept);
     }
     w->store_size = store;
 }
@@ -206,15 +218,18 @@ static void lay_out(mbsr_newton *w, layout *l)
     ints(l, &slopes_at, slopes_ints);
     if (l->doubles) mbsri_slopes_place(m, &w->slopes, slopes_doubles, slopes_at);
     lay_out_correction(w, l);
-    if (w->lean) return;
+    const mbsri_lengths of = lengths_of(w);
+    if (w->lean && of.bodies == 1) return; /* but the root */
     doubles(l, &w->store, w->store_size);
     doubles(l, &w->slot, (size_t)w->slots * w->slot_size);
     doubles(l, &w->x, w->size_x);
-    doubles(l, &w->b, 3 * m->size_v);
+    doubles(l, &w->b, 3 * of.v);
     doubles(l, &w->v, w->size_n);
-    doubles(l, &w->wbar, m->size_v);
+    doubles(l, &w->wbar, of.v);
     double **const vector[] = {&w->rq, &w->rp, &w->ru, &w->q0, &w->momentum, &w->range, &w->spare};
-    const size_t length[] = {nq, nu, nu, nq, nu, nu, nq + nu};
+    const size_t length[] = {of.coordinates,           of.rates, of.rates,
+                             of.coordinates,           of.rates, of.rates,
+                             of.coordinates + of.rates};
     for (size_t k = 0; k < sizeof length / sizeof length[0]; ++k) doubles(l, vector[k], length[k]);
     doubles(l, &w->work, mbsri_tree_work(w));
     doubles(l, &w->joint, mbsri_joint_slopes_size(m));
@@ -316,8 +331,7 @@ int mbsr_newton_create(const mbsr_model *model, mbsr_dae_form form, const mbsr_n
     if (w) {
         *w = (mbsr_newton){.model = model,
                            .lean = opt->lean != 0,
-                           .sweep_size =
-                               opt->by_blocks ? 0 : mbsri_newton_sweeps_size(model, opt->lean != 0),
+                           .sweep_size = opt->by_blocks ? 0 : mbsri_newton_sweeps_size(model),
                            .error = {MBSR_OK, MBSR_NONE, MBSR_NONE, ""}};
         if (!place(w, opt)) {
             mbsr_newton_destroy(w);

@@ -47,7 +47,7 @@ static int factor_group(const mbsr_model *m, mbsr_data *d, const mbsri_group *g,
     double *U = d->U + b->dg, *G = d->G + b->dg;
     mbsri_group_products(m, d, g, d->Mbar, U, d->D + b->nn, d->scratch);
     for (int k = 0; k < g->members; ++k) d->rank[g->member[k]] = 0;
-    d->scale[g->member[0]] = 0.0;
+    d->scale[m->body[g->member[0]].seat] = 0.0;
     if (g->n > 0) {
         const int status = mbsri_rank_decision(m, d, g, rough);
         if (status) return status;
@@ -120,7 +120,7 @@ void mbsri_pass_masses(const mbsr_model *m, mbsr_data *d, int i)
     const mbsri_body *b = m->body + i;
     const double *H = d->H + b->dp;
     if (b->d_pred == 0) return;
-    d->turned[b->parent] += d->turned[i];
+    d->turned[m->body[b->parent].seat] += d->turned[b->seat];
     const size_t dm = (size_t)m->max_d * (size_t)m->max_d;
     double *T = d->scratch, *E = T + dm, *Q = E + dm, *JQ = Q + dm, *product = JQ + dm;
     if (!mbsri_heads(m, d, i)) {
@@ -157,7 +157,7 @@ static int plain_masses(const mbsr_model *m, mbsr_data *d, bool rough)
     mbsri_copy(m->size_dd, d->M, d->Mbar);
     mbsri_zero(m->size_dd, d->W);
     for (int i = 0; i <= m->bodies; ++i)
-        d->turned[i] = mbsri_own_turned(m->body + i, d->M + m->body[i].dd);
+        d->turned[m->body[i].seat] = mbsri_own_turned(m->body + i, d->M + m->body[i].dd);
     for (int i = m->bodies; i >= 1; --i) {
         int status = mbsri_eliminate_joint(m, d, i, rough);
         if (!status && mbsri_heads(m, d, i)) status = mbsri_rank_watched(m, d, i);

@@ -8,97 +8,80 @@
 
 #include <mbsrank/data.h>
 
-/* ARRAY(name, length): arrays of doubles in the block, body after body. Shapes in mbsri_body's
- * terms. K is divided out: H, J, kI, kII are those of (7)-(9) multiplied by K^-1, mu is K^T mu,
- * Mbar is K^T Mbar K; D, tau and the residuals are the same with and without. */
+/* Arrays of doubles in the block, body after body. EVERY(name, length); SEEN(name, unit): by that
+ * field of mbsri_lengths, in lean data over the bodies that are seen; FULL(name, length): not in lean
+ * data. Shapes in mbsri_body's terms. K is divided out: H, J, kI, kII are those of (7)-(9) multiplied by
+ * K^-1, mu is K^T mu, Mbar is K^T Mbar K; D, tau and the residuals are the same with and without. */
 /* clang-format off */
-#define MBSRI_DATA_ARRAYS(ARRAY)                                                                   \
-    ARRAY(q, m->nq)             /* nq         joint positions, as swept             positions */   \
-    ARRAY(q_full, m->size_full) /* joint.n    with those held, where some are       positions */   \
-    ARRAY(u_full, m->size_full) /* joint.n                                          velocities */  \
-    ARRAY(u, m->nu)             /* nu         joint velocities, as swept            velocities */  \
-    ARRAY(p, m->size_p)         /* np         pose (7)                              positions */   \
-    ARRAY(Kinv, m->size_k)      /* d x d      K^-1, where K is not the unit matrix  positions */   \
-    ARRAY(H, m->size_dp)        /* d x d_pred                                       positions */   \
-    ARRAY(J, m->size_dn)        /* d x n                                            positions */   \
-    ARRAY(kI, m->size_v)        /* d                                                positions */   \
-    ARRAY(M, m->size_dd)        /* d x d      body mass matrix                      positions */   \
-    ARRAY(V, m->size_v)         /* d          velocity (8)                          velocities */  \
-    ARRAY(kII, m->size_v)       /* d                                                velocities */  \
-    ARRAY(h, m->size_v)         /* d          gyroscopic force                      velocities */  \
-    ARRAY(f, m->size_v)         /* d          applied and gyroscopic forces         forces */      \
-    ARRAY(tau, m->nu)           /* n          joint forces                          forces */      \
-    ARRAY(Mbar, m->size_dd)     /* d x d      (17a)                                 backward */    \
-    ARRAY(W, m->size_dd)        /* d x d      size of the rounding errors in Mbar   backward */    \
-    ARRAY(unsure, m->size_dd)   /* d x d      the same after twofold precision      backward */    \
-    ARRAY(fbar, m->size_v)      /* d          (17b)                                 backward */    \
-    ARRAY(D, m->size_nn)        /* n x n      J^T Mbar J                            backward */    \
-    ARRAY(Dinv, m->size_nn)     /* n x n      its pseudo-inverse                    backward */    \
-    ARRAY(X, m->size_nn)        /* n x n      eigenvectors of S D S, range first    backward */    \
-    ARRAY(s, m->nu)             /* n          S = diag(s)                           backward */    \
-    ARRAY(lambda, m->nu)        /* n          eigenvalues of S D S, descending      backward */    \
-    ARRAY(judged, m->nu)        /* n          those with S of W                     backward */    \
-    ARRAY(U, m->size_dg)        /* d x n      Mbar J                                backward */    \
-    ARRAY(G, m->size_dg)        /* d x n      Mbar J D^+                            backward */    \
-    ARRAY(e, m->nu)             /* n          tau - J^T (fbar + Mbar kII)           backward */    \
-    ARRAY(turned, (size_t)m->bodies + 1) /* 1 moments of inertia that were turned   backward */    \
-    ARRAY(scale, (size_t)m->bodies + 1) /* 1  largest entry of diag(J^T W J)        backward */    \
-    ARRAY(A, m->size_v)         /* d          acceleration (9), its known part      inverse */     \
-    ARRAY(Az, m->size_v)        /* d          part of null accelerations            forward */     \
-    ARRAY(mu, m->size_v)        /* d          joint reaction                        inverse */     \
-    ARRAY(vec, m->nu)           /* n          null accelerations                    forward */     \
-    ARRAY(Hdot, m->size_dp)     /* d x d_pred rate of H along the motion            rates */       \
-    ARRAY(Jdot, m->size_dn)     /* d x n      rate of J                             rates */       \
-    ARRAY(Mdot, m->size_dd)     /* d x d      rate of M                             rates */       \
-    ARRAY(qdot, m->nq)          /* nq         q' = G u, as the caller's q           rates */       \
-    ARRAY(udot, m->nu)          /* n          u' in the order of the sweeps   inverse, forward */  \
-    ARRAY(out, m->nu)           /* n          a result in that order          inverse, forward */  \
-    ARRAY(q_base, m->nq)        /* nq         the caller's q while displaced        rates */       \
-    ARRAY(u_base, m->nu)        /* nu         the caller's u, likewise              rates */       \
-    ARRAY(q_moved, m->nq)       /* nq         the displaced q                       rates */       \
-    ARRAY(imp, m->size_v)       /* d          joint impulse m                       momentum */    \
-    ARRAY(sigma, m->size_v)     /* d          its rate but for the reaction         momentum */    \
-    ARRAY(impbar, m->size_v)    /* d          (17b) for momenta                     momentum */    \
-    ARRAY(ep, m->nu)            /* n          p - J^T (impbar + Mbar kI)            momentum */    \
-    ARRAY(w, m->nu)             /* n          index-1 velocities before X           index1 */      \
-    ARRAY(Y, m->size_v)         /* d          Vz' - Az                              index1 */      \
-    ARRAY(Mbardot, m->size_dd)  /* d x d      rate of Mbar                          index1 */      \
-    ARRAY(Gdot, m->size_dg)     /* d x n      rate of G                             index1 */      \
-    ARRAY(Xdot, m->size_nn)     /* n x n      rate of X                             index1 */      \
-    ARRAY(s_frame, m->nu)       /* n          S of the reference                    frame */       \
-    ARRAY(X_frame, m->size_nn)  /* n x n      X of the reference                    frame */       \
-    ARRAY(u_given, m->nu)       /* nu         the caller's u, found from v          index1 */      \
-    ARRAY(v_given, m->nu)       /* nu         the caller's v                        index1 */      \
-    ARRAY(q_last, m->nq)        /* nq         the caller's q, evaluation pending    sweeps */      \
-    ARRAY(u_last, m->nu)        /* nu         u                                     sweeps */      \
-    ARRAY(load_last, m->nu)     /* nu         tau, or for inverse dynamics u'       sweeps */      \
-    ARRAY(sincos, sincos_size(m)) /* 2 a coordinate                                 sweeps */      \
-    ARRAY(closure_C, m->size_c) /* rows x columns  of each closure                closures */      \
-    ARRAY(closure_q, m->max_columns) /* coordinates displaced                     closures */      \
-    ARRAY(closure_D, (size_t)MBSR_CLOSURE_ROWS * (size_t)m->max_columns) /* C there closures */    \
-    ARRAY(closure_w, m->rows > 0 ? m->nu : 0) /* n a vector over the joints       closures */      \
-    ARRAY(closure_V, m->rows > 0 ? m->size_v : 0) /* d  and over the bodies       closures */      \
-    ARRAY(closure_x, 2 * (size_t)m->max_columns + 4 * (size_t)m->rows) /* scratch closures */      \
-    ARRAY(loop_lambda, m->rows) /* m          loop forces                         closures */      \
-    ARRAY(scratch, scratch_size(m))
-
-/* What is left of them in lean data. */
-#define MBSRI_LEAN_ARRAYS(ARRAY)                                                                   \
-    ARRAY(q, m->nq)                                                                                \
-    ARRAY(u, m->nu)                                                                                \
-    ARRAY(p, m->root.np)                                                                           \
-    ARRAY(V, m->root.d)                                                                            \
-    ARRAY(A, m->root.d)                                                                            \
-    ARRAY(tau, m->nu)                                                                              \
-    ARRAY(udot, m->nu)                                                                             \
-    ARRAY(out, m->nu)                                                                              \
-    ARRAY(vec, m->nu)                                                                              \
-    ARRAY(w, m->nu)                                                                                \
-    ARRAY(u_given, m->nu)                                                                          \
-    ARRAY(q_last, m->nq)                                                                           \
-    ARRAY(u_last, m->nu)                                                                           \
-    ARRAY(load_last, m->nu)                                                                        \
-    ARRAY(sincos, sincos_size(m))
+#define MBSRI_DATA_ARRAYS(EVERY, SEEN, FULL)                                                       \
+    EVERY(q, m->nq)           /* nq         joint positions, as swept             positions */     \
+    SEEN(q_full, full)        /* joint.n    with those held, where some are       positions */     \
+    SEEN(u_full, full)        /* joint.n                                         velocities */     \
+    EVERY(u, m->nu)           /* nu         joint velocities, as swept           velocities */     \
+    SEEN(p, p)                /* np         pose (7)                              positions */     \
+    SEEN(Kinv, k)             /* d x d      K^-1, where K is not the unit matrix  positions */     \
+    SEEN(H, dp)               /* d x d_pred                                       positions */     \
+    SEEN(J, dn)               /* d x n                                            positions */     \
+    SEEN(kI, v)               /* d                                                positions */     \
+    SEEN(M, dd)               /* d x d      body mass matrix                      positions */     \
+    SEEN(V, v)                /* d          velocity (8)                         velocities */     \
+    SEEN(kII, v)              /* d                                               velocities */     \
+    SEEN(h, v)                /* d          gyroscopic force                     velocities */     \
+    SEEN(f, v)                /* d          applied and gyroscopic forces            forces */     \
+    EVERY(tau, m->nu)         /* n          joint forces                             forces */     \
+    SEEN(Mbar, dd)            /* d x d      (17a)                                  backward */     \
+    SEEN(W, dd)               /* d x d      size of the rounding errors in Mbar    backward */     \
+    FULL(unsure, m->size_dd)  /* d x d      the same after twofold precision       backward */     \
+    SEEN(fbar, v)             /* d          (17b)                                  backward */     \
+    SEEN(D, nn)               /* n x n      J^T Mbar J                             backward */     \
+    SEEN(Dinv, nn)            /* n x n      its pseudo-inverse                     backward */     \
+    SEEN(X, nn)               /* n x n      eigenvectors of S D S, range first     backward */     \
+    SEEN(s, rates)            /* n          S = diag(s)                            backward */     \
+    SEEN(lambda, rates)       /* n          eigenvalues of S D S, descending       backward */     \
+    SEEN(judged, rates)       /* n          those with S of W                      backward */     \
+    SEEN(U, dg)               /* d x n      Mbar J                                 backward */     \
+    SEEN(G, dg)               /* d x n      Mbar J D^+                             backward */     \
+    SEEN(e, rates)            /* n          tau - J^T (fbar + Mbar kII)            backward */     \
+    SEEN(turned, bodies)      /* 1          moments of inertia that were turned    backward */     \
+    SEEN(scale, bodies)       /* 1          largest entry of diag(J^T W J)         backward */     \
+    SEEN(A, v)                /* d          acceleration (9), its known part        inverse */     \
+    SEEN(Az, v)               /* d          part of null accelerations              forward */     \
+    SEEN(mu, v)               /* d          joint reaction                          inverse */     \
+    EVERY(vec, m->nu)         /* n          null accelerations                      forward */     \
+    SEEN(Hdot, dp)            /* d x d_pred rate of H along the motion                rates */     \
+    SEEN(Jdot, dn)            /* d x n      rate of J                                 rates */     \
+    SEEN(Mdot, dd)            /* d x d      rate of M                                 rates */     \
+    FULL(qdot, m->nq)         /* nq         q' = G u, as the caller's q               rates */     \
+    EVERY(udot, m->nu)        /* n          u' in the order of the sweeps   inverse, forward */    \
+    EVERY(out, m->nu)         /* n          a result in that order          inverse, forward */    \
+    FULL(q_base, m->nq)       /* nq         the caller's q while displaced            rates */     \
+    FULL(u_base, m->nu)       /* nu         the caller's u, likewise                  rates */     \
+    FULL(q_moved, m->nq)      /* nq         the displaced q                           rates */     \
+    SEEN(imp, v)              /* d          joint impulse m                        momentum */     \
+    SEEN(sigma, v)            /* d          its rate but for the reaction          momentum */     \
+    SEEN(impbar, v)           /* d          (17b) for momenta                      momentum */     \
+    SEEN(ep, rates)           /* n          p - J^T (impbar + Mbar kI)             momentum */     \
+    EVERY(w, m->nu)           /* n          index-1 velocities before X              index1 */     \
+    FULL(Y, m->size_v)        /* d          Vz' - Az                                 index1 */     \
+    FULL(Mbardot, m->size_dd) /* d x d      rate of Mbar                             index1 */     \
+    FULL(Gdot, m->size_dg)    /* d x n      rate of G                                index1 */     \
+    FULL(Xdot, m->size_nn)    /* n x n      rate of X                                index1 */     \
+    FULL(s_frame, m->nu)      /* n          S of the reference                        frame */     \
+    FULL(X_frame, m->size_nn) /* n x n      X of the reference                        frame */     \
+    EVERY(u_given, m->nu)     /* nu         the caller's u, found from v             index1 */     \
+    FULL(v_given, m->nu)      /* nu         the caller's v                           index1 */     \
+    EVERY(q_last, m->nq)      /* nq         the caller's q, evaluation pending       sweeps */     \
+    EVERY(u_last, m->nu)      /* nu         u                                        sweeps */     \
+    EVERY(load_last, m->nu)   /* nu         tau, or for inverse dynamics u'          sweeps */     \
+    EVERY(sincos, sincos_size(m)) /* 2 a coordinate                                  sweeps */     \
+    FULL(closure_C, m->size_c) /* rows x columns  of each closure                  closures */     \
+    FULL(closure_q, m->max_columns) /* coordinates displaced                       closures */     \
+    FULL(closure_D, (size_t)MBSR_CLOSURE_ROWS * (size_t)m->max_columns) /* C there closures */     \
+    FULL(closure_w, m->rows > 0 ? m->nu : 0) /* n a vector over the joints         closures */     \
+    FULL(closure_V, m->rows > 0 ? m->size_v : 0) /* d  and over the bodies         closures */     \
+    FULL(closure_x, 2 * (size_t)m->max_columns + 4 * (size_t)m->rows) /* scratch   closures */     \
+    FULL(loop_lambda, m->rows) /* m          loop forces                           closures */     \
+    EVERY(scratch, has_steps(m, lean) ? scratch_size(m) : 0)
 /* clang-format on */
 
 typedef enum mbsri_stage {
@@ -119,7 +102,7 @@ typedef enum mbsri_pending {
 
 struct mbsr_data {
     const mbsr_model *model;
-    bool lean;  /* only the arrays of MBSRI_LEAN_ARRAYS are there */
+    bool lean;  /* some arrays are not there, or not of all bodies */
     bool owned; /* by the model's allocator */
     mbsr_allocator allocator;
     mbsr_error error;
@@ -150,7 +133,7 @@ struct mbsr_data {
     bool *carries;                 /* N + 1: whether Az of the body may differ from zero */
     mbsr_force_body *force_bodies; /* max_force_bodies */
 #define MBSRI_DECLARE(name, length) double *name;
-    MBSRI_DATA_ARRAYS(MBSRI_DECLARE)
+    MBSRI_DATA_ARRAYS(MBSRI_DECLARE, MBSRI_DECLARE, MBSRI_DECLARE)
 #undef MBSRI_DECLARE
 };
 

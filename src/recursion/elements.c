@@ -161,7 +161,7 @@ int mbsri_weigh(const mbsr_model *m, mbsr_data *d, int i)
 {
     const mbsri_force *force = m->forces.data;
     int status = MBSR_OK;
-    for (size_t k = 0; k < m->forces.count && !status; ++k, ++force) {
+    for (int k = 0; k < m->anywhere && !status; ++k, ++force) {
         if (!mbsri_is_gravity(&force->def)) continue;
         const int bodies = view_all(m, d, force, i, MBSRI_FORCES, NULL, NULL);
         status = call(m, d, force, bodies, MBSRI_FORCES, NULL);

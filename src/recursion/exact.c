@@ -252,7 +252,7 @@ static int eliminate(const mbsr_model *m, mbsr_data *d, int i, const room *r)
     mbsri_exact_factor factor = {.order = d->pivots, .L = r->L};
     products(m, d, &g, r);
     for (int k = 0; k < g.members; ++k) d->rank[g.member[k]] = 0;
-    d->scale[i] = 0.0;
+    d->scale[m->body[i].seat] = 0.0;
     const int status = g.n > 0 ? mbsri_exact_decision(m, d, &g, r->D, &factor, r->work) : MBSR_OK;
     if (status) return status;
     gains(head, d, &g, mbsri_group_rank(d, &g), &factor, r);

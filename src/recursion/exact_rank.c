@@ -190,9 +190,9 @@ int mbsri_exact_decision(const mbsr_model *m, mbsr_data *d, const mbsri_group *g
     double *s = d->s + g->ig, *X = d->X + b->nn, *lambda = d->lambda + g->ig, noise;
     mbsri_two *A = work;
     double *strict = (double *)(A + n * n), *values = strict + n, *columns = values + n;
-    d->scale[i] = mbsri_equilibrate(m, d, g, &noise);
+    d->scale[b->seat] = mbsri_equilibrate(m, d, g, &noise);
     sureness(m, d, g, strict);
-    bool finite = isfinite(d->scale[i]) && mbsri_finite((size_t)n, strict);
+    bool finite = isfinite(d->scale[b->seat]) && mbsri_finite((size_t)n, strict);
     for (int k = 0; k < n * n; ++k) {
         A[k] = D[k];
         finite = finite && isfinite(D[k].hi) && isfinite(D[k].lo);

@@ -84,7 +84,7 @@ static double turned_noise(const mbsr_model *m, const mbsr_data *d, const mbsri_
             const double *J = d->J + b->dn + (size_t)(l * b->d), s = d->s[b->ig + l];
             double part = 0.0;
             for (int r = 0; r < 3 && b->joint.space == MBSR_SPACE_SPATIAL; ++r) part += J[r] * J[r];
-            part *= d->turned[g->member[k]] * s * s;
+            part *= d->turned[m->body[g->member[k]].seat] * s * s;
             strict[b->ig - g->ig + l] = s / sqrt(1.0 + part);
             largest = fmax(largest, part);
         }
@@ -305,10 +305,10 @@ int mbsri_rank_decision(const mbsr_model *m, mbsr_data *d, const mbsri_group *g,
     const mbsri_body *b = m->body + i;
     const double *X = d->X + b->nn;
     double *s = d->s + g->ig, noise;
-    d->scale[i] = mbsri_equilibrate(m, d, g, &noise);
+    d->scale[b->seat] = mbsri_equilibrate(m, d, g, &noise);
     const double tolerance = m->rank_tolerance * noise;
     scale_block(m, d, g, s, tolerance);
-    if (!isfinite(d->scale[i]) || !mbsri_finite((size_t)n * (size_t)n, X)) {
+    if (!isfinite(d->scale[b->seat]) || !mbsri_finite((size_t)n * (size_t)n, X)) {
         char label[MBSRI_LABEL];
         return mbsri_report_not_finite(m, d, mbsri_body_label(m, i, label));
     }

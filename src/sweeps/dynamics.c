@@ -67,23 +67,17 @@ static int forces(mbsri_sweep_run *run, const double *tau, bool velocity)
     return refused || !run->load ? refused : mbsri_sweeps_loads(run);
 }
 
-/* Groups are eliminated joint by joint, but for those that are whole. */
+/* Groups are eliminated joint by joint, but for those that are coupled. */
 static void take_apart(const mbsr_model *m, const mbsri_sweeps *tree, mbsr_data *d)
 {
     d->single = !m->grouped || !tree->whole;
-    for (int i = 1; i <= m->bodies && !d->single; ++i) d->apart[i] = !m->body[i].whole;
-}
-
-/* For evaluations that eliminate joints. */
-static const mbsri_sweeps *eliminating(const mbsr_model *m, const mbsr_data *d)
-{
-    return d->lean ? m->sweeps : m->whole;
+    for (int i = 1; i <= m->bodies && !d->single; ++i) d->apart[i] = !m->body[i].coupled;
 }
 
 static int prepare(mbsri_sweep_run *run, const mbsr_model *m, const mbsri_sweeps *tree,
                    mbsr_data *d, double t, const double *q, const double *u, double *out)
 {
-    if (!tree || !isfinite(t) || (d->lean && tree->body_forces)) return MBSRI_NOT_SERVED;
+    if (!tree || !isfinite(t)) return MBSRI_NOT_SERVED;
     if (!mbsri_finite((size_t)m->nq, q) || !mbsri_finite((size_t)m->nu, u)) return MBSRI_NOT_SERVED;
     const bool bodies = tree->body_forces;
     *run = (mbsri_sweep_run){.model = m,
@@ -151,7 +145,7 @@ int mbsri_sweeps_forward_dynamics(const mbsr_model *m, mbsr_data *d, double t, c
                                   const double *u, const double *tau, double *udot)
 {
     mbsri_sweep_run run;
-    int status = prepare(&run, m, eliminating(m, d), d, t, q, u, udot);
+    int status = prepare(&run, m, m->whole, d, t, q, u, udot);
     if (!status) status = forces(&run, tau, false);
     if (!status && !backward(&run)) status = MBSRI_NOT_SERVED;
     if (status) return status;
@@ -240,7 +234,7 @@ int mbsri_sweeps_momentum_residual(const mbsr_model *m, mbsr_data *d, double t, 
     const double *p = y + m->nq, *u = p + m->nu;
     double *F_p = F + m->nq, *F_u = F_p + m->nu;
     mbsri_sweep_run run;
-    const mbsri_sweeps *tree = eliminating(m, d);
+    const mbsri_sweeps *tree = m->whole;
     if (!tree || !tree->rates) return MBSRI_NOT_SERVED;
     const int status = mbsri_sweeps_open(&run, m, tree, d, t, y, u);
     if (status) return status;

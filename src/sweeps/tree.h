@@ -145,8 +145,11 @@ typedef struct mbsri_sweeps {
 typedef struct mbsri_sweep_load {
     double r[4];   /* that origin in the world, m; the angle of a PLANAR body */
     double arm[4]; /* from there to the origin of the body's own frame */
-    double L[4], p[4];
-    double bound[4]; /* kappa and spread of a block, see block_bound.h */
+    union {
+        double L[4];     /* moment */
+        double bound[4]; /* of a block: kappa and spread, see block_bound.h */
+    };
+    double p[4];
 } mbsri_sweep_load;
 
 /* What an evaluation works on. */

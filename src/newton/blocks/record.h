@@ -76,7 +76,7 @@ struct mbsr_newton {
     struct mbsri_newton_sweeps *sweeps;
     bool by_sweeps;    /* the last factorisation is theirs */
     bool mixed;        /* with the joints of blocks by the general elimination */
-    bool lean;         /* there is no memory for the general elimination */
+    bool lean;         /* the general elimination has memory for bodies that are seen alone */
     size_t sweep_size; /* its bytes; 0: none */
     void *sweep_block; /* where it was allocated */
     double *motion;    /* 12 (N + 1): perturbations of pose and V of the bodies, where corrected */

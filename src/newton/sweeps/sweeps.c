@@ -97,17 +97,11 @@ static size_t layout(const mbsr_model *m, const mbsri_sweeps *tree, unsigned cha
     return used;
 }
 
-/* With whole bodies as blocks, if there is an elimination for them. */
-static const mbsri_sweeps *tree_of(const mbsr_model *m, bool alone)
+size_t mbsri_newton_sweeps_size(const mbsr_model *m)
 {
-    return alone ? m->sweeps : m->whole;
-}
-
-size_t mbsri_newton_sweeps_size(const mbsr_model *m, bool alone)
-{
-    const mbsri_sweeps *tree = tree_of(m, alone);
+    const mbsri_sweeps *tree = m->whole;
     /* of nothing but blocks, newton/blocks loses fewer digits: no Mbar stands for what is below */
-    const bool mixed = tree && !alone && tree->rates && tree->blocks < tree->bodies;
+    const bool mixed = tree && tree->rates && tree->blocks < tree->bodies;
     return tree && (tree->blocks == 0 || mixed) ? layout(m, tree, NULL, NULL) : 0;
 }
 
@@ -115,7 +109,7 @@ mbsri_newton_sweeps *mbsri_newton_sweeps_place(const mbsr_model *m, bool alone, 
                                                struct mbsr_newton *blocks)
 {
     mbsri_newton_sweeps *w;
-    const mbsri_sweeps *tree = tree_of(m, alone);
+    const mbsri_sweeps *tree = m->whole;
     layout(m, tree, memory, &w);
     w->blocks = tree->blocks > 0 ? blocks : NULL;
     memset(w->step, 0, sizeof *w->step);

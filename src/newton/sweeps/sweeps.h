@@ -6,9 +6,10 @@
 #include "newton/sweeps/elements.h"
 
 /* Bytes of a solver of the model, 0 if it is never served. It is placed in memory aligned to
- * MBSR_DATA_ALIGNMENT. alone: there is no elimination by blocks to turn to. */
-size_t mbsri_newton_sweeps_size(const mbsr_model *m, bool alone);
-/* blocks: has that elimination; for trees with blocks. */
+ * MBSR_DATA_ALIGNMENT. */
+size_t mbsri_newton_sweeps_size(const mbsr_model *m);
+/* alone: there is no elimination by blocks to turn to with all bodies. blocks: has that of the blocks,
+ * where the tree has some. */
 mbsri_newton_sweeps *mbsri_newton_sweeps_place(const mbsr_model *m, bool alone, void *memory,
                                                struct mbsr_newton *blocks);
 

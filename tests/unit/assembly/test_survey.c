@@ -12,7 +12,14 @@
 
 enum { HINGES = 12, MOST = 24, SIZE = 4 * MOST };
 
-typedef enum end { POINT_ON_BALL, ROD_ON_SLIDERS, ROTOR_ON_SLIDERS, ROD_ON_FREE_PAIR, ENDS } end;
+typedef enum end {
+    POINT_ON_BALL,
+    REGULAR_GROUP,
+    ROD_ON_SLIDERS,
+    ROTOR_ON_SLIDERS,
+    ROD_ON_FREE_PAIR,
+    ENDS
+} end;
 
 typedef struct scene {
     mbsr_model *model;
@@ -59,8 +66,21 @@ static int add_sliders(mbsr_model *m, int base, mbsr_inertia carried, units by)
     return rod;
 }
 
+/* A hinge without mass before one of the same axis, which takes all inertia from it; then bodies
+ * without mass on a universal joint and a hinge, one group that is regular, and what they carry. */
+static void add_group(mbsr_model *m, int base, mbsr_inertia body, units by)
+{
+    const mbsr_frame A = mbsr_frame_at(0.3 * by.m, 0.0, 0.1 * by.m);
+    const int free = add(m, base, mbsr_joint_revolute(&A, NULL, z), mbsr_inertia_zero()),
+              turned = add(m, free, mbsr_joint_revolute(NULL, NULL, z), body),
+              cross = add(m, turned, mbsr_joint_universal(&A, NULL, x, y), mbsr_inertia_zero()),
+              last = add(m, cross, mbsr_joint_revolute(NULL, NULL, z), mbsr_inertia_zero());
+    add(m, last, mbsr_joint_weld(&A, NULL), body);
+    damp(m, free, 2.0 * by.kg * by.m * by.m / by.s);
+}
+
 /* A chain of hinges with something without full rank at its end. */
-static void make(scene *s, end what, units by)
+static void make_chain(scene *s, int hinges, end what, units by)
 {
     const double com[3] = {0.1 * by.m, 0.2 * by.m, 0.3 * by.m}, moment = by.kg * by.m * by.m,
                  tensor[6] = {0.1 * moment, 0.1 * moment, 0.1 * moment, 0.0, 0.0, 0.0},
@@ -70,7 +90,7 @@ static void make(scene *s, end what, units by)
     const mbsr_frame A = mbsr_frame_at(0.3 * by.m, 0.0, 0.1 * by.m);
     int last = MBSR_GROUND;
     assert_ok(mbsr_model_create(NULL, &s->model, NULL), NULL);
-    for (int i = 0; i < HINGES; ++i) {
+    for (int i = 0; i < hinges; ++i) {
         last = add(s->model, last, mbsr_joint_revolute(&A, NULL, i % 2 ? y : z),
                    mbsr_inertia_rigid(by.kg, com, tensor));
     }
@@ -80,6 +100,8 @@ static void make(scene *s, end what, units by)
             add(s->model, last, mbsr_joint_spherical(&A, NULL), mbsr_inertia_point_mass(by.kg, at));
         const mbsr_force_def damper = mbsr_force_joint_rotation_spring(ball, none, turning, NULL);
         assert_ok(mbsr_model_add_force(s->model, &damper, NULL), mbsr_model_error(s->model));
+    } else if (what == REGULAR_GROUP) {
+        add_group(s->model, last, mbsr_inertia_rigid(by.kg, com, tensor), by);
     } else if (what == ROD_ON_FREE_PAIR) {
         /* the rod carries another one, behind which it is deep */
         const mbsr_frame seat = mbsr_frame_at(0.0, 0.6 * by.m, 0.0);
@@ -97,6 +119,11 @@ static void make(scene *s, end what, units by)
     s->nq = mbsr_model_nq(s->model);
     s->nu = mbsr_model_nu(s->model);
     s->size = mbsr_dae_size(s->model, MBSR_DAE_MOMENTUM);
+}
+
+static void make(scene *s, end what, units by)
+{
+    make_chain(s, HINGES, what, by);
 }
 
 static void destroy(scene *s)
@@ -197,14 +224,14 @@ static void units_do_not_matter(void **state)
             scene in = s;
             make(&in, (end)what, other[k]);
             for (int l = 0; l < s.nu; ++l) {
-                const bool length = what != POINT_ON_BALL && (l == HINGES || l == HINGES + 1);
+                const bool length = what >= ROD_ON_SLIDERS && (l == HINGES || l == HINGES + 1);
                 in.u[l] *= (length ? other[k].m : 1.0) / other[k].s;
                 if (length) in.q[l] *= other[k].m;
             }
             assert_int_equal(mbsr_forward_dynamics(in.model, in.data, 0.0, in.q, in.u, NULL, udot),
                              MBSR_UNDETERMINED);
             for (int l = 0; l < s.nu; ++l) {
-                const bool length = what != POINT_ON_BALL && (l == HINGES || l == HINGES + 1);
+                const bool length = what >= ROD_ON_SLIDERS && (l == HINGES || l == HINGES + 1);
                 udot[l] *= other[k].s * other[k].s / (length ? other[k].m : 1.0);
             }
             assert_less(test_relative_distance(s.nu, udot, expected), 1e-9);
@@ -214,12 +241,40 @@ static void units_do_not_matter(void **state)
     }
 }
 
+/* A body in vector code takes no more of lean data where bodies of another kind are in the tree than
+ * the loads on it need; those others take what they need themselves. */
+static void lean_data_stays_lean(void **state)
+{
+    (void)state;
+    for (int what = 0; what < ENDS; ++what) {
+        scene s[2];
+        mbsr_data *lean;
+        double udot[2][MOST];
+        for (int k = 0; k < 2; ++k) make_chain(&s[k], 1000 * (k + 1), (end)what, si);
+        const size_t bytes = mbsr_data_size_lean(s[1].model) - mbsr_data_size_lean(s[0].model);
+        assert_true(bytes <= 1000 * 600);
+        for (int k = 0; k < 2; ++k) destroy(&s[k]);
+        test_rng rng = test_seed(6);
+        make(&s[0], (end)what, si);
+        draw(&s[0], &rng);
+        assert_ok(mbsr_data_create_lean(s[0].model, &lean, NULL), NULL);
+        for (int k = 0; k < 2; ++k)
+            assert_int_equal(mbsr_forward_dynamics(s[0].model, k ? lean : s[0].data, 0.0, s[0].q,
+                                                   s[0].u, NULL, udot[k]),
+                             MBSR_UNDETERMINED);
+        assert_memory_equal(udot[0], udot[1], (size_t)s[0].nu * sizeof(double));
+        mbsr_data_destroy(lean);
+        destroy(&s[0]);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(residuals_are_those_of_the_stages),
         cmocka_unit_test(newton_systems_are_those_of_the_blocks),
         cmocka_unit_test(units_do_not_matter),
+        cmocka_unit_test(lean_data_stays_lean),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
