@@ -213,6 +213,12 @@ MBSR_API double mbsr_closure_stiffness(const mbsr_model *model, int closure, int
 MBSR_API const char *mbsr_closure_name(const mbsr_model *model, int closure);
 MBSR_API int mbsr_model_find_closure(const mbsr_model *model, const char *name);
 
+/* The weights w (nu) with which multipliers of position rows act on coordinates in the momentum form,
+ * q' = G (u + w C^T Eta'): inverses of the inertias that the joint rates move at q = 0, of those that
+ * move little a thousandth of the largest of their kind. Numbers of the model, in no preferred units.
+ * MBSR_ERR_NULL, MBSR_ERR_UNFINISHED. */
+MBSR_API int mbsr_closures_weight(const mbsr_model *model, double *w);
+
 /* ---- the rows at a state ----
  * m = mbsr_model_rows, h = mbsr_model_held, nu as in the model. */
 

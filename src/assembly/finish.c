@@ -371,11 +371,12 @@ static void undo(mbsr_model *m)
     mbsri_release(&m->allocator, m->q_of);
     mbsri_release(&m->allocator, m->member);
     mbsri_release(&m->allocator, m->scale);
+    mbsri_release(&m->allocator, m->weight);
     mbsri_release(&m->allocator, m->body);
     mbsri_sweeps_release(m);
     m->index = m->list_index = m->u_of = m->q_of = m->member = NULL;
     m->body = NULL;
-    m->scale = NULL;
+    m->scale = m->weight = NULL;
     m->differences = m->grouped = false;
     m->bodies = 0;
     m->nq = m->nu = m->max_d = m->max_n = m->max_force_bodies = 0;
@@ -432,6 +433,7 @@ void mbsr_model_destroy(mbsr_model *model)
     mbsri_release(&allocator, model->q_of);
     mbsri_release(&allocator, model->member);
     mbsri_release(&allocator, model->scale);
+    mbsri_release(&allocator, model->weight);
     mbsri_sweeps_release(model);
     mbsri_release(&allocator, model->body);
     mbsri_release(&allocator, model);

@@ -10,7 +10,8 @@
  * behind it are held, made of sums in which nothing cancels. These are numbers of the model and not of
  * the state, so that projections are as smooth as D, and those of the sweeps are those of the stages;
  * and they depend neither on units nor on the order of bodies. A rate that moves nothing at q = 0 gets
- * the s of another one of its joint.
+ * the s of another one of its joint. The multipliers of position rows are weighed by the same
+ * inertias, w_k = s_k^2.
  *
  * Joints like that, and groups that have to be eliminated in one piece, are not taken apart in the
  * sweeps: their bodies are `whole`, those of such groups `coupled` too. Whole are also joints of
@@ -45,8 +46,9 @@ static bool place_zero(const mbsr_model *m, mbsr_data *d)
     return !mbsri_positions(m, d, 0.0, d->q_base) && !mbsri_velocities(m, d, d->u_base);
 }
 
-/* s of all joint rates, by groups. Overwrites imp, which is c. */
-static void find_scale(const mbsr_model *m, mbsr_data *d)
+/* The inertia that each joint rate moves, into x (nu, in the order of the sweeps). Overwrites imp,
+ * which is c. */
+static void find_inertias(const mbsr_model *m, mbsr_data *d, double *x)
 {
     double *c = d->imp;
     for (int i = 0; i <= m->bodies; ++i) {
@@ -56,17 +58,50 @@ static void find_scale(const mbsr_model *m, mbsr_data *d)
     for (int i = m->bodies; i >= 1; --i) {
         const mbsri_body *b = m->body + i;
         const double *own = c + b->v, *J = d->J + b->dn, *H = d->H + b->dp;
-        double *s = m->scale + b->ig, largest = 0.0;
         for (int k = 0; k < b->n; ++k) {
-            s[k] = 0.0;
-            for (int l = 0; l < b->d; ++l) s[k] += J[k * b->d + l] * own[l] * J[k * b->d + l];
-            largest = fmax(largest, s[k]);
+            double *inertia = x + b->iu + k;
+            *inertia = 0.0;
+            for (int l = 0; l < b->d; ++l) *inertia += J[k * b->d + l] * own[l] * J[k * b->d + l];
         }
-        if (!(largest > 0.0)) largest = 1.0;
-        for (int k = 0; k < b->n; ++k) s[k] = 1.0 / sqrt(s[k] > 0.0 ? s[k] : largest);
         for (int k = 0; k < b->d_pred; ++k) {
             for (int l = 0; l < b->d; ++l)
                 c[b->pred_v + (size_t)k] += H[k * b->d + l] * own[l] * H[k * b->d + l];
+        }
+    }
+}
+
+/* s of all joint rates, by groups, from their inertias. */
+static void find_scale(const mbsr_model *m, const double *inertia)
+{
+    for (int i = 1; i <= m->bodies; ++i) {
+        const mbsri_body *b = m->body + i;
+        const double *own = inertia + b->iu;
+        double *s = m->scale + b->ig, largest = 0.0;
+        for (int k = 0; k < b->n; ++k) largest = fmax(largest, own[k]);
+        if (!(largest > 0.0)) largest = 1.0;
+        for (int k = 0; k < b->n; ++k) s[k] = 1.0 / sqrt(own[k] > 0.0 ? own[k] : largest);
+    }
+}
+
+/* The weights w of the multipliers of position rows (forms/loops.c): inverse inertias, of rates that
+ * move little a thousandth of the largest of their kind. */
+static void find_weights(const mbsr_model *m, const double *inertia)
+{
+    enum { KINDS = 3 };
+    double largest[KINDS] = {0.0};
+    mbsr_coordinate_kind kind[MBSR_MAX_D];
+    for (int pass = 0; pass < 2; ++pass) {
+        for (int i = 1; i <= m->bodies; ++i) {
+            const mbsri_body *b = m->body + i;
+            mbsr_body_coordinate_kinds(m, b->id, NULL, kind);
+            for (int k = 0; k < b->n; ++k) {
+                double *most = largest + (int)kind[k];
+                const double own = inertia[b->iu + k];
+                if (pass == 0)
+                    *most = fmax(*most, own);
+                else
+                    m->weight[b->iu + k] = 1.0 / (*most > 0.0 ? fmax(own, 1e-3 * *most) : 1.0);
+            }
         }
     }
 }
@@ -99,22 +134,38 @@ static bool concerned(const mbsr_model *m)
     return some;
 }
 
-bool mbsri_survey(mbsr_model *m)
+/* At the position zero; false without memory. Where there is no such position the scale stays unknown,
+ * and weights are 1. */
+static bool weigh(mbsr_model *m, mbsr_data *d, bool ranks)
 {
-    if (!concerned(m)) return true;
-    mbsr_data *d;
-    m->scale = mbsri_allocate(&m->allocator, (size_t)m->nu * sizeof *m->scale);
-    bool *behind = mbsri_allocate(&m->allocator, (size_t)m->bodies + 1);
-    const bool memory = m->scale && behind && mbsr_data_create(m, &d, NULL) == MBSR_OK;
-    const bool found = memory && place_zero(m, d);
-    if (found) {
-        find_scale(m, d);
-        if (mbsri_survey_position(m, d) && !mbsri_backward_masses(m, d)) mark(m, d, behind);
-    } else {
+    double *inertia = d->vec;
+    const size_t size = (size_t)m->nu * sizeof(double);
+    if (ranks) m->scale = mbsri_allocate(&m->allocator, size);
+    if (m->rows > 0) m->weight = mbsri_allocate(&m->allocator, size);
+    if ((ranks && !m->scale) || (m->rows > 0 && !m->weight)) return false;
+    for (int k = 0; k < m->nu && m->weight; ++k) m->weight[k] = 1.0;
+    if (!place_zero(m, d)) {
         mbsri_release(&m->allocator, m->scale);
         m->scale = NULL;
+        return true;
     }
-    if (memory) mbsr_data_destroy(d);
+    find_inertias(m, d, inertia);
+    if (m->scale) find_scale(m, inertia);
+    if (m->weight) find_weights(m, inertia);
+    return true;
+}
+
+bool mbsri_survey(mbsr_model *m)
+{
+    const bool ranks = concerned(m);
+    if (!ranks && m->rows == 0) return true;
+    mbsr_data *d;
+    bool *behind = mbsri_allocate(&m->allocator, (size_t)m->bodies + 1);
+    const bool created = mbsr_data_create(m, &d, NULL) == MBSR_OK,
+               memory = behind && created && weigh(m, d, ranks);
+    if (memory && m->scale && mbsri_survey_position(m, d) && !mbsri_backward_masses(m, d))
+        mark(m, d, behind);
+    if (created) mbsr_data_destroy(d);
     mbsri_release(&m->allocator, behind);
     return memory;
 }

@@ -4,11 +4,13 @@
  * The multipliers stand in y as their integrals, Lambda of the m velocity rows and Eta of the h
  * position rows, so that the loop forces lambda = Lambda' come with y':
  *
- *   q' = G (u + C_h^T Eta')            p' = (.) + C^T Lambda'
+ *   q' = G (u + w C_h^T Eta')          p' = (.) + C^T Lambda'
  *   0 = C u + g_t                      0 = g(q, t)
  *
  * On solutions Eta does not change: the velocity rows keep the position rows, and Eta takes what
- * discretisation leaves. With p - C^T Lambda and q - C_h^T Eta as differential unknowns u, Lambda and
+ * discretisation leaves. The weights w, one a joint rate, are inverse inertias of the model
+ * (assembly/survey.c): no units are preferred by them, and no mass matrix stands there, which may be
+ * singular. With p - C^T Lambda and q - w C_h^T Eta as differential unknowns u, Lambda and
  * Eta follow from algebraic equations that are regular where C has full rank and no direction that
  * closures allow moves without mass: index 1, as the tree has it.
  *
@@ -57,7 +59,7 @@ int mbsri_loops_load(const mbsr_model *m, mbsr_data *d, const double *x, const d
     return mbsri_closure_jacobians(m, d);
 }
 
-/* G (u + C_h^T eta); the data's u is changed in between. */
+/* G (u + w C_h^T eta); the data's u is changed in between. */
 static int rates(const mbsr_model *m, mbsr_data *d, const double *etadot, double *qdot)
 {
     double *eta = d->closure_x, *along = d->closure_w, *u = d->w;
@@ -69,7 +71,7 @@ static int rates(const mbsr_model *m, mbsr_data *d, const double *etadot, double
     }
     mbsri_closure_transpose(m, d, eta, NULL);
     mbsri_copy((size_t)m->nu, d->u, u);
-    for (int k = 0; k < m->nu; ++k) d->u[k] += along[k];
+    for (int k = 0; k < m->nu; ++k) d->u[k] += m->weight[k] * along[k];
     const int status = mbsri_coordinate_rates(m, d, qdot);
     mbsri_copy((size_t)m->nu, u, d->u);
     return status;

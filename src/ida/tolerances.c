@@ -106,10 +106,10 @@ static void scale_body(mbsr_ida *ida, int body, double mass)
 void mbsri_ida_scale_tolerances(mbsr_ida *ida)
 {
     const double largest = largest_mass(ida);
-    const int loops = mbsri_ida_loops(ida), rows = mbsr_model_rows(ida->model);
+    const int loops = mbsri_ida_loops(ida);
     double *atol = N_VGetArrayPointer(ida->atol);
     mbsr_rank_info info;
-    for (int k = loops; k < loops + rows; ++k) atol[k] = ida->opt.atol * largest;
+    for (int k = loops; k < ida->size; ++k) atol[k] = ida->opt.atol * largest;
     for (int i = 0; i < mbsr_model_bodies(ida->model); ++i) {
         const int status = mbsr_body_rank(ida->model, ida->data, i, &info);
         scale_body(ida, i, status == MBSR_OK && info.scale > 0.0 ? info.scale : largest);

@@ -128,6 +128,7 @@ struct mbsr_model {
     int *member;     /* bodies, group by group, N */
     bool grouped;    /* some group has several */
     double *scale;   /* of joint rates by groups, nu (assembly/survey.h); NULL: not known */
+    double *weight;  /* of joint rates, for position rows, nu (forms/loops.c); NULL: no closures */
     struct mbsri_sweeps *sweeps; /* for rigid bodies in space, where they serve (sweeps/tree.h) */
     struct mbsri_sweeps *whole;  /* the same with whole bodies as blocks; mostly the same tree */
     mbsri_body *body;            /* N + 1 */

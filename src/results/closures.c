@@ -3,7 +3,19 @@
 #include "recursion/closures.h"
 
 #include "dynamics/entry.h"
+#include "model/query.h"
 #include "recursion/not_finite.h"
+
+int mbsr_closures_weight(const mbsr_model *model, double *w)
+{
+    if (!model || !w) return MBSR_ERR_NULL;
+    if (!model->finished) return MBSR_ERR_UNFINISHED;
+    if (model->weight)
+        mbsri_scatter(model, model->weight, w);
+    else
+        for (int k = 0; k < model->nu; ++k) w[k] = 1.0;
+    return MBSR_OK;
+}
 
 int mbsr_closures_gap(const mbsr_model *model, mbsr_data *data, double *g)
 {

@@ -139,6 +139,7 @@ static const finite_row rows[] = {
     {"mbsr_model_closures", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_model_rows", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_model_held", NULL, NULL, 0, 0, 0, NULL},
+    {"mbsr_closures_weight", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_model_find_closure", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_closure_place", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_closure_name", NULL, NULL, 0, 0, 0, NULL},

@@ -110,14 +110,15 @@ static void what_each_multiplier_does(void **state)
     }
     assert_ok(mbsr_dae_residual(s.m, s.d, MBSR_DAE_MOMENTUM, 0.0, y, yp, G), error);
     assert_memory_equal(F, G, (size_t)s.size * sizeof *F);
-    /* q' = G (u + C^T Eta'): the same as with other velocities */
-    double eta[LOOPS_MOST], along[LOOPS_MOST], qdot[LOOPS_MOST], u[LOOPS_MOST];
+    /* q' = G (u + w C^T Eta'): the same as with other velocities */
+    double w[LOOPS_MOST], eta[LOOPS_MOST], along[LOOPS_MOST], qdot[LOOPS_MOST], u[LOOPS_MOST];
     test_fill(&rng, s.held, eta);
     memcpy(yp + first + s.rows, eta, (size_t)s.held * sizeof *eta);
     assert_ok(mbsr_dae_residual(s.m, s.d, MBSR_DAE_MOMENTUM, 0.0, y, yp, G), error);
     assert_int_equal(s.held, s.rows);
     assert_ok(mbsr_closures_transpose(s.m, s.d, eta, along), error);
-    for (int k = 0; k < s.nu; ++k) u[k] = s.u[k] + along[k];
+    assert_ok(mbsr_closures_weight(s.m, w), NULL);
+    for (int k = 0; k < s.nu; ++k) u[k] = s.u[k] + w[k] * along[k];
     assert_ok(mbsr_positions(s.m, s.d, 0.0, s.q), error);
     assert_ok(mbsr_velocities(s.m, s.d, u), error);
     assert_ok(mbsr_coordinate_rates(s.m, s.d, qdot), error);
