@@ -43,9 +43,7 @@ int mbsri_displace(mbsri_dense *w, const double *q, double step, const double *x
     return mbsri_normalise(m, d, to);
 }
 
-/* Gaps at the positions of the data, into g (held), less what they are to be; loose springs have
- * none. */
-static int gaps(const mbsri_dense *w, double *g)
+int mbsri_assembly_gaps(const mbsri_dense *w, double *g)
 {
     const mbsri_closure *first = w->m->closures.data;
     const int status = mbsri_closure_gaps(w->m, w->d, g);
@@ -61,7 +59,7 @@ static int gaps(const mbsri_dense *w, double *g)
 static int evaluate(const search *s, const double *q, double *g)
 {
     const int status = mbsri_positions(s->w->m, s->w->d, s->t, q);
-    return status ? status : gaps(s->w, g);
+    return status ? status : mbsri_assembly_gaps(s->w, g);
 }
 
 static double length(int n, const double *x)
@@ -69,8 +67,7 @@ static double length(int n, const double *x)
     return sqrt(mbsri_dot(n, x, x));
 }
 
-/* Largest number in the poses, 1 at least: what rounding in gaps is relative to. */
-static double size_of(const mbsri_dense *w)
+double mbsri_assembly_size(const mbsri_dense *w)
 {
     return fmax(1.0, mbsri_largest((int)w->m->size_p, w->d->p));
 }
@@ -135,7 +132,7 @@ static int step(search *s, double *q, bool *better)
     mbsri_dense *w = s->w;
     double size;
     int status = mbsri_dense_rows(w); /* uses g */
-    if (!status) status = gaps(w, w->g);
+    if (!status) status = mbsri_assembly_gaps(w, w->g);
     if (status) return status;
     size = fill(s);
     *better = false;
@@ -195,7 +192,7 @@ static int measure(search *s, const double *q, mbsr_assembly_info *info, double 
     if (status) return status;
     info->closure = MBSR_NONE;
     info->gap = 0.0;
-    *limit = s->opt->tolerance * size_of(s->w);
+    *limit = s->opt->tolerance * mbsri_assembly_size(s->w);
     for (int id = 0; id < (int)m->closures.count; ++id) {
         const double gap = mbsri_largest(first[id].held, s->w->g + first[id].held_row);
         if (gap > *limit && gap > info->gap) info->closure = id;
@@ -233,7 +230,7 @@ int mbsri_assemble(mbsri_dense *w, double t, double *q, const mbsr_assembly_opt 
         if (status || info->closure == MBSR_NONE) break;
         if (!better) return info->gap < accepted ? MBSR_OK : refuse(&s, info, limit);
         status = mbsri_dense_rows(w);
-        if (!status) status = gaps(w, w->g);
+        if (!status) status = mbsri_assembly_gaps(w, w->g);
         if (!status && slope(&s, fill(&s)) <= 1e-6) return refuse(&s, info, limit);
     }
     return status;

@@ -18,6 +18,12 @@ static inline mbsr_assembly_opt mbsri_assembly_standard(void)
 int mbsri_assemble(mbsri_dense *w, double t, double *q, const mbsr_assembly_opt *opt,
                    mbsr_assembly_info *info);
 
+/* Gaps at the positions of the data, into g (held), less what they are to be; loose springs have none. */
+int mbsri_assembly_gaps(const mbsri_dense *w, double *g);
+
+/* Largest number in the poses, 1 at least: what rounding in gaps is relative to. */
+double mbsri_assembly_size(const mbsri_dense *w);
+
 /* to (nq) = q moved by step along the joint rates x (n): q + step G x, at the positions q of the data. */
 int mbsri_displace(mbsri_dense *w, const double *q, double step, const double *x, double *to);
 

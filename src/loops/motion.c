@@ -1,0 +1,191 @@
+/* Velocities, accelerations and loop forces that closures allow, at a position.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * h(q, u, a) = M a + (bias - applied forces) is the inverse dynamics of the tree, K = [M -C^T; C 0] with
+ * the rows that are independent.
+ *
+ *   velocities     K (du; Lambda) = (0; -(C u + g_t)): the momenta change by impulses of the loops alone
+ *   u', lambda     K (u'; lambda) = (-h(q, u, 0); -(C' u + g_t')) */
+#include "loops/motion.h"
+
+#include "algebra/dense.h"
+#include "algebra/numbers.h"
+#include "base/error.h"
+#include "model/query.h"
+#include "recursion/closures.h"
+#include "recursion/elements.h"
+#include "recursion/inverse.h"
+#include "recursion/kinematics.h"
+
+#include <math.h>
+
+/* Forces of those springs alone that K does not have as rows, for mbsri_forces. */
+static int load_springs(mbsri_dense *w)
+{
+    const mbsri_closure *first = w->m->closures.data;
+    const int status = mbsri_closure_springs(w->m, w->d);
+    for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
+        for (int k = 0; k < c->rows; ++k) {
+            if (mbsri_is_stiff(c, k) && !w->left_out[c->row + k])
+                w->d->loop_lambda[c->row + k] = 0.0;
+        }
+    }
+    w->d->loaded = true;
+    return status;
+}
+
+int mbsri_loops_missing(mbsri_dense *w, double t, const double *q, const double *u,
+                        const double *tau, const double *a, const double *lambda, double *r)
+{
+    const mbsr_model *m = w->m;
+    mbsr_data *d = w->d;
+    int status = mbsri_positions(m, d, t, q);
+    if (!status) status = mbsri_velocities(m, d, u);
+    if (!status) status = load_springs(w);
+    if (!status) status = mbsri_forces(m, d, tau);
+    if (status) return status;
+    mbsri_inverse(m, d, a);
+    mbsri_scatter(m, d->out, r);
+    if (!lambda) return MBSR_OK;
+    status = mbsri_closure_jacobians(m, d);
+    if (status) return status;
+    mbsri_closure_transpose(m, d, lambda, w->y);
+    for (int k = 0; k < w->n; ++k) r[k] -= w->y[k];
+    return MBSR_OK;
+}
+
+/* The closure whose row among `x` (rows) is the largest. */
+static int widest(const mbsr_model *m, const double *x, double *value)
+{
+    const mbsri_closure *first = m->closures.data;
+    int found = 0;
+    *value = 0.0;
+    for (int id = 0; id < (int)m->closures.count; ++id) {
+        const double own = mbsri_largest(first[id].rows, x + first[id].row);
+        if (own > *value) {
+            *value = own;
+            found = id;
+        }
+    }
+    return found;
+}
+
+/* Rows that stay although the equations are solved contradict each other. */
+static int contradiction(mbsri_dense *w, const double *left, double size, const char *what)
+{
+    double value;
+    char label[MBSRI_LABEL];
+    const int id = widest(w->m, left, &value);
+    if (value <= 1e-7 * (1.0 + size)) return MBSR_OK;
+    return mbsri_fail(&w->d->error, MBSR_LOOP_OPEN, MBSR_NONE, MBSR_NONE,
+                      "%s: %s: its %s cannot be met, %.3g is left: closures or motions "
+                      "contradict each other",
+                      w->function, mbsri_closure_label(w->m, id, label), what, value);
+}
+
+/* Rows of springs that K does not have count for nothing. */
+static void clear_springs(const mbsri_dense *w, double *x)
+{
+    const mbsri_closure *first = w->m->closures.data;
+    for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
+        for (int k = 0; k < c->rows; ++k) {
+            if (mbsri_is_stiff(c, k) && w->left_out[c->row + k]) x[c->row + k] = 0.0;
+        }
+    }
+}
+
+void mbsri_loops_leave_out(mbsri_dense *w, bool springs)
+{
+    const mbsri_closure *first = w->m->closures.data;
+    for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
+        for (int k = 0; k < c->rows; ++k) {
+            const bool spring = springs ? mbsri_is_stiff(c, k) : mbsri_is_loose(c, k);
+            const bool dropped = !springs && w->d->dropped[c->row + k];
+            w->left_out[c->row + k] = spring || dropped;
+        }
+    }
+}
+
+int mbsri_loops_factor(mbsri_dense *w, double t, const double *q, const double *u)
+{
+    int status = mbsri_positions(w->m, w->d, t, q);
+    if (!status) status = mbsri_velocities(w->m, w->d, u);
+    return status ? status : mbsri_dense_factor(w, w->left_out);
+}
+
+int mbsri_loops_velocities(mbsri_dense *w, double t, const double *q, double *u)
+{
+    const size_t n = (size_t)w->n;
+    int status = mbsri_loops_factor(w, t, q, u);
+    double *rate = w->g + n;
+    mbsri_zero((size_t)w->N, w->g);
+    if (!status) status = mbsri_closure_rates(w->m, w->d, rate);
+    if (status) return status;
+    clear_springs(w, rate);
+    const double size = mbsri_largest(w->rows, rate);
+    for (int k = 0; k < w->rows; ++k) rate[k] = w->left_out[k] ? 0.0 : -rate[k];
+    mbsri_dense_solve(w, w->g, w->x);
+    for (size_t k = 0; k < n; ++k) u[k] += w->x[k];
+    status = mbsri_velocities(w->m, w->d, u);
+    if (!status) status = mbsri_closure_rates(w->m, w->d, rate);
+    if (status) return status;
+    clear_springs(w, rate);
+    return contradiction(w, rate, size, "velocity row");
+}
+
+int mbsri_loops_refuse(mbsri_dense *w, const double *x, const char *why)
+{
+    const mbsr_model *m = w->m;
+    char label[MBSRI_LABEL];
+    int largest = 0, at = 1;
+    for (int k = 0; k < w->n; ++k) {
+        if (fabs(x[k]) > fabs(x[largest])) largest = k;
+    }
+    for (int i = 1; i <= m->bodies; ++i) {
+        if (largest >= m->body[i].u && largest < m->body[i].u + m->body[i].n) at = i;
+    }
+    return mbsri_fail(&w->d->error, MBSR_UNDETERMINED, m->body[at].id, MBSR_NONE,
+                      "%s: u%d of %s moves no mass, no loop holds it%s", w->function,
+                      largest - m->body[at].u, mbsri_body_label(m, at, label), why);
+}
+
+int mbsri_loops_rates(mbsri_dense *w, double t, const double *q, const double *u, const double *tau,
+                      double *udot, double *lambda)
+{
+    const size_t n = (size_t)w->n;
+    double *right = w->g, *bias = right + n;
+    mbsri_zero(n, w->x);
+    int status = mbsri_loops_missing(w, t, q, u, tau, w->x, NULL, right);
+    if (!status) status = mbsri_closure_jacobians(w->m, w->d);
+    if (!status) status = mbsri_closure_bias(w->m, w->d, bias);
+    if (status) return status;
+    clear_springs(w, bias);
+    for (size_t k = 0; k < n; ++k) right[k] = -right[k];
+    for (int k = 0; k < w->rows; ++k) bias[k] = w->left_out[k] ? 0.0 : -bias[k];
+    mbsri_dense_solve(w, right, w->x);
+    mbsri_copy(n, w->x, udot);
+    mbsri_copy((size_t)w->rows, w->x + n, lambda);
+    /* all rows, those left out as well */
+    status = mbsri_closure_bias(w->m, w->d, bias);
+    if (status) return status;
+    const double size = mbsri_largest(w->rows, bias) + mbsri_largest(w->n, udot);
+    mbsri_closure_apply(w->m, w->d, udot, w->y);
+    for (int k = 0; k < w->rows; ++k) bias[k] += w->y[k];
+    clear_springs(w, bias);
+    return contradiction(w, bias, size, "acceleration");
+}
+
+int mbsri_loops_springs(mbsri_dense *w, double t, const double *q, const double *u, double *lambda)
+{
+    const mbsri_closure *first = w->m->closures.data;
+    int status = mbsri_positions(w->m, w->d, t, q);
+    if (!status) status = mbsri_velocities(w->m, w->d, u);
+    if (!status) status = mbsri_closure_springs(w->m, w->d);
+    for (const mbsri_closure *c = first; c < first + w->m->closures.count && !status; ++c) {
+        for (int k = 0; k < c->rows; ++k) {
+            if (mbsri_is_stiff(c, k) && w->left_out[c->row + k])
+                lambda[c->row + k] = w->d->loop_lambda[c->row + k];
+        }
+    }
+    return status;
+}

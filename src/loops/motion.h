@@ -1,0 +1,33 @@
+/* Velocities, accelerations and loop forces that closures allow, at a position.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRI_LOOPS_MOTION_H
+#define MBSRI_LOOPS_MOTION_H
+
+#include "loops/dense.h"
+
+/* The rows that K does without, into left_out: those that the data leaves out, and springs that a
+ * start takes as they are; or all springs. */
+void mbsri_loops_leave_out(mbsri_dense *w, bool springs);
+
+/* K at (t, q, u), which the data then has. */
+int mbsri_loops_factor(mbsri_dense *w, double t, const double *q, const double *u);
+
+/* h - C^T lambda at (t, q, u) and accelerations a, into r (n); lambda and tau may be NULL. Springs of
+ * rows that K has are left to lambda. */
+int mbsri_loops_missing(mbsri_dense *w, double t, const double *q, const double *u,
+                        const double *tau, const double *a, const double *lambda, double *r);
+
+/* u is changed by impulses of the loops, so that they allow it; factors K. */
+int mbsri_loops_velocities(mbsri_dense *w, double t, const double *q, double *u);
+
+/* K (u'; lambda) = (-h; -bias), K factored; lambda is zero in rows that K does not have. */
+int mbsri_loops_rates(mbsri_dense *w, double t, const double *q, const double *u, const double *tau,
+                      double *udot, double *lambda);
+
+/* Forces of the springs that K does not have as rows, into their rows of lambda. */
+int mbsri_loops_springs(mbsri_dense *w, double t, const double *q, const double *u, double *lambda);
+
+/* MBSR_UNDETERMINED, with the name of the joint that has most of the direction x (n). */
+int mbsri_loops_refuse(mbsri_dense *w, const double *x, const char *why);
+
+#endif
