@@ -101,6 +101,8 @@ typedef struct mbsr_consistent_opt {
     int cookie;         /* set by mbsr_default_consistent_opt */
     int max_iterations; /* Newton steps for positions, and for velocities; default 30 */
     double tolerance;   /* relative size of the last Newton correction; default 1e-12 */
+    int side; /* times at which functions of time are asked for differences: 0 (default) before and
+               * after t, 1 not before t, -1 not after it: for a start where they jump at t; trees */
 } mbsr_consistent_opt;
 
 MBSR_API mbsr_consistent_opt mbsr_default_consistent_opt(void);

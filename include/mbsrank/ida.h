@@ -43,6 +43,18 @@ typedef int (*mbsr_ida_progress_fn)(void *user, const mbsr_ida_progress *now);
 typedef int (*mbsr_ida_output_fn)(void *user, int index, double t, const double *y,
                                   const double *yp);
 
+/* A time at which something that the equations read jumps or bends. */
+typedef struct mbsr_kink {
+    double t;       /* s */
+    int derivative; /* the lowest derivative of q and of momenta that jumps there: 1 where a force
+                     * or the rate of a prescribed motion jumps, 2 where their slopes do, and so
+                     * on */
+} mbsr_kink;
+
+/* Names the next kink beyond t, strictly, in the direction of the run, +1 or -1: next arrives as
+ * {direction * INFINITY, 1}, which is none. Returns 0 or a status that ends the call. */
+typedef int (*mbsr_kink_fn)(void *user, double t, int direction, mbsr_kink *next);
+
 /* What solves the linear systems of the Newton iterations. */
 typedef enum mbsr_ida_solver {
     MBSR_IDA_AUTO = 0,  /* momentum form: TREE if it is exact, else KRYLOV; DENSE for the other
@@ -80,6 +92,8 @@ typedef struct mbsr_ida_opt {
     int events;          /* number of event functions, default 0 */
     mbsr_event_fn event; /* NULL exactly when events is 0 */
     void *event_user;
+    mbsr_kink_fn kink; /* NULL (default): no kinks are known */
+    void *kink_user;
     mbsr_ida_progress_fn progress; /* NULL (default): none */
     void *progress_user;
     long progress_steps;      /* steps between its calls, default 1 */
@@ -161,6 +175,18 @@ MBSR_API int mbsr_ida_start(mbsr_ida *ida, double t, const double *y, const doub
  * With watch_ranks the ranks of the start are watched during the call; afterwards the data is
  * watched as it was before (mbsr_rank_watch). */
 MBSR_API int mbsr_ida_advance(mbsr_ida *ida, double t_end, double *t, double *y, double *yp);
+
+/* Says that something the equations read has jumped at the present time: a force that the caller has
+ * set anew, a switch. The next call goes on with q and the momenta as they are, u and y' found
+ * again, and the order of the steps is restarted; statistics go on. (mbsr_ida_start begins another
+ * run.) MBSR_ERR_NULL, MBSR_ERR_SEQUENCE. */
+MBSR_API int mbsr_ida_jump(mbsr_ida *ida);
+
+/* One period of a sampled control: as mbsr_ida_jump, which takes the inputs set for it, and then
+ * mbsr_ida_advance to t_end, where the last step ends: nothing is evaluated beyond. t_end need not
+ * be the next kink. After MBSR_EVENT, a stop by a callback, or too few max_steps the same call
+ * goes on. Statuses of mbsr_ida_advance. */
+MBSR_API int mbsr_ida_sample(mbsr_ida *ida, double t_end, double *t, double *y, double *yp);
 
 /* Integrates over the output times times[*next .. count-1], which follow each other in the run's
  * direction of time, and calls `output` at each, with the result interpolated as by

@@ -2,8 +2,11 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "ida/advance.h"
 
+#include "ida/bend.h"
 #include "ida/count.h"
 #include "ida/error.h"
+#include "ida/first_step.h"
+#include "ida/kinks.h"
 #include "ida/loops.h"
 #include "ida/tolerances.h"
 #include "ida/watch.h"
@@ -12,63 +15,17 @@
 #include <math.h>
 #include <string.h>
 
-/* y' for the residual of first_step: zero, but for the loop forces, which are rates. */
-static N_Vector at_rest(mbsr_ida *ida, bool on)
-{
-    const int first = mbsri_ida_loops(ida);
-    double *zero = N_VGetArrayPointer(ida->zero);
-    const double *yp = N_VGetArrayPointer(ida->yp);
-    for (int k = first; k < ida->size; ++k) zero[k] = on ? yp[k] : 0.0;
-    return ida->zero;
-}
-
-/* First step h when none is given, at most 1e-3 s: with the norm of the error test, which is 1 at
- * the tolerance, and a short time s,
- *
- *   |h^2 y'' / 2| = 1/2,    y'' = (y'(t + s) - y'(t)) / s
- *
- * for q and p, whose y'(t + s) = -F of the residual there with y' = 0. IDA's own choice goes with
- * the first order, h y', and with the way to the first t_end: far smaller at tight tolerances, too
- * small for directions that only springs determine, and it would make the steps depend on where
- * output is asked for. */
-static double first_step(mbsr_ida *ida, double direction)
-{
-    static const double longest = 1e-3; /* s */
-    if (ida->opt.initial_step > 0.0) return ida->opt.initial_step;
-    const int nq = mbsr_model_nq(ida->model), nu = mbsr_model_nu(ida->model);
-    const int n = ida->opt.form == MBSR_DAE_MOMENTUM ? nq + nu : nq;
-    const double *yp = N_VGetArrayPointer(ida->yp);
-    double *moved = N_VGetArrayPointer(ida->moved), *rate = N_VGetArrayPointer(ida->work);
-    const double slope = mbsri_ida_norm(ida, mbsri_ida_loops(ida), yp);
-    const double little = slope * longest > 0.5 ? 0.5 / slope : longest;
-    N_VLinearSum(1.0, ida->y, direction * little, ida->yp, ida->moved);
-    ++ida->residuals;
-    const int failed =
-        mbsr_dae_residual(ida->model, ida->data, ida->opt.form, ida->present + direction * little,
-                          moved, N_VGetArrayPointer(at_rest(ida, true)), rate);
-    at_rest(ida, false);
-    if (failed) return little;
-    for (int k = 0; k < n; ++k) rate[k] = (-rate[k] - yp[k]) / little;
-    const double bend = mbsri_ida_norm(ida, n, rate);
-    return bend * longest * longest > 1.0 ? 1.0 / sqrt(bend) : longest;
-}
-
-static int check_target(mbsr_ida *ida, double t_end)
+static int check_target(mbsr_ida *ida, double t_end, const char *function)
 {
     if (!isfinite(t_end)) {
-        return mbsri_ida_fail(&ida->error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
-                              "mbsr_ida_advance: t_end is %g", t_end);
+        return mbsri_ida_fail(&ida->error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE, "%s: t_end is %g",
+                              function, t_end);
     }
     if (!ida->started) {
         return mbsri_ida_fail(&ida->error, MBSR_ERR_SEQUENCE, MBSR_NONE, MBSR_NONE,
-                              "mbsr_ida_advance: call mbsr_ida_start first");
+                              "%s: call mbsr_ida_start first", function);
     }
     return MBSR_OK;
-}
-
-bool mbsri_ida_same_time(double a, double b)
-{
-    return fabs(a - b) <= 2.0 * DBL_EPSILON * (fabs(a) + fabs(b));
 }
 
 void mbsri_ida_put(const mbsr_ida *ida, double *t, double *y, double *yp)
@@ -105,6 +62,8 @@ static void keep_last(mbsr_ida *ida)
     int flag = IDAGetCurrentTime(memory, &t);
     if (flag >= 0) flag = IDAGetDky(memory, t, 0, ida->y);
     if (flag >= 0) flag = IDAGetDky(memory, t, 1, ida->yp);
+    mbsri_ida_add_bend(ida, t, 0, ida->y);
+    mbsri_ida_add_bend(ida, t, 1, ida->yp);
     ida->failed = flag >= 0 && finite_state(ida, ida->y, ida->yp);
     ida->present = t;
 }
@@ -140,9 +99,11 @@ static int renew(mbsr_ida *ida)
     if (!restart) return MBSR_OK;
     mbsri_ida_keep_start(ida);
     mbsri_ida_count(ida, &ida->before);
+    mbsri_ida_straighten(ida);
     const int flag = IDAReInit(ida->memory, ida->present, ida->y, ida->yp);
     if (flag < 0) return mbsri_ida_solver_failed(ida, &ida->error, flag, "mbsr_ida_advance");
-    IDASetInitStep(ida->memory, ida->direction * first_step(ida, ida->direction));
+    IDASetInitStep(ida->memory, ida->direction * mbsri_ida_first_step(ida, ida->direction,
+                                                                      MBSRI_IDA_FIRST_STEP));
     return MBSR_OK;
 }
 
@@ -168,12 +129,23 @@ static int solve(mbsr_ida *ida, double t_end)
     while (again && !status) {
         double reached = ida->present;
         again = false;
+        status = mbsri_ida_leave_kink(ida);
+        if (status) return status;
         ida->message[0] = '\0';
         ida->callback = 0;
         ida->stopped = false;
         const int flag = IDASolve(ida->memory, t_end, &reached, ida->y, ida->yp, IDA_NORMAL);
-        if (flag >= 0 || flag == IDA_TOO_MUCH_WORK || ida->stopped) ida->present = reached;
+        if (flag >= 0 || flag == IDA_TOO_MUCH_WORK || ida->stopped) {
+            ida->present = reached;
+            mbsri_ida_add_bend(ida, reached, 0, ida->y);
+            mbsri_ida_add_bend(ida, reached, 1, ida->yp);
+        }
         if (flag < 0) return gave_up(ida, flag);
+        if (flag == IDA_TSTOP_RETURN) {
+            mbsri_ida_arrive(ida);
+            again = (t_end - ida->present) * ida->direction > 0.0 &&
+                    !mbsri_ida_same_time(t_end, ida->present);
+        }
         if (flag == IDA_ROOT_RETURN) status = at_root(ida, &again);
     }
     return status;
@@ -192,7 +164,8 @@ int mbsri_ida_advance(mbsr_ida *ida, double t_end)
     if (arrived) return MBSR_OK;
     mbsri_ida_exchange_watch(ida);
     if (!ida->stepped) {
-        IDASetInitStep(ida->memory, direction * first_step(ida, direction));
+        IDASetInitStep(ida->memory,
+                       direction * mbsri_ida_first_step(ida, direction, MBSRI_IDA_FIRST_STEP));
         ida->direction = direction;
         ida->stepped = true;
     }
@@ -202,12 +175,39 @@ int mbsri_ida_advance(mbsr_ida *ida, double t_end)
     return status;
 }
 
+static int advance(mbsr_ida *ida, double t_end, double *t, double *y, double *yp)
+{
+    const int status = mbsri_ida_advance(ida, t_end);
+    if (status == MBSR_OK || ida->event || ida->stopped) mbsri_ida_put(ida, t, y, yp);
+    return status;
+}
+
 int mbsr_ida_advance(mbsr_ida *ida, double t_end, double *t, double *y, double *yp)
 {
     if (!ida) return MBSR_ERR_NULL;
-    int status = check_target(ida, t_end);
+    const int status = check_target(ida, t_end, "mbsr_ida_advance");
+    return status ? status : advance(ida, t_end, t, y, yp);
+}
+
+int mbsr_ida_jump(mbsr_ida *ida)
+{
+    if (!ida) return MBSR_ERR_NULL;
+    const int status = check_target(ida, ida->present, "mbsr_ida_jump");
     if (status) return status;
-    status = mbsri_ida_advance(ida, t_end);
-    if (status == MBSR_OK || ida->event || ida->stopped) mbsri_ida_put(ida, t, y, yp);
+    ida->kinks.asked = true;
+    ida->kinks.known = false;
+    return MBSR_OK;
+}
+
+int mbsr_ida_sample(mbsr_ida *ida, double t_end, double *t, double *y, double *yp)
+{
+    if (!ida) return MBSR_ERR_NULL;
+    int status = check_target(ida, t_end, "mbsr_ida_sample");
+    if (status) return status;
+    ida->kinks.end = t_end;
+    ida->kinks.sampled = ida->kinks.asked = true;
+    ida->kinks.known = false;
+    status = advance(ida, t_end, t, y, yp);
+    ida->kinks.sampled = false;
     return status;
 }

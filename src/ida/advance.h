@@ -7,9 +7,7 @@
 
 /* mbsr_ida_advance to a finite time after a start; the state stays in the driver. */
 int mbsri_ida_advance(mbsr_ida *ida, double t_end);
-void mbsri_ida_put(const mbsr_ida *ida, double *t, double *y, double *yp);
 
-/* Whether two times differ by no more than rounding, as IDA sees it. */
-bool mbsri_ida_same_time(double a, double b);
+void mbsri_ida_put(const mbsr_ida *ida, double *t, double *y, double *yp);
 
 #endif

@@ -4,6 +4,7 @@
  * With filter.c and iteration.c, whose objects SUNDIALS wants in memory of their own, the only file of
  * the component that takes memory. */
 #include "ida/callbacks.h"
+#include "ida/bend.h"
 #include "ida/compat.h"
 #include "ida/differences.h"
 #include "ida/error.h"
@@ -83,6 +84,7 @@ static int make_objects(mbsr_ida *ida, mbsr_error *error)
         N_VConst(0.0, *vector[k]);
         if (ida->opt.max_norm) mbsri_ida_use_max_norm(*vector[k]); /* IDA clones it with them */
     }
+    if (!mbsri_ida_make_kinks(ida)) return no_memory(ida, error, "what kinks need for a problem");
     const int status = mbsri_ida_make_solver(ida, error);
     if (status) return status;
     const bool served = ida->opt.form == MBSR_DAE_MOMENTUM || ida->opt.form == MBSR_DAE_INDEX1;
@@ -199,6 +201,7 @@ void mbsr_ida_destroy(mbsr_ida *ida)
     for (size_t k = 0; k < sizeof vector / sizeof vector[0]; ++k) {
         if (vector[k]) N_VDestroy(vector[k]);
     }
+    mbsri_ida_free_kinks(ida);
     if (ida->context) SUNContext_Free(&ida->context);
     free(ida->watched);
     free(ida->dropped);

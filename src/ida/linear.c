@@ -2,6 +2,7 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "ida/linear.h"
 
+#include "ida/bend.h"
 #include "ida/callbacks.h"
 #include "ida/error.h"
 
@@ -70,6 +71,7 @@ static int noted(mbsr_ida *ida, sunrealtype t, const char *what)
 static int jacobian(sunrealtype t, sunrealtype cj, N_Vector y, N_Vector yp, N_Vector r,
                     SUNMatrix matrix, void *user, N_Vector a, N_Vector b, N_Vector c)
 {
+    mbsri_ida_unbend(user, t, &y, &yp);
     mbsr_sundials_jacobian(t, cj, y, yp, r, matrix, NULL, a, b, c);
     return noted(user, t, "Newton equations");
 }
@@ -77,6 +79,7 @@ static int jacobian(sunrealtype t, sunrealtype cj, N_Vector y, N_Vector yp, N_Ve
 static int set_up(sunrealtype t, N_Vector y, N_Vector yp, N_Vector F, sunrealtype cj, void *user)
 {
     mbsr_ida *ida = user;
+    mbsri_ida_unbend(ida, t, &y, &yp);
     mbsr_sundials_setup(t, y, yp, F, cj, &ida->link);
     return noted(ida, t, "Newton equations");
 }

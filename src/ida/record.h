@@ -7,6 +7,7 @@
 #include <mbsrank/sundials.h>
 
 #include "ida/compat.h"
+#include "ida/kinks_record.h"
 
 #include <nvector/nvector_serial.h>
 #include <sundials/sundials_linearsolver.h>
@@ -25,7 +26,8 @@ struct mbsr_ida {
     void *memory;                                  /* IDA's own */
     N_Vector y, yp, atol, work, moved, zero, mass; /* size; y and yp are the state at `present` */
     N_Vector first_y, first_yp;                    /* the state from which IDA started last */
-    SUNMatrix matrix;                              /* NULL for KRYLOV */
+    mbsri_ida_kinks kinks;
+    SUNMatrix matrix; /* NULL for KRYLOV */
     SUNLinearSolver solver;
     SUNNonlinearSolver nonlinear;   /* NULL: IDA's own */
     mbsr_sundials link;             /* its newton is NULL for DENSE */

@@ -2,6 +2,7 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "ida/advance.h"
 #include "ida/error.h"
+#include "ida/first_step.h"
 
 #include <time.h>
 

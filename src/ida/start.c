@@ -1,6 +1,7 @@
 /* Start of a run.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "ida/error.h"
+#include "ida/bend.h"
 #include "ida/linear.h"
 #include "ida/progress.h"
 #include "ida/stiff.h"
@@ -128,6 +129,7 @@ int mbsr_ida_start(mbsr_ida *ida, double t, const double *y, const double *yp)
     mbsri_ida_keep_start(ida);
     if (ida->nonlinear) mbsri_stiff_of(ida->nonlinear)->info = (mbsr_sundials_stiff_info){0};
     mbsri_ida_report_anew(ida);
+    mbsri_ida_forget_kinks(ida);
     ida->wall = INFINITY;
     ida->present = t;
     int flag = IDAReInit(ida->memory, t, ida->y, ida->yp);

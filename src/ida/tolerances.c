@@ -2,6 +2,7 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "ida/tolerances.h"
 
+#include "ida/bend.h"
 #include "ida/error.h"
 #include "ida/progress.h"
 
@@ -134,6 +135,10 @@ int mbsri_ida_weights(N_Vector y, N_Vector weight, void *user)
 {
     mbsr_ida *ida = user;
     if (mbsri_ida_report(ida)) return -1;
+    mbsri_ida_note_step(ida);
+    double t = 0.0;
+    IDAGetCurrentTime(ida->memory, &t);
+    mbsri_ida_unbend(ida, t, &y, NULL);
     for (int k = 0; k < ida->size; ++k) {
         const double tolerance = mbsri_ida_tolerance(ida, N_VGetArrayPointer(y), k);
         if (!(tolerance > 0.0)) {

@@ -463,17 +463,31 @@ static int gamma_after(start *s, double h, bool accelerated, double *gamma)
     return mbsri_null_gamma(w, s->t + h, w->q, w->u, gamma);
 }
 
-/* out = gamma' along q' = G u with u held fixed. */
+/* gamma' and, unless NULL, gamma'' along q', u', from gamma at the state, of the second and the
+ * first order in h: from gamma before and after it, or on one side. */
+static int differences(start *s, double h, bool accelerated, const double *gamma, double *first,
+                       double *second)
+{
+    const int k = s->w.k, side = s->opt->side;
+    double *a = s->w.ahead, *b = s->w.behind;
+    int status = gamma_after(s, side < 0 ? -h : h, accelerated, a);
+    if (!status) status = gamma_after(s, side == 0 ? -h : 2.0 * side * h, accelerated, b);
+    for (int l = 0; l < k && !status; ++l) {
+        const double difference =
+            side == 0 ? a[l] - b[l] : side * (4.0 * a[l] - b[l] - 3.0 * gamma[l]);
+        first[l] = difference / (2.0 * h);
+        if (second)
+            second[l] =
+                (side == 0 ? a[l] - 2.0 * gamma[l] + b[l] : gamma[l] - 2.0 * a[l] + b[l]) / (h * h);
+    }
+    return status;
+}
+
+/* out = gamma' along q' = G u with u held fixed; gamma is in s->defect. */
 static int drift(start *s, double *out)
 {
-    int status = mbsri_null_rate(&s->w, s->t, s->q, s->u, s->qdot);
-    if (status) return status;
-    const double h = short_time(s, 1e-5);
-    status = gamma_after(s, h, false, s->w.ahead);
-    if (!status) status = gamma_after(s, -h, false, s->w.behind);
-    for (int l = 0; l < s->w.k && !status; ++l)
-        out[l] = (s->w.ahead[l] - s->w.behind[l]) / (2.0 * h);
-    return status;
+    const int status = mbsri_null_rate(&s->w, s->t, s->q, s->u, s->qdot);
+    return status ? status : differences(s, short_time(s, 1e-5), false, s->defect, out, NULL);
 }
 
 /* out = [Yc^T gamma; Y^T gamma'] at u, and gamma in s->defect; *left: the imbalance of the
@@ -637,14 +651,10 @@ static int defect_of_rates(start *s, double *out)
     mbsri_null_space *w = &s->w;
     const double h = short_time(s, 1e-4);
     int status = mbsri_null_gamma(w, s->t, s->q, s->u, s->defect);
-    if (!status) status = gamma_after(s, h, true, w->ahead);
-    if (!status) status = gamma_after(s, -h, true, w->behind);
+    if (!status) status = differences(s, h, true, s->defect, s->trial, s->defect);
     if (status) return status;
-    for (int l = 0; l < w->k; ++l) s->trial[l] = (w->ahead[l] - w->behind[l]) / (2.0 * h);
     turn(s, s->trial, out);
-    for (int l = 0; l < w->k; ++l) {
-        s->trial[l] = (w->ahead[l] - 2.0 * s->defect[l] + w->behind[l]) / (h * h);
-    }
+    mbsri_copy((size_t)w->k, s->defect, s->trial);
     turn(s, s->trial, s->defect);
     for (int r = s->damped; r < w->k; ++r) out[r] = s->defect[r];
     return MBSR_OK;
@@ -735,6 +745,10 @@ static int check(const mbsr_model *m, mbsr_data *d, mbsr_dae_form form,
             &d->error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
             "mbsr_dae_consistent: max_iterations is %d, tolerance is %g; both must be positive",
             opt->max_iterations, opt->tolerance);
+    }
+    if (opt->side < -1 || opt->side > 1) {
+        return mbsri_fail(&d->error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
+                          "mbsr_dae_consistent: side is %d, must be -1, 0 or 1", opt->side);
     }
     return MBSR_OK;
 }

@@ -138,14 +138,14 @@ static int find_rates(work *w, const mbsr_consistent_opt *opt, mbsr_consistent_i
     return MBSR_OK;
 }
 
-/* r_u = -dF_u/dt, where y is held. */
-static int explicit_time(work *w)
+/* r_u = -dF_u/dt, where y is held; from one side, at 3 h. */
+static int explicit_time(work *w, int side)
 {
     const double h = 1e-4;
     const int u = w->rates;
     mbsri_zero((size_t)w->size, w->r);
     for (int l = 0; l < 4; ++l) {
-        const int status = residual(w, w->t + mbsri_difference_place(l) * h);
+        const int status = residual(w, w->t + (mbsri_difference_place(l) + 3.0 * side) * h);
         if (status) return status;
         for (int k = u; k < w->size; ++k)
             w->r[k] -= mbsri_difference_weight(l) / (12.0 * h) * w->F[k];
@@ -155,10 +155,10 @@ static int explicit_time(work *w)
 
 /* dq and dp miss q' and p' by the share that decays within 1 / c; the next solution aims so much
  * further. */
-static int find_accelerations(work *w, double *udot)
+static int find_accelerations(work *w, int side, double *udot)
 {
     const int u = w->rates;
-    int status = explicit_time(w);
+    int status = explicit_time(w, side);
     if (!status) status = residual(w, w->t);
     if (!status) status = mbsr_newton_factor(w->newton, w->d, w->t, w->y, w->yp, large);
     mbsri_zero((size_t)w->size, w->x);
@@ -191,7 +191,7 @@ int mbsri_damped_start(const mbsr_model *m, mbsr_data *d, double t, const double
     if (good) status = mbsri_pack(&mbsri_form_momentum, m, d, t, q, u, w.y);
     if (good && !status) status = all_damped(&w, &good);
     if (good && !status) status = find_rates(&w, opt, info, &good);
-    if (good && !status) status = find_accelerations(&w, udot);
+    if (good && !status) status = find_accelerations(&w, opt->side, udot);
     if (good && !status) {
         mbsri_copy((size_t)m->nu, w.y + w.rates, u);
         *served = true;

@@ -46,6 +46,11 @@ static int run_advance(finite_subject *s)
     return mbsr_ida_advance(s->object, time_of(s), s->out[0], s->out[1], s->out[2]);
 }
 
+static int run_sample(finite_subject *s)
+{
+    return mbsr_ida_sample(s->object, time_of(s), s->out[0], s->out[1], s->out[2]);
+}
+
 static int output(void *user, int index, double t, const double *y, const double *yp)
 {
     finite_subject *s = user;
@@ -130,6 +135,8 @@ static int of_one(const finite_subject *s, int o)
 static const finite_row rows[] = {
     {"mbsr_ida_start", run_start, NULL, 0, T | Y | YP, FINITE_OBJECT, of_run},
     {"mbsr_ida_advance", run_advance, start, 0, T, FINITE_OBJECT, of_run},
+    {"mbsr_ida_sample", run_sample, start, 0, T, FINITE_OBJECT, of_run},
+    {"mbsr_ida_jump", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_ida_run", run_run, start, 0, OTHER, FINITE_OBJECT, of_run},
     {"mbsr_ida_state", run_state, advance, 0, 0, FINITE_OBJECT, of_run},
     {"mbsr_ida_dense", run_dense, advance, 0, T, FINITE_OBJECT, of_dense},
