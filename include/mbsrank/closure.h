@@ -99,6 +99,9 @@ typedef struct mbsr_closure_table {
 
     /* Optional: name of row k for messages, such as "x" or "turn about z". */
     const char *(*row)(const mbsr_closure_args *args, int k);
+
+    /* Optional: steps of differences where jacobian, drift or bias are missing. */
+    mbsr_scales scales;
 } mbsr_closure_table;
 
 /* A closure; made by a constructor below or by mbsr_default_closure_def, copied into the model. */

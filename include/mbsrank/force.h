@@ -101,6 +101,9 @@ typedef struct mbsr_force_table {
      * number is one of it. The fields may have been changed since a constructor made the element;
      * param is finite. On refusal returns a status and may write a text. */
     int (*check_fields)(const mbsr_force_def *force, char text[MBSR_TEXT_SIZE]);
+
+    /* Optional: steps of differences where derivatives are missing. */
+    mbsr_scales scales;
 } mbsr_force_table;
 
 /* A force as function of time: writes `n` components. Returns 0 or a status. */

@@ -74,6 +74,20 @@ typedef struct mbsr_joint_change {
     const double *q, *u, *p_pred, *V_pred, *p, *V;
 } mbsr_joint_change;
 
+/* Sizes of the changes over which functions of a table change noticeably, but not altogether: where
+ * the library has to difference them, its steps are some 1e-4 of these. What is zero the library
+ * chooses: for lengths the geometric mean of the bodies' radii of gyration about their origins (1 m
+ * where no body has one), for angles 1 rad, for times 1 / frequency of a pendulum of that length
+ * under the model's gravity, without gravity what velocities and forces tell, else 1 s. Velocities
+ * count as length / time and angle / time. Finite, not negative. */
+typedef struct mbsr_scales {
+    double length; /* m */
+    double angle;  /* rad */
+    double other; /* coordinates of joints by a caller's table, poses of bodies in GENERAL space; 0:
+                      what turns a body by 1 rad or moves it by the length; 1 in GENERAL space */
+    double time;  /* s */
+} mbsr_scales;
+
 #define MBSR_JOINT_TABLE_VERSION 1u
 
 /* K is always the unit matrix: `jacobians` is called with K == NULL and nothing is factored. */
@@ -150,6 +164,9 @@ typedef struct mbsr_joint_table {
      * params are in their ranges and param is finite. On refusal returns a status and may write a
      * text. */
     int (*check_fields)(const mbsr_joint *joint, char text[MBSR_TEXT_SIZE]);
+
+    /* Optional: steps of differences where rates, tangent or rate_tangent are missing. */
+    mbsr_scales scales;
 } mbsr_joint_table;
 
 #define MBSR_JOINT_PARAMS 48

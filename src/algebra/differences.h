@@ -22,14 +22,22 @@ static inline double mbsri_difference_weight(int l)
     return weight[l];
 }
 
-/* The step h that balances the error h^4 with that of rounding in numbers of size x, for functions
- * that change over lengths (or velocities) of some tenths. A power of two, so that x + h is exact.
- * */
-static inline double mbsri_difference_step(double x)
+/* The power of 16 in (span / 4, 4 span]: one step for all models of about one size. */
+static inline double mbsri_binary(double span)
 {
     int exponent;
-    frexp(1.0 + fabs(x), &exponent);
-    return ldexp(1.0, exponent / 5 - 12);
+    frexp(span, &exponent);
+    return ldexp(1.0, 4 * (int)floor((exponent + 1) / 4.0));
+}
+
+/* The step h that balances the error h^4 with that of rounding in numbers of size x, for functions
+ * that change over some tenths of `span`. A power of two, so that x + h is exact. */
+static inline double mbsri_difference_step(double x, double span)
+{
+    const double unit = mbsri_binary(span);
+    int exponent;
+    frexp(1.0 + fabs(x) / unit, &exponent);
+    return ldexp(unit, exponent / 5 - 12);
 }
 
 /* ---- slopes of forces that nothing is known of: steps a decade apart ---- */

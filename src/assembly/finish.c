@@ -3,6 +3,7 @@
 #include "algebra/lapack.h"
 #include "assembly/closures.h"
 #include "assembly/groups.h"
+#include "assembly/measure.h"
 #include "assembly/places.h"
 #include "assembly/survey.h"
 #include "base/error.h"
@@ -333,7 +334,7 @@ static bool group_joints(mbsr_model *m, int N)
     m->finished = true;
     bool built = mbsri_groups_build(m);
     m->lapack_work = mbsri_lapack_syev_work(m->max_n);
-    built = built && mbsri_survey(m);
+    built = built && mbsri_measure(m) && mbsri_survey(m);
     m->finished = false;
     built = built && mbsri_sweeps_build_whole(m);
     mbsri_places_see(m);
@@ -372,11 +373,12 @@ static void undo(mbsr_model *m)
     mbsri_release(&m->allocator, m->member);
     mbsri_release(&m->allocator, m->scale);
     mbsri_release(&m->allocator, m->weight);
+    mbsri_release(&m->allocator, m->span);
     mbsri_release(&m->allocator, m->body);
     mbsri_sweeps_release(m);
     m->index = m->list_index = m->u_of = m->q_of = m->member = NULL;
     m->body = NULL;
-    m->scale = m->weight = NULL;
+    m->scale = m->weight = m->span = NULL;
     m->differences = m->grouped = false;
     m->bodies = 0;
     m->nq = m->nu = m->max_d = m->max_n = m->max_force_bodies = 0;
@@ -434,6 +436,7 @@ void mbsr_model_destroy(mbsr_model *model)
     mbsri_release(&allocator, model->member);
     mbsri_release(&allocator, model->scale);
     mbsri_release(&allocator, model->weight);
+    mbsri_release(&allocator, model->span);
     mbsri_sweeps_release(model);
     mbsri_release(&allocator, model->body);
     mbsri_release(&allocator, model);

@@ -34,8 +34,7 @@ bool mbsri_survey_position(const mbsr_model *m, mbsr_data *d)
     return !mbsri_positions(m, d, 0.0, d->q_base) && !mbsri_velocities(m, d, d->u_base);
 }
 
-/* The position zero; four numbers for three rates count as a quaternion. */
-static bool place_zero(const mbsr_model *m, mbsr_data *d)
+bool mbsri_survey_zero(const mbsr_model *m, mbsr_data *d)
 {
     mbsri_zero((size_t)m->nq, d->q_base);
     mbsri_zero((size_t)m->nu, d->u_base);
@@ -122,14 +121,11 @@ static void mark(mbsr_model *m, const mbsr_data *d, bool *behind)
     }
 }
 
-/* Data with all arrays takes some kB a body: of more bodies than these the survey is left out. */
-enum { MOST_SURVEYED = 100000 };
-
 /* Whether some joint of several rates, or some group, may lack rank. */
 static bool concerned(const mbsr_model *m)
 {
     bool some = m->grouped;
-    if (m->bodies > MOST_SURVEYED) return false;
+    if (m->bodies > MBSRI_MOST_SURVEYED) return false;
     for (int i = 1; i <= m->bodies && !some; ++i) some = !m->body[i].regular && m->body[i].n > 1;
     return some;
 }
@@ -144,7 +140,7 @@ static bool weigh(mbsr_model *m, mbsr_data *d, bool ranks)
     if (m->rows > 0) m->weight = mbsri_allocate(&m->allocator, size);
     if ((ranks && !m->scale) || (m->rows > 0 && !m->weight)) return false;
     for (int k = 0; k < m->nu && m->weight; ++k) m->weight[k] = 1.0;
-    if (!place_zero(m, d)) {
+    if (!mbsri_survey_zero(m, d)) {
         mbsri_release(&m->allocator, m->scale);
         m->scale = NULL;
         return true;

@@ -5,9 +5,15 @@
 
 #include "recursion/data.h"
 
+/* Data with all arrays takes some kB a body: of more bodies than these the survey is left out. */
+enum { MBSRI_MOST_SURVEYED = 100000 };
+
 /* Puts the data of a model that is finished but for that into such a position, at rest; false: the
  * functions of some joint do not give one. */
 bool mbsri_survey_position(const mbsr_model *m, mbsr_data *d);
+
+/* The same for the position zero; four numbers for three rates count as a quaternion. */
+bool mbsri_survey_zero(const mbsr_model *m, mbsr_data *d);
 
 /* Sets `scale` of the model and `whole` of its bodies, where joints may lack some of their rank.
  * Needs groups. False: no memory. */

@@ -89,17 +89,19 @@ static const char *row(const mbsr_closure_args *args, int k)
 mbsr_closure_def mbsr_closure_coupling(int terms, const int *body, const int *coordinate,
                                        const double *coefficient, double offset)
 {
-    static const mbsr_closure_table table = {MBSR_CLOSURE_TABLE_VERSION,
-                                             MBSR_CLOSURE_JOINTS | MBSR_CLOSURE_PLAIN,
-                                             "coupling",
-                                             position,
-                                             jacobian,
-                                             drift,
-                                             bias,
-                                             count,
-                                             check,
-                                             check_fields,
-                                             row};
+    static const mbsr_closure_table table = {
+        .version = MBSR_CLOSURE_TABLE_VERSION,
+        .flags = MBSR_CLOSURE_JOINTS | MBSR_CLOSURE_PLAIN,
+        .name = "coupling",
+        .position = position,
+        .jacobian = jacobian,
+        .drift = drift,
+        .bias = bias,
+        .count = count,
+        .check = check,
+        .check_fields = check_fields,
+        .row = row,
+    };
     mbsr_closure_def def = mbsr_closure_custom(&table, terms, body, 0, 0, NULL);
     for (int k = 0; k < terms && k < MBSR_CLOSURE_BODIES; ++k) {
         def.option[k] = coordinate ? coordinate[k] : 0;

@@ -108,17 +108,19 @@ static const char *row(const mbsr_closure_args *args, int k)
 mbsr_closure_def mbsr_closure_distance(int a, const double point_a[3], int b,
                                        const double point_b[3], double length)
 {
-    static const mbsr_closure_table table = {MBSR_CLOSURE_TABLE_VERSION,
-                                             MBSR_CLOSURE_RELATIVE,
-                                             "distance",
-                                             position,
-                                             jacobian,
-                                             drift,
-                                             bias,
-                                             count,
-                                             mbsri_check_pair,
-                                             check_fields,
-                                             row};
+    static const mbsr_closure_table table = {
+        .version = MBSR_CLOSURE_TABLE_VERSION,
+        .flags = MBSR_CLOSURE_RELATIVE,
+        .name = "distance",
+        .position = position,
+        .jacobian = jacobian,
+        .drift = drift,
+        .bias = bias,
+        .count = count,
+        .check = mbsri_check_pair,
+        .check_fields = check_fields,
+        .row = row,
+    };
     mbsr_closure_def def = mbsri_stock_closure(&table, a, b);
     if (point_a) mbsri_copy(3, point_a, def.param + POINT_A);
     if (point_b) mbsri_copy(3, point_b, def.param + POINT_B);

@@ -267,13 +267,13 @@ static int check(const mbsr_closure_args *args, char text[MBSR_TEXT_SIZE])
                         mbsri_flat(args) ? " in the plane" : "");
 }
 
-static const mbsr_closure_table tables[] = {
-    {MBSR_CLOSURE_TABLE_VERSION, MBSR_CLOSURE_ROOT | MBSR_CLOSURE_RELATIVE, "weld", position,
-     jacobian, drift, bias, count, check, check_fields, row},
-    {MBSR_CLOSURE_TABLE_VERSION, MBSR_CLOSURE_ROOT | MBSR_CLOSURE_RELATIVE, "ball", position,
-     jacobian, drift, bias, count, check, check_fields, row},
-    {MBSR_CLOSURE_TABLE_VERSION, MBSR_CLOSURE_ROOT | MBSR_CLOSURE_RELATIVE, "rows", position,
-     jacobian, drift, bias, count, check, check_fields, row}};
+/* clang-format off */
+#define TABLE(kind) {.version = MBSR_CLOSURE_TABLE_VERSION, .flags = MBSR_CLOSURE_ROOT | MBSR_CLOSURE_RELATIVE,        \
+                     .name = (kind), .position = position, .jacobian = jacobian, .drift = drift,   \
+                     .bias = bias, .count = count, .check = check, .check_fields = check_fields,   \
+                     .row = row}
+/* clang-format on */
+static const mbsr_closure_table tables[] = {TABLE("weld"), TABLE("ball"), TABLE("rows")};
 
 mbsr_closure_def mbsr_closure_weld(int a, const mbsr_frame *frame_a, int b,
                                    const mbsr_frame *frame_b)

@@ -191,11 +191,13 @@ static int check(const mbsr_closure_args *args, char text[MBSR_TEXT_SIZE])
                         "for bodies in the plane z of frame_b, and x or y, must lie in it");
 }
 
-static const mbsr_closure_table tables[] = {
-    {MBSR_CLOSURE_TABLE_VERSION, MBSR_CLOSURE_RELATIVE, "rolling ball", position, jacobian, drift,
-     bias, count, check, check_fields, row},
-    {MBSR_CLOSURE_TABLE_VERSION, MBSR_CLOSURE_RELATIVE, "rolling disc", position, jacobian, drift,
-     bias, count, check, check_fields, row}};
+/* clang-format off */
+#define TABLE(kind) {.version = MBSR_CLOSURE_TABLE_VERSION, .flags = MBSR_CLOSURE_RELATIVE,        \
+                     .name = (kind), .position = position, .jacobian = jacobian, .drift = drift,   \
+                     .bias = bias, .count = count, .check = check, .check_fields = check_fields,   \
+                     .row = row}
+/* clang-format on */
+static const mbsr_closure_table tables[] = {TABLE("rolling ball"), TABLE("rolling disc")};
 
 static mbsr_closure_def rolling(int kind, int a, double radius, int b, const mbsr_frame *frame_b)
 {

@@ -96,7 +96,7 @@ static int add_sample(const mbsr_force_def *def, double x, double v, double fact
 /* Of a law by function: differences, over a part of the length, and of v. */
 static int function_tangent(const mbsr_force_def *def, double x, double v, tangent *at)
 {
-    const double hx = 0x1p-10 * x, hv = mbsri_difference_step(v);
+    const double hx = 0x1p-10 * x, hv = mbsri_difference_step(v, 1.0);
     int status = add_sample(def, x, v, 1.0, &at->F);
     for (int l = 0; l < 4 && !status; ++l) {
         const double place = mbsri_difference_place(l), weight = mbsri_difference_weight(l) / 12.0;

@@ -29,6 +29,7 @@
 #include "recursion/not_finite.h"
 #include "recursion/rank.h"
 #include "recursion/sizes.h"
+#include "recursion/spans.h"
 
 #include <mbsrank/ode.h>
 
@@ -341,10 +342,9 @@ static int forces_at(mbsr_ode *o, const double *u, double *gamma, double *sizes)
  * the state. */
 static double direction(mbsr_ode *o, int c)
 {
-    const int nu = o->m->nu;
     for (int l = 0; l < o->k; ++l) o->step[l] = o->place[l] == c ? 1.0 : 0.0;
     apply(o, o->step, o->increment);
-    return (1.0 + mbsri_largest(nu, o->u)) / mbsri_largest(nu, o->increment);
+    return mbsri_rate_step(o->m, o->increment, o->u);
 }
 
 /* Where entry (l, direction c of its group) stands in matrix and error. */

@@ -132,7 +132,7 @@ static int change(balance *b, bool time, const double *v, const double *a, const
 {
     mbsri_dense *w = b->w;
     const double speed = fmax(mbsri_largest(w->n, v), time ? 1.0 : 0.0),
-                 h = mbsri_difference_step(0.0) / fmax(speed, 1e-300);
+                 h = mbsri_difference_step(0.0, 1.0) / fmax(speed, 1e-300);
     mbsri_zero((size_t)b->k, r);
     for (int l = 0; l < 4; ++l) {
         const double s = mbsri_difference_place(l) * h;

@@ -21,6 +21,7 @@
 #include "base/memory.h"
 #include "forms/dae.h"
 #include "recursion/rank.h"
+#include "recursion/spans.h"
 
 #include <mbsrank/newton.h>
 
@@ -113,6 +114,19 @@ static int all_damped(work *w, bool *damped)
     return MBSR_OK;
 }
 
+/* The largest of the rates u beside their spans. */
+static double largest_share(const work *w, const double *u)
+{
+    const mbsri_spans s = mbsri_spans_of(w->m, NULL);
+    double largest = 0.0;
+    for (int i = 1; i <= w->m->bodies; ++i) {
+        const mbsri_body *b = w->m->body + i;
+        for (int k = 0; k < b->n; ++k)
+            largest = fmax(largest, fabs(u[b->u + k]) / mbsri_rate_span(&s, w->m, b, k));
+    }
+    return largest;
+}
+
 /* F_u = 0; false where it does not converge. */
 static int find_rates(work *w, const mbsr_consistent_opt *opt, mbsr_consistent_info *info,
                       bool *found)
@@ -127,8 +141,7 @@ static int find_rates(work *w, const mbsr_consistent_opt *opt, mbsr_consistent_i
         mbsri_copy((size_t)count, w->F + u, w->r + u);
         status = solve(w, large, w->r, w->x);
         if (status) return status;
-        const double change = mbsri_largest(count, w->x + u),
-                     size = 1.0 + mbsri_largest(count, w->y + u);
+        const double change = largest_share(w, w->x + u), size = 1.0 + largest_share(w, w->y + u);
         for (int k = u; k < w->size; ++k) w->y[k] -= w->x[k];
         info->iterations = step + 1;
         *found = change <= opt->tolerance * size || (change > 0.25 * last && change <= 1e-6 * size);
@@ -141,7 +154,8 @@ static int find_rates(work *w, const mbsr_consistent_opt *opt, mbsr_consistent_i
 /* r_u = -dF_u/dt, where y is held; from one side, at 3 h. */
 static int explicit_time(work *w, int side)
 {
-    const double h = 1e-4;
+    const mbsri_spans s = mbsri_spans_of(w->m, NULL);
+    const double h = 1e-4 / mbsri_span_rate(&s);
     const int u = w->rates;
     mbsri_zero((size_t)w->size, w->r);
     for (int l = 0; l < 4; ++l) {

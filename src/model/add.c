@@ -129,6 +129,8 @@ static int check_force(mbsr_model *m, const mbsr_force_def *def, int id, const c
                           "%s: table is NULL, of another version, or lacks name or evaluate",
                           label);
     }
+    int status = mbsri_check_scales(m, &table->scales, MBSR_NONE, id, label, table->name);
+    if (status) return status;
     const bool every = (table->flags & MBSR_FORCE_EVERY_BODY) != 0;
     if (def->bodies < 0 || (every && def->bodies != 0) ||
         (!every && def->bodies > 2 && !def->body_list)) {
@@ -152,7 +154,7 @@ static int check_force(mbsr_model *m, const mbsr_force_def *def, int id, const c
         }
     }
     char text[MBSR_TEXT_SIZE] = "";
-    const int status = table->check_fields ? table->check_fields(def, text) : MBSR_OK;
+    status = table->check_fields ? table->check_fields(def, text) : MBSR_OK;
     if (!status) return MBSR_OK;
     return mbsri_fail(&m->error, status, MBSR_NONE, id, "%s (%s): %.150s", label, table->name,
                       text[0] ? text : mbsr_status_text(status));

@@ -11,6 +11,20 @@
 
 #define REFUSE(status, ...) mbsri_fail(&m->error, status, id, MBSR_NONE, __VA_ARGS__)
 
+int mbsri_check_scales(mbsr_model *m, const mbsr_scales *scales, int body, int force,
+                       const char *label, const char *name)
+{
+    static const char *const field[] = {"length", "angle", "other", "time"};
+    const double value[] = {scales->length, scales->angle, scales->other, scales->time};
+    for (int k = 0; k < 4; ++k) {
+        if (value[k] >= 0.0 && isfinite(value[k])) continue;
+        return mbsri_fail(&m->error, MBSR_ERR_VALUE, body, force,
+                          "%s (%s): table.scales.%s is %g, must be finite and not negative", label,
+                          name, field[k], value[k]);
+    }
+    return MBSR_OK;
+}
+
 static int check_table(mbsr_model *m, const mbsr_joint *joint, int id, const char *label)
 {
     const mbsr_joint_table *table = joint->table;
@@ -25,7 +39,7 @@ static int check_table(mbsr_model *m, const mbsr_joint *joint, int id, const cha
         return REFUSE(MBSR_ERR_VALUE, "%s: joint.table needs name, position, jacobians and bias",
                       label);
     }
-    return MBSR_OK;
+    return mbsri_check_scales(m, &table->scales, id, MBSR_NONE, label, table->name);
 }
 
 /* What the joint's own table says of its fields. */

@@ -8,6 +8,9 @@
 /* label: the body's name in messages; *regular: the mass matrix is constant in rank and clearly
  * positive definite. */
 int mbsri_check_joint(mbsr_model *m, const mbsr_joint *joint, int id, const char *label);
+/* The scales of a table of a body's joint or of a force element (the other id MBSR_NONE). */
+int mbsri_check_scales(mbsr_model *m, const mbsr_scales *scales, int body, int force,
+                       const char *label, const char *name);
 int mbsri_check_inertia(mbsr_model *m, const mbsr_inertia *inertia, mbsr_space space, int d, int id,
                         const char *label, bool *regular);
 

@@ -3,6 +3,7 @@
 #include "base/cookie.h"
 #include "base/error.h"
 #include "base/memory.h"
+#include "model/check.h"
 #include "model/query.h"
 
 #include <math.h>
@@ -67,7 +68,7 @@ static int check_table(mbsr_model *m, const mbsr_closure_def *def, const char *l
     if (!table->count && def->held < def->rows && !table->jacobian)
         return REFUSE(MBSR_ERR_VALUE, "%s (%s): rows that are no position rows need a jacobian",
                       label, table->name);
-    return MBSR_OK;
+    return mbsri_check_scales(m, &table->scales, MBSR_NONE, MBSR_NONE, label, table->name);
 }
 
 static int check_closure(mbsr_model *m, const mbsr_closure_def *def, const char *label)

@@ -46,6 +46,15 @@ static mbsr_coordinate_kind kind_of(const mbsri_joint *joint, int velocity, int 
                                                                         : MBSR_COORDINATE_OTHER;
 }
 
+/* With coordinates that are held nq = n, and NaN marks those that are not. */
+mbsr_coordinate_kind mbsri_coordinate_kind(const mbsri_body *b, bool velocity, int k)
+{
+    if (!b->held) return kind_of(&b->joint, velocity, k);
+    int place = 0;
+    while (!isnan(b->held[place]) || k-- > 0) ++place;
+    return kind_of(&b->joint, velocity, place);
+}
+
 int mbsr_body_coordinate_kinds(const mbsr_model *model, int body, mbsr_coordinate_kind *position,
                                mbsr_coordinate_kind *velocity)
 {
@@ -54,12 +63,7 @@ int mbsr_body_coordinate_kinds(const mbsr_model *model, int body, mbsr_coordinat
     const int i = body == MBSR_GROUND ? -1 : mbsri_index(model, body);
     if (i < 0) return MBSR_ERR_ID;
     const mbsri_body *b = model->body + i;
-    /* with coordinates that are held nq = n, and NaN marks those that are not */
-    for (int k = 0, free = 0; position && k < b->joint.nq; ++k) {
-        if (!b->held || isnan(b->held[k])) position[free++] = kind_of(&b->joint, 0, k);
-    }
-    for (int k = 0, free = 0; velocity && k < b->joint.n; ++k) {
-        if (!b->held || isnan(b->held[k])) velocity[free++] = kind_of(&b->joint, 1, k);
-    }
+    for (int k = 0; position && k < b->nq; ++k) position[k] = mbsri_coordinate_kind(b, false, k);
+    for (int k = 0; velocity && k < b->n; ++k) velocity[k] = mbsri_coordinate_kind(b, true, k);
     return MBSR_OK;
 }

@@ -129,6 +129,11 @@ struct mbsr_model {
     bool grouped;    /* some group has several */
     double *scale;   /* of joint rates by groups, nu (assembly/survey.h); NULL: not known */
     double *weight;  /* of joint rates, for position rows, nu (forms/loops.c); NULL: no closures */
+    double length,
+        frequency; /* typical of the tree (assembly/measure.h), m and 1/s; 0: not known */
+    double mass;   /* of all bodies, kg */
+    double *span; /* nq + nu: what turns a body by 1 rad or moves it by the length; NULL: all joints
+                     are stock ones */
     struct mbsri_sweeps *sweeps; /* for rigid bodies in space, where they serve (sweeps/tree.h) */
     struct mbsri_sweeps *whole;  /* the same with whole bodies as blocks; mostly the same tree */
     mbsri_body *body;            /* N + 1 */

@@ -9,6 +9,7 @@
 #include "algebra/dense.h"
 #include "algebra/differences.h"
 #include "algebra/space3.h"
+#include "recursion/spans.h"
 
 /* The bodies of a closure at a displaced state. */
 typedef struct displaced {
@@ -67,12 +68,13 @@ static void displace(const mbsri_closure *c, const mbsri_closure_view *view, con
     }
 }
 
-/* Derivative of g along x and tdot, into `slope` (held numbers); g: as many of scratch. */
+/* Derivative of g along x and tdot, into `slope` (held numbers), where g changes over `span` times
+ * these; g: as many of scratch. */
 static int along(const mbsri_closure *c, const mbsri_closure_view *view, const double *x,
-                 double tdot, double *g, double *slope)
+                 double tdot, double span, double *g, double *slope)
 {
     displaced at;
-    const double h = mbsri_difference_step(0.0);
+    const double h = mbsri_difference_step(0.0, span);
     mbsri_zero((size_t)c->held, slope);
     for (int l = 0; l < 4; ++l) {
         displace(c, view, x, mbsri_difference_place(l) * h, tdot, &at);
@@ -85,43 +87,71 @@ static int along(const mbsri_closure *c, const mbsri_closure_view *view, const d
     return MBSR_OK;
 }
 
-int mbsri_closure_slopes(const mbsri_closure *c, const mbsri_closure_view *view, double *work,
-                         double *C)
+/* Derivatives of g with respect to `count` velocities from column `at` on, those of V or of u of
+ * body i. */
+static int columns_of(const mbsr_model *m, const mbsri_closure *c, const mbsri_closure_view *view,
+                      int i, bool joint, int at, double *work, double *C)
 {
+    const mbsri_spans s = mbsri_spans_of(m, &c->def.table->scales);
+    const mbsri_body *b = m->body + i;
     double g[MBSR_CLOSURE_ROWS];
-    mbsri_zero((size_t)c->columns, work);
-    for (int k = 0; k < c->columns; ++k) {
+    for (int l = 0; l < (joint ? b->n : b->d); ++l) {
+        const int k = at + l;
+        const double span =
+            joint ? mbsri_coordinate_span(&s, m, b, true, l) : mbsri_pose_span(&s, b, l);
         work[k] = 1.0;
-        const int status = along(c, view, work, 0.0, g, C + (size_t)k * (size_t)c->rows);
+        const int status = along(c, view, work, 0.0, span, g, C + (size_t)k * (size_t)c->rows);
         work[k] = 0.0;
         if (status) return status;
     }
     return MBSR_OK;
 }
 
-int mbsri_closure_drift(const mbsri_closure *c, const mbsri_closure_view *view, double *work,
-                        double *rate)
+int mbsri_closure_slopes(const mbsr_model *m, const mbsri_closure *c,
+                         const mbsri_closure_view *view, double *work, double *C)
 {
+    const bool joints = (c->def.table->flags & MBSR_CLOSURE_JOINTS) != 0;
+    int status = MBSR_OK;
+    mbsri_zero((size_t)c->columns, work);
+    for (int k = 0; k < c->bodies && !status; ++k) {
+        const int i = c->body[k], at = c->column[k];
+        if (at < 0) continue;
+        status = columns_of(m, c, view, i, false, at, work, C);
+        if (!status && joints) status = columns_of(m, c, view, i, true, at + m->body[i].d, work, C);
+    }
+    return status;
+}
+
+int mbsri_closure_drift(const mbsr_model *m, const mbsri_closure *c, const mbsri_closure_view *view,
+                        double *work, double *rate)
+{
+    const mbsri_spans s = mbsri_spans_of(m, &c->def.table->scales);
     double g[MBSR_CLOSURE_ROWS];
     if (c->held == 0) return MBSR_OK;
     mbsri_zero((size_t)c->columns, work);
-    return along(c, view, work, 1.0, g, rate);
+    return along(c, view, work, 1.0, 1.0 / mbsri_span_rate(&s), g, rate);
 }
 
-/* Velocities of the bodies in the order of the columns; returns the largest. */
-static double gather(const mbsri_closure *c, const mbsri_closure_view *view, double *x)
+/* Velocities of the bodies in the order of the columns; returns the rate at which they change the
+ * state. */
+static double gather(const mbsr_model *m, const mbsri_closure *c, const mbsri_closure_view *view,
+                     double *x)
 {
-    double largest = 0.0;
+    const mbsri_spans s = mbsri_spans_of(m, &c->def.table->scales);
+    double speed = mbsri_span_rate(&s);
     mbsri_zero((size_t)c->columns, x);
     for (int k = 0; k < c->bodies; ++k) {
         const mbsr_force_body *body = view->body + k;
+        const mbsri_body *b = m->body + c->body[k];
         if (c->column[k] < 0) continue;
         mbsri_copy((size_t)body->d, body->V, x + c->column[k]);
-        if (c->def.table->flags & MBSR_CLOSURE_JOINTS && body->u)
-            mbsri_copy((size_t)body->n, body->u, x + c->column[k] + body->d);
+        speed = fmax(speed, mbsri_twist_rate(&s, b, body->V));
+        if (!(c->def.table->flags & MBSR_CLOSURE_JOINTS) || !body->u) continue;
+        mbsri_copy((size_t)body->n, body->u, x + c->column[k] + body->d);
+        for (int l = 0; l < body->n; ++l)
+            speed = fmax(speed, fabs(body->u[l]) / mbsri_coordinate_span(&s, m, b, true, l));
     }
-    for (int k = 0; k < c->columns; ++k) largest = fmax(largest, fabs(x[k]));
-    return largest;
+    return speed;
 }
 
 /* Second differences of the position rows along the motion. */
@@ -147,10 +177,10 @@ int mbsri_closure_curvature(const mbsr_model *m, mbsr_data *d, const mbsri_closu
 {
     displaced at;
     double *x = d->closure_x + m->max_columns, rate[MBSR_CLOSURE_ROWS];
-    const double largest = gather(c, view, x), speed = largest > 1.0 ? largest : 1.0;
+    const double speed = gather(m, c, view, x);
     mbsri_zero((size_t)c->rows, bias);
     if (!c->def.table->jacobian) return second(c, view, x, 0x1p-8 / speed, bias);
-    const double h = mbsri_difference_step(0.0) / speed;
+    const double h = mbsri_difference_step(0.0, 1.0 / speed);
     double *C = d->closure_D;
     for (int l = 0; l < 4; ++l) {
         displace(c, view, x, mbsri_difference_place(l) * h, 1.0, &at);
@@ -160,7 +190,7 @@ int mbsri_closure_curvature(const mbsr_model *m, mbsr_data *d, const mbsri_closu
         mbsri_zero((size_t)c->rows, rate);
         if (!status)
             status = c->def.table->drift ? c->def.table->drift(&at.view.args, rate)
-                                         : mbsri_closure_drift(c, &at.view, d->closure_x, rate);
+                                         : mbsri_closure_drift(m, c, &at.view, d->closure_x, rate);
         if (status) return status;
         mbsri_ax(c->rows, c->columns, 1.0, C, x, rate);
         for (int k = 0; k < c->rows; ++k)

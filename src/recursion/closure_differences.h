@@ -7,12 +7,12 @@
 
 /* The derivatives of the position rows with respect to V and u: C (rows x columns). Of `work`
  * columns + rows numbers. */
-int mbsri_closure_slopes(const mbsri_closure *c, const mbsri_closure_view *view, double *work,
-                         double *C);
+int mbsri_closure_slopes(const mbsr_model *m, const mbsri_closure *c,
+                         const mbsri_closure_view *view, double *work, double *C);
 
 /* That of the position rows with respect to time, into the first of `rate`; likewise. */
-int mbsri_closure_drift(const mbsri_closure *c, const mbsri_closure_view *view, double *work,
-                        double *rate);
+int mbsri_closure_drift(const mbsr_model *m, const mbsri_closure *c, const mbsri_closure_view *view,
+                        double *work, double *rate);
 
 /* The time derivative of the velocity rows where the accelerations of bodies and joints are zero. */
 int mbsri_closure_curvature(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c,

@@ -72,7 +72,7 @@ int mbsri_closure_jacobians(const mbsr_model *m, mbsr_data *d)
         mbsri_view_closure(m, d, c, false, &view);
         const mbsr_closure_jacobian out = {C, c->rows, c->columns, c->column};
         int status = table->jacobian ? table->jacobian(&view.args, &out)
-                                     : mbsri_closure_slopes(c, &view, d->closure_x, C);
+                                     : mbsri_closure_slopes(m, c, &view, d->closure_x, C);
         if (status)
             return mbsri_closure_failed(m, d, c, status, table->jacobian ? "jacobian" : "position");
         const size_t size = (size_t)c->rows * (size_t)c->columns;
@@ -88,7 +88,7 @@ int mbsri_closure_rate_of(const mbsr_model *m, mbsr_data *d, const mbsri_closure
     const mbsr_closure_table *table = c->def.table;
     mbsri_zero((size_t)c->rows, rate);
     const int status = table->drift ? table->drift(&view->args, rate)
-                                    : mbsri_closure_drift(c, view, d->closure_x, rate);
+                                    : mbsri_closure_drift(m, c, view, d->closure_x, rate);
     if (status) return mbsri_closure_failed(m, d, c, status, table->drift ? "drift" : "position");
     for (int k = 0; k < c->bodies; ++k) {
         const mbsr_force_body *body = view->body + k;

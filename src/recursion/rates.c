@@ -15,6 +15,7 @@
 #include "recursion/inertia.h"
 #include "recursion/kinematics.h"
 #include "recursion/locks.h"
+#include "recursion/spans.h"
 
 #include <math.h>
 
@@ -91,25 +92,40 @@ static int displaced(const mbsr_model *m, mbsr_data *d, double t, double h, doub
     return status;
 }
 
+/* Largest rate at which the bodies that are differenced, and their predecessors, change. */
+static double speed_of(const mbsr_model *m, const mbsr_data *d)
+{
+    double speed = 0.0;
+    for (int i = 1; i <= m->bodies; ++i) {
+        const mbsri_body *b = m->body + i, *pred = m->body + b->parent;
+        if (!mbsri_rates_by_differences(b)) continue;
+        const mbsri_spans s = mbsri_spans_of(m, &b->joint.table->scales);
+        speed = fmax(speed, mbsri_span_rate(&s));
+        speed = fmax(speed, mbsri_twist_rate(&s, b, d->V + b->v));
+        speed = fmax(speed, mbsri_twist_rate(&s, pred, d->V + b->pred_v));
+        for (int k = 0; k < b->nq && b->joint.space == MBSR_SPACE_GENERAL; ++k) {
+            const double span = mbsri_coordinate_span(&s, m, b, false, k);
+            speed = fmax(speed, fabs(d->qdot[b->q + k]) / (span + fabs(d->q_base[b->q + k])));
+        }
+    }
+    return speed;
+}
+
 /* Differences of fourth order over steps that change the state by about 1e-4 of its size. */
 static int differences(const mbsr_model *m, mbsr_data *d)
 {
     const double t = d->t;
     int status = mbsri_coordinate_rates(m, d, d->qdot);
     if (status) return status;
-    double speed = 1.0;
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
         mbsri_copy((size_t)b->nq, d->q + b->iq, d->q_base + b->q);
         mbsri_copy((size_t)b->n, d->u + b->iu, d->u_base + b->u);
-        for (int k = 0; k < b->nq; ++k) {
-            speed = fmax(speed, fabs(d->qdot[b->q + k]) / (1.0 + fabs(d->q_base[b->q + k])));
-        }
     }
     mbsri_zero(m->size_dp, d->Hdot);
     mbsri_zero(m->size_dn, d->Jdot);
     mbsri_zero(m->size_dd, d->Mdot);
-    const double h = 1e-4 / speed;
+    const double h = 5e-4 / speed_of(m, d);
     static const double weight[] = {-1.0, 8.0, -8.0, 1.0}, place[] = {2.0, 1.0, -1.0, -2.0};
     for (int k = 0; k < 4 && !status; ++k)
         status = displaced(m, d, t, place[k] * h, weight[k] / (12.0 * h));

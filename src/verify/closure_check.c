@@ -47,7 +47,7 @@ static int verify_jacobian(verifier *w, double *truth)
     const size_t size = (size_t)c->rows * (size_t)c->columns;
     if (!c->def.table->jacobian || c->held == 0) return MBSR_OK;
     mbsri_zero(size, truth);
-    const int status = mbsri_closure_slopes(c, &w->view, w->d->closure_x, truth);
+    const int status = mbsri_closure_slopes(w->m, c, &w->view, w->d->closure_x, truth);
     if (status) return mbsri_closure_failed(w->m, w->d, c, status, "position");
     w->errors->jacobian =
         compare(w, "jacobian", c->rows, c->held, (int)size, w->d->closure_C + c->at, truth);
@@ -61,7 +61,7 @@ static int verify_drift(verifier *w)
     if (!c->def.table->drift || c->held == 0) return MBSR_OK;
     int status = c->def.table->drift(&w->view.args, own);
     if (status) return mbsri_closure_failed(w->m, w->d, c, status, "drift");
-    status = mbsri_closure_drift(c, &w->view, w->d->closure_x, truth);
+    status = mbsri_closure_drift(w->m, c, &w->view, w->d->closure_x, truth);
     if (status) return mbsri_closure_failed(w->m, w->d, c, status, "position");
     w->errors->drift = compare(w, "drift", c->rows, c->held, c->rows, own, truth);
     return MBSR_OK;

@@ -52,6 +52,7 @@ static const mbsr_force_table law_table = {
     .evaluate = law_evaluate,
     .energy = law_energy,
     .dissipation = law_dissipation,
+    .scales = {.length = 1.0}, /* in any unit */
 };
 
 mbsr_force_def test_joint_law(int body, double stiffness, double damping)

@@ -18,6 +18,7 @@
 #include "newton/slopes/move.h"
 #include "recursion/inertia.h"
 #include "recursion/kinematics.h"
+#include "recursion/spans.h"
 
 #include <math.h>
 
@@ -180,45 +181,49 @@ static void stock_columns(const mbsri_body *b, const mbsr_data *d, bool accelera
 
 /* ---- inertias by function ---- */
 
+/* Of the spans (recursion/spans.h). */
 static const double step = 1e-3;
 
-/* M V, h, M' V and M A at a pose p and velocity V. */
+/* M V, h, M' V and M A at a pose p and velocity V; h: the step in time, s. */
 static int terms(const mbsri_body *b, const mbsr_data *d, const double *p, const double *V,
-                 const room *w)
+                 double h, const room *w)
 {
     int status = mbsri_inertia_velocity(b, d->t, p, V, w->M, w->h);
     if (status) return status;
     product(b->d, w->M, V, w->MV);
     product(b->d, w->M, d->A + b->v, w->MA);
     mbsri_zero((size_t)b->d, w->MdotV);
-    const double speed = fmax(1.0, mbsri_largest(b->d, V));
     mbsri_pose_rate(b->joint.space, b->np, p, V, w->dp);
     for (int l = 0; l < 4 && !status; ++l) {
-        const double h = mbsri_difference_place(l) * step / speed;
-        mbsri_pose_move(b->joint.space, b->np, p, w->dp, h, w->p_on);
-        status = mbsri_inertia_velocity(b, d->t + h, w->p_on, V, w->M, w->T);
+        const double to = mbsri_difference_place(l) * h;
+        mbsri_pose_move(b->joint.space, b->np, p, w->dp, to, w->p_on);
+        status = mbsri_inertia_velocity(b, d->t + to, w->p_on, V, w->M, w->T);
         if (!status)
-            mbsri_ax(b->d, b->d, mbsri_difference_weight(l) * speed / (12.0 * step), w->M, V,
-                     w->MdotV);
+            mbsri_ax(b->d, b->d, mbsri_difference_weight(l) / (12.0 * h), w->M, V, w->MdotV);
     }
     return status;
 }
 
-static int function_columns(const mbsri_body *b, const mbsr_data *d, bool accelerated,
-                            const room *w, double *dp, double *P)
+static int function_columns(const mbsr_model *m, const mbsri_body *b, const mbsr_data *d,
+                            bool accelerated, const room *w, double *dp, double *P)
 {
+    const mbsri_spans s = mbsri_spans_of(m, &b->joint.table->scales);
+    const double rate = fmax(mbsri_span_rate(&s), mbsri_twist_rate(&s, b, d->V + b->v));
     const int n = b->d, e = mbsri_pose_size(b), rows = accelerated ? 3 * n : 2 * n;
     const double *p = d->p + b->p, *V = d->V + b->v;
     int status = MBSR_OK;
     for (int k = 0; k < e + n && !status; ++k, P += rows) {
         mbsri_zero((size_t)b->np, dp);
         if (k < e) mbsri_pose_unit(b->joint.space, k, p, dp);
+        const double span = mbsri_binary(k < e ? mbsri_pose_span(&s, b, k)
+                                               : mbsri_pose_span(&s, b, k - e) * rate),
+                     h = step * span;
         for (int l = 0; l < 4 && !status; ++l) {
-            mbsri_pose_move(b->joint.space, b->np, p, dp, mbsri_difference_place(l) * step, w->p);
+            mbsri_pose_move(b->joint.space, b->np, p, dp, mbsri_difference_place(l) * h, w->p);
             mbsri_copy((size_t)n, V, w->V);
-            if (k >= e) w->V[k - e] += mbsri_difference_place(l) * step;
-            status = terms(b, d, w->p, w->V, w);
-            const double factor = mbsri_difference_weight(l) / (12.0 * step);
+            if (k >= e) w->V[k - e] += mbsri_difference_place(l) * h;
+            status = terms(b, d, w->p, w->V, step / rate, w);
+            const double factor = mbsri_difference_weight(l) / (12.0 * h);
             for (int j = 0; j < n && !status; ++j) {
                 P[j] -= factor * w->MV[j];
                 P[n + j] += factor * (w->h[j] - w->MdotV[j]);
@@ -238,7 +243,7 @@ int mbsri_body_slopes_add(const mbsr_model *m, mbsr_data *d, int i, bool acceler
     lay_out(b, work, &w);
     int status = MBSR_OK;
     if (b->inertia.kind == MBSR_INERTIA_FUNCTION)
-        status = function_columns(b, d, accelerated, &w, w.dp + b->np, P);
+        status = function_columns(m, b, d, accelerated, &w, w.dp + b->np, P);
     else
         stock_columns(b, d, accelerated, &w, P);
     if (status) return mbsri_joint_failed(m, d, i, status, "the inertia's function");

@@ -3,7 +3,9 @@
  * SPDX-License-Identifier: BSD-3-Clause
  *
  * Differences (differences.h) are taken of one variable at a time, with copies of the bodies in the
- * work memory. The orientation of a SPATIAL body is displaced by R <- exp([h e_k]x) R. */
+ * work memory. Steps of velocities follow from those of positions by a rate: the table's or the
+ * tree's (recursion/spans.h), without gravity with the sizes f_k of the element's forces and s_k of
+ * the coordinates they belong to sqrt(f_k s_k / m l^2). The orientation of a SPATIAL body is displaced by R <- exp([h e_k]x) R. */
 #include "newton/slopes/force_slopes.h"
 
 #include "algebra/dense.h"
@@ -15,6 +17,7 @@
 #include "recursion/elements.h"
 #include "recursion/inertia.h"
 #include "recursion/kinematics.h"
+#include "recursion/spans.h"
 
 #include <math.h>
 
@@ -114,6 +117,8 @@ typedef struct differences {
     mbsr_force_args args; /* body: those of the data, turned to the copies */
     double *forces;       /* rows, what evaluate writes */
     double *sink; /* forces on the ground, gyroscopic forces that come with a mass by function */
+    mbsri_spans spans;
+    double energy; /* of note_energy */
 } differences;
 
 /* A copy of count numbers (none for NULL); moves *work on. */
@@ -149,20 +154,66 @@ static void detach(differences *w)
     }
 }
 
+/* Largest energy of the forces over their spans so far, J. */
+static void note_energy(differences *w)
+{
+    for (int k = 0; k < w->args.bodies; ++k) {
+        const mbsr_force_body *body = w->args.body + k;
+        const mbsri_body *b = w->m->body + mbsri_index(w->m, body->id);
+        if (w->s->row[k] < 0) continue;
+        const double *f = w->forces + w->s->row[k], *tau = f + body->d;
+        for (int c = 0; c < body->d; ++c)
+            w->energy = fmax(w->energy, fabs(f[c]) * mbsri_pose_span(&w->spans, b, c));
+        for (int c = 0; c < body->n; ++c)
+            w->energy =
+                fmax(w->energy, fabs(tau[c]) * mbsri_coordinate_span(&w->spans, w->m, b, true, c));
+    }
+}
+
 /* column += factor times the forces of the bodies as they are */
-static int sample(const differences *w, double factor, double *column)
+static int sample(differences *w, double factor, double *column)
 {
     mbsri_zero((size_t)(w->s->out.rows + w->m->root.d), w->forces);
     const int status = w->force->def.table->evaluate(&w->args);
     if (status) return mbsri_force_failed(w->m, w->d, w->force, status, "evaluate");
     for (int k = 0; k < w->s->out.rows; ++k) column[k] += factor * w->forces[k];
+    if (!(w->spans.rate > 0.0)) note_energy(w);
     return MBSR_OK;
 }
 
-/* A column of the matrix: derivative with respect to *x, a number of the copies. */
-static int plain_column(const differences *w, double *x, double *column)
+/* Largest rate of the bodies of the call, 1/s. */
+static double speed_of(const differences *w)
 {
-    const double at = *x, h = mbsri_difference_step(at);
+    const bool joint_only = (w->force->def.table->flags & MBSR_FORCE_JOINT_ONLY) != 0;
+    double speed = 0.0;
+    for (int k = 0; k < w->args.bodies; ++k) {
+        const mbsr_force_body *body = w->args.body + k;
+        const mbsri_body *b = w->m->body + mbsri_index(w->m, body->id);
+        if (!joint_only) speed = fmax(speed, mbsri_twist_rate(&w->spans, b, body->V));
+        for (int c = 0; c < body->n; ++c)
+            speed =
+                fmax(speed, fabs(body->u[c]) / mbsri_coordinate_span(&w->spans, w->m, b, true, c));
+    }
+    return speed;
+}
+
+/* Rate of the coordinates: the table's, or the larger one of that of gravity or of the forces so far
+ * and of its geometric mean with the bodies' own. */
+static double rate_of(const differences *w)
+{
+    const double inertia = w->m->mass * w->m->length * w->m->length, known = w->spans.rate;
+    if (w->force->def.table->scales.time > 0.0) return known;
+    const double slow = known > 0.0     ? known
+                        : inertia > 0.0 ? sqrt(w->energy / inertia)
+                                        : 0.0,
+                 speed = speed_of(w), rate = slow > 0.0 ? fmax(slow, sqrt(slow * speed)) : speed;
+    return rate > 0.0 && isfinite(rate) ? rate : 1.0;
+}
+
+/* A column of the matrix: derivative with respect to *x, a number of the copies. */
+static int plain_column(differences *w, double *x, double span, double *column)
+{
+    const double at = *x, h = mbsri_difference_step(at, span);
     int status = MBSR_OK;
     for (int l = 0; l < 4 && !status; ++l) {
         *x = at + mbsri_difference_place(l) * h;
@@ -197,14 +248,15 @@ static int renew_mass(const differences *w, int i, const mbsr_force_body *body, 
 }
 
 /* Column c of body i's pose. The copies p and M are left as they were. */
-static int pose_column(const differences *w, int i, const mbsr_force_body *body, int c, double *p,
+static int pose_column(differences *w, int i, const mbsr_force_body *body, int c, double *p,
                        double *M, double *column)
 {
     const mbsri_body *b = w->m->body + i;
     const double *at = w->d->p + b->p;
     const bool spatial = body->space == MBSR_SPACE_SPATIAL, turned = spatial && c < 3;
     const int entry = spatial ? MBSR_POSE_X + c - 3 : c;
-    const double h = turned ? mbsri_difference_step(0.0) : mbsri_difference_step(at[entry]);
+    const double h =
+        mbsri_difference_step(turned ? 0.0 : at[entry], mbsri_pose_span(&w->spans, b, c));
     int status = MBSR_OK;
     for (int l = 0; l < 4 && !status; ++l) {
         mbsri_copy((size_t)body->np, at, p);
@@ -221,12 +273,14 @@ static int pose_column(const differences *w, int i, const mbsr_force_body *body,
 }
 
 /* The columns of body k of the call. */
-static int body_columns(const differences *w, int k)
+static int body_columns(differences *w, int k)
 {
     const mbsr_force_body *body = w->args.body + k;
     const unsigned flags = w->force->def.table->flags;
     const int i = mbsri_index(w->m, body->id), rows = w->s->out.rows,
               pose = mbsri_V_column(body, 0);
+    const mbsri_body *b = w->m->body + i;
+    const mbsri_spans *spans = &w->spans;
     const bool joint_only = (flags & MBSR_FORCE_JOINT_ONLY) != 0;
     double *column = w->s->matrix + (size_t)w->s->column[k] * (size_t)rows;
     /* the copies again, to be written to: they are this file's own */
@@ -238,12 +292,14 @@ static int body_columns(const differences *w, int k)
         if (!joint_only && !status) status = pose_column(w, i, body, c, p, M, column);
     }
     for (int c = 0; c < body->d; ++c, column += rows) {
-        if (!joint_only && !status) status = plain_column(w, V + c, column);
+        if (!joint_only && !status)
+            status = plain_column(w, V + c, rate_of(w) * mbsri_pose_span(spans, b, c), column);
     }
     for (int c = 0; c < body->nq && !status; ++c, column += rows)
-        status = plain_column(w, q + c, column);
+        status = plain_column(w, q + c, mbsri_coordinate_span(spans, w->m, b, false, c), column);
     for (int c = 0; c < body->n && !status; ++c, column += rows)
-        status = plain_column(w, u + c, column);
+        status = plain_column(w, u + c, rate_of(w) * mbsri_coordinate_span(spans, w->m, b, true, c),
+                              column);
     return status;
 }
 
@@ -258,13 +314,14 @@ static differences prepare(const mbsr_model *m, mbsr_data *d, const mbsri_force 
                                .body = d->force_bodies};
     lay_out(s, w.args.bodies, w.args.body);
     detach(&w);
+    w.spans = mbsri_spans_of(m, &force->def.table->scales);
     return w;
 }
 
 int mbsri_force_values(const mbsr_model *m, mbsr_data *d, const mbsri_force *force, int body,
                        mbsri_slopes *s, double *forces)
 {
-    const differences w = prepare(m, d, force, body, s);
+    differences w = prepare(m, d, force, body, s);
     mbsri_zero((size_t)s->out.rows, forces);
     return sample(&w, 1.0, forces);
 }
@@ -272,7 +329,7 @@ int mbsri_force_values(const mbsr_model *m, mbsr_data *d, const mbsri_force *for
 int mbsri_force_differences(const mbsr_model *m, mbsr_data *d, const mbsri_force *force, int body,
                             mbsri_slopes *s)
 {
-    const differences w = prepare(m, d, force, body, s);
+    differences w = prepare(m, d, force, body, s);
     int status = MBSR_OK;
     for (int k = 0; k < w.args.bodies && !status; ++k) {
         if (s->row[k] >= 0) status = body_columns(&w, k);

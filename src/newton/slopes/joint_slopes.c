@@ -12,10 +12,12 @@
 #include "newton/slopes/joint_slopes.h"
 
 #include "algebra/dense.h"
+#include "algebra/differences.h"
 #include "newton/slopes/force_slopes.h"
 #include "newton/slopes/move.h"
 #include "recursion/kinematics.h"
 #include "recursion/locks.h"
+#include "recursion/spans.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -33,6 +35,7 @@ typedef struct column {
     int i;
     bool accelerated;
     const double *udot;
+    mbsri_spans spans; /* of differences */
     mbsr_joint_args args;
     mbsr_joint_change by;
     double *q, *u, *p_pred, *V_pred, *dp, *dV; /* of `by` */
@@ -292,6 +295,9 @@ static int pose_columns(column *c, mbsri_joint_slopes *s)
             mbsri_pose_unit(b->pred_space, k, c->d->p + b->pred_p, c->p_pred);
         else
             c->q[place_of(b, k - s->e_pred)] = 1.0;
+        c->move.span =
+            mbsri_binary(outside ? mbsri_pose_span(&c->spans, c->pred, k)
+                                 : mbsri_coordinate_span(&c->spans, c->m, b, false, k - s->e_pred));
         status = first_order(c);
         if (status) return status;
         velocity(c);
@@ -314,7 +320,11 @@ static int rate_columns(column *c, mbsri_joint_slopes *s)
         const bool outside = k < b->d_pred;
         const double *along = outside ? c->d->H + b->dp + (size_t)(k * b->d)
                                       : c->d->J + b->dn + (size_t)((k - b->d_pred) * b->d);
+        const double span = outside
+                                ? mbsri_pose_span(&c->spans, c->pred, k)
+                                : mbsri_coordinate_span(&c->spans, c->m, b, true, k - b->d_pred);
         rest(c);
+        c->move.span = mbsri_binary(span * c->move.speed);
         if (outside)
             c->V_pred[k] = 1.0;
         else
@@ -366,6 +376,10 @@ int mbsri_joint_slopes_of(const mbsr_model *m, mbsr_data *d, int i, bool acceler
     c.move.table = b->joint.table;
     c.move.space = b->joint.space;
     c.move.np_pred = c.pred->np;
+    c.spans = mbsri_spans_of(m, &b->joint.table->scales);
+    c.move.speed =
+        fmax(mbsri_span_rate(&c.spans), fmax(mbsri_twist_rate(&c.spans, b, d->V + b->v),
+                                             mbsri_twist_rate(&c.spans, c.pred, d->V + b->pred_v)));
     if (!unit_K(b)) {
         const int status = mbsri_joint_move_Kdot(&c.move, &c.args, c.Kdot, c.second.H, c.second.J);
         if (status) return mbsri_joint_failed(m, d, i, status, "rates");

@@ -1,9 +1,9 @@
 /* Displaced poses, and derivatives of a joint's functions by differences: see move.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Derivatives are central differences of fourth order over steps of a thousandth of a radian, metre
- * and so on. Where only velocities change, those of second order over a step of one are exact: kII
- * is quadratic in them, K', H', J' and q' are linear. A joint without `rates` has K', H', J' by such differences along its motion, which are
+ * Derivatives are central differences of fourth order over steps of a thousandth of the change over
+ * which the functions change (recursion/spans.h). Where only velocities change, those of second
+ * order over a step of their size are exact: kII is quadratic in them, K', H', J' and q' are linear. A joint without `rates` has K', H', J' by such differences along its motion, which are
  * then differenced once more. */
 #include "newton/slopes/move.h"
 
@@ -13,7 +13,7 @@
 
 #include <math.h>
 
-static const double step = 1e-3;
+static const double step = 1e-3; /* of the span */
 
 /* ---- changes of a pose ---- */
 
@@ -190,12 +190,13 @@ int mbsri_joint_move_tangent(mbsri_joint_mover *w, const mbsr_joint_args *args,
                              const mbsr_joint_change *by, double *dp, double *dK, double *dH,
                              double *dJ, double *dkI, const char **name)
 {
+    const double h = step * w->span;
     for (int l = 0; l < 4; ++l) {
-        const mbsr_joint_args moved = displace(w, args, by, mbsri_difference_place(l) * step);
+        const mbsr_joint_args moved = displace(w, args, by, mbsri_difference_place(l) * h);
         const int status = jacobians_at(w, moved, w->p, &w->sample, name);
         if (status) return status;
-        add((size_t)args->np, mbsri_difference_weight(l) / (12.0 * step), w->p, dp);
-        add_sample(args, mbsri_difference_weight(l) / (12.0 * step), &w->sample, dK, dH, dJ, dkI);
+        add((size_t)args->np, mbsri_difference_weight(l) / (12.0 * h), w->p, dp);
+        add_sample(args, mbsri_difference_weight(l) / (12.0 * h), &w->sample, dK, dH, dJ, dkI);
     }
     return MBSR_OK;
 }
@@ -216,14 +217,12 @@ static int rates_by_motion(mbsri_joint_mover *w, const mbsr_joint_args *args, do
     *name = "coordinate_rates";
     int status = coordinate_rates(w, args);
     if (status) return status;
-    double speed = 1.0;
-    for (int k = 0; k < args->nq; ++k) speed = fmax(speed, fabs(w->qdot[k]));
-    for (int k = 0; k < args->pred_d; ++k) speed = fmax(speed, fabs(args->V_pred[k]));
+    const double whole = step / w->speed;
     const bool moves = args->pred_space != MBSR_SPACE_FIXED;
     if (moves)
         mbsri_pose_rate(args->pred_space, w->np_pred, args->p_pred, args->V_pred, w->dp_pred);
     for (int l = 0; l < 4 && !status; ++l) {
-        const double h = mbsri_difference_place(l) * step / speed;
+        const double h = mbsri_difference_place(l) * whole;
         mbsr_joint_args moved = *args;
         moved.t += h;
         for (int k = 0; k < args->nq; ++k) w->q_on[k] = args->q[k] + h * w->qdot[k];
@@ -235,8 +234,8 @@ static int rates_by_motion(mbsri_joint_mover *w, const mbsr_joint_args *args, do
         }
         status = jacobians_at(w, moved, w->p_on, &w->inner, name);
         if (!status)
-            add_sample(args, mbsri_difference_weight(l) * speed / (12.0 * step), &w->inner, Kdot,
-                       Hdot, Jdot, NULL);
+            add_sample(args, mbsri_difference_weight(l) / (12.0 * whole), &w->inner, Kdot, Hdot,
+                       Jdot, NULL);
     }
     return status;
 }
@@ -264,9 +263,11 @@ int mbsri_joint_move_rates(mbsri_joint_mover *w, const mbsr_joint_args *args,
                            const mbsr_joint_change *by, double *dkII, double *dKdot, double *dHdot,
                            double *dJdot, double *dqdot, const char **name)
 {
+    const double whole = w->still ? w->span : step * w->span;
     for (int l = 0; l < (w->still ? 2 : 4); ++l) {
-        const double h = w->still ? 1.0 - 2.0 * l : mbsri_difference_place(l) * step,
-                     weight = w->still ? 0.5 * h : mbsri_difference_weight(l) / (12.0 * step);
+        const double place = w->still ? 1.0 - 2.0 * l : mbsri_difference_place(l),
+                     weight = (w->still ? 0.5 * place : mbsri_difference_weight(l) / 12.0) / whole,
+                     h = place * whole;
         mbsr_joint_args moved = *args;
         if (!w->still) {
             moved = displace(w, args, by, h);

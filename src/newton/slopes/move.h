@@ -30,8 +30,10 @@ typedef struct mbsri_joint_mover {
     const mbsr_joint_table *table;
     mbsr_space space; /* of the body */
     int np_pred;
-    bool still;                              /* mbsri_joint_move_rates: q and poses do not change */
-    double *q, *u, *p_pred, *V_pred, *p, *V; /* displaced */
+    bool still;   /* mbsri_joint_move_rates: q and poses do not change */
+    double span;  /* multiple of the change over which functions change; `still`: of its size */
+    double speed; /* rate at which the state moves through these, 1/s */
+    double *q, *u, *p_pred, *V_pred, *p, *V;   /* displaced */
     double *q_on, *p_pred_on, *dp_pred, *p_on; /* and moved on from there in time */
     double *qdot;
     mbsri_joint_sample sample, inner;

@@ -1,0 +1,124 @@
+/* Sizes typical of a tree: see measure.h.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * They are made of constants of the model, so that steps do not depend on how far it has travelled:
+ *
+ *   length     the geometric mean of the bodies' radii of gyration about their origins
+ *   frequency  of a pendulum of that length under the model's gravity
+ *   span       of a coordinate whose kind is not known: what turns its body by 1 rad or moves it by
+ *              the length at q = 0, by the column of J */
+#include "assembly/measure.h"
+
+#include "algebra/dense.h"
+#include "assembly/survey.h"
+#include "base/memory.h"
+#include "forces/gravity.h"
+#include "model/query.h"
+#include "recursion/inertia.h"
+#include "recursion/spans.h"
+
+#include <math.h>
+
+/* Mass of a body, and its largest radius of gyration about the origin. */
+static double radius(const mbsri_body *b, double *mass)
+{
+    double p[MBSR_POSE_SIZE] = {0.0}, M[36], moment = 0.0;
+    *mass = 0.0;
+    if (b->joint.space == MBSR_SPACE_GENERAL || b->inertia.kind == MBSR_INERTIA_FUNCTION)
+        return 0.0;
+    if (b->joint.space == MBSR_SPACE_SPATIAL) p[0] = p[4] = p[8] = 1.0;
+    mbsri_inertia_mass(b, p, M);
+    for (int k = 0; k < b->d; ++k) {
+        const double entry = M[k * (b->d + 1)];
+        if (mbsri_is_angle(b->joint.space, k))
+            moment = fmax(moment, entry);
+        else
+            *mass = fmax(*mass, entry);
+    }
+    return *mass > 0.0 ? sqrt(moment / *mass) : 0.0;
+}
+
+/* Radii that are zero but for rounding beside others do not count. */
+static void weigh(mbsr_model *m)
+{
+    double largest = 0.0, sum = 0.0, mass;
+    int count = 0;
+    m->mass = 0.0;
+    for (int i = 1; i <= m->bodies; ++i) {
+        largest = fmax(largest, radius(m->body + i, &mass));
+        m->mass += mass;
+    }
+    for (int i = 1; i <= m->bodies; ++i) {
+        const double now = radius(m->body + i, &mass);
+        if (!(now > 1e-9 * largest)) continue;
+        sum += log(now);
+        ++count;
+    }
+    m->length = count > 0 ? exp(sum / count) : 0.0;
+}
+
+static void find_frequency(mbsr_model *m)
+{
+    static const double pi = 3.14159265358979323846;
+    const mbsri_force *force = m->forces.data;
+    double g[3] = {0.0, 0.0, 0.0};
+    for (size_t k = 0; k < m->forces.count; ++k) {
+        if (!mbsri_is_gravity(&force[k].def)) continue;
+        for (int l = 0; l < 3; ++l) g[l] += force[k].def.param[l];
+    }
+    const double size = sqrt(mbsri_dot(3, g, g));
+    m->frequency = m->length > 0.0 ? sqrt(size / m->length) / (2.0 * pi) : 0.0;
+}
+
+/* Whether the library does not know what all coordinates of a joint measure. */
+static bool unknown(const mbsri_body *b)
+{
+    bool some = false;
+    for (int k = 0; k < b->n; ++k)
+        some = some || mbsri_coordinate_kind(b, true, k) == MBSR_COORDINATE_OTHER;
+    return some;
+}
+
+/* What turns the body of a joint by 1 or moves it by the length. */
+static double reach(const mbsr_model *m, const mbsri_body *b, const double *column)
+{
+    const mbsri_spans spans = mbsri_spans_of(m, NULL);
+    double size = 0.0;
+    for (int c = 0; c < b->d; ++c)
+        size = fmax(size, fabs(column[c]) / mbsri_pose_span(&spans, b, c));
+    return size > 0.0 && isfinite(1.0 / size) ? 1.0 / size : 1.0;
+}
+
+static bool find_spans(mbsr_model *m)
+{
+    bool some = false;
+    for (int i = 1; i <= m->bodies && !some; ++i) some = unknown(m->body + i);
+    if (!some || m->bodies > MBSRI_MOST_SURVEYED) return true;
+    const size_t count = (size_t)m->nq + (size_t)m->nu;
+    double *span = mbsri_allocate(&m->allocator, count * sizeof *span);
+    mbsr_data *d;
+    if (!span || mbsr_data_create(m, &d, NULL)) {
+        mbsri_release(&m->allocator, span);
+        return false;
+    }
+    for (size_t k = 0; k < count; ++k) span[k] = 1.0;
+    const bool placed = mbsri_survey_zero(m, d);
+    for (int i = 1; i <= m->bodies && placed; ++i) {
+        const mbsri_body *b = m->body + i;
+        for (int k = 0; k < b->n; ++k) {
+            const double now = reach(m, b, d->J + b->dn + (size_t)(k * b->d));
+            span[m->nq + b->u + k] = now;
+            if (b->nq == b->n) span[b->q + k] = now;
+        }
+    }
+    mbsr_data_destroy(d);
+    m->span = span;
+    return true;
+}
+
+bool mbsri_measure(mbsr_model *m)
+{
+    weigh(m);
+    find_frequency(m);
+    return find_spans(m);
+}

@@ -1,0 +1,77 @@
+/* Over what size functions change: see spans.h.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "recursion/spans.h"
+
+#include "model/query.h"
+
+#include <math.h>
+
+static double first_of(double stated, double typical, double otherwise)
+{
+    return stated > 0.0 ? stated : typical > 0.0 ? typical : otherwise;
+}
+
+mbsri_spans mbsri_spans_of(const mbsr_model *m, const mbsr_scales *stated)
+{
+    static const mbsr_scales none = {0.0, 0.0, 0.0, 0.0};
+    const mbsr_scales *own = stated ? stated : &none;
+    return (mbsri_spans){.length = first_of(own->length, m->length, 1.0),
+                         .angle = first_of(own->angle, 1.0, 1.0),
+                         .other = own->other,
+                         .rate = own->time > 0.0 ? 1.0 / own->time : m->frequency};
+}
+
+bool mbsri_is_angle(mbsr_space space, int c)
+{
+    return space == MBSR_SPACE_SPATIAL ? c < 3 : space == MBSR_SPACE_PLANAR && c == 2;
+}
+
+double mbsri_pose_span(const mbsri_spans *s, const mbsri_body *b, int c)
+{
+    if (b->joint.space == MBSR_SPACE_GENERAL)
+        return first_of(s->other, b->joint.table ? b->joint.table->scales.other : 0.0, 1.0);
+    return mbsri_is_angle(b->joint.space, c) ? s->angle : s->length;
+}
+
+double mbsri_coordinate_span(const mbsri_spans *s, const mbsr_model *m, const mbsri_body *b,
+                             bool velocity, int k)
+{
+    switch (mbsri_coordinate_kind(b, velocity, k)) {
+    case MBSR_COORDINATE_ROTATION: return s->angle;
+    case MBSR_COORDINATE_TRANSLATION: return s->length;
+    case MBSR_COORDINATE_OTHER: break;
+    }
+    const double own = m->span ? m->span[velocity ? m->nq + b->u + k : b->q + k] : 1.0;
+    return first_of(s->other, b->joint.table->scales.other, own);
+}
+
+double mbsri_twist_rate(const mbsri_spans *s, const mbsri_body *b, const double *V)
+{
+    double rate = 0.0;
+    for (int c = 0; c < b->d; ++c) rate = fmax(rate, fabs(V[c]) / mbsri_pose_span(s, b, c));
+    return rate;
+}
+
+double mbsri_span_rate(const mbsri_spans *s)
+{
+    return s->rate > 0.0 ? s->rate : 1.0;
+}
+
+double mbsri_rate_span(const mbsri_spans *s, const mbsr_model *m, const mbsri_body *b, int k)
+{
+    return mbsri_span_rate(s) * mbsri_coordinate_span(s, m, b, true, k);
+}
+
+double mbsri_rate_step(const mbsr_model *m, const double *x, const double *u)
+{
+    const mbsri_spans s = mbsri_spans_of(m, NULL);
+    double least = INFINITY;
+    for (int i = 1; i <= m->bodies; ++i) {
+        const mbsri_body *b = m->body + i;
+        for (int k = 0; k < b->n; ++k) {
+            const double span = mbsri_rate_span(&s, m, b, k);
+            least = fmin(least, fmax(span, fabs(u[b->u + k])) / fabs(x[b->u + k]));
+        }
+    }
+    return isfinite(least) && least > 0.0 ? least : 1.0;
+}

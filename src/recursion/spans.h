@@ -1,0 +1,39 @@
+/* Over what size functions change, for the steps of differences (assembly/measure.h).
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRI_SPANS_H
+#define MBSRI_SPANS_H
+
+#include "model/record.h"
+
+/* Of lengths (m), angles (rad), coordinates of kinds not known (0: each its own), and the rate (1/s;
+ * 0: not known) that makes spans of velocities of them. */
+typedef struct mbsri_spans {
+    double length, angle, other, rate;
+} mbsri_spans;
+
+/* What a table states, and of the rest what is typical of the tree; stated may be NULL. */
+mbsri_spans mbsri_spans_of(const mbsr_model *m, const mbsr_scales *stated);
+
+/* Whether velocity coordinate c of a body is an angular one; so is perturbation c of its pose. */
+bool mbsri_is_angle(mbsr_space space, int c);
+
+/* Of perturbation c of a body's pose, and of entry c of V but for the rate. */
+double mbsri_pose_span(const mbsri_spans *s, const mbsri_body *b, int c);
+
+/* Of free coordinate k of a body's joint: one of q, or of u but for the rate. */
+double mbsri_coordinate_span(const mbsri_spans *s, const mbsr_model *m, const mbsri_body *b,
+                             bool velocity, int k);
+
+/* Largest of V (d) over their spans, 1/s. */
+double mbsri_twist_rate(const mbsri_spans *s, const mbsri_body *b, const double *V);
+
+/* Of free rate k of a body's joint; with 1/s where no rate is known. */
+double mbsri_rate_span(const mbsri_spans *s, const mbsr_model *m, const mbsri_body *b, int k);
+
+/* The least multiple of x (nu) that changes one of the rates u (nu) by its size or its span. */
+double mbsri_rate_step(const mbsr_model *m, const double *x, const double *u);
+
+/* The rate, 1/s where none is known. */
+double mbsri_span_rate(const mbsri_spans *s);
+
+#endif
