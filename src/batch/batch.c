@@ -6,6 +6,10 @@
 #include "joints/chain.h"
 #include "recursion/elements.h"
 #include "recursion/kinematics.h"
+#include "sweeps/block.h"
+#include "sweeps/dynamics.h"
+#include "sweeps/loads.h"
+#include "sweeps/show.h"
 
 #include <math.h>
 
@@ -28,6 +32,20 @@ static const double *state_of(const double *x, int n, int k)
 
 /* ---- states in lanes ---- */
 
+/* The same to the lanes' own data. */
+static bool move_lane_roots(const request *r)
+{
+    mbsri_batch_run *run = &r->b->run;
+    for (int l = 0; l < r->b->kernels->lanes; ++l) {
+        mbsri_sweep_run *lane = run->lane + l;
+        lane->data->t = r->t;
+        if (mbsri_sweeps_move_root(lane)) return false;
+        mbsri_sweeps_place_root(lane);
+    }
+    run->r[3] = run->lane->load->r[3];
+    return true;
+}
+
 /* The root's state, the same for all; gravity is an acceleration of the whole world the other
  * way. */
 static bool move_root(const request *r)
@@ -39,10 +57,12 @@ static bool move_root(const request *r)
     d->t = r->t;
     if (!isfinite(r->t) || mbsri_embedded_root(m, d, run->R, place, V, run->A)) return false;
     for (int k = 0; k < 3; ++k) {
+        run->r[k] = place[k];
+        run->v[k] = V[3 + k];
         run->omega[k] = V[k];
         run->A[3 + k] -= m->sweeps->gravity[k];
     }
-    return true;
+    return !run->lane || move_lane_roots(r);
 }
 
 /* Prescribed coordinates, likewise. False: a motion failed. */
@@ -90,6 +110,64 @@ static unsigned all_joint_forces(const request *r, int count, unsigned served, d
     return served;
 }
 
+/* ---- with bodies that are looked at one state after the other ---- */
+
+/* n numbers of lane l. */
+static void lay(int lanes, int l, int n, const double *from, double *to)
+{
+    for (int k = 0; k < n; ++k) to[k] = from[k * lanes + l];
+}
+
+/* What the elements exert on the state in lane l: on bodies to its run, on joints `sign` times to x
+ * (lanes x nu). False: an element failed. */
+static bool load_lane(const request *r, int l, double sign, double *x)
+{
+    const mbsr_model *m = r->m;
+    const mbsri_sweep_run *lane = r->b->run.lane + l;
+    mbsr_data *d = lane->data;
+    const int lanes = r->b->kernels->lanes;
+    if (sign > 0.0)
+        lay(lanes, l, m->nu, x, d->tau);
+    else
+        mbsri_zero((size_t)m->nu, d->tau);
+    if (m->sweeps->joint_forces && mbsri_joint_elements(m, d, d->q, d->u)) return false;
+    if (mbsri_sweeps_loads(lane)) return false;
+    for (int k = 0; k < m->nu && sign > 0.0; ++k) x[k * lanes + l] = d->tau[k];
+    return true;
+}
+
+/* The lanes in `served`, which begin with the states' q, u and loads; returns which of them are. */
+static unsigned seen_lanes(const request *r, int count, unsigned served)
+{
+    const mbsr_model *m = r->m;
+    mbsr_batch *b = r->b;
+    mbsri_batch_run *run = &b->run;
+    const int lanes = b->kernels->lanes;
+    const double sign = r->inverse ? -1.0 : 1.0;
+    for (int l = 0; l < count; ++l) {
+        mbsr_data *d = run->lane[l].data;
+        lay(lanes, l, m->nq, b->q, d->q);
+        lay(lanes, l, m->nu, b->u, d->u);
+        run->lane[l].tau = r->inverse ? d->udot : d->tau;
+        if (r->inverse) lay(lanes, l, m->nu, b->load, d->udot);
+    }
+    run->count = count;
+    run->served = served;
+    served = b->kernels->move_seen(run);
+    for (int l = 0; l < count; ++l) {
+        const unsigned bit = 1u << l;
+        if ((served & bit) && !load_lane(r, l, sign, b->load)) served &= ~bit;
+        if (!r->inverse && (served & bit)) mbsri_block_open(run->lane + l);
+    }
+    run->served = served;
+    if (!r->inverse) return b->kernels->forward_seen(run);
+    served = b->kernels->inverse_seen(run);
+    for (int l = 0; l < count; ++l) {
+        for (int k = 0; k < m->nu; ++k) run->out[k * lanes + l] -= run->lane[l].data->tau[k];
+    }
+    return served;
+}
+
 /* States first .. first + count - 1; returns which were served. */
 static unsigned in_lanes(const request *r, int first, int count)
 {
@@ -103,7 +181,9 @@ static unsigned in_lanes(const request *r, int first, int count)
         served &= kernels->gather(m->nu, u_of, count, state_of(r->load, m->nu, first), b->load);
     else
         mbsri_zero((size_t)m->nu * (size_t)kernels->lanes, b->load);
-    if (r->inverse) {
+    if (b->run.lane) {
+        served = seen_lanes(r, count, served);
+    } else if (r->inverse) {
         served &= kernels->inverse(&b->run);
         served = all_joint_forces(r, count, served, -1.0, b->run.out);
     } else {

@@ -7,6 +7,7 @@
 #include "base/error.h"
 #include "base/memory.h"
 #include "joints/chain.h"
+#include "sweeps/dynamics.h"
 
 #include <math.h>
 #include <stdint.h>
@@ -72,7 +73,7 @@ static int take_apart(const mbsr_model *m, int i, int *moved, mbsri_sweep_body *
 {
     const mbsri_sweeps *tree = m->sweeps;
     const mbsri_sweep_body *whole = tree->body + i;
-    if (!(whole->flags & MBSRI_MULTI)) {
+    if (!(whole->flags & MBSRI_MULTI)) { /* blocks among them */
         *list = *whole;
         return 1;
     }
@@ -95,10 +96,12 @@ static int take_apart(const mbsr_model *m, int i, int *moved, mbsri_sweep_body *
 }
 
 /* What the parts of a body have to do with the rest of the tree. */
-static void join(const mbsri_sweeps *tree, int i, int count, mbsri_sweep_body *part)
+static void join(const mbsr_model *m, int i, int count, mbsri_sweep_body *part)
 {
+    const mbsri_sweeps *tree = m->sweeps;
     const mbsri_sweep_body *whole = tree->body + i;
-    const int above = MBSRI_NEXT | MBSRI_OPENS, below = MBSRI_LEAF | MBSRI_BRANCHES;
+    const int above = MBSRI_NEXT | MBSRI_OPENS | MBSRI_TO_BLOCK,
+              below = MBSRI_LEAF | MBSRI_BRANCHES | MBSRI_LOADED | MBSRI_PLANE;
     mbsri_sweep_body *last = part + count - 1;
     for (int k = 0; k < count; ++k) {
         mbsri_sweep_body *b = part + k;
@@ -113,6 +116,7 @@ static void join(const mbsri_sweeps *tree, int i, int count, mbsri_sweep_body *p
     memcpy(last->I, whole->I, sizeof last->I);
     memcpy(last->c, whole->c, sizeof last->c);
     last->soft = whole->soft;
+    if (m->body[i].seen && !(whole->flags & MBSRI_BLOCK)) last->flags |= MBSRI_SEEN;
 }
 
 /* What the tree of a model becomes: bodies, quaternions, prescribed coordinates. */
@@ -125,7 +129,7 @@ static bool count_parts(const mbsr_model *m, parts *n)
 {
     mbsri_sweep_body list[MBSRI_MAX_STEPS + 1];
     *n = (parts){0, 0, 0};
-    if (!m->sweeps || m->sweeps->body_forces) return false;
+    if (!m->sweeps || m->sweeps->blocks == m->bodies) return false;
     for (int i = 1; i <= m->bodies; ++i) {
         const int count = take_apart(m, i, &n->moved, list);
         n->bodies += count;
@@ -134,8 +138,9 @@ static bool count_parts(const mbsr_model *m, parts *n)
     return true;
 }
 
-/* last: bodies + 1 places to work in, for each body of the model where its last part is. */
-static void place_tree(const mbsr_model *m, int *last, mbsri_sweep_body *body)
+/* last: bodies + 1 places to work in, for each body of the model where its last part is; origin, if
+ * not NULL: the other way round. */
+static void place_tree(const mbsr_model *m, int *last, mbsri_sweep_body *body, int *origin)
 {
     mbsri_sweep_body *next = body;
     int moved = 0;
@@ -143,15 +148,23 @@ static void place_tree(const mbsr_model *m, int *last, mbsri_sweep_body *body)
     last[0] = 0;
     for (int i = 1; i <= m->bodies; ++i) {
         const int count = take_apart(m, i, &moved, next);
-        join(m->sweeps, i, count, next);
+        join(m, i, count, next);
         for (int k = 0; k < count; ++k) next[k].parent = (int)(next - body) + k - 1;
         next->parent = last[m->sweeps->body[i].parent];
         next += count;
         last[i] = (int)(next - body) - 1;
+        for (int k = 0; k < count && origin; ++k) origin[last[i] - k] = k == 0 ? i : 0;
     }
+    if (origin) origin[0] = 0;
 }
 
 /* ---- memory ---- */
+
+static size_t lean_size(const mbsr_model *m)
+{
+    const size_t size = mbsr_data_size_lean(m);
+    return (size + MBSR_DATA_ALIGNMENT - 1) / MBSR_DATA_ALIGNMENT * MBSR_DATA_ALIGNMENT;
+}
 
 /* The next `size` bytes of a block, aligned as an mbsr_data; with base == NULL only counts. */
 static void *take(unsigned char *base, size_t *used, size_t size)
@@ -161,9 +174,16 @@ static void *take(unsigned char *base, size_t *used, size_t size)
     return next;
 }
 
-/* Places the object and its arrays in `base`, or with base == NULL only returns the size. */
+/* Whether some body is looked at state by state. */
+static bool has_seen(const mbsr_model *m)
+{
+    return m->sweeps->body_forces;
+}
+
+/* Places the object and its arrays in `base`, or with base == NULL only returns the size. lane: where
+ * the first of the lanes' data is, if there are any. */
 static size_t layout(const mbsr_model *m, const mbsri_batch_kernels *kernels, parts n,
-                     unsigned char *base, mbsr_batch **batch, void **data)
+                     unsigned char *base, mbsr_batch **batch, void **data, void **lane)
 {
     mbsr_batch counted;
     size_t used = 0;
@@ -182,11 +202,28 @@ static size_t layout(const mbsr_model *m, const mbsri_batch_kernels *kernels, pa
     b->u = take(base, &used, (size_t)m->nu * scalar);
     b->load = take(base, &used, (size_t)m->nu * scalar);
     b->run.out = take(base, &used, (size_t)m->nu * scalar);
+    if (!has_seen(m)) return used;
+    b->run.place = take(base, &used, N * kernels->place_size);
+    b->run.lane = take(base, &used, (size_t)kernels->lanes * sizeof *b->run.lane);
+    b->origin = take(base, &used, N * sizeof *b->origin);
+    *lane = take(base, &used, (size_t)kernels->lanes * lean_size(m));
     return used;
 }
 
-static void start(const mbsr_model *m, const mbsri_batch_kernels *kernels, int bodies,
-                  mbsr_batch *b)
+/* Every lane has data, in which bodies that are no blocks have full rank: other states go alone. */
+static int start_lanes(const mbsr_model *m, mbsr_batch *b, unsigned char *memory, mbsr_error *error)
+{
+    int status = MBSR_OK;
+    for (int l = 0; l < b->kernels->lanes && !status; ++l) {
+        mbsr_data *d;
+        status = mbsr_data_init_lean(m, memory + (size_t)l * lean_size(m), lean_size(m), &d, error);
+        if (!status) mbsri_sweeps_attach(b->run.lane + l, m, m->sweeps, d);
+    }
+    return status;
+}
+
+static int start(const mbsr_model *m, const mbsri_batch_kernels *kernels, int bodies, void *lane,
+                 mbsr_batch *b, mbsr_error *error)
 {
     b->model = m;
     b->kernels = kernels;
@@ -194,7 +231,7 @@ static void start(const mbsr_model *m, const mbsri_batch_kernels *kernels, int b
     b->failed = -1;
     b->single = 0;
     b->allocator = m->allocator;
-    if (!kernels) return;
+    if (!kernels) return MBSR_OK;
     const double length = m->sweeps->length;
     b->run.bodies = bodies;
     b->run.body = b->body;
@@ -203,14 +240,21 @@ static void start(const mbsr_model *m, const mbsri_batch_kernels *kernels, int b
     b->run.load = b->load;
     b->run.per_area = 1.0 / (length * length);
     b->run.clear = 10.0 * m->rank_tolerance;
-    place_tree(m, b->run.state, b->body); /* whose list is done with before the first call */
+    if (!lane) {
+        b->run.lane = NULL;
+        b->origin = NULL;
+    }
+    b->run.origin = b->origin;
+    /* in place of states a list, which is done with before the first call */
+    place_tree(m, b->run.state, b->body, b->origin);
+    return lane ? start_lanes(m, b, lane, error) : MBSR_OK;
 }
 
 int mbsri_batch_make(const mbsr_model *model, const mbsri_batch_kernels *kernels,
                      mbsr_batch **batch, mbsr_error *error)
 {
     parts n;
-    void *data;
+    void *data, *lane = NULL;
     if (batch) *batch = NULL;
     if (!model || !batch) {
         return mbsri_fail(error, MBSR_ERR_NULL, MBSR_NONE, MBSR_NONE,
@@ -225,7 +269,7 @@ int mbsri_batch_make(const mbsr_model *model, const mbsri_batch_kernels *kernels
                           "mbsr_batch_create: the model has closures, which batches do not serve");
     }
     if (!count_parts(model, &n)) kernels = NULL;
-    const size_t size = layout(model, kernels, n, NULL, batch, &data);
+    const size_t size = layout(model, kernels, n, NULL, batch, &data, &lane);
     unsigned char *block = mbsri_allocate(&model->allocator, size + MBSR_DATA_ALIGNMENT);
     if (!block) {
         return mbsri_fail(error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
@@ -234,10 +278,10 @@ int mbsri_batch_make(const mbsr_model *model, const mbsri_batch_kernels *kernels
     const size_t above = (uintptr_t)block % MBSR_DATA_ALIGNMENT;
     unsigned char *base = block + (above ? MBSR_DATA_ALIGNMENT - above : 0);
     mbsr_batch *b;
-    layout(model, kernels, n, base, &b, &data);
+    layout(model, kernels, n, base, &b, &data, &lane);
     b->block = block;
-    start(model, kernels, n.bodies, b);
-    const int status = mbsr_data_init(model, data, mbsr_data_size(model), &b->data, error);
+    int status = start(model, kernels, n.bodies, lane, b, error);
+    if (!status) status = mbsr_data_init(model, data, mbsr_data_size(model), &b->data, error);
     if (status) {
         mbsri_release(&model->allocator, block);
         return status;

@@ -3,40 +3,11 @@
  * SPDX-License-Identifier: BSD-3-Clause
  *
  * Symbols and equations are those of sweeps/motion.h. */
-#include "batch/record.h"
-#include "batch/wide.h"
+#include "batch/seen.h"
 
 #include "sweeps/sine.h"
 
 #include <string.h>
-
-/* A coordinate's row of U D^-1, and D^-1 e. */
-typedef struct column {
-    vec g_L, g_p;
-    lanes x;
-} column;
-
-/* Of a body in one evaluation. */
-typedef struct body_state {
-    mat R;          /* axes of its frame in the world */
-    vec rho, omega; /* from the predecessor's origin to its own; angular velocity */
-    vec A_w, A_v;   /* acceleration: first its part c without u', then all of it */
-    column column;  /* of a joint of one axis; for inverse dynamics (L, p) of the body */
-} body_state;
-
-/* Of a joint with a quaternion: its axes stand on the predecessor. */
-typedef struct ball_state {
-    mat axes;
-    column column[3];
-} ball_state;
-
-/* Mbar = [I G^T; G M], (L, p) and the bound of rounding errors, on the way to the predecessor. */
-typedef struct carry {
-    sym I, M;
-    mat G;
-    vec L, p;
-    lanes kappa, spread;
-} carry;
 
 /* ---- between the caller's order and the lanes ---- */
 
@@ -77,11 +48,6 @@ static unsigned scatter(int n, const int *place, int count, const double *from, 
         }
     }
     return set_of(finite);
-}
-
-MBSRI_INLINE lanes at(const double *x, int k)
-{
-    return *((const lanes *)x + k);
 }
 
 /* ---- root to leaves: R, rho, omega, c ---- */
@@ -169,16 +135,23 @@ static void move_root(const mbsri_batch_run *run)
     s->A_v = vec_of(run->A + 3);
 }
 
-static lane_bits kinematics(const mbsri_batch_run *run)
+/* any: there are bodies that are seen. */
+MBSRI_INLINE lane_bits kinematics(mbsri_batch_run *run, bool any)
 {
     body_state *s = run->state;
     ball_state *ball = run->ball;
     lane_bits served = {0};
     served = ~served;
     move_root(run);
+    if (any) place_root(run);
     for (int i = 1; i <= run->bodies; ++i) {
         const mbsri_sweep_body *b = run->body + i;
+        if (any && b->flags & MBSRI_BLOCK) {
+            move_block(run, i);
+            continue;
+        }
         served &= move_body(run, b, ball, s + i);
+        if (any) place_body(run, i);
         if (b->flags & MBSRI_BALL) ++ball;
     }
     return served;
@@ -345,7 +318,7 @@ MBSRI_INLINE void hand_on(const mbsri_batch_run *run, const mbsri_sweep_body *b,
         c->spread *= splat(b->spread);
 }
 
-static lane_bits backward(const mbsri_batch_run *run)
+MBSRI_INLINE lane_bits backward(mbsri_batch_run *run, bool any)
 {
     carry *top = run->stack, c;
     ball_state *ball = run->ball;
@@ -357,14 +330,19 @@ static lane_bits backward(const mbsri_batch_run *run)
         const mbsri_sweep_body *b = run->body + i;
         body_state *s = (body_state *)run->state + i;
         const int flags = b->flags;
-        if (flags & MBSRI_LEAF) memset(&c, 0, sizeof c);
-        if (flags & MBSRI_BRANCHES) add_carry(--top, &c);
-        if (!(flags & MBSRI_MASSLESS)) add_own(b, s, &c);
-        if (flags & MBSRI_BALL) --ball;
-        eliminate_all(run, b, ball, s, &c, &clear);
-        if (b->parent == 0) continue;
-        hand_on(run, b, s, &c);
-        if (flags & MBSRI_NEXT) continue;
+        if (any && flags & MBSRI_BLOCK) {
+            pass_block(run, i, &c);
+        } else {
+            if (flags & MBSRI_LEAF) memset(&c, 0, sizeof c);
+            if (flags & MBSRI_BRANCHES) add_carry(--top, &c);
+            if (!(flags & MBSRI_MASSLESS)) add_own(b, s, &c);
+            if (any && flags & MBSRI_LOADED) add_loads(run, i, &c);
+            if (flags & MBSRI_BALL) --ball;
+            eliminate_all(run, b, ball, s, &c, &clear);
+            if (b->parent > 0) hand_on(run, b, s, &c);
+            if (any && flags & MBSRI_TO_BLOCK) give_to_block(run, i, &c);
+        }
+        if (b->parent == 0 || flags & MBSRI_NEXT) continue;
         if (!(flags & MBSRI_OPENS)) add_carry(--top, &c);
         *top++ = c;
     }
@@ -388,7 +366,7 @@ MBSRI_INLINE lanes rate_of(const column *g, vec A_w, vec A_v)
     return g->x - (dot(g->g_L, A_w) + dot(g->g_p, A_v));
 }
 
-static void forward_sweep(const mbsri_batch_run *run)
+MBSRI_INLINE void forward_sweep(const mbsri_batch_run *run, bool any)
 {
     const ball_state *ball = run->ball;
     lanes *out = (lanes *)run->out;
@@ -396,6 +374,10 @@ static void forward_sweep(const mbsri_batch_run *run)
         const mbsri_sweep_body *b = run->body + i;
         body_state *s = (body_state *)run->state + i;
         vec A_w, A_v;
+        if (any && b->flags & MBSRI_BLOCK) {
+            accelerate_block(run, i, run->lane->tree->kernels->block_forward, true);
+            continue;
+        }
         accelerate(run, b, s, &A_w, &A_v);
         if (b->flags & MBSRI_BALL) {
             const vec axis[3] = {ball->axes.x, ball->axes.y, ball->axes.z};
@@ -412,14 +394,29 @@ static void forward_sweep(const mbsri_batch_run *run)
         }
         s->A_w = A_w;
         s->A_v = A_v;
+        if (any && b->flags & MBSRI_SEEN) lay_acceleration(run, i);
     }
 }
 
-static unsigned forward(const mbsri_batch_run *run)
+static unsigned forward(mbsri_batch_run *run)
 {
-    const lane_bits served = kinematics(run), clear = backward(run);
-    forward_sweep(run);
+    const lane_bits served = kinematics(run, false), clear = backward(run, false);
+    forward_sweep(run, false);
     return set_of(served & clear);
+}
+
+static unsigned move_seen(mbsri_batch_run *run)
+{
+    const lane_bits served = kinematics(run, true);
+    return run->served &= set_of(served);
+}
+
+static unsigned forward_seen(mbsri_batch_run *run)
+{
+    const lane_bits clear = backward(run, true);
+    run->served &= set_of(clear);
+    forward_sweep(run, true);
+    return run->served;
 }
 
 /* ---- inverse dynamics: F = M A + h root to leaves, S^T (sum of F to the leaves) back ---- */
@@ -436,17 +433,23 @@ MBSRI_INLINE void own_load(const mbsri_sweep_body *b, body_state *s, vec A_w, ve
     s->column.g_p = plus(add(cross(A_w, h), cross(omega, cross(omega, h))), splat(b->c[3]), A_v);
 }
 
-static lane_bits loads(const mbsri_batch_run *run)
+/* any: there are bodies that are seen, and all have been moved. */
+MBSRI_INLINE lane_bits loads(const mbsri_batch_run *run, bool any)
 {
     ball_state *ball = run->ball;
     lane_bits served = {0};
     served = ~served;
-    move_root(run);
+    if (!any) move_root(run);
     for (int i = 1; i <= run->bodies; ++i) {
         const mbsri_sweep_body *b = run->body + i;
         body_state *s = (body_state *)run->state + i;
         vec A_w, A_v;
-        served &= move_body(run, b, ball, s);
+        if (any && b->flags & MBSRI_BLOCK) {
+            accelerate_block(run, i, mbsri_block_accelerate, false);
+            memset(&s->column, 0, sizeof s->column);
+            continue;
+        }
+        if (!any) served &= move_body(run, b, ball, s);
         accelerate(run, b, s, &A_w, &A_v);
         if (b->flags & MBSRI_BALL) {
             const vec udot = {at(run->load, b->u), at(run->load, b->u + 1),
@@ -462,13 +465,14 @@ static lane_bits loads(const mbsri_batch_run *run)
             memset(&s->column, 0, sizeof s->column);
         else
             own_load(b, s, A_w, A_v);
+        if (any && b->flags & MBSRI_LOADED) add_wrench(run, i, s);
+        if (any && b->flags & MBSRI_SEEN) lay_acceleration(run, i);
     }
     return served;
 }
 
-static unsigned inverse(const mbsri_batch_run *run)
+MBSRI_INLINE void joint_forces(const mbsri_batch_run *run, bool any)
 {
-    const lane_bits served = loads(run);
     const ball_state *ball = run->ball;
     lanes *out = (lanes *)run->out;
     for (int i = 1; i <= run->bodies; ++i) ball += (run->body[i].flags & MBSRI_BALL) != 0;
@@ -476,6 +480,10 @@ static unsigned inverse(const mbsri_batch_run *run)
         const mbsri_sweep_body *b = run->body + i;
         const body_state *s = (const body_state *)run->state + i;
         const vec L = s->column.g_L, p = s->column.g_p;
+        if (any && b->flags & MBSRI_BLOCK) {
+            react_block(run, i);
+            continue;
+        }
         if (b->flags & MBSRI_BALL) {
             const vec force = transposed_times(&(--ball)->axes, L);
             out[b->u] = force.x, out[b->u + 1] = force.y, out[b->u + 2] = force.z;
@@ -486,16 +494,35 @@ static unsigned inverse(const mbsri_batch_run *run)
             out[b->u] = force;
         }
         if (b->parent == 0) continue;
+        const vec moment = add(L, cross(s->rho, p));
+        if (any && b->flags & MBSRI_TO_BLOCK) {
+            give_force(run, i, moment, p);
+            continue;
+        }
         column *pred = &((body_state *)run->state + b->parent)->column;
-        pred->g_L = add(pred->g_L, add(L, cross(s->rho, p)));
+        pred->g_L = add(pred->g_L, moment);
         pred->g_p = add(pred->g_p, p);
     }
+}
+
+static unsigned inverse(mbsri_batch_run *run)
+{
+    const lane_bits served = loads(run, false);
+    joint_forces(run, false);
     return set_of(served);
+}
+
+static unsigned inverse_seen(mbsri_batch_run *run)
+{
+    loads(run, true);
+    joint_forces(run, true);
+    return run->served;
 }
 
 #define MBSRI_BATCH_KERNELS(label)                                                                 \
     {                                                                                              \
         .name = (label), .lanes = MBSRI_LANES, .state_size = sizeof(body_state),                   \
-        .ball_size = sizeof(ball_state), .stack_size = sizeof(carry), .gather = gather,            \
-        .scatter = scatter, .forward = forward, .inverse = inverse                                 \
+        .ball_size = sizeof(ball_state), .stack_size = sizeof(carry), .place_size = sizeof(site),  \
+        .gather = gather, .scatter = scatter, .forward = forward, .inverse = inverse,              \
+        .move_seen = move_seen, .forward_seen = forward_seen, .inverse_seen = inverse_seen         \
     }

@@ -13,9 +13,10 @@
 
 /* More flags of a body. */
 enum {
-    MBSRI_BALL = 1024, /* its joint is a quaternion */
-    MBSRI_HERE = 2048, /* its origin is its predecessor's */
-    MBSRI_MOVED = 4096 /* its coordinate is prescribed: q counts these, n = 0 */
+    MBSRI_BALL = 1024,  /* its joint is a quaternion */
+    MBSRI_HERE = 2048,  /* its origin is its predecessor's */
+    MBSRI_MOVED = 4096, /* its coordinate is prescribed: q counts these, n = 0 */
+    MBSRI_SEEN = 262144 /* and moved by the lanes: see seen.h */
 };
 
 /* What an evaluation of a group of states works on. Vectors over the states: as many numbers as
@@ -27,26 +28,38 @@ typedef struct mbsri_batch_run {
     double clear;               /* see certify in kernels.h */
     double R[9], omega[3];      /* of the root */
     double A[6];                /* its acceleration, gravity taken away */
+    double r[4], v[3];          /* its origin and angle, and velocity */
     double *drive;              /* prescribed coordinates, their first and second derivatives */
     const double *q, *u, *load; /* lanes x nq, nu, nu in the order of the sweeps; load: joint
                                     * forces, for inverse dynamics u' */
     double *out;                /* lanes x nu: u', or joint forces */
     void *state, *ball, *stack; /* bodies + 1, balls, depth of the sizes that the kernels say */
+    /* of trees with bodies that are seen; else NULL */
+    mbsri_sweep_run *lane; /* as many as lanes: the same states one by one */
+    const int *origin;     /* bodies + 1: the model's body of which it is the last part */
+    void *place;           /* bodies + 1, likewise */
+    int count;             /* lanes with states */
+    unsigned served;       /* those that are served so far */
 } mbsri_batch_run;
 
 /* The sweeps, compiled once for every kind of processor. Results are sets of states, bit by bit. */
 typedef struct mbsri_batch_kernels {
     const char *name;
     int lanes;
-    size_t state_size, ball_size, stack_size;
+    size_t state_size, ball_size, stack_size, place_size;
     /* n numbers of each of `count` states into the lanes, those without a state as the last one;
      * place: where the k-th stands in the caller's, NULL: k. Which are finite. */
     unsigned (*gather)(int n, const int *place, int count, const double *from, double *to);
     unsigned (*scatter)(int n, const int *place, int count, const double *from, double *to);
     /* Which states are served: forward dynamics leaves out those with a joint whose rank is not
      * clearly full. */
-    unsigned (*forward)(const mbsri_batch_run *run);
-    unsigned (*inverse)(const mbsri_batch_run *run);
+    unsigned (*forward)(mbsri_batch_run *run);
+    unsigned (*inverse)(mbsri_batch_run *run);
+    /* With bodies that are seen: the motion comes first, then the forces of elements on the bodies,
+     * which go to the runs of the lanes. */
+    unsigned (*move_seen)(mbsri_batch_run *run);
+    unsigned (*forward_seen)(mbsri_batch_run *run);
+    unsigned (*inverse_seen)(mbsri_batch_run *run);
 } mbsri_batch_kernels;
 
 extern const mbsri_batch_kernels mbsri_batch_base;
@@ -66,6 +79,7 @@ struct mbsr_batch {
     mbsri_batch_run run;
     mbsri_sweep_body *body; /* these are writable and the run's */
     double *q, *u, *load;
+    int *origin;
     mbsr_allocator allocator;
     void *block; /* where all of this was allocated */
 };

@@ -96,6 +96,16 @@ MBSRI_OUTLINE bool pass_block(const mbsri_sweep_run *run, int i, bool exact, bac
     return true;
 }
 
+/* The same of one block alone. */
+MBSRI_INLINE bool block_backward(const mbsri_sweep_run *run, int i, mbsri_carry *c)
+{
+    back at;
+    clear(&at.c);
+    if (!pass_block(run, i, false, &at)) return false;
+    to_memory(&at.c, c);
+    return true;
+}
+
 MBSRI_OUTLINE void give_to_block(const mbsri_sweep_run *run, int i, bool exact, const back *at)
 {
     _Alignas(32) mbsri_carry c, W;

@@ -22,8 +22,8 @@ static const double *swept(const mbsr_model *m, bool kept, int n, const int *pla
     return own;
 }
 
-/* The root's state; gravity is an acceleration of the whole world the other way. */
-static int move_root(mbsri_sweep_run *run)
+/* Gravity is an acceleration of the whole world the other way. */
+int mbsri_sweeps_move_root(const mbsri_sweep_run *run)
 {
     const mbsr_model *m = run->model;
     mbsr_data *d = run->data;
@@ -74,12 +74,9 @@ static void take_apart(const mbsr_model *m, const mbsri_sweeps *tree, mbsr_data 
     for (int i = 1; i <= m->bodies && !d->single; ++i) d->apart[i] = !m->body[i].coupled;
 }
 
-static int prepare(mbsri_sweep_run *run, const mbsr_model *m, const mbsri_sweeps *tree,
-                   mbsr_data *d, double t, const double *q, const double *u, double *out)
+void mbsri_sweeps_attach(mbsri_sweep_run *run, const mbsr_model *m, const mbsri_sweeps *tree,
+                         mbsr_data *d)
 {
-    if (!tree || !isfinite(t)) return MBSRI_NOT_SERVED;
-    if (!mbsri_finite((size_t)m->nq, q) || !mbsri_finite((size_t)m->nu, u)) return MBSRI_NOT_SERVED;
-    const bool bodies = tree->body_forces;
     *run = (mbsri_sweep_run){.model = m,
                              .data = d,
                              .tree = tree,
@@ -88,19 +85,31 @@ static int prepare(mbsri_sweep_run *run, const mbsr_model *m, const mbsri_sweeps
                              .stack = d->sweep_stack,
                              .noise = d->sweep_noise,
                              .flows = d->sweep_flows,
-                             .load = bodies ? d->sweep_load : NULL,
+                             .load = tree->body_forces ? d->sweep_load : NULL,
                              .sincos = d->sincos,
-                             .q = swept(m, bodies, m->nq, m->q_of, q, d->q),
-                             .u = swept(m, bodies, m->nu, m->u_of, u, d->u),
-                             .out = m->in_order ? out : d->out,
+                             .q = d->q,
+                             .u = d->u,
+                             .tau = d->tau,
+                             .out = d->out,
                              .rank = d->rank};
     d->stage = MBSRI_STAGE_NONE;
     d->accelerated = false;
     take_apart(m, tree, d);
+}
+
+static int prepare(mbsri_sweep_run *run, const mbsr_model *m, const mbsri_sweeps *tree,
+                   mbsr_data *d, double t, const double *q, const double *u, double *out)
+{
+    if (!tree || !isfinite(t)) return MBSRI_NOT_SERVED;
+    if (!mbsri_finite((size_t)m->nq, q) || !mbsri_finite((size_t)m->nu, u)) return MBSRI_NOT_SERVED;
+    mbsri_sweeps_attach(run, m, tree, d);
+    run->q = swept(m, tree->body_forces, m->nq, m->q_of, q, d->q);
+    run->u = swept(m, tree->body_forces, m->nu, m->u_of, u, d->u);
+    if (m->in_order) run->out = out;
     d->t = t;
     const int from = run->tree->first_angle;
     run->tree->kernels->trigonometry(run->tree->angles, run->q + from, run->sincos + 2 * from);
-    return move_root(run);
+    return mbsri_sweeps_move_root(run);
 }
 
 bool mbsri_sweeps_as_watched(const mbsri_sweep_run *run)

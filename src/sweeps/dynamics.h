@@ -13,6 +13,12 @@ int mbsri_sweeps_forward_dynamics(const mbsr_model *m, mbsr_data *d, double t, c
 int mbsri_sweeps_inverse_dynamics(const mbsr_model *m, mbsr_data *d, double t, const double *q,
                                   const double *u, const double *udot, double *tau);
 
+/* A run over that tree of the model with the arrays of d, as that they are in the order of the sweeps;
+ * where its root is at the time of d, a status. */
+void mbsri_sweeps_attach(mbsri_sweep_run *run, const mbsr_model *m, const mbsri_sweeps *tree,
+                         mbsr_data *d);
+int mbsri_sweeps_move_root(const mbsri_sweep_run *run);
+
 /* Whether no rank is watched that is another; where one is, the stages say which. */
 bool mbsri_sweeps_as_watched(const mbsri_sweep_run *run);
 

@@ -7,5 +7,6 @@
 #include "sweeps/motion.h"
 #include "sweeps/trigonometry.h"
 
-const mbsri_sweep_kernels mbsri_sweeps_v3 = {"x86-64-v3", trigonometry, kinematics, backward,
-                                             forward,     inverse,      velocities, momentum};
+const mbsri_sweep_kernels mbsri_sweeps_v3 = {"x86-64-v3",    trigonometry, kinematics, backward,
+                                             forward,        inverse,      velocities, momentum,
+                                             block_backward, forward_block};

@@ -184,6 +184,11 @@ typedef struct mbsri_sweep_kernels {
     /* Kinematics with velocities; and, after backward, p' and the algebraic equations; a status. */
     int (*velocities)(const mbsri_sweep_run *run);
     int (*momentum)(const mbsri_sweep_run *run);
+    /* One block, for states side by side: its step backward, with the bound of rounding errors, where
+     * what a predecessor in the sweeps gets goes to c, and false stands for what it does above; its
+     * step forward. */
+    bool (*block_backward)(const mbsri_sweep_run *run, int i, mbsri_carry *c);
+    void (*block_forward)(const mbsri_sweep_run *run, int i);
 } mbsri_sweep_kernels;
 
 extern const mbsri_sweep_kernels mbsri_sweeps_base;

@@ -5,6 +5,8 @@
 #include "duration.h"
 #include "expect.h"
 #include "batch/build.h"
+#include "mixed.h"
+#include "plane_tree.h"
 #include "rigid_tree.h"
 #include "space.h"
 #include "recursion/forward.h"
@@ -208,6 +210,36 @@ static void joints_of_several_axes_are_taken_apart(void **state)
     print_message("%d states one by one in %d trees\n", single, calls);
     const int all = calls * 3 * 3 * (45 + 14 + 19); /* at most */
     assert_true(single < all / 20);
+}
+
+/* Locked coordinates, added masses, joints by tables of a user's, and elements on bodies: only states
+ * that lack rank, or where its bound does not tell, leave the lanes. */
+static void bodies_of_other_kinds_take_part(void **state)
+{
+    (void)state;
+    int with_blocks = 0, loaded = 0, doubtful = 0;
+    for (int k = 0; k < 60; ++k) {
+        ensemble s;
+        make(&s, (test_rigid_choice){.seed = 5000 + (uint64_t)k,
+                                     .bodies = 2 + k % 13,
+                                     .many = k % 3 ? 0.3 : 0.0,
+                                     .branching = 0.3 * (k % 4),
+                                     .length = 1.0,
+                                     .forces = k % 4 == 3 ? 1 + k % 2 : 0,
+                                     .moving = k % 5 == 4,
+                                     .shuffle = k % 6 == 0,
+                                     .held = k % 4 == 0 ? 0.2 : 0.0,
+                                     .added = k % 4 == 1 ? 0.3 : 0.0,
+                                     .tables = k % 4 == 2});
+        const mbsri_sweeps *tree = s.tree.model->sweeps;
+        with_blocks += tree && tree->blocks > 0 && tree->blocks < tree->bodies;
+        loaded += tree && tree->blocks == 0 && tree->body_forces;
+        doubtful += compare(&s, 1e-10, 0.3) > 0;
+        drop(&s);
+    }
+    print_message("%d trees with bodies of other kinds, %d with elements on bodies, %d in doubt\n",
+                  with_blocks, loaded, doubtful);
+    assert_true(with_blocks > 20 && loaded > 10 && doubtful < 4);
 }
 
 static void states_without_full_rank_go_one_by_one(void **state)
@@ -829,35 +861,80 @@ static void trees_in_the_plane(void **state)
     }
 }
 
-/* ---- models that the lanes do not serve ---- */
-
-static int push(void *user, double t, int n, double *f)
+/* Several states of any model; returns how many went one by one. */
+static int compare_states(const mbsr_model *m, mbsr_data *data, double t, double tolerance)
 {
-    (void)user;
-    for (int k = 0; k < n; ++k) f[k] = t + k;
-    return 0;
+    enum { STATES = 5 };
+    const int nq = mbsr_model_nq(m), nu = mbsr_model_nu(m);
+    const mbsri_batch_kernels *list[3];
+    double *q = malloc((size_t)(STATES * (nq + 3 * nu) + nu + 1) * sizeof *q), *u = q + STATES * nq,
+           *load = u + STATES * nu, *out = load + STATES * nu, *expected = out + STATES * nu;
+    int single = 0, status[STATES];
+    test_rng rng = test_seed(21);
+    test_fill(&rng, STATES * (nq + 2 * nu), q);
+    for (int way = 0; way < 2 * kernels(list); ++way) {
+        mbsr_batch *batch;
+        assert_ok(mbsri_batch_make(m, list[way / 2], &batch, NULL), NULL);
+        if (way % 2)
+            (void)mbsr_batch_inverse_dynamics(m, batch, t, STATES, q, u, load, out, status);
+        else
+            (void)mbsr_batch_forward_dynamics(m, batch, t, STATES, q, u, load, out, status);
+        for (int k = 0; k < STATES; ++k) {
+            const double *a = q + k * nq, *b = u + k * nu, *c = load + k * nu;
+            const int one = way % 2 ? mbsr_inverse_dynamics(m, data, t, a, b, c, expected)
+                                    : mbsr_forward_dynamics(m, data, t, a, b, c, expected);
+            assert_int_equal(status[k], one);
+            for (int l = 0; l < nu; ++l)
+                assert_close(out[k * nu + l], expected[l], tolerance * scale_of(nu, expected));
+        }
+        single += mbsr_batch_one_by_one(batch);
+        mbsr_batch_destroy(batch);
+    }
+    free(q);
+    return single;
 }
 
-static mbsr_model *unserved(int which)
+/* Points, bodies in the plane with inertias by function, on moving roots, and GENERAL bodies. */
+static void trees_of_all_kinds(void **state)
+{
+    (void)state;
+    static test_plane_tree plane;
+    static mixed any;
+    int served = 0, trees = 0;
+    for (int k = 0; k < 60; ++k, ++trees) {
+        test_plane_make(&plane, (test_plane_choice){.seed = 900 + (uint64_t)k,
+                                                    .bodies = 2 + k % (TEST_PLANE_BODIES - 1),
+                                                    .functions = k % 2,
+                                                    .moving = k % 4 == 0,
+                                                    .damped = k % 3 > 0});
+        served += compare_states(plane.model, plane.data, plane.t, 1e-10) == 0;
+        test_plane_free(&plane);
+    }
+    for (int k = 0; k < 4 * MIXED_ALL; ++k, ++trees) {
+        mixed_make(&any, (mixed_scene)(k % MIXED_ALL));
+        served += compare_states(any.model, any.data, 0.1 * k, 1e-10) == 0;
+        mixed_free(&any);
+    }
+    print_message("%d of %d trees served in lanes alone\n", served, trees);
+    assert_true(served > trees / 2);
+}
+
+/* ---- models that the lanes do not serve ---- */
+
+/* Of nothing but bodies with inertias of their own. */
+static mbsr_model *unserved(void)
 {
     static const double anisotropic[9] = {1.0, 0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.3};
-    const double x[3] = {1.0, 0.0, 0.0}, at[3] = {0.0, 0.2, -1.0};
     mbsr_model *m;
     assert_ok(mbsr_model_create(NULL, &m, NULL), NULL);
     mbsr_body_def body = mbsr_default_body_def();
-    body.joint = mbsr_joint_revolute(NULL, NULL, x);
-    body.inertia = mbsr_inertia_point_mass(1.5, at);
-    assert_ok(mbsr_model_add_body(m, &body, NULL), mbsr_model_error(m));
-    body.parent = 0;
-    if (which == 0) {
-        body.parent = MBSR_GROUND;
-        body.joint = mbsr_joint_planar_revolute((mbsr_planar_frame){0.0, 0.0, 0.0},
-                                                (mbsr_planar_frame){0.0, 0.0, 0.0});
-        body.inertia = mbsr_inertia_matrix(3, anisotropic);
+    body.joint = mbsr_joint_planar_revolute((mbsr_planar_frame){0.0, 0.0, 0.0},
+                                            (mbsr_planar_frame){0.5, 0.0, 0.0});
+    body.inertia = mbsr_inertia_matrix(3, anisotropic);
+    for (int i = 0; i < 2; ++i) {
+        assert_ok(mbsr_model_add_body(m, &body, NULL), mbsr_model_error(m));
+        body.parent = i;
     }
-    assert_ok(mbsr_model_add_body(m, &body, NULL), mbsr_model_error(m));
-    const mbsr_force_def force = mbsr_force_applied(0, push, NULL);
-    if (which == 1) assert_ok(mbsr_model_add_force(m, &force, NULL), mbsr_model_error(m));
     assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
     return m;
 }
@@ -865,35 +942,32 @@ static mbsr_model *unserved(int which)
 static void other_models_go_one_by_one(void **state)
 {
     (void)state;
-    for (int which = 0; which < 2; ++which) {
-        mbsr_model *m = unserved(which);
-        mbsr_data *data;
-        mbsr_batch *batch;
-        const double q[6] = {0.1, 0.4, -0.2, 0.9, 1.5, -2.0},
-                     u[6] = {1.0, 2.0, 0.5, 0.0, -1.0, 1.0},
-                     tau[6] = {0.3, -0.3, 0.2, 0.1, 0.0, 2.0};
-        double out[6], expected[2];
-        assert_int_equal(mbsr_model_nu(m), 2);
-        assert_ok(mbsr_data_create(m, &data, NULL), NULL);
-        assert_ok(mbsr_batch_create(m, &batch, NULL), NULL);
-        assert_int_equal(mbsr_batch_lanes(batch), 1);
-        for (int inverse = 0; inverse < 2; ++inverse) {
-            assert_ok(inverse ? mbsr_batch_inverse_dynamics(m, batch, 0.3, 3, q, u, tau, out, NULL)
-                              : mbsr_batch_forward_dynamics(m, batch, 0.3, 3, q, u, tau, out, NULL),
-                      mbsr_batch_error(batch));
-            assert_int_equal(mbsr_batch_one_by_one(batch), 3);
-            for (int k = 0; k < 3; ++k) {
-                const double *a = q + 2 * k, *b = u + 2 * k, *c = tau + 2 * k;
-                assert_ok(inverse ? mbsr_inverse_dynamics(m, data, 0.3, a, b, c, expected)
-                                  : mbsr_forward_dynamics(m, data, 0.3, a, b, c, expected),
-                          mbsr_data_error(data));
-                assert_memory_equal(out + 2 * k, expected, sizeof expected);
-            }
+    mbsr_model *m = unserved();
+    mbsr_data *data;
+    mbsr_batch *batch;
+    const double q[6] = {0.1, 0.4, -0.2, 0.9, 1.5, -2.0}, u[6] = {1.0, 2.0, 0.5, 0.0, -1.0, 1.0},
+                 tau[6] = {0.3, -0.3, 0.2, 0.1, 0.0, 2.0};
+    double out[6], expected[2];
+    assert_int_equal(mbsr_model_nu(m), 2);
+    assert_ok(mbsr_data_create(m, &data, NULL), NULL);
+    assert_ok(mbsr_batch_create(m, &batch, NULL), NULL);
+    assert_int_equal(mbsr_batch_lanes(batch), 1);
+    for (int inverse = 0; inverse < 2; ++inverse) {
+        assert_ok(inverse ? mbsr_batch_inverse_dynamics(m, batch, 0.3, 3, q, u, tau, out, NULL)
+                          : mbsr_batch_forward_dynamics(m, batch, 0.3, 3, q, u, tau, out, NULL),
+                  mbsr_batch_error(batch));
+        assert_int_equal(mbsr_batch_one_by_one(batch), 3);
+        for (int k = 0; k < 3; ++k) {
+            const double *a = q + 2 * k, *b = u + 2 * k, *c = tau + 2 * k;
+            assert_ok(inverse ? mbsr_inverse_dynamics(m, data, 0.3, a, b, c, expected)
+                              : mbsr_forward_dynamics(m, data, 0.3, a, b, c, expected),
+                      mbsr_data_error(data));
+            assert_memory_equal(out + 2 * k, expected, sizeof expected);
         }
-        mbsr_batch_destroy(batch);
-        mbsr_data_destroy(data);
-        mbsr_model_destroy(m);
     }
+    mbsr_batch_destroy(batch);
+    mbsr_data_destroy(data);
+    mbsr_model_destroy(m);
 }
 
 /* ---- the object ---- */
@@ -997,6 +1071,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_state_is_what_a_call_of_its_own_gives),
         cmocka_unit_test(joints_of_several_axes_are_taken_apart),
+        cmocka_unit_test(bodies_of_other_kinds_take_part),
         cmocka_unit_test(states_without_full_rank_go_one_by_one),
         cmocka_unit_test(no_rank_in_doubt_passes_for_full),
         cmocka_unit_test(rods_along_their_axes_have_no_rank),
@@ -1010,6 +1085,7 @@ int main(void)
         cmocka_unit_test(force_elements_of_joints_act_in_every_state),
         cmocka_unit_test(motions_are_prescribed_to_all_states),
         cmocka_unit_test(trees_in_the_plane),
+        cmocka_unit_test(trees_of_all_kinds),
         cmocka_unit_test(other_models_go_one_by_one),
         cmocka_unit_test(memory_is_taken_once_and_given_back),
         cmocka_unit_test(the_widest_kernels_are_chosen),
