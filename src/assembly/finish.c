@@ -136,7 +136,8 @@ static void place(mbsr_model *m, int i, int id)
     if (entry->locks > 0) b->held = (const double *)m->matrices.data + entry->held;
     if (joint->d > m->max_d) m->max_d = joint->d;
     if (b->n > m->max_n) m->max_n = b->n;
-    m->differences = m->differences || mbsri_rates_by_differences(b);
+    m->differences = m->differences || mbsri_rates_need_tree(b);
+    if (mbsri_rates_room(m, b) > m->size_moved) m->size_moved = mbsri_rates_room(m, b);
 }
 
 /* Coordinates stand in the caller's q and u in the order of ids, in the data in that of the
@@ -383,7 +384,7 @@ static void undo(mbsr_model *m)
     m->bodies = 0;
     m->nq = m->nu = m->max_d = m->max_n = m->max_force_bodies = 0;
     m->rows = m->held = m->max_columns = 0;
-    m->size_c = 0;
+    m->size_c = m->size_moved = 0;
     m->size_p = m->size_v = m->size_dd = m->size_dp = m->size_dn = m->size_dg = m->size_k =
         m->size_nn = m->size_full = m->size_rates = m->size_bodies = 0;
 }

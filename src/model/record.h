@@ -139,12 +139,13 @@ struct mbsr_model {
     mbsri_body *body;            /* N + 1 */
     int nq, nu;
     int max_d, max_n, max_force_bodies;
-    int anywhere;     /* elements that act on no body in particular, which are the first */
-    int rows, held;   /* of all closures */
-    int max_columns;  /* of one */
-    size_t size_c;    /* sum of their rows x columns */
-    bool differences; /* some joint or inertia leaves its rates to differences */
-    int lapack_work;  /* doubles of workspace for dsyev at max_n */
+    int anywhere;      /* elements that act on no body in particular, which are the first */
+    int rows, held;    /* of all closures */
+    int max_columns;   /* of one */
+    size_t size_c;     /* sum of their rows x columns */
+    bool differences;  /* the rates of some joint or inertia are differences of the whole tree */
+    size_t size_moved; /* most numbers that those of one body take (recursion/rates.h) */
+    int lapack_work;   /* doubles of workspace for dsyev at max_n */
     /* sums over all bodies, the root included: lengths of the arrays */
     size_t size_p, size_v, size_dd, size_dp, size_dn, size_dg, size_k, size_nn, size_full,
         size_rates, size_bodies;

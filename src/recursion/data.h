@@ -57,6 +57,7 @@
     FULL(q_base, m->nq)       /* nq         the caller's q while displaced            rates */     \
     FULL(u_base, m->nu)       /* nu         the caller's u, likewise                  rates */     \
     FULL(q_moved, m->nq)      /* nq         the displaced q                           rates */     \
+    EVERY(moved, m->size_moved) /* q, q', pose of the predecessor and its rate        rates */     \
     SEEN(imp, v)              /* d          joint impulse m                        momentum */     \
     SEEN(sigma, v)            /* d          its rate but for the reaction          momentum */     \
     SEEN(impbar, v)           /* d          (17b) for momenta                      momentum */     \

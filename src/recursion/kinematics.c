@@ -296,22 +296,26 @@ int mbsri_velocities(const mbsr_model *m, mbsr_data *d, const double *u)
     return MBSR_OK;
 }
 
+int mbsri_coordinate_rates_of(const mbsr_model *m, mbsr_data *d, int i, double *qdot)
+{
+    const mbsri_body *b = m->body + i;
+    if (!b->joint.table->coordinate_rates) {
+        mbsri_copy((size_t)b->n, d->u + b->iu, qdot);
+        return MBSR_OK;
+    }
+    const mbsr_joint_args args = mbsri_joint_args(m, d, i, true);
+    mbsri_zero((size_t)b->nq, qdot);
+    const int status = b->joint.table->coordinate_rates(&args, qdot);
+    if (status) return mbsri_joint_failed(m, d, i, status, "coordinate_rates");
+    return check_finite(m, d, i, b->nq, qdot, "what coordinate_rates wrote");
+}
+
 int mbsri_coordinate_rates(const mbsr_model *m, mbsr_data *d, double *qdot)
 {
-    for (int i = 1; i <= m->bodies; ++i) {
-        const mbsri_body *b = m->body + i;
-        if (!b->joint.table->coordinate_rates) {
-            mbsri_copy((size_t)b->n, d->u + b->iu, qdot + b->q);
-            continue;
-        }
-        const mbsr_joint_args args = mbsri_joint_args(m, d, i, true);
-        mbsri_zero((size_t)b->nq, qdot + b->q);
-        int status = b->joint.table->coordinate_rates(&args, qdot + b->q);
-        if (status) return mbsri_joint_failed(m, d, i, status, "coordinate_rates");
-        status = check_finite(m, d, i, b->nq, qdot + b->q, "what coordinate_rates wrote");
-        if (status) return status;
-    }
-    return MBSR_OK;
+    int status = MBSR_OK;
+    for (int i = 1; i <= m->bodies && !status; ++i)
+        status = mbsri_coordinate_rates_of(m, d, i, qdot + m->body[i].q);
+    return status;
 }
 
 int mbsri_normalise(const mbsr_model *m, mbsr_data *d, double *q)

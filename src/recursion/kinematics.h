@@ -16,6 +16,7 @@ int mbsri_velocity_of(const mbsr_model *m, mbsr_data *d, int i);
 
 /* q' = G u at the state of mbsri_velocities. */
 int mbsri_coordinate_rates(const mbsr_model *m, mbsr_data *d, double *qdot);
+int mbsri_coordinate_rates_of(const mbsr_model *m, mbsr_data *d, int i, double *qdot);
 
 /* Brings q to its normal form (quaternions of length 1). */
 int mbsri_normalise(const mbsr_model *m, mbsr_data *d, double *q);

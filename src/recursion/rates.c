@@ -8,13 +8,16 @@
  * where H and J on the right are divided by K already.
  *
  * A joint says what K', H', J' are, or leaves it to central differences along (t, q, q'); so does
- * an inertia by function for M'. */
+ * an inertia by function for M'. What a joint looks at is its own q and the pose of its predecessor,
+ * which moves with V: these two are displaced, of one body alone. The rate of a pose in GENERAL space
+ * is not known; behind such a body the whole tree is displaced. */
 #include "recursion/rates.h"
 
 #include "algebra/dense.h"
 #include "recursion/inertia.h"
 #include "recursion/kinematics.h"
 #include "recursion/locks.h"
+#include "recursion/pose.h"
 #include "recursion/spans.h"
 
 #include <math.h>
@@ -29,9 +32,20 @@ static bool analytic_mass(const mbsri_body *b)
     return b->inertia.kind != MBSR_INERTIA_FUNCTION;
 }
 
-bool mbsri_rates_by_differences(const mbsri_body *b)
+static bool by_differences(const mbsri_body *b)
 {
     return !analytic_joint(b) || !analytic_mass(b);
+}
+
+bool mbsri_rates_need_tree(const mbsri_body *b)
+{
+    return by_differences(b) && b->pred_space == MBSR_SPACE_GENERAL;
+}
+
+size_t mbsri_rates_room(const mbsr_model *m, const mbsri_body *b)
+{
+    if (!by_differences(b) || mbsri_rates_need_tree(b)) return 0;
+    return 2 * ((size_t)b->nq + (size_t)m->body[b->parent].np);
 }
 
 /* X' <- K^-1 (X' - K' X) for `columns` columns; Kdot d x d, spare: d x columns of scratch. */
@@ -65,79 +79,163 @@ static int joint_rates(const mbsr_model *m, mbsr_data *d, int i)
     return MBSR_OK;
 }
 
-/* Kinematics a little later or earlier than the state in `base`; adds factor times H, J, M to the
- * rates of those bodies that have no analytic ones. */
+/* ---- by differences ---- */
+
+/* Of fourth order, over steps that change the state by about 1e-4 of its size. */
+enum { SAMPLES = 4 };
+static const double weight[SAMPLES] = {-1.0, 8.0, -8.0, 1.0},
+                    place[SAMPLES] = {2.0, 1.0, -1.0, -2.0};
+
+static void clear_rates(const mbsri_body *b, mbsr_data *d)
+{
+    mbsri_zero((size_t)(b->d * b->d_pred), d->Hdot + b->dp);
+    mbsri_zero((size_t)(b->d * b->n), d->Jdot + b->dn);
+    mbsri_zero((size_t)(b->d * b->d), d->Mdot + b->dd);
+}
+
+static void add(size_t count, double factor, const double *x, double *sum)
+{
+    for (size_t k = 0; k < count; ++k) sum[k] += factor * x[k];
+}
+
+/* Rates of body i += factor times H, J, M, where it has no analytic ones. */
+static int add_sample(const mbsr_model *m, mbsr_data *d, int i, double factor)
+{
+    const mbsri_body *b = m->body + i;
+    if (!analytic_joint(b)) {
+        add((size_t)(b->d * b->d_pred), factor, d->H + b->dp, d->Hdot + b->dp);
+        add((size_t)(b->d * b->n), factor, d->J + b->dn, d->Jdot + b->dn);
+    }
+    if (analytic_mass(b)) return MBSR_OK;
+    const int status =
+        mbsri_inertia_velocity(b, d->t, d->p + b->p, d->V + b->v, d->M + b->dd, d->scratch);
+    if (status) return mbsri_joint_failed(m, d, i, status, "the inertia's function");
+    add((size_t)(b->d * b->d), factor, d->M + b->dd, d->Mdot + b->dd);
+    return MBSR_OK;
+}
+
+/* Rate at which a body that is differenced, and its predecessor, change; qdot: of its joint. */
+static double speed_of(const mbsr_model *m, const mbsr_data *d, int i, const double *q,
+                       const double *qdot)
+{
+    const mbsri_body *b = m->body + i, *pred = m->body + b->parent;
+    const mbsri_spans s = mbsri_spans_of(m, &b->joint.table->scales);
+    double speed = mbsri_span_rate(&s);
+    speed = fmax(speed, mbsri_twist_rate(&s, b, d->V + b->v));
+    speed = fmax(speed, mbsri_twist_rate(&s, pred, d->V + b->pred_v));
+    for (int k = 0; k < b->nq && b->joint.space == MBSR_SPACE_GENERAL; ++k) {
+        const double span = mbsri_coordinate_span(&s, m, b, false, k);
+        speed = fmax(speed, fabs(qdot[k]) / (span + fabs(q[k])));
+    }
+    return speed;
+}
+
+static double step_of(double speed)
+{
+    return 5e-4 / speed;
+}
+
+/* ---- one body ---- */
+
+/* The arrays in `moved`: what its joint looks at, and its rate. */
+typedef struct view {
+    mbsr_space space;
+    int nq, np;
+    double t, *q, *qdot, *pose, *rate; /* pose: of the predecessor */
+} view;
+
+static int open_view(const mbsr_model *m, mbsr_data *d, int i, view *at)
+{
+    const mbsri_body *b = m->body + i;
+    *at = (view){.space = b->pred_space, .nq = b->nq, .np = m->body[b->parent].np, .t = d->t};
+    at->q = d->moved;
+    at->qdot = at->q + at->nq;
+    at->pose = at->qdot + at->nq;
+    at->rate = at->pose + at->np;
+    mbsri_copy((size_t)at->nq, d->q + b->iq, at->q);
+    mbsri_copy((size_t)at->np, d->p + b->pred_p, at->pose);
+    if (at->np > 0) mbsri_pose_rate(at->space, at->np, at->pose, d->V + b->pred_v, at->rate);
+    return mbsri_coordinate_rates_of(m, d, i, at->qdot);
+}
+
+/* The body at a little later or earlier. */
+static int move_on(const mbsr_model *m, mbsr_data *d, int i, const view *at, double h)
+{
+    const mbsri_body *b = m->body + i;
+    d->t = at->t + h;
+    for (int k = 0; k < at->nq; ++k) d->q[b->iq + k] = at->q[k] + h * at->qdot[k];
+    if (at->np > 0) mbsri_pose_move(at->space, at->np, at->pose, at->rate, h, d->p + b->pred_p);
+    return mbsri_position_of(m, d, i);
+}
+
+/* To where it was: numbers and all that is found from them. */
+static int move_back(const mbsr_model *m, mbsr_data *d, int i, const view *at)
+{
+    const mbsri_body *b = m->body + i;
+    d->t = at->t;
+    mbsri_copy((size_t)at->nq, at->q, d->q + b->iq);
+    mbsri_copy((size_t)at->np, at->pose, d->p + b->pred_p);
+    const int status = mbsri_position_of(m, d, i);
+    if (status || analytic_mass(b)) return status;
+    return mbsri_inertia_velocity(b, d->t, d->p + b->p, d->V + b->v, d->M + b->dd, d->h + b->v);
+}
+
+static int differences_of(const mbsr_model *m, mbsr_data *d, int i)
+{
+    view at;
+    int status = open_view(m, d, i, &at);
+    if (status) return status;
+    const double h = step_of(speed_of(m, d, i, at.q, at.qdot));
+    clear_rates(m->body + i, d);
+    for (int k = 0; k < SAMPLES && !status; ++k) {
+        status = move_on(m, d, i, &at, place[k] * h);
+        if (!status) status = add_sample(m, d, i, weight[k] / (12.0 * h));
+    }
+    const int back = move_back(m, d, i, &at);
+    return status ? status : back;
+}
+
+/* ---- the whole tree ---- */
+
 static int displaced(const mbsr_model *m, mbsr_data *d, double t, double h, double factor)
 {
     for (int k = 0; k < m->nq; ++k) d->q_moved[k] = d->q_base[k] + h * d->qdot[k];
     int status = mbsri_positions(m, d, t + h, d->q_moved);
     for (int i = 1; i <= m->bodies && !status; ++i) {
-        const mbsri_body *b = m->body + i;
-        const size_t dd = (size_t)b->d * (size_t)b->d;
-        if (!analytic_joint(b)) {
-            for (size_t k = b->dp; k < b->dp + (size_t)b->d * (size_t)b->d_pred; ++k) {
-                d->Hdot[k] += factor * d->H[k];
-            }
-            for (size_t k = b->dn; k < b->dn + (size_t)b->d * (size_t)b->n; ++k) {
-                d->Jdot[k] += factor * d->J[k];
-            }
-        }
-        if (!analytic_mass(b)) {
-            status =
-                mbsri_inertia_velocity(b, d->t, d->p + b->p, d->V + b->v, d->M + b->dd, d->scratch);
-            if (status) return mbsri_joint_failed(m, d, i, status, "the inertia's function");
-            for (size_t k = b->dd; k < b->dd + dd; ++k) d->Mdot[k] += factor * d->M[k];
-        }
+        if (mbsri_rates_need_tree(m->body + i)) status = add_sample(m, d, i, factor);
     }
     return status;
 }
 
-/* Largest rate at which the bodies that are differenced, and their predecessors, change. */
-static double speed_of(const mbsr_model *m, const mbsr_data *d)
-{
-    double speed = 0.0;
-    for (int i = 1; i <= m->bodies; ++i) {
-        const mbsri_body *b = m->body + i, *pred = m->body + b->parent;
-        if (!mbsri_rates_by_differences(b)) continue;
-        const mbsri_spans s = mbsri_spans_of(m, &b->joint.table->scales);
-        speed = fmax(speed, mbsri_span_rate(&s));
-        speed = fmax(speed, mbsri_twist_rate(&s, b, d->V + b->v));
-        speed = fmax(speed, mbsri_twist_rate(&s, pred, d->V + b->pred_v));
-        for (int k = 0; k < b->nq && b->joint.space == MBSR_SPACE_GENERAL; ++k) {
-            const double span = mbsri_coordinate_span(&s, m, b, false, k);
-            speed = fmax(speed, fabs(d->qdot[b->q + k]) / (span + fabs(d->q_base[b->q + k])));
-        }
-    }
-    return speed;
-}
-
-/* Differences of fourth order over steps that change the state by about 1e-4 of its size. */
 static int differences(const mbsr_model *m, mbsr_data *d)
 {
     const double t = d->t;
+    double speed = 0.0;
     int status = mbsri_coordinate_rates(m, d, d->qdot);
     if (status) return status;
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
         mbsri_copy((size_t)b->nq, d->q + b->iq, d->q_base + b->q);
         mbsri_copy((size_t)b->n, d->u + b->iu, d->u_base + b->u);
+        if (!mbsri_rates_need_tree(b)) continue;
+        clear_rates(b, d);
+        speed = fmax(speed, speed_of(m, d, i, d->q_base + b->q, d->qdot + b->q));
     }
-    mbsri_zero(m->size_dp, d->Hdot);
-    mbsri_zero(m->size_dn, d->Jdot);
-    mbsri_zero(m->size_dd, d->Mdot);
-    const double h = 5e-4 / speed_of(m, d);
-    static const double weight[] = {-1.0, 8.0, -8.0, 1.0}, place[] = {2.0, 1.0, -1.0, -2.0};
-    for (int k = 0; k < 4 && !status; ++k)
+    const double h = step_of(speed);
+    for (int k = 0; k < SAMPLES && !status; ++k)
         status = displaced(m, d, t, place[k] * h, weight[k] / (12.0 * h));
-    /* back to where it was */
     if (!status) status = mbsri_positions(m, d, t, d->q_base);
     return status ? status : mbsri_velocities(m, d, d->u_base);
 }
 
+/* ---- all ---- */
+
 int mbsri_rates_of(const mbsr_model *m, mbsr_data *d, int i)
 {
     const mbsri_body *b = m->body + i;
-    const int status = analytic_joint(b) ? joint_rates(m, d, i) : MBSR_OK;
+    int status = MBSR_OK;
+    if (by_differences(b) && !mbsri_rates_need_tree(b)) status = differences_of(m, d, i);
+    if (!status && analytic_joint(b)) status = joint_rates(m, d, i);
     if (analytic_mass(b))
         mbsri_inertia_mass_rate(b, d->p + b->p, d->V + b->v, d->M + b->dd, d->Mdot + b->dd);
     return status;

@@ -8,8 +8,11 @@
 /* Hdot, Jdot, Mdot along the motion of the state at mbsri_velocities. */
 int mbsri_rates(const mbsr_model *m, mbsr_data *d);
 
-/* The same for one body, but for what it leaves to differences. */
+/* The same for one body, but for one whose differences need the whole tree. */
 int mbsri_rates_of(const mbsr_model *m, mbsr_data *d, int i);
-bool mbsri_rates_by_differences(const mbsri_body *b);
+bool mbsri_rates_need_tree(const mbsri_body *b);
+
+/* Numbers that the differences of a body take in `moved` of the data. */
+size_t mbsri_rates_room(const mbsr_model *m, const mbsri_body *b);
 
 #endif

@@ -134,7 +134,7 @@ static void place_block(mbsri_sweeps *tree, const mbsr_model *m, int i)
     if (body->joint.space != MBSR_SPACE_GENERAL && body->pred_space != MBSR_SPACE_GENERAL)
         tree->body[i].flags |= MBSRI_BOUNDED;
     tree->block_of[tree->blocks++] = i;
-    tree->rates = tree->rates && !mbsri_rates_by_differences(body);
+    tree->rates = tree->rates && !mbsri_rates_need_tree(body);
 }
 
 static void place_body(mbsri_sweeps *tree, const mbsr_model *m, int i)
