@@ -142,6 +142,19 @@ MBSR_API int mbsr_dae_consistent(const mbsr_model *model, mbsr_data *data, mbsr_
                                  double t, double *y, double *yp, const mbsr_consistent_opt *opt,
                                  mbsr_consistent_info *info);
 
+/* How far the forces along directions without mass are from their balance at a state y of the form
+ * (of which q and u count): *share, the largest |gamma| over the sum of the sizes of what was added
+ * up to it, and *body, the first one of the group of joints where that is, MBSR_NONE where all of
+ * gamma is zero. About 1e-12 after mbsr_dae_consistent but where forces are zero themselves; 1 where
+ * nothing balances. Undetermined directions without any force count as balanced. dq (nq) and du
+ * (nu), which may be NULL: what one step of Newton's method on the momentum form changes q and u by
+ * towards the balance, within 0.01 s; zero where it is singular. O(N).
+ * MBSR_ERR_NULL, MBSR_ERR_MISMATCH, MBSR_ERR_VALUE, MBSR_ERR_CLOSURES (the model has closures),
+ * MBSR_ERR_NO_MEMORY and the statuses of the stages. */
+MBSR_API int mbsr_dae_imbalance(const mbsr_model *model, mbsr_data *data, mbsr_dae_form form,
+                                double t, const double *y, double *share, int *body, double *dq,
+                                double *du);
+
 #ifdef __cplusplus
 }
 #endif

@@ -154,7 +154,9 @@ MBSR_API void mbsr_ida_destroy(mbsr_ida *ida); /* NULL is allowed */
  * fails its status is returned and the driver is left without a state. So it is after
  * MBSR_UNDETERMINED: a joint rate that moves no mass and that no force determines, which
  * mbsr_dae_consistent refuses too (where ranks are deficient, an index report of the state may be
- * made, see index.h). MBSR_ERR_NULL, MBSR_ERR_SOLVER. */
+ * made, see index.h), and after MBSR_NO_CONVERGENCE: forces along directions without mass are off
+ * balance by more than a thousandth of them, and a Newton step towards it changes the state by more
+ * than 1e4 tolerances (mbsr_dae_imbalance; not with closures). MBSR_ERR_NULL, MBSR_ERR_SOLVER. */
 MBSR_API int mbsr_ida_start(mbsr_ida *ida, double t, const double *y, const double *yp);
 
 /* Integrates to t_end (either direction of time) or to the first event before it, and writes time

@@ -91,6 +91,36 @@ static int check_determined(mbsr_ida *ida, double t, const double *y, const doub
     return !status && moved_on ? evaluate(ida, t, y, yp) : status;
 }
 
+/* Refuses a start at which the forces along directions without mass do not balance: by more than a
+ * thousandth of themselves, so that Newton's method would change the state by this many tolerances.
+ * IDA would take the step for one that is too long, and shorten it for ever. */
+static int check_balance(mbsr_ida *ida, double t, const double *y)
+{
+    static const double imbalance = 1e-3, tolerances = 1e4;
+    const int nq = mbsr_model_nq(ida->model), nu = mbsr_model_nu(ida->model);
+    const int momenta = ida->opt.form == MBSR_DAE_MOMENTUM ? nu : 0;
+    double *dq = N_VGetArrayPointer(ida->moved), *du = dq + nq, share = 0.0, worst = 0.0;
+    int body = MBSR_NONE;
+    if (mbsr_total_rank(ida->model, ida->data) == nu || mbsr_model_rows(ida->model) > 0)
+        return MBSR_OK;
+    mbsr_data *data = ida->data;
+    const mbsr_dae_form form = ida->opt.form;
+    int status = mbsr_dae_imbalance(ida->model, data, form, t, y, &share, &body, NULL, NULL);
+    if (!status && share > imbalance)
+        status = mbsr_dae_imbalance(ida->model, data, form, t, y, &share, &body, dq, du);
+    if (status || !(share > imbalance)) return MBSR_OK; /* the residual says why */
+    for (int k = 0; k < nq; ++k) worst = fmax(worst, fabs(dq[k]) / mbsri_ida_tolerance(ida, y, k));
+    for (int k = 0; k < nu; ++k)
+        worst = fmax(worst, fabs(du[k]) / mbsri_ida_tolerance(ida, y, nq + momenta + k));
+    if (!(worst > tolerances)) return MBSR_OK;
+    return mbsri_ida_fail(
+        &ida->error, MBSR_NO_CONVERGENCE, body, MBSR_NONE,
+        "mbsr_ida_start: body %d '%.40s': the forces along directions of its joint that move no "
+        "mass do not balance at t = %g (%.2g of them is left): start where mbsr_dae_consistent "
+        "leads",
+        body, mbsr_body_name(ida->model, body), t, share);
+}
+
 /* What the start itself says of the run: whether there can be one, tolerances of the momenta, the
  * ranks to watch. The inverse-dynamics form knows no ranks. */
 static int prepare(mbsr_ida *ida, double t, const double *y, const double *yp)
@@ -99,6 +129,7 @@ static int prepare(mbsr_ida *ida, double t, const double *y, const double *yp)
     ida->watch = 0;
     mbsri_ida_exchange_watch(ida);
     int status = ranks ? evaluate(ida, t, y, yp) : MBSR_OK;
+    if (!status) status = check_balance(ida, t, y);
     if (!status) status = check_determined(ida, t, y, yp);
     if (!status && ranks && ida->scales) mbsri_ida_scale_tolerances(ida);
     if (!status && ranks && ida->opt.watch_ranks) mbsr_rank_watch(ida->model, ida->data, 1);

@@ -23,6 +23,7 @@
 #include "base/memory.h"
 #include "dynamics/entry.h"
 #include "forms/dae.h"
+#include "massless/imbalance.h"
 #include "massless/damped_start.h"
 #include "massless/loops_start.h"
 #include "massless/null_slopes.h"
@@ -808,26 +809,6 @@ static int by_directions(start *s)
     return status;
 }
 
-/* Largest |gamma| at mbsr_backward. */
-static double largest_gamma(const mbsr_model *m, const mbsr_data *d, double *force)
-{
-    double largest = 0.0;
-    for (int i = 1; i <= m->bodies; ++i) {
-        if (!mbsri_heads(m, d, i)) continue;
-        const mbsri_group g = mbsri_group_of(m, d, i);
-        const int rank = mbsri_group_rank(d, &g);
-        const double *X = d->X + m->body[i].nn;
-        if (rank == g.n) continue;
-        mbsri_null_force(m, d, &g, d->e + g.ig, force);
-        for (int l = rank; l < g.n; ++l) {
-            double gamma = 0.0;
-            for (int k = 0; k < g.n; ++k) gamma += d->s[g.ig + k] * X[l * g.n + k] * force[k];
-            largest = fmax(largest, fabs(gamma));
-        }
-    }
-    return largest;
-}
-
 /* Beyond so many directions the Newton solver is asked first. */
 enum { MANY_DIRECTIONS = 24 };
 
@@ -840,7 +821,7 @@ static int on_tree(start *s, bool *served)
     int status = evaluate(s);
     if (status || m->nu - d->total_rank <= MANY_DIRECTIONS) return status;
     s->info.null_directions = m->nu - d->total_rank;
-    s->info.force_defect = largest_gamma(m, d, s->udot);
+    s->info.force_defect = mbsri_largest_defect(m, d, false, NULL);
     status = mbsri_damped_start(m, d, s->t, s->q, s->u, s->udot, s->opt, &s->info, served);
     if (!*served) s->info = (mbsr_consistent_info){0};
     return status;

@@ -140,12 +140,65 @@ static void force_beyond_what_the_spring_can_balance(void **unused)
     }
 }
 
+/* ---- starts that are handed to the driver as they are ---- */
+
+/* The state q, u of two carts, packed in a form, is refused by the driver and names the first cart. */
+static void check_driver(const mbsr_model *m, const double *q, const double *u, bool refused)
+{
+    mbsr_data *d = NULL;
+    assert_ok(mbsr_data_create(m, &d, NULL), NULL);
+    for (int f = 0; f < RUN_FORMS; ++f) {
+        double y[SIZE_MOST], yp[SIZE_MOST] = {0.0}, share;
+        int body;
+        mbsr_ida *ida = NULL;
+        mbsr_ida_opt opt = mbsr_default_ida_opt();
+        opt.form = run_forms[f];
+        mbsr_index1_reset(m, d);
+        assert_ok(mbsr_dae_pack(m, d, run_forms[f], 0.0, q, u, y), mbsr_data_error(d));
+        assert_ok(mbsr_dae_imbalance(m, d, run_forms[f], 0.0, y, &share, &body, NULL, NULL), NULL);
+        assert_true((share > 0.01) == refused);
+        assert_ok(mbsr_ida_create(m, d, &opt, &ida, NULL), NULL);
+        const int status = mbsr_ida_start(ida, 0.0, y, yp);
+        if (refused)
+            assert_refused(status, mbsr_ida_error(ida), MBSR_NO_CONVERGENCE, 0, MBSR_NONE,
+                           "node|do not balance");
+        else
+            assert_ok(status, mbsr_ida_error(ida));
+        mbsr_ida_destroy(ida);
+    }
+    mbsr_data_destroy(d);
+}
+
+static void starts_beside_the_balance_are_refused(void **unused)
+{
+    (void)unused;
+    const double there[2] = {1.0 / sqrt(3.0), 0.3}, beside[2] = {0.9, 0.3}, u[2] = {0.0, 0.4};
+    saturation w = {.S = 2.0, .F = 1.0};
+    mbsr_model *m = pulled_node(&w);
+    check_driver(m, there, u, false);
+    check_driver(m, beside, u, true);
+    mbsr_model_destroy(m);
+    /* damped: 2 u = 1 N */
+    m = run_model();
+    const int node = run_cart(m, "node", MBSR_GROUND, 0.0);
+    run_cart(m, "mass", node, 1.0);
+    w.S = 0.0;
+    run_force(m, mbsr_force_custom(&saturated_spring, 1, &node, &w));
+    run_force(m, mbsr_force_axis_spring(node, MBSR_GROUND, 0, 0.0, 2.0, 0.0));
+    run_finish(m);
+    const double right[2] = {0.5, 0.4}, wrong[2] = {0.3, 0.4};
+    check_driver(m, there, right, false);
+    check_driver(m, there, wrong, true);
+    mbsr_model_destroy(m);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(massless_cart_without_any_force),
         cmocka_unit_test(massless_point_held_along_one_axis_only),
         cmocka_unit_test(force_beyond_what_the_spring_can_balance),
+        cmocka_unit_test(starts_beside_the_balance_are_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,6 +1,8 @@
 /* Forms, starts, reports and the reduced ODE: no number that is not finite with MBSR_OK.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "finite.h"
+
+#include <stdlib.h>
 #include "mixed.h"
 #include "twins.h"
 
@@ -82,6 +84,18 @@ static int run_consistent(finite_subject *s)
     s->out[2][0] = info.position_change;
     s->out[2][1] = info.velocity_change;
     s->out[2][2] = info.force_defect;
+    return status;
+}
+
+static int run_imbalance(finite_subject *s)
+{
+    int body;
+    double *change = calloc((size_t)(s->nq + s->nu) + 1, sizeof *change), *share = s->out[0];
+    const int status = mbsr_dae_imbalance(s->model, s->data, s->form, time_of(s), s->in[FINITE_Y],
+                                          share, &body, change, change + s->nq);
+    if (share) share[1] = 0.0;
+    for (int k = 0; k < s->nq + s->nu && share && !status; ++k) share[1] += fabs(change[k]);
+    free(change);
     return status;
 }
 
@@ -197,6 +211,7 @@ enum { ROWS = sizeof rows / sizeof rows[0] };
 /* Slow ones, for small models. */
 static const finite_row slow[] = {
     {"mbsr_dae_consistent", run_consistent, reference, 0, T | Y | OTHER, BOTH, of_start},
+    {"mbsr_dae_imbalance", run_imbalance, reference, 0, T | Y, BOTH, of_two},
     {"mbsr_index_report_create", run_report, NULL, 0, T | Q | U, BOTH, of_two},
     {"mbsr_index_report_destroy", NULL, NULL, 0, 0, 0, NULL},
 };

@@ -1,0 +1,139 @@
+/* Whether the forces along directions without mass balance at a state.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "massless/imbalance.h"
+
+#include "algebra/dense.h"
+#include "base/error.h"
+#include "base/memory.h"
+#include "dynamics/entry.h"
+#include "forms/dae.h"
+#include "recursion/backward.h"
+#include "recursion/elements.h"
+#include "recursion/kinematics.h"
+#include "recursion/not_finite.h"
+#include "recursion/rank.h"
+#include "recursion/sizes.h"
+
+#include <mbsrank/newton.h>
+
+#include <math.h>
+
+/* gamma of null vector l of a group, from the forces in vec; the vector itself. */
+static double defect_of(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g, int l,
+                        double *vector)
+{
+    const double *X = d->X + m->body[g->member[0]].nn + (size_t)(l * g->n);
+    double gamma = 0.0;
+    for (int k = 0; k < g->n; ++k) {
+        vector[k] = d->s[g->ig + k] * X[k];
+        gamma += vector[k] * d->vec[k];
+    }
+    return gamma;
+}
+
+double mbsri_largest_defect(const mbsr_model *m, mbsr_data *d, bool relative, int *head)
+{
+    double largest = 0.0, *vector = d->scratch;
+    if (head) *head = 0;
+    if (relative) mbsri_gross_forces(m, d);
+    for (int i = 1; i <= m->bodies; ++i) {
+        if (!mbsri_heads(m, d, i)) continue;
+        const mbsri_group g = mbsri_group_of(m, d, i);
+        const int rank = mbsri_group_rank(d, &g);
+        if (rank == g.n) continue;
+        mbsri_null_force(m, d, &g, d->e + g.ig, d->vec);
+        for (int l = rank; l < g.n; ++l) {
+            const double gamma = fabs(defect_of(m, d, &g, l, vector));
+            const double size = relative ? mbsri_gross_load(m, d, &g, vector) : 1.0;
+            if (!(gamma > largest * size)) continue;
+            largest = gamma / size;
+            if (head) *head = i;
+        }
+    }
+    return largest;
+}
+
+/* Evaluates all stages at q and u. */
+static int evaluate(const mbsr_model *m, mbsr_data *d, double t, const double *q, const double *u)
+{
+    int status = mbsri_positions(m, d, t, q);
+    if (!status) status = mbsri_velocities(m, d, u);
+    if (!status) status = mbsri_forces(m, d, NULL);
+    return status ? status : mbsri_backward(m, d);
+}
+
+/* One step of Newton's method on F_u = 0 of the momentum form; zero where it cannot be had. */
+static int correct(const mbsr_model *m, mbsr_data *d, double t, const double *q, const double *u,
+                   double *dq, double *du)
+{
+    static const double c = 100.0; /* 1/s */
+    const size_t nq = (size_t)m->nq, nu = (size_t)m->nu, size = nq + 2 * nu;
+    mbsr_newton *newton;
+    mbsr_error error;
+    mbsri_zero(nq, dq);
+    mbsri_zero(nu, du);
+    double *y = mbsri_allocate(&m->allocator, 4 * size * sizeof *y), *yp = y + size, *r = yp + size,
+           *x = r + size;
+    if (!y)
+        return mbsri_fail(&d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
+                          "mbsr_dae_imbalance: no memory for %zu numbers", 4 * size);
+    int status = mbsr_newton_create(m, MBSR_DAE_MOMENTUM, NULL, &newton, &error);
+    if (status) {
+        d->error = error;
+        mbsri_release(&m->allocator, y);
+        return status;
+    }
+    mbsri_zero(size, yp);
+    status = mbsri_pack(&mbsri_form_momentum, m, d, t, q, u, y);
+    if (!status) status = mbsr_dae_residual(m, d, MBSR_DAE_MOMENTUM, t, y, yp, r);
+    mbsri_zero(nq + nu, r);
+    if (!status) {
+        const mbsr_error before = d->error;
+        int solved = mbsr_newton_factor(newton, d, t, y, yp, c);
+        if (!solved) solved = mbsr_newton_solve(newton, r, x);
+        d->error = before;
+        if (!solved) {
+            mbsri_copy(nq, x, dq);
+            mbsri_copy(nu, x + nq + nu, du);
+            status = mbsri_check_result(m, d, size, x, "mbsr_dae_imbalance");
+        }
+    }
+    mbsr_newton_destroy(newton);
+    mbsri_release(&m->allocator, y);
+    return status;
+}
+
+int mbsr_dae_imbalance(const mbsr_model *model, mbsr_data *data, mbsr_dae_form form, double t,
+                       const double *y, double *share, int *body, double *dq, double *du)
+{
+    static const char name[] = "mbsr_dae_imbalance";
+    int status = mbsri_enter(model, data, y && share && body, MBSRI_STAGE_NONE, name);
+    if (status) return status;
+    if (model->rows > 0)
+        return mbsri_fail(&data->error, MBSR_ERR_CLOSURES, MBSR_NONE, MBSR_NONE,
+                          "%s: the model has closures, which may hold directions without mass",
+                          name);
+    const mbsri_dae_form *found = mbsri_find_form(form);
+    if (!found)
+        return mbsri_fail(&data->error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
+                          "%s: form is %d, no such form", name, (int)form);
+    const size_t count = (size_t)(model->nq + model->nu);
+    double *q = mbsri_allocate(&model->allocator, count * sizeof *q);
+    if (!q)
+        return mbsri_fail(&data->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
+                          "%s: no memory for %zu coordinates", name, count);
+    status = mbsri_unpack(found, model, data, t, y, q, q + model->nq);
+    if (!status) status = evaluate(model, data, t, q, q + model->nq);
+    int head = 0;
+    if (!status) {
+        const double largest = mbsri_largest_defect(model, data, true, &head);
+        status = mbsri_check_result(model, data, 1, &largest, name);
+        if (!status) {
+            *share = largest;
+            *body = head > 0 ? model->body[head].id : MBSR_NONE;
+        }
+    }
+    if (!status && dq && du) status = correct(model, data, t, q, q + model->nq, dq, du);
+    mbsri_release(&model->allocator, q);
+    return status;
+}

@@ -1,0 +1,13 @@
+/* Forces along directions without mass at a state.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRI_IMBALANCE_H
+#define MBSRI_IMBALANCE_H
+
+#include "recursion/group.h"
+
+/* The largest |gamma| of all null vectors of joint blocks at mbsri_backward, `relative`: beside what
+ * was added up to it; *head, unless NULL: of whose group, 0: there is none but zeros. Overwrites vec
+ * and scratch, and where relative what mbsri_gross_forces does. */
+double mbsri_largest_defect(const mbsr_model *m, mbsr_data *d, bool relative, int *head);
+
+#endif
