@@ -131,22 +131,37 @@ static double power(const mbsri_null_space *w, int bodies, const double *a, cons
     return sum;
 }
 
+/* Whether body i, 0: the root, takes part in a motion: of elements on joints alone, its joint. */
+static bool takes_part(const mbsri_null_space *w, int i, bool joint, const double *a,
+                       const double *twist)
+{
+    const mbsri_body *b = w->m->body + i;
+    return i > 0 && ((!joint && mbsri_largest(b->d, twist + b->v) > 0.0) ||
+                     mbsri_largest(b->n, a + b->u) > 0.0);
+}
+
+static bool element_moves(const mbsri_null_space *w, const mbsri_force *force, int every,
+                          const double *a, const double *twist)
+{
+    const bool joint = (force->def.table->flags & MBSR_FORCE_JOINT_ONLY) != 0;
+    if (every > 0) return takes_part(w, every, joint, a, twist);
+    for (int k = 0; k < force->def.bodies; ++k) {
+        if (takes_part(w, w->m->list_index[force->list + (size_t)k], joint, a, twist)) return true;
+    }
+    return false;
+}
+
 /* ---- the slopes ---- */
 
-/* Directions that move some body of the element, into w->moving. */
-static int find_moving(mbsri_null_space *w, int bodies)
+/* Directions that move something the element sees, into w->moving. */
+static int find_moving(mbsri_null_space *w, const mbsri_force *force)
 {
     const mbsr_model *m = w->m;
     int count = 0;
     for (int l = 0; l < w->k; ++l) {
-        bool moves = false;
-        for (int k = 0; k < bodies && !moves; ++k) {
-            if (w->slope.row[k] < 0) continue;
-            const mbsri_body *b = m->body + body_of(w, k);
-            moves = mbsri_largest(b->d, w->twist + (size_t)l * m->size_v + b->v) > 0.0 ||
-                    mbsri_largest(b->n, w->direction + (size_t)l * (size_t)m->nu + b->u) > 0.0;
-        }
-        if (moves) w->moving[count++] = l;
+        if (element_moves(w, force, 0, w->direction + (size_t)l * (size_t)m->nu,
+                          w->twist + (size_t)l * m->size_v))
+            w->moving[count++] = l;
     }
     return count;
 }
@@ -170,7 +185,7 @@ static int add_element(mbsri_null_space *w, const mbsri_force *force)
     const mbsr_model *m = w->m;
     const int status = mbsri_force_slopes(m, w->d, force, 0, &w->slope);
     if (status) return status;
-    const int bodies = force->def.bodies, moving = find_moving(w, bodies);
+    const int bodies = force->def.bodies, moving = find_moving(w, force);
     double *y = w->reaction, *gross = y + w->slope.out.rows;
     for (int n = 0; n < moving; ++n) {
         const size_t l = (size_t)w->moving[n];
@@ -186,40 +201,94 @@ static int add_element(mbsri_null_space *w, const mbsri_force *force)
     return MBSR_OK;
 }
 
-/* V' of one direction by differences; what may be rounding is zero. */
-static int velocity_change(mbsri_null_space *w, double t, const double *q, const double *u, int l)
+/* Bodies whose position to their predecessor, or whose pose, changes along direction l; how many. */
+static int find_touched(const mbsri_null_space *w, int l)
 {
     const mbsr_model *m = w->m;
+    const double *a = w->direction + (size_t)l * (size_t)m->nu,
+                 *twist = w->twist + (size_t)l * m->size_v;
+    int count = 0;
+    for (int i = w->head[l]; i <= m->bodies; ++i) {
+        const mbsri_body *b = m->body + i;
+        const double *before = twist + m->body[b->parent].v;
+        if (mbsri_largest(b->n, a + b->u) > 0.0 || mbsri_largest(b->d, twist + b->v) > 0.0 ||
+            mbsri_largest(b->d_pred, before) > 0.0)
+            w->touched[count++] = i;
+    }
+    return count;
+}
+
+/* Positions and velocities of the bodies touched, at q + step rate. */
+static int place(mbsri_null_space *w, int count, const double *q, const double *rate, double step)
+{
+    int status = MBSR_OK;
+    for (int n = 0; n < count && !status; ++n) {
+        const int i = w->touched[n];
+        const mbsri_body *b = w->m->body + i;
+        for (int c = 0; c < b->nq; ++c)
+            w->d->q[b->iq + c] = step != 0.0 ? q[b->q + c] + step * rate[b->q + c] : q[b->q + c];
+        status = mbsri_position_of(w->m, w->d, i);
+        if (!status) status = mbsri_velocity_of(w->m, w->d, i);
+    }
+    return status;
+}
+
+/* V' of one direction: by differences where it moves bodies or turns joints, with the motion of the
+ * predecessor elsewhere; what may be rounding is zero. The data is, and stays, at mbsri_velocities of
+ * the state. */
+static int velocity_change(mbsri_null_space *w, const double *q, int l)
+{
+    const mbsr_model *m = w->m;
+    const mbsr_data *d = w->d;
     const double *rate = w->q_rate + (size_t)l * (size_t)m->nq;
     double *change = w->V_rate + (size_t)l * m->size_v;
     const double h = 1e-3 * mbsri_unit_step(m->nq, rate, q, w->q_scale);
-    mbsri_zero(m->size_v, change);
+    const int count = find_touched(w, l);
     int status = MBSR_OK;
     for (int k = 0; k < 4 && !status; ++k) {
-        for (int c = 0; c < m->nq; ++c) w->q[c] = q[c] + mbsri_difference_place(k) * h * rate[c];
-        status = mbsri_positions(m, w->d, t, w->q);
-        if (!status) status = mbsri_velocities(m, w->d, u);
-        for (size_t c = 0; c < m->size_v; ++c)
-            change[c] += mbsri_difference_weight(k) / (12.0 * h) * w->d->V[c];
+        status = place(w, count, q, rate, mbsri_difference_place(k) * h);
+        for (int n = 0; n < count; ++n) {
+            const mbsri_body *b = m->body + w->touched[n];
+            for (size_t c = b->v; c < b->v + (size_t)b->d; ++c)
+                change[c] += mbsri_difference_weight(k) / (12.0 * h) * d->V[c];
+        }
     }
-    for (int i = 1; i <= m->bodies; ++i) {
+    if (!status) status = place(w, count, q, rate, 0.0);
+    for (int i = w->head[l], n = 0; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
-        const double size = mbsri_largest(b->d, w->d->V + b->v) / h;
-        for (size_t c = b->v; c < b->v + (size_t)b->d; ++c) {
-            if (fabs(change[c]) <= 10.0 * rounding * size) change[c] = 0.0;
+        double *own = change + b->v;
+        if (n < count && w->touched[n] == i) {
+            const double size = mbsri_largest(b->d, d->V + b->v) / h;
+            for (int c = 0; c < b->d; ++c) {
+                if (fabs(own[c]) <= 10.0 * rounding * size) own[c] = 0.0;
+            }
+            ++n;
+        } else if (mbsri_largest(b->d_pred, change + b->pred_v) > 0.0) {
+            mbsri_ax(b->d, b->d_pred, -1.0, d->H + b->dp, change + b->pred_v, own);
         }
     }
     return status;
+}
+
+/* Whether some element with derivatives of its own sees velocities of bodies. */
+static bool bodies_seen(const mbsri_null_space *w)
+{
+    const mbsri_force *force = w->m->forces.data;
+    bool some = false;
+    for (size_t k = 0; k < w->m->forces.count; ++k)
+        some = some || (w->own[k] && !(force[k].def.table->flags & MBSR_FORCE_JOINT_ONLY));
+    return some;
 }
 
 int mbsri_element_slopes(mbsri_null_space *w, double t, const double *q, const double *u)
 {
     const mbsr_model *m = w->m;
     const mbsri_force *force = m->forces.data;
-    int status = MBSR_OK;
-    for (int l = 0; l < w->k && !status; ++l) status = velocity_change(w, t, q, u, l);
-    if (!status) status = mbsri_positions(m, w->d, t, q);
+    int status = mbsri_positions(m, w->d, t, q);
     if (!status) status = mbsri_velocities(m, w->d, u);
+    mbsri_zero(m->size_v * (size_t)w->k, w->V_rate);
+    const int changes = bodies_seen(w) ? w->k : 0;
+    for (int l = 0; l < changes && !status; ++l) status = velocity_change(w, q, l);
     for (size_t k = 0; k < m->forces.count && !status; ++k) {
         if (w->own[k]) status = add_element(w, force + k);
     }
@@ -227,24 +296,6 @@ int mbsri_element_slopes(mbsri_null_space *w, double t, const double *q, const d
 }
 
 /* ---- which elements ---- */
-
-/* Whether body i, 0: the root, takes part in a motion. */
-static bool takes_part(const mbsri_null_space *w, int i, const double *a, const double *twist)
-{
-    const mbsri_body *b = w->m->body + i;
-    return i > 0 &&
-           (mbsri_largest(b->d, twist + b->v) > 0.0 || mbsri_largest(b->n, a + b->u) > 0.0);
-}
-
-static bool element_moves(const mbsri_null_space *w, const mbsri_force *force, int every,
-                          const double *a, const double *twist)
-{
-    if (every > 0) return takes_part(w, every, a, twist);
-    for (int k = 0; k < force->def.bodies; ++k) {
-        if (takes_part(w, w->m->list_index[force->list + (size_t)k], a, twist)) return true;
-    }
-    return false;
-}
 
 int mbsri_element_resists(mbsri_null_space *w, const mbsri_force *force, const double *a,
                           const double *twist, const double *q_rate, bool velocity, bool *resists)

@@ -5,7 +5,7 @@
  * rounding errors alone; their forces are held where they are while the rest is differenced: other
  * elements and weights, which are black boxes, and the change of the directions. No single step serves all units: a
  * step that is right for a stiff law buries a soft one in the rounding of the forces beside it.
- * Each column is differenced with steps a decade apart, D(h), D(10 h), ...; each entry takes the
+ * Columns of one colour (couplings.h) are differenced together with steps a decade apart, D(h), D(10 h), ...; each entry takes the
  * step with the smallest
  *
  *   error(h) = (rounding of the forces) / h + |D(h) - D(h / 10)|
@@ -15,6 +15,8 @@
 
 #include "algebra/dense.h"
 #include "algebra/differences.h"
+#include "forces/gravity.h"
+#include "massless/couplings.h"
 #include "massless/element_slopes.h"
 #include "massless/null_space.h"
 #include "massless/scales.h"
@@ -23,14 +25,15 @@
 #include "recursion/sizes.h"
 
 #include <math.h>
+#include <string.h>
 
-/* Decades of steps relative to the size of the state, and the last at which a failure counts. */
-enum {
-    LOW = MBSRI_LOWEST_DECADE,
-    Q_HIGH = 1,
-    U_HIGH = MBSRI_HIGHEST_DECADE,
-    NEAR = MBSRI_NEAR_DECADE
-};
+/* Decades of steps relative to the size of the state: from the first, and the last at which a failure
+ * counts; the colour of all directions together. */
+enum { LOW = MBSRI_LOWEST_DECADE, NEAR = MBSRI_NEAR_DECADE, ALL = -1 };
+
+typedef struct range {
+    int low, high;
+} range;
 
 /* sizes (k) = max(sizes, the sum of the sizes of the forces that balance in each direction). */
 static void force_sizes(mbsri_null_space *w, double *sizes)
@@ -66,15 +69,14 @@ static int difference(mbsri_null_space *w, double t, const double *q, const doub
 /* Row l of a column from the slopes and force sizes of `decades` steps, the first being `share`:
  * that with the smallest error, or zero. A slope at longer steps that contradicts the one found at
  * shorter ones belongs to another branch of the law, such as a stop not reached. */
-static double choose(const mbsri_null_space *w, int l, int decades, double share, double unit,
-                     double *error)
+static double choose(const mbsri_null_space *w, int l, int decades, double share, double *error)
 {
     double best = INFINITY, slope = 0.0, before = 0.0;
     bool constant = true;
     for (int e = 0; e < decades; ++e, share *= 10.0) {
         const int at = e * w->k + l;
         const double now = w->slopes[at], noise = mbsri_slope_noise(decades, e, w->k, w->slopes + l,
-                                                                    w->sizes[at], share, unit) +
+                                                                    w->sizes[at], share, 1.0) +
                                                   fabs(now - before);
         constant = constant && now == 0.0;
         if (fabs(now - slope) > 10.0 * best + noise) break;
@@ -87,25 +89,112 @@ static double choose(const mbsri_null_space *w, int l, int decades, double share
     return fabs(slope) > 10.0 * best ? slope : 0.0;
 }
 
-/* One column of C (rate == NULL) or S (a == NULL) and its errors, of the forces that are not held.
- * A far state at which the model cannot be evaluated ends the search. */
-static int search(mbsri_null_space *w, double t, const double *q, const double *u,
-                  const double *rate, const double *a, double unit, double *column, double *error)
+/* The step along direction l that changes one of the rates, or positions, by its size. */
+static double unit_of(const mbsri_null_space *w, const double *q, const double *u, bool velocity,
+                      int l)
 {
-    const int high = rate ? Q_HIGH : U_HIGH, k = w->k;
-    int decades = 0;
-    for (int decade = LOW; decade <= high; ++decade) {
+    const mbsr_model *m = w->m;
+    return velocity
+               ? mbsri_unit_step(m->nu, w->direction + (size_t)l * (size_t)m->nu, u, w->u_scale)
+               : mbsri_unit_step(m->nq, w->q_rate + (size_t)l * (size_t)m->nq, q, w->q_scale);
+}
+
+/* Of direction l in the sum of all. */
+static double weight_of(int l)
+{
+    return 1.0 + 0.5 * sin(12.9898 * l);
+}
+
+/* x = the directions of one colour, each times its unit, or of all with weights. */
+static void displacement(const mbsri_null_space *w, const double *q, const double *u, bool velocity,
+                         int colour, double *x)
+{
+    const int n = velocity ? w->m->nu : w->m->nq;
+    mbsri_zero((size_t)n, x);
+    for (int l = 0; l < w->k; ++l) {
+        if (colour != ALL && w->colour[l] != colour) continue;
+        const double *along = (velocity ? w->direction : w->q_rate) + (size_t)l * (size_t)n;
+        const double share = colour == ALL ? weight_of(l) : 1.0,
+                     unit = share * unit_of(w, q, u, velocity, l);
+        for (int k = 0; k < n; ++k) x[k] += unit * along[k];
+    }
+}
+
+/* Slopes over steps a decade apart along the directions of one colour, or all; their number in
+ * *decades. A far state at which the model cannot be evaluated ends the search. */
+static int search(mbsri_null_space *w, double t, const double *q, const double *u, bool velocity,
+                  range decades, int colour, int *found)
+{
+    double *x = velocity ? w->shift : w->rate;
+    *found = 0;
+    displacement(w, q, u, velocity, colour, x);
+    for (int decade = decades.low; decade <= decades.high; ++decade) {
         const mbsr_error reported = w->d->error;
-        const int status = difference(w, t, q, u, rate, a, unit * pow(10.0, decade), decades);
+        const int status = difference(w, t, q, u, velocity ? NULL : x, velocity ? x : NULL,
+                                      pow(10.0, decade), *found);
         if (status && decade <= NEAR) return status;
         if (status) {
             w->d->error = reported;
             break;
         }
-        ++decades;
+        ++*found;
     }
-    for (int l = 0; l < k; ++l) column[l] = choose(w, l, decades, pow(10.0, LOW), unit, error + l);
     return MBSR_OK;
+}
+
+/* The columns of one colour of C (velocity) or S and their errors, of the forces that are not held. */
+static int find_columns(mbsri_null_space *w, double t, const double *q, const double *u,
+                        bool velocity, range decades, int colour)
+{
+    const int k = w->k;
+    double *A = velocity ? w->C : w->S, *error = velocity ? w->C_error : w->S_error;
+    int found;
+    const int status = search(w, t, q, u, velocity, decades, colour, &found);
+    for (int l = 0; l < k && !status; ++l) {
+        if (w->colour[l] != colour) continue;
+        const double unit = unit_of(w, q, u, velocity, l);
+        for (int r = 0; r < k; ++r) {
+            const size_t at = (size_t)l * (size_t)k + (size_t)r;
+            if (!w->affects[at]) continue;
+            A[at] = choose(w, r, found, pow(10.0, decades.low), error + at) / unit;
+            error[at] /= unit;
+        }
+    }
+    return status;
+}
+
+/* Which rows of S are zero, from the slope along the sum of all directions with weights that belong to
+ * no pattern: their entries do not affect them any more, but for errors. */
+static int drop_rows(mbsri_null_space *w, double t, const double *q, const double *u, range decades)
+{
+    const int k = w->k;
+    int found;
+    const int status = search(w, t, q, u, false, decades, ALL, &found);
+    if (status) return status;
+    for (int r = 0; r < k; ++r) {
+        const bool zero = choose(w, r, found, pow(10.0, decades.low), w->ahead + r) == 0.0;
+        if (!zero) w->ahead[r] = INFINITY;
+    }
+    for (int l = 0; l < k; ++l) {
+        const double unit = unit_of(w, q, u, false, l);
+        for (int r = 0; r < k; ++r) {
+            const size_t at = (size_t)l * (size_t)k + (size_t)r;
+            if (!w->affects[at] || w->ahead[r] == INFINITY) continue;
+            w->affects[at] = false;
+            w->S_error[at] = w->ahead[r] / unit;
+        }
+    }
+    return MBSR_OK;
+}
+
+/* Whether directions of a colour affect any. */
+static bool affects_some(const mbsri_null_space *w, int colour)
+{
+    const size_t k = (size_t)w->k;
+    for (size_t l = 0; l < k; ++l) {
+        if (w->colour[l] == colour && memchr(w->affects + l * k, true, k)) return true;
+    }
+    return false;
 }
 
 /* Entries that may be errors are zero. */
@@ -116,20 +205,38 @@ static void drop_errors(int count, double *A, const double *error)
     }
 }
 
+/* Whether what is not held changes as the directions do, with positions alone: not where there are
+ * elements without derivatives, but for weights, or gyroscopic forces of what is not a rigid body. */
+static bool are_smooth(const mbsri_null_space *w)
+{
+    const mbsr_model *m = w->m;
+    const mbsri_force *force = m->forces.data;
+    for (size_t k = 0; k < m->forces.count; ++k) {
+        if (!w->own[k] && !mbsri_is_gravity(&force[k].def)) return false;
+    }
+    for (int i = 1; i <= m->bodies; ++i) {
+        const mbsri_body *b = m->body + i;
+        const bool matrix = (b->inertia.kind == MBSR_INERTIA_MATRIX && b->inertia.matrix) ||
+                            b->inertia.kind == MBSR_INERTIA_FUNCTION;
+        if (matrix || b->added) return false;
+    }
+    return true;
+}
+
 /* C and S of what is not held: elements without derivatives, weights, the change of directions. */
 static int differences(mbsri_null_space *w, double t, const double *q, const double *u)
 {
-    const mbsr_model *m = w->m;
+    const size_t entries = (size_t)w->k * (size_t)w->k;
+    static const range positions = {LOW, 1}, rates = {LOW, MBSRI_HIGHEST_DECADE}, near = {-6, -1};
+    const bool smooth = are_smooth(w);
     int status = MBSR_OK;
-    for (int l = 0; l < w->k && !status; ++l) {
-        const size_t column = (size_t)l * (size_t)w->k;
-        const double *a = w->direction + (size_t)l * (size_t)m->nu,
-                     *rate = w->q_rate + (size_t)l * (size_t)m->nq;
-        status = search(w, t, q, u, NULL, a, mbsri_unit_step(m->nu, a, u, w->u_scale),
-                        w->C + column, w->C_error + column);
-        if (status) return status;
-        status = search(w, t, q, u, rate, NULL, mbsri_unit_step(m->nq, rate, q, w->q_scale),
-                        w->S + column, w->S_error + column);
+    double *const all[] = {w->C, w->S, w->C_error, w->S_error};
+    for (int k = 0; k < 4; ++k) mbsri_zero(entries, all[k]);
+    if (smooth && w->colours > 1) status = drop_rows(w, t, q, u, near);
+    for (int colour = 0; colour < w->colours && !status; ++colour) {
+        if (!smooth) status = find_columns(w, t, q, u, true, rates, colour);
+        if (!status && affects_some(w, colour))
+            status = find_columns(w, t, q, u, false, smooth ? near : positions, colour);
     }
     return status;
 }
@@ -146,10 +253,12 @@ int mbsri_null_slopes(mbsri_null_space *w, double t, const double *q, const doub
     mbsri_null_clean(w);
     status = mbsri_hold_elements(w);
     for (int l = 0; l < w->k && !status; ++l) {
-        status = mbsri_null_rate(w, t, q, w->direction + (size_t)l * (size_t)m->nu,
-                                 w->q_rate + (size_t)l * (size_t)m->nq);
+        status = mbsri_null_rate_here(w, w->direction + (size_t)l * (size_t)m->nu,
+                                      w->q_rate + (size_t)l * (size_t)m->nq);
     }
+    if (!status) status = mbsri_null_couple(w);
     if (status) return status;
+    mbsri_null_extents(w);
     w->holding = true;
     status = differences(w, t, q, u);
     w->holding = false;

@@ -11,6 +11,7 @@
 #include "recursion/elements.h"
 #include "recursion/forward.h"
 #include "recursion/kinematics.h"
+#include "recursion/locks.h"
 #include "recursion/not_finite.h"
 #include "recursion/rank.h"
 
@@ -72,23 +73,22 @@ static int take_memory(mbsri_null_space *w)
     const size_t span = (size_t)element_span(m);
     double *slope_place;
     mbsri_slopes_size(m, &slope, &ints);
-    double **const array[] = {&w->vector,   &w->direction, &w->twist,    &w->C,      &w->S,
-                              &w->C_error,  &w->S_error,   &w->ahead,    &w->behind, &w->slopes,
-                              &w->sizes,    &w->q,         &w->u,        &w->rate,   &w->force,
-                              &w->gross,    &w->f_held,    &w->tau_held, &w->q_rate, &w->V_rate,
-                              &w->reaction, &w->q_scale,   &w->u_scale,  &w->span,   &w->q_given,
-                              &slope_place};
+    double **const array[] = {
+        &w->vector,  &w->direction, &w->twist,  &w->C,        &w->S,      &w->C_error, &w->S_error,
+        &w->ahead,   &w->behind,    &w->slopes, &w->sizes,    &w->q,      &w->u,       &w->rate,
+        &w->force,   &w->gross,     &w->f_held, &w->tau_held, &w->q_rate, &w->V_rate,  &w->reaction,
+        &w->q_scale, &w->u_scale,   &w->span,   &w->q_given,  &w->shift,  &slope_place};
     const size_t length[] = {
         n * k, nu * k, v * k,  k * k, k * k,    k * k, k * k, k,
         k,     steps,  steps,  nq,    nu,       nq,    nu,    (size_t)m->max_d + 2 * n,
         v,     nu,     nq * k, v * k, 4 * span, nq,    nu,    nu,
-        nq,    slope};
+        nq,    nu,     slope};
     size_t total = 0;
     for (size_t l = 0; l < sizeof length / sizeof length[0]; ++l) total += length[l];
-    w->memory =
-        mbsri_allocate(&m->allocator, total * sizeof(double) +
-                                          (3 * k + ints + (size_t)m->bodies + 1) * sizeof(int) +
-                                          m->forces.count * sizeof(bool) + 1);
+    w->memory = mbsri_allocate(&m->allocator,
+                               total * sizeof(double) +
+                                   (10 * k + ints + 2 * (size_t)m->bodies + 1) * sizeof(int) +
+                                   (m->forces.count + k * k) * sizeof(bool) + 1);
     if (!w->memory) {
         return mbsri_fail(&w->d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                           "%s: no memory for %d null directions", w->function, w->k);
@@ -101,9 +101,14 @@ static int take_memory(mbsri_null_space *w)
     w->head = (int *)(void *)next;
     w->body = w->head + w->k;
     w->moving = w->body + w->k;
-    mbsri_slopes_place(m, &w->slope, slope > 0 ? slope_place : NULL, w->moving + w->k);
-    w->rank = w->moving + w->k + ints;
-    w->own = (bool *)(void *)(w->rank + m->bodies + 1);
+    w->colour = w->moving + w->k;
+    w->from = w->colour + w->k;
+    w->to = w->from + 3 * w->k;
+    w->touched = w->to + 3 * w->k;
+    w->rank = w->touched + m->bodies;
+    mbsri_slopes_place(m, &w->slope, slope > 0 ? slope_place : NULL, w->rank + m->bodies + 1);
+    w->own = (bool *)(void *)(w->rank + m->bodies + 1 + ints);
+    w->affects = w->own + m->forces.count;
     for (int i = 0; i <= m->bodies; ++i) w->rank[i] = w->d->rank[i];
     return MBSR_OK;
 }
@@ -287,22 +292,67 @@ int mbsri_null_rate(mbsri_null_space *w, double t, const double *q, const double
     return status ? status : mbsri_coordinate_rates(w->m, w->d, rate);
 }
 
+int mbsri_null_rate_here(mbsri_null_space *w, const double *x, double *rate)
+{
+    mbsri_gather(w->m, x, w->d->u);
+    for (int i = 1; i <= w->m->bodies; ++i) {
+        const mbsri_body *b = w->m->body + i;
+        if (b->locks) mbsri_with_held(b, w->d->u + b->iu, false, w->d->u_full + b->full);
+    }
+    w->d->stage = MBSRI_STAGE_POSITIONS;
+    return mbsri_coordinate_rates(w->m, w->d, rate);
+}
+
 void mbsri_null_combine(const mbsri_null_space *w, const double *weights, double *y)
 {
     mbsri_ax(w->m->nu, w->k, 1.0, w->direction, weights, y);
 }
 
-void mbsri_null_mix(const mbsri_null_space *w, const double *A, int rows, const double *weights,
-                    double *y)
+/* The numbers of a part, and how many a direction has. */
+static const double *part_of(const mbsri_null_space *w, mbsri_null_field part, size_t *rows)
 {
-    for (int r = 0; r < rows; ++r) {
-        double sum = 0.0, size = 0.0;
+    *rows = part == MBSRI_NULL_RATES    ? (size_t)w->m->nu
+            : part == MBSRI_NULL_TWISTS ? w->m->size_v
+                                        : (size_t)w->m->nq;
+    return part == MBSRI_NULL_RATES    ? w->direction
+           : part == MBSRI_NULL_TWISTS ? w->twist
+                                       : w->q_rate;
+}
+
+void mbsri_null_extents(mbsri_null_space *w)
+{
+    for (int part = 0; part < 3; ++part) {
+        size_t rows;
+        const double *A = part_of(w, (mbsri_null_field)part, &rows);
         for (int l = 0; l < w->k; ++l) {
-            const double part = weights[l] * A[(size_t)l * (size_t)rows + (size_t)r];
-            sum += part;
-            size += fabs(part);
+            const double *column = A + (size_t)l * rows;
+            size_t from = 0, to = rows;
+            while (from < rows && column[from] == 0.0) ++from;
+            while (to > from && column[to - 1] == 0.0) --to;
+            w->from[part * w->k + l] = (int)from;
+            w->to[part * w->k + l] = (int)to;
         }
-        y[r] = fabs(sum) > 1e-10 * size ? sum : 0.0;
+    }
+}
+
+void mbsri_null_mix(const mbsri_null_space *w, mbsri_null_field part, const double *weights,
+                    double *y, double *size)
+{
+    size_t rows;
+    const double *A = part_of(w, part, &rows);
+    mbsri_zero(rows, y);
+    mbsri_zero(rows, size);
+    for (int l = 0; l < w->k; ++l) {
+        const double *column = A + (size_t)l * rows;
+        const int at = (int)part * w->k + l;
+        for (int r = w->from[at]; r < w->to[at] && weights[l] != 0.0; ++r) {
+            const double term = weights[l] * column[r];
+            y[r] += term;
+            size[r] += fabs(term);
+        }
+    }
+    for (size_t r = 0; r < rows; ++r) {
+        if (!(fabs(y[r]) > 1e-10 * size[r])) y[r] = 0.0;
     }
 }
 

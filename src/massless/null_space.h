@@ -49,6 +49,12 @@ typedef struct mbsri_null_space {
     double *span;              /* nu: typical length where u is a velocity, 1 elsewhere */
     double *reaction;          /* 4 x the most rows or columns of an element's derivatives */
     int *moving;               /* k */
+    bool *affects; /* k x k: whether direction l may change gamma_k, at l k + k (couplings.h) */
+    int *colour;   /* k: directions of one colour are differenced at once */
+    int colours;
+    double *shift;      /* nu */
+    int *touched;       /* bodies */
+    int *from, *to;     /* 3 k: rows of direction, twist and q_rate that are not zero */
     int *rank;          /* bodies + 1: of the joint blocks where the directions were counted */
     mbsri_slopes slope; /* work of element_slopes.c */
     void *memory;
@@ -70,13 +76,24 @@ int mbsri_null_gamma(mbsri_null_space *w, double t, const double *q, const doubl
 /* y += sum of the directions with these weights (k); y: nu. */
 void mbsri_null_combine(const mbsri_null_space *w, const double *weights, double *y);
 
-/* y (rows) = sum of the columns of A (rows x k) with these weights, without rounding where they
- * cancel. */
-void mbsri_null_mix(const mbsri_null_space *w, const double *A, int rows, const double *weights,
-                    double *y);
+/* What is combined by mbsri_null_mix: directions (nu), their twists (size_v) or q_rate (nq). */
+typedef enum mbsri_null_field {
+    MBSRI_NULL_RATES,
+    MBSRI_NULL_TWISTS,
+    MBSRI_NULL_SHIFTS
+} mbsri_null_field;
 
-/* rate = G(q) x for any x (nu). */
+/* y = sum of a part of the directions with these weights (k), without rounding where they cancel.
+ * size: as many numbers of scratch. After mbsri_null_extents. */
+void mbsri_null_mix(const mbsri_null_space *w, mbsri_null_field part, const double *weights,
+                    double *y, double *size);
+
+/* Notes which rows of the parts are not zero. */
+void mbsri_null_extents(mbsri_null_space *w);
+
+/* rate = G(q) x for any x (nu); and the same at the positions of the data, whose u becomes x. */
 int mbsri_null_rate(mbsri_null_space *w, double t, const double *q, const double *x, double *rate);
+int mbsri_null_rate_here(mbsri_null_space *w, const double *x, double *rate);
 
 /* Divides each row, or column, of A (k x k) by its largest entry unless that is zero; scale (k)
  * gets the factors. */

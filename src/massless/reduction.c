@@ -70,17 +70,20 @@ static bool find_pivot(const mbsri_reduction *r, int *row, int *column)
     return largest > 0.0;
 }
 
-/* Row i less `factor` times row p, with the error of the factor. */
-static void subtract(mbsri_reduction *r, int i, int p, double factor, double doubt, double small)
+/* Column j of all rows but p less their numbers `factor` times that of row p, with the errors `doubt`
+ * of the factors. */
+static void subtract(const mbsri_reduction *r, int j, int p, const double *factor,
+                     const double *doubt, double small)
 {
-    const int n = r->n;
-    for (int j = 0; j < 2 * n; ++j) {
-        if (j < n && r->column_taken[j]) continue;
-        double *a = r->A + j * n, *e = r->error + j * n;
-        const double part = factor * a[p], size = fabs(a[i]) + fabs(part);
-        if (part == 0.0 && e[p] == 0.0) continue;
+    double *a = r->A + j * r->n, *e = r->error + j * r->n;
+    const double pivot = a[p], pivot_error = e[p];
+    if (pivot == 0.0 && pivot_error == 0.0) return;
+    for (int i = 0; i < r->n; ++i) {
+        if (i == p || factor[i] == 0.0) continue;
+        const double part = factor[i] * pivot, size = fabs(a[i]) + fabs(part);
+        if (part == 0.0 && pivot_error == 0.0) continue;
         a[i] -= part;
-        e[i] += fabs(factor) * e[p] + doubt * fabs(a[p]) + DBL_EPSILON * size;
+        e[i] += fabs(factor[i]) * pivot_error + doubt[i] * fabs(pivot) + DBL_EPSILON * size;
         if (fabs(a[i]) <= fmax(clear * e[i], small * size)) a[i] = 0.0;
     }
 }
@@ -100,10 +103,11 @@ void mbsri_reduce(mbsri_reduction *r, int n, double small)
             *x /= pivot;
             *x_error = *x_error / fabs(pivot) + share * fabs(*x);
         }
+        for (int j = 0; j < 2 * n; ++j) {
+            if (j >= n || !r->column_taken[j]) subtract(r, j, p, a, e, small);
+        }
         for (int i = 0; i < n; ++i) {
-            if (i == p || a[i] == 0.0) continue;
-            subtract(r, i, p, a[i], e[i], small);
-            a[i] = 0.0;
+            if (i != p) a[i] = 0.0;
         }
     }
 }

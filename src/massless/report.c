@@ -47,6 +47,7 @@ typedef struct report_work {
     int found;
     double *u, *twist, *q_rate; /* nu, size_v, nq: of a found direction */
     double *other;              /* nu */
+    double *size;               /* the most of these: scratch of mbsri_null_mix */
     double *work;
     int lwork;
     void *memory;
@@ -58,12 +59,24 @@ static int allocate(report_work *r)
     const mbsr_model *m = r->w.m;
     const size_t k = (size_t)r->w.k;
     r->lwork = mbsri_lapack_svd_work(r->w.k > 0 ? r->w.k : 1);
-    double **const array[] = {&r->C,       &r->values, &r->Y,       &r->Z,   &r->Y_error,
-                              &r->Z_error, &r->x,      &r->sparse,  &r->u,   &r->twist,
-                              &r->q_rate,  &r->other,  &r->weights, &r->work};
-    const size_t length[] = {
-        k * k,         k,         k * k,         k * k,         k * k, k * k,           k, k,
-        (size_t)m->nu, m->size_v, (size_t)m->nq, (size_t)m->nu, k * k, (size_t)r->lwork};
+    double **const array[] = {&r->C,       &r->values, &r->Y,       &r->Z,    &r->Y_error,
+                              &r->Z_error, &r->x,      &r->sparse,  &r->u,    &r->twist,
+                              &r->q_rate,  &r->other,  &r->weights, &r->size, &r->work};
+    const size_t length[] = {k * k,
+                             k,
+                             k * k,
+                             k * k,
+                             k * k,
+                             k * k,
+                             k,
+                             k,
+                             (size_t)m->nu,
+                             m->size_v,
+                             (size_t)m->nq,
+                             (size_t)m->nu,
+                             k * k,
+                             m->size_v + (size_t)m->nq + (size_t)m->nu,
+                             (size_t)r->lwork};
     size_t total = 0;
     for (size_t l = 0; l < sizeof length / sizeof length[0]; ++l) total += length[l];
     const size_t reduced = mbsri_reduction_size(r->w.k), aligned = reduced + sizeof(double),
@@ -120,10 +133,9 @@ static void spread(const report_work *r, int c, const double *x, double *weights
 /* u, twist and q_rate of a direction. */
 static void combine(report_work *r, const double *weights)
 {
-    const mbsr_model *m = r->w.m;
-    mbsri_null_mix(&r->w, r->w.direction, m->nu, weights, r->u);
-    mbsri_null_mix(&r->w, r->w.twist, (int)m->size_v, weights, r->twist);
-    mbsri_null_mix(&r->w, r->w.q_rate, m->nq, weights, r->q_rate);
+    mbsri_null_mix(&r->w, MBSRI_NULL_RATES, weights, r->u, r->size);
+    mbsri_null_mix(&r->w, MBSRI_NULL_TWISTS, weights, r->twist, r->size);
+    mbsri_null_mix(&r->w, MBSRI_NULL_SHIFTS, weights, r->q_rate, r->size);
 }
 
 /* Whether an element determines the direction of this kind in u, twist and q_rate. */
@@ -178,7 +190,7 @@ static int add(report_work *r, int c, const double *x, const double *sparse,
     const int status = list_bodies(r, kind);
     if (status) return status;
     spread(r, c, sparse, weights);
-    mbsri_null_mix(&r->w, r->w.direction, m->nu, weights, r->other);
+    mbsri_null_mix(&r->w, MBSRI_NULL_RATES, weights, r->other, r->size);
     bool better = count_terms(m, r->other) < terms;
     for (int i = 1; i <= m->bodies && better; ++i) {
         const mbsri_body *b = m->body + i;
@@ -190,24 +202,40 @@ static int add(report_work *r, int c, const double *x, const double *sparse,
 
 /* ---- the kinds ---- */
 
+/* T = S Z of the component, its errors and |S| |Z|: c x e each. */
+static void stiffness_of(report_work *r, int c, int e, double *T, double *error, double *gross)
+{
+    const int k = r->w.k;
+    mbsri_zero((size_t)c * (size_t)e, T);
+    mbsri_zero((size_t)c * (size_t)e, error);
+    mbsri_zero((size_t)c * (size_t)e, gross);
+    for (int b = 0; b < e; ++b) {
+        for (int q = 0; q < c; ++q) {
+            const double z = r->Z[b * c + q], dz = r->Z_error[b * c + q];
+            for (int p = 0; p < c && (z != 0.0 || dz != 0.0); ++p) {
+                const int at = r->member[q] * k + r->member[p], to = b * c + p;
+                const double S = r->w.S[at], size = fabs(S);
+                T[to] += S * z;
+                gross[to] += size * fabs(z);
+                error[to] += (r->w.S_error[at] + 4.0 * DBL_EPSILON * size) * fabs(z) + size * dz;
+            }
+        }
+    }
+}
+
 /* reduced.A = Y^T S Z of the component with its errors, c - damped rows and columns. */
 static void elastic_block(report_work *r, int c, int e)
 {
-    const int k = r->w.k;
+    double *T = r->C, *T_error = r->reduced.A + (size_t)e * (size_t)e,
+           *gross = r->reduced.error + (size_t)e * (size_t)e;
+    stiffness_of(r, c, e, T, T_error, gross);
     for (int b = 0; b < e; ++b) {
-        const double *z = r->Z + b * c, *dz = r->Z_error + b * c;
         for (int a = 0; a < e; ++a) {
             const double *y = r->Y + a * c, *dy = r->Y_error + a * c;
             double sum = 0.0, error = 0.0;
-            for (int q = 0; q < c; ++q) {
-                for (int p = 0; p < c; ++p) {
-                    const int at = r->member[q] * k + r->member[p];
-                    const double S = r->w.S[at], size = fabs(S);
-                    sum += y[p] * S * z[q];
-                    error +=
-                        fabs(y[p]) * (r->w.S_error[at] + 4.0 * DBL_EPSILON * size) * fabs(z[q]) +
-                        dy[p] * size * fabs(z[q]) + fabs(y[p]) * size * dz[q];
-                }
+            for (int p = 0; p < c; ++p) {
+                sum += y[p] * T[b * c + p];
+                error += fabs(y[p]) * T_error[b * c + p] + dy[p] * gross[b * c + p];
             }
             r->reduced.A[b * e + a] = fabs(sum) > 10.0 * error ? sum : 0.0;
             r->reduced.error[b * e + a] = error;
@@ -334,7 +362,7 @@ static int analyse(report_work *r, double t, const double *q, const double *u,
 static int list_terms(report_work *r, int l, mbsr_direction_term *term)
 {
     const mbsr_model *m = r->w.m;
-    mbsri_null_mix(&r->w, r->w.direction, m->nu, r->weights + (size_t)l * (size_t)r->w.k, r->u);
+    mbsri_null_mix(&r->w, MBSRI_NULL_RATES, r->weights + (size_t)l * (size_t)r->w.k, r->u, r->size);
     double largest = 0.0, size = 0.0;
     for (int k = 0; k < m->nu; ++k) {
         if (fabs(r->u[k]) > fabs(largest)) largest = r->u[k];

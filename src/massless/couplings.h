@@ -1,0 +1,12 @@
+/* Which directions that move no mass may act on which.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRI_COUPLINGS_H
+#define MBSRI_COUPLINGS_H
+
+#include "massless/null_space.h"
+
+/* Sets w->affects and w->colour from the directions, their twists and q_rate: directions of one colour
+ * do not act on one and the same, so that one difference quotient serves all of them. */
+int mbsri_null_couple(mbsri_null_space *w);
+
+#endif
