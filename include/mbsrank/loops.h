@@ -75,6 +75,14 @@ MBSR_API int mbsr_closures_report(const mbsr_model *model, mbsr_data *data, doub
 MBSR_API int mbsr_closure_of_row(const mbsr_model *model, int row, int *closure, int *own,
                                  const char **name);
 
+/* What a unit impulse on each joint rate changes it by, all others giving way as the loops let them:
+ * mobility (nu) = diag(Z (Z^T M Z)^-1 Z^T), where the columns of Z span the rates that the rows allow; its
+ * inverse is the inertia that the rate moves. It does not depend on where loops are cut. 0 for rates that
+ * the loops do not let change, -1 for those that move no mass. At the positions of mbsr_positions. Stiff
+ * rows count as rigid, unless they are not settled. MBSR_ERR_NULL, MBSR_ERR_NO_MEMORY, MBSR_ERR_SEQUENCE,
+ * MBSR_NOT_FINITE. */
+MBSR_API int mbsr_closures_mobility(const mbsr_model *model, mbsr_data *data, double *mobility);
+
 /* Which rows the data leaves out of the momentum form, redundant (m): their multipliers are zero and
  * their gaps only watched. mbsr_dae_consistent chooses them; a data of which nothing was asked leaves
  * out none. mbsr_closures_drop sets them, for a run that goes on in another data. MBSR_ERR_NULL,

@@ -11,6 +11,67 @@
 /* Squared sine of the angle between a row and the span of others, below which it is to blame. */
 static const double SINGULAR = 1e-3;
 
+int mbsri_ida_loops(const mbsr_ida *ida)
+{
+    return ida->size - mbsr_model_rows(ida->model) - mbsr_model_held(ida->model);
+}
+
+/* ---- tolerances ---- */
+
+/* Beyond so many joint rates and rows dense matrices are not worth while. */
+enum { MOST_DENSE = 600 };
+
+const double *mbsri_ida_mobility(mbsr_ida *ida)
+{
+    const int nu = mbsr_model_nu(ida->model), rows = mbsr_model_rows(ida->model);
+    double *mobility = N_VGetArrayPointer(ida->moved);
+    if (rows == 0 || nu + rows > MOST_DENSE) return NULL;
+    return mbsr_closures_mobility(ida->model, ida->data, mobility) ? NULL : mobility;
+}
+
+/* Of the multipliers of one row, C^T of which is `along`. */
+static void scale_row(mbsr_ida *ida, const double *along, const double *w, double *impulse,
+                      double *shift)
+{
+    const int nq = mbsr_model_nq(ida->model), nu = mbsr_model_nu(ida->model);
+    const double *p = N_VGetArrayPointer(ida->atol) + nq, *u = p + nu;
+    *impulse = *shift = INFINITY;
+    for (int k = 0; k < nu; ++k) {
+        const double size = fabs(along[k]);
+        if (!(size > 0.0)) continue;
+        *impulse = fmin(*impulse, p[k] / size);
+        *shift = fmin(*shift, u[k] / (w[k] * size));
+    }
+    if (!isfinite(*impulse)) *impulse = *shift = ida->opt.atol;
+}
+
+bool mbsri_ida_scale_multipliers(mbsr_ida *ida)
+{
+    const int nu = mbsr_model_nu(ida->model), rows = mbsr_model_rows(ida->model),
+              first = mbsri_ida_loops(ida);
+    double *atol = N_VGetArrayPointer(ida->atol), *e = N_VGetArrayPointer(ida->work), *w = e + rows,
+           *along = N_VGetArrayPointer(ida->moved);
+    int status = mbsr_closures_weight(ida->model, w);
+    for (int k = 0; k < rows; ++k) e[k] = 0.0;
+    for (int c = 0; c < mbsr_model_closures(ida->model) && nu > 0; ++c) {
+        int row, own, held_row, held;
+        mbsr_closure_place(ida->model, c, &row, &own, &held_row, &held);
+        for (int k = 0; k < own && !status; ++k) {
+            double impulse, shift;
+            e[row + k] = 1.0;
+            status = mbsr_closures_transpose(ida->model, ida->data, e, along);
+            e[row + k] = 0.0;
+            if (status) continue;
+            scale_row(ida, along, w, &impulse, &shift);
+            atol[first + row + k] = impulse;
+            if (k < held) atol[first + rows + held_row + k] = shift;
+        }
+    }
+    return status == MBSR_OK;
+}
+
+/* ---- while it runs ---- */
+
 int mbsri_ida_blame_loops(mbsr_ida *ida)
 {
     const int nq = mbsr_model_nq(ida->model);

@@ -4,6 +4,7 @@
 
 #include "ida/bend.h"
 #include "ida/error.h"
+#include "ida/loops.h"
 #include "ida/progress.h"
 
 #include <math.h>
@@ -33,11 +34,6 @@ static void set_body(mbsr_ida *ida, int body, int velocity, double *atol)
     for (int k = 0; k < n; ++k) {
         atol[velocity + u + k] = by_kind(&ida->opt, velocity_kind[k], true);
     }
-}
-
-int mbsri_ida_loops(const mbsr_ida *ida)
-{
-    return ida->size - mbsr_model_rows(ida->model) - mbsr_model_held(ida->model);
 }
 
 /* Multipliers are integrals, which grow with time: their tolerances are absolute. Only forces of stiff
@@ -87,11 +83,10 @@ static double largest_mass(const mbsr_ida *ida)
 
 /* p: mass times the tolerance of its velocity, which stands nu further on. v: the square root of
  * the mass, and of the joint's tolerances, which are taken anew, the smallest. */
-static void scale_body(mbsr_ida *ida, int body, double mass)
+static void scale_body(mbsr_ida *ida, int body, double mass, const double *mobility)
 {
     const int nq = mbsr_model_nq(ida->model), nu = mbsr_model_nu(ida->model);
     const bool momentum = ida->opt.form == MBSR_DAE_MOMENTUM;
-    const double factor = momentum ? mass : sqrt(mass);
     double *atol = N_VGetArrayPointer(ida->atol), *mass_on = N_VGetArrayPointer(ida->mass);
     int first, n;
     mbsr_body_coordinates(ida->model, body, NULL, NULL, &first, &n);
@@ -99,6 +94,8 @@ static void scale_body(mbsr_ida *ida, int body, double mass)
     double smallest = INFINITY;
     for (int k = nq + first; k < nq + first + n; ++k) smallest = fmin(smallest, atol[k]);
     for (int k = nq + first; k < nq + first + n; ++k) {
+        const double moved = mobility ? mbsri_ida_moved_mass(mobility[k - nq], mass) : mass;
+        const double factor = momentum ? moved : sqrt(moved);
         mass_on[k] = factor;
         atol[k] = (momentum ? atol[nu + k] : smallest) * factor;
     }
@@ -106,15 +103,15 @@ static void scale_body(mbsr_ida *ida, int body, double mass)
 
 void mbsri_ida_scale_tolerances(mbsr_ida *ida)
 {
-    const double largest = largest_mass(ida);
-    const int loops = mbsri_ida_loops(ida);
+    const double largest = largest_mass(ida), *mobility = mbsri_ida_mobility(ida);
     double *atol = N_VGetArrayPointer(ida->atol);
     mbsr_rank_info info;
-    for (int k = loops; k < ida->size; ++k) atol[k] = ida->opt.atol * largest;
     for (int i = 0; i < mbsr_model_bodies(ida->model); ++i) {
         const int status = mbsr_body_rank(ida->model, ida->data, i, &info);
-        scale_body(ida, i, status == MBSR_OK && info.scale > 0.0 ? info.scale : largest);
+        scale_body(ida, i, status == MBSR_OK && info.scale > 0.0 ? info.scale : largest, mobility);
     }
+    if (mobility && mbsri_ida_scale_multipliers(ida)) return;
+    for (int k = mbsri_ida_loops(ida); k < ida->size; ++k) atol[k] = ida->opt.atol * largest;
 }
 
 double mbsri_ida_tolerance(const mbsr_ida *ida, const double *y, int k)

@@ -22,7 +22,4 @@ double mbsri_ida_norm(const mbsr_ida *ida, int n, const double *x);
 /* Vectors cloned from v measure by the largest entry where IDA calls for a root mean square. */
 void mbsri_ida_use_max_norm(N_Vector v);
 
-/* Where in y the multipliers of closures begin; the size of y where there are none. */
-int mbsri_ida_loops(const mbsr_ida *ida);
-
 #endif

@@ -10,6 +10,7 @@
 #include "base/error.h"
 #include "dynamics/entry.h"
 #include "loops/assemble.h"
+#include "loops/motion.h"
 #include "loops/ranks.h"
 #include "model/query.h"
 #include "recursion/backward.h"
@@ -180,6 +181,39 @@ int mbsr_closures_report(const mbsr_model *model, mbsr_data *data, double t, con
     if (!status) status = report_on(&w, t, q, report, redundant, unique);
     mbsri_dense_close(&w);
     data->watching = watching;
+    return status;
+}
+
+/* ---- mobility ---- */
+
+/* K (x; lambda) = (e_k; 0): x_k. A vector of the kernel with a part of e_k moves no mass. */
+static double mobility_of(mbsri_dense *w, int k)
+{
+    mbsri_zero((size_t)w->N, w->g);
+    w->g[k] = 1.0;
+    for (int l = 0; l < w->nulls; ++l) {
+        const double share = mbsri_dense_null(w, l, w->x);
+        if (share > 1e-6 && fabs(w->x[k]) > 1e-6) return -1.0;
+    }
+    mbsri_dense_solve(w, w->g, w->x);
+    return fmax(w->x[k], 0.0);
+}
+
+int mbsr_closures_mobility(const mbsr_model *model, mbsr_data *data, double *mobility)
+{
+    static const char name[] = "mbsr_closures_mobility";
+    mbsri_dense w;
+    int status = mbsri_enter(model, data, mobility != NULL, MBSRI_STAGE_POSITIONS, name);
+    if (status) return status;
+    status = mbsri_dense_open(&w, model, data, name);
+    if (!status) {
+        mbsri_loops_leave_out(&w, false);
+        status = mbsri_dense_factor(&w, w.left_out);
+    }
+    for (int k = 0; k < w.n && !status; ++k) w.out[k] = mobility_of(&w, k);
+    if (!status) status = mbsri_check_result(model, data, (size_t)w.n, w.out, name);
+    if (!status) mbsri_copy((size_t)w.n, w.out, mobility);
+    mbsri_dense_close(&w);
     return status;
 }
 

@@ -113,7 +113,7 @@ static void runs(void **state)
         steps += r.steps;
         loops_free(&s);
     }
-    assert_true(steps <= 138 + 345 + 712);
+    assert_true(20 * steps <= 21 * (138 + 345 + 712)); /* of the other program, to 5 percent */
 }
 
 /* No spring at all: refused by the name of a joint. */

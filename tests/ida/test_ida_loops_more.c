@@ -75,6 +75,73 @@ static void other_cuts(void **state)
     }
 }
 
+/* ---- other cuts of a slider-crank mechanism ---- */
+
+/* Crank 0.5 m, rod 1.5 m, slider of 1 kg on a line through the crank's hinge; cut at the rod's end, or at
+ * the slider's guide: by a prismatic joint, or by a row for its place and one for its turn. */
+static void slider_crank(loops *s, int cut)
+{
+    const mbsr_planar_frame own = {0.0, 0.0, 0.0}, end = {1.5, 0.0, 0.0};
+    const double angle = -asin(0.5 * sin(1.0) / 1.5), x = 0.5 * cos(1.0) + 1.5 * cos(angle),
+                 turn = -0.5 * cos(1.0) * 4.0 / (1.5 * cos(angle)),
+                 speed = -0.5 * sin(1.0) * 4.0 - 1.5 * sin(angle) * turn;
+    int c;
+    loops_begin(s, NULL);
+    const int a = loops_rod(s, "crank", MBSR_GROUND, 0.0, 0.0, 1.0, 0.5);
+    const int b = loops_rod(s, "rod", a, 0.5, 0.0, 1.0, 1.5);
+    mbsr_body_def body = mbsr_default_body_def();
+    body.name = "slider";
+    body.inertia = mbsr_inertia_planar(1.0, (double[2]){0.0, 0.0}, 0.1);
+    body.parent = cut == 0 ? MBSR_GROUND : b;
+    body.joint =
+        cut == 0 ? mbsr_joint_planar_prismatic(own, own) : mbsr_joint_planar_revolute(end, own);
+    assert_ok(mbsr_model_add_body(s->m, &body, &c), mbsr_model_error(s->m));
+    if (cut == 0) loops_pin(s, "pin", b, 1.5, 0.0, c, 0.0, 0.0);
+    if (cut == 1) {
+        const mbsr_joint guide = mbsr_joint_planar_prismatic(own, own);
+        assert_ok(
+            mbsr_model_add_loop_joint(s->m, "guide", MBSR_GROUND, &guide, c, NULL, NULL, NULL),
+            mbsr_model_error(s->m));
+    }
+    if (cut == 2) {
+        const double up[3] = {0.0, 1.0, 0.0};
+        const mbsr_closure_def guide = mbsr_closure_rows(c, NULL, MBSR_GROUND, NULL, 1, up),
+                               level =
+                                   mbsr_closure_coupling(3, (int[3]){a, b, c}, (int[3]){0, 0, 0},
+                                                         (double[3]){1.0, 1.0, 1.0}, 0.0);
+        assert_ok(mbsr_model_add_closure(s->m, &guide, NULL), mbsr_model_error(s->m));
+        assert_ok(mbsr_model_add_closure(s->m, &level, NULL), mbsr_model_error(s->m));
+    }
+    loops_finish(s);
+    const double q[4] = {1.0, angle - 1.0, cut == 0 ? x : -angle, x},
+                 u[4] = {4.0, turn - 4.0, cut == 0 ? speed : -turn, speed};
+    memcpy(s->q, q, sizeof q);
+    memcpy(s->u, u, sizeof u);
+}
+
+static void other_cuts_of_a_slider_crank(void **state)
+{
+    (void)state;
+    static const double tolerance[] = {1e-4, 1e-6, 1e-8};
+    double truth = 0.0;
+    long first = 0;
+    for (int cut = 0; cut < 3; ++cut) {
+        long steps = 0;
+        for (int k = 2; k >= 0; --k) {
+            loops s;
+            slider_crank(&s, cut);
+            const loops_result r = loops_run(&s, tolerance[k], 1.0);
+            assert_int_equal(r.status, MBSR_OK);
+            if (cut == 0 && k == 2) truth = s.q[0];
+            assert_close(s.q[0], truth, 1e3 * tolerance[k]);
+            steps += r.steps;
+            loops_free(&s);
+        }
+        if (cut == 0) first = steps;
+        assert_true(10 * steps <= 13 * first && 10 * steps >= 7 * first);
+    }
+}
+
 /* ---- rolling ---- */
 
 /* A disc that rolls on a circle: lean a, radius R of the disc, rate w of heading, spin s about its axis, I
@@ -253,7 +320,8 @@ static void bricard(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(other_cuts), cmocka_unit_test(a_steady_disc), cmocka_unit_test(free_knees),
-        cmocka_unit_test(a_long_run), cmocka_unit_test(bricard)};
+        cmocka_unit_test(other_cuts),    cmocka_unit_test(other_cuts_of_a_slider_crank),
+        cmocka_unit_test(a_steady_disc), cmocka_unit_test(free_knees),
+        cmocka_unit_test(a_long_run),    cmocka_unit_test(bricard)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
