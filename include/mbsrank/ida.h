@@ -219,6 +219,21 @@ MBSR_API int mbsr_ida_dense(mbsr_ida *ida, double t, int k, double *dky);
 /* MBSR_ERR_NULL. */
 MBSR_API int mbsr_ida_get_stats(const mbsr_ida *ida, mbsr_ida_stats *stats);
 
+/* How far the present state, the last good one after a failure, is from what should hold. */
+typedef struct mbsr_ida_drift {
+    double gap;         /* largest |g| of closures, m or rad */
+    double largest_gap; /* of this and of all states at which mbsr_ida_advance has ended */
+    double rate;        /* largest |C u + g_t| of closures */
+    double
+        energy; /* kinetic and potential, J; force elements without an energy count for nothing */
+    double
+        energy_change; /* since mbsr_ida_start: with neither dampers nor motors the driver's error */
+} mbsr_ida_drift;
+
+/* Evaluates positions and velocities in the driver's data. MBSR_ERR_NULL, MBSR_ERR_SEQUENCE before
+ * mbsr_ida_start, MBSR_NOT_FINITE, and what the functions of joints, elements and closures return. */
+MBSR_API int mbsr_ida_get_drift(mbsr_ida *ida, mbsr_ida_drift *drift);
+
 /* The last failure; never NULL. */
 MBSR_API const mbsr_error *mbsr_ida_error(const mbsr_ida *ida);
 

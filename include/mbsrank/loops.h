@@ -60,6 +60,11 @@ typedef struct mbsr_closure_report {
                              those before it; MBSR_NONE where there are none */
     double weakest_pivot; /* its squared distance */
     double gap;           /* largest |g| */
+    double
+        stretch; /* smallest over largest singular value of the rows on the directions without mass
+                             that they hold; 1 where there are none. Where it vanishes these bodies are
+                             stretched: a motion that goes on would be an impact */
+    int stretched; /* the row that has most part in it, or MBSR_NONE */
 } mbsr_closure_report;
 
 /* Reports on the position q, which should be closed. redundant (m): 1 for each row that depends on

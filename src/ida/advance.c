@@ -4,6 +4,7 @@
 
 #include "ida/bend.h"
 #include "ida/count.h"
+#include "ida/drift.h"
 #include "ida/error.h"
 #include "ida/first_step.h"
 #include "ida/kinks.h"
@@ -171,6 +172,7 @@ int mbsri_ida_advance(mbsr_ida *ida, double t_end)
     }
     int status = solve(ida, t_end);
     if (!status) status = mbsri_ida_check_dropped(ida);
+    if (!status || ida->event) mbsri_ida_drift_note(ida);
     mbsri_ida_exchange_watch(ida);
     return status;
 }

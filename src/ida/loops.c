@@ -11,6 +11,9 @@
 /* Squared sine of the angle between a row and the span of others, below which it is to blame. */
 static const double SINGULAR = 1e-3;
 
+/* What is left of the hold on bodies without mass, below which they are stretched. */
+static const double STRETCHED = 1e-2;
+
 int mbsri_ida_loops(const mbsr_ida *ida)
 {
     return ida->size - mbsr_model_rows(ida->model) - mbsr_model_held(ida->model);
@@ -72,26 +75,84 @@ bool mbsri_ida_scale_multipliers(mbsr_ida *ida)
 
 /* ---- while it runs ---- */
 
-int mbsri_ida_blame_loops(mbsr_ida *ida)
+/* A report on the state y of the driver; false where there is none. */
+static bool report_on(mbsr_ida *ida, N_Vector y, double t, mbsr_closure_report *report)
 {
-    const int nq = mbsr_model_nq(ida->model);
     double *q = N_VGetArrayPointer(ida->moved);
+    return mbsr_dae_unpack(ida->model, ida->data, ida->opt.form, t, N_VGetArrayPointer(y), q,
+                           q + mbsr_model_nq(ida->model)) == MBSR_OK &&
+           mbsr_closures_report(ida->model, ida->data, t, q, report, NULL, NULL) == MBSR_OK;
+}
+
+/* What `stretch` was where IDA started; 0 where some direction is never held. */
+static double usual_stretch(mbsr_ida *ida)
+{
     mbsr_closure_report report;
-    if (mbsr_model_rows(ida->model) == 0 || !ida->failed) return MBSR_OK;
-    if (mbsr_dae_unpack(ida->model, ida->data, ida->opt.form, ida->present,
-                        N_VGetArrayPointer(ida->y), q, q + nq) ||
-        mbsr_closures_report(ida->model, ida->data, ida->present, q, &report, NULL, NULL) ||
-        report.weakest < 0 || report.weakest_pivot > SINGULAR)
-        return MBSR_OK;
+    const bool known = report_on(ida, ida->first_y, ida->present, &report);
+    return known && report.stretch > 1e-6 ? report.stretch : 0.0;
+}
+
+/* MBSR_LOOP_SINGULAR into `error` where the report shows a singular position; else MBSR_OK. */
+static int blame(mbsr_ida *ida, mbsr_error *error, const char *prefix, double t,
+                 const mbsr_closure_report *report)
+{
     int closure = 0;
     const char *row = "";
-    mbsr_closure_of_row(ida->model, report.weakest, &closure, NULL, &row);
-    return mbsri_ida_fail(&ida->error, MBSR_LOOP_SINGULAR, MBSR_NONE, MBSR_NONE,
-                          "mbsr_ida_advance: at t = %.10g closure %d '%.40s' is near a singular "
-                          "position: its row %s depends on the others (pivot %.2g, %d of %d rows "
-                          "independent); the motion may branch here",
-                          ida->present, closure, mbsr_closure_name(ida->model, closure), row,
-                          report.weakest_pivot, report.independent, report.rows);
+    if (report->weakest >= 0 && report->weakest_pivot <= SINGULAR) {
+        mbsr_closure_of_row(ida->model, report->weakest, &closure, NULL, &row);
+        return mbsri_ida_fail(error, MBSR_LOOP_SINGULAR, MBSR_NONE, MBSR_NONE,
+                              "%sat t = %.10g closure %d '%.40s' is near a singular "
+                              "position: its row %s depends on the others (pivot %.2g, %d of %d "
+                              "rows independent); the motion may branch here",
+                              prefix, t, closure, mbsr_closure_name(ida->model, closure), row,
+                              report->weakest_pivot, report->independent, report->rows);
+    }
+    if (report->stretched < 0 || !(report->stretch <= STRETCHED * usual_stretch(ida)))
+        return MBSR_OK;
+    mbsr_closure_of_row(ida->model, report->stretched, &closure, NULL, &row);
+    return mbsri_ida_fail(
+        error, MBSR_LOOP_SINGULAR, MBSR_NONE, MBSR_NONE,
+        "%sat t = %.10g the bodies without mass that closure %d "
+        "'%.40s' holds are stretched (singular value %.2g along %s): beyond is an "
+        "impact; give them mass or make the closure stiff",
+        prefix, t, closure, mbsr_closure_name(ida->model, closure), report->stretch, row);
+}
+
+int mbsri_ida_blame_loops(mbsr_ida *ida)
+{
+    mbsr_closure_report report;
+    if (mbsr_model_rows(ida->model) == 0 || !ida->failed ||
+        !report_on(ida, ida->y, ida->present, &report))
+        return MBSR_OK;
+    return blame(ida, &ida->error, "mbsr_ida_advance: ", ida->present, &report);
+}
+
+/* Steps between two looks, and what part of the way between others is none. */
+enum { LOOK = 200 };
+static const double NO_WAY = 1e-6;
+
+int mbsri_ida_watch_loops(mbsr_ida *ida, N_Vector y)
+{
+    long steps = 0;
+    double t = 0.0;
+    mbsr_closure_report report;
+    if (mbsr_model_rows(ida->model) == 0) return MBSR_OK;
+    IDAGetNumSteps(ida->memory, &steps);
+    IDAGetCurrentTime(ida->memory, &t);
+    if (steps == 0 || steps < ida->looked) {
+        ida->looked = steps;
+        ida->looked_at = t;
+        ida->longest_way = 0.0;
+    }
+    if (steps < ida->looked + LOOK) return MBSR_OK;
+    const double way = fabs(t - ida->looked_at);
+    const bool stuck = way < NO_WAY * ida->longest_way;
+    ida->looked = steps;
+    ida->looked_at = t;
+    ida->longest_way = fmax(ida->longest_way, way);
+    if (!stuck || !report_on(ida, y, t, &report)) return MBSR_OK;
+    ida->callback = blame(ida, &ida->failure, "", t, &report);
+    return ida->callback;
 }
 
 /* The position row `row` of closure c has opened. */

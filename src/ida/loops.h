@@ -26,8 +26,11 @@ static inline double mbsri_ida_moved_mass(double mobility, double mass)
 bool mbsri_ida_scale_multipliers(mbsr_ida *ida);
 
 /* After IDA has given up: MBSR_LOOP_SINGULAR, with the name of the loop, where rows of closures are
- * dependent, or nearly, in the last good state; else MBSR_OK. */
+ * dependent, or nearly, in the last good state, or bodies without mass stretched; else MBSR_OK. */
 int mbsri_ida_blame_loops(mbsr_ida *ida);
+
+/* Before a step from y: the same, as the failure of a callback, where the integration hardly moves on. */
+int mbsri_ida_watch_loops(mbsr_ida *ida, N_Vector y);
 
 /* MBSR_LOOP_OPEN where rows that were left out as redundant at the start have opened. */
 int mbsri_ida_check_dropped(mbsr_ida *ida);

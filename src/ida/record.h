@@ -54,6 +54,11 @@ struct mbsr_ida {
     double reported_at; /* real time of it, s; where progress_interval asks for it */
     bool stopped;       /* it ended the last call */
 
+    double first_energy, largest_gap; /* for mbsr_ida_get_drift */
+    bool measured;                    /* the energy is known */
+    long looked;                      /* closures: steps when they were looked at last */
+    double looked_at, longest_way;    /* the time then; the longest between two looks */
+
     double wall; /* time of the last recoverable failure of the residual */
     int blocked; /* how many in a row were at the same time but for rounding */
 

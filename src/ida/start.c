@@ -1,5 +1,6 @@
 /* Start of a run.
  * SPDX-License-Identifier: BSD-3-Clause */
+#include "ida/drift.h"
 #include "ida/error.h"
 #include "ida/bend.h"
 #include "ida/linear.h"
@@ -147,6 +148,7 @@ int mbsr_ida_start(mbsr_ida *ida, double t, const double *y, const double *yp)
     int status = check_start(ida, t, y, yp);
     if (status) return status;
     ida->started = ida->failed = false; /* what fails here has lost the ranks of an earlier run */
+    mbsri_ida_drift_start(ida, t, y);
     status = prepare(ida, t, y, yp);
     if (status) return status;
     const size_t bytes = (size_t)ida->size * sizeof *y;

@@ -48,10 +48,7 @@ static int kind_of(const mbsri_dense *w, const mbsri_closure *c, int k)
     return linear ? PLACE : TURN;
 }
 
-/* The length to which each row is compared, into `scale`: the largest of its closure and kind, a
- * thousandth of the largest of its kind at least. Its own length would not do: where links are stretched
- * a row becomes small as a whole. */
-static void find_scales(const mbsri_dense *w, double *scale)
+void mbsri_rank_scales(const mbsri_dense *w, double *scale)
 {
     const mbsri_closure *first = w->m->closures.data;
     double largest[KINDS] = {0.0};
@@ -96,7 +93,7 @@ void mbsri_ranks_here(mbsri_dense *w, bool *dropped, mbsri_ranks *found)
 {
     const mbsri_closure *first = w->m->closures.data;
     double *Q = w->A, *scale = w->right;
-    find_scales(w, scale);
+    mbsri_rank_scales(w, scale);
     *found = (mbsri_ranks){.smallest_kept = INFINITY, .weakest = -1, .weakest_pivot = INFINITY};
     for (int held = 1; held >= 0; --held) {
         for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {

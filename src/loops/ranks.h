@@ -13,6 +13,11 @@ typedef struct mbsri_ranks {
     double weakest_pivot;
 } mbsri_ranks;
 
+/* The length to which each row is compared, into `scale` (rows): the largest of its closure and kind, a
+ * thousandth of the largest of its kind at least. Its own length would not do: where links are stretched
+ * a row becomes small as a whole. */
+void mbsri_rank_scales(const mbsri_dense *w, double *scale);
+
 /* Marks the rows that depend on those before them, position rows of all closures before the others; at
  * the C of the workspace. Uses its A and U. */
 void mbsri_ranks_here(mbsri_dense *w, bool *dropped, mbsri_ranks *found);

@@ -120,11 +120,65 @@ static int mark_unique(mbsri_dense *w, const bool *dropped, int *unique)
     return status;
 }
 
-/* Directions of the tree that move no mass, and those of them that no loop holds; at rest. */
+/* Directions of the tree that move no mass, into A (n each); at the positions. */
+static int find_massless(mbsri_dense *w, int *count)
+{
+    for (int k = 0; k < w->rows; ++k) w->other[k] = true;
+    const int status = mbsri_dense_factor(w, w->other);
+    *count = w->nulls;
+    for (int l = 0; l < w->nulls && !status; ++l)
+        mbsri_dense_null(w, l, w->A + (size_t)l * (size_t)w->n);
+    return status;
+}
+
+/* The rows, scaled as for their ranks, on `count` directions without mass in A: into K (size x size).
+ * Returns how many rows and directions meet. */
+static int fill_stretch(mbsri_dense *w, int count, int size)
+{
+    int touched = 0;
+    mbsri_rank_scales(w, w->right);
+    mbsri_zero((size_t)size * (size_t)size, w->K);
+    for (int k = 0; k < w->rows; ++k) {
+        bool some = false;
+        for (int l = 0; l < count && !w->left_out[k] && w->right[k] > 0.0; ++l) {
+            const double *x = w->A + (size_t)l * (size_t)w->n;
+            double sum = 0.0;
+            for (int j = 0; j < w->n; ++j)
+                sum += w->C[(size_t)j * (size_t)w->rows + (size_t)k] * x[j];
+            w->K[(size_t)l * (size_t)size + (size_t)k] = sum / w->right[k];
+            some = some || fabs(sum) > 0.0;
+        }
+        touched += some;
+    }
+    return touched < count ? touched : count;
+}
+
+static int find_stretch(mbsri_dense *w, int count, mbsr_closure_report *report)
+{
+    const int size = w->rows > count ? w->rows : count;
+    report->stretch = 1.0;
+    report->stretched = MBSR_NONE;
+    const int held = count > 0 ? fill_stretch(w, count, size) : 0;
+    if (held == 0) return MBSR_OK;
+    if (mbsri_lapack_svd(size, w->K, w->sigma, w->U, w->V, w->work, w->lwork))
+        return mbsri_fail(&w->d->error, MBSR_EIGEN_FAILED, MBSR_NONE, MBSR_NONE,
+                          "%s: no singular values of rows on directions without mass", w->function);
+    const double *row = w->U + (size_t)(held - 1) * (size_t)size;
+    report->stretch = w->sigma[0] > 0.0 ? w->sigma[held - 1] / w->sigma[0] : 1.0;
+    report->stretched = 0;
+    for (int k = 0; k < w->rows; ++k) {
+        if (fabs(row[k]) > fabs(row[report->stretched])) report->stretched = k;
+    }
+    return MBSR_OK;
+}
+
+/* Directions of the tree that move no mass, those of them that no loop holds, and how well the others are
+ * held; at rest. */
 static int count_massless(mbsri_dense *w, double t, const double *q, mbsr_closure_report *report)
 {
     const mbsr_model *m = w->m;
     mbsr_data *d = w->d;
+    int count = 0;
     mbsri_zero((size_t)w->n, w->x);
     int status = mbsri_positions(m, d, t, q);
     if (!status) status = mbsri_velocities(m, d, w->x);
@@ -132,9 +186,10 @@ static int count_massless(mbsri_dense *w, double t, const double *q, mbsr_closur
     if (!status) status = mbsri_backward(m, d);
     if (status) return status;
     report->massless = w->n - d->total_rank;
-    status = mbsri_dense_factor(w, w->left_out);
+    status = find_massless(w, &count);
+    if (!status) status = mbsri_dense_factor(w, w->left_out);
     report->undetermined = w->nulls;
-    return status;
+    return status ? status : find_stretch(w, count, report);
 }
 
 static int report_on(mbsri_dense *w, double t, const double *q, mbsr_closure_report *report,

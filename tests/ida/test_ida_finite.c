@@ -85,6 +85,14 @@ static int run_stats(finite_subject *s)
     return status;
 }
 
+static int run_drift(finite_subject *s)
+{
+    mbsr_ida_drift drift;
+    const int status = mbsr_ida_get_drift(s->object, &drift);
+    if (!status && s->out[0]) s->out[0][0] = drift.energy + drift.energy_change + drift.largest_gap;
+    return status;
+}
+
 /* ---- for an IDA of one's own ---- */
 
 static const mbsr_error *link_error(const finite_subject *s)
@@ -141,6 +149,7 @@ static const finite_row rows[] = {
     {"mbsr_ida_state", run_state, advance, 0, 0, FINITE_OBJECT, of_run},
     {"mbsr_ida_dense", run_dense, advance, 0, T, FINITE_OBJECT, of_dense},
     {"mbsr_ida_get_stats", run_stats, advance, 0, 0, FINITE_OBJECT, of_one},
+    {"mbsr_ida_get_drift", run_drift, advance, 0, 0, FINITE_OBJECT, of_one},
     {"mbsr_ida_event_info", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_default_ida_opt", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_ida_create", NULL, NULL, 0, 0, 0, NULL},

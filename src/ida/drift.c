@@ -1,0 +1,85 @@
+/* Energy and gaps in a run.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "ida/drift.h"
+
+#include "ida/error.h"
+
+#include <mbsrank/dynamics.h>
+#include <mbsrank/loops.h>
+
+#include <math.h>
+
+static double largest(int n, const double *x)
+{
+    double found = 0.0;
+    for (int k = 0; k < n; ++k) found = fmax(found, fabs(x[k]));
+    return found;
+}
+
+static int measure(mbsr_ida *ida, double t, const double *y, mbsr_ida_drift *drift)
+{
+    const mbsr_model *model = ida->model;
+    mbsr_data *data = ida->data;
+    double *q = N_VGetArrayPointer(ida->moved), *u = q + mbsr_model_nq(model),
+           *rows = N_VGetArrayPointer(ida->work), kinetic, potential;
+    *drift = (mbsr_ida_drift){0};
+    int status = mbsr_dae_unpack(model, data, ida->opt.form, t, y, q, u);
+    if (!status) status = mbsr_positions(model, data, t, q);
+    if (!status) status = mbsr_velocities(model, data, u);
+    if (!status) status = mbsr_energy(model, data, &kinetic, &potential);
+    if (status) return status;
+    drift->energy = kinetic + potential;
+    if (mbsr_model_rows(model) == 0) return MBSR_OK;
+    status = mbsr_closures_gap(model, data, rows);
+    drift->gap = largest(mbsr_model_held(model), rows);
+    if (!status) status = mbsr_closures_rate(model, data, rows);
+    drift->rate = largest(mbsr_model_rows(model), rows);
+    return status;
+}
+
+/* The same of the driver's state. */
+static int measure_present(mbsr_ida *ida, mbsr_ida_drift *drift)
+{
+    return measure(ida, ida->present, N_VGetArrayPointer(ida->y), drift);
+}
+
+void mbsri_ida_drift_start(mbsr_ida *ida, double t, const double *y)
+{
+    mbsr_ida_drift drift;
+    ida->measured = measure(ida, t, y, &drift) == MBSR_OK;
+    ida->first_energy = drift.energy;
+    ida->largest_gap = drift.gap;
+}
+
+void mbsri_ida_drift_note(mbsr_ida *ida)
+{
+    mbsr_ida_drift drift;
+    if (mbsr_model_rows(ida->model) == 0) return;
+    if (measure_present(ida, &drift) == MBSR_OK)
+        ida->largest_gap = fmax(ida->largest_gap, drift.gap);
+}
+
+int mbsr_ida_get_drift(mbsr_ida *ida, mbsr_ida_drift *drift)
+{
+    if (!ida) return MBSR_ERR_NULL;
+    if (!drift || (!ida->started && !ida->failed)) {
+        return mbsri_ida_fail(&ida->error, drift ? MBSR_ERR_SEQUENCE : MBSR_ERR_NULL, MBSR_NONE,
+                              MBSR_NONE, "mbsr_ida_get_drift: %s",
+                              drift ? "call mbsr_ida_start first" : "drift is NULL");
+    }
+    mbsr_ida_drift found;
+    const int status = measure_present(ida, &found);
+    if (status) {
+        const mbsr_error *error = mbsr_data_error(ida->data);
+        return mbsri_ida_fail(&ida->error, status, error->body, error->force,
+                              "mbsr_ida_get_drift: %s", error->text);
+    }
+    found.largest_gap = fmax(ida->largest_gap, found.gap);
+    found.energy_change = ida->measured ? found.energy - ida->first_energy : 0.0;
+    if (!isfinite(found.energy) || !isfinite(found.energy_change)) {
+        return mbsri_ida_fail(&ida->error, MBSR_NOT_FINITE, MBSR_NONE, MBSR_NONE,
+                              "mbsr_ida_get_drift: the energy is not finite");
+    }
+    *drift = found;
+    return MBSR_OK;
+}
