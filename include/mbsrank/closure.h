@@ -62,11 +62,18 @@ typedef struct mbsr_closure_jacobian {
 /* The rows depend on where the bodies stand to each other, not on where they all stand. */
 #define MBSR_CLOSURE_RELATIVE 8u
 
+/* Promises that spare work in Newton systems. BALANCED: what a row exerts on the bodies adds up to
+ * nothing, forces and moments, where the loop is closed (with MBSR_CLOSURE_ROOT: unless it follows a
+ * motion or has stiff rows). OWN: the columns of C of a body, and what they make of its velocities,
+ * depend on the place of that body alone (unless it has stiff rows). */
+#define MBSR_CLOSURE_BALANCED 16u
+#define MBSR_CLOSURE_OWN 32u
+
 /* Functions return 0, or a status that ends the evaluation and reaches the caller unchanged (> 0
  * recoverable, < 0 fatal). They may be called by several threads at once. Outputs arrive as zero. */
 typedef struct mbsr_closure_table {
     unsigned version; /* MBSR_CLOSURE_TABLE_VERSION */
-    unsigned flags;   /* MBSR_CLOSURE_JOINTS, _ROOT, _PLAIN, _RELATIVE, or 0 */
+    unsigned flags;   /* MBSR_CLOSURE_JOINTS and the others above, or 0 */
     const char *name; /* for messages; must outlive the model */
 
     /* g of the position rows; may be NULL where there are none. */

@@ -8,7 +8,8 @@
  * On a tree the bodies' equations can be eliminated leaves to root and solved root to leaves, as in
  * the articulated-body algorithm: mbsr_newton_factor and mbsr_newton_solve take O(N) operations and
  * no memory. The matrix is that of the linearised equations of motion, from formulas and not by
- * differences of F (docs/newton.md has them). At states of a solution, where the algebraic
+ * differences of F (docs/newton.md has them). With closures, the multipliers' part of y is solved for along with the rest,
+ * in a number of operations that grows as bodies and local loops. At states of a solution, where the algebraic
  * equations hold, it is the derivative of F; elsewhere it lacks terms proportional to the defect of
  * these equations, as Newton's method allows.
  *
@@ -65,9 +66,9 @@ typedef struct mbsr_newton_info {
  * reason in *error (which may be NULL). Memory is taken from the model's allocator here and nowhere
  * else.  MBSR_ERR_NULL, MBSR_ERR_NO_DEFAULT, MBSR_ERR_UNFINISHED, MBSR_ERR_NO_MEMORY,
  * MBSR_ERR_VALUE (an option out of range; a form other than MBSR_DAE_MOMENTUM, whose rows are not
- * those of the linearised equations of motion), MBSR_ERR_SPACE: the model
- * has closures, or a joint or an inertia by function
- * leaves its rates to differences behind a body whose velocities are not rates of its pose. */
+ * those of the linearised equations of motion), MBSR_ERR_SPACE: a joint or an inertia by function
+ * leaves its rates to differences behind a body whose velocities are not rates of its pose, or a closure
+ * reads coordinates of a joint whose rates are not u. */
 MBSR_API int mbsr_newton_create(const mbsr_model *model, mbsr_dae_form form,
                                 const mbsr_newton_opt *opt, mbsr_newton **newton,
                                 mbsr_error *error);
@@ -78,8 +79,9 @@ MBSR_API void mbsr_newton_destroy(mbsr_newton *newton); /* NULL is allowed */
  * by mbsr_newton_solve. Lean data serves where the sweeps in vector code do. What force elements
  * and joints without derivatives of their own exert is differenced locally (joint.h, force.h).
  * Statuses of mbsr_dae_residual; MBSR_SINGULAR_BLOCK, recoverable, names the body whose equations
- * do not determine its rates and what to do; MBSR_ERR_VALUE for a c that is zero or not finite; MBSR_ERR_LEAN (see
- * mbsr_newton_opt). After a failure there is no factorisation. */
+ * do not determine its rates and what to do; MBSR_LOOP_SINGULAR, recoverable, names a row of a
+ * closure that depends on others, which the data does not leave out; MBSR_ERR_VALUE for a c that is
+ * zero or not finite; MBSR_ERR_LEAN (see mbsr_newton_opt). After a failure there is no factorisation. */
 MBSR_API int mbsr_newton_factor(mbsr_newton *newton, mbsr_data *data, double t, const double *y,
                                 const double *yp, double c);
 

@@ -110,7 +110,7 @@ mbsr_closure_def mbsr_closure_distance(int a, const double point_a[3], int b,
 {
     static const mbsr_closure_table table = {
         .version = MBSR_CLOSURE_TABLE_VERSION,
-        .flags = MBSR_CLOSURE_RELATIVE,
+        .flags = MBSR_CLOSURE_RELATIVE | MBSR_CLOSURE_BALANCED,
         .name = "distance",
         .position = position,
         .jacobian = jacobian,

@@ -267,13 +267,17 @@ static int check(const mbsr_closure_args *args, char text[MBSR_TEXT_SIZE])
                         mbsri_flat(args) ? " in the plane" : "");
 }
 
+/* along axes of the root, so that the columns of a body depend on that body alone */
+enum { FIXED = MBSR_CLOSURE_ROOT | MBSR_CLOSURE_RELATIVE | MBSR_CLOSURE_OWN };
+
 /* clang-format off */
-#define TABLE(kind) {.version = MBSR_CLOSURE_TABLE_VERSION, .flags = MBSR_CLOSURE_ROOT | MBSR_CLOSURE_RELATIVE,        \
-                     .name = (kind), .position = position, .jacobian = jacobian, .drift = drift,   \
-                     .bias = bias, .count = count, .check = check, .check_fields = check_fields,   \
-                     .row = row}
+#define TABLE(kind, more) {.version = MBSR_CLOSURE_TABLE_VERSION, .flags = FIXED | (more),         \
+                           .name = (kind), .position = position, .jacobian = jacobian,             \
+                           .drift = drift, .bias = bias, .count = count, .check = check,           \
+                           .check_fields = check_fields, .row = row}
 /* clang-format on */
-static const mbsr_closure_table tables[] = {TABLE("weld"), TABLE("ball"), TABLE("rows")};
+static const mbsr_closure_table tables[] = {TABLE("weld", MBSR_CLOSURE_BALANCED),
+                                            TABLE("ball", MBSR_CLOSURE_BALANCED), TABLE("rows", 0)};
 
 mbsr_closure_def mbsr_closure_weld(int a, const mbsr_frame *frame_a, int b,
                                    const mbsr_frame *frame_b)

@@ -191,11 +191,12 @@ static int check(const mbsr_closure_args *args, char text[MBSR_TEXT_SIZE])
                         "for bodies in the plane z of frame_b, and x or y, must lie in it");
 }
 
+enum { FLAGS = MBSR_CLOSURE_RELATIVE | MBSR_CLOSURE_BALANCED };
+
 /* clang-format off */
-#define TABLE(kind) {.version = MBSR_CLOSURE_TABLE_VERSION, .flags = MBSR_CLOSURE_RELATIVE,        \
-                     .name = (kind), .position = position, .jacobian = jacobian, .drift = drift,   \
-                     .bias = bias, .count = count, .check = check, .check_fields = check_fields,   \
-                     .row = row}
+#define TABLE(kind) {.version = MBSR_CLOSURE_TABLE_VERSION, .flags = FLAGS, .name = (kind),        \
+                     .position = position, .jacobian = jacobian, .drift = drift, .bias = bias,     \
+                     .count = count, .check = check, .check_fields = check_fields, .row = row}
 /* clang-format on */
 static const mbsr_closure_table tables[] = {TABLE("rolling ball"), TABLE("rolling disc")};
 

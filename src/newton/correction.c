@@ -13,6 +13,7 @@
 #include "base/error.h"
 #include "newton/blocks/block.h"
 #include "newton/slopes/force_slopes.h"
+#include "newton/slopes/low_rank.h"
 #include "newton/slopes/relation.h"
 #include "newton/tree.h"
 
@@ -45,40 +46,6 @@ static void clear_tree(const mbsr_model *m, const mbsri_force *force,
     }
 }
 
-static double *largest_column(int rows, int columns, double *E, double *norm)
-{
-    double *largest = E;
-    *norm = -1.0;
-    for (int k = 0; k < columns; ++k) {
-        double *column = E + (size_t)k * (size_t)rows;
-        const double size = sqrt(mbsri_dot(rows, column, column));
-        if (size > *norm) *norm = size, largest = column;
-    }
-    return largest;
-}
-
-/* Columns of E in turn, the largest that is left first, become an orthonormal `left`, read = left^T
- * E; E is used up. The rank. */
-static int decompose(int rows, int columns, double *E, double *left, double *read, int most)
-{
-    int rank = 0;
-    double first = 0.0;
-    for (; rank < most; ++rank) {
-        double norm, *const q = left + (size_t)rank * (size_t)rows;
-        const double *column = largest_column(rows, columns, E, &norm);
-        if (rank == 0) first = norm;
-        if (!(norm > 1e-13 * first)) break;
-        for (int k = 0; k < rows; ++k) q[k] = column[k] / norm;
-        for (int k = 0; k < columns; ++k) {
-            double *x = E + (size_t)k * (size_t)rows;
-            const double part = mbsri_dot(rows, q, x);
-            read[k * most + rank] = part;
-            for (int l = 0; l < rows; ++l) x[l] -= part * q[l];
-        }
-    }
-    return rank;
-}
-
 static int decompose_element(mbsr_newton *w, mbsr_data *d, mbsri_across *a)
 {
     const mbsr_model *m = w->model;
@@ -87,8 +54,9 @@ static int decompose_element(mbsr_newton *w, mbsr_data *d, mbsri_across *a)
     if (status) return status;
     const mbsr_force_derivatives *s = &w->slopes.out;
     clear_tree(m, force, s);
-    a->rank = decompose(s->rows, s->columns, s->matrix, w->correction.left + a->left,
-                        w->correction.read + a->read, a->most);
+    const double least = 1e-13 * mbsri_longest_column(s->rows, s->columns, s->matrix);
+    a->rank = mbsri_low_rank(s->rows, s->columns, s->matrix, w->correction.left + a->left,
+                             w->correction.read + a->read, a->most, least);
     return MBSR_OK;
 }
 

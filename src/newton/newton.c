@@ -7,10 +7,12 @@
 #include "base/memory.h"
 #include "dynamics/entry.h"
 #include "model/query.h"
+#include "newton/blocks/carried.h"
 #include "newton/blocks/factor.h"
-#include "newton/blocks/solve.h"
+#include "newton/blocks/kept.h"
 #include "newton/correction.h"
 #include "newton/slopes/body_slopes.h"
+#include "newton/slopes/closure_slopes.h"
 #include "newton/slopes/force_slopes.h"
 #include "newton/slopes/joint_slopes.h"
 #include "newton/slopes/relation.h"
@@ -51,13 +53,6 @@ static int check(const mbsr_model *m, mbsr_dae_form form, const mbsr_newton_opt 
     }
     if (form != MBSR_DAE_MOMENTUM)
         return wrong(error, MBSR_ERR_VALUE, "only MBSR_DAE_MOMENTUM is served; form", (int)form);
-    if (m->rows > 0) {
-        char name[MBSRI_LABEL];
-        return mbsri_fail(error, MBSR_ERR_SPACE, MBSR_NONE, MBSR_NONE,
-                          "mbsr_newton_create: the model has closures (%s), which are not served; "
-                          "use a dense matrix",
-                          mbsri_closure_label(m, 0, name));
-    }
     if (opt->method < MBSR_NEWTON_AUTO || opt->method > MBSR_NEWTON_CORRECTED)
         return wrong(error, MBSR_ERR_VALUE, "method", (int)opt->method);
     if (opt->max_rank < 0) return wrong(error, MBSR_ERR_VALUE, "max_rank", opt->max_rank);
@@ -70,6 +65,16 @@ static int check(const mbsr_model *m, mbsr_dae_form form, const mbsr_newton_opt 
                           "mbsr_newton_create: %s: %s leaves its rates to differences, where V "
                           "is not the rate of a pose",
                           mbsri_body_label(m, i, label), joint ? "its inertia" : "its joint");
+    }
+    for (size_t k = 0; k < m->closures.count; ++k) {
+        const mbsri_closure *c = (const mbsri_closure *)m->closures.data + k;
+        char label[MBSRI_LABEL];
+        if (mbsri_closure_tangents_serve(m, c)) continue;
+        return mbsri_fail(
+            error, MBSR_ERR_SPACE, MBSR_NONE, MBSR_NONE,
+            "mbsr_newton_create: %s (%s) reads joint coordinates that have rates other "
+            "than u; use a dense matrix",
+            mbsri_closure_label(m, (int)k, label), c->def.table->name);
     }
     return MBSR_OK;
 }
@@ -205,14 +210,13 @@ static void lay_out_correction(mbsr_newton *w, layout *l)
 static void lay_out(mbsr_newton *w, layout *l)
 {
     const mbsr_model *m = w->model;
-    const size_t nu = (size_t)m->nu, nq = (size_t)m->nq;
     size_t slopes, slopes_ints;
     double *slopes_doubles;
     int *slopes_at;
     const size_t answers = w->corrected && w->sweep_size > 0 ? 1 : 0;
     doubles(l, &w->motion, answers * 12 * ((size_t)m->bodies + 1));
     if (answers == 0) w->motion = NULL;
-    doubles(l, &w->solution, nq + 2 * nu);
+    doubles(l, &w->solution, (size_t)mbsr_dae_size(m, MBSR_DAE_MOMENTUM));
     mbsri_slopes_size(m, &slopes, &slopes_ints);
     doubles(l, &slopes_doubles, slopes);
     ints(l, &slopes_at, slopes_ints);
@@ -224,7 +228,10 @@ static void lay_out(mbsr_newton *w, layout *l)
     doubles(l, &w->slot, (size_t)w->slots * w->slot_size);
     doubles(l, &w->x, w->size_x);
     doubles(l, &w->b, 3 * of.v);
-    doubles(l, &w->v, w->size_n);
+    if (w->carried.memory)
+        w->v = w->carried.value + w->carried.multipliers;
+    else
+        doubles(l, &w->v, w->size_n);
     doubles(l, &w->wbar, of.v);
     double **const vector[] = {&w->rq, &w->rp, &w->ru, &w->q0, &w->momentum, &w->range, &w->spare};
     const size_t length[] = {of.coordinates,           of.rates, of.rates,
@@ -293,6 +300,7 @@ static bool place(mbsr_newton *w, const mbsr_newton_opt *opt)
     number_bodies(w);
     number_slots(w, w->listed); /* before it is filled */
     list_all(w);
+    if (m->rows > 0 && !w->lean && !mbsri_carried_create(w)) return false;
     int most = 0, columns, rows;
     for (int k = 0; k < w->correction.count; ++k) {
         const int force = w->correction.element[k].force;
@@ -306,8 +314,9 @@ static bool place(mbsr_newton *w, const mbsr_newton_opt *opt)
     w->block =
         mbsri_allocate(&m->allocator, l.used * sizeof(double) + l.used_ints * sizeof(int) + 8);
     if (!w->block) return false;
-    w->info.bytes = sizeof *w + nodes + across + (listed + bodies) * sizeof(int) +
-                    l.used * sizeof(double) + l.used_ints * sizeof(int);
+    w->info.bytes = sizeof *w + w->carried.bytes + nodes + across +
+                    (listed + bodies) * sizeof(int) + l.used * sizeof(double) +
+                    l.used_ints * sizeof(int);
     l = (layout){.doubles = w->block, .ints = (int *)(void *)((double *)w->block + l.used)};
     lay_out(w, &l);
     /* the sweeps leave it alone where there are no elements on bodies */
@@ -353,6 +362,7 @@ void mbsr_newton_destroy(mbsr_newton *newton)
 {
     if (!newton) return;
     const mbsr_allocator allocator = newton->model->allocator;
+    mbsri_carried_destroy(newton);
     if (newton->block) mbsri_release(&allocator, newton->block);
     if (newton->numbers) mbsri_release(&allocator, newton->numbers);
     if (newton->sweep_block) mbsri_release(&allocator, newton->sweep_block);
@@ -380,7 +390,7 @@ int mbsr_newton_factor(mbsr_newton *newton, mbsr_data *data, double t, const dou
     }
     const mbsr_model *m = w->model;
     int status = mbsri_enter(m, data, true, MBSRI_STAGE_NONE, "mbsr_newton_factor");
-    if (!status) status = mbsri_newton_tree_factor(w, data, t, y, c);
+    if (!status) status = mbsri_newton_tree_factor(w, data, t, y, yp, c);
     if (!status && w->corrected) status = mbsri_correction_factor(w, data);
     if (status) {
         const mbsr_error *error = mbsr_data_error(data);
@@ -398,7 +408,7 @@ int mbsr_newton_solve(mbsr_newton *newton, const double *r, double *delta)
     if (!r || !delta) return refuse(w, MBSR_ERR_NULL, "mbsr_newton_solve: r or delta is NULL");
     if (!w->factored)
         return refuse(w, MBSR_ERR_SEQUENCE, "mbsr_newton_solve: there is no factorisation");
-    const size_t size = (size_t)(w->model->nq + 2 * w->model->nu);
+    const size_t size = (size_t)mbsr_dae_size(w->model, MBSR_DAE_MOMENTUM);
     if (!mbsri_finite(size, r))
         return refuse(w, MBSR_NOT_FINITE, "mbsr_newton_solve: r is not finite");
     if (size == 0) {

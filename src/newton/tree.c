@@ -8,7 +8,8 @@
 #include "newton/sweeps/elements.h"
 #include "newton/sweeps/sweeps.h"
 
-int mbsri_newton_tree_factor(mbsr_newton *w, mbsr_data *d, double t, const double *y, double c)
+int mbsri_newton_tree_factor(mbsr_newton *w, mbsr_data *d, double t, const double *y,
+                             const double *yp, double c)
 {
     const mbsr_model *m = w->model;
     const double *u = y + m->nq + m->nu;
@@ -17,7 +18,7 @@ int mbsri_newton_tree_factor(mbsr_newton *w, mbsr_data *d, double t, const doubl
     w->by_sweeps = status != MBSRI_NOT_SERVED;
     w->info.vector_code = w->by_sweeps && (m->bodies == 0 || w->sweeps->tree->blocks < m->bodies);
     if (w->by_sweeps) return status;
-    if (!w->lean) return mbsri_tree_factor(w, d, t, y, u, c);
+    if (!w->lean) return mbsri_tree_factor(w, d, t, y, yp, c);
     return mbsri_fail(&d->error, MBSR_ERR_LEAN, MBSR_NONE, MBSR_NONE,
                       "mbsr_newton_factor: the solver was created lean, and the sweeps in vector "
                       "code do not serve %s",

@@ -6,7 +6,8 @@
 #include "newton/blocks/record.h"
 
 /* By the vectorised sweeps where they serve, else by blocks; y is that of the momentum form. */
-int mbsri_newton_tree_factor(mbsr_newton *w, mbsr_data *d, double t, const double *y, double c);
+int mbsri_newton_tree_factor(mbsr_newton *w, mbsr_data *d, double t, const double *y,
+                             const double *yp, double c);
 
 /* Whichever elimination was last, as mbsri_tree_solve; and the perturbations of a body's pose and V
  * that it left. */

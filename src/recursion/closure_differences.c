@@ -198,3 +198,64 @@ int mbsri_closure_curvature(const mbsr_model *m, mbsr_data *d, const mbsri_closu
     }
     return MBSR_OK;
 }
+
+/* C, C^T lambda in f and C V + g_t in rate at a displaced state, with the velocities of the view. */
+static int loaded(const mbsr_model *m, const mbsri_closure *c, const mbsri_closure_view *view,
+                  const double *lambda, const double *V, double *work, double *C, double *f,
+                  double *rate)
+{
+    const mbsr_closure_table *table = c->def.table;
+    const mbsr_closure_jacobian out = {C, c->rows, c->columns, c->column};
+    mbsri_zero((size_t)c->rows * (size_t)c->columns, C);
+    mbsri_zero((size_t)c->columns, f);
+    mbsri_zero((size_t)c->rows, rate);
+    int status = table->jacobian ? table->jacobian(&view->args, &out)
+                                 : mbsri_closure_slopes(m, c, view, work, C);
+    if (!status)
+        status = table->drift ? table->drift(&view->args, rate)
+                              : mbsri_closure_drift(m, c, view, work, rate);
+    mbsri_atx(c->rows, c->columns, 1.0, C, lambda, f);
+    mbsri_ax(c->rows, c->columns, 1.0, C, V, rate);
+    return status;
+}
+
+int mbsri_closure_tangent(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c,
+                          const double *lambda, double *work, double *S, double *slope)
+{
+    const size_t columns = (size_t)c->columns, rows = (size_t)c->rows;
+    const mbsri_spans spans = mbsri_spans_of(m, &c->def.table->scales);
+    double *x = work, *V = x + columns, *q = V + columns, *f = q + columns, *C = f + columns,
+           rate[MBSR_CLOSURE_ROWS];
+    mbsri_closure_view view;
+    mbsri_view_closure(m, d, c, true, &view);
+    view.q = q;
+    (void)gather(m, c, &view, V);
+    mbsri_zero(columns, x);
+    mbsri_zero(columns * columns, S);
+    mbsri_zero(rows * columns, slope);
+    for (int k = 0; k < c->bodies; ++k) {
+        const mbsri_body *b = m->body + c->body[k];
+        const int joints = c->def.table->flags & MBSR_CLOSURE_JOINTS ? b->n : 0;
+        for (int l = 0; l < b->d + joints && c->body[k] > 0; ++l) {
+            const double span = l < b->d ? mbsri_pose_span(&spans, b, l)
+                                         : mbsri_coordinate_span(&spans, m, b, true, l - b->d);
+            /* differences of differences are taken over longer steps */
+            const double h = c->def.table->jacobian ? mbsri_difference_step(0.0, span)
+                                                    : 0x1p-8 * mbsri_binary(span);
+            const size_t at = (size_t)(c->column[k] + l);
+            for (int step = 0; step < 4; ++step) {
+                displaced to;
+                x[at] = 1.0;
+                displace(c, &view, x, mbsri_difference_place(step) * h, 0.0, &to);
+                x[at] = 0.0;
+                to.view.q = d->closure_q;
+                const int status = loaded(m, c, &to.view, lambda, V, d->closure_x, C, f, rate);
+                const double weight = mbsri_difference_weight(step) / (12.0 * h);
+                if (status) return status;
+                mbsri_ax(c->columns, 1, weight, f, &(double){1.0}, S + at * columns);
+                mbsri_ax(c->rows, 1, weight, rate, &(double){1.0}, slope + at * rows);
+            }
+        }
+    }
+    return MBSR_OK;
+}

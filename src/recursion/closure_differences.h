@@ -18,4 +18,10 @@ int mbsri_closure_drift(const mbsr_model *m, const mbsri_closure *c, const mbsri
 int mbsri_closure_curvature(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c,
                             const mbsri_closure_view *view, double *bias);
 
+/* Derivatives along displacements of the bodies and of their joints, the columns of C one by one,
+ * where lambda (rows), V and u are held: S (columns x columns) of C^T lambda, slope (rows x columns)
+ * of C (V, u) + g_t; zero along a root. At the velocities. work: columns (4 + rows). */
+int mbsri_closure_tangent(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c,
+                          const double *lambda, double *work, double *S, double *slope);
+
 #endif

@@ -207,6 +207,16 @@ static void rows(const test_newton_state *s, const dense *e, double c, const dou
     }
 }
 
+/* Where q, p, u, Lambda and Eta begin. */
+enum { KINDS = 5 };
+
+static void find_kinds(const test_newton_state *s, int first[KINDS + 1])
+{
+    const int u = s->nq + s->nu, Lambda = u + s->nu, Eta = Lambda + mbsr_model_rows(s->model);
+    const int all[] = {0, s->nq, u, Lambda, Eta, s->n};
+    memcpy(first, all, sizeof all);
+}
+
 static void entries(const test_newton_state *s, const dense *e, const double *x,
                     test_newton_errors *errors)
 {
@@ -249,9 +259,10 @@ test_newton_errors test_newton_compare(const test_newton_state *s, double c, con
 
 double test_newton_distance(const test_newton_state *s, const double *x, const double *y)
 {
-    const int first[] = {0, s->nq, s->nq + s->nu, s->n};
+    int first[KINDS + 1];
     double distance = 0.0;
-    for (int kind = 0; kind < 3; ++kind) {
+    find_kinds(s, first);
+    for (int kind = 0; kind < KINDS; ++kind) {
         double largest = 0.0, off = 0.0;
         for (int k = first[kind]; k < first[kind + 1]; ++k) {
             if (!isfinite(x[k]) || !isfinite(y[k])) return NAN;

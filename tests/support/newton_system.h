@@ -39,7 +39,7 @@ typedef struct test_newton_errors {
      * accounts for. */
     double row, net_row;
     /* Largest error of an entry against LAPACK's solution, relative to the largest entry of its
-     * kind (q, p or u); net of what D accounts for. */
+     * kind (q, p, u, Lambda or Eta); net of what D accounts for. */
     double delta, net_delta;
     double amplification; /* of small relative changes of the matrix's entries in delta */
 } test_newton_errors;

@@ -9,8 +9,9 @@
 
 #include "algebra/dense.h"
 #include "algebra/numbers.h"
+#include "newton/blocks/front.h"
 #include "newton/blocks/joint.h"
-#include "newton/blocks/solve.h"
+#include "newton/blocks/kept.h"
 #include "recursion/group.h"
 
 typedef struct member {
@@ -273,5 +274,12 @@ int mbsri_coupled_eliminate(mbsr_newton *w, mbsr_data *d, int head, double c)
     int status = open_group(w, d, head, &group);
     for (int at = 0; at < group.all.columns && !status; ++at) fill_column(&group, at, c);
     if (!status) status = coordinates(&group, c);
-    return status ? status : mbsri_block_finish(&group.all, c);
+    if (status || !mbsri_is_front(w, head))
+        return status ? status : mbsri_block_finish(&group.all, c);
+    mbsri_front_joint joints[MBSRI_GROUP_MOST];
+    for (int k = 0; k < group.g.members; ++k) {
+        member *now = group.of + k;
+        joints[k] = (mbsri_front_joint){&now->j, now->above, now->q, now->u};
+    }
+    return mbsri_front_finish(&group.all, group.g.members, joints, c);
 }

@@ -35,10 +35,12 @@
 
 #include "algebra/dense.h"
 #include "algebra/numbers.h"
+#include "forms/loops.h"
 #include "forms/momentum.h"
 #include "newton/blocks/coupled.h"
+#include "newton/blocks/front.h"
 #include "newton/blocks/joint.h"
-#include "newton/blocks/solve.h"
+#include "newton/blocks/kept.h"
 #include "recursion/backward.h"
 #include "recursion/forward.h"
 #include "recursion/inverse.h"
@@ -143,7 +145,8 @@ int mbsri_tree_eliminate(mbsr_newton *w, mbsr_data *d, int i, double c)
     if (!mbsri_block_coordinates(j.b, c, &s, j.kept.Cq, j.kept.Q, j.kept.E, j.kept.row_scale,
                                  j.kept.column_scale, w->pivots + j.node->v))
         return mbsri_block_singular(&j, "c - d(q')/dq is singular", "take a shorter step");
-    return mbsri_block_finish(&j, c);
+    if (!mbsri_is_front(w, i)) return mbsri_block_finish(&j, c);
+    return mbsri_front_finish(&j, 1, &(mbsri_front_joint){&j, -1, 0, 0}, c);
 }
 
 /* ---- the whole tree ---- */
@@ -170,11 +173,13 @@ void mbsri_tree_mark_coupled(mbsr_newton *w, const mbsri_group *g, int rank)
 
 /* The data at the state, with ranks, momenta and rates; then A and mu where they are needed. Groups
  * of joints are taken apart where that makes no difference. */
-static int evaluate(mbsr_newton *w, mbsr_data *d, double t, const double *q, const double *u)
+static int evaluate(mbsr_newton *w, mbsr_data *d, double t, const double *y, const double *yp)
 {
     const mbsr_model *m = w->model;
-    int status = mbsri_positions(m, d, t, q);
+    const double *u = y + m->nq + m->nu;
+    int status = mbsri_positions(m, d, t, y);
     if (!status) status = mbsri_velocities(m, d, u);
+    if (!status && m->rows > 0) status = mbsri_loops_load(m, d, u + m->nu, yp + m->nq + 2 * m->nu);
     if (!status) status = mbsri_momentum_derivatives(m, d, w->spare, w->spare + m->nq);
     if (!status) status = mbsri_backward(m, d);
     if (!status && m->grouped) status = mbsri_backward_apart(m, d);
@@ -202,19 +207,22 @@ static int evaluate(mbsr_newton *w, mbsr_data *d, double t, const double *q, con
     return MBSR_OK;
 }
 
-int mbsri_tree_factor(mbsr_newton *w, mbsr_data *d, double t, const double *q, const double *u,
+int mbsri_tree_factor(mbsr_newton *w, mbsr_data *d, double t, const double *y, const double *yp,
                       double c)
 {
     const mbsr_model *m = w->model;
     w->mixed = false;
-    int status = evaluate(w, d, t, q, u);
+    int status = evaluate(w, d, t, y, yp);
     w->c = c;
+    if (!status && m->rows > 0) status = mbsri_carried_open(w, d, c);
     for (int i = m->bodies; i >= 1 && !status; --i) {
         const int parent = m->body[i].parent;
         if (w->node[i].last == 0) mbsri_tree_clear(w, i);
         if (parent > 0 && w->node[parent].last == i) mbsri_tree_clear(w, parent);
-        status = mbsri_tree_eliminate(w, d, i, c);
+        if (m->rows > 0) status = mbsri_front_close(w, d, i);
+        if (!status) status = mbsri_tree_eliminate(w, d, i, c);
     }
+    if (!status && m->rows > 0) status = mbsri_front_close(w, d, 0);
     if (!status && m->grouped) status = mbsri_backward(m, d);
     return status;
 }

@@ -9,8 +9,8 @@
 /* Doubles of w->work for the largest joint. */
 size_t mbsri_tree_work(const mbsr_newton *w);
 
-/* The elimination at the state (t, q, u), for the factor c. */
-int mbsri_tree_factor(mbsr_newton *w, mbsr_data *d, double t, const double *q, const double *u,
+/* The elimination at the state (t, y), with the loop forces of y', for the factor c. */
+int mbsri_tree_factor(mbsr_newton *w, mbsr_data *d, double t, const double *y, const double *yp,
                       double c);
 
 /* Its step for joint i, whose successors are done: what it hands to its predecessor is added to

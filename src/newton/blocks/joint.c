@@ -8,7 +8,7 @@
 #include "base/error.h"
 #include "model/query.h"
 #include "newton/blocks/block.h"
-#include "newton/blocks/solve.h"
+#include "newton/blocks/kept.h"
 #include "newton/slopes/body_slopes.h"
 #include "newton/slopes/force_slopes.h"
 #include "newton/slopes/relation.h"
@@ -207,6 +207,26 @@ static int add_elements(joint *j)
     return MBSR_OK;
 }
 
+/* What loop forces that act on body i change with its place. */
+static void add_closures(joint *j)
+{
+    const mbsri_carried *v = &j->w->carried;
+    if (!v->memory) return;
+    for (int k = v->first_end[j->i]; k >= 0; k = v->end[k].next) {
+        const int number = v->end[k].closure, d = j->b->d, n = j->n;
+        const mbsri_closure *c = (const mbsri_closure *)j->w->model->closures.data + number;
+        const mbsr_force_derivatives S = {
+            .matrix = v->store + v->loop[number].S, .rows = c->columns, .columns = c->columns};
+        const int f = c->column[v->end[k].slot], tau = f + d;
+        add_force(j, &S, f, f, d, j->P);
+        if (!(c->def.table->flags & MBSR_CLOSURE_JOINTS)) continue;
+        add_force(j, &S, f, tau, n, j->action + (size_t)j->q * (size_t)j->actions);
+        add_block(&S, tau, n, f, d, 1.0, j->torque_x, n);
+        add_block(&S, tau, n, tau, n, 1.0, j->torque + (size_t)j->q * (size_t)n, n);
+        j->elements = true;
+    }
+}
+
 /* row (n) += sum of |A^T| |y| */
 static void add_sizes(int d, int n, double factor, const double *A, const double *y, double *row)
 {
@@ -280,10 +300,7 @@ static void rows_of(const joint *j, double c, const double *momentum, const doub
     mbsri_copy((size_t)n, reaction, out + rank);
 }
 
-/* The unit of du' as an unknown, in which it weighs as much in (b) as du. Where accelerations are
- * large, as those of light bodies, (b) would else look singular to the rounding errors of dq and
- * du. */
-static double acceleration_unit(const joint *j)
+double mbsri_block_unit(const mbsri_block_joint *j)
 {
     if (j->node->rank == 0) return 1.0; /* there is none, and size_a is zero up to rounding */
     const double unit = mbsri_largest(j->n, j->size_mu) / mbsri_largest(j->n, j->size_a);
@@ -329,7 +346,7 @@ static bool eliminate(joint *j, double c)
     const int n = j->n, nq = j->nq, unknowns = j->node->unknowns, pred = j->actions_pred;
     const mbsri_kept *kept = &j->kept;
     double *momentum = j->y, *rate = momentum + n, *reaction = rate + n; /* y is done with */
-    *kept->unit = j->node->deep ? acceleration_unit(j) : 1.0;
+    *kept->unit = j->node->deep ? mbsri_block_unit(j) : 1.0;
     for (int l = 0; l < unknowns; ++l) {
         along(j, l, n, kept->momentum, momentum);
         along(j, l, n, kept->rate, rate);
@@ -427,5 +444,6 @@ int mbsri_block_begin(mbsr_newton *w, mbsr_data *d, int i, double *memory, joint
     keep_data(j);
     const int status = mbsri_body_slopes_add(w->model, d, i, j->node->deep, j->P, w->body);
     if (w->mixed && j->node->deep) place_masses(j);
+    add_closures(j);
     return status ? status : add_elements(j);
 }

@@ -65,6 +65,11 @@ bool mbsri_block_coordinates(const mbsri_body *b, double c, const mbsri_joint_sl
  * with the texts of what fails. */
 int mbsri_block_finish(mbsri_block_joint *j, double c);
 
+/* The unit of du' as an unknown, in which it weighs as much in (b) as du. Where accelerations are
+ * large, as those of light bodies, (b) would else look singular to the rounding errors of dq and
+ * du. */
+double mbsri_block_unit(const mbsri_block_joint *j);
+
 /* MBSR_SINGULAR_BLOCK and MBSR_NOT_FINITE of a joint. */
 int mbsri_block_singular(mbsri_block_joint *j, const char *what, const char *advice);
 int mbsri_block_not_finite(mbsri_block_joint *j);

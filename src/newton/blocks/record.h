@@ -66,6 +66,71 @@ typedef struct mbsri_correction {
     int *pivots;                               /* most */
 } mbsri_correction;
 
+/* Closures in the elimination (carried.h). Unknowns that are carried have names: the multipliers
+ * lambda of the rows, eta of the position rows, w of what crosses the tree, and the unknowns of the
+ * joints. */
+
+/* What of a closure enters the elimination. */
+typedef struct mbsri_loop {
+    int level;         /* of the front that closes it */
+    int pool;          /* of that front */
+    int across;        /* names of what crosses the tree: the first */
+    int most, rank;    /* of them: at most, and at the last factorisation */
+    size_t S, slope;   /* offsets: columns x columns, rows x columns */
+    size_t left, read; /* columns x most, most x columns */
+} mbsri_loop;
+
+/* A closure at one of its bodies. */
+typedef struct mbsri_loop_end {
+    int closure, slot;
+    int next; /* of the same body; -1: none */
+} mbsri_loop_end;
+
+/* What comes to a front from behind, and from closures at its body: unknowns v and rows that wait
+ * for elimination, with y = P x + Q v + b and R x + T v = s in the body's x and y. There are as
+ * many rows as unknowns. */
+typedef struct mbsri_pool {
+    int body;
+    int most, count;
+    size_t column, row, place; /* ints: names of unknowns, of rows; places of rows in the front */
+    size_t Q, R, T, kappa, right; /* actions x most, most x motions, most x most, d x most, most */
+} mbsri_pool;
+
+/* The equations of a joint, or of loops that close on a body, with what is carried there: `size`
+ * unknowns, `own` of the joint, of which `done` are eliminated; the rest is carried on. */
+typedef struct mbsri_front {
+    int level;            /* joint of body i: 2 i; loops on body i: 2 i + 1 */
+    int up;               /* the pool it hands on to */
+    int next;             /* closing fronts: the next one on the same body, 0: none */
+    int most, delayed;    /* unknowns; what it may hand on of those that could go */
+    int own, size, done;  /* at the last factorisation; so are the next two */
+    int motions, actions; /* of the body it hands on to */
+    int n, nq;            /* of the joint */
+    size_t column, row, swap_column, swap_row, place; /* ints */
+    size_t M, Mq, along, momentum, rate, right;       /* doubles */
+} mbsri_front;
+
+typedef struct mbsri_carried {
+    int names, multipliers; /* all; of closures */
+    int fronts;             /* and pools: N + 1 for the bodies, then closing fronts */
+    int most;               /* unknowns of any front */
+    size_t widest;          /* doubles of work */
+    mbsri_loop *loop;       /* closures */
+    mbsri_loop_end *end;    /* */
+    int *first_end;         /* N + 1 */
+    int *first_closing;     /* N + 1: closing fronts of a body, 0: none */
+    int *closure;           /* multipliers: the closure of the name */
+    bool *served;           /* N + 1: joints that are fronts */
+    mbsri_pool *pool;
+    mbsri_front *front;
+    double *value; /* names: the solution */
+    double *unit;  /* rows: the largest entry of C */
+    double *store, *work;
+    int *numbers, *list;
+    void *memory;
+    size_t bytes;
+} mbsri_carried;
+
 struct mbsr_newton {
     const mbsr_model *model;
     mbsr_newton_info info;
@@ -103,6 +168,7 @@ struct mbsr_newton {
     double *joint, *body;     /* mbsri_joint_slopes_size, mbsri_body_slopes_size */
     mbsri_slopes slopes;
     mbsri_correction correction;
+    mbsri_carried carried;
     size_t size_x, size_n, store_size;
 };
 

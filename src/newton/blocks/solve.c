@@ -1,4 +1,4 @@
-/* Solving with the elimination of factor.c: what is kept of each joint, and the two sweeps.
+/* Solving with the elimination of factor.c: the two sweeps.
  * SPDX-License-Identifier: BSD-3-Clause
  *
  * Symbols as there. Leaves to root, b of a body and r of its joint give v0 and what b of the
@@ -8,44 +8,9 @@
 
 #include "algebra/dense.h"
 #include "newton/blocks/block.h"
+#include "newton/blocks/front_solve.h"
+#include "newton/blocks/kept.h"
 #include "recursion/group.h"
-
-size_t mbsri_keep(const mbsr_newton *w, int i, double *memory, mbsri_kept *k)
-{
-    const mbsri_body *b = w->model->body + i, *head = w->model->body + b->head;
-    const mbsri_node *node = w->node + i, *above = w->node + b->parent;
-    const size_t d = (size_t)b->d, dp = (size_t)b->d_pred, n = (size_t)b->group_n,
-                 nq = (size_t)b->group_nq, x = (size_t)node->e + 2 * d,
-                 x_pred = (size_t)above->e + 2 * dp, columns = x_pred + nq + 2 * n,
-                 of_head = (size_t)w->node[head->parent].e + 2 * (size_t)head->d_pred +
-                           (size_t)head->group_nq + 2 * (size_t)head->group_n,
-                 widest = of_head > columns ? of_head : columns, k2 = nq > 2 * n ? nq : 2 * n;
-    double **const array[] = {
-        &k->unit, &k->H,        &k->Hdot, &k->J,  &k->Jdot, &k->G, &k->s,         &k->X,
-        &k->x,    &k->momentum, &k->rate, &k->Cq, &k->Q,    &k->E, &k->row_scale, &k->column_scale,
-        &k->Eq,   &k->K,        &k->U,    &k->Uq};
-    const size_t length[] = {1,           d * dp,     d * dp,         d * n,          d * n,
-                             d * n,       n,          n * n,          x * widest,     n * columns,
-                             n * columns, nq * nq,    nq * n,         k2 * k2,        k2,
-                             k2,          2 * n * nq, 2 * n * x_pred, 3 * dp * 2 * n, 3 * dp * nq};
-    size_t used = 0;
-    for (size_t l = 0; l < sizeof length / sizeof length[0]; ++l) {
-        *array[l] = memory ? memory + used : NULL;
-        used += length[l];
-    }
-    return used;
-}
-
-/* y_pi += B y:  -H^T m,  -(H^T sigma + H'^T m),  -H^T mu */
-void mbsri_pass_action(const mbsri_body *b, const mbsri_kept *kept, bool deep, const double *y,
-                       double *below)
-{
-    const int d = b->d, dp = b->d_pred;
-    mbsri_atx(d, dp, -1.0, kept->H, y, below);
-    mbsri_atx(d, dp, -1.0, kept->H, y + d, below + dp);
-    mbsri_atx(d, dp, -1.0, kept->Hdot, y, below + dp);
-    if (deep) mbsri_atx(d, dp, -1.0, kept->H, y + 2 * d, below + 2 * dp);
-}
 
 /* y = (1 - P) x and x = P x for momenta of a joint: P = S^-1 X_N X_N^T S as mbsri_null_force. */
 static void split(const mbsri_kept *kept, int n, int rank, double *x, double *y)
@@ -194,6 +159,13 @@ void mbsri_tree_reduce(mbsr_newton *w, int i, const double *tau)
     mbsri_zero((size_t)nq, q0);
     mbsri_ax(nq, nq, 1.0, kept->Cq, w->rq + b->igq, q0);
     right_sides(w, &x, tau, rhs, reaction);
+    if (mbsri_is_front(w, i)) {
+        double *own = reaction + n;
+        mbsri_kept_rows(&x.kept, node, n, rhs, reaction, own);
+        mbsri_front_reduce(w, i, own, q0);
+        if (b->parent > 0) mbsri_pass_action(b, kept, above->deep, w->b + 3 * b->v, below);
+        return;
+    }
     mbsri_copy((size_t)n, rhs, v);
     if (node->deep) {
         for (int r = 0; r < node->rank; ++r) {
@@ -221,10 +193,17 @@ static int variables(mbsr_newton *w, const unit *x, double *z)
     const int n = x->g.n, nq = x->nq, unknowns = node->unknowns,
               x_pred = above->e + (above->deep ? 2 : 1) * b->d_pred;
     double *v = w->v + node->v;
-    mbsri_copy((size_t)x_pred, w->x + above->x, z);
-    mbsri_ax(unknowns, x_pred, -1.0, kept->K, z, v);
     double *q = z + x_pred, *u = q + nq, *a = u + n;
+    mbsri_copy((size_t)x_pred, w->x + above->x, z);
     mbsri_copy((size_t)nq, w->q0 + b->igq, q);
+    if (mbsri_is_front(w, x->g.member[0])) {
+        mbsri_front_substitute(w, x->g.member[0]);
+        mbsri_kept_rates(kept, node, n, v, u, a);
+        mbsri_ax(nq, n, 1.0, kept->Q, u, q);
+        mbsri_front_apply(w, x->g.member[0], q, NULL, NULL);
+        return node->deep ? x_pred + nq + 2 * n : x_pred + nq + n;
+    }
+    mbsri_ax(unknowns, x_pred, -1.0, kept->K, z, v);
     mbsri_ax(nq, n, 1.0, kept->Q, v, q);
     mbsri_copy((size_t)n, v, u);
     if (!node->deep) return x_pred + nq + n;
@@ -246,6 +225,8 @@ static void momentum_change(mbsr_newton *w, const unit *x, const double *z, int 
     for (int k = 0; k < n; ++k) dp[k] = -w->momentum[x->g.ig + k];
     mbsri_ax(n, columns, 1.0, x->kept.momentum, z, dp);
     if (deficient) mbsri_ax(n, columns, 1.0, x->kept.rate, z, rate);
+    if (mbsri_is_front(w, x->g.member[0]))
+        mbsri_front_apply(w, x->g.member[0], NULL, dp, deficient ? rate : NULL);
     for (int i = 0; i < x->g.members; ++i) {
         mbsri_kept kept;
         const mbsri_body *b = member_of(w, x, i, &kept);
@@ -294,7 +275,18 @@ void mbsri_tree_solve(mbsr_newton *w, const double *r, const double *load, doubl
     const double *tau = load ? load + m->size_v : NULL;
     mbsri_tree_clear_load(w, 0);
     for (int i = 1; i <= m->bodies; ++i) mbsri_tree_load(w, i, r, load);
-    for (int i = m->bodies; i >= 1; --i) mbsri_tree_reduce(w, i, tau);
+    const bool closed = m->rows > 0;
+    if (closed) mbsri_front_load(w, r);
+    for (int i = m->bodies; i >= 1; --i) {
+        if (closed) mbsri_front_reduce_closing(w, i);
+        mbsri_tree_reduce(w, i, tau);
+    }
+    if (closed) mbsri_front_reduce_closing(w, 0);
     mbsri_zero((size_t)mbsri_motions(w->node, m->body), w->x);
-    for (int i = 1; i <= m->bodies; ++i) mbsri_tree_substitute(w, i, tau, delta);
+    if (closed) mbsri_front_substitute_closing(w, 0);
+    for (int i = 1; i <= m->bodies; ++i) {
+        mbsri_tree_substitute(w, i, tau, delta);
+        if (closed) mbsri_front_substitute_closing(w, i);
+    }
+    if (closed) mbsri_front_multipliers(w, r, delta);
 }

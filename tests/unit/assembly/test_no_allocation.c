@@ -5,6 +5,7 @@
 
 #include "expect.h"
 
+#include "loops.h"
 #include "mixed.h"
 #include "tree.h"
 
@@ -325,10 +326,45 @@ static void no_evaluation_in_space_allocates(void **state)
     }
 }
 
+/* Newton systems of a four-bar with a massless coupler, and of one that is singular. */
+static void no_newton_system_with_loops_allocates(void **state)
+{
+    (void)state;
+    if (!COUNTED) skip();
+    static const double q[] = {1.2, -0.9, 1.3}, u[] = {3.0, 0.0, 1.0};
+    loops s;
+    double y[64], yp[64] = {0.0}, r[64];
+    mbsr_newton *newton;
+    loops_begin(&s, NULL);
+    const int a = loops_rod(&s, "crank", MBSR_GROUND, 0.0, 0.0, 1.0, 1.0),
+              b = loops_rod(&s, "coupler", a, 1.0, 0.0, 0.0, 2.5),
+              c = loops_rod(&s, "rocker", MBSR_GROUND, 2.0, 0.0, 2.0, 2.0);
+    loops_pin(&s, "pin", b, 2.5, 0.0, c, 2.0, 0.0);
+    loops_pin(&s, "pin again", b, 2.5, 0.0, c, 2.0, 0.0);
+    loops_finish(&s);
+    assert_ok(mbsr_dae_pack(s.m, s.d, MBSR_DAE_MOMENTUM, 0.0, q, u, y), NULL);
+    assert_ok(mbsr_newton_create(s.m, MBSR_DAE_MOMENTUM, NULL, &newton, NULL), NULL);
+    const int dropped[4] = {0, 0, 1, 1}, none[4] = {0};
+    const long before = allocations, released = releases;
+    const int singular = mbsr_newton_factor(newton, s.d, 0.0, y, yp, 20.0);
+    int bad = abs(mbsr_closures_drop(s.m, s.d, dropped));
+    bad += abs(mbsr_newton_factor(newton, s.d, 0.0, y, yp, 20.0));
+    bad += abs(mbsr_newton_solve(newton, y, r));
+    bad += abs(mbsr_closures_drop(s.m, s.d, none));
+    const long after = allocations, released_after = releases;
+    assert_int_equal(after - before, 0);
+    assert_int_equal(released_after - released, 0);
+    assert_int_equal(bad, 0);
+    assert_int_equal(singular, MBSR_LOOP_SINGULAR);
+    mbsr_newton_destroy(newton);
+    loops_free(&s);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(counting_sees_an_allocation),
+        cmocka_unit_test(no_newton_system_with_loops_allocates),
         cmocka_unit_test(no_evaluation_allocates_even_the_first),
         cmocka_unit_test(no_evaluation_in_space_allocates),
     };

@@ -200,14 +200,10 @@ static void served_by_trees_alone(void **state)
     assert_refused(mbsr_recursive_residual(s.m, s.d, 0.0, y, y, y, NULL, F), error,
                    MBSR_ERR_CLOSURES, MBSR_NONE, MBSR_NONE, "mbsr_recursive_residual");
     mbsr_batch *batch;
-    mbsr_newton *newton;
     mbsr_ode *ode;
     mbsr_error reason;
     assert_int_equal(mbsr_batch_create(s.m, &batch, &reason), MBSR_ERR_CLOSURES);
     assert_contains(reason.text, "mbsr_batch_create|closures");
-    assert_int_equal(mbsr_newton_create(s.m, MBSR_DAE_MOMENTUM, NULL, &newton, &reason),
-                     MBSR_ERR_SPACE);
-    assert_contains(reason.text, "mbsr_newton_create|closure 0 'pin'");
     assert_int_equal(mbsr_ode_create(s.m, s.d, 0.0, s.q, s.u, &ode), MBSR_ERR_CLOSURES);
     assert_int_equal(mbsr_data_size_lean(s.m), 0);
     assert_ok(mbsr_dae_residual(s.m, s.d, MBSR_DAE_MOMENTUM, 0.0, y, yp, F), error);

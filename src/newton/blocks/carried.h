@@ -1,0 +1,68 @@
+/* Closures in the elimination on the tree: which unknowns are carried where.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * The multipliers of a closure act on its bodies, and its rows read what these do: they are carried
+ * from there towards the root, and are eliminated where the last of its bodies is reached, at the
+ * nearest common predecessor. Loops that close on one body by the same successors make one closing
+ * front, others another, so that many loops on one body cost no more than each by itself. A closure
+ * that reads joint coordinates of that body closes in the front of its joint; one whose forces are
+ * not balanced, on the root.
+ *
+ * Directions that a joint's inertia does not determine, and that loops may hold, are delayed: carried
+ * on as unknowns with their rows until the loops close. No more of them are carried than there are
+ * multipliers lambda to hold them. */
+#ifndef MBSRI_CARRIED_H
+#define MBSRI_CARRIED_H
+
+#include "newton/blocks/record.h"
+
+/* What is carried, as far as the model says; its memory. False: there is none. Bodies are numbered. */
+bool mbsri_carried_create(mbsr_newton *w);
+void mbsri_carried_destroy(mbsr_newton *w);
+
+/* Before an elimination: the derivatives of all closures at the state, and in the pools what they
+ * are at their bodies. A status. */
+int mbsri_carried_open(mbsr_newton *w, mbsr_data *d, double c);
+
+/* The place of the name in a list of `count`; -1: it is not there. */
+int mbsri_carried_find(const int *list, int count, int name);
+
+/* The place of a name in a pool, which it joins. */
+int mbsri_carried_join(mbsr_newton *w, mbsri_pool *pool, int name);
+
+/* Numbers of the body's x and y, those of the root too. */
+int mbsri_carried_motions(const mbsr_newton *w, int body);
+int mbsri_carried_actions(const mbsr_newton *w, int body);
+
+/* The front at which a name may go. */
+int mbsri_carried_level(const mbsr_newton *w, int name);
+
+/* The pools that the front of joint i reads, by number: its own and, of a group eliminated in one
+ * piece, those of the members and of loops that close on them. `at`: which member. -1 after the
+ * last. */
+int mbsri_carried_pool(const mbsr_newton *w, int i, int number, int *at);
+
+/* Whether the joint of body i is a front. */
+static inline bool mbsri_is_front(const mbsr_newton *w, int i)
+{
+    return w->carried.memory && w->carried.served[i];
+}
+
+/* The names of lambda, eta and w of a closure's row. */
+static inline int mbsri_name_lambda(const mbsri_closure *c, int k)
+{
+    return c->row + k;
+}
+
+static inline int mbsri_name_eta(const mbsr_model *m, const mbsri_closure *c, int k)
+{
+    return m->rows + c->held_row + k;
+}
+
+/* Of unknown k of a joint, or of the group of that head. */
+static inline int mbsri_name_own(const mbsr_newton *w, int i, int k)
+{
+    return w->carried.multipliers + (int)w->node[i].v + k;
+}
+
+#endif

@@ -1,0 +1,25 @@
+/* Fronts: joints and closing loops with what is carried past them (carried.h).
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRI_FRONT_H
+#define MBSRI_FRONT_H
+
+#include "newton/blocks/carried.h"
+#include "newton/blocks/joint.h"
+
+/* A joint of a front; of a group, its members with the head first. */
+typedef struct mbsri_front_joint {
+    mbsri_block_joint *j;
+    int above; /* the member it hangs on; -1: none */
+    int q, u;  /* first of its coordinates and rates among those of the group */
+} mbsri_front_joint;
+
+/* Instead of mbsri_block_finish, for a joint that something is carried past, or a group of joints:
+ * `all` has what is of the group. */
+int mbsri_front_finish(mbsri_block_joint *all, int members, const mbsri_front_joint *member,
+                       double c);
+
+/* The loops that close on a body, when all behind it is done: those of a member of a group that is
+ * eliminated in one piece go with that. */
+int mbsri_front_close(mbsr_newton *w, mbsr_data *d, int body);
+
+#endif

@@ -1,0 +1,169 @@
+/* Solving with fronts: see front_solve.h.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * Leaves to root, the right-hand sides go the way of the rows: L of the eliminated ones is taken off,
+ * what is left stands in the pool above and in b of the body above. Root to leaves, U gives the
+ * unknowns that went from those that were carried on and from x of that body. */
+#include "newton/blocks/front_solve.h"
+
+#include "algebra/dense.h"
+#include "recursion/closures.h"
+
+#include <stdbool.h>
+
+static const mbsri_closure *closure_of(const mbsr_newton *w, int k)
+{
+    return (const mbsri_closure *)w->model->closures.data + k;
+}
+
+void mbsri_front_load(mbsr_newton *w, const double *r)
+{
+    mbsri_carried *v = &w->carried;
+    const mbsr_model *m = w->model;
+    for (int i = 1; i < v->fronts; ++i)
+        mbsri_zero((size_t)v->pool[i].count, v->store + v->pool[i].right);
+    for (int k = 0; k < (int)m->closures.count && r; ++k) {
+        const mbsri_closure *c = closure_of(w, k);
+        const mbsri_pool *pool = v->pool + v->loop[k].pool;
+        const int *rows = v->numbers + pool->row;
+        double *right = v->store + pool->right;
+        const double *velocity = r + m->nq + 2 * m->nu + c->row,
+                     *position = r + m->nq + 2 * m->nu + m->rows + c->held_row;
+        for (int l = 0; l < c->rows; ++l) {
+            const int at = mbsri_carried_find(rows, pool->count, mbsri_name_lambda(c, l));
+            if (at < 0) continue; /* left out */
+            right[at] = mbsri_is_stiff(c, l) ? -velocity[l] : velocity[l];
+            if (l < c->held)
+                right[mbsri_carried_find(rows, pool->count, mbsri_name_eta(m, c, l))] = position[l];
+        }
+    }
+}
+
+/* Of the right-hand sides h of all rows, by number, what the elimination leaves. */
+static void reduce(mbsr_newton *w, const mbsri_front *front, const double *h, double *p)
+{
+    mbsri_carried *v = &w->carried;
+    const int size = front->size, rows = size + front->actions;
+    const int *row = v->numbers + front->swap_row, *place = v->numbers + front->place;
+    const double *M = v->store + front->M;
+    for (int k = 0; k < rows; ++k) p[k] = h[k < size ? row[k] : k];
+    for (int k = 0; k < front->done; ++k) {
+        const double *L = M + (size_t)k * (size_t)rows;
+        for (int l = k + 1; l < rows; ++l) p[l] -= L[l] * p[k];
+    }
+    const mbsri_pool *up = v->pool + front->up;
+    double *right = v->store + up->right;
+    mbsri_copy((size_t)front->done, p, v->store + front->right);
+    for (int k = front->done; k < size; ++k) right[place[k - front->done]] += p[k];
+    double *b = w->b + 3 * w->model->body[up->body].v;
+    for (int k = 0; k < front->actions; ++k) b[k] -= p[size + k];
+}
+
+void mbsri_front_reduce(mbsr_newton *w, int i, double *own, const double *q0)
+{
+    mbsri_carried *v = &w->carried;
+    const mbsri_front *front = v->front + i;
+    const int rows = front->size + front->actions;
+    double *h = v->work, *p = h + rows;
+    int at, number;
+    mbsri_zero((size_t)rows, h);
+    mbsri_copy((size_t)front->own, own, h);
+    for (int l = 0; (number = mbsri_carried_pool(w, i, l, &at)) >= 0; ++l) {
+        const mbsri_pool *pool = v->pool + number;
+        const int *place = v->numbers + pool->place;
+        for (int k = 0; k < pool->count; ++k)
+            h[front->own + place[k]] += v->store[pool->right + (size_t)k];
+    }
+    mbsri_ax(rows, front->nq, -1.0, v->store + front->Mq, q0, h);
+    reduce(w, front, h, p);
+}
+
+void mbsri_front_reduce_closing(mbsr_newton *w, int body)
+{
+    mbsri_carried *v = &w->carried;
+    if (body > 0 && w->node[body].coupled) return;
+    for (int k = v->first_closing[body]; k > 0; k = v->front[k].next) {
+        const mbsri_front *front = v->front + k;
+        double *h = v->work, *p = h + front->size + front->actions;
+        mbsri_zero((size_t)(front->size + front->actions), h);
+        mbsri_copy((size_t)front->size, v->store + v->pool[k].right, h);
+        reduce(w, front, h, p);
+    }
+}
+
+/* The name of unknown `at` of a front, by number. */
+static int name_of(const mbsr_newton *w, const mbsri_front *front, int i, int at)
+{
+    return at < front->own ? mbsri_name_own(w, i, at)
+                           : w->carried.numbers[front->column + (size_t)(at - front->own)];
+}
+
+void mbsri_front_substitute(mbsr_newton *w, int i)
+{
+    mbsri_carried *v = &w->carried;
+    const mbsri_front *front = v->front + i;
+    const int rows = front->size + front->actions, done = front->done;
+    const int *column = v->numbers + front->swap_column;
+    const double *x = w->x + w->node[v->pool[front->up].body].x;
+    double *p = v->work;
+    mbsri_copy((size_t)done, v->store + front->right, p);
+    for (int l = front->size + front->motions - 1; l >= 0; --l) {
+        const double *U = v->store + front->M + (size_t)l * (size_t)rows;
+        double value;
+        if (l >= front->size) {
+            value = x[l - front->size];
+        } else {
+            double *to = v->value + name_of(w, front, i, column[l]);
+            if (l < done) *to = p[l] / U[l];
+            value = *to;
+        }
+        for (int k = 0; k < (l < done ? l : done); ++k) p[k] -= U[k] * value;
+    }
+}
+
+void mbsri_front_substitute_closing(mbsr_newton *w, int body)
+{
+    if (body > 0 && w->node[body].coupled) return;
+    for (int k = w->carried.first_closing[body]; k > 0; k = w->carried.front[k].next)
+        mbsri_front_substitute(w, k);
+}
+
+void mbsri_front_apply(const mbsr_newton *w, int i, double *q, double *momentum, double *rate)
+{
+    const mbsri_carried *v = &w->carried;
+    const mbsri_front *front = v->front + i;
+    for (int l = 0; l < front->size - front->own; ++l) {
+        const double *value = v->value + name_of(w, front, i, front->own + l);
+        const size_t n = (size_t)front->n, nq = (size_t)front->nq, at = (size_t)l;
+        if (q) mbsri_ax(front->nq, 1, 1.0, v->store + front->along + at * nq, value, q);
+        if (momentum)
+            mbsri_ax(front->n, 1, 1.0, v->store + front->momentum + at * n, value, momentum);
+        if (rate) mbsri_ax(front->n, 1, 1.0, v->store + front->rate + at * n, value, rate);
+    }
+}
+
+void mbsri_front_multipliers(const mbsr_newton *w, const double *r, double *delta)
+{
+    const mbsri_carried *v = &w->carried;
+    const mbsr_model *m = w->model;
+    const int first = m->nq + 2 * m->nu;
+    for (int k = 0; k < (int)m->closures.count; ++k) {
+        const mbsri_closure *c = closure_of(w, k);
+        const mbsri_pool *pool = v->pool + v->loop[k].pool;
+        for (int l = 0; l < c->rows; ++l) {
+            const int lambda = mbsri_name_lambda(c, l), eta = mbsri_name_eta(m, c, l);
+            const bool left_out =
+                mbsri_carried_find(v->numbers + pool->row, pool->count, lambda) < 0;
+            const double damping = c->def.damping[l], stiffness = c->def.stiffness[l];
+            double *Lambda = delta + first + lambda, *Eta = delta + first + eta;
+            if (left_out)
+                *Lambda = r ? r[first + lambda] : 0.0;
+            else if (mbsri_is_stiff(c, l)) /* of the spring alone */
+                *Lambda = -v->value[lambda] * stiffness / (stiffness + w->c * damping);
+            else
+                *Lambda = v->value[lambda] / w->c;
+            if (l >= c->held) continue;
+            *Eta = left_out ? r ? r[first + eta] : 0.0 : v->value[eta] / w->c;
+        }
+    }
+}

@@ -1,0 +1,66 @@
+/* Derivatives of closures for Newton systems: see closure_slopes.h.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "newton/slopes/closure_slopes.h"
+
+#include "algebra/dense.h"
+#include "algebra/numbers.h"
+#include "base/error.h"
+#include "model/query.h"
+#include "newton/slopes/low_rank.h"
+#include "recursion/closure_differences.h"
+#include "recursion/closures.h"
+
+size_t mbsri_closure_tangents_work(const mbsri_closure *c)
+{
+    return (size_t)c->columns * (size_t)(4 + c->rows + c->columns);
+}
+
+bool mbsri_closure_tangents_serve(const mbsr_model *m, const mbsri_closure *c)
+{
+    if (!(c->def.table->flags & MBSR_CLOSURE_JOINTS)) return true;
+    for (int k = 0; k < c->def.bodies; ++k) {
+        if (c->body[k] > 0 && m->body[c->body[k]].joint.table->coordinate_rates) return false;
+    }
+    return true;
+}
+
+/* E <- S without what each body does to itself. */
+static void take_across(const mbsri_closure *c, const double *S, double *E)
+{
+    const int columns = c->columns;
+    mbsri_copy((size_t)columns * (size_t)columns, S, E);
+    for (int k = 0; k < c->bodies; ++k) {
+        int last = columns;
+        for (int l = 0; l < c->bodies; ++l) {
+            if (c->column[l] > c->column[k] && c->column[l] < last) last = c->column[l];
+        }
+        for (int j = c->column[k]; j >= 0 && j < last; ++j) {
+            for (int i = c->column[k]; i < last; ++i) E[j * columns + i] = 0.0;
+        }
+    }
+}
+
+int mbsri_closure_tangents_of(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c,
+                              double *work, mbsri_closure_tangents *out)
+{
+    const size_t columns = (size_t)c->columns, rows = (size_t)c->rows;
+    out->rank = 0;
+    const int status =
+        mbsri_closure_tangent(m, d, c, d->loop_lambda + c->row, work, out->S, out->slope);
+    if (status) return mbsri_closure_failed(m, d, c, status, "a function");
+    if (!mbsri_finite(columns * columns, out->S) || !mbsri_finite(rows * columns, out->slope)) {
+        char label[MBSRI_LABEL];
+        return mbsri_fail(
+            &d->error, MBSR_NOT_FINITE, MBSR_NONE, MBSR_NONE,
+            "%s (%s): its derivatives are not finite at t = %g",
+            mbsri_closure_label(m, (int)(c - (const mbsri_closure *)m->closures.data), label),
+            c->def.table->name, d->t);
+    }
+    if (out->most == 0) return MBSR_OK;
+    take_across(c, out->S, work);
+    /* shorter columns are rounding errors of the differences */
+    const double least = 1e-10 * mbsri_longest_column(c->columns, c->columns, out->S);
+    out->rank =
+        mbsri_low_rank(c->columns, c->columns, work, out->left, out->read, out->most, least);
+    return MBSR_OK;
+}

@@ -1,0 +1,319 @@
+/* The O(N) Newton solver on mechanisms with closed loops: massless bodies that loops hold, redundant
+ * rows, singular loops, many loops, groups of joints inside a loop.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "loops.h"
+#include "newton_system.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static mbsr_newton *solver(const loops *s)
+{
+    mbsr_newton *newton;
+    mbsr_error error;
+    assert_ok(mbsr_newton_create(s->m, MBSR_DAE_MOMENTUM, NULL, &newton, &error), &error);
+    return newton;
+}
+
+/* Solutions at a consistent state near that of s against the dense matrix, to `tolerance` of the
+ * largest entry of each kind beyond what differences leave open. */
+static void compare(loops *s, double tolerance)
+{
+    static const double factors[] = {1.0, 50.0, 1e5, -30.0};
+    test_newton_state at;
+    mbsr_newton *newton = solver(s);
+    test_rng rng = test_seed(7);
+    assert_ok(test_newton_start(&at, s->m, s->d, 0.0, s->q, s->u, NULL), mbsr_data_error(s->d));
+    assert_ok(test_newton_matrices(&at, s->m, s->d), NULL);
+    double *r = calloc(2 * (size_t)at.n, sizeof *r), *x = r + at.n;
+    for (int k = 0; k < 4; ++k) {
+        test_fill(&rng, at.n, r);
+        assert_ok(mbsr_newton_factor(newton, s->d, 0.0, at.y, at.yp, factors[k]),
+                  mbsr_newton_error(newton));
+        assert_ok(mbsr_newton_solve(newton, r, x), mbsr_newton_error(newton));
+        const test_newton_errors e = test_newton_compare(&at, factors[k], r, x);
+        assert_less(e.net_row, tolerance);
+        assert_less(e.net_delta, tolerance);
+        assert_less(e.delta, 1e-8);
+    }
+    free(r);
+    mbsr_newton_destroy(newton);
+    test_newton_free(&at);
+}
+
+static void set(loops *s, const double *q, const double *u)
+{
+    memcpy(s->q, q, (size_t)s->nq * sizeof *q);
+    memcpy(s->u, u, (size_t)s->nu * sizeof *u);
+}
+
+/* ---- mechanisms ---- */
+
+static void fourbar(loops *s, double coupler)
+{
+    static const double q[] = {1.2, -0.9, 1.3}, u[] = {3.0, 0.0, 1.0};
+    loops_begin(s, NULL);
+    const int a = loops_rod(s, "crank", MBSR_GROUND, 0.0, 0.0, 1.0, 1.0),
+              b = loops_rod(s, "coupler", a, 1.0, 0.0, coupler, 2.5),
+              c = loops_rod(s, "rocker", MBSR_GROUND, 2.0, 0.0, 2.0, 2.0);
+    loops_pin(s, "pin", b, 2.5, 0.0, c, 2.0, 0.0);
+    loops_finish(s);
+    set(s, q, u);
+}
+
+static void fourbars(void **state)
+{
+    (void)state;
+    static const double coupler[] = {2.5, 1e-6, 0.0};
+    for (int k = 0; k < 3; ++k) {
+        loops s;
+        fourbar(&s, coupler[k]);
+        compare(&s, 1e-10);
+        loops_free(&s);
+    }
+}
+
+/* A massless coupler without any load: its loop force is zero, or small, and with it all that would
+ * be a pivot of its joint. */
+static void held_joints_without_load(void **state)
+{
+    (void)state;
+    static const double speed[] = {0.0, 1e-6, 1e-2, 1.0};
+    static const double q[] = {1.2, -0.9, 1.3};
+    for (int k = 0; k < 4; ++k) {
+        loops s;
+        const double u[] = {speed[k], 0.0, 0.0};
+        memset(&s, 0, sizeof s);
+        assert_ok(mbsr_model_create(NULL, &s.m, NULL), NULL); /* no gravity */
+        const int a = loops_rod(&s, "crank", MBSR_GROUND, 0.0, 0.0, 1.0, 1.0),
+                  b = loops_rod(&s, "coupler", a, 1.0, 0.0, 0.0, 2.5),
+                  c = loops_rod(&s, "rocker", MBSR_GROUND, 2.0, 0.0, 2.0, 2.0);
+        loops_pin(&s, "pin", b, 2.5, 0.0, c, 2.0, 0.0);
+        loops_finish(&s);
+        set(&s, q, u);
+        compare(&s, 1e-10);
+        loops_free(&s);
+    }
+}
+
+/* A loop inside another, the joints of which they share massless in turn: one that the outer loop
+ * alone holds, too. */
+static void nested(void **state)
+{
+    (void)state;
+    static const double q[] = {1.5, -1.0, -1.0, -0.2, 0.5}, u[] = {0.5, -0.3, 0.2, 0.1, 0.4};
+    for (int k = 0; k < 8; ++k) {
+        loops s;
+        loops_begin(&s, NULL);
+        const int a = loops_rod(&s, "a", MBSR_GROUND, 0.0, 0.0, 1.0, 1.0),
+                  b = loops_rod(&s, "b", a, 1.0, 0.0, k & 1 ? 0.0 : 0.7, 1.0),
+                  c = loops_rod(&s, "c", b, 1.0, 0.0, k & 4 ? 0.0 : 0.5, 1.0),
+                  d = loops_rod(&s, "d", a, 0.5, 0.0, k & 2 ? 0.0 : 0.6, 1.2),
+                  e = loops_rod(&s, "e", b, 0.5, 0.0, 0.3, 0.8);
+        loops_pin(&s, "inner", d, 1.2, 0.0, e, 0.8, 0.0);
+        loops_pin(&s, "outer", c, 1.0, 0.0, MBSR_GROUND, 1.5, 0.3);
+        loops_finish(&s);
+        set(&s, q, u);
+        compare(&s, 1e-10);
+        loops_free(&s);
+    }
+}
+
+static void ladder(loops *s, int windows)
+{
+    double q[LOOPS_MOST], u[LOOPS_MOST];
+    loops_begin(s, NULL);
+    const int a = loops_rod(s, "leg 0", MBSR_GROUND, 0.0, 0.0, 1.0, 1.0),
+              b = loops_rod(s, "beam", a, 1.0, 0.0, windows, windows);
+    q[0] = 2.0, q[1] = -2.0, u[0] = 1.0, u[1] = -1.0;
+    for (int i = 1; i <= windows; ++i) {
+        const int leg = loops_rod(s, "leg", MBSR_GROUND, i, 0.0, 1.0, 1.0);
+        loops_pin(s, i == windows ? "last" : "pin", b, i, 0.0, leg, 1.0, 0.0);
+        q[i + 1] = 2.0, u[i + 1] = 1.0;
+    }
+    loops_finish(s);
+    set(s, q, u);
+}
+
+/* The start leaves out what is redundant. Where nobody did, the solver says so, and serves on. */
+static void redundant_rows(void **state)
+{
+    (void)state;
+    loops s;
+    double y[256], yp[256] = {0.0}, r[256], delta[256];
+    int none[LOOPS_MOST] = {0}, dropped[LOOPS_MOST];
+    ladder(&s, 4);
+    compare(&s, 1e-10);
+    assert_ok(mbsr_dae_pack(s.m, s.d, MBSR_DAE_MOMENTUM, 0.0, s.q, s.u, y), NULL);
+    assert_ok(mbsr_closures_dropped(s.m, s.d, dropped), NULL);
+    assert_ok(mbsr_closures_drop(s.m, s.d, none), NULL);
+    mbsr_newton *newton = solver(&s);
+    assert_refused(mbsr_newton_factor(newton, s.d, 0.0, y, yp, 50.0), mbsr_newton_error(newton),
+                   MBSR_LOOP_SINGULAR, MBSR_NONE, MBSR_NONE, "closure|row|mbsr_closures_report");
+    assert_int_equal(mbsr_newton_solve(newton, r, delta), MBSR_ERR_SEQUENCE);
+    assert_ok(mbsr_closures_drop(s.m, s.d, dropped), NULL);
+    for (int k = 0; k < s.size; ++k) r[k] = cos(k);
+    assert_ok(mbsr_newton_factor(newton, s.d, 0.0, y, yp, 50.0), mbsr_newton_error(newton));
+    assert_ok(mbsr_newton_solve(newton, r, delta), mbsr_newton_error(newton));
+    for (int k = 0, first = s.nq + 2 * s.nu; k < s.rows; ++k) { /* 0 = Lambda of such rows */
+        if (dropped[k]) assert_close(delta[first + k], r[first + k], 0.0);
+    }
+    mbsr_newton_destroy(newton);
+    loops_free(&s);
+}
+
+/* A massless rod on the coupler that no loop holds. */
+static void nothing_holds(void **state)
+{
+    (void)state;
+    loops s;
+    double y[64], yp[64] = {0.0};
+    loops_begin(&s, NULL);
+    const int a = loops_rod(&s, "crank", MBSR_GROUND, 0.0, 0.0, 1.0, 1.0),
+              b = loops_rod(&s, "first", a, 1.0, 0.0, 0.0, 1.0),
+              c = loops_rod(&s, "second", b, 1.0, 0.0, 0.0, 1.0),
+              d = loops_rod(&s, "third", c, 1.0, 0.0, 0.0, 1.0);
+    loops_pin(&s, "pin", d, 1.0, 0.0, MBSR_GROUND, 2.0, 0.0);
+    loops_finish(&s);
+    assert_ok(
+        mbsr_dae_pack(s.m, s.d, MBSR_DAE_MOMENTUM, 0.0, (double[]){1.0, -0.4, -0.9, -0.6}, s.u, y),
+        NULL);
+    mbsr_newton *newton = solver(&s);
+    const int status = mbsr_newton_factor(newton, s.d, 0.0, y, yp, 50.0);
+    assert_int_equal(status, MBSR_SINGULAR_BLOCK);
+    assert_contains(mbsr_newton_error(newton)->text, "joint|holds|damper");
+    mbsr_newton_destroy(newton);
+    loops_free(&s);
+}
+
+/* ---- groups: joints of dummy bodies, eliminated as one, inside a loop ---- */
+
+static void groups(void **state)
+{
+    (void)state;
+    static const double q[] = {0.2, -0.3, 0.4, 0.5}, u[] = {0.3, 0.2, -0.4, 1.0};
+    static const mbsr_planar_frame at = {0.0, 0.0, 0.0}, along_y = {0.0, 0.0, 1.5707963267948966};
+    for (int k = 0; k < 2; ++k) {
+        loops s;
+        int id;
+        loops_begin(&s, NULL);
+        mbsr_body_def dummy = mbsr_default_body_def();
+        dummy.joint = mbsr_joint_planar_prismatic(at, at);
+        assert_ok(mbsr_model_add_body(s.m, &dummy, &id), mbsr_model_error(s.m));
+        dummy.parent = id;
+        dummy.joint = mbsr_joint_planar_prismatic(along_y, along_y);
+        assert_ok(mbsr_model_add_body(s.m, &dummy, &id), mbsr_model_error(s.m));
+        const int rod = loops_rod(&s, "rod", id, 0.0, 0.0, 1.0, 1.0);
+        if (k == 0) {
+            loops_rod(&s, "tail", rod, 1.0, 0.0, 0.5, 0.5);
+            loops_pin(&s, "pin", rod, 0.7, 0.1, MBSR_GROUND, 0.6, 0.5);
+        } else {
+            /* closed between the dummy body and the tail */
+            const int tail = loops_rod(&s, "tail", rod, 1.0, 0.0, 0.0, 0.5);
+            const mbsr_closure_def rope =
+                mbsr_closure_distance(id, (double[3]){0.3, 0.0, 0.0}, tail, NULL, 1.1);
+            assert_ok(mbsr_model_add_closure(s.m, &rope, NULL), mbsr_model_error(s.m));
+            const mbsr_force_def damper = mbsr_force_joint_spring(tail, 0, 1.0, 0.4, 0.0);
+            assert_ok(mbsr_model_add_force(s.m, &damper, NULL), mbsr_model_error(s.m));
+        }
+        loops_finish(&s);
+        set(&s, q, u);
+        compare(&s, 1e-9);
+        loops_free(&s);
+    }
+}
+
+/* ---- many loops ---- */
+
+/* Four-bars, each on the ground or on the bar that the one before it hangs on. */
+static void chain(loops *s, int count, int hub)
+{
+    int last = MBSR_GROUND;
+    loops_begin(s, NULL);
+    for (int k = 0; k < count; ++k) {
+        const int spine = hub ? MBSR_GROUND : loops_rod(s, NULL, last, 0.5, 0.0, 1.5, 0.5);
+        const int a = loops_rod(s, NULL, spine, 0.0, 0.1, 0.4, 0.3),
+                  b = loops_rod(s, NULL, a, 0.3, 0.0, 0.0, 0.5),
+                  c = loops_rod(s, NULL, spine, 0.45, 0.1, 0.3, 0.35);
+        loops_pin(s, NULL, b, 0.5, 0.0, c, 0.35, 0.0);
+        last = spine;
+    }
+    assert_ok(mbsr_model_finish(s->m), mbsr_model_error(s->m));
+}
+
+/* Memory is in proportion to the bodies, however the loops stand. */
+static void memory(void **state)
+{
+    (void)state;
+    for (int hub = 0; hub < 2; ++hub) {
+        double bytes[2];
+        for (int k = 0; k < 2; ++k) {
+            loops s;
+            mbsr_newton_info info;
+            chain(&s, k ? 1000 : 10, hub);
+            mbsr_newton *newton = solver(&s);
+            assert_ok(mbsr_newton_get_info(newton, &info), NULL);
+            bytes[k] = (double)info.bytes / (double)mbsr_model_bodies(s.m);
+            mbsr_newton_destroy(newton);
+            mbsr_model_destroy(s.m);
+        }
+        assert_close(bytes[1] / bytes[0], 1.0, 0.1);
+    }
+}
+
+/* ---- what is refused ---- */
+
+static int position(const mbsr_closure_args *args, double *g)
+{
+    g[0] = args->body[0].q[0];
+    return 0;
+}
+
+static int jacobian(const mbsr_closure_args *args, const mbsr_closure_jacobian *out)
+{
+    (void)args;
+    out->matrix[out->column[0] + 6] = 1.0;
+    return 0;
+}
+
+static int bias(const mbsr_closure_args *args, double *out)
+{
+    (void)args, (void)out;
+    return 0;
+}
+
+static void coordinates_with_other_rates(void **state)
+{
+    (void)state;
+    static const mbsr_closure_table table = {.version = MBSR_CLOSURE_TABLE_VERSION,
+                                             .flags = MBSR_CLOSURE_JOINTS,
+                                             .name = "own",
+                                             .position = position,
+                                             .jacobian = jacobian,
+                                             .bias = bias};
+    loops s;
+    mbsr_newton *newton;
+    mbsr_error error;
+    loops_begin(&s, NULL);
+    mbsr_body_def body = mbsr_default_body_def();
+    body.joint = mbsr_joint_spherical(NULL, NULL);
+    assert_ok(mbsr_model_add_body(s.m, &body, NULL), NULL);
+    const mbsr_closure_def def = mbsr_closure_custom(&table, 1, (int[1]){0}, 1, 1, NULL);
+    assert_ok(mbsr_model_add_closure(s.m, &def, NULL), mbsr_model_error(s.m));
+    loops_finish(&s);
+    assert_int_equal(mbsr_newton_create(s.m, MBSR_DAE_MOMENTUM, NULL, &newton, &error),
+                     MBSR_ERR_SPACE);
+    assert_contains(error.text, "mbsr_newton_create|closure 0|own|rates|dense");
+    assert_null(newton);
+    loops_free(&s);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(fourbars),      cmocka_unit_test(held_joints_without_load),
+        cmocka_unit_test(nested),        cmocka_unit_test(redundant_rows),
+        cmocka_unit_test(nothing_holds), cmocka_unit_test(groups),
+        cmocka_unit_test(memory),        cmocka_unit_test(coordinates_with_other_rates)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
