@@ -79,20 +79,16 @@ static int solve(work *w, double c, const double *r, double *x)
     return status;
 }
 
-/* r_u: forces along the massless directions alone, in no special proportion. The data is at
- * mbsr_backward. */
-static void push(work *w)
+void mbsri_damped_push(const mbsr_model *m, mbsr_data *d, double *force)
 {
-    const mbsr_model *m = w->m;
-    double *force = w->r + w->rates;
-    mbsri_zero((size_t)w->size, w->r);
+    mbsri_zero((size_t)m->nu, force);
     for (int i = 1; i <= m->bodies; ++i) {
-        if (!mbsri_heads(m, w->d, i)) continue;
-        const mbsri_group g = mbsri_group_of(m, w->d, i);
-        if (mbsri_group_rank(w->d, &g) == g.n) continue;
-        double *f = w->d->vec;
+        if (!mbsri_heads(m, d, i)) continue;
+        const mbsri_group g = mbsri_group_of(m, d, i);
+        if (mbsri_group_rank(d, &g) == g.n) continue;
+        double *f = d->vec;
         for (int k = 0; k < g.n; ++k) f[k] = 1.0 + 0.5 * sin(12.9898 * (g.ig + k));
-        mbsri_null_force(m, w->d, &g, f, f);
+        mbsri_null_force(m, d, &g, f, f);
         mbsri_group_scatter(m, &g, f, force);
     }
 }
@@ -101,7 +97,8 @@ static void push(work *w)
 static int all_damped(work *w, bool *damped)
 {
     const int u = w->rates;
-    push(w);
+    mbsri_zero((size_t)w->size, w->r);
+    mbsri_damped_push(w->m, w->d, w->r + u);
     int status = solve(w, large, w->r, w->x);
     if (!status) status = solve(w, 100.0 * large, w->r, w->other);
     if (status) return status;

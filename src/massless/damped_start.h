@@ -17,4 +17,8 @@ int mbsri_damped_start(const mbsr_model *m, mbsr_data *d, double t, const double
                        double *udot, const mbsr_consistent_opt *opt, mbsr_consistent_info *info,
                        bool *served);
 
+/* Forces along the massless directions alone, in no special proportion, into force (nu). The data is at
+ * mbsr_backward. */
+void mbsri_damped_push(const mbsr_model *m, mbsr_data *d, double *force);
+
 #endif

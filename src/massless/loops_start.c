@@ -7,6 +7,7 @@
 #include "base/memory.h"
 #include "forms/dae.h"
 #include "loops/start.h"
+#include "massless/loops_tree_start.h"
 #include "recursion/closures.h"
 #include "recursion/not_finite.h"
 
@@ -84,18 +85,37 @@ static double distance(int n, const double *a, const double *b)
     return value;
 }
 
+/* Models with more joint rates and rows are started on the tree where that serves. */
+enum { DENSE_MOST = 120 };
+
+static int find(start *s, const double *y, const mbsr_consistent_opt *opt,
+                mbsr_consistent_info *info)
+{
+    const mbsr_model *m = s->w.m;
+    mbsr_data *d = s->w.d;
+    bool served = false;
+    int status = mbsri_unpack(s->form, m, d, s->t, y, s->q, s->u);
+    if (!status && m->nu + m->rows > DENSE_MOST)
+        status =
+            mbsri_loops_tree_start(m, d, s->t, s->q, s->u, s->udot, s->lambda, opt, info, &served);
+    if (status || served) return status;
+    status = mbsri_dense_open(&s->w, m, d, "mbsr_dae_consistent");
+    if (!status) status = mbsri_unpack(s->form, m, d, s->t, y, s->q, s->u);
+    if (!status)
+        status = mbsri_loops_consistent(&s->w, s->t, s->q, s->u, s->udot, s->lambda, opt, info);
+    return status;
+}
+
 int mbsri_loops_start(const mbsr_model *m, mbsr_data *d, mbsr_dae_form form, double t, double *y,
                       double *yp, const mbsr_consistent_opt *opt, mbsr_consistent_info *info)
 {
-    start s = {.form = mbsri_find_form(form), .t = t};
+    start s = {.w = {.m = m, .d = d}, .form = mbsri_find_form(form), .t = t};
     mbsr_consistent_info found = {0};
     int status = allocate(&s, m, d);
     if (status) return status;
     const bool watching = d->watching;
     d->watching = false;
-    status = mbsri_dense_open(&s.w, m, d, "mbsr_dae_consistent");
-    if (!status) status = mbsri_unpack(s.form, m, d, t, y, s.q, s.u);
-    if (!status) status = mbsri_loops_consistent(&s.w, t, s.q, s.u, s.udot, s.lambda, opt, &found);
+    status = find(&s, y, opt, &found);
     const double *u_given = y + m->nq + m->nu;
     found.position_change = distance(m->nq, s.q, y);
     found.velocity_change = distance(m->nu, s.u, u_given);

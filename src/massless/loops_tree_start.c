@@ -1,0 +1,283 @@
+/* A consistent start of a model with closures, on the tree: see loops_tree_start.h.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * Newton systems of the momentum form with a large c stand for the dense ones of loops/start.c:
+ *
+ *   positions     r = (0, 0, 0, 0, g)               q <- q - dq      (least change in the weights w)
+ *   velocities    r = (0, 0, 0, C u + g_t, 0)       u <- u - du      (p changes by impulses of the loops)
+ *   balance       r = (0, 0, F_u, C u + g_t, 0)     u, lambda <- u - du, lambda - c dLambda
+ *   rates         r = (c q', c p', -dF/dt)          u' = du,  lambda <- lambda + dLambda
+ *
+ * The last is the system of the derivatives of F along the solution, as in damped_start.c; p' has the
+ * loop forces found so far, and what is missing comes out as dLambda. */
+#include "massless/loops_tree_start.h"
+
+#include "algebra/dense.h"
+#include "algebra/differences.h"
+#include "algebra/numbers.h"
+#include "base/error.h"
+#include "base/memory.h"
+#include "forms/dae.h"
+#include "massless/damped_start.h"
+#include "recursion/closures.h"
+#include "recursion/kinematics.h"
+
+#include <mbsrank/newton.h>
+
+#include <math.h>
+
+typedef struct work {
+    const mbsr_model *m;
+    mbsr_data *d;
+    double t;
+    int size, rates, loops, places; /* of y; where u, Lambda, Eta begin */
+    mbsr_newton *newton;
+    double *q, *u, *lambda;
+    double *y, *yp, *F, *r, *x, *other, *further; /* size each */
+    double *q_try;                                /* nq */
+    bool good;
+    void *memory;
+} work;
+
+static const double large = 1e8; /* 1/s */
+
+static int open_work(work *w)
+{
+    mbsr_error error;
+    const size_t size = (size_t)w->size;
+    w->memory = mbsri_allocate(&w->m->allocator, (7 * size + (size_t)w->m->nq) * sizeof(double));
+    if (!w->memory)
+        return mbsri_fail(&w->d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
+                          "mbsr_dae_consistent: no memory for %d numbers", w->size);
+    double **const vector[] = {&w->y, &w->yp,    &w->F,       &w->r,
+                               &w->x, &w->other, &w->further, &w->q_try};
+    for (size_t k = 0; k < 8; ++k) *vector[k] = (double *)w->memory + k * size;
+    const int status = mbsr_newton_create(w->m, MBSR_DAE_MOMENTUM, NULL, &w->newton, &error);
+    if (status) w->d->error = error;
+    return status;
+}
+
+static void close_work(work *w)
+{
+    mbsr_newton_destroy(w->newton);
+    mbsri_release(&w->m->allocator, w->memory);
+}
+
+/* y of positions q and velocities u, y' with the loop forces, F there; its time derivatives are those
+ * of y' = 0. */
+static int evaluate(work *w, double t, const double *q)
+{
+    const int status = mbsri_pack(&mbsri_form_momentum, w->m, w->d, t, q, w->u, w->y);
+    mbsri_zero((size_t)w->size, w->yp);
+    mbsri_copy((size_t)w->m->rows, w->lambda, w->yp + w->loops);
+    return status ? status : mbsr_dae_residual(w->m, w->d, MBSR_DAE_MOMENTUM, t, w->y, w->yp, w->F);
+}
+
+/* x from r at the state evaluated last; not good where that is singular. */
+static int solve(work *w, double c, double *x)
+{
+    int status = mbsr_newton_factor(w->newton, w->d, w->t, w->y, w->yp, c);
+    if (!status) status = mbsr_newton_solve(w->newton, w->r, x);
+    if (status > 0) w->good = false;
+    return status < 0 ? status : MBSR_OK;
+}
+
+static double gap(const work *w)
+{
+    return mbsri_largest(w->m->held, w->F + w->places);
+}
+
+/* Steps of q no longer than 1 rad or 1 m, halved until the gaps get smaller. */
+static int close_positions(work *w, mbsr_consistent_info *info)
+{
+    const mbsr_model *m = w->m;
+    int status = evaluate(w, w->t, w->q);
+    while (!status && w->good) {
+        const double before = gap(w),
+                     limit = 1e-12 * fmax(1.0, mbsri_largest((int)m->size_p, w->d->p));
+        if (before <= limit) return MBSR_OK;
+        mbsri_zero((size_t)w->size, w->r);
+        mbsri_copy((size_t)m->held, w->F + w->places, w->r + w->places);
+        status = solve(w, large, w->x);
+        double share = fmin(1.0, 1.0 / mbsri_largest(m->nq, w->x));
+        bool better = false;
+        for (int tries = 0; tries < 12 && !better && w->good && !status; ++tries, share *= 0.5) {
+            for (int k = 0; k < m->nq; ++k) w->q_try[k] = w->q[k] - share * w->x[k];
+            status = mbsri_normalise(m, w->d, w->q_try);
+            if (!status) status = evaluate(w, w->t, w->q_try);
+            better = !status && gap(w) < before;
+        }
+        if (better) mbsri_copy((size_t)m->nq, w->q_try, w->q);
+        if (!status && !better) {
+            w->good = before <= 1e3 * limit;
+            return evaluate(w, w->t, w->q);
+        }
+        if (++info->iterations > 100) w->good = false;
+    }
+    return status;
+}
+
+/* Velocities that the rows allow, from F at the positions. */
+static int find_velocities(work *w)
+{
+    const mbsr_model *m = w->m;
+    double last = INFINITY;
+    for (int step = 0; step < 8 && w->good; ++step) {
+        const double open = mbsri_largest(m->rows, w->F + w->loops),
+                     size = 1.0 + mbsri_largest(m->nu, w->u);
+        if (open <= 1e-15 * size || (open >= 0.5 * last && open <= 1e-10 * size)) return MBSR_OK;
+        last = open;
+        mbsri_zero((size_t)w->size, w->r);
+        mbsri_copy((size_t)m->rows, w->F + w->loops, w->r + w->loops);
+        int status = solve(w, 100.0 * large, w->x);
+        for (int k = 0; k < m->nu; ++k) w->u[k] -= w->x[w->rates + k];
+        if (!status && w->good) status = evaluate(w, w->t, w->q);
+        if (status) return status;
+    }
+    w->good = false;
+    return MBSR_OK;
+}
+
+/* Whether some joint moves directions without mass. */
+static bool deficient(const work *w)
+{
+    for (int i = 1; i <= w->m->bodies; ++i) {
+        if (w->d->rank[i] < w->m->body[i].n) return true;
+    }
+    return false;
+}
+
+/* Not good where a massless direction yields the more the larger c is: a spring alone holds it. */
+static int refuse_elastic(work *w)
+{
+    const int nu = w->m->nu, u = w->rates;
+    mbsri_zero((size_t)w->size, w->r);
+    mbsri_damped_push(w->m, w->d, w->r + u);
+    int status = solve(w, large, w->x);
+    if (!status && w->good) status = solve(w, 100.0 * large, w->other);
+    if (status || !w->good) return status;
+    const double largest = mbsri_largest(nu, w->other + u);
+    for (int k = u; k < u + nu; ++k) {
+        const double now = fabs(w->x[k]), then = fabs(w->other[k]);
+        if (then > 5.0 * now && then > 1e-9 * largest) w->good = false;
+    }
+    return MBSR_OK;
+}
+
+/* Forces balance along directions without mass: u where dampers fix them, lambda where loops do. */
+static int find_balance(work *w, const mbsr_consistent_opt *opt, mbsr_consistent_info *info)
+{
+    const mbsr_model *m = w->m;
+    double last = INFINITY;
+    int status = refuse_elastic(w);
+    for (int step = 0; step < opt->max_iterations && w->good && !status; ++step) {
+        status = evaluate(w, w->t, w->q);
+        mbsri_zero((size_t)w->rates, w->r);
+        mbsri_copy((size_t)(w->size - w->rates), w->F + w->rates, w->r + w->rates);
+        if (!status) status = solve(w, large, w->x);
+        if (status || !w->good) return status;
+        const double size = 1.0 + mbsri_largest(m->nu, w->u) + mbsri_largest(m->rows, w->lambda);
+        double change = mbsri_largest(m->nu, w->x + w->rates);
+        for (int k = 0; k < m->nu; ++k) w->u[k] -= w->x[w->rates + k];
+        for (int k = 0; k < m->rows; ++k) {
+            w->lambda[k] -= large * w->x[w->loops + k];
+            change = fmax(change, fabs(large * w->x[w->loops + k]));
+        }
+        ++info->iterations;
+        if (change <= opt->tolerance * size || (change > 0.25 * last && change <= 1e-6 * size))
+            return MBSR_OK;
+        last = change;
+    }
+    w->good = false;
+    return status;
+}
+
+/* r <- -dF/dt of the algebraic equations, where y and y' are held. */
+static int explicit_time(work *w)
+{
+    const double h = 1e-4;
+    mbsri_zero((size_t)w->size, w->other);
+    for (int l = 0; l < 4; ++l) {
+        const int status = mbsr_dae_residual(
+            w->m, w->d, MBSR_DAE_MOMENTUM, w->t + mbsri_difference_place(l) * h, w->y, w->yp, w->F);
+        if (status) return status;
+        for (int k = w->rates; k < w->size; ++k)
+            w->other[k] -= mbsri_difference_weight(l) / (12.0 * h) * w->F[k];
+    }
+    return MBSR_OK;
+}
+
+/* The rates of y that the Newton system for c gives; -dF/dt stands in `other`. */
+static int aim(work *w, double c, double *x)
+{
+    mbsri_copy((size_t)w->size, w->other, w->r);
+    for (int k = 0; k < w->rates; ++k) w->r[k] = -c * w->F[k];
+    return solve(w, c, x);
+}
+
+/* Two solutions, for c and 10 c, from which what decays within 1 / c is taken off. */
+static int find_rates(work *w, double *udot)
+{
+    const mbsr_model *m = w->m;
+    double last = INFINITY;
+    int status = evaluate(w, w->t, w->q);
+    if (!status) status = explicit_time(w);
+    for (int step = 0; step < 12 && !status && w->good; ++step) {
+        status = evaluate(w, w->t, w->q);
+        if (!status) status = aim(w, large, w->x);
+        if (!status && w->good) status = aim(w, 10.0 * large, w->further);
+        if (status || !w->good) return status;
+        for (int k = w->rates; k < w->size; ++k)
+            w->x[k] = w->further[k] + (w->further[k] - w->x[k]) / 9.0;
+        double change = mbsri_largest(m->rows, w->x + w->loops);
+        const double size = mbsri_largest(m->rows, w->lambda) + mbsri_largest(m->nu, udot);
+        for (int k = 0; k < m->rows; ++k) w->lambda[k] += w->x[w->loops + k];
+        for (int k = 0; k < m->nu; ++k) {
+            change = fmax(change, fabs(w->x[w->rates + k] - udot[k]));
+            udot[k] = w->x[w->rates + k];
+        }
+        if (step > 0 && (change <= 1e-13 * size || (change >= 0.5 * last && change <= 1e-6 * size)))
+            return MBSR_OK;
+        last = change;
+    }
+    w->good = false;
+    return status;
+}
+
+static bool serves(const mbsr_model *m)
+{
+    const mbsri_closure *first = m->closures.data;
+    for (const mbsri_closure *c = first; c < first + m->closures.count; ++c) {
+        for (int k = 0; k < c->rows; ++k) {
+            if (mbsri_is_stiff(c, k)) return false;
+        }
+    }
+    return true;
+}
+
+int mbsri_loops_tree_start(const mbsr_model *m, mbsr_data *d, double t, double *q, double *u,
+                           double *udot, double *lambda, const mbsr_consistent_opt *opt,
+                           mbsr_consistent_info *info, bool *served)
+{
+    const mbsr_error before = d->error;
+    work w = {.m = m, .d = d, .t = t, .q = q, .u = u, .lambda = lambda, .good = true};
+    *served = false;
+    if (!serves(m)) return MBSR_OK;
+    w.rates = m->nq + m->nu;
+    w.loops = w.rates + m->nu;
+    w.places = w.loops + m->rows;
+    w.size = w.places + m->held;
+    for (int k = 0; k < m->rows; ++k) d->dropped[k] = false;
+    mbsri_zero((size_t)m->rows, lambda);
+    mbsri_zero((size_t)m->nu, udot);
+    int status = open_work(&w);
+    if (!status) status = close_positions(&w, info);
+    if (!status && w.good) status = find_velocities(&w);
+    if (!status && w.good && deficient(&w)) status = find_balance(&w, opt, info);
+    if (!status && w.good) status = find_rates(&w, udot);
+    *served = !status && w.good;
+    close_work(&w);
+    if (*served || (status < 0 && status != MBSR_ERR_SPACE)) return status;
+    d->error = before;
+    return MBSR_OK;
+}

@@ -1,0 +1,18 @@
+/* A consistent start of a model with closures, on the tree.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRI_LOOPS_TREE_START_H
+#define MBSRI_LOOPS_TREE_START_H
+
+#include "recursion/data.h"
+
+#include <mbsrank/dae.h>
+
+/* As mbsri_loops_consistent (loops/start.h), in O(bodies + local loops): for rigid rows that are
+ * independent, and where dampers fix the massless directions that no loop holds. *served: false where
+ * it is otherwise, or loops do not close; the data's error is as it was then, q and u are not. Takes
+ * memory from the model's allocator. */
+int mbsri_loops_tree_start(const mbsr_model *m, mbsr_data *d, double t, double *q, double *u,
+                           double *udot, double *lambda, const mbsr_consistent_opt *opt,
+                           mbsr_consistent_info *info, bool *served);
+
+#endif

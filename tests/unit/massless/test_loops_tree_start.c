@@ -1,0 +1,156 @@
+/* Starts of models with many loops, on the tree, against those of one loop and against the dense
+ * equations of forward dynamics.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "loops.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { COUNT = 40 };
+
+/* Four-bars on the ground, or each on a spine that hangs on the one before. The coupler has no mass in
+ * every second one; a massless tail on a damper may hang on the rocker. */
+static void make(loops *s, int count, int hub, int tail)
+{
+    int last = MBSR_GROUND;
+    loops_begin(s, NULL);
+    for (int k = 0; k < count; ++k) {
+        const int spine = hub ? MBSR_GROUND : loops_rod(s, NULL, last, 0.5, 0.0, 1.5, 0.5);
+        const int a = loops_rod(s, NULL, spine, 0.0, 0.1, 0.4, 0.3),
+                  b = loops_rod(s, NULL, a, 0.3, 0.0, tail ? 0.0 : 0.6, 0.5),
+                  c = loops_rod(s, NULL, spine, 0.45, 0.1, 0.3, 0.35);
+        loops_pin(s, NULL, b, 0.5, 0.0, c, 0.35, 0.0);
+        if (tail) {
+            const int d = loops_rod(s, NULL, c, 0.35, 0.0, 0.0, 0.2);
+            const mbsr_force_def damper = mbsr_force_joint_spring(d, 0, 3.0, 0.2, 0.4);
+            assert_ok(mbsr_model_add_force(s->m, &damper, NULL), mbsr_model_error(s->m));
+        }
+        last = spine;
+    }
+    assert_ok(mbsr_model_finish(s->m), mbsr_model_error(s->m));
+    assert_ok(mbsr_data_create(s->m, &s->d, NULL), NULL);
+    s->nq = mbsr_model_nq(s->m);
+    s->nu = mbsr_model_nu(s->m);
+    s->rows = mbsr_model_rows(s->m);
+    s->held = mbsr_model_held(s->m);
+    s->size = mbsr_dae_size(s->m, MBSR_DAE_MOMENTUM);
+}
+
+/* A consistent state from joint angles that repeat after `period` bodies. */
+static void start(loops *s, int period, const double *q, const double *u, double *y, double *yp)
+{
+    double *all = calloc(2 * (size_t)s->nq, sizeof *all), *rates = all + s->nq;
+    for (int k = 0; k < s->nq; ++k) all[k] = q[k % period], rates[k] = u[k % period];
+    assert_ok(mbsr_dae_pack(s->m, s->d, MBSR_DAE_MOMENTUM, 0.0, all, rates, y), NULL);
+    assert_ok(mbsr_dae_consistent(s->m, s->d, MBSR_DAE_MOMENTUM, 0.0, y, yp, NULL, NULL),
+              mbsr_data_error(s->d));
+    free(all);
+}
+
+/* Number k of part `part` (q, p, u, Lambda, Eta). */
+static double entry(const loops *s, const double *y, int part, int k)
+{
+    const int first[] = {0, s->nq, s->nq + s->nu, s->nq + 2 * s->nu, s->nq + 2 * s->nu + s->rows};
+    return y[first[part] + k];
+}
+
+/* Closed angles of one four-bar. */
+static void closed_angles(double q[4])
+{
+    static const double guess[] = {1.3, -1.1, 1.4};
+    loops s;
+    loops_begin(&s, NULL);
+    const int a = loops_rod(&s, NULL, MBSR_GROUND, 0.0, 0.1, 0.4, 0.3),
+              b = loops_rod(&s, NULL, a, 0.3, 0.0, 0.6, 0.5),
+              c = loops_rod(&s, NULL, MBSR_GROUND, 0.45, 0.1, 0.3, 0.35);
+    loops_pin(&s, NULL, b, 0.5, 0.0, c, 0.35, 0.0);
+    loops_finish(&s);
+    memcpy(s.q, guess, sizeof guess);
+    loops_close(&s, 0.0);
+    memcpy(q, s.q, 3 * sizeof *q);
+    q[3] = 0.7;
+    loops_free(&s);
+}
+
+/* Loops that have nothing to do with each other start as one of them does. */
+static void as_one_loop(void **state)
+{
+    (void)state;
+    static const double u[] = {1.0, -0.5, 0.3, 0.2};
+    double q[4];
+    closed_angles(q);
+    for (int tail = 0; tail < 2; ++tail) {
+        loops many, one;
+        make(&many, COUNT, 1, tail);
+        make(&one, 1, 1, tail);
+        const int period = one.nu;
+        double *y = calloc(2 * (size_t)(many.size + one.size), sizeof *y), *yp = y + many.size,
+               *x = yp + many.size, *xp = x + one.size;
+        start(&many, period, q, u, y, yp);
+        start(&one, period, q, u, x, xp);
+        for (int part = 0; part < 5; ++part) {
+            const int length = part < 3 ? one.nu : one.rows;
+            for (int k = 0; k < length * COUNT; ++k) {
+                assert_close(entry(&many, y, part, k), entry(&one, x, part, k % length), 1e-9);
+                const double size = 1.0 + fabs(entry(&one, xp, part, k % length));
+                assert_close(entry(&many, yp, part, k), entry(&one, xp, part, k % length),
+                             1e-9 * size);
+            }
+        }
+        free(y);
+        loops_free(&many);
+        loops_free(&one);
+    }
+}
+
+/* Accelerations and loop forces are those of the dense equations, loops are closed from a guess that
+ * is not. */
+static void as_dense(void **state)
+{
+    (void)state;
+    static const double u[] = {0.3, 1.0, -0.5, 0.3}, off[] = {0.0, 0.03, -0.02, 0.05};
+    double q[5], guess[4];
+    closed_angles(q);
+    for (int k = 0; k < 4; ++k) guess[k] = (k > 0 ? q[k - 1] : 0.1) + off[k];
+    loops s;
+    make(&s, COUNT, 0, 0);
+    double *y = calloc(4 * (size_t)s.size, sizeof *y), *yp = y + s.size, *F = yp + s.size,
+           *udot = F + s.size;
+    start(&s, 4, guess, u, y, yp);
+    assert_ok(mbsr_dae_residual(s.m, s.d, MBSR_DAE_MOMENTUM, 0.0, y, yp, F), NULL);
+    assert_less(test_largest(s.size, F), 1e-9);
+    assert_ok(mbsr_forward_dynamics(s.m, s.d, 0.0, y, y + s.nq + s.nu, NULL, udot),
+              mbsr_data_error(s.d));
+    const double size = test_largest(s.nu, udot);
+    for (int k = 0; k < s.nu; ++k) assert_close(yp[s.nq + s.nu + k], udot[k], 1e-9 * size);
+    assert_ok(mbsr_closures_force(s.m, s.d, F), NULL);
+    for (int k = 0; k < s.rows; ++k)
+        assert_close(yp[s.nq + 2 * s.nu + k], F[k], 1e-9 * (1.0 + test_largest(s.rows, F)));
+    free(y);
+    loops_free(&s);
+}
+
+/* Bodies by the thousand; loops that cannot close are refused as by the dense start. */
+static void many_bodies(void **state)
+{
+    (void)state;
+    static const double u[] = {0.0, 1.0, -0.5, 0.3};
+    double q[5];
+    closed_angles(q + 1);
+    q[0] = 0.0;
+    loops s;
+    make(&s, 500, 0, 0);
+    double *y = calloc(3 * (size_t)s.size, sizeof *y), *yp = y + s.size, *F = yp + s.size;
+    start(&s, 4, q, u, y, yp);
+    assert_ok(mbsr_dae_residual(s.m, s.d, MBSR_DAE_MOMENTUM, 0.0, y, yp, F), NULL);
+    assert_less(test_largest(s.size, F), 1e-7 * (1.0 + test_largest(s.size, yp)));
+    free(y);
+    loops_free(&s);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(as_one_loop), cmocka_unit_test(as_dense),
+                                       cmocka_unit_test(many_bodies)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
