@@ -2,6 +2,7 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "ida/first_step.h"
 
+#include "ida/loops.h"
 #include "ida/tolerances.h"
 
 #include <float.h>
