@@ -43,14 +43,6 @@ typedef int (*mbsr_ida_progress_fn)(void *user, const mbsr_ida_progress *now);
 typedef int (*mbsr_ida_output_fn)(void *user, int index, double t, const double *y,
                                   const double *yp);
 
-/* A time at which something that the equations read jumps or bends. */
-typedef struct mbsr_kink {
-    double t;       /* s */
-    int derivative; /* the lowest derivative of q and of momenta that jumps there: 1 where a force
-                     * or the rate of a prescribed motion jumps, 2 where their slopes do, and so
-                     * on */
-} mbsr_kink;
-
 /* Names the next kink beyond t, strictly, in the direction of the run, +1 or -1: next arrives as
  * {direction * INFINITY, 1}, which is none. Returns 0 or a status that ends the call. */
 typedef int (*mbsr_kink_fn)(void *user, double t, int direction, mbsr_kink *next);
@@ -92,7 +84,8 @@ typedef struct mbsr_ida_opt {
     int events;          /* number of event functions, default 0 */
     mbsr_event_fn event; /* NULL exactly when events is 0 */
     void *event_user;
-    mbsr_kink_fn kink; /* NULL (default): no kinks are known */
+    mbsr_kink_fn kink; /* kinks besides those of the model's tables (mbsr_model_kink); NULL
+                        * (default): none */
     void *kink_user;
     mbsr_ida_progress_fn progress; /* NULL (default): none */
     void *progress_user;

@@ -26,5 +26,6 @@
 #include <mbsrank/newton.h>
 #include <mbsrank/ode.h>
 #include <mbsrank/spatial.h>
+#include <mbsrank/table.h>
 
 #endif

@@ -7,6 +7,7 @@
 #include <mbsrank/force.h>
 #include <mbsrank/inertia.h>
 #include <mbsrank/joint.h>
+#include <mbsrank/table.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -141,6 +142,12 @@ MBSR_API int mbsr_body_pose_size(const mbsr_model *model, int body); /* np */
  * effect on results but that a rank which passes from one group to another counts as changed
  * (docs/rank_and_index.md). MBSR_NONE where there is no such body. */
 MBSR_API int mbsr_body_group(const mbsr_model *model, int body);
+
+/* The next kink beyond t, strictly, in a direction (+1 or -1) that tables bring into the model, those
+ * of its motions (mbsr_table_motion) and forces (mbsr_table_force): the nearest, {direction *
+ * INFINITY, 1} without one. MBSR_ERR_NULL, MBSR_ERR_UNFINISHED, MBSR_ERR_VALUE (direction),
+ * MBSR_NOT_FINITE (t is NaN). */
+MBSR_API int mbsr_model_kink(const mbsr_model *model, double t, int direction, mbsr_kink *next);
 
 /* How many of the joint's coordinates are locked, and the matrix (d x d) that was added to the
  * body's mass matrix: NULL when there is none. */

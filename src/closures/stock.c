@@ -6,6 +6,7 @@
 #include "algebra/frames.h"
 #include "algebra/space3.h"
 #include "base/cookie.h"
+#include "tables/table.h"
 
 mbsr_closure_def mbsr_default_closure_def(void)
 {
@@ -132,5 +133,7 @@ int mbsri_closure_motion(const mbsr_closure_args *args, double s[MBSR_CLOSURE_RO
     mbsri_zero(MBSR_CLOSURE_ROWS, sdot);
     mbsri_zero(MBSR_CLOSURE_ROWS, sddot);
     const mbsr_closure_def *def = args->closure;
+    if (def->motion == mbsr_table_motion && mbsri_table_columns(def->user) > MBSR_CLOSURE_ROWS)
+        return MBSR_ERR_VALUE;
     return def->motion ? def->motion(def->user, args->t, s, sdot, sddot) : MBSR_OK;
 }

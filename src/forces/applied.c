@@ -5,6 +5,7 @@
 #include "forces/marker.h"
 #include "forces/slopes.h"
 #include "forces/stock.h"
+#include "tables/table.h"
 
 /* The function's n components; MBSR_MAX_D bounds both d and n. */
 static int values(const mbsr_force_args *args, int n, double value[MBSR_MAX_D])
@@ -93,16 +94,30 @@ static int wrench_check_fields(const mbsr_force_def *def, char text[MBSR_TEXT_SI
     return status ? status : check_function(def, text);
 }
 
-static int check(const mbsr_force_args *args, char text[MBSR_TEXT_SIZE])
+/* n: components that the function has to write. */
+static int check(const mbsr_force_args *args, int n, char text[MBSR_TEXT_SIZE])
 {
+    const mbsr_force_def *def = args->force;
     if (args->body->id == MBSR_GROUND)
         return mbsri_refuse(text, MBSR_ERR_ID, "it acts on the ground");
+    if (def->function == mbsr_table_force && mbsri_table_columns(def->user) != n)
+        return mbsri_table_refuse(def->user, n, text);
     return MBSR_OK;
+}
+
+static int body_check(const mbsr_force_args *args, char text[MBSR_TEXT_SIZE])
+{
+    return check(args, args->body->d, text);
+}
+
+static int joint_check(const mbsr_force_args *args, char text[MBSR_TEXT_SIZE])
+{
+    return check(args, args->body->n, text);
 }
 
 static int wrench_check(const mbsr_force_args *args, char text[MBSR_TEXT_SIZE])
 {
-    const int status = check(args, text);
+    const int status = check(args, 6, text);
     return status ? status : mbsri_check_spatial(args, 0, 0, text);
 }
 
@@ -117,7 +132,7 @@ static const mbsr_force_table body_table = {
     .flags = MBSR_FORCE_NO_MASS | MBSR_FORCE_NO_JOINT,
     .name = "applied force",
     .evaluate = body_evaluate,
-    .check = check,
+    .check = body_check,
     .check_fields = check_fields,
     .derivatives = mbsri_no_slopes,
 };
@@ -127,7 +142,7 @@ static const mbsr_force_table joint_table = {
     .flags = MBSR_FORCE_JOINT_ONLY,
     .name = "applied joint force",
     .evaluate = joint_evaluate,
-    .check = check,
+    .check = joint_check,
     .check_fields = check_fields,
     .derivatives = mbsri_no_slopes,
 };

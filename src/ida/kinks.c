@@ -23,33 +23,50 @@ enum { PATIENCE = 8 };
 
 /* ---- the next kink ---- */
 
+/* Of the caller's function. */
+static int ask(mbsr_ida *ida, double t, mbsr_kink *next)
+{
+    *next = (mbsr_kink){ida->direction * INFINITY, 1};
+    const int status =
+        ida->opt.kink ? ida->opt.kink(ida->opt.kink_user, t, (int)ida->direction, next) : MBSR_OK;
+    if (status) {
+        return mbsri_ida_fail(&ida->error, status, MBSR_NONE, MBSR_NONE,
+                              "mbsr_ida_advance: the function of kinks at t = %.10g returned %d", t,
+                              status);
+    }
+    if ((next->t - t) * ida->direction > 0.0 && next->derivative > 0) return MBSR_OK;
+    return mbsri_ida_fail(&ida->error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
+                          "mbsr_ida_advance: the next kink after t = %.17g is at %.17g, in "
+                          "derivative %d",
+                          t, next->t, next->derivative);
+}
+
+/* Of the function and of the tables in the model. */
+static int find_after(mbsr_ida *ida, double t, mbsr_kink *first)
+{
+    mbsr_kink next;
+    int status = ask(ida, t, &next);
+    mbsr_model_kink(ida->model, t, (int)ida->direction, first);
+    if ((first->t - next.t) * ida->direction > 0.0 || first->t == next.t) {
+        const int other = first->t == next.t ? first->derivative : next.derivative;
+        *first = next;
+        if (other < first->derivative) first->derivative = other;
+    }
+    return status;
+}
+
 /* The first kink after t, or the end of the sample if that is sooner. */
 static int find_next(mbsr_ida *ida, double t)
 {
     mbsri_ida_kinks *k = &ida->kinks;
     const double far = ida->direction * INFINITY;
+    mbsr_kink next = {.t = t};
+    do { /* what is no further away than rounding has been reached */
+        const int status = find_after(ida, next.t, &next);
+        if (status) return status;
+    } while (next.t != far && mbsri_ida_same_time(next.t, t));
     k->at = k->sampled ? k->end : far;
     k->derivative = 0;
-    /* what is no further away than rounding has been reached */
-    double from = t;
-    mbsr_kink next;
-    do {
-        next = (mbsr_kink){.t = far, .derivative = 1};
-        if (!ida->opt.kink) break;
-        const int status = ida->opt.kink(ida->opt.kink_user, from, (int)ida->direction, &next);
-        if (status) {
-            return mbsri_ida_fail(
-                &ida->error, status, MBSR_NONE, MBSR_NONE,
-                "mbsr_ida_advance: the function of kinks at t = %.10g returned %d", from, status);
-        }
-        if (isnan(next.t) || (next.t - from) * ida->direction <= 0.0 || next.derivative < 1) {
-            return mbsri_ida_fail(&ida->error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
-                                  "mbsr_ida_advance: the next kink after t = %.17g is at %.17g, in "
-                                  "derivative %d",
-                                  from, next.t, next.derivative);
-        }
-        from = next.t;
-    } while (next.t != far && mbsri_ida_same_time(next.t, t));
     if (next.t != far &&
         ((next.t - k->at) * ida->direction < 0.0 || mbsri_ida_same_time(next.t, k->at))) {
         k->at = next.t;

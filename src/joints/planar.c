@@ -18,6 +18,7 @@
 #include "joints/planar.h"
 
 #include "base/error.h"
+#include "tables/table.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -326,6 +327,9 @@ static int check_fields(const mbsr_joint *joint, char text[MBSR_TEXT_SIZE])
         mbsri_print(text, MBSR_TEXT_SIZE, "params is %d, must be %d", joint->params, PARAMS);
     } else if (driven && !joint->motion) {
         mbsri_print(text, MBSR_TEXT_SIZE, "driven is %d, but motion is NULL", driven);
+    } else if (joint->motion == mbsr_table_motion &&
+               mbsri_table_columns(joint->user) != count(driven)) {
+        return mbsri_table_refuse(joint->user, count(driven), text);
     } else {
         int k = DRIVEN + 1;
         while (k < MBSR_JOINT_OPTIONS && joint->option[k] == 0) ++k;

@@ -4,6 +4,7 @@
 #include "algebra/space3.h"
 #include "base/error.h"
 #include "joints/chain.h"
+#include "tables/table.h"
 
 #include <limits.h>
 #include <math.h>
@@ -194,6 +195,8 @@ static int check_any_steps(const mbsr_joint *joint, int *free, char text[MBSR_TE
         driven += is_driven != 0;
         *free += is_driven == 0 && !turns;
     }
+    if (joint->motion == mbsr_table_motion && mbsri_table_columns(joint->user) != driven)
+        return mbsri_table_refuse(joint->user, driven, text);
     if (driven == 0 || joint->motion) return MBSR_OK;
     return refuse(text, MBSR_ERR_VALUE, "%d of its axes are driven, but motion is NULL", driven,
                   0.0);

@@ -486,6 +486,73 @@ static void loops_stay_closed_at_jumps(void **state)
     end(&loop);
 }
 
+/* ---- tables ---- */
+
+enum { ROAD = 401 };
+
+/* A quarter of a car without mass between tyre and spring on a road of points; steps and the place
+ * of the body after 4 s. `known`: as a table, else as a function that reads it. */
+static int hidden(void *user, double t, double *s, double *sdot, double *sddot)
+{
+    return mbsr_table_value(user, t, s, sdot, sddot);
+}
+
+static double drive(mbsr_table_kind kind, bool known, double tolerance, long *steps)
+{
+    static const double stiffness[3] = {2e5, 2e4, 1e6}, damping[3] = {50.0, 1500.0, 50.0};
+    const double up[3] = {0.0, 0.0, 1.0};
+    const mbsr_axis rise = {.kind = MBSR_AXIS_TRANSLATION, .direction = {0, 0, 1}, .driven = 1};
+    double x[ROAD], v[ROAD] = {0.0};
+    test_rng rng = test_seed(5);
+    mbsr_table_def def = mbsr_default_table_def();
+    mbsr_table *road = NULL;
+    run r = {.form = MBSR_DAE_MOMENTUM};
+    for (int k = 0; k < ROAD; ++k) {
+        x[k] = 0.01 * k;
+        if (k > 0) v[k] = 0.98 * v[k - 1] + 0.003 * test_uniform(&rng);
+    }
+    def.points = ROAD;
+    def.x = x;
+    def.value = v;
+    def.kind = kind;
+    assert_int_equal(mbsr_table_create(&def, &road, NULL), MBSR_OK);
+    assert_ok(mbsr_model_create(NULL, &r.model, NULL), NULL);
+    add_body(&r, MBSR_GROUND,
+             mbsr_joint_compound(NULL, NULL, 1, &rise, known ? mbsr_table_motion : hidden, road),
+             mbsr_inertia_zero());
+    for (int i = 0; i < 3; ++i) {
+        add_body(&r, i, mbsr_joint_prismatic(NULL, NULL, up),
+                 i < 2 ? mbsr_inertia_zero() : mbsr_inertia_particle(400.0));
+        add_force(&r, mbsr_force_joint_spring(i + 1, 0, stiffness[i], damping[i], 0.0));
+    }
+    finish(&r);
+    begin(&r, 0.0, precise(tolerance));
+    advance(&r, 3.999, false);
+    mbsr_ida_stats stats;
+    mbsr_ida_get_stats(r.ida, &stats);
+    *steps = stats.steps;
+    const double place = r.q[0] + r.q[1] + r.q[2];
+    end(&r);
+    mbsr_table_destroy(road);
+    return place;
+}
+
+static void roads_of_points_take_a_few_steps_a_point(void **state)
+{
+    (void)state;
+    for (int kind = 0; kind < 3; ++kind) {
+        long steps = 0, before = 0;
+        const double exact = drive((mbsr_table_kind)kind, true, 1e-10, &steps);
+        const double blind = drive((mbsr_table_kind)kind, false, 1e-6, &before);
+        const double found = drive((mbsr_table_kind)kind, true, kind == 0 ? 1e-3 : 1e-5, &steps);
+        assert_true(steps < before);
+        assert_less(fabs(found - exact), 5e-5);
+        if (kind > 0) continue;
+        assert_true(steps < 4 * ROAD + 10);
+        assert_less(fabs(found - exact), fabs(blind - exact));
+    }
+}
+
 /* ---- refusals ---- */
 
 typedef struct odd {
@@ -568,6 +635,7 @@ int main(void)
         cmocka_unit_test(smooth_kinks_end_steps),
         cmocka_unit_test(a_switch_at_an_event),
         cmocka_unit_test(loops_stay_closed_at_jumps),
+        cmocka_unit_test(roads_of_points_take_a_few_steps_a_point),
         cmocka_unit_test(kinks_that_make_no_sense_are_refused),
         cmocka_unit_test(jumps_and_samples_want_a_run),
     };
