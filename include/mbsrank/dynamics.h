@@ -163,6 +163,36 @@ MBSR_API int mbsr_dissipation(const mbsr_model *model, mbsr_data *data, double *
 MBSR_API int mbsr_force_power(const mbsr_model *model, mbsr_data *data, int force, double *energy,
                               double *power);
 
+/* What one force element exerts on one of its bodies: f (d numbers, conjugate to V; for a SPATIAL
+ * body the wrench about its origin, moment first, world axes) and tau (n, conjugate to u; as
+ * mbsr_force_body). place: 0 .. bodies - 1 in the element's list; the id of the body for an element
+ * that acts on every body. Outputs may be NULL; for the ground f has the root's d numbers and tau
+ * none. An element that is switched off exerts nothing. Needs mbsr_velocities. MBSR_ERR_ID,
+ * MBSR_ERR_VALUE (place), MBSR_NOT_FINITE, what the element returned. */
+MBSR_API int mbsr_force_load(const mbsr_model *model, mbsr_data *data, int force, int place,
+                             double *f, double *tau);
+
+/* A contact (mbsr_force_contact) at a state. */
+typedef struct mbsr_contact_state {
+    double depth, rate;  /* m, positive where there is contact; m/s. The rest is zero without */
+    double normal_force; /* N, never negative */
+    double friction[3];  /* N, on body a along the plane, world axes */
+    double sliding[3];   /* m/s, velocity of a against b along the plane */
+    double normal[3];    /* unit vector from b to a */
+    double point[3];     /* m, of the world: the point of the sphere that is deepest */
+} mbsr_contact_state;
+
+/* Needs mbsr_velocities. MBSR_ERR_NULL, MBSR_ERR_ID, MBSR_ERR_VALUE (the element is no contact). */
+MBSR_API int mbsr_contact_at(const mbsr_model *model, mbsr_data *data, int force,
+                             mbsr_contact_state *state);
+
+/* Switches a force element off in these data (on = 0) and on again: it then exerts nothing, has no
+ * energy and no derivatives there, as if the model had been made without it. For inverse dynamics
+ * without the element that a controller stands for, say. Gravity cannot be switched off. Batches
+ * and other data do not notice. Stages from mbsr_forces on have to run again. MBSR_ERR_NULL,
+ * MBSR_ERR_MISMATCH, MBSR_ERR_ID, MBSR_ERR_VALUE (gravity; on is neither 0 nor 1). */
+MBSR_API int mbsr_force_switch(const mbsr_model *model, mbsr_data *data, int force, int on);
+
 /* Mass and centre of mass (m, world axes; zero if there is no mass) of all POINT, PLANAR and
  * SPATIAL bodies, and their spatial momentum: the angular momentum about the point `about` (NULL:
  * the world's origin; kg m^2/s), then the linear (kg m/s), world axes. With about = centre it is

@@ -1,5 +1,7 @@
 /* Contact of a sphere with a plane: normal force of Hunt and Crossley, smooth Coulomb friction.
  * SPDX-License-Identifier: BSD-3-Clause */
+#include "forces/contact.h"
+
 #include "algebra/numbers.h"
 #include "algebra/space3.h"
 #include "forces/marker.h"
@@ -234,4 +236,25 @@ mbsr_force_def mbsr_force_contact(int a, int b, const mbsr_contact *contact)
     def.param[EXPONENT] = contact->exponent;
     def.param[SLIP] = contact->slip;
     return def;
+}
+
+bool mbsri_is_contact(const mbsr_force_def *def)
+{
+    return def->table == &contact_table;
+}
+
+void mbsri_contact_at(const mbsr_force_args *args, mbsr_contact_state *state)
+{
+    touch w;
+    const bool touches = locate(args, &w);
+    state->depth = w.x;
+    if (!touches) return;
+    state->rate = w.rate;
+    state->normal_force = w.force;
+    for (int k = 0; k < 3; ++k) {
+        state->friction[k] = -w.drag * w.sliding[k];
+        state->sliding[k] = w.sliding[k];
+        state->normal[k] = w.normal[k];
+        state->point[k] = w.a.x[k];
+    }
 }

@@ -125,6 +125,7 @@ struct mbsr_data {
     int *rank;    /* N + 1 */
     int *watched; /* N + 1: the ranks expected, where `watching` */
     bool watching;
+    bool *off;                     /* forces: those switched off, in the order of the sweeps */
     int *frame_rank;               /* N + 1: ranks of the reference of the index-1 form */
     bool framed;                   /* there is such a reference */
     bool use_frame;                /* joint blocks are scaled by its S */

@@ -55,6 +55,11 @@ int mbsri_force_failed(const mbsr_model *m, mbsr_data *d, const mbsri_force *for
         force->def.table->name, function, status, d->t);
 }
 
+bool mbsri_force_off(const mbsr_model *m, const mbsr_data *d, const mbsri_force *force)
+{
+    return d->off[force - (const mbsri_force *)m->forces.data];
+}
+
 /* One call of an element; its energy or dissipation is added to *sum. */
 static int call(const mbsr_model *m, mbsr_data *d, const mbsri_force *force, int bodies,
                 mbsri_question ask, double *sum)
@@ -65,6 +70,7 @@ static int call(const mbsr_model *m, mbsr_data *d, const mbsri_force *force, int
         .force = &force->def, .t = d->t, .bodies = bodies, .body = d->force_bodies};
     double one = 0.0;
     int status = MBSR_OK;
+    if (mbsri_force_off(m, d, force)) return MBSR_OK;
     if (ask == MBSRI_FORCES)
         status = table->evaluate(&args);
     else if (ask == MBSRI_ENERGY && table->energy)
@@ -191,6 +197,22 @@ int mbsri_element_sum(const mbsr_model *m, mbsr_data *d, const mbsri_force *forc
 {
     *sum = 0.0;
     return force ? visit(m, d, force, ask, NULL, NULL, sum) : visit_all(m, d, ask, sum);
+}
+
+int mbsri_force_on(const mbsr_model *m, mbsr_data *d, const mbsri_force *force, int place,
+                   double *f, double *tau)
+{
+    const bool every = (force->def.table->flags & MBSR_FORCE_EVERY_BODY) != 0;
+    const int bodies = view_all(m, d, force, every ? place : 0, MBSRI_FORCES, NULL, NULL);
+    for (int k = 0; k < bodies; ++k) {
+        const bool asked = every || k == place;
+        mbsr_force_body *body = d->force_bodies + k;
+        double *const elsewhere = d->scratch;
+        if (!asked) mbsri_zero((size_t)(m->max_d + m->max_n), elsewhere);
+        body->f = asked ? f : elsewhere;
+        if (body->tau) body->tau = asked ? tau : elsewhere + m->max_d;
+    }
+    return call(m, d, force, bodies, MBSRI_FORCES, NULL);
 }
 
 const mbsri_force *mbsri_find_force(const mbsr_model *m, mbsr_data *d, int id, const char *function)

@@ -364,6 +364,10 @@ int mbsri_force_slopes(const mbsr_model *m, mbsr_data *d, const mbsri_force *for
                        mbsri_slopes *s)
 {
     const int bodies = mbsri_force_bodies(m, d, force, body);
+    if (mbsri_force_off(m, d, force)) {
+        lay_out(s, bodies, d->force_bodies);
+        return MBSR_OK;
+    }
     const int status = has_own(force->def.table, bodies, d->force_bodies)
                            ? own_slopes(m, d, force, bodies, s)
                            : mbsri_force_differences(m, d, force, body, s);
