@@ -67,7 +67,7 @@ endif()
 mbsr_link_flags(mbsr_core_private ${LAPACK_LIBRARIES} ${BLAS_LIBRARIES} m)
 mbsr_install_library(mbsrank core)
 file(GLOB mbsr_headers CONFIGURE_DEPENDS "${PROJECT_SOURCE_DIR}/include/mbsrank/*.h")
-list(FILTER mbsr_headers EXCLUDE REGEX "/(ida|sundials)\\.h$")
+list(FILTER mbsr_headers EXCLUDE REGEX "/(ida|simulation|sundials)\\.h$")
 install(FILES ${mbsr_headers} DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/mbsrank" COMPONENT core)
 install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" DESTINATION "${CMAKE_INSTALL_DOCDIR}" COMPONENT core)
 
@@ -83,6 +83,7 @@ if(MBSR_IDA)
     mbsr_link_flags(mbsr_ida_private ${mbsr_sundials_targets} m)
     mbsr_install_library(mbsrank_ida ida)
     install(FILES "${PROJECT_SOURCE_DIR}/include/mbsrank/ida.h"
+                  "${PROJECT_SOURCE_DIR}/include/mbsrank/simulation.h"
                   "${PROJECT_SOURCE_DIR}/include/mbsrank/sundials.h"
             DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/mbsrank" COMPONENT ida)
 endif()

@@ -97,6 +97,16 @@ MBSR_API int mbsr_index1_renew(const mbsr_model *model, mbsr_data *data, double 
 /* Forgets the reference, so that the next pack or start takes its own. */
 MBSR_API int mbsr_index1_reset(const mbsr_model *model, mbsr_data *data);
 
+/* Masses by which tolerances of velocities become tolerances of momenta, mass (nu): for each number of
+ * u the mbsr_rank_info.scale of its joint, and where that is zero the largest in the tree (1 without
+ * any mass), so that with tolerances atol and rtol of u an integrator of one's own tests
+ *
+ *   |error of p_k| < mass_k (rtol |u_k| + atol).
+ *
+ * Needs mbsr_backward; mbsr_dae_consistent and a residual of the momentum form leave the data there.
+ * MBSR_ERR_NULL, MBSR_ERR_MISMATCH, MBSR_ERR_SEQUENCE. */
+MBSR_API int mbsr_momentum_scales(const mbsr_model *model, mbsr_data *data, double *mass);
+
 typedef struct mbsr_consistent_opt {
     int cookie;         /* set by mbsr_default_consistent_opt */
     int max_iterations; /* Newton steps for positions, and for velocities; default 30 */

@@ -5,7 +5,8 @@
  * Newton-Euler algorithm), mass matrix (composite rigid-body algorithm), and the equations of
  * motion as a differential-algebraic equation (DAE) in minimal coordinates.
  *
- * Includes everything but <mbsrank/ida.h>, which belongs to the component ida. */
+ * Includes everything but <mbsrank/ida.h> and <mbsrank/simulation.h>, which belong to the component
+ * ida. */
 #ifndef MBSRANK_MBSRANK_H
 #define MBSRANK_MBSRANK_H
 

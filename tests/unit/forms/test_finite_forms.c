@@ -204,6 +204,7 @@ static const finite_row rows[] = {
     {"mbsr_index1_alignment", run_alignment, reference, 0, T | Y, BOTH, of_one},
     {"mbsr_index1_renew", run_renew, reference, 0, T | Y | YP, BOTH, of_y},
     {"mbsr_index1_reset", NULL, NULL, 0, 0, 0, NULL},
+    {"mbsr_momentum_scales", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_default_consistent_opt", NULL, NULL, 0, 0, 0, NULL},
 };
 enum { ROWS = sizeof rows / sizeof rows[0] };

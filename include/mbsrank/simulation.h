@@ -1,0 +1,76 @@
+/* A model, its data and a driver in one hand (component ida): for programs that build one model and
+ * run it.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ *   mbsr_simulation s = mbsr_simulation_begin(NULL);
+ *   int rod = mbsr_simulation_add_body(&s, "rod", MBSR_GROUND, joint, inertia);
+ *   mbsr_simulation_add_force(&s, mbsr_force_gravity(0.0, 0.0, -9.81));
+ *   mbsr_simulation_start(&s, NULL, 0.0, NULL, NULL);
+ *   for (int k = 1; k <= 100 && !mbsr_simulation_to(&s, 0.1 * k); ++k) printf("%g\n", s.q[0]);
+ *   if (s.status) puts(s.error.text);
+ *   mbsr_simulation_end(&s);
+ *
+ * The first failure stays: every later call does nothing and returns its status, so that one look at
+ * the end is enough. Model, data and driver are there for everything that is not wrapped. */
+#ifndef MBSRANK_SIMULATION_H
+#define MBSRANK_SIMULATION_H
+
+#include <mbsrank/ida.h>
+#include <mbsrank/mbsrank.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* To be read, and written by the functions below only. */
+typedef struct mbsr_simulation {
+    mbsr_model *model; /* finished by mbsr_simulation_start */
+    mbsr_data *data;   /* from there on, as all that follows; at mbsr_velocities of t, q, u */
+    mbsr_ida *ida;
+    mbsr_dae_form form;
+    double t;                   /* s */
+    double *q, *u;              /* nq, nu; NULL before the start */
+    double *y, *yp;             /* the state of the form */
+    mbsr_consistent_info start; /* what the consistent start has changed */
+    int status;                 /* of the first failure; 0: none */
+    mbsr_error error;           /* its text */
+} mbsr_simulation;
+
+/* With an empty model; def NULL: mbsr_default_model_def. */
+MBSR_API mbsr_simulation mbsr_simulation_begin(const mbsr_model_def *def);
+
+/* The same with a model that has been built, finished or not; the simulation frees it. */
+MBSR_API mbsr_simulation mbsr_simulation_of(mbsr_model *model);
+
+/* Return the id; MBSR_NONE after a failure. Statuses of mbsr_model_add_body, mbsr_model_add_force,
+ * mbsr_model_add_closure. */
+MBSR_API int mbsr_simulation_add_body(mbsr_simulation *s, const char *name, int parent,
+                                      mbsr_joint joint, mbsr_inertia inertia);
+MBSR_API int mbsr_simulation_add_force(mbsr_simulation *s, mbsr_force_def force);
+MBSR_API int mbsr_simulation_add_closure(mbsr_simulation *s, mbsr_closure_def closure);
+
+/* Finishes the model unless it is, finds a consistent state near q, u (NULL: all coordinates zero,
+ * quaternions 1; at rest) at t, and starts a driver there (opt NULL: mbsr_default_ida_opt). Called
+ * again it begins another run, of the same model. Statuses of mbsr_model_finish, mbsr_data_create,
+ * mbsr_dae_consistent, mbsr_ida_create, mbsr_ida_start. */
+MBSR_API int mbsr_simulation_start(mbsr_simulation *s, const mbsr_ida_opt *opt, double t,
+                                   const double *q, const double *u);
+
+/* mbsr_ida_advance, and mbsr_ida_sample; then t, q, u, y, yp are those reached, and the data is at
+ * mbsr_velocities there. MBSR_EVENT is no failure: the next call goes on. After a failure they are
+ * the last good state, where there is one (mbsr_ida_state). MBSR_ERR_SEQUENCE before the start. */
+MBSR_API int mbsr_simulation_to(mbsr_simulation *s, double t);
+MBSR_API int mbsr_simulation_sample(mbsr_simulation *s, double t);
+
+/* Forgets the failure, when its cause has been dealt with; t, q, u stay. The next call may be
+ * mbsr_simulation_start. */
+MBSR_API void mbsr_simulation_forgive(mbsr_simulation *s);
+
+/* Frees all of it; NULL is allowed. */
+MBSR_API void mbsr_simulation_end(mbsr_simulation *s);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,191 @@
+/* A model, its data and a driver in one hand.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "ida/error.h"
+
+#include <mbsrank/simulation.h>
+
+#include <stdlib.h>
+#include <string.h>
+
+/* Keeps the first failure, with its error; returns the status. */
+static int note(mbsr_simulation *s, int status, const mbsr_error *error)
+{
+    if (status == MBSR_OK || status == MBSR_EVENT) return status;
+    s->error = *error;
+    s->error.status = status;
+    return s->status = status;
+}
+
+static int refuse(mbsr_simulation *s, int status, const char *text)
+{
+    mbsr_error error;
+    mbsri_ida_fail(&error, status, MBSR_NONE, MBSR_NONE, "%s", text);
+    return note(s, status, &error);
+}
+
+mbsr_simulation mbsr_simulation_begin(const mbsr_model_def *def)
+{
+    mbsr_simulation s = {.error = {MBSR_OK, MBSR_NONE, MBSR_NONE, ""}};
+    mbsr_error error;
+    note(&s, mbsr_model_create(def, &s.model, &error), &error);
+    return s;
+}
+
+mbsr_simulation mbsr_simulation_of(mbsr_model *model)
+{
+    mbsr_simulation s = {.model = model, .error = {MBSR_OK, MBSR_NONE, MBSR_NONE, ""}};
+    if (!model) refuse(&s, MBSR_ERR_NULL, "mbsr_simulation_of: model is NULL");
+    return s;
+}
+
+/* ---- building ---- */
+
+int mbsr_simulation_add_body(mbsr_simulation *s, const char *name, int parent, mbsr_joint joint,
+                             mbsr_inertia inertia)
+{
+    int id = MBSR_NONE;
+    mbsr_body_def def = mbsr_default_body_def();
+    if (!s || s->status) return MBSR_NONE;
+    def.name = name;
+    def.parent = parent;
+    def.joint = joint;
+    def.inertia = inertia;
+    return note(s, mbsr_model_add_body(s->model, &def, &id), mbsr_model_error(s->model)) ? MBSR_NONE
+                                                                                         : id;
+}
+
+int mbsr_simulation_add_force(mbsr_simulation *s, mbsr_force_def force)
+{
+    int id = MBSR_NONE;
+    if (!s || s->status) return MBSR_NONE;
+    return note(s, mbsr_model_add_force(s->model, &force, &id), mbsr_model_error(s->model))
+               ? MBSR_NONE
+               : id;
+}
+
+int mbsr_simulation_add_closure(mbsr_simulation *s, mbsr_closure_def closure)
+{
+    int id = MBSR_NONE;
+    if (!s || s->status) return MBSR_NONE;
+    return note(s, mbsr_model_add_closure(s->model, &closure, &id), mbsr_model_error(s->model))
+               ? MBSR_NONE
+               : id;
+}
+
+/* ---- start ---- */
+
+/* The model finished, its data and the vectors, once. */
+static int prepare(mbsr_simulation *s, mbsr_dae_form form)
+{
+    mbsr_error error;
+    if (mbsr_model_bodies(s->model) < 0 &&
+        note(s, mbsr_model_finish(s->model), mbsr_model_error(s->model)))
+        return s->status;
+    if (!s->data && note(s, mbsr_data_create(s->model, &s->data, &error), &error)) return s->status;
+    const int size = mbsr_dae_size(s->model, form), nq = mbsr_model_nq(s->model),
+              nu = mbsr_model_nu(s->model);
+    if (size < 0) {
+        return refuse(s, MBSR_ERR_VALUE,
+                      "mbsr_simulation_start: there is no such form, or not with closures");
+    }
+    s->q = calloc((size_t)(nq + nu) + 2 * (size_t)size + 1, sizeof *s->q);
+    if (!s->q) return refuse(s, MBSR_ERR_NO_MEMORY, "mbsr_simulation_start: no memory for a state");
+    s->u = s->q + nq;
+    s->y = s->u + nu;
+    s->yp = s->y + size;
+    s->form = form;
+    return MBSR_OK;
+}
+
+/* q, u of y, and the stages there. */
+static int evaluate(mbsr_simulation *s)
+{
+    int status = mbsr_dae_unpack(s->model, s->data, s->form, s->t, s->y, s->q, s->u);
+    if (!status) status = mbsr_positions(s->model, s->data, s->t, s->q);
+    if (!status) status = mbsr_velocities(s->model, s->data, s->u);
+    return note(s, status, mbsr_data_error(s->data));
+}
+
+/* Coordinates zero; quaternions, which begin the q of joints with one number more, 1. */
+static void set_zero(const mbsr_simulation *s)
+{
+    for (int i = 0; i < mbsr_model_bodies(s->model); ++i) {
+        int q, nq, n;
+        mbsr_body_coordinates(s->model, i, &q, &nq, NULL, &n);
+        if (nq == n + 1) s->q[q] = 1.0;
+    }
+}
+
+int mbsr_simulation_start(mbsr_simulation *s, const mbsr_ida_opt *opt, double t, const double *q,
+                          const double *u)
+{
+    if (!s) return MBSR_ERR_NULL;
+    if (s->status) return s->status;
+    const mbsr_ida_opt standard = mbsr_default_ida_opt();
+    mbsr_error error;
+    if (!opt) opt = &standard;
+    mbsr_ida_destroy(s->ida);
+    s->ida = NULL;
+    double *before = s->q; /* q and u may be there */
+    const int prepared = prepare(s, opt->form);
+    if (!prepared) set_zero(s);
+    if (!prepared && q) memcpy(s->q, q, (size_t)mbsr_model_nq(s->model) * sizeof *q);
+    if (!prepared && u) memcpy(s->u, u, (size_t)mbsr_model_nu(s->model) * sizeof *u);
+    if (s->q != before) free(before);
+    if (prepared) return prepared;
+    s->t = t;
+    int status = mbsr_index1_reset(s->model, s->data);
+    if (!status) status = mbsr_dae_pack(s->model, s->data, s->form, t, s->q, s->u, s->y);
+    if (!status)
+        status = mbsr_dae_consistent(s->model, s->data, s->form, t, s->y, s->yp, NULL, &s->start);
+    if (note(s, status, mbsr_data_error(s->data))) return status;
+    if (note(s, mbsr_ida_create(s->model, s->data, opt, &s->ida, &error), &error)) return s->status;
+    if (note(s, mbsr_ida_start(s->ida, t, s->y, s->yp), mbsr_ida_error(s->ida))) return s->status;
+    return evaluate(s);
+}
+
+/* ---- running ---- */
+
+static int run(mbsr_simulation *s, double t,
+               int (*advance)(mbsr_ida *ida, double t_end, double *t, double *y, double *yp),
+               const char *early)
+{
+    if (!s) return MBSR_ERR_NULL;
+    if (s->status) return s->status;
+    if (!s->ida) return refuse(s, MBSR_ERR_SEQUENCE, early);
+    const int status = note(s, advance(s->ida, t, NULL, NULL, NULL), mbsr_ida_error(s->ida));
+    if (mbsr_ida_state(s->ida, &s->t, s->y, s->yp)) return status;
+    if (status == MBSR_OK || status == MBSR_EVENT) return evaluate(s) ? s->status : status;
+    (void)mbsr_dae_unpack(s->model, s->data, s->form, s->t, s->y, s->q, s->u);
+    return status;
+}
+
+int mbsr_simulation_to(mbsr_simulation *s, double t)
+{
+    return run(s, t, mbsr_ida_advance, "mbsr_simulation_to: call mbsr_simulation_start first");
+}
+
+int mbsr_simulation_sample(mbsr_simulation *s, double t)
+{
+    return run(s, t, mbsr_ida_sample, "mbsr_simulation_sample: call mbsr_simulation_start first");
+}
+
+void mbsr_simulation_forgive(mbsr_simulation *s)
+{
+    if (!s || !s->model) return;
+    s->status = MBSR_OK;
+    s->error = (mbsr_error){MBSR_OK, MBSR_NONE, MBSR_NONE, ""};
+}
+
+void mbsr_simulation_end(mbsr_simulation *s)
+{
+    if (!s) return;
+    mbsr_ida_destroy(s->ida);
+    mbsr_data_destroy(s->data);
+    mbsr_model_destroy(s->model);
+    free(s->q);
+    s->model = NULL;
+    s->data = NULL;
+    s->ida = NULL;
+    s->q = s->u = s->y = s->yp = NULL;
+}

@@ -1,0 +1,172 @@
+/* Model, data and driver in one hand.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "expect.h"
+
+#include <mbsrank/simulation.h>
+
+static const double AXIS[3] = {0.0, 1.0, 0.0}, TIP[3] = {0.0, 0.0, -1.0};
+
+static mbsr_simulation pendulum(void)
+{
+    mbsr_simulation s = mbsr_simulation_begin(NULL);
+    assert_int_equal(mbsr_simulation_add_body(&s, "rod", MBSR_GROUND,
+                                              mbsr_joint_revolute(NULL, NULL, AXIS),
+                                              mbsr_inertia_point_mass(1.0, TIP)),
+                     0);
+    assert_int_equal(mbsr_simulation_add_force(&s, mbsr_force_gravity(0.0, 0.0, -9.81)), 0);
+    return s;
+}
+
+static void a_run_needs_one_look_at_the_end(void **state)
+{
+    (void)state;
+    const double q = 0.5;
+    mbsr_ida_opt opt = mbsr_default_ida_opt();
+    opt.rtol = opt.atol = 1e-9;
+    for (int form = 0; form < 4; ++form) {
+        mbsr_simulation s = pendulum();
+        opt.form = (mbsr_dae_form)form;
+        mbsr_simulation_start(&s, &opt, 1.0, &q, NULL);
+        assert_true(s.t == 1.0 && s.q[0] == 0.5 && s.u[0] == 0.0);
+        for (int k = 1; k <= 10; ++k) mbsr_simulation_to(&s, 1.0 + 0.3 * k);
+        assert_ok(s.status, &s.error);
+        assert_close(s.t, 4.0, 1e-15);
+        assert_close(0.5 * s.u[0] * s.u[0] - 9.81 * cos(s.q[0]), -9.81 * cos(0.5), 1e-6);
+        double kinetic = 0.0, twist[6];
+        assert_ok(mbsr_energy(s.model, s.data, &kinetic, NULL), mbsr_data_error(s.data));
+        assert_close(kinetic, 0.5 * s.u[0] * s.u[0], 1e-12);
+        assert_ok(mbsr_body_twist(s.model, s.data, 0, twist), mbsr_data_error(s.data));
+        assert_true(twist[1] == s.u[0]);
+        /* another run from where this one is */
+        assert_int_equal(mbsr_simulation_start(&s, &opt, s.t, s.q, s.u), 0);
+        mbsr_simulation_sample(&s, 4.5);
+        assert_ok(s.status, &s.error);
+        assert_close(0.5 * s.u[0] * s.u[0] - 9.81 * cos(s.q[0]), -9.81 * cos(0.5), 2e-6);
+        mbsr_simulation_end(&s);
+        assert_null(s.model);
+    }
+}
+
+static void zero_stands_for_no_coordinates(void **state)
+{
+    (void)state;
+    mbsr_simulation s = mbsr_simulation_begin(NULL);
+    mbsr_simulation_add_body(&s, NULL, MBSR_GROUND, mbsr_joint_prismatic(NULL, NULL, AXIS),
+                             mbsr_inertia_particle(1.0));
+    mbsr_simulation_add_body(&s, NULL, 0, mbsr_joint_spherical(NULL, NULL),
+                             mbsr_inertia_sphere(1.0, 1.0));
+    mbsr_simulation_start(&s, NULL, 0.0, NULL, NULL);
+    assert_ok(s.status, &s.error);
+    assert_true(s.q[0] == 0.0 && s.q[1] == 1.0 && s.q[2] == 0.0);
+    assert_int_equal(mbsr_simulation_to(&s, 1.0), 0);
+    assert_close(s.q[1], 1.0, 1e-12);
+    mbsr_simulation_end(&s);
+}
+
+static void the_first_failure_stays(void **state)
+{
+    (void)state;
+    mbsr_simulation s = pendulum();
+    assert_int_equal(mbsr_simulation_to(&s, 1.0), MBSR_ERR_SEQUENCE);
+    assert_contains(s.error.text, "mbsr_simulation_to|mbsr_simulation_start");
+    assert_int_equal(mbsr_simulation_start(&s, NULL, 0.0, NULL, NULL), MBSR_ERR_SEQUENCE);
+    mbsr_simulation_forgive(&s);
+    assert_int_equal(mbsr_simulation_add_force(&s, mbsr_force_joint_spring(0, 3, 1.0, 0.0, 0.0)),
+                     1);
+    assert_int_equal(mbsr_simulation_start(&s, NULL, 0.0, NULL, NULL), MBSR_ERR_VALUE);
+    assert_contains(s.error.text, "coordinate is 3");
+    assert_int_equal(s.error.force, 1);
+    assert_int_equal(
+        mbsr_simulation_add_body(&s, NULL, 0, mbsr_joint_weld(NULL, NULL), mbsr_inertia_zero()),
+        MBSR_NONE);
+    assert_int_equal(mbsr_simulation_add_force(&s, mbsr_force_gravity(0, 0, 1)), MBSR_NONE);
+    assert_int_equal(s.status, MBSR_ERR_VALUE);
+    mbsr_simulation_end(&s);
+
+    s = mbsr_simulation_of(NULL);
+    assert_int_equal(s.status, MBSR_ERR_NULL);
+    mbsr_simulation_forgive(&s);
+    assert_int_equal(mbsr_simulation_start(&s, NULL, 0.0, NULL, NULL), MBSR_ERR_NULL);
+    mbsr_simulation_end(&s);
+    mbsr_simulation_end(NULL);
+    assert_int_equal(mbsr_simulation_to(NULL, 0.0), MBSR_ERR_NULL);
+}
+
+/* A force that ends at 0.5 s: the state is the last good one. */
+static int ends(void *user, double t, int n, double *value)
+{
+    (void)user;
+    (void)n;
+    value[0] = 0.1;
+    return t > 0.5 ? -77 : 0;
+}
+
+static int crossing(void *user, double t, const double *y, const double *yp, double *value)
+{
+    (void)user;
+    (void)t;
+    (void)yp;
+    *value = y[0] - 0.002;
+    return 0;
+}
+
+static void events_pass_and_failures_keep_the_last_state(void **state)
+{
+    (void)state;
+    mbsr_ida_opt opt = mbsr_default_ida_opt();
+    mbsr_simulation s = pendulum();
+    opt.events = 1;
+    opt.event = crossing;
+    mbsr_simulation_add_force(&s, mbsr_force_joint_applied(0, ends, NULL));
+    mbsr_simulation_start(&s, &opt, 0.0, NULL, NULL);
+    assert_int_equal(mbsr_simulation_to(&s, 2.0), MBSR_EVENT);
+    assert_int_equal(s.status, 0);
+    assert_close(s.q[0], 0.002, 1e-9);
+    assert_int_equal(mbsr_simulation_to(&s, 2.0), -77);
+    assert_int_equal(s.status, -77);
+    assert_true(s.t > 0.3 && s.t <= 0.5);
+    assert_close(s.q[0], 0.1 / 9.81 * (1.0 - cos(sqrt(9.81) * s.t)), 1e-4);
+    mbsr_simulation_end(&s);
+}
+
+/* A heavy body, a body without mass on it, and a light one on that. */
+static void momenta_have_the_masses_of_their_joints(void **state)
+{
+    (void)state;
+    const double mass[3] = {5.0, 0.0, 0.25};
+    mbsr_simulation s = mbsr_simulation_begin(NULL);
+    for (int k = 0; k < 3; ++k) {
+        mbsr_simulation_add_body(&s, NULL, k - 1, mbsr_joint_translational(NULL, NULL),
+                                 mbsr_inertia_particle(mass[k]));
+        for (int c = 0; c < 3; ++c)
+            mbsr_simulation_add_force(&s, mbsr_force_joint_spring(k, c, 1.0, 1.0, 0.0));
+    }
+    mbsr_simulation_start(&s, NULL, 0.0, NULL, NULL);
+    assert_ok(s.status, &s.error);
+    double scale[9];
+    assert_int_equal(mbsr_momentum_scales(s.model, s.data, NULL), MBSR_ERR_NULL);
+    assert_ok(mbsr_forces(s.model, s.data, NULL), mbsr_data_error(s.data));
+    assert_ok(mbsr_backward(s.model, s.data), mbsr_data_error(s.data));
+    assert_ok(mbsr_momentum_scales(s.model, s.data, scale), mbsr_data_error(s.data));
+    for (int k = 0; k < 3; ++k) {
+        mbsr_rank_info info;
+        assert_ok(mbsr_body_rank(s.model, s.data, k, &info), mbsr_data_error(s.data));
+        assert_true(info.scale > 0.0 || k == 1);
+        for (int c = 0; c < 3; ++c)
+            assert_true(scale[3 * k + c] == (info.scale > 0.0 ? info.scale : scale[0]));
+    }
+    assert_true(scale[0] >= 5.0 && scale[0] <= 5.5 && scale[6] >= 0.25 && scale[6] < 1.0);
+    mbsr_simulation_end(&s);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_run_needs_one_look_at_the_end),
+        cmocka_unit_test(zero_stands_for_no_coordinates),
+        cmocka_unit_test(the_first_failure_stays),
+        cmocka_unit_test(momenta_have_the_masses_of_their_joints),
+        cmocka_unit_test(events_pass_and_failures_keep_the_last_state),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
