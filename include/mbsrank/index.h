@@ -58,7 +58,8 @@ typedef struct mbsr_index_report {
  * Force elements with derivatives of their own are asked for these, the others differenced. Their
  * forces are then also evaluated at states far from the given one (up to 10 times q, 1e6 times u);
  * where they fail, the difference quotients take shorter steps. Allocates from the model's allocator.
- * Costs as many residuals as there are null directions, times a constant.
+ * Costs some dozens of residuals times the number of null directions that act on one and the same; where
+ * all force elements have derivatives, mostly some dozens in all. Memory as (bodies) x (directions).
  *
  * All statuses of the stages in dynamics.h; MBSR_ERR_NO_MEMORY. An undetermined direction is a
  * result, not a failure. */

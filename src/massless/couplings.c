@@ -14,8 +14,6 @@
 #include "massless/couplings.h"
 
 #include "algebra/numbers.h"
-#include "base/error.h"
-#include "base/memory.h"
 #include "recursion/group.h"
 
 #include <string.h>
@@ -116,16 +114,14 @@ static void give_colours(mbsri_null_space *w, bool *seen)
     }
 }
 
-int mbsri_null_couple(mbsri_null_space *w)
+void mbsri_null_couple(mbsri_null_space *w)
 {
     const mbsr_model *m = w->m;
     const size_t k = (size_t)w->k, rows = (size_t)m->bodies + 1, size = rows * k;
-    bool *memory = mbsri_allocate(&m->allocator, 4 * size + k * k + 1);
-    if (!memory)
-        return mbsri_fail(&w->d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
-                          "%s: no memory for %d null directions", w->function, w->k);
-    memset(memory, 0, 4 * size);
-    const tables t = {memory, memory + size, memory + 2 * size, memory + 3 * size};
+    bool *const place = w->tables;
+    const tables t = {place, place + size, place + 2 * size, place + 3 * size};
+    memset(place, 0, 4 * size);
+    memset(w->affects, 0, k * k);
     for (int l = 0; l < w->k; ++l) {
         for (int i = 1; i <= m->bodies; ++i) {
             const size_t at = (size_t)i * k + (size_t)l;
@@ -137,14 +133,11 @@ int mbsri_null_couple(mbsri_null_space *w)
     find_bodies(w, &t);
     find_elements(w, &t);
     find_directions(w, &t);
-    memset(w->affects, 0, k * k);
     for (int l = 0; l < w->k; ++l) {
         for (size_t i = 1; i < rows; ++i) {
             if (t.changed[i * k + (size_t)l])
                 join(w->k, t.depends + i * k, w->affects + (size_t)l * k);
         }
     }
-    give_colours(w, memory + 4 * size);
-    mbsri_release(&m->allocator, memory);
-    return MBSR_OK;
+    give_colours(w, place + 4 * size);
 }

@@ -7,6 +7,6 @@
 
 /* Sets w->affects and w->colour from the directions, their twists and q_rate: directions of one colour
  * do not act on one and the same, so that one difference quotient serves all of them. */
-int mbsri_null_couple(mbsri_null_space *w);
+void mbsri_null_couple(mbsri_null_space *w);
 
 #endif

@@ -256,8 +256,8 @@ int mbsri_null_slopes(mbsri_null_space *w, double t, const double *q, const doub
         status = mbsri_null_rate_here(w, w->direction + (size_t)l * (size_t)m->nu,
                                       w->q_rate + (size_t)l * (size_t)m->nq);
     }
-    if (!status) status = mbsri_null_couple(w);
     if (status) return status;
+    mbsri_null_couple(w);
     mbsri_null_extents(w);
     w->holding = true;
     status = differences(w, t, q, u);

@@ -85,10 +85,10 @@ static int take_memory(mbsri_null_space *w)
         nq,    nu,     slope};
     size_t total = 0;
     for (size_t l = 0; l < sizeof length / sizeof length[0]; ++l) total += length[l];
-    w->memory = mbsri_allocate(&m->allocator,
-                               total * sizeof(double) +
-                                   (10 * k + ints + 2 * (size_t)m->bodies + 1) * sizeof(int) +
-                                   (m->forces.count + k * k) * sizeof(bool) + 1);
+    w->memory = mbsri_allocate(
+        &m->allocator,
+        total * sizeof(double) + (10 * k + ints + 2 * (size_t)m->bodies + 1) * sizeof(int) +
+            (m->forces.count + 2 * k * k + 4 * ((size_t)m->bodies + 1) * k) * sizeof(bool) + 1);
     if (!w->memory) {
         return mbsri_fail(&w->d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                           "%s: no memory for %d null directions", w->function, w->k);
@@ -109,6 +109,7 @@ static int take_memory(mbsri_null_space *w)
     mbsri_slopes_place(m, &w->slope, slope > 0 ? slope_place : NULL, w->rank + m->bodies + 1);
     w->own = (bool *)(void *)(w->rank + m->bodies + 1 + ints);
     w->affects = w->own + m->forces.count;
+    w->tables = w->affects + k * k;
     for (int i = 0; i <= m->bodies; ++i) w->rank[i] = w->d->rank[i];
     return MBSR_OK;
 }

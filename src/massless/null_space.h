@@ -50,6 +50,7 @@ typedef struct mbsri_null_space {
     double *reaction;          /* 4 x the most rows or columns of an element's derivatives */
     int *moving;               /* k */
     bool *affects; /* k x k: whether direction l may change gamma_k, at l k + k (couplings.h) */
+    bool *tables;  /* work of couplings.c */
     int *colour;   /* k: directions of one colour are differenced at once */
     int colours;
     double *shift;      /* nu */

@@ -1,0 +1,262 @@
+/* A consistent start: which directions are damped, and corrections along them.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "massless/start.h"
+
+#include "algebra/dense.h"
+#include "base/error.h"
+#include "massless/null_slopes.h"
+#include "model/query.h"
+#include "recursion/sizes.h"
+
+#include <float.h>
+#include <math.h>
+
+/* The direction l is not determined at the state: names its joint. */
+static int undetermined(mbsri_start *s, int l)
+{
+    const mbsr_model *m = s->w.m;
+    char label[MBSRI_LABEL];
+    const int i = s->w.body[l];
+    return mbsri_fail(
+        &s->w.d->error, MBSR_UNDETERMINED, m->body[i].id, MBSR_NONE,
+        "mbsr_dae_consistent: %s: a combination of joint rates that includes its joint "
+        "moves no mass, and neither a damper nor a spring resists it at this state: give it "
+        "inertia, a spring or a damper, or lock it",
+        mbsri_body_label(m, i, label));
+}
+
+/* Basis, C and S at (q, u); [Yc Y] and the rank of C. Of Yc, unit vectors for the rows of C with a
+ * pivot serve: they and Y are independent. */
+int mbsri_start_directions(mbsri_start *s)
+{
+    mbsri_null_space *w = &s->w;
+    const int k = w->k;
+    const size_t square = (size_t)k * (size_t)k;
+    int status = mbsri_null_basis(w, s->t, s->q, s->u);
+    if (!status) status = mbsri_null_slopes(w, s->t, s->q, s->u);
+    if (status) return status;
+    mbsri_copy(square, w->C, s->reduced.A);
+    mbsri_copy(square, w->C_error, s->reduced.error);
+    mbsri_reduce(&s->reduced, k, MBSRI_LEAST_DAMPING);
+    s->damped = s->reduced.rank;
+    mbsri_zero(square, s->left);
+    mbsri_zero(square, s->left_error);
+    for (int c = 0; c < s->damped; ++c) {
+        const int row = s->reduced.pivot_row[c];
+        s->left[c * k + row] = s->reduced.rows[row];
+    }
+    for (int c = 0; c < k - s->damped; ++c) {
+        const int at = (s->damped + c) * k;
+        mbsri_left_null(&s->reduced, c, s->left + at, s->left_error + at);
+        mbsri_right_null(&s->reduced, c, s->Z + c * k, s->Z_error + c * k);
+    }
+    return MBSR_OK;
+}
+
+/* out (k) = [Yc Y]^T x */
+void mbsri_start_turn(const mbsri_start *s, const double *x, double *out)
+{
+    mbsri_zero((size_t)s->w.k, out);
+    mbsri_atx(s->w.k, s->w.k, 1.0, s->left, x, out);
+}
+
+/* B = Y^T S with its errors. */
+void mbsri_start_springs(mbsri_start *s)
+{
+    const mbsri_null_space *w = &s->w;
+    const int k = w->k, e = k - s->damped;
+    for (int c = 0; c < k; ++c) {
+        const double *x = w->S + c * k, *dx = w->S_error + c * k;
+        for (int r = 0; r < e; ++r) {
+            const int at = (s->damped + r) * k;
+            const double *y = s->left + at, *dy = s->left_error + at;
+            double sum = 0.0, error = 0.0;
+            for (int l = 0; l < k; ++l) {
+                sum += y[l] * x[l];
+                error += fabs(y[l]) * (dx[l] + 4.0 * DBL_EPSILON * fabs(x[l])) + dy[l] * fabs(x[l]);
+            }
+            s->B[c * e + r] = fabs(sum) > 10.0 * error ? sum : 0.0;
+            s->B_error[c * e + r] = error;
+        }
+    }
+}
+
+/* Reduces T = B Z; a column without pivot is a direction that is not determined. */
+int mbsri_start_factor(mbsri_start *s, double small)
+{
+    const int k = s->w.k, e = k - s->damped;
+    for (int c = 0; c < e; ++c) {
+        const double *z = s->Z + c * k, *dz = s->Z_error + c * k;
+        for (int r = 0; r < e; ++r) {
+            double sum = 0.0, error = 0.0;
+            for (int l = 0; l < k; ++l) {
+                const double B = s->B[l * e + r];
+                sum += B * z[l];
+                error += (s->B_error[l * e + r] + 4.0 * DBL_EPSILON * fabs(B)) * fabs(z[l]) +
+                         fabs(B) * dz[l];
+            }
+            s->rest.A[c * e + r] = fabs(sum) > 10.0 * error ? sum : 0.0;
+            s->rest.error[c * e + r] = error;
+        }
+    }
+    mbsri_reduce(&s->rest, e, small);
+    if (s->rest.rank == e) return MBSR_OK;
+    int column = 0, largest = 0;
+    while (s->rest.column_taken[column]) ++column;
+    for (int l = 0; l < k; ++l) {
+        if (fabs(s->Z[column * k + l]) > fabs(s->Z[column * k + largest])) largest = l;
+    }
+    return undetermined(s, largest);
+}
+
+/* Pivots of x from A x = right, which has numbers for the pivot rows, in their order or (pivots
+ * false) for all rows. */
+void mbsri_start_back(const mbsri_reduction *r, bool pivots, const double *right, double *x)
+{
+    for (int k = 0; k < r->rank; ++k) {
+        const int row = r->pivot_row[k], column = r->pivot_column[k];
+        double sum = 0.0;
+        for (int l = 0; l < r->rank; ++l) {
+            const int from = r->pivot_row[l];
+            const double value = pivots ? right[l] : right[from] * r->rows[from];
+            sum += r->A[(r->n + from) * r->n + row] * value;
+        }
+        x[column] = sum * r->columns[column];
+    }
+}
+
+/* weights with Yc^T C weights = right, B weights = the rest of right: those of the pivots of C
+ * first, then weights of Z. */
+void mbsri_start_solve(mbsri_start *s, const double *right)
+{
+    const int k = s->w.k, e = k - s->damped;
+    double *part = s->trial, *z = part + s->damped;
+    mbsri_zero((size_t)k, s->weights);
+    mbsri_start_back(&s->reduced, true, right, s->weights);
+    mbsri_copy((size_t)e, right + s->damped, s->w.ahead);
+    mbsri_ax(e, k, -1.0, s->B, s->weights, s->w.ahead);
+    mbsri_start_back(&s->rest, false, s->w.ahead, z);
+    mbsri_ax(k, e, 1.0, s->Z, z, s->weights);
+}
+
+/* ---- when an iteration ends ---- */
+
+/* Largest |x| beside typical sizes. */
+double mbsri_start_relative(int n, const double *x, const double *scale)
+{
+    double largest = 0.0;
+    for (int k = 0; k < n; ++k) largest = fmax(largest, fabs(x[k]) / scale[k]);
+    return largest;
+}
+
+/* sizes (k) of the forces that were added up last, in the null directions. */
+void mbsri_start_loads(mbsri_start *s, double *sizes)
+{
+    mbsri_null_space *w = &s->w;
+    mbsri_gross_forces(w->m, w->d);
+    for (int l = 0; l < w->k; ++l) {
+        const mbsri_group g = mbsri_group_of(w->m, w->d, w->head[l]);
+        sizes[l] = mbsri_gross_load(w->m, w->d, &g, w->vector + (size_t)l * (size_t)w->m->max_n);
+    }
+}
+
+/* sizes (k) += what dampers add up to forces inside, where relative velocities are differences:
+ * C_lm times the multiple of direction m that is as fast as u. */
+static void add_dampers(mbsri_start *s, double *sizes)
+{
+    const mbsri_null_space *w = &s->w;
+    const int k = w->k, nu = w->m->nu;
+    const double speed = mbsri_start_relative(nu, s->u, w->u_scale);
+    for (int m = 0; m < k; ++m) {
+        const double *a = w->direction + (size_t)m * (size_t)nu,
+                     share = speed / mbsri_start_relative(nu, a, w->u_scale);
+        for (int l = 0; l < k; ++l) sizes[l] += fabs(w->C[m * k + l]) * share;
+    }
+}
+
+/* Largest |gamma_l| beside the sizes of the forces, over all l, or those whose rows of C have a
+ * pivot. Leaves the sizes in w.force. */
+double mbsri_start_imbalance(mbsri_start *s, const double *gamma, bool damped_only)
+{
+    double *sizes = s->w.force, worst = 0.0;
+    mbsri_start_loads(s, sizes);
+    if (damped_only) add_dampers(s, sizes);
+    for (int l = 0; l < s->w.k; ++l) {
+        if (gamma[l] == 0.0 || (damped_only && !s->reduced.row_taken[l])) continue;
+        worst = fmax(worst, fabs(gamma[l]) / sizes[l]);
+    }
+    return worst;
+}
+
+/* Whether a correction of this size, to a vector of that size, is the last, both beside typical
+ * sizes; `near`: from where one counts that does not get smaller. *last: the correction before. */
+bool mbsri_start_settled(const mbsri_start *s, double *last, double change, double size,
+                         double near)
+{
+    const double beside = fmax(size, 1e-3);
+    const bool slow = change > 0.25 * *last && change <= near * beside;
+    *last = change;
+    return change <= s->opt->tolerance * beside || slow;
+}
+
+/* No state found: names the joint at which the largest force is left. */
+int mbsri_start_unbalanced(mbsri_start *s, const char *what, const double *gamma)
+{
+    const mbsri_null_space *w = &s->w;
+    char label[MBSRI_LABEL];
+    int worst = 0;
+    for (int l = 1; l < w->k; ++l) {
+        if (fabs(gamma[l]) > fabs(gamma[worst])) worst = l;
+    }
+    return mbsri_fail(&w->d->error, MBSR_NO_CONVERGENCE, w->m->body[w->body[worst]].id, MBSR_NONE,
+                      "mbsr_dae_consistent: no %s at the massless joints, that of %s among them "
+                      "(force left: %g)",
+                      what, mbsri_body_label(w->m, w->body[worst], label), fabs(gamma[worst]));
+}
+
+/* A time in which state and time change by about `share` of their size. */
+double mbsri_start_short_time(const mbsri_start *s, double share)
+{
+    const mbsri_null_space *w = &s->w;
+    const mbsr_model *m = w->m;
+    double speed = w->rate_of_tree > 0.0 ? w->rate_of_tree : 1.0;
+    for (int k = 0; k < m->nq && w->k > 0; ++k)
+        speed = fmax(speed, fabs(s->qdot[k]) / fmax(w->q_scale[k], fabs(s->q[k])));
+    for (int k = 0; k < m->nu && w->k > 0; ++k)
+        speed = fmax(speed, fabs(s->udot[k]) / fmax(w->u_scale[k], fabs(s->u[k])));
+    return share / speed;
+}
+
+/* gamma at time h from the state, along q', u' (second order: q' is taken half-way). */
+static int gamma_after(mbsri_start *s, double h, bool accelerated, double *gamma)
+{
+    mbsri_null_space *w = &s->w;
+    const mbsr_model *m = w->m;
+    for (int c = 0; c < m->nq; ++c) w->q[c] = s->q[c] + 0.5 * h * s->qdot[c];
+    for (int c = 0; c < m->nu; ++c) w->u[c] = s->u[c] + (accelerated ? 0.5 * h * s->udot[c] : 0.0);
+    int status = mbsri_null_rate(w, s->t + 0.5 * h, w->q, w->u, w->rate);
+    if (status) return status;
+    for (int c = 0; c < m->nq; ++c) w->q[c] = s->q[c] + h * w->rate[c];
+    for (int c = 0; c < m->nu; ++c) w->u[c] = s->u[c] + (accelerated ? h * s->udot[c] : 0.0);
+    return mbsri_null_gamma(w, s->t + h, w->q, w->u, gamma);
+}
+
+/* gamma' and, unless NULL, gamma'' along q', u', from gamma at the state, of the second and the
+ * first order in h: from gamma before and after it, or on one side. */
+int mbsri_start_differences(mbsri_start *s, double h, bool accelerated, const double *gamma,
+                            double *first, double *second)
+{
+    const int k = s->w.k, side = s->opt->side;
+    double *a = s->w.ahead, *b = s->w.behind;
+    int status = gamma_after(s, side < 0 ? -h : h, accelerated, a);
+    if (!status) status = gamma_after(s, side == 0 ? -h : 2.0 * side * h, accelerated, b);
+    for (int l = 0; l < k && !status; ++l) {
+        const double difference =
+            side == 0 ? a[l] - b[l] : side * (4.0 * a[l] - b[l] - 3.0 * gamma[l]);
+        first[l] = difference / (2.0 * h);
+        if (second)
+            second[l] =
+                (side == 0 ? a[l] - 2.0 * gamma[l] + b[l] : gamma[l] - 2.0 * a[l] + b[l]) / (h * h);
+    }
+    return status;
+}
