@@ -40,6 +40,8 @@ typedef struct work {
 } work;
 
 static const double large = 1e8; /* 1/s */
+/* where lambda = c Lambda is to be found, in which rounding counts c times */
+static const double moderate = 1e5;
 
 static int open_work(work *w)
 {
@@ -174,14 +176,14 @@ static int find_balance(work *w, const mbsr_consistent_opt *opt, mbsr_consistent
         status = evaluate(w, w->t, w->q);
         mbsri_zero((size_t)w->rates, w->r);
         mbsri_copy((size_t)(w->size - w->rates), w->F + w->rates, w->r + w->rates);
-        if (!status) status = solve(w, large, w->x);
+        if (!status) status = solve(w, moderate, w->x);
         if (status || !w->good) return status;
         const double size = 1.0 + mbsri_largest(m->nu, w->u) + mbsri_largest(m->rows, w->lambda);
         double change = mbsri_largest(m->nu, w->x + w->rates);
         for (int k = 0; k < m->nu; ++k) w->u[k] -= w->x[w->rates + k];
         for (int k = 0; k < m->rows; ++k) {
-            w->lambda[k] -= large * w->x[w->loops + k];
-            change = fmax(change, fabs(large * w->x[w->loops + k]));
+            w->lambda[k] -= moderate * w->x[w->loops + k];
+            change = fmax(change, fabs(moderate * w->x[w->loops + k]));
         }
         ++info->iterations;
         if (change <= opt->tolerance * size || (change > 0.25 * last && change <= 1e-6 * size))

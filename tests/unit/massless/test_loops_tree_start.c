@@ -8,8 +8,8 @@
 
 enum { COUNT = 40 };
 
-/* Four-bars on the ground, or each on a spine that hangs on the one before. The coupler has no mass in
- * every second one; a massless tail on a damper may hang on the rocker. */
+/* Four-bars on the ground, or each on a spine that hangs on the one before. With a tail, massless and on a
+ * damper, the coupler has no mass either. */
 static void make(loops *s, int count, int hub, int tail)
 {
     int last = MBSR_GROUND;
@@ -130,22 +130,24 @@ static void as_dense(void **state)
     loops_free(&s);
 }
 
-/* Bodies by the thousand; loops that cannot close are refused as by the dense start. */
+/* Bodies by the thousand, for which a dense start would take hours. */
 static void many_bodies(void **state)
 {
     (void)state;
-    static const double u[] = {0.0, 1.0, -0.5, 0.3};
+    static const double u[] = {0.0, 1.0, -0.5, 0.3, 0.2};
     double q[5];
     closed_angles(q + 1);
     q[0] = 0.0;
-    loops s;
-    make(&s, 500, 0, 0);
-    double *y = calloc(3 * (size_t)s.size, sizeof *y), *yp = y + s.size, *F = yp + s.size;
-    start(&s, 4, q, u, y, yp);
-    assert_ok(mbsr_dae_residual(s.m, s.d, MBSR_DAE_MOMENTUM, 0.0, y, yp, F), NULL);
-    assert_less(test_largest(s.size, F), 1e-7 * (1.0 + test_largest(s.size, yp)));
-    free(y);
-    loops_free(&s);
+    for (int tail = 0; tail < 2; ++tail) { /* with massless couplers, too */
+        loops s;
+        make(&s, 250, 0, tail);
+        double *y = calloc(3 * (size_t)s.size, sizeof *y), *yp = y + s.size, *F = yp + s.size;
+        start(&s, 4 + tail, q, u, y, yp);
+        assert_ok(mbsr_dae_residual(s.m, s.d, MBSR_DAE_MOMENTUM, 0.0, y, yp, F), NULL);
+        assert_less(test_largest(s.size, F), 1e-7 * (1.0 + test_largest(s.size, yp)));
+        free(y);
+        loops_free(&s);
+    }
 }
 
 int main(void)
