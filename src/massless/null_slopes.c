@@ -28,8 +28,9 @@
 #include <string.h>
 
 /* Decades of steps relative to the size of the state: from the first, and the last at which a failure
- * counts; the colour of all directions together. */
-enum { LOW = MBSRI_LOWEST_DECADE, NEAR = MBSRI_NEAR_DECADE, ALL = -1 };
+ * counts; the colour of all directions together; how many colours are differenced without asking first
+ * whether it is worth while, which is less exact. */
+enum { LOW = MBSRI_LOWEST_DECADE, NEAR = MBSRI_NEAR_DECADE, ALL = -1, FEW = 8 };
 
 typedef struct range {
     int low, high;
@@ -232,7 +233,7 @@ static int differences(mbsri_null_space *w, double t, const double *q, const dou
     int status = MBSR_OK;
     double *const all[] = {w->C, w->S, w->C_error, w->S_error};
     for (int k = 0; k < 4; ++k) mbsri_zero(entries, all[k]);
-    if (smooth && w->colours > 1) status = drop_rows(w, t, q, u, near);
+    if (smooth && w->colours > FEW) status = drop_rows(w, t, q, u, near);
     for (int colour = 0; colour < w->colours && !status; ++colour) {
         if (!smooth) status = find_columns(w, t, q, u, true, rates, colour);
         if (!status && affects_some(w, colour))
