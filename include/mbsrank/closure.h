@@ -160,6 +160,12 @@ MBSR_API mbsr_closure_def mbsr_closure_rows(int a, const double point_a[3], int 
                                             const double point_b[3], int count,
                                             const double *direction);
 
+/* The same with directions that are fixed in body b and turn with it: a point in a slot or on a face of a
+ * body. The row's force acts on both bodies along its direction at point a. */
+MBSR_API mbsr_closure_def mbsr_closure_body_rows(int a, const double point_a[3], int b,
+                                                 const double point_b[3], int count,
+                                                 const double *direction);
+
 /* The two points stay at the distance `length` > 0 m: g = (|d|^2 - length^2) / (2 length). With
  * `motion` set, at the distance s(t). The row's force is along d, positive apart. */
 MBSR_API mbsr_closure_def mbsr_closure_distance(int a, const double point_a[3], int b,

@@ -2,7 +2,7 @@
  * SPDX-License-Identifier: BSD-3-Clause
  *
  * P and Q are the points of a and b (arms s_P, s_Q from the origins of their bodies), d = r_P - r_Q,
- * e a direction that turns with the root (angular velocity w_0), phi the rotation vector of E = R_a
+ * e a direction that turns with the root, or with body b (angular velocity w_0), phi the rotation vector of E = R_a
  * R_b^T in the world. Rows, their rates, and the derivatives of these where all accelerations are
  * zero:
  *
@@ -23,11 +23,13 @@
 #include "algebra/space3.h"
 
 enum { WELD, BALL, ROWS };                          /* option[0] */
+enum { TURNS_WITH_B = 2 };                          /* option: rows given turn with body b */
 enum { FRAME_A = 0, FRAME_B = 12, DIRECTION = 24 }; /* places in param */
 
 /* The rows at one state. */
 typedef struct pair {
-    mbsri_end a, b, root;
+    mbsri_end a, b, root;  /* root: what the directions turn with */
+    int with;              /* its place among the bodies, -1: at rest */
     double s_P[3], s_Q[3]; /* arms */
     double d[3], phi[3];
     int turns, rows; /* the first `turns` rows are those of phi, but in the
@@ -93,7 +95,8 @@ static void prepare(const mbsr_closure_args *args, pair *w)
     static const mbsr_force_body at_rest = {.space = MBSR_SPACE_FIXED};
     w->a = mbsri_end_of(args->body);
     w->b = mbsri_end_of(args->body + 1);
-    w->root = mbsri_end_of(args->bodies > 2 ? args->body + 2 : &at_rest);
+    w->with = args->closure->option[TURNS_WITH_B] ? 1 : args->bodies > 2 ? 2 : -1;
+    w->root = mbsri_end_of(w->with < 0 ? &at_rest : args->body + w->with);
     mbsri_rotate3(w->a.R, args->closure->param + FRAME_A, w->s_P);
     mbsri_rotate3(w->b.R, args->closure->param + FRAME_B, w->s_Q);
     for (int k = 0; k < 3; ++k) w->d[k] = w->a.r[k] + w->s_P[k] - w->b.r[k] - w->s_Q[k];
@@ -153,9 +156,9 @@ static void add_place(const mbsr_closure_args *args, const pair *w, int k,
     mbsri_cross3(e, w->s_Q, moment);
     for (int j = 0; j < 3; ++j) back[j] = -e[j];
     mbsri_end_add(args, 1, moment, back, k, out);
-    if (args->bodies < 3) return;
+    if (w->with < 0) return;
     mbsri_cross3(e, w->d, moment);
-    mbsri_end_add(args, 2, moment, zero, k, out);
+    mbsri_end_add(args, w->with, moment, zero, k, out);
 }
 
 static int jacobian(const mbsr_closure_args *args, const mbsr_closure_jacobian *out)
@@ -308,5 +311,14 @@ mbsr_closure_def mbsr_closure_rows(int a, const double point_a[3], int b, const 
     def.option[1] = count_given;
     for (int k = 0; k < count_given && k < 3 && direction; ++k)
         mbsri_direction3(direction + 3 * k, def.param + DIRECTION + 3 * k);
+    return def;
+}
+
+mbsr_closure_def mbsr_closure_body_rows(int a, const double point_a[3], int b,
+                                        const double point_b[3], int count_given,
+                                        const double *direction)
+{
+    mbsr_closure_def def = mbsr_closure_rows(a, point_a, b, point_b, count_given, direction);
+    def.option[TURNS_WITH_B] = 1;
     return def;
 }

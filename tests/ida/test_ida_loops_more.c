@@ -142,6 +142,50 @@ static void other_cuts_of_a_slider_crank(void **state)
     }
 }
 
+/* ---- a pin in a slot of a body that turns ---- */
+
+/* Crank with a pin in the slot of a rocker: by a row fixed in the rocker, and by a joint with two freedoms
+ * (turning on a prismatic joint) as a loop joint. */
+static void a_slotted_link(void **state)
+{
+    (void)state;
+    double truth[2] = {0.0, 0.0};
+    for (int way = 0; way < 2; ++way) {
+        loops s;
+        const mbsr_planar_frame own = {0.0, 0.0, 0.0};
+        const double across[3] = {0.0, 2.0, 0.0}, end[3] = {0.4, 0.0, 0.0};
+        loops_begin(&s, NULL);
+        const int a = loops_rod(&s, "crank", MBSR_GROUND, 0.0, 0.0, 1.0, 0.4);
+        const int b = loops_rod(&s, "rocker", MBSR_GROUND, 0.0, -1.0, 2.0, 1.6);
+        if (way == 0) {
+            const mbsr_closure_def slot = mbsr_closure_body_rows(a, end, b, NULL, 1, across);
+            assert_ok(mbsr_model_add_closure(s.m, &slot, NULL), mbsr_model_error(s.m));
+        } else {
+            int c;
+            mbsr_body_def block = mbsr_default_body_def();
+            block.parent = b;
+            block.joint = mbsr_joint_planar_prismatic(own, own);
+            assert_ok(mbsr_model_add_body(s.m, &block, &c), mbsr_model_error(s.m));
+            loops_pin(&s, "pin", c, 0.0, 0.0, a, 0.4, 0.0);
+        }
+        loops_finish(&s);
+        /* the pin at (0.4 cos 0.5, 0.4 sin 0.5) seen from the rocker's hinge at (0, -1) */
+        const double x = 0.4 * cos(0.5), y = 1.0 + 0.4 * sin(0.5);
+        s.q[0] = 0.5, s.q[1] = atan2(y, x), s.q[2] = hypot(x, y);
+        s.u[0] = 6.0;
+        s.u[1] = 6.0 * 0.4 * (x * cos(0.5) + y * sin(0.5)) / (x * x + y * y);
+        s.u[2] = 6.0 * 0.4 * (y * cos(0.5) - x * sin(0.5)) / hypot(x, y);
+        assert_int_equal(loops_run(&s, 1e-8, 1.5).status, MBSR_OK);
+        for (int k = 0; k < 2; ++k) {
+            if (way == 0) truth[k] = s.q[k];
+            assert_close(s.q[k], truth[k], 1e-5);
+        }
+        assert_close(sin(s.q[1]) * 0.4 * cos(s.q[0]), cos(s.q[1]) * (1.0 + 0.4 * sin(s.q[0])),
+                     1e-7);
+        loops_free(&s);
+    }
+}
+
 /* ---- rolling ---- */
 
 /* A disc that rolls on a circle: lean a, radius R of the disc, rate w of heading, spin s about its axis, I
@@ -324,8 +368,9 @@ static void bricard(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(other_cuts),    cmocka_unit_test(other_cuts_of_a_slider_crank),
-        cmocka_unit_test(a_steady_disc), cmocka_unit_test(free_knees),
-        cmocka_unit_test(a_long_run),    cmocka_unit_test(bricard)};
+        cmocka_unit_test(other_cuts),     cmocka_unit_test(other_cuts_of_a_slider_crank),
+        cmocka_unit_test(a_slotted_link), cmocka_unit_test(a_steady_disc),
+        cmocka_unit_test(free_knees),     cmocka_unit_test(a_long_run),
+        cmocka_unit_test(bricard)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -161,6 +161,9 @@ static void make_space(loops *s, bool moving_root)
                                         (double[3]){1.5, -2.0, 0.5}, 0.3),
                   one));
     for (int k = 0; k < 3; ++k) add(s, mbsr_closure_custom(own + k, 2, (int[2]){d, b}, 1, 1, NULL));
+    add(s, moving(mbsr_closure_body_rows(d, p, b, q, 2, lines), three));
+    add(s, mbsr_closure_body_rows(b, p, MBSR_GROUND, q, 1, lines));
+    add(s, mbsr_closure_body_rows(flat, p, d, q, 3, (double[9]){1, 0, 0, 0, 1, 0, 0.5, 0, 1}));
     loops_finish(s);
 }
 
@@ -186,6 +189,8 @@ static void make_plane(loops *s, bool moving_root)
     add(s, mbsr_closure_ball(point, NULL, c, q));
     add(s, mbsr_closure_rows(b, p, MBSR_GROUND, q, 2, lines));
     add(s, moving(mbsr_closure_rows(b, p, c, q, 1, lines), three));
+    add(s, moving(mbsr_closure_body_rows(b, p, c, q, 2, lines), three));
+    add(s, mbsr_closure_body_rows(MBSR_GROUND, p, c, q, 1, lines));
     add(s, mbsr_closure_distance(b, p, c, q, 0.5));
     add(s, mbsr_closure_rolling_ball(c, p, 0.4, b, &plane));
     add(s, mbsr_closure_rolling_ball(c, p, 0.4, MBSR_GROUND, &plane));

@@ -134,6 +134,7 @@ static const finite_row rows[] = {
     {"mbsr_closure_weld", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_closure_ball", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_closure_rows", NULL, NULL, 0, 0, 0, NULL},
+    {"mbsr_closure_body_rows", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_closure_distance", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_closure_coupling", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_closure_rolling_ball", NULL, NULL, 0, 0, 0, NULL},
