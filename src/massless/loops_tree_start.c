@@ -178,16 +178,18 @@ static int find_balance(work *w, const mbsr_consistent_opt *opt, mbsr_consistent
         mbsri_copy((size_t)(w->size - w->rates), w->F + w->rates, w->r + w->rates);
         if (!status) status = solve(w, moderate, w->x);
         if (status || !w->good) return status;
-        const double size = 1.0 + mbsri_largest(m->nu, w->u) + mbsri_largest(m->rows, w->lambda);
-        double change = mbsri_largest(m->nu, w->x + w->rates);
+        /* F_p: the forces on the joints */
+        const double size = 1.0 + mbsri_largest(m->nu, w->u),
+                     force = size + mbsri_largest(m->rows, w->lambda) +
+                             mbsri_largest(m->nu, w->F + m->nq);
+        double change = mbsri_largest(m->nu, w->x + w->rates) / size;
         for (int k = 0; k < m->nu; ++k) w->u[k] -= w->x[w->rates + k];
         for (int k = 0; k < m->rows; ++k) {
             w->lambda[k] -= moderate * w->x[w->loops + k];
-            change = fmax(change, fabs(moderate * w->x[w->loops + k]));
+            change = fmax(change, fabs(moderate * w->x[w->loops + k]) / force);
         }
         ++info->iterations;
-        if (change <= opt->tolerance * size || (change > 0.25 * last && change <= 1e-6 * size))
-            return MBSR_OK;
+        if (change <= opt->tolerance || (change > 0.25 * last && change <= 1e-6)) return MBSR_OK;
         last = change;
     }
     w->good = false;

@@ -140,7 +140,7 @@ static void many_bodies(void **state)
     q[0] = 0.0;
     for (int tail = 0; tail < 2; ++tail) { /* with massless couplers, too */
         loops s;
-        make(&s, 250, 0, tail);
+        make(&s, 500, 0, tail);
         double *y = calloc(3 * (size_t)s.size, sizeof *y), *yp = y + s.size, *F = yp + s.size;
         start(&s, 4 + tail, q, u, y, yp);
         assert_ok(mbsr_dae_residual(s.m, s.d, MBSR_DAE_MOMENTUM, 0.0, y, yp, F), NULL);
