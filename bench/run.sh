@@ -6,6 +6,7 @@
 #   bench/run.sh                                  all of these
 #   bench/run.sh scaling [samples [largest N]]    needs no SUNDIALS
 #   bench/run.sh kinds [samples]                  nor does this
+#   bench/run.sh loops [samples]                  nor this
 #   bench/run.sh precision [smallest tolerance]
 #   bench/run.sh newton [largest number of bodies]     MuJoCo, too, where it is installed
 #   bench/run.sh trees [samples [rounds]]         peers/run.sh: other libraries, too
@@ -19,7 +20,7 @@ what=${1:-all}
 [ $# -eq 0 ] || shift
 case $what in
 all | precision | newton) ida=ON ;;
-scaling | kinds) ida=OFF ;;
+scaling | kinds | loops) ida=OFF ;;
 trees) exec sh "$trees" "$@" ;;
 *)
     sed -n 's/^#   //p' "$0" >&2
@@ -58,6 +59,10 @@ fi
 if wanted kinds; then
     $pin "$build/bench/bench_kinds" "$@" > "$build/kinds.csv"
     mv "$build/kinds.csv" "$results/kinds.csv"
+fi
+if wanted loops; then
+    $pin "$build/bench/bench_loops" "$@" > "$build/loops.csv"
+    mv "$build/loops.csv" "$results/loops.csv"
 fi
 if wanted precision; then
     $pin "$build/bench/bench_precision" "${1:-1e-10}" "$build/bead.csv" > "$build/precision.csv"

@@ -4,6 +4,7 @@
 
 #include "bench.h"
 
+#include <math.h>
 #include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -15,18 +16,20 @@ static void fail(const char *what, const char *name)
     exit(1);
 }
 
-static void add(mbsr_model *m, int parent, mbsr_joint joint, mbsr_inertia inertia)
+static int add(mbsr_model *m, int parent, mbsr_joint joint, mbsr_inertia inertia)
 {
+    int id;
     mbsr_body_def body = mbsr_default_body_def();
     body.parent = parent;
     body.joint = joint;
     body.inertia = inertia;
-    if (mbsr_model_add_body(m, &body, NULL) != MBSR_OK) fail(mbsr_model_error(m)->text, "add");
+    if (mbsr_model_add_body(m, &body, &id) != MBSR_OK) fail(mbsr_model_error(m)->text, "add");
+    return id;
 }
 
-static void finish(bench_model *tree)
+static void finish(bench_model *tree, double gy, double gz)
 {
-    const mbsr_force_def gravity = mbsr_force_gravity(0.0, 0.0, -9.81);
+    const mbsr_force_def gravity = mbsr_force_gravity(0.0, gy, gz);
     mbsr_model *m = tree->model;
     if (mbsr_model_add_force(m, &gravity, NULL) != MBSR_OK || mbsr_model_finish(m) != MBSR_OK)
         fail(mbsr_model_error(m)->text, "finish");
@@ -93,7 +96,7 @@ void bench_read_tree(bench_model *tree, const char *folder, const char *name)
             mbsr_inertia_rigid(v[10], v + 11, v + 14));
     }
     fclose(file);
-    finish(tree);
+    finish(tree, 0.0, -9.81);
     file = open_file(folder, name, "ref");
     tree->q = section(file, name, "q", free_root, 3, 4);
     tree->u = section(file, name, "v", free_root, 3, 3);
@@ -120,7 +123,7 @@ void bench_make_chain(bench_model *tree, int bodies, int massless)
         add(tree->model, i - 1, mbsr_joint_revolute(&A, NULL, axis),
             zero ? mbsr_inertia_zero() : mbsr_inertia_rigid(1.5, com, tensor));
     }
-    finish(tree);
+    finish(tree, 0.0, -9.81);
     tree->q = numbers(tree->nq);
     tree->u = numbers(tree->nu);
     tree->tau = numbers(tree->nu);
@@ -128,6 +131,75 @@ void bench_make_chain(bench_model *tree, int bodies, int massless)
     for (int k = 0; k < tree->nu; ++k) {
         tree->u[k] = bench_uniform(&seed, -1.0, 1.0);
         tree->tau[k] = bench_uniform(&seed, -1.0, 1.0);
+    }
+}
+
+/* A rod in the plane that turns about (x, y) of its parent. */
+static int add_rod(mbsr_model *model, int parent, double x, double y, double mass, double length)
+{
+    const double com[2] = {0.5 * length, 0.0};
+    const mbsr_planar_frame at = {x, y, 0.0}, none = {0.0, 0.0, 0.0};
+    return add(model, parent, mbsr_joint_planar_revolute(at, none),
+               mass > 0.0 ? mbsr_inertia_planar(mass, com, mass * length * length / 12.0)
+                          : mbsr_inertia_zero());
+}
+
+static void add_pin(mbsr_model *model, int a, double x, int b, double y)
+{
+    const mbsr_closure_def pin =
+        mbsr_closure_ball(a, (double[3]){x, 0.0, 0.0}, b, (double[3]){y, 0.0, 0.0});
+    if (mbsr_model_add_closure(model, &pin, NULL) != MBSR_OK)
+        fail(mbsr_model_error(model)->text, "pin");
+}
+
+static void begin_plane(bench_model *tree)
+{
+    *tree = (bench_model){NULL, 0, 0, 0, NULL, NULL, NULL, NULL};
+    if (mbsr_model_create(NULL, &tree->model, NULL) != MBSR_OK) fail("create", "loops");
+}
+
+static void finish_plane(bench_model *tree)
+{
+    finish(tree, -9.81, 0.0);
+    tree->q = numbers(tree->nq);
+    tree->u = numbers(tree->nu);
+    tree->tau = numbers(tree->nu);
+}
+
+void bench_make_fourbars(bench_model *tree, int count, int massless, int closed)
+{
+    int last = MBSR_GROUND;
+    begin_plane(tree);
+    mbsr_model *model = tree->model;
+    for (int k = 0; k < count; ++k) {
+        last = add_rod(model, last, k > 0 ? 0.5 : 0.0, 0.0, 1.5, 0.5);
+        const int crank = add_rod(model, last, 0.02, 0.1, 0.4, 0.3),
+                  coupler = add_rod(model, crank, 0.3, 0.0, massless ? 0.0 : 0.6, 0.45),
+                  rocker = add_rod(model, last, 0.47, 0.1, 0.3, 0.3);
+        if (closed) add_pin(model, coupler, 0.45, rocker, 0.3);
+    }
+    finish_plane(tree);
+    for (int k = 0; k < count; ++k) {
+        const double angle = 1.0 + 0.3 * sin(k), rate = cos(3.0 * k);
+        const double q[4] = {0.2 * sin(2.0 * k), angle, -angle, angle},
+                     u[4] = {0.1 * cos(k), rate, -rate, rate};
+        memcpy(tree->q + 4 * k, q, sizeof q);
+        memcpy(tree->u + 4 * k, u, sizeof u);
+    }
+}
+
+void bench_make_ring(bench_model *tree, int links, int closed)
+{
+    const double length = 1.0 / links, turn = 2.0 * acos(-1.0) / links;
+    int last = MBSR_GROUND;
+    begin_plane(tree);
+    for (int k = 0; k < links; ++k)
+        last = add_rod(tree->model, last, k > 0 ? length : 0.0, 0.0, length, length);
+    if (closed) add_pin(tree->model, last, length, MBSR_GROUND, 0.0);
+    finish_plane(tree);
+    for (int k = 0; k < links; ++k) {
+        tree->q[k] = k > 0 ? turn : 0.0;
+        tree->u[k] = k > 0 ? 0.0 : 0.5;
     }
 }
 

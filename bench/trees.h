@@ -19,6 +19,14 @@ void bench_read_tree(bench_model *tree, const char *folder, const char *name);
  * `massless`-th body has no inertia (0: none). udot is NULL. */
 void bench_make_chain(bench_model *tree, int bodies, int massless);
 
+/* A chain of rods in the plane, each with a parallelogram of crank, coupler and rocker on it, which are
+ * closed by a pin (closed: 1) or not; couplers without mass where `massless`. */
+void bench_make_fourbars(bench_model *tree, int count, int massless, int closed);
+
+/* One loop of `links` rods in the plane, a regular polygon with its first and last corner on the
+ * ground. */
+void bench_make_ring(bench_model *tree, int links, int closed);
+
 void bench_free_tree(bench_model *tree);
 
 #endif

@@ -1,5 +1,6 @@
 #!/bin/sh
-# Fails when a call takes more than 5 % more instructions than baseline.csv says.
+# Fails when a call takes more than 5 % more instructions than baseline.csv says, or one of ten times
+# as many bodies in loops more than 10 % more for each.
 # SPDX-License-Identifier: BSD-3-Clause
 #
 #   check.sh PROGRAM TREES COMPILER     as count.sh; exits with 77 where there is nothing to compare
@@ -28,6 +29,15 @@ echo "$counts" | awk -F, '
         verdict = ratio > 1.05 ? "MORE" : ratio < 0.95 ? "fewer: refresh the baseline" : ""
         printf "%-40s %8.1f %8.1f %6.3f %s\n", at, $5, baseline[at], ratio, verdict
         if (ratio > 1.05) bad = 1
+        # with closed loops too the cost is in proportion to the bodies
+        model = $3
+        size = sub(/100$/, "", model)
+        if (!size) sub(/10$/, "", model)
+        if ($2 == "stages" && size && $5 > 1.1 * small[model, $4]) {
+            print at ": " $5 " instructions per body, of fewer bodies " small[model, $4]
+            bad = 1
+        }
+        if ($2 == "stages" && !size) small[model, $4] = $5
     }
     END {
         if (!counted) print "nothing was counted"

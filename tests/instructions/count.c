@@ -13,7 +13,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-enum { CALLS = 5, TREES = 4 };
+enum { CALLS = 5, TREES = 4, LOOPS = 4 };
 
 static const char *const call_name[CALLS] = {"forward", "inverse", "momentum", "factor", "solve"};
 
@@ -52,12 +52,9 @@ int measured(counted *c, int which)
 
 static int (*volatile measure)(counted *c, int which) = measured;
 
-static void open_counted(counted *c, int k, const char *folder)
+/* Data, solver and vectors of c->tree. */
+static void make_counted(counted *c)
 {
-    if (trees[k].bodies)
-        bench_make_chain(&c->tree, trees[k].bodies, trees[k].massless);
-    else
-        bench_read_tree(&c->tree, folder, trees[k].name);
     const mbsr_model *m = c->tree.model;
     const size_t size = (size_t)mbsr_dae_size(m, MBSR_DAE_MOMENTUM);
     bench_check(mbsr_data_create(m, &c->data, NULL), "mbsr_data_create", NULL);
@@ -71,6 +68,15 @@ static void open_counted(counted *c, int k, const char *folder)
                 "mbsr_dae_pack", mbsr_data_error(c->data)->text);
 }
 
+static void open_counted(counted *c, int k, const char *folder)
+{
+    if (trees[k].bodies)
+        bench_make_chain(&c->tree, trees[k].bodies, trees[k].massless);
+    else
+        bench_read_tree(&c->tree, folder, trees[k].name);
+    make_counted(c);
+}
+
 static void close_counted(counted *c)
 {
     mbsr_newton_destroy(c->newton);
@@ -80,6 +86,29 @@ static void close_counted(counted *c)
     free(c->y);
     free(c->yp);
     free(c->F);
+}
+
+/* Models with closed loops, which no sweeps serve: what an implicit integrator calls. */
+static const struct {
+    const char *name;
+    int fourbars, links; /* one of them */
+} loops[LOOPS] = {
+    {"fourbars10", 10, 0}, {"fourbars100", 100, 0}, {"ring10", 0, 10}, {"ring100", 0, 100}};
+
+static void count_loops(int k)
+{
+    counted c;
+    if (loops[k].fourbars > 0)
+        bench_make_fourbars(&c.tree, loops[k].fourbars, 1, 1);
+    else
+        bench_make_ring(&c.tree, loops[k].links, 1);
+    make_counted(&c);
+    for (int which = 2; which < CALLS; ++which) {
+        bench_check(call(&c, which), call_name[which], mbsr_data_error(c.data)->text);
+        bench_check(measure(&c, which), call_name[which], mbsr_data_error(c.data)->text);
+        printf("stages %s %s %d\n", loops[k].name, call_name[which], c.tree.bodies);
+    }
+    close_counted(&c);
 }
 
 static void count(counted *c, const char *tree, const mbsri_sweep_kernels *kernels)
@@ -109,5 +138,6 @@ int main(int argc, char **argv)
 #endif
         close_counted(&c);
     }
+    for (int k = 0; k < LOOPS; ++k) count_loops(k);
     return 0;
 }

@@ -1,0 +1,123 @@
+/* Models with closed loops: time per body of the residual of the momentum form, of factoring and
+ * solving its Newton system, and of a start.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ *   bench_loops [samples]     CSV on standard output
+ *
+ * `fourbars`: chains of rods in the plane with a four-bar on each (4 bodies and 2 rows a piece), with
+ * couplers that have mass or none (`massless`); `ring`: one loop of rods. `by_blocks`: the same
+ * bodies without the pins, and without vector code, which closed models do not have. A sample is the
+ * mean over as many calls as last about 5 ms; a start is timed once. */
+#include "bench.h"
+#include "trees.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { SAMPLES = 15, CALLS = 3 };
+
+static const double sample_time = 5e-3;
+static const char *const call_name[CALLS] = {"residual", "factor", "solve"};
+
+static const struct bench_case {
+    const char *name, *variant;
+    int count, ring, massless, closed, by_blocks;
+} cases[] = {
+    {"fourbars", "closed", 10, 0, 0, 1, 0},     {"fourbars", "closed", 100, 0, 0, 1, 0},
+    {"fourbars", "closed", 1000, 0, 0, 1, 0},   {"fourbars", "closed", 10000, 0, 0, 1, 0},
+    {"fourbars", "massless", 10, 0, 1, 1, 0},   {"fourbars", "massless", 100, 0, 1, 1, 0},
+    {"fourbars", "massless", 1000, 0, 1, 1, 0}, {"fourbars", "by_blocks", 1000, 0, 0, 0, 1},
+    {"ring", "closed", 10, 1, 0, 1, 0},         {"ring", "closed", 100, 1, 0, 1, 0},
+    {"ring", "closed", 1000, 1, 0, 1, 0},       {"ring", "by_blocks", 1000, 1, 0, 0, 1}};
+enum { CASES = sizeof cases / sizeof cases[0] };
+
+typedef struct candidate {
+    bench_model tree;
+    mbsr_data *data;
+    mbsr_newton *newton;
+    double *y, *yp, *F;
+    double start; /* s */
+} candidate;
+
+static void open_candidate(candidate *c, const struct bench_case *of)
+{
+    mbsr_newton_opt opt = mbsr_default_newton_opt();
+    opt.by_blocks = of->by_blocks;
+    if (of->ring)
+        bench_make_ring(&c->tree, of->count, of->closed);
+    else
+        bench_make_fourbars(&c->tree, of->count, of->massless, of->closed);
+    const mbsr_model *m = c->tree.model;
+    const size_t size = (size_t)mbsr_dae_size(m, MBSR_DAE_MOMENTUM);
+    bench_check(mbsr_data_create(m, &c->data, NULL), "mbsr_data_create", NULL);
+    bench_check(mbsr_newton_create(m, MBSR_DAE_MOMENTUM, &opt, &c->newton, NULL),
+                "mbsr_newton_create", NULL);
+    c->y = bench_allocate(3 * size, sizeof(double));
+    c->yp = c->y + size;
+    c->F = c->yp + size;
+    const double *q = c->tree.q, *u = c->tree.u;
+    bench_check(mbsr_dae_pack(m, c->data, MBSR_DAE_MOMENTUM, 0.0, q, u, c->y), "mbsr_dae_pack",
+                mbsr_data_error(c->data)->text);
+    const double before = bench_now();
+    bench_check(mbsr_dae_consistent(m, c->data, MBSR_DAE_MOMENTUM, 0.0, c->y, c->yp, NULL, NULL),
+                "mbsr_dae_consistent", mbsr_data_error(c->data)->text);
+    c->start = bench_now() - before;
+}
+
+static void close_candidate(candidate *c)
+{
+    mbsr_newton_destroy(c->newton);
+    mbsr_data_destroy(c->data);
+    bench_free_tree(&c->tree);
+    free(c->y);
+}
+
+static int call(candidate *c, int which)
+{
+    switch (which) {
+    case 0:
+        return mbsr_dae_residual(c->tree.model, c->data, MBSR_DAE_MOMENTUM, 0.0, c->y, c->yp, c->F);
+    case 1: return mbsr_newton_factor(c->newton, c->data, 0.0, c->y, c->yp, 100.0);
+    default: return mbsr_newton_solve(c->newton, c->yp, c->F);
+    }
+}
+
+/* Seconds a call. */
+static double measure(candidate *c, int which)
+{
+    int calls = 0;
+    const double before = bench_now();
+    double passed;
+    do {
+        bench_check(call(c, which), call_name[which], mbsr_newton_error(c->newton)->text);
+        ++calls;
+        passed = bench_now() - before;
+    } while (passed < sample_time);
+    return passed / calls;
+}
+
+int main(int argc, char **argv)
+{
+    const int samples = argc > 1 ? atoi(argv[1]) : SAMPLES;
+    double *sample = bench_allocate((size_t)(samples > 0 ? samples : 1), sizeof(double));
+    if (samples < 1) return 2;
+    bench_header(stdout, "models with closed loops, time per body");
+    printf("model,variant,bodies,rows,call,ns_per_body,q1,q3\n");
+    for (int k = 0; k < CASES; ++k) {
+        candidate c;
+        open_candidate(&c, cases + k);
+        const int bodies = c.tree.bodies, rows = mbsr_model_rows(c.tree.model);
+        printf("%s,%s,%d,%d,start,%.0f,,\n", cases[k].name, cases[k].variant, bodies, rows,
+               1e9 * c.start / bodies);
+        for (int which = 0; which < CALLS; ++which) {
+            for (int j = 0; j < samples; ++j) sample[j] = 1e9 * measure(&c, which) / bodies;
+            const bench_quartiles s = bench_statistics(samples, sample);
+            printf("%s,%s,%d,%d,%s,%.0f,%.0f,%.0f\n", cases[k].name, cases[k].variant, bodies, rows,
+                   call_name[which], s.median, s.q1, s.q3);
+        }
+        fflush(stdout);
+        close_candidate(&c);
+    }
+    free(sample);
+    return 0;
+}
