@@ -126,7 +126,7 @@ typedef struct mbsr_ida_stats {
     /* Stiff force elements, momentum and index-1 form (docs/dae_forms.md): */
     long stiff_tests; /* error tests failed by momenta in a stiff direction alone */
     long
-        stiff_iterations; /* Newton's method failed twice within 50 steps, or a matrix of difference
+        stiff_iterations; /* Newton's method failed twice within 10 steps, or a matrix of difference
                             * quotients was wrong */
     long careful_attempts; /* steps tried with a new matrix in each iteration and filtered tests */
     long filter_solves;    /* solutions for these tests, contained in solves */

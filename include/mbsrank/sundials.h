@@ -80,10 +80,10 @@ MBSR_API int mbsr_sundials_precondition(sunrealtype t, N_Vector y, N_Vector yp, 
  *   IDASetId(ida, id);  IDASetSuppressAlg(ida, SUNTRUE);
  *   IDASetNonlinearSolver(ida, newton);
  *
- * As long as nothing is stiff, all goes as without it. Where error tests fail again and again, and
- * what fails them is an error of the momenta that the next step will have forgotten, or the order
- * stays low, IDA takes the next 200 steps carefully: with a new matrix in each iteration, and errors of momenta tested by what is
- * left of them after one implicit step. Vectors that IDA makes of y refer to the solver: free it
+ * As long as nothing is stiff, all goes as without it. Where an error test of low order fails by an
+ * error of the momenta that the next step will have forgotten, or the order stays low, IDA takes the
+ * next 100 steps carefully: with a new matrix in each iteration, and errors of momenta tested by what
+ * is left of them after one implicit step. Vectors that IDA makes of y refer to the solver: free it
  * after IDA, and y too. The error test is as without it if algebraic variables are not suppressed.
  * NULL where an argument is NULL, y is not a serial vector of that length, or there is no memory. */
 MBSR_API SUNNonlinearSolver mbsr_sundials_stiff(const mbsr_model *model, N_Vector y,
@@ -93,7 +93,7 @@ MBSR_API SUNNonlinearSolver mbsr_sundials_stiff(const mbsr_model *model, N_Vecto
 typedef struct mbsr_sundials_stiff_info {
     long stiff_tests; /* error tests that would have failed in a stiff direction alone */
     long
-        stiff_iterations; /* Newton's method failed twice within 50 steps, or a matrix of difference
+        stiff_iterations; /* Newton's method failed twice within 10 steps, or a matrix of difference
                             * quotients was wrong */
     long careful_attempts; /* steps tried carefully after these */
     long filter_solves;    /* linear systems solved besides those of Newton's iterations */

@@ -12,9 +12,12 @@
  * In other directions K^-1 c is 1 but for O(h). Errors of q are tested as they are: they have no
  * offset, and q and p together would not do, for e_q / h would come with p.
  *
- * IDA measures errors of the present order, of one and two less (where there are), and, after the
- * test is passed, of one more. The filter is asked where the first would fail. The function for
- * norms gets vectors only, so each vector of IDA's knows what the filter works with. */
+ * In ordinary steps the filter is asked after a test has failed, and only for what to do about it:
+ * careful steps begin where a stiff direction alone failed a test of order 3 or less, a rare thing in
+ * ordinary problems, or where the order stays low. In careful steps it is asked before. IDA measures
+ * errors of the present order, of one and two less (where there are), and, after the test is passed,
+ * of one more. The function for norms gets vectors only, so each vector of IDA's knows what the
+ * filter works with. */
 #include "ida/stiff.h"
 
 #include <ida/ida.h>
@@ -23,7 +26,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-enum { CAREFUL_STEPS = 200 };
+enum { CAREFUL_STEPS = 100 };
 
 /* ---- vectors that know ---- */
 
@@ -55,16 +58,48 @@ static N_Vector clone_empty(N_Vector w)
     return extend(N_VCloneEmpty_Serial(w), ((const content *)w->content)->stiff);
 }
 
+/* ---- when ---- */
+
+bool mbsri_stiff_careful(const mbsri_stiff *s)
+{
+    long steps = 0;
+    if (s->memory) IDAGetNumSteps(s->memory, &steps);
+    return steps < s->careful_until;
+}
+
+void mbsri_stiff_begin(mbsri_stiff *s)
+{
+    long steps = 0;
+    IDAGetNumSteps(s->memory, &steps);
+    s->careful_until = steps + CAREFUL_STEPS;
+}
+
+/* Whether the order stays low: a step of order 1 or 2 adds 1 if its error is large and 3 if the test
+ * fails; 30 steps take the sum down to 1/e. */
+static void raise_alarm(mbsri_stiff *s, bool failed)
+{
+    static const double fade = 30.0, enough = 6.0;
+    long steps = 0;
+    IDAGetNumSteps(s->memory, &steps);
+    if (steps == s->alarmed_at && !failed) return;
+    if (steps < s->alarmed_at) s->alarm = 0.0; /* IDA has started anew */
+    s->alarm *= exp((double)(s->alarmed_at - steps) / fade);
+    s->alarm += failed ? 3.0 : 1.0;
+    s->alarmed_at = steps;
+    if (s->alarm < enough) return;
+    s->alarm = 0.0;
+    mbsri_stiff_begin(s);
+}
+
 /* ---- the filter ---- */
 
-/* The norm of x with its momenta filtered; negative if the linear solver fails. */
-static double filtered_norm(mbsri_stiff *s, N_Vector x, N_Vector w, N_Vector id)
+/* The norm of x with its momenta filtered, K the present matrix for c; negative if the linear
+ * solver fails. */
+static double filtered_norm(mbsri_stiff *s, double c, N_Vector x, N_Vector w, N_Vector id)
 {
     const double *e = N_VGetArrayPointer(x), *counts = N_VGetArrayPointer(id);
     double *to = N_VGetArrayPointer(s->filtered);
     const sunindextype n = N_VGetLength(x);
-    double c = 0.0;
-    IDAGetCurrentCj(s->memory, &c);
     for (sunindextype k = 0; k < n; ++k) {
         const bool momentum = k >= s->first && k < s->last && counts[k] > 0.0;
         to[k] = momentum ? c * e[k] : 0.0;
@@ -86,23 +121,63 @@ static void keep_direction(mbsri_stiff *s, N_Vector x)
     N_VScale(1.0, y, s->state);
 }
 
+/* The filter leaves so little of an error that a stiff direction alone made it. */
+static bool stiff_alone(double filtered, double plain)
+{
+    return filtered >= 0.0 && filtered < 0.3 * plain;
+}
+
+/* Ordinary steps are tested by IDA alone. Whether a test fails the norm does not tell, but the next
+ * attempt does: what may have failed is kept until then. */
+static void keep_error(mbsri_stiff *s, N_Vector x, N_Vector w, N_Vector id, double plain, int order)
+{
+    s->suspect = plain > 1.0;
+    if (!s->suspect) return;
+    N_VScale(1.0, x, s->error);
+    s->suspect_weight = w;
+    s->suspect_id = id;
+    s->suspect_norm = plain;
+    s->suspect_order = order;
+    if (order < 3) raise_alarm(s, false);
+    IDAGetCurrentCj(s->memory, &s->suspect_c);
+    IDAGetNumErrTestFails(s->memory, &s->tests_failed);
+}
+
+void mbsri_stiff_look_back(mbsri_stiff *s)
+{
+    long failed = 0;
+    if (!s->suspect) return;
+    s->suspect = false;
+    IDAGetNumErrTestFails(s->memory, &failed);
+    if (failed <= s->tests_failed || s->suspect_order > 3) return;
+    const double filtered =
+        filtered_norm(s, s->suspect_c, s->error, s->suspect_weight, s->suspect_id);
+    if (stiff_alone(filtered, s->suspect_norm)) {
+        ++s->info.stiff_tests;
+        keep_direction(s, s->error);
+        mbsri_stiff_begin(s);
+    } else if (s->suspect_order < 3) {
+        raise_alarm(s, true);
+    }
+}
+
 /* The first norm of an error test decides on all: they have to be comparable. */
 static double first_norm(mbsri_stiff *s, N_Vector x, N_Vector w, N_Vector id, double plain,
                          int order)
 {
     s->filters = false;
-    if (!(plain > 1.0)) return plain;
-    const double filtered = filtered_norm(s, x, w, id);
+    if (!s->careful) keep_error(s, x, w, id, plain, order);
+    if (!s->careful || !(plain > 1.0)) return plain;
+    IDAGetCurrentCj(s->memory, &s->c);
+    const double filtered = filtered_norm(s, s->c, x, w, id);
     if (!(filtered >= 0.0 && filtered < plain)) return plain;
-    const bool stiff = filtered < 0.3 * plain;
-    if (stiff) {
+    if (stiff_alone(filtered, plain)) {
         ++s->info.stiff_tests;
         keep_direction(s, x);
+        mbsri_stiff_begin(s);
     }
-    if (s->careful && stiff) mbsri_stiff_begin(s);
-    if (!s->careful && (stiff || order < 3)) mbsri_stiff_alarm(s, stiff);
-    s->filters = s->careful; /* else the step is repeated, carefully */
-    return s->filters ? filtered : plain;
+    s->filters = true;
+    return filtered;
 }
 
 /* After failures IDA falls to order 1, and doubles h whenever it can, so that it never sees the three
@@ -131,7 +206,7 @@ static sunrealtype norm(N_Vector x, N_Vector w, N_Vector id)
     if (call == 1) return hold(s, first_norm(s, x, w, id, plain, order), order);
     if (call == 2 && order == 2 && s->careful) return forbidden;
     if (!s->filters) return plain;
-    const double filtered = filtered_norm(s, x, w, id);
+    const double filtered = filtered_norm(s, s->c, x, w, id);
     return filtered >= 0.0 && filtered < plain ? filtered : plain;
 }
 
@@ -147,39 +222,4 @@ bool mbsri_stiff_attach(mbsri_stiff *s, N_Vector y)
     y->ops->nvclone = clone;
     y->ops->nvcloneempty = clone_empty;
     return true;
-}
-
-/* ---- when ---- */
-
-bool mbsri_stiff_careful(const mbsri_stiff *s)
-{
-    long steps = 0;
-    if (s->memory) IDAGetNumSteps(s->memory, &steps);
-    return steps < s->careful_until;
-}
-
-void mbsri_stiff_begin(mbsri_stiff *s)
-{
-    long steps = 0;
-    IDAGetNumSteps(s->memory, &steps);
-    s->careful_until = steps + CAREFUL_STEPS;
-}
-
-/* A failed test of a step of order 1 or 2 adds 1, once a step, one that a stiff direction alone
- * fails 2.5; 30 steps take the sum down to 1/e. Careful steps begin at 3: at two such tests within
- * forty steps, or where every tenth step fails and the order stays low. (At 6 ordinary problems have
- * fewer careful steps, and stiff ones lose ten times the accuracy before they begin.) */
-void mbsri_stiff_alarm(mbsri_stiff *s, bool stiff)
-{
-    static const double fade = 30.0, enough = 3.0;
-    long steps = 0;
-    IDAGetNumSteps(s->memory, &steps);
-    const bool again = steps == s->alarmed_at;
-    if (steps < s->alarmed_at) s->alarm = 0.0; /* IDA has started anew */
-    s->alarm *= exp((double)(s->alarmed_at - steps) / fade);
-    s->alarm += stiff ? 2.5 : again ? 0.0 : 1.0;
-    s->alarmed_at = steps;
-    if (s->alarm < enough) return;
-    s->alarm = 0.0;
-    mbsri_stiff_begin(s);
 }

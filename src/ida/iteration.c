@@ -17,7 +17,7 @@
 
 #include <stdlib.h>
 
-enum { ITERATIONS = 6, NEAR = 50 };
+enum { ITERATIONS = 6, NEAR = 10 };
 
 /* One iteration: ee changes by s->change. */
 static int improve(mbsri_stiff *s, N_Vector ee)
@@ -68,6 +68,7 @@ static int solve(SUNNonlinearSolver solver, N_Vector predicted, N_Vector ee, N_V
     mbsri_stiff *s = solver->content;
     s->memory = memory;
     s->norms = -1;
+    mbsri_stiff_look_back(s);
     const bool before = s->careful;
     s->careful = mbsri_stiff_careful(s);
     if (s->careful != before && s->prepare) s->prepare(s->user, s->careful);
@@ -101,8 +102,10 @@ static int initialize(SUNNonlinearSolver solver)
 {
     mbsri_stiff *s = solver->content;
     s->careful_until = 0;
+    s->tested_step = 0.0;
     s->failed_at = s->rejected_at = -1;
     s->norms = -1;
+    s->suspect = false;
     return SUNNonlinSolInitialize(s->plain);
 }
 
@@ -166,7 +169,7 @@ static int get_failures(SUNNonlinearSolver solver, long int *failures)
 static int destroy(SUNNonlinearSolver solver)
 {
     mbsri_stiff *s = solver->content;
-    N_Vector const vector[] = {s->change, s->filtered, s->trial, s->direction, s->state};
+    N_Vector const vector[] = {s->change, s->filtered, s->trial, s->error, s->direction, s->state};
     for (size_t k = 0; k < sizeof vector / sizeof vector[0]; ++k) {
         if (vector[k]) N_VDestroy(vector[k]);
     }
@@ -196,7 +199,8 @@ static void set_operations(SUNNonlinearSolver solver)
 /* The vectors are made before y knows of the filter: they need none. */
 static bool make(mbsri_stiff *s, N_Vector y, SUNContext context)
 {
-    N_Vector *const vector[] = {&s->change, &s->filtered, &s->trial, &s->direction, &s->state};
+    N_Vector *const vector[] = {&s->change, &s->filtered,  &s->trial,
+                                &s->error,  &s->direction, &s->state};
     for (size_t k = 0; k < sizeof vector / sizeof vector[0]; ++k) {
         *vector[k] = N_VClone(y);
         if (!*vector[k]) return false;

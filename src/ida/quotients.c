@@ -2,9 +2,9 @@
  * SPDX-License-Identifier: BSD-3-Clause
  *
  * Too stiff a matrix (see differences.c) makes corrections so small that they pass for converged:
- * a run with long steps then stands still and reports success. So each new one is multiplied, by
+ * a run with long steps then stands still and reports success. So new ones are multiplied, by
  * differences of two sides, with the correction v that was found with it: K^-1 (F(v + e v) -
- * F(v - e v)) / 2 e should be v. Two residuals for each matrix. */
+ * F(v - e v)) / 2 e should be v. Two residuals for each matrix tested. */
 #include "ida/stiff.h"
 
 #include <ida/ida_ls.h>
@@ -22,6 +22,22 @@ static bool new_matrix(mbsri_stiff *s)
     return another;
 }
 
+/* The errors of a matrix grow with the step: one for a step no longer than another that passed a
+ * short time ago is not tested. */
+static bool tested(mbsri_stiff *s)
+{
+    enum { RECENT = 100 };
+    double h = 0.0;
+    long steps = 0;
+    IDAGetCurrentStep(s->memory, &h);
+    IDAGetNumSteps(s->memory, &steps);
+    if (fabs(h) <= s->tested_step && steps >= s->tested_at && steps - s->tested_at < RECENT)
+        return true;
+    s->tested_step = fabs(h);
+    s->tested_at = steps;
+    return false;
+}
+
 /* Largest e for which entries change by no more than `relative`; 0 if v is zero. */
 static double extent(N_Vector v, N_Vector y, N_Vector w, double relative)
 {
@@ -37,7 +53,7 @@ static double extent(N_Vector v, N_Vector y, N_Vector w, double relative)
 
 bool mbsri_stiff_wrong_matrix(mbsri_stiff *s, N_Vector predicted, N_Vector ee, N_Vector w)
 {
-    if (!new_matrix(s)) return false;
+    if (!new_matrix(s) || tested(s)) return false;
     const double e = extent(ee, predicted, w, cbrt(DBL_EPSILON));
     if (!(e > 0.0)) return false;
     N_VScale(1.0 + e, ee, s->trial);

@@ -24,16 +24,25 @@ typedef struct mbsri_stiff {
     mbsri_masked_norm masked; /* the norm of the error test without filter */
     int first, last;          /* the momenta are entries first .. last - 1 of y */
 
-    bool careful;              /* the last iteration was one of those below */
-    long careful_until;        /* steps before this one are taken carefully */
-    long matrices;             /* by difference quotients, so far */
+    bool careful;       /* the last iteration was one of those below */
+    long careful_until; /* steps before this one are taken carefully */
+    long matrices;      /* by difference quotients, so far */
+    double tested_step; /* for which one of them was put to the test last */
+    long tested_at;
     long failed_at;            /* step of the last failure of the plain iteration */
     long iterations, failures; /* of the last careful solution */
-    double alarm;              /* grows with failed error tests */
+    double alarm;              /* grows with error tests failed at low order */
     long alarmed_at;
     long rejected_at; /* step of the last test that failed; -1: none */
+    double c;         /* of the present error test */
     int norms;        /* of the present error test so far; -1: no error test */
     bool filters;     /* it is filtered */
+
+    bool suspect; /* the last step may fail its error test: */
+    N_Vector error, suspect_weight, suspect_id;
+    double suspect_norm, suspect_c;
+    int suspect_order;
+    long tests_failed; /* until then */
 
     void (*prepare)(void *user, bool careful); /* called when that changes; or NULL */
     void *user;
@@ -50,7 +59,9 @@ bool mbsri_stiff_attach(mbsri_stiff *s, N_Vector y);
 /* Whether the next step of IDA is one to be taken carefully; from now on such steps are. */
 bool mbsri_stiff_careful(const mbsri_stiff *s);
 void mbsri_stiff_begin(mbsri_stiff *s);
-void mbsri_stiff_alarm(mbsri_stiff *s, bool stiff);
+
+/* To be called before a step is tried: asks whether the last error test failed, and why. */
+void mbsri_stiff_look_back(mbsri_stiff *s);
 
 /* Whether IDA has made a new matrix by difference quotients, and it is wrong along ee, the
  * correction that was found with it. */
