@@ -227,6 +227,15 @@ typedef struct mbsr_ida_drift {
  * mbsr_ida_start, MBSR_NOT_FINITE, and what the functions of joints, elements and closures return. */
 MBSR_API int mbsr_ida_get_drift(mbsr_ida *ida, mbsr_ida_drift *drift);
 
+/* The force elements that make the model stiff where an error test found last that a stiff direction
+ * alone failed it (stiff_tests), largest first: at most `most` ids into force, and their shares of
+ * what all elements together do against a motion in that direction, stiffness and damping over the
+ * step, 0 to 1, into share; *count is how many. Elements with neither energy nor dissipation are not
+ * seen. None, and MBSR_OK, where no test failed so, and in other forms than the momentum form. The
+ * data is left at that state. When the driver gives up, its error names the first. MBSR_ERR_NULL, and
+ * the statuses of mbsr_positions and mbsr_force_power. */
+MBSR_API int mbsr_ida_stiffest(mbsr_ida *ida, int most, int *force, double *share, int *count);
+
 /* The last failure; never NULL. */
 MBSR_API const mbsr_error *mbsr_ida_error(const mbsr_ida *ida);
 

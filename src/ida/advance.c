@@ -9,6 +9,7 @@
 #include "ida/first_step.h"
 #include "ida/kinks.h"
 #include "ida/loops.h"
+#include "ida/stiffest.h"
 #include "ida/tolerances.h"
 #include "ida/watch.h"
 
@@ -78,7 +79,9 @@ static int gave_up(mbsr_ida *ida, int flag)
     if (ida->callback == 0) {
         const int status = mbsri_ida_blame_loops(ida);
         if (status) return status;
-        return mbsri_ida_solver_failed(ida, &ida->error, flag, "mbsr_ida_advance");
+        const int failed = mbsri_ida_solver_failed(ida, &ida->error, flag, "mbsr_ida_advance");
+        mbsri_ida_blame_stiff(ida);
+        return failed;
     }
     return mbsri_ida_fail(&ida->error, ida->callback, ida->failure.body, ida->failure.force,
                           "mbsr_ida_advance: %s", ida->failure.text);

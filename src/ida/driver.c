@@ -178,8 +178,10 @@ int mbsr_ida_create(const mbsr_model *model, mbsr_data *data, const mbsr_ida_opt
     made->error = (mbsr_error){MBSR_OK, MBSR_NONE, MBSR_NONE, ""};
     made->watched = calloc((size_t)mbsr_model_bodies(model), sizeof *made->watched);
     made->dropped = calloc((size_t)mbsr_model_rows(model) + 1, sizeof *made->dropped);
-    status = made->watched && made->dropped ? make(made, error)
-                                            : no_memory(made, error, "the ranks of a problem");
+    made->stiffness = calloc((size_t)mbsr_model_forces(model) + 1, sizeof *made->stiffness);
+    status = made->watched && made->dropped && made->stiffness
+                 ? make(made, error)
+                 : no_memory(made, error, "the ranks of a problem");
     if (status) {
         mbsr_ida_destroy(made);
         return status;
@@ -205,5 +207,6 @@ void mbsr_ida_destroy(mbsr_ida *ida)
     if (ida->context) SUNContext_Free(&ida->context);
     free(ida->watched);
     free(ida->dropped);
+    free(ida->stiffness);
     free(ida);
 }

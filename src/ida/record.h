@@ -35,14 +35,15 @@ struct mbsr_ida {
     mbsri_ida_messages messages;
     char message[MBSR_TEXT_SIZE]; /* IDA's last message in the present call */
 
-    bool scales;  /* tolerances follow the masses at the start, see mbsr_ida_opt */
-    bool started; /* a state is set and no step from it has failed for good */
-    bool failed;  /* one has; y and yp are the last state that was good */
-    bool stepped; /* IDASolve was called since */
-    bool event;   /* the last call of mbsr_ida_advance ended in an event */
-    int watch;    /* the watch of ranks that is not in force, see watch.h */
-    int *watched; /* its ranks, as many as bodies */
-    int *dropped; /* rows of closures that are left out, as many as rows */
+    bool scales;       /* tolerances follow the masses at the start, see mbsr_ida_opt */
+    bool started;      /* a state is set and no step from it has failed for good */
+    bool failed;       /* one has; y and yp are the last state that was good */
+    bool stepped;      /* IDASolve was called since */
+    bool event;        /* the last call of mbsr_ida_advance ended in an event */
+    int watch;         /* the watch of ranks that is not in force, see watch.h */
+    int *watched;      /* its ranks, as many as bodies */
+    double *stiffness; /* of force elements, see stiffest.c */
+    int *dropped;      /* rows of closures that are left out, as many as rows */
     double present;
     double direction; /* +1 or -1 once stepped */
     long residuals, events;

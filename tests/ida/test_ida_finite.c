@@ -160,6 +160,7 @@ static const finite_row rows[] = {
     {"mbsr_ida_dense", run_dense, advance, 0, T, FINITE_OBJECT, of_dense},
     {"mbsr_ida_get_stats", run_stats, advance, 0, 0, FINITE_OBJECT, of_one},
     {"mbsr_ida_get_drift", run_drift, advance, 0, 0, FINITE_OBJECT, of_one},
+    {"mbsr_ida_stiffest", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_ida_event_info", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_default_ida_opt", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_ida_create", NULL, NULL, 0, 0, 0, NULL},

@@ -146,6 +146,41 @@ static void no_cell_is_stuck_or_wrong(void **state)
     }
 }
 
+/* ---- which element it is ---- */
+
+static void the_stiff_elements_are_named(void **state)
+{
+    (void)state;
+    crank s;
+    double y[SIZE], share[3];
+    int force[3], count = -1;
+    make(&s, 1e10, 1e6); /* elements: 0 the weight, 1 and 2 the springs in x and y */
+    mbsr_ida_opt opt = mbsr_default_ida_opt();
+    opt.max_steps = 60;
+    mbsr_ida *ida = NULL;
+    assert_ok(mbsr_ida_create(s.model, s.data, &opt, &ida, NULL), NULL);
+    assert_ok(mbsr_ida_start(ida, 0.0, s.y, s.yp), mbsr_ida_error(ida));
+    assert_ok(mbsr_ida_stiffest(ida, 3, force, share, &count), mbsr_ida_error(ida));
+    assert_int_equal(count, 0); /* nothing has failed yet */
+    assert_int_equal(mbsr_ida_advance(ida, 3.0, NULL, y, NULL), MBSR_ERR_SOLVER);
+    assert_non_null(strstr(mbsr_ida_error(ida)->text, "the stiffness of force element"));
+    assert_in_range(mbsr_ida_error(ida)->force, 1, 2);
+    assert_ok(mbsr_ida_stiffest(ida, 3, force, share, &count), mbsr_ida_error(ida));
+    assert_in_range(count, 2, 3);
+    assert_int_equal(force[0] + force[1], 3);
+    assert_true(share[0] >= share[1] && share[1] >= 0.0);
+    assert_close(share[0] + share[1], 1.0, 1e-6);
+    assert_int_equal(force[0], mbsr_ida_error(ida)->force);
+    assert_ok(mbsr_ida_stiffest(ida, 0, NULL, NULL, &count), mbsr_ida_error(ida));
+    assert_int_equal(count, 0);
+    assert_int_equal(mbsr_ida_stiffest(NULL, 0, NULL, NULL, &count), MBSR_ERR_NULL);
+    assert_int_equal(mbsr_ida_stiffest(ida, 1, NULL, share, &count), MBSR_ERR_NULL);
+    assert_int_equal(mbsr_ida_stiffest(ida, 1, force, NULL, &count), MBSR_ERR_NULL);
+    assert_int_equal(mbsr_ida_stiffest(ida, 1, force, share, NULL), MBSR_ERR_NULL);
+    mbsr_ida_destroy(ida);
+    drop(&s);
+}
+
 /* ---- an IDA of one's own ---- */
 
 typedef struct mine {
@@ -265,6 +300,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(no_cell_is_stuck_or_wrong),
+        cmocka_unit_test(the_stiff_elements_are_named),
         cmocka_unit_test(an_ida_of_ones_own_gets_the_same),
         cmocka_unit_test(what_does_not_fit_is_refused),
     };

@@ -1,0 +1,129 @@
+/* The force elements whose stiffness fails error tests.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * Along the direction v (joint rates) that the filter took off an error last, an element with the
+ * energy E(q) and the dissipated power P(q, u) adds
+ *
+ *   s = E'' + c P'' / 2,    c of the step: d E / d q twice along G v, P twice along v
+ *
+ * to v^T K v. Both are quadratic in v for springs and dampers: second differences. */
+#include "ida/stiffest.h"
+
+#include "ida/error.h"
+#include "ida/stiff.h"
+
+#include <mbsrank/dynamics.h>
+
+#include <float.h>
+#include <math.h>
+
+/* Positions and velocities at q + step G v, u + step v; q and u stand in y. */
+static int move(mbsr_ida *ida, double step, const double *y, const double *v, double *work)
+{
+    const mbsr_model *m = ida->model;
+    const int nq = mbsr_model_nq(m), nu = mbsr_model_nu(m);
+    const double *u = y + nq + nu;
+    const mbsri_stiff *s = mbsri_stiff_of(ida->nonlinear);
+    double *q = work, *w = work + nq;
+    int status = mbsr_positions(m, ida->data, s->at, y);
+    if (!status) status = mbsr_velocities(m, ida->data, v);
+    if (!status) status = mbsr_coordinate_rates(m, ida->data, q);
+    for (int k = 0; k < nq; ++k) q[k] = y[k] + step * q[k];
+    for (int k = 0; k < nu; ++k) w[k] = u[k] + step * v[k];
+    if (!status) status = mbsr_positions(m, ida->data, s->at, q);
+    return status ? status : mbsr_velocities(m, ida->data, w);
+}
+
+/* The step along v: small beside what moves, and well above rounding. */
+static double extent(const mbsr_ida *ida, const double *v)
+{
+    double largest = 0.0;
+    for (int k = 0; k < mbsr_model_nu(ida->model); ++k) largest = fmax(largest, fabs(v[k]));
+    return largest > 0.0 ? cbrt(DBL_EPSILON) / largest : 0.0;
+}
+
+/* Adds factor (E / step^2, c P / 2 step^2) of each element, where the data stands, to s. */
+static int add(mbsr_ida *ida, double factor, double c, double *s)
+{
+    int status = MBSR_OK;
+    for (int k = 0; k < mbsr_model_forces(ida->model) && !status; ++k) {
+        double energy = 0.0, power = 0.0;
+        status = mbsr_force_power(ida->model, ida->data, k, &energy, &power);
+        s[k] += factor * (energy + 0.5 * c * power);
+    }
+    return status;
+}
+
+static int find(mbsr_ida *ida, double *s)
+{
+    const mbsri_stiff *stiff = mbsri_stiff_of(ida->nonlinear);
+    const int nq = mbsr_model_nq(ida->model), nu = mbsr_model_nu(ida->model);
+    const double *y = N_VGetArrayPointer(stiff->state);
+    const double *v = N_VGetArrayPointer(stiff->direction) + nq + nu;
+    double *work = N_VGetArrayPointer(ida->work), c = 0.0;
+    const double step = extent(ida, v);
+    IDAGetCurrentCj(ida->memory, &c);
+    int status = MBSR_OK;
+    for (int side = -1; side <= 1 && !status && step > 0.0; ++side) {
+        status = move(ida, side * step, y, v, work);
+        if (!status) status = add(ida, (side ? 1.0 : -2.0) / (step * step), fabs(c), s);
+    }
+    return status;
+}
+
+/* The largest of s that is not among the `known` first ones; MBSR_NONE: none is positive. */
+static int largest(const double *s, int forces, int known, const int *taken)
+{
+    int best = MBSR_NONE;
+    for (int k = 0; k < forces; ++k) {
+        bool again = false;
+        for (int j = 0; j < known; ++j) again = again || taken[j] == k;
+        if (!again && s[k] > 0.0 && (best == MBSR_NONE || s[k] > s[best])) best = k;
+    }
+    return best;
+}
+
+int mbsr_ida_stiffest(mbsr_ida *ida, int most, int *force, double *share, int *count)
+{
+    if (!ida || !count || (most > 0 && (!force || !share))) return MBSR_ERR_NULL;
+    const int forces = mbsr_model_forces(ida->model);
+    const bool known = ida->nonlinear && ida->opt.form == MBSR_DAE_MOMENTUM &&
+                       mbsri_stiff_of(ida->nonlinear)->info.stiff_tests > 0;
+    double sum = 0.0;
+    *count = 0;
+    if (!known) return MBSR_OK;
+    for (int k = 0; k < forces; ++k) ida->stiffness[k] = 0.0;
+    const int status = find(ida, ida->stiffness);
+    if (status) {
+        const mbsr_error *error = mbsr_data_error(ida->data);
+        return mbsri_ida_fail(&ida->error, status, error->body, error->force,
+                              "mbsr_ida_stiffest: %s", error->text);
+    }
+    for (int k = 0; k < forces; ++k) sum += fmax(0.0, ida->stiffness[k]);
+    for (int k = 0; k < most; ++k) {
+        const int next = largest(ida->stiffness, forces, k, force);
+        if (next == MBSR_NONE) break;
+        force[k] = next;
+        share[k] = ida->stiffness[next] / sum;
+        ++*count;
+    }
+    return MBSR_OK;
+}
+
+void mbsri_ida_blame_stiff(mbsr_ida *ida)
+{
+    int force[2], count = 0;
+    double share[2];
+    const mbsr_error before = ida->error;
+    const int status = mbsr_ida_stiffest(ida, 2, force, share, &count);
+    ida->error = before;
+    if (status || count == 0) return;
+    char second[40] = "";
+    if (count > 1 && share[1] > 0.1)
+        snprintf(second, sizeof second, " and %d (%.0f %%)", force[1], 100.0 * share[1]);
+    const int code = before.status;
+    mbsri_ida_fail(&ida->error, code, before.body, force[0],
+                   "%.150s; error tests fail by the stiffness of force element %d (%.0f %%)%s: "
+                   "state it as a stiff closure (closure.h), or give it less",
+                   before.text, force[0], 100.0 * share[0], second);
+}
