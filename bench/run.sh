@@ -9,6 +9,7 @@
 #   bench/run.sh loops [samples]                  nor this
 #   bench/run.sh precision [smallest tolerance]
 #   bench/run.sh newton [largest number of bodies]     MuJoCo, too, where it is installed
+#   bench/run.sh driver [cells|mechanisms|ordinary|all [runs]]
 #   bench/run.sh trees [samples [rounds]]         peers/run.sh: other libraries, too
 set -eu
 
@@ -19,7 +20,7 @@ trees=$root/bench/peers/run.sh
 what=${1:-all}
 [ $# -eq 0 ] || shift
 case $what in
-all | precision | newton) ida=ON ;;
+all | precision | newton | driver) ida=ON ;;
 scaling | kinds | loops) ida=OFF ;;
 trees) exec sh "$trees" "$@" ;;
 *)
@@ -89,5 +90,9 @@ if wanted newton; then
     fi
     mv "$build/newton.csv" "$results/newton.csv"
     grep '^# time of a step' "$results/newton.csv"
+fi
+if wanted driver; then
+    $pin "$build/bench/bench_driver" "$@" > "$build/driver.csv"
+    mv "$build/driver.csv" "$results/driver.csv"
 fi
 if [ "$what" = all ]; then sh "$trees"; fi
