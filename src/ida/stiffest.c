@@ -9,6 +9,7 @@
  * to v^T K v. Both are quadratic in v for springs and dampers: second differences. */
 #include "ida/stiffest.h"
 
+#include "ida/bend.h"
 #include "ida/error.h"
 #include "ida/stiff.h"
 
@@ -58,11 +59,13 @@ static int find(mbsr_ida *ida, double *s)
 {
     const mbsri_stiff *stiff = mbsri_stiff_of(ida->nonlinear);
     const int nq = mbsr_model_nq(ida->model), nu = mbsr_model_nu(ida->model);
-    const double *y = N_VGetArrayPointer(stiff->state);
+    const double *y = N_VGetArrayPointer(ida->moved);
     const double *v = N_VGetArrayPointer(stiff->direction) + nq + nu;
     double *work = N_VGetArrayPointer(ida->work), c = 0.0;
     const double step = extent(ida, v);
     IDAGetCurrentCj(ida->memory, &c);
+    N_VScale(1.0, stiff->state, ida->moved);
+    mbsri_ida_add_bend(ida, stiff->at, 0, ida->moved);
     int status = MBSR_OK;
     for (int side = -1; side <= 1 && !status && step > 0.0; ++side) {
         status = move(ida, side * step, y, v, work);
