@@ -103,7 +103,7 @@ MBSR_API int mbsr_index1_reset(const mbsr_model *model, mbsr_data *data);
  *
  *   |error of p_k| < mass_k (rtol |u_k| + atol).
  *
- * Needs mbsr_backward; mbsr_dae_consistent and a residual of the momentum form leave the data there.
+ * The driver does so too, with less where closed loops hold a joint. Needs mbsr_backward.
  * MBSR_ERR_NULL, MBSR_ERR_MISMATCH, MBSR_ERR_SEQUENCE. */
 MBSR_API int mbsr_momentum_scales(const mbsr_model *model, mbsr_data *data, double *mass);
 
