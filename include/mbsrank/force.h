@@ -6,6 +6,7 @@
 #include <mbsrank/base.h>
 #include <mbsrank/inertia.h>
 #include <mbsrank/joint.h>
+#include <mbsrank/table.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -245,6 +246,43 @@ MBSR_API mbsr_force_def mbsr_force_joint_stop(int body, int coordinate, double l
  * -force u / sqrt(u^2 + slip^2). force in N or N m, >= 0; slip > 0 in m/s or rad/s. */
 MBSR_API mbsr_force_def mbsr_force_joint_friction(int body, int coordinate, double force,
                                                   double slip);
+
+/* A drive of joint coordinate `coordinate` (as mbsr_force_joint_spring) towards a reference r(t):
+ *
+ *   tau = kp (r - q) + kd (r' - u)
+ *
+ * N/m and N s/m, or N m/rad and N m s/rad, none negative; where `limit` is above zero |tau| is at
+ * most that. It has neither energy nor dissipation: the motor exchanges power. */
+typedef struct mbsr_servo {
+    double kp, kd, limit;
+    double reference;  /* a constant r, unless one of these is given: */
+    mbsr_table *table; /* r(t), one column, whose kinks the driver knows; must outlive the model */
+    mbsr_force_fn function; /* writes two numbers, r and r' (n = 2) */
+    void *user;             /* for function */
+} mbsr_servo;
+
+MBSR_API mbsr_force_def mbsr_force_joint_servo(int body, int coordinate, const mbsr_servo *servo);
+
+/* The characteristic of a motor, brake or damper: tau of joint velocity `coordinate` (0 .. n-1, any
+ * nq) is torque(u), a table of one column over u, which must outlive the model. Two points (0, stall
+ * torque) and (no-load speed, 0) with MBSR_TABLE_STRAIGHT make the torque-speed line of a d.c.
+ * motor. */
+MBSR_API mbsr_force_def mbsr_force_joint_curve(int body, int coordinate, mbsr_table *torque);
+
+/* A compliant gear between joint coordinates of two bodies anywhere in the tree (both nq = n): with e
+ * = q_a - ratio q_b - rest and its torque T on a,
+ *
+ *   tau_a = -T, tau_b = ratio T,   T = stiffness e + damping e'
+ *
+ * and with a backlash > 0 (the whole play, in the unit of q_a) T = sign(e) (F + min(max(damping x',
+ * -F), F)), F = stiffness x, for the depth x = |e| - backlash / 2 > 0, and none in between.
+ * Stiffness, damping and backlash are not negative, ratio is not zero. */
+typedef struct mbsr_gear {
+    double ratio, stiffness, damping, backlash, rest;
+} mbsr_gear;
+
+MBSR_API mbsr_force_def mbsr_force_gear(int a, int coordinate_a, int b, int coordinate_b,
+                                        const mbsr_gear *gear);
 
 /* Force on a body as function of time: `function` writes d components conjugate to V, for a SPATIAL
  * body the moment about its origin and the force along the world axes. */

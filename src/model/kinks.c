@@ -1,5 +1,6 @@
 /* Kinks that tables bring into a model.
  * SPDX-License-Identifier: BSD-3-Clause */
+#include "forces/drive.h"
 #include "model/record.h"
 
 #include <math.h>
@@ -30,7 +31,7 @@ int mbsr_model_kink(const mbsr_model *model, double t, int direction, mbsr_kink 
     const mbsri_force *force = m->forces.data;
     for (size_t k = 0; k < m->forces.count; ++k) {
         if (force[k].def.function == mbsr_table_force)
-            take(force[k].def.user, t, direction, 1, next);
+            take(force[k].def.user, t, direction, mbsri_table_lead(&force[k].def), next);
     }
     const mbsri_closure *closure = m->closures.data;
     for (size_t k = 0; k < m->closures.count; ++k) {
