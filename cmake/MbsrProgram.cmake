@@ -4,7 +4,7 @@
 # mbsr_add_program(target source): links what the file includes. Sets mbsr_program_added to OFF in
 # the caller's scope when the file needs the component ida or SUNDIALS and this build has neither.
 function(mbsr_add_program target source)
-    file(STRINGS "${source}" uses_ida REGEX "^#include [<\"]mbsrank/(ida|sundials)\\.h")
+    file(STRINGS "${source}" uses_ida REGEX "^#include [<\"]mbsrank/(ida|simulation|sundials)\\.h")
     file(STRINGS "${source}" uses_sundials
          REGEX "^#include [<\"](ida|cvode|sundials|nvector|sunmatrix|sunlinsol)/")
     file(STRINGS "${source}" uses_cvode REGEX "^#include [<\"]cvode/")

@@ -2,7 +2,7 @@
  * SPDX-License-Identifier: BSD-3-Clause
  *
  * Steps end at a kink and go on behind it, so that none is taken across. Functions of time are asked
- * a few roundings before it and behind it only. Where y' or y'' jumps IDA starts anew, from q and
+ * a few roundings before it and behind it only. Where y' jumps IDA starts anew, from q and
  * the momenta there, with u and y' found again. It begins with order 1 and steps h, h, 2 h, 4 h ..,
  * the first error h^2 y'' / 2; h is chosen so that such steps fill the time to the next kink.
  *
