@@ -271,16 +271,21 @@ static int check(const mbsr_closure_args *args, char text[MBSR_TEXT_SIZE])
 }
 
 /* along axes of the root, so that the columns of a body depend on that body alone */
-enum { FIXED = MBSR_CLOSURE_ROOT | MBSR_CLOSURE_RELATIVE | MBSR_CLOSURE_OWN };
+enum {
+    FIXED = MBSR_CLOSURE_ROOT | MBSR_CLOSURE_RELATIVE | MBSR_CLOSURE_OWN,
+    CLOSED = FIXED | MBSR_CLOSURE_BALANCED,
+    TURNING = MBSR_CLOSURE_RELATIVE | MBSR_CLOSURE_BALANCED /* with body b */
+};
 
 /* clang-format off */
-#define TABLE(kind, more) {.version = MBSR_CLOSURE_TABLE_VERSION, .flags = FIXED | (more),         \
-                           .name = (kind), .position = position, .jacobian = jacobian,             \
-                           .drift = drift, .bias = bias, .count = count, .check = check,           \
-                           .check_fields = check_fields, .row = row}
+#define TABLE(kind, promises) {.version = MBSR_CLOSURE_TABLE_VERSION, .flags = (promises),         \
+                               .name = (kind), .position = position, .jacobian = jacobian,         \
+                               .drift = drift, .bias = bias, .count = count, .check = check,       \
+                               .check_fields = check_fields, .row = row}
 /* clang-format on */
-static const mbsr_closure_table tables[] = {TABLE("weld", MBSR_CLOSURE_BALANCED),
-                                            TABLE("ball", MBSR_CLOSURE_BALANCED), TABLE("rows", 0)};
+static const mbsr_closure_table tables[] = {TABLE("weld", CLOSED), TABLE("ball", CLOSED),
+                                            TABLE("rows", FIXED)};
+static const mbsr_closure_table turning = TABLE("rows", TURNING);
 
 mbsr_closure_def mbsr_closure_weld(int a, const mbsr_frame *frame_a, int b,
                                    const mbsr_frame *frame_b)
@@ -319,6 +324,7 @@ mbsr_closure_def mbsr_closure_body_rows(int a, const double point_a[3], int b,
                                         const double *direction)
 {
     mbsr_closure_def def = mbsr_closure_rows(a, point_a, b, point_b, count_given, direction);
+    def.table = &turning;
     def.option[TURNS_WITH_B] = 1;
     return def;
 }

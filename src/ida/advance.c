@@ -76,9 +76,14 @@ static void keep_last(mbsr_ida *ida)
 static int gave_up(mbsr_ida *ida, int flag)
 {
     if (flag != IDA_TOO_MUCH_WORK && !ida->stopped) keep_last(ida);
-    if (ida->callback == 0) {
+    /* singular Newton equations have their cause in the positions, too */
+    const bool singular =
+        ida->callback == MBSR_SINGULAR_BLOCK || ida->callback == MBSR_LOOP_SINGULAR;
+    if (ida->callback == 0 || singular) {
         const int status = mbsri_ida_blame_loops(ida);
         if (status) return status;
+    }
+    if (ida->callback == 0) {
         const int failed = mbsri_ida_solver_failed(ida, &ida->error, flag, "mbsr_ida_advance");
         mbsri_ida_blame_stiff(ida);
         return failed;

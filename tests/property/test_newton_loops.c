@@ -124,7 +124,7 @@ static mbsr_frame seen_from(const places *at, int body, const mbsr_frame *world)
     return mbsr_frame_product(&inverse, world);
 }
 
-enum { BALL, ROWS, DISTANCE, WELD, COUPLING, ROLLING_BALL, ROLLING_DISC, OWN, KINDS };
+enum { BALL, ROWS, DISTANCE, WELD, BODY_ROWS, COUPLING, ROLLING_BALL, ROLLING_DISC, OWN, KINDS };
 
 static mbsr_closure_def closure(const choice *c, const places *at, test_rng *rng, int kind);
 
@@ -161,6 +161,7 @@ static mbsr_closure_def closure(const choice *c, const places *at, test_rng *rng
     switch (kind) {
     case BALL: return mbsr_closure_ball(a, p, b, there.x);
     case ROWS: return mbsr_closure_rows(a, p, b, there.x, c->plane ? 1 : 2, x);
+    case BODY_ROWS: return mbsr_closure_body_rows(a, p, b, there.x, c->plane ? 1 : 2, x);
     case WELD: return mbsr_closure_weld(a, &point, b, &there);
     case DISTANCE: {
         double length = 0.0;
