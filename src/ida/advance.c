@@ -154,6 +154,7 @@ static int solve(mbsr_ida *ida, double t_end)
             mbsri_ida_arrive(ida);
             again = (t_end - ida->present) * ida->direction > 0.0 &&
                     !mbsri_ida_same_time(t_end, ida->present);
+            if (!again) ida->present = t_end; /* the same but for rounding */
         }
         if (flag == IDA_ROOT_RETURN) status = at_root(ida, &again);
     }
