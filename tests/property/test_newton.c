@@ -27,6 +27,7 @@ typedef struct tally {
     int swept;           /* trees in vector code */
     int null, elastic;   /* trees with directions that move no mass */
     double between;      /* largest distance of the two versions */
+    bool twice;          /* some joint's derivatives are differences of differences */
 } tally;
 
 static mbsr_newton *make_solver(const mbsr_model *model, mbsr_newton_method method, int by_blocks)
@@ -164,7 +165,8 @@ static void conclude(const tally *group, int most_left_out)
 {
     assert_in_range(group->left_out, 0, most_left_out);
     assert_in_range(group->sharp, 0.01 * test_seeds(84, 90) * group->systems, group->systems);
-    assert_less(group->between, 1e-9);
+    /* over steps of 1e-3, rounding in these counts 1e6 times, and the two versions round otherwise */
+    assert_less(group->between, group->twice ? 1e-8 : 1e-9);
 }
 
 /* ---- trees of rigid bodies ---- */
@@ -316,18 +318,20 @@ static void bodies_in_the_plane(void **state)
 static void bodies_of_all_kinds(void **state)
 {
     (void)state;
-    tally group = {.name = "mixed"};
+    tally rigid = {.name = "mixed"}, general = {.name = "with a general body", .twice = true};
     for (int seed = 0; seed < test_seeds(2, 6) * MIXED_ALL; ++seed) {
         mixed tree;
         double q[MIXED_NQ], u[MIXED_NU];
         test_rng rng = test_seed((uint64_t)seed);
-        mixed_make(&tree, (mixed_scene)(seed % MIXED_ALL));
+        const mixed_scene scene = (mixed_scene)(seed % MIXED_ALL);
+        mixed_make(&tree, scene);
         test_fill(&rng, tree.nq, q);
         test_fill(&rng, tree.nu, u);
-        check(tree.model, tree.data, 0.3, q, u, seed, &group);
+        check(tree.model, tree.data, 0.3, q, u, seed, scene < MIXED_SCENES ? &rigid : &general);
         mixed_free(&tree);
     }
-    conclude(&group, 0);
+    conclude(&rigid, 0);
+    conclude(&general, 0);
 }
 
 /* How often bodies of two kinds are neighbours: one of a caller's own on a rigid one, and the other
