@@ -10,7 +10,8 @@
 #include "sweeps/motion.h"
 #include "sweeps/rank_bound.h"
 
-MBSRI_INLINE void accelerate(const mbsri_sweep_run *run, int i)
+/* any: there are blocks, or force elements on bodies. */
+MBSRI_INLINE void accelerate(const mbsri_sweep_run *run, int i, bool any)
 {
     const mbsri_sweep_body *b = run->tree->body + i;
     const mbsri_sweep_state *pred = run->state + b->parent;
@@ -35,7 +36,7 @@ MBSRI_INLINE void accelerate(const mbsri_sweep_run *run, int i)
     /* in the place of U */
     v4 L = splat(0.0), p = splat(0.0);
     if (!(b->flags & MBSRI_MASSLESS)) own_load(b, s, A_w, A_v, &L, &p);
-    if (b->flags & MBSRI_LOADED) {
+    if (any && b->flags & MBSRI_LOADED) {
         L -= load(run->load[i].L);
         p -= load(run->load[i].p);
     }
@@ -44,7 +45,7 @@ MBSRI_INLINE void accelerate(const mbsri_sweep_run *run, int i)
 }
 
 /* The sums to the leaves stay in registers or, at branches, on the stack of the momentum form. */
-MBSRI_INLINE void sum_loads(const mbsri_sweep_run *run)
+MBSRI_INLINE void sum_loads(const mbsri_sweep_run *run, bool any)
 {
     const mbsri_sweeps *tree = run->tree;
     mbsri_flow *top = run->flows;
@@ -53,7 +54,7 @@ MBSRI_INLINE void sum_loads(const mbsri_sweep_run *run)
         const mbsri_sweep_body *b = tree->body + i;
         const mbsri_sweep_state *s = run->state + i;
         const int flags = b->flags;
-        if (flags & MBSRI_BLOCK) {
+        if (any && flags & MBSRI_BLOCK) {
             _Alignas(32) double force[8];
             mbsri_block_react(run, i, force, force + 4);
             L = load(force);
@@ -78,7 +79,7 @@ MBSRI_INLINE void sum_loads(const mbsri_sweep_run *run)
             run->out[b->u] = along_axis(b, load(s->R + 8), L, p);
         }
         L += cross(load(s->rho), p);
-        if (flags & MBSRI_TO_BLOCK) {
+        if (any && flags & MBSRI_TO_BLOCK) {
             _Alignas(32) double force[8];
             store(force, L);
             store(force + 4, p);
@@ -92,16 +93,16 @@ MBSRI_INLINE void sum_loads(const mbsri_sweep_run *run)
     }
 }
 
-static int inverse(const mbsri_sweep_run *run)
+MBSRI_INLINE int inverse_sweep(const mbsri_sweep_run *run, bool any)
 {
     const mbsri_sweeps *tree = run->tree;
     for (int i = 1; i <= tree->bodies; ++i) {
         const mbsri_sweep_body *b = tree->body + i;
-        if (run->load) { /* the kinematics came before the loads */
+        if (any) { /* the kinematics came before the loads */
             if (b->flags & MBSRI_BLOCK)
                 mbsri_block_accelerate(run, i);
             else
-                accelerate(run, i);
+                accelerate(run, i, true);
             continue;
         }
         if (b->flags & MBSRI_MULTI) {
@@ -110,10 +111,15 @@ static int inverse(const mbsri_sweep_run *run)
         } else {
             move_body(run, b, run->state + b->parent, run->state + i, false);
         }
-        accelerate(run, i);
+        accelerate(run, i, false);
     }
-    sum_loads(run);
+    sum_loads(run, any);
     return 0;
+}
+
+static int inverse(const mbsri_sweep_run *run)
+{
+    return run->load ? inverse_sweep(run, true) : inverse_sweep(run, false);
 }
 
 #endif

@@ -108,12 +108,13 @@ MBSRI_INLINE void flow_through(const mbsri_sweep_run *run, int i, flow *f)
     f->p_bar += load(s->U_p) * share;
 }
 
-static void balance(const mbsri_sweep_run *run)
+/* any: there are blocks, or force elements on bodies. */
+MBSRI_INLINE void balance(const mbsri_sweep_run *run, bool any)
 {
     for (int i = 1; i <= run->tree->bodies; ++i) {
         const mbsri_sweep_body *b = run->tree->body + i;
         const mbsri_sweep_state *s = run->state + i, *pred = run->state + b->parent;
-        if (b->flags & MBSRI_BLOCK) {
+        if (any && b->flags & MBSRI_BLOCK) {
             mbsri_block_balance(run, i);
             continue;
         }
@@ -131,19 +132,19 @@ static void balance(const mbsri_sweep_run *run)
     }
 }
 
-static int momentum(const mbsri_sweep_run *run)
+MBSRI_INLINE int momentum_sweep(const mbsri_sweep_run *run, bool any)
 {
     const mbsri_sweeps *tree = run->tree;
     mbsri_flow *top = run->flows;
     const v4 none = splat(0.0), g = {tree->gravity[0], tree->gravity[1], tree->gravity[2], 0.0};
     flow f = {none, none, none, none, none, none};
-    const int status = tree->blocks > 0 ? mbsri_block_open_momentum(run) : 0;
+    const int status = any && tree->blocks > 0 ? mbsri_block_open_momentum(run) : 0;
     if (status) return status;
     for (int i = tree->bodies; i >= 1; --i) {
         const mbsri_sweep_body *b = tree->body + i;
         const mbsri_sweep_state *s = run->state + i;
         const int flags = b->flags;
-        if (flags & MBSRI_BLOCK) {
+        if (any && flags & MBSRI_BLOCK) {
             _Alignas(32) mbsri_flow m;
             memset(&m, 0, sizeof m);
             mbsri_block_momentum(run, i, &m);
@@ -157,7 +158,7 @@ static int momentum(const mbsri_sweep_run *run)
         if (flags & MBSRI_LEAF) f = (flow){none, none, none, none, none, none};
         if (flags & MBSRI_BRANCHES) add_flow(--top, &f);
         if (!(flags & MBSRI_MASSLESS)) add_own_flow(b, s, g, &f);
-        if (flags & MBSRI_LOADED) {
+        if (any && flags & MBSRI_LOADED) {
             f.N += load(run->load[i].L);
             f.F += load(run->load[i].p);
         }
@@ -174,7 +175,7 @@ static int momentum(const mbsri_sweep_run *run)
         f.L += cross(rho, f.p);
         f.N += cross(rho, f.F);
         f.L_bar += cross(rho, f.p_bar);
-        if (flags & MBSRI_TO_BLOCK) {
+        if (any && flags & MBSRI_TO_BLOCK) {
             _Alignas(32) mbsri_flow m;
             flow_to_memory(&f, &m);
             mbsri_block_receive_flow(run, b->parent, &m);
@@ -183,8 +184,18 @@ static int momentum(const mbsri_sweep_run *run)
         if (!(flags & MBSRI_OPENS)) add_flow(--top, &f);
         flow_to_memory(&f, top++);
     }
-    balance(run);
+    balance(run, any);
     return 0;
+}
+
+MBSRI_OUTLINE int momentum_of_kinds(const mbsri_sweep_run *run)
+{
+    return momentum_sweep(run, true);
+}
+
+static int momentum(const mbsri_sweep_run *run)
+{
+    return run->load ? momentum_of_kinds(run) : momentum_sweep(run, false);
 }
 
 #endif

@@ -103,8 +103,7 @@ MBSRI_INLINE bool certify(const mbsri_sweep_run *run, int i, blocks *c, joint *j
     const mbsri_sweep_body *b = run->tree->body + i;
     const double area = run->tree->length * run->tree->length, per_area = 1.0 / area,
                  clear = run->tree->clear, trace = trace_of(c, per_area);
-    const double size = (b->flags & MBSRI_TURNS ? area : 0.0) + b->pitch * b->pitch,
-                 local = local_size(b, c);
+    const double size = (b->flags & MBSRI_TURNS ? area : 0.0) + b->pitch * b->pitch;
     double spread = c->spread + trace, transport = 1.0;
     if (b->soft > 0.0) {
         const double own = spread * b->soft;
@@ -112,7 +111,10 @@ MBSRI_INLINE bool certify(const mbsri_sweep_run *run, int i, blocks *c, joint *j
         spread = 0.0;
     }
     const double sure = j->D * (1.0 - clear * c->kappa);
-    if (sure > clear * spread * size && sure > MBSRI_FINE * local) {
+    /* at least the local size; mostly this tells, too */
+    double large = trace * size;
+    if (!(sure > MBSRI_FINE * large)) large = local_size(b, c);
+    if (sure > clear * spread * size && sure > MBSRI_FINE * large) {
         j->Dinv = 1.0 / j->D;
         transport =
             size * sum3(j->U_L * j->U_L * splat(per_area) + j->U_p * j->U_p) * j->Dinv * j->Dinv;

@@ -114,6 +114,10 @@ static void count_loops(int k)
 static void count(counted *c, const char *tree, const mbsri_sweep_kernels *kernels)
 {
     c->tree.model->sweeps->kernels = c->tree.model->whole->kernels = kernels;
+    /* the solver chooses its own by these */
+    mbsr_newton_destroy(c->newton);
+    bench_check(mbsr_newton_create(c->tree.model, MBSR_DAE_MOMENTUM, NULL, &c->newton, NULL),
+                "mbsr_newton_create", NULL);
     for (int which = 0; which < CALLS; ++which) {
         /* the first call finds the functions of shared libraries */
         bench_check(call(c, which), call_name[which], mbsr_data_error(c->data)->text);
