@@ -53,7 +53,8 @@ static void place_step(const mbsri_joint *joint, int step, const mbsri_sweep_bod
     *b = (mbsri_sweep_body){.spread = 1.0,
                             .q = whole->q + (ball ? 0 : coordinate + joint->nq - joint->n),
                             .u = whole->u + coordinate,
-                            .n = ball ? 3 : 1};
+                            .n = ball ? 3 : 1,
+                            .flags = whole->flags & MBSRI_FLAT};
     place(&start, b);
     if (ball) b->flags |= MBSRI_BALL;
     if (code & MBSRI_DRIVEN) {

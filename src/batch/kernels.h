@@ -253,7 +253,8 @@ MBSRI_INLINE column eliminate(const mbsri_batch_run *run, int flags, double pitc
         U_L = sym_times(&c->I, Z);
         U_p = times(&c->G, Z);
         size = 1.0 / run->per_area;
-        local = c->I.xx + c->I.yy + c->I.zz;
+        local = c->I.zz;
+        if (!(flags & MBSRI_FLAT)) local += c->I.xx + c->I.yy;
     }
     if (flags & MBSRI_SLIDES) {
         U_L = plus(U_L, h, transposed_times(&c->G, Z));

@@ -211,6 +211,20 @@ static void place_angles(mbsri_sweeps *tree)
     tree->angles = last < 0 ? 0 : last + 1 - tree->first_angle;
 }
 
+/* Bodies with none but bodies in the plane behind them, themselves included. */
+static void mark_flat(mbsri_sweeps *tree, const mbsr_model *m)
+{
+    for (int i = 1; i <= tree->bodies; ++i) {
+        const mbsr_space space = m->body[i].joint.space;
+        if (space == MBSR_SPACE_PLANAR || space == MBSR_SPACE_POINT)
+            tree->body[i].flags |= MBSRI_FLAT;
+    }
+    for (int i = tree->bodies; i >= 1; --i) {
+        const mbsri_sweep_body *b = tree->body + i;
+        if (!(b->flags & MBSRI_FLAT)) tree->body[b->parent].flags &= ~MBSRI_FLAT;
+    }
+}
+
 /* How the backward sweep hands Mbar on: to the body before, or through the stack; blocks keep what
  * they get in arrays of their own. */
 static void place_hand_overs(mbsri_sweeps *tree)
@@ -327,6 +341,7 @@ static bool place(mbsri_sweeps *tree, const mbsr_model *m)
     }
     place_inertias(tree, m);
     place_angles(tree);
+    mark_flat(tree, m);
     place_hand_overs(tree);
     collect_forces(tree, m);
     return place_own_frames(tree, m);

@@ -53,11 +53,16 @@ MBSRI_INLINE double least_noise(const mbsri_sweep_body *b, const blocks *c, v4 Z
     return least;
 }
 
-/* The traces of the blocks of Mbar that S takes part in, out of which D comes. */
+/* The traces of the blocks of Mbar that S takes part in, out of which D comes; in the plane tensors
+ * are not turned, and what is there about x and y, which no joint ever takes away, has no part in
+ * it. */
 MBSRI_INLINE double local_size(const mbsri_sweep_body *b, const blocks *c)
 {
     double local = 0.0;
-    if (b->flags & MBSRI_TURNS) local = c->I[0][0] + c->I[1][1] + c->I[2][2];
+    if (b->flags & MBSRI_TURNS) {
+        local = c->I[2][2];
+        if (!(b->flags & MBSRI_FLAT)) local += c->I[0][0] + c->I[1][1];
+    }
     if (b->flags & MBSRI_SLIDES)
         local += b->pitch * b->pitch * (c->M[0][0] + c->M[1][1] + c->M[2][2]);
     return local;

@@ -28,6 +28,7 @@ enum {
     MBSRI_OPENS = 128,      /* the first of several successors that the backward sweep meets */
     MBSRI_LOADED = 256,     /* force elements act on the body */
     MBSRI_PLANE = 512,      /* it lies in the plane */
+    MBSRI_FLAT = 524288,    /* and so do all bodies behind it */
     MBSRI_BLOCK = 8192,     /* it is of another kind: see block.h, and the next two */
     MBSRI_TO_BLOCK = 16384, /* its predecessor is */
     MBSRI_BOUNDED = 65536,  /* a block that is not in GENERAL space, nor is its predecessor */
