@@ -54,7 +54,7 @@ static void place_step(const mbsri_joint *joint, int step, const mbsri_sweep_bod
                             .q = whole->q + (ball ? 0 : coordinate + joint->nq - joint->n),
                             .u = whole->u + coordinate,
                             .n = ball ? 3 : 1,
-                            .flags = whole->flags & MBSRI_FLAT};
+                            .flags = whole->flags & (MBSRI_FLAT | MBSRI_LEVEL)};
     place(&start, b);
     if (ball) b->flags |= MBSRI_BALL;
     if (code & MBSRI_DRIVEN) {

@@ -221,8 +221,9 @@ MBSRI_INLINE void translate(vec r, carry *c)
     c->L = add(c->L, cross(r, c->p));
 }
 
-MBSRI_INLINE lanes trace_of(const carry *c, double per_area)
+MBSRI_INLINE lanes trace_of(const carry *c, int flags, double per_area)
 {
+    if (flags & MBSRI_LEVEL) return c->I.zz * splat(per_area) + (c->M.xx + c->M.yy);
     return (c->I.xx + c->I.yy + c->I.zz) * splat(per_area) + (c->M.xx + c->M.yy + c->M.zz);
 }
 
@@ -268,7 +269,7 @@ MBSRI_INLINE column eliminate(const mbsri_batch_run *run, int flags, double pitc
         D += dot(Z, U_L);
         e -= dot(Z, c->L);
     }
-    const lanes trace = trace_of(c, run->per_area), Dinv = splat(1.0) / D;
+    const lanes trace = trace_of(c, flags, run->per_area), Dinv = splat(1.0) / D;
     const lanes spread = noise_of(c, trace, soft);
     *clear &=
         (D > splat(1e-6) * local) & (D - least * (D * c->kappa) > least * (spread * splat(size)));
@@ -299,7 +300,7 @@ MBSRI_INLINE void eliminate_all(const mbsri_batch_run *run, const mbsri_sweep_bo
         s->column =
             eliminate(run, b->flags, b->pitch, b->soft, s->R.z, at(run->load, b->u), c, clear);
     } else {
-        const lanes trace = trace_of(c, run->per_area);
+        const lanes trace = trace_of(c, b->flags, run->per_area);
         c->spread = noise_of(c, trace, b->soft) + trace;
     }
 }

@@ -223,6 +223,11 @@ static void mark_flat(mbsri_sweeps *tree, const mbsr_model *m)
         const mbsri_sweep_body *b = tree->body + i;
         if (!(b->flags & MBSRI_FLAT)) tree->body[b->parent].flags &= ~MBSRI_FLAT;
     }
+    for (int i = 1; i <= tree->bodies; ++i) {
+        mbsri_sweep_body *b = tree->body + i;
+        const bool level = b->parent == 0 || tree->body[b->parent].flags & MBSRI_LEVEL;
+        if (level && b->flags & MBSRI_FLAT) b->flags |= MBSRI_LEVEL;
+    }
 }
 
 /* How the backward sweep hands Mbar on: to the body before, or through the stack; blocks keep what

@@ -26,6 +26,12 @@ typedef struct joint {
     double Dinv; /* 0 where the rank is 0 */
 } joint;
 
+/* In the plane from here to the root and to the leaves, errors about x and y do not matter. */
+MBSRI_INLINE double level_trace_of(const blocks *c, double per_area)
+{
+    return c->I[2][2] * per_area + (c->M[0][0] + c->M[1][1]);
+}
+
 MBSRI_INLINE double trace_of(const blocks *c, double per_area)
 {
     return (c->I[0][0] + c->I[1][1] + c->I[2][2]) * per_area +
@@ -107,7 +113,9 @@ MBSRI_INLINE bool certify(const mbsri_sweep_run *run, int i, blocks *c, joint *j
 {
     const mbsri_sweep_body *b = run->tree->body + i;
     const double area = run->tree->length * run->tree->length, per_area = 1.0 / area,
-                 clear = run->tree->clear, trace = trace_of(c, per_area);
+                 clear = run->tree->clear,
+                 trace =
+                     b->flags & MBSRI_LEVEL ? level_trace_of(c, per_area) : trace_of(c, per_area);
     const double size = (b->flags & MBSRI_TURNS ? area : 0.0) + b->pitch * b->pitch;
     double spread = c->spread + trace, transport = 1.0;
     if (b->soft > 0.0) {

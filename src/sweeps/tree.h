@@ -29,6 +29,7 @@ enum {
     MBSRI_LOADED = 256,     /* force elements act on the body */
     MBSRI_PLANE = 512,      /* it lies in the plane */
     MBSRI_FLAT = 524288,    /* and so do all bodies behind it */
+    MBSRI_LEVEL = 1048576,  /* and all before it */
     MBSRI_BLOCK = 8192,     /* it is of another kind: see block.h, and the next two */
     MBSRI_TO_BLOCK = 16384, /* its predecessor is */
     MBSRI_BOUNDED = 65536,  /* a block that is not in GENERAL space, nor is its predecessor */

@@ -14,6 +14,7 @@
 #include "sweeps/dynamics.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 enum { MOST = 3 * TEST_PLANE_BODIES, SIZE = 3 * MOST, TREES = 300 };
@@ -180,11 +181,55 @@ static void a_point_between_planar_bodies_is_a_block(void **state)
     }
 }
 
+/* Long chains have so much inertia about x and y, which no joint takes away, that what turns about z
+ * is nothing beside it: it must not count. */
+static void long_chains_are_served(void **state)
+{
+    (void)state;
+    enum { HINGES = 2000 };
+    const double com[2] = {0.5, 0.0};
+    mbsr_model *m;
+    mbsr_data *d;
+    double *q = calloc(6 * HINGES, sizeof *q), *u = q + HINGES, *tau = u + HINGES,
+           *udot = tau + HINGES, *back = udot + HINGES, *bias = back + HINGES;
+    assert_ok(mbsr_model_create(NULL, &m, NULL), NULL);
+    for (int i = 0; i < HINGES; ++i) {
+        mbsr_body_def body = mbsr_default_body_def();
+        body.parent = i == 0 ? MBSR_GROUND : i - 1;
+        body.joint = mbsr_joint_planar_revolute((mbsr_planar_frame){i > 0 ? 1.0 : 0.0, 0.0, 0.0},
+                                                (mbsr_planar_frame){0.0, 0.0, 0.0});
+        body.inertia = mbsr_inertia_planar(1.0, com, 1.0 / 12.0);
+        assert_ok(mbsr_model_add_body(m, &body, NULL), mbsr_model_error(m));
+    }
+    assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
+    assert_ok(mbsr_data_create(m, &d, NULL), NULL);
+    for (int k = 0; k < HINGES; ++k) {
+        q[k] = 0.3 * sin(k);
+        u[k] = 0.1 * cos(3.0 * k);
+        tau[k] = sin(2.0 * k);
+    }
+    assert_ok(mbsri_sweeps_forward_dynamics(m, d, 0.0, q, u, tau, udot), mbsr_data_error(d));
+    assert_ok(mbsr_inverse_dynamics(m, d, 0.0, q, u, udot, back), mbsr_data_error(d));
+    mbsr_batch *batch;
+    assert_ok(mbsr_batch_create(m, &batch, NULL), NULL);
+    assert_ok(mbsr_batch_forward_dynamics(m, batch, 0.0, 1, q, u, tau, bias, NULL),
+              mbsr_batch_error(batch));
+    assert_int_equal(mbsr_batch_one_by_one(batch), 0);
+    mbsr_batch_destroy(batch);
+    assert_ok(mbsr_bias_forces(m, d, 0.0, q, u, bias), mbsr_data_error(d));
+    for (int k = 0; k < HINGES; ++k)
+        assert_close(back[k], tau[k], 1e-9 * (1.0 + fabs(tau[k]) + fabs(bias[k])));
+    mbsr_data_destroy(d);
+    mbsr_model_destroy(m);
+    free(q);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(trees_in_the_plane_agree_with_the_stages),
         cmocka_unit_test(a_point_between_planar_bodies_is_a_block),
+        cmocka_unit_test(long_chains_are_served),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
