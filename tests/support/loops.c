@@ -19,7 +19,7 @@ void loops_begin(loops *s, const mbsr_root *root)
     assert_ok(mbsr_model_add_force(s->m, &gravity, NULL), mbsr_model_error(s->m));
 }
 
-void loops_finish(loops *s)
+void loops_build(loops *s)
 {
     assert_ok(mbsr_model_finish(s->m), mbsr_model_error(s->m));
     assert_ok(mbsr_data_create(s->m, &s->d, NULL), NULL);
@@ -28,6 +28,11 @@ void loops_finish(loops *s)
     s->rows = mbsr_model_rows(s->m);
     s->held = mbsr_model_held(s->m);
     s->size = mbsr_dae_size(s->m, MBSR_DAE_MOMENTUM);
+}
+
+void loops_finish(loops *s)
+{
+    loops_build(s);
     assert_true(s->nq <= LOOPS_MOST && s->rows <= LOOPS_MOST);
     assert_int_equal(s->size, s->nq + 2 * s->nu + s->rows + s->held);
 }

@@ -21,6 +21,8 @@ typedef struct loops {
 /* An empty model with gravity (0, -9.81, 0); loops_finish makes the data. */
 void loops_begin(loops *s, const mbsr_root *root);
 void loops_finish(loops *s);
+/* The same for one that is larger than the vectors here. */
+void loops_build(loops *s);
 void loops_free(loops *s);
 
 /* A uniform rod along x in the plane, hinged at its end to (x, y) of the parent; mass may be zero.

@@ -27,13 +27,7 @@ static void make(loops *s, int count, int hub, int tail)
         }
         last = spine;
     }
-    assert_ok(mbsr_model_finish(s->m), mbsr_model_error(s->m));
-    assert_ok(mbsr_data_create(s->m, &s->d, NULL), NULL);
-    s->nq = mbsr_model_nq(s->m);
-    s->nu = mbsr_model_nu(s->m);
-    s->rows = mbsr_model_rows(s->m);
-    s->held = mbsr_model_held(s->m);
-    s->size = mbsr_dae_size(s->m, MBSR_DAE_MOMENTUM);
+    loops_build(s);
 }
 
 /* A consistent state from joint angles that repeat after `period` bodies. */
