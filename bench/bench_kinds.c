@@ -1,7 +1,7 @@
 /* Time per body of chains with bodies of other kinds than rigid bodies in space on stock joints.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- *   bench_kinds [samples]     CSV on standard output
+ *   bench_kinds [samples [chain]]     CSV on standard output; of one chain alone
  *
  * Chains of hinges, all with the same task: forward and inverse dynamics, the residual of the
  * momentum form, and one factorisation with one solution of its Newton system. In space some joints
@@ -17,6 +17,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 enum { SAMPLES = 21, TASKS = 4 };
 
@@ -535,24 +536,29 @@ static double measure(void *context, int which)
 int main(int argc, char **argv)
 {
     const int samples = argc > 1 ? atoi(argv[1]) : SAMPLES;
+    const struct bench_case *wanted[CASES];
     chain chains[CASES] = {0};
-    if (samples < 1) {
-        fprintf(stderr, "usage: bench_kinds [samples]\n");
+    int count = 0;
+    for (int c = 0; c < CASES; ++c) {
+        if (argc < 3 || strcmp(argv[2], cases[c].name) == 0) wanted[count++] = cases + c;
+    }
+    if (samples < 1 || count == 0) {
+        fprintf(stderr, "usage: bench_kinds [samples [chain]]\n");
         return EXIT_FAILURE;
     }
     fill_entries();
-    for (int c = 0; c < CASES; ++c) make_chain(chains + c, cases + c);
-    double *sample = bench_allocate((size_t)(CASES * TASKS * samples), sizeof *sample);
-    bench_sample_all(CASES * TASKS, samples, measure, chains, sample);
+    for (int c = 0; c < count; ++c) make_chain(chains + c, wanted[c]);
+    double *sample = bench_allocate((size_t)(count * TASKS * samples), sizeof *sample);
+    bench_sample_all(count * TASKS, samples, measure, chains, sample);
     bench_header(stdout, "libmbsrank: time per body of chains with bodies of several kinds");
     printf("chain,bodies,task,ns_per_body,min,q1,q3,samples\n");
-    for (int k = 0; k < CASES * TASKS; ++k) {
-        const struct bench_case *c = cases + k / TASKS;
+    for (int k = 0; k < count * TASKS; ++k) {
+        const struct bench_case *c = wanted[k / TASKS];
         const bench_quartiles time = bench_statistics(samples, sample + k * samples);
         printf("%s,%d,%s,%.1f,%.1f,%.1f,%.1f,%d\n", c->name, c->bodies, task_name[k % TASKS],
                time.median, time.min, time.q1, time.q3, samples);
     }
     free(sample);
-    for (int c = 0; c < CASES; ++c) free_chain(chains + c);
+    for (int c = 0; c < count; ++c) free_chain(chains + c);
     return EXIT_SUCCESS;
 }

@@ -67,9 +67,13 @@ static size_t layout(const mbsr_model *m, bool lean, unsigned char *base, mbsr_d
     d->force_bodies = take(base, &used, (size_t)m->max_force_bodies * sizeof *d->force_bodies);
     if (m->sweeps) {
         d->sweep_state = take(base, &used, bodies * sizeof *d->sweep_state);
-        const int of_whole = m->whole->depth, of_sweeps = m->sweeps->depth;
-        const size_t depth = (size_t)(of_whole > of_sweeps ? of_whole : of_sweeps);
-        d->sweep_multi = take(base, &used, (size_t)m->sweeps->multi * sizeof *d->sweep_multi);
+        const mbsri_sweeps *const tree[] = {m->sweeps, m->whole, m->evaluated};
+        size_t depth = 0, multi = 0;
+        for (int k = 0; k < 3; ++k) {
+            if ((size_t)tree[k]->depth > depth) depth = (size_t)tree[k]->depth;
+            if ((size_t)tree[k]->multi > multi) multi = (size_t)tree[k]->multi;
+        }
+        d->sweep_multi = take(base, &used, multi * sizeof *d->sweep_multi);
         d->sweep_stack = take(base, &used, depth * sizeof *d->sweep_stack);
         d->sweep_noise = take(base, &used, depth * sizeof *d->sweep_noise);
         d->sweep_flows = take(base, &used, depth * sizeof *d->sweep_flows);
@@ -240,6 +244,9 @@ void mbsri_data_poison(mbsr_data *d)
     MBSRI_ARRAYS(MBSRI_POISON)
 #undef MBSRI_POISON
     for (int i = 0; i <= m->bodies; ++i) d->rank[i] = -1000;
+    const size_t loads = m->sweeps && m->whole->body_forces ? (size_t)m->bodies + 1 : 0;
+    for (size_t i = 0; i < loads; ++i)
+        for (int k = 0; k < 4; ++k) d->sweep_load[i].r[k] = d->sweep_load[i].arm[k] = NAN;
     d->stage = MBSRI_STAGE_NONE;
     d->pending = MBSRI_PENDING_NONE;
     d->accelerated = d->framed = false;

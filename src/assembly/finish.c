@@ -337,7 +337,7 @@ static bool group_joints(mbsr_model *m, int N)
     m->lapack_work = mbsri_lapack_syev_work(m->max_n);
     built = built && mbsri_measure(m) && mbsri_survey(m);
     m->finished = false;
-    built = built && mbsri_sweeps_build_whole(m);
+    built = built && mbsri_sweeps_build_others(m);
     mbsri_places_see(m);
     mbsri_places_set(m, N);
     return built && mbsri_groups_place(m);

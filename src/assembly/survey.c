@@ -19,11 +19,13 @@
 #include "assembly/survey.h"
 
 #include "algebra/dense.h"
+#include "algebra/space3.h"
 #include "assembly/data.h"
 #include "base/memory.h"
 #include "recursion/backward.h"
 #include "recursion/group.h"
 #include "recursion/kinematics.h"
+#include "sweeps/tree.h"
 
 #include <math.h>
 
@@ -121,6 +123,34 @@ static void mark(mbsr_model *m, const mbsr_data *d, bool *behind)
     }
 }
 
+/* Whether the sweeps could take the joint of body i, a user's, for one of theirs. */
+static bool may_be_users(const mbsr_model *m, int i)
+{
+    const mbsri_body *b = m->body + i;
+    const bool above = b->pred_space == MBSR_SPACE_SPATIAL || b->pred_space == MBSR_SPACE_FIXED;
+    return m->sweeps && m->sweeps->body[i].flags & MBSRI_BLOCK &&
+           b->joint.space == MBSR_SPACE_SPATIAL && above && mbsri_embeds_inertia(b) &&
+           b->joint.table->flags & MBSR_JOINT_UNIT_K && b->head == i && b->members <= 1;
+}
+
+static bool any_users(const mbsr_model *m)
+{
+    bool some = false;
+    for (int i = 1; i <= m->bodies && !some; ++i) some = may_be_users(m, i);
+    return some && m->bodies <= MBSRI_MOST_SURVEYED;
+}
+
+/* Joints of users' whose H is a translation and whose D is regular. */
+static void mark_users(mbsr_model *m, const mbsr_data *d)
+{
+    for (int i = 1; i <= m->bodies; ++i) {
+        mbsri_body *b = m->body + i;
+        double rho[3];
+        b->users = may_be_users(m, i) && !b->whole && d->rank[i] == b->n &&
+                   (b->d_pred == 0 || mbsri_is_translation(d->H + b->dp, rho));
+    }
+}
+
 /* Whether some joint of several rates, or some group, may lack rank. */
 static bool concerned(const mbsr_model *m)
 {
@@ -153,14 +183,17 @@ static bool weigh(mbsr_model *m, mbsr_data *d, bool ranks)
 
 bool mbsri_survey(mbsr_model *m)
 {
-    const bool ranks = concerned(m);
-    if (!ranks && m->rows == 0) return true;
+    const bool ranks = concerned(m), users = any_users(m);
+    if (!ranks && !users && m->rows == 0) return true;
     mbsr_data *d;
     bool *behind = mbsri_allocate(&m->allocator, (size_t)m->bodies + 1);
     const bool created = mbsr_data_create(m, &d, NULL) == MBSR_OK,
                memory = behind && created && weigh(m, d, ranks);
-    if (memory && m->scale && mbsri_survey_position(m, d) && !mbsri_backward_masses(m, d))
-        mark(m, d, behind);
+    const bool wanted = memory && (m->scale || users);
+    if (wanted && mbsri_survey_position(m, d) && !mbsri_backward_masses(m, d)) {
+        if (m->scale) mark(m, d, behind);
+        if (users) mark_users(m, d);
+    }
     if (created) mbsr_data_destroy(d);
     mbsri_release(&m->allocator, behind);
     return memory;

@@ -60,6 +60,7 @@ typedef struct mbsri_body {
     int ig, igq;       /* places of its rates and coordinates in vectors by groups */
     bool coupled;      /* the sweeps do not take its group apart (assembly/survey.h) */
     bool whole;        /* the sweeps leave it to the steps of recursion/ (assembly/survey.h) */
+    bool users;        /* a user's joint that the sweeps take as their own (sweeps/users_joint.h) */
     bool seen;         /* its arrays are read or written by the sweeps too (assembly/places.h) */
     size_t seat;       /* offset of one number */
     mbsri_joint joint;
@@ -136,7 +137,9 @@ struct mbsr_model {
                      are stock ones */
     struct mbsri_sweeps *sweeps; /* for rigid bodies in space, where they serve (sweeps/tree.h) */
     struct mbsri_sweeps *whole;  /* the same with whole bodies as blocks; mostly the same tree */
-    mbsri_body *body;            /* N + 1 */
+    struct mbsri_sweeps
+        *evaluated;   /* and with users' joints among the sweeps' own; mostly the same */
+    mbsri_body *body; /* N + 1 */
     int nq, nu;
     int max_d, max_n, max_force_bodies;
     int anywhere;      /* elements that act on no body in particular, which are the first */

@@ -205,7 +205,7 @@ static int jacobians(const mbsr_model *m, mbsr_data *d, int i)
     return MBSR_OK;
 }
 
-int mbsri_position_of(const mbsr_model *m, mbsr_data *d, int i)
+int mbsri_place_joint(const mbsr_model *m, mbsr_data *d, int i)
 {
     const mbsri_body *b = m->body + i;
     if (b->locks) mbsri_with_held(b, d->q + b->iq, true, d->q_full + b->full);
@@ -217,7 +217,13 @@ int mbsri_position_of(const mbsr_model *m, mbsr_data *d, int i)
     status = check_finite(m, d, i, b->np, d->p + b->p, "the pose");
     if (status) return status;
     /* K, H, J, kI */
-    status = jacobians(m, d, i);
+    return jacobians(m, d, i);
+}
+
+int mbsri_position_of(const mbsr_model *m, mbsr_data *d, int i)
+{
+    const mbsri_body *b = m->body + i;
+    const int status = mbsri_place_joint(m, d, i);
     if (status) return status;
     /* M_i(p_i) */
     mbsri_inertia_mass(b, d->p + b->p, d->M + b->dd);
@@ -252,14 +258,17 @@ int mbsri_positions(const mbsr_model *m, mbsr_data *d, double t, const double *q
     return MBSR_OK;
 }
 
-int mbsri_velocity_of(const mbsr_model *m, mbsr_data *d, int i)
+int mbsri_move_joint(const mbsr_model *m, mbsr_data *d, int i)
 {
     const mbsri_body *b = m->body + i;
     if (b->locks) mbsri_with_held(b, d->u + b->iu, false, d->u_full + b->full);
     double *V = d->V + b->v, *kII = d->kII + b->v;
     /* V_i = -(H_i V_pi + J_i u_i + kI_i) */
     mbsri_zero((size_t)b->d, V);
-    mbsri_ax(b->d, b->d_pred, -1.0, d->H + b->dp, d->V + b->pred_v, V);
+    if (b->d == 6 && b->d_pred == 6) /* sizes known to the compiler */
+        mbsri_ax(6, 6, -1.0, d->H + b->dp, d->V + b->pred_v, V);
+    else
+        mbsri_ax(b->d, b->d_pred, -1.0, d->H + b->dp, d->V + b->pred_v, V);
     mbsri_ax(b->d, b->n, -1.0, d->J + b->dn, d->u + b->iu, V);
     for (int k = 0; k < b->d; ++k) V[k] -= d->kI[b->v + (size_t)k];
     if (!mbsri_finite((size_t)b->d, V)) {
@@ -272,8 +281,16 @@ int mbsri_velocity_of(const mbsr_model *m, mbsr_data *d, int i)
     int status = b->joint.table->bias(&args, kII);
     if (status) return mbsri_joint_failed(m, d, i, status, "bias");
     if (!unit_K(b)) divide_by_K(b, d, 1, kII);
+    return MBSR_OK;
+}
+
+int mbsri_velocity_of(const mbsr_model *m, mbsr_data *d, int i)
+{
+    const mbsri_body *b = m->body + i;
+    int status = mbsri_move_joint(m, d, i);
+    if (status) return status;
     /* gyroscopic force; M_i where it is given by a function */
-    status = mbsri_inertia_velocity(b, d->t, d->p + b->p, V, d->M + b->dd, d->h + b->v);
+    status = mbsri_inertia_velocity(b, d->t, d->p + b->p, d->V + b->v, d->M + b->dd, d->h + b->v);
     return status ? mbsri_joint_failed(m, d, i, status, "the inertia's function") : MBSR_OK;
 }
 

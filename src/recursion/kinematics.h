@@ -14,6 +14,10 @@ int mbsri_velocities(const mbsr_model *m, mbsr_data *d, const double *u);
 int mbsri_position_of(const mbsr_model *m, mbsr_data *d, int i);
 int mbsri_velocity_of(const mbsr_model *m, mbsr_data *d, int i);
 
+/* Of these what the joint does: pose, H, J, kI; V and kII. */
+int mbsri_place_joint(const mbsr_model *m, mbsr_data *d, int i);
+int mbsri_move_joint(const mbsr_model *m, mbsr_data *d, int i);
+
 /* q' = G u at the state of mbsri_velocities. */
 int mbsri_coordinate_rates(const mbsr_model *m, mbsr_data *d, double *qdot);
 int mbsri_coordinate_rates_of(const mbsr_model *m, mbsr_data *d, int i, double *qdot);

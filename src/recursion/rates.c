@@ -230,12 +230,19 @@ static int differences(const mbsr_model *m, mbsr_data *d)
 
 /* ---- all ---- */
 
-int mbsri_rates_of(const mbsr_model *m, mbsr_data *d, int i)
+int mbsri_joint_rates_of(const mbsr_model *m, mbsr_data *d, int i)
 {
     const mbsri_body *b = m->body + i;
     int status = MBSR_OK;
     if (by_differences(b) && !mbsri_rates_need_tree(b)) status = differences_of(m, d, i);
     if (!status && analytic_joint(b)) status = joint_rates(m, d, i);
+    return status;
+}
+
+int mbsri_rates_of(const mbsr_model *m, mbsr_data *d, int i)
+{
+    const mbsri_body *b = m->body + i;
+    const int status = mbsri_joint_rates_of(m, d, i);
     if (analytic_mass(b))
         mbsri_inertia_mass_rate(b, d->p + b->p, d->V + b->v, d->M + b->dd, d->Mdot + b->dd);
     return status;

@@ -10,6 +10,8 @@ int mbsri_rates(const mbsr_model *m, mbsr_data *d);
 
 /* The same for one body, but for one whose differences need the whole tree. */
 int mbsri_rates_of(const mbsr_model *m, mbsr_data *d, int i);
+/* Without Mdot, unless that is found by differences. */
+int mbsri_joint_rates_of(const mbsr_model *m, mbsr_data *d, int i);
 bool mbsri_rates_need_tree(const mbsri_body *b);
 
 /* Numbers that the differences of a body take in `moved` of the data. */

@@ -39,10 +39,36 @@ MBSRI_INLINE double stretch(const mbsri_sweep_run *run, int i)
     return ratio * ratio;
 }
 
+/* A joint with one rate in any direction, by the bound: as multi_backward, in registers. */
+MBSRI_OUTLINE bool pass_column(const mbsri_sweep_run *run, int i, blocks *c)
+{
+    const mbsri_sweep_body *b = run->tree->body + i;
+    const mbsri_sweep_state *s = run->state + i;
+    mbsri_sweep_multi *multi = run->multi + b->multi;
+    const v4 drive_w = load(multi->drive), drive_v = load(multi->drive + 4), c_w = load(s->A_w),
+             c_v = load(s->A_v);
+    column j = {.S_L = load(multi->S[0]), .S_p = load(multi->S[0] + 4)};
+    store(multi->driven, times(c->I, drive_w) + transposed_times(c->G, drive_v));
+    store(multi->driven + 4, times(c->G, drive_w) + times(c->M, drive_v));
+    if (!certify_column(run->tree, b->soft, c, &j, &c->kappa, &c->spread)) return false;
+    const double e = run->tau[b->u] - sum3(j.S_L * c->L + j.S_p * c->p);
+    run->rank[i] = 1;
+    store(multi->U[0], j.U_L), store(multi->U[0] + 4, j.U_p);
+    store(multi->G[0], j.g_L), store(multi->G[0] + 4, j.g_p);
+    multi->D[0][0] = j.D;
+    multi->factor[0][0] = 1.0 / j.D;
+    multi->x[0] = b->parent > 0 ? e / j.D : e;
+    condense_column(&j, c);
+    c->L += times(c->I, c_w) + transposed_times(c->G, c_v) + j.g_L * splat(e);
+    c->p += times(c->G, c_w) + times(c->M, c_v) + j.g_p * splat(e);
+    return true;
+}
+
 /* Through the joint of body i, of whatever kind; W: NULL without it. */
 MBSRI_INLINE bool pass_joint(const mbsri_sweep_run *run, int i, blocks *c, blocks *W)
 {
     if (run->tree->body[i].flags & MBSRI_MULTI) {
+        if (!W && run->tree->body[i].n == 1) return pass_column(run, i, c);
         _Alignas(32) mbsri_carry m, noise;
         to_memory(c, &m);
         if (W) to_memory(W, &noise);

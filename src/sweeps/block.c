@@ -112,6 +112,7 @@ static void place_state(const mbsri_sweep_run *run, int i)
         s->omega[k] = V[k];
         s->v[k] = V[3 + k];
     }
+    memset(run->load[i].arm, 0, sizeof run->load[i].arm);
     run->load[i].r[3] = b->joint.space == MBSR_SPACE_PLANAR ? d->p[b->p + 2] : 0.0;
 }
 

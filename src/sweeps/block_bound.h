@@ -253,56 +253,39 @@ MBSRI_INLINE bool pass_hinge(const mbsri_sweep_run *run, int i, v4 rho)
 {
     const mbsri_body *b = run->model->body + i;
     mbsr_data *data = run->data;
-    const double area = run->tree->length * run->tree->length, per_area = 1.0 / area,
-                 soft = run->tree->body[i].soft, *J = data->J + b->dn, *W = data->W + b->dd,
-                 *kII = data->kII + b->v, *fbar = data->fbar + b->v;
+    const double per_area = 1.0 / (run->tree->length * run->tree->length), *J = data->J + b->dn,
+                 *W = data->W + b->dd, *kII = data->kII + b->v, *fbar = data->fbar + b->v;
     double *bound = run->load[i].bound, *U = data->U + b->dg, *G = data->G + b->dg,
            *mu = data->mu + b->v, *Mbar = data->Mbar + b->dd, *above = data->fbar + b->pred_v;
-    const v4 J_w = three(J), J_v = three(J + 3), k_w = three(kII), k_v = three(kII + 3);
+    const v4 k_w = three(kII), k_v = three(kII + 3);
     blocks c;
+    column j = {.S_L = three(J), .S_p = three(J + 3)};
     mbsri_symmetrise(6, Mbar);
     matrix_to_blocks(Mbar, &c);
-    const double trace = trace_of(&c, per_area);
-    double kappa = bound[0], spread = bound[1] + trace;
+    double kappa = bound[0], spread = bound[1];
     for (int k = 0; k < 6; ++k) spread += W[7 * k] * (k < 3 ? per_area : 1.0);
-    if (soft > 0.0) {
-        kappa = fmax(kappa, spread * soft);
-        spread = 0.0;
-    }
-    /* D, U, G */
-    const v4 U_L = times(c.I, J_w) + transposed_times(c.G, J_v),
-             U_p = times(c.G, J_w) + times(c.M, J_v);
-    const double D = sum3(J_w * U_L + J_v * U_p), size = area * sum3(J_w * J_w) + sum3(J_v * J_v);
-    const double local = (c.I[0][0] + c.I[1][1] + c.I[2][2]) * sum3(J_w * J_w) +
-                         (c.M[0][0] + c.M[1][1] + c.M[2][2]) * sum3(J_v * J_v);
-    if (!(D > MBSRI_FINE * local && D > run->tree->clear * (kappa * D + spread * size)))
-        return false;
-    const double Dinv = 1.0 / D;
-    const v4 g_L = U_L * splat(Dinv), g_p = U_p * splat(Dinv);
-    put_three(U, U_L), put_three(U + 3, U_p);
-    put_three(G, g_L), put_three(G + 3, g_p);
-    data->D[b->nn] = D;
-    data->Dinv[b->nn] = Dinv;
+    if (!certify_column(run->tree, run->tree->body[i].soft, &c, &j, &kappa, &spread)) return false;
+    put_three(U, j.U_L), put_three(U + 3, j.U_p);
+    put_three(G, j.g_L), put_three(G + 3, j.g_p);
+    data->D[b->nn] = j.D;
+    data->Dinv[b->nn] = 1.0 / j.D;
     run->rank[i] = 1;
     data->scale[i] = 0.0;
     /* mu = fbar + Mbar kII,  e = tau - J^T mu,  mu += G e,  X^T mu to the predecessor */
     v4 mu_L = three(fbar) + times(c.I, k_w) + transposed_times(c.G, k_v),
        mu_p = three(fbar + 3) + times(c.G, k_w) + times(c.M, k_v);
-    const double e = data->tau[b->iu] - sum3(J_w * mu_L + J_v * mu_p);
+    const double e = data->tau[b->iu] - sum3(j.S_L * mu_L + j.S_p * mu_p);
     data->e[b->ig] = e;
-    mu_L += g_L * splat(e);
-    mu_p += g_p * splat(e);
+    mu_L += j.g_L * splat(e);
+    mu_p += j.g_p * splat(e);
     put_three(mu, mu_L), put_three(mu + 3, mu_p);
     put_three(above, three(above) + mu_L + cross(rho, mu_p));
     put_three(above + 3, three(above + 3) + mu_p);
     /* the bound, and Mbar^a */
-    const double norm = size * sum3(g_L * g_L * splat(per_area) + g_p * g_p),
-                 ratio = 1.0 + sqrt(sum3(rho * rho) * per_area);
+    const double ratio = 1.0 + sqrt(sum3(rho * rho) * per_area);
     bound[0] = kappa;
-    bound[1] = (spread * norm + trace * (1.0 + norm)) * ratio * ratio;
-    c.I[0] -= g_L * xxx(U_L), c.I[1] -= g_L * yyy(U_L), c.I[2] -= g_L * zzz(U_L);
-    c.G[0] -= g_p * xxx(U_L), c.G[1] -= g_p * yyy(U_L), c.G[2] -= g_p * zzz(U_L);
-    c.M[0] -= g_p * xxx(U_p), c.M[1] -= g_p * yyy(U_p), c.M[2] -= g_p * zzz(U_p);
+    bound[1] = spread * ratio * ratio;
+    condense_column(&j, &c);
     translate(rho, &c);
     add_blocks(&c, data->Mbar + b->pred_dd);
     return true;

@@ -13,10 +13,17 @@
 #include <stdint.h>
 #include <string.h>
 
+/* Whether body i has a user's joint and is no block all the same. */
+static bool asks(const mbsri_sweeps *tree, const mbsr_model *m, int i)
+{
+    return tree->users > 0 && m->body[i].users;
+}
+
 /* Whether body i is none of the blocks. */
 static bool embeds(const mbsri_sweeps *tree, const mbsr_model *m, int i)
 {
-    return !(tree->whole && m->body[i].whole) && mbsri_embeds(m, tree->bodies, i);
+    if (tree->whole && m->body[i].whole) return false;
+    return asks(tree, m, i) || mbsri_embeds(m, tree->bodies, i);
 }
 
 /* How many bodies are blocks; all of them: the sweeps have nothing to do. */
@@ -48,8 +55,9 @@ static bool is_simple(const mbsri_joint *joint, int *kind)
     return steps == 0 || (steps == 1 && !(code & MBSRI_DRIVEN) && *kind != MBSRI_QUATERNION);
 }
 
-static bool is_simple_body(const mbsr_model *m, int i)
+static bool is_simple_body(const mbsri_sweeps *tree, const mbsr_model *m, int i)
 {
+    if (asks(tree, m, i)) return false;
     double param[MBSRI_EMBED_PARAMS];
     const mbsri_joint chain = mbsri_embedded_joint(m->body + i, param);
     int kind;
@@ -71,7 +79,7 @@ static mbsr_frame frame_in_body(const mbsri_joint *joint)
 
 static mbsr_frame frame_of_body(const mbsri_sweeps *tree, const mbsr_model *m, int i)
 {
-    if (tree->body[i].flags & MBSRI_BLOCK) return mbsr_frame_identity();
+    if (tree->body[i].flags & (MBSRI_BLOCK | MBSRI_USERS)) return mbsr_frame_identity();
     double param[MBSRI_EMBED_PARAMS];
     const mbsri_joint chain = mbsri_embedded_joint(m->body + i, param);
     return frame_in_body(&chain);
@@ -135,6 +143,18 @@ static void place_block(mbsri_sweeps *tree, const mbsr_model *m, int i)
         tree->body[i].flags |= MBSRI_BOUNDED;
     tree->block_of[tree->blocks++] = i;
     tree->rates = tree->rates && !mbsri_rates_need_tree(body);
+}
+
+static void place_users(mbsri_sweeps *tree, const mbsr_model *m, int i)
+{
+    const mbsri_body *body = m->body + i;
+    tree->body[i] = (mbsri_sweep_body){.parent = body->parent,
+                                       .q = body->iq,
+                                       .u = body->iu,
+                                       .n = body->n,
+                                       .spread = 1.0,
+                                       .flags = MBSRI_MULTI | MBSRI_USERS,
+                                       .multi = tree->multi++};
 }
 
 static void place_body(mbsri_sweeps *tree, const mbsr_model *m, int i)
@@ -273,7 +293,7 @@ static void mark_loaded(mbsri_sweeps *tree, const mbsr_model *m, const mbsri_for
 static void collect_forces(mbsri_sweeps *tree, const mbsr_model *m)
 {
     const mbsri_force *force = m->forces.data;
-    tree->body_forces = tree->blocks > 0;
+    tree->body_forces = tree->blocks > 0 || tree->users > 0;
     for (size_t k = 0; k < m->forces.count; ++k, ++force) {
         const unsigned flags = force->def.table->flags;
         if (mbsri_is_gravity(&force->def)) {
@@ -315,7 +335,7 @@ static bool allocate(mbsri_sweeps *tree, const mbsr_model *m, int blocks)
 {
     const int bodies = tree->bodies;
     int multi = 0;
-    for (int i = 1; i <= bodies; ++i) multi += embeds(tree, m, i) && !is_simple_body(m, i);
+    for (int i = 1; i <= bodies; ++i) multi += embeds(tree, m, i) && !is_simple_body(tree, m, i);
     tree->block = mbsri_allocate(&m->allocator, ((size_t)bodies + 1) * sizeof *tree->body + 64);
     tree->joint = mbsri_allocate(&m->allocator, (size_t)multi * sizeof *tree->joint);
     tree->block_of = mbsri_allocate(&m->allocator, (size_t)blocks * sizeof *tree->block_of);
@@ -339,10 +359,12 @@ static bool place(mbsri_sweeps *tree, const mbsr_model *m)
     tree->body = (void *)((unsigned char *)tree->block + (above ? 64 - above : 0));
     memset(tree->body, 0, sizeof *tree->body);
     for (int i = 1; i <= tree->bodies; ++i) {
-        if (embeds(tree, m, i))
-            place_body(tree, m, i);
-        else
+        if (!embeds(tree, m, i))
             place_block(tree, m, i);
+        else if (asks(tree, m, i))
+            place_users(tree, m, i);
+        else
+            place_body(tree, m, i);
     }
     place_inertias(tree, m);
     place_angles(tree);
@@ -352,8 +374,8 @@ static bool place(mbsri_sweeps *tree, const mbsr_model *m)
     return place_own_frames(tree, m);
 }
 
-/* whole: with whole bodies as blocks. */
-static bool build(const mbsr_model *m, int bodies, bool whole, mbsri_sweeps **built)
+/* whole: with whole bodies as blocks; users: so many with users' joints not as blocks. */
+static bool build(const mbsr_model *m, int bodies, bool whole, int users, mbsri_sweeps **built)
 {
     mbsri_sweeps *tree = mbsri_allocate(&m->allocator, sizeof *tree);
     if (!tree) return false;
@@ -361,6 +383,7 @@ static bool build(const mbsr_model *m, int bodies, bool whole, mbsri_sweeps **bu
                            .clear = fmax(1e-8, 10.0 * m->rank_tolerance),
                            .nothing = MBSRI_EXACT_SHARE * m->rank_tolerance,
                            .rates = true,
+                           .users = users,
                            .whole = whole,
                            .kernels = choose_kernels()};
     const int blocks = count_blocks(tree, m);
@@ -375,21 +398,29 @@ static bool build(const mbsr_model *m, int bodies, bool whole, mbsri_sweeps **bu
 
 bool mbsri_sweeps_build(mbsr_model *m, int bodies)
 {
-    if (!build(m, bodies, false, &m->sweeps)) return false;
-    m->whole = m->sweeps;
+    if (!build(m, bodies, false, 0, &m->sweeps)) return false;
+    m->whole = m->evaluated = m->sweeps;
     return true;
 }
 
-bool mbsri_sweeps_build_whole(mbsr_model *m)
+bool mbsri_sweeps_build_others(mbsr_model *m)
 {
-    bool some = false;
-    for (int i = 1; i <= m->bodies; ++i) some = some || m->body[i].whole;
-    return !some || !m->sweeps || build(m, m->bodies, true, &m->whole);
+    bool whole = false;
+    int users = 0;
+    if (!m->sweeps) return true;
+    for (int i = 1; i <= m->bodies; ++i) {
+        whole = whole || m->body[i].whole;
+        users += m->body[i].users;
+    }
+    if (whole && !build(m, m->bodies, true, 0, &m->whole)) return false;
+    m->evaluated = m->whole;
+    return users == 0 || build(m, m->bodies, whole, users, &m->evaluated);
 }
 
 void mbsri_sweeps_release(mbsr_model *m)
 {
+    if (m->evaluated != m->whole) release(m, m->evaluated);
     if (m->whole != m->sweeps) release(m, m->whole);
     release(m, m->sweeps);
-    m->sweeps = m->whole = NULL;
+    m->sweeps = m->whole = m->evaluated = NULL;
 }

@@ -9,8 +9,9 @@
  * stays NULL. False: no memory, with nothing allocated. */
 bool mbsri_sweeps_build(mbsr_model *m, int bodies);
 
-/* The same tree with whole bodies as blocks, if there are any. False: no memory. */
-bool mbsri_sweeps_build_whole(mbsr_model *m);
+/* The same with whole bodies as blocks, and with users' joints taken as the sweeps' own, if there are
+ * any. False: no memory. */
+bool mbsri_sweeps_build_others(mbsr_model *m);
 
 void mbsri_sweeps_release(mbsr_model *m);
 

@@ -154,7 +154,7 @@ int mbsri_sweeps_forward_dynamics(const mbsr_model *m, mbsr_data *d, double t, c
                                   const double *u, const double *tau, double *udot)
 {
     mbsri_sweep_run run;
-    int status = prepare(&run, m, m->whole, d, t, q, u, udot);
+    int status = prepare(&run, m, m->evaluated, d, t, q, u, udot);
     if (!status) status = forces(&run, tau, false);
     if (!status && !backward(&run)) status = MBSRI_NOT_SERVED;
     if (status) return status;
@@ -178,11 +178,17 @@ static int inverse(mbsri_sweep_run *run, const double *udot)
     return finite_or_not_served(m->nu, run->out);
 }
 
+/* Nothing is eliminated here, so that no body need be whole. */
+static const mbsri_sweeps *tree_of_inverse(const mbsr_model *m)
+{
+    return m->evaluated && m->evaluated->whole ? m->sweeps : m->evaluated;
+}
+
 int mbsri_sweeps_inverse_dynamics(const mbsr_model *m, mbsr_data *d, double t, const double *q,
                                   const double *u, const double *udot, double *tau)
 {
     mbsri_sweep_run run;
-    int status = prepare(&run, m, m->sweeps, d, t, q, u, tau);
+    int status = prepare(&run, m, tree_of_inverse(m), d, t, q, u, tau);
     if (!status) status = inverse(&run, udot);
     if (!status && !m->in_order) mbsri_scatter(m, run.out, tau);
     return status;
@@ -223,7 +229,7 @@ int mbsri_sweeps_inverse_residual(const mbsr_model *m, mbsr_data *d, double t, c
 {
     mbsri_sweep_run run;
     double *tau = F + m->nq;
-    int status = prepare(&run, m, m->sweeps, d, t, y, y + m->nq, tau);
+    int status = prepare(&run, m, tree_of_inverse(m), d, t, y, y + m->nq, tau);
     if (!status) status = inverse(&run, yp + m->nq);
     if (status) return status;
     if (!m->in_order) mbsri_scatter(m, run.out, tau);
@@ -243,7 +249,7 @@ int mbsri_sweeps_momentum_residual(const mbsr_model *m, mbsr_data *d, double t, 
     const double *p = y + m->nq, *u = p + m->nu;
     double *F_p = F + m->nq, *F_u = F_p + m->nu;
     mbsri_sweep_run run;
-    const mbsri_sweeps *tree = m->whole;
+    const mbsri_sweeps *tree = m->evaluated;
     if (!tree || !tree->rates) return MBSRI_NOT_SERVED;
     const int status = mbsri_sweeps_open(&run, m, tree, d, t, y, u);
     if (status) return status;

@@ -13,6 +13,7 @@
 #include "sweeps/block.h"
 #include "sweeps/lane.h"
 #include "sweeps/multi_axis.h"
+#include "sweeps/users_joint.h"
 
 /* ---- joints of several axes ---- */
 
@@ -138,7 +139,8 @@ MBSRI_INLINE int momentum_sweep(const mbsri_sweep_run *run, bool any)
     mbsri_flow *top = run->flows;
     const v4 none = splat(0.0), g = {tree->gravity[0], tree->gravity[1], tree->gravity[2], 0.0};
     flow f = {none, none, none, none, none, none};
-    const int status = any && tree->blocks > 0 ? mbsri_block_open_momentum(run) : 0;
+    int status = any && tree->blocks > 0 ? mbsri_block_open_momentum(run) : 0;
+    if (!status && any && tree->users > 0) status = mbsri_users_rates(run);
     if (status) return status;
     for (int i = tree->bodies; i >= 1; --i) {
         const mbsri_sweep_body *b = tree->body + i;

@@ -17,6 +17,7 @@
 #include "sweeps/multi_motion.h"
 #include "sweeps/show.h"
 #include "sweeps/tree.h"
+#include "sweeps/users_joint.h"
 
 MBSRI_INLINE void move_body(const mbsri_sweep_run *run, const mbsri_sweep_body *b,
                             const mbsri_sweep_state *pred, mbsri_sweep_state *s, bool velocity)
@@ -58,6 +59,7 @@ MBSRI_INLINE void move_body(const mbsri_sweep_run *run, const mbsri_sweep_body *
 MBSRI_OUTLINE int move_other(const mbsri_sweep_run *run, int i, bool velocity)
 {
     if (run->tree->body[i].flags & MBSRI_BLOCK) return mbsri_block_move(run, i);
+    if (run->tree->body[i].flags & MBSRI_USERS) return mbsri_users_move(run, i);
     return multi_kinematics(run, i, velocity);
 }
 

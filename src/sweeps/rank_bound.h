@@ -138,6 +138,47 @@ MBSRI_INLINE bool certify(const mbsri_sweep_run *run, int i, blocks *c, joint *j
     return true;
 }
 
+/* One column S of any direction: the same by the bound, which goes on in kappa and spread. */
+typedef struct column {
+    v4 S_L, S_p, U_L, U_p, g_L, g_p; /* U = Mbar S, g = U / D */
+    double D;
+} column;
+
+/* U, D, g; false: the bound does not tell that D is known. soft as that of a body. */
+MBSRI_INLINE bool certify_column(const mbsri_sweeps *tree, double soft, const blocks *c, column *j,
+                                 double *kappa, double *spread)
+{
+    const double area = tree->length * tree->length, per_area = 1.0 / area,
+                 trace = trace_of(c, per_area), turn = sum3(j->S_L * j->S_L),
+                 slide = sum3(j->S_p * j->S_p), size = area * turn + slide;
+    double reach = *spread + trace;
+    if (soft > 0.0) {
+        *kappa = fmax(*kappa, reach * soft);
+        reach = 0.0;
+    }
+    j->U_L = times(c->I, j->S_L) + transposed_times(c->G, j->S_p);
+    j->U_p = times(c->G, j->S_L) + times(c->M, j->S_p);
+    j->D = sum3(j->S_L * j->U_L + j->S_p * j->U_p);
+    const double local = (c->I[0][0] + c->I[1][1] + c->I[2][2]) * turn +
+                         (c->M[0][0] + c->M[1][1] + c->M[2][2]) * slide;
+    if (!(j->D > MBSRI_FINE * local && j->D > tree->clear * (*kappa * j->D + reach * size)))
+        return false;
+    j->g_L = j->U_L * splat(1.0 / j->D);
+    j->g_p = j->U_p * splat(1.0 / j->D);
+    const double transport = size * sum3(j->g_L * j->g_L * splat(per_area) + j->g_p * j->g_p);
+    *spread = reach * transport + trace * (1.0 + transport);
+    return true;
+}
+
+/* Mbar^a = Mbar - g U^T */
+MBSRI_INLINE void condense_column(const column *j, blocks *c)
+{
+    const v4 U_L = j->U_L, U_p = j->U_p;
+    c->I[0] -= j->g_L * xxx(U_L), c->I[1] -= j->g_L * yyy(U_L), c->I[2] -= j->g_L * zzz(U_L);
+    c->G[0] -= j->g_p * xxx(U_L), c->G[1] -= j->g_p * yyy(U_L), c->G[2] -= j->g_p * zzz(U_L);
+    c->M[0] -= j->g_p * xxx(U_p), c->M[1] -= j->g_p * yyy(U_p), c->M[2] -= j->g_p * zzz(U_p);
+}
+
 /* Rank by W, and by what turned tensors add to the errors (W->spread), and E = Diag(Mbar) +
  * Diag(G S^T Diag(Mbar) S G^T) + P^T W P, P = 1 - S G^T, in its place (recursion/backward.c). False: D
  * is neither nothing but rounding nor known to nine digits. */

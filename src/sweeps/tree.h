@@ -34,6 +34,7 @@ enum {
     MBSRI_TO_BLOCK = 16384, /* its predecessor is */
     MBSRI_BOUNDED = 65536,  /* a block that is not in GENERAL space, nor is its predecessor */
     MBSRI_SIX = 131072,     /* its predecessor is in space, and no block */
+    MBSRI_USERS = 2097152,  /* MULTI, moved by a user's functions: see users_joint.h */
     MBSRI_SHARP = 32768     /* a block that has none but blocks behind it, so that its W is exact */
 };
 
@@ -128,6 +129,7 @@ typedef struct mbsri_sweeps {
     int blocks;               /* number of MBSRI_BLOCK bodies */
     int *block_of;            /* blocks: which they are */
     bool rates;               /* all of them know their rates */
+    int users;                /* number of MBSRI_USERS bodies */
     bool whole;               /* some are whole: W decides, not its bound */
     int depth;                /* predecessors waiting for further successors at once, at most */
     int first_angle, angles;  /* the coordinates among which all angles are */
@@ -137,7 +139,7 @@ typedef struct mbsri_sweeps {
     double nothing;           /* D is zero up to this times a bound below of the errors in it */
     double gravity[3];        /* m/s^2, sum of all such elements */
     bool joint_forces;        /* there are elements that act on joints alone */
-    bool body_forces;         /* there are others, or blocks, which need as much */
+    bool body_forces;         /* there are others, blocks or users' joints, which need as much */
     bool masses;              /* some of them read the mass matrices of their bodies */
     mbsri_sweep_own *own;     /* bodies + 1; body_forces only */
     const struct mbsri_sweep_kernels *kernels;

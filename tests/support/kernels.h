@@ -21,18 +21,18 @@ static inline int test_kernels(const mbsri_sweep_kernels *list[2])
 
 static inline void test_use_kernels(mbsr_model *m, const mbsri_sweep_kernels *kernels)
 {
-    m->sweeps->kernels = m->whole->kernels = kernels;
+    m->sweeps->kernels = m->whole->kernels = m->evaluated->kernels = kernels;
 }
 
 /* Without its trees for the sweeps a model is evaluated by the stages. */
 typedef struct test_hidden {
-    mbsri_sweeps *sweeps, *whole;
+    mbsri_sweeps *sweeps, *whole, *evaluated;
 } test_hidden;
 
 static inline test_hidden test_hide_sweeps(mbsr_model *m)
 {
-    const test_hidden trees = {m->sweeps, m->whole};
-    m->sweeps = m->whole = NULL;
+    const test_hidden trees = {m->sweeps, m->whole, m->evaluated};
+    m->sweeps = m->whole = m->evaluated = NULL;
     return trees;
 }
 
@@ -40,6 +40,7 @@ static inline void test_show_sweeps(mbsr_model *m, test_hidden trees)
 {
     m->sweeps = trees.sweeps;
     m->whole = trees.whole;
+    m->evaluated = trees.evaluated;
 }
 
 /* Largest difference relative to the largest entry of b or 1. */
