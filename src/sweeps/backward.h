@@ -68,7 +68,12 @@ MBSRI_OUTLINE bool pass_column(const mbsri_sweep_run *run, int i, blocks *c)
 MBSRI_INLINE bool pass_joint(const mbsri_sweep_run *run, int i, blocks *c, blocks *W)
 {
     if (run->tree->body[i].flags & MBSRI_MULTI) {
-        if (!W && run->tree->body[i].n == 1) return pass_column(run, i, c);
+        if (!W && run->tree->body[i].n == 1) {
+            blocks copy = *c; /* the carry itself stays in registers */
+            if (!pass_column(run, i, &copy)) return false;
+            *c = copy;
+            return true;
+        }
         _Alignas(32) mbsri_carry m, noise;
         to_memory(c, &m);
         if (W) to_memory(W, &noise);
