@@ -240,7 +240,7 @@ static int start(const mbsr_model *m, const mbsri_batch_kernels *kernels, int bo
     b->run.u = b->u;
     b->run.load = b->load;
     b->run.per_area = 1.0 / (length * length);
-    b->run.clear = 10.0 * m->rank_tolerance;
+    b->run.rule = mbsri_rank_rule_of(m->rank_tolerance);
     if (!lane) {
         b->run.lane = NULL;
         b->origin = NULL;

@@ -244,7 +244,8 @@ MBSRI_INLINE lanes noise_of(carry *c, lanes trace, double soft)
 MBSRI_INLINE column eliminate(const mbsri_batch_run *run, int flags, double pitch, double soft,
                               vec Z, lanes tau, carry *c, lane_bits *clear)
 {
-    const lanes per_area = splat(run->per_area), least = splat(run->clear), h = splat(pitch);
+    const lanes per_area = splat(run->per_area), least = splat(run->rule.by_parts),
+                h = splat(pitch);
     const vec none = {splat(0.0), splat(0.0), splat(0.0)};
     vec U_L = none, U_p = none;
     lanes D = splat(0.0), e = tau;
@@ -271,8 +272,8 @@ MBSRI_INLINE column eliminate(const mbsri_batch_run *run, int flags, double pitc
     }
     const lanes trace = trace_of(c, flags, run->per_area), Dinv = splat(1.0) / D;
     const lanes spread = noise_of(c, trace, soft);
-    *clear &=
-        (D > splat(1e-6) * local) & (D - least * (D * c->kappa) > least * (spread * splat(size)));
+    *clear &= (D > splat(MBSRI_NINE_DIGITS) * local) &
+              (D - least * (D * c->kappa) > least * (spread * splat(size)));
     const column g = {scaled(U_L, Dinv), scaled(U_p, Dinv), e * Dinv};
     const lanes transport = splat(size) * (dot(g.g_L, g.g_L) * per_area + dot(g.g_p, g.g_p));
     c->spread = spread * transport + trace * (splat(1.0) + transport);

@@ -24,8 +24,8 @@ enum {
 typedef struct mbsri_batch_run {
     const mbsri_sweep_body *body; /* bodies + 1, the root first */
     int bodies;
-    double per_area;            /* 1 / L^2 */
-    double clear;               /* see certify in kernels.h */
+    double per_area; /* 1 / L^2 */
+    mbsri_rank_rule rule;
     double R[9], omega[3];      /* of the root */
     double A[6];                /* its acceleration, gravity taken away */
     double r[4], v[3];          /* its origin and angle, and velocity */

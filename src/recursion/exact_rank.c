@@ -164,7 +164,8 @@ static int expected(const mbsr_model *m, const mbsr_data *d, const mbsri_group *
     int watched = 0, sure = 0;
     if (!d->watching) return rank;
     for (int k = 0; k < g->members; ++k) watched += d->watched[g->member[k]];
-    while (sure < rank && lambda[sure] > m->rank_tolerance * noise) ++sure;
+    const mbsri_rank_rule rule = mbsri_rank_rule_of(m->rank_tolerance);
+    while (sure < rank && mbsri_is_inertia(&rule, lambda[sure], noise)) ++sure;
     return watched >= rank ? rank : watched > sure ? watched : sure;
 }
 
@@ -188,6 +189,7 @@ int mbsri_exact_decision(const mbsr_model *m, mbsr_data *d, const mbsri_group *g
     const int i = g->member[0], n = g->n;
     const mbsri_body *b = m->body + i;
     double *s = d->s + g->ig, *X = d->X + b->nn, *lambda = d->lambda + g->ig, noise;
+    const mbsri_rank_rule rule = mbsri_rank_rule_of(m->rank_tolerance);
     mbsri_two *A = work;
     double *strict = (double *)(A + n * n), *values = strict + n, *columns = values + n;
     d->scale[b->seat] = mbsri_equilibrate(m, d, g, &noise);
@@ -202,7 +204,7 @@ int mbsri_exact_decision(const mbsr_model *m, mbsr_data *d, const mbsri_group *g
     if (factor->left < -m->rank_tolerance) return fail(m, d, i, MBSR_INDEFINITE_MASS, factor->left);
     bool ended = eigenvalues(n, factor, strict, columns, values);
     int rank = 0;
-    while (rank < factor->pivots && values[rank] > m->rank_tolerance) ++rank;
+    while (rank < factor->pivots && mbsri_is_inertia(&rule, values[rank], 1.0)) ++rank;
     ended = eigenvalues(n, factor, s, X, lambda) && ended;
     if (!ended) return fail(m, d, i, MBSR_EIGEN_FAILED, 0.0);
     rank = expected(m, d, g, rank, noise);

@@ -2,7 +2,7 @@
  * SPDX-License-Identifier: BSD-3-Clause
  *
  * D = J^T Mbar J may be zero up to rounding, so its eigenvalues are compared with the size of the
- * rounding errors in it, not with each other. W (backward.c) is that size for Mbar: the sum of all
+ * rounding errors in it, not with each other (rank_rule.h). W (backward.c) is that size for Mbar: the sum of all
  * that was added up before anything cancelled, carried from body to body as an error would be. With
  * S = diag(J^T W J)^(-1/2)
  *
@@ -258,14 +258,15 @@ static bool is_clear(const mbsr_model *m, const mbsr_data *d, const mbsri_group 
 {
     const int n = g->n;
     const double *lambda = d->lambda + g->ig, *D = d->D + m->body[g->member[0]].nn;
-    const double share = MBSRI_EXACT_SHARE * m->rank_tolerance * noise,
-                 large = fmax(1e-6 * noise, 10.0 * share);
+    const mbsri_rank_rule rule = mbsri_rank_rule_of(m->rank_tolerance);
     int kept = 0, dropped = 0;
-    while (kept < n && lambda[kept] > large) ++kept;
-    const double zero = kept == usual_rank(m, g) ? m->rank_tolerance * noise : share;
-    for (int k = kept; k < n; ++k) dropped += fabs(lambda[k]) <= zero;
+    while (kept < n && mbsri_is_known(&rule, lambda[kept], noise)) ++kept;
+    const bool usual = kept == usual_rank(m, g);
+    for (int k = kept; k < n; ++k)
+        dropped += mbsri_is_nothing(&rule, lambda[k], noise) ||
+                   (usual && !mbsri_is_inertia(&rule, fabs(lambda[k]), noise));
     if (kept > 0 && turned > 9.0) {
-        const int sure = count_above(m, n, D, strict, 0.1 * large, strict + n);
+        const int sure = count_above(m, n, D, strict, 0.1 * rule.known * noise, strict + n);
         if (sure < kept) kept = sure;
     }
     return kept + dropped == n;
@@ -275,7 +276,8 @@ static bool is_clear(const mbsr_model *m, const mbsr_data *d, const mbsri_group 
 static int decide(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, double noise, bool rough,
                   int *rank)
 {
-    const double tolerance = m->rank_tolerance * noise;
+    const mbsri_rank_rule rule = mbsri_rank_rule_of(m->rank_tolerance);
+    const double tolerance = rule.tolerance * noise;
     const int i = g->member[0], n = g->n;
     const double *lambda = d->lambda + g->ig;
     double *strict = d->scratch;
@@ -289,7 +291,7 @@ static int decide(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, doubl
             mbsri_body_label(m, i, label), d->t, lambda[n - 1]);
     }
     *rank = 0;
-    while (*rank < n && lambda[*rank] > tolerance) ++*rank;
+    while (*rank < n && mbsri_is_inertia(&rule, lambda[*rank], noise)) ++*rank;
     if (turned > 100.0 && *rank > 0) {
         const int sure = count_above(m, n, d->D + m->body[i].nn, strict, tolerance, strict + n);
         if (sure < *rank) *rank = sure;

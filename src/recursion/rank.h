@@ -5,13 +5,11 @@
 
 #include "algebra/twofold.h"
 #include "recursion/group.h"
+#include "recursion/rank_rule.h"
 
 /* Returned where an eigenvalue is neither clearly zero nor known to nine digits: twofold precision
  * decides (exact.h). */
 enum { MBSRI_UNCLEAR = 1 << 21 };
-
-/* What counts as an error after sums in twofold precision, as a share of what does in double. */
-#define MBSRI_EXACT_SHARE 3e-4
 
 /* Eigen-decomposition, rank and pseudo-inverse of a group's block; the rank is shared out among its
  * joints. rough: decides in any case. */

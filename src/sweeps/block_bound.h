@@ -118,8 +118,9 @@ MBSRI_INLINE bool certify_block(const mbsri_sweep_run *run, int i, int d, int n,
             local += (is_angular(d, k) ? turning : sliding) * J[l * d + k] * J[l * d + k];
         }
         const double Dll = D[l * (n + 1)];
-        if (!(least * Dll > MBSRI_FINE * local)) return false;
-        if (!(least * Dll > run->tree->clear * (kappa * Dll + spread * size))) return false;
+        if (!mbsri_is_known_by_bound(&run->tree->rule, least * Dll, kappa * Dll + spread * size,
+                                     local))
+            return false;
     }
     invert_block(n, L, data->Dinv + b->nn);
     mbsri_zero((size_t)(d * n), G);
@@ -310,12 +311,12 @@ MBSRI_OUTLINE void collect_blocks(const mbsri_sweep_run *run, int i, blocks *c)
 {
     const mbsri_body *b = run->model->body + i;
     const mbsr_data *data = run->data;
-    const double *g = run->tree->gravity, *bound = run->load[i].bound;
+    const double *bound = run->load[i].bound;
     double y[6] = {0.0};
     matrix_to_blocks(data->Mbar + b->pred_dd, c);
     mbsri_atx(b->d, 6, 1.0, data->H + b->dp, data->mu + b->v, y);
     const v4 omega = load(run->state[b->parent].omega), arm = load(run->load[b->parent].arm);
-    const v4 a = (v4){g[0], g[1], g[2], 0.0} + cross(omega, cross(omega, arm));
+    const v4 a = load3(run->tree->gravity) + cross(omega, cross(omega, arm));
     c->L = (v4){y[0], y[1], y[2], 0.0} + transposed_times(c->G, a);
     c->p = (v4){y[3], y[4], y[5], 0.0} + times(c->M, a);
     translate(arm, c);

@@ -380,8 +380,7 @@ static bool build(const mbsr_model *m, int bodies, bool whole, int users, mbsri_
     mbsri_sweeps *tree = mbsri_allocate(&m->allocator, sizeof *tree);
     if (!tree) return false;
     *tree = (mbsri_sweeps){.bodies = bodies,
-                           .clear = fmax(1e-8, 10.0 * m->rank_tolerance),
-                           .nothing = MBSRI_EXACT_SHARE * m->rank_tolerance,
+                           .rule = mbsri_rank_rule_of(m->rank_tolerance),
                            .rates = true,
                            .users = users,
                            .whole = whole,

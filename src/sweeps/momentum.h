@@ -137,7 +137,7 @@ MBSRI_INLINE int momentum_sweep(const mbsri_sweep_run *run, bool any)
 {
     const mbsri_sweeps *tree = run->tree;
     mbsri_flow *top = run->flows;
-    const v4 none = splat(0.0), g = {tree->gravity[0], tree->gravity[1], tree->gravity[2], 0.0};
+    const v4 none = splat(0.0), g = load3(tree->gravity);
     flow f = {none, none, none, none, none, none};
     int status = any && tree->blocks > 0 ? mbsri_block_open_momentum(run) : 0;
     if (!status && any && tree->users > 0) status = mbsri_users_rates(run);

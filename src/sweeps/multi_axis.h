@@ -133,10 +133,12 @@ static bool multi_certify(const mbsri_sweep_run *run, int i, mbsri_carry *c, dou
     }
     for (int k = 0; k < b->n; ++k) {
         const double size = size_of(multi->S[k], area), Dkk = multi->D[k][k];
-        if (!(least * Dkk > run->tree->clear * (c->kappa * Dkk + c->spread * size))) return false;
         const double *S = multi->S[k], turn = S[0] * S[0] + S[1] * S[1] + S[2] * S[2],
                      slide = S[4] * S[4] + S[5] * S[5] + S[6] * S[6];
-        if (!(least * Dkk > MBSRI_FINE * (turn * turning + slide * sliding))) return false;
+        if (!mbsri_is_known_by_bound(&run->tree->rule, least * Dkk,
+                                     c->kappa * Dkk + c->spread * size,
+                                     turn * turning + slide * sliding))
+            return false;
     }
     return true;
 }
@@ -178,8 +180,8 @@ static bool multi_judge(const mbsri_sweep_run *run, int i, const mbsri_carry *c,
     for (int k = 0; k < n; ++k) {
         for (int l = 0; l < n; ++l) scaled[n * k + l] = scale[k] * multi->D[k][l] * scale[l];
     }
-    return n == 0 ||
-           (mbsri_jacobi(n, scaled, lambda) == 0 && lambda[n - 1] > 10.0 * run->tree->clear);
+    return n == 0 || (mbsri_jacobi(n, scaled, lambda) == 0 &&
+                      mbsri_is_known(&run->tree->rule, lambda[n - 1], 1.0));
 }
 
 /* W <- E as in rank_bound.h, with Mbar as it was before the joint; Q is overwritten. */

@@ -1,8 +1,8 @@
 /* The rank of D in the vectorised sweeps.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * recursion/rank.c decides with W, the first-order size of the rounding errors in Mbar. Mostly a
- * bound is enough, two numbers instead of a matrix (docs/performance.md derives it):
+ * The decision (recursion/rank_rule.h) needs W, the first-order size of the rounding errors in Mbar. Mostly
+ * a bound is enough, two numbers instead of a matrix (docs/performance.md derives it):
  *
  *   W <= kappa Mbar + spread Lambda,   Lambda = diag(L^2, L^2, L^2, 1, 1, 1)
  *
@@ -14,10 +14,6 @@
 #include "sweeps/carry.h"
 
 #include <math.h>
-
-/* D is known to about nine digits beyond this part of what was added up to it; what is less goes to
- * twofold precision (recursion/exact.c). */
-#define MBSRI_FINE 1e-6
 
 /* A joint of one axis, or none: U = Mbar S, D = S^T U, e = tau - S^T p, size = S^T Lambda S. */
 typedef struct joint {
@@ -40,7 +36,8 @@ MBSRI_INLINE double trace_of(const blocks *c, double per_area)
 
 MBSRI_INLINE v4 diagonal(const v4 A[3])
 {
-    return (v4){A[0][0], A[1][1], A[2][2], 0.0};
+    const v4 two = MBSRI_SHUFFLE(A[0], A[1], 0, 5, 2, 3);
+    return MBSRI_SHUFFLE(two, A[2], 0, 1, 6, 3);
 }
 
 MBSRI_INLINE void add_diagonal(v4 x, v4 A[3])
@@ -113,9 +110,9 @@ MBSRI_INLINE bool certify(const mbsri_sweep_run *run, int i, blocks *c, joint *j
 {
     const mbsri_sweep_body *b = run->tree->body + i;
     const double area = run->tree->length * run->tree->length, per_area = 1.0 / area,
-                 clear = run->tree->clear,
                  trace =
                      b->flags & MBSRI_LEVEL ? level_trace_of(c, per_area) : trace_of(c, per_area);
+    const mbsri_rank_rule *rule = &run->tree->rule;
     const double size = (b->flags & MBSRI_TURNS ? area : 0.0) + b->pitch * b->pitch;
     double spread = c->spread + trace, transport = 1.0;
     if (b->soft > 0.0) {
@@ -123,15 +120,15 @@ MBSRI_INLINE bool certify(const mbsri_sweep_run *run, int i, blocks *c, joint *j
         c->kappa = own > c->kappa ? own : c->kappa;
         spread = 0.0;
     }
-    const double sure = j->D * (1.0 - clear * c->kappa);
+    const double sure = j->D * (1.0 - rule->by_bound * c->kappa);
     /* at least the local size; mostly this tells, too */
-    double large = trace * size;
-    if (!(sure > MBSRI_FINE * large)) large = local_size(b, c);
-    if (sure > clear * spread * size && sure > MBSRI_FINE * large) {
+    double local = trace * size;
+    if (!(sure > MBSRI_NINE_DIGITS * local)) local = local_size(b, c);
+    if (mbsri_is_known_by_bound(rule, sure, spread * size, local)) {
         j->Dinv = 1.0 / j->D;
         transport =
             size * sum3(j->U_L * j->U_L * splat(per_area) + j->U_p * j->U_p) * j->Dinv * j->Dinv;
-    } else if (b->n && fabs(j->D) > run->tree->nothing * least_noise(b, c, j->Z)) {
+    } else if (b->n && !mbsri_is_nothing(rule, j->D, least_noise(b, c, j->Z))) {
         return false;
     }
     c->spread = spread * transport + trace * (1.0 + transport);
@@ -161,7 +158,7 @@ MBSRI_INLINE bool certify_column(const mbsri_sweeps *tree, double soft, const bl
     j->D = sum3(j->S_L * j->U_L + j->S_p * j->U_p);
     const double local = (c->I[0][0] + c->I[1][1] + c->I[2][2]) * turn +
                          (c->M[0][0] + c->M[1][1] + c->M[2][2]) * slide;
-    if (!(j->D > MBSRI_FINE * local && j->D > tree->clear * (*kappa * j->D + reach * size)))
+    if (!mbsri_is_known_by_bound(&tree->rule, j->D, *kappa * j->D + reach * size, local))
         return false;
     j->g_L = j->U_L * splat(1.0 / j->D);
     j->g_p = j->U_p * splat(1.0 / j->D);
@@ -190,12 +187,10 @@ MBSRI_INLINE bool judge(const mbsri_sweep_run *run, int i, const blocks *c, join
     add_diagonal(diagonal(c->M), W->M);
     times_axis(b, W, j->Z, &Q_L, &Q_p);
     const double noise = along_axis(b, j->Z, Q_L, Q_p), least = least_noise(b, c, j->Z),
-                 turned = b->flags & MBSRI_TURNS ? W->spread : 0.0,
-                 large = fmax(10.0 * run->tree->clear * (noise + turned),
-                              MBSRI_FINE * local_size(b, c));
-    if (j->D > large)
+                 turned = b->flags & MBSRI_TURNS ? W->spread : 0.0;
+    if (mbsri_is_known(&run->tree->rule, j->D, fmax(noise + turned, local_size(b, c))))
         j->Dinv = 1.0 / j->D;
-    else if (fabs(j->D) > run->tree->nothing * noise)
+    else if (!mbsri_is_nothing(&run->tree->rule, j->D, noise))
         return false;
     const v4 g_L = j->U_L * splat(j->Dinv), g_p = j->U_p * splat(j->Dinv);
     Q_L -= splat(0.5 * noise) * g_L;

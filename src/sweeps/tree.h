@@ -11,6 +11,7 @@
 #define MBSRI_TREE_H
 
 #include "recursion/data.h"
+#include "recursion/rank_rule.h"
 #include "sweeps/embed.h"
 
 /* Returned where the sweeps do not serve. */
@@ -134,14 +135,12 @@ typedef struct mbsri_sweeps {
     int depth;                /* predecessors waiting for further successors at once, at most */
     int first_angle, angles;  /* the coordinates among which all angles are */
     double length;            /* L, m */
-    double clear;             /* a joint block counts as regular, and known to about eight digits,
-                               * beyond this times the bound of rounding errors in it */
-    double nothing;           /* D is zero up to this times a bound below of the errors in it */
-    double gravity[3];        /* m/s^2, sum of all such elements */
-    bool joint_forces;        /* there are elements that act on joints alone */
-    bool body_forces;         /* there are others, blocks or users' joints, which need as much */
-    bool masses;              /* some of them read the mass matrices of their bodies */
-    mbsri_sweep_own *own;     /* bodies + 1; body_forces only */
+    mbsri_rank_rule rule;
+    double gravity[4];    /* m/s^2, sum of all such elements, and 0 */
+    bool joint_forces;    /* there are elements that act on joints alone */
+    bool body_forces;     /* there are others, blocks or users' joints, which need as much */
+    bool masses;          /* some of them read the mass matrices of their bodies */
+    mbsri_sweep_own *own; /* bodies + 1; body_forces only */
     const struct mbsri_sweep_kernels *kernels;
 } mbsri_sweeps;
 

@@ -228,7 +228,7 @@ MBSRI_INLINE bool eliminate_body(const mbsri_sweep_run *run, int i, mbsri_newton
     const mbsri_sweeps *tree = run->tree;
     const mbsri_sweep_body *b = tree->body + i;
     const mbsri_sweep_state *s = run->state + i;
-    const v4 g = {tree->gravity[0], tree->gravity[1], tree->gravity[2], 0.0};
+    const v4 g = load3(tree->gravity);
     const int flags = b->flags;
     const bool deep = any && newton->step[i].deep & MBSRI_DEEP;
     slab *y = &at->y;
