@@ -169,6 +169,11 @@ MBSR_API mbsr_force_def mbsr_force_gravity(double gx, double gy, double gz);
 MBSR_API mbsr_force_def mbsr_force_axis_spring(int a, int b, int axis, double stiffness,
                                                double damping, double rest);
 
+/* Coulomb friction along coordinate axis `axis` of the same bodies, made smooth near rest: with e' =
+ * V_a[axis] - V_b[axis] the force on a is -force e' / sqrt(e'^2 + slip^2). force in N (N m), >= 0;
+ * slip > 0 in m/s (rad/s). */
+MBSR_API mbsr_force_def mbsr_force_axis_friction(int a, int b, int axis, double force, double slip);
+
 /* Spring-damper along the line from a point of body a to a point of body b. With length l and its
  * rate l' the force pulling together is
  *
@@ -209,6 +214,18 @@ MBSR_API mbsr_force_def mbsr_force_point_spring(int a, const double point_a[3], 
  * left-handed or whose axes are not orthonormal to 1e-6 are refused. */
 MBSR_API mbsr_force_def mbsr_force_bushing(int a, const mbsr_frame *A, int b, const mbsr_frame *B,
                                            const double stiffness[6], const double damping[6]);
+
+/* Bushing in the plane, between frame A on body a and frame B on body b (PLANAR, or the ground at rest
+ * or PLANAR): with e = (x, y, angle) of B relative to A, along A's axes as in the planar joints, and e'
+ * its rate as seen from A, force (x and y) and moment on b are
+ *
+ *   -(stiffness e + damping e'),   two symmetric positive semi-definite 3 x 3 matrices, column-major,
+ *
+ * N/m, N/rad and N m/m, N m/rad and the same times s; NULL: zero. The force acts at B's origin, its
+ * reaction on a at the same point. Whole turns count: the angle is the difference of the bodies'. */
+MBSR_API mbsr_force_def mbsr_force_planar_bushing(int a, mbsr_planar_frame A, int b,
+                                                  mbsr_planar_frame B, const double stiffness[9],
+                                                  const double damping[9]);
 
 /* Spring-damper on joint coordinate `coordinate` (0 .. n-1, nq = n) of a body: tau = -(stiffness (q
  * - rest) + damping u). */
@@ -298,14 +315,16 @@ MBSR_API mbsr_force_def mbsr_force_wrench(int body, const double point[3], int b
  * conjugate to u. */
 MBSR_API mbsr_force_def mbsr_force_joint_applied(int body, mbsr_force_fn function, void *user);
 
-/* Contact of a sphere on body a (SPATIAL) with a plane on body b (SPATIAL or ground). The sphere is
- * pressed in by x = radius - distance of its centre from the plane; while x > 0 the normal force is
- * (Hunt and Crossley, 1975)
+/* Contact of a sphere on body a with a plane on body b; either may be in the plane (z = 0), where the
+ * sphere is a circle. The sphere is pressed in by x = radius - distance of its centre from the plane;
+ * while x > 0 the normal force is (Hunt and Crossley, 1975)
  *
  *   N = stiffness x^exponent (1 + damping x'), never negative,
  *
- * and friction N friction v / sqrt(|v|^2 + slip^2) acts against the sliding velocity v; both at the
- * point of the sphere that is deepest. */
+ * and friction friction N v / sqrt(|v|^2 + slip^2 + creep^2 |w|^2) acts against the sliding velocity
+ * v; both at the point of the sphere that is deepest. w is the velocity along the plane at which the
+ * centre travels over it. So creep > 0 makes a tyre: at speed its force grows with the ratio of v to
+ * w, the slip, at first by friction N / creep; 0.05 .. 0.1 for tyres of cars. */
 typedef struct mbsr_contact {
     double centre[3], radius;   /* of the sphere, in body a; radius > 0 m */
     double point[3], normal[3]; /* of the plane, in body b; the normal, of any length but zero,
@@ -313,9 +332,44 @@ typedef struct mbsr_contact {
     double stiffness, exponent; /* N/m^exponent, >= 0; exponent >= 1, 1.5 for a sphere */
     double damping;             /* s/m, >= 0 */
     double friction, slip;      /* coefficient >= 0; m/s, > 0 where friction is not zero */
+    double creep;               /* >= 0 */
 } mbsr_contact;
 
 MBSR_API mbsr_force_def mbsr_force_contact(int a, int b, const mbsr_contact *contact);
+
+/* Friction at a point of body a that slides over body b, pressed on it by a load N(t) that is known.
+ * With the velocity of the point relative to what of b is there, and its part v that slides,
+ *
+ *   -(coefficient N / sqrt(|v|^2 + slip^2 + creep^2 |w|^2) + viscous) v
+ *
+ * acts on a at the point, and the reaction on b there. v is the whole relative velocity; or, given the
+ * normal of a surface on b, what of it is along the surface; or, given the axle of a wheel on a which
+ * rolls freely, what of it is along the axle. w is the rest in the last case, the velocity of rolling:
+ * with creep > 0 the side force of a tyre grows with the tangent |v| / |w| of its slip angle, at first
+ * by coefficient N / creep; else w is zero. Neither body is held at rest: they creep. A load below zero
+ * counts as zero. */
+typedef struct mbsr_friction {
+    double coefficient; /* >= 0 */
+    double viscous;     /* N s/m, >= 0 */
+    double slip;        /* m/s, > 0 */
+    double creep;       /* >= 0, and zero without an axle */
+    double normal[3];   /* in body b, of any length; (0, 0, 0): none */
+    double axle[3];     /* in body a, likewise; not both */
+    double load;        /* N, >= 0: a constant, unless one of these is given: */
+    mbsr_table *table;  /* N(t), one column, whose kinks the driver knows; must outlive the model */
+    mbsr_force_fn function; /* writes one number, N(t) */
+    void *user;             /* for function */
+} mbsr_friction;
+
+MBSR_API mbsr_force_def mbsr_force_point_friction(int a, const double point[3], int b,
+                                                  const mbsr_friction *friction);
+
+/* Friction of a bearing, a clutch or a brake between two bodies anywhere in the tree (PLANAR, SPATIAL
+ * or the ground): with the angular velocity omega of a relative to b, or its part about an axis on b,
+ * the moment on a is -(torque / sqrt(|omega|^2 + slip^2) + viscous) omega. axis of any length but zero;
+ * NULL: all of omega. torque in N m, viscous in N m s/rad, >= 0; slip > 0 in rad/s. */
+MBSR_API mbsr_force_def mbsr_force_bearing_friction(int a, int b, const double axis[3],
+                                                    double torque, double viscous, double slip);
 
 /* An element with the caller's own table. `bodies` lists `count` ids; it must stay valid until the
  * element is added. */

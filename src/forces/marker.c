@@ -87,22 +87,27 @@ void mbsri_store_point(const double point[3], double param[3])
     for (int k = 0; k < 3; ++k) param[k] = point ? point[k] : 0.0;
 }
 
+int mbsri_check_marker(const mbsr_force_args *args, int k, const double point[3], const char *name,
+                       char text[MBSR_TEXT_SIZE])
+{
+    const mbsr_force_body *body = args->body + k;
+    if (body->space == MBSR_SPACE_GENERAL) {
+        return mbsri_refuse(text, MBSR_ERR_SPACE,
+                            "body %d is in GENERAL space, which has no points", body->id);
+    }
+    if (body->space == MBSR_SPACE_POINT && mbsri_dot3(point, point) != 0.0) {
+        return mbsri_refuse(text, MBSR_ERR_VALUE, "%s is (%g, %g, %g), but body %d is a POINT",
+                            name, point[0], point[1], point[2], body->id);
+    }
+    return MBSR_OK;
+}
+
 int mbsri_check_markers(const mbsr_force_args *args, int first, char text[MBSR_TEXT_SIZE])
 {
-    for (int k = 0; k < 2; ++k) {
-        const mbsr_force_body *body = args->body + k;
-        const double *point = args->force->param + first + 3 * k;
-        if (body->space == MBSR_SPACE_GENERAL) {
-            return mbsri_refuse(text, MBSR_ERR_SPACE,
-                                "body %d is in GENERAL space, which has no points", body->id);
-        }
-        if (body->space == MBSR_SPACE_POINT && mbsri_dot3(point, point) != 0.0) {
-            return mbsri_refuse(text, MBSR_ERR_VALUE,
-                                "point_%c is (%g, %g, %g), but body %d is a POINT", k ? 'b' : 'a',
-                                point[0], point[1], point[2], body->id);
-        }
-    }
-    return mbsri_check_ends(args, text);
+    const double *point = args->force->param + first;
+    int status = mbsri_check_marker(args, 0, point, "point_a", text);
+    if (!status) status = mbsri_check_marker(args, 1, point + 3, "point_b", text);
+    return status ? status : mbsri_check_ends(args, text);
 }
 
 int mbsri_check_spatial(const mbsr_force_args *args, int k, int ground, char text[MBSR_TEXT_SIZE])

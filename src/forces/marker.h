@@ -33,6 +33,10 @@ void mbsri_push(const mbsr_force_body *body, const mbsri_marker *marker, double 
 /* Three parameters from a point; NULL: the body's origin. */
 void mbsri_store_point(const double point[3], double param[3]);
 
+/* Refuses body k in GENERAL space, and the point `name` of a POINT that is not its origin. */
+int mbsri_check_marker(const mbsr_force_args *args, int k, const double point[3], const char *name,
+                       char text[MBSR_TEXT_SIZE]);
+
 /* Refuses both ends on one body, GENERAL space, and points of a POINT that are not its origin;
  * point_a and point_b stand in the parameters from `first` on. */
 int mbsri_check_markers(const mbsr_force_args *args, int first, char text[MBSR_TEXT_SIZE]);

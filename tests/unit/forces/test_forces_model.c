@@ -210,8 +210,16 @@ static void contacts_refuse_what_they_cannot_be(void **state)
     accepted(mbsr_force_contact(BALL, GROUND, &c));
     accepted(mbsr_force_contact(BALL, ROD, &c));
     refused(mbsr_force_contact(GROUND, BALL, &c), MBSR_ERR_ID, "contact|ground");
-    refused(mbsr_force_contact(FLAT, GROUND, &c), MBSR_ERR_SPACE, "body 2|SPATIAL");
-    refused(mbsr_force_contact(BALL, FLAT, &c), MBSR_ERR_SPACE, "body 2|SPATIAL");
+    accepted(mbsr_force_contact(FLAT, GROUND, &c));
+    accepted(mbsr_force_contact(BEAD, FLAT, &c));
+    refused(mbsr_force_contact(BALL, ABSTRACT, &c), MBSR_ERR_SPACE, "body 4|GENERAL");
+    refused(mbsr_force_contact(ABSTRACT, GROUND, &c), MBSR_ERR_SPACE, "body 4|GENERAL");
+    c.centre[0] = c.point[1] = 0.5;
+    refused(mbsr_force_contact(BEAD, FLAT, &c), MBSR_ERR_VALUE,
+            "centre is (0.5, 0, 0)|body 3|POINT");
+    refused(mbsr_force_contact(FLAT, BEAD, &c), MBSR_ERR_VALUE,
+            "point is (0, 0.5, 0)|body 3|POINT");
+    c = right_contact();
     refused(mbsr_force_contact(BALL, BALL, &c), MBSR_ERR_ID, "both ends|body 0");
     const struct {
         double *field, value;
@@ -225,6 +233,7 @@ static void contacts_refuse_what_they_cannot_be(void **state)
         {&c.damping, -1.0, "(damping) is -1, negative"},
         {&c.friction, -1.0, "(friction) is -1, negative"},
         {&c.slip, 0.0, "(slip) is 0, not positive"},
+        {&c.creep, -0.1, "(creep) is -0.1, negative"},
     };
     for (size_t k = 0; k < sizeof wrong / sizeof wrong[0]; ++k) {
         c = right_contact();
@@ -239,6 +248,101 @@ static void contacts_refuse_what_they_cannot_be(void **state)
     c = right_contact();
     c.normal[0] = NAN;
     refused_when_added(mbsr_force_contact(BALL, GROUND, &c), "(normal[0]) is nan");
+}
+
+static mbsr_friction right_friction(void)
+{
+    return (mbsr_friction){.coefficient = 0.5, .viscous = 1.0, .slip = 0.1, .load = 3.0};
+}
+
+static void frictions_refuse_what_they_cannot_be(void **state)
+{
+    (void)state;
+    mbsr_friction c = right_friction();
+    accepted(mbsr_force_point_friction(GROUND, off, BALL, &c));
+    accepted(mbsr_force_point_friction(BEAD, origin, FLAT, &c));
+    refused(mbsr_force_point_friction(BEAD, off, FLAT, &c), MBSR_ERR_VALUE,
+            "point friction|point is (0.5, 0, 0)|body 3|POINT");
+    refused(mbsr_force_point_friction(BALL, off, ABSTRACT, &c), MBSR_ERR_SPACE, "body 4|GENERAL");
+    refused(mbsr_force_point_friction(ABSTRACT, off, BALL, &c), MBSR_ERR_SPACE, "body 4|GENERAL");
+    refused(mbsr_force_point_friction(BALL, off, BALL, &c), MBSR_ERR_ID, "both ends|body 0");
+    const struct {
+        double *field, value;
+        const char *words;
+    } wrong[] = {
+        {&c.coefficient, -1.0, "(coefficient) is -1, negative"},
+        {&c.viscous, -1.0, "(viscous) is -1, negative"},
+        {&c.slip, 0.0, "(slip) is 0, not positive"},
+        {&c.creep, -0.1, "(creep) is -0.1, negative"},
+        {&c.creep, 0.1, "(creep) is 0.1, but there is no axle"},
+        {&c.load, -2.0, "(load) is -2, negative"},
+    };
+    for (size_t k = 0; k < sizeof wrong / sizeof wrong[0]; ++k) {
+        c = right_friction();
+        *wrong[k].field = wrong[k].value;
+        refused(mbsr_force_point_friction(BALL, off, GROUND, &c), MBSR_ERR_VALUE, wrong[k].words);
+    }
+    c = right_friction();
+    c.normal[0] = c.axle[2] = 1.0;
+    refused_when_added(mbsr_force_point_friction(BALL, off, ROD, &c), "a normal and an axle");
+    c.normal[0] = 0.0;
+    c.creep = 0.1;
+    accepted(mbsr_force_point_friction(BALL, off, ROD, &c));
+    c.axle[2] = INFINITY;
+    refused_when_added(mbsr_force_point_friction(BALL, off, ROD, &c), "(direction[2]) is inf");
+
+    accepted(mbsr_force_bearing_friction(FLAT, BALL, above, 1, 1, 1));
+    accepted(mbsr_force_bearing_friction(GROUND, BALL, NULL, 1, 0, 1));
+    refused(mbsr_force_bearing_friction(BALL, BEAD, NULL, 1, 0, 1), MBSR_ERR_SPACE,
+            "bearing friction|body 3|PLANAR or SPATIAL");
+    refused(mbsr_force_bearing_friction(FLAT, ABSTRACT, NULL, 1, 0, 1), MBSR_ERR_SPACE, "body 4");
+    refused(mbsr_force_bearing_friction(FLAT, FLAT, NULL, 1, 0, 1), MBSR_ERR_ID, "both ends");
+    refused(mbsr_force_bearing_friction(FLAT, BALL, NULL, -1, 0, 1), MBSR_ERR_VALUE,
+            "(torque) is -1, negative");
+    refused(mbsr_force_bearing_friction(FLAT, BALL, NULL, 1, -2, 1), MBSR_ERR_VALUE,
+            "(viscous) is -2, negative");
+    refused(mbsr_force_bearing_friction(FLAT, BALL, NULL, 1, 0, 0), MBSR_ERR_VALUE,
+            "(slip) is 0, not positive");
+    refused_when_added(mbsr_force_bearing_friction(FLAT, BALL, origin, 1, 0, 1),
+                       "direction is (0, 0, 0)");
+
+    accepted(mbsr_force_axis_friction(ABSTRACT, GROUND, 1, 1, 1));
+    refused(mbsr_force_axis_friction(BALL, GROUND, 0, 1, 1), MBSR_ERR_SPACE,
+            "axis friction|body 0|SPATIAL");
+    refused(mbsr_force_axis_friction(FLAT, BEAD, 2, 1, 1), MBSR_ERR_VALUE, "axis is 2|body 3");
+    refused(mbsr_force_axis_friction(FLAT, GROUND, 0, -1, 1), MBSR_ERR_VALUE,
+            "(force) is -1, negative");
+    refused(mbsr_force_axis_friction(FLAT, GROUND, 0, 1, 0), MBSR_ERR_VALUE,
+            "(slip) is 0, not positive");
+}
+
+static void bushings_in_the_plane_refuse_what_they_cannot_be(void **state)
+{
+    (void)state;
+    const mbsr_planar_frame o = {0, 0, 0}, bad = {0, NAN, 0};
+    const double semidefinite[9] = {4, 2, 0, 2, 1, 0, 0, 0, 0},
+                 skew[9] = {4, 2, 0, 1, 4, 0, 0, 0, 1}, indefinite[9] = {4, 0, 3, 0, 1, 0, 3, 0, 2},
+                 negative[9] = {1, 0, 0, 0, 1, 0, 0, 0, -3},
+                 beside[9] = {1, 0, 0, 0, 0, 1e-9, 0, 1e-9, 1},
+                 /* each pair may be, the three may not */
+        three[9] = {1, -0.9, -0.9, -0.9, 1, -0.9, -0.9, -0.9, 1};
+    accepted(mbsr_force_planar_bushing(FLAT, o, GROUND, o, semidefinite, NULL));
+    accepted(mbsr_force_planar_bushing(GROUND, o, FLAT, o, NULL, semidefinite));
+    refused(mbsr_force_planar_bushing(BALL, o, FLAT, o, NULL, NULL), MBSR_ERR_SPACE,
+            "planar bushing|body 0|PLANAR");
+    refused(mbsr_force_planar_bushing(FLAT, o, BEAD, o, NULL, NULL), MBSR_ERR_SPACE,
+            "body 3|PLANAR");
+    refused(mbsr_force_planar_bushing(FLAT, o, FLAT, o, NULL, NULL), MBSR_ERR_ID, "both ends");
+    refused_when_added(mbsr_force_planar_bushing(FLAT, o, GROUND, bad, NULL, NULL), "(B.y) is nan");
+    refused_when_added(mbsr_force_planar_bushing(FLAT, o, GROUND, o, skew, NULL),
+                       "stiffness is not symmetric: (0,1) is 1, (1,0) is 2");
+    refused_when_added(mbsr_force_planar_bushing(FLAT, o, GROUND, o, NULL, negative),
+                       "damping(2,2) is -3, negative");
+    const double *const wrong[] = {indefinite, beside, three};
+    for (int k = 0; k < 3; ++k) {
+        refused_when_added(mbsr_force_planar_bushing(FLAT, o, GROUND, o, wrong[k], NULL),
+                           "stiffness is not positive semi-definite");
+    }
 }
 
 static int no_value(void *user, double t, int n, double *value)
@@ -304,6 +408,8 @@ static void unused_parameters_have_no_name(void **state)
     (void)state;
     const double ones[6] = {1, 1, 1, 1, 1, 1};
     const mbsr_contact c = right_contact();
+    const mbsr_friction friction = right_friction();
+    const mbsr_planar_frame o = {0, 0, 0};
     const mbsr_force_def list[] = {mbsr_force_gravity(0, 0, -9),
                                    mbsr_force_axis_spring(FLAT, BEAD, 0, 1, 1, 1),
                                    spring((mbsr_spring){.stiffness = 1}),
@@ -312,9 +418,13 @@ static void unused_parameters_have_no_name(void **state)
                                    mbsr_force_joint_stop(FLAT, 0, 1, 2, 1, 1),
                                    mbsr_force_joint_friction(FLAT, 0, 1, 1),
                                    mbsr_force_wrench(BALL, off, 0, no_value, NULL),
-                                   mbsr_force_contact(BALL, GROUND, &c)};
-    static const int used[] = {3, 3, 10, 32, 4, 4, 2, 3, 15};
-    for (int l = 0; l < 9; ++l) {
+                                   mbsr_force_contact(BALL, GROUND, &c),
+                                   mbsr_force_axis_friction(FLAT, BEAD, 0, 1, 1),
+                                   mbsr_force_point_friction(FLAT, off, BEAD, &friction),
+                                   mbsr_force_bearing_friction(FLAT, BALL, NULL, 1, 1, 1),
+                                   mbsr_force_planar_bushing(FLAT, o, GROUND, o, NULL, NULL)};
+    static const int used[] = {3, 3, 10, 32, 4, 4, 2, 3, 16, 2, 11, 6, 24};
+    for (int l = 0; l < 13; ++l) {
         for (int k = 0; k < MBSR_FORCE_PARAMS; ++k)
             assert_int_equal(list[l].table->parameter(k)[0] != 0, k < used[l]);
         for (int k = used[l]; k < MBSR_FORCE_PARAMS; ++k) assert_close(list[l].param[k], 0.0, 0.0);
@@ -410,6 +520,8 @@ int main(void)
         cmocka_unit_test(springs_refuse_what_they_cannot_be),
         cmocka_unit_test(bushings_refuse_what_they_cannot_be),
         cmocka_unit_test(contacts_refuse_what_they_cannot_be),
+        cmocka_unit_test(frictions_refuse_what_they_cannot_be),
+        cmocka_unit_test(bushings_in_the_plane_refuse_what_they_cannot_be),
         cmocka_unit_test(elements_on_joints_refuse_what_they_cannot_be),
         cmocka_unit_test(wrenches_refuse_what_they_cannot_be),
         cmocka_unit_test(unused_parameters_have_no_name),

@@ -5,7 +5,23 @@
 
 /* ---- the elements under test, with random parameters ----------------------------------------- */
 
-enum { LINEAR, CUBIC, TAUT, SLACK, BY_FUNCTION, BUSHING, CONTACT, ELEMENTS };
+enum {
+    LINEAR,
+    CUBIC,
+    TAUT,
+    SLACK,
+    BY_FUNCTION,
+    BUSHING,
+    CONTACT,
+    TYRE,         /* contact with creep */
+    RUBBING,      /* friction at a point, */
+    SURFACE,      /* along a surface */
+    WHEEL,        /* or along an axle */
+    BALL_BEARING, /* friction against any turning */
+    BEARING,      /* or about an axis */
+    PLANE_BUSHING,
+    ELEMENTS
+};
 
 /* The units of one description in those of another. */
 typedef struct units {
@@ -56,18 +72,62 @@ static mbsr_force_def bushing(test_rng *rng, int damped, const units *s, int a, 
 }
 
 /* Pressed in wherever the bodies are, being so large. */
-static mbsr_force_def contact(test_rng *rng, int damped, const units *s, int a, int b)
+static mbsr_force_def contact(test_rng *rng, int damped, double creep, const units *s, int a, int b,
+                              int origin_a, int origin_b)
 {
     mbsr_contact c = {.radius = 8.0 * s->length,
                       .exponent = 1.5,
                       .stiffness = 4.0 * s->force / pow(s->length, 1.5),
                       .damping = 0.2 * damped * s->time / s->length,
                       .friction = 0.7 * damped,
-                      .slip = 0.3 * s->length / s->time};
-    fill(rng, 3, s->length, c.centre);
-    fill(rng, 3, s->length, c.point);
+                      .slip = 0.3 * s->length / s->time,
+                      .creep = creep};
+    fill(rng, 3, origin_a ? 0.0 : s->length, c.centre);
+    fill(rng, 3, origin_b ? 0.0 : s->length, c.point);
     fill(rng, 3, 0.2, c.normal);
     return mbsr_force_contact(a, b, &c);
+}
+
+static mbsr_force_def rubbing(test_rng *rng, int kind, int damped, const units *s, int a, int b,
+                              int origin_a)
+{
+    double point[3];
+    mbsr_friction law = {.coefficient = 0.7 * damped,
+                         .viscous = 0.4 * damped * s->force * s->time / s->length,
+                         .slip = 0.3 * s->length / s->time,
+                         .creep = kind == WHEEL ? 0.6 : 0.0,
+                         .load = positive(rng) * s->force};
+    fill(rng, 3, origin_a ? 0.0 : s->length, point);
+    if (kind != RUBBING) fill(rng, 3, 5.0, kind == SURFACE ? law.normal : law.axle);
+    return mbsr_force_point_friction(a, point, b, &law);
+}
+
+static mbsr_force_def bearing(test_rng *rng, int kind, int damped, const units *s, int a, int b)
+{
+    const double torque = s->force * s->length;
+    double axis[3];
+    fill(rng, 3, 5.0, axis);
+    return mbsr_force_bearing_friction(a, b, kind == BEARING ? axis : NULL, 1.3 * damped * torque,
+                                       0.4 * damped * torque * s->time, 0.3 / s->time);
+}
+
+/* Stiffness and damping with all their entries. */
+static mbsr_force_def plane_bushing(test_rng *rng, int damped, const units *s, int a, int b)
+{
+    const double scale[3] = {1.0, 1.0, s->length};
+    const mbsr_planar_frame A = {test_uniform(rng) * s->length, test_uniform(rng) * s->length, 0.4},
+                            B = {test_uniform(rng) * s->length, 0.2 * s->length, -2.0};
+    double matrix[2][9];
+    for (int m = 0; m < 2; ++m) {
+        const double unit = s->force / s->length * (m ? damped * s->time : 3.0);
+        for (int k = 0; k < 3; ++k) {
+            for (int l = 0; l <= k; ++l) {
+                const double entry = k == l ? positive(rng) : 0.4 * test_uniform(rng);
+                matrix[m][3 * k + l] = matrix[m][3 * l + k] = entry * unit * scale[k] * scale[l];
+            }
+        }
+    }
+    return mbsr_force_planar_bushing(a, A, b, B, matrix[0], matrix[1]);
 }
 
 /* Points are the origin where `origin` says so. */
@@ -77,7 +137,12 @@ static mbsr_force_def element(int kind, uint64_t seed, int damped, const units *
     test_rng rng = test_seed(seed);
     double point[2][3];
     if (kind == BUSHING) return bushing(&rng, damped, s, a, b);
-    if (kind == CONTACT) return contact(&rng, damped, s, a, b);
+    if (kind == CONTACT || kind == TYRE)
+        return contact(&rng, damped, kind == TYRE ? 0.4 : 0.0, s, a, b, origin[0], origin[1]);
+    if (kind == RUBBING || kind == SURFACE || kind == WHEEL)
+        return rubbing(&rng, kind, damped, s, a, b, origin[0]);
+    if (kind == BEARING || kind == BALL_BEARING) return bearing(&rng, kind, damped, s, a, b);
+    if (kind == PLANE_BUSHING) return plane_bushing(&rng, damped, s, a, b);
     for (int k = 0; k < 2; ++k) fill(&rng, 3, origin[k] ? 0.0 : s->length, point[k]);
     mbsr_spring spring = {.stiffness = 7.0 * positive(&rng) * s->force / s->length,
                           .cubic = 2.0 * s->force / pow(s->length, 3.0),
@@ -116,9 +181,13 @@ enum { PAIRS = sizeof pairs / sizeof pairs[0] };
 /* What the element's check should say to the pair. */
 static int verdict(int kind, const pair *w)
 {
+    if ((kind == CONTACT || kind == TYRE) && w->ground == 0) return MBSR_ERR_ID;
     for (int k = 0; k < 2; ++k) {
-        if (kind == CONTACT && k == 0 && w->ground == 0) return MBSR_ERR_ID;
-        if (kind >= BUSHING && w->ground != k && w->space[k] != MBSR_SPACE_SPATIAL)
+        const mbsr_space space = w->space[k];
+        if (kind == BUSHING && w->ground != k && space != MBSR_SPACE_SPATIAL) return MBSR_ERR_SPACE;
+        if ((kind == BEARING || kind == BALL_BEARING) && space == MBSR_SPACE_POINT)
+            return MBSR_ERR_SPACE;
+        if (kind == PLANE_BUSHING && space != MBSR_SPACE_PLANAR && space != MBSR_SPACE_FIXED)
             return MBSR_ERR_SPACE;
     }
     return MBSR_OK;
@@ -182,7 +251,7 @@ static void elements_accept_the_spaces_they_work_in(void **state)
             accepted += admissible(kind, pairs + w);
         }
     }
-    assert_int_equal(accepted, 5 * PAIRS + 6 + 5);
+    assert_int_equal(accepted, 5 * PAIRS + 6 + 2 * (PAIRS - 1) + 3 * PAIRS + 2 * 9 + 3);
 }
 
 static void power_is_what_leaves_the_energy_and_what_becomes_heat(void **state)
@@ -258,8 +327,9 @@ static void action_equals_reaction(void **state)
                 continue;
             const int planar =
                 p->space[0] != MBSR_SPACE_SPATIAL || p->space[1] != MBSR_SPACE_SPATIAL;
-            /* a root that is a POINT drops the moment of what does not act at its origin */
-            const int dropped = kind >= BUSHING && p->space[1] == MBSR_SPACE_POINT;
+            /* a POINT drops the moment of what does not act at its origin */
+            const int dropped = kind >= BUSHING && (p->space[0] == MBSR_SPACE_POINT ||
+                                                    p->space[1] == MBSR_SPACE_POINT);
             for (int round = 0; round < 10; ++round) {
                 joined j = join(kind, p, round, 1, &si);
                 double force[3] = {0}, moment[3] = {0};
@@ -283,6 +353,7 @@ static void nothing_depends_on_the_frame_of_the_world(void **state)
     for (int kind = 0; kind < ELEMENTS; ++kind) {
         for (int round = 0; round < 5; ++round) {
             const pair *p = pairs + (round % 2 ? 0 : 2);
+            if (!admissible(kind, p)) continue; /* in the plane alone */
             joined j = join(kind, p, round, 1, &si), seen = j;
             double quaternion[4], x[3];
             test_fill(&rng, 4, quaternion);
@@ -378,7 +449,7 @@ static void bodies_in_the_plane_feel_what_bodies_in_space_feel_there(void **stat
     (void)state;
     for (int kind = 0; kind < ELEMENTS; ++kind) {
         for (int w = 0; w < PAIRS; ++w) {
-            if (!admissible(kind, pairs + w)) continue;
+            if (!admissible(kind, pairs + w) || kind == PLANE_BUSHING) continue;
             for (int round = 0; round < 5; ++round) {
                 joined j = join(kind, pairs + w, round, 1, &si);
                 test_part space[2] = {lifted(j.part), lifted(j.part + 1)};

@@ -318,6 +318,10 @@ static mbsr_force_def stock_force(int k)
                                   .damping = 0.1,
                                   .friction = 0.3,
                                   .slip = 0.1};
+    const mbsr_friction friction = {
+        .coefficient = 0.3, .slip = 0.1, .load = 2.0, .axle = {1, 0, 0}};
+    const mbsr_planar_frame o = {0.0, 0.0, 0.0};
+    static const double nine[9] = {2, 1, 0, 1, 2, 0, 0, 0, 3};
     const mbsr_spring law = {.function = pull}, cable = {.stiffness = 5, .one_sided = 1};
     const mbsr_force_def force[] = {mbsr_force_gravity(0, 1, 2),
                                     mbsr_force_axis_spring(2, MBSR_GROUND, 1, 3.0, 0.1, 0.2),
@@ -337,7 +341,11 @@ static mbsr_force_def stock_force(int k)
                                     mbsr_force_wrench(1, e_x, 1, push, NULL),
                                     mbsr_force_joint_applied(1, push, NULL),
                                     mbsr_force_contact(0, MBSR_GROUND, &contact),
-                                    mbsr_force_contact(0, 1, &contact)};
+                                    mbsr_force_contact(0, 1, &contact),
+                                    mbsr_force_axis_friction(2, 3, 1, 3.0, 0.1),
+                                    mbsr_force_point_friction(0, e_x, 2, &friction),
+                                    mbsr_force_bearing_friction(0, 1, e_y, 1.0, 0.2, 0.1),
+                                    mbsr_force_planar_bushing(2, o, MBSR_GROUND, o, nine, NULL)};
     number_of_forces = (int)(sizeof force / sizeof *force);
     return force[k];
 }

@@ -3,7 +3,7 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "finite.h"
 
-enum { OTHER = 1u << FINITE_OTHER, MOST = 16 };
+enum { OTHER = 1u << FINITE_OTHER, MOST = 24 };
 
 /* One constructor of a joint, an inertia or a force element, or an amendment, as a function of its
  * numbers. */
@@ -234,6 +234,40 @@ static mbsr_force_def axis_spring(const double *x)
     return mbsr_force_axis_spring(0, MBSR_GROUND, 0, x[0], x[1], x[2]);
 }
 
+static mbsr_force_def axis_friction(const double *x)
+{
+    return mbsr_force_axis_friction(0, MBSR_GROUND, 0, x[0], x[1]);
+}
+
+static mbsr_force_def planar_bushing(const double *x)
+{
+    const mbsr_planar_frame A = {x[0], x[1], x[2]}, B = {x[3], x[4], x[5]};
+    return mbsr_force_planar_bushing(0, A, MBSR_GROUND, B, x + 6, x + 15);
+}
+
+static mbsr_force_def point_friction(const double *x)
+{
+    const mbsr_friction law = {.coefficient = x[3],
+                               .viscous = x[4],
+                               .slip = x[5],
+                               .creep = x[6],
+                               .load = x[7],
+                               .axle = {x[8], x[9], x[10]}};
+    return mbsr_force_point_friction(0, x, MBSR_GROUND, &law);
+}
+
+static mbsr_force_def surface_friction(const double *x)
+{
+    const mbsr_friction law = {
+        .coefficient = x[3], .slip = x[4], .load = x[5], .normal = {x[6], x[7], x[8]}};
+    return mbsr_force_point_friction(0, x, MBSR_GROUND, &law);
+}
+
+static mbsr_force_def bearing_friction(const double *x)
+{
+    return mbsr_force_bearing_friction(0, MBSR_GROUND, x, x[3], x[4], x[5]);
+}
+
 static mbsr_force_def spring(const double *x)
 {
     const mbsr_spring law = {
@@ -299,7 +333,8 @@ static mbsr_force_def contact(const double *x)
                                .exponent = x[11],
                                .damping = x[12],
                                .friction = x[13],
-                               .slip = x[14]};
+                               .slip = x[14],
+                               .creep = x[15]};
     return mbsr_force_contact(0, MBSR_GROUND, &with);
 }
 
@@ -387,6 +422,21 @@ static const part parts[] = {
     {"mbsr_inertia_matrix", 4, {2.0, 2.0, 1.0, 0.3}, .inertia = matrix, .planar = true},
     {"mbsr_force_gravity", 3, {0.1, -9.81, 0.2}, .force = gravity},
     {"mbsr_force_axis_spring", 3, {20.0, 1.0, 0.1}, .force = axis_spring, .planar = true},
+    {"mbsr_force_axis_friction", 2, {2.0, 0.1}, .force = axis_friction, .planar = true},
+    {"mbsr_force_planar_bushing",
+     24,
+     {0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 3, 1, 0, 1, 2, 0, 0, 0, 1, 2, 1, 0, 1, 3, 0, 0, 0, 1},
+     .force = planar_bushing,
+     .planar = true},
+    {"mbsr_force_point_friction",
+     11,
+     {0.1, 0.2, 0.3, 0.7, 0.2, 0.1, 0.05, 30.0, 0.1, 0.9, 0.2},
+     .force = point_friction},
+    {"mbsr_force_point_friction",
+     9,
+     {0.1, 0.2, 0.3, 0.7, 0.1, 30.0, 0.1, 0.2, 0.9},
+     .force = surface_friction},
+    {"mbsr_force_bearing_friction", 6, {0.1, 0.2, 0.9, 2.0, 0.3, 0.1}, .force = bearing_friction},
     {"mbsr_force_spring", 10, {20.0, 3.0, 1.0, 0.4, 0.1, 0.2, 0.3, 0.9, 0.8, 0.5}, .force = spring},
     {"mbsr_force_point_spring",
      10,
@@ -409,8 +459,8 @@ static const part parts[] = {
     {"mbsr_force_applied", 1, {2.0}, .force = applied},
     {"mbsr_force_joint_applied", 1, {2.0}, .force = joint_applied},
     {"mbsr_force_contact",
-     15,
-     {0.1, 0.2, 0.3, 2.5, 0.0, 0.1, 0.0, 0.0, 0.2, 1.0, 100.0, 1.5, 0.2, 0.3, 0.1},
+     16,
+     {0.1, 0.2, 0.3, 2.5, 0.0, 0.1, 0.0, 0.0, 0.2, 1.0, 100.0, 1.5, 0.2, 0.3, 0.1, 0.05},
      .force = contact},
     {"mbsr_model_regularise", 6, {1.0, 2.0, 3.0, 4.0, 5.0, 6.0}, .amend = regularise},
     {"mbsr_model_lock", 1, {0.3}, .amend = lock},

@@ -269,16 +269,17 @@ static mbsr_force_def bushing(test_rng *rng, int a, int b)
 }
 
 /* Pressed in wherever the bodies are, being so large, and pressing, with so little damping. */
-static mbsr_force_def contact(test_rng *rng, int a, int b, int rough)
+static mbsr_force_def contact(test_rng *rng, int a, int b, int rough, const int origin[2])
 {
     mbsr_contact c = {.radius = 8.0,
                       .exponent = 1.5,
                       .stiffness = 0.3,
                       .damping = 0.04,
                       .friction = rough ? 0.7 : 0.0,
-                      .slip = rough ? 0.3 : 0.0};
-    test_fill(rng, 3, c.centre);
-    test_fill(rng, 3, c.point);
+                      .slip = rough ? 0.3 : 0.0,
+                      .creep = rough > 1 ? 0.8 : 0.0};
+    if (!origin[0]) test_fill(rng, 3, c.centre);
+    if (!origin[1]) test_fill(rng, 3, c.point);
     test_fill(rng, 3, c.normal);
     return mbsr_force_contact(a, b, &c);
 }
@@ -309,24 +310,73 @@ static int turning_load(void *user, double t, int n, double *value)
     return 0;
 }
 
-enum { MAX_FORCES = 42 * SPRINGS + 6 + 2 * 4 + 2 };
-
-static void add_others(scene *s, test_rng *rng)
+/* Contacts, frictions of points and of bearings between every two kinds of bodies that have them. */
+static int add_frictions(scene *s, mbsr_space root, test_rng *rng)
 {
-    static const int ends[] = {SPATIAL_1, SPATIAL_2, MBSR_GROUND};
+    static const int ends[] = {SPATIAL_1, SPATIAL_2, PLANAR_1,   PLANAR_2,
+                               POINT_1,   POINT_2,   MBSR_GROUND};
+    int count = 0;
+    for (int a = 0; a < 7; ++a) {
+        for (int b = 0; b < 7; ++b) {
+            if (a == b) continue;
+            const int origin[2] = {is_point(ends[a], root), is_point(ends[b], root)};
+            for (int rough = 0; rough < 3 && ends[a] != MBSR_GROUND; ++rough, ++count)
+                scene_add(s, contact(rng, ends[a], ends[b], rough, origin));
+            for (int kind = 0; kind < 3; ++kind, ++count) {
+                double point[3];
+                mbsr_friction law = {.coefficient = 0.7,
+                                     .viscous = kind ? 0.4 : 0.0,
+                                     .slip = 0.3,
+                                     .creep = kind == 2 ? 0.8 : 0.0,
+                                     .load = 2.5};
+                test_fill(rng, 3, point);
+                if (kind) test_fill(rng, 3, kind == 1 ? law.normal : law.axle);
+                scene_add(
+                    s, mbsr_force_point_friction(ends[a], origin[0] ? NULL : point, ends[b], &law));
+            }
+            for (int kind = 0; kind < 2 && !origin[0] && !origin[1]; ++kind, ++count) {
+                double axis[3];
+                test_fill(rng, 3, axis);
+                scene_add(s, mbsr_force_bearing_friction(ends[a], ends[b], kind ? axis : NULL, 1.7,
+                                                         0.4, 0.3));
+            }
+        }
+    }
+    return count;
+}
+
+static mbsr_force_def plane_bushing(test_rng *rng, int a, int b)
+{
+    double matrix[2][9];
+    for (int m = 0; m < 2; ++m) some_matrix(rng, 3, matrix[m]);
+    const mbsr_planar_frame A = {test_uniform(rng), test_uniform(rng), 0.4},
+                            B = {test_uniform(rng), 0.2, -2.0};
+    return mbsr_force_planar_bushing(a, A, b, B, matrix[0], matrix[1]);
+}
+
+static int add_others(scene *s, mbsr_space root, test_rng *rng)
+{
+    static const int ends[] = {SPATIAL_1, SPATIAL_2, MBSR_GROUND},
+                     flat[] = {PLANAR_1, PLANAR_2, MBSR_GROUND};
     static const double point[3] = {0.3, -0.5, 0.9};
+    int count = 2;
     for (int a = 0; a < 3; ++a) {
         for (int b = 0; b < 3; ++b) {
             if (a == b) continue;
             scene_add(s, bushing(rng, ends[a], ends[b]));
-            if (ends[a] == MBSR_GROUND) continue;
-            scene_add(s, contact(rng, ends[a], ends[b], 0));
-            scene_add(s, contact(rng, ends[a], ends[b], 1));
+            ++count;
+            const int grounded = flat[a] == MBSR_GROUND || flat[b] == MBSR_GROUND;
+            if (grounded && root != MBSR_SPACE_FIXED && root != MBSR_SPACE_PLANAR) continue;
+            scene_add(s, plane_bushing(rng, flat[a], flat[b]));
+            ++count;
         }
     }
     for (int axes = 0; axes < 2; ++axes)
         scene_add(s, mbsr_force_wrench(SPATIAL_2, point, axes, turning_load, NULL));
+    return count;
 }
+
+enum { MAX_FORCES = 42 * (SPRINGS + 8) + 6 + 6 + 2 };
 
 static void forces_between_points_and_frames(void **state)
 {
@@ -338,10 +388,11 @@ static void forces_between_points_and_frames(void **state)
         test_rng rng = test_seed((uint64_t)r + 1);
         scene_begin(&s, roots[r]);
         add_springs(&s, roots[r], &rng);
-        add_others(&s, &rng);
+        const int others = add_frictions(&s, roots[r], &rng) + add_others(&s, roots[r], &rng);
         scene_finish(&s);
         const int forces = mbsr_model_forces(s.model);
-        assert_int_equal(forces, MAX_FORCES);
+        assert_int_equal(forces, 42 * SPRINGS + others);
+        assert_true(forces <= MAX_FORCES);
         double largest[MAX_FORCES] = {0.0};
         for (int round = 0; round < 4; ++round) {
             random_state(&s, &rng);
@@ -385,11 +436,14 @@ static void elements_on_coordinates(void **state)
         scene_add(&s, mbsr_force_axis_spring(PLANAR_1, POINT_2, k, 3.0, 0.7, 0.1));
         scene_add(&s, mbsr_force_axis_spring(MBSR_GROUND, GENERAL_1, 1 + k, 3.0, 0.7, 0.1));
         scene_add(&s, mbsr_force_axis_spring(GENERAL_1, PLANAR_2, 2 * k, 3.0, 0.7, 0.1));
+        scene_add(&s, mbsr_force_axis_friction(PLANAR_1, POINT_2, k, 3.0, 0.7));
+        scene_add(&s, mbsr_force_axis_friction(MBSR_GROUND, GENERAL_1, 1 + k, 3.0, 0.7));
+        scene_add(&s, mbsr_force_axis_friction(GENERAL_1, PLANAR_2, 2 * k, 3.0, 0.7));
         scene_add(&s, mbsr_force_joint_spring(JOINTED, k, 2.0, 0.4, 0.3));
         scene_add(&s, mbsr_force_joint_friction(JOINTED, k, 2.0, 0.4));
         scene_add(&s, mbsr_force_joint_friction(SPATIAL_1, 2 + k, 2.0, 0.4));
     }
-    const int forces = 12;
+    const int forces = 18;
     scene_add(&s, mbsr_force_applied(SPATIAL_1, turning_load, NULL));
     scene_add(&s, mbsr_force_joint_applied(SPATIAL_1, turning_load, NULL));
     scene_finish(&s);
@@ -974,7 +1028,7 @@ static void data_and_allocations_stay(void **state)
     test_rng rng = test_seed(11);
     scene_begin(&s, MBSR_SPACE_SPATIAL);
     add_springs(&s, MBSR_SPACE_SPATIAL, &rng);
-    add_others(&s, &rng);
+    add_others(&s, MBSR_SPACE_SPATIAL, &rng);
     scene_add(&s, mbsr_force_custom(&probe_table, 5, ids, &p));
     scene_add(&s, mbsr_force_gravity(1.0, 2.0, 3.0));
     scene_add(&s, mbsr_force_joint_spring(JOINTED, 1, 2.0, 0.4, 0.3));
