@@ -129,6 +129,80 @@ static void events_pass_and_failures_keep_the_last_state(void **state)
     mbsr_simulation_end(&s);
 }
 
+/* A force that fails from 0.5 s on, until its cause is dealt with. */
+typedef struct fragile {
+    int broken;
+} fragile;
+
+static int breaks(void *user, double t, int n, double *value)
+{
+    const fragile *f = user;
+    for (int k = 0; k < n; ++k) value[k] = 0.1;
+    return f->broken && t >= 0.5 ? -77 : 0;
+}
+
+static int kinks(void *user, double t, int direction, mbsr_kink *next)
+{
+    (void)user;
+    *next = (mbsr_kink){direction * (double)INFINITY, 1};
+    for (int k = 1; k <= 3; ++k) { /* 0.25, 0.5, 0.75 */
+        const int at = direction > 0 ? k : 4 - k;
+        if (direction * (0.25 * at - t) <= 0.0) continue;
+        next->t = 0.25 * at;
+        break;
+    }
+    return 0;
+}
+
+/* In all forms, in the middle of steps or where one has ended at a kink: the last good state is there
+ * with its statistics, fits the solution, and a new start goes on from it. */
+static void runs_go_on_from_the_last_good_state(void **state)
+{
+    (void)state;
+    const double rate = sqrt(9.81), offset = 0.1 / 9.81;
+    for (int form = 0; form < 4; ++form) {
+        for (int way = 0; way < 3; ++way) {
+            fragile f = {1};
+            mbsr_ida_opt opt = mbsr_default_ida_opt();
+            mbsr_ida_stats stats;
+            double t = 0.0, y[3], yp[3];
+            mbsr_simulation s = pendulum();
+            opt.form = (mbsr_dae_form)form;
+            opt.rtol = opt.atol = 1e-8;
+            if (way > 0) opt.kink = kinks;
+            mbsr_simulation_add_force(&s, mbsr_force_joint_applied(0, breaks, &f));
+            mbsr_simulation_start(&s, &opt, 0.0, NULL, NULL);
+            if (way == 2) mbsr_simulation_sample(&s, 0.4);
+            assert_ok(s.status, &s.error);
+            assert_int_equal(mbsr_simulation_to(&s, 2.0), -77);
+            assert_int_equal(mbsr_simulation_to(&s, 2.0), -77);
+            assert_int_equal(s.error.status, -77);
+            assert_true(s.t > (way ? 0.24 : 0.2) && s.t <= 0.5);
+            assert_close(s.q[0], offset * (1.0 - cos(rate * s.t)), 1e-6);
+            assert_close(s.u[0], offset * rate * sin(rate * s.t), 2e-6);
+            assert_int_equal(mbsr_ida_state(s.ida, &t, y, yp), 0);
+            const size_t size = (size_t)mbsr_dae_size(s.model, s.form) * sizeof *y;
+            assert_true(t == s.t && size <= sizeof y);
+            assert_memory_equal(y, s.y, size);
+            assert_memory_equal(yp, s.yp, size);
+            assert_int_equal(mbsr_ida_get_stats(s.ida, &stats), 0);
+            assert_true(stats.steps > 0);
+            /* again without a remedy, and then with one */
+            mbsr_simulation_forgive(&s);
+            if (mbsr_simulation_start(&s, &opt, s.t, s.q, s.u) == 0) mbsr_simulation_to(&s, 2.0);
+            assert_int_equal(s.status, -77);
+            assert_true(s.t >= t && s.t <= 0.5);
+            f.broken = 0;
+            mbsr_simulation_forgive(&s);
+            mbsr_simulation_start(&s, &opt, s.t, s.q, s.u);
+            mbsr_simulation_to(&s, 2.0);
+            assert_ok(s.status, &s.error);
+            assert_close(s.q[0], offset * (1.0 - cos(rate * 2.0)), 2e-6);
+            mbsr_simulation_end(&s);
+        }
+    }
+}
+
 /* A heavy body, a body without mass on it, and a light one on that. */
 static void momenta_have_the_masses_of_their_joints(void **state)
 {
@@ -167,6 +241,7 @@ int main(void)
         cmocka_unit_test(the_first_failure_stays),
         cmocka_unit_test(momenta_have_the_masses_of_their_joints),
         cmocka_unit_test(events_pass_and_failures_keep_the_last_state),
+        cmocka_unit_test(runs_go_on_from_the_last_good_state),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
