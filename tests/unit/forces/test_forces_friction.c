@@ -271,7 +271,9 @@ static void bushings_in_the_plane_are_those_in_space(void **state)
         }
         for (int k = 0; k < 2; ++k) {
             flat[k] = test_part_random(MBSR_SPACE_PLANAR, &rng);
-            at[k] = (mbsr_planar_frame){test_uniform(&rng), test_uniform(&rng), 0.5 * k};
+            double place[2];
+            test_fill(&rng, 2, place);
+            at[k] = (mbsr_planar_frame){place[0], place[1], 0.5 * k};
             const double x[3] = {at[k].x, at[k].y, 0.0};
             in_space[k] = mbsr_frame_turned(x, z, at[k].angle);
             space[k] = test_part_make(MBSR_SPACE_SPATIAL);

@@ -115,9 +115,9 @@ static mbsr_force_def bearing(test_rng *rng, int kind, int damped, const units *
 static mbsr_force_def plane_bushing(test_rng *rng, int damped, const units *s, int a, int b)
 {
     const double scale[3] = {1.0, 1.0, s->length};
-    const mbsr_planar_frame A = {test_uniform(rng) * s->length, test_uniform(rng) * s->length, 0.4},
-                            B = {test_uniform(rng) * s->length, 0.2 * s->length, -2.0};
-    double matrix[2][9];
+    double place[3], matrix[2][9];
+    fill(rng, 3, s->length, place);
+    const mbsr_planar_frame A = {place[0], place[1], 0.4}, B = {place[2], 0.2 * s->length, -2.0};
     for (int m = 0; m < 2; ++m) {
         const double unit = s->force / s->length * (m ? damped * s->time : 3.0);
         for (int k = 0; k < 3; ++k) {

@@ -268,15 +268,17 @@ static mbsr_force_def bushing(test_rng *rng, int a, int b)
     return mbsr_force_bushing(a, &A, b, &B, stiffness, damping);
 }
 
-/* Pressed in wherever the bodies are, being so large, and pressing, with so little damping. */
-static mbsr_force_def contact(test_rng *rng, int a, int b, int rough, const int origin[2])
+/* Pressed in wherever the bodies are, being so large, and pressing, with so little damping. Where slip is
+ * small, with so long a lever, differences are rough. */
+static mbsr_force_def contact(test_rng *rng, int a, int b, int rough, double slip,
+                              const int origin[2])
 {
     mbsr_contact c = {.radius = 8.0,
                       .exponent = 1.5,
                       .stiffness = 0.3,
                       .damping = 0.04,
                       .friction = rough ? 0.7 : 0.0,
-                      .slip = rough ? 0.3 : 0.0,
+                      .slip = rough ? slip : 0.0,
                       .creep = rough > 1 ? 0.8 : 0.0};
     if (!origin[0]) test_fill(rng, 3, c.centre);
     if (!origin[1]) test_fill(rng, 3, c.point);
@@ -321,7 +323,8 @@ static int add_frictions(scene *s, mbsr_space root, test_rng *rng)
             if (a == b) continue;
             const int origin[2] = {is_point(ends[a], root), is_point(ends[b], root)};
             for (int rough = 0; rough < 3 && ends[a] != MBSR_GROUND; ++rough, ++count)
-                scene_add(s, contact(rng, ends[a], ends[b], rough, origin));
+                scene_add(s, contact(rng, ends[a], ends[b], rough,
+                                     a < 2 && (b < 2 || b == 6) ? 0.3 : 0.8, origin));
             for (int kind = 0; kind < 3; ++kind, ++count) {
                 double point[3];
                 mbsr_friction law = {.coefficient = 0.7,
@@ -337,6 +340,7 @@ static int add_frictions(scene *s, mbsr_space root, test_rng *rng)
             for (int kind = 0; kind < 2 && !origin[0] && !origin[1]; ++kind, ++count) {
                 double axis[3];
                 test_fill(rng, 3, axis);
+                axis[2] = 1.0; /* in the plane, too, there is some turning about it */
                 scene_add(s, mbsr_force_bearing_friction(ends[a], ends[b], kind ? axis : NULL, 1.7,
                                                          0.4, 0.3));
             }
@@ -349,8 +353,9 @@ static mbsr_force_def plane_bushing(test_rng *rng, int a, int b)
 {
     double matrix[2][9];
     for (int m = 0; m < 2; ++m) some_matrix(rng, 3, matrix[m]);
-    const mbsr_planar_frame A = {test_uniform(rng), test_uniform(rng), 0.4},
-                            B = {test_uniform(rng), 0.2, -2.0};
+    double place[3];
+    test_fill(rng, 3, place);
+    const mbsr_planar_frame A = {place[0], place[1], 0.4}, B = {place[2], 0.2, -2.0};
     return mbsr_force_planar_bushing(a, A, b, B, matrix[0], matrix[1]);
 }
 
