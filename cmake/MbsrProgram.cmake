@@ -1,14 +1,41 @@
 # Programs made of one file that uses the public headers: examples and benchmarks.
 # SPDX-License-Identifier: BSD-3-Clause
 
+# PETSc, for the one who includes it; its own flags are left aside, which ask for an optimised build.
+# Not under sanitizers: MPI leaks.
+function(mbsr_find_petsc)
+    find_package(PkgConfig QUIET)
+    if(PkgConfig_FOUND AND NOT MBSR_SANITIZE AND NOT TARGET mbsr_petsc)
+        pkg_check_modules(MBSR_PETSC QUIET PETSc>=3.17)
+        if(MBSR_PETSC_FOUND)
+            find_package(MPI QUIET COMPONENTS C)
+        endif()
+        if(MBSR_PETSC_FOUND AND MPI_C_FOUND)
+            add_library(mbsr_petsc INTERFACE)
+            target_include_directories(mbsr_petsc SYSTEM INTERFACE ${MBSR_PETSC_INCLUDE_DIRS})
+            target_link_libraries(mbsr_petsc INTERFACE ${MBSR_PETSC_LINK_LIBRARIES} MPI::MPI_C)
+        endif()
+    endif()
+endfunction()
+
 # mbsr_add_program(target source): links what the file includes. Sets mbsr_program_added to OFF in
-# the caller's scope when the file needs the component ida or SUNDIALS and this build has neither.
+# the caller's scope when the file needs the component ida, SUNDIALS or PETSc and this build has none.
 function(mbsr_add_program target source)
     file(STRINGS "${source}" uses_ida REGEX "^#include [<\"]mbsrank/(ida|simulation|sundials)\\.h")
     file(STRINGS "${source}" uses_sundials
          REGEX "^#include [<\"](ida|cvode|sundials|nvector|sunmatrix|sunlinsol)/")
     file(STRINGS "${source}" uses_cvode REGEX "^#include [<\"]cvode/")
+    file(STRINGS "${source}" uses_petsc REGEX "^#include <petsc")
     set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS "${source}")
+    if(uses_petsc)
+        mbsr_find_petsc()
+        if(NOT TARGET mbsr_petsc)
+            message(STATUS "Skipped: ${source}: no PETSc 3.17 or newer (libpetsc-real-dev), or "
+                           "under sanitizers")
+            set(mbsr_program_added OFF PARENT_SCOPE)
+            return()
+        endif()
+    endif()
     if(((uses_ida OR uses_sundials) AND NOT MBSR_IDA) OR (uses_cvode AND NOT TARGET SUNDIALS::cvode))
         set(mbsr_program_added OFF PARENT_SCOPE)
         return()
@@ -24,6 +51,9 @@ function(mbsr_add_program target source)
     endif()
     if(uses_cvode)
         target_link_libraries(${target} PRIVATE SUNDIALS::cvode)
+    endif()
+    if(uses_petsc)
+        target_link_libraries(${target} PRIVATE mbsr_petsc)
     endif()
     if(UNIX)
         target_link_libraries(${target} PRIVATE m)
