@@ -11,8 +11,8 @@ endif()
 function(mbsr_set_warnings target)
     if(CMAKE_C_COMPILER_ID MATCHES "GNU|Clang")
         target_compile_options(${target} PRIVATE
-            -Wall -Wextra -Wpedantic -Wshadow -Wstrict-prototypes -Wmissing-prototypes -Wvla
-            -Wconversion)
+            -Wall -Wextra -Wpedantic -Wshadow -Wvla -Wconversion
+            $<$<COMPILE_LANGUAGE:C>:-Wstrict-prototypes> $<$<COMPILE_LANGUAGE:C>:-Wmissing-prototypes>)
         if(MBSR_WERROR)
             target_compile_options(${target} PRIVATE -Werror)
         endif()
