@@ -104,7 +104,7 @@ static void find_directions(balance *b)
 {
     mbsri_dense *w = b->w;
     const mbsr_data *d = w->d;
-    b->k = w->nulls;
+    b->k = w->moving;
     for (int l = 0; l < b->k; ++l) {
         double *z = b->Z + (size_t)l * (size_t)w->n, size = 0.0;
         mbsri_dense_null(w, l, z);

@@ -2,7 +2,7 @@
  * SPDX-License-Identifier: BSD-3-Clause
  *
  * K = [M -C^T; C 0] is equilibrated symmetrically, S K S with the largest entry of each row about 1, so
- * that units do not matter, and decomposed by singular values. Its kernel is ker M and ker C in u, and
+ * that units do not matter (what is nothing but rounding is zero before: rounding.h), and decomposed by singular values. Its kernel is ker M and ker C in u, and
  * ker C^T in lambda: from M x = C^T y, C x = 0 follows x^T M x = 0. */
 #include "loops/dense.h"
 
@@ -11,6 +11,7 @@
 #include "algebra/numbers.h"
 #include "base/error.h"
 #include "base/memory.h"
+#include "loops/rounding.h"
 #include "recursion/closures.h"
 #include "recursion/mass_matrix.h"
 
@@ -31,7 +32,8 @@ int mbsri_dense_open(mbsri_dense *w, const mbsr_model *m, mbsr_data *d, const ch
     const size_t n = (size_t)w->n, rows = (size_t)w->rows, N = n + rows, nq = (size_t)m->nq;
     const size_t most = (size_t)w->held + n;
     const int svd = mbsri_lapack_svd_work(w->N > 0 ? w->N : 1),
-              gelsy = mbsri_lapack_gelsy_work((int)most > 0 ? (int)most : 1, w->N > 0 ? w->N : 1);
+              gelsy = mbsri_lapack_gelsy_work((int)(most + rows) > 0 ? (int)(most + rows) : 1,
+                                              w->N > 0 ? w->N : 1);
     w->lwork = svd > gelsy ? svd : gelsy;
     double **const array[] = {&w->M,     &w->C,     &w->K, &w->U,    &w->V,      &w->scale,
                               &w->sigma, &w->right, &w->g, &w->x,    &w->y,      &w->q,
@@ -82,14 +84,20 @@ void mbsri_dense_close(mbsri_dense *w)
 
 int mbsri_dense_rows(mbsri_dense *w)
 {
+    const mbsri_closure *first = w->m->closures.data;
     const int status = mbsri_closure_jacobians(w->m, w->d);
     if (status) return status;
+    const double lever = mbsri_longest_lever(w->m, w->d);
     mbsri_zero((size_t)w->rows, w->g);
-    for (int k = 0; k < w->rows; ++k) {
-        w->g[k] = 1.0;
-        mbsri_closure_transpose(w->m, w->d, w->g, w->y);
-        w->g[k] = 0.0;
-        for (int j = 0; j < w->n; ++j) w->C[(size_t)j * (size_t)w->rows + (size_t)k] = w->y[j];
+    for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
+        for (int k = 0; k < c->rows; ++k) {
+            const size_t row = (size_t)(c->row + k);
+            w->g[row] = 1.0;
+            mbsri_closure_transpose(w->m, w->d, w->g, w->y);
+            w->g[row] = 0.0;
+            mbsri_clear_row(w->m, w->d, c, k, lever, w->right, w->y);
+            for (int j = 0; j < w->n; ++j) w->C[(size_t)j * (size_t)w->rows + row] = w->y[j];
+        }
     }
     return MBSR_OK;
 }
@@ -130,19 +138,48 @@ static void equilibrate(mbsri_dense *w)
     }
 }
 
+/* Vectors of the kernel, from the last column of V on: those of its part in u, orthonormal, then those of
+ * its part in lambda. The kernel is the sum of both, so that its vectors have parts in u with singular
+ * values 1 and 0. */
+static void split_kernel(mbsri_dense *w)
+{
+    const int n = w->n, N = w->N;
+    for (w->moving = 0; w->moving < w->nulls; ++w->moving) {
+        double *next = w->V + (size_t)(N - 1 - w->moving) * (size_t)N, *best = next, largest = 0.0;
+        for (int l = w->moving; l < w->nulls; ++l) {
+            double *v = w->V + (size_t)(N - 1 - l) * (size_t)N;
+            const double square = mbsri_dot(n, v, v);
+            if (square > largest) largest = square, best = v;
+        }
+        if (!(largest > 1e-6)) return;
+        for (int k = 0; k < N; ++k) {
+            const double entry = best[k];
+            best[k] = next[k];
+            next[k] = k < n ? entry / sqrt(largest) : 0.0;
+        }
+        for (int l = w->moving + 1; l < w->nulls; ++l) {
+            double *v = w->V + (size_t)(N - 1 - l) * (size_t)N;
+            const double part = mbsri_dot(n, next, v);
+            for (int k = 0; k < n; ++k) v[k] -= part * next[k];
+        }
+    }
+}
+
 int mbsri_dense_factor(mbsri_dense *w, const bool *dropped)
 {
     const int status = mbsri_dense_rows(w);
     if (status) return status;
     mbsri_mass_matrix(w->m, w->d, w->M);
+    mbsri_clear_masses(w->m, w->d, w->M);
     fill(w, dropped);
     equilibrate(w);
-    w->nulls = 0;
+    w->nulls = w->moving = 0;
     if (w->N == 0) return MBSR_OK;
     if (mbsri_lapack_svd(w->N, w->K, w->sigma, w->U, w->V, w->work, w->lwork))
         return mbsri_fail(&w->d->error, MBSR_EIGEN_FAILED, MBSR_NONE, MBSR_NONE,
                           "%s: no singular values of the equations of the loops", w->function);
     while (w->nulls < w->N && !(w->sigma[w->N - 1 - w->nulls] > SMALL * w->sigma[0])) ++w->nulls;
+    split_kernel(w);
     return MBSR_OK;
 }
 
@@ -160,15 +197,20 @@ void mbsri_dense_solve(const mbsri_dense *w, const double *right, double *x)
     for (size_t k = 0; k < N; ++k) x[k] *= w->scale[k];
 }
 
-double mbsri_dense_null(const mbsri_dense *w, int l, double *x)
+void mbsri_dense_null(const mbsri_dense *w, int l, double *x)
 {
     const double *v = w->V + (size_t)(w->N - 1 - l) * (size_t)w->N;
-    const double share = mbsri_largest(w->n, v);
     double largest = 0.0;
     for (int k = 0; k < w->n; ++k) {
         x[k] = w->scale[k] * v[k];
         largest = fmax(largest, fabs(x[k]));
     }
     for (int k = 0; k < w->n && largest > 0.0; ++k) x[k] /= largest;
-    return share;
+}
+
+void mbsri_dense_idle(const mbsri_dense *w, int l, double *x)
+{
+    const size_t n = (size_t)w->n;
+    const double *v = w->V + (size_t)(w->N - 1 - w->moving - l) * (size_t)w->N + n;
+    for (int k = 0; k < w->rows; ++k) x[k] = w->scale[n + (size_t)k] * v[k];
 }

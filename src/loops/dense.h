@@ -25,7 +25,8 @@ typedef struct mbsri_dense {
     int *pivots;    /* N */
     bool *other;    /* rows: flags for a short time */
     bool *left_out; /* rows: not in K */
-    int nulls; /* dimension of the kernel of the saddle matrix; its vectors are the last of V */
+    int nulls;      /* dimension of the kernel of K */
+    int moving;     /* of its part in u */
     void *memory;
 } mbsri_dense;
 
@@ -43,8 +44,10 @@ int mbsri_dense_factor(mbsri_dense *w, const bool *dropped);
 /* (u; lambda) = K^+ right (n + rows), least norm in the scaled unknowns, right to be in the range. */
 void mbsri_dense_solve(const mbsri_dense *w, const double *right, double *x);
 
-/* Vector l of the kernel of K: n numbers of u, of largest entry 1. Returns the largest entry of u in the
- * kernel's vector of length 1: what is below 1e-6 is a vector of lambda alone. */
-double mbsri_dense_null(const mbsri_dense *w, int l, double *x);
+/* Vector l < moving of the kernel of K, in u: n numbers, of largest entry 1. */
+void mbsri_dense_null(const mbsri_dense *w, int l, double *x);
+
+/* Vector l < nulls - moving of the kernel of K, in lambda: rows numbers. */
+void mbsri_dense_idle(const mbsri_dense *w, int l, double *x);
 
 #endif

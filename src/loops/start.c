@@ -12,10 +12,13 @@
 #include "loops/start.h"
 
 #include "algebra/dense.h"
+#include "algebra/numbers.h"
+#include "base/error.h"
 #include "loops/assemble.h"
 #include "loops/balance.h"
 #include "loops/motion.h"
 #include "loops/ranks.h"
+#include "model/query.h"
 #include "recursion/closures.h"
 #include "recursion/elements.h"
 #include "recursion/inverse.h"
@@ -28,9 +31,9 @@ int mbsri_loops_accelerate(mbsri_dense *w, double t, const double *q, const doub
 {
     mbsri_loops_leave_out(w, true);
     int status = mbsri_loops_factor(w, t, q, u);
-    for (int l = 0; l < w->nulls && !status; ++l) {
-        if (mbsri_dense_null(w, l, w->x) > 1e-6)
-            status = mbsri_loops_refuse(w, w->x, ": its acceleration is not determined");
+    if (!status && w->moving > 0) {
+        mbsri_dense_null(w, 0, w->x);
+        status = mbsri_loops_refuse(w, w->x, ": its acceleration is not determined");
     }
     if (!status) status = mbsri_loops_rates(w, t, q, u, tau, udot, lambda);
     return status ? status : mbsri_loops_springs(w, t, q, u, lambda);
@@ -86,20 +89,32 @@ static bool load_springs(mbsri_dense *w, const double *lambda)
     return any;
 }
 
-/* Forces of settled springs at the gaps that they have been given. */
-static void take_springs(const mbsri_dense *w, double *lambda)
+/* Forces of settled springs at the gaps that they have been given; refused where others were found. */
+static int take_springs(const mbsri_dense *w, double *lambda)
 {
-    const mbsri_closure *first = w->m->closures.data;
-    for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
+    const mbsr_model *m = w->m;
+    const mbsri_closure *first = m->closures.data;
+    const double limit = 1e-6 * mbsri_largest(w->rows, lambda);
+    char label[MBSRI_LABEL];
+    for (int id = 0; id < (int)m->closures.count; ++id) {
+        const mbsri_closure *c = first + id;
         for (int k = 0; k < c->held; ++k) {
-            if (mbsri_is_stiff(c, k) && !mbsri_is_loose(c, k))
-                lambda[c->row + k] = -w->offset[c->held_row + k] * c->def.stiffness[k];
+            if (!mbsri_is_stiff(c, k) || mbsri_is_loose(c, k)) continue;
+            const double force = -w->offset[c->held_row + k] * c->def.stiffness[k],
+                         change = fabs(lambda[c->row + k] - force);
+            if (change > limit && change > 1e-14 * c->def.stiffness[k])
+                return mbsri_fail(&w->d->error, MBSR_NO_CONVERGENCE, MBSR_NONE, MBSR_NONE,
+                                  "%s: no positions found at which the springs of %s bear its "
+                                  "forces (%.3g is left); settled = 0 takes them as they are",
+                                  w->function, mbsri_closure_label(m, id, label), change);
+            lambda[c->row + k] = force;
         }
     }
+    return MBSR_OK;
 }
 
 /* Springs and positions are found in turn, as often at most. */
-enum { PASSES = 12 };
+enum { PASSES = 60 };
 
 int mbsri_loops_consistent(mbsri_dense *w, double t, double *q, double *u, double *udot,
                            double *lambda, const mbsr_consistent_opt *opt,
@@ -120,6 +135,5 @@ int mbsri_loops_consistent(mbsri_dense *w, double t, double *q, double *u, doubl
         if (status || pass + 1 == PASSES || !load_springs(w, lambda)) break;
         status = mbsri_assemble(w, t, q, &standard, &assembly);
     }
-    take_springs(w, lambda);
-    return status;
+    return status ? status : take_springs(w, lambda);
 }

@@ -183,7 +183,7 @@ static int on_tree(mbsri_start *s, bool *served)
     int status = evaluate(s);
     if (status || m->nu - d->total_rank <= MANY_DIRECTIONS) return status;
     s->info.null_directions = m->nu - d->total_rank;
-    s->info.force_defect = mbsri_largest_defect(m, d, false, NULL);
+    s->info.force_defect = mbsri_largest_defect(m, d, false, 0.0, NULL);
     status = mbsri_damped_start(m, d, s->t, s->q, s->u, s->udot, s->opt, &s->info, served);
     if (!*served) s->info = (mbsr_consistent_info){0};
     return status;

@@ -31,7 +31,8 @@ static double defect_of(const mbsr_model *m, const mbsr_data *d, const mbsri_gro
     return gamma;
 }
 
-double mbsri_largest_defect(const mbsr_model *m, mbsr_data *d, bool relative, int *head)
+double mbsri_largest_defect(const mbsr_model *m, mbsr_data *d, bool relative, double least,
+                            int *head)
 {
     double largest = 0.0, *vector = d->scratch;
     if (head) *head = 0;
@@ -45,7 +46,7 @@ double mbsri_largest_defect(const mbsr_model *m, mbsr_data *d, bool relative, in
         for (int l = rank; l < g.n; ++l) {
             const double gamma = fabs(defect_of(m, d, &g, l, vector));
             const double size = relative ? mbsri_gross_load(m, d, &g, vector) : 1.0;
-            if (!(gamma > largest * size)) continue;
+            if (!(gamma > least && gamma > largest * size)) continue;
             largest = gamma / size;
             if (head) *head = i;
         }
@@ -126,7 +127,7 @@ int mbsr_dae_imbalance(const mbsr_model *model, mbsr_data *data, mbsr_dae_form f
     if (!status) status = evaluate(model, data, t, q, q + model->nq);
     int head = 0;
     if (!status) {
-        const double largest = mbsri_largest_defect(model, data, true, &head);
+        const double largest = mbsri_largest_defect(model, data, true, 0.0, &head);
         status = mbsri_check_result(model, data, 1, &largest, name);
         if (!status) {
             *share = largest;

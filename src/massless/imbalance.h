@@ -6,8 +6,9 @@
 #include "recursion/group.h"
 
 /* The largest |gamma| of all null vectors of joint blocks at mbsri_backward, `relative`: beside what
- * was added up to it; *head, unless NULL: of whose group, 0: there is none but zeros. Overwrites vec
- * and scratch, and where relative what mbsri_gross_forces does. */
-double mbsri_largest_defect(const mbsr_model *m, mbsr_data *d, bool relative, int *head);
+ * was added up to it, of those larger than `least` (a force); *head, unless NULL: of whose group, 0:
+ * there is none. Overwrites vec and scratch, and where relative what mbsri_gross_forces does. */
+double mbsri_largest_defect(const mbsr_model *m, mbsr_data *d, bool relative, double least,
+                            int *head);
 
 #endif

@@ -3,11 +3,14 @@
 #include "massless/loops_start.h"
 
 #include "algebra/dense.h"
+#include "algebra/numbers.h"
 #include "base/error.h"
 #include "base/memory.h"
 #include "forms/dae.h"
 #include "loops/start.h"
+#include "massless/imbalance.h"
 #include "massless/loops_tree_start.h"
+#include "model/query.h"
 #include "recursion/closures.h"
 #include "recursion/not_finite.h"
 
@@ -40,6 +43,23 @@ static int allocate(start *s, const mbsr_model *m, mbsr_data *d)
     return MBSR_OK;
 }
 
+/* Refuses forces along directions without mass that do not balance; after the residual at the state. */
+static int check_balance(const start *s)
+{
+    const mbsr_model *m = s->w.m;
+    mbsr_data *d = s->w.d;
+    char label[MBSRI_LABEL];
+    const double force = mbsri_largest((int)m->size_v, d->f) + mbsri_largest(m->nu, d->tau);
+    int head;
+    const double share = mbsri_largest_defect(m, d, true, 1e-8 * force, &head);
+    if (share <= 1e-6) return MBSR_OK;
+    return mbsri_fail(
+        &d->error, MBSR_NO_CONVERGENCE, m->body[head].id, MBSR_NONE,
+        "mbsr_dae_consistent: no state found at which forces along directions without "
+        "mass balance: of those on %s %.3g is left",
+        mbsri_body_label(m, head, label), share);
+}
+
 /* y, with the springs at the forces found, and y'. */
 static int deliver(start *s, double *y, double *yp)
 {
@@ -67,6 +87,7 @@ static int deliver(start *s, double *y, double *yp)
         }
     }
     if (!status) status = s->form->residual(m, d, s->t, s->y, s->yp, s->F);
+    if (!status) status = check_balance(s);
     if (status) return status;
     for (int k = 0; k < m->nq + m->nu; ++k) s->yp[k] = -s->F[k];
     mbsri_copy((size_t)m->nu, s->udot, s->yp + m->nq + m->nu);

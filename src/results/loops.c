@@ -101,6 +101,7 @@ static int mark_shared(mbsri_dense *w, int row, const bool *dropped, const doubl
     return MBSR_OK;
 }
 
+/* Springs, which determine their forces themselves, are dropped, and marked in w->other. */
 static int mark_unique(mbsri_dense *w, const bool *dropped, int *unique)
 {
     double *length = w->sigma;
@@ -115,7 +116,7 @@ static int mark_unique(mbsri_dense *w, const bool *dropped, int *unique)
         unique[k] = 1;
     }
     for (int k = 0; k < w->rows && !status; ++k) {
-        if (dropped[k]) status = mark_shared(w, k, dropped, length, unique);
+        if (dropped[k] && !w->other[k]) status = mark_shared(w, k, dropped, length, unique);
     }
     return status;
 }
@@ -125,8 +126,8 @@ static int find_massless(mbsri_dense *w, int *count)
 {
     for (int k = 0; k < w->rows; ++k) w->other[k] = true;
     const int status = mbsri_dense_factor(w, w->other);
-    *count = w->nulls;
-    for (int l = 0; l < w->nulls && !status; ++l)
+    *count = w->moving;
+    for (int l = 0; l < w->moving && !status; ++l)
         mbsri_dense_null(w, l, w->A + (size_t)l * (size_t)w->n);
     return status;
 }
@@ -188,20 +189,31 @@ static int count_massless(mbsri_dense *w, double t, const double *q, mbsr_closur
     report->massless = w->n - d->total_rank;
     status = find_massless(w, &count);
     if (!status) status = mbsri_dense_factor(w, w->left_out);
-    report->undetermined = w->nulls;
+    report->undetermined = w->moving;
     return status ? status : find_stretch(w, count, report);
+}
+
+static void mark_stiff(const mbsri_dense *w, bool *stiff)
+{
+    const mbsri_closure *first = w->m->closures.data;
+    for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
+        for (int k = 0; k < c->rows; ++k) stiff[c->row + k] = mbsri_is_stiff(c, k);
+    }
 }
 
 static int report_on(mbsri_dense *w, double t, const double *q, mbsr_closure_report *report,
                      int *redundant, int *unique)
 {
-    const mbsri_closure *first = w->m->closures.data;
     mbsri_ranks here;
     int nearby;
     bool *dropped = w->left_out;
     int status = mbsri_ranks_around(w, t, q, dropped, &here, &nearby);
-    for (int k = 0; k < w->rows && redundant && !status; ++k) redundant[k] = dropped[k];
+    bool *stiff = w->other;
+    mark_stiff(w, stiff);
+    for (int k = 0; k < w->rows && redundant && !status; ++k)
+        redundant[k] = dropped[k] && !stiff[k];
     if (!status) mbsri_ranks_here(w, dropped, &here);
+    for (int k = 0; k < w->rows; ++k) dropped[k] = dropped[k] || stiff[k];
     if (!status && unique) status = mark_unique(w, dropped, unique);
     if (!status) status = mbsri_closure_gaps(w->m, w->d, w->g);
     if (status) return status;
@@ -213,10 +225,6 @@ static int report_on(mbsri_dense *w, double t, const double *q, mbsr_closure_rep
                                     .weakest = here.weakest < 0 ? MBSR_NONE : here.weakest,
                                     .weakest_pivot = here.weakest_pivot,
                                     .gap = mbsri_largest(w->held, w->g)};
-    for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
-        for (int k = 0; k < c->rows; ++k)
-            dropped[c->row + k] = dropped[c->row + k] || mbsri_is_stiff(c, k);
-    }
     status = count_massless(w, t, q, report);
     report->mobility = w->n - here.independent - report->undetermined;
     return status;
@@ -246,9 +254,9 @@ static double mobility_of(mbsri_dense *w, int k)
 {
     mbsri_zero((size_t)w->N, w->g);
     w->g[k] = 1.0;
-    for (int l = 0; l < w->nulls; ++l) {
-        const double share = mbsri_dense_null(w, l, w->x);
-        if (share > 1e-6 && fabs(w->x[k]) > 1e-6) return -1.0;
+    for (int l = 0; l < w->moving; ++l) {
+        mbsri_dense_null(w, l, w->x);
+        if (fabs(w->x[k]) > 1e-6) return -1.0;
     }
     mbsri_dense_solve(w, w->g, w->x);
     return fmax(w->x[k], 0.0);

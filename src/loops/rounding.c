@@ -1,0 +1,130 @@
+/* What of C and of the mass matrix is nothing but rounding: see rounding.h.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "loops/rounding.h"
+
+#include "algebra/dense.h"
+#include "inertias/exact.h"
+#include "model/query.h"
+#include "recursion/rank.h"
+#include "recursion/spans.h"
+
+#include <math.h>
+
+/* Entries of C below these shares of what is added up in them are zero; the second where a closure's
+ * derivatives are differences. */
+static const double ROUNDING = 1e-13, DIFFERENCES = 1e-9;
+
+/* Lengths of what a row has of the turning and of the moving of body `l` of its closure. */
+static void parts_of(const mbsr_model *m, const mbsr_data *d, const mbsri_closure *c, int l, int k,
+                     double *turn, double *move)
+{
+    const mbsri_body *b = m->body + c->body[l];
+    double square[2] = {0.0};
+    for (int j = 0; j < b->d && c->column[l] >= 0; ++j) {
+        const double C = d->closure_C[c->at + (size_t)((c->column[l] + j) * c->rows + k)];
+        square[mbsri_is_angle(b->joint.space, j)] += C * C;
+    }
+    *move = sqrt(square[0]);
+    *turn = sqrt(square[1]);
+}
+
+/* The longest lever in the mechanism: between origins of neighbours, and of rows about origins. */
+double mbsri_longest_lever(const mbsr_model *m, const mbsr_data *d)
+{
+    const mbsri_closure *first = m->closures.data;
+    double length = 0.0, turn, move;
+    for (int i = 1; i <= m->bodies; ++i) {
+        const mbsri_body *b = m->body + i;
+        for (int j = 0; j < b->d * b->d_pred; ++j) {
+            if (mbsri_is_angle(m->body[b->parent].joint.space, j / b->d) &&
+                !mbsri_is_angle(b->joint.space, j % b->d))
+                length = fmax(length, fabs(d->H[b->dp + (size_t)j]));
+        }
+    }
+    for (const mbsri_closure *c = first; c < first + m->closures.count; ++c) {
+        for (int l = 0; l < c->bodies * c->rows; ++l) {
+            parts_of(m, d, c, l / c->rows, l % c->rows, &turn, &move);
+            if (move > 1e-3) length = fmax(length, turn / move);
+        }
+    }
+    return length;
+}
+
+/* What is added up in row k of C, by the caller's order: what the closure has of its bodies, with
+ * levers as long as any, and of their joints, over |H| and |J| on the way to the root. */
+static void find_sizes(const mbsr_model *m, const mbsr_data *d, const mbsri_closure *c, int k,
+                       double lever, double *size)
+{
+    double *f = d->closure_V, *tau = d->closure_w, turn, move;
+    mbsri_zero(m->size_v, f);
+    mbsri_zero((size_t)m->nu, tau);
+    for (int l = 0; l < c->bodies; ++l) {
+        const mbsri_body *b = m->body + c->body[l];
+        if (c->column[l] < 0 || c->body[l] == 0) continue;
+        parts_of(m, d, c, l, k, &turn, &move);
+        for (int j = 0; j < b->d; ++j)
+            f[b->v + (size_t)j] += mbsri_is_angle(b->joint.space, j) ? turn + lever * move : move;
+        if (!(c->def.table->flags & MBSR_CLOSURE_JOINTS)) continue;
+        for (int j = 0; j < b->n; ++j)
+            tau[b->iu + j] +=
+                fabs(d->closure_C[c->at + (size_t)((c->column[l] + b->d + j) * c->rows + k)]);
+    }
+    for (int i = m->bodies; i >= 1; --i) {
+        const mbsri_body *b = m->body + i;
+        const double *own = f + b->v;
+        for (int j = 0; j < b->d * b->n; ++j)
+            tau[b->iu + j / b->d] += fabs(d->J[b->dn + (size_t)j]) * own[j % b->d];
+        for (int j = 0; j < b->d * b->d_pred; ++j)
+            f[b->pred_v + (size_t)(j / b->d)] += fabs(d->H[b->dp + (size_t)j]) * own[j % b->d];
+    }
+    mbsri_scatter(m, tau, size);
+}
+
+void mbsri_clear_row(const mbsr_model *m, const mbsr_data *d, const mbsri_closure *c, int k,
+                     double lever, double *size, double *row)
+{
+    const double share = c->def.table->jacobian ? ROUNDING : DIFFERENCES;
+    find_sizes(m, d, c, k, lever, size);
+    for (int j = 0; j < m->nu; ++j) row[j] = fabs(row[j]) > share * size[j] ? row[j] : 0.0;
+}
+
+/* What the tensor of a body in space is wrong by, beside machine precision. */
+static double lost_of(const mbsri_body *b, const double *M)
+{
+    if (b->joint.space != MBSR_SPACE_SPATIAL) return 0.0;
+    if (b->inertia.kind == MBSR_INERTIA_SPATIAL && !b->added)
+        return mbsri_exact_of(&b->inertia).lost;
+    return b->inertia.kind == MBSR_INERTIA_PARTICLE && !b->added ? 0.0 : M[0] + M[7] + M[14];
+}
+
+/* Inertia of joint rate l of body b, up to which the rank decision has none; C: of all that it moves. */
+static double least_mass(const mbsr_model *m, const mbsri_body *b, const double *J, const double *C,
+                         double lost)
+{
+    double turning = 0.0, sliding = 0.0, size = 0.0;
+    if (b->joint.space != MBSR_SPACE_SPATIAL) {
+        for (int k = 0; k < b->d; ++k) size += J[k] * C[k * (b->d + 1)] * J[k];
+        return m->rank_tolerance * size;
+    }
+    for (int k = 0; k < 3; ++k) turning += C[7 * k], sliding += C[7 * (3 + k)];
+    size = turning * mbsri_dot(3, J, J) + sliding * mbsri_dot(3, J + 3, J + 3);
+    return m->rank_tolerance * (lost * mbsri_dot(3, J, J) + MBSRI_EXACT_SHARE * size);
+}
+
+void mbsri_clear_masses(const mbsr_model *m, mbsr_data *d, double *matrix)
+{
+    const size_t nu = (size_t)m->nu;
+    double *lost = d->closure_V; /* at v of each body: of all that its joint moves */
+    mbsri_zero(m->size_v, lost);
+    for (int i = m->bodies; i >= 1; --i) {
+        const mbsri_body *b = m->body + i;
+        lost[b->v] += lost_of(b, d->M + b->dd);
+        if (b->parent > 0) lost[b->pred_v] += lost[b->v];
+        for (int l = 0; l < b->n; ++l) {
+            const size_t j = (size_t)(b->u + l);
+            const double *J = d->J + b->dn + (size_t)(l * b->d);
+            if (matrix[j * (nu + 1)] > least_mass(m, b, J, d->Mbar + b->dd, lost[b->v])) continue;
+            for (size_t k = 0; k < nu; ++k) matrix[j * nu + k] = matrix[k * nu + j] = 0.0;
+        }
+    }
+}

@@ -1,0 +1,24 @@
+/* What of C and of the mass matrix is nothing but rounding.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * Where such an entry is the largest of its row of K, scaling makes it as large as all others, and a
+ * direction counts as held, or as having inertia, that is not. */
+#ifndef MBSRI_LOOPS_ROUNDING_H
+#define MBSRI_LOOPS_ROUNDING_H
+
+#include "recursion/data.h"
+
+/* The longest lever in the mechanism: between origins of neighbours, and of rows about origins; after the
+ * derivatives of the closures. */
+double mbsri_longest_lever(const mbsr_model *m, const mbsr_data *d);
+
+/* Sets entries of row k of closure c to zero (row: nu, by the caller's order) that are rounding of what is
+ * added up in them; size: nu of scratch. Overwrites closure_V and closure_w. */
+void mbsri_clear_row(const mbsr_model *m, const mbsr_data *d, const mbsri_closure *c, int k,
+                     double lever, double *size, double *row);
+
+/* Sets rows and columns of the mass matrix (nu x nu) to zero whose joint rates have no inertia by the
+ * measure of the rank decision; directly after mbsri_mass_matrix. Overwrites closure_V. */
+void mbsri_clear_masses(const mbsr_model *m, mbsr_data *d, double *matrix);
+
+#endif
