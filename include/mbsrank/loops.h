@@ -89,7 +89,8 @@ MBSR_API int mbsr_closure_of_row(const mbsr_model *model, int row, int *closure,
 MBSR_API int mbsr_closures_mobility(const mbsr_model *model, mbsr_data *data, double *mobility);
 
 /* Which rows the data leaves out of the momentum form, redundant (m): their multipliers are zero and
- * their gaps only watched. mbsr_dae_consistent chooses them; a data of which nothing was asked leaves
+ * their gaps only watched; of stiff rows, whose springs stay, those whose Eta alone is zero.
+ * mbsr_dae_consistent chooses them; a data of which nothing was asked leaves
  * out none. mbsr_closures_drop sets them, for a run that goes on in another data. MBSR_ERR_NULL,
  * MBSR_ERR_MISMATCH. */
 MBSR_API int mbsr_closures_dropped(const mbsr_model *model, mbsr_data *data, int *redundant);

@@ -19,7 +19,10 @@
  *
  *   lambda = -(s + (d / k) s')         0 = s' / k - (C u + g_t)         0 = g - s / k
  *
- * in which nothing grows with k. */
+ * in which nothing grows with k. Where rows depend on each other, springs share the force by their
+ * stiffness, and the velocity rows alone say how; Eta would not be determined. Of a stiff row that is
+ * dropped its position row is left out therefore, 0 = Eta_k: with those of the others it follows from
+ * its velocity row, and no rounding of g is multiplied by k. */
 #include "forms/loops.h"
 
 #include "algebra/dense.h"
@@ -92,7 +95,7 @@ int mbsri_loops_residual(const mbsr_model *m, mbsr_data *d, const double *x, con
             const double stiffness = c->def.stiffness[k];
             if (stiffness > 0.0) {
                 velocity[row] = xp[row] / stiffness - velocity[row];
-                place[held] -= x[row] / stiffness;
+                place[held] = d->dropped[row] ? Eta[held] : place[held] - x[row] / stiffness;
             } else if (d->dropped[row]) {
                 velocity[row] = x[row];
                 if (k < c->held) place[held] = Eta[held];

@@ -64,7 +64,7 @@ bool mbsri_stiff_careful(const mbsri_stiff *s)
 {
     long steps = 0;
     if (s->memory) IDAGetNumSteps(s->memory, &steps);
-    return steps < s->careful_until;
+    return s->always || steps < s->careful_until;
 }
 
 void mbsri_stiff_begin(mbsri_stiff *s)

@@ -3,6 +3,7 @@
 #include "ida/loops.h"
 
 #include "ida/error.h"
+#include "ida/stiff.h"
 
 #include <mbsrank/loops.h>
 
@@ -71,6 +72,35 @@ bool mbsri_ida_scale_multipliers(mbsr_ida *ida)
         }
     }
     return status == MBSR_OK;
+}
+
+/* ---- springs that share a force ---- */
+
+static bool springs_share(mbsr_ida *ida)
+{
+    if (mbsr_closures_dropped(ida->model, ida->data, ida->dropped)) return false;
+    for (int c = 0; c < mbsr_model_closures(ida->model); ++c) {
+        int row, rows;
+        mbsr_closure_place(ida->model, c, &row, &rows, NULL, NULL);
+        for (int k = 0; k < rows; ++k) {
+            if (ida->dropped[row + k] && mbsr_closure_stiffness(ida->model, c, k) > 0.0)
+                return true;
+        }
+    }
+    return false;
+}
+
+int mbsri_ida_share_forces(mbsr_ida *ida)
+{
+    const bool share = springs_share(ida);
+    if (share && !ida->nonlinear) {
+        ida->nonlinear = mbsri_stiff_create(ida->model, ida->opt.form, ida->y, ida->context);
+        if (!ida->nonlinear || IDASetNonlinearSolver(ida->memory, ida->nonlinear) < 0)
+            return mbsri_ida_fail(&ida->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
+                                  "mbsr_ida_start: no memory for Newton's method");
+    }
+    if (ida->nonlinear) mbsri_stiff_of(ida->nonlinear)->always = share;
+    return MBSR_OK;
 }
 
 /* ---- while it runs ---- */
@@ -168,15 +198,19 @@ static int refuse(mbsr_ida *ida, int closure, const char *name, double gap, doub
 
 static int check_gaps(mbsr_ida *ida, const int *dropped, const double *g)
 {
-    const double limit = 1e3 * fmax(ida->opt.atol, ida->opt.rtol);
+    const double limit = 1e3 * fmax(ida->opt.atol, ida->opt.rtol),
+                 *spring = N_VGetArrayPointer(ida->y) + mbsri_ida_loops(ida);
     for (int c = 0; c < mbsr_model_closures(ida->model); ++c) {
         int row, held_row, held;
         mbsr_closure_place(ida->model, c, &row, NULL, &held_row, &held);
         for (int k = 0; k < held; ++k) {
             const char *name = "";
-            if (!dropped[row + k] || fabs(g[held_row + k]) <= limit) continue;
+            const double stiffness = mbsr_closure_stiffness(ida->model, c, k),
+                         length = stiffness > 0.0 ? spring[row + k] / stiffness : 0.0,
+                         gap = g[held_row + k] - length;
+            if (!dropped[row + k] || fabs(gap) <= limit) continue;
             mbsr_closure_of_row(ida->model, row + k, NULL, NULL, &name);
-            return refuse(ida, c, name, g[held_row + k], limit);
+            return refuse(ida, c, name, gap, limit);
         }
     }
     return MBSR_OK;

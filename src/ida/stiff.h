@@ -24,6 +24,7 @@ typedef struct mbsri_stiff {
     mbsri_masked_norm masked; /* the norm of the error test without filter */
     int first, last;          /* the momenta are entries first .. last - 1 of y */
 
+    bool always;        /* every step is taken carefully */
     bool careful;       /* the last iteration was one of those below */
     long careful_until; /* steps before this one are taken carefully */
     long matrices;      /* by difference quotients, so far */

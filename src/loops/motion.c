@@ -9,6 +9,7 @@
 #include "loops/motion.h"
 
 #include "algebra/dense.h"
+#include "algebra/lapack.h"
 #include "algebra/numbers.h"
 #include "base/error.h"
 #include "model/query.h"
@@ -149,6 +150,41 @@ int mbsri_loops_refuse(mbsri_dense *w, const double *x, const char *why)
                       largest - m->body[at].u, mbsri_body_label(m, at, label), why);
 }
 
+/* Where rows depend on each other, springs among them share what they bear so that their energy, the sum of
+ * lambda^2 / (2 k), is least: sqrt(1/k) (lambda - N a) is shortest, where the columns of N span the part of
+ * the kernel of K in lambda. Overwrites K and g. */
+static int share_forces(mbsri_dense *w, double *lambda)
+{
+    const mbsri_closure *first = w->m->closures.data;
+    const int count = w->nulls - w->moving, rows = w->rows;
+    double *A = w->K, *b = w->right, *unit = w->g, *idle = w->y;
+    int rank;
+    if (count == 0) return MBSR_OK;
+    mbsri_zero((size_t)rows, b);
+    mbsri_zero((size_t)rows * (size_t)count, A);
+    for (int l = 0; l < count; ++l) {
+        mbsri_dense_idle(w, l, idle);
+        for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
+            for (int k = 0, row = c->row; k < c->held; ++k, ++row) {
+                if (!mbsri_is_stiff(c, k) || w->left_out[row]) continue;
+                b[row] = lambda[row] / sqrt(c->def.stiffness[k]);
+                A[l * rows + row] = idle[row] / sqrt(c->def.stiffness[k]);
+            }
+        }
+        const double size = mbsri_largest(rows, A + l * rows);
+        unit[l] = size > 0.0 ? 1.0 / size : 0.0;
+        for (int k = 0; k < rows; ++k) A[l * rows + k] *= unit[l];
+    }
+    if (mbsri_lapack_gelsy(rows, count, A, b, 1e-12, w->pivots, &rank, w->work, w->lwork))
+        return mbsri_fail(&w->d->error, MBSR_EIGEN_FAILED, MBSR_NONE, MBSR_NONE,
+                          "%s: a least-squares problem failed", w->function);
+    for (int l = 0; l < count; ++l) {
+        mbsri_dense_idle(w, l, idle);
+        for (int k = 0; k < rows; ++k) lambda[k] -= unit[l] * b[l] * idle[k];
+    }
+    return MBSR_OK;
+}
+
 int mbsri_loops_rates(mbsri_dense *w, double t, const double *q, const double *u, const double *tau,
                       double *udot, double *lambda)
 {
@@ -165,6 +201,8 @@ int mbsri_loops_rates(mbsri_dense *w, double t, const double *q, const double *u
     mbsri_dense_solve(w, right, w->x);
     mbsri_copy(n, w->x, udot);
     mbsri_copy((size_t)w->rows, w->x + n, lambda);
+    status = share_forces(w, lambda);
+    if (status) return status;
     /* all rows, those left out as well */
     status = mbsri_closure_bias(w->m, w->d, bias);
     if (status) return status;

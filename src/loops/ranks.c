@@ -88,36 +88,41 @@ static double distance(const mbsri_dense *w, int row, double scale, int count, c
     return square;
 }
 
-/* Position rows, then the others. */
-void mbsri_ranks_here(mbsri_dense *w, bool *dropped, mbsri_ranks *found)
+/* A pass over rows of one kind: position rows or others, rigid or stiff. Those that depend on the first
+ * `count` vectors of Q and those of this pass are dropped; returns how many vectors there are then. */
+static int pass(mbsri_dense *w, bool held, bool stiff, int count, bool *dropped, mbsri_ranks *found)
 {
     const mbsri_closure *first = w->m->closures.data;
-    double *Q = w->A, *scale = w->right;
-    mbsri_rank_scales(w, scale);
-    *found = (mbsri_ranks){.smallest_kept = INFINITY, .weakest = -1, .weakest_pivot = INFINITY};
-    for (int held = 1; held >= 0; --held) {
-        for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
-            for (int k = held ? 0 : c->held; k < (held ? c->held : c->rows); ++k) {
-                const int row = c->row + k;
-                dropped[row] = false;
-                if (mbsri_is_stiff(c, k)) continue;
-                const double left = found->independent < w->n
-                                        ? distance(w, row, scale[row], found->independent, Q, w->x)
-                                        : 0.0;
-                dropped[row] = !(left > DEPENDENT);
-                if (!w->d->dropped[row] && left < found->weakest_pivot) {
-                    found->weakest_pivot = left;
-                    found->weakest = row;
-                }
-                if (dropped[row]) {
-                    found->largest_dropped = fmax(found->largest_dropped, left);
-                    continue;
-                }
-                found->smallest_kept = fmin(found->smallest_kept, left);
-                mbsri_copy((size_t)w->n, w->x, Q + (size_t)found->independent++ * (size_t)w->n);
+    double *Q = w->A;
+    for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
+        for (int k = held ? 0 : c->held; k < (held ? c->held : c->rows); ++k) {
+            const int row = c->row + k;
+            if (mbsri_is_stiff(c, k) != stiff) continue;
+            const double left =
+                count < w->n ? distance(w, row, w->right[row], count, Q, w->x) : 0.0;
+            dropped[row] = !(left > DEPENDENT);
+            if (!stiff && !w->d->dropped[row] && left < found->weakest_pivot) {
+                found->weakest_pivot = left;
+                found->weakest = row;
             }
+            if (!stiff && dropped[row])
+                found->largest_dropped = fmax(found->largest_dropped, left);
+            else if (!stiff)
+                found->smallest_kept = fmin(found->smallest_kept, left);
+            if (!dropped[row]) mbsri_copy((size_t)w->n, w->x, Q + (size_t)count++ * (size_t)w->n);
         }
     }
+    return count;
+}
+
+/* Rigid position rows, then stiff ones, which nothing else depends on, then the others. */
+void mbsri_ranks_here(mbsri_dense *w, bool *dropped, mbsri_ranks *found)
+{
+    mbsri_rank_scales(w, w->right);
+    *found = (mbsri_ranks){.smallest_kept = INFINITY, .weakest = -1, .weakest_pivot = INFINITY};
+    const int held = pass(w, true, false, 0, dropped, found);
+    found->springs = pass(w, true, true, held, dropped, found) - held;
+    found->independent = pass(w, false, false, held, dropped, found);
     if (found->independent == 0) found->smallest_kept = 0.0;
     if (found->weakest < 0) found->weakest_pivot = 0.0;
 }
@@ -142,16 +147,6 @@ static bool free_direction(mbsri_dense *w, int independent)
     return true;
 }
 
-static int rigid_rows(const mbsr_model *m)
-{
-    const mbsri_closure *first = m->closures.data;
-    int count = 0;
-    for (const mbsri_closure *c = first; c < first + m->closures.count; ++c) {
-        for (int k = 0; k < c->rows; ++k) count += !mbsri_is_stiff(c, k);
-    }
-    return count;
-}
-
 int mbsri_ranks_around(mbsri_dense *w, double t, const double *q, bool *dropped, mbsri_ranks *here,
                        int *nearby)
 {
@@ -163,7 +158,8 @@ int mbsri_ranks_around(mbsri_dense *w, double t, const double *q, bool *dropped,
     if (status) return status;
     mbsri_ranks_here(w, dropped, here);
     *nearby = here->independent;
-    if (here->independent == rigid_rows(w->m) || !free_direction(w, here->independent))
+    int springs = here->springs;
+    if (here->independent + springs == w->rows || !free_direction(w, here->independent))
         return MBSR_OK;
     bool *other = w->other;
     double *direction = w->sigma;
@@ -179,8 +175,10 @@ int mbsri_ranks_around(mbsri_dense *w, double t, const double *q, bool *dropped,
         if (!status) status = mbsri_dense_rows(w);
         if (status) return status;
         mbsri_ranks_here(w, other, &there);
-        if (there.independent <= *nearby) continue;
+        if (there.independent < *nearby || there.independent + there.springs <= *nearby + springs)
+            continue;
         *nearby = there.independent;
+        springs = there.springs;
         for (int k = 0; k < w->rows; ++k) dropped[k] = other[k];
     }
     status = mbsri_positions(w->m, w->d, t, q);

@@ -7,7 +7,8 @@
 
 /* What was found of the rows in one position. */
 typedef struct mbsri_ranks {
-    int independent;
+    int independent; /* rigid rows */
+    int springs; /* position rows of stiff ones that depend neither on rigid ones nor on each other */
     double smallest_kept, largest_dropped;
     int weakest; /* of the rows that the data does not leave out, the one with the smallest pivot */
     double weakest_pivot;
@@ -18,8 +19,9 @@ typedef struct mbsri_ranks {
  * a row becomes small as a whole. */
 void mbsri_rank_scales(const mbsri_dense *w, double *scale);
 
-/* Marks the rows that depend on those before them, position rows of all closures before the others; at
- * the C of the workspace. Uses its A and U. */
+/* Marks the rows that depend on those before them, position rows of all closures before the others; of
+ * stiff rows those whose position row depends on the rigid ones and stiff ones before it. At the C of the
+ * workspace; uses its A and right. */
 void mbsri_ranks_here(mbsri_dense *w, bool *dropped, mbsri_ranks *found);
 
 /* The same for the position q (closed) and two nearby, into `dropped` what holds where most rows are

@@ -7,8 +7,6 @@
 
 #include <mbsrank/ida.h>
 
-#include <string.h>
-
 /* What a run was like. */
 typedef struct loops_result {
     long steps, failures;
@@ -21,7 +19,7 @@ typedef struct loops_result {
  * is written to *last. */
 static inline loops_result loops_try(loops *s, double tolerance, double t_end, mbsr_error *last)
 {
-    static double y[8 * LOOPS_MOST], yp[8 * LOOPS_MOST];
+    static double y[8 * LOOPS_MOST], yp[8 * LOOPS_MOST], F[8 * LOOPS_MOST];
     double g[LOOPS_MOST], t = 0.0;
     loops_result r = {.status = 0};
     mbsr_ida_opt opt = mbsr_default_ida_opt();
@@ -44,9 +42,10 @@ static inline loops_result loops_try(loops *s, double tolerance, double t_end, m
     mbsr_ida_destroy(ida);
     if (r.status) return r;
     assert_ok(mbsr_dae_unpack(s->m, s->d, MBSR_DAE_MOMENTUM, t, y, s->q, s->u), NULL);
+    assert_ok(mbsr_dae_residual(s->m, s->d, MBSR_DAE_MOMENTUM, t, y, yp, F), of_data);
+    assert_ok(mbsr_closures_force(s->m, s->d, s->lambda), of_data);
     assert_ok(mbsr_positions(s->m, s->d, t, s->q), NULL);
     assert_ok(mbsr_closures_gap(s->m, s->d, g), NULL);
-    memcpy(s->lambda, yp + s->nq + 2 * s->nu, (size_t)s->rows * sizeof *yp);
     r.gap = test_largest(s->held, g);
     assert_close(r.gap, drift.gap, 1e-15);
     return r;

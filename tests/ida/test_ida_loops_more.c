@@ -354,12 +354,94 @@ static void bricard(void **state)
     loops_free(&s);
 }
 
+/* ---- springs that share a force ---- */
+
+static int turn(void *user, double t, double *phi, double *rate, double *acceleration)
+{
+    (void)user;
+    *phi = 10.0 * t;
+    *rate = 10.0;
+    *acceleration = 0.0;
+    return MBSR_OK;
+}
+
+static const double bend = 0.5; /* between the shafts, rad */
+
+/* Two shafts with a universal joint, the first one driven; the second ends in a ball bearing, whose row
+ * along the shaft is redundant. Rigid where stiffness is 0. */
+static void shafts(loops *s, double stiffness, double damping)
+{
+    const double x[3] = {1.0, 0.0, 0.0}, y[3] = {0.0, 1.0, 0.0}, tensor[6] = {0.03, 0.03, 0.05};
+    const mbsr_axis axis = {.kind = MBSR_AXIS_ROTATION, .direction = {0, 0, 1}, .driven = 1};
+    const mbsr_frame on_shaft = mbsr_frame_at(0.0, 0.0, 0.4),
+                     tilted = mbsr_frame_turned(NULL, x, bend),
+                     on_ground = mbsr_frame_product(&tilted, &on_shaft);
+    mbsr_body_def body = mbsr_default_body_def();
+    int shaft;
+    loops_begin(s, NULL);
+    body.parent = MBSR_GROUND;
+    body.joint = mbsr_joint_compound(NULL, NULL, 1, &axis, turn, NULL);
+    assert_ok(mbsr_model_add_body(s->m, &body, &shaft), mbsr_model_error(s->m));
+    body.parent = shaft;
+    body.joint = mbsr_joint_universal(NULL, NULL, x, y);
+    body.inertia = mbsr_inertia_rigid(4.0, (double[3]){0.0, 0.0, 0.0}, tensor);
+    assert_ok(mbsr_model_add_body(s->m, &body, &shaft), mbsr_model_error(s->m));
+    mbsr_closure_def ball = mbsr_closure_ball(shaft, on_shaft.x, MBSR_GROUND, on_ground.x);
+    for (int k = 0; k < 3; ++k) {
+        ball.stiffness[k] = stiffness;
+        ball.damping[k] = damping * stiffness;
+    }
+    assert_ok(mbsr_model_add_closure(s->m, &ball, NULL), mbsr_model_error(s->m));
+    loops_finish(s);
+    s->q[0] = bend;
+    s->u[1] = -10.0 * sin(bend);
+}
+
+/* Angle of the second shaft, against tan(phi_2) = tan(phi_1) cos(bend) of rigid bearings. */
+static double off_the_law(loops *s, double t)
+{
+    double p[MBSR_POSE_SIZE];
+    assert_ok(mbsr_positions(s->m, s->d, t, s->q), NULL);
+    assert_ok(mbsr_body_pose(s->m, s->d, 1, p), NULL);
+    const double *x = p + MBSR_POSE_R, along = x[1] * cos(bend) + x[2] * sin(bend),
+                 angle = atan2(along, x[0]), law = atan2(sin(10.0 * t) * cos(bend), cos(10.0 * t));
+    return fabs(remainder(angle - law, 2.0 * acos(-1.0)));
+}
+
+static void springs_along_a_shaft(void **state)
+{
+    (void)state;
+    static const double tolerance = 1e-6, t = 0.37;
+    loops s;
+    shafts(&s, 0.0, 0.0);
+    const loops_result rigid = loops_run(&s, tolerance, t);
+    assert_int_equal(rigid.status, MBSR_OK);
+    assert_less(off_the_law(&s, t), 30.0 * tolerance);
+    loops_free(&s);
+    for (int damped = 0; damped < 2; ++damped) {
+        for (double k = 1e4; k < 2e14; k *= 100.0) {
+            shafts(&s, k, damped ? 1e-4 : 0.0);
+            const loops_result r = loops_run(&s, tolerance, t);
+            assert_int_equal(r.status, MBSR_OK);
+            if (k > 1e7) assert_in_range(r.steps, 0, 1.25 * (double)rigid.steps);
+            assert_less(off_the_law(&s, t), 30.0 * tolerance + 4.0 / k);
+            /* shared by equal springs: none of it along the shaft, but for rounding of gaps */
+            const double force = test_largest(3, s.lambda);
+            assert_less(0.1, force);
+            if (k > 1e5)
+                assert_close(cos(bend) * s.lambda[2] - sin(bend) * s.lambda[1], 0.0,
+                             1e-3 * force + 3e-16 * k);
+            loops_free(&s);
+        }
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(other_cuts),     cmocka_unit_test(other_cuts_of_a_slider_crank),
         cmocka_unit_test(a_slotted_link), cmocka_unit_test(a_steady_disc),
         cmocka_unit_test(free_knees),     cmocka_unit_test(a_long_run),
-        cmocka_unit_test(bricard)};
+        cmocka_unit_test(bricard),        cmocka_unit_test(springs_along_a_shaft)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

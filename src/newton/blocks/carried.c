@@ -501,13 +501,13 @@ static void add_end(mbsr_newton *w, const mbsr_data *d, const mbsri_loop_end *en
     s.e = w->node[body].e;
     const double *C = d->closure_C + c->at, *slope = v->store + s.loop->slope;
     for (int k = 0; k < c->rows; ++k) {
-        if (d->dropped[c->row + k]) continue;
+        if (d->dropped[c->row + k] && !mbsri_is_stiff(c, k)) continue;
         const int lambda = mbsri_carried_join(w, s.pool, mbsri_name_lambda(c, k));
         const double *row = C + (size_t)s.column * (size_t)c->rows + k;
         add_force(w, &s, lambda, row, c->rows);
         add_row(w, &s, lambda, s.e, 1.0, c->rows, C, k);
         add_row(w, &s, lambda, 0, 1.0, c->rows, slope, k);
-        if (k >= c->held) continue;
+        if (k >= c->held || d->dropped[c->row + k]) continue;
         const int eta = mbsri_carried_join(w, s.pool, mbsri_name_eta(m, c, k));
         double *kappa = v->store + s.pool->kappa + (size_t)(eta * s.d);
         for (int l = 0; l < s.d; ++l) kappa[l] += row[l * c->rows];
@@ -528,11 +528,12 @@ static void add_diagonal(mbsr_newton *w, const mbsr_data *d, int number, double 
     mbsri_pool *pool = v->pool + v->loop[number].pool;
     double *T = v->store + pool->T;
     for (int k = 0; k < closure->held; ++k) {
-        if (!mbsri_is_stiff(closure, k) || d->dropped[closure->row + k]) continue;
-        const int lambda = mbsri_carried_join(w, pool, mbsri_name_lambda(closure, k)),
-                  eta = mbsri_carried_join(w, pool, mbsri_name_eta(w->model, closure, k));
+        if (!mbsri_is_stiff(closure, k)) continue;
+        const int lambda = mbsri_carried_join(w, pool, mbsri_name_lambda(closure, k));
         const double compliance = 1.0 / (closure->def.stiffness[k] + c * closure->def.damping[k]);
         T[lambda * pool->most + lambda] += c * compliance;
+        if (d->dropped[closure->row + k]) continue;
+        const int eta = mbsri_carried_join(w, pool, mbsri_name_eta(w->model, closure, k));
         T[lambda * pool->most + eta] += compliance;
     }
     for (int k = 0; k < v->loop[number].rank; ++k) {

@@ -180,7 +180,7 @@ static void add_coordinates(build *b, int at, double *tau, double *force)
             const int name = mbsri_name_eta(b->w->model, c, r),
                       eta = mbsri_carried_find(b->name_column, k, name),
                       place = mbsri_carried_find(b->name_row, k, name);
-            for (int i = 0; i < n; ++i) {
+            for (int i = 0; i < n && eta >= 0; ++i) {
                 force[eta * n + i] += C[i * c->rows + r];
                 dq[i * k + place] += C[i * c->rows + r];
             }

@@ -33,8 +33,8 @@ void mbsri_front_load(mbsr_newton *w, const double *r)
             const int at = mbsri_carried_find(rows, pool->count, mbsri_name_lambda(c, l));
             if (at < 0) continue; /* left out */
             right[at] = mbsri_is_stiff(c, l) ? -velocity[l] : velocity[l];
-            if (l < c->held)
-                right[mbsri_carried_find(rows, pool->count, mbsri_name_eta(m, c, l))] = position[l];
+            const int place = mbsri_carried_find(rows, pool->count, mbsri_name_eta(m, c, l));
+            if (l < c->held && place >= 0) right[place] = position[l];
         }
     }
 }
@@ -152,8 +152,8 @@ void mbsri_front_multipliers(const mbsr_newton *w, const double *r, double *delt
         const mbsri_pool *pool = v->pool + v->loop[k].pool;
         for (int l = 0; l < c->rows; ++l) {
             const int lambda = mbsri_name_lambda(c, l), eta = mbsri_name_eta(m, c, l);
-            const bool left_out =
-                mbsri_carried_find(v->numbers + pool->row, pool->count, lambda) < 0;
+            const int *rows = v->numbers + pool->row;
+            const bool left_out = mbsri_carried_find(rows, pool->count, lambda) < 0;
             const double damping = c->def.damping[l], stiffness = c->def.stiffness[l];
             double *Lambda = delta + first + lambda, *Eta = delta + first + eta;
             if (left_out)
@@ -163,7 +163,10 @@ void mbsri_front_multipliers(const mbsr_newton *w, const double *r, double *delt
             else
                 *Lambda = v->value[lambda] / w->c;
             if (l >= c->held) continue;
-            *Eta = left_out ? r ? r[first + eta] : 0.0 : v->value[eta] / w->c;
+            if (mbsri_carried_find(rows, pool->count, eta) < 0)
+                *Eta = r ? r[first + eta] : 0.0;
+            else
+                *Eta = v->value[eta] / w->c;
         }
     }
 }
