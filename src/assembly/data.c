@@ -100,9 +100,9 @@ static int check_model(const mbsr_model *model, bool lean, const char *function,
                           "%s: the model is not finished", function);
     }
     if (lean && !model->sweeps) {
-        return mbsri_fail(error, MBSR_ERR_SPACE, MBSR_NONE, MBSR_NONE,
-                          "%s: the model has %s, which the sweeps in vector code do not serve",
-                          function, model->rows > 0 ? "closures" : "no rigid bodies");
+        return mbsri_fail(
+            error, MBSR_ERR_SPACE, MBSR_NONE, MBSR_NONE,
+            "%s: the model has closures, which the sweeps in vector code do not serve", function);
     }
     return MBSR_OK;
 }

@@ -135,7 +135,7 @@ struct mbsr_model {
     double mass;   /* of all bodies, kg */
     double *span; /* nq + nu: what turns a body by 1 rad or moves it by the length; NULL: all joints
                      are stock ones */
-    struct mbsri_sweeps *sweeps; /* for rigid bodies in space, where they serve (sweeps/tree.h) */
+    struct mbsri_sweeps *sweeps; /* what evaluations run over (sweeps/tree.h); NULL with closures */
     struct mbsri_sweeps *whole;  /* the same with whole bodies as blocks; mostly the same tree */
     struct mbsri_sweeps
         *evaluated;   /* and with users' joints among the sweeps' own; mostly the same */

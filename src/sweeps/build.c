@@ -26,23 +26,12 @@ static bool embeds(const mbsri_sweeps *tree, const mbsr_model *m, int i)
     return asks(tree, m, i) || mbsri_embeds(m, tree->bodies, i);
 }
 
-/* How many bodies are blocks; all of them: the sweeps have nothing to do. */
+/* How many bodies are blocks. */
 static int count_blocks(const mbsri_sweeps *tree, const mbsr_model *m)
 {
     int count = 0;
     for (int i = 1; i <= tree->bodies; ++i) count += !embeds(tree, m, i);
     return count;
-}
-
-/* Whether the bound of rounding errors may serve some block, or there are no bodies at all. */
-static bool any_bounded(const mbsr_model *m, int bodies)
-{
-    for (int i = 1; i <= bodies; ++i) {
-        const mbsri_body *b = m->body + i;
-        if (b->joint.space != MBSR_SPACE_GENERAL && b->pred_space != MBSR_SPACE_GENERAL)
-            return true;
-    }
-    return bodies == 0 && m->root.space != MBSR_SPACE_GENERAL;
 }
 
 /* ---- constants of the bodies ---- */
@@ -386,9 +375,8 @@ static bool build(const mbsr_model *m, int bodies, bool whole, int users, mbsri_
                            .whole = whole,
                            .kernels = choose_kernels()};
     const int blocks = count_blocks(tree, m);
-    const bool serves = blocks < bodies || any_bounded(m, bodies);
-    const bool memory = !serves || (allocate(tree, m, blocks) && place(tree, m));
-    if (serves && memory)
+    const bool memory = allocate(tree, m, blocks) && place(tree, m);
+    if (memory)
         *built = tree;
     else
         release(m, tree);

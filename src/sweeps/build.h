@@ -5,8 +5,7 @@
 
 #include "sweeps/tree.h"
 
-/* Makes the tree of a model that is otherwise finished, where the sweeps serve it; else m->sweeps
- * stays NULL. False: no memory, with nothing allocated. */
+/* Makes the tree of a model that is otherwise finished. False: no memory, with nothing allocated. */
 bool mbsri_sweeps_build(mbsr_model *m, int bodies);
 
 /* The same with whole bodies as blocks, and with users' joints taken as the sweeps' own, if there are

@@ -8,6 +8,7 @@
 #include "mixed.h"
 #include "plane_tree.h"
 #include "rigid_tree.h"
+#include "tree.h"
 
 #include "assembly/data.h"
 #include "model/query.h"
@@ -240,10 +241,40 @@ static void trees_of_all_kinds(void **unused)
     assert_true(n.both > 50);
 }
 
+/* Bodies of any dimension and nothing else. */
+static void general_bodies_alone(void **unused)
+{
+    (void)unused;
+    tally n = {0};
+    test_rng rng = test_seed(4);
+    double q[40], u[40];
+    for (int k = 0; k < 100; ++k) {
+        test_tree s;
+        test_tree_make(&s, (test_tree_opt){.seed = 900 + (uint64_t)k,
+                                           .bodies = 1 + k % 10,
+                                           .max_d = 1 + k % 5,
+                                           .welds = k % 2,
+                                           .deficient = 0.2 * (k % 4),
+                                           .bend = 0.1,
+                                           .forces = k % 3 == 0,
+                                           .moving_root = k % 5 == 0,
+                                           .shuffle = k % 2});
+        if (s.nu <= 40) {
+            test_fill(&rng, s.nu, q);
+            test_fill(&rng, s.nu, u);
+            compare(s.model, s.data, 0.3, q, u, &n);
+        }
+        test_tree_free(&s);
+    }
+    conclude("general", &n);
+    assert_int_equal(n.others, 0);
+    assert_true(n.trees > 90 && n.forward > 150 && n.momentum > 150 && n.deficient > 15);
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(trees_in_space),
-                                       cmocka_unit_test(trees_in_the_plane),
-                                       cmocka_unit_test(trees_of_all_kinds)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(trees_in_space), cmocka_unit_test(trees_in_the_plane),
+        cmocka_unit_test(trees_of_all_kinds), cmocka_unit_test(general_bodies_alone)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
