@@ -4,30 +4,34 @@
 
 #include <float.h>
 #include <math.h>
+#include <stdbool.h>
 
-/* A <- J^T A J and X <- X J with the rotation in the plane (p, q) that makes A_pq zero (Golub and
- * Van Loan, Matrix Computations, 8.5). */
-static void rotate(int n, int p, int q, double *A, double *X)
+/* With sizes known to the compiler, whose loops it unrolls. */
+#define SIZED static inline __attribute__((always_inline))
+
+/* a, b <- c a - s b, s a + c b */
+SIZED void turn(double c, double s, double *a, double *b)
 {
-    const double apq = A[q * n + p], theta = (A[q * n + q] - A[p * n + p]) / (2.0 * apq);
-    const double t = (theta < 0.0 ? -1.0 : 1.0) / (fabs(theta) + sqrt(1.0 + theta * theta));
+    const double was = *a;
+    *a = c * was - s * *b;
+    *b = s * was + c * *b;
+}
+
+/* A <- J^T A J, of which the lower triangle is kept (A[p * n + q], p <= q), and X <- X J with the
+ * rotation in the plane (p, q) that makes A_pq zero (Golub and Van Loan, Matrix Computations, 8.5). */
+SIZED void rotate(int n, int p, int q, double *A, double *X)
+{
+    const double apq = A[p * n + q], twice = 2.0 * apq, gap = A[q * n + q] - A[p * n + p];
+    /* tangent of the smaller angle: twice / (gap +- hypot(gap, twice)) */
+    const double root = sqrt(gap * gap + twice * twice), t = twice / (gap + copysign(root, gap));
     const double c = 1.0 / sqrt(1.0 + t * t), s = t * c;
-    for (int k = 0; k < n; ++k) {
-        const double a = A[p * n + k], b = A[q * n + k];
-        A[p * n + k] = c * a - s * b;
-        A[q * n + k] = s * a + c * b;
-    }
-    for (int k = 0; k < n; ++k) {
-        const double a = A[k * n + p], b = A[k * n + q];
-        A[k * n + p] = c * a - s * b;
-        A[k * n + q] = s * a + c * b;
-    }
-    A[q * n + p] = A[p * n + q] = 0.0;
-    for (int k = 0; k < n; ++k) {
-        const double a = X[p * n + k], b = X[q * n + k];
-        X[p * n + k] = c * a - s * b;
-        X[q * n + k] = s * a + c * b;
-    }
+    A[p * n + p] -= t * apq;
+    A[q * n + q] += t * apq;
+    A[p * n + q] = 0.0;
+    for (int k = 0; k < p; ++k) turn(c, s, A + k * n + p, A + k * n + q);
+    for (int k = p + 1; k < q; ++k) turn(c, s, A + p * n + k, A + k * n + q);
+    for (int k = q + 1; k < n; ++k) turn(c, s, A + p * n + k, A + q * n + k);
+    for (int k = 0; k < n; ++k) turn(c, s, X + p * n + k, X + q * n + k);
 }
 
 /* Eigenvalues descending, by exchanging columns. */
@@ -48,25 +52,46 @@ static void sort(int n, double *X, double *lambda)
     }
 }
 
-int mbsri_jacobi(int n, double *A, double *lambda)
+/* Returns whether it ended. */
+SIZED bool diagonalise(int n, double least, double *A, double *X)
 {
     enum { SWEEPS = 30 };
-    double X[MBSRI_JACOBI_MAX * MBSRI_JACOBI_MAX] = {0.0}, size = 0.0;
-    for (int k = 0; k < n; ++k) X[k * (n + 1)] = 1.0;
-    for (int k = 0; k < n * n; ++k) size = fmax(size, fabs(A[k]));
-    int rotations = 1;
-    for (int sweep = 0; sweep < SWEEPS && rotations > 0; ++sweep) {
-        rotations = 0;
+    bool turned = true;
+    for (int sweep = 0; sweep < SWEEPS && turned; ++sweep) {
+        turned = false;
         for (int p = 0; p < n; ++p) {
             for (int q = p + 1; q < n; ++q) {
-                if (fabs(A[q * n + p]) <= 0.01 * DBL_EPSILON * size) continue;
+                if (fabs(A[p * n + q]) <= least) continue;
                 rotate(n, p, q, A, X);
-                ++rotations;
+                turned = true;
             }
         }
     }
-    for (int k = 0; k < n; ++k) lambda[k] = A[k * (n + 1)];
+    return !turned;
+}
+
+static bool diagonalise_any(int n, double least, double *A, double *X)
+{
+    switch (n) {
+    case 2: return diagonalise(2, least, A, X);
+    case 3: return diagonalise(3, least, A, X);
+    case 4: return diagonalise(4, least, A, X);
+    case 6: return diagonalise(6, least, A, X);
+    default: return diagonalise(n, least, A, X);
+    }
+}
+
+int mbsri_jacobi(int n, double *A, double *lambda)
+{
+    double X[MBSRI_JACOBI_MAX * MBSRI_JACOBI_MAX] = {0.0}, size = 0.0;
+    for (int k = 0; k < n; ++k) X[k * (n + 1)] = 1.0;
+    for (int k = 0; k < n * n; ++k) size = fmax(size, fabs(A[k]));
+    /* squares must not overflow, or vanish */
+    const double unit = size > 0.0 && !(size > 1e-100 && size < 1e100) ? size : 1.0;
+    for (int k = 0; k < n * n && unit != 1.0; ++k) A[k] /= unit;
+    const bool ended = diagonalise_any(n, 0.01 * DBL_EPSILON * (size / unit), A, X);
+    for (int k = 0; k < n; ++k) lambda[k] = unit * A[k * (n + 1)];
     for (int k = 0; k < n * n; ++k) A[k] = X[k];
     sort(n, A, lambda);
-    return rotations > 0;
+    return !ended;
 }

@@ -101,7 +101,7 @@ static int count_above(const mbsr_model *m, int n, const double *D, const double
         for (int k = 0; k < n; ++k) A[j * n + k] = s[j] * D[j * n + k] * s[k];
     }
     const int info =
-        n <= 3 ? mbsri_jacobi(n, A, lambda) : mbsri_lapack_syev(n, A, lambda, work, m->lapack_work);
+        n <= MBSRI_JACOBI_MAX ? mbsri_jacobi(n, A, lambda) : mbsri_lapack_syev(n, A, lambda, work, m->lapack_work);
     int count = 0;
     for (int k = 0; k < n && info == 0; ++k) count += lambda[k] > tolerance;
     return info == 0 ? count : n;
@@ -207,7 +207,7 @@ static int decompose(const mbsr_model *m, mbsr_data *d, const mbsri_group *g)
         X[0] = 1.0;
         return 0;
     }
-    if (n <= 3) return mbsri_jacobi(n, X, lambda); /* where it is faster than a call */
+    if (n <= MBSRI_JACOBI_MAX) return mbsri_jacobi(n, X, lambda); /* faster than a call */
     const int info = mbsri_lapack_syev(n, X, lambda, d->scratch, m->lapack_work);
     reverse(n, X, lambda);
     return info;
