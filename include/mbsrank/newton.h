@@ -45,6 +45,7 @@ typedef struct mbsr_newton_opt {
     int by_blocks;             /* 1: not the sweeps in vector code, where they serve; default 0 */
     int lean; /* 1: memory for these sweeps alone, a few hundred bytes a rigid body instead of some
                  kB; what they do not serve is refused with MBSR_ERR_LEAN; default 0 */
+    int products; /* 1: memory for mbsr_newton_linearise, some 10 kB a body; not lean; default 0 */
 } mbsr_newton_opt;
 
 MBSR_API mbsr_newton_opt mbsr_default_newton_opt(void);
@@ -89,6 +90,20 @@ MBSR_API int mbsr_newton_factor(mbsr_newton *newton, mbsr_data *data, double t, 
  * without a factorisation, MBSR_NOT_FINITE for an r that is not finite and for a delta that would
  * not be; delta is not written then. */
 MBSR_API int mbsr_newton_solve(mbsr_newton *newton, const double *r, double *delta);
+
+/* The product with the matrix itself, r = (dF/dy + c dF/dy') delta, at any state: for line searches,
+ * iterative solvers and the error of a solution. `linearise` evaluates and keeps the derivatives at
+ * (t, y, y'), for any finite c; it has nothing to do with factorisations, which stay as they are, so
+ * that one at an earlier state can precondition. The data is at mbsr_backward of that state afterwards.
+ * `multiply` takes O(N) operations, elements across the tree and closures included, whatever `method`
+ * says; delta and r (mbsr_dae_size numbers) may be the same. The matrix is that of mbsr_newton_factor:
+ * the derivative of F where the algebraic equations hold, elsewhere without what is proportional to
+ * their defect. linearise: MBSR_ERR_SEQUENCE without `products` in mbsr_newton_opt, MBSR_ERR_LEAN,
+ * statuses of mbsr_dae_residual and of derivatives; multiply: MBSR_ERR_NULL, MBSR_ERR_SEQUENCE before
+ * linearise, MBSR_NOT_FINITE, and r is not written then. */
+MBSR_API int mbsr_newton_linearise(mbsr_newton *newton, mbsr_data *data, double t, const double *y,
+                                   const double *yp, double c);
+MBSR_API int mbsr_newton_multiply(mbsr_newton *newton, const double *delta, double *r);
 
 /* MBSR_ERR_NULL. */
 MBSR_API int mbsr_newton_get_info(const mbsr_newton *newton, mbsr_newton_info *info);

@@ -11,6 +11,7 @@
 #include "newton/blocks/factor.h"
 #include "newton/blocks/kept.h"
 #include "newton/correction.h"
+#include "newton/product.h"
 #include "newton/slopes/body_slopes.h"
 #include "newton/slopes/closure_slopes.h"
 #include "newton/slopes/force_slopes.h"
@@ -56,6 +57,9 @@ static int check(const mbsr_model *m, mbsr_dae_form form, const mbsr_newton_opt 
     if (opt->method < MBSR_NEWTON_AUTO || opt->method > MBSR_NEWTON_CORRECTED)
         return wrong(error, MBSR_ERR_VALUE, "method", (int)opt->method);
     if (opt->max_rank < 0) return wrong(error, MBSR_ERR_VALUE, "max_rank", opt->max_rank);
+    if (opt->lean && opt->products)
+        return wrong(error, MBSR_ERR_VALUE, "a lean solver has no products; products",
+                     opt->products);
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
         char label[MBSRI_LABEL];
@@ -242,6 +246,9 @@ static void lay_out(mbsr_newton *w, layout *l)
     doubles(l, &w->joint, mbsri_joint_slopes_size(m));
     doubles(l, &w->body, mbsri_body_slopes_size(m));
     ints(l, &w->pivots, w->size_n);
+    if (!w->product.wanted) return;
+    doubles(l, &w->product.store, mbsri_product_size(w));
+    ints(l, &w->product.flags, mbsri_product_flags(w));
 }
 
 /* Numbers the elements: those on every body, body after body, across. */
@@ -340,6 +347,7 @@ int mbsr_newton_create(const mbsr_model *model, mbsr_dae_form form, const mbsr_n
     if (w) {
         *w = (mbsr_newton){.model = model,
                            .lean = opt->lean != 0,
+                           .product.wanted = opt->products != 0,
                            .sweep_size = opt->by_blocks ? 0 : mbsri_newton_sweeps_size(model),
                            .error = {MBSR_OK, MBSR_NONE, MBSR_NONE, ""}};
         if (!place(w, opt)) {
@@ -423,6 +431,53 @@ int mbsr_newton_solve(mbsr_newton *newton, const double *r, double *delta)
     if (!mbsri_finite(size, w->solution))
         return refuse(w, MBSR_NOT_FINITE, "mbsr_newton_solve: the solution is not finite");
     mbsri_copy(size, w->solution, delta);
+    return MBSR_OK;
+}
+
+/* ---- products ---- */
+
+int mbsr_newton_linearise(mbsr_newton *newton, mbsr_data *data, double t, const double *y,
+                          const double *yp, double c)
+{
+    mbsr_newton *w = newton;
+    if (!w) return MBSR_ERR_NULL;
+    w->product.linearised = false;
+    if (!data || !y || !yp)
+        return refuse(w, MBSR_ERR_NULL, "mbsr_newton_linearise: data, y or yp is NULL");
+    if (!w->product.wanted) {
+        return refuse(w, MBSR_ERR_SEQUENCE,
+                      "mbsr_newton_linearise: the solver was created without `products`");
+    }
+    if (!isfinite(c)) {
+        return mbsri_fail(&w->error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
+                          "mbsr_newton_linearise: c is %g, must be finite", c);
+    }
+    int status = mbsri_enter(w->model, data, true, MBSRI_STAGE_NONE, "mbsr_newton_linearise");
+    if (!status) status = mbsri_product_linearise(w, data, t, y, yp, c);
+    if (status) {
+        const mbsr_error *error = mbsr_data_error(data);
+        return mbsri_fail(&w->error, status, error->body, error->force, "%s", error->text);
+    }
+    w->product.linearised = true;
+    return MBSR_OK;
+}
+
+int mbsr_newton_multiply(mbsr_newton *newton, const double *delta, double *r)
+{
+    mbsr_newton *w = newton;
+    if (!w) return MBSR_ERR_NULL;
+    if (!delta || !r) return refuse(w, MBSR_ERR_NULL, "mbsr_newton_multiply: delta or r is NULL");
+    if (!w->product.linearised) {
+        return refuse(w, MBSR_ERR_SEQUENCE,
+                      "mbsr_newton_multiply: mbsr_newton_linearise has not run or has failed");
+    }
+    const size_t size = (size_t)mbsr_dae_size(w->model, MBSR_DAE_MOMENTUM);
+    if (!mbsri_finite(size, delta))
+        return refuse(w, MBSR_NOT_FINITE, "mbsr_newton_multiply: delta is not finite");
+    mbsri_product_multiply(w, delta, w->solution);
+    if (!mbsri_finite(size, w->solution))
+        return refuse(w, MBSR_NOT_FINITE, "mbsr_newton_multiply: the product is not finite");
+    mbsri_copy(size, w->solution, r);
     return MBSR_OK;
 }
 

@@ -27,7 +27,8 @@ typedef struct tally {
     int swept;           /* trees in vector code */
     int null, elastic;   /* trees with directions that move no mass */
     double between;      /* largest distance of the two versions */
-    bool twice;          /* some joint's derivatives are differences of differences */
+    int products, sharp_products; /* A (A^-1 r); with rows that are r to 1e-9 */
+    bool twice;                   /* some joint's derivatives are differences of differences */
 } tally;
 
 static mbsr_newton *make_solver(const mbsr_model *model, mbsr_newton_method method, int by_blocks)
@@ -37,6 +38,7 @@ static mbsr_newton *make_solver(const mbsr_model *model, mbsr_newton_method meth
     mbsr_error error;
     opt.method = method;
     opt.by_blocks = by_blocks;
+    opt.products = 1;
     assert_ok(mbsr_newton_create(model, MBSR_DAE_MOMENTUM, &opt, &newton, &error), &error);
     return newton;
 }
@@ -64,6 +66,27 @@ static void judge(const test_newton_state *s, double c, const double *r, const d
     assert_less(e.net_delta, 1e-6);
 }
 
+/* The product with the matrix against the dense matrix, for r, and against the system that x solves. */
+static void judge_product(mbsr_newton *newton, const test_newton_state *s, double c,
+                          const double *r, const double *x, int number, tally *group)
+{
+    double *p = calloc((size_t)s->n, sizeof *p);
+    assert_ok(mbsr_newton_linearise(newton, s->data, s->t, s->y, s->yp, c),
+              mbsr_newton_error(newton));
+    assert_ok(mbsr_newton_multiply(newton, r, p), mbsr_newton_error(newton));
+    const double dense = test_newton_product_error(s, c, r, p, NULL);
+    assert_ok(mbsr_newton_multiply(newton, x, p), mbsr_newton_error(newton));
+    const double back = test_newton_product_error(s, c, x, p, r);
+    if (!(dense < 1e-6) || !(back < 1e-6))
+        print_error("%s %d, c = %g: product off by %.2e, A x - r by %.2e\n", group->name, number, c,
+                    dense, back);
+    assert_less(dense, 1e-6);
+    assert_less(back, 1e-6);
+    ++group->products;
+    group->sharp_products += back < 1e-9;
+    free(p);
+}
+
 /* Both versions of the exact solver against the dense matrix and each other. */
 static void check_state(test_newton_state *s, int number, tally *group)
 {
@@ -80,6 +103,8 @@ static void check_state(test_newton_state *s, int number, tally *group)
         judge(s, factors[k], r, x, number, group);
         assert_ok(mbsr_newton_get_info(newton, &info), NULL);
         if (info.vector_code) judge(s, factors[k], r, other, number, group);
+        judge_product(newton, s, factors[k], r, x, number, group);
+        judge_product(newton, s, factors[k], r, other, number, group);
         group->between = fmax(group->between, test_newton_distance(s, x, other));
     }
     group->across += info.rank > 0;
@@ -167,6 +192,8 @@ static void conclude(const tally *group, int most_left_out)
     assert_in_range(group->sharp, 0.01 * test_seeds(84, 90) * group->systems, group->systems);
     /* over steps of 1e-3, rounding in these counts 1e6 times, and the two versions round otherwise */
     assert_less(group->between, group->twice ? 1e-8 : 1e-9);
+    assert_in_range(group->sharp_products, 0.01 * test_seeds(84, 90) * group->products,
+                    group->products);
 }
 
 /* ---- trees of rigid bodies ---- */

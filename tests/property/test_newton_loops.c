@@ -251,6 +251,7 @@ static void make(loops *s, const choice *c)
 
 typedef struct tally {
     int models, left_out, systems, sharp, held;
+    int sharp_products; /* A (A^-1 r) that is r to 1e-9 */
 } tally;
 
 /* Solutions for several c against the dense matrix, from random right-hand sides. */
@@ -259,8 +260,10 @@ static void check_state(test_newton_state *s, const choice *c, tally *group)
     static const double factors[] = {1.0, 100.0, 1e5, -30.0};
     mbsr_newton *newton;
     mbsr_error error;
-    assert_ok(mbsr_newton_create(s->model, MBSR_DAE_MOMENTUM, NULL, &newton, &error), &error);
-    double *r = calloc(2 * (size_t)s->n, sizeof *r), *x = r + s->n;
+    mbsr_newton_opt opt = mbsr_default_newton_opt();
+    opt.products = 1;
+    assert_ok(mbsr_newton_create(s->model, MBSR_DAE_MOMENTUM, &opt, &newton, &error), &error);
+    double *r = calloc(3 * (size_t)s->n, sizeof *r), *x = r + s->n, *p = x + s->n;
     test_rng rng = test_seed(c->seed + 99);
     for (size_t k = 0; k < sizeof factors / sizeof factors[0]; ++k) {
         test_fill(&rng, s->n, r);
@@ -277,6 +280,14 @@ static void check_state(test_newton_state *s, const choice *c, tally *group)
                         e.amplification);
         assert_less(e.net_row, 1e-6);
         assert_less(e.net_delta, 1e-6);
+        assert_ok(mbsr_newton_linearise(newton, s->data, s->t, s->y, s->yp, factors[k]),
+                  mbsr_newton_error(newton));
+        assert_ok(mbsr_newton_multiply(newton, r, p), mbsr_newton_error(newton));
+        assert_less(test_newton_product_error(s, factors[k], r, p, NULL), 1e-6);
+        assert_ok(mbsr_newton_multiply(newton, x, p), mbsr_newton_error(newton));
+        const double back = test_newton_product_error(s, factors[k], x, p, r);
+        assert_less(back, 1e-6);
+        group->sharp_products += back < 1e-9;
     }
     free(r);
     mbsr_newton_destroy(newton);
@@ -321,6 +332,8 @@ static void conclude(const tally *group, int most_left_out)
 {
     assert_in_range(group->left_out, 0, most_left_out);
     assert_in_range(group->sharp, 0.01 * test_seeds(84, 90) * group->systems, group->systems);
+    assert_in_range(group->sharp_products, 0.01 * test_seeds(84, 90) * group->systems,
+                    group->systems);
 }
 
 static void closures_of_all_kinds(void **state)

@@ -257,6 +257,25 @@ test_newton_errors test_newton_compare(const test_newton_state *s, double c, con
     return errors;
 }
 
+double test_newton_product_error(const test_newton_state *s, double c, const double *x,
+                                 const double *p, const double *r)
+{
+    double largest = 0.0;
+    for (int j = 0; j < s->n; ++j) {
+        double sum = 0.0, size = 0.0, doubt = 0.0;
+        for (int k = 0; k < s->n; ++k) {
+            const int at = k * s->n + j;
+            sum += (s->A[at] + c * s->B[at]) * x[k];
+            size += (fabs(s->A[at]) + fabs(c * s->B[at])) * fabs(x[k]);
+            doubt += s->D[at] * fabs(x[k]);
+        }
+        const double off = r ? fabs(p[j] - r[j]) : fabs(p[j] - sum) - doubt;
+        if (!isfinite(p[j])) return NAN;
+        if (off > 0.0) largest = fmax(largest, off / (size + (r ? fabs(r[j]) : 0.0)));
+    }
+    return largest;
+}
+
 double test_newton_distance(const test_newton_state *s, const double *x, const double *y)
 {
     int first[KINDS + 1];

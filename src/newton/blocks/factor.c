@@ -171,9 +171,7 @@ void mbsri_tree_mark_coupled(mbsr_newton *w, const mbsri_group *g, int rank)
     }
 }
 
-/* The data at the state, with ranks, momenta and rates; then A and mu where they are needed. Groups
- * of joints are taken apart where that makes no difference. */
-static int evaluate(mbsr_newton *w, mbsr_data *d, double t, const double *y, const double *yp)
+int mbsri_tree_state(mbsr_newton *w, mbsr_data *d, double t, const double *y, const double *yp)
 {
     const mbsr_model *m = w->model;
     const double *u = y + m->nq + m->nu;
@@ -183,6 +181,27 @@ static int evaluate(mbsr_newton *w, mbsr_data *d, double t, const double *y, con
     if (!status) status = mbsri_momentum_derivatives(m, d, w->spare, w->spare + m->nq);
     if (!status) status = mbsri_backward(m, d);
     if (!status && m->grouped) status = mbsri_backward_apart(m, d);
+    return status;
+}
+
+void mbsri_tree_reactions(mbsr_newton *w, mbsr_data *d)
+{
+    const mbsr_model *m = w->model;
+    double *x = w->work, *rate = x + m->max_d, *rates = w->spare;
+    for (int i = 1; i <= m->bodies; ++i) {
+        if (!mbsri_heads(m, d, i)) continue;
+        const mbsri_group g = mbsri_group_of(m, d, i);
+        mbsri_known_part(m, d, &g, x, rate);
+        mbsri_group_scatter(m, &g, rate, rates);
+    }
+    mbsri_inverse(m, d, rates);
+}
+
+/* The state, and what w->node says of it. */
+static int evaluate(mbsr_newton *w, mbsr_data *d, double t, const double *y, const double *yp)
+{
+    const mbsr_model *m = w->model;
+    const int status = mbsri_tree_state(w, d, t, y, yp);
     if (status) return status;
     w->node[0].deep = false;
     bool some = false;
@@ -195,15 +214,7 @@ static int evaluate(mbsr_newton *w, mbsr_data *d, double t, const double *y, con
             mbsri_tree_mark(w, i, d->rank[i]);
         some = some || w->node[i].deep;
     }
-    if (!some) return MBSR_OK;
-    double *x = w->work, *rate = x + m->max_d, *rates = w->spare;
-    for (int i = 1; i <= m->bodies; ++i) {
-        if (!mbsri_heads(m, d, i)) continue;
-        const mbsri_group g = mbsri_group_of(m, d, i);
-        mbsri_known_part(m, d, &g, x, rate);
-        mbsri_group_scatter(m, &g, rate, rates);
-    }
-    mbsri_inverse(m, d, rates);
+    if (some) mbsri_tree_reactions(w, d);
     return MBSR_OK;
 }
 

@@ -30,6 +30,18 @@ size_t mbsri_keep(const mbsr_newton *w, int i, double *memory, mbsri_kept *k)
     return used;
 }
 
+void mbsri_kept_split(const mbsri_kept *kept, int n, int rank, double *x, double *y)
+{
+    for (int k = 0; k < n; ++k) y[k] = x[k], x[k] = 0.0;
+    for (int l = rank; l < n; ++l) {
+        const double *X = kept->X + l * n;
+        double weight = 0.0;
+        for (int k = 0; k < n; ++k) weight += X[k] * kept->s[k] * y[k];
+        for (int k = 0; k < n; ++k) x[k] += X[k] * weight / kept->s[k];
+    }
+    for (int k = 0; k < n; ++k) y[k] -= x[k];
+}
+
 /* y_pi += B y:  -H^T m,  -(H^T sigma + H'^T m),  -H^T mu */
 void mbsri_pass_action(const mbsri_body *b, const mbsri_kept *kept, bool deep, const double *y,
                        double *below)

@@ -20,4 +20,7 @@ void mbsri_kept_rows(const mbsri_kept *kept, const mbsri_node *node, int n, cons
 void mbsri_kept_rates(const mbsri_kept *kept, const mbsri_node *node, int n, const double *own,
                       double *u, double *a);
 
+/* y = (1 - P) x and x = P x for momenta of a joint: P = S^-1 X_N X_N^T S as mbsri_null_force. */
+void mbsri_kept_split(const mbsri_kept *kept, int n, int rank, double *x, double *y);
+
 #endif

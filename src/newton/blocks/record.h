@@ -24,6 +24,7 @@ typedef struct mbsri_node {
     int first, count; /* its entries in `listed` */
     size_t x, v;      /* offsets: e + 2 d numbers, max(2 n, nq) numbers */
     size_t store;     /* offset of what is kept of its joint, see mbsri_kept */
+    size_t product;   /* offset of its matrices for products */
 } mbsri_node;
 
 /* What is kept of a joint between factoring and solving; matrices by columns. The columns of `x`,
@@ -131,6 +132,15 @@ typedef struct mbsri_carried {
     size_t bytes;
 } mbsri_carried;
 
+/* The linearised equations for products with the matrix (product.h); NULL where there are none. */
+typedef struct mbsri_product {
+    bool wanted, linearised;
+    double c;
+    double *store;
+    int *flags;
+    size_t elements, closures, work, vectors; /* offsets in store */
+} mbsri_product;
+
 struct mbsr_newton {
     const mbsr_model *model;
     mbsr_newton_info info;
@@ -169,6 +179,7 @@ struct mbsr_newton {
     mbsri_slopes slopes;
     mbsri_correction correction;
     mbsri_carried carried;
+    mbsri_product product;
     size_t size_x, size_n, store_size;
 };
 

@@ -12,19 +12,6 @@
 #include "newton/blocks/kept.h"
 #include "recursion/group.h"
 
-/* y = (1 - P) x and x = P x for momenta of a joint: P = S^-1 X_N X_N^T S as mbsri_null_force. */
-static void split(const mbsri_kept *kept, int n, int rank, double *x, double *y)
-{
-    for (int k = 0; k < n; ++k) y[k] = x[k], x[k] = 0.0;
-    for (int l = rank; l < n; ++l) {
-        const double *X = kept->X + l * n;
-        double weight = 0.0;
-        for (int k = 0; k < n; ++k) weight += X[k] * kept->s[k] * y[k];
-        for (int k = 0; k < n; ++k) x[k] += X[k] * weight / kept->s[k];
-    }
-    for (int k = 0; k < n; ++k) y[k] -= x[k];
-}
-
 void mbsri_tree_load(mbsr_newton *w, int i, const double *r, const double *load)
 {
     const mbsr_model *m = w->model;
@@ -97,7 +84,7 @@ static void lift(mbsr_newton *w, const unit *x)
 {
     const mbsri_body *b = x->b;
     double *wbar = w->wbar + b->v, *range = w->range + x->g.ig;
-    split(&x->kept, x->g.n, x->node->rank, w->ru + x->g.ig, range);
+    mbsri_kept_split(&x->kept, x->g.n, x->node->rank, w->ru + x->g.ig, range);
     for (int k = 0; k < x->g.members; ++k) {
         mbsri_kept kept;
         const mbsri_body *at = member_of(w, x, k, &kept);
@@ -239,8 +226,8 @@ static void momentum_change(mbsr_newton *w, const unit *x, const double *z, int 
         mbsri_atx(d, b->n, 1.0, kept.Jdot, y, rate + at);
     }
     if (!deficient) return;
-    split(&x->kept, n, rank, dp, range);
-    split(&x->kept, n, rank, rate, dp);
+    mbsri_kept_split(&x->kept, n, rank, dp, range);
+    mbsri_kept_split(&x->kept, n, rank, rate, dp);
     for (int k = 0; k < n; ++k) dp[k] = range[k] + rate[k] / w->c;
 }
 

@@ -121,6 +121,7 @@ static void prepare(work *w, uint64_t seed)
     assert_int_equal(mbsr_ode_create(m, w->data, 0.3, w->y, w->y + w->nq, &w->ode), 0);
     mbsr_newton_opt opt = mbsr_default_newton_opt();
     opt.method = MBSR_NEWTON_CORRECTED;
+    opt.products = 1;
     assert_int_equal(mbsr_newton_create(m, MBSR_DAE_MOMENTUM, &opt, &w->newton, NULL), 0);
 }
 
@@ -194,6 +195,8 @@ static int evaluate(work *w)
     bad += abs(mbsr_ode_rhs(w->ode, 0.3, w->x, w->F));
     bad += abs(mbsr_newton_factor(w->newton, d, 0.3, w->y, w->yp, 20.0));
     bad += abs(mbsr_newton_solve(w->newton, w->yp, w->F));
+    bad += abs(mbsr_newton_linearise(w->newton, d, 0.3, w->y, w->yp, 20.0));
+    bad += abs(mbsr_newton_multiply(w->newton, w->yp, w->F));
     return bad + ask(m, d, 0.3, w->y, u, udot, w->F, w->mass);
 }
 
@@ -217,6 +220,8 @@ static int refuse(work *w)
     good += !mbsr_forward(m, d, w->yp, w->F);
     good += !mbsr_newton_factor(w->newton, d, 0.3, w->y, w->yp, 0.0);
     good += !mbsr_newton_solve(w->newton, w->yp, w->F);
+    good += !mbsr_newton_linearise(w->newton, d, NAN, w->y, w->yp, 1.0);
+    good += !mbsr_newton_multiply(w->newton, w->yp, w->F);
     w->yp[w->nq] = 1e308; /* overflows somewhere on the way */
     w->yp[w->nq + 1] = 1e308;
     (void)mbsr_inverse_dynamics(m, d, 0.3, w->y, w->y + w->nq, w->yp + w->nq, w->F);
@@ -288,6 +293,8 @@ static int evaluate_mixed(mixed *s, mbsr_newton *newton, double *q, const double
     bad += abs(mbsr_dae_pack(m, d, MBSR_DAE_MOMENTUM, 0.3, q, u, y));
     bad += abs(mbsr_newton_factor(newton, d, 0.3, y, x, 20.0));
     bad += abs(mbsr_newton_solve(newton, y, F));
+    bad += abs(mbsr_newton_linearise(newton, d, 0.3, y, x, 20.0));
+    bad += abs(mbsr_newton_multiply(newton, y, F));
     bad += abs(mbsr_forward_dynamics(m, d, 0.3, q, u, NULL, F));
     bad += abs(mbsr_energy(m, d, &T, &E));
     bad += abs(mbsr_inverse_dynamics(m, d, 0.3, q, u, udot, F));
@@ -314,7 +321,9 @@ static void no_evaluation_in_space_allocates(void **state)
         test_fill(&rng, s.nu, u);
         test_fill(&rng, s.nu, udot);
         mbsr_newton *newton;
-        assert_int_equal(mbsr_newton_create(s.model, MBSR_DAE_MOMENTUM, NULL, &newton, NULL), 0);
+        mbsr_newton_opt opt = mbsr_default_newton_opt();
+        opt.products = 1;
+        assert_int_equal(mbsr_newton_create(s.model, MBSR_DAE_MOMENTUM, &opt, &newton, NULL), 0);
         const long before = allocations, released = releases;
         const int bad = evaluate_mixed(&s, newton, q, u, udot);
         const long after = allocations, released_after = releases;
@@ -343,13 +352,17 @@ static void no_newton_system_with_loops_allocates(void **state)
     loops_pin(&s, "pin again", b, 2.5, 0.0, c, 2.0, 0.0);
     loops_finish(&s);
     assert_ok(mbsr_dae_pack(s.m, s.d, MBSR_DAE_MOMENTUM, 0.0, q, u, y), NULL);
-    assert_ok(mbsr_newton_create(s.m, MBSR_DAE_MOMENTUM, NULL, &newton, NULL), NULL);
+    mbsr_newton_opt opt = mbsr_default_newton_opt();
+    opt.products = 1;
+    assert_ok(mbsr_newton_create(s.m, MBSR_DAE_MOMENTUM, &opt, &newton, NULL), NULL);
     const int dropped[4] = {0, 0, 1, 1}, none[4] = {0};
     const long before = allocations, released = releases;
     const int singular = mbsr_newton_factor(newton, s.d, 0.0, y, yp, 20.0);
     int bad = abs(mbsr_closures_drop(s.m, s.d, dropped));
     bad += abs(mbsr_newton_factor(newton, s.d, 0.0, y, yp, 20.0));
     bad += abs(mbsr_newton_solve(newton, y, r));
+    bad += abs(mbsr_newton_linearise(newton, s.d, 0.0, y, yp, 20.0));
+    bad += abs(mbsr_newton_multiply(newton, y, r));
     bad += abs(mbsr_closures_drop(s.m, s.d, none));
     const long after = allocations, released_after = releases;
     assert_int_equal(after - before, 0);

@@ -46,6 +46,23 @@ static int run_factor_and_solve(finite_subject *s)
     return status ? status : run_solve(s);
 }
 
+static int linearise(finite_subject *s)
+{
+    return mbsr_newton_linearise(s->object, s->data, time_of(s), s->in[FINITE_Y], s->in[FINITE_YP],
+                                 s->in[FINITE_C][0]);
+}
+
+static int run_multiply(finite_subject *s)
+{
+    return mbsr_newton_multiply(s->object, s->in[FINITE_R], s->out[0]);
+}
+
+static int run_linearise_and_multiply(finite_subject *s)
+{
+    const int status = linearise(s);
+    return status ? status : run_multiply(s);
+}
+
 static int run_batch_forward(finite_subject *s)
 {
     int status[STATES];
@@ -98,6 +115,9 @@ static const finite_row newton_rows[] = {
     {"mbsr_newton_factor", run_factor_and_solve, NULL, 0, T | C | Y | YP,
      FINITE_OBJECT | FINITE_DATA, of_y},
     {"mbsr_newton_solve", run_solve, factor, T | C | Y, R, FINITE_OBJECT, of_y},
+    {"mbsr_newton_linearise", run_linearise_and_multiply, NULL, 0, T | C | Y | YP,
+     FINITE_OBJECT | FINITE_DATA, of_y},
+    {"mbsr_newton_multiply", run_multiply, linearise, T | C | Y, R, FINITE_OBJECT, of_y},
 };
 
 static const finite_row batch_rows[] = {
@@ -157,6 +177,7 @@ static void try_all(const char *name, mbsr_model *model, mbsr_data *data, const 
     for (int by_blocks = 0; by_blocks < 2; ++by_blocks) {
         mbsr_newton_opt opt = mbsr_default_newton_opt();
         opt.by_blocks = by_blocks;
+        opt.products = 1;
         assert_ok(mbsr_newton_create(model, MBSR_DAE_MOMENTUM, &opt, &newton, NULL), NULL);
         s.object = newton;
         s.error = newton_error;
