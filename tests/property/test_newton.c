@@ -66,24 +66,28 @@ static void judge(const test_newton_state *s, double c, const double *r, const d
     assert_less(e.net_delta, 1e-6);
 }
 
-/* The product with the matrix against the dense matrix, for r, and against the system that x solves. */
-static void judge_product(mbsr_newton *newton, const test_newton_state *s, double c,
-                          const double *r, const double *x, int number, tally *group)
+/* Products with the matrix against the dense matrix, for r, and against the systems that x solves, of
+ * either version. */
+static void judge_products(mbsr_newton *newton, const test_newton_state *s, double c,
+                           const double *r, const double *const x[2], int number, tally *group)
 {
     double *p = calloc((size_t)s->n, sizeof *p);
     assert_ok(mbsr_newton_linearise(newton, s->data, s->t, s->y, s->yp, c),
               mbsr_newton_error(newton));
     assert_ok(mbsr_newton_multiply(newton, r, p), mbsr_newton_error(newton));
     const double dense = test_newton_product_error(s, c, r, p, NULL);
-    assert_ok(mbsr_newton_multiply(newton, x, p), mbsr_newton_error(newton));
-    const double back = test_newton_product_error(s, c, x, p, r);
-    if (!(dense < 1e-6) || !(back < 1e-6))
-        print_error("%s %d, c = %g: product off by %.2e, A x - r by %.2e\n", group->name, number, c,
-                    dense, back);
+    if (!(dense < 1e-6))
+        print_error("%s %d, c = %g: product off by %.2e\n", group->name, number, c, dense);
     assert_less(dense, 1e-6);
-    assert_less(back, 1e-6);
-    ++group->products;
-    group->sharp_products += back < 1e-9;
+    for (int k = 0; k < 2; ++k) {
+        assert_ok(mbsr_newton_multiply(newton, x[k], p), mbsr_newton_error(newton));
+        const double back = test_newton_product_error(s, c, x[k], p, r);
+        if (!(back < 1e-6))
+            print_error("%s %d, c = %g: A x - r by %.2e\n", group->name, number, c, back);
+        assert_less(back, 1e-6);
+        ++group->products;
+        group->sharp_products += back < 1e-9;
+    }
     free(p);
 }
 
@@ -103,8 +107,9 @@ static void check_state(test_newton_state *s, int number, tally *group)
         judge(s, factors[k], r, x, number, group);
         assert_ok(mbsr_newton_get_info(newton, &info), NULL);
         if (info.vector_code) judge(s, factors[k], r, other, number, group);
-        judge_product(newton, s, factors[k], r, x, number, group);
-        judge_product(newton, s, factors[k], r, other, number, group);
+        if ((k + (size_t)number) % 2 == 0)
+            judge_products(newton, s, factors[k], r, (const double *const[2]){x, other}, number,
+                           group);
         group->between = fmax(group->between, test_newton_distance(s, x, other));
     }
     group->across += info.rank > 0;

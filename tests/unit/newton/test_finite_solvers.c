@@ -140,6 +140,7 @@ static const finite_row verify_rows[] = {
 
 enum {
     NEWTON_ROWS = sizeof newton_rows / sizeof newton_rows[0],
+    PRODUCT_ROWS = NEWTON_ROWS - 2, /* the first of products */
     BATCH_ROWS = sizeof batch_rows / sizeof batch_rows[0]
 };
 
@@ -177,11 +178,12 @@ static void try_all(const char *name, mbsr_model *model, mbsr_data *data, const 
     for (int by_blocks = 0; by_blocks < 2; ++by_blocks) {
         mbsr_newton_opt opt = mbsr_default_newton_opt();
         opt.by_blocks = by_blocks;
-        opt.products = 1;
+        opt.products = !by_blocks; /* which are the same */
         assert_ok(mbsr_newton_create(model, MBSR_DAE_MOMENTUM, &opt, &newton, NULL), NULL);
         s.object = newton;
         s.error = newton_error;
-        for (int k = 0; k < NEWTON_ROWS; ++k) newton_served[k] += finite_try(&s, newton_rows + k);
+        for (int k = 0; k < (by_blocks ? PRODUCT_ROWS : NEWTON_ROWS); ++k)
+            newton_served[k] += finite_try(&s, newton_rows + k);
         mbsr_newton_destroy(newton);
     }
     assert_ok(mbsr_batch_create(model, &batch, NULL), NULL);
