@@ -365,11 +365,21 @@ MBSR_API mbsr_force_def mbsr_force_point_friction(int a, const double point[3], 
                                                   const mbsr_friction *friction);
 
 /* Friction of a bearing, a clutch or a brake between two bodies anywhere in the tree (PLANAR, SPATIAL
- * or the ground): with the angular velocity omega of a relative to b, or its part about an axis on b,
- * the moment on a is -(torque / sqrt(|omega|^2 + slip^2) + viscous) omega. axis of any length but zero;
- * NULL: all of omega. torque in N m, viscous in N m s/rad, >= 0; slip > 0 in rad/s. */
-MBSR_API mbsr_force_def mbsr_force_bearing_friction(int a, int b, const double axis[3],
-                                                    double torque, double viscous, double slip);
+ * or the ground): with the angular velocity omega of a relative to b, or what of it is about an axis on
+ * b, the moment on a is -(torque / sqrt(|omega|^2 + slip^2) + viscous) omega. A torque below zero counts
+ * as zero. */
+typedef struct mbsr_bearing {
+    double viscous; /* N m s/rad, >= 0 */
+    double slip;    /* rad/s, > 0 */
+    double axis[3]; /* in body b, of any length; (0, 0, 0): all of omega */
+    double torque;  /* N m, >= 0: a constant, unless one of these is given: */
+    mbsr_table
+        *table; /* torque(t), one column, whose kinks the driver knows; must outlive the model */
+    mbsr_force_fn function; /* writes one number, torque(t) */
+    void *user;             /* for function */
+} mbsr_bearing;
+
+MBSR_API mbsr_force_def mbsr_force_bearing_friction(int a, int b, const mbsr_bearing *bearing);
 
 /* An element with the caller's own table. `bodies` lists `count` ids; it must stay valid until the
  * element is added. */

@@ -37,9 +37,10 @@ static bool turns(const mbsr_force_args *args);
 static int coulomb(const mbsr_force_args *args, double *value)
 {
     const mbsr_force_def *def = args->force;
-    double load = turns(args) ? 1.0 : def->param[LOAD];
+    const bool turning = turns(args);
+    double load = turning ? def->param[COULOMB] : def->param[LOAD];
     const int status = def->function ? def->function(def->user, args->t, 1, &load) : MBSR_OK;
-    *value = load < 0.0 ? 0.0 : def->param[COULOMB] * load;
+    *value = load < 0.0 ? 0.0 : turning ? load : def->param[COULOMB] * load;
     return status;
 }
 
@@ -175,6 +176,8 @@ static int check_slip(const mbsr_force_args *args, char text[MBSR_TEXT_SIZE])
     const int status = mbsri_check_not_negative(args, COULOMB, 2, text);
     if (status) return status;
     if (!(param[SLIP] > 0.0)) return mbsri_refuse_parameter(text, args, SLIP, "not positive");
+    if (args->force->function == mbsr_table_force && mbsri_table_columns(args->force->user) != 1)
+        return mbsri_table_refuse(args->force->user, 1, text);
     return mbsri_check_not_negative(args, CREEP, 1, text);
 }
 
@@ -188,9 +191,6 @@ static int point_check(const mbsr_force_args *args, char text[MBSR_TEXT_SIZE])
     if (!status) status = mbsri_check_not_negative(args, LOAD, 1, text);
     if (!status && param[CREEP] > 0.0 && args->force->option[0] != ALONG)
         status = mbsri_refuse_parameter(text, args, CREEP, "but there is no axle");
-    if (!status && args->force->function == mbsr_table_force &&
-        mbsri_table_columns(args->force->user) != 1)
-        status = mbsri_table_refuse(args->force->user, 1, text);
     return status;
 }
 
@@ -300,16 +300,19 @@ mbsr_force_def mbsr_force_point_friction(int a, const double point[3], int b,
     return def;
 }
 
-mbsr_force_def mbsr_force_bearing_friction(int a, int b, const double axis[3], double torque,
-                                           double viscous, double slip)
+mbsr_force_def mbsr_force_bearing_friction(int a, int b, const mbsr_bearing *bearing)
 {
     mbsr_force_def def = mbsri_stock_force(&bearing_table, 2, a, b);
-    def.param[COULOMB] = torque;
-    def.param[VISCOUS] = viscous;
-    def.param[SLIP] = slip;
-    if (!axis) return def;
-    def.option[0] = ALONG;
-    def.option[1] = 1;
-    mbsri_direction3(axis, def.param + DIRECTION);
+    if (!bearing) return mbsri_given_null(def);
+    def.param[COULOMB] = bearing->torque;
+    def.param[VISCOUS] = bearing->viscous;
+    def.param[SLIP] = bearing->slip;
+    if (given(bearing->axis)) {
+        def.option[0] = ALONG;
+        def.option[1] = 1;
+        mbsri_direction3(bearing->axis, def.param + DIRECTION);
+    }
+    def.function = bearing->table ? mbsr_table_force : bearing->function;
+    def.user = bearing->table ? bearing->table : bearing->user;
     return def;
 }

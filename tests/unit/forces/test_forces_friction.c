@@ -174,12 +174,13 @@ static void loads_may_change_in_time(void **state)
 static void bearings_rub_about_their_axis(void **state)
 {
     (void)state;
-    static const double axis[3] = {0.0, 6.0, 8.0}, omega[3] = {1.0, 2.0, 0.5};
+    static const double omega[3] = {1.0, 2.0, 0.5};
     test_part part[2] = {test_part_make(MBSR_SPACE_SPATIAL), test_part_make(MBSR_SPACE_PLANAR)};
     memcpy(part[0].V, omega, sizeof omega);
     part[1].V[2] = -0.25;
     const double *f = part[0].f;
-    mbsr_force_def def = mbsr_force_bearing_friction(0, 1, axis, 3.0, 0.5, 0.2);
+    mbsr_bearing law = {.torque = 3.0, .viscous = 0.5, .slip = 0.2, .axis = {0.0, 6.0, 8.0}};
+    mbsr_force_def def = mbsr_force_bearing_friction(0, 1, &law);
     ask_at(&def, part, 0.0);
     /* omega about the axis: 0.6 * 2 + 0.8 * (0.5 + 0.25) */
     const double torque = 3.0 * 1.8 / hypot(1.8, 0.2) + 0.5 * 1.8;
@@ -187,7 +188,14 @@ static void bearings_rub_about_their_axis(void **state)
     assert_close(f[1], -0.6 * torque, 1e-13);
     assert_close(f[2], -0.8 * torque, 1e-13);
     assert_close(part[1].f[2], 0.8 * torque, 1e-13);
-    def = mbsr_force_bearing_friction(0, 1, NULL, 3.0, 0.0, 0.2);
+    /* a clutch that closes in time */
+    law.function = wave;
+    def = mbsr_force_bearing_friction(0, 1, &law);
+    ask_at(&def, part, 0.3);
+    assert_close(f[1], -0.6 * (10.0 * sin(0.3) * 1.8 / hypot(1.8, 0.2) + 0.5 * 1.8), 1e-13);
+    ask_at(&def, part, 4.0); /* open */
+    assert_close(f[1], -0.6 * 0.5 * 1.8, 1e-14);
+    def = mbsr_force_bearing_friction(0, 1, &(mbsr_bearing){.torque = 3.0, .slip = 0.2});
     ask_at(&def, part, 0.0);
     const double drag = 3.0 / sqrt(1.0 + 4.0 + 0.5625 + 0.04);
     assert_close(f[0], -1.0 * drag, 1e-13);
@@ -314,6 +322,9 @@ static mbsr_model *machine(void)
                                  .creep = 0.3,
                                  .load = 7.0,
                                  .axle = {0.2, 1.0, 0.0}};
+    const mbsr_bearing bearing = {.torque = 2.0, .viscous = 0.1, .slip = 0.3},
+                       about_y = {
+                           .torque = 2.0, .viscous = 0.1, .slip = 0.3, .axis = {0.0, 1.0, 0.0}};
     const mbsr_contact tyre = {.radius = 4.0,
                                .normal = {0.1, 0.3, 1.0},
                                .stiffness = 3.0,
@@ -339,8 +350,8 @@ static mbsr_model *machine(void)
         mbsr_force_point_friction(4, tip, 1, &wheel),
         mbsr_force_contact(2, 3, &tyre),
         mbsr_force_contact(4, MBSR_GROUND, &tyre),
-        mbsr_force_bearing_friction(1, MBSR_GROUND, y, 2.0, 0.1, 0.3),
-        mbsr_force_bearing_friction(2, 4, NULL, 2.0, 0.1, 0.3),
+        mbsr_force_bearing_friction(1, MBSR_GROUND, &about_y),
+        mbsr_force_bearing_friction(2, 4, &bearing),
         mbsr_force_axis_friction(4, MBSR_GROUND, 0, 2.0, 0.3),
         mbsr_force_planar_bushing(MBSR_GROUND, p, 4, o, K, K),
     };

@@ -291,20 +291,28 @@ static void frictions_refuse_what_they_cannot_be(void **state)
     c.axle[2] = INFINITY;
     refused_when_added(mbsr_force_point_friction(BALL, off, ROD, &c), "(direction[2]) is inf");
 
-    accepted(mbsr_force_bearing_friction(FLAT, BALL, above, 1, 1, 1));
-    accepted(mbsr_force_bearing_friction(GROUND, BALL, NULL, 1, 0, 1));
-    refused(mbsr_force_bearing_friction(BALL, BEAD, NULL, 1, 0, 1), MBSR_ERR_SPACE,
+    mbsr_bearing law = {.torque = 1.0, .viscous = 1.0, .slip = 1.0};
+    accepted(mbsr_force_bearing_friction(FLAT, BALL, &law));
+    accepted(mbsr_force_bearing_friction(GROUND, BALL, &law));
+    refused(mbsr_force_bearing_friction(BALL, BEAD, &law), MBSR_ERR_SPACE,
             "bearing friction|body 3|PLANAR or SPATIAL");
-    refused(mbsr_force_bearing_friction(FLAT, ABSTRACT, NULL, 1, 0, 1), MBSR_ERR_SPACE, "body 4");
-    refused(mbsr_force_bearing_friction(FLAT, FLAT, NULL, 1, 0, 1), MBSR_ERR_ID, "both ends");
-    refused(mbsr_force_bearing_friction(FLAT, BALL, NULL, -1, 0, 1), MBSR_ERR_VALUE,
+    refused(mbsr_force_bearing_friction(FLAT, ABSTRACT, &law), MBSR_ERR_SPACE, "body 4");
+    refused(mbsr_force_bearing_friction(FLAT, FLAT, &law), MBSR_ERR_ID, "both ends");
+    law.torque = -1.0;
+    refused(mbsr_force_bearing_friction(FLAT, BALL, &law), MBSR_ERR_VALUE,
             "(torque) is -1, negative");
-    refused(mbsr_force_bearing_friction(FLAT, BALL, NULL, 1, -2, 1), MBSR_ERR_VALUE,
+    law = (mbsr_bearing){.viscous = -2.0, .slip = 1.0};
+    refused(mbsr_force_bearing_friction(FLAT, BALL, &law), MBSR_ERR_VALUE,
             "(viscous) is -2, negative");
-    refused(mbsr_force_bearing_friction(FLAT, BALL, NULL, 1, 0, 0), MBSR_ERR_VALUE,
+    law = (mbsr_bearing){.torque = 1.0};
+    refused(mbsr_force_bearing_friction(FLAT, BALL, &law), MBSR_ERR_VALUE,
             "(slip) is 0, not positive");
-    refused_when_added(mbsr_force_bearing_friction(FLAT, BALL, origin, 1, 0, 1),
-                       "direction is (0, 0, 0)");
+    law = (mbsr_bearing){.slip = 1.0, .axis = {0.0, NAN, 0.0}};
+    refused_when_added(mbsr_force_bearing_friction(FLAT, BALL, &law), "(axis[1]) is nan");
+    law.axis[1] = 1.0;
+    mbsr_force_def changed = mbsr_force_bearing_friction(FLAT, BALL, &law);
+    changed.param[1] = 0.0;
+    refused_when_added(changed, "direction is (0, 0, 0)");
 
     accepted(mbsr_force_axis_friction(ABSTRACT, GROUND, 1, 1, 1));
     refused(mbsr_force_axis_friction(BALL, GROUND, 0, 1, 1), MBSR_ERR_SPACE,
@@ -409,6 +417,7 @@ static void unused_parameters_have_no_name(void **state)
     const double ones[6] = {1, 1, 1, 1, 1, 1};
     const mbsr_contact c = right_contact();
     const mbsr_friction friction = right_friction();
+    const mbsr_bearing bearing = {.torque = 1, .viscous = 1, .slip = 1};
     const mbsr_planar_frame o = {0, 0, 0};
     const mbsr_force_def list[] = {mbsr_force_gravity(0, 0, -9),
                                    mbsr_force_axis_spring(FLAT, BEAD, 0, 1, 1, 1),
@@ -421,7 +430,7 @@ static void unused_parameters_have_no_name(void **state)
                                    mbsr_force_contact(BALL, GROUND, &c),
                                    mbsr_force_axis_friction(FLAT, BEAD, 0, 1, 1),
                                    mbsr_force_point_friction(FLAT, off, BEAD, &friction),
-                                   mbsr_force_bearing_friction(FLAT, BALL, NULL, 1, 1, 1),
+                                   mbsr_force_bearing_friction(FLAT, BALL, &bearing),
                                    mbsr_force_planar_bushing(FLAT, o, GROUND, o, NULL, NULL)};
     static const int used[] = {3, 3, 10, 32, 4, 4, 2, 3, 16, 2, 11, 6, 24};
     for (int l = 0; l < 13; ++l) {

@@ -105,10 +105,11 @@ static mbsr_force_def rubbing(test_rng *rng, int kind, int damped, const units *
 static mbsr_force_def bearing(test_rng *rng, int kind, int damped, const units *s, int a, int b)
 {
     const double torque = s->force * s->length;
-    double axis[3];
-    fill(rng, 3, 5.0, axis);
-    return mbsr_force_bearing_friction(a, b, kind == BEARING ? axis : NULL, 1.3 * damped * torque,
-                                       0.4 * damped * torque * s->time, 0.3 / s->time);
+    mbsr_bearing law = {.torque = 1.3 * damped * torque,
+                        .viscous = 0.4 * damped * torque * s->time,
+                        .slip = 0.3 / s->time};
+    if (kind == BEARING) fill(rng, 3, 5.0, law.axis);
+    return mbsr_force_bearing_friction(a, b, &law);
 }
 
 /* Stiffness and damping with all their entries. */

@@ -320,6 +320,7 @@ static mbsr_force_def stock_force(int k)
                                   .slip = 0.1};
     const mbsr_friction friction = {
         .coefficient = 0.3, .slip = 0.1, .load = 2.0, .axle = {1, 0, 0}};
+    const mbsr_bearing bearing = {.torque = 1.0, .viscous = 0.2, .slip = 0.1, .axis = {0, 1, 0}};
     const mbsr_planar_frame o = {0.0, 0.0, 0.0};
     static const double nine[9] = {2, 1, 0, 1, 2, 0, 0, 0, 3};
     const mbsr_spring law = {.function = pull}, cable = {.stiffness = 5, .one_sided = 1};
@@ -344,7 +345,7 @@ static mbsr_force_def stock_force(int k)
                                     mbsr_force_contact(0, 1, &contact),
                                     mbsr_force_axis_friction(2, 3, 1, 3.0, 0.1),
                                     mbsr_force_point_friction(0, e_x, 2, &friction),
-                                    mbsr_force_bearing_friction(0, 1, e_y, 1.0, 0.2, 0.1),
+                                    mbsr_force_bearing_friction(0, 1, &bearing),
                                     mbsr_force_planar_bushing(2, o, MBSR_GROUND, o, nine, NULL)};
     number_of_forces = (int)(sizeof force / sizeof *force);
     return force[k];

@@ -265,7 +265,9 @@ static mbsr_force_def surface_friction(const double *x)
 
 static mbsr_force_def bearing_friction(const double *x)
 {
-    return mbsr_force_bearing_friction(0, MBSR_GROUND, x, x[3], x[4], x[5]);
+    const mbsr_bearing law = {
+        .axis = {x[0], x[1], x[2]}, .torque = x[3], .viscous = x[4], .slip = x[5]};
+    return mbsr_force_bearing_friction(0, MBSR_GROUND, &law);
 }
 
 static mbsr_force_def spring(const double *x)

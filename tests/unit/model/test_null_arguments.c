@@ -127,6 +127,8 @@ static void forces(void **state)
     expect_force(mbsr_force_bushing(0, NULL, 1, NULL, six, NULL), MBSR_OK, "");
     expect_force(mbsr_force_bushing(0, NULL, 1, NULL, NULL, six), MBSR_OK, "");
     expect_force(mbsr_force_contact(0, 1, NULL), MBSR_ERR_NULL, "NULL");
+    expect_force(mbsr_force_point_friction(0, NULL, 1, NULL), MBSR_ERR_NULL, "NULL");
+    expect_force(mbsr_force_bearing_friction(0, 1, NULL), MBSR_ERR_NULL, "NULL");
     expect_force(mbsr_force_applied(0, NULL, NULL), MBSR_ERR_NULL, "function is NULL");
     expect_force(mbsr_force_joint_applied(0, NULL, NULL), MBSR_ERR_NULL, "function is NULL");
     expect_force(mbsr_force_wrench(0, NULL, 0, NULL, NULL), MBSR_ERR_NULL, "function is NULL");

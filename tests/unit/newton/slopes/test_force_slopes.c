@@ -338,11 +338,10 @@ static int add_frictions(scene *s, mbsr_space root, test_rng *rng)
                     s, mbsr_force_point_friction(ends[a], origin[0] ? NULL : point, ends[b], &law));
             }
             for (int kind = 0; kind < 2 && !origin[0] && !origin[1]; ++kind, ++count) {
-                double axis[3];
-                test_fill(rng, 3, axis);
-                axis[2] = 1.0; /* in the plane, too, there is some turning about it */
-                scene_add(s, mbsr_force_bearing_friction(ends[a], ends[b], kind ? axis : NULL, 1.7,
-                                                         0.4, 0.3));
+                mbsr_bearing law = {.torque = 1.7, .viscous = 0.4, .slip = 0.3};
+                if (kind) test_fill(rng, 2, law.axis);
+                law.axis[2] = kind; /* in the plane, too, there is some turning about it */
+                scene_add(s, mbsr_force_bearing_friction(ends[a], ends[b], &law));
             }
         }
     }
