@@ -22,7 +22,11 @@
  *   SUNLinearSolver solver = SUNLinSol_SPGMR(y, SUN_PREC_LEFT, 30, context);
  *   IDASetLinearSolver(ida, solver, NULL);
  *   IDASetUserData(ida, &mine);   -- a structure whose first member is the mbsr_sundials
- *   IDASetPreconditioner(ida, mbsr_sundials_setup, mbsr_sundials_precondition); */
+ *   IDASetPreconditioner(ida, mbsr_sundials_setup, mbsr_sundials_precondition);
+ *
+ * and, with `products` in the mbsr_newton_opt, products with the matrix in place of differences of F:
+ *
+ *   IDASetJacTimes(ida, mbsr_sundials_linearise, mbsr_sundials_multiply); */
 #ifndef MBSRANK_SUNDIALS_H
 #define MBSRANK_SUNDIALS_H
 
@@ -43,7 +47,7 @@ extern "C" {
 typedef struct mbsr_sundials {
     mbsr_newton *newton;
     mbsr_data *data; /* may be that of the residual */
-    int status;      /* result: of the last factorisation or solution; the text is in
+    int status;      /* result: of the last factorisation, solution or product; the text is in
                       * mbsr_newton_error */
 } mbsr_sundials;
 
@@ -66,6 +70,14 @@ MBSR_API int mbsr_sundials_setup(sunrealtype t, N_Vector y, N_Vector yp, N_Vecto
 MBSR_API int mbsr_sundials_precondition(sunrealtype t, N_Vector y, N_Vector yp, N_Vector F,
                                         N_Vector r, N_Vector z, sunrealtype cj, sunrealtype delta,
                                         void *user);
+
+/* For IDASetJacTimes: mbsr_newton_linearise at (t, y, y') with c = cj, and mbsr_newton_multiply, Jv = A
+ * v. `user` as above. Return the status. */
+MBSR_API int mbsr_sundials_linearise(sunrealtype t, N_Vector y, N_Vector yp, N_Vector F,
+                                     sunrealtype cj, void *user);
+MBSR_API int mbsr_sundials_multiply(sunrealtype t, N_Vector y, N_Vector yp, N_Vector F, N_Vector v,
+                                    N_Vector Jv, sunrealtype cj, void *user, N_Vector work1,
+                                    N_Vector work2);
 
 /* ---- stiff force elements ---- */
 

@@ -127,3 +127,31 @@ int mbsr_sundials_precondition(sunrealtype t, N_Vector y, N_Vector yp, N_Vector 
     (void)delta;
     return solve(user, r, z);
 }
+
+/* ---- products ---- */
+
+int mbsr_sundials_linearise(sunrealtype t, N_Vector y, N_Vector yp, N_Vector F, sunrealtype cj,
+                            void *user)
+{
+    mbsr_sundials *link = user;
+    (void)F;
+    link->status = mbsr_newton_linearise(link->newton, link->data, t, N_VGetArrayPointer(y),
+                                         N_VGetArrayPointer(yp), cj);
+    return link->status;
+}
+
+int mbsr_sundials_multiply(sunrealtype t, N_Vector y, N_Vector yp, N_Vector F, N_Vector v,
+                           N_Vector Jv, sunrealtype cj, void *user, N_Vector work1, N_Vector work2)
+{
+    mbsr_sundials *link = user;
+    (void)t;
+    (void)y;
+    (void)yp;
+    (void)F;
+    (void)cj;
+    (void)work1;
+    (void)work2;
+    link->status =
+        mbsr_newton_multiply(link->newton, N_VGetArrayPointer(v), N_VGetArrayPointer(Jv));
+    return link->status;
+}

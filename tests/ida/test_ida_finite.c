@@ -122,6 +122,24 @@ static int run_precondition(finite_subject *s)
     return status;
 }
 
+static int run_product(finite_subject *s)
+{
+    if (!s->out[1]) return MBSR_OK;
+    mbsr_sundials *link = s->object;
+    const double c = s->in[FINITE_C][0];
+    N_Vector y = N_VMake_Serial(SIZE, s->in[FINITE_Y], context),
+             yp = N_VMake_Serial(SIZE, s->in[FINITE_YP], context),
+             r = N_VMake_Serial(SIZE, s->in[FINITE_R], context),
+             z = N_VMake_Serial(SIZE, s->out[1], context);
+    int status = mbsr_sundials_linearise(time_of(s), y, yp, r, c, link);
+    if (!status) status = mbsr_sundials_multiply(time_of(s), y, yp, r, r, z, c, link, NULL, NULL);
+    N_VDestroy(y);
+    N_VDestroy(yp);
+    N_VDestroy(r);
+    N_VDestroy(z);
+    return status;
+}
+
 static int of_run(const finite_subject *s, int o)
 {
     (void)s;
@@ -178,6 +196,8 @@ static const finite_row sundials_rows[] = {
     {"mbsr_sundials_stiff_get_info", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_sundials_setup", run_precondition, NULL, T | C | Y | R, 0, 0, of_dense},
     {"mbsr_sundials_precondition", run_precondition, NULL, T | C | Y | R, 0, 0, of_dense},
+    {"mbsr_sundials_linearise", run_product, NULL, T | C | Y | R, 0, 0, of_dense},
+    {"mbsr_sundials_multiply", run_product, NULL, T | C | Y | R, 0, 0, of_dense},
 };
 
 static finite_subject subject(const problem *p)
@@ -246,7 +266,9 @@ static void the_solver_for_sundials(void **unused)
     mbsri_ida_messages messages = {ignore, NULL};
     mbsr_sundials link = {.data = p.data};
     assert_true(mbsri_ida_context(&context, &messages));
-    assert_ok(mbsr_newton_create(p.model, MBSR_DAE_MOMENTUM, NULL, &link.newton, NULL), NULL);
+    mbsr_newton_opt opt = mbsr_default_newton_opt();
+    opt.products = 1;
+    assert_ok(mbsr_newton_create(p.model, MBSR_DAE_MOMENTUM, &opt, &link.newton, NULL), NULL);
     finite_subject s = subject(&p);
     s.name = "an IDA of one's own";
     s.object = &link;

@@ -52,7 +52,7 @@ static void ignore(void *user, int code, const char *message)
 }
 
 typedef struct counts {
-    long steps, iterations, factorisations;
+    long steps, iterations, factorisations, linear;
     double y[SIZE];
 } counts;
 
@@ -65,9 +65,14 @@ static void consistent(const mbsr_model *m, mbsr_data *d, double *y, double *yp)
               mbsr_data_error(d));
 }
 
+/* The solver alone; GMRES with it, and differences of F or products with the matrix. */
+typedef enum method { DIRECT, KRYLOV, PRODUCTS } method;
+
 /* To t = 2 with IDA set up by hand; like the driver, but for tolerances of one size. */
-static counts by_hand(const mbsr_model *m, mbsr_data *own, mbsr_data *d, bool krylov)
+static counts by_hand(const mbsr_model *m, mbsr_data *own, mbsr_data *d, method by)
 {
+    const bool krylov = by != DIRECT;
+    mbsr_newton_opt opt = mbsr_default_newton_opt();
     mine my = {.model = m, .data = d};
     mbsri_ida_messages messages = {ignore, NULL};
     SUNContext context = NULL;
@@ -76,7 +81,8 @@ static counts by_hand(const mbsr_model *m, mbsr_data *own, mbsr_data *d, bool kr
     counts found = {0};
     double reached = 0.0;
     my.link.data = own;
-    assert_ok(mbsr_newton_create(m, MBSR_DAE_MOMENTUM, NULL, &my.link.newton, NULL), NULL);
+    opt.products = by == PRODUCTS;
+    assert_ok(mbsr_newton_create(m, MBSR_DAE_MOMENTUM, &opt, &my.link.newton, NULL), NULL);
     assert_true(mbsri_ida_context(&context, &messages));
     N_Vector y = N_VNew_Serial(SIZE, context), yp = N_VNew_Serial(SIZE, context);
     consistent(m, d, N_VGetArrayPointer(y), N_VGetArrayPointer(yp));
@@ -90,6 +96,9 @@ static counts by_hand(const mbsr_model *m, mbsr_data *own, mbsr_data *d, bool kr
         assert_int_equal(IDASetLinearSolver(ida, solver, NULL), IDA_SUCCESS);
         assert_int_equal(IDASetPreconditioner(ida, mbsr_sundials_setup, mbsr_sundials_precondition),
                          IDA_SUCCESS);
+        if (by == PRODUCTS)
+            assert_int_equal(IDASetJacTimes(ida, mbsr_sundials_linearise, mbsr_sundials_multiply),
+                             IDA_SUCCESS);
     } else {
         matrix = mbsr_sundials_matrix(&my.link, context);
         solver = mbsr_sundials_solver(&my.link, context);
@@ -110,6 +119,11 @@ static counts by_hand(const mbsr_model *m, mbsr_data *own, mbsr_data *d, bool kr
     long asked = 0;
     assert_int_equal((krylov ? IDAGetNumPrecEvals : IDAGetNumJacEvals)(ida, &asked), IDA_SUCCESS);
     assert_int_equal(asked, info.factorisations);
+    if (krylov) {
+        assert_int_equal(IDAGetNumLinResEvals(ida, &asked), IDA_SUCCESS);
+        assert_true(by == PRODUCTS ? asked == 0 : asked > 0);
+        assert_int_equal(IDAGetNumLinIters(ida, &found.linear), IDA_SUCCESS);
+    }
     assert_int_equal(my.link.status, MBSR_OK);
     IDAFree(&ida);
     assert_int_equal(SUNLinSolFree(solver), 0);
@@ -160,7 +174,7 @@ static void ida_by_hand_does_what_the_driver_does(void **state)
                       driver.iterations, driver.factorisations);
         assert_true(driver.factorisations < driver.steps / 2);
         for (int apart = 0; apart < 2; ++apart) {
-            const counts hand = by_hand(m, apart ? other : d, d, krylov);
+            const counts hand = by_hand(m, apart ? other : d, d, krylov ? KRYLOV : DIRECT);
             assert_int_equal(hand.steps, driver.steps);
             assert_int_equal(hand.iterations, driver.iterations);
             assert_int_equal(hand.factorisations, driver.factorisations);
@@ -168,6 +182,23 @@ static void ida_by_hand_does_what_the_driver_does(void **state)
         }
     }
     mbsr_data_destroy(other);
+    mbsr_data_destroy(d);
+    mbsr_model_destroy(m);
+}
+
+/* Exact products in the place of differences: no more steps, and no residual for a product. */
+static void products_replace_differences(void **state)
+{
+    (void)state;
+    mbsr_model *m = make_model();
+    mbsr_data *d = NULL;
+    assert_ok(mbsr_data_create(m, &d, NULL), NULL);
+    const counts differences = by_hand(m, d, d, KRYLOV), products = by_hand(m, d, d, PRODUCTS);
+    print_message("%ld and %ld steps, %ld and %ld linear iterations\n", differences.steps,
+                  products.steps, differences.linear, products.linear);
+    assert_in_range(products.steps, 1, 11 * differences.steps / 10);
+    assert_in_range(products.linear, 1, 11 * differences.linear / 10);
+    for (int k = 0; k < SIZE; ++k) assert_close(products.y[k], differences.y[k], 1e-4);
     mbsr_data_destroy(d);
     mbsr_model_destroy(m);
 }
@@ -189,7 +220,9 @@ static void make_objects(objects *o)
     static mbsri_ida_messages messages = {ignore, NULL};
     *o = (objects){.model = make_model()};
     assert_ok(mbsr_data_create(o->model, &o->link.data, NULL), NULL);
-    assert_ok(mbsr_newton_create(o->model, MBSR_DAE_MOMENTUM, NULL, &o->link.newton, NULL), NULL);
+    mbsr_newton_opt opt = mbsr_default_newton_opt();
+    opt.products = 1;
+    assert_ok(mbsr_newton_create(o->model, MBSR_DAE_MOMENTUM, &opt, &o->link.newton, NULL), NULL);
     assert_true(mbsri_ida_context(&o->context, &messages));
     o->y = N_VNew_Serial(SIZE, o->context);
     o->yp = N_VNew_Serial(SIZE, o->context);
@@ -240,6 +273,12 @@ static void a_solution_is_that_of_the_newton_solver(void **state)
         assert_int_equal(
             mbsr_sundials_precondition(0.1, o.y, o.yp, NULL, o.b, o.x, c, 0.0, &o.link), MBSR_OK);
         assert_memory_equal(N_VGetArrayPointer(o.x), expected, sizeof expected);
+        assert_int_equal(mbsr_sundials_linearise(0.1, o.y, o.yp, NULL, c, &o.link), MBSR_OK);
+        N_Vector r = N_VClone(o.b);
+        assert_int_equal(
+            mbsr_sundials_multiply(0.1, o.y, o.yp, NULL, o.x, r, c, &o.link, NULL, NULL), MBSR_OK);
+        for (int l = 0; l < SIZE; ++l) assert_close(N_VGetArrayPointer(r)[l], b[l], 1e-11);
+        N_VDestroy(r);
     }
     free_objects(&o);
 }
@@ -256,6 +295,10 @@ static void failures_keep_their_sign(void **state)
     assert_int_equal(o.link.status, MBSR_ERR_SEQUENCE);
     assert_int_equal(mbsr_sundials_precondition(0.0, o.y, o.yp, NULL, o.b, o.x, 1.0, 0.0, &o.link),
                      MBSR_ERR_SEQUENCE);
+    assert_int_equal(
+        mbsr_sundials_multiply(0.0, o.y, o.yp, NULL, o.b, o.x, 1.0, &o.link, NULL, NULL),
+        MBSR_ERR_SEQUENCE);
+    assert_int_equal(o.link.status, MBSR_ERR_SEQUENCE);
     /* not finite: recoverable */
     assert_int_equal(mbsr_sundials_setup(0.0, o.y, o.yp, NULL, 1.0, &o.link), MBSR_OK);
     N_VGetArrayPointer(o.b)[2] = NAN;
@@ -264,6 +307,7 @@ static void failures_keep_their_sign(void **state)
     assert_true(MBSR_NOT_FINITE > 0);
     N_VGetArrayPointer(o.y)[0] = NAN;
     assert_int_equal(mbsr_sundials_setup(0.0, o.y, o.yp, NULL, 1.0, &o.link), MBSR_NOT_FINITE);
+    assert_int_equal(mbsr_sundials_linearise(0.0, o.y, o.yp, NULL, 1.0, &o.link), MBSR_NOT_FINITE);
     assert_int_equal(
         mbsr_sundials_jacobian(0.0, 1.0, o.y, o.yp, NULL, o.matrix, NULL, NULL, NULL, NULL),
         MBSR_NOT_FINITE);
@@ -295,6 +339,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(ida_by_hand_does_what_the_driver_does),
+        cmocka_unit_test(products_replace_differences),
         cmocka_unit_test(a_solution_is_that_of_the_newton_solver),
         cmocka_unit_test(failures_keep_their_sign),
         cmocka_unit_test(missing_arguments_give_no_object),
