@@ -494,7 +494,8 @@ static void close_rows(const mbsr_newton *w, const mbsri_closure *c, const doubl
         if (stiffness > 0.0) {
             lambda[k] = -(s + c->def.damping[k] / stiffness * f * s);
             r[row] = f * s / stiffness - rate[k];
-            if (k < c->held) r[held] = place[k] - s / stiffness;
+            if (k < c->held)
+                r[held] = dropped(w)[c->row + k] ? delta[held] : place[k] - s / stiffness;
         } else if (dropped(w)[c->row + k]) {
             lambda[k] = 0.0;
             r[row] = s;
