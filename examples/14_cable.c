@@ -13,6 +13,7 @@
 #include <mbsrank/mbsrank.h>
 
 #include "build.h"
+#include "progress.h"
 #include "rk4.h"
 
 #include <math.h>
@@ -149,6 +150,7 @@ static double fall(mbsr_model *m, const double *q, const double *u, double Lz, F
     for (int k = 1; k <= STEPS; ++k) {
         const double h = T / STEPS, t = k * h;
         rk4_step(slopes, &(problem){ode, d}, 4 * N, t - h, h, x);
+        show_progress(t / T);
         if (k % (STEPS / SHAPES)) continue;
         check(mbsr_ode_velocities(ode, t, x, rates), mbsr_data_error(d));
         look(m, d, t, x, rates, file, now, tip);

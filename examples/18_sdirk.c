@@ -19,6 +19,7 @@
  * longest ropes are left out. */
 #include <mbsrank/mbsrank.h>
 
+#include "progress.h"
 #include "sdirk.h"
 
 #include <time.h>
@@ -177,6 +178,7 @@ static outcome swing(double tolerance)
         while (s.t < T * k / SHAPES) {
             found.heat += heat(&s, sdirk_step(&s, T * k / SHAPES));
             found.depth = fmax(found.depth, depth(&s));
+            show_progress(s.t / T);
         }
         shape(&s, file, tip);
     }
@@ -230,7 +232,10 @@ static double grow(int segments)
     hung r = hang(segments);
     sdirk s = sdirk_start(r.m, r.d, 0.0, r.y, 1e-4, 1e-3);
     const double begin = now();
-    while (s.steps < STEPS) sdirk_step(&s, T);
+    while (s.steps < STEPS) {
+        sdirk_step(&s, T);
+        show_progress((double)s.steps / STEPS);
+    }
     const double step = (now() - begin) / STEPS;
     measure(&s, &factor, &iterate);
     printf("%5d %14.2f %14.2f %14.2f\n", segments, 1e3 * factor, 1e3 * iterate, 1e3 * step);

@@ -12,7 +12,7 @@
 #include <unistd.h>
 #endif
 
-/* done: 0 to 1. The line is overwritten by the next one, and goes at the end. */
+/* done: 0 to 1. The next line, this one or one of the results, goes over it. */
 static inline void show_progress(double done)
 {
     static int shown = -1;
@@ -20,9 +20,9 @@ static inline void show_progress(double done)
     if (percent == shown || !isatty(2)) return;
     shown = percent;
     if (percent < 100)
-        fprintf(stderr, "\r%3d %%", percent);
+        fprintf(stderr, "%3d %%\r", percent);
     else
-        fprintf(stderr, "\r     \r");
+        fprintf(stderr, "     \r");
 }
 
 #endif

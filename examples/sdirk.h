@@ -72,26 +72,14 @@ static inline void sdirk_coefficients(sdirk *s)
     memcpy(s->error, error, sizeof error);
 }
 
-/* The mass on each joint, at the present state; where there is none, the largest in the tree. */
+/* The mass on each joint, at the present state. */
 static inline void sdirk_masses(sdirk *s)
 {
-    const double *u = s->y + s->nq + s->nu;
-    double largest = 0.0;
-    mbsr_rank_info info;
     check(mbsr_positions(s->m, s->d, s->t, s->y), mbsr_data_error(s->d));
-    check(mbsr_velocities(s->m, s->d, u), mbsr_data_error(s->d));
+    check(mbsr_velocities(s->m, s->d, s->y + s->nq + s->nu), mbsr_data_error(s->d));
     check(mbsr_forces(s->m, s->d, NULL), mbsr_data_error(s->d));
     check(mbsr_backward(s->m, s->d), mbsr_data_error(s->d));
-    for (int i = 0; i < mbsr_model_bodies(s->m); ++i) {
-        int first, n;
-        check(mbsr_body_coordinates(s->m, i, NULL, NULL, &first, &n), mbsr_data_error(s->d));
-        check(mbsr_body_rank(s->m, s->d, i, &info), mbsr_data_error(s->d));
-        for (int k = first; k < first + n; ++k) s->mass[k] = info.scale;
-        largest = fmax(largest, info.scale);
-    }
-    for (int k = 0; k < s->nu; ++k) {
-        if (!(s->mass[k] > 0.0)) s->mass[k] = largest > 0.0 ? largest : 1.0;
-    }
+    check(mbsr_momentum_scales(s->m, s->d, s->mass), mbsr_data_error(s->d));
 }
 
 /* Starts at y (momentum form) with a guess of the first step. */
