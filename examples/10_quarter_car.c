@@ -8,8 +8,7 @@
  * next to each other without mass: two equations of first order. The table shows what invented
  * masses cost in steps, however small they are. Reference: the massless equations by hand, in
  * absolute coordinates, by a Runge-Kutta method with small steps. */
-#include <mbsrank/ida.h>
-#include <mbsrank/mbsrank.h>
+#include <mbsrank/simulation.h>
 
 #include "rk4.h"
 #include "run.h"
@@ -68,7 +67,7 @@ static long drive(double small, double *error)
 {
     const double zero[3] = {0.0};
     double x[4] = {0.0};
-    run r = run_start(quarter_car(small), zero, zero, 1e-6);
+    mbsr_simulation r = run_start(quarter_car(small), zero, zero, 1e-6);
     FILE *file = small == 0.0 ? csv("quarter_car.csv") : NULL;
     *error = 0.0;
     for (int i = 0; i < POINTS; ++i) {
@@ -80,7 +79,7 @@ static long drive(double small, double *error)
         if (edge) check(mbsr_ida_jump(r.ida), mbsr_ida_error(r.ida));
         run_to(&r, T * (i + 1) / POINTS);
         for (int b = 0; b < 4; ++b)
-            check(mbsr_body_pose(r.m, r.d, b, height[b]), mbsr_data_error(r.d));
+            check(mbsr_body_pose(r.model, r.data, b, height[b]), mbsr_data_error(r.data));
         *error = fmax(*error, fabs(height[3][MBSR_POSE_X + 2] - x[2]));
         if (file) {
             fprintf(file, "%g", r.t);
@@ -90,7 +89,7 @@ static long drive(double small, double *error)
     }
     const long steps = run_steps(&r);
     if (file) fclose(file);
-    run_end(&r);
+    mbsr_simulation_end(&r);
     return steps;
 }
 

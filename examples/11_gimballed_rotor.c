@@ -12,8 +12,7 @@
  * phi = w and theta is what it was. At theta = 0 outer ring and rotor turn about the same line
  * (gimbal lock) and nothing with mass resists the rings' turning against the rotor: the library
  * says so. */
-#include <mbsrank/ida.h>
-#include <mbsrank/mbsrank.h>
+#include <mbsrank/simulation.h>
 
 #include "run.h"
 
@@ -49,12 +48,12 @@ static double precession(double theta, int fast)
     const double w =
         fast ? (C * s + root) / (2.0 * A * c) : 2.0 * tau / sin(theta) / (C * s + root);
     const double q[3] = {0.0, theta, 0.0}, u[3] = {w, 0.0, s - w * c};
-    run r = run_start(gimbals(), q, u, 1e-9);
+    mbsr_simulation r = run_start(gimbals(), q, u, 1e-9);
     run_to(&r, 1.0);
     const double error = fmax(fabs(r.q[0] - w), fabs(r.q[1] - theta));
     printf("%8.0f deg   %12.6f   %12.6f   %10.1e\n", theta * 180.0 / acos(-1.0), w, r.q[0],
            r.q[1] - theta);
-    run_end(&r);
+    mbsr_simulation_end(&r);
     return error;
 }
 
@@ -66,7 +65,7 @@ static double nodding(void)
     const double level = 0.5 * acos(-1.0), q[3] = {0.0, level, 0.0}, u[3] = {0.0, 0.0, s};
     double x = 2.0 * A * tau / (C * C * s * s), lowest = level;
     for (int k = 0; k < 20; ++k) x = atan(sqrt(2.0 * A * tau * x) / (C * s));
-    run r = run_start(gimbals(), q, u, 1e-9);
+    mbsr_simulation r = run_start(gimbals(), q, u, 1e-9);
     for (int k = 1; k <= 4000; ++k) {
         run_to(&r, 1e-4 * k);
         lowest = fmax(lowest, r.q[1]);
@@ -74,7 +73,7 @@ static double nodding(void)
     printf("released at rest it nods by %.9f rad; from momentum and energy %.9f\n", lowest - level,
            x);
     printf("directions without mass: %d; steps: %ld\n", r.start.null_directions, run_steps(&r));
-    run_end(&r);
+    mbsr_simulation_end(&r);
     return fabs(lowest - level - x);
 }
 

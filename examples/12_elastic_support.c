@@ -9,8 +9,7 @@
  *   kinetic + potential energy + integral of the dissipated power = constant.
  *
  * The stiffer the support, the closer the motion is to that on a rigid one, as 1 / stiffness. */
-#include <mbsrank/ida.h>
-#include <mbsrank/mbsrank.h>
+#include <mbsrank/simulation.h>
 
 #include "run.h"
 
@@ -48,7 +47,7 @@ static double swing(double stiffness, double tip[3])
     const double angles[4] = {1.0, 0.3, 0.5, -0.2}, zero[10] = {0.0};
     double q[11] = {1.0}, p[MBSR_POSE_SIZE], heat = 0.0, defect = 0.0;
     for (int k = 0; k < 4; ++k) q[k + (stiffness > 0.0 ? 7 : 0)] = angles[k];
-    run r = run_start(pendulum(stiffness), q, zero, 1e-8);
+    mbsr_simulation r = run_start(pendulum(stiffness), q, zero, 1e-8);
     double before = run_dissipation(&r);
     const double begin = run_energy(&r);
     for (int k = 1; k <= SAMPLES; ++k) {
@@ -58,11 +57,11 @@ static double swing(double stiffness, double tip[3])
         before = power;
         defect = fmax(defect, fabs(run_energy(&r) + heat - begin));
     }
-    check(mbsr_body_pose(r.m, r.d, 2, p), mbsr_data_error(r.d));
+    check(mbsr_body_pose(r.model, r.data, 2, p), mbsr_data_error(r.data));
     for (int k = 0; k < 3; ++k) tip[k] = p[MBSR_POSE_X + k];
     printf("%16g %9d %7ld   %10.6f   %+.6f   %.1e", stiffness, r.start.null_directions,
            run_steps(&r), heat, run_energy(&r) - begin, defect);
-    run_end(&r);
+    mbsr_simulation_end(&r);
     return defect;
 }
 

@@ -7,8 +7,7 @@
  * without mass that a bushing holds to the ground, so the shaft's axis is held elastically. Were it
  * rigid, the angles would obey tan(phi_2) = tan(phi_1) cos(b): the deviation must fall as 1 /
  * stiffness. A cross between two revolute joints and one universal joint must give one motion. */
-#include <mbsrank/ida.h>
-#include <mbsrank/mbsrank.h>
+#include <mbsrank/simulation.h>
 
 #include "run.h"
 
@@ -56,7 +55,7 @@ static mbsr_model *shafts(int with_cross, double stiffness)
 static double drive(int with_cross, double stiffness, double *phi)
 {
     const double q[3] = {b, 0.0, 0.0}, u[3] = {0.0, -w * sin(b), -w * cos(b)};
-    run r = run_start(shafts(with_cross, stiffness), q, u, 1e-8);
+    mbsr_simulation r = run_start(shafts(with_cross, stiffness), q, u, 1e-8);
     double worst = 0.0;
     for (int k = 0; k < SAMPLES; ++k) {
         run_to(&r, T * (k + 1) / SAMPLES);
@@ -67,7 +66,7 @@ static double drive(int with_cross, double stiffness, double *phi)
     }
     printf("%15s   %10.0e   %8d   %6ld   %.3e", with_cross ? "cross" : "universal joint", stiffness,
            r.start.null_directions, run_steps(&r), worst);
-    run_end(&r);
+    mbsr_simulation_end(&r);
     return worst;
 }
 

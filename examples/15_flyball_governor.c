@@ -16,8 +16,7 @@
  * 81 N in each, and pull the sleeve up. It has no inertia, only 80 N s/m of dampers against
  * 5000 N/m of links, so that it starts at full speed, and follows within 16 ms; then both go down
  * as the balls fall back. governor.csv has the motion for governor.gp. */
-#include <mbsrank/ida.h>
-#include <mbsrank/mbsrank.h>
+#include <mbsrank/simulation.h>
 
 #include "run.h"
 
@@ -97,7 +96,7 @@ int main(void)
     equilibrium(fast, x[1]);
     /* released with the arms, but not the sleeve, above the first equilibrium */
     const double q[3] = {x[0][1], x[0][0] + 0.1, x[0][0] + 0.1}, u[3] = {0.0};
-    run r = run_start(governor(), q, u, 1e-7);
+    mbsr_simulation r = run_start(governor(), q, u, 1e-7);
     FILE *file = csv("governor.csv");
     printf("t [s]   speed [rad/s]   arms [deg]   sleeve [m]\n");
     for (int k = 0; k <= SAMPLES; ++k) {
@@ -114,6 +113,6 @@ int main(void)
     }
     printf("directions without mass: %d; steps: %ld\n", r.start.null_directions, run_steps(&r));
     fclose(file);
-    run_end(&r);
+    mbsr_simulation_end(&r);
     return worst < 1e-5 ? 0 : 1;
 }

@@ -9,8 +9,7 @@
  *
  * s being the spin. Pushed, the tip draws loops or waves instead. Orientation is a quaternion:
  * no position is singular. heavy_top.csv has the paths for heavy_top.gp. */
-#include <mbsrank/ida.h>
-#include <mbsrank/mbsrank.h>
+#include <mbsrank/simulation.h>
 
 #include "run.h"
 
@@ -35,11 +34,12 @@ typedef struct state {
     double energy, vertical, axial, axis[3];
 } state;
 
-static state look(run *r)
+static state look(mbsr_simulation *r)
 {
     double pose[MBSR_POSE_SIZE], momentum[6];
-    check(mbsr_body_pose(r->m, r->d, 0, pose), mbsr_data_error(r->d));
-    check(mbsr_tree_momentum(r->m, r->d, NULL, NULL, NULL, momentum), mbsr_data_error(r->d));
+    check(mbsr_body_pose(r->model, r->data, 0, pose), mbsr_data_error(r->data));
+    check(mbsr_tree_momentum(r->model, r->data, NULL, NULL, NULL, momentum),
+          mbsr_data_error(r->data));
     state x = {.energy = run_energy(r), .vertical = momentum[2]};
     for (int k = 0; k < 3; ++k) {
         x.axis[k] = pose[MBSR_POSE_R + 6 + k]; /* third column of R */
@@ -55,7 +55,7 @@ static double spin(double push, FILE *file, double *lowest)
     const double q[4] = {cos(0.5 * start), 0.0, sin(0.5 * start), 0.0}; /* leans towards x */
     const double u[3] = {s * sin(start) - push * cos(start) * sin(start), 0.0,
                          s * cos(start) + push * sin(start) * sin(start)};
-    run r = run_start(top(), q, u, 1e-9);
+    mbsr_simulation r = run_start(top(), q, u, 1e-9);
     const state begin = look(&r);
     double change = 0.0;
     *lowest = 1.0;
@@ -70,7 +70,7 @@ static double spin(double push, FILE *file, double *lowest)
     }
     fprintf(file, "\n\n");
     printf("%12.2f   %.8f   %.1e   %5ld\n", push, *lowest, change, run_steps(&r));
-    run_end(&r);
+    mbsr_simulation_end(&r);
     return change;
 }
 

@@ -10,8 +10,7 @@
  * Then it is thrown along the floor under its weight, without spin. It slides until it rolls; the
  * angular momentum about the line of contact stays, which leaves 5/7 of its speed. All the while
  * kinetic and potential energy and what mbsr_dissipation says has become heat make one sum. */
-#include <mbsrank/ida.h>
-#include <mbsrank/mbsrank.h>
+#include <mbsrank/simulation.h>
 
 #include "run.h"
 
@@ -46,11 +45,11 @@ static double bounce(double v1)
         const double sum = log1p(-damping * v2) + damping * v2;
         *(sum > log1p(damping * v1) - damping * v1 ? &least : &most) = v2;
     }
-    run r = run_start(ball(0.0), q, u, 1e-8);
+    mbsr_simulation r = run_start(ball(0.0), q, u, 1e-8);
     run_to(&r, 0.05);
     printf("%8.2f   %10.6f   %10.6f   %.4f\n", v1, r.u[5], least, r.u[5] / v1);
     const double error = fabs(r.u[5] - least);
-    run_end(&r);
+    mbsr_simulation_end(&r);
     return error;
 }
 
@@ -63,7 +62,7 @@ int main(void)
     const double q[7] = {1.0, 0, 0, 0, 0, 0, 2.0 * radius}, u[6] = {0, 0, 0, 2.0, 0, 0};
     enum { SAMPLES = 30000 };
     const double T = 1.5;
-    run r = run_start(ball(g), q, u, 1e-8);
+    mbsr_simulation r = run_start(ball(g), q, u, 1e-8);
     const double begin = run_energy(&r);
     double before = run_dissipation(&r);
     printf(
@@ -82,6 +81,6 @@ int main(void)
     const double off = fabs(r.u[3] - 2.0 * 5.0 / 7.0);
     printf("rolls at %.6f m/s, 5/7 of 2 m/s is %.6f; %ld steps\n", r.u[3], 10.0 / 7.0,
            run_steps(&r));
-    run_end(&r);
+    mbsr_simulation_end(&r);
     return worst < 1e-5 && defect < 1e-4 && off < 1e-4 ? 0 : 1;
 }

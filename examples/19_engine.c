@@ -11,8 +11,7 @@
  * gas: both are held against the run. Gas pushes on the piston in every second half turn, a load brakes the
  * flywheel. engine.csv has the motion for engine.gp; then the pin is given the elasticity of steel, 1e9
  * N/m, at no cost in steps. */
-#include <mbsrank/ida.h>
-#include <mbsrank/mbsrank.h>
+#include <mbsrank/simulation.h>
 
 #include "run.h"
 
@@ -66,16 +65,16 @@ static mbsr_model *engine(double stiffness)
 }
 
 /* lambda of the pin: along x and y, the force on the rod. */
-static const double *pin_force(const run *s)
+static const double *pin_force(const mbsr_simulation *s)
 {
-    return s->yp + mbsr_model_nq(s->m) + 2 * mbsr_model_nu(s->m);
+    return s->yp + mbsr_model_nq(s->model) + 2 * mbsr_model_nu(s->model);
 }
 
 int main(void)
 {
     const double q[3] = {0.5, -0.6, 0.17}, u[3] = {150.0, 0.0, 0.0};
     double off = 0.0, slant = 0.0;
-    run s = run_start(engine(0.0), q, u, 1e-7);
+    mbsr_simulation s = run_start(engine(0.0), q, u, 1e-7);
     FILE *file = csv("engine.csv");
     printf("t [s]   crank [rev]   speed [rad/s]   piston [mm]   force of the rod [N]\n");
     for (int k = 0; k <= SAMPLES; ++k) {
@@ -98,12 +97,12 @@ int main(void)
     printf("%d directions without mass that no loop holds; %ld steps\n", s.start.null_directions,
            run_steps(&s));
     const double end = s.q[0];
-    run_end(&s);
-    run elastic = run_start(engine(1e9), q, u, 1e-7);
+    mbsr_simulation_end(&s);
+    mbsr_simulation elastic = run_start(engine(1e9), q, u, 1e-7);
     run_to(&elastic, T);
     printf("with an elastic pin, 1e9 N/m: %ld steps, crank %.1e rad off\n", run_steps(&elastic),
            fabs(elastic.q[0] - end));
     const double apart = fabs(elastic.q[0] - end);
-    run_end(&elastic);
+    mbsr_simulation_end(&elastic);
     return off < 1e-6 && slant < 1e-2 && apart < 0.05 ? 0 : 1;
 }

@@ -10,8 +10,7 @@
  * The report says so before the run: 4 rows, all independent, mobility 1, no direction without mass that
  * no loop holds. Then the upper joint becomes a bushing, a stiff closure of 2e6 N/m (def.stiffness): two
  * freedoms more, which no integrator is troubled with. wishbone.csv has both for wishbone.gp. */
-#include <mbsrank/ida.h>
-#include <mbsrank/mbsrank.h>
+#include <mbsrank/simulation.h>
 
 #include "run.h"
 
@@ -82,18 +81,19 @@ static mbsr_model *suspension(double stiffness)
 }
 
 /* Height of the wheel's centre, m, and the angle by which it steers, degrees. */
-static void attitude(run *s, double *height, double *steer)
+static void attitude(mbsr_simulation *s, double *height, double *steer)
 {
     double pose[MBSR_POSE_SIZE];
-    check(mbsr_body_pose(s->m, s->d, 2, pose), mbsr_data_error(s->d));
+    check(mbsr_body_pose(s->model, s->data, 2, pose), mbsr_data_error(s->data));
     *height = pose[MBSR_POSE_X + 2];
     *steer = atan2(pose[1], pose[0]) * 180.0 / acos(-1.0);
 }
 
-static void report(const run *s)
+static void report(const mbsr_simulation *s)
 {
     mbsr_closure_report found;
-    check(mbsr_closures_report(s->m, s->d, s->t, s->q, &found, NULL, NULL), mbsr_data_error(s->d));
+    check(mbsr_closures_report(s->model, s->data, s->t, s->q, &found, NULL, NULL),
+          mbsr_data_error(s->data));
     printf("%d rows, %d independent; freedoms left: %d; directions without mass: %d, held by no "
            "loop: %d\n",
            found.rows, found.independent, found.mobility, found.massless, found.undetermined);
@@ -104,8 +104,8 @@ int main(void)
 {
     const double q[6] = {0.0, 0.0, 1.0, 0.0, 0.0, 0.0}, u[5] = {0.0};
     double apart = 0.0, gap = 0.0;
-    run rigid = run_start(suspension(0.0), q, u, 1e-6),
-        soft = run_start(suspension(2e6), q, u, 1e-6);
+    mbsr_simulation rigid = run_start(suspension(0.0), q, u, 1e-6),
+                    soft = run_start(suspension(2e6), q, u, 1e-6);
     report(&rigid);
     FILE *file = csv("wishbone.csv");
     printf("t [s]   height [mm]   steer [deg]   with a bushing: height   steer\n");
@@ -114,7 +114,7 @@ int main(void)
         if (k) run_to(&rigid, T * k / SAMPLES), run_to(&soft, T * k / SAMPLES);
         attitude(&rigid, h, a);
         attitude(&soft, h + 1, a + 1);
-        check(mbsr_closures_gap(rigid.m, rigid.d, g), mbsr_data_error(rigid.d));
+        check(mbsr_closures_gap(rigid.model, rigid.data, g), mbsr_data_error(rigid.data));
         for (int j = 0; j < 4; ++j) gap = fmax(gap, fabs(g[j]));
         apart = fmax(apart, fabs(h[0] - h[1]));
         fprintf(file, "%g,%g,%g,%g,%g,%g\n", rigid.t, road(rigid.t), h[0], a[0], h[1], a[1]);
@@ -125,7 +125,7 @@ int main(void)
     fclose(file);
     printf("steps: %ld rigid, %ld with the bushing; loops open by %.1e m at most\n",
            run_steps(&rigid), run_steps(&soft), gap);
-    run_end(&rigid);
-    run_end(&soft);
+    mbsr_simulation_end(&rigid);
+    mbsr_simulation_end(&soft);
     return gap < 1e-5 && apart < 5e-3 ? 0 : 1;
 }

@@ -6,8 +6,7 @@
  * loops. A motor of 0.033 N m drives K1, a spring pulls at K3. squeezer.csv has the links at some times
  * for loops.gp.
  * Usage: demo_loops [FOLDER] */
-#include <mbsrank/ida.h>
-#include <mbsrank/mbsrank.h>
+#include <mbsrank/simulation.h>
 
 #include "run.h"
 
@@ -62,17 +61,17 @@ static mbsr_model *squeezer(void)
 }
 
 /* Lines through the origins of the bodies listed to the common pin. */
-static void draw(FILE *file, run *s)
+static void draw(FILE *file, mbsr_simulation *s)
 {
     static const int line[4][2] = {{K1, K2}, {K3, K3}, {K5, K4}, {K7, K6}};
     double end[3];
-    check(mbsr_body_pose(s->m, s->d, K2, end), mbsr_data_error(s->d));
+    check(mbsr_body_pose(s->model, s->data, K2, end), mbsr_data_error(s->data));
     end[0] -= d * cos(end[2]);
     end[1] -= d * sin(end[2]);
     for (int k = 0; k < 4; ++k) {
         for (int l = 0; l < 2; ++l) {
             double pose[3];
-            check(mbsr_body_pose(s->m, s->d, line[k][l], pose), mbsr_data_error(s->d));
+            check(mbsr_body_pose(s->model, s->data, line[k][l], pose), mbsr_data_error(s->data));
             fprintf(file, "%g,%g,%g\n", 1e3 * pose[0], 1e3 * pose[1], s->t);
         }
         fprintf(file, "%g,%g,%g\n\n", 1e3 * end[0], 1e3 * end[1], s->t);
@@ -97,7 +96,7 @@ int main(int argc, char **argv)
     FILE *file = csv(name);
     printf("tolerance    steps   largest error of an angle at 0.03 s\n");
     for (int k = 0; k < 4; ++k) {
-        run s = run_start(squeezer(), q, u, tolerance[k]);
+        mbsr_simulation s = run_start(squeezer(), q, u, tolerance[k]);
         for (int i = 1; i <= 6; ++i) {
             run_to(&s, T * i / 6);
             if (k == 2) draw(file, &s);
@@ -105,7 +104,7 @@ int main(int argc, char **argv)
         worst = 0.0;
         for (int i = 0; i < BODIES; ++i) worst = fmax(worst, fabs(s.q[i] - z[i]));
         printf("%9.0e   %6ld   %.1e\n", tolerance[k], run_steps(&s), worst);
-        run_end(&s);
+        mbsr_simulation_end(&s);
     }
     fclose(file);
     return worst < 1e-7 ? 0 : 1;

@@ -12,7 +12,7 @@
  * is their limit. Writes a table and CSV files for tree.gp.
  *
  *   demo_tree FOLDER [BODIES] */
-#include <mbsrank/ida.h>
+#include <mbsrank/simulation.h>
 
 #include "run.h"
 
@@ -38,6 +38,13 @@ static double chance(unsigned *state)
 {
     *state = *state * 1664525u + 1013904223u;
     return (double)(*state >> 8) / 16777216.0;
+}
+
+static double *numbers(int count)
+{
+    double *x = calloc((size_t)count + 1, sizeof *x);
+    if (!x) exit(1);
+    return x;
 }
 
 /* Branches in two, breadth first; the squares of the radii add up. */
@@ -145,11 +152,11 @@ static double seconds_of(clock_t begin)
 }
 
 /* Both ends of every rod. */
-static void draw(run *r, const segment *tree, int count, FILE *file)
+static void draw(mbsr_simulation *r, const segment *tree, int count, FILE *file)
 {
     for (int k = 0; k < count; ++k) {
         double p[MBSR_POSE_SIZE];
-        check(mbsr_body_pose(r->m, r->d, tree[k].rod, p), mbsr_data_error(r->d));
+        check(mbsr_body_pose(r->model, r->data, tree[k].rod, p), mbsr_data_error(r->data));
         const double *o = p + MBSR_POSE_X, *z = p + MBSR_POSE_R + 6;
         fprintf(file, "%.5f,%.5f,%.5f,%.5f\n", o[0], o[1], o[2], tree[k].radius);
         fprintf(file, "%.5f,%.5f,%.5f,%.5f\n\n", o[0] + tree[k].length * z[0],
@@ -159,7 +166,7 @@ static void draw(run *r, const segment *tree, int count, FILE *file)
 
 /* What a run gives out at its output times. */
 typedef struct output {
-    run *r;
+    mbsr_simulation *r;
     const segment *tree;
     int count;
     outcome *to;
@@ -177,11 +184,12 @@ static int receive(void *user, int index, double t, const double *y, const doubl
 {
     (void)yp;
     const output *o = user;
-    run *r = o->r;
+    mbsr_simulation *r = o->r;
     const double *q = y;
-    check(mbsr_positions(r->m, r->d, t, q), mbsr_data_error(r->d));
+    check(mbsr_positions(r->model, r->data, t, q), mbsr_data_error(r->data));
     double p[MBSR_POSE_SIZE];
-    check(mbsr_body_pose(r->m, r->d, o->tree[o->count - 1].rod, p), mbsr_data_error(r->d));
+    check(mbsr_body_pose(r->model, r->data, o->tree[o->count - 1].rod, p),
+          mbsr_data_error(r->data));
     o->to->tip[index] = p[MBSR_POSE_X];
     static const struct {
         int index;
@@ -203,7 +211,7 @@ static outcome integrate(segment *tree, int count, double ratio, const double *r
     mbsr_model *m = build(tree, count, ratio, rest);
     clock_t begin = clock();
     double *zero = numbers(9 * count), times[FRAMES + 1];
-    run r = run_start_with(m, zero, zero, tolerance, solver);
+    mbsr_simulation r = run_start_with(m, zero, zero, tolerance, solver);
     result.start = seconds_of(begin);
     for (int k = 0; k <= FRAMES; ++k) times[k] = T * k / FRAMES;
     output o = {&r, tree, count, &result, folder};
@@ -212,7 +220,7 @@ static outcome integrate(segment *tree, int count, double ratio, const double *r
     check(mbsr_ida_run(r.ida, FRAMES + 1, times, &next, receive, &o), mbsr_ida_error(r.ida));
     result.seconds = seconds_of(begin);
     check(mbsr_ida_get_stats(r.ida, &result.stats), mbsr_ida_error(r.ida));
-    run_end(&r);
+    mbsr_simulation_end(&r);
     free(zero);
     return result;
 }
@@ -247,13 +255,15 @@ int main(int count, char **arguments)
         return 1;
     }
     FILE *summary = create(folder, "tree.csv"), *motion = create(folder, "tree_motion.csv");
-    printf(
-        "A tree in space, shaken at its foot; two bodies of three have no mass, or one of "
-        "`mass` rods; t = 0 .. %g s, rtol = atol = %g.\n\n"
-        " bodies      mass  solver   steps  Newton it.  factorised  start s   run s  ms per step "
-        " us per body\n",
-        T, tolerance);
-    fprintf(summary, "# bodies,mass,solver,steps,Newton iterations,factorisations,start s,run s\n");
+    printf("A tree in space, shaken at its foot; two bodies of three have no mass, or one of "
+           "`mass` rods; t = 0 .. %g s, rtol = atol = %g.\n\n"
+           " bodies      mass  solver   steps  Newton it.  factorised  start s   mbsr_simulation s "
+           " ms per step "
+           " us per body\n",
+           T, tolerance);
+    fprintf(
+        summary,
+        "# bodies,mass,solver,steps,Newton iterations,factorisations,start s,mbsr_simulation s\n");
     const outcome dense = row(bodies / 30, 0.0, MBSR_IDA_DENSE, NULL, summary),
                   small = row(bodies / 30, 0.0, MBSR_IDA_TREE, NULL, summary);
     row(bodies / 10, 0.0, MBSR_IDA_TREE, NULL, summary);

@@ -315,6 +315,11 @@ MBSR_API mbsr_force_def mbsr_force_wrench(int body, const double point[3], int b
  * conjugate to u. */
 MBSR_API mbsr_force_def mbsr_force_joint_applied(int body, mbsr_force_fn function, void *user);
 
+/* Numbers that the caller holds, as mbsr_force_fn: the n numbers at `held`, which is the `user` of the
+ * element and not NULL. They may change where the driver is told: before mbsr_ida_sample, which
+ * holds them for a period, and before mbsr_ida_jump. */
+MBSR_API int mbsr_held_force(void *held, double t, int n, double *value);
+
 /* Contact of a sphere on body a with a plane on body b; either may be in the plane (z = 0), where the
  * sphere is a circle. The sphere is pressed in by x = radius - distance of its centre from the plane;
  * while x > 0 the normal force is (Hunt and Crossley, 1975)

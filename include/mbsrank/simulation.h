@@ -32,6 +32,8 @@ typedef struct mbsr_simulation {
     double *q, *u;              /* nq, nu; NULL before the start */
     double *y, *yp;             /* the state of the form */
     mbsr_consistent_info start; /* what the consistent start has changed */
+    mbsr_table **table;         /* those of mbsr_simulation_add_table */
+    int tables;                 /* how many */
     int status;                 /* of the first failure; 0: none */
     mbsr_error error;           /* its text */
 } mbsr_simulation;
@@ -49,6 +51,11 @@ MBSR_API int mbsr_simulation_add_body(mbsr_simulation *s, const char *name, int 
 MBSR_API int mbsr_simulation_add_force(mbsr_simulation *s, mbsr_force_def force);
 MBSR_API int mbsr_simulation_add_closure(mbsr_simulation *s, mbsr_closure_def closure);
 
+/* A table of one column (table.h), constant beyond its ends, for joints and forces to be added; the
+ * simulation frees it. NULL after a failure. Statuses of mbsr_table_create. */
+MBSR_API mbsr_table *mbsr_simulation_add_table(mbsr_simulation *s, mbsr_table_kind kind, int points,
+                                               const double *x, const double *value);
+
 /* Finishes the model unless it is, finds a consistent state near q, u (NULL: all coordinates zero,
  * quaternions 1; at rest) at t, and starts a driver there (opt NULL: mbsr_default_ida_opt). Called
  * again it begins another run, of the same model. Statuses of mbsr_model_finish, mbsr_data_create,
@@ -58,9 +65,20 @@ MBSR_API int mbsr_simulation_start(mbsr_simulation *s, const mbsr_ida_opt *opt, 
 
 /* mbsr_ida_advance, and mbsr_ida_sample; then t, q, u, y, yp are those reached, and the data is at
  * mbsr_velocities there. MBSR_EVENT is no failure: the next call goes on. After a failure they are
- * the last good state, where there is one (mbsr_ida_state). MBSR_ERR_SEQUENCE before the start. */
+ * the last good state, where there is one (mbsr_ida_state). After calls of the driver itself, such
+ * as mbsr_ida_run, mbsr_simulation_to with the time it has reached takes up its state.
+ * MBSR_ERR_SEQUENCE before the start. */
 MBSR_API int mbsr_simulation_to(mbsr_simulation *s, double t);
 MBSR_API int mbsr_simulation_sample(mbsr_simulation *s, double t);
+
+/* Keeps the status of a call with model and data as a failure, if it is the first one, with its text;
+ * returns that of the first one:
+ *
+ *   mbsr_simulation_check(&s, mbsr_body_pose(s.model, s.data, rod, pose)); */
+MBSR_API int mbsr_simulation_check(mbsr_simulation *s, int status);
+
+/* What has been integrated since the last start has cost; zero before it. */
+MBSR_API mbsr_ida_stats mbsr_simulation_stats(const mbsr_simulation *s);
 
 /* Forgets the failure, when its cause has been dealt with; t, q, u stay. The next call may be
  * mbsr_simulation_start. */

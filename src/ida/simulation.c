@@ -72,6 +72,28 @@ int mbsr_simulation_add_closure(mbsr_simulation *s, mbsr_closure_def closure)
                : id;
 }
 
+mbsr_table *mbsr_simulation_add_table(mbsr_simulation *s, mbsr_table_kind kind, int points,
+                                      const double *x, const double *value)
+{
+    mbsr_table *made = NULL, **more;
+    mbsr_table_def def = mbsr_default_table_def();
+    mbsr_error error;
+    if (!s || s->status) return NULL;
+    def.kind = kind;
+    def.points = points;
+    def.x = x;
+    def.value = value;
+    if (note(s, mbsr_table_create(&def, &made, &error), &error)) return NULL;
+    more = realloc(s->table, ((size_t)s->tables + 1) * sizeof(mbsr_table *));
+    if (!more) {
+        mbsr_table_destroy(made);
+        refuse(s, MBSR_ERR_NO_MEMORY, "mbsr_simulation_add_table: no memory for a table");
+        return NULL;
+    }
+    s->table = more;
+    return s->table[s->tables++] = made;
+}
+
 /* ---- start ---- */
 
 /* The model finished, its data and the vectors, once. */
@@ -134,7 +156,7 @@ int mbsr_simulation_start(mbsr_simulation *s, const mbsr_ida_opt *opt, double t,
     if (s->q != before) free(before);
     if (prepared) return prepared;
     s->t = t;
-    int status = mbsr_index1_reset(s->model, s->data);
+    int status = s->form == MBSR_DAE_INDEX1 ? mbsr_index1_reset(s->model, s->data) : MBSR_OK;
     if (!status) status = mbsr_dae_pack(s->model, s->data, s->form, t, s->q, s->u, s->y);
     if (!status)
         status = mbsr_dae_consistent(s->model, s->data, s->form, t, s->y, s->yp, NULL, &s->start);
@@ -170,6 +192,21 @@ int mbsr_simulation_sample(mbsr_simulation *s, double t)
     return run(s, t, mbsr_ida_sample, "mbsr_simulation_sample: call mbsr_simulation_start first");
 }
 
+int mbsr_simulation_check(mbsr_simulation *s, int status)
+{
+    if (!s) return MBSR_ERR_NULL;
+    if (s->status) return s->status;
+    note(s, status, s->data ? mbsr_data_error(s->data) : mbsr_model_error(s->model));
+    return s->status;
+}
+
+mbsr_ida_stats mbsr_simulation_stats(const mbsr_simulation *s)
+{
+    mbsr_ida_stats stats = {0};
+    if (s && s->ida) (void)mbsr_ida_get_stats(s->ida, &stats);
+    return stats;
+}
+
 void mbsr_simulation_forgive(mbsr_simulation *s)
 {
     if (!s || !s->model) return;
@@ -183,7 +220,11 @@ void mbsr_simulation_end(mbsr_simulation *s)
     mbsr_ida_destroy(s->ida);
     mbsr_data_destroy(s->data);
     mbsr_model_destroy(s->model);
+    for (int k = 0; k < s->tables; ++k) mbsr_table_destroy(s->table[k]);
+    free(s->table);
     free(s->q);
+    s->table = NULL;
+    s->tables = 0;
     s->model = NULL;
     s->data = NULL;
     s->ida = NULL;

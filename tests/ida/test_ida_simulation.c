@@ -233,9 +233,110 @@ static void momenta_have_the_masses_of_their_joints(void **state)
     mbsr_simulation_end(&s);
 }
 
+/* A pendulum as a particle at a distance from the origin. */
+static void closed_loops_run_too(void **state)
+{
+    (void)state;
+    const double q[3] = {0.6, 0.0, -0.8}, origin[3] = {0.0, 0.0, 0.0};
+    double u[3] = {0.0};
+    mbsr_ida_opt opt = mbsr_default_ida_opt();
+    opt.rtol = opt.atol = 1e-9;
+    mbsr_simulation s = mbsr_simulation_begin(NULL);
+    const int body =
+        mbsr_simulation_add_body(&s, "particle", MBSR_GROUND, mbsr_joint_translational(NULL, NULL),
+                                 mbsr_inertia_particle(2.0));
+    mbsr_simulation_add_force(&s, mbsr_force_gravity(0.0, 0.0, -9.81));
+    assert_int_equal(mbsr_simulation_add_closure(
+                         &s, mbsr_closure_distance(body, NULL, MBSR_GROUND, origin, 1.0)),
+                     0);
+    for (int run = 0; run < 2; ++run) {
+        mbsr_simulation_start(&s, &opt, 0.0, q, u);
+        mbsr_simulation_to(&s, 1.0);
+        assert_ok(s.status, &s.error);
+        assert_close(hypot(s.q[0], s.q[2]), 1.0, 1e-7);
+        assert_close(0.5 * (s.u[0] * s.u[0] + s.u[2] * s.u[2]) + 9.81 * s.q[2], -9.81 * 0.8, 1e-6);
+    }
+    mbsr_simulation_end(&s);
+}
+
+/* A slider that a table pushes and a table moves; both go with the simulation. */
+static void tables_belong_to_the_simulation(void **state)
+{
+    (void)state;
+    const double t[3] = {0.0, 1.0, 2.0}, f[3] = {0.0, 3.0, 3.0}, bad[3] = {0.0, 1.0, 1.0};
+    mbsr_ida_opt opt = mbsr_default_ida_opt();
+    opt.rtol = opt.atol = 1e-8;
+    mbsr_simulation s = mbsr_simulation_begin(NULL);
+    mbsr_table *push = mbsr_simulation_add_table(&s, MBSR_TABLE_LINEAR, 3, t, f);
+    for (int k = 0; k < 5; ++k)
+        assert_non_null(mbsr_simulation_add_table(&s, MBSR_TABLE_SPLINE, 2 + k % 2, t, f));
+    mbsr_simulation_add_body(&s, NULL, MBSR_GROUND, mbsr_joint_prismatic(NULL, NULL, AXIS),
+                             mbsr_inertia_particle(2.0));
+    mbsr_simulation_add_force(&s, mbsr_force_joint_applied(0, mbsr_table_force, push));
+    assert_true(mbsr_simulation_stats(&s).steps == 0);
+    mbsr_simulation_start(&s, &opt, 0.0, NULL, NULL);
+    mbsr_simulation_to(&s, 2.0);
+    assert_ok(s.status, &s.error);
+    assert_close(s.u[0], 1.5 * (0.5 + 1.0), 1e-6);
+    assert_true(mbsr_simulation_stats(&s).steps > 0);
+    assert_null(mbsr_simulation_add_table(&s, MBSR_TABLE_LINEAR, 3, bad, f));
+    assert_int_equal(s.status, MBSR_ERR_VALUE);
+    assert_contains(s.error.text, "x[2] is 1, not above x[1], which is 1");
+    assert_null(mbsr_simulation_add_table(&s, MBSR_TABLE_LINEAR, 3, t, f));
+    mbsr_simulation_end(&s);
+    assert_true(s.table == NULL && s.tables == 0);
+    assert_null(mbsr_simulation_add_table(NULL, MBSR_TABLE_LINEAR, 3, t, f));
+    assert_true(mbsr_simulation_stats(NULL).steps == 0);
+}
+
+static void calls_with_its_data_may_fail_too(void **state)
+{
+    (void)state;
+    double pose[MBSR_POSE_SIZE];
+    mbsr_simulation s = pendulum();
+    assert_int_equal(mbsr_simulation_check(&s, mbsr_model_lock(s.model, 3, 0, 0.0)), MBSR_ERR_ID);
+    assert_contains(s.error.text, "3");
+    mbsr_simulation_forgive(&s);
+    mbsr_simulation_start(&s, NULL, 0.0, NULL, NULL);
+    assert_int_equal(mbsr_simulation_check(&s, mbsr_body_pose(s.model, s.data, 0, pose)), 0);
+    assert_int_equal(mbsr_simulation_check(&s, mbsr_body_pose(s.model, s.data, 5, pose)),
+                     MBSR_ERR_ID);
+    assert_contains(s.error.text, "5");
+    assert_int_equal(mbsr_simulation_check(&s, MBSR_OK), MBSR_ERR_ID);
+    assert_int_equal(mbsr_simulation_to(&s, 1.0), MBSR_ERR_ID);
+    mbsr_simulation_end(&s);
+    assert_int_equal(mbsr_simulation_check(NULL, MBSR_OK), MBSR_ERR_NULL);
+}
+
+/* m x'' = f_k in the k-th period. */
+static void held_forces_change_between_samples(void **state)
+{
+    (void)state;
+    double held = 1.0, x = 0.0, v = 0.0;
+    mbsr_simulation s = mbsr_simulation_begin(NULL);
+    mbsr_simulation_add_body(&s, NULL, MBSR_GROUND, mbsr_joint_prismatic(NULL, NULL, AXIS),
+                             mbsr_inertia_particle(2.0));
+    mbsr_simulation_add_force(&s, mbsr_force_joint_applied(0, mbsr_held_force, &held));
+    mbsr_simulation_start(&s, NULL, 0.0, NULL, NULL);
+    for (int k = 1; k <= 8; ++k) {
+        held = k % 2 ? 2.0 * k : -3.0;
+        x += 0.25 * v + 0.5 * 0.0625 * held / 2.0;
+        v += 0.25 * held / 2.0;
+        mbsr_simulation_sample(&s, 0.25 * k);
+        assert_ok(s.status, &s.error);
+        assert_close(s.q[0], x, 1e-10);
+        assert_close(s.u[0], v, 1e-10);
+    }
+    mbsr_simulation_end(&s);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(closed_loops_run_too),
+        cmocka_unit_test(tables_belong_to_the_simulation),
+        cmocka_unit_test(calls_with_its_data_may_fail_too),
+        cmocka_unit_test(held_forces_change_between_samples),
         cmocka_unit_test(a_run_needs_one_look_at_the_end),
         cmocka_unit_test(zero_stands_for_no_coordinates),
         cmocka_unit_test(the_first_failure_stays),

@@ -405,6 +405,26 @@ static void applied_forces_follow_their_functions_and_add_up(void **state)
     drop(s);
 }
 
+static void held_forces_are_the_callers_numbers(void **state)
+{
+    (void)state;
+    double held[3] = {1.0, -2.0, 3.0}, f[3];
+    const double q[NU] = {0};
+    const mbsr_force_def list[] = {mbsr_force_applied(0, mbsr_held_force, held),
+                                   mbsr_force_joint_applied(2, mbsr_held_force, held)};
+    const scene s = make(list, 2);
+    for (int round = 0; round < 2; ++round) {
+        assert_int_equal(evaluate(s, 0.25, q, q), 0);
+        force_on(s, 0, f);
+        for (int k = 0; k < 3; ++k) assert_close(f[k], held[k], 0.0);
+        for (int k = 0; k < 2; ++k) assert_close(s.data->tau[6 + k], held[k], 0.0);
+        held[1] = 7.0;
+    }
+    assert_int_equal(mbsr_held_force(NULL, 0.0, 1, f), MBSR_ERR_NULL);
+    assert_int_equal(mbsr_held_force(held, 0.0, 1, NULL), MBSR_ERR_NULL);
+    drop(s);
+}
+
 /* ---- what elements see ----------------------------------------------------------------------- */
 
 static int look(const mbsr_force_args *args)
@@ -613,6 +633,7 @@ int main(void)
         cmocka_unit_test(springs_pull_as_calculated_by_hand),
         cmocka_unit_test(gravity_acts_at_the_centre_of_mass),
         cmocka_unit_test(applied_forces_follow_their_functions_and_add_up),
+        cmocka_unit_test(held_forces_are_the_callers_numbers),
         cmocka_unit_test(custom_elements_see_their_bodies),
         cmocka_unit_test(a_point_spring_without_direction_says_so),
         cmocka_unit_test(what_a_force_returns_is_passed_on_unchanged),

@@ -506,6 +506,7 @@ static const char *const others[] = {
     "mbsr_table_kink",
     "mbsr_table_motion",
     "mbsr_table_force",
+    "mbsr_held_force",
     "mbsr_model_kink",
     "mbsr_body_name",
     "mbsr_model_find_body",
