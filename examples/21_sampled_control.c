@@ -14,28 +14,19 @@
 enum { SAMPLES = 1000 };
 static const double kp[2] = {400.0, 100.0}, kd[2] = {30.0, 8.0}; /* N m/rad, N m s/rad */
 
-static int torque(void *user, double t, int n, double *value)
-{
-    (void)t;
-    (void)n;
-    value[0] = *(const double *)user;
-    return 0;
-}
-
 /* Runs for 1 s; writes q, returns the steps. */
 static long run(double tolerance, int sampled, double q[2])
 {
     const double y_axis[3] = {0, 1, 0}, middle[3] = {0, 0, -0.25};
     double held[2] = {0.0, 0.0};
     mbsr_ida_opt opt = mbsr_default_ida_opt();
-    mbsr_ida_stats stats = {0};
     mbsr_simulation s = mbsr_simulation_begin(NULL);
     for (int k = 0; k < 2; ++k) {
         const mbsr_frame at = mbsr_frame_at(0.0, 0.0, k ? -0.5 : 0.0);
         mbsr_simulation_add_body(&s, k ? "forearm" : "arm", k - 1,
                                  mbsr_joint_revolute(&at, NULL, y_axis),
                                  mbsr_inertia_point_mass(k ? 2.0 : 4.0, middle));
-        mbsr_simulation_add_force(&s, mbsr_force_joint_applied(k, torque, held + k));
+        mbsr_simulation_add_force(&s, mbsr_force_joint_applied(k, mbsr_held_force, held + k));
     }
     mbsr_simulation_add_force(&s, mbsr_force_gravity(0.0, 0.0, -9.81));
     opt.rtol = opt.atol = tolerance;
@@ -53,9 +44,9 @@ static long run(double tolerance, int sampled, double q[2])
         exit(1);
     }
     q[0] = s.q[0], q[1] = s.q[1];
-    mbsr_ida_get_stats(s.ida, &stats);
+    const long steps = mbsr_simulation_stats(&s).steps;
     mbsr_simulation_end(&s);
-    return stats.steps;
+    return steps;
 }
 
 int main(void)
