@@ -1,8 +1,10 @@
 # Programs made of one file that uses the public headers: examples and benchmarks.
 # SPDX-License-Identifier: BSD-3-Clause
 
-# PETSc, for the one who includes it; its own flags are left aside, which ask for an optimised build.
-# Not under sanitizers: MPI leaks.
+include(CheckCSourceCompiles)
+
+# PETSc with numbers of type double, for the one who includes it; its own flags are left aside, which
+# ask for an optimised build. Not under sanitizers: MPI leaks.
 function(mbsr_find_petsc)
     find_package(PkgConfig QUIET)
     if(PkgConfig_FOUND AND NOT MBSR_SANITIZE AND NOT TARGET mbsr_petsc)
@@ -11,6 +13,15 @@ function(mbsr_find_petsc)
             find_package(MPI QUIET COMPONENTS C)
         endif()
         if(MBSR_PETSC_FOUND AND MPI_C_FOUND)
+            set(CMAKE_REQUIRED_INCLUDES ${MBSR_PETSC_INCLUDE_DIRS})
+            set(CMAKE_REQUIRED_LIBRARIES ${MBSR_PETSC_LINK_LIBRARIES} MPI::MPI_C)
+            check_c_source_compiles("#include <petscsys.h>
+                #if defined PETSC_USE_COMPLEX || !defined PETSC_USE_REAL_DOUBLE
+                #error
+                #endif
+                int main(void) { return 0; }" MBSR_PETSC_REAL)
+        endif()
+        if(MBSR_PETSC_REAL)
             add_library(mbsr_petsc INTERFACE)
             target_include_directories(mbsr_petsc SYSTEM INTERFACE ${MBSR_PETSC_INCLUDE_DIRS})
             target_link_libraries(mbsr_petsc INTERFACE ${MBSR_PETSC_LINK_LIBRARIES} MPI::MPI_C)
@@ -30,8 +41,8 @@ function(mbsr_add_program target source)
     if(uses_petsc)
         mbsr_find_petsc()
         if(NOT TARGET mbsr_petsc)
-            message(STATUS "Skipped: ${source}: no PETSc 3.17 or newer (libpetsc-real-dev), or "
-                           "under sanitizers")
+            message(STATUS "Skipped: ${source}: no real PETSc 3.17 or newer "
+                           "(libpetsc-real-dev), or under sanitizers")
             set(mbsr_program_added OFF PARENT_SCOPE)
             return()
         endif()
