@@ -91,6 +91,7 @@ static int make_objects(mbsr_ida *ida, mbsr_error *error)
     if (served && mbsr_model_rows(ida->model) == 0) {
         ida->nonlinear = mbsri_stiff_create(ida->model, ida->opt.form, ida->y, ida->context);
         if (!ida->nonlinear) return no_memory(ida, error, "Newton's method for a problem");
+        mbsri_stiff_of(ida->nonlinear)->low_order = ida->opt.max_order < 3;
         if (ida->opt.linear_solver == MBSR_IDA_DENSE) {
             mbsri_stiff_of(ida->nonlinear)->prepare = mbsri_ida_use_central;
             mbsri_stiff_of(ida->nonlinear)->user = ida;

@@ -80,6 +80,7 @@ static void raise_alarm(mbsri_stiff *s, bool failed)
 {
     static const double fade = 30.0, enough = 6.0;
     long steps = 0;
+    if (s->low_order) return;
     IDAGetNumSteps(s->memory, &steps);
     if (steps == s->alarmed_at && !failed) return;
     if (steps < s->alarmed_at) s->alarm = 0.0; /* IDA has started anew */

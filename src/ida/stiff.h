@@ -32,6 +32,7 @@ typedef struct mbsri_stiff {
     long tested_at;
     long failed_at;            /* step of the last failure of the plain iteration */
     long iterations, failures; /* of the last careful solution */
+    bool low_order;            /* no order above 2 is allowed, so that a low one says nothing */
     double alarm;              /* grows with error tests failed at low order */
     long alarmed_at;
     long rejected_at; /* step of the last test that failed; -1: none */

@@ -7,6 +7,7 @@
 #include "problems.h"
 #include "reference_runs.h"
 
+#include <mbsrank/simulation.h>
 #include <mbsrank/sundials.h>
 
 #include "ida/compat.h"
@@ -143,6 +144,33 @@ static void no_cell_is_stuck_or_wrong(void **state)
             assert_true(steps < most[t]);
             assert_true(worst < 6000.0 * tolerance[t] && gained < 1000.0 * tolerance[t]);
         }
+    }
+}
+
+/* A chain that nothing makes stiff; where orders above 2 are not allowed, a low one is no sign. */
+static void a_low_order_by_choice_is_no_alarm(void **state)
+{
+    (void)state;
+    enum { RODS = 20 };
+    const double y_axis[3] = {0.0, 1.0, 0.0}, top[3] = {0.0}, end[3] = {0.0, 0.0, -0.1},
+                 q[RODS] = {0.5};
+    const mbsr_frame next = mbsr_frame_at(0.0, 0.0, -0.1);
+    for (int order = 1; order <= 3; ++order) {
+        mbsr_ida_opt opt = mbsr_default_ida_opt();
+        mbsr_simulation s = mbsr_simulation_begin(NULL);
+        for (int i = 0; i < RODS; ++i)
+            mbsr_simulation_add_body(&s, NULL, i - 1,
+                                     mbsr_joint_revolute(i ? &next : NULL, NULL, y_axis),
+                                     mbsr_inertia_rod(0.1, top, end));
+        mbsr_simulation_add_force(&s, mbsr_force_gravity(0.0, 0.0, -9.81));
+        opt.max_order = order;
+        mbsr_simulation_start(&s, &opt, 0.0, q, NULL);
+        mbsr_simulation_to(&s, 0.2);
+        assert_ok(s.status, &s.error);
+        const mbsr_ida_stats stats = mbsr_simulation_stats(&s);
+        assert_int_equal(stats.careful_attempts, 0);
+        assert_less((double)stats.factorisations, 0.1 * (double)stats.steps);
+        mbsr_simulation_end(&s);
     }
 }
 
@@ -300,6 +328,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(no_cell_is_stuck_or_wrong),
+        cmocka_unit_test(a_low_order_by_choice_is_no_alarm),
         cmocka_unit_test(the_stiff_elements_are_named),
         cmocka_unit_test(an_ida_of_ones_own_gets_the_same),
         cmocka_unit_test(what_does_not_fit_is_refused),
