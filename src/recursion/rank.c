@@ -100,8 +100,8 @@ static int count_above(const mbsr_model *m, int n, const double *D, const double
     for (int j = 0; j < n; ++j) {
         for (int k = 0; k < n; ++k) A[j * n + k] = s[j] * D[j * n + k] * s[k];
     }
-    const int info =
-        n <= MBSRI_JACOBI_MAX ? mbsri_jacobi(n, A, lambda) : mbsri_lapack_syev(n, A, lambda, work, m->lapack_work);
+    const int info = n <= MBSRI_JACOBI_MAX ? mbsri_jacobi(n, A, lambda)
+                                           : mbsri_lapack_syev(n, A, lambda, work, m->lapack_work);
     int count = 0;
     for (int k = 0; k < n && info == 0; ++k) count += lambda[k] > tolerance;
     return info == 0 ? count : n;
