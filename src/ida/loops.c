@@ -90,16 +90,15 @@ static bool springs_share(mbsr_ida *ida)
     return false;
 }
 
-int mbsri_ida_share_forces(mbsr_ida *ida)
+int mbsri_ida_take_care(mbsr_ida *ida)
 {
-    const bool share = springs_share(ida);
-    if (share && !ida->nonlinear) {
+    if (!ida->nonlinear) {
         ida->nonlinear = mbsri_stiff_create(ida->model, ida->opt.form, ida->y, ida->context);
         if (!ida->nonlinear || IDASetNonlinearSolver(ida->memory, ida->nonlinear) < 0)
             return mbsri_ida_fail(&ida->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                                   "mbsr_ida_start: no memory for Newton's method");
     }
-    if (ida->nonlinear) mbsri_stiff_of(ida->nonlinear)->always = share;
+    mbsri_stiff_of(ida->nonlinear)->always = springs_share(ida);
     return MBSR_OK;
 }
 

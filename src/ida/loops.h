@@ -25,10 +25,11 @@ static inline double mbsri_ida_moved_mass(double mobility, double mass)
 /* Tolerances of the multipliers from those of p and u: what moves no p, or q, by more. False: none. */
 bool mbsri_ida_scale_multipliers(mbsr_ida *ida);
 
-/* Where springs of stiff rows share a force among rows that depend on each other, how they share it turns with
- * the mechanism: an old matrix leaves their stiffness times that, and Newton's method gets a new one in each
- * iteration. A status. */
-int mbsri_ida_share_forces(mbsr_ida *ida);
+/* Newton's method for closures, at the start: where it fails twice within a few steps it gets a new matrix in
+ * each iteration (ida/iteration.c), without the filter of errors. Where springs of stiff rows share a force among
+ * rows that depend on each other it does so in every step: how they share it turns with the mechanism, and an
+ * old matrix leaves their stiffness times that. A status. */
+int mbsri_ida_take_care(mbsr_ida *ida);
 
 /* After IDA has given up: MBSR_LOOP_SINGULAR, with the name of the loop, where rows of closures are
  * dependent, or nearly, in the last good state, or bodies without mass stretched; else MBSR_OK. */
