@@ -27,7 +27,7 @@ static bool has_steps(const mbsr_model *m, bool lean)
 
 static size_t sincos_size(const mbsr_model *m)
 {
-    return m->sweeps ? 2 * (size_t)m->nq : 0;
+    return m->evaluated ? 2 * (size_t)m->nq : 0;
 }
 
 /* ARRAY(name, length) of all arrays, with the lengths that they have in these data. */
@@ -65,11 +65,12 @@ static size_t layout(const mbsr_model *m, bool lean, unsigned char *base, mbsr_d
     d->exact_work = take(base, &used, exact * sizeof *d->exact_work);
     d->pivots = take(base, &used, (size_t)m->max_d * sizeof *d->pivots);
     d->force_bodies = take(base, &used, (size_t)m->max_force_bodies * sizeof *d->force_bodies);
-    if (m->sweeps) {
+    if (m->evaluated) {
         d->sweep_state = take(base, &used, bodies * sizeof *d->sweep_state);
         const mbsri_sweeps *const tree[] = {m->sweeps, m->whole, m->evaluated};
         size_t depth = 0, multi = 0;
         for (int k = 0; k < 3; ++k) {
+            if (!tree[k]) continue;
             if ((size_t)tree[k]->depth > depth) depth = (size_t)tree[k]->depth;
             if ((size_t)tree[k]->multi > multi) multi = (size_t)tree[k]->multi;
         }
@@ -77,7 +78,7 @@ static size_t layout(const mbsr_model *m, bool lean, unsigned char *base, mbsr_d
         d->sweep_stack = take(base, &used, depth * sizeof *d->sweep_stack);
         d->sweep_noise = take(base, &used, depth * sizeof *d->sweep_noise);
         d->sweep_flows = take(base, &used, depth * sizeof *d->sweep_flows);
-        const size_t loads = m->whole->body_forces ? bodies : 0;
+        const size_t loads = m->evaluated->body_forces ? bodies : 0;
         d->sweep_load = take(base, &used, loads * sizeof *d->sweep_load);
     }
 #define MBSRI_PLACE(name, length) d->name = take(base, &used, (size_t)(length) * sizeof(double));

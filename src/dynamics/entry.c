@@ -27,9 +27,10 @@ void mbsri_remember(const mbsr_model *m, mbsr_data *d, mbsri_pending pending, co
 static int catch_up(const mbsr_model *m, mbsr_data *d, mbsri_stage needed)
 {
     const mbsri_pending pending = d->pending;
-    const bool forward = pending == MBSRI_PENDING_FORWARD;
+    const bool forward = pending == MBSRI_PENDING_FORWARD, loaded = d->loaded;
     int status = mbsri_positions(m, d, d->t, d->q_last);
     if (!status && needed > MBSRI_STAGE_POSITIONS) status = mbsri_velocities(m, d, d->u_last);
+    d->loaded = loaded; /* by the closures' derivatives of that evaluation */
     if (!status && needed > MBSRI_STAGE_VELOCITIES)
         status = mbsri_forces(m, d, forward ? d->load_last : NULL);
     if (!status && needed > MBSRI_STAGE_FORCES) status = mbsri_backward(m, d);

@@ -47,8 +47,10 @@ int mbsri_loops_pack(const mbsr_model *m, mbsr_data *d, double *x)
     return MBSR_OK;
 }
 
-int mbsri_loops_load(const mbsr_model *m, mbsr_data *d, const double *x, const double *xp)
+void mbsri_loops_take(const mbsr_model *m, mbsr_data *d, const double *x, const double *xp)
 {
+    const double *etadot = xp + m->rows;
+    mbsri_zero((size_t)m->rows, d->loop_eta);
     for (const mbsri_closure *c = first(m), *end = c + m->closures.count; c < end; ++c) {
         for (int k = 0; k < c->rows; ++k) {
             const int row = c->row + k;
@@ -56,23 +58,15 @@ int mbsri_loops_load(const mbsr_model *m, mbsr_data *d, const double *x, const d
                 d->loop_lambda[row] = -(x[row] + c->def.damping[k] / c->def.stiffness[k] * xp[row]);
             else
                 d->loop_lambda[row] = d->dropped[row] ? 0.0 : xp[row];
+            if (k < c->held && !d->dropped[row]) d->loop_eta[row] = etadot[c->held_row + k];
         }
     }
-    d->loaded = true;
-    return mbsri_closure_jacobians(m, d);
 }
 
-/* G (u + w C_h^T eta); the data's u is changed in between. */
-static int rates(const mbsr_model *m, mbsr_data *d, const double *etadot, double *qdot)
+int mbsri_loops_coordinate_rates(const mbsr_model *m, mbsr_data *d, double *qdot)
 {
-    double *eta = d->closure_x, *along = d->closure_w, *u = d->w;
-    mbsri_zero((size_t)m->rows, eta);
-    for (const mbsri_closure *c = first(m), *end = c + m->closures.count; c < end; ++c) {
-        for (int k = 0; k < c->held; ++k) {
-            if (!d->dropped[c->row + k]) eta[c->row + k] = etadot[c->held_row + k];
-        }
-    }
-    mbsri_closure_transpose(m, d, eta, NULL);
+    double *along = d->closure_w, *u = d->w;
+    mbsri_closure_transpose(m, d, d->loop_eta, NULL);
     mbsri_copy((size_t)m->nu, d->u, u);
     for (int k = 0; k < m->nu; ++k) d->u[k] += m->weight[k] * along[k];
     const int status = mbsri_coordinate_rates(m, d, qdot);
@@ -81,12 +75,11 @@ static int rates(const mbsr_model *m, mbsr_data *d, const double *etadot, double
 }
 
 int mbsri_loops_residual(const mbsr_model *m, mbsr_data *d, const double *x, const double *xp,
-                         double *qdot, double *F)
+                         double *F)
 {
-    const double *Eta = x + m->rows, *etadot = xp + m->rows;
+    const double *Eta = x + m->rows;
     double *velocity = F, *place = F + m->rows;
-    int status = rates(m, d, etadot, qdot);
-    if (!status) status = mbsri_closure_rates(m, d, velocity);
+    int status = mbsri_closure_rates(m, d, velocity);
     if (!status) status = mbsri_closure_gaps(m, d, place);
     if (status) return status;
     for (const mbsri_closure *c = first(m), *end = c + m->closures.count; c < end; ++c) {

@@ -14,11 +14,16 @@ static inline int mbsri_loops_size(const mbsr_model *m)
 /* Their part x = (Lambda, Eta) of y at the positions. */
 int mbsri_loops_pack(const mbsr_model *m, mbsr_data *d, double *x);
 
-/* Loop forces from x and x', which mbsri_forces then adds; at the velocities. */
-int mbsri_loops_load(const mbsr_model *m, mbsr_data *d, const double *x, const double *xp);
+/* Loop forces and Eta' from x and x', into loop_lambda and loop_eta. */
+void mbsri_loops_take(const mbsr_model *m, mbsr_data *d, const double *x, const double *xp);
 
-/* Their rows F_x, and q' = G (u + w C^T Eta') in qdot; after mbsri_loops_load. */
+/* q' = G (u + w C^T Eta'), by the stages; at the velocities, after the derivatives of the closures. The data's
+ * u is changed in between. */
+int mbsri_loops_coordinate_rates(const mbsr_model *m, mbsr_data *d, double *qdot);
+
+/* Their rows F_x; where bodies on which closures act are in the arrays of the stages, as the closures'
+ * derivatives are. */
 int mbsri_loops_residual(const mbsr_model *m, mbsr_data *d, const double *x, const double *xp,
-                         double *qdot, double *F);
+                         double *F);
 
 #endif

@@ -31,6 +31,7 @@
 #include "forms/form.h"
 #include "forms/loops.h"
 #include "recursion/backward.h"
+#include "recursion/closures.h"
 #include "recursion/elements.h"
 #include "recursion/kinematics.h"
 #include "recursion/momentum.h"
@@ -124,17 +125,23 @@ static int start(const mbsr_model *m, mbsr_data *d, double t, const double *y, c
 static int residual(const mbsr_model *m, mbsr_data *d, double t, const double *y, const double *yp,
                     double *F)
 {
-    const double *p = y + m->nq, *u = p + m->nu;
+    const double *p = y + m->nq, *u = p + m->nu, *x = u + m->nu, *xp = yp + m->nq + 2 * m->nu;
+    double *F_x = F + m->nq + 2 * m->nu;
+    if (m->rows > 0) mbsri_loops_take(m, d, x, xp);
     int status = mbsri_sweeps_momentum_residual(m, d, t, y, yp, F);
-    if (!status) mbsri_remember(m, d, MBSRI_PENDING_FORWARD, y, u, NULL);
+    if (!status && m->rows > 0) status = mbsri_loops_residual(m, d, x, xp, F_x);
+    if (!status) {
+        mbsri_remember(m, d, MBSRI_PENDING_FORWARD, y, u, NULL);
+        d->loaded = m->rows > 0;
+    }
     if (status != MBSRI_NOT_SERVED) return status;
     status = mbsri_positions(m, d, t, y);
     if (!status) status = mbsri_velocities(m, d, u);
-    if (!status && m->rows > 0) status = mbsri_loops_load(m, d, u + m->nu, yp + m->nq + 2 * m->nu);
+    if (!status && m->rows > 0) status = mbsri_closure_jacobians(m, d);
+    d->loaded = m->rows > 0;
     if (!status) status = mbsri_momentum_derivatives(m, d, F, F + m->nq);
-    if (!status && m->rows > 0)
-        status =
-            mbsri_loops_residual(m, d, u + m->nu, yp + m->nq + 2 * m->nu, F, F + m->nq + 2 * m->nu);
+    if (!status && m->rows > 0) status = mbsri_loops_coordinate_rates(m, d, F);
+    if (!status && m->rows > 0) status = mbsri_loops_residual(m, d, x, xp, F_x);
     if (!status) status = mbsri_backward(m, d);
     if (status) return status;
     /* q' - G u,  p' - (.) */

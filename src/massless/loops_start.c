@@ -6,6 +6,7 @@
 #include "algebra/numbers.h"
 #include "base/error.h"
 #include "base/memory.h"
+#include "dynamics/entry.h"
 #include "forms/dae.h"
 #include "loops/start.h"
 #include "massless/imbalance.h"
@@ -49,9 +50,10 @@ static int check_balance(const start *s)
     const mbsr_model *m = s->w.m;
     mbsr_data *d = s->w.d;
     char label[MBSRI_LABEL];
-    const double force = mbsri_largest((int)m->size_v, d->f) + mbsri_largest(m->nu, d->tau);
-    int head;
-    const double share = mbsri_largest_defect(m, d, true, 1e-8 * force, &head);
+    int head, status = mbsri_enter(m, d, true, MBSRI_STAGE_BACKWARD, "mbsr_dae_consistent");
+    if (status) return status;
+    const double force = mbsri_largest((int)m->size_v, d->f) + mbsri_largest(m->nu, d->tau),
+                 share = mbsri_largest_defect(m, d, true, 1e-8 * force, &head);
     if (share <= 1e-6) return MBSR_OK;
     return mbsri_fail(
         &d->error, MBSR_NO_CONVERGENCE, m->body[head].id, MBSR_NONE,

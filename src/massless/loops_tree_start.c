@@ -17,6 +17,7 @@
 #include "algebra/numbers.h"
 #include "base/error.h"
 #include "base/memory.h"
+#include "dynamics/entry.h"
 #include "forms/dae.h"
 #include "massless/damped_start.h"
 #include "recursion/closures.h"
@@ -94,6 +95,7 @@ static int close_positions(work *w, mbsr_consistent_info *info)
 {
     const mbsr_model *m = w->m;
     int status = evaluate(w, w->t, w->q);
+    if (!status) status = mbsri_enter(m, w->d, true, MBSRI_STAGE_POSITIONS, "mbsr_dae_consistent");
     while (!status && w->good) {
         const double before = gap(w),
                      limit = 1e-12 * fmax(1.0, mbsri_largest((int)m->size_p, w->d->p));
@@ -171,7 +173,8 @@ static int find_balance(work *w, const mbsr_consistent_opt *opt, mbsr_consistent
 {
     const mbsr_model *m = w->m;
     double last = INFINITY;
-    int status = refuse_elastic(w);
+    int status = mbsri_enter(m, w->d, true, MBSRI_STAGE_BACKWARD, "mbsr_dae_consistent");
+    if (!status) status = refuse_elastic(w);
     for (int step = 0; step < opt->max_iterations && w->good && !status; ++step) {
         status = evaluate(w, w->t, w->q);
         mbsri_zero((size_t)w->rates, w->r);

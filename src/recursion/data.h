@@ -82,6 +82,7 @@
     FULL(closure_V, m->rows > 0 ? m->size_v : 0) /* d  and over the bodies         closures */     \
     FULL(closure_x, 2 * (size_t)m->max_columns + 4 * (size_t)m->rows) /* scratch   closures */     \
     FULL(loop_lambda, m->rows) /* m          loop forces                           closures */     \
+    FULL(loop_eta, m->rows)   /* m          Eta' of position rows                  closures */     \
     EVERY(scratch, has_steps(m, lean) ? scratch_size(m) : 0)
 /* clang-format on */
 

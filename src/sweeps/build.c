@@ -279,10 +279,22 @@ static void mark_loaded(mbsri_sweeps *tree, const mbsr_model *m, const mbsri_for
     }
 }
 
+/* Those on which closures act. */
+static void mark_closed(mbsri_sweeps *tree, const mbsr_model *m)
+{
+    const mbsri_closure *c = m->closures.data;
+    for (size_t k = 0; k < m->closures.count; ++k, ++c) {
+        for (int l = 0; l < c->bodies; ++l) {
+            if (c->body[l] > 0) tree->body[c->body[l]].flags |= MBSRI_LOADED;
+        }
+    }
+}
+
 static void collect_forces(mbsri_sweeps *tree, const mbsr_model *m)
 {
     const mbsri_force *force = m->forces.data;
-    tree->body_forces = tree->blocks > 0 || tree->users > 0;
+    tree->body_forces = tree->blocks > 0 || tree->users > 0 || m->rows > 0;
+    mark_closed(tree, m);
     for (size_t k = 0; k < m->forces.count; ++k, ++force) {
         const unsigned flags = force->def.table->flags;
         if (mbsri_is_gravity(&force->def)) {
@@ -394,11 +406,13 @@ bool mbsri_sweeps_build_others(mbsr_model *m)
 {
     bool whole = false;
     int users = 0;
-    if (!m->sweeps) return true;
+    if (!m->sweeps && m->rows == 0) return true;
     for (int i = 1; i <= m->bodies; ++i) {
         whole = whole || m->body[i].whole;
         users += m->body[i].users;
     }
+    /* of models with closures the residual alone */
+    if (m->rows > 0) return build(m, m->bodies, whole, users, &m->evaluated);
     if (whole && !build(m, m->bodies, true, 0, &m->whole)) return false;
     m->evaluated = m->whole;
     return users == 0 || build(m, m->bodies, whole, users, &m->evaluated);

@@ -181,6 +181,7 @@ static int inverse(mbsri_sweep_run *run, const double *udot)
 /* Nothing is eliminated here, so that no body need be whole. */
 static const mbsri_sweeps *tree_of_inverse(const mbsr_model *m)
 {
+    if (m->rows > 0) return NULL;
     return m->evaluated && m->evaluated->whole ? m->sweeps : m->evaluated;
 }
 
@@ -243,6 +244,16 @@ int mbsri_sweeps_open(mbsri_sweep_run *run, const mbsr_model *m, const mbsri_swe
     return status ? status : forces(run, NULL, true);
 }
 
+/* u + w C^T Eta' (forms/loops.c) where u is looked for from now on. */
+static void correct_rates(mbsri_sweep_run *run)
+{
+    const mbsr_model *m = run->model;
+    mbsr_data *d = run->data;
+    mbsri_sweeps_push(run, d->loop_eta);
+    for (int k = 0; k < m->nu; ++k) d->w[k] = run->u[k] + m->weight[k] * d->closure_w[k];
+    run->u = d->w;
+}
+
 int mbsri_sweeps_momentum_residual(const mbsr_model *m, mbsr_data *d, double t, const double *y,
                                    const double *yp, double *F)
 {
@@ -261,6 +272,7 @@ int mbsri_sweeps_momentum_residual(const mbsr_model *m, mbsr_data *d, double t, 
         F_p[m->u_of[k]] = yp[m->nq + m->u_of[k]] - run.out[k];
         F_u[m->u_of[k]] = run.balance[k];
     }
+    if (m->rows > 0) correct_rates(&run);
     return rates_residual(&run, yp, F) ? MBSRI_NOT_SERVED
                                        : finite_or_not_served(m->nq + 2 * m->nu, F);
 }

@@ -42,6 +42,7 @@
 #include "newton/blocks/joint.h"
 #include "newton/blocks/kept.h"
 #include "recursion/backward.h"
+#include "recursion/closures.h"
 #include "recursion/forward.h"
 #include "recursion/inverse.h"
 #include "recursion/kinematics.h"
@@ -177,7 +178,11 @@ int mbsri_tree_state(mbsr_newton *w, mbsr_data *d, double t, const double *y, co
     const double *u = y + m->nq + m->nu;
     int status = mbsri_positions(m, d, t, y);
     if (!status) status = mbsri_velocities(m, d, u);
-    if (!status && m->rows > 0) status = mbsri_loops_load(m, d, u + m->nu, yp + m->nq + 2 * m->nu);
+    if (!status && m->rows > 0) {
+        mbsri_loops_take(m, d, u + m->nu, yp + m->nq + 2 * m->nu);
+        status = mbsri_closure_jacobians(m, d);
+        d->loaded = true;
+    }
     if (!status) status = mbsri_momentum_derivatives(m, d, w->spare, w->spare + m->nq);
     if (!status) status = mbsri_backward(m, d);
     if (!status && m->grouped) status = mbsri_backward_apart(m, d);
