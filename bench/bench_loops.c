@@ -6,8 +6,8 @@
  *
  * `fourbars`: chains of rods in the plane with a four-bar on each (4 bodies and 2 rows a piece), with
  * couplers that have mass or none (`massless`); `ring`: one loop of rods. `by_blocks`: the same
- * bodies without the pins, and without vector code, which closed models do not have. A sample is the
- * mean over as many calls as last about 5 ms; a start is timed once. */
+ * bodies without the pins, with Newton systems without vector code, as those of closed models are. A sample
+ * is the mean over as many calls as last about 5 ms; a start is timed once. */
 #include "bench.h"
 #include "trees.h"
 
