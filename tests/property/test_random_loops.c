@@ -52,8 +52,7 @@ static void random_closure(loops *s, test_rng *rng, int bodies)
     assert_ok(mbsr_model_add_closure(s->m, &def, NULL), mbsr_model_error(s->m));
 }
 
-/* Bodies with mass, but some; the twice added closure is redundant. */
-static void make(loops *s, test_rng *rng, int bodies, int closures, int twice)
+static void add_tree(loops *s, test_rng *rng, int bodies)
 {
     loops_begin(s, NULL);
     for (int k = 0; k < bodies; ++k) {
@@ -66,6 +65,12 @@ static void make(loops *s, test_rng *rng, int bodies, int closures, int twice)
         body.inertia = mbsr_inertia_rigid(1.0 + 0.5 * test_uniform(rng), com, tensor);
         assert_ok(mbsr_model_add_body(s->m, &body, NULL), mbsr_model_error(s->m));
     }
+}
+
+/* The twice added closure is redundant. */
+static void make(loops *s, test_rng *rng, int bodies, int closures, int twice)
+{
+    add_tree(s, rng, bodies);
     for (int k = 0; k < closures; ++k) random_closure(s, rng, bodies);
     for (int k = 0; k < twice; ++k) {
         const double p[3] = {0.3, 0.1, -0.2}, q[3] = {0.2, 0.2, 0.5};
@@ -115,6 +120,123 @@ static void accelerations(void **state)
         loops_free(&s);
     }
     assert_true(compared > 30); /* others have more rows than freedoms */
+}
+
+/* ---- rolling, couplings, closures of one's own ---- */
+
+/* g = r_a . r_b - constant, without and with its derivatives */
+static int own_position(const mbsr_closure_args *args, double *g)
+{
+    const double *a = args->body[0].p + MBSR_POSE_X, *b = args->body[1].p + MBSR_POSE_X;
+    g[0] = a[0] * b[0] + a[1] * b[1] + a[2] * b[2] - args->closure->param[0];
+    return 0;
+}
+
+static int own_jacobian(const mbsr_closure_args *args, const mbsr_closure_jacobian *out)
+{
+    for (int k = 0; k < 3; ++k) {
+        out->matrix[out->column[0] + 3 + k] = args->body[1].p[MBSR_POSE_X + k];
+        out->matrix[out->column[1] + 3 + k] = args->body[0].p[MBSR_POSE_X + k];
+    }
+    return 0;
+}
+
+static const mbsr_closure_table own[] = {
+    {.version = MBSR_CLOSURE_TABLE_VERSION, .name = "bare", .position = own_position},
+    {.version = MBSR_CLOSURE_TABLE_VERSION,
+     .name = "own",
+     .position = own_position,
+     .jacobian = own_jacobian}};
+
+enum { COUPLING, BALL, DISC, BARE, OWN, OTHERS };
+
+/* Whether the tree has two joints that a coupling may read, where it is one. */
+static bool add_other(loops *s, test_rng *rng, int kind, const int *joint, int bodies)
+{
+    double p[3], r[3], coefficient[2];
+    const int body[2] = {joint[0], joint[1]}, coordinate[2] = {0, 0};
+    vector(rng, p);
+    vector(rng, r);
+    test_fill(rng, 2, coefficient);
+    const mbsr_frame there = mbsr_frame_along(p, r);
+    const int a = bodies - 1, b = test_integer(rng, -1, bodies - 2), two[2] = {a, b < 0 ? 0 : b};
+    mbsr_closure_def def;
+    switch (kind) {
+    case COUPLING:
+        if (joint[1] < 0) return false;
+        def = mbsr_closure_coupling(2, body, coordinate, coefficient, 0.3);
+        break;
+    case BALL: def = mbsr_closure_rolling_ball(a, r, 0.3, b, &there); break;
+    case DISC: def = mbsr_closure_rolling_disc(a, NULL, 0.4, b, &there); break;
+    default: def = mbsr_closure_custom(own + (kind == OWN), 2, two, 1, 1, NULL); break;
+    }
+    assert_ok(mbsr_model_add_closure(s->m, &def, NULL), mbsr_model_error(s->m));
+    return true;
+}
+
+/* The first two joints with q' = u. */
+static void find_joints(const loops *s, int bodies, int joint[2])
+{
+    int found = 0;
+    joint[0] = joint[1] = -1;
+    for (int k = 0; k < bodies && found < 2; ++k) {
+        int nq, n;
+        assert_ok(mbsr_body_coordinates(s->m, k, NULL, &nq, NULL, &n), NULL);
+        if (nq == n && n > 0) joint[found++] = k;
+    }
+}
+
+/* C u + g_t a little earlier or later on the way that u and u' lead. */
+static void rates_after(loops *s, double h, double *rate)
+{
+    double q[LOOPS_MOST], u[LOOPS_MOST];
+    const mbsr_error *error = mbsr_data_error(s->d);
+    assert_ok(mbsr_positions(s->m, s->d, 0.0, s->q), error);
+    assert_ok(mbsr_velocities(s->m, s->d, s->u), error);
+    assert_ok(mbsr_coordinate_rates(s->m, s->d, q), error);
+    for (int k = 0; k < s->nq; ++k) q[k] = s->q[k] + h * q[k];
+    for (int k = 0; k < s->nu; ++k) u[k] = s->u[k] + h * s->udot[k];
+    assert_ok(mbsr_positions(s->m, s->d, h, q), error);
+    assert_ok(mbsr_velocities(s->m, s->d, u), error);
+    assert_ok(mbsr_closures_rate(s->m, s->d, rate), error);
+}
+
+/* Accelerations against the dense equations, and the velocity rows that they keep by differences. */
+static void other_kinds(void **state)
+{
+    (void)state;
+    int compared = 0;
+    for (uint64_t seed = 1; seed <= 60; ++seed) {
+        test_rng rng = test_seed(seed), again = test_seed(seed);
+        loops tree, s;
+        int joint[2];
+        const int bodies = 2 + (int)seed % 4, kind = (int)seed % OTHERS;
+        double udot[LOOPS_MOST], lambda[LOOPS_MOST], ahead[LOOPS_MOST], behind[LOOPS_MOST];
+        add_tree(&tree, &again, bodies);
+        loops_finish(&tree);
+        find_joints(&tree, bodies, joint);
+        loops_free(&tree);
+        add_tree(&s, &rng, bodies);
+        const bool added = add_other(&s, &rng, kind, joint, bodies);
+        loops_finish(&s);
+        random_state(&s, &rng);
+        if (added && loops_accelerations(&s, 0.0, NULL) == s.nu + s.rows) {
+            const double size = 1.0 + test_largest(s.nu, s.udot) + test_largest(s.rows, s.lambda);
+            assert_ok(mbsr_forward_dynamics(s.m, s.d, 0.0, s.q, s.u, NULL, udot),
+                      mbsr_data_error(s.d));
+            assert_ok(mbsr_closures_force(s.m, s.d, lambda), mbsr_data_error(s.d));
+            for (int k = 0; k < s.nu; ++k) assert_close(udot[k], s.udot[k], 1e-7 * size);
+            for (int k = 0; k < s.rows; ++k) assert_close(lambda[k], s.lambda[k], 1e-7 * size);
+            memcpy(s.udot, udot, sizeof udot);
+            rates_after(&s, 1e-5, ahead);
+            rates_after(&s, -1e-5, behind);
+            for (int k = 0; k < s.rows; ++k)
+                assert_close((ahead[k] - behind[k]) / 2e-5, 0.0, 1e-5 * size);
+            ++compared;
+        }
+        loops_free(&s);
+    }
+    assert_true(compared > 40);
 }
 
 /* Torques of all joints, or of some, and loop forces bring about the accelerations asked for. */
@@ -183,8 +305,8 @@ static void starts(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(accelerations),
-                                       cmocka_unit_test(inverse_dynamics),
-                                       cmocka_unit_test(starts)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(accelerations), cmocka_unit_test(other_kinds),
+        cmocka_unit_test(inverse_dynamics), cmocka_unit_test(starts)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
