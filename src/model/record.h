@@ -135,11 +135,11 @@ struct mbsr_model {
     double mass;   /* of all bodies, kg */
     double *span; /* nq + nu: what turns a body by 1 rad or moves it by the length; NULL: all joints
                      are stock ones */
-    struct mbsri_sweeps *sweeps; /* what evaluations run over (sweeps/tree.h); NULL with closures */
-    struct mbsri_sweeps *whole;  /* the same with whole bodies as blocks; mostly the same tree */
-    struct mbsri_sweeps
-        *evaluated;   /* and with users' joints among the sweeps' own; mostly the same */
-    mbsri_body *body; /* N + 1 */
+    struct mbsri_sweeps *sweeps;    /* the tree of the sweeps (sweeps/tree.h); NULL with closures */
+    struct mbsri_sweeps *whole;     /* the same with whole bodies as blocks; mostly the same tree */
+    struct mbsri_sweeps *evaluated; /* with users' joints among the sweeps' own, too: what
+                                     * evaluations run over */
+    mbsri_body *body;               /* N + 1 */
     int nq, nu;
     int max_d, max_n, max_force_bodies;
     int anywhere;      /* elements that act on no body in particular, which are the first */
