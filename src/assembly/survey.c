@@ -10,7 +10,7 @@
  * behind it are held, made of sums in which nothing cancels. These are numbers of the model and not of
  * the state, so that projections are as smooth as D, and those of the sweeps are those of the stages;
  * and they depend neither on units nor on the order of bodies. A rate that moves nothing at q = 0 gets
- * the s of another one of its joint. The multipliers of position rows are weighed by the same
+ * the least s of its joint, else of its group, else of its kind. The multipliers of position rows are weighed by the same
  * inertias, w_k = s_k^2.
  *
  * Joints like that, and groups that have to be eliminated in one piece, are not taken apart in the
@@ -23,6 +23,7 @@
 #include "assembly/data.h"
 #include "base/memory.h"
 #include "recursion/backward.h"
+#include "recursion/exact.h"
 #include "recursion/group.h"
 #include "recursion/kinematics.h"
 #include "sweeps/tree.h"
@@ -71,16 +72,50 @@ static void find_inertias(const mbsr_model *m, mbsr_data *d, double *x)
     }
 }
 
+enum { KINDS = 3 };
+
+/* The largest inertia of each kind of rate. */
+static void find_largest(const mbsr_model *m, const double *inertia, double *largest)
+{
+    mbsr_coordinate_kind kind[MBSR_MAX_D];
+    for (int k = 0; k < KINDS; ++k) largest[k] = 0.0;
+    for (int i = 1; i <= m->bodies; ++i) {
+        const mbsri_body *b = m->body + i;
+        mbsr_body_coordinate_kinds(m, b->id, NULL, kind);
+        for (int k = 0; k < b->n; ++k) {
+            double *most = largest + (int)kind[k];
+            *most = fmax(*most, inertia[b->iu + k]);
+        }
+    }
+}
+
 /* s of all joint rates, by groups, from their inertias. */
 static void find_scale(const mbsr_model *m, const double *inertia)
 {
+    mbsr_coordinate_kind kind[MBSR_MAX_D];
+    double of_kind[KINDS];
+    find_largest(m, inertia, of_kind);
+    for (int k = 0; k < KINDS; ++k) {
+        const double length = k == (int)MBSR_COORDINATE_ROTATION ? m->length : 1.0,
+                     inertia_of_all = m->mass * length * length;
+        if (!(of_kind[k] > 0.0)) of_kind[k] = inertia_of_all > 0.0 ? inertia_of_all : 1.0;
+    }
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
         const double *own = inertia + b->iu;
-        double *s = m->scale + b->ig, largest = 0.0;
+        double *s = m->scale + b->ig, largest = 0.0, most = 0.0;
+        const mbsri_group g = mbsri_group_in_model(m, b->head);
+        mbsr_body_coordinate_kinds(m, b->id, NULL, kind);
         for (int k = 0; k < b->n; ++k) largest = fmax(largest, own[k]);
-        if (!(largest > 0.0)) largest = 1.0;
-        for (int k = 0; k < b->n; ++k) s[k] = 1.0 / sqrt(own[k] > 0.0 ? own[k] : largest);
+        for (int l = 0; l < g.members && !(largest > 0.0); ++l) {
+            const mbsri_body *other = m->body + g.member[l];
+            for (int k = 0; k < other->n; ++k) most = fmax(most, inertia[other->iu + k]);
+        }
+        if (!(largest > 0.0)) largest = most;
+        for (int k = 0; k < b->n; ++k) {
+            const double other = largest > 0.0 ? largest : of_kind[(int)kind[k]];
+            s[k] = 1.0 / sqrt(own[k] > 0.0 ? own[k] : other);
+        }
     }
 }
 
@@ -88,34 +123,44 @@ static void find_scale(const mbsr_model *m, const double *inertia)
  * move little a thousandth of the largest of their kind. */
 static void find_weights(const mbsr_model *m, const double *inertia)
 {
-    enum { KINDS = 3 };
-    double largest[KINDS] = {0.0};
+    double largest[KINDS];
     mbsr_coordinate_kind kind[MBSR_MAX_D];
-    for (int pass = 0; pass < 2; ++pass) {
-        for (int i = 1; i <= m->bodies; ++i) {
-            const mbsri_body *b = m->body + i;
-            mbsr_body_coordinate_kinds(m, b->id, NULL, kind);
-            for (int k = 0; k < b->n; ++k) {
-                double *most = largest + (int)kind[k];
-                const double own = inertia[b->iu + k];
-                if (pass == 0)
-                    *most = fmax(*most, own);
-                else
-                    m->weight[b->iu + k] = 1.0 / (*most > 0.0 ? fmax(own, 1e-3 * *most) : 1.0);
-            }
+    find_largest(m, inertia, largest);
+    for (int i = 1; i <= m->bodies; ++i) {
+        const mbsri_body *b = m->body + i;
+        mbsr_body_coordinate_kinds(m, b->id, NULL, kind);
+        for (int k = 0; k < b->n; ++k) {
+            const double most = largest[(int)kind[k]];
+            m->weight[b->iu + k] = 1.0 / (most > 0.0 ? fmax(inertia[b->iu + k], 1e-3 * most) : 1.0);
         }
     }
 }
 
-/* Which bodies are whole, and which groups, by their ranks. */
-static void mark(mbsr_model *m, const mbsr_data *d, bool *behind)
+/* Whether the eigenvalues of a group that are kept are large, and the others nothing but rounding of
+ * positions or, where masses were given with errors, of these: then as many large ones in another
+ * position are all that there are. The data holds exact masses. */
+static bool clear_cut(const mbsr_data *d, const mbsri_group *g, bool given)
 {
+    static const double large = 1e-6, rounding = 1e-26;
+    const int rank = mbsri_group_rank(d, g);
+    bool clear = true;
+    for (int k = 0; k < g->n; ++k) {
+        const double lambda = d->judged[g->ig + k];
+        clear = clear && (k < rank ? lambda > large : given || lambda < rounding);
+    }
+    return clear;
+}
+
+/* Which bodies are whole, and which groups, by their ranks. */
+static void mark(mbsr_model *m, mbsr_data *d, bool exact, bool *behind)
+{
+    const bool given = mbsri_given_with_errors(m, d);
     behind[0] = false;
     for (int i = 1; i <= m->bodies; ++i) {
         mbsri_body *b = m->body + i;
         const mbsri_group g = mbsri_group_in_model(m, b->head);
         const bool lacks = d->rank[i] < b->n;
-        b->usual = d->rank[i] + 1;
+        b->usual = exact && clear_cut(d, &g, given) ? d->rank[i] + 1 : 0;
         behind[i] = behind[b->parent] || lacks;
         b->coupled = g.members > 1 && mbsri_coupled(m, d, &g);
         b->whole = b->coupled || (b->n > 1 && behind[i]);
@@ -191,7 +236,8 @@ bool mbsri_survey(mbsr_model *m)
                memory = behind && created && weigh(m, d, ranks);
     const bool wanted = memory && (m->scale || users);
     if (wanted && mbsri_survey_position(m, d) && !mbsri_backward_masses(m, d)) {
-        if (m->scale) mark(m, d, behind);
+        const bool exact = m->scale && !mbsri_exact_masses(m, d);
+        if (m->scale && (exact || !mbsri_backward_masses(m, d))) mark(m, d, exact, behind);
         if (users) mark_users(m, d);
     }
     if (created) mbsr_data_destroy(d);

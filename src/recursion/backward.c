@@ -22,8 +22,9 @@
  *   E_j = Diag(Mbar_j) + Diag(G_j Diag(J_j^T Diag(Mbar_j) J_j) G_j^T) + P_j^T W_j P_j
  *
  * Turning the tensor of a body into the world's axes leaves errors of the size of its trace in all of
- * its moments. About an axis with next to no moment of its own Diag does not show them; so the traces
- * are added up beside W (`turned`), as if no joint took any of them, for the decision alone.
+ * its moments, and so do lever arms, of m |r|^2. About an axis with next to no moment of its own Diag
+ * does not show them; so the traces, and m |r|^2 from body to body, are added up beside W (`turned`), as
+ * if no joint took any of them, for the decision alone.
  *
  * Where D_j has several rows but not full rank its eigenvalues are wrong by the largest of them,
  * lambda_1 S^-2, which then takes the place of J^T Diag(Mbar) J if it is larger. */
@@ -120,7 +121,8 @@ void mbsri_pass_masses(const mbsr_model *m, mbsr_data *d, int i)
     const mbsri_body *b = m->body + i;
     const double *H = d->H + b->dp;
     if (b->d_pred == 0) return;
-    d->turned[m->body[b->parent].seat] += d->turned[b->seat];
+    d->turned[m->body[b->parent].seat] +=
+        d->turned[b->seat] + mbsri_trace_of_arms(b, H, d->Mbar + b->dd);
     const size_t dm = (size_t)m->max_d * (size_t)m->max_d;
     double *T = d->scratch, *E = T + dm, *Q = E + dm, *JQ = Q + dm, *product = JQ + dm;
     if (!mbsri_heads(m, d, i)) {

@@ -54,3 +54,11 @@ double mbsri_own_turned(const mbsri_body *b, const double *M)
 {
     return b->joint.space == MBSR_SPACE_SPATIAL ? M[0] + M[7] + M[14] : 0.0;
 }
+
+double mbsri_trace_of_arms(const mbsri_body *b, const double *H, const double *A)
+{
+    double square = 0.0;
+    if (b->joint.space != MBSR_SPACE_SPATIAL || b->d_pred != 6) return 0.0;
+    for (int c = 0; c < 3; ++c) square += mbsri_dot(3, H + 6 * c + 3, H + 6 * c + 3);
+    return 0.5 * square * fmax(A[21], fmax(A[28], A[35]));
+}

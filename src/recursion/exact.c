@@ -13,7 +13,11 @@
  * everything that goes on from here in double precision would drown. They run beside W as `unsure`, to
  * which bodies add what their mass matrices were given wrong by:
  *
- *   unsure_i = Diag(unsure of the body) + share (Diag(Mbar_i) + trace of its tensor) + sum of H^T E H */
+ *   unsure_i = Diag(unsure of the body) + share (Diag(Mbar_i) + trace of its tensor) + sum of H^T E H
+ *
+ * Behind a joint with next to no inertia of its own errors of sums would arrive as many times as large.
+ * Here there are none, so that E is confined to what it is made of, unless masses were given with
+ * errors. What is left of lever arms along an axis, eps^2 m |r|^2 (`turned`), never counts. */
 #include "recursion/exact.h"
 
 #include "algebra/dense.h"
@@ -180,8 +184,38 @@ static void gains(const mbsri_body *head, mbsr_data *d, const mbsri_group *g, in
     }
 }
 
-/* Mbar^a = Mbar - Y Y^T and the errors to the predecessor. */
-static void pass_head(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, const room *r)
+/* Scales rows and columns from `first` on, `count` of them, of E (n x n) so that their trace is no larger
+ * than three times that of A: E is made of so many terms of its size where no inertia is small. */
+static void confine_part(int n, int first, int count, const double *A, double *E)
+{
+    double size = 0.0, most = 0.0;
+    for (int k = first; k < first + count; ++k) {
+        size += E[k * (n + 1)];
+        most += 3.0 * A[k * (n + 1)];
+    }
+    if (!(size > most)) return;
+    const double factor = sqrt(most / size);
+    for (int k = first; k < first + count; ++k) {
+        for (int l = 0; l < n; ++l) {
+            E[k * n + l] *= factor;
+            E[l * n + k] *= factor;
+        }
+    }
+}
+
+/* Rotations and translations, which have different units, apart. */
+static void confine(const mbsri_body *b, const double *A, double *E)
+{
+    const bool plane = b->joint.space == MBSR_SPACE_PLANAR;
+    if (!plane && b->joint.space != MBSR_SPACE_SPATIAL) return;
+    confine_part(b->d, 0, plane ? 2 : 3, A, E);
+    confine_part(b->d, plane ? 2 : 3, plane ? 1 : 3, A, E);
+}
+
+/* Mbar^a = Mbar - Y Y^T and the errors to the predecessor; given: whether masses were given with
+ * errors. */
+static void pass_head(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, bool given,
+                      const room *r)
 {
     const mbsri_body *b = m->body + g->member[0];
     const int dim = b->d, rank = mbsri_group_rank(d, g);
@@ -202,6 +236,7 @@ static void pass_head(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, c
     pass(d, b, r->T, r->product);
     for (int l = 0; l < 2; ++l) {
         mbsri_carry_errors(m, d, g, errors[l], l == 0 ? 1.0 : MBSRI_EXACT_SHARE, E, Q, JQ, product);
+        if (!given) confine(b, errors[l] + b->dd, E);
         mbsri_congruence(dim, b->d_pred, d->H + b->dp, E, errors[l] + b->pred_dd, product);
     }
 }
@@ -243,6 +278,7 @@ static void open_body(const mbsr_model *m, mbsr_data *d, int i, const room *r)
     const double turned = MBSRI_EXACT_SHARE * mbsri_own_turned(b, d->M + b->dd);
     for (int k = 0; k < dim; ++k)
         d->unsure[b->dd + (size_t)(k * (dim + 1))] = unsure[k] + (k < 3 ? turned : 0.0);
+    d->turned[b->seat] = turned / MBSRI_EXACT_SHARE;
 }
 
 static int eliminate(const mbsr_model *m, mbsr_data *d, int i, const room *r)
@@ -259,6 +295,19 @@ static int eliminate(const mbsr_model *m, mbsr_data *d, int i, const room *r)
     return mbsri_rank_watched(m, d, i);
 }
 
+bool mbsri_given_with_errors(const mbsr_model *m, mbsr_data *d)
+{
+    const room r = place_room(m, d);
+    double *unsure = d->scratch;
+    bool given = false;
+    for (int i = 1; i <= m->bodies && !given; ++i) {
+        const mbsri_body *b = m->body + i;
+        mbsri_inertia_exact(b, d->p + b->p, d->M + b->dd, r.C, unsure);
+        for (int k = 0; k < b->d; ++k) given = given || unsure[k] > 0.0;
+    }
+    return given;
+}
+
 int mbsri_exact_masses(const mbsr_model *m, mbsr_data *d)
 {
     const room r = place_room(m, d);
@@ -266,11 +315,15 @@ int mbsri_exact_masses(const mbsr_model *m, mbsr_data *d)
     mbsri_zero(m->size_dd, d->unsure);
     mbsri_zero((size_t)m->root.d * (size_t)m->root.d, d->Mbar);
     mbsri_zero((size_t)m->root.d * (size_t)m->root.d, low(d));
+    const bool given = mbsri_given_with_errors(m, d);
     for (int i = 1; i <= m->bodies; ++i) open_body(m, d, i, &r);
     for (int i = m->bodies; i >= 1; --i) {
         const mbsri_body *b = m->body + i;
         mbsri_add_diagonal(b->d, 1.0, d->Mbar + b->dd, d->W + b->dd);
         mbsri_add_diagonal(b->d, MBSRI_EXACT_SHARE, d->Mbar + b->dd, d->unsure + b->dd);
+        if (b->d_pred > 0)
+            d->turned[m->body[b->parent].seat] +=
+                d->turned[b->seat] + mbsri_trace_of_arms(b, d->H + b->dp, d->Mbar + b->dd);
         if (!mbsri_heads(m, d, i)) {
             pass_member(b, d, &r);
             continue;
@@ -278,7 +331,7 @@ int mbsri_exact_masses(const mbsr_model *m, mbsr_data *d)
         const int status = eliminate(m, d, i, &r);
         if (status) return status;
         const mbsri_group g = mbsri_group_of(m, d, i);
-        pass_head(m, d, &g, &r);
+        pass_head(m, d, &g, given, &r);
     }
     return MBSR_OK;
 }

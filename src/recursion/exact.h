@@ -10,6 +10,9 @@
  * overflow and others do not. */
 int mbsri_exact_masses(const mbsr_model *m, mbsr_data *d);
 
+/* Whether masses were given with errors (mbsr_inertia.lost, matrices), at the positions of the data. */
+bool mbsri_given_with_errors(const mbsr_model *m, mbsr_data *d);
+
 /* The joint-space mass matrix (nu x nu, by the caller's order) by composite inertias, each number right
  * to all its digits; overwrites Mbar. At the positions, and velocities where inertias by function need them. */
 void mbsri_exact_mass_matrix(const mbsr_model *m, mbsr_data *d, double *matrix);

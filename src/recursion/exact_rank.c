@@ -16,11 +16,17 @@
 
 #include <math.h>
 
-/* A pivot is nothing but rounding below this part of what the errors of sums would be. */
+/* A pivot is nothing but rounding below this part of what the errors of sums would be, lever arms and
+ * tensors among them. */
 static const double rounding = 1e-29;
 
-/* Of what was given with errors, 1 / sqrt(J^T unsure J) into strict (n). */
-static void sureness(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g, double *strict)
+/* The share of lever arms and tensors that never counts: beside the tolerance, 1e-26. */
+static const double arms = 1e-14;
+
+/* Of what was given with errors, 1 / sqrt(J^T unsure J) into strict (n); what pivots have to be above
+ * into least (n). */
+static void sureness(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g, double *strict,
+                     double *least)
 {
     for (int k = 0; k < g->members; ++k) {
         const mbsri_body *b = m->body + g->member[k];
@@ -29,15 +35,20 @@ static void sureness(const mbsr_model *m, const mbsr_data *d, const mbsri_group 
             double *UJ = d->scratch;
             mbsri_zero((size_t)b->d, UJ);
             mbsri_ax(b->d, b->d, 1.0, d->unsure + b->dd, J, UJ);
-            const double size = mbsri_dot(b->d, J, UJ);
+            const double s = d->s[b->ig + l],
+                         turned = b->joint.space == MBSR_SPACE_SPATIAL
+                                      ? d->turned[b->seat] * mbsri_dot(3, J, J)
+                                      : 0.0,
+                         size = mbsri_dot(b->d, J, UJ) + arms * turned;
+            least[b->ig - g->ig + l] = rounding * (1.0 / (s * s) + turned);
             strict[b->ig - g->ig + l] = size > 0.0 ? 1.0 / sqrt(size) : d->s[b->ig + l];
         }
     }
 }
 
 /* By pivots; A (n x n) is lost. */
-static void factorise(int n, const double *s, const double *strict, mbsri_two *A,
-                      mbsri_exact_factor *f)
+static void factorise(int n, const double *s, const double *strict, const double *least,
+                      mbsri_two *A, mbsri_exact_factor *f)
 {
     mbsri_two_zero((size_t)(n * n), f->L);
     f->pivots = 0;
@@ -45,13 +56,13 @@ static void factorise(int n, const double *s, const double *strict, mbsri_two *A
     for (int k = 0; k < n; ++k) f->order[k] = k;
     for (int c = 0; c < n; ++c) {
         int best = c;
-        double largest = -INFINITY;
+        double largest = 0.0;
         for (int k = c; k < n; ++k) {
             const int row = f->order[k];
-            const double size = s[row] * A[row * (n + 1)].hi * s[row];
-            if (size > largest) largest = size, best = k;
+            const double entry = A[row * (n + 1)].hi, size = s[row] * entry * s[row];
+            if (entry > least[row] && size > largest) largest = size, best = k;
         }
-        if (!(largest > rounding)) break;
+        if (!(largest > 0.0)) break;
         const int p = f->order[best];
         f->order[best] = f->order[c], f->order[c] = p;
         const mbsri_two pivot = mbsri_two_root(A[p * (n + 1)]);
@@ -191,16 +202,17 @@ int mbsri_exact_decision(const mbsr_model *m, mbsr_data *d, const mbsri_group *g
     double *s = d->s + g->ig, *X = d->X + b->nn, *lambda = d->lambda + g->ig, noise;
     const mbsri_rank_rule rule = mbsri_rank_rule_of(m->rank_tolerance);
     mbsri_two *A = work;
-    double *strict = (double *)(A + n * n), *values = strict + n, *columns = values + n;
+    double *strict = (double *)(A + n * n), *values = strict + n, *columns = values + n,
+           *least = columns + n * n;
     d->scale[b->seat] = mbsri_equilibrate(m, d, g, &noise);
-    sureness(m, d, g, strict);
+    sureness(m, d, g, strict, least);
     bool finite = isfinite(d->scale[b->seat]) && mbsri_finite((size_t)n, strict);
     for (int k = 0; k < n * n; ++k) {
         A[k] = D[k];
         finite = finite && isfinite(D[k].hi) && isfinite(D[k].lo);
     }
     if (!finite) return fail(m, d, i, MBSR_NOT_FINITE, 0.0);
-    factorise(n, s, strict, A, factor);
+    factorise(n, s, strict, least, A, factor);
     if (factor->left < -m->rank_tolerance) return fail(m, d, i, MBSR_INDEFINITE_MASS, factor->left);
     bool ended = eigenvalues(n, factor, strict, columns, values);
     int rank = 0;
