@@ -33,11 +33,24 @@ void mbsri_report_mark(mbsri_report *r, int l, int number)
 
 /* ---- the choice of a direction ---- */
 
-/* weights (k) of the component's directions with weights x (c). */
-static void spread(const mbsri_report *r, int c, const double *x, double *weights)
+/* weights (k) of the component's directions with weights x (c), but for those that add less than 1e-6
+ * of the largest joint rate: reports leave such rates out, and list no elements for them. */
+static void spread(mbsri_report *r, int c, const double *x, double *weights)
 {
-    mbsri_zero((size_t)r->w.k, weights);
-    for (int a = 0; a < c; ++a) weights[r->member[a]] = x[a];
+    const mbsri_null_space *w = &r->w;
+    double *size = r->sizes, largest = 0.0;
+    mbsri_zero((size_t)w->k, weights);
+    for (int a = 0; a < c; ++a) {
+        const int l = r->member[a];
+        const double *u = w->direction + (size_t)l * (size_t)w->m->nu;
+        size[a] = 0.0;
+        for (int k = w->from[l]; k < w->to[l] && x[a] != 0.0; ++k)
+            size[a] = fmax(size[a], fabs(x[a] * u[k]) / w->span[k]);
+        largest = fmax(largest, size[a]);
+    }
+    for (int a = 0; a < c; ++a) {
+        if (size[a] >= 1e-6 * largest) weights[r->member[a]] = x[a];
+    }
 }
 
 /* u, twist and q_rate of a direction. */
@@ -106,7 +119,8 @@ static int add(mbsri_report *r, int c, const double *x, const double *sparse,
         const mbsri_body *b = m->body + i;
         better = !r->listed[i] || mbsri_largest(b->n, r->other + b->u) > 0.0;
     }
-    if (!better) spread(r, c, x, weights);
+    if (better) return MBSR_OK;
+    spread(r, c, x, weights);
     return MBSR_OK;
 }
 

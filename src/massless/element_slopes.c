@@ -86,8 +86,39 @@ static int body_of(const mbsri_null_space *w, int k)
     return mbsri_index(w->m, w->d->force_bodies[k].id);
 }
 
-/* Change of the forces (rows) with a motion; false where the element does not move. */
-static bool react(const mbsri_null_space *w, int bodies, motion x, double *y, double *gross)
+/* Where rotations and translations stand in V of a body in space or in the plane, and moments and
+ * forces in f; false where there are none. */
+static bool places_of(const mbsri_body *b, int *turns, int *rotation, int *moves, int *translation)
+{
+    const bool plane = b->joint.space == MBSR_SPACE_PLANAR;
+    *turns = plane ? 1 : 3;
+    *rotation = plane ? 2 : 0;
+    *moves = plane ? 2 : 3;
+    *translation = plane ? 0 : 3;
+    return plane || b->joint.space == MBSR_SPACE_SPATIAL;
+}
+
+/* gross += |K| |x| by the sizes of rotations and translations, from column `at` on, where a rotation
+ * moves points at the typical length: axes and lever arms are differences of positions. */
+static void add_sizes(const mbsri_null_space *w, const mbsri_body *b, int at, const double *x,
+                      double *gross)
+{
+    const mbsri_slopes *s = &w->slope;
+    int turns, rotation, moves, translation;
+    if (!x || !places_of(b, &turns, &rotation, &moves, &translation)) return;
+    const double spin = mbsri_largest(turns, x + rotation),
+                 speed = mbsri_largest(moves, x + translation) + w->size * spin;
+    for (int c = 0; c < turns + moves && speed > 0.0; ++c) {
+        const bool turn = c >= rotation && c < rotation + turns;
+        const double *column = s->matrix + (size_t)(at + c) * (size_t)s->out.rows;
+        for (int r = 0; r < s->out.rows; ++r) gross[r] += (turn ? spin : speed) * fabs(column[r]);
+    }
+}
+
+/* Change of the forces (rows) with a motion, and the sum of the sizes of its terms, with `arms` by the
+ * sizes of vectors; false where the element does not move. */
+static bool react(const mbsri_null_space *w, int bodies, motion x, bool arms, double *y,
+                  double *gross)
 {
     const mbsri_slopes *s = &w->slope;
     mbsri_zero((size_t)s->out.rows, y);
@@ -97,11 +128,15 @@ static bool react(const mbsri_null_space *w, int bodies, motion x, double *y, do
         if (s->row[k] < 0) continue;
         const mbsri_body *b = w->m->body + body_of(w, k);
         const int at = s->column[k];
-        const bool twisted = x.pose && mbsri_pose_size(b) == b->d;
-        add_columns(s, at, mbsri_pose_size(b), twisted ? x.pose + b->v : NULL, y, gross);
-        add_columns(s, mbsri_V_column(body, at), b->d, x.V ? x.V + b->v : NULL, y, gross);
+        const double *pose = x.pose && mbsri_pose_size(b) == b->d ? x.pose + b->v : NULL,
+                     *V = x.V ? x.V + b->v : NULL;
+        add_columns(s, at, mbsri_pose_size(b), pose, y, gross);
+        add_columns(s, mbsri_V_column(body, at), b->d, V, y, gross);
         add_columns(s, mbsri_q_column(body, at), b->nq, x.q ? x.q + b->q : NULL, y, gross);
         add_columns(s, mbsri_u_column(body, at), b->n, x.u ? x.u + b->u : NULL, y, gross);
+        if (!arms) continue;
+        add_sizes(w, b, at, pose, gross);
+        add_sizes(w, b, mbsri_V_column(body, at), V, gross);
     }
     for (int r = 0; r < s->out.rows; ++r) {
         if (gross[r] > 0.0) return true;
@@ -127,6 +162,53 @@ static double power(const mbsri_null_space *w, int bodies, const double *a, cons
                 *size += fabs(part[p][r]) * gross[from[p] + r];
             }
         }
+    }
+    return sum;
+}
+
+/* Whether forces y (rows) are more than this share of what was added up to them: those of a rigid body
+ * by the sizes of moment and force, others one by one. */
+static bool stands_out(const mbsri_null_space *w, int bodies, double least, const double *y,
+                       const double *gross)
+{
+    const mbsri_slopes *s = &w->slope;
+    int turns, rotation, moves, translation;
+    for (int k = 0; k < bodies; ++k) {
+        if (s->row[k] < 0) continue;
+        const mbsri_body *b = w->m->body + body_of(w, k);
+        const double *f = y + s->row[k], *size = gross + s->row[k];
+        const bool rigid = places_of(b, &turns, &rotation, &moves, &translation);
+        for (int r = rigid ? b->d : 0; r < b->d + b->n; ++r) {
+            if (fabs(f[r]) > least * size[r]) return true;
+        }
+        if (!rigid) continue;
+        const double force = mbsri_largest(moves, size + translation),
+                     moment = mbsri_largest(turns, size + rotation) + w->size * force;
+        if (mbsri_largest(moves, f + translation) > least * force ||
+            mbsri_largest(turns, f + rotation) > least * moment)
+            return true;
+    }
+    return false;
+}
+
+/* What rounding of the axes and lever arms of an element makes power of y uncertain by, over machine
+ * precision: |omega| (|moment| + length |force|) + |v| |force|. Where a line of action meets the axis
+ * of a rotation, nothing else is left of its moment. */
+static double doubt_of_arms(const mbsri_null_space *w, int bodies, const double *twist,
+                            const double *y)
+{
+    const mbsri_slopes *s = &w->slope;
+    double sum = 0.0;
+    int turns, rotation, moves, translation;
+    for (int k = 0; k < bodies; ++k) {
+        if (s->row[k] < 0) continue;
+        const mbsri_body *b = w->m->body + body_of(w, k);
+        if (!places_of(b, &turns, &rotation, &moves, &translation)) continue;
+        const double *V = twist + b->v, *f = y + s->row[k];
+        const double moment = mbsri_largest(turns, f + rotation),
+                     force = mbsri_largest(moves, f + translation);
+        sum += mbsri_largest(turns, V + rotation) * (moment + w->size * force) +
+               mbsri_largest(moves, V + translation) * force;
     }
     return sum;
 }
@@ -166,17 +248,111 @@ static int find_moving(mbsri_null_space *w, const mbsri_force *force)
     return count;
 }
 
-/* Column l of A and its errors: the reaction y in all moving directions. */
+/* Column l of A and its errors: the reaction y in all moving directions. doubted: what lever arms are
+ * wrong by counts beside y, or (S, whose forces are themselves differences of positions) beside
+ * gross. They are as wrong on the side of the motion as on that of the power. */
 static void add_column(mbsri_null_space *w, int bodies, int moving, int l, const double *y,
-                       const double *gross, double *A, double *error)
+                       const double *gross, const double *doubted, double *A, double *error)
 {
     const mbsr_model *m = w->m;
     for (int n = 0; n < moving; ++n) {
-        const size_t k = (size_t)w->moving[n], at = (size_t)l * (size_t)w->k + k;
+        const size_t k = (size_t)w->moving[n], at = (size_t)l * (size_t)w->k + k,
+                     across = k * (size_t)w->k + (size_t)l;
+        const double *twist = w->twist + k * m->size_v,
+                     doubt = rounding * doubt_of_arms(w, bodies, twist, doubted);
         double size;
-        A[at] += power(w, bodies, w->direction + k * (size_t)m->nu, w->twist + k * m->size_v, y,
-                       gross, &size);
-        error[at] += rounding * size;
+        A[at] += power(w, bodies, w->direction + k * (size_t)m->nu, twist, y, gross, &size);
+        error[at] += rounding * size + doubt;
+        error[across] += doubt;
+    }
+}
+
+/* gross (rows) = |F_x| |x| for positions x of typical sizes, or with `velocity` |F_V| |V| for
+ * velocities of typical sizes per unit of time. */
+static void find_strain(const mbsri_null_space *w, int bodies, bool velocity, double *gross)
+{
+    const mbsri_slopes *s = &w->slope;
+    const int rows = s->out.rows;
+    int turns, rotation, moves, translation;
+    mbsri_zero((size_t)rows, gross);
+    for (int k = 0; k < bodies; ++k) {
+        const mbsr_force_body *body = w->d->force_bodies + k;
+        if (s->row[k] < 0) continue;
+        const mbsri_body *b = w->m->body + body_of(w, k);
+        const int at = velocity ? mbsri_V_column(body, s->column[k]) : s->column[k],
+                  joint = velocity ? mbsri_u_column(body, s->column[k])
+                                   : mbsri_q_column(body, s->column[k]),
+                  first = velocity ? b->d : mbsri_pose_size(b), rest = velocity ? b->n : b->nq;
+        const double *scale = velocity ? w->span + b->u : w->q_scale + b->q;
+        const bool rigid = places_of(b, &turns, &rotation, &moves, &translation);
+        for (int c = 0; c < first + rest; ++c) {
+            const bool turn = rigid && c >= rotation && c < rotation + turns;
+            const double size = c >= first ? scale[c - first]
+                                : turn     ? 1.0
+                                           : w->size,
+                         *column = s->matrix +
+                                   (size_t)(c >= first ? joint + c - first : at + c) * (size_t)rows;
+            for (int r = 0; r < rows; ++r) gross[r] += size * fabs(column[r]);
+        }
+    }
+}
+
+/* The largest of forces (rows) by what they do along typical sizes. */
+static double largest_work(const mbsri_null_space *w, int bodies, const double *gross)
+{
+    const mbsri_slopes *s = &w->slope;
+    int turns, rotation, moves, translation;
+    double largest = 0.0;
+    for (int k = 0; k < bodies; ++k) {
+        if (s->row[k] < 0) continue;
+        const mbsri_body *b = w->m->body + body_of(w, k);
+        const double *f = gross + s->row[k];
+        const bool rigid = places_of(b, &turns, &rotation, &moves, &translation);
+        for (int r = 0; r < b->d + b->n; ++r) {
+            const bool turn = rigid && r >= rotation && r < rotation + turns;
+            const double size = r >= b->d ? w->span[b->u + r - b->d] : turn ? 1.0 : w->size;
+            largest = fmax(largest, size * f[r]);
+        }
+    }
+    return largest;
+}
+
+int mbsri_element_rate(mbsri_null_space *w, double *rate)
+{
+    const mbsr_model *m = w->m;
+    const mbsri_force *force = m->forces.data;
+    double springs = 0.0, dampers = 0.0;
+    for (size_t k = 0; k < m->forces.count; ++k) {
+        if (!usable(m, force + k)) continue;
+        const int status = mbsri_force_slopes(m, w->d, force + k, 0, &w->slope);
+        if (status) return status;
+        const int bodies = force[k].def.bodies;
+        find_strain(w, bodies, false, w->reaction);
+        springs = fmax(springs, largest_work(w, bodies, w->reaction));
+        find_strain(w, bodies, true, w->reaction);
+        dampers = fmax(dampers, largest_work(w, bodies, w->reaction));
+    }
+    const double inertia = m->mass * w->size * w->size;
+    if (inertia > 0.0)
+        *rate = springs > 0.0 ? sqrt(springs / inertia) : dampers / inertia;
+    else
+        *rate = dampers > 0.0 ? springs / dampers : 0.0;
+    if (!isfinite(*rate)) *rate = 0.0;
+    return MBSR_OK;
+}
+
+/* What the element last taken adds to w->strain in the moving directions. y, gross: rows each. */
+static void add_strain(mbsri_null_space *w, int bodies, int moving, double *y, double *gross)
+{
+    const mbsr_model *m = w->m;
+    mbsri_zero((size_t)w->slope.out.rows, y);
+    find_strain(w, bodies, false, gross);
+    for (int n = 0; n < moving; ++n) {
+        const size_t l = (size_t)w->moving[n];
+        double size;
+        (void)power(w, bodies, w->direction + l * (size_t)m->nu, w->twist + l * m->size_v, y, gross,
+                    &size);
+        w->strain[l] += size;
     }
 }
 
@@ -193,11 +369,14 @@ static int add_element(mbsri_null_space *w, const mbsri_force *force)
         const motion rate = {.V = twist, .u = a}, shift = {.pose = twist,
                                                            .V = w->V_rate + l * m->size_v,
                                                            .q = w->q_rate + l * (size_t)m->nq};
-        if (react(w, bodies, rate, y, gross))
-            add_column(w, bodies, moving, (int)l, y, gross, w->C, w->C_error);
-        if (react(w, bodies, shift, y, gross))
-            add_column(w, bodies, moving, (int)l, y, gross, w->S, w->S_error);
+        if (react(w, bodies, rate, true, y, gross) &&
+            stands_out(w, bodies, 10.0 * rounding, y, gross) &&
+            react(w, bodies, rate, false, y, gross))
+            add_column(w, bodies, moving, (int)l, y, gross, y, w->C, w->C_error);
+        if (react(w, bodies, shift, true, y, gross))
+            add_column(w, bodies, moving, (int)l, y, gross, gross, w->S, w->S_error);
     }
+    add_strain(w, bodies, moving, y, gross);
     return MBSR_OK;
 }
 
@@ -208,7 +387,7 @@ static int find_touched(const mbsri_null_space *w, int l)
     const double *a = w->direction + (size_t)l * (size_t)m->nu,
                  *twist = w->twist + (size_t)l * m->size_v;
     int count = 0;
-    for (int i = w->head[l]; i <= m->bodies; ++i) {
+    for (int i = w->first[l]; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
         const double *before = twist + m->body[b->parent].v;
         if (mbsri_largest(b->n, a + b->u) > 0.0 || mbsri_largest(b->d, twist + b->v) > 0.0 ||
@@ -254,7 +433,7 @@ static int velocity_change(mbsri_null_space *w, const double *q, int l)
         }
     }
     if (!status) status = place(w, count, q, rate, 0.0);
-    for (int i = w->head[l], n = 0; i <= m->bodies; ++i) {
+    for (int i = w->first[l], n = 0; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
         double *own = change + b->v;
         if (n < count && w->touched[n] == i) {
@@ -287,11 +466,13 @@ int mbsri_element_slopes(mbsri_null_space *w, double t, const double *q, const d
     int status = mbsri_positions(m, w->d, t, q);
     if (!status) status = mbsri_velocities(m, w->d, u);
     mbsri_zero(m->size_v * (size_t)w->k, w->V_rate);
+    mbsri_zero((size_t)w->k, w->strain);
     const int changes = bodies_seen(w) ? w->k : 0;
     for (int l = 0; l < changes && !status; ++l) status = velocity_change(w, q, l);
     for (size_t k = 0; k < m->forces.count && !status; ++k) {
         if (w->own[k]) status = add_element(w, force + k);
     }
+    mbsri_null_remix(w, true, w->strain); /* gamma is made of the vectors as built */
     return status;
 }
 
@@ -308,10 +489,9 @@ int mbsri_element_resists(mbsri_null_space *w, const mbsri_force *force, const d
         if (!element_moves(w, force, every ? i : 0, a, twist)) continue;
         const int status = mbsri_force_slopes(m, w->d, force, i, &w->slope);
         if (status) return status;
-        const int bodies = every ? 1 : force->def.bodies, rows = w->slope.out.rows;
-        double *y = w->reaction, *gross = y + rows;
-        if (!react(w, bodies, x, y, gross)) continue;
-        for (int r = 0; r < rows; ++r) *resists = *resists || fabs(y[r]) > 1e-9 * gross[r];
+        const int bodies = every ? 1 : force->def.bodies;
+        double *y = w->reaction, *gross = y + w->slope.out.rows;
+        if (react(w, bodies, x, true, y, gross)) *resists = stands_out(w, bodies, 1e-6, y, gross);
     }
     return MBSR_OK;
 }

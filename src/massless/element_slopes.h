@@ -19,4 +19,10 @@ int mbsri_element_slopes(mbsri_null_space *w, double t, const double *q, const d
 int mbsri_element_resists(mbsri_null_space *w, const mbsri_force *force, const double *a,
                           const double *twist, const double *q_rate, bool velocity, bool *resists);
 
+/* Rate at which springs with derivatives of their own move all mass of the model, sqrt(c / m), without
+ * springs that at which dampers stop it, d / m, without mass that at which they give way to springs, c /
+ * d; c and d with typical sizes as displacements and rates. 0: nothing of that. The data is at
+ * mbsri_velocities of a state; reads w->size, q_scale and span; writes w->slope. */
+int mbsri_element_rate(mbsri_null_space *w, double *rate);
+
 #endif

@@ -20,6 +20,7 @@
 #include "massless/element_slopes.h"
 #include "massless/null_space.h"
 #include "massless/scales.h"
+#include "massless/shorten.h"
 #include "recursion/elements.h"
 #include "recursion/kinematics.h"
 #include "recursion/sizes.h"
@@ -250,7 +251,13 @@ int mbsri_null_slopes(mbsri_null_space *w, double t, const double *q, const doub
     if (!status) status = mbsri_velocities(m, w->d, u);
     if (!status) status = mbsri_forces(m, w->d, NULL);
     if (status) return status;
-    if (!(w->size > 0.0)) mbsri_null_scales(w, q, u);
+    if (!(w->size > 0.0)) {
+        double natural;
+        mbsri_null_scales(w, q, u);
+        status = mbsri_element_rate(w, &natural);
+        if (status) return status;
+        mbsri_null_rate_scales(w, natural);
+    }
     mbsri_null_clean(w);
     status = mbsri_hold_elements(w);
     for (int l = 0; l < w->k && !status; ++l) {
@@ -259,10 +266,11 @@ int mbsri_null_slopes(mbsri_null_space *w, double t, const double *q, const doub
     }
     if (status) return status;
     mbsri_null_couple(w);
-    mbsri_null_extents(w);
     w->holding = true;
     status = differences(w, t, q, u);
     w->holding = false;
+    if (!status) mbsri_null_shorten(w);
+    mbsri_null_extents(w);
     if (!status) status = mbsri_element_slopes(w, t, q, u);
     drop_errors(entries, w->C, w->C_error);
     drop_errors(entries, w->S, w->S_error);

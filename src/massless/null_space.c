@@ -73,21 +73,22 @@ static int take_memory(mbsri_null_space *w)
     const size_t span = (size_t)element_span(m);
     double *slope_place;
     mbsri_slopes_size(m, &slope, &ints);
-    double **const array[] = {
-        &w->vector,  &w->direction, &w->twist,  &w->C,        &w->S,      &w->C_error, &w->S_error,
-        &w->ahead,   &w->behind,    &w->slopes, &w->sizes,    &w->q,      &w->u,       &w->rate,
-        &w->force,   &w->gross,     &w->f_held, &w->tau_held, &w->q_rate, &w->V_rate,  &w->reaction,
-        &w->q_scale, &w->u_scale,   &w->span,   &w->q_given,  &w->shift,  &slope_place};
+    double **const array[] = {&w->vector,   &w->direction, &w->twist,    &w->C,      &w->S,
+                              &w->C_error,  &w->S_error,   &w->ahead,    &w->behind, &w->slopes,
+                              &w->sizes,    &w->q,         &w->u,        &w->rate,   &w->force,
+                              &w->gross,    &w->f_held,    &w->tau_held, &w->q_rate, &w->V_rate,
+                              &w->reaction, &w->q_scale,   &w->u_scale,  &w->span,   &w->q_given,
+                              &w->shift,    &w->mixing,    &w->unmixed,  &w->strain, &slope_place};
     const size_t length[] = {
         n * k, nu * k, v * k,  k * k, k * k,    k * k, k * k, k,
         k,     steps,  steps,  nq,    nu,       nq,    nu,    (size_t)m->max_d + 2 * n,
         v,     nu,     nq * k, v * k, 4 * span, nq,    nu,    nu,
-        nq,    nu,     slope};
+        nq,    nu,     k * k,  k,     k,        slope};
     size_t total = 0;
     for (size_t l = 0; l < sizeof length / sizeof length[0]; ++l) total += length[l];
     w->memory = mbsri_allocate(
         &m->allocator,
-        total * sizeof(double) + (10 * k + ints + 2 * (size_t)m->bodies + 1) * sizeof(int) +
+        total * sizeof(double) + (11 * k + ints + 2 * (size_t)m->bodies + 1) * sizeof(int) +
             (m->forces.count + 2 * k * k + 4 * ((size_t)m->bodies + 1) * k) * sizeof(bool) + 1);
     if (!w->memory) {
         return mbsri_fail(&w->d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
@@ -104,7 +105,8 @@ static int take_memory(mbsri_null_space *w)
     w->colour = w->moving + w->k;
     w->from = w->colour + w->k;
     w->to = w->from + 3 * w->k;
-    w->touched = w->to + 3 * w->k;
+    w->first = w->to + 3 * w->k;
+    w->touched = w->first + w->k;
     w->rank = w->touched + m->bodies;
     mbsri_slopes_place(m, &w->slope, slope > 0 ? slope_place : NULL, w->rank + m->bodies + 1);
     w->own = (bool *)(void *)(w->rank + m->bodies + 1 + ints);
@@ -255,6 +257,7 @@ int mbsri_null_basis(mbsri_null_space *w, double t, const double *q, const doubl
     if (!status) status = check_number(w);
     if (status) return status;
     int column = 0;
+    w->mixed = false;
     for (int i = 1; i <= m->bodies; ++i) {
         if (!mbsri_heads(m, d, i)) continue;
         const mbsri_group g = mbsri_group_of(m, d, i);
@@ -262,13 +265,25 @@ int mbsri_null_basis(mbsri_null_space *w, double t, const double *q, const doubl
             double *vector = w->vector + (size_t)column * (size_t)m->max_n;
             for (int k = 0; k < g.n; ++k)
                 vector[k] = d->s[g.ig + k] * d->X[m->body[i].nn + (size_t)(l * g.n + k)];
-            w->head[column] = i;
+            w->head[column] = w->first[column] = i;
             w->body[column] = lacking(m, d, &g, l - mbsri_group_rank(d, &g));
             lift(w, i, vector, w->direction + (size_t)column * (size_t)m->nu,
                  w->twist + (size_t)column * m->size_v);
         }
     }
     return MBSR_OK;
+}
+
+void mbsri_null_remix(const mbsri_null_space *w, bool sizes, double *x)
+{
+    double *y = w->unmixed;
+    if (!w->mixed) return;
+    mbsri_copy((size_t)w->k, x, y);
+    for (int l = 0; l < w->k; ++l) {
+        const double *column = w->mixing + (size_t)l * (size_t)w->k;
+        x[l] = 0.0;
+        for (int n = 0; n < w->k; ++n) x[l] += (sizes ? fabs(column[n]) : column[n]) * y[n];
+    }
 }
 
 int mbsri_null_gamma(mbsri_null_space *w, double t, const double *q, const double *u, double *gamma)

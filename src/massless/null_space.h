@@ -35,11 +35,13 @@ typedef struct mbsri_null_space {
     double *C;            /* k x k: d gamma / d u along the directions */
     double *S;            /* k x k: d gamma / d q along the directions */
     double *C_error, *S_error; /* k x k: what their entries may be wrong by */
-    double *ahead, *behind;    /* k */
-    double *slopes, *sizes;    /* k x decades: of one column, and of the forces differenced */
-    double *q, *u, *rate;      /* nq, nu, nq */
-    double *force;             /* nu */
-    double *q_given;           /* nq: where the directions were counted */
+    double
+        *strain; /* k: forces by elements' slopes, were all positions off by their typical sizes */
+    double *ahead, *behind; /* k */
+    double *slopes, *sizes; /* k x decades: of one column, and of the forces differenced */
+    double *q, *u, *rate;   /* nq, nu, nq */
+    double *force;          /* nu */
+    double *q_given;        /* nq: where the directions were counted */
     double *gross; /* max_d + 2 max_n: sizes of what is added up in a lift, rates of a group */
     bool holding;  /* gamma takes the forces of some elements from f_held and tau_held */
     bool *own;     /* forces: which these are (element_slopes.h) */
@@ -49,9 +51,13 @@ typedef struct mbsri_null_space {
     double *span;              /* nu: typical length where u is a velocity, 1 elsewhere */
     double *reaction;          /* 4 x the most rows or columns of an element's derivatives */
     int *moving;               /* k */
-    bool *affects; /* k x k: whether direction l may change gamma_k, at l k + k (couplings.h) */
-    bool *tables;  /* work of couplings.c */
-    int *colour;   /* k: directions of one colour are differenced at once */
+    bool mixed;      /* directions are sums of those that gamma was built for (shorten.h): */
+    double *mixing;  /* k x k: their weights, a column each */
+    double *unmixed; /* k */
+    int *first;      /* k: head of the first group among those */
+    bool *affects;   /* k x k: whether direction l may change gamma_k, at l k + k (couplings.h) */
+    bool *tables;    /* work of couplings.c */
+    int *colour;     /* k: directions of one colour are differenced at once */
     int colours;
     double *shift;      /* nu */
     int *touched;       /* bodies */
@@ -73,6 +79,10 @@ int mbsri_null_basis(mbsri_null_space *w, double t, const double *q, const doubl
 /* gamma (k) at a state; the basis stays. */
 int mbsri_null_gamma(mbsri_null_space *w, double t, const double *q, const double *u,
                      double *gamma);
+
+/* x (k), numbers of the vectors that gamma was built for, becomes that of the sums of them that are the
+ * directions (shorten.h): T^T x, or by sizes |T|^T x. Nothing unless w->mixed. */
+void mbsri_null_remix(const mbsri_null_space *w, bool sizes, double *x);
 
 /* y += sum of the directions with these weights (k); y: nu. */
 void mbsri_null_combine(const mbsri_null_space *w, const double *weights, double *y);

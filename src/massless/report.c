@@ -24,9 +24,9 @@ static int allocate(mbsri_report *r)
     const mbsr_model *m = r->w.m;
     const size_t k = (size_t)r->w.k;
     r->lwork = mbsri_lapack_svd_work(r->w.k > 0 ? r->w.k : 1);
-    double **const array[] = {&r->C,       &r->values, &r->Y,       &r->Z,    &r->Y_error,
-                              &r->Z_error, &r->x,      &r->sparse,  &r->u,    &r->twist,
-                              &r->q_rate,  &r->other,  &r->weights, &r->size, &r->work};
+    double **const array[] = {
+        &r->C, &r->values, &r->Y,      &r->Z,     &r->Y_error, &r->Z_error, &r->x,     &r->sparse,
+        &r->u, &r->twist,  &r->q_rate, &r->other, &r->weights, &r->size,    &r->sizes, &r->work};
     const size_t length[] = {k * k,
                              k,
                              k * k,
@@ -41,6 +41,7 @@ static int allocate(mbsri_report *r)
                              (size_t)m->nu,
                              k * k,
                              m->size_v + (size_t)m->nq + (size_t)m->nu,
+                             k,
                              (size_t)r->lwork};
     size_t total = 0;
     for (size_t l = 0; l < sizeof length / sizeof length[0]; ++l) total += length[l];

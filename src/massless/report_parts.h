@@ -25,6 +25,7 @@ typedef struct mbsri_report {
     double *u, *twist, *q_rate; /* nu, size_v, nq: of a found direction */
     double *other;              /* nu */
     double *size;               /* the most of these: scratch of mbsri_null_mix */
+    double *sizes;              /* k: scratch */
     double *work;
     int lwork;
     void *memory;

@@ -3,6 +3,7 @@
 #include "massless/scales.h"
 
 #include <math.h>
+#include <string.h>
 
 enum { MOST_KINDS = 64 };
 
@@ -53,6 +54,21 @@ static double body_acceleration(const mbsr_model *m, const mbsr_data *d, int i)
     return largest;
 }
 
+/* The largest coordinate of the points that a stock element acts at, by the names of its parameters. */
+static double force_length(const mbsr_force_def *def)
+{
+    static const char *const lengths[] = {" (point", " (centre", " (frame A, x", " (frame B, x"};
+    double largest = 0.0;
+    for (int k = 0; k < MBSR_FORCE_PARAMS && def->table->parameter; ++k) {
+        const char *name = def->table->parameter(k);
+        for (size_t l = 0; l < sizeof lengths / sizeof *lengths; ++l) {
+            if (strncmp(name, lengths[l], strlen(lengths[l])) == 0)
+                largest = fmax(largest, fabs(def->param[k]));
+        }
+    }
+    return largest;
+}
+
 /* Kinds of the coordinates of body i. */
 static void kinds_of(const mbsr_model *m, int i, mbsr_coordinate_kind *q, mbsr_coordinate_kind *u)
 {
@@ -97,17 +113,30 @@ void mbsri_null_scales(mbsri_null_space *w, const double *q, const double *u)
         speed = fmax(speed, largest_of(b->n, u + b->u, ku, MBSR_COORDINATE_TRANSLATION));
         acceleration = fmax(acceleration, body_acceleration(m, w->d, i));
     }
+    const mbsri_force *force = m->forces.data;
+    for (size_t k = 0; k < m->forces.count; ++k) length = fmax(length, force_length(&force[k].def));
     w->size = length > 1e-12 ? length : 1.0; /* less is what rounding leaves of zero */
     w->rate_of_tree = fmax(spin, fmax(speed / w->size, sqrt(acceleration / w->size)));
-    if (!(w->rate_of_tree > 1e-6) || !isfinite(w->rate_of_tree)) w->rate_of_tree = 0.0;
+    if (!isfinite(w->rate_of_tree)) w->rate_of_tree = 0.0;
+    for (int i = 1; i <= m->bodies; ++i) {
+        const mbsri_body *b = m->body + i;
+        kinds_of(m, i, kq, ku);
+        fill(b->nq, kq, 1.0, w->size, w->q_scale + b->q);
+        fill(b->n, ku, 1.0, w->size, w->span + b->u);
+    }
+}
+
+void mbsri_null_rate_scales(mbsri_null_space *w, double natural)
+{
+    const mbsr_model *m = w->m;
+    mbsr_coordinate_kind kq[MOST_KINDS], ku[MOST_KINDS];
+    if (!(w->rate_of_tree > 1e-6 * (natural > 0.0 ? natural : 1.0))) w->rate_of_tree = natural;
     const double turning = w->rate_of_tree > 0.0 ? w->rate_of_tree : 1.0,
                  moving = w->rate_of_tree > 0.0 ? w->size * w->rate_of_tree : 1.0;
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
         kinds_of(m, i, kq, ku);
-        fill(b->nq, kq, 1.0, w->size, w->q_scale + b->q);
         fill(b->n, ku, turning, moving, w->u_scale + b->u);
-        fill(b->n, ku, 1.0, w->size, w->span + b->u);
     }
 }
 
@@ -117,6 +146,15 @@ static double twist_span(const mbsri_null_space *w, const mbsri_body *b, int c)
     int at, V, count;
     const bool known = places(b->joint.space, &at, &V, &count);
     return known && c >= V && c < V + count ? w->size : 1.0;
+}
+
+double mbsri_twist_size(const mbsri_null_space *w, int i, const double *twist)
+{
+    const mbsri_body *b = w->m->body + i;
+    double largest = 0.0;
+    for (int c = 0; c < b->d; ++c)
+        largest = fmax(largest, fabs(twist[b->v + (size_t)c]) / twist_span(w, b, c));
+    return largest;
 }
 
 /* Largest entry of direction l and its twist; entries up to `least` become zero. */

@@ -5,18 +5,25 @@
 
 #include "massless/null_space.h"
 
-/* Length and rate typical of the tree at a state, w->size and w->rate_of_tree, and from them
- * q_scale, u_scale and span of every coordinate. The data is at mbsri_forces of the state.
+/* Length and rate typical of the tree at a state, w->size and w->rate_of_tree, and from the length
+ * q_scale and span of every coordinate. The data is at mbsri_forces of the state.
  *
  * The length is the largest among the distances of origins from those of the predecessors, centres
- * of mass, radii of gyration and displacements; the rate the largest among the angular rates,
- * velocities over the length, and the root of force over mass and length. Angles count as 1. What
- * nothing is known of counts as 1 as well. */
+ * of mass, radii of gyration, displacements and the points that stock force elements act at; the rate
+ * the largest among the angular rates, velocities over the length, and the root of force over mass and
+ * length. Angles count as 1. What nothing is known of counts as 1 as well. */
 void mbsri_null_scales(mbsri_null_space *w, const double *q, const double *u);
+
+/* u_scale by the rate; where that is next to nothing beside the `natural` one of springs and masses (0:
+ * not known), as at rest, the natural one takes its place. */
+void mbsri_null_rate_scales(mbsri_null_space *w, double natural);
 
 /* Clears the directions and their twists of entries that are rounding beside the others, velocities
  * compared with angular rates times the typical length. */
 void mbsri_null_clean(mbsri_null_space *w);
+
+/* Size of the twist of body i among all (size_v), velocities over the typical length. */
+double mbsri_twist_size(const mbsri_null_space *w, int i, const double *twist);
 
 /* The least multiple of x that changes one of the coordinates y by its size and scale. */
 double mbsri_unit_step(int n, const double *x, const double *y, const double *scale);

@@ -71,6 +71,9 @@ void mbsri_start_loads(mbsri_start *s, double *sizes);
  * pivot. Leaves the sizes in w.force. */
 double mbsri_start_imbalance(mbsri_start *s, const double *gamma, bool damped_only);
 
+/* Whether gamma may be nothing but rounding of the positions that springs are stretched between. */
+bool mbsri_start_relaxed(const mbsri_start *s, const double *gamma, bool damped_only);
+
 /* Whether a correction of this size, to a vector of that size, is the last, both beside typical
  * sizes; `near`: from where one counts that does not get smaller. *last: the correction before. */
 bool mbsri_start_settled(const mbsri_start *s, double *last, double change, double size,

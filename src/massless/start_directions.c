@@ -158,6 +158,7 @@ void mbsri_start_loads(mbsri_start *s, double *sizes)
         const mbsri_group g = mbsri_group_of(w->m, w->d, w->head[l]);
         sizes[l] = mbsri_gross_load(w->m, w->d, &g, w->vector + (size_t)l * (size_t)w->m->max_n);
     }
+    mbsri_null_remix(w, true, sizes);
 }
 
 /* sizes (k) += what dampers add up to forces inside, where relative velocities are differences:
@@ -186,6 +187,15 @@ double mbsri_start_imbalance(mbsri_start *s, const double *gamma, bool damped_on
         worst = fmax(worst, fabs(gamma[l]) / sizes[l]);
     }
     return worst;
+}
+
+bool mbsri_start_relaxed(const mbsri_start *s, const double *gamma, bool damped_only)
+{
+    for (int l = 0; l < s->w.k; ++l) {
+        if (damped_only && !s->reduced.row_taken[l]) continue;
+        if (fabs(gamma[l]) > MBSRI_GAMMA_ROUNDING * s->w.strain[l]) return false;
+    }
+    return true;
 }
 
 /* Whether a correction of this size, to a vector of that size, is the last, both beside typical

@@ -85,7 +85,8 @@ static int step_positions(mbsri_start *s, int number, double *last, bool *done)
     const double before = elastic_defect(s, s->defect, s->moved);
     if (number == 0) s->first_defect = before;
     status = aim_positions(s);
-    if (status == MBSR_UNDETERMINED && !still && !s->moved_off && number == 0) {
+    if (status == MBSR_UNDETERMINED && !still && !s->moved_off && number == 0 &&
+        !mbsri_start_relaxed(s, s->defect, false)) {
         move_off(s);
         return MBSR_OK;
     }

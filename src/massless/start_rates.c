@@ -25,6 +25,20 @@ static int defect_of_rates(mbsri_start *s, double *out)
     return MBSR_OK;
 }
 
+/* sizes (k) += what rounding of positions is multiplied by: S_lm times the multiple of direction m that
+ * is as long as q. */
+static void add_springs(mbsri_start *s, double *sizes)
+{
+    const mbsri_null_space *w = &s->w;
+    const int k = w->k, nq = w->m->nq;
+    const double length = fmax(1.0, mbsri_start_relative(nq, s->q, w->q_scale));
+    for (int m = 0; m < k; ++m) {
+        const double *rate = w->q_rate + (size_t)m * (size_t)nq,
+                     share = length / mbsri_start_relative(nq, rate, w->q_scale);
+        for (int l = 0; l < k; ++l) sizes[l] += fabs(w->S[m * k + l]) * share;
+    }
+}
+
 /* B, slopes of Y^T gamma'' along the null directions: Y^T S, and where differences show more, the
  * change of C in time. */
 static int slopes_of_rates(mbsri_start *s)
@@ -34,7 +48,10 @@ static int slopes_of_rates(mbsri_start *s)
     const int k = w->k, e = k - s->damped;
     const double time = mbsri_start_short_time(s, 1e-4), rate = 1e-4 / time;
     mbsri_start_springs(s);
-    if (e > 0) mbsri_start_loads(s, s->weights);
+    if (e > 0) {
+        mbsri_start_loads(s, s->weights);
+        add_springs(s, s->weights);
+    }
     for (int l = 0; l < k && e > 0; ++l) {
         const double *a = w->direction + (size_t)l * (size_t)m->nu;
         const double h = fmax(rate, mbsri_start_relative(m->nu, s->udot, w->u_scale)) /

@@ -94,7 +94,8 @@ static int step_velocities(mbsri_start *s, int number, double *last, bool *done)
         return MBSR_OK;
     }
     status = move_velocities(s, before, &stuck);
-    if (stuck && left <= 1e-9) { /* rounding of forces that cancelled unseen */
+    /* rounding of forces that cancelled unseen */
+    if (stuck && (left <= 1e-9 || mbsri_start_relaxed(s, s->defect, true))) {
         for (int c = 0; c < nu; ++c) s->u[c] += s->change[c];
         *done = level;
         stuck = false;
@@ -112,7 +113,9 @@ static int check_velocities(mbsri_start *s)
     if (status) return status;
     const double least = 1e-6 * mbsri_largest(w->k, s->sizes);
     for (int l = 0; l < w->k && least > 0.0; ++l) {
-        if (s->reduced.row_taken[l] && fabs(s->defect[l]) > 1e-3 * fmax(s->sizes[l], least))
+        const double small =
+            fmax(1e-3 * fmax(s->sizes[l], least), MBSRI_GAMMA_ROUNDING * w->strain[l]);
+        if (s->reduced.row_taken[l] && fabs(s->defect[l]) > small)
             return mbsri_start_unbalanced(s, "velocity balances the forces", s->defect);
     }
     return MBSR_OK;
