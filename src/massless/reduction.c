@@ -84,7 +84,7 @@ static void subtract(const mbsri_reduction *r, int j, int p, const double *facto
         if (part == 0.0 && pivot_error == 0.0) continue;
         a[i] -= part;
         e[i] += fabs(factor[i]) * pivot_error + doubt[i] * fabs(pivot) + DBL_EPSILON * size;
-        if (fabs(a[i]) <= fmax(clear * e[i], small * size)) a[i] = 0.0;
+        if (fabs(a[i]) <= clear * e[i] || fabs(a[i]) <= small * size) a[i] = 0.0;
     }
 }
 

@@ -67,6 +67,10 @@ double mbsri_start_relative(int n, const double *x, const double *scale);
 /* sizes (k) of the forces that were added up last, in the null directions. */
 void mbsri_start_loads(mbsri_start *s, double *sizes);
 
+/* sizes (k) += what dampers add up to forces inside, where relative velocities are differences: C_lm
+ * times the multiple of direction m whose largest rate is `speed` times its typical size. */
+void mbsri_start_add_dampers(const mbsri_start *s, double speed, double *sizes);
+
 /* Largest |gamma_l| beside the sizes of the forces, over all l, or those whose rows of C have a
  * pivot. Leaves the sizes in w.force. */
 double mbsri_start_imbalance(mbsri_start *s, const double *gamma, bool damped_only);

@@ -161,13 +161,10 @@ void mbsri_start_loads(mbsri_start *s, double *sizes)
     mbsri_null_remix(w, true, sizes);
 }
 
-/* sizes (k) += what dampers add up to forces inside, where relative velocities are differences:
- * C_lm times the multiple of direction m that is as fast as u. */
-static void add_dampers(mbsri_start *s, double *sizes)
+void mbsri_start_add_dampers(const mbsri_start *s, double speed, double *sizes)
 {
     const mbsri_null_space *w = &s->w;
     const int k = w->k, nu = w->m->nu;
-    const double speed = mbsri_start_relative(nu, s->u, w->u_scale);
     for (int m = 0; m < k; ++m) {
         const double *a = w->direction + (size_t)m * (size_t)nu,
                      share = speed / mbsri_start_relative(nu, a, w->u_scale);
@@ -181,7 +178,8 @@ double mbsri_start_imbalance(mbsri_start *s, const double *gamma, bool damped_on
 {
     double *sizes = s->w.force, worst = 0.0;
     mbsri_start_loads(s, sizes);
-    if (damped_only) add_dampers(s, sizes);
+    if (damped_only)
+        mbsri_start_add_dampers(s, mbsri_start_relative(s->w.m->nu, s->u, s->w.u_scale), sizes);
     for (int l = 0; l < s->w.k; ++l) {
         if (gamma[l] == 0.0 || (damped_only && !s->reduced.row_taken[l])) continue;
         worst = fmax(worst, fabs(gamma[l]) / sizes[l]);

@@ -112,9 +112,12 @@ static int check_velocities(mbsri_start *s)
     const int status = mbsri_null_gamma(w, s->t, s->q, s->u, s->defect);
     if (status) return status;
     const double least = 1e-6 * mbsri_largest(w->k, s->sizes);
+    /* what changes velocities by as little as a correction that is the last */
+    mbsri_zero((size_t)w->k, s->trial);
+    mbsri_start_add_dampers(s, 1e-3 * s->opt->tolerance, s->trial);
     for (int l = 0; l < w->k && least > 0.0; ++l) {
-        const double small =
-            fmax(1e-3 * fmax(s->sizes[l], least), MBSRI_GAMMA_ROUNDING * w->strain[l]);
+        const double rounding = fmax(MBSRI_GAMMA_ROUNDING * w->strain[l], s->trial[l]),
+                     small = fmax(1e-3 * fmax(s->sizes[l], least), rounding);
         if (s->reduced.row_taken[l] && fabs(s->defect[l]) > small)
             return mbsri_start_unbalanced(s, "velocity balances the forces", s->defect);
     }
