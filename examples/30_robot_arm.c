@@ -45,8 +45,6 @@ static double follow(int fed)
     feed feeds[N];
     int drive[2 * N], drives = 0;
     double q[N], u[N], worst = 0.0, r;
-    mbsr_data *bare = NULL;
-    mbsr_error error;
     mbsr_simulation s = mbsr_simulation_begin(NULL);
     int body = mbsr_simulation_add_body(&s, "base", MBSR_GROUND, mbsr_joint_revolute(NULL, NULL, z),
                                         mbsr_inertia_cylinder(2700.0, 0.1, 0.1));
@@ -64,10 +62,8 @@ static double follow(int fed)
         drive[drives++] =
             mbsr_simulation_add_force(&s, mbsr_force_joint_applied(k, feed_forward, &feeds[k]));
     }
-    if (!mbsr_simulation_check(&s, mbsr_model_finish(s.model))) {
-        if (mbsr_data_create(s.model, &bare, &error)) fprintf(stderr, "%s\n", error.text);
-    }
-    for (int k = 0; k < drives && bare; ++k) mbsr_force_switch(s.model, bare, drive[k], 0);
+    mbsr_data *bare = mbsr_simulation_add_data(&s);
+    for (int k = 0; k < drives; ++k) mbsr_force_switch(s.model, bare, drive[k], 0);
     for (int k = 0; k < N; ++k) {
         feeds[k].model = s.model;
         feeds[k].bare = bare;
@@ -83,7 +79,6 @@ static double follow(int fed)
     if (s.status) fprintf(stderr, "%s\n", s.error.text);
     printf("%-22s %4ld steps, largest error %.1e rad\n", fed ? "torques fed forward" : "PD alone",
            mbsr_simulation_stats(&s).steps, worst);
-    mbsr_data_destroy(bare);
     const int status = s.status;
     mbsr_simulation_end(&s);
     return status ? -1.0 : worst;

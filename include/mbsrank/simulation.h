@@ -28,14 +28,13 @@ typedef struct mbsr_simulation {
     mbsr_data *data;   /* from there on, as all that follows; at mbsr_velocities of t, q, u */
     mbsr_ida *ida;
     mbsr_dae_form form;
-    double t;                   /* s */
-    double *q, *u;              /* nq, nu; NULL before the start */
-    double *y, *yp;             /* the state of the form */
-    mbsr_consistent_info start; /* what the consistent start has changed */
-    mbsr_table **table;         /* those of mbsr_simulation_add_table */
-    int tables;                 /* how many */
-    int status;                 /* of the first failure; 0: none */
-    mbsr_error error;           /* its text */
+    double t;                           /* s */
+    double *q, *u;                      /* nq, nu; NULL before the start */
+    double *y, *yp;                     /* the state of the form */
+    mbsr_consistent_info start;         /* what the consistent start has changed */
+    struct mbsr_simulation_part *parts; /* what it frees besides */
+    int status;                         /* of the first failure; 0: none */
+    mbsr_error error;                   /* its text */
 } mbsr_simulation;
 
 /* With an empty model; def NULL: mbsr_default_model_def. */
@@ -56,6 +55,11 @@ MBSR_API int mbsr_simulation_add_closure(mbsr_simulation *s, mbsr_closure_def cl
 MBSR_API mbsr_table *mbsr_simulation_add_table(mbsr_simulation *s, mbsr_table_kind kind, int points,
                                                const double *x, const double *value);
 
+/* Finishes the model unless it is, and makes data besides those of the run, which the simulation frees:
+ * for inverse dynamics with some force elements switched off, say. NULL after a failure. Statuses of
+ * mbsr_model_finish, mbsr_data_create. */
+MBSR_API mbsr_data *mbsr_simulation_add_data(mbsr_simulation *s);
+
 /* Finishes the model unless it is, finds a consistent state near q, u (NULL: all coordinates zero,
  * quaternions 1; at rest) at t, and starts a driver there (opt NULL: mbsr_default_ida_opt). Called
  * again it begins another run, of the same model. Statuses of mbsr_model_finish, mbsr_data_create,
@@ -71,8 +75,8 @@ MBSR_API int mbsr_simulation_start(mbsr_simulation *s, const mbsr_ida_opt *opt, 
 MBSR_API int mbsr_simulation_to(mbsr_simulation *s, double t);
 MBSR_API int mbsr_simulation_sample(mbsr_simulation *s, double t);
 
-/* Keeps the status of a call with model and data as a failure, if it is the first one, with its text;
- * returns that of the first one:
+/* Keeps the status of a call with s->model and s->data as a failure, if it is the first one, with its
+ * text; returns that of the first one:
  *
  *   mbsr_simulation_check(&s, mbsr_body_pose(s.model, s.data, rod, pose)); */
 MBSR_API int mbsr_simulation_check(mbsr_simulation *s, int status);

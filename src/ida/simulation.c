@@ -72,26 +72,56 @@ int mbsr_simulation_add_closure(mbsr_simulation *s, mbsr_closure_def closure)
                : id;
 }
 
+/* ---- what else belongs to it ---- */
+
+typedef struct mbsr_simulation_part {
+    mbsr_table *table;
+    mbsr_data *data;
+    struct mbsr_simulation_part *next;
+} part;
+
+/* A new one, empty; NULL, with a failure, without memory. */
+static part *add_part(mbsr_simulation *s, const char *no_memory)
+{
+    part *made = calloc(1, sizeof *made);
+    if (!made) {
+        refuse(s, MBSR_ERR_NO_MEMORY, no_memory);
+        return NULL;
+    }
+    made->next = s->parts;
+    return s->parts = made;
+}
+
 mbsr_table *mbsr_simulation_add_table(mbsr_simulation *s, mbsr_table_kind kind, int points,
                                       const double *x, const double *value)
 {
-    mbsr_table *made = NULL, **more;
     mbsr_table_def def = mbsr_default_table_def();
     mbsr_error error;
     if (!s || s->status) return NULL;
+    part *made = add_part(s, "mbsr_simulation_add_table: no memory for a table");
+    if (!made) return NULL;
     def.kind = kind;
     def.points = points;
     def.x = x;
     def.value = value;
-    if (note(s, mbsr_table_create(&def, &made, &error), &error)) return NULL;
-    more = realloc(s->table, ((size_t)s->tables + 1) * sizeof(mbsr_table *));
-    if (!more) {
-        mbsr_table_destroy(made);
-        refuse(s, MBSR_ERR_NO_MEMORY, "mbsr_simulation_add_table: no memory for a table");
-        return NULL;
-    }
-    s->table = more;
-    return s->table[s->tables++] = made;
+    note(s, mbsr_table_create(&def, &made->table, &error), &error);
+    return made->table;
+}
+
+static int finish(mbsr_simulation *s)
+{
+    if (mbsr_model_bodies(s->model) >= 0) return MBSR_OK;
+    return note(s, mbsr_model_finish(s->model), mbsr_model_error(s->model));
+}
+
+mbsr_data *mbsr_simulation_add_data(mbsr_simulation *s)
+{
+    mbsr_error error;
+    if (!s || s->status || finish(s)) return NULL;
+    part *made = add_part(s, "mbsr_simulation_add_data: no memory for data");
+    if (!made) return NULL;
+    note(s, mbsr_data_create(s->model, &made->data, &error), &error);
+    return made->data;
 }
 
 /* ---- start ---- */
@@ -100,9 +130,7 @@ mbsr_table *mbsr_simulation_add_table(mbsr_simulation *s, mbsr_table_kind kind, 
 static int prepare(mbsr_simulation *s, mbsr_dae_form form)
 {
     mbsr_error error;
-    if (mbsr_model_bodies(s->model) < 0 &&
-        note(s, mbsr_model_finish(s->model), mbsr_model_error(s->model)))
-        return s->status;
+    if (finish(s)) return s->status;
     if (!s->data && note(s, mbsr_data_create(s->model, &s->data, &error), &error)) return s->status;
     const int size = mbsr_dae_size(s->model, form), nq = mbsr_model_nq(s->model),
               nu = mbsr_model_nu(s->model);
@@ -219,12 +247,15 @@ void mbsr_simulation_end(mbsr_simulation *s)
     if (!s) return;
     mbsr_ida_destroy(s->ida);
     mbsr_data_destroy(s->data);
+    for (const part *p = s->parts; p; p = p->next) mbsr_data_destroy(p->data);
     mbsr_model_destroy(s->model);
-    for (int k = 0; k < s->tables; ++k) mbsr_table_destroy(s->table[k]);
-    free(s->table);
+    while (s->parts) {
+        part *first = s->parts;
+        s->parts = first->next;
+        mbsr_table_destroy(first->table);
+        free(first);
+    }
     free(s->q);
-    s->table = NULL;
-    s->tables = 0;
     s->model = NULL;
     s->data = NULL;
     s->ida = NULL;

@@ -168,6 +168,7 @@ static const finite_row rows[] = {
     {"mbsr_simulation_add_force", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_simulation_add_closure", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_simulation_add_table", NULL, NULL, 0, 0, 0, NULL},
+    {"mbsr_simulation_add_data", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_simulation_check", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_simulation_stats", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_simulation_start", NULL, NULL, 0, 0, 0, NULL},

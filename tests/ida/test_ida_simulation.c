@@ -284,9 +284,41 @@ static void tables_belong_to_the_simulation(void **state)
     assert_contains(s.error.text, "x[2] is 1, not above x[1], which is 1");
     assert_null(mbsr_simulation_add_table(&s, MBSR_TABLE_LINEAR, 3, t, f));
     mbsr_simulation_end(&s);
-    assert_true(s.table == NULL && s.tables == 0);
+    assert_null(s.parts);
     assert_null(mbsr_simulation_add_table(NULL, MBSR_TABLE_LINEAR, 3, t, f));
     assert_true(mbsr_simulation_stats(NULL).steps == 0);
+}
+
+/* With a force switched off in them inverse dynamics is that of the model without it. */
+static void data_belong_to_the_simulation(void **state)
+{
+    (void)state;
+    const double q = 0.4, zero = 0.0;
+    double tau = 0.0;
+    mbsr_simulation s = pendulum();
+    const int spring = mbsr_simulation_add_force(&s, mbsr_force_joint_spring(0, 0, 50.0, 1.0, 0.0));
+    mbsr_data *bare = mbsr_simulation_add_data(&s), *other = mbsr_simulation_add_data(&s);
+    assert_ok(s.status, &s.error);
+    assert_non_null(bare);
+    assert_true(other && other != bare && mbsr_model_bodies(s.model) == 1);
+    assert_ok(mbsr_force_switch(s.model, bare, spring, 0), mbsr_data_error(bare));
+    mbsr_simulation_start(&s, NULL, 0.0, &q, NULL);
+    assert_true(s.data != bare && s.data != other);
+    assert_ok(mbsr_inverse_dynamics(s.model, bare, 0.0, &q, &zero, &zero, &tau),
+              mbsr_data_error(bare));
+    assert_close(fabs(tau), 9.81 * sin(0.4), 1e-12);
+    const double weight = tau;
+    assert_ok(mbsr_inverse_dynamics(s.model, other, 0.0, &q, &zero, &zero, &tau),
+              mbsr_data_error(other));
+    assert_close(tau - weight, 50.0 * 0.4, 1e-12);
+    mbsr_simulation_end(&s);
+    s = mbsr_simulation_begin(NULL);
+    mbsr_simulation_add_force(&s, mbsr_force_joint_spring(0, 0, 1.0, 0.0, 0.0));
+    assert_null(mbsr_simulation_add_data(&s));
+    assert_true(s.status != MBSR_OK && s.error.text[0]);
+    assert_null(mbsr_simulation_add_data(&s));
+    assert_null(mbsr_simulation_add_data(NULL));
+    mbsr_simulation_end(&s);
 }
 
 static void calls_with_its_data_may_fail_too(void **state)
@@ -335,6 +367,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(closed_loops_run_too),
         cmocka_unit_test(tables_belong_to_the_simulation),
+        cmocka_unit_test(data_belong_to_the_simulation),
         cmocka_unit_test(calls_with_its_data_may_fail_too),
         cmocka_unit_test(held_forces_change_between_samples),
         cmocka_unit_test(a_run_needs_one_look_at_the_end),
