@@ -164,8 +164,8 @@ static PetscErrorCode set_newton(TS ts, Mat A, problem *c)
     return 0;
 }
 
-/* Runs from y, which becomes the state at *t; all entries of y are tested
- * alike, or as they should be. */
+/* Runs from y, which becomes the state at *t; all entries of y are tested alike, or as they should
+ * be. */
 static PetscErrorCode run(problem *c, bool alike, double *y, double *t, int *steps)
 {
     Vec state, F;
