@@ -26,8 +26,9 @@ levels() {
     }' "$1"
 }
 
-# expect NAME LIBRARY KERNELS PROGRAM OPTION...: the last -O flags of the library's files, of the
-# sweeps in vector code and of the project's own program, configured with these options.
+# expect NAME LIBRARY KERNELS PROGRAM OPTION...: the last -O flags of the library's files, of its loops
+# over small matrices, sweeps in vector code and others, and of the project's own program, configured
+# with these options.
 expect() {
     name=$1 library=$2 kernels=$3 program=$4
     shift 4
@@ -40,11 +41,17 @@ expect() {
     fi
     levels "$work/$name/compile_commands.json" >"$work/$name.levels"
     awk -v library="$library" -v kernels="$kernels" -v program="$program" -v name="$name" '
+        BEGIN {
+            wanted["kernels"] = kernels
+            wanted["library"] = library
+            wanted["program"] = program
+        }
         {
-            wanted = $1 ~ /kernels_/ ? kernels : $1 ~ /mbsrank_.*objects/ ? library : program
-            ++count[$1 ~ /kernels_/ ? "kernels" : $1 ~ /mbsrank_.*objects/ ? "library" : "program"]
-            if ($2 != wanted) {
-                print name ": " $1 " has " $2 " instead of " wanted
+            kind = $1 ~ /mbsrank_.*objects/ ? "library" : "program"
+            if ($1 ~ /kernels_|newton\/blocks\/|newton\/product|algebra\/jacobi/) kind = "kernels"
+            ++count[kind]
+            if ($2 != wanted[kind]) {
+                print name ": " $1 " has " $2 " instead of " wanted[kind]
                 wrong = 1
             }
         }
@@ -54,7 +61,7 @@ expect() {
         }' "$work/$name.levels" || failed=1
 }
 
-echo "files of the library, sweeps in vector code, programs:"
+echo "files of the library, loops over small matrices, programs:"
 expect nothing -O2 -O3 none
 expect build_type -O1 -O3 -O1 -DCMAKE_BUILD_TYPE=Mine -DCMAKE_C_FLAGS_MINE=-O1
 expect debug none none none -DCMAKE_BUILD_TYPE=Debug
