@@ -6,11 +6,15 @@
  *
  * `fourbars`: chains of rods in the plane with a four-bar on each (4 bodies and 2 rows a piece), with
  * couplers that have mass or none (`massless`); `ring`: one loop of rods. `by_blocks`: the same
- * bodies without the pins, with Newton systems without vector code, as those of closed models are. A sample
- * is the mean over as many calls as last about 5 ms; a start is timed once. */
+ * bodies without the pins, with Newton systems without vector code, as those of closed models are. `klu`:
+ * the equations of motion of the closed ones in redundant coordinates (kkt.h) by SuiteSparse's KLU, which
+ * has accelerations and forces for them and no derivatives of anything. A sample is the mean over as many
+ * calls as last about 5 ms; a start is timed once. */
 #include "bench.h"
+#include "kkt.h"
 #include "trees.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -72,6 +76,91 @@ static void close_candidate(candidate *c)
     free(c->y);
 }
 
+/* ---- beside them KLU on the equations of motion in redundant coordinates ---- */
+
+static bench_pin pin_of(const bench_rod *rod, int a, int b)
+{
+    return (bench_pin){a, b, rod[a].x + rod[a].length * cos(rod[a].angle),
+                       rod[a].y + rod[a].length * sin(rod[a].angle)};
+}
+
+/* The mechanism of a case where it starts. */
+static bench_kkt *open_kkt(candidate *c, const struct bench_case *of)
+{
+    static const double mass[4] = {1.5, 0.4, 0.6, 0.3}, length[4] = {0.5, 0.3, 0.45, 0.3},
+                        gravity[2] = {0.0, -9.81};
+    const int rods = c->tree.bodies, pins = of->ring ? 1 : of->count;
+    bench_rod *rod = bench_allocate((size_t)rods, sizeof *rod);
+    bench_pin *pin = bench_allocate((size_t)pins, sizeof *pin);
+    bench_check(mbsr_positions(c->tree.model, c->data, 0.0, c->y), "mbsr_positions", NULL);
+    for (int i = 0; i < rods; ++i) {
+        double p[3];
+        const double link = 1.0 / rods;
+        bench_check(mbsr_body_pose(c->tree.model, c->data, i, p), "mbsr_body_pose", NULL);
+        rod[i] = (bench_rod){
+            mbsr_body_parent(c->tree.model, i), p[0], p[1], p[2], of->ring ? link : mass[i % 4],
+            of->ring ? link : length[i % 4]};
+    }
+    for (int k = 0; k < pins; ++k)
+        pin[k] = of->ring ? pin_of(rod, rods - 1, -1) : pin_of(rod, 4 * k + 2, 4 * k + 3);
+    bench_kkt *kkt = bench_kkt_open(rods, rod, pins, pin, gravity);
+    free(rod);
+    free(pin);
+    return kkt;
+}
+
+/* Both find the same angular acceleration of the first body, from rest. */
+static void compare(candidate *c, bench_kkt *kkt)
+{
+    const int nu = c->tree.nu;
+    if (c->tree.bodies > 100) return;
+    if (!bench_kkt_factor(kkt)) bench_check(MBSR_ERR_VALUE, "KLU", NULL);
+    double *udot = bench_allocate(2 * (size_t)nu, sizeof *udot);
+    bench_check(mbsr_forward_dynamics(c->tree.model, c->data, 0.0, c->y, udot + nu, NULL, udot),
+                "mbsr_forward_dynamics", mbsr_data_error(c->data)->text);
+    const double found = bench_kkt_solve(kkt)[2];
+    if (!(fabs(found - udot[0]) <= 1e-6 * (1.0 + fabs(udot[0])))) {
+        fprintf(stderr, "bench_loops: KLU has %.12g, the library %.12g\n", found, udot[0]);
+        exit(1);
+    }
+    free(udot);
+}
+
+static int call_kkt(bench_kkt *kkt, int which)
+{
+    return which == 1 ? bench_kkt_factor(kkt) : bench_kkt_solve(kkt) != NULL;
+}
+
+static void measure_kkt(candidate *c, const struct bench_case *of, int samples, double *sample)
+{
+    if (!of->closed || of->massless) return;
+    bench_kkt *kkt = open_kkt(c, of);
+    if (!kkt) {
+        printf("# %s %d: no KLU\n", of->name, of->count);
+        return;
+    }
+    compare(c, kkt);
+    for (int which = 1; which < CALLS; ++which) {
+        for (int j = 0; j < samples; ++j) {
+            int calls = 0;
+            const double before = bench_now();
+            double passed;
+            do {
+                if (!call_kkt(kkt, which)) bench_check(MBSR_ERR_VALUE, "KLU", NULL);
+                ++calls;
+                passed = bench_now() - before;
+            } while (passed < sample_time);
+            sample[j] = 1e9 * passed / calls / c->tree.bodies;
+        }
+        const bench_quartiles s = bench_statistics(samples, sample);
+        printf("%s,klu,%d,%d,%s,%.0f,%.0f,%.0f\n", of->name, c->tree.bodies,
+               mbsr_model_rows(c->tree.model), call_name[which], s.median, s.q1, s.q3);
+    }
+    bench_kkt_close(kkt);
+}
+
+/* ---- the library ---- */
+
 static int call(candidate *c, int which)
 {
     switch (which) {
@@ -115,6 +204,7 @@ int main(int argc, char **argv)
             printf("%s,%s,%d,%d,%s,%.0f,%.0f,%.0f\n", cases[k].name, cases[k].variant, bodies, rows,
                    call_name[which], s.median, s.q1, s.q3);
         }
+        measure_kkt(&c, cases + k, samples, sample);
         fflush(stdout);
         close_candidate(&c);
     }
