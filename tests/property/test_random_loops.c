@@ -303,10 +303,70 @@ static void starts(void **state)
     assert_true(started > 20);
 }
 
+/* Rods one behind the other, of which the last turns about itself alone, its end in a plane: that moves no
+ * mass, and no row of the loop, but for rounding. */
+static void add_rods(loops *s, test_rng *rng, bool damped)
+{
+    double tip[3] = {0.0}, plane[3], normal[3];
+    int last = MBSR_GROUND;
+    loops_begin(s, NULL);
+    for (int k = 0; k < 4; ++k) {
+        double along[3], axis[3], turn[3], from[3], to[3];
+        vector(rng, along);
+        vector(rng, axis);
+        vector(rng, turn);
+        vector(rng, from);
+        for (int l = 0; l < 3; ++l) to[l] = from[l] + along[l];
+        const mbsr_frame A = mbsr_frame_turned(tip, turn, 1.0),
+                         B = mbsr_frame_at(from[0], from[1], from[2]);
+        mbsr_body_def body = mbsr_default_body_def();
+        body.parent = last;
+        body.joint = mbsr_joint_revolute(&A, &B, k < 3 ? axis : along);
+        body.inertia = mbsr_inertia_rod(1.3, from, to);
+        assert_ok(mbsr_model_add_body(s->m, &body, &last), mbsr_model_error(s->m));
+        memcpy(tip, to, sizeof tip);
+    }
+    const mbsr_force_def damper = mbsr_force_joint_spring(last, 0, 0.0, 0.7, 0.0);
+    if (damped) assert_ok(mbsr_model_add_force(s->m, &damper, NULL), mbsr_model_error(s->m));
+    vector(rng, plane);
+    vector(rng, normal);
+    const mbsr_closure_def def = mbsr_closure_rows(last, tip, MBSR_GROUND, plane, 1, normal);
+    assert_ok(mbsr_model_add_closure(s->m, &def, NULL), mbsr_model_error(s->m));
+    loops_finish(s);
+}
+
+static void spinning_rods(void **state)
+{
+    (void)state;
+    int started = 0;
+    for (uint64_t seed = 1; seed <= 60; ++seed) {
+        test_rng rng = test_seed(seed);
+        const bool damped = seed % 2 == 0;
+        double y[8 * LOOPS_MOST], yp[8 * LOOPS_MOST];
+        mbsr_consistent_info info;
+        loops s;
+        add_rods(&s, &rng, damped);
+        random_state(&s, &rng);
+        assert_ok(mbsr_dae_pack(s.m, s.d, MBSR_DAE_MOMENTUM, 0.0, s.q, s.u, y), NULL);
+        const int status =
+            mbsr_dae_consistent(s.m, s.d, MBSR_DAE_MOMENTUM, 0.0, y, yp, NULL, &info);
+        if (status != MBSR_LOOP_OPEN) {
+            assert_int_equal(status, damped ? MBSR_OK : MBSR_UNDETERMINED);
+            if (damped) assert_int_equal(info.null_directions, 1);
+            if (damped) assert_less(test_largest(s.size, yp), 1e6);
+            if (!damped) assert_contains(mbsr_data_error(s.d)->text, "body 3|moves no mass");
+            ++started;
+        }
+        loops_free(&s);
+    }
+    assert_true(started > 40);
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(accelerations), cmocka_unit_test(other_kinds),
-        cmocka_unit_test(inverse_dynamics), cmocka_unit_test(starts)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(accelerations),
+                                       cmocka_unit_test(other_kinds),
+                                       cmocka_unit_test(inverse_dynamics), cmocka_unit_test(starts),
+                                       cmocka_unit_test(spinning_rods)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
