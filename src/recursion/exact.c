@@ -20,6 +20,7 @@
  * errors. What is left of lever arms along an axis, eps^2 m |r|^2 (`turned`), never counts. */
 #include "recursion/exact.h"
 
+#include "algebra/cholesky.h"
 #include "algebra/dense.h"
 #include "recursion/errors.h"
 #include "recursion/exact_rank.h"
@@ -144,15 +145,16 @@ static void divide(int r, int n, int c, const mbsri_exact_factor *f, const mbsri
     }
 }
 
-/* x (r x n) = Y L^-1 for full rank, rounded; X: r x n of work. */
-static void divide_again(int r, int n, const mbsri_exact_factor *f, const mbsri_two *Y,
+/* x (r x n) = Y L^-1 in the columns of the first c pivots, rounded, the others zero; X: r x c of work. */
+static void divide_again(int r, int n, int c, const mbsri_exact_factor *f, const mbsri_two *Y,
                          mbsri_two *X, double *x)
 {
-    for (int k = n - 1; k >= 0; --k) {
+    mbsri_zero((size_t)(r * n), x);
+    for (int k = c - 1; k >= 0; --k) {
         const mbsri_two pivot = f->L[k * n + f->order[k]];
         for (int i = 0; i < r; ++i) {
             mbsri_two sum = Y[k * r + i];
-            for (int l = k + 1; l < n; ++l)
+            for (int l = k + 1; l < c; ++l)
                 sum = mbsri_two_subtract(sum,
                                          mbsri_two_times(X[l * r + i], f->L[k * n + f->order[l]]));
             X[k * r + i] = mbsri_two_divide(sum, pivot);
@@ -161,27 +163,101 @@ static void divide_again(int r, int n, const mbsri_exact_factor *f, const mbsri_
     }
 }
 
-/* Dinv and G after the decision, Y of the pivots kept. */
-static void gains(const mbsri_body *head, mbsr_data *d, const mbsri_group *g, int rank,
+/* N (n x (n - c)), D N = 0: for each rate without pivot the rates of the c pivots that undo it. z: c of
+ * work. */
+static void null_vectors(int n, int c, const mbsri_exact_factor *f, mbsri_two *z, double *N)
+{
+    mbsri_zero((size_t)(n * (n - c)), N);
+    for (int j = 0; j < n - c; ++j) {
+        const int at = f->order[c + j];
+        for (int k = c - 1; k >= 0; --k) {
+            z[k] = f->L[k * n + at];
+            for (int l = k + 1; l < c; ++l)
+                z[k] = mbsri_two_subtract(z[k], mbsri_two_times(f->L[k * n + f->order[l]], z[l]));
+            z[k] = mbsri_two_divide(z[k], f->L[k * n + f->order[k]]);
+            N[j * n + f->order[k]] = -z[k].hi;
+        }
+        N[j * n + at] = 1.0;
+    }
+}
+
+/* The columns of X (n x m) orthonormal, spanning S^-1 N; entries that are nothing but rounding are
+ * zero. */
+static void null_basis(int n, int m, const double *s, const double *N, double *X)
+{
+    for (int j = 0; j < m; ++j) {
+        double *x = X + j * n;
+        for (int k = 0; k < n; ++k) x[k] = N[j * n + k] / s[k];
+        for (int turn = 0; turn < 2; ++turn) {
+            for (int l = 0; l < j; ++l)
+                mbsri_ax(n, 1, -mbsri_dot(n, X + l * n, x), X + l * n, &(double){1.0}, x);
+        }
+        const double length = sqrt(mbsri_dot(n, x, x));
+        for (int k = 0; k < n; ++k) x[k] = fabs(x[k]) > 1e-15 * length ? x[k] / length : 0.0;
+    }
+}
+
+/* A (r x n) <- A (1 - S^-2 N (N^T S^-2 N)^-1 N^T), with L of N^T S^-2 N = L L^T; B: r x m of work. */
+static void take_out(int r, int n, int m, const double *s, const double *N, const double *L,
+                     double *A, double *B)
+{
+    mbsri_zero((size_t)(r * m), B);
+    for (int j = 0; j < m; ++j) {
+        for (int k = 0; k < n; ++k)
+            mbsri_ax(r, 1, N[j * n + k] / (s[k] * s[k]), A + k * r, &(double){1.0}, B + j * r);
+    }
+    mbsri_divide_by_cholesky(r, m, L, B);
+    for (int j = m - 1; j >= 0; --j) { /* B <- B L^-1 */
+        for (int l = j + 1; l < m; ++l)
+            mbsri_ax(r, 1, -L[j * m + l], B + l * r, &(double){1.0}, B + j * r);
+        for (int i = 0; i < r; ++i) B[j * r + i] /= L[j * (m + 1)];
+    }
+    mbsri_abt(r, m, n, -1.0, B, N, A);
+}
+
+/* Dinv and G after the decision, Y of the pivots kept. With all pivots D^+ = D^-1; else that inverse in
+ * the pivots' rows and columns is brought to the coordinates S^-1 u, so that small pivots keep their
+ * digits. False: N^T S^-2 N is singular. */
+static bool gains(const mbsri_body *head, mbsr_data *d, const mbsri_group *g, int rank,
                   const mbsri_exact_factor *f, const room *r)
 {
-    const int n = g->n, dim = head->d;
-    double *Dinv = d->Dinv + head->nn, *G = d->G + head->dg;
-    if (rank == n) {
-        /* D^-1 = 1 L^-T L^-1, from rows of the unit matrix */
-        mbsri_two_zero((size_t)(n * n), r->F);
-        for (int k = 0; k < n; ++k) r->F[k * (n + 1)].hi = 1.0;
-        divide(n, n, n, f, r->F, r->Y);
-        divide_again(n, n, f, r->Y, r->next, Dinv);
-        mbsri_symmetrise(n, Dinv);
-    }
+    const int n = g->n, dim = head->d, m = n - rank;
+    const size_t nn = (size_t)n * (size_t)n;
+    double *Dinv = d->Dinv + head->nn, *G = d->G + head->dg, *N = d->scratch, *L = N + nn,
+           *B = L + nn;
+    const double *s = d->s + g->ig;
+    /* D^-1 = 1 L^-T L^-1, from rows of the unit matrix */
+    mbsri_two_zero(nn, r->F);
+    for (int k = 0; k < n; ++k) r->F[k * (n + 1)].hi = 1.0;
+    divide(n, n, rank, f, r->F, r->Y);
+    divide_again(n, n, rank, f, r->Y, r->next, Dinv);
     divide(dim, n, rank, f, r->U, r->Y);
-    if (rank == n) {
-        divide_again(dim, n, f, r->Y, r->next, G);
-    } else {
-        mbsri_zero((size_t)(dim * n), G);
-        mbsri_ab(dim, n, n, 1.0, d->U + head->dg, Dinv, G);
+    divide_again(dim, n, rank, f, r->Y, r->next, G);
+    if (m > 0 && rank > 0) {
+        null_vectors(n, rank, f, r->F, N);
+        null_basis(n, m, s, N, d->X + head->nn + (size_t)(rank * n));
+        mbsri_zero((size_t)(m * m), L);
+        for (int j = 0; j < m; ++j) {
+            for (int l = 0; l < m; ++l) {
+                for (int k = 0; k < n; ++k)
+                    L[j * m + l] += N[j * n + k] * N[l * n + k] / (s[k] * s[k]);
+            }
+        }
+        if (!mbsri_cholesky(m, L)) return false;
+        take_out(dim, n, m, s, N, L, G, B);
+        for (int side = 0; side < 2; ++side) {
+            take_out(n, n, m, s, N, L, Dinv, B);
+            for (int j = 0; j < n; ++j) {
+                for (int k = 0; k < j; ++k) {
+                    const double swap = Dinv[j * n + k];
+                    Dinv[j * n + k] = Dinv[k * n + j];
+                    Dinv[k * n + j] = swap;
+                }
+            }
+        }
     }
+    mbsri_symmetrise(n, Dinv);
+    return true;
 }
 
 /* Scales rows and columns from `first` on, `count` of them, of E (n x n) so that their trace is no larger
@@ -291,7 +367,7 @@ static int eliminate(const mbsr_model *m, mbsr_data *d, int i, const room *r)
     d->scale[m->body[i].seat] = 0.0;
     const int status = g.n > 0 ? mbsri_exact_decision(m, d, &g, r->D, &factor, r->work) : MBSR_OK;
     if (status) return status;
-    gains(head, d, &g, mbsri_group_rank(d, &g), &factor, r);
+    if (!gains(head, d, &g, mbsri_group_rank(d, &g), &factor, r)) return MBSR_NOT_FINITE;
     return mbsri_rank_watched(m, d, i);
 }
 

@@ -234,6 +234,5 @@ int mbsri_exact_decision(const mbsr_model *m, mbsr_data *d, const mbsri_group *g
         }
         mbsri_share_rank(m, d, g, rank, m->rank_tolerance, A);
     }
-    if (rank < n) mbsri_pseudo_inverse(m, d, g, rank);
     return MBSR_OK;
 }

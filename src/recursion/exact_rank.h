@@ -13,8 +13,8 @@ typedef struct mbsri_exact_factor {
     double left; /* smallest diagonal entry of the rest, in units of its errors */
 } mbsri_exact_factor;
 
-/* Rank, eigenvalues and pseudo-inverse of D (n x n, twofold), as mbsri_rank_decision. reads D, W,
- * unsure, J; writes s, X, lambda, Dinv but for full rank, scale, rank. work: 2 n^2 + 2 n twofold. */
+/* Rank and eigenvalues of D (n x n, twofold), as mbsri_rank_decision. reads D, W, unsure, J; writes s,
+ * X, lambda, scale, rank. work: 2 n^2 + 2 n twofold. */
 int mbsri_exact_decision(const mbsr_model *m, mbsr_data *d, const mbsri_group *g,
                          const mbsri_two *D, mbsri_exact_factor *factor, mbsri_two *work);
 

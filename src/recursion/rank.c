@@ -173,7 +173,8 @@ static bool definite_inverse(const mbsr_model *m, mbsr_data *d, const mbsri_grou
     return true;
 }
 
-void mbsri_pseudo_inverse(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, int rank)
+/* Dinv = D^+ by the first `rank` eigenvalues. */
+static void pseudo_inverse(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, int rank)
 {
     const mbsri_body *b = m->body + g->member[0];
     const int n = g->n;
@@ -335,7 +336,7 @@ int mbsri_rank_decision(const mbsr_model *m, mbsr_data *d, const mbsri_group *g,
         scale_block(m, d, g, w, tolerance);
         if (decompose(m, d, g)) return not_converged(m, d, i);
     }
-    if (!definite_inverse(m, d, g)) mbsri_pseudo_inverse(m, d, g, rank);
+    if (!definite_inverse(m, d, g)) pseudo_inverse(m, d, g, rank);
     return MBSR_OK;
 }
 

@@ -28,9 +28,6 @@ const double *mbsri_given_scale(const mbsr_model *m, const mbsr_data *d, const m
 void mbsri_share_rank(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, int rank,
                       double tolerance, mbsri_two *A);
 
-/* Dinv = D^+ by the first `rank` eigenvalues. */
-void mbsri_pseudo_inverse(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, int rank);
-
 /* After the decision: D = L L^T into L (n x n, its lower triangle). False where the rank is not full,
  * and for n < 2, where it gains nothing. */
 bool mbsri_definite_factor(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g,
