@@ -35,10 +35,18 @@ static inline void mbsri_ax(int r, int c, double s, const double *A, const doubl
     }
 }
 
-/* y (c) += s A^T x (r),  A r x c */
+/* y (c) += s A^T x (r),  A r x c; of two columns at a time neither sum waits for the other */
 static inline void mbsri_atx(int r, int c, double s, const double *A, const double *x, double *y)
 {
-    for (int j = 0; j < c; ++j) y[j] += s * mbsri_dot(r, A + (size_t)j * (size_t)r, x);
+    int j = 0;
+    for (; j < c - 1; j += 2) {
+        const double *a = A + (size_t)j * (size_t)r, *b = a + r;
+        double sum = 0.0, other = 0.0;
+        for (int k = 0; k < r; ++k) sum += a[k] * x[k], other += b[k] * x[k];
+        y[j] += s * sum;
+        y[j + 1] += s * other;
+    }
+    if (j < c) y[j] += s * mbsri_dot(r, A + (size_t)j * (size_t)r, x);
 }
 
 /* C (r x c) += s A (r x k) B (k x c) */

@@ -111,8 +111,7 @@ static void transform(const mbsr_model *m, mbsr_data *d, const double *from, dou
             /* w = u + G^T x,  v = X^T S^-1 w */
             mbsri_group_gather(m, &b.g, from, w);
             if (from_pred) mbsri_atx(dim, n, 1.0, G, x, w);
-            for (int k = 0; k < n; ++k) scaled[k] = w[k] / b.s[k];
-            mbsri_zero((size_t)n, v);
+            for (int k = 0; k < n; ++k) scaled[k] = w[k] / b.s[k], v[k] = 0.0;
             mbsri_atx(n, n, 1.0, b.X, scaled, v);
             mbsri_group_scatter(m, &b.g, v, to);
         }
