@@ -25,14 +25,24 @@ static inline double mbsri_dot(int n, const double *x, const double *y)
     return sum;
 }
 
-/* y (r) += s A (r x c) x (c) */
+/* y (r) += a (r) s, then += b (r) t */
+static inline void mbsri_add_two(int r, const double *a, double s, const double *b, double t,
+                                 double *y)
+{
+    for (int k = 0; k < r; ++k) y[k] = y[k] + a[k] * s + b[k] * t;
+}
+
+/* y (r) += s A (r x c) x (c); two columns at a time */
 static inline void mbsri_ax(int r, int c, double s, const double *A, const double *x, double *y)
 {
-    for (int j = 0; j < c; ++j) {
-        const double xj = s * x[j];
+    int j = 0;
+    for (; j < c - 1; j += 2) {
         const double *a = A + (size_t)j * (size_t)r;
-        for (int k = 0; k < r; ++k) y[k] += a[k] * xj;
+        mbsri_add_two(r, a, s * x[j], a + r, s * x[j + 1], y);
     }
+    if (j >= c) return;
+    const double *a = A + (size_t)j * (size_t)r, xj = s * x[j];
+    for (int k = 0; k < r; ++k) y[k] += a[k] * xj;
 }
 
 /* y (c) += s A^T x (r),  A r x c; of two columns at a time neither sum waits for the other */

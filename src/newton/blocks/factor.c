@@ -85,9 +85,15 @@ static void fill_column(joint *j, double c, const mbsri_joint_slopes *s, int k)
     mbsri_copy((size_t)j->motions, s->x + (size_t)from * (size_t)all, x);
     /* y = P x + action z; much of x is zero */
     mbsri_copy((size_t)j->actions, j->action + (size_t)k * (size_t)j->actions, y);
+    int waiting = -1;
     for (int l = 0; l < j->motions; ++l) {
-        if (x[l] != 0.0) mbsri_ax(j->actions, 1, 1.0, j->P + l * j->actions, x + l, y);
+        if (x[l] == 0.0) continue;
+        if (waiting >= 0)
+            mbsri_add_two(j->actions, j->P + waiting * j->actions, x[waiting],
+                          j->P + l * j->actions, x[l], y);
+        waiting = waiting >= 0 ? -1 : l;
     }
+    if (waiting >= 0) mbsri_ax(j->actions, 1, 1.0, j->P + waiting * j->actions, x + waiting, y);
     /* y_pi */
     mbsri_copy((size_t)j->actions_pred, s->below + (size_t)from * (size_t)(3 * dp), below);
     mbsri_pass_action(b, kept, j->above->deep, y, below);
