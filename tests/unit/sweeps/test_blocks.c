@@ -203,6 +203,26 @@ static void trees_in_space(void **unused)
     assert_true(n.forward > 200 && n.momentum > 100 && n.deficient > 50);
 }
 
+/* Few of many bodies are seen in lean data, and the root's acceleration stands behind numbers of theirs. */
+static void chains_on_moving_roots(void **unused)
+{
+    (void)unused;
+    tally n = {0};
+    for (int k = 0; k < 100; ++k) {
+        test_rigid_tree s;
+        test_rigid_tree_make(&s, (test_rigid_choice){.seed = 60000 + (uint64_t)k,
+                                                     .bodies = 10 + k % 10,
+                                                     .many = 0.2 * (k % 3),
+                                                     .length = 1.0,
+                                                     .moving = 1,
+                                                     .added = 0.2});
+        compare(s.model, s.data, s.t, s.q, s.u, &n);
+        test_rigid_tree_free(&s);
+    }
+    conclude("moving", &n);
+    assert_true(n.both > 80 && n.forward > 150);
+}
+
 static void trees_in_the_plane(void **unused)
 {
     (void)unused;
@@ -274,7 +294,8 @@ static void general_bodies_alone(void **unused)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(trees_in_space), cmocka_unit_test(trees_in_the_plane),
-        cmocka_unit_test(trees_of_all_kinds), cmocka_unit_test(general_bodies_alone)};
+        cmocka_unit_test(trees_in_space), cmocka_unit_test(chains_on_moving_roots),
+        cmocka_unit_test(trees_in_the_plane), cmocka_unit_test(trees_of_all_kinds),
+        cmocka_unit_test(general_bodies_alone)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
