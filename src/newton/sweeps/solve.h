@@ -307,9 +307,14 @@ MBSRI_INLINE void solve_system(mbsri_newton_sweeps *newton, const double *r,
 {
     if (newton->deep)
         solve_back(newton, r, load_of_body, full, true, false);
+    else if (r && !load_of_body) /* mostly so: without questions at every body */
+        solve_back(newton, r, NULL, full, false, false);
     else
         solve_back(newton, r, load_of_body, full, false, false);
-    solve_forward(newton, r, NULL, delta, motion, full, false);
+    if (r)
+        solve_forward(newton, r, NULL, delta, motion, full, false);
+    else
+        solve_forward(newton, NULL, NULL, delta, motion, full, false);
 }
 
 /* The same of a tree with blocks. */
