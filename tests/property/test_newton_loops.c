@@ -3,6 +3,7 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "duration.h"
 #include "loops.h"
+#include "own_closure.h"
 #include "newton_system.h"
 
 #include <stdbool.h>
@@ -80,30 +81,6 @@ static void add_tree(loops *s, const choice *c, test_rng *rng)
             assert_ok(mbsr_model_add_force(s->m, &bushing, NULL), mbsr_model_error(s->m));
     }
 }
-
-/* g = r_a . r_b - constant, without and with its derivatives */
-static int own_position(const mbsr_closure_args *args, double *g)
-{
-    const double *a = args->body[0].p + MBSR_POSE_X, *b = args->body[1].p + MBSR_POSE_X;
-    g[0] = a[0] * b[0] + a[1] * b[1] + a[2] * b[2] - args->closure->param[0];
-    return 0;
-}
-
-static int own_jacobian(const mbsr_closure_args *args, const mbsr_closure_jacobian *out)
-{
-    for (int k = 0; k < 3; ++k) {
-        out->matrix[out->column[0] + 3 + k] = args->body[1].p[MBSR_POSE_X + k];
-        out->matrix[out->column[1] + 3 + k] = args->body[0].p[MBSR_POSE_X + k];
-    }
-    return 0;
-}
-
-static const mbsr_closure_table own[] = {
-    {.version = MBSR_CLOSURE_TABLE_VERSION, .name = "bare", .position = own_position},
-    {.version = MBSR_CLOSURE_TABLE_VERSION,
-     .name = "own",
-     .position = own_position,
-     .jacobian = own_jacobian}};
 
 /* Where the bodies are, and the joint coordinates. */
 typedef struct places {
@@ -186,8 +163,8 @@ static mbsr_closure_def closure(const choice *c, const places *at, test_rng *rng
     }
     case OWN: {
         if (b == MBSR_GROUND) b = a == 0 ? c->bodies - 1 : 0;
-        mbsr_closure_def def =
-            mbsr_closure_custom(own + test_integer(rng, 0, 1), 2, (int[2]){a, b}, 1, 1, NULL);
+        mbsr_closure_def def = mbsr_closure_custom(test_own_closure + test_integer(rng, 0, 1), 2,
+                                                   (int[2]){a, b}, 1, 1, NULL);
         for (int k = 0; k < 3; ++k) def.param[0] += at->frame[a].x[k] * at->frame[b].x[k];
         return def;
     }

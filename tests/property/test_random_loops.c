@@ -2,6 +2,7 @@
  * ranks, inverse dynamics.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "loops.h"
+#include "own_closure.h"
 
 #include <stdbool.h>
 #include <string.h>
@@ -124,30 +125,6 @@ static void accelerations(void **state)
 
 /* ---- rolling, couplings, closures of one's own ---- */
 
-/* g = r_a . r_b - constant, without and with its derivatives */
-static int own_position(const mbsr_closure_args *args, double *g)
-{
-    const double *a = args->body[0].p + MBSR_POSE_X, *b = args->body[1].p + MBSR_POSE_X;
-    g[0] = a[0] * b[0] + a[1] * b[1] + a[2] * b[2] - args->closure->param[0];
-    return 0;
-}
-
-static int own_jacobian(const mbsr_closure_args *args, const mbsr_closure_jacobian *out)
-{
-    for (int k = 0; k < 3; ++k) {
-        out->matrix[out->column[0] + 3 + k] = args->body[1].p[MBSR_POSE_X + k];
-        out->matrix[out->column[1] + 3 + k] = args->body[0].p[MBSR_POSE_X + k];
-    }
-    return 0;
-}
-
-static const mbsr_closure_table own[] = {
-    {.version = MBSR_CLOSURE_TABLE_VERSION, .name = "bare", .position = own_position},
-    {.version = MBSR_CLOSURE_TABLE_VERSION,
-     .name = "own",
-     .position = own_position,
-     .jacobian = own_jacobian}};
-
 enum { COUPLING, BALL, DISC, BARE, OWN, OTHERS };
 
 /* Whether the tree has two joints that a coupling may read, where it is one. */
@@ -168,7 +145,7 @@ static bool add_other(loops *s, test_rng *rng, int kind, const int *joint, int b
         break;
     case BALL: def = mbsr_closure_rolling_ball(a, r, 0.3, b, &there); break;
     case DISC: def = mbsr_closure_rolling_disc(a, NULL, 0.4, b, &there); break;
-    default: def = mbsr_closure_custom(own + (kind == OWN), 2, two, 1, 1, NULL); break;
+    default: def = mbsr_closure_custom(test_own_closure + (kind == OWN), 2, two, 1, 1, NULL); break;
     }
     assert_ok(mbsr_model_add_closure(s->m, &def, NULL), mbsr_model_error(s->m));
     return true;
