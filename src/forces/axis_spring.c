@@ -175,11 +175,8 @@ static int friction_dissipation(const mbsr_force_args *args, double *power)
 
 static int friction_check(const mbsr_force_args *args, char text[MBSR_TEXT_SIZE])
 {
-    int status = check_axis(args, text);
-    if (!status) status = mbsri_check_not_negative(args, FORCE, 1, text);
-    if (!status && !(args->force->param[SLIP] > 0.0))
-        status = mbsri_refuse_parameter(text, args, SLIP, "not positive");
-    return status;
+    const int status = check_axis(args, text);
+    return status ? status : mbsri_check_friction(args, FORCE, SLIP, text);
 }
 
 static const char *friction_parameter(int k)

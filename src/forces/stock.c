@@ -57,6 +57,14 @@ int mbsri_check_not_negative(const mbsr_force_args *args, int first, int count,
     return MBSR_OK;
 }
 
+int mbsri_check_friction(const mbsr_force_args *args, int force, int slip,
+                         char text[MBSR_TEXT_SIZE])
+{
+    const int status = mbsri_check_not_negative(args, force, 1, text);
+    if (status || args->force->param[slip] > 0.0) return status;
+    return mbsri_refuse_parameter(text, args, slip, "not positive");
+}
+
 /* Stands in the last option. */
 enum { GIVEN_NULL = INT_MIN };
 

@@ -23,6 +23,10 @@ int mbsri_refuse_parameter(char text[MBSR_TEXT_SIZE], const mbsr_force_args *arg
 int mbsri_check_not_negative(const mbsr_force_args *args, int first, int count,
                              char text[MBSR_TEXT_SIZE]);
 
+/* Refuses a friction below 0, and a slip velocity (its regularisation) that is not above. */
+int mbsri_check_friction(const mbsr_force_args *args, int force, int slip,
+                         char text[MBSR_TEXT_SIZE]);
+
 /* For check_fields: refuses another number of bodies, and options other than 0 from the first
  * unused one on. An element whose data were given as NULL (mbsri_given_null) is refused as such. */
 int mbsri_check_shape(const mbsr_force_def *def, int bodies, int first_unused,

@@ -48,18 +48,6 @@ static mbsr_joint_args arguments(const mbsri_sweep_run *run, int i, double pose[
     return args;
 }
 
-/* columns of six numbers as two vectors of four each */
-static void spread_out(int n, const double *from, double (*to)[8])
-{
-    for (int k = 0; k < n; ++k) {
-        for (int l = 0; l < 3; ++l) {
-            to[k][l] = from[6 * k + l];
-            to[k][4 + l] = from[6 * k + 3 + l];
-        }
-        to[k][3] = to[k][7] = 0.0;
-    }
-}
-
 static int multi_kinematics(const mbsri_sweep_run *run, int i, bool velocity)
 {
     const mbsri_sweep_body *b = run->tree->body + i;
@@ -75,8 +63,8 @@ static int multi_kinematics(const mbsri_sweep_run *run, int i, bool velocity)
     for (int k = 0; k < 9; ++k) s->R[k / 3 * 4 + k % 3] = pose[MBSR_POSE_R + k];
     memcpy(s->rho, pose + MBSR_POSE_X, 3 * sizeof *s->rho);
     s->R[3] = s->R[7] = s->R[11] = s->rho[3] = s->A_w[3] = s->A_v[3] = 0.0;
-    spread_out(b->n, S, multi->S);
-    spread_out(1, drive, &multi->drive);
+    mbsri_spread_out(b->n, 1.0, S, multi->S);
+    mbsri_spread_out(1, 1.0, drive, &multi->drive);
     /* omega_i = omega_pi + the angular part of S u + drive */
     memcpy(s->omega, pred->omega, sizeof s->omega);
     mbsri_add3(1.0, drive, s->omega);
@@ -89,7 +77,7 @@ static int multi_kinematics(const mbsri_sweep_run *run, int i, bool velocity)
     }
     if (!velocity) return MBSR_OK;
     /* v_i = v_pi + omega_pi x rho + the linear part of S u + drive */
-    spread_out(b->n, Sdot, multi->Sdot);
+    mbsri_spread_out(b->n, 1.0, Sdot, multi->Sdot);
     mbsri_cross3(pred->omega, s->rho, s->v);
     mbsri_add3(1.0, pred->v, s->v);
     mbsri_add3(1.0, drive + 3, s->v);

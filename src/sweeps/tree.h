@@ -89,6 +89,18 @@ typedef struct mbsri_sweep_multi {
 } mbsri_sweep_multi;
 MBSRI_CHECK_LAYOUT(mbsri_sweep_multi);
 
+/* s times columns of six numbers, as two vectors of four each. */
+static inline void mbsri_spread_out(int n, double s, const double *from, double (*to)[8])
+{
+    for (int k = 0; k < n; ++k) {
+        for (int l = 0; l < 3; ++l) {
+            to[k][l] = s * from[6 * k + l];
+            to[k][4 + l] = s * from[6 * k + 3 + l];
+        }
+        to[k][3] = to[k][7] = 0.0;
+    }
+}
+
 /* State of a body in one evaluation; vectors of four numbers. */
 typedef struct mbsri_sweep_state {
     double R[12];          /* axes of its frame in the world */

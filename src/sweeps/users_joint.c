@@ -9,18 +9,6 @@
 
 #include <string.h>
 
-/* -(columns of six numbers) as two vectors of four each */
-static void spread_out(int n, const double *from, double (*to)[8])
-{
-    for (int k = 0; k < n; ++k) {
-        for (int l = 0; l < 3; ++l) {
-            to[k][l] = -from[6 * k + l];
-            to[k][4 + l] = -from[6 * k + 3 + l];
-        }
-        to[k][3] = to[k][7] = 0.0;
-    }
-}
-
 /* From the predecessor's origin in the sweeps to that of body i; false: H is no translation. */
 static bool find_arm(const mbsri_sweep_run *run, const mbsri_body *b, double rho[3])
 {
@@ -53,8 +41,8 @@ int mbsri_users_move(const mbsri_sweep_run *run, int i)
     memset(run->load[i].arm, 0, sizeof run->load[i].arm);
     if (!find_arm(run, b, s->rho)) return MBSRI_NOT_SERVED;
     for (int k = 0; k < 9; ++k) s->R[k / 3 * 4 + k % 3] = pose[MBSR_POSE_R + k];
-    spread_out(b->n, d->J + b->dn, multi->S);
-    spread_out(1, d->kI + b->v, &multi->drive);
+    mbsri_spread_out(b->n, -1.0, d->J + b->dn, multi->S);
+    mbsri_spread_out(1, -1.0, d->kI + b->v, &multi->drive);
     /* c = -kII + omega_pi x (omega_pi x (the predecessor's own origin)) */
     double swing[3];
     mbsri_cross3(omega, run->load[parent].arm, swing);
@@ -76,7 +64,7 @@ int mbsri_users_rates(const mbsri_sweep_run *run)
         const mbsri_sweep_body *b = run->tree->body + i;
         if (!(b->flags & MBSRI_USERS)) continue;
         status = mbsri_joint_rates_of(m, run->data, i);
-        spread_out(b->n, run->data->Jdot + m->body[i].dn, run->multi[b->multi].Sdot);
+        mbsri_spread_out(b->n, -1.0, run->data->Jdot + m->body[i].dn, run->multi[b->multi].Sdot);
     }
     return status;
 }

@@ -6,22 +6,11 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "duration.h"
 #include "expect.h"
+#include "units.h"
 
 #include <stdbool.h>
 
 enum { MOST = 9, PARTS = 2, ELEMENTS = 12, ROWS = 9 * MOST * PARTS };
-
-typedef struct units {
-    const char *name;
-    double length, mass, time;
-} units;
-
-static const units systems[] = {
-    {"m, kg, s", 1, 1, 1},
-    {"mm, t, s", 1e3, 1e-3, 1},
-    {"km, kg, s", 1e-3, 1, 1},
-    {"mm, g, ms", 1e3, 1e3, 1e3},
-};
 
 typedef enum shape { POINT, ROD, BOX } shape;
 
