@@ -3,7 +3,7 @@
  * test_newton_singular.c. SPDX-License-Identifier: BSD-3-Clause */
 #include "counting.h"
 #include "expect.h"
-#include "newton_system.h"
+#include "newton_scene.h"
 #include "rigid_tree.h"
 #include "tree.h"
 #include "twins.h"
@@ -25,21 +25,12 @@ static void open_scene(scene *x, test_rigid_choice choice)
 {
     if (choice.seed == 0) choice.seed = 8;
     if (choice.bodies == 0) choice.bodies = 6;
-    choice.length = 0.5;
-    choice.branching = 0.4;
-    test_rigid_tree_make(&x->tree, choice);
-    assert_ok(test_newton_start(&x->s, x->tree.model, x->tree.data, x->tree.t, x->tree.q, x->tree.u,
-                                NULL),
-              mbsr_data_error(x->tree.data));
-    assert_in_range(x->s.n, 8, MOST);
-    test_rng rng = test_seed(5);
-    test_fill(&rng, x->s.n, x->r);
+    test_newton_scene(&x->tree, &x->s, choice, MOST, x->r);
 }
 
 static void close_scene(scene *x)
 {
-    test_newton_free(&x->s);
-    test_rigid_tree_free(&x->tree);
+    test_newton_scene_free(&x->tree, &x->s);
 }
 
 static mbsr_newton *create(const mbsr_model *model, const mbsr_newton_opt *opt)

@@ -2,7 +2,7 @@
  * trees and loops of property/test_newton.c and test_newton_loops.c.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "expect.h"
-#include "newton_system.h"
+#include "newton_scene.h"
 #include "rigid_tree.h"
 
 #include <stdlib.h>
@@ -18,21 +18,12 @@ typedef struct scene {
 static void open_scene(scene *z, test_rigid_choice choice)
 {
     choice.bodies = 7;
-    choice.length = 0.5;
-    choice.branching = 0.4;
-    test_rigid_tree_make(&z->tree, choice);
-    assert_ok(test_newton_start(&z->s, z->tree.model, z->tree.data, z->tree.t, z->tree.q, z->tree.u,
-                                NULL),
-              mbsr_data_error(z->tree.data));
-    assert_in_range(z->s.n, 8, MOST);
-    test_rng rng = test_seed(5);
-    test_fill(&rng, z->s.n, z->x);
+    test_newton_scene(&z->tree, &z->s, choice, MOST, z->x);
 }
 
 static void close_scene(scene *z)
 {
-    test_newton_free(&z->s);
-    test_rigid_tree_free(&z->tree);
+    test_newton_scene_free(&z->tree, &z->s);
 }
 
 static mbsr_newton *create(const mbsr_model *model, mbsr_newton_method method, int products)
