@@ -3,14 +3,17 @@
  *
  *   bench_kinds [samples [chain]]     CSV on standard output; of one chain alone
  *
- * Chains of hinges, all with the same task: forward and inverse dynamics, the residual of the
- * momentum form, and one factorisation with one solution of its Newton system. In space some joints
- * have a table of their own, whose functions call those of the stock joint: to the library such a
- * joint is a user's. Those `by_hand` have shorter functions. Then joints that lack rank or are made of dummy bodies:
- * two sliders without mass before each rod with a mass at its end (`sliders`; `one_pair`: one such rod
- * on a chain of hinges), ball joints with a mass at a point behind each (`points`; `one_point`), ball joints of three hinges with two bodies without mass
- * between (`dummies`), and the same joints in one piece (`balls`). In `general` trees every tenth body is of dimension 3 to 12 and hangs on one of
- * the chain, which goes on without it; there the joint's derivatives are given, or not. */
+ * Chains of hinges, all with the same tasks: forward and inverse dynamics, the residual of the
+ * momentum form, one factorisation with one solution of its Newton system, the derivatives for
+ * products with its matrix, and one such product. In space some joints have a table of their own,
+ * whose functions call those of the stock joint: to the library such a joint is a user's. Those
+ * `by_hand` have shorter functions. Then joints that lack rank or are made of dummy bodies: two
+ * sliders without mass before each rod with a mass at its end (`sliders`; `one_pair`: one such rod on
+ * a chain of hinges), ball joints with a mass at a point behind each (`points`; `one_point`), ball
+ * joints of three hinges with two bodies without mass between (`dummies`), and the same joints in one
+ * piece (`balls`). In `general` trees every tenth body is of dimension 3 to 12 and hangs on one of the
+ * chain, which goes on without it; there the joint's derivatives are given, or not.
+ */
 #include "bench.h"
 
 #include <mbsrank/mbsrank.h>
@@ -19,10 +22,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SAMPLES = 21, TASKS = 4 };
+enum { SAMPLES = 21, TASKS = 6 };
 
 static const double sample_time = 5e-3;
-static const char *const task_name[TASKS] = {"forward", "inverse", "residual", "factor_solve"};
+static const char *const task_name[TASKS] = {"forward",      "inverse",   "residual",
+                                             "factor_solve", "linearise", "product"};
 
 static const struct bench_case {
     const char *name;
@@ -52,7 +56,7 @@ typedef struct chain {
     int bodies;
     mbsr_model *model;
     mbsr_data *data;
-    mbsr_newton *newton;
+    mbsr_newton *newton, *products;
     double *q, *u, *udot, *y, *yp, *F, *x;
     int repeats[TASKS];
 } chain;
@@ -475,6 +479,10 @@ static void make_chain(chain *s, const struct bench_case *c)
     bench_check(mbsr_data_create(s->model, &s->data, NULL), "data", NULL);
     bench_check(mbsr_newton_create(s->model, MBSR_DAE_MOMENTUM, NULL, &s->newton, NULL), "newton",
                 NULL);
+    mbsr_newton_opt opt = mbsr_default_newton_opt();
+    opt.products = 1;
+    bench_check(mbsr_newton_create(s->model, MBSR_DAE_MOMENTUM, &opt, &s->products, NULL),
+                "products", NULL);
     const size_t n = (size_t)mbsr_model_nu(s->model), nq = (size_t)mbsr_model_nq(s->model),
                  size = nq + 2 * n;
     s->q = bench_allocate(nq + 2 * n + 4 * size, sizeof *s->q);
@@ -488,12 +496,15 @@ static void make_chain(chain *s, const struct bench_case *c)
     for (size_t i = 0; i < n; ++i) s->u[i] = cos((double)i);
     bench_check(mbsr_dae_pack(s->model, s->data, MBSR_DAE_MOMENTUM, 0.0, s->q, s->u, s->y), "pack",
                 mbsr_data_error(s->data)->text);
+    bench_check(mbsr_newton_linearise(s->products, s->data, 0.0, s->y, s->yp, 10.0), "linearise",
+                mbsr_newton_error(s->products)->text);
     for (int task = 0; task < TASKS; ++task) s->repeats[task] = 1;
 }
 
 static void free_chain(chain *s)
 {
     mbsr_newton_destroy(s->newton);
+    mbsr_newton_destroy(s->products);
     mbsr_data_destroy(s->data);
     mbsr_model_destroy(s->model);
     free(s->q);
@@ -512,6 +523,8 @@ static int run(chain *s, int task)
     }
     case 1: return mbsr_inverse_dynamics(m, d, 0.0, s->q, s->u, s->udot, s->x);
     case 2: return mbsr_dae_residual(m, d, MBSR_DAE_MOMENTUM, 0.0, s->y, s->yp, s->F);
+    case 4: return mbsr_newton_linearise(s->products, d, 0.0, s->y, s->yp, 10.0);
+    case 5: return mbsr_newton_multiply(s->products, s->y, s->x);
     default: break;
     }
     const int status = mbsr_newton_factor(s->newton, d, 0.0, s->y, s->yp, 10.0);
