@@ -177,7 +177,7 @@ static void open_candidate(candidate *c, int k, const char *folder)
 {
     const double begin = bench_now();
     if (trees[k].bodies)
-        bench_make_chain(&c->tree, trees[k].bodies, trees[k].massless);
+        bench_make_chain(&c->tree, trees[k].bodies, trees[k].massless, 0);
     else
         bench_read_tree(&c->tree, folder, trees[k].name);
     c->build = (bench_now() - begin) / c->tree.bodies;

@@ -105,7 +105,7 @@ void bench_read_tree(bench_model *tree, const char *folder, const char *name)
     fclose(file);
 }
 
-void bench_make_chain(bench_model *tree, int bodies, int massless)
+void bench_make_chain(bench_model *tree, int bodies, int massless, int springs)
 {
     uint64_t seed = 1;
     *tree = (bench_model){NULL, 0, 0, 0, NULL, NULL, NULL, NULL};
@@ -120,8 +120,11 @@ void bench_make_chain(bench_model *tree, int bodies, int massless)
         const double tensor[6] = {0.02, 0.018, 0.012, 0.001, -0.002, 0.0005};
         const mbsr_frame A = mbsr_frame_quaternion(x, quaternion);
         const bool zero = massless > 0 && i % massless == massless - 2;
-        add(tree->model, i - 1, mbsr_joint_revolute(&A, NULL, axis),
-            zero ? mbsr_inertia_zero() : mbsr_inertia_rigid(1.5, com, tensor));
+        const int id = add(tree->model, i - 1, mbsr_joint_revolute(&A, NULL, axis),
+                           zero ? mbsr_inertia_zero() : mbsr_inertia_rigid(1.5, com, tensor));
+        const mbsr_force_def spring = mbsr_force_joint_spring(id, 0, 5.0, 0.1, 0.2);
+        if (springs && mbsr_model_add_force(tree->model, &spring, NULL) != MBSR_OK)
+            fail(mbsr_model_error(tree->model)->text, "spring");
     }
     finish(tree, 0.0, -9.81);
     tree->q = numbers(tree->nq);

@@ -16,8 +16,9 @@ typedef struct bench_model {
 void bench_read_tree(bench_model *tree, const char *folder, const char *name);
 
 /* A chain of revolute joints about random axes with the links of a random arm; every
- * `massless`-th body has no inertia (0: none). udot is NULL. */
-void bench_make_chain(bench_model *tree, int bodies, int massless);
+ * `massless`-th body has no inertia (0: none), and every joint a spring-damper where `springs`. udot
+ * is NULL. */
+void bench_make_chain(bench_model *tree, int bodies, int massless, int springs);
 
 /* A chain of rods in the plane, each with a parallelogram of crank, coupler and rocker on it, which are
  * closed by a pin (closed: 1) or not; couplers without mass where `massless`. */

@@ -7,6 +7,7 @@
 #define MBSRI_RECORD_H
 
 #include "base/memory.h"
+#include "forces/coordinate_laws.h"
 
 #include <mbsrank/closure.h>
 #include <mbsrank/force.h>
@@ -142,10 +143,11 @@ struct mbsr_model {
     mbsri_body *body;               /* N + 1 */
     int nq, nu;
     int max_d, max_n, max_force_bodies;
-    int anywhere;      /* elements that act on no body in particular, which are the first */
-    int rows, held;    /* of all closures */
-    int max_columns;   /* of one */
-    size_t size_c;     /* sum of their rows x columns */
+    int anywhere; /* elements that act on no body in particular, which are the first */
+    mbsri_coordinate_elements along; /* those on one coordinate, which are the last */
+    int rows, held;                  /* of all closures */
+    int max_columns;                 /* of one */
+    size_t size_c;                   /* sum of their rows x columns */
     bool differences;  /* the rates of some joint or inertia are differences of the whole tree */
     size_t size_moved; /* most numbers that those of one body take (recursion/rates.h) */
     int lapack_work;   /* doubles of workspace for dsyev at max_n */

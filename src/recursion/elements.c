@@ -149,11 +149,13 @@ int mbsri_forces(const mbsr_model *m, mbsr_data *d, const double *tau)
 int mbsri_joint_elements(const mbsr_model *m, mbsr_data *d, const double *q, const double *u)
 {
     const mbsri_force *force = m->forces.data;
+    const size_t others = mbsri_other_forces(m);
     int status = MBSR_OK;
-    for (size_t k = 0; k < m->forces.count && !status; ++k, ++force) {
+    for (size_t k = 0; k < others && !status; ++k, ++force) {
         if (force->def.table->flags & MBSR_FORCE_JOINT_ONLY)
             status = visit(m, d, force, MBSRI_FORCES, q, u, NULL);
     }
+    mbsri_coordinate_forces(&m->along, d->off + others, q, u, d->tau);
     return status;
 }
 
@@ -178,8 +180,9 @@ int mbsri_weigh(const mbsr_model *m, mbsr_data *d, int i)
 int mbsri_body_elements(const mbsr_model *m, mbsr_data *d)
 {
     const mbsri_force *force = m->forces.data;
+    const size_t others = mbsri_other_forces(m);
     int status = MBSR_OK;
-    for (size_t k = 0; k < m->forces.count && !status; ++k, ++force) {
+    for (size_t k = 0; k < others && !status; ++k, ++force) {
         if (mbsri_is_gravity(&force->def) || force->def.table->flags & MBSR_FORCE_JOINT_ONLY)
             continue;
         status = visit(m, d, force, MBSRI_FORCES, NULL, NULL, NULL);

@@ -61,8 +61,10 @@ static int forces(mbsri_sweep_run *run, const double *tau, bool velocity)
         run->tau = swept(m, false, m->nu, m->u_of, tau, d->tau);
         return MBSR_OK;
     }
-    mbsri_zero((size_t)m->nu, d->tau);
-    if (tau) mbsri_gather(m, tau, d->tau);
+    if (tau)
+        mbsri_gather(m, tau, d->tau);
+    else
+        mbsri_zero((size_t)m->nu, d->tau);
     const int refused = tree->joint_forces ? mbsri_joint_elements(m, d, run->q, run->u) : MBSR_OK;
     return refused || !run->load ? refused : mbsri_sweeps_loads(run);
 }
@@ -170,7 +172,10 @@ static int inverse(mbsri_sweep_run *run, const double *udot)
     const mbsr_model *m = run->model;
     mbsr_data *d = run->data;
     const bool elements = run->tree->joint_forces || run->load;
-    const int status = elements ? forces(run, NULL, false) : MBSR_OK;
+    if (elements) mbsri_zero((size_t)m->nu, d->tau);
+    const int status = run->load  ? forces(run, NULL, false)
+                       : elements ? mbsri_joint_elements(m, d, run->q, run->u)
+                                  : MBSR_OK;
     if (status) return status;
     run->tau = swept(m, false, m->nu, m->u_of, udot, d->udot);
     if (run->tree->kernels->inverse(run)) return MBSRI_NOT_SERVED;

@@ -13,15 +13,18 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-enum { CALLS = 5, TREES = 4, LOOPS = 4 };
+enum { CALLS = 5, TREES = 5, LOOPS = 4 };
 
 static const char *const call_name[CALLS] = {"forward", "inverse", "momentum", "factor", "solve"};
 
 static const struct {
     const char *name;
-    int bodies, massless; /* 0 bodies: from the file */
-} trees[TREES] = {
-    {"chain30", 0, 0}, {"humanoid36", 0, 0}, {"btree1023", 0, 0}, {"half_massless30", 30, 2}};
+    int bodies, massless, springs; /* 0 bodies: from the file */
+} trees[TREES] = {{"chain30", 0, 0, 0},
+                  {"humanoid36", 0, 0, 0},
+                  {"btree1023", 0, 0, 0},
+                  {"half_massless30", 30, 2, 0},
+                  {"sprung30", 30, 0, 1}};
 
 typedef struct counted {
     bench_model tree;
@@ -71,7 +74,7 @@ static void make_counted(counted *c)
 static void open_counted(counted *c, int k, const char *folder)
 {
     if (trees[k].bodies)
-        bench_make_chain(&c->tree, trees[k].bodies, trees[k].massless);
+        bench_make_chain(&c->tree, trees[k].bodies, trees[k].massless, trees[k].springs);
     else
         bench_read_tree(&c->tree, folder, trees[k].name);
     make_counted(c);

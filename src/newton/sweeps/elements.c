@@ -6,7 +6,9 @@
 #include "newton/sweeps/elements.h"
 
 #include "algebra/dense.h"
+#include "algebra/numbers.h"
 #include "forces/gravity.h"
+#include "model/query.h"
 #include "newton/slopes/force_slopes.h"
 #include "newton/slopes/relation.h"
 
@@ -192,13 +194,32 @@ static int slopes_of_call(mbsri_newton_sweeps *w, mbsr_data *d, const mbsri_forc
     return status;
 }
 
+/* Those of elements on one coordinate; joints of several axes have them in their blocks. */
+static bool add_coordinate_slopes(mbsri_newton_sweeps *w, const mbsr_data *d)
+{
+    const mbsr_model *m = w->model;
+    mbsri_coordinate_slopes(&m->along, d->off + mbsri_other_forces(m), d->q, d->u, w->tau_q,
+                            w->tau_u);
+    for (int i = 1; i <= w->tree->bodies && w->tree->multi > 0; ++i) {
+        const mbsri_sweep_body *b = w->tree->body + i;
+        if (!(b->flags & MBSRI_MULTI)) continue;
+        for (int k = 0; k < b->n; ++k) {
+            w->block[b->multi].tau_q[k][k] += w->tau_q[b->u + k];
+            w->block[b->multi].tau_u[k][k] += w->tau_u[b->u + k];
+        }
+    }
+    return mbsri_finite((size_t)m->nu, w->tau_q) && mbsri_finite((size_t)m->nu, w->tau_u);
+}
+
 int mbsri_newton_slopes_at(mbsri_newton_sweeps *newton, mbsr_data *d)
 {
     const mbsr_model *m = newton->model;
     const mbsri_force *force = m->forces.data;
+    const size_t others = mbsri_other_forces(m);
     int status = MBSR_OK;
     clear_slopes(newton);
-    for (size_t k = 0; k < m->forces.count; ++k, ++force) {
+    if (!add_coordinate_slopes(newton, d)) return MBSRI_NOT_SERVED;
+    for (size_t k = 0; k < others; ++k, ++force) {
         if (mbsri_is_gravity(&force->def)) continue;
         const bool every = (force->def.table->flags & MBSR_FORCE_EVERY_BODY) != 0;
         const int calls = every ? m->bodies : 1;
