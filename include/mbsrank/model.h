@@ -91,6 +91,16 @@ MBSR_API int mbsr_model_regularise(mbsr_model *model, int body, int d, const dou
  * (MBSR_ERR_SPACE). */
 MBSR_API int mbsr_model_lock(mbsr_model *model, int body, int coordinate, double value);
 
+/* Gives the joint of a body armature: inertia along its rates, such as that of rotors behind gears,
+ * moment times ratio squared (kg m^2; kg along translations). values: one number for each of the n
+ * rates of the joint (copied), finite and not negative; a second call replaces them, those of locked
+ * coordinates do not count. Armature a_k adds a_k to the diagonal of the joint-space mass matrix,
+ * a_k u_k' to the joint forces, a_k u_k to the momenta and a_k u_k^2 / 2 to the kinetic energy, and
+ * counts in all ranks. No weight acts on it, and no gyroscopic force of the rotor on the bodies. The
+ * three rates of a quaternion must have the same; other joints with q' = G(q) u have none
+ * (MBSR_ERR_SPACE). */
+MBSR_API int mbsr_model_armature(mbsr_model *model, int body, int n, const double *values);
+
 /* Checks the tree, numbers it parent before child and freezes it. Ids stay valid. On failure the
  * model stays as it was and can be added to. Time and memory grow linearly with the number of
  * bodies. Where joints of several rates or groups of joints may lack rank, functions of joints,
@@ -153,6 +163,10 @@ MBSR_API int mbsr_model_kink(const mbsr_model *model, double t, int direction, m
  * body's mass matrix: NULL when there is none. */
 MBSR_API int mbsr_body_locks(const mbsr_model *model, int body);
 MBSR_API const double *mbsr_body_regularisation(const mbsr_model *model, int body);
+
+/* The armature of a body's joint, n numbers of mbsr_body_coordinates, zero where none was given; NULL
+ * if there is no such body. */
+MBSR_API const double *mbsr_body_armature(const mbsr_model *model, int body);
 
 /* The name given, or "" where there is none; NULL if there is no such body. */
 MBSR_API const char *mbsr_body_name(const mbsr_model *model, int body);

@@ -14,6 +14,7 @@
 #include "sweeps/build.h"
 
 #include <limits.h>
+#include <math.h>
 #include <string.h>
 
 /* Workspace while numbering; all by id except where said. */
@@ -168,17 +169,33 @@ static int place_coordinates(mbsr_model *m, int N)
     return MBSR_OK;
 }
 
-/* Where the joint rates of the sweeps stand in the caller's vectors. */
+/* That of the coordinates of body i that are not held. */
+static void place_armature(mbsr_model *m, int i)
+{
+    mbsri_body *b = m->body + i;
+    const size_t from = ((const mbsri_body_entry *)m->entries.data)[b->id].armature;
+    const double *given = (const double *)m->matrices.data + from;
+    double *to = m->armature + b->iu;
+    b->armature = to;
+    for (int k = 0; k < b->joint.n; ++k) {
+        if (b->held && !isnan(b->held[k])) continue;
+        *to++ = from > 0 ? given[k] : 0.0;
+    }
+}
+
+/* Where the joint rates of the sweeps stand in the caller's vectors, and their armature. */
 static int place_rates(mbsr_model *m, int N)
 {
+    m->armature = mbsri_allocate(&m->allocator, (size_t)m->nu * sizeof *m->armature);
     m->u_of = mbsri_allocate(&m->allocator, (size_t)m->nu * sizeof *m->u_of);
     m->q_of = mbsri_allocate(&m->allocator, (size_t)m->nq * sizeof *m->q_of);
-    if (!m->u_of || !m->q_of) {
+    if (!m->armature || !m->u_of || !m->q_of) {
         return mbsri_fail(&m->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                           "mbsr_model_finish: no memory");
     }
     for (int i = 1; i <= N; ++i) {
         const mbsri_body *b = m->body + i;
+        place_armature(m, i);
         for (int k = 0; k < b->n; ++k) m->u_of[b->iu + k] = b->u + k;
         for (int k = 0; k < b->nq; ++k) m->q_of[b->iq + k] = b->q + k;
     }
@@ -320,6 +337,7 @@ static void undo(mbsr_model *m)
 {
     mbsri_release(&m->allocator, m->index);
     mbsri_release(&m->allocator, m->list_index);
+    mbsri_release(&m->allocator, m->armature);
     mbsri_release(&m->allocator, m->u_of);
     mbsri_release(&m->allocator, m->q_of);
     mbsri_release(&m->allocator, m->member);
@@ -332,6 +350,7 @@ static void undo(mbsr_model *m)
     m->index = m->list_index = m->u_of = m->q_of = m->member = NULL;
     m->body = NULL;
     m->along = (mbsri_coordinate_elements){.element = NULL};
+    m->armature = NULL;
     m->scale = m->weight = m->span = NULL;
     m->differences = m->grouped = false;
     m->bodies = 0;
@@ -385,6 +404,7 @@ void mbsr_model_destroy(mbsr_model *model)
     mbsri_release(&allocator, model->lists.data);
     mbsri_release(&allocator, model->index);
     mbsri_release(&allocator, model->list_index);
+    mbsri_release(&allocator, model->armature);
     mbsri_release(&allocator, model->u_of);
     mbsri_release(&allocator, model->q_of);
     mbsri_release(&allocator, model->member);

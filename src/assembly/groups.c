@@ -74,12 +74,21 @@ static bool look(mbsr_model *m, int *open)
     return true;
 }
 
+/* Whether every rate of the joint has armature, which is inertia of its own. */
+static bool has_armature(const mbsri_body *b)
+{
+    bool every = b->n > 0;
+    for (int k = 0; k < b->n; ++k) every = every && b->armature[k] > 0.0;
+    return every;
+}
+
 /* open (bodies + 1): whether the joints are. False: no memory. */
 static bool find_open(mbsr_model *m, int *open)
 {
     bool unknown = false;
     for (int i = 1; i <= m->bodies; ++i) {
-        open[i] = !m->body[i].regular && (!one_axis(m, i) || !turns_mass(m->sweeps->body + i));
+        open[i] = !m->body[i].regular && !has_armature(m->body + i) &&
+                  (!one_axis(m, i) || !turns_mass(m->sweeps->body + i));
     }
     open[0] = 0;
     for (int i = 1; i <= m->bodies; ++i) {

@@ -4,7 +4,7 @@
  * Where the joint block D of several rates lacks some of its rank, projections on its range are taken
  * in coordinates u_k / s_k (recursion/rank.c), with
  *
- *   s_k = (sum_l J_lk^2 c_l)^(-1/2),   c_i = diag(M_i) + sum_j (H_j^2)^T c_j
+ *   s_k = (a_k + sum_l J_lk^2 c_l)^(-1/2),   c_i = diag(M_i) + sum_j (H_j^2)^T c_j
  *
  * (squares entry by entry): about the inertia that rate k of the joint moves at q = 0 when all joints
  * behind it are held, made of sums in which nothing cancels. These are numbers of the model and not of
@@ -62,7 +62,7 @@ static void find_inertias(const mbsr_model *m, mbsr_data *d, double *x)
         const double *own = c + b->v, *J = d->J + b->dn, *H = d->H + b->dp;
         for (int k = 0; k < b->n; ++k) {
             double *inertia = x + b->iu + k;
-            *inertia = 0.0;
+            *inertia = b->armature[k];
             for (int l = 0; l < b->d; ++l) *inertia += J[k * b->d + l] * own[l] * J[k * b->d + l];
         }
         for (int k = 0; k < b->d_pred; ++k) {

@@ -42,7 +42,7 @@ static bool is_identity(const mbsr_frame *frame)
  * that it moves; *frame is where the last step left the running frame, then the running frame in
  * that of this step. */
 static void place_step(const mbsri_joint *joint, int step, const mbsri_sweep_body *whole,
-                       mbsr_frame *frame, int *moved, mbsri_sweep_body *b)
+                       const double *armature, mbsr_frame *frame, int *moved, mbsri_sweep_body *b)
 {
     const int code = joint->option[1 + step], kind = code & MBSRI_STEP_KIND,
               coordinate = code >> MBSRI_PLACE_SHIFT;
@@ -54,6 +54,7 @@ static void place_step(const mbsri_joint *joint, int step, const mbsri_sweep_bod
                             .q = whole->q + (ball ? 0 : coordinate + joint->nq - joint->n),
                             .u = whole->u + coordinate,
                             .n = ball ? 3 : 1,
+                            .armature = code & MBSRI_DRIVEN ? 0.0 : armature[coordinate],
                             .flags = whole->flags & (MBSRI_FLAT | MBSRI_LEVEL)};
     place(&start, b);
     if (ball) b->flags |= MBSRI_BALL;
@@ -86,7 +87,7 @@ static int take_apart(const mbsr_model *m, int i, int *moved, mbsri_sweep_body *
     mbsr_frame frame = mbsr_frame_product(&own, &A);
     int count = 0;
     for (; count < joint->option[0]; ++count)
-        place_step(joint, count, whole, &frame, moved, list + count);
+        place_step(joint, count, whole, m->body[i].armature, &frame, moved, list + count);
     B = mbsr_frame_inverse(&B);
     frame = mbsr_frame_product(&frame, &B);
     if (!is_identity(&frame)) {

@@ -242,13 +242,13 @@ MBSRI_INLINE lanes noise_of(carry *c, lanes trace, double soft)
  * the bound of rounding errors with them. *clear &= D is regular and known to nine digits, as
  * `certify` of the sweeps has it. */
 MBSRI_INLINE column eliminate(const mbsri_batch_run *run, int flags, double pitch, double soft,
-                              vec Z, lanes tau, carry *c, lane_bits *clear)
+                              double armature, vec Z, lanes tau, carry *c, lane_bits *clear)
 {
     const lanes per_area = splat(run->per_area), least = splat(run->rule.by_parts),
                 h = splat(pitch);
     const vec none = {splat(0.0), splat(0.0), splat(0.0)};
     vec U_L = none, U_p = none;
-    lanes D = splat(0.0), e = tau;
+    lanes D = splat(armature), e = tau;
     double size = 0.0;
     lanes local = splat(0.0);
     if (flags & MBSRI_TURNS) {
@@ -261,7 +261,7 @@ MBSRI_INLINE column eliminate(const mbsri_batch_run *run, int flags, double pitc
     if (flags & MBSRI_SLIDES) {
         U_L = plus(U_L, h, transposed_times(&c->G, Z));
         U_p = plus(U_p, h, sym_times(&c->M, Z));
-        D = h * dot(Z, U_p);
+        D += h * dot(Z, U_p);
         e -= h * dot(Z, c->p);
         size += pitch * pitch;
         local += splat(pitch * pitch) * (c->M.xx + c->M.yy + c->M.zz);
@@ -275,7 +275,9 @@ MBSRI_INLINE column eliminate(const mbsri_batch_run *run, int flags, double pitc
     *clear &= (D > splat(MBSRI_NINE_DIGITS) * local) &
               (D - least * (D * c->kappa) > least * (spread * splat(size)));
     const column g = {scaled(U_L, Dinv), scaled(U_p, Dinv), e * Dinv};
-    const lanes transport = splat(size) * (dot(g.g_L, g.g_L) * per_area + dot(g.g_p, g.g_p));
+    lanes transport = splat(size) * (dot(g.g_L, g.g_L) * per_area + dot(g.g_p, g.g_p));
+    if (armature > 0.0) /* 1 - S g^T projects on nothing: (1 + |S| |g|)^2 <= 2 + 2 |S|^2 |g|^2 */
+        transport = splat(2.0) + splat(2.0) * transport;
     c->spread = spread * transport + trace * (splat(1.0) + transport);
     subtract_product(&c->I, g.g_L, U_L);
     subtract_product(&c->M, g.g_p, U_p);
@@ -293,13 +295,15 @@ MBSRI_INLINE void eliminate_all(const mbsri_batch_run *run, const mbsri_sweep_bo
     if (b->flags & MBSRI_BALL) {
         const mat Z = ball->axes;
         const int flags = MBSRI_TURNS;
-        ball->column[2] =
-            eliminate(run, flags, 0.0, b->soft, Z.z, at(run->load, b->u + 2), c, clear);
-        ball->column[1] = eliminate(run, flags, 0.0, 0.0, Z.y, at(run->load, b->u + 1), c, clear);
-        ball->column[0] = eliminate(run, flags, 0.0, 0.0, Z.x, at(run->load, b->u), c, clear);
+        ball->column[2] = eliminate(run, flags, 0.0, b->soft, b->armature, Z.z,
+                                    at(run->load, b->u + 2), c, clear);
+        ball->column[1] =
+            eliminate(run, flags, 0.0, 0.0, b->armature, Z.y, at(run->load, b->u + 1), c, clear);
+        ball->column[0] =
+            eliminate(run, flags, 0.0, 0.0, b->armature, Z.x, at(run->load, b->u), c, clear);
     } else if (b->n > 0) {
-        s->column =
-            eliminate(run, b->flags, b->pitch, b->soft, s->R.z, at(run->load, b->u), c, clear);
+        s->column = eliminate(run, b->flags, b->pitch, b->soft, b->armature, s->R.z,
+                              at(run->load, b->u), c, clear);
     } else {
         const lanes trace = trace_of(c, b->flags, run->per_area);
         c->spread = noise_of(c, trace, b->soft) + trace;
@@ -483,6 +487,7 @@ MBSRI_INLINE void joint_forces(const mbsri_batch_run *run, bool any)
         const mbsri_sweep_body *b = run->body + i;
         const body_state *s = (const body_state *)run->state + i;
         const vec L = s->column.g_L, p = s->column.g_p;
+        const lanes armature = splat(b->armature);
         if (any && b->flags & MBSRI_BLOCK) {
             react_block(run, i);
             continue;
@@ -490,11 +495,12 @@ MBSRI_INLINE void joint_forces(const mbsri_batch_run *run, bool any)
         if (b->flags & MBSRI_BALL) {
             const vec force = transposed_times(&(--ball)->axes, L);
             out[b->u] = force.x, out[b->u + 1] = force.y, out[b->u + 2] = force.z;
+            for (int k = 0; k < 3; ++k) out[b->u + k] += armature * at(run->load, b->u + k);
         } else if (b->n > 0) {
             lanes force = splat(0.0);
             if (b->flags & MBSRI_TURNS) force = dot(s->R.z, L);
             if (b->flags & MBSRI_SLIDES) force += splat(b->pitch) * dot(s->R.z, p);
-            out[b->u] = force;
+            out[b->u] = force + armature * at(run->load, b->u);
         }
         if (b->parent == 0) continue;
         const vec moment = add(L, cross(s->rho, p));

@@ -2,6 +2,7 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "base/error.h"
 #include "base/memory.h"
+#include "joints/chain.h"
 #include "model/check.h"
 #include "model/query.h"
 
@@ -123,6 +124,69 @@ int mbsr_model_lock(mbsr_model *model, int body, int coordinate, double value)
     ((double *)m->matrices.data)[entry->held + (size_t)coordinate] = value;
     ++entry->locks;
     return MBSR_OK;
+}
+
+/* Whether rates k and l are two of one quaternion. */
+static bool same_quaternion(const mbsri_joint *joint, int k, int l)
+{
+    return joint->nq > joint->n && k < 3 && l < 3;
+}
+
+static int check_armature(mbsr_model *m, const mbsri_body_entry *entry, int body, int n,
+                          const double *values)
+{
+    const mbsri_joint *joint = &entry->joint;
+    char label[MBSRI_LABEL];
+    label_of(m, entry, body, label);
+    if (!values && n > 0)
+        return mbsri_fail(&m->error, MBSR_ERR_NULL, body, MBSR_NONE,
+                          "%s: mbsr_model_armature: values is NULL", label);
+    if (n != joint->n) {
+        return mbsri_fail(&m->error, MBSR_ERR_VALUE, body, MBSR_NONE,
+                          "%s: mbsr_model_armature: n is %d, joint '%s' has %d rates", label, n,
+                          joint->table->name, joint->n);
+    }
+    if (joint->table->coordinate_rates && joint->table->position != mbsri_chain_position) {
+        return mbsri_fail(&m->error, MBSR_ERR_SPACE, body, MBSR_NONE,
+                          "%s: mbsr_model_armature: the coordinates of joint '%s' have rates other "
+                          "than u",
+                          label, joint->table->name);
+    }
+    for (int k = 0; k < n; ++k) {
+        if (!isfinite(values[k]) || values[k] < 0.0) {
+            return mbsri_fail(&m->error, MBSR_ERR_VALUE, body, MBSR_NONE,
+                              "%s: mbsr_model_armature: values[%d] is %g", label, k, values[k]);
+        }
+        if (same_quaternion(joint, 0, k) && values[k] != values[0]) {
+            return mbsri_fail(
+                &m->error, MBSR_ERR_VALUE, body, MBSR_NONE,
+                "%s: mbsr_model_armature: values[%d] is %g and values[0] %g, but both "
+                "belong to the quaternion of joint '%s'",
+                label, k, values[k], values[0], joint->table->name);
+        }
+    }
+    return MBSR_OK;
+}
+
+int mbsr_model_armature(mbsr_model *model, int body, int n, const double *values)
+{
+    mbsr_model *m = model;
+    if (!m) return MBSR_ERR_NULL;
+    int status;
+    mbsri_body_entry *entry = find(m, body, "mbsr_model_armature", &status);
+    if (!status) status = check_armature(m, entry, body, n, values);
+    if (status || n == 0) return status;
+    if (entry->armature == 0) entry->armature = take(m, (size_t)n, body);
+    if (entry->armature == 0) return MBSR_ERR_NO_MEMORY;
+    memcpy((double *)m->matrices.data + entry->armature, values, (size_t)n * sizeof *values);
+    return MBSR_OK;
+}
+
+const double *mbsr_body_armature(const mbsr_model *model, int body)
+{
+    if (!model || !model->finished) return NULL;
+    const int i = mbsri_index(model, body);
+    return i > 0 ? model->body[i].armature : NULL;
 }
 
 const double *mbsr_body_regularisation(const mbsr_model *model, int body)

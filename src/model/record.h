@@ -65,13 +65,14 @@ typedef struct mbsri_body {
     bool seen;         /* its arrays are read or written by the sweeps too (assembly/places.h) */
     size_t seat;       /* offset of one number */
     mbsri_joint joint;
-    mbsr_inertia inertia; /* matrix points into the model */
-    size_t name;          /* offset into names */
-    bool regular;         /* M is positive definite in every pose */
-    const double *added;  /* d x d, part of M in every pose; NULL: none */
-    int locks;            /* coordinates of the joint that are held; n and nq count the others */
-    const double *held;   /* their values, NaN for the others (joint.n); NULL: none */
-    size_t full;          /* offset of joint.n numbers, where some are held */
+    mbsr_inertia inertia;   /* matrix points into the model */
+    size_t name;            /* offset into names */
+    bool regular;           /* M is positive definite in every pose */
+    const double *added;    /* d x d, part of M in every pose; NULL: none */
+    int locks;              /* coordinates of the joint that are held; n and nq count the others */
+    const double *held;     /* their values, NaN for the others (joint.n); NULL: none */
+    const double *armature; /* inertia along each joint rate (n), which D has on its diagonal */
+    size_t full;            /* offset of joint.n numbers, where some are held */
     int usual; /* rank of the joint where the model was looked at (assembly/survey.h), and 1 */
 } mbsri_body;
 
@@ -83,7 +84,7 @@ typedef struct mbsri_body_entry {
     mbsri_joint joint;
     mbsr_inertia inertia;
     bool regular;
-    size_t added, held; /* offsets into matrices, 0: none */
+    size_t added, held, armature; /* offsets into matrices, 0: none */
     int locks;
 } mbsri_body_entry;
 
@@ -121,16 +122,17 @@ struct mbsr_model {
     mbsri_array lists;    /* int: ids of the bodies of force elements */
 
     /* from here on set by finish */
-    int bodies;      /* N */
-    int *index;      /* id -> index, N */
-    int *list_index; /* the lists as indices */
-    int *u_of;       /* place of each joint rate of the sweeps in the caller's vectors, nu */
-    int *q_of;       /* of each joint coordinate, nq */
-    bool in_order;   /* both are the identity */
-    int *member;     /* bodies, group by group, N */
-    bool grouped;    /* some group has several */
-    double *scale;   /* of joint rates by groups, nu (assembly/survey.h); NULL: not known */
-    double *weight;  /* of joint rates, for position rows, nu (forms/loops.c); NULL: no closures */
+    int bodies;       /* N */
+    int *index;       /* id -> index, N */
+    int *list_index;  /* the lists as indices */
+    int *u_of;        /* place of each joint rate of the sweeps in the caller's vectors, nu */
+    int *q_of;        /* of each joint coordinate, nq */
+    bool in_order;    /* both are the identity */
+    double *armature; /* of each joint rate in the order of the sweeps, nu; kg m^2 or kg */
+    int *member;      /* bodies, group by group, N */
+    bool grouped;     /* some group has several */
+    double *scale;    /* of joint rates by groups, nu (assembly/survey.h); NULL: not known */
+    double *weight;   /* of joint rates, for position rows, nu (forms/loops.c); NULL: no closures */
     double length,
         frequency; /* typical of the tree (assembly/measure.h), m and 1/s; 0: not known */
     double mass;   /* of all bodies, kg */

@@ -5,7 +5,7 @@
  *   fbar_i = f_i - sum_j H_j^T mu_j
  *   mu_j   = (I - Mbar_j J_j D_j^+ J_j^T) (fbar_j + Mbar_j kII_j) + Mbar_j J_j D_j^+ tau_j
  *
- * with D_j = J_j^T Mbar_j J_j and its pseudo-inverse (rank.c). Where several joints are one group
+ * with D_j = J_j^T Mbar_j J_j + Diag(a_j), a the armature, and its pseudo-inverse (rank.c). Where several joints are one group
  * (group.h), its head is j here and the others pass on to it what they have.
  *
  * Beside Mbar runs W, the first-order size of the rounding errors in Mbar and in D (in units of the
@@ -47,6 +47,7 @@ static int factor_group(const mbsr_model *m, mbsr_data *d, const mbsri_group *g,
     const mbsri_body *b = m->body + g->member[0];
     double *U = d->U + b->dg, *G = d->G + b->dg;
     mbsri_group_products(m, d, g, d->Mbar, U, d->D + b->nn, d->scratch);
+    mbsri_group_add_armature(m, g, d->D + b->nn);
     for (int k = 0; k < g->members; ++k) d->rank[g->member[k]] = 0;
     d->scale[m->body[g->member[0]].seat] = 0.0;
     if (g->n > 0) {

@@ -6,7 +6,7 @@
 
 #include <math.h>
 
-/* size[l] = J_l^T Diag(Mbar) J_l of the joint rates of the group. */
+/* size[l] = J_l^T Diag(Mbar) J_l + a_l of the joint rates of the group. */
 static void diagonal_sizes(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g,
                            double *size)
 {
@@ -15,7 +15,7 @@ static void diagonal_sizes(const mbsr_model *m, const mbsr_data *d, const mbsri_
         const int dim = b->d;
         const double *Mbar = d->Mbar + b->dd, *J = d->J + b->dn;
         for (int l = 0; l < b->n; ++l) {
-            double sum = 0.0;
+            double sum = b->armature[l];
             for (int k = 0; k < dim; ++k)
                 sum += J[l * dim + k] * Mbar[k * (dim + 1)] * J[l * dim + k];
             size[b->ig - g->ig + l] = sum;

@@ -124,6 +124,13 @@ static void products(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, co
         }
         for (int l = 0; l < head->d * b->n; ++l) r->U[(b->ig - g->ig) * head->d + l] = F[l];
     }
+    for (int k = 0; k < g->members; ++k) {
+        const mbsri_body *b = m->body + g->member[k];
+        for (int l = 0; l < b->n; ++l) {
+            mbsri_two *own = r->D + (b->ig - g->ig + l) * (g->n + 1);
+            *own = mbsri_two_add(*own, mbsri_two_of(b->armature[l]));
+        }
+    }
     for (int l = 0; l < head->d * g->n; ++l) d->U[head->dg + (size_t)l] = r->U[l].hi;
     for (int l = 0; l < g->n * g->n; ++l) d->D[head->nn + (size_t)l] = r->D[l].hi;
 }

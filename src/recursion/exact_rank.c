@@ -39,7 +39,8 @@ static void sureness(const mbsr_model *m, const mbsr_data *d, const mbsri_group 
                          turned = b->joint.space == MBSR_SPACE_SPATIAL
                                       ? d->turned[b->seat] * mbsri_dot(3, J, J)
                                       : 0.0,
-                         size = mbsri_dot(b->d, J, UJ) + arms * turned;
+                         size = mbsri_dot(b->d, J, UJ) + arms * turned +
+                                MBSRI_EXACT_SHARE * b->armature[l];
             least[b->ig - g->ig + l] = rounding * (1.0 / (s * s) + turned);
             strict[b->ig - g->ig + l] = size > 0.0 ? 1.0 / sqrt(size) : d->s[b->ig + l];
         }

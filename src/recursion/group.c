@@ -58,6 +58,14 @@ void mbsri_group_products(const mbsr_model *m, const mbsr_data *d, const mbsri_g
     }
 }
 
+void mbsri_group_add_armature(const mbsr_model *m, const mbsri_group *g, double *D)
+{
+    for (int k = 0; k < g->members; ++k) {
+        const mbsri_body *b = m->body + g->member[k];
+        for (int l = 0; l < b->n; ++l) D[(b->ig - g->ig + l) * (g->n + 1)] += b->armature[l];
+    }
+}
+
 /* e -= J^T (b - C a) of several joints. */
 static void load_members(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g,
                          const double *b, const double *k, double *e, double *work)

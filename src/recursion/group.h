@@ -85,6 +85,9 @@ static inline int mbsri_group_rank(const mbsr_data *d, const mbsri_group *g)
 void mbsri_group_products(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g,
                           const double *A, double *Y, double *JY, double *work);
 
+/* D (n x n) += the armature of its joints on the diagonal. */
+void mbsri_group_add_armature(const mbsr_model *m, const mbsri_group *g, double *D);
+
 /* The load on the group of head i, and what it takes up:  e (n) -= J^T (b - C a),  sum (d) += G e. a
  * are the accelerations that k makes in a group whose predecessor and joints rest, a_i = -H_i a_pi -
  * k_i; b and k with d numbers a body; sum = b + C k of the head. Nothing where body i is not a head.

@@ -2,7 +2,9 @@
  * SPDX-License-Identifier: BSD-3-Clause
  *
  *   A_i  = -(H_i A_pi + J_i u_i' + kII_i)
- *   mu_i = f_i - M_i A_i - sum_j H_j^T mu_j,    out_i = J_i^T mu_i - tau_i */
+ *   mu_i = f_i - M_i A_i - sum_j H_j^T mu_j,    out_i = J_i^T mu_i + a_i u_i' - tau_i
+ *
+ * with the armature a_i, entry by entry. */
 #include "recursion/inverse.h"
 
 #include "algebra/dense.h"
@@ -48,5 +50,6 @@ void mbsri_inverse(const mbsr_model *m, mbsr_data *d, const double *udot)
     for (int i = 1; i <= m->bodies; ++i) mbsri_accelerate(m, d, i, d->udot + m->body[i].iu);
     mbsri_zero((size_t)m->root.d, d->mu);
     for (int i = m->bodies; i >= 1; --i) mbsri_react(m, d, i, d->out + m->body[i].iu);
+    for (int k = 0; k < m->nu; ++k) d->out[k] += m->armature[k] * d->udot[k];
     d->accelerated = true;
 }

@@ -1,7 +1,7 @@
 /* Joint-space mass matrix by composite inertias.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- *   C_i = M_i + sum_j H_j^T C_j H_j,     block (i,i) = J_i^T C_i J_i,
+ *   C_i = M_i + sum_j H_j^T C_j H_j,     block (i,i) = J_i^T C_i J_i + Diag(armature),
  *   block (k,i) = J_k^T m_k  for the predecessors k of i, with m_i = C_i J_i and m_pi = -H^T m
  *                 on the way to the root.
  *
@@ -77,8 +77,11 @@ void mbsri_mass_matrix(const mbsr_model *m, mbsr_data *d, double *matrix)
     if (d->stage > MBSRI_STAGE_FORCES) d->stage = MBSRI_STAGE_FORCES;
     mbsri_zero((size_t)m->root.d * (size_t)m->root.d, d->M);
     mbsri_zero(size, matrix);
-    if (!composites(m, d, matrix)) return;
-    mbsri_exact_mass_matrix(m, d, matrix);
-    /* products of twofold numbers overflow early */
-    if (!mbsri_finite(size, matrix)) (void)composites(m, d, matrix);
+    if (composites(m, d, matrix)) {
+        mbsri_exact_mass_matrix(m, d, matrix);
+        /* products of twofold numbers overflow early */
+        if (!mbsri_finite(size, matrix)) (void)composites(m, d, matrix);
+    }
+    for (size_t k = 0; k < (size_t)m->nu; ++k)
+        matrix[(size_t)m->u_of[k] * ((size_t)m->nu + 1)] += m->armature[k];
 }

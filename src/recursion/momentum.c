@@ -12,8 +12,8 @@ void mbsri_momentum_of(const mbsr_model *m, mbsr_data *d, int i, double *p)
     /* m_i = -M_i V_i - sum_j H_j^T m_j */
     mbsri_ax(b->d, b->d, -1.0, d->M + b->dd, d->V + b->v, imp);
     mbsri_atx(b->d, b->d_pred, -1.0, d->H + b->dp, imp, d->imp + b->pred_v);
-    /* p_i = J_i^T m_i */
-    mbsri_zero((size_t)b->n, p);
+    /* p_i = J_i^T m_i + a_i u_i */
+    for (int k = 0; k < b->n; ++k) p[k] = b->armature[k] * d->u[b->iu + k];
     mbsri_atx(b->d, b->n, 1.0, d->J + b->dn, imp, p);
 }
 

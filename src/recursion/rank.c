@@ -31,7 +31,7 @@
 
 #include <math.h>
 
-/* diag(J^T W J)^(-1/2) into s, or with `fixed` the given s; the largest entry of diag(J^T W J), and
+/* diag(J^T W J + a)^(-1/2) into s, a the armature, or with `fixed` the given s; the largest entry of diag(J^T W J), and
  * of S J^T W J S in *noise, if that is larger (1 unless s is given). A zero entry belongs to a row of
  * D that is zero. */
 static double equilibrate(const mbsri_body *b, const mbsr_data *d, const double *fixed, double *s,
@@ -42,7 +42,7 @@ static double equilibrate(const mbsri_body *b, const mbsr_data *d, const double 
         const double *column = d->J + b->dn + (size_t)k * (size_t)b->d;
         mbsri_zero((size_t)b->d, WJ);
         mbsri_ax(b->d, b->d, 1.0, d->W + b->dd, column, WJ);
-        const double size = mbsri_dot(b->d, column, WJ);
+        const double size = mbsri_dot(b->d, column, WJ) + b->armature[k];
         s[k] = fixed ? fixed[k] : size > 0.0 ? 1.0 / sqrt(size) : 1.0;
         if (fixed) *noise = fmax(*noise, size * s[k] * s[k]);
         largest = isnan(size) ? size : fmax(size, largest);

@@ -15,7 +15,8 @@ int mbsr_energy(const mbsr_model *model, mbsr_data *data, double *kinetic, doubl
     int status = mbsri_enter(m, d, true, MBSRI_STAGE_VELOCITIES, "mbsr_energy");
     if (status) return status;
     double T = 0.0, E = 0.0;
-    /* 1/2 V^T M V */
+    /* 1/2 V^T M V, and of armature */
+    for (int k = 0; k < m->nu; ++k) T += 0.5 * m->armature[k] * d->u[k] * d->u[k];
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
         mbsri_zero((size_t)b->d, d->scratch);

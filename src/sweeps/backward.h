@@ -47,7 +47,7 @@ MBSRI_OUTLINE bool pass_column(const mbsri_sweep_run *run, int i, blocks *c)
     mbsri_sweep_multi *multi = run->multi + b->multi;
     const v4 drive_w = load(multi->drive), drive_v = load(multi->drive + 4), c_w = load(s->A_w),
              c_v = load(s->A_v);
-    column j = {.S_L = load(multi->S[0]), .S_p = load(multi->S[0] + 4)};
+    column j = {.S_L = load(multi->S[0]), .S_p = load(multi->S[0] + 4), .armature = b->armature};
     store(multi->driven, times(c->I, drive_w) + transposed_times(c->G, drive_v));
     store(multi->driven + 4, times(c->G, drive_w) + times(c->M, drive_v));
     if (!certify_column(run->tree, b->soft, c, &j, &c->kappa, &c->spread)) return false;

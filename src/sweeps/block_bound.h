@@ -108,6 +108,7 @@ MBSRI_INLINE bool certify_block(const mbsri_sweep_run *run, int i, int d, int n,
     mbsri_ab(d, d, n, 1.0, data->Mbar + b->dd, J, U);
     mbsri_zero((size_t)(n * n), D);
     mbsri_atb(d, n, n, 1.0, J, U, D);
+    for (int l = 0; l < n; ++l) D[l * (n + 1)] += b->armature[l];
     const double least = factor_block(n, D, L), *Mbar = data->Mbar + b->dd;
     double turning = 0.0, sliding = 0.0;
     for (int k = 0; k < d; ++k) *(is_angular(d, k) ? &turning : &sliding) += Mbar[k * (d + 1)];
@@ -136,7 +137,7 @@ MBSRI_INLINE double transport_of(const mbsri_sweep_run *run, int i, int d, int n
     const mbsri_body *b = run->model->body + i;
     const double *J = run->data->J + b->dn, *G = run->data->G + b->dg;
     const double area = run->tree->length * run->tree->length;
-    double norm = n > 0 ? 0.0 : 1.0;
+    double norm = n > 0 ? 0.0 : 1.0, armature = 0.0;
     for (int l = 0; l < n; ++l) {
         double by_J = 0.0, by_G = 0.0;
         for (int k = 0; k < d; ++k) {
@@ -145,8 +146,9 @@ MBSRI_INLINE double transport_of(const mbsri_sweep_run *run, int i, int d, int n
             by_G += G[l * d + k] * G[l * d + k] / w;
         }
         norm += sqrt(by_J * by_G);
+        armature += b->armature[l];
     }
-    return norm * norm;
+    return beside(armature > 0.0, norm * norm);
 }
 
 /* A symmetric 6 x 6 as the blocks of a carry, and such blocks added to one. */
@@ -260,7 +262,7 @@ MBSRI_INLINE bool pass_hinge(const mbsri_sweep_run *run, int i, v4 rho)
            *mu = data->mu + b->v, *Mbar = data->Mbar + b->dd, *above = data->fbar + b->pred_v;
     const v4 k_w = three(kII), k_v = three(kII + 3);
     blocks c;
-    column j = {.S_L = three(J), .S_p = three(J + 3)};
+    column j = {.S_L = three(J), .S_p = three(J + 3), .armature = b->armature[0]};
     mbsri_symmetrise(6, Mbar);
     matrix_to_blocks(Mbar, &c);
     double kappa = bound[0], spread = bound[1];

@@ -353,6 +353,12 @@ static void release(const mbsr_model *m, mbsri_sweeps *tree)
     mbsri_release(&m->allocator, tree);
 }
 
+static void place_armature(const mbsri_body *body, mbsri_sweep_body *b)
+{
+    if (b->n > 0) b->armature = body->armature[0];
+    b->mixes = b->armature > 0.0;
+}
+
 /* Everything of a tree that has memory for its bodies. */
 static bool place(mbsri_sweeps *tree, const mbsr_model *m)
 {
@@ -367,6 +373,7 @@ static bool place(mbsri_sweeps *tree, const mbsr_model *m)
         else
             place_body(tree, m, i);
     }
+    for (int i = 1; i <= tree->bodies; ++i) place_armature(m->body + i, tree->body + i);
     place_inertias(tree, m);
     place_angles(tree);
     mark_flat(tree, m);

@@ -2,7 +2,7 @@
  * SPDX-License-Identifier: BSD-3-Clause
  *
  *   A_i   = X A_pi + c + S u',  (L, p)_i = M_i A_i + h_i - loads     root to leaves
- *   tau_i = S^T sum of (L, p) from i to the leaves, about i          leaves to root */
+ *   tau_i = S^T sum of (L, p) from i to the leaves, about i, + armature u'   leaves to root */
 #ifndef MBSRI_SWEEPS_INVERSE_H
 #define MBSRI_SWEEPS_INVERSE_H
 
@@ -73,10 +73,11 @@ MBSRI_INLINE void sum_loads(const mbsri_sweep_run *run, bool any)
         if (flags & MBSRI_MULTI) {
             for (int k = 0; k < b->n; ++k) {
                 const double *S = run->multi[b->multi].S[k];
-                run->out[b->u + k] = sum3(load(S) * L + load(S + 4) * p);
+                run->out[b->u + k] = sum3(load(S) * L + load(S + 4) * p) +
+                                     run->model->armature[b->u + k] * run->tau[b->u + k];
             }
         } else if (b->n) {
-            run->out[b->u] = along_axis(b, load(s->R + 8), L, p);
+            run->out[b->u] = along_axis(b, load(s->R + 8), L, p) + b->armature * run->tau[b->u];
         }
         L += cross(load(s->rho), p);
         if (any && flags & MBSRI_TO_BLOCK) {

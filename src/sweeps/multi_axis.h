@@ -95,6 +95,7 @@ static double open_block(const mbsri_sweep_run *run, int i, const mbsri_carry *c
 {
     const mbsri_sweep_body *b = run->tree->body + i;
     mbsri_sweep_multi *multi = run->multi + b->multi;
+    const double *armature = run->model->armature + b->u;
     _Alignas(32) double force[8];
     memcpy(force, c->L, sizeof c->L);
     memcpy(force + 4, c->p, sizeof c->p);
@@ -102,6 +103,7 @@ static double open_block(const mbsri_sweep_run *run, int i, const mbsri_carry *c
         apply(c, multi->S[k], multi->U[k]);
         for (int l = 0; l <= k; ++l)
             multi->D[k][l] = multi->D[l][k] = product(multi->S[l], multi->U[k]);
+        multi->D[k][k] += armature[k];
         multi->x[k] = run->tau[b->u + k] - product(multi->S[k], force);
     }
     memcpy(multi->factor, multi->D, sizeof multi->D);
@@ -174,7 +176,7 @@ static bool multi_judge(const mbsri_sweep_run *run, int i, const mbsri_carry *c,
     for (int k = 0; k < n; ++k) {
         apply(W, multi->S[k], Q[k]);
         const double *S = multi->S[k], turn = S[0] * S[0] + S[1] * S[1] + S[2] * S[2],
-                     noise = product(S, Q[k]) + turn * W->spread;
+                     noise = product(S, Q[k]) + turn * W->spread + run->model->armature[b->u + k];
         scale[k] = noise > 0.0 ? 1.0 / sqrt(noise) : 1.0;
     }
     for (int k = 0; k < n; ++k) {
@@ -195,7 +197,7 @@ static void multi_transport(const mbsri_sweep_run *run, int i, const mbsri_carry
     diagonal_of(c, own);
     memcpy(gained, own, sizeof own);
     for (int k = 0; k < n; ++k) {
-        double size = 0.0;
+        double size = run->model->armature[b->u + k];
         for (int r = 0; r < 8; ++r) size += own[r] * multi->S[k][r] * multi->S[k][r];
         for (int r = 0; r < 8; ++r) gained[r] += size * multi->G[k][r] * multi->G[k][r];
         for (int l = 0; l < n; ++l) SQ[k][l] = product(multi->S[l], Q[k]);
@@ -218,16 +220,19 @@ static double gain(const mbsri_sweep_run *run, int i, double area)
     const mbsri_sweep_body *b = run->tree->body + i;
     mbsri_sweep_multi *multi = run->multi + b->multi;
     const int n = b->n;
-    double norm = 0.0;
+    double norm = 0.0, armature = 0.0;
     for (int r = 0; r < 8; ++r) {
         double row[6];
         for (int k = 0; k < n; ++k) row[k] = multi->U[k][r];
         if (r % 4 < 3) solve(n, multi->factor, row);
         for (int k = 0; k < n; ++k) multi->G[k][r] = row[k];
     }
-    for (int k = 0; k < n; ++k)
+    for (int k = 0; k < n; ++k) {
         norm += sqrt(size_of(multi->S[k], area) * size_of(multi->G[k], 1.0 / area));
-    return norm * norm;
+        armature += run->model->armature[b->u + k];
+    }
+    norm *= norm;
+    return armature > 0.0 ? 2.0 + 2.0 * norm : norm; /* see rank_bound.h */
 }
 
 /* Mbar^a, then (L, p) += Mbar^a c + G e; e becomes D^-1 e. */

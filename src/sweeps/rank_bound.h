@@ -15,7 +15,7 @@
 
 #include <math.h>
 
-/* A joint of one axis, or none: U = Mbar S, D = S^T U, e = tau - S^T p, size = S^T Lambda S. */
+/* A joint of one axis, or none: U = Mbar S, D = S^T U + armature, e = tau - S^T p, size = S^T Lambda S. */
 typedef struct joint {
     v4 Z, U_L, U_p;
     double D, e, size;
@@ -100,9 +100,23 @@ MBSRI_INLINE void open_joint(const mbsri_sweep_run *run, int i, const blocks *c,
     const mbsri_sweep_body *b = run->tree->body + i;
     j->Z = load(run->state[i].R + 8);
     times_axis(b, c, j->Z, &j->U_L, &j->U_p);
-    j->D = along_axis(b, j->Z, j->U_L, j->U_p);
+    j->D = along_axis(b, j->Z, j->U_L, j->U_p) + b->armature;
     j->e = (b->n ? run->tau[b->u] : 0.0) - along_axis(b, j->Z, c->L, c->p);
     j->Dinv = 0.0;
+}
+
+/* |1 - S g^T|^2 from |S|^2 |g|^2, as which it counts where this projects. Behind armature it does not,
+ * and is at most (1 + |S| |g|)^2 <= 2 + 2 |S|^2 |g|^2; mixes: whether there is any, 0 or 1. */
+MBSRI_INLINE double beside(double mixes, double square)
+{
+    return square + mixes * (2.0 + square);
+}
+
+/* Armature is given, not summed up: however small, it is for the stages to judge. */
+MBSRI_INLINE bool is_zero(const mbsri_rank_rule *rule, const mbsri_sweep_body *b, double D,
+                          double noise)
+{
+    return !(b->armature > 0.0) && mbsri_is_nothing(rule, D, noise);
 }
 
 /* Rank by the bound; false: it does not tell. Then the bound behind the joint. */
@@ -128,7 +142,8 @@ MBSRI_INLINE bool certify(const mbsri_sweep_run *run, int i, blocks *c, joint *j
         j->Dinv = 1.0 / j->D;
         transport =
             size * sum3(j->U_L * j->U_L * splat(per_area) + j->U_p * j->U_p) * j->Dinv * j->Dinv;
-    } else if (b->n && !mbsri_is_nothing(rule, j->D, least_noise(b, c, j->Z))) {
+        transport = beside(b->mixes, transport);
+    } else if (b->n && !is_zero(rule, b, j->D, least_noise(b, c, j->Z))) {
         return false;
     }
     c->spread = spread * transport + trace * (1.0 + transport);
@@ -138,7 +153,7 @@ MBSRI_INLINE bool certify(const mbsri_sweep_run *run, int i, blocks *c, joint *j
 /* One column S of any direction: the same by the bound, which goes on in kappa and spread. */
 typedef struct column {
     v4 S_L, S_p, U_L, U_p, g_L, g_p; /* U = Mbar S, g = U / D */
-    double D;
+    double armature, D;
 } column;
 
 /* U, D, g; false: the bound does not tell that D is known. soft as that of a body. */
@@ -155,14 +170,15 @@ MBSRI_INLINE bool certify_column(const mbsri_sweeps *tree, double soft, const bl
     }
     j->U_L = times(c->I, j->S_L) + transposed_times(c->G, j->S_p);
     j->U_p = times(c->G, j->S_L) + times(c->M, j->S_p);
-    j->D = sum3(j->S_L * j->U_L + j->S_p * j->U_p);
+    j->D = sum3(j->S_L * j->U_L + j->S_p * j->U_p) + j->armature;
     const double local = (c->I[0][0] + c->I[1][1] + c->I[2][2]) * turn +
                          (c->M[0][0] + c->M[1][1] + c->M[2][2]) * slide;
     if (!mbsri_is_known_by_bound(&tree->rule, j->D, *kappa * j->D + reach * size, local))
         return false;
     j->g_L = j->U_L * splat(1.0 / j->D);
     j->g_p = j->U_p * splat(1.0 / j->D);
-    const double transport = size * sum3(j->g_L * j->g_L * splat(per_area) + j->g_p * j->g_p);
+    const double transport =
+        beside(j->armature > 0.0, size * sum3(j->g_L * j->g_L * splat(per_area) + j->g_p * j->g_p));
     *spread = reach * transport + trace * (1.0 + transport);
     return true;
 }
@@ -186,11 +202,12 @@ MBSRI_INLINE bool judge(const mbsri_sweep_run *run, int i, const blocks *c, join
     add_diagonal(diagonal(c->I), W->I);
     add_diagonal(diagonal(c->M), W->M);
     times_axis(b, W, j->Z, &Q_L, &Q_p);
-    const double noise = along_axis(b, j->Z, Q_L, Q_p), least = least_noise(b, c, j->Z),
+    const double noise = along_axis(b, j->Z, Q_L, Q_p),
+                 least = least_noise(b, c, j->Z) + b->armature,
                  turned = b->flags & MBSRI_TURNS ? W->spread : 0.0;
     if (mbsri_is_known(&run->tree->rule, j->D, fmax(noise + turned, local_size(b, c))))
         j->Dinv = 1.0 / j->D;
-    else if (!mbsri_is_nothing(&run->tree->rule, j->D, noise))
+    else if (!is_zero(&run->tree->rule, b, j->D, noise))
         return false;
     const v4 g_L = j->U_L * splat(j->Dinv), g_p = j->U_p * splat(j->Dinv);
     Q_L -= splat(0.5 * noise) * g_L;

@@ -53,7 +53,8 @@ typedef struct mbsri_sweep_body {
     int q, u;  /* places of its coordinates in the order of the sweeps */
     int multi; /* number among the MBSRI_MULTI bodies */
     int n;
-    int idle[4];
+    double armature; /* along its coordinate; of several axes see the model's */
+    double mixes;    /* 1 with armature, else 0: see rank_bound.h */
 } mbsri_sweep_body;
 
 /* The sweeps load four numbers at once, from places that are multiples of 32 bytes. */

@@ -235,6 +235,7 @@ static void rigid_bodies(void **state)
         test_rigid_choice choice = rigid_choice(seed);
         choice.forces = seed % 3;
         choice.points = 0.3 * (seed % 3);
+        choice.armature = seed % 4 == 3 ? 0.5 : 0.0;
         rigid(choice, &group);
     }
     conclude(&group, (TREES + 20) / 20);
@@ -250,6 +251,7 @@ static void bodies_without_mass(void **state)
         choice.forces = 2;
         choice.massless = 0.5;
         choice.points = 0.5;
+        choice.armature = seed % 5 == 4 ? 0.4 : 0.0;
         rigid(choice, &group);
     }
     conclude(&group, (TREES + 20) / 20);
@@ -267,6 +269,7 @@ static void locked_joints_added_masses_and_joints_without_derivatives(void **sta
         choice.massless = 0.3;
         choice.points = 0.5;
         choice.held = choice.added = 0.4;
+        choice.armature = seed % 3 == 2 ? 0.5 : 0.0;
         choice.tables = seed % 2;
         rigid(choice, &group);
     }

@@ -90,6 +90,20 @@ static void amend(mbsr_model *model, test_rng *rng, const test_rigid_choice *c, 
     assert_ok(mbsr_model_regularise(model, body, 6, M), mbsr_model_error(model));
 }
 
+/* Small and large ones beside the bodies; the same along a quaternion, and drawn apart from all else, so
+ * that a tree differs from that without them in nothing more. */
+static void add_armature(mbsr_model *model, const test_rigid_choice *c, int body,
+                         const mbsr_joint *joint)
+{
+    test_rng rng = test_seed(c->seed + 7919 * ((uint64_t)body + 1));
+    double values[6];
+    if (share(&rng) >= c->armature) return;
+    for (int k = 0; k < joint->n; ++k)
+        values[k] = c->length * c->length * pow(10.0, -3.0 + 3.0 * share(&rng));
+    if (joint->nq > joint->n) values[1] = values[2] = values[0];
+    assert_ok(mbsr_model_armature(model, body, joint->n, values), mbsr_model_error(model));
+}
+
 static mbsr_inertia random_inertia(test_rng *rng, const test_rigid_choice *c)
 {
     double a = 0.1 + share(rng);
@@ -181,6 +195,7 @@ void test_rigid_tree_make(test_rigid_tree *s, test_rigid_choice c)
         if (c.tables && k % 3 > 0) strip(s->table + k, &body.joint, k % 3 == 2);
         assert_ok(mbsr_model_add_body(s->model, &body, NULL), mbsr_model_error(s->model));
         if (c.held > 0.0 || c.added > 0.0) amend(s->model, &rng, &c, k, &body.joint);
+        if (c.armature > 0.0) add_armature(s->model, &c, k, &body.joint);
     }
     add_force(s, mbsr_force_gravity(0.7, -1.3, -9.81));
     if (c.forces) add_forces(s, &rng, &c);

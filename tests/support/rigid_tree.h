@@ -31,6 +31,7 @@ typedef struct test_rigid_choice {
     int shuffle;      /* ids against the order of the tree */
     double held;      /* share of joint coordinates that are locked */
     double added;     /* share of bodies with something added to their mass matrix */
+    double armature;  /* share of joints with armature */
     int tables;       /* joints with derivatives (newton.h), without, and without rates in turn */
     const mbsr_model_def *def;      /* NULL: default; `moving` changes its root */
     const mbsr_force_def *elements; /* more force elements */

@@ -350,6 +350,17 @@ static void acceleration_columns(const column *c, mbsri_joint_slopes *s)
     }
 }
 
+/* Of armature: a_k du_k in d(M u), a_k du_k' in d(J^T mu). */
+static void add_armature(const mbsri_body *b, bool accelerated, mbsri_joint_slopes *s)
+{
+    const size_t rows = (size_t)(3 * b->n);
+    for (int k = 0; k < b->n; ++k) {
+        s->own[(size_t)(s->u + k) * rows + (size_t)k] += b->armature[k];
+        if (accelerated)
+            s->own[(size_t)(s->a + k) * rows + (size_t)(2 * b->n + k)] += b->armature[k];
+    }
+}
+
 int mbsri_joint_slopes_of(const mbsr_model *m, mbsr_data *d, int i, bool accelerated,
                           const double *udot, mbsri_joint_slopes *s)
 {
@@ -387,5 +398,6 @@ int mbsri_joint_slopes_of(const mbsr_model *m, mbsr_data *d, int i, bool acceler
     int status = pose_columns(&c, s);
     if (!status) status = rate_columns(&c, s);
     if (!status) acceleration_columns(&c, s);
+    if (!status) add_armature(b, accelerated, s);
     return status;
 }

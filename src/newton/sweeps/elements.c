@@ -67,7 +67,7 @@ static void clear_slopes(mbsri_newton_sweeps *w)
 {
     const size_t nu = (size_t)w->model->nu;
     mbsri_zero(nu, w->tau_q);
-    mbsri_zero(nu, w->tau_u);
+    for (size_t k = 0; k < nu; ++k) w->tau_u[k] = -w->c * w->model->armature[k];
     for (int k = 0; k < w->tree->multi; ++k) {
         memset(w->block[k].tau_q, 0, sizeof w->block[k].tau_q);
         memset(w->block[k].tau_u, 0, sizeof w->block[k].tau_u);

@@ -16,7 +16,7 @@ typedef struct passage {
     v4 motion[4], by_r[4]; /* of the body by du and by r_q */
     v4 C[4], U[4], row[4], K[4], Q[4];
     double E, size, gain; /* what du and r_q add to the row; the size of what was summed */
-    double tau_q, tau_u;  /* slopes of the joint force over c^2 and c */
+    double tau_q, tau_u;  /* slopes of the joint force over c^2 and c, the latter less armature */
     reaction t;
 } passage;
 
@@ -108,7 +108,8 @@ MBSRI_OUTLINE void pass_reaction(const mbsri_sweep_run *run, int i,
                                  const mbsri_newton_sweeps *newton, const v4 G[2], passage *p,
                                  slab *y, bool full)
 {
-    open_reaction(i, newton, &p->a, p->motion, p->by_r, p->tau_q, p->tau_u, y, &p->t, full);
+    open_reaction(i, newton, &p->a, p->motion, p->by_r, p->tau_q,
+                  p->tau_u + run->tree->body[i].armature, y, &p->t, full);
     if (is_pair(newton, i, full)) {
         slopes by;
         place_by_predecessor(run, i, newton, &by);

@@ -423,7 +423,7 @@ static void multi_motion(mbsri_newton_sweeps *newton, int i, const double *r, do
     place_rates(newton, s, w, r_s, delta);
     for (int k = 0; k < n; ++k) {
         for (int l = 0; l < n; ++l) p[k] -= B->couple[k][l] * w[l];
-        delta[m->nq + place[k]] = p[k];
+        delta[m->nq + place[k]] = p[k] + m->armature[s->u + k] * du[k];
         delta[m->nq + m->nu + place[k]] = du[k];
     }
 }

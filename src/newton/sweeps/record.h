@@ -128,7 +128,8 @@ struct mbsri_newton_sweeps {
     double (*x)[16];           /* motions of the bodies where the tree branches */
     mbsri_newton_carry *carry; /* tree->depth */
     mbsri_newton_flow *flow;   /* tree->depth */
-    double *tau_q, *tau_u;     /* slopes of joint forces of joints of one axis, by coordinate */
+    double *tau_q, *tau_u;     /* slopes of joint forces of joints of one axis, by coordinate; tau_u
+                                  less c times armature, which adds to the same pivot */
     mbsri_slopes slopes;
     double least_pivot; /* of joints of several axes; below, the elimination by blocks takes over */
     bool

@@ -283,7 +283,7 @@ MBSRI_INLINE void solve_forward(mbsri_newton_sweeps *newton, const double *r, co
             const double du = newton->k[s->u] - sum3(K), both = du + (r ? r[q] : 0.0),
                          dq = both * newton->by_c;
             delta[q] = dq;
-            delta_p[u] = newton->p[s->u] + sum3(Q);
+            delta_p[u] = newton->p[s->u] + sum3(Q) + m->armature[s->u] * du;
             delta_u[u] = du;
             const v4 S_w = load3(col->S), S_v = load3(col->S + 3);
             x[DRIFT] +=

@@ -3,6 +3,7 @@
 #include "newton/sweeps/sweeps.h"
 
 #include "algebra/dense.h"
+#include "algebra/numbers.h"
 #include "base/error.h"
 #include "dynamics/entry.h"
 #include "model/query.h"
@@ -74,7 +75,8 @@ static size_t layout(const mbsr_model *m, const mbsri_sweeps *tree, unsigned cha
     w->x = take(base, &used, branching(tree) * sizeof *w->x);
     w->carry = take(base, &used, depth * sizeof *w->carry);
     w->flow = take(base, &used, depth * sizeof *w->flow);
-    const size_t slopes = full || tree->joint_forces ? nu : 0;
+    const bool armature = mbsri_largest(m->nu, m->armature) > 0.0;
+    const size_t slopes = full || tree->joint_forces || armature ? nu : 0;
     w->tau_q = take(base, &used, slopes * sizeof *w->tau_q);
     w->tau_u = take(base, &used, slopes * sizeof *w->tau_u);
     const bool deep = may_be_deep(tree);

@@ -179,6 +179,7 @@ static void every_state_is_what_a_call_of_its_own_gives(void **state)
         ensemble s;
         make(&s, (test_rigid_choice){.seed = 300 + (uint64_t)k,
                                      .bodies = 1 + k % 19,
+                                     .armature = 0.4 * (k % 3),
                                      .points = k % 5 ? 0.0 : 0.1,
                                      .branching = 0.3 * (k % 4),
                                      .length = k % 3 ? 1.0 : 1000.0});
@@ -198,6 +199,7 @@ static void joints_of_several_axes_are_taken_apart(void **state)
         ensemble s;
         make(&s, (test_rigid_choice){.seed = 900 + (uint64_t)k,
                                      .bodies = 1 + k % 11,
+                                     .armature = 0.4 * (k % 3),
                                      .many = k % 3 ? 0.4 : 1.0,
                                      .branching = 0.3 * (k % 4),
                                      .length = 1.0,
@@ -222,6 +224,7 @@ static void bodies_of_other_kinds_take_part(void **state)
         ensemble s;
         make(&s, (test_rigid_choice){.seed = 5000 + (uint64_t)k,
                                      .bodies = 2 + k % 13,
+                                     .armature = 0.4 * (k % 3),
                                      .many = k % 3 ? 0.3 : 0.0,
                                      .branching = 0.3 * (k % 4),
                                      .length = 1.0,
@@ -277,6 +280,7 @@ static void no_rank_in_doubt_passes_for_full(void **state)
         mbsr_batch *batch;
         make(&s, (test_rigid_choice){.seed = 7000 + (uint64_t)k,
                                      .bodies = 4 + k % 20,
+                                     .armature = k % 7 == 6 ? 0.2 : 0.0,
                                      .massless = 0.1 * (k % 3),
                                      .light = 0.2,
                                      .points = 0.3,

@@ -65,6 +65,7 @@ static void ordinary_trees_are_right(void **unused)
     for (int k = 0; k < 20; ++k) {
         const test_rigid_choice choice = {.seed = 31 + (uint64_t)k,
                                           .bodies = 3 + k,
+                                          .armature = k % 4 == 3 ? 0.5 : 0.0,
                                           .many = 0.3,
                                           .branching = 0.5,
                                           .length = 1.0,

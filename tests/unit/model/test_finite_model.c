@@ -370,6 +370,11 @@ static int regularise(mbsr_model *m, const double *x)
     return mbsr_model_regularise(m, 0, 6, M);
 }
 
+static int armature(mbsr_model *m, const double *x)
+{
+    return mbsr_model_armature(m, 0, 1, x);
+}
+
 static int lock(mbsr_model *m, const double *x)
 {
     return mbsr_model_lock(m, 0, 0, x[0]);
@@ -465,6 +470,7 @@ static const part parts[] = {
      {0.1, 0.2, 0.3, 2.5, 0.0, 0.1, 0.0, 0.0, 0.2, 1.0, 100.0, 1.5, 0.2, 0.3, 0.1, 0.05},
      .force = contact},
     {"mbsr_model_regularise", 6, {1.0, 2.0, 3.0, 4.0, 5.0, 6.0}, .amend = regularise},
+    {"mbsr_model_armature", 1, {0.3}, .amend = armature},
     {"mbsr_model_lock", 1, {0.3}, .amend = lock},
 };
 enum { PARTS = sizeof parts / sizeof parts[0] };
@@ -494,6 +500,7 @@ static const char *const others[] = {
     "mbsr_body_dimension",
     "mbsr_body_group",
     "mbsr_body_pose_size",
+    "mbsr_body_armature",
     "mbsr_body_locks",
     "mbsr_body_regularisation",
     "mbsr_force_joint_servo",

@@ -184,6 +184,7 @@ static void trees_in_space(void **unused)
         test_rigid_tree s;
         test_rigid_tree_make(&s, (test_rigid_choice){.seed = 7000 + (uint64_t)k,
                                                      .bodies = 2 + k % 20,
+                                                     .armature = k % 5 < 2 ? 0.4 : 0.0,
                                                      .massless = 0.2 * (k % 3),
                                                      .points = 0.3 * (k % 2),
                                                      .many = 0.2 * (k % 4),

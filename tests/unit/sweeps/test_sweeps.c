@@ -61,6 +61,7 @@ static void regular_trees_agree_with_the_stages(void **state)
                                                      .bodies = 1 + k % 23,
                                                      .many = k % 2 ? 0.3 : 0.0,
                                                      .branching = 0.25 * (k % 4),
+                                                     .armature = 0.3 * (k % 3),
                                                      .length = k % 3 ? 1.0 : 1000.0});
         const bool fast = compare(&s, 1e-9);
         served += fast;
@@ -78,6 +79,7 @@ static void trees_with_massless_bodies_agree_where_they_are_served(void **state)
         test_rigid_tree s;
         test_rigid_tree_make(&s, (test_rigid_choice){.seed = 1000 + (uint64_t)k,
                                                      .bodies = 2 + k % 15,
+                                                     .armature = k % 7 == 6 ? 0.4 : 0.0,
                                                      .massless = 0.4 * (k % 3),
                                                      .points = 0.3 * (k % 2),
                                                      .many = k % 5 ? 0.0 : 0.2,
@@ -151,6 +153,7 @@ static void forces_roots_and_orders_agree(void **state)
         test_rigid_tree s;
         test_rigid_tree_make(&s, (test_rigid_choice){.seed = 7000 + (uint64_t)k,
                                                      .bodies = 1 + k % 17,
+                                                     .armature = k % 4 < 2 ? 0.5 : 0.0,
                                                      .massless = k % 4 ? 0.0 : 0.2,
                                                      .many = k % 2 ? 0.2 : 0.0,
                                                      .branching = 0.25 * (k % 4),
@@ -175,6 +178,7 @@ static void inverse_dynamics_agrees(void **state)
         test_rigid_tree s;
         test_rigid_tree_make(&s, (test_rigid_choice){.seed = 5000 + (uint64_t)k,
                                                      .bodies = 1 + k % 23,
+                                                     .armature = 0.4 * (k % 3),
                                                      .massless = 0.2 * (k % 3),
                                                      .points = 0.2,
                                                      .many = k % 2 ? 0.3 : 0.0,
@@ -193,6 +197,7 @@ static void the_momentum_form_agrees(void **state)
         test_rigid_tree s;
         test_rigid_tree_make(&s, (test_rigid_choice){.seed = 9000 + (uint64_t)k,
                                                      .bodies = 1 + k % 19,
+                                                     .armature = k % 5 == 4 ? 0.5 : 0.0,
                                                      .massless = 0.2 * (k % 4),
                                                      .points = 0.2 * (k % 2),
                                                      .many = k % 3 ? 0.0 : 0.3,

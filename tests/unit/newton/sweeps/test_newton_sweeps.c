@@ -264,6 +264,7 @@ static void elements_on_neighbours(void **state)
         mbsr_force_def elements[MOST_ELEMENTS];
         test_rigid_choice choice = {.seed = 700 + (uint64_t)k,
                                     .bodies = 1 + k % 13,
+                                    .armature = 0.3 * (k % 4),
                                     .many = 0.5 * (k % 3),
                                     .branching = 0.25 * (k % 4),
                                     .moving = k % 5 == 4,
@@ -485,6 +486,7 @@ static void massless_bodies(void **state)
         mbsr_force_def elements[MOST_ELEMENTS + 1];
         test_rigid_choice choice = {.seed = 2000 + (uint64_t)k,
                                     .bodies = 1 + k % 13,
+                                    .armature = k % 6 == 5 ? 0.4 : 0.0,
                                     .massless = k % 3 ? 0.5 : 0.8,
                                     .many = k % 8 == 3 ? 0.2 : 0.0,
                                     .branching = 0.25 * (k % 4),
