@@ -79,7 +79,7 @@ MBSR_API int mbsr_model_add_force(mbsr_model *model, const mbsr_force_def *def, 
 /* Adds a constant symmetric positive semi-definite matrix (d x d, copied, in the units of the
  * body's mass matrix) to the mass matrix of a body in every pose, whatever its inertia; for a
  * SPATIAL body along its axes (see mbsr_inertia_matrix). It is mass of the body, on which gravity
- * pulls, and not an armature, which others add to the diagonal of the joint-space mass matrix. At
+ * pulls, and not an armature (mbsr_model_armature). At
  * most one for each body; MBSR_ERR_VALUE for a second. */
 MBSR_API int mbsr_model_regularise(mbsr_model *model, int body, int d, const double *matrix);
 
