@@ -226,6 +226,8 @@ MBSR_API int mbsr_closure_place(const mbsr_model *model, int closure, int *row, 
                                 int *held_row, int *held);
 /* The stiffness of one of its rows, 0 for a rigid one; -1 where there is none. */
 MBSR_API double mbsr_closure_stiffness(const mbsr_model *model, int closure, int row);
+/* The closure that a force element has become (as_closure), or MBSR_NONE. */
+MBSR_API int mbsr_force_closure(const mbsr_model *model, int force);
 MBSR_API const char *mbsr_closure_name(const mbsr_model *model, int closure);
 MBSR_API int mbsr_model_find_closure(const mbsr_model *model, const char *name);
 

@@ -134,7 +134,22 @@ struct mbsr_force_def {
     mbsr_force_fn function; /* elements given as function of time; else NULL */
     mbsr_spring_fn spring;  /* spring-dampers given by a function; else NULL */
     void *user; /* for the table's functions and for function; not copied, may be NULL */
+    /* MBSR_SPRING_SETTLED or MBSR_SPRING_LOOSE: the element becomes a closure with stiff rows
+     * (closure.h) when the model is finished, behind those that were added and by the element's name.
+     * Its force is then an unknown of the momentum form, and no stiffness makes steps short. Linear
+     * springs with a stiffness above zero only: point, axis and joint springs, bushings in space and
+     * in the plane, gears without backlash. Refused when it is added, or when the model is finished:
+     * others; damping where there is no stiffness. The force is the same (the angular damping of a
+     * bushing in space makes the moment J^-T damping theta', which is damping omega for small theta).
+     * The element keeps its id, and cannot be switched off. Default 0: a force. */
+    int as_closure;
 };
+
+/* What a start does with a spring that is a closure. */
+typedef enum mbsr_spring_start {
+    MBSR_SPRING_SETTLED = 1, /* closes it like a rigid joint and loads it with the force needed */
+    MBSR_SPRING_LOOSE = 2    /* takes it as it is at the positions given, as it does with forces */
+} mbsr_spring_start;
 
 MBSR_API mbsr_force_def mbsr_default_force_def(void);
 

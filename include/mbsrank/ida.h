@@ -218,7 +218,8 @@ typedef struct mbsr_ida_drift {
     double largest_gap; /* of this and of all states at which mbsr_ida_advance has ended */
     double rate;        /* largest |C u + g_t| of closures */
     double
-        energy; /* kinetic and potential, J; force elements without an energy count for nothing */
+        energy; /* kinetic and potential, J; force elements without an energy count for nothing, stiff
+                   rows of closures with the energy of their forces, s^2 / 2 k */
     double
         energy_change; /* since mbsr_ida_start: with neither dampers nor motors the driver's error */
 } mbsr_ida_drift;

@@ -3,6 +3,8 @@
 #include "assembly/closures.h"
 
 #include "base/error.h"
+#include "base/memory.h"
+#include "closures/springs.h"
 #include "model/query.h"
 
 #include <limits.h>
@@ -148,9 +150,39 @@ static int resolve(mbsr_model *m, int N, int id)
     return MBSR_OK;
 }
 
+/* Springs that ask for it become closures, behind those that were added. */
+static int add_springs(mbsr_model *m)
+{
+    mbsri_force *force = m->forces.data;
+    for (size_t k = 0; k < m->forces.count; ++k, ++force) {
+        if (force->def.as_closure == 0) continue;
+        int body[2] = {MBSR_GROUND, MBSR_GROUND};
+        mbsr_space space[2] = {MBSR_SPACE_FIXED, MBSR_SPACE_FIXED};
+        for (int l = 0; l < force->def.bodies; ++l) {
+            body[l] = ((const int *)m->lists.data)[force->list + (size_t)l];
+            space[l] = m->body[m->list_index[force->list + (size_t)l]].joint.space;
+        }
+        if (!mbsri_reserve(&m->allocator, &m->closures, 1, sizeof(mbsri_closure)))
+            return REFUSE(MBSR_ERR_NO_MEMORY, "mbsr_model_finish: no memory");
+        force->closure = (int)m->closures.count;
+        ((mbsri_closure *)m->closures.data)[m->closures.count++] =
+            (mbsri_closure){.def = mbsri_spring_closure(&force->def, body, space),
+                            .name = force->name,
+                            .force = force->id};
+    }
+    return MBSR_OK;
+}
+
+void mbsri_closures_forget(mbsr_model *m)
+{
+    const mbsri_closure *first = m->closures.data;
+    while (m->closures.count > 0 && first[m->closures.count - 1].force != MBSR_NONE)
+        --m->closures.count;
+}
+
 int mbsri_closures_resolve(mbsr_model *m, int N)
 {
-    int status = MBSR_OK;
+    int status = add_springs(m);
     for (int id = 0; id < (int)m->closures.count && !status; ++id) status = resolve(m, N, id);
     return status;
 }

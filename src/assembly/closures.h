@@ -9,4 +9,7 @@
  * numbered. */
 int mbsri_closures_resolve(mbsr_model *m, int N);
 
+/* Takes away those that springs have become: they come back with the next attempt. */
+void mbsri_closures_forget(mbsr_model *m);
+
 #endif

@@ -57,7 +57,7 @@ static size_t layout(const mbsr_model *m, bool lean, unsigned char *base, mbsr_d
     d->rank = take(base, &used, bodies * sizeof *d->rank);
     d->watched = take(base, &used, bodies * sizeof *d->watched);
     d->frame_rank = take(base, &used, lean ? 0 : bodies * sizeof *d->frame_rank);
-    d->off = take(base, &used, m->forces.count * sizeof *d->off);
+    d->off = take(base, &used, (m->forces.count + m->carried) * sizeof *d->off);
     d->carries = take(base, &used, bodies * sizeof *d->carries);
     d->apart = take(base, &used, m->grouped ? bodies * sizeof *d->apart : 0);
     d->dropped = take(base, &used, (size_t)m->rows * sizeof *d->dropped);
@@ -150,7 +150,7 @@ static int init(const mbsr_model *model, bool lean, void *memory, size_t size, m
     d->watching = d->framed = d->use_frame = d->keep_scale = false;
     d->accelerated = d->single = d->loaded = false;
     for (int k = 0; k < model->rows; ++k) d->dropped[k] = false;
-    for (size_t k = 0; k < model->forces.count; ++k) d->off[k] = false;
+    for (size_t k = 0; k < model->forces.count + model->carried; ++k) d->off[k] = false;
     d->alignment = 1.0;
     for (int i = 0; i <= model->bodies && model->grouped; ++i) d->apart[i] = false;
     *data = d;

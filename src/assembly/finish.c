@@ -347,6 +347,7 @@ static void undo(mbsr_model *m)
     mbsri_release(&m->allocator, m->along.element);
     mbsri_release(&m->allocator, m->body);
     mbsri_sweeps_release(m);
+    mbsri_closures_forget(m);
     m->index = m->list_index = m->u_of = m->q_of = m->member = NULL;
     m->body = NULL;
     m->along = (mbsri_coordinate_elements){.element = NULL};

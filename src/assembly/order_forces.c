@@ -17,22 +17,28 @@ static int first_body(const mbsr_model *m, size_t id)
     return first;
 }
 
+/* The law of an element; of those that are closures one behind all laws. */
+static int law_of(const mbsri_force *force)
+{
+    return force->closure != MBSR_NONE ? MBSRI_LAWS : (int)mbsri_law_of(&force->def);
+}
+
 /* Elements of a law, in the order of the sweeps: by counting sort on the first body, to `sorted`;
  * count: N + 1 ints, how many act on each body. Returns how many there are. */
-static size_t sort_law(const mbsr_model *m, mbsri_law law, int N, int *count, mbsri_force *sorted)
+static size_t sort_law(const mbsr_model *m, int law, int N, int *count, mbsri_force *sorted)
 {
     const mbsri_force *force = m->forces.data;
     int sum = 0;
     for (int i = 0; i <= N; ++i) count[i] = 0;
     for (size_t id = 0; id < m->forces.count; ++id)
-        count[first_body(m, id)] += mbsri_law_of(&force[id].def) == law;
+        count[first_body(m, id)] += law_of(force + id) == law;
     for (int i = 0; i <= N; ++i) {
         const int here = count[i];
         count[i] = sum;
         sum += here;
     }
     for (size_t id = 0; id < m->forces.count; ++id) {
-        if (mbsri_law_of(&force[id].def) == law) sorted[count[first_body(m, id)]++] = force[id];
+        if (law_of(force + id) == law) sorted[count[first_body(m, id)]++] = force[id];
     }
     return (size_t)sum;
 }
@@ -49,7 +55,7 @@ static void order_lists(const mbsr_model *m, mbsri_force *sorted, int *lists)
     }
 }
 
-/* The numbers of the elements on one coordinate, which are the last. */
+/* The numbers of the elements on one coordinate, which are the last that are evaluated. */
 static void collect_along(mbsr_model *m)
 {
     mbsri_coordinate_elements *along = &m->along;
@@ -82,15 +88,17 @@ int mbsri_order_forces(mbsr_model *m, int N, int *count)
     size_t placed = sort_law(m, MBSRI_LAW_NONE, N, count, sorted);
     m->anywhere = count[0];
     for (int law = MBSRI_LAW_NONE + 1; law < MBSRI_LAWS; ++law) {
-        const size_t here = sort_law(m, (mbsri_law)law, N, count, sorted + placed);
+        const size_t here = sort_law(m, law, N, count, sorted + placed);
         along->first[law + 1] = along->first[law] + here;
         placed += here;
     }
+    m->carried = sort_law(m, MBSRI_LAWS, N, count, sorted + placed);
     order_lists(m, sorted, lists);
     mbsri_release(&m->allocator, m->forces.data);
     mbsri_release(&m->allocator, m->list_index);
     m->forces.data = sorted;
     m->forces.capacity = forces;
+    m->forces.count = placed;
     m->list_index = lists;
     collect_along(m);
     return MBSR_OK;

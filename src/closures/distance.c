@@ -5,7 +5,13 @@
  *
  *   g = (|d|^2 - s^2) / (2 l)      g' = (d . d' - s s') / l
  *   where accelerations are zero:  (|d'|^2 + d . (a_P - a_Q) - s'^2 - s s'') / l,
- *   with the centripetal parts a_P, a_Q */
+ *   with the centripetal parts a_P, a_Q
+ *
+ * As a spring the length itself, which must not vanish, with e = d / |d| (points of bodies in the
+ * plane may lie off it):
+ *
+ *   g = |d| - l      g' = e . d'      (|d'|^2 - (e . d')^2) / |d| + e . (a_P - a_Q) */
+#include "closures/rows.h"
 #include "closures/stock.h"
 
 #include "algebra/dense.h"
@@ -124,6 +130,86 @@ mbsr_closure_def mbsr_closure_distance(int a, const double point_a[3], int b,
     mbsr_closure_def def = mbsri_stock_closure(&table, a, b);
     if (point_a) mbsri_copy(3, point_a, def.param + POINT_A);
     if (point_b) mbsri_copy(3, point_b, def.param + POINT_B);
+    def.param[LENGTH] = length;
+    return def;
+}
+
+/* ---- the length itself ---- */
+
+static int prepare_length(const mbsr_closure_args *args, span *w, double *length, double e[3])
+{
+    const int status = prepare(args, w);
+    w->d[2] = w->a.r[2] + w->s_P[2] - w->b.r[2] - w->s_Q[2];
+    *length = mbsri_norm3(w->d);
+    if (status || !(*length > 0.0)) return status ? status : MBSR_DEGENERATE_FORCE;
+    for (int k = 0; k < 3; ++k) e[k] = w->d[k] / *length;
+    return MBSR_OK;
+}
+
+static int length_position(const mbsr_closure_args *args, double *g)
+{
+    span w;
+    double length, e[3];
+    const int status = prepare_length(args, &w, &length, e);
+    g[0] = length - w.l;
+    return status;
+}
+
+static int length_jacobian(const mbsr_closure_args *args, const mbsr_closure_jacobian *out)
+{
+    span w;
+    double length, e[3], back[3], moment[3];
+    const int status = prepare_length(args, &w, &length, e);
+    if (status) return status;
+    for (int k = 0; k < 3; ++k) back[k] = -e[k];
+    mbsri_cross3(w.s_P, e, moment);
+    mbsri_end_add(args, 0, moment, e, 0, out);
+    mbsri_cross3(e, w.s_Q, moment);
+    mbsri_end_add(args, 1, moment, back, 0, out);
+    return MBSR_OK;
+}
+
+static int length_drift(const mbsr_closure_args *args, double *gt)
+{
+    (void)args, (void)gt;
+    return MBSR_OK;
+}
+
+static int length_bias(const mbsr_closure_args *args, double *out)
+{
+    span w;
+    double length, e[3], a_P[3], a_Q[3], v_P[3], v_Q[3], v[3];
+    const int status = prepare_length(args, &w, &length, e);
+    if (status) return status;
+    mbsri_end_centripetal(&w.a, w.s_P, a_P);
+    mbsri_end_centripetal(&w.b, w.s_Q, a_Q);
+    mbsri_end_velocity(&w.a, w.s_P, v_P);
+    mbsri_end_velocity(&w.b, w.s_Q, v_Q);
+    for (int k = 0; k < 3; ++k) v[k] = v_P[k] - v_Q[k];
+    const double along = mbsri_dot3(e, v);
+    for (int k = 0; k < 3; ++k) out[0] += e[k] * (a_P[k] - a_Q[k]) + v[k] * v[k] / length;
+    out[0] -= along * along / length;
+    return MBSR_OK;
+}
+
+mbsr_closure_def mbsri_closure_length(int a, const double point_a[3], int b,
+                                      const double point_b[3], double length)
+{
+    static const mbsr_closure_table table = {
+        .version = MBSR_CLOSURE_TABLE_VERSION,
+        .flags = MBSR_CLOSURE_RELATIVE | MBSR_CLOSURE_BALANCED,
+        .name = "length",
+        .position = length_position,
+        .jacobian = length_jacobian,
+        .drift = length_drift,
+        .bias = length_bias,
+        .count = count,
+        .check = mbsri_check_pair,
+        .row = row,
+    };
+    mbsr_closure_def def = mbsri_stock_closure(&table, a, b);
+    mbsri_copy(3, point_a, def.param + POINT_A);
+    mbsri_copy(3, point_b, def.param + POINT_B);
     def.param[LENGTH] = length;
     return def;
 }

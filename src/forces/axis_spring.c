@@ -3,6 +3,7 @@
  *
  *   e = p_a[axis] - p_b[axis],   force on a: -(c (e - rest) + d e'), -force e' / sqrt(e'^2 + slip^2) */
 #include "forces/columns.h"
+#include "forces/springs.h"
 #include "forces/stock.h"
 
 #include <math.h>
@@ -135,6 +136,17 @@ mbsr_force_def mbsr_force_axis_spring(int a, int b, int axis, double stiffness, 
     def.param[DAMPING] = damping;
     def.param[REST] = rest;
     return def;
+}
+
+bool mbsri_read_axis_spring(const mbsr_force_def *def, mbsri_spring *spring)
+{
+    if (def->table != &axis_table) return false;
+    spring->kind = MBSRI_AXIS_SPRING;
+    spring->coordinate[0] = def->option[0];
+    spring->stiffness[0] = def->param[STIFFNESS];
+    spring->damping[0] = def->param[DAMPING];
+    spring->rest = def->param[REST];
+    return true;
 }
 
 /* ---- friction ---- */

@@ -14,6 +14,7 @@
 #include "forces/marker.h"
 #include "forces/rotation.h"
 #include "forces/slopes.h"
+#include "forces/springs.h"
 #include "forces/stock.h"
 
 #include <math.h>
@@ -285,6 +286,24 @@ mbsr_force_def mbsr_force_bushing(int a, const mbsr_frame *A, int b, const mbsr_
     if (stiffness) memcpy(def.param + STIFFNESS, stiffness, 6 * sizeof *stiffness);
     if (damping) memcpy(def.param + DAMPING, damping, 6 * sizeof *damping);
     return def;
+}
+
+/* The frame as mbsri_store_frame writes it. */
+static void read_frame(const double *stored, double frame[12])
+{
+    memcpy(frame, stored, FRAME_SIZE * sizeof *frame);
+    mbsri_cross3(frame + AXES, frame + AXES + 3, frame + AXES + 6);
+}
+
+bool mbsri_read_bushing(const mbsr_force_def *def, mbsri_spring *spring)
+{
+    if (def->table != &bushing_table) return false;
+    spring->kind = MBSRI_BUSHING;
+    read_frame(def->param + FRAME_A, spring->a);
+    read_frame(def->param + FRAME_B, spring->b);
+    memcpy(spring->stiffness, def->param + STIFFNESS, 6 * sizeof *spring->stiffness);
+    memcpy(spring->damping, def->param + DAMPING, 6 * sizeof *spring->damping);
+    return true;
 }
 
 _Static_assert(DEFECT_B < MBSR_FORCE_PARAMS, "too many parameters");

@@ -3,6 +3,7 @@
 #include "forces/drive.h"
 
 #include "forces/columns.h"
+#include "forces/springs.h"
 #include "forces/stock.h"
 #include "tables/table.h"
 
@@ -311,4 +312,18 @@ mbsr_force_def mbsr_force_gear(int a, int coordinate_a, int b, int coordinate_b,
     def.param[REST] = gear->rest;
     def.param[BACKLASH] = gear->backlash;
     return def;
+}
+
+bool mbsri_read_gear(const mbsr_force_def *def, mbsri_spring *spring)
+{
+    if (def->table != &gear_table) return false;
+    spring->kind = MBSRI_GEAR;
+    spring->coordinate[0] = def->option[0];
+    spring->coordinate[1] = def->option[1];
+    spring->stiffness[0] = def->param[STIFFNESS];
+    spring->damping[0] = def->param[DAMPING];
+    spring->rest = def->param[REST];
+    spring->ratio = def->param[RATIO];
+    spring->beyond = def->param[BACKLASH] > 0.0 ? "it has a backlash" : NULL;
+    return true;
 }

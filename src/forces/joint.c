@@ -2,6 +2,7 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "forces/columns.h"
 #include "forces/coordinate_laws.h"
+#include "forces/springs.h"
 
 #include <math.h>
 
@@ -119,6 +120,18 @@ mbsr_force_def mbsr_force_joint_cubic_spring(int body, int coordinate, double st
     def.param[MBSRI_SPRING_DAMPING] = damping;
     def.param[MBSRI_SPRING_REST] = rest;
     return def;
+}
+
+bool mbsri_read_joint_spring(const mbsr_force_def *def, mbsri_spring *spring)
+{
+    if (def->table != &spring_table) return false;
+    spring->kind = MBSRI_JOINT_SPRING;
+    spring->coordinate[0] = def->option[0];
+    spring->stiffness[0] = def->param[MBSRI_SPRING_STIFFNESS];
+    spring->damping[0] = def->param[MBSRI_SPRING_DAMPING];
+    spring->rest = def->param[MBSRI_SPRING_REST];
+    spring->beyond = def->param[MBSRI_SPRING_CUBIC] != 0.0 ? "it has a cubic term" : NULL;
+    return true;
 }
 
 /* ---- stops ---- */

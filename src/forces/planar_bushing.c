@@ -6,6 +6,7 @@
 #include "algebra/space3.h"
 #include "forces/marker.h"
 #include "forces/slopes.h"
+#include "forces/springs.h"
 #include "forces/stock.h"
 
 #include <math.h>
@@ -238,6 +239,17 @@ mbsr_force_def mbsr_force_planar_bushing(int a, mbsr_planar_frame A, int b, mbsr
     if (stiffness) memcpy(def.param + STIFFNESS, stiffness, 9 * sizeof *stiffness);
     if (damping) memcpy(def.param + DAMPING, damping, 9 * sizeof *damping);
     return def;
+}
+
+bool mbsri_read_planar_bushing(const mbsr_force_def *def, mbsri_spring *spring)
+{
+    if (def->table != &planar_table) return false;
+    spring->kind = MBSRI_PLANAR_BUSHING;
+    memcpy(spring->a, def->param + FRAME_A, 3 * sizeof *spring->a);
+    memcpy(spring->b, def->param + FRAME_B, 3 * sizeof *spring->b);
+    memcpy(spring->stiffness, def->param + STIFFNESS, 9 * sizeof *spring->stiffness);
+    memcpy(spring->damping, def->param + DAMPING, 9 * sizeof *spring->damping);
+    return true;
 }
 
 _Static_assert(DAMPING + 9 <= MBSR_FORCE_PARAMS, "too many parameters");

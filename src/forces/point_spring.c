@@ -4,6 +4,7 @@
 #include "algebra/space3.h"
 #include "forces/marker.h"
 #include "forces/slopes.h"
+#include "forces/springs.h"
 #include "forces/stock.h"
 
 enum { STIFFNESS, DAMPING, REST, CUBIC, POINT_A, POINT_B = POINT_A + 3 };
@@ -297,4 +298,22 @@ mbsr_force_def mbsr_force_point_spring(int a, const double point_a[3], int b,
     const mbsr_spring spring = {
         .stiffness = stiffness, .damping = damping, .free_length = free_length};
     return mbsr_force_spring(a, point_a, b, point_b, &spring);
+}
+
+bool mbsri_read_point_spring(const mbsr_force_def *def, mbsri_spring *spring)
+{
+    if (def->table != &point_table) return false;
+    spring->kind = MBSRI_POINT_SPRING;
+    for (int k = 0; k < 3; ++k) {
+        spring->a[k] = def->param[POINT_A + k];
+        spring->b[k] = def->param[POINT_B + k];
+    }
+    spring->stiffness[0] = def->param[STIFFNESS];
+    spring->damping[0] = def->param[DAMPING];
+    spring->rest = def->param[REST];
+    spring->beyond = def->spring                ? "its law is a function"
+                     : def->option[0] != 0      ? "it is one-sided"
+                     : def->param[CUBIC] != 0.0 ? "it has a cubic term"
+                                                : NULL;
+    return true;
 }

@@ -3,6 +3,7 @@
 #include "ida/drift.h"
 
 #include "ida/error.h"
+#include "ida/loops.h"
 
 #include <mbsrank/dynamics.h>
 #include <mbsrank/loops.h>
@@ -14,6 +15,24 @@ static double largest(int n, const double *x)
     double found = 0.0;
     for (int k = 0; k < n; ++k) found = fmax(found, fabs(x[k]));
     return found;
+}
+
+/* What the energy of stiff rows is by their forces s, s^2 / 2 k, beyond that by their gaps, k g^2 / 2, in
+ * which errors of positions are multiplied by k. */
+static double by_forces(const mbsr_ida *ida, const double *y, const double *g)
+{
+    const double *spring = y + mbsri_ida_loops(ida);
+    double sum = 0.0;
+    for (int c = 0; c < mbsr_model_closures(ida->model); ++c) {
+        int row, held_row, held;
+        mbsr_closure_place(ida->model, c, &row, NULL, &held_row, &held);
+        for (int k = 0; k < held; ++k) {
+            const double stiffness = mbsr_closure_stiffness(ida->model, c, k),
+                         gap = g[held_row + k], s = spring[row + k];
+            if (stiffness > 0.0) sum += 0.5 * (s * s / stiffness - stiffness * gap * gap);
+        }
+    }
+    return sum;
 }
 
 static int measure(mbsr_ida *ida, double t, const double *y, mbsr_ida_drift *drift)
@@ -32,6 +51,7 @@ static int measure(mbsr_ida *ida, double t, const double *y, mbsr_ida_drift *dri
     if (mbsr_model_rows(model) == 0) return MBSR_OK;
     status = mbsr_closures_gap(model, data, rows);
     drift->gap = largest(mbsr_model_held(model), rows);
+    drift->energy += by_forces(ida, y, rows);
     if (!status) status = mbsr_closures_rate(model, data, rows);
     drift->rate = largest(mbsr_model_rows(model), rows);
     return status;

@@ -49,6 +49,7 @@ static int add(mbsr_ida *ida, double factor, double c, double *s)
     int status = MBSR_OK;
     for (int k = 0; k < mbsr_model_forces(ida->model) && !status; ++k) {
         double energy = 0.0, power = 0.0;
+        if (mbsr_force_closure(ida->model, k) != MBSR_NONE) continue;
         status = mbsr_force_power(ida->model, ida->data, k, &energy, &power);
         s[k] += factor * (energy + 0.5 * c * power);
     }

@@ -4,6 +4,7 @@
 #include "base/cookie.h"
 #include "base/error.h"
 #include "base/memory.h"
+#include "closures/springs.h"
 #include "model/check.h"
 
 #include <limits.h>
@@ -155,6 +156,7 @@ static int check_force(mbsr_model *m, const mbsr_force_def *def, int id, const c
     }
     char text[MBSR_TEXT_SIZE] = "";
     status = table->check_fields ? table->check_fields(def, text) : MBSR_OK;
+    if (!status) status = mbsri_spring_check(def, text);
     if (!status) return MBSR_OK;
     return mbsri_fail(&m->error, status, MBSR_NONE, id, "%s (%s): %.150s", label, table->name,
                       text[0] ? text : mbsr_status_text(status));
@@ -180,8 +182,11 @@ int mbsr_model_add_force(mbsr_model *model, const mbsr_force_def *def, int *id)
         !mbsri_reserve(&m->allocator, &m->forces, 1, sizeof(mbsri_force))) {
         return mbsri_fail(&m->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, next, "%s: no memory", label);
     }
-    mbsri_force force = {
-        .def = *def, .id = next, .name = store_name(m, def->name), .list = m->lists.count};
+    mbsri_force force = {.def = *def,
+                         .id = next,
+                         .name = store_name(m, def->name),
+                         .list = m->lists.count,
+                         .closure = MBSR_NONE};
     const int *list = def->body_list ? def->body_list : def->body;
     for (int k = 0; k < def->bodies; ++k) ((int *)m->lists.data)[m->lists.count++] = list[k];
     force.def.name = NULL;

@@ -107,7 +107,8 @@ int mbsr_model_add_closure(mbsr_model *model, const mbsr_closure_def *def, int *
     if (!mbsri_reserve(&m->allocator, &m->names, length, sizeof(char)) ||
         !mbsri_reserve(&m->allocator, &m->closures, 1, sizeof(mbsri_closure)))
         return REFUSE(MBSR_ERR_NO_MEMORY, "%s: no memory", label);
-    mbsri_closure closure = {.def = *def, .name = length > 0 ? m->names.count : 0};
+    mbsri_closure closure = {
+        .def = *def, .name = length > 0 ? m->names.count : 0, .force = MBSR_NONE};
     closure.def.name = NULL;
     if (length > 0) memcpy((char *)m->names.data + m->names.count, def->name, length);
     m->names.count += length;
@@ -191,6 +192,16 @@ double mbsr_closure_stiffness(const mbsr_model *model, int closure, int row)
 {
     const mbsri_closure *c = mbsri_closure_of(model, closure);
     return c && row >= 0 && row < c->rows ? c->def.stiffness[row] : -1.0;
+}
+
+int mbsr_force_closure(const mbsr_model *model, int force)
+{
+    if (!model || !model->finished) return MBSR_NONE;
+    const mbsri_force *first = model->forces.data, *carried = first + model->forces.count;
+    for (size_t k = 0; k < model->carried; ++k) {
+        if (carried[k].id == force) return carried[k].closure;
+    }
+    return MBSR_NONE;
 }
 
 const char *mbsr_closure_name(const mbsr_model *model, int closure)

@@ -36,7 +36,7 @@ int mbsr_model_bodies(const mbsr_model *model)
 
 int mbsr_model_forces(const mbsr_model *model)
 {
-    return ready(model) ? (int)model->forces.count : -1;
+    return ready(model) ? (int)(model->forces.count + model->carried) : -1;
 }
 
 int mbsr_model_nq(const mbsr_model *model)

@@ -93,12 +93,14 @@ typedef struct mbsri_force {
     int id;             /* the caller's */
     size_t name;        /* offset into names */
     size_t list;        /* offset of its def.bodies ids (and, once finished, indices) */
+    int closure;        /* that it has become, or MBSR_NONE */
 } mbsri_force;
 
 /* A closure; its bodies by index, a root that moves behind them where the table asks for it. */
 typedef struct mbsri_closure {
     mbsr_closure_def def; /* name is not used: see below */
     size_t name;          /* offset into names */
+    int force;            /* the element that it was, by id, or MBSR_NONE */
     /* from here on set by finish */
     int rows, held;    /* velocity rows; the first of them position rows */
     int row, held_row; /* where they begin among those of all closures */
@@ -116,6 +118,7 @@ struct mbsr_model {
 
     mbsri_array entries;  /* mbsri_body_entry, by id; emptied by finish */
     mbsri_array forces;   /* mbsri_force, by id; once finished in the order of the sweeps */
+    size_t carried;       /* elements behind these: closures now, which are not evaluated */
     mbsri_array closures; /* mbsri_closure, by id */
     mbsri_array names;    /* char; offset 0 is the empty name */
     mbsri_array matrices; /* double */

@@ -221,7 +221,7 @@ int mbsri_force_on(const mbsr_model *m, mbsr_data *d, const mbsri_force *force, 
 const mbsri_force *mbsri_find_force(const mbsr_model *m, mbsr_data *d, int id, const char *function)
 {
     const mbsri_force *force = m->forces.data;
-    for (size_t k = 0; k < m->forces.count; ++k) {
+    for (size_t k = 0; k < m->forces.count + m->carried; ++k) {
         if (force[k].id == id) return force + k;
     }
     (void)mbsri_fail(&d->error, MBSR_ERR_ID, MBSR_NONE, MBSR_NONE, "%s: there is no force %d",

@@ -84,6 +84,11 @@ int mbsr_force_switch(const mbsr_model *model, mbsr_data *data, int force, int o
         return mbsri_fail(&d->error, MBSR_ERR_VALUE, MBSR_NONE, force,
                           "mbsr_force_switch: force %d is gravity, which is always on", force);
     }
+    if (element->closure != MBSR_NONE) {
+        return mbsri_fail(&d->error, MBSR_ERR_VALUE, MBSR_NONE, force,
+                          "mbsr_force_switch: force %d is closure %d, which is always on", force,
+                          element->closure);
+    }
     d->off[element - (const mbsri_force *)m->forces.data] = on == 0;
     if (d->stage > MBSRI_STAGE_VELOCITIES) d->stage = MBSRI_STAGE_VELOCITIES;
     d->accelerated = false;
