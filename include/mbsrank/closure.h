@@ -126,6 +126,15 @@ struct mbsr_closure_def {
      * stiffness (N/m, N m/rad) and damping (N s/m, N m s/rad) along it, which costs an integrator
      * what the rigid row costs, however stiff it is. Default 0: rigid. */
     double stiffness[MBSR_CLOSURE_ROWS], damping[MBSR_CLOSURE_ROWS];
+    /* The same by matrices (compliant x compliant, column-major, copied), instead of the numbers above;
+     * compliant is the number of position rows, 0: none. At rest the gaps give way to the loop forces
+     * by g = -compliance lambda (m/N, rad/(N m) and between them), symmetric positive semi-definite;
+     * combinations of rows without compliance are rigid. compliance_damping: D of a damping force -D g'
+     * (N s/m, N m s/rad), likewise, or NULL; what it does along rigid combinations has no effect. The
+     * position rows of the closure are then T times those of its table, in which springs and dampers
+     * act apart (mbsr_closure_mixture). */
+    int compliant;
+    const double *compliance, *compliance_damping;
     /* 1 (default): a start closes stiff rows like rigid ones and loads their springs with the force
      * that keeps them so; 0: it takes their springs as they are at the positions given. */
     int settled;
@@ -226,6 +235,10 @@ MBSR_API int mbsr_closure_place(const mbsr_model *model, int closure, int *row, 
                                 int *held_row, int *held);
 /* The stiffness of one of its rows, 0 for a rigid one; -1 where there is none. */
 MBSR_API double mbsr_closure_stiffness(const mbsr_model *model, int closure, int row);
+/* How the position rows (held) of a closure follow from those of its table: T (held x held,
+ * column-major), the identity but for those with a compliance matrix, which have rows of length 1. Loop
+ * forces along the table's rows are T^T lambda. MBSR_ERR_NULL, MBSR_ERR_UNFINISHED, MBSR_ERR_ID. */
+MBSR_API int mbsr_closure_mixture(const mbsr_model *model, int closure, double *T);
 /* The closure that a force element has become (as_closure), or MBSR_NONE. */
 MBSR_API int mbsr_force_closure(const mbsr_model *model, int force);
 MBSR_API const char *mbsr_closure_name(const mbsr_model *model, int closure);

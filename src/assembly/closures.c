@@ -115,6 +115,10 @@ static int check_table(mbsr_model *m, mbsri_closure *c, const char *label)
         (c->held > 0 && !table->position) || (c->held < c->rows && !table->jacobian))
         return REFUSE(MBSR_ERR_VALUE, "%s (%s): count gave %d rows, %d of them position rows",
                       label, table->name, c->rows, c->held);
+    if (c->def.compliant != 0 && c->def.compliant != c->held)
+        return REFUSE(MBSR_ERR_VALUE, "%s (%s): compliant is %d, but it has %d position rows",
+                      label, table->name, c->def.compliant, c->held);
+    c->mix = c->mixture > 0 ? (const double *)m->matrices.data + c->mixture : NULL;
     for (int k = c->held; k < MBSR_CLOSURE_ROWS; ++k) {
         if (c->def.stiffness[k] > 0.0)
             return REFUSE(MBSR_ERR_VALUE,

@@ -132,6 +132,15 @@ static void turn_rates(const double phi[3], const double e[3], double by_a[3], d
     }
 }
 
+/* Whether phi need not be zero: rows with stiffness may be combinations of these. */
+static bool any_stiff(const mbsr_closure_args *args)
+{
+    for (int k = 0; k < MBSR_CLOSURE_ROWS; ++k) {
+        if (args->closure->stiffness[k] > 0.0) return true;
+    }
+    return false;
+}
+
 static void add_turn(const mbsr_closure_args *args, const pair *w, int k,
                      const mbsr_closure_jacobian *out)
 {
@@ -139,7 +148,7 @@ static void add_turn(const mbsr_closure_args *args, const pair *w, int k,
     double by_a[3], by_b[3];
     mbsri_copy(3, w->direction[k], by_a);
     mbsri_copy(3, w->direction[k], by_b);
-    if (args->closure->stiffness[k] > 0.0) turn_rates(w->phi, w->direction[k], by_a, by_b);
+    if (any_stiff(args)) turn_rates(w->phi, w->direction[k], by_a, by_b);
     for (int j = 0; j < 3; ++j) by_b[j] = -by_b[j];
     mbsri_end_add(args, 0, by_a, zero, k, out);
     mbsri_end_add(args, 1, by_b, zero, k, out);

@@ -1,5 +1,6 @@
 /* Adding closures, and finding them in a finished model.
  * SPDX-License-Identifier: BSD-3-Clause */
+#include "algebra/principal.h"
 #include "base/cookie.h"
 #include "base/error.h"
 #include "base/memory.h"
@@ -47,6 +48,56 @@ static int check_numbers(mbsr_model *m, const mbsr_closure_def *def, const char 
                           "stiffness",
                           label, def->table->name, k, damping);
     }
+    return MBSR_OK;
+}
+
+/* Whether a matrix is finite and symmetric, without negative entries on its diagonal. */
+static int check_matrix(mbsr_model *m, int n, const double *A, const char *what, const char *label)
+{
+    for (int k = 0; k < n * n; ++k) {
+        const int i = k % n, j = k / n;
+        if (!isfinite(A[k]) || (i == j && A[k] < 0.0))
+            return REFUSE(MBSR_ERR_VALUE, "%s: %s (%d,%d) is %g", label, what, i, j, A[k]);
+        const double other = A[i * n + j], size = sqrt(A[i * n + i]) * sqrt(A[j * n + j]);
+        if (fabs(A[k] - other) > 1e-12 * size || (size == 0.0 && A[k] != 0.0))
+            return REFUSE(MBSR_ERR_VALUE,
+                          "%s: %s is not symmetric positive semi-definite: (%d,%d) is "
+                          "%g, (%d,%d) is %g",
+                          label, what, i, j, A[k], j, i, other);
+    }
+    return MBSR_OK;
+}
+
+/* The rows in which springs and dampers act apart; the numbers of each go to the definition, which is the
+ * model's copy. */
+static int find_rows(mbsr_model *m, mbsr_closure_def *def, mbsri_principal *rows, const char *label)
+{
+    static const char *const faults[] = {"", "compliance is not positive semi-definite",
+                                         "compliance_damping is not positive semi-definite", "",
+                                         "compliance and compliance_damping have principal "
+                                         "directions that are too near to each other"};
+    const int n = def->compliant;
+    if (n < 0 || n > MBSR_CLOSURE_ROWS || !def->compliance)
+        return REFUSE(MBSR_ERR_VALUE, "%s: compliant is %d, must be 0 .. %d%s", label, n,
+                      MBSR_CLOSURE_ROWS, def->compliance ? "" : "; compliance is NULL");
+    int status = check_matrix(m, n, def->compliance, "compliance", label);
+    if (!status && def->compliance_damping)
+        status = check_matrix(m, n, def->compliance_damping, "compliance_damping", label);
+    if (status) return status;
+    for (int k = 0; k < MBSR_CLOSURE_ROWS; ++k) {
+        if (def->stiffness[k] > 0.0)
+            return REFUSE(MBSR_ERR_VALUE, "%s: stiffness[%d] is %g beside a compliance matrix",
+                          label, k, def->stiffness[k]);
+    }
+    const int fault =
+        (int)mbsri_principal_compliance(n, def->compliance, def->compliance_damping, rows);
+    if (fault != MBSRI_PRINCIPAL_GOOD)
+        return REFUSE(MBSR_ERR_VALUE, "%s: %s", label, faults[fault]);
+    for (int k = 0; k < n; ++k) {
+        def->stiffness[k] = rows->stiffness[k];
+        def->damping[k] = rows->damping[k];
+    }
+    def->compliance = def->compliance_damping = NULL;
     return MBSR_OK;
 }
 
@@ -101,14 +152,24 @@ int mbsr_model_add_closure(mbsr_model *model, const mbsr_closure_def *def, int *
                       next);
     char label[MBSRI_LABEL];
     mbsri_label(label, "closure", next, def->name);
-    const int status = check_closure(m, def, label);
+    mbsri_closure closure = {.def = *def, .force = MBSR_NONE};
+    mbsri_principal rows;
+    int status = check_closure(m, def, label);
+    if (!status && def->compliant != 0) status = find_rows(m, &closure.def, &rows, label);
     if (status) return status;
-    const size_t length = def->name && def->name[0] ? strlen(def->name) + 1 : 0;
+    const size_t length = def->name && def->name[0] ? strlen(def->name) + 1 : 0,
+                 mixture = (size_t)closure.def.compliant * (size_t)closure.def.compliant;
     if (!mbsri_reserve(&m->allocator, &m->names, length, sizeof(char)) ||
+        !mbsri_reserve(&m->allocator, &m->matrices, mixture + 1, sizeof(double)) ||
         !mbsri_reserve(&m->allocator, &m->closures, 1, sizeof(mbsri_closure)))
         return REFUSE(MBSR_ERR_NO_MEMORY, "%s: no memory", label);
-    mbsri_closure closure = {
-        .def = *def, .name = length > 0 ? m->names.count : 0, .force = MBSR_NONE};
+    if (mixture > 0) {
+        if (m->matrices.count == 0) ((double *)m->matrices.data)[m->matrices.count++] = 0.0;
+        closure.mixture = m->matrices.count;
+        memcpy((double *)m->matrices.data + closure.mixture, rows.T, mixture * sizeof *rows.T);
+        m->matrices.count += mixture;
+    }
+    closure.name = length > 0 ? m->names.count : 0;
     closure.def.name = NULL;
     if (length > 0) memcpy((char *)m->names.data + m->names.count, def->name, length);
     m->names.count += length;
@@ -192,6 +253,19 @@ double mbsr_closure_stiffness(const mbsr_model *model, int closure, int row)
 {
     const mbsri_closure *c = mbsri_closure_of(model, closure);
     return c && row >= 0 && row < c->rows ? c->def.stiffness[row] : -1.0;
+}
+
+int mbsr_closure_mixture(const mbsr_model *model, int closure, double *T)
+{
+    if (!model || !T) return MBSR_ERR_NULL;
+    if (!model->finished) return MBSR_ERR_UNFINISHED;
+    const mbsri_closure *c = mbsri_closure_of(model, closure);
+    if (!c) return MBSR_ERR_ID;
+    for (int j = 0; j < c->held; ++j) {
+        for (int k = 0; k < c->held; ++k)
+            T[j * c->held + k] = c->mix ? c->mix[k * c->held + j] : j == k ? 1.0 : 0.0;
+    }
+    return MBSR_OK;
 }
 
 int mbsr_force_closure(const mbsr_model *model, int force)

@@ -101,7 +101,10 @@ typedef struct mbsri_closure {
     mbsr_closure_def def; /* name is not used: see below */
     size_t name;          /* offset into names */
     int force;            /* the element that it was, by id, or MBSR_NONE */
+    size_t mixture;       /* offset of `mix` into matrices, 0: none */
     /* from here on set by finish */
+    const double *mix; /* held x held, row by row: what the table's position rows are combined by;
+                          NULL: not at all. Points into the model */
     int rows, held;    /* velocity rows; the first of them position rows */
     int row, held_row; /* where they begin among those of all closures */
     int bodies, body[MBSR_CLOSURE_BODIES + 1];

@@ -9,6 +9,7 @@
 #include "algebra/dense.h"
 #include "algebra/differences.h"
 #include "algebra/space3.h"
+#include "recursion/closure_rows.h"
 #include "recursion/spans.h"
 
 /* The bodies of a closure at a displaced state. */
@@ -79,7 +80,7 @@ static int along(const mbsri_closure *c, const mbsri_closure_view *view, const d
     for (int l = 0; l < 4; ++l) {
         displace(c, view, x, mbsri_difference_place(l) * h, tdot, &at);
         mbsri_zero((size_t)c->held, g);
-        const int status = c->def.table->position(&at.view.args, g);
+        const int status = mbsri_closure_position(c, &at.view.args, g);
         if (status) return status;
         for (int k = 0; k < c->held; ++k)
             slope[k] += mbsri_difference_weight(l) * g[k] / (12.0 * h);
@@ -165,7 +166,7 @@ static int second(const mbsri_closure *c, const mbsri_closure_view *view, const 
     for (int l = 0; l < 5; ++l) {
         displace(c, view, x, place[l] * h, 1.0, &at);
         mbsri_zero((size_t)c->held, g);
-        const int status = c->def.table->position(&at.view.args, g);
+        const int status = mbsri_closure_position(c, &at.view.args, g);
         if (status) return status;
         for (int k = 0; k < c->held; ++k) bias[k] += weight[l] * g[k] / (12.0 * h * h);
     }
@@ -186,10 +187,10 @@ int mbsri_closure_curvature(const mbsr_model *m, mbsr_data *d, const mbsri_closu
         displace(c, view, x, mbsri_difference_place(l) * h, 1.0, &at);
         const mbsr_closure_jacobian out = {C, c->rows, c->columns, c->column};
         mbsri_zero((size_t)c->rows * (size_t)c->columns, C);
-        int status = c->def.table->jacobian(&at.view.args, &out);
+        int status = mbsri_closure_jacobian(c, &at.view.args, &out);
         mbsri_zero((size_t)c->rows, rate);
         if (!status)
-            status = c->def.table->drift ? c->def.table->drift(&at.view.args, rate)
+            status = c->def.table->drift ? mbsri_closure_table_drift(c, &at.view.args, rate)
                                          : mbsri_closure_drift(m, c, &at.view, d->closure_x, rate);
         if (status) return status;
         mbsri_ax(c->rows, c->columns, 1.0, C, x, rate);
@@ -209,10 +210,10 @@ static int loaded(const mbsr_model *m, const mbsri_closure *c, const mbsri_closu
     mbsri_zero((size_t)c->rows * (size_t)c->columns, C);
     mbsri_zero((size_t)c->columns, f);
     mbsri_zero((size_t)c->rows, rate);
-    int status = table->jacobian ? table->jacobian(&view->args, &out)
+    int status = table->jacobian ? mbsri_closure_jacobian(c, &view->args, &out)
                                  : mbsri_closure_slopes(m, c, view, work, C);
     if (!status)
-        status = table->drift ? table->drift(&view->args, rate)
+        status = table->drift ? mbsri_closure_table_drift(c, &view->args, rate)
                               : mbsri_closure_drift(m, c, view, work, rate);
     mbsri_atx(c->rows, c->columns, 1.0, C, lambda, f);
     mbsri_ax(c->rows, c->columns, 1.0, C, V, rate);

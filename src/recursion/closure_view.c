@@ -2,6 +2,8 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "recursion/closure_view.h"
 
+#include <math.h>
+
 void mbsri_view_closure(const mbsr_model *m, const mbsr_data *d, const mbsri_closure *c,
                         bool velocities, mbsri_closure_view *view)
 {
@@ -34,5 +36,10 @@ const char *mbsri_closure_row_name(const mbsr_model *m, const mbsri_closure *c, 
             .id = b->id, .space = b->joint.space, .d = b->d, .np = b->np, .n = b->n, .nq = b->nq};
     }
     const mbsr_closure_args args = {.closure = &c->def, .bodies = c->bodies, .body = body};
-    return c->def.table->row(&args, k);
+    if (!c->mix || k >= c->held) return c->def.table->row(&args, k);
+    int most = 0; /* of the rows that it combines, the one with the largest part */
+    for (int l = 1; l < c->held; ++l) {
+        if (fabs(c->mix[k * c->held + l]) > fabs(c->mix[k * c->held + most])) most = l;
+    }
+    return c->def.table->row(&args, most);
 }

@@ -16,10 +16,13 @@
 #include "base/error.h"
 #include "model/query.h"
 #include "recursion/closure_differences.h"
+#include "recursion/closure_rows.h"
 
+/* The first of them; where there are none, something that has an address. */
 static const mbsri_closure *all(const mbsr_model *m)
 {
-    return m->closures.data;
+    static const mbsri_closure none = {.row = 0};
+    return m->closures.data ? m->closures.data : &none;
 }
 
 static int number_of(const mbsr_model *m, const mbsri_closure *c)
@@ -54,7 +57,7 @@ int mbsri_closure_gaps(const mbsr_model *m, mbsr_data *d, double *g)
     for (const mbsri_closure *c = all(m), *end = c + m->closures.count; c < end; ++c) {
         if (c->held == 0) continue;
         mbsri_view_closure(m, d, c, false, &view);
-        int status = c->def.table->position(&view.args, g + c->held_row);
+        int status = mbsri_closure_position(c, &view.args, g + c->held_row);
         if (status) return mbsri_closure_failed(m, d, c, status, "position");
         status = check_finite(m, d, c, (size_t)c->held, g + c->held_row, "a gap");
         if (status) return status;
@@ -71,7 +74,7 @@ int mbsri_closure_jacobians(const mbsr_model *m, mbsr_data *d)
         double *C = d->closure_C + c->at;
         mbsri_view_closure(m, d, c, false, &view);
         const mbsr_closure_jacobian out = {C, c->rows, c->columns, c->column};
-        int status = table->jacobian ? table->jacobian(&view.args, &out)
+        int status = table->jacobian ? mbsri_closure_jacobian(c, &view.args, &out)
                                      : mbsri_closure_slopes(m, c, &view, d->closure_x, C);
         if (status)
             return mbsri_closure_failed(m, d, c, status, table->jacobian ? "jacobian" : "position");
@@ -87,7 +90,7 @@ int mbsri_closure_rate_of(const mbsr_model *m, mbsr_data *d, const mbsri_closure
 {
     const mbsr_closure_table *table = c->def.table;
     mbsri_zero((size_t)c->rows, rate);
-    const int status = table->drift ? table->drift(&view->args, rate)
+    const int status = table->drift ? mbsri_closure_table_drift(c, &view->args, rate)
                                     : mbsri_closure_drift(m, c, view, d->closure_x, rate);
     if (status) return mbsri_closure_failed(m, d, c, status, table->drift ? "drift" : "position");
     for (int k = 0; k < c->bodies; ++k) {
@@ -141,7 +144,7 @@ int mbsri_closure_bias(const mbsr_model *m, mbsr_data *d, double *bias)
     for (const mbsri_closure *c = all(m), *end = c + m->closures.count; c < end; ++c) {
         const mbsr_closure_table *table = c->def.table;
         mbsri_view_closure(m, d, c, true, &view);
-        const int status = table->bias ? table->bias(&view.args, bias + c->row)
+        const int status = table->bias ? mbsri_closure_table_bias(c, &view.args, bias + c->row)
                                        : mbsri_closure_curvature(m, d, c, &view, bias + c->row);
         if (status) return mbsri_closure_failed(m, d, c, status, "bias");
     }

@@ -7,6 +7,7 @@
 #include "dynamics/entry.h"
 #include "model/query.h"
 #include "recursion/closure_differences.h"
+#include "recursion/closure_rows.h"
 #include "recursion/closures.h"
 
 #include <math.h>
@@ -59,7 +60,7 @@ static int verify_drift(verifier *w)
     const mbsri_closure *c = w->c;
     double own[MBSR_CLOSURE_ROWS] = {0.0}, truth[MBSR_CLOSURE_ROWS] = {0.0};
     if (!c->def.table->drift || c->held == 0) return MBSR_OK;
-    int status = c->def.table->drift(&w->view.args, own);
+    int status = mbsri_closure_table_drift(c, &w->view.args, own);
     if (status) return mbsri_closure_failed(w->m, w->d, c, status, "drift");
     status = mbsri_closure_drift(w->m, c, &w->view, w->d->closure_x, truth);
     if (status) return mbsri_closure_failed(w->m, w->d, c, status, "position");
@@ -72,7 +73,7 @@ static int verify_bias(verifier *w)
     const mbsri_closure *c = w->c;
     double own[MBSR_CLOSURE_ROWS] = {0.0}, truth[MBSR_CLOSURE_ROWS] = {0.0};
     if (!c->def.table->bias) return MBSR_OK;
-    int status = c->def.table->bias(&w->view.args, own);
+    int status = mbsri_closure_table_bias(c, &w->view.args, own);
     if (status) return mbsri_closure_failed(w->m, w->d, c, status, "bias");
     status = mbsri_closure_curvature(w->m, w->d, c, &w->view, truth);
     if (status) return mbsri_closure_failed(w->m, w->d, c, status, "jacobian");

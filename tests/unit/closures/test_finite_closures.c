@@ -151,6 +151,7 @@ static const finite_row rows[] = {
     {"mbsr_closure_name", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_closure_stiffness", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_force_closure", NULL, NULL, 0, 0, 0, NULL},
+    {"mbsr_closure_mixture", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_default_assembly_opt", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_closure_of_row", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_closures_dropped", NULL, NULL, 0, 0, 0, NULL},

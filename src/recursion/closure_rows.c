@@ -1,0 +1,43 @@
+/* The functions of a closure's table with its rows combined: see closure_rows.h.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "recursion/closure_rows.h"
+
+#include "algebra/dense.h"
+
+/* x (held) <- T x */
+static void mix(const mbsri_closure *c, double *x)
+{
+    double was[MBSR_CLOSURE_ROWS];
+    if (!c->mix) return;
+    mbsri_copy((size_t)c->held, x, was);
+    for (int k = 0; k < c->held; ++k) x[k] = mbsri_dot(c->held, c->mix + k * c->held, was);
+}
+
+int mbsri_closure_position(const mbsri_closure *c, const mbsr_closure_args *args, double *g)
+{
+    const int status = c->def.table->position(args, g);
+    mix(c, g);
+    return status;
+}
+
+int mbsri_closure_jacobian(const mbsri_closure *c, const mbsr_closure_args *args,
+                           const mbsr_closure_jacobian *out)
+{
+    const int status = c->def.table->jacobian(args, out);
+    for (int j = 0; j < out->columns && c->mix; ++j) mix(c, out->matrix + (ptrdiff_t)j * out->rows);
+    return status;
+}
+
+int mbsri_closure_table_drift(const mbsri_closure *c, const mbsr_closure_args *args, double *gt)
+{
+    const int status = c->def.table->drift(args, gt);
+    mix(c, gt);
+    return status;
+}
+
+int mbsri_closure_table_bias(const mbsri_closure *c, const mbsr_closure_args *args, double *bias)
+{
+    const int status = c->def.table->bias(args, bias);
+    mix(c, bias);
+    return status;
+}
