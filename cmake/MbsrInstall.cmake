@@ -67,7 +67,7 @@ endif()
 mbsr_link_flags(mbsr_core_private ${LAPACK_LIBRARIES} ${BLAS_LIBRARIES} m)
 mbsr_install_library(mbsrank core)
 file(GLOB mbsr_headers CONFIGURE_DEPENDS "${PROJECT_SOURCE_DIR}/include/mbsrank/*.h")
-list(FILTER mbsr_headers EXCLUDE REGEX "/(ida|simulation|sundials)\\.h$")
+list(FILTER mbsr_headers EXCLUDE REGEX "/(files|ida|simulation|sundials)\\.h$")
 install(FILES ${mbsr_headers} DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/mbsrank" COMPONENT core)
 install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" DESTINATION "${CMAKE_INSTALL_DOCDIR}" COMPONENT core)
 
@@ -86,4 +86,11 @@ if(MBSR_IDA)
                   "${PROJECT_SOURCE_DIR}/include/mbsrank/simulation.h"
                   "${PROJECT_SOURCE_DIR}/include/mbsrank/sundials.h"
             DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/mbsrank" COMPONENT ida)
+endif()
+
+if(MBSR_FILES)
+    mbsr_link_flags(mbsr_files_private ${EXPAT_LIBRARIES} m)
+    mbsr_install_library(mbsrank_files files)
+    install(FILES "${PROJECT_SOURCE_DIR}/include/mbsrank/files.h"
+            DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/mbsrank" COMPONENT files)
 endif()

@@ -27,6 +27,8 @@ extern mbsr_error error;
 extern double t, c, *q, *u, *y, *yp, *F, *delta;
 extern int status, n;
 extern void *user;
+extern const char *text;
+extern size_t size;
 END
 
 # One file for each piece of code between ```c and ```: complete programs as they are.

@@ -1,0 +1,186 @@
+/* Models from files: URDF and MJCF (component files).
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * A reader takes a text and makes a model that is not finished yet, so that the caller can add to it,
+ * and what a model has no room for: names of joints, sites and actuators, start states, shapes to draw.
+ * What the library cannot represent is listed, finding by finding, with what is done instead; zero mass
+ * stays zero. docs/files.md says what maps to what. */
+#ifndef MBSRANK_FILES_H
+#define MBSRANK_FILES_H
+
+#include <mbsrank/closure.h>
+#include <mbsrank/model.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef enum mbsr_file_format {
+    MBSR_FILE_ANY = 0, /* by the element that the file begins with */
+    MBSR_FILE_URDF = 1 /* <robot> */
+} mbsr_file_format;
+
+/* Another file that is needed: an include, a mesh. Sets *text to its contents (*size bytes), which stay
+ * valid until the reader returns. `path` is as in the file, folders of the file put before it.
+ * Returns 0, anything else where there is none. */
+typedef int (*mbsr_file_load_fn)(void *user, const char *path, const char **text, size_t *size);
+
+typedef struct mbsr_file_opt {
+    int cookie; /* set by mbsr_default_file_opt */
+    mbsr_file_format format;
+    int strict;        /* 1: findings make the reader refuse the file; default 0 */
+    int floating;      /* URDF, 1: the root link is free; 0 (default): it is fixed */
+    double gravity[3]; /* URDF has none: m/s^2, default (0, 0, -9.81) */
+    int closures;  /* 1 (default): mimicking joints and equalities become closures; 0: left out */
+    int actuators; /* 1 (default): actuators become force elements; 0: left out */
+    int passive;   /* 1 (default): springs and dampers of joints and tendons; 0: left out */
+    double stop_stiffness; /* > 0: limits of joints become stops, N/m or N m/rad; default 0: none */
+    double stop_damping;   /* N s/m or N m s/rad */
+    double slip;           /* > 0: dry friction of joints, smooth below this rate, m/s or rad/s;
+                                default 0: left out */
+    mbsr_file_load_fn load; /* NULL: files with includes are refused, meshes are findings */
+    void *user;             /* for load */
+    mbsr_model_def model;   /* of the model made: root, tolerance, allocator */
+} mbsr_file_opt;
+
+MBSR_API mbsr_file_opt mbsr_default_file_opt(void);
+
+/* Something in the file that the model does not have, and what is done instead. */
+typedef struct mbsr_finding {
+    const char *file;
+    int line;
+    const char *element; /* such as "joint 'elbow'" */
+    const char *text;
+} mbsr_finding;
+
+typedef enum mbsr_file_joint_kind {
+    MBSR_FILE_FIXED,
+    MBSR_FILE_HINGE,
+    MBSR_FILE_SLIDE,
+    MBSR_FILE_BALL,
+    MBSR_FILE_FREE
+} mbsr_file_joint_kind;
+
+/* A joint of the file: one or more coordinates of a body's joint. Coordinates of hinges and slides are
+ * the file's own, `ref` included. */
+typedef struct mbsr_file_joint {
+    const char *name; /* "" without */
+    mbsr_file_joint_kind kind;
+    int body;        /* id of the body whose joint it is part of */
+    int coordinate;  /* its first among the rates of that joint */
+    int position;    /* its first among the coordinates of that joint */
+    int limited;     /* whether it has a range */
+    double range[2]; /* rad or m */
+    double ref;      /* where the body stands as drawn in the file */
+    double friction; /* dry friction, N m or N */
+} mbsr_file_joint;
+
+/* A point with axes on a body. */
+typedef struct mbsr_file_site {
+    const char *name;
+    int body; /* id, or MBSR_GROUND */
+    mbsr_frame frame;
+} mbsr_file_site;
+
+/* An actuator: at control w it exerts on its joint coordinate, or on all of a fixed tendon,
+ *
+ *   gear (gain w + bias[0] + bias[1] l + bias[2] l'),     l = gear q
+ *
+ * w stands in `control` of mbsr_file and may be changed by the caller, between calls. */
+typedef struct mbsr_file_actuator {
+    const char *name;
+    int force; /* id of the force element, or MBSR_NONE */
+    double gear, gain, bias[3];
+    int limited;
+    double range[2]; /* of w; not enforced */
+} mbsr_file_actuator;
+
+/* A named state: q and u of the model, w of the actuators. */
+typedef struct mbsr_file_key {
+    const char *name;
+    double time;
+    const double *q, *u, *control;
+} mbsr_file_key;
+
+typedef enum mbsr_shape_kind {
+    MBSR_SHAPE_BOX,       /* size: half edges */
+    MBSR_SHAPE_SPHERE,    /* size[0]: radius */
+    MBSR_SHAPE_CYLINDER,  /* radius, half length along z */
+    MBSR_SHAPE_CAPSULE,   /* radius, half length between the centres of its caps, along z */
+    MBSR_SHAPE_ELLIPSOID, /* half axes */
+    MBSR_SHAPE_PLANE,     /* z = 0; half edges, 0: endless */
+    MBSR_SHAPE_MESH       /* size: scale */
+} mbsr_shape_kind;
+
+/* Something to draw; no part of the model. */
+typedef struct mbsr_file_shape {
+    const char *name;
+    int body; /* id, or MBSR_GROUND */
+    mbsr_shape_kind kind;
+    mbsr_frame frame; /* in the body */
+    double size[3];   /* m */
+    double colour[4]; /* red, green, blue, opacity, 0 .. 1 */
+    int visual;       /* 0: for contact alone */
+    const char *mesh; /* path, of a mesh; else NULL */
+} mbsr_file_shape;
+
+/* What was read. Arrays belong to it; ids are those of the model. */
+typedef struct mbsr_file {
+    mbsr_model *model; /* not finished; the caller's own with mbsr_file_take_model, else destroyed
+                          with the file */
+    mbsr_file_format format;
+    const char *name; /* of the model, "" without */
+    int bodies;
+    const char *const *body_name; /* by id, as in the file; a body without one is "" */
+    int joints;
+    const mbsr_file_joint *joint; /* in the order of their coordinates */
+    int nq, nu;                   /* coordinates of the model as read */
+    const double *q0;             /* nq: as drawn in the file */
+    int sites;
+    const mbsr_file_site *site;
+    int actuators;
+    const mbsr_file_actuator *actuator;
+    double *control; /* actuators: w, 0 at first */
+    int keys;
+    const mbsr_file_key *key;
+    int shapes;
+    const mbsr_file_shape *shape;
+    int findings;
+    const mbsr_finding *finding;
+} mbsr_file;
+
+/* Reads a text of `size` bytes (no NUL is needed); `name` is that of the file, for messages and as the
+ * folder of other files (NULL: none). opt == NULL: mbsr_default_file_opt(). On failure *file is NULL and
+ * the text of *error (may be NULL) names file, line and element. Numbers do not depend on the locale.
+ * Status: MBSR_OK, MBSR_ERR_NULL, MBSR_ERR_NO_DEFAULT, MBSR_ERR_VALUE (of opt), MBSR_ERR_FILE (the text
+ * is not one that can be read, or with `strict` has findings), MBSR_ERR_NO_MEMORY. */
+MBSR_API int mbsr_file_read(const char *text, size_t size, const char *name,
+                            const mbsr_file_opt *opt, mbsr_file **file, mbsr_error *error);
+
+/* Frees what was read, and the model unless it was taken; NULL is allowed. Force elements of actuators
+ * and tendons use the file: it must outlive all evaluations of the model. */
+MBSR_API void mbsr_file_destroy(mbsr_file *file);
+
+/* The model, which is the caller's from now on (mbsr_model_destroy); NULL if it was taken before. */
+MBSR_API mbsr_model *mbsr_file_take_model(mbsr_file *file);
+
+/* The number of the joint, site, actuator, key of that name; -1: there is none. */
+MBSR_API int mbsr_file_find_joint(const mbsr_file *file, const char *name);
+MBSR_API int mbsr_file_find_site(const mbsr_file *file, const char *name);
+MBSR_API int mbsr_file_find_actuator(const mbsr_file *file, const char *name);
+MBSR_API int mbsr_file_find_key(const mbsr_file *file, const char *name);
+
+/* Between the coordinates of MuJoCo, joint by joint in the order of `joint`, and those of the model as
+ * read (nq and nu of either): a free joint there has q = (x, y, z, quaternion), v = (velocity of the
+ * origin along the parent's axes, angular velocity along the body's), a ball the angular velocity along
+ * the body's axes. `inverse` = 0: from qpos, qvel to q, u; 1: the other way. qvel and u may be NULL. No
+ * output may overlap an input. MBSR_ERR_NULL; MBSR_NOT_FINITE; MBSR_ERR_VALUE: a quaternion of length
+ * zero. */
+MBSR_API int mbsr_file_mujoco_state(const mbsr_file *file, int inverse, const double *position,
+                                    const double *velocity, double *q, double *u);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

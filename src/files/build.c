@@ -1,0 +1,416 @@
+/* The model of a scene: bodies with their joints, springs, actuators and closures.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * Joints of one body move it in turn, each by an axis that the ones before it have moved, with q - ref
+ * from where the body is drawn:
+ *
+ *   T = T_body P_1 R(q_1 - ref_1) P_1^-1 P_2 R(q_2 - ref_2) P_2^-1 ...,   P_k: to the anchor
+ *
+ * Those with one anchor are one compound joint, in whose coordinates the constant parts R(-ref) are
+ * carried behind all axes: R(a, q - ref) = R(a, q) K with K = R(a, -ref), K R(b, x) = R(K b, x) K. Another
+ * anchor, a ball or more than six axes begin a body without mass in between. */
+#include "files/build.h"
+
+#include "files/elements.h"
+#include "files/states.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+enum { MOST_AXES = 6 };
+
+static bool refused(mbsri_scene *s, const mbsri_element *e, const mbsr_model *model)
+{
+    const mbsr_error *error = mbsr_model_error(model);
+    if (error->status == MBSR_ERR_NO_MEMORY) {
+        s->arena->failed = true;
+        return false;
+    }
+    return mbsri_file_refuse(s, e, "%.150s", error->text);
+}
+
+/* ---- bodies and joints ---- */
+
+/* Where the next body hangs, and in which frame. */
+typedef struct seat {
+    int parent;
+    mbsr_frame frame;
+} seat;
+
+static mbsr_frame at(const double x[3])
+{
+    return mbsr_frame_at(x[0], x[1], x[2]);
+}
+
+static void turned(const double R[9], const double x[3], double y[3])
+{
+    for (int k = 0; k < 3; ++k) y[k] = R[k] * x[0] + R[3 + k] * x[1] + R[6 + k] * x[2];
+}
+
+static bool name_body(mbsri_scene *s, mbsr_file *file, const char *name)
+{
+    mbsri_list *names = &((mbsri_file *)file)->names;
+    const char **place = mbsri_list_add(s->arena, names, sizeof *place);
+    if (!place) return false;
+    *place = name;
+    file->body_name = names->items;
+    file->bodies = names->count;
+    return true;
+}
+
+static bool add_body(mbsri_scene *s, mbsr_file *file, const mbsri_scene_body *b, const char *name,
+                     const seat *on, mbsr_joint joint, mbsr_inertia inertia, int *id)
+{
+    mbsr_body_def def = mbsr_default_body_def();
+    def.name = name;
+    def.parent = on->parent;
+    def.joint = joint;
+    def.inertia = inertia;
+    if (mbsr_model_add_body(file->model, &def, id)) return refused(s, b->element, file->model);
+    return name_body(s, file, name);
+}
+
+/* A compound joint that grows. */
+typedef struct chain {
+    mbsr_axis axis[MOST_AXES];
+    double armature[MOST_AXES];
+    int count;
+    bool anchored;
+    double anchor[3];
+    double shift[3]; /* along slides before the first rotation */
+    mbsr_frame K;
+} chain;
+
+static void start_chain(chain *c)
+{
+    *c = (chain){.K = mbsr_frame_identity()};
+}
+
+/* False: the joint needs a body of its own. */
+static bool grow(chain *c, const mbsri_scene_joint *j)
+{
+    const bool hinge = j->joint.kind == MBSR_FILE_HINGE;
+    const double *x = c->K.x;
+    if (c->count == MOST_AXES) return false;
+    if (hinge && c->anchored && memcmp(c->anchor, j->anchor, sizeof c->anchor) != 0) return false;
+    if (hinge && (x[0] != 0.0 || x[1] != 0.0 || x[2] != 0.0)) {
+        if (c->anchored) return false;
+        memcpy(c->shift, x, sizeof c->shift); /* slides alone so far: before them all the same */
+        c->K = mbsr_frame_identity();
+    }
+    if (hinge && !c->anchored) {
+        c->anchored = true;
+        memcpy(c->anchor, j->anchor, sizeof c->anchor);
+    }
+    mbsr_axis *axis = c->axis + c->count;
+    *axis = (mbsr_axis){.kind = hinge ? MBSR_AXIS_ROTATION : MBSR_AXIS_TRANSLATION};
+    turned(c->K.R, j->axis, axis->direction);
+    c->armature[c->count++] = j->armature;
+    if (j->joint.ref != 0.0) {
+        const double back[3] = {-j->joint.ref * j->axis[0], -j->joint.ref * j->axis[1],
+                                -j->joint.ref * j->axis[2]};
+        const mbsr_frame R = hinge ? mbsr_frame_turned(NULL, j->axis, -j->joint.ref) : at(back);
+        c->K = mbsr_frame_product(&c->K, &R);
+    }
+    return true;
+}
+
+static mbsr_joint chain_joint(const chain *c, const mbsr_frame *frame)
+{
+    const mbsr_frame anchor = at(c->anchor), shift = at(c->shift);
+    mbsr_frame A = mbsr_frame_product(frame, &anchor), B = mbsr_frame_inverse(&c->K);
+    A = mbsr_frame_product(&A, &shift);
+    B = mbsr_frame_product(&anchor, &B);
+    if (c->count == 0) return mbsr_joint_weld(&A, &B);
+    if (c->count > 1) return mbsr_joint_compound(&A, &B, c->count, c->axis, NULL, NULL);
+    return (c->axis->kind == MBSR_AXIS_ROTATION ? mbsr_joint_revolute
+                                                : mbsr_joint_prismatic)(&A, &B, c->axis->direction);
+}
+
+/* The joints from `first` on that one body can have: how many, and its joint. */
+static int take_joints(const mbsri_scene_joint *joints, int count, const mbsr_frame *frame,
+                       mbsr_joint *joint, double armature[MOST_AXES])
+{
+    const mbsri_scene_joint *j = joints;
+    if (count > 0 && (j->joint.kind == MBSR_FILE_BALL || j->joint.kind == MBSR_FILE_FREE)) {
+        const mbsr_frame B = at(j->anchor), A = mbsr_frame_product(frame, &B);
+        *joint = j->joint.kind == MBSR_FILE_BALL
+                     ? mbsr_joint_spherical(&A, &B)
+                     : mbsr_joint_free(j->relative ? frame : NULL, NULL);
+        for (int k = 0; k < MOST_AXES; ++k) armature[k] = j->armature;
+        return 1;
+    }
+    chain c;
+    start_chain(&c);
+    int taken = 0;
+    while (taken < count &&
+           (j[taken].joint.kind == MBSR_FILE_HINGE || j[taken].joint.kind == MBSR_FILE_SLIDE)) {
+        if (!grow(&c, j + taken)) break;
+        ++taken;
+    }
+    memcpy(armature, c.armature, sizeof c.armature);
+    *joint = chain_joint(&c, frame);
+    return taken;
+}
+
+static bool add_armature(mbsri_scene *s, mbsr_model *model, int id, int n, const double *armature,
+                         const mbsri_element *e)
+{
+    bool some = false;
+    for (int k = 0; k < n; ++k) some = some || armature[k] != 0.0;
+    return !some || !mbsr_model_armature(model, id, n, armature) || refused(s, e, model);
+}
+
+static const char *between_name(mbsri_scene *s, const mbsri_scene_body *b, const char *joint)
+{
+    char text[160];
+    const int length = snprintf(text, sizeof text, "%.70s/%.70s", b->name, joint);
+    return mbsri_arena_text(s->arena, text, (size_t)length);
+}
+
+static bool add_bodies_of(mbsri_scene *s, mbsr_file *file, mbsri_scene_body *b)
+{
+    seat on = {b->parent < 0 ? MBSR_GROUND : mbsri_scene_bodies(s)[b->parent].id, b->frame};
+    mbsri_scene_joint *joints = mbsri_scene_joints(s) + b->first;
+    int done = 0;
+    do {
+        mbsr_joint joint;
+        double armature[MOST_AXES];
+        const int taken = take_joints(joints + done, b->joints - done, &on.frame, &joint, armature);
+        const bool last = done + taken == b->joints;
+        const char *name = last ? b->name : between_name(s, b, joints[done].joint.name);
+        int id;
+        if (!add_body(s, file, b, name, &on, joint, last ? b->inertia : mbsr_inertia_zero(), &id))
+            return false;
+        if (!add_armature(s, file->model, id, joint.n, armature,
+                          taken > 0 ? joints[done].element : b->element))
+            return false;
+        for (int k = 0; k < taken; ++k) {
+            joints[done + k].joint.body = id;
+            joints[done + k].joint.coordinate = joints[done + k].joint.position = k;
+        }
+        done += taken;
+        on = (seat){id, mbsr_frame_identity()};
+        b->id = id;
+    } while (done < b->joints);
+    return true;
+}
+
+/* ---- forces ---- */
+
+static bool add_force(mbsri_scene *s, mbsr_file *file, mbsr_force_def def, const mbsri_element *e,
+                      int *id)
+{
+    return !mbsr_model_add_force(file->model, &def, id) || refused(s, e, file->model);
+}
+
+static bool has_axis(const mbsr_file_joint *j)
+{
+    return j->kind == MBSR_FILE_HINGE || j->kind == MBSR_FILE_SLIDE;
+}
+
+static bool add_joint_forces(mbsri_scene *s, mbsr_file *file, const mbsri_scene_joint *j)
+{
+    const mbsr_file_opt *opt = s->opt;
+    const mbsr_file_joint *of = &j->joint;
+    bool good = true;
+    if (opt->passive && (j->stiffness != 0.0 || j->damping != 0.0)) {
+        if (has_axis(of)) {
+            good = add_force(s, file,
+                             mbsr_force_joint_spring(of->body, of->coordinate, j->stiffness,
+                                                     j->damping, j->rest),
+                             j->element, NULL);
+        } else if (of->kind == MBSR_FILE_BALL) {
+            const double k[3] = {j->stiffness, j->stiffness, j->stiffness},
+                         d[3] = {j->damping, j->damping, j->damping};
+            good = add_force(s, file, mbsr_force_joint_rotation_spring(of->body, k, d, NULL),
+                             j->element, NULL);
+        } else {
+            mbsri_file_find(s, j->element, "springs and dampers of free joints are left out");
+        }
+    }
+    if (good && has_axis(of) && of->limited && opt->stop_stiffness > 0.0)
+        good = add_force(s, file,
+                         mbsr_force_joint_stop(of->body, of->coordinate, of->range[0], of->range[1],
+                                               opt->stop_stiffness, opt->stop_damping),
+                         j->element, NULL);
+    if (good && has_axis(of) && of->friction > 0.0 && opt->slip > 0.0)
+        good = add_force(
+            s, file, mbsr_force_joint_friction(of->body, of->coordinate, of->friction, opt->slip),
+            j->element, NULL);
+    return good;
+}
+
+/* What a sum over joints acts on; its body and coordinate lists. */
+static void place_sum(const mbsri_scene *s, const mbsri_scene_sum *sum, double gear, int *body,
+                      int *coordinate, double *factor)
+{
+    for (int k = 0; k < sum->count; ++k) {
+        const mbsri_scene_joint *j = mbsri_scene_joints(s) + sum->joint[k];
+        body[k] = j->joint.body;
+        coordinate[k] = j->joint.coordinate;
+        factor[k] = gear * sum->factor[k];
+    }
+}
+
+static bool add_sum(mbsri_scene *s, mbsr_file *file, const mbsri_scene_sum *sum, double gear,
+                    mbsri_transmission t, const mbsri_element *e, int *id)
+{
+    int body[MBSRI_TERMS], coordinate[MBSRI_TERMS];
+    double factor[MBSRI_TERMS];
+    place_sum(s, sum, gear, body, coordinate, factor);
+    t.count = sum->count;
+    t.body = body, t.coordinate = coordinate, t.factor = factor;
+    return add_force(s, file, mbsri_force_transmission(&t), e, id);
+}
+
+static bool add_tendon(mbsri_scene *s, mbsr_file *file, const mbsri_scene_tendon *t)
+{
+    const mbsri_scene_joint *joints = mbsri_scene_joints(s);
+    if (!s->opt->passive || (t->stiffness == 0.0 && t->damping == 0.0)) return true;
+    if (t->count == 2) {
+        const mbsr_file_site *sites = s->sites.items, *a = sites + t->site[0],
+                             *b = sites + t->site[1];
+        if (isnan(t->rest[0]) || t->rest[0] != t->rest[1]) {
+            mbsri_file_find(s, t->element, "its spring is left out: it needs one springlength");
+            return true;
+        }
+        return add_force(s, file,
+                         mbsr_force_point_spring(a->body, a->frame.x, b->body, b->frame.x,
+                                                 t->stiffness, t->damping, t->rest[0]),
+                         t->element, NULL);
+    }
+    mbsri_transmission law = {.bias = {0.0, -t->stiffness, -t->damping},
+                              .rest = {t->rest[0], t->rest[1]}};
+    if (isnan(t->rest[0])) {
+        law.rest[0] = 0.0;
+        for (int k = 0; k < t->sum.count; ++k)
+            law.rest[0] += t->sum.factor[k] * joints[t->sum.joint[k]].rest;
+        law.rest[1] = law.rest[0];
+    }
+    return add_sum(s, file, &t->sum, 1.0, law, t->element, NULL);
+}
+
+static bool add_actuators(mbsri_scene *s, mbsr_file *file)
+{
+    mbsri_scene_actuator *list = s->actuators.items;
+    const int count = s->actuators.count;
+    file->control = mbsri_arena_take(s->arena, (size_t)(count + 1) * sizeof *file->control);
+    mbsr_file_actuator *out = mbsri_arena_take(s->arena, (size_t)(count + 1) * sizeof *out);
+    if (!file->control || !out) return false;
+    for (int k = 0; k < count; ++k) {
+        mbsr_file_actuator *a = &list[k].actuator;
+        a->force = MBSR_NONE;
+        if (s->opt->actuators && list[k].sum.count > 0) {
+            const mbsri_transmission law = {.gain = a->gain,
+                                            .bias = {a->bias[0], a->bias[1], a->bias[2]},
+                                            .control = file->control + k};
+            if (!add_sum(s, file, &list[k].sum, a->gear, law, list[k].element, &a->force))
+                return false;
+        }
+        out[k] = *a;
+    }
+    file->actuators = count;
+    file->actuator = out;
+    return true;
+}
+
+/* ---- closures ---- */
+
+/* Frames of all bodies in the world, as drawn; NULL: no memory. */
+static mbsr_frame *drawn(const mbsri_scene *s)
+{
+    mbsr_frame *frames = mbsri_arena_take(s->arena, (size_t)(s->bodies.count + 1) * sizeof *frames);
+    const mbsri_scene_body *b = mbsri_scene_bodies(s);
+    for (int k = 0; frames && k < s->bodies.count; ++k)
+        frames[k] =
+            b[k].parent < 0 ? b[k].frame : mbsr_frame_product(frames + b[k].parent, &b[k].frame);
+    return frames;
+}
+
+static mbsr_closure_def between_bodies(const mbsri_scene *s, const mbsri_scene_equality *q,
+                                       const mbsr_frame *frames)
+{
+    mbsr_frame relative = q->frame;
+    int id[2];
+    const mbsr_frame world = mbsr_frame_identity();
+    const mbsr_frame *T[2];
+    for (int k = 0; k < 2; ++k) {
+        id[k] = q->body[k] < 0 ? MBSR_GROUND : mbsri_scene_bodies(s)[q->body[k]].id;
+        T[k] = q->body[k] < 0 ? &world : frames + q->body[k];
+    }
+    if (!q->placed) {
+        const mbsr_frame back = mbsr_frame_inverse(T[0]);
+        relative = mbsr_frame_product(&back, T[1]);
+    }
+    if (q->kind == MBSRI_WELD) return mbsr_closure_weld(id[0], &relative, id[1], NULL);
+    const mbsr_frame anchor = at(q->anchor), back = mbsr_frame_inverse(&relative),
+                     other = mbsr_frame_product(&back, &anchor);
+    return mbsr_closure_ball(id[0], q->anchor, id[1], other.x);
+}
+
+static mbsr_closure_def between_joints(const mbsri_scene *s, const mbsri_scene_equality *q)
+{
+    const mbsr_file_joint *a = &mbsri_scene_joints(s)[q->joint[0]].joint,
+                          *b = q->joint[1] < 0 ? NULL : &mbsri_scene_joints(s)[q->joint[1]].joint;
+    const int body[2] = {a->body, b ? b->body : MBSR_NONE},
+              coordinate[2] = {a->coordinate, b ? b->coordinate : 0};
+    const double factor[2] = {1.0, -q->power[1]}, ref[2] = {a->ref, b ? b->ref : 0.0};
+    if (!b) return mbsr_closure_coupling(1, body, coordinate, factor, ref[0] + q->power[0]);
+    if (q->power[2] == 0.0 && q->power[3] == 0.0 && q->power[4] == 0.0)
+        return mbsr_closure_coupling(2, body, coordinate, factor,
+                                     ref[0] + q->power[0] - q->power[1] * ref[1]);
+    return mbsri_closure_polynomial(body, coordinate, ref, q->power);
+}
+
+static bool add_closures(mbsri_scene *s, mbsr_file *file)
+{
+    const mbsri_scene_equality *q = s->equalities.items;
+    if (!s->opt->closures || s->equalities.count == 0) return true;
+    const mbsr_frame *frames = drawn(s);
+    if (!frames) return false;
+    for (int k = 0; k < s->equalities.count; ++k, ++q) {
+        mbsr_closure_def def =
+            q->kind == MBSRI_POLYNOMIAL ? between_joints(s, q) : between_bodies(s, q, frames);
+        def.name = q->name;
+        if (mbsr_model_add_closure(file->model, &def, NULL))
+            return refused(s, q->element, file->model);
+    }
+    return true;
+}
+
+/* ---- all of it ---- */
+
+static bool add_forces(mbsri_scene *s, mbsr_file *file, const mbsri_element *root)
+{
+    const mbsri_scene_joint *joints = mbsri_scene_joints(s);
+    const mbsri_scene_tendon *tendons = s->tendons.items;
+    const double *g = s->gravity;
+    if ((g[0] != 0.0 || g[1] != 0.0 || g[2] != 0.0) &&
+        !add_force(s, file, mbsr_force_gravity(g[0], g[1], g[2]), root, NULL))
+        return false;
+    for (int k = 0; k < s->joints.count; ++k) {
+        if (!add_joint_forces(s, file, joints + k)) return false;
+    }
+    for (int k = 0; k < s->tendons.count; ++k) {
+        if (!add_tendon(s, file, tendons + k)) return false;
+    }
+    return add_actuators(s, file);
+}
+
+bool mbsri_scene_build(mbsri_scene *s, mbsr_file *file, const mbsri_element *root)
+{
+    mbsri_scene_body *bodies = mbsri_scene_bodies(s);
+    mbsr_file_site *sites = s->sites.items;
+    mbsr_file_shape *shapes = s->shapes.items;
+    for (int k = 0; k < s->bodies.count; ++k) {
+        if (!add_bodies_of(s, file, bodies + k)) return false;
+    }
+    /* so far by index */
+    for (int k = 0; k < s->sites.count; ++k)
+        sites[k].body = sites[k].body < 0 ? MBSR_GROUND : bodies[sites[k].body].id;
+    for (int k = 0; k < s->shapes.count; ++k)
+        shapes[k].body = shapes[k].body < 0 ? MBSR_GROUND : bodies[shapes[k].body].id;
+    return add_forces(s, file, root) && add_closures(s, file) && mbsri_scene_states(s, file);
+}

@@ -1,0 +1,182 @@
+/* Force elements and closures that files need: see elements.h.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "files/elements.h"
+
+#include <string.h>
+
+/* ---- transmissions ----
+ *
+ * param: gain, bias (3), rest (2), then factor and coordinate of each body. */
+enum { GAIN, BIAS, REST = 4, TERMS = 6 };
+
+static double factor_of(const mbsr_force_args *args, int k)
+{
+    return args->force->param[TERMS + 2 * k];
+}
+
+static int coordinate_of(const mbsr_force_args *args, int k)
+{
+    return (int)args->force->param[TERMS + 2 * k + 1];
+}
+
+/* Length beyond what is at rest; *slack: it is within. */
+static double length_of(const mbsr_force_args *args, int *slack)
+{
+    const double *rest = args->force->param + REST;
+    double l = 0.0;
+    for (int k = 0; k < args->bodies; ++k)
+        l += factor_of(args, k) * args->body[k].q[coordinate_of(args, k)];
+    *slack = rest[0] < rest[1] && l > rest[0] && l < rest[1];
+    return *slack ? 0.0 : l <= rest[0] ? l - rest[0] : l - rest[1];
+}
+
+static double rate_of(const mbsr_force_args *args)
+{
+    double rate = 0.0;
+    for (int k = 0; k < args->bodies; ++k)
+        rate += factor_of(args, k) * args->body[k].u[coordinate_of(args, k)];
+    return rate;
+}
+
+static int evaluate(const mbsr_force_args *args)
+{
+    const double *param = args->force->param, *control = args->force->user;
+    int slack;
+    const double x = length_of(args, &slack), F = param[GAIN] * (control ? *control : 0.0) +
+                                                  param[BIAS] + param[BIAS + 1] * x +
+                                                  param[BIAS + 2] * rate_of(args);
+    for (int k = 0; k < args->bodies; ++k)
+        args->body[k].tau[coordinate_of(args, k)] += factor_of(args, k) * F;
+    return 0;
+}
+
+static int energy(const mbsr_force_args *args, double *E)
+{
+    int slack;
+    const double x = length_of(args, &slack);
+    if (!args->force->user) *E += -0.5 * args->force->param[BIAS + 1] * x * x;
+    return 0;
+}
+
+static int dissipation(const mbsr_force_args *args, double *power)
+{
+    const double rate = rate_of(args);
+    if (!args->force->user) *power += -args->force->param[BIAS + 2] * rate * rate;
+    return 0;
+}
+
+static int derivatives(const mbsr_force_args *args, const mbsr_force_derivatives *out)
+{
+    const double *param = args->force->param;
+    int slack;
+    (void)length_of(args, &slack);
+    for (int k = 0; k < args->bodies; ++k) {
+        double *row = out->matrix + out->row[k] + args->body[k].d + coordinate_of(args, k);
+        for (int l = 0; l < args->bodies; ++l) {
+            const mbsr_force_body *b = args->body + l;
+            const int pose = b->space == MBSR_SPACE_SPATIAL ? 6 : b->np,
+                      q = out->column[l] + pose + b->d + coordinate_of(args, l);
+            const double both = factor_of(args, k) * factor_of(args, l);
+            if (!slack) row[out->rows * q] += both * param[BIAS + 1];
+            row[out->rows * (q + b->nq)] += both * param[BIAS + 2];
+        }
+    }
+    return 0;
+}
+
+static const mbsr_force_table transmission = {
+    .version = MBSR_FORCE_TABLE_VERSION,
+    .flags = MBSR_FORCE_JOINT_ONLY | MBSR_FORCE_NO_MASS,
+    .name = "transmission",
+    .evaluate = evaluate,
+    .energy = energy,
+    .dissipation = dissipation,
+    .derivatives = derivatives,
+};
+
+mbsr_force_def mbsri_force_transmission(const mbsri_transmission *t)
+{
+    mbsr_force_def def = mbsr_force_custom(&transmission, t->count, t->body, (void *)t->control);
+    def.param[GAIN] = t->gain;
+    memcpy(def.param + BIAS, t->bias, sizeof t->bias);
+    memcpy(def.param + REST, t->rest, sizeof t->rest);
+    for (int k = 0; k < t->count; ++k) {
+        def.param[TERMS + 2 * k] = t->factor[k];
+        def.param[TERMS + 2 * k + 1] = t->coordinate[k];
+    }
+    return def;
+}
+
+/* ---- polynomials between two joint coordinates ----
+ *
+ * param: the polynomial (5), both refs. option: coordinates; whether both are of one body. */
+enum { REFS = 5 };
+
+static double value_of(const double *a, double x, double *slope, double *curvature)
+{
+    *slope = a[1] + x * (2.0 * a[2] + x * (3.0 * a[3] + x * 4.0 * a[4]));
+    *curvature = 2.0 * a[2] + x * (6.0 * a[3] + x * 12.0 * a[4]);
+    return a[0] + x * (a[1] + x * (a[2] + x * (a[3] + x * a[4])));
+}
+
+static const mbsr_force_body *second(const mbsr_closure_args *args)
+{
+    return args->body + (args->closure->bodies > 1);
+}
+
+static double argument(const mbsr_closure_args *args)
+{
+    return second(args)->q[args->closure->option[1]] - args->closure->param[REFS + 1];
+}
+
+static int position(const mbsr_closure_args *args, double *g)
+{
+    double slope, curvature;
+    const double *a = args->closure->param;
+    g[0] = args->body[0].q[args->closure->option[0]] - a[REFS] -
+           value_of(a, argument(args), &slope, &curvature);
+    return 0;
+}
+
+static int jacobian(const mbsr_closure_args *args, const mbsr_closure_jacobian *out)
+{
+    double slope, curvature;
+    const int both = args->closure->bodies > 1;
+    const mbsr_force_body *b = args->body, *other = second(args);
+    (void)value_of(args->closure->param, argument(args), &slope, &curvature);
+    const int one = out->column[0] + b->d + args->closure->option[0],
+              two = out->column[both] + other->d + args->closure->option[1];
+    out->matrix[(size_t)one * (size_t)out->rows] += 1.0;
+    out->matrix[(size_t)two * (size_t)out->rows] -= slope;
+    return 0;
+}
+
+static int bias(const mbsr_closure_args *args, double *result)
+{
+    double slope, curvature;
+    const double rate = second(args)->u[args->closure->option[1]];
+    (void)value_of(args->closure->param, argument(args), &slope, &curvature);
+    result[0] = -curvature * rate * rate;
+    return 0;
+}
+
+static const mbsr_closure_table polynomial = {
+    .version = MBSR_CLOSURE_TABLE_VERSION,
+    .flags = MBSR_CLOSURE_JOINTS | MBSR_CLOSURE_PLAIN | MBSR_CLOSURE_RELATIVE,
+    .name = "polynomial",
+    .position = position,
+    .jacobian = jacobian,
+    .bias = bias,
+};
+
+mbsr_closure_def mbsri_closure_polynomial(const int body[2], const int coordinate[2],
+                                          const double ref[2], const double power[5])
+{
+    mbsr_closure_def def =
+        mbsr_closure_custom(&polynomial, body[0] == body[1] ? 1 : 2, body, 1, 1, NULL);
+    memcpy(def.param, power, 5 * sizeof *power);
+    memcpy(def.param + REFS, ref, 2 * sizeof *ref);
+    def.option[0] = coordinate[0];
+    def.option[1] = coordinate[1];
+    return def;
+}

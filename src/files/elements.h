@@ -1,0 +1,27 @@
+/* Force elements and closures that files need and the core does not have.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRI_FILES_ELEMENTS_H
+#define MBSRI_FILES_ELEMENTS_H
+
+#include <mbsrank/closure.h>
+#include <mbsrank/force.h>
+
+/* Over l = sum of factor q[coordinate] of bodies: F = gain w + bias[0] + bias[1] x + bias[2] l' on l, with
+ * x = l beyond rest[0] .. rest[1], measured from there (0 between; {0, 0}: x = l). */
+typedef struct mbsri_transmission {
+    int count;
+    const int *body, *coordinate;
+    const double *factor;
+    double gain, bias[3], rest[2];
+    const double *control; /* w; NULL: 0 */
+} mbsri_transmission;
+
+enum { MBSRI_TRANSMISSION_MOST = 10 };
+
+mbsr_force_def mbsri_force_transmission(const mbsri_transmission *t);
+
+/* q[coordinate[0]] of body[0] - ref[0] = polynomial of q[coordinate[1]] of body[1] - ref[1], of degree 4. */
+mbsr_closure_def mbsri_closure_polynomial(const int body[2], const int coordinate[2],
+                                          const double ref[2], const double power[5]);
+
+#endif

@@ -1,0 +1,183 @@
+/* Reading a file: see files.h.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "files/build.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+enum { COOKIE = 0x6d627366 };
+
+mbsr_file_opt mbsr_default_file_opt(void)
+{
+    return (mbsr_file_opt){.cookie = COOKIE,
+                           .gravity = {0.0, 0.0, -9.81},
+                           .closures = 1,
+                           .actuators = 1,
+                           .passive = 1,
+                           .model = mbsr_default_model_def()};
+}
+
+static int fail(mbsr_error *error, int status, const char *text)
+{
+    if (!error) return status;
+    *error = (mbsr_error){.status = status, .body = MBSR_NONE, .force = MBSR_NONE};
+    snprintf(error->text, sizeof error->text, "%s", text);
+    return status;
+}
+
+static int check(const char *text, const mbsr_file_opt *opt, mbsr_file **file, mbsr_error *error)
+{
+    if (file) *file = NULL;
+    if (!file || !text)
+        return fail(error, MBSR_ERR_NULL,
+                    file ? "mbsr_file_read: text is NULL" : "mbsr_file_read: file is NULL");
+    if (opt->cookie != COOKIE)
+        return fail(error, MBSR_ERR_NO_DEFAULT,
+                    "mbsr_file_read: the options were not made by mbsr_default_file_opt");
+    const double sizes[] = {opt->stop_stiffness, opt->stop_damping, opt->slip};
+    static const char *const names[] = {"stop_stiffness", "stop_damping", "slip"};
+    char reason[MBSR_TEXT_SIZE];
+    for (int k = 0; k < 3; ++k) {
+        if (isfinite(sizes[k]) && sizes[k] >= 0.0 && isfinite(opt->gravity[k])) continue;
+        const bool own = !(isfinite(sizes[k]) && sizes[k] >= 0.0);
+        snprintf(reason, sizeof reason, "mbsr_file_read: opt.%s is %g", own ? names[k] : "gravity",
+                 own ? sizes[k] : opt->gravity[k]);
+        return fail(error, MBSR_ERR_VALUE, reason);
+    }
+    if (opt->format < MBSR_FILE_ANY || opt->format > MBSR_FILE_URDF)
+        return fail(error, MBSR_ERR_VALUE, "mbsr_file_read: opt.format is none of the formats");
+    return MBSR_OK;
+}
+
+static bool read_scene(mbsri_scene *s, const mbsri_element *root)
+{
+    if (!mbsri_is(root, "robot")) return mbsri_file_refuse(s, root, "this is no <robot> of URDF");
+    s->format = MBSR_FILE_URDF;
+    return mbsri_urdf_read(s, root);
+}
+
+static void hand_over(const mbsri_scene *s, mbsr_file *file)
+{
+    file->format = s->format;
+    file->name = s->name ? s->name : "";
+    file->sites = s->sites.count;
+    file->site = s->sites.items;
+    file->shapes = s->shapes.count;
+    file->shape = s->shapes.items;
+    file->findings = s->findings.count;
+    file->finding = s->findings.items;
+}
+
+static bool refuse_findings(mbsri_scene *s)
+{
+    const mbsr_finding *f = s->findings.items;
+    if (!s->opt->strict || s->findings.count == 0) return true;
+    snprintf(s->message, sizeof s->message,
+             "%.60s:%d: %.60s: %.80s (%d such findings, strict mode)", f->file, f->line, f->element,
+             f->text, s->findings.count);
+    return false;
+}
+
+/* Lists that stay empty have a place, too. */
+static void open_lists(mbsri_scene *s)
+{
+    mbsri_list *const lists[] = {&s->bodies, &s->joints, &s->tendons, &s->actuators, &s->equalities,
+                                 &s->keys,   &s->sites,  &s->shapes,  &s->findings};
+    void *nothing = mbsri_arena_take(s->arena, 1);
+    for (size_t k = 0; k < sizeof lists / sizeof *lists; ++k) lists[k]->items = nothing;
+}
+
+static int read(mbsri_file *f, const char *text, size_t size, const char *name,
+                const mbsr_file_opt *opt, mbsr_error *error)
+{
+    mbsri_scene scene = {.arena = &f->arena, .opt = opt, .name = ""};
+    mbsri_scene *s = &scene;
+    const char *file =
+        mbsri_arena_text(&f->arena, name ? name : "text", strlen(name ? name : "text"));
+    open_lists(s);
+    memcpy(s->gravity, opt->gravity, sizeof s->gravity);
+    const mbsri_element *root =
+        file ? mbsri_xml_read(&f->arena, text, size, file, s->message) : NULL;
+    bool good = root != NULL;
+    if (good) good = read_scene(s, root);
+    if (good) {
+        const int status = mbsr_model_create(&opt->model, &f->file.model, error);
+        if (status) return status;
+        good = mbsri_scene_build(s, &f->file, root);
+    }
+    if (f->arena.failed) return fail(error, MBSR_ERR_NO_MEMORY, "mbsr_file_read: no memory");
+    if (good) good = refuse_findings(s);
+    if (!good)
+        return fail(error, MBSR_ERR_FILE, s->message[0] ? s->message : "the file is not read");
+    hand_over(s, &f->file);
+    return MBSR_OK;
+}
+
+int mbsr_file_read(const char *text, size_t size, const char *name, const mbsr_file_opt *opt,
+                   mbsr_file **file, mbsr_error *error)
+{
+    const mbsr_file_opt standard = mbsr_default_file_opt();
+    if (!opt) opt = &standard;
+    int status = check(text, opt, file, error);
+    if (status) return status;
+    mbsri_arena arena;
+    mbsri_arena_open(&arena, &opt->model.allocator);
+    mbsri_file *f = mbsri_arena_take(&arena, sizeof *f);
+    if (!f) return fail(error, MBSR_ERR_NO_MEMORY, "mbsr_file_read: no memory");
+    f->arena = arena;
+    status = read(f, text, size, name, opt, error);
+    if (status) {
+        mbsr_file_destroy(&f->file);
+        return status;
+    }
+    *file = &f->file;
+    return MBSR_OK;
+}
+
+void mbsr_file_destroy(mbsr_file *file)
+{
+    if (!file) return;
+    mbsr_model_destroy(file->model);
+    mbsri_arena arena = ((mbsri_file *)(void *)file)->arena;
+    mbsri_arena_close(&arena);
+}
+
+mbsr_model *mbsr_file_take_model(mbsr_file *file)
+{
+    mbsr_model *model = file ? file->model : NULL;
+    if (file) file->model = NULL;
+    return model;
+}
+
+int mbsr_file_find_joint(const mbsr_file *file, const char *name)
+{
+    for (int k = 0; file && name && k < file->joints; ++k) {
+        if (name[0] && strcmp(file->joint[k].name, name) == 0) return k;
+    }
+    return -1;
+}
+
+int mbsr_file_find_site(const mbsr_file *file, const char *name)
+{
+    for (int k = 0; file && name && k < file->sites; ++k) {
+        if (name[0] && strcmp(file->site[k].name, name) == 0) return k;
+    }
+    return -1;
+}
+
+int mbsr_file_find_actuator(const mbsr_file *file, const char *name)
+{
+    for (int k = 0; file && name && k < file->actuators; ++k) {
+        if (name[0] && strcmp(file->actuator[k].name, name) == 0) return k;
+    }
+    return -1;
+}
+
+int mbsr_file_find_key(const mbsr_file *file, const char *name)
+{
+    for (int k = 0; file && name && k < file->keys; ++k) {
+        if (name[0] && strcmp(file->key[k].name, name) == 0) return k;
+    }
+    return -1;
+}

@@ -1,0 +1,113 @@
+/* What both readers make of a file, before it becomes a model.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRI_FILES_SCENE_H
+#define MBSRI_FILES_SCENE_H
+
+#include "files/arena.h"
+#include "files/xml.h"
+
+#include <mbsrank/files.h>
+
+enum { MBSRI_POWERS = 5, MBSRI_TERMS = 10 };
+
+/* A joint of the file; axis and anchor in the body that it carries. */
+typedef struct mbsri_scene_joint {
+    mbsr_file_joint joint; /* body and places are set when the model is made */
+    const mbsri_element *element;
+    double axis[3], anchor[3];
+    double stiffness, rest, damping, armature;
+    bool relative; /* a free joint that counts from where its body is drawn, not from its parent */
+} mbsri_scene_joint;
+
+typedef struct mbsri_scene_body {
+    const char *name;
+    const mbsri_element *element;
+    int parent;       /* index among the bodies; -1: the world */
+    mbsr_frame frame; /* in the parent, as drawn */
+    mbsr_inertia inertia;
+    int first, joints; /* its joints */
+    int id;            /* in the model */
+} mbsri_scene_body;
+
+/* sum of factor times coordinate of joints */
+typedef struct mbsri_scene_sum {
+    int count, joint[MBSRI_TERMS];
+    double factor[MBSRI_TERMS];
+} mbsri_scene_sum;
+
+typedef struct mbsri_scene_tendon {
+    const char *name;
+    const mbsri_element *element;
+    mbsri_scene_sum sum; /* of a fixed tendon */
+    int count, site[2];  /* of one in space, between two sites */
+    double stiffness, damping;
+    double rest[2]; /* no force between; NaN: as in the pose of rest */
+} mbsri_scene_tendon;
+
+typedef struct mbsri_scene_actuator {
+    mbsr_file_actuator actuator;
+    const mbsri_element *element;
+    mbsri_scene_sum sum; /* empty: it is left out */
+} mbsri_scene_actuator;
+
+typedef enum mbsri_scene_equality_kind {
+    MBSRI_CONNECT,
+    MBSRI_WELD,
+    MBSRI_POLYNOMIAL
+} mbsri_scene_equality_kind;
+
+typedef struct mbsri_scene_equality {
+    mbsri_scene_equality_kind kind;
+    const char *name;
+    const mbsri_element *element;
+    int body[2];      /* indices, -1: the world */
+    double anchor[3]; /* in body 0 */
+    bool placed;      /* `frame` is given; else that of the pose as drawn */
+    mbsr_frame frame; /* of body 1 in body 0 */
+    int joint[2];     /* q0 - ref0 = polynomial of (q1 - ref1); second -1: of 0 */
+    double power[MBSRI_POWERS];
+} mbsri_scene_equality;
+
+typedef struct mbsri_scene_key {
+    mbsr_file_key key;
+    const mbsri_element *element;
+    const char *position, *velocity, *control; /* as in the file, NULL: not given */
+} mbsri_scene_key;
+
+typedef struct mbsri_scene {
+    mbsri_arena *arena;
+    const mbsr_file_opt *opt;
+    mbsr_file_format format;
+    const char *name;
+    double gravity[3];
+    mbsri_list bodies, joints, tendons, actuators, equalities, keys, sites, shapes, findings;
+    char message[MBSR_TEXT_SIZE]; /* why the file is refused; "": it is not */
+} mbsri_scene;
+
+/* Refuses the file: names file, line and element; keeps the first reason. Always false. */
+bool mbsri_file_refuse(mbsri_scene *s, const mbsri_element *e, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
+
+/* Lists something that the model does not have. */
+void mbsri_file_find(mbsri_scene *s, const mbsri_element *e, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
+
+static inline mbsri_scene_body *mbsri_scene_bodies(const mbsri_scene *s)
+{
+    return s->bodies.items;
+}
+
+static inline mbsri_scene_joint *mbsri_scene_joints(const mbsri_scene *s)
+{
+    return s->joints.items;
+}
+
+/* Numbers of an attribute, which if it is missing stay as they are; false: refused. How many stood
+ * there goes to *count, which may be NULL. */
+bool mbsri_numbers(mbsri_scene *s, const mbsri_element *e, const char *attribute, const char *value,
+                   int least, int most, double *to, int *count);
+
+/* The reader. False: refused, or no memory. */
+bool mbsri_urdf_read(mbsri_scene *s, const mbsri_element *root);
+
+#endif

@@ -1,0 +1,163 @@
+/* Inertias as files give them: see solids.h.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "files/solids.h"
+
+#include <math.h>
+#include <string.h>
+
+static const double pi = 3.14159265358979323846;
+
+void mbsri_moments(const double t[6], double moments[3])
+{
+    double A[3][3] = {{t[0], t[3], t[4]}, {t[3], t[1], t[5]}, {t[4], t[5], t[2]}};
+    for (int sweep = 0; sweep < 30; ++sweep) { /* Jacobi rotations */
+        for (int p = 0; p < 2; ++p) {
+            for (int q = p + 1; q < 3; ++q) {
+                if (A[p][q] == 0.0) continue;
+                const double theta = (A[q][q] - A[p][p]) / (2.0 * A[p][q]),
+                             tangent =
+                                 (theta < 0.0 ? -1.0 : 1.0) / (fabs(theta) + hypot(theta, 1.0)),
+                             c = 1.0 / hypot(tangent, 1.0), s = tangent * c;
+                for (int k = 0; k < 3; ++k) {
+                    const double x = A[k][p], y = A[k][q];
+                    A[k][p] = c * x - s * y, A[k][q] = s * x + c * y;
+                }
+                for (int k = 0; k < 3; ++k) {
+                    const double x = A[p][k], y = A[q][k];
+                    A[p][k] = c * x - s * y, A[q][k] = s * x + c * y;
+                }
+            }
+        }
+    }
+    for (int k = 0; k < 3; ++k) moments[k] = A[k][k];
+    for (int k = 0; k < 2; ++k) {
+        for (int l = 0; l < 2 - k; ++l) {
+            const double x = moments[l], y = moments[l + 1];
+            moments[l] = fmin(x, y), moments[l + 1] = fmax(x, y);
+        }
+    }
+}
+
+/* ---- tensors with negative moments, which no constructor takes ---- */
+
+typedef struct raw {
+    double mass, com[3], tensor[9]; /* about the origin, in the body */
+} raw;
+
+/* y (3 x 3) = R x R^T, columns */
+static void turn(const double R[9], const double x[9], double y[9])
+{
+    for (int i = 0; i < 3; ++i) {
+        for (int j = 0; j < 3; ++j) {
+            double sum = 0.0;
+            for (int k = 0; k < 3; ++k) {
+                for (int l = 0; l < 3; ++l) sum += R[3 * k + i] * x[3 * l + k] * R[3 * l + j];
+            }
+            y[3 * j + i] = sum;
+        }
+    }
+}
+
+static void cross(const double a[3], const double b[3], double c[3])
+{
+    for (int k = 0; k < 3; ++k) {
+        const int i = (k + 1) % 3, j = (k + 2) % 3;
+        c[k] = a[i] * b[j] - a[j] * b[i];
+    }
+}
+
+static int raw_inertia(void *user, double t, const double *p, const double *V, double *M, double *h)
+{
+    const raw *b = user;
+    double I[9], s[3], L[3], spin[3];
+    (void)t;
+    turn(p + MBSR_POSE_R, b->tensor, I);
+    for (int k = 0; k < 3; ++k) {
+        s[k] = 0.0;
+        for (int l = 0; l < 3; ++l) s[k] += b->mass * p[MBSR_POSE_R + 3 * l + k] * b->com[l];
+    }
+    const double S[9] = {0.0, s[2], -s[1], -s[2], 0.0, s[0], s[1], -s[0], 0.0};
+    for (int c = 0; c < 3; ++c) {
+        for (int r = 0; r < 3; ++r) {
+            M[6 * c + r] = I[3 * c + r];
+            M[6 * (3 + c) + r] = S[3 * c + r];
+            M[6 * c + 3 + r] = -S[3 * c + r];
+        }
+        M[6 * (3 + c) + 3 + c] = b->mass;
+    }
+    for (int k = 0; k < 3; ++k) L[k] = I[k] * V[0] + I[3 + k] * V[1] + I[6 + k] * V[2];
+    cross(V, L, h);
+    cross(V, s, spin);
+    cross(V, spin, h + 3);
+    return 0;
+}
+
+static mbsr_inertia raw_of(mbsri_arena *arena, double mass, const mbsr_frame *frame,
+                           const double t[6])
+{
+    raw *b = mbsri_arena_take(arena, sizeof *b);
+    const double own[9] = {t[0], t[3], t[4], t[3], t[1], t[5], t[4], t[5], t[2]};
+    if (!b) return mbsr_inertia_zero();
+    b->mass = mass;
+    memcpy(b->com, frame->x, sizeof b->com);
+    turn(frame->R, own, b->tensor);
+    const double square = b->com[0] * b->com[0] + b->com[1] * b->com[1] + b->com[2] * b->com[2];
+    for (int c = 0; c < 3; ++c) {
+        for (int r = 0; r < 3; ++r)
+            b->tensor[3 * c + r] += mass * ((r == c ? square : 0.0) - b->com[r] * b->com[c]);
+    }
+    return mbsr_inertia_function(raw_inertia, b);
+}
+
+mbsr_inertia mbsri_solid(mbsri_arena *arena, double mass, const mbsr_frame *frame,
+                         const double tensor[6])
+{
+    double moments[3];
+    mbsri_moments(tensor, moments);
+    if (moments[0] < -1e-6 * fabs(moments[2]) || moments[2] < 0.0)
+        return raw_of(arena, mass, frame, tensor);
+    const bool diagonal = tensor[3] == 0.0 && tensor[4] == 0.0 && tensor[5] == 0.0;
+    mbsr_inertia inertia = mbsr_inertia_rigid_unchecked(mass, NULL, tensor);
+    if (diagonal) inertia.lost = 0.0;
+    return mbsr_inertia_moved(frame, inertia);
+}
+
+bool mbsri_shape_solid(mbsr_shape_kind kind, const double size[3], double *volume, double tensor[6])
+{
+    const double r = size[0], h = size[1];
+    memset(tensor, 0, 6 * sizeof *tensor);
+    switch (kind) {
+    case MBSR_SHAPE_BOX:
+    case MBSR_SHAPE_ELLIPSOID: {
+        const bool box = kind == MBSR_SHAPE_BOX;
+        *volume = (box ? 8.0 : 4.0 / 3.0 * pi) * size[0] * size[1] * size[2];
+        for (int k = 0; k < 3; ++k) {
+            const double a = size[(k + 1) % 3], b = size[(k + 2) % 3];
+            tensor[k] = *volume * (a * a + b * b) / (box ? 3.0 : 5.0);
+        }
+        return true;
+    }
+    case MBSR_SHAPE_SPHERE:
+        *volume = 4.0 / 3.0 * pi * r * r * r;
+        tensor[0] = tensor[1] = tensor[2] = 0.4 * *volume * r * r;
+        return true;
+    case MBSR_SHAPE_CYLINDER:
+        *volume = 2.0 * pi * r * r * h;
+        tensor[0] = tensor[1] = *volume * (3.0 * r * r + 4.0 * h * h) / 12.0;
+        tensor[2] = 0.5 * *volume * r * r;
+        return true;
+    case MBSR_SHAPE_CAPSULE: {
+        const double tube = 2.0 * pi * r * r * h, ball = 4.0 / 3.0 * pi * r * r * r;
+        *volume = tube + ball;
+        /* the half balls' centres of mass are 3/8 r beyond the ends */
+        tensor[0] = tensor[1] =
+            tube * (3.0 * r * r + 4.0 * h * h) / 12.0 + ball * (0.4 * r * r + h * h + 0.75 * h * r);
+        tensor[2] = 0.5 * tube * r * r + 0.4 * ball * r * r;
+        return true;
+    }
+    case MBSR_SHAPE_PLANE:
+    case MBSR_SHAPE_MESH: break;
+    }
+    *volume = 0.0;
+    return false;
+}

@@ -1,0 +1,20 @@
+/* Inertias as files give them.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRI_FILES_SOLIDS_H
+#define MBSRI_FILES_SOLIDS_H
+
+#include "files/scene.h"
+
+/* Mass and tensor (xx, yy, zz, xy, xz, yz) about the centre of mass, which is the origin of `frame`, along
+ * its axes. Tensors that no distribution of mass has stay what they are, negative moments among them. */
+mbsr_inertia mbsri_solid(mbsri_arena *arena, double mass, const mbsr_frame *frame,
+                         const double tensor[6]);
+
+/* The eigenvalues of such a tensor, ascending. */
+void mbsri_moments(const double tensor[6], double moments[3]);
+
+/* Volume in m^3 and tensor for density 1 of a shape, about its centre; false: it has none. */
+bool mbsri_shape_solid(mbsr_shape_kind kind, const double size[3], double *volume,
+                       double tensor[6]);
+
+#endif

@@ -1,0 +1,106 @@
+/* Nothing of files returns MBSR_OK with a number that is not finite; wrong calls are refused.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "small.h"
+
+#include <locale.h>
+#include <math.h>
+
+static const char hinge[] =
+    "<robot name='r'><link name='a'/><link name='b'><inertial><mass value='1,5'/></inertial></link>"
+    "<joint name='j' type='continuous'><parent link='a'/><child link='b'/></joint></robot>";
+
+static void options_are_checked(void **state)
+{
+    (void)state;
+    mbsr_file *file;
+    mbsr_error error;
+    const double wrong[] = {NAN, INFINITY, -1.0};
+    for (int field = 0; field < 4; ++field) {
+        for (int k = 0; k < 3; ++k) {
+            mbsr_file_opt opt = mbsr_default_file_opt();
+            double *const place[] = {&opt.stop_stiffness, &opt.stop_damping, &opt.slip,
+                                     opt.gravity + 1};
+            *place[field] = wrong[k];
+            if (field == 3 && k == 2) continue;
+            assert_int_equal(mbsr_file_read("", 0, NULL, &opt, &file, &error), MBSR_ERR_VALUE);
+            assert_contains(error.text, field == 3 ? "gravity" : field == 2 ? "slip" : "stop_");
+        }
+    }
+    mbsr_file_opt opt = mbsr_default_file_opt();
+    assert_int_equal(mbsr_file_read(NULL, 0, NULL, &opt, &file, &error), MBSR_ERR_NULL);
+    assert_int_equal(mbsr_file_read("", 0, NULL, &opt, NULL, &error), MBSR_ERR_NULL);
+    opt.format = (mbsr_file_format)7;
+    assert_int_equal(mbsr_file_read("", 0, NULL, &opt, &file, &error), MBSR_ERR_VALUE);
+    opt.cookie = 0;
+    assert_int_equal(mbsr_file_read("", 0, NULL, &opt, &file, NULL), MBSR_ERR_NO_DEFAULT);
+}
+
+static void states_are_checked(void **state)
+{
+    (void)state;
+    mbsr_file_opt opt = mbsr_default_file_opt();
+    opt.floating = 1;
+    mbsr_file *file = read_small("<robot name='r'><link name='a'/></robot>", &opt);
+    double p[7] = {1.0, 2.0, 3.0, 0.5, 0.5, 0.5, 0.5}, v[6] = {1.0, 2.0, 3.0, 4.0, 5.0, 6.0}, q[7],
+           u[6], back[7], rates[6];
+    assert_int_equal(mbsr_file_mujoco_state(file, 0, p, v, q, u), MBSR_OK);
+    assert_int_equal(mbsr_file_mujoco_state(file, 1, q, u, back, rates), MBSR_OK);
+    for (int k = 0; k < 7; ++k) assert_close(back[k], p[k], 1e-15);
+    for (int k = 0; k < 6; ++k) assert_close(rates[k], v[k], 1e-15);
+    assert_int_equal(mbsr_file_mujoco_state(NULL, 0, p, v, q, u), MBSR_ERR_NULL);
+    assert_int_equal(mbsr_file_mujoco_state(file, 0, p, v, q, NULL), MBSR_ERR_NULL);
+    v[2] = NAN;
+    assert_int_equal(mbsr_file_mujoco_state(file, 0, p, v, q, u), MBSR_NOT_FINITE);
+    p[3] = p[4] = p[5] = p[6] = 0.0;
+    assert_int_equal(mbsr_file_mujoco_state(file, 0, p, NULL, q, NULL), MBSR_ERR_VALUE);
+    p[3] = INFINITY;
+    assert_int_equal(mbsr_file_mujoco_state(file, 0, p, NULL, q, NULL), MBSR_NOT_FINITE);
+    mbsr_file_destroy(file);
+}
+
+/* "1,5" is no number anywhere, 1.5 is one everywhere. */
+static void the_locale_does_not_matter(void **state)
+{
+    static const char *const names[] = {"C", "de_DE.UTF-8", "de_DE.utf8"};
+    (void)state;
+    for (int k = 0; k < 3; ++k) {
+        if (!setlocale(LC_NUMERIC, names[k])) continue;
+        assert_file_refused(hinge, NULL, "1,5");
+        mbsr_file *file = read_small(
+            "<robot name='r'><link name='a'><inertial><mass value='1.50000000000000000000001e0'/>"
+            "</inertial></link></robot>",
+            NULL);
+        mbsr_file_destroy(file);
+    }
+    setlocale(LC_NUMERIC, "C");
+}
+
+/* Functions of the component, for tests/hygiene/finite.sh. */
+static const char *const listed[] = {
+    "mbsr_default_file_opt",   "mbsr_file_read",       "mbsr_file_destroy",
+    "mbsr_file_take_model",    "mbsr_file_find_joint", "mbsr_file_find_site",
+    "mbsr_file_find_actuator", "mbsr_file_find_key",   "mbsr_file_mujoco_state",
+};
+
+static void nothing_comes_of_null(void **state)
+{
+    (void)state;
+    assert_int_equal(sizeof listed / sizeof *listed, 9);
+    mbsr_file_destroy(NULL);
+    assert_null(mbsr_file_take_model(NULL));
+    assert_int_equal(mbsr_file_find_joint(NULL, "a"), -1);
+    assert_int_equal(mbsr_file_find_site(NULL, "a"), -1);
+    assert_int_equal(mbsr_file_find_actuator(NULL, "a"), -1);
+    assert_int_equal(mbsr_file_find_key(NULL, NULL), -1);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(options_are_checked),
+        cmocka_unit_test(states_are_checked),
+        cmocka_unit_test(the_locale_does_not_matter),
+        cmocka_unit_test(nothing_comes_of_null),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,207 @@
+/* What URDF says, feature by feature, and what is refused.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "small.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#define ROBOT(inside) "<robot name='r'>\n" inside "</robot>\n"
+#define MASS "<inertial><mass value='2'/><inertia ixx='1' iyy='1' izz='1'/></inertial>"
+
+static mbsr_data *finish(const mbsr_file *file)
+{
+    mbsr_data *data;
+    assert_ok(mbsr_model_finish(file->model), mbsr_model_error(file->model));
+    assert_ok(mbsr_data_create(file->model, &data, NULL), NULL);
+    return data;
+}
+
+static void joints_of_every_type(void **state)
+{
+    (void)state;
+    mbsr_file_opt opt = mbsr_default_file_opt();
+    opt.floating = 1;
+    mbsr_file *file = read_small(
+        ROBOT("<link name='a'>" MASS "</link><link name='b'>" MASS "</link><link name='c'>" MASS
+              "</link><link name='d'>" MASS "</link>\n"
+              "<joint name='plane' type='planar'><parent link='a'/><child link='b'/>"
+              "<axis xyz='0 0 2'/></joint>\n"
+              "<joint name='loose' type='floating'><parent link='b'/><child link='c'/>"
+              "<origin xyz='1 2 3'/></joint>\n"
+              "<joint name='stiff' type='fixed'><parent link='c'/><child link='d'/></joint>"),
+        &opt);
+    assert_int_equal(file->format, MBSR_FILE_URDF);
+    assert_string_equal(file->name, "r");
+    assert_int_equal(file->joints, 5);
+    assert_int_equal(file->nq, 7 + 3 + 7);
+    assert_int_equal(file->nu, 6 + 3 + 6);
+    assert_int_equal(file->findings, 0);
+    mbsr_data *data = finish(file);
+    double pose[MBSR_POSE_SIZE], u[15] = {0.0};
+    assert_int_equal(mbsr_model_nu(file->model), file->nu);
+    assert_ok(mbsr_positions(file->model, data, 0.0, file->q0), mbsr_data_error(data));
+    assert_ok(mbsr_body_pose(file->model, data, mbsr_model_find_body(file->model, "d"), pose),
+              mbsr_data_error(data));
+    for (int k = 0; k < 3; ++k) assert_close(pose[MBSR_POSE_X + k], 1.0 + k, 1e-15);
+    /* the third coordinate of the planar joint turns about its axis */
+    u[8] = 1.0;
+    assert_ok(mbsr_velocities(file->model, data, u), mbsr_data_error(data));
+    double twist[6];
+    assert_ok(mbsr_body_twist(file->model, data, mbsr_model_find_body(file->model, "b"), twist),
+              mbsr_data_error(data));
+    assert_close(twist[2], 1.0, 1e-15);
+    mbsr_data_destroy(data);
+    mbsr_file_destroy(file);
+}
+
+static void what_a_model_has_no_room_for_is_kept(void **state)
+{
+    (void)state;
+    mbsr_file *file = read_small(
+        ROBOT(
+            "<link name='a'><visual name='hull'><origin xyz='0 0 1'/><geometry><box size='2 4 6'/>"
+            "</geometry><material name='red'><color rgba='1 0 0 1'/></material></visual>"
+            "<collision><geometry><mesh filename='package://p/m.stl' scale='2 2 2'/></geometry>"
+            "</collision></link><link name='b'>" MASS "</link>"
+            "<joint name='j' type='revolute'><parent link='a'/><child link='b'/>"
+            "<limit lower='-1' upper='2'/><dynamics damping='0.5' friction='0.25'/></joint>"),
+        NULL);
+    assert_int_equal(file->shapes, 2);
+    assert_int_equal(file->shape[0].kind, MBSR_SHAPE_BOX);
+    assert_true(file->shape[0].size[2] == 3.0 && file->shape[0].frame.x[2] == 1.0);
+    assert_true(file->shape[0].visual && !file->shape[1].visual);
+    assert_string_equal(file->shape[0].name, "hull");
+    assert_string_equal(file->shape[1].mesh, "package://p/m.stl");
+    assert_true(file->joint[0].limited && file->joint[0].range[1] == 2.0);
+    assert_true(file->joint[0].friction == 0.25);
+    assert_int_equal(file->findings, 1);
+    assert_found(file, "link 'a'", "no <inertial>|zero mass");
+    assert_int_equal(file->finding[0].line, 2);
+    assert_int_equal(mbsr_file_find_joint(file, "j"), 0);
+    assert_int_equal(mbsr_file_find_joint(file, "k"), -1);
+    mbsr_model *model = mbsr_file_take_model(file);
+    assert_non_null(model);
+    assert_null(mbsr_file_take_model(file));
+    assert_int_equal(mbsr_model_add_body(model, NULL, NULL), MBSR_ERR_NULL); /* not finished */
+    assert_ok(mbsr_model_finish(model), mbsr_model_error(model));
+    mbsr_file_destroy(file);
+    mbsr_model_destroy(model);
+}
+
+/* Damping, and on request stops and dry friction. */
+static void forces_of_joints(void **state)
+{
+    static const char text[] =
+        ROBOT("<link name='a'/><link name='b'>" MASS "</link>"
+              "<joint name='j' type='prismatic'><parent link='a'/><child link='b'/>"
+              "<limit lower='-1' upper='1'/><dynamics damping='0.5' friction='4'/></joint>");
+    (void)state;
+    const double q = 1.5, u = 2.0, udot = 0.0;
+    double tau;
+    for (int with = 0; with < 2; ++with) {
+        mbsr_file_opt opt = mbsr_default_file_opt();
+        if (with) opt.stop_stiffness = 100.0, opt.slip = 1e-6;
+        mbsr_file *file = read_small(text, &opt);
+        mbsr_data *data = finish(file);
+        assert_ok(mbsr_inverse_dynamics(file->model, data, 0.0, &q, &u, &udot, &tau),
+                  mbsr_data_error(data));
+        assert_close(tau, with ? 1.0 + 50.0 + 4.0 : 1.0, 1e-9);
+        mbsr_data_destroy(data);
+        mbsr_file_destroy(file);
+    }
+}
+
+/* No constructor takes a negative principal moment; the file's is kept all the same. */
+static void moments_that_no_body_has(void **state)
+{
+    (void)state;
+    mbsr_file_opt opt = mbsr_default_file_opt();
+    mbsr_file *file = read_small(
+        ROBOT("<link name='a'/><link name='b'><inertial><origin xyz='0 2 0'/><mass value='3'/>"
+              "<inertia ixx='-1' iyy='5' izz='1'/></inertial></link>"
+              "<joint name='j' type='continuous'><parent link='a'/><child link='b'/></joint>"),
+        &opt);
+    mbsr_data *data = finish(file);
+    double M;
+    const double q = 0.3, u = 0.0;
+    assert_found(file, "link 'b'", "negative");
+    assert_ok(mbsr_positions(file->model, data, 0.0, &q), mbsr_data_error(data));
+    assert_ok(mbsr_velocities(file->model, data, &u), mbsr_data_error(data));
+    assert_ok(mbsr_mass_matrix(file->model, data, &M), mbsr_data_error(data));
+    assert_close(M, -1.0 + 3.0 * 4.0, 1e-12);
+    mbsr_data_destroy(data);
+    mbsr_file_destroy(file);
+    opt.strict = 1;
+    assert_file_refused(ROBOT("<link name='a'/>"), &opt, "small.xml:2|link 'a'|zero mass|strict");
+}
+
+static void refused_files(void **state)
+{
+    static const struct {
+        const char *text, *words;
+    } cases[] = {
+        {"", "not XML"},
+        {"<robot name='r'><link name='a'></robot>", "small.xml:1|not XML|mismatched"},
+        {"<html/>", "no <robot>"},
+        {ROBOT(""), "robot 'r'|no links"},
+        {ROBOT("<link/>"), "small.xml:2|link|no name"},
+        {ROBOT("<link name='a'/>\n<link name='a'/>"), "small.xml:3|link 'a'|two links"},
+        {ROBOT("<link name='a'/>\n<link name='b'/>"), "small.xml:3|second root"},
+        {ROBOT("<link name='a'/><joint name='j' type='fixed'><parent link='a'/><child link='x'/>"
+               "</joint>"),
+         "joint 'j'|child 'x' is no link"},
+        {ROBOT("<link name='a'/><joint name='j' type='fixed'><parent link='a'/></joint>"),
+         "joint 'j'|no <child link>"},
+        {ROBOT("<link name='a'/><link name='b'/><joint name='j' type='bendy'><parent link='a'/>"
+               "<child link='b'/></joint>"),
+         "joint 'j'|no type 'bendy'"},
+        {ROBOT("<link name='a'/><link name='b'/><joint name='j' type='revolute'><axis xyz='0 0 0'/>"
+               "<parent link='a'/><child link='b'/></joint>"),
+         "joint 'j'|axis"},
+        {ROBOT("<link name='a'/><link name='b'/><joint name='j' type='fixed'><parent link='a'/>"
+               "<child link='b'/></joint><joint name='k' type='fixed'><parent link='b'/>"
+               "<child link='a'/></joint>"),
+         "cycle"},
+        {ROBOT("<link name='r'/><link name='a'/><link name='b'/><joint name='j' type='fixed'>"
+               "<parent link='a'/><child link='b'/></joint><joint name='k' type='fixed'>"
+               "<parent link='b'/><child link='a'/></joint>"),
+         "link 'a'|cycle"},
+        {ROBOT("<link name='a'><inertial><mass value='heavy'/></inertial></link>"),
+         "link 'a'|heavy"},
+        {ROBOT("<link name='a'><inertial><mass value='-1'/></inertial></link>"), "mass is -1"},
+        {ROBOT("<link name='a'><inertial><mass value='nan'/></inertial></link>"), "nan"},
+        {ROBOT("<link name='a'><inertial><mass value='1e999'/></inertial></link>"), "1e999"},
+        {ROBOT("<link name='a'><inertial><origin xyz='1 2'/></inertial></link>"), "3 numbers"},
+        {ROBOT("<link name='${n}'/>"), "xacro"},
+        {ROBOT("<xacro:macro name='m'/><link name='a'/>"), "xacro"},
+        {"<!DOCTYPE r [<!ENTITY a 'b'>]><robot name='&a;'/>", "entities"},
+    };
+    (void)state;
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; ++k)
+        assert_file_refused(cases[k].text, NULL, cases[k].words);
+}
+
+/* 100 000 elements in each other. */
+static void deep_files(void **state)
+{
+    enum { DEPTH = 100000 };
+    (void)state;
+    char *text = malloc(3 * DEPTH + 1);
+    for (int k = 0; k < DEPTH; ++k) memcpy(text + 3 * k, "<a>", 3);
+    text[3 * DEPTH] = '\0';
+    assert_file_refused(text, NULL, "too deep");
+    free(text);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(joints_of_every_type),
+        cmocka_unit_test(what_a_model_has_no_room_for_is_kept),
+        cmocka_unit_test(forces_of_joints),
+        cmocka_unit_test(moments_that_no_body_has),
+        cmocka_unit_test(refused_files),
+        cmocka_unit_test(deep_files),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
