@@ -16,8 +16,9 @@ extern "C" {
 #endif
 
 typedef enum mbsr_file_format {
-    MBSR_FILE_ANY = 0, /* by the element that the file begins with */
-    MBSR_FILE_URDF = 1 /* <robot> */
+    MBSR_FILE_ANY = 0,  /* by the element that the file begins with */
+    MBSR_FILE_URDF = 1, /* <robot> */
+    MBSR_FILE_MJCF = 2  /* <mujoco> */
 } mbsr_file_format;
 
 /* Another file that is needed: an include, a mesh. Sets *text to its contents (*size bytes), which stay

@@ -45,16 +45,21 @@ static int check(const char *text, const mbsr_file_opt *opt, mbsr_file **file, m
                  own ? sizes[k] : opt->gravity[k]);
         return fail(error, MBSR_ERR_VALUE, reason);
     }
-    if (opt->format < MBSR_FILE_ANY || opt->format > MBSR_FILE_URDF)
+    if (opt->format < MBSR_FILE_ANY || opt->format > MBSR_FILE_MJCF)
         return fail(error, MBSR_ERR_VALUE, "mbsr_file_read: opt.format is none of the formats");
     return MBSR_OK;
 }
 
-static bool read_scene(mbsri_scene *s, const mbsri_element *root)
+static bool read_scene(mbsri_scene *s, mbsri_element *root)
 {
-    if (!mbsri_is(root, "robot")) return mbsri_file_refuse(s, root, "this is no <robot> of URDF");
-    s->format = MBSR_FILE_URDF;
-    return mbsri_urdf_read(s, root);
+    const bool urdf = mbsri_is(root, "robot");
+    if (!urdf && !mbsri_is(root, "mujoco"))
+        return mbsri_file_refuse(s, root,
+                                 "this is neither a <robot> of URDF nor a <mujoco> of MJCF");
+    s->format = urdf ? MBSR_FILE_URDF : MBSR_FILE_MJCF;
+    if (s->opt->format != MBSR_FILE_ANY && s->opt->format != s->format)
+        return mbsri_file_refuse(s, root, "the file is not of the format wanted");
+    return urdf ? mbsri_urdf_read(s, root) : mbsri_mjcf_read(s, root);
 }
 
 static void hand_over(const mbsri_scene *s, mbsr_file *file)
@@ -97,8 +102,7 @@ static int read(mbsri_file *f, const char *text, size_t size, const char *name,
         mbsri_arena_text(&f->arena, name ? name : "text", strlen(name ? name : "text"));
     open_lists(s);
     memcpy(s->gravity, opt->gravity, sizeof s->gravity);
-    const mbsri_element *root =
-        file ? mbsri_xml_read(&f->arena, text, size, file, s->message) : NULL;
+    mbsri_element *root = file ? mbsri_xml_read(&f->arena, text, size, file, s->message) : NULL;
     bool good = root != NULL;
     if (good) good = read_scene(s, root);
     if (good) {

@@ -107,7 +107,8 @@ static inline mbsri_scene_joint *mbsri_scene_joints(const mbsri_scene *s)
 bool mbsri_numbers(mbsri_scene *s, const mbsri_element *e, const char *attribute, const char *value,
                    int least, int most, double *to, int *count);
 
-/* The reader. False: refused, or no memory. */
+/* The readers. False: refused, or no memory. */
 bool mbsri_urdf_read(mbsri_scene *s, const mbsri_element *root);
+bool mbsri_mjcf_read(mbsri_scene *s, mbsri_element *root);
 
 #endif

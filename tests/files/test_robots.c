@@ -343,6 +343,13 @@ static void robots_from_urdf(void **state)
     check_robots(names, 6);
 }
 
+static void robots_from_mjcf(void **state)
+{
+    static const char *const names[] = {"ur5e", "panda", "2f85", "cassie", "synthetic"};
+    (void)state;
+    check_robots(names, 5);
+}
+
 int main(void)
 {
     const char *given = getenv("MBSR_ROBOTS");
@@ -350,6 +357,7 @@ int main(void)
              given ? given : "the folder MBSR_ROBOTS, which is not set");
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(robots_from_urdf),
+        cmocka_unit_test(robots_from_mjcf),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

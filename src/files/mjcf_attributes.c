@@ -1,0 +1,194 @@
+/* Attributes of MJCF: defaults by classes, orientations, names.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "files/mjcf_parts.h"
+#include "files/numbers.h"
+
+#include <math.h>
+#include <string.h>
+
+static bool same(const char *a, const char *b)
+{
+    return a && b ? strcmp(a, b) == 0 : !a && !b;
+}
+
+/* The class of that name; NULL: none. */
+static const mbsri_class *find_class(const mbsri_mjcf *m, const char *name)
+{
+    const mbsri_class *classes = m->classes.items;
+    for (int k = 0; k < m->classes.count; ++k) {
+        if (same(classes[k].name, name)) return classes + k;
+    }
+    return NULL;
+}
+
+bool mbsri_mjcf_node(mbsri_mjcf *m, const mbsri_element *e, const char *kind,
+                     const char *childclass, mbsri_node *node)
+{
+    const char *class = mbsri_attribute(e, "class");
+    if (!class) class = childclass;
+    if (class && strcmp(class, "main") == 0) class = NULL;
+    *node = (mbsri_node){e, kind, class};
+    return !class || find_class(m, class) ||
+           mbsri_file_refuse(m->s, e, "there is no class '%.50s'", class);
+}
+
+/* What a class says of a kind of elements; the last of several defaults counts. */
+static const char *said_by_class(const mbsri_mjcf *m, const char *class, const char *kind,
+                                 const char *attribute)
+{
+    const mbsri_class *classes = m->classes.items;
+    for (int k = m->classes.count - 1; k >= 0; --k) {
+        if (!same(classes[k].name, class)) continue;
+        const mbsri_element *e = mbsri_child(classes[k].element, kind);
+        const char *value = e ? mbsri_attribute(e, attribute) : NULL;
+        if (value) return value;
+    }
+    return NULL;
+}
+
+const char *mbsri_mjcf_get(const mbsri_mjcf *m, const mbsri_node *node, const char *attribute)
+{
+    const char *value = mbsri_attribute(node->e, attribute);
+    const char *class = node->class;
+    while (!value && node->kind) {
+        value = said_by_class(m, class, node->kind, attribute);
+        if (!class) break;
+        class = find_class(m, class)->parent;
+    }
+    return value;
+}
+
+bool mbsri_mjcf_numbers(mbsri_mjcf *m, const mbsri_node *node, const char *attribute, int least,
+                        int most, double *to, int *count)
+{
+    return mbsri_numbers(m->s, node->e, attribute, mbsri_mjcf_get(m, node, attribute), least, most,
+                         to, count);
+}
+
+bool mbsri_mjcf_number(mbsri_mjcf *m, const mbsri_node *node, const char *attribute, double *to)
+{
+    return mbsri_mjcf_numbers(m, node, attribute, 1, 1, to, NULL);
+}
+
+bool mbsri_mjcf_switch(const mbsri_mjcf *m, const mbsri_node *node, const char *attribute,
+                       bool automatic)
+{
+    const char *value = mbsri_mjcf_get(m, node, attribute);
+    if (!value || strcmp(value, "auto") == 0) return automatic;
+    return strcmp(value, "true") == 0;
+}
+
+/* ---- orientations ---- */
+
+static double length_of(int n, const double *x)
+{
+    double square = 0.0;
+    for (int k = 0; k < n; ++k) square += x[k] * x[k];
+    return sqrt(square);
+}
+
+static void cross(const double a[3], const double b[3], double c[3])
+{
+    for (int k = 0; k < 3; ++k) {
+        const int i = (k + 1) % 3, j = (k + 2) % 3;
+        c[k] = a[i] * b[j] - a[j] * b[i];
+    }
+}
+
+mbsr_frame mbsri_mjcf_along(const double x[3], const double z[3])
+{
+    const double axis[3] = {-z[1], z[0], 0.0}, sine = length_of(2, axis),
+                 across[3] = {1.0, 0.0, 0.0}, angle = atan2(sine, z[2]);
+    return mbsr_frame_turned(x, sine > 1e-10 * length_of(3, z) ? axis : across, angle);
+}
+
+static mbsr_frame by_euler(const mbsri_mjcf *m, const double x[3], const double angle[3])
+{
+    mbsr_frame frame = mbsr_frame_identity();
+    for (int k = 0; k < 3; ++k) {
+        const char letter = m->sequence[k];
+        const bool fixed = letter >= 'X' && letter <= 'Z';
+        double axis[3] = {0.0};
+        axis[letter - (fixed ? 'X' : 'x')] = 1.0;
+        const mbsr_frame turn = mbsr_frame_turned(NULL, axis, angle[k]);
+        frame = fixed ? mbsr_frame_product(&turn, &frame) : mbsr_frame_product(&frame, &turn);
+    }
+    memcpy(frame.x, x, sizeof frame.x);
+    return frame;
+}
+
+static bool by_axes(mbsr_frame *frame, const double axes[6])
+{
+    double *X = frame->R, *Y = X + 3, *Z = Y + 3, along = 0.0;
+    const double size = length_of(3, axes);
+    for (int k = 0; k < 3; ++k) X[k] = axes[k] / size;
+    for (int k = 0; k < 3; ++k) along += X[k] * axes[3 + k];
+    for (int k = 0; k < 3; ++k) Y[k] = axes[3 + k] - along * X[k];
+    const double rest = length_of(3, Y);
+    for (int k = 0; k < 3; ++k) Y[k] /= rest;
+    cross(X, Y, Z);
+    return size > 0.0 && rest > 1e-12 * length_of(3, axes + 3);
+}
+
+bool mbsri_mjcf_frame(mbsri_mjcf *m, const mbsri_node *node, mbsr_frame *frame)
+{
+    static const char *const names[] = {"quat", "axisangle", "xyaxes", "zaxis", "euler"};
+    static const int sizes[] = {4, 4, 6, 3, 3};
+    const double unit = m->radian ? 1.0 : 3.14159265358979323846 / 180.0;
+    double x[3] = {0.0}, given[6];
+    int way = -1;
+    if (!mbsri_mjcf_numbers(m, node, "pos", 3, 3, x, NULL)) return false;
+    for (int k = 0; k < 5; ++k) {
+        int count;
+        double read[6];
+        if (!mbsri_mjcf_numbers(m, node, names[k], sizes[k], sizes[k], read, &count)) return false;
+        if (count == 0) continue;
+        if (way >= 0 && mbsri_attribute(node->e, names[way]) && mbsri_attribute(node->e, names[k]))
+            return mbsri_file_refuse(m->s, node->e, "it has two orientations, %s and %s",
+                                     names[way], names[k]);
+        if (way >= 0 && mbsri_attribute(node->e, names[way])) continue;
+        way = k;
+        memcpy(given, read, sizeof given);
+    }
+    *frame = mbsr_frame_at(x[0], x[1], x[2]);
+    if (way < 0) return true;
+    bool good = way == 4 || length_of(way == 1 ? 3 : sizes[way], given) > 0.0;
+    if (good && way == 0) *frame = mbsr_frame_quaternion(x, given);
+    if (good && way == 1) *frame = mbsr_frame_turned(x, given, unit * given[3]);
+    if (good && way == 2) good = by_axes(frame, given);
+    if (good && way == 3) *frame = mbsri_mjcf_along(x, given);
+    if (way == 4) {
+        for (int k = 0; k < 3; ++k) given[k] *= unit;
+        *frame = by_euler(m, x, given);
+    }
+    return good || mbsri_file_refuse(m->s, node->e, "%s has no direction", names[way]);
+}
+
+/* ---- names ---- */
+
+int mbsri_mjcf_joint(const mbsri_mjcf *m, const char *name)
+{
+    const mbsri_scene_joint *joints = m->s->joints.items;
+    for (int k = 0; name && k < m->s->joints.count; ++k) {
+        if (strcmp(joints[k].joint.name, name) == 0) return k;
+    }
+    return -1;
+}
+
+int mbsri_mjcf_site(const mbsri_mjcf *m, const char *name)
+{
+    const mbsr_file_site *sites = m->s->sites.items;
+    for (int k = 0; name && k < m->s->sites.count; ++k) {
+        if (strcmp(sites[k].name, name) == 0) return k;
+    }
+    return -1;
+}
+
+int mbsri_mjcf_body(const mbsri_mjcf *m, const char *name)
+{
+    const mbsri_scene_body *bodies = m->s->bodies.items;
+    for (int k = 0; name && k < m->s->bodies.count; ++k) {
+        if (strcmp(bodies[k].name, name) == 0) return k;
+    }
+    return -1;
+}

@@ -1,0 +1,353 @@
+/* What MJCF says, feature by feature, and what is refused.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "small.h"
+
+#include <mbsrank/force_check.h>
+
+#include <math.h>
+#include <stdio.h>
+
+#define MUJOCO(inside) "<mujoco model='m'>\n" inside "</mujoco>\n"
+#define WORLD(inside) MUJOCO("<worldbody>" inside "</worldbody>\n")
+
+typedef struct scene {
+    mbsr_file *file;
+    mbsr_model *model;
+    mbsr_data *data;
+} scene;
+
+static scene open_text(const char *text, const mbsr_file_opt *opt)
+{
+    scene s = {.file = read_small(text, opt)};
+    s.model = s.file->model;
+    assert_ok(mbsr_model_finish(s.model), mbsr_model_error(s.model));
+    assert_ok(mbsr_data_create(s.model, &s.data, NULL), NULL);
+    assert_int_equal(mbsr_model_nq(s.model), s.file->nq);
+    assert_int_equal(mbsr_model_nu(s.model), s.file->nu);
+    return s;
+}
+
+static void close_scene(scene *s)
+{
+    mbsr_data_destroy(s->data);
+    mbsr_file_destroy(s->file);
+}
+
+/* The pose of a body at q; NULL: as drawn. */
+static void pose_of(const scene *s, const char *name, const double *q, double pose[MBSR_POSE_SIZE])
+{
+    const int id = mbsr_model_find_body(s->model, name);
+    assert_true(id >= 0);
+    assert_ok(mbsr_positions(s->model, s->data, 0.0, q ? q : s->file->q0),
+              mbsr_data_error(s->data));
+    assert_ok(mbsr_body_pose(s->model, s->data, id, pose), mbsr_data_error(s->data));
+}
+
+/* Every spelling of a turn by 90 degrees about z. */
+static void orientations(void **state)
+{
+    static const char *const spellings[] = {"quat='2 0 0 2'", "axisangle='0 0 3 90'",
+                                            "xyaxes='0 2 0 -1 5 0'", "euler='0 0 90'",
+                                            "pos='0 0 0' axisangle='0 0 1 90'"};
+    (void)state;
+    for (size_t k = 0; k < sizeof spellings / sizeof *spellings; ++k) {
+        char text[400];
+        double pose[MBSR_POSE_SIZE];
+        snprintf(text, sizeof text, WORLD("<body name='b' %s><freejoint/></body>"), spellings[k]);
+        scene s = open_text(text, NULL);
+        pose_of(&s, "b", NULL, pose);
+        const double R[9] = {0.0, 1.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 1.0};
+        for (int l = 0; l < 9; ++l) assert_close(pose[l], R[l], 1e-15);
+        close_scene(&s);
+    }
+    /* z along x: the shortest turn, about y */
+    double pose[MBSR_POSE_SIZE];
+    scene s = open_text(WORLD("<body name='b' zaxis='3 0 0'/>"), NULL);
+    pose_of(&s, "b", NULL, pose);
+    assert_close(pose[6], 1.0, 1e-15);
+    assert_close(pose[4], 1.0, 1e-15);
+    close_scene(&s);
+    /* fixed axes: x first, then z; and radians */
+    s = open_text(
+        MUJOCO("<compiler angle='radian' eulerseq='XYZ'/><worldbody>"
+               "<body name='b' euler='1.5707963267948966 0 1.5707963267948966'/></worldbody>"),
+        NULL);
+    pose_of(&s, "b", NULL, pose);
+    assert_close(pose[7], 0.0, 1e-15);
+    assert_close(pose[6], 1.0, 1e-15); /* z: by x to -y, by z to x */
+    close_scene(&s);
+}
+
+static double composed(const double q[3], int k)
+{
+    /* turn about z by q0 at (1, 0, 0), slide along y, turn about z at (2, 0, 0): the origin */
+    const double c = cos(q[0]), s = sin(q[0]), x = 2.0 - 2.0 * cos(q[2]),
+                 y = q[1] - 2.0 * sin(q[2]);
+    return k == 0 ? 1.0 + c * (x - 1.0) - s * y : s * (x - 1.0) + c * y;
+}
+
+/* With references and anchors of their own, one after the other. */
+static void several_joints_on_a_body(void **state)
+{
+    (void)state;
+    scene s =
+        open_text(MUJOCO("<compiler angle='radian'/><worldbody><body name='b'>"
+                         "<joint name='one' pos='1 0 0' ref='0.3'/>"
+                         "<joint name='two' type='slide' axis='0 5 0' ref='-2'/>"
+                         "<joint name='three' pos='2 0 0' ref='0.1'/>"
+                         "<inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/></body></worldbody>"),
+                  NULL);
+    double pose[MBSR_POSE_SIZE];
+    const double q[3] = {0.9, -1.5, 0.8}, moved[3] = {0.6, 0.5, 0.7};
+    assert_int_equal(s.file->joints, 3);
+    assert_true(s.file->q0[0] == 0.3 && s.file->q0[1] == -2.0 && s.file->q0[2] == 0.1);
+    pose_of(&s, "b", NULL, pose);
+    for (int k = 0; k < 3; ++k) assert_close(pose[MBSR_POSE_X + k], 0.0, 1e-15);
+    assert_close(pose[0], 1.0, 1e-15);
+    pose_of(&s, "b", q, pose);
+    for (int k = 0; k < 2; ++k) assert_close(pose[MBSR_POSE_X + k], composed(moved, k), 1e-15);
+    close_scene(&s);
+    /* one anchor: one body */
+    s = open_text(WORLD("<body name='b'><joint type='slide' axis='1 0 0' ref='4'/><joint/>"
+                        "<joint axis='1 0 0'/><joint axis='0 1 0'/></body>"),
+                  NULL);
+    assert_int_equal(mbsr_model_bodies(s.model), 1);
+    pose_of(&s, "b", NULL, pose);
+    assert_close(pose[MBSR_POSE_X], 0.0, 1e-15);
+    close_scene(&s);
+}
+
+static void classes_and_frames(void **state)
+{
+    (void)state;
+    scene s = open_text(
+        MUJOCO("<default><joint damping='1'/><default class='a'><joint armature='2' axis='1 0 0'/>"
+               "<default class='b'><joint damping='3'/></default></default></default>"
+               "<worldbody><frame pos='0 0 1'><body name='p' childclass='a'><joint name='j'/>"
+               "<frame pos='0 2 0' axisangle='0 0 1 90'><joint name='k' class='b' pos='1 0 0'/>"
+               "<body name='c'/></frame></body></frame></worldbody>"),
+        NULL);
+    double pose[MBSR_POSE_SIZE], tau[2];
+    const double q[2] = {0.0, 0.0}, u[2] = {1.0, 1.0}, udot[2] = {0.0, 0.0};
+    pose_of(&s, "c", q, pose);
+    assert_close(pose[MBSR_POSE_X + 1], 2.0, 1e-15);
+    assert_close(pose[MBSR_POSE_X + 2], 1.0, 1e-15);
+    assert_close(pose[1], 1.0, 1e-15);
+    assert_int_equal(mbsr_model_find_body(s.model, "p"), 1); /* behind a body between its anchors */
+    assert_true(mbsr_body_armature(s.model, 0)[0] == 2.0);
+    assert_ok(mbsr_inverse_dynamics(s.model, s.data, 0.0, q, u, udot, tau),
+              mbsr_data_error(s.data));
+    assert_close(tau[0], 1.0, 1e-15);
+    assert_close(tau[1], 3.0, 1e-15);
+    close_scene(&s);
+}
+
+static double mass_of(const char *text, double centre[3])
+{
+    scene s = open_text(text, NULL);
+    double mass, u[6] = {0.0};
+    assert_ok(mbsr_positions(s.model, s.data, 0.0, s.file->q0), mbsr_data_error(s.data));
+    assert_ok(mbsr_velocities(s.model, s.data, u), mbsr_data_error(s.data));
+    assert_ok(mbsr_tree_momentum(s.model, s.data, NULL, &mass, centre, NULL),
+              mbsr_data_error(s.data));
+    close_scene(&s);
+    return mass;
+}
+
+static void inertias_of_shapes(void **state)
+{
+    static const double pi = 3.14159265358979323846;
+    double centre[3];
+    (void)state;
+    assert_close(
+        mass_of(WORLD("<body><freejoint/><geom type='box' size='1 2 3' density='2'/></body>"),
+                centre),
+        96.0, 1e-12);
+    assert_close(mass_of(WORLD("<body><freejoint/><geom size='.5' pos='0 0 1'/><geom size='.5' "
+                               "mass='0'/></body>"),
+                         centre),
+                 1000.0 * pi / 6.0, 1e-10);
+    assert_close(centre[2], 1.0, 1e-15);
+    /* only without <inertial>, unless the compiler says so; only of some groups */
+    assert_close(mass_of(WORLD("<body><freejoint/><inertial pos='0 0 0' mass='3' "
+                               "diaginertia='1 1 1'/><geom size='1' mass='5'/></body>"),
+                         centre),
+                 3.0, 0.0);
+    assert_close(mass_of(MUJOCO("<compiler inertiafromgeom='true' inertiagrouprange='1 2'/>"
+                                "<worldbody><body><freejoint/><inertial pos='0 0 0' mass='3' "
+                                "diaginertia='1 1 1'/><geom size='1' mass='5' group='1'/>"
+                                "<geom size='1' mass='7' group='3'/></body></worldbody>"),
+                         centre),
+                 5.0, 0.0);
+}
+
+/* w, position and velocity through the gear, on a joint and on a tendon; springs of tendons. */
+static void actuators_and_tendons(void **state)
+{
+    (void)state;
+    scene s = open_text(
+        MUJOCO("<option gravity='0 0 0'/><worldbody>"
+               "<body><joint name='a'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/></body>"
+               "<body><joint name='b'/><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/></body>"
+               "</worldbody><tendon><fixed name='t' stiffness='10' damping='2' springlength='1 2'>"
+               "<joint joint='a' coef='2'/><joint joint='b' coef='-1'/></fixed></tendon>"
+               "<actuator><motor name='m' joint='a' gear='3'/><position joint='b' kp='5'/>"
+               "<velocity tendon='t' kv='7'/>"
+               "<general joint='a' gainprm='2' biastype='affine' biasprm='1 2 3' gear='-1'/>"
+               "</actuator><keyframe><key name='k' qpos='1 0' ctrl='1 2 3 4'/></keyframe>"),
+        NULL);
+    const double q[2] = {1.5, 0.25}, u[2] = {0.5, -1.0}, udot[2] = {0.0, 0.0};
+    double tau[2];
+    assert_int_equal(s.file->actuators, 4);
+    assert_int_equal(mbsr_file_find_actuator(s.file, "m"), 0);
+    assert_int_equal(mbsr_file_find_key(s.file, "k"), 0);
+    for (int k = 0; k < 4; ++k) s.file->control[k] = s.file->key[0].control[k];
+    assert_ok(mbsr_inverse_dynamics(s.model, s.data, 0.0, q, u, udot, tau),
+              mbsr_data_error(s.data));
+    const double l = 2.0 * q[0] - q[1], rate = 2.0 * u[0] - u[1],
+                 spring = -10.0 * (l - 2.0) - 2.0 * rate, drive = 7.0 * 3.0 - 7.0 * rate,
+                 general = 2.0 * 4.0 + 1.0 - 2.0 * q[0] - 3.0 * u[0];
+    assert_close(-tau[0], 3.0 * 1.0 + 2.0 * (spring + drive) - general, 1e-13);
+    assert_close(-tau[1], 5.0 * (2.0 - q[1]) - (spring + drive), 1e-13);
+    /* slopes against differences */
+    assert_ok(mbsr_positions(s.model, s.data, 0.0, q), mbsr_data_error(s.data));
+    assert_ok(mbsr_velocities(s.model, s.data, u), mbsr_data_error(s.data));
+    for (int force = 0; force < mbsr_model_forces(s.model); ++force) {
+        mbsr_force_errors errors;
+        assert_ok(mbsr_force_verify(s.model, s.data, force, &errors), mbsr_data_error(s.data));
+        assert_less(errors.largest, 1e-7);
+    }
+    close_scene(&s);
+}
+
+static void equalities(void **state)
+{
+    (void)state;
+    scene s = open_text(
+        MUJOCO("<worldbody><body name='a' pos='1 0 0'><joint name='i' ref='0'/>"
+               "<inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/></body>"
+               "<body name='b' pos='0 3 0'><joint name='j'/><joint name='k' type='slide'/>"
+               "<inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/></body></worldbody>"
+               "<equality><connect body1='a' body2='b' anchor='1 1 1'/><weld body1='b'/>"
+               "<joint joint1='i' joint2='k' polycoef='0 0 3'/><joint joint1='j' joint2='k'/>"
+               "<connect body1='a' anchor='0 0 0' active='false'/></equality>"),
+        NULL);
+    double g[20], q[3] = {0.0, 0.0, 0.0}, u[3] = {1.0, 2.0, 3.0};
+    assert_int_equal(mbsr_model_closures(s.model), 4);
+    assert_int_equal(mbsr_model_rows(s.model), 3 + 6 + 1 + 1);
+    assert_found(s.file, "connect", "not active");
+    assert_ok(mbsr_positions(s.model, s.data, 0.0, q), mbsr_data_error(s.data));
+    assert_ok(mbsr_closures_gap(s.model, s.data, g), mbsr_data_error(s.data));
+    for (int k = 0; k < 11; ++k) assert_close(g[k], 0.0, 1e-15);
+    q[0] = 0.3, q[2] = 0.5;
+    assert_ok(mbsr_positions(s.model, s.data, 0.0, q), mbsr_data_error(s.data));
+    assert_ok(mbsr_velocities(s.model, s.data, u), mbsr_data_error(s.data));
+    assert_ok(mbsr_closures_gap(s.model, s.data, g), mbsr_data_error(s.data));
+    assert_close(g[9], 0.3 - 3.0 * 0.25, 1e-15);
+    for (int k = 0; k < 4; ++k) {
+        mbsr_closure_errors errors;
+        assert_ok(mbsr_closure_verify(s.model, s.data, k, &errors), mbsr_data_error(s.data));
+        assert_less(errors.jacobian + errors.drift + errors.bias, 1e-6);
+    }
+    close_scene(&s);
+}
+
+/* ---- includes ---- */
+
+static int load(void *user, const char *path, const char **text, size_t *size)
+{
+    static const char *const part =
+                                 "<mujocoinclude><body name='in'><joint/></body></mujocoinclude>",
+                             *const loop = "<mujoco><include file='loop.xml'/></mujoco>";
+    (void)user;
+    *text = strcmp(path, "dir/part.xml") == 0   ? part
+            : strcmp(path, "dir/loop.xml") == 0 ? loop
+                                                : NULL;
+    *size = *text ? strlen(*text) : 0;
+    return *text == NULL;
+}
+
+static void other_files(void **state)
+{
+    static const char good[] = WORLD("<include file='part.xml'/><body name='out'/>"),
+                      bad[] = WORLD("<include file='none.xml'/>"),
+                      endless[] = WORLD("<include file='loop.xml'/>");
+    (void)state;
+    mbsr_file_opt opt = mbsr_default_file_opt();
+    mbsr_file *file;
+    mbsr_error error;
+    assert_file_refused(good, &opt, "include|part.xml");
+    opt.load = load;
+    assert_ok(mbsr_file_read(good, strlen(good), "dir/main.xml", &opt, &file, &error), &error);
+    assert_int_equal(file->bodies, 2);
+    assert_string_equal(file->body_name[0], "in");
+    mbsr_file_destroy(file);
+    assert_int_equal(mbsr_file_read(bad, strlen(bad), "dir/main.xml", &opt, &file, &error),
+                     MBSR_ERR_FILE);
+    assert_contains(error.text, "dir/main.xml:2|none.xml");
+    assert_int_equal(mbsr_file_read(endless, strlen(endless), "dir/main.xml", &opt, &file, &error),
+                     MBSR_ERR_FILE);
+    assert_contains(error.text, "loop.xml|twice");
+}
+
+static void findings(void **state)
+{
+    (void)state;
+    mbsr_file *file = read_small(
+        MUJOCO("<compiler boundmass='1' settotalmass='2'/><option density='1'/><worldbody>"
+               "<body name='b' gravcomp='1'><joint name='j'/><geom type='mesh' mesh='x'/></body>"
+               "</worldbody><actuator><muscle name='m' joint='j'/>"
+               "<motor name='f' joint='j' forcerange='-1 1'/></actuator>"),
+        NULL);
+    assert_found(file, "compiler", "boundmass");
+    assert_found(file, "option", "fluid");
+    assert_found(file, "body 'b'", "gravity compensation");
+    assert_found(file, "geom", "mesh");
+    assert_found(file, "muscle 'm'", "left out");
+    assert_found(file, "motor 'f'", "forcerange");
+    assert_int_equal(file->findings, 7);
+    mbsr_file_destroy(file);
+}
+
+static void refused_files(void **state)
+{
+    static const struct {
+        const char *text, *words;
+    } cases[] = {
+        {WORLD("<joint/>"), "small.xml:2|joint|world"},
+        {WORLD("<body><joint name='j' type='gluey'/></body>"), "joint 'j'|gluey"},
+        {WORLD("<body><joint axis='0 0 0'/></body>"), "axis"},
+        {WORLD("<body><joint armature='-1'/></body>"), "armature"},
+        {WORLD("<body><joint class='c'/></body>"), "no class 'c'"},
+        {WORLD("<body><joint/><freejoint/></body>"), "freejoint|alone"},
+        {WORLD("<body><body><freejoint/></body></body>"), "freejoint|world"},
+        {WORLD("<body name='a'/><body name='a'/>"), "body 'a'|two"},
+        {WORLD("<body quat='0 0 0 0'/>"), "quat"},
+        {WORLD("<body quat='1 0 0 0' euler='0 0 0'/>"), "two orientations"},
+        {WORLD("<body pos='1 2'/>"), "3 numbers"},
+        {WORLD("<body pos='1 2 nan'/>"), "nan"},
+        {WORLD("<body><inertial pos='0 0 0' mass='-1'/></body>"), "mass"},
+        {WORLD("<body><geom type='box' size='1 1'/></body>"), "size"},
+        {MUJOCO("<compiler coordinate='global'/>"), "global"},
+        {MUJOCO("<compiler eulerseq='abc'/>"), "eulerseq"},
+        {MUJOCO("<equality><connect body1='x' anchor='0 0 0'/></equality>"), "'x' is no body"},
+        {MUJOCO("<equality><joint joint1='x'/></equality>"), "'x' is no joint"},
+        {MUJOCO("<actuator><motor joint='x'/></actuator>"), "motor|'x'"},
+        {MUJOCO("<keyframe><key qpos='1 2'/></keyframe>"), "key|qpos"},
+    };
+    (void)state;
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; ++k)
+        assert_file_refused(cases[k].text, NULL, cases[k].words);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(orientations),          cmocka_unit_test(several_joints_on_a_body),
+        cmocka_unit_test(classes_and_frames),    cmocka_unit_test(inertias_of_shapes),
+        cmocka_unit_test(actuators_and_tendons), cmocka_unit_test(equalities),
+        cmocka_unit_test(other_files),           cmocka_unit_test(findings),
+        cmocka_unit_test(refused_files),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
