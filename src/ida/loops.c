@@ -184,21 +184,22 @@ int mbsri_ida_watch_loops(mbsr_ida *ida, N_Vector y)
     return ida->callback;
 }
 
-/* The position row `row` of closure c has opened. */
-static int refuse(mbsr_ida *ida, int closure, const char *name, double gap, double limit)
+/* The position row of closure c called `name` has opened. */
+static int refuse(mbsr_ida *ida, mbsr_error *error, double t, int closure, const char *name,
+                  double gap, double limit)
 {
-    return mbsri_ida_fail(&ida->error, MBSR_LOOP_OPEN, MBSR_NONE, MBSR_NONE,
-                          "mbsr_ida_advance: at t = %.10g row %s of closure %d '%.40s', redundant "
+    return mbsri_ida_fail(error, MBSR_LOOP_OPEN, MBSR_NONE, MBSR_NONE,
+                          "%sat t = %.10g row %s of closure %d '%.40s', redundant "
                           "at the start and left out, is open by %.3g (more than %.3g): the "
                           "mechanism's measures are not those that make it redundant",
-                          ida->present, name, closure, mbsr_closure_name(ida->model, closure), gap,
-                          limit);
+                          error == &ida->error ? "mbsr_ida_advance: " : "", t, name, closure,
+                          mbsr_closure_name(ida->model, closure), gap, limit);
 }
 
-static int check_gaps(mbsr_ida *ida, const int *dropped, const double *g)
+static int check_gaps(mbsr_ida *ida, mbsr_error *error, double t, const double *y, const double *g)
 {
     const double limit = 1e3 * fmax(ida->opt.atol, ida->opt.rtol),
-                 *spring = N_VGetArrayPointer(ida->y) + mbsri_ida_loops(ida);
+                 *spring = y + mbsri_ida_loops(ida);
     for (int c = 0; c < mbsr_model_closures(ida->model); ++c) {
         int row, held_row, held;
         mbsr_closure_place(ida->model, c, &row, NULL, &held_row, &held);
@@ -207,26 +208,36 @@ static int check_gaps(mbsr_ida *ida, const int *dropped, const double *g)
             const double stiffness = mbsr_closure_stiffness(ida->model, c, k),
                          length = stiffness > 0.0 ? spring[row + k] / stiffness : 0.0,
                          gap = g[held_row + k] - length;
-            if (!dropped[row + k] || fabs(gap) <= limit) continue;
+            if (!ida->dropped[row + k] || fabs(gap) <= limit) continue;
             mbsr_closure_of_row(ida->model, row + k, NULL, NULL, &name);
-            return refuse(ida, c, name, gap, limit);
+            return refuse(ida, error, t, c, name, gap, limit);
         }
     }
     return MBSR_OK;
 }
 
-int mbsri_ida_check_dropped(mbsr_ida *ida)
+/* MBSR_LOOP_OPEN into `error` where a row that is left out has opened in the state y at t. */
+static int check_dropped(mbsr_ida *ida, mbsr_error *error, double t, const double *y)
 {
     const int rows = mbsr_model_rows(ida->model), nq = mbsr_model_nq(ida->model);
     double *g = N_VGetArrayPointer(ida->work), *q = N_VGetArrayPointer(ida->moved);
     bool any = false;
     if (rows == 0 || mbsr_closures_dropped(ida->model, ida->data, ida->dropped)) return MBSR_OK;
     for (int k = 0; k < rows; ++k) any = any || ida->dropped[k] != 0;
-    if (!any ||
-        mbsr_dae_unpack(ida->model, ida->data, ida->opt.form, ida->present,
-                        N_VGetArrayPointer(ida->y), q, q + nq) ||
-        mbsr_positions(ida->model, ida->data, ida->present, q) ||
-        mbsr_closures_gap(ida->model, ida->data, g))
+    if (!any || mbsr_dae_unpack(ida->model, ida->data, ida->opt.form, t, y, q, q + nq) ||
+        mbsr_positions(ida->model, ida->data, t, q) || mbsr_closures_gap(ida->model, ida->data, g))
         return MBSR_OK;
-    return check_gaps(ida, ida->dropped, g);
+    return check_gaps(ida, error, t, y, g);
+}
+
+int mbsri_ida_check_dropped(mbsr_ida *ida)
+{
+    return check_dropped(ida, &ida->error, ida->present, N_VGetArrayPointer(ida->y));
+}
+
+int mbsri_ida_watch_dropped(mbsr_ida *ida, double t, N_Vector y)
+{
+    const int status = check_dropped(ida, &ida->failure, t, N_VGetArrayPointer(y));
+    if (status) ida->callback = status;
+    return status;
 }

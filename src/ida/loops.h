@@ -38,7 +38,9 @@ int mbsri_ida_blame_loops(mbsr_ida *ida);
 /* Before a step from y: the same, as the failure of a callback, where the integration hardly moves on. */
 int mbsri_ida_watch_loops(mbsr_ida *ida, N_Vector y);
 
-/* MBSR_LOOP_OPEN where rows that were left out as redundant at the start have opened. */
+/* MBSR_LOOP_OPEN where rows that were left out as redundant at the start have opened: at the end, and
+ * before a step from y, as the failure of a callback. */
 int mbsri_ida_check_dropped(mbsr_ida *ida);
+int mbsri_ida_watch_dropped(mbsr_ida *ida, double t, N_Vector y);
 
 #endif

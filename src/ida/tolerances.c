@@ -136,6 +136,7 @@ int mbsri_ida_weights(N_Vector y, N_Vector weight, void *user)
     double t = 0.0;
     IDAGetCurrentTime(ida->memory, &t);
     mbsri_ida_unbend(ida, t, &y, NULL);
+    if (mbsri_ida_watch_dropped(ida, t, y)) return -1;
     for (int k = 0; k < ida->size; ++k) {
         const double tolerance = mbsri_ida_tolerance(ida, N_VGetArrayPointer(y), k);
         if (!(tolerance > 0.0)) {

@@ -436,12 +436,53 @@ static void springs_along_a_shaft(void **state)
     }
 }
 
+/* ---- a row that looks redundant and is not ---- */
+
+/* q_a - q_b, but for a hump where q_a is between 1 and 2. */
+static int humped_gap(const mbsr_closure_args *args, double *g)
+{
+    const double q = args->body[0].q[0], x = (q - 1.0) * (2.0 - q);
+    g[0] = q - args->body[1].q[0] + (x > 0.0 ? x * x * x : 0.0);
+    return 0;
+}
+
+/* Two wheels on one shaft are held together twice; the second time so that it is redundant at the start
+ * and at the end, and not in between. */
+static void opens_and_closes_between(void **state)
+{
+    (void)state;
+    static const mbsr_closure_table humped = {.version = MBSR_CLOSURE_TABLE_VERSION,
+                                              .flags = MBSR_CLOSURE_JOINTS,
+                                              .name = "humped",
+                                              .position = humped_gap};
+    loops s;
+    mbsr_error error;
+    loops_begin(&s, NULL);
+    const int a = loops_rod(&s, "a", MBSR_GROUND, 0.0, 0.0, 1.0, 1.0),
+              b = loops_rod(&s, "b", MBSR_GROUND, 0.0, 0.0, 2.0, 1.0);
+    const mbsr_closure_def together =
+        mbsr_closure_coupling(2, (int[2]){a, b}, (int[2]){0, 0}, (double[2]){1.0, -1.0}, 0.0);
+    mbsr_closure_def twice = mbsr_closure_custom(&humped, 2, (int[2]){a, b}, 1, 1, NULL);
+    twice.name = "hump";
+    assert_ok(mbsr_model_add_closure(s.m, &together, NULL), mbsr_model_error(s.m));
+    assert_ok(mbsr_model_add_closure(s.m, &twice, NULL), mbsr_model_error(s.m));
+    loops_finish(&s);
+    s.u[0] = s.u[1] = 12.0;
+    assert_int_equal(loops_try(&s, 1e-6, 0.25, &error).status, MBSR_LOOP_OPEN);
+    assert_contains(error.text, "closure 1 'hump'|left out|at t = 0.1|mbsr_ida_advance");
+    loops_free(&s);
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(other_cuts),     cmocka_unit_test(other_cuts_of_a_slider_crank),
-        cmocka_unit_test(a_slotted_link), cmocka_unit_test(a_steady_disc),
-        cmocka_unit_test(free_knees),     cmocka_unit_test(a_long_run),
-        cmocka_unit_test(bricard),        cmocka_unit_test(springs_along_a_shaft)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(other_cuts),
+                                       cmocka_unit_test(other_cuts_of_a_slider_crank),
+                                       cmocka_unit_test(a_slotted_link),
+                                       cmocka_unit_test(a_steady_disc),
+                                       cmocka_unit_test(free_knees),
+                                       cmocka_unit_test(a_long_run),
+                                       cmocka_unit_test(bricard),
+                                       cmocka_unit_test(springs_along_a_shaft),
+                                       cmocka_unit_test(opens_and_closes_between)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
