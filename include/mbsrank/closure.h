@@ -48,6 +48,16 @@ typedef struct mbsr_closure_jacobian {
     const int *column;
 } mbsr_closure_jacobian;
 
+/* Derivatives, for Newton systems, with respect to displacements of the bodies, one column for each
+ * column of C: its body turned about its origin by a small angle and moved, along V; its joint's
+ * coordinates moved, along u. force (columns x columns, column-major): of the loop forces C^T lambda on
+ * the bodies; rate (rows x columns): of C (V, u) + g_t. t, lambda, V and u are held. */
+typedef struct mbsr_closure_tangent {
+    double *force, *rate;
+    int rows, columns;
+    const int *column;
+} mbsr_closure_tangent;
+
 #define MBSR_CLOSURE_TABLE_VERSION 1u
 
 /* The closure reads q and u of its bodies. */
@@ -91,6 +101,11 @@ typedef struct mbsr_closure_table {
     /* Optional: the time derivative of the velocity rows where the accelerations A and u' of the
      * bodies are zero. Without it the rows are differenced along the motion. */
     int (*bias)(const mbsr_closure_args *args, double *bias);
+
+    /* Optional: adds these derivatives to what arrives as zero; along the root they are not read.
+     * Without it what jacobian and drift give is differenced. */
+    int (*tangent)(const mbsr_closure_args *args, const double *lambda,
+                   const mbsr_closure_tangent *out);
 
     /* Optional: how many rows there are, of which the first *held are position rows. Called when the
      * model is finished; of the bodies id, space, d, np, n and nq are set. Without it those of the

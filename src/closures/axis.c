@@ -28,6 +28,14 @@ static int nothing(const mbsr_closure_args *args, double *out)
     return MBSR_OK;
 }
 
+/* C is constant. */
+static int tangent(const mbsr_closure_args *args, const double *lambda,
+                   const mbsr_closure_tangent *out)
+{
+    (void)args, (void)lambda, (void)out;
+    return MBSR_OK;
+}
+
 static int count(const mbsr_closure_args *args, int *rows, int *held)
 {
     (void)args;
@@ -49,6 +57,7 @@ mbsr_closure_def mbsri_closure_axis(int a, int b, int axis, double rest)
         .name = "axis",
         .position = position,
         .jacobian = jacobian,
+        .tangent = tangent,
         .drift = nothing,
         .bias = nothing,
         .count = count,

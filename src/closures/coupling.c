@@ -41,6 +41,14 @@ static int bias(const mbsr_closure_args *args, double *out)
     return status;
 }
 
+/* C is constant. */
+static int tangent(const mbsr_closure_args *args, const double *lambda,
+                   const mbsr_closure_tangent *out)
+{
+    (void)args, (void)lambda, (void)out;
+    return MBSR_OK;
+}
+
 static int count(const mbsr_closure_args *args, int *rows, int *held)
 {
     (void)args;
@@ -96,6 +104,7 @@ mbsr_closure_def mbsr_closure_coupling(int terms, const int *body, const int *co
         .name = "coupling",
         .position = position,
         .jacobian = jacobian,
+        .tangent = tangent,
         .drift = drift,
         .bias = bias,
         .count = count,

@@ -65,6 +65,53 @@ static int jacobian(const mbsr_closure_args *args, const mbsr_closure_jacobian *
     return status;
 }
 
+/* Derivatives for Newton systems of a row with the direction e = d / size, or with the unit vector along
+ * d where its length gives the size: de = (dd - e e . dd) / size. */
+static void add_tangents(const mbsr_closure_args *args, const span *w, const double e[3],
+                         double size, bool unit, double lambda, const mbsr_closure_tangent *out)
+{
+    const double *const arm[2] = {w->s_P, w->s_Q};
+    double turn[3], shift[3], v_P[3], v_Q[3], v[3];
+    mbsri_end_velocity(&w->a, w->s_P, v_P);
+    mbsri_end_velocity(&w->b, w->s_Q, v_Q);
+    for (int j = 0; j < 3; ++j) v[j] = v_P[j] - v_Q[j];
+    for (int k = 0; k < 2; ++k) {
+        const double sign = k == 0 ? 1.0 : -1.0;
+        for (int r = 0; out->column[k] >= 0 && mbsri_end_shift(args, k, r, turn, shift); ++r) {
+            const int at = out->column[k] + r;
+            double darm[3], dv[3], de[3], moment[3];
+            mbsri_cross3(turn, arm[k], darm);
+            mbsri_cross3(k == 0 ? w->a.w : w->b.w, darm, dv);
+            for (int j = 0; j < 3; ++j) de[j] = sign * (shift[j] + darm[j]) / size;
+            if (unit) mbsri_add3(-mbsri_dot3(e, de), e, de);
+            out->rate[(ptrdiff_t)at * out->rows] += mbsri_dot3(de, v) + sign * mbsri_dot3(e, dv);
+            for (int l = 0; l < 2; ++l) {
+                const double own = lambda * (l == 0 ? 1.0 : -1.0);
+                double force[3];
+                for (int j = 0; j < 3; ++j) force[j] = own * de[j];
+                mbsri_cross3(arm[l], force, moment);
+                if (l == k) {
+                    double turned[3];
+                    mbsri_cross3(darm, e, turned);
+                    mbsri_add3(own, turned, moment);
+                }
+                mbsri_end_load(args, l, moment, force, at, out);
+            }
+        }
+    }
+}
+
+static int tangent(const mbsr_closure_args *args, const double *lambda,
+                   const mbsr_closure_tangent *out)
+{
+    span w;
+    double e[3];
+    const int status = prepare(args, &w);
+    for (int k = 0; k < 3; ++k) e[k] = w.d[k] / w.l;
+    if (!status) add_tangents(args, &w, e, w.l, false, lambda[0], out);
+    return status;
+}
+
 static int drift(const mbsr_closure_args *args, double *gt)
 {
     span w;
@@ -120,6 +167,7 @@ mbsr_closure_def mbsr_closure_distance(int a, const double point_a[3], int b,
         .name = "distance",
         .position = position,
         .jacobian = jacobian,
+        .tangent = tangent,
         .drift = drift,
         .bias = bias,
         .count = count,
@@ -169,6 +217,16 @@ static int length_jacobian(const mbsr_closure_args *args, const mbsr_closure_jac
     return MBSR_OK;
 }
 
+static int length_tangent(const mbsr_closure_args *args, const double *lambda,
+                          const mbsr_closure_tangent *out)
+{
+    span w;
+    double length, e[3];
+    const int status = prepare_length(args, &w, &length, e);
+    if (!status) add_tangents(args, &w, e, length, true, lambda[0], out);
+    return status;
+}
+
 static int length_drift(const mbsr_closure_args *args, double *gt)
 {
     (void)args, (void)gt;
@@ -201,6 +259,7 @@ mbsr_closure_def mbsri_closure_length(int a, const double point_a[3], int b,
         .name = "length",
         .position = length_position,
         .jacobian = length_jacobian,
+        .tangent = length_tangent,
         .drift = length_drift,
         .bias = length_bias,
         .count = count,

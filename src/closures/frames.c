@@ -21,6 +21,7 @@
 #include "algebra/dense.h"
 #include "algebra/frames.h"
 #include "algebra/space3.h"
+#include "forces/rotation.h"
 
 enum { WELD, BALL, ROWS };                          /* option[0] */
 enum { TURNS_WITH_B = 2 };                          /* option: rows given turn with body b */
@@ -121,9 +122,7 @@ static int position(const mbsr_closure_args *args, double *g)
 static void turn_rates(const double phi[3], const double e[3], double by_a[3], double by_b[3])
 {
     double once[3], twice[3];
-    const double theta = mbsri_norm3(phi), x = 0.5 * theta;
-    const double c =
-        theta > 1e-3 ? (1.0 - x / tan(x)) / (theta * theta) : (1.0 + theta * theta / 60.0) / 12.0;
+    const double c = mbsri_turn_factor(mbsri_dot3(phi, phi), NULL);
     mbsri_cross3(phi, e, once);
     mbsri_cross3(phi, once, twice);
     for (int k = 0; k < 3; ++k) {
@@ -179,6 +178,121 @@ static int jacobian(const mbsr_closure_args *args, const mbsr_closure_jacobian *
             add_turn(args, &w, k, out);
         else
             add_place(args, &w, k, out);
+    }
+    return MBSR_OK;
+}
+
+/* ---- derivatives for Newton systems ---- */
+
+/* How a displacement of one body changes the rows at one state. */
+typedef struct change {
+    int k, at; /* the body, and its column */
+    double turn[3], shift[3];
+    double arm_P[3], arm_Q[3], v_P[3], v_Q[3], d[3]; /* changes */
+    double along[3];                                 /* turn of the directions */
+} change;
+
+static void displace(const mbsr_closure_args *args, const pair *w, change *c)
+{
+    static const double none[3] = {0.0, 0.0, 0.0};
+    const bool first = c->k == 0, second = c->k == 1;
+    mbsri_cross3(first ? c->turn : none, w->s_P, c->arm_P);
+    mbsri_cross3(second ? c->turn : none, w->s_Q, c->arm_Q);
+    mbsri_cross3(w->a.w, c->arm_P, c->v_P);
+    mbsri_cross3(w->b.w, c->arm_Q, c->v_Q);
+    mbsri_copy(3, args->closure->option[TURNS_WITH_B] && second ? c->turn : none, c->along);
+    for (int j = 0; j < 3; ++j)
+        c->d[j] = c->arm_P[j] - c->arm_Q[j] + (first ? c->shift[j] : second ? -c->shift[j] : 0.0);
+}
+
+/* Rows e . d: with the sum F of their forces, on a (s_P x F, F), on b the opposite at Q, and F x d on
+ * what the directions turn with. */
+static void place_tangent(const mbsr_closure_args *args, const pair *w, const double *lambda,
+                          const change *c, const mbsr_closure_tangent *out)
+{
+    static const double zero[3] = {0.0, 0.0, 0.0};
+    double F[3] = {0.0, 0.0, 0.0}, dF[3], back[3], moment[3], v[3], dv[3];
+    double v_P[3], v_Q[3];
+    mbsri_end_velocity(&w->a, w->s_P, v_P);
+    mbsri_end_velocity(&w->b, w->s_Q, v_Q);
+    for (int j = 0; j < 3; ++j) v[j] = v_P[j] - v_Q[j];
+    for (int j = 0; j < 3; ++j) dv[j] = c->v_P[j] - c->v_Q[j];
+    for (int i = 0; i < w->rows; ++i) {
+        if (w->turn[i]) continue;
+        const double *e = w->direction[i];
+        double de[3], lever[3];
+        mbsri_add3(lambda[i], e, F);
+        mbsri_cross3(c->along, e, de);
+        mbsri_cross3(de, w->d, lever);
+        mbsri_add_cross3(e, c->d, lever);
+        out->rate[(ptrdiff_t)c->at * out->rows + i] +=
+            mbsri_dot3(de, v) + mbsri_dot3(e, dv) + mbsri_dot3(lever, w->root.w);
+    }
+    mbsri_cross3(c->along, F, dF);
+    mbsri_cross3(c->arm_P, F, moment);
+    mbsri_add_cross3(w->s_P, dF, moment);
+    mbsri_end_load(args, 0, moment, dF, c->at, out);
+    for (int j = 0; j < 3; ++j) back[j] = -dF[j];
+    mbsri_cross3(F, c->arm_Q, moment);
+    mbsri_add_cross3(dF, w->s_Q, moment);
+    mbsri_end_load(args, 1, moment, back, c->at, out);
+    if (w->with < 0) return;
+    mbsri_cross3(dF, w->d, moment);
+    mbsri_add_cross3(F, c->d, moment);
+    mbsri_end_load(args, w->with, moment, zero, c->at, out);
+}
+
+/* Rows e . phi of closures with stiff rows: of e^T L and e^T L^T along dphi = L turn_a - L^T turn_b. */
+static void turn_tangent(const mbsr_closure_args *args, const pair *w, const double *lambda,
+                         const change *c, const mbsr_closure_tangent *out)
+{
+    static const double zero[3] = {0.0, 0.0, 0.0};
+    double dphi[3], other[3], slope;
+    if (c->k > 1) return;
+    /* L = L(-phi)^T, so that L turn is what turn_rates gives for b */
+    if (c->k == 0)
+        turn_rates(w->phi, c->turn, other, dphi);
+    else
+        turn_rates(w->phi, c->turn, dphi, other);
+    for (int j = 0; j < 3; ++j) dphi[j] = c->k == 0 ? dphi[j] : -dphi[j];
+    const double f = mbsri_turn_factor(mbsri_dot3(w->phi, w->phi), &slope),
+                 df = 2.0 * slope * mbsri_dot3(w->phi, dphi);
+    for (int i = 0; i < w->rows; ++i) {
+        if (!w->turn[i]) continue;
+        double once[3], twice[3], d_once[3], d_twice[3], by_a[3], by_b[3];
+        mbsri_cross3(w->phi, w->direction[i], once);
+        mbsri_cross3(w->phi, once, twice);
+        mbsri_cross3(dphi, w->direction[i], d_once);
+        mbsri_cross3(dphi, once, d_twice);
+        mbsri_add_cross3(w->phi, d_once, d_twice);
+        for (int j = 0; j < 3; ++j) {
+            const double even = f * d_twice[j] + df * twice[j];
+            by_a[j] = 0.5 * d_once[j] + even;
+            by_b[j] = 0.5 * d_once[j] - even;
+        }
+        out->rate[(ptrdiff_t)c->at * out->rows + i] +=
+            mbsri_dot3(by_a, w->a.w) + mbsri_dot3(by_b, w->b.w);
+        for (int j = 0; j < 3; ++j) by_a[j] *= lambda[i], by_b[j] *= lambda[i];
+        mbsri_end_load(args, 0, by_a, zero, c->at, out);
+        mbsri_end_load(args, 1, by_b, zero, c->at, out);
+    }
+}
+
+static int tangent(const mbsr_closure_args *args, const double *lambda,
+                   const mbsr_closure_tangent *out)
+{
+    pair w;
+    change c;
+    const bool turns = has_turn(args) && any_stiff(args);
+    prepare(args, &w);
+    for (c.k = 0; c.k < 2; ++c.k) {
+        for (int r = 0; out->column[c.k] >= 0 && mbsri_end_shift(args, c.k, r, c.turn, c.shift);
+             ++r) {
+            c.at = out->column[c.k] + r;
+            displace(args, &w, &c);
+            place_tangent(args, &w, lambda, &c, out);
+            if (turns) turn_tangent(args, &w, lambda, &c, out);
+        }
     }
     return MBSR_OK;
 }
@@ -288,7 +402,7 @@ enum {
 
 /* clang-format off */
 #define TABLE(kind, promises) {.version = MBSR_CLOSURE_TABLE_VERSION, .flags = (promises),         \
-                               .name = (kind), .position = position, .jacobian = jacobian,         \
+                               .name = (kind), .position = position, .jacobian = jacobian, .tangent = tangent, \
                                .drift = drift, .bias = bias, .count = count, .check = check,       \
                                .check_fields = check_fields, .row = row}
 /* clang-format on */

@@ -81,6 +81,46 @@ void mbsri_end_add(const mbsr_closure_args *args, int k, const double a[3], cons
     }
 }
 
+bool mbsri_end_shift(const mbsr_closure_args *args, int k, int r, double turn[3], double shift[3])
+{
+    const mbsr_force_body *body = args->body + k;
+    mbsri_zero(3, turn);
+    mbsri_zero(3, shift);
+    switch (body->space) {
+    case MBSR_SPACE_SPATIAL:
+        if (r < 6) *(r < 3 ? turn + r : shift + r - 3) = 1.0;
+        return r < 6;
+    case MBSR_SPACE_PLANAR:
+        if (r < 3) *(r == 2 ? turn + 2 : shift + r) = 1.0;
+        return r < 3;
+    case MBSR_SPACE_POINT:
+        if (r < 2) shift[r] = 1.0;
+        return r < 2;
+    default: return false;
+    }
+}
+
+void mbsri_end_load(const mbsr_closure_args *args, int k, const double moment[3],
+                    const double force[3], int at, const mbsr_closure_tangent *out)
+{
+    if (out->column[k] < 0) return;
+    double *f = out->force + (ptrdiff_t)at * out->columns + out->column[k];
+    switch (args->body[k].space) {
+    case MBSR_SPACE_SPATIAL:
+        mbsri_add3(1.0, moment, f);
+        mbsri_add3(1.0, force, f + 3);
+        break;
+    case MBSR_SPACE_PLANAR:
+        f[2] += moment[2];
+        /* fall through */
+    case MBSR_SPACE_POINT:
+        f[0] += force[0];
+        f[1] += force[1];
+        break;
+    default: break;
+    }
+}
+
 void mbsri_end_velocity(const mbsri_end *end, const double arm[3], double v[3])
 {
     mbsri_cross3(end->w, arm, v);

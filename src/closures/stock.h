@@ -21,6 +21,14 @@ mbsri_end mbsri_end_of(const mbsr_force_body *body);
 void mbsri_end_add(const mbsr_closure_args *args, int k, const double a[3], const double l[3],
                    int row, const mbsr_closure_jacobian *out);
 
+/* Displacement along column r of body k: a small turn about its origin, and a shift. False: it has no
+ * such column. */
+bool mbsri_end_shift(const mbsr_closure_args *args, int k, int r, double turn[3], double shift[3]);
+
+/* Adds to column `at` of the derivatives of loop forces a moment about body k's origin and a force. */
+void mbsri_end_load(const mbsr_closure_args *args, int k, const double moment[3],
+                    const double force[3], int at, const mbsr_closure_tangent *out);
+
 /* Velocity of a point that the body carries with it, `arm` from its origin. */
 void mbsri_end_velocity(const mbsri_end *end, const double arm[3], double v[3]);
 

@@ -18,7 +18,7 @@ void mbsri_rotation_vector(const double quaternion[4], double theta[3])
 
 /* s and its derivative with respect to |theta|^2; the series where the closed form cancels,
  * their errors are below 1e-16 there and 1e-13. */
-static double factor(double square, double *slope)
+double mbsri_turn_factor(double square, double *slope)
 {
     const double half = 0.5 * sqrt(square);
     if (square < 0.01) {
@@ -38,7 +38,7 @@ static double factor(double square, double *slope)
 
 void mbsri_unturn(const double theta[3], const double x[3], double y[3])
 {
-    const double s = factor(mbsri_dot3(theta, theta), NULL);
+    const double s = mbsri_turn_factor(mbsri_dot3(theta, theta), NULL);
     double once[3], twice[3];
     mbsri_cross3(theta, x, once);
     mbsri_cross3(theta, once, twice);
@@ -50,7 +50,7 @@ static void unturn_slope(const double theta[3], const double dtheta[3], const do
                          const double dx[3], double dy[3])
 {
     double slope, once[3], twice[3], donce[3], dtwice[3];
-    const double s = factor(mbsri_dot3(theta, theta), &slope),
+    const double s = mbsri_turn_factor(mbsri_dot3(theta, theta), &slope),
                  ds = 2.0 * slope * mbsri_dot3(theta, dtheta);
     mbsri_cross3(theta, x, once);
     mbsri_cross3(theta, once, twice);

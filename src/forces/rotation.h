@@ -8,6 +8,9 @@
 #ifndef MBSRI_ROTATION_H
 #define MBSRI_ROTATION_H
 
+/* s of |theta|^2, and its derivative (slope may be NULL). */
+double mbsri_turn_factor(double square, double *slope);
+
 /* theta of a quaternion of any length whose square neither overflows nor vanishes. */
 void mbsri_rotation_vector(const double quaternion[4], double theta[3]);
 

@@ -28,6 +28,21 @@ int mbsri_closure_jacobian(const mbsri_closure *c, const mbsr_closure_args *args
     return status;
 }
 
+int mbsri_closure_table_tangent(const mbsri_closure *c, const mbsr_closure_args *args,
+                                const double *lambda, const mbsr_closure_tangent *out)
+{
+    double forces[MBSR_CLOSURE_ROWS] = {0.0};
+    if (!c->mix) return c->def.table->tangent(args, lambda, out);
+    /* lambda of the table's rows: T^T lambda */
+    for (int k = 0; k < c->held; ++k) {
+        for (int j = 0; j < c->held; ++j) forces[j] += c->mix[k * c->held + j] * lambda[k];
+    }
+    for (int k = c->held; k < c->rows; ++k) forces[k] = lambda[k];
+    const int status = c->def.table->tangent(args, forces, out);
+    for (int j = 0; j < out->columns; ++j) mix(c, out->rate + (ptrdiff_t)j * out->rows);
+    return status;
+}
+
 int mbsri_closure_table_drift(const mbsri_closure *c, const mbsr_closure_args *args, double *gt)
 {
     const int status = c->def.table->drift(args, gt);

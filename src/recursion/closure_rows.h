@@ -13,6 +13,8 @@ int mbsri_closure_position(const mbsri_closure *c, const mbsr_closure_args *args
 /* These only where the table has them. */
 int mbsri_closure_jacobian(const mbsri_closure *c, const mbsr_closure_args *args,
                            const mbsr_closure_jacobian *out);
+int mbsri_closure_table_tangent(const mbsri_closure *c, const mbsr_closure_args *args,
+                                const double *lambda, const mbsr_closure_tangent *out);
 int mbsri_closure_table_drift(const mbsri_closure *c, const mbsr_closure_args *args, double *gt);
 int mbsri_closure_table_bias(const mbsri_closure *c, const mbsr_closure_args *args, double *bias);
 

@@ -8,6 +8,7 @@
 #include "model/query.h"
 #include "newton/slopes/low_rank.h"
 #include "recursion/closure_differences.h"
+#include "recursion/closure_rows.h"
 #include "recursion/closures.h"
 
 size_t mbsri_closure_tangents_work(const mbsri_closure *c)
@@ -40,13 +41,35 @@ static void take_across(const mbsri_closure *c, const double *S, double *E)
     }
 }
 
+/* By the table's own derivatives, zero along a root. */
+static int own_tangent(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c,
+                       const mbsri_closure_tangents *out)
+{
+    const size_t columns = (size_t)c->columns, rows = (size_t)c->rows;
+    const mbsr_closure_tangent to = {out->S, out->slope, c->rows, c->columns, c->column};
+    mbsri_closure_view view;
+    mbsri_view_closure(m, d, c, true, &view);
+    mbsri_zero(columns * columns, out->S);
+    mbsri_zero(rows * columns, out->slope);
+    const int status = mbsri_closure_table_tangent(c, &view.args, d->loop_lambda + c->row, &to);
+    for (int k = 0; k < c->bodies; ++k) {
+        if (c->body[k] > 0 || c->column[k] < 0) continue;
+        const size_t at = (size_t)c->column[k], count = (size_t)m->root.d;
+        mbsri_zero(columns * count, out->S + at * columns);
+        mbsri_zero(rows * count, out->slope + at * rows);
+    }
+    return status;
+}
+
 int mbsri_closure_tangents_of(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c,
                               double *work, mbsri_closure_tangents *out)
 {
     const size_t columns = (size_t)c->columns, rows = (size_t)c->rows;
     out->rank = 0;
     const int status =
-        mbsri_closure_tangent(m, d, c, d->loop_lambda + c->row, work, out->S, out->slope);
+        c->def.table->tangent
+            ? own_tangent(m, d, c, out)
+            : mbsri_closure_tangent(m, d, c, d->loop_lambda + c->row, work, out->S, out->slope);
     if (status) return mbsri_closure_failed(m, d, c, status, "a function");
     if (!mbsri_finite(columns * columns, out->S) || !mbsri_finite(rows * columns, out->slope)) {
         char label[MBSRI_LABEL];
