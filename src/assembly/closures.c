@@ -88,6 +88,41 @@ static int freedoms(const mbsr_model *m, const mbsri_closure *c)
     }
 }
 
+/* Whether the forces of its rows balance among its bodies, so that above these nothing is left. */
+static bool balances(const mbsri_closure *c)
+{
+    const unsigned flags = c->def.table->flags;
+    bool fixed = c->def.motion != NULL;
+    for (int k = 0; k < c->rows; ++k) fixed = fixed || c->def.stiffness[k] > 0.0;
+    return (flags & MBSR_CLOSURE_BALANCED) && !((flags & MBSR_CLOSURE_ROOT) && fixed);
+}
+
+/* Of the bodies that the definition names; a root that moves may stand behind them. */
+static int common_predecessor(const mbsr_model *m, const mbsri_closure *c)
+{
+    int at = c->body[0];
+    for (int k = 1; k < c->def.bodies; ++k) {
+        int other = c->body[k];
+        while (at != other) {
+            if (at > other)
+                at = m->body[at].parent;
+            else
+                other = m->body[other].parent;
+        }
+    }
+    return at;
+}
+
+/* Where the closure closes, and the bodies from its own to there. */
+static void mark_loop(mbsr_model *m, mbsri_closure *c)
+{
+    c->meets = balances(c) ? common_predecessor(m, c) : 0;
+    for (int k = 0; k < c->def.bodies; ++k) {
+        for (int i = c->body[k]; i > c->meets; i = m->body[i].parent) m->body[i].looped = true;
+    }
+    if (c->meets > 0) m->body[c->meets].looped = true;
+}
+
 static void view_bodies(const mbsr_model *m, const mbsri_closure *c, mbsr_force_body *body)
 {
     for (int k = 0; k < c->bodies; ++k) {
@@ -151,6 +186,7 @@ static int resolve(mbsr_model *m, int N, int id)
     m->rows += c->rows;
     m->held += c->held;
     m->size_c += (size_t)c->rows * (size_t)c->columns;
+    mark_loop(m, c);
     return MBSR_OK;
 }
 

@@ -61,6 +61,7 @@ typedef struct mbsri_body {
     int ig, igq;       /* places of its rates and coordinates in vectors by groups */
     bool coupled;      /* the sweeps do not take its group apart (assembly/survey.h) */
     bool whole;        /* the sweeps leave it to the steps of recursion/ (assembly/survey.h) */
+    bool looped;       /* a loop goes through it, or closes on it */
     bool users;        /* a user's joint that the sweeps take as their own (sweeps/users_joint.h) */
     bool seen;         /* its arrays are read or written by the sweeps too (assembly/places.h) */
     size_t seat;       /* offset of one number */
@@ -108,6 +109,8 @@ typedef struct mbsri_closure {
     int rows, held;    /* velocity rows; the first of them position rows */
     int row, held_row; /* where they begin among those of all closures */
     int bodies, body[MBSR_CLOSURE_BODIES + 1];
+    int meets; /* the body where it closes: the nearest common predecessor of its bodies, where its
+                  forces balance, else the root */
     int columns, column[MBSR_CLOSURE_BODIES + 1]; /* of V, then u of each body; -1: none */
     size_t at;                                    /* offset of its rows x columns numbers */
 } mbsri_closure;
@@ -144,8 +147,9 @@ struct mbsr_model {
     double mass;   /* of all bodies, kg */
     double *span; /* nq + nu: what turns a body by 1 rad or moves it by the length; NULL: all joints
                      are stock ones */
-    struct mbsri_sweeps *sweeps;    /* the tree of the sweeps (sweeps/tree.h); NULL with closures */
-    struct mbsri_sweeps *whole;     /* the same with whole bodies as blocks; mostly the same tree */
+    struct mbsri_sweeps *sweeps; /* the tree of the sweeps (sweeps/tree.h); NULL with closures */
+    struct mbsri_sweeps *whole;  /* the same with whole bodies as blocks; mostly the same tree; with
+                                       closures that of Newton systems, loops as blocks */
     struct mbsri_sweeps *evaluated; /* with users' joints among the sweeps' own, too: what
                                      * evaluations run over */
     mbsri_body *body;               /* N + 1 */

@@ -348,7 +348,8 @@ int mbsr_newton_create(const mbsr_model *model, mbsr_dae_form form, const mbsr_n
         *w = (mbsr_newton){.model = model,
                            .lean = opt->lean != 0,
                            .product.wanted = opt->products != 0,
-                           .sweep_size = opt->by_blocks ? 0 : mbsri_newton_sweeps_size(model),
+                           .sweep_size =
+                               opt->by_blocks ? 0 : mbsri_newton_sweeps_size(model, opt->lean != 0),
                            .error = {MBSR_OK, MBSR_NONE, MBSR_NONE, ""}};
         if (!place(w, opt)) {
             mbsr_newton_destroy(w);

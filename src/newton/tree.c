@@ -3,18 +3,30 @@
 #include "newton/tree.h"
 
 #include "base/error.h"
+#include "forms/loops.h"
 #include "newton/blocks/factor.h"
 #include "newton/blocks/solve.h"
 #include "newton/sweeps/elements.h"
 #include "newton/sweeps/sweeps.h"
 
+/* A status, or MBSRI_NOT_SERVED. */
+static int factor_by_sweeps(mbsr_newton *w, mbsr_data *d, double t, const double *y,
+                            const double *yp, double c)
+{
+    const mbsr_model *m = w->model;
+    const double *u = y + m->nq + m->nu;
+    if (!w->sweeps) return MBSRI_NOT_SERVED;
+    if (m->rows > 0) mbsri_loops_take(m, d, u + m->nu, yp + m->nq + 2 * m->nu);
+    const int status = mbsri_newton_sweeps_factor(w->sweeps, d, t, y, u, c);
+    d->loaded = m->rows > 0;
+    return status;
+}
+
 int mbsri_newton_tree_factor(mbsr_newton *w, mbsr_data *d, double t, const double *y,
                              const double *yp, double c)
 {
     const mbsr_model *m = w->model;
-    const double *u = y + m->nq + m->nu;
-    const int status =
-        w->sweeps ? mbsri_newton_sweeps_factor(w->sweeps, d, t, y, u, c) : MBSRI_NOT_SERVED;
+    const int status = factor_by_sweeps(w, d, t, y, yp, c);
     w->by_sweeps = status != MBSRI_NOT_SERVED;
     w->info.vector_code = w->by_sweeps && (m->bodies == 0 || w->sweeps->tree->blocks < m->bodies);
     if (w->by_sweeps) return status;

@@ -23,6 +23,7 @@ static bool asks(const mbsri_sweeps *tree, const mbsr_model *m, int i)
 static bool embeds(const mbsri_sweeps *tree, const mbsr_model *m, int i)
 {
     if (tree->whole && m->body[i].whole) return false;
+    if (tree->open && m->body[i].looped) return false;
     return asks(tree, m, i) || mbsri_embeds(m, tree->bodies, i);
 }
 
@@ -382,16 +383,22 @@ static bool place(mbsri_sweeps *tree, const mbsr_model *m)
     return place_own_frames(tree, m);
 }
 
-/* whole: with whole bodies as blocks; users: so many with users' joints not as blocks. */
-static bool build(const mbsr_model *m, int bodies, bool whole, int users, mbsri_sweeps **built)
+/* Which bodies are blocks: those that are whole; on loops; not so many with users' joints. */
+typedef struct selection {
+    bool whole, open;
+    int users;
+} selection;
+
+static bool build(const mbsr_model *m, int bodies, selection s, mbsri_sweeps **built)
 {
     mbsri_sweeps *tree = mbsri_allocate(&m->allocator, sizeof *tree);
     if (!tree) return false;
     *tree = (mbsri_sweeps){.bodies = bodies,
                            .rule = mbsri_rank_rule_of(m->rank_tolerance),
                            .rates = true,
-                           .users = users,
-                           .whole = whole,
+                           .users = s.users,
+                           .whole = s.whole,
+                           .open = s.open,
                            .kernels = choose_kernels()};
     const int blocks = count_blocks(tree, m);
     const bool memory = allocate(tree, m, blocks) && place(tree, m);
@@ -404,25 +411,23 @@ static bool build(const mbsr_model *m, int bodies, bool whole, int users, mbsri_
 
 bool mbsri_sweeps_build(mbsr_model *m, int bodies)
 {
-    if (!build(m, bodies, false, 0, &m->sweeps)) return false;
+    if (!build(m, bodies, (selection){0}, &m->sweeps)) return false;
     m->whole = m->evaluated = m->sweeps;
     return true;
 }
 
 bool mbsri_sweeps_build_others(mbsr_model *m)
 {
-    bool whole = false;
-    int users = 0;
+    selection s = {0};
     if (!m->sweeps && m->rows == 0) return true;
     for (int i = 1; i <= m->bodies; ++i) {
-        whole = whole || m->body[i].whole;
-        users += m->body[i].users;
+        s.whole = s.whole || m->body[i].whole;
+        s.users += m->body[i].users;
     }
-    /* of models with closures the residual alone */
-    if (m->rows > 0) return build(m, m->bodies, whole, users, &m->evaluated);
-    if (whole && !build(m, m->bodies, true, 0, &m->whole)) return false;
+    const selection eliminated = {.whole = s.whole, .open = m->rows > 0};
+    if ((s.whole || m->rows > 0) && !build(m, m->bodies, eliminated, &m->whole)) return false;
     m->evaluated = m->whole;
-    return users == 0 || build(m, m->bodies, whole, users, &m->evaluated);
+    return (s.users == 0 && m->rows == 0) || build(m, m->bodies, s, &m->evaluated);
 }
 
 void mbsri_sweeps_release(mbsr_model *m)

@@ -145,6 +145,7 @@ typedef struct mbsri_sweeps {
     bool rates;               /* all of them know their rates */
     int users;                /* number of MBSRI_USERS bodies */
     bool whole;               /* some are whole: W decides, not its bound */
+    bool open;                /* bodies on loops are blocks */
     int depth;                /* predecessors waiting for further successors at once, at most */
     int first_angle, angles;  /* the coordinates among which all angles are */
     double length;            /* L, m */

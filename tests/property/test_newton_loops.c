@@ -228,17 +228,19 @@ static void make(loops *s, const choice *c)
 
 typedef struct tally {
     int models, left_out, systems, sharp, held;
+    int vector_code;    /* of the systems, those that some of it served */
     int sharp_products; /* A (A^-1 r) that is r to 1e-9 */
 } tally;
 
 /* Solutions for several c against the dense matrix, from random right-hand sides. */
-static void check_state(test_newton_state *s, const choice *c, tally *group)
+static void check_solver(test_newton_state *s, const choice *c, int by_blocks, tally *group)
 {
     static const double factors[] = {1.0, 100.0, 1e5, -30.0};
     mbsr_newton *newton;
     mbsr_error error;
     mbsr_newton_opt opt = mbsr_default_newton_opt();
     opt.products = 1;
+    opt.by_blocks = by_blocks;
     assert_ok(mbsr_newton_create(s->model, MBSR_DAE_MOMENTUM, &opt, &newton, &error), &error);
     double *r = calloc(3 * (size_t)s->n, sizeof *r), *x = r + s->n, *p = x + s->n;
     test_rng rng = test_seed(c->seed + 99);
@@ -248,6 +250,9 @@ static void check_state(test_newton_state *s, const choice *c, tally *group)
                   mbsr_newton_error(newton));
         assert_ok(mbsr_newton_solve(newton, r, x), mbsr_newton_error(newton));
         const test_newton_errors e = test_newton_compare(s, factors[k], r, x);
+        mbsr_newton_info info;
+        assert_ok(mbsr_newton_get_info(newton, &info), NULL);
+        group->vector_code += info.vector_code;
         ++group->systems;
         group->sharp += e.row < 1e-8 && e.delta < 1e-7;
         if (!(e.net_row < 1e-6) || !(e.net_delta < 1e-6))
@@ -268,6 +273,13 @@ static void check_state(test_newton_state *s, const choice *c, tally *group)
     }
     free(r);
     mbsr_newton_destroy(newton);
+}
+
+/* In vector code as far as that serves, and without it. */
+static void check_state(test_newton_state *s, const choice *c, tally *group)
+{
+    check_solver(s, c, 0, group);
+    check_solver(s, c, 1, group);
 }
 
 /* A start gives a state of a solution, or a status. */
@@ -307,6 +319,7 @@ static void check(const choice *c, tally *group)
 
 static void conclude(const tally *group, int most_left_out)
 {
+    assert_in_range(group->vector_code, group->systems / 4, group->systems / 2);
     assert_in_range(group->left_out, 0, most_left_out);
     assert_in_range(group->sharp, 0.01 * test_seeds(84, 90) * group->systems, group->systems);
     assert_in_range(group->sharp_products, 0.01 * test_seeds(84, 90) * group->systems,

@@ -28,30 +28,6 @@ static int bodies_of(const mbsri_closure *c)
 
 /* ---- where a closure closes ---- */
 
-static bool balanced(const mbsri_closure *c)
-{
-    const unsigned flags = c->def.table->flags;
-    bool fixed = c->def.motion != NULL;
-    for (int k = 0; k < c->rows; ++k) fixed = fixed || mbsri_is_stiff(c, k);
-    return (flags & MBSR_CLOSURE_BALANCED) && !((flags & MBSR_CLOSURE_ROOT) && fixed);
-}
-
-/* The nearest common predecessor of its bodies, itself one of them perhaps. */
-static int common(const mbsr_model *m, const mbsri_closure *c)
-{
-    int at = c->body[0];
-    for (int k = 1; k < bodies_of(c); ++k) {
-        int other = c->body[k];
-        while (at != other) {
-            if (at > other)
-                at = m->body[at].parent;
-            else
-                other = m->body[other].parent;
-        }
-    }
-    return at;
-}
-
 static bool at_joint(const mbsri_closure *c, int body)
 {
     if (!(c->def.table->flags & MBSR_CLOSURE_JOINTS) || body == 0) return false;
@@ -95,7 +71,7 @@ static void number_fronts(mbsr_newton *w, int *set)
     for (int i = 0; i <= m->bodies; ++i) set[i] = v->first_closing[i] = 0;
     for (int k = 0; k < closures_of(w); ++k) {
         const mbsri_closure *c = closure_of(w, k);
-        const int body = balanced(c) ? common(m, c) : 0;
+        const int body = c->meets;
         const bool joint = at_joint(c, body);
         v->loop[k].level = joint ? 2 * body : 2 * body + 1;
         if (!joint) tie(w, k, body, set);

@@ -5,6 +5,8 @@
 #include "algebra/dense.h"
 #include "algebra/space3.h"
 #include "newton/blocks/factor.h"
+#include "newton/blocks/front.h"
+#include "newton/blocks/front_solve.h"
 #include "newton/blocks/solve.h"
 #include "sweeps/block.h"
 
@@ -13,6 +15,11 @@
 static bool is_block(const mbsri_newton_sweeps *newton, int i)
 {
     return (newton->tree->body[i].flags & MBSRI_BLOCK) != 0;
+}
+
+static bool has_loops(const mbsri_newton_sweeps *newton)
+{
+    return newton->model->rows > 0;
 }
 
 /* Whether joint i has a predecessor in the sweeps. */
@@ -161,7 +168,7 @@ static void clear_predecessor(mbsri_newton_sweeps *newton, int i)
         mbsri_tree_clear(newton->blocks, parent);
 }
 
-void mbsri_border_open(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton)
+int mbsri_border_open(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton)
 {
     mbsr_newton *w = newton->blocks;
     w->mixed = true;
@@ -175,6 +182,7 @@ void mbsri_border_open(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton)
         else
             mbsri_tree_mark(w, i, run->rank[i]);
     }
+    return has_loops(newton) ? mbsri_carried_open(w, run->data, newton->c) : MBSR_OK;
 }
 
 /* The sums over what block i hands on, about the origin of its predecessor's own frame. */
@@ -204,7 +212,8 @@ int mbsri_border_eliminate(const mbsri_sweep_run *run, mbsri_newton_sweeps *newt
     mbsri_block_momentum(run, i, &flow);
     if (w->node[i].last == 0) mbsri_tree_clear(w, i);
     clear_predecessor(newton, i);
-    const int status = mbsri_tree_eliminate(w, run->data, i, newton->c);
+    int status = has_loops(newton) ? mbsri_front_close(w, run->data, i) : MBSR_OK;
+    if (!status) status = mbsri_tree_eliminate(w, run->data, i, newton->c);
     if (status || !hands_over(newton, i)) return status;
     meeting at = meet(newton, parent);
     const bool deep = is_deep(newton, parent);
@@ -214,6 +223,11 @@ int mbsri_border_eliminate(const mbsri_sweep_run *run, mbsri_newton_sweeps *newt
     turn_columns(&at, 1.0, carry);
     turn_sums(&at, -1.0, carry);
     return MBSR_OK;
+}
+
+int mbsri_border_close(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton)
+{
+    return has_loops(newton) ? mbsri_front_close(newton->blocks, run->data, 0) : MBSR_OK;
 }
 
 void mbsri_border_give(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton, int i,
@@ -250,6 +264,7 @@ void mbsri_border_load(mbsri_newton_sweeps *newton, const double *r, const doubl
     mbsri_tree_clear_load(newton->blocks, 0);
     for (int k = 0; k < tree->blocks; ++k)
         mbsri_tree_load(newton->blocks, tree->block_of[k], r, load);
+    if (has_loops(newton)) mbsri_front_load(newton->blocks, r);
 }
 
 /* x of six numbers from d, their sign changed. */
@@ -270,6 +285,7 @@ void mbsri_border_reduce(mbsri_newton_sweeps *newton, int i, const double *tau,
     const mbsri_body *b = newton->model->body + i;
     const bool over = hands_over(newton, i);
     if (over) mbsri_tree_clear_load(w, b->parent);
+    if (has_loops(newton)) mbsri_front_reduce_closing(w, i);
     mbsri_tree_reduce(w, i, tau);
     memset(flow, 0, sizeof *flow);
     if (!over) return;
@@ -305,6 +321,15 @@ void mbsri_border_give_flow(mbsri_newton_sweeps *newton, int i, const mbsri_newt
     subtract(at.d, flow->L_bar, flow->p_bar, w->wbar + b->pred_v);
 }
 
+void mbsri_border_turn(mbsri_newton_sweeps *newton)
+{
+    mbsr_newton *w = newton->blocks;
+    mbsri_zero((size_t)mbsri_motions(w->node, newton->model->body), mbsri_border_room(newton, 0));
+    if (!has_loops(newton)) return;
+    mbsri_front_reduce_closing(w, 0);
+    mbsri_front_substitute_closing(w, 0);
+}
+
 double *mbsri_border_room(mbsri_newton_sweeps *newton, int i)
 {
     return newton->blocks->x + newton->blocks->node[i].x;
@@ -313,13 +338,15 @@ double *mbsri_border_room(mbsri_newton_sweeps *newton, int i)
 void mbsri_border_substitute(mbsri_newton_sweeps *newton, int i, const double *tau, double *delta)
 {
     const mbsri_body *b = newton->model->body + i;
-    if (hands_over(newton, i)) { /* no A */
+    if (hands_over(newton, i)) /* no A */
         mbsri_zero((size_t)b->d_pred, mbsri_border_room(newton, b->parent) + 2 * (size_t)b->d_pred);
-    } else if (b->parent == 0) {
-        mbsri_zero((size_t)mbsri_motions(newton->blocks->node, newton->model->body),
-                   mbsri_border_room(newton, 0));
-    }
     mbsri_tree_substitute(newton->blocks, i, tau, delta);
+    if (has_loops(newton)) mbsri_front_substitute_closing(newton->blocks, i);
+}
+
+void mbsri_border_finish(mbsri_newton_sweeps *newton, const double *r, double *delta)
+{
+    if (has_loops(newton)) mbsri_front_multipliers(newton->blocks, r, delta);
 }
 
 void mbsri_border_motion(const mbsri_newton_sweeps *newton, int block, double x[16])

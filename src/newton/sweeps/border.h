@@ -24,10 +24,11 @@
 
 /* ---- factoring ---- */
 
-/* After the backward sweep: what newton/blocks needs to know of all bodies. */
-void mbsri_border_open(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton);
+/* After the backward sweep: what newton/blocks needs to know of all bodies, and what its loops are at
+ * theirs. A status. */
+int mbsri_border_open(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton);
 
-/* The joint of block i. Where its predecessor is in the sweeps, what it hands on goes to `carry`,
+/* The joint of block i, when the loops that close on it are done. Where its predecessor is in the sweeps, what it hands on goes to `carry`,
  * about the origin of that body's own frame. A status. */
 int mbsri_border_eliminate(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton, int i,
                            mbsri_newton_carry *carry);
@@ -35,6 +36,9 @@ int mbsri_border_eliminate(const mbsri_sweep_run *run, mbsri_newton_sweeps *newt
 /* To the block before body i what that hands on about its origin; the carry is used up. */
 void mbsri_border_give(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton, int i,
                        mbsri_newton_carry *carry);
+
+/* The loops that close on the root, last; a status. */
+int mbsri_border_close(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton);
 
 /* ---- solving ---- */
 
@@ -46,10 +50,16 @@ void mbsri_border_reduce(mbsri_newton_sweeps *newton, int i, const double *tau,
                          mbsri_newton_flow *flow);
 void mbsri_border_give_flow(mbsri_newton_sweeps *newton, int i, const mbsri_newton_flow *flow);
 
+/* At the root: of loops that close there. */
+void mbsri_border_turn(mbsri_newton_sweeps *newton);
+
 /* Block i, whose predecessor has told its motion if it is in the sweeps: 12 numbers, see
  * mbsri_border_room. */
 void mbsri_border_substitute(mbsri_newton_sweeps *newton, int i, const double *tau, double *delta);
 double *mbsri_border_room(mbsri_newton_sweeps *newton, int i);
+
+/* After the last body: the multipliers' part of delta. */
+void mbsri_border_finish(mbsri_newton_sweeps *newton, const double *r, double *delta);
 
 /* Of a block: rotation, nu angular and linear, displacement. */
 void mbsri_border_motion(const mbsri_newton_sweeps *newton, int block, double x[16]);

@@ -355,20 +355,21 @@ static int mixed_sweep(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton)
         if (!eliminate_body(run, i, newton, &of, true, newton->deep)) return i;
         if (flags & MBSRI_TO_BLOCK) give_slab(run, i, newton, &of);
     }
-    return 0;
+    newton->status = mbsri_border_close(run, newton);
+    return newton->status ? MBSRI_BLOCK_FAILED : 0;
 }
 
 /* After the backward sweep, as there. */
 static int newton_factor_mixed(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton)
 {
     if (!backward(run) || !find_deep(run, newton)) return MBSRI_NOT_CLEAR;
-    mbsri_border_open(run, newton);
     if (newton->deep) {
         forward(run);
         memcpy(run->data->udot, run->out, (size_t)run->model->nu * sizeof *run->out);
         find_reactions(run, newton);
     }
-    newton->status = mbsri_block_open_momentum(run);
+    newton->status = mbsri_border_open(run, newton);
+    if (!newton->status) newton->status = mbsri_block_open_momentum(run);
     return newton->status ? MBSRI_BLOCK_FAILED : mixed_sweep(run, newton);
 }
 

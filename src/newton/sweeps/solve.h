@@ -324,7 +324,9 @@ MBSRI_OUTLINE void solve_mixed(mbsri_newton_sweeps *newton, const double *r,
     const double *tau = load_of_body ? load_of_body + newton->model->size_v : NULL;
     mbsri_border_load(newton, r, load_of_body);
     solve_back(newton, r, load_of_body, true, newton->deep, true);
+    mbsri_border_turn(newton);
     solve_forward(newton, r, tau, delta, motion, true, true);
+    mbsri_border_finish(newton, r, delta);
 }
 
 static void newton_solve(mbsri_newton_sweeps *newton, const double *r, const double *load_of_body,

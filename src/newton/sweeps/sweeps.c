@@ -99,9 +99,10 @@ static size_t layout(const mbsr_model *m, const mbsri_sweeps *tree, unsigned cha
     return used;
 }
 
-size_t mbsri_newton_sweeps_size(const mbsr_model *m)
+size_t mbsri_newton_sweeps_size(const mbsr_model *m, bool lean)
 {
     const mbsri_sweeps *tree = m->whole;
+    if (lean && m->rows > 0) return 0; /* fronts have their own memory */
     /* of nothing but blocks, newton/blocks loses fewer digits: no Mbar stands for what is below */
     const bool mixed = tree && tree->rates && tree->blocks < tree->bodies;
     return tree && (tree->blocks == 0 || mixed) ? layout(m, tree, NULL, NULL) : 0;

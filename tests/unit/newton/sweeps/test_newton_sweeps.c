@@ -51,7 +51,7 @@ static void open_system(newton_system *s, mbsr_model *model, mbsr_data *data, do
     assert_ok(mbsr_velocities(model, data, u), mbsr_data_error(data));
     assert_ok(mbsr_momenta(model, data, s->y + nq), mbsr_data_error(data));
     memcpy(s->y + nq + nu, u, (size_t)nu * sizeof(double));
-    const size_t bytes = mbsri_newton_sweeps_size(model);
+    const size_t bytes = mbsri_newton_sweeps_size(model, false);
     const size_t up = (bytes + MBSR_DATA_ALIGNMENT - 1) / MBSR_DATA_ALIGNMENT * MBSR_DATA_ALIGNMENT;
     s->block = aligned_alloc(MBSR_DATA_ALIGNMENT, up);
     memset(s->block, 0xff, up); /* NaN */
