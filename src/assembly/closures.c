@@ -118,9 +118,9 @@ static void mark_loop(mbsr_model *m, mbsri_closure *c)
 {
     c->meets = balances(c) ? common_predecessor(m, c) : 0;
     for (int k = 0; k < c->def.bodies; ++k) {
-        for (int i = c->body[k]; i > c->meets; i = m->body[i].parent) m->body[i].looped = true;
+        for (int i = c->body[k]; i > c->meets; i = m->body[i].parent) m->body[i].open = true;
     }
-    if (c->meets > 0) m->body[c->meets].looped = true;
+    m->body[c->meets].closes = true;
 }
 
 static void view_bodies(const mbsr_model *m, const mbsri_closure *c, mbsr_force_body *body)

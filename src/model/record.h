@@ -61,7 +61,9 @@ typedef struct mbsri_body {
     int ig, igq;       /* places of its rates and coordinates in vectors by groups */
     bool coupled;      /* the sweeps do not take its group apart (assembly/survey.h) */
     bool whole;        /* the sweeps leave it to the steps of recursion/ (assembly/survey.h) */
-    bool looped;       /* a loop goes through it, or closes on it */
+    bool open;         /* a loop is open past its joint: it closes nearer to the root */
+    bool closes;       /* a loop closes on it */
+    bool by_blocks;    /* one of these in Newton systems that not vector code serves */
     bool users;        /* a user's joint that the sweeps take as their own (sweeps/users_joint.h) */
     bool seen;         /* its arrays are read or written by the sweeps too (assembly/places.h) */
     size_t seat;       /* offset of one number */

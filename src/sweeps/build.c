@@ -23,7 +23,7 @@ static bool asks(const mbsri_sweeps *tree, const mbsr_model *m, int i)
 static bool embeds(const mbsri_sweeps *tree, const mbsr_model *m, int i)
 {
     if (tree->whole && m->body[i].whole) return false;
-    if (tree->open && m->body[i].looped) return false;
+    if (tree->open && m->body[i].by_blocks) return false;
     return asks(tree, m, i) || mbsri_embeds(m, tree->bodies, i);
 }
 
@@ -291,6 +291,16 @@ static void mark_closed(mbsri_sweeps *tree, const mbsr_model *m)
     }
 }
 
+/* Where Newton systems carry loops in vector code. */
+static void mark_fronts(mbsri_sweeps *tree, const mbsr_model *m)
+{
+    for (int i = 1; i <= tree->bodies && tree->open; ++i) {
+        if (tree->body[i].flags & MBSRI_BLOCK) continue;
+        if (m->body[i].open) tree->body[i].flags |= MBSRI_FRONT;
+        if (m->body[i].closes) tree->body[i].flags |= MBSRI_CLOSES;
+    }
+}
+
 static void collect_forces(mbsri_sweeps *tree, const mbsr_model *m)
 {
     const mbsri_force *force = m->forces.data;
@@ -379,6 +389,7 @@ static bool place(mbsri_sweeps *tree, const mbsr_model *m)
     place_angles(tree);
     mark_flat(tree, m);
     place_hand_overs(tree);
+    mark_fronts(tree, m);
     collect_forces(tree, m);
     return place_own_frames(tree, m);
 }
@@ -416,6 +427,65 @@ bool mbsri_sweeps_build(mbsr_model *m, int bodies)
     return true;
 }
 
+/* ---- loops in Newton systems ---- */
+
+/* Whether a loop may be carried past joint i, and may close on its body, in vector code. */
+static bool serves(const mbsri_sweeps *plan, const mbsr_model *m, int i)
+{
+    return embeds(plan, m, i) && (!m->body[i].open || is_simple_body(plan, m, i));
+}
+
+static bool reads_joints(const mbsri_closure *c)
+{
+    return (c->def.table->flags & MBSR_CLOSURE_JOINTS) != 0;
+}
+
+/* The bodies of closure c up to where it closes, and that one: whether some are blocks; or all of them
+ * are from now on. */
+static bool any_by_blocks(const mbsr_model *m, const mbsri_closure *c)
+{
+    bool any = c->meets > 0 && m->body[c->meets].by_blocks;
+    for (int k = 0; k < c->def.bodies; ++k) {
+        for (int i = c->body[k]; i > c->meets && !any; i = m->body[i].parent)
+            any = m->body[i].by_blocks;
+    }
+    return any;
+}
+
+static bool leave_to_blocks(mbsr_model *m, const mbsri_closure *c)
+{
+    bool changed = c->meets > 0 && !m->body[c->meets].by_blocks;
+    if (c->meets > 0) m->body[c->meets].by_blocks = true;
+    for (int k = 0; k < c->def.bodies; ++k) {
+        for (int i = c->body[k]; i > c->meets; i = m->body[i].parent) {
+            changed = changed || !m->body[i].by_blocks;
+            m->body[i].by_blocks = true;
+        }
+    }
+    return changed;
+}
+
+/* Loops that have bodies in common are in vector code together, or not. */
+static void choose_loops(mbsr_model *m, selection s)
+{
+    const mbsri_sweeps plan = {.bodies = m->bodies, .whole = s.whole};
+    const mbsri_closure *c = m->closures.data;
+    const size_t count = m->closures.count;
+    for (int i = 1; i <= m->bodies; ++i) {
+        mbsri_body *b = m->body + i;
+        b->by_blocks = (b->open || b->closes) && !serves(&plan, m, i);
+    }
+    bool changed = true;
+    for (size_t k = 0; k < count; ++k) {
+        if (reads_joints(c + k)) (void)leave_to_blocks(m, c + k);
+    }
+    while (changed) {
+        changed = false;
+        for (size_t k = 0; k < count; ++k)
+            changed = (any_by_blocks(m, c + k) && leave_to_blocks(m, c + k)) || changed;
+    }
+}
+
 bool mbsri_sweeps_build_others(mbsr_model *m)
 {
     selection s = {0};
@@ -424,6 +494,7 @@ bool mbsri_sweeps_build_others(mbsr_model *m)
         s.whole = s.whole || m->body[i].whole;
         s.users += m->body[i].users;
     }
+    if (m->rows > 0) choose_loops(m, s);
     const selection eliminated = {.whole = s.whole, .open = m->rows > 0};
     if ((s.whole || m->rows > 0) && !build(m, m->bodies, eliminated, &m->whole)) return false;
     m->evaluated = m->whole;

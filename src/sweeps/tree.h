@@ -28,6 +28,8 @@ enum {
     MBSRI_NEXT = 64,        /* its predecessor is the body before, or the root */
     MBSRI_OPENS = 128,      /* the first of several successors that the backward sweep meets */
     MBSRI_LOADED = 256,     /* force elements act on the body */
+    MBSRI_FRONT = 1024,     /* in Newton systems loops are open past its joint; see newton/ */
+    MBSRI_CLOSES = 2048,    /* and close on it */
     MBSRI_PLANE = 512,      /* it lies in the plane */
     MBSRI_FLAT = 524288,    /* and so do all bodies behind it */
     MBSRI_LEVEL = 1048576,  /* and all before it */
@@ -145,7 +147,7 @@ typedef struct mbsri_sweeps {
     bool rates;               /* all of them know their rates */
     int users;                /* number of MBSRI_USERS bodies */
     bool whole;               /* some are whole: W decides, not its bound */
-    bool open;                /* bodies on loops are blocks */
+    bool open;                /* of Newton systems with loops, some of them blocks */
     int depth;                /* predecessors waiting for further successors at once, at most */
     int first_angle, angles;  /* the coordinates among which all angles are */
     double length;            /* L, m */

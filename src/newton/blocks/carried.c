@@ -7,6 +7,7 @@
 #include "newton/slopes/closure_slopes.h"
 #include "recursion/closures.h"
 #include "recursion/group.h"
+#include "sweeps/tree.h"
 
 #include <math.h>
 
@@ -228,19 +229,45 @@ static size_t take(size_t *used, size_t count)
     return at;
 }
 
-static void place_pool(const mbsr_newton *w, mbsri_pool *pool, size_t *doubles, size_t *ints)
+static void place_pool(mbsri_pool *pool, size_t *doubles, size_t *ints)
 {
-    const mbsri_body *b = w->model->body + pool->body;
-    const size_t most = (size_t)pool->most, d = (size_t)b->d,
-                 x = (size_t)w->node[pool->body].e + 2 * d;
+    const size_t most = (size_t)pool->most;
     pool->column = take(ints, most);
     pool->row = take(ints, most);
     pool->place = take(ints, most);
-    pool->Q = take(doubles, 3 * d * most);
-    pool->R = take(doubles, most * x);
+    pool->Q = take(doubles, (size_t)pool->stride * most);
+    pool->R = take(doubles, (size_t)pool->motions * most);
     pool->T = take(doubles, most * most);
-    pool->kappa = take(doubles, d * most);
+    pool->kappa = take(doubles, (size_t)pool->d * most);
     pool->right = take(doubles, most);
+}
+
+static void shape_pools(mbsr_newton *w)
+{
+    const mbsri_sweeps *tree = w->model->whole;
+    for (int k = 0; k < w->carried.fronts; ++k) {
+        mbsri_pool *pool = w->carried.pool + k, *swept = w->carried.swept + k;
+        const int body = pool->body, d = w->model->body[body].d;
+        pool->stride = 3 * d;
+        pool->motions = w->node[body].e + 2 * d;
+        pool->d = d;
+        *swept = (mbsri_pool){.body = body,
+                              .swept = body > 0 && !(tree->body[body].flags & MBSRI_BLOCK),
+                              .most = pool->most,
+                              .stride = MBSRI_SWEPT_ACTIONS,
+                              .motions = MBSRI_SWEPT_MOTIONS,
+                              .d = MBSRI_SWEPT_FORCES};
+    }
+}
+
+/* Pool k, and that of its body in vector code, if there is one; the record of its joint. */
+static void place_pools(mbsr_newton *w, int k, size_t *doubles, size_t *ints)
+{
+    mbsri_carried *v = &w->carried;
+    place_pool(v->pool + k, doubles, ints);
+    if (!v->swept[k].swept) return;
+    place_pool(v->swept + k, doubles, ints);
+    v->front[k].record = take(doubles, 5 * (size_t)v->pool[k].most + 4);
 }
 
 /* Unknowns of pools that the front of joint i may read; those of its group, where it is the head. */
@@ -274,22 +301,26 @@ static void place_front(const mbsr_newton *w, int i, size_t *doubles, size_t *in
     const size_t n = joint ? (size_t)b->group_n : 0, nq = joint ? (size_t)b->group_nq : 0,
                  k = (size_t)(joint ? unknowns_behind(w, i) : v->pool[i].most), size = 2 * n + k,
                  d = (size_t)above->d, x = (size_t)w->node[v->pool[front->up].body].e + 2 * d;
+    const bool swept = v->swept[front->up].swept;
+    const size_t rows = size + (swept ? MBSRI_SWEPT_ACTIONS : 3 * d),
+                 motions = swept ? MBSRI_SWEPT_MOTIONS : x;
     front->most = (int)size;
     front->column = take(ints, k);
     front->row = take(ints, k);
     front->swap_column = take(ints, size);
     front->swap_row = take(ints, size);
     front->place = take(ints, size);
-    front->M = take(doubles, (size + 3 * d) * (size + x));
+    front->LU = take(doubles, size * (rows + size + motions));
+    if (rows * (size + motions) > v->largest) v->largest = rows * (size + motions);
     front->Mq = take(doubles, (size + 3 * d) * nq);
     front->along = take(doubles, nq * k);
     front->momentum = take(doubles, n * k);
     front->rate = take(doubles, n * k);
-    front->right = take(doubles, size + 3 * d);
+    front->right = take(doubles, rows);
     /* work, see front.c */
     const size_t columns = x + nq + 2 * n, members = joint ? (size_t)m->body[i].members + 1 : 0,
                  width = k + columns + 5 * n + 4 * d + members * 4 * (size_t)m->max_d;
-    widen(v, k * width + 2 * columns + 4 * (size + 3 * d + n));
+    widen(v, k * (width + MBSRI_SWEPT_FORCES) + 2 * columns + 4 * (rows + n));
     if ((int)size > v->most) v->most = (int)size;
 }
 
@@ -312,20 +343,23 @@ static bool place_all(mbsr_newton *w)
     mbsri_carried *v = &w->carried;
     const mbsr_model *m = w->model;
     size_t doubles = 0, ints = 0;
+    shape_pools(w);
     for (int i = 1; i < v->fronts; ++i) {
         if (i <= m->bodies && !v->served[i]) continue;
-        place_pool(w, v->pool + i, &doubles, &ints);
+        place_pools(w, i, &doubles, &ints);
         place_front(w, i, &doubles, &ints);
     }
     place_slopes(w, &doubles);
     const size_t value = take(&doubles, (size_t)v->names), work = take(&doubles, v->widest),
-                 unit = take(&doubles, (size_t)m->rows), list = take(&ints, 4 * (size_t)v->most);
+                 matrix = take(&doubles, v->largest), unit = take(&doubles, (size_t)m->rows),
+                 list = take(&ints, 4 * (size_t)v->most);
     v->bytes += doubles * sizeof(double) + ints * sizeof(int);
     v->store = mbsri_allocate(&m->allocator, doubles * sizeof(double) + ints * sizeof(int) + 8);
     if (!v->store) return false;
     v->numbers = (int *)(void *)(v->store + doubles);
     v->value = v->store + value;
     v->work = v->store + work;
+    v->matrix = v->store + matrix;
     v->unit = v->store + unit;
     v->list = v->numbers + list;
     return true;
@@ -352,6 +386,7 @@ static size_t place_records(mbsr_newton *w, void *memory, int **scratch)
     v->first_closing = records(memory, &used, bodies, sizeof(int));
     v->served = records(memory, &used, bodies, sizeof(bool));
     v->pool = records(memory, &used, fronts, sizeof *v->pool);
+    v->swept = records(memory, &used, fronts, sizeof *v->swept);
     v->front = records(memory, &used, fronts, sizeof *v->front);
     *scratch = records(memory, &used, 2 * fronts, sizeof(int));
     return used;
@@ -389,13 +424,30 @@ void mbsri_carried_destroy(mbsr_newton *w)
 
 /* ---- pools ---- */
 
-int mbsri_carried_motions(const mbsr_newton *w, int body)
+mbsri_pool *mbsri_carried_at(const mbsr_newton *w, int k)
 {
-    return body == 0 ? 0 : mbsri_motions(w->node + body, w->model->body + body);
+    const mbsri_carried *v = &w->carried;
+    return w->mixed && v->swept[k].swept ? v->swept + k : v->pool + k;
 }
 
-int mbsri_carried_actions(const mbsr_newton *w, int body)
+mbsri_pool *mbsri_carried_up(const mbsr_newton *w, int k)
 {
+    const mbsri_carried *v = &w->carried;
+    const int up = v->front[k].up;
+    /* a block hands numbers of its own kind to a body in vector code, multipliers never */
+    return v->swept[k].swept ? mbsri_carried_at(w, up) : v->pool + up;
+}
+
+int mbsri_carried_motions(const mbsr_newton *w, const mbsri_pool *pool)
+{
+    if (pool->swept) return MBSRI_SWEPT_MOTIONS;
+    return pool->body == 0 ? 0 : mbsri_motions(w->node + pool->body, w->model->body + pool->body);
+}
+
+int mbsri_carried_actions(const mbsr_newton *w, const mbsri_pool *pool)
+{
+    const int body = pool->body;
+    if (pool->swept) return w->node[body].deep ? MBSRI_SWEPT_ACTIONS : MBSRI_SWEPT_ACTIONS - 8;
     return body == 0 ? 0 : mbsri_actions(w->node + body, w->model->body + body);
 }
 
@@ -411,11 +463,10 @@ int mbsri_carried_find(const int *list, int count, int name)
 static void clear(mbsr_newton *w, const mbsri_pool *pool, int at)
 {
     double *store = w->carried.store;
-    const int most = pool->most, actions = mbsri_carried_actions(w, pool->body),
-              motions = mbsri_carried_motions(w, pool->body), d = w->model->body[pool->body].d;
-    mbsri_zero((size_t)actions, store + pool->Q + (size_t)(at * actions));
-    mbsri_zero((size_t)d, store + pool->kappa + (size_t)(at * d));
-    for (int l = 0; l < motions; ++l) store[pool->R + (size_t)(l * most + at)] = 0.0;
+    const int most = pool->most;
+    mbsri_zero((size_t)pool->stride, store + pool->Q + (size_t)(at * pool->stride));
+    mbsri_zero((size_t)pool->d, store + pool->kappa + (size_t)(at * pool->d));
+    mbsri_zero((size_t)pool->motions, store + pool->R + (size_t)(at * pool->motions));
     for (int l = 0; l <= at; ++l) {
         store[pool->T + (size_t)(l * most + at)] = 0.0;
         store[pool->T + (size_t)(at * most + l)] = 0.0;
@@ -450,15 +501,15 @@ static void add_row(mbsr_newton *w, const site *s, int at, int to, double factor
 {
     double *R = w->carried.store + s->pool->R;
     for (int l = 0; l < s->d; ++l)
-        R[(to + l) * s->pool->most + at] +=
+        R[at * s->pool->motions + to + l] +=
             factor * from[(size_t)(s->column + l) * (size_t)rows + (size_t)k];
 }
 
 /* Adds a force on the body to column `at` of the pool: entry l is from[l * stride]. */
 static void add_force(mbsr_newton *w, const site *s, int at, const double *from, int stride)
 {
-    const int body = s->pool->body, actions = mbsri_carried_actions(w, body);
-    double *Q = w->carried.store + s->pool->Q + (size_t)(at * actions);
+    const int body = s->pool->body;
+    double *Q = w->carried.store + s->pool->Q + (size_t)(at * s->pool->stride);
     for (int l = 0; l < s->d; ++l) {
         Q[s->d + l] -= from[l * stride];
         if (w->node[body].deep) Q[2 * s->d + l] += from[l * stride];

@@ -16,6 +16,9 @@
 
 #include "newton/blocks/record.h"
 
+/* Numbers of perturbations, forces and kappa of a body in vector code, see swept.h. */
+enum { MBSRI_SWEPT_MOTIONS = 16, MBSRI_SWEPT_ACTIONS = 24, MBSRI_SWEPT_FORCES = 8 };
+
 /* What is carried, as far as the model says; its memory. False: there is none. Bodies are numbered. */
 bool mbsri_carried_create(mbsr_newton *w);
 void mbsri_carried_destroy(mbsr_newton *w);
@@ -30,9 +33,13 @@ int mbsri_carried_find(const int *list, int count, int name);
 /* The place of a name in a pool, which it joins. */
 int mbsri_carried_join(mbsr_newton *w, mbsri_pool *pool, int name);
 
-/* Numbers of the body's x and y, those of the root too. */
-int mbsri_carried_motions(const mbsr_newton *w, int body);
-int mbsri_carried_actions(const mbsr_newton *w, int body);
+/* Pool k at this factorisation, and the one to which front k hands on. */
+mbsri_pool *mbsri_carried_at(const mbsr_newton *w, int k);
+mbsri_pool *mbsri_carried_up(const mbsr_newton *w, int k);
+
+/* Numbers of x and y of the pool's body, that of the root too. */
+int mbsri_carried_motions(const mbsr_newton *w, const mbsri_pool *pool);
+int mbsri_carried_actions(const mbsr_newton *w, const mbsri_pool *pool);
 
 /* The front at which a name may go. */
 int mbsri_carried_level(const mbsr_newton *w, int name);

@@ -30,8 +30,10 @@ typedef struct build {
     int members, i;
     int own, k, size, n, nq, columns; /* k: carried; columns of z */
     int motions, actions;             /* of the body above */
+    double *P;                        /* its matrix */
     int *name_column, *name_row;
-    double *M, *Mq, *along, *momentum, *rate; /* kept */
+    double *M;                            /* the front's matrix */
+    double *Mq, *along, *momentum, *rate; /* kept */
     /* work */
     double *waiting;              /* k x columns: rows that wait, over z */
     double *reaction, *below, *T; /* direct columns: n x k, actions x k, k x k */
@@ -57,7 +59,7 @@ static void collect(build *b)
     int rows = 0, at, number;
     b->k = 0;
     for (int l = 0; (number = mbsri_carried_pool(b->w, b->i, l, &at)) >= 0; ++l) {
-        const mbsri_pool *pool = b->v->pool + number;
+        const mbsri_pool *pool = mbsri_carried_at(b->w, number);
         const int *column = b->v->numbers + pool->column, *row = b->v->numbers + pool->row;
         int *place = b->v->numbers + pool->place;
         for (int j = 0; j < pool->count; ++j) {
@@ -87,9 +89,11 @@ static void open_front(build *b)
     front->size = b->size;
     front->n = b->n;
     front->nq = b->nq;
-    front->motions = b->motions = mbsri_carried_motions(b->w, v->pool[front->up].body);
-    front->actions = b->actions = mbsri_carried_actions(b->w, v->pool[front->up].body);
-    b->M = v->store + front->M;
+    const mbsri_pool *up = mbsri_carried_up(b->w, b->i);
+    front->motions = b->motions = mbsri_carried_motions(b->w, up);
+    front->actions = b->actions = mbsri_carried_actions(b->w, up);
+    b->P = b->actions > 0 && !up->swept ? mbsri_tree_matrix(b->w, up->body) : b->P;
+    b->M = v->matrix;
     b->Mq = v->store + front->Mq;
     b->along = v->store + front->along;
     b->momentum = v->store + front->momentum;
@@ -98,7 +102,7 @@ static void open_front(build *b)
     mbsri_zero(rows * (size_t)(b->size + b->motions), b->M);
     b->rest = v->work;
     b->T = take(b, k * k);
-    b->kappa_up = take(b, (size_t)b->w->model->body[v->pool[front->up].body].d * k);
+    b->kappa_up = take(b, (size_t)up->d * k);
     if (!b->all) return;
     mbsri_zero(rows * (size_t)b->nq, b->Mq);
     mbsri_zero((size_t)b->nq * k, b->along);
@@ -121,7 +125,7 @@ static void open_front(build *b)
 /* Adds a pool to the columns and rows of the member that has its body. */
 static void add_pool(build *b, int number, int at)
 {
-    const mbsri_pool *pool = b->v->pool + number;
+    const mbsri_pool *pool = mbsri_carried_at(b->w, number);
     const mbsri_block_joint *j = b->all ? b->member[at].j : NULL;
     const double *store = b->v->store;
     const int *column = b->v->numbers + pool->column, *place = b->v->numbers + pool->place;
@@ -132,7 +136,7 @@ static void add_pool(build *b, int number, int at)
             b->T[to * b->k + place[i]] += store[pool->T + (size_t)(l * most + i)];
         if (!j) continue;
         const int actions = j->actions, d = j->b->d;
-        mbsri_ax(actions, 1, 1.0, store + pool->Q + (size_t)(l * actions), &(double){1.0},
+        mbsri_ax(actions, 1, 1.0, store + pool->Q + (size_t)(l * pool->stride), &(double){1.0},
                  b->y[at] + to * actions);
         mbsri_ax(d, 1, 1.0, store + pool->kappa + (size_t)(l * d), &(double){1.0},
                  b->kappa[at] + to * d);
@@ -141,10 +145,9 @@ static void add_pool(build *b, int number, int at)
     for (int l = 0; l < b->columns; ++l) {
         const double *x = j->kept.x + (size_t)l * (size_t)j->motions;
         double *out = b->waiting + (size_t)l * (size_t)b->k;
-        for (int m = 0; m < j->motions; ++m) {
-            const double *R = store + pool->R + (size_t)(m * most);
-            for (int i = 0; i < pool->count && x[m] != 0.0; ++i) out[place[i]] += R[i] * x[m];
-        }
+        for (int i = 0; i < pool->count; ++i)
+            out[place[i]] +=
+                mbsri_dot(j->motions, store + pool->R + (size_t)(i * pool->motions), x);
     }
 }
 
@@ -376,7 +379,7 @@ static void hand_on(const build *b, const mbsri_elimination *e)
 {
     mbsr_newton *w = b->w;
     mbsri_carried *v = b->v;
-    mbsri_pool *pool = v->pool + b->front->up;
+    mbsri_pool *pool = mbsri_carried_up(w, b->i);
     int *place = v->numbers + b->front->place, *to = v->list, left = e->size - e->done;
     const int ld = e->rows;
     for (int l = 0; l < left; ++l) { /* those that wait have equal rows and columns */
@@ -402,24 +405,23 @@ static void hand_on(const build *b, const mbsri_elimination *e)
         }
     }
     double *store = v->store;
-    const int d = w->model->body[pool->body].d;
+    const int d = pool->d;
     for (int l = 0; l < left; ++l) {
         const double *from = e->M + (size_t)(e->done + l) * (size_t)ld;
         for (int i = 0; i < left; ++i)
             store[pool->T + (size_t)(to[l] * pool->most + place[i])] += from[e->done + i];
         mbsri_ax(b->actions, 1, 1.0, from + e->size, &(double){1.0},
-                 store + pool->Q + (size_t)(to[l] * b->actions));
+                 store + pool->Q + (size_t)(to[l] * pool->stride));
         const int at = e->column[e->done + l];
         if (at >= b->own && b->actions > 0)
             mbsri_ax(d, 1, 1.0, b->kappa_up + (at - b->own) * d, &(double){1.0},
                      store + pool->kappa + (size_t)(to[l] * d));
     }
-    double *P = b->actions > 0 ? mbsri_tree_matrix(w, pool->body) : NULL;
     for (int l = 0; l < b->motions; ++l) {
         const double *from = e->M + (size_t)(e->size + l) * (size_t)ld;
         for (int i = 0; i < left; ++i)
-            store[pool->R + (size_t)(l * pool->most + place[i])] += from[e->done + i];
-        mbsri_ax(b->actions, 1, 1.0, from + e->size, &(double){1.0}, P + l * b->actions);
+            store[pool->R + (size_t)(place[i] * pool->motions + l)] += from[e->done + i];
+        mbsri_ax(b->actions, 1, 1.0, from + e->size, &(double){1.0}, b->P + l * b->actions);
     }
 }
 
@@ -431,6 +433,17 @@ static int not_finite(const build *b)
     return mbsri_fail(&b->d->error, MBSR_NOT_FINITE, MBSR_NONE, MBSR_NONE,
                       "%s: the Newton equations of its loop are not finite at t = %g",
                       mbsri_closure_label(b->w->model, closure, label), b->d->t);
+}
+
+/* Columns of L, then rows of U, of what was eliminated. */
+static void keep(const build *b, const mbsri_elimination *e)
+{
+    double *L = b->v->store + b->front->LU, *U = L + e->done * e->rows;
+    mbsri_copy((size_t)e->done * (size_t)e->rows, e->M, L);
+    for (int k = 0; k < e->done; ++k) {
+        for (int l = k; l < e->columns; ++l)
+            U[k * e->columns + l] = e->M[(size_t)l * (size_t)e->rows + (size_t)k];
+    }
 }
 
 static int eliminate(build *b)
@@ -459,6 +472,7 @@ static int eliminate(build *b)
     b->front->done = e.done;
     if (!regular) return singular(b, &e);
     if (!mbsri_finite((size_t)e.rows * (size_t)e.columns, e.M)) return not_finite(b);
+    keep(b, &e);
     hand_on(b, &e);
     return MBSR_OK;
 }
@@ -492,9 +506,9 @@ int mbsri_front_finish(mbsri_block_joint *all, int members, const mbsri_front_jo
     return eliminate(&b);
 }
 
-static int close_loops(mbsr_newton *w, mbsr_data *d, int k)
+static int close_loops(mbsr_newton *w, mbsr_data *d, int k, double *P)
 {
-    build b = {.w = w, .d = d, .v = &w->carried, .i = k};
+    build b = {.w = w, .d = d, .v = &w->carried, .i = k, .P = P};
     b.front = b.v->front + k;
     open_front(&b);
     if (b.size == 0) {
@@ -502,29 +516,30 @@ static int close_loops(mbsr_newton *w, mbsr_data *d, int k)
         return MBSR_OK;
     }
     add_pool(&b, k, 0);
-    const mbsri_pool *pool = b.v->pool + k;
+    const mbsri_pool *pool = mbsri_carried_at(w, k);
     const double *store = b.v->store;
     const size_t rows = (size_t)(b.size + b.actions);
-    const int d_up = w->model->body[pool->body].d;
+    const int d_up = pool->d;
     for (int l = 0; l < b.k; ++l) { /* names and rows stand as in the pool */
         mbsri_copy((size_t)b.k, b.T + l * b.k, b.M + (size_t)l * rows);
-        mbsri_copy((size_t)b.actions, store + pool->Q + (size_t)(l * b.actions),
+        mbsri_copy((size_t)b.actions, store + pool->Q + (size_t)(l * pool->stride),
                    b.M + (size_t)l * rows + b.size);
         if (b.actions > 0)
             mbsri_copy((size_t)d_up, store + pool->kappa + (size_t)(l * d_up),
                        b.kappa_up + l * d_up);
     }
-    for (int l = 0; l < b.motions; ++l)
-        mbsri_copy((size_t)b.k, store + pool->R + (size_t)(l * pool->most),
-                   b.M + (size_t)(b.size + l) * rows);
+    for (int i = 0; i < b.k; ++i) {
+        const double *R = store + pool->R + (size_t)(i * pool->motions);
+        for (int l = 0; l < b.motions; ++l) b.M[(size_t)(b.size + l) * rows + (size_t)i] = R[l];
+    }
     return eliminate(&b);
 }
 
-int mbsri_front_close(mbsr_newton *w, mbsr_data *d, int body)
+int mbsri_front_close(mbsr_newton *w, mbsr_data *d, int body, double *P)
 {
     int status = MBSR_OK;
     if (body > 0 && w->node[body].coupled) return status;
     for (int k = w->carried.first_closing[body]; k > 0 && !status; k = w->carried.front[k].next)
-        status = close_loops(w, d, k);
+        status = close_loops(w, d, k, P);
     return status;
 }

@@ -20,11 +20,13 @@ void mbsri_front_load(mbsr_newton *w, const double *r)
 {
     mbsri_carried *v = &w->carried;
     const mbsr_model *m = w->model;
-    for (int i = 1; i < v->fronts; ++i)
-        mbsri_zero((size_t)v->pool[i].count, v->store + v->pool[i].right);
+    for (int i = 1; i < v->fronts; ++i) {
+        const mbsri_pool *pool = mbsri_carried_at(w, i);
+        mbsri_zero((size_t)pool->count, v->store + pool->right);
+    }
     for (int k = 0; k < (int)m->closures.count && r; ++k) {
         const mbsri_closure *c = closure_of(w, k);
-        const mbsri_pool *pool = v->pool + v->loop[k].pool;
+        const mbsri_pool *pool = mbsri_carried_at(w, v->loop[k].pool);
         const int *rows = v->numbers + pool->row;
         double *right = v->store + pool->right;
         const double *velocity = r + m->nq + 2 * m->nu + c->row,
@@ -39,23 +41,24 @@ void mbsri_front_load(mbsr_newton *w, const double *r)
     }
 }
 
-/* Of the right-hand sides h of all rows, by number, what the elimination leaves. */
-static void reduce(mbsr_newton *w, const mbsri_front *front, const double *h, double *p)
+/* Of the right-hand sides h of all rows, by number, what the elimination leaves; b: of the body
+ * above. */
+static void reduce(mbsr_newton *w, int i, const double *h, double *p, double *b)
 {
     mbsri_carried *v = &w->carried;
+    const mbsri_front *front = v->front + i;
     const int size = front->size, rows = size + front->actions;
     const int *row = v->numbers + front->swap_row, *place = v->numbers + front->place;
-    const double *M = v->store + front->M;
+    const double *M = v->store + front->LU;
     for (int k = 0; k < rows; ++k) p[k] = h[k < size ? row[k] : k];
     for (int k = 0; k < front->done; ++k) {
         const double *L = M + (size_t)k * (size_t)rows;
         for (int l = k + 1; l < rows; ++l) p[l] -= L[l] * p[k];
     }
-    const mbsri_pool *up = v->pool + front->up;
+    const mbsri_pool *up = mbsri_carried_up(w, i);
     double *right = v->store + up->right;
     mbsri_copy((size_t)front->done, p, v->store + front->right);
     for (int k = front->done; k < size; ++k) right[place[k - front->done]] += p[k];
-    double *b = w->b + 3 * w->model->body[up->body].v;
     for (int k = 0; k < front->actions; ++k) b[k] -= p[size + k];
 }
 
@@ -69,25 +72,26 @@ void mbsri_front_reduce(mbsr_newton *w, int i, double *own, const double *q0)
     mbsri_zero((size_t)rows, h);
     mbsri_copy((size_t)front->own, own, h);
     for (int l = 0; (number = mbsri_carried_pool(w, i, l, &at)) >= 0; ++l) {
-        const mbsri_pool *pool = v->pool + number;
+        const mbsri_pool *pool = mbsri_carried_at(w, number);
         const int *place = v->numbers + pool->place;
         for (int k = 0; k < pool->count; ++k)
             h[front->own + place[k]] += v->store[pool->right + (size_t)k];
     }
     mbsri_ax(rows, front->nq, -1.0, v->store + front->Mq, q0, h);
-    reduce(w, front, h, p);
+    reduce(w, i, h, p, w->b + 3 * w->model->body[i].pred_v);
 }
 
-void mbsri_front_reduce_closing(mbsr_newton *w, int body)
+void mbsri_front_reduce_closing(mbsr_newton *w, int body, double *b)
 {
     mbsri_carried *v = &w->carried;
     if (body > 0 && w->node[body].coupled) return;
+    if (!b) b = w->b + 3 * w->model->body[body].v;
     for (int k = v->first_closing[body]; k > 0; k = v->front[k].next) {
         const mbsri_front *front = v->front + k;
         double *h = v->work, *p = h + front->size + front->actions;
         mbsri_zero((size_t)(front->size + front->actions), h);
-        mbsri_copy((size_t)front->size, v->store + v->pool[k].right, h);
-        reduce(w, front, h, p);
+        mbsri_copy((size_t)front->size, v->store + mbsri_carried_at(w, k)->right, h);
+        reduce(w, k, h, p, b);
     }
 }
 
@@ -98,34 +102,36 @@ static int name_of(const mbsr_newton *w, const mbsri_front *front, int i, int at
                            : w->carried.numbers[front->column + (size_t)(at - front->own)];
 }
 
-void mbsri_front_substitute(mbsr_newton *w, int i)
+/* x: the perturbation of the body above. */
+static void substitute(mbsr_newton *w, int i, const double *x)
 {
     mbsri_carried *v = &w->carried;
     const mbsri_front *front = v->front + i;
     const int rows = front->size + front->actions, done = front->done;
     const int *column = v->numbers + front->swap_column;
-    const double *x = w->x + w->node[v->pool[front->up].body].x;
-    double *p = v->work;
-    mbsri_copy((size_t)done, v->store + front->right, p);
-    for (int l = front->size + front->motions - 1; l >= 0; --l) {
-        const double *U = v->store + front->M + (size_t)l * (size_t)rows;
-        double value;
-        if (l >= front->size) {
-            value = x[l - front->size];
-        } else {
-            double *to = v->value + name_of(w, front, i, column[l]);
-            if (l < done) *to = p[l] / U[l];
-            value = *to;
-        }
-        for (int k = 0; k < (l < done ? l : done); ++k) p[k] -= U[k] * value;
+    const int columns = front->size + front->motions;
+    const double *U = v->store + front->LU + done * rows, *right = v->store + front->right;
+    double *z = v->work; /* all unknowns, and x */
+    for (int l = done; l < front->size; ++l) z[l] = v->value[name_of(w, front, i, column[l])];
+    mbsri_copy((size_t)front->motions, x, z + front->size);
+    for (int k = done - 1; k >= 0; --k) {
+        const double *row = U + k * columns;
+        z[k] = (right[k] - mbsri_dot(columns - k - 1, row + k + 1, z + k + 1)) / row[k];
+        v->value[name_of(w, front, i, column[k])] = z[k];
     }
 }
 
-void mbsri_front_substitute_closing(mbsr_newton *w, int body)
+void mbsri_front_substitute(mbsr_newton *w, int i)
 {
-    if (body > 0 && w->node[body].coupled) return;
-    for (int k = w->carried.first_closing[body]; k > 0; k = w->carried.front[k].next)
-        mbsri_front_substitute(w, k);
+    substitute(w, i, w->x + w->node[w->model->body[i].parent].x);
+}
+
+void mbsri_front_substitute_closing(mbsr_newton *w, int body, const double *x)
+{
+    const bool apart = body == 0 || !w->node[body].coupled;
+    if (!x) x = w->x + w->node[body].x;
+    for (int k = w->carried.first_closing[body]; k > 0 && apart; k = w->carried.front[k].next)
+        substitute(w, k, x);
 }
 
 void mbsri_front_apply(const mbsr_newton *w, int i, double *q, double *momentum, double *rate)
@@ -149,7 +155,7 @@ void mbsri_front_multipliers(const mbsr_newton *w, const double *r, double *delt
     const int first = m->nq + 2 * m->nu;
     for (int k = 0; k < (int)m->closures.count; ++k) {
         const mbsri_closure *c = closure_of(w, k);
-        const mbsri_pool *pool = v->pool + v->loop[k].pool;
+        const mbsri_pool *pool = mbsri_carried_at(w, v->loop[k].pool);
         for (int l = 0; l < c->rows; ++l) {
             const int lambda = mbsri_name_lambda(c, l), eta = mbsri_name_eta(m, c, l);
             const int *rows = v->numbers + pool->row;

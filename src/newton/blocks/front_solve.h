@@ -9,14 +9,15 @@
 void mbsri_front_load(mbsr_newton *w, const double *r);
 
 /* Leaves to root. Joint i, or the group of that head: `own` are the right-hand sides
- * of its equations, q0 = Cq r_q. Then loops that close on a body. */
+ * of its equations, q0 = Cq r_q. Then loops that close on a body; b: that of a body in vector code,
+ * NULL: of a block. */
 void mbsri_front_reduce(mbsr_newton *w, int i, double *own, const double *q0);
-void mbsri_front_reduce_closing(mbsr_newton *w, int body);
+void mbsri_front_reduce_closing(mbsr_newton *w, int body, double *b);
 
 /* Root to leaves, likewise. What of the joint's dq, d(M u) and dp' is that of the multipliers is
- * added to q, momentum, rate. */
+ * added to q, momentum, rate. x: of a body in vector code, or NULL. */
 void mbsri_front_substitute(mbsr_newton *w, int i);
-void mbsri_front_substitute_closing(mbsr_newton *w, int body);
+void mbsri_front_substitute_closing(mbsr_newton *w, int body, const double *x);
 void mbsri_front_apply(const mbsr_newton *w, int i, double *q, double *momentum, double *rate);
 
 /* After all: the multipliers' part of delta. */

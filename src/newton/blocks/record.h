@@ -92,9 +92,13 @@ typedef struct mbsri_loop_end {
  * many rows as unknowns. */
 typedef struct mbsri_pool {
     int body;
+    bool swept; /* the body is in vector code, and the pool of that kind */
     int most, count;
+    int stride, motions,
+        d; /* numbers of a column of Q, a row of R and a column of kappa, at most */
     size_t column, row, place; /* ints: names of unknowns, of rows; places of rows in the front */
-    size_t Q, R, T, kappa, right; /* actions x most, most x motions, most x most, d x most, most */
+    size_t Q, R, T, kappa,
+        right; /* stride x most, motions x most by rows, most x most, d x most, most */
 } mbsri_pool;
 
 /* The equations of a joint, or of loops that close on a body, with what is carried there: `size`
@@ -108,14 +112,15 @@ typedef struct mbsri_front {
     int motions, actions; /* of the body it hands on to */
     int n, nq;            /* of the joint */
     size_t column, row, swap_column, swap_row, place; /* ints */
-    size_t M, Mq, along, momentum, rate, right;       /* doubles */
+    size_t LU, Mq, along, momentum, rate, right;      /* doubles; LU: see front.h */
+    size_t record; /* likewise, of a joint in vector code (newton/sweeps/fronts.h) */
 } mbsri_front;
 
 typedef struct mbsri_carried {
     int names, multipliers; /* all; of closures */
     int fronts;             /* and pools: N + 1 for the bodies, then closing fronts */
     int most;               /* unknowns of any front */
-    size_t widest;          /* doubles of work */
+    size_t widest, largest; /* doubles of work, of the matrix of any front */
     mbsri_loop *loop;       /* closures */
     mbsri_loop_end *end;    /* */
     int *first_end;         /* N + 1 */
@@ -123,10 +128,11 @@ typedef struct mbsri_carried {
     int *closure;           /* multipliers: the closure of the name */
     bool *served;           /* N + 1: joints that are fronts */
     mbsri_pool *pool;
+    mbsri_pool *swept; /* the same of bodies in vector code (swept.h) */
     mbsri_front *front;
     double *value; /* names: the solution */
     double *unit;  /* rows: the largest entry of C */
-    double *store, *work;
+    double *store, *work, *matrix;
     int *numbers, *list;
     void *memory;
     size_t bytes;

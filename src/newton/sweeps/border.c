@@ -8,6 +8,8 @@
 #include "newton/blocks/front.h"
 #include "newton/blocks/front_solve.h"
 #include "newton/blocks/solve.h"
+#include "newton/blocks/swept.h"
+#include "newton/sweeps/elements.h"
 #include "sweeps/block.h"
 
 #include <string.h>
@@ -182,7 +184,11 @@ int mbsri_border_open(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton)
         else
             mbsri_tree_mark(w, i, run->rank[i]);
     }
-    return has_loops(newton) ? mbsri_carried_open(w, run->data, newton->c) : MBSR_OK;
+    if (!has_loops(newton)) return MBSR_OK;
+    const int status = mbsri_carried_open(w, run->data, newton->c);
+    mbsri_swept_clear(w);
+    mbsri_newton_add_closures(newton);
+    return status;
 }
 
 /* The sums over what block i hands on, about the origin of its predecessor's own frame. */
@@ -212,7 +218,7 @@ int mbsri_border_eliminate(const mbsri_sweep_run *run, mbsri_newton_sweeps *newt
     mbsri_block_momentum(run, i, &flow);
     if (w->node[i].last == 0) mbsri_tree_clear(w, i);
     clear_predecessor(newton, i);
-    int status = has_loops(newton) ? mbsri_front_close(w, run->data, i) : MBSR_OK;
+    int status = has_loops(newton) ? mbsri_front_close(w, run->data, i, NULL) : MBSR_OK;
     if (!status) status = mbsri_tree_eliminate(w, run->data, i, newton->c);
     if (status || !hands_over(newton, i)) return status;
     meeting at = meet(newton, parent);
@@ -227,7 +233,7 @@ int mbsri_border_eliminate(const mbsri_sweep_run *run, mbsri_newton_sweeps *newt
 
 int mbsri_border_close(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton)
 {
-    return has_loops(newton) ? mbsri_front_close(newton->blocks, run->data, 0) : MBSR_OK;
+    return has_loops(newton) ? mbsri_front_close(newton->blocks, run->data, 0, NULL) : MBSR_OK;
 }
 
 void mbsri_border_give(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton, int i,
@@ -285,7 +291,7 @@ void mbsri_border_reduce(mbsri_newton_sweeps *newton, int i, const double *tau,
     const mbsri_body *b = newton->model->body + i;
     const bool over = hands_over(newton, i);
     if (over) mbsri_tree_clear_load(w, b->parent);
-    if (has_loops(newton)) mbsri_front_reduce_closing(w, i);
+    if (has_loops(newton)) mbsri_front_reduce_closing(w, i, NULL);
     mbsri_tree_reduce(w, i, tau);
     memset(flow, 0, sizeof *flow);
     if (!over) return;
@@ -326,8 +332,8 @@ void mbsri_border_turn(mbsri_newton_sweeps *newton)
     mbsr_newton *w = newton->blocks;
     mbsri_zero((size_t)mbsri_motions(w->node, newton->model->body), mbsri_border_room(newton, 0));
     if (!has_loops(newton)) return;
-    mbsri_front_reduce_closing(w, 0);
-    mbsri_front_substitute_closing(w, 0);
+    mbsri_front_reduce_closing(w, 0, NULL);
+    mbsri_front_substitute_closing(w, 0, NULL);
 }
 
 double *mbsri_border_room(mbsri_newton_sweeps *newton, int i)
@@ -341,7 +347,7 @@ void mbsri_border_substitute(mbsri_newton_sweeps *newton, int i, const double *t
     if (hands_over(newton, i)) /* no A */
         mbsri_zero((size_t)b->d_pred, mbsri_border_room(newton, b->parent) + 2 * (size_t)b->d_pred);
     mbsri_tree_substitute(newton->blocks, i, tau, delta);
-    if (has_loops(newton)) mbsri_front_substitute_closing(newton->blocks, i);
+    if (has_loops(newton)) mbsri_front_substitute_closing(newton->blocks, i, NULL);
 }
 
 void mbsri_border_finish(mbsri_newton_sweeps *newton, const double *r, double *delta)

@@ -9,6 +9,7 @@
 #include "algebra/numbers.h"
 #include "forces/gravity.h"
 #include "model/query.h"
+#include "newton/blocks/record.h"
 #include "newton/slopes/force_slopes.h"
 #include "newton/slopes/relation.h"
 
@@ -114,12 +115,12 @@ static place place_of(const mbsri_body *b, int k)
     return k == 2 ? (place){0, 2} : (place){1, k};
 }
 
-/* The rows of forces on a body over pose and V of `by`. */
-static void add_body_slopes(const mbsr_force_derivatives *from, const mbsri_body *on, int row,
-                            const mbsri_body *by, int column, mbsri_newton_slopes *to)
+/* The rows of forces on a body over pose and V of `by`, the first `count` of these. */
+static void add_some_slopes(const mbsr_force_derivatives *from, const mbsri_body *on, int row,
+                            const mbsri_body *by, int column, int count, mbsri_newton_slopes *to)
 {
     const int of_pose = mbsri_pose_size(by);
-    for (int k = 0; k < of_pose + by->d; ++k) {
+    for (int k = 0; k < count; ++k) {
         const double *x = from->matrix + from->rows * (column + k) + row;
         const bool pose = k < of_pose;
         const place at = place_of(by, pose ? k : k - of_pose);
@@ -128,6 +129,12 @@ static void add_body_slopes(const mbsr_force_derivatives *from, const mbsri_body
             to->by[(pose ? 0 : 2) + at.group][at.axis][in.group][in.axis] += x[l];
         }
     }
+}
+
+static void add_body_slopes(const mbsr_force_derivatives *from, const mbsri_body *on, int row,
+                            const mbsri_body *by, int column, mbsri_newton_slopes *to)
+{
+    add_some_slopes(from, on, row, by, column, mbsri_pose_size(by) + by->d, to);
 }
 
 static bool is_zero(const mbsr_force_derivatives *by, int row, int rows, int column, int columns)
@@ -226,4 +233,22 @@ int mbsri_newton_slopes_at(mbsri_newton_sweeps *newton, mbsr_data *d)
         for (int i = 1; i <= calls && !status; ++i) status = slopes_of_call(newton, d, force, i);
     }
     return status;
+}
+
+void mbsri_newton_add_closures(mbsri_newton_sweeps *newton)
+{
+    const mbsr_model *m = newton->model;
+    const mbsri_carried *v = &newton->blocks->carried;
+    for (int i = 1; i <= m->bodies; ++i) {
+        if (is_block(newton->tree, i)) continue;
+        for (int l = v->first_end[i]; l >= 0; l = v->end[l].next) {
+            const int number = v->end[l].closure;
+            const mbsri_closure *c = (const mbsri_closure *)m->closures.data + number;
+            const int at = c->column[v->end[l].slot];
+            const mbsr_force_derivatives S = {
+                .matrix = v->store + v->loop[number].S, .rows = c->columns, .columns = c->columns};
+            add_some_slopes(&S, m->body + i, at, m->body + i, at, m->body[i].d,
+                            newton->at + newton->number[i]);
+        }
+    }
 }

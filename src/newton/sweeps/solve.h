@@ -4,8 +4,8 @@
 #define MBSRI_NEWTON_SOLVE_H
 
 #include "newton/sweeps/border.h"
+#include "newton/sweeps/fronts.h"
 #include "newton/sweeps/multi_axis.h"
-#include "newton/sweeps/reaction.h"
 
 /* b, that of psi, and the recursion for w. */
 typedef struct loads {
@@ -109,6 +109,24 @@ MBSRI_INLINE void condense_deep(const mbsri_newton_sweeps *newton, const mbsri_n
                      load3(col->G + 3 * g) * taken;
 }
 
+/* A joint past which loops are carried, or a weld. */
+MBSRI_OUTLINE void condense_open(mbsri_newton_sweeps *newton, int i, given r, loads *f, bool deep)
+{
+    const mbsri_newton_step *s = newton->step + i;
+    if (s->n == 0) {
+        pass_rights(newton, i, 0.0, 0.0, 0.0);
+        return;
+    }
+    const mbsri_newton_column *col = mbsri_newton_column_at(newton, s->u);
+    const v4 psi = load3(col->S) * f->psi[PSI_L] + load3(col->S + 3) * f->psi[PSI_P];
+    const double rest = r.u + r.tau - sum3(psi) - col->gain * r.q;
+    if (deep)
+        condense_deep(newton, s, r, f, true);
+    else
+        condense_loads(newton, s->u, r, f, true);
+    pass_rights(newton, i, newton->k[s->u], r.q, rest);
+}
+
 /* load: wrench at the origin of body i's own frame. */
 MBSRI_INLINE void add_load(const mbsri_newton_sweeps *newton, int i, const double *load_of_body,
                            loads *f, bool deep)
@@ -188,6 +206,7 @@ MBSRI_INLINE void solve_back(mbsri_newton_sweeps *newton, const double *r,
         if (flags & MBSRI_LEAF) clear_loads(&f);
         if (flags & MBSRI_BRANCHES) add_loads(--top, &f, full, deep);
         if (full && load_of_body) add_load(newton, i, load_of_body, &f, deep);
+        if (mixed && flags & MBSRI_CLOSES) close_loads(newton, i, f.b, f.psi);
         if (flags & MBSRI_MULTI) {
             _Alignas(32) mbsri_newton_flow multi;
             loads_to_memory(&f, &multi, full, false);
@@ -199,10 +218,14 @@ MBSRI_INLINE void solve_back(mbsri_newton_sweeps *newton, const double *r,
             given g = {0.0, 0.0, 0.0, 0.0};
             if (r) g = (given){r[m->q_of[s->q]], r_p[u], r_u[u], 0.0};
             if (load_of_body) g.tau = load_of_body[m->size_v + (size_t)s->u];
-            if (deep)
+            if (mixed && flags & MBSRI_FRONT)
+                condense_open(newton, i, g, &f, deep);
+            else if (deep)
                 condense_deep(newton, s, g, &f, full);
             else
                 condense_loads(newton, s->u, g, &f, full);
+        } else if (mixed && flags & MBSRI_FRONT) {
+            condense_open(newton, i, (given){0.0, 0.0, 0.0, 0.0}, &f, deep);
         }
         hand_loads_over(s, &f, &top, full, deep);
         if (mixed && flags & MBSRI_TO_BLOCK) give_loads(newton, i, &f, deep);
@@ -280,10 +303,12 @@ MBSRI_INLINE void solve_forward(mbsri_newton_sweeps *newton, const double *r, co
             if (full) K += load3(col->last + 3 * LAST_K) * x[3];
             if (full) Q += load3(col->last + 3 * LAST_Q) * x[3];
             const int u = m->u_of[s->u], q = m->q_of[s->q];
-            const double du = newton->k[s->u] - sum3(K), both = du + (r ? r[q] : 0.0),
-                         dq = both * newton->by_c;
+            double du = newton->k[s->u] - sum3(K), rest = r ? r[q] : 0.0,
+                   dp = newton->p[s->u] + sum3(Q);
+            if (mixed && s->flags & MBSRI_FRONT) move_open(newton, i, &du, &rest, &dp);
+            const double both = du + rest, dq = both * newton->by_c;
             delta[q] = dq;
-            delta_p[u] = newton->p[s->u] + sum3(Q) + m->armature[s->u] * du;
+            delta_p[u] = dp + m->armature[s->u] * du;
             delta_u[u] = du;
             const v4 S_w = load3(col->S), S_v = load3(col->S + 3);
             x[DRIFT] +=
@@ -298,6 +323,7 @@ MBSRI_INLINE void solve_forward(mbsri_newton_sweeps *newton, const double *r, co
         if (s->flags & MBSRI_BRANCHES) {
             for (int g = 0; g < groups(full); ++g) store(newton->x[s->branch] + 4 * g, x[g]);
         }
+        if (mixed && s->flags & MBSRI_CLOSES) close_motion(newton, i, x);
         if (full && motion) report_motion(newton, i, x, motion + 12 * i);
     }
 }

@@ -114,7 +114,7 @@ mbsri_newton_sweeps *mbsri_newton_sweeps_place(const mbsr_model *m, bool alone, 
     mbsri_newton_sweeps *w;
     const mbsri_sweeps *tree = m->whole;
     layout(m, tree, memory, &w);
-    w->blocks = tree->blocks > 0 ? blocks : NULL;
+    w->blocks = tree->blocks > 0 || m->rows > 0 ? blocks : NULL;
     memset(w->step, 0, sizeof *w->step);
     w->least_pivot = alone ? MBSRI_LEAST_PIVOT : MBSRI_CLEAR_PIVOT;
     int branch = 0;
