@@ -523,7 +523,9 @@ static void add_end(mbsr_newton *w, const mbsr_data *d, const mbsri_loop_end *en
     const mbsri_closure *c = closure_of(w, end->closure);
     const int body = c->body[end->slot];
     site s = {.c = c, .loop = v->loop + end->closure, .column = c->column[end->slot]};
-    s.pool = v->pool + (body == s.loop->level / 2 ? s.loop->pool : body);
+    const int number = body == s.loop->level / 2 ? s.loop->pool : body;
+    if (w->mixed && v->swept[number].swept) return; /* see swept.h */
+    s.pool = v->pool + number;
     s.d = m->body[body].d;
     s.e = w->node[body].e;
     const double *C = d->closure_C + c->at, *slope = v->store + s.loop->slope;
@@ -552,7 +554,7 @@ static void add_diagonal(mbsr_newton *w, const mbsr_data *d, int number, double 
 {
     mbsri_carried *v = &w->carried;
     const mbsri_closure *closure = closure_of(w, number);
-    mbsri_pool *pool = v->pool + v->loop[number].pool;
+    mbsri_pool *pool = mbsri_carried_at(w, v->loop[number].pool);
     double *T = v->store + pool->T;
     for (int k = 0; k < closure->held; ++k) {
         if (!mbsri_is_stiff(closure, k)) continue;
@@ -572,7 +574,7 @@ static void add_diagonal(mbsr_newton *w, const mbsr_data *d, int number, double 
 int mbsri_carried_open(mbsr_newton *w, mbsr_data *d, double c)
 {
     mbsri_carried *v = &w->carried;
-    for (int i = 0; i < v->fronts; ++i) v->pool[i].count = 0;
+    for (int i = 0; i < v->fronts; ++i) v->pool[i].count = v->swept[i].count = 0;
     for (int k = 0; k < closures_of(w); ++k) {
         mbsri_loop *loop = v->loop + k;
         const mbsri_closure *closure = closure_of(w, k);

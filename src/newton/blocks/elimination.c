@@ -102,22 +102,53 @@ void mbsri_eliminate_massive(elimination *e)
 
 /* ---- loops that close ---- */
 
+static double largest_in_row(const elimination *e, int i)
+{
+    double largest = 0.0;
+    for (int j = e->done; j < e->size; ++j) {
+        const double x = fabs(*entry(e, i, j)) * e->column_scale[e->column[j]];
+        largest = x > largest ? x : largest;
+    }
+    return largest;
+}
+
+static double largest_in_column(const elimination *e, int j)
+{
+    double largest = 0.0;
+    const double *column = entry(e, 0, j);
+    for (int i = e->done; i < e->size; ++i) {
+        const double x = fabs(column[i]) * e->row_scale[e->row[i]];
+        largest = x > largest ? x : largest;
+    }
+    return largest;
+}
+
+/* A scale, whose largest entry without it this is, becomes nearer to what makes that 1: by the root, so
+ * that neither side gets all of it, or exactly. True: it was within a factor 2. */
+static bool adjust(double *scale, double largest, bool exactly)
+{
+    if (!(largest > 0.0)) return true;
+    const double all = largest * *scale;
+    *scale /= exactly ? all : sqrt(all);
+    return all > 0.5 && all < 2.0;
+}
+
 /* Scales of all rows and columns that are left, so that the largest entry of each is about 1; with
  * those that wait, lest rounding errors beside them look large. */
 static void equilibrate(elimination *e)
 {
     for (int k = e->done; k < e->size; ++k)
         e->row_scale[e->row[k]] = e->column_scale[e->column[k]] = 1.0;
-    for (int round = 0; round < 12; ++round) {
-        const bool side = round % 2 == 1;
-        for (int i = e->done; i < e->size; ++i) {
-            double largest = 0.0;
-            for (int j = e->done; j < e->size; ++j)
-                largest = fmax(largest, side ? scaled(e, j, i) : scaled(e, i, j));
-            double *scale = side ? e->column_scale + e->column[i] : e->row_scale + e->row[i];
-            /* to the root, so that neither side gets all of it; exactly at the end */
-            if (largest > 0.0) *scale /= round < 10 ? sqrt(largest) : largest;
-        }
+    bool last = false;
+    for (int round = 0; round < 6; ++round) {
+        bool even = true;
+        const bool exactly = last || round == 5;
+        for (int i = e->done; i < e->size; ++i)
+            even = adjust(e->row_scale + e->row[i], largest_in_row(e, i), exactly) && even;
+        for (int j = e->done; j < e->size; ++j)
+            even = adjust(e->column_scale + e->column[j], largest_in_column(e, j), exactly) && even;
+        if (exactly) return;
+        last = even;
     }
 }
 

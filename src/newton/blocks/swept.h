@@ -10,17 +10,13 @@
 
 #include "newton/blocks/carried.h"
 
-/* Before a factorisation: empties them. */
-void mbsri_swept_clear(mbsr_newton *w);
-
 /* Where a body is, as the sweeps know it: from its point to the origin of its own frame, the angular
  * velocity, the velocity of that origin. */
 typedef struct mbsri_swept_place {
     const double *arm, *omega, *v;
 } mbsri_swept_place;
 
-/* Adds to pool k what closures are at its body, which mbsri_carried_open has put into the pool of the
- * same number by the body's own coordinates. */
-void mbsri_swept_take_ends(mbsr_newton *w, int k, const mbsri_swept_place *at);
+/* Adds to the pools of body i what closures are at it, after mbsri_carried_open, which leaves it out. */
+void mbsri_swept_take_ends(mbsr_newton *w, const mbsr_data *d, int i, const mbsri_swept_place *at);
 
 #endif

@@ -8,7 +8,6 @@
 #include "newton/blocks/front.h"
 #include "newton/blocks/front_solve.h"
 #include "newton/blocks/solve.h"
-#include "newton/blocks/swept.h"
 #include "newton/sweeps/elements.h"
 #include "sweeps/block.h"
 
@@ -186,7 +185,6 @@ int mbsri_border_open(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton)
     }
     if (!has_loops(newton)) return MBSR_OK;
     const int status = mbsri_carried_open(w, run->data, newton->c);
-    mbsri_swept_clear(w);
     mbsri_newton_add_closures(newton);
     return status;
 }

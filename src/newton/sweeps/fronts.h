@@ -272,13 +272,10 @@ static bool eliminate_open(const mbsri_sweep_run *run, int i, mbsri_newton_sweep
 }
 
 /* Loops that close on body i. */
-static int close_loops_on(const mbsri_sweep_run *run, int i, mbsri_newton_sweeps *newton, slab *y,
-                          const mbsri_swept_place *at)
+static int close_loops_on(const mbsri_sweep_run *run, int i, mbsri_newton_sweeps *newton, slab *y)
 {
     mbsr_newton *w = newton->blocks;
     double P[MBSRI_SWEPT_MOTIONS * MBSRI_SWEPT_ACTIONS] = {0.0};
-    for (int k = w->carried.first_closing[i]; k > 0; k = w->carried.front[k].next)
-        mbsri_swept_take_ends(w, k, at);
     const int status = mbsri_front_close(w, run->data, i, P),
               actions = mbsri_carried_actions(w, w->carried.swept + i);
     for (int g = 0; g < 4; ++g) {
@@ -299,8 +296,8 @@ MBSRI_OUTLINE int meet_loops(const mbsri_sweep_run *run, int i, mbsri_newton_swe
     const int flags = run->tree->body[i].flags;
     const mbsri_newton_own *own = newton->own + i;
     const mbsri_swept_place at = {own->arm, own->omega, own->v};
-    if (flags & MBSRI_FRONT) mbsri_swept_take_ends(newton->blocks, i, &at);
-    return flags & MBSRI_CLOSES ? close_loops_on(run, i, newton, y, &at) : MBSR_OK;
+    mbsri_swept_take_ends(newton->blocks, run->data, i, &at);
+    return flags & MBSRI_CLOSES ? close_loops_on(run, i, newton, y) : MBSR_OK;
 }
 
 /* The joint of a body on a loop: of one axis, or a weld. */
