@@ -147,7 +147,7 @@ static int init(const mbsr_model *model, bool lean, void *memory, size_t size, m
     d->t = 0.0;
     d->total_rank = -1;
     d->pending = MBSRI_PENDING_NONE;
-    d->watching = d->framed = d->use_frame = d->keep_scale = false;
+    d->watching = d->framed = d->use_frame = d->keep_scale = d->exactly = false;
     d->accelerated = d->single = d->loaded = false;
     for (int k = 0; k < model->rows; ++k) d->dropped[k] = false;
     for (size_t k = 0; k < model->forces.count + model->carried; ++k) d->off[k] = false;

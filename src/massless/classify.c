@@ -1,4 +1,4 @@
-/* The kinds of the directions that move no mass, and the choice of those shown.
+/* The kinds of the directions that move no mass.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "massless/report_parts.h"
 
@@ -6,122 +6,51 @@
 #include "algebra/lapack.h"
 #include "algebra/numbers.h"
 #include "base/error.h"
-#include "massless/element_slopes.h"
+#include "massless/element_rows.h"
 #include "massless/null_slopes.h"
+#include "massless/seen.h"
 
 #include <float.h>
 #include <math.h>
+
+/* Gives b the number of its component. */
+static void join(mbsri_report *r, int b, int number, int *count)
+{
+    if (r->component[b] >= 0) return;
+    r->component[b] = number;
+    r->member[(*count)++] = b;
+}
+
+/* Joins what some element sees together with direction a. */
+static void join_seen(mbsri_report *r, int a, int number, int *count)
+{
+    const mbsri_row *row = r->w.rows.data;
+    for (size_t n = 0; n < r->w.rows.count; ++n, ++row) {
+        const mbsri_row_entry *entry = (const mbsri_row_entry *)r->w.entries.data + row->first;
+        bool seen = false;
+        for (int k = 0; k < row->count && !seen; ++k)
+            seen = entry[k].direction == a && entry[k].value != 0.0;
+        for (int k = 0; k < row->count && seen; ++k) {
+            if (entry[k].value != 0.0) join(r, entry[k].direction, number, count);
+        }
+    }
+}
 
 /* Spreads the number of l's component over all directions coupled to it. */
 void mbsri_report_mark(mbsri_report *r, int l, int number)
 {
     const int k = r->w.k;
     int count = 0;
-    r->member[count++] = l;
-    r->component[l] = number;
+    join(r, l, number, &count);
     for (int next = 0; next < count; ++next) {
         const int a = r->member[next];
         for (int b = 0; b < k; ++b) {
             const bool coupled = r->w.C[a * k + b] != 0.0 || r->w.C[b * k + a] != 0.0 ||
                                  r->w.S[a * k + b] != 0.0 || r->w.S[b * k + a] != 0.0;
-            if (!coupled || r->component[b] >= 0) continue;
-            r->component[b] = number;
-            r->member[count++] = b;
+            if (coupled) join(r, b, number, &count);
         }
+        join_seen(r, a, number, &count);
     }
-}
-
-/* ---- the choice of a direction ---- */
-
-/* weights (k) of the component's directions with weights x (c), but for those that add less than 1e-6
- * of the largest joint rate: reports leave such rates out, and list no elements for them. */
-static void spread(mbsri_report *r, int c, const double *x, double *weights)
-{
-    const mbsri_null_space *w = &r->w;
-    double *size = r->sizes, largest = 0.0;
-    mbsri_zero((size_t)w->k, weights);
-    for (int a = 0; a < c; ++a) {
-        const int l = r->member[a];
-        const double *u = w->direction + (size_t)l * (size_t)w->m->nu;
-        size[a] = 0.0;
-        for (int k = w->from[l]; k < w->to[l] && x[a] != 0.0; ++k)
-            size[a] = fmax(size[a], fabs(x[a] * u[k]) / w->span[k]);
-        largest = fmax(largest, size[a]);
-    }
-    for (int a = 0; a < c; ++a) {
-        if (size[a] >= 1e-6 * largest) weights[r->member[a]] = x[a];
-    }
-}
-
-/* u, twist and q_rate of a direction. */
-void mbsri_report_combine(mbsri_report *r, const double *weights)
-{
-    mbsri_null_mix(&r->w, MBSRI_NULL_RATES, weights, r->u, r->size);
-    mbsri_null_mix(&r->w, MBSRI_NULL_TWISTS, weights, r->twist, r->size);
-    mbsri_null_mix(&r->w, MBSRI_NULL_SHIFTS, weights, r->q_rate, r->size);
-}
-
-/* Whether an element determines the direction of this kind in u, twist and q_rate. */
-int mbsri_report_determines(mbsri_report *r, const mbsri_force *force, mbsr_direction_kind kind,
-                            bool *determined)
-{
-    *determined = false;
-    if (kind == MBSR_DIRECTION_UNDETERMINED) return MBSR_OK;
-    return mbsri_element_resists(&r->w, force, r->u, r->twist, r->q_rate,
-                                 kind == MBSR_DIRECTION_DAMPED, determined);
-}
-
-/* listed: the bodies that move in the direction and belong to elements that determine it. */
-static int list_bodies(mbsri_report *r, mbsr_direction_kind kind)
-{
-    const mbsr_model *m = r->w.m;
-    const mbsri_force *force = m->forces.data;
-    for (int i = 0; i <= m->bodies; ++i) r->listed[i] = false;
-    for (size_t k = 0; k < m->forces.count; ++k) {
-        bool determined;
-        const int status = mbsri_report_determines(r, force + k, kind, &determined);
-        if (status) return status;
-        for (int l = 0; l < force[k].def.bodies && determined; ++l)
-            r->listed[m->list_index[force[k].list + (size_t)l]] = true;
-    }
-    for (int i = 1; i <= m->bodies; ++i) {
-        const mbsri_body *b = m->body + i;
-        r->listed[i] = r->listed[i] && mbsri_largest(b->n, r->u + b->u) > 0.0;
-    }
-    return MBSR_OK;
-}
-
-static int count_terms(const mbsr_model *m, const double *u)
-{
-    int count = 0;
-    for (int k = 0; k < m->nu; ++k) count += u[k] != 0.0;
-    return count;
-}
-
-/* A direction of the component: x, or in its stead `sparse` (NULL: none) if that has fewer terms
- * and still names the bodies on which the elements act that determine x. */
-static int add(mbsri_report *r, int c, const double *x, const double *sparse,
-               mbsr_direction_kind kind)
-{
-    const mbsr_model *m = r->w.m;
-    double *weights = r->weights + (size_t)r->found * (size_t)r->w.k;
-    r->kind[r->found++] = kind;
-    spread(r, c, x, weights);
-    mbsri_report_combine(r, weights);
-    const int terms = count_terms(m, r->u);
-    if (!sparse || terms <= 2) return MBSR_OK;
-    const int status = list_bodies(r, kind);
-    if (status) return status;
-    spread(r, c, sparse, weights);
-    mbsri_null_mix(&r->w, MBSRI_NULL_RATES, weights, r->other, r->size);
-    bool better = count_terms(m, r->other) < terms;
-    for (int i = 1; i <= m->bodies && better; ++i) {
-        const mbsri_body *b = m->body + i;
-        better = !r->listed[i] || mbsri_largest(b->n, r->other + b->u) > 0.0;
-    }
-    if (better) return MBSR_OK;
-    spread(r, c, x, weights);
-    return MBSR_OK;
 }
 
 /* ---- the kinds ---- */
@@ -167,20 +96,6 @@ static void elastic_block(mbsri_report *r, int c, int e)
     }
 }
 
-/* out (c) = Z weights (e) */
-static void through(const mbsri_report *r, int c, int e, const double *weights, double *out)
-{
-    mbsri_zero((size_t)c, out);
-    for (int b = 0; b < e; ++b) {
-        for (int a = 0; a < c; ++a) out[a] += weights[b] * r->Z[b * c + a];
-    }
-    for (int a = 0; a < c; ++a) {
-        double size = 0.0;
-        for (int b = 0; b < e; ++b) size += fabs(weights[b] * r->Z[b * c + a]);
-        if (fabs(out[a]) <= 1e-12 * size) out[a] = 0.0;
-    }
-}
-
 /* Elastic and undetermined directions among those C does not see. */
 static int classify_rest(mbsri_report *r, int c, int damped)
 {
@@ -190,7 +105,7 @@ static int classify_rest(mbsri_report *r, int c, int damped)
         mbsri_right_null(&r->reduced, l, r->Z + l * c, r->Z_error + l * c);
     }
     elastic_block(r, c, e);
-    mbsri_reduce(&r->reduced, e, MBSRI_LEAST_STIFFNESS);
+    mbsri_reduce(&r->reduced, e, e, e, MBSRI_LEAST_STIFFNESS);
     const int elastic = r->reduced.rank;
     int status = MBSR_OK;
     for (int l = 0; l < e && !status; ++l) {
@@ -199,10 +114,10 @@ static int classify_rest(mbsri_report *r, int c, int damped)
             mbsri_row_space(&r->reduced, l, weights);
         else
             mbsri_right_null(&r->reduced, l - elastic, weights, NULL);
-        through(r, c, e, weights, r->x);
+        mbsri_seen_through(c, e, r->Z, weights, r->x);
         const double *sparse = l < elastic ? r->Z + r->reduced.pivot_column[l] * c : NULL;
-        status = add(r, c, r->x, sparse,
-                     l < elastic ? MBSR_DIRECTION_ELASTIC : MBSR_DIRECTION_UNDETERMINED);
+        status = mbsri_report_add_shorter(
+            r, c, r->x, sparse, l < elastic ? MBSR_DIRECTION_ELASTIC : MBSR_DIRECTION_UNDETERMINED);
     }
     return status;
 }
@@ -211,11 +126,10 @@ static int classify_rest(mbsri_report *r, int c, int damped)
 static int condition(mbsri_report *r, int c, int rank, mbsr_index_report *report)
 {
     for (int b = 0; b < c; ++b) {
-        for (int a = 0; a < c; ++a) {
-            r->C[b * c + a] = r->reduced.rows[a] * r->reduced.columns[b] *
-                              r->w.C[r->member[b] * r->w.k + r->member[a]];
-        }
+        for (int a = 0; a < c; ++a) r->C[b * c + a] = r->w.C[r->member[b] * r->w.k + r->member[a]];
     }
+    mbsri_scale_rows(c, r->C, r->values);
+    mbsri_scale_columns(c, r->C, r->values);
     if (mbsri_lapack_svd(c, r->C, r->values, r->Y, r->Z, r->work, r->lwork) != 0) {
         return mbsri_fail(&r->w.d->error, MBSR_EIGEN_FAILED, MBSR_NONE, MBSR_NONE,
                           "mbsr_index_report_create: singular values did not converge");
@@ -224,13 +138,10 @@ static int condition(mbsri_report *r, int c, int rank, mbsr_index_report *report
     return MBSR_OK;
 }
 
-int mbsri_report_classify(mbsri_report *r, int number, mbsr_index_report *report)
+/* By C and S themselves. */
+static int classify_by_slopes(mbsri_report *r, int c, mbsr_index_report *report)
 {
     const int k = r->w.k;
-    int c = 0;
-    for (int l = 0; l < k; ++l) {
-        if (r->component[l] == number) r->member[c++] = l;
-    }
     for (int b = 0; b < c; ++b) {
         for (int a = 0; a < c; ++a) {
             const int at = r->member[b] * k + r->member[a];
@@ -238,14 +149,64 @@ int mbsri_report_classify(mbsri_report *r, int number, mbsr_index_report *report
             r->reduced.error[b * c + a] = r->w.C_error[at];
         }
     }
-    mbsri_reduce(&r->reduced, c, MBSRI_LEAST_DAMPING);
+    mbsri_reduce(&r->reduced, c, c, c, MBSRI_LEAST_DAMPING);
     const int damped = r->reduced.rank;
     int status = damped > 0 ? condition(r, c, damped, report) : MBSR_OK;
     for (int l = 0; l < damped && !status; ++l) {
         mbsri_row_space(&r->reduced, l, r->x);
         mbsri_zero((size_t)c, r->sparse);
         r->sparse[r->reduced.pivot_column[l]] = 1.0;
-        status = add(r, c, r->x, r->sparse, MBSR_DIRECTION_DAMPED);
+        status = mbsri_report_add_shorter(r, c, r->x, r->sparse, MBSR_DIRECTION_DAMPED);
     }
     return !status && damped < c ? classify_rest(r, c, damped) : status;
+}
+
+/* ---- by what elements see ---- */
+
+/* Elastic and undetermined directions among Z (c x e). */
+static int classify_elastic(mbsri_report *r, int c, int e)
+{
+    const mbsri_reduction *seen = &r->w.seen;
+    int status = mbsri_seen_by_springs(&r->w, c, r->member, e, r->Z, r->Z_error);
+    if (status) return status;
+    const int elastic = seen->rank, open = e - elastic;
+    double *U = r->C;
+    for (int l = 0; l < open; ++l) {
+        mbsri_left_null(seen, l, r->values, NULL);
+        mbsri_seen_through(c, e, r->Z, r->values, U + l * c);
+        mbsri_report_add(r, c, U + l * c, MBSR_DIRECTION_UNDETERMINED);
+    }
+    mbsri_report_unseen(r, c, open, U);
+    for (int l = 0; l < elastic && !status; ++l) {
+        mbsri_left_pivot(seen, l, r->values);
+        mbsri_seen_through(c, e, r->Z, r->values, r->x);
+        status = mbsri_report_choose(r, c, r->x, open, MBSR_DIRECTION_ELASTIC);
+    }
+    return status;
+}
+
+static int classify_by_rows(mbsri_report *r, int c, mbsr_index_report *report)
+{
+    const mbsri_reduction *seen = &r->w.seen;
+    int status = mbsri_seen_by_dampers(&r->w, c, r->member);
+    const int damped = status ? 0 : seen->rank, e = c - damped;
+    if (damped > 0) status = condition(r, c, damped, report);
+    for (int l = 0; l < e && !status; ++l)
+        mbsri_left_null(seen, l, r->Z + l * c, r->Z_error + l * c);
+    if (!status) mbsri_report_unseen(r, c, e, r->Z);
+    for (int l = 0; l < damped && !status; ++l) {
+        mbsri_left_pivot(seen, l, r->x);
+        status = mbsri_report_choose(r, c, r->x, e, MBSR_DIRECTION_DAMPED);
+    }
+    return !status && e > 0 ? classify_elastic(r, c, e) : status;
+}
+
+int mbsri_report_classify(mbsri_report *r, int number, mbsr_index_report *report)
+{
+    int c = 0;
+    for (int l = 0; l < r->w.k; ++l) {
+        if (r->component[l] == number) r->member[c++] = l;
+    }
+    return mbsri_seen_serves(&r->w, c, r->member) ? classify_by_rows(r, c, report)
+                                                  : classify_by_slopes(r, c, report);
 }

@@ -68,7 +68,7 @@ static int allocate_directions(mbsri_start *s)
     const size_t length[] = {k * k, k * k, k * k, k * k, k * k, k * k, k, k, k, k, k};
     size_t total = 0;
     for (size_t l = 0; l < sizeof length / sizeof length[0]; ++l) total += length[l];
-    size_t reduction = mbsri_reduction_size(s->w.k) + sizeof(double);
+    size_t reduction = mbsri_reduction_size(s->w.k, s->w.k) + sizeof(double);
     reduction -= reduction % sizeof(double);
     s->more = mbsri_allocate(&m->allocator, total * sizeof(double) + 2 * reduction);
     if (!s->more) {
@@ -80,8 +80,8 @@ static int allocate_directions(mbsri_start *s)
         *array[l] = next;
         next += length[l];
     }
-    mbsri_reduction_place(&s->reduced, s->w.k, next);
-    mbsri_reduction_place(&s->rest, s->w.k, next + reduction / sizeof(double));
+    mbsri_reduction_place(&s->reduced, s->w.k, s->w.k, next);
+    mbsri_reduction_place(&s->rest, s->w.k, s->w.k, next + reduction / sizeof(double));
     return MBSR_OK;
 }
 

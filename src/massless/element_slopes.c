@@ -15,6 +15,8 @@
 #include "algebra/differences.h"
 #include "algebra/numbers.h"
 #include "forces/columns.h"
+#include "massless/element_power.h"
+#include "massless/element_rows.h"
 #include "massless/scales.h"
 #include "model/query.h"
 #include "recursion/elements.h"
@@ -23,7 +25,7 @@
 #include <float.h>
 #include <math.h>
 
-static const double rounding = 16.0 * DBL_EPSILON; /* of directions and products with them */
+static const double rounding = MBSRI_ELEMENT_ROUNDING;
 
 /* An element whose derivatives stand for its law: its own, without M, of bodies whose pose changes
  * with their twist. Those that act on every body are mostly weights, whose slopes cancel. */
@@ -38,24 +40,6 @@ static bool usable(const mbsr_model *m, const mbsri_force *force)
         if (i > 0 && m->body[i].joint.space == MBSR_SPACE_GENERAL) return false;
     }
     return true;
-}
-
-int mbsri_hold_elements(mbsri_null_space *w)
-{
-    const mbsr_model *m = w->m;
-    mbsr_data *d = w->d;
-    const mbsri_force *force = m->forces.data;
-    int status = MBSR_OK;
-    mbsri_zero((size_t)m->nu, d->tau);
-    mbsri_zero(m->size_v, d->f);
-    for (size_t k = 0; k < m->forces.count && !status; ++k) {
-        w->own[k] = usable(m, force + k);
-        if (w->own[k]) status = mbsri_add_element(m, d, force + k);
-    }
-    mbsri_copy((size_t)m->nu, d->tau, w->tau_held);
-    mbsri_copy(m->size_v, d->f, w->f_held);
-    d->stage = MBSRI_STAGE_VELOCITIES;
-    return status;
 }
 
 /* ---- motions ---- */
@@ -80,24 +64,6 @@ static void add_columns(const mbsri_slopes *s, int at, int count, const double *
     }
 }
 
-/* Bodies of the element whose derivatives were taken last: number k of the call. */
-static int body_of(const mbsri_null_space *w, int k)
-{
-    return mbsri_index(w->m, w->d->force_bodies[k].id);
-}
-
-/* Where rotations and translations stand in V of a body in space or in the plane, and moments and
- * forces in f; false where there are none. */
-static bool places_of(const mbsri_body *b, int *turns, int *rotation, int *moves, int *translation)
-{
-    const bool plane = b->joint.space == MBSR_SPACE_PLANAR;
-    *turns = plane ? 1 : 3;
-    *rotation = plane ? 2 : 0;
-    *moves = plane ? 2 : 3;
-    *translation = plane ? 0 : 3;
-    return plane || b->joint.space == MBSR_SPACE_SPATIAL;
-}
-
 /* gross += |K| |x| by the sizes of rotations and translations, from column `at` on, where a rotation
  * moves points at the typical length: axes and lever arms are differences of positions. */
 static void add_sizes(const mbsri_null_space *w, const mbsri_body *b, int at, const double *x,
@@ -105,7 +71,7 @@ static void add_sizes(const mbsri_null_space *w, const mbsri_body *b, int at, co
 {
     const mbsri_slopes *s = &w->slope;
     int turns, rotation, moves, translation;
-    if (!x || !places_of(b, &turns, &rotation, &moves, &translation)) return;
+    if (!x || !mbsri_element_places(b, &turns, &rotation, &moves, &translation)) return;
     const double spin = mbsri_largest(turns, x + rotation),
                  speed = mbsri_largest(moves, x + translation) + w->size * spin;
     for (int c = 0; c < turns + moves && speed > 0.0; ++c) {
@@ -126,7 +92,7 @@ static bool react(const mbsri_null_space *w, int bodies, motion x, bool arms, do
     for (int k = 0; k < bodies; ++k) {
         const mbsr_force_body *body = w->d->force_bodies + k;
         if (s->row[k] < 0) continue;
-        const mbsri_body *b = w->m->body + body_of(w, k);
+        const mbsri_body *b = w->m->body + mbsri_element_body(w, k);
         const int at = s->column[k];
         const double *pose = x.pose && mbsri_pose_size(b) == b->d ? x.pose + b->v : NULL,
                      *V = x.V ? x.V + b->v : NULL;
@@ -144,28 +110,6 @@ static bool react(const mbsri_null_space *w, int bodies, motion x, bool arms, do
     return false;
 }
 
-/* Power of forces y (rows) along a direction, and the sum of the sizes of its terms. */
-static double power(const mbsri_null_space *w, int bodies, const double *a, const double *twist,
-                    const double *y, const double *gross, double *size)
-{
-    const mbsri_slopes *s = &w->slope;
-    double sum = 0.0;
-    *size = 0.0;
-    for (int k = 0; k < bodies; ++k) {
-        if (s->row[k] < 0) continue;
-        const mbsri_body *b = w->m->body + body_of(w, k);
-        const double *const part[] = {twist + b->v, a + b->u};
-        const int count[] = {b->d, b->n}, from[] = {s->row[k], s->row[k] + b->d};
-        for (int p = 0; p < 2; ++p) {
-            for (int r = 0; r < count[p]; ++r) {
-                sum += part[p][r] * y[from[p] + r];
-                *size += fabs(part[p][r]) * gross[from[p] + r];
-            }
-        }
-    }
-    return sum;
-}
-
 /* Whether forces y (rows) are more than this share of what was added up to them: those of a rigid body
  * by the sizes of moment and force, others one by one. */
 static bool stands_out(const mbsri_null_space *w, int bodies, double least, const double *y,
@@ -175,9 +119,9 @@ static bool stands_out(const mbsri_null_space *w, int bodies, double least, cons
     int turns, rotation, moves, translation;
     for (int k = 0; k < bodies; ++k) {
         if (s->row[k] < 0) continue;
-        const mbsri_body *b = w->m->body + body_of(w, k);
+        const mbsri_body *b = w->m->body + mbsri_element_body(w, k);
         const double *f = y + s->row[k], *size = gross + s->row[k];
-        const bool rigid = places_of(b, &turns, &rotation, &moves, &translation);
+        const bool rigid = mbsri_element_places(b, &turns, &rotation, &moves, &translation);
         for (int r = rigid ? b->d : 0; r < b->d + b->n; ++r) {
             if (fabs(f[r]) > least * size[r]) return true;
         }
@@ -189,28 +133,6 @@ static bool stands_out(const mbsri_null_space *w, int bodies, double least, cons
             return true;
     }
     return false;
-}
-
-/* What rounding of the axes and lever arms of an element makes power of y uncertain by, over machine
- * precision: |omega| (|moment| + length |force|) + |v| |force|. Where a line of action meets the axis
- * of a rotation, nothing else is left of its moment. */
-static double doubt_of_arms(const mbsri_null_space *w, int bodies, const double *twist,
-                            const double *y)
-{
-    const mbsri_slopes *s = &w->slope;
-    double sum = 0.0;
-    int turns, rotation, moves, translation;
-    for (int k = 0; k < bodies; ++k) {
-        if (s->row[k] < 0) continue;
-        const mbsri_body *b = w->m->body + body_of(w, k);
-        if (!places_of(b, &turns, &rotation, &moves, &translation)) continue;
-        const double *V = twist + b->v, *f = y + s->row[k];
-        const double moment = mbsri_largest(turns, f + rotation),
-                     force = mbsri_largest(moves, f + translation);
-        sum += mbsri_largest(turns, V + rotation) * (moment + w->size * force) +
-               mbsri_largest(moves, V + translation) * force;
-    }
-    return sum;
 }
 
 /* Whether body i, 0: the root, takes part in a motion: of elements on joints alone, its joint. */
@@ -259,9 +181,10 @@ static void add_column(mbsri_null_space *w, int bodies, int moving, int l, const
         const size_t k = (size_t)w->moving[n], at = (size_t)l * (size_t)w->k + k,
                      across = k * (size_t)w->k + (size_t)l;
         const double *twist = w->twist + k * m->size_v,
-                     doubt = rounding * doubt_of_arms(w, bodies, twist, doubted);
+                     doubt = rounding * mbsri_element_doubt(w, bodies, twist, doubted);
         double size;
-        A[at] += power(w, bodies, w->direction + k * (size_t)m->nu, twist, y, gross, &size);
+        A[at] += mbsri_element_power(w, bodies, w->direction + k * (size_t)m->nu, twist, y, gross,
+                                     &size);
         error[at] += rounding * size + doubt;
         error[across] += doubt;
     }
@@ -278,13 +201,13 @@ static void find_strain(const mbsri_null_space *w, int bodies, bool velocity, do
     for (int k = 0; k < bodies; ++k) {
         const mbsr_force_body *body = w->d->force_bodies + k;
         if (s->row[k] < 0) continue;
-        const mbsri_body *b = w->m->body + body_of(w, k);
+        const mbsri_body *b = w->m->body + mbsri_element_body(w, k);
         const int at = velocity ? mbsri_V_column(body, s->column[k]) : s->column[k],
                   joint = velocity ? mbsri_u_column(body, s->column[k])
                                    : mbsri_q_column(body, s->column[k]),
                   first = velocity ? b->d : mbsri_pose_size(b), rest = velocity ? b->n : b->nq;
         const double *scale = velocity ? w->span + b->u : w->q_scale + b->q;
-        const bool rigid = places_of(b, &turns, &rotation, &moves, &translation);
+        const bool rigid = mbsri_element_places(b, &turns, &rotation, &moves, &translation);
         for (int c = 0; c < first + rest; ++c) {
             const bool turn = rigid && c >= rotation && c < rotation + turns;
             const double size = c >= first ? scale[c - first]
@@ -305,9 +228,9 @@ static double largest_work(const mbsri_null_space *w, int bodies, const double *
     double largest = 0.0;
     for (int k = 0; k < bodies; ++k) {
         if (s->row[k] < 0) continue;
-        const mbsri_body *b = w->m->body + body_of(w, k);
+        const mbsri_body *b = w->m->body + mbsri_element_body(w, k);
         const double *f = gross + s->row[k];
-        const bool rigid = places_of(b, &turns, &rotation, &moves, &translation);
+        const bool rigid = mbsri_element_places(b, &turns, &rotation, &moves, &translation);
         for (int r = 0; r < b->d + b->n; ++r) {
             const bool turn = rigid && r >= rotation && r < rotation + turns;
             const double size = r >= b->d ? w->span[b->u + r - b->d] : turn ? 1.0 : w->size;
@@ -315,6 +238,39 @@ static double largest_work(const mbsri_null_space *w, int bodies, const double *
         }
     }
     return largest;
+}
+
+/* Whether what an element exerts is more than what rounding of positions makes of its stiffness. */
+static int exerts(mbsri_null_space *w, const mbsri_force *force, bool *something)
+{
+    int status = mbsri_force_slopes(w->m, w->d, force, 0, &w->slope);
+    if (status) return status;
+    const int bodies = force->def.bodies;
+    double *y = w->reaction, *gross = y + w->slope.out.rows;
+    find_strain(w, bodies, false, gross);
+    status = mbsri_force_values(w->m, w->d, force, 0, &w->slope, y);
+    *something = stands_out(w, bodies, 1e3 * DBL_EPSILON, y, gross);
+    return status;
+}
+
+int mbsri_hold_elements(mbsri_null_space *w)
+{
+    const mbsr_model *m = w->m;
+    mbsr_data *d = w->d;
+    const mbsri_force *force = m->forces.data;
+    int status = MBSR_OK;
+    mbsri_zero((size_t)m->nu, d->tau);
+    mbsri_zero(m->size_v, d->f);
+    for (size_t k = 0; k < m->forces.count && !status; ++k) {
+        w->own[k] = usable(m, force + k);
+        bool something = false;
+        if (w->own[k]) status = exerts(w, force + k, &something);
+        if (!status && something) status = mbsri_add_element(m, d, force + k);
+    }
+    mbsri_copy((size_t)m->nu, d->tau, w->tau_held);
+    mbsri_copy(m->size_v, d->f, w->f_held);
+    d->stage = MBSRI_STAGE_VELOCITIES;
+    return status;
 }
 
 int mbsri_element_rate(mbsri_null_space *w, double *rate)
@@ -350,16 +306,17 @@ static void add_strain(mbsri_null_space *w, int bodies, int moving, double *y, d
     for (int n = 0; n < moving; ++n) {
         const size_t l = (size_t)w->moving[n];
         double size;
-        (void)power(w, bodies, w->direction + l * (size_t)m->nu, w->twist + l * m->size_v, y, gross,
-                    &size);
+        (void)mbsri_element_power(w, bodies, w->direction + l * (size_t)m->nu,
+                                  w->twist + l * m->size_v, y, gross, &size);
         w->strain[l] += size;
     }
 }
 
-static int add_element(mbsri_null_space *w, const mbsri_force *force)
+static int add_element(mbsri_null_space *w, int number)
 {
     const mbsr_model *m = w->m;
-    const int status = mbsri_force_slopes(m, w->d, force, 0, &w->slope);
+    const mbsri_force *force = (const mbsri_force *)m->forces.data + number;
+    int status = mbsri_force_slopes(m, w->d, force, 0, &w->slope);
     if (status) return status;
     const int bodies = force->def.bodies, moving = find_moving(w, force);
     double *y = w->reaction, *gross = y + w->slope.out.rows;
@@ -377,7 +334,8 @@ static int add_element(mbsri_null_space *w, const mbsri_force *force)
             add_column(w, bodies, moving, (int)l, y, gross, gross, w->S, w->S_error);
     }
     add_strain(w, bodies, moving, y, gross);
-    return MBSR_OK;
+    status = mbsri_element_rows(w, number, moving, true);
+    return status ? status : mbsri_element_rows(w, number, moving, false);
 }
 
 /* Bodies whose position to their predecessor, or whose pose, changes along direction l; how many. */
@@ -462,7 +420,6 @@ static bool bodies_seen(const mbsri_null_space *w)
 int mbsri_element_slopes(mbsri_null_space *w, double t, const double *q, const double *u)
 {
     const mbsr_model *m = w->m;
-    const mbsri_force *force = m->forces.data;
     int status = mbsri_positions(m, w->d, t, q);
     if (!status) status = mbsri_velocities(m, w->d, u);
     mbsri_zero(m->size_v * (size_t)w->k, w->V_rate);
@@ -470,7 +427,7 @@ int mbsri_element_slopes(mbsri_null_space *w, double t, const double *q, const d
     const int changes = bodies_seen(w) ? w->k : 0;
     for (int l = 0; l < changes && !status; ++l) status = velocity_change(w, q, l);
     for (size_t k = 0; k < m->forces.count && !status; ++k) {
-        if (w->own[k]) status = add_element(w, force + k);
+        if (w->own[k]) status = add_element(w, (int)k);
     }
     mbsri_null_remix(w, true, w->strain); /* gamma is made of the vectors as built */
     return status;

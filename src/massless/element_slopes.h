@@ -6,7 +6,8 @@
 #include "massless/null_space.h"
 
 /* Finds which elements have derivatives of their own that can be used here, w->own, and keeps their
- * forces at the state, f_held and tau_held: the data is at mbsri_velocities. */
+ * forces at the state, f_held and tau_held, but for rounding: the data is at mbsri_velocities. Reads w->size,
+ * q_scale and span. */
 int mbsri_hold_elements(mbsri_null_space *w);
 
 /* Adds to C, S and their errors what these elements contribute at a state, in closed form. q_rate

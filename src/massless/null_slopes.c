@@ -207,6 +207,23 @@ static void drop_errors(int count, double *A, const double *error)
     }
 }
 
+/* Which directions C and S have entries for before elements with derivatives add theirs. */
+static void note_dense(mbsri_null_space *w)
+{
+    const int k = w->k;
+    for (int side = 0; side < 2; ++side) {
+        const double *A = side ? w->S : w->C, *error = side ? w->S_error : w->C_error;
+        for (int l = 0; l < k; ++l) w->dense[side][l] = false;
+        for (int l = 0; l < k; ++l) {
+            for (int r = 0; r < k; ++r) {
+                if (fabs(A[l * k + r]) > 10.0 * error[l * k + r])
+                    w->dense[side][l] = w->dense[side][r] = true;
+            }
+        }
+    }
+    w->rows.count = w->entries.count = 0;
+}
+
 /* Whether what is not held changes as the directions do, with positions alone: not where there are
  * elements without derivatives, but for weights, or gyroscopic forces of what is not a rigid body. */
 static bool are_smooth(const mbsri_null_space *w)
@@ -271,6 +288,7 @@ int mbsri_null_slopes(mbsri_null_space *w, double t, const double *q, const doub
     w->holding = false;
     if (!status) mbsri_null_shorten(w);
     mbsri_null_extents(w);
+    note_dense(w);
     if (!status) status = mbsri_element_slopes(w, t, q, u);
     drop_errors(entries, w->C, w->C_error);
     drop_errors(entries, w->S, w->S_error);

@@ -6,6 +6,7 @@
 #include "algebra/numbers.h"
 #include "base/error.h"
 #include "base/memory.h"
+#include "massless/echelon.h"
 #include "model/query.h"
 #include "recursion/backward.h"
 #include "recursion/elements.h"
@@ -34,12 +35,15 @@ static int held_forces(mbsri_null_space *w)
     return status;
 }
 
-static int evaluate(mbsri_null_space *w, double t, const double *q, const double *u)
+/* exactly: null vectors are as exact as what they are told from; forces along them need less. */
+static int evaluate(mbsri_null_space *w, double t, const double *q, const double *u, bool exactly)
 {
     int status = mbsri_positions(w->m, w->d, t, q);
     if (!status) status = mbsri_velocities(w->m, w->d, u);
     if (!status) status = w->holding ? held_forces(w) : mbsri_forces(w->m, w->d, NULL);
+    w->d->exactly = exactly;
     if (!status) status = mbsri_backward(w->m, w->d);
+    w->d->exactly = false;
     return status;
 }
 
@@ -73,44 +77,78 @@ static int take_memory(mbsri_null_space *w)
     const size_t span = (size_t)element_span(m);
     double *slope_place;
     mbsri_slopes_size(m, &slope, &ints);
-    double **const array[] = {&w->vector,   &w->direction, &w->twist,    &w->C,      &w->S,
-                              &w->C_error,  &w->S_error,   &w->ahead,    &w->behind, &w->slopes,
-                              &w->sizes,    &w->q,         &w->u,        &w->rate,   &w->force,
-                              &w->gross,    &w->f_held,    &w->tau_held, &w->q_rate, &w->V_rate,
-                              &w->reaction, &w->q_scale,   &w->u_scale,  &w->span,   &w->q_given,
-                              &w->shift,    &w->mixing,    &w->unmixed,  &w->strain, &slope_place};
-    const size_t length[] = {
-        n * k, nu * k, v * k,  k * k, k * k,    k * k, k * k, k,
-        k,     steps,  steps,  nq,    nu,       nq,    nu,    (size_t)m->max_d + 2 * n,
-        v,     nu,     nq * k, v * k, 4 * span, nq,    nu,    nu,
-        nq,    nu,     k * k,  k,     k,        slope};
+    const struct {
+        double **place;
+        size_t length;
+    } part[] = {
+        {&w->vector, n * k},
+        {&w->direction, nu * k},
+        {&w->twist, v * k},
+        {&w->C, k * k},
+        {&w->S, k * k},
+        {&w->C_error, k * k},
+        {&w->S_error, k * k},
+        {&w->ahead, k},
+        {&w->behind, k},
+        {&w->slopes, steps},
+        {&w->sizes, steps},
+        {&w->q, nq},
+        {&w->u, nu},
+        {&w->rate, nq},
+        {&w->force, nu},
+        {&w->gross, (size_t)m->max_d + 2 * n},
+        {&w->basis, n * n},
+        {&w->f_held, v},
+        {&w->tau_held, nu},
+        {&w->q_rate, nq * k},
+        {&w->V_rate, v * k},
+        {&w->reaction, 4 * span},
+        {&w->factor, span * (span + 2)},
+        {&w->q_scale, nq},
+        {&w->u_scale, nu},
+        {&w->span, nu},
+        {&w->q_given, nq},
+        {&w->shift, nu},
+        {&w->mixing, k * k},
+        {&w->unmixed, k},
+        {&w->strain, k},
+        {&slope_place, slope},
+    };
+    enum { PARTS = sizeof part / sizeof *part };
     size_t total = 0;
-    for (size_t l = 0; l < sizeof length / sizeof length[0]; ++l) total += length[l];
+    for (size_t l = 0; l < PARTS; ++l) total += part[l].length;
     w->memory = mbsri_allocate(
         &m->allocator,
-        total * sizeof(double) + (11 * k + ints + 2 * (size_t)m->bodies + 1) * sizeof(int) +
-            (m->forces.count + 2 * k * k + 4 * ((size_t)m->bodies + 1) * k) * sizeof(bool) + 1);
+        total * sizeof(double) +
+            (12 * k + ints + 2 * span + 2 * (size_t)m->bodies + 1) * sizeof(int) +
+            (m->forces.count + 2 * k * k + 2 * k + 4 * ((size_t)m->bodies + 1) * k) * sizeof(bool) +
+            1);
     if (!w->memory) {
         return mbsri_fail(&w->d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                           "%s: no memory for %d null directions", w->function, w->k);
     }
     double *next = w->memory;
-    for (size_t l = 0; l < sizeof length / sizeof length[0]; ++l) {
-        *array[l] = next;
-        next += length[l];
+    for (size_t l = 0; l < PARTS; ++l) {
+        *part[l].place = next;
+        next += part[l].length;
     }
     w->head = (int *)(void *)next;
     w->body = w->head + w->k;
     w->moving = w->body + w->k;
     w->colour = w->moving + w->k;
-    w->from = w->colour + w->k;
+    w->place = w->colour + w->k;
+    w->from = w->place + w->k;
     w->to = w->from + 3 * w->k;
     w->first = w->to + 3 * w->k;
     w->touched = w->first + w->k;
     w->rank = w->touched + m->bodies;
     mbsri_slopes_place(m, &w->slope, slope > 0 ? slope_place : NULL, w->rank + m->bodies + 1);
-    w->own = (bool *)(void *)(w->rank + m->bodies + 1 + ints);
-    w->affects = w->own + m->forces.count;
+    w->factor_size = (int)span;
+    w->factor_places = w->rank + m->bodies + 1 + ints;
+    w->own = (bool *)(void *)(w->factor_places + 2 * span);
+    w->dense[0] = w->own + m->forces.count;
+    w->dense[1] = w->dense[0] + k;
+    w->affects = w->dense[1] + k;
     w->tables = w->affects + k * k;
     for (int i = 0; i <= m->bodies; ++i) w->rank[i] = w->d->rank[i];
     return MBSR_OK;
@@ -120,7 +158,7 @@ int mbsri_null_open(mbsri_null_space *w, const mbsr_model *m, mbsr_data *d, doub
                     const double *q, const double *u, const char *function)
 {
     *w = (mbsri_null_space){.m = m, .d = d, .function = function};
-    const int status = evaluate(w, t, q, u);
+    const int status = evaluate(w, t, q, u, true);
     if (status) return status;
     w->k = m->nu - d->total_rank;
     const int refused = take_memory(w);
@@ -131,6 +169,10 @@ int mbsri_null_open(mbsri_null_space *w, const mbsr_model *m, mbsr_data *d, doub
 void mbsri_null_close(mbsri_null_space *w)
 {
     mbsri_release(&w->m->allocator, w->memory);
+    mbsri_release(&w->m->allocator, w->rows.data);
+    mbsri_release(&w->m->allocator, w->entries.data);
+    mbsri_release(&w->m->allocator, w->seen_room.data);
+    w->rows = w->entries = w->seen_room = (mbsri_array){NULL, 0, 0};
     w->memory = NULL;
 }
 
@@ -253,7 +295,7 @@ int mbsri_null_basis(mbsri_null_space *w, double t, const double *q, const doubl
 {
     const mbsr_model *m = w->m;
     mbsr_data *d = w->d;
-    int status = evaluate(w, t, q, u);
+    int status = evaluate(w, t, q, u, true);
     if (!status) status = check_number(w);
     if (status) return status;
     int column = 0;
@@ -261,12 +303,15 @@ int mbsri_null_basis(mbsri_null_space *w, double t, const double *q, const doubl
     for (int i = 1; i <= m->bodies; ++i) {
         if (!mbsri_heads(m, d, i)) continue;
         const mbsri_group g = mbsri_group_of(m, d, i);
-        for (int l = mbsri_group_rank(d, &g); l < g.n; ++l, ++column) {
+        const int rank = mbsri_group_rank(d, &g);
+        mbsri_copy((size_t)((g.n - rank) * g.n), d->X + m->body[i].nn + rank * g.n, w->basis);
+        mbsri_echelon(g.n, g.n - rank, w->basis);
+        for (int l = rank; l < g.n; ++l, ++column) {
             double *vector = w->vector + (size_t)column * (size_t)m->max_n;
             for (int k = 0; k < g.n; ++k)
-                vector[k] = d->s[g.ig + k] * d->X[m->body[i].nn + (size_t)(l * g.n + k)];
+                vector[k] = d->s[g.ig + k] * w->basis[(l - rank) * g.n + k];
             w->head[column] = w->first[column] = i;
-            w->body[column] = lacking(m, d, &g, l - mbsri_group_rank(d, &g));
+            w->body[column] = lacking(m, d, &g, l - rank);
             lift(w, i, vector, w->direction + (size_t)column * (size_t)m->nu,
                  w->twist + (size_t)column * m->size_v);
         }
@@ -289,7 +334,7 @@ void mbsri_null_remix(const mbsri_null_space *w, bool sizes, double *x)
 int mbsri_null_gamma(mbsri_null_space *w, double t, const double *q, const double *u, double *gamma)
 {
     const mbsr_model *m = w->m;
-    int status = evaluate(w, t, q, u);
+    int status = evaluate(w, t, q, u, false);
     if (!status) status = check_number(w);
     if (status) return status;
     for (int l = 0; l < w->k; ++l) {

@@ -17,6 +17,8 @@
 #define MBSRI_NULL_SPACE_H
 
 #include "algebra/differences.h"
+#include "base/memory.h"
+#include "massless/reduction.h"
 #include "newton/slopes/force_slopes.h"
 #include "recursion/data.h"
 
@@ -42,6 +44,7 @@ typedef struct mbsri_null_space {
     double *q, *u, *rate;   /* nq, nu, nq */
     double *force;          /* nu */
     double *q_given;        /* nq: where the directions were counted */
+    double *basis;          /* max_n x max_n: N of a group */
     double *gross; /* max_d + 2 max_n: sizes of what is added up in a lift, rates of a group */
     bool holding;  /* gamma takes the forces of some elements from f_held and tau_held */
     bool *own;     /* forces: which these are (element_slopes.h) */
@@ -64,6 +67,13 @@ typedef struct mbsri_null_space {
     int *from, *to;     /* 3 k: rows of direction, twist and q_rate that are not zero */
     int *rank;          /* bodies + 1: of the joint blocks where the directions were counted */
     mbsri_slopes slope; /* work of element_slopes.c */
+    double *factor;     /* of element_rows.c: factor_size (factor_size + 2) */
+    int factor_size, *factor_places; /* the most rows or columns; 2 factor_size */
+    mbsri_array rows, entries;       /* what elements see of the directions (element_rows.h) */
+    bool *dense[2];                  /* k: directions that C and S see otherwise, too */
+    int *place;                      /* k: work of element_rows.c */
+    mbsri_reduction seen;            /* of rows, in seen_room (seen.h) */
+    mbsri_array seen_room;
     void *memory;
 } mbsri_null_space;
 

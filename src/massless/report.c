@@ -9,8 +9,14 @@
  *   Y^T C = 0, C Z = 0      the others; of these the rank of Y^T S Z is elastic
  *   Y^T S Z x = 0           Z x is undetermined
  *
+ * Mostly C = -B^T B, S = -A^T A with a row for what a damper or spring sees (element_rows.h). Then
+ *
+ *   rank of B               damped
+ *   B Z = 0                 the others; of these the rank of A Z is elastic
+ *   A Z x = 0               Z x is undetermined
+ *
  * Damped directions are determined up to elastic and undetermined ones, and elastic up to
- * undetermined ones; which are shown is a choice (add). */
+ * undetermined ones; which are shown is a choice (choose.c). */
 #include "algebra/lapack.h"
 #include "base/error.h"
 #include "dynamics/entry.h"
@@ -24,9 +30,10 @@ static int allocate(mbsri_report *r)
     const mbsr_model *m = r->w.m;
     const size_t k = (size_t)r->w.k;
     r->lwork = mbsri_lapack_svd_work(r->w.k > 0 ? r->w.k : 1);
-    double **const array[] = {
-        &r->C, &r->values, &r->Y,      &r->Z,     &r->Y_error, &r->Z_error, &r->x,     &r->sparse,
-        &r->u, &r->twist,  &r->q_rate, &r->other, &r->weights, &r->size,    &r->sizes, &r->work};
+    double **const array[] = {&r->C,       &r->values, &r->Y,       &r->Z,    &r->Y_error,
+                              &r->Z_error, &r->x,      &r->sparse,  &r->u,    &r->twist,
+                              &r->q_rate,  &r->other,  &r->weights, &r->size, &r->sizes,
+                              &r->other_x, &r->span,   &r->work};
     const size_t length[] = {k * k,
                              k,
                              k * k,
@@ -42,14 +49,15 @@ static int allocate(mbsri_report *r)
                              k * k,
                              m->size_v + (size_t)m->nq + (size_t)m->nu,
                              k,
+                             k,
+                             k,
                              (size_t)r->lwork};
     size_t total = 0;
     for (size_t l = 0; l < sizeof length / sizeof length[0]; ++l) total += length[l];
-    const size_t reduced = mbsri_reduction_size(r->w.k), aligned = reduced + sizeof(double),
+    const size_t reduced = mbsri_reduction_size(r->w.k, r->w.k) / sizeof(double) + 1,
                  tail = 2 * k * sizeof(int) + k * sizeof(mbsr_direction_kind) +
                         ((size_t)m->bodies + 1) * sizeof(bool);
-    r->memory = mbsri_allocate(&m->allocator,
-                               total * sizeof(double) + aligned - aligned % sizeof(double) + tail);
+    r->memory = mbsri_allocate(&m->allocator, (total + reduced) * sizeof(double) + tail);
     if (!r->memory) {
         return mbsri_fail(&r->w.d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                           "mbsr_index_report_create: no memory for %d null directions", r->w.k);
@@ -59,8 +67,8 @@ static int allocate(mbsri_report *r)
         *array[l] = next;
         next += length[l];
     }
-    mbsri_reduction_place(&r->reduced, r->w.k, next);
-    next += aligned / sizeof(double);
+    mbsri_reduction_place(&r->reduced, r->w.k, r->w.k, next);
+    next += reduced;
     r->component = (int *)(void *)next;
     r->member = r->component + k;
     r->kind = (mbsr_direction_kind *)(void *)(r->member + k);

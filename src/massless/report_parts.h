@@ -18,6 +18,7 @@ typedef struct mbsri_report {
     double *Y, *Z;             /* c x (c - damped): null vectors of C */
     double *Y_error, *Z_error; /* of the same shape */
     double *x, *sparse;        /* c: a direction as weights of the component's, two choices */
+    double *other_x, *span;    /* c: another choice, sizes of the directions */
     double *weights;           /* k x k: found directions as weights of the null directions */
     mbsr_direction_kind *kind; /* k */
     bool *listed;              /* bodies + 1: those of elements that determine a direction */
@@ -34,7 +35,11 @@ typedef struct mbsri_report {
 /* Spreads the number of l's component over all directions coupled to it. */
 void mbsri_report_mark(mbsri_report *r, int l, int number);
 
-/* u, twist and q_rate of a direction. */
+/* What rates of a direction, in r->u, count from: 1e-6 of the largest, velocities compared with angular
+ * rates times the typical length. */
+double mbsri_report_least(const mbsri_report *r);
+
+/* u, twist and q_rate of a direction, but for rates that do not count. */
 void mbsri_report_combine(mbsri_report *r, const double *weights);
 
 /* Whether an element determines the direction of this kind in u, twist and q_rate. */
@@ -43,6 +48,21 @@ int mbsri_report_determines(mbsri_report *r, const mbsri_force *force, mbsr_dire
 
 /* The directions of a component, by kind; writes the conditioning of the report. */
 int mbsri_report_classify(mbsri_report *r, int number, mbsr_index_report *report);
+
+/* One more direction of the component: x (c). */
+void mbsri_report_add(mbsri_report *r, int c, const double *x, mbsr_direction_kind kind);
+
+/* x, or in its stead `sparse` (NULL: none) if that has fewer terms and still names the bodies on which
+ * the elements act that determine x. */
+int mbsri_report_add_shorter(mbsri_report *r, int c, const double *x, const double *sparse,
+                             mbsr_direction_kind kind);
+
+/* N (c x n): directions that the next kind of element does not see, for mbsri_report_choose. */
+void mbsri_report_unseen(mbsri_report *r, int c, int n, const double *N);
+
+/* x, or in its stead x less its share in the n directions N if that shows more of the elements that
+ * determine it, and of the bodies on which these act. */
+int mbsri_report_choose(mbsri_report *r, int c, const double *x, int n, mbsr_direction_kind kind);
 
 /* Everything in one block: report, directions, terms, forces, text. */
 int mbsri_report_write(mbsri_report *r, mbsr_index_report result, mbsr_index_report **report);

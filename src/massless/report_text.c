@@ -11,31 +11,6 @@
 #include <stdio.h>
 #include <string.h>
 
-/* What rates of a direction, in r->u, count from: 1e-6 of the largest, velocities compared with angular
- * rates times the typical length. */
-static double least_rate(const mbsri_report *r)
-{
-    double size = 0.0;
-    for (int k = 0; k < r->w.m->nu; ++k) size = fmax(size, fabs(r->u[k]) / r->w.span[k]);
-    return 1e-6 * size;
-}
-
-/* Clears u and q_rate at joints whose rates do not count, and the twists of bodies that move as little. */
-static void drop_rates(mbsri_report *r)
-{
-    const mbsr_model *m = r->w.m;
-    const double least = least_rate(r);
-    for (int i = 1; i <= m->bodies; ++i) {
-        const mbsri_body *b = m->body + i;
-        double size = 0.0;
-        for (int k = b->u; k < b->u + b->n; ++k) size = fmax(size, fabs(r->u[k]) / r->w.span[k]);
-        if (mbsri_twist_size(&r->w, i, r->twist) < least) mbsri_zero((size_t)b->d, r->twist + b->v);
-        if (size >= least) continue;
-        mbsri_zero((size_t)b->n, r->u + b->u);
-        mbsri_zero((size_t)b->nq, r->q_rate + b->q);
-    }
-}
-
 /* Joint rates of found direction l, those below 1e-6 of the largest left out, a velocity compared
  * with an angular rate times the typical length; the largest number made 1. Returns how many there
  * are; writes them where term is not NULL. */
@@ -47,7 +22,7 @@ static int list_terms(mbsri_report *r, int l, mbsr_direction_term *term)
     for (int k = 0; k < m->nu; ++k) {
         if (fabs(r->u[k]) > fabs(largest)) largest = r->u[k];
     }
-    const double least = least_rate(r);
+    const double least = mbsri_report_least(r);
     int count = 0;
     for (int id = 0; id < m->bodies; ++id) {
         const mbsri_body *b = m->body + m->index[id];
@@ -68,7 +43,6 @@ static int list_forces(mbsri_report *r, int l, int *force, int *count)
     const mbsr_model *m = r->w.m;
     const mbsri_force *element = m->forces.data;
     mbsri_report_combine(r, r->weights + (size_t)l * (size_t)r->w.k);
-    drop_rates(r);
     *count = 0;
     for (size_t k = 0; k < m->forces.count; ++k) {
         bool determined;

@@ -23,6 +23,8 @@ typedef struct mbsri_start {
     mbsr_consistent_info info;
     double t;
     int damped;                /* rank of C */
+    bool by_rows;              /* it is told by what elements see of the directions (seen.h), */
+    int open;                  /* and so is one that is not determined, -1: none */
     bool moved_off;            /* u was moved to where forces change with it */
     double first_defect;       /* the elastic force at the start */
     double *q_given, *u_given; /* nq, nu */
@@ -75,8 +77,9 @@ void mbsri_start_add_dampers(const mbsri_start *s, double speed, double *sizes);
  * pivot. Leaves the sizes in w.force. */
 double mbsri_start_imbalance(mbsri_start *s, const double *gamma, bool damped_only);
 
-/* Whether gamma may be nothing but rounding of the positions that springs are stretched between. */
-bool mbsri_start_relaxed(const mbsri_start *s, const double *gamma, bool damped_only);
+/* Whether gamma may be nothing but rounding of the positions that springs are stretched between, of the
+ * forces added up last, and what rounding leaves of that elsewhere in the tree. Overwrites s->trial. */
+bool mbsri_start_relaxed(mbsri_start *s, const double *gamma, bool damped_only);
 
 /* Whether a correction of this size, to a vector of that size, is the last, both beside typical
  * sizes; `near`: from where one counts that does not get smaller. *last: the correction before. */

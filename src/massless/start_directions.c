@@ -3,8 +3,10 @@
 #include "massless/start.h"
 
 #include "algebra/dense.h"
+#include "algebra/numbers.h"
 #include "base/error.h"
 #include "massless/null_slopes.h"
+#include "massless/seen.h"
 #include "model/query.h"
 #include "recursion/sizes.h"
 
@@ -25,6 +27,62 @@ static int undetermined(mbsri_start *s, int l)
         mbsri_body_label(m, i, label));
 }
 
+/* Reduces a matrix as it stands, rounding or not, to a rank that is known. */
+static void reduce_to(mbsri_reduction *r, int n, int rank)
+{
+    mbsri_zero((size_t)n * (size_t)n, r->error);
+    mbsri_reduce(r, n, n, rank, 0.0);
+}
+
+/* C into s->reduced. */
+static void load_slopes(mbsri_start *s)
+{
+    const size_t square = (size_t)s->w.k * (size_t)s->w.k;
+    mbsri_copy(square, s->w.C, s->reduced.A);
+    mbsri_copy(square, s->w.C_error, s->reduced.error);
+}
+
+/* The rank of C and Y = Z by what dampers see; which direction is open by what springs see. False in
+ * *told where C does not have that rank in double precision. */
+static int find_seen(mbsri_start *s, bool *told)
+{
+    mbsri_null_space *w = &s->w;
+    const int k = w->k;
+    int status = mbsri_seen_by_dampers(w, k, w->moving);
+    if (status) return status;
+    const int damped = w->seen.rank, e = k - damped;
+    load_slopes(s);
+    reduce_to(&s->reduced, k, damped);
+    *told = s->reduced.rank == damped;
+    for (int c = 0; c < e; ++c) mbsri_left_null(&w->seen, c, s->Z + c * k, s->Z_error + c * k);
+    if (e > 0) status = mbsri_seen_by_springs(w, k, w->moving, e, s->Z, s->Z_error);
+    if (status || !*told || e == 0) return status;
+    mbsri_copy((size_t)k * (size_t)e, s->Z, s->left + damped * k);
+    mbsri_copy((size_t)k * (size_t)e, s->Z_error, s->left_error + damped * k);
+    if (w->seen.rank == e) return MBSR_OK;
+    double *open = s->weights, *weights = s->trial;
+    mbsri_left_null(&w->seen, 0, weights, NULL);
+    mbsri_seen_through(k, e, s->Z, weights, open);
+    s->open = 0;
+    for (int l = 1; l < k; ++l) {
+        if (fabs(open[l]) > fabs(open[s->open])) s->open = l;
+    }
+    return MBSR_OK;
+}
+
+/* The same from C itself. */
+static void find_null(mbsri_start *s)
+{
+    const int k = s->w.k;
+    load_slopes(s);
+    mbsri_reduce(&s->reduced, k, k, k, MBSRI_LEAST_DAMPING);
+    for (int c = 0; c < k - s->reduced.rank; ++c) {
+        const int at = (s->reduced.rank + c) * k;
+        mbsri_left_null(&s->reduced, c, s->left + at, s->left_error + at);
+        mbsri_right_null(&s->reduced, c, s->Z + c * k, s->Z_error + c * k);
+    }
+}
+
 /* Basis, C and S at (q, u); [Yc Y] and the rank of C. Of Yc, unit vectors for the rows of C with a
  * pivot serve: they and Y are independent. */
 int mbsri_start_directions(mbsri_start *s)
@@ -35,20 +93,18 @@ int mbsri_start_directions(mbsri_start *s)
     int status = mbsri_null_basis(w, s->t, s->q, s->u);
     if (!status) status = mbsri_null_slopes(w, s->t, s->q, s->u);
     if (status) return status;
-    mbsri_copy(square, w->C, s->reduced.A);
-    mbsri_copy(square, w->C_error, s->reduced.error);
-    mbsri_reduce(&s->reduced, k, MBSRI_LEAST_DAMPING);
-    s->damped = s->reduced.rank;
+    s->open = -1;
     mbsri_zero(square, s->left);
     mbsri_zero(square, s->left_error);
+    for (int l = 0; l < k; ++l) w->moving[l] = l;
+    s->by_rows = mbsri_seen_serves(w, k, w->moving);
+    if (s->by_rows) status = find_seen(s, &s->by_rows);
+    if (status) return status;
+    if (!s->by_rows) find_null(s);
+    s->damped = s->reduced.rank;
     for (int c = 0; c < s->damped; ++c) {
         const int row = s->reduced.pivot_row[c];
         s->left[c * k + row] = s->reduced.rows[row];
-    }
-    for (int c = 0; c < k - s->damped; ++c) {
-        const int at = (s->damped + c) * k;
-        mbsri_left_null(&s->reduced, c, s->left + at, s->left_error + at);
-        mbsri_right_null(&s->reduced, c, s->Z + c * k, s->Z_error + c * k);
     }
     return MBSR_OK;
 }
@@ -85,6 +141,7 @@ void mbsri_start_springs(mbsri_start *s)
 int mbsri_start_factor(mbsri_start *s, double small)
 {
     const int k = s->w.k, e = k - s->damped;
+    if (s->open >= 0) return undetermined(s, s->open);
     for (int c = 0; c < e; ++c) {
         const double *z = s->Z + c * k, *dz = s->Z_error + c * k;
         for (int r = 0; r < e; ++r) {
@@ -95,11 +152,14 @@ int mbsri_start_factor(mbsri_start *s, double small)
                 error += (s->B_error[l * e + r] + 4.0 * DBL_EPSILON * fabs(B)) * fabs(z[l]) +
                          fabs(B) * dz[l];
             }
-            s->rest.A[c * e + r] = fabs(sum) > 10.0 * error ? sum : 0.0;
+            s->rest.A[c * e + r] = s->by_rows || fabs(sum) > 10.0 * error ? sum : 0.0;
             s->rest.error[c * e + r] = error;
         }
     }
-    mbsri_reduce(&s->rest, e, small);
+    if (s->by_rows)
+        reduce_to(&s->rest, e, e);
+    else
+        mbsri_reduce(&s->rest, e, e, e, small);
     if (s->rest.rank == e) return MBSR_OK;
     int column = 0, largest = 0;
     while (s->rest.column_taken[column]) ++column;
@@ -119,7 +179,7 @@ void mbsri_start_back(const mbsri_reduction *r, bool pivots, const double *right
         for (int l = 0; l < r->rank; ++l) {
             const int from = r->pivot_row[l];
             const double value = pivots ? right[l] : right[from] * r->rows[from];
-            sum += r->A[(r->n + from) * r->n + row] * value;
+            sum += r->A[(r->m + from) * r->n + row] * value;
         }
         x[column] = sum * r->columns[column];
     }
@@ -187,11 +247,23 @@ double mbsri_start_imbalance(mbsri_start *s, const double *gamma, bool damped_on
     return worst;
 }
 
-bool mbsri_start_relaxed(const mbsri_start *s, const double *gamma, bool damped_only)
+bool mbsri_start_relaxed(mbsri_start *s, const double *gamma, bool damped_only)
 {
-    for (int l = 0; l < s->w.k; ++l) {
+    const mbsri_null_space *w = &s->w;
+    const int nu = w->m->nu;
+    double *sizes = s->trial, stiffest = 0.0;
+    mbsri_start_loads(s, sizes);
+    for (int l = 0; l < w->k; ++l) {
+        const double *a = w->direction + (size_t)l * (size_t)nu;
+        stiffest = fmax(stiffest, w->strain[l] / mbsri_start_relative(nu, a, w->span));
+    }
+    for (int l = 0; l < w->k; ++l) {
+        const double *a = w->direction + (size_t)l * (size_t)nu,
+                     elsewhere = stiffest * mbsri_start_relative(nu, a, w->span);
         if (damped_only && !s->reduced.row_taken[l]) continue;
-        if (fabs(gamma[l]) > MBSRI_GAMMA_ROUNDING * s->w.strain[l]) return false;
+        if (fabs(gamma[l]) >
+            MBSRI_GAMMA_ROUNDING * (w->strain[l] + sizes[l] + MBSRI_GAMMA_ROUNDING * elsewhere))
+            return false;
     }
     return true;
 }

@@ -170,11 +170,12 @@ static int plain_masses(const mbsr_model *m, mbsr_data *d, bool rough)
     return MBSR_OK;
 }
 
-/* The recursion for masses, in twofold precision where double precision does not tell some rank. */
+/* The recursion for masses, in twofold precision where double precision does not tell some rank, or where
+ * the data asks for it. */
 static int masses(const mbsr_model *m, mbsr_data *d)
 {
     d->total_rank = 0;
-    int status = plain_masses(m, d, false);
+    int status = d->exactly ? MBSRI_UNCLEAR : plain_masses(m, d, false);
     if (status == MBSRI_UNCLEAR) {
         status = mbsri_exact_masses(m, d);
         if (status == MBSR_NOT_FINITE) status = plain_masses(m, d, true);

@@ -131,6 +131,7 @@ struct mbsr_data {
     bool framed;                   /* there is such a reference */
     bool use_frame;                /* joint blocks are scaled by its S */
     bool keep_scale;               /* and by the S they have, but for groups taken apart */
+    bool exactly;                  /* masses in twofold precision, whether or not it is needed */
     double alignment;              /* cosine of the largest angle to it */
     int *pivots;                   /* max_d */
     bool *carries;                 /* N + 1: whether Az of the body may differ from zero */

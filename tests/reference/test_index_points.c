@@ -520,7 +520,7 @@ static void verdicts_are_those_of_the_points(void **state)
 {
     (void)state;
     int count = 0, judged = 0;
-    const int seeds = test_long() ? 1000 : test_seeds(60, 500);
+    const int seeds = test_long() ? 20000 : test_seeds(60, 500);
     for (int seed = 0; seed < seeds; ++seed) {
         scene s = draw(seed);
         place(&s);

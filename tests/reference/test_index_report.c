@@ -251,7 +251,7 @@ static void weak_but_seen(bench *w)
 {
     weak_behind_strong(w, 1e-7);
 }
-static void too_weak(bench *w)
+static void very_weak(bench *w)
 {
     weak_behind_strong(w, 1e-12);
 }
@@ -552,7 +552,7 @@ static const expected table[] = {
     {"series dampers", series_dampers, 1, 1, 0, 0, 1, 1, 0, 0, ""},
     {"dampers 1e-6 and 1e6", weak_beside_strong, 1, 2, 0, 0, 1, 3, 0, 0, ""},
     {"dampers in series, ratio 1e-7", weak_but_seen, 1, 2, 0, 0, 1, 3, 0, 0, ""},
-    {"dampers in series, ratio 1e-12", too_weak, 1, 1, 0, 1, -1, 3, 0, 3, "'c0'|'c1'"},
+    {"dampers in series, ratio 1e-12", very_weak, 1, 2, 0, 0, 1, 3, 0, 0, ""},
     {"springs 1e-3 and 1e6", soft_beside_stiff, 1, 0, 2, 0, 2, 0, 3, 0, ""},
     {"damper 1e-3 under 1 MN", pushed, 1, 1, 0, 0, 1, 1, 0, 0, ""},
     {"coupled to each other only", only_each_other, 1, 1, 0, 1, -1, 3, 0, 3, "'c0'|'c1'"},

@@ -1,0 +1,64 @@
+/* Power of a force element along the directions that move no mass: see element_power.h.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "massless/element_power.h"
+
+#include "algebra/numbers.h"
+#include "model/query.h"
+
+#include <math.h>
+
+int mbsri_element_body(const mbsri_null_space *w, int k)
+{
+    return mbsri_index(w->m, w->d->force_bodies[k].id);
+}
+
+bool mbsri_element_places(const mbsri_body *b, int *turns, int *rotation, int *moves,
+                          int *translation)
+{
+    const bool plane = b->joint.space == MBSR_SPACE_PLANAR;
+    *turns = plane ? 1 : 3;
+    *rotation = plane ? 2 : 0;
+    *moves = plane ? 2 : 3;
+    *translation = plane ? 0 : 3;
+    return plane || b->joint.space == MBSR_SPACE_SPATIAL;
+}
+
+double mbsri_element_power(const mbsri_null_space *w, int bodies, const double *a,
+                           const double *twist, const double *y, const double *gross, double *size)
+{
+    const mbsri_slopes *s = &w->slope;
+    double sum = 0.0;
+    *size = 0.0;
+    for (int k = 0; k < bodies; ++k) {
+        if (s->row[k] < 0) continue;
+        const mbsri_body *b = w->m->body + mbsri_element_body(w, k);
+        const double *const part[] = {twist + b->v, a + b->u};
+        const int count[] = {b->d, b->n}, from[] = {s->row[k], s->row[k] + b->d};
+        for (int p = 0; p < 2; ++p) {
+            for (int r = 0; r < count[p]; ++r) {
+                sum += part[p][r] * y[from[p] + r];
+                *size += fabs(part[p][r]) * gross[from[p] + r];
+            }
+        }
+    }
+    return sum;
+}
+
+double mbsri_element_doubt(const mbsri_null_space *w, int bodies, const double *twist,
+                           const double *y)
+{
+    const mbsri_slopes *s = &w->slope;
+    double sum = 0.0;
+    int turns, rotation, moves, translation;
+    for (int k = 0; k < bodies; ++k) {
+        if (s->row[k] < 0) continue;
+        const mbsri_body *b = w->m->body + mbsri_element_body(w, k);
+        if (!mbsri_element_places(b, &turns, &rotation, &moves, &translation)) continue;
+        const double *V = twist + b->v, *f = y + s->row[k];
+        const double moment = mbsri_largest(turns, f + rotation),
+                     force = mbsri_largest(moves, f + translation);
+        sum += mbsri_largest(turns, V + rotation) * (moment + w->size * force) +
+               mbsri_largest(moves, V + translation) * force;
+    }
+    return sum;
+}

@@ -1,0 +1,272 @@
+/* What springs and dampers see of the directions that move no mass: see element_rows.h.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "massless/element_rows.h"
+
+#include "algebra/dense.h"
+#include "base/error.h"
+#include "massless/element_power.h"
+
+#include <math.h>
+
+/* Of the largest entry, by typical sizes: what rounding leaves of derivatives. */
+static const double nothing = 1e-13;
+
+/* ---- derivatives as sums of products ---- */
+
+/* The coordinates of an element in which forces and rates are dual: their places among its rows and
+ * columns, and typical sizes. Work of one element, in w->factor. */
+typedef struct duals {
+    int count, *row, *column;
+    double *span, *F; /* count; count x count */
+} duals;
+
+static bool column_is_zero(const mbsri_slopes *s, int column)
+{
+    const double *x = s->matrix + (size_t)column * (size_t)s->out.rows;
+    for (int r = 0; r < s->out.rows; ++r) {
+        if (x[r] != 0.0) return false;
+    }
+    return true;
+}
+
+static bool are_zero(const mbsri_slopes *s, int column, int count)
+{
+    for (int c = 0; c < count; ++c) {
+        if (!column_is_zero(s, column + c)) return false;
+    }
+    return true;
+}
+
+static void add_duals(duals *x, int row, int column, int count, const double *span)
+{
+    for (int c = 0; c < count; ++c, ++x->count) {
+        x->row[x->count] = row + c;
+        x->column[x->count] = column + c;
+        x->span[x->count] = span[c];
+    }
+}
+
+/* Typical sizes of V of a body. */
+static void twist_spans(const mbsri_null_space *w, const mbsri_body *b, double *span)
+{
+    int turns, rotation, moves, translation;
+    const bool rigid = mbsri_element_places(b, &turns, &rotation, &moves, &translation);
+    for (int c = 0; c < b->d; ++c) {
+        const bool turn = !rigid || (c >= rotation && c < rotation + turns);
+        span[c] = turn ? 1.0 : w->size;
+    }
+}
+
+/* False where positions are told by other numbers than rates. */
+static bool find_duals(const mbsri_null_space *w, int bodies, bool velocity, duals *x)
+{
+    const mbsri_slopes *s = &w->slope;
+    for (int k = 0; k < bodies; ++k) {
+        const mbsr_force_body *body = w->d->force_bodies + k;
+        if (s->row[k] < 0) continue;
+        const mbsri_body *b = w->m->body + mbsri_element_body(w, k);
+        const int at = s->column[k], poses = mbsri_pose_size(b);
+        if (velocity) {
+            twist_spans(w, b, w->reaction);
+            add_duals(x, s->row[k], mbsri_V_column(body, at), b->d, w->reaction);
+            add_duals(x, s->row[k] + b->d, mbsri_u_column(body, at), b->n, w->span + b->u);
+            continue;
+        }
+        if (poses == b->d) {
+            twist_spans(w, b, w->reaction);
+            add_duals(x, s->row[k], at, b->d, w->reaction);
+        } else if (!are_zero(s, at, poses)) {
+            return false;
+        }
+        if (b->nq == b->n) {
+            add_duals(x, s->row[k] + b->d, mbsri_q_column(body, at), b->n, w->span + b->u);
+        } else if (!are_zero(s, mbsri_q_column(body, at), b->nq)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+/* F by typical sizes; its largest entry. */
+static double load(const mbsri_slopes *s, const duals *x)
+{
+    double largest = 0.0;
+    for (int c = 0; c < x->count; ++c) {
+        for (int r = 0; r < x->count; ++r) {
+            const double F =
+                s->matrix[(size_t)x->column[c] * (size_t)s->out.rows + (size_t)x->row[r]];
+            x->F[c * x->count + r] = x->span[c] * F * x->span[r];
+            largest = fmax(largest, fabs(x->F[c * x->count + r]));
+        }
+    }
+    return largest;
+}
+
+/* l (count) of the largest entry on the diagonal, which F loses; its sign, 0: none there. */
+static double take_factor(const duals *x, double least, double *l)
+{
+    const int n = x->count;
+    int p = 0;
+    for (int k = 1; k < n; ++k) {
+        if (fabs(x->F[k * n + k]) > fabs(x->F[p * n + p])) p = k;
+    }
+    const double pivot = x->F[p * n + p];
+    if (!(fabs(pivot) > least)) return 0.0;
+    for (int k = 0; k < n; ++k) l[k] = x->F[p * n + k] / pivot;
+    for (int c = 0; c < n; ++c) {
+        for (int r = 0; r < n; ++r) {
+            double *F = x->F + c * n + r;
+            *F -= l[r] * pivot * l[c];
+            if (fabs(*F) <= least) *F = 0.0;
+        }
+    }
+    return pivot > 0.0 ? 1.0 : -1.0;
+}
+
+/* ---- rows ---- */
+
+/* Whether q' and u of a direction are the same where l sees joint coordinates. */
+static bool rates_are_own(const mbsri_null_space *w, int bodies, const double *l, int direction)
+{
+    const double *a = w->direction + (size_t)direction * (size_t)w->m->nu,
+                 *rate = w->q_rate + (size_t)direction * (size_t)w->m->nq;
+    for (int k = 0; k < bodies; ++k) {
+        if (w->slope.row[k] < 0) continue;
+        const mbsri_body *b = w->m->body + mbsri_element_body(w, k);
+        for (int c = 0; c < b->n && b->nq == b->n; ++c) {
+            if (l[w->slope.row[k] + b->d + c] != 0.0 && a[b->u + c] != rate[b->q + c]) return false;
+        }
+    }
+    return true;
+}
+
+/* What l (rows of the derivatives) sees of the moving directions. */
+static bool add_entries(mbsri_null_space *w, int bodies, int moving, mbsri_row *row, double *l)
+{
+    const mbsr_model *m = w->m;
+    double *size_of_l = l + w->slope.out.rows;
+    for (int r = 0; r < w->slope.out.rows; ++r) size_of_l[r] = fabs(l[r]);
+    for (int n = 0; n < moving; ++n) {
+        const int to = w->moving[n];
+        const double *a = w->direction + (size_t)to * (size_t)m->nu,
+                     *twist = w->twist + (size_t)to * m->size_v;
+        double size;
+        if (!row->velocity && !rates_are_own(w, bodies, l, to)) return false;
+        const double value = mbsri_element_power(w, bodies, a, twist, l, size_of_l, &size),
+                     error =
+                         MBSRI_ELEMENT_ROUNDING * (size + mbsri_element_doubt(w, bodies, twist, l));
+        if (size == 0.0 && error == 0.0) continue;
+        mbsri_row_entry *entry = (mbsri_row_entry *)w->entries.data + w->entries.count++;
+        *entry = (mbsri_row_entry){to, fabs(value) > 10.0 * error ? value : 0.0, error};
+        ++row->count;
+    }
+    return true;
+}
+
+/* Whether all derivatives became rows; *memory is false where it is short. */
+static bool add_rows(mbsri_null_space *w, int number, int moving, bool velocity, bool *memory)
+{
+    const mbsri_force *force = (const mbsri_force *)w->m->forces.data + number;
+    const mbsr_allocator *allocator = &w->m->allocator;
+    const int bodies = force->def.bodies, span = w->factor_size;
+    duals x = {.row = w->factor_places, .column = w->factor_places + span, .span = w->factor};
+    double *share = x.span + span, *l = w->reaction;
+    x.F = share + span;
+    if (!find_duals(w, bodies, velocity, &x)) return false;
+    const double largest = load(&w->slope, &x);
+    for (int turn = 0; turn < x.count && largest > 0.0; ++turn) {
+        const double sign = take_factor(&x, nothing * largest, share);
+        if (sign == 0.0) break;
+        *memory = mbsri_reserve(allocator, &w->rows, 1, sizeof(mbsri_row)) &&
+                  mbsri_reserve(allocator, &w->entries, (size_t)moving, sizeof(mbsri_row_entry));
+        if (!*memory) return false;
+        mbsri_row *row = (mbsri_row *)w->rows.data + w->rows.count++;
+        *row = (mbsri_row){number, velocity, sign, w->entries.count, 0};
+        mbsri_zero((size_t)w->slope.out.rows, l);
+        for (int k = 0; k < x.count; ++k) l[x.row[k]] = share[k] / x.span[k];
+        if (!add_entries(w, bodies, moving, row, l)) return false;
+    }
+    for (int k = 0; k < x.count * x.count; ++k) {
+        if (x.F[k] != 0.0) return false;
+    }
+    return true;
+}
+
+int mbsri_element_rows(mbsri_null_space *w, int number, int moving, bool velocity)
+{
+    const size_t rows = w->rows.count, entries = w->entries.count;
+    bool memory = true;
+    if (moving == 0 || add_rows(w, number, moving, velocity, &memory)) return MBSR_OK;
+    if (!memory) {
+        return mbsri_fail(&w->d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
+                          "%s: no memory for what force elements see of %d null directions",
+                          w->function, w->k);
+    }
+    w->rows.count = rows;
+    w->entries.count = entries;
+    for (int n = 0; n < moving; ++n) w->dense[velocity ? 0 : 1][w->moving[n]] = true;
+    return MBSR_OK;
+}
+
+/* ---- of some directions ---- */
+
+/* w->place (k): of each direction among these, -1: none of them. */
+static void find_places(const mbsri_null_space *w, int count, const int *direction)
+{
+    for (int l = 0; l < w->k; ++l) w->place[l] = -1;
+    for (int n = 0; n < count; ++n) w->place[direction[n]] = n;
+}
+
+static const mbsri_row_entry *entries_of(const mbsri_null_space *w, const mbsri_row *row)
+{
+    return (const mbsri_row_entry *)w->entries.data + row->first;
+}
+
+static bool sees_some(const mbsri_null_space *w, const mbsri_row *row)
+{
+    const mbsri_row_entry *entry = entries_of(w, row);
+    for (int k = 0; k < row->count; ++k) {
+        if (w->place[entry[k].direction] >= 0 && entry[k].value != 0.0) return true;
+    }
+    return false;
+}
+
+bool mbsri_rows_serve(const mbsri_null_space *w, int count, const int *direction, bool velocity)
+{
+    const mbsri_row *row = w->rows.data;
+    double sign = 0.0;
+    for (int n = 0; n < count; ++n) {
+        if (w->dense[velocity ? 0 : 1][direction[n]]) return false;
+    }
+    find_places(w, count, direction);
+    for (size_t r = 0; r < w->rows.count; ++r, ++row) {
+        if (row->velocity != velocity || !sees_some(w, row)) continue;
+        if (row->sign * sign < 0.0) return false;
+        sign = row->sign;
+    }
+    return true;
+}
+
+int mbsri_rows_gather(const mbsri_null_space *w, int count, const int *direction, bool velocity,
+                      double *B, double *error)
+{
+    const mbsri_row *row = w->rows.data;
+    int found = 0;
+    find_places(w, count, direction);
+    for (size_t r = 0; r < w->rows.count; ++r, ++row) {
+        const mbsri_row_entry *entry = entries_of(w, row);
+        const size_t column = (size_t)found * (size_t)count;
+        if (row->velocity != velocity || !sees_some(w, row)) continue;
+        ++found;
+        if (!B) continue;
+        mbsri_zero((size_t)count, B + column);
+        mbsri_zero((size_t)count, error + column);
+        for (int k = 0; k < row->count; ++k) {
+            const int n = w->place[entry[k].direction];
+            if (n < 0) continue;
+            B[column + (size_t)n] = entry[k].value;
+            error[column + (size_t)n] = entry[k].error;
+        }
+    }
+    return found;
+}

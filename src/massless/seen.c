@@ -1,0 +1,87 @@
+/* Which directions springs and dampers see: see seen.h.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "massless/seen.h"
+
+#include "algebra/dense.h"
+#include "algebra/numbers.h"
+#include "base/error.h"
+#include "massless/element_rows.h"
+
+#include <float.h>
+#include <math.h>
+
+/* The least share that counts of what is subtracted. */
+static const double least_seen = 1e-12;
+
+bool mbsri_seen_serves(mbsri_null_space *w, int count, const int *direction)
+{
+    return mbsri_rows_serve(w, count, direction, true) &&
+           mbsri_rows_serve(w, count, direction, false);
+}
+
+/* Room for a reduction, and behind it for a row of `count` numbers and its errors. */
+static int make_room(mbsri_null_space *w, int count, const int *direction, bool velocity,
+                     double **row)
+{
+    const int rows = mbsri_rows_gather(w, count, direction, velocity, NULL, NULL);
+    const size_t size = mbsri_reduction_size(count, rows) / sizeof(double) + 1,
+                 more = size + 2 * (size_t)count;
+    w->seen_room.count = 0;
+    if (!mbsri_reserve(&w->m->allocator, &w->seen_room, more, sizeof(double))) {
+        return mbsri_fail(&w->d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
+                          "%s: no memory for what %d force elements see of %d null directions",
+                          w->function, rows, count);
+    }
+    mbsri_reduction_place(&w->seen, count, rows, w->seen_room.data);
+    *row = (double *)w->seen_room.data + size;
+    (void)mbsri_rows_gather(w, count, direction, velocity, w->seen.A, w->seen.error);
+    w->seen.m = rows;
+    return MBSR_OK;
+}
+
+int mbsri_seen_by_dampers(mbsri_null_space *w, int count, const int *direction)
+{
+    double *row;
+    const int status = make_room(w, count, direction, true, &row);
+    if (!status) mbsri_reduce(&w->seen, count, w->seen.m, count, least_seen);
+    return status;
+}
+
+int mbsri_seen_by_springs(mbsri_null_space *w, int count, const int *direction, int e,
+                          const double *Z, const double *Z_error)
+{
+    double *x;
+    const int status = make_room(w, count, direction, false, &x);
+    if (status) return status;
+    double *dx = x + count;
+    for (int n = 0; n < w->seen.m; ++n) {
+        mbsri_copy((size_t)count, w->seen.A + n * count, x);
+        mbsri_copy((size_t)count, w->seen.error + n * count, dx);
+        for (int b = 0; b < e; ++b) { /* e <= count: what is read later is not overwritten */
+            const double *z = Z + b * count, *dz = Z_error + b * count;
+            double sum = 0.0, error = 0.0;
+            for (int p = 0; p < count; ++p) {
+                sum += x[p] * z[p];
+                error += (dx[p] + 4.0 * DBL_EPSILON * fabs(x[p])) * fabs(z[p]) + fabs(x[p]) * dz[p];
+            }
+            w->seen.A[n * e + b] = fabs(sum) > 10.0 * error ? sum : 0.0;
+            w->seen.error[n * e + b] = error;
+        }
+    }
+    mbsri_reduce(&w->seen, e, w->seen.m, e, least_seen);
+    return MBSR_OK;
+}
+
+void mbsri_seen_through(int count, int e, const double *Z, const double *weights, double *out)
+{
+    for (int a = 0; a < count; ++a) {
+        double size = 0.0;
+        out[a] = 0.0;
+        for (int b = 0; b < e; ++b) {
+            const double part = weights[b] * Z[b * count + a];
+            out[a] += part;
+            size += fabs(part);
+        }
+        if (fabs(out[a]) <= 1e-12 * size) out[a] = 0.0;
+    }
+}
