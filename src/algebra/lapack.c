@@ -88,6 +88,14 @@ int mbsri_lapack_svd(int n, double *A, double *s, double *U, double *V, double *
     return info;
 }
 
+int mbsri_lapack_singular_values(int n, double *A, double *s, double *work, int lwork)
+{
+    const int one = 1;
+    int info = 0;
+    dgesvd_("N", "N", &n, &n, A, &n, s, NULL, &one, NULL, &one, work, &lwork, &info, 1, 1);
+    return info;
+}
+
 int mbsri_lapack_svd_work(int n)
 {
     const int svd = 5 * n + 1, gelsy = mbsri_lapack_gelsy_work(n, n);

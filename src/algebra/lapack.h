@@ -18,6 +18,9 @@ double mbsri_lapack_inverse(int n, double *A, int *pivots, double *work);
  * left and right singular vectors in the columns of U and V (n x n). Returns info. */
 int mbsri_lapack_svd(int n, double *A, double *s, double *U, double *V, double *work, int lwork);
 
+/* The singular values alone. */
+int mbsri_lapack_singular_values(int n, double *A, double *s, double *work, int lwork);
+
 /* Doubles of workspace that svd and a gelsy of that size need. */
 int mbsri_lapack_svd_work(int n);
 

@@ -130,7 +130,7 @@ static int condition(mbsri_report *r, int c, int rank, mbsr_index_report *report
     }
     mbsri_scale_rows(c, r->C, r->values);
     mbsri_scale_columns(c, r->C, r->values);
-    if (mbsri_lapack_svd(c, r->C, r->values, r->Y, r->Z, r->work, r->lwork) != 0) {
+    if (mbsri_lapack_singular_values(c, r->C, r->values, r->work, r->lwork) != 0) {
         return mbsri_fail(&r->w.d->error, MBSR_EIGEN_FAILED, MBSR_NONE, MBSR_NONE,
                           "mbsr_index_report_create: singular values did not converge");
     }
