@@ -7,6 +7,7 @@
 #   bench/run.sh scaling [samples [largest N]]    needs no SUNDIALS
 #   bench/run.sh kinds [samples]                  nor does this
 #   bench/run.sh loops [samples]                  nor this
+#   bench/run.sh report [samples]                 nor this
 #   bench/run.sh precision [smallest tolerance]
 #   bench/run.sh newton [largest number of bodies]     MuJoCo, too, where it is installed
 #   bench/run.sh driver [cells|mechanisms|ordinary|all [runs]]
@@ -21,7 +22,7 @@ what=${1:-all}
 [ $# -eq 0 ] || shift
 case $what in
 all | precision | newton | driver) ida=ON ;;
-scaling | kinds | loops) ida=OFF ;;
+scaling | kinds | loops | report) ida=OFF ;;
 trees) exec sh "$trees" "$@" ;;
 *)
     sed -n 's/^#   //p' "$0" >&2
@@ -64,6 +65,10 @@ fi
 if wanted loops; then
     $pin "$build/bench/bench_loops" "$@" > "$build/loops.csv"
     mv "$build/loops.csv" "$results/loops.csv"
+fi
+if wanted report; then
+    $pin "$build/bench/bench_report" "$@" > "$build/report.csv"
+    mv "$build/report.csv" "$results/report.csv"
 fi
 if wanted precision; then
     $pin "$build/bench/bench_precision" "${1:-1e-10}" "$build/bead.csv" > "$build/precision.csv"

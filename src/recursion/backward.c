@@ -171,11 +171,12 @@ static int plain_masses(const mbsr_model *m, mbsr_data *d, bool rough)
 }
 
 /* The recursion for masses, in twofold precision where double precision does not tell some rank, or where
- * the data asks for it. */
+ * the data asks for it and it leads to an end. */
 static int masses(const mbsr_model *m, mbsr_data *d)
 {
     d->total_rank = 0;
-    int status = d->exactly ? MBSRI_UNCLEAR : plain_masses(m, d, false);
+    int status = d->exactly ? mbsri_exact_masses(m, d) : MBSR_OK;
+    if (status || !d->exactly) status = plain_masses(m, d, false);
     if (status == MBSRI_UNCLEAR) {
         status = mbsri_exact_masses(m, d);
         if (status == MBSR_NOT_FINITE) status = plain_masses(m, d, true);
