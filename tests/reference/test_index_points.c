@@ -2,7 +2,7 @@
  * along their axes, gimbals and straight chains among them, in four systems of units. What they must
  * say follows from the points that masses and force elements consist of: a direction is algebraic
  * where it moves no point that has mass, damped where it then moves a damper, elastic where it moves
- * springs alone.
+ * springs alone. Directions that one element can determine alone, by a count of ranks, list that alone.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "duration.h"
 #include "expect.h"
@@ -278,7 +278,8 @@ static double out_of(const span *p, const double *x)
 typedef struct verdict {
     int dynamic, damped, elastic, undetermined;
     unsigned undetermined_in; /* bits 1 << id */
-    bool settled;             /* no small numbers, and the same number of masses moved beside it */
+    int alone[2]; /* dampers, springs without which there are fewer damped, elastic ones */
+    bool settled; /* no small numbers, and the same number of masses moved beside it */
 } verdict;
 
 static span masses(const scene *s)
@@ -302,26 +303,47 @@ static int moved_beside(const scene *s)
     return masses(&other).count;
 }
 
-static verdict judge(const scene *s)
+/* Adds what dampers see, or springs, but for element `without`. */
+static void add_elements(const scene *s, bool springs, int without, span *p)
 {
     double row[1][MOST];
+    for (int k = 0; k < s->elements; ++k) {
+        const element *e = s->element + k;
+        if (k == without || !((springs ? e->spring : e->damper) > 0.0)) continue;
+        (void)measure(s, e, row[0]);
+        add_rows(p, 1, row);
+    }
+}
+
+/* Elements that some direction can be determined by alone: others have no part in the rank. */
+static void count_alone(const scene *s, verdict *v)
+{
+    for (int k = 0; k < s->elements; ++k) {
+        span p = masses(s);
+        add_elements(s, false, k, &p);
+        v->alone[0] += s->element[k].damper > 0.0 && p.count < v->dynamic + v->damped;
+        p = masses(s);
+        add_elements(s, false, -1, &p);
+        add_elements(s, true, k, &p);
+        v->alone[1] += s->element[k].spring > 0.0 && p.count < v->dynamic + v->damped + v->elastic;
+    }
+}
+
+static verdict judge(const scene *s)
+{
+    double row[MOST];
     span p = masses(s);
     verdict v = {.dynamic = p.count};
-    for (int k = 0; k < s->elements; ++k) {
-        (void)measure(s, s->element + k, row[0]);
-        if (s->element[k].damper > 0.0) add_rows(&p, 1, row);
-    }
+    add_elements(s, false, -1, &p);
     v.damped = p.count - v.dynamic;
-    for (int k = 0; k < s->elements; ++k) {
-        (void)measure(s, s->element + k, row[0]);
-        if (s->element[k].spring > 0.0) add_rows(&p, 1, row);
-    }
+    add_elements(s, true, -1, &p);
     v.elastic = p.count - v.dynamic - v.damped;
+    count_alone(s, &v);
     v.undetermined = s->bodies - p.count;
     v.settled = !p.doubtful && moved_beside(s) == v.dynamic;
     for (int k = 0; k < s->elements; ++k) {
         const element *e = s->element + k;
-        v.settled = v.settled && (e->kind != BETWEEN_POINTS || measure(s, e, row[0]) > 0.05);
+        v.settled = v.settled && (e->kind != BETWEEN_POINTS || measure(s, e, row) > 0.05);
     }
     for (int i = 0; i < s->bodies; ++i) {
         double unit[MOST] = {0.0};
@@ -460,16 +482,19 @@ static bool right_report(const scene *s, const verdict *v, const built *l,
                          const mbsr_index_report *r)
 {
     unsigned bits = 0;
+    int alone[2] = {0, 0};
     bool right = r->dynamic == v->dynamic && r->damped == v->damped && r->elastic == v->elastic &&
                  r->undetermined == v->undetermined;
     for (int k = 0; k < r->directions; ++k) {
         const mbsr_direction *direction = r->direction + k;
         right = right && right_direction(s, l, direction);
+        if (direction->forces == 1) ++alone[direction->kind == MBSR_DIRECTION_ELASTIC];
         for (int t = 0; t < direction->terms; ++t) {
             if (direction->kind == MBSR_DIRECTION_UNDETERMINED)
                 bits |= 1u << direction->term[t].body;
         }
     }
+    right = right && alone[0] >= v->alone[0] && alone[1] >= v->alone[1];
     return right && bits == v->undetermined_in;
 }
 
