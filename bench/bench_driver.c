@@ -4,9 +4,10 @@
  *
  *   bench_driver [cells|mechanisms|ordinary|all [runs [name]]]      CSV on standard output
  *
- * cells: the slider-crank of mechanisms.h at k = 1e6 .. 1e12 N/m, damping ratios 0.3, 1, 10 and
+ * cells: the slider-crank of mechanisms.h at k = 1e6 .. 1e14 N/m, damping ratios 0.3, 1, 10 and
  * tolerances 1e-3 .. 1e-8, by the tree and dense. mechanisms: the others, some of these cells.
- * ordinary: problems without stiff loops, and the stiff trees of runs/stiff.h.
+ * ordinary: problems without stiff loops, and the stiff trees of runs/stiff.h; lines that begin with # compare
+ * what the driver costs with what IDA's own Newton's method does at the same error.
  *
  * Each line is a mean over `runs` (default 4) at tolerances that differ by 2 %, because rounding decides
  * between steps; the error, largest of q at the end, is the root of their mean square, the energy
@@ -17,6 +18,7 @@
 #include "mechanisms.h"
 #include "ordinary.h"
 #include "runs/build.h"
+#include "work.h"
 
 #include <mbsrank/ida.h>
 
@@ -179,8 +181,9 @@ static void head(void)
            "error_test_failures,stiff_tests,careful_attempts,cpu_s,error,gained\n");
 }
 
-/* The mean of `runs`; false if one was given up. */
-static bool line(problem *p, driver how, mbsr_ida_solver solver, double tolerance, int runs)
+/* The mean of `runs`; false if one was given up. w: NULL, or gets it. */
+static bool line(problem *p, driver how, mbsr_ida_solver solver, double tolerance, int runs,
+                 work *w)
 {
     double *y = room(p), sum[11] = {0.0}, square = 0.0, gained = 0.0;
     int ended = 0, status = MBSR_OK;
@@ -214,6 +217,8 @@ static bool line(problem *p, driver how, mbsr_ida_solver solver, double toleranc
     printf(",%.5f,%.3e,%.1e\n", sum[10], sqrt(square), gained);
     fflush(stdout);
     free(y);
+    const double cost[WORK_COSTS] = {sum[10], sum[1], sum[4], sum[5], sum[0]};
+    if (w && status == MBSR_OK) work_add(w, sqrt(square), cost);
     return status == MBSR_OK;
 }
 
@@ -342,33 +347,68 @@ static bool wanted(const char *what, const char *group, const char *only, const 
 /* Plain IDA is stuck in most cells: one run tells as much as many. */
 static void run_cells(const mechanism *of, int every, int runs)
 {
-    static const double stiffness[] = {1e6, 1e8, 1e10, 1e12}, ratio[] = {0.3, 1.0, 10.0};
-    for (int k = 0; k < 4; ++k) {
+    static const double stiffness[] = {1e6, 1e8, 1e10, 1e12, 1e14}, ratio[] = {0.3, 1.0, 10.0};
+    for (int k = 0; k < 5; ++k) {
         for (int z = 0; z < 3; z += every) {
             problem p = open_mechanism(of, stiffness[k], ratio[z]);
             bool stuck = false;
             for (int t = 3; t <= 8; t += every) {
                 const double tolerance = pow(10.0, -t);
-                line(&p, LIBRARY, MBSR_IDA_AUTO, tolerance, runs);
-                if (every == 1) line(&p, LIBRARY, MBSR_IDA_DENSE, tolerance, runs);
-                line(&p, CLOSURES, MBSR_IDA_DENSE, tolerance, runs);
-                if (!stuck) stuck = !line(&p, PLAIN, MBSR_IDA_AUTO, tolerance, 1);
+                line(&p, LIBRARY, MBSR_IDA_AUTO, tolerance, runs, NULL);
+                if (every == 1) line(&p, LIBRARY, MBSR_IDA_DENSE, tolerance, runs, NULL);
+                line(&p, CLOSURES, MBSR_IDA_DENSE, tolerance, runs, NULL);
+                if (!stuck) stuck = !line(&p, PLAIN, MBSR_IDA_AUTO, tolerance, 1, NULL);
             }
             destroy(&p);
         }
     }
 }
 
-static void compare(problem p, int runs)
+/* What the library's way costs over plain IDA, in all problems so far: [AUTO, DENSE]. */
+typedef struct total {
+    int problems[WORK_COSTS];
+    double log_sum[WORK_COSTS];
+} total;
+
+static void print_ratio(const char *name, int dense, const work *library, const work *own,
+                        total *all)
+{
+    printf("# %s, %s, library over plain at equal tolerance (at equal error):", name,
+           dense ? "dense" : "auto");
+    for (int c = 0; c < WORK_COSTS; ++c) {
+        const double ratio = work_ratio(library, own, c);
+        printf(" %s %.2f (%.2f)", work_cost_name[c], work_ratio_of_sums(library, own, c), ratio);
+        if (!(ratio > 0.0)) continue;
+        ++all->problems[c];
+        all->log_sum[c] += log(ratio);
+    }
+    printf("\n");
+}
+
+static void compare(problem p, int runs, total all[2])
 {
     const bool small = mbsr_model_nu(p.model) < 50;
-    for (int t = 3; t <= 8; ++t) {
-        for (int dense = 0; dense <= small; ++dense) {
-            line(&p, LIBRARY, dense ? MBSR_IDA_DENSE : MBSR_IDA_AUTO, pow(10.0, -t), runs);
-            line(&p, PLAIN, dense ? MBSR_IDA_DENSE : MBSR_IDA_AUTO, pow(10.0, -t), runs);
+    for (int dense = 0; dense <= small; ++dense) {
+        const mbsr_ida_solver solver = dense ? MBSR_IDA_DENSE : MBSR_IDA_AUTO;
+        work library = {0}, own = {0};
+        for (int t = 3; t <= 9; ++t) {
+            line(&p, LIBRARY, solver, pow(10.0, -t), runs, &library);
+            line(&p, PLAIN, solver, pow(10.0, -t), runs, &own);
         }
+        print_ratio(p.name, dense, &library, &own, all + dense);
     }
     destroy(&p);
+}
+
+static void print_totals(const total all[2])
+{
+    for (int dense = 0; dense < 2; ++dense) {
+        printf("# all, %s, at equal error, geometric mean:", dense ? "dense" : "auto");
+        for (int c = 0; c < WORK_COSTS; ++c)
+            printf(" %s %.2f", work_cost_name[c],
+                   exp(all[dense].log_sum[c] / fmax(1.0, all[dense].problems[c])));
+        printf("\n");
+    }
 }
 
 int main(int argc, char **argv)
@@ -379,6 +419,7 @@ int main(int argc, char **argv)
                                  {"vehicle", vehicle, 55}};
     const char *what = argc > 1 ? argv[1] : "all", *only = argc > 3 ? argv[3] : NULL;
     const int runs = argc > 2 ? atoi(argv[2]) : 4;
+    total all[2] = {0};
     if (runs < 1 || runs > RUNS_MOST) {
         fprintf(stderr, "usage: bench_driver [cells|mechanisms|ordinary|all [runs [name]]]\n");
         return EXIT_FAILURE;
@@ -391,8 +432,9 @@ int main(int argc, char **argv)
             run_cells(m, first ? 1 : 2, runs);
     }
     for (const ordinary *o = ordinary_problems; o->name; ++o)
-        if (wanted(what, "ordinary", only, o->name)) compare(open_ordinary(o), runs);
+        if (wanted(what, "ordinary", only, o->name)) compare(open_ordinary(o), runs, all);
     for (size_t k = 0; k < sizeof trees / sizeof trees[0]; ++k)
-        if (wanted(what, "ordinary", only, trees[k].name)) compare(open_tree(trees + k), runs);
+        if (wanted(what, "ordinary", only, trees[k].name)) compare(open_tree(trees + k), runs, all);
+    if (wanted(what, "ordinary", NULL, "")) print_totals(all);
     return EXIT_SUCCESS;
 }

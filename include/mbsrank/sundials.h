@@ -94,10 +94,13 @@ MBSR_API int mbsr_sundials_multiply(sunrealtype t, N_Vector y, N_Vector yp, N_Ve
  *
  * As long as nothing is stiff, all goes as without it. Where an error test of low order fails by an
  * error of the momenta that the next step will have forgotten, or the order stays low, IDA takes the
- * next 100 steps carefully: with a new matrix in each iteration, and errors of momenta tested by what
- * is left of them after one implicit step. Vectors that IDA makes of y refer to the solver: free it
- * after IDA, and y too. The error test is as without it if algebraic variables are not suppressed.
- * NULL where an argument is NULL, y is not a serial vector of that length, or there is no memory. */
+ * next 20 steps carefully, and more where they show that it is needed: with a new matrix in each
+ * iteration, and errors of momenta tested by what is left of them after one implicit step. Ask for
+ * tolerances of 1e-4 or less where a mechanism is closed by stiff elements: IDA does not tell the solver
+ * what was asked for, and at looser ones steps are so long that they gain energy. Vectors that IDA
+ * makes of y refer to the solver: free it after IDA, and y too. The error test is as without it if
+ * algebraic variables are not suppressed. NULL where an argument is NULL, y is not a serial vector of
+ * that length, or there is no memory. */
 MBSR_API SUNNonlinearSolver mbsr_sundials_stiff(const mbsr_model *model, N_Vector y,
                                                 SUNContext context);
 

@@ -13,6 +13,7 @@
 #include "ida/stiff.h"
 #include "ida/tolerances.h"
 
+#include <math.h>
 #include <stdlib.h>
 
 /* Keeps the message of an error; warnings, which have positive codes, are dropped. */
@@ -69,6 +70,30 @@ static int no_memory(const mbsr_ida *ida, mbsr_error *error, const char *what)
                           "mbsr_ida_create: no memory for %s of size %d", what, ida->size);
 }
 
+/* Below this relative tolerance careful steps of a stiff mechanism are as accurate as others; above it
+ * they are held to it, for a step is then a large part of a turn, and gains energy. */
+static const double LOOSEST = 1e-4;
+
+/* Newton's method for stiff elements, in the forms that it serves; false without memory. */
+static bool make_nonlinear(mbsr_ida *ida)
+{
+    const mbsr_ida_opt *opt = &ida->opt;
+    const bool served = opt->form == MBSR_DAE_MOMENTUM || opt->form == MBSR_DAE_INDEX1;
+    if (!served || mbsr_model_rows(ida->model) > 0) return true;
+    ida->nonlinear = mbsri_stiff_create(ida->model, opt->form, ida->y, ida->context);
+    if (!ida->nonlinear) return false;
+    mbsri_stiff *stiff = mbsri_stiff_of(ida->nonlinear);
+    stiff->low_order = opt->max_order < 3;
+    stiff->stricter = fmax(1.0, opt->rtol / LOOSEST);
+    stiff->dear = opt->linear_solver != MBSR_IDA_TREE;
+    stiff->iterates = opt->linear_solver == MBSR_IDA_KRYLOV;
+    if (opt->linear_solver == MBSR_IDA_DENSE) {
+        stiff->prepare = mbsri_ida_use_central;
+        stiff->user = ida;
+    }
+    return true;
+}
+
 /* SUNDIALS' objects; a failure leaves those made so far to mbsr_ida_destroy. */
 static int make_objects(mbsr_ida *ida, mbsr_error *error)
 {
@@ -87,16 +112,7 @@ static int make_objects(mbsr_ida *ida, mbsr_error *error)
     if (!mbsri_ida_make_kinks(ida)) return no_memory(ida, error, "what kinks need for a problem");
     const int status = mbsri_ida_make_solver(ida, error);
     if (status) return status;
-    const bool served = ida->opt.form == MBSR_DAE_MOMENTUM || ida->opt.form == MBSR_DAE_INDEX1;
-    if (served && mbsr_model_rows(ida->model) == 0) {
-        ida->nonlinear = mbsri_stiff_create(ida->model, ida->opt.form, ida->y, ida->context);
-        if (!ida->nonlinear) return no_memory(ida, error, "Newton's method for a problem");
-        mbsri_stiff_of(ida->nonlinear)->low_order = ida->opt.max_order < 3;
-        if (ida->opt.linear_solver == MBSR_IDA_DENSE) {
-            mbsri_stiff_of(ida->nonlinear)->prepare = mbsri_ida_use_central;
-            mbsri_stiff_of(ida->nonlinear)->user = ida;
-        }
-    }
+    if (!make_nonlinear(ida)) return no_memory(ida, error, "Newton's method for a problem");
     ida->memory = IDACreate(ida->context);
     if (!ida->memory) return no_memory(ida, error, "IDA for a problem");
     return MBSR_OK;

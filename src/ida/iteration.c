@@ -7,8 +7,9 @@
  * resist it: the iterations creep or diverge, or stop, small in the norm, with a rest of strain
  * whose energy is not small. A new matrix in each iteration leaves k g^2: it converges quadratically
  * or not at all. So in careful steps the matrix is new in each iteration, and the last correction
- * has to be small itself, not by a rate of convergence. Other steps are left to the solver of
- * SUNDIALS, as if this one was not there. */
+ * has to be small itself, not by a rate of convergence. (Of a Krylov method it is the preconditioner
+ * that would be new, in each step is enough.) Other steps are left to the solver of SUNDIALS, as if this
+ * one was not there. */
 #include "ida/stiff.h"
 
 #include <ida/ida.h>
@@ -20,16 +21,23 @@
 enum { ITERATIONS = 6, NEAR = 10 };
 
 /* One iteration: ee changes by s->change. */
-static int improve(mbsri_stiff *s, N_Vector ee)
+static int improve(mbsri_stiff *s, N_Vector ee, bool renew)
 {
     sunbooleantype current = SUNFALSE;
     int status = s->system(ee, s->change, s->memory);
-    if (!status && s->set_up) status = s->set_up(SUNFALSE, &current, s->memory);
+    if (!status && s->set_up && renew) status = s->set_up(SUNFALSE, &current, s->memory);
     if (status) return status;
     N_VScale(-1.0, s->change, s->change);
     status = s->solve(s->change, s->memory);
     if (!status) N_VLinearSum(1.0, ee, 1.0, s->change, ee);
     return status;
+}
+
+/* Whether two corrections in a row, of new matrices, are of one size: the stiff direction turns so much
+ * in one of them that the next has to undo what it did. An old matrix would not do here. */
+static bool turns(double before, double size, double tolerance)
+{
+    return before > tolerance && size > 0.3 * before;
 }
 
 /* IDA's tolerance is for what is left after the last iteration. Where rounding keeps corrections
@@ -38,13 +46,16 @@ static int iterate(mbsri_stiff *s, N_Vector ee, N_Vector w, double tolerance)
 {
     static const double share = 0.03;
     int small = 0;
+    double before = 0.0;
     s->failures = 0;
     for (s->iterations = 1; s->iterations <= ITERATIONS; ++s->iterations) {
-        const int status = improve(s, ee);
+        const int status = improve(s, ee, s->iterations == 1 || !s->iterates);
         if (status) return status;
         const double size = N_VWrmsNorm(s->change, w);
+        if (s->iterations == 2 && turns(before, size, tolerance)) mbsri_stiff_begin(s);
         small = size <= tolerance ? small + 1 : 0;
         if (size <= share * tolerance || small == 4) return SUN_NLS_SUCCESS;
+        before = size;
     }
     s->failures = 1;
     return SUN_NLS_CONV_RECVR;
@@ -57,9 +68,17 @@ static void note_failure(mbsri_stiff *s)
     IDAGetNumSteps(s->memory, &steps);
     if (s->failed_at >= 0 && steps >= s->failed_at && steps - s->failed_at < NEAR) {
         ++s->info.stiff_iterations;
-        mbsri_stiff_begin(s);
+        mbsri_stiff_try(s);
     }
     s->failed_at = steps;
+}
+
+/* A second iteration, if there was one, has already told whether the matrix is right. */
+static bool trust(mbsri_stiff *s, N_Vector predicted, N_Vector ee, N_Vector w)
+{
+    int more = 0;
+    SUNNonlinSolGetCurIter(s->plain, &more);
+    return more > 0 || !mbsri_stiff_wrong_matrix(s, predicted, ee, w);
 }
 
 static int solve(SUNNonlinearSolver solver, N_Vector predicted, N_Vector ee, N_Vector w,
@@ -75,13 +94,13 @@ static int solve(SUNNonlinearSolver solver, N_Vector predicted, N_Vector ee, N_V
     int status;
     if (s->careful) {
         ++s->info.careful_attempts;
-        status = iterate(s, ee, w, tolerance);
+        status = iterate(s, ee, w, tolerance / s->stricter);
     } else {
         status = SUNNonlinSolSolve(s->plain, predicted, ee, w, tolerance, set_up, memory);
         if (status == SUN_NLS_CONV_RECVR) note_failure(s);
-        if (!status && mbsri_stiff_wrong_matrix(s, predicted, ee, w)) {
+        if (!status && !trust(s, predicted, ee, w)) {
             ++s->info.stiff_iterations;
-            mbsri_stiff_begin(s);
+            mbsri_stiff_try(s);
             N_VConst(0.0, ee);
             status = solve(solver, predicted, ee, w, tolerance, set_up, memory);
         }
@@ -101,8 +120,9 @@ static SUNNonlinearSolver_Type type(SUNNonlinearSolver solver)
 static int initialize(SUNNonlinearSolver solver)
 {
     mbsri_stiff *s = solver->content;
-    s->careful_until = 0;
+    s->careful_until = s->span = 0;
     s->tested_step = 0.0;
+    s->enough = MBSRI_STIFF_ALARM;
     s->failed_at = s->rejected_at = -1;
     s->norms = -1;
     s->suspect = false;
@@ -207,6 +227,7 @@ static bool make(mbsri_stiff *s, N_Vector y, SUNContext context)
         N_VConst(0.0, *vector[k]);
     }
     s->failed_at = s->rejected_at = s->norms = -1;
+    s->stricter = 1.0;
     s->plain = SUNNonlinSol_Newton(y, context);
     return s->plain && mbsri_stiff_attach(s, y);
 }

@@ -22,20 +22,22 @@ static bool new_matrix(mbsri_stiff *s)
     return another;
 }
 
-/* The errors of a matrix grow with the step: one for a step no longer than another that passed a
- * short time ago is not tested. */
-static bool tested(mbsri_stiff *s)
+/* Whether one was for a step as long, or so much shorter as it was better, a short time ago. */
+static bool tested(const mbsri_stiff *s, double h)
 {
     enum { RECENT = 100 };
-    double h = 0.0;
     long steps = 0;
-    IDAGetCurrentStep(s->memory, &h);
     IDAGetNumSteps(s->memory, &steps);
-    if (fabs(h) <= s->tested_step && steps >= s->tested_at && steps - s->tested_at < RECENT)
-        return true;
-    s->tested_step = fabs(h);
-    s->tested_at = steps;
-    return false;
+    return h <= s->tested_step && steps >= s->tested_at && steps - s->tested_at < RECENT;
+}
+
+static const double most_defect = 0.5;
+
+/* The errors of a matrix grow with the square of the step. */
+static void note_test(mbsri_stiff *s, double h, double defect)
+{
+    IDAGetNumSteps(s->memory, &s->tested_at);
+    s->tested_step = h * sqrt(most_defect / fmax(defect, 1e-3));
 }
 
 /* Largest e for which entries change by no more than `relative`; 0 if v is zero. */
@@ -53,7 +55,9 @@ static double extent(N_Vector v, N_Vector y, N_Vector w, double relative)
 
 bool mbsri_stiff_wrong_matrix(mbsri_stiff *s, N_Vector predicted, N_Vector ee, N_Vector w)
 {
-    if (!new_matrix(s) || tested(s)) return false;
+    double h = 0.0;
+    IDAGetCurrentStep(s->memory, &h);
+    if (!new_matrix(s) || tested(s, fabs(h))) return false;
     const double e = extent(ee, predicted, w, cbrt(DBL_EPSILON));
     if (!(e > 0.0)) return false;
     N_VScale(1.0 + e, ee, s->trial);
@@ -64,5 +68,7 @@ bool mbsri_stiff_wrong_matrix(mbsri_stiff *s, N_Vector predicted, N_Vector ee, N
     ++s->info.filter_solves;
     if (s->solve(s->change, s->memory)) return false;
     N_VLinearSum(1.0, s->change, -1.0, ee, s->change);
-    return N_VWrmsNorm(s->change, w) > 0.5 * N_VWrmsNorm(ee, w);
+    const double defect = N_VWrmsNorm(s->change, w) / N_VWrmsNorm(ee, w);
+    note_test(s, fabs(h), defect);
+    return defect > most_defect;
 }

@@ -14,6 +14,8 @@
 
 typedef sunrealtype (*mbsri_masked_norm)(N_Vector x, N_Vector w, N_Vector id);
 
+#define MBSRI_STIFF_ALARM 6.0
+
 typedef struct mbsri_stiff {
     SUNNonlinearSolver plain; /* Newton's method of SUNDIALS, for ordinary steps */
     SUNNonlinSolSysFn system; /* IDA's residual, linear system and its solution */
@@ -24,15 +26,20 @@ typedef struct mbsri_stiff {
     mbsri_masked_norm masked; /* the norm of the error test without filter */
     int first, last;          /* the momenta are entries first .. last - 1 of y */
 
+    double stricter;    /* careful steps are held to errors by this smaller than the tolerances */
+    bool dear;          /* a new matrix costs far more than a solution */
+    bool iterates;      /* the linear solver has no matrix, but a preconditioner */
     bool always;        /* every step is taken carefully */
     bool careful;       /* the last iteration was one of those below */
     long careful_until; /* steps before this one are taken carefully */
+    long span;          /* as many of them as were meant to be when they began; 0: none yet */
     long matrices;      /* by difference quotients, so far */
-    double tested_step; /* for which one of them was put to the test last */
+    double tested_step; /* up to which steps none of them needs to be put to the test */
     long tested_at;
     long failed_at;            /* step of the last failure of the plain iteration */
     long iterations, failures; /* of the last careful solution */
     bool low_order;            /* no order above 2 is allowed, so that a low one says nothing */
+    double enough;             /* ends it */
     double alarm;              /* grows with error tests failed at low order */
     long alarmed_at;
     long rejected_at; /* step of the last test that failed; -1: none */
@@ -58,9 +65,11 @@ typedef struct mbsri_stiff {
  * for vectors that are not serial. */
 bool mbsri_stiff_attach(mbsri_stiff *s, N_Vector y);
 
-/* Whether the next step of IDA is one to be taken carefully; from now on such steps are. */
+/* Whether the next step of IDA is one to be taken carefully. From now on such steps are: for long, or
+ * for a few, and each time that this is asked for shortly after they have ended for twice as many. */
 bool mbsri_stiff_careful(const mbsri_stiff *s);
 void mbsri_stiff_begin(mbsri_stiff *s);
+void mbsri_stiff_try(mbsri_stiff *s);
 
 /* To be called before a step is tried: asks whether the last error test failed, and why. */
 void mbsri_stiff_look_back(mbsri_stiff *s);
