@@ -129,6 +129,7 @@ typedef struct mbsr_ida_stats {
         stiff_iterations; /* Newton's method failed twice within 10 steps, or a matrix of difference
                             * quotients was wrong */
     long careful_attempts; /* steps tried with a new matrix in each iteration and filtered tests */
+    long careful_failures; /* of these, those in which Newton's method did not converge */
     long filter_solves;    /* solutions for these tests, contained in solves */
 } mbsr_ida_stats;
 
@@ -228,13 +229,16 @@ typedef struct mbsr_ida_drift {
  * mbsr_ida_start, MBSR_NOT_FINITE, and what the functions of joints, elements and closures return. */
 MBSR_API int mbsr_ida_get_drift(mbsr_ida *ida, mbsr_ida_drift *drift);
 
-/* The force elements that make the model stiff where an error test found last that a stiff direction
- * alone failed it (stiff_tests), largest first: at most `most` ids into force, and their shares of
- * what all elements together do against a motion in that direction, stiffness and damping over the
- * step, 0 to 1, into share; *count is how many. Elements with neither energy nor dissipation are not
- * seen. None, and MBSR_OK, where no test failed so, and in other forms than the momentum form. The
- * data is left at that state. When the driver gives up, its error names the first. MBSR_ERR_NULL, and
- * the statuses of mbsr_positions and mbsr_force_power. */
+/* The force elements that make the model stiff, largest first: at most `most` ids into force, and
+ * their shares of what all elements together do, 0 to 1, into share; *count is how many. Where an error
+ * test found last that a stiff direction alone failed it (stiff_tests) it is what they do against a
+ * motion in that direction, stiffness and damping over the step; where Newton's method failed last in a
+ * step tried carefully (careful_failures), the sum of that over mass for the single coordinates that
+ * move mass. Elements with neither energy nor dissipation are not seen. None, and MBSR_OK, where neither
+ * has happened, where Newton's method failed though the step is short for all of these elements, and in
+ * other forms than the momentum form. The data is left at that state. When the driver gives up, its
+ * error names the first. MBSR_ERR_NULL, and the statuses of mbsr_positions, mbsr_energy and
+ * mbsr_force_power. */
 MBSR_API int mbsr_ida_stiffest(mbsr_ida *ida, int most, int *force, double *share, int *count);
 
 /* The last failure; never NULL. */

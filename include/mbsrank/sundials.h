@@ -111,6 +111,7 @@ typedef struct mbsr_sundials_stiff_info {
         stiff_iterations; /* Newton's method failed twice within 10 steps, or a matrix of difference
                             * quotients was wrong */
     long careful_attempts; /* steps tried carefully after these */
+    long careful_failures; /* of these, those in which Newton's method did not converge */
     long filter_solves;    /* linear systems solved besides those of Newton's iterations */
 } mbsr_sundials_stiff_info;
 

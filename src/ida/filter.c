@@ -133,10 +133,10 @@ static double filtered_norm(mbsri_stiff *s, double c, N_Vector x, N_Vector w, N_
     return s->masked(s->filtered, w, id);
 }
 
-/* The direction that the filter took off an error, as rates: what u had to be corrected by. */
-static void keep_direction(mbsri_stiff *s, N_Vector x)
+void mbsri_stiff_keep(mbsri_stiff *s, N_Vector x, bool of_iteration)
 {
     N_Vector y = NULL;
+    s->of_iteration = of_iteration;
     if (IDAGetCurrentY(s->memory, &y) < 0 || IDAGetCurrentTime(s->memory, &s->at) < 0) return;
     N_VScale(1.0, x, s->direction);
     N_VScale(1.0, y, s->state);
@@ -150,7 +150,7 @@ static bool stiff_alone(mbsri_stiff *s, N_Vector x, double filtered, double plai
 {
     if (!(filtered >= 0.0 && filtered < 0.3 * plain)) return false;
     ++s->info.stiff_tests;
-    keep_direction(s, x);
+    mbsri_stiff_keep(s, x, false);
     if (filtered < 0.05 * plain)
         mbsri_stiff_begin(s);
     else

@@ -95,6 +95,10 @@ static int solve(SUNNonlinearSolver solver, N_Vector predicted, N_Vector ee, N_V
     if (s->careful) {
         ++s->info.careful_attempts;
         status = iterate(s, ee, w, tolerance / s->stricter);
+        if (status == SUN_NLS_CONV_RECVR) {
+            ++s->info.careful_failures;
+            mbsri_stiff_keep(s, ee, true);
+        }
     } else {
         status = SUNNonlinSolSolve(s->plain, predicted, ee, w, tolerance, set_up, memory);
         if (status == SUN_NLS_CONV_RECVR) note_failure(s);

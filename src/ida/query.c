@@ -79,6 +79,7 @@ static void count_stiff(const mbsr_ida *ida, mbsr_ida_stats *stats)
     stats->stiff_tests = info->stiff_tests;
     stats->stiff_iterations = info->stiff_iterations;
     stats->careful_attempts = info->careful_attempts;
+    stats->careful_failures = info->careful_failures;
     stats->filter_solves = info->filter_solves;
 }
 

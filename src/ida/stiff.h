@@ -56,8 +56,11 @@ typedef struct mbsri_stiff {
     void (*prepare)(void *user, bool careful); /* called when that changes; or NULL */
     void *user;
 
-    N_Vector direction, state; /* what the filter took off last, and where */
-    double at;                 /* time of it */
+    N_Vector direction,
+        state;         /* the error that the filter took off last, or the correction at which
+                                * a careful iteration failed, and where that was */
+    double at;         /* time of it */
+    bool of_iteration; /* it was an iteration */
     mbsr_sundials_stiff_info info;
 } mbsri_stiff;
 
@@ -70,6 +73,9 @@ bool mbsri_stiff_attach(mbsri_stiff *s, N_Vector y);
 bool mbsri_stiff_careful(const mbsri_stiff *s);
 void mbsri_stiff_begin(mbsri_stiff *s);
 void mbsri_stiff_try(mbsri_stiff *s);
+
+/* Keeps x and the present state for mbsr_ida_stiffest. */
+void mbsri_stiff_keep(mbsri_stiff *s, N_Vector x, bool of_iteration);
 
 /* To be called before a step is tried: asks whether the last error test failed, and why. */
 void mbsri_stiff_look_back(mbsri_stiff *s);

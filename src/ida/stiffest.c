@@ -1,4 +1,4 @@
-/* The force elements whose stiffness fails error tests.
+/* The force elements whose stiffness fails error tests and Newton's method.
  * SPDX-License-Identifier: BSD-3-Clause
  *
  * Along the direction v (joint rates) that the filter took off an error last, an element with the
@@ -6,7 +6,9 @@
  *
  *   s = E'' + c P'' / 2,    c of the step: d E / d q twice along G v, P twice along v
  *
- * to v^T K v. Both are quadratic in v for springs and dampers: second differences. */
+ * to v^T K v. Both are quadratic in v for springs and dampers: second differences. Where Newton's method
+ * failed its corrections lie across the stiff direction, which is not known: there it is the sum of
+ * s / M_jj over the unit vectors v of the coordinates, squares of frequencies, to be compared with c^2. */
 #include "ida/stiffest.h"
 
 #include "ida/bend.h"
@@ -56,23 +58,61 @@ static int add(mbsr_ida *ida, double factor, double c, double *s)
     return status;
 }
 
-static int find(mbsr_ida *ida, double *s)
+/* Adds factor s of each element along v, in `ida->moved`, to sum. */
+static int along(mbsr_ida *ida, const double *v, double c, double factor, double *sum)
+{
+    const double *y = N_VGetArrayPointer(ida->moved), step = extent(ida, v);
+    int status = MBSR_OK;
+    for (int side = -1; side <= 1 && !status && step > 0.0; ++side) {
+        status = move(ida, side * step, y, v, N_VGetArrayPointer(ida->work));
+        if (!status) status = add(ida, factor * (side ? 1.0 : -2.0) / (step * step), c, sum);
+    }
+    return status;
+}
+
+/* v^T M v */
+static int mass_of(mbsr_ida *ida, const double *v, double *mass)
+{
+    const double *y = N_VGetArrayPointer(ida->moved);
+    double kinetic = 0.0, potential = 0.0;
+    int status = mbsr_positions(ida->model, ida->data, mbsri_stiff_of(ida->nonlinear)->at, y);
+    if (!status) status = mbsr_velocities(ida->model, ida->data, v);
+    if (!status) status = mbsr_energy(ida->model, ida->data, &kinetic, &potential);
+    *mass = 2.0 * kinetic;
+    return status;
+}
+
+/* All coordinates that move mass. */
+static int along_all(mbsr_ida *ida, double c, double *sum)
+{
+    const int nu = mbsr_model_nu(ida->model);
+    double *v = N_VGetArrayPointer(mbsri_stiff_of(ida->nonlinear)->trial);
+    int status = MBSR_OK;
+    for (int k = 0; k < nu; ++k) v[k] = 0.0;
+    for (int k = 0; k < nu && !status; ++k) {
+        double mass = 0.0;
+        v[k] = 1.0;
+        status = mass_of(ida, v, &mass);
+        if (!status && mass > 0.0) status = along(ida, v, c, 1.0 / mass, sum);
+        v[k] = 0.0;
+    }
+    return status;
+}
+
+/* s of all elements; *least is what they have to exceed in sum to be worth mentioning. */
+static int find(mbsr_ida *ida, double *s, double *least)
 {
     const mbsri_stiff *stiff = mbsri_stiff_of(ida->nonlinear);
     const int nq = mbsr_model_nq(ida->model), nu = mbsr_model_nu(ida->model);
-    const double *y = N_VGetArrayPointer(ida->moved);
-    const double *v = N_VGetArrayPointer(stiff->direction) + nq + nu;
-    double *work = N_VGetArrayPointer(ida->work), c = 0.0;
-    const double step = extent(ida, v);
+    double c = 0.0;
     IDAGetCurrentCj(ida->memory, &c);
+    c = fabs(c);
     N_VScale(1.0, stiff->state, ida->moved);
     mbsri_ida_add_bend(ida, stiff->at, 0, ida->moved);
-    int status = MBSR_OK;
-    for (int side = -1; side <= 1 && !status && step > 0.0; ++side) {
-        status = move(ida, side * step, y, v, work);
-        if (!status) status = add(ida, (side ? 1.0 : -2.0) / (step * step), fabs(c), s);
-    }
-    return status;
+    *least = stiff->of_iteration ? c * c : 0.0;
+    return stiff->of_iteration
+               ? along_all(ida, c, s)
+               : along(ida, N_VGetArrayPointer(stiff->direction) + nq + nu, c, 1.0, s);
 }
 
 /* The largest of s that is not among the `known` first ones; MBSR_NONE: none is positive. */
@@ -87,23 +127,30 @@ static int largest(const double *s, int forces, int known, const int *taken)
     return best;
 }
 
+/* Whether there is a direction. */
+static bool known(const mbsr_ida *ida)
+{
+    if (!ida->nonlinear || ida->opt.form != MBSR_DAE_MOMENTUM) return false;
+    const mbsr_sundials_stiff_info *info = &mbsri_stiff_of(ida->nonlinear)->info;
+    return info->stiff_tests > 0 || info->careful_failures > 0;
+}
+
 int mbsr_ida_stiffest(mbsr_ida *ida, int most, int *force, double *share, int *count)
 {
     if (!ida || !count || (most > 0 && (!force || !share))) return MBSR_ERR_NULL;
     const int forces = mbsr_model_forces(ida->model);
-    const bool known = ida->nonlinear && ida->opt.form == MBSR_DAE_MOMENTUM &&
-                       mbsri_stiff_of(ida->nonlinear)->info.stiff_tests > 0;
-    double sum = 0.0;
+    double sum = 0.0, least = 0.0;
     *count = 0;
-    if (!known) return MBSR_OK;
+    if (!known(ida)) return MBSR_OK;
     for (int k = 0; k < forces; ++k) ida->stiffness[k] = 0.0;
-    const int status = find(ida, ida->stiffness);
+    const int status = find(ida, ida->stiffness, &least);
     if (status) {
         const mbsr_error *error = mbsr_data_error(ida->data);
         return mbsri_ida_fail(&ida->error, status, error->body, error->force,
                               "mbsr_ida_stiffest: %s", error->text);
     }
     for (int k = 0; k < forces; ++k) sum += fmax(0.0, ida->stiffness[k]);
+    if (sum < least) return MBSR_OK;
     for (int k = 0; k < most; ++k) {
         const int next = largest(ida->stiffness, forces, k, force);
         if (next == MBSR_NONE) break;
@@ -127,7 +174,10 @@ void mbsri_ida_blame_stiff(mbsr_ida *ida)
         snprintf(second, sizeof second, " and %d (%.0f %%)", force[1], 100.0 * share[1]);
     const int code = before.status;
     mbsri_ida_fail(&ida->error, code, before.body, force[0],
-                   "%.150s; error tests fail by the stiffness of force element %d (%.0f %%)%s: "
-                   "state it as a stiff closure (closure.h), or give it less",
-                   before.text, force[0], 100.0 * share[0], second);
+                   "%.120s; %s by the stiffness of force element %d (%.0f %%)%s: "
+                   "make it a stiff closure (as_closure), or softer",
+                   before.text,
+                   mbsri_stiff_of(ida->nonlinear)->of_iteration ? "Newton's method fails"
+                                                                : "error tests fail",
+                   force[0], 100.0 * share[0], second);
 }

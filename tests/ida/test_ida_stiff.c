@@ -248,6 +248,36 @@ static void the_stiff_elements_are_named(void **state)
     drop(&s);
 }
 
+/* IDA may not try again with a shorter step. */
+static void where_newtons_method_fails_the_elements_are_named(void **state)
+{
+    (void)state;
+    crank s;
+    double y[SIZE], share[3];
+    int force[3], count = -1;
+    make(&s, 1e14, damping(1e14, 1.0));
+    mbsr_ida_opt opt = mbsr_default_ida_opt();
+    opt.rtol = opt.atol = 1e-3;
+    mbsr_ida *ida = NULL;
+    assert_ok(mbsr_ida_create(s.model, s.data, &opt, &ida, NULL), NULL);
+    assert_ok(mbsr_ida_start(ida, 0.0, s.y, s.yp), mbsr_ida_error(ida));
+    assert_int_equal(IDASetMaxConvFails(mbsr_ida_memory(ida), 1), IDA_SUCCESS);
+    assert_int_equal(mbsr_ida_advance(ida, 3.0, NULL, y, NULL), MBSR_ERR_SOLVER);
+    const mbsr_error *error = mbsr_ida_error(ida);
+    const mbsr_ida_stats stats = problem_stats(ida);
+    print_message("%ld careful failures: %s\n", stats.careful_failures, error->text);
+    assert_true(stats.careful_failures > 0 && stats.newton_failures > 0);
+    assert_true(stats.careful_failures <= stats.careful_attempts);
+    assert_non_null(strstr(error->text, "Newton's method fails by the stiffness of force element"));
+    assert_non_null(strstr(error->text, "as_closure"));
+    assert_in_range(error->force, 1, 2);
+    assert_ok(mbsr_ida_stiffest(ida, 3, force, share, &count), mbsr_ida_error(ida));
+    assert_in_range(count, 1, 3);
+    assert_in_range(force[0], 1, 2);
+    mbsr_ida_destroy(ida);
+    drop(&s);
+}
+
 /* ---- an IDA of one's own ---- */
 
 typedef struct mine {
@@ -370,6 +400,7 @@ int main(void)
         cmocka_unit_test(springs_that_vibrate_are_left_to_ida),
         cmocka_unit_test(a_low_order_by_choice_is_no_alarm),
         cmocka_unit_test(the_stiff_elements_are_named),
+        cmocka_unit_test(where_newtons_method_fails_the_elements_are_named),
         cmocka_unit_test(an_ida_of_ones_own_gets_the_same),
         cmocka_unit_test(what_does_not_fit_is_refused),
     };
