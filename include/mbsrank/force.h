@@ -44,7 +44,8 @@ typedef struct mbsr_force_args {
  * has its f (d) in the rows from row[k] on, then its tau (n); in the columns from column[k] on its
  * pose, V (d), q (nq) and u (n). The pose of a SPATIAL body counts six columns: its rotation by a
  * small angle about its origin, along the world's axes, and the displacement of its origin; that of
- * another body its np numbers. The ground has no rows and columns (row[k] = column[k] = -1). */
+ * a FLEXIBLE body s besides; that of another body its np numbers. The ground has no rows and
+ * columns (row[k] = column[k] = -1). */
 typedef struct mbsr_force_derivatives {
     double *matrix;
     int rows, columns;
@@ -171,8 +172,9 @@ MBSR_API mbsr_force_def mbsr_default_force_def(void);
 
 /* Uniform gravity g in m/s^2 on all POINT, PLANAR and SPATIAL bodies: f = M g. On a SPATIAL body it
  * is the wrench (s x g, m g) with its mass m and first moment s = m (centre of mass - origin); if M
- * is not a rigid body's, with the m and s of mbsr_inertia_matrix. Bodies in GENERAL space are left
- * out: their coordinates have no known direction. Gravity is a force, not an acceleration of the
+ * is not a rigid body's, with the m and s of mbsr_inertia_matrix. On a FLEXIBLE body it is
+ * M (0, g, 0), which its massless modes do not feel. Bodies in GENERAL space are left out: their
+ * coordinates have no known direction. Gravity is a force, not an acceleration of the
  * root: a body at rest has A = 0. */
 MBSR_API mbsr_force_def mbsr_force_gravity(double gx, double gy, double gz);
 

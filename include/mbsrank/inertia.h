@@ -24,8 +24,12 @@ typedef enum mbsr_inertia_kind {
     MBSR_INERTIA_PLANAR = 2,
     MBSR_INERTIA_MATRIX = 3,
     MBSR_INERTIA_FUNCTION = 4,
-    MBSR_INERTIA_SPATIAL = 5
+    MBSR_INERTIA_SPATIAL = 5,
+    MBSR_INERTIA_FLEXIBLE = 6
 } mbsr_inertia_kind;
+
+/* Modal data of a flexible body (flex.h). */
+typedef struct mbsr_flex mbsr_flex;
 
 /* A mass matrix that depends on the pose. Writes M (d x d, column-major, symmetric positive
  * semi-definite) and the gyroscopic force h (d) of M A + h = f; both arrive set to zero. Returns 0
@@ -53,7 +57,8 @@ typedef struct mbsr_inertia {
     int unchecked; /* 1: the tensor need not be one of a body (SPATIAL), see below */
     int exact;     /* 1: the next three are given (SPATIAL); the constructors below give them */
     double com_rest[3], tensor_rest[6]; /* what rounding com and tensor has left off */
-    double lost; /* kg m^2: the tensor is wrong by this times machine precision */
+    double lost;           /* kg m^2: the tensor is wrong by this times machine precision */
+    const mbsr_flex *flex; /* FLEXIBLE; must outlive the model */
 } mbsr_inertia;
 
 /* Zero, stated. Any space. */

@@ -20,6 +20,7 @@ extern "C" {
  *   POINT    2     x y                  its time derivative   point masses in the plane
  *   PLANAR   3     x y angle            its time derivative   rigid bodies in the plane
  *   SPATIAL  6     R r (12 numbers)     omega v               rigid bodies
+ *   FLEXIBLE 6+n   R r s                omega v s'            bodies with n modes (flex.h)
  *   GENERAL  any   np numbers, any      d numbers, any        what the joint's callbacks say
  *
  * x, y in m along the world axes, angle in rad counter-clockwise. R (3 x 3, column-major): columns
@@ -27,16 +28,18 @@ extern "C" {
  * (spatial velocity): omega: angular velocity, rad/s; v = r', m/s; both along the world axes. A =
  * V' = (omega', r''), the classical acceleration. Forces are conjugate to V: for a SPATIAL body a
  * wrench (spatial force), the moment about its origin (N m), then the force (N), along the world
- * axes. */
+ * axes. The first six numbers of a FLEXIBLE body mean the same of its frame; s: modal coordinates, with
+ * forces conjugate to s'. */
 typedef enum mbsr_space {
     MBSR_SPACE_FIXED = 0,
     MBSR_SPACE_GENERAL = 1,
     MBSR_SPACE_POINT = 2,
     MBSR_SPACE_PLANAR = 3,
-    MBSR_SPACE_SPATIAL = 4
+    MBSR_SPACE_SPATIAL = 4,
+    MBSR_SPACE_FLEXIBLE = 5
 } mbsr_space;
 
-/* Where R and r stand in the pose of a SPATIAL body. */
+/* Where R and r stand in the pose of a SPATIAL or FLEXIBLE body. s stands at MBSR_POSE_SIZE. */
 #define MBSR_POSE_R 0
 #define MBSR_POSE_X 9
 #define MBSR_POSE_SIZE 12

@@ -14,7 +14,7 @@ extern "C" {
 typedef struct mbsr_joint_test {
     int cookie;            /* set by mbsr_default_joint_test */
     mbsr_space pred_space; /* meaning of the predecessor's coordinates; default FIXED */
-    int pred_d, pred_np;   /* of a predecessor in GENERAL space; else not read */
+    int pred_d, pred_np;   /* of a predecessor in GENERAL or FLEXIBLE space; else not read */
     double t;              /* s; default 0 */
     const double *q;       /* nq */
     const double *u;       /* n */

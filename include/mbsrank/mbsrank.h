@@ -16,6 +16,7 @@
 #include <mbsrank/dae.h>
 #include <mbsrank/data.h>
 #include <mbsrank/dynamics.h>
+#include <mbsrank/flex.h>
 #include <mbsrank/force.h>
 #include <mbsrank/force_check.h>
 #include <mbsrank/index.h>

@@ -45,6 +45,10 @@ static int check_kinds(mbsr_model *m, const mbsri_closure *c, const char *label)
     const mbsr_closure_table *table = c->def.table;
     for (int k = 0; k < c->bodies; ++k) {
         const mbsri_body *b = m->body + c->body[k];
+        if (b->joint.space == MBSR_SPACE_FLEXIBLE)
+            return REFUSE(MBSR_ERR_SPACE,
+                          "%s (%s): body %d is FLEXIBLE; put the closure on a marker of it", label,
+                          table->name, b->id);
         if ((!table->jacobian || !table->bias) && b->joint.space == MBSR_SPACE_GENERAL)
             return REFUSE(MBSR_ERR_SPACE,
                           "%s (%s): body %d is in GENERAL space, where nothing can "

@@ -9,6 +9,7 @@
 #include "assembly/survey.h"
 #include "base/error.h"
 #include "base/memory.h"
+#include "joints/flexible.h"
 #include "model/query.h"
 #include "recursion/rates.h"
 #include "sweeps/build.h"
@@ -223,6 +224,24 @@ static mbsr_joint given(const mbsri_joint *kept)
     return joint;
 }
 
+/* A marker is one of the body it stands on, and a mount carries the body of its data. */
+static int check_flexible(mbsr_model *m, int i)
+{
+    const mbsri_body *b = m->body + i, *pred = m->body + b->parent;
+    const mbsr_flex *marker = mbsri_marker_of(b->joint.table, b->joint.user),
+                    *mount = mbsri_mount_of(b->joint.table, b->joint.user);
+    char label[MBSRI_LABEL];
+    if (marker && marker != mbsri_mount_of(pred->joint.table, pred->joint.user))
+        return mbsri_fail(&m->error, MBSR_ERR_VALUE, b->id, MBSR_NONE,
+                          "%s: joint 'marker': its predecessor, body %d, has other modal data",
+                          mbsri_body_label(m, i, label), pred->id);
+    if (mount && b->inertia.kind == MBSR_INERTIA_FLEXIBLE && b->inertia.flex != mount)
+        return mbsri_fail(&m->error, MBSR_ERR_VALUE, b->id, MBSR_NONE,
+                          "%s: joint 'mount': the inertia is of other modal data",
+                          mbsri_body_label(m, i, label));
+    return MBSR_OK;
+}
+
 /* Each joint may refuse the predecessor it was put on. */
 static int check_joints(mbsr_model *m, int N)
 {
@@ -237,6 +256,8 @@ static int check_joints(mbsr_model *m, int N)
                               mbsri_body_label(m, i, label), b->joint.table->name,
                               text[0] ? text : mbsr_status_text(status));
         }
+        const int other = check_flexible(m, i);
+        if (other) return other;
     }
     return MBSR_OK;
 }

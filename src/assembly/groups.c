@@ -111,6 +111,7 @@ static bool massless(const mbsri_body *b)
     case MBSR_INERTIA_MATRIX:
         return !inertia->matrix || mbsri_largest(b->d * b->d, inertia->matrix) == 0.0;
     case MBSR_INERTIA_FUNCTION:
+    case MBSR_INERTIA_FLEXIBLE:
     case MBSR_INERTIA_INVALID: break;
     }
     return false;

@@ -12,6 +12,8 @@
 #include "algebra/dense.h"
 #include "assembly/survey.h"
 #include "base/memory.h"
+#include "flexible/axial.h"
+#include "flexible/flex.h"
 #include "forces/gravity.h"
 #include "model/query.h"
 #include "recursion/inertia.h"
@@ -26,6 +28,13 @@ static double radius(const mbsri_body *b, double *mass)
     *mass = 0.0;
     if (b->joint.space == MBSR_SPACE_GENERAL || b->inertia.kind == MBSR_INERTIA_FUNCTION)
         return 0.0;
+    if (b->inertia.kind == MBSR_INERTIA_FLEXIBLE) {
+        const mbsr_flex *flex = b->inertia.flex;
+        *mass = flex->mass;
+        for (int k = 0; k < 9; k += 4) moment = fmax(moment, mbsri_trace3(flex->N0) - flex->N0[k]);
+        return *mass > 0.0 ? sqrt(moment / *mass) : 0.0;
+    }
+    if (b->joint.space == MBSR_SPACE_FLEXIBLE) return 0.0;
     if (b->joint.space == MBSR_SPACE_SPATIAL) p[0] = p[4] = p[8] = 1.0;
     mbsri_inertia_mass(b, p, M);
     for (int k = 0; k < b->d; ++k) {

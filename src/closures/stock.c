@@ -146,6 +146,10 @@ int mbsri_check_pair(const mbsr_closure_args *args, char text[MBSR_TEXT_SIZE])
                                  : mbsri_refuse(text, MBSR_ERR_ID, "both sides are on body %d", id);
     }
     for (int k = 0; k < 2; ++k) {
+        if (args->body[k].space == MBSR_SPACE_FLEXIBLE)
+            return mbsri_refuse(text, MBSR_ERR_SPACE,
+                                "body %d is FLEXIBLE; put the closure on a marker of it",
+                                args->body[k].id);
         if (args->body[k].space == MBSR_SPACE_GENERAL) {
             return mbsri_refuse(text, MBSR_ERR_SPACE,
                                 "body %d is in GENERAL space, whose coordinates have no known "

@@ -84,9 +84,10 @@ static int check_axis(const mbsr_force_args *args, char text[MBSR_TEXT_SIZE])
     for (int k = 0; k < 2; ++k) {
         const mbsr_force_body *body = args->body + k;
         if (body->space == MBSR_SPACE_FIXED) continue;
-        if (body->space == MBSR_SPACE_SPATIAL) {
-            return mbsri_refuse(text, MBSR_ERR_SPACE,
-                                "body %d is in SPATIAL space, where V is not p'", body->id);
+        if (body->space == MBSR_SPACE_SPATIAL || body->space == MBSR_SPACE_FLEXIBLE) {
+            return mbsri_refuse(text, MBSR_ERR_SPACE, "body %d is in %s space, where V is not p'",
+                                body->id,
+                                body->space == MBSR_SPACE_SPATIAL ? "SPATIAL" : "FLEXIBLE");
         }
         const int axes = body->d < body->np ? body->d : body->np;
         if (axis < 0 || axis >= axes) {

@@ -8,7 +8,7 @@
 /* Numbers of a perturbation of a body's pose. */
 static inline int mbsri_pose_numbers(mbsr_space space, int np)
 {
-    return space == MBSR_SPACE_SPATIAL ? 6 : np;
+    return space == MBSR_SPACE_SPATIAL || space == MBSR_SPACE_FLEXIBLE ? np - 6 : np;
 }
 
 /* Columns of V, q and u of a body among the derivatives of an element, and the row of its tau,

@@ -60,6 +60,57 @@ static double spatial_energy(const mbsr_force_body *body, const double *g)
     return -mbsri_dot3(g, h);
 }
 
+/* ---- on a flexible body ---- */
+
+static const double *translation(const mbsr_force_body *body, int column)
+{
+    return body->M + (ptrdiff_t)column * body->d + 3;
+}
+
+/* f = M (0, g, 0), with modal forces Ct_a . g */
+static void flexible_force(const mbsr_force_body *body, const double *g)
+{
+    for (int k = 0; k < body->d; ++k) body->f[k] += mbsri_dot3(translation(body, k), g);
+}
+
+/* First moment c: [c]x in the rows of omega, columns of v. */
+static void first_moment(const mbsr_force_body *body, double c[3])
+{
+    const int d = body->d;
+    c[0] = body->M[4 * d + 2], c[1] = body->M[5 * d], c[2] = body->M[3 * d + 1];
+}
+
+static double flexible_energy(const mbsr_force_body *body, const double *g)
+{
+    double c[3];
+    first_moment(body, c);
+    mbsri_add3(body->M[3 * (body->d + 1)], body->p + MBSR_POSE_X, c);
+    return -mbsri_dot3(g, c);
+}
+
+/* Moment c x g along a turn x and modes: (x x c) x g, Ct_a x g; modal forces along a turn: (x x Ct_a) . g */
+static void flexible_derivatives(const mbsr_force_body *body, const double *g,
+                                 const mbsr_force_derivatives *out)
+{
+    const int row = out->row[0], column = out->column[0];
+    double c[3], moment[3];
+    first_moment(body, c);
+    for (int k = 0; k < 3; ++k) {
+        double x[3] = {0.0}, turned[3];
+        x[k] = 1.0;
+        mbsri_cross3(x, c, turned);
+        mbsri_cross3(turned, g, moment);
+        for (int r = 0; r < 3; ++r) mbsri_add_slope(out, row + r, column + k, moment[r]);
+    }
+    for (int a = 6; a < body->d; ++a) {
+        mbsri_cross3(translation(body, a), g, moment);
+        for (int r = 0; r < 3; ++r) {
+            mbsri_add_slope(out, row + r, column + a, moment[r]);
+            mbsri_add_slope(out, row + a, column + r, moment[r]);
+        }
+    }
+}
+
 static int evaluate(const mbsr_force_args *args)
 {
     const mbsr_force_body *body = args->body;
@@ -67,6 +118,8 @@ static int evaluate(const mbsr_force_args *args)
         planar_force(body, args->force->param);
     else if (body->space == MBSR_SPACE_SPATIAL)
         spatial_force(body, args->force->param);
+    else if (body->space == MBSR_SPACE_FLEXIBLE)
+        flexible_force(body, args->force->param);
     return MBSR_OK;
 }
 
@@ -107,6 +160,8 @@ static int derivatives(const mbsr_force_args *args, const mbsr_force_derivatives
         planar_derivatives(body, args->force->param, out);
     else if (body->space == MBSR_SPACE_SPATIAL)
         spatial_derivatives(body, args->force->param, out);
+    else if (body->space == MBSR_SPACE_FLEXIBLE)
+        flexible_derivatives(body, args->force->param, out);
     return MBSR_OK;
 }
 
@@ -117,6 +172,8 @@ static int energy(const mbsr_force_args *args, double *energy_out)
         *energy_out += planar_energy(body, args->force->param);
     else if (body->space == MBSR_SPACE_SPATIAL)
         *energy_out += spatial_energy(body, args->force->param);
+    else if (body->space == MBSR_SPACE_FLEXIBLE)
+        *energy_out += flexible_energy(body, args->force->param);
     return MBSR_OK;
 }
 

@@ -91,6 +91,9 @@ int mbsri_check_marker(const mbsr_force_args *args, int k, const double point[3]
                        char text[MBSR_TEXT_SIZE])
 {
     const mbsr_force_body *body = args->body + k;
+    if (body->space == MBSR_SPACE_FLEXIBLE)
+        return mbsri_refuse(text, MBSR_ERR_SPACE,
+                            "body %d is FLEXIBLE; put the element on a marker of it", body->id);
     if (body->space == MBSR_SPACE_GENERAL) {
         return mbsri_refuse(text, MBSR_ERR_SPACE,
                             "body %d is in GENERAL space, which has no points", body->id);

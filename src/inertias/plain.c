@@ -1,6 +1,6 @@
 /* Inertias of points, of bodies in the plane, by matrix and by function.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include <mbsrank/inertia.h>
+#include <mbsrank/flex.h>
 
 mbsr_inertia mbsr_inertia_zero(void)
 {
@@ -27,4 +27,9 @@ mbsr_inertia mbsr_inertia_matrix(int d, const double *matrix)
 mbsr_inertia mbsr_inertia_function(mbsr_inertia_fn function, void *user)
 {
     return (mbsr_inertia){.kind = MBSR_INERTIA_FUNCTION, .function = function, .user = user};
+}
+
+mbsr_inertia mbsr_inertia_flexible(const mbsr_flex *flex)
+{
+    return (mbsr_inertia){.kind = MBSR_INERTIA_FLEXIBLE, .flex = flex};
 }

@@ -98,6 +98,9 @@ static int check_predecessor(const mbsr_joint *joint, mbsr_space pred_space, int
                              char text[MBSR_TEXT_SIZE])
 {
     (void)joint, (void)pred_d;
+    if (pred_space == MBSR_SPACE_FLEXIBLE)
+        return refuse(text, MBSR_ERR_SPACE,
+                      "the predecessor is FLEXIBLE; put the joint on a marker of it", 0, 0.0);
     if (pred_space != MBSR_SPACE_GENERAL) return MBSR_OK;
     return refuse(text, MBSR_ERR_SPACE,
                   "the predecessor is in GENERAL space; it must be SPATIAL, PLANAR, POINT or a "

@@ -236,7 +236,8 @@ static bool are_smooth(const mbsri_null_space *w)
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
         const bool matrix = (b->inertia.kind == MBSR_INERTIA_MATRIX && b->inertia.matrix) ||
-                            b->inertia.kind == MBSR_INERTIA_FUNCTION;
+                            b->inertia.kind == MBSR_INERTIA_FUNCTION ||
+                            b->inertia.kind == MBSR_INERTIA_FLEXIBLE;
         if (matrix || b->added) return false;
     }
     return true;

@@ -6,6 +6,7 @@
 #include "algebra/lapack.h"
 #include "base/error.h"
 #include "base/memory.h"
+#include "flexible/flex.h"
 
 #include <math.h>
 
@@ -62,8 +63,10 @@ int mbsri_check_joint(mbsr_model *m, const mbsr_joint *joint, int id, const char
     const int status = check_table(m, joint, id, label);
     if (status) return status;
     const char *name = joint->table->name;
-    if (joint->space != MBSR_SPACE_GENERAL && joint->space != MBSR_SPACE_POINT &&
-        joint->space != MBSR_SPACE_PLANAR && joint->space != MBSR_SPACE_SPATIAL) {
+    const bool flexible = joint->space == MBSR_SPACE_FLEXIBLE,
+               any = joint->space == MBSR_SPACE_GENERAL || flexible;
+    if (!any && joint->space != MBSR_SPACE_POINT && joint->space != MBSR_SPACE_PLANAR &&
+        joint->space != MBSR_SPACE_SPATIAL) {
         return REFUSE(MBSR_ERR_VALUE, "%s: joint '%s': space is %d, no space of a body", label,
                       name, (int)joint->space);
     }
@@ -71,8 +74,13 @@ int mbsri_check_joint(mbsr_model *m, const mbsr_joint *joint, int id, const char
         return REFUSE(MBSR_ERR_VALUE, "%s: joint '%s': d is %d, must be 1 .. %d", label, name,
                       joint->d, MBSR_MAX_D);
     }
-    if (joint->space != MBSR_SPACE_GENERAL &&
-        (joint->d != space_d[joint->space] || joint->np != space_np[joint->space])) {
+    if (flexible && (joint->d < 6 || joint->np != joint->d + 6)) {
+        return REFUSE(MBSR_ERR_VALUE,
+                      "%s: joint '%s': d = %d, np = %d; this space has d = 6 and np = 12, and the "
+                      "number of modes more",
+                      label, name, joint->d, joint->np);
+    }
+    if (!any && (joint->d != space_d[joint->space] || joint->np != space_np[joint->space])) {
         return REFUSE(MBSR_ERR_VALUE,
                       "%s: joint '%s': d = %d, np = %d; this space has d = %d, np = %d", label,
                       name, joint->d, joint->np, space_d[joint->space], space_np[joint->space]);
@@ -255,7 +263,7 @@ int mbsri_check_inertia(mbsr_model *m, const mbsr_inertia *inertia, mbsr_space s
     switch (inertia->kind) {
     case MBSR_INERTIA_NOT_GIVEN: return MBSR_OK;
     case MBSR_INERTIA_PARTICLE:
-        if (space == MBSR_SPACE_GENERAL) {
+        if (space == MBSR_SPACE_GENERAL || space == MBSR_SPACE_FLEXIBLE) {
             return REFUSE(MBSR_ERR_SPACE,
                           "%s: a particle inertia needs a POINT, PLANAR or SPATIAL body", label);
         }
@@ -271,6 +279,9 @@ int mbsri_check_inertia(mbsr_model *m, const mbsr_inertia *inertia, mbsr_space s
         if (!inertia->matrix && d > 0 && inertia->d != 0)
             return REFUSE(MBSR_ERR_NULL, "%s: inertia.matrix is NULL", label);
         if (inertia->d == 0 && !inertia->matrix) return MBSR_OK; /* zero of any size */
+        if (space == MBSR_SPACE_FLEXIBLE)
+            return REFUSE(MBSR_ERR_SPACE,
+                          "%s: a flexible body's mass is that of its modes, no matrix", label);
         if (inertia->d != d) {
             return REFUSE(MBSR_ERR_VALUE, "%s: inertia.matrix is %d x %d, the body has d = %d",
                           label, inertia->d, inertia->d, d);
@@ -280,6 +291,13 @@ int mbsri_check_inertia(mbsr_model *m, const mbsr_inertia *inertia, mbsr_space s
         if (space != MBSR_SPACE_SPATIAL)
             return REFUSE(MBSR_ERR_SPACE, "%s: a rigid inertia needs a SPATIAL body", label);
         return check_rigid(m, inertia, id, label, regular);
+    case MBSR_INERTIA_FLEXIBLE:
+        if (!inertia->flex) return REFUSE(MBSR_ERR_NULL, "%s: inertia.flex is NULL", label);
+        if (space != MBSR_SPACE_FLEXIBLE || d != 6 + inertia->flex->n)
+            return REFUSE(MBSR_ERR_SPACE,
+                          "%s: an inertia of %d modes needs a FLEXIBLE body of as many", label,
+                          inertia->flex->n);
+        return MBSR_OK;
     case MBSR_INERTIA_INVALID:
         return REFUSE(
             MBSR_ERR_VALUE,

@@ -3,6 +3,7 @@
 #include "recursion/errors.h"
 
 #include "algebra/dense.h"
+#include "recursion/pose.h"
 
 #include <math.h>
 
@@ -52,13 +53,15 @@ void mbsri_carry_errors(const mbsr_model *m, const mbsr_data *d, const mbsri_gro
 
 double mbsri_own_turned(const mbsri_body *b, const double *M)
 {
-    return b->joint.space == MBSR_SPACE_SPATIAL ? M[0] + M[7] + M[14] : 0.0;
+    const int next = b->d + 1;
+    return mbsri_turns(b->joint.space) ? M[0] + M[next] + M[2 * next] : 0.0;
 }
 
 double mbsri_trace_of_arms(const mbsri_body *b, const double *H, const double *A)
 {
     double square = 0.0;
-    if (b->joint.space != MBSR_SPACE_SPATIAL || b->d_pred != 6) return 0.0;
-    for (int c = 0; c < 3; ++c) square += mbsri_dot(3, H + 6 * c + 3, H + 6 * c + 3);
-    return 0.5 * square * fmax(A[21], fmax(A[28], A[35]));
+    const int d = b->d, next = d + 1;
+    if (!mbsri_turns(b->joint.space) || !mbsri_turns(b->pred_space)) return 0.0;
+    for (int c = 0; c < 3; ++c) square += mbsri_dot(3, H + d * c + 3, H + d * c + 3);
+    return 0.5 * square * fmax(A[3 * next], fmax(A[4 * next], A[5 * next]));
 }

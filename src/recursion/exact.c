@@ -25,6 +25,7 @@
 #include "recursion/errors.h"
 #include "recursion/exact_rank.h"
 #include "recursion/inertia.h"
+#include "recursion/pose.h"
 
 #include <math.h>
 
@@ -290,7 +291,7 @@ static void confine_part(int n, int first, int count, const double *A, double *E
 static void confine(const mbsri_body *b, const double *A, double *E)
 {
     const bool plane = b->joint.space == MBSR_SPACE_PLANAR;
-    if (!plane && b->joint.space != MBSR_SPACE_SPATIAL) return;
+    if (!plane && !mbsri_turns(b->joint.space)) return;
     confine_part(b->d, 0, plane ? 2 : 3, A, E);
     confine_part(b->d, plane ? 2 : 3, plane ? 1 : 3, A, E);
 }

@@ -13,6 +13,7 @@
 #include "base/error.h"
 #include "model/query.h"
 #include "recursion/not_finite.h"
+#include "recursion/pose.h"
 
 #include <math.h>
 
@@ -36,7 +37,7 @@ static void sureness(const mbsr_model *m, const mbsr_data *d, const mbsri_group 
             mbsri_zero((size_t)b->d, UJ);
             mbsri_ax(b->d, b->d, 1.0, d->unsure + b->dd, J, UJ);
             const double s = d->s[b->ig + l],
-                         turned = b->joint.space == MBSR_SPACE_SPATIAL
+                         turned = mbsri_turns(b->joint.space)
                                       ? d->turned[b->seat] * mbsri_dot(3, J, J)
                                       : 0.0,
                          size = mbsri_dot(b->d, J, UJ) + arms * turned +

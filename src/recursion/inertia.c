@@ -3,6 +3,7 @@
 #include "recursion/inertia.h"
 
 #include "algebra/dense.h"
+#include "flexible/mass.h"
 #include "inertias/exact.h"
 #include "inertias/rigid.h"
 
@@ -65,6 +66,9 @@ void mbsri_inertia_mass(const mbsri_body *b, const double *p, double *M)
             mbsri_copy((size_t)d * (size_t)d, inertia->matrix, M);
         break;
     case MBSR_INERTIA_SPATIAL: mbsri_rigid_mass(inertia, p + MBSR_POSE_R, M); break;
+    case MBSR_INERTIA_FLEXIBLE:
+        mbsri_flex_mass(inertia->flex, p + MBSR_POSE_R, p + MBSR_POSE_SIZE, M);
+        break;
     case MBSR_INERTIA_INVALID:
     case MBSR_INERTIA_NOT_GIVEN:
     case MBSR_INERTIA_FUNCTION: break;
@@ -118,14 +122,13 @@ void mbsri_inertia_exact(const mbsri_body *b, const double *p, const double *M, 
         for (int k = 0; k < 3; ++k) unsure[k] = lost;
         return;
     }
-    if (!is_spatial(b)) {
+    const bool flexible = b->joint.space == MBSR_SPACE_FLEXIBLE;
+    if (!is_spatial(b) && !flexible) {
         unsure_rows(d, M, unsure);
         return;
     }
-    for (int k = 0; k < 3; ++k) {
-        unsure[k] = fabs(M[0]) + fabs(M[7]) + fabs(M[14]);
-        unsure[3 + k] = fabs(M[7 * (3 + k)]);
-    }
+    for (int k = 0; k < d; ++k) unsure[k] = fabs(M[k * (d + 1)]);
+    unsure[0] = unsure[1] = unsure[2] = unsure[0] + unsure[1] + unsure[2];
 }
 
 void mbsri_inertia_mass_rate(const mbsri_body *b, const double *p, const double *V, const double *M,
@@ -133,6 +136,10 @@ void mbsri_inertia_mass_rate(const mbsri_body *b, const double *p, const double 
 {
     if (is_spatial(b)) {
         mbsri_turned_mass_rate(M, V, Mdot);
+        return;
+    }
+    if (b->inertia.kind == MBSR_INERTIA_FLEXIBLE) {
+        mbsri_flex_mass_rate(b->inertia.flex, p + MBSR_POSE_R, p + MBSR_POSE_SIZE, V, M, Mdot);
         return;
     }
     mbsri_zero((size_t)b->d * (size_t)b->d, Mdot);
@@ -178,6 +185,8 @@ int mbsri_inertia_velocity(const mbsri_body *b, double t, const double *p, const
     mbsri_zero((size_t)b->d, h);
     if (inertia->kind == MBSR_INERTIA_FUNCTION) return by_function(b, t, p, V, M, h);
     if (is_spatial(b)) spatial_gyration(b, M, V, h);
+    if (inertia->kind == MBSR_INERTIA_FLEXIBLE)
+        mbsri_flex_gyration(inertia->flex, p + MBSR_POSE_R, p + MBSR_POSE_SIZE, V, M, h);
     if (inertia->kind == MBSR_INERTIA_PLANAR) {
         double c[2];
         first_moment(inertia, p[2], c);

@@ -19,17 +19,17 @@ static void rotation_change(const double *R, const double *dR, double x[3])
 
 void mbsri_pose_change(mbsr_space space, int np, const double *p, const double *dp, double *x)
 {
-    if (space != MBSR_SPACE_SPATIAL) {
+    if (!mbsri_turns(space)) {
         mbsri_copy((size_t)np, dp, x);
         return;
     }
     rotation_change(p + MBSR_POSE_R, dp + MBSR_POSE_R, x);
-    mbsri_copy(3, dp + MBSR_POSE_X, x + 3);
+    mbsri_copy((size_t)np - MBSR_POSE_X, dp + MBSR_POSE_X, x + 3);
 }
 
 void mbsri_pose_unit(mbsr_space space, int k, const double *p, double *dp)
 {
-    if (space != MBSR_SPACE_SPATIAL) {
+    if (!mbsri_turns(space)) {
         dp[k] = 1.0;
     } else if (k >= 3) {
         dp[MBSR_POSE_X + k - 3] = 1.0;
@@ -61,25 +61,23 @@ static void turn(const double x[3], const double R[9], double T[9])
 void mbsri_pose_move(mbsr_space space, int np, const double *p, const double *dp, double h,
                      double *moved)
 {
-    if (space != MBSR_SPACE_SPATIAL) {
+    if (!mbsri_turns(space)) {
         for (int k = 0; k < np; ++k) moved[k] = p[k] + h * dp[k];
         return;
     }
     double x[3];
     rotation_change(p + MBSR_POSE_R, dp + MBSR_POSE_R, x);
-    for (int k = 0; k < 3; ++k) {
-        x[k] *= h;
-        moved[MBSR_POSE_X + k] = p[MBSR_POSE_X + k] + h * dp[MBSR_POSE_X + k];
-    }
+    for (int k = 0; k < 3; ++k) x[k] *= h;
+    for (int k = MBSR_POSE_X; k < np; ++k) moved[k] = p[k] + h * dp[k];
     turn(x, p + MBSR_POSE_R, moved + MBSR_POSE_R);
 }
 
 void mbsri_pose_rate(mbsr_space space, int np, const double *p, const double *V, double *dp)
 {
-    if (space != MBSR_SPACE_SPATIAL) {
+    if (!mbsri_turns(space)) {
         mbsri_copy((size_t)np, V, dp);
         return;
     }
     for (int j = 0; j < 9; j += 3) mbsri_cross3(V, p + MBSR_POSE_R + j, dp + MBSR_POSE_R + j);
-    mbsri_copy(3, V + 3, dp + MBSR_POSE_X);
+    mbsri_copy((size_t)np - MBSR_POSE_X, V + 3, dp + MBSR_POSE_X);
 }

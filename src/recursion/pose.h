@@ -6,13 +6,22 @@
 #include <mbsrank/base.h>
 #include <mbsrank/joint.h>
 
-/* dp: change of its np numbers. x: as a perturbation, 6 numbers for SPATIAL, else the np. */
+#include <stdbool.h>
+
+/* Whether a pose is (R, r) or (R, r, s), with V = (omega, r', s'). */
+static inline bool mbsri_turns(mbsr_space space)
+{
+    return space == MBSR_SPACE_SPATIAL || space == MBSR_SPACE_FLEXIBLE;
+}
+
+/* dp: change of its np numbers. x: as a perturbation, 6 numbers for SPATIAL, np - 6 for
+ * FLEXIBLE, else the np. */
 void mbsri_pose_change(mbsr_space space, int np, const double *p, const double *dp, double *x);
 
 /* dp of the unit perturbation k; dp arrives as zero. */
 void mbsri_pose_unit(mbsr_space space, int k, const double *p, double *dp);
 
-/* moved = p displaced by h dp; a SPATIAL R stays a rotation. */
+/* moved = p displaced by h dp; R stays a rotation. */
 void mbsri_pose_move(mbsr_space space, int np, const double *p, const double *dp, double h,
                      double *moved);
 

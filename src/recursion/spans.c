@@ -3,6 +3,7 @@
 #include "recursion/spans.h"
 
 #include "model/query.h"
+#include "recursion/pose.h"
 
 #include <math.h>
 
@@ -23,12 +24,13 @@ mbsri_spans mbsri_spans_of(const mbsr_model *m, const mbsr_scales *stated)
 
 bool mbsri_is_angle(mbsr_space space, int c)
 {
-    return space == MBSR_SPACE_SPATIAL ? c < 3 : space == MBSR_SPACE_PLANAR && c == 2;
+    return mbsri_turns(space) ? c < 3 : space == MBSR_SPACE_PLANAR && c == 2;
 }
 
 double mbsri_pose_span(const mbsri_spans *s, const mbsri_body *b, int c)
 {
-    if (b->joint.space == MBSR_SPACE_GENERAL)
+    const bool modal = b->joint.space == MBSR_SPACE_FLEXIBLE && c >= 6;
+    if (b->joint.space == MBSR_SPACE_GENERAL || modal)
         return first_of(s->other, b->joint.table ? b->joint.table->scales.other : 0.0, 1.0);
     return mbsri_is_angle(b->joint.space, c) ? s->angle : s->length;
 }

@@ -19,9 +19,19 @@ typedef struct share {
 static void share_of(const mbsri_body *b, const mbsr_data *d, share *s)
 {
     const double *p = d->p + b->p, *M = d->M + b->dd;
-    double P[6] = {0.0};
+    double P[MBSR_MAX_D];
     *s = (share){.mass = 0.0};
+    mbsri_zero((size_t)b->d, P);
     mbsri_ax(b->d, b->d, 1.0, M, d->V + b->v, P);
+    if (b->joint.space == MBSR_SPACE_FLEXIBLE) {
+        s->mass = M[3 * (b->d + 1)];
+        s->first[0] = M[4 * b->d + 2];
+        s->first[1] = M[5 * b->d];
+        s->first[2] = M[3 * b->d + 1];
+        mbsri_copy(3, p + MBSR_POSE_X, s->r);
+        mbsri_copy(6, P, s->momentum);
+        return;
+    }
     if (b->joint.space == MBSR_SPACE_SPATIAL) {
         s->mass = (M[21] + M[28] + M[35]) / 3.0;
         s->first[0] = 0.5 * (M[26] - M[31]);

@@ -94,6 +94,12 @@ static void through_H(const mbsri_body *b, const double *H, const double *x, dou
 
 /* ---- root to leaves ---- */
 
+/* Whether its V are the numbers of a twist, or some of them; on others stand only blocks. */
+static bool has_twist(const mbsri_body *b)
+{
+    return b->joint.space != MBSR_SPACE_GENERAL && b->joint.space != MBSR_SPACE_FLEXIBLE;
+}
+
 static void place_state(const mbsri_sweep_run *run, int i)
 {
     const mbsri_body *b = run->model->body + i;
@@ -101,7 +107,7 @@ static void place_state(const mbsri_sweep_run *run, int i)
     mbsri_sweep_state *s = run->state + i;
     const double *pred = run->load[b->parent].r;
     double R[9], r[3], V[6];
-    if (b->joint.space == MBSR_SPACE_GENERAL) return;
+    if (!has_twist(b)) return;
     memset(s, 0, sizeof *s);
     mbsri_embedded_pose(b->joint.space, d->p + b->p, R, r);
     mbsri_lift(b->d, d->V + b->v, V);
@@ -162,7 +168,7 @@ static void place_acceleration(const mbsri_sweep_run *run, int i)
     const mbsri_body *b = run->model->body + i;
     mbsri_sweep_state *s = run->state + i;
     double A[6];
-    if (b->joint.space == MBSR_SPACE_GENERAL) return;
+    if (!has_twist(b)) return;
     mbsri_lift(b->d, run->data->A + b->v, A);
     for (int k = 0; k < 3; ++k) {
         s->A_w[k] = A[k];

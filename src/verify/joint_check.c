@@ -21,6 +21,7 @@
 #include "base/error.h"
 #include "base/memory.h"
 #include "model/check.h"
+#include "recursion/pose.h"
 #include "verify/joint_check_tangents.h"
 #include "verify/verifier.h"
 
@@ -101,17 +102,15 @@ static int pass(mbsri_verifier *w, const mbsri_place *from, const double *u, con
 /* x of pose p seen from pose o. */
 static void displacement(const mbsri_verifier *w, const double *o, const double *p, double *x)
 {
-    if (w->joint->space != MBSR_SPACE_SPATIAL) {
+    if (!mbsri_turns(w->joint->space)) {
         for (int k = 0; k < w->d; ++k) x[k] = p[k] - o[k];
         return;
     }
     double R[9], quaternion[4];
     mbsri_multiply_transposed3(p + MBSR_POSE_R, o + MBSR_POSE_R, R);
     mbsr_rotation_quaternion(R, quaternion);
-    for (int k = 0; k < 3; ++k) {
-        x[k] = 2.0 * quaternion[1 + k];
-        x[3 + k] = p[MBSR_POSE_X + k] - o[MBSR_POSE_X + k];
-    }
+    for (int k = 0; k < 3; ++k) x[k] = 2.0 * quaternion[1 + k];
+    for (int k = 3; k < w->d; ++k) x[k] = p[MBSR_POSE_X + k - 3] - o[MBSR_POSE_X + k - 3];
 }
 
 /* V = x' and A = x'' (NULL: not wanted) at `from`, along a motion as in `pass`; h: step in s. */
@@ -180,7 +179,7 @@ static void compare_rows(mbsri_verifier *w)
 static int verify_jacobians(mbsri_verifier *w)
 {
     mbsr_joint_errors *errors = w->errors;
-    if (w->joint->space == MBSR_SPACE_SPATIAL) {
+    if (mbsri_turns(w->joint->space)) {
         errors->position = 0.0;
         const double defect = mbsri_frame_defect(w->base.p + MBSR_POSE_R);
         mbsri_verifier_note(w, &errors->position, isinf(defect) ? 2.0 : defect,
@@ -324,7 +323,10 @@ static int check_joint(mbsri_verifier *w)
     if (refused && error) *error = none.error;
     if (refused) return refused;
     const bool general = at->pred_space == MBSR_SPACE_GENERAL;
-    if ((int)at->pred_space < MBSR_SPACE_FIXED || (int)at->pred_space > MBSR_SPACE_SPATIAL ||
+    const bool flexible = at->pred_space == MBSR_SPACE_FLEXIBLE;
+    if ((int)at->pred_space < MBSR_SPACE_FIXED || (int)at->pred_space > MBSR_SPACE_FLEXIBLE ||
+        (flexible &&
+         (at->pred_d < 6 || at->pred_d > MBSR_MAX_D || at->pred_np != at->pred_d + 6)) ||
         (general && (at->pred_d < 1 || at->pred_d > MBSR_MAX_D || at->pred_np < 0 ||
                      at->pred_np > 4 * MBSR_MAX_D))) {
         return REFUSE(MBSR_ERR_VALUE,
@@ -333,8 +335,8 @@ static int check_joint(mbsri_verifier *w)
                       (int)at->pred_space, at->pred_d, at->pred_np);
     }
     w->d = joint->d, w->np = joint->np, w->n = joint->n, w->nq = joint->nq;
-    w->d_pred = general ? at->pred_d : space_d[at->pred_space];
-    w->np_pred = general ? at->pred_np : space_np[at->pred_space];
+    w->d_pred = general || flexible ? at->pred_d : space_d[at->pred_space];
+    w->np_pred = general || flexible ? at->pred_np : space_np[at->pred_space];
     const bool rate = !at->V_is_not_rate;
     w->own = joint->space != MBSR_SPACE_GENERAL || (w->np == w->d && rate);
     w->pred = !general || (w->np_pred == w->d_pred && rate);

@@ -10,6 +10,7 @@
 #include "algebra/dense.h"
 #include "algebra/differences.h"
 #include "algebra/numbers.h"
+#include "recursion/pose.h"
 #include "verify/verifier.h"
 
 #include <math.h>
@@ -98,7 +99,7 @@ static int directions(const mbsri_verifier *w, int part)
 {
     switch (part) {
     case Q: return w->nq;
-    case POSE: return w->at->pred_space == MBSR_SPACE_SPATIAL ? 6 : w->np_pred;
+    case POSE: return mbsri_turns(w->at->pred_space) ? w->d_pred : w->np_pred;
     case U: return w->n;
     default: return w->d_pred;
     }
@@ -114,10 +115,10 @@ static void displace(mbsri_verifier *w, int part, int k, double s)
         x->u[k] += s * w->speed;
     } else if (part == V_PRED) {
         x->V_pred[k] += s * w->speed;
-    } else if (w->at->pred_space != MBSR_SPACE_SPATIAL) {
+    } else if (!mbsri_turns(w->at->pred_space)) {
         x->at.p_pred[k] += s;
     } else {
-        mbsri_zero(6, w->unit);
+        mbsri_zero((size_t)w->d_pred, w->unit);
         w->unit[k] = 1.0;
         mbsri_verifier_move(w, w->unit, s, x->at.p_pred);
     }
@@ -216,7 +217,7 @@ static void find_rows(mbsri_verifier *w)
 static double unit_of(const mbsri_verifier *w, bool pose, int k)
 {
     if (!pose) return w->speed * w->scale[k];
-    if (w->joint->space == MBSR_SPACE_SPATIAL)
+    if (mbsri_turns(w->joint->space))
         return k < MBSR_POSE_X ? mbsri_largest(3, w->row_V) : w->row_V[3 + k - MBSR_POSE_X];
     return w->np == w->d ? w->row_V[k] : mbsri_largest(w->d, w->row_V);
 }

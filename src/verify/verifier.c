@@ -7,6 +7,7 @@
 #include "algebra/numbers.h"
 #include "algebra/space3.h"
 #include "base/error.h"
+#include "recursion/pose.h"
 
 #include <math.h>
 
@@ -110,9 +111,9 @@ int mbsri_verifier_qdot(mbsri_verifier *w, const mbsri_place *at, const double *
 
 void mbsri_verifier_move(const mbsri_verifier *w, const double *V, double s, double *p)
 {
-    const double rate = w->at->pred_space == MBSR_SPACE_SPATIAL ? mbsri_norm3(V) : 0.0;
-    if (w->at->pred_space == MBSR_SPACE_SPATIAL) {
-        mbsri_add3(s, V + 3, p + MBSR_POSE_X);
+    const double rate = mbsri_turns(w->at->pred_space) ? mbsri_norm3(V) : 0.0;
+    if (mbsri_turns(w->at->pred_space)) {
+        for (int k = 3; k < w->d_pred; ++k) p[MBSR_POSE_X + k - 3] += s * V[k];
         if (!(rate > 0.0)) return;
         double R[9];
         const mbsr_frame turn = mbsr_frame_turned(NULL, V, rate * s);

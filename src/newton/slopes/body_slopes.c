@@ -7,13 +7,15 @@
  *
  *   dM = T M - M T,   dh = T h - 2 B_h(V, T V)
  *
- * An inertia by function is differenced, with M' V from differences along the motion. */
+ * Flexible bodies have formulas of their own (flexible/slopes.h). An inertia by function is differenced,
+ * with M' V from differences along the motion. */
 #include "newton/slopes/body_slopes.h"
 
 #include "algebra/dense.h"
 #include "algebra/differences.h"
 #include "algebra/numbers.h"
 #include "algebra/space3.h"
+#include "flexible/slopes.h"
 #include "newton/slopes/force_slopes.h"
 #include "newton/slopes/move.h"
 #include "recursion/inertia.h"
@@ -36,8 +38,12 @@ size_t mbsri_body_slopes_size(const mbsr_model *m)
     size_t largest = 0;
     for (int i = 1; i <= m->bodies; ++i) {
         const size_t d = (size_t)m->body[i].d, np = (size_t)m->body[i].np;
-        const size_t size = 11 * d + 2 * d * d + 4 * np;
+        const size_t size = 11 * d + 2 * d * d + 4 * np,
+                     flexible = m->body[i].inertia.kind == MBSR_INERTIA_FLEXIBLE
+                                    ? mbsri_flex_slopes_size((int)d - 6)
+                                    : 0;
         if (size > largest) largest = size;
+        if (flexible > largest) largest = flexible;
     }
     return largest;
 }
@@ -234,6 +240,36 @@ static int function_columns(const mbsr_model *m, const mbsri_body *b, const mbsr
     return status;
 }
 
+/* ---- flexible bodies ---- */
+
+typedef struct sink {
+    const mbsri_body *b;
+    bool accelerated;
+    double *P;
+} sink;
+
+static void take_column(void *to, int column, const double *momentum, const double *turning,
+                        const double *load)
+{
+    const sink *s = to;
+    const int d = s->b->d;
+    double *P = s->P + (size_t)((s->accelerated ? 3 : 2) * d) * (size_t)column;
+    for (int k = 0; k < d; ++k) {
+        P[k] -= momentum[k];
+        P[d + k] += turning[k];
+        if (s->accelerated) P[2 * d + k] -= load[k];
+    }
+}
+
+static void flexible_columns(const mbsri_body *b, const mbsr_data *d, bool accelerated, double *P,
+                             double *work)
+{
+    const double *p = d->p + b->p;
+    sink to = {b, accelerated, P};
+    mbsri_flex_slopes_of(b->inertia.flex, p + MBSR_POSE_R, p + MBSR_POSE_SIZE, d->V + b->v,
+                         d->A + b->v, work, take_column, &to);
+}
+
 int mbsri_body_slopes_add(const mbsr_model *m, mbsr_data *d, int i, bool accelerated, double *P,
                           double *work)
 {
@@ -244,6 +280,8 @@ int mbsri_body_slopes_add(const mbsr_model *m, mbsr_data *d, int i, bool acceler
     int status = MBSR_OK;
     if (b->inertia.kind == MBSR_INERTIA_FUNCTION)
         status = function_columns(m, b, d, accelerated, &w, w.dp + b->np, P);
+    else if (b->inertia.kind == MBSR_INERTIA_FLEXIBLE)
+        flexible_columns(b, d, accelerated, P, work);
     else
         stock_columns(b, d, accelerated, &w, P);
     if (status) return mbsri_joint_failed(m, d, i, status, "the inertia's function");

@@ -17,6 +17,7 @@
 #include "recursion/elements.h"
 #include "recursion/inertia.h"
 #include "recursion/kinematics.h"
+#include "recursion/pose.h"
 #include "recursion/spans.h"
 
 #include <math.h>
@@ -253,7 +254,7 @@ static int pose_column(differences *w, int i, const mbsr_force_body *body, int c
 {
     const mbsri_body *b = w->m->body + i;
     const double *at = w->d->p + b->p;
-    const bool spatial = body->space == MBSR_SPACE_SPATIAL, turned = spatial && c < 3;
+    const bool spatial = mbsri_turns(body->space), turned = spatial && c < 3;
     const int entry = spatial ? MBSR_POSE_X + c - 3 : c;
     const double h =
         mbsri_difference_step(turned ? 0.0 : at[entry], mbsri_pose_span(&w->spans, b, c));

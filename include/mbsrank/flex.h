@@ -1,0 +1,140 @@
+/* Flexible bodies: modal data, markers, and how they stand in a tree.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * Floating frame of reference. A material point x of the undeformed body is at r + R rho,
+ *
+ *   rho = x + Phi(x) s,     velocity  v + omega x R rho + R Phi s'
+ *
+ * with the frame (R, r) of the body and modal coordinates s. The field is linear in s and its mass
+ * matrix exact, M = M(s) of second degree in s: with exact integrals it is a Gram matrix, positive
+ * semi-definite at every s. With E_a = int rho Phi_a^T, c = int rho, I the tensor about the frame's
+ * origin and axial(int a b^T) = int a x b, along the body's axes,
+ *
+ *   M = [ I  [c]x  Cr ;  -[c]x  m 1  Ct0 ;  Cr^T  Ct0^T  Mf ],     Cr_a = axial(E_a)
+ *
+ * Modes may be massless: a mode whose Ct0, P0, P and Mf are zero has stiffness and damping only. So
+ * static modes (attachment, constraint, residual modes) cost no small steps; with damping they
+ * are damped directions of the model (index 1), without elastic ones (index 2): see index.h.
+ *
+ *   mbsr_flex_create(&def, &link, &error);
+ *   mbsr_flexible_def at = mbsr_default_flexible_def();
+ *   at.flex = link, at.marker = root, at.joint = mbsr_joint_revolute(NULL, NULL, axis);
+ *   mbsr_model_add_flexible(model, &at, &body);
+ *   mbsr_model_add_marker(model, body, tip, "tip", &end);
+ *
+ * `end` is then a SPATIAL body without mass that moves with the marker: joints, closures and force
+ * elements take it as any other. */
+#ifndef MBSRANK_FLEX_H
+#define MBSRANK_FLEX_H
+
+#include <mbsrank/force.h>
+#include <mbsrank/inertia.h>
+#include <mbsrank/joint.h>
+#include <mbsrank/model.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define MBSR_MAX_MODES (MBSR_MAX_D - 6)
+
+/* A frame fixed to the material. It moves by Phi s and turns by the rotation vector Psi s, along the
+ * body's axes: its origin is at x + Phi s, its axes are exp([Psi s]x) R. Of a linear theory: Psi s
+ * should stay well below 1 rad. */
+typedef struct mbsr_flex_marker {
+    mbsr_frame frame;  /* x, R: in the undeformed body */
+    const double *Phi; /* 3 x modes; NULL: zero */
+    const double *Psi; /* 3 x modes, rad per unit of s; NULL: zero */
+} mbsr_flex_marker;
+
+/* Modal data: integrals over the mass of the undeformed body, along its axes, about its origin. All
+ * matrices column-major; units: kg and m for what has mass, where Phi s is in m. */
+typedef struct mbsr_flex_def {
+    int cookie;        /* set by mbsr_default_flex_def */
+    int modes;         /* 0 .. MBSR_MAX_MODES */
+    double mass;       /* kg */
+    double c0[3];      /* int x */
+    double N0[9];      /* int x x^T; the tensor of inertia is tr(N0) 1 - N0 */
+    const double *Ct0; /* 3 x modes: int Phi_a; NULL: zero */
+    const double *P0;  /* 3 x 3 modes: int x Phi_a^T in the columns 3 a .. 3 a + 2; NULL: zero */
+    const double *P;   /* 3 modes x 3 modes: int Phi_a Phi_b^T in rows 3 a .., columns 3 b ..; NULL:
+                        * zero */
+    const double *Mf; /* modes x modes; NULL: tr int Phi_a Phi_b^T, as it is for displacements. More
+                        * than that is inertia of rotations. */
+    const double *K;  /* modes x modes, stiffness */
+    const double *D;  /* modes x modes, damping; NULL: zero */
+    int markers;      /* 1 or more */
+    const mbsr_flex_marker *marker;
+    mbsr_allocator allocator; /* default: malloc and free */
+} mbsr_flex_def;
+
+MBSR_API mbsr_flex_def mbsr_default_flex_def(void);
+
+/* Everything is copied. The data are read-only once made and may be shared by bodies, models and
+ * threads; they must outlive the models.
+ *
+ * On failure *flex is NULL and the reason in *error (which may be NULL): MBSR_ERR_NULL,
+ * MBSR_ERR_NO_DEFAULT, MBSR_ERR_NO_MEMORY, MBSR_EIGEN_FAILED, and MBSR_ERR_VALUE for numbers that
+ * are not finite, matrices that are not symmetric (to 1e-9 of what is on the diagonal), axes of a
+ * marker that are not orthonormal, and what is indefinite (scaled to unit diagonal, with the
+ * eigenvalue in the text, by more than 1e-9): K, D, the Gram matrix of (1, x, Phi_1, ..., Phi_n),
+ * and what Mf adds to it. Data with an indefinite Gram matrix belong to no distribution of mass;
+ * their M(s) may have directions of negative mass. */
+MBSR_API int mbsr_flex_create(const mbsr_flex_def *def, mbsr_flex **flex, mbsr_error *error);
+MBSR_API void mbsr_flex_destroy(mbsr_flex *flex); /* NULL is allowed */
+
+/* The data as they are kept: pointers into *flex, valid as long as that; Ct0, P0, P, Mf, K, D and the
+ * markers' Phi and Psi are not NULL where there are modes. MBSR_ERR_NULL. */
+MBSR_API int mbsr_flex_data(const mbsr_flex *flex, mbsr_flex_def *data);
+
+/* M(s), (6 + modes) x (6 + modes), along the body's axes; s: modes. MBSR_ERR_NULL, MBSR_NOT_FINITE
+ * (s). */
+MBSR_API int mbsr_flex_mass_matrix(const mbsr_flex *flex, const double *s, double *M);
+
+/* ---- in a tree ---- */
+
+/* Inertia of a FLEXIBLE body with these data. Here and below, `flex` that is NULL is refused when
+ * the part is added. */
+MBSR_API mbsr_inertia mbsr_inertia_flexible(const mbsr_flex *flex);
+
+/* What carries a flexible body: it is held at a marker that coincides with the frame of a SPATIAL
+ * predecessor, or of the root at rest. q = s, u = s'; n = modes. The body is FLEXIBLE. */
+MBSR_API mbsr_joint mbsr_joint_mount(const mbsr_flex *flex, int marker);
+
+/* A marker as a SPATIAL body on its FLEXIBLE predecessor. n = 0. */
+MBSR_API mbsr_joint mbsr_joint_marker(const mbsr_flex *flex, int marker);
+
+/* Stiffness and damping of a FLEXIBLE body: f_s = -K s - D s', with energy 1/2 s^T K s, dissipation
+ * s'^T D s'. */
+MBSR_API mbsr_force_def mbsr_force_elastic(int body, const mbsr_flex *flex);
+
+/* A flexible body in one call. */
+typedef struct mbsr_flexible_def {
+    int cookie;            /* set by mbsr_default_flexible_def */
+    const char *name;      /* copied; NULL: none */
+    int parent;            /* a SPATIAL body, a marker of another flexible body, or MBSR_GROUND */
+    const mbsr_flex *flex; /* must outlive the model */
+    int marker;            /* of flex, at which the body is held; default 0 */
+    mbsr_joint
+        joint; /* from the parent to that marker; with joint.table NULL, the default, the marker is held
+                       * fast to the parent's frame */
+} mbsr_flexible_def;
+
+MBSR_API mbsr_flexible_def mbsr_default_flexible_def(void);
+
+/* Adds, where there is a joint, a SPATIAL body without mass that it carries (its id is *body - 1),
+ * then the FLEXIBLE body on its mount with its inertia, then its elastic element. q and u of the
+ * former are those of the joint, of the latter s and s'. *body: id of the FLEXIBLE body. Statuses as
+ * mbsr_model_add_body and mbsr_model_add_force; on failure nothing has been added. */
+MBSR_API int mbsr_model_add_flexible(mbsr_model *model, const mbsr_flexible_def *def, int *body);
+
+/* Adds a body without mass that moves with a marker of a FLEXIBLE body added before; *id: its id.
+ * name may be NULL. MBSR_ERR_ID, MBSR_ERR_SPACE, and statuses as mbsr_model_add_body. */
+MBSR_API int mbsr_model_add_marker(mbsr_model *model, int body, int marker, const char *name,
+                                   int *id);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,148 @@
+/* Making modal data and giving them back: see flex.h.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "flexible/flex.h"
+
+#include "algebra/dense.h"
+#include "base/cookie.h"
+#include "base/error.h"
+#include "base/memory.h"
+
+mbsr_flex_def mbsr_default_flex_def(void)
+{
+    return (mbsr_flex_def){.cookie = MBSRI_COOKIE};
+}
+
+#define REFUSE(status, ...) mbsri_fail(error, status, MBSR_NONE, MBSR_NONE, __VA_ARGS__)
+
+static int check_def(const mbsr_flex_def *def, mbsr_error *error)
+{
+    if (def->cookie != MBSRI_COOKIE)
+        return REFUSE(MBSR_ERR_NO_DEFAULT,
+                      "mbsr_flex_create: def was not made by mbsr_default_flex_def");
+    if (def->modes < 0 || def->modes > MBSR_MAX_MODES)
+        return REFUSE(MBSR_ERR_VALUE, "mbsr_flex_create: modes is %d, must be 0 .. %d", def->modes,
+                      MBSR_MAX_MODES);
+    if (def->markers < 1)
+        return REFUSE(MBSR_ERR_VALUE,
+                      "mbsr_flex_create: markers is %d; a body needs one to be held at",
+                      def->markers);
+    if (!def->marker) return REFUSE(MBSR_ERR_NULL, "mbsr_flex_create: marker is NULL");
+    if (def->modes > 0 && !def->K)
+        return REFUSE(MBSR_ERR_NULL, "mbsr_flex_create: K is NULL, but there are %d modes",
+                      def->modes);
+    if (!def->allocator.allocate != !def->allocator.release)
+        return REFUSE(MBSR_ERR_VALUE,
+                      "mbsr_flex_create: allocator has one of its two functions only");
+    return MBSR_OK;
+}
+
+/* Places the arrays at `memory` (NULL: none yet); the doubles they take. */
+static size_t lay_out(mbsr_flex *f, double *memory)
+{
+    const size_t n = (size_t)f->n, length[] = {3 * n, 9 * n, 9 * n * n, n * n, n * n, n * n};
+    double **const array[] = {&f->Ct0, &f->P0, &f->P, &f->Mf, &f->K, &f->D};
+    size_t used = 0;
+    for (size_t k = 0; k < sizeof length / sizeof *length; ++k) {
+        *array[k] = memory ? memory + used : NULL;
+        used += length[k];
+    }
+    for (int k = 0; k < f->markers && memory; ++k) {
+        f->marker[k].Phi = memory + used + 6 * n * (size_t)k;
+        f->marker[k].Psi = f->marker[k].Phi + 3 * n;
+    }
+    return used + 6 * n * (size_t)f->markers;
+}
+
+/* to (count) = from, zero for NULL. */
+static void fill(size_t count, const double *from, double *to)
+{
+    if (from)
+        mbsri_copy(count, from, to);
+    else
+        mbsri_zero(count, to);
+}
+
+/* Mf_ab = tr P_ab */
+static void add_traces(mbsr_flex *f)
+{
+    const int n = f->n;
+    for (int b = 0; b < n; ++b) {
+        for (int a = 0; a < n; ++a) {
+            const double *P = f->P + (size_t)(3 * n) * (size_t)(3 * b) + 3 * (size_t)a;
+            f->Mf[(size_t)b * (size_t)n + (size_t)a] = P[0] + P[3 * n + 1] + P[6 * n + 2];
+        }
+    }
+}
+
+static void copy_data(const mbsr_flex_def *def, mbsr_flex *f)
+{
+    const size_t n = (size_t)f->n;
+    f->mass = def->mass;
+    mbsri_copy(3, def->c0, f->c0);
+    mbsri_copy(9, def->N0, f->N0);
+    fill(3 * n, def->Ct0, f->Ct0);
+    fill(9 * n, def->P0, f->P0);
+    fill(9 * n * n, def->P, f->P);
+    fill(n * n, def->Mf, f->Mf);
+    if (!def->Mf) add_traces(f);
+    fill(n * n, def->K, f->K);
+    fill(n * n, def->D, f->D);
+    for (int k = 0; k < f->markers; ++k) {
+        f->marker[k].frame = def->marker[k].frame;
+        fill(3 * n, def->marker[k].Phi, (double *)f->marker[k].Phi);
+        fill(3 * n, def->marker[k].Psi, (double *)f->marker[k].Psi);
+    }
+}
+
+int mbsr_flex_create(const mbsr_flex_def *def, mbsr_flex **flex, mbsr_error *error)
+{
+    if (flex) *flex = NULL;
+    if (!def || !flex)
+        return REFUSE(MBSR_ERR_NULL, "mbsr_flex_create: %s is NULL", !def ? "def" : "flex");
+    int status = check_def(def, error);
+    if (status) return status;
+    mbsr_flex sizes = {.n = def->modes, .markers = def->markers};
+    const size_t heads = sizeof sizes + (size_t)def->markers * sizeof *sizes.marker;
+    mbsr_flex *f = mbsri_allocate(&def->allocator, heads + lay_out(&sizes, NULL) * sizeof(double));
+    if (!f)
+        return REFUSE(MBSR_ERR_NO_MEMORY, "mbsr_flex_create: no memory for %d modes", def->modes);
+    *f = sizes;
+    f->allocator = def->allocator;
+    f->marker = (mbsr_flex_marker *)(f + 1);
+    lay_out(f, (double *)(f->marker + f->markers));
+    copy_data(def, f);
+    status = mbsri_flex_check(f, error);
+    if (status)
+        mbsr_flex_destroy(f);
+    else
+        *flex = f;
+    return status;
+}
+
+void mbsr_flex_destroy(mbsr_flex *flex)
+{
+    if (!flex) return;
+    const mbsr_allocator allocator = flex->allocator;
+    mbsri_release(&allocator, flex);
+}
+
+int mbsr_flex_data(const mbsr_flex *flex, mbsr_flex_def *data)
+{
+    const mbsr_flex *f = flex;
+    if (!f || !data) return MBSR_ERR_NULL;
+    *data = (mbsr_flex_def){.cookie = MBSRI_COOKIE,
+                            .modes = f->n,
+                            .mass = f->mass,
+                            .Ct0 = f->Ct0,
+                            .P0 = f->P0,
+                            .P = f->P,
+                            .Mf = f->Mf,
+                            .K = f->K,
+                            .D = f->D,
+                            .markers = f->markers,
+                            .marker = f->marker,
+                            .allocator = f->allocator};
+    mbsri_copy(3, f->c0, data->c0);
+    mbsri_copy(9, f->N0, data->N0);
+    return MBSR_OK;
+}

@@ -1,0 +1,161 @@
+/* M, h and M' of a flexible body: see mass.h.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * Body axes, w = R^T omega, Y_a = E_a' = sum_b s'_b P_ba, W = sum_a s'_a E_a:
+ *
+ *   c = c0 + Ct0 s,   E_a = P0_a + sum_b s_b P_ba,   N = N0 + 1/2 sum_a s_a (P0_a + E_a + transposed)
+ *   I = tr(N) 1 - N,   Cr_a = axial(E_a)
+ *   h_omega = w x I w + 2 (tr(W) w - W^T w),   h_v = w x (w x c) + 2 w x Ct0 s'
+ *   h_s,a   = w.E_a w - tr(E_a) |w|^2 + 2 w . axial(Y_a)
+ *   I' = 2 tr(W) 1 - W - W^T,   c' = Ct0 s',   Cr_a' = axial(Y_a)
+ *
+ * and R turns all of it. Cost: 9 n^2 for M, h and M' each. */
+#include "flexible/mass.h"
+
+#include "algebra/dense.h"
+#include "algebra/numbers.h"
+#include "algebra/space3.h"
+#include "flexible/axial.h"
+
+void mbsri_flex_E_rate(const mbsr_flex *f, int a, const double *sdot, double E[9])
+{
+    const int rows = 3 * f->n;
+    mbsri_zero(9, E);
+    for (int j = 0; j < 3; ++j) {
+        const double *column = f->P + (size_t)rows * (size_t)(3 * a + j);
+        for (int b = 0; b < f->n; ++b) mbsri_add3(sdot[b], column + 3 * b, E + 3 * j);
+    }
+}
+
+void mbsri_flex_E(const mbsr_flex *f, int a, const double *s, double E[9])
+{
+    mbsri_flex_E_rate(f, a, s, E);
+    for (int k = 0; k < 9; ++k) E[k] += f->P0[9 * a + k];
+}
+
+/* The block R A R^T at rows and columns 0 .. 2 of B (d rows). */
+static void turn_into(int d, const double R[9], const double A[9], double *B)
+{
+    double RA[9], turned[9];
+    mbsri_multiply3(R, A, RA);
+    mbsri_multiply_transposed3(RA, R, turned);
+    for (int j = 0; j < 3; ++j) mbsri_copy(3, turned + 3 * j, B + d * j);
+}
+
+/* [c]x at rows 0 .. 2, columns 3 .. 5, and its transpose. */
+static void place_first_moment(int d, const double c[3], double *M)
+{
+    double X[9];
+    mbsri_cross_matrix3(c, X);
+    for (int j = 0; j < 3; ++j) {
+        for (int k = 0; k < 3; ++k) M[d * (3 + j) + k] = M[d * k + 3 + j] = X[3 * j + k];
+    }
+}
+
+/* Column 6 + a of mode a, (angular, linear), and the row that mirrors it. */
+static void mirror(int d, int a, double *M)
+{
+    for (int k = 0; k < 6; ++k) M[d * k + 6 + a] = M[d * (6 + a) + k];
+}
+
+void mbsri_flex_mass(const mbsr_flex *f, const double R[9], const double *s, double *M)
+{
+    const int n = f->n, d = 6 + n;
+    double N[9], E[9], half[9] = {0.0}, c[3], first[3], I[9];
+    mbsri_zero((size_t)d * (size_t)d, M);
+    mbsri_copy(3, f->c0, c);
+    for (int a = 0; a < n; ++a) {
+        double *column = M + d * (6 + a), Cr[3];
+        mbsri_flex_E(f, a, s, E);
+        for (int k = 0; k < 9; ++k) half[k] += 0.5 * s[a] * (f->P0[9 * a + k] + E[k]);
+        mbsri_add3(s[a], f->Ct0 + 3 * a, c);
+        mbsri_axial3(E, Cr);
+        mbsri_rotate3(R, Cr, column);
+        mbsri_rotate3(R, f->Ct0 + 3 * a, column + 3);
+        mbsri_copy((size_t)n, f->Mf + n * a, column + 6);
+        mirror(d, a, M);
+    }
+    for (int j = 0; j < 3; ++j) {
+        for (int k = 0; k < 3; ++k)
+            N[3 * j + k] = f->N0[3 * j + k] + half[3 * j + k] + half[3 * k + j];
+    }
+    mbsri_tensor3(N, I);
+    turn_into(d, R, I, M);
+    mbsri_rotate3(R, c, first);
+    place_first_moment(d, first, M);
+    for (int k = 3; k < 6; ++k) M[(d + 1) * k] = f->mass;
+}
+
+void mbsri_flex_gyration(const mbsr_flex *f, const double R[9], const double *s, const double *V,
+                         const double *M, double *h)
+{
+    const int n = f->n, d = 6 + n;
+    const double *sdot = V + 6, c[3] = {M[4 * d + 2], M[5 * d], M[3 * d + 1]};
+    double w[3], W[9] = {0.0}, E[9], Y[9], x[3], Iw[3] = {0.0}, u[3] = {0.0};
+    mbsri_unrotate3(R, V, w);
+    const double square = mbsri_dot3(w, w);
+    for (int a = 0; a < n; ++a) {
+        mbsri_flex_E(f, a, s, E);
+        mbsri_flex_E_rate(f, a, sdot, Y);
+        for (int k = 0; k < 9; ++k) W[k] += sdot[a] * E[k];
+        mbsri_add3(sdot[a], M + d * (6 + a) + 3, u);
+        mbsri_rotate3(E, w, x);
+        h[6 + a] = mbsri_dot3(w, x) - mbsri_trace3(E) * square;
+        mbsri_axial3(Y, x);
+        h[6 + a] += 2.0 * mbsri_dot3(w, x);
+    }
+    /* omega x I omega + 2 R (tr(W) w - W^T w) */
+    for (int j = 0; j < 3; ++j) mbsri_add3(V[j], M + d * j, Iw);
+    mbsri_unrotate3(W, w, x);
+    for (int k = 0; k < 3; ++k) x[k] = 2.0 * (mbsri_trace3(W) * w[k] - x[k]);
+    mbsri_rotate3(R, x, h);
+    mbsri_add_cross3(V, Iw, h);
+    /* omega x (omega x c + 2 Ct s') */
+    mbsri_cross3(V, c, x);
+    mbsri_add3(2.0, u, x);
+    mbsri_cross3(V, x, h + 3);
+}
+
+void mbsri_flex_mass_rate(const mbsr_flex *f, const double R[9], const double *s, const double *V,
+                          const double *M, double *Mdot)
+{
+    const int n = f->n, d = 6 + n;
+    const double *sdot = V + 6, first[3] = {M[4 * d + 2], M[5 * d], M[3 * d + 1]};
+    double W[9] = {0.0}, E[9], Y[9], c[3] = {0.0}, Cr[3], I[9], spun[9];
+    mbsri_zero((size_t)d * (size_t)d, Mdot);
+    for (int a = 0; a < n; ++a) {
+        const double *of = M + d * (6 + a);
+        double *column = Mdot + d * (6 + a);
+        mbsri_flex_E(f, a, s, E);
+        mbsri_flex_E_rate(f, a, sdot, Y);
+        for (int k = 0; k < 9; ++k) W[k] += sdot[a] * E[k];
+        mbsri_add3(sdot[a], of + 3, c);
+        mbsri_axial3(Y, Cr);
+        mbsri_rotate3(R, Cr, column);
+        mbsri_add_cross3(V, of, column);
+        mbsri_cross3(V, of + 3, column + 3);
+        mirror(d, a, Mdot);
+    }
+    mbsri_tensor3(W, I);
+    for (int j = 0; j < 3; ++j) {
+        for (int k = 0; k <= j; ++k) I[3 * j + k] = I[3 * k + j] = I[3 * j + k] + I[3 * k + j];
+    }
+    turn_into(d, R, I, Mdot);
+    /* [omega]x I + its transpose */
+    for (int j = 0; j < 3; ++j) mbsri_cross3(V, M + d * j, spun + 3 * j);
+    for (int j = 0; j < 3; ++j) {
+        for (int k = 0; k < 3; ++k) Mdot[d * j + k] += spun[3 * j + k] + spun[3 * k + j];
+    }
+    mbsri_add_cross3(V, first, c);
+    place_first_moment(d, c, Mdot);
+}
+
+int mbsr_flex_mass_matrix(const mbsr_flex *flex, const double *s, double *M)
+{
+    static const double unit[9] = {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};
+    if (!flex || !M || (flex->n > 0 && !s)) return MBSR_ERR_NULL;
+    if (!mbsri_finite((size_t)flex->n, s)) return MBSR_NOT_FINITE;
+    mbsri_flex_mass(flex, unit, s, M);
+    const size_t size = 6 + (size_t)flex->n;
+    return mbsri_finite(size * size, M) ? MBSR_OK : MBSR_NOT_FINITE;
+}

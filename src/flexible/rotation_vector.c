@@ -1,0 +1,126 @@
+/* Rotation vectors: see rotation_vector.h.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * As functions of x = t^2, alpha and beta are analytic; their derivatives by x are alpha1, alpha2 and
+ * so on. Along u and v
+ *
+ *   alpha_u = 2 (p.u) alpha1,   alpha_uv = 4 (p.u) (p.v) alpha2 + 2 (u.v) alpha1 */
+#include "flexible/rotation_vector.h"
+
+#include "algebra/space3.h"
+
+typedef struct coefficients {
+    double sinc, alpha[3], beta[3]; /* alpha, alpha1, alpha2 */
+} coefficients;
+
+/* sum of (-x)^k / (2 k + c)! over k, and its first two derivatives by x. */
+static void series(double x, double first, int c, double sum[3])
+{
+    enum { TERMS = 18 };
+    double term = first, power[3] = {1.0, 0.0, 0.0}; /* x^k and its derivatives */
+    sum[0] = sum[1] = sum[2] = 0.0;
+    for (int k = 0; k < TERMS; ++k) {
+        for (int l = 0; l < 3; ++l) sum[l] += term * power[l];
+        term /= -(2.0 * k + c + 1.0) * (2.0 * k + c + 2.0);
+        power[2] = 2.0 * power[1] + x * power[2];
+        power[1] = power[0] + x * power[1];
+        power[0] *= x;
+    }
+}
+
+/* From x alpha = 1 - cos t, x beta = 1 - sinc and their derivatives, with sinc' = (cos t - sinc) / 2 x
+ * and (1 - cos t)' = sinc / 2. */
+static void closed(double x, coefficients *c)
+{
+    const double t = sqrt(x), cosine = cos(t), sinc = sin(t) / t,
+                 sinc1 = (cosine - sinc) / (2.0 * x),
+                 sinc2 = (-0.5 * sinc - 3.0 * sinc1) / (2.0 * x);
+    c->sinc = sinc;
+    c->alpha[0] = (1.0 - cosine) / x;
+    c->alpha[1] = (0.5 * sinc - c->alpha[0]) / x;
+    c->alpha[2] = (0.5 * sinc1 - 2.0 * c->alpha[1]) / x;
+    c->beta[0] = (1.0 - sinc) / x;
+    c->beta[1] = (-sinc1 - c->beta[0]) / x;
+    c->beta[2] = (-sinc2 - 2.0 * c->beta[1]) / x;
+}
+
+static coefficients coefficients_of(const double p[3])
+{
+    const double x = mbsri_dot3(p, p);
+    coefficients c;
+    if (x > 10.0) {
+        closed(x, &c);
+        return c;
+    }
+    double sinc[3];
+    series(x, 1.0, 1, sinc);
+    c.sinc = sinc[0];
+    series(x, 0.5, 2, c.alpha);
+    series(x, 1.0 / 6.0, 3, c.beta);
+    return c;
+}
+
+/* A += s [a]x */
+static void add_skew(double s, const double a[3], double A[9])
+{
+    double X[9];
+    mbsri_cross_matrix3(a, X);
+    for (int k = 0; k < 9; ++k) A[k] += s * X[k];
+}
+
+/* A += s ([a]x [b]x + [b]x [a]x) / 2 = s ((a b^T + b a^T) / 2 - (a.b) 1) */
+static void add_square(double s, const double a[3], const double b[3], double A[9])
+{
+    const double product = mbsri_dot3(a, b);
+    for (int j = 0; j < 3; ++j) {
+        for (int k = 0; k < 3; ++k)
+            A[3 * j + k] += s * (0.5 * (a[k] * b[j] + b[k] * a[j]) - (j == k ? product : 0.0));
+    }
+}
+
+static void set_diagonal(double value, double A[9])
+{
+    for (int k = 0; k < 9; ++k) A[k] = k % 4 == 0 ? value : 0.0;
+}
+
+void mbsri_exp3(const double p[3], double E[9])
+{
+    const coefficients c = coefficients_of(p);
+    set_diagonal(1.0, E);
+    add_skew(c.sinc, p, E);
+    add_square(c.alpha[0], p, p, E);
+}
+
+void mbsri_tangent3(const double p[3], double T[9])
+{
+    const coefficients c = coefficients_of(p);
+    set_diagonal(1.0, T);
+    add_skew(c.alpha[0], p, T);
+    add_square(c.beta[0], p, p, T);
+}
+
+void mbsri_tangent3_along(const double p[3], const double u[3], double dT[9])
+{
+    const coefficients c = coefficients_of(p);
+    const double x_u = 2.0 * mbsri_dot3(p, u);
+    set_diagonal(0.0, dT);
+    add_skew(c.alpha[1] * x_u, p, dT);
+    add_skew(c.alpha[0], u, dT);
+    add_square(c.beta[1] * x_u, p, p, dT);
+    add_square(2.0 * c.beta[0], p, u, dT);
+}
+
+void mbsri_tangent3_twice(const double p[3], const double u[3], const double v[3], double ddT[9])
+{
+    const coefficients c = coefficients_of(p);
+    const double x_u = 2.0 * mbsri_dot3(p, u), x_v = 2.0 * mbsri_dot3(p, v),
+                 x_uv = 2.0 * mbsri_dot3(u, v);
+    set_diagonal(0.0, ddT);
+    add_skew(c.alpha[2] * x_u * x_v + c.alpha[1] * x_uv, p, ddT);
+    add_skew(c.alpha[1] * x_u, v, ddT);
+    add_skew(c.alpha[1] * x_v, u, ddT);
+    add_square(c.beta[2] * x_u * x_v + c.beta[1] * x_uv, p, p, ddT);
+    add_square(2.0 * c.beta[1] * x_u, p, v, ddT);
+    add_square(2.0 * c.beta[1] * x_v, p, u, ddT);
+    add_square(2.0 * c.beta[0], u, v, ddT);
+}

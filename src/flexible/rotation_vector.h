@@ -1,0 +1,16 @@
+/* The rotation exp([p]x) of a rotation vector p, and T of exp([p]x)' = [T p']x exp([p]x).
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ *   exp([p]x) = 1 + sin(t)/t [p]x + alpha [p]x^2,     T = 1 + alpha [p]x + beta [p]x^2,   t = |p|
+ *   alpha = (1 - cos t) / t^2,   beta = (t - sin t) / t^3 */
+#ifndef MBSRI_ROTATION_VECTOR_H
+#define MBSRI_ROTATION_VECTOR_H
+
+void mbsri_exp3(const double p[3], double E[9]);
+
+/* T, its derivative along u, and the second one along u and v. */
+void mbsri_tangent3(const double p[3], double T[9]);
+void mbsri_tangent3_along(const double p[3], const double u[3], double dT[9]);
+void mbsri_tangent3_twice(const double p[3], const double u[3], const double v[3], double ddT[9]);
+
+#endif

@@ -1,0 +1,12 @@
+/* Which joints are those of flexible bodies.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRI_JOINTS_FLEXIBLE_H
+#define MBSRI_JOINTS_FLEXIBLE_H
+
+#include <mbsrank/flex.h>
+
+/* The data of a joint that is a marker, or a mount; NULL: it is none. user: of the joint. */
+const mbsr_flex *mbsri_marker_of(const mbsr_joint_table *table, const void *user);
+const mbsr_flex *mbsri_mount_of(const mbsr_joint_table *table, const void *user);
+
+#endif

@@ -1,0 +1,89 @@
+/* Runs with flexible bodies against digits of independent programs (DOP853 at 1e-12).
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "flexible.h"
+
+#include "expect.h"
+
+#include <mbsrank/ida.h>
+
+#include <string.h>
+
+/* From w->q, w->u at t = 0 through `count` times; x (count x nq): q there. The steps. */
+static long run(const test_flexible *w, double tolerance, int count, const double *times, double *x,
+                double *u)
+{
+    const int nu = mbsr_model_nu(w->model);
+    double y[24], yp[24] = {0.0}, t;
+    mbsr_error error;
+    mbsr_consistent_info start;
+    mbsr_ida_opt opt = mbsr_default_ida_opt();
+    mbsr_ida *ida;
+    mbsr_ida_stats stats;
+    const mbsr_error *e = mbsr_data_error(w->data);
+    assert_ok(mbsr_dae_pack(w->model, w->data, MBSR_DAE_MOMENTUM, 0.0, w->q, w->u, y), e);
+    assert_ok(mbsr_dae_consistent(w->model, w->data, MBSR_DAE_MOMENTUM, 0.0, y, yp, NULL, &start),
+              e);
+    opt.rtol = opt.atol = tolerance;
+    opt.linear_solver = MBSR_IDA_TREE;
+    assert_ok(mbsr_ida_create(w->model, w->data, &opt, &ida, &error), &error);
+    assert_ok(mbsr_ida_start(ida, 0.0, y, yp), mbsr_ida_error(ida));
+    for (int k = 0; k < count; ++k) {
+        assert_ok(mbsr_ida_advance(ida, times[k], &t, y, yp), mbsr_ida_error(ida));
+        memcpy(x + k * nu, y, (size_t)nu * sizeof *x);
+        memcpy(u + k * nu, y + 2 * nu, (size_t)nu * sizeof *u);
+    }
+    mbsr_ida_get_stats(ida, &stats);
+    mbsr_ida_destroy(ida);
+    return stats.steps;
+}
+
+static void a_pendulum_falls_and_bends(void **state)
+{
+    (void)state;
+    static const double times[3] = {0.25, 0.5, 1.0};
+    static const double expected[3][4] = {
+        {-0.4565796816, -0.0000584925, -0.0000152478, -3.53564515},
+        {-1.6603994921, -0.0010816161, 0.0001565658, -5.25437787},
+        {-3.1324277197, -0.0015821338, 0.0003182206, 0.61866007}};
+    test_flexible w;
+    double x[9], u[9];
+    test_flexible_pendulum(&w, 100.0);
+    memset(w.q, 0, sizeof w.q);
+    memset(w.u, 0, sizeof w.u);
+    run(&w, 1e-11, 3, times, x, u);
+    for (int k = 0; k < 3; ++k) {
+        for (int l = 0; l < 3; ++l) assert_close(x[3 * k + l], expected[k][l], 2e-8);
+        assert_close(u[3 * k], expected[k][3], 1e-5);
+    }
+    test_flexible_free(&w);
+}
+
+static void a_massless_mode_follows_its_loads(void **state)
+{
+    (void)state;
+    static const double end = 0.5;
+    static const double expected[4] = {-1.4448731107, 0.0069695151, 0.0355977591, 0.0014206962},
+                        rates[3] = {-7.221254383, 0.032596331, -0.631540908};
+    static const double tolerance[3] = {1e-6, 1e-8, 1e-10}, off[3] = {5e-5, 1e-6, 2e-8};
+    static const long most[3] = {170, 350, 750};
+    test_flexible w;
+    double x[4], u[4];
+    test_flexible_massless(&w);
+    for (int k = 0; k < 3; ++k) {
+        const long steps = run(&w, tolerance[k], 1, &end, x, u);
+        print_message("tolerance %.0e: %ld steps\n", tolerance[k], steps);
+        assert_in_range(steps, 10, most[k]);
+        for (int l = 0; l < 4; ++l) assert_close(x[l], expected[l], off[k]);
+    }
+    for (int l = 0; l < 3; ++l) assert_close(u[l], rates[l], 1e-5);
+    test_flexible_free(&w);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_pendulum_falls_and_bends),
+        cmocka_unit_test(a_massless_mode_follows_its_loads),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
