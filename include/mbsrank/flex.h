@@ -91,6 +91,45 @@ MBSR_API int mbsr_flex_data(const mbsr_flex *flex, mbsr_flex_def *data);
  * (s). */
 MBSR_API int mbsr_flex_mass_matrix(const mbsr_flex *flex, const double *s, double *M);
 
+/* ---- beams ---- */
+
+/* A straight, slender, uniform beam along x, held at its root, x = 0 (Euler and Bernoulli; cubic finite
+ * elements for bending, linear ones for stretching and torsion). */
+typedef struct mbsr_beam_def {
+    int cookie;        /* set by mbsr_default_beam_def */
+    double length;     /* m, > 0 */
+    double density;    /* kg/m, >= 0 */
+    double EA;         /* N: stretching; here and below 0, the default: it does not deform so */
+    double EI_y, EI_z; /* N m^2: bending about y (displacement along z) and about z (along y) */
+    double GJ;         /* N m^2: torsion */
+    double radius_y,
+        radius_z;     /* m, >= 0: radii of gyration of the section along y and z; default 0:
+                                * its mass is on the axis, and torsion has none */
+    double tip_mass;  /* kg, >= 0: a particle at the end */
+    int elements;     /* 1 .. 40, default 15: from 8 on the first modes are exact to 1e-6 */
+    int modes;        /* normal modes at most, the lowest ones; default 4 */
+    double frequency; /* rad/s: no normal mode above; default INFINITY */
+    int loaded;       /* nodes that get static modes for all their loads; default 0 */
+    const int *node;  /* these: 1 .. elements */
+    double cutoff;    /* rad/s: static modes above it are massless; default 0: all of them */
+    double damping;   /* ratio zeta >= 0 of all modes, see below; default 0 */
+    mbsr_allocator allocator; /* default: malloc and free */
+} mbsr_beam_def;
+
+MBSR_API mbsr_beam_def mbsr_default_beam_def(void);
+
+/* Modal data of a beam whose frame is its root: markers 0 .. elements are its nodes, at x = k length /
+ * elements, along the axes of the beam.
+ *
+ * Modes are first the normal modes of the beam clamped at the root, of mass 1, by frequency; then residual
+ * attachment modes of the loaded nodes, K^-1 F less what the normal modes have of it, made independent
+ * and diagonal, by frequency. So deflections under loads at these nodes are exact (as finite elements
+ * are) whatever `modes` is. Those with omega <= cutoff have mass 1, the others none and K = 1. Damping is 2 zeta omega of modes with mass; of a
+ * massless one D = 2 zeta / omega_c K, omega_c the cutoff or the highest frequency with mass, what is larger.
+ *
+ * Statuses of mbsr_flex_create; MBSR_ERR_VALUE names the field. */
+MBSR_API int mbsr_flex_beam(const mbsr_beam_def *def, mbsr_flex **flex, mbsr_error *error);
+
 /* ---- in a tree ---- */
 
 /* Inertia of a FLEXIBLE body with these data. Here and below, `flex` that is NULL is refused when

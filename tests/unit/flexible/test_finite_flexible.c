@@ -8,10 +8,11 @@
 
 /* Functions that the trials below call. */
 static const char *const functions[] = {
-    "mbsr_default_flex_def", "mbsr_default_flexible_def", "mbsr_flex_create",
-    "mbsr_flex_data",        "mbsr_flex_destroy",         "mbsr_flex_mass_matrix",
-    "mbsr_force_elastic",    "mbsr_inertia_flexible",     "mbsr_joint_marker",
-    "mbsr_joint_mount",      "mbsr_model_add_flexible",   "mbsr_model_add_marker"};
+    "mbsr_default_beam_def",     "mbsr_flex_beam",        "mbsr_default_flex_def",
+    "mbsr_default_flexible_def", "mbsr_flex_create",      "mbsr_flex_data",
+    "mbsr_flex_destroy",         "mbsr_flex_mass_matrix", "mbsr_force_elastic",
+    "mbsr_inertia_flexible",     "mbsr_joint_marker",     "mbsr_joint_mount",
+    "mbsr_model_add_flexible",   "mbsr_model_add_marker"};
 
 enum { MODES = 2, D = 6 + MODES };
 
