@@ -1,0 +1,72 @@
+#!/bin/sh
+# The commands of mbsrank: what they write, what they refuse, how they end.
+# SPDX-License-Identifier: BSD-3-Clause
+# Usage: commands.sh PROGRAM PROJECT_DIR WITH_RUN (1 or 0)
+set -u
+program=$1
+models=$2/examples/models
+with_run=$3
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+failed=0
+
+# ends CODE WORDS ARGUMENT...: ends with that code and says the words on either stream.
+ends() {
+    code=$1 words=$2
+    shift 2
+    "$program" "$@" >"$work/out" 2>"$work/err" </dev/null
+    got=$?
+    if [ $got -ne "$code" ] || ! cat "$work/out" "$work/err" | grep -q -e "$words"; then
+        echo "mbsrank $*: ended with $got, expected $code and '$words'"
+        cat "$work/out" "$work/err"
+        failed=1
+    fi
+}
+
+ends 0 'usage: mbsrank COMMAND' --help
+ends 0 '^mbsrank [0-9]' --version
+ends 2 'no command' fly
+ends 2 'help'
+for command in info check; do
+    ends 0 "usage: mbsrank $command" $command --help
+    ends 2 'there is no file' $command
+    ends 2 'no option --fast' $command "$models/arm.urdf" --fast
+    ends 2 'second one' $command "$models/arm.urdf" "$models/arm.urdf"
+    ends 2 '--start needs a value' $command "$models/arm.urdf" --start
+    ends 3 'cannot be read' $command "$work/none.urdf"
+done
+
+ends 0 'mass 7.7 kg' info "$models/arm.urdf"
+ends 0 "slide 'damper' q\[1\]" info "$models/quarter_car.xml"
+ends 0 '"nq": 7, "nu": 7, "rows": 1' info --json "$models/arm.urdf"
+ends 2 "no key 'up'" info --start up "$models/quarter_car.xml"
+printf '<robot name="r">\n<link name="a"/>\n<link name="b"/>\n</robot>\n' >"$work/two.urdf"
+ends 3 "two.urdf:3: link 'b': there is a second root" info "$work/two.urdf"
+printf '<robot name="r">\n<link name="a"/>\n</robot>\n' >"$work/one.urdf"
+ends 0 "one.urdf:2: link 'a': it has no <inertial>" info "$work/one.urdf"
+ends 3 'strict' info --strict "$work/one.urdf"
+ends 1 '6 undetermined' check --floating "$work/one.urdf"
+ends 1 '"undetermined": 6' check --json --floating "$work/one.urdf"
+ends 0 '1 damped, 0 elastic, 0 undetermined; index 1' check "$models/quarter_car.xml"
+ends 0 '"determined": true' check --json "$models/arm.urdf"
+
+if [ "$with_run" = 1 ]; then
+    ends 2 't-end' run "$models/arm.urdf"
+    ends 2 'not a positive number' run "$models/arm.urdf" --t-end=-1
+    ends 2 "no joint 'nose'" run "$models/arm.urdf" --t-end 1 --output nose
+    ends 0 '^t,elbow,hand.pos.x,hand.pos.y' run "$models/arm.urdf" --t-end 0.1 --output elbow,hand.pos
+    "$program" run "$models/quarter_car.xml" --t-end 1 --start pushed --quiet -o "$work/car.csv" ||
+        { echo "the quarter car does not run"; failed=1; }
+    [ "$(wc -l <"$work/car.csv")" -eq 102 ] || { echo "not 101 states"; failed=1; }
+    # in the end the tyre carries 336 kg, 10 mm higher than without: 0.019 - 336 * 9.81 / 180000 + 0.01 m
+    printf 't,road\n0,0\n0.5,0.01\n' >"$work/road.csv"
+    "$program" run "$models/quarter_car.xml" --t-end 8 --inputs "$work/road.csv" --quiet \
+        --output tyre,damper,rubber --step 0.5 --rtol 1e-8 --atol 1e-10 >"$work/lifted.csv"
+    awk -F, 'END { if (!($2 > 0.010687 && $2 < 0.010689)) { print "the tyre ends at", $2; exit 1 } }' \
+        "$work/lifted.csv" || failed=1
+    printf 't,road\n1,0\n1,0\n' >"$work/bad.csv"
+    ends 3 'bad.csv:3: times must ascend' run "$models/quarter_car.xml" --t-end 1 --inputs "$work/bad.csv"
+    printf 't,rocket\n' >"$work/bad.csv"
+    ends 3 "no actuator 'rocket'" run "$models/quarter_car.xml" --t-end 1 --inputs "$work/bad.csv"
+fi
+exit $failed

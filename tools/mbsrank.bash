@@ -1,0 +1,25 @@
+# Completion of mbsrank in bash.
+# SPDX-License-Identifier: BSD-3-Clause
+_mbsrank() {
+    local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD-1]}
+    local common="--start --floating --strict --help"
+    COMPREPLY=()
+    if [ "$COMP_CWORD" -eq 1 ]; then
+        mapfile -t COMPREPLY < <(compgen -W "info check run --help --version" -- "$word")
+        return
+    fi
+    case $before in
+    --form) mapfile -t COMPREPLY < <(compgen -W "momentum index1" -- "$word"); return ;;
+    esac
+    case $word in
+    -*)
+        if [ "${COMP_WORDS[1]}" = run ]; then
+            common="$common --t-end --step --rtol --atol --form --inputs --output -o --quiet"
+        else
+            common="$common --json"
+        fi
+        mapfile -t COMPREPLY < <(compgen -W "$common" -- "$word") ;;
+    *) mapfile -t COMPREPLY < <(compgen -f -- "$word") ;;
+    esac
+}
+complete -o filenames -F _mbsrank mbsrank

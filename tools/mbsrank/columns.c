@@ -1,0 +1,141 @@
+/* Columns of a run: see columns.h.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "mbsrank/columns.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static bool add(columns *c, column new)
+{
+    column *list = realloc(c->list, ((size_t)c->count + 1) * sizeof *list);
+    if (!list) return false;
+    c->list = list;
+    list[c->count++] = new;
+    return true;
+}
+
+/* q, or u with `rate`, of joint number k. */
+static bool add_joint(const program_model *m, int k, bool rate, columns *c)
+{
+    static const char *const parts[] = {"w", "x", "y", "z"}, *const free_q[] = {"w", "x",  "y",
+                                                                                "z", "px", "py",
+                                                                                "pz"},
+                             *const free_u[] = {"wx", "wy", "wz", "vx", "vy", "vz"};
+    const mbsr_file_joint *j = m->file->joint + k;
+    const bool ball = j->kind == MBSR_FILE_BALL, free = j->kind == MBSR_FILE_FREE;
+    const int n = ball ? (rate ? 3 : 4) : free ? (rate ? 6 : 7) : 1;
+    int q, u;
+    mbsr_body_coordinates(m->model, j->body, &q, NULL, &u, NULL);
+    for (int l = 0; l < n; ++l) {
+        column new = {.kind = rate ? COLUMN_U : COLUMN_Q,
+                      .at = rate ? u + j->coordinate + l : q + j->position + l};
+        const char *part = free ? (rate ? free_u : free_q)[l] : parts[rate ? l + 1 : l],
+                   *name = j->name[0] ? j->name : "joint";
+        snprintf(new.name, sizeof new.name, "%.150s%s%s%s", name, rate ? ".rate" : "",
+                 n > 1 ? "." : "", n > 1 ? part : "");
+        if (!add(c, new)) return false;
+    }
+    return true;
+}
+
+static bool add_position(int body, const char *name, columns *c)
+{
+    for (int l = 0; l < 3; ++l) {
+        column new = {.kind = COLUMN_POSITION, .at = body, .part = l};
+        snprintf(new.name, sizeof new.name, "%.150s.%c", name, "xyz"[l]);
+        if (!add(c, new)) return false;
+    }
+    return true;
+}
+
+static bool ends_with(char *name, const char *ending)
+{
+    const size_t length = strlen(name), tail = strlen(ending);
+    if (length <= tail || strcmp(name + length - tail, ending) != 0) return false;
+    name[length - tail] = '\0';
+    return true;
+}
+
+static int add_name(const program_model *m, const char *given, columns *c)
+{
+    char name[200];
+    bool good;
+    snprintf(name, sizeof name, "%.190s", given);
+    int joint = mbsr_file_find_joint(m->file, name);
+    if (strcmp(name, "energy") == 0) {
+        good = add(c, (column){.name = "kinetic", .kind = COLUMN_KINETIC}) &&
+               add(c, (column){.name = "potential", .kind = COLUMN_POTENTIAL});
+    } else if (joint >= 0) {
+        good = add_joint(m, joint, false, c);
+    } else if (ends_with(name, ".rate")) {
+        joint = mbsr_file_find_joint(m->file, name);
+        if (joint < 0) return complain(USAGE, "--output: there is no joint '%s'", name);
+        good = add_joint(m, joint, true, c);
+    } else if (ends_with(name, ".pos")) {
+        const int body = mbsr_model_find_body(m->model, name);
+        if (body < 0) return complain(USAGE, "--output: there is no body '%s'", name);
+        good = add_position(body, given, c);
+    } else {
+        return complain(USAGE, "--output: there is no joint '%s'", name);
+    }
+    return good ? DONE : complain(FAILED, "no memory");
+}
+
+int columns_make(const program_model *m, const char *names, columns *c)
+{
+    int code = DONE;
+    *c = (columns){.list = NULL};
+    for (int k = 0; !names && k < m->file->joints; ++k) {
+        if (!add_joint(m, k, false, c)) return complain(FAILED, "no memory");
+    }
+    while (names && !code) {
+        const size_t length = strcspn(names, ",");
+        char name[200];
+        snprintf(name, sizeof name, "%.*s", (int)(length < 190 ? length : 190), names);
+        code = add_name(m, name, c);
+        names = names[length] ? names + length + 1 : NULL;
+    }
+    return code;
+}
+
+void columns_head(const columns *c, FILE *to)
+{
+    fputs("t", to);
+    for (int k = 0; k < c->count; ++k) {
+        /* in quotes where a comma or a quote is part of it */
+        if (!strpbrk(c->list[k].name, ",\"\n")) {
+            fprintf(to, ",%s", c->list[k].name);
+            continue;
+        }
+        fputs(",\"", to);
+        for (const char *s = c->list[k].name; *s; ++s) fprintf(to, *s == '"' ? "\"\"" : "%c", *s);
+        fputc('"', to);
+    }
+    fputc('\n', to);
+}
+
+int columns_write(const columns *c, const mbsr_model *model, mbsr_data *data, double t,
+                  const double *q, const double *u, FILE *to)
+{
+    double kinetic = 0.0, potential = 0.0, pose[MBSR_POSE_SIZE];
+    int status = MBSR_OK;
+    for (int k = 0; k < c->count && !status; ++k) {
+        if (c->list[k].kind < COLUMN_KINETIC) continue;
+        status = mbsr_energy(model, data, &kinetic, &potential);
+        break;
+    }
+    fprintf(to, "%.17g", t);
+    for (int k = 0; k < c->count && !status; ++k) {
+        const column *one = c->list + k;
+        double value = one->kind == COLUMN_KINETIC ? kinetic : potential;
+        if (one->kind == COLUMN_Q) value = q[one->at];
+        if (one->kind == COLUMN_U) value = u[one->at];
+        if (one->kind == COLUMN_POSITION) {
+            status = mbsr_body_pose(model, data, one->at, pose);
+            value = pose[MBSR_POSE_X + one->part];
+        }
+        fprintf(to, ",%.17g", value);
+    }
+    fputc('\n', to);
+    return status ? complain(FAILED, "%s", mbsr_data_error(data)->text) : DONE;
+}

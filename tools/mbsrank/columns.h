@@ -1,0 +1,36 @@
+/* What a run writes: columns by name.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRANK_COLUMNS_H
+#define MBSRANK_COLUMNS_H
+
+#include "mbsrank/program.h"
+
+typedef enum column_kind {
+    COLUMN_Q,
+    COLUMN_U,
+    COLUMN_POSITION,
+    COLUMN_KINETIC,
+    COLUMN_POTENTIAL
+} column_kind;
+
+typedef struct column {
+    char name[200];
+    column_kind kind;
+    int at, part; /* place in q or u; or body and axis */
+} column;
+
+typedef struct columns {
+    column *list;
+    int count;
+} columns;
+
+/* Of names between commas: a joint (its q), NAME.rate (its u), NAME.pos of a body (its origin), energy;
+ * NULL: all joints. A code. */
+int columns_make(const program_model *m, const char *names, columns *c);
+
+/* A line of CSV: t and the columns at this state, at which the data is at mbsr_velocities. */
+int columns_write(const columns *c, const mbsr_model *model, mbsr_data *data, double t,
+                  const double *q, const double *u, FILE *to);
+void columns_head(const columns *c, FILE *to);
+
+#endif

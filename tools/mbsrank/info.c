@@ -1,0 +1,109 @@
+/* mbsrank info: what a model consists of.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "mbsrank/program.h"
+
+#include <stdlib.h>
+
+static const char *const kinds[] = {"fixed", "hinge", "slide", "ball", "free"};
+
+/* Mass of all bodies at the start; a code. */
+static int weigh(const program_model *m, const double *q, double *mass, double centre[3])
+{
+    const int n = mbsr_model_nu(m->model);
+    double *u = calloc((size_t)n + 1, sizeof *u);
+    int status = u ? mbsr_positions(m->model, m->data, 0.0, q) : MBSR_ERR_NO_MEMORY;
+    if (!status) status = mbsr_velocities(m->model, m->data, u);
+    if (!status) status = mbsr_tree_momentum(m->model, m->data, NULL, mass, centre, NULL);
+    free(u);
+    return status ? complain(FAILED, "%s", mbsr_data_error(m->data)->text) : DONE;
+}
+
+static void print_text(const program_model *m, double mass, const double centre[3])
+{
+    const mbsr_file *f = m->file;
+    printf("%s: %d bodies, %d joints, nq %d, nu %d, %d closures with %d rows\n",
+           f->name[0] ? f->name : "(no name)", f->bodies, f->joints, f->nq, f->nu,
+           mbsr_model_closures(m->model), mbsr_model_rows(m->model));
+    printf("mass %.9g kg, centre of mass (%.6g, %.6g, %.6g) m as drawn\n", mass, centre[0],
+           centre[1], centre[2]);
+    for (int k = 0; k < f->bodies; ++k) {
+        int depth = 0, nq, n, q;
+        for (int p = mbsr_body_parent(m->model, k); p >= 0; p = mbsr_body_parent(m->model, p))
+            ++depth;
+        mbsr_body_coordinates(m->model, k, &q, &nq, NULL, &n);
+        printf("%*s%s", 2 * depth, "", f->body_name[k][0] ? f->body_name[k] : "(no name)");
+        for (int j = 0; j < f->joints; ++j) {
+            if (f->joint[j].body != k) continue;
+            printf("  %s '%s' q[%d]", kinds[f->joint[j].kind], f->joint[j].name,
+                   q + f->joint[j].position);
+        }
+        putchar('\n');
+    }
+    for (int k = 0; k < f->actuators; ++k)
+        printf("actuator '%s'%s\n", f->actuator[k].name,
+               f->actuator[k].force == MBSR_NONE ? " (left out)" : "");
+    for (int k = 0; k < f->keys; ++k) printf("key '%s'\n", f->key[k].name);
+    printf("%d findings\n", f->findings);
+}
+
+static void print_joints(const program_model *m)
+{
+    const mbsr_file *f = m->file;
+    for (int k = 0; k < f->joints; ++k) {
+        int q, u;
+        mbsr_body_coordinates(m->model, f->joint[k].body, &q, NULL, &u, NULL);
+        printf("%s{\"name\": ", k > 0 ? ", " : "");
+        put_json(stdout, f->joint[k].name);
+        printf(", \"type\": \"%s\", \"body\": %d, \"q\": %d, \"u\": %d}", kinds[f->joint[k].kind],
+               f->joint[k].body, q + f->joint[k].position, u + f->joint[k].coordinate);
+    }
+}
+
+static void print_json(const program_model *m, double mass, const double centre[3])
+{
+    const mbsr_file *f = m->file;
+    printf("{\"name\": ");
+    put_json(stdout, f->name);
+    printf(", \"nq\": %d, \"nu\": %d, \"rows\": %d, \"mass\": %.17g, \"centre\": [%.17g, %.17g, "
+           "%.17g], \"bodies\": [",
+           f->nq, f->nu, mbsr_model_rows(m->model), mass, centre[0], centre[1], centre[2]);
+    for (int k = 0; k < f->bodies; ++k) {
+        printf("%s{\"name\": ", k > 0 ? ", " : "");
+        put_json(stdout, f->body_name[k]);
+        printf(", \"parent\": %d}", mbsr_body_parent(m->model, k));
+    }
+    printf("], \"joints\": [");
+    print_joints(m);
+    printf("], \"findings\": [");
+    for (int k = 0; k < f->findings; ++k) {
+        printf("%s{\"file\": ", k > 0 ? ", " : "");
+        put_json(stdout, f->finding[k].file);
+        printf(", \"line\": %d, \"element\": ", f->finding[k].line);
+        put_json(stdout, f->finding[k].element);
+        printf(", \"text\": ");
+        put_json(stdout, f->finding[k].text);
+        putchar('}');
+    }
+    puts("]}");
+}
+
+int run_info(int argc, char **argv)
+{
+    program_options o = {.path = NULL};
+    program_model m;
+    const double *q, *u;
+    double mass = 0.0, centre[3] = {0.0};
+    int code = DONE;
+    for (int at = 0; at < argc && !code; ++at) {
+        if (!common_option(argc, argv, &at, &o, &code))
+            code = complain(USAGE, "info: there is no option %s", argv[at]);
+        if (at < 0) break;
+    }
+    if (code) return code;
+    code = open_model(&o, o.json, &m);
+    if (!code) code = start_state(&o, &m, &q, &u);
+    if (!code) code = weigh(&m, q, &mass, centre);
+    if (!code) (o.json ? print_json : print_text)(&m, mass, centre);
+    close_model(&m);
+    return code;
+}

@@ -1,0 +1,75 @@
+/* mbsrank: models from files on the command line.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "mbsrank/program.h"
+
+#include <string.h>
+
+typedef struct command {
+    const char *name, *line, *help;
+    int (*run)(int argc, char **argv);
+} command;
+
+#define COMMON                                                                                     \
+    "  --start NAME   start from this key of the file, not as drawn\n"                             \
+    "  --floating     URDF: the root link is free\n"                                               \
+    "  --strict       refuse files with findings\n"
+
+static const command commands[] = {
+    {"info", "what a model consists of",
+     "usage: mbsrank info FILE [options]\n"
+     "Writes the tree of bodies with their joints, masses, actuators, keys and findings.\n"
+     "  --json         for a script to read\n" COMMON,
+     run_info},
+    {"check", "index and ranks at the start; exit 1 when something is undetermined",
+     "usage: mbsrank check FILE [options]\n"
+     "Says which directions have mass and which damping, springs or nothing determines.\n"
+     "  --json         for a script to read\n" COMMON,
+     run_check},
+#if defined(MBSR_WITH_IDA)
+    {"run", "integrate from the start and write CSV",
+     "usage: mbsrank run FILE --t-end T [options]\n"
+     "  --t-end T      end, s\n"
+     "  --step H       from output to output, s; default T / 100\n"
+     "  --rtol R, --atol A   tolerances, default 1e-6\n"
+     "  --form F       momentum (default) or index1\n"
+     "  --inputs FILE  CSV with t and names of actuators; each line holds from its time on\n"
+     "  --output NAMES between commas: JOINT, JOINT.rate, BODY.pos, energy; default all joints\n"
+     "  -o FILE        instead of standard output\n"
+     "  --quiet        neither progress nor findings\n" COMMON,
+     run_run},
+#endif
+};
+enum { COMMANDS = sizeof commands / sizeof *commands };
+
+static void print_help(void)
+{
+    puts("usage: mbsrank COMMAND FILE [options]\n"
+         "Models of URDF and MJCF: trees of bodies, of which some may have no mass.\n");
+    for (int k = 0; k < COMMANDS; ++k) printf("  %-7s %s\n", commands[k].name, commands[k].line);
+    puts("\nmbsrank COMMAND --help tells the options of each. The file - is standard input.\n"
+         "Exit: 0 done, 1 undetermined (check), 2 wrong use, 3 a file cannot be read, 4 failed.");
+}
+
+int main(int argc, char **argv)
+{
+    const char *name = argc > 1 ? argv[1] : "";
+    if (strcmp(name, "--version") == 0) {
+        printf("mbsrank %s\n", mbsr_version());
+        return DONE;
+    }
+    if (strcmp(name, "--help") == 0 || strcmp(name, "-h") == 0) {
+        print_help();
+        return DONE;
+    }
+    for (int k = 0; k < COMMANDS; ++k) {
+        if (strcmp(name, commands[k].name) != 0) continue;
+        for (int l = 2; l < argc; ++l) {
+            if (strcmp(argv[l], "--help") != 0 && strcmp(argv[l], "-h") != 0) continue;
+            fputs(commands[k].help, stdout);
+            return DONE;
+        }
+        return commands[k].run(argc - 2, argv + 2);
+    }
+    return complain(USAGE, *name ? "there is no command '%s'; mbsrank --help" : "mbsrank --help",
+                    name);
+}

@@ -1,0 +1,101 @@
+/* Models from files, for every command.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "mbsrank/program.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+bool common_option(int argc, char **argv, int *at, program_options *o, int *code)
+{
+    const char *argument = argv[*at], *value;
+    if (strcmp(argument, "--json") == 0) {
+        o->json = true;
+    } else if (strcmp(argument, "--strict") == 0) {
+        o->strict = true;
+    } else if (strcmp(argument, "--floating") == 0) {
+        o->floating = true;
+    } else if ((value = option_value(argc, argv, at, "--start"))) {
+        o->start = value;
+    } else if (*at < 0) {
+        *code = USAGE;
+    } else if (argument[0] != '-' || argument[1] == '\0') {
+        if (o->path) *code = complain(USAGE, "one file at a time: '%s' is a second one", argument);
+        o->path = argument;
+    } else {
+        return false;
+    }
+    return true;
+}
+
+/* ---- other files ---- */
+
+typedef struct loaded {
+    char *text[256];
+    int count;
+} loaded;
+
+static int load(void *user, const char *path, const char **text, size_t *size)
+{
+    loaded *l = user;
+    char *contents = l->count < 256 ? read_file(path, size) : NULL;
+    if (!contents) return 1;
+    l->text[l->count++] = contents;
+    *text = contents;
+    return 0;
+}
+
+static int read_model(const program_options *o, program_model *m)
+{
+    loaded others = {.count = 0};
+    mbsr_file_opt opt = mbsr_default_file_opt();
+    mbsr_error error;
+    size_t size;
+    m->text = read_file(o->path, &size);
+    if (!m->text) return complain(NOT_READ, "%s cannot be read", o->path);
+    opt.strict = o->strict;
+    opt.floating = o->floating;
+    opt.load = load;
+    opt.user = &others;
+    const int status = mbsr_file_read(m->text, size, o->path, &opt, &m->file, &error);
+    for (int k = 0; k < others.count; ++k) free(others.text[k]);
+    return status ? complain(NOT_READ, "%s", error.text) : DONE;
+}
+
+int open_model(const program_options *o, bool quiet, program_model *m)
+{
+    mbsr_error error;
+    *m = (program_model){.text = NULL};
+    if (!o->path) return complain(USAGE, "there is no file; mbsrank --help");
+    const int code = read_model(o, m);
+    if (code) return code;
+    m->model = m->file->model;
+    for (int k = 0; k < m->file->findings && !quiet; ++k) {
+        const mbsr_finding *f = m->file->finding + k;
+        fprintf(stderr, "%s:%d: %s: %s\n", f->file, f->line, f->element, f->text);
+    }
+    if (mbsr_model_finish(m->model))
+        return complain(NOT_READ, "%s: %s", o->path, mbsr_model_error(m->model)->text);
+    if (mbsr_data_create(m->model, &m->data, &error)) return complain(FAILED, "%s", error.text);
+    return DONE;
+}
+
+void close_model(program_model *m)
+{
+    mbsr_data_destroy(m->data);
+    mbsr_file_destroy(m->file);
+    free(m->text);
+}
+
+int start_state(const program_options *o, const program_model *m, const double **q,
+                const double **u)
+{
+    *q = m->file->q0;
+    *u = NULL;
+    if (!o->start) return DONE;
+    const int key = mbsr_file_find_key(m->file, o->start);
+    if (key < 0) return complain(USAGE, "%s has no key '%s'", o->path, o->start);
+    *q = m->file->key[key].q;
+    *u = m->file->key[key].u;
+    for (int k = 0; k < m->file->actuators; ++k) m->file->control[k] = m->file->key[key].control[k];
+    return DONE;
+}

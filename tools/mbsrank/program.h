@@ -1,0 +1,67 @@
+/* What the commands of mbsrank share.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRANK_PROGRAM_H
+#define MBSRANK_PROGRAM_H
+
+#include <mbsrank/files.h>
+#include <mbsrank/mbsrank.h>
+
+#include <stdbool.h>
+#include <stdio.h>
+
+/* How the program ends. */
+enum { DONE = 0, UNDETERMINED = 1, USAGE = 2, NOT_READ = 3, FAILED = 4 };
+
+/* ---- text.c ---- */
+
+/* "mbsrank: ..." on stderr; returns `code`. */
+int complain(int code, const char *format, ...) __attribute__((format(printf, 2, 3)));
+
+/* A string of JSON, quoted. */
+void put_json(FILE *to, const char *text);
+
+/* The whole file, with a NUL behind it; NULL: it cannot be read. */
+char *read_file(const char *path, size_t *size);
+
+/* The value of option `name` at argv[*at] ("--name value" or "--name=value"), which moves on; NULL: it is
+ * another. Without a value complains and sets *at to -1. */
+const char *option_value(int argc, char **argv, int *at, const char *name);
+
+/* A positive number alone; false: complains. */
+bool option_number(const char *name, const char *value, double *number);
+
+/* ---- model.c ---- */
+
+/* A file with its model finished, and data. */
+typedef struct program_model {
+    char *text;
+    mbsr_file *file;
+    mbsr_model *model; /* owned by the file until it is taken */
+    mbsr_data *data;
+} program_model;
+
+/* Options that every command has. */
+typedef struct program_options {
+    const char *path;
+    const char *start; /* of a key; NULL: as drawn */
+    bool json, strict, floating;
+} program_options;
+
+/* Takes a common option at argv[*at]; false: it is none. Code in *code, DONE as long as all is well. */
+bool common_option(int argc, char **argv, int *at, program_options *o, int *code);
+
+/* DONE, or a code after a complaint. Findings go to stderr unless `quiet`. */
+int open_model(const program_options *o, bool quiet, program_model *m);
+void close_model(program_model *m);
+
+/* The state to start from: q and u of the key named, else as drawn; a code. */
+int start_state(const program_options *o, const program_model *m, const double **q,
+                const double **u);
+
+/* ---- commands ---- */
+
+int run_info(int argc, char **argv);
+int run_check(int argc, char **argv);
+int run_run(int argc, char **argv);
+
+#endif

@@ -1,0 +1,85 @@
+/* Texts in and out.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "mbsrank/program.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+
+int complain(int code, const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    fputs("mbsrank: ", stderr);
+    vfprintf(stderr, format, arguments);
+    fputc('\n', stderr);
+    va_end(arguments);
+    return code;
+}
+
+void put_json(FILE *to, const char *text)
+{
+    fputc('"', to);
+    for (; *text; ++text) {
+        const unsigned char c = (unsigned char)*text;
+        if (c == '"' || c == '\\')
+            fprintf(to, "\\%c", c);
+        else if (c < 0x20)
+            fprintf(to, "\\u%04x", c);
+        else
+            fputc(c, to);
+    }
+    fputc('"', to);
+}
+
+char *read_file(const char *path, size_t *size)
+{
+    FILE *file = strcmp(path, "-") == 0 ? stdin : fopen(path, "rb");
+    char *text = NULL;
+    size_t room = 0;
+    *size = 0;
+    if (!file) return NULL;
+    for (size_t more = 1; more > 0;) {
+        if (room - *size < 2) {
+            room = room > 0 ? 2 * room : 1 << 16;
+            char *larger = realloc(text, room);
+            if (!larger) break;
+            text = larger;
+        }
+        more = fread(text + *size, 1, room - *size - 1, file);
+        *size += more;
+    }
+    const bool bad = ferror(file) != 0;
+    if (file != stdin) fclose(file);
+    if (bad) {
+        free(text);
+        return NULL;
+    }
+    if (text) text[*size] = '\0';
+    return text;
+}
+
+const char *option_value(int argc, char **argv, int *at, const char *name)
+{
+    const char *argument = argv[*at];
+    const size_t length = strlen(name);
+    if (strncmp(argument, name, length) != 0) return NULL;
+    if (argument[length] == '=') return argument + length + 1;
+    if (argument[length] != '\0') return NULL;
+    if (*at + 1 == argc) {
+        complain(USAGE, "%s needs a value", name);
+        *at = -1;
+        return NULL;
+    }
+    return argv[++*at];
+}
+
+bool option_number(const char *name, const char *value, double *number)
+{
+    char *end;
+    *number = strtod(value, &end);
+    if (*value && !*end && isfinite(*number) && *number > 0.0) return true;
+    complain(USAGE, "%s: '%s' is not a positive number", name, value);
+    return false;
+}
