@@ -2,15 +2,15 @@
 # Installs what is missing, builds a Release tree in build/release, runs the demo program, and plots
 # what it writes to demo-output/.
 # SPDX-License-Identifier: BSD-3-Clause
-# Usage: demo.sh [tree [BODIES] | loops]   `tree`: the second part, a tree of 9999 bodies; `loops`:
-# the third, a mechanism with three loops
+# Usage: demo.sh [tree [BODIES] | loops | file]   `tree`: the second part, a tree of 9999 bodies; `loops`:
+# the third, a mechanism with three loops; `file`: the fourth, models from files by the program mbsrank
 set -eu
 part=${1:-oscillators}
 case $part in
-oscillators | loops) ;;
+oscillators | loops | file) ;;
 tree) bodies=${2:-9999} ;;
 *)
-    echo "usage: $0 [tree [BODIES] | loops]" >&2
+    echo "usage: $0 [tree [BODIES] | loops | file]" >&2
     exit 2
     ;;
 esac
@@ -26,7 +26,18 @@ cmake -S . -B "$tree" ${generator[@]+"${generator[@]}"} -DCMAKE_BUILD_TYPE=Relea
 cmake --build "$tree" --parallel "$(getconf _NPROCESSORS_ONLN 2>/dev/null || echo 2)"
 
 mkdir -p "$output"
-"$tree/examples/demo_$part" "$output" ${bodies:+"$bodies"}
+if [ "$part" = file ]; then
+    for model in quarter_car.xml arm.urdf; do
+        "$tree/tools/mbsrank" info "examples/models/$model"
+        "$tree/tools/mbsrank" check "examples/models/$model"
+    done
+    "$tree/tools/mbsrank" run examples/models/quarter_car.xml --t-end 2 --step 0.005 --start pushed \
+        --output tyre,damper,rubber -o "$output/quarter_car.csv"
+    "$tree/tools/mbsrank" run examples/models/arm.urdf --t-end 4 --step 0.01 \
+        --output shoulder,elbow,pitch,hand.pos -o "$output/arm.csv"
+else
+    "$tree/examples/demo_$part" "$output" ${bodies:+"$bodies"}
+fi
 if command -v gnuplot >/dev/null; then
     script=$PWD/examples/$part.gp
     (cd "$output" && gnuplot "$script")
