@@ -211,6 +211,7 @@ bool mbsri_mjcf_read(mbsri_scene *s, mbsri_element *root)
     includes i = {.s = s, .folder = folder_of(s, root->file)};
     const char *name = mbsri_attribute(root, "model");
     s->name = name ? name : "";
+    m.home = i.folder;
     if (!i.folder || !expand(&i, root, 1)) return false;
     s->gravity[0] = s->gravity[1] = 0.0;
     s->gravity[2] = -9.81;

@@ -1,5 +1,6 @@
 /* Bodies of MJCF with their joints, inertias, shapes and sites.
  * SPDX-License-Identifier: BSD-3-Clause */
+#include "files/mesh.h"
 #include "files/mjcf_parts.h"
 #include "files/solids.h"
 
@@ -192,6 +193,61 @@ static bool read_size(mbsri_mjcf *m, const mbsri_node *node, mbsr_file_shape *sh
     return true;
 }
 
+/* The <mesh> of that name, which may be that of its file without ending; NULL: none. */
+static const mbsri_element *find_mesh(const mbsri_mjcf *m, const char *name)
+{
+    const mbsri_element *const *meshes = m->meshes.items;
+    for (int k = 0; name && k < m->meshes.count; ++k) {
+        const char *own = mbsri_attribute(meshes[k], "name"),
+                   *file = mbsri_attribute(meshes[k], "file");
+        const char *last = file ? strrchr(file, '/') : NULL;
+        if (last) file = last + 1;
+        const size_t length = strlen(name);
+        if (own ? strcmp(own, name) == 0
+                : file && strncmp(file, name, length) == 0 && file[length] == '.')
+            return meshes[k];
+    }
+    return NULL;
+}
+
+/* Its file, with the folder of meshes; NULL: it has none. */
+static const char *mesh_path(const mbsri_mjcf *m, const mbsri_element *mesh)
+{
+    const char *file = mesh ? mbsri_attribute(mesh, "file") : NULL;
+    char path[512];
+    if (!file || !m->folder || file[0] == '/') return file;
+    const int length = snprintf(path, sizeof path, "%.250s/%.250s", m->folder, file);
+    return mbsri_arena_text(m->s->arena, path, (size_t)length);
+}
+
+/* Volume, centre and tensor of a mesh; *known: it has them, else there is a finding. */
+static bool measure_mesh(mbsri_mjcf *m, const mbsri_element *e, const char *name, double *volume,
+                         double centre[3], double tensor[6], bool *known)
+{
+    const mbsri_element *mesh = find_mesh(m, name);
+    const char *file = mesh_path(m, mesh), *text, *wrong = "there is no such file";
+    double scale[3] = {1.0, 1.0, 1.0};
+    mbsri_node node;
+    char path[512];
+    size_t size;
+    *known = false;
+    if (mesh && (!mbsri_mjcf_node(m, mesh, "mesh", NULL, &node) ||
+                 !mbsri_mjcf_numbers(m, &node, "scale", 3, 3, scale, NULL)))
+        return false;
+    snprintf(path, sizeof path, "%.250s%.250s", file && file[0] == '/' ? "" : m->home,
+             file ? file : "");
+    if (mesh && (mbsri_attribute(mesh, "refpos") || mbsri_attribute(mesh, "refquat")))
+        wrong = "refpos and refquat are not read";
+    else if (file && m->s->opt->load && !m->s->opt->load(m->s->opt->user, path, &text, &size))
+        wrong = mbsri_mesh_solid(m->s->arena, text, size, scale, volume, centre, tensor);
+    *known = wrong == NULL;
+    if (wrong)
+        mbsri_file_find(m->s, e,
+                        "the mass of mesh '%.40s' is left out, its body has no <inertial>: %s",
+                        name ? name : "", wrong);
+    return true;
+}
+
 /* Its part of the inertia of the body. */
 static bool weigh(mbsri_mjcf *m, const mbsri_node *node, const mbsr_file_shape *shape, shapes *sum)
 {
@@ -204,33 +260,26 @@ static bool weigh(mbsri_mjcf *m, const mbsri_node *node, const mbsr_file_shape *
     if (mass < 0.0 || density < 0.0)
         return mbsri_file_refuse(m->s, node->e, "its mass or density is negative");
     if (group < m->groups[0] || group > m->groups[1]) return true;
-    if (shape->kind == MBSR_SHAPE_MESH && (given ? mass > 0.0 : density > 0.0))
-        mbsri_file_find(m->s, node->e,
-                        "the mass of a mesh is left out: its body has no <inertial>");
-    if (!mbsri_shape_solid(shape->kind, shape->size, &volume, I) || !(volume > 0.0)) return true;
+    mbsr_frame frame = shape->frame;
+    if (shape->kind == MBSR_SHAPE_MESH) {
+        double centre[3];
+        bool known;
+        if ((given ? mass : density) == 0.0) return true;
+        if (!measure_mesh(m, node->e, mbsri_mjcf_get(m, node, "mesh"), &volume, centre, I, &known))
+            return false;
+        if (!known) return true;
+        const mbsr_frame at_centre = mbsr_frame_at(centre[0], centre[1], centre[2]);
+        frame = mbsr_frame_product(&frame, &at_centre);
+    } else if (!mbsri_shape_solid(shape->kind, shape->size, &volume, I) || !(volume > 0.0)) {
+        return true;
+    }
     const double factor = given ? mass / volume : density;
     if (factor == 0.0) return true;
     for (int k = 0; k < 6; ++k) I[k] *= factor;
-    const mbsr_inertia own = mbsri_solid(m->s->arena, factor * volume, &shape->frame, I);
+    const mbsr_inertia own = mbsri_solid(m->s->arena, factor * volume, &frame, I);
     sum->inertia = sum->some ? mbsr_inertia_sum(sum->inertia, own) : own;
     sum->some = true;
     return true;
-}
-
-static const char *mesh_file(const mbsri_mjcf *m, const char *name)
-{
-    const mbsri_element *const *meshes = m->meshes.items;
-    for (int k = 0; name && k < m->meshes.count; ++k) {
-        const char *own = mbsri_attribute(meshes[k], "name"),
-                   *file = mbsri_attribute(meshes[k], "file");
-        if (own ? strcmp(own, name) != 0 : !file || strncmp(file, name, strlen(name)) != 0)
-            continue;
-        if (!file || !m->folder || file[0] == '/') return file;
-        char path[512];
-        const int length = snprintf(path, sizeof path, "%.250s/%.250s", m->folder, file);
-        return mbsri_arena_text(m->s->arena, path, (size_t)length);
-    }
-    return NULL;
 }
 
 static bool add_shape(mbsri_mjcf *m, const mbsri_element *e, const place *at, shapes *sum)
@@ -246,7 +295,8 @@ static bool add_shape(mbsri_mjcf *m, const mbsri_element *e, const place *at, sh
         !mbsri_mjcf_numbers(m, &node, "rgba", 4, 4, shape.colour, NULL))
         return false;
     shape.frame = mbsr_frame_product(at->frame, &shape.frame);
-    if (shape.kind == MBSR_SHAPE_MESH) shape.mesh = mesh_file(m, mbsri_mjcf_get(m, &node, "mesh"));
+    if (shape.kind == MBSR_SHAPE_MESH)
+        shape.mesh = mesh_path(m, find_mesh(m, mbsri_mjcf_get(m, &node, "mesh")));
     const char *touches = mbsri_mjcf_get(m, &node, "contype");
     shape.visual = touches && strcmp(touches, "0") == 0;
     if (sum && !weigh(m, &node, &shape, sum)) return false;

@@ -23,6 +23,7 @@ typedef struct mbsri_mjcf {
     char sequence[4]; /* of Euler angles */
     mbsri_from_shapes from_shapes;
     double groups[2];   /* of shapes that count for inertias */
+    const char *home;   /* folder of the file, with its slash */
     const char *folder; /* of meshes; NULL: none */
     mbsri_list classes, meshes;
 } mbsri_mjcf;

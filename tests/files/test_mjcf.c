@@ -252,6 +252,101 @@ static void equalities(void **state)
     close_scene(&s);
 }
 
+/* ---- meshes ---- */
+
+static char stl[84 + 12 * 50];
+
+static void put_float(char *to, double value)
+{
+    const float x = (float)value;
+    memcpy(to, &x, sizeof x);
+}
+
+/* A box from (0, 0, 0) to (1, 2, 3), twelve triangles with normals outwards. */
+static void make_box(void)
+{
+    static const int faces[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4},
+                                    {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
+    stl[80] = 12;
+    for (int k = 0; k < 12; ++k) {
+        for (int l = 0; l < 3; ++l) {
+            const int corner = faces[k / 2][l == 0 ? 0 : l + k % 2];
+            for (int r = 0; r < 3; ++r)
+                put_float(stl + 84 + 50 * k + 12 + 12 * l + 4 * r, corner >> r & 1 ? 1.0 + r : 0.0);
+        }
+    }
+}
+
+static int load_mesh(void *user, const char *path, const char **text, size_t *size)
+{
+    static const char obj[] = "# a tetrahedron, inside out\nv 0 0 0\nv 2 0 0\nv 0 2 0\nv 0 0 2\n"
+                              "f 1 2 3\nf 1//1 4//1 2//1\nf 1 3 4\nf -3 -1 -2\n",
+                      ascii[] = "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\n"
+                                "vertex 1 0 x\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n";
+    (void)user;
+    *text = strcmp(path, "d/m/box.stl") == 0     ? stl
+            : strcmp(path, "d/m/tetra.obj") == 0 ? obj
+            : strcmp(path, "d/m/bad.stl") == 0   ? ascii
+                                                 : NULL;
+    *size = *text == stl ? sizeof stl : *text ? strlen(*text) : 0;
+    return *text == NULL;
+}
+
+static mbsr_file *read_mesh(const char *file, const char *more)
+{
+    char text[600];
+    mbsr_file_opt opt = mbsr_default_file_opt();
+    mbsr_file *read;
+    mbsr_error error;
+    opt.load = load_mesh;
+    snprintf(
+        text, sizeof text,
+        MUJOCO("<compiler meshdir='m'/><asset><mesh name='a' file='%s' %s/></asset><worldbody>"
+               "<body name='b'><freejoint/><geom type='mesh' mesh='a' pos='0 0 5' density='1'/>"
+               "</body></worldbody>"),
+        file, more);
+    assert_ok(mbsr_file_read(text, strlen(text), "d/f.xml", &opt, &read, &error), &error);
+    return read;
+}
+
+/* Those of the same solids by formula. */
+static void inertias_of_meshes(void **state)
+{
+    (void)state;
+    make_box();
+    for (int k = 0; k < 2; ++k) {
+        mbsr_file *file = read_mesh("box.stl", k ? "scale='2 -2 2'" : "");
+        mbsr_data *d;
+        const double f = k ? 2.0 : 1.0, mass = 6.0 * f * f * f, u[6] = {0.0};
+        double M[36], m, centre[3];
+        assert_int_equal(file->findings, 0);
+        assert_string_equal(file->shape[0].mesh, "m/box.stl");
+        assert_ok(mbsr_model_finish(file->model), mbsr_model_error(file->model));
+        assert_ok(mbsr_data_create(file->model, &d, NULL), NULL);
+        assert_ok(mbsr_positions(file->model, d, 0.0, file->q0), mbsr_data_error(d));
+        assert_ok(mbsr_velocities(file->model, d, u), mbsr_data_error(d));
+        assert_ok(mbsr_tree_momentum(file->model, d, NULL, &m, centre, NULL), mbsr_data_error(d));
+        assert_close(m, mass, 1e-13 * mass);
+        assert_close(centre[1], k ? -2.0 : 1.0, 1e-14);
+        assert_close(centre[2], 5.0 + 1.5 * f, 1e-14);
+        assert_ok(mbsr_mass_matrix(file->model, d, M), mbsr_data_error(d));
+        const double about_x = mass * (4.0 + 9.0) * f * f / 12.0 +
+                               mass * (centre[1] * centre[1] + centre[2] * centre[2]);
+        assert_close(M[0], about_x, 1e-12 * about_x);
+        mbsr_data_destroy(d);
+        mbsr_file_destroy(file);
+    }
+    mbsr_file *file = read_mesh("tetra.obj", "");
+    assert_int_equal(file->findings, 0);
+    mbsr_file_destroy(file);
+    file = read_mesh("none.stl", "");
+    assert_found(file, "geom", "mesh 'a'|no <inertial>|no such file");
+    mbsr_file_destroy(file);
+    file = read_mesh("bad.stl", "");
+    assert_found(file, "geom", "a vertex is not 3 numbers");
+    mbsr_file_destroy(file);
+}
+
 /* ---- includes ---- */
 
 static int load(void *user, const char *path, const char **text, size_t *size)
@@ -343,10 +438,15 @@ static void refused_files(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(orientations),          cmocka_unit_test(several_joints_on_a_body),
-        cmocka_unit_test(classes_and_frames),    cmocka_unit_test(inertias_of_shapes),
-        cmocka_unit_test(actuators_and_tendons), cmocka_unit_test(equalities),
-        cmocka_unit_test(other_files),           cmocka_unit_test(findings),
+        cmocka_unit_test(orientations),
+        cmocka_unit_test(several_joints_on_a_body),
+        cmocka_unit_test(classes_and_frames),
+        cmocka_unit_test(inertias_of_shapes),
+        cmocka_unit_test(actuators_and_tendons),
+        cmocka_unit_test(equalities),
+        cmocka_unit_test(inertias_of_meshes),
+        cmocka_unit_test(other_files),
+        cmocka_unit_test(findings),
         cmocka_unit_test(refused_files),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
