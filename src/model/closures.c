@@ -72,10 +72,10 @@ static int check_matrix(mbsr_model *m, int n, const double *A, const char *what,
  * model's copy. */
 static int find_rows(mbsr_model *m, mbsr_closure_def *def, mbsri_principal *rows, const char *label)
 {
-    static const char *const faults[] = {"", "compliance is not positive semi-definite",
-                                         "compliance_damping is not positive semi-definite", "",
-                                         "compliance and compliance_damping have principal "
-                                         "directions that are too near to each other"};
+    static const char *const faults[] = {
+        "", "compliance is not positive semi-definite",
+        "compliance_damping is not positive semi-definite", "",
+        "compliance and its damping have principal directions too near to each other"};
     const int n = def->compliant;
     if (n < 0 || n > MBSR_CLOSURE_ROWS || !def->compliance)
         return REFUSE(MBSR_ERR_VALUE, "%s: compliant is %d, must be 0 .. %d%s", label, n,
