@@ -101,6 +101,30 @@ MBSR_API int mbsr_model_lock(mbsr_model *model, int body, int coordinate, double
  * (MBSR_ERR_SPACE). */
 MBSR_API int mbsr_model_armature(mbsr_model *model, int body, int n, const double *values);
 
+/* What of an inertia is neglected. */
+enum {
+    MBSR_MASS = 1,   /* the mass, and what it adds to the tensor about the body's origin */
+    MBSR_MOMENT = 2, /* the moment or tensor of inertia about the centre of mass */
+    MBSR_MASS_AND_MOMENT = 3
+};
+
+/* Counts the mass of a body, its moment of inertia about the centre of mass, or both (`parts`) as
+ * zero. The model keeps what was given: mbsr_body_neglected names it, mbsr_model_restore brings it
+ * back, and mbsr_small_masses_create measures what it would have done (small_masses.h). A second call
+ * says anew which parts. Inertias by matrix and by function have no parts: MBSR_MASS_AND_MOMENT;
+ * what mbsr_model_regularise has added stays. MBSR_ERR_VALUE for a body without inertia, or without
+ * that part. */
+MBSR_API int mbsr_model_neglect(mbsr_model *model, int body, int parts);
+
+/* The inertia as it was given. A body of which nothing is neglected stays as it is. */
+MBSR_API int mbsr_model_restore(mbsr_model *model, int body);
+
+/* A copy of a model, finished or not: its definition, with all amendments, not finished, so that it
+ * can be amended and added to. Bodies, force elements and closures have the same ids; tables and
+ * user pointers are shared. On failure *copy is NULL and the reason in *error (which may be NULL).
+ * MBSR_ERR_NULL, MBSR_ERR_NO_MEMORY. */
+MBSR_API int mbsr_model_copy(const mbsr_model *model, mbsr_model **copy, mbsr_error *error);
+
 /* Checks the tree, numbers it parent before child and freezes it. Ids stay valid. On failure the
  * model stays as it was and can be added to. Time and memory grow linearly with the number of
  * bodies. Where joints of several rates or groups of joints may lack rank, functions of joints,
@@ -167,6 +191,9 @@ MBSR_API const double *mbsr_body_regularisation(const mbsr_model *model, int bod
 /* The armature of a body's joint, n numbers of mbsr_body_coordinates, zero where none was given; NULL
  * if there is no such body. */
 MBSR_API const double *mbsr_body_armature(const mbsr_model *model, int body);
+
+/* Which parts of a body's inertia are neglected (mbsr_model_neglect): 0 for none. */
+MBSR_API int mbsr_body_neglected(const mbsr_model *model, int body);
 
 /* The name given, or "" where there is none; NULL if there is no such body. */
 MBSR_API const char *mbsr_body_name(const mbsr_model *model, int body);

@@ -130,7 +130,8 @@ static void place(mbsr_model *m, int i, int id)
                       .pred_space = m->body[parent].joint.space,
                       .name = entry->name,
                       .regular = entry->regular,
-                      .locks = entry->locks};
+                      .locks = entry->locks,
+                      .neglected = entry->neglected};
     if (joint->params > 0) b->joint.param = (const double *)m->matrices.data + entry->param;
     if (b->inertia.kind == MBSR_INERTIA_MATRIX && b->inertia.matrix) {
         b->inertia.matrix = (const double *)m->matrices.data + entry->matrix;
@@ -178,6 +179,7 @@ static void place_armature(mbsr_model *m, int i)
     const double *given = (const double *)m->matrices.data + from;
     double *to = m->armature + b->iu;
     b->armature = to;
+    b->armature_given = from;
     for (int k = 0; k < b->joint.n; ++k) {
         if (b->held && !isnan(b->held[k])) continue;
         *to++ = from > 0 ? given[k] : 0.0;
@@ -424,6 +426,7 @@ void mbsr_model_destroy(mbsr_model *model)
     mbsri_release(&allocator, model->names.data);
     mbsri_release(&allocator, model->matrices.data);
     mbsri_release(&allocator, model->lists.data);
+    mbsri_release(&allocator, model->neglected.data);
     mbsri_release(&allocator, model->index);
     mbsri_release(&allocator, model->list_index);
     mbsri_release(&allocator, model->armature);

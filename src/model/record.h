@@ -76,7 +76,10 @@ typedef struct mbsri_body {
     const double *held;     /* their values, NaN for the others (joint.n); NULL: none */
     const double *armature; /* inertia along each joint rate (n), which D has on its diagonal */
     size_t full;            /* offset of joint.n numbers, where some are held */
-    int usual; /* rank of the joint where the model was looked at (assembly/survey.h), and 1 */
+    int usual;     /* rank of the joint where the model was looked at (assembly/survey.h), and 1 */
+    int neglected; /* its place in the model's `neglected`, and 1; 0: nothing is */
+    size_t
+        armature_given; /* offset of what armature was given as, with locked coordinates; 0: none */
 } mbsri_body;
 
 /* A body as added, until the model is finished. */
@@ -89,7 +92,16 @@ typedef struct mbsri_body_entry {
     bool regular;
     size_t added, held, armature; /* offsets into matrices, 0: none */
     int locks;
+    int neglected; /* as in mbsri_body */
 } mbsri_body_entry;
+
+/* What a body's inertia was before parts of it were neglected. */
+typedef struct mbsri_neglected {
+    int body, parts;    /* id; MBSR_MASS, MBSR_MOMENT */
+    mbsr_inertia given; /* matrix: NULL or not */
+    size_t matrix;      /* offset into matrices, as in mbsri_body_entry */
+    bool regular;
+} mbsri_neglected;
 
 typedef struct mbsri_force {
     mbsr_force_def def; /* name and body_list are not used: see below */
@@ -124,13 +136,14 @@ struct mbsr_model {
     mbsr_root root;
     bool finished;
 
-    mbsri_array entries;  /* mbsri_body_entry, by id; emptied by finish */
-    mbsri_array forces;   /* mbsri_force, by id; once finished in the order of the sweeps */
-    size_t carried;       /* elements behind these: closures now, which are not evaluated */
-    mbsri_array closures; /* mbsri_closure, by id */
-    mbsri_array names;    /* char; offset 0 is the empty name */
-    mbsri_array matrices; /* double */
-    mbsri_array lists;    /* int: ids of the bodies of force elements */
+    mbsri_array entries;   /* mbsri_body_entry, by id; emptied by finish */
+    mbsri_array forces;    /* mbsri_force, by id; once finished in the order of the sweeps */
+    size_t carried;        /* elements behind these: closures now, which are not evaluated */
+    mbsri_array closures;  /* mbsri_closure, by id */
+    mbsri_array names;     /* char; offset 0 is the empty name */
+    mbsri_array matrices;  /* double */
+    mbsri_array lists;     /* int: ids of the bodies of force elements */
+    mbsri_array neglected; /* mbsri_neglected */
 
     /* from here on set by finish */
     int bodies;       /* N */
