@@ -1,0 +1,75 @@
+/* A run of the model without its small masses that watches what they would have done.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "ida/error.h"
+
+#include <mbsrank/ida.h>
+
+#include <stdlib.h>
+
+/* The run, and the caller's progress function. */
+typedef struct follower {
+    mbsr_small_masses *small;
+    mbsr_ida *ida;
+    double *y, *yp;
+    mbsr_ida_progress_fn progress;
+    void *user;
+} follower;
+
+static int follow(void *user, const mbsr_ida_progress *now)
+{
+    follower *f = user;
+    int status = mbsr_ida_dense(f->ida, now->t, 0, f->y);
+    if (!status) status = mbsr_ida_dense(f->ida, now->t, 1, f->yp);
+    if (!status) status = mbsr_small_masses_step(f->small, now->t, f->y, f->yp);
+    if (!status && f->progress) status = f->progress(f->user, now);
+    return status;
+}
+
+/* From the state that `start` has found to t_end. */
+static int run(follower *f, const mbsr_ida_opt *opt, mbsr_data *data, double t_end,
+               mbsr_error *error)
+{
+    double t = 0.0;
+    int status = mbsr_ida_create(mbsr_small_masses_reduced(f->small), data, opt, &f->ida, error);
+    if (status) return status;
+    status = mbsr_small_masses_state(f->small, &t, f->y, f->yp);
+    if (!status) status = mbsr_ida_start(f->ida, t, f->y, f->yp);
+    if (!status) status = mbsr_ida_advance(f->ida, t_end, NULL, NULL, NULL);
+    if (status && error) {
+        const mbsr_error *own = mbsr_small_masses_error(f->small);
+        *error = own->status == status ? *own : *mbsr_ida_error(f->ida);
+    }
+    return status;
+}
+
+int mbsr_small_masses_run(mbsr_small_masses *small, const mbsr_ida_opt *opt, double t_end,
+                          mbsr_ida_stats *stats, mbsr_error *error)
+{
+    static const char function[] = "mbsr_small_masses_run";
+    const mbsr_model *m = mbsr_small_masses_reduced(small);
+    if (!m)
+        return mbsri_ida_fail(error, small ? MBSR_ERR_SEQUENCE : MBSR_ERR_NULL, MBSR_NONE,
+                              MBSR_NONE, "%s: call mbsr_small_masses_start first", function);
+    mbsr_ida_opt own = opt ? *opt : mbsr_default_ida_opt();
+    if (own.form != MBSR_DAE_MOMENTUM)
+        return mbsri_ida_fail(error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
+                              "%s: only the momentum form is served", function);
+    follower f = {.small = small, .progress = own.progress, .user = own.progress_user};
+    own.progress = follow;
+    own.progress_user = &f;
+    own.progress_steps = 1;
+    own.progress_interval = 0.0;
+    const size_t size = (size_t)mbsr_dae_size(m, MBSR_DAE_MOMENTUM);
+    f.y = calloc(2 * size + 1, sizeof *f.y);
+    f.yp = f.y + size;
+    mbsr_data *data = NULL;
+    int status = f.y ? mbsr_data_create(m, &data, error)
+                     : mbsri_ida_fail(error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
+                                      "%s: no memory", function);
+    if (!status) status = run(&f, &own, data, t_end, error);
+    if (stats && f.ida) (void)mbsr_ida_get_stats(f.ida, stats);
+    mbsr_ida_destroy(f.ida);
+    mbsr_data_destroy(data);
+    free(f.y);
+    return status;
+}

@@ -1,0 +1,106 @@
+/* The report on small masses: what it keeps.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * Two twins of the model, with and without the candidates' masses, have additional force elements that
+ * exert what they are told: wrenches on the candidates' bodies, joint forces on the bodies of their
+ * directions. F of the momentum form is linear in these, so that differences of F are the columns of
+ * loads for its Newton matrix. */
+#ifndef MBSRI_SMALL_RECORD_H
+#define MBSRI_SMALL_RECORD_H
+
+#include "model/record.h"
+
+#include <mbsrank/small_masses.h>
+
+/* n numbers, value + (t - from) rate, that an element exerts. */
+typedef struct mbsri_small_load {
+    int n;
+    double from;
+    double *value, *rate;
+} mbsri_small_load;
+
+/* What an error has been largest as. */
+typedef struct mbsri_small_worst {
+    double error, share, time;
+    int output;
+} mbsri_small_worst;
+
+typedef struct mbsri_candidate {
+    int body, i, parts; /* id, index, parts of its inertia */
+    double ratio;
+    bool held;             /* it keeps its mass: without it its motion is undetermined */
+    mbsr_inertia left;     /* what of its inertia is left */
+    mbsri_small_load load; /* on it, in both twins */
+    double *force;         /* d: inertia force less weight, neglected, at the last state */
+    double *impulse;       /* d: neglected momentum of the start given against the reduced one */
+    double *beside;        /* d: force at another time, for its rate */
+    double *error[3];      /* size: first-order change of y, at this state and the two before */
+    double *offset;        /* size: the same at the start, of what is fast alone */
+    mbsri_small_worst worst;
+} mbsri_candidate;
+
+/* A body whose joint rates are directions of a candidate. */
+typedef struct mbsri_pushed {
+    int i, candidate;
+    mbsri_small_load push; /* on its joint, in both twins */
+} mbsri_pushed;
+
+/* A lightly damped direction (slow.h). */
+typedef struct mbsri_light {
+    int q, u;              /* places of its coordinate and rate */
+    double relaxation;     /* d / k */
+    double rate[3];        /* its slow rate and two derivatives of that, at the start */
+    double position[5];    /* where it is at five times */
+    const double *pattern; /* size: what moves with its coordinate (q) and rate (u) while all masses
+                              stay */
+} mbsri_light;
+
+typedef struct mbsri_twin {
+    mbsr_model *model;
+    mbsr_data *data;
+    mbsr_newton *newton;
+} mbsri_twin;
+
+struct mbsr_small_masses {
+    const mbsr_model *given;
+    mbsr_allocator allocator;
+    mbsr_small_masses_opt opt; /* part and tolerance_each: copies in the block */
+    mbsr_error error;
+
+    int candidates, pushes, directions, outputs, size; /* size: of y */
+    mbsri_candidate *candidate;
+    mbsri_pushed *pushed;
+    mbsr_small_direction *direction;
+    double *tolerance; /* of outputs */
+    int lights;
+    mbsri_light *light; /* room for all directions */
+    double *light_wanted;
+    double light_c; /* of the factorisation that the reduced twin's solver has */
+
+    mbsri_twin full, reduced;
+    mbsr_model *clean; /* the reduced model for the caller's run */
+
+    /* the run so far */
+    bool started;
+    int states;
+    double from, t[3];         /* the start; this state's time and those of the two before */
+    double *q_given, *u_given; /* nq, nu */
+    double *y, *yp, *y_full, *yp_full;         /* size */
+    double *F, *F_loaded, *rhs, *total;        /* size */
+    double *out_a, *out_b, *moved_q, *moved_u; /* outputs, nq, nu */
+    double *slope;                             /* size */
+    double *trial;                             /* 3 size */
+    double *moved_v;                           /* the most numbers of a load */
+    double *pattern;                           /* size a direction */
+    double *scale;                             /* of the inertia of each direction's joint */
+    double *impedance;                         /* 4 a direction */
+    mbsri_small_worst worst;                   /* of all zeros together */
+    long factorisations, at_start;
+
+    mbsr_small_mass *mass; /* the report */
+    char *text;
+    size_t text_size;
+    double *numbers; /* the memory of all of the above that are numbers */
+};
+
+#endif

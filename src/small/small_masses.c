@@ -1,0 +1,447 @@
+/* The report on small masses: its entries.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "algebra/dense.h"
+#include "base/cookie.h"
+#include "base/error.h"
+#include "base/memory.h"
+#include "small/candidates.h"
+#include "small/directions.h"
+#include "small/errors.h"
+#include "small/loads.h"
+#include "small/slow.h"
+#include "small/smooth.h"
+#include "small/table.h"
+#include "small/twins.h"
+#include "small/verdicts.h"
+
+#include <mbsrank/index.h>
+
+#include <math.h>
+
+static const double periods = 30.0; /* slow times in a duration, where nothing is said */
+
+mbsr_small_masses_opt mbsr_default_small_masses_opt(void)
+{
+    return (mbsr_small_masses_opt){.cookie = MBSRI_COOKIE,
+                                   .ratio = 0.1,
+                                   .most = 64,
+                                   .tolerance = 1e-3,
+                                   .rtol = 1e-6,
+                                   .atol = 1e-6};
+}
+
+/* ---- what is refused ---- */
+
+static bool positive(double x)
+{
+    return x > 0.0 && isfinite(x);
+}
+
+static int wrong(mbsr_error *error, const char *name, double value, const char *must)
+{
+    return mbsri_fail(error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
+                      "mbsr_small_masses_create: %s is %g, must be %s", name, value, must);
+}
+
+static int check(const mbsr_small_masses_opt *o, mbsr_error *error)
+{
+    const struct {
+        const char *name;
+        double value;
+        bool zero;
+    } number[] = {{"duration", o->duration, false},
+                  {"time_scale", o->time_scale, true},
+                  {"ratio", o->ratio, true},
+                  {"tolerance", o->tolerance, false},
+                  {"rtol", o->rtol, true},
+                  {"atol", o->atol, false},
+                  {"atol_velocity", o->atol_velocity, true}};
+    if (o->cookie != MBSRI_COOKIE)
+        return mbsri_fail(error, MBSR_ERR_NO_DEFAULT, MBSR_NONE, MBSR_NONE,
+                          "mbsr_small_masses_create: opt was not made by "
+                          "mbsr_default_small_masses_opt");
+    for (size_t k = 0; k < sizeof number / sizeof number[0]; ++k) {
+        if (positive(number[k].value) || (number[k].zero && number[k].value == 0.0)) continue;
+        return wrong(error, number[k].name, number[k].value,
+                     number[k].zero ? "finite and not negative" : "positive and finite");
+    }
+    if (o->parts < 0 || (o->parts > 0 && !o->part))
+        return wrong(error, "parts", o->parts, "the number of entries in part");
+    if (o->most < 0) return wrong(error, "most", o->most, "not negative");
+    if (o->outputs < 0 || (o->outputs > 0) != (o->output != NULL))
+        return wrong(error, "outputs", o->outputs, "positive exactly when there is an output");
+    return MBSR_OK;
+}
+
+/* ---- memory ---- */
+
+/* One pass that counts, and one that places. */
+typedef struct layout {
+    double *at;
+    size_t used;
+} layout;
+
+static double *take(layout *l, size_t count)
+{
+    double *place = l->at ? l->at + l->used : NULL;
+    l->used += count;
+    return place;
+}
+
+static void place_load(layout *l, mbsri_small_load *load, int n)
+{
+    load->n = n;
+    load->value = take(l, (size_t)n);
+    load->rate = take(l, (size_t)n);
+}
+
+static void place(mbsr_small_masses *s, layout *l)
+{
+    const mbsr_model *m = s->given;
+    const size_t nq = (size_t)m->nq, nu = (size_t)m->nu, size = (size_t)s->size;
+    double **const states[] = {&s->y, &s->yp,       &s->y_full, &s->yp_full,
+                               &s->F, &s->F_loaded, &s->rhs,    &s->total};
+    for (size_t k = 0; k < sizeof states / sizeof states[0]; ++k) *states[k] = take(l, size);
+    s->q_given = take(l, nq);
+    s->moved_q = take(l, nq);
+    s->u_given = take(l, nu);
+    s->moved_u = take(l, nu);
+    s->moved_v = take(l, (size_t)(m->max_d > m->max_n ? m->max_d : m->max_n));
+    s->slope = take(l, size);
+    s->trial = take(l, 3 * size);
+    s->pattern = take(l, size * (size_t)s->directions);
+    s->light_wanted = take(l, (size_t)s->directions);
+    s->scale = take(l, (size_t)s->directions);
+    s->impedance = take(l, 4 * (size_t)s->directions);
+    s->tolerance = take(l, (size_t)s->outputs);
+    s->out_a = take(l, (size_t)s->outputs);
+    s->out_b = take(l, (size_t)s->outputs);
+    for (int k = 0; k < s->candidates; ++k) {
+        mbsri_candidate *c = s->candidate + k;
+        const int d = m->body[c->i].d;
+        place_load(l, &c->load, d);
+        c->force = take(l, (size_t)d);
+        c->beside = take(l, (size_t)d);
+        c->impulse = take(l, (size_t)d);
+        for (int e = 0; e < 3; ++e) c->error[e] = take(l, size);
+        c->offset = take(l, size);
+    }
+    for (int k = 0; k < s->pushes; ++k) place_load(l, &s->pushed[k].push, s->pushed[k].push.n);
+}
+
+static int no_memory(mbsr_small_masses *s)
+{
+    return mbsri_fail(&s->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
+                      "mbsr_small_masses_create: no memory for %d masses", s->candidates);
+}
+
+static int allocate(mbsr_small_masses *s)
+{
+    const mbsr_allocator *a = &s->allocator;
+    mbsri_small_directions(s, &s->pushes, &s->directions);
+    s->pushed = mbsri_allocate(a, ((size_t)s->pushes + 1) * sizeof *s->pushed);
+    s->direction = mbsri_allocate(a, ((size_t)s->directions + 1) * sizeof *s->direction);
+    s->light = mbsri_allocate(a, ((size_t)s->directions + 1) * sizeof *s->light);
+    s->mass = mbsri_allocate(a, ((size_t)s->candidates + 1) * sizeof *s->mass);
+    s->text_size = mbsri_small_text_size(s);
+    s->text = mbsri_allocate(a, s->text_size);
+    if (!s->pushed || !s->direction || !s->light || !s->mass || !s->text) return no_memory(s);
+    mbsri_small_directions(s, &s->pushes, &s->directions);
+    layout l = {NULL, 0};
+    place(s, &l);
+    s->numbers = mbsri_allocate(a, l.used * sizeof(double));
+    if (!s->numbers) return no_memory(s);
+    mbsri_zero(l.used, s->numbers);
+    l = (layout){s->numbers, 0};
+    place(s, &l);
+    return MBSR_OK;
+}
+
+/* ---- creation ---- */
+
+static int take_tolerances(mbsr_small_masses *s)
+{
+    const double *each = s->opt.tolerance_each;
+    for (int k = 0; k < s->outputs; ++k) {
+        s->tolerance[k] = each ? each[k] : s->opt.tolerance;
+        if (!positive(s->tolerance[k]))
+            return wrong(&s->error, "a tolerance of outputs", s->tolerance[k],
+                         "positive and finite");
+    }
+    return MBSR_OK;
+}
+
+static int build(mbsr_small_masses *s)
+{
+    int status = mbsri_small_candidates(s);
+    if (!status) status = allocate(s);
+    if (!status) status = take_tolerances(s);
+    return status ? status : mbsri_small_twins(s);
+}
+
+int mbsr_small_masses_create(const mbsr_model *model, const mbsr_small_masses_opt *opt,
+                             mbsr_small_masses **small, mbsr_error *error)
+{
+    static const char function[] = "mbsr_small_masses_create";
+    if (small) *small = NULL;
+    if (!model || !opt || !small)
+        return mbsri_fail(error, MBSR_ERR_NULL, MBSR_NONE, MBSR_NONE,
+                          "%s: a required pointer is NULL", function);
+    if (!model->finished)
+        return mbsri_fail(error, MBSR_ERR_UNFINISHED, MBSR_NONE, MBSR_NONE,
+                          "%s: the model is not finished", function);
+    int status = check(opt, error);
+    if (status) return status;
+    mbsr_small_masses *s = mbsri_allocate(&model->allocator, sizeof *s);
+    if (!s)
+        return mbsri_fail(error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE, "%s: no memory",
+                          function);
+    *s = (mbsr_small_masses){.given = model, .allocator = model->allocator, .opt = *opt};
+    s->error.body = s->error.force = MBSR_NONE;
+    s->outputs = opt->output ? opt->outputs : model->nq;
+    s->size = mbsr_dae_size(model, MBSR_DAE_MOMENTUM);
+    if (s->opt.time_scale == 0.0) s->opt.time_scale = opt->duration / periods;
+    status = build(s);
+    if (status) {
+        if (error) *error = s->error;
+        mbsr_small_masses_destroy(s);
+        return status;
+    }
+    s->opt.part = NULL; /* they belong to the caller */
+    s->opt.tolerance_each = NULL;
+    *small = s;
+    return MBSR_OK;
+}
+
+void mbsr_small_masses_destroy(mbsr_small_masses *small)
+{
+    mbsr_small_masses *s = small;
+    if (!s) return;
+    const mbsr_allocator allocator = s->allocator;
+    mbsri_small_twins_release(s);
+    mbsri_release(&allocator, s->candidate);
+    mbsri_release(&allocator, s->pushed);
+    mbsri_release(&allocator, s->direction);
+    mbsri_release(&allocator, s->light);
+    mbsri_release(&allocator, s->mass);
+    mbsri_release(&allocator, s->text);
+    mbsri_release(&allocator, s->numbers);
+    mbsri_release(&allocator, s);
+}
+
+/* ---- start ---- */
+
+/* Candidates with a term in an undetermined direction keep their mass; how many. */
+static int hold(mbsr_small_masses *s, const mbsr_index_report *report)
+{
+    int count = 0;
+    for (int k = 0; k < report->undetermined; ++k) {
+        const mbsr_direction *direction = report->direction + k;
+        for (int j = 0; j < direction->terms; ++j) {
+            for (int l = 0; l < s->directions; ++l) {
+                const mbsr_small_direction *x = s->direction + l;
+                mbsri_candidate *c = s->candidate + x->mass;
+                if (x->body != direction->term[j].body ||
+                    x->coordinate != direction->term[j].coordinate || c->held)
+                    continue;
+                c->held = true;
+                ++count;
+            }
+        }
+    }
+    return count;
+}
+
+/* After MBSR_UNDETERMINED at the start: fewer zeros, and twins anew; *again: whether that helps. */
+static int give_back(mbsr_small_masses *s, double t, bool *again)
+{
+    const mbsri_twin *twin = &s->reduced;
+    mbsr_index_report *report;
+    const int status =
+        mbsr_index_report_create(twin->model, twin->data, t, s->q_given, s->u_given, &report);
+    if (status) return mbsri_small_failed(s, status, mbsr_data_error(twin->data));
+    *again = hold(s, report) > 0;
+    mbsr_index_report_destroy(twin->model, report);
+    return *again ? mbsri_small_twins(s) : MBSR_OK;
+}
+
+static int settle(mbsr_small_masses *s, double t)
+{
+    for (;;) {
+        bool again;
+        const int status = mbsri_small_settle(s, t, s->q_given, s->u_given, s->y, s->yp);
+        if (status != MBSR_UNDETERMINED || s->given->rows > 0) return status;
+        const mbsr_error error = s->error;
+        const int failed = give_back(s, t, &again);
+        if (failed) return failed;
+        if (!again) return mbsri_small_failed(s, status, &error);
+    }
+}
+
+/* The full model at the same q and u, and what its momenta are measured by. */
+static int take_full(mbsr_small_masses *s, double t)
+{
+    const mbsr_model *m = s->full.model;
+    mbsr_data *d = s->full.data;
+    int status = mbsr_dae_pack(m, d, MBSR_DAE_MOMENTUM, t, s->y, s->y + m->nq + m->nu, s->y_full);
+    if (!status)
+        status = mbsr_dae_consistent(m, d, MBSR_DAE_MOMENTUM, t, s->y_full, s->yp_full, NULL, NULL);
+    if (!status) status = mbsr_positions(m, d, t, s->y);
+    if (!status) status = mbsr_velocities(m, d, s->y + m->nq + m->nu);
+    if (!status) status = mbsr_forces(m, d, NULL);
+    if (!status) status = mbsr_backward(m, d);
+    if (!status) status = mbsr_momentum_scales(m, d, s->moved_u);
+    for (int l = 0; l < s->directions && !status; ++l) {
+        const mbsr_small_direction *x = s->direction + l;
+        s->scale[l] = s->moved_u[m->body[m->index[x->body]].u + x->coordinate];
+    }
+    return mbsri_small_failed(s, status, mbsr_data_error(d));
+}
+
+static int look(mbsr_small_masses *s, double t)
+{
+    int status = settle(s, t);
+    if (!status) status = take_full(s, t);
+    if (!status) status = mbsri_small_measure(s);
+    if (!status) status = mbsri_small_slow(s);
+    if (!status) status = mbsri_small_forces(s, t, s->y, s->yp);
+    if (!status) status = mbsri_small_impulses(s, t, s->y);
+    if (!status) status = mbsri_small_displace(s);
+    if (status) return status;
+    mbsri_small_amplitudes(s);
+    const double c = 1.0 / s->opt.duration;
+    const mbsri_small_formula whole = {c, {0.0, 0.0}, c};
+    status = mbsri_small_factor(s, t, s->y, s->yp, c);
+    if (!status) status = mbsri_small_solve(s, t, s->y, s->yp, &whole);
+    return status ? status : mbsri_small_note(s, t, s->y);
+}
+
+/* As before the first start. */
+static int forget(mbsr_small_masses *s)
+{
+    bool held = false;
+    s->started = false;
+    s->lights = 0;
+    s->worst = (mbsri_small_worst){0.0, 0.0, s->from, 0};
+    for (int k = 0; k < s->candidates; ++k) {
+        mbsri_candidate *c = s->candidate + k;
+        held = held || c->held;
+        c->held = false;
+        c->worst = s->worst;
+        for (int e = 0; e < 3; ++e) mbsri_zero((size_t)s->size, c->error[e]);
+    }
+    return held ? mbsri_small_twins(s) : MBSR_OK;
+}
+
+static int refuse(mbsr_small_masses *s, int status, const char *text)
+{
+    return mbsri_fail(&s->error, status, MBSR_NONE, MBSR_NONE, "%s", text);
+}
+
+int mbsr_small_masses_start(mbsr_small_masses *small, double t, const double *q, const double *u)
+{
+    mbsr_small_masses *s = small;
+    if (!s) return MBSR_ERR_NULL;
+    if (!q || !u) return refuse(s, MBSR_ERR_NULL, "mbsr_small_masses_start: q or u is NULL");
+    s->from = s->t[0] = t;
+    int status = forget(s);
+    if (status) return status;
+    mbsri_copy((size_t)s->given->nq, q, s->q_given);
+    mbsri_copy((size_t)s->given->nu, u, s->u_given);
+    s->factorisations = 0;
+    status = look(s, t);
+    if (status) return status;
+    s->at_start = s->factorisations;
+    s->states = 1;
+    s->started = true;
+    return MBSR_OK;
+}
+
+/* ---- what follows ---- */
+
+int mbsr_small_masses_state(const mbsr_small_masses *small, double *t, double *y, double *yp)
+{
+    if (!small || !t || !y || !yp) return MBSR_ERR_NULL;
+    if (!small->started) return MBSR_ERR_SEQUENCE;
+    *t = small->from;
+    mbsri_copy((size_t)small->size, small->y, y);
+    mbsri_copy((size_t)small->size, small->yp, yp);
+    return MBSR_OK;
+}
+
+const mbsr_model *mbsr_small_masses_reduced(const mbsr_small_masses *small)
+{
+    return small && small->started ? small->clean : NULL;
+}
+
+int mbsr_small_masses_step(mbsr_small_masses *small, double t, const double *y, const double *yp)
+{
+    mbsr_small_masses *s = small;
+    if (!s) return MBSR_ERR_NULL;
+    if (!y || !yp) return refuse(s, MBSR_ERR_NULL, "mbsr_small_masses_step: y or yp is NULL");
+    if (!s->started)
+        return refuse(s, MBSR_ERR_SEQUENCE,
+                      "mbsr_small_masses_step: call mbsr_small_masses_start first");
+    if (!isfinite(t)) return refuse(s, MBSR_NOT_FINITE, "mbsr_small_masses_step: t is not finite");
+    if (!(t > s->t[0]))
+        return mbsri_fail(&s->error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
+                          "mbsr_small_masses_step: t is %g, not later than the last one, %g", t,
+                          s->t[0]);
+    return mbsri_small_follow(s, t, y, yp);
+}
+
+int mbsr_small_masses_report_of(mbsr_small_masses *small, mbsr_small_masses_report *report)
+{
+    mbsr_small_masses *s = small;
+    if (!s) return MBSR_ERR_NULL;
+    if (!report) return refuse(s, MBSR_ERR_NULL, "mbsr_small_masses_report_of: report is NULL");
+    if (!s->started)
+        return refuse(s, MBSR_ERR_SEQUENCE,
+                      "mbsr_small_masses_report_of: call mbsr_small_masses_start first");
+    *report = (mbsr_small_masses_report){.masses = s->candidates,
+                                         .directions = s->directions,
+                                         .mass = s->mass,
+                                         .direction = s->direction,
+                                         .from = s->from,
+                                         .to = s->t[0],
+                                         .states = s->states,
+                                         .error = s->worst.error,
+                                         .time = s->worst.time,
+                                         .output = s->worst.output,
+                                         .share = s->worst.share,
+                                         .body = MBSR_NONE,
+                                         .factorisations = s->at_start,
+                                         .text = s->text};
+    report->steps = mbsri_small_judge(s);
+    double most = 0.0;
+    for (int k = 0; k < s->candidates; ++k) {
+        if (!(s->mass[k].share > most)) continue;
+        most = s->mass[k].share;
+        report->body = s->mass[k].body;
+    }
+    mbsri_small_write(s, report);
+    return MBSR_OK;
+}
+
+int mbsr_small_masses_smooth(mbsr_small_masses *small, int order, double *q, double *u)
+{
+    mbsr_small_masses *s = small;
+    if (!s) return MBSR_ERR_NULL;
+    if (!q || !u) return refuse(s, MBSR_ERR_NULL, "mbsr_small_masses_smooth: q or u is NULL");
+    if (!s->started)
+        return refuse(s, MBSR_ERR_SEQUENCE,
+                      "mbsr_small_masses_smooth: call mbsr_small_masses_start first");
+    if (order != 1 && order != 2)
+        return mbsri_fail(&s->error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
+                          "mbsr_small_masses_smooth: order is %d, must be 1 or 2", order);
+    if (order == 2) return mbsri_small_correct(s, q, u);
+    mbsri_copy((size_t)s->given->nq, s->y, q);
+    mbsri_copy((size_t)s->given->nu, s->y + s->given->nq + s->given->nu, u);
+    return MBSR_OK;
+}
+
+const mbsr_error *mbsr_small_masses_error(const mbsr_small_masses *small)
+{
+    static const mbsr_error none = {MBSR_ERR_NULL, MBSR_NONE, MBSR_NONE, "the object is NULL"};
+    return small ? &small->error : &none;
+}

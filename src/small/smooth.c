@@ -1,0 +1,202 @@
+/* Starts on the smooth motion.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * The consistent state of the reduced model is on the smooth motion of the full one but for O(eps).
+ * That of the reduced model under the load -w(t), the neglected inertia force with its rate, is but
+ * for O(eps^2). The rate is a difference along the smooth motion. */
+#include "small/smooth.h"
+
+#include "algebra/dense.h"
+#include "base/error.h"
+#include "small/errors.h"
+#include "small/loads.h"
+#include "small/twins.h"
+
+#include <math.h>
+
+static const double apart = 1e-4; /* times of the difference, over the slow time scale */
+
+static int consistent(mbsr_small_masses *s, double t, const double *q, const double *u, double *y,
+                      double *yp)
+{
+    const mbsri_twin *twin = &s->reduced;
+    int status = mbsr_dae_pack(twin->model, twin->data, MBSR_DAE_MOMENTUM, t, q, u, y);
+    if (!status)
+        status =
+            mbsr_dae_consistent(twin->model, twin->data, MBSR_DAE_MOMENTUM, t, y, yp, NULL, NULL);
+    return mbsri_small_failed(s, status, mbsr_data_error(twin->data));
+}
+
+/* The rate that a lightly damped direction should have at t, or its derivative. */
+static double rate_at(const mbsr_small_masses *s, const mbsri_light *x, double t, int derivative)
+{
+    const double h = t - s->from;
+    if (derivative) return x->rate[1] + h * x->rate[2];
+    return x->rate[0] + h * (x->rate[1] + 0.5 * h * x->rate[2]);
+}
+
+/* Adds what moves in lightly damped directions while all masses stay, until entries `at` of them
+ * have the values wanted: n numbers from entry `from` of the patterns. */
+static void impose(const mbsr_small_masses *s, bool rates, const double *wanted, double *x)
+{
+    const mbsr_model *m = s->given;
+    const int from = rates ? m->nq + m->nu : 0, n = rates ? m->nu : m->nq;
+    for (int l = 0; l < s->lights; ++l) {
+        const mbsri_light *y = s->light + l;
+        const double step = wanted[l] - x[rates ? y->u : y->q];
+        for (int k = 0; k < n; ++k) x[k] += step * y->pattern[from + k];
+    }
+}
+
+void mbsri_small_impose(mbsr_small_masses *s, double t, int derivative, double *u)
+{
+    for (int l = 0; l < s->lights; ++l)
+        s->light_wanted[l] = rate_at(s, s->light + l, t, derivative);
+    impose(s, true, s->light_wanted, u);
+}
+
+/* One step of Newton's method to positions at which the lightly damped directions have their rates,
+ * from the consistent y, yp: with these rates put in, the forces that remain are balanced by changes
+ * of position. The matrix has k + c d where k is meant. *moved: the largest change beside the size
+ * of q. */
+static int approach(mbsr_small_masses *s, double t, const double *y, const double *yp, double *q,
+                    double *moved)
+{
+    const mbsr_model *m = s->reduced.model;
+    const int first = m->nq + m->nu;
+    double *change = s->total, *state = s->trial, *rates = s->trial + s->size, size = 0.0;
+    mbsri_copy((size_t)s->size, y, state);
+    mbsri_copy((size_t)s->size, yp, rates);
+    mbsri_small_impose(s, t, 0, state + first);
+    int status = mbsri_small_unloaded(s, &s->reduced, t, state, rates);
+    if (status) return status;
+    mbsri_zero((size_t)first, s->F); /* q' is not that of the state, p' does not matter */
+    status = mbsr_newton_solve(s->reduced.newton, s->F, change);
+    if (status) return mbsri_small_failed(s, status, mbsr_newton_error(s->reduced.newton));
+    for (int k = 0; k < m->nq; ++k) size = fmax(size, fabs(y[k]));
+    *moved = 0.0;
+    for (int l = 0; l < s->lights; ++l) {
+        const mbsri_light *x = s->light + l;
+        const double step = change[x->q] * (1.0 + x->relaxation * s->light_c);
+        s->light_wanted[l] = y[x->q] - step;
+        if (step != 0.0) *moved = fmax(*moved, fabs(step) / (size + fabs(step)));
+    }
+    mbsri_copy((size_t)m->nq, y, q);
+    impose(s, false, s->light_wanted, q);
+    return MBSR_OK;
+}
+
+int mbsri_small_settle(mbsr_small_masses *s, double t, const double *q, const double *u, double *y,
+                       double *yp)
+{
+    enum { MOST = 20 };
+    int status = consistent(s, t, q, u, y, yp);
+    double moved = 1.0;
+    if (s->lights == 0) return status;
+    double *near = s->trial + 2 * s->size;
+    for (int k = 0; k < MOST && !status && moved > 1e-13; ++k) {
+        mbsri_copy((size_t)s->given->nq, q, near);
+        status = approach(s, t, y, yp, near, &moved);
+        if (!status) status = consistent(s, t, near, u, y, yp);
+    }
+    if (status || moved < 1e-6) return status;
+    return mbsri_fail(&s->error, MBSR_NO_CONVERGENCE, MBSR_NONE, MBSR_NONE,
+                      "no state found at t = %g at which lightly damped directions move slowly", t);
+}
+
+/* y = the start moved by h yp, and yp there, on the slow motion. */
+static int move(mbsr_small_masses *s, double h, double *y, double *yp)
+{
+    const mbsr_model *m = s->reduced.model;
+    const int u = m->nq + m->nu;
+    for (int k = 0; k < m->nq; ++k) s->moved_q[k] = s->y[k] + h * yp[k];
+    for (int k = 0; k < m->nu; ++k) s->moved_u[k] = s->y[u + k] + h * yp[u + k];
+    int status = mbsr_normalise(m, s->reduced.data, s->moved_q);
+    if (!status) status = mbsri_small_settle(s, s->from + h, s->moved_q, s->moved_u, y, yp);
+    if (!status) mbsri_small_impose(s, s->from + h, 1, yp + u);
+    return status;
+}
+
+/* One step of the classical Runge-Kutta method. */
+int mbsri_small_beside(mbsr_small_masses *s, double h, double *y, double *yp)
+{
+    static const double part[4] = {0.0, 0.5, 0.5, 1.0}, weight[4] = {1.0, 2.0, 2.0, 1.0};
+    int status = MBSR_OK;
+    mbsri_zero((size_t)s->size, s->slope);
+    mbsri_copy((size_t)s->size, s->yp, yp);
+    for (int k = 0; k < 4 && !status; ++k) {
+        if (k > 0) status = move(s, part[k] * h, y, yp);
+        for (int l = 0; l < s->size; ++l) s->slope[l] += weight[k] / 6.0 * yp[l];
+    }
+    mbsri_copy((size_t)s->size, s->slope, yp);
+    return status ? status : move(s, h, y, yp);
+}
+
+/* force of each candidate at t = from + h, along the smooth motion. */
+static int forces_beside(mbsr_small_masses *s, double h)
+{
+    const int status = mbsri_small_beside(s, h, s->y_full, s->yp_full);
+    return status ? status : mbsri_small_forces(s, s->from + h, s->y_full, s->yp_full);
+}
+
+/* The forces at both sides of the start: beside and force of each candidate. */
+static int find_forces(mbsr_small_masses *s, double h)
+{
+    int status = forces_beside(s, h);
+    for (int k = 0; k < s->candidates && !status; ++k)
+        mbsri_copy((size_t)s->candidate[k].load.n, s->candidate[k].force, s->candidate[k].beside);
+    return status ? status : forces_beside(s, -h);
+}
+
+/* The rates of lightly damped directions change by what the rate of the forces makes of their
+ * positions. */
+static int correct_rates(mbsr_small_masses *s, double h)
+{
+    int status = mbsri_small_unloaded(s, &s->reduced, s->from, s->y, s->yp);
+    for (int k = 0; k < s->candidates && !status; ++k) {
+        mbsri_candidate *c = s->candidate + k;
+        if (c->held) continue;
+        for (int l = 0; l < c->load.n; ++l)
+            s->moved_v[l] = (c->beside[l] - c->force[l]) / (2.0 * h);
+        status =
+            mbsri_small_column(s, &s->reduced, s->from, s->y, s->yp, &c->load, s->moved_v, s->rhs);
+        if (status) return status;
+        status = mbsr_newton_solve(s->reduced.newton, s->rhs, s->total);
+        if (status) return mbsri_small_failed(s, status, mbsr_newton_error(s->reduced.newton));
+        for (int l = 0; l < s->lights; ++l) s->light[l].rate[0] += s->total[s->light[l].q];
+    }
+    return status;
+}
+
+/* The loads -w, -w'; h 0: none. */
+static void set_loads(mbsr_small_masses *s, double h)
+{
+    for (int k = 0; k < s->candidates; ++k) {
+        mbsri_candidate *c = s->candidate + k;
+        const bool acts = h > 0.0 && !c->held;
+        c->load.from = s->from;
+        for (int l = 0; l < c->load.n; ++l) {
+            c->load.value[l] = acts ? -0.5 * (c->beside[l] + c->force[l]) : 0.0;
+            c->load.rate[l] = acts ? -(c->beside[l] - c->force[l]) / (2.0 * h) : 0.0;
+        }
+    }
+}
+
+int mbsri_small_correct(mbsr_small_masses *s, double *q, double *u)
+{
+    const mbsr_model *m = s->reduced.model;
+    const double h = apart * s->opt.time_scale;
+    int status = MBSR_OK;
+    if (s->lights > 0) status = mbsri_small_factor(s, s->from, s->y, s->yp, s->light_c);
+    if (!status) status = find_forces(s, h);
+    if (!status && s->lights > 0) status = correct_rates(s, h);
+    if (status) return status;
+    set_loads(s, h);
+    status = mbsri_small_settle(s, s->from, s->q_given, s->u_given, s->y_full, s->yp_full);
+    set_loads(s, 0.0);
+    for (int l = 0; l < s->lights; ++l) s->light[l].rate[0] = s->y[m->nq + m->nu + s->light[l].u];
+    if (status) return status;
+    mbsri_copy((size_t)m->nq, s->y_full, q);
+    mbsri_copy((size_t)m->nu, s->y_full + m->nq + m->nu, u);
+    return MBSR_OK;
+}
