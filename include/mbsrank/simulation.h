@@ -32,6 +32,8 @@ typedef struct mbsr_simulation {
     double *q, *u;                      /* nq, nu; NULL before the start */
     double *y, *yp;                     /* the state of the form */
     mbsr_consistent_info start;         /* what the consistent start has changed */
+    mbsr_small_masses *small;           /* of mbsr_simulation_watch_masses, until the next start */
+    double watched;                     /* time of the last state it has looked at */
     struct mbsr_simulation_part *parts; /* what it frees besides */
     int status;                         /* of the first failure; 0: none */
     mbsr_error error;                   /* its text */
@@ -83,6 +85,15 @@ MBSR_API int mbsr_simulation_check(mbsr_simulation *s, int status);
 
 /* What has been integrated since the last start has cost; zero before it. */
 MBSR_API mbsr_ida_stats mbsr_simulation_stats(const mbsr_simulation *s);
+
+/* From the present state on, every state that mbsr_simulation_to and mbsr_simulation_sample reach is
+ * looked at for what the masses that the model neglects (mbsr_model_neglect) would have done there;
+ * opt as for mbsr_small_masses_create, whose candidates are these masses and those that opt names. With
+ * outputs as dense as the slow motion asks for, mbsr_simulation_masses has the largest error that the
+ * zeros have made so far, with its time and the body. Momentum form. MBSR_ERR_SEQUENCE before the
+ * start; statuses of mbsr_small_masses_create, mbsr_small_masses_start, mbsr_small_masses_step. */
+MBSR_API int mbsr_simulation_watch_masses(mbsr_simulation *s, const mbsr_small_masses_opt *opt);
+MBSR_API int mbsr_simulation_masses(mbsr_simulation *s, mbsr_small_masses_report *report);
 
 /* Forgets the failure, when its cause has been dealt with; t, q, u stay. The next call may be
  * mbsr_simulation_start. */

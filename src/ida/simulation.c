@@ -175,7 +175,9 @@ int mbsr_simulation_start(mbsr_simulation *s, const mbsr_ida_opt *opt, double t,
     mbsr_error error;
     if (!opt) opt = &standard;
     mbsr_ida_destroy(s->ida);
+    mbsr_small_masses_destroy(s->small);
     s->ida = NULL;
+    s->small = NULL;
     double *before = s->q; /* q and u may be there */
     const int prepared = prepare(s, opt->form);
     if (!prepared) set_zero(s);
@@ -194,6 +196,53 @@ int mbsr_simulation_start(mbsr_simulation *s, const mbsr_ida_opt *opt, double t,
     return evaluate(s);
 }
 
+/* ---- masses that the model neglects ---- */
+
+int mbsr_simulation_watch_masses(mbsr_simulation *s, const mbsr_small_masses_opt *opt)
+{
+    static const mbsr_small_part none = {MBSR_NONE, 0};
+    static const char function[] = "mbsr_simulation_watch_masses";
+    if (!s) return MBSR_ERR_NULL;
+    if (s->status) return s->status;
+    if (!s->ida || s->form != MBSR_DAE_MOMENTUM) {
+        mbsr_error error;
+        const int status = s->ida ? MBSR_ERR_VALUE : MBSR_ERR_SEQUENCE;
+        mbsri_ida_fail(&error, status, MBSR_NONE, MBSR_NONE, "%s: %s", function,
+                       s->ida ? "only the momentum form is served"
+                              : "call mbsr_simulation_start first");
+        return note(s, status, &error);
+    }
+    mbsr_small_masses_opt named = opt ? *opt : mbsr_default_small_masses_opt();
+    if (!named.part) named.part = &none; /* none are looked for besides */
+    mbsr_error error;
+    mbsr_small_masses_destroy(s->small);
+    s->small = NULL;
+    s->watched = s->t;
+    if (note(s, mbsr_small_masses_create(s->model, &named, &s->small, &error), &error))
+        return s->status;
+    return note(s, mbsr_small_masses_start(s->small, s->t, s->q, s->u),
+                mbsr_small_masses_error(s->small));
+}
+
+int mbsr_simulation_masses(mbsr_simulation *s, mbsr_small_masses_report *report)
+{
+    if (!s) return MBSR_ERR_NULL;
+    if (s->status) return s->status;
+    if (!s->small)
+        return refuse(s, MBSR_ERR_SEQUENCE,
+                      "mbsr_simulation_masses: call mbsr_simulation_watch_masses first");
+    return note(s, mbsr_small_masses_report_of(s->small, report),
+                mbsr_small_masses_error(s->small));
+}
+
+static int watch(mbsr_simulation *s)
+{
+    if (!s->small || !(s->t > s->watched)) return MBSR_OK;
+    s->watched = s->t;
+    const int status = mbsr_small_masses_step(s->small, s->t, s->y, s->yp);
+    return note(s, status, mbsr_small_masses_error(s->small));
+}
+
 /* ---- running ---- */
 
 static int run(mbsr_simulation *s, double t,
@@ -205,7 +254,8 @@ static int run(mbsr_simulation *s, double t,
     if (!s->ida) return refuse(s, MBSR_ERR_SEQUENCE, early);
     const int status = note(s, advance(s->ida, t, NULL, NULL, NULL), mbsr_ida_error(s->ida));
     if (mbsr_ida_state(s->ida, &s->t, s->y, s->yp)) return status;
-    if (status == MBSR_OK || status == MBSR_EVENT) return evaluate(s) ? s->status : status;
+    if (status == MBSR_OK || status == MBSR_EVENT)
+        return evaluate(s) || watch(s) ? s->status : status;
     (void)mbsr_dae_unpack(s->model, s->data, s->form, s->t, s->y, s->q, s->u);
     return status;
 }
@@ -246,6 +296,7 @@ void mbsr_simulation_end(mbsr_simulation *s)
 {
     if (!s) return;
     mbsr_ida_destroy(s->ida);
+    mbsr_small_masses_destroy(s->small);
     mbsr_data_destroy(s->data);
     for (const part *p = s->parts; p; p = p->next) mbsr_data_destroy(p->data);
     mbsr_model_destroy(s->model);
@@ -259,5 +310,6 @@ void mbsr_simulation_end(mbsr_simulation *s)
     s->model = NULL;
     s->data = NULL;
     s->ida = NULL;
+    s->small = NULL;
     s->q = s->u = s->y = s->yp = NULL;
 }

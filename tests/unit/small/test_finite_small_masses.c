@@ -121,7 +121,8 @@ enum { ROWS = sizeof rows / sizeof rows[0] };
 static const char *const others[] = {
     "mbsr_default_small_masses_opt", "mbsr_small_verdict_text",   "mbsr_small_masses_create",
     "mbsr_small_masses_destroy",     "mbsr_small_masses_reduced", "mbsr_small_masses_report_of",
-    "mbsr_small_masses_error",       "mbsr_small_masses_run",
+    "mbsr_small_masses_error",       "mbsr_small_masses_run",     "mbsr_simulation_watch_masses",
+    "mbsr_simulation_masses",
 };
 
 static void every_function(void **unused)
