@@ -91,7 +91,7 @@ static void close_counted(counted *c)
     free(c->F);
 }
 
-/* Models with closed loops, which no sweeps serve: what an implicit integrator calls. */
+/* Models with closed loops: what an implicit integrator calls. */
 static const struct {
     const char *name;
     int fourbars, links; /* one of them */
