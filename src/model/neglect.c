@@ -44,6 +44,7 @@ int mbsri_inertia_parts(const mbsr_inertia *inertia)
         return parts | (inertia->mass > 0.0 ? MBSR_MASS : 0);
     case MBSR_INERTIA_MATRIX: return inertia->matrix ? PARTS : 0;
     case MBSR_INERTIA_FUNCTION: return PARTS;
+    case MBSR_INERTIA_FLEXIBLE: /* which modes have mass is for the modal data to say */
     case MBSR_INERTIA_INVALID:
     case MBSR_INERTIA_NOT_GIVEN: break;
     }
@@ -85,6 +86,9 @@ static int check_parts(mbsr_model *m, const mbsr_inertia *given, int body, int p
     if (parts < 1 || parts > PARTS)
         return refuse(m, MBSR_ERR_VALUE, body, function,
                       "parts must be MBSR_MASS, MBSR_MOMENT or both");
+    if (given->kind == MBSR_INERTIA_FLEXIBLE)
+        return refuse(m, MBSR_ERR_VALUE, body, function,
+                      "the masses of a flexible body are those of its modal data");
     if (has == 0) return refuse(m, MBSR_ERR_VALUE, body, function, "the body has no inertia");
     if (whole && parts != PARTS)
         return refuse(m, MBSR_ERR_VALUE, body, function,
