@@ -163,32 +163,3 @@ bool mbsri_mjcf_frame(mbsri_mjcf *m, const mbsri_node *node, mbsr_frame *frame)
     }
     return good || mbsri_file_refuse(m->s, node->e, "%s has no direction", names[way]);
 }
-
-/* ---- names ---- */
-
-int mbsri_mjcf_joint(const mbsri_mjcf *m, const char *name)
-{
-    const mbsri_scene_joint *joints = m->s->joints.items;
-    for (int k = 0; name && k < m->s->joints.count; ++k) {
-        if (strcmp(joints[k].joint.name, name) == 0) return k;
-    }
-    return -1;
-}
-
-int mbsri_mjcf_site(const mbsri_mjcf *m, const char *name)
-{
-    const mbsr_file_site *sites = m->s->sites.items;
-    for (int k = 0; name && k < m->s->sites.count; ++k) {
-        if (strcmp(sites[k].name, name) == 0) return k;
-    }
-    return -1;
-}
-
-int mbsri_mjcf_body(const mbsri_mjcf *m, const char *name)
-{
-    const mbsri_scene_body *bodies = m->s->bodies.items;
-    for (int k = 0; name && k < m->s->bodies.count; ++k) {
-        if (strcmp(bodies[k].name, name) == 0) return k;
-    }
-    return -1;
-}

@@ -27,9 +27,14 @@ static const char *name_of(const mbsri_element *e)
     return name ? name : "";
 }
 
-static bool has_name(const mbsri_mjcf *m, const mbsri_element *e, int known)
+/* Gives its name, if it has one, to a number. */
+static bool enter(mbsri_mjcf *m, const mbsri_element *e, mbsri_names *names, int number)
 {
-    return known < 0 || mbsri_file_refuse(m->s, e, "there are two of that name");
+    const char *name = name_of(e);
+    if (!name[0]) return true;
+    if (mbsri_names_find(names, name) >= 0)
+        return mbsri_file_refuse(m->s, e, "there are two of that name");
+    return mbsri_names_add(m->s->arena, names, name, number);
 }
 
 /* ---- joints ---- */
@@ -93,7 +98,7 @@ static bool add_joint(mbsri_mjcf *m, const mbsri_element *e, const place *at)
     mbsri_scene_body *b = mbsri_scene_bodies(s) + at->body;
     mbsri_scene_joint j = {.element = e, .joint = {.name = name_of(e), .kind = MBSR_FILE_FREE}};
     if (at->body < 0) return mbsri_file_refuse(s, e, "the world has no joints");
-    if (j.joint.name[0] && !has_name(m, e, mbsri_mjcf_joint(m, j.joint.name))) return false;
+    if (!enter(m, e, &m->joints, s->joints.count)) return false;
     if (mbsri_is(e, "joint")) {
         mbsri_node node;
         if (!mbsri_mjcf_node(m, e, "joint", at->childclass, &node) ||
@@ -310,7 +315,7 @@ static bool add_site(mbsri_mjcf *m, const mbsri_element *e, const place *at)
     mbsri_node node;
     mbsr_frame frame;
     if (!mbsri_mjcf_node(m, e, "site", at->childclass, &node) ||
-        !mbsri_mjcf_frame(m, &node, &frame))
+        !mbsri_mjcf_frame(m, &node, &frame) || !enter(m, e, &m->sites, m->s->sites.count))
         return false;
     mbsr_file_site *site = mbsri_list_add(m->s->arena, &m->s->sites, sizeof *site);
     if (!site) return false;
@@ -390,7 +395,7 @@ static bool add_body(mbsri_mjcf *m, const mbsri_element *e, const place *at)
     const mbsr_frame own = mbsr_frame_identity();
     const place within = {m->s->bodies.count, &own, class ? class : at->childclass};
     shapes sum = {.some = false};
-    if (b.name[0] && !has_name(m, e, mbsri_mjcf_body(m, b.name))) return false;
+    if (!enter(m, e, &m->bodies, m->s->bodies.count)) return false;
     if (!mbsri_mjcf_frame(m, &node, &b.frame)) return false;
     b.frame = mbsr_frame_product(at->frame, &b.frame);
     b.first = m->s->joints.count;

@@ -3,6 +3,7 @@
 #ifndef MBSRI_FILES_MJCF_PARTS_H
 #define MBSRI_FILES_MJCF_PARTS_H
 
+#include "files/names.h"
 #include "files/scene.h"
 
 /* <default>: one of several of a class, perhaps. */
@@ -26,6 +27,7 @@ typedef struct mbsri_mjcf {
     const char *home;   /* folder of the file, with its slash */
     const char *folder; /* of meshes; NULL: none */
     mbsri_list classes, meshes;
+    mbsri_names bodies, joints, sites;
 } mbsri_mjcf;
 
 /* An element with its class, from which it has what it does not say itself. */
@@ -54,11 +56,6 @@ bool mbsri_mjcf_frame(mbsri_mjcf *m, const mbsri_node *node, mbsr_frame *frame);
 
 /* z along a direction by the shortest turn. */
 mbsr_frame mbsri_mjcf_along(const double x[3], const double z[3]);
-
-/* Number of a joint, a site or a body by name; -1: none. */
-int mbsri_mjcf_joint(const mbsri_mjcf *m, const char *name);
-int mbsri_mjcf_site(const mbsri_mjcf *m, const char *name);
-int mbsri_mjcf_body(const mbsri_mjcf *m, const char *name);
 
 /* The parts of a file. */
 bool mbsri_mjcf_world(mbsri_mjcf *m, const mbsri_element *world);

@@ -22,7 +22,7 @@ static bool end_of(mbsri_mjcf *m, const mbsri_element *e, const char *attribute,
     *body = -1;
     if (!name && !world) return mbsri_file_refuse(m->s, e, "it has no %s", attribute);
     if (!name || strcmp(name, "world") == 0) return true;
-    *body = mbsri_mjcf_body(m, name);
+    *body = mbsri_names_find(&m->bodies, name);
     return *body >= 0 || mbsri_file_refuse(m->s, e, "%s '%.50s' is no body", attribute, name);
 }
 
@@ -46,7 +46,7 @@ static bool read_bodies(mbsri_mjcf *m, const mbsri_node *node, mbsri_scene_equal
 static bool joint_of(mbsri_mjcf *m, const mbsri_element *e, const char *attribute, int *joint)
 {
     const char *name = mbsri_attribute(e, attribute);
-    *joint = mbsri_mjcf_joint(m, name);
+    *joint = mbsri_names_find(&m->joints, name);
     if (*joint < 0)
         return mbsri_file_refuse(m->s, e, "%s '%.50s' is no joint", attribute, name ? name : "");
     const mbsr_file_joint_kind kind = mbsri_scene_joints(m->s)[*joint].joint.kind;
@@ -128,7 +128,7 @@ static bool read_path(mbsri_mjcf *m, const mbsri_element *e, mbsri_scene_tendon 
     *known = true;
     for (const mbsri_element *c = e->child; c; c = c->next) {
         const char *name = mbsri_attribute(c, "site");
-        const int site = mbsri_mjcf_site(m, name);
+        const int site = mbsri_names_find(&m->sites, name);
         if (mbsri_is(c, "site") && site < 0)
             return mbsri_file_refuse(m->s, c, "'%.50s' is no site", name ? name : "");
         *known = *known && mbsri_is(c, "site") && t->count < 2;
@@ -189,7 +189,7 @@ static bool read_target(mbsri_mjcf *m, const mbsri_node *node, mbsri_scene_actua
     const mbsri_scene_tendon *tendons = m->s->tendons.items;
     if (!joint) joint = mbsri_attribute(e, "jointinparent");
     if (joint) {
-        const int at = mbsri_mjcf_joint(m, joint);
+        const int at = mbsri_names_find(&m->joints, joint);
         if (at < 0) return mbsri_file_refuse(m->s, e, "'%.50s' is no joint", joint);
         const mbsr_file_joint_kind kind = mbsri_scene_joints(m->s)[at].joint.kind;
         if (kind == MBSR_FILE_HINGE || kind == MBSR_FILE_SLIDE)
