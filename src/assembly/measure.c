@@ -13,7 +13,7 @@
 #include "assembly/survey.h"
 #include "base/memory.h"
 #include "flexible/axial.h"
-#include "flexible/flex.h"
+#include "flexible/data.h"
 #include "forces/gravity.h"
 #include "model/query.h"
 #include "recursion/inertia.h"

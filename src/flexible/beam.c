@@ -1,9 +1,9 @@
-/* Modal data of a beam: see flex.h, beam.h.
+/* Modal data of a beam: see flex.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
  * Mass off the axis, at +-sqrt(2) radius, a quarter at each of four points of the section, gives the section its
  * moments; so all integrals are those of one field over one mass. */
-#include "flexible/beam.h"
+#include "flexible/beam_modes.h"
 
 #include "algebra/dense.h"
 #include "algebra/space3.h"
@@ -18,6 +18,8 @@ mbsr_beam_def mbsr_default_beam_def(void)
     return (mbsr_beam_def){
         .cookie = MBSRI_COOKIE, .elements = 15, .modes = 4, .frequency = INFINITY};
 }
+
+enum { POINTS = 5, MOST_ELEMENTS = 40 };
 
 #define REFUSE(status, ...) mbsri_fail(error, status, MBSR_NONE, MBSR_NONE, __VA_ARGS__)
 
@@ -51,9 +53,9 @@ static int check_def(const mbsr_beam_def *def, mbsr_error *error)
     if (def->cookie != MBSRI_COOKIE)
         return REFUSE(MBSR_ERR_NO_DEFAULT,
                       "mbsr_flex_beam: def was not made by mbsr_default_beam_def");
-    if (def->elements < 1 || def->elements > MBSRI_BEAM_ELEMENTS)
+    if (def->elements < 1 || def->elements > MOST_ELEMENTS)
         return REFUSE(MBSR_ERR_VALUE, "mbsr_flex_beam: elements is %d, must be 1 .. %d",
-                      def->elements, MBSRI_BEAM_ELEMENTS);
+                      def->elements, MOST_ELEMENTS);
     if (def->modes < 0 || def->loaded < 0 || def->loaded > def->elements ||
         def->modes + MBSRI_BEAM_NODE * def->loaded > MBSR_MAX_MODES)
         return REFUSE(MBSR_ERR_VALUE,
@@ -106,6 +108,13 @@ static void hermite(double z, double h, int order, double N[4])
 static const int bends_z[4] = {1, 5, 7, 11}, bends_y[4] = {2, 4, 8, 10};
 static const double sign_y[4] = {1.0, -1.0, 1.0, -1.0};
 
+/* A point of quadrature in element e: weight (m), x (m), and displacement and rotation there in terms of the
+ * 12 dofs of the element. */
+typedef struct beam_point {
+    double weight, x;
+    double shift[3][12], turn[3][12];
+} beam_point;
+
 /* Gauss's five points on 0 .. 1. */
 static double gauss(int k, double *weight)
 {
@@ -116,12 +125,12 @@ static double gauss(int k, double *weight)
     return 0.5 * (1.0 + (k < 2 ? -x[l] : x[l]));
 }
 
-void mbsri_beam_point_of(const mbsr_beam_def *def, int e, int k, mbsri_beam_point *point)
+static void point_of(const mbsr_beam_def *def, int e, int k, beam_point *point)
 {
     const double h = def->length / def->elements;
     double weight, N[4], slope[4];
     const double z = gauss(k, &weight);
-    *point = (mbsri_beam_point){.weight = weight * h, .x = h * (e + z)};
+    *point = (beam_point){.weight = weight * h, .x = h * (e + z)};
     hermite(z, h, 0, N);
     hermite(z, h, 1, slope);
     point->shift[0][0] = point->turn[0][3] = 1.0 - z;
@@ -156,7 +165,7 @@ static void add_square(const mbsri_beam *b, int e, double factor, const double x
 }
 
 /* Displacement at a point off the axis: shift + turn x offset. */
-static void displacement(const mbsri_beam_point *point, const double offset[3], double N[3][12])
+static void displacement(const beam_point *point, const double offset[3], double N[3][12])
 {
     for (int c = 0; c < 12; ++c) {
         const double turn[3] = {point->turn[0][c], point->turn[1][c], point->turn[2][c]};
@@ -173,9 +182,9 @@ static void add_point(mbsri_beam *b, int e, int k)
     double weight, curvature[4], y[12] = {0.0}, z[12] = {0.0}, offset[4][3], N[3][12];
     const double stretch[12] = {[0] = -1.0 / h, [6] = 1.0 / h},
                  twist[12] = {[3] = -1.0 / h, [9] = 1.0 / h};
-    mbsri_beam_point point;
+    beam_point point;
     hermite(gauss(k, &weight), h, 2, curvature);
-    mbsri_beam_point_of(def, e, k, &point);
+    point_of(def, e, k, &point);
     for (int l = 0; l < 4; ++l) {
         z[bends_z[l]] = curvature[l];
         y[bends_y[l]] = sign_y[l] * curvature[l];
@@ -203,7 +212,7 @@ static void assemble(mbsri_beam *b)
     mbsri_zero((size_t)b->free * (size_t)b->free, b->K);
     mbsri_zero((size_t)b->free * (size_t)b->free, b->M);
     for (int e = 0; e < def->elements; ++e) {
-        for (int k = 0; k < MBSRI_BEAM_POINTS; ++k) add_point(b, e, k);
+        for (int k = 0; k < POINTS; ++k) add_point(b, e, k);
     }
     for (int k = 0; k < 3; ++k) {
         const int at = place(b, b->dofs - MBSRI_BEAM_NODE + k);
@@ -257,9 +266,9 @@ static void integrate(const mbsri_beam *b, sums *s)
     place_modes(b, def->elements - 1, N, s);
     add_mass(def->tip_mass, end, s);
     for (int e = 0; e < def->elements; ++e) {
-        for (int k = 0; k < MBSRI_BEAM_POINTS; ++k) {
-            mbsri_beam_point point;
-            mbsri_beam_point_of(def, e, k, &point);
+        for (int k = 0; k < POINTS; ++k) {
+            beam_point point;
+            point_of(def, e, k, &point);
             for (int l = 0; l < points; ++l) {
                 const double x[3] = {point.x, offset[l][1], offset[l][2]};
                 displacement(&point, offset[l], N);
@@ -375,7 +384,7 @@ int mbsr_flex_beam(const mbsr_beam_def *def, mbsr_flex **flex, mbsr_error *error
         return REFUSE(MBSR_ERR_NULL, "mbsr_flex_beam: %s is NULL", !def ? "def" : "flex");
     int status = check_def(def, error);
     if (status) return status;
-    int dof[MBSRI_BEAM_NODE * (MBSRI_BEAM_ELEMENTS + 1)];
+    int dof[MBSRI_BEAM_NODE * (MOST_ELEMENTS + 1)];
     sums s;
     mbsri_beam b = {.def = def,
                     .dofs = MBSRI_BEAM_NODE * (def->elements + 1),

@@ -1,4 +1,4 @@
-/* Whether modal data are those of a body: see flex.h.
+/* Whether modal data are those of a body: see check.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
  * The integrals are those of some field and some mass if the Gram matrix of its components is positive
@@ -8,13 +8,14 @@
  *
  * and then M(s) is so for every s. Rotary inertia adds Mf_ab - tr P_ab, which has to be
  * positive semi-definite by itself. */
+#include "flexible/check.h"
+
 #include "algebra/dense.h"
 #include "algebra/frames.h"
 #include "algebra/lapack.h"
 #include "algebra/numbers.h"
 #include "base/error.h"
 #include "base/memory.h"
-#include "flexible/flex.h"
 
 #include <math.h>
 

@@ -1,11 +1,10 @@
-/* Making modal data and giving them back: see flex.h.
+/* Making modal data and giving them back: see data.h.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "flexible/flex.h"
-
 #include "algebra/dense.h"
 #include "base/cookie.h"
 #include "base/error.h"
 #include "base/memory.h"
+#include "flexible/check.h"
 
 mbsr_flex_def mbsr_default_flex_def(void)
 {

@@ -10,7 +10,7 @@
 #ifndef MBSRI_FLEXIBLE_MARKER_H
 #define MBSRI_FLEXIBLE_MARKER_H
 
-#include "flexible/flex.h"
+#include "flexible/data.h"
 
 typedef struct mbsri_flex_arm {
     double a[3], G[9], L[9];

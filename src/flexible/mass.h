@@ -5,7 +5,7 @@
 #ifndef MBSRI_FLEX_MASS_H
 #define MBSRI_FLEX_MASS_H
 
-#include "flexible/flex.h"
+#include "flexible/data.h"
 
 /* M (d x d) along the axes of R (3 x 3), which may be the unit matrix. */
 void mbsri_flex_mass(const mbsr_flex *f, const double R[9], const double *s, double *M);

@@ -3,7 +3,7 @@
 #ifndef MBSRI_FLEX_SLOPES_H
 #define MBSRI_FLEX_SLOPES_H
 
-#include "flexible/flex.h"
+#include "flexible/data.h"
 
 /* Doubles of scratch for n modes. */
 size_t mbsri_flex_slopes_size(int n);

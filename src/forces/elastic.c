@@ -1,7 +1,7 @@
 /* Stiffness and damping of a flexible body's modes.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "algebra/dense.h"
-#include "flexible/flex.h"
+#include "flexible/data.h"
 #include "forces/columns.h"
 #include "forces/stock.h"
 

@@ -6,7 +6,7 @@
 #include "algebra/lapack.h"
 #include "base/error.h"
 #include "base/memory.h"
-#include "flexible/flex.h"
+#include "flexible/data.h"
 
 #include <math.h>
 

@@ -1,11 +1,11 @@
-/* Finite elements of a beam, and their modes.
+/* Modes of a beam's finite elements.
  * SPDX-License-Identifier: BSD-3-Clause */
-#ifndef MBSRI_BEAM_H
-#define MBSRI_BEAM_H
+#ifndef MBSRI_BEAM_MODES_H
+#define MBSRI_BEAM_MODES_H
 
-#include "flexible/flex.h"
+#include "flexible/data.h"
 
-enum { MBSRI_BEAM_NODE = 6, MBSRI_BEAM_POINTS = 5, MBSRI_BEAM_ELEMENTS = 40 };
+enum { MBSRI_BEAM_NODE = 6 };
 
 /* Dofs of node k: u, v, w, rotations about x, y, z; those that deform count, without the root's. */
 typedef struct mbsri_beam {
@@ -19,15 +19,6 @@ typedef struct mbsri_beam {
     int normal;          /* how many of them are normal modes */
     double *work;        /* of beam_modes.c */
 } mbsri_beam;
-
-/* A point of quadrature in element e: weight (m), x (m), and displacement and rotation there in terms of the
- * 12 dofs of the element. */
-typedef struct mbsri_beam_point {
-    double weight, x;
-    double shift[3][12], turn[3][12];
-} mbsri_beam_point;
-
-void mbsri_beam_point_of(const mbsr_beam_def *def, int e, int k, mbsri_beam_point *point);
 
 /* Doubles of work for `free` dofs and `loads` load cases. */
 size_t mbsri_beam_work(int free, int loads);

@@ -1,7 +1,7 @@
 /* Modal data of flexible bodies, as they are kept.
  * SPDX-License-Identifier: BSD-3-Clause */
-#ifndef MBSRI_FLEX_H
-#define MBSRI_FLEX_H
+#ifndef MBSRI_FLEX_DATA_H
+#define MBSRI_FLEX_DATA_H
 
 #include <mbsrank/flex.h>
 
@@ -13,8 +13,5 @@ struct mbsr_flex {
     double *Ct0, *P0, *P, *Mf, *K, *D; /* as in mbsr_flex_def */
     mbsr_flex_marker *marker;          /* Phi and Psi are not NULL */
 };
-
-/* Refuses data that are not those of a body; f is filled. */
-int mbsri_flex_check(const mbsr_flex *f, mbsr_error *error);
 
 #endif
