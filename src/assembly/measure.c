@@ -15,6 +15,7 @@
 #include "flexible/axial.h"
 #include "flexible/data.h"
 #include "forces/gravity.h"
+#include "forces/springs.h"
 #include "model/query.h"
 #include "recursion/inertia.h"
 #include "recursion/spans.h"
@@ -79,6 +80,14 @@ static void find_frequency(mbsr_model *m)
     m->frequency = m->length > 0.0 ? sqrt(size / m->length) / (2.0 * pi) : 0.0;
 }
 
+/* For springs with a law by function, whose derivatives are differences. */
+static void tell_springs(mbsr_model *m)
+{
+    mbsri_force *force = m->forces.data;
+    for (size_t k = 0; k < m->forces.count; ++k)
+        mbsri_spring_set_rate(&force[k].def, m->length * m->frequency);
+}
+
 /* Whether the library does not know what all coordinates of a joint measure. */
 static bool unknown(const mbsri_body *b)
 {
@@ -129,5 +138,6 @@ bool mbsri_measure(mbsr_model *m)
 {
     weigh(m);
     find_frequency(m);
+    tell_springs(m);
     return find_spans(m);
 }

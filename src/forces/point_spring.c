@@ -7,7 +7,8 @@
 #include "forces/springs.h"
 #include "forces/stock.h"
 
-enum { STIFFNESS, DAMPING, REST, CUBIC, POINT_A, POINT_B = POINT_A + 3 };
+/* RATE, of a law by function: typical of the length in the model, m/s (mbsri_spring_set_rate). */
+enum { STIFFNESS, DAMPING, REST, CUBIC, POINT_A, POINT_B = POINT_A + 3, RATE = POINT_B + 3 };
 
 /* The line from point b to point a. */
 typedef struct line {
@@ -94,10 +95,17 @@ static int add_sample(const mbsr_force_def *def, double x, double v, double fact
     return status;
 }
 
+/* What v changes by where the law does: nothing tells without gravity and at rest. */
+static double rate_span(const mbsr_force_def *def, double v)
+{
+    const double rate = def->param[RATE];
+    return rate > 0.0 ? rate : v != 0.0 ? fabs(v) : 1.0;
+}
+
 /* Of a law by function: differences, over a part of the length, and of v. */
 static int function_tangent(const mbsr_force_def *def, double x, double v, tangent *at)
 {
-    const double hx = 0x1p-10 * x, hv = mbsri_difference_step(v, 1.0);
+    const double hx = 0x1p-10 * x, hv = mbsri_difference_step(v, rate_span(def, v));
     int status = add_sample(def, x, v, 1.0, &at->F);
     for (int l = 0; l < 4 && !status; ++l) {
         const double place = mbsri_difference_place(l), weight = mbsri_difference_weight(l) / 12.0;
@@ -316,4 +324,9 @@ bool mbsri_read_point_spring(const mbsr_force_def *def, mbsri_spring *spring)
                      : def->param[CUBIC] != 0.0 ? "it has a cubic term"
                                                 : NULL;
     return true;
+}
+
+void mbsri_spring_set_rate(mbsr_force_def *def, double rate)
+{
+    if (def->table == &point_table && def->spring) def->param[RATE] = rate;
 }

@@ -215,6 +215,61 @@ static void rates_and_newton_directions(void **state)
     }
 }
 
+/* ---- springs with a law by function ---- */
+
+/* A damper of 5 N that saturates at some 0.3 m/s; user: the unit. */
+static int saturating(void *user, double x, double v, double *force, double *energy, double *power)
+{
+    const unit *by = user;
+    const double N = by->kg * by->m / (by->s * by->s);
+    (void)x;
+    (void)energy;
+    *force = 5.0 * N * tanh(v / (0.3 * by->m / by->s));
+    if (power) *power = *force * v;
+    return MBSR_OK;
+}
+
+/* A box on a slide with such a damper to the ground: u' of the Newton direction beside the true one. */
+static double error_of_spring(unit by)
+{
+    const double L = by.m, axis[3] = {1.0, 0.0, 0.0}, edges[3] = {0.2 * L, 0.2 * L, 0.2 * L},
+                 density = 1000.0 * by.kg / (L * L * L), mass = density * 0.008 * L * L * L,
+                 u = 0.15 * L / by.s, c = 10.0 / by.s;
+    const mbsr_spring law = {.function = saturating, .user = &by};
+    const double q = 0.7 * L, y[3] = {q, mass * u, u}, yp[3] = {u, 0.0, 0.0},
+                 r[3] = {0.0, 1.0, 0.0};
+    const mbsr_force_def spring = mbsr_force_spring(0, NULL, MBSR_GROUND, NULL, &law),
+                         weight = mbsr_force_gravity(0.0, 0.0, -9.81 * L / (by.s * by.s));
+    mbsr_model *m;
+    mbsr_data *d;
+    mbsr_newton *newton;
+    mbsr_body_def def = mbsr_default_body_def();
+    def.joint = mbsr_joint_prismatic(NULL, NULL, axis);
+    def.inertia = mbsr_inertia_box(density, edges);
+    assert_ok(mbsr_model_create(NULL, &m, NULL), NULL);
+    assert_ok(mbsr_model_add_body(m, &def, NULL), mbsr_model_error(m));
+    assert_ok(mbsr_model_add_force(m, &spring, NULL), mbsr_model_error(m));
+    assert_ok(mbsr_model_add_force(m, &weight, NULL), mbsr_model_error(m));
+    assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
+    assert_ok(mbsr_data_create(m, &d, NULL), NULL);
+    assert_ok(mbsr_newton_create(m, MBSR_DAE_MOMENTUM, NULL, &newton, NULL), NULL);
+    double delta[3];
+    assert_ok(mbsr_newton_factor(newton, d, 0.0, y, yp, c), mbsr_newton_error(newton));
+    assert_ok(mbsr_newton_solve(newton, r, delta), mbsr_newton_error(newton));
+    const double slope = (1.0 - tanh(0.5) * tanh(0.5)) * 5.0 * by.kg / by.s / 0.3,
+                 truth = 1.0 / (mass * c + slope);
+    mbsr_newton_destroy(newton);
+    mbsr_data_destroy(d);
+    mbsr_model_destroy(m);
+    return fabs(fabs(delta[2] / truth) - 1.0);
+}
+
+static void laws_of_springs_by_function(void **state)
+{
+    (void)state;
+    for (int k = 0; k < UNITS; ++k) assert_less(error_of_spring(units[k]), 1e-9);
+}
+
 /* ---- stated scales ---- */
 
 /* tau = -sin(q / a) - tanh(u / b), which change over less than the library expects. */
@@ -302,6 +357,7 @@ static void scales_that_are_none_are_refused(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(rates_and_newton_directions),
+                                       cmocka_unit_test(laws_of_springs_by_function),
                                        cmocka_unit_test(a_table_states_its_scales),
                                        cmocka_unit_test(scales_that_are_none_are_refused)};
     return cmocka_run_group_tests(tests, NULL, NULL);
