@@ -176,13 +176,13 @@ static void place_armature(mbsr_model *m, int i)
 {
     mbsri_body *b = m->body + i;
     const size_t from = ((const mbsri_body_entry *)m->entries.data)[b->id].armature;
-    const double *given = (const double *)m->matrices.data + from;
+    const double *given = from > 0 ? (const double *)m->matrices.data + from : NULL;
     double *to = m->armature + b->iu;
     b->armature = to;
     b->armature_given = from;
     for (int k = 0; k < b->joint.n; ++k) {
         if (b->held && !isnan(b->held[k])) continue;
-        *to++ = from > 0 ? given[k] : 0.0;
+        *to++ = given ? given[k] : 0.0;
     }
 }
 

@@ -95,17 +95,18 @@ static int add_sample(const mbsr_force_def *def, double x, double v, double fact
     return status;
 }
 
-/* What v changes by where the law does: nothing tells without gravity and at rest. */
-static double rate_span(const mbsr_force_def *def, double v)
+/* What the rate of the length changes by where the law does: without gravity the points' velocity, and at
+ * rest nothing tells. */
+static double rate_span(const mbsr_force_def *def, const line *w)
 {
-    const double rate = def->param[RATE];
-    return rate > 0.0 ? rate : v != 0.0 ? fabs(v) : 1.0;
+    const double rate = def->param[RATE], speed = fmax(mbsri_norm3(w->a.v), mbsri_norm3(w->b.v));
+    return rate > 0.0 ? rate : speed > 0.0 ? speed : 1.0;
 }
 
 /* Of a law by function: differences, over a part of the length, and of v. */
-static int function_tangent(const mbsr_force_def *def, double x, double v, tangent *at)
+static int function_tangent(const mbsr_force_def *def, const line *w, double v, tangent *at)
 {
-    const double hx = 0x1p-10 * x, hv = mbsri_difference_step(v, rate_span(def, v));
+    const double x = w->length, hx = 0x1p-10 * x, hv = mbsri_difference_step(v, rate_span(def, w));
     int status = add_sample(def, x, v, 1.0, &at->F);
     for (int l = 0; l < 4 && !status; ++l) {
         const double place = mbsri_difference_place(l), weight = mbsri_difference_weight(l) / 12.0;
@@ -115,13 +116,13 @@ static int function_tangent(const mbsr_force_def *def, double x, double v, tange
     return status;
 }
 
-static int law_tangent(const mbsr_force_def *def, double x, double v, tangent *at)
+static int law_tangent(const mbsr_force_def *def, const line *w, double v, tangent *at)
 {
     const double *param = def->param;
     *at = (tangent){0.0, 0.0, 0.0};
-    if (def->spring) return function_tangent(def, x, v, at);
+    if (def->spring) return function_tangent(def, w, v, at);
     const bool one_sided = def->option[0] != 0;
-    const double s = x - param[REST], square = s * s,
+    const double x = w->length, s = x - param[REST], square = s * s,
                  stiffness = param[STIFFNESS] + 3.0 * param[CUBIC] * square;
     if (one_sided && s <= 0.0) return MBSR_OK;
     double by_elastic = 1.0, by_damping = 1.0;
@@ -166,7 +167,7 @@ static int directed_pull(const mbsr_force_def *def, const line *w, pull *f)
     }
     tangent at;
     const double rate = mbsri_dot3(f->along, v);
-    const int status = law_tangent(def, w->length, rate, &at);
+    const int status = law_tangent(def, w, rate, &at);
     if (status) return status;
     f->factor = at.F * inverse;
     for (int r = 0; r < 3; ++r) {
