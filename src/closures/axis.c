@@ -22,27 +22,6 @@ static int jacobian(const mbsr_closure_args *args, const mbsr_closure_jacobian *
     return MBSR_OK;
 }
 
-static int nothing(const mbsr_closure_args *args, double *out)
-{
-    (void)args, (void)out;
-    return MBSR_OK;
-}
-
-/* C is constant. */
-static int tangent(const mbsr_closure_args *args, const double *lambda,
-                   const mbsr_closure_tangent *out)
-{
-    (void)args, (void)lambda, (void)out;
-    return MBSR_OK;
-}
-
-static int count(const mbsr_closure_args *args, int *rows, int *held)
-{
-    (void)args;
-    *rows = *held = 1;
-    return MBSR_OK;
-}
-
 static const char *row(const mbsr_closure_args *args, int k)
 {
     (void)args, (void)k;
@@ -57,10 +36,10 @@ mbsr_closure_def mbsri_closure_axis(int a, int b, int axis, double rest)
         .name = "axis",
         .position = position,
         .jacobian = jacobian,
-        .tangent = tangent,
-        .drift = nothing,
-        .bias = nothing,
-        .count = count,
+        .tangent = mbsri_constant_rows,
+        .drift = mbsri_no_numbers,
+        .bias = mbsri_no_numbers,
+        .count = mbsri_one_row,
         .row = row,
     };
     mbsr_closure_def def = mbsri_stock_closure(&table, a, b);

@@ -80,18 +80,6 @@ static int jacobian(const mbsr_closure_args *args, const mbsr_closure_jacobian *
     return MBSR_OK;
 }
 
-static int drift(const mbsr_closure_args *args, double *gt)
-{
-    (void)args, (void)gt;
-    return MBSR_OK;
-}
-
-static int count(const mbsr_closure_args *args, int *rows, int *held)
-{
-    *rows = *held = args->closure->option[ROWS];
-    return MBSR_OK;
-}
-
 static const char *row(const mbsr_closure_args *args, int k)
 {
     static const char *const names[] = {
@@ -108,8 +96,8 @@ mbsr_closure_def mbsri_closure_bushing(int a, const double frame_a[12], int b,
         .name = "bushing",
         .position = position,
         .jacobian = jacobian,
-        .drift = drift,
-        .count = count,
+        .drift = mbsri_no_numbers,
+        .count = mbsri_chosen_rows,
         .row = row,
     };
     mbsr_closure_def def = mbsri_stock_closure(&table, b, a);

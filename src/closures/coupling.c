@@ -41,21 +41,6 @@ static int bias(const mbsr_closure_args *args, double *out)
     return status;
 }
 
-/* C is constant. */
-static int tangent(const mbsr_closure_args *args, const double *lambda,
-                   const mbsr_closure_tangent *out)
-{
-    (void)args, (void)lambda, (void)out;
-    return MBSR_OK;
-}
-
-static int count(const mbsr_closure_args *args, int *rows, int *held)
-{
-    (void)args;
-    *rows = *held = 1;
-    return MBSR_OK;
-}
-
 static int check_fields(const mbsr_closure_def *def, char text[MBSR_TEXT_SIZE])
 {
     bool any = false;
@@ -104,10 +89,10 @@ mbsr_closure_def mbsr_closure_coupling(int terms, const int *body, const int *co
         .name = "coupling",
         .position = position,
         .jacobian = jacobian,
-        .tangent = tangent,
+        .tangent = mbsri_constant_rows,
         .drift = drift,
         .bias = bias,
-        .count = count,
+        .count = mbsri_one_row,
         .check = check,
         .check_fields = check_fields,
         .row = row,

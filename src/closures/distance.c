@@ -137,13 +137,6 @@ static int bias(const mbsr_closure_args *args, double *out)
     return status;
 }
 
-static int count(const mbsr_closure_args *args, int *rows, int *held)
-{
-    (void)args;
-    *rows = *held = 1;
-    return MBSR_OK;
-}
-
 static int check_fields(const mbsr_closure_def *def, char text[MBSR_TEXT_SIZE])
 {
     if (def->param[LENGTH] > 0.0) return MBSR_OK;
@@ -170,7 +163,7 @@ mbsr_closure_def mbsr_closure_distance(int a, const double point_a[3], int b,
         .tangent = tangent,
         .drift = drift,
         .bias = bias,
-        .count = count,
+        .count = mbsri_one_row,
         .check = mbsri_check_pair,
         .check_fields = check_fields,
         .row = row,
@@ -262,7 +255,7 @@ mbsr_closure_def mbsri_closure_length(int a, const double point_a[3], int b,
         .tangent = length_tangent,
         .drift = length_drift,
         .bias = length_bias,
-        .count = count,
+        .count = mbsri_one_row,
         .check = mbsri_check_pair,
         .row = row,
     };

@@ -76,18 +76,6 @@ static int jacobian(const mbsr_closure_args *args, const mbsr_closure_jacobian *
     return MBSR_OK;
 }
 
-static int drift(const mbsr_closure_args *args, double *gt)
-{
-    (void)args, (void)gt;
-    return MBSR_OK;
-}
-
-static int count(const mbsr_closure_args *args, int *rows, int *held)
-{
-    *rows = *held = args->closure->option[0];
-    return MBSR_OK;
-}
-
 /* The entry that the row is, or has most part in. */
 static const char *row(const mbsr_closure_args *args, int k)
 {
@@ -110,8 +98,8 @@ mbsr_closure_def mbsri_closure_planar_bushing(int a, const double frame_a[3], in
         .name = "planar bushing",
         .position = position,
         .jacobian = jacobian,
-        .drift = drift,
-        .count = count,
+        .drift = mbsri_no_numbers,
+        .count = mbsri_chosen_rows,
         .row = row,
     };
     mbsr_closure_def def = mbsri_stock_closure(&table, b, a);

@@ -28,6 +28,32 @@ mbsr_closure_def mbsr_closure_custom(const mbsr_closure_table *table, int bodies
     return def;
 }
 
+int mbsri_one_row(const mbsr_closure_args *args, int *rows, int *held)
+{
+    (void)args;
+    *rows = *held = 1;
+    return MBSR_OK;
+}
+
+int mbsri_chosen_rows(const mbsr_closure_args *args, int *rows, int *held)
+{
+    *rows = *held = args->closure->option[0];
+    return MBSR_OK;
+}
+
+int mbsri_constant_rows(const mbsr_closure_args *args, const double *lambda,
+                        const mbsr_closure_tangent *out)
+{
+    (void)args, (void)lambda, (void)out;
+    return MBSR_OK;
+}
+
+int mbsri_no_numbers(const mbsr_closure_args *args, double *out)
+{
+    (void)args, (void)out;
+    return MBSR_OK;
+}
+
 mbsr_closure_def mbsri_stock_closure(const mbsr_closure_table *table, int a, int b)
 {
     return mbsr_closure_custom(table, 2, (const int[2]){a, b}, 0, 0, NULL);

@@ -38,6 +38,14 @@ void mbsri_end_centripetal(const mbsri_end *end, const double arm[3], double a[3
 /* Whether both of the first two bodies lie in the plane (a root at rest lies in both). */
 bool mbsri_flat(const mbsr_closure_args *args);
 
+/* For tables: one position row; as many as option[0] says; rows whose derivatives do not move; drifts
+ * and biases that are zero. */
+int mbsri_one_row(const mbsr_closure_args *args, int *rows, int *held);
+int mbsri_chosen_rows(const mbsr_closure_args *args, int *rows, int *held);
+int mbsri_constant_rows(const mbsr_closure_args *args, const double *lambda,
+                        const mbsr_closure_tangent *out);
+int mbsri_no_numbers(const mbsr_closure_args *args, double *out);
+
 /* A definition with cookie, table and two bodies. */
 mbsr_closure_def mbsri_stock_closure(const mbsr_closure_table *table, int a, int b);
 

@@ -4,25 +4,12 @@
 #include "base/memory.h"
 #include "joints/chain.h"
 #include "model/check.h"
+#include "model/entry.h"
 #include "model/query.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
-
-/* Before finish, of a body that was added; NULL: refused, status in *status. */
-static mbsri_body_entry *find(mbsr_model *m, int body, const char *function, int *status)
-{
-    *status = MBSR_OK;
-    if (m->finished) {
-        *status = mbsri_fail(&m->error, MBSR_ERR_FINISHED, MBSR_NONE, MBSR_NONE,
-                             "%s: the model is finished and cannot be changed", function);
-    } else if (body < 0 || (size_t)body >= m->entries.count) {
-        *status = mbsri_fail(&m->error, MBSR_ERR_ID, MBSR_NONE, MBSR_NONE,
-                             "%s: there is no body %d yet", function, body);
-    }
-    return *status ? NULL : (mbsri_body_entry *)m->entries.data + body;
-}
 
 static const char *label_of(const mbsr_model *m, const mbsri_body_entry *entry, int body,
                             char *buffer)
@@ -50,7 +37,7 @@ int mbsr_model_regularise(mbsr_model *model, int body, int d, const double *matr
     mbsr_model *m = model;
     if (!m) return MBSR_ERR_NULL;
     int status;
-    mbsri_body_entry *entry = find(m, body, function, &status);
+    mbsri_body_entry *entry = mbsri_find_entry(m, body, function, &status);
     if (!entry) return status;
     char label[MBSRI_LABEL], culprit[MBSRI_LABEL + sizeof function + 2];
     snprintf(culprit, sizeof culprit, "%s: %s", label_of(m, entry, body, label), function);
@@ -112,7 +99,7 @@ int mbsr_model_lock(mbsr_model *model, int body, int coordinate, double value)
     mbsr_model *m = model;
     if (!m) return MBSR_ERR_NULL;
     int status;
-    mbsri_body_entry *entry = find(m, body, "mbsr_model_lock", &status);
+    mbsri_body_entry *entry = mbsri_find_entry(m, body, "mbsr_model_lock", &status);
     if (!status) status = check_lock(m, entry, body, coordinate, value);
     if (status) return status;
     if (entry->held == 0) {
@@ -173,7 +160,7 @@ int mbsr_model_armature(mbsr_model *model, int body, int n, const double *values
     mbsr_model *m = model;
     if (!m) return MBSR_ERR_NULL;
     int status;
-    mbsri_body_entry *entry = find(m, body, "mbsr_model_armature", &status);
+    mbsri_body_entry *entry = mbsri_find_entry(m, body, "mbsr_model_armature", &status);
     if (!status) status = check_armature(m, entry, body, n, values);
     if (status || n == 0) return status;
     if (entry->armature == 0) entry->armature = take(m, (size_t)n, body);

@@ -5,6 +5,7 @@
 #include "base/error.h"
 #include "base/memory.h"
 #include "model/check.h"
+#include "model/entry.h"
 #include "model/query.h"
 
 enum { PARTS = MBSR_MASS_AND_MOMENT };
@@ -15,20 +16,6 @@ static int refuse(mbsr_model *m, int status, int body, const char *function, con
     const mbsri_body_entry *entry = (const mbsri_body_entry *)m->entries.data + body;
     mbsri_label(label, "body", body, (const char *)m->names.data + entry->name);
     return mbsri_fail(&m->error, status, body, MBSR_NONE, "%s: %s: %s", label, function, text);
-}
-
-/* Before finish, of a body that was added; NULL: refused, status in *status. */
-static mbsri_body_entry *find(mbsr_model *m, int body, const char *function, int *status)
-{
-    *status = MBSR_OK;
-    if (m->finished) {
-        *status = mbsri_fail(&m->error, MBSR_ERR_FINISHED, MBSR_NONE, MBSR_NONE,
-                             "%s: the model is finished and cannot be changed", function);
-    } else if (body < 0 || (size_t)body >= m->entries.count) {
-        *status = mbsri_fail(&m->error, MBSR_ERR_ID, MBSR_NONE, MBSR_NONE,
-                             "%s: there is no body %d yet", function, body);
-    }
-    return *status ? NULL : (mbsri_body_entry *)m->entries.data + body;
 }
 
 int mbsri_inertia_parts(const mbsr_inertia *inertia)
@@ -105,7 +92,7 @@ int mbsr_model_neglect(mbsr_model *model, int body, int parts)
     mbsr_model *m = model;
     if (!m) return MBSR_ERR_NULL;
     int status;
-    mbsri_body_entry *entry = find(m, body, function, &status);
+    mbsri_body_entry *entry = mbsri_find_entry(m, body, function, &status);
     if (!entry) return status;
     const bool before = entry->neglected > 0;
     const mbsr_inertia given =
@@ -134,7 +121,7 @@ int mbsr_model_restore(mbsr_model *model, int body)
     mbsr_model *m = model;
     if (!m) return MBSR_ERR_NULL;
     int status;
-    mbsri_body_entry *entry = find(m, body, "mbsr_model_restore", &status);
+    mbsri_body_entry *entry = mbsri_find_entry(m, body, "mbsr_model_restore", &status);
     if (entry && entry->neglected > 0) restore(m, entry);
     return status;
 }
