@@ -6,7 +6,7 @@
 #   bench/run.sh                                  all of these
 #   bench/run.sh scaling [samples [largest N]]    needs no SUNDIALS
 #   bench/run.sh kinds [samples]                  nor does this
-#   bench/run.sh loops [samples]                  nor this
+#   bench/run.sh loops [samples]                  KLU, too, where SUNDIALS has it
 #   bench/run.sh report [samples]                 nor this
 #   bench/run.sh precision [smallest tolerance]
 #   bench/run.sh newton [largest number of bodies]     MuJoCo, too, where it is installed
@@ -21,8 +21,8 @@ trees=$root/bench/peers/run.sh
 what=${1:-all}
 [ $# -eq 0 ] || shift
 case $what in
-all | precision | newton | driver) ida=ON ;;
-scaling | kinds | loops | report) ida=OFF ;;
+all | loops | precision | newton | driver) ida=ON ;; # loops: for KLU
+scaling | kinds | report) ida=OFF ;;
 trees) exec sh "$trees" "$@" ;;
 *)
     sed -n 's/^#   //p' "$0" >&2
