@@ -28,12 +28,12 @@ cmake --build "$tree" --parallel "$(getconf _NPROCESSORS_ONLN 2>/dev/null || ech
 mkdir -p "$output"
 if [ "$part" = file ]; then
     for model in quarter_car.xml arm.urdf; do
-        "$tree/tools/mbsrank" info "examples/models/$model"
-        "$tree/tools/mbsrank" check "examples/models/$model"
+        "$tree/src/program/mbsrank" info "examples/models/$model"
+        "$tree/src/program/mbsrank" check "examples/models/$model"
     done
-    "$tree/tools/mbsrank" run examples/models/quarter_car.xml --t-end 2 --step 0.005 --start pushed \
+    "$tree/src/program/mbsrank" run examples/models/quarter_car.xml --t-end 2 --step 0.005 --start pushed \
         --output tyre,damper,rubber -o "$output/quarter_car.csv"
-    "$tree/tools/mbsrank" run examples/models/arm.urdf --t-end 4 --step 0.01 \
+    "$tree/src/program/mbsrank" run examples/models/arm.urdf --t-end 4 --step 0.01 \
         --output shoulder,elbow,pitch,hand.pos -o "$output/arm.csv"
 else
     "$tree/examples/demo_$part" "$output" ${bodies:+"$bodies"}

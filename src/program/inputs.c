@@ -1,6 +1,6 @@
 /* Inputs from CSV: see inputs.h.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "mbsrank/inputs.h"
+#include "program/inputs.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,6 +1,6 @@
 /* Models from files, for every command.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "mbsrank/program.h"
+#include "program/program.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -1,6 +1,6 @@
 /* mbsrank check: index and ranks at the start.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "mbsrank/program.h"
+#include "program/program.h"
 
 #include <stdlib.h>
 

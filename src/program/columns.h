@@ -3,7 +3,7 @@
 #ifndef MBSRANK_COLUMNS_H
 #define MBSRANK_COLUMNS_H
 
-#include "mbsrank/program.h"
+#include "program/program.h"
 
 typedef enum column_kind {
     COLUMN_Q,

@@ -1,8 +1,8 @@
 /* mbsrank run: integrates a model and writes CSV.
  * SPDX-License-Identifier: BSD-3-Clause */
 #define _POSIX_C_SOURCE 200809L
-#include "mbsrank/columns.h"
-#include "mbsrank/inputs.h"
+#include "program/columns.h"
+#include "program/inputs.h"
 
 #include <mbsrank/simulation.h>
 

@@ -1,6 +1,6 @@
 /* mbsrank: models from files on the command line.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "mbsrank/program.h"
+#include "program/program.h"
 
 #include <string.h>
 

@@ -3,7 +3,7 @@
 #ifndef MBSRANK_INPUTS_H
 #define MBSRANK_INPUTS_H
 
-#include "mbsrank/program.h"
+#include "program/program.h"
 
 typedef struct inputs {
     int columns, lines;

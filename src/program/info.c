@@ -1,6 +1,6 @@
 /* mbsrank info: what a model consists of.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "mbsrank/program.h"
+#include "program/program.h"
 
 #include <stdlib.h>
 

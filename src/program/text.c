@@ -1,6 +1,6 @@
 /* Texts in and out.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "mbsrank/program.h"
+#include "program/program.h"
 
 #include <math.h>
 #include <stdarg.h>

@@ -1,6 +1,6 @@
 /* Columns of a run: see columns.h.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "mbsrank/columns.h"
+#include "program/columns.h"
 
 #include <stdlib.h>
 #include <string.h>
