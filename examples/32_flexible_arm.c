@@ -132,8 +132,8 @@ int main(void)
         fprintf(file, "\n");
     }
     fclose(file);
-    return steps[MASSLESS] < 1.2 * (double)steps[LEFT_OUT] &&
-                   2 * steps[MASSLESS] < steps[WITH_MASS] && 5.0 * error[MASSLESS] < error[LEFT_OUT]
+    return 5 * steps[MASSLESS] < 6 * steps[LEFT_OUT] && 2 * steps[MASSLESS] < steps[WITH_MASS] &&
+                   5.0 * error[MASSLESS] < error[LEFT_OUT]
                ? 0
                : 1;
 }
