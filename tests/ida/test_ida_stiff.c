@@ -123,7 +123,7 @@ static void no_cell_is_stuck_or_wrong(void **state)
     enum { STIFFNESSES = 4, RATIOS = 3, CELLS = STIFFNESSES * RATIOS };
     static const double tolerance[] = {1e-3, 1e-4, 1e-6}, ratio[RATIOS] = {0.3, 1.0, 10.0},
                         stiffness[STIFFNESSES] = {1e8, 1e10, 1e12, 1e14};
-    static const long most[] = {6000, 5000, 11000};
+    static const long most[] = {5000, 4500, 8000};
     static const double wrong[] = {1.5, 0.6, 6e-3}, energy[] = {0.3, 0.1, 1e-3};
     for (int dense = 0; dense < 2; ++dense) {
         for (int t = 0; t < 3; ++t) {
