@@ -2,12 +2,9 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "inertias/exact.h"
 
-#include <math.h>
-#include <stdbool.h>
+#include "algebra/space3.h"
 
-/* Where entry (j, k) of a tensor stands. */
-static const int place[3][3] = {
-    {MBSR_XX, MBSR_XY, MBSR_XZ}, {MBSR_XY, MBSR_YY, MBSR_YZ}, {MBSR_XZ, MBSR_YZ, MBSR_ZZ}};
+#include <math.h>
 
 /* What a tensor given by its entries may be wrong by, in units of the machine precision: nothing
  * where it is diagonal, since each moment is what somebody stated. */
@@ -61,7 +58,8 @@ static void exchange(double divisor, mbsri_two A[6])
     const mbsri_two sum = mbsri_two_add(mbsri_two_add(A[MBSR_XX], A[MBSR_YY]), A[MBSR_ZZ]),
                     part = {sum.hi / divisor, sum.lo / divisor};
     for (int k = 0; k < 6; ++k) A[k] = mbsri_two_negative(A[k]);
-    for (int k = 0; k < 3; ++k) A[place[k][k]] = mbsri_two_add(A[place[k][k]], part);
+    for (int k = 0; k < 3; ++k)
+        A[mbsri_tensor_place(k, k)] = mbsri_two_add(A[mbsri_tensor_place(k, k)], part);
 }
 
 void mbsri_exact_turn(const double R[9], mbsri_two tensor[6])
@@ -69,7 +67,9 @@ void mbsri_exact_turn(const double R[9], mbsri_two tensor[6])
     mbsri_two RP[3][3]; /* columns */
     exchange(2.0, tensor);
     for (int j = 0; j < 3; ++j) {
-        const mbsri_two column[3] = {tensor[place[0][j]], tensor[place[1][j]], tensor[place[2][j]]};
+        const mbsri_two column[3] = {tensor[mbsri_tensor_place(0, j)],
+                                     tensor[mbsri_tensor_place(1, j)],
+                                     tensor[mbsri_tensor_place(2, j)]};
         mbsri_exact_rotate(R, column, RP[j]);
     }
     for (int j = 0; j < 3; ++j) {
@@ -77,7 +77,7 @@ void mbsri_exact_turn(const double R[9], mbsri_two tensor[6])
             mbsri_two sum = {0.0, 0.0};
             for (int l = 0; l < 3; ++l)
                 sum = mbsri_two_add(sum, mbsri_two_scale(RP[l][j], R[3 * l + k]));
-            tensor[place[j][k]] = sum;
+            tensor[mbsri_tensor_place(j, k)] = sum;
         }
     }
     exchange(1.0, tensor);
@@ -88,17 +88,50 @@ void mbsri_exact_parallel_axes(double mass, const mbsri_two c[3], mbsri_two tens
     for (int j = 0; j < 3; ++j) {
         for (int k = 0; k <= j; ++k) {
             const mbsri_two moment = mbsri_two_scale(mbsri_two_times(c[j], c[k]), mass);
-            mbsri_two *const to = tensor + place[j][k];
+            mbsri_two *const to = tensor + mbsri_tensor_place(j, k);
             if (j != k) {
                 *to = mbsri_two_subtract(*to, moment);
                 continue;
             }
             for (int l = 0; l < 3; ++l) {
-                mbsri_two *const other = tensor + place[l][l];
+                mbsri_two *const other = tensor + mbsri_tensor_place(l, l);
                 if (l != j) *other = mbsri_two_add(*other, moment);
             }
         }
     }
+}
+
+/* The axis v of the smallest moment, where that is much below the others: what I v = 0 would make it. */
+static void least_axis(const mbsri_two tensor[6], double v[3])
+{
+    double I[9], most = 0.0;
+    for (int k = 0; k < 9; ++k) I[k] = mbsri_two_value(tensor[mbsri_tensor_place(k / 3, k % 3)]);
+    for (int k = 0; k < 3; ++k) v[k] = 0.0;
+    for (int k = 0; k < 3; ++k) {
+        double across[3];
+        mbsri_cross3(I + 3 * ((k + 1) % 3), I + 3 * ((k + 2) % 3), across);
+        const double size = mbsri_norm3(across);
+        if (size <= most) continue;
+        most = size;
+        for (int l = 0; l < 3; ++l) v[l] = across[l] / size;
+    }
+}
+
+bool mbsri_exact_hides_moment(const mbsr_inertia *inertia)
+{
+    static const double digits = 1e-6;
+    mbsri_exact e = mbsri_exact_of(inertia);
+    mbsri_two moment = {0.0, 0.0};
+    double v[3], size = 0.0;
+    mbsri_exact_parallel_axes(e.mass, e.com, e.tensor);
+    least_axis(e.tensor, v);
+    for (int k = 0; k < 9; ++k) {
+        const mbsri_two entry = e.tensor[mbsri_tensor_place(k / 3, k % 3)];
+        const mbsri_two part = mbsri_two_scale(mbsri_two_scale(entry, v[k / 3]), v[k % 3]);
+        moment = mbsri_two_add(moment, part);
+        size += fabs(part.hi);
+    }
+    return moment.hi < digits * size;
 }
 
 void mbsri_exact_mass(const mbsr_inertia *inertia, const double R[9], mbsri_two M[36])
@@ -109,7 +142,7 @@ void mbsri_exact_mass(const mbsr_inertia *inertia, const double R[9], mbsri_two 
     mbsri_exact_parallel_axes(e.mass, e.com, e.tensor);
     for (int k = 0; k < 36; ++k) M[k] = (mbsri_two){0.0, 0.0};
     for (int j = 0; j < 3; ++j) {
-        for (int k = 0; k < 3; ++k) M[6 * j + k] = e.tensor[place[j][k]];
+        for (int k = 0; k < 3; ++k) M[6 * j + k] = e.tensor[mbsri_tensor_place(j, k)];
         M[7 * (3 + j)].hi = e.mass;
     }
     /* [m c]x at rows of the moments, columns of the linear part, and its transpose */

@@ -16,7 +16,15 @@
 
 #include <mbsrank/inertia.h>
 
-/* Entries as MBSR_XX .. MBSR_YZ, about the centre of mass in body axes. */
+#include <stdbool.h>
+
+/* Where entry (j, k) of a tensor stands: MBSR_XX .. MBSR_YZ. */
+static inline int mbsri_tensor_place(int j, int k)
+{
+    return j == k ? j : MBSR_XY + j + k - 1;
+}
+
+/* About the centre of mass in body axes. */
 typedef struct mbsri_exact {
     double mass, lost;
     mbsri_two com[3], tensor[6];
@@ -32,6 +40,10 @@ void mbsri_exact_settle(const mbsri_exact *exact, mbsr_inertia *inertia);
 void mbsri_exact_rotate(const double R[9], const mbsri_two x[3], mbsri_two y[3]);
 void mbsri_exact_turn(const double R[9], mbsri_two tensor[6]);
 void mbsri_exact_parallel_axes(double mass, const mbsri_two c[3], mbsri_two tensor[6]);
+
+/* Whether a moment about an axis through the body's origin is so small beside others, and the axis so
+ * oblique, that the tensor about the origin in double precision does not have it to ten digits. */
+bool mbsri_exact_hides_moment(const mbsr_inertia *inertia);
 
 /* M of a rigid body, 6 x 6, in a pose with axes R. */
 void mbsri_exact_mass(const mbsr_inertia *inertia, const double R[9], mbsri_two M[36]);

@@ -284,6 +284,31 @@ void mbsri_rigid_mass(const mbsr_inertia *inertia, const double R[9], double *M)
     for (int k = 3; k < 6; ++k) M[7 * k] = inertia->mass;
 }
 
+void mbsri_rigid_times(const mbsr_inertia *inertia, const double R[9], double factor,
+                       const double x[6], double y[6])
+{
+    const mbsri_exact e = mbsri_exact_of(inertia);
+    double c[3], turn_rate[3], spin[3], own[3], p[3];
+    mbsri_rotate3(R, inertia->com, c);
+    mbsri_unrotate3(R, x, turn_rate);
+    for (int j = 0; j < 3; ++j) {
+        mbsri_two sum = {0.0, 0.0};
+        for (int k = 0; k < 3; ++k)
+            sum = mbsri_two_add(sum,
+                                mbsri_two_scale(e.tensor[mbsri_tensor_place(j, k)], turn_rate[k]));
+        spin[j] = mbsri_two_value(sum);
+    }
+    mbsri_rotate3(R, spin, own);
+    /* of the centre of mass */
+    mbsri_cross3(x, c, p);
+    for (int k = 0; k < 3; ++k) p[k] = inertia->mass * (p[k] + x[3 + k]);
+    mbsri_add_cross3(c, p, own);
+    for (int k = 0; k < 3; ++k) {
+        y[k] += factor * own[k];
+        y[3 + k] += factor * p[k];
+    }
+}
+
 void mbsri_rigid_gyration(const double *M, const double V[6], double h[6])
 {
     const double first[3] = {M[6 * 4 + 2], M[6 * 5], M[6 * 3 + 1]};

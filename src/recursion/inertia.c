@@ -76,6 +76,15 @@ void mbsri_inertia_mass(const mbsri_body *b, const double *p, double *M)
     add_regularisation(b, p, M);
 }
 
+void mbsri_inertia_times(const mbsri_body *b, const double *p, const double *M, double factor,
+                         const double *x, double *y)
+{
+    if (b->inertia.kind == MBSR_INERTIA_SPATIAL && !b->added && is_spatial(b))
+        mbsri_rigid_times(&b->inertia, p + MBSR_POSE_R, factor, x, y);
+    else
+        mbsri_ax(b->d, b->d, factor, M, x, y);
+}
+
 /* M of a body in the plane, from the first moment as it was turned. */
 static void exact_planar(const mbsr_inertia *inertia, double angle, mbsri_two *M)
 {

@@ -9,6 +9,7 @@
 
 #include "algebra/dense.h"
 #include "model/query.h"
+#include "recursion/inertia.h"
 
 void mbsri_open_reaction(const mbsr_model *m, mbsr_data *d, int i)
 {
@@ -16,7 +17,7 @@ void mbsri_open_reaction(const mbsr_model *m, mbsr_data *d, int i)
     double *mu = d->mu + b->v;
     /* mu_i = f_i - M_i A_i, to which the successors add */
     mbsri_copy((size_t)b->d, d->f + b->v, mu);
-    mbsri_ax(b->d, b->d, -1.0, d->M + b->dd, d->A + b->v, mu);
+    mbsri_inertia_times(b, d->p + b->p, d->M + b->dd, -1.0, d->A + b->v, mu);
 }
 
 void mbsri_accelerate(const mbsr_model *m, mbsr_data *d, int i, const double *udot)

@@ -3,6 +3,7 @@
 #include "recursion/momentum.h"
 
 #include "algebra/dense.h"
+#include "recursion/inertia.h"
 #include "recursion/rank.h"
 
 void mbsri_momentum_of(const mbsr_model *m, mbsr_data *d, int i, double *p)
@@ -10,7 +11,7 @@ void mbsri_momentum_of(const mbsr_model *m, mbsr_data *d, int i, double *p)
     const mbsri_body *b = m->body + i;
     double *imp = d->imp + b->v;
     /* m_i = -M_i V_i - sum_j H_j^T m_j */
-    mbsri_ax(b->d, b->d, -1.0, d->M + b->dd, d->V + b->v, imp);
+    mbsri_inertia_times(b, d->p + b->p, d->M + b->dd, -1.0, d->V + b->v, imp);
     mbsri_atx(b->d, b->d_pred, -1.0, d->H + b->dp, imp, d->imp + b->pred_v);
     /* p_i = J_i^T m_i + a_i u_i */
     for (int k = 0; k < b->n; ++k) p[k] = b->armature[k] * d->u[b->iu + k];

@@ -4,6 +4,7 @@
 #include "dynamics/entry.h"
 #include "recursion/closures.h"
 #include "recursion/elements.h"
+#include "recursion/inertia.h"
 #include "recursion/not_finite.h"
 
 #include <mbsrank/dynamics.h>
@@ -20,7 +21,7 @@ int mbsr_energy(const mbsr_model *model, mbsr_data *data, double *kinetic, doubl
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
         mbsri_zero((size_t)b->d, d->scratch);
-        mbsri_ax(b->d, b->d, 1.0, d->M + b->dd, d->V + b->v, d->scratch);
+        mbsri_inertia_times(b, d->p + b->p, d->M + b->dd, 1.0, d->V + b->v, d->scratch);
         T += 0.5 * mbsri_dot(b->d, d->V + b->v, d->scratch);
     }
     if (potential) {

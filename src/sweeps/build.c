@@ -5,6 +5,7 @@
 #include "algebra/space3.h"
 #include "base/memory.h"
 #include "forces/gravity.h"
+#include "inertias/exact.h"
 #include "joints/chain.h"
 #include "recursion/rank.h"
 #include "recursion/rates.h"
@@ -19,12 +20,44 @@ static bool asks(const mbsri_sweeps *tree, const mbsr_model *m, int i)
     return tree->users > 0 && m->body[i].users;
 }
 
+/* Whether the joint is one axis that is not prescribed, or a weld; its step goes to *kind. */
+static bool is_simple(const mbsri_joint *joint, int *kind)
+{
+    const int steps = joint->option[0], code = joint->option[1];
+    *kind = steps == 0 ? 0 : code & MBSRI_STEP_KIND;
+    return steps == 0 || (steps == 1 && !(code & MBSRI_DRIVEN) && *kind != MBSRI_QUATERNION);
+}
+
+static bool is_simple_of(const mbsr_model *m, int i, int *kind)
+{
+    double param[MBSRI_EMBED_PARAMS];
+    const mbsri_joint chain = mbsri_embedded_joint(m->body + i, param);
+    return is_simple(&chain, kind);
+}
+
+/* Whether body i has a moment that its tensor in double precision does not have: none does where z is
+ * the axis of its joint. */
+static bool hides_moment(const mbsr_model *m, int i, bool asks)
+{
+    const mbsr_inertia *inertia = &m->body[i].inertia;
+    int kind;
+    if (inertia->kind != MBSR_INERTIA_SPATIAL || !mbsri_exact_hides_moment(inertia)) return false;
+    return asks || !is_simple_of(m, i, &kind) || kind == 0;
+}
+
 /* Whether body i is none of the blocks. */
 static bool embeds(const mbsri_sweeps *tree, const mbsr_model *m, int i)
 {
     if (tree->whole && m->body[i].whole) return false;
     if (tree->open && m->body[i].by_blocks) return false;
-    return asks(tree, m, i) || mbsri_embeds(m, tree->bodies, i);
+    const bool users = asks(tree, m, i);
+    return (users || mbsri_embeds(m, tree->bodies, i)) && !hides_moment(m, i, users);
+}
+
+static bool is_simple_body(const mbsri_sweeps *tree, const mbsr_model *m, int i)
+{
+    int kind;
+    return !asks(tree, m, i) && is_simple_of(m, i, &kind);
 }
 
 /* How many bodies are blocks. */
@@ -36,23 +69,6 @@ static int count_blocks(const mbsri_sweeps *tree, const mbsr_model *m)
 }
 
 /* ---- constants of the bodies ---- */
-
-/* Whether the joint is one axis that is not prescribed, or a weld; its step goes to *kind. */
-static bool is_simple(const mbsri_joint *joint, int *kind)
-{
-    const int steps = joint->option[0], code = joint->option[1];
-    *kind = steps == 0 ? 0 : code & MBSRI_STEP_KIND;
-    return steps == 0 || (steps == 1 && !(code & MBSRI_DRIVEN) && *kind != MBSRI_QUATERNION);
-}
-
-static bool is_simple_body(const mbsri_sweeps *tree, const mbsr_model *m, int i)
-{
-    if (asks(tree, m, i)) return false;
-    double param[MBSRI_EMBED_PARAMS];
-    const mbsri_joint chain = mbsri_embedded_joint(m->body + i, param);
-    int kind;
-    return is_simple(&chain, &kind);
-}
 
 /* The frame that the sweeps use, in the body's own: z along the axis of frame B, its origin on
  * it. */
@@ -100,6 +116,9 @@ static void place_inertia(const mbsr_inertia *given, const mbsr_frame *in_body, 
 {
     const mbsr_frame body = mbsr_frame_inverse(in_body);
     const mbsr_inertia inertia = mbsr_inertia_moved(&body, *given);
+    /* about the frame's origin: there a moment of next to nothing about z is what it is */
+    mbsri_exact about = mbsri_exact_of(&inertia);
+    mbsri_exact_parallel_axes(about.mass, about.com, about.tensor);
     const double *t = inertia.tensor, *c = inertia.com, square = mbsri_dot3(c, c);
     const double I[9] = {t[MBSR_XX], t[MBSR_XY], t[MBSR_XZ], t[MBSR_XY], t[MBSR_YY],
                          t[MBSR_YZ], t[MBSR_XZ], t[MBSR_YZ], t[MBSR_ZZ]};
@@ -111,7 +130,7 @@ static void place_inertia(const mbsr_inertia *given, const mbsr_frame *in_body, 
     if (lambda > 1e-9 * (inertia.mass + half / (length * length))) b->soft = 1.0 / lambda;
     for (int j = 0; j < 3; ++j) {
         for (int k = 0; k < 3; ++k)
-            b->I[4 * j + k] = I[3 * j + k] + inertia.mass * ((j == k ? square : 0.0) - c[j] * c[k]);
+            b->I[4 * j + k] = mbsri_two_value(about.tensor[mbsri_tensor_place(j, k)]);
         b->c[j] = inertia.mass * c[j];
     }
     b->c[3] = inertia.mass;

@@ -215,6 +215,30 @@ static double moment_of(const thing *x)
     return x->mass * (x->kind == POINT ? p : x->kind == ROD ? (p + r + middle) / 6.0 : p + 0.3 * r);
 }
 
+/* Joint force, energy and momentum of a joint alone that turns with rate 1, or acceleration 1, about the axis
+ * of this moment; k: its coordinate among those. */
+static void assert_moment(const mbsr_model *m, mbsr_data *d, const double *q, int k, double moment)
+{
+    double u[2] = {0.0}, udot[2] = {0.0}, tau[2], p[2], many[2], kinetic;
+    mbsr_batch *batch = NULL;
+    const int nu = mbsr_model_nu(m);
+    udot[k] = 1.0;
+    assert_ok(mbsr_inverse_dynamics(m, d, 0.0, q, u, udot, tau), mbsr_data_error(d));
+    assert_close(tau[k] / moment, 1.0, 2e-9);
+    assert_ok(mbsr_batch_create(m, &batch, NULL), NULL);
+    assert_ok(mbsr_batch_inverse_dynamics(m, batch, 0.0, 1, q, u, udot, many, NULL), NULL);
+    assert_close(many[k] / moment, 1.0, 2e-9);
+    mbsr_batch_destroy(batch);
+    u[k] = 1.0;
+    assert_ok(mbsr_positions(m, d, 0.0, q), mbsr_data_error(d));
+    assert_ok(mbsr_velocities(m, d, u), mbsr_data_error(d));
+    assert_ok(mbsr_energy(m, d, &kinetic, NULL), mbsr_data_error(d));
+    assert_close(kinetic / moment, 0.5, 1e-9);
+    assert_int_equal(nu, k + 1);
+    assert_ok(mbsr_momenta(m, d, p), mbsr_data_error(d));
+    assert_close(p[k] / moment, 1.0, 2e-9);
+}
+
 /* On a revolute joint, alone, on a body without mass, or on one from which it is far. */
 static void try_thing(test_rng *rng, const double unit[2])
 {
@@ -238,6 +262,7 @@ static void try_thing(test_rng *rng, const double unit[2])
         assert_ok(status, mbsr_data_error(d));
         assert_close(udot, 1.0, 2e-9);
         assert_close(inertia / tau, 1.0, 2e-9);
+        assert_moment(m, d, &q, 0, tau);
     } else {
         assert_true(inertia <= 1e-28 * tau);
         assert_int_equal(status, MBSR_UNDETERMINED);
@@ -253,6 +278,44 @@ static void things_beside_the_axis_of_a_revolute(void **state)
     test_rng rng = test_seed(1301);
     const int count = test_long() ? 1000000 : test_seeds(2000, 20000);
     for (int l = 0; l < count; ++l) try_thing(&rng, units[l % 4]);
+}
+
+/* About the second axis of a universal joint, or about an oblique one by a ball joint. */
+static void try_oblique(test_rng *rng, const double unit[2])
+{
+    thing x = random_thing(rng, unit);
+    if (!(x.ratio > 0.0)) return;
+    const double moment = moment_of(&x), q[2] = {test_uniform(rng), 3.0 * test_uniform(rng)};
+    mbsr_model *m = begin();
+    add(m, MBSR_GROUND, mbsr_joint_universal(NULL, NULL, x.across, x.axis), x.inertia);
+    mbsr_data *d = finish(m);
+    assert_moment(m, d, q, 1, moment);
+    mbsr_data_destroy(d);
+    mbsr_model_destroy(m);
+
+    m = begin();
+    add(m, MBSR_GROUND, mbsr_joint_spherical(NULL, NULL), x.inertia);
+    d = finish(m);
+    const double start[4] = {1.0, 0.0, 0.0, 0.0}, rest[3] = {0.0};
+    double tau[3], kinetic;
+    assert_ok(mbsr_inverse_dynamics(m, d, 0.0, start, rest, x.axis, tau), mbsr_data_error(d));
+    double about = 0.0;
+    for (int k = 0; k < 3; ++k) about += tau[k] * x.axis[k];
+    assert_close(about / moment, 1.0, 2e-9);
+    assert_ok(mbsr_positions(m, d, 0.0, start), mbsr_data_error(d));
+    assert_ok(mbsr_velocities(m, d, x.axis), mbsr_data_error(d));
+    assert_ok(mbsr_energy(m, d, &kinetic, NULL), mbsr_data_error(d));
+    assert_close(kinetic / moment, 0.5, 1e-9);
+    mbsr_data_destroy(d);
+    mbsr_model_destroy(m);
+}
+
+static void things_beside_oblique_axes(void **state)
+{
+    (void)state;
+    test_rng rng = test_seed(1305);
+    const int count = test_long() ? 1000000 : test_seeds(2000, 20000);
+    for (int l = 0; l < count; ++l) try_oblique(&rng, units[l % 4]);
 }
 
 /* Two points, two rods, or a cylinder on a ball or universal joint: all rotations move it unless it lies on a
@@ -382,6 +445,7 @@ int main(void)
         cmocka_unit_test(a_rod_has_no_moment_about_itself),
         cmocka_unit_test(a_rod_on_a_ball_joint),
         cmocka_unit_test(things_beside_the_axis_of_a_revolute),
+        cmocka_unit_test(things_beside_oblique_axes),
         cmocka_unit_test(things_on_ball_and_universal_joints),
         cmocka_unit_test(light_bodies_before_heavy_ones),
         cmocka_unit_test(rounded_tensors_count_as_rounded),

@@ -103,8 +103,8 @@ static double power(test_rng *rng, double low, double high)
     return pow(10.0, low + 0.5 * (high - low) * (1.0 + test_uniform(rng)));
 }
 
-/* No mass, a particle, a rod, or six particles. */
-static mbsr_inertia random_inertia(test_rng *rng)
+/* No mass, a particle, a rod, or six particles; along z, where oblique ones would be blocks. */
+static mbsr_inertia random_inertia(test_rng *rng, bool along_z)
 {
     static const int points[] = {0, 0, 0, 1, 1, 2, 6, 6, 6, 6};
     const int count = points[test_integer(rng, 0, 9)];
@@ -116,6 +116,7 @@ static mbsr_inertia random_inertia(test_rng *rng)
     for (int l = 0; l < count; ++l) {
         test_fill(rng, 3, at);
         for (int k = 0; k < 3; ++k) at[k] = off * com[k] + size * at[k];
+        if (along_z && count < 3) at[0] = at[1] = 0.0;
         const mbsr_inertia point = mbsr_inertia_point_mass(mass, at);
         sum = l == 0 ? point : mbsr_inertia_sum(sum, point);
     }
@@ -138,12 +139,15 @@ static mbsr_model *random_model(test_rng *rng, int bodies)
         mbsr_body_def def = mbsr_default_body_def();
         def.parent = i == 0 || test_integer(rng, 0, 3) ? i - 1 : test_integer(rng, 0, i - 1);
         if (i == 0) def.parent = MBSR_GROUND;
-        def.joint = test_joint_in_space(rng, random_kind(rng), power(rng, -1.5, 1.5));
-        def.inertia = random_inertia(rng);
+        const int kind = random_kind(rng);
+        def.joint = test_joint_in_space(rng, kind, power(rng, -1.5, 1.5));
+        def.inertia = random_inertia(rng, kind == TEST_WELD || kind == TEST_UNIVERSAL ||
+                                              kind == TEST_SPHERICAL);
         assert_ok(mbsr_model_add_body(m, &def, NULL), mbsr_model_error(m));
     }
     assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
     assert_non_null(m->sweeps);
+    assert_int_equal(m->sweeps->blocks, 0);
     return m;
 }
 
