@@ -30,5 +30,6 @@
 #include <mbsrank/small_masses.h>
 #include <mbsrank/spatial.h>
 #include <mbsrank/table.h>
+#include <mbsrank/threads.h>
 
 #endif

@@ -147,6 +147,7 @@ static int init(const mbsr_model *model, bool lean, void *memory, size_t size, m
     d->t = 0.0;
     d->total_rank = -1;
     d->pending = MBSRI_PENDING_NONE;
+    d->split = NULL;
     d->watching = d->framed = d->use_frame = d->keep_scale = d->exactly = false;
     d->accelerated = d->single = d->loaded = false;
     for (int k = 0; k < model->rows; ++k) d->dropped[k] = false;

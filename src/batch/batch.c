@@ -13,12 +13,12 @@
 
 #include <math.h>
 
-/* A call. */
+/* A call, or a share of it: states from .. end - 1. */
 typedef struct request {
     const mbsr_model *m;
     mbsr_batch *b;
     double t;
-    int states;
+    int from, end;
     const double *q, *u, *load; /* load: tau, which may be NULL, for inverse dynamics u' */
     double *out;
     int *status;
@@ -215,25 +215,59 @@ static int alone(const request *r, int k)
                       error->text);
 }
 
-static int evaluate(const request *r)
+/* One share; its result goes to the batch. */
+static void evaluate(const request *r)
 {
     mbsr_batch *b = r->b;
-    int result = MBSR_OK;
+    int *result = &b->result;
+    *result = MBSR_OK;
     b->failed = -1;
     b->single = 0;
     const bool lanes = b->kernels && move_root(r) && move_joints(r);
-    const int group = lanes ? b->kernels->lanes : r->states;
-    for (int first = 0, count; first < r->states; first += count) {
-        count = r->states - first < group ? r->states - first : group;
+    const int group = lanes ? b->kernels->lanes : r->end - r->from;
+    for (int first = r->from, count; first < r->end; first += count) {
+        count = r->end - first < group ? r->end - first : group;
         const unsigned served = lanes ? in_lanes(r, first, count) : 0u;
         for (int l = 0; l < count; ++l) {
             const bool done = lanes && (served >> l & 1u) != 0;
             const int status = done ? MBSR_OK : alone(r, first + l);
             if (r->status) r->status[first + l] = status;
-            if (result == MBSR_OK) result = status;
+            if (*result == MBSR_OK) *result = status;
         }
     }
-    return result;
+}
+
+/* As many groups of states for each share, one more for the first ones; states may be fewer. */
+static void evaluate_share(void *arg, int k)
+{
+    request r = *(const request *)arg;
+    const mbsr_batch *b = r.b;
+    const int lanes = mbsr_batch_lanes(b), groups = (r.end - 1) / lanes + 1,
+              each = groups / b->shares, more = groups % b->shares;
+    const int first = k * each + (k < more ? k : more), count = each + (k < more);
+    r.b = b->share[k];
+    r.from = lanes * first;
+    if (r.end > lanes * (first + count)) r.end = lanes * (first + count);
+    evaluate(&r);
+}
+
+static int evaluate_all(const request *r)
+{
+    mbsr_batch *b = r->b;
+    if (b->shares == 1) {
+        evaluate(r);
+        return b->result;
+    }
+    b->parallel.run(b->parallel.user, b->shares, evaluate_share, (void *)r);
+    for (int k = 1; k < b->shares; ++k) {
+        const mbsr_batch *share = b->share[k];
+        b->single += share->single;
+        if (b->result == MBSR_OK) b->result = share->result;
+        if (b->failed >= 0 || share->failed < 0) continue;
+        b->failed = share->failed;
+        b->error = share->error;
+    }
+    return b->result;
 }
 
 /* ---- the calls ---- */
@@ -261,7 +295,7 @@ int mbsr_batch_forward_dynamics(const mbsr_model *model, mbsr_batch *batch, doub
 {
     const int refused = check(model, batch, q && u && udot, states, "mbsr_batch_forward_dynamics");
     if (refused) return refused;
-    return evaluate(&(request){model, batch, t, states, q, u, tau, udot, status, false});
+    return evaluate_all(&(request){model, batch, t, 0, states, q, u, tau, udot, status, false});
 }
 
 int mbsr_batch_inverse_dynamics(const mbsr_model *model, mbsr_batch *batch, double t, int states,
@@ -271,7 +305,7 @@ int mbsr_batch_inverse_dynamics(const mbsr_model *model, mbsr_batch *batch, doub
     const int refused =
         check(model, batch, q && u && udot && tau, states, "mbsr_batch_inverse_dynamics");
     if (refused) return refused;
-    return evaluate(&(request){model, batch, t, states, q, u, udot, tau, status, true});
+    return evaluate_all(&(request){model, batch, t, 0, states, q, u, udot, tau, status, true});
 }
 
 int mbsr_batch_lanes(const mbsr_batch *batch)

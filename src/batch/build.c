@@ -6,6 +6,7 @@
 #include "algebra/space3.h"
 #include "base/error.h"
 #include "base/memory.h"
+#include "base/threads.h"
 #include "joints/chain.h"
 #include "sweeps/dynamics.h"
 
@@ -233,6 +234,9 @@ static int start(const mbsr_model *m, const mbsri_batch_kernels *kernels, int bo
     b->failed = -1;
     b->single = 0;
     b->allocator = m->allocator;
+    b->result = MBSR_OK;
+    b->shares = 1;
+    b->share = NULL;
     if (!kernels) return MBSR_OK;
     const double length = m->sweeps->length;
     b->run.bodies = bodies;
@@ -310,9 +314,46 @@ int mbsr_batch_create(const mbsr_model *model, mbsr_batch **batch, mbsr_error *e
     return mbsri_batch_make(model, choose_kernels(), batch, error);
 }
 
+/* The other shares of a batch, one less than the workers; MBSR_ERR_NO_MEMORY leaves those made to the batch. */
+static int add_shares(const mbsr_model *model, const mbsr_parallel *parallel, mbsr_batch *b,
+                      mbsr_error *error)
+{
+    const size_t size = (size_t)parallel->workers * sizeof(mbsr_batch *);
+    b->parallel = *parallel;
+    b->share = mbsri_allocate(&model->allocator, size);
+    if (!b->share) {
+        return mbsri_fail(error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
+                          "mbsr_batch_create_parallel: no memory for %zu bytes", size);
+    }
+    int status = MBSR_OK;
+    b->share[0] = b;
+    while (b->shares < parallel->workers && !status) {
+        status = mbsr_batch_create(model, b->share + b->shares, error);
+        b->shares += !status;
+    }
+    return status;
+}
+
+int mbsr_batch_create_parallel(const mbsr_model *model, const mbsr_parallel *parallel,
+                               mbsr_batch **batch, mbsr_error *error)
+{
+    if (batch) *batch = NULL;
+    int status = mbsri_parallel_check(parallel, "mbsr_batch_create_parallel", error);
+    if (!status) status = mbsr_batch_create(model, batch, error);
+    if (!status && parallel->workers > 1) status = add_shares(model, parallel, *batch, error);
+    if (!status) return MBSR_OK;
+    if (batch) {
+        mbsr_batch_destroy(*batch);
+        *batch = NULL;
+    }
+    return status;
+}
+
 void mbsr_batch_destroy(mbsr_batch *batch)
 {
     if (!batch) return;
     const mbsr_allocator allocator = batch->allocator;
+    for (int k = 1; k < batch->shares; ++k) mbsr_batch_destroy(batch->share[k]);
+    mbsri_release(&allocator, batch->share);
     mbsri_release(&allocator, batch->block);
 }

@@ -10,6 +10,7 @@
 #include "sweeps/tree.h"
 
 #include <mbsrank/batch.h>
+#include <mbsrank/threads.h>
 
 /* More flags of a body. */
 enum {
@@ -82,6 +83,11 @@ struct mbsr_batch {
     int *origin;
     mbsr_allocator allocator;
     void *block; /* where all of this was allocated */
+    int result;  /* of the last call, or of this share of it */
+    /* of a batch whose calls are shared out: */
+    mbsr_parallel parallel;
+    int shares;         /* 1: they are not */
+    mbsr_batch **share; /* the first is the batch itself */
 };
 
 #endif

@@ -123,8 +123,9 @@ struct mbsr_data {
     struct mbsri_carry *sweep_stack, *sweep_noise;
     struct mbsri_flow *sweep_flows;
     struct mbsri_sweep_load *sweep_load;
-    int *rank;    /* N + 1 */
-    int *watched; /* N + 1: the ranks expected, where `watching` */
+    struct mbsr_split *split; /* the tree for several threads (sweeps/split.h), or NULL */
+    int *rank;                /* N + 1 */
+    int *watched;             /* N + 1: the ranks expected, where `watching` */
     bool watching;
     bool *off;                     /* forces: those switched off, in the order of the sweeps */
     int *frame_rank;               /* N + 1: ranks of the reference of the index-1 form */

@@ -157,8 +157,9 @@ MBSRI_INLINE void hand_on(int flags, bool exact, back *at)
     to_memory(&at->W, at->noise_top++);
 }
 
-/* Past body i; false: its rank is not clear. any: there are blocks. */
-MBSRI_INLINE bool pass_body(const mbsri_sweep_run *run, int i, bool exact, bool any, back *at)
+/* Past body i; false: its rank is not clear. any: there are blocks. kept: the carry is not handed on. */
+MBSRI_INLINE bool pass_part(const mbsri_sweep_run *run, int i, bool exact, bool any, bool kept,
+                            back *at)
 {
     const mbsri_sweep_body *b = run->tree->body + i;
     const int flags = b->flags;
@@ -186,8 +187,13 @@ MBSRI_INLINE bool pass_body(const mbsri_sweep_run *run, int i, bool exact, bool 
     else
         c->spread *= stretch(run, i);
     if (any && flags & MBSRI_TO_BLOCK) give_to_block(run, i, exact, at);
-    hand_on(flags, exact, at);
+    if (!kept) hand_on(flags, exact, at);
     return true;
+}
+
+MBSRI_INLINE bool pass_body(const mbsri_sweep_run *run, int i, bool exact, bool any, back *at)
+{
+    return pass_part(run, i, exact, any, false, at);
 }
 
 MBSRI_INLINE bool sweep_back(const mbsri_sweep_run *run, bool exact, bool any)

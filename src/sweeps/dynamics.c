@@ -9,6 +9,7 @@
 #include "recursion/group.h"
 #include "recursion/kinematics.h"
 #include "sweeps/loads.h"
+#include "sweeps/split.h"
 
 #include <math.h>
 #include <string.h>
@@ -54,8 +55,9 @@ static int forces(mbsri_sweep_run *run, const double *tau, bool velocity)
     const mbsri_sweeps *tree = run->tree;
     mbsr_data *d = run->data;
     run->tau = d->tau;
-    const int status =
-        velocity || run->load ? tree->kernels->velocities(run) : tree->kernels->kinematics(run);
+    const int status = run->split              ? mbsri_split_move(run, run->split, velocity)
+                       : velocity || run->load ? tree->kernels->velocities(run)
+                                               : tree->kernels->kinematics(run);
     if (status) return MBSRI_NOT_SERVED; /* the stages say of which joint */
     if (!tree->joint_forces && !run->load && tau) {
         run->tau = swept(m, false, m->nu, m->u_of, tau, d->tau);
@@ -99,8 +101,10 @@ void mbsri_sweeps_attach(mbsri_sweep_run *run, const mbsr_model *m, const mbsri_
     take_apart(m, tree, d);
 }
 
+/* split: by several threads, where the data says so. */
 static int prepare(mbsri_sweep_run *run, const mbsr_model *m, const mbsri_sweeps *tree,
-                   mbsr_data *d, double t, const double *q, const double *u, double *out)
+                   mbsr_data *d, double t, const double *q, const double *u, double *out,
+                   bool split)
 {
     if (!tree || !isfinite(t)) return MBSRI_NOT_SERVED;
     if (!mbsri_finite((size_t)m->nq, q) || !mbsri_finite((size_t)m->nu, u)) return MBSRI_NOT_SERVED;
@@ -110,7 +114,9 @@ static int prepare(mbsri_sweep_run *run, const mbsr_model *m, const mbsri_sweeps
     if (m->in_order) run->out = out;
     d->t = t;
     const int from = run->tree->first_angle;
-    run->tree->kernels->trigonometry(run->tree->angles, run->q + from, run->sincos + 2 * from);
+    if (split) run->split = mbsri_split_of(run);
+    if (!run->split)
+        run->tree->kernels->trigonometry(run->tree->angles, run->q + from, run->sincos + 2 * from);
     return mbsri_sweeps_move_root(run);
 }
 
@@ -140,9 +146,13 @@ bool mbsri_sweeps_coupled(const mbsri_sweep_run *run)
     return false;
 }
 
-static bool backward(const mbsri_sweep_run *run)
+/* In parts, until a rank is not clear. */
+static bool backward(mbsri_sweep_run *run, bool velocity)
 {
-    return run->tree->kernels->backward(run) && mbsri_sweeps_as_watched(run) &&
+    const int status = run->split ? mbsri_split_backward(run, run->split, velocity) : 1;
+    if (status == MBSRI_NOT_SERVED) return false;
+    if (status) run->split = NULL;
+    return (!status || run->tree->kernels->backward(run)) && mbsri_sweeps_as_watched(run) &&
            !mbsri_sweeps_coupled(run);
 }
 
@@ -156,11 +166,14 @@ int mbsri_sweeps_forward_dynamics(const mbsr_model *m, mbsr_data *d, double t, c
                                   const double *u, const double *tau, double *udot)
 {
     mbsri_sweep_run run;
-    int status = prepare(&run, m, m->evaluated, d, t, q, u, udot);
+    int status = prepare(&run, m, m->evaluated, d, t, q, u, udot, true);
     if (!status) status = forces(&run, tau, false);
-    if (!status && !backward(&run)) status = MBSRI_NOT_SERVED;
+    if (!status && !backward(&run, false)) status = MBSRI_NOT_SERVED;
     if (status) return status;
-    run.tree->kernels->forward(&run);
+    if (run.split)
+        mbsri_split_forward(&run, run.split);
+    else
+        run.tree->kernels->forward(&run);
     status = finite_or_not_served(m->nu, run.out);
     if (!status && !m->in_order) mbsri_scatter(m, run.out, udot);
     return status;
@@ -178,7 +191,8 @@ static int inverse(mbsri_sweep_run *run, const double *udot)
                                   : MBSR_OK;
     if (status) return status;
     run->tau = swept(m, false, m->nu, m->u_of, udot, d->udot);
-    if (run->tree->kernels->inverse(run)) return MBSRI_NOT_SERVED;
+    if (run->split ? mbsri_split_inverse(run, run->split) : run->tree->kernels->inverse(run))
+        return MBSRI_NOT_SERVED;
     for (int k = 0; k < m->nu && elements; ++k) run->out[k] -= d->tau[k];
     return finite_or_not_served(m->nu, run->out);
 }
@@ -194,7 +208,7 @@ int mbsri_sweeps_inverse_dynamics(const mbsr_model *m, mbsr_data *d, double t, c
                                   const double *u, const double *udot, double *tau)
 {
     mbsri_sweep_run run;
-    int status = prepare(&run, m, tree_of_inverse(m), d, t, q, u, tau);
+    int status = prepare(&run, m, tree_of_inverse(m), d, t, q, u, tau, true);
     if (!status) status = inverse(&run, udot);
     if (!status && !m->in_order) mbsri_scatter(m, run.out, tau);
     return status;
@@ -235,7 +249,7 @@ int mbsri_sweeps_inverse_residual(const mbsr_model *m, mbsr_data *d, double t, c
 {
     mbsri_sweep_run run;
     double *tau = F + m->nq;
-    int status = prepare(&run, m, tree_of_inverse(m), d, t, y, y + m->nq, tau);
+    int status = prepare(&run, m, tree_of_inverse(m), d, t, y, y + m->nq, tau, true);
     if (!status) status = inverse(&run, yp + m->nq);
     if (status) return status;
     if (!m->in_order) mbsri_scatter(m, run.out, tau);
@@ -245,7 +259,7 @@ int mbsri_sweeps_inverse_residual(const mbsr_model *m, mbsr_data *d, double t, c
 int mbsri_sweeps_open(mbsri_sweep_run *run, const mbsr_model *m, const mbsri_sweeps *tree,
                       mbsr_data *d, double t, const double *q, const double *u)
 {
-    const int status = prepare(run, m, tree, d, t, q, u, d->out);
+    const int status = prepare(run, m, tree, d, t, q, u, d->out, false);
     return status ? status : forces(run, NULL, true);
 }
 
@@ -267,12 +281,13 @@ int mbsri_sweeps_momentum_residual(const mbsr_model *m, mbsr_data *d, double t, 
     mbsri_sweep_run run;
     const mbsri_sweeps *tree = m->evaluated;
     if (!tree || !tree->rates) return MBSRI_NOT_SERVED;
-    const int status = mbsri_sweeps_open(&run, m, tree, d, t, y, u);
+    int status = prepare(&run, m, tree, d, t, y, u, d->out, true);
+    if (!status) status = forces(&run, NULL, true);
     if (status) return status;
-    if (!backward(&run)) return MBSRI_NOT_SERVED;
     run.p = swept(m, false, m->nu, m->u_of, p, d->w);
     run.balance = d->vec;
-    if (run.tree->kernels->momentum(&run)) return MBSRI_NOT_SERVED;
+    if (!backward(&run, true)) return MBSRI_NOT_SERVED;
+    if (!run.split && run.tree->kernels->momentum(&run)) return MBSRI_NOT_SERVED;
     for (int k = 0; k < m->nu; ++k) {
         F_p[m->u_of[k]] = yp[m->nq + m->u_of[k]] - run.out[k];
         F_u[m->u_of[k]] = run.balance[k];

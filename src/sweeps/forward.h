@@ -44,10 +44,11 @@ MBSRI_OUTLINE void forward_block(const mbsri_sweep_run *run, int i)
 
 /* What u' needs of A_pi comes first, so that the next body waits for little:
  * u' = D^-1 (e - U^T c) - D^-1 (X^T U)^T A_pi. */
-static void forward(const mbsri_sweep_run *run)
+MBSRI_INLINE void forward_part(const mbsri_sweep_run *run, int first, int last)
 {
-    v4 last_w = load(run->state->A_w), last_v = load(run->state->A_v);
-    for (int i = 1; i <= run->tree->bodies; ++i) {
+    const mbsri_sweep_state *before = run->state + run->tree->body[first].parent;
+    v4 last_w = load(before->A_w), last_v = load(before->A_v);
+    for (int i = first; i <= last; ++i) {
         const mbsri_sweep_body *b = run->tree->body + i;
         const mbsri_sweep_state *pred = run->state + b->parent;
         mbsri_sweep_state *s = run->state + i;
@@ -77,6 +78,11 @@ static void forward(const mbsri_sweep_run *run)
         store(s->A_w, last_w);
         store(s->A_v, last_v);
     }
+}
+
+static void forward(const mbsri_sweep_run *run)
+{
+    forward_part(run, 1, run->tree->bodies);
 }
 
 #endif

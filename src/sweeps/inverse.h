@@ -44,68 +44,65 @@ MBSRI_INLINE void accelerate(const mbsri_sweep_run *run, int i, bool any)
     store(s->U_p, p);
 }
 
-/* The sums to the leaves stay in registers or, at branches, on the stack of the momentum form. */
-MBSRI_INLINE void sum_loads(const mbsri_sweep_run *run, bool any)
+/* The sums to the leaves, which stay in registers or, at branches, on the stack of the momentum form. */
+typedef struct sums {
+    v4 L, p;
+    mbsri_flow *top;
+} sums;
+
+MBSRI_INLINE void hand_sums_on(int flags, sums *at)
 {
-    const mbsri_sweeps *tree = run->tree;
-    mbsri_flow *top = run->flows;
-    v4 L = splat(0.0), p = splat(0.0);
-    for (int i = tree->bodies; i >= 1; --i) {
-        const mbsri_sweep_body *b = tree->body + i;
-        const mbsri_sweep_state *s = run->state + i;
-        const int flags = b->flags;
-        if (any && flags & MBSRI_BLOCK) {
-            _Alignas(32) double force[8];
-            mbsri_block_react(run, i, force, force + 4);
-            L = load(force);
-            p = load(force + 4);
-            if (flags & MBSRI_NEXT) continue;
-            if (!(flags & MBSRI_OPENS)) --top, L += load(top->L), p += load(top->p);
-            store(top->L, L);
-            store(top->p, p);
-            ++top;
-            continue;
-        }
-        if (flags & MBSRI_LEAF) L = p = splat(0.0);
-        if (flags & MBSRI_BRANCHES) --top, L += load(top->L), p += load(top->p);
-        L += load(s->U_L);
-        p += load(s->U_p);
-        if (flags & MBSRI_MULTI) {
-            for (int k = 0; k < b->n; ++k) {
-                const double *S = run->multi[b->multi].S[k];
-                run->out[b->u + k] = sum3(load(S) * L + load(S + 4) * p) +
-                                     run->model->armature[b->u + k] * run->tau[b->u + k];
-            }
-        } else if (b->n) {
-            run->out[b->u] = along_axis(b, load(s->R + 8), L, p) + b->armature * run->tau[b->u];
-        }
-        L += cross(load(s->rho), p);
-        if (any && flags & MBSRI_TO_BLOCK) {
-            _Alignas(32) double force[8];
-            store(force, L);
-            store(force + 4, p);
-            mbsri_block_receive_force(run, b->parent, force, force + 4);
-        }
-        if (flags & MBSRI_NEXT) continue;
-        if (!(flags & MBSRI_OPENS)) --top, L += load(top->L), p += load(top->p);
-        store(top->L, L);
-        store(top->p, p);
-        ++top;
-    }
+    if (flags & MBSRI_NEXT) return;
+    if (!(flags & MBSRI_OPENS)) --at->top, at->L += load(at->top->L), at->p += load(at->top->p);
+    store(at->top->L, at->L);
+    store(at->top->p, at->p);
+    ++at->top;
 }
 
-MBSRI_INLINE int inverse_sweep(const mbsri_sweep_run *run, bool any)
+/* From body i on; kept: not handed on. */
+MBSRI_INLINE void add_load(const mbsri_sweep_run *run, const mbsri_sweeps *tree, int i, bool any,
+                           bool kept, sums *at)
+{
+    const mbsri_sweep_body *b = tree->body + i;
+    const mbsri_sweep_state *s = run->state + i;
+    const int flags = b->flags;
+    if (any && flags & MBSRI_BLOCK) {
+        _Alignas(32) double force[8];
+        mbsri_block_react(run, i, force, force + 4);
+        at->L = load(force);
+        at->p = load(force + 4);
+        hand_sums_on(flags, at);
+        return;
+    }
+    if (flags & MBSRI_LEAF) at->L = at->p = splat(0.0);
+    if (flags & MBSRI_BRANCHES) --at->top, at->L += load(at->top->L), at->p += load(at->top->p);
+    at->L += load(s->U_L);
+    at->p += load(s->U_p);
+    if (flags & MBSRI_MULTI) {
+        for (int k = 0; k < b->n; ++k) {
+            const double *S = run->multi[b->multi].S[k];
+            run->out[b->u + k] = sum3(load(S) * at->L + load(S + 4) * at->p) +
+                                 run->model->armature[b->u + k] * run->tau[b->u + k];
+        }
+    } else if (b->n) {
+        run->out[b->u] = along_axis(b, load(s->R + 8), at->L, at->p) + b->armature * run->tau[b->u];
+    }
+    at->L += cross(load(s->rho), at->p);
+    if (any && flags & MBSRI_TO_BLOCK) {
+        _Alignas(32) double force[8];
+        store(force, at->L);
+        store(force + 4, at->p);
+        mbsri_block_receive_force(run, b->parent, force, force + 4);
+    }
+    if (!kept) hand_sums_on(flags, at);
+}
+
+/* Motion and accelerations of bodies first .. last. */
+MBSRI_INLINE int accelerate_part(const mbsri_sweep_run *run, int first, int last)
 {
     const mbsri_sweeps *tree = run->tree;
-    for (int i = 1; i <= tree->bodies; ++i) {
+    for (int i = first; i <= last; ++i) {
         const mbsri_sweep_body *b = tree->body + i;
-        if (any) { /* the kinematics came before the loads */
-            if (b->flags & MBSRI_BLOCK)
-                mbsri_block_accelerate(run, i);
-            else
-                accelerate(run, i, true);
-            continue;
-        }
         if (b->flags & MBSRI_MULTI) {
             const int status = multi_kinematics(run, i, false);
             if (status) return status;
@@ -114,7 +111,23 @@ MBSRI_INLINE int inverse_sweep(const mbsri_sweep_run *run, bool any)
         }
         accelerate(run, i, false);
     }
-    sum_loads(run, any);
+    return 0;
+}
+
+MBSRI_INLINE int inverse_sweep(const mbsri_sweep_run *run, bool any)
+{
+    const mbsri_sweeps *tree = run->tree;
+    const int bodies = tree->bodies;
+    const int status = any ? 0 : accelerate_part(run, 1, bodies);
+    if (status) return status;
+    for (int i = 1; i <= bodies && any; ++i) { /* the kinematics came before the loads */
+        if (tree->body[i].flags & MBSRI_BLOCK)
+            mbsri_block_accelerate(run, i);
+        else
+            accelerate(run, i, true);
+    }
+    sums at = {splat(0.0), splat(0.0), run->flows};
+    for (int i = bodies; i >= 1; --i) add_load(run, tree, i, any, false, &at);
     return 0;
 }
 

@@ -1,12 +1,8 @@
 /* The sweeps for x86-64 with AVX2 and FMA (x86-64-v3).
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "sweeps/backward.h"
-#include "sweeps/forward.h"
-#include "sweeps/inverse.h"
-#include "sweeps/momentum.h"
-#include "sweeps/motion.h"
+#include "sweeps/parts.h"
 #include "sweeps/trigonometry.h"
 
-const mbsri_sweep_kernels mbsri_sweeps_v3 = {"x86-64-v3",    trigonometry, kinematics, backward,
-                                             forward,        inverse,      velocities, momentum,
-                                             block_backward, forward_block};
+const mbsri_sweep_kernels mbsri_sweeps_v3 = {"x86-64-v3",    trigonometry,  kinematics,   backward,
+                                             forward,        inverse,       velocities,   momentum,
+                                             block_backward, forward_block, &part_kernels};

@@ -109,10 +109,10 @@ MBSRI_INLINE void flow_through(const mbsri_sweep_run *run, int i, flow *f)
     f->p_bar += load(s->U_p) * share;
 }
 
-/* any: there are blocks, or force elements on bodies. */
-MBSRI_INLINE void balance(const mbsri_sweep_run *run, bool any)
+/* Of bodies first .. last. any: there are blocks, or force elements on bodies. */
+MBSRI_INLINE void balance_part(const mbsri_sweep_run *run, int first, int last, bool any)
 {
-    for (int i = 1; i <= run->tree->bodies; ++i) {
+    for (int i = first; i <= last; ++i) {
         const mbsri_sweep_body *b = run->tree->body + i;
         const mbsri_sweep_state *s = run->state + i, *pred = run->state + b->parent;
         if (any && b->flags & MBSRI_BLOCK) {
@@ -133,60 +133,74 @@ MBSRI_INLINE void balance(const mbsri_sweep_run *run, bool any)
     }
 }
 
+/* Where the sweep stands. */
+typedef struct flows {
+    flow f;
+    mbsri_flow *top;
+} flows;
+
+MBSRI_INLINE void hand_flow_on(int flags, flows *at)
+{
+    if (flags & MBSRI_NEXT) return;
+    if (!(flags & MBSRI_OPENS)) add_flow(--at->top, &at->f);
+    flow_to_memory(&at->f, at->top++);
+}
+
+/* Past body i; kept: not handed on. */
+MBSRI_INLINE void pass_flow(const mbsri_sweep_run *run, int i, v4 g, bool any, bool kept, flows *at)
+{
+    const mbsri_sweep_body *b = run->tree->body + i;
+    const mbsri_sweep_state *s = run->state + i;
+    const int flags = b->flags;
+    const v4 none = splat(0.0);
+    flow *f = &at->f;
+    if (any && flags & MBSRI_BLOCK) {
+        _Alignas(32) mbsri_flow m;
+        memset(&m, 0, sizeof m);
+        mbsri_block_momentum(run, i, &m);
+        *f = (flow){none, none, none, none, none, none};
+        add_flow(&m, f);
+        hand_flow_on(flags, at);
+        return;
+    }
+    if (flags & MBSRI_LEAF) *f = (flow){none, none, none, none, none, none};
+    if (flags & MBSRI_BRANCHES) add_flow(--at->top, f);
+    if (!(flags & MBSRI_MASSLESS)) add_own_flow(b, s, g, f);
+    if (any && flags & MBSRI_LOADED) {
+        f->N += load(run->load[i].L);
+        f->F += load(run->load[i].p);
+    }
+    if (flags & MBSRI_MULTI) {
+        _Alignas(32) mbsri_flow m;
+        flow_to_memory(f, &m);
+        multi_momentum(run, i, &m);
+        f->L_bar = load(m.L_bar);
+        f->p_bar = load(m.p_bar);
+    } else {
+        flow_through(run, i, f);
+    }
+    const v4 rho = load(s->rho);
+    f->L += cross(rho, f->p);
+    f->N += cross(rho, f->F);
+    f->L_bar += cross(rho, f->p_bar);
+    if (any && flags & MBSRI_TO_BLOCK) {
+        _Alignas(32) mbsri_flow m;
+        flow_to_memory(f, &m);
+        mbsri_block_receive_flow(run, b->parent, &m);
+    }
+    if (!kept) hand_flow_on(flags, at);
+}
+
 MBSRI_INLINE int momentum_sweep(const mbsri_sweep_run *run, bool any)
 {
     const mbsri_sweeps *tree = run->tree;
-    mbsri_flow *top = run->flows;
     const v4 none = splat(0.0), g = load3(tree->gravity);
-    flow f = {none, none, none, none, none, none};
+    flows at = {{none, none, none, none, none, none}, run->flows};
     int status = any && tree->blocks > 0 ? mbsri_block_open_momentum(run) : 0;
     if (!status && any && tree->users > 0) status = mbsri_users_rates(run);
     if (status) return status;
-    for (int i = tree->bodies; i >= 1; --i) {
-        const mbsri_sweep_body *b = tree->body + i;
-        const mbsri_sweep_state *s = run->state + i;
-        const int flags = b->flags;
-        if (any && flags & MBSRI_BLOCK) {
-            _Alignas(32) mbsri_flow m;
-            memset(&m, 0, sizeof m);
-            mbsri_block_momentum(run, i, &m);
-            f = (flow){none, none, none, none, none, none};
-            add_flow(&m, &f);
-            if (flags & MBSRI_NEXT) continue;
-            if (!(flags & MBSRI_OPENS)) add_flow(--top, &f);
-            flow_to_memory(&f, top++);
-            continue;
-        }
-        if (flags & MBSRI_LEAF) f = (flow){none, none, none, none, none, none};
-        if (flags & MBSRI_BRANCHES) add_flow(--top, &f);
-        if (!(flags & MBSRI_MASSLESS)) add_own_flow(b, s, g, &f);
-        if (any && flags & MBSRI_LOADED) {
-            f.N += load(run->load[i].L);
-            f.F += load(run->load[i].p);
-        }
-        if (flags & MBSRI_MULTI) {
-            _Alignas(32) mbsri_flow m;
-            flow_to_memory(&f, &m);
-            multi_momentum(run, i, &m);
-            f.L_bar = load(m.L_bar);
-            f.p_bar = load(m.p_bar);
-        } else {
-            flow_through(run, i, &f);
-        }
-        const v4 rho = load(s->rho);
-        f.L += cross(rho, f.p);
-        f.N += cross(rho, f.F);
-        f.L_bar += cross(rho, f.p_bar);
-        if (any && flags & MBSRI_TO_BLOCK) {
-            _Alignas(32) mbsri_flow m;
-            flow_to_memory(&f, &m);
-            mbsri_block_receive_flow(run, b->parent, &m);
-        }
-        if (flags & MBSRI_NEXT) continue;
-        if (!(flags & MBSRI_OPENS)) add_flow(--top, &f);
-        flow_to_memory(&f, top++);
-    }
-    balance(run, any);
+    for (int i = tree->bodies; i >= 1; --i) pass_flow(run, i, g, any, false, &at);
+    balance_part(run, 1, tree->bodies, any);
     return 0;
 }
 

@@ -63,12 +63,12 @@ MBSRI_OUTLINE int move_other(const mbsri_sweep_run *run, int i, bool velocity)
     return multi_kinematics(run, i, velocity);
 }
 
-/* placed: with the origins of all bodies in the world. */
-MBSRI_INLINE int move(const mbsri_sweep_run *run, bool velocity, bool placed)
+/* Bodies first .. last; placed: with the origins of all bodies in the world. */
+MBSRI_INLINE int move_part(const mbsri_sweep_run *run, int first, int last, bool velocity,
+                           bool placed)
 {
     mbsri_sweep_state *s = run->state;
-    if (placed) mbsri_sweeps_place_root(run);
-    for (int i = 1; i <= run->tree->bodies; ++i) {
+    for (int i = first; i <= last; ++i) {
         const mbsri_sweep_body *b = run->tree->body + i;
         if (b->flags & (MBSRI_MULTI | MBSRI_BLOCK)) {
             const int status = move_other(run, i, velocity);
@@ -79,6 +79,12 @@ MBSRI_INLINE int move(const mbsri_sweep_run *run, bool velocity, bool placed)
         if (placed && !(b->flags & MBSRI_BLOCK)) mbsri_sweeps_place(run, i);
     }
     return 0;
+}
+
+MBSRI_INLINE int move(const mbsri_sweep_run *run, bool velocity, bool placed)
+{
+    if (placed) mbsri_sweeps_place_root(run);
+    return move_part(run, 1, run->tree->bodies, velocity, placed);
 }
 
 static int kinematics(const mbsri_sweep_run *run)

@@ -184,11 +184,12 @@ typedef struct mbsri_sweep_run {
     mbsri_sweep_load *load; /* bodies + 1, or NULL */
     double *sincos;         /* 2 a coordinate: cosine, sine */
     const double *q, *u;
-    const double *tau; /* joint forces; for inverse dynamics u' */
-    double *out;       /* u', joint forces, or p' */
-    const double *p;   /* momenta; momentum form only */
-    double *balance;   /* its algebraic equations */
-    int *rank;         /* bodies + 1, or NULL */
+    const double *tau;        /* joint forces; for inverse dynamics u' */
+    double *out;              /* u', joint forces, or p' */
+    const double *p;          /* momenta; momentum form only */
+    double *balance;          /* its algebraic equations */
+    int *rank;                /* bodies + 1, or NULL */
+    struct mbsr_split *split; /* parts of the tree for several threads, or NULL */
 } mbsri_sweep_run;
 
 /* The sweeps, compiled once for every kind of processor. */
@@ -208,6 +209,7 @@ typedef struct mbsri_sweep_kernels {
      * step forward. */
     bool (*block_backward)(const mbsri_sweep_run *run, int i, mbsri_carry *c);
     void (*block_forward)(const mbsri_sweep_run *run, int i);
+    const struct mbsri_part_kernels *parts; /* see split.h */
 } mbsri_sweep_kernels;
 
 extern const mbsri_sweep_kernels mbsri_sweeps_base;

@@ -122,7 +122,15 @@ static const finite_row newton_rows[] = {
 
 static const finite_row batch_rows[] = {
     {"mbsr_batch_create", NULL, NULL, 0, 0, 0, NULL},
+    {"mbsr_batch_create_parallel", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_batch_destroy", NULL, NULL, 0, 0, 0, NULL},
+    {"mbsr_threads_create", NULL, NULL, 0, 0, 0, NULL},
+    {"mbsr_threads_destroy", NULL, NULL, 0, 0, 0, NULL},
+    {"mbsr_threads_parallel", NULL, NULL, 0, 0, 0, NULL},
+    {"mbsr_split_create", NULL, NULL, 0, 0, 0, NULL},
+    {"mbsr_split_destroy", NULL, NULL, 0, 0, 0, NULL},
+    {"mbsr_split_tasks", NULL, NULL, 0, 0, 0, NULL},
+    {"mbsr_data_use_split", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_batch_lanes", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_batch_failed", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_batch_one_by_one", NULL, NULL, 0, 0, 0, NULL},
