@@ -31,16 +31,19 @@ typedef struct mbsr_direction {
     const mbsr_direction_term *term; /* largest weight 1 */
     int forces;                      /* force elements that determine it */
     const int
-        *force; /* their ids: those whose forces change with the rates (damped) or the positions
+        *force;   /* their ids: those whose forces change with the rates (damped) or the positions
                          (elastic) along the direction; none where undetermined, or where only the
                          change of the direction itself does it */
+    int closures; /* stiff closures that determine it, by their springs or dampers */
+    const int *closure; /* their ids */
 } mbsr_direction;
 
 /* The verdict at one state. Directions other than those listed are dynamic. */
 typedef struct mbsr_index_report {
     int dynamic, damped, elastic, undetermined; /* how many directions of each kind */
-    int index; /* differential index of the DAE: 0 (no algebraic direction), 1 (damped ones), 2
-                  (elastic ones too), or -1 with undetermined directions */
+    int index; /* differential index of the DAE: 0 (no algebraic direction), 1 (damped ones, or
+                  closures), 2 (elastic ones too), or -1 with undetermined directions */
+    int held;  /* closures: further directions without mass, held by rigid rows */
     double conditioning; /* smallest over largest singular value of d gamma / d zeta, scaled to unit
                             rows and columns, over the damped directions; 1 without any */
     int directions;      /* damped + elastic + undetermined */
@@ -54,6 +57,12 @@ typedef struct mbsr_index_report {
  * on units. Directions that do not act on each other are reported apart; of a kind those are chosen
  * that concern few joint rates. On success *report belongs
  * to the caller and is released by mbsr_index_report_destroy; on failure it is NULL.
+ *
+ * With closures (positions closed, velocities as their rows allow) it classifies the directions in which
+ * neither mass nor a rigid row resists. Loop forces lambda are those of the motion at the state,
+ * [M -C^T; C 0] (u'; lambda) = (forces; -bias); held, they stiffen or soften directions along which they
+ * turn. Stiff rows are springs and dampers. Which rows are redundant mbsr_closures_report says. Dense
+ * linear algebra of joint rates and rows then (loops.h), and statuses of mbsr_forward_dynamics.
  *
  * Force elements with derivatives of their own are asked for these, the others differenced. Their
  * forces are then also evaluated at states far from the given one (up to 10 times q, 1e6 times u);

@@ -28,11 +28,12 @@ static void parts_of(const mbsr_model *m, const mbsr_data *d, const mbsri_closur
     *turn = sqrt(square[1]);
 }
 
-/* The longest lever in the mechanism: between origins of neighbours, and of rows about origins. */
+/* The longest lever in the mechanism: between origins of neighbours, and of rows about origins, which all
+ * vanish where points stand in one line; so no less than the length typical of the model. */
 double mbsri_longest_lever(const mbsr_model *m, const mbsr_data *d)
 {
     const mbsri_closure *first = m->closures.data;
-    double length = 0.0, turn, move;
+    double length = m->length, turn, move;
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
         for (int j = 0; j < b->d * b->d_pred; ++j) {

@@ -77,6 +77,19 @@ static void find_elements(const mbsri_null_space *w, const tables *t)
     }
 }
 
+/* The same of bodies that are closed to one. */
+static void find_closures(const mbsri_null_space *w, const tables *t)
+{
+    const mbsri_closure *c = w->m->closures.data;
+    for (size_t n = 0; n < w->m->closures.count; ++n, ++c) {
+        for (int a = 0; a < c->bodies; ++a) {
+            for (int b = 0; b < c->bodies; ++b)
+                join(w->k, t->changed + (size_t)c->body[a] * (size_t)w->k,
+                     t->depends + (size_t)c->body[b] * (size_t)w->k);
+        }
+    }
+}
+
 /* Directions that begin at a body of another one, the last one first. */
 static void find_directions(const mbsri_null_space *w, const tables *t)
 {
@@ -132,6 +145,7 @@ void mbsri_null_couple(mbsri_null_space *w)
     }
     find_bodies(w, &t);
     find_elements(w, &t);
+    find_closures(w, &t);
     find_directions(w, &t);
     for (int l = 0; l < w->k; ++l) {
         for (size_t i = 1; i < rows; ++i) {

@@ -18,6 +18,7 @@
 #include "forces/gravity.h"
 #include "massless/couplings.h"
 #include "massless/element_slopes.h"
+#include "massless/null_loops.h"
 #include "massless/null_space.h"
 #include "massless/scales.h"
 #include "massless/shorten.h"
@@ -261,12 +262,16 @@ static int differences(mbsri_null_space *w, double t, const double *q, const dou
     return status;
 }
 
+static int state(mbsri_null_space *w, double t, const double *q, const double *u)
+{
+    const int status = mbsri_positions(w->m, w->d, t, q);
+    return status ? status : mbsri_velocities(w->m, w->d, u);
+}
+
 int mbsri_null_slopes(mbsri_null_space *w, double t, const double *q, const double *u)
 {
     const mbsr_model *m = w->m;
-    const int entries = w->k * w->k;
-    int status = mbsri_positions(m, w->d, t, q);
-    if (!status) status = mbsri_velocities(m, w->d, u);
+    int status = state(w, t, q, u);
     if (!status) status = mbsri_forces(m, w->d, NULL);
     if (status) return status;
     if (!(w->size > 0.0)) {
@@ -288,10 +293,15 @@ int mbsri_null_slopes(mbsri_null_space *w, double t, const double *q, const doub
     status = differences(w, t, q, u);
     w->holding = false;
     if (!status) mbsri_null_shorten(w);
+    if (!status && w->lambda) {
+        status = state(w, t, q, u);
+        if (!status) status = mbsri_null_leave_held(w);
+    }
     mbsri_null_extents(w);
     note_dense(w);
     if (!status) status = mbsri_element_slopes(w, t, q, u);
-    drop_errors(entries, w->C, w->C_error);
-    drop_errors(entries, w->S, w->S_error);
+    if (!status && w->lambda) status = mbsri_null_stiff_rows(w);
+    drop_errors(w->k * w->k, w->C, w->C_error);
+    drop_errors(w->k * w->k, w->S, w->S_error);
     return status;
 }

@@ -9,6 +9,7 @@
 #include "massless/echelon.h"
 #include "model/query.h"
 #include "recursion/backward.h"
+#include "recursion/closures.h"
 #include "recursion/elements.h"
 #include "recursion/forward.h"
 #include "recursion/kinematics.h"
@@ -31,7 +32,18 @@ static int held_forces(mbsri_null_space *w)
     for (size_t k = 0; k < m->forces.count && !status; ++k) {
         if (!w->own[k]) status = mbsri_add_element(m, d, force + k);
     }
+    if (!status && m->rows > 0) mbsri_closure_load(m, d, d->loop_lambda, d->f, d->tau);
     if (!status) d->stage = MBSRI_STAGE_FORCES;
+    return status;
+}
+
+/* Loop forces lambda for the forces of the state of mbsri_velocities. */
+static int take_loop_forces(mbsri_null_space *w)
+{
+    if (!w->lambda) return MBSR_OK;
+    const int status = mbsri_closure_jacobians(w->m, w->d);
+    mbsri_copy((size_t)w->m->rows, w->lambda, w->d->loop_lambda);
+    w->d->loaded = true;
     return status;
 }
 
@@ -40,6 +52,7 @@ static int evaluate(mbsri_null_space *w, double t, const double *q, const double
 {
     int status = mbsri_positions(w->m, w->d, t, q);
     if (!status) status = mbsri_velocities(w->m, w->d, u);
+    if (!status) status = take_loop_forces(w);
     if (!status) status = w->holding ? held_forces(w) : mbsri_forces(w->m, w->d, NULL);
     w->d->exactly = exactly;
     if (!status) status = mbsri_backward(w->m, w->d);
@@ -75,7 +88,7 @@ static int take_memory(mbsri_null_space *w)
     const size_t steps = (MBSRI_HIGHEST_DECADE - MBSRI_LOWEST_DECADE + 1) * k, v = m->size_v;
     size_t slope = 0, ints = 0;
     const size_t span = (size_t)element_span(m);
-    double *slope_place;
+    double *slope_place, *lambda;
     mbsri_slopes_size(m, &slope, &ints);
     const struct {
         double **place;
@@ -112,6 +125,7 @@ static int take_memory(mbsri_null_space *w)
         {&w->mixing, k * k},
         {&w->unmixed, k},
         {&w->strain, k},
+        {&lambda, (size_t)m->rows},
         {&slope_place, slope},
     };
     enum { PARTS = sizeof part / sizeof *part };
@@ -132,6 +146,7 @@ static int take_memory(mbsri_null_space *w)
         *part[l].place = next;
         next += part[l].length;
     }
+    if (m->rows > 0) mbsri_zero((size_t)m->rows, w->lambda = lambda);
     w->head = (int *)(void *)next;
     w->body = w->head + w->k;
     w->moving = w->body + w->k;

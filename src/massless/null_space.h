@@ -49,6 +49,7 @@ typedef struct mbsri_null_space {
     bool holding;  /* gamma takes the forces of some elements from f_held and tau_held */
     bool *own;     /* forces: which these are (element_slopes.h) */
     double *f_held, *tau_held; /* size_v, nu */
+    double *lambda; /* rows of closures: loop forces, held (null_loops.h); NULL: none are known */
     double *q_rate, *V_rate;   /* nq x k, size_v x k: change of q and of V along the directions */
     double *q_scale, *u_scale; /* nq, nu: typical sizes (scales.h) */
     double *span;              /* nu: typical length where u is a velocity, 1 elsewhere */

@@ -20,6 +20,7 @@
 #include "algebra/lapack.h"
 #include "base/error.h"
 #include "dynamics/entry.h"
+#include "massless/null_loops.h"
 #include "massless/null_slopes.h"
 #include "massless/report_parts.h"
 #include "recursion/not_finite.h"
@@ -81,7 +82,10 @@ static int analyse(mbsri_report *r, double t, const double *q, const double *u,
                    mbsr_index_report *report)
 {
     mbsri_null_space *w = &r->w;
-    int status = mbsri_null_basis(w, t, q, u);
+    int status = MBSR_OK, independent = 0;
+    const int all = w->k;
+    if (w->lambda) status = mbsri_null_loop_forces(w, t, q, u, &independent);
+    if (!status) status = mbsri_null_basis(w, t, q, u);
     if (!status) status = mbsri_null_slopes(w, t, q, u);
     int components = 0;
     for (int l = 0; l < w->k; ++l) r->component[l] = -1;
@@ -100,9 +104,13 @@ static int analyse(mbsri_report *r, double t, const double *q, const double *u,
         report->elastic += r->kind[l] == MBSR_DIRECTION_ELASTIC;
         report->undetermined += r->kind[l] == MBSR_DIRECTION_UNDETERMINED;
     }
-    report->dynamic = w->m->nu - w->k;
+    report->held = all - w->k;
+    report->dynamic = w->m->nu - independent - w->k;
     report->directions = w->k;
-    report->index = report->undetermined > 0 ? -1 : report->elastic > 0 ? 2 : w->k > 0 ? 1 : 0;
+    report->index = report->undetermined > 0     ? -1
+                    : report->elastic > 0        ? 2
+                    : w->k > 0 || w->m->rows > 0 ? 1
+                                                 : 0;
     return status;
 }
 
@@ -110,8 +118,8 @@ int mbsr_index_report_create(const mbsr_model *model, mbsr_data *data, double t,
                              const double *u, mbsr_index_report **report)
 {
     if (report) *report = NULL;
-    int status = mbsri_enter_tree(model, data, q && u && report, MBSRI_STAGE_NONE,
-                                  "mbsr_index_report_create");
+    int status =
+        mbsri_enter(model, data, q && u && report, MBSRI_STAGE_NONE, "mbsr_index_report_create");
     if (status) return status;
     mbsri_report r = {.found = 0};
     mbsr_index_report result = {.conditioning = 1.0};

@@ -4,6 +4,7 @@
 
 #include "algebra/dense.h"
 #include "base/error.h"
+#include "massless/null_loops.h"
 #include "massless/scales.h"
 #include "model/query.h"
 
@@ -55,6 +56,24 @@ static int list_forces(mbsri_report *r, int l, int *force, int *count)
     return MBSR_OK;
 }
 
+/* Ids of the closures that determine found direction l, after list_forces; written where closure is not
+ * NULL. */
+static int list_closures(mbsri_report *r, int l, int *closure)
+{
+    const mbsr_model *m = r->w.m;
+    const mbsri_closure *first = m->closures.data;
+    int count = 0;
+    if (r->kind[l] == MBSR_DIRECTION_UNDETERMINED) return 0;
+    for (int id = 0; id < (int)m->closures.count; ++id) {
+        if (!mbsri_null_closure_resists(&r->w, first + id, r->twist, r->u,
+                                        r->kind[l] == MBSR_DIRECTION_DAMPED))
+            continue;
+        if (closure) closure[count] = id;
+        ++count;
+    }
+    return count;
+}
+
 /* Appends to a text of `size` bytes, or with text == NULL only counts. */
 static void append(char *text, size_t size, size_t *used, const char *format, const char *string,
                    double number)
@@ -95,7 +114,7 @@ static void describe(const mbsr_model *m, const mbsr_direction *direction, char 
     append(text, size, used, "%sgive it inertia, a spring or a damper, or lock it", "", 0.0);
 }
 
-/* Terms and forces of all directions: how many. */
+/* Terms of all directions, and forces and closures: how many. */
 static int count_all(mbsri_report *r, size_t *terms, size_t *forces)
 {
     *terms = *forces = 0;
@@ -104,7 +123,7 @@ static int count_all(mbsri_report *r, size_t *terms, size_t *forces)
         *terms += (size_t)list_terms(r, l, NULL);
         const int status = list_forces(r, l, NULL, &count);
         if (status) return status;
-        *forces += (size_t)count;
+        *forces += (size_t)(count + list_closures(r, l, NULL));
     }
     return MBSR_OK;
 }
@@ -120,11 +139,15 @@ static int write_directions(mbsri_report *r, mbsr_direction *direction, mbsr_dir
     for (int pass = 0; pass < 3; ++pass) {
         for (int l = 0; l < r->found; ++l) {
             if (r->kind[l] != order[pass]) continue;
-            *direction = (mbsr_direction){r->kind[l], list_terms(r, l, term), term, 0, force};
+            *direction =
+                (mbsr_direction){r->kind[l], list_terms(r, l, term), term, 0, force, 0, NULL};
             const int status = list_forces(r, l, force, &direction->forces);
             if (status) return status;
             term += direction->terms;
             force += direction->forces;
+            direction->closures = list_closures(r, l, force);
+            direction->closure = force;
+            force += direction->closures;
             if (pass == 0) describe(r->w.m, direction, line, text, &used);
             ++direction;
         }

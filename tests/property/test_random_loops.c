@@ -250,6 +250,24 @@ static void inverse_dynamics(void **state)
     assert_true(compared > 20);
 }
 
+/* The index report of the start finds the directions that the start itself has found, by other ways. */
+static void compare_report(loops *s, const double *y, const mbsr_consistent_info *info)
+{
+    mbsr_index_report *r;
+    mbsr_closure_report rows;
+    assert_ok(mbsr_dae_unpack(s->m, s->d, MBSR_DAE_MOMENTUM, 0.0, y, s->q, s->u), NULL);
+    assert_ok(mbsr_index_report_create(s->m, s->d, 0.0, s->q, s->u, &r), mbsr_data_error(s->d));
+    assert_ok(mbsr_closures_report(s->m, s->d, 0.0, s->q, &rows, NULL, NULL),
+              mbsr_data_error(s->d));
+    assert_int_equal(r->directions, info->null_directions);
+    assert_int_equal(r->elastic, info->elastic_directions);
+    assert_int_equal(r->undetermined, 0);
+    assert_int_equal(r->directions, rows.undetermined);
+    assert_int_equal(r->dynamic, rows.mobility);
+    assert_int_equal(r->directions + r->held, rows.massless);
+    mbsr_index_report_destroy(s->m, r);
+}
+
 /* A start is closed, moves as the loops allow, and F is zero at its y and y'. */
 static void starts(void **state)
 {
@@ -271,6 +289,7 @@ static void starts(void **state)
             assert_ok(mbsr_dae_residual(s.m, s.d, MBSR_DAE_MOMENTUM, 0.0, y, yp, F),
                       mbsr_data_error(s.d));
             assert_less(test_largest(s.size, F), 1e-8 * size);
+            compare_report(&s, y, &info);
             ++started;
         } else {
             assert_true(status == MBSR_LOOP_OPEN || status == MBSR_UNDETERMINED);
@@ -331,6 +350,7 @@ static void spinning_rods(void **state)
             assert_int_equal(status, damped ? MBSR_OK : MBSR_UNDETERMINED);
             if (damped) assert_int_equal(info.null_directions, 1);
             if (damped) assert_less(test_largest(s.size, yp), 1e6);
+            if (damped) compare_report(&s, y, &info);
             if (!damped) assert_contains(mbsr_data_error(s.d)->text, "body 3|moves no mass");
             ++started;
         }

@@ -1,0 +1,256 @@
+/* Directions that move no mass in models with closures: see null_loops.h.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "massless/null_loops.h"
+
+#include "algebra/dense.h"
+#include "algebra/numbers.h"
+#include "base/error.h"
+#include "loops/motion.h"
+#include "loops/ranks.h"
+#include "loops/rounding.h"
+#include "massless/element_power.h"
+#include "massless/element_rows.h"
+#include "recursion/closures.h"
+#include "recursion/kinematics.h"
+
+#include <float.h>
+#include <math.h>
+
+/* Of directions and products with them, relative; the least share that counts of what is subtracted. */
+static const double ROUNDING = 256.0 * DBL_EPSILON, LEAST = 1e-12;
+
+int mbsri_null_loop_forces(mbsri_null_space *w, double t, const double *q, const double *u,
+                           int *independent)
+{
+    mbsri_dense dense;
+    mbsri_ranks ranks = {.independent = 0};
+    int status = mbsri_dense_open(&dense, w->m, w->d, w->function);
+    double *udot = dense.out, *lambda = udot + dense.n;
+    if (!status) {
+        mbsri_loops_leave_out(&dense, false);
+        status = mbsri_loops_factor(&dense, t, q, u);
+    }
+    if (!status) status = mbsri_loops_rates(&dense, t, q, u, NULL, udot, lambda);
+    if (!status) status = mbsri_loops_springs(&dense, t, q, u, lambda);
+    if (!status) status = mbsri_dense_rows(&dense);
+    if (!status) {
+        mbsri_copy((size_t)dense.rows, lambda, w->lambda);
+        mbsri_ranks_here(&dense, dense.other, &ranks);
+    }
+    *independent = ranks.independent;
+    mbsri_dense_close(&dense);
+    return status;
+}
+
+/* ---- what rows see of a direction ---- */
+
+/* The longest lever of the mechanism; after the derivatives of the closures. */
+static double lever_of(const mbsri_null_space *w)
+{
+    return fmax(w->size, mbsri_longest_lever(w->m, w->d));
+}
+
+/* C x of row k of a closure; *size: what may be rounding in it, over ROUNDING: turns count with the longest
+ * lever of the mechanism. */
+static double seen_by_row(const mbsri_null_space *w, const mbsri_closure *c, int k, double lever,
+                          const double *twist, const double *a, double *size)
+{
+    const double *C = w->d->closure_C + c->at + k;
+    const size_t rows = (size_t)c->rows;
+    const bool joints = (c->def.table->flags & MBSR_CLOSURE_JOINTS) != 0;
+    double sum = 0.0;
+    *size = 0.0;
+    for (int l = 0; l < c->bodies; ++l) {
+        if (c->column[l] < 0) continue;
+        const mbsri_body *b = w->m->body + c->body[l];
+        const double *block = C + (size_t)c->column[l] * rows, *V = twist + b->v;
+        int turns, rotation, moves, translation;
+        const bool rigid = mbsri_element_places(b, &turns, &rotation, &moves, &translation);
+        const double turn = rigid ? mbsri_largest(turns, V + rotation) : 0.0;
+        for (int j = 0; j < b->d; ++j) {
+            const bool linear = rigid && j >= translation && j < translation + moves;
+            sum += block[(size_t)j * rows] * V[j];
+            *size += fabs(block[(size_t)j * rows]) * (fabs(V[j]) + (linear ? lever * turn : 0.0));
+        }
+        for (int j = 0; j < b->n && joints; ++j) {
+            const double part = block[(size_t)(b->d + j) * rows] * a[b->u + j];
+            sum += part;
+            *size += fabs(part);
+        }
+    }
+    return sum;
+}
+
+static const double *twist_of(const mbsri_null_space *w, int l)
+{
+    return w->twist + (size_t)l * w->m->size_v;
+}
+
+static const double *rates_of(const mbsri_null_space *w, int l)
+{
+    return w->direction + (size_t)l * (size_t)w->m->nu;
+}
+
+/* ---- which directions rigid rows hold ---- */
+
+/* C N of rigid rows (rows x k) and its errors, into the reduction. */
+static void fill(mbsri_null_space *w, double lever)
+{
+    const mbsri_closure *first = w->m->closures.data;
+    const int rows = w->m->rows;
+    for (int l = 0; l < w->k; ++l) {
+        for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
+            for (int k = 0; k < c->rows; ++k) {
+                double size;
+                const int at = l * rows + c->row + k;
+                const double value =
+                    seen_by_row(w, c, k, lever, twist_of(w, l), rates_of(w, l), &size);
+                const bool rigid = !mbsri_is_stiff(c, k) && fabs(value) > 10.0 * ROUNDING * size;
+                w->seen.A[at] = rigid ? value : 0.0;
+                w->seen.error[at] = mbsri_is_stiff(c, k) ? 0.0 : ROUNDING * size;
+            }
+        }
+    }
+}
+
+/* A (n x k) becomes A T, T k x count, without what may be rounding; `old`: n k of scratch. */
+static void combine(size_t n, int k, int count, const double *T, double *A, double *old)
+{
+    mbsri_copy(n * (size_t)k, A, old);
+    for (int l = 0; l < count; ++l) {
+        for (size_t r = 0; r < n; ++r) {
+            double sum = 0.0, size = 0.0;
+            for (int c = 0; c < k; ++c) {
+                const double part = T[l * k + c] * old[(size_t)c * n + r];
+                sum += part;
+                size += fabs(part);
+            }
+            A[(size_t)l * n + r] = fabs(sum) > 1e-13 * size ? sum : 0.0;
+        }
+    }
+}
+
+/* A (k x k) becomes T^T A T (count x count) with its errors, those of T, dT, among them. */
+static void restrict_slopes(int k, int count, const double *T, const double *dT, double *A,
+                            double *error, double *old, double *old_error)
+{
+    mbsri_copy((size_t)k * (size_t)k, A, old);
+    mbsri_copy((size_t)k * (size_t)k, error, old_error);
+    for (int b = 0; b < count; ++b) {
+        for (int a = 0; a < count; ++a) {
+            double sum = 0.0, doubt = 0.0;
+            for (int c = 0; c < k; ++c) {
+                for (int r = 0; r < k; ++r) {
+                    const double x = T[a * k + r], y = T[b * k + c], value = old[c * k + r];
+                    sum += x * value * y;
+                    doubt +=
+                        fabs(x * y) * (old_error[c * k + r] + 4.0 * DBL_EPSILON * fabs(value)) +
+                        fabs(value) * (dT[a * k + r] * fabs(y) + fabs(x) * dT[b * k + c]);
+                }
+            }
+            A[b * count + a] = sum;
+            error[b * count + a] = doubt;
+        }
+    }
+}
+
+static int no_memory(mbsri_null_space *w)
+{
+    return mbsri_fail(&w->d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
+                      "%s: no memory for what %d rows of closures hold of %d null directions",
+                      w->function, w->m->rows, w->k);
+}
+
+int mbsri_null_leave_held(mbsri_null_space *w)
+{
+    const mbsr_model *m = w->m;
+    const size_t k = (size_t)w->k, rows = (size_t)m->rows, nu = (size_t)m->nu, nq = (size_t)m->nq;
+    const size_t longest = nu > m->size_v   ? nu > nq ? nu : nq
+                           : m->size_v > nq ? m->size_v
+                                            : nq,
+                 wide = (longest > 2 * k ? longest : 2 * k) * k,
+                 reduced = mbsri_reduction_size(m->rows, w->k) / sizeof(double) + 1;
+    int status = mbsri_closure_jacobians(m, w->d);
+    if (status || k == 0 || rows == 0) return status;
+    w->seen_room.count = 0;
+    if (!mbsri_reserve(&m->allocator, &w->seen_room, reduced + 2 * k * k + wide, sizeof(double)))
+        return no_memory(w);
+    double *T = (double *)w->seen_room.data + reduced, *dT = T + k * k, *old = dT + k * k;
+    mbsri_reduction_place(&w->seen, m->rows, w->k, w->seen_room.data);
+    fill(w, lever_of(w));
+    mbsri_reduce(&w->seen, m->rows, w->k, w->k, LEAST);
+    const int count = w->k - w->seen.rank;
+    for (int l = 0; l < count; ++l)
+        mbsri_right_null(&w->seen, l, T + (size_t)l * k, dT + (size_t)l * k);
+    combine(nu, w->k, count, T, w->direction, old);
+    combine(m->size_v, w->k, count, T, w->twist, old);
+    combine(nq, w->k, count, T, w->q_rate, old);
+    restrict_slopes(w->k, count, T, dT, w->C, w->C_error, old, old + k * k);
+    restrict_slopes(w->k, count, T, dT, w->S, w->S_error, old, old + k * k);
+    for (int l = 0; l < count; ++l) w->first[l] = 1;
+    w->k = count;
+    w->mixed = false;
+    return MBSR_OK;
+}
+
+/* ---- stiff rows ---- */
+
+/* One row of the closure sees its stiffness, or damping, of all directions. */
+static int add_row(mbsri_null_space *w, int closure, int k, double lever, double weight,
+                   bool velocity)
+{
+    const mbsri_closure *c = (const mbsri_closure *)w->m->closures.data + closure;
+    double *A = velocity ? w->C : w->S, *error = velocity ? w->C_error : w->S_error;
+    const size_t entries = w->entries.count;
+    if (!mbsri_reserve(&w->m->allocator, &w->rows, 1, sizeof(mbsri_row)) ||
+        !mbsri_reserve(&w->m->allocator, &w->entries, (size_t)w->k, sizeof(mbsri_row_entry)))
+        return no_memory(w);
+    mbsri_row_entry *entry = (mbsri_row_entry *)w->entries.data + entries;
+    for (int l = 0; l < w->k; ++l) {
+        double size;
+        const double value = seen_by_row(w, c, k, lever, twist_of(w, l), rates_of(w, l), &size);
+        entry[l] = (mbsri_row_entry){l, fabs(value) > 10.0 * ROUNDING * size ? value : 0.0,
+                                     ROUNDING * size};
+    }
+    for (int b = 0; b < w->k; ++b) {
+        for (int a = 0; a < w->k; ++a) {
+            A[b * w->k + a] -= weight * entry[a].value * entry[b].value;
+            error[b * w->k + a] += weight * (fabs(entry[a].value) * entry[b].error +
+                                             entry[a].error * fabs(entry[b].value));
+        }
+    }
+    mbsri_row *row = (mbsri_row *)w->rows.data + w->rows.count++;
+    *row = (mbsri_row){-1 - closure, velocity, -1.0, entries, w->k};
+    w->entries.count += (size_t)w->k;
+    return MBSR_OK;
+}
+
+int mbsri_null_stiff_rows(mbsri_null_space *w)
+{
+    const mbsri_closure *first = w->m->closures.data;
+    int status = mbsri_closure_jacobians(w->m, w->d);
+    if (status) return status;
+    const double lever = lever_of(w);
+    for (int id = 0; id < (int)w->m->closures.count; ++id) {
+        const mbsri_closure *c = first + id;
+        for (int k = 0; k < c->rows && !status; ++k) {
+            if (!mbsri_is_stiff(c, k)) continue;
+            if (c->def.damping[k] > 0.0) status = add_row(w, id, k, lever, c->def.damping[k], true);
+            if (!status) status = add_row(w, id, k, lever, c->def.stiffness[k], false);
+        }
+    }
+    return status;
+}
+
+bool mbsri_null_closure_resists(mbsri_null_space *w, const mbsri_closure *c, const double *twist,
+                                const double *a, bool velocity)
+{
+    const double lever = lever_of(w);
+    for (int k = 0; k < c->rows; ++k) {
+        double size;
+        if (!mbsri_is_stiff(c, k) || (velocity && !(c->def.damping[k] > 0.0))) continue;
+        const double value = seen_by_row(w, c, k, lever, twist, a, &size);
+        if (fabs(value) > 1e-6 * size) return true;
+    }
+    return false;
+}
