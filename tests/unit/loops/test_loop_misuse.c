@@ -1,0 +1,116 @@
+/* Closures as they should not be: what contradicts itself is refused by the name of a closure, what is
+ * redundant runs.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "loops.h"
+
+#include <math.h>
+#include <stdbool.h>
+
+enum { CRANK, COUPLER, ARM, ROCKER };
+
+static const double one[3] = {1.0, 0.0, 0.0}, end[3] = {2.0, 0.0, 0.0};
+
+/* Crank, coupler and arm one behind the other, the rocker 2 m away; `massless`: the coupler. */
+static void begin(loops *s, bool massless)
+{
+    loops_begin(s, NULL);
+    loops_rod(s, "crank", MBSR_GROUND, 0.0, 0.0, 1.0, 1.0);
+    loops_rod(s, "coupler", CRANK, 1.0, 0.0, massless ? 0.0 : 1.0, 1.0);
+    loops_rod(s, "arm", COUPLER, 1.0, 0.0, 1.0, 1.0);
+    loops_rod(s, "rocker", MBSR_GROUND, 2.0, 0.0, 1.0, 1.0);
+}
+
+static void add(loops *s, mbsr_closure_def def, const char *name)
+{
+    def.name = name;
+    assert_ok(mbsr_model_add_closure(s->m, &def, NULL), mbsr_model_error(s->m));
+}
+
+/* The start from a state that is not closed: its status, with `words` in the text. */
+static void start(loops *s, int status, const char *words)
+{
+    double y[64], yp[64];
+    mbsr_index_report *report;
+    loops_finish(s);
+    for (int k = 0; k < 4; ++k) s->q[k] = 0.3 + 0.1 * k;
+    assert_ok(mbsr_dae_pack(s->m, s->d, MBSR_DAE_MOMENTUM, 0.0, s->q, s->u, y), NULL);
+    const int found = mbsr_dae_consistent(s->m, s->d, MBSR_DAE_MOMENTUM, 0.0, y, yp, NULL, NULL);
+    assert_int_equal(found, status);
+    if (words) assert_contains(mbsr_data_error(s->d)->text, words);
+    if (!found) {
+        for (int k = 0; k < s->size; ++k) assert_true(isfinite(y[k]) && isfinite(yp[k]));
+        assert_ok(mbsr_dae_unpack(s->m, s->d, MBSR_DAE_MOMENTUM, 0.0, y, s->q, s->u), NULL);
+        assert_ok(mbsr_index_report_create(s->m, s->d, 0.0, s->q, s->u, &report),
+                  mbsr_data_error(s->d));
+        assert_int_equal(report->undetermined, 0);
+        mbsr_index_report_destroy(s->m, report);
+    }
+    loops_free(s);
+}
+
+/* A number of closures between the bodies, and what comes of them. */
+static void contradictions(void **state)
+{
+    (void)state;
+    for (int massless = 0; massless < 2; ++massless) {
+        loops s;
+        begin(&s, massless);
+        for (int k = 0; k < 3; ++k)
+            add(&s, mbsr_closure_weld(ARM - k, NULL, ROCKER, NULL), k < 2 ? "one" : "last");
+        start(&s, MBSR_LOOP_OPEN, "closure 2 'last' (weld of body 0 and body 3) stays open by 2");
+        begin(&s, massless);
+        add(&s, mbsr_closure_ball(CRANK, one, COUPLER, one), "never");
+        start(&s, MBSR_LOOP_OPEN, "closure 0 'never' (ball of body 0 and body 1) stays open");
+        begin(&s, massless);
+        add(&s, mbsr_closure_weld(ROCKER, NULL, MBSR_GROUND, NULL), "elsewhere");
+        start(&s, MBSR_LOOP_OPEN, "'elsewhere' (weld of body 3 and body -1) stays open by 2");
+        begin(&s, massless);
+        add(&s, mbsr_closure_distance(CRANK, NULL, ROCKER, NULL, 2.5), "strut");
+        start(&s, MBSR_LOOP_OPEN, "'strut' (distance of body 0 and body 3) stays open by 0.45");
+        begin(&s, massless);
+        add(&s, mbsr_closure_distance(CRANK, one, COUPLER, NULL, 1.0), "point");
+        start(&s, MBSR_LOOP_OPEN, "'point' (distance of body 0 and body 1) stays open by 0.5");
+        begin(&s, massless);
+        add(&s, mbsr_closure_ball(ARM, one, ROCKER, one), "pin");
+        add(&s, mbsr_closure_distance(ARM, one, ROCKER, one, 1.0), "apart");
+        start(&s, MBSR_LOOP_OPEN, "stays open by 0.5");
+        begin(&s, massless);
+        add(&s, mbsr_closure_ball(ARM, end, ROCKER, one), "far");
+        add(&s, mbsr_closure_coupling(1, (int[1]){CRANK}, (int[1]){0}, one, 3.0), "stop");
+        add(&s, mbsr_closure_coupling(1, (int[1]){CRANK}, (int[1]){0}, one, 2.0), "other stop");
+        start(&s, MBSR_LOOP_OPEN, "stop|stays open by 0.5");
+    }
+}
+
+static void redundancies(void **state)
+{
+    (void)state;
+    for (int massless = 0; massless < 2; ++massless) {
+        loops s;
+        begin(&s, massless);
+        for (int k = 0; k < 3; ++k) add(&s, mbsr_closure_ball(ARM, one, ROCKER, one), "pin");
+        start(&s, MBSR_OK, NULL);
+        begin(&s, massless);
+        add(&s, mbsr_closure_ball(CRANK, one, COUPLER, NULL), "as the joint");
+        start(&s, MBSR_OK, NULL);
+        begin(&s, massless);
+        add(&s, mbsr_closure_distance(CRANK, NULL, ROCKER, NULL, 2.0), "ground");
+        start(&s, MBSR_OK, NULL);
+        begin(&s, massless);
+        for (int k = 0; k < 4; ++k)
+            add(&s, mbsr_closure_coupling(1, (int[1]){k}, (int[1]){0}, one, 0.2), "held");
+        add(&s,
+            mbsr_closure_coupling(2, (int[2]){0, 3}, (int[2]){0, 0}, (double[2]){1.0, -1.0}, 0.0),
+            "same");
+        start(&s, MBSR_OK, NULL);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(contradictions),
+        cmocka_unit_test(redundancies),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
