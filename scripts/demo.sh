@@ -19,6 +19,8 @@ bash scripts/install.sh build demo
 
 tree=build/release
 output=$PWD/demo-output
+script=$PWD/examples/$part.gp
+if [ "$part" = loops ]; then script=$PWD/examples/squeezer.gp; fi
 generator=()
 if [ ! -f "$tree/CMakeCache.txt" ] && command -v ninja >/dev/null; then generator=(-G Ninja); fi
 cmake -S . -B "$tree" ${generator[@]+"${generator[@]}"} -DCMAKE_BUILD_TYPE=Release \
@@ -35,13 +37,14 @@ if [ "$part" = file ]; then
         --output tyre,damper,rubber -o "$output/quarter_car.csv"
     "$tree/src/program/mbsrank" run examples/models/arm.urdf --t-end 4 --step 0.01 \
         --output shoulder,elbow,pitch,hand.pos -o "$output/arm.csv"
+elif [ "$part" = loops ]; then
+    (cd "$output" && "$OLDPWD/$tree/examples/33_squeezer")
 else
     "$tree/examples/demo_$part" "$output" ${bodies:+"$bodies"}
 fi
 if command -v gnuplot >/dev/null; then
-    script=$PWD/examples/$part.gp
     (cd "$output" && gnuplot "$script")
-    echo "Plot: $output/$part.png"
+    echo "Plot: $output/$(basename "$script" .gp).png"
 else
     echo "gnuplot is missing: no plot. The numbers are in $output."
 fi

@@ -1,7 +1,7 @@
-# Picture of demo_loops: run in the folder with its CSV file.
+# Picture of 33_squeezer: run in the folder with its CSV file.
 set datafile separator ","
 set terminal pngcairo size 1000,420 font "sans,11"
-set output "loops.png"
+set output "squeezer.png"
 set multiplot layout 2,3 title "Andrews' squeezer: seven bodies, three loops, 30 ms [mm]" font "sans,13"
 set size ratio -1
 set xrange [-80:10]

@@ -1,11 +1,12 @@
-/* The demo's third part: Andrews' squeezer, seven bodies in three loops, against published digits.
+/* Andrews' squeezer, seven bodies in three loops, against published digits.
  * SPDX-License-Identifier: BSD-3-Clause
  *
  * The mechanism and its data are those of the Test Set for IVP Solvers (problem "Andrews' squeezing
  * mechanism"). Tree: K1 - K2, K3, K5 - K4 and K7 - K6 on the ground; three pins at the end of K2 close the
- * loops. A motor of 0.033 N m drives K1, a spring pulls at K3. squeezer.csv has the links at some times
- * for loops.gp.
- * Usage: demo_loops [FOLDER] */
+ * loops. A motor of 0.033 N m drives K1 from rest, a spring pulls at K3; within 30 ms K1 turns two and a
+ * half times, ever faster. First the pins are rigid, then elastic, 1e10 N/m, which costs hardly a step more: the
+ * spring of a stiff closure is an unknown of the equations, and nothing in them grows with it. squeezer.csv has
+ * the links at some times for squeezer.gp. */
 #include <mbsrank/simulation.h>
 
 #include "run.h"
@@ -32,15 +33,20 @@ static void link_body(mbsr_model *m, const char *name, int parent, double x, dou
              mbsr_inertia_planar(mass, com, moment));
 }
 
-static void pin(mbsr_model *m, const char *name, int body, double x, double y)
+/* The end of K2 on a point of another body; stiffness in N/m, 0: rigid. */
+static void pin(mbsr_model *m, const char *name, int body, double x, double y, double stiffness)
 {
     const double end[3] = {-d, 0.0, 0.0}, there[3] = {x, y, 0.0};
     mbsr_closure_def def = mbsr_closure_ball(K2, end, body, there);
     def.name = name;
+    for (int k = 0; k < 2; ++k) {
+        def.stiffness[k] = stiffness;
+        def.damping[k] = 1e-5 * stiffness; /* N s/m */
+    }
     check(mbsr_model_add_closure(m, &def, NULL), mbsr_model_error(m));
 }
 
-static mbsr_model *squeezer(void)
+static mbsr_model *squeezer(double stiffness)
 {
     const double xa = -0.06934, ya = -0.00227, xb = -0.03635, yb = 0.03273;
     const double on_K3[3] = {2e-2, -18e-3, 0.0}, on_ground[3] = {0.014, 0.072, 0.0};
@@ -52,9 +58,9 @@ static mbsr_model *squeezer(void)
     link_body(m, "K4", K5, 4e-2, 0.0, 0.00706, 5.667e-7, 0.0, -(2e-2 - 1421e-5));
     link_body(m, "K7", MBSR_GROUND, xa, ya, 0.05498, 1.912e-5, 1228e-5, 449e-5);
     link_body(m, "K6", K7, 0.0, -4e-2, 0.00706, 5.667e-7, 2e-2 - 1421e-5, 0.0);
-    pin(m, "K2-K3", K3, 0.0, -35e-3);
-    pin(m, "K2-K4", K4, 0.0, -2e-2);
-    pin(m, "K2-K6", K6, 2e-2, 0.0);
+    pin(m, "K2-K3", K3, 0.0, -35e-3, stiffness);
+    pin(m, "K2-K4", K4, 0.0, -2e-2, stiffness);
+    pin(m, "K2-K6", K6, 2e-2, 0.0, stiffness);
     add_force(m, mbsr_force_joint_applied(K1, torque, NULL));
     add_force(m, mbsr_force_point_spring(K3, on_K3, MBSR_GROUND, on_ground, 4530.0, 0.0, 0.07785));
     return m;
@@ -79,33 +85,42 @@ static void draw(FILE *file, mbsr_simulation *s)
     fprintf(file, "\n");
 }
 
-int main(int argc, char **argv)
+/* beta, Theta, gamma, delta, Phi, epsilon, Omega at 0.03 s, by the Test Set, in the order of the bodies */
+static const double published[BODIES] = {
+    15.81077119629904,   -15.75637105984298, 0.04082224013073101, 0.5244099658805304,
+    -0.5347301163226948, 1.048080741042263,  0.5347301163226948};
+
+/* Runs at one tolerance; returns the largest difference of an angle from the digits. */
+static double run(double stiffness, double tolerance, FILE *file)
 {
-    /* beta, Theta, gamma, delta, Phi, epsilon, Omega at 0.03 s */
-    static const double z[BODIES] = {15.81077119629904,  -15.75637105984298,  0.04082224013073101,
-                                     0.5244099658805304, -0.5347301163226948, 1.048080741042263,
-                                     0.5347301163226948};
     static const double q[BODIES] = {-0.0617138900142764496, 0.0,
                                      0.455279819163070380,   0.487364979543842550,
                                      0.222668390165885885,   1.23054744454982120,
-                                     -0.222668390165885885};
-    static const double u[BODIES] = {0.0}, tolerance[] = {1e-4, 1e-6, 1e-8, 1e-10};
+                                     -0.222668390165885885},
+                        u[BODIES] = {0.0};
+    mbsr_simulation s = run_start(squeezer(stiffness), q, u, tolerance);
+    for (int i = 1; i <= 6; ++i) {
+        run_to(&s, T * i / 6);
+        if (file) draw(file, &s);
+    }
     double worst = 0.0;
-    char name[4096];
-    snprintf(name, sizeof name, "%.4000s/squeezer.csv", argc > 1 ? argv[1] : ".");
-    FILE *file = csv(name);
-    printf("tolerance    steps   largest error of an angle at 0.03 s\n");
-    for (int k = 0; k < 4; ++k) {
-        mbsr_simulation s = run_start(squeezer(), q, u, tolerance[k]);
-        for (int i = 1; i <= 6; ++i) {
-            run_to(&s, T * i / 6);
-            if (k == 2) draw(file, &s);
-        }
-        worst = 0.0;
-        for (int i = 0; i < BODIES; ++i) worst = fmax(worst, fabs(s.q[i] - z[i]));
-        printf("%9.0e   %6ld   %.1e\n", tolerance[k], run_steps(&s), worst);
-        mbsr_simulation_end(&s);
+    for (int i = 0; i < BODIES; ++i) worst = fmax(worst, fabs(s.q[i] - published[i]));
+    printf("%9.0e   %6ld   %.1e\n", tolerance, run_steps(&s), worst);
+    mbsr_simulation_end(&s);
+    return worst;
+}
+
+int main(void)
+{
+    static const double tolerance[] = {1e-4, 1e-6, 1e-8, 1e-10}, stiffness[] = {0.0, 1e10};
+    double worst[2] = {0.0};
+    FILE *file = csv("squeezer.csv");
+    for (int l = 0; l < 2; ++l) {
+        printf("%s pins\ntolerance    steps   largest difference of an angle at 0.03 s\n",
+               l ? "elastic" : "rigid");
+        for (int k = 0; k < 4; ++k)
+            worst[l] = run(stiffness[l], tolerance[k], k == 2 && l == 0 ? file : NULL);
     }
     fclose(file);
-    return worst < 1e-7 ? 0 : 1;
+    return worst[0] < 1e-7 && worst[1] < 1e-4 ? 0 : 1;
 }
