@@ -258,6 +258,9 @@ MBSR_API int mbsr_closure_mixture(const mbsr_model *model, int closure, double *
 MBSR_API int mbsr_force_closure(const mbsr_model *model, int force);
 MBSR_API const char *mbsr_closure_name(const mbsr_model *model, int closure);
 MBSR_API int mbsr_model_find_closure(const mbsr_model *model, const char *name);
+/* What a closure was defined as, a value that can be added to another model; its name is the model's.
+ * Compliance matrices are not kept, and such a closure is refused elsewhere. MBSR_ERR_NULL, MBSR_ERR_UNFINISHED, MBSR_ERR_ID. */
+MBSR_API int mbsr_closure_definition(const mbsr_model *model, int closure, mbsr_closure_def *def);
 
 /* The weights w (nu) with which multipliers of position rows act on coordinates in the momentum form,
  * q' = G (u + w C^T Eta'): inverses of the inertias that the joint rates move at q = 0, of those that

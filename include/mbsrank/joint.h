@@ -290,6 +290,19 @@ MBSR_API mbsr_joint mbsr_joint_spherical(const mbsr_frame *A, const mbsr_frame *
  * with x, y, z the origin of B in A and v = (x', y', z'), all along A's axes; nq = 7, n = 6. */
 MBSR_API mbsr_joint mbsr_joint_free(const mbsr_frame *A, const mbsr_frame *B);
 
+/* A stock joint in space as what it is made of: axes one after the other and then, with `quaternion` = 1, a
+ * rotation by a quaternion, whose numbers come first in q (4) and u (3). */
+typedef struct mbsr_joint_chain {
+    mbsr_frame A, B;
+    int axes;
+    mbsr_axis axis[6];
+    int quaternion;
+} mbsr_joint_chain;
+
+/* Status: MBSR_OK, MBSR_ERR_NULL, MBSR_ERR_SPACE (it is no stock joint in space), or that with which the
+ * joint would be refused. */
+MBSR_API int mbsr_joint_chain_of(const mbsr_joint *joint, mbsr_joint_chain *chain);
+
 /* ---- user-defined joints ---- */
 
 /* A joint with the caller's own table: GENERAL space, np = d, nq = n, params = 8; change these

@@ -43,8 +43,8 @@ static size_t sort_law(const mbsr_model *m, int law, int N, int *count, mbsri_fo
     return (size_t)sum;
 }
 
-/* Lists of bodies in the order of the elements, by index. */
-static void order_lists(const mbsr_model *m, mbsri_force *sorted, int *lists)
+/* Lists of bodies in the order of the elements, by index; those of ids likewise. */
+static void order_lists(mbsr_model *m, mbsri_force *sorted, int *lists)
 {
     size_t used = 0;
     for (size_t k = 0; k < m->forces.count; ++k) {
@@ -53,6 +53,7 @@ static void order_lists(const mbsr_model *m, mbsri_force *sorted, int *lists)
         for (int b = 0; b < sorted[k].def.bodies; ++b)
             lists[used++] = m->list_index[list + (size_t)b];
     }
+    for (size_t k = 0; k < used; ++k) ((int *)m->lists.data)[k] = m->body[lists[k]].id;
 }
 
 /* The numbers of the elements on one coordinate, which are the last that are evaluated. */

@@ -149,6 +149,7 @@ static const finite_row rows[] = {
     {"mbsr_model_find_closure", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_closure_place", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_closure_name", NULL, NULL, 0, 0, 0, NULL},
+    {"mbsr_closure_definition", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_closure_stiffness", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_force_closure", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_closure_mixture", NULL, NULL, 0, 0, 0, NULL},
