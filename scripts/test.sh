@@ -101,14 +101,14 @@ for compiler in clang "$gcc"; do
     if [ -z "$sanitizer" ] && works "$compiler"; then sanitizer=$compiler; fi
 done
 if [ -n "$sanitizer" ]; then
-    run sanitizers "$sanitizer" -DCMAKE_BUILD_TYPE=Debug -DMBSR_BENCH=ON \
+    run sanitizers "$sanitizer" -DCMAKE_BUILD_TYPE=Debug -DMBSR_BENCH=ON -DMBSR_VIEWER=OFF \
         -DMBSR_SANITIZE=address,undefined -- "${no_long[@]}"
 else
     echo "==== sanitizers: left out, no compiler has them"
 fi
 if command -v clang >/dev/null; then
     if [ -z "$sanitizer" ] || [ "$long" = ON ]; then
-        run clang-debug clang -DCMAKE_BUILD_TYPE=Debug -DMBSR_BENCH=ON -- -LE package
+        run clang-debug clang -DCMAKE_BUILD_TYPE=Debug -DMBSR_BENCH=ON -DMBSR_VIEWER=OFF -- -LE package
     fi
 else
     echo "==== clang: left out, not found"
@@ -116,7 +116,8 @@ fi
 # by the other compiler, which no other Release build is made with
 minimal=clang
 if ! command -v clang >/dev/null; then minimal=$gcc; fi
-MBSR_TEST_FEW=1 run minimal "$minimal" -DCMAKE_BUILD_TYPE=Release -DMBSR_IDA=OFF -- -LE package
+MBSR_TEST_FEW=1 run minimal "$minimal" -DCMAKE_BUILD_TYPE=Release -DMBSR_IDA=OFF \
+    -DMBSR_VIEWER=OFF -- -LE package
 
 echo "==== closing lines"
 printf '%s' "$summary"

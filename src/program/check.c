@@ -4,127 +4,6 @@
 
 #include <stdlib.h>
 
-static const char *const kinds[] = {"undetermined", "elastic", "damped"};
-
-static const char *kind_name(mbsr_direction_kind kind)
-{
-    return kind == MBSR_DIRECTION_DAMPED    ? kinds[2]
-           : kind == MBSR_DIRECTION_ELASTIC ? kinds[1]
-                                            : kinds[0];
-}
-
-static void print_direction(const program_model *m, const mbsr_direction *d, bool json)
-{
-    const char *before = "";
-    printf(json ? "{\"kind\": \"%s\", \"rates\": [" : "%s:", kind_name(d->kind));
-    for (int k = 0; k < d->terms; ++k) {
-        const mbsr_direction_term *t = d->term + k;
-        if (json) {
-            printf("%s{\"body\": ", before);
-            put_json(stdout, m->file->body_name[t->body]);
-            printf(", \"coordinate\": %d, \"weight\": %.17g}", t->coordinate, t->weight);
-            before = ", ";
-        } else {
-            printf(" %+.3g %s[%d]", t->weight, m->file->body_name[t->body], t->coordinate);
-        }
-    }
-    puts(json ? "]}" : "");
-}
-
-static void print_report(const program_model *m, const mbsr_index_report *r, bool json)
-{
-    if (json)
-        printf("{\"index\": %d, \"dynamic\": %d, \"damped\": %d, \"elastic\": %d, "
-               "\"undetermined\": %d, \"directions\": [",
-               r->index, r->dynamic, r->damped, r->elastic, r->undetermined);
-    else
-        printf("%d directions with mass, %d damped, %d elastic, %d undetermined; index %d\n",
-               r->dynamic, r->damped, r->elastic, r->undetermined, r->index);
-    for (int k = 0; k < r->directions; ++k) {
-        if (json && k > 0) fputs(", ", stdout);
-        print_direction(m, r->direction + k, json);
-    }
-    if (json)
-        puts("]}");
-    else
-        fputs(r->text, stdout);
-}
-
-/* ---- models with closures: what their rows hold, and whether a start is determined ---- */
-
-static void print_loops(const program_model *m, const mbsr_closure_report *r, const int *redundant,
-                        bool json, bool determined)
-{
-    if (json)
-        printf("{\"rows\": %d, \"independent\": %d, \"mobility\": %d, \"massless\": %d, "
-               "\"unheld\": %d, \"gap\": %.17g, \"determined\": %s, \"redundant\": [",
-               r->rows, r->independent, r->mobility, r->massless, r->undetermined, r->gap,
-               determined ? "true" : "false");
-    else
-        printf("%d rows of closures, %d independent; mobility %d; %d directions without mass, of "
-               "which no loop holds %d; largest gap as drawn %.3g\n",
-               r->rows, r->independent, r->mobility, r->massless, r->undetermined, r->gap);
-    const char *before = "";
-    for (int k = 0; k < r->rows; ++k) {
-        int closure, own;
-        const char *name;
-        if (!redundant[k] || mbsr_closure_of_row(m->model, k, &closure, &own, &name)) continue;
-        if (json) {
-            printf("%s{\"closure\": ", before);
-            put_json(stdout, mbsr_closure_name(m->model, closure));
-            printf(", \"row\": %d}", own);
-            before = ", ";
-        } else {
-            printf("redundant: closure %d '%s', row %d %s\n", closure,
-                   mbsr_closure_name(m->model, closure), own, name);
-        }
-    }
-    if (json) puts("]}");
-}
-
-/* UNDETERMINED where no consistent start is, DONE where one is; a code. */
-static int try_start(const program_model *m, const double *q, const double *u)
-{
-    const int size = mbsr_dae_size(m->model, MBSR_DAE_MOMENTUM);
-    double *y = calloc(2 * (size_t)size + 1, sizeof *y);
-    if (!y) return complain(FAILED, "no memory");
-    int status = mbsr_dae_pack(m->model, m->data, MBSR_DAE_MOMENTUM, 0.0, q, u, y);
-    if (!status)
-        status =
-            mbsr_dae_consistent(m->model, m->data, MBSR_DAE_MOMENTUM, 0.0, y, y + size, NULL, NULL);
-    free(y);
-    if (!status) return DONE;
-    return complain(status == MBSR_UNDETERMINED ? UNDETERMINED : FAILED, "%s",
-                    mbsr_data_error(m->data)->text);
-}
-
-static int check_loops(const program_model *m, const double *q, const double *u, bool json)
-{
-    mbsr_closure_report report;
-    int *redundant = calloc((size_t)mbsr_model_rows(m->model) + 1, sizeof *redundant);
-    if (!redundant) return complain(FAILED, "no memory");
-    int code = DONE;
-    if (mbsr_closures_report(m->model, m->data, 0.0, q, &report, redundant, NULL))
-        code = complain(FAILED, "%s", mbsr_data_error(m->data)->text);
-    if (!code) {
-        code = try_start(m, q, u);
-        print_loops(m, &report, redundant, json, code == DONE);
-    }
-    free(redundant);
-    return code;
-}
-
-static int check_tree(const program_model *m, const double *q, const double *u, bool json)
-{
-    mbsr_index_report *report;
-    if (mbsr_index_report_create(m->model, m->data, 0.0, q, u, &report))
-        return complain(FAILED, "%s", mbsr_data_error(m->data)->text);
-    print_report(m, report, json);
-    const int code = report->undetermined > 0 ? UNDETERMINED : DONE;
-    mbsr_index_report_destroy(m->model, report);
-    return code;
-}
-
 int run_check(int argc, char **argv)
 {
     program_options o = {.path = NULL};
@@ -146,7 +25,8 @@ int run_check(int argc, char **argv)
         if (!u)
             code = complain(FAILED, "no memory");
         else
-            code = (mbsr_model_rows(m.model) > 0 ? check_loops : check_tree)(&m, q, u, o.json);
+            code = report_write(stdout, &m, q, u, o.json);
+        if (o.json && code <= UNDETERMINED) putchar('\n');
         free(u);
     }
     close_model(&m);

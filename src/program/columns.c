@@ -38,6 +38,14 @@ static bool add_joint(const program_model *m, int k, bool rate, columns *c)
     return true;
 }
 
+static bool add_joints(const program_model *m, bool rate, columns *c)
+{
+    for (int k = 0; k < m->file->joints; ++k) {
+        if (!add_joint(m, k, rate, c)) return false;
+    }
+    return true;
+}
+
 static bool add_position(int body, const char *name, columns *c)
 {
     for (int l = 0; l < 3; ++l) {
@@ -62,7 +70,9 @@ static int add_name(const program_model *m, const char *given, columns *c)
     bool good;
     snprintf(name, sizeof name, "%.190s", given);
     int joint = mbsr_file_find_joint(m->file, name);
-    if (strcmp(name, "energy") == 0) {
+    if (strcmp(name, "state") == 0) {
+        good = add_joints(m, false, c) && add_joints(m, true, c);
+    } else if (strcmp(name, "energy") == 0) {
         good = add(c, (column){.name = "kinetic", .kind = COLUMN_KINETIC}) &&
                add(c, (column){.name = "potential", .kind = COLUMN_POTENTIAL});
     } else if (joint >= 0) {
@@ -85,9 +95,7 @@ int columns_make(const program_model *m, const char *names, columns *c)
 {
     int code = DONE;
     *c = (columns){.list = NULL};
-    for (int k = 0; !names && k < m->file->joints; ++k) {
-        if (!add_joint(m, k, false, c)) return complain(FAILED, "no memory");
-    }
+    if (!names && !add_joints(m, false, c)) return complain(FAILED, "no memory");
     while (names && !code) {
         const size_t length = strcspn(names, ",");
         char name[200];

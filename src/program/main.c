@@ -33,11 +33,19 @@ static const command commands[] = {
      "  --rtol R, --atol A   tolerances, default 1e-6\n"
      "  --form F       momentum (default) or index1\n"
      "  --inputs FILE  CSV with t and names of actuators; each line holds from its time on\n"
-     "  --output NAMES between commas: JOINT, JOINT.rate, BODY.pos, energy; default all joints\n"
+     "  --output NAMES between commas: JOINT, JOINT.rate, BODY.pos, energy, state (all\n"
+     "                 joints and rates); default all joints\n"
      "  -o FILE        instead of standard output\n"
      "  --quiet        neither progress nor findings\n" COMMON,
      run_run},
 #endif
+    {"view", "write a page that shows a model, and a run of it",
+     "usage: mbsrank view FILE [RUN] -o PAGE [options]\n"
+     "The page is one file, which any browser opens: the model in 3-D, moving as in RUN, a CSV of\n"
+     "mbsrank run with all joints; with their rates (--output state) also the joint reactions.\n"
+     "  -o PAGE        where to; - is standard output\n"
+     "  --inputs FILE  of the run, for the reactions\n" COMMON,
+     run_view},
 };
 enum { COMMANDS = sizeof commands / sizeof *commands };
 

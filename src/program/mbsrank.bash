@@ -5,7 +5,7 @@ _mbsrank() {
     local common="--start --floating --strict --help"
     COMPREPLY=()
     if [ "$COMP_CWORD" -eq 1 ]; then
-        mapfile -t COMPREPLY < <(compgen -W "info check run --help --version" -- "$word")
+        mapfile -t COMPREPLY < <(compgen -W "info check run view --help --version" -- "$word")
         return
     fi
     case $before in
@@ -13,11 +13,11 @@ _mbsrank() {
     esac
     case $word in
     -*)
-        if [ "${COMP_WORDS[1]}" = run ]; then
-            common="$common --t-end --step --rtol --atol --form --inputs --output -o --quiet"
-        else
-            common="$common --json"
-        fi
+        case ${COMP_WORDS[1]} in
+        run) common="$common --t-end --step --rtol --atol --form --inputs --output -o --quiet" ;;
+        view) common="$common --inputs -o" ;;
+        *) common="$common --json" ;;
+        esac
         mapfile -t COMPREPLY < <(compgen -W "$common" -- "$word") ;;
     *) mapfile -t COMPREPLY < <(compgen -f -- "$word") ;;
     esac

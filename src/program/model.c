@@ -86,6 +86,15 @@ void close_model(program_model *m)
     free(m->text);
 }
 
+char *read_beside(const program_options *o, const char *name, size_t *size)
+{
+    const char *slash = strrchr(o->path, '/');
+    char path[2048];
+    snprintf(path, sizeof path, "%.*s%s", slash && name[0] != '/' ? (int)(slash + 1 - o->path) : 0,
+             o->path, name);
+    return read_file(path, size);
+}
+
 int start_state(const program_options *o, const program_model *m, const double **q,
                 const double **u)
 {

@@ -58,10 +58,20 @@ void close_model(program_model *m);
 int start_state(const program_options *o, const program_model *m, const double **q,
                 const double **u);
 
+/* A file that the model names, such as a mesh: as it stands, or from the folder of the model. read_file. */
+char *read_beside(const program_options *o, const char *name, size_t *size);
+
+/* ---- report.c ---- */
+
+/* The index report, or with closures that of their rows. UNDETERMINED where something is; DONE; or a code
+ * after a complaint, with nothing written as JSON. */
+int report_write(FILE *to, const program_model *m, const double *q, const double *u, bool json);
+
 /* ---- commands ---- */
 
 int run_info(int argc, char **argv);
 int run_check(int argc, char **argv);
 int run_run(int argc, char **argv);
+int run_view(int argc, char **argv);
 
 #endif

@@ -77,21 +77,18 @@ static int integrator(const run_options *o, double *shown, mbsr_ida_opt *opt)
 
 /* From output to output and from input to input. */
 static int go(const run_options *o, const program_model *m, mbsr_simulation *s, const columns *c,
-              const inputs *in, FILE *to)
+              inputs *in, FILE *to)
 {
     const double step = o->step > 0.0 ? o->step : 0.01 * o->t_end;
-    int line = 0, code = DONE;
-    while (line < in->lines && in->value[line * (in->columns + 1)] <= 0.0) ++line;
     columns_head(c, to);
-    code = columns_write(c, s->model, s->data, s->t, s->q, s->u, to);
+    int code = columns_write(c, s->model, s->data, s->t, s->q, s->u, to);
     for (long k = 1; !code && !interrupted;) {
         double t = fmin((double)k * step, o->t_end);
-        const double next = line < in->lines ? in->value[line * (in->columns + 1)] : INFINITY;
-        const bool input = next <= t;
-        if (input) t = next;
+        const bool input = inputs_next(in) <= t;
+        if (input) t = inputs_next(in);
         if ((input ? mbsr_simulation_sample : mbsr_simulation_to)(s, t)) break;
         if (input) {
-            inputs_set(in, line++, m->file->control);
+            inputs_set(in, t, m->file->control);
             if (mbsr_ida_jump(s->ida)) return complain(FAILED, "%s", mbsr_ida_error(s->ida)->text);
             continue;
         }
@@ -103,7 +100,7 @@ static int go(const run_options *o, const program_model *m, mbsr_simulation *s, 
     return code;
 }
 
-static int simulate(const run_options *o, program_model *m, const columns *c, const inputs *in)
+static int simulate(const run_options *o, program_model *m, const columns *c, inputs *in)
 {
     const double *q, *u;
     double shown = !o->quiet && isatty(2) ? o->t_end : 0.0;
@@ -111,8 +108,7 @@ static int simulate(const run_options *o, program_model *m, const columns *c, co
     int code = start_state(&o->common, m, &q, &u);
     if (!code) code = integrator(o, &shown, &opt);
     if (code) return code;
-    for (int line = 0; line < in->lines && in->value[line * (in->columns + 1)] <= 0.0; ++line)
-        inputs_set(in, line, m->file->control);
+    inputs_set(in, 0.0, m->file->control);
     FILE *to = o->file ? fopen(o->file, "w") : stdout;
     if (!to) return complain(FAILED, "%s cannot be written", o->file);
     mbsr_simulation s = mbsr_simulation_of(mbsr_file_take_model(m->file));
@@ -136,7 +132,7 @@ int run_run(int argc, char **argv)
     run_options o = {.t_end = 0.0};
     program_model m = {.text = NULL};
     columns c = {.list = NULL};
-    inputs in = {.columns = 0};
+    inputs in = {.actuator = NULL};
     int code = read_options(argc, argv, &o);
     if (code) return code;
     code = open_model(&o.common, o.quiet, &m);

@@ -25,7 +25,7 @@ void put_json(FILE *to, const char *text)
         const unsigned char c = (unsigned char)*text;
         if (c == '"' || c == '\\')
             fprintf(to, "\\%c", c);
-        else if (c < 0x20)
+        else if (c < 0x20 || c == '<') /* < for JSON in a page */
             fprintf(to, "\\u%04x", c);
         else
             fputc(c, to);

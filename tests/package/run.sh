@@ -18,12 +18,16 @@ mkdir -p "$work"
 step "build and install" # compiles fastest
 "$cmake" -S "$source" -B "$work/build" -G "$generator" -DCMAKE_C_COMPILER="$cc" \
     -DCMAKE_BUILD_TYPE=Debug -DCMAKE_INSTALL_PREFIX="$work/installed" \
-    -DBUILD_SHARED_LIBS="$shared" -DMBSR_IDA="$ida" -DMBSR_TESTS=OFF -DMBSR_EXAMPLES=OFF
+    -DBUILD_SHARED_LIBS="$shared" -DMBSR_IDA="$ida" -DMBSR_TESTS=OFF -DMBSR_EXAMPLES=OFF \
+    -DMBSR_VIEWER="$([ "$ida" = ON ] && echo AUTO || echo OFF)"
 "$cmake" --build "$work/build"
 "$cmake" --install "$work/build"
 mv "$work/installed" "$prefix"
 rm -rf "$work/build"
 
+if [ -f "$prefix/share/mbsrank/viewer.html" ]; then # found from where the program stands
+    "$prefix/bin/mbsrank" view "$source/examples/models/arm.urdf" -o "$work/page.html" || fail "view"
+fi
 [ -f "$prefix/include/mbsrank/mbsrank.h" ] || fail "headers are not installed"
 find "$prefix" -name LICENSE | grep -q . || fail "the licence is not installed"
 if [ "$ida" = OFF ]; then

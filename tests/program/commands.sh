@@ -50,6 +50,33 @@ ends 1 '"undetermined": 6' check --json --floating "$work/one.urdf"
 ends 0 '1 damped, 0 elastic, 0 undetermined; index 1' check "$models/quarter_car.xml"
 ends 0 '"determined": true' check --json "$models/arm.urdf"
 
+# The page is the bundle with the data in it.
+printf 'before<!--data-->after' >"$work/bundle"
+MBSRANK_VIEWER=$work/bundle
+export MBSRANK_VIEWER
+ends 0 'usage: mbsrank view' view --help
+ends 2 'there is no file' view
+ends 2 'no option --fast' view "$models/arm.urdf" --fast
+ends 2 '-o is missing' view "$models/arm.urdf"
+ends 2 'second one' view "$models/arm.urdf" a.csv b.csv
+ends 0 'before<script.*"title": "arm"' view "$models/arm.urdf" -o -
+ends 0 '"report": {"rows": 1.*}$' view "$models/arm.urdf" -o -
+ends 4 'page.html cannot be written' view "$models/arm.urdf" -o "$work/none/page.html"
+printf 't,tyre,damper\n0,0,0\n' >"$work/part.csv"
+ends 3 "part.csv has no column 'rubber'" view "$models/quarter_car.xml" "$work/part.csv" -o -
+printf 't,tyre,damper,rubber\n0,0,0,0\n' >"$work/all.csv"
+ends 0 '"reactions": null' view "$models/quarter_car.xml" "$work/all.csv" -o -
+ends 0 'the run has no rates' view "$models/quarter_car.xml" "$work/all.csv" -o -
+printf 't,tyre,damper,rubber\n' >"$work/empty.csv"
+ends 3 'no lines of numbers' view "$models/quarter_car.xml" "$work/empty.csv" -o -
+printf '<robot name="&lt;/script>"><link name="a"><visual><geometry><mesh filename="m.stl"/></geometry></visual></link></robot>' \
+    >"$work/mesh.urdf"
+ends 0 "mesh 'm.stl' cannot be read" view "$work/mesh.urdf" -o "$work/page.html"
+[ "$(grep -c '</script>' "$work/page.html")" = 1 ] || { echo "a name ends the script of the page"; failed=1; }
+MBSRANK_VIEWER=$work/none
+ends 4 'has no viewer' view "$models/arm.urdf" -o -
+unset MBSRANK_VIEWER
+
 if [ "$with_run" = 1 ]; then
     ends 2 't-end' run "$models/arm.urdf"
     ends 2 'not a positive number' run "$models/arm.urdf" --t-end=-1

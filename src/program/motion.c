@@ -1,0 +1,198 @@
+/* Poses and reactions of a run: see motion.h.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "program/motion.h"
+
+#include "program/columns.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Where the state stands in the table: a column for each number of q and u. */
+typedef struct places {
+    int nq, nu;
+    int *q, *u;    /* -1: of no joint of the file */
+    bool rates;    /* u is known */
+    double *state; /* q, then u, then u' */
+} places;
+
+static bool allocate(const program_model *m, int samples, places *at, motion *to)
+{
+    const size_t bodies = (size_t)m->file->bodies, all = (size_t)samples * bodies + 1;
+    at->nq = mbsr_model_nq(m->model);
+    at->nu = mbsr_model_nu(m->model);
+    at->q = malloc((size_t)(at->nq + at->nu + 1) * sizeof *at->q);
+    at->u = at->q + at->nq;
+    at->state = calloc((size_t)(at->nq + 2 * at->nu) + 1, sizeof *at->state);
+    to->samples = samples;
+    to->time = calloc((size_t)samples + 1, sizeof *to->time);
+    to->pose = calloc(all, POSE_NUMBERS * sizeof *to->pose);
+    to->reaction = calloc(all, REACTION_NUMBERS * sizeof *to->reaction);
+    to->point = calloc(bodies + 1, 3 * sizeof *to->point);
+    return at->q && at->state && to->time && to->pose && to->reaction && to->point;
+}
+
+static void forget_reactions(motion *to, const char *why)
+{
+    free(to->reaction);
+    to->reaction = NULL;
+    snprintf(to->without, sizeof to->without, "%s", why);
+}
+
+/* The joint's point on each body. */
+static void find_points(const program_model *m, motion *to)
+{
+    for (int k = 0; k < m->file->bodies; ++k) {
+        mbsr_body_def def;
+        mbsr_joint_chain chain;
+        if (mbsr_body_definition(m->model, k, &def)) continue;
+        if (mbsr_joint_chain_of(&def.joint, &chain)) continue;
+        memcpy(to->point + 3 * (size_t)k, chain.B.x, sizeof chain.B.x);
+    }
+}
+
+/* Which column has which number; columns of one name are taken in turn. */
+static int find_columns(const program_model *m, const char *path, const table *run, places *at)
+{
+    columns wanted;
+    const int code = columns_make(m, "state", &wanted);
+    int last = 0;
+    at->rates = true;
+    for (int k = 0; k < at->nq + at->nu; ++k) at->q[k] = -1;
+    for (int k = 0; k < wanted.count && !code; ++k) {
+        const column *c = wanted.list + k;
+        const int found = table_find(run, c->name, last + 1);
+        if (found >= 0) {
+            (c->kind == COLUMN_Q ? at->q : at->u)[c->at] = last = found;
+        } else if (c->kind == COLUMN_U) {
+            at->rates = false;
+        } else {
+            const int missing = complain(
+                NOT_READ, "%s has no column '%s': run without --output, or --output state, has all",
+                path, c->name);
+            free(wanted.list);
+            return missing;
+        }
+    }
+    free(wanted.list);
+    return code;
+}
+
+/* ---- a sample ---- */
+
+static void keep_poses(const program_model *m, float *to)
+{
+    for (int k = 0; k < m->file->bodies; ++k, to += POSE_NUMBERS) {
+        double pose[MBSR_POSE_SIZE], quaternion[4];
+        mbsr_body_pose(m->model, m->data, k, pose);
+        mbsr_rotation_quaternion(pose + MBSR_POSE_R, quaternion);
+        for (int l = 0; l < 3; ++l) to[l] = (float)pose[MBSR_POSE_X + l];
+        for (int l = 0; l < 4; ++l) to[3 + l] = (float)quaternion[l];
+    }
+}
+
+/* The wrench at the body's origin as force and as moment about the joint's point, R point away. */
+static void keep_reactions(const program_model *m, const double *point, float *to)
+{
+    for (int k = 0; k < m->file->bodies; ++k, to += REACTION_NUMBERS, point += 3) {
+        double pose[MBSR_POSE_SIZE], wrench[6], arm[3];
+        mbsr_body_pose(m->model, m->data, k, pose);
+        mbsr_joint_reaction(m->model, m->data, k, wrench);
+        const double *R = pose + MBSR_POSE_R, *F = wrench + 3;
+        for (int l = 0; l < 3; ++l)
+            arm[l] = R[l] * point[0] + R[3 + l] * point[1] + R[6 + l] * point[2];
+        for (int l = 0; l < 3; ++l) {
+            const int i = (l + 1) % 3, j = (l + 2) % 3;
+            to[l] = (float)F[l];
+            to[3 + l] = (float)(wrench[l] - arm[i] * F[j] + arm[j] * F[i]);
+        }
+    }
+}
+
+/* Accelerations in directions that move no mass are no matter for reactions. */
+static int react(const program_model *m, double t, const places *at)
+{
+    const double *q = at->state, *u = q + at->nq;
+    double *udot = at->state + at->nq + at->nu;
+    const int status = mbsr_forward_dynamics(m->model, m->data, t, q, u, NULL, udot);
+    if (status != MBSR_OK && status != MBSR_UNDETERMINED) return status;
+    return mbsr_accelerations(m->model, m->data, udot);
+}
+
+static int sample(const program_model *m, int k, const places *at, motion *to)
+{
+    const size_t bodies = (size_t)m->file->bodies;
+    if (to->reaction && react(m, to->time[k], at))
+        forget_reactions(to, mbsr_data_error(m->data)->text);
+    if (to->reaction)
+        keep_reactions(m, to->point, to->reaction + (size_t)k * bodies * REACTION_NUMBERS);
+    else if (mbsr_positions(m->model, m->data, to->time[k], at->state))
+        return complain(FAILED, "t = %g: %s", to->time[k], mbsr_data_error(m->data)->text);
+    keep_poses(m, to->pose + (size_t)k * bodies * POSE_NUMBERS);
+    return DONE;
+}
+
+/* ---- all of them ---- */
+
+static int follow(const program_model *m, const table *run, inputs *in, const places *at,
+                  motion *to)
+{
+    int code = DONE;
+    for (int k = 0; k < run->lines && !code; ++k) {
+        for (int l = 0; l < at->nq + at->nu; ++l)
+            if (at->q[l] >= 0) at->state[l] = table_at(run, k, at->q[l]);
+        to->time[k] = table_at(run, k, 0);
+        inputs_set(in, to->time[k], m->file->control);
+        code = sample(m, k, at, to);
+    }
+    return code;
+}
+
+/* The consistent state near the one given; reactions only there. */
+static int stand(const program_model *m, const double *q, const double *u, const places *at,
+                 motion *to)
+{
+    const mbsr_dae_form form = MBSR_DAE_MOMENTUM;
+    const int size = mbsr_dae_size(m->model, form);
+    double *y = calloc(2 * (size_t)size + 1, sizeof *y), *rates = at->state + at->nq;
+    if (!y) return complain(FAILED, "no memory");
+    memcpy(at->state, q, (size_t)at->nq * sizeof *q);
+    if (u) memcpy(rates, u, (size_t)at->nu * sizeof *u);
+    int status = mbsr_dae_pack(m->model, m->data, form, 0.0, at->state, rates, y);
+    if (!status)
+        status = mbsr_dae_consistent(m->model, m->data, form, 0.0, y, y + size, NULL, NULL);
+    if (!status) status = mbsr_dae_unpack(m->model, m->data, form, 0.0, y, at->state, rates);
+    free(y);
+    if (status) forget_reactions(to, "there is no consistent start");
+    return sample(m, 0, at, to);
+}
+
+int motion_make(const program_model *m, const char *path, const table *run, inputs *in,
+                const double *q, const double *u, motion *to)
+{
+    places at = {.q = NULL};
+    int code = DONE;
+    *to = (motion){.samples = 0};
+    if (run && run->lines == 0) return complain(NOT_READ, "%s has no lines of numbers", path);
+    if (!allocate(m, run ? run->lines : 1, &at, to)) code = complain(FAILED, "no memory");
+    if (!code) find_points(m, to);
+    if (!code && run) {
+        code = find_columns(m, path, run, &at);
+        if (!at.rates)
+            forget_reactions(to, "the run has no rates of the joints: mbsrank run --output state");
+        if (!code) code = follow(m, run, in, &at, to);
+    } else if (!code) {
+        code = stand(m, q, u, &at, to);
+    }
+    free(at.q);
+    free(at.state);
+    return code;
+}
+
+void motion_free(motion *to)
+{
+    free(to->time);
+    free(to->pose);
+    free(to->reaction);
+    free(to->point);
+}

@@ -1,0 +1,29 @@
+/* What a page shows of a run: poses and joint reactions of all bodies, sample by sample.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRANK_MOTION_H
+#define MBSRANK_MOTION_H
+
+#include "program/inputs.h"
+
+/* Numbers of a body in a sample. */
+enum { POSE_NUMBERS = 7, REACTION_NUMBERS = 6 };
+
+typedef struct motion {
+    int samples;
+    double *time; /* s */
+    float *pose;  /* samples x bodies x 7: origin (m), quaternion (w first) */
+    float *
+        reaction; /* samples x bodies x 6: what the joint exerts on the body, force (N) and moment about
+                          the joint's point (N m), world axes; NULL: not known */
+    char without[MBSR_TEXT_SIZE]; /* why; "" where they are known */
+    double *point;                /* bodies x 3: the joint's point on the body, m, body axes */
+} motion;
+
+/* Of a run (from `mbsrank run`, which must have all joints; with their rates there are reactions) under its
+ * inputs; run == NULL: of the consistent start near q and u (NULL: at rest). A code. The motion is freed in
+ * any case. */
+int motion_make(const program_model *m, const char *path, const table *run, inputs *in,
+                const double *q, const double *u, motion *to);
+void motion_free(motion *to);
+
+#endif

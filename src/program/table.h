@@ -1,0 +1,26 @@
+/* Numbers by name over time: CSV with a line of names, then lines of numbers.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRANK_PROGRAM_TABLE_H
+#define MBSRANK_PROGRAM_TABLE_H
+
+typedef struct table {
+    char *text;         /* where the names stand */
+    int columns, lines; /* the first column is t, and t ascends */
+    char **name;        /* columns */
+    double *value;      /* lines x columns, line by line */
+} table;
+
+/* Reads a file; a code. The table is freed in any case. */
+int table_read(const char *path, table *t);
+void table_free(table *t);
+
+/* Of column k. */
+static inline double table_at(const table *t, int line, int k)
+{
+    return t->value[(long)line * t->columns + k];
+}
+
+/* The column of that name from column `from` on, round to those before it; -1: there is none. */
+int table_find(const table *t, const char *name, int from);
+
+#endif

@@ -1,0 +1,109 @@
+/* mbsrank view: a page that shows a model, and a run of it.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#define _POSIX_C_SOURCE 200809L
+#include "program/page.h"
+
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+typedef struct view_options {
+    program_options common;
+    const char *run, *inputs, *file;
+} view_options;
+
+static int read_options(int argc, char **argv, view_options *o)
+{
+    int code = DONE;
+    for (int at = 0; at < argc && !code; ++at) {
+        const char *value;
+        const bool second = o->common.path && (argv[at][0] != '-' || !argv[at][1]);
+        if (second && o->run)
+            return complain(USAGE, "view: one run at a time: '%s' is a second one", argv[at]);
+        if (second)
+            o->run = argv[at];
+        else if ((value = option_value(argc, argv, &at, "--inputs")))
+            o->inputs = value;
+        else if (at >= 0 && (value = option_value(argc, argv, &at, "-o")))
+            o->file = value;
+        else if (at >= 0 && !common_option(argc, argv, &at, &o->common, &code))
+            return complain(USAGE, "view: there is no option %s", argv[at]);
+        if (at < 0) return USAGE;
+    }
+    if (!code && o->common.path && !o->file) return complain(USAGE, "view: -o is missing");
+    return code;
+}
+
+/* ---- the bundle: the page without data ---- */
+
+/* Beside the program in a build tree, else where it is installed, seen from the program. */
+static char *read_bundle(void)
+{
+    static const char *const places[] = {"viewer.html", MBSR_VIEWER_PLACE};
+    const char *given = getenv("MBSRANK_VIEWER");
+    char program[1024], path[2048];
+    size_t size;
+    if (given) return read_file(given, &size);
+    const ssize_t length = readlink("/proc/self/exe", program, sizeof program - 1);
+    program[length > 0 ? length : 0] = '\0';
+    char *slash = strrchr(program, '/');
+    for (int k = 0; slash && k < 2; ++k) {
+        slash[1] = '\0';
+        snprintf(path, sizeof path, "%s%s", program, places[k]);
+        char *text = read_file(path, &size);
+        if (text) return text;
+    }
+    return read_file(MBSR_VIEWER_INSTALLED, &size);
+}
+
+static int write_page(const view_options *o, const page *p)
+{
+    static const char mark[] = "<!--data-->";
+    char *bundle = read_bundle(), *at = bundle ? strstr(bundle, mark) : NULL;
+    int code = DONE;
+    if (!at) {
+        free(bundle);
+        return complain(FAILED, "this installation has no viewer: it was built without npm "
+                                "(CMake option MBSR_VIEWER); MBSRANK_VIEWER may name one");
+    }
+    FILE *to = strcmp(o->file, "-") == 0 ? stdout : fopen(o->file, "w");
+    if (to) {
+        *at = '\0';
+        fputs(bundle, to);
+        fputs("<script type=\"application/json\" id=\"data\">", to);
+        code = page_write(to, p);
+        fputs("</script>", to);
+        fputs(at + strlen(mark), to);
+    }
+    free(bundle);
+    const bool bad = !to || fflush(to) != 0 || ferror(to);
+    if (to && to != stdout) fclose(to);
+    return bad ? complain(FAILED, "%s cannot be written", o->file) : code;
+}
+
+int run_view(int argc, char **argv)
+{
+    view_options o = {.run = NULL};
+    program_model m = {.text = NULL};
+    table run = {.text = NULL};
+    inputs in = {.actuator = NULL};
+    motion shown = {.samples = 0};
+    const double *q, *u;
+    int code = read_options(argc, argv, &o);
+    if (code) return code;
+    code = open_model(&o.common, false, &m);
+    if (!code) code = start_state(&o.common, &m, &q, &u);
+    if (!code && o.run) code = table_read(o.run, &run);
+    if (!code && o.inputs) code = inputs_read(&m, o.inputs, &in);
+    double *rates = code ? NULL : calloc((size_t)mbsr_model_nu(m.model) + 1, sizeof *rates);
+    if (!code && !rates) code = complain(FAILED, "no memory");
+    if (!code && u) memcpy(rates, u, (size_t)mbsr_model_nu(m.model) * sizeof *u);
+    if (!code) code = motion_make(&m, o.run, o.run ? &run : NULL, &in, q, rates, &shown);
+    if (!code) code = write_page(&o, &(page){&o.common, &m, &shown, o.run ? &run : NULL, q, rates});
+    free(rates);
+    motion_free(&shown);
+    inputs_free(&in);
+    table_free(&run);
+    close_model(&m);
+    return code;
+}

@@ -1,0 +1,100 @@
+// The data of the page, as src/program/page.c writes it, and the motion between its samples.
+// SPDX-License-Identifier: BSD-3-Clause
+
+export function bytesOf(base64) {
+    const text = atob(base64), bytes = new Uint8Array(text.length);
+    for (let k = 0; k < text.length; ++k) bytes[k] = text.charCodeAt(k);
+    return bytes;
+}
+
+const floatsOf = (base64) => new Float32Array(bytesOf(base64).buffer);
+
+export function readData(text) {
+    const data = JSON.parse(text);
+    data.poses = floatsOf(data.poses);
+    data.reactions = data.reactions && floatsOf(data.reactions);
+    for (const column of data.columns) column.values = floatsOf(column.values);
+    data.samples = data.times.length;
+    return data;
+}
+
+// The sample at or before a time, and how far on from it the next one is, 0 .. 1.
+export function placeAt(times, t) {
+    let low = 0, high = times.length - 1;
+    if (t >= times[high]) return { sample: high, part: 0 };
+    while (high - low > 1) {
+        const middle = (low + high) >> 1;
+        if (times[middle] <= t) low = middle;
+        else high = middle;
+    }
+    return { sample: low, part: Math.max(0, (t - times[low]) / (times[high] - times[low])) };
+}
+
+// Where all bodies are at a time: poses, 7 numbers each (origin, quaternion with w first), and affine maps
+// by columns, 12 numbers each, the ground behind the last body. Nothing is allocated from time to time.
+export class Motion {
+    constructor(data) {
+        this.data = data;
+        this.bodies = data.bodies.length;
+        this.pose = new Float32Array(7 * this.bodies);
+        this.map = new Float64Array(12 * (this.bodies + 1));
+        const ground = 12 * this.bodies;
+        this.map[ground] = this.map[ground + 4] = this.map[ground + 8] = 1;
+        this.go(data.times[0]);
+    }
+
+    go(t) {
+        this.time = t;
+        Object.assign(this, placeAt(this.data.times, t));
+        this.#interpolate();
+        this.#findMaps();
+    }
+
+    // Quaternions: the nearer of +-q, and length 1 again.
+    #interpolate() {
+        const { pose, part, bodies } = this, from = this.data.poses, at = 7 * bodies * this.sample;
+        if (part === 0) {
+            pose.set(from.subarray(at, at + 7 * bodies));
+            return;
+        }
+        for (let k = 0, a = at, b = at + 7 * bodies; k < 7 * bodies; k += 7, a += 7, b += 7) {
+            for (let l = 0; l < 3; ++l) pose[k + l] = from[a + l] + part * (from[b + l] - from[a + l]);
+            let dot = 0, square = 0;
+            for (let l = 3; l < 7; ++l) dot += from[a + l] * from[b + l];
+            const to = dot < 0 ? -part : part;
+            for (let l = 3; l < 7; ++l) {
+                pose[k + l] = (1 - part) * from[a + l] + to * from[b + l];
+                square += pose[k + l] * pose[k + l];
+            }
+            const length = Math.sqrt(square) || 1;
+            for (let l = 3; l < 7; ++l) pose[k + l] /= length;
+        }
+    }
+
+    #findMaps() {
+        const { pose, map, bodies } = this;
+        for (let k = 0, p = 0, m = 0; k < bodies; ++k, p += 7, m += 12) {
+            const w = pose[p + 3], x = pose[p + 4], y = pose[p + 5], z = pose[p + 6];
+            map[m] = 1 - 2 * (y * y + z * z);
+            map[m + 1] = 2 * (x * y + w * z);
+            map[m + 2] = 2 * (x * z - w * y);
+            map[m + 3] = 2 * (x * y - w * z);
+            map[m + 4] = 1 - 2 * (x * x + z * z);
+            map[m + 5] = 2 * (y * z + w * x);
+            map[m + 6] = 2 * (x * z + w * y);
+            map[m + 7] = 2 * (y * z - w * x);
+            map[m + 8] = 1 - 2 * (x * x + y * y);
+            map[m + 9] = pose[p];
+            map[m + 10] = pose[p + 1];
+            map[m + 11] = pose[p + 2];
+        }
+    }
+
+    // A point of a body (-1: the ground) in the world.
+    point(body, x, to = [0, 0, 0]) {
+        const m = 12 * (body < 0 ? this.bodies : body), map = this.map;
+        for (let l = 0; l < 3; ++l)
+            to[l] = map[m + l] * x[0] + map[m + 3 + l] * x[1] + map[m + 6 + l] * x[2] + map[m + 9 + l];
+        return to;
+    }
+}

@@ -1,0 +1,88 @@
+// What is shown on demand: axes of joints, and reactions as arrows.
+// SPDX-License-Identifier: BSD-3-Clause
+import { ConeGeometry, CylinderGeometry, Group, MeshBasicMaterial } from "three";
+import { Pointers } from "./batch.js";
+
+const rod = () => new CylinderGeometry(1, 1, 1, 8).rotateX(Math.PI / 2).translate(0, 0, 0.5);
+const cone = () => new ConeGeometry(1, 1, 12).rotateX(Math.PI / 2).translate(0, 0, 0.5);
+
+// Through everything else.
+const onTop = () => new MeshBasicMaterial({ depthTest: false, transparent: true, opacity: 0.9 });
+
+// An axis for each one of a joint that turns or slides.
+export class Axes {
+    constructor(data, motion, unitLength) {
+        Object.assign(this, { data, motion, unitLength });
+        const count = data.bodies.reduce((sum, b) => sum + b.axes.length, 0);
+        this.material = onTop();
+        this.pointers = new Pointers(rod(), this.material, count);
+        this.group = new Group().add(this.pointers.mesh);
+        this.group.visible = false;
+    }
+
+    move() {
+        const { pointers, motion, data, unitLength } = this, long = 0.3 * unitLength, from = [0, 0, 0];
+        pointers.clear();
+        data.bodies.forEach((b, k) => {
+            if (b.axes.length === 0) return;
+            const m = 12 * (b.parent < 0 ? motion.bodies : b.parent), map = motion.map;
+            motion.point(k, b.point, from);
+            for (const { direction: d } of b.axes) {
+                const v = [0, 1, 2].map((l) => map[m + l] * d[0] + map[m + 3 + l] * d[1] + map[m + 6 + l] * d[2]);
+                pointers.add(from[0] - 0.5 * long * v[0], from[1] - 0.5 * long * v[1],
+                    from[2] - 0.5 * long * v[2], ...v, 0.012 * unitLength, long);
+            }
+        });
+        pointers.end();
+    }
+
+    paint(colours) {
+        this.material.color.copy(colours.joint);
+    }
+}
+
+// Forces (first = 0) or moments (first = 3) that the joints exert on their bodies; the largest one of the run is
+// `longest`. Moments have two heads.
+export class Arrows {
+    constructor(data, motion, longest, first) {
+        Object.assign(this, { data, motion, longest, first });
+        const count = data.bodies.length;
+        this.material = onTop();
+        this.shafts = new Pointers(rod(), this.material, count);
+        this.heads = new Pointers(cone(), this.material, 2 * count);
+        this.group = new Group().add(this.shafts.mesh, this.heads.mesh);
+        this.group.visible = false;
+        this.most = 0;
+        const all = data.reactions || [];
+        for (let k = first; k < all.length; k += 6)
+            this.most = Math.max(this.most, Math.hypot(all[k], all[k + 1], all[k + 2]));
+    }
+
+    // As of the sample before the present time, between samples too.
+    move() {
+        const { shafts, heads, motion, data, longest, first, most } = this, from = [0, 0, 0];
+        shafts.clear();
+        heads.clear();
+        const bodies = data.bodies.length, all = data.reactions;
+        for (let k = 0, at = 6 * bodies * motion.sample + first; k < bodies; ++k, at += 6) {
+            const size = Math.hypot(all[at], all[at + 1], all[at + 2]);
+            const long = (longest * size) / most, thick = 0.011 * longest;
+            if (!(long > 0.01 * longest)) continue;
+            const v = [all[at] / size, all[at + 1] / size, all[at + 2] / size];
+            const head = Math.min(0.11 * longest, 0.6 * long);
+            motion.point(k, data.bodies[k].point, from);
+            shafts.add(...from, ...v, thick, long - 0.5 * head);
+            for (let h = 0; h < (first > 0 ? 2 : 1); ++h) {
+                const back = long - head * (1 + 0.6 * h);
+                heads.add(from[0] + back * v[0], from[1] + back * v[1], from[2] + back * v[2], ...v,
+                    2.6 * thick, head);
+            }
+        }
+        shafts.end();
+        heads.end();
+    }
+
+    paint(colours) {
+        this.material.color.copy(this.first > 0 ? colours.moment : colours.force);
+    }
+}

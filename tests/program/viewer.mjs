@@ -1,0 +1,219 @@
+// Pages of `mbsrank view` in headless Chromium: they open without errors, show something, and their slider moves
+// the bodies to where the run says.
+// SPDX-License-Identifier: BSD-3-Clause
+// Usage: node viewer.mjs PROGRAM PROJECT_DIR CHROMIUM WITH_RUN (1 or 0) [PICTURES]
+// PICTURES: a folder for the screenshots that docs/ shows. Skipped (77) where the program has no bundle.
+import { execFileSync } from "node:child_process";
+import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { Browser } from "./browser.mjs";
+
+const [, , program, project, chromium, withRun, pictures] = process.argv;
+const models = join(project, "examples", "models"), work = mkdtempSync(join(tmpdir(), "mbsrank-view-"));
+let failures = 0;
+
+function expect(good, text) {
+    if (good) return;
+    console.log(`FAILED: ${text}`);
+    ++failures;
+}
+
+const mbsrank = (...args) => execFileSync(program, args, { stdio: ["ignore", "pipe", "ignore"], maxBuffer: 1e9 });
+
+// Columns by name.
+function readRun(path) {
+    const [head, ...lines] = readFileSync(path, "utf8").trim().split("\n").map((line) => line.split(","));
+    return Object.fromEntries(head.map((name, k) => [name, lines.map((line) => Number(line[k]))]));
+}
+
+const frames = "new Promise((next) => requestAnimationFrame(() => requestAnimationFrame(next)))";
+
+// Moves the slider as a hand does.
+const slideTo = (t) => `(async () => {
+    const slider = document.getElementById("slider");
+    slider.value = ${t};
+    slider.dispatchEvent(new Event("input"));
+    await ${frames};
+    return mbsrank.times.length;
+})()`;
+
+// Makes and opens the page of a model, with a run of it.
+async function show(browser, model, scheme, ...options) {
+    const page = join(work, "page.html"), csv = join(work, "run.csv");
+    const run = withRun === "1" && options.length > 0;
+    if (run) mbsrank("run", join(models, model), "--quiet", "-o", csv, ...options);
+    mbsrank("view", join(models, model), ...(run ? [csv] : []), "-o", page);
+    await browser.open(page, scheme);
+    const pixels = await browser.ask("mbsrank.pixels()");
+    expect(pixels > 2000, `${model}: only ${pixels} pixels of the first frame show something`);
+    return run ? readRun(csv) : null;
+}
+
+// Origins of bodies in the page are those that the program has written; what is drawn follows.
+async function checkPoses(browser, run, bodies) {
+    const count = await browser.ask("mbsrank.times.length");
+    expect(count === run.t.length, `${count} samples of ${run.t.length}`);
+    for (const k of [0, 1, count >> 1, count - 1]) {
+        await browser.ask(slideTo(run.t[k]));
+        for (const name of bodies) {
+            const { pose, drawn } = await browser.ask(
+                `(() => { const k = mbsrank.bodies.indexOf("${name}");
+                          return { pose: mbsrank.pose(k), drawn: mbsrank.drawn(k) }; })()`);
+            for (let l = 0; l < 3; ++l) {
+                const should = run[`${name}.pos.${"xyz"[l]}`][k];
+                expect(Math.abs(pose[9 + l] - should) < 1e-6,
+                    `${name} at t = ${run.t[k]}: ${"xyz"[l]} is ${pose[9 + l]}, must be ${should}`);
+                let there = pose[9 + l];
+                for (let j = 0; j < 3; ++j) there += pose[3 * j + l] * drawn.local[12 + j];
+                expect(Math.abs(drawn.world[12 + l] - there) < 1e-6, `${name} is not drawn where it is`);
+            }
+        }
+    }
+}
+
+// The tyre carries what moves above it: 36 and 300 kg, accelerations by differences of the rates.
+async function checkReactions(browser, run) {
+    const h = run.t[2] - run.t[1], most = 336 * 9.81;
+    for (const k of [40, 250, 480]) {
+        await browser.ask(slideTo(run.t[k]));
+        const wheel = (run["tyre.rate"][k + 1] - run["tyre.rate"][k - 1]) / (2 * h);
+        const body = ["tyre", "damper", "rubber"].reduce(
+            (sum, j) => sum + (run[`${j}.rate`][k + 1] - run[`${j}.rate`][k - 1]) / (2 * h), 0);
+        const should = 36 * wheel + 300 * body + most;
+        const [, , force] = await browser.ask(`mbsrank.reaction(mbsrank.bodies.indexOf("wheel"))`);
+        expect(Math.abs(force - should) < 2e-3 * most, `tyre at t = ${run.t[k]}: ${force} N, must be ${should} N`);
+    }
+}
+
+async function checkControls(browser) {
+    const before = await browser.ask("mbsrank.pixels()");
+    await browser.ask(`document.getElementById("show-forces").click(), ${frames}`);
+    const after = await browser.ask("mbsrank.pixels()");
+    expect(after !== before, "forces are not drawn on demand");
+    const [dark, light] = await browser.ask(`(() => {
+        const ground = () => getComputedStyle(document.body).backgroundColor, was = ground();
+        document.getElementById("theme").click();
+        return [was, ground()];
+    })()`);
+    expect(dark !== light, `light and dark have the same ground, ${dark}`);
+    const names = await browser.ask(`(() => {
+        const view = document.getElementById("view"), found = new Set();
+        for (let y = 20; y < view.clientHeight; y += 20)
+            for (let x = 20; x < view.clientWidth; x += 20) {
+                mbsrank.hover(x, y);
+                const tip = document.getElementById("hover");
+                if (!tip.hidden) found.add(tip.textContent.split("\\n")[0]);
+            }
+        return [...found];
+    })()`);
+    expect(names.includes("wheel") && names.includes("body"), `names under the pointer: ${names}`);
+    await browser.ask("mbsrank.play(true)");
+    await new Promise((next) => setTimeout(next, 300));
+    await browser.ask(frames);
+    const moved = await browser.ask(`Number(document.getElementById("slider").value)`);
+    expect(moved > 0, "playing does not move the slider");
+}
+
+async function quarterCar(browser) {
+    const bodies = ["wheel", "mount", "body"];
+    const run = await show(browser, "quarter_car.xml", "dark", "--t-end", "0.5", "--step", "0.001", "--start", "pushed",
+        "--rtol", "1e-8", "--atol", "1e-10", "--output", "state," + bodies.map((b) => `${b}.pos`).join(","));
+    const report = await browser.ask(`document.getElementById("report").textContent`);
+    expect(/damped, without mass1/.test(report), `the report says ${report}`);
+    if (!run) return;
+    await checkPoses(browser, run, bodies);
+    await checkReactions(browser, run);
+    await browser.ask(slideTo(0));
+    await checkControls(browser);
+}
+
+async function arm(browser) {
+    const bodies = ["upper", "fore", "wrist_2", "hand", "right"];
+    const run = await show(browser, "arm.urdf", "light", "--t-end", "4", "--step", "0.02", "--output",
+        "state," + bodies.map((b) => `${b}.pos`).join(","));
+    if (run) await checkPoses(browser, run, bodies);
+    if (!pictures || !run) return;
+    for (const [name, dark] of [["viewer", false], ["viewer_dark", true]]) {
+        await browser.ask(`mbsrank.setTheme(${dark})`);
+        await browser.ask(`document.getElementById("show-forces").checked || document.getElementById("show-forces").click()`);
+        await browser.ask(slideTo(0.8));
+        await browser.picture(join(pictures, `${name}.png`));
+    }
+}
+
+// A tree of ten thousand links, every seventh without mass, that swing.
+function writeTree(path, csv, count) {
+    const inertial = "<inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1'/></inertial>";
+    const lines = ["<robot name='tree'>", `<link name='l0'>${inertial}</link>`], head = ["t"];
+    for (let k = 1; k < count; ++k) {
+        lines.push(`<link name='l${k}'>${k % 7 ? inertial : ""}</link>`,
+            `<joint name='j${k}' type='continuous'><parent link='l${(k - 1) >> 1}'/><child link='l${k}'/>`,
+            `<origin xyz='${k % 2 ? 0.5 : -0.5} 0 1' rpy='0 0 ${k % 3}'/><axis xyz='0 1 0'/></joint>`);
+        head.push(`j${k}`);
+    }
+    writeFileSync(path, lines.join("\n") + "</robot>");
+    const rows = [0, 1, 2].map((t) => head.map((_, k) => (k ? 0.3 * Math.sin(t + k) : t)).join(","));
+    writeFileSync(csv, [head.join(","), ...rows].join("\n"));
+}
+
+// C = A B, 3 x 3 by columns.
+const times = (A, B) => [0, 1, 2, 3, 4, 5, 6, 7, 8].map((k) => {
+    let sum = 0;
+    for (let l = 0; l < 3; ++l) sum += A[3 * l + (k % 3)] * B[3 * Math.floor(k / 3) + l];
+    return sum;
+});
+
+// Each body of the tree stands on its parent as the file says: turned about z as drawn, then about y by q.
+async function checkTree(browser, t) {
+    await browser.ask(slideTo(t));
+    for (const k of [1, 2, 5, 77, 4096, 9999]) {
+        const [on, own] = await browser.ask(
+            `["l${(k - 1) >> 1}", "l${k}"].map((name) => mbsrank.pose(mbsrank.bodies.indexOf(name)))`);
+        const z = k % 3, q = 0.3 * Math.sin(t + k), offset = [k % 2 ? 0.5 : -0.5, 0, 1];
+        const drawn = [Math.cos(z), Math.sin(z), 0, -Math.sin(z), Math.cos(z), 0, 0, 0, 1];
+        const turned = [Math.cos(q), 0, -Math.sin(q), 0, 1, 0, Math.sin(q), 0, Math.cos(q)];
+        const should = times(times(on.slice(0, 9), drawn), turned);
+        for (let l = 0; l < 3; ++l)
+            should.push(on[9 + l] + on[l] * offset[0] + on[3 + l] * offset[1] + on[6 + l] * offset[2]);
+        const worst = Math.max(...should.map((x, l) => Math.abs(x - own[l])));
+        expect(worst < 2e-6, `link ${k} at t = ${t} is off by ${worst}`);
+    }
+}
+
+async function manyBodies(browser) {
+    const [model, csv, page] = ["tree.urdf", "tree.csv", "tree.html"].map((name) => join(work, name));
+    writeTree(model, csv, 10000);
+    mbsrank("view", model, csv, "-o", page);
+    await browser.open(page);
+    await browser.ask(`(async () => { mbsrank.play(true); for (let k = 0; k < 6; ++k) await ${frames}; })()`);
+    const { frames: count, least, median } = await browser.ask("mbsrank.script()");
+    console.log(`10 000 bodies: ${least.toFixed(1)} ms of script in the shortest of ${count} frames, ` +
+        `${median.toFixed(1)} ms in the middle one`);
+    await browser.ask("mbsrank.play(false)");
+    await checkTree(browser, 1);
+    expect(least <= 8, `a frame of 10 000 bodies takes ${least} ms of script`);
+}
+
+async function inBrowser(test, width, height) {
+    const browser = new Browser(chromium, width, height);
+    try {
+        await test(browser);
+    } catch (error) {
+        expect(false, `${test.name}: ${error.message}`);
+    }
+    expect(browser.messages.length === 0, `the console says: ${browser.messages.join("; ")}`);
+    await browser.end();
+}
+
+try {
+    mbsrank("view", join(models, "arm.urdf"), "-o", join(work, "first.html"));
+} catch {
+    console.log("Skipped: the viewer is not built (it needs npm)");
+    process.exit(77);
+}
+await inBrowser(quarterCar, 900, 600);
+await inBrowser(arm, 1280, pictures ? 800 : 600);
+await inBrowser(manyBodies, 400, 300);
+rmSync(work, { recursive: true });
+process.exit(failures > 0 ? 1 : 0);
