@@ -39,6 +39,13 @@ static const command commands[] = {
      "  --quiet        neither progress nor findings\n" COMMON,
      run_run},
 #endif
+    {"plot", "draw columns of a run by gnuplot",
+     "usage: mbsrank plot RUN -o PICTURE [options]\n"
+     "  -o PICTURE       ending in .png or .svg\n"
+     "  --columns NAMES  between commas; a colon begins another panel; hand.pos is all hand.pos.*;\n"
+     "                   default all\n"
+     "  --title TEXT     above\n",
+     run_plot},
     {"view", "write a page that shows a model, and a run of it",
      "usage: mbsrank view FILE [RUN] -o PAGE [options]\n"
      "The page is one file, which any browser opens: the model in 3-D, moving as in RUN, a CSV of\n"

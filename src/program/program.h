@@ -73,5 +73,6 @@ int run_info(int argc, char **argv);
 int run_check(int argc, char **argv);
 int run_run(int argc, char **argv);
 int run_view(int argc, char **argv);
+int run_plot(int argc, char **argv);
 
 #endif

@@ -73,6 +73,37 @@ printf '<robot name="&lt;/script>"><link name="a"><visual><geometry><mesh filena
     >"$work/mesh.urdf"
 ends 0 "mesh 'm.stl' cannot be read" view "$work/mesh.urdf" -o "$work/page.html"
 [ "$(grep -c '</script>' "$work/page.html")" = 1 ] || { echo "a name ends the script of the page"; failed=1; }
+# Pictures, by gnuplot where it is.
+printf 't,a,"b, c",d.x,d.y\n0,0,1,2,3\n1,1,2,3,5\n' >"$work/run.csv"
+ends 0 'usage: mbsrank plot' plot --help
+ends 2 'there is no file' plot
+ends 2 '-o is missing' plot "$work/run.csv"
+ends 2 'neither .png nor .svg' plot "$work/run.csv" -o "$work/a.pdf"
+ends 2 'no option --fast' plot "$work/run.csv" --fast
+ends 2 "no column 'e'" plot "$work/run.csv" -o "$work/a.svg" --columns e
+ends 3 'none.csv cannot be read' plot "$work/none.csv" -o "$work/a.svg"
+ends 3 'no lines of numbers' plot "$work/empty.csv" -o "$work/a.svg"
+if command -v gnuplot >/dev/null; then
+    "$program" plot "$work/run.csv" -o "$work/a.svg" --columns 'a:d' --title "it's" || failed=1
+    for text in '>a<' '>d.x<' '>d.y<' "it's"; do
+        grep -q "$text" "$work/a.svg" || { echo "the picture has no $text"; failed=1; }
+    done
+    ! grep -q 'b, c' "$work/a.svg" || { echo "the picture has a column that was not chosen"; failed=1; }
+    "$program" plot "$work/run.csv" -o "$work/a.png" || failed=1
+    head -c 4 "$work/a.png" | grep -q PNG || { echo "a.png is no PNG"; failed=1; }
+    ends 4 'has not drawn' plot "$work/run.csv" -o "$work/none/a.svg"
+else
+    echo "gnuplot is missing: pictures are not tested"
+fi
+mkdir "$work/bin"
+ln -s "$(command -v sh)" "$work/bin/sh"
+was=$PATH PATH=$work/bin
+"$program" plot "$work/run.csv" -o "$work/a.svg" 2>"$work/err"
+got=$?
+PATH=$was
+[ $got -eq 4 ] && grep -q 'gnuplot is missing' "$work/err" ||
+    { echo "without gnuplot: ended with $got"; cat "$work/err"; failed=1; }
+
 MBSRANK_VIEWER=$work/none
 ends 4 'has no viewer' view "$models/arm.urdf" -o -
 unset MBSRANK_VIEWER

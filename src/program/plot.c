@@ -1,0 +1,181 @@
+/* mbsrank plot: columns of a run as a picture, by gnuplot.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#define _POSIX_C_SOURCE 200809L
+#include "program/program.h"
+#include "program/table.h"
+
+#include <signal.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/wait.h>
+
+typedef struct plot_options {
+    const char *run, *file, *columns, *title, *terminal;
+} plot_options;
+
+/* A column to be drawn, and the panel it is in. */
+typedef struct curve {
+    int column, panel;
+} curve;
+
+typedef struct curves {
+    curve *list;
+    int count, panels;
+} curves;
+
+static bool ends_in(const char *text, const char *ending)
+{
+    const size_t length = strlen(text), tail = strlen(ending);
+    return length > tail && strcmp(text + length - tail, ending) == 0;
+}
+
+static int read_options(int argc, char **argv, plot_options *o)
+{
+    static const char *const names[] = {"-o", "--columns", "--title"};
+    const char **const values[] = {&o->file, &o->columns, &o->title};
+    for (int at = 0; at < argc; ++at) {
+        bool taken = false;
+        for (int k = 0; k < 3 && !taken; ++k) {
+            const char *value = option_value(argc, argv, &at, names[k]);
+            if (at < 0) return USAGE;
+            if (value) *values[k] = value, taken = true;
+        }
+        if (taken) continue;
+        if (argv[at][0] == '-' && argv[at][1])
+            return complain(USAGE, "plot: there is no option %s", argv[at]);
+        if (o->run) return complain(USAGE, "one file at a time: '%s' is a second one", argv[at]);
+        o->run = argv[at];
+    }
+    if (!o->run) return complain(USAGE, "there is no file; mbsrank plot --help");
+    if (!o->file) return complain(USAGE, "plot: -o is missing");
+    if (ends_in(o->file, ".png"))
+        o->terminal = "pngcairo";
+    else if (ends_in(o->file, ".svg"))
+        o->terminal = "svg background 'white'";
+    else
+        return complain(USAGE, "plot: '%s' ends in neither .png nor .svg", o->file);
+    return DONE;
+}
+
+static bool draw(curves *c, int column, int panel)
+{
+    curve *list = realloc(c->list, ((size_t)c->count + 1) * sizeof *list);
+    if (!list) return false;
+    c->list = list;
+    list[c->count++] = (curve){column, panel};
+    return true;
+}
+
+/* The column of that name, else all whose names go on with a point behind it. */
+static int choose(const table *t, const plot_options *o, const char *name, size_t length, curves *c)
+{
+    const int before = c->count;
+    bool good = true;
+    for (int exact = 1; exact >= 0 && c->count == before; --exact) {
+        for (int k = 1; k < t->columns && good; ++k) {
+            if (strncmp(t->name[k], name, length) != 0) continue;
+            if (t->name[k][length] == (exact ? '\0' : '.')) good = draw(c, k, c->panels - 1);
+        }
+    }
+    if (!good) return complain(FAILED, "no memory");
+    if (c->count > before) return DONE;
+    return complain(USAGE, "%s has no column '%.*s'", o->run, (int)length, name);
+}
+
+/* All in one panel, or those named, where a colon begins another one. */
+static int choose_all(const table *t, const plot_options *o, curves *c)
+{
+    const char *name = o->columns;
+    int code = DONE;
+    c->panels = 1;
+    for (int k = 1; !name && k < t->columns; ++k) {
+        if (!draw(c, k, 0)) return complain(FAILED, "no memory");
+    }
+    while (name && !code) {
+        const size_t length = strcspn(name, ",:");
+        code = choose(t, o, name, length, c);
+        c->panels += name[length] == ':';
+        name = name[length] ? name + length + 1 : NULL;
+    }
+    if (!code && c->count == 0) return complain(NOT_READ, "%s has no columns but t", o->run);
+    return code;
+}
+
+/* ---- what gnuplot is told ---- */
+
+static void put_text(FILE *to, const char *text)
+{
+    fputc('\'', to);
+    for (; *text; ++text) {
+        if (*text == '\'') fputc('\'', to);
+        fputc((unsigned char)*text < 0x20 ? ' ' : *text, to);
+    }
+    fputc('\'', to);
+}
+
+static void put_data(FILE *to, const table *t, const curves *c)
+{
+    fputs("$run << END_OF_RUN\n", to);
+    for (int line = 0; line < t->lines; ++line) {
+        fprintf(to, "%.10g", table_at(t, line, 0));
+        for (int k = 0; k < c->count; ++k)
+            fprintf(to, " %.10g", table_at(t, line, c->list[k].column));
+        fputc('\n', to);
+    }
+    fputs("END_OF_RUN\n", to);
+}
+
+static void put_panels(FILE *to, const table *t, const plot_options *o, const curves *c)
+{
+    fprintf(to, "set multiplot layout %d,1", c->panels);
+    if (o->title) fputs(" title ", to), put_text(to, o->title);
+    fputs("\nset grid\nset key outside right top\n"
+          "set lmargin at screen 0.08\nset rmargin at screen 0.8\n",
+          to);
+    for (int panel = 0; panel < c->panels; ++panel) {
+        const char *before = "plot ";
+        if (panel + 1 == c->panels) fputs("set xlabel 't, s'\n", to);
+        for (int k = 0; k < c->count; ++k) {
+            if (c->list[k].panel != panel) continue;
+            fprintf(to, "%s$run using 1:%d with lines linewidth 1.5 title ", before, k + 2);
+            put_text(to, t->name[c->list[k].column]);
+            before = ", ";
+        }
+        fputc('\n', to);
+    }
+    fputs("unset multiplot\n", to);
+}
+
+static int run_gnuplot(const table *t, const plot_options *o, const curves *c)
+{
+    signal(SIGPIPE, SIG_IGN); /* where it ends early */
+    FILE *to = popen("gnuplot -", "w");
+    if (!to) return complain(FAILED, "plot: gnuplot cannot be run");
+    fprintf(to, "set terminal %s noenhanced size 1000,%d\nset output ", o->terminal,
+            120 + (c->panels > 1 ? 260 : 400) * c->panels);
+    put_text(to, o->file);
+    fputc('\n', to);
+    put_data(to, t, c);
+    put_panels(to, t, o, c);
+    const int status = pclose(to);
+    if (status == 0) return DONE;
+    if (status > 0 && WIFEXITED(status) && WEXITSTATUS(status) == 127)
+        return complain(FAILED, "plot: gnuplot is missing; it draws the picture");
+    return complain(FAILED, "plot: gnuplot has not drawn %s", o->file);
+}
+
+int run_plot(int argc, char **argv)
+{
+    plot_options o = {.run = NULL};
+    table t = {.text = NULL};
+    curves c = {.list = NULL};
+    int code = read_options(argc, argv, &o);
+    if (code) return code;
+    code = table_read(o.run, &t);
+    if (!code && t.lines == 0) code = complain(NOT_READ, "%s has no lines of numbers", o.run);
+    if (!code) code = choose_all(&t, &o, &c);
+    if (!code) code = run_gnuplot(&t, &o, &c);
+    free(c.list);
+    table_free(&t);
+    return code;
+}
