@@ -28,16 +28,35 @@ cmake -S . -B "$tree" ${generator[@]+"${generator[@]}"} -DCMAKE_BUILD_TYPE=Relea
 cmake --build "$tree" --parallel "$(getconf _NPROCESSORS_ONLN 2>/dev/null || echo 2)"
 
 mkdir -p "$output"
+program=$tree/src/program/mbsrank
+
+# show MODEL OUTPUT COLUMNS OPTION...: checks a model from a file, runs it, plots columns, writes its page.
+show() {
+    local model=examples/models/$1 name=$output/${1%.*} written=$2 columns=$3
+    shift 3
+    "$program" info "$model"
+    "$program" check "$model"
+    "$program" run "$model" --output "$written" -o "$name.csv" "$@"
+    if command -v gnuplot >/dev/null; then
+        "$program" plot "$name.csv" -o "$name.png" --columns "$columns"
+        echo "Plot: $name.png"
+    else
+        echo "gnuplot is missing: no plot."
+    fi
+    if [ -f "$tree/src/program/viewer.html" ]; then
+        "$program" view "$model" "$name.csv" -o "$name.html" 2>/dev/null
+        echo "Page: $name.html"
+    else
+        echo "npm is missing: no page."
+    fi
+}
+
 if [ "$part" = file ]; then
-    for model in quarter_car.xml arm.urdf; do
-        "$tree/src/program/mbsrank" info "examples/models/$model"
-        "$tree/src/program/mbsrank" check "examples/models/$model"
-    done
-    "$tree/src/program/mbsrank" run examples/models/quarter_car.xml --t-end 2 --step 0.005 --start pushed \
-        --output tyre,damper,rubber -o "$output/quarter_car.csv"
-    "$tree/src/program/mbsrank" run examples/models/arm.urdf --t-end 4 --step 0.01 \
-        --output shoulder,elbow,pitch,hand.pos -o "$output/arm.csv"
-elif [ "$part" = loops ]; then
+    show quarter_car.xml state tyre,damper,rubber --t-end 2 --step 0.005 --start pushed
+    show arm.urdf state,hand.pos shoulder,elbow,pitch:hand.pos --t-end 4 --step 0.01
+    exit 0
+fi
+if [ "$part" = loops ]; then
     (cd "$output" && "$OLDPWD/$tree/examples/33_squeezer")
 else
     "$tree/examples/demo_$part" "$output" ${bodies:+"$bodies"}
