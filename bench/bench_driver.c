@@ -2,10 +2,11 @@
  * springs written as stiff closures: steps, evaluations, factorisations, CPU time, error, energy.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- *   bench_driver [cells|mechanisms|ordinary|all [runs [name]]]      CSV on standard output
+ *   bench_driver [cells|mechanisms|ordinary|all|grid [runs [name]]]      CSV on standard output
  *
  * cells: the slider-crank of mechanisms.h at k = 1e6 .. 1e14 N/m, damping ratios 0.3, 1, 10 and
- * tolerances 1e-3 .. 1e-8, by the tree and dense. mechanisms: the others, some of these cells.
+ * tolerances 1e-3 .. 1e-8, by the tree and dense. mechanisms: the others, some of these cells. grid: all
+ * of them, in more cells, by the library alone.
  * ordinary: problems without stiff loops, and the stiff trees of runs/stiff.h; lines that begin with # compare
  * what the driver costs with what IDA's own Newton's method does at the same error.
  *
@@ -246,6 +247,10 @@ static void close_start(const mechanism *of, double *q, double *u)
     double y[6 * MECHANISM_MOST], yp[6 * MECHANISM_MOST];
     const mechanism_ties rigid = {0.0, 0.0, 1};
     mbsr_model *m = build_mechanism(of, rigid, q, u);
+    if (mbsr_model_rows(m) == 0) { /* the start is closed as it is */
+        mbsr_model_destroy(m);
+        return;
+    }
     mbsr_data *d = data_of(m);
     bench_check(mbsr_dae_pack(m, d, MBSR_DAE_MOMENTUM, 0.0, q, u, y), "pack", NULL);
     bench_check(mbsr_dae_consistent(m, d, MBSR_DAE_MOMENTUM, 0.0, y, yp, NULL, NULL), of->name,
@@ -269,7 +274,12 @@ static problem open_mechanism(const mechanism *of, double stiffness, double rati
     p.closed = build_mechanism(of, ties, unused, unused + MECHANISM_MOST);
     p.data = data_of(p.model);
     p.energy_data = data_of(p.model);
-    p.closed_data = data_of(p.closed);
+    if (mbsr_model_rows(p.closed) > 0) {
+        p.closed_data = data_of(p.closed);
+    } else { /* no stiff closure does the same */
+        mbsr_model_destroy(p.closed);
+        p.closed = NULL;
+    }
     find_reference(&p);
     return p;
 }
@@ -356,8 +366,24 @@ static void run_cells(const mechanism *of, int every, int runs)
                 const double tolerance = pow(10.0, -t);
                 line(&p, LIBRARY, MBSR_IDA_AUTO, tolerance, runs, NULL);
                 if (every == 1) line(&p, LIBRARY, MBSR_IDA_DENSE, tolerance, runs, NULL);
-                line(&p, CLOSURES, MBSR_IDA_DENSE, tolerance, runs, NULL);
+                if (p.closed) line(&p, CLOSURES, MBSR_IDA_DENSE, tolerance, runs, NULL);
                 if (!stuck) stuck = !line(&p, PLAIN, MBSR_IDA_AUTO, tolerance, 1, NULL);
+            }
+            destroy(&p);
+        }
+    }
+}
+
+/* All cells by the library alone. */
+static void run_grid(const mechanism *of, int runs)
+{
+    static const double ratio[] = {0.1, 0.3, 1.0, 3.0, 10.0, 30.0};
+    for (int k = 6; k <= 14; ++k) {
+        for (int z = 0; z < 6; ++z) {
+            problem p = open_mechanism(of, pow(10.0, k), ratio[z]);
+            for (int t = 3; t <= 8; ++t) {
+                line(&p, LIBRARY, MBSR_IDA_AUTO, pow(10.0, -t), runs, NULL);
+                line(&p, LIBRARY, MBSR_IDA_DENSE, pow(10.0, -t), runs, NULL);
             }
             destroy(&p);
         }
@@ -411,6 +437,16 @@ static void print_totals(const total all[2])
     }
 }
 
+static void run_mechanisms(const mechanism *table, const char *what, const char *only, int runs)
+{
+    for (const mechanism *m = table; m->name; ++m) {
+        const bool first = m == mechanisms;
+        if (wanted(what, first ? "cells" : "mechanisms", only, m->name))
+            run_cells(m, first ? 1 : 2, runs);
+        if (strcmp(what, "grid") == 0 && wanted(what, what, only, m->name)) run_grid(m, runs);
+    }
+}
+
 int main(int argc, char **argv)
 {
     static const tree trees[] = {{"beam", stiff_beam, 40},
@@ -421,16 +457,13 @@ int main(int argc, char **argv)
     const int runs = argc > 2 ? atoi(argv[2]) : 4;
     total all[2] = {0};
     if (runs < 1 || runs > RUNS_MOST) {
-        fprintf(stderr, "usage: bench_driver [cells|mechanisms|ordinary|all [runs [name]]]\n");
+        fprintf(stderr, "usage: bench_driver [cells|mechanisms|ordinary|all|grid [runs [name]]]\n");
         return EXIT_FAILURE;
     }
     bench_header(stdout, "libmbsrank: the IDA driver, plain IDA, stiff closures; rtol = atol");
     head();
-    for (const mechanism *m = mechanisms; m->name; ++m) {
-        const bool first = m == mechanisms;
-        if (wanted(what, first ? "cells" : "mechanisms", only, m->name))
-            run_cells(m, first ? 1 : 2, runs);
-    }
+    run_mechanisms(mechanisms, what, only, runs);
+    run_mechanisms(mechanisms_more, what, only, runs);
     for (const ordinary *o = ordinary_problems; o->name; ++o)
         if (wanted(what, "ordinary", only, o->name)) compare(open_ordinary(o), runs, all);
     for (size_t k = 0; k < sizeof trees / sizeof trees[0]; ++k)

@@ -1,79 +1,10 @@
 /* Mechanisms closed by stiff springs.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "mechanisms.h"
-
-#include "bench.h"
+#include "parts.h"
 
 #include <math.h>
 
 static const mbsr_planar_frame here = {0.0, 0.0, 0.0};
-
-static mbsr_planar_frame along(double x)
-{
-    return (mbsr_planar_frame){x, 0.0, 0.0};
-}
-
-static int add(mbsr_model *m, const char *name, int parent, mbsr_joint joint, mbsr_inertia inertia)
-{
-    int id = MBSR_NONE;
-    mbsr_body_def body = mbsr_default_body_def();
-    body.name = name;
-    body.parent = parent;
-    body.joint = joint;
-    body.inertia = inertia;
-    bench_check(mbsr_model_add_body(m, &body, &id), name, mbsr_model_error(m)->text);
-    return id;
-}
-
-static void force(mbsr_model *m, mbsr_force_def def)
-{
-    bench_check(mbsr_model_add_force(m, &def, NULL), "force", mbsr_model_error(m)->text);
-}
-
-static void fall(mbsr_model *m)
-{
-    force(m, mbsr_force_gravity(0.0, -9.81, 0.0));
-}
-
-/* A uniform rod along x from its origin. */
-static mbsr_inertia rod(double mass, double length)
-{
-    const double com[2] = {0.5 * length, 0.0};
-    return mbsr_inertia_planar(mass, com, mass * length * length / 12.0);
-}
-
-/* ---- ties ---- */
-
-static void close(mbsr_model *m, const mechanism_ties *ties, mbsr_closure_def def, int rows)
-{
-    for (int k = 0; k < rows; ++k) {
-        def.stiffness[k] = ties->stiffness;
-        def.damping[k] = ties->damping;
-    }
-    def.settled = 0;
-    bench_check(mbsr_model_add_closure(m, &def, NULL), "closure", mbsr_model_error(m)->text);
-}
-
-/* A point of a body in the plane for the springs to hold. */
-static int mark(mbsr_model *m, int body, mbsr_planar_frame at)
-{
-    return body == MBSR_GROUND && at.x == 0.0 && at.y == 0.0
-               ? MBSR_GROUND
-               : add(m, "point", body, mbsr_joint_point(at, 0, 0, NULL, NULL), mbsr_inertia_zero());
-}
-
-/* A pin in the plane, at x = at_a of a and at_b of b. */
-static void pin(mbsr_model *m, const mechanism_ties *ties, int a, double at_a, int b, double at_b)
-{
-    const double point_a[3] = {at_a, 0.0, 0.0}, point_b[3] = {at_b, 0.0, 0.0};
-    if (ties->closures) {
-        close(m, ties, mbsr_closure_ball(a, point_a, b, point_b), 2);
-        return;
-    }
-    const int one = mark(m, a, along(at_a)), two = mark(m, b, along(at_b));
-    for (int i = 0; i < 2; ++i)
-        force(m, mbsr_force_axis_spring(one, two, i, ties->stiffness, ties->damping, 0.0));
-}
 
 /* ---- slider-crank: crank 0.2 m, 2 kg; rod 0.6 m, 1 kg; slider 1.5 kg on the x axis ---- */
 
@@ -92,13 +23,14 @@ static double slide(void)
 /* Cut at the pin of rod and slider. */
 static void slider_crank(mbsr_model *m, const mechanism_ties *ties, double *q, double *u)
 {
-    const int a =
-        add(m, "crank", MBSR_GROUND, mbsr_joint_planar_revolute(here, here), rod(2, crank));
-    const int b = add(m, "rod", a, mbsr_joint_planar_revolute(along(crank), here), rod(1, coupler));
-    const int c = add(m, "slider", MBSR_GROUND, mbsr_joint_planar_prismatic(here, here),
-                      mbsr_inertia_particle(1.5));
-    fall(m);
-    pin(m, ties, b, coupler, c, 0.0);
+    const int a = part_body(m, "crank", MBSR_GROUND, mbsr_joint_planar_revolute(here, here),
+                            part_rod(2, crank));
+    const int b = part_body(m, "rod", a, mbsr_joint_planar_revolute(part_along(crank), here),
+                            part_rod(1, coupler));
+    const int c = part_body(m, "slider", MBSR_GROUND, mbsr_joint_planar_prismatic(here, here),
+                            mbsr_inertia_particle(1.5));
+    part_fall(m);
+    part_pin(m, ties, b, coupler, c, 0.0);
     q[0] = phi, q[1] = rod_angle() - phi, q[2] = slide();
     (void)u;
 }
@@ -107,16 +39,18 @@ static void slider_crank(mbsr_model *m, const mechanism_ties *ties, double *q, d
 static void rail(mbsr_model *m, const mechanism_ties *ties, double *q, double *u)
 {
     const double up[3] = {0.0, 1.0, 0.0};
-    const int a =
-        add(m, "crank", MBSR_GROUND, mbsr_joint_planar_revolute(here, here), rod(2, crank));
-    const int b = add(m, "rod", a, mbsr_joint_planar_revolute(along(crank), here), rod(1, coupler));
-    const int c = add(m, "slider", b, mbsr_joint_point(along(coupler), 0, 0, NULL, NULL),
-                      mbsr_inertia_particle(1.5));
-    fall(m);
+    const int a = part_body(m, "crank", MBSR_GROUND, mbsr_joint_planar_revolute(here, here),
+                            part_rod(2, crank));
+    const int b = part_body(m, "rod", a, mbsr_joint_planar_revolute(part_along(crank), here),
+                            part_rod(1, coupler));
+    const int c = part_body(m, "slider", b, mbsr_joint_point(part_along(coupler), 0, 0, NULL, NULL),
+                            mbsr_inertia_particle(1.5));
+    part_fall(m);
     if (ties->closures)
-        close(m, ties, mbsr_closure_rows(c, NULL, MBSR_GROUND, NULL, 1, up), 1);
+        part_close(m, ties, mbsr_closure_rows(c, NULL, MBSR_GROUND, NULL, 1, up), 1);
     else
-        force(m, mbsr_force_axis_spring(c, MBSR_GROUND, 1, ties->stiffness, ties->damping, 0.0));
+        part_force(m,
+                   mbsr_force_axis_spring(c, MBSR_GROUND, 1, ties->stiffness, ties->damping, 0.0));
     q[0] = phi, q[1] = rod_angle() - phi;
     (void)u;
 }
@@ -124,13 +58,14 @@ static void rail(mbsr_model *m, const mechanism_ties *ties, double *q, double *u
 /* Cut at the main bearing. */
 static void main_bearing(mbsr_model *m, const mechanism_ties *ties, double *q, double *u)
 {
-    const int a = add(m, "slider", MBSR_GROUND, mbsr_joint_planar_prismatic(here, here),
-                      mbsr_inertia_particle(1.5));
-    const int b =
-        add(m, "rod", a, mbsr_joint_planar_revolute(here, along(coupler)), rod(1, coupler));
-    const int c = add(m, "crank", b, mbsr_joint_planar_revolute(here, along(crank)), rod(2, crank));
-    fall(m);
-    pin(m, ties, c, 0.0, MBSR_GROUND, 0.0);
+    const int a = part_body(m, "slider", MBSR_GROUND, mbsr_joint_planar_prismatic(here, here),
+                            mbsr_inertia_particle(1.5));
+    const int b = part_body(m, "rod", a, mbsr_joint_planar_revolute(here, part_along(coupler)),
+                            part_rod(1, coupler));
+    const int c = part_body(m, "crank", b, mbsr_joint_planar_revolute(here, part_along(crank)),
+                            part_rod(2, crank));
+    part_fall(m);
+    part_pin(m, ties, c, 0.0, MBSR_GROUND, 0.0);
     q[0] = slide(), q[1] = rod_angle(), q[2] = phi - rod_angle();
     (void)u;
 }
@@ -138,14 +73,16 @@ static void main_bearing(mbsr_model *m, const mechanism_ties *ties, double *q, d
 /* All three pins are springs. */
 static void all_pins(mbsr_model *m, const mechanism_ties *ties, double *q, double *u)
 {
-    const int a = add(m, "crank", MBSR_GROUND, mbsr_joint_planar_free(here, here), rod(2, crank));
-    const int b = add(m, "rod", MBSR_GROUND, mbsr_joint_planar_free(here, here), rod(1, coupler));
-    const int c = add(m, "slider", MBSR_GROUND, mbsr_joint_planar_prismatic(here, here),
-                      mbsr_inertia_particle(1.5));
-    fall(m);
-    pin(m, ties, a, 0.0, MBSR_GROUND, 0.0);
-    pin(m, ties, a, crank, b, 0.0);
-    pin(m, ties, b, coupler, c, 0.0);
+    const int a =
+        part_body(m, "crank", MBSR_GROUND, mbsr_joint_planar_free(here, here), part_rod(2, crank));
+    const int b =
+        part_body(m, "rod", MBSR_GROUND, mbsr_joint_planar_free(here, here), part_rod(1, coupler));
+    const int c = part_body(m, "slider", MBSR_GROUND, mbsr_joint_planar_prismatic(here, here),
+                            mbsr_inertia_particle(1.5));
+    part_fall(m);
+    part_pin(m, ties, a, 0.0, MBSR_GROUND, 0.0);
+    part_pin(m, ties, a, crank, b, 0.0);
+    part_pin(m, ties, b, coupler, c, 0.0);
     q[2] = phi, q[5] = rod_angle(), q[6] = slide();
     q[3] = crank * cos(phi), q[4] = crank * sin(phi);
     (void)u;
@@ -159,12 +96,14 @@ static void four_bar(mbsr_model *m, const mechanism_ties *ties, double *q, doubl
     const double start = 1.2, dx = cos(start) - 2.0, dy = sin(start), d = hypot(dx, dy);
     const double rocker = atan2(dy, dx) - acos((4.0 + d * d - 6.25) / (4.0 * d));
     const double tip_x = 2.0 + 2.0 * cos(rocker), tip_y = 2.0 * sin(rocker);
-    const int a = add(m, "crank", MBSR_GROUND, mbsr_joint_planar_revolute(here, here), rod(1, 1));
-    const int b = add(m, "coupler", a, mbsr_joint_planar_revolute(along(1), here), rod(2.5, 2.5));
-    const int c =
-        add(m, "rocker", MBSR_GROUND, mbsr_joint_planar_revolute(along(2), here), rod(2, 2));
-    fall(m);
-    pin(m, ties, b, 2.5, c, 2.0);
+    const int a =
+        part_body(m, "crank", MBSR_GROUND, mbsr_joint_planar_revolute(here, here), part_rod(1, 1));
+    const int b = part_body(m, "coupler", a, mbsr_joint_planar_revolute(part_along(1), here),
+                            part_rod(2.5, 2.5));
+    const int c = part_body(m, "rocker", MBSR_GROUND,
+                            mbsr_joint_planar_revolute(part_along(2), here), part_rod(2, 2));
+    part_fall(m);
+    part_pin(m, ties, b, 2.5, c, 2.0);
     q[0] = start, q[1] = atan2(tip_y - sin(start), tip_x - cos(start)) - start, q[2] = rocker;
     (void)u;
 }
@@ -176,17 +115,17 @@ static void rope(mbsr_model *m, const mechanism_ties *ties, double *q, double *u
     const double length = 0.2;
     int before = MBSR_GROUND;
     for (int k = 0; k < PARTICLES; ++k) {
-        const int next =
-            add(m, "particle", MBSR_GROUND, mbsr_joint_point_free(), mbsr_inertia_particle(0.1));
+        const int next = part_body(m, "particle", MBSR_GROUND, mbsr_joint_point_free(),
+                                   mbsr_inertia_particle(0.1));
         if (ties->closures)
-            close(m, ties, mbsr_closure_distance(before, NULL, next, NULL, length), 1);
+            part_close(m, ties, mbsr_closure_distance(before, NULL, next, NULL, length), 1);
         else
-            force(m, mbsr_force_point_spring(before, NULL, next, NULL, ties->stiffness,
-                                             ties->damping, length));
+            part_force(m, mbsr_force_point_spring(before, NULL, next, NULL, ties->stiffness,
+                                                  ties->damping, length));
         q[2 * k] = length * (k + 1);
         before = next;
     }
-    fall(m);
+    part_fall(m);
     (void)u;
 }
 
@@ -214,17 +153,18 @@ static void shaft(mbsr_model *m, const mechanism_ties *ties, double *q, double *
     const mbsr_axis axis = {.kind = MBSR_AXIS_ROTATION, .direction = {0, 0, 1}, .driven = 1};
     const mbsr_frame on_shaft = mbsr_frame_at(0, 0, 0.4), tilted = mbsr_frame_turned(NULL, x, tilt),
                      on_ground = mbsr_frame_product(&tilted, &on_shaft);
-    const int a = add(m, "shaft 1", MBSR_GROUND,
-                      mbsr_joint_compound(NULL, NULL, 1, &axis, turn, NULL), mbsr_inertia_zero());
-    const int b = add(m, "shaft 2", a, mbsr_joint_universal(NULL, NULL, x, y),
-                      mbsr_inertia_rigid(4.0, com, moments));
+    const int a =
+        part_body(m, "shaft 1", MBSR_GROUND, mbsr_joint_compound(NULL, NULL, 1, &axis, turn, NULL),
+                  mbsr_inertia_zero());
+    const int b = part_body(m, "shaft 2", a, mbsr_joint_universal(NULL, NULL, x, y),
+                            mbsr_inertia_rigid(4.0, com, moments));
     const int c =
-        add(m, "bearing", b, mbsr_joint_revolute(&on_shaft, NULL, z), mbsr_inertia_zero());
-    force(m, mbsr_force_bushing(MBSR_GROUND, &on_ground, c, NULL, rubber, loss));
+        part_body(m, "bearing", b, mbsr_joint_revolute(&on_shaft, NULL, z), mbsr_inertia_zero());
+    part_force(m, mbsr_force_bushing(MBSR_GROUND, &on_ground, c, NULL, rubber, loss));
     /* along the shaft nothing can move: a row there would be redundant */
     const double across[6] = {1, 0, 0, 0, cos(tilt), sin(tilt)};
     if (ties->closures)
-        close(m, ties, mbsr_closure_rows(c, NULL, MBSR_GROUND, place, 2, across), 2);
+        part_close(m, ties, mbsr_closure_rows(c, NULL, MBSR_GROUND, place, 2, across), 2);
     q[0] = tilt;
     u[1] = -10.0 * sin(tilt), u[2] = -10.0 * cos(tilt);
 }
@@ -247,21 +187,21 @@ static void wishbone(mbsr_model *m, const mechanism_ties *ties, double *q, doubl
                  loss[6] = {0, 0, 0, d, d, d};
     const mbsr_frame on_upper = mbsr_frame_at(end[0], end[1], end[2]),
                      on_knuckle = mbsr_frame_at(above[0], above[1], above[2]);
-    const int lower = add(m, "lower wishbone", MBSR_GROUND,
-                          mbsr_joint_revolute(&lower_axis, NULL, x), mbsr_inertia_zero());
-    const int upper = add(m, "upper wishbone", MBSR_GROUND,
-                          mbsr_joint_revolute(&upper_axis, NULL, slant), mbsr_inertia_zero());
-    const int knuckle = add(m, "knuckle", lower, mbsr_joint_spherical(&lower_ball, &below),
-                            mbsr_inertia_rigid(40.0, none, tensor));
-    force(m, mbsr_force_gravity(0.0, 0.0, -9.81));
-    force(m, mbsr_force_point_spring(lower, seat, MBSR_GROUND, top, 4e4, 2.5e3, 0.55));
-    force(m, mbsr_force_point_spring(knuckle, NULL, MBSR_GROUND, road, 2e5, 300.0, 3.25));
+    const int lower = part_body(m, "lower wishbone", MBSR_GROUND,
+                                mbsr_joint_revolute(&lower_axis, NULL, x), mbsr_inertia_zero());
+    const int upper = part_body(m, "upper wishbone", MBSR_GROUND,
+                                mbsr_joint_revolute(&upper_axis, NULL, slant), mbsr_inertia_zero());
+    const int knuckle = part_body(m, "knuckle", lower, mbsr_joint_spherical(&lower_ball, &below),
+                                  mbsr_inertia_rigid(40.0, none, tensor));
+    part_force(m, mbsr_force_gravity(0.0, 0.0, -9.81));
+    part_force(m, mbsr_force_point_spring(lower, seat, MBSR_GROUND, top, 4e4, 2.5e3, 0.55));
+    part_force(m, mbsr_force_point_spring(knuckle, NULL, MBSR_GROUND, road, 2e5, 300.0, 3.25));
     if (ties->closures) {
-        close(m, ties, mbsr_closure_ball(upper, end, knuckle, above), 3);
-        close(m, ties, mbsr_closure_distance(knuckle, arm, MBSR_GROUND, rack, 0.36), 1);
+        part_close(m, ties, mbsr_closure_ball(upper, end, knuckle, above), 3);
+        part_close(m, ties, mbsr_closure_distance(knuckle, arm, MBSR_GROUND, rack, 0.36), 1);
     } else {
-        force(m, mbsr_force_bushing(upper, &on_upper, knuckle, &on_knuckle, rubber, loss));
-        force(m, mbsr_force_point_spring(knuckle, arm, MBSR_GROUND, rack, s, d, 0.36));
+        part_force(m, mbsr_force_bushing(upper, &on_upper, knuckle, &on_knuckle, rubber, loss));
+        part_force(m, mbsr_force_point_spring(knuckle, arm, MBSR_GROUND, rack, s, d, 0.36));
     }
     q[2] = 1.0;
     (void)u;

@@ -23,7 +23,7 @@ typedef struct mechanism {
     int conserve; /* 1: nothing drives it, so that its energy never rises above that of the start */
 } mechanism;
 
-/* The first is the slider-crank of docs/dae_forms.md; ends with a name of NULL. */
-extern const mechanism mechanisms[];
+/* The first is the slider-crank of docs/dae_forms.md; both end with a name of NULL. */
+extern const mechanism mechanisms[], mechanisms_more[];
 
 #endif

@@ -11,7 +11,7 @@
 #   bench/run.sh threads [samples [threads]]      nor this; elapsed time, on all cores
 #   bench/run.sh precision [smallest tolerance]
 #   bench/run.sh newton [largest number of bodies]     MuJoCo, too, where it is installed
-#   bench/run.sh driver [cells|mechanisms|ordinary|all [runs]]
+#   bench/run.sh driver [cells|mechanisms|ordinary|all|grid [runs]]
 #   bench/run.sh trees [samples [rounds]]         peers/run.sh: other libraries, too
 set -eu
 
