@@ -47,13 +47,31 @@ static int two_sided(mbsr_ida *ida, double t, double c, N_Vector y, N_Vector yp,
     return MBSR_OK;
 }
 
-/* Column k by one side; r is F at y, y', h the step of IDA. */
-static int one_sided(mbsr_ida *ida, double t, double c, double h, N_Vector y, N_Vector yp, int k,
+/* The largest of the entries first .. last - 1 of y, in tolerances. */
+static double largest(const mbsr_ida *ida, const double *y, int first, int last)
+{
+    double most = 1.0;
+    for (int k = first; k < last; ++k)
+        most = fmax(most, fabs(y[k]) / mbsri_ida_tolerance(ida, y, k));
+    return most;
+}
+
+/* What the momenta and the velocities, in which F is almost linear, are changed by. F has rounding errors
+ * of all of them: the step of one that is zero is not much smaller than those of the others. */
+typedef struct sizes {
+    double h, momenta, velocities; /* the step of IDA; the largest, in tolerances */
+} sizes;
+
+/* Column k by one side; r is F at y, y'. */
+static int one_sided(mbsr_ida *ida, double t, double c, sizes s, N_Vector y, N_Vector yp, int k,
                      double *column, N_Vector r, N_Vector plus)
 {
+    static const double smallest = 0.1;
+    const bool momentum = k < mbsr_model_nq(ida->model) + mbsr_model_nu(ida->model);
     const double tolerance = mbsri_ida_tolerance(ida, N_VGetArrayPointer(y), k),
-                 moved = fabs(h * N_VGetArrayPointer(yp)[k]);
-    const double size = fmax(fabs(N_VGetArrayPointer(y)[k]), fmax(moved, tolerance));
+                 moved = fabs(s.h * N_VGetArrayPointer(yp)[k]),
+                 others = smallest * tolerance * (momentum ? s.momenta : s.velocities);
+    const double size = fmax(fabs(N_VGetArrayPointer(y)[k]), fmax(moved, fmax(others, tolerance)));
     const double step = sqrt(DBL_EPSILON) * size;
     const int status = shifted(ida, t, y, yp, k, step, c, plus);
     if (status) return status;
@@ -67,14 +85,15 @@ static int central(sunrealtype t, sunrealtype c, N_Vector y, N_Vector yp, N_Vect
 {
     (void)unused;
     mbsr_ida *ida = user;
-    const int nq = mbsr_model_nq(ida->model);
-    double h = 0.0;
+    const int nq = mbsr_model_nq(ida->model), u = nq + mbsr_model_nu(ida->model);
+    const double *value = N_VGetArrayPointer(y);
+    sizes s = {0.0, largest(ida, value, nq, u), largest(ida, value, u, ida->size)};
     int status = MBSR_OK;
-    IDAGetCurrentStep(ida->memory, &h);
+    IDAGetCurrentStep(ida->memory, &s.h);
     for (int k = 0; k < ida->size && !status; ++k) {
         double *column = SUNDenseMatrix_Column(matrix, k);
         status = k < nq ? two_sided(ida, t, c, y, yp, k, column, plus, minus)
-                        : one_sided(ida, t, c, h, y, yp, k, column, r, plus);
+                        : one_sided(ida, t, c, s, y, yp, k, column, r, plus);
     }
     return status;
 }

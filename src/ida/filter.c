@@ -59,6 +59,11 @@ static N_Vector clone_empty(N_Vector w)
     return extend(N_VCloneEmpty_Serial(w), ((const content *)w->content)->stiff);
 }
 
+mbsri_stiff *mbsri_stiff_behind(N_Vector v)
+{
+    return ((const content *)v->content)->stiff;
+}
+
 /* ---- when ---- */
 
 bool mbsri_stiff_careful(const mbsri_stiff *s)
@@ -145,15 +150,16 @@ void mbsri_stiff_keep(mbsri_stiff *s, N_Vector x, bool of_iteration)
 /* Whether the filter leaves so little of an error x that a stiff direction alone made it: then it is
  * counted, and careful steps begin, for long where steps are so long that nothing of it could be resolved.
  * In the problems of bench/ordinary.c 0.1 to 0.3 is left of such errors, where pins are springs 0.001
- * to 0.05. */
+ * to 0.05. Between them a few careful steps do no harm, unless they are dear. */
 static bool stiff_alone(mbsri_stiff *s, N_Vector x, double filtered, double plain)
 {
     if (!(filtered >= 0.0 && filtered < 0.3 * plain)) return false;
+    const bool vibrates = filtered > 0.1 * plain;
     ++s->info.stiff_tests;
     mbsri_stiff_keep(s, x, false);
     if (filtered < 0.05 * plain)
         mbsri_stiff_begin(s);
-    else
+    else if (!vibrates || !s->dear)
         mbsri_stiff_try(s);
     return true;
 }
@@ -254,7 +260,7 @@ static double tested_norm(mbsri_stiff *s, N_Vector x, N_Vector w, N_Vector id)
 
 static sunrealtype norm(N_Vector x, N_Vector w, N_Vector id)
 {
-    mbsri_stiff *s = ((const content *)x->content)->stiff;
+    mbsri_stiff *s = mbsri_stiff_behind(x);
     return s->norms < 0 ? s->masked(x, w, id) : tested_norm(s, x, w, id);
 }
 

@@ -99,6 +99,7 @@ int mbsri_ida_take_care(mbsr_ida *ida)
                                   "mbsr_ida_start: no memory for Newton's method");
     }
     mbsri_stiff_of(ida->nonlinear)->always = springs_share(ida);
+    mbsri_stiff_of(ida->nonlinear)->looks = false; /* loop forces take what momenta show */
     return MBSR_OK;
 }
 

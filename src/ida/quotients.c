@@ -3,8 +3,9 @@
  *
  * Too stiff a matrix (see differences.c) makes corrections so small that they pass for converged:
  * a run with long steps then stands still and reports success. So new ones are multiplied, by
- * differences of two sides, with the correction v that was found with it: K^-1 (F(v + e v) -
- * F(v - e v)) / 2 e should be v. Two residuals for each matrix tested. */
+ * differences of two sides, with a direction v: K^-1 (F(y + e v) - F(y - e v)) / 2 e should be v. It
+ * is y' at the end of the step, the way that the motion goes: the correction that was found with the
+ * matrix lies, more often than not, where the matrix is right. Two residuals for each matrix tested. */
 #include "ida/stiff.h"
 
 #include <ida/ida_ls.h>
@@ -53,22 +54,29 @@ static double extent(N_Vector v, N_Vector y, N_Vector w, double relative)
     return isfinite(e) ? e : 0.0;
 }
 
+/* F(y + e v) with c: into `to`. */
+static int shifted(mbsri_stiff *s, N_Vector ee, N_Vector v, double e, N_Vector to)
+{
+    N_VLinearSum(1.0, ee, e, v, s->trial);
+    return s->system(s->trial, to, s->memory);
+}
+
 bool mbsri_stiff_wrong_matrix(mbsri_stiff *s, N_Vector predicted, N_Vector ee, N_Vector w)
 {
+    N_Vector rate = NULL, v = s->error;
     double h = 0.0;
     IDAGetCurrentStep(s->memory, &h);
     if (!new_matrix(s) || tested(s, fabs(h))) return false;
-    const double e = extent(ee, predicted, w, cbrt(DBL_EPSILON));
+    if (IDAGetCurrentYp(s->memory, &rate) < 0) return false;
+    N_VScale(1.0, rate, v);
+    const double e = extent(v, predicted, w, cbrt(DBL_EPSILON));
     if (!(e > 0.0)) return false;
-    N_VScale(1.0 + e, ee, s->trial);
-    if (s->system(s->trial, s->change, s->memory)) return false;
-    N_VScale(1.0 - e, ee, s->trial);
-    if (s->system(s->trial, s->filtered, s->memory)) return false;
+    if (shifted(s, ee, v, e, s->change) || shifted(s, ee, v, -e, s->filtered)) return false;
     N_VLinearSum(0.5 / e, s->change, -0.5 / e, s->filtered, s->change);
     ++s->info.filter_solves;
     if (s->solve(s->change, s->memory)) return false;
-    N_VLinearSum(1.0, s->change, -1.0, ee, s->change);
-    const double defect = N_VWrmsNorm(s->change, w) / N_VWrmsNorm(ee, w);
+    N_VLinearSum(1.0, s->change, -1.0, v, s->change);
+    const double defect = N_VWrmsNorm(s->change, w) / N_VWrmsNorm(v, w);
     note_test(s, fabs(h), defect);
     return defect > most_defect;
 }

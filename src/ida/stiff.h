@@ -38,6 +38,11 @@ typedef struct mbsri_stiff {
     long tested_at;
     long failed_at;            /* step of the last failure of the plain iteration */
     long iterations, failures; /* of the last careful solution */
+    bool looks;                /* whether the plain iteration hides forces, see iteration.c */
+    N_Vector weight;           /* in which it is looked at */
+    bool hides;                /* the last correction of the plain iteration did */
+    bool verified;             /* the last solution was put to the test for that */
+    long verify_at, pause;     /* the step from which on that is done; steps to the next after it */
     bool low_order;            /* no order above 2 is allowed, so that a low one says nothing */
     double enough;             /* ends it */
     double alarm;              /* grows with error tests failed at low order */
@@ -73,6 +78,9 @@ bool mbsri_stiff_attach(mbsri_stiff *s, N_Vector y);
 bool mbsri_stiff_careful(const mbsri_stiff *s);
 void mbsri_stiff_begin(mbsri_stiff *s);
 void mbsri_stiff_try(mbsri_stiff *s);
+
+/* What v, a vector made from y, knows. */
+mbsri_stiff *mbsri_stiff_behind(N_Vector v);
 
 /* Keeps x and the present state for mbsr_ida_stiffest. */
 void mbsri_stiff_keep(mbsri_stiff *s, N_Vector x, bool of_iteration);

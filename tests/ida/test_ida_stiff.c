@@ -255,7 +255,7 @@ static void where_newtons_method_fails_the_elements_are_named(void **state)
     crank s;
     double y[SIZE], share[3];
     int force[3], count = -1;
-    make(&s, 1e14, damping(1e14, 1.0));
+    make(&s, 1e15, damping(1e15, 1.0));
     mbsr_ida_opt opt = mbsr_default_ida_opt();
     opt.rtol = opt.atol = 1e-3;
     mbsr_ida *ida = NULL;
