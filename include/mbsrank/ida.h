@@ -57,7 +57,8 @@ typedef enum mbsr_ida_solver {
     MBSR_IDA_TREE = 2,  /* mbsr_newton: O(N) in memory, for each step and each Jacobian. Where
                          * force elements across the tree are left out of it (mbsr_newton_info.exact
                          * is 0), Newton's iterations converge slowly or not at all */
-    MBSR_IDA_KRYLOV = 3 /* SPGMR (GMRES on difference quotients), preconditioned by mbsr_newton */
+    MBSR_IDA_KRYLOV = 3 /* SPGMR (GMRES), preconditioned by mbsr_newton; on difference quotients, or
+                         * with newton.products on products (mbsr_newton_multiply) */
 } mbsr_ida_solver;
 
 typedef struct mbsr_ida_opt {

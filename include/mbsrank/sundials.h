@@ -95,14 +95,20 @@ MBSR_API int mbsr_sundials_multiply(sunrealtype t, N_Vector y, N_Vector yp, N_Ve
  * As long as nothing is stiff, all goes as without it. Where an error test of low order fails by an
  * error of the momenta that the next step will have forgotten, or the order stays low, IDA takes the
  * next 20 steps carefully, and more where they show that it is needed: with a new matrix in each
- * iteration, and errors of momenta tested by what is left of them after one implicit step. Ask for
- * tolerances of 1e-4 or less where a mechanism is closed by stiff elements: IDA does not tell the solver
- * what was asked for, and at looser ones steps are so long that they gain energy. Vectors that IDA
+ * iteration, and errors of momenta tested by what is left of them after one implicit step. At relative
+ * tolerances above 1e-4 steps of a mechanism that stiff elements close are so long that they gain energy;
+ * IDA does not tell the solver what was asked for, mbsr_sundials_stiff_set_rtol does. Iterative linear
+ * solvers are made to solve such steps accurately (IDASetEpsLin, IDASetIncrementFactor). Vectors that IDA
  * makes of y refer to the solver: free it after IDA, and y too. The error test is as without it if
  * algebraic variables are not suppressed. NULL where an argument is NULL, y is not a serial vector of
  * that length, or there is no memory. */
 MBSR_API SUNNonlinearSolver mbsr_sundials_stiff(const mbsr_model *model, N_Vector y,
                                                 SUNContext context);
+
+/* The relative tolerance that IDA was given, 0 or more: steps that are taken carefully are held to
+ * 1e-4 where it is larger. MBSR_ERR_NULL; MBSR_ERR_VALUE if the solver is another one, or rtol is
+ * negative or not finite. */
+MBSR_API int mbsr_sundials_stiff_set_rtol(SUNNonlinearSolver solver, double rtol);
 
 /* What it has done since it was made. */
 typedef struct mbsr_sundials_stiff_info {

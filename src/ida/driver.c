@@ -13,7 +13,6 @@
 #include "ida/stiff.h"
 #include "ida/tolerances.h"
 
-#include <math.h>
 #include <stdlib.h>
 
 /* Keeps the message of an error; warnings, which have positive codes, are dropped. */
@@ -70,10 +69,6 @@ static int no_memory(const mbsr_ida *ida, mbsr_error *error, const char *what)
                           "mbsr_ida_create: no memory for %s of size %d", what, ida->size);
 }
 
-/* Below this relative tolerance careful steps of a stiff mechanism are as accurate as others; above it
- * they are held to it, for a step is then a large part of a turn, and gains energy. */
-static const double LOOSEST = 1e-4;
-
 /* Newton's method for stiff elements, in the forms that it serves; false without memory. */
 static bool make_nonlinear(mbsr_ida *ida)
 {
@@ -84,9 +79,7 @@ static bool make_nonlinear(mbsr_ida *ida)
     if (!ida->nonlinear) return false;
     mbsri_stiff *stiff = mbsri_stiff_of(ida->nonlinear);
     stiff->low_order = opt->max_order < 3;
-    stiff->stricter = fmax(1.0, opt->rtol / LOOSEST);
-    stiff->dear = opt->linear_solver != MBSR_IDA_TREE;
-    stiff->iterates = opt->linear_solver == MBSR_IDA_KRYLOV;
+    mbsri_stiff_set_rtol(stiff, opt->rtol);
     if (opt->linear_solver == MBSR_IDA_DENSE) {
         stiff->prepare = mbsri_ida_use_central;
         stiff->user = ida;

@@ -19,6 +19,7 @@
 #include "ida/stiff.h"
 
 #include <ida/ida.h>
+#include <ida/ida_ls.h>
 #include <nvector/nvector_serial.h>
 #include <sunnonlinsol/sunnonlinsol_newton.h>
 
@@ -105,8 +106,25 @@ static int watched_solve(N_Vector b, void *memory)
     return status;
 }
 
+/* What the linear solver is; to be asked once it has worked. */
+static void learn(mbsri_stiff *s)
+{
+    long linear = 0, quotients = 0;
+    if (s->iterates || IDAGetNumLinIters(s->memory, &linear) < 0) return;
+    IDAGetNumLinResEvals(s->memory, &quotients);
+    s->iterates = linear > 0;
+    s->dear = s->dear || s->iterates || quotients > 0;
+}
+
+/* What stiff elements ask of an iterative solver: of IDA's own accuracy, a twentieth of what Newton's
+ * method leaves, elements that its preconditioner knows nothing of make wrong corrections, and so do
+ * quotients over the length of a tolerance. 0 and 1 are IDA's defaults. */
 static void prepare(mbsri_stiff *s, bool careful)
 {
+    if (s->iterates) {
+        IDASetEpsLin(s->memory, careful ? 1e-7 : 0.0);
+        IDASetIncrementFactor(s->memory, careful ? 1e-2 : 1.0);
+    }
     if (s->prepare) s->prepare(s->user, careful);
 }
 
@@ -148,6 +166,7 @@ static int solve(SUNNonlinearSolver solver, N_Vector predicted, N_Vector ee, N_V
     mbsri_stiff *s = solver->content;
     s->memory = memory;
     s->norms = -1;
+    learn(s);
     mbsri_stiff_look_back(s);
     const bool before = s->careful;
     s->careful = mbsri_stiff_careful(s);
@@ -324,6 +343,12 @@ SUNNonlinearSolver mbsri_stiff_create(const mbsr_model *model, mbsr_dae_form for
     return NULL;
 }
 
+void mbsri_stiff_set_rtol(mbsri_stiff *s, double rtol)
+{
+    static const double loosest = 1e-4;
+    s->stricter = fmax(1.0, rtol / loosest);
+}
+
 SUNNonlinearSolver mbsr_sundials_stiff(const mbsr_model *model, N_Vector y, SUNContext context)
 {
     if (!model || !y || !context) return NULL;
@@ -333,6 +358,14 @@ SUNNonlinearSolver mbsr_sundials_stiff(const mbsr_model *model, N_Vector y, SUNC
 mbsri_stiff *mbsri_stiff_of(SUNNonlinearSolver solver)
 {
     return solver->content;
+}
+
+int mbsr_sundials_stiff_set_rtol(SUNNonlinearSolver solver, double rtol)
+{
+    if (!solver) return MBSR_ERR_NULL;
+    if (solver->ops->solve != solve || !(rtol >= 0.0 && isfinite(rtol))) return MBSR_ERR_VALUE;
+    mbsri_stiff_set_rtol(solver->content, rtol);
+    return MBSR_OK;
 }
 
 int mbsr_sundials_stiff_get_info(SUNNonlinearSolver solver, mbsr_sundials_stiff_info *info)

@@ -92,6 +92,22 @@ static int precondition(sunrealtype t, N_Vector y, N_Vector yp, N_Vector F, N_Ve
     return noted(ida, t, "preconditioner");
 }
 
+static int linearise(sunrealtype t, N_Vector y, N_Vector yp, N_Vector F, sunrealtype cj, void *user)
+{
+    mbsr_ida *ida = user;
+    mbsri_ida_unbend(ida, t, &y, &yp);
+    mbsr_sundials_linearise(t, y, yp, F, cj, &ida->link);
+    return noted(ida, t, "products");
+}
+
+static int multiply(sunrealtype t, N_Vector y, N_Vector yp, N_Vector F, N_Vector v, N_Vector Jv,
+                    sunrealtype cj, void *user, N_Vector a, N_Vector b)
+{
+    mbsr_ida *ida = user;
+    mbsr_sundials_multiply(t, y, yp, F, v, Jv, cj, &ida->link, a, b);
+    return noted(ida, t, "product");
+}
+
 int mbsri_ida_attach_solver(mbsr_ida *ida)
 {
     void *const memory = ida->memory;
@@ -99,6 +115,7 @@ int mbsri_ida_attach_solver(mbsr_ida *ida)
     if (flag >= 0 && ida->opt.linear_solver == MBSR_IDA_TREE) flag = IDASetJacFn(memory, jacobian);
     if (flag < 0 || ida->opt.linear_solver != MBSR_IDA_KRYLOV) return flag;
     flag = IDASetPreconditioner(memory, set_up, precondition);
+    if (flag >= 0 && ida->opt.newton.products) flag = IDASetJacTimes(memory, linearise, multiply);
     /* GMRES stops by the root of a sum of squares, and IDA allows it sqrt(n) for one of a mean; the
      * largest entry is never more than that root */
     return flag >= 0 && ida->opt.max_norm ? IDASetLSNormFactor(memory, 1.0) : flag;

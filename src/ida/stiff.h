@@ -96,6 +96,10 @@ bool mbsri_stiff_wrong_matrix(mbsri_stiff *s, N_Vector predicted, N_Vector ee, N
 SUNNonlinearSolver mbsri_stiff_create(const mbsr_model *model, mbsr_dae_form form, N_Vector y,
                                       SUNContext context);
 
+/* Below a relative tolerance of 1e-4 careful steps of a stiff mechanism are as accurate as others; above it
+ * they are held to it, for a step is then a large part of a turn, and gains energy. */
+void mbsri_stiff_set_rtol(mbsri_stiff *s, double rtol);
+
 /* What belongs to the nonlinear solver. */
 mbsri_stiff *mbsri_stiff_of(SUNNonlinearSolver solver);
 

@@ -197,6 +197,7 @@ static const finite_row sundials_rows[] = {
     {"mbsr_sundials_solver", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_sundials_jacobian", NULL, NULL, 0, 0, 0, NULL}, /* the same as setup */
     {"mbsr_sundials_stiff", NULL, NULL, 0, 0, 0, NULL},
+    {"mbsr_sundials_stiff_set_rtol", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_sundials_stiff_get_info", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_sundials_setup", run_precondition, NULL, T | C | Y | R, 0, 0, of_dense},
     {"mbsr_sundials_precondition", run_precondition, NULL, T | C | Y | R, 0, 0, of_dense},
