@@ -95,27 +95,30 @@ static study study_in(const scene *s, const units *in)
 }
 
 typedef struct tally {
-    int may, not_zero, not_small, undamped, undetermined;
+    int zeros, told, not_zero, not_small, undamped, undetermined;
     double worst;
 } tally;
 
-/* The named masses are zero: measured error against the prediction, and what of it the runs
- * themselves have. */
+/* The named masses are zero: measured error against the prediction, by runs that are tight enough to tell.
+ * Where a mass that stays swings without damping that may be 1e-12: at 1e-8 such runs lose tolerances. */
 static void check_zeros(const scene *s, const study *like, const mbsr_small_part *part, int parts,
                         uint64_t seed, tally *sum)
 {
-    static study_path full, reduced;
     study x = *like;
     x.opt.part = part;
     x.opt.parts = parts;
-    mbsr_small_masses *small = study_given(&x, &full, &reduced);
-    const double own = study_own(&x, s->model, s->q, s->u, &full), all = x.predicted + x.amplitude;
-    if (x.measured - own > 3.0 * all)
-        print_error("seed %d: measured %.3g, predicted %.3g + %.3g\n", (int)seed, x.measured,
-                    x.predicted, x.amplitude);
-    assert_less(x.measured - own, 3.0 * all);
-    sum->worst = fmax(sum->worst, (x.measured - own) / all);
-    ++sum->may;
+    mbsr_small_masses *small = study_predict(&x);
+    const double all = x.predicted + x.amplitude;
+    x.measured = study_measure(&x, small, s->q, s->u, 0.5 * all, 1e-6);
+    if (x.measured > 3.0 * all + x.own || x.own > 0.5 * all)
+        print_error("seed %d: measured %.3g, runs %.3g, predicted %.3g + %.3g\n", (int)seed,
+                    x.measured, x.own, x.predicted, x.amplitude);
+    assert_less(x.measured - x.own, 3.0 * all);
+    if (x.own <= 0.5 * all) {
+        sum->worst = fmax(sum->worst, x.measured / all);
+        ++sum->told;
+    }
+    ++sum->zeros;
     mbsr_small_masses_destroy(small);
 }
 
@@ -135,7 +138,7 @@ static void check_not(const scene *s, const study *like, mbsr_small_part part, t
     mbsr_model_destroy(m);
 }
 
-static void check_tree(uint64_t seed, const units *in, tally *sum, mbsr_small_verdict *verdict)
+static void check_tree(uint64_t seed, const units *in, tally *sum)
 {
     scene s = make(seed, in);
     const study x = study_in(&s, in);
@@ -143,10 +146,8 @@ static void check_tree(uint64_t seed, const units *in, tally *sum, mbsr_small_ve
     int parts = 0;
     mbsr_small_masses *small = study_begin(&x, s.q, s.u);
     const mbsr_small_masses_report report = study_follow(&x, small, NULL);
-    for (int k = 0; k < BODIES; ++k) verdict[k] = MBSR_SMALL_MAY_BE_ZERO;
     for (int k = 0; k < report.masses; ++k) {
         const mbsr_small_part here = {report.mass[k].body, report.mass[k].parts};
-        verdict[here.body] = report.mass[k].verdict;
         if (report.mass[k].verdict == MBSR_SMALL_MAY_BE_ZERO) part[parts++] = here;
         if (report.mass[k].verdict == MBSR_SMALL_MAY_NOT_BE_ZERO) one = here;
         sum->undamped += report.mass[k].verdict == MBSR_SMALL_UNDAMPED;
@@ -163,27 +164,52 @@ static void zeros_are_as_good_as_predicted(void **unused)
     (void)unused;
     tally sum = {0};
     const int seeds = test_long() ? 300 : test_seeds(3, 12);
-    mbsr_small_verdict verdict[BODIES];
-    for (int seed = 1; seed <= seeds; ++seed) check_tree((uint64_t)seed, systems, &sum, verdict);
+    for (int seed = 1; seed <= seeds; ++seed) check_tree((uint64_t)seed, systems, &sum);
     print_message(
-        "%d trees: %d with zeros, measured at most %.2f of what was predicted; %d that may "
-        "not, of which %d do less; %d undamped, %d undetermined\n",
-        seeds, sum.may, sum.worst, sum.not_zero, sum.not_small, sum.undamped, sum.undetermined);
-    assert_true(sum.may > 0 && sum.not_zero > 0);
+        "%d trees: %d with zeros, %d of which the runs are exact enough: measured at most %.2f of "
+        "what "
+        "was predicted; %d that may not, of which %d do less; %d undamped, %d undetermined\n",
+        seeds, sum.zeros, sum.told, sum.worst, sum.not_zero, sum.not_small, sum.undamped,
+        sum.undetermined);
+    assert_true(sum.told > 0 && sum.not_zero > 0);
+    assert_true(10 * sum.told >= 9 * sum.zeros);
     assert_true(10 * sum.not_small <= sum.not_zero);
+}
+
+/* Masses of one tree in a system: verdicts, and shares of what is allowed. */
+static int judge_in(const units *in, uint64_t seed, mbsr_small_verdict *verdict, double *share)
+{
+    scene s = make(seed, in);
+    const study x = study_in(&s, in);
+    mbsr_small_masses *small = study_begin(&x, s.q, s.u);
+    const mbsr_small_masses_report report = study_follow(&x, small, NULL);
+    const int masses = report.masses;
+    for (int k = 0; k < masses; ++k) {
+        verdict[k] = report.mass[k].verdict;
+        share[k] = report.mass[k].share + report.mass[k].amplitude;
+    }
+    mbsr_small_masses_destroy(small);
+    mbsr_model_destroy(s.model);
+    return masses;
 }
 
 static void verdicts_do_not_depend_on_units(void **unused)
 {
     (void)unused;
-    const int seeds = test_long() ? 25 : test_seeds(1, 3);
+    const int seeds = test_long() ? 300 : test_seeds(3, 12);
     for (int seed = 1; seed <= seeds; ++seed) {
         mbsr_small_verdict verdict[SYSTEMS][BODIES];
-        tally sum = {0};
-        for (int k = 0; k < SYSTEMS; ++k) check_tree((uint64_t)seed, systems + k, &sum, verdict[k]);
-        for (int k = 1; k < SYSTEMS; ++k) {
-            for (int b = 0; b < BODIES; ++b)
-                assert_int_equal((int)verdict[k][b], (int)verdict[0][b]);
+        double share[SYSTEMS][BODIES];
+        int masses = 0;
+        for (int k = 0; k < SYSTEMS; ++k) {
+            const int count = judge_in(systems + k, (uint64_t)seed, verdict[k], share[k]);
+            if (k > 0) assert_int_equal(count, masses);
+            masses = count;
+            for (int l = 0; l < masses; ++l) {
+                assert_int_equal((int)verdict[k][l], (int)verdict[0][l]);
+                assert_less(share[k][l], 1.05 * share[0][l] + 1e-9);
+                assert_less(share[0][l], 1.05 * share[k][l] + 1e-9);
+            }
         }
     }
 }
