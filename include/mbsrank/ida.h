@@ -254,8 +254,8 @@ MBSR_API const mbsr_newton *mbsr_ida_newton(const mbsr_ida *ida);
 MBSR_API void *mbsr_ida_memory(const mbsr_ida *ida);
 
 /* Integrates the reduced model of a report on small masses from its start to t_end (later than that)
- * and takes every step into the report: the errors of its zeros along the run, a check after the
- * fact. opt as for mbsr_ida_create, with the momentum form; its progress function is called after every step.
+ * and takes every step, and the states before kinks of derivative 1, into the report: the errors of its
+ * zeros along the run, a check after the fact, and what fast motion is excited. opt as for mbsr_ida_create, with the momentum form; its progress function is called after every step.
  * stats and error may be NULL. MBSR_ERR_NULL, MBSR_ERR_SEQUENCE (before mbsr_small_masses_start),
  * MBSR_ERR_VALUE (another form), statuses of mbsr_ida_create, mbsr_ida_start, mbsr_ida_advance and
  * mbsr_small_masses_step. */

@@ -81,7 +81,8 @@ typedef struct mbsr_small_direction {
     double rate;          /* 1/s, the largest |lambda| */
     double decay;         /* 1/s, at which the fast motion dies out */
     double fastness;      /* rate x time scale of the slow motion */
-    double amplitude;     /* of the fast motion from the start given, in the coordinate's unit */
+    double amplitude;     /* of the fast motion, in the coordinate's unit: from the start given, and
+                           * the largest that the run has excited */
 } mbsr_small_direction;
 
 typedef struct mbsr_small_mass {
@@ -94,7 +95,8 @@ typedef struct mbsr_small_mass {
     double share; /* error / tolerance of that output */
     double amplitude; /* of the oscillation that is lost, largest of its directions, as a share of
                          the tolerance of these coordinates (outputs given: of the output) */
-    double steps;     /* that its zero saves */
+    double steps; /* that its zero saves: of the start's swing, or of all along a run whose states
+                       * are an integrator's steps */
     mbsr_small_verdict verdict;
 } mbsr_small_mass;
 
@@ -144,9 +146,9 @@ MBSR_API const mbsr_model *mbsr_small_masses_reduced(const mbsr_small_masses *sm
 
 /* The next state of a run of the reduced model, in its momentum form, later than the last one: what
  * the neglected inertia forces are there, and what errors they have made so far, integrated along
- * the run by BDF of order 2 over the states given (implicit Euler in the first). Give as many as the
- * slow motion needs, such as all steps of an integrator. One factorisation, and a solution for each
- * candidate. MBSR_ERR_SEQUENCE before `start`, MBSR_ERR_VALUE for a t that is not later, statuses
+ * the run by BDF of order 2 over the states given (implicit Euler in the first), and what fast motion
+ * they excite. Give as many as the slow motion needs, such as all steps of an integrator, and the states
+ * before and soon after forces or rates jump. One factorisation, and a solution for each candidate. MBSR_ERR_SEQUENCE before `start`, MBSR_ERR_VALUE for a t that is not later, statuses
  * of mbsr_newton_factor. */
 MBSR_API int mbsr_small_masses_step(mbsr_small_masses *small, double t, const double *y,
                                     const double *yp);

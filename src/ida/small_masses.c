@@ -4,15 +4,18 @@
 
 #include <mbsrank/ida.h>
 
+#include <math.h>
 #include <stdlib.h>
 
 /* The run, and the caller's progress function. */
 typedef struct follower {
     mbsr_small_masses *small;
     mbsr_ida *ida;
-    double *y, *yp;
+    double *y, *yp, last; /* the last state given, its time */
     mbsr_ida_progress_fn progress;
     void *user;
+    mbsr_kink_fn kink;
+    void *kink_user;
 } follower;
 
 static int follow(void *user, const mbsr_ida_progress *now)
@@ -21,7 +24,40 @@ static int follow(void *user, const mbsr_ida_progress *now)
     int status = mbsr_ida_dense(f->ida, now->t, 0, f->y);
     if (!status) status = mbsr_ida_dense(f->ida, now->t, 1, f->yp);
     if (!status) status = mbsr_small_masses_step(f->small, now->t, f->y, f->yp);
+    f->last = now->t;
     if (!status && f->progress) status = f->progress(f->user, now);
+    return status;
+}
+
+/* The next time beyond t at which forces or rates jump, or t_end. */
+static int next_jump(const follower *f, double t, double t_end, double *stop)
+{
+    const mbsr_model *m = mbsr_small_masses_reduced(f->small);
+    for (*stop = t; *stop < t_end;) {
+        mbsr_kink next = {INFINITY, 1}, other = {INFINITY, 1};
+        int status = mbsr_model_kink(m, *stop, 1, &next);
+        if (!status && f->kink) status = f->kink(f->kink_user, *stop, 1, &other);
+        if (status) return status;
+        if (other.t < next.t || (other.t == next.t && other.derivative < next.derivative))
+            next = other;
+        *stop = fmin(next.t, t_end);
+        if (next.derivative <= 1) break;
+    }
+    return MBSR_OK;
+}
+
+/* To t_end; the state before a jump is one that the report has to see. */
+static int follow_to(follower *f, double t, double t_end)
+{
+    double stop = t;
+    int status = next_jump(f, t, t_end, &stop);
+    while (!status) {
+        status = mbsr_ida_advance(f->ida, stop, NULL, f->y, f->yp);
+        if (status || stop >= t_end) return status;
+        if (stop > f->last) status = mbsr_small_masses_step(f->small, stop, f->y, f->yp);
+        f->last = stop;
+        if (!status) status = next_jump(f, stop, t_end, &stop);
+    }
     return status;
 }
 
@@ -34,7 +70,8 @@ static int run(follower *f, const mbsr_ida_opt *opt, mbsr_data *data, double t_e
     if (status) return status;
     status = mbsr_small_masses_state(f->small, &t, f->y, f->yp);
     if (!status) status = mbsr_ida_start(f->ida, t, f->y, f->yp);
-    if (!status) status = mbsr_ida_advance(f->ida, t_end, NULL, NULL, NULL);
+    f->last = t;
+    if (!status) status = follow_to(f, t, t_end);
     if (status && error) {
         const mbsr_error *own = mbsr_small_masses_error(f->small);
         *error = own->status == status ? *own : *mbsr_ida_error(f->ida);
@@ -54,7 +91,11 @@ int mbsr_small_masses_run(mbsr_small_masses *small, const mbsr_ida_opt *opt, dou
     if (own.form != MBSR_DAE_MOMENTUM)
         return mbsri_ida_fail(error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
                               "%s: only the momentum form is served", function);
-    follower f = {.small = small, .progress = own.progress, .user = own.progress_user};
+    follower f = {.small = small,
+                  .progress = own.progress,
+                  .user = own.progress_user,
+                  .kink = own.kink,
+                  .kink_user = own.kink_user};
     own.progress = follow;
     own.progress_user = &f;
     own.progress_steps = 1;

@@ -15,6 +15,7 @@
 #include "algebra/dense.h"
 #include "base/error.h"
 #include "small/loads.h"
+#include "small/swings.h"
 #include "small/twins.h"
 
 #include <math.h>
@@ -143,6 +144,7 @@ int mbsri_small_follow(mbsr_small_masses *s, double t, const double *y, const do
     if (s->states == 1) begin(s);
     const mbsri_small_formula formula = formula_to(s, t);
     int status = mbsri_small_forces(s, t, y, yp);
+    if (!status) status = mbsri_small_swings_follow(s, t, y);
     if (status) return status;
     shift(s);
     status = mbsri_small_factor(s, t, y, yp, formula.c);

@@ -122,6 +122,26 @@ int mbsri_small_forces(mbsr_small_masses *s, double t, const double *y, const do
     return status;
 }
 
+int mbsri_small_split(mbsr_small_masses *s, double t, const double *y, double h)
+{
+    const mbsr_model *m = s->reduced.model;
+    mbsr_data *d = s->reduced.data;
+    int status = mbsri_positions(m, d, t, y);
+    if (!status) status = mbsri_velocities(m, d, y + m->nq + m->nu);
+    for (int k = 0; k < s->candidates && !status; ++k) {
+        mbsri_candidate *c = s->candidate + k;
+        const mbsri_body *b = m->body + c->i;
+        const double *p = d->p + b->p, *V = d->V + b->v;
+        double *A = s->moved_v;
+        status = evaluate(s, c, t, p, V, d->A + b->v, c->mean, false);
+        for (int l = 0; l < b->d; ++l) c->rest[l] = c->force[l] - c->mean[l];
+        for (int l = 0; l < b->d && h > 0.0; ++l) A[l] = (V[l] - c->velocity[l]) / h;
+        if (!status && h > 0.0) status = evaluate(s, c, t, p, V, A, c->mean, false);
+        mbsri_copy((size_t)b->d, V, c->velocity);
+    }
+    return mbsri_small_failed(s, status, mbsr_data_error(d));
+}
+
 int mbsri_small_impulses(mbsr_small_masses *s, double t, const double *y)
 {
     const mbsr_model *m = s->reduced.model;

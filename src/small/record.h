@@ -34,9 +34,12 @@ typedef struct mbsri_candidate {
     double *force;         /* d: inertia force less weight, neglected, at the last state */
     double *impulse;       /* d: neglected momentum of the start given against the reduced one */
     double *beside;        /* d: force at another time, for its rate */
+    double *velocity;      /* d: V of the last state */
+    double *rest, *mean;   /* d: force without the part by acceleration, and that by the mean one */
     double *error[3];      /* size: first-order change of y, at this state and the two before */
     double *offset;        /* size: the same at the start, of what is fast alone */
     mbsri_small_worst worst;
+    double steps, now; /* that its zero has saved so far, and in the last step */
 } mbsri_candidate;
 
 /* A body whose joint rates are directions of a candidate. */
@@ -55,6 +58,13 @@ typedef struct mbsri_light {
                               stay */
 } mbsri_light;
 
+/* The fast motion of a direction along a run (swings.c). */
+typedef struct mbsri_swing {
+    double re, im;       /* b */
+    double load, rest;   /* w, and its part without acceleration */
+    double before, size; /* of the swing, in tolerances of the integrator */
+} mbsri_swing;
+
 typedef struct mbsri_twin {
     mbsr_model *model;
     mbsr_data *data;
@@ -71,7 +81,8 @@ struct mbsr_small_masses {
     mbsri_candidate *candidate;
     mbsri_pushed *pushed;
     mbsr_small_direction *direction;
-    double *tolerance; /* of outputs */
+    mbsri_swing *swing; /* of each direction */
+    double *tolerance;  /* of outputs */
     int lights;
     mbsri_light *light; /* room for all directions */
     double *light_wanted;
@@ -94,6 +105,10 @@ struct mbsr_small_masses {
     double *pattern;                           /* size a direction */
     double *scale;                             /* of the inertia of each direction's joint */
     double *impedance;                         /* 4 a direction */
+    double *along[3];                          /* nu: generalised force, rest and mean */
+    double *scale_without;                     /* nu: as scale, of the reduced model */
+    double *p_last, *tested;                   /* nu: momenta, their change in tolerances */
+    double saved;                              /* steps of all zeros so far */
     mbsri_small_worst worst;                   /* of all zeros together */
     long factorisations, at_start;
 

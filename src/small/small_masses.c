@@ -10,6 +10,7 @@
 #include "small/loads.h"
 #include "small/slow.h"
 #include "small/smooth.h"
+#include "small/swings.h"
 #include "small/table.h"
 #include "small/twins.h"
 #include "small/verdicts.h"
@@ -113,6 +114,9 @@ static void place(mbsr_small_masses *s, layout *l)
     s->light_wanted = take(l, (size_t)s->directions);
     s->scale = take(l, (size_t)s->directions);
     s->impedance = take(l, 4 * (size_t)s->directions);
+    double **const joints[] = {&s->along[0],      &s->along[1], &s->along[2],
+                               &s->scale_without, &s->p_last,   &s->tested};
+    for (size_t k = 0; k < sizeof joints / sizeof joints[0]; ++k) *joints[k] = take(l, nu);
     s->tolerance = take(l, (size_t)s->outputs);
     s->out_a = take(l, (size_t)s->outputs);
     s->out_b = take(l, (size_t)s->outputs);
@@ -123,6 +127,9 @@ static void place(mbsr_small_masses *s, layout *l)
         c->force = take(l, (size_t)d);
         c->beside = take(l, (size_t)d);
         c->impulse = take(l, (size_t)d);
+        c->velocity = take(l, (size_t)d);
+        c->rest = take(l, (size_t)d);
+        c->mean = take(l, (size_t)d);
         for (int e = 0; e < 3; ++e) c->error[e] = take(l, size);
         c->offset = take(l, size);
     }
@@ -142,10 +149,12 @@ static int allocate(mbsr_small_masses *s)
     s->pushed = mbsri_allocate(a, ((size_t)s->pushes + 1) * sizeof *s->pushed);
     s->direction = mbsri_allocate(a, ((size_t)s->directions + 1) * sizeof *s->direction);
     s->light = mbsri_allocate(a, ((size_t)s->directions + 1) * sizeof *s->light);
+    s->swing = mbsri_allocate(a, ((size_t)s->directions + 1) * sizeof *s->swing);
     s->mass = mbsri_allocate(a, ((size_t)s->candidates + 1) * sizeof *s->mass);
     s->text_size = mbsri_small_text_size(s);
     s->text = mbsri_allocate(a, s->text_size);
-    if (!s->pushed || !s->direction || !s->light || !s->mass || !s->text) return no_memory(s);
+    if (!s->pushed || !s->direction || !s->light || !s->swing || !s->mass || !s->text)
+        return no_memory(s);
     mbsri_small_directions(s, &s->pushes, &s->directions);
     layout l = {NULL, 0};
     place(s, &l);
@@ -223,6 +232,7 @@ void mbsr_small_masses_destroy(mbsr_small_masses *small)
     mbsri_release(&allocator, s->pushed);
     mbsri_release(&allocator, s->direction);
     mbsri_release(&allocator, s->light);
+    mbsri_release(&allocator, s->swing);
     mbsri_release(&allocator, s->mass);
     mbsri_release(&allocator, s->text);
     mbsri_release(&allocator, s->numbers);
@@ -278,7 +288,20 @@ static int settle(mbsr_small_masses *s, double t)
     }
 }
 
-/* The full model at the same q and u, and what its momenta are measured by. */
+/* What the momenta of a twin are measured by, at the state found; scales (nu). */
+static int find_scales(mbsr_small_masses *s, const mbsri_twin *twin, double t, double *scales)
+{
+    const mbsr_model *m = twin->model;
+    mbsr_data *d = twin->data;
+    int status = mbsr_positions(m, d, t, s->y);
+    if (!status) status = mbsr_velocities(m, d, s->y + m->nq + m->nu);
+    if (!status) status = mbsr_forces(m, d, NULL);
+    if (!status) status = mbsr_backward(m, d);
+    if (!status) status = mbsr_momentum_scales(m, d, scales);
+    return mbsri_small_failed(s, status, mbsr_data_error(d));
+}
+
+/* The full model at the same q and u. */
 static int take_full(mbsr_small_masses *s, double t)
 {
     const mbsr_model *m = s->full.model;
@@ -286,16 +309,13 @@ static int take_full(mbsr_small_masses *s, double t)
     int status = mbsr_dae_pack(m, d, MBSR_DAE_MOMENTUM, t, s->y, s->y + m->nq + m->nu, s->y_full);
     if (!status)
         status = mbsr_dae_consistent(m, d, MBSR_DAE_MOMENTUM, t, s->y_full, s->yp_full, NULL, NULL);
-    if (!status) status = mbsr_positions(m, d, t, s->y);
-    if (!status) status = mbsr_velocities(m, d, s->y + m->nq + m->nu);
-    if (!status) status = mbsr_forces(m, d, NULL);
-    if (!status) status = mbsr_backward(m, d);
-    if (!status) status = mbsr_momentum_scales(m, d, s->moved_u);
+    if (status) return mbsri_small_failed(s, status, mbsr_data_error(d));
+    status = find_scales(s, &s->full, t, s->moved_u);
     for (int l = 0; l < s->directions && !status; ++l) {
         const mbsr_small_direction *x = s->direction + l;
         s->scale[l] = s->moved_u[m->body[m->index[x->body]].u + x->coordinate];
     }
-    return mbsri_small_failed(s, status, mbsr_data_error(d));
+    return status ? status : find_scales(s, &s->reduced, t, s->scale_without);
 }
 
 static int look(mbsr_small_masses *s, double t)
@@ -309,6 +329,8 @@ static int look(mbsr_small_masses *s, double t)
     if (!status) status = mbsri_small_displace(s);
     if (status) return status;
     mbsri_small_amplitudes(s);
+    status = mbsri_small_swings_begin(s);
+    if (status) return status;
     const double c = 1.0 / s->opt.duration;
     const mbsri_small_formula whole = {c, {0.0, 0.0}, c};
     status = mbsri_small_factor(s, t, s->y, s->yp, c);

@@ -17,7 +17,8 @@ typedef struct study {
     const mbsr_model *model;
     mbsr_small_masses_opt opt;
     mbsr_ida_opt ida;    /* tolerances for the steps */
-    double fine;         /* these times as small for the errors */
+    double fine;         /* these times as small for the errors ... */
+    double least;        /* ... or, where that does not tell, down to so much */
     const double *q, *u; /* the start */
     double tolerance;    /* of one coordinate, where all have the same */
     double predicted, smooth_predicted, amplitude, saved; /* results: predictions, */
@@ -38,6 +39,7 @@ static inline study study_of(const mbsr_model *m, double duration, double time_s
     s.opt.duration = duration;
     s.opt.time_scale = time_scale;
     s.fine = 1e-2;
+    s.least = test_long() ? 1e-4 : s.fine;
     s.tolerance = s.opt.tolerance;
     return s;
 }
@@ -166,9 +168,9 @@ static inline void study_both(const study *s, const mbsr_small_masses *small, co
 }
 
 /* The error of a zero by two runs, and what of it is their own: tolerances that are 100 times as tight
- * until that is below `enough`, or `least` is reached. */
+ * until that is below `enough`, or s->least is reached. */
 static inline double study_measure(study *s, const mbsr_small_masses *small, const double *q,
-                                   const double *u, double enough, double least)
+                                   const double *u, double enough)
 {
     static study_pair pair[2];
     double fine = 10.0 * s->fine;
@@ -179,7 +181,7 @@ static inline double study_measure(study *s, const mbsr_small_masses *small, con
         last = 1 - last;
         study_both(s, small, q, u, fine, pair + last);
         s->own = study_own(s, pair, pair + 1);
-        if (s->own <= enough || fine < 1.001 * least) break;
+        if (s->own <= enough || fine < 1.001 * s->least) break;
     }
     return study_difference(s, &pair[last].full, &pair[last].reduced);
 }
@@ -190,7 +192,7 @@ static inline void study_whole(study *s)
     static study_path path;
     double q[STUDY_MOST], u[STUDY_MOST];
     mbsr_small_masses *small = study_predict(s);
-    s->measured = study_measure(s, small, s->q, s->u, INFINITY, s->fine);
+    s->measured = study_measure(s, small, s->q, s->u, 0.3 * fmax(s->predicted, s->amplitude));
     assert_ok(study_run(s, s->model, s->q, s->u, 1.0, &path), NULL);
     s->full_steps = path.steps;
     assert_ok(mbsr_small_masses_smooth(small, 2, q, u), mbsr_small_masses_error(small));
@@ -199,7 +201,7 @@ static inline void study_whole(study *s)
     small = study_begin(s, q, u);
     s->smooth_predicted = study_follow(s, small, NULL).share;
     const double own = s->own;
-    s->smooth = study_measure(s, small, q, u, INFINITY, s->fine);
+    s->smooth = study_measure(s, small, q, u, 0.3 * s->smooth_predicted);
     s->smooth_own = s->own;
     s->own = own;
     mbsr_small_masses_destroy(small);

@@ -109,7 +109,8 @@ static void check_zeros(const scene *s, const study *like, const mbsr_small_part
     x.opt.parts = parts;
     mbsr_small_masses *small = study_predict(&x);
     const double all = x.predicted + x.amplitude;
-    x.measured = study_measure(&x, small, s->q, s->u, 0.5 * all, 1e-6);
+    x.least = 1e-6;
+    x.measured = study_measure(&x, small, s->q, s->u, 0.5 * all);
     if (x.measured > 3.0 * all + x.own || x.own > 0.5 * all)
         print_error("seed %d: measured %.3g, runs %.3g, predicted %.3g + %.3g\n", (int)seed,
                     x.measured, x.own, x.predicted, x.amplitude);
