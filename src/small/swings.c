@@ -16,6 +16,7 @@
 #include "small/swings.h"
 
 #include "algebra/dense.h"
+#include "base/error.h"
 #include "recursion/data.h"
 #include "small/loads.h"
 #include "small/twins.h"
@@ -232,6 +233,9 @@ int mbsri_small_swings_follow(mbsr_small_masses *s, double t, const double *y)
         if (x->rate > 0.0) {
             const double mean = 0.5 * (z->rest + rest) + along(s, l, s->along[2]),
                          swing = swing_on(z, x, along(s, l, s->along[0]), mean, h);
+            if (!isfinite(swing))
+                return mbsri_fail(&s->error, MBSR_NOT_FINITE, x->body, MBSR_NONE,
+                                  "body %d: its fast motion is not finite at t = %g", x->body, t);
             x->amplitude = fmax(x->amplitude, swing);
             z->size = mbsri_small_swing_size(s, l, swing);
         }

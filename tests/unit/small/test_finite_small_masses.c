@@ -77,7 +77,8 @@ static int run_step(finite_subject *s)
     int status =
         mbsr_small_masses_step(s->object, s->in[FINITE_T][0], s->in[FINITE_Y], s->in[FINITE_YP]);
     if (!status) status = mbsr_small_masses_report_of(s->object, &report);
-    if (!status && s->out[0]) s->out[0][0] = report.error + report.share;
+    if (!status && s->out[0])
+        s->out[0][0] = report.error + report.share + report.steps + report.mass[0].amplitude;
     return status;
 }
 
