@@ -16,14 +16,19 @@
 
 #include <math.h>
 
-/* Squared distances below this are zero [choice]. */
-static const double DEPENDENT = 1e-10;
+/* Closure number l of the set; where its rows begin in C. */
+static const mbsri_closure *member(const mbsri_row_set *s, int l, int *row)
+{
+    const mbsri_closure *first = s->m->closures.data, *c = first + (s->closure ? s->closure[l] : l);
+    *row = s->closure ? s->row[l] : c->row;
+    return c;
+}
 
-static double norm_of(const mbsri_dense *w, int row)
+static double norm_of(const mbsri_row_set *s, int row)
 {
     double square = 0.0;
-    for (int j = 0; j < w->n; ++j) {
-        const double c = w->C[(size_t)j * (size_t)w->rows + (size_t)row];
+    for (int j = 0; j < s->n; ++j) {
+        const double c = s->C[(size_t)j * (size_t)s->rows + (size_t)row];
         square += c * c;
     }
     return sqrt(square);
@@ -32,13 +37,13 @@ static double norm_of(const mbsri_dense *w, int row)
 /* What a row measures: turns of bodies, joint coordinates, or places; rows of one kind compare. */
 enum { TURN, JOINTS, PLACE, KINDS };
 
-static int kind_of(const mbsri_dense *w, const mbsri_closure *c, int k)
+static int kind_of(const mbsri_row_set *s, const mbsri_closure *c, int k)
 {
-    const double *C = w->d->closure_C + c->at + k;
+    const double *C = s->d->closure_C + c->at + k;
     bool linear = false;
     if (c->def.table->flags & MBSR_CLOSURE_JOINTS) return JOINTS;
     for (int l = 0; l < c->bodies; ++l) {
-        const mbsri_body *b = w->m->body + c->body[l];
+        const mbsri_body *b = s->m->body + c->body[l];
         const bool space = b->joint.space == MBSR_SPACE_SPATIAL,
                    plane = b->joint.space == MBSR_SPACE_PLANAR;
         const int from = space ? 3 : 0, to = space ? 6 : plane ? 2 : b->d;
@@ -48,60 +53,62 @@ static int kind_of(const mbsri_dense *w, const mbsri_closure *c, int k)
     return linear ? PLACE : TURN;
 }
 
-void mbsri_rank_scales(const mbsri_dense *w, double *scale)
+static void find_scales(const mbsri_row_set *s, double *scale)
 {
-    const mbsri_closure *first = w->m->closures.data;
     double largest[KINDS] = {0.0};
-    for (int pass = 0; pass < 2; ++pass) {
-        for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
+    int row;
+    for (int turn = 0; turn < 2; ++turn) {
+        for (int l = 0; l < s->count; ++l) {
+            const mbsri_closure *c = member(s, l, &row);
             double own[KINDS] = {0.0};
             for (int k = 0; k < c->rows; ++k) {
-                const int kind = kind_of(w, c, k);
-                own[kind] = fmax(own[kind], norm_of(w, c->row + k));
+                const int kind = kind_of(s, c, k);
+                own[kind] = fmax(own[kind], norm_of(s, row + k));
                 largest[kind] = fmax(largest[kind], own[kind]);
             }
-            for (int k = 0; k < c->rows && pass == 1; ++k) {
-                const int kind = kind_of(w, c, k);
-                scale[c->row + k] = fmax(own[kind], 1e-3 * largest[kind]);
+            for (int k = 0; k < c->rows && turn == 1; ++k) {
+                const int kind = kind_of(s, c, k);
+                scale[row + k] = fmax(own[kind], 1e-3 * largest[kind]);
             }
         }
     }
 }
 
-/* The distance of row `row`, over its scale, from the span of the first `count` vectors of Q (n numbers
- * each), squared; the rest of it is left in x, of length 1. */
-static double distance(const mbsri_dense *w, int row, double scale, int count, const double *Q,
-                       double *x)
+/* The distance of row `row`, over its scale, from the span of the first `count` vectors of Q, squared; the
+ * rest of it is left in x, of length 1. */
+static double distance(const mbsri_row_set *s, int row, int count)
 {
-    const size_t n = (size_t)w->n, rows = (size_t)w->rows;
+    const size_t n = (size_t)s->n, rows = (size_t)s->rows;
+    const double scale = s->scale[row];
+    double *x = s->x;
     if (!(scale > 0.0)) return 0.0;
-    for (size_t j = 0; j < n; ++j) x[j] = w->C[j * rows + (size_t)row] / scale;
+    for (size_t j = 0; j < n; ++j) x[j] = s->C[j * rows + (size_t)row] / scale;
     for (int pass = 0; pass < 2; ++pass) {
         for (int k = 0; k < count; ++k) {
-            const double *q = Q + (size_t)k * n;
-            const double part = mbsri_dot(w->n, q, x);
+            const double *q = s->Q + (size_t)k * n;
+            const double part = mbsri_dot(s->n, q, x);
             for (size_t j = 0; j < n; ++j) x[j] -= part * q[j];
         }
     }
-    const double square = mbsri_dot(w->n, x, x);
+    const double square = mbsri_dot(s->n, x, x);
     for (size_t j = 0; j < n && square > 0.0; ++j) x[j] /= sqrt(square);
     return square;
 }
 
 /* A pass over rows of one kind: position rows or others, rigid or stiff. Those that depend on the first
  * `count` vectors of Q and those of this pass are dropped; returns how many vectors there are then. */
-static int pass(mbsri_dense *w, bool held, bool stiff, int count, bool *dropped, mbsri_ranks *found)
+static int pass(const mbsri_row_set *s, bool held, bool stiff, int count, bool *dropped,
+                mbsri_ranks *found)
 {
-    const mbsri_closure *first = w->m->closures.data;
-    double *Q = w->A;
-    for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
+    int first;
+    for (int l = 0; l < s->count; ++l) {
+        const mbsri_closure *c = member(s, l, &first);
         for (int k = held ? 0 : c->held; k < (held ? c->held : c->rows); ++k) {
             const int row = c->row + k;
             if (mbsri_is_stiff(c, k) != stiff) continue;
-            const double left =
-                count < w->n ? distance(w, row, w->right[row], count, Q, w->x) : 0.0;
-            dropped[row] = !(left > DEPENDENT);
-            if (!stiff && !w->d->dropped[row] && left < found->weakest_pivot) {
+            const double left = count < s->n ? distance(s, first + k, count) : 0.0;
+            dropped[row] = !(left > s->dependent);
+            if (!stiff && !s->d->dropped[row] && left < found->weakest_pivot) {
                 found->weakest_pivot = left;
                 found->weakest = row;
             }
@@ -109,20 +116,48 @@ static int pass(mbsri_dense *w, bool held, bool stiff, int count, bool *dropped,
                 found->largest_dropped = fmax(found->largest_dropped, left);
             else if (!stiff)
                 found->smallest_kept = fmin(found->smallest_kept, left);
-            if (!dropped[row]) mbsri_copy((size_t)w->n, w->x, Q + (size_t)count++ * (size_t)w->n);
+            if (!dropped[row])
+                mbsri_copy((size_t)s->n, s->x, s->Q + (size_t)count++ * (size_t)s->n);
         }
     }
     return count;
 }
 
 /* Rigid position rows, then stiff ones, which nothing else depends on, then the others. */
+void mbsri_ranks_of(const mbsri_row_set *s, bool *dropped, mbsri_ranks *found)
+{
+    find_scales(s, s->scale);
+    const int held = pass(s, true, false, 0, dropped, found),
+              springs = pass(s, true, true, held, dropped, found) - held;
+    found->springs += springs;
+    found->independent += pass(s, false, false, held, dropped, found);
+}
+
+static mbsri_row_set all_rows(const mbsri_dense *w)
+{
+    return (mbsri_row_set){.m = w->m,
+                           .d = w->d,
+                           .n = w->n,
+                           .rows = w->rows,
+                           .count = (int)w->m->closures.count,
+                           .dependent = MBSRI_DEPENDENT,
+                           .C = w->C,
+                           .Q = w->A,
+                           .scale = w->right,
+                           .x = w->x};
+}
+
+void mbsri_rank_scales(const mbsri_dense *w, double *scale)
+{
+    const mbsri_row_set s = all_rows(w);
+    find_scales(&s, scale);
+}
+
 void mbsri_ranks_here(mbsri_dense *w, bool *dropped, mbsri_ranks *found)
 {
-    mbsri_rank_scales(w, w->right);
-    *found = (mbsri_ranks){.smallest_kept = INFINITY, .weakest = -1, .weakest_pivot = INFINITY};
-    const int held = pass(w, true, false, 0, dropped, found);
-    found->springs = pass(w, true, true, held, dropped, found) - held;
-    found->independent = pass(w, false, false, held, dropped, found);
+    const mbsri_row_set s = all_rows(w);
+    *found = mbsri_no_ranks();
+    mbsri_ranks_of(&s, dropped, found);
     if (found->independent == 0) found->smallest_kept = 0.0;
     if (found->weakest < 0) found->weakest_pivot = 0.0;
 }

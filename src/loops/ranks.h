@@ -5,6 +5,8 @@
 
 #include "loops/dense.h"
 
+#include <math.h>
+
 /* What was found of the rows in one position. */
 typedef struct mbsri_ranks {
     int independent; /* rigid rows */
@@ -13,6 +15,32 @@ typedef struct mbsri_ranks {
     int weakest; /* of the rows that the data does not leave out, the one with the smallest pivot */
     double weakest_pivot;
 } mbsri_ranks;
+
+static inline mbsri_ranks mbsri_no_ranks(void)
+{
+    return (mbsri_ranks){.smallest_kept = INFINITY, .weakest = -1, .weakest_pivot = INFINITY};
+}
+
+/* Squared distances below this are zero [choice]. */
+#define MBSRI_DEPENDENT 1e-10
+
+/* Rows of some closures over some joint rates, and room for them. */
+typedef struct mbsri_row_set {
+    const mbsr_model *m;
+    mbsr_data *d;
+    int n, rows;        /* rates, rows of C */
+    int count;          /* closures */
+    const int *closure; /* their numbers; NULL: all */
+    const int *row;     /* where the rows of each begin in C; with `closure` */
+    double dependent;   /* squared distances below this are zero */
+    const double *C;    /* rows x n */
+    double *Q;          /* n x n: rows that are independent, made orthogonal */
+    double *scale, *x;  /* rows, n */
+} mbsri_row_set;
+
+/* Marks the rows of the set that depend on those before them, as mbsri_ranks_here does, in the order of
+ * all rows, and adds to what was found. */
+void mbsri_ranks_of(const mbsri_row_set *s, bool *dropped, mbsri_ranks *found);
 
 /* The length to which each row is compared, into `scale` (rows): the largest of its closure and kind, a
  * thousandth of the largest of its kind at least. Its own length would not do: where links are stretched

@@ -14,8 +14,7 @@
  * derivatives are differences. */
 static const double ROUNDING = 1e-13, DIFFERENCES = 1e-9;
 
-/* Lengths of what a row has of the turning and of the moving of body `l` of its closure. */
-static void parts_of(const mbsr_model *m, const mbsr_data *d, const mbsri_closure *c, int l, int k,
+void mbsri_row_parts(const mbsr_model *m, const mbsr_data *d, const mbsri_closure *c, int l, int k,
                      double *turn, double *move)
 {
     const mbsri_body *b = m->body + c->body[l];
@@ -44,7 +43,7 @@ double mbsri_longest_lever(const mbsr_model *m, const mbsr_data *d)
     }
     for (const mbsri_closure *c = first; c < first + m->closures.count; ++c) {
         for (int l = 0; l < c->bodies * c->rows; ++l) {
-            parts_of(m, d, c, l / c->rows, l % c->rows, &turn, &move);
+            mbsri_row_parts(m, d, c, l / c->rows, l % c->rows, &turn, &move);
             if (move > 1e-3) length = fmax(length, turn / move);
         }
     }
@@ -62,7 +61,7 @@ static void find_sizes(const mbsr_model *m, const mbsr_data *d, const mbsri_clos
     for (int l = 0; l < c->bodies; ++l) {
         const mbsri_body *b = m->body + c->body[l];
         if (c->column[l] < 0 || c->body[l] == 0) continue;
-        parts_of(m, d, c, l, k, &turn, &move);
+        mbsri_row_parts(m, d, c, l, k, &turn, &move);
         for (int j = 0; j < b->d; ++j)
             f[b->v + (size_t)j] += mbsri_is_angle(b->joint.space, j) ? turn + lever * move : move;
         if (!(c->def.table->flags & MBSR_CLOSURE_JOINTS)) continue;
@@ -81,10 +80,15 @@ static void find_sizes(const mbsr_model *m, const mbsr_data *d, const mbsri_clos
     mbsri_scatter(m, tau, size);
 }
 
+double mbsri_row_rounding(const mbsri_closure *c)
+{
+    return c->def.table->jacobian ? ROUNDING : DIFFERENCES;
+}
+
 void mbsri_clear_row(const mbsr_model *m, const mbsr_data *d, const mbsri_closure *c, int k,
                      double lever, double *size, double *row)
 {
-    const double share = c->def.table->jacobian ? ROUNDING : DIFFERENCES;
+    const double share = mbsri_row_rounding(c);
     find_sizes(m, d, c, k, lever, size);
     for (int j = 0; j < m->nu; ++j) row[j] = fabs(row[j]) > share * size[j] ? row[j] : 0.0;
 }

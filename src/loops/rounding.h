@@ -12,6 +12,13 @@
  * derivatives of the closures. */
 double mbsri_longest_lever(const mbsr_model *m, const mbsr_data *d);
 
+/* What row k of closure c has of the turning and of the moving of its body l, as lengths. */
+void mbsri_row_parts(const mbsr_model *m, const mbsr_data *d, const mbsri_closure *c, int l, int k,
+                     double *turn, double *move);
+
+/* Below this share of what is added up in it an entry of row k of closure c is rounding. */
+double mbsri_row_rounding(const mbsri_closure *c);
+
 /* Sets entries of row k of closure c to zero (row: nu, by the caller's order) that are rounding of what is
  * added up in them; size: nu of scratch. Overwrites closure_V and closure_w. */
 void mbsri_clear_row(const mbsr_model *m, const mbsr_data *d, const mbsri_closure *c, int k,

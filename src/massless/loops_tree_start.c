@@ -9,7 +9,11 @@
  *   rates         r = (c q', c p', -dF/dt)          u' = du,  lambda <- lambda + dLambda
  *
  * The last is the system of the derivatives of F along the solution, as in damped_start.c; p' has the
- * loop forces found so far, and what is missing comes out as dLambda. */
+ * loop forces found so far, and what is missing comes out as dLambda.
+ *
+ * Where that fails, rows may depend on each other. Which ones do is found cluster by cluster (loops/clusters.h),
+ * in the closed position and in one nearby; they are left out, and what is left of them is looked at in
+ * the end. */
 #include "massless/loops_tree_start.h"
 
 #include "algebra/dense.h"
@@ -19,6 +23,7 @@
 #include "base/memory.h"
 #include "dynamics/entry.h"
 #include "forms/dae.h"
+#include "loops/clusters.h"
 #include "massless/damped_start.h"
 #include "recursion/closures.h"
 #include "recursion/kinematics.h"
@@ -35,7 +40,8 @@ typedef struct work {
     mbsr_newton *newton;
     double *q, *u, *lambda;
     double *y, *yp, *F, *r, *x, *other, *further; /* size each */
-    double *q_try;                                /* nq */
+    double *q_try, *q_given, *u_given;            /* nq, nq, nu */
+    bool *there;                                  /* rows: left out nearby */
     bool good;
     void *memory;
 } work;
@@ -48,13 +54,20 @@ static int open_work(work *w)
 {
     mbsr_error error;
     const size_t size = (size_t)w->size;
-    w->memory = mbsri_allocate(&w->m->allocator, (7 * size + (size_t)w->m->nq) * sizeof(double));
+    const size_t nq = (size_t)w->m->nq, nu = (size_t)w->m->nu, rows = (size_t)w->m->rows;
+    w->memory = mbsri_allocate(&w->m->allocator,
+                               (7 * size + 2 * nq + nu) * sizeof(double) + rows * sizeof(bool));
     if (!w->memory)
         return mbsri_fail(&w->d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                           "mbsr_dae_consistent: no memory for %d numbers", w->size);
     double **const vector[] = {&w->y, &w->yp,    &w->F,       &w->r,
                                &w->x, &w->other, &w->further, &w->q_try};
     for (size_t k = 0; k < 8; ++k) *vector[k] = (double *)w->memory + k * size;
+    w->q_given = w->q_try + nq;
+    w->u_given = w->q_given + nq;
+    w->there = (bool *)(void *)(w->u_given + nu);
+    mbsri_copy(nq, w->q, w->q_given);
+    mbsri_copy(nu, w->u, w->u_given);
     const int status = mbsr_newton_create(w->m, MBSR_DAE_MOMENTUM, NULL, &w->newton, &error);
     if (status) w->d->error = error;
     return status;
@@ -251,6 +264,121 @@ static int find_rates(work *w, double *udot)
     return status;
 }
 
+/* The state at closed positions, from these on; not good where there is none. */
+static int find_state(work *w, double *udot, const mbsr_consistent_opt *opt,
+                      mbsr_consistent_info *info)
+{
+    int status = find_velocities(w);
+    if (!status && w->good && deficient(w)) status = find_balance(w, opt, info);
+    if (!status && w->good) status = find_rates(w, udot);
+    return status;
+}
+
+/* ---- redundant rows ---- */
+
+/* Rows that depend on others at the positions q, or would if these were not open by that much, and how many
+ * do not. */
+static int choose_rows(work *w, const double *q, double open, bool *dropped, int *independent)
+{
+    const double far = 30.0 * open / (w->m->length > 0.0 ? w->m->length : 1.0),
+                 dependent = fmax(MBSRI_DEPENDENT, fmin(far * far, 1e-2));
+    bool served = false;
+    mbsri_ranks found;
+    int status = mbsri_positions(w->m, w->d, w->t, q);
+    if (!status) status = mbsri_ranks_by_clusters(w->m, w->d, dependent, dropped, &found, &served);
+    if (!served) w->good = false;
+    *independent = found.independent;
+    return status;
+}
+
+/* The largest gap at q of all rows, those left out too. */
+static int widest_gap(work *w, const double *q, double *gap)
+{
+    int status = mbsri_positions(w->m, w->d, w->t, q);
+    if (!status) status = mbsri_closure_gaps(w->m, w->d, w->r);
+    *gap = mbsri_largest(w->m->held, w->r);
+    return status;
+}
+
+static bool closed(const work *w, double open)
+{
+    return open <= 1e-10 * fmax(1.0, mbsri_largest((int)w->m->size_p, w->d->p));
+}
+
+/* Closes the loops without the rows that are redundant where the gaps are: what depends but for the gap
+ * counts as redundant. */
+static int close_without(work *w, mbsr_consistent_info *info)
+{
+    enum { PASSES = 8 };
+    double open = 0.0;
+    int independent, status = widest_gap(w, w->q, &open);
+    for (int pass = 0; pass < PASSES && !status; ++pass) {
+        w->good = true;
+        status = choose_rows(w, w->q, open, w->d->dropped, &independent);
+        if (status || !w->good) return status;
+        status = close_positions(w, info);
+        if (!status) status = widest_gap(w, w->q, &open);
+        if (closed(w, open)) return status;
+    }
+    w->good = false;
+    return status;
+}
+
+/* The rows that are redundant in the closed position, unless more are independent in one nearby. */
+static int choose_nearby(work *w, mbsr_consistent_info *info)
+{
+    static const double step = 1e-3; /* rad or m */
+    const mbsr_model *m = w->m;
+    double *q = w->q, *there = w->q_given, *rate = w->further, open = 0.0;
+    int here = 0, nearby = 0, status = widest_gap(w, q, &open);
+    if (!status) status = choose_rows(w, q, open, w->d->dropped, &here);
+    if (status || !w->good) return status;
+    for (int k = 0; k < m->nu; ++k) rate[k] = fmod(0.6180339887498949 * (k + 1), 1.0) - 0.5;
+    status = mbsri_velocities(m, w->d, rate);
+    if (!status) status = mbsri_coordinate_rates(m, w->d, w->q_try);
+    for (int k = 0; k < m->nq; ++k) there[k] = q[k] + step * w->q_try[k];
+    if (!status) status = mbsri_normalise(m, w->d, there);
+    w->q = there;
+    if (!status) status = close_positions(w, info);
+    if (!status) status = widest_gap(w, there, &open);
+    if (!status && w->good && closed(w, open))
+        status = choose_rows(w, there, open, w->there, &nearby);
+    w->q = q;
+    for (int k = 0; k < m->rows && nearby > here; ++k) w->d->dropped[k] = w->there[k];
+    w->good = true; /* without a closed position nearby the one here counts */
+    return status ? status : evaluate(w, w->t, w->q);
+}
+
+/* Not good where rows that were left out are violated. */
+static int check_left_out(work *w)
+{
+    double open;
+    int status = widest_gap(w, w->q, &open);
+    if (!status) status = mbsri_velocities(w->m, w->d, w->u);
+    if (!status) status = mbsri_closure_jacobians(w->m, w->d);
+    if (!status) status = mbsri_closure_rates(w->m, w->d, w->r);
+    const double speed = 1.0 + mbsri_largest(w->m->nu, w->u);
+    if (mbsri_largest(w->m->rows, w->r) > 1e-9 * speed) w->good = false;
+    return status;
+}
+
+static int start_without(work *w, double *udot, const mbsr_consistent_opt *opt,
+                         mbsr_consistent_info *info)
+{
+    const mbsr_model *m = w->m;
+    mbsri_copy((size_t)m->nq, w->q_given, w->q);
+    mbsri_copy((size_t)m->nu, w->u_given, w->u);
+    mbsri_zero((size_t)m->rows, w->lambda);
+    mbsri_zero((size_t)m->nu, udot);
+    w->good = true;
+    info->iterations = 0;
+    int status = close_without(w, info);
+    if (!status && w->good) status = choose_nearby(w, info);
+    if (!status && w->good) status = find_state(w, udot, opt, info);
+    if (!status && w->good) status = check_left_out(w);
+    return status;
+}
+
 static bool serves(const mbsr_model *m)
 {
     const mbsri_closure *first = m->closures.data;
@@ -279,9 +407,8 @@ int mbsri_loops_tree_start(const mbsr_model *m, mbsr_data *d, double t, double *
     mbsri_zero((size_t)m->nu, udot);
     int status = open_work(&w);
     if (!status) status = close_positions(&w, info);
-    if (!status && w.good) status = find_velocities(&w);
-    if (!status && w.good && deficient(&w)) status = find_balance(&w, opt, info);
-    if (!status && w.good) status = find_rates(&w, udot);
+    if (!status && w.good) status = find_state(&w, udot, opt, info);
+    if (!status && !w.good) status = start_without(&w, udot, opt, info);
     *served = !status && w.good;
     close_work(&w);
     if (*served || (status < 0 && status != MBSR_ERR_SPACE)) return status;
