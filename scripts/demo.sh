@@ -15,7 +15,9 @@ tree) bodies=${2:-9999} ;;
     ;;
 esac
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
-bash scripts/install.sh build demo
+purposes=(build demo)
+if [ "$part" = file ]; then purposes+=(page); fi
+bash scripts/install.sh "${purposes[@]}"
 
 tree=build/release
 output=$PWD/demo-output
@@ -47,7 +49,7 @@ show() {
         "$program" view "$model" "$name.csv" -o "$name.html" 2>/dev/null
         echo "Page: $name.html"
     else
-        echo "npm is missing: no page."
+        echo "the packages of npm were not to be had: no page."
     fi
 }
 

@@ -2,7 +2,7 @@
 # Installs what building, testing or the demo needs, if it is missing (Debian and Ubuntu, by
 # apt-get). On other systems it says what to install.
 # SPDX-License-Identifier: BSD-3-Clause
-# Usage: install.sh build|test|demo...
+# Usage: install.sh build|test|demo|page...
 set -eu
 
 # Packages by purpose; "package:command" counts as there when the command is.
@@ -12,6 +12,7 @@ build=(gcc:cc libc6-dev ninja-build:ninja cmake:cmake pkg-config:pkg-config
 test=(build-essential:g++ clang:clang libomp-dev clang-format:clang-format binutils:objdump
       libcmocka-dev valgrind:valgrind)
 demo=(gnuplot-nox:gnuplot)
+page=(nodejs:node npm:npm)
 
 wanted=()
 for purpose; do
@@ -19,6 +20,7 @@ for purpose; do
     build) wanted+=("${build[@]}") ;;
     test) wanted+=("${test[@]}") ;;
     demo) wanted+=("${demo[@]}") ;;
+    page) wanted+=("${page[@]}") ;;
     *) echo "install.sh: unknown purpose '$purpose'" >&2; exit 2 ;;
     esac
 done
