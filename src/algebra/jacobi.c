@@ -2,6 +2,8 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "algebra/jacobi.h"
 
+#include "algebra/dense.h"
+
 #include <float.h>
 #include <math.h>
 #include <stdbool.h>
@@ -34,12 +36,12 @@ SIZED void rotate(int n, int p, int q, double *A, double *X)
     for (int k = 0; k < n; ++k) turn(c, s, X + p * n + k, X + q * n + k);
 }
 
-/* Eigenvalues descending, by exchanging columns. */
-static void sort(int n, double *X, double *lambda)
+/* Eigenvalues descending, by exchanging columns of X (n x c). */
+static void sort(int n, int c, double *X, double *lambda)
 {
-    for (int k = 0; k < n; ++k) {
+    for (int k = 0; k < c; ++k) {
         int largest = k;
-        for (int l = k + 1; l < n; ++l) largest = lambda[l] > lambda[largest] ? l : largest;
+        for (int l = k + 1; l < c; ++l) largest = lambda[l] > lambda[largest] ? l : largest;
         if (largest == k) continue;
         const double value = lambda[k];
         lambda[k] = lambda[largest];
@@ -92,6 +94,33 @@ int mbsri_jacobi(int n, double *A, double *lambda)
     const bool ended = diagonalise_any(n, 0.01 * DBL_EPSILON * (size / unit), A, X);
     for (int k = 0; k < n; ++k) lambda[k] = unit * A[k * (n + 1)];
     for (int k = 0; k < n * n; ++k) A[k] = X[k];
-    sort(n, A, lambda);
+    sort(n, n, A, lambda);
     return !ended;
+}
+
+/* Makes columns x and y (n) orthogonal by a rotation; false where they are. */
+static bool part(int n, double *x, double *y)
+{
+    const double a = mbsri_dot(n, x, x), b = mbsri_dot(n, y, y), product = mbsri_dot(n, x, y);
+    if (!(fabs(product) > 4e-16 * sqrt(a) * sqrt(b))) return false;
+    const double theta = (b - a) / (2.0 * product),
+                 t = (theta < 0.0 ? -1.0 : 1.0) / (fabs(theta) + hypot(theta, 1.0)),
+                 c = 1.0 / sqrt(1.0 + t * t), s = t * c;
+    for (int k = 0; k < n; ++k) turn(c, s, x + k, y + k);
+    return true;
+}
+
+int mbsri_orthogonalise(int n, int c, double *A, double *lambda)
+{
+    enum { SWEEPS = 40 };
+    bool turned = true;
+    for (int sweep = 0; sweep < SWEEPS && turned; ++sweep) {
+        turned = false;
+        for (int p = 0; p < c; ++p) {
+            for (int q = p + 1; q < c; ++q) turned = part(n, A + p * n, A + q * n) || turned;
+        }
+    }
+    for (int l = 0; l < c; ++l) lambda[l] = mbsri_dot(n, A + l * n, A + l * n);
+    sort(n, c, A, lambda);
+    return turned;
 }

@@ -7,9 +7,8 @@
 
 #include <math.h>
 
-/* size[l] = J_l^T Diag(Mbar) J_l + a_l of the joint rates of the group. */
-static void diagonal_sizes(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g,
-                           double *size)
+void mbsri_diagonal_sizes(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g,
+                          double *size)
 {
     for (int i = 0; i < g->members; ++i) {
         const mbsri_body *b = m->body + g->member[i];
@@ -41,7 +40,7 @@ void mbsri_carry_errors(const mbsr_model *m, const mbsr_data *d, const mbsri_gro
     mbsri_ab(dim, n, n, -0.5, G, JQ, Q);
     mbsri_abt(dim, n, dim, -1.0, Q, G, E);
     mbsri_abt(dim, n, dim, -1.0, G, Q, E);
-    diagonal_sizes(m, d, g, work);
+    mbsri_diagonal_sizes(m, d, g, work);
     for (int l = 0; l < n; ++l) {
         double size = work[l];
         if (deficient) size = fmax(size, lambda[0] / (s[l] * s[l]));

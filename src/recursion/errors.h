@@ -12,6 +12,10 @@ void mbsri_carry_errors(const mbsr_model *m, const mbsr_data *d, const mbsri_gro
                         const double *W, double share, double *E, double *Q, double *JQ,
                         double *work);
 
+/* size[l] = J_l^T Diag(Mbar) J_l + a_l of the joint rates of a group: what was added up to D here. */
+void mbsri_diagonal_sizes(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g,
+                          double *size);
+
 /* E (n x n) += share Diag(A) */
 static inline void mbsri_add_diagonal(int n, double share, const double *A, double *E)
 {

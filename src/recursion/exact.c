@@ -26,6 +26,7 @@
 #include "recursion/exact_rank.h"
 #include "recursion/inertia.h"
 #include "recursion/pose.h"
+#include "recursion/rank.h"
 
 #include <math.h>
 
@@ -189,22 +190,6 @@ static void null_vectors(int n, int c, const mbsri_exact_factor *f, mbsri_two *z
     }
 }
 
-/* The columns of X (n x m) orthonormal, spanning S^-1 N; entries that are nothing but rounding are
- * zero. */
-static void null_basis(int n, int m, const double *s, const double *N, double *X)
-{
-    for (int j = 0; j < m; ++j) {
-        double *x = X + j * n;
-        for (int k = 0; k < n; ++k) x[k] = N[j * n + k] / s[k];
-        for (int turn = 0; turn < 2; ++turn) {
-            for (int l = 0; l < j; ++l)
-                mbsri_ax(n, 1, -mbsri_dot(n, X + l * n, x), X + l * n, &(double){1.0}, x);
-        }
-        const double length = sqrt(mbsri_dot(n, x, x));
-        for (int k = 0; k < n; ++k) x[k] = fabs(x[k]) > 1e-15 * length ? x[k] / length : 0.0;
-    }
-}
-
 /* A (r x n) <- A (1 - S^-2 N (N^T S^-2 N)^-1 N^T), with L of N^T S^-2 N = L L^T; B: r x m of work. */
 static void take_out(int r, int n, int m, const double *s, const double *N, const double *L,
                      double *A, double *B)
@@ -243,7 +228,7 @@ static bool gains(const mbsri_body *head, mbsr_data *d, const mbsri_group *g, in
     divide_again(dim, n, rank, f, r->Y, r->next, G);
     if (m > 0 && rank > 0) {
         null_vectors(n, rank, f, r->F, N);
-        null_basis(n, m, s, N, d->X + head->nn + (size_t)(rank * n));
+        mbsri_null_columns(n, m, s, N, d->X + head->nn + (size_t)(rank * n));
         mbsri_zero((size_t)(m * m), L);
         for (int j = 0; j < m; ++j) {
             for (int l = 0; l < m; ++l) {

@@ -9,6 +9,7 @@
 #include "recursion/exact_rank.h"
 
 #include "algebra/dense.h"
+#include "algebra/jacobi.h"
 #include "algebra/numbers.h"
 #include "base/error.h"
 #include "model/query.h"
@@ -48,9 +49,10 @@ static void sureness(const mbsr_model *m, const mbsr_data *d, const mbsri_group 
     }
 }
 
-/* By pivots; A (n x n) is lost. */
-static void factorise(int n, const double *s, const double *strict, const double *least,
-                      mbsri_two *A, mbsri_exact_factor *f)
+/* By pivots, the largest beside its rounding first: others would carry theirs to the rest. A (n x n) is
+ * lost. */
+static void factorise(int n, const double *strict, const double *least, mbsri_two *A,
+                      mbsri_exact_factor *f)
 {
     mbsri_two_zero((size_t)(n * n), f->L);
     f->pivots = 0;
@@ -61,10 +63,10 @@ static void factorise(int n, const double *s, const double *strict, const double
         double largest = 0.0;
         for (int k = c; k < n; ++k) {
             const int row = f->order[k];
-            const double entry = A[row * (n + 1)].hi, size = s[row] * entry * s[row];
-            if (entry > least[row] && size > largest) largest = size, best = k;
+            const double size = A[row * (n + 1)].hi / least[row];
+            if (size > largest) largest = size, best = k;
         }
-        if (!(largest > 0.0)) break;
+        if (!(largest > 1.0)) break;
         const int p = f->order[best];
         f->order[best] = f->order[c], f->order[c] = p;
         const mbsri_two pivot = mbsri_two_root(A[p * (n + 1)]);
@@ -87,33 +89,6 @@ static void factorise(int n, const double *s, const double *strict, const double
     }
 }
 
-/* The columns of A (n x c) become orthogonal; false: the rotations did not end. */
-static bool orthogonalise(int n, int c, double *A)
-{
-    bool turned = true;
-    for (int sweep = 0; sweep < 40 && turned; ++sweep) {
-        turned = false;
-        for (int p = 0; p < c; ++p) {
-            for (int q = p + 1; q < c; ++q) {
-                double *x = A + p * n, *y = A + q * n;
-                const double a = mbsri_dot(n, x, x), b = mbsri_dot(n, y, y),
-                             product = mbsri_dot(n, x, y);
-                if (!(fabs(product) > 4e-16 * sqrt(a) * sqrt(b))) continue;
-                const double theta = (b - a) / (2.0 * product),
-                             t = (theta < 0.0 ? -1.0 : 1.0) / (fabs(theta) + hypot(theta, 1.0)),
-                             cosine = 1.0 / sqrt(1.0 + t * t), sine = t * cosine;
-                for (int k = 0; k < n; ++k) {
-                    const double at = x[k];
-                    x[k] = cosine * at - sine * y[k];
-                    y[k] = sine * at + cosine * y[k];
-                }
-                turned = true;
-            }
-        }
-    }
-    return !turned;
-}
-
 /* S L of the pivots into A, its columns orthogonal and by descending length; the squares of these,
  * the eigenvalues, into lambda (n), 0 for the others. */
 static bool eigenvalues(int n, const mbsri_exact_factor *f, const double *s, double *A,
@@ -122,20 +97,8 @@ static bool eigenvalues(int n, const mbsri_exact_factor *f, const double *s, dou
     for (int c = 0; c < f->pivots; ++c) {
         for (int k = 0; k < n; ++k) A[c * n + k] = s[k] * mbsri_two_value(f->L[c * n + k]);
     }
-    const bool ended = orthogonalise(n, f->pivots, A);
-    for (int c = 0; c < n; ++c)
-        lambda[c] = c < f->pivots ? mbsri_dot(n, A + c * n, A + c * n) : 0.0;
-    for (int c = 0; c < f->pivots; ++c) {
-        int best = c;
-        for (int k = c + 1; k < f->pivots; ++k) best = lambda[k] > lambda[best] ? k : best;
-        const double value = lambda[c];
-        lambda[c] = lambda[best], lambda[best] = value;
-        for (int k = 0; k < n && best != c; ++k) {
-            const double entry = A[c * n + k];
-            A[c * n + k] = A[best * n + k], A[best * n + k] = entry;
-        }
-    }
-    return ended;
+    for (int c = f->pivots; c < n; ++c) lambda[c] = 0.0;
+    return mbsri_orthogonalise(n, f->pivots, A, lambda) == 0;
 }
 
 /* Columns of unit length; those from c on orthogonal to the others, as close to the axes as they can
@@ -214,7 +177,7 @@ int mbsri_exact_decision(const mbsr_model *m, mbsr_data *d, const mbsri_group *g
         finite = finite && isfinite(D[k].hi) && isfinite(D[k].lo);
     }
     if (!finite) return fail(m, d, i, MBSR_NOT_FINITE, 0.0);
-    factorise(n, s, strict, least, A, factor);
+    factorise(n, strict, least, A, factor);
     if (factor->left < -m->rank_tolerance) return fail(m, d, i, MBSR_INDEFINITE_MASS, factor->left);
     bool ended = eigenvalues(n, factor, strict, columns, values);
     int rank = 0;

@@ -27,6 +27,7 @@
 #include "algebra/numbers.h"
 #include "base/error.h"
 #include "model/query.h"
+#include "recursion/errors.h"
 #include "recursion/not_finite.h"
 #include "recursion/pose.h"
 
@@ -215,10 +216,9 @@ static int decompose(const mbsr_model *m, mbsr_data *d, const mbsri_group *g)
     return info;
 }
 
-/* X = S D S; rounding between joints that have nothing to do with each other, in units of W, would
- * mix their null spaces and is left out of groups. w: the S that belongs to W. */
-static void scale_block(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, const double *w,
-                        double tolerance)
+/* X = S D S; rounding between joints that have nothing to do with each other would mix their null
+ * spaces and is left out of groups, off the diagonal. */
+static void scale_block(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, double tolerance)
 {
     const mbsri_body *b = m->body + g->member[0];
     const int n = g->n;
@@ -227,10 +227,56 @@ static void scale_block(const mbsr_model *m, mbsr_data *d, const mbsri_group *g,
     for (int j = 0; j < n; ++j) {
         for (int k = 0; k < n; ++k) {
             const double entry = D[j * n + k];
-            const bool noise = g->members > 1 && fabs(w[j] * entry * w[k]) <= 0.1 * tolerance;
+            const bool noise =
+                j != k && g->members > 1 && fabs(s[j] * entry * s[k]) <= 0.1 * tolerance;
             X[j * n + k] = noise ? 0.0 : s[j] * entry * s[k];
         }
     }
+}
+
+void mbsri_null_columns(int n, int m, const double *s, const double *N, double *X)
+{
+    for (int j = 0; j < m; ++j) {
+        double *x = X + j * n;
+        for (int k = 0; k < n; ++k) x[k] = N[j * n + k] / s[k];
+        for (int turn = 0; turn < 2; ++turn) {
+            for (int l = 0; l < j; ++l)
+                mbsri_ax(n, 1, -mbsri_dot(n, X + l * n, x), X + l * n, &(double){1.0}, x);
+        }
+        const double length = sqrt(mbsri_dot(n, x, x));
+        for (int k = 0; k < n; ++k) x[k] = fabs(x[k]) > 1e-15 * length ? x[k] / length : 0.0;
+    }
+}
+
+/* X and lambda for S = diag(s) from those for S = diag(w), of which `rank` are kept:
+ *
+ *   S D S = A A^T,  A = S W^-1 X_kept lambda^(1/2),    null space S^-1 W X_dropped
+ *
+ * With S D S itself the null space would drown where s is much larger than w: of rates that move next
+ * to nothing where the model was looked at. Nonzero: it did not converge. */
+static int rescale(const mbsri_group *g, mbsr_data *d, const double *w, int rank, double *X,
+                   double *N)
+{
+    const int n = g->n;
+    double *lambda = d->lambda + g->ig;
+    const double *s = d->s + g->ig;
+    for (int l = 0; l < n; ++l) {
+        for (int k = 0; k < n; ++k) {
+            double *x = X + l * n + k;
+            if (l < rank)
+                *x *= sqrt(lambda[l]) * s[k] / w[k];
+            else
+                N[(l - rank) * n + k] = w[k] * *x;
+        }
+    }
+    mbsri_null_columns(n, n - rank, s, N, X + rank * n);
+    const int failed = mbsri_orthogonalise(n, rank, X, lambda);
+    for (int l = 0; l < n; ++l) {
+        const double length = l < rank ? sqrt(lambda[l]) : 1.0;
+        for (int k = 0; k < n; ++k) X[l * n + k] /= length;
+        if (l >= rank) lambda[l] = 0.0;
+    }
+    return failed;
 }
 
 static int not_converged(const mbsr_model *m, mbsr_data *d, int i)
@@ -253,20 +299,33 @@ static int usual_rank(const mbsr_model *m, const mbsri_group *g)
     return rank;
 }
 
+/* x^T S Diag(size) S x */
+static double local_size(int n, const double *s, const double *size, const double *x)
+{
+    double local = 0.0;
+    for (int k = 0; k < n; ++k) local += x[k] * x[k] * s[k] * s[k] * size[k];
+    return local;
+}
+
 /* Whether each eigenvalue is either so large that D is exact to nine digits in its direction, or
  * nothing but rounding; beside as many large ones as are usual, these may be as large as the tolerance. */
 static bool is_clear(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g, double noise,
                      double turned, double *strict)
 {
     const int n = g->n;
-    const double *lambda = d->lambda + g->ig, *D = d->D + m->body[g->member[0]].nn;
+    const mbsri_body *first = m->body + g->member[0];
+    const double *lambda = d->lambda + g->ig, *D = d->D + first->nn;
     const mbsri_rank_rule rule = mbsri_rank_rule_of(m->rank_tolerance);
+    double *size = strict + n;
     int kept = 0, dropped = 0;
     while (kept < n && mbsri_is_known(&rule, lambda[kept], noise)) ++kept;
+    if (kept < n) mbsri_diagonal_sizes(m, d, g, size);
     const bool usual = kept == usual_rank(m, g);
-    for (int k = kept; k < n; ++k)
-        dropped += mbsri_is_nothing(&rule, lambda[k], noise) ||
+    for (int k = kept; k < n; ++k) {
+        const double local = local_size(n, d->s + g->ig, size, d->X + first->nn + k * n);
+        dropped += mbsri_is_nothing(&rule, lambda[k], noise, local) ||
                    (usual && !mbsri_is_inertia(&rule, fabs(lambda[k]), noise));
+    }
     if (kept > 0 && turned > 9.0) {
         const int sure = count_above(m, n, D, strict, 0.1 * rule.known * noise, strict + n);
         if (sure < kept) kept = sure;
@@ -311,7 +370,7 @@ int mbsri_rank_decision(const mbsr_model *m, mbsr_data *d, const mbsri_group *g,
     double *s = d->s + g->ig, noise;
     d->scale[b->seat] = mbsri_equilibrate(m, d, g, &noise);
     const double tolerance = m->rank_tolerance * noise;
-    scale_block(m, d, g, s, tolerance);
+    scale_block(m, d, g, tolerance);
     if (!isfinite(d->scale[b->seat]) || !mbsri_finite((size_t)n * (size_t)n, X)) {
         char label[MBSRI_LABEL];
         return mbsri_report_not_finite(m, d, mbsri_body_label(m, i, label));
@@ -331,11 +390,10 @@ int mbsri_rank_decision(const mbsr_model *m, mbsr_data *d, const mbsri_group *g,
         mbsri_share_rank(m, d, g, rank, tolerance, A);
     }
     if (rank > 0 && rank < n && m->scale && !mbsri_given_scale(m, d, g)) {
-        double *w = d->scratch + m->max_n * (m->max_n + 3);
+        double *w = d->scratch;
         mbsri_copy((size_t)n, s, w);
         mbsri_copy((size_t)n, m->scale + g->ig, s);
-        scale_block(m, d, g, w, tolerance);
-        if (decompose(m, d, g)) return not_converged(m, d, i);
+        if (rescale(g, d, w, rank, d->X + b->nn, w + n)) return not_converged(m, d, i);
     }
     if (!definite_inverse(m, d, g)) pseudo_inverse(m, d, g, rank);
     return MBSR_OK;

@@ -28,6 +28,10 @@ const double *mbsri_given_scale(const mbsr_model *m, const mbsr_data *d, const m
 void mbsri_share_rank(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, int rank,
                       double tolerance, mbsri_two *A);
 
+/* The columns of X (n x m) orthonormal, spanning S^-1 N; entries that are nothing but rounding are
+ * zero. */
+void mbsri_null_columns(int n, int m, const double *s, const double *N, double *X);
+
 /* After the decision: D = L L^T into L (n x n, its lower triangle). False where the rank is not full,
  * and for n < 2, where it gains nothing. */
 bool mbsri_definite_factor(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g,

@@ -11,6 +11,10 @@
  *             sums count as 3e-4 of what they were, and
  *   inertia   if lambda > tolerance of the noise that is left        tolerance = 1e-12
  *
+ * Errors that a slender body behind the joint makes larger may be far above the sums at the joint's own
+ * body, local = S^T Diag(Mbar) S. They are seldom as large as they may be, and would hide an inertia; so
+ * for what is nothing they count up to a thousand times local.
+ *
  * Tolerance is the model's; with a larger one the first limit is ten times that. The engines differ in how
  * they come by the noise: rank.c has W, as do the vectorised sweeps where they carry it (`judge`); mostly
  * these have a bound of W only (`certify`), larger by orders of magnitude. There lambda is known where it
@@ -25,6 +29,9 @@
 
 /* What counts as an error after sums in twofold precision, as a share of what does in double. */
 #define MBSRI_EXACT_SHARE 3e-4
+
+/* How many times as large as what is added up at a body errors that come from behind it may count. */
+#define MBSRI_FROM_BEHIND 1000.0
 
 /* Beyond this part of what was added up a sum is known to nine digits. */
 #define MBSRI_NINE_DIGITS 1e-6
@@ -54,9 +61,10 @@ static inline bool mbsri_is_known_by_bound(const mbsri_rank_rule *rule, double l
     return lambda > rule->by_bound * bound && lambda > MBSRI_NINE_DIGITS * local;
 }
 
-static inline bool mbsri_is_nothing(const mbsri_rank_rule *rule, double lambda, double noise)
+static inline bool mbsri_is_nothing(const mbsri_rank_rule *rule, double lambda, double noise,
+                                    double local)
 {
-    return !(fabs(lambda) > rule->nothing * noise);
+    return !(fabs(lambda) > rule->nothing * fmin(noise, MBSRI_FROM_BEHIND * local));
 }
 
 /* After sums whose errors are `noise` times the tolerance. */

@@ -114,9 +114,9 @@ MBSRI_INLINE double beside(double mixes, double square)
 
 /* Armature is given, not summed up: however small, it is for the stages to judge. */
 MBSRI_INLINE bool is_zero(const mbsri_rank_rule *rule, const mbsri_sweep_body *b, double D,
-                          double noise)
+                          double noise, double local)
 {
-    return !(b->armature > 0.0) && mbsri_is_nothing(rule, D, noise);
+    return !(b->armature > 0.0) && mbsri_is_nothing(rule, D, noise, local);
 }
 
 /* Rank by the bound; false: it does not tell. Then the bound behind the joint. */
@@ -143,8 +143,9 @@ MBSRI_INLINE bool certify(const mbsri_sweep_run *run, int i, blocks *c, joint *j
         transport =
             size * sum3(j->U_L * j->U_L * splat(per_area) + j->U_p * j->U_p) * j->Dinv * j->Dinv;
         transport = beside(b->mixes, transport);
-    } else if (b->n && !is_zero(rule, b, j->D, least_noise(b, c, j->Z))) {
-        return false;
+    } else if (b->n) {
+        const double least = least_noise(b, c, j->Z);
+        if (!is_zero(rule, b, j->D, least, least)) return false;
     }
     c->spread = spread * transport + trace * (1.0 + transport);
     return true;
@@ -207,7 +208,7 @@ MBSRI_INLINE bool judge(const mbsri_sweep_run *run, int i, const blocks *c, join
                  turned = b->flags & MBSRI_TURNS ? W->spread : 0.0;
     if (mbsri_is_known(&run->tree->rule, j->D, fmax(noise + turned, local_size(b, c))))
         j->Dinv = 1.0 / j->D;
-    else if (!is_zero(&run->tree->rule, b, j->D, noise))
+    else if (!is_zero(&run->tree->rule, b, j->D, noise, least))
         return false;
     const v4 g_L = j->U_L * splat(j->Dinv), g_p = j->U_p * splat(j->Dinv);
     Q_L -= splat(0.5 * noise) * g_L;

@@ -5,6 +5,7 @@
 #include "algebra/lapack.h"
 
 #include <math.h>
+#include <string.h>
 
 /* B^T B of rank r, entries of very different sizes where `scaled`. */
 static void make(test_rng *rng, int n, int r, int scaled, double *A)
@@ -76,9 +77,59 @@ static void repeated_zero_and_diagonal_ones(void **state)
     (void)mbsri_jacobi(2, nan, lambda); /* ends */
 }
 
+/* Of columns of very different sizes. */
+static void columns_become_orthogonal_however_small(void **state)
+{
+    (void)state;
+    test_rng rng = test_seed(9);
+    for (int round = 0; round < 500; ++round) {
+        double A[24], B[24], lambda[4];
+        const int n = 6, c = 1 + round % 4;
+        test_fill(&rng, 24, A);
+        for (int l = 0; l < c; ++l) {
+            const double size = pow(10.0, 6.0 * test_uniform(&rng));
+            for (int k = 0; k < n; ++k) A[l * n + k] *= size;
+        }
+        memcpy(B, A, sizeof B);
+        assert_int_equal(mbsri_orthogonalise(n, c, A, lambda), 0);
+        for (int l = 0; l < c; ++l) {
+            if (l > 0) assert_true(lambda[l] <= lambda[l - 1]);
+            for (int k = 0; k < l; ++k) {
+                double product = 0.0;
+                for (int r = 0; r < n; ++r) product += A[l * n + r] * A[k * n + r];
+                assert_close(product, 0.0, 4e-15 * sqrt(lambda[l] * lambda[k]));
+            }
+        }
+        /* A A^T = B B^T, row by row */
+        for (int j = 0; j < n; ++j) {
+            for (int k = 0; k < n; ++k) {
+                double is = 0.0, was = 0.0, size = 0.0;
+                for (int l = 0; l < c; ++l) {
+                    is += A[l * n + j] * A[l * n + k];
+                    was += B[l * n + j] * B[l * n + k];
+                    size += B[l * n + j] * B[l * n + j] + B[l * n + k] * B[l * n + k];
+                }
+                assert_close(is, was, 1e-14 * size);
+            }
+        }
+    }
+}
+
+/* Orthogonal columns whose squared lengths are 2 + 1e-6 and 2e-16. */
+static void small_eigenvalues_keep_their_digits(void **state)
+{
+    (void)state;
+    double A[6] = {1.0, 1.0, 1e-3, 1e-8, -1e-8, 0.0}, lambda[2];
+    assert_int_equal(mbsri_orthogonalise(3, 2, A, lambda), 0);
+    assert_close(lambda[0], 2.000001, 1e-14);
+    assert_close(lambda[1], 2e-16, 1e-30);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(columns_become_orthogonal_however_small),
+        cmocka_unit_test(small_eigenvalues_keep_their_digits),
         cmocka_unit_test(eigenvalues_and_vectors_are_those_of_lapack),
         cmocka_unit_test(repeated_zero_and_diagonal_ones),
     };

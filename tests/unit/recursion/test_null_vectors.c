@@ -1,0 +1,95 @@
+/* Null vectors of joint blocks in double precision against those of the twofold pass.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "close.h"
+#include "expect.h"
+#include "recursion/backward.h"
+#include "recursion/elements.h"
+#include "recursion/group.h"
+#include "recursion/kinematics.h"
+
+#include <mbsrank/mbsrank.h>
+
+#include <math.h>
+#include <string.h>
+
+enum { HINGES = 6 };
+
+/* A ball joint twice over, of hinges without mass, with a point mass `off` its last axis, along which it
+ * lies at q = 0. */
+static mbsr_model *gimbal(double off)
+{
+    mbsr_model *m = NULL;
+    assert_ok(mbsr_model_create(NULL, &m, NULL), NULL);
+    for (int k = 0; k < HINGES; ++k) {
+        const double axis[3] = {k % 3 == 0, k % 3 == 1, k % 3 == 2}, at[3] = {off, 0.5 * off, 0.9};
+        mbsr_body_def b = mbsr_default_body_def();
+        b.parent = k == 0 ? MBSR_GROUND : k - 1;
+        b.joint = mbsr_joint_revolute(NULL, NULL, axis);
+        b.inertia = k + 1 == HINGES ? mbsr_inertia_point_mass(0.3, at) : mbsr_inertia_zero();
+        assert_ok(mbsr_model_add_body(m, &b, NULL), mbsr_model_error(m));
+    }
+    assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
+    return m;
+}
+
+/* P (n x n) = X_dropped X_dropped^T of the group of body 1; its rank. */
+static int project(const mbsr_model *m, const mbsr_data *d, double *P)
+{
+    const mbsri_group g = mbsri_group_of(m, d, 1);
+    const int n = g.n, rank = mbsri_group_rank(d, &g);
+    const double *X = d->X + m->body[1].nn;
+    assert_true(rank > 0 && rank < n);
+    memset(P, 0, HINGES * HINGES * sizeof *P);
+    for (int l = rank; l < n; ++l) {
+        for (int j = 0; j < n; ++j) {
+            for (int k = 0; k < n; ++k) P[j * n + k] += X[l * n + j] * X[l * n + k];
+        }
+    }
+    return rank;
+}
+
+/* The largest difference between the projections of both. */
+static double difference(const mbsr_model *m, mbsr_data *d, const double *q)
+{
+    const double u[HINGES] = {0.0};
+    double plain[HINGES * HINGES], exact[HINGES * HINGES], most = 0.0;
+    assert_ok(mbsri_positions(m, d, 0.0, q), mbsr_data_error(d));
+    assert_ok(mbsri_velocities(m, d, u), mbsr_data_error(d));
+    assert_ok(mbsri_forces(m, d, NULL), mbsr_data_error(d));
+    assert_ok(mbsri_backward(m, d), mbsr_data_error(d));
+    const int rank = project(m, d, plain);
+    d->exactly = true;
+    assert_ok(mbsri_backward(m, d), mbsr_data_error(d));
+    d->exactly = false;
+    assert_int_equal(project(m, d, exact), rank);
+    for (int k = 0; k < HINGES * HINGES; ++k) most = fmax(most, fabs(plain[k] - exact[k]));
+    return most;
+}
+
+/* At q = 0 the last hinge moves next to nothing, elsewhere the others move the mass about the same axis. */
+static void null_vectors_are_as_good_as_masses(void **state)
+{
+    (void)state;
+    test_rng rng = test_seed(31);
+    double most = 0.0;
+    for (int round = 0; round < 400; ++round) {
+        mbsr_model *m = gimbal(pow(10.0, -1.0 - round % 6));
+        mbsr_data *d = NULL;
+        double q[HINGES];
+        assert_ok(mbsr_data_create(m, &d, NULL), NULL);
+        for (int k = 0; k < HINGES; ++k) q[k] = 1.2 * test_uniform(&rng);
+        most = fmax(most, difference(m, d, q));
+        mbsr_data_destroy(d);
+        mbsr_model_destroy(m);
+    }
+    print_message("null vectors differ by at most %.2g\n", most);
+    assert_true(most < 1e-9);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(null_vectors_are_as_good_as_masses),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
