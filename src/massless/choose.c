@@ -60,31 +60,46 @@ void mbsri_report_combine(mbsri_report *r, const double *weights)
     drop_rates(r);
 }
 
-int mbsri_report_determines(mbsri_report *r, const mbsri_force *force, mbsr_direction_kind kind,
-                            bool *determined)
+/* Notes in `seen` which elements determine the direction of this kind in u, twist and q_rate, `share` and `least` as
+ * in mbsri_element_resists; their number in *count. */
+static int find_seen(mbsri_report *r, mbsr_direction_kind kind, double share, double least,
+                     int *count)
 {
-    *determined = false;
-    if (kind == MBSR_DIRECTION_UNDETERMINED) return MBSR_OK;
-    return mbsri_element_resists(&r->w, force, r->u, r->twist, r->q_rate,
-                                 kind == MBSR_DIRECTION_DAMPED, determined);
+    const mbsr_model *m = r->w.m;
+    const mbsri_force *force = m->forces.data;
+    int status = MBSR_OK;
+    *count = 0;
+    for (size_t k = 0; k < m->forces.count && !status; ++k) {
+        r->seen[k] = false;
+        if (kind != MBSR_DIRECTION_UNDETERMINED)
+            status =
+                mbsri_element_resists(&r->w, force + k, r->u, r->twist, r->q_rate,
+                                      kind == MBSR_DIRECTION_DAMPED, share, least, r->seen + k);
+        *count += r->seen[k];
+    }
+    return status;
+}
+
+int mbsri_report_see(mbsri_report *r, mbsr_direction_kind kind, int *count)
+{
+    static const double some = 1e-6, any = 1e-11;
+    const int status = find_seen(r, kind, some, mbsri_report_least(r), count);
+    return status || *count > 0 ? status : find_seen(r, kind, any, 0.0, count);
 }
 
 /* listed: the bodies on which elements act that determine the direction of this kind in u, twist and
- * q_rate; the number of these elements is added. */
+ * q_rate; the number of these elements. */
 static int list_bodies(mbsri_report *r, mbsr_direction_kind kind, int *elements)
 {
     const mbsr_model *m = r->w.m;
     const mbsri_force *force = m->forces.data;
+    const int status = mbsri_report_see(r, kind, elements);
     for (int i = 0; i <= m->bodies; ++i) r->listed[i] = false;
     for (size_t k = 0; k < m->forces.count; ++k) {
-        bool determined;
-        const int status = mbsri_report_determines(r, force + k, kind, &determined);
-        if (status) return status;
-        *elements += determined;
-        for (int l = 0; l < force[k].def.bodies && determined; ++l)
+        for (int l = 0; l < force[k].def.bodies && r->seen[k]; ++l)
             r->listed[m->list_index[force[k].list + (size_t)l]] = true;
     }
-    return MBSR_OK;
+    return status;
 }
 
 /* How many of the bodies listed have rates in u (nu). */

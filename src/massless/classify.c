@@ -96,14 +96,9 @@ static void elastic_block(mbsri_report *r, int c, int e)
     }
 }
 
-/* Elastic and undetermined directions among those C does not see. */
-static int classify_rest(mbsri_report *r, int c, int damped)
+/* Elastic and undetermined directions among those C does not see, Y and Z (c x e). */
+static int classify_rest(mbsri_report *r, int c, int e)
 {
-    const int e = c - damped;
-    for (int l = 0; l < e; ++l) {
-        mbsri_left_null(&r->reduced, l, r->Y + l * c, r->Y_error + l * c);
-        mbsri_right_null(&r->reduced, l, r->Z + l * c, r->Z_error + l * c);
-    }
     elastic_block(r, c, e);
     mbsri_reduce(&r->reduced, e, e, e, MBSRI_LEAST_STIFFNESS);
     const int elastic = r->reduced.rank;
@@ -158,7 +153,11 @@ static int classify_by_slopes(mbsri_report *r, int c, mbsr_index_report *report)
         r->sparse[r->reduced.pivot_column[l]] = 1.0;
         status = mbsri_report_add_shorter(r, c, r->x, r->sparse, MBSR_DIRECTION_DAMPED);
     }
-    return !status && damped < c ? classify_rest(r, c, damped) : status;
+    for (int l = 0; l < c - damped; ++l) {
+        mbsri_left_null(&r->reduced, l, r->Y + l * c, r->Y_error + l * c);
+        mbsri_right_null(&r->reduced, l, r->Z + l * c, r->Z_error + l * c);
+    }
+    return !status && damped < c ? classify_rest(r, c, c - damped) : status;
 }
 
 /* ---- by what elements see ---- */
@@ -198,7 +197,11 @@ static int classify_by_rows(mbsri_report *r, int c, mbsr_index_report *report)
         mbsri_left_pivot(seen, l, r->x);
         status = mbsri_report_choose(r, c, r->x, e, MBSR_DIRECTION_DAMPED);
     }
-    return !status && e > 0 ? classify_elastic(r, c, e) : status;
+    if (status || e == 0) return status;
+    if (mbsri_rows_serve(&r->w, c, r->member, false)) return classify_elastic(r, c, e);
+    mbsri_copy((size_t)(c * e), r->Z, r->Y);
+    mbsri_copy((size_t)(c * e), r->Z_error, r->Y_error);
+    return classify_rest(r, c, e);
 }
 
 int mbsri_report_classify(mbsri_report *r, int number, mbsr_index_report *report)
@@ -207,6 +210,6 @@ int mbsri_report_classify(mbsri_report *r, int number, mbsr_index_report *report
     for (int l = 0; l < r->w.k; ++l) {
         if (r->component[l] == number) r->member[c++] = l;
     }
-    return mbsri_seen_serves(&r->w, c, r->member) ? classify_by_rows(r, c, report)
-                                                  : classify_by_slopes(r, c, report);
+    return mbsri_rows_serve(&r->w, c, r->member, true) ? classify_by_rows(r, c, report)
+                                                       : classify_by_slopes(r, c, report);
 }

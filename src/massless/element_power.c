@@ -23,12 +23,12 @@ bool mbsri_element_places(const mbsri_body *b, int *turns, int *rotation, int *m
     return plane || b->joint.space == MBSR_SPACE_SPATIAL;
 }
 
-double mbsri_element_power(const mbsri_null_space *w, int bodies, const double *a,
-                           const double *twist, const double *y, const double *gross, double *size)
+/* What is summed up of y (rows) along a motion. */
+static double along(const mbsri_null_space *w, int bodies, const double *a, const double *twist,
+                    const double *y, bool sizes)
 {
     const mbsri_slopes *s = &w->slope;
     double sum = 0.0;
-    *size = 0.0;
     for (int k = 0; k < bodies; ++k) {
         if (s->row[k] < 0) continue;
         const mbsri_body *b = w->m->body + mbsri_element_body(w, k);
@@ -36,12 +36,25 @@ double mbsri_element_power(const mbsri_null_space *w, int bodies, const double *
         const int count[] = {b->d, b->n}, from[] = {s->row[k], s->row[k] + b->d};
         for (int p = 0; p < 2; ++p) {
             for (int r = 0; r < count[p]; ++r) {
-                sum += part[p][r] * y[from[p] + r];
-                *size += fabs(part[p][r]) * gross[from[p] + r];
+                const double term = part[p][r] * y[from[p] + r];
+                sum += sizes ? fabs(term) : term;
             }
         }
     }
     return sum;
+}
+
+double mbsri_element_power(const mbsri_null_space *w, int bodies, const double *a,
+                           const double *twist, const double *y, const double *gross, double *size)
+{
+    *size = along(w, bodies, a, twist, gross, true);
+    return along(w, bodies, a, twist, y, false);
+}
+
+double mbsri_element_error(const mbsri_null_space *w, int bodies, int l, const double *y)
+{
+    return along(w, bodies, w->rate_error + (size_t)l * (size_t)w->m->nu,
+                 w->twist_error + (size_t)l * w->m->size_v, y, true);
 }
 
 double mbsri_element_doubt(const mbsri_null_space *w, int bodies, const double *twist,

@@ -30,4 +30,7 @@ double mbsri_element_power(const mbsri_null_space *w, int bodies, const double *
 double mbsri_element_doubt(const mbsri_null_space *w, int bodies, const double *twist,
                            const double *y);
 
+/* What direction l may be wrong by makes of power of y: |dV| |f| + |da| |tau|. */
+double mbsri_element_error(const mbsri_null_space *w, int bodies, int l, const double *y);
+
 #endif

@@ -153,8 +153,9 @@ static bool add_entries(mbsri_null_space *w, int bodies, int moving, mbsri_row *
         double size;
         if (!row->velocity && !rates_are_own(w, bodies, l, to)) return false;
         const double value = mbsri_element_power(w, bodies, a, twist, l, size_of_l, &size),
-                     error =
-                         MBSRI_ELEMENT_ROUNDING * (size + mbsri_element_doubt(w, bodies, twist, l));
+                     error = MBSRI_ELEMENT_ROUNDING *
+                                 (size + mbsri_element_doubt(w, bodies, twist, l)) +
+                             mbsri_element_error(w, bodies, to, size_of_l);
         if (size == 0.0 && error == 0.0) continue;
         mbsri_row_entry *entry = (mbsri_row_entry *)w->entries.data + w->entries.count++;
         *entry = (mbsri_row_entry){to, fabs(value) > 10.0 * error ? value : 0.0, error};

@@ -181,7 +181,8 @@ static void add_column(mbsri_null_space *w, int bodies, int moving, int l, const
         const size_t k = (size_t)w->moving[n], at = (size_t)l * (size_t)w->k + k,
                      across = k * (size_t)w->k + (size_t)l;
         const double *twist = w->twist + k * m->size_v,
-                     doubt = rounding * mbsri_element_doubt(w, bodies, twist, doubted);
+                     doubt = rounding * mbsri_element_doubt(w, bodies, twist, doubted) +
+                             mbsri_element_error(w, bodies, (int)k, doubted);
         double size;
         A[at] += mbsri_element_power(w, bodies, w->direction + k * (size_t)m->nu, twist, y, gross,
                                      &size);
@@ -436,7 +437,8 @@ int mbsri_element_slopes(mbsri_null_space *w, double t, const double *q, const d
 /* ---- which elements ---- */
 
 int mbsri_element_resists(mbsri_null_space *w, const mbsri_force *force, const double *a,
-                          const double *twist, const double *q_rate, bool velocity, bool *resists)
+                          const double *twist, const double *q_rate, bool velocity, double share,
+                          double least, bool *resists)
 {
     const mbsr_model *m = w->m;
     const bool every = (force->def.table->flags & MBSR_FORCE_EVERY_BODY) != 0;
@@ -446,9 +448,12 @@ int mbsri_element_resists(mbsri_null_space *w, const mbsri_force *force, const d
         if (!element_moves(w, force, every ? i : 0, a, twist)) continue;
         const int status = mbsri_force_slopes(m, w->d, force, i, &w->slope);
         if (status) return status;
-        const int bodies = every ? 1 : force->def.bodies;
-        double *y = w->reaction, *gross = y + w->slope.out.rows;
-        if (react(w, bodies, x, true, y, gross)) *resists = stands_out(w, bodies, 1e-6, y, gross);
+        const int bodies = every ? 1 : force->def.bodies, rows = w->slope.out.rows;
+        double *y = w->reaction, *gross = y + rows, *strain = gross + rows;
+        if (!react(w, bodies, x, true, y, gross)) continue;
+        find_strain(w, bodies, velocity, strain);
+        for (int r = 0; r < rows; ++r) gross[r] = share * gross[r] + least * strain[r];
+        *resists = stands_out(w, bodies, 1.0, y, gross);
     }
     return MBSR_OK;
 }

@@ -281,7 +281,6 @@ int mbsri_null_slopes(mbsri_null_space *w, double t, const double *q, const doub
         if (status) return status;
         mbsri_null_rate_scales(w, natural);
     }
-    mbsri_null_clean(w);
     status = mbsri_hold_elements(w);
     for (int l = 0; l < w->k && !status; ++l) {
         status = mbsri_null_rate_here(w, w->direction + (size_t)l * (size_t)m->nu,

@@ -7,15 +7,16 @@
 #include "base/error.h"
 #include "base/memory.h"
 #include "massless/echelon.h"
+#include "massless/null_lift.h"
 #include "model/query.h"
 #include "recursion/backward.h"
 #include "recursion/closures.h"
 #include "recursion/elements.h"
-#include "recursion/forward.h"
 #include "recursion/kinematics.h"
 #include "recursion/locks.h"
 #include "recursion/not_finite.h"
 #include "recursion/rank.h"
+#include "recursion/sizes.h"
 
 #include <math.h>
 
@@ -109,7 +110,9 @@ static int take_memory(mbsri_null_space *w)
         {&w->u, nu},
         {&w->rate, nq},
         {&w->force, nu},
-        {&w->gross, (size_t)m->max_d + 2 * n},
+        {&w->lifting, mbsri_null_lift_room(m)},
+        {&w->rate_error, nu * k},
+        {&w->twist_error, v * k},
         {&w->basis, n * n},
         {&w->f_held, v},
         {&w->tau_held, nu},
@@ -191,79 +194,12 @@ void mbsri_null_close(mbsri_null_space *w)
     w->memory = NULL;
 }
 
-/* x (n) = 0 where it is rounding beside sizes. */
-static void drop_rounding(int n, double *x, const double *sizes)
+/* Rank of a group where the directions were counted. */
+static int counted_rank(const mbsri_null_space *w, const mbsri_group *g)
 {
-    for (int k = 0; k < n; ++k) {
-        if (fabs(x[k]) <= 1e-13 * sizes[k]) x[k] = 0.0;
-    }
-}
-
-/* x (d) = |H| |Vz_pi| of body i, or zero where nothing comes from there. */
-static void arriving(const mbsri_body *b, const mbsr_data *d, bool below, double *x)
-{
-    const double *Vz_pred = d->Az + b->pred_v;
-    mbsri_zero((size_t)b->d, x);
-    for (int c = 0; c < b->d_pred && below; ++c) {
-        for (int r = 0; r < b->d; ++r)
-            x[r] += fabs(d->H[b->dp + (size_t)(c * b->d + r)] * Vz_pred[c]);
-    }
-}
-
-/* Clears a (n) of a group of rounding: beside |z| + |G|^T |H| |Vz_pi|. */
-static void clean_rates(mbsri_null_space *w, const mbsri_group *g, const double *z, bool below,
-                        double *a)
-{
-    const mbsri_body *b = w->m->body + g->member[0];
-    double *x = w->gross, *size = x + w->m->max_d;
-    arriving(b, w->d, below, x);
-    for (int k = 0; k < g->n; ++k) {
-        const double *G = w->d->G + b->dg + (size_t)(k * b->d);
-        size[k] = z ? fabs(z[k]) : 0.0;
-        for (int r = 0; r < b->d; ++r) size[k] += fabs(G[r]) * x[r];
-    }
-    drop_rounding(g->n, a, size);
-}
-
-/* Clears Vz of body i: beside |H| |Vz_pi| + |J| |a|. */
-static void clean_velocity(mbsri_null_space *w, int i, bool below, const double *a)
-{
-    const mbsri_body *b = w->m->body + i;
-    double *x = w->gross;
-    arriving(b, w->d, below, x);
-    for (int k = 0; k < b->n; ++k) {
-        const double *J = w->d->J + b->dn + (size_t)(k * b->d);
-        for (int r = 0; r < b->d; ++r) x[r] += fabs(J[r] * a[k]);
-    }
-    drop_rounding(b->d, w->d->Az + b->v, x);
-}
-
-/* a and Vz from N_l of the group of head j, leaves-ward. */
-static void lift(mbsri_null_space *w, int j, const double *vector, double *a, double *twist)
-{
-    const mbsr_model *m = w->m;
-    mbsr_data *d = w->d;
-    double *x = d->scratch, *z = w->gross + m->max_d + m->max_n;
-    mbsri_zero((size_t)m->nu, a);
-    mbsri_zero(m->size_v, twist);
-    for (int i = 0; i <= m->bodies; ++i) d->carries[i] = false;
-    for (int i = j; i <= m->bodies; ++i) {
-        if (!mbsri_heads(m, d, i)) continue;
-        const mbsri_group g = mbsri_group_of(m, d, i);
-        const bool below = mbsri_null_below(m, d, i, x), own = i == j;
-        if (!below && !own) continue;
-        mbsri_zero((size_t)g.n, z);
-        if (own) mbsri_copy((size_t)g.n, vector, z);
-        mbsri_null_pass(m, d, &g, own, below, x, z);
-        clean_rates(w, &g, own ? vector : NULL, below, z);
-        mbsri_group_scatter(m, &g, z, a);
-        for (int k = 0; k < g.members; ++k) {
-            const mbsri_body *b = m->body + g.member[k];
-            const bool moved = d->carries[b->parent];
-            clean_velocity(w, g.member[k], moved, z + b->ig - g.ig);
-            if (d->carries[g.member[k]]) mbsri_copy((size_t)b->d, d->Az + b->v, twist + b->v);
-        }
-    }
+    int rank = 0;
+    for (int k = 0; k < g->members; ++k) rank += w->rank[g->member[k]];
+    return rank;
 }
 
 /* Whether the rank of the group of head i is as it was; of others, which are done with it, it is. */
@@ -271,9 +207,7 @@ static bool same_rank(const mbsri_null_space *w, int i)
 {
     if (!mbsri_heads(w->m, w->d, i)) return true;
     const mbsri_group g = mbsri_group_of(w->m, w->d, i);
-    int change = 0;
-    for (int k = 0; k < g.members; ++k) change += w->d->rank[g.member[k]] - w->rank[g.member[k]];
-    return change == 0;
+    return mbsri_group_rank(w->d, &g) == counted_rank(w, &g);
 }
 
 /* The number of directions must be the one that memory was taken for. */
@@ -286,12 +220,15 @@ static int check_number(mbsri_null_space *w)
     int i = 1;
     while (i < m->bodies && same_rank(w, i)) ++i;
     const mbsri_body *b = m->body + i;
+    const mbsri_group g = mbsri_group_of(m, w->d, b->head);
     return mbsri_fail(&w->d->error, MBSR_RANK_CHANGED, b->id, MBSR_NONE,
-                      "%s: %s: the rank of its joint changes from %d to %d (of %d) at t = %g, "
+                      "%s: %s: the rank of its joint%s changes from %d to %d (of %d) at t = %g, "
                       "q0 = %g, and the directions without mass from %d to %d: begin where "
                       "the ranks around the state are its own",
-                      w->function, mbsri_body_label(m, i, label), w->rank[i], w->d->rank[i], b->n,
-                      w->d->t, b->nq > 0 ? w->q_given[b->q] : 0.0, w->k, now);
+                      w->function, mbsri_body_label(m, i, label),
+                      g.members > 1 ? " and the massless ones behind it" : "", counted_rank(w, &g),
+                      mbsri_group_rank(w->d, &g), g.n, w->d->t, b->nq > 0 ? w->q_given[b->q] : 0.0,
+                      w->k, now);
 }
 
 /* The body of the group whose joint lacks the rank number `missing`, from the head on. */
@@ -327,8 +264,11 @@ int mbsri_null_basis(mbsri_null_space *w, double t, const double *q, const doubl
                 vector[k] = d->s[g.ig + k] * w->basis[(l - rank) * g.n + k];
             w->head[column] = w->first[column] = i;
             w->body[column] = lacking(m, d, &g, l - rank);
-            lift(w, i, vector, w->direction + (size_t)column * (size_t)m->nu,
-                 w->twist + (size_t)column * m->size_v);
+            const size_t at = (size_t)column * (size_t)m->nu, at_v = (size_t)column * m->size_v;
+            mbsri_null_lift(m, d, i, vector,
+                            &(mbsri_lifted){w->direction + at, w->rate_error + at, w->twist + at_v,
+                                            w->twist_error + at_v},
+                            w->lifting);
         }
     }
     return MBSR_OK;
@@ -359,6 +299,17 @@ int mbsri_null_gamma(mbsri_null_space *w, double t, const double *q, const doubl
         gamma[l] = mbsri_dot(g.n, w->vector + (size_t)l * (size_t)m->max_n, w->force);
     }
     return mbsri_check_result(m, w->d, (size_t)w->k, gamma, w->function);
+}
+
+double mbsri_null_load(const mbsri_null_space *w, int l)
+{
+    static const double trace = 0.01; /* of sizes, of which 1e-13 is rounding */
+    const mbsri_group g = mbsri_group_of(w->m, w->d, w->head[l]);
+    const double *vector = w->vector + (size_t)l * (size_t)w->m->max_n, *s = w->d->s + g.ig;
+    double *all = w->lifting, largest = 0.0;
+    for (int k = 0; k < g.n; ++k) largest = fmax(largest, fabs(vector[k]) / s[k]);
+    for (int k = 0; k < g.n; ++k) all[k] = trace * largest * s[k];
+    return mbsri_gross_load(w->m, w->d, &g, vector) + mbsri_gross_load(w->m, w->d, &g, all);
 }
 
 int mbsri_null_rate(mbsri_null_space *w, double t, const double *q, const double *x, double *rate)

@@ -12,7 +12,7 @@
  * The projection is taken where the forces are evaluated and N where the basis was built, so that
  * gamma is smooth in (t, q, u) although eigenvectors may flip or turn.
  *
- * What is left of a_i and Vz_i where their terms cancel but for rounding is set to zero. */
+ * What is left of a_i and Vz_i where their terms cancel but for rounding is set to zero (null_lift.h). */
 #ifndef MBSRI_NULL_SPACE_H
 #define MBSRI_NULL_SPACE_H
 
@@ -45,9 +45,11 @@ typedef struct mbsri_null_space {
     double *force;          /* nu */
     double *q_given;        /* nq: where the directions were counted */
     double *basis;          /* max_n x max_n: N of a group */
-    double *gross; /* max_d + 2 max_n: sizes of what is added up in a lift, rates of a group */
-    bool holding;  /* gamma takes the forces of some elements from f_held and tau_held */
-    bool *own;     /* forces: which these are (element_slopes.h) */
+    double *lifting;        /* work of null_lift.c */
+    double *rate_error,
+        *twist_error; /* nu x k, size_v x k: what directions and twists may be wrong by */
+    bool holding;     /* gamma takes the forces of some elements from f_held and tau_held */
+    bool *own;        /* forces: which these are (element_slopes.h) */
     double *f_held, *tau_held; /* size_v, nu */
     double *lambda; /* rows of closures: loop forces, held (null_loops.h); NULL: none are known */
     double *q_rate, *V_rate;   /* nq x k, size_v x k: change of q and of V along the directions */
@@ -90,6 +92,11 @@ int mbsri_null_basis(mbsri_null_space *w, double t, const double *q, const doubl
 /* gamma (k) at a state; the basis stays. */
 int mbsri_null_gamma(mbsri_null_space *w, double t, const double *q, const double *u,
                      double *gamma);
+
+/* The sum of the sizes of the forces that gamma_l was added up from, after mbsri_gross_forces: those along
+ * the vector, and a trace of all on the joints of its group, whose part beside the null space is taken out
+ * but for rounding. */
+double mbsri_null_load(const mbsri_null_space *w, int l);
 
 /* x (k), numbers of the vectors that gamma was built for, becomes that of the sums of them that are the
  * directions (shorten.h): T^T x, or by sizes |T|^T x. Nothing unless w->mixed. */

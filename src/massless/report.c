@@ -57,7 +57,7 @@ static int allocate(mbsri_report *r)
     for (size_t l = 0; l < sizeof length / sizeof length[0]; ++l) total += length[l];
     const size_t reduced = mbsri_reduction_size(r->w.k, r->w.k) / sizeof(double) + 1,
                  tail = 2 * k * sizeof(int) + k * sizeof(mbsr_direction_kind) +
-                        ((size_t)m->bodies + 1) * sizeof(bool);
+                        ((size_t)m->bodies + 1 + m->forces.count) * sizeof(bool);
     r->memory = mbsri_allocate(&m->allocator, (total + reduced) * sizeof(double) + tail);
     if (!r->memory) {
         return mbsri_fail(&r->w.d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
@@ -74,6 +74,7 @@ static int allocate(mbsri_report *r)
     r->member = r->component + k;
     r->kind = (mbsr_direction_kind *)(void *)(r->member + k);
     r->listed = (bool *)(void *)(r->kind + k);
+    r->seen = r->listed + m->bodies + 1;
     return MBSR_OK;
 }
 

@@ -22,6 +22,7 @@ typedef struct mbsri_report {
     double *weights;           /* k x k: found directions as weights of the null directions */
     mbsr_direction_kind *kind; /* k */
     bool *listed;              /* bodies + 1: those of elements that determine a direction */
+    bool *seen;                /* force elements: which these are */
     int found;
     double *u, *twist, *q_rate; /* nu, size_v, nq: of a found direction */
     double *other;              /* nu */
@@ -42,9 +43,9 @@ double mbsri_report_least(const mbsri_report *r);
 /* u, twist and q_rate of a direction, but for rates that do not count. */
 void mbsri_report_combine(mbsri_report *r, const double *weights);
 
-/* Whether an element determines the direction of this kind in u, twist and q_rate. */
-int mbsri_report_determines(mbsri_report *r, const mbsri_force *force, mbsr_direction_kind kind,
-                            bool *determined);
+/* Notes in `seen` which elements determine the direction of this kind in u, twist and q_rate, and their
+ * number in *count: those that see more than rates that do not count, or if none does, any. */
+int mbsri_report_see(mbsri_report *r, mbsr_direction_kind kind, int *count);
 
 /* The directions of a component, by kind; writes the conditioning of the report. */
 int mbsri_report_classify(mbsri_report *r, int number, mbsr_index_report *report);

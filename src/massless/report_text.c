@@ -37,23 +37,18 @@ static int list_terms(mbsri_report *r, int l, mbsr_direction_term *term)
     return count;
 }
 
-/* Ids of the elements that determine found direction l; written where
- * force is not NULL. */
+/* Ids of the elements that determine found direction l, their number in *count; written where force is
+ * not NULL. */
 static int list_forces(mbsri_report *r, int l, int *force, int *count)
 {
     const mbsr_model *m = r->w.m;
     const mbsri_force *element = m->forces.data;
     mbsri_report_combine(r, r->weights + (size_t)l * (size_t)r->w.k);
-    *count = 0;
-    for (size_t k = 0; k < m->forces.count; ++k) {
-        bool determined;
-        const int status = mbsri_report_determines(r, element + k, r->kind[l], &determined);
-        if (status) return status;
-        if (!determined) continue;
-        if (force) force[*count] = element[k].id;
-        ++*count;
+    const int status = mbsri_report_see(r, r->kind[l], count);
+    for (size_t k = 0; k < m->forces.count && force && !status; ++k) {
+        if (r->seen[k]) *force++ = element[k].id;
     }
-    return MBSR_OK;
+    return status;
 }
 
 /* Ids of the closures that determine found direction l, after list_forces; written where closure is not

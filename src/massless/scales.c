@@ -157,34 +157,6 @@ double mbsri_twist_size(const mbsri_null_space *w, int i, const double *twist)
     return largest;
 }
 
-/* Largest entry of direction l and its twist; entries up to `least` become zero. */
-static double sift(mbsri_null_space *w, int l, double least)
-{
-    const mbsr_model *m = w->m;
-    double *a = w->direction + (size_t)l * (size_t)m->nu, *twist = w->twist + (size_t)l * m->size_v,
-           largest = 0.0;
-    for (int k = 0; k < m->nu; ++k) {
-        const double size = fabs(a[k]) / w->span[k];
-        if (size <= least) a[k] = 0.0;
-        largest = fmax(largest, size);
-    }
-    for (int i = 1; i <= m->bodies; ++i) {
-        const mbsri_body *b = m->body + i;
-        for (int c = 0; c < b->d; ++c) {
-            double *x = twist + b->v + (size_t)c;
-            const double size = fabs(*x) / twist_span(w, b, c);
-            if (size <= least) *x = 0.0;
-            largest = fmax(largest, size);
-        }
-    }
-    return largest;
-}
-
-void mbsri_null_clean(mbsri_null_space *w)
-{
-    for (int l = 0; l < w->k; ++l) (void)sift(w, l, 1e-12 * sift(w, l, 0.0));
-}
-
 double mbsri_unit_step(int n, const double *x, const double *y, const double *scale)
 {
     double unit = INFINITY;

@@ -18,10 +18,6 @@ void mbsri_null_scales(mbsri_null_space *w, const double *q, const double *u);
  * not known), as at rest, the natural one takes its place. */
 void mbsri_null_rate_scales(mbsri_null_space *w, double natural);
 
-/* Clears the directions and their twists of entries that are rounding beside the others, velocities
- * compared with angular rates times the typical length. */
-void mbsri_null_clean(mbsri_null_space *w);
-
 /* Size of the twist of body i among all (size_v), velocities over the typical length. */
 double mbsri_twist_size(const mbsri_null_space *w, int i, const double *twist);
 

@@ -13,12 +13,6 @@
 /* The least share that counts of what is subtracted. */
 static const double least_seen = 1e-12;
 
-bool mbsri_seen_serves(mbsri_null_space *w, int count, const int *direction)
-{
-    return mbsri_rows_serve(w, count, direction, true) &&
-           mbsri_rows_serve(w, count, direction, false);
-}
-
 /* Room for a reduction, and behind it for a row of `count` numbers and its errors. */
 static int make_room(mbsri_null_space *w, int count, const int *direction, bool velocity,
                      double **row)

@@ -7,14 +7,13 @@
  *                    others only those that follow from the ones with pivots
  *   B Z = 0          the others
  *   rank A Z         elastic directions among these, in the same way
- *   A Z x = 0        Z x is undetermined. */
+ *   A Z x = 0        Z x is undetermined
+ *
+ * where rows tell everything about these directions (mbsri_rows_serve). */
 #ifndef MBSRI_SEEN_H
 #define MBSRI_SEEN_H
 
 #include "massless/null_space.h"
-
-/* Whether rows tell everything about these directions. */
-bool mbsri_seen_serves(mbsri_null_space *w, int count, const int *direction);
 
 /* Reduces B^T (count x rows) into w->seen; MBSR_OK, or no memory. */
 int mbsri_seen_by_dampers(mbsri_null_space *w, int count, const int *direction);

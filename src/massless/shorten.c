@@ -3,6 +3,7 @@
 #include "massless/shorten.h"
 
 #include "algebra/dense.h"
+#include "massless/null_lift.h"
 #include "recursion/group.h"
 
 #include <float.h>
@@ -39,13 +40,16 @@ static double growth_of(const mbsri_null_space *w, int l, int *place)
     return head > 0.0 ? largest / head : 0.0;
 }
 
-/* y (n) -= f x without what may be rounding. */
-static void subtract(size_t n, double f, const double *x, double *y)
+/* y (n) -= f x without what may be rounding, or errors where these are known. */
+static void subtract(size_t n, double f, const double *x, const double *x_error, double *y,
+                     double *y_error)
 {
     for (size_t k = 0; k < n; ++k) {
-        const double part = f * x[k], size = fabs(y[k]) + fabs(part);
+        const double part = f * x[k], rounding = MBSRI_NULL_ROUNDING * (fabs(y[k]) + fabs(part));
+        double error = rounding;
         y[k] -= part;
-        if (fabs(y[k]) <= 1e-13 * size) y[k] = 0.0;
+        if (y_error) error = y_error[k] += fabs(f) * x_error[k] + rounding;
+        if (fabs(y[k]) <= MBSRI_NULL_CLEAR * error) y[k] = 0.0;
     }
 }
 
@@ -65,10 +69,16 @@ static void subtract_both(int k, int n, int l, double f, double *A, double *erro
 static void mix(mbsri_null_space *w, int n, int l, double f)
 {
     const mbsr_model *m = w->m;
-    double *const part[] = {w->direction, w->twist, w->q_rate, w->mixing};
+    double *const part[] = {w->direction, w->twist, w->q_rate, w->mixing}, *const errors[] = {
+                                                                               w->rate_error,
+                                                                               w->twist_error, NULL,
+                                                                               NULL};
     const size_t rows[] = {(size_t)m->nu, m->size_v, (size_t)m->nq, (size_t)w->k};
-    for (int p = 0; p < 4; ++p)
-        subtract(rows[p], f, part[p] + (size_t)l * rows[p], part[p] + (size_t)n * rows[p]);
+    for (int p = 0; p < 4; ++p) {
+        const size_t from = (size_t)l * rows[p], to = (size_t)n * rows[p];
+        subtract(rows[p], f, part[p] + from, errors[p] ? errors[p] + from : NULL, part[p] + to,
+                 errors[p] ? errors[p] + to : NULL);
+    }
     subtract_both(w->k, n, l, f, w->C, w->C_error);
     subtract_both(w->k, n, l, f, w->S, w->S_error);
     if (w->first[l] < w->first[n]) w->first[n] = w->first[l];

@@ -6,6 +6,7 @@
 #include "algebra/numbers.h"
 #include "base/error.h"
 #include "massless/null_slopes.h"
+#include "massless/element_rows.h"
 #include "massless/seen.h"
 #include "model/query.h"
 #include "recursion/sizes.h"
@@ -42,24 +43,13 @@ static void load_slopes(mbsri_start *s)
     mbsri_copy(square, s->w.C_error, s->reduced.error);
 }
 
-/* The rank of C and Y = Z by what dampers see; which direction is open by what springs see. False in
- * *told where C does not have that rank in double precision. */
-static int find_seen(mbsri_start *s, bool *told)
+/* Which of the directions Z (k x e) that no damper sees is open, by what springs see: s->open. */
+static int find_open(mbsri_start *s, int e)
 {
     mbsri_null_space *w = &s->w;
     const int k = w->k;
-    int status = mbsri_seen_by_dampers(w, k, w->moving);
-    if (status) return status;
-    const int damped = w->seen.rank, e = k - damped;
-    load_slopes(s);
-    reduce_to(&s->reduced, k, damped);
-    *told = s->reduced.rank == damped;
-    for (int c = 0; c < e; ++c) mbsri_left_null(&w->seen, c, s->Z + c * k, s->Z_error + c * k);
-    if (e > 0) status = mbsri_seen_by_springs(w, k, w->moving, e, s->Z, s->Z_error);
-    if (status || !*told || e == 0) return status;
-    mbsri_copy((size_t)k * (size_t)e, s->Z, s->left + damped * k);
-    mbsri_copy((size_t)k * (size_t)e, s->Z_error, s->left_error + damped * k);
-    if (w->seen.rank == e) return MBSR_OK;
+    const int status = mbsri_seen_by_springs(w, k, w->moving, e, s->Z, s->Z_error);
+    if (status || w->seen.rank == e) return status;
     double *open = s->weights, *weights = s->trial;
     mbsri_left_null(&w->seen, 0, weights, NULL);
     mbsri_seen_through(k, e, s->Z, weights, open);
@@ -67,6 +57,24 @@ static int find_seen(mbsri_start *s, bool *told)
     for (int l = 1; l < k; ++l) {
         if (fabs(open[l]) > fabs(open[s->open])) s->open = l;
     }
+    return MBSR_OK;
+}
+
+/* The rank of C and Y = Z by what dampers see. False in *told where C does not have that rank in double
+ * precision. */
+static int find_seen(mbsri_start *s, bool *told)
+{
+    mbsri_null_space *w = &s->w;
+    const int k = w->k;
+    const int status = mbsri_seen_by_dampers(w, k, w->moving);
+    if (status) return status;
+    const int damped = w->seen.rank, e = k - damped;
+    load_slopes(s);
+    reduce_to(&s->reduced, k, damped);
+    *told = s->reduced.rank == damped;
+    for (int c = 0; c < e; ++c) mbsri_left_null(&w->seen, c, s->Z + c * k, s->Z_error + c * k);
+    mbsri_copy((size_t)k * (size_t)e, s->Z, s->left + damped * k);
+    mbsri_copy((size_t)k * (size_t)e, s->Z_error, s->left_error + damped * k);
     return MBSR_OK;
 }
 
@@ -97,10 +105,12 @@ int mbsri_start_directions(mbsri_start *s)
     mbsri_zero(square, s->left);
     mbsri_zero(square, s->left_error);
     for (int l = 0; l < k; ++l) w->moving[l] = l;
-    s->by_rows = mbsri_seen_serves(w, k, w->moving);
-    if (s->by_rows) status = find_seen(s, &s->by_rows);
+    bool told = mbsri_rows_serve(w, k, w->moving, true);
+    if (told) status = find_seen(s, &told);
+    s->by_rows = told && mbsri_rows_serve(w, k, w->moving, false);
+    if (!status && s->by_rows && s->reduced.rank < k) status = find_open(s, k - s->reduced.rank);
     if (status) return status;
-    if (!s->by_rows) find_null(s);
+    if (!told) find_null(s);
     s->damped = s->reduced.rank;
     for (int c = 0; c < s->damped; ++c) {
         const int row = s->reduced.pivot_row[c];
@@ -214,10 +224,7 @@ void mbsri_start_loads(mbsri_start *s, double *sizes)
 {
     mbsri_null_space *w = &s->w;
     mbsri_gross_forces(w->m, w->d);
-    for (int l = 0; l < w->k; ++l) {
-        const mbsri_group g = mbsri_group_of(w->m, w->d, w->head[l]);
-        sizes[l] = mbsri_gross_load(w->m, w->d, &g, w->vector + (size_t)l * (size_t)w->m->max_n);
-    }
+    for (int l = 0; l < w->k; ++l) sizes[l] = mbsri_null_load(w, l);
     mbsri_null_remix(w, true, sizes);
 }
 

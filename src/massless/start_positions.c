@@ -100,7 +100,8 @@ static int step_positions(mbsri_start *s, int number, double *last, bool *done)
     if (*done) return MBSR_OK;
     s->info.iterations += 1;
     status = move_positions(s, before, done);
-    if (*done && *last > 1e-6 * mbsri_start_relative(w->m->nq, s->q, w->q_scale))
+    const double size = fmax(mbsri_start_relative(w->m->nq, s->q, w->q_scale), 1e-3);
+    if (*done && *last > 1e-6 * size)
         return mbsri_start_unbalanced(s, "position balances the springs", s->defect);
     return status;
 }

@@ -35,11 +35,7 @@ bool mbsri_null_below(const mbsr_model *m, const mbsr_data *d, int i, double *x)
     return true;
 }
 
-/* Az of body i, of whose group z - G^T x is known; x = H Az_pi, or NULL where that is zero. A body
- * whose own mass is regular stands still, unless that mass is so small beside others that the rank
- * decision took it for zero: then more is left of x + J z than rounding. */
-static void null_velocity(const mbsr_model *m, mbsr_data *d, int i, const double *x,
-                          const double *z)
+void mbsri_null_velocity(const mbsr_model *m, mbsr_data *d, int i, const double *x, const double *z)
 {
     const mbsri_body *b = m->body + i;
     double *Az = d->Az + b->v;
@@ -60,11 +56,11 @@ void mbsri_null_pass(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, bo
     if (below) mbsri_atx(b->d, g->n, -1.0, d->G + b->dg, x, z);
     for (int k = 0; k < g->members; ++k) d->carries[g->member[k]] = false;
     if (!below && !own) return;
-    null_velocity(m, d, g->member[0], below ? x : NULL, z);
+    mbsri_null_velocity(m, d, g->member[0], below ? x : NULL, z);
     for (int k = 1; k < g->members; ++k) {
         const int i = g->member[k];
         const bool moved = mbsri_null_below(m, d, i, x);
-        null_velocity(m, d, i, moved ? x : NULL, z + m->body[i].ig - g->ig);
+        mbsri_null_velocity(m, d, i, moved ? x : NULL, z + m->body[i].ig - g->ig);
     }
 }
 

@@ -26,4 +26,10 @@ bool mbsri_null_below(const mbsr_model *m, const mbsr_data *d, int i, double *x)
 void mbsri_null_pass(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, bool own, bool below,
                      double *x, double *z);
 
+/* Az of body i, of whose group z - G^T x is known; x = H Az_pi, or NULL where that is zero. A body
+ * whose own mass is regular stands still, unless that mass is so small beside others that the rank
+ * decision took it for zero: then more is left of x + J z than rounding. */
+void mbsri_null_velocity(const mbsr_model *m, mbsr_data *d, int i, const double *x,
+                         const double *z);
+
 #endif

@@ -541,20 +541,38 @@ static int wrong(int seed, const scene *s, const verdict *v, const units *in)
     return !right || forward != expected;
 }
 
+static int judge_seed(int seed, int *judged)
+{
+    int count = 0;
+    scene s = draw(seed);
+    place(&s);
+    const verdict v = judge(&s);
+    if (!v.settled) return 0;
+    ++*judged;
+    for (size_t l = 0; l < sizeof systems / sizeof *systems; ++l)
+        count += wrong(seed, &s, &v, systems + l);
+    return count;
+}
+
+/* Rods and points close to their axes, whose rates are large, beside pivots that are rounding. */
+static void verdicts_that_are_hard_to_tell(void **state)
+{
+    (void)state;
+    static const int seeds[] = {2759,  8394,  10361, 10625, 13146, 13628, 14713, 23776, 24626,
+                                27091, 30739, 36137, 37564, 39802, 51984, 60529, 77637, 78569};
+    const int all = (int)(sizeof seeds / sizeof *seeds);
+    int count = 0, judged = 0;
+    for (int k = 0; k < all; ++k) count += judge_seed(seeds[k], &judged);
+    assert_int_equal(judged, all);
+    assert_int_equal(count, 0);
+}
+
 static void verdicts_are_those_of_the_points(void **state)
 {
     (void)state;
     int count = 0, judged = 0;
     const int seeds = test_long() ? 20000 : test_seeds(60, 500);
-    for (int seed = 0; seed < seeds; ++seed) {
-        scene s = draw(seed);
-        place(&s);
-        const verdict v = judge(&s);
-        if (!v.settled) continue;
-        ++judged;
-        for (size_t l = 0; l < sizeof systems / sizeof *systems; ++l)
-            count += wrong(seed, &s, &v, systems + l);
-    }
+    for (int seed = 0; seed < seeds; ++seed) count += judge_seed(seed, &judged);
     assert_true(judged > seeds / 2);
     assert_int_equal(count, 0);
 }
@@ -562,6 +580,7 @@ static void verdicts_are_those_of_the_points(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(verdicts_that_are_hard_to_tell),
         cmocka_unit_test(verdicts_are_those_of_the_points),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,0 +1,26 @@
+/* A direction that moves no mass, from the joints where it begins to the leaves.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRI_NULL_LIFT_H
+#define MBSRI_NULL_LIFT_H
+
+#include "recursion/data.h"
+
+/* What rounding leaves of a sum, as a share of its terms: positions and axes come out of many turns. */
+#define MBSRI_NULL_ROUNDING 1e-14
+
+/* How many times its error bound a number has to be, to be told from zero. */
+#define MBSRI_NULL_CLEAR 10.0
+
+/* A direction and its twist, with bounds of their errors: nu and size_v numbers. */
+typedef struct mbsri_lifted {
+    double *a, *a_error, *twist, *twist_error;
+} mbsri_lifted;
+
+/* Numbers of scratch for a lift. */
+size_t mbsri_null_lift_room(const mbsr_model *m);
+
+/* The direction of a vector of null rates at the group of head j. The data holds mbsri_backward. */
+void mbsri_null_lift(const mbsr_model *m, mbsr_data *d, int j, const double *vector,
+                     const mbsri_lifted *out, double *room);
+
+#endif
