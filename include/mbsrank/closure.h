@@ -167,6 +167,10 @@ MBSR_API mbsr_closure_def mbsr_default_closure_def(void);
  * forces act on body a, the opposite ones on body b. Both on one body, or both on the ground, is
  * refused, and so are bodies in GENERAL space. */
 
+/* In a definition a weld and a ball have in param their frames or points, frame a from 0 and frame b from 12
+ * on (origin, then axes); a coupling coefficient k in param[k], coordinate k in option[k], and its offset in
+ * param[MBSR_CLOSURE_BODIES]. */
+
 /* The two frames stay together: 3 rows for the turn (a's against b's, rad) and 3 for the origins
  * (m) in space; x, y, turn in the plane; x, y where a POINT takes part, which has no turn. */
 MBSR_API mbsr_closure_def mbsr_closure_weld(int a, const mbsr_frame *frame_a, int b,

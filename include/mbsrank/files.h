@@ -180,6 +180,41 @@ MBSR_API int mbsr_file_find_key(const mbsr_file *file, const char *name);
 MBSR_API int mbsr_file_mujoco_state(const mbsr_file *file, int inverse, const double *position,
                                     const double *velocity, double *q, double *u);
 
+/* ---- writing ---- */
+
+typedef struct mbsr_write_opt {
+    int cookie; /* set by mbsr_default_write_opt */
+    int strict; /* 1: findings make the writer refuse; default 0 */
+    mbsr_allocator
+        allocator; /* of what is written; default: malloc and free (both functions NULL) */
+} mbsr_write_opt;
+
+MBSR_API mbsr_write_opt mbsr_default_write_opt(void);
+
+typedef struct mbsr_written {
+    const char *text; /* `size` bytes and a NUL */
+    size_t size;
+    int findings; /* what MJCF cannot say, or MuJoCo does not take, such as bodies without mass; with
+                     file "" and line 0 */
+    const mbsr_finding *finding;
+} mbsr_written;
+
+/* A finished model as a text of MJCF. `file` (NULL: none): what it was read from, URDF or MJCF, for names, refs,
+ * limits, sites, actuators, keys and shapes; the model must have its bodies and coordinates. Bodies are
+ * written depth first, in the order of ids. Read again the text gives a model with the same accelerations, up to
+ * rounding, but for what is in findings: mostly left out. Bodies without mass are written without; MuJoCo refuses
+ * such files. docs/files.md has the table. On failure *written is NULL and the text of *error (may be
+ * NULL) names the body. Status: MBSR_OK, MBSR_ERR_NULL, MBSR_ERR_NO_DEFAULT, MBSR_ERR_VALUE (of opt),
+ * MBSR_ERR_UNFINISHED, MBSR_ERR_MISMATCH (`file` is another one), MBSR_ERR_SPACE (a joint or a body that MJCF does
+ * not have, or too many predecessors), MBSR_ERR_FILE (with `strict` there are findings),
+ * MBSR_ERR_NO_MEMORY. */
+MBSR_API int mbsr_file_write_mjcf(const mbsr_model *model, const mbsr_file *file,
+                                  const mbsr_write_opt *opt, mbsr_written **written,
+                                  mbsr_error *error);
+
+/* NULL is allowed. */
+MBSR_API void mbsr_written_destroy(mbsr_written *written);
+
 #ifdef __cplusplus
 }
 #endif

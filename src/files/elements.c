@@ -107,6 +107,25 @@ mbsr_force_def mbsri_force_transmission(const mbsri_transmission *t)
     return def;
 }
 
+bool mbsri_transmission_of(const mbsr_force_def *def, mbsri_transmission *t, int *coordinate,
+                           double *factor)
+{
+    if (def->table != &transmission) return false;
+    *t = (mbsri_transmission){.count = def->bodies,
+                              .body = def->body_list ? def->body_list : def->body,
+                              .coordinate = coordinate,
+                              .factor = factor,
+                              .gain = def->param[GAIN],
+                              .control = def->user};
+    memcpy(t->bias, def->param + BIAS, sizeof t->bias);
+    memcpy(t->rest, def->param + REST, sizeof t->rest);
+    for (int k = 0; k < def->bodies; ++k) {
+        factor[k] = def->param[TERMS + 2 * k];
+        coordinate[k] = (int)def->param[TERMS + 2 * k + 1];
+    }
+    return true;
+}
+
 /* ---- polynomials between two joint coordinates ----
  *
  * param: the polynomial (5), both refs. option: coordinates; whether both are of one body. */
@@ -179,4 +198,14 @@ mbsr_closure_def mbsri_closure_polynomial(const int body[2], const int coordinat
     def.option[0] = coordinate[0];
     def.option[1] = coordinate[1];
     return def;
+}
+
+bool mbsri_polynomial_of(const mbsr_closure_def *def, int coordinate[2], double ref[2],
+                         double power[5])
+{
+    if (def->table != &polynomial) return false;
+    memcpy(power, def->param, 5 * sizeof *power);
+    memcpy(ref, def->param + REFS, 2 * sizeof *ref);
+    memcpy(coordinate, def->option, 2 * sizeof *coordinate);
+    return true;
 }

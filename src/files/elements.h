@@ -6,6 +6,8 @@
 #include <mbsrank/closure.h>
 #include <mbsrank/force.h>
 
+#include <stdbool.h>
+
 /* Over l = sum of factor q[coordinate] of bodies: F = gain w + bias[0] + bias[1] x + bias[2] l' on l, with
  * x = l beyond rest[0] .. rest[1], measured from there (0 between; {0, 0}: x = l). */
 typedef struct mbsri_transmission {
@@ -20,8 +22,14 @@ enum { MBSRI_TRANSMISSION_MOST = 10 };
 
 mbsr_force_def mbsri_force_transmission(const mbsri_transmission *t);
 
+/* One read back; coordinate and factor have room for MBSRI_TRANSMISSION_MOST. False: it is another element. */
+bool mbsri_transmission_of(const mbsr_force_def *def, mbsri_transmission *t, int *coordinate,
+                           double *factor);
+
 /* q[coordinate[0]] of body[0] - ref[0] = polynomial of q[coordinate[1]] of body[1] - ref[1], of degree 4. */
 mbsr_closure_def mbsri_closure_polynomial(const int body[2], const int coordinate[2],
                                           const double ref[2], const double power[5]);
+bool mbsri_polynomial_of(const mbsr_closure_def *def, int coordinate[2], double ref[2],
+                         double power[5]);
 
 #endif

@@ -122,6 +122,27 @@ mbsr_inertia mbsri_solid(mbsri_arena *arena, double mass, const mbsr_frame *fram
     return mbsr_inertia_moved(frame, inertia);
 }
 
+bool mbsri_solid_of(const mbsr_inertia *inertia, double *mass, double centre[3], double tensor[6])
+{
+    static const int place[6] = {0, 4, 8, 3, 6, 7};
+    const raw *b = inertia->user;
+    *mass = inertia->mass;
+    memcpy(centre, inertia->com, 3 * sizeof *centre);
+    memcpy(tensor, inertia->tensor, 6 * sizeof *tensor);
+    if (inertia->kind != MBSR_INERTIA_FUNCTION || inertia->function != raw_inertia)
+        return inertia->kind == MBSR_INERTIA_NOT_GIVEN || inertia->kind == MBSR_INERTIA_SPATIAL ||
+               inertia->kind == MBSR_INERTIA_PARTICLE;
+    *mass = b->mass;
+    memcpy(centre, b->com, 3 * sizeof *centre);
+    double square = 0.0;
+    for (int k = 0; k < 3; ++k) square += centre[k] * centre[k];
+    for (int k = 0; k < 6; ++k) {
+        const int i = place[k] % 3, j = place[k] / 3;
+        tensor[k] = b->tensor[place[k]] - *mass * ((i == j ? square : 0.0) - centre[i] * centre[j]);
+    }
+    return true;
+}
+
 bool mbsri_shape_solid(mbsr_shape_kind kind, const double size[3], double *volume, double tensor[6])
 {
     const double r = size[0], h = size[1];

@@ -10,6 +10,10 @@
 mbsr_inertia mbsri_solid(mbsri_arena *arena, double mass, const mbsr_frame *frame,
                          const double tensor[6]);
 
+/* Mass, centre and tensor about it along the body's axes of a rigid body, of such a tensor too. False: it is another
+ * inertia; one that is not given counts as zero. */
+bool mbsri_solid_of(const mbsr_inertia *inertia, double *mass, double centre[3], double tensor[6]);
+
 /* The eigenvalues of such a tensor, ascending. */
 void mbsri_moments(const double tensor[6], double moments[3]);
 

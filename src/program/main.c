@@ -54,6 +54,13 @@ static const command commands[] = {
      "  -o PAGE        where to; - is standard output\n"
      "  --inputs FILE  of the run, for the reactions\n" COMMON,
      run_view},
+    {"convert", "write a model as MJCF",
+     "usage: mbsrank convert FILE TO [options]\n"
+     "TO becomes MJCF, read again a model with the same accelerations; - is standard output. What\n"
+     "MJCF cannot say, or MuJoCo does not take, goes to standard error.\n"
+     "  --floating     URDF: the root link is free\n"
+     "  --strict       refuse files with findings, of reading or writing\n",
+     run_convert},
 };
 enum { COMMANDS = sizeof commands / sizeof *commands };
 

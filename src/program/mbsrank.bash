@@ -5,7 +5,7 @@ _mbsrank() {
     local common="--start --floating --strict --help"
     COMPREPLY=()
     if [ "$COMP_CWORD" -eq 1 ]; then
-        mapfile -t COMPREPLY < <(compgen -W "info check run plot view --help --version" -- "$word")
+        mapfile -t COMPREPLY < <(compgen -W "info check run plot view convert --help --version" -- "$word")
         return
     fi
     case $before in
@@ -16,6 +16,7 @@ _mbsrank() {
         case ${COMP_WORDS[1]} in
         run) common="$common --t-end --step --rtol --atol --form --inputs --output -o --quiet" ;;
         plot) common="--columns --title -o --help" ;;
+        convert) common="--floating --strict --help" ;;
         view) common="$common --inputs -o" ;;
         *) common="$common --json" ;;
         esac

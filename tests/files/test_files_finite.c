@@ -122,6 +122,23 @@ static int no_state(void)
     return mbsr_file_mujoco_state(NULL, 0, &q, &u, &q, &u) == MBSR_OK;
 }
 
+static int no_write_defaults(void)
+{
+    return mbsr_default_write_opt().cookie == 0;
+}
+
+static int no_text(void)
+{
+    mbsr_written *written;
+    return mbsr_file_write_mjcf(NULL, NULL, NULL, &written, NULL) == MBSR_OK || written != NULL;
+}
+
+static int no_written(void)
+{
+    mbsr_written_destroy(NULL);
+    return 0;
+}
+
 /* Functions of the component (tests/hygiene/finite.sh), each with what must not come of NULL. */
 static const struct {
     const char *name;
@@ -131,7 +148,8 @@ static const struct {
     {"mbsr_file_destroy", no_destroy},        {"mbsr_file_take_model", no_model},
     {"mbsr_file_find_joint", no_joint},       {"mbsr_file_find_site", no_site},
     {"mbsr_file_find_actuator", no_actuator}, {"mbsr_file_find_key", no_key},
-    {"mbsr_file_mujoco_state", no_state},
+    {"mbsr_file_mujoco_state", no_state},     {"mbsr_default_write_opt", no_write_defaults},
+    {"mbsr_file_write_mjcf", no_text},        {"mbsr_written_destroy", no_written},
 };
 
 static void nothing_comes_of_null(void **state)

@@ -50,6 +50,17 @@ ends 1 '"undetermined": 6' check --json --floating "$work/one.urdf"
 ends 0 '1 damped, 0 elastic, 0 undetermined; index 1' check "$models/quarter_car.xml"
 ends 0 '"determined": true' check --json "$models/arm.urdf"
 
+ends 0 'usage: mbsrank convert' convert --help
+ends 2 'there is no file' convert
+ends 2 'where to is missing' convert "$models/arm.urdf"
+ends 2 'third one' convert "$models/arm.urdf" a.xml b.xml
+ends 2 'no option --fast' convert "$models/arm.urdf" "$work/arm.xml" --fast
+ends 0 "arm.xml: body 'wrist_1': it has no mass" convert "$models/arm.urdf" "$work/arm.xml"
+"$program" check --json "$models/arm.urdf" >"$work/before" && "$program" check --json "$work/arm.xml" >"$work/after"
+cmp "$work/before" "$work/after" || { echo "the converted arm has another report"; failed=1; }
+ends 4 'strict mode' convert --strict "$models/arm.urdf" "$work/arm.xml"
+ends 4 'cannot be written' convert "$models/arm.urdf" "$work/none/arm.xml"
+
 # The page is the bundle with the data in it.
 printf 'before<!--data-->after' >"$work/bundle"
 MBSRANK_VIEWER=$work/bundle

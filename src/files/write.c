@@ -1,0 +1,265 @@
+/* A model as MJCF: see files.h.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * The body of a joint with frames A and B and the axes R_k stands, as drawn at q = ref, at
+ *
+ *   T = A R_1(ref_1) R_2(ref_2) ... B^-1,
+ *
+ * and axis k moves it about B (R_k+1(ref_k+1) ...)^-1, seen in the body, by q_k - ref_k. */
+#include "files/writer.h"
+#include "files/xml.h"
+
+#include <stdio.h>
+#include <string.h>
+
+enum { COOKIE = 0x6d627377, DEEPEST = MBSRI_XML_DEPTH - 10 };
+
+mbsr_write_opt mbsr_default_write_opt(void)
+{
+    return (mbsr_write_opt){.cookie = COOKIE};
+}
+
+static int fail(mbsr_error *error, int status, const char *text)
+{
+    if (!error) return status;
+    *error = (mbsr_error){.status = status, .body = MBSR_NONE, .force = MBSR_NONE};
+    snprintf(error->text, sizeof error->text, "mbsr_file_write_mjcf: %.220s", text);
+    return status;
+}
+
+/* ---- what is to be written ---- */
+
+static bool take(mbsri_writer *w)
+{
+    const size_t bodies = (size_t)w->bodies + 1, rates = (size_t)w->nu + 1;
+    w->body = mbsri_arena_take(w->arena, bodies * sizeof *w->body);
+    w->def = mbsri_arena_take(w->arena, bodies * sizeof *w->def);
+    w->chain = mbsri_arena_take(w->arena, bodies * sizeof *w->chain);
+    w->frame = mbsri_arena_take(w->arena, bodies * sizeof *w->frame);
+    w->world = mbsri_arena_take(w->arena, bodies * sizeof *w->world);
+    w->joint_at = mbsri_arena_take(w->arena, bodies * sizeof *w->joint_at);
+    w->joint = mbsri_arena_take(w->arena, rates * sizeof *w->joint);
+    return !w->arena->failed;
+}
+
+/* Why a body cannot be written; NULL: it can. */
+static const char *obstacle(const mbsri_writer *w, int k)
+{
+    const mbsr_joint_chain *c = w->chain + k;
+    if (mbsr_joint_chain_of(&w->def[k].joint, w->chain + k))
+        return "its joint is none that MJCF has";
+    if (mbsr_body_locks(w->model, k) > 0) return "coordinates of its joint are locked";
+    for (int l = 0; l < c->axes; ++l) {
+        if (c->axis[l].kind == MBSR_AXIS_SCREW) return "MJCF has no screws";
+        if (c->axis[l].driven) return "MJCF has no driven axes";
+    }
+    if (c->quaternion && c->axes > 0 && w->def[k].parent != MBSR_GROUND)
+        return "free joints of MJCF begin at the world";
+    return NULL;
+}
+
+static bool read_bodies(mbsri_writer *w)
+{
+    for (int k = 0; k < w->bodies; ++k) {
+        mbsr_body_definition(w->model, k, w->def + k);
+        const char *why = obstacle(w, k);
+        if (!why) continue;
+        snprintf(w->message, sizeof w->message, "body %d '%.80s': %s", k,
+                 mbsr_body_name(w->model, k), why);
+        return false;
+    }
+    return true;
+}
+
+/* A name that no other one has: as given, else what stands for it. */
+static const char *own_name(mbsri_writer *w, mbsri_names *names, const char *given,
+                            const char *instead, int number)
+{
+    const char *name = given;
+    for (int k = 0; !name || !*name || mbsri_names_find(names, name) >= 0; ++k)
+        name = mbsri_write_print(w, k > 0 ? "%s_%d_%d" : "%s_%d", instead, number, k);
+    mbsri_names_add(w->arena, names, name, number);
+    return name;
+}
+
+static const mbsr_file_joint *joint_read(const mbsri_writer *w, int body, int coordinate)
+{
+    for (int k = 0; w->file && k < w->file->joints; ++k) {
+        const mbsr_file_joint *j = w->file->joint + k;
+        if (j->body == body && j->coordinate == coordinate && j->kind != MBSR_FILE_FIXED) return j;
+    }
+    return NULL;
+}
+
+static void name_joints(mbsri_writer *w, mbsri_names *names, int k)
+{
+    const mbsr_joint_chain *c = w->chain + k;
+    const int count = c->quaternion ? 1 : c->axes;
+    int first;
+    mbsr_body_coordinates(w->model, k, NULL, NULL, &first, NULL);
+    w->joint_at[k] = first;
+    for (int l = 0; l < count; ++l) {
+        mbsri_written_joint *j = w->joint + first + l;
+        j->of = joint_read(w, k, l);
+        j->body = k, j->coordinate = l;
+        j->kind = c->quaternion ? (c->axes > 0 ? MBSR_FILE_FREE : MBSR_FILE_BALL)
+                  : c->axis[l].kind == MBSR_AXIS_ROTATION ? MBSR_FILE_HINGE
+                                                          : MBSR_FILE_SLIDE;
+        j->name = own_name(w, names, j->of ? j->of->name : NULL, "joint", first + l);
+    }
+}
+
+static mbsr_frame turned_by(const mbsr_axis *axis, double q)
+{
+    const double *a = axis->direction;
+    if (axis->kind == MBSR_AXIS_ROTATION) return mbsr_frame_turned(NULL, a, q);
+    return mbsr_frame_at(q * a[0], q * a[1], q * a[2]);
+}
+
+/* Its axes and where it is drawn; a free joint where q0 has it. */
+static void draw_body(mbsri_writer *w, int k)
+{
+    const mbsr_joint_chain *c = w->chain + k;
+    mbsri_written_joint *joints = w->joint + w->joint_at[k];
+    mbsr_frame T = c->A, behind = c->B;
+    const bool is_free = c->quaternion && c->axes > 0;
+    if (is_free && w->file) {
+        int q;
+        mbsr_body_coordinates(w->model, k, &q, NULL, NULL, NULL);
+        const mbsr_frame drawn = mbsr_frame_quaternion(w->file->q0 + q + 4, w->file->q0 + q);
+        T = mbsr_frame_product(&T, &drawn);
+    }
+    if (c->quaternion) memcpy(joints->anchor, c->B.x, sizeof joints->anchor);
+    for (int l = c->quaternion ? -1 : c->axes - 1; l >= 0; --l) {
+        mbsri_written_joint *j = joints + l;
+        const double ref = j->of ? j->of->ref : 0.0, *a = c->axis[l].direction;
+        for (int i = 0; i < 9; ++i) j->axis[i % 3] += behind.R[i] * a[i / 3];
+        memcpy(j->anchor, behind.x, sizeof j->anchor);
+        if (!(ref < 0.0 || ref > 0.0)) continue;
+        const mbsr_frame back = turned_by(c->axis + l, -ref);
+        behind = mbsr_frame_product(&behind, &back);
+    }
+    const mbsr_frame end = mbsr_frame_inverse(&behind);
+    w->frame[k] = mbsr_frame_product(&T, &end);
+}
+
+/* Predecessors may have larger ids: those of a body are drawn first. */
+static void place_in_world(mbsri_writer *w, int k)
+{
+    mbsr_frame T = w->frame[k];
+    for (int p = w->def[k].parent; p != MBSR_GROUND; p = w->def[p].parent)
+        T = mbsr_frame_product(w->frame + p, &T);
+    w->world[k] = T;
+}
+
+static bool too_deep(mbsri_writer *w, int k)
+{
+    int depth = 0;
+    for (int p = k; p != MBSR_GROUND; p = w->def[p].parent) ++depth;
+    if (depth <= DEEPEST) return false;
+    snprintf(w->message, sizeof w->message, "body %d '%.80s' has more than %d predecessors", k,
+             mbsr_body_name(w->model, k), DEEPEST);
+    return true;
+}
+
+static bool prepare(mbsri_writer *w)
+{
+    mbsri_names bodies = {.count = 0}, joints = {.count = 0};
+    if (!take(w) || !read_bodies(w)) return false;
+    mbsri_names_add(w->arena, &bodies, "world", -1);
+    for (int k = 0; k < w->bodies; ++k) {
+        if (too_deep(w, k)) return false;
+        w->body[k] = own_name(w, &bodies, mbsr_body_name(w->model, k), "body", k);
+        name_joints(w, &joints, k);
+        draw_body(w, k);
+    }
+    for (int k = 0; k < w->bodies; ++k) place_in_world(w, k);
+    mbsri_write_collect(w);
+    return !w->arena->failed;
+}
+
+/* ---- all of it ---- */
+
+static void write_all(mbsri_writer *w)
+{
+    mbsri_text *t = &w->text;
+    mbsri_begin(t, "mujoco");
+    mbsri_set_text(t, "model", w->file ? w->file->name : NULL);
+    mbsri_into(t);
+    mbsri_begin(t, "compiler");
+    mbsri_set_text(t, "angle", "radian");
+    mbsri_set_text(t, "inertiafromgeom", "false");
+    mbsri_end(t);
+    mbsri_begin(t, "option");
+    mbsri_set_numbers(t, "gravity", 3, w->gravity);
+    mbsri_end(t);
+    mbsri_write_bodies(w);
+    mbsri_write_rest(w);
+    mbsri_out(t, "mujoco");
+}
+
+static int write_model(mbsri_written *to, const mbsr_model *model, const mbsr_file *file,
+                       const mbsr_write_opt *opt, mbsr_error *error)
+{
+    mbsri_writer writer = {.arena = &to->arena,
+                           .model = model,
+                           .file = file,
+                           .text = {.arena = &to->arena},
+                           .bodies = mbsr_model_bodies(model),
+                           .nu = mbsr_model_nu(model)};
+    mbsri_writer *w = &writer;
+    const bool good = prepare(w);
+    if (good) write_all(w);
+    if (w->arena->failed) return fail(error, MBSR_ERR_NO_MEMORY, "no memory");
+    if (!good) return fail(error, MBSR_ERR_SPACE, w->message);
+    const mbsr_finding *f = w->findings.items;
+    if (opt->strict && w->findings.count > 0) {
+        char reason[MBSR_TEXT_SIZE];
+        snprintf(reason, sizeof reason, "%.70s: %.100s (%d such findings, strict mode)", f->element,
+                 f->text, w->findings.count);
+        return fail(error, MBSR_ERR_FILE, reason);
+    }
+    to->written = (mbsr_written){
+        .text = w->text.data, .size = w->text.size, .findings = w->findings.count, .finding = f};
+    return MBSR_OK;
+}
+
+int mbsr_file_write_mjcf(const mbsr_model *model, const mbsr_file *file, const mbsr_write_opt *opt,
+                         mbsr_written **written, mbsr_error *error)
+{
+    const mbsr_write_opt standard = mbsr_default_write_opt();
+    if (written) *written = NULL;
+    if (!model || !written)
+        return fail(error, MBSR_ERR_NULL, model ? "written is NULL" : "model is NULL");
+    if (!opt) opt = &standard;
+    if (opt->cookie != COOKIE)
+        return fail(error, MBSR_ERR_NO_DEFAULT,
+                    "the options were not made by mbsr_default_write_opt");
+    if ((opt->allocator.allocate == NULL) != (opt->allocator.release == NULL))
+        return fail(error, MBSR_ERR_VALUE, "opt.allocator has one of its two functions");
+    if (mbsr_model_bodies(model) < 0)
+        return fail(error, MBSR_ERR_UNFINISHED, "the model is not finished");
+    if (file && (file->bodies != mbsr_model_bodies(model) || file->nq != mbsr_model_nq(model)))
+        return fail(error, MBSR_ERR_MISMATCH, "the model is not that of the file as read");
+    mbsri_arena arena;
+    mbsri_arena_open(&arena, &opt->allocator);
+    mbsri_written *to = mbsri_arena_take(&arena, sizeof *to);
+    if (!to) {
+        mbsri_arena_close(&arena);
+        return fail(error, MBSR_ERR_NO_MEMORY, "no memory");
+    }
+    to->arena = arena;
+    const int status = write_model(to, model, file, opt, error);
+    if (status)
+        mbsr_written_destroy(&to->written);
+    else
+        *written = &to->written;
+    return status;
+}
+
+void mbsr_written_destroy(mbsr_written *written)
+{
+    if (!written) return;
+    mbsri_arena arena = ((mbsri_written *)(void *)written)->arena;
+    mbsri_arena_close(&arena);
+}

@@ -1,0 +1,214 @@
+/* Bodies as elements of MJCF, each within its predecessor.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "files/solids.h"
+#include "files/writer.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+static bool differs(const mbsr_frame *frame)
+{
+    const mbsr_frame unit = mbsr_frame_identity();
+    double most = 0.0;
+    for (int k = 0; k < 9; ++k) most = fmax(most, fabs(frame->R[k] - unit.R[k]));
+    return most > 1e-15;
+}
+
+/* ---- inertias ---- */
+
+static void write_inertia(mbsri_writer *w, int k, const char *element)
+{
+    double mass, centre[3], I[6];
+    const mbsr_inertia *inertia = &w->def[k].inertia;
+    if (!mbsri_solid_of(inertia, &mass, centre, I)) {
+        mbsri_write_find(w, element, "its inertia is no rigid body's: it is left out");
+        return;
+    }
+    if (w->def[k].joint.n > 0 && !(mass > 0.0))
+        mbsri_write_find(w, element, "it has no mass: MuJoCo refuses the file");
+    if (inertia->kind == MBSR_INERTIA_NOT_GIVEN) return;
+    const bool diagonal = !(fabs(I[3]) > 0.0) && !(fabs(I[4]) > 0.0) && !(fabs(I[5]) > 0.0);
+    mbsri_begin(&w->text, "inertial");
+    mbsri_set_numbers(&w->text, "pos", 3, centre);
+    mbsri_set_number(&w->text, "mass", mass);
+    mbsri_set_numbers(&w->text, diagonal ? "diaginertia" : "fullinertia", diagonal ? 3 : 6, I);
+    mbsri_end(&w->text);
+}
+
+/* ---- joints ---- */
+
+static void find_joint(mbsri_writer *w, const mbsri_written_joint *j, const char *what)
+{
+    char element[120];
+    snprintf(element, sizeof element, "joint '%.80s'", j->name);
+    mbsri_write_find(w, element, "%s", what);
+}
+
+static void set_passive(mbsri_writer *w, const mbsri_written_joint *j)
+{
+    mbsri_text *t = &w->text;
+    const double armature = mbsr_body_armature(w->model, j->body)[j->coordinate],
+                 rest = fabs(j->stiffness) > 0.0 ? j->moment / j->stiffness : 0.0;
+    if (fabs(j->stiffness) > 0.0) mbsri_set_number(t, "stiffness", j->stiffness);
+    if (fabs(rest) > 0.0) mbsri_set_number(t, "springref", rest);
+    if (fabs(j->damping) > 0.0) mbsri_set_number(t, "damping", j->damping);
+    if (armature > 0.0) mbsri_set_number(t, "armature", armature);
+    if (!j->of) return;
+    if (j->of->friction > 0.0) mbsri_set_number(t, "frictionloss", j->of->friction);
+    if (j->of->limited) {
+        mbsri_set_text(t, "limited", "true");
+        mbsri_set_numbers(t, "range", 2, j->of->range);
+    }
+}
+
+static void write_joint(mbsri_writer *w, const mbsri_written_joint *j)
+{
+    static const char *const types[] = {"", "hinge", "slide", "ball", "free"};
+    mbsri_text *t = &w->text;
+    mbsri_begin(t, "joint");
+    mbsri_set_text(t, "name", j->name);
+    mbsri_set_text(t, "type", types[j->kind]);
+    if (j->kind == MBSR_FILE_HINGE || j->kind == MBSR_FILE_SLIDE)
+        mbsri_set_numbers(t, "axis", 3, j->axis);
+    if (j->kind == MBSR_FILE_HINGE || j->kind == MBSR_FILE_BALL)
+        mbsri_set_numbers(t, "pos", 3, j->anchor);
+    if (j->of && fabs(j->of->ref) > 0.0) mbsri_set_number(t, "ref", j->of->ref);
+    set_passive(w, j);
+    mbsri_end(t);
+}
+
+static void write_joints(mbsri_writer *w, int k)
+{
+    const mbsr_joint_chain *c = w->chain + k;
+    const mbsri_written_joint *j = w->joint + w->joint_at[k];
+    const bool is_free = c->quaternion && c->axes > 0;
+    const double *B = c->B.x;
+    if (is_free && (differs(&c->A) || differs(&c->B) || fabs(c->A.x[0]) + fabs(c->A.x[1]) > 0.0 ||
+                    fabs(c->A.x[2]) + fabs(B[0]) + fabs(B[1]) + fabs(B[2]) > 0.0))
+        find_joint(w, j, "its coordinates are those of the body in the world");
+    if (c->quaternion && !is_free && differs(&c->B))
+        find_joint(w, j, "its quaternion is told along the body's axes");
+    for (int l = 0; l < (c->quaternion ? 1 : c->axes); ++l) write_joint(w, j + l);
+}
+
+/* ---- what stands on a body ---- */
+
+static void write_shape(mbsri_writer *w, const mbsr_file_shape *s, int number)
+{
+    static const char *const types[] = {"box",       "sphere", "cylinder", "capsule",
+                                        "ellipsoid", "plane",  "mesh"};
+    static const int sizes[] = {3, 1, 2, 2, 3, 3, 0};
+    mbsri_text *t = &w->text;
+    if (s->kind == MBSR_SHAPE_MESH && !s->mesh) return;
+    mbsri_begin(t, "geom");
+    mbsri_set_text(t, "name", s->name);
+    mbsri_set_text(t, "type", types[s->kind]);
+    if (s->kind == MBSR_SHAPE_MESH)
+        mbsri_set_text(t, "mesh", mbsri_write_print(w, "mesh_%d", number));
+    else
+        mbsri_set_numbers(t, "size", sizes[s->kind], s->size);
+    mbsri_write_frame(w, &s->frame);
+    mbsri_set_numbers(t, "rgba", 4, s->colour);
+    if (s->visual) {
+        mbsri_set_text(t, "contype", "0");
+        mbsri_set_text(t, "conaffinity", "0");
+    }
+    mbsri_end(t);
+}
+
+static void write_site(mbsri_writer *w, const char *name, const mbsr_frame *frame)
+{
+    mbsri_begin(&w->text, "site");
+    mbsri_set_text(&w->text, "name", name);
+    mbsri_write_frame(w, frame);
+    mbsri_end(&w->text);
+}
+
+static void write_shapes_and_sites(mbsri_writer *w, int body)
+{
+    const mbsri_written_spring *spring = w->springs.items;
+    for (int k = 0; w->file && k < w->file->shapes; ++k)
+        if (w->file->shape[k].body == body) write_shape(w, w->file->shape + k, k);
+    for (int k = 0; w->file && k < w->file->sites; ++k)
+        if (w->file->site[k].body == body)
+            write_site(w, w->file->site[k].name, &w->file->site[k].frame);
+    for (int k = 0; k < w->springs.count; ++k) {
+        for (int l = 0; l < 2; ++l) {
+            const double *x = spring[k].point[l];
+            const mbsr_frame frame = mbsr_frame_at(x[0], x[1], x[2]);
+            if (spring[k].body[l] == body) write_site(w, spring[k].site[l], &frame);
+        }
+    }
+}
+
+static void write_meshes(mbsri_writer *w)
+{
+    bool some = false;
+    for (int k = 0; w->file && k < w->file->shapes; ++k) {
+        const mbsr_file_shape *s = w->file->shape + k;
+        if (s->kind != MBSR_SHAPE_MESH || !s->mesh) continue;
+        if (!some) mbsri_begin(&w->text, "asset"), mbsri_into(&w->text);
+        some = true;
+        mbsri_begin(&w->text, "mesh");
+        mbsri_set_text(&w->text, "name", mbsri_write_print(w, "mesh_%d", k));
+        mbsri_set_text(&w->text, "file", s->mesh);
+        mbsri_set_numbers(&w->text, "scale", 3, s->size);
+        mbsri_end(&w->text);
+    }
+    if (some) mbsri_out(&w->text, "asset");
+}
+
+/* ---- bodies ---- */
+
+static void begin_body(mbsri_writer *w, int k)
+{
+    char element[120];
+    snprintf(element, sizeof element, "body '%.80s'", w->body[k]);
+    mbsri_begin(&w->text, "body");
+    mbsri_set_text(&w->text, "name", w->body[k]);
+    mbsri_write_frame(w, w->frame + k);
+    mbsri_into(&w->text);
+    if (mbsr_body_regularisation(w->model, k))
+        mbsri_write_find(w, element, "what was added to its mass matrix is left out");
+    write_inertia(w, k, element);
+    write_joints(w, k);
+    write_shapes_and_sites(w, k);
+}
+
+/* First child and next sibling of each body, in ascending order; [0] and on: of the world, then of body 0. */
+static bool link_children(mbsri_writer *w, int **first, int **next)
+{
+    const size_t size = ((size_t)w->bodies + 1) * sizeof **first;
+    *first = mbsri_arena_take(w->arena, size);
+    *next = mbsri_arena_take(w->arena, size);
+    if (!*first || !*next) return false;
+    for (int k = 0; k <= w->bodies; ++k) (*first)[k] = -1;
+    for (int k = w->bodies - 1; k >= 0; --k) {
+        const int on = w->def[k].parent + 1;
+        (*next)[k] = (*first)[on];
+        (*first)[on] = k;
+    }
+    return true;
+}
+
+void mbsri_write_bodies(mbsri_writer *w)
+{
+    int *first, *next;
+    if (!link_children(w, &first, &next)) return;
+    write_meshes(w);
+    mbsri_begin(&w->text, "worldbody");
+    mbsri_into(&w->text);
+    write_shapes_and_sites(w, MBSR_GROUND);
+    for (int k = first[0]; k >= 0;) {
+        begin_body(w, k);
+        int on = first[k + 1];
+        while (on < 0 && k >= 0) {
+            mbsri_out(&w->text, "body");
+            on = next[k];
+            k = w->def[k].parent;
+        }
+        k = on;
+    }
+    mbsri_out(&w->text, "worldbody");
+}

@@ -1,0 +1,72 @@
+/* Writing a model as MJCF: what the parts of the writer share.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRI_FILES_WRITER_H
+#define MBSRI_FILES_WRITER_H
+
+#include "files/names.h"
+#include "files/write_text.h"
+
+#include <mbsrank/files.h>
+
+/* What is written; first its public part. */
+typedef struct mbsri_written {
+    mbsr_written written;
+    mbsri_arena arena;
+} mbsri_written;
+
+/* A joint of the file to be: by the place of its first rate in u. */
+typedef struct mbsri_written_joint {
+    const char *name; /* NULL: no joint begins with this rate */
+    mbsr_file_joint_kind kind;
+    int body, coordinate;              /* as in mbsr_file_joint */
+    const mbsr_file_joint *of;         /* what was read; NULL: nothing */
+    double axis[3], anchor[3];         /* in the body as drawn */
+    double stiffness, damping, moment; /* of its springs; moment: sum of stiffness times rest */
+} mbsri_written_joint;
+
+/* A spring between two points, with the sites that it needs. */
+typedef struct mbsri_written_spring {
+    const char *name, *site[2];
+    int body[2];
+    double point[2][3], stiffness, damping, rest;
+} mbsri_written_spring;
+
+typedef struct mbsri_writer {
+    mbsri_arena *arena;
+    const mbsr_model *model;
+    const mbsr_file *file; /* NULL: none */
+    mbsri_text text;
+    mbsri_list findings;
+    char message[MBSR_TEXT_SIZE]; /* why it cannot be written; "": it can */
+    int bodies, nu;
+    const char **body; /* names, by id */
+    mbsr_body_def *def;
+    mbsr_joint_chain *chain;
+    mbsr_frame *frame, *world;  /* as drawn: in the parent, in the world */
+    mbsri_written_joint *joint; /* nu */
+    int *joint_at;              /* by body: its first rate */
+    double gravity[3];
+    mbsri_list springs; /* mbsri_written_spring */
+} mbsri_writer;
+
+/* Lists what MJCF cannot say of an element: such as ("body 'a'", "..."). */
+void mbsri_write_find(mbsri_writer *w, const char *element, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
+
+/* A text of the arena by a format; "" without memory. */
+const char *mbsri_write_print(mbsri_writer *w, const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
+
+/* pos and quat of a frame, left out where they are zero and 1. */
+void mbsri_write_frame(mbsri_writer *w, const mbsr_frame *frame);
+
+/* What force elements there are: springs of joints, gravity, springs between points. */
+void mbsri_write_collect(mbsri_writer *w);
+
+/* Bodies with their joints, inertias, shapes and sites. */
+void mbsri_write_bodies(mbsri_writer *w);
+
+/* Equalities, tendons, actuators and keys. */
+void mbsri_write_rest(mbsri_writer *w);
+
+#endif

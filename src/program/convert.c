@@ -1,0 +1,55 @@
+/* mbsrank convert: a model from a file as MJCF.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "program/program.h"
+
+#include <string.h>
+
+static int write_file(const char *path, const mbsr_written *w)
+{
+    FILE *to = strcmp(path, "-") == 0 ? stdout : fopen(path, "w");
+    if (!to) return complain(FAILED, "%s cannot be written", path);
+    bool good = fwrite(w->text, 1, w->size, to) == w->size;
+    good = fflush(to) == 0 && good;
+    if (to != stdout) good = fclose(to) == 0 && good;
+    return good ? DONE : complain(FAILED, "%s cannot be written", path);
+}
+
+static int convert(const program_options *o, const program_model *m, const char *path)
+{
+    mbsr_written *written;
+    mbsr_error error;
+    mbsr_write_opt opt = mbsr_default_write_opt();
+    opt.strict = o->strict;
+    if (mbsr_file_write_mjcf(m->model, m->file, &opt, &written, &error))
+        return complain(FAILED, "%s", error.text);
+    for (int k = 0; k < written->findings; ++k)
+        fprintf(stderr, "%s: %s: %s\n", path, written->finding[k].element,
+                written->finding[k].text);
+    const int code = write_file(path, written);
+    mbsr_written_destroy(written);
+    return code;
+}
+
+int run_convert(int argc, char **argv)
+{
+    program_options o = {.path = NULL};
+    program_model m = {.text = NULL};
+    const char *to = NULL;
+    int code = DONE;
+    for (int at = 0; at < argc && !code; ++at) {
+        const bool second = o.path && (argv[at][0] != '-' || !argv[at][1]);
+        if (second && to)
+            code = complain(USAGE, "convert: two files: '%s' is a third one", argv[at]);
+        else if (second)
+            to = argv[at];
+        else if (!common_option(argc, argv, &at, &o, &code))
+            code = complain(USAGE, "convert: there is no option %s", argv[at]);
+        if (at < 0) return USAGE;
+    }
+    if (!code && o.path && !to) code = complain(USAGE, "convert: where to is missing");
+    if (code) return code;
+    code = open_model(&o, false, &m);
+    if (!code) code = convert(&o, &m, to);
+    close_model(&m);
+    return code;
+}
