@@ -131,7 +131,8 @@ bool mbsri_solid_of(const mbsr_inertia *inertia, double *mass, double centre[3],
     memcpy(tensor, inertia->tensor, 6 * sizeof *tensor);
     if (inertia->kind != MBSR_INERTIA_FUNCTION || inertia->function != raw_inertia)
         return inertia->kind == MBSR_INERTIA_NOT_GIVEN || inertia->kind == MBSR_INERTIA_SPATIAL ||
-               inertia->kind == MBSR_INERTIA_PARTICLE;
+               inertia->kind == MBSR_INERTIA_PARTICLE ||
+               (inertia->kind == MBSR_INERTIA_MATRIX && !inertia->matrix); /* zero, stated */
     *mass = b->mass;
     memcpy(centre, b->com, 3 * sizeof *centre);
     double square = 0.0;

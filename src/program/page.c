@@ -61,11 +61,13 @@ static void put_floats(FILE *to, size_t n, const float *x)
 /* Whether a body has neither mass nor moment of inertia, and its mass; NaN: it is no rigid one. */
 static bool weigh(const mbsr_inertia *i, double *mass)
 {
+    const bool zero = i->kind == MBSR_INERTIA_NOT_GIVEN ||
+                      (i->kind == MBSR_INERTIA_MATRIX && !i->matrix), /* zero, stated */
+        rigid = i->kind == MBSR_INERTIA_SPATIAL || i->kind == MBSR_INERTIA_PARTICLE;
     bool none = i->mass == 0.0;
     for (int k = 0; k < 6; ++k) none = none && i->tensor[k] == 0.0;
-    const bool rigid = i->kind == MBSR_INERTIA_SPATIAL || i->kind == MBSR_INERTIA_PARTICLE;
-    *mass = i->kind == MBSR_INERTIA_NOT_GIVEN ? 0.0 : rigid ? i->mass : NAN;
-    return i->kind == MBSR_INERTIA_NOT_GIVEN || (rigid && none);
+    *mass = zero ? 0.0 : rigid ? i->mass : NAN;
+    return zero || (rigid && none);
 }
 
 /* Where the joint is on the predecessor and on the body, and its axes in the predecessor. */

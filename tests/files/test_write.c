@@ -225,6 +225,9 @@ static void all_features_come_back(void **unused)
         if (a->shape[k].mesh) assert_string_equal(a->shape[k].mesh, b->shape[k].mesh);
     }
     assert_true(has_finding(t.written, "body 'light'", "MuJoCo refuses"));
+    assert_true(
+        has_finding(t.written, "body 'fore/b'", "MuJoCo refuses")); /* c has another anchor */
+    assert_int_equal(t.written->findings, 2);
     end_trip(&t);
 }
 

@@ -100,34 +100,77 @@ static void compare_states(const mbsr_file *file, mbsr_data *d, mjModel *m, mjDa
     assert_close(mass, mj_getTotalmass(m), 1e-12 * mass);
 }
 
+/* NULL, and why, where MuJoCo refuses it. */
+static mjModel *load_in_mujoco(const char *text, char wrong[500])
+{
+    static const char path[] = "against_mujoco.xml";
+    FILE *to = fopen(path, "w");
+    assert_non_null(to);
+    fputs(text, to);
+    fclose(to);
+    mjModel *m = mj_loadXML(path, NULL, wrong, 500);
+    remove(path);
+    return m;
+}
+
+/* A model of this library moves as that text does in MuJoCo. */
+static void compare_models(const mbsr_file *file, const char *text)
+{
+    char wrong[500] = "";
+    mjModel *m = load_in_mujoco(text, wrong);
+    if (!m) print_error("%s\n%s\n", wrong, text);
+    assert_non_null(m);
+    mjData *md = mj_makeData(m);
+    mbsr_data *d;
+    m->opt.disableflags |=
+        mjDSBL_CONTACT | mjDSBL_LIMIT | mjDSBL_EQUALITY | mjDSBL_FRICTIONLOSS | mjDSBL_ACTUATION;
+    assert_int_equal(file->nq, m->nq);
+    assert_int_equal(file->nu, m->nv);
+    assert_ok(mbsr_data_create(file->model, &d, NULL), NULL);
+    for (uint64_t seed = 1; seed <= 5; ++seed) compare_states(file, d, m, md, seed);
+    mbsr_data_destroy(d);
+    mj_deleteData(md);
+    mj_deleteModel(m);
+}
+
+static mbsr_file *read_finished(const char *text)
+{
+    mbsr_file *file = read_small(text, NULL);
+    assert_ok(mbsr_model_finish(file->model), mbsr_model_error(file->model));
+    return file;
+}
+
 static void models_move_as_in_mujoco(void **state)
 {
     (void)state;
     for (size_t k = 0; k < sizeof models / sizeof *models; ++k) {
-        static const char path[] = "against_mujoco.xml";
-        char wrong[500] = "";
-        FILE *to = fopen(path, "w");
-        assert_non_null(to);
-        fputs(models[k], to);
-        fclose(to);
-        mjModel *m = mj_loadXML(path, NULL, wrong, sizeof wrong);
-        remove(path);
-        if (!m) print_error("%s\n", wrong);
-        assert_non_null(m);
-        mjData *md = mj_makeData(m);
-        m->opt.disableflags |= mjDSBL_CONTACT | mjDSBL_LIMIT | mjDSBL_EQUALITY |
-                               mjDSBL_FRICTIONLOSS | mjDSBL_ACTUATION;
-        mbsr_file *file = read_small(models[k], NULL);
-        mbsr_data *d;
-        assert_int_equal(file->nq, m->nq);
-        assert_int_equal(file->nu, m->nv);
-        assert_ok(mbsr_model_finish(file->model), mbsr_model_error(file->model));
-        assert_ok(mbsr_data_create(file->model, &d, NULL), NULL);
-        for (uint64_t seed = 1; seed <= 5; ++seed) compare_states(file, d, m, md, seed);
-        mbsr_data_destroy(d);
+        mbsr_file *file = read_finished(models[k]);
+        compare_models(file, models[k]);
         mbsr_file_destroy(file);
-        mj_deleteData(md);
-        mj_deleteModel(m);
+    }
+}
+
+/* What was written moves in MuJoCo as the model here; where a body has no mass, MuJoCo refuses it as the finding
+ * says. */
+static void written_models_move_in_mujoco(void **state)
+{
+    (void)state;
+    for (size_t k = 0; k < sizeof models / sizeof *models; ++k) {
+        mbsr_file *file = read_finished(models[k]);
+        mbsr_written *written;
+        mbsr_error error;
+        char wrong[500] = "";
+        assert_ok(mbsr_file_write_mjcf(file->model, file, NULL, &written, &error), &error);
+        if (written->findings == 0) {
+            compare_models(file, written->text);
+        } else {
+            assert_contains(written->finding[0].text, "MuJoCo refuses");
+            assert_null(load_in_mujoco(written->text, wrong));
+            assert_contains(wrong, "mass and inertia of moving bodies");
+        }
+        assert_int_equal(written->findings, k == 0); /* a joint of the first has two anchors */
+        mbsr_written_destroy(written);
+        mbsr_file_destroy(file);
     }
 }
 
@@ -135,6 +178,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(models_move_as_in_mujoco),
+        cmocka_unit_test(written_models_move_in_mujoco),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

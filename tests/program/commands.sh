@@ -73,6 +73,10 @@ ends 2 'second one' view "$models/arm.urdf" a.csv b.csv
 ends 0 'before<script.*"title": "arm"' view "$models/arm.urdf" -o -
 ends 0 '"report": {"rows": 1.*}$' view "$models/arm.urdf" -o -
 ends 4 'page.html cannot be written' view "$models/arm.urdf" -o "$work/none/page.html"
+printf '<mujoco><worldbody><body name="a"><joint name="x"/><joint name="y" pos="0 0 1"/><geom size="1"/></body></worldbody></mujoco>' \
+    >"$work/between.xml"
+ends 0 '"name": "a/x", "parent": -1, "massless": true, "mass": 0,' view "$work/between.xml" -o -
+ends 0 '"name": "a", "parent": 0, "massless": false, "mass": 4188.7' view "$work/between.xml" -o -
 printf 't,tyre,damper\n0,0,0\n' >"$work/part.csv"
 ends 3 "part.csv has no column 'rubber'" view "$models/quarter_car.xml" "$work/part.csv" -o -
 printf 't,tyre,damper,rubber\n0,0,0,0\n' >"$work/all.csv"
