@@ -120,7 +120,7 @@ static int find(start *s, const double *y, const mbsr_consistent_opt *opt,
     int status = mbsri_unpack(s->form, m, d, s->t, y, s->q, s->u);
     if (!status && m->nu + m->rows > DENSE_MOST)
         status =
-            mbsri_loops_tree_start(m, d, s->t, s->q, s->u, s->udot, s->lambda, opt, info, &served);
+            mbsri_stiff_tree_start(m, d, s->t, s->q, s->u, s->udot, s->lambda, opt, info, &served);
     if (status || served) return status;
     status = mbsri_dense_open(&s->w, m, d, "mbsr_dae_consistent");
     if (!status) status = mbsri_unpack(s->form, m, d, s->t, y, s->q, s->u);

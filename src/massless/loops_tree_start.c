@@ -40,6 +40,7 @@ typedef struct work {
     mbsr_newton *newton;
     double *q, *u, *lambda;
     double *y, *yp, *F, *r, *x, *other, *further; /* size each */
+    const double *offset;                         /* held: what the gaps are to be; NULL: zero */
     double *q_try, *q_given, *u_given;            /* nq, nq, nu */
     bool *there;                                  /* rows: left out nearby */
     bool good;
@@ -98,9 +99,19 @@ static int solve(work *w, double c, double *x)
     return status < 0 ? status : MBSR_OK;
 }
 
+/* g (held) less what the gaps are to be; returns the largest. */
+static double less_offset(const work *w, double *g)
+{
+    for (int k = 0; k < w->m->held && w->offset; ++k) g[k] -= w->offset[k];
+    return mbsri_largest(w->m->held, g);
+}
+
+/* The largest of what positions are to be changed by, after the residual: rows that are left out have none. */
 static double gap(const work *w)
 {
-    return mbsri_largest(w->m->held, w->F + w->places);
+    double *g = w->r + w->places;
+    mbsri_copy((size_t)w->m->held, w->F + w->places, g);
+    return less_offset(w, g);
 }
 
 /* Steps of q no longer than 1 rad or 1 m, halved until the gaps get smaller. */
@@ -113,8 +124,8 @@ static int close_positions(work *w, mbsr_consistent_info *info)
         const double before = gap(w),
                      limit = 1e-12 * fmax(1.0, mbsri_largest((int)m->size_p, w->d->p));
         if (before <= limit) return MBSR_OK;
-        mbsri_zero((size_t)w->size, w->r);
-        mbsri_copy((size_t)m->held, w->F + w->places, w->r + w->places);
+        mbsri_zero((size_t)w->places, w->r);
+        gap(w);
         status = solve(w, large, w->x);
         double share = fmin(1.0, 1.0 / mbsri_largest(m->nq, w->x));
         bool better = false;
@@ -296,7 +307,7 @@ static int widest_gap(work *w, const double *q, double *gap)
 {
     int status = mbsri_positions(w->m, w->d, w->t, q);
     if (!status) status = mbsri_closure_gaps(w->m, w->d, w->r);
-    *gap = mbsri_largest(w->m->held, w->r);
+    *gap = less_offset(w, w->r);
     return status;
 }
 
@@ -379,25 +390,14 @@ static int start_without(work *w, double *udot, const mbsr_consistent_opt *opt,
     return status;
 }
 
-static bool serves(const mbsr_model *m)
-{
-    const mbsri_closure *first = m->closures.data;
-    for (const mbsri_closure *c = first; c < first + m->closures.count; ++c) {
-        for (int k = 0; k < c->rows; ++k) {
-            if (mbsri_is_stiff(c, k)) return false;
-        }
-    }
-    return true;
-}
-
-int mbsri_loops_tree_start(const mbsr_model *m, mbsr_data *d, double t, double *q, double *u,
-                           double *udot, double *lambda, const mbsr_consistent_opt *opt,
-                           mbsr_consistent_info *info, bool *served)
+int mbsri_loops_tree_start(const mbsr_model *m, mbsr_data *d, double t, const double *offset,
+                           double *q, double *u, double *udot, double *lambda,
+                           const mbsr_consistent_opt *opt, mbsr_consistent_info *info, bool *served)
 {
     const mbsr_error before = d->error;
-    work w = {.m = m, .d = d, .t = t, .q = q, .u = u, .lambda = lambda, .good = true};
+    work w = {
+        .m = m, .d = d, .t = t, .q = q, .u = u, .lambda = lambda, .offset = offset, .good = true};
     *served = false;
-    if (!serves(m)) return MBSR_OK;
     w.rates = m->nq + m->nu;
     w.loops = w.rates + m->nu;
     w.places = w.loops + m->rows;

@@ -8,9 +8,20 @@
 
 enum { COUNT = 40 };
 
+/* A pin that is a spring, as a closure. */
+static void bushing(loops *s, int a, double xa, int b, double xb, double stiffness)
+{
+    const double k = stiffness, d = 1e-4 * stiffness, K[9] = {k, 0, 0, 0, k, 0, 0, 0, 0},
+                 D[9] = {d, 0, 0, 0, d, 0, 0, 0, 0};
+    mbsr_force_def pin = mbsr_force_planar_bushing(a, (mbsr_planar_frame){xa, 0.0, 0.0}, b,
+                                                   (mbsr_planar_frame){xb, 0.0, 0.0}, K, D);
+    pin.as_closure = MBSR_SPRING_SETTLED;
+    assert_ok(mbsr_model_add_force(s->m, &pin, NULL), mbsr_model_error(s->m));
+}
+
 /* Four-bars on the ground, or each on a spine that hangs on the one before. With a tail, massless and on a
- * damper, the coupler has no mass either. */
-static void make(loops *s, int count, int hub, int tail)
+ * damper, the coupler has no mass either. stiffness: of the pins, N/m; 0: rigid. */
+static void make(loops *s, int count, int hub, int tail, double stiffness)
 {
     int last = MBSR_GROUND;
     loops_begin(s, NULL);
@@ -19,7 +30,10 @@ static void make(loops *s, int count, int hub, int tail)
         const int a = loops_rod(s, NULL, spine, 0.0, 0.1, 0.4, 0.3),
                   b = loops_rod(s, NULL, a, 0.3, 0.0, tail ? 0.0 : 0.6, 0.5),
                   c = loops_rod(s, NULL, spine, 0.45, 0.1, 0.3, 0.35);
-        loops_pin(s, NULL, b, 0.5, 0.0, c, 0.35, 0.0);
+        if (stiffness > 0.0)
+            bushing(s, b, 0.5, c, 0.35, stiffness);
+        else
+            loops_pin(s, NULL, b, 0.5, 0.0, c, 0.35, 0.0);
         if (tail) {
             const int d = loops_rod(s, NULL, c, 0.35, 0.0, 0.0, 0.2);
             const mbsr_force_def damper = mbsr_force_joint_spring(d, 0, 3.0, 0.2, 0.4);
@@ -75,8 +89,8 @@ static void as_one_loop(void **state)
     closed_angles(q);
     for (int tail = 0; tail < 2; ++tail) {
         loops many, one;
-        make(&many, COUNT, 1, tail);
-        make(&one, 1, 1, tail);
+        make(&many, COUNT, 1, tail, 0.0);
+        make(&one, 1, 1, tail, 0.0);
         const int period = one.nu;
         double *y = calloc(2 * (size_t)(many.size + one.size), sizeof *y), *yp = y + many.size,
                *x = yp + many.size, *xp = x + one.size;
@@ -107,7 +121,7 @@ static void as_dense(void **state)
     closed_angles(q);
     for (int k = 0; k < 4; ++k) guess[k] = (k > 0 ? q[k - 1] : 0.1) + off[k];
     loops s;
-    make(&s, COUNT, 0, 0);
+    make(&s, COUNT, 0, 0, 0.0);
     double *y = calloc(4 * (size_t)s.size, sizeof *y), *yp = y + s.size, *F = yp + s.size,
            *udot = F + s.size;
     start(&s, 4, guess, u, y, yp);
@@ -124,6 +138,59 @@ static void as_dense(void **state)
     loops_free(&s);
 }
 
+/* The springs of a start bear what the motion asks of them: their forces s are lambda with velocities that
+ * stretch none, and the gaps are s / k. */
+static void springs_bear(loops *s, const double *y, const double *yp)
+{
+    double *g = calloc((size_t)(s->held + s->rows), sizeof *g), *rate = g + s->held;
+    assert_ok(mbsr_positions(s->m, s->d, 0.0, y), NULL);
+    assert_ok(mbsr_closures_gap(s->m, s->d, g), NULL);
+    assert_ok(mbsr_velocities(s->m, s->d, y + s->nq + s->nu), NULL);
+    assert_ok(mbsr_closures_rate(s->m, s->d, rate), NULL);
+    double largest = 0.0;
+    for (int c = 0; c < mbsr_model_closures(s->m); ++c) {
+        int row, held_row, held;
+        assert_ok(mbsr_closure_place(s->m, c, &row, NULL, &held_row, &held), NULL);
+        for (int k = 0; k < held; ++k) {
+            const double stiffness = mbsr_closure_stiffness(s->m, c, k),
+                         force = entry(s, y, 3, row + k);
+            largest = fmax(largest, fabs(force));
+            assert_true(stiffness > 0.0);
+            assert_close(force, stiffness * g[held_row + k], 1e-12 * stiffness);
+            assert_close(entry(s, yp, 3, row + k), 0.0, 1e-9);
+            assert_close(rate[row + k], 0.0, 1e-8); /* of bodies as fast as 100 m/s */
+        }
+    }
+    assert_true(largest > 0.1);
+    free(g);
+}
+
+/* Springs in place of pins: accelerations are those of the dense equations with the springs as forces. */
+static void springs_as_dense(void **state)
+{
+    (void)state;
+    static const double u[] = {0.3, 1.0, -0.5, 0.3}, stiffness[] = {1e4, 1e6, 1e8};
+    double q[5];
+    closed_angles(q + 1);
+    q[0] = 0.1;
+    for (int turn = 0; turn < 3; ++turn) {
+        loops s;
+        make(&s, COUNT, 0, 0, stiffness[turn]);
+        double *y = calloc(4 * (size_t)s.size, sizeof *y), *yp = y + s.size, *F = yp + s.size,
+               *udot = F + s.size;
+        start(&s, 4, q, u, y, yp);
+        springs_bear(&s, y, yp);
+        assert_ok(mbsr_forward_dynamics(s.m, s.d, 0.0, y, y + s.nq + s.nu, NULL, udot),
+                  mbsr_data_error(s.d));
+        /* gaps are known to 1e-15 m or so */
+        const double lost = 1e-8 + 1e-15 * stiffness[turn], size = test_largest(s.nu, udot);
+        for (int k = 0; k < s.nu; ++k)
+            assert_close(yp[s.nq + s.nu + k], udot[k], 100.0 * lost * size);
+        free(y);
+        loops_free(&s);
+    }
+}
+
 /* Bodies by the thousand, for which a dense start would take hours. */
 static void many_bodies(void **state)
 {
@@ -132,13 +199,14 @@ static void many_bodies(void **state)
     double q[5];
     closed_angles(q + 1);
     q[0] = 0.0;
-    for (int tail = 0; tail < 2; ++tail) { /* with massless couplers, too */
+    for (int tail = 0; tail < 4; ++tail) { /* with massless couplers, and stiff pins, too */
         loops s;
-        make(&s, 500, 0, tail);
+        make(&s, 500, 0, tail % 2, tail > 1 ? 1e8 : 0.0);
         double *y = calloc(3 * (size_t)s.size, sizeof *y), *yp = y + s.size, *F = yp + s.size;
-        start(&s, 4 + tail, q, u, y, yp);
+        start(&s, 4 + tail % 2, q, u, y, yp);
         assert_ok(mbsr_dae_residual(s.m, s.d, MBSR_DAE_MOMENTUM, 0.0, y, yp, F), NULL);
         assert_less(test_largest(s.size, F), 1e-7 * (1.0 + test_largest(s.size, yp)));
+        if (tail > 1) springs_bear(&s, y, yp);
         free(y);
         loops_free(&s);
     }
@@ -206,8 +274,8 @@ static void redundant_rows(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(as_one_loop), cmocka_unit_test(as_dense),
-                                       cmocka_unit_test(many_bodies),
-                                       cmocka_unit_test(redundant_rows)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(as_one_loop), cmocka_unit_test(as_dense), cmocka_unit_test(many_bodies),
+        cmocka_unit_test(springs_as_dense), cmocka_unit_test(redundant_rows)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

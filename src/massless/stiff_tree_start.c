@@ -1,0 +1,133 @@
+/* A consistent start on the tree of a model with stiff rows.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * A start closes stiff rows like rigid ones and loads their springs with the force that keeps them so, s =
+ * -lambda, so that the gaps are s / k: a copy of the model without springs in its rows starts with these
+ * gaps, which shift lambda a little, until they agree. Loops of rigid rows close at the nearest common
+ * predecessor; that above it the gaps, small as they are, turn with the root is left out of the matrices. */
+#include "massless/loops_tree_start.h"
+
+#include "algebra/dense.h"
+#include "algebra/numbers.h"
+#include "base/error.h"
+#include "base/memory.h"
+#include "recursion/closures.h"
+
+#include <mbsrank/model.h>
+
+#include <math.h>
+
+enum { PASSES = 30 };
+
+typedef struct rigid {
+    mbsr_model *model;
+    mbsr_data *data;
+    double *q, *u;  /* nq, nu: of the guess */
+    double *offset; /* held */
+} rigid;
+
+/* Whether some row is stiff, and whether all of these are settled. */
+static bool some_stiff(const mbsr_model *m, bool *settled)
+{
+    const mbsri_closure *c = m->closures.data;
+    bool some = false;
+    *settled = true;
+    for (size_t id = 0; id < m->closures.count; ++id, ++c) {
+        for (int k = 0; k < c->rows; ++k) {
+            some = some || mbsri_is_stiff(c, k);
+            *settled = *settled && !mbsri_is_loose(c, k);
+        }
+    }
+    return some;
+}
+
+/* Takes the springs from rows: before finishing those of closures as they were added, afterwards all. */
+static void make_rigid(mbsr_model *m, bool finished)
+{
+    mbsri_closure *c = m->closures.data;
+    for (size_t id = 0; id < m->closures.count; ++id, ++c) {
+        if (!finished && c->def.compliant > 0) continue;
+        mbsri_zero(MBSR_CLOSURE_ROWS, c->def.stiffness);
+        mbsri_zero(MBSR_CLOSURE_ROWS, c->def.damping);
+    }
+}
+
+static int open_rigid(const mbsr_model *m, mbsr_data *d, const double *q, const double *u, rigid *r)
+{
+    const size_t nq = (size_t)m->nq, nu = (size_t)m->nu, held = (size_t)m->held;
+    *r = (rigid){.model = NULL};
+    int status = mbsr_model_copy(m, &r->model, &d->error);
+    if (!status) make_rigid(r->model, false);
+    if (!status && mbsr_model_finish(r->model)) {
+        d->error = *mbsr_model_error(r->model);
+        status = d->error.status;
+    }
+    if (!status) status = mbsr_data_create(r->model, &r->data, &d->error);
+    if (status) return status;
+    r->q = mbsri_allocate(&m->allocator, (nq + nu + held + 1) * sizeof(double));
+    if (!r->q)
+        return mbsri_fail(&d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
+                          "mbsr_dae_consistent: no memory for %d position rows", m->held);
+    r->u = r->q + nq;
+    r->offset = r->u + nu;
+    mbsri_copy(nq, q, r->q);
+    mbsri_copy(nu, u, r->u);
+    mbsri_zero(held, r->offset);
+    make_rigid(r->model, true);
+    return MBSR_OK;
+}
+
+static void close_rigid(const mbsr_model *m, rigid *r)
+{
+    mbsri_release(&m->allocator, r->q);
+    mbsr_data_destroy(r->data);
+    mbsr_model_destroy(r->model);
+}
+
+/* Gaps at which the springs bear lambda; the largest force by which they did not. Not served where such a row
+ * is left out. */
+static double load_springs(const mbsr_model *m, const double *lambda, rigid *r, bool *served)
+{
+    const mbsri_closure *c = m->closures.data;
+    double largest = 0.0;
+    for (size_t id = 0; id < m->closures.count; ++id, ++c) {
+        for (int k = 0; k < c->held; ++k) {
+            if (!mbsri_is_stiff(c, k)) continue;
+            double *gap = r->offset + c->held_row + k;
+            const double stiffness = c->def.stiffness[k], force = lambda[c->row + k],
+                         missing = fabs(force + stiffness * *gap);
+            if (missing > 1e-14 * stiffness) largest = fmax(largest, missing);
+            *gap = -force / stiffness;
+            if (r->data->dropped[c->row + k]) *served = false;
+        }
+    }
+    return largest;
+}
+
+int mbsri_stiff_tree_start(const mbsr_model *m, mbsr_data *d, double t, double *q, double *u,
+                           double *udot, double *lambda, const mbsr_consistent_opt *opt,
+                           mbsr_consistent_info *info, bool *served)
+{
+    bool settled;
+    rigid r;
+    *served = false;
+    if (!some_stiff(m, &settled))
+        return mbsri_loops_tree_start(m, d, t, NULL, q, u, udot, lambda, opt, info, served);
+    if (!settled) return MBSR_OK;
+    int status = open_rigid(m, d, q, u, &r);
+    double missing = INFINITY;
+    for (int pass = 0; pass < PASSES && !status; ++pass) {
+        mbsri_copy((size_t)m->nq, r.q, q);
+        mbsri_copy((size_t)m->nu, r.u, u);
+        status = mbsri_loops_tree_start(r.model, r.data, t, r.offset, q, u, udot, lambda, opt, info,
+                                        served);
+        if (status) d->error = r.data->error;
+        if (status || !*served) break;
+        missing = load_springs(m, lambda, &r, served);
+        if (!*served || missing <= 1e-12 * mbsri_largest(m->rows, lambda)) break;
+        *served = false;
+    }
+    for (int k = 0; k < m->rows && *served; ++k) d->dropped[k] = r.data->dropped[k];
+    close_rigid(m, &r);
+    return status;
+}
