@@ -125,7 +125,7 @@ typedef struct mbsr_ida_stats {
     long factorisations;           /* of the matrix, or mbsr_newton_factor */
     long solves;                   /* with them; KRYLOV: as preconditioner */
     long krylov_iterations;
-    /* Stiff force elements, momentum and index-1 form (docs/dae_forms.md): */
+    /* Stiff force elements (docs/dae_forms.md): */
     long stiff_tests; /* error tests failed by momenta in a stiff direction alone */
     long
         stiff_iterations; /* Newton's method failed twice within 10 steps, or a matrix of difference
@@ -238,7 +238,7 @@ MBSR_API int mbsr_ida_get_drift(mbsr_ida *ida, mbsr_ida_drift *drift);
  * step tried carefully (careful_failures), the sum of that over mass for the single coordinates that
  * move mass. Elements with neither energy nor dissipation are not seen. None, and MBSR_OK, where neither
  * has happened, where Newton's method failed though the step is short for all of these elements, and in
- * other forms than the momentum form. The data is left at that state. When the driver gives up, its
+ * the index-1 form. The data is left at that state. When the driver gives up, its
  * error names the first. MBSR_ERR_NULL, and the statuses of mbsr_positions, mbsr_energy and
  * mbsr_force_power. */
 MBSR_API int mbsr_ida_stiffest(mbsr_ida *ida, int most, int *force, double *share, int *count);

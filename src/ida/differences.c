@@ -103,3 +103,20 @@ void mbsri_ida_use_central(void *user, bool wanted)
     mbsr_ida *ida = user;
     IDASetJacFn(ida->memory, wanted ? central : NULL);
 }
+
+/* In these forms F is linear in y'. */
+int mbsri_ida_weigh(void *user, N_Vector x)
+{
+    mbsr_ida *ida = user;
+    N_Vector y = NULL, yp = NULL, plus = ida->moved, minus = ida->work;
+    double t = 0.0;
+    if (IDAGetCurrentTime(ida->memory, &t) < 0 || IDAGetCurrentY(ida->memory, &y) < 0 ||
+        IDAGetCurrentYp(ida->memory, &yp) < 0)
+        return -1;
+    ida->central_residuals += 2;
+    N_VLinearSum(1.0, yp, 1.0, x, minus);
+    int status = mbsri_ida_residual(t, y, minus, plus, ida);
+    if (!status) status = mbsri_ida_residual(t, y, yp, minus, ida);
+    if (!status) N_VLinearSum(1.0, plus, -1.0, minus, x);
+    return status;
+}

@@ -73,13 +73,18 @@ static int no_memory(const mbsr_ida *ida, mbsr_error *error, const char *what)
 static bool make_nonlinear(mbsr_ida *ida)
 {
     const mbsr_ida_opt *opt = &ida->opt;
-    const bool served = opt->form == MBSR_DAE_MOMENTUM || opt->form == MBSR_DAE_INDEX1;
-    if (!served || mbsr_model_rows(ida->model) > 0) return true;
+    const bool accelerations =
+        opt->form == MBSR_DAE_RECURSIVE || opt->form == MBSR_DAE_INVERSE_DYNAMICS;
+    if (mbsr_model_rows(ida->model) > 0) return true;
     ida->nonlinear = mbsri_stiff_create(ida->model, opt->form, ida->y, ida->context);
     if (!ida->nonlinear) return false;
     mbsri_stiff *stiff = mbsri_stiff_of(ida->nonlinear);
     stiff->low_order = opt->max_order < 3;
     mbsri_stiff_set_rtol(stiff, opt->rtol);
+    if (accelerations) {
+        stiff->weigh = mbsri_ida_weigh;
+        stiff->looks = false;
+    }
     if (opt->linear_solver == MBSR_IDA_DENSE) {
         stiff->prepare = mbsri_ida_use_central;
         stiff->user = ida;

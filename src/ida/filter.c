@@ -130,6 +130,7 @@ static double filtered_norm(mbsri_stiff *s, double c, N_Vector x, N_Vector w, N_
         const bool momentum = k >= s->first && k < s->last && counts[k] > 0.0;
         to[k] = momentum ? c * e[k] : 0.0;
     }
+    if (s->weigh && s->weigh(s->user, s->filtered)) return -1.0;
     ++s->info.filter_solves;
     if (s->solve(s->filtered, s->memory)) return -1.0;
     for (sunindextype k = 0; k < n; ++k) {

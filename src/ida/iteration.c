@@ -166,13 +166,14 @@ static int solve(SUNNonlinearSolver solver, N_Vector predicted, N_Vector ee, N_V
     mbsri_stiff *s = solver->content;
     s->memory = memory;
     s->norms = -1;
+    s->weight = w;
+    if (s->off) return SUNNonlinSolSolve(s->plain, predicted, ee, w, tolerance, set_up, memory);
     learn(s);
     mbsri_stiff_look_back(s);
     const bool before = s->careful;
     s->careful = mbsri_stiff_careful(s);
     if (s->careful != before) prepare(s, s->careful);
     s->verified = s->hides = false;
-    s->weight = w;
     int status;
     if (s->careful) {
         status = iterate_and_count(s, ee, w, tolerance / s->stricter);

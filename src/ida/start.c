@@ -123,6 +123,15 @@ static int check_balance(mbsr_ida *ida, double t, const double *y)
         body, mbsr_body_name(ida->model, body), t, share);
 }
 
+/* In the recursive form nothing is done about stiff elements where ranks are deficient: differences over
+ * coordinates, as careful steps take them, would change these. */
+static void choose_care(mbsr_ida *ida)
+{
+    const bool deficient = mbsr_total_rank(ida->model, ida->data) < mbsr_model_nu(ida->model);
+    if (ida->nonlinear && ida->opt.form == MBSR_DAE_RECURSIVE)
+        mbsri_stiff_of(ida->nonlinear)->off = deficient;
+}
+
 /* What the start itself says of the run: whether there can be one, tolerances of the momenta, the
  * ranks to watch. The inverse-dynamics form knows no ranks. */
 static int prepare(mbsr_ida *ida, double t, const double *y, const double *yp)
@@ -131,6 +140,7 @@ static int prepare(mbsr_ida *ida, double t, const double *y, const double *yp)
     ida->watch = 0;
     mbsri_ida_exchange_watch(ida);
     int status = ranks ? evaluate(ida, t, y, yp) : MBSR_OK;
+    if (!status) choose_care(ida);
     if (!status) status = check_balance(ida, t, y);
     if (!status) status = check_determined(ida, t, y, yp);
     if (!status && ranks && ida->scales) mbsri_ida_scale_tolerances(ida);

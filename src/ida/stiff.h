@@ -30,6 +30,7 @@ typedef struct mbsri_stiff {
     bool dear;          /* a new matrix costs far more than a solution */
     bool iterates;      /* the linear solver has no matrix, but a preconditioner */
     bool always;        /* every step is taken carefully */
+    bool off;           /* none is, and nothing is filtered */
     bool careful;       /* the last iteration was one of those below */
     long careful_until; /* steps before this one are taken carefully */
     long span;          /* as many of them as were meant to be when they began; 0: none yet */
@@ -59,6 +60,8 @@ typedef struct mbsri_stiff {
     long tests_failed; /* until then */
 
     void (*prepare)(void *user, bool careful); /* called when that changes; or NULL */
+    /* x becomes dF/dy' x; NULL: entries first .. last - 1 of F have a rate each, and x is all of it */
+    int (*weigh)(void *user, N_Vector x);
     void *user;
 
     N_Vector direction,

@@ -20,12 +20,19 @@
 #include <float.h>
 #include <math.h>
 
+/* Where velocities begin in y. */
+static int velocities(const mbsr_ida *ida)
+{
+    const int nq = mbsr_model_nq(ida->model);
+    return ida->opt.form == MBSR_DAE_MOMENTUM ? nq + mbsr_model_nu(ida->model) : nq;
+}
+
 /* Positions and velocities at q + step G v, u + step v; q and u stand in y. */
 static int move(mbsr_ida *ida, double step, const double *y, const double *v, double *work)
 {
     const mbsr_model *m = ida->model;
     const int nq = mbsr_model_nq(m), nu = mbsr_model_nu(m);
-    const double *u = y + nq + nu;
+    const double *u = y + velocities(ida);
     const mbsri_stiff *s = mbsri_stiff_of(ida->nonlinear);
     double *q = work, *w = work + nq;
     int status = mbsr_positions(m, ida->data, s->at, y);
@@ -103,7 +110,6 @@ static int along_all(mbsr_ida *ida, double c, double *sum)
 static int find(mbsr_ida *ida, double *s, double *least)
 {
     const mbsri_stiff *stiff = mbsri_stiff_of(ida->nonlinear);
-    const int nq = mbsr_model_nq(ida->model), nu = mbsr_model_nu(ida->model);
     double c = 0.0;
     IDAGetCurrentCj(ida->memory, &c);
     c = fabs(c);
@@ -112,7 +118,7 @@ static int find(mbsr_ida *ida, double *s, double *least)
     *least = stiff->of_iteration ? c * c : 0.0;
     return stiff->of_iteration
                ? along_all(ida, c, s)
-               : along(ida, N_VGetArrayPointer(stiff->direction) + nq + nu, c, 1.0, s);
+               : along(ida, N_VGetArrayPointer(stiff->direction) + velocities(ida), c, 1.0, s);
 }
 
 /* The largest of s that is not among the `known` first ones; MBSR_NONE: none is positive. */
@@ -130,7 +136,7 @@ static int largest(const double *s, int forces, int known, const int *taken)
 /* Whether there is a direction. */
 static bool known(const mbsr_ida *ida)
 {
-    if (!ida->nonlinear || ida->opt.form != MBSR_DAE_MOMENTUM) return false;
+    if (!ida->nonlinear || ida->opt.form == MBSR_DAE_INDEX1) return false;
     const mbsr_sundials_stiff_info *info = &mbsri_stiff_of(ida->nonlinear)->info;
     return info->stiff_tests > 0 || info->careful_failures > 0;
 }

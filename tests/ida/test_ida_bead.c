@@ -121,7 +121,8 @@ static void the_index1_form_reaches_the_reference_in_few_steps(void **state)
     reaches_the_reference(MBSR_DAE_INDEX1, (const int[4]){450, 850, 1600, 3300});
 }
 
-static void the_other_forms_take_many_more(void **state)
+/* Where ranks are deficient the recursive form is left to IDA, which tests velocities without mass. */
+static void the_recursive_form_takes_many_more(void **state)
 {
     (void)state;
     double q[3];
@@ -129,7 +130,10 @@ static void the_other_forms_take_many_more(void **state)
     const mbsr_dae_form forms[] = {MBSR_DAE_RECURSIVE, MBSR_DAE_INVERSE_DYNAMICS};
     for (int f = 0; f < 2; ++f) {
         const long many = swing(forms[f], 0.0, 1e-4, q);
-        assert_true(2 * many >= 5 * few);
+        if (forms[f] == MBSR_DAE_RECURSIVE)
+            assert_true(2 * many >= 5 * few);
+        else
+            assert_in_range(many, 100, 3 * few / 2); /* its error test is filtered */
         for (int l = 0; l < 3; ++l) assert_close(q[l], reference[l], 0.1);
         swing(forms[f], 0.0, 1e-6, q);
         for (int l = 0; l < 3; ++l) assert_close(q[l], reference[l], 5e-3);
@@ -292,7 +296,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_momentum_form_reaches_the_reference_in_few_steps),
         cmocka_unit_test(the_index1_form_reaches_the_reference_in_few_steps),
-        cmocka_unit_test(the_other_forms_take_many_more),
+        cmocka_unit_test(the_recursive_form_takes_many_more),
         cmocka_unit_test(the_tree_solver_takes_the_steps_of_a_dense_matrix),
         cmocka_unit_test(a_tiny_damped_mass_costs_few_steps),
         cmocka_unit_test(without_dampers_the_energy_stays),
