@@ -144,7 +144,8 @@ static int decide(const mbsr_small_masses_report *report, mbsr_small_part zero[P
     }
 }
 
-/* Each fourth alone is run against its prediction, and all of them with the argument "all". */
+/* Each fourth alone is run against its prediction, and all of them with the argument "all", for the picture
+ * of doubtful_masses.gp. */
 int main(int argc, char **argv)
 {
     const int step = argc > 1 && strcmp(argv[1], "all") == 0 ? 1 : 4;

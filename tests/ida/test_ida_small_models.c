@@ -59,16 +59,33 @@ static smooth_start find(const oscillator_parameters *p, mbsr_small_masses *smal
     return s;
 }
 
-/* Steps at tolerances about 1e-6 in all. */
-static long steps_from(const study *like, const smooth_start *s)
+static int by_size(const void *a, const void *b)
 {
+    const long x = *(const long *)a, y = *(const long *)b;
+    return (x > y) - (x < y);
+}
+
+/* Steps at tolerances about 1e-6 in all; undamped, the median from starts that are moved by 1e-9: there BDF
+ * excites the fast motion by itself, and two starts as close as that may differ by a factor 2. */
+static long steps_from(const study *like, const smooth_start *s, int damped)
+{
+    enum { RUNS = 21 };
     static study_path path;
-    long steps = 0;
-    for (int k = 0; k < 15; ++k) {
-        assert_ok(study_run(like, like->model, s->q, s->u, pow(2.0, 0.3 * (k - 7)), &path), NULL);
-        steps += path.steps;
+    long steps[RUNS], sum = 0;
+    test_rng rng = test_seed(7);
+    for (int k = 0; k < RUNS; ++k) {
+        smooth_start moved = *s;
+        for (int j = 0; j < 2 && !damped; ++j) {
+            moved.q[j] += 1e-9 * test_uniform(&rng);
+            moved.u[j] += 1e-9 * test_uniform(&rng);
+        }
+        const double factor = damped ? pow(2.0, 0.2 * (k - RUNS / 2)) : 1.0;
+        assert_ok(study_run(like, like->model, moved.q, moved.u, factor, &path), NULL);
+        steps[k] = path.steps;
+        sum += path.steps;
     }
-    return steps;
+    qsort(steps, RUNS, sizeof steps[0], by_size);
+    return damped ? sum : steps[RUNS / 2];
 }
 
 static void each_order_leaves_less_of_the_fast_motion(void **unused)
@@ -97,9 +114,8 @@ static void each_order_leaves_less_of_the_fast_motion(void **unused)
                               damping[d], a, b);
                 assert_less(a, 0.5 * p.m1);
                 assert_less(b, 2.0 * p.m1 * a + 1e-14);
-                /* what is exactly on the smooth motion takes as many steps; undamped, BDF excites
-                 * the fast motion by itself, and counts of starts 1e-9 apart differ by a factor 2 */
-                if (damping[d] < 1.0) {
+                /* order 2 leaves some m d there, which counts at these tolerances */
+                if (damping[d] == 1e-2) {
                     mbsr_small_masses_destroy(small);
                     mbsr_model_destroy(m);
                     continue;
@@ -109,7 +125,8 @@ static void each_order_leaves_less_of_the_fast_motion(void **unused)
                 exact.u[0] -= two.fast[2];
                 exact.q[1] -= two.fast[1] - (relative ? two.fast[0] : 0.0);
                 exact.u[1] -= two.fast[3] - (relative ? two.fast[2] : 0.0);
-                const long steps = steps_from(&x, &two), least = steps_from(&x, &exact);
+                const long steps = steps_from(&x, &two, damping[d] > 1e-3),
+                           least = steps_from(&x, &exact, damping[d] > 1e-3);
                 print_message("    %ld steps, %ld from the exact start\n", steps, least);
                 assert_less((double)steps, 1.2 * (double)least);
                 mbsr_small_masses_destroy(small);
