@@ -128,8 +128,8 @@ static void bricard(void **state)
 }
 
 /* Crank and rocker on skew axes, between them a rod with a ball joint at each end, which spins about
- * itself as nothing holds it. Cut where the rod hangs on the crank, its quaternion turns with the crank,
- * and the driver takes half as many steps again as where it hangs on the rocker, which swings. */
+ * itself as nothing holds it. Cut where the rod hangs on the crank, the momenta of both have larger high
+ * derivatives, and the driver takes half as many steps again as where it hangs on the rocker, which swings. */
 static void rssr(void **state)
 {
     (void)state;
