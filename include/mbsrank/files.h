@@ -26,6 +26,11 @@ typedef enum mbsr_file_format {
  * Returns 0, anything else where there is none. */
 typedef int (*mbsr_file_load_fn)(void *user, const char *path, const char **text, size_t *size);
 
+/* Where the meshes of package://NAME/... are. */
+typedef struct mbsr_file_package {
+    const char *name, *folder;
+} mbsr_file_package;
+
 typedef struct mbsr_file_opt {
     int cookie; /* set by mbsr_default_file_opt */
     mbsr_file_format format;
@@ -41,7 +46,9 @@ typedef struct mbsr_file_opt {
                                 default 0: left out */
     mbsr_file_load_fn load; /* NULL: files with includes are refused, meshes are findings */
     void *user;             /* for load */
-    mbsr_model_def model;   /* of the model made: root, tolerance, allocator */
+    int packages;           /* URDF: meshes of package://NAME/PATH get the path FOLDER/PATH */
+    const mbsr_file_package *package; /* may be NULL for none; other packages stay as in the file */
+    mbsr_model_def model;             /* of the model made: root, tolerance, allocator */
 } mbsr_file_opt;
 
 MBSR_API mbsr_file_opt mbsr_default_file_opt(void);

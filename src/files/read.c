@@ -45,6 +45,15 @@ static int check(const char *text, const mbsr_file_opt *opt, mbsr_file **file, m
                  own ? sizes[k] : opt->gravity[k]);
         return fail(error, MBSR_ERR_VALUE, reason);
     }
+    if (opt->packages < 0 || (opt->packages > 0 && !opt->package))
+        return fail(error, opt->packages < 0 ? MBSR_ERR_VALUE : MBSR_ERR_NULL,
+                    opt->packages < 0 ? "mbsr_file_read: opt.packages is negative"
+                                      : "mbsr_file_read: opt.package is NULL");
+    for (int k = 0; k < opt->packages; ++k) {
+        if (!opt->package[k].name || !opt->package[k].folder)
+            return fail(error, MBSR_ERR_NULL,
+                        "mbsr_file_read: a name or folder in opt.package is NULL");
+    }
     if (opt->format < MBSR_FILE_ANY || opt->format > MBSR_FILE_MJCF)
         return fail(error, MBSR_ERR_VALUE, "mbsr_file_read: opt.format is none of the formats");
     return MBSR_OK;

@@ -97,6 +97,26 @@ static bool read_inertia(mbsri_scene *s, const mbsri_element *e, mbsr_inertia *i
     return true;
 }
 
+/* The path of a mesh, from the folder of its package where that is known. */
+static const char *path_of(mbsri_scene *s, const char *name)
+{
+    static const char scheme[] = "package://";
+    if (!name || strncmp(name, scheme, sizeof scheme - 1) != 0) return name;
+    const char *package = name + sizeof scheme - 1;
+    const size_t length = strcspn(package, "/");
+    for (int k = 0; k < s->opt->packages; ++k) {
+        const mbsr_file_package *p = s->opt->package + k;
+        const size_t folder = strlen(p->folder), rest = strlen(package + length);
+        if (strlen(p->name) != length || strncmp(p->name, package, length) != 0) continue;
+        char *path = mbsri_arena_take(s->arena, folder + rest + 1);
+        if (!path) return NULL;
+        memcpy(path, p->folder, folder);
+        memcpy(path + folder, package + length, rest);
+        return path;
+    }
+    return name;
+}
+
 /* ---- shapes ---- */
 
 static bool read_geometry(mbsri_scene *s, const mbsri_element *e, mbsr_file_shape *shape,
@@ -122,7 +142,7 @@ static bool read_geometry(mbsri_scene *s, const mbsri_element *e, mbsr_file_shap
         shape->size[1] = 0.5 * length;
     } else if (mbsri_is(of, "mesh")) {
         shape->kind = MBSR_SHAPE_MESH;
-        shape->mesh = mbsri_attribute(of, "filename");
+        shape->mesh = path_of(s, mbsri_attribute(of, "filename"));
         shape->size[0] = shape->size[1] = shape->size[2] = 1.0;
         *known = shape->mesh != NULL;
         return mbsri_numbers(s, of, "scale", mbsri_attribute(of, "scale"), 3, 3, shape->size, NULL);

@@ -12,6 +12,7 @@ typedef struct command {
 #define COMMON                                                                                     \
     "  --start NAME   start from this key of the file, not as drawn\n"                             \
     "  --floating     URDF: the root link is free\n"                                               \
+    "  --package NAME=DIR   URDF: where meshes of package://NAME/ are; may be repeated\n"          \
     "  --strict       refuse files with findings\n"
 
 static const command commands[] = {
@@ -59,6 +60,7 @@ static const command commands[] = {
      "TO becomes MJCF, read again a model with the same accelerations; - is standard output. What\n"
      "MJCF cannot say, or MuJoCo does not take, goes to standard error.\n"
      "  --floating     URDF: the root link is free\n"
+     "  --package NAME=DIR   URDF: where meshes of package://NAME/ are; may be repeated\n"
      "  --strict       refuse files with findings, of reading or writing\n",
      run_convert},
 };

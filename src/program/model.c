@@ -5,6 +5,17 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* NAME=DIR, in place. */
+static int add_package(program_options *o, char *text)
+{
+    char *folder = strchr(text, '=');
+    if (!folder || folder == text) return complain(USAGE, "--package: '%s' is not NAME=DIR", text);
+    if (o->packages == 16) return complain(USAGE, "--package: there are more than 16");
+    *folder++ = '\0';
+    o->package[o->packages++] = (mbsr_file_package){text, folder};
+    return DONE;
+}
+
 bool common_option(int argc, char **argv, int *at, program_options *o, int *code)
 {
     const char *argument = argv[*at], *value;
@@ -16,6 +27,8 @@ bool common_option(int argc, char **argv, int *at, program_options *o, int *code
         o->floating = true;
     } else if ((value = option_value(argc, argv, at, "--start"))) {
         o->start = value;
+    } else if (*at >= 0 && (value = option_value(argc, argv, at, "--package"))) {
+        *code = add_package(o, argv[*at] + strlen(argv[*at]) - strlen(value));
     } else if (*at < 0) {
         *code = USAGE;
     } else if (argument[0] != '-' || argument[1] == '\0') {
@@ -54,6 +67,8 @@ static int read_model(const program_options *o, program_model *m)
     if (!m->text) return complain(NOT_READ, "%s cannot be read", o->path);
     opt.strict = o->strict;
     opt.floating = o->floating;
+    opt.packages = o->packages;
+    opt.package = o->package;
     opt.load = load;
     opt.user = &others;
     const int status = mbsr_file_read(m->text, size, o->path, &opt, &m->file, &error);
@@ -92,7 +107,8 @@ char *read_beside(const program_options *o, const char *name, size_t *size)
     char path[2048];
     snprintf(path, sizeof path, "%.*s%s", slash && name[0] != '/' ? (int)(slash + 1 - o->path) : 0,
              o->path, name);
-    return read_file(path, size);
+    char *text = read_file(path, size);
+    return text ? text : read_file(name, size);
 }
 
 int start_state(const program_options *o, const program_model *m, const double **q,

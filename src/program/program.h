@@ -45,6 +45,8 @@ typedef struct program_options {
     const char *path;
     const char *start; /* of a key; NULL: as drawn */
     bool json, strict, floating;
+    mbsr_file_package package[16]; /* names point into the arguments */
+    int packages;
 } program_options;
 
 /* Takes a common option at argv[*at]; false: it is none. Code in *code, DONE as long as all is well. */
@@ -58,7 +60,7 @@ void close_model(program_model *m);
 int start_state(const program_options *o, const program_model *m, const double **q,
                 const double **u);
 
-/* A file that the model names, such as a mesh: as it stands, or from the folder of the model. read_file. */
+/* A file that the model names, such as a mesh: from the folder of the model, or as it stands. read_file. */
 char *read_beside(const program_options *o, const char *name, size_t *size);
 
 /* ---- report.c ---- */

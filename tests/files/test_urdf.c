@@ -54,6 +54,32 @@ static void joints_of_every_type(void **state)
     mbsr_file_destroy(file);
 }
 
+static void meshes_of_packages_are_where_the_caller_says(void **state)
+{
+    (void)state;
+    static const char text[] = ROBOT(
+        "<link name='a'>" MASS
+        "<visual><geometry><mesh filename='package://arm/m/x.stl'/></geometry></visual>"
+        "<visual><geometry><mesh filename='package://army/y.stl'/></geometry></visual></link>");
+    const mbsr_file_package given[] = {{"ar", "no"}, {"arm", "/data/arm"}};
+    mbsr_file_opt opt = mbsr_default_file_opt();
+    mbsr_file *file;
+    mbsr_error error;
+    opt.packages = 2;
+    opt.package = given;
+    file = read_small(text, &opt);
+    assert_string_equal(file->shape[0].mesh, "/data/arm/m/x.stl");
+    assert_string_equal(file->shape[1].mesh, "package://army/y.stl");
+    mbsr_file_destroy(file);
+    opt.package = NULL;
+    assert_int_equal(mbsr_file_read(text, strlen(text), NULL, &opt, &file, &error), MBSR_ERR_NULL);
+    opt.package = &(mbsr_file_package){"arm", NULL};
+    opt.packages = 1;
+    assert_int_equal(mbsr_file_read(text, strlen(text), NULL, &opt, &file, &error), MBSR_ERR_NULL);
+    opt.packages = -1;
+    assert_int_equal(mbsr_file_read(text, strlen(text), NULL, &opt, &file, &error), MBSR_ERR_VALUE);
+}
+
 static void what_a_model_has_no_room_for_is_kept(void **state)
 {
     (void)state;
@@ -197,6 +223,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(joints_of_every_type),
+        cmocka_unit_test(meshes_of_packages_are_where_the_caller_says),
         cmocka_unit_test(what_a_model_has_no_room_for_is_kept),
         cmocka_unit_test(forces_of_joints),
         cmocka_unit_test(moments_that_no_body_has),

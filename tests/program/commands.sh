@@ -87,6 +87,12 @@ ends 3 'no lines of numbers' view "$models/quarter_car.xml" "$work/empty.csv" -o
 printf '<robot name="&lt;/script>"><link name="a"><visual><geometry><mesh filename="m.stl"/></geometry></visual></link></robot>' \
     >"$work/mesh.urdf"
 ends 0 "mesh 'm.stl' cannot be read" view "$work/mesh.urdf" -o "$work/page.html"
+mkdir "$work/meshes"
+printf 'solid\nendsolid\n' >"$work/meshes/m.stl"
+sed 's|m.stl|package://arm/m.stl|' "$work/mesh.urdf" >"$work/package.urdf"
+ends 0 '"package://arm/m.stl"' view "$work/package.urdf" -o -
+ends 0 '/meshes/m.stl": "c29saWQKZW5kc29saWQK"' view "$work/package.urdf" --package "arm=$work/meshes" -o -
+ends 2 'not NAME=DIR' view "$work/package.urdf" --package=arm -o -
 [ "$(grep -c '</script>' "$work/page.html")" = 1 ] || { echo "a name ends the script of the page"; failed=1; }
 # Pictures, by gnuplot where it is.
 printf 't,a,"b, c",d.x,d.y\n0,0,1,2,3\n1,1,2,3,5\n' >"$work/run.csv"
