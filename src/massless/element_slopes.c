@@ -81,6 +81,20 @@ static void add_sizes(const mbsri_null_space *w, const mbsri_body *b, int at, co
     }
 }
 
+/* gross of torques on a joint that is told by a quaternion, by the largest of them: their derivatives are
+ * differences of products with its numbers. */
+static void add_orientation(const mbsri_null_space *w, int bodies, double *gross)
+{
+    for (int k = 0; k < bodies; ++k) {
+        if (w->slope.row[k] < 0) continue;
+        const mbsri_body *b = w->m->body + mbsri_element_body(w, k);
+        double *torque = gross + w->slope.row[k] + b->d;
+        if (b->nq != b->n + 1 || b->n < 3) continue;
+        const double trace = 0.1 * mbsri_largest(3, torque);
+        for (int r = 0; r < 3; ++r) torque[r] += trace;
+    }
+}
+
 /* Change of the forces (rows) with a motion, and the sum of the sizes of its terms, with `arms` by the
  * sizes of vectors; false where the element does not move. */
 static bool react(const mbsri_null_space *w, int bodies, motion x, bool arms, double *y,
@@ -104,18 +118,41 @@ static bool react(const mbsri_null_space *w, int bodies, motion x, bool arms, do
         add_sizes(w, b, at, pose, gross);
         add_sizes(w, b, mbsri_V_column(body, at), V, gross);
     }
+    if (arms) add_orientation(w, bodies, gross);
     for (int r = 0; r < s->out.rows; ++r) {
         if (gross[r] > 0.0) return true;
     }
     return false;
 }
 
+/* The largest of forces (rows) by what they do along typical sizes. */
+static double largest_work(const mbsri_null_space *w, int bodies, const double *gross)
+{
+    const mbsri_slopes *s = &w->slope;
+    int turns, rotation, moves, translation;
+    double largest = 0.0;
+    for (int k = 0; k < bodies; ++k) {
+        if (s->row[k] < 0) continue;
+        const mbsri_body *b = w->m->body + mbsri_element_body(w, k);
+        const double *f = gross + s->row[k];
+        const bool rigid = mbsri_element_places(b, &turns, &rotation, &moves, &translation);
+        for (int r = 0; r < b->d + b->n; ++r) {
+            const bool turn = rigid && r >= rotation && r < rotation + turns;
+            const double size = r >= b->d ? w->span[b->u + r - b->d] : turn ? 1.0 : w->size;
+            largest = fmax(largest, size * f[r]);
+        }
+    }
+    return largest;
+}
+
 /* Whether forces y (rows) are more than this share of what was added up to them: those of a rigid body
- * by the sizes of moment and force, others one by one. */
+ * by the sizes of moment and force, others one by one beside a trace of the largest, by what they do: of
+ * products with quaternions some are rounding alone. */
 static bool stands_out(const mbsri_null_space *w, int bodies, double least, const double *y,
                        const double *gross)
 {
     const mbsri_slopes *s = &w->slope;
+    const double trace = 1e-9 * largest_work(w, bodies, gross);
     int turns, rotation, moves, translation;
     for (int k = 0; k < bodies; ++k) {
         if (s->row[k] < 0) continue;
@@ -123,7 +160,8 @@ static bool stands_out(const mbsri_null_space *w, int bodies, double least, cons
         const double *f = y + s->row[k], *size = gross + s->row[k];
         const bool rigid = mbsri_element_places(b, &turns, &rotation, &moves, &translation);
         for (int r = rigid ? b->d : 0; r < b->d + b->n; ++r) {
-            if (fabs(f[r]) > least * size[r]) return true;
+            const double span = r < b->d ? 1.0 : w->span[b->u + r - b->d];
+            if (fabs(f[r]) > least * (size[r] + trace / span)) return true;
         }
         if (!rigid) continue;
         const double force = mbsri_largest(moves, size + translation),
@@ -219,26 +257,6 @@ static void find_strain(const mbsri_null_space *w, int bodies, bool velocity, do
             for (int r = 0; r < rows; ++r) gross[r] += size * fabs(column[r]);
         }
     }
-}
-
-/* The largest of forces (rows) by what they do along typical sizes. */
-static double largest_work(const mbsri_null_space *w, int bodies, const double *gross)
-{
-    const mbsri_slopes *s = &w->slope;
-    int turns, rotation, moves, translation;
-    double largest = 0.0;
-    for (int k = 0; k < bodies; ++k) {
-        if (s->row[k] < 0) continue;
-        const mbsri_body *b = w->m->body + mbsri_element_body(w, k);
-        const double *f = gross + s->row[k];
-        const bool rigid = mbsri_element_places(b, &turns, &rotation, &moves, &translation);
-        for (int r = 0; r < b->d + b->n; ++r) {
-            const bool turn = rigid && r >= rotation && r < rotation + turns;
-            const double size = r >= b->d ? w->span[b->u + r - b->d] : turn ? 1.0 : w->size;
-            largest = fmax(largest, size * f[r]);
-        }
-    }
-    return largest;
 }
 
 /* Whether what an element exerts is more than what rounding of positions makes of its stiffness. */

@@ -64,3 +64,27 @@ double mbsri_trace_of_arms(const mbsri_body *b, const double *H, const double *A
     for (int c = 0; c < 3; ++c) square += mbsri_dot(3, H + d * c + 3, H + d * c + 3);
     return 0.5 * square * fmax(A[3 * next], fmax(A[4 * next], A[5 * next]));
 }
+
+/* m |r|^2 of the body, r from its predecessor's origin. */
+static double arm_of(const mbsr_data *d, const mbsri_body *b)
+{
+    const double *x = d->p + b->p + MBSR_POSE_X, *from = d->p + b->pred_p + MBSR_POSE_X,
+                 *A = d->Mbar + b->dd;
+    const int next = b->d + 1;
+    const bool related = b->pred_space == MBSR_SPACE_SPATIAL;
+    double square = 0.0;
+    for (int k = 0; k < 3; ++k) {
+        const double r = x[k] - (related ? from[k] : 0.0);
+        square += r * r;
+    }
+    return square * fmax(A[3 * next], fmax(A[4 * next], A[5 * next]));
+}
+
+double mbsri_turned_along(const mbsr_data *d, const mbsri_body *b, int l)
+{
+    if (!mbsri_turns(b->joint.space)) return 0.0;
+    const double *J = d->J + b->dn + (size_t)(l * b->d);
+    const bool arm =
+        b->n > 1 && b->joint.space == MBSR_SPACE_SPATIAL && mbsri_dot(3, J + 3, J + 3) > 0.0;
+    return mbsri_dot(3, J, J) * (d->turned[b->seat] + (arm ? arm_of(d, b) : 0.0));
+}

@@ -13,6 +13,7 @@
 #include "algebra/numbers.h"
 #include "base/error.h"
 #include "model/query.h"
+#include "recursion/errors.h"
 #include "recursion/not_finite.h"
 #include "recursion/pose.h"
 
@@ -37,10 +38,7 @@ static void sureness(const mbsr_model *m, const mbsr_data *d, const mbsri_group 
             double *UJ = d->scratch;
             mbsri_zero((size_t)b->d, UJ);
             mbsri_ax(b->d, b->d, 1.0, d->unsure + b->dd, J, UJ);
-            const double s = d->s[b->ig + l],
-                         turned = mbsri_turns(b->joint.space)
-                                      ? d->turned[b->seat] * mbsri_dot(3, J, J)
-                                      : 0.0,
+            const double s = d->s[b->ig + l], turned = mbsri_turned_along(d, b, l),
                          size = mbsri_dot(b->d, J, UJ) + arms * turned +
                                 MBSRI_EXACT_SHARE * b->armature[l];
             least[b->ig - g->ig + l] = rounding * (1.0 / (s * s) + turned);

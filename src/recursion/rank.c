@@ -83,10 +83,7 @@ static double turned_noise(const mbsr_model *m, const mbsr_data *d, const mbsri_
     for (int k = 0; k < g->members; ++k) {
         const mbsri_body *b = m->body + g->member[k];
         for (int l = 0; l < b->n; ++l) {
-            const double *J = d->J + b->dn + (size_t)(l * b->d), s = d->s[b->ig + l];
-            double part = 0.0;
-            for (int r = 0; r < 3 && mbsri_turns(b->joint.space); ++r) part += J[r] * J[r];
-            part *= d->turned[m->body[g->member[k]].seat] * s * s;
+            const double s = d->s[b->ig + l], part = mbsri_turned_along(d, b, l) * s * s;
             strict[b->ig - g->ig + l] = s / sqrt(1.0 + part);
             largest = fmax(largest, part);
         }
