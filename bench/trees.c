@@ -191,6 +191,26 @@ void bench_make_fourbars(bench_model *tree, int count, int massless, int closed)
     }
 }
 
+void bench_make_one_loop(bench_model *tree, int rods, int at_root, int closed)
+{
+    int last = MBSR_GROUND, at = MBSR_GROUND;
+    begin_plane(tree);
+    for (int k = 0; k < rods; ++k) {
+        last = add_rod(tree->model, last, k > 0 ? 0.5 : 0.0, 0.0, 1.5, 0.5);
+        if (k == 0 || !at_root) at = last;
+    }
+    const int crank = add_rod(tree->model, at, 0.02, 0.1, 0.4, 0.3),
+              coupler = add_rod(tree->model, crank, 0.3, 0.0, 0.6, 0.45),
+              rocker = add_rod(tree->model, at, 0.47, 0.1, 0.3, 0.3);
+    if (closed) add_pin(tree->model, coupler, 0.45, rocker, 0.3);
+    finish_plane(tree);
+    for (int k = 0; k < rods + 3; ++k) {
+        const int side = k == rods + 1 ? -1 : 1;
+        tree->q[k] = k < rods ? 0.2 * sin(2.0 * k) : 1.1 * side;
+        tree->u[k] = k < rods ? 0.1 * cos(k) : 0.6 * side;
+    }
+}
+
 void bench_make_ring(bench_model *tree, int links, int closed)
 {
     const double length = 1.0 / links, turn = 2.0 * acos(-1.0) / links;

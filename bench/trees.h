@@ -24,6 +24,9 @@ void bench_make_chain(bench_model *tree, int bodies, int massless, int springs);
  * closed by a pin (closed: 1) or not; couplers without mass where `massless`. */
 void bench_make_fourbars(bench_model *tree, int count, int massless, int closed);
 
+/* A chain of rods in the plane with one parallelogram, on its last rod or on its first. */
+void bench_make_one_loop(bench_model *tree, int rods, int at_root, int closed);
+
 /* One loop of `links` rods in the plane, a regular polygon with its first and last corner on the
  * ground. */
 void bench_make_ring(bench_model *tree, int links, int closed);

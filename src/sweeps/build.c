@@ -298,10 +298,11 @@ static void place_hand_overs(mbsri_sweeps *tree)
 static void mark_loaded(mbsri_sweeps *tree, const mbsr_model *m, const mbsri_force *force)
 {
     const bool every = (force->def.table->flags & MBSR_FORCE_EVERY_BODY) != 0;
-    for (int i = 1; i <= tree->bodies && every; ++i) tree->body[i].flags |= MBSRI_LOADED;
+    const int marks = MBSRI_LOADED | MBSRI_ACTED;
+    for (int i = 1; i <= tree->bodies && every; ++i) tree->body[i].flags |= marks;
     for (int l = 0; l < force->def.bodies && !every; ++l) {
         const int i = m->list_index[force->list + (size_t)l];
-        if (i > 0) tree->body[i].flags |= MBSRI_LOADED;
+        if (i > 0) tree->body[i].flags |= marks;
     }
 }
 
@@ -310,8 +311,11 @@ static void mark_closed(mbsri_sweeps *tree, const mbsr_model *m)
 {
     const mbsri_closure *c = m->closures.data;
     for (size_t k = 0; k < m->closures.count; ++k, ++c) {
+        /* above those that stand to each other somehow, a common displacement changes nothing */
+        const bool relative = (c->def.table->flags & MBSR_CLOSURE_RELATIVE) != 0;
+        const int marks = relative ? MBSRI_LOADED : MBSRI_LOADED | MBSRI_ACTING;
         for (int l = 0; l < c->bodies; ++l) {
-            if (c->body[l] > 0) tree->body[c->body[l]].flags |= MBSRI_LOADED;
+            if (c->body[l] > 0) tree->body[c->body[l]].flags |= marks;
         }
     }
 }
@@ -345,12 +349,55 @@ static void collect_forces(mbsri_sweeps *tree, const mbsr_model *m)
     }
 }
 
+/* Blocks place themselves. */
+static void mark_placed(mbsri_sweeps *tree)
+{
+    const int seen = MBSRI_LOADED | MBSRI_BLOCK | MBSRI_USERS | MBSRI_PLACED;
+    for (int i = tree->bodies; i >= 1; --i) {
+        mbsri_sweep_body *b = tree->body + i, *pred = tree->body + b->parent;
+        if (!(b->flags & seen)) continue;
+        if (!(b->flags & MBSRI_BLOCK)) b->flags |= MBSRI_PLACED;
+        if (!(pred->flags & MBSRI_BLOCK)) pred->flags |= MBSRI_PLACED;
+    }
+}
+
+static bool has_inertia(const mbsri_sweep_body *b, const mbsri_body *body)
+{
+    bool any = !(b->flags & MBSRI_MASSLESS);
+    for (int k = 0; k < body->n; ++k) any = any || body->armature[k] > 0.0;
+    return any;
+}
+
+/* What of the tree Newton systems with loops take for wide, and for heavy. */
+static void mark_widths(mbsri_sweeps *tree, const mbsr_model *m)
+{
+    for (int i = tree->bodies; i >= 1 && tree->open; --i) {
+        mbsri_sweep_body *b = tree->body + i, *pred = tree->body + b->parent;
+        if (b->flags & MBSRI_ACTED) b->flags |= MBSRI_ACTING;
+        if (b->flags & (MBSRI_ACTING | MBSRI_FRONT)) b->flags |= MBSRI_WIDE_JOINT;
+        if (b->flags & (MBSRI_WIDE_JOINT | MBSRI_LOADED | MBSRI_CLOSES)) b->flags |= MBSRI_WIDE;
+        if (b->flags & MBSRI_WIDE_JOINT) pred->flags |= MBSRI_WIDE;
+        if (has_inertia(b, m->body + i)) b->flags |= MBSRI_HEAVY;
+        pred->flags |= b->flags & (MBSRI_ACTING | MBSRI_HEAVY);
+    }
+    for (int i = 1; i <= tree->bodies; ++i) {
+        mbsri_sweep_body *b = tree->body + i;
+        if (b->parent > 0 && tree->body[b->parent].flags & MBSRI_WIDE) b->flags |= MBSRI_TO_WIDE;
+    }
+}
+
 /* The bodies' own frames in those of the sweeps, where force elements need them. */
 static bool place_own_frames(mbsri_sweeps *tree, const mbsr_model *m)
 {
     if (!tree->body_forces) return true;
-    tree->own = mbsri_allocate(&m->allocator, ((size_t)tree->bodies + 1) * sizeof *tree->own);
+    const size_t size = ((size_t)tree->bodies + 1) * sizeof *tree->own;
+    tree->own = mbsri_allocate(&m->allocator, size + (size_t)tree->bodies * sizeof *tree->loaded);
     if (!tree->own) return false;
+    tree->loaded = (int *)(void *)((unsigned char *)tree->own + size);
+    for (int i = 1; i <= tree->bodies; ++i) {
+        if ((tree->body[i].flags & (MBSRI_LOADED | MBSRI_BLOCK)) == MBSRI_LOADED)
+            tree->loaded[tree->loads++] = i;
+    }
     for (int i = 1; i <= tree->bodies; ++i) {
         const mbsr_frame in_body = frame_of_body(tree, m, i), own = mbsr_frame_inverse(&in_body);
         memcpy(tree->own[i].R, own.R, sizeof own.R);
@@ -416,6 +463,8 @@ static bool place(mbsri_sweeps *tree, const mbsr_model *m)
     place_hand_overs(tree);
     mark_fronts(tree, m);
     collect_forces(tree, m);
+    mark_placed(tree);
+    mark_widths(tree, m);
     return place_own_frames(tree, m);
 }
 

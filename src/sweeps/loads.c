@@ -15,18 +15,13 @@
 
 #include <string.h>
 
-static bool is_loaded(int flags)
-{
-    return flags & MBSRI_LOADED && !(flags & MBSRI_BLOCK);
-}
-
 /* Pose, velocity and mass matrix of the bodies on which elements act; no force yet. */
 static void show_all(const mbsri_sweep_run *run)
 {
     mbsr_data *d = run->data;
-    for (int i = 1; i <= run->tree->bodies; ++i) {
+    for (int k = 0; k < run->tree->loads; ++k) {
+        const int i = run->tree->loaded[k];
         const mbsri_body *body = run->model->body + i;
-        if (!is_loaded(run->tree->body[i].flags)) continue;
         mbsri_sweeps_show(run, i);
         mbsri_zero((size_t)body->d, d->f + body->v);
         if (run->tree->masses) mbsri_inertia_mass(body, d->p + body->p, d->M + body->dd);
@@ -45,8 +40,8 @@ int mbsri_sweeps_loads(const mbsri_sweep_run *run)
     if (!status) status = mbsri_body_elements(m, d);
     if (!status && m->rows > 0) status = mbsri_closure_jacobians(m, d);
     if (!status && m->rows > 0) mbsri_closure_load(m, d, d->loop_lambda, d->f, d->tau);
-    for (int i = 1; i <= tree->bodies; ++i) {
-        if (!is_loaded(tree->body[i].flags)) continue;
+    for (int k = 0; k < tree->loads; ++k) {
+        const int i = tree->loaded[k];
         const mbsri_body *body = m->body + i;
         double f[6];
         mbsri_lift(body->d, d->f + body->v, f);

@@ -63,7 +63,22 @@ MBSRI_OUTLINE int move_other(const mbsri_sweep_run *run, int i, bool velocity)
     return multi_kinematics(run, i, velocity);
 }
 
-/* Bodies first .. last; placed: with the origins of all bodies in the world. */
+/* The origin of body i in the world, and its angle in the plane behind it. */
+MBSRI_INLINE void place(const mbsri_sweep_run *run, int i)
+{
+    const mbsri_sweep_body *b = run->tree->body + i;
+    const double *from = run->load[b->parent].r;
+    double *to = run->load[i].r, angle = 0.0;
+    if (b->flags & MBSRI_PLANE) {
+        const mbsri_sweep_own *own = run->tree->own + i;
+        angle = own->coordinate >= 0 ? from[3] + own->angle + run->q[own->coordinate]
+                                     : mbsri_sweeps_angle(run, i, from[3]);
+    }
+    const v4 r = load(from) + load(run->state[i].rho);
+    store(to, (v4){r[0], r[1], r[2], angle});
+}
+
+/* Bodies first .. last; placed: with the origins of those that somebody looks at. */
 MBSRI_INLINE int move_part(const mbsri_sweep_run *run, int first, int last, bool velocity,
                            bool placed)
 {
@@ -76,7 +91,7 @@ MBSRI_INLINE int move_part(const mbsri_sweep_run *run, int first, int last, bool
         } else {
             move_body(run, b, s + b->parent, s + i, velocity);
         }
-        if (placed && !(b->flags & MBSRI_BLOCK)) mbsri_sweeps_place(run, i);
+        if (placed && b->flags & MBSRI_PLACED) place(run, i);
     }
     return 0;
 }

@@ -31,8 +31,7 @@ void mbsri_sweeps_show(const mbsri_sweep_run *run, int i)
     }
 }
 
-/* The angle of a PLANAR body, behind its origin. */
-static double angle_of(const mbsri_sweep_run *run, int i, double pred)
+double mbsri_sweeps_angle(const mbsri_sweep_run *run, int i, double pred)
 {
     const mbsri_body *body = run->model->body + i;
     const mbsri_sweep_own *own = run->tree->own + i;
@@ -40,15 +39,6 @@ static double angle_of(const mbsri_sweep_run *run, int i, double pred)
     if (own->coordinate >= 0) return pred + own->angle + run->q[own->coordinate];
     if (own->coordinate == MBSRI_ANGLE_HELD) return pred + own->angle;
     return pred + own->angle + mbsri_driven_angle(&body->joint, run->data->t);
-}
-
-void mbsri_sweeps_place(const mbsri_sweep_run *run, int i)
-{
-    const mbsri_sweep_body *b = run->tree->body + i;
-    double *r = run->load[i].r;
-    const double *from = run->load[b->parent].r, *rho = run->state[i].rho;
-    for (int k = 0; k < 3; ++k) r[k] = from[k] + rho[k];
-    r[3] = b->flags & MBSRI_PLANE ? angle_of(run, i, from[3]) : 0.0;
 }
 
 void mbsri_sweeps_place_root(const mbsri_sweep_run *run)

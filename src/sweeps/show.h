@@ -5,9 +5,9 @@
 
 #include "sweeps/tree.h"
 
-/* The origin of body i, whose predecessor's is known; that of the root. */
-void mbsri_sweeps_place(const mbsri_sweep_run *run, int i);
+/* The origin of the root; the angle of a PLANAR body, whose predecessor's is known. */
 void mbsri_sweeps_place_root(const mbsri_sweep_run *run);
+double mbsri_sweeps_angle(const mbsri_sweep_run *run, int i, double pred);
 
 /* Pose and velocity of body i's own frame, to the arrays of the stages, and its arm. */
 void mbsri_sweeps_show(const mbsri_sweep_run *run, int i);

@@ -17,7 +17,7 @@
 /* Returned where the sweeps do not serve. */
 enum { MBSRI_NOT_SERVED = 1 << 20 };
 
-/* What a body is; bits of mbsri_sweep_body.flags. */
+/* What a body is; bits of mbsri_sweep_body.flags, of which batch/record.h has some more. */
 enum {
     MBSRI_TURNS = 1,        /* its joint rotates about z */
     MBSRI_SLIDES = 2,       /* and moves along z, by `pitch` per unit of the coordinate */
@@ -38,7 +38,16 @@ enum {
     MBSRI_BOUNDED = 65536,  /* a block that is not in GENERAL space, nor is its predecessor */
     MBSRI_SIX = 131072,     /* its predecessor is in space, and no block */
     MBSRI_USERS = 2097152,  /* MULTI, moved by a user's functions: see users_joint.h */
-    MBSRI_SHARP = 32768     /* a block that has none but blocks behind it, so that its W is exact */
+    MBSRI_SHARP = 32768,    /* a block that has none but blocks behind it, so that its W is exact */
+    MBSRI_ACTED = 134217728, /* LOADED by elements, not by closures alone */
+    MBSRI_PLACED = 33554432, /* somebody looks where it is, or where one behind it is */
+    /* in Newton systems with loops, see newton/sweeps/looped.h */
+    MBSRI_ACTING =
+        268435456,         /* it is ACTED, or one behind it, or by closures that do not balance */
+    MBSRI_HEAVY = 4194304, /* it has inertia, or one behind it, or a joint of these */
+    MBSRI_WIDE = 8388608,  /* all 12 columns count at it */
+    MBSRI_WIDE_JOINT = 16777216, /* and in its predecessor's, which is WIDE */
+    MBSRI_TO_WIDE = 67108864     /* its predecessor is WIDE */
 };
 
 /* Constants of a body. Its frame has its origin on the joint's axis and z along it; matrices by
@@ -157,6 +166,7 @@ typedef struct mbsri_sweeps {
     bool body_forces;     /* there are others, blocks or users' joints, which need as much */
     bool masses;          /* some of them read the mass matrices of their bodies */
     mbsri_sweep_own *own; /* bodies + 1; body_forces only */
+    int *loaded, loads;   /* likewise: LOADED bodies that are no blocks */
     const struct mbsri_sweep_kernels *kernels;
 } mbsri_sweeps;
 

@@ -1,6 +1,7 @@
 #!/bin/sh
-# Fails when a call takes more than 5 % more instructions than baseline.csv says, or one of ten times
-# as many bodies in loops more than 10 % more for each.
+# Fails when a call takes more than 5 % more instructions than baseline.csv says, one of ten times as many
+# bodies in loops more than 10 % more for each, or a Newton system of a long chain with one loop more than
+# 5 % more than that of the open chain and the loop.
 # SPDX-License-Identifier: BSD-3-Clause
 #
 #   check.sh PROGRAM TREES COMPILER     as count.sh; exits with 77 where there is nothing to compare
@@ -33,13 +34,20 @@ echo "$counts" | awk -F, '
         model = $3
         size = sub(/100$/, "", model)
         if (!size) sub(/10$/, "", model)
-        if ($2 == "stages" && size && $5 > 1.1 * small[model, $4]) {
+        if ($2 == "loops" && size && $5 > 1.1 * small[model, $4]) {
             print at ": " $5 " instructions per body, of fewer bodies " small[model, $4]
             bad = 1
         }
-        if ($2 == "stages" && !size) small[model, $4] = $5
+        if ($2 == "loops" && !size) small[model, $4] = $5
+        if ($2 == "loops" && $4 != "momentum") newton[$3] += $5
     }
     END {
         if (!counted) print "nothing was counted"
+        limit = 1.05 * newton["open_chain1000"] + 4 / 1003 * newton["fourbars100"]
+        for (model in newton) {
+            if (model !~ /^loop_at_/) continue
+            printf "%s: factor and solve %.0f, at most %.0f\n", model, newton[model], limit
+            if (newton[model] > limit) bad = 1
+        }
         exit bad || !counted
     }' "$here/baseline.csv" -

@@ -13,7 +13,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-enum { CALLS = 5, TREES = 5, LOOPS = 4 };
+enum { CALLS = 5, TREES = 5, LOOPS = 9 };
 
 static const char *const call_name[CALLS] = {"forward", "inverse", "momentum", "factor", "solve"};
 
@@ -91,25 +91,41 @@ static void close_counted(counted *c)
     free(c->F);
 }
 
-/* Models with closed loops: what an implicit integrator calls. */
+/* Models with closed loops, and without: what an implicit integrator calls. */
+enum { FOURBARS, MASSLESS, RING, OPEN, AT_LEAF, AT_ROOT };
 static const struct {
     const char *name;
-    int fourbars, links; /* one of them */
-} loops[LOOPS] = {
-    {"fourbars10", 10, 0}, {"fourbars100", 100, 0}, {"ring10", 0, 10}, {"ring100", 0, 100}};
+    int kind, count;
+} loops[LOOPS] = {{"fourbars10", FOURBARS, 10},
+                  {"fourbars100", FOURBARS, 100},
+                  {"massless10", MASSLESS, 10},
+                  {"massless100", MASSLESS, 100},
+                  {"ring10", RING, 10},
+                  {"ring100", RING, 100},
+                  {"open_chain1000", OPEN, 1000},
+                  {"loop_at_leaf1000", AT_LEAF, 1000},
+                  {"loop_at_root1000", AT_ROOT, 1000}};
+
+static void make_loops(bench_model *tree, int k)
+{
+    const int kind = loops[k].kind, number = loops[k].count;
+    if (kind == RING)
+        bench_make_ring(tree, number, 1);
+    else if (kind <= MASSLESS)
+        bench_make_fourbars(tree, number, kind == MASSLESS, 1);
+    else
+        bench_make_one_loop(tree, number, kind == AT_ROOT, kind != OPEN);
+}
 
 static void count_loops(int k)
 {
     counted c;
-    if (loops[k].fourbars > 0)
-        bench_make_fourbars(&c.tree, loops[k].fourbars, 1, 1);
-    else
-        bench_make_ring(&c.tree, loops[k].links, 1);
+    make_loops(&c.tree, k);
     make_counted(&c);
     for (int which = 2; which < CALLS; ++which) {
         bench_check(call(&c, which), call_name[which], mbsr_data_error(c.data)->text);
         bench_check(measure(&c, which), call_name[which], mbsr_data_error(c.data)->text);
-        printf("stages %s %s %d\n", loops[k].name, call_name[which], c.tree.bodies);
+        printf("loops %s %s %d\n", loops[k].name, call_name[which], c.tree.bodies);
     }
     close_counted(&c);
 }

@@ -4,6 +4,7 @@
 
 #include "algebra/dense.h"
 #include "base/memory.h"
+#include "newton/blocks/swept.h"
 #include "newton/slopes/closure_slopes.h"
 #include "recursion/closures.h"
 #include "recursion/group.h"
@@ -177,6 +178,7 @@ static void count_path(mbsr_newton *w, int k, int i, int *seen, int *lambda)
         seen[i] = k + 1;
         v->pool[i].most += unknowns;
         if (i == last) return;
+        v->front[i].passes = true;
         lambda[i] += c->rows;
         i = v->front[i].up;
     }
@@ -188,6 +190,7 @@ static void count_delayed(mbsri_carried *v, int i, int n, const int *lambda)
     mbsri_front *front = v->front + i;
     const int all = front->delayed + n; /* so far: what comes from behind */
     v->pool[i].most += front->delayed;
+    front->loose = front->delayed > 0;
     front->delayed = all < lambda[i] ? all : lambda[i];
     v->front[front->up].delayed += front->delayed;
 }
@@ -210,6 +213,9 @@ static void count_carried(mbsr_newton *w, int *seen, int *lambda)
         for (int k = v->first_closing[i]; k > 0; k = v->front[k].next)
             count_delayed(v, k, 0, lambda);
         if (i > 0) count_delayed(v, i, m->body[i].n, lambda);
+    }
+    for (int i = 0; i < v->fronts; ++i) {
+        if (v->pool[i].most > 0) v->used[v->uses++] = i;
     }
     for (int i = 0; i <= m->bodies; ++i) v->served[i] = i > 0 && v->pool[i].most > 0;
     for (int i = 1; i <= m->bodies; ++i) {
@@ -253,21 +259,14 @@ static void shape_pools(mbsr_newton *w)
         pool->d = d;
         *swept = (mbsri_pool){.body = body,
                               .swept = body > 0 && !(tree->body[body].flags & MBSRI_BLOCK),
-                              .most = pool->most,
                               .stride = MBSRI_SWEPT_ACTIONS,
                               .motions = MBSRI_SWEPT_MOTIONS,
                               .d = MBSRI_SWEPT_FORCES};
     }
-}
-
-/* Pool k, and that of its body in vector code, if there is one; the record of its joint. */
-static void place_pools(mbsr_newton *w, int k, size_t *doubles, size_t *ints)
-{
-    mbsri_carried *v = &w->carried;
-    place_pool(v->pool + k, doubles, ints);
-    if (!v->swept[k].swept) return;
-    place_pool(v->swept + k, doubles, ints);
-    v->front[k].record = take(doubles, 5 * (size_t)v->pool[k].most + 4);
+    for (int i = 1; i <= w->model->bodies; ++i) { /* loops that close on the root, as before it */
+        const int up = w->carried.front[i].up;
+        if (up > w->model->bodies) w->carried.swept[up].swept = w->carried.swept[i].swept;
+    }
 }
 
 /* Unknowns of pools that the front of joint i may read; those of its group, where it is the head. */
@@ -346,9 +345,10 @@ static bool place_all(mbsr_newton *w)
     shape_pools(w);
     for (int i = 1; i < v->fronts; ++i) {
         if (i <= m->bodies && !v->served[i]) continue;
-        place_pools(w, i, &doubles, &ints);
+        place_pool(v->pool + i, &doubles, &ints);
         place_front(w, i, &doubles, &ints);
     }
+    if (!mbsri_swept_place(w, &doubles, &ints)) return false;
     place_slopes(w, &doubles);
     const size_t value = take(&doubles, (size_t)v->names), work = take(&doubles, v->widest),
                  matrix = take(&doubles, v->largest), unit = take(&doubles, (size_t)m->rows),
@@ -385,6 +385,7 @@ static size_t place_records(mbsr_newton *w, void *memory, int **scratch)
     v->first_end = records(memory, &used, bodies, sizeof(int));
     v->first_closing = records(memory, &used, bodies, sizeof(int));
     v->served = records(memory, &used, bodies, sizeof(bool));
+    v->used = records(memory, &used, fronts, sizeof(int));
     v->pool = records(memory, &used, fronts, sizeof *v->pool);
     v->swept = records(memory, &used, fronts, sizeof *v->swept);
     v->front = records(memory, &used, fronts, sizeof *v->front);
@@ -440,15 +441,17 @@ mbsri_pool *mbsri_carried_up(const mbsr_newton *w, int k)
 
 int mbsri_carried_motions(const mbsr_newton *w, const mbsri_pool *pool)
 {
-    if (pool->swept) return MBSRI_SWEPT_MOTIONS;
-    return pool->body == 0 ? 0 : mbsri_motions(w->node + pool->body, w->model->body + pool->body);
+    if (pool->body == 0) return 0;
+    return pool->swept ? MBSRI_SWEPT_MOTIONS
+                       : mbsri_motions(w->node + pool->body, w->model->body + pool->body);
 }
 
 int mbsri_carried_actions(const mbsr_newton *w, const mbsri_pool *pool)
 {
     const int body = pool->body;
+    if (body == 0) return 0;
     if (pool->swept) return w->node[body].deep ? MBSRI_SWEPT_ACTIONS : MBSRI_SWEPT_ACTIONS - 8;
-    return body == 0 ? 0 : mbsri_actions(w->node + body, w->model->body + body);
+    return mbsri_actions(w->node + body, w->model->body + body);
 }
 
 int mbsri_carried_find(const int *list, int count, int name)
@@ -516,13 +519,14 @@ static void add_force(mbsr_newton *w, const site *s, int at, const double *from,
     }
 }
 
-static void add_end(mbsr_newton *w, const mbsr_data *d, const mbsri_loop_end *end)
+static void add_end(mbsr_newton *w, const mbsr_data *d, int closure, int slot)
 {
     const mbsr_model *m = w->model;
     mbsri_carried *v = &w->carried;
-    const mbsri_closure *c = closure_of(w, end->closure);
-    const int body = c->body[end->slot];
-    site s = {.c = c, .loop = v->loop + end->closure, .column = c->column[end->slot]};
+    const mbsri_closure *c = closure_of(w, closure);
+    const int body = c->body[slot];
+    site s = {.c = c, .loop = v->loop + closure, .column = c->column[slot]};
+    if (body == 0) return;
     const int number = body == s.loop->level / 2 ? s.loop->pool : body;
     if (w->mixed && v->swept[number].swept) return; /* see swept.h */
     s.pool = v->pool + number;
@@ -571,10 +575,20 @@ static void add_diagonal(mbsr_newton *w, const mbsr_data *d, int number, double 
     }
 }
 
+void mbsri_carried_diagonal(mbsr_newton *w, const mbsr_data *d, int k, double c)
+{
+    const mbsri_carried *v = &w->carried;
+    for (int l = v->front[k].first_loop; l >= 0; l = v->loop[l].next) add_diagonal(w, d, l, c);
+}
+
 int mbsri_carried_open(mbsr_newton *w, mbsr_data *d, double c)
 {
     mbsri_carried *v = &w->carried;
-    for (int i = 0; i < v->fronts; ++i) v->pool[i].count = v->swept[i].count = 0;
+    for (int k = 0; k < v->uses; ++k) {
+        const int i = v->used[k];
+        v->pool[i].count = v->swept[i].count = 0;
+        v->front[i].closed = false;
+    }
     for (int k = 0; k < closures_of(w); ++k) {
         mbsri_loop *loop = v->loop + k;
         const mbsri_closure *closure = closure_of(w, k);
@@ -595,10 +609,12 @@ int mbsri_carried_open(mbsr_newton *w, mbsr_data *d, double c)
                 *unit = fmax(*unit, fabs(C[j * closure->rows + l]));
         }
     }
-    for (int i = 1; i <= w->model->bodies; ++i) {
-        for (int k = v->first_end[i]; k >= 0; k = v->end[k].next) add_end(w, d, v->end + k);
+    for (int k = 0; k < closures_of(w); ++k) {
+        for (int l = 0; l < bodies_of(closure_of(w, k)); ++l) add_end(w, d, k, l);
     }
-    for (int k = 0; k < closures_of(w); ++k) add_diagonal(w, d, k, c);
+    for (int k = 0; k < closures_of(w); ++k) {
+        if (!mbsri_carried_at(w, v->loop[k].pool)->swept) add_diagonal(w, d, k, c);
+    }
     return MBSR_OK;
 }
 

@@ -16,9 +16,6 @@
 
 #include "newton/blocks/record.h"
 
-/* Numbers of perturbations, forces and kappa of a body in vector code, see swept.h. */
-enum { MBSRI_SWEPT_MOTIONS = 16, MBSRI_SWEPT_ACTIONS = 24, MBSRI_SWEPT_FORCES = 8 };
-
 /* What is carried, as far as the model says; its memory. False: there is none. Bodies are numbered. */
 bool mbsri_carried_create(mbsr_newton *w);
 void mbsri_carried_destroy(mbsr_newton *w);
@@ -40,6 +37,10 @@ mbsri_pool *mbsri_carried_up(const mbsr_newton *w, int k);
 /* Numbers of x and y of the pool's body, that of the root too. */
 int mbsri_carried_motions(const mbsr_newton *w, const mbsri_pool *pool);
 int mbsri_carried_actions(const mbsr_newton *w, const mbsri_pool *pool);
+
+/* In vector code: what of the rows of the loops that close at front k stands in their multipliers alone,
+ * when these are in its pool. */
+void mbsri_carried_diagonal(mbsr_newton *w, const mbsr_data *d, int k, double c);
 
 /* The front at which a name may go. */
 int mbsri_carried_level(const mbsr_newton *w, int name);

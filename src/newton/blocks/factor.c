@@ -241,10 +241,10 @@ int mbsri_tree_factor(mbsr_newton *w, mbsr_data *d, double t, const double *y, c
         const int parent = m->body[i].parent;
         if (w->node[i].last == 0) mbsri_tree_clear(w, i);
         if (parent > 0 && w->node[parent].last == i) mbsri_tree_clear(w, parent);
-        if (m->rows > 0) status = mbsri_front_close(w, d, i, NULL);
+        if (m->rows > 0) status = mbsri_front_close(w, d, i);
         if (!status) status = mbsri_tree_eliminate(w, d, i, c);
     }
-    if (!status && m->rows > 0) status = mbsri_front_close(w, d, 0, NULL);
+    if (!status && m->rows > 0) status = mbsri_front_close(w, d, 0);
     if (!status && m->grouped) status = mbsri_backward(m, d);
     return status;
 }

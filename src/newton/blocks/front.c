@@ -506,7 +506,7 @@ int mbsri_front_finish(mbsri_block_joint *all, int members, const mbsri_front_jo
     return eliminate(&b);
 }
 
-static int close_loops(mbsr_newton *w, mbsr_data *d, int k, double *P)
+int mbsri_front_close_one(mbsr_newton *w, mbsr_data *d, int k, double *P)
 {
     build b = {.w = w, .d = d, .v = &w->carried, .i = k, .P = P};
     b.front = b.v->front + k;
@@ -535,11 +535,11 @@ static int close_loops(mbsr_newton *w, mbsr_data *d, int k, double *P)
     return eliminate(&b);
 }
 
-int mbsri_front_close(mbsr_newton *w, mbsr_data *d, int body, double *P)
+int mbsri_front_close(mbsr_newton *w, mbsr_data *d, int body)
 {
     int status = MBSR_OK;
     if (body > 0 && w->node[body].coupled) return status;
     for (int k = w->carried.first_closing[body]; k > 0 && !status; k = w->carried.front[k].next)
-        status = close_loops(w, d, k, P);
+        status = mbsri_front_close_one(w, d, k, NULL);
     return status;
 }

@@ -23,8 +23,11 @@ int mbsri_front_finish(mbsri_block_joint *all, int members, const mbsri_front_jo
                        double c);
 
 /* The loops that close on a body, when all behind it is done: those of a member of a group that is
- * eliminated in one piece go with that. P: the matrix of a body in vector code, mbsri_carried_motions
- * columns of mbsri_carried_actions; NULL: that of a block. */
-int mbsri_front_close(mbsr_newton *w, mbsr_data *d, int body, double *P);
+ * eliminated in one piece go with that. */
+int mbsri_front_close(mbsr_newton *w, mbsr_data *d, int body);
+
+/* Those of one front. P: the matrix of a body in vector code, mbsri_carried_motions columns of
+ * mbsri_carried_actions; NULL: that of a block. */
+int mbsri_front_close_one(mbsr_newton *w, mbsr_data *d, int k, double *P);
 
 #endif

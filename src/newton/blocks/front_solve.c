@@ -20,10 +20,11 @@ void mbsri_front_load(mbsr_newton *w, const double *r)
 {
     mbsri_carried *v = &w->carried;
     const mbsr_model *m = w->model;
-    for (int i = 1; i < v->fronts; ++i) {
-        const mbsri_pool *pool = mbsri_carried_at(w, i);
-        mbsri_zero((size_t)pool->count, v->store + pool->right);
+    for (int k = 0; k < v->uses; ++k) {
+        const mbsri_pool *pool = mbsri_carried_at(w, v->used[k]);
+        if (!pool->swept) mbsri_zero((size_t)pool->count, v->store + pool->right);
     }
+    if (w->mixed) mbsri_zero(v->right_count, v->store + v->right);
     for (int k = 0; k < (int)m->closures.count && r; ++k) {
         const mbsri_closure *c = closure_of(w, k);
         const mbsri_pool *pool = mbsri_carried_at(w, v->loop[k].pool);
@@ -81,18 +82,22 @@ void mbsri_front_reduce(mbsr_newton *w, int i, double *own, const double *q0)
     reduce(w, i, h, p, w->b + 3 * w->model->body[i].pred_v);
 }
 
-void mbsri_front_reduce_closing(mbsr_newton *w, int body, double *b)
+void mbsri_front_reduce_one(mbsr_newton *w, int k, double *b)
 {
     mbsri_carried *v = &w->carried;
+    const mbsri_front *front = v->front + k;
+    double *h = v->work, *p = h + front->size + front->actions;
+    mbsri_zero((size_t)(front->size + front->actions), h);
+    mbsri_copy((size_t)front->size, v->store + mbsri_carried_at(w, k)->right, h);
+    reduce(w, k, h, p, b);
+}
+
+void mbsri_front_reduce_closing(mbsr_newton *w, int body)
+{
+    const mbsri_carried *v = &w->carried;
     if (body > 0 && w->node[body].coupled) return;
-    if (!b) b = w->b + 3 * w->model->body[body].v;
-    for (int k = v->first_closing[body]; k > 0; k = v->front[k].next) {
-        const mbsri_front *front = v->front + k;
-        double *h = v->work, *p = h + front->size + front->actions;
-        mbsri_zero((size_t)(front->size + front->actions), h);
-        mbsri_copy((size_t)front->size, v->store + mbsri_carried_at(w, k)->right, h);
-        reduce(w, k, h, p, b);
-    }
+    for (int k = v->first_closing[body]; k > 0; k = v->front[k].next)
+        mbsri_front_reduce_one(w, k, w->b + 3 * w->model->body[body].v);
 }
 
 /* The name of unknown `at` of a front, by number. */
@@ -126,12 +131,16 @@ void mbsri_front_substitute(mbsr_newton *w, int i)
     substitute(w, i, w->x + w->node[w->model->body[i].parent].x);
 }
 
-void mbsri_front_substitute_closing(mbsr_newton *w, int body, const double *x)
+void mbsri_front_substitute_one(mbsr_newton *w, int k, const double *x)
+{
+    substitute(w, k, x);
+}
+
+void mbsri_front_substitute_closing(mbsr_newton *w, int body)
 {
     const bool apart = body == 0 || !w->node[body].coupled;
-    if (!x) x = w->x + w->node[body].x;
     for (int k = w->carried.first_closing[body]; k > 0 && apart; k = w->carried.front[k].next)
-        substitute(w, k, x);
+        substitute(w, k, w->x + w->node[body].x);
 }
 
 void mbsri_front_apply(const mbsr_newton *w, int i, double *q, double *momentum, double *rate)

@@ -79,6 +79,7 @@ typedef struct mbsri_loop {
     int most, rank;    /* of them: at most, and at the last factorisation */
     size_t S, slope;   /* offsets: columns x columns, rows x columns */
     size_t left, read; /* columns x most, most x columns */
+    int next;          /* of the same front in vector code (swept.h); -1: none */
 } mbsri_loop;
 
 /* A closure at one of its bodies. */
@@ -107,13 +108,22 @@ typedef struct mbsri_front {
     int level;            /* joint of body i: 2 i; loops on body i: 2 i + 1 */
     int up;               /* the pool it hands on to */
     int next;             /* closing fronts: the next one on the same body, 0: none */
-    int most, delayed;    /* unknowns; what it may hand on of those that could go */
+    int delayed;          /* what it may hand on of unknowns that could go */
+    int span;             /* in vector code (swept.h): unknowns that `record` has room for */
+    int first_loop;       /* likewise: that closes here; -1: none */
+    bool in_place;        /* likewise: the pool above goes on where its own is */
+    bool closed;          /* likewise, at the last factorisation: by newton/sweeps/closing.h */
+    bool passes;          /* loops go on from it */
+    bool loose;           /* joints from behind may be delayed here */
+    size_t record;        /* doubles, in vector code */
+    size_t order;         /* ints, likewise */
+    size_t place;         /* ints */
+    int most;             /* unknowns */
     int own, size, done;  /* at the last factorisation; so are the next two */
     int motions, actions; /* of the body it hands on to */
     int n, nq;            /* of the joint */
-    size_t column, row, swap_column, swap_row, place; /* ints */
-    size_t LU, Mq, along, momentum, rate, right;      /* doubles; LU: see front.h */
-    size_t record; /* likewise, of a joint in vector code (newton/sweeps/fronts.h) */
+    size_t column, row, swap_column, swap_row;   /* ints */
+    size_t LU, Mq, along, momentum, rate, right; /* doubles; LU: see front.h */
 } mbsri_front;
 
 typedef struct mbsri_carried {
@@ -127,6 +137,7 @@ typedef struct mbsri_carried {
     int *first_closing;     /* N + 1: closing fronts of a body, 0: none */
     int *closure;           /* multipliers: the closure of the name */
     bool *served;           /* N + 1: joints that are fronts */
+    int *used, uses;        /* pools that have room for unknowns: which, and how many */
     mbsri_pool *pool;
     mbsri_pool *swept; /* the same of bodies in vector code (swept.h) */
     mbsri_front *front;
@@ -134,6 +145,7 @@ typedef struct mbsri_carried {
     double *unit;  /* rows: the largest entry of C */
     double *store, *work, *matrix;
     int *numbers, *list;
+    size_t right, right_count; /* right-hand sides of the pools in vector code: offset and length */
     void *memory;
     size_t bytes;
 } mbsri_carried;

@@ -265,15 +265,15 @@ void mbsri_tree_solve(mbsr_newton *w, const double *r, const double *load, doubl
     const bool closed = m->rows > 0;
     if (closed) mbsri_front_load(w, r);
     for (int i = m->bodies; i >= 1; --i) {
-        if (closed) mbsri_front_reduce_closing(w, i, NULL);
+        if (closed) mbsri_front_reduce_closing(w, i);
         mbsri_tree_reduce(w, i, tau);
     }
-    if (closed) mbsri_front_reduce_closing(w, 0, NULL);
+    if (closed) mbsri_front_reduce_closing(w, 0);
     mbsri_zero((size_t)mbsri_motions(w->node, m->body), w->x);
-    if (closed) mbsri_front_substitute_closing(w, 0, NULL);
+    if (closed) mbsri_front_substitute_closing(w, 0);
     for (int i = 1; i <= m->bodies; ++i) {
         mbsri_tree_substitute(w, i, tau, delta);
-        if (closed) mbsri_front_substitute_closing(w, i, NULL);
+        if (closed) mbsri_front_substitute_closing(w, i);
     }
     if (closed) mbsri_front_multipliers(w, r, delta);
 }

@@ -2,119 +2,179 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "newton/blocks/swept.h"
 
-#include "algebra/dense.h"
-#include "algebra/space3.h"
+#include "base/memory.h"
 #include "recursion/closures.h"
-#include "sweeps/embed.h"
 
-/* x += (arm x force, 0) of a wrench in groups of four. */
-static void shift(const double *arm, double *x)
-{
-    mbsri_add_cross3(arm, x + 4, x);
-}
+/* Of matrices of strands; `most` unknowns each. */
+typedef struct slot {
+    int most;
+    size_t at;
+} slot;
 
-static void add(double factor, const double *x, double *y)
-{
-    for (int k = 0; k < 4; ++k) y[k] += factor * x[k];
-}
+typedef struct strand {
+    int most;
+    int slot; /* -1: none yet */
+    size_t names, right;
+} strand;
 
-/* An end of a closure: what its rows are at the body, in groups of four. */
-typedef struct end {
+typedef struct plan {
     mbsr_newton *w;
-    mbsri_pool *pool;
-    const mbsri_swept_place *at;
-    int d, column;
-    bool deep;
-} end;
+    mbsri_carried *v;
+    strand *strand;
+    slot *slot;
+    int *of;   /* pools: their strand, -1: none */
+    int *free; /* slots that no strand has now */
+    int strands, slots, unused;
+    size_t *doubles, *ints;
+} plan;
 
-/* d numbers over the body, `stride` apart; about its origin, and, shifted, about its point. */
-static void read(const end *e, const double *from, int stride, double x[8], double shifted[8])
+static size_t take(size_t *used, size_t count)
 {
-    double own[MBSR_MAX_D], lifted[6];
-    for (int l = 0; l < e->d; ++l) own[l] = from[(e->column + l) * stride];
-    mbsri_lift(e->d, own, lifted);
-    for (int k = 0; k < 3; ++k) x[k] = lifted[k], x[4 + k] = lifted[3 + k];
-    x[3] = x[7] = 0.0;
-    mbsri_copy(8, x, shifted);
-    shift(e->at->arm, shifted);
+    const size_t at = *used;
+    *used += count;
+    return at;
 }
 
-/* A force on the body in column `at` of the pool. */
-static void add_force(const end *e, int at, const double force[8])
+static bool is_swept(const plan *p, int k)
 {
-    double *Q = e->w->carried.store + e->pool->Q + (size_t)(at * e->pool->stride);
-    for (int k = 0; k < 8; ++k) {
-        Q[8 + k] += force[k];
-        if (e->deep) Q[16 + k] -= force[k];
+    return p->v->swept[k].swept && p->v->pool[k].most > 0;
+}
+
+/* Calls `visit` for all fronts in the order of the sweep. */
+static void run(plan *p, void (*visit)(plan *p, int k))
+{
+    const mbsri_carried *v = p->v;
+    for (int i = p->w->model->bodies; i >= 0; --i) {
+        for (int k = v->first_closing[i]; k > 0; k = v->front[k].next) visit(p, k);
+        if (i > 0) visit(p, i);
     }
 }
 
-static double *row_of(const end *e, int at)
+static void begin(plan *p, int k)
 {
-    return e->w->carried.store + e->pool->R + (size_t)(at * e->pool->motions);
+    if (p->of[k] >= 0) return;
+    p->of[k] = p->strands;
+    p->strand[p->strands++] = (strand){.slot = -1};
 }
 
-/* Row `at` reads the pose, x as shifted. */
-static void add_pose(const end *e, int at, double factor, const double x[8])
+/* Which pools are a strand, and what it counts. */
+static void tie(plan *p, int k)
 {
-    double *R = row_of(e, at);
-    add(factor, x, R);
-    add(factor, x + 4, R + 12);
+    mbsri_carried *v = p->v;
+    mbsri_front *front = v->front + k;
+    const int up = front->up;
+    if (!is_swept(p, k)) return;
+    begin(p, k);
+    strand *s = p->strand + p->of[k];
+    const int most = mbsri_swept_span(v->pool[k].most + 1);
+    if (most > s->most) s->most = most;
+    front->in_place = k <= p->w->model->bodies && is_swept(p, up) && p->of[up] < 0;
+    if (front->in_place)
+        p->of[up] = p->of[k];
+    else if (is_swept(p, up))
+        begin(p, up);
 }
 
-/* Or V: d(omega) = nu_w + dtheta x omega, dv = nu_v + nu_w x arm + dtheta x v. */
-static void add_twist(const end *e, int at, const double x[8], const double shifted[8])
+static size_t size_of(int most)
 {
-    double *R = row_of(e, at);
-    mbsri_add_cross3(e->at->omega, x, R);
-    mbsri_add_cross3(e->at->v, x + 4, R);
-    add(1.0, shifted, R + 4);
-    add(1.0, shifted + 4, R + 8);
+    const size_t one = MBSRI_SWEPT_MOTIONS + MBSRI_SWEPT_ACTIONS + MBSRI_SWEPT_FORCES;
+    return (size_t)most * (one + (size_t)most);
 }
 
-static void add_rows(const end *e, const mbsr_data *d, const mbsri_closure *c,
-                     const mbsri_loop *loop)
+/* A slot for strand s, lists and right-hand sides. */
+static void open_strand(plan *p, strand *s)
 {
-    const mbsri_carried *v = &e->w->carried;
-    double x[8], row[8], slope[8];
-    for (int k = 0; k < c->rows; ++k) {
-        const bool dropped = d->dropped[c->row + k];
-        if (dropped && !mbsri_is_stiff(c, k)) continue;
-        const int lambda = mbsri_carried_join(e->w, e->pool, mbsri_name_lambda(c, k));
-        read(e, v->store + loop->slope + k, c->rows, x, slope);
-        read(e, d->closure_C + c->at + k, c->rows, x, row);
-        add_force(e, lambda, row);
-        add_twist(e, lambda, x, row);
-        add_pose(e, lambda, 1.0, slope);
-        if (k >= c->held || dropped) continue;
-        const int eta = mbsri_carried_join(e->w, e->pool, mbsri_name_eta(e->w->model, c, k));
-        double *kappa = v->store + e->pool->kappa + (size_t)(eta * MBSRI_SWEPT_FORCES);
-        add(1.0, row, kappa);
-        add(1.0, row + 4, kappa + 4);
-        add_pose(e, eta, 1.0, row);
+    const size_t most = (size_t)s->most;
+    if (s->slot >= 0) return;
+    for (int k = p->unused - 1; k >= 0 && s->slot < 0; --k) {
+        const int at = p->free[k];
+        if (p->slot[at].most < s->most) continue;
+        s->slot = at;
+        p->free[k] = p->free[--p->unused];
     }
-    for (int k = 0; k < loop->rank; ++k) {
-        const int at = mbsri_carried_join(e->w, e->pool, loop->across + k);
-        read(e, v->store + loop->left + k * c->columns, 1, x, row);
-        add_force(e, at, row);
-        read(e, v->store + loop->read + k, loop->most, x, row);
-        add_pose(e, at, -1.0, row);
+    if (s->slot < 0) {
+        s->slot = p->slots++;
+        p->slot[s->slot] = (slot){s->most, take(p->doubles, size_of(s->most))};
+    }
+    s->names = take(p->ints, 2 * most);
+    s->right = take(&p->v->right_count, most);
+}
+
+static void place_pool(const plan *p, int k)
+{
+    const strand *s = p->strand + p->of[k];
+    mbsri_pool *pool = p->v->swept + k;
+    const size_t most = (size_t)s->most;
+    pool->most = s->most;
+    pool->Q = p->slot[s->slot].at;
+    pool->R = pool->Q + MBSRI_SWEPT_ACTIONS * most;
+    pool->kappa = pool->R + MBSRI_SWEPT_MOTIONS * most;
+    pool->T = pool->kappa + MBSRI_SWEPT_FORCES * most;
+    pool->column = s->names;
+    pool->row = s->names + most;
+    pool->place = k > p->w->model->bodies ? take(p->ints, most) : 0;
+    pool->right = s->right; /* from the first of all */
+}
+
+/* What the solution needs of front k; see newton/sweeps/fronts.h and closing.h. */
+static void place_record(const plan *p, int k)
+{
+    mbsri_front *front = p->v->front + k;
+    const bool joint = k <= p->w->model->bodies;
+    front->span = mbsri_swept_span(p->v->pool[k].most + 1);
+    const size_t span = (size_t)front->span, one = MBSRI_SWEPT_MOTIONS + MBSRI_SWEPT_ACTIONS + 3;
+    front->record = take(p->doubles, joint ? 5 * span : span * (one + span));
+    front->order = joint ? 0 : take(p->ints, 2 * span);
+}
+
+static void place(plan *p, int k)
+{
+    const int up = p->v->front[k].up;
+    if (!is_swept(p, k)) return;
+    strand *s = p->strand + p->of[k];
+    open_strand(p, s);
+    place_pool(p, k);
+    place_record(p, k);
+    if (p->v->front[k].in_place) return;
+    if (is_swept(p, up)) open_strand(p, p->strand + p->of[up]);
+    p->free[p->unused++] = s->slot;
+}
+
+/* Loops that close at a front, of those that have something on its diagonal. */
+static void list_loops(const mbsr_newton *w, mbsri_carried *v)
+{
+    const mbsri_closure *c = w->model->closures.data;
+    for (int k = 0; k < (int)w->model->closures.count; ++k) {
+        mbsri_loop *loop = v->loop + k;
+        bool any = loop->most > 0;
+        for (int l = 0; l < c[k].held; ++l) any = any || mbsri_is_stiff(c + k, l);
+        loop->next = -1;
+        if (!any) continue;
+        loop->next = v->front[loop->pool].first_loop;
+        v->front[loop->pool].first_loop = k;
     }
 }
 
-void mbsri_swept_take_ends(mbsr_newton *w, const mbsr_data *d, int i, const mbsri_swept_place *at)
+bool mbsri_swept_place(mbsr_newton *w, size_t *doubles, size_t *ints)
 {
-    const mbsri_carried *v = &w->carried;
-    for (int k = v->first_end[i]; k >= 0; k = v->end[k].next) {
-        const int number = v->end[k].closure;
-        const mbsri_closure *c = (const mbsri_closure *)w->model->closures.data + number;
-        const mbsri_loop *loop = v->loop + number;
-        const end e = {.w = w,
-                       .pool = v->swept + (i == loop->level / 2 ? loop->pool : i),
-                       .at = at,
-                       .d = w->model->body[i].d,
-                       .column = c->column[v->end[k].slot],
-                       .deep = w->node[i].deep};
-        add_rows(&e, d, c, loop);
-    }
+    mbsri_carried *v = &w->carried;
+    const mbsr_allocator *allocator = &w->model->allocator;
+    const size_t fronts = (size_t)v->fronts;
+    plan p = {.w = w, .v = v, .doubles = doubles, .ints = ints};
+    for (int k = 0; k < v->fronts; ++k) v->front[k].first_loop = -1;
+    list_loops(w, v);
+    p.strand =
+        mbsri_allocate(allocator, fronts * (sizeof *p.strand + sizeof *p.slot + 2 * sizeof(int)));
+    if (!p.strand) return false;
+    p.slot = (slot *)(void *)(p.strand + fronts);
+    p.of = (int *)(void *)(p.slot + fronts);
+    p.free = p.of + fronts;
+    for (int k = 0; k < v->fronts; ++k) p.of[k] = -1;
+    v->right_count = 0;
+    run(&p, tie);
+    run(&p, place);
+    mbsri_release(allocator, p.strand);
+    v->right = take(doubles, v->right_count);
+    for (int k = 0; k < v->fronts; ++k) v->swept[k].right += v->right;
+    return true;
 }

@@ -4,19 +4,28 @@
  * Their numbers count perturbations as the sweeps do (newton/sweeps/perturbation.h), about the body's point
  * and along the world's axes, in groups of four with an idle one: of Q chi (angular, linear), moment,
  * force, and psi (angular, linear) where the body is deep; of R rotation, nu (angular, linear),
- * displacement; of kappa moment and force. All else is as in the pools of blocks. */
+ * displacement; of kappa moment and force. All else is as in the pools of blocks.
+ *
+ * From a body to its predecessor, or to where its loops close, nothing moves: the first joint that hands
+ * on to a pool leaves it its own, changed. Pools that follow each other so are a strand. It has its
+ * lists of names to itself, and right-hand sides; its matrices are a slot that the next strand takes.
+ * Memory is laid out in the order of the sweep. */
 #ifndef MBSRI_SWEPT_H
 #define MBSRI_SWEPT_H
 
-#include "newton/blocks/carried.h"
+#include "newton/blocks/record.h"
 
-/* Where a body is, as the sweeps know it: from its point to the origin of its own frame, the angular
- * velocity, the velocity of that origin. */
-typedef struct mbsri_swept_place {
-    const double *arm, *omega, *v;
-} mbsri_swept_place;
+/* Numbers of perturbations, forces and kappa of a body in vector code. */
+enum { MBSRI_SWEPT_MOTIONS = 16, MBSRI_SWEPT_ACTIONS = 24, MBSRI_SWEPT_FORCES = 8 };
 
-/* Adds to the pools of body i what closures are at it, after mbsri_carried_open, which leaves it out. */
-void mbsri_swept_take_ends(mbsr_newton *w, const mbsr_data *d, int i, const mbsri_swept_place *at);
+/* Numbers come in groups of four. */
+static inline int mbsri_swept_span(int count)
+{
+    return (count + 3) / 4 * 4;
+}
+
+/* Places the strands behind `doubles` and `ints`, when the pools of blocks are counted. False: there is
+ * no memory for scratch. */
+bool mbsri_swept_place(mbsr_newton *w, size_t *doubles, size_t *ints);
 
 #endif

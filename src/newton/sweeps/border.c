@@ -8,7 +8,6 @@
 #include "newton/blocks/front.h"
 #include "newton/blocks/front_solve.h"
 #include "newton/blocks/solve.h"
-#include "newton/sweeps/elements.h"
 #include "sweeps/block.h"
 
 #include <string.h>
@@ -184,9 +183,16 @@ int mbsri_border_open(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton)
             mbsri_tree_mark(w, i, run->rank[i]);
     }
     if (!has_loops(newton)) return MBSR_OK;
-    const int status = mbsri_carried_open(w, run->data, newton->c);
-    mbsri_newton_add_closures(newton);
-    return status;
+    return mbsri_carried_open(w, run->data, newton->c);
+}
+
+int mbsri_border_open_loops(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton)
+{
+    mbsr_newton *w = newton->blocks;
+    w->mixed = true;
+    w->c = newton->c;
+    w->node[0].deep = false;
+    return mbsri_carried_open(w, run->data, newton->c);
 }
 
 /* The sums over what block i hands on, about the origin of its predecessor's own frame. */
@@ -216,7 +222,7 @@ int mbsri_border_eliminate(const mbsri_sweep_run *run, mbsri_newton_sweeps *newt
     mbsri_block_momentum(run, i, &flow);
     if (w->node[i].last == 0) mbsri_tree_clear(w, i);
     clear_predecessor(newton, i);
-    int status = has_loops(newton) ? mbsri_front_close(w, run->data, i, NULL) : MBSR_OK;
+    int status = has_loops(newton) ? mbsri_front_close(w, run->data, i) : MBSR_OK;
     if (!status) status = mbsri_tree_eliminate(w, run->data, i, newton->c);
     if (status || !hands_over(newton, i)) return status;
     meeting at = meet(newton, parent);
@@ -227,11 +233,6 @@ int mbsri_border_eliminate(const mbsri_sweep_run *run, mbsri_newton_sweeps *newt
     turn_columns(&at, 1.0, carry);
     turn_sums(&at, -1.0, carry);
     return MBSR_OK;
-}
-
-int mbsri_border_close(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton)
-{
-    return has_loops(newton) ? mbsri_front_close(newton->blocks, run->data, 0, NULL) : MBSR_OK;
 }
 
 void mbsri_border_give(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton, int i,
@@ -289,7 +290,7 @@ void mbsri_border_reduce(mbsri_newton_sweeps *newton, int i, const double *tau,
     const mbsri_body *b = newton->model->body + i;
     const bool over = hands_over(newton, i);
     if (over) mbsri_tree_clear_load(w, b->parent);
-    if (has_loops(newton)) mbsri_front_reduce_closing(w, i, NULL);
+    if (has_loops(newton)) mbsri_front_reduce_closing(w, i);
     mbsri_tree_reduce(w, i, tau);
     memset(flow, 0, sizeof *flow);
     if (!over) return;
@@ -327,11 +328,8 @@ void mbsri_border_give_flow(mbsri_newton_sweeps *newton, int i, const mbsri_newt
 
 void mbsri_border_turn(mbsri_newton_sweeps *newton)
 {
-    mbsr_newton *w = newton->blocks;
+    const mbsr_newton *w = newton->blocks;
     mbsri_zero((size_t)mbsri_motions(w->node, newton->model->body), mbsri_border_room(newton, 0));
-    if (!has_loops(newton)) return;
-    mbsri_front_reduce_closing(w, 0, NULL);
-    mbsri_front_substitute_closing(w, 0, NULL);
 }
 
 double *mbsri_border_room(mbsri_newton_sweeps *newton, int i)
@@ -345,7 +343,7 @@ void mbsri_border_substitute(mbsri_newton_sweeps *newton, int i, const double *t
     if (hands_over(newton, i)) /* no A */
         mbsri_zero((size_t)b->d_pred, mbsri_border_room(newton, b->parent) + 2 * (size_t)b->d_pred);
     mbsri_tree_substitute(newton->blocks, i, tau, delta);
-    if (has_loops(newton)) mbsri_front_substitute_closing(newton->blocks, i, NULL);
+    if (has_loops(newton)) mbsri_front_substitute_closing(newton->blocks, i);
 }
 
 void mbsri_border_finish(mbsri_newton_sweeps *newton, const double *r, double *delta)

@@ -28,6 +28,9 @@
  * theirs. A status. */
 int mbsri_border_open(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton);
 
+/* Instead, before the sweep of looped.h: loops alone, of a tree without blocks. */
+int mbsri_border_open_loops(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton);
+
 /* The joint of block i, when the loops that close on it are done. Where its predecessor is in the sweeps, what it hands on goes to `carry`,
  * about the origin of that body's own frame. A status. */
 int mbsri_border_eliminate(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton, int i,
@@ -36,9 +39,6 @@ int mbsri_border_eliminate(const mbsri_sweep_run *run, mbsri_newton_sweeps *newt
 /* To the block before body i what that hands on about its origin; the carry is used up. */
 void mbsri_border_give(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton, int i,
                        mbsri_newton_carry *carry);
-
-/* The loops that close on the root, last; a status. */
-int mbsri_border_close(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton);
 
 /* ---- solving ---- */
 
@@ -50,7 +50,7 @@ void mbsri_border_reduce(mbsri_newton_sweeps *newton, int i, const double *tau,
                          mbsri_newton_flow *flow);
 void mbsri_border_give_flow(mbsri_newton_sweeps *newton, int i, const mbsri_newton_flow *flow);
 
-/* At the root: of loops that close there. */
+/* At the root. */
 void mbsri_border_turn(mbsri_newton_sweeps *newton);
 
 /* Block i, whose predecessor has told its motion if it is in the sweeps: 12 numbers, see

@@ -73,8 +73,12 @@ MBSRI_OUTLINE void add_elements(const mbsri_sweep_run *run, int i,
     const v4 e[3] = {{1.0, 0.0, 0.0, 0.0}, {0.0, 1.0, 0.0, 0.0}, {0.0, 0.0, 1.0, 0.0}};
     const v4 f = load(on->p), arm = load(own->arm), product = splat(sum3(arm * f));
     slopes by;
-    place_slopes(newton->at + newton->number[i], own, own, &by);
-    add_slopes(&by, y);
+    if (newton->number[i] < 0) { /* closures: see ends.h */
+        memset(&by, 0, sizeof by);
+    } else {
+        place_slopes(newton->at + newton->number[i], own, own, &by);
+        add_slopes(&by, y);
+    }
     /* the arm turns: (dtheta x arm) x f */
     for (int j = 0; j < 3; ++j) {
         const v4 turned = arm * splat(f[j]) - product * e[j];

@@ -51,7 +51,7 @@ void mbsri_newton_count(const mbsr_model *m, const mbsri_sweeps *tree, size_t *l
     const mbsri_force *force = m->forces.data;
     *loaded = *pairs = 0;
     for (int i = 1; i <= m->bodies; ++i) {
-        const bool has = tree->body[i].flags & MBSRI_LOADED && !is_block(tree, i);
+        const bool has = tree->body[i].flags & MBSRI_ACTED && !is_block(tree, i);
         if (number) number[i] = has ? (int)*loaded : -1;
         if (pair) pair[i] = -1;
         *loaded += has;
@@ -73,13 +73,9 @@ static void clear_slopes(mbsri_newton_sweeps *w)
         memset(w->block[k].tau_q, 0, sizeof w->block[k].tau_q);
         memset(w->block[k].tau_u, 0, sizeof w->block[k].tau_u);
     }
-    for (int i = 1; i <= w->tree->bodies && w->own; ++i) {
-        const int number = w->number[i], pair = w->pair[i];
-        if (number >= 0) memset(w->at + number, 0, sizeof *w->at);
-        if (pair < 0) continue;
-        memset(w->by_pred + pair, 0, sizeof *w->by_pred);
-        memset(w->on_pred + pair, 0, sizeof *w->on_pred);
-    }
+    memset(w->at, 0, w->acted * sizeof *w->at);
+    memset(w->by_pred, 0, w->pairs * sizeof *w->by_pred);
+    memset(w->on_pred, 0, w->pairs * sizeof *w->on_pred);
 }
 
 /* dtau of body i with respect to its own q and u. */
@@ -233,22 +229,4 @@ int mbsri_newton_slopes_at(mbsri_newton_sweeps *newton, mbsr_data *d)
         for (int i = 1; i <= calls && !status; ++i) status = slopes_of_call(newton, d, force, i);
     }
     return status;
-}
-
-void mbsri_newton_add_closures(mbsri_newton_sweeps *newton)
-{
-    const mbsr_model *m = newton->model;
-    const mbsri_carried *v = &newton->blocks->carried;
-    for (int i = 1; i <= m->bodies; ++i) {
-        if (is_block(newton->tree, i)) continue;
-        for (int l = v->first_end[i]; l >= 0; l = v->end[l].next) {
-            const int number = v->end[l].closure;
-            const mbsri_closure *c = (const mbsri_closure *)m->closures.data + number;
-            const int at = c->column[v->end[l].slot];
-            const mbsr_force_derivatives S = {
-                .matrix = v->store + v->loop[number].S, .rows = c->columns, .columns = c->columns};
-            add_some_slopes(&S, m->body + i, at, m->body + i, at, m->body[i].d,
-                            newton->at + newton->number[i]);
-        }
-    }
 }

@@ -15,7 +15,4 @@ void mbsri_newton_count(const mbsr_model *m, const mbsri_sweeps *tree, size_t *l
  * the motion of its bodies or the other way round. */
 int mbsri_newton_slopes_at(mbsri_newton_sweeps *newton, mbsr_data *d);
 
-/* Adds what loop forces on bodies change with the place of the bodies. */
-void mbsri_newton_add_closures(mbsri_newton_sweeps *newton);
-
 #endif

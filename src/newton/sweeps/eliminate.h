@@ -4,7 +4,7 @@
 #define MBSRI_NEWTON_ELIMINATE_H
 
 #include "newton/sweeps/border.h"
-#include "newton/sweeps/fronts.h"
+#include "newton/sweeps/closing.h"
 #include "newton/sweeps/multi_axis.h"
 #include "sweeps/backward.h"
 #include "sweeps/forward.h"
@@ -229,7 +229,7 @@ static int mixed_sweep(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton)
         }
         if (flags & MBSRI_TO_BLOCK) give_slab(run, i, newton, &of);
     }
-    newton->status = mbsri_border_close(run, newton);
+    if (run->model->rows > 0) newton->status = close_loops_on(run, 0, newton, NULL);
     return newton->status ? MBSRI_BLOCK_FAILED : 0;
 }
 

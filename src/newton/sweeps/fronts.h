@@ -10,7 +10,10 @@
  *   Q_h = Q + U e - C z           R_h = R - m K     T_h = T + n e - m z     s_h = s - n r_q - m k
  *
  * where m and n are what the rows read of the body's motion by du and by r_q. Where the joint's block is
- * zero, loops may have to hold it: du is carried on, and with it the balance of forces (reaction.h). */
+ * zero, loops may have to hold it: du is carried on, and with it the balance of forces (reaction.h).
+ *
+ * Along a strand (newton/blocks/swept.h) all stays in its place; where strands meet, one is added to the
+ * other by the names of its unknowns. */
 #ifndef MBSRI_NEWTON_FRONTS_H
 #define MBSRI_NEWTON_FRONTS_H
 
@@ -19,20 +22,24 @@
 #include "newton/blocks/swept.h"
 #include "newton/sweeps/one_axis.h"
 
-/* What the solution needs of an unknown: du -= z v, the joint is moved by e v, d(M u) += p v; and of a
- * row. */
-typedef struct open_column {
-    double z, e, p;
-} open_column;
-typedef struct open_row {
-    double m, n;
-} open_row;
+/* What the solution needs of the unknowns, du -= z v, the joint is moved by e v, d(M u) += p v; and of
+ * the rows. */
+typedef struct open_record {
+    double *z, *e, *p, *m, *n;
+} open_record;
 
-/* A pool's arrays; a joint's record. */
+MBSRI_INLINE open_record record_of(const mbsri_carried *v, int i)
+{
+    double *at = v->store + v->front[i].record;
+    const int span = v->front[i].span;
+    return (open_record){at, at + span, at + 2 * span, at + 3 * span, at + 4 * span};
+}
+
+/* A pool's arrays. */
 typedef struct open_pool {
     mbsri_pool *pool;
-    double *Q, *kappa, *R, *T, *right;
-    int *column, *row;
+    double *Q, *kappa, *R, *T;
+    int *column, *row, most;
 } open_pool;
 
 MBSRI_INLINE open_pool view_pool(const mbsri_carried *v, mbsri_pool *pool)
@@ -43,19 +50,33 @@ MBSRI_INLINE open_pool view_pool(const mbsri_carried *v, mbsri_pool *pool)
                        store + pool->kappa,
                        store + pool->R,
                        store + pool->T,
-                       store + pool->right,
                        v->numbers + pool->column,
-                       v->numbers + pool->row};
+                       v->numbers + pool->row,
+                       pool->most};
 }
 
-MBSRI_INLINE open_column *columns_of(const mbsri_carried *v, int i)
+/* The next unknown and row of a pool, with nothing in them. */
+MBSRI_INLINE int append(open_pool *to, int column, int row)
 {
-    return (open_column *)(void *)(v->store + v->front[i].record);
+    const int at = to->pool->count++;
+    const v4 none = splat(0.0);
+    to->column[at] = column;
+    to->row[at] = row;
+    for (int r = 0; r < MBSRI_SWEPT_ACTIONS; r += 4)
+        store3(to->Q + at * MBSRI_SWEPT_ACTIONS + r, none);
+    for (int r = 0; r < MBSRI_SWEPT_FORCES; r += 4)
+        store3(to->kappa + at * MBSRI_SWEPT_FORCES + r, none);
+    for (int r = 0; r < MBSRI_SWEPT_MOTIONS; r += 4)
+        store3(to->R + at * MBSRI_SWEPT_MOTIONS + r, none);
+    for (int r = 0; r <= at; r += 4) store3(to->T + at * to->most + r, none);
+    for (int k = 0; k < at; ++k) to->T[k * to->most + at] = 0.0;
+    return at;
 }
 
-MBSRI_INLINE open_row *rows_of(const mbsri_carried *v, int i)
+MBSRI_INLINE int place_of_name(open_pool *to, int name)
 {
-    return (open_row *)(void *)(columns_of(v, i) + v->pool[i].most + 1);
+    const int at = mbsri_carried_find(to->column, to->pool->count, name);
+    return at >= 0 ? at : append(to, name, name);
 }
 
 /* Nothing in the fourth number, which counts where fronts are dense matrices. */
@@ -65,11 +86,6 @@ MBSRI_INLINE v4 first_three(v4 x)
     return (v4)((i4)x & mask);
 }
 
-MBSRI_INLINE void add_to(double *to, v4 x)
-{
-    *(near4 *)to += first_three(x);
-}
-
 /* A joint on the way: its passage, and where what it hands on goes. */
 typedef struct joint_front {
     const passage *p;
@@ -77,43 +93,41 @@ typedef struct joint_front {
     v4 rho, by_c;
     double weight;
     bool deep, held; /* held: du is carried on */
-    bool on_root;
+    bool on_root, in_place;
+    int count; /* unknowns from behind */
     open_pool from, to;
     int *to_column, *to_row; /* places of unknowns and rows in `to`, the joint's own the last */
-    open_column *column;
-    open_row *row;
+    open_record record;
     double *balance; /* of a held joint: its row over the unknowns */
 } joint_front;
 
+MBSRI_INLINE void put(const joint_front *j, double *to, v4 x)
+{
+    const v4 old = j->in_place ? splat(0.0) : load3(to);
+    store3(to, first_three(x) + old);
+}
+
 /* Whether a name is that of a loop that is open. */
-static bool waits(const mbsr_newton *w, int i, int name)
+MBSRI_INLINE bool waits(const mbsr_newton *w, int i, int name)
 {
     return name < w->carried.multipliers &&
            mbsri_carried_level(w, name) < w->carried.front[i].level;
 }
 
 /* Places in the next pool: of multipliers by name, and behind them of what a front before has left,
- * which comes from here alone. Returns how many of the latter there are. */
-static int find_places(mbsr_newton *w, int i, joint_front *j)
+ * which comes from here alone. */
+MBSRI_OUTLINE void find_places(mbsr_newton *w, int i, joint_front *j)
 {
-    const int count = j->from.pool->count;
-    int held = 0;
-    for (int l = 0; l < count; ++l) {
+    for (int l = 0; l < j->count; ++l) {
         const int name = j->from.column[l];
-        if (waits(w, i, name)) j->to_column[l] = mbsri_carried_join(w, j->to.pool, name);
+        if (waits(w, i, name)) j->to_column[l] = place_of_name(&j->to, name);
     }
     int next = j->to.pool->count;
-    for (int l = 0; l < count; ++l) {
+    for (int l = 0; l < j->count; ++l) {
         const int name = j->from.column[l];
-        if (waits(w, i, name)) continue;
-        j->to_column[l] = mbsri_carried_join(w, j->to.pool, name);
-        ++held;
+        if (!waits(w, i, name)) j->to_column[l] = append(&j->to, name, name);
     }
-    if (j->held) {
-        j->to_column[count] = mbsri_carried_join(w, j->to.pool, mbsri_name_own(w, i, 0));
-        ++held;
-    }
-    for (int l = 0; l < count; ++l) {
+    for (int l = 0; l < j->count; ++l) {
         const int name = j->from.row[l];
         if (waits(w, i, name)) {
             j->to_row[l] = mbsri_carried_find(j->to.column, j->to.pool->count, name);
@@ -122,15 +136,42 @@ static int find_places(mbsr_newton *w, int i, joint_front *j)
             j->to.row[next++] = name;
         }
     }
-    if (j->held) {
-        j->to_row[count] = next;
-        j->to.row[next] = mbsri_name_own(w, i, 0);
+}
+
+/* The pool above; false: more directions are carried on than the loops could hold. */
+MBSRI_INLINE bool open_next(mbsr_newton *w, int i, joint_front *j)
+{
+    const mbsri_front *front = w->carried.front + i;
+    const int count = j->count;
+    if (j->held || front->loose) {
+        int held = j->held ? 1 : 0;
+        for (int l = 0; l < count; ++l) held += !waits(w, i, j->from.column[l]);
+        if (held > front->delayed) return false;
     }
-    return held;
+    if (j->in_place)
+        j->to.pool->count = count;
+    else
+        find_places(w, i, j);
+    if (j->held) {
+        const int own = mbsri_name_own(w, i, 0);
+        j->to_column[count] = j->to_row[count] = append(&j->to, own, own);
+        j->record.m[count] = j->record.n[count] = 0.0; /* carry_T takes four rows at a time */
+    }
+    return true;
+}
+
+MBSRI_INLINE int column_place(const joint_front *j, int l)
+{
+    return j->in_place ? l : j->to_column[l];
+}
+
+MBSRI_INLINE int row_place(const joint_front *j, int l)
+{
+    return j->in_place ? l : j->to_row[l];
 }
 
 /* Unknown l through the joint. */
-MBSRI_INLINE void carry_column(const joint_front *j, int l)
+MBSRI_INLINE void carry_column(const joint_front *j, int l, bool deep)
 {
     const passage *p = j->p;
     const axis *a = &p->a;
@@ -138,29 +179,32 @@ MBSRI_INLINE void carry_column(const joint_front *j, int l)
                  *sum = j->from.kappa + l * MBSRI_SWEPT_FORCES;
     v4 Q[4], kappa[2] = {load3(sum), load3(sum + 4)}, psi[2];
     for (int r = 0; r < 4; ++r) Q[r] = load3(from + 4 * r);
-    for (int r = 0; r < 2; ++r) psi[r] = j->deep ? load3(from + 16 + 4 * r) : splat(0.0);
+    for (int r = 0; r < 2; ++r) psi[r] = deep ? load3(from + 16 + 4 * r) : splat(0.0);
     const double e = j->weight * sum3(a->S_w * kappa[0] + a->S_v * kappa[1]),
                  g = sum3(along_row(a, j->by_c, Q, true)) + p->gain * e,
                  z = j->held ? 0.0 : g / p->E,
-                 seen = sum3(a->S_w * psi[PSI_L] + a->S_v * psi[PSI_P]);
-    for (int r = 0; r < 4; ++r) Q[r] += p->U[r] * splat(e) - p->C[r] * splat(z);
-    for (int r = 0; r < 2 && j->deep; ++r)
-        psi[r] +=
-            p->t.U[r] * splat(e) - p->t.C[r] * splat(z) - j->G[r] * splat(j->held ? 0.0 : seen);
-    j->column[l] =
-        (open_column){z, e, sum3(a->S_w * Q[CHI_L] + a->S_v * Q[CHI_P]) - (j->held ? g : 0.0)};
-    j->balance[l] = seen + p->t.along_U * e;
+                 seen = deep ? sum3(a->S_w * psi[PSI_L] + a->S_v * psi[PSI_P]) : 0.0;
+    const v4 by_e = splat(e), by_z = splat(z);
+    for (int r = 0; r < 4; ++r) Q[r] += p->U[r] * by_e - p->C[r] * by_z;
+    for (int r = 0; r < 2 && deep; ++r)
+        psi[r] += p->t.U[r] * by_e - p->t.C[r] * by_z - j->G[r] * splat(j->held ? 0.0 : seen);
+    j->record.z[l] = z;
+    j->record.e[l] = e;
+    j->record.p[l] = sum3(a->S_w * Q[CHI_L] + a->S_v * Q[CHI_P]) - (j->held ? g : 0.0);
+    if (deep) j->balance[l] = seen + p->t.along_U * e;
     if (j->on_root) return;
-    double *to = j->to.Q + j->to_column[l] * MBSRI_SWEPT_ACTIONS,
-           *to_kappa = j->to.kappa + j->to_column[l] * MBSRI_SWEPT_FORCES;
-    Q[CHI_L] += cross(j->rho, Q[CHI_P]);
-    Q[MOMENT] += cross(j->rho, Q[FORCE]);
-    for (int r = 0; r < 4; ++r) add_to(to + 4 * r, Q[r]);
-    add_to(to_kappa, kappa[0] + cross(j->rho, kappa[1]));
-    add_to(to_kappa + 4, kappa[1]);
-    if (!j->deep) return;
-    add_to(to + 16, psi[PSI_L] + cross(j->rho, psi[PSI_P]));
-    add_to(to + 20, psi[PSI_P]);
+    const int place = column_place(j, l);
+    double *to = j->to.Q + place * MBSRI_SWEPT_ACTIONS,
+           *to_kappa = j->to.kappa + place * MBSRI_SWEPT_FORCES;
+    put(j, to + 4 * CHI_L, Q[CHI_L] + cross(j->rho, Q[CHI_P]));
+    put(j, to + 4 * CHI_P, Q[CHI_P]);
+    put(j, to + 4 * MOMENT, Q[MOMENT] + cross(j->rho, Q[FORCE]));
+    put(j, to + 4 * FORCE, Q[FORCE]);
+    put(j, to_kappa, kappa[0] + cross(j->rho, kappa[1]));
+    put(j, to_kappa + 4, kappa[1]);
+    if (!deep) return;
+    put(j, to + 16, psi[PSI_L] + cross(j->rho, psi[PSI_P]));
+    put(j, to + 20, psi[PSI_P]);
 }
 
 MBSRI_INLINE double read_motion(const v4 R[4], const v4 motion[4])
@@ -173,7 +217,7 @@ MBSRI_INLINE void hand_row(const joint_front *j, int place, v4 R[4])
     double *to = j->to.R + place * MBSRI_SWEPT_MOTIONS;
     if (j->on_root) return;
     translate_row(j->rho, R, true);
-    for (int g = 0; g < 4; ++g) add_to(to + 4 * g, R[g]);
+    for (int g = 0; g < 4; ++g) put(j, to + 4 * g, R[g]);
 }
 
 /* Row l that waits through the joint. */
@@ -181,38 +225,59 @@ MBSRI_INLINE void carry_row(const joint_front *j, int l)
 {
     const passage *p = j->p;
     const double *from = j->from.R + l * MBSRI_SWEPT_MOTIONS;
-    const int count = j->from.pool->count, place = j->to_row[l], most = j->to.pool->most;
     v4 R[4];
     for (int g = 0; g < 4; ++g) R[g] = load3(from + 4 * g);
     const double m = read_motion(R, p->motion), n = read_motion(R, p->by_r);
-    j->row[l] = (open_row){m, n};
+    j->record.m[l] = m;
+    j->record.n[l] = n;
     for (int g = 0; g < 4; ++g) R[g] -= splat(m) * p->K[g];
-    hand_row(j, place, R);
-    for (int k = 0; k < count; ++k)
-        j->to.T[j->to_column[k] * most + place] +=
-            j->from.T[k * j->from.pool->most + l] + n * j->column[k].e - m * j->column[k].z;
-    if (j->held) j->to.T[j->to_column[count] * most + place] += m;
+    hand_row(j, row_place(j, l), R);
+}
+
+/* T_h, when all columns and rows are done. */
+MBSRI_INLINE void carry_T(const joint_front *j)
+{
+    const open_record *by = &j->record;
+    const int count = j->count, from_most = j->from.most, to_most = j->to.most;
+    for (int k = 0; k < count; ++k) {
+        const v4 e = splat(by->e[k]), z = splat(by->z[k]);
+        double *from = j->from.T + k * from_most, *to = j->to.T + column_place(j, k) * to_most;
+        for (int l = 0; l < count; l += 4) {
+            const v4 sum = load3(from + l) + load3(by->n + l) * e - load3(by->m + l) * z;
+            if (j->in_place) {
+                store3(to + l, sum);
+                continue;
+            }
+            for (int r = 0; r < 4 && l + r < count; ++r) to[j->to_row[l + r]] += sum[r];
+        }
+    }
 }
 
 /* The rate of a held joint as an unknown, and the balance of its forces as a row. */
-static void carry_rate(const joint_front *j)
+MBSRI_OUTLINE void carry_rate(const joint_front *j)
 {
     const passage *p = j->p;
-    const int count = j->from.pool->count, place = j->to_row[count], most = j->to.pool->most;
+    const int count = j->count, at = j->to_column[count], place = j->to_row[count];
+    double *T = j->to.T;
     const double SC = sum3(p->a.S_w * p->C[CHI_L] + p->a.S_v * p->C[CHI_P]);
     v4 row[4] = {p->t.row[0], p->t.row[1], p->t.row[2], p->t.row[3]};
-    j->column[count] = (open_column){-1.0, 0.0, SC - p->E};
+    j->record.z[count] = -1.0;
+    j->record.e[count] = 0.0;
+    j->record.p[count] = SC - p->E;
     hand_row(j, place, row);
-    for (int k = 0; k < count; ++k) j->to.T[j->to_column[k] * most + place] += j->balance[k];
-    j->to.T[j->to_column[count] * most + place] += p->t.along_C;
+    for (int k = 0; k < count; ++k) {
+        T[column_place(j, k) * j->to.most + place] += j->balance[k];
+        T[at * j->to.most + row_place(j, k)] += j->record.m[k];
+    }
+    T[at * j->to.most + place] += p->t.along_C;
     if (j->on_root) return;
-    double *to = j->to.Q + j->to_column[count] * MBSRI_SWEPT_ACTIONS;
-    add_to(to, p->C[CHI_L] + cross(j->rho, p->C[CHI_P]));
-    add_to(to + 4, p->C[CHI_P]);
-    add_to(to + 8, p->C[MOMENT] + cross(j->rho, p->C[FORCE]));
-    add_to(to + 12, p->C[FORCE]);
-    add_to(to + 16, p->t.C[PSI_L] + cross(j->rho, p->t.C[PSI_P]));
-    add_to(to + 20, p->t.C[PSI_P]);
+    double *to = j->to.Q + at * MBSRI_SWEPT_ACTIONS;
+    put(j, to + 4 * CHI_L, p->C[CHI_L] + cross(j->rho, p->C[CHI_P]));
+    put(j, to + 4 * CHI_P, p->C[CHI_P]);
+    put(j, to + 4 * MOMENT, p->C[MOMENT] + cross(j->rho, p->C[FORCE]));
+    put(j, to + 4 * FORCE, p->C[FORCE]);
+    put(j, to + 16, p->t.C[PSI_L] + cross(j->rho, p->t.C[PSI_P]));
+    put(j, to + 20, p->t.C[PSI_P]);
 }
 
 /* All that is carried past joint i; false: more directions than the loops could hold. */
@@ -227,17 +292,19 @@ MBSRI_OUTLINE bool carry_past(const mbsri_sweep_run *run, int i, mbsri_newton_sw
     j.rho = load(run->state[i].rho);
     j.by_c = splat(newton->by_c);
     j.weight = b->n > 0 ? run->model->weight[b->u] : 0.0;
+    j.in_place = front->in_place;
     j.from = view_pool(v, v->swept + i);
-    j.to = view_pool(v, mbsri_carried_up(w, i));
+    j.to = view_pool(v, v->swept + front->up);
+    j.count = v->swept[i].count;
     j.to_column = v->list;
     j.to_row = v->numbers + front->place;
-    j.column = columns_of(v, i);
-    j.row = rows_of(v, i);
+    j.record = record_of(v, i);
     j.balance = v->work;
-    if (find_places(w, i, &j) > front->delayed) return false;
-    const int count = j.from.pool->count;
-    for (int l = 0; l < count; ++l) carry_column(&j, l);
-    for (int l = 0; l < count; ++l) carry_row(&j, l);
+    if (!open_next(w, i, &j)) return false;
+    for (int l = 0; l < j.count && deep; ++l) carry_column(&j, l, true);
+    for (int l = 0; l < j.count && !deep; ++l) carry_column(&j, l, false);
+    for (int l = 0; l < j.count; ++l) carry_row(&j, l);
+    carry_T(&j);
     if (held) carry_rate(&j);
     return true;
 }
@@ -271,35 +338,6 @@ static bool eliminate_open(const mbsri_sweep_run *run, int i, mbsri_newton_sweep
     return true;
 }
 
-/* Loops that close on body i. */
-static int close_loops_on(const mbsri_sweep_run *run, int i, mbsri_newton_sweeps *newton, slab *y)
-{
-    mbsr_newton *w = newton->blocks;
-    double P[MBSRI_SWEPT_MOTIONS * MBSRI_SWEPT_ACTIONS] = {0.0};
-    const int status = mbsri_front_close(w, run->data, i, P),
-              actions = mbsri_carried_actions(w, w->carried.swept + i);
-    for (int g = 0; g < 4; ++g) {
-        for (int j = 0; j < 3; ++j) {
-            const double *x = P + (4 * g + j) * actions;
-            for (int r = 0; r < 4; ++r) y->P[g][j][r] += load3(x + 4 * r);
-            for (int r = 0; r < 2 && actions == MBSRI_SWEPT_ACTIONS; ++r)
-                y->Y[g][j][r] += load3(x + 16 + 4 * r);
-        }
-    }
-    return status;
-}
-
-/* The loops at body i, before its joint; a status. */
-MBSRI_OUTLINE int meet_loops(const mbsri_sweep_run *run, int i, mbsri_newton_sweeps *newton,
-                             slab *y)
-{
-    const int flags = run->tree->body[i].flags;
-    const mbsri_newton_own *own = newton->own + i;
-    const mbsri_swept_place at = {own->arm, own->omega, own->v};
-    mbsri_swept_take_ends(newton->blocks, run->data, i, &at);
-    return flags & MBSRI_CLOSES ? close_loops_on(run, i, newton, y) : MBSR_OK;
-}
-
 /* The joint of a body on a loop: of one axis, or a weld. */
 MBSRI_OUTLINE bool pass_open(const mbsri_sweep_run *run, int i, mbsri_newton_sweeps *newton,
                              slab *y, bool deep)
@@ -315,15 +353,6 @@ MBSRI_OUTLINE bool pass_open(const mbsri_sweep_run *run, int i, mbsri_newton_swe
 
 /* ---- solution ---- */
 
-/* Loops that close on body i: what their right-hand sides add to its forces. */
-MBSRI_OUTLINE void close_loads(mbsri_newton_sweeps *newton, int i, v4 b[4], v4 psi[2])
-{
-    double own[MBSRI_SWEPT_ACTIONS] = {0.0};
-    mbsri_front_reduce_closing(newton->blocks, i, own);
-    for (int r = 0; r < 4; ++r) b[r] += load3(own + 4 * r);
-    for (int r = 0; r < 2; ++r) psi[r] += load3(own + 16 + 4 * r);
-}
-
 /* The rows that wait pass joint i, which k and r_q move; `rest`: the right-hand side of its balance of
  * forces, where du is carried on. */
 MBSRI_OUTLINE void pass_rights(mbsri_newton_sweeps *newton, int i, double k, double r_q,
@@ -332,12 +361,17 @@ MBSRI_OUTLINE void pass_rights(mbsri_newton_sweeps *newton, int i, double k, dou
     mbsr_newton *w = newton->blocks;
     const mbsri_carried *v = &w->carried;
     const mbsri_front *front = v->front + i;
-    const open_row *row = rows_of(v, i);
-    const int *place = v->numbers + front->place, count = v->swept[i].count;
-    const double *from = v->store + v->swept[i].right;
-    double *to = v->store + mbsri_carried_up(w, i)->right;
-    for (int l = 0; l < count; ++l) to[place[l]] += from[l] - row[l].n * r_q - row[l].m * k;
-    if (newton->step[i].deep & MBSRI_NO_INERTIA) to[place[count]] += rest;
+    const open_record by = record_of(v, i);
+    const int count = v->swept[i].count, *place = v->numbers + front->place;
+    double *from = v->store + v->swept[i].right, *to = v->store + v->swept[front->up].right;
+    for (int l = 0; l < count; ++l) {
+        const double s = from[l] - by.n[l] * r_q - by.m[l] * k;
+        if (front->in_place)
+            to[l] = s;
+        else
+            to[place[l]] += s;
+    }
+    if (newton->step[i].deep & MBSRI_NO_INERTIA) to[front->in_place ? count : place[count]] += rest;
 }
 
 /* What is carried past joint i does to du, to what moves it besides, and to d(M u). */
@@ -347,25 +381,17 @@ MBSRI_OUTLINE void move_open(const mbsri_newton_sweeps *newton, int i, double *d
     const mbsr_newton *w = newton->blocks;
     const mbsri_carried *v = &w->carried;
     const int *name = v->numbers + v->swept[i].column, count = v->swept[i].count;
-    const open_column *column = columns_of(v, i);
+    const open_record by = record_of(v, i);
     for (int l = 0; l < count; ++l) {
         const double value = v->value[name[l]];
-        *du -= column[l].z * value;
-        *rest += column[l].e * value;
-        *dp += column[l].p * value;
+        *du -= by.z[l] * value;
+        *rest += by.e[l] * value;
+        *dp += by.p[l] * value;
     }
     if (!(newton->step[i].deep & MBSRI_NO_INERTIA)) return;
     const double own = v->value[mbsri_name_own(w, i, 0)];
     *du += own;
-    *dp += column[count].p * own;
-}
-
-/* Loops that close on body i, from its motion. */
-MBSRI_OUTLINE void close_motion(mbsri_newton_sweeps *newton, int i, const v4 x[4])
-{
-    double at[16];
-    for (int g = 0; g < 4; ++g) *(near4 *)(at + 4 * g) = first_three(x[g]);
-    mbsri_front_substitute_closing(newton->blocks, i, at);
+    *dp += by.p[count] * own;
 }
 
 #endif

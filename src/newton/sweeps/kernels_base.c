@@ -1,7 +1,7 @@
 /* The Newton sweeps for every processor.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "newton/sweeps/eliminate.h"
-#include "newton/sweeps/solve.h"
+#include "newton/sweeps/looped.h"
+#include "newton/sweeps/looped_solve.h"
 
-const mbsri_newton_kernels mbsri_newton_base = {newton_factor, newton_factor_deep,
-                                                newton_factor_mixed, newton_solve};
+const mbsri_newton_kernels mbsri_newton_base = {
+    newton_factor, newton_factor_deep, newton_factor_mixed, newton_factor_looped, newton_solve};

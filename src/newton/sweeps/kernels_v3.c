@@ -1,7 +1,7 @@
 /* The Newton sweeps for x86-64 with AVX2 and FMA (x86-64-v3).
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "newton/sweeps/eliminate.h"
-#include "newton/sweeps/solve.h"
+#include "newton/sweeps/looped.h"
+#include "newton/sweeps/looped_solve.h"
 
-const mbsri_newton_kernels mbsri_newton_v3 = {newton_factor, newton_factor_deep,
-                                              newton_factor_mixed, newton_solve};
+const mbsri_newton_kernels mbsri_newton_v3 = {
+    newton_factor, newton_factor_deep, newton_factor_mixed, newton_factor_looped, newton_solve};

@@ -123,6 +123,7 @@ struct mbsri_newton_sweeps {
      * among those with such elements, or -1. */
     mbsri_newton_slopes *at, *by_pred, *on_pred;
     int *number, *pair;        /* bodies + 1 */
+    size_t acted, pairs;       /* how many of these there are */
     mbsri_newton_own *own;     /* bodies + 1, with elements on bodies */
     double *k, *p;             /* of the last solution, by coordinate */
     double (*x)[16];           /* motions of the bodies where the tree branches */
@@ -135,6 +136,10 @@ struct mbsri_newton_sweeps {
     bool
         unclear; /* at a factorisation the bound of rounding errors did not tell: not tried again */
     bool deep;   /* some joint block was zero; below: NULL where none is expected to be */
+    bool one_sweep;                  /* looped.h serves the model, as far as was seen */
+    bool light;                      /* and has bodies without inertia that count as deep */
+    bool looped;                     /* the last factorisation is of that kind */
+    bool found_deep;                 /* others have looked for deep bodies since */
     struct mbsr_newton *blocks;      /* eliminates the joints of blocks; NULL: there are none */
     int status;                      /* what it said last */
     mbsri_newton_deep *below;        /* nu */
@@ -149,12 +154,13 @@ static inline mbsri_newton_column *mbsri_newton_column_at(const mbsri_newton_swe
 /* The sweeps, compiled once for every kind of processor. The factorisations return 0, a body whose
  * rows are singular, or one of these: the sweeps do not serve; those for deep bodies have to; see
  * `status`. The first sweeps as backward of sweeps/tree.h; the second is for trees with joint blocks
- * that are zero, the third for those with blocks. Solve: see mbsri_newton_sweeps_solve. */
+ * that are zero, the third for those with blocks or loops, the last where looped.h serves. Solve: see mbsri_newton_sweeps_solve. */
 enum { MBSRI_NOT_CLEAR = -1, MBSRI_DEFICIENT = -2, MBSRI_BLOCK_FAILED = -3 };
 typedef struct mbsri_newton_kernels {
     int (*factor)(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton);
     int (*factor_deep)(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton);
     int (*factor_mixed)(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton);
+    int (*factor_looped)(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton);
     void (*solve)(mbsri_newton_sweeps *newton, const double *r, const double *load, double *delta,
                   double *motion);
 } mbsri_newton_kernels;

@@ -4,7 +4,7 @@
 #define MBSRI_NEWTON_SOLVE_H
 
 #include "newton/sweeps/border.h"
-#include "newton/sweeps/fronts.h"
+#include "newton/sweeps/closing.h"
 #include "newton/sweeps/multi_axis.h"
 
 /* b, that of psi, and the recursion for w. */
@@ -188,11 +188,51 @@ MBSRI_OUTLINE void give_loads(mbsri_newton_sweeps *newton, int i, const loads *f
     mbsri_border_give_flow(newton, i, &flow);
 }
 
+/* r, by its parts, and what acts besides; or NULL. */
+typedef struct right_sides {
+    const mbsr_model *model;
+    const double *r, *p, *u, *load_of_body;
+} right_sides;
+
+MBSRI_INLINE right_sides parts_of(const mbsr_model *m, const double *r, const double *load_of_body)
+{
+    return r ? (right_sides){m, r, r + m->nq, r + m->nq + m->nu, load_of_body}
+             : (right_sides){m, NULL, NULL, NULL, load_of_body};
+}
+
+/* The joint of body i, of whatever kind. */
+MBSRI_INLINE void condense_joint(mbsri_newton_sweeps *newton, const mbsri_newton_step *s, int i,
+                                 int flags, right_sides by, loads *f, bool full, bool deep,
+                                 bool mixed)
+{
+    const mbsr_model *m = by.model;
+    if (flags & MBSRI_MULTI) {
+        _Alignas(32) mbsri_newton_flow multi;
+        loads_to_memory(f, &multi, full, false);
+        multi_loads(newton, i, by.r, by.load_of_body, &multi, full);
+        clear_loads(f);
+        add_loads(&multi, f, full, false);
+    } else if (s->n) {
+        const int u = m->u_of[s->u];
+        given g = {0.0, 0.0, 0.0, 0.0};
+        if (by.r) g = (given){by.r[m->q_of[s->q]], by.p[u], by.u[u], 0.0};
+        if (by.load_of_body) g.tau = by.load_of_body[m->size_v + (size_t)s->u];
+        if (mixed && flags & MBSRI_FRONT)
+            condense_open(newton, i, g, f, deep);
+        else if (deep)
+            condense_deep(newton, s, g, f, full);
+        else
+            condense_loads(newton, s->u, g, f, full);
+    } else if (mixed && flags & MBSRI_FRONT) {
+        condense_open(newton, i, (given){0.0, 0.0, 0.0, 0.0}, f, deep);
+    }
+}
+
 MBSRI_INLINE void solve_back(mbsri_newton_sweeps *newton, const double *r,
                              const double *load_of_body, bool full, bool deep, bool mixed)
 {
     const mbsr_model *m = newton->model;
-    const double *r_p = r ? r + m->nq : NULL, *r_u = r ? r_p + m->nu : NULL;
+    const right_sides by = parts_of(m, r, load_of_body);
     mbsri_newton_flow *top = newton->flow;
     loads f;
     clear_loads(&f);
@@ -207,26 +247,7 @@ MBSRI_INLINE void solve_back(mbsri_newton_sweeps *newton, const double *r,
         if (flags & MBSRI_BRANCHES) add_loads(--top, &f, full, deep);
         if (full && load_of_body) add_load(newton, i, load_of_body, &f, deep);
         if (mixed && flags & MBSRI_CLOSES) close_loads(newton, i, f.b, f.psi);
-        if (flags & MBSRI_MULTI) {
-            _Alignas(32) mbsri_newton_flow multi;
-            loads_to_memory(&f, &multi, full, false);
-            multi_loads(newton, i, r, load_of_body, &multi, full);
-            clear_loads(&f);
-            add_loads(&multi, &f, full, false);
-        } else if (s->n) {
-            const int u = m->u_of[s->u];
-            given g = {0.0, 0.0, 0.0, 0.0};
-            if (r) g = (given){r[m->q_of[s->q]], r_p[u], r_u[u], 0.0};
-            if (load_of_body) g.tau = load_of_body[m->size_v + (size_t)s->u];
-            if (mixed && flags & MBSRI_FRONT)
-                condense_open(newton, i, g, &f, deep);
-            else if (deep)
-                condense_deep(newton, s, g, &f, full);
-            else
-                condense_loads(newton, s->u, g, &f, full);
-        } else if (mixed && flags & MBSRI_FRONT) {
-            condense_open(newton, i, (given){0.0, 0.0, 0.0, 0.0}, &f, deep);
-        }
+        condense_joint(newton, s, i, flags, by, &f, full, deep, mixed);
         hand_loads_over(s, &f, &top, full, deep);
         if (mixed && flags & MBSRI_TO_BLOCK) give_loads(newton, i, &f, deep);
     }
@@ -269,12 +290,62 @@ MBSRI_OUTLINE void take_motion(const mbsri_newton_sweeps *newton, int i, v4 x[4]
     for (int g = 0; g < 4; ++g) x[g] = load(at + 4 * g);
 }
 
+/* delta, by its parts. */
+typedef struct solution {
+    const mbsr_model *model;
+    double *delta, *p, *u;
+} solution;
+
+MBSRI_INLINE solution solution_of(const mbsr_model *m, double *delta)
+{
+    return (solution){m, delta, delta + m->nq, delta + m->nq + m->nu};
+}
+
+/* The joint of body i: its coordinate, and the body's motion from its predecessor's. */
+MBSRI_INLINE void move_joint(mbsri_newton_sweeps *newton, const mbsri_newton_step *s, int i,
+                             int flags, const double *r, solution of, v4 x[4], bool full,
+                             bool mixed)
+{
+    const mbsr_model *m = of.model;
+    double *const delta = of.delta, *const delta_p = of.p, *const delta_u = of.u;
+    const v4 rho = load(s->rho);
+    if (flags & MBSRI_MULTI) {
+        _Alignas(32) double at[16];
+        for (int g = 0; g < groups(full); ++g) store(at + 4 * g, x[g]);
+        multi_motion(newton, i, r, delta, at, full);
+        for (int g = 0; g < groups(full); ++g) x[g] = load(at + 4 * g);
+    } else if (s->n) {
+        const mbsri_newton_column *col = mbsri_newton_column_at(newton, s->u);
+        v4 K = load3(col->K) * x[0] + load3(col->K + 3) * x[1] + load3(col->K + 6) * x[2],
+           Q = load3(col->Q) * x[0] + load3(col->Q + 3) * x[1] + load3(col->Q + 6) * x[2];
+        if (full) K += load3(col->last + 3 * LAST_K) * x[3];
+        if (full) Q += load3(col->last + 3 * LAST_Q) * x[3];
+        const int u = m->u_of[s->u], q = m->q_of[s->q];
+        double du = newton->k[s->u] - sum3(K), rest = r ? r[q] : 0.0,
+               dp = newton->p[s->u] + sum3(Q);
+        if (mixed && flags & MBSRI_FRONT) move_open(newton, i, &du, &rest, &dp);
+        const double both = du + rest, dq = both * newton->by_c;
+        delta[q] = dq;
+        delta_p[u] = dp + m->armature[s->u] * du;
+        delta_u[u] = du;
+        const v4 S_w = load3(col->S), S_v = load3(col->S + 3);
+        x[DRIFT] +=
+            cross(x[SPIN], rho) + S_v * splat(du) + (S_v - load3(col->row + 3)) * splat(both);
+        if (full) x[DISPLACEMENT] += cross(x[ROTATION], rho) + S_v * splat(dq);
+        x[SPIN] += S_w * splat(du) + (S_w - load3(col->row)) * splat(both);
+        x[ROTATION] += S_w * splat(dq);
+    } else {
+        x[DRIFT] += cross(x[SPIN], rho);
+        if (full) x[DISPLACEMENT] += cross(x[ROTATION], rho);
+    }
+}
+
 /* tau: changes of joint forces, read by blocks. */
 MBSRI_INLINE void solve_forward(mbsri_newton_sweeps *newton, const double *r, const double *tau,
                                 double *delta, double *motion, bool full, bool mixed)
 {
     const mbsr_model *m = newton->model;
-    double *delta_p = delta + m->nq, *delta_u = delta_p + m->nu;
+    const solution of = solution_of(m, delta);
     v4 x[4] = {splat(0.0), splat(0.0), splat(0.0), splat(0.0)};
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_newton_step *s = newton->step + i;
@@ -290,36 +361,7 @@ MBSRI_INLINE void solve_forward(mbsri_newton_sweeps *newton, const double *r, co
             move_block(newton, i, x, tau, delta);
             continue;
         }
-        const v4 rho = load(s->rho);
-        if (s->flags & MBSRI_MULTI) {
-            _Alignas(32) double at[16];
-            for (int g = 0; g < groups(full); ++g) store(at + 4 * g, x[g]);
-            multi_motion(newton, i, r, delta, at, full);
-            for (int g = 0; g < groups(full); ++g) x[g] = load(at + 4 * g);
-        } else if (s->n) {
-            const mbsri_newton_column *col = mbsri_newton_column_at(newton, s->u);
-            v4 K = load3(col->K) * x[0] + load3(col->K + 3) * x[1] + load3(col->K + 6) * x[2],
-               Q = load3(col->Q) * x[0] + load3(col->Q + 3) * x[1] + load3(col->Q + 6) * x[2];
-            if (full) K += load3(col->last + 3 * LAST_K) * x[3];
-            if (full) Q += load3(col->last + 3 * LAST_Q) * x[3];
-            const int u = m->u_of[s->u], q = m->q_of[s->q];
-            double du = newton->k[s->u] - sum3(K), rest = r ? r[q] : 0.0,
-                   dp = newton->p[s->u] + sum3(Q);
-            if (mixed && s->flags & MBSRI_FRONT) move_open(newton, i, &du, &rest, &dp);
-            const double both = du + rest, dq = both * newton->by_c;
-            delta[q] = dq;
-            delta_p[u] = dp + m->armature[s->u] * du;
-            delta_u[u] = du;
-            const v4 S_w = load3(col->S), S_v = load3(col->S + 3);
-            x[DRIFT] +=
-                cross(x[SPIN], rho) + S_v * splat(du) + (S_v - load3(col->row + 3)) * splat(both);
-            if (full) x[DISPLACEMENT] += cross(x[ROTATION], rho) + S_v * splat(dq);
-            x[SPIN] += S_w * splat(du) + (S_w - load3(col->row)) * splat(both);
-            x[ROTATION] += S_w * splat(dq);
-        } else {
-            x[DRIFT] += cross(x[SPIN], rho);
-            if (full) x[DISPLACEMENT] += cross(x[ROTATION], rho);
-        }
+        move_joint(newton, s, i, s->flags, r, of, x, full, mixed);
         if (s->flags & MBSRI_BRANCHES) {
             for (int g = 0; g < groups(full); ++g) store(newton->x[s->branch] + 4 * g, x[g]);
         }
@@ -351,19 +393,9 @@ MBSRI_OUTLINE void solve_mixed(mbsri_newton_sweeps *newton, const double *r,
     mbsri_border_load(newton, r, load_of_body);
     solve_back(newton, r, load_of_body, true, newton->deep, true);
     mbsri_border_turn(newton);
+    if (newton->model->rows > 0) turn_root(newton);
     solve_forward(newton, r, tau, delta, motion, true, true);
     mbsri_border_finish(newton, r, delta);
-}
-
-static void newton_solve(mbsri_newton_sweeps *newton, const double *r, const double *load_of_body,
-                         double *delta, double *motion)
-{
-    if (newton->blocks)
-        solve_mixed(newton, r, load_of_body, delta, motion);
-    else if (newton->own)
-        solve_system(newton, r, load_of_body, delta, motion, true);
-    else
-        solve_system(newton, r, load_of_body, delta, NULL, false);
 }
 
 #endif

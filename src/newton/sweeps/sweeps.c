@@ -65,6 +65,8 @@ static size_t layout(const mbsr_model *m, const mbsri_sweeps *tree, unsigned cha
     w->block = take(base, &used, (size_t)tree->multi * sizeof *w->block);
     w->own = take(base, &used, full ? bodies * sizeof *w->own : 0);
     mbsri_newton_count(m, tree, &loaded, &pairs, NULL, NULL);
+    w->acted = loaded;
+    w->pairs = pairs;
     w->at = take(base, &used, loaded * sizeof *w->at);
     w->by_pred = take(base, &used, pairs * sizeof *w->by_pred);
     w->on_pred = take(base, &used, pairs * sizeof *w->on_pred);
@@ -76,7 +78,7 @@ static size_t layout(const mbsr_model *m, const mbsri_sweeps *tree, unsigned cha
     w->carry = take(base, &used, depth * sizeof *w->carry);
     w->flow = take(base, &used, depth * sizeof *w->flow);
     const bool armature = mbsri_largest(m->nu, m->armature) > 0.0;
-    const size_t slopes = full || tree->joint_forces || armature ? nu : 0;
+    const size_t slopes = loaded > 0 || tree->joint_forces || armature ? nu : 0;
     w->tau_q = take(base, &used, slopes * sizeof *w->tau_q);
     w->tau_u = take(base, &used, slopes * sizeof *w->tau_u);
     const bool deep = may_be_deep(tree);
@@ -91,7 +93,7 @@ static size_t layout(const mbsr_model *m, const mbsri_sweeps *tree, unsigned cha
     w->kernels = kernels_of(tree);
     if (!full) w->own = NULL;
     if (!deep) w->below = NULL;
-    w->deep = w->unclear = false;
+    w->deep = w->unclear = w->light = w->looped = w->found_deep = false;
     if (full) mbsri_newton_count(m, tree, &loaded, &pairs, w->number, w->pair);
     if (slopes == 0) w->tau_q = w->tau_u = NULL;
     mbsri_slopes_place(m, &w->slopes, work, places);
@@ -106,6 +108,21 @@ size_t mbsri_newton_sweeps_size(const mbsr_model *m, bool lean)
     /* of nothing but blocks, newton/blocks loses fewer digits: no Mbar stands for what is below */
     const bool mixed = tree && tree->rates && tree->blocks < tree->bodies;
     return tree && (tree->blocks == 0 || mixed) ? layout(m, tree, NULL, NULL) : 0;
+}
+
+/* Finds bodies that count as deep in looped.h; false: there is no memory for them, or one that has a
+ * joint of several axes. */
+static bool may_be_light(mbsri_newton_sweeps *w)
+{
+    const mbsri_sweeps *tree = w->tree;
+    bool serves = true;
+    for (int i = 1; i <= tree->bodies; ++i) {
+        const int flags = tree->body[i].flags;
+        if (flags & MBSRI_HEAVY || !(flags & MBSRI_WIDE_JOINT)) continue;
+        w->light = true;
+        serves = serves && !(flags & MBSRI_MULTI);
+    }
+    return serves && (!w->light || w->below);
 }
 
 mbsri_newton_sweeps *mbsri_newton_sweeps_place(const mbsr_model *m, bool alone, void *memory,
@@ -130,10 +147,27 @@ mbsri_newton_sweeps *mbsri_newton_sweeps_place(const mbsr_model *m, bool alone, 
         branch += (b->flags & MBSRI_BRANCHES) != 0;
     }
     for (int k = 0; k < tree->multi; ++k) memset(w->block + k, 0, sizeof *w->block);
+    w->one_sweep = tree->open && tree->blocks == 0 && !m->grouped && may_be_light(w);
     return w;
 }
 
 /* ---- calls ---- */
+
+/* What the bound tells, and which bodies are deep, seldom changes. */
+static int factor(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton)
+{
+    const mbsri_newton_kernels *kernels = newton->kernels;
+    int singular = MBSRI_DEFICIENT;
+    newton->deep = false;
+    newton->looped = newton->one_sweep;
+    if (newton->one_sweep) singular = kernels->factor_looped(run, newton);
+    if (singular == MBSRI_DEFICIENT && newton->blocks) {
+        newton->one_sweep = newton->looped = false;
+        return kernels->factor_mixed(run, newton);
+    }
+    if (!newton->blocks && !newton->unclear) singular = kernels->factor(run, newton);
+    return singular == MBSRI_DEFICIENT ? kernels->factor_deep(run, newton) : singular;
+}
 
 int mbsri_newton_sweeps_factor(mbsri_newton_sweeps *newton, mbsr_data *d, double t, const double *q,
                                const double *u, double c)
@@ -151,13 +185,7 @@ int mbsri_newton_sweeps_factor(mbsri_newton_sweeps *newton, mbsr_data *d, double
         const int status = mbsri_newton_slopes_at(newton, d);
         if (status) return status;
     }
-    newton->deep = false;
-    /* what the bound tells seldom changes */
-    const mbsri_newton_kernels *kernels = newton->kernels;
-    int singular = newton->blocks    ? kernels->factor_mixed(&run, newton)
-                   : newton->unclear ? MBSRI_DEFICIENT
-                                     : kernels->factor(&run, newton);
-    if (singular == MBSRI_DEFICIENT) singular = kernels->factor_deep(&run, newton);
+    const int singular = factor(&run, newton);
     if (singular == MBSRI_BLOCK_FAILED) return newton->status;
     if (singular < 0 || !mbsri_sweeps_as_watched(&run) || mbsri_sweeps_coupled(&run))
         return MBSRI_NOT_SERVED;
