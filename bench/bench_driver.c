@@ -260,6 +260,16 @@ static void close_start(const mechanism *of, double *q, double *u)
     mbsr_model_destroy(m);
 }
 
+/* Whether the start of p is one of the model m, too. */
+static bool starts(const problem *p, const mbsr_model *m, mbsr_data *d)
+{
+    double y[6 * MECHANISM_MOST], yp[6 * MECHANISM_MOST];
+    bench_check(mbsr_dae_pack(m, d, MBSR_DAE_MOMENTUM, 0.0, p->q, p->u, y), "pack", NULL);
+    if (!mbsr_dae_consistent(m, d, MBSR_DAE_MOMENTUM, 0.0, y, yp, NULL, NULL)) return true;
+    printf("# %s: no stiff closures: %s\n", p->name, mbsr_data_error(d)->text);
+    return false;
+}
+
 static problem open_mechanism(const mechanism *of, double stiffness, double ratio)
 {
     problem p = {.name = of->name, .stiffness = stiffness, .ratio = ratio, .T = of->T};
@@ -274,11 +284,12 @@ static problem open_mechanism(const mechanism *of, double stiffness, double rati
     p.closed = build_mechanism(of, ties, unused, unused + MECHANISM_MOST);
     p.data = data_of(p.model);
     p.energy_data = data_of(p.model);
-    if (mbsr_model_rows(p.closed) > 0) {
-        p.closed_data = data_of(p.closed);
-    } else { /* no stiff closure does the same */
+    p.closed_data = data_of(p.closed);
+    if (mbsr_model_rows(p.closed) == 0 || !starts(&p, p.closed, p.closed_data)) {
+        mbsr_data_destroy(p.closed_data);
         mbsr_model_destroy(p.closed);
         p.closed = NULL;
+        p.closed_data = NULL;
     }
     find_reference(&p);
     return p;

@@ -163,7 +163,7 @@ static void shaft(mbsr_model *m, const mechanism_ties *ties, double *q, double *
     part_force(m, mbsr_force_bushing(MBSR_GROUND, &on_ground, c, NULL, rubber, loss));
     /* along the shaft nothing can move: a row there would be redundant */
     const double across[6] = {1, 0, 0, 0, cos(tilt), sin(tilt)};
-    if (ties->closures)
+    if (ties->closures && ties->stiffness > 0.0) /* the start is closed */
         part_close(m, ties, mbsr_closure_rows(c, NULL, MBSR_GROUND, place, 2, across), 2);
     q[0] = tilt;
     u[1] = -10.0 * sin(tilt), u[2] = -10.0 * cos(tilt);
