@@ -181,7 +181,8 @@ static void zeros_are_as_good_as_predicted(void **unused)
 static int judge_in(const units *in, uint64_t seed, mbsr_small_verdict *verdict, double *share)
 {
     scene s = make(seed, in);
-    const study x = study_in(&s, in);
+    study x = study_in(&s, in);
+    x.ida.initial_step = 1e-4 * in->time; /* its own limit is 1e-3 of any unit */
     mbsr_small_masses *small = study_begin(&x, s.q, s.u);
     mbsr_small_masses_report report;
     assert_ok(mbsr_small_masses_report_of(small, &report), mbsr_small_masses_error(small));
