@@ -35,7 +35,8 @@ typedef struct mbsr_parallel {
 
 typedef struct mbsr_threads mbsr_threads;
 
-/* `count` >= 1 threads, the caller's among them; at most 256. They wait for work for some 10 us awake, then asleep.
+/* `count` >= 1 threads, the caller's among them; at most 256. They wait for work for less
+ * than a millisecond awake, then asleep.
  * No call allocates after this. MBSR_ERR_NULL, MBSR_ERR_VALUE, MBSR_ERR_NO_MEMORY (also where the system
  * gives no more threads), MBSR_ERR_UNAVAILABLE (the library was built without threads, count > 1). */
 MBSR_API int mbsr_threads_create(int count, mbsr_threads **threads, mbsr_error *error);

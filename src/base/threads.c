@@ -23,8 +23,8 @@ static void one_by_one(void *user, int tasks, mbsr_task_fn task, void *arg)
 #include <pthread.h>
 #include <stdatomic.h>
 
-/* Looks before a thread falls asleep: some 10 us. */
-enum { PATIENCE = 500 };
+/* Looks before a thread falls asleep, less than a millisecond: to wake it may take as long. */
+enum { PATIENCE = 20000 };
 
 struct mbsr_threads {
     pthread_mutex_t lock;

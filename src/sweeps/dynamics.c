@@ -146,14 +146,11 @@ bool mbsri_sweeps_coupled(const mbsri_sweep_run *run)
     return false;
 }
 
-/* In parts, until a rank is not clear. */
-static bool backward(mbsri_sweep_run *run, bool velocity)
+static bool backward(const mbsri_sweep_run *run, bool velocity)
 {
-    const int status = run->split ? mbsri_split_backward(run, run->split, velocity) : 1;
-    if (status == MBSRI_NOT_SERVED) return false;
-    if (status) run->split = NULL;
-    return (!status || run->tree->kernels->backward(run)) && mbsri_sweeps_as_watched(run) &&
-           !mbsri_sweeps_coupled(run);
+    const bool clear = run->split ? mbsri_split_backward(run, run->split, velocity) == 0
+                                  : run->tree->kernels->backward(run);
+    return clear && mbsri_sweeps_as_watched(run) && !mbsri_sweeps_coupled(run);
 }
 
 /* Results that are not finite are for the stages, which say where that begins. */

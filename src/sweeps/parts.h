@@ -19,28 +19,41 @@ static int part_move(const mbsri_sweep_run *run, int first, int last, bool veloc
 
 /* ---- the backward recursion ---- */
 
-static bool part_backward(const mbsri_sweep_run *run, int first, int last, bool kept,
-                          mbsri_part_state *state)
+MBSRI_INLINE bool back_through(const mbsri_sweep_run *run, int first, int last, bool exact,
+                               bool kept, mbsri_part_state *state)
 {
     back at;
     from_memory(&state->carry, &at.c);
+    if (exact) from_memory(&state->noise, &at.W);
     at.top = state->stack;
-    at.noise_top = NULL;
+    at.noise_top = state->noises;
     for (int i = last; i >= first; --i) {
-        if (!pass_part(run, i, false, false, kept && i == first, &at)) return false;
+        if (!pass_part(run, i, exact, false, kept && i == first, &at)) return false;
     }
     to_memory(&at.c, &state->carry);
+    if (exact) to_memory(&at.W, &state->noise);
     state->stack = at.top;
+    state->noises = at.noise_top;
     return true;
 }
 
-static void join_backward(int flags, mbsri_part_state *state)
+static bool part_backward(const mbsri_sweep_run *run, int first, int last, bool exact, bool kept,
+                          mbsri_part_state *state)
+{
+    return exact ? back_through(run, first, last, true, kept, state)
+                 : back_through(run, first, last, false, kept, state);
+}
+
+static void join_backward(int flags, bool exact, mbsri_part_state *state)
 {
     back at;
     from_memory(&state->carry, &at.c);
+    from_memory(&state->noise, &at.W);
     at.top = state->stack;
-    hand_on(flags, false, &at);
+    at.noise_top = state->noises;
+    hand_on(flags, exact, &at);
     state->stack = at.top;
+    state->noises = at.noise_top;
 }
 
 /* ---- momenta ---- */

@@ -6,17 +6,20 @@
 #include "base/memory.h"
 #include "base/threads.h"
 
+#include <stdatomic.h>
 #include <stdint.h>
 #include <string.h>
 
-/* Subtrees of fewer bodies are left to the trunk; tasks of fewer are not worth a thread. */
-enum { LEAST_CUT = 32, LEAST_TASK = 512, TASKS_A_WORKER = 4 };
+/* Subtrees of fewer bodies are left to the trunk, those of more do not fit into a core's cache; tasks of fewer are
+ * not worth a thread. */
+enum { LEAST_CUT = 32, MOST_CUT = 1024, LEAST_TASK = 512, TASKS_A_WORKER = 4 };
 
 /* A subtree, and where its sweep to the root stands. */
 typedef struct cut {
     mbsri_part_state state;
     int first, last;
-    int idle[6];
+    int moved; /* its motion is known */
+    int idle[5];
 } cut;
 MBSRI_CHECK_LAYOUT(cut);
 
@@ -31,18 +34,20 @@ struct mbsr_split {
     mbsr_parallel parallel;
     mbsr_allocator allocator;
     int cuts, tasks;
-    cut *cut;           /* cuts in the order of the sweeps, and where the trunk stands */
-    task *task;         /* tasks */
-    mbsri_carry *stack; /* depth of each task, and of the trunk */
-    mbsri_flow *flows;  /* likewise */
-    void *block;        /* where these are */
+    cut *cut;            /* cuts in the order of the sweeps, and where the trunk stands */
+    task *task;          /* tasks */
+    mbsri_carry *stack;  /* depth of each task, and of the trunk */
+    mbsri_carry *noises; /* likewise */
+    mbsri_flow *flows;   /* likewise */
+    void *block;         /* where these are */
 };
 
 /* A sweep that is shared out. */
 typedef struct sweep {
     const mbsri_sweep_run *run;
     mbsr_split *split;
-    bool velocity;
+    bool velocity, exact;
+    atomic_bool *unclear; /* some rank: the others need not go on */
 } sweep;
 
 /* ---- where a tree is cut ---- */
@@ -137,6 +142,7 @@ static size_t lay_out(mbsr_split *s, uintptr_t base)
     uintptr_t next = base;
     s->cut = place(&next, ((size_t)s->cuts + 1) * sizeof *s->cut);
     s->stack = place(&next, depth * sizeof *s->stack);
+    s->noises = place(&next, depth * sizeof *s->noises);
     s->flows = place(&next, depth * sizeof *s->flows);
     s->task = place(&next, (size_t)s->tasks * sizeof *s->task);
     return (size_t)(next - base);
@@ -147,14 +153,15 @@ static bool cut_up(mbsr_split *s)
 {
     const mbsri_sweeps *tree = s->tree;
     const int shares = TASKS_A_WORKER * s->parallel.workers,
-              share = tree->bodies / shares > LEAST_TASK ? tree->bodies / shares : LEAST_TASK;
+              share = tree->bodies / shares > LEAST_TASK ? tree->bodies / shares : LEAST_TASK,
+              most = share < MOST_CUT ? share : MOST_CUT;
     branch *list = mbsri_allocate(&s->allocator, ((size_t)tree->bodies + 1) * sizeof *list);
     if (!list) return false;
     int bodies;
     size_t size;
     bool memory = true;
     measure(tree, list);
-    s->cuts = find_cuts(tree, list, share, NULL, &bodies);
+    s->cuts = find_cuts(tree, list, most, NULL, &bodies);
     s->tasks = s->cuts; /* at most */
     if (s->cuts > 1 && bodies > tree->bodies / 2 && s->parallel.workers > 1) {
         size = lay_out(s, 0);
@@ -162,7 +169,8 @@ static bool cut_up(mbsr_split *s)
         memory = s->block != NULL;
         if (memory) {
             lay_out(s, ((uintptr_t)s->block + 63) / 64 * 64);
-            find_cuts(tree, list, share, s->cut, &bodies);
+            memset(s->cut, 0, ((size_t)s->cuts + 1) * sizeof *s->cut);
+            find_cuts(tree, list, most, s->cut, &bodies);
             s->tasks = find_tasks(s->cut, s->cuts, share / 2, s->task);
         }
     } else {
@@ -258,6 +266,7 @@ static void gap(const mbsr_split *s, int k, int *first, int *last)
 static void open_stacks(mbsr_split *s, int k, mbsri_part_state *state)
 {
     state->stack = s->stack + (size_t)k * (size_t)s->tree->depth;
+    state->noises = s->noises + (size_t)k * (size_t)s->tree->depth;
     state->flows = s->flows + (size_t)k * (size_t)s->tree->depth;
 }
 
@@ -278,9 +287,12 @@ static int backward_of(const sweep *w, cut *c)
 {
     const mbsri_sweep_run *run = w->run;
     const mbsri_part_kernels *parts = run->tree->kernels->parts;
-    find_angles(run, c->first, c->last);
-    if (parts->move(run, c->first, c->last, w->velocity)) return MBSRI_NOT_SERVED;
-    if (!parts->backward(run, c->first, c->last, true, &c->state)) return 1;
+    if (!c->moved) {
+        find_angles(run, c->first, c->last);
+        if (parts->move(run, c->first, c->last, w->velocity)) return MBSRI_NOT_SERVED;
+        c->moved = 1;
+    }
+    if (!parts->backward(run, c->first, c->last, w->exact, true, &c->state)) return 1;
     if (!run->p) return 0;
     parts->momentum(run, c->first, c->last, true, &c->state);
     parts->balance(run, c->first, c->last);
@@ -294,8 +306,14 @@ static void backward_task(void *arg, int k)
     t->status = 0;
     for (int l = t->first; l <= t->last; ++l) {
         cut *c = w->split->cut + l;
+        if (!w->exact) c->moved = 0; /* exact sweeps come second */
+        if (atomic_load_explicit(w->unclear, memory_order_relaxed)) {
+            t->status = t->status > 1 ? t->status : 1;
+            continue;
+        }
         open_stacks(w->split, k, &c->state);
         const int status = backward_of(w, c);
+        if (status) atomic_store_explicit(w->unclear, true, memory_order_relaxed);
         if (status > t->status) t->status = status;
     }
 }
@@ -312,16 +330,18 @@ static int share_out(const sweep *w, mbsr_task_fn work)
     return status;
 }
 
-static bool trunk_backward(const mbsri_sweep_run *run, mbsr_split *s, mbsri_part_state *at)
+static bool trunk_backward(const mbsri_sweep_run *run, mbsr_split *s, bool exact,
+                           mbsri_part_state *at)
 {
     const mbsri_part_kernels *parts = run->tree->kernels->parts;
     int first, last;
     for (int k = s->cuts; k >= 0; --k) {
         gap(s, k, &first, &last);
-        if (first <= last && !parts->backward(run, first, last, false, at)) return false;
+        if (first <= last && !parts->backward(run, first, last, exact, false, at)) return false;
         if (k == 0) break;
         at->carry = s->cut[k - 1].state.carry;
-        parts->join_backward(run->tree->body[s->cut[k - 1].first].flags, at);
+        at->noise = s->cut[k - 1].state.noise;
+        parts->join_backward(run->tree->body[s->cut[k - 1].first].flags, exact, at);
     }
     return true;
 }
@@ -342,16 +362,27 @@ static void trunk_momentum(const mbsri_sweep_run *run, mbsr_split *s, mbsri_part
     }
 }
 
+static int back(const sweep *w)
+{
+    mbsr_split *s = w->split;
+    atomic_store(w->unclear, false);
+    const int status = share_out(w, backward_task);
+    if (status) return status;
+    mbsri_part_state *trunk = &s->cut[s->cuts].state;
+    open_stacks(s, s->tasks, trunk);
+    if (!trunk_backward(w->run, s, w->exact, trunk)) return 1;
+    if (w->run->p) trunk_momentum(w->run, s, trunk);
+    return 0;
+}
+
 int mbsri_split_backward(const mbsri_sweep_run *run, mbsr_split *split, bool velocity)
 {
-    const sweep w = {run, split, velocity};
-    const int status = share_out(&w, backward_task);
-    if (status) return status;
-    mbsri_part_state *trunk = &split->cut[split->cuts].state;
-    open_stacks(split, split->tasks, trunk);
-    if (!trunk_backward(run, split, trunk)) return 1;
-    if (run->p) trunk_momentum(run, split, trunk);
-    return 0;
+    atomic_bool unclear;
+    sweep w = {run, split, velocity, false, &unclear};
+    int status = back(&w);
+    w.exact = true;
+    if (status == 1) status = back(&w);
+    return status;
 }
 
 static void forward_task(void *arg, int k)
@@ -366,7 +397,7 @@ static void forward_task(void *arg, int k)
 
 void mbsri_split_forward(const mbsri_sweep_run *run, mbsr_split *split)
 {
-    const sweep w = {run, split, false};
+    const sweep w = {run, split, false, false, NULL};
     int first, last;
     for (int k = 0; k <= split->cuts; ++k) {
         gap(split, k, &first, &last);
@@ -399,7 +430,7 @@ static void inverse_task(void *arg, int k)
 int mbsri_split_inverse(const mbsri_sweep_run *run, mbsr_split *split)
 {
     const mbsri_part_kernels *parts = run->tree->kernels->parts;
-    const sweep w = {run, split, false};
+    const sweep w = {run, split, false, false, NULL};
     int first, last, status = 0;
     for (int k = 0; k <= split->cuts && !status; ++k) {
         gap(split, k, &first, &last);

@@ -15,11 +15,11 @@
 /* Where a sweep to the root stands: what the body before hands on, and the next free places of the stacks
  * where several successors wait for each other. */
 typedef struct mbsri_part_state {
-    mbsri_carry carry;
+    mbsri_carry carry, noise; /* noise: W, of exact sweeps */
     mbsri_flow flow;
-    mbsri_carry *stack;
+    mbsri_carry *stack, *noises;
     mbsri_flow *flows;
-    double idle[2];
+    double idle;
 } mbsri_part_state;
 MBSRI_CHECK_LAYOUT(mbsri_part_state);
 
@@ -28,13 +28,13 @@ MBSRI_CHECK_LAYOUT(mbsri_part_state);
 typedef struct mbsri_part_kernels {
     int (*move)(const mbsri_sweep_run *run, int first, int last, bool velocity);
     /* False: the rank of some joint is not clear. */
-    bool (*backward)(const mbsri_sweep_run *run, int first, int last, bool kept,
+    bool (*backward)(const mbsri_sweep_run *run, int first, int last, bool exact, bool kept,
                      mbsri_part_state *state);
     void (*momentum)(const mbsri_sweep_run *run, int first, int last, bool kept,
                      mbsri_part_state *state);
     void (*loads)(const mbsri_sweep_run *run, int first, int last, bool kept,
                   mbsri_part_state *state);
-    void (*join_backward)(int flags, mbsri_part_state *state);
+    void (*join_backward)(int flags, bool exact, mbsri_part_state *state);
     void (*join_momentum)(int flags, mbsri_part_state *state);
     void (*join_loads)(int flags, mbsri_part_state *state);
     int (*accelerate)(const mbsri_sweep_run *run, int first, int last);
@@ -49,7 +49,7 @@ mbsr_split *mbsri_split_of(const mbsri_sweep_run *run);
 int mbsri_split_move(const mbsri_sweep_run *run, mbsr_split *split, bool velocity);
 
 /* The backward recursion, of subtrees after their motion; with the momentum form's part where the run has
- * momenta. 0, MBSRI_NOT_SERVED where nothing is known, or 1 where ranks are not clear but all has moved. */
+ * momenta. By the bound, then by W; 0, or another number where the stages have to do it. */
 int mbsri_split_backward(const mbsri_sweep_run *run, mbsr_split *split, bool velocity);
 void mbsri_split_forward(const mbsri_sweep_run *run, mbsr_split *split);
 
