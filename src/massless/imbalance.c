@@ -54,6 +54,24 @@ double mbsri_largest_defect(const mbsr_model *m, mbsr_data *d, bool relative, do
     return largest;
 }
 
+void mbsri_defects(const mbsr_model *m, mbsr_data *d, double share, double *list)
+{
+    double *vector = d->scratch;
+    mbsri_zero((size_t)m->bodies + 1, list);
+    mbsri_gross_forces(m, d);
+    for (int i = 1; i <= m->bodies; ++i) {
+        if (!mbsri_heads(m, d, i)) continue;
+        const mbsri_group g = mbsri_group_of(m, d, i);
+        const int rank = mbsri_group_rank(d, &g);
+        if (rank == g.n) continue;
+        mbsri_null_force(m, d, &g, d->e + g.ig, d->vec);
+        for (int l = rank; l < g.n; ++l) {
+            const double gamma = fabs(defect_of(m, d, &g, l, vector));
+            if (gamma > share * mbsri_gross_load(m, d, &g, vector)) list[i] = fmax(list[i], gamma);
+        }
+    }
+}
+
 /* Evaluates all stages at q and u. */
 static int evaluate(const mbsr_model *m, mbsr_data *d, double t, const double *q, const double *u)
 {

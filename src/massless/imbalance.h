@@ -11,4 +11,8 @@
 double mbsri_largest_defect(const mbsr_model *m, mbsr_data *d, bool relative, double least,
                             int *head);
 
+/* For each group, at the place of its head in list (bodies + 1), the largest |gamma| that is more than `share` of
+ * what was added up to it, or 0. Overwrites the same. */
+void mbsri_defects(const mbsr_model *m, mbsr_data *d, double share, double *list);
+
 #endif
