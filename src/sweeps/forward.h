@@ -46,6 +46,7 @@ MBSRI_OUTLINE void forward_block(const mbsri_sweep_run *run, int i)
  * u' = D^-1 (e - U^T c) - D^-1 (X^T U)^T A_pi. */
 MBSRI_INLINE void forward_part(const mbsri_sweep_run *run, int first, int last)
 {
+    if (first > last) return;
     const mbsri_sweep_state *before = run->state + run->tree->body[first].parent;
     v4 last_w = load(before->A_w), last_v = load(before->A_v);
     for (int i = first; i <= last; ++i) {
