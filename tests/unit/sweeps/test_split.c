@@ -89,14 +89,14 @@ static void results_are_those_of_one_thread(void **state)
 {
     (void)state;
     int split = 0;
-    for (int k = 0; k < 24; ++k) {
+    for (int k = 0; k < 12; ++k) {
         bool served;
         const test_rigid_choice choice = {.seed = 900 + (uint64_t)k,
                                           .bodies = BODIES,
                                           .massless = k % 3 == 1 ? 0.2 : 0.0,
                                           .points = k % 4 == 1 ? 0.1 : 0.0,
                                           .many = k % 2 ? 0.2 : 0.0,
-                                          .branching = 0.02 * (1 + k % 5),
+                                          .branching = 0.05 * (1 + k % 5),
                                           .length = 0.3,
                                           .armature = k % 5 == 2 ? 0.3 : 0.0,
                                           .moving = k % 6 == 5,
@@ -106,7 +106,7 @@ static void results_are_those_of_one_thread(void **state)
         /* of each call at least one round */
         if (served) assert_true(pieces >= 2 * 3 * 2);
     }
-    assert_true(split > 12);
+    assert_true(split >= 6);
 }
 
 /* With elements on bodies, or without branches, one thread does it. */
