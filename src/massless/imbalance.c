@@ -31,6 +31,17 @@ static double defect_of(const mbsr_model *m, const mbsr_data *d, const mbsri_gro
     return gamma;
 }
 
+/* The group that body i heads, of no rates where it heads none, with its forces to vec; its rank. */
+static int open_group(const mbsr_model *m, mbsr_data *d, int i, mbsri_group *g)
+{
+    g->n = 0;
+    if (!mbsri_heads(m, d, i)) return 0;
+    *g = mbsri_group_of(m, d, i);
+    const int rank = mbsri_group_rank(d, g);
+    if (rank < g->n) mbsri_null_force(m, d, g, d->e + g->ig, d->vec);
+    return rank;
+}
+
 double mbsri_largest_defect(const mbsr_model *m, mbsr_data *d, bool relative, double least,
                             int *head)
 {
@@ -38,11 +49,8 @@ double mbsri_largest_defect(const mbsr_model *m, mbsr_data *d, bool relative, do
     if (head) *head = 0;
     if (relative) mbsri_gross_forces(m, d);
     for (int i = 1; i <= m->bodies; ++i) {
-        if (!mbsri_heads(m, d, i)) continue;
-        const mbsri_group g = mbsri_group_of(m, d, i);
-        const int rank = mbsri_group_rank(d, &g);
-        if (rank == g.n) continue;
-        mbsri_null_force(m, d, &g, d->e + g.ig, d->vec);
+        mbsri_group g;
+        const int rank = open_group(m, d, i, &g);
         for (int l = rank; l < g.n; ++l) {
             const double gamma = fabs(defect_of(m, d, &g, l, vector));
             const double size = relative ? mbsri_gross_load(m, d, &g, vector) : 1.0;
@@ -60,11 +68,8 @@ void mbsri_defects(const mbsr_model *m, mbsr_data *d, double share, double *list
     mbsri_zero((size_t)m->bodies + 1, list);
     mbsri_gross_forces(m, d);
     for (int i = 1; i <= m->bodies; ++i) {
-        if (!mbsri_heads(m, d, i)) continue;
-        const mbsri_group g = mbsri_group_of(m, d, i);
-        const int rank = mbsri_group_rank(d, &g);
-        if (rank == g.n) continue;
-        mbsri_null_force(m, d, &g, d->e + g.ig, d->vec);
+        mbsri_group g;
+        const int rank = open_group(m, d, i, &g);
         for (int l = rank; l < g.n; ++l) {
             const double gamma = fabs(defect_of(m, d, &g, l, vector));
             if (gamma > share * mbsri_gross_load(m, d, &g, vector)) list[i] = fmax(list[i], gamma);
