@@ -295,12 +295,15 @@ static span masses(const scene *s)
     return p;
 }
 
-static int moved_beside(const scene *s)
+/* Whether as many masses are moved in a position beside, and none of them hardly: where they are fewer the state
+ * is one in which a rank is lost, which the report does not judge. */
+static bool as_many_beside(const scene *s, int count)
 {
     scene other = *s;
     for (int i = 0; i < s->bodies; ++i) other.body[i].q += 1e-3 * sin(1.7 * i + 0.3);
     place(&other);
-    return masses(&other).count;
+    const span p = masses(&other);
+    return !p.doubtful && p.count == count;
 }
 
 /* Adds what dampers see, or springs, but for element `without`. */
@@ -340,7 +343,7 @@ static verdict judge(const scene *s)
     v.elastic = p.count - v.dynamic - v.damped;
     count_alone(s, &v);
     v.undetermined = s->bodies - p.count;
-    v.settled = !p.doubtful && moved_beside(s) == v.dynamic;
+    v.settled = !p.doubtful && as_many_beside(s, v.dynamic);
     for (int k = 0; k < s->elements; ++k) {
         const element *e = s->element + k;
         v.settled = v.settled && (e->kind != BETWEEN_POINTS || measure(s, e, row) > 0.05);
