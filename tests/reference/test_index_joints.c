@@ -412,13 +412,14 @@ typedef struct verdict {
     double seen[ELEMENTS][RATES], rest[ELEMENTS];
 } verdict;
 
-/* Whether there are as many dynamic directions nearby. */
+/* Whether there are as many dynamic directions nearby, none of them hardly. */
 static bool same_beside(built *l, const scene *s, int dynamic)
 {
     double q[7 * BODIES];
     for (int k = 0; k < l->nq; ++k) q[k] = l->q[k] + 1e-3 * sin(1.7 * k + 0.3);
     if (mbsr_positions(l->model, l->data, 0.0, q)) return false;
-    return masses(l, s).count == dynamic;
+    const span p = masses(l, s);
+    return !p.doubtful && p.count == dynamic;
 }
 
 static verdict judge(const scene *s)
