@@ -25,6 +25,9 @@ if command -v ninja >/dev/null; then generator=Ninja; fi
 failed=()
 summary=
 
+# What no compiler has a part in is tested once.
+once='hygiene\.(finite|forbidden_calls|format|function_length|paths|references|rooms|snippets)'
+
 # run NAME COMPILER OPTIONS -- CTEST_OPTIONS: configures, builds and tests in build/test-NAME.
 run() {
     local name=$1 compiler=$2 tree=build/test-$1
@@ -91,7 +94,7 @@ set -o pipefail
 gcc=gcc
 if ! command -v gcc >/dev/null; then gcc=cc; fi
 no_runs=(-E '^ida\.(bead|beam|beam_in_space|car_axis|small_models|small_trees|space)$')
-no_long=(-E '^(ida\.(bead|beam|beam_in_space|car_axis|linear|mechanisms|small_models|small_trees|space|stiff|stiff_cells)|example\.(14_cable|18_sdirk|31_doubtful_masses|32_flexible_arm|demo_tree))$')
+no_long=(-E "^($once|ida\.(bead|beam|beam_in_space|car_axis|linear|mechanisms|small_models|small_trees|space|stiff|stiff_cells)|example\.(14_cable|18_sdirk|31_doubtful_masses|32_flexible_arm|demo_tree))$")
 no_packages=(-E '^package\.(core_static|ida_shared)$') # core_shared and ida_static are tested
 if [ "$long" = ON ]; then no_runs=() no_long=() no_packages=(); fi
 run gcc-release "$gcc" -DCMAKE_BUILD_TYPE=Release -DMBSR_BENCH=ON -- "${no_packages[@]}"
@@ -101,7 +104,7 @@ for compiler in clang "$gcc"; do
     if [ -z "$sanitizer" ] && works "$compiler"; then sanitizer=$compiler; fi
 done
 if [ -n "$sanitizer" ]; then
-    run sanitizers "$sanitizer" -DCMAKE_BUILD_TYPE=Debug -DMBSR_BENCH=ON -DMBSR_VIEWER=OFF \
+    run sanitizers "$sanitizer" -DCMAKE_BUILD_TYPE=Debug -DMBSR_VIEWER=OFF \
         -DMBSR_SANITIZE=address,undefined -- "${no_long[@]}"
 else
     echo "==== sanitizers: left out, no compiler has them"
@@ -117,7 +120,7 @@ fi
 minimal=clang
 if ! command -v clang >/dev/null; then minimal=$gcc; fi
 MBSR_TEST_FEW=1 run minimal "$minimal" -DCMAKE_BUILD_TYPE=Release -DMBSR_IDA=OFF \
-    -DMBSR_VIEWER=OFF -- -LE package
+    -DMBSR_BENCH=ON -DMBSR_VIEWER=OFF -- -LE package -E "^$once\$"
 
 echo "==== closing lines"
 printf '%s' "$summary"

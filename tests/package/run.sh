@@ -48,8 +48,10 @@ configure() {
         -DCMAKE_BUILD_TYPE=Debug -DCMAKE_PREFIX_PATH="$prefix" "$@" >"$work/$name.log" 2>&1
 }
 
+# build_and_run NAME: the consumer's programs, and of the library only what they need.
 build_and_run() {
-    "$cmake" --build "$work/$1" || fail "$1: the build"
+    # shellcheck disable=SC2086 # programs is several words
+    "$cmake" --build "$work/$1" --target $programs || fail "$1: the build"
     for program in $programs; do "$work/$1/$program" || fail "$1: $program"; done
 }
 

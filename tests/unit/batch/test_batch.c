@@ -383,7 +383,7 @@ static mbsr_model *cast_shadow(const shadow *c)
     body.parent = MBSR_GROUND;
     body.joint = mbsr_joint_revolute(&step, NULL, z);
     body.inertia = box;
-    for (int k = 0; k < 300; ++k)
+    for (int k = 0; k < 100; ++k)
         assert_ok(mbsr_model_add_body(m, &body, &body.parent), mbsr_model_error(m));
     assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
     return m;
@@ -418,17 +418,18 @@ static bool is_served(mbsr_model *m)
 static void heavy_bodies_cast_doubt_on_light_ones(void **state)
 {
     (void)state;
-    int served = 0;
+    const int step = 17 - test_seeds(12, 16); /* 5 or 1: from 1e-16 to 1e-1 */
+    int served = 0, models = 0;
     for (int k = 0; k < 12; ++k) {
         shadow c = {.heavy_first = k & 1, .weld = k >> 2, .size = k & 2 ? 1e5 : 1.0};
-        for (int exponent = -16; exponent < 0; ++exponent) {
+        for (int exponent = -16; exponent < 0; exponent += step) {
             c.light = pow(10.0, exponent);
-            for (c.distance = 0.1; c.distance < 1e5; c.distance *= 31.0)
+            for (c.distance = 0.1; c.distance < 1e5; c.distance *= 31.0, ++models)
                 served += is_served(cast_shadow(&c));
         }
     }
-    print_message("%d served of %d\n", served, 12 * 16 * 5);
-    assert_true(served > 150);
+    print_message("%d served of %d\n", served, models);
+    assert_true(served > models / 6);
 }
 
 /* A slider along y with a light mass, on it an arm about z with 1 kg at a short lever, and there a
