@@ -11,6 +11,7 @@
 #   bench/run.sh threads [samples [threads]]      nor this; elapsed time, on all cores
 #   bench/run.sh precision [smallest tolerance]
 #   bench/run.sh newton [largest number of bodies]     MuJoCo, too, where it is installed
+#   bench/run.sh explicit [samples]
 #   bench/run.sh driver [cells|mechanisms|ordinary|all|grid [runs]]
 #   bench/run.sh trees [samples [rounds]]         peers/run.sh: other libraries, too
 set -eu
@@ -22,7 +23,7 @@ trees=$root/bench/peers/run.sh
 what=${1:-all}
 [ $# -eq 0 ] || shift
 case $what in
-all | loops | precision | newton | driver) ida=ON ;; # loops: for KLU
+all | loops | precision | newton | explicit | driver) ida=ON ;; # loops: for KLU
 scaling | kinds | report | threads) ida=OFF ;;
 trees) exec sh "$trees" "$@" ;;
 *)
@@ -100,6 +101,10 @@ if wanted newton; then
     fi
     mv "$build/newton.csv" "$results/newton.csv"
     grep '^# time of a step' "$results/newton.csv"
+fi
+if wanted explicit; then
+    $pin "$build/bench/bench_explicit" "$@" > "$build/explicit.csv"
+    mv "$build/explicit.csv" "$results/explicit.csv"
 fi
 if wanted driver; then
     $pin "$build/bench/bench_driver" "$@" > "$build/driver.csv"

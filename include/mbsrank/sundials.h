@@ -99,7 +99,9 @@ MBSR_API int mbsr_sundials_multiply(sunrealtype t, N_Vector y, N_Vector yp, N_Ve
  * tolerances above 1e-4 steps of a mechanism that stiff elements close are so long that they gain energy;
  * IDA does not tell the solver what was asked for, mbsr_sundials_stiff_set_rtol does. Iterative linear
  * solvers are made to solve such steps accurately (IDASetEpsLin, IDASetIncrementFactor). Vectors that IDA
- * makes of y refer to the solver: free it after IDA, and y too. The error test is as without it if
+ * makes of y refer to the solver: free it after IDA, and y too. They take their operations from y, which gets
+ * the library's own here: the bits of SUNDIALS' serial vectors, and faster where those are compiled
+ * without optimisation; operations that the caller has replaced stay. The error test is as without it if
  * algebraic variables are not suppressed. NULL where an argument is NULL, y is not a serial vector of
  * that length, or there is no memory. */
 MBSR_API SUNNonlinearSolver mbsr_sundials_stiff(const mbsr_model *model, N_Vector y,

@@ -2,6 +2,8 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "ida/bend.h"
 
+#include "ida/vectors.h"
+
 #include <math.h>
 #include <string.h>
 
@@ -22,6 +24,7 @@ bool mbsri_ida_make_kinks(mbsr_ida *ida)
     for (int l = 0; l < VECTORS; ++l) {
         *vector[l] = N_VNew_Serial(l < VECTORS - 1 ? ida->size : work, ida->context);
         if (!*vector[l]) return false;
+        mbsri_ida_use_own_operations(*vector[l]);
         N_VConst(0.0, *vector[l]);
     }
     return true;

@@ -12,6 +12,7 @@
 #include "ida/options.h"
 #include "ida/stiff.h"
 #include "ida/tolerances.h"
+#include "ida/vectors.h"
 
 #include <stdlib.h>
 
@@ -104,6 +105,7 @@ static int make_objects(mbsr_ida *ida, mbsr_error *error)
     for (size_t k = 0; k < sizeof vector / sizeof vector[0]; ++k) {
         *vector[k] = N_VNew_Serial(ida->size, ida->context);
         if (!*vector[k]) return no_memory(ida, error, "a vector");
+        mbsri_ida_use_own_operations(*vector[k]);
         N_VConst(0.0, *vector[k]);
         if (ida->opt.max_norm) mbsri_ida_use_max_norm(*vector[k]); /* IDA clones it with them */
     }

@@ -17,6 +17,7 @@
  * word. (Of the problems of bench/ordinary.c only stiff joint springs ask for that, in a fifth of the
  * steps.) */
 #include "ida/stiff.h"
+#include "ida/vectors.h"
 
 #include <ida/ida.h>
 #include <ida/ida_ls.h>
@@ -310,6 +311,7 @@ static bool make(mbsri_stiff *s, N_Vector y, SUNContext context)
 {
     N_Vector *const vector[] = {&s->change, &s->filtered,  &s->trial,
                                 &s->error,  &s->direction, &s->state};
+    mbsri_ida_use_own_operations(y);
     for (size_t k = 0; k < sizeof vector / sizeof vector[0]; ++k) {
         *vector[k] = N_VClone(y);
         if (!*vector[k]) return false;

@@ -114,16 +114,40 @@ void mbsri_ida_scale_tolerances(mbsr_ida *ida)
     for (int k = mbsri_ida_loops(ida); k < ida->size; ++k) atol[k] = ida->opt.atol * largest;
 }
 
-double mbsri_ida_tolerance(const mbsr_ida *ida, const double *y, int k)
+/* What the tolerances of one vector y are made of. */
+typedef struct rule {
+    double rtol;
+    const double *y, *atol, *mass;
+    int first, last,
+        nu;    /* momenta first .. last - 1 take the size of their velocity, nu further on */
+    int loops; /* multipliers from there on */
+} rule;
+
+static rule rule_for(const mbsr_ida *ida, const double *y)
 {
     const int nq = mbsr_model_nq(ida->model), nu = mbsr_model_nu(ida->model);
-    const bool momentum =
-        ida->scales && ida->opt.form == MBSR_DAE_MOMENTUM && k >= nq && k < nq + nu;
-    const double atol = N_VGetArrayPointer(ida->atol)[k];
-    if (k >= mbsri_ida_loops(ida))
-        return ida->opt.rtol * N_VGetArrayPointer(ida->mass)[k] * fabs(y[k]) + atol;
-    if (!momentum) return ida->opt.rtol * fabs(y[k]) + atol;
-    return ida->opt.rtol * N_VGetArrayPointer(ida->mass)[k] * fabs(y[k + nu]) + atol;
+    const bool momentum = ida->scales && ida->opt.form == MBSR_DAE_MOMENTUM;
+    return (rule){.rtol = ida->opt.rtol,
+                  .y = y,
+                  .atol = N_VGetArrayPointer(ida->atol),
+                  .mass = N_VGetArrayPointer(ida->mass),
+                  .first = nq,
+                  .last = momentum ? nq + nu : nq,
+                  .nu = nu,
+                  .loops = mbsri_ida_loops(ida)};
+}
+
+static inline double tolerance(const rule *r, int k)
+{
+    if (k >= r->loops) return r->rtol * r->mass[k] * fabs(r->y[k]) + r->atol[k];
+    if (k < r->first || k >= r->last) return r->rtol * fabs(r->y[k]) + r->atol[k];
+    return r->rtol * r->mass[k] * fabs(r->y[k + r->nu]) + r->atol[k];
+}
+
+double mbsri_ida_tolerance(const mbsr_ida *ida, const double *y, int k)
+{
+    const rule r = rule_for(ida, y);
+    return tolerance(&r, k);
 }
 
 /* IDA asks for weights before each step, so this is also where a run can be stopped between two
@@ -137,15 +161,17 @@ int mbsri_ida_weights(N_Vector y, N_Vector weight, void *user)
     IDAGetCurrentTime(ida->memory, &t);
     mbsri_ida_unbend(ida, t, &y, NULL);
     if (mbsri_ida_watch_dropped(ida, t, y)) return -1;
+    const rule r = rule_for(ida, N_VGetArrayPointer(y));
+    double *to = N_VGetArrayPointer(weight);
     for (int k = 0; k < ida->size; ++k) {
-        const double tolerance = mbsri_ida_tolerance(ida, N_VGetArrayPointer(y), k);
-        if (!(tolerance > 0.0)) {
+        const double allowed = tolerance(&r, k);
+        if (!(allowed > 0.0)) {
             ida->callback = MBSR_ERR_VALUE;
             return mbsri_ida_fail(&ida->failure, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
                                   "y[%d] is %g: its tolerance, relative and absolute, is zero", k,
-                                  N_VGetArrayPointer(y)[k]);
+                                  r.y[k]);
         }
-        N_VGetArrayPointer(weight)[k] = 1.0 / tolerance;
+        to[k] = 1.0 / allowed;
     }
     return 0;
 }
@@ -154,10 +180,10 @@ int mbsri_ida_weights(N_Vector y, N_Vector weight, void *user)
 
 double mbsri_ida_norm(const mbsr_ida *ida, int n, const double *x)
 {
-    const double *y = N_VGetArrayPointer(ida->y);
+    const rule r = rule_for(ida, N_VGetArrayPointer(ida->y));
     double sum = 0.0, largest = 0.0;
     for (int k = 0; k < n; ++k) {
-        const double weighted = x[k] / mbsri_ida_tolerance(ida, y, k);
+        const double weighted = x[k] / tolerance(&r, k);
         sum += weighted * weighted;
         largest = fmax(largest, fabs(weighted));
     }
