@@ -8,6 +8,7 @@
 #   bench/run.sh kinds [samples]                  nor does this
 #   bench/run.sh loops [samples]                  KLU, too, where SUNDIALS has it
 #   bench/run.sh report [samples]                 nor this
+#   bench/run.sh files [samples [bodies]]         nor this
 #   bench/run.sh threads [samples [threads]]      nor this; elapsed time, on all cores
 #   bench/run.sh precision [smallest tolerance]
 #   bench/run.sh newton [largest number of bodies]     MuJoCo, too, where it is installed
@@ -24,7 +25,7 @@ what=${1:-all}
 [ $# -eq 0 ] || shift
 case $what in
 all | loops | precision | newton | explicit | driver) ida=ON ;; # loops: for KLU
-scaling | kinds | report | threads) ida=OFF ;;
+scaling | kinds | report | files | threads) ida=OFF ;;
 trees) exec sh "$trees" "$@" ;;
 *)
     sed -n 's/^#   //p' "$0" >&2
@@ -71,6 +72,10 @@ fi
 if wanted report; then
     $pin "$build/bench/bench_report" "$@" > "$build/report.csv"
     mv "$build/report.csv" "$results/report.csv"
+fi
+if wanted files; then
+    $pin "$build/bench/bench_files" "$@" > "$build/files.csv"
+    mv "$build/files.csv" "$results/files.csv"
 fi
 if wanted threads; then
     "$build/bench/bench_threads" "$@" > "$build/threads.csv"

@@ -79,16 +79,23 @@ static bool expand(includes *i, mbsri_element *e, int depth)
 
 /* ---- defaults ---- */
 
-static bool add_class(mbsri_mjcf *m, const mbsri_element *e, const char *parent, bool main)
+/* parent NULL: of the main class. */
+static bool add_class(mbsri_mjcf *m, const mbsri_element *e, const mbsri_class *parent)
 {
-    const char *name = mbsri_attribute(e, "class");
-    if (main) name = NULL;
-    if (!main && !name) return mbsri_file_refuse(m->s, e, "it has no class");
-    mbsri_class *class = mbsri_list_add(m->s->arena, &m->classes, sizeof *class);
-    if (!class) return false;
-    *class = (mbsri_class){name, parent, e};
+    const char *name = parent ? mbsri_attribute(e, "class") : NULL;
+    if (parent && !name) return mbsri_file_refuse(m->s, e, "it has no class");
+    mbsri_class *class = mbsri_mjcf_class(m, name);
+    if (!class) {
+        class = mbsri_arena_take(m->s->arena, sizeof *class);
+        if (!class) return false;
+        *class = (mbsri_class){.name = name, .parent = parent, .next = m->classes};
+        m->classes = class;
+    }
+    const mbsri_element **place = mbsri_list_add(m->s->arena, &class->elements, sizeof *place);
+    if (!place) return false;
+    *place = e;
     for (const mbsri_element *c = mbsri_child(e, "default"); c; c = mbsri_next(c)) {
-        if (!add_class(m, c, name, false)) return false;
+        if (!add_class(m, c, class)) return false;
     }
     return true;
 }
@@ -119,7 +126,7 @@ static bool read_compiler(mbsri_mjcf *m, const mbsri_element *e)
                *folder = mbsri_attribute(e, "meshdir");
     if (angle) m->radian = strcmp(angle, "radian") == 0;
     if (folder) m->folder = folder;
-    m->autolimits = mbsri_mjcf_switch(m, &node, "autolimits", m->autolimits);
+    m->autolimits = mbsri_mjcf_switch(&node, "autolimits", m->autolimits);
     if (coordinate && strcmp(coordinate, "global") == 0)
         return mbsri_file_refuse(m->s, e, "global coordinates are not read");
     if (sequence) {
@@ -128,10 +135,9 @@ static bool read_compiler(mbsri_mjcf *m, const mbsri_element *e)
         memcpy(m->sequence, sequence, sizeof m->sequence);
     }
     if (shapes)
-        m->from_shapes = strcmp(shapes, "auto") == 0 ? MBSRI_SHAPES_AUTO
-                         : mbsri_mjcf_switch(m, &node, "inertiafromgeom", false)
-                             ? MBSRI_SHAPES_ALWAYS
-                             : MBSRI_SHAPES_NEVER;
+        m->from_shapes = strcmp(shapes, "auto") == 0                          ? MBSRI_SHAPES_AUTO
+                         : mbsri_mjcf_switch(&node, "inertiafromgeom", false) ? MBSRI_SHAPES_ALWAYS
+                                                                              : MBSRI_SHAPES_NEVER;
     find_changes(m, e);
     return mbsri_mjcf_numbers(m, &node, "inertiagrouprange", 2, 2, m->groups, NULL);
 }
@@ -198,7 +204,7 @@ static bool each(mbsri_mjcf *m, const mbsri_element *root, const char *name, rea
 
 static bool add_main_class(mbsri_mjcf *m, const mbsri_element *e)
 {
-    return add_class(m, e, NULL, true);
+    return add_class(m, e, NULL);
 }
 
 bool mbsri_mjcf_read(mbsri_scene *s, mbsri_element *root)

@@ -6,19 +6,11 @@
 #include <math.h>
 #include <string.h>
 
-static bool same(const char *a, const char *b)
+mbsri_class *mbsri_mjcf_class(const mbsri_mjcf *m, const char *name)
 {
-    return a && b ? strcmp(a, b) == 0 : !a && !b;
-}
-
-/* The class of that name; NULL: none. */
-static const mbsri_class *find_class(const mbsri_mjcf *m, const char *name)
-{
-    const mbsri_class *classes = m->classes.items;
-    for (int k = 0; k < m->classes.count; ++k) {
-        if (same(classes[k].name, name)) return classes + k;
-    }
-    return NULL;
+    mbsri_class *c = m->classes;
+    while (c && (name && c->name ? strcmp(c->name, name) != 0 : c->name != name)) c = c->next;
+    return c;
 }
 
 bool mbsri_mjcf_node(mbsri_mjcf *m, const mbsri_element *e, const char *kind,
@@ -27,42 +19,36 @@ bool mbsri_mjcf_node(mbsri_mjcf *m, const mbsri_element *e, const char *kind,
     const char *class = mbsri_attribute(e, "class");
     if (!class) class = childclass;
     if (class && strcmp(class, "main") == 0) class = NULL;
-    *node = (mbsri_node){e, kind, class};
-    return !class || find_class(m, class) ||
-           mbsri_file_refuse(m->s, e, "there is no class '%.50s'", class);
+    *node = (mbsri_node){e, kind, mbsri_mjcf_class(m, class)};
+    return !class || node->class || mbsri_file_refuse(m->s, e, "there is no class '%.50s'", class);
 }
 
 /* What a class says of a kind of elements; the last of several defaults counts. */
-static const char *said_by_class(const mbsri_mjcf *m, const char *class, const char *kind,
-                                 const char *attribute)
+static const char *said_by_class(const mbsri_class *class, const char *kind, const char *attribute)
 {
-    const mbsri_class *classes = m->classes.items;
-    for (int k = m->classes.count - 1; k >= 0; --k) {
-        if (!same(classes[k].name, class)) continue;
-        const mbsri_element *e = mbsri_child(classes[k].element, kind);
+    const mbsri_element *const *elements = class->elements.items;
+    for (int k = class->elements.count - 1; k >= 0; --k) {
+        const mbsri_element *e = mbsri_child(elements[k], kind);
         const char *value = e ? mbsri_attribute(e, attribute) : NULL;
         if (value) return value;
     }
     return NULL;
 }
 
-const char *mbsri_mjcf_get(const mbsri_mjcf *m, const mbsri_node *node, const char *attribute)
+const char *mbsri_mjcf_get(const mbsri_node *node, const char *attribute)
 {
     const char *value = mbsri_attribute(node->e, attribute);
-    const char *class = node->class;
-    while (!value && node->kind) {
-        value = said_by_class(m, class, node->kind, attribute);
-        if (!class) break;
-        class = find_class(m, class)->parent;
-    }
+    const mbsri_class *class = node->kind ? node->class : NULL;
+    for (; class && !value; class = class->parent)
+        value = said_by_class(class, node->kind, attribute);
     return value;
 }
 
 bool mbsri_mjcf_numbers(mbsri_mjcf *m, const mbsri_node *node, const char *attribute, int least,
                         int most, double *to, int *count)
 {
-    return mbsri_numbers(m->s, node->e, attribute, mbsri_mjcf_get(m, node, attribute), least, most,
-                         to, count);
+    return mbsri_numbers(m->s, node->e, attribute, mbsri_mjcf_get(node, attribute), least, most, to,
+                         count);
 }
 
 bool mbsri_mjcf_number(mbsri_mjcf *m, const mbsri_node *node, const char *attribute, double *to)
@@ -70,10 +56,9 @@ bool mbsri_mjcf_number(mbsri_mjcf *m, const mbsri_node *node, const char *attrib
     return mbsri_mjcf_numbers(m, node, attribute, 1, 1, to, NULL);
 }
 
-bool mbsri_mjcf_switch(const mbsri_mjcf *m, const mbsri_node *node, const char *attribute,
-                       bool automatic)
+bool mbsri_mjcf_switch(const mbsri_node *node, const char *attribute, bool automatic)
 {
-    const char *value = mbsri_mjcf_get(m, node, attribute);
+    const char *value = mbsri_mjcf_get(node, attribute);
     if (!value || strcmp(value, "auto") == 0) return automatic;
     return strcmp(value, "true") == 0;
 }

@@ -15,7 +15,7 @@ typedef struct place {
     const char *childclass;
 } place;
 
-/* What shapes give a body. */
+/* What shapes give a body whose inertia they make. */
 typedef struct shapes {
     mbsr_inertia inertia;
     bool some;
@@ -41,7 +41,7 @@ static bool enter(mbsri_mjcf *m, const mbsri_element *e, mbsri_names *names, int
 
 static bool kind_of(mbsri_mjcf *m, const mbsri_node *node, mbsr_file_joint_kind *kind)
 {
-    const char *type = mbsri_mjcf_get(m, node, "type");
+    const char *type = mbsri_mjcf_get(node, "type");
     *kind = MBSR_FILE_HINGE;
     if (!type || strcmp(type, "hinge") == 0) return true;
     *kind = strcmp(type, "slide") == 0  ? MBSR_FILE_SLIDE
@@ -86,8 +86,8 @@ static bool read_joint(mbsri_mjcf *m, const mbsri_node *node, const mbsr_frame *
     if (j->joint.kind == MBSR_FILE_HINGE) j->joint.ref *= unit, j->rest *= unit;
     if (j->joint.kind == MBSR_FILE_BALL || j->joint.kind == MBSR_FILE_FREE)
         j->joint.ref = j->rest = 0.0;
-    j->joint.limited = mbsri_mjcf_switch(m, node, "limited", ranged > 0 && m->autolimits);
-    if (mbsri_mjcf_get(m, node, "springdamper"))
+    j->joint.limited = mbsri_mjcf_switch(node, "limited", ranged > 0 && m->autolimits);
+    if (mbsri_mjcf_get(node, "springdamper"))
         mbsri_file_find(m->s, node->e, "springdamper is left out");
     return true;
 }
@@ -150,9 +150,9 @@ static bool shape_kind(mbsri_mjcf *m, const mbsri_node *node, mbsr_shape_kind *k
 {
     static const char *const names[] = {"box",       "sphere", "cylinder", "capsule",
                                         "ellipsoid", "plane",  "mesh"};
-    const char *type = mbsri_mjcf_get(m, node, "type");
+    const char *type = mbsri_mjcf_get(node, "type");
     *known = true;
-    *kind = mbsri_mjcf_get(m, node, "mesh") ? MBSR_SHAPE_MESH : MBSR_SHAPE_SPHERE;
+    *kind = mbsri_mjcf_get(node, "mesh") ? MBSR_SHAPE_MESH : MBSR_SHAPE_SPHERE;
     if (!type) return true;
     for (int k = 0; k < 7; ++k) {
         if (strcmp(type, names[k]) != 0) continue;
@@ -253,7 +253,7 @@ static bool measure_mesh(mbsri_mjcf *m, const mbsri_element *e, const char *name
     return true;
 }
 
-/* Its part of the inertia of the body. */
+/* Its part of the inertia of the body, where `sum` is given. */
 static bool weigh(mbsri_mjcf *m, const mbsri_node *node, const mbsr_file_shape *shape, shapes *sum)
 {
     double density = 1000.0, mass = 0.0, group = 0.0, volume, I[6];
@@ -264,13 +264,13 @@ static bool weigh(mbsri_mjcf *m, const mbsri_node *node, const mbsr_file_shape *
         return false;
     if (mass < 0.0 || density < 0.0)
         return mbsri_file_refuse(m->s, node->e, "its mass or density is negative");
-    if (group < m->groups[0] || group > m->groups[1]) return true;
+    if (!sum || group < m->groups[0] || group > m->groups[1]) return true;
     mbsr_frame frame = shape->frame;
     if (shape->kind == MBSR_SHAPE_MESH) {
         double centre[3];
         bool known;
         if ((given ? mass : density) == 0.0) return true;
-        if (!measure_mesh(m, node->e, mbsri_mjcf_get(m, node, "mesh"), &volume, centre, I, &known))
+        if (!measure_mesh(m, node->e, mbsri_mjcf_get(node, "mesh"), &volume, centre, I, &known))
             return false;
         if (!known) return true;
         const mbsr_frame at_centre = mbsr_frame_at(centre[0], centre[1], centre[2]);
@@ -301,10 +301,10 @@ static bool add_shape(mbsri_mjcf *m, const mbsri_element *e, const place *at, sh
         return false;
     shape.frame = mbsr_frame_product(at->frame, &shape.frame);
     if (shape.kind == MBSR_SHAPE_MESH)
-        shape.mesh = mesh_path(m, find_mesh(m, mbsri_mjcf_get(m, &node, "mesh")));
-    const char *touches = mbsri_mjcf_get(m, &node, "contype");
+        shape.mesh = mesh_path(m, find_mesh(m, mbsri_mjcf_get(&node, "mesh")));
+    const char *touches = mbsri_mjcf_get(&node, "contype");
     shape.visual = touches && strcmp(touches, "0") == 0;
-    if (sum && !weigh(m, &node, &shape, sum)) return false;
+    if (!weigh(m, &node, &shape, sum)) return false;
     mbsr_file_shape *to = mbsri_list_add(m->s->arena, &m->s->shapes, sizeof *to);
     if (to) *to = shape;
     return to != NULL;
@@ -376,8 +376,7 @@ static bool add_inertia(mbsri_mjcf *m, const mbsri_element *e, int body, const s
 {
     const mbsri_element *inertial = mbsri_child(e, "inertial");
     mbsr_inertia inertia = {.kind = MBSR_INERTIA_NOT_GIVEN};
-    if (sum->some && (m->from_shapes == MBSRI_SHAPES_ALWAYS ||
-                      (m->from_shapes == MBSRI_SHAPES_AUTO && !inertial)))
+    if (sum->some)
         inertia = sum->inertia;
     else if (inertial && m->from_shapes != MBSRI_SHAPES_ALWAYS &&
              !read_inertial(m, inertial, &inertia))
@@ -406,8 +405,10 @@ static bool add_body(mbsri_mjcf *m, const mbsri_element *e, const place *at)
     mbsri_scene_body *to = mbsri_list_add(m->s->arena, &m->s->bodies, sizeof *to);
     if (!to) return false;
     *to = b;
-    return add_children(m, e, &within, &sum) && add_inertia(m, e, within.body, &sum) &&
-           add_bodies(m, e, &within);
+    const bool weighed = m->from_shapes == MBSRI_SHAPES_ALWAYS ||
+                         (m->from_shapes == MBSRI_SHAPES_AUTO && !mbsri_child(e, "inertial"));
+    return add_children(m, e, &within, weighed ? &sum : NULL) &&
+           add_inertia(m, e, within.body, &sum) && add_bodies(m, e, &within);
 }
 
 static bool add_bodies(mbsri_mjcf *m, const mbsri_element *e, const place *at)

@@ -72,7 +72,7 @@ static bool add_equality(mbsri_mjcf *m, const mbsri_element *e)
     mbsri_node node;
     if (!mbsri_mjcf_node(m, e, "equality", NULL, &node)) return false;
     const bool connect = mbsri_is(e, "connect"), weld = mbsri_is(e, "weld");
-    if (!mbsri_mjcf_switch(m, &node, "active", true)) {
+    if (!mbsri_mjcf_switch(&node, "active", true)) {
         mbsri_file_find(m->s, e, "it is not active and left out");
         return true;
     }
@@ -213,11 +213,9 @@ static bool is(const char *a, const char *b)
 /* The law of a general actuator; false in *known: it is left out. */
 static bool read_general(mbsri_mjcf *m, const mbsri_node *node, mbsr_file_actuator *a, bool *known)
 {
-    const char *gain = mbsri_mjcf_get(m, node, "gaintype"),
-               *bias = mbsri_mjcf_get(m, node, "biastype"),
-               *dynamics = mbsri_mjcf_get(m, node, "dyntype");
-    const char *given = mbsri_mjcf_get(m, node, "gainprm"),
-               *more = mbsri_mjcf_get(m, node, "biasprm");
+    const char *gain = mbsri_mjcf_get(node, "gaintype"), *bias = mbsri_mjcf_get(node, "biastype"),
+               *dynamics = mbsri_mjcf_get(node, "dyntype");
+    const char *given = mbsri_mjcf_get(node, "gainprm"), *more = mbsri_mjcf_get(node, "biasprm");
     double prm[10] = {1.0}, law[10] = {0.0};
     *known = (!gain || is(gain, "fixed")) && (!bias || is(bias, "none") || is(bias, "affine")) &&
              (!dynamics || is(dynamics, "none"));
@@ -241,7 +239,7 @@ static bool read_law(mbsri_mjcf *m, const mbsri_node *node, mbsr_file_actuator *
         if (!mbsri_mjcf_number(m, node, "kp", &kp) || !mbsri_mjcf_number(m, node, "kv", &kv))
             return false;
         a->gain = kp, a->bias[1] = -kp, a->bias[2] = -kv;
-        *known = !mbsri_mjcf_get(m, node, "dampratio") && !mbsri_mjcf_get(m, node, "timeconst");
+        *known = !mbsri_mjcf_get(node, "dampratio") && !mbsri_mjcf_get(node, "timeconst");
     } else if (mbsri_is(e, "velocity")) {
         kv = 1.0;
         if (!mbsri_mjcf_number(m, node, "kv", &kv)) return false;
@@ -264,14 +262,13 @@ static bool add_actuator(mbsri_mjcf *m, const mbsri_element *e)
         !mbsri_mjcf_numbers(m, &node, "ctrlrange", 2, 2, a.actuator.range, &ranged))
         return false;
     a.actuator.gear = gear[0];
-    a.actuator.limited = mbsri_mjcf_switch(m, &node, "ctrllimited", ranged && m->autolimits);
+    a.actuator.limited = mbsri_mjcf_switch(&node, "ctrllimited", ranged && m->autolimits);
     if (!known)
         mbsri_file_find(m->s, e, "it is left out: the library has no actuator of its kind");
     else if (!read_target(m, &node, &a))
         return false;
-    if (a.sum.count > 0 &&
-        mbsri_mjcf_switch(m, &node, "forcelimited",
-                          m->autolimits && mbsri_mjcf_get(m, &node, "forcerange")))
+    if (a.sum.count > 0 && mbsri_mjcf_switch(&node, "forcelimited",
+                                             m->autolimits && mbsri_mjcf_get(&node, "forcerange")))
         mbsri_file_find(m->s, e, "its force is not limited to forcerange");
     mbsri_scene_actuator *to = mbsri_list_add(m->s->arena, &m->s->actuators, sizeof *to);
     if (to) *to = a;

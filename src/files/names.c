@@ -29,6 +29,11 @@ int mbsri_names_find(const mbsri_names *names, const char *name)
     return at->name ? at->number : -1;
 }
 
+const char *mbsri_names_same(const mbsri_names *names, const char *name)
+{
+    return names->room > 0 ? place(names, name)->name : NULL;
+}
+
 bool mbsri_names_add(mbsri_arena *arena, mbsri_names *names, const char *name, int number)
 {
     if (2 * names->count >= names->room) {

@@ -19,6 +19,9 @@ typedef struct mbsri_names {
 /* -1: there is none; name may be NULL. */
 int mbsri_names_find(const mbsri_names *names, const char *name);
 
+/* The name as it was added; NULL: there is none. */
+const char *mbsri_names_same(const mbsri_names *names, const char *name);
+
 /* A name that is not there; it must stay valid. False: no memory. */
 bool mbsri_names_add(mbsri_arena *arena, mbsri_names *names, const char *name, int number);
 

@@ -11,13 +11,16 @@ void mbsri_moments(const double t[6], double moments[3])
 {
     double A[3][3] = {{t[0], t[3], t[4]}, {t[3], t[1], t[5]}, {t[4], t[5], t[2]}};
     for (int sweep = 0; sweep < 30; ++sweep) { /* Jacobi rotations */
+        const double beside = fabs(A[0][1]) + fabs(A[0][2]) + fabs(A[1][2]),
+                     size = fabs(A[0][0]) + fabs(A[1][1]) + fabs(A[2][2]);
+        if (beside <= 1e-17 * size) break;
         for (int p = 0; p < 2; ++p) {
             for (int q = p + 1; q < 3; ++q) {
                 if (A[p][q] == 0.0) continue;
                 const double theta = (A[q][q] - A[p][p]) / (2.0 * A[p][q]),
-                             tangent =
-                                 (theta < 0.0 ? -1.0 : 1.0) / (fabs(theta) + hypot(theta, 1.0)),
-                             c = 1.0 / hypot(tangent, 1.0), s = tangent * c;
+                             tangent = (theta < 0.0 ? -1.0 : 1.0) /
+                                       (fabs(theta) + sqrt(theta * theta + 1.0)),
+                             c = 1.0 / sqrt(tangent * tangent + 1.0), s = tangent * c;
                 for (int k = 0; k < 3; ++k) {
                     const double x = A[k][p], y = A[k][q];
                     A[k][p] = c * x - s * y, A[k][q] = s * x + c * y;

@@ -2,6 +2,8 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "files/xml.h"
 
+#include "files/names.h"
+
 #include <expat.h>
 
 #include <limits.h>
@@ -14,8 +16,8 @@ typedef struct reading {
     const char *file;
     mbsri_element *root, *at;
     int depth;
-    char *message;    /* "" as long as all is well */
-    mbsri_list names; /* const char *: element and attribute names, each once */
+    char *message;     /* "" as long as all is well */
+    mbsri_names names; /* of elements and attributes, each once */
 } reading;
 
 static int line_of(const reading *r)
@@ -34,15 +36,10 @@ static void stop(reading *r, const char *reason)
 /* The same text for the same name: there are few. */
 static const char *keep_name(reading *r, const char *name)
 {
-    const char **known = r->names.items;
-    for (int k = 0; k < r->names.count; ++k) {
-        if (strcmp(known[k], name) == 0) return known[k];
-    }
-    char *copy = mbsri_arena_text(r->arena, name, strlen(name));
-    if (r->names.count < 64) {
-        const char **place = mbsri_list_add(r->arena, &r->names, sizeof *place);
-        if (place) *place = copy;
-    }
+    const char *known = mbsri_names_same(&r->names, name);
+    if (known) return known;
+    const char *copy = mbsri_arena_text(r->arena, name, strlen(name));
+    if (copy) mbsri_names_add(r->arena, &r->names, copy, 0);
     return copy;
 }
 

@@ -347,6 +347,25 @@ static void inertias_of_meshes(void **state)
     mbsr_file_destroy(file);
 }
 
+/* Where the body has an <inertial>, meshes are there to be drawn: nobody asks for their files. */
+static void meshes_beside_an_inertial(void **state)
+{
+    (void)state;
+    mbsr_file_opt opt = mbsr_default_file_opt();
+    opt.strict = 1;
+    mbsr_file *file = read_small(
+        MUJOCO("<asset><mesh name='a' file='none.stl'/></asset><worldbody><body name='b'>"
+               "<joint name='j'/><geom type='mesh' mesh='a'/><geom size='1'/>"
+               "<inertial pos='0 0 1' mass='3' diaginertia='1 1 1'/></body></worldbody>"),
+        &opt);
+    mbsr_body_def def;
+    assert_ok(mbsr_model_finish(file->model), mbsr_model_error(file->model));
+    assert_ok(mbsr_body_definition(file->model, 0, &def), NULL);
+    assert_true(def.inertia.mass == 3.0);
+    assert_int_equal(file->shapes, 2);
+    mbsr_file_destroy(file);
+}
+
 /* ---- includes ---- */
 
 static int load(void *user, const char *path, const char **text, size_t *size)
@@ -438,15 +457,11 @@ static void refused_files(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(orientations),
-        cmocka_unit_test(several_joints_on_a_body),
-        cmocka_unit_test(classes_and_frames),
-        cmocka_unit_test(inertias_of_shapes),
-        cmocka_unit_test(actuators_and_tendons),
-        cmocka_unit_test(equalities),
-        cmocka_unit_test(inertias_of_meshes),
-        cmocka_unit_test(other_files),
-        cmocka_unit_test(findings),
+        cmocka_unit_test(orientations),          cmocka_unit_test(several_joints_on_a_body),
+        cmocka_unit_test(classes_and_frames),    cmocka_unit_test(inertias_of_shapes),
+        cmocka_unit_test(actuators_and_tendons), cmocka_unit_test(equalities),
+        cmocka_unit_test(inertias_of_meshes),    cmocka_unit_test(meshes_beside_an_inertial),
+        cmocka_unit_test(other_files),           cmocka_unit_test(findings),
         cmocka_unit_test(refused_files),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
