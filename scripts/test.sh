@@ -120,7 +120,7 @@ fi
 minimal=clang
 if ! command -v clang >/dev/null; then minimal=$gcc; fi
 MBSR_TEST_FEW=1 run minimal "$minimal" -DCMAKE_BUILD_TYPE=Release -DMBSR_IDA=OFF \
-    -DMBSR_BENCH=ON -DMBSR_VIEWER=OFF -- -LE package -E "^$once\$"
+    -DMBSR_BENCH=ON -DMBSR_HDF5=OFF -DMBSR_VIEWER=OFF -- -LE package -E "^$once\$"
 
 echo "==== closing lines"
 printf '%s' "$summary"

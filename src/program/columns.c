@@ -14,6 +14,16 @@ static bool add(columns *c, column new)
     return true;
 }
 
+/* Of number l of its q, or of its u with `rate`. */
+static const char *joint_unit(mbsr_file_joint_kind kind, int l, bool rate)
+{
+    const bool ball = kind == MBSR_FILE_BALL, free = kind == MBSR_FILE_FREE;
+    const bool length = kind == MBSR_FILE_SLIDE || (free && l >= (rate ? 3 : 4));
+    if (!rate && !length && (ball || free)) return "1";
+    if (length) return rate ? "m/s" : "m";
+    return rate ? "rad/s" : "rad";
+}
+
 /* q, or u with `rate`, of joint number k. */
 static bool add_joint(const program_model *m, int k, bool rate, columns *c)
 {
@@ -28,6 +38,7 @@ static bool add_joint(const program_model *m, int k, bool rate, columns *c)
     mbsr_body_coordinates(m->model, j->body, &q, NULL, &u, NULL);
     for (int l = 0; l < n; ++l) {
         column new = {.kind = rate ? COLUMN_U : COLUMN_Q,
+                      .unit = joint_unit(j->kind, l, rate),
                       .at = rate ? u + j->coordinate + l : q + j->position + l};
         const char *part = free ? (rate ? free_u : free_q)[l] : parts[rate ? l + 1 : l],
                    *name = j->name[0] ? j->name : "joint";
@@ -49,7 +60,7 @@ static bool add_joints(const program_model *m, bool rate, columns *c)
 static bool add_position(int body, const char *name, columns *c)
 {
     for (int l = 0; l < 3; ++l) {
-        column new = {.kind = COLUMN_POSITION, .at = body, .part = l};
+        column new = {.kind = COLUMN_POSITION, .unit = "m", .at = body, .part = l};
         snprintf(new.name, sizeof new.name, "%.150s.%c", name, "xyz"[l]);
         if (!add(c, new)) return false;
     }
@@ -73,8 +84,8 @@ static int add_name(const program_model *m, const char *given, columns *c)
     if (strcmp(name, "state") == 0) {
         good = add_joints(m, false, c) && add_joints(m, true, c);
     } else if (strcmp(name, "energy") == 0) {
-        good = add(c, (column){.name = "kinetic", .kind = COLUMN_KINETIC}) &&
-               add(c, (column){.name = "potential", .kind = COLUMN_POTENTIAL});
+        good = add(c, (column){.name = "kinetic", .unit = "J", .kind = COLUMN_KINETIC}) &&
+               add(c, (column){.name = "potential", .unit = "J", .kind = COLUMN_POTENTIAL});
     } else if (joint >= 0) {
         good = add_joint(m, joint, false, c);
     } else if (ends_with(name, ".rate")) {
@@ -122,8 +133,8 @@ void columns_head(const columns *c, FILE *to)
     fputc('\n', to);
 }
 
-int columns_write(const columns *c, const mbsr_model *model, mbsr_data *data, double t,
-                  const double *q, const double *u, FILE *to)
+int columns_values(const columns *c, const mbsr_model *model, mbsr_data *data, const double *q,
+                   const double *u, double *value)
 {
     double kinetic = 0.0, potential = 0.0, pose[MBSR_POSE_SIZE];
     int status = MBSR_OK;
@@ -132,18 +143,15 @@ int columns_write(const columns *c, const mbsr_model *model, mbsr_data *data, do
         status = mbsr_energy(model, data, &kinetic, &potential);
         break;
     }
-    fprintf(to, "%.17g", t);
     for (int k = 0; k < c->count && !status; ++k) {
         const column *one = c->list + k;
-        double value = one->kind == COLUMN_KINETIC ? kinetic : potential;
-        if (one->kind == COLUMN_Q) value = q[one->at];
-        if (one->kind == COLUMN_U) value = u[one->at];
+        value[k] = one->kind == COLUMN_KINETIC ? kinetic : potential;
+        if (one->kind == COLUMN_Q) value[k] = q[one->at];
+        if (one->kind == COLUMN_U) value[k] = u[one->at];
         if (one->kind == COLUMN_POSITION) {
             status = mbsr_body_pose(model, data, one->at, pose);
-            value = pose[MBSR_POSE_X + one->part];
+            value[k] = pose[MBSR_POSE_X + one->part];
         }
-        fprintf(to, ",%.17g", value);
     }
-    fputc('\n', to);
     return status ? complain(FAILED, "%s", mbsr_data_error(data)->text) : DONE;
 }

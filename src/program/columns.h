@@ -15,6 +15,7 @@ typedef enum column_kind {
 
 typedef struct column {
     char name[200];
+    const char *unit; /* such as "rad/s"; "1" */
     column_kind kind;
     int at, part; /* place in q or u; or body and axis */
 } column;
@@ -28,9 +29,11 @@ typedef struct columns {
  * state (all joints, then all their rates); NULL: all joints. A code. */
 int columns_make(const program_model *m, const char *names, columns *c);
 
-/* A line of CSV: t and the columns at this state, at which the data is at mbsr_velocities. */
-int columns_write(const columns *c, const mbsr_model *model, mbsr_data *data, double t,
-                  const double *q, const double *u, FILE *to);
+/* Their numbers at this state, at which the data is at mbsr_velocities. A code. */
+int columns_values(const columns *c, const mbsr_model *model, mbsr_data *data, const double *q,
+                   const double *u, double *value);
+
+/* The first line of CSV: t and the names. */
 void columns_head(const columns *c, FILE *to);
 
 #endif

@@ -46,6 +46,8 @@ int run_convert(int argc, char **argv)
             code = complain(USAGE, "convert: there is no option %s", argv[at]);
         if (at < 0) return USAGE;
     }
+    if (!code && (o.json || o.start))
+        code = complain(USAGE, "convert: there is no option %s", o.json ? "--json" : "--start");
     if (!code && o.path && !to) code = complain(USAGE, "convert: where to is missing");
     if (code) return code;
     code = open_model(&o, false, &m);

@@ -2,6 +2,8 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "program/inputs.h"
 
+#include "program/read_table.h"
+
 #include <math.h>
 #include <stdlib.h>
 

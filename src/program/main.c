@@ -27,16 +27,17 @@ static const command commands[] = {
      "  --json         for a script to read\n" COMMON,
      run_check},
 #if defined(MBSR_WITH_IDA)
-    {"run", "integrate from the start and write CSV",
+    {"run", "integrate from the start and write CSV or HDF5",
      "usage: mbsrank run FILE --t-end T [options]\n"
      "  --t-end T      end, s\n"
      "  --step H       from output to output, s; default T / 100\n"
      "  --rtol R, --atol A   tolerances, default 1e-6\n"
      "  --form F       momentum (default) or index1\n"
-     "  --inputs FILE  CSV with t and names of actuators; each line holds from its time on\n"
+     "  --inputs FILE  t and names of actuators; each line holds from its time on\n"
      "  --output NAMES between commas: JOINT, JOINT.rate, BODY.pos, energy, state (all\n"
      "                 joints and rates); default all joints\n"
-     "  -o FILE        instead of standard output\n"
+     "  -o FILE        instead of standard output; ending in .h5 or .hdf5: HDF5\n"
+     "  --json         with -o: how it ended and what it cost, for a script to read\n"
      "  --quiet        neither progress nor findings\n" COMMON,
      run_run},
 #endif
@@ -50,7 +51,7 @@ static const command commands[] = {
      run_plot},
     {"view", "write a page that shows a model, and a run of it",
      "usage: mbsrank view FILE [RUN] -o PAGE [options]\n"
-     "The page is one file, which any browser opens: the model in 3-D, moving as in RUN, a CSV of\n"
+     "The page is one file, which any browser opens: the model in 3-D, moving as in RUN, of\n"
      "mbsrank run with all joints; with their rates (--output state) also the joint reactions.\n"
      "  -o PAGE        where to; - is standard output\n"
      "  --inputs FILE  of the run, for the reactions\n" COMMON,

@@ -14,7 +14,7 @@ _mbsrank() {
     case $word in
     -*)
         case ${COMP_WORDS[1]} in
-        run) common="$common --t-end --step --rtol --atol --form --inputs --output -o --quiet" ;;
+        run) common="$common --t-end --step --rtol --atol --form --inputs --output -o --quiet --json" ;;
         plot) common="--columns --title -o --help" ;;
         convert) common="--floating --package --strict --help" ;;
         view) common="$common --inputs -o" ;;

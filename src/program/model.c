@@ -2,6 +2,7 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "program/program.h"
 
+#include <inttypes.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -62,8 +63,7 @@ static int read_model(const program_options *o, program_model *m)
     loaded others = {.count = 0};
     mbsr_file_opt opt = mbsr_default_file_opt();
     mbsr_error error;
-    size_t size;
-    m->text = read_file(o->path, &size);
+    m->text = read_file(o->path, &m->size);
     if (!m->text) return complain(NOT_READ, "%s cannot be read", o->path);
     opt.strict = o->strict;
     opt.floating = o->floating;
@@ -71,7 +71,7 @@ static int read_model(const program_options *o, program_model *m)
     opt.package = o->package;
     opt.load = load;
     opt.user = &others;
-    const int status = mbsr_file_read(m->text, size, o->path, &opt, &m->file, &error);
+    const int status = mbsr_file_read(m->text, m->size, o->path, &opt, &m->file, &error);
     for (int k = 0; k < others.count; ++k) free(others.text[k]);
     return status ? complain(NOT_READ, "%s", error.text) : DONE;
 }
@@ -99,6 +99,14 @@ void close_model(program_model *m)
     mbsr_data_destroy(m->data);
     mbsr_file_destroy(m->file);
     free(m->text);
+}
+
+void model_hash(const program_model *m, char to[MODEL_HASH])
+{
+    uint64_t hash = UINT64_C(14695981039346656037);
+    for (size_t k = 0; k < m->size; ++k)
+        hash = (hash ^ (unsigned char)m->text[k]) * UINT64_C(1099511628211);
+    snprintf(to, MODEL_HASH, "%016" PRIx64, hash);
 }
 
 char *read_beside(const program_options *o, const char *name, size_t *size)

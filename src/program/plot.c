@@ -2,7 +2,7 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #define _POSIX_C_SOURCE 200809L
 #include "program/program.h"
-#include "program/table.h"
+#include "program/read_table.h"
 
 #include <signal.h>
 #include <stdlib.h>
@@ -22,12 +22,6 @@ typedef struct curves {
     curve *list;
     int count, panels;
 } curves;
-
-static bool ends_in(const char *text, const char *ending)
-{
-    const size_t length = strlen(text), tail = strlen(ending);
-    return length > tail && strcmp(text + length - tail, ending) == 0;
-}
 
 static int read_options(int argc, char **argv, plot_options *o)
 {

@@ -23,6 +23,9 @@ void put_json(FILE *to, const char *text);
 /* The whole file, with a NUL behind it; NULL: it cannot be read. */
 char *read_file(const char *path, size_t *size);
 
+/* Whether the text is longer than the ending, and ends so. */
+bool ends_in(const char *text, const char *ending);
+
 /* The value of option `name` at argv[*at] ("--name value" or "--name=value"), which moves on; NULL: it is
  * another. Without a value complains and sets *at to -1. */
 const char *option_value(int argc, char **argv, int *at, const char *name);
@@ -35,6 +38,7 @@ bool option_number(const char *name, const char *value, double *number);
 /* A file with its model finished, and data. */
 typedef struct program_model {
     char *text;
+    size_t size; /* of the text */
     mbsr_file *file;
     mbsr_model *model; /* owned by the file until it is taken */
     mbsr_data *data;
@@ -55,6 +59,10 @@ bool common_option(int argc, char **argv, int *at, program_options *o, int *code
 /* DONE, or a code after a complaint. Findings go to stderr unless `quiet`. */
 int open_model(const program_options *o, bool quiet, program_model *m);
 void close_model(program_model *m);
+
+/* Tells texts of models apart, such as the one of a run from the one that is shown: FNV-1a, 64 bits. */
+enum { MODEL_HASH = 17 };
+void model_hash(const program_model *m, char to[MODEL_HASH]);
 
 /* The state to start from: q and u of the key named, else as drawn; a code. */
 int start_state(const program_options *o, const program_model *m, const double **q,

@@ -1,8 +1,8 @@
-/* mbsrank run: integrates a model and writes CSV.
+/* mbsrank run: integrates a model and writes CSV or HDF5.
  * SPDX-License-Identifier: BSD-3-Clause */
 #define _POSIX_C_SOURCE 200809L
-#include "program/columns.h"
 #include "program/inputs.h"
+#include "program/output.h"
 
 #include <mbsrank/simulation.h>
 
@@ -50,6 +50,8 @@ static int read_options(int argc, char **argv, run_options *o)
         if (at < 0) return USAGE;
     }
     if (!code && !(o->t_end > 0.0)) return complain(USAGE, "run: --t-end is missing");
+    if (!code && o->common.json && !o->file)
+        return complain(USAGE, "run: --json goes to standard output, so the run needs -o FILE");
     return code;
 }
 
@@ -75,13 +77,17 @@ static int integrator(const run_options *o, double *shown, mbsr_ida_opt *opt)
     return DONE;
 }
 
-/* From output to output and from input to input. */
-static int go(const run_options *o, const program_model *m, mbsr_simulation *s, const columns *c,
-              inputs *in, FILE *to)
+static double output_step(const run_options *o)
 {
-    const double step = o->step > 0.0 ? o->step : 0.01 * o->t_end;
-    columns_head(c, to);
-    int code = columns_write(c, s->model, s->data, s->t, s->q, s->u, to);
+    return o->step > 0.0 ? o->step : 0.01 * o->t_end;
+}
+
+/* From output to output and from input to input. */
+static int go(const run_options *o, const program_model *m, mbsr_simulation *s, inputs *in,
+              output *to)
+{
+    const double step = output_step(o);
+    int code = output_state(to, s->model, s->data, s->t, s->q, s->u);
     for (long k = 1; !code && !interrupted;) {
         double t = fmin((double)k * step, o->t_end);
         const bool input = inputs_next(in) <= t;
@@ -92,7 +98,7 @@ static int go(const run_options *o, const program_model *m, mbsr_simulation *s, 
             if (mbsr_ida_jump(s->ida)) return complain(FAILED, "%s", mbsr_ida_error(s->ida)->text);
             continue;
         }
-        code = columns_write(c, s->model, s->data, s->t, s->q, s->u, to);
+        code = output_state(to, s->model, s->data, s->t, s->q, s->u);
         if (t >= o->t_end) break;
         ++k;
     }
@@ -100,30 +106,77 @@ static int go(const run_options *o, const program_model *m, mbsr_simulation *s, 
     return code;
 }
 
-static int simulate(const run_options *o, program_model *m, const columns *c, inputs *in)
+/* ---- what is told of a run beside its lines ---- */
+
+static void tell_beginning(const run_options *o, const program_model *m, const mbsr_ida_opt *opt,
+                           output *to)
+{
+    char hash[MODEL_HASH];
+    model_hash(m, hash);
+    output_text(to, "model", o->common.path);
+    output_text(to, "model_hash", hash);
+    output_text(to, "start", o->common.start ? o->common.start : "");
+    output_text(to, "inputs", o->inputs ? o->inputs : "");
+    output_text(to, "form", opt->form == MBSR_DAE_INDEX1 ? "index1" : "momentum");
+    output_number(to, "rtol", opt->rtol);
+    output_number(to, "atol", opt->atol);
+}
+
+static void tell_end(const run_options *o, const mbsr_simulation *s, int code, output *to)
+{
+    const mbsr_ida_stats cost = mbsr_simulation_stats(s);
+    const struct {
+        const char *name;
+        long count;
+    } counts[] = {{"lines", to->lines},
+                  {"steps", cost.steps},
+                  {"residuals", cost.residuals},
+                  {"newton_iterations", cost.newton_iterations},
+                  {"newton_failures", cost.newton_failures},
+                  {"error_test_failures", cost.error_test_failures},
+                  {"factorisations", cost.factorisations},
+                  {"solves", cost.solves}};
+    const char *end = interrupted        ? "interrupted"
+                      : s->error.text[0] ? s->error.text
+                      : code             ? "failed"
+                                         : "done";
+    output_text(to, "end", end);
+    if (o->common.json) {
+        printf("{\"end\": "), put_json(stdout, end);
+        printf(", \"t\": %.17g", s->t);
+    }
+    for (size_t k = 0; k < sizeof counts / sizeof *counts; ++k) {
+        output_number(to, counts[k].name, (double)counts[k].count);
+        if (o->common.json) printf(", \"%s\": %ld", counts[k].name, counts[k].count);
+    }
+    if (o->common.json) puts("}");
+}
+
+/* ---- all of it ---- */
+
+static int simulate(const run_options *o, program_model *m, inputs *in, output *to)
 {
     const double *q, *u;
     double shown = !o->quiet && isatty(2) ? o->t_end : 0.0;
     mbsr_ida_opt opt;
     int code = start_state(&o->common, m, &q, &u);
     if (!code) code = integrator(o, &shown, &opt);
+    const double step = output_step(o);
+    if (!code) code = output_open(o->file, to->columns, ceil(o->t_end / step) + 1.0, to);
     if (code) return code;
     inputs_set(in, 0.0, m->file->control);
-    FILE *to = o->file ? fopen(o->file, "w") : stdout;
-    if (!to) return complain(FAILED, "%s cannot be written", o->file);
+    tell_beginning(o, m, &opt, to);
     mbsr_simulation s = mbsr_simulation_of(mbsr_file_take_model(m->file));
     mbsr_data_destroy(m->data);
     m->data = NULL;
     signal(SIGINT, interrupt);
     if (mbsr_simulation_start(&s, &opt, 0.0, q, u))
         code = complain(FAILED, "%s: no start: %s", o->common.path, s.error.text);
-    if (!code) code = go(o, m, &s, c, in, to);
+    if (!code) code = go(o, m, &s, in, to);
     if (shown > 0.0) fputc('\n', stderr);
     if (interrupted) complain(FAILED, "stopped at t = %g; what was computed is kept", s.t);
+    tell_end(o, &s, code, to);
     mbsr_simulation_end(&s);
-    const bool bad = fflush(to) != 0 || ferror(to);
-    if (to != stdout) fclose(to);
-    if (bad) return complain(FAILED, "%s cannot be written", o->file ? o->file : "the output");
     return interrupted ? FAILED : code;
 }
 
@@ -132,13 +185,16 @@ int run_run(int argc, char **argv)
     run_options o = {.t_end = 0.0};
     program_model m = {.text = NULL};
     columns c = {.list = NULL};
+    output to = {.columns = &c};
     inputs in = {.actuator = NULL};
     int code = read_options(argc, argv, &o);
     if (code) return code;
     code = open_model(&o.common, o.quiet, &m);
     if (!code) code = columns_make(&m, o.outputs, &c);
     if (!code && o.inputs) code = inputs_read(&m, o.inputs, &in);
-    if (!code) code = simulate(&o, &m, &c, &in);
+    if (!code) code = simulate(&o, &m, &in, &to);
+    const int closing = output_close(&to);
+    if (!code) code = closing;
     free(c.list);
     inputs_free(&in);
     close_model(&m);

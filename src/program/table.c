@@ -2,8 +2,6 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "program/table.h"
 
-#include "program/program.h"
-
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -66,7 +64,7 @@ static int read_line(const char *path, int number, char *line, double *row, cons
     return DONE;
 }
 
-int table_read(const char *path, table *t)
+int table_read_csv(const char *path, table *t)
 {
     size_t size, room = 0;
     *t = (table){.text = read_file(path, &size)};

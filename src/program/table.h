@@ -1,17 +1,20 @@
-/* Numbers by name over time: CSV with a line of names, then lines of numbers.
+/* Numbers by name over time.
  * SPDX-License-Identifier: BSD-3-Clause */
 #ifndef MBSRANK_PROGRAM_TABLE_H
 #define MBSRANK_PROGRAM_TABLE_H
 
+#include "program/program.h"
+
 typedef struct table {
-    char *text;         /* where the names stand */
-    int columns, lines; /* the first column is t, and t ascends */
-    char **name;        /* columns */
-    double *value;      /* lines x columns, line by line */
+    char *text;            /* where the names stand */
+    int columns, lines;    /* the first column is t, and t ascends */
+    char **name;           /* columns */
+    double *value;         /* lines x columns, line by line */
+    char hash[MODEL_HASH]; /* of the model it is a run of; "": not known */
 } table;
 
-/* Reads a file; a code. The table is freed in any case. */
-int table_read(const char *path, table *t);
+/* Reads CSV, a line of names and then lines of numbers; a code. The table is freed in any case. */
+int table_read_csv(const char *path, table *t);
 void table_free(table *t);
 
 /* Of column k. */

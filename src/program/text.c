@@ -60,6 +60,12 @@ char *read_file(const char *path, size_t *size)
     return text;
 }
 
+bool ends_in(const char *text, const char *ending)
+{
+    const size_t length = strlen(text), tail = strlen(ending);
+    return length > tail && strcmp(text + length - tail, ending) == 0;
+}
+
 const char *option_value(int argc, char **argv, int *at, const char *name)
 {
     const char *argument = argv[*at];

@@ -2,6 +2,7 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #define _POSIX_C_SOURCE 200809L
 #include "program/page.h"
+#include "program/read_table.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -30,7 +31,19 @@ static int read_options(int argc, char **argv, view_options *o)
             return complain(USAGE, "view: there is no option %s", argv[at]);
         if (at < 0) return USAGE;
     }
+    if (!code && o->common.json) return complain(USAGE, "view: there is no option --json");
     if (!code && o->common.path && !o->file) return complain(USAGE, "view: -o is missing");
+    return code;
+}
+
+static int read_run(const view_options *o, const program_model *m, table *run)
+{
+    char hash[MODEL_HASH];
+    const int code = table_read(o->run, run);
+    model_hash(m, hash);
+    if (!code && run->hash[0] && strcmp(run->hash, hash) != 0)
+        fprintf(stderr, "%s: the run is of a model with another text than %s has now\n", o->run,
+                o->common.path);
     return code;
 }
 
@@ -93,7 +106,7 @@ int run_view(int argc, char **argv)
     if (code) return code;
     code = open_model(&o.common, false, &m);
     if (!code) code = start_state(&o.common, &m, &q, &u);
-    if (!code && o.run) code = table_read(o.run, &run);
+    if (!code && o.run) code = read_run(&o, &m, &run);
     if (!code && o.inputs) code = inputs_read(&m, o.inputs, &in);
     double *rates = code ? NULL : calloc((size_t)mbsr_model_nu(m.model) + 1, sizeof *rates);
     if (!code && !rates) code = complain(FAILED, "no memory");

@@ -58,6 +58,8 @@ ends 2 'no option --fast' convert "$models/arm.urdf" "$work/arm.xml" --fast
 ends 0 "arm.xml: body 'wrist_1': it has no mass" convert "$models/arm.urdf" "$work/arm.xml"
 "$program" check --json "$models/arm.urdf" >"$work/before" && "$program" check --json "$work/arm.xml" >"$work/after"
 cmp "$work/before" "$work/after" || { echo "the converted arm has another report"; failed=1; }
+ends 2 'no option --json' convert "$models/arm.urdf" "$work/arm.xml" --json
+ends 2 'no option --start' convert "$models/arm.urdf" "$work/arm.xml" --start a
 ends 4 'strict mode' convert --strict "$models/arm.urdf" "$work/arm.xml"
 ends 4 'cannot be written' convert "$models/arm.urdf" "$work/none/arm.xml"
 
@@ -68,6 +70,7 @@ export MBSRANK_VIEWER
 ends 0 'usage: mbsrank view' view --help
 ends 2 'there is no file' view
 ends 2 'no option --fast' view "$models/arm.urdf" --fast
+ends 2 'no option --json' view "$models/arm.urdf" --json -o -
 ends 2 '-o is missing' view "$models/arm.urdf"
 ends 2 'second one' view "$models/arm.urdf" a.csv b.csv
 ends 0 'before<script.*"title": "arm"' view "$models/arm.urdf" -o -
@@ -131,6 +134,7 @@ unset MBSRANK_VIEWER
 
 if [ "$with_run" = 1 ]; then
     ends 2 't-end' run "$models/arm.urdf"
+    ends 2 'needs -o FILE' run "$models/arm.urdf" --t-end 1 --json
     ends 2 'not a positive number' run "$models/arm.urdf" --t-end=-1
     ends 2 "no joint 'nose'" run "$models/arm.urdf" --t-end 1 --output nose
     ends 0 '^t,elbow,hand.pos.x,hand.pos.y' run "$models/arm.urdf" --t-end 0.1 --output elbow,hand.pos

@@ -1,0 +1,38 @@
+/* Runs as HDF5 files: docs/program.md has their layout. Where the build has no HDF5, creating and reading
+ * complain.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRANK_HDF5_H
+#define MBSRANK_HDF5_H
+
+#include "program/columns.h"
+#include "program/table.h"
+
+/* What attribute `format` of such files says. */
+#define HDF5_FORMAT "mbsrank run 1"
+
+/* A file that is being written. */
+typedef struct hdf5_run hdf5_run;
+
+/* Whether the name ends as those of HDF5 files do. */
+static inline bool names_hdf5(const char *path)
+{
+    return ends_in(path, ".h5") || ends_in(path, ".hdf5");
+}
+
+/* lines: how many there will be, or so. A code. Here and below the reason of FAILED is told on closing, which is due in any case. */
+int hdf5_create(const char *path, const columns *c, double lines, hdf5_run **run);
+
+/* t and the columns. Lines are collected; every other second all of them are in the file. A code. */
+int hdf5_line(hdf5_run *run, const double *row);
+
+/* An attribute of the file. */
+void hdf5_text(hdf5_run *run, const char *name, const char *text);
+void hdf5_number(hdf5_run *run, const char *name, double number);
+
+/* Writes what is left, and frees the run. A code. */
+int hdf5_close(hdf5_run *run);
+
+/* As table_read_csv. */
+int hdf5_read(const char *path, table *t);
+
+#endif
