@@ -7,7 +7,7 @@
  * The folder has the files that bench_newton left there: where the bodies are at the end, and the
  * error to compare with. Each model runs with steps of 16 ms, 8 ms and so on until its error is
  * no larger than that. What has no mass, or no moment of inertia, gets 1e-12 of what is usual in
- * the model, or as much more, by factors of 1000, as it takes. Runs that do
+ * the model, or as much more, by factors of 1000, as it takes with that step. Runs that do
  * not end well, because the step is too long for the springs, are not shown. A run that would take
  * more than `seconds` is left out: what it would take is in its line, from the time of its first
  * steps. */
@@ -315,12 +315,12 @@ struct reference {
 
 void run(const stiff_model &s, const char *integrator, const reference &at, double limit)
 {
-    double share = 1e-12;
     for (double step = 16e-3; step > 1e-6; step *= 0.5) {
+        double share = 1e-12;
         result r = integrate(s, integrator, step, share, at.places, limit);
-        for (double more = 1e3 * share; unstable(r) && more < 2e-3; more *= 1e3) {
-            r = integrate(s, integrator, step, more, at.places, limit);
-            if (!unstable(r)) share = more;
+        while (unstable(r) && share < 1e-3) {
+            share *= 1e3;
+            r = integrate(s, integrator, step, share, at.places, limit);
         }
         if (unstable(r) && step > 2e-6) continue;
         report(s, integrator, step, share, r);
