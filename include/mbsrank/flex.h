@@ -16,6 +16,14 @@
  * static modes (attachment, constraint, residual modes) cost no small steps; with damping they
  * are damped directions of the model (index 1), without elastic ones (index 2): see index.h.
  *
+ * Geometric stiffening. A beam that bends gets shorter along its axis, in second order, and what
+ * pulls at it stiffens it: spin, weight, forces on markers. Dependent shapes chi_k give the field this order,
+ *
+ *   rho = x + Phi(x) s + sum_k chi_k(x) y_k,     y_k = 1/2 s^T Y_k s
+ *
+ * exactly as if they were further modes, bound to follow s: with s^ = (s, y) and Z = ds^/ds,
+ * M = Z^T M^(s^) Z. So M(s) is still a Gram matrix, and all is derived from one kinetic energy.
+ *
  *   mbsr_flex_create(&def, &link, &error);
  *   mbsr_flexible_def at = mbsr_default_flexible_def();
  *   at.flex = link, at.marker = root, at.joint = mbsr_joint_revolute(NULL, NULL, axis);
@@ -37,14 +45,15 @@ extern "C" {
 #endif
 
 #define MBSR_MAX_MODES (MBSR_MAX_D - 6)
+#define MBSR_MAX_DEPENDENCES 4096
 
 /* A frame fixed to the material. It moves by Phi s and turns by the rotation vector Psi s, along the
  * body's axes: its origin is at x + Phi s, its axes are exp([Psi s]x) R. Of a linear theory: Psi s
  * should stay well below 1 rad. */
 typedef struct mbsr_flex_marker {
     mbsr_frame frame;  /* x, R: in the undeformed body */
-    const double *Phi; /* 3 x modes; NULL: zero */
-    const double *Psi; /* 3 x modes, rad per unit of s; NULL: zero */
+    const double *Phi; /* 3 x shapes, modes first, then chi; NULL: zero */
+    const double *Psi; /* 3 x shapes, rad per unit of s or y; NULL: zero */
 } mbsr_flex_marker;
 
 /* Modal data: integrals over the mass of the undeformed body, along its axes, about its origin. All
@@ -52,18 +61,21 @@ typedef struct mbsr_flex_marker {
 typedef struct mbsr_flex_def {
     int cookie;        /* set by mbsr_default_flex_def */
     int modes;         /* 0 .. MBSR_MAX_MODES */
+    int dependent;     /* shapes that depend on them; default 0. shapes = modes + dependent, at most
+                        * MBSR_MAX_MODES; modes dependent at most MBSR_MAX_DEPENDENCES */
     double mass;       /* kg */
     double c0[3];      /* int x */
     double N0[9];      /* int x x^T; the tensor of inertia is tr(N0) 1 - N0 */
-    const double *Ct0; /* 3 x modes: int Phi_a; NULL: zero */
-    const double *P0;  /* 3 x 3 modes: int x Phi_a^T in the columns 3 a .. 3 a + 2; NULL: zero */
-    const double *P;   /* 3 modes x 3 modes: int Phi_a Phi_b^T in rows 3 a .., columns 3 b ..; NULL:
-                        * zero */
-    const double *Mf; /* modes x modes; NULL: tr int Phi_a Phi_b^T, as it is for displacements. More
-                        * than that is inertia of rotations. */
-    const double *K;  /* modes x modes, stiffness */
-    const double *D;  /* modes x modes, damping; NULL: zero */
-    int markers;      /* 1 or more */
+    const double *Ct0; /* 3 x shapes: int Phi_a, then int chi_k; NULL: zero */
+    const double *P0;  /* 3 x 3 shapes: int x Phi_a^T in the columns 3 a .. 3 a + 2; NULL: zero */
+    const double *P;   /* 3 shapes x 3 shapes: int Phi_a Phi_b^T in rows 3 a .., columns 3 b ..;
+                        * NULL: zero */
+    const double *Mf;  /* shapes x shapes; NULL: tr int Phi_a Phi_b^T, as it is for displacements.
+                        * More than that is inertia of rotations. */
+    const double *Y; /* modes x modes x dependent, each Y_k symmetric; NULL where there are none */
+    const double *K; /* modes x modes, stiffness */
+    const double *D; /* modes x modes, damping; NULL: zero */
+    int markers;     /* 1 or more */
     const mbsr_flex_marker *marker;
     mbsr_allocator allocator; /* default: malloc and free */
 } mbsr_flex_def;
@@ -77,14 +89,14 @@ MBSR_API mbsr_flex_def mbsr_default_flex_def(void);
  * MBSR_ERR_NO_DEFAULT, MBSR_ERR_NO_MEMORY, MBSR_EIGEN_FAILED, and MBSR_ERR_VALUE for numbers that
  * are not finite, matrices that are not symmetric (to 1e-9 of what is on the diagonal), axes of a
  * marker that are not orthonormal, and what is indefinite (scaled to unit diagonal, with the
- * eigenvalue in the text, by more than 1e-9): K, D, the Gram matrix of (1, x, Phi_1, ..., Phi_n),
- * and what Mf adds to it. Data with an indefinite Gram matrix belong to no distribution of mass;
+ * eigenvalue in the text, by more than 1e-9): K, D, the Gram matrix of (1, x, Phi_1, ..., Phi_n,
+ * chi_1, ...), and what Mf adds to it. Data with an indefinite Gram matrix belong to no distribution of mass;
  * their M(s) may have directions of negative mass. */
 MBSR_API int mbsr_flex_create(const mbsr_flex_def *def, mbsr_flex **flex, mbsr_error *error);
 MBSR_API void mbsr_flex_destroy(mbsr_flex *flex); /* NULL is allowed */
 
 /* The data as they are kept: pointers into *flex, valid as long as that; Ct0, P0, P, Mf, K, D and the
- * markers' Phi and Psi are not NULL where there are modes. MBSR_ERR_NULL. */
+ * markers' Phi and Psi are not NULL where there are modes, and Y where there are dependent shapes. MBSR_ERR_NULL. */
 MBSR_API int mbsr_flex_data(const mbsr_flex *flex, mbsr_flex_def *data);
 
 /* M(s), (6 + modes) x (6 + modes), along the body's axes; s: modes. MBSR_ERR_NULL, MBSR_NOT_FINITE
@@ -113,6 +125,7 @@ typedef struct mbsr_beam_def {
     const int *node;  /* these: 1 .. elements */
     double cutoff;    /* rad/s: static modes above it are massless; default 0: all of them */
     double damping;   /* ratio zeta >= 0 of all modes, see below; default 0 */
+    int stiffening;   /* 1: with dependent shapes, by which bending shortens the beam; default 0 */
     mbsr_allocator allocator; /* default: malloc and free */
 } mbsr_beam_def;
 
@@ -126,6 +139,13 @@ MBSR_API mbsr_beam_def mbsr_default_beam_def(void);
  * and diagonal, by frequency. So deflections under loads at these nodes are exact (as finite elements
  * are) whatever `modes` is. Those with omega <= cutoff have mass 1, the others none and K = 1. Damping is 2 zeta omega of modes with mass; of a
  * massless one D = 2 zeta / omega_c K, omega_c the cutoff or the highest frequency with mass, what is larger.
+ *
+ * With `stiffening`, modes with mass shorten the beam along x as their slopes say, in second order,
+ *
+ *   -1/2 sum_ab s_a s_b int_0^x v_a' v_b' + w_a' w_b'
+ *
+ * by as few dependent shapes as give that to 1e-6. Needed where the beam spins or is pulled; modes without
+ * mass do not shorten it.
  *
  * Statuses of mbsr_flex_create; MBSR_ERR_VALUE names the field. */
 MBSR_API int mbsr_flex_beam(const mbsr_beam_def *def, mbsr_flex **flex, mbsr_error *error);

@@ -4,6 +4,7 @@
  * Mass off the axis, at +-sqrt(2) radius, a quarter at each of four points of the section, gives the section its
  * moments; so all integrals are those of one field over one mass. */
 #include "flexible/beam_modes.h"
+#include "flexible/beam_shortening.h"
 
 #include "algebra/dense.h"
 #include "algebra/space3.h"
@@ -19,7 +20,7 @@ mbsr_beam_def mbsr_default_beam_def(void)
         .cookie = MBSRI_COOKIE, .elements = 15, .modes = 4, .frequency = INFINITY};
 }
 
-enum { POINTS = 5, MOST_ELEMENTS = 40 };
+enum { POINTS = MBSRI_BEAM_POINTS, MOST_ELEMENTS = 40 };
 
 #define REFUSE(status, ...) mbsri_fail(error, status, MBSR_NONE, MBSR_NONE, __VA_ARGS__)
 
@@ -41,6 +42,9 @@ static int check_numbers(const mbsr_beam_def *def, mbsr_error *error)
         return REFUSE(MBSR_ERR_VALUE, "mbsr_flex_beam: %s is %g, must be finite and %s",
                       field[k].name, field[k].value, k == 0 ? "positive" : "not negative");
     }
+    if (def->stiffening != 0 && def->stiffening != 1)
+        return REFUSE(MBSR_ERR_VALUE, "mbsr_flex_beam: stiffening is %d, must be 0 or 1",
+                      def->stiffening);
     if (!(def->frequency >= 0.0) || !(def->cutoff >= 0.0))
         return REFUSE(MBSR_ERR_VALUE,
                       "mbsr_flex_beam: frequency is %g, cutoff %g; neither may be negative",
@@ -90,24 +94,6 @@ static int section(const mbsr_beam_def *def, double offset[4][3])
     return points;
 }
 
-/* Cubic shape functions of deflection, slope, deflection, slope at z in 0 .. 1: order 0 values, 1 slopes,
- * 2 curvatures. */
-static void hermite(double z, double h, int order, double N[4])
-{
-    const double value[3][4] = {{1.0 - 3.0 * z * z + 2.0 * z * z * z,
-                                 h * (z - 2.0 * z * z + z * z * z), 3.0 * z * z - 2.0 * z * z * z,
-                                 h * (z * z * z - z * z)},
-                                {(-6.0 * z + 6.0 * z * z) / h, 1.0 - 4.0 * z + 3.0 * z * z,
-                                 (6.0 * z - 6.0 * z * z) / h, 3.0 * z * z - 2.0 * z},
-                                {(-6.0 + 12.0 * z) / (h * h), (-4.0 + 6.0 * z) / h,
-                                 (6.0 - 12.0 * z) / (h * h), (6.0 * z - 2.0) / h}};
-    mbsri_copy(4, value[order], N);
-}
-
-/* Dofs of an element that bending about z and about y have, and their signs: w' = -rotation about y. */
-static const int bends_z[4] = {1, 5, 7, 11}, bends_y[4] = {2, 4, 8, 10};
-static const double sign_y[4] = {1.0, -1.0, 1.0, -1.0};
-
 /* A point of quadrature in element e: weight (m), x (m), and displacement and rotation there in terms of the
  * 12 dofs of the element. */
 typedef struct beam_point {
@@ -115,31 +101,21 @@ typedef struct beam_point {
     double shift[3][12], turn[3][12];
 } beam_point;
 
-/* Gauss's five points on 0 .. 1. */
-static double gauss(int k, double *weight)
-{
-    static const double x[3] = {0.0, 0.5384693101056831, 0.9061798459386640},
-                        w[3] = {0.5688888888888889, 0.4786286704993665, 0.2369268850561891};
-    const int l = k < 2 ? 2 - k : k - 2;
-    *weight = 0.5 * w[l];
-    return 0.5 * (1.0 + (k < 2 ? -x[l] : x[l]));
-}
-
 static void point_of(const mbsr_beam_def *def, int e, int k, beam_point *point)
 {
     const double h = def->length / def->elements;
     double weight, N[4], slope[4];
-    const double z = gauss(k, &weight);
+    const double z = mbsri_gauss(k, &weight);
     *point = (beam_point){.weight = weight * h, .x = h * (e + z)};
-    hermite(z, h, 0, N);
-    hermite(z, h, 1, slope);
+    mbsri_hermite(z, h, 0, N);
+    mbsri_hermite(z, h, 1, slope);
     point->shift[0][0] = point->turn[0][3] = 1.0 - z;
     point->shift[0][6] = point->turn[0][9] = z;
     for (int l = 0; l < 4; ++l) {
-        point->shift[1][bends_z[l]] = N[l];
-        point->turn[2][bends_z[l]] = slope[l];
-        point->shift[2][bends_y[l]] = sign_y[l] * N[l];
-        point->turn[1][bends_y[l]] = -sign_y[l] * slope[l];
+        point->shift[1][mbsri_bends_z[l]] = N[l];
+        point->turn[2][mbsri_bends_z[l]] = slope[l];
+        point->shift[2][mbsri_bends_y[l]] = mbsri_bends_y_sign[l] * N[l];
+        point->turn[1][mbsri_bends_y[l]] = -mbsri_bends_y_sign[l] * slope[l];
     }
 }
 
@@ -183,11 +159,11 @@ static void add_point(mbsri_beam *b, int e, int k)
     const double stretch[12] = {[0] = -1.0 / h, [6] = 1.0 / h},
                  twist[12] = {[3] = -1.0 / h, [9] = 1.0 / h};
     beam_point point;
-    hermite(gauss(k, &weight), h, 2, curvature);
+    mbsri_hermite(mbsri_gauss(k, &weight), h, 2, curvature);
     point_of(def, e, k, &point);
     for (int l = 0; l < 4; ++l) {
-        z[bends_z[l]] = curvature[l];
-        y[bends_y[l]] = sign_y[l] * curvature[l];
+        z[mbsri_bends_z[l]] = curvature[l];
+        y[mbsri_bends_y[l]] = mbsri_bends_y_sign[l] * curvature[l];
     }
     add_square(b, e, point.weight * def->EA, stretch, b->K);
     add_square(b, e, point.weight * def->GJ, twist, b->K);
@@ -224,15 +200,17 @@ static void assemble(mbsri_beam *b)
 
 typedef struct sums {
     mbsr_flex_def def;
-    double *Ct0, *P0, *P, *K, *D, *Phi; /* Phi: 3 n at a point, 0 of massless modes */
-    double *at_nodes;                   /* 6 n each */
+    int shapes;                         /* modes and shortening */
+    double *Ct0, *P0, *P, *K, *D, *Phi; /* Phi: 3 shapes at a point, 0 of massless modes */
+    double *at_nodes;                   /* 6 shapes each */
     mbsr_flex_marker *marker;
+    mbsri_beam_shortening by;
 } sums;
 
 /* Adds mass m at x, where the modes displace by s->Phi. */
 static void add_mass(double m, const double x[3], sums *s)
 {
-    const int rows = 3 * s->def.modes;
+    const int rows = 3 * s->shapes;
     s->def.mass += m;
     for (int j = 0; j < 3; ++j) {
         s->def.c0[j] += m * x[j];
@@ -247,9 +225,11 @@ static void add_mass(double m, const double x[3], sums *s)
     }
 }
 
-/* Phi of all modes that have mass at a point: N times the dofs of element e. */
-static void place_modes(const mbsri_beam *b, int e, double N[3][12], sums *s)
+/* Phi of all shapes that have mass at sample j of element e, N times its dofs. */
+static void place_shapes(const mbsri_beam *b, int e, int j, double N[3][12], sums *s)
 {
+    for (int k = 0; k < s->by.count; ++k)
+        s->Phi[3 * (b->modes + k)] = s->by.at[s->by.samples * k + MBSRI_BEAM_SAMPLES * e + j];
     for (int a = 0; a < b->modes; ++a) {
         const double *mode = b->mode + (size_t)b->dofs * (size_t)a + MBSRI_BEAM_NODE * e;
         for (int r = 0; r < 3; ++r)
@@ -263,7 +243,7 @@ static void integrate(const mbsri_beam *b, sums *s)
     double offset[4][3], N[3][12] = {{[6] = 1.0}, {[7] = 1.0}, {[8] = 1.0}};
     const int points = section(def, offset);
     const double end[3] = {def->length, 0.0, 0.0};
-    place_modes(b, def->elements - 1, N, s);
+    place_shapes(b, def->elements - 1, POINTS, N, s);
     add_mass(def->tip_mass, end, s);
     for (int e = 0; e < def->elements; ++e) {
         for (int k = 0; k < POINTS; ++k) {
@@ -272,7 +252,7 @@ static void integrate(const mbsri_beam *b, sums *s)
             for (int l = 0; l < points; ++l) {
                 const double x[3] = {point.x, offset[l][1], offset[l][2]};
                 displacement(&point, offset[l], N);
-                place_modes(b, e, N, s);
+                place_shapes(b, e, k, N, s);
                 add_mass(point.weight * def->density / points, x, s);
             }
         }
@@ -309,8 +289,11 @@ static void fill_stiffness(const mbsri_beam *b, sums *s)
 static void fill_markers(const mbsri_beam *b, sums *s)
 {
     const int n = b->modes;
+    const mbsri_beam_shortening *by = &s->by;
     for (int k = 0; k <= b->def->elements; ++k) {
-        double *Phi = s->at_nodes + 6 * (size_t)n * (size_t)k, *Psi = Phi + 3 * n;
+        double *Phi = s->at_nodes + 6 * (size_t)s->shapes * (size_t)k, *Psi = Phi + 3 * s->shapes;
+        for (int l = 0; l < by->count && k > 0; ++l)
+            Phi[3 * (n + l)] = by->at[by->samples * l + MBSRI_BEAM_SAMPLES * k - 1];
         for (int a = 0; a < n; ++a) {
             const double *node =
                 b->mode + (size_t)b->dofs * (size_t)a + MBSRI_BEAM_NODE * (size_t)k;
@@ -332,31 +315,86 @@ static double *take(double *memory, size_t *used, size_t count)
     return here;
 }
 
-static size_t lay_out(mbsri_beam *b, sums *s, double *memory)
+static size_t lay_out_modes(mbsri_beam *b, double *memory)
 {
-    const size_t dofs = (size_t)b->dofs, n = (size_t)b->most, nodes = dofs / MBSRI_BEAM_NODE;
+    const size_t dofs = (size_t)b->dofs, n = (size_t)b->most;
     size_t used = 0;
     b->K = take(memory, &used, dofs * dofs);
     b->M = take(memory, &used, dofs * dofs);
     b->mode = take(memory, &used, dofs * n);
     b->flexibility = take(memory, &used, n);
     b->work = take(memory, &used, mbsri_beam_work(b->dofs, MBSRI_BEAM_NODE * b->def->loaded));
-    const size_t sums_at = used;
-    s->Ct0 = take(memory, &used, 3 * n);
-    s->P0 = take(memory, &used, 9 * n);
-    s->P = take(memory, &used, 9 * n * n);
-    s->K = take(memory, &used, n * n);
-    s->D = take(memory, &used, n * n);
-    if (memory) mbsri_zero(used - sums_at, memory + sums_at);
-    s->Phi = take(memory, &used, 3 * n);
-    s->at_nodes = take(memory, &used, 6 * n * nodes);
-    s->marker = (mbsr_flex_marker *)take(
-        memory, &used, (nodes * sizeof *s->marker + sizeof *memory - 1) / sizeof *memory);
     return used;
 }
 
-static int make(mbsri_beam *b, sums *s, mbsr_flex **flex, mbsr_error *error)
+static size_t lay_out_sums(const mbsri_beam *b, sums *s, double *memory)
 {
+    const size_t n = (size_t)b->modes, m = (size_t)s->shapes,
+                 nodes = (size_t)b->dofs / MBSRI_BEAM_NODE;
+    size_t used = 0;
+    s->Ct0 = take(memory, &used, 3 * m);
+    s->P0 = take(memory, &used, 9 * m);
+    s->P = take(memory, &used, 9 * m * m);
+    s->K = take(memory, &used, n * n);
+    s->D = take(memory, &used, n * n);
+    s->by.Y = take(memory, &used, n * n * (m - n));
+    s->Phi = take(memory, &used, 3 * m);
+    s->at_nodes = take(memory, &used, 6 * m * nodes);
+    s->marker = (mbsr_flex_marker *)take(
+        memory, &used, (nodes * sizeof *s->marker + sizeof *memory - 1) / sizeof *memory);
+    if (memory) mbsri_zero(used, memory);
+    return used;
+}
+
+#define NO_MEMORY(b)                                                                               \
+    REFUSE(MBSR_ERR_NO_MEMORY, "mbsr_flex_beam: no memory for %d elements", (b)->def->elements)
+
+/* The data of the modes and of the shortening; memory: of mbsri_beam_shorten. */
+static int create(const mbsri_beam *b, const double *memory, sums *s, mbsr_flex **flex,
+                  mbsr_error *error)
+{
+    s->shapes = b->modes + s->by.count;
+    if (s->shapes > MBSR_MAX_MODES || b->modes * s->by.count > MBSR_MAX_DEPENDENCES)
+        return REFUSE(MBSR_ERR_VALUE,
+                      "mbsr_flex_beam: stiffening takes %d dependent shapes for %d modes; both "
+                      "together may be %d, their product %d: take fewer modes",
+                      s->by.count, b->modes, MBSR_MAX_MODES, MBSR_MAX_DEPENDENCES);
+    double *sums_at =
+        mbsri_allocate(&b->def->allocator, lay_out_sums(b, s, NULL) * sizeof *sums_at);
+    if (!sums_at) return NO_MEMORY(b);
+    lay_out_sums(b, s, sums_at);
+    if (memory) mbsri_beam_dependences(b, memory, &s->by);
+    s->def = mbsr_default_flex_def();
+    s->def.modes = b->modes, s->def.dependent = s->by.count;
+    integrate(b, s);
+    fill_stiffness(b, s);
+    fill_markers(b, s);
+    s->def.Ct0 = s->Ct0, s->def.P0 = s->P0, s->def.P = s->P, s->def.Y = s->by.Y;
+    s->def.K = s->K, s->def.D = s->D;
+    s->def.markers = b->def->elements + 1, s->def.marker = s->marker;
+    s->def.allocator = b->def->allocator;
+    const int status = mbsr_flex_create(&s->def, flex, error);
+    mbsri_release(&b->def->allocator, sums_at);
+    return status;
+}
+
+static int create_stiffening(const mbsri_beam *b, sums *s, mbsr_flex **flex, mbsr_error *error)
+{
+    double *memory =
+        mbsri_allocate(&b->def->allocator, mbsri_beam_shortening_size(b) * sizeof *memory);
+    if (!memory) return NO_MEMORY(b);
+    int status = mbsri_beam_shorten(b, memory, &s->by);
+    if (status)
+        REFUSE(status, "mbsr_flex_beam: the shapes of its shortening did not converge");
+    else
+        status = create(b, memory, s, flex, error);
+    mbsri_release(&b->def->allocator, memory);
+    return status;
+}
+
+static int make(mbsri_beam *b, mbsr_flex **flex, mbsr_error *error)
+{
+    sums s = {.shapes = 0};
     assemble(b);
     const int status = mbsri_beam_find_modes(b);
     if (status)
@@ -366,15 +404,8 @@ static int make(mbsri_beam *b, sums *s, mbsr_flex **flex, mbsr_error *error)
                       status == MBSR_ERR_VALUE ? "stiffness matrix is not positive definite"
                                                : "frequencies did not converge");
     scale_modes(b);
-    s->def = mbsr_default_flex_def();
-    s->def.modes = b->modes;
-    integrate(b, s);
-    fill_stiffness(b, s);
-    fill_markers(b, s);
-    s->def.Ct0 = s->Ct0, s->def.P0 = s->P0, s->def.P = s->P, s->def.K = s->K, s->def.D = s->D;
-    s->def.markers = b->def->elements + 1, s->def.marker = s->marker;
-    s->def.allocator = b->def->allocator;
-    return mbsr_flex_create(&s->def, flex, error);
+    return b->def->stiffening ? create_stiffening(b, &s, flex, error)
+                              : create(b, NULL, &s, flex, error);
 }
 
 int mbsr_flex_beam(const mbsr_beam_def *def, mbsr_flex **flex, mbsr_error *error)
@@ -385,17 +416,14 @@ int mbsr_flex_beam(const mbsr_beam_def *def, mbsr_flex **flex, mbsr_error *error
     int status = check_def(def, error);
     if (status) return status;
     int dof[MBSRI_BEAM_NODE * (MOST_ELEMENTS + 1)];
-    sums s;
     mbsri_beam b = {.def = def,
                     .dofs = MBSRI_BEAM_NODE * (def->elements + 1),
                     .dof = dof,
                     .most = def->modes + MBSRI_BEAM_NODE * def->loaded};
-    double *memory = mbsri_allocate(&def->allocator, lay_out(&b, &s, NULL) * sizeof *memory);
-    if (!memory)
-        return REFUSE(MBSR_ERR_NO_MEMORY, "mbsr_flex_beam: no memory for %d elements",
-                      def->elements);
-    lay_out(&b, &s, memory);
-    status = make(&b, &s, flex, error);
+    double *memory = mbsri_allocate(&def->allocator, lay_out_modes(&b, NULL) * sizeof *memory);
+    if (!memory) return NO_MEMORY(&b);
+    lay_out_modes(&b, memory);
+    status = make(&b, flex, error);
     mbsri_release(&def->allocator, memory);
     return status;
 }

@@ -4,7 +4,7 @@
  * The integrals are those of some field and some mass if the Gram matrix of its components is positive
  * semi-definite,
  *
- *   G = int g g^T,   g = (1, x, Phi_1, ..., Phi_n)
+ *   G = int g g^T,   g = (1, x, Phi_1, ..., Phi_n, chi_1, ..., chi_r)
  *
  * and then M(s) is so for every s. Rotary inertia adds Mf_ab - tr P_ab, which has to be
  * positive semi-definite by itself. */
@@ -84,7 +84,7 @@ static int check_semidefinite(const char *name, const char *why, int n, const do
 /* G, (4 + 3 n) x (4 + 3 n). */
 static void fill_gram(const mbsr_flex *f, double *G)
 {
-    const int n = 3 * f->n, size = 4 + n;
+    const int n = 3 * f->m, size = 4 + n;
     G[0] = f->mass;
     for (int j = 0; j < 3; ++j) {
         G[1 + j] = G[(size_t)size * (size_t)(1 + j)] = f->c0[j];
@@ -103,7 +103,7 @@ static void fill_gram(const mbsr_flex *f, double *G)
 /* Mf less the traces of P; what rounding leaves of zero is zero. */
 static void fill_rotary(const mbsr_flex *f, double *A)
 {
-    const int n = f->n;
+    const int n = f->m;
     for (int b = 0; b < n; ++b) {
         for (int a = 0; a < n; ++a) {
             const double *P = f->P + (size_t)(3 * n) * (size_t)(3 * b) + 3 * (size_t)a;
@@ -112,17 +112,37 @@ static void fill_rotary(const mbsr_flex *f, double *A)
     }
 }
 
+/* Y_k beside its largest entry; it may be indefinite. */
+static int check_dependence(const mbsr_flex *f, int k, mbsr_error *error)
+{
+    const int n = f->n;
+    const double *Y = f->Y + (size_t)(n * n) * (size_t)k;
+    double largest = 0.0;
+    for (int l = 0; l < n * n; ++l) largest = fmax(largest, fabs(Y[l]));
+    for (int a = 0; a < n; ++a) {
+        for (int b = 0; b < a; ++b) {
+            if (fabs(Y[a * n + b] - Y[b * n + a]) > tolerance * largest)
+                return REFUSE(MBSR_ERR_VALUE,
+                              "mbsr_flex_create: Y of dependent shape %d is not symmetric: (%d,%d) "
+                              "is %g, (%d,%d) is %g",
+                              k, b, a, Y[a * n + b], a, b, Y[b * n + a]);
+        }
+    }
+    return MBSR_OK;
+}
+
 static int check_matrices(const mbsr_flex *f, double *work, mbsr_error *error)
 {
-    const int n = f->n, size = 4 + 3 * n;
-    double *A = work, *scale = A + (size_t)size * (size_t)size, *rest = scale + n;
+    const int n = f->n, m = f->m, size = 4 + 3 * m;
+    double *A = work, *scale = A + (size_t)size * (size_t)size, *rest = scale + m;
     int status =
         check_semidefinite("K", "the body would have no stable shape", n, f->K, NULL, rest, error);
     if (!status)
         status = check_semidefinite("D", "damping would feed energy", n, f->D, NULL, rest, error);
     if (!status) status = check_symmetric("N0", 3, f->N0, error);
-    if (!status) status = check_symmetric("P", 3 * n, f->P, error);
-    if (!status) status = check_symmetric("Mf", n, f->Mf, error);
+    if (!status) status = check_symmetric("P", 3 * m, f->P, error);
+    if (!status) status = check_symmetric("Mf", m, f->Mf, error);
+    for (int k = 0; k < f->r && !status; ++k) status = check_dependence(f, k, error);
     if (status) return status;
     fill_gram(f, A);
     status = check_semidefinite(
@@ -131,17 +151,17 @@ static int check_matrices(const mbsr_flex *f, double *work, mbsr_error *error)
         rest, error);
     if (status) return status;
     fill_rotary(f, A);
-    for (int a = 0; a < n; ++a) scale[a] = fabs(f->Mf[a * n + a]);
+    for (int a = 0; a < m; ++a) scale[a] = fabs(f->Mf[a * m + a]);
     return check_semidefinite("Mf less the traces of P",
                               "the kinetic energy of the modes is less than that of their "
                               "displacements",
-                              n, A, scale, rest, error);
+                              m, A, scale, rest, error);
 }
 
 static int check_marker(const mbsr_flex *f, int k, mbsr_error *error)
 {
     const mbsr_flex_marker *marker = f->marker + k;
-    const size_t entries = 3 * (size_t)f->n;
+    const size_t entries = 3 * (size_t)f->m;
     if (!mbsri_finite(3, marker->frame.x) || !mbsri_finite(9, marker->frame.R) ||
         !mbsri_finite(entries, marker->Phi) || !mbsri_finite(entries, marker->Psi))
         return REFUSE(MBSR_ERR_VALUE,
@@ -156,21 +176,22 @@ static int check_marker(const mbsr_flex *f, int k, mbsr_error *error)
 
 int mbsri_flex_check(const mbsr_flex *f, mbsr_error *error)
 {
-    const size_t n = (size_t)f->n, size = 4 + 3 * n;
+    const size_t n = (size_t)f->n, m = (size_t)f->m, size = 4 + 3 * m;
     int status = check_finite("mass", 1, 1, &f->mass, error);
     if (!status) status = check_finite("c0", 3, 1, f->c0, error);
     if (!status) status = check_finite("N0", 3, 3, f->N0, error);
-    if (!status) status = check_finite("Ct0", 3, n, f->Ct0, error);
-    if (!status) status = check_finite("P0", 3, 3 * n, f->P0, error);
-    if (!status) status = check_finite("P", 3 * n, 3 * n, f->P, error);
-    if (!status) status = check_finite("Mf", n, n, f->Mf, error);
+    if (!status) status = check_finite("Ct0", 3, m, f->Ct0, error);
+    if (!status) status = check_finite("P0", 3, 3 * m, f->P0, error);
+    if (!status) status = check_finite("P", 3 * m, 3 * m, f->P, error);
+    if (!status) status = check_finite("Mf", m, m, f->Mf, error);
     if (!status) status = check_finite("K", n, n, f->K, error);
     if (!status) status = check_finite("D", n, n, f->D, error);
+    if (!status) status = check_finite("Y", n, n * (size_t)f->r, f->Y, error);
     for (int k = 0; k < f->markers && !status; ++k) status = check_marker(f, k, error);
     if (!status && f->mass < 0.0)
         status = REFUSE(MBSR_ERR_VALUE, "mbsr_flex_create: mass is %g, negative", f->mass);
     if (status) return status;
-    const size_t doubles = 2 * size * size + size + n + (size_t)mbsri_lapack_syev_work((int)size);
+    const size_t doubles = 2 * size * size + size + m + (size_t)mbsri_lapack_syev_work((int)size);
     double *work = mbsri_allocate(&f->allocator, doubles * sizeof *work);
     if (!work) return REFUSE(MBSR_ERR_NO_MEMORY, "mbsr_flex_create: no memory to check the data");
     status = check_matrices(f, work, error);

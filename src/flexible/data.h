@@ -5,13 +5,17 @@
 
 #include <mbsrank/flex.h>
 
+#include <stdbool.h>
+
 /* The arrays stand in one piece of memory; those of a body without modes are of length zero. */
 struct mbsr_flex {
     mbsr_allocator allocator;
-    int n, markers;
+    int n, r, m; /* modes, dependent shapes, both */
+    int markers;
     double mass, c0[3], N0[9];
-    double *Ct0, *P0, *P, *Mf, *K, *D; /* as in mbsr_flex_def */
-    mbsr_flex_marker *marker;          /* Phi and Psi are not NULL */
+    double *Ct0, *P0, *P, *Mf, *K, *D, *Y; /* as in mbsr_flex_def */
+    mbsr_flex_marker *marker;              /* Phi and Psi are not NULL */
+    bool *rests; /* markers that no mode and no dependent shape moves in the body */
 };
 
 #endif

@@ -21,6 +21,17 @@ static int check_def(const mbsr_flex_def *def, mbsr_error *error)
     if (def->modes < 0 || def->modes > MBSR_MAX_MODES)
         return REFUSE(MBSR_ERR_VALUE, "mbsr_flex_create: modes is %d, must be 0 .. %d", def->modes,
                       MBSR_MAX_MODES);
+    if (def->dependent < 0 || def->dependent > MBSR_MAX_MODES - def->modes ||
+        def->modes * def->dependent > MBSR_MAX_DEPENDENCES)
+        return REFUSE(
+            MBSR_ERR_VALUE,
+            "mbsr_flex_create: dependent is %d, must be 0 .. %d beside %d modes and times "
+            "these at most %d",
+            def->dependent, MBSR_MAX_MODES - def->modes, def->modes, MBSR_MAX_DEPENDENCES);
+    if (def->dependent > 0 && !def->Y)
+        return REFUSE(MBSR_ERR_NULL,
+                      "mbsr_flex_create: Y is NULL, but there are %d dependent shapes",
+                      def->dependent);
     if (def->markers < 1)
         return REFUSE(MBSR_ERR_VALUE,
                       "mbsr_flex_create: markers is %d; a body needs one to be held at",
@@ -38,18 +49,19 @@ static int check_def(const mbsr_flex_def *def, mbsr_error *error)
 /* Places the arrays at `memory` (NULL: none yet); the doubles they take. */
 static size_t lay_out(mbsr_flex *f, double *memory)
 {
-    const size_t n = (size_t)f->n, length[] = {3 * n, 9 * n, 9 * n * n, n * n, n * n, n * n};
-    double **const array[] = {&f->Ct0, &f->P0, &f->P, &f->Mf, &f->K, &f->D};
+    const size_t n = (size_t)f->n, r = (size_t)f->r, m = n + r,
+                 length[] = {3 * m, 9 * m, 9 * m * m, m * m, n * n, n * n, n * n * r};
+    double **const array[] = {&f->Ct0, &f->P0, &f->P, &f->Mf, &f->K, &f->D, &f->Y};
     size_t used = 0;
     for (size_t k = 0; k < sizeof length / sizeof *length; ++k) {
         *array[k] = memory ? memory + used : NULL;
         used += length[k];
     }
     for (int k = 0; k < f->markers && memory; ++k) {
-        f->marker[k].Phi = memory + used + 6 * n * (size_t)k;
-        f->marker[k].Psi = f->marker[k].Phi + 3 * n;
+        f->marker[k].Phi = memory + used + 6 * m * (size_t)k;
+        f->marker[k].Psi = f->marker[k].Phi + 3 * m;
     }
-    return used + 6 * n * (size_t)f->markers;
+    return used + 6 * m * (size_t)f->markers;
 }
 
 /* to (count) = from, zero for NULL. */
@@ -64,7 +76,7 @@ static void fill(size_t count, const double *from, double *to)
 /* Mf_ab = tr P_ab */
 static void add_traces(mbsr_flex *f)
 {
-    const int n = f->n;
+    const int n = f->m;
     for (int b = 0; b < n; ++b) {
         for (int a = 0; a < n; ++a) {
             const double *P = f->P + (size_t)(3 * n) * (size_t)(3 * b) + 3 * (size_t)a;
@@ -75,21 +87,26 @@ static void add_traces(mbsr_flex *f)
 
 static void copy_data(const mbsr_flex_def *def, mbsr_flex *f)
 {
-    const size_t n = (size_t)f->n;
+    const size_t n = (size_t)f->n, m = (size_t)f->m;
     f->mass = def->mass;
     mbsri_copy(3, def->c0, f->c0);
     mbsri_copy(9, def->N0, f->N0);
-    fill(3 * n, def->Ct0, f->Ct0);
-    fill(9 * n, def->P0, f->P0);
-    fill(9 * n * n, def->P, f->P);
-    fill(n * n, def->Mf, f->Mf);
+    fill(3 * m, def->Ct0, f->Ct0);
+    fill(9 * m, def->P0, f->P0);
+    fill(9 * m * m, def->P, f->P);
+    fill(m * m, def->Mf, f->Mf);
     if (!def->Mf) add_traces(f);
     fill(n * n, def->K, f->K);
     fill(n * n, def->D, f->D);
+    fill(n * n * (size_t)f->r, def->Y, f->Y);
     for (int k = 0; k < f->markers; ++k) {
         f->marker[k].frame = def->marker[k].frame;
-        fill(3 * n, def->marker[k].Phi, (double *)f->marker[k].Phi);
-        fill(3 * n, def->marker[k].Psi, (double *)f->marker[k].Psi);
+        fill(3 * m, def->marker[k].Phi, (double *)f->marker[k].Phi);
+        fill(3 * m, def->marker[k].Psi, (double *)f->marker[k].Psi);
+        f->rests[k] = true;
+        for (size_t l = 0; l < 3 * m; ++l) {
+            if (f->marker[k].Phi[l] != 0.0 || f->marker[k].Psi[l] != 0.0) f->rests[k] = false;
+        }
     }
 }
 
@@ -100,15 +117,22 @@ int mbsr_flex_create(const mbsr_flex_def *def, mbsr_flex **flex, mbsr_error *err
         return REFUSE(MBSR_ERR_NULL, "mbsr_flex_create: %s is NULL", !def ? "def" : "flex");
     int status = check_def(def, error);
     if (status) return status;
-    mbsr_flex sizes = {.n = def->modes, .markers = def->markers};
-    const size_t heads = sizeof sizes + (size_t)def->markers * sizeof *sizes.marker;
-    mbsr_flex *f = mbsri_allocate(&def->allocator, heads + lay_out(&sizes, NULL) * sizeof(double));
+    mbsr_flex sizes = {.n = def->modes,
+                       .r = def->dependent,
+                       .m = def->modes + def->dependent,
+                       .markers = def->markers};
+    const size_t markers = (size_t)def->markers,
+                 heads = sizeof sizes + markers * sizeof *sizes.marker,
+                 numbers = lay_out(&sizes, NULL);
+    mbsr_flex *f = mbsri_allocate(&def->allocator,
+                                  heads + numbers * sizeof(double) + markers * sizeof *f->rests);
     if (!f)
         return REFUSE(MBSR_ERR_NO_MEMORY, "mbsr_flex_create: no memory for %d modes", def->modes);
     *f = sizes;
     f->allocator = def->allocator;
     f->marker = (mbsr_flex_marker *)(f + 1);
     lay_out(f, (double *)(f->marker + f->markers));
+    f->rests = (bool *)((double *)(f->marker + f->markers) + numbers);
     copy_data(def, f);
     status = mbsri_flex_check(f, error);
     if (status)
@@ -131,11 +155,13 @@ int mbsr_flex_data(const mbsr_flex *flex, mbsr_flex_def *data)
     if (!f || !data) return MBSR_ERR_NULL;
     *data = (mbsr_flex_def){.cookie = MBSRI_COOKIE,
                             .modes = f->n,
+                            .dependent = f->r,
                             .mass = f->mass,
                             .Ct0 = f->Ct0,
                             .P0 = f->P0,
                             .P = f->P,
                             .Mf = f->Mf,
+                            .Y = f->r > 0 ? f->Y : NULL,
                             .K = f->K,
                             .D = f->D,
                             .markers = f->markers,

@@ -4,13 +4,39 @@
 
 #include "algebra/dense.h"
 #include "algebra/space3.h"
+#include "flexible/dependent.h"
 #include "flexible/rotation_vector.h"
 
-/* y = A x, A 3 x n */
-static void apply(int n, const double *A, const double *x, double y[3])
+#include <stdbool.h>
+
+/* Rotation and displacement at the marker for changes of all shapes. */
+static void place(const mbsri_flex_view *view, const double *all, double psi[3], double rho[3])
 {
-    y[0] = y[1] = y[2] = 0.0;
-    mbsri_ax(3, n, 1.0, A, x, y);
+    mbsri_zero(3, psi);
+    mbsri_zero(3, rho);
+    if (view->rests) return;
+    mbsri_ax(3, view->flex->m, 1.0, view->marker->Psi, all, psi);
+    mbsri_ax(3, view->flex->m, 1.0, view->marker->Phi, all, rho);
+}
+
+/* The same for a change of the modes: Z dx. */
+static void place_along(const mbsri_flex_view *view, const double *dx, double psi[3], double rho[3])
+{
+    double all[MBSR_MAX_MODES];
+    if (!view->rests) mbsri_shapes_along(view->flex, view->s, dx, all);
+    place(view, all, psi, rho);
+}
+
+/* psi, rho += factor chi x^T Y y */
+static void add_second(const mbsri_flex_view *view, double factor, const double *x, const double *y,
+                       double psi[3], double rho[3])
+{
+    const mbsr_flex *f = view->flex;
+    for (int k = 0; k < f->r && !view->rests; ++k) {
+        const double value = factor * mbsri_dependent(f, k, x, y);
+        mbsri_add3(value, view->marker->Psi + 3 * (f->n + k), psi);
+        mbsri_add3(value, view->marker->Phi + 3 * (f->n + k), rho);
+    }
 }
 
 /* C (3 x 3) += [w]x A */
@@ -23,13 +49,15 @@ void mbsri_flex_see(const mbsr_flex *flex, int marker, const double R[9], const 
                     mbsri_flex_view *view)
 {
     const mbsr_flex_marker *m = flex->marker + marker;
-    double T[9];
+    double T[9], all[MBSR_MAX_MODES];
     view->flex = flex;
     view->marker = m;
+    view->s = s;
     mbsri_copy(9, R, view->R);
-    apply(flex->n, m->Phi, s, view->rho);
+    view->rests = flex->rests[marker];
+    if (!view->rests) mbsri_shapes(flex, s, all);
+    place(view, all, view->psi, view->rho);
     mbsri_add3(1.0, m->frame.x, view->rho);
-    apply(flex->n, m->Psi, s, view->psi);
     mbsri_tangent3(view->psi, T);
     mbsri_rotate3(R, view->rho, view->at.a);
     mbsri_multiply3(R, T, view->at.G);
@@ -44,29 +72,37 @@ static void derive(const mbsri_flex_view *view, const double w[3], const double 
     double dT[9];
     mbsri_rotate3(view->R, drho, out->a);
     mbsri_add_cross3(w, view->at.a, out->a);
-    mbsri_tangent3_along(view->psi, dpsi, dT);
+    if (view->rests)
+        mbsri_zero(9, dT);
+    else
+        mbsri_tangent3_along(view->psi, dpsi, dT);
     mbsri_multiply3(view->R, dT, out->G);
     add_turned(w, view->at.G, out->G);
     mbsri_zero(9, out->L);
     add_turned(w, view->at.L, out->L);
 }
 
-/* B' V = (G' psi',  omega x a' + L' u) */
+/* B' V = (G' psi' + G psi_second,  omega x a' + L' u + L second) */
 void mbsri_flex_see_rate(mbsri_flex_view *view, const double omega[3], const double *sdot)
 {
-    apply(view->flex->n, view->marker->Psi, sdot, view->psid);
-    apply(view->flex->n, view->marker->Phi, sdot, view->u);
+    view->sdot = sdot;
+    place_along(view, sdot, view->psid, view->u);
+    mbsri_zero(3, view->psi_second);
+    mbsri_zero(3, view->second);
+    add_second(view, 1.0, sdot, sdot, view->psi_second, view->second);
     mbsri_copy(3, omega, view->omega);
     derive(view, omega, view->psid, view->u, &view->rate);
     mbsri_rotate3(view->rate.G, view->psid, view->bias);
     mbsri_rotate3(view->rate.L, view->u, view->bias + 3);
+    mbsri_ax(3, 3, 1.0, view->at.G, view->psi_second, view->bias);
+    mbsri_ax(3, 3, 1.0, view->at.L, view->second, view->bias + 3);
     mbsri_add_cross3(omega, view->rate.a, view->bias + 3);
 }
 
 void mbsri_flex_see_change(mbsri_flex_view *view, const double turn[3], const double *ds)
 {
-    apply(view->flex->n, view->marker->Psi, ds, view->dpsi);
-    apply(view->flex->n, view->marker->Phi, ds, view->drho);
+    view->ds = ds;
+    place_along(view, ds, view->dpsi, view->drho);
     mbsri_copy(3, turn, view->turn);
     derive(view, turn, view->dpsi, view->drho, &view->change);
 }
@@ -79,21 +115,27 @@ void mbsri_flex_see_rate_change(mbsri_flex_view *view, const double domega[3], c
     mbsri_flex_arm *out = &view->rate_change;
     const mbsri_flex_arm *at = &view->at, *change = &view->change, *rate = &view->rate;
     double dpsid[3], du[3], T_rate[9], twice[9], along[9], RT[9];
-    apply(view->flex->n, view->marker->Psi, dsdot, dpsid);
-    apply(view->flex->n, view->marker->Phi, dsdot, du);
+    double dpsi_second[3] = {0.0}, dsecond[3] = {0.0};
+    view->dsdot = dsdot;
+    place_along(view, dsdot, dpsid, du);
+    add_second(view, 1.0, view->ds, view->sdot, dpsid, du);
+    add_second(view, 2.0, view->sdot, dsdot, dpsi_second, dsecond);
 
     mbsri_rotate3(change->L, view->u, out->a);
     mbsri_ax(3, 3, 1.0, at->L, du, out->a);
     mbsri_add_cross3(domega, at->a, out->a);
     mbsri_add_cross3(view->omega, change->a, out->a);
 
-    mbsri_tangent3_along(view->psi, view->psid, T_rate);
-    mbsri_tangent3_twice(view->psi, view->psid, view->dpsi, twice);
-    mbsri_tangent3_along(view->psi, dpsid, along);
-    for (int k = 0; k < 9; ++k) twice[k] += along[k];
-    mbsri_multiply3(view->R, T_rate, RT);
-    mbsri_multiply3(view->R, twice, out->G);
-    add_turned(view->turn, RT, out->G);
+    mbsri_zero(9, out->G);
+    if (!view->rests) {
+        mbsri_tangent3_along(view->psi, view->psid, T_rate);
+        mbsri_tangent3_twice(view->psi, view->psid, view->dpsi, twice);
+        mbsri_tangent3_along(view->psi, dpsid, along);
+        for (int k = 0; k < 9; ++k) twice[k] += along[k];
+        mbsri_multiply3(view->R, T_rate, RT);
+        mbsri_multiply3(view->R, twice, out->G);
+        add_turned(view->turn, RT, out->G);
+    }
     add_turned(domega, at->G, out->G);
     add_turned(view->omega, change->G, out->G);
 
@@ -104,8 +146,12 @@ void mbsri_flex_see_rate_change(mbsri_flex_view *view, const double domega[3], c
     double *bias = view->bias_change;
     mbsri_rotate3(out->G, view->psid, bias);
     mbsri_ax(3, 3, 1.0, rate->G, dpsid, bias);
+    mbsri_ax(3, 3, 1.0, change->G, view->psi_second, bias);
+    mbsri_ax(3, 3, 1.0, at->G, dpsi_second, bias);
     mbsri_rotate3(out->L, view->u, bias + 3);
     mbsri_ax(3, 3, 1.0, rate->L, du, bias + 3);
+    mbsri_ax(3, 3, 1.0, change->L, view->second, bias + 3);
+    mbsri_ax(3, 3, 1.0, at->L, dsecond, bias + 3);
     mbsri_add_cross3(domega, rate->a, bias + 3);
     mbsri_add_cross3(view->omega, out->a, bias + 3);
 }
@@ -117,9 +163,52 @@ void mbsri_flex_axes(const mbsri_flex_view *view, double E[9])
     mbsri_multiply3(turn, view->marker->frame.R, E);
 }
 
-void mbsri_flex_column(const mbsri_flex_view *view, const mbsri_flex_arm *arm, int k,
-                       double angular[3], double linear[3])
+void mbsri_flex_turn(const mbsri_flex_view *view, const double *ds, double x[3])
 {
-    mbsri_rotate3(arm->G, view->marker->Psi + 3 * k, angular);
-    mbsri_rotate3(arm->L, view->marker->Phi + 3 * k, linear);
+    double dpsi[3], drho[3];
+    place_along(view, ds, dpsi, drho);
+    mbsri_rotate3(view->at.G, dpsi, x);
+}
+
+/* angular, linear += G psi, L rho, with psi and rho of mode k itself, or of what dependent shapes follow
+ * it by: chi (Y x)_k. */
+static void add_column(const mbsri_flex_view *view, const mbsri_flex_arm *arm, bool itself, int k,
+                       const double *x, double angular[3], double linear[3])
+{
+    const mbsr_flex *f = view->flex;
+    double psi[3] = {0.0}, rho[3] = {0.0};
+    if (itself) {
+        mbsri_add3(1.0, view->marker->Psi + 3 * k, psi);
+        mbsri_add3(1.0, view->marker->Phi + 3 * k, rho);
+    }
+    for (int l = 0; l < f->r; ++l) {
+        const double value = mbsri_dot(f->n, f->Y + f->n * (f->n * l + k), x);
+        mbsri_add3(value, view->marker->Psi + 3 * (f->n + l), psi);
+        mbsri_add3(value, view->marker->Phi + 3 * (f->n + l), rho);
+    }
+    mbsri_ax(3, 3, 1.0, arm->G, psi, angular);
+    mbsri_ax(3, 3, 1.0, arm->L, rho, linear);
+}
+
+/* Z is linear in s, so products of two derivatives end there. */
+void mbsri_flex_column(const mbsri_flex_view *view, mbsri_flex_part part, int k, double angular[3],
+                       double linear[3])
+{
+    const mbsri_flex_view *v = view;
+    const mbsri_flex_arm *const arm[] = {&v->at, &v->rate, &v->change, &v->rate_change};
+    mbsri_zero(3, angular);
+    mbsri_zero(3, linear);
+    if (v->rests) return;
+    add_column(v, arm[part], true, k, v->s, angular, linear);
+    if (v->flex->r == 0) return;
+    switch (part) {
+    case MBSRI_FLEX_AT: break;
+    case MBSRI_FLEX_RATE: add_column(v, &v->at, false, k, v->sdot, angular, linear); break;
+    case MBSRI_FLEX_CHANGE: add_column(v, &v->at, false, k, v->ds, angular, linear); break;
+    case MBSRI_FLEX_RATE_CHANGE:
+        add_column(v, &v->rate, false, k, v->ds, angular, linear);
+        add_column(v, &v->change, false, k, v->sdot, angular, linear);
+        add_column(v, &v->at, false, k, v->dsdot, angular, linear);
+        break;
+    }
 }

@@ -5,8 +5,9 @@
  *
  *   B = [ 1  0  G Psi ;  -[a]x  1  L Phi ],   a = R rho,   G = R T(psi),   L = R,   psi = Psi s
  *
- * with T of exp([psi]x)' = [T psi']x exp([psi]x). All of B stands in (a, G, L), its derivatives in
- * those of them. */
+ * with T of exp([psi]x)' = [T psi']x exp([psi]x). Dependent shapes (dependent.h) are in rho and psi,
+ * and in Phi and Psi here and below as what they change with a mode at s, Phi + chi (Y s). So B stands in
+ * (a, G, L) and s, its derivatives in those of them. */
 #ifndef MBSRI_FLEXIBLE_MARKER_H
 #define MBSRI_FLEXIBLE_MARKER_H
 
@@ -16,13 +17,16 @@ typedef struct mbsri_flex_arm {
     double a[3], G[9], L[9];
 } mbsri_flex_arm;
 
-/* A marker in a state. What is not asked for is not set. */
+/* A marker in a state. What is not asked for is not set; vectors of modes are the caller's. */
 typedef struct mbsri_flex_view {
     const mbsr_flex *flex;
     const mbsr_flex_marker *marker;
+    bool rests; /* psi is 0, and rho constant */
+    const double *s, *sdot, *ds, *dsdot;
     double R[9], rho[3], psi[3];
     mbsri_flex_arm at;
-    double omega[3], psid[3], u[3]; /* Psi s', Phi s' */
+    double omega[3], psid[3], u[3];  /* psi', (Phi s + ..)' */
+    double psi_second[3], second[3]; /* chi s'^T Y s', of rotation and displacement */
     mbsri_flex_arm rate;
     double bias[6]; /* B' V */
     double turn[3], dpsi[3], drho[3];
@@ -45,8 +49,19 @@ void mbsri_flex_see_rate_change(mbsri_flex_view *view, const double domega[3], c
 /* Axes of the marker in the body: exp([psi]x) R0. */
 void mbsri_flex_axes(const mbsri_flex_view *view, double E[9]);
 
-/* Columns of B of mode k, of (a, G, L) or of derivatives of these: G Psi_k, L Phi_k. */
-void mbsri_flex_column(const mbsri_flex_view *view, const mbsri_flex_arm *arm, int k,
-                       double angular[3], double linear[3]);
+/* How the marker turns in the body with a change of s: G dpsi. */
+void mbsri_flex_turn(const mbsri_flex_view *view, const double *ds, double x[3]);
+
+/* What of B a column is wanted of. */
+typedef enum mbsri_flex_part {
+    MBSRI_FLEX_AT,
+    MBSRI_FLEX_RATE,
+    MBSRI_FLEX_CHANGE,
+    MBSRI_FLEX_RATE_CHANGE
+} mbsri_flex_part;
+
+/* The column of mode k of B or of a derivative: G Psi_k, L Phi_k. */
+void mbsri_flex_column(const mbsri_flex_view *view, mbsri_flex_part part, int k, double angular[3],
+                       double linear[3]);
 
 #endif

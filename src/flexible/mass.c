@@ -9,27 +9,32 @@
  *   h_s,a   = w.E_a w - tr(E_a) |w|^2 + 2 w . axial(Y_a)
  *   I' = 2 tr(W) 1 - W - W^T,   c' = Ct0 s',   Cr_a' = axial(Y_a)
  *
- * and R turns all of it. Cost: 9 n^2 for M, h and M' each. */
+ * and R turns all of it. With dependent shapes (dependent.h) these are M^, h^ at s^, and
+ *
+ *   M = Z^T M^ Z,   h = Z^T (h^ + M^ (0, 0, s'^T Y s')),   M' = Z^T M^' Z + Z'^T M^ Z + Z^T M^ Z'
+ *
+ * Cost: 9 (n + r)^2 for M, h and M' each, and r n^2 for Z. */
 #include "flexible/mass.h"
 
 #include "algebra/dense.h"
 #include "algebra/numbers.h"
 #include "algebra/space3.h"
 #include "flexible/axial.h"
+#include "flexible/dependent.h"
 
-void mbsri_flex_E_rate(const mbsr_flex *f, int a, const double *sdot, double E[9])
+void mbsri_flex_E_rate(const mbsr_flex *f, int a, const double *all_rate, double E[9])
 {
-    const int rows = 3 * f->n;
+    const int rows = 3 * f->m;
     mbsri_zero(9, E);
     for (int j = 0; j < 3; ++j) {
         const double *column = f->P + (size_t)rows * (size_t)(3 * a + j);
-        for (int b = 0; b < f->n; ++b) mbsri_add3(sdot[b], column + 3 * b, E + 3 * j);
+        for (int b = 0; b < f->m; ++b) mbsri_add3(all_rate[b], column + 3 * b, E + 3 * j);
     }
 }
 
-void mbsri_flex_E(const mbsr_flex *f, int a, const double *s, double E[9])
+void mbsri_flex_E(const mbsr_flex *f, int a, const double *all, double E[9])
 {
-    mbsri_flex_E_rate(f, a, s, E);
+    mbsri_flex_E_rate(f, a, all, E);
     for (int k = 0; k < 9; ++k) E[k] += f->P0[9 * a + k];
 }
 
@@ -52,29 +57,76 @@ static void place_first_moment(int d, const double c[3], double *M)
     }
 }
 
-/* Column 6 + a of mode a, (angular, linear), and the row that mirrors it. */
-static void mirror(int d, int a, double *M)
+/* Rows of the modes 0 .. n - 1 in the columns of frame and modes, as they stand in the columns of modes. */
+static void mirror(int n, double *M)
 {
-    for (int k = 0; k < 6; ++k) M[d * k + 6 + a] = M[d * (6 + a) + k];
+    const int d = 6 + n;
+    for (int a = 0; a < n; ++a) {
+        for (int k = 0; k < 6; ++k) M[d * k + 6 + a] = M[d * (6 + a) + k];
+    }
+}
+
+/* M (0 .. 5, modes) += (angular, linear) of shape j, which is one of the modes or follows them by Z. */
+static void add_shape(const mbsr_flex *f, const double *Z, int j, const double x[6], double *M)
+{
+    const int n = f->n, d = 6 + n;
+    if (j < n) {
+        for (int k = 0; k < 6; ++k) M[d * (6 + j) + k] += x[k];
+        return;
+    }
+    for (int a = 0; a < n; ++a) {
+        for (int k = 0; k < 6; ++k) M[d * (6 + a) + k] += Z[n * (j - n) + a] * x[k];
+    }
+}
+
+/* g (modes) += factor times the column of dependent shape k in Mf (1; share Z): share 1 makes it that of
+ * Z^T Mf. */
+static void add_coupling(const mbsr_flex *f, const double *Z, int k, double share, double factor,
+                         double *g)
+{
+    const double *Mf = f->Mf + (size_t)f->m * (size_t)(f->n + k);
+    for (int a = 0; a < f->n; ++a) g[a] += factor * Mf[a];
+    mbsri_dependences_add(f, Z, factor * share, Mf + f->n, g);
+}
+
+/* B (modes x modes, d rows) += X (Mf_yn + share Mf_yy Z^T) + its transpose, X like Z. */
+static void add_followers(const mbsr_flex *f, const double *X, const double *Z, double share, int d,
+                          double *B)
+{
+    double g[MBSR_MAX_MODES];
+    for (int k = 0; k < f->r; ++k) {
+        const double *x = X + f->n * k;
+        mbsri_zero((size_t)f->n, g);
+        add_coupling(f, Z, k, share, 1.0, g);
+        for (int a = 0; a < f->n; ++a) {
+            for (int b = 0; b < f->n; ++b) B[d * a + b] += x[a] * g[b] + g[a] * x[b];
+        }
+    }
 }
 
 void mbsri_flex_mass(const mbsr_flex *f, const double R[9], const double *s, double *M)
 {
     const int n = f->n, d = 6 + n;
+    double all[MBSR_MAX_MODES], Z[MBSR_MAX_DEPENDENCES];
     double N[9], E[9], half[9] = {0.0}, c[3], first[3], I[9];
+    mbsri_shapes(f, s, all);
+    mbsri_dependences(f, s, Z);
     mbsri_zero((size_t)d * (size_t)d, M);
     mbsri_copy(3, f->c0, c);
-    for (int a = 0; a < n; ++a) {
-        double *column = M + d * (6 + a), Cr[3];
-        mbsri_flex_E(f, a, s, E);
-        for (int k = 0; k < 9; ++k) half[k] += 0.5 * s[a] * (f->P0[9 * a + k] + E[k]);
-        mbsri_add3(s[a], f->Ct0 + 3 * a, c);
+    for (int a = 0; a < f->m; ++a) {
+        double moved[6], Cr[3];
+        mbsri_flex_E(f, a, all, E);
+        for (int k = 0; k < 9; ++k) half[k] += 0.5 * all[a] * (f->P0[9 * a + k] + E[k]);
+        mbsri_add3(all[a], f->Ct0 + 3 * a, c);
         mbsri_axial3(E, Cr);
-        mbsri_rotate3(R, Cr, column);
-        mbsri_rotate3(R, f->Ct0 + 3 * a, column + 3);
-        mbsri_copy((size_t)n, f->Mf + n * a, column + 6);
-        mirror(d, a, M);
+        mbsri_rotate3(R, Cr, moved);
+        mbsri_rotate3(R, f->Ct0 + 3 * a, moved + 3);
+        add_shape(f, Z, a, moved, M);
     }
+    for (int a = 0; a < n; ++a)
+        mbsri_copy((size_t)n, f->Mf + (size_t)f->m * (size_t)a, M + d * (6 + a) + 6);
+    add_followers(f, Z, Z, 0.5, d, M + 6 * (d + 1));
+    mirror(n, M);
     for (int j = 0; j < 3; ++j) {
         for (int k = 0; k < 3; ++k)
             N[3 * j + k] = f->N0[3 * j + k] + half[3 * j + k] + half[3 * k + j];
@@ -86,24 +138,49 @@ void mbsri_flex_mass(const mbsr_flex *f, const double R[9], const double *s, dou
     for (int k = 3; k < 6; ++k) M[(d + 1) * k] = f->mass;
 }
 
+/* h += Z^T M^ (0, 0, s'^T Y s') */
+static void add_second_rates(const mbsr_flex *f, const double R[9], const double *all,
+                             const double *sdot, const double *Z, double *h)
+{
+    double E[9], Cr[3], x[3];
+    for (int k = 0; k < f->r; ++k) {
+        const int j = f->n + k;
+        const double rate = mbsri_dependent(f, k, sdot, sdot);
+        mbsri_flex_E(f, j, all, E);
+        mbsri_axial3(E, Cr);
+        mbsri_rotate3(R, Cr, x);
+        mbsri_add3(rate, x, h);
+        mbsri_rotate3(R, f->Ct0 + 3 * j, x);
+        mbsri_add3(rate, x, h + 3);
+        add_coupling(f, Z, k, 1.0, rate, h + 6);
+    }
+}
+
 void mbsri_flex_gyration(const mbsr_flex *f, const double R[9], const double *s, const double *V,
                          const double *M, double *h)
 {
     const int n = f->n, d = 6 + n;
     const double *sdot = V + 6, c[3] = {M[4 * d + 2], M[5 * d], M[3 * d + 1]};
+    double all[MBSR_MAX_MODES], rate[MBSR_MAX_MODES], modal[MBSR_MAX_MODES],
+        Z[MBSR_MAX_DEPENDENCES];
     double w[3], W[9] = {0.0}, E[9], Y[9], x[3], Iw[3] = {0.0}, u[3] = {0.0};
+    mbsri_shapes(f, s, all);
+    mbsri_shapes_along(f, s, sdot, rate);
+    mbsri_dependences(f, s, Z);
     mbsri_unrotate3(R, V, w);
     const double square = mbsri_dot3(w, w);
-    for (int a = 0; a < n; ++a) {
-        mbsri_flex_E(f, a, s, E);
-        mbsri_flex_E_rate(f, a, sdot, Y);
-        for (int k = 0; k < 9; ++k) W[k] += sdot[a] * E[k];
-        mbsri_add3(sdot[a], M + d * (6 + a) + 3, u);
+    for (int a = 0; a < f->m; ++a) {
+        mbsri_flex_E(f, a, all, E);
+        mbsri_flex_E_rate(f, a, rate, Y);
+        for (int k = 0; k < 9; ++k) W[k] += rate[a] * E[k];
         mbsri_rotate3(E, w, x);
-        h[6 + a] = mbsri_dot3(w, x) - mbsri_trace3(E) * square;
+        modal[a] = mbsri_dot3(w, x) - mbsri_trace3(E) * square;
         mbsri_axial3(Y, x);
-        h[6 + a] += 2.0 * mbsri_dot3(w, x);
+        modal[a] += 2.0 * mbsri_dot3(w, x);
     }
+    mbsri_copy((size_t)n, modal, h + 6);
+    mbsri_dependences_add(f, Z, 1.0, modal + n, h + 6);
+    for (int a = 0; a < n; ++a) mbsri_add3(sdot[a], M + d * (6 + a) + 3, u);
     /* omega x I omega + 2 R (tr(W) w - W^T w) */
     for (int j = 0; j < 3; ++j) mbsri_add3(V[j], M + d * j, Iw);
     mbsri_unrotate3(W, w, x);
@@ -114,6 +191,31 @@ void mbsri_flex_gyration(const mbsr_flex *f, const double R[9], const double *s,
     mbsri_cross3(V, c, x);
     mbsri_add3(2.0, u, x);
     mbsri_cross3(V, x, h + 3);
+    add_second_rates(f, R, all, sdot, Z, h);
+}
+
+/* Columns of modes: R (axial(Y_j), 0) of all shapes, and what dependent ones change by Z'. */
+static void add_mode_rates(const mbsr_flex *f, const double R[9], const double *all,
+                           const double *rate, const double *sdot, const double *Z, double *Mdot,
+                           double W[9])
+{
+    double E[9], Y[9], x[3], Zdot[MBSR_MAX_DEPENDENCES];
+    mbsri_dependences(f, sdot, Zdot);
+    for (int a = 0; a < f->m; ++a) {
+        double moved[6] = {0.0};
+        mbsri_flex_E(f, a, all, E);
+        mbsri_flex_E_rate(f, a, rate, Y);
+        for (int k = 0; k < 9; ++k) W[k] += rate[a] * E[k];
+        mbsri_axial3(Y, x);
+        mbsri_rotate3(R, x, moved);
+        add_shape(f, Z, a, moved, Mdot);
+        if (a < f->n) continue;
+        mbsri_axial3(E, x);
+        mbsri_rotate3(R, x, moved);
+        mbsri_rotate3(R, f->Ct0 + 3 * a, moved + 3);
+        add_shape(f, Zdot, a, moved, Mdot);
+    }
+    add_followers(f, Zdot, Z, 1.0, 6 + f->n, Mdot + 6 * (7 + f->n));
 }
 
 void mbsri_flex_mass_rate(const mbsr_flex *f, const double R[9], const double *s, const double *V,
@@ -121,21 +223,21 @@ void mbsri_flex_mass_rate(const mbsr_flex *f, const double R[9], const double *s
 {
     const int n = f->n, d = 6 + n;
     const double *sdot = V + 6, first[3] = {M[4 * d + 2], M[5 * d], M[3 * d + 1]};
-    double W[9] = {0.0}, E[9], Y[9], c[3] = {0.0}, Cr[3], I[9], spun[9];
+    double all[MBSR_MAX_MODES], rate[MBSR_MAX_MODES], Z[MBSR_MAX_DEPENDENCES];
+    double W[9] = {0.0}, c[3] = {0.0}, I[9], spun[9];
+    mbsri_shapes(f, s, all);
+    mbsri_shapes_along(f, s, sdot, rate);
+    mbsri_dependences(f, s, Z);
     mbsri_zero((size_t)d * (size_t)d, Mdot);
+    add_mode_rates(f, R, all, rate, sdot, Z, Mdot, W);
     for (int a = 0; a < n; ++a) {
         const double *of = M + d * (6 + a);
         double *column = Mdot + d * (6 + a);
-        mbsri_flex_E(f, a, s, E);
-        mbsri_flex_E_rate(f, a, sdot, Y);
-        for (int k = 0; k < 9; ++k) W[k] += sdot[a] * E[k];
         mbsri_add3(sdot[a], of + 3, c);
-        mbsri_axial3(Y, Cr);
-        mbsri_rotate3(R, Cr, column);
         mbsri_add_cross3(V, of, column);
-        mbsri_cross3(V, of + 3, column + 3);
-        mirror(d, a, Mdot);
+        mbsri_add_cross3(V, of + 3, column + 3);
     }
+    mirror(n, Mdot);
     mbsri_tensor3(W, I);
     for (int j = 0; j < 3; ++j) {
         for (int k = 0; k <= j; ++k) I[3 * j + k] = I[3 * k + j] = I[3 * j + k] + I[3 * k + j];

@@ -18,8 +18,8 @@ void mbsri_flex_gyration(const mbsr_flex *f, const double R[9], const double *s,
 void mbsri_flex_mass_rate(const mbsr_flex *f, const double R[9], const double *s, const double *V,
                           const double *M, double *Mdot);
 
-/* E_a = int rho Phi_a^T along the body's axes, and where x is not s but s', its rate less P0. */
-void mbsri_flex_E(const mbsr_flex *f, int a, const double *s, double E[9]);
-void mbsri_flex_E_rate(const mbsr_flex *f, int a, const double *sdot, double E[9]);
+/* E_a = int rho Phi_a^T of a shape along the body's axes, s^ (shapes); and for its rate, s^'. */
+void mbsri_flex_E(const mbsr_flex *f, int a, const double *all, double E[9]);
+void mbsri_flex_E_rate(const mbsr_flex *f, int a, const double *all_rate, double E[9]);
 
 #endif

@@ -13,13 +13,13 @@ typedef struct coefficients {
     double sinc, alpha[3], beta[3]; /* alpha, alpha1, alpha2 */
 } coefficients;
 
-/* sum of (-x)^k / (2 k + c)! over k, and its first two derivatives by x. */
+/* sum of (-x)^k / (2 k + c)! over k, and its first two derivatives by x, up to x = 10. */
 static void series(double x, double first, int c, double sum[3])
 {
-    enum { TERMS = 18 };
+    const int terms = x < 0.1 ? 8 : 18;
     double term = first, power[3] = {1.0, 0.0, 0.0}; /* x^k and its derivatives */
     sum[0] = sum[1] = sum[2] = 0.0;
-    for (int k = 0; k < TERMS; ++k) {
+    for (int k = 0; k < terms; ++k) {
         for (int l = 0; l < 3; ++l) sum[l] += term * power[l];
         term /= -(2.0 * k + c + 1.0) * (2.0 * k + c + 2.0);
         power[2] = 2.0 * power[1] + x * power[2];

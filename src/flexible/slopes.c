@@ -23,14 +23,25 @@
  *   h + M A   Ct_b x a + dI_b al - axial(U_b) + w x dI_b w + 2 (tr(Y_b) w - Y_b w),
  *             al x Ct_b + w x (w x Ct_b),   axial(P_ba).al + q_ba
  *
- * and along a small rotation x of the body, T = diag([x]x, [x]x, 0),  dF = T F - F_V (T V) - F_A (T A). */
+ * and along a small rotation x of the body, T = diag([x]x, [x]x, 0),  dF = T F - F_V (T V) - F_A (T A).
+ *
+ * With dependent shapes (dependent.h) all that is for the shapes s^, V^ = Z V, A^ = Z A + (0, s'^T Y s'), and
+ *
+ *   p = Z^T p^,   h + M A = Z^T (h^ + M^ A^),   h - M' V = Z^T (h^ - M^' V^) - (0, 0, sum_k p^_k Y_k s')
+ *
+ * where k counts the dependent ones. Along s_b these change by Z, their rates by Y_k s' and second rates
+ * by Y_k s'', along s'_b their rates by Z and second rates by 2 Y_k s'; Z^T by Y_k. */
 #include "flexible/slopes.h"
 
 #include "algebra/dense.h"
 #include "algebra/space3.h"
 #include "flexible/axial.h"
+#include "flexible/dependent.h"
 #include "flexible/mass.h"
 
+#include <stdbool.h>
+
+/* Of all shapes as if they were modes: n and d count these. */
 typedef struct state {
     const mbsr_flex *f;
     int n, d;
@@ -42,13 +53,19 @@ typedef struct state {
     double *dp, *dturning, *dload, *spare;
 } state;
 
-size_t mbsri_flex_slopes_size(int n)
+/* How the dependent shapes follow the modes: Y s, Y s', Y s'' (modes x dependent). */
+typedef struct follow {
+    const mbsr_flex *f;
+    double *Z, *Zdot, *Zddot;
+} follow;
+
+size_t mbsri_flex_slopes_size(const mbsr_flex *f)
 {
-    const size_t d = 6 + (size_t)n;
-    return d * d + 9 * d + 27 * (size_t)n;
+    const size_t n = (size_t)f->m, d = 6 + n;
+    return d * d + 9 * d + 27 * n + 3 * (size_t)(f->n * f->r);
 }
 
-static void lay_out(double *work, state *w)
+static double *lay_out(double *work, state *w)
 {
     const size_t d = (size_t)w->d, n = (size_t)w->n;
     double **const array[] = {&w->M,    &w->V,  &w->A,        &w->p,     &w->turning,
@@ -58,14 +75,14 @@ static void lay_out(double *work, state *w)
         *array[k] = work;
         work += k == 0 ? d * d : k < 10 ? d : 9 * n;
     }
+    return work;
 }
 
-/* y (d) = x with its first six numbers turned by R^T, or by R. */
+/* Six numbers turned by R^T, or by R. */
 static void to_body(const state *w, const double *x, double *y)
 {
     mbsri_unrotate3(w->R, x, y);
     mbsri_unrotate3(w->R, x + 3, y + 3);
-    mbsri_copy((size_t)w->n, x + 6, y + 6);
 }
 
 static void to_world(const state *w, double *x)
@@ -157,50 +174,58 @@ static void along_v(const state *w, double factor, const double x[3])
 }
 
 /* s'_b */
-static void along_rate(const state *w, int b)
+static void along_rate(const state *w, double factor, int b)
 {
-    double P[9], y[3];
-    mbsri_copy((size_t)w->d, w->M + w->d * (6 + b), w->dp);
-    mbsri_cross3(w->V + 3, Ct_of(w, b), w->dturning);
-    add_swelling(w->E + 9 * b, w->V, w->dload);
+    double P[9], y[3], z[3] = {0.0, 0.0, 0.0};
+    mbsri_ax(w->d, 1, factor, w->M + w->d * (6 + b), &(double){1.0}, w->dp);
+    mbsri_cross3(w->V + 3, Ct_of(w, b), y);
+    mbsri_add3(factor, y, w->dturning);
+    add_swelling(w->E + 9 * b, w->V, z);
+    mbsri_add3(factor, z, w->dload);
     mbsri_cross3(w->V, Ct_of(w, b), y);
-    mbsri_add3(2.0, y, w->dload + 3);
+    mbsri_add3(2.0 * factor, y, w->dload + 3);
     for (int a = 0; a < w->n; ++a) {
         mbsri_axial3(P_of(w, b, a, P), y);
-        w->dturning[6 + a] = mbsri_dot3(y, w->V);
-        w->dload[6 + a] = 2.0 * w->dturning[6 + a];
+        const double swing = factor * mbsri_dot3(y, w->V);
+        w->dturning[6 + a] += swing;
+        w->dload[6 + a] += 2.0 * swing;
     }
 }
 
 /* s_b */
-static void along_mode(const state *w, int b)
+static void along_mode(const state *w, double factor, int b)
 {
     const double *V = w->V, *A = w->A, *Ct = Ct_of(w, b);
     const double square = mbsri_dot3(V, V);
-    double P[9], x[3], y[3], Yw[3];
+    double P[9], x[3], y[3], z[3], turned[3], Yw[3]; /* turned: w x Ct */
     tensor_slope(w, b, V, y);
     mbsri_axial3(w->Y + 9 * b, x);
-    for (int k = 0; k < 3; ++k) w->dp[k] = y[k] - x[k];
-    mbsri_add_cross3(Ct, V + 3, w->dp);
-    mbsri_cross3(V, Ct, w->dp + 3);
-    mbsri_cross3(V + 3, w->dp + 3, w->dturning);
+    for (int k = 0; k < 3; ++k) z[k] = y[k] - x[k];
+    mbsri_add_cross3(Ct, V + 3, z);
+    mbsri_add3(factor, z, w->dp);
+    mbsri_cross3(V, Ct, turned);
+    mbsri_add3(factor, turned, w->dp + 3);
+    mbsri_cross3(V + 3, turned, z);
+    mbsri_add3(factor, z, w->dturning);
 
-    mbsri_cross3(V, y, w->dload);
+    mbsri_cross3(V, y, z);
     tensor_slope(w, b, A, y);
     mbsri_axial3(w->U + 9 * b, x);
     mbsri_rotate3(w->Y + 9 * b, V, Yw);
     for (int k = 0; k < 3; ++k)
-        w->dload[k] += y[k] - x[k] + 2.0 * (mbsri_trace3(w->Y + 9 * b) * V[k] - Yw[k]);
-    mbsri_add_cross3(Ct, A + 3, w->dload);
-    mbsri_cross3(V, w->dp + 3, w->dload + 3);
-    mbsri_add_cross3(A, Ct, w->dload + 3);
+        z[k] += y[k] - x[k] + 2.0 * (mbsri_trace3(w->Y + 9 * b) * V[k] - Yw[k]);
+    mbsri_add_cross3(Ct, A + 3, z);
+    mbsri_add3(factor, z, w->dload);
+    mbsri_cross3(V, turned, z);
+    mbsri_add_cross3(A, Ct, z);
+    mbsri_add3(factor, z, w->dload + 3);
     for (int a = 0; a < w->n; ++a) {
         mbsri_axial3(P_of(w, b, a, P), x);
         mbsri_rotate3(P, V, y);
         const double q = mbsri_dot3(V, y) - mbsri_trace3(P) * square;
-        w->dp[6 + a] = mbsri_dot3(x, V);
-        w->dturning[6 + a] = q;
-        w->dload[6 + a] = mbsri_dot3(x, A) + q;
+        w->dp[6 + a] += factor * mbsri_dot3(x, V);
+        w->dturning[6 + a] += factor * q;
+        w->dload[6 + a] += factor * (mbsri_dot3(x, A) + q);
     }
 }
 
@@ -249,18 +274,28 @@ static void inertia_forces(const state *w)
     }
 }
 
-static void see(const double *s, const double *V, const double *A, state *w)
+/* s, V and A as the modes have them. */
+static void see(const follow *by, const double *s, const double *V, const double *A, state *w)
 {
     static const double unit[9] = {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};
-    const int d = w->d;
-    mbsri_flex_mass(w->f, unit, s, w->M);
+    const mbsr_flex *f = by->f;
+    const int d = w->d, n = f->n;
+    double *all = w->spare;
+    mbsri_dependences(f, s, by->Z);
+    mbsri_dependences(f, V + 6, by->Zdot);
+    mbsri_dependences(f, A + 6, by->Zddot);
+    mbsri_shapes(f, s, all);
+    mbsri_flex_mass(w->f, unit, all, w->M);
     to_body(w, V, w->V);
     to_body(w, A, w->A);
+    mbsri_shapes_along(f, s, V + 6, w->V + 6);
+    mbsri_shapes_along(f, s, A + 6, w->A + 6);
+    for (int k = 0; k < f->r; ++k) w->A[6 + n + k] += mbsri_dependent(f, k, V + 6, V + 6);
     w->c[0] = w->M[4 * d + 2], w->c[1] = w->M[5 * d], w->c[2] = w->M[3 * d + 1];
     mbsri_zero(9, w->W);
     mbsri_zero(3, w->Cts);
     for (int a = 0; a < w->n; ++a) {
-        mbsri_flex_E(w->f, a, s, w->E + 9 * a);
+        mbsri_flex_E(w->f, a, all, w->E + 9 * a);
         mbsri_flex_E_rate(w->f, a, w->V + 6, w->Y + 9 * a);
         mbsri_flex_E_rate(w->f, a, w->A + 6, w->U + 9 * a);
         for (int k = 0; k < 9; ++k) w->W[k] += w->V[6 + a] * w->E[9 * a + k];
@@ -268,37 +303,103 @@ static void see(const double *s, const double *V, const double *A, state *w)
     }
     mbsri_zero((size_t)d, w->p);
     mbsri_ax(d, d, 1.0, w->M, w->V, w->p);
-    mbsri_copy((size_t)w->n, s, w->spare);
     inertia_forces(w);
+}
+
+/* ---- dependent shapes ---- */
+
+/* What else changes along s_b, and along s'_b. */
+static void follow_mode(const follow *by, const state *w, int b)
+{
+    const int n = by->f->n;
+    for (int k = 0; k < by->f->r; ++k) {
+        along_mode(w, by->Z[n * k + b], n + k);
+        along_rate(w, by->Zdot[n * k + b], n + k);
+        mbsri_ax(w->d, 1, by->Zddot[n * k + b], w->M + w->d * (6 + n + k), &(double){1.0},
+                 w->dload);
+    }
+}
+
+static void follow_rate(const follow *by, const state *w, int b)
+{
+    const int n = by->f->n;
+    for (int k = 0; k < by->f->r; ++k) {
+        along_rate(w, by->Z[n * k + b], n + k);
+        mbsri_ax(w->d, 1, 2.0 * by->Zdot[n * k + b], w->M + w->d * (6 + n + k), &(double){1.0},
+                 w->dload);
+    }
+}
+
+/* The columns of all shapes become those of the modes: Z^T of them, and less dp^_k Y_k s'. */
+static void gather(const follow *by, const state *w)
+{
+    const mbsr_flex *f = by->f;
+    const int last = 6 + f->n;
+    mbsri_dependences_add(f, by->Z, 1.0, w->dp + last, w->dp + 6);
+    mbsri_dependences_add(f, by->Z, 1.0, w->dturning + last, w->dturning + 6);
+    mbsri_dependences_add(f, by->Z, 1.0, w->dload + last, w->dload + 6);
+    mbsri_dependences_add(f, by->Zdot, -1.0, w->dp + last, w->dturning + 6);
+}
+
+/* y += sum_k x_k Y_k(:, b) */
+static void add_slopes(const mbsr_flex *f, double factor, const double *x, int b, double *y)
+{
+    const double one = 1.0;
+    for (int k = 0; k < f->r; ++k)
+        mbsri_ax(f->n, 1, factor * x[k], f->Y + f->n * (f->n * k + b), &one, y);
+}
+
+/* Z^T and Y_k s' change, too. */
+static void turn_shapes(const follow *by, const state *w, int b)
+{
+    const int last = 6 + by->f->n;
+    add_slopes(by->f, 1.0, w->p + last, b, w->dp + 6);
+    add_slopes(by->f, 1.0, w->turning + last, b, w->dturning + 6);
+    add_slopes(by->f, 1.0, w->load + last, b, w->dload + 6);
+}
+
+/* Column k: the pose, then V; false: it is zero. */
+static bool column(const follow *by, const state *w, int k)
+{
+    const int n = by->f->n, d = 6 + n, c = k % d;
+    const double *R = w->R, x[3] = {R[c % 3], R[c % 3 + 3], R[c % 3 + 6]}; /* R^T e */
+    if (c >= 3 && k < 6) return false; /* a displacement changes nothing */
+    mbsri_zero((size_t)w->d, w->dp);
+    mbsri_zero((size_t)w->d, w->dturning);
+    mbsri_zero((size_t)w->d, w->dload);
+    if (k < 3) {
+        along_turn(w, x);
+    } else if (k < d) {
+        along_mode(w, 1.0, c - 6);
+        follow_mode(by, w, c - 6);
+    } else if (c < 3) {
+        along_omega(w, 1.0, x);
+    } else if (c < 6) {
+        along_v(w, 1.0, x);
+    } else {
+        along_rate(w, 1.0, c - 6);
+        follow_rate(by, w, c - 6);
+    }
+    gather(by, w);
+    if (c >= 6 && k < d) turn_shapes(by, w, c - 6);
+    if (c >= 6 && k >= d) add_slopes(by->f, -1.0, w->p + d, c - 6, w->dturning + 6);
+    to_world(w, w->dp);
+    to_world(w, w->dturning);
+    to_world(w, w->dload);
+    return true;
 }
 
 void mbsri_flex_slopes_of(const mbsr_flex *f, const double R[9], const double *s, const double *V,
                           const double *A, double *work, mbsri_flex_column_fn *take, void *to)
 {
-    const int d = 6 + f->n;
-    state w = {.f = f, .n = f->n, .d = d, .R = R};
-    lay_out(work, &w);
-    see(s, V, A, &w);
-    for (int k = 0; k < 2 * d; ++k) {
-        const int c = k % d;
-        const double x[3] = {R[c % 3], R[c % 3 + 3], R[c % 3 + 6]}; /* R^T e */
-        mbsri_zero((size_t)d, w.dp);
-        mbsri_zero((size_t)d, w.dturning);
-        mbsri_zero((size_t)d, w.dload);
-        if (c >= 3 && k < 6) continue; /* a displacement changes nothing */
-        if (k < 3)
-            along_turn(&w, x);
-        else if (k < d)
-            along_mode(&w, c - 6);
-        else if (c < 3)
-            along_omega(&w, 1.0, x);
-        else if (c < 6)
-            along_v(&w, 1.0, x);
-        else
-            along_rate(&w, c - 6);
-        to_world(&w, w.dp);
-        to_world(&w, w.dturning);
-        to_world(&w, w.dload);
-        take(to, k, w.dp, w.dturning, w.dload);
+    mbsr_flex shapes = *f;
+    shapes.n = f->m, shapes.r = 0;
+    state w = {.f = &shapes, .n = f->m, .d = 6 + f->m, .R = R};
+    const size_t entries = (size_t)(f->n * f->r);
+    double *Z = lay_out(work, &w);
+    const follow by = {f, Z, Z + entries, Z + 2 * entries};
+    see(&by, s, V, A, &w);
+    for (int k = 0; k < 2 * (6 + f->n); ++k) {
+        if (column(&by, &w, k)) take(to, k, w.dp, w.dturning, w.dload);
     }
 }

@@ -5,8 +5,8 @@
 
 #include "flexible/data.h"
 
-/* Doubles of scratch for n modes. */
-size_t mbsri_flex_slopes_size(int n);
+/* Doubles of scratch. */
+size_t mbsri_flex_slopes_size(const mbsr_flex *f);
 
 /* Takes one column: the derivatives (d) of M V, of h - M' V and of h + M A. */
 typedef void mbsri_flex_column_fn(void *to, int column, const double *momentum,

@@ -3,6 +3,7 @@
 #include "forces/gravity.h"
 
 #include "algebra/space3.h"
+#include "flexible/data.h"
 #include "forces/stock.h"
 
 #include <math.h>
@@ -88,6 +89,24 @@ static double flexible_energy(const mbsr_force_body *body, const double *g)
     return -mbsri_dot3(g, c);
 }
 
+/* Modal forces along modes: what dependent shapes move, Y_ab (int chi . g) */
+static void dependent_derivatives(const mbsr_force_body *body, const double *g,
+                                  const mbsr_force_derivatives *out)
+{
+    const mbsr_flex *f = body->inertia->flex;
+    const int row = out->row[0] + 6, column = out->column[0] + 6;
+    for (int k = 0; k < f->r; ++k) {
+        const double *Y = f->Y + f->n * f->n * k;
+        double first[3];
+        mbsri_rotate3(body->p + MBSR_POSE_R, f->Ct0 + 3 * (f->n + k), first);
+        const double pull = mbsri_dot3(first, g);
+        for (int b = 0; b < f->n; ++b) {
+            for (int a = 0; a < f->n; ++a)
+                mbsri_add_slope(out, row + a, column + b, pull * Y[f->n * b + a]);
+        }
+    }
+}
+
 /* Moment c x g along a turn x and modes: (x x c) x g, Ct_a x g; modal forces along a turn: (x x Ct_a) . g */
 static void flexible_derivatives(const mbsr_force_body *body, const double *g,
                                  const mbsr_force_derivatives *out)
@@ -109,6 +128,7 @@ static void flexible_derivatives(const mbsr_force_body *body, const double *g,
             mbsri_add_slope(out, row + a, column + r, moment[r]);
         }
     }
+    if (body->inertia->kind == MBSR_INERTIA_FLEXIBLE) dependent_derivatives(body, g, out);
 }
 
 static int evaluate(const mbsr_force_args *args)

@@ -71,14 +71,21 @@ static int marker_position(const mbsr_joint_args *args, double *p)
     return MBSR_OK;
 }
 
-/* H = -B, of (a, G, L) or of their derivatives; `one`: 1 or 0. */
-static void fill_B(const mbsri_flex_view *view, const mbsri_flex_arm *arm, double one, double *H)
+/* a or a derivative of it. */
+static const double *arm_of(const mbsri_flex_view *view, mbsri_flex_part part)
 {
-    for (int k = 0; k < 6; ++k) H[7 * k] = -one;
-    fill_arm(6, 1.0, arm->a, H);
+    const double *const a[] = {view->at.a, view->rate.a, view->change.a, view->rate_change.a};
+    return a[part];
+}
+
+/* H = -B or a derivative of it. */
+static void fill_B(const mbsri_flex_view *view, mbsri_flex_part part, double *H)
+{
+    for (int k = 0; k < 6; ++k) H[7 * k] = part == MBSRI_FLEX_AT ? -1.0 : 0.0;
+    fill_arm(6, 1.0, arm_of(view, part), H);
     for (int k = 0; k < view->flex->n; ++k) {
         double *column = H + 6 * (6 + k);
-        mbsri_flex_column(view, arm, k, column, column + 3);
+        mbsri_flex_column(view, part, k, column, column + 3);
         for (int l = 0; l < 6; ++l) column[l] = -column[l];
     }
 }
@@ -89,7 +96,7 @@ static int marker_jacobians(const mbsr_joint_args *args, double *K, double *H, d
     mbsri_flex_view view;
     (void)K, (void)J, (void)kI;
     see_marker(args, &view);
-    fill_B(&view, &view.at, 1.0, H);
+    fill_B(&view, MBSRI_FLEX_AT, H);
     return MBSR_OK;
 }
 
@@ -106,7 +113,7 @@ static int marker_rates(const mbsr_joint_args *args, double *Kdot, double *Hdot,
     mbsri_flex_view view;
     (void)Kdot, (void)Jdot;
     see_marker_rate(args, &view);
-    fill_B(&view, &view.rate, 0.0, Hdot);
+    fill_B(&view, MBSRI_FLEX_RATE, Hdot);
     return MBSR_OK;
 }
 
@@ -131,7 +138,7 @@ static int marker_tangent(const mbsr_joint_args *args, const mbsr_joint_change *
     turn(x, args->p + MBSR_POSE_R, dp + MBSR_POSE_R);
     for (int k = 0; k < 3; ++k)
         dp[MBSR_POSE_X + k] = by->p_pred[MBSR_POSE_X + k] + view.change.a[k];
-    fill_B(&view, &view.change, 0.0, dH);
+    fill_B(&view, MBSRI_FLEX_CHANGE, dH);
     return MBSR_OK;
 }
 
@@ -145,7 +152,7 @@ static int marker_rate_tangent(const mbsr_joint_args *args, const mbsr_joint_cha
     change_marker(args, by, &view);
     mbsri_flex_see_rate_change(&view, by->V_pred, by->V_pred + 6);
     for (int k = 0; k < 6; ++k) dkII[k] = -view.bias_change[k];
-    fill_B(&view, &view.rate_change, 0.0, dHdot);
+    fill_B(&view, MBSRI_FLEX_RATE_CHANGE, dHdot);
     return MBSR_OK;
 }
 
@@ -194,7 +201,7 @@ static int mount_jacobians(const mbsr_joint_args *args, double *K, double *H, do
     fill_mount_H(args, view.at.a, 1.0, H);
     for (int k = 0; k < args->n; ++k) { /* (G Psi, L Phi + a x G Psi, -1) */
         double *column = J + args->d * k;
-        mbsri_flex_column(&view, &view.at, k, column, column + 3);
+        mbsri_flex_column(&view, MBSRI_FLEX_AT, k, column, column + 3);
         mbsri_add_cross3(view.at.a, column, column + 3);
         column[6 + k] = -1.0;
     }
@@ -210,15 +217,15 @@ static int mount_bias(const mbsr_joint_args *args, double *kII)
     return MBSR_OK;
 }
 
-/* Column k of dJ along a derivative d(a, G, L). */
-static void fill_mount_dJ(const mbsri_flex_view *view, const mbsri_flex_arm *derivative, int k,
+/* Column k of a derivative of J. */
+static void fill_mount_dJ(const mbsri_flex_view *view, mbsri_flex_part derivative, int k,
                           double *column)
 {
     double angular[3], linear[3];
     mbsri_flex_column(view, derivative, k, column, column + 3);
     mbsri_add_cross3(view->at.a, column, column + 3);
-    mbsri_flex_column(view, &view->at, k, angular, linear);
-    mbsri_add_cross3(derivative->a, angular, column + 3);
+    mbsri_flex_column(view, MBSRI_FLEX_AT, k, angular, linear);
+    mbsri_add_cross3(arm_of(view, derivative), angular, column + 3);
 }
 
 static int mount_rates(const mbsr_joint_args *args, double *Kdot, double *Hdot, double *Jdot)
@@ -227,7 +234,7 @@ static int mount_rates(const mbsr_joint_args *args, double *Kdot, double *Hdot, 
     (void)Kdot;
     see_mount_rate(args, &view);
     fill_mount_H(args, view.rate.a, 0.0, Hdot);
-    for (int k = 0; k < args->n; ++k) fill_mount_dJ(&view, &view.rate, k, Jdot + args->d * k);
+    for (int k = 0; k < args->n; ++k) fill_mount_dJ(&view, MBSRI_FLEX_RATE, k, Jdot + args->d * k);
     return MBSR_OK;
 }
 
@@ -235,11 +242,11 @@ static int mount_rates(const mbsr_joint_args *args, double *Kdot, double *Hdot, 
 static void change_mount(const mbsr_joint_args *args, const mbsr_joint_change *by,
                          mbsri_flex_view *view)
 {
-    double x[3] = {0.0, 0.0, 0.0}, dpsi[3] = {0.0, 0.0, 0.0};
+    double x[3] = {0.0, 0.0, 0.0}, own[3];
     if (args->pred_space != MBSR_SPACE_FIXED)
         turn_of(args->p_pred + MBSR_POSE_R, by->p_pred + MBSR_POSE_R, x);
-    mbsri_ax(3, args->n, 1.0, view->marker->Psi, by->q, dpsi);
-    mbsri_ax(3, 3, -1.0, view->at.G, dpsi, x);
+    mbsri_flex_turn(view, by->q, own);
+    mbsri_add3(-1.0, own, x);
     mbsri_flex_see_change(view, x, by->q);
 }
 
@@ -257,7 +264,7 @@ static int mount_tangent(const mbsr_joint_args *args, const mbsr_joint_change *b
     }
     mbsri_copy((size_t)args->nq, by->q, dp + MODAL);
     fill_mount_H(args, view.change.a, 0.0, dH);
-    for (int k = 0; k < args->n; ++k) fill_mount_dJ(&view, &view.change, k, dJ + args->d * k);
+    for (int k = 0; k < args->n; ++k) fill_mount_dJ(&view, MBSRI_FLEX_CHANGE, k, dJ + args->d * k);
     return MBSR_OK;
 }
 
@@ -265,10 +272,10 @@ static int mount_tangent(const mbsr_joint_args *args, const mbsr_joint_change *b
 static void fill_mount_ddJ(const mbsri_flex_view *view, int k, double *column)
 {
     double angular[3], linear[3];
-    fill_mount_dJ(view, &view->rate_change, k, column);
-    mbsri_flex_column(view, &view->rate, k, angular, linear);
+    fill_mount_dJ(view, MBSRI_FLEX_RATE_CHANGE, k, column);
+    mbsri_flex_column(view, MBSRI_FLEX_RATE, k, angular, linear);
     mbsri_add_cross3(view->change.a, angular, column + 3);
-    mbsri_flex_column(view, &view->change, k, angular, linear);
+    mbsri_flex_column(view, MBSRI_FLEX_CHANGE, k, angular, linear);
     mbsri_add_cross3(view->rate.a, angular, column + 3);
 }
 

@@ -47,7 +47,7 @@ static void a_pendulum_falls_and_bends(void **state)
         {-3.1324277197, -0.0015821338, 0.0003182206, 0.61866007}};
     test_flexible w;
     double x[9], u[9];
-    test_flexible_pendulum(&w, 100.0);
+    test_flexible_pendulum(&w, 100.0, 0);
     memset(w.q, 0, sizeof w.q);
     memset(w.u, 0, sizeof w.u);
     run(&w, 1e-11, 3, times, x, u);

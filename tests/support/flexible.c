@@ -56,12 +56,19 @@ static void finish(test_flexible *w, const double *q, const double *u)
     memcpy(w->u, u, nu * sizeof *u);
 }
 
-void test_flexible_pendulum(test_flexible *w, double EI)
+void test_flexible_pendulum(test_flexible *w, double EI, int stiffening)
 {
-    static const double q[3] = {0.3, 0.02, -0.01}, u[3] = {1.0, 0.5, -0.2};
-    const test_ritz beam = test_ritz_pendulum(EI);
+    test_ritz beam = test_ritz_pendulum(EI);
+    beam.stiffening = stiffening;
+    test_flexible_swing(w, &beam);
+}
+
+void test_flexible_swing(test_flexible *w, const test_ritz *beam)
+{
+    static const double q[1 + TEST_RITZ_MODES] = {0.3, 0.02, -0.01},
+                              u[1 + TEST_RITZ_MODES] = {1.0, 0.5, -0.2};
     begin(w);
-    w->flex[0] = test_ritz_make(&beam);
+    w->flex[0] = test_ritz_make(beam);
     w->flexible[0] =
         add_flexible(w->model, MBSR_GROUND, w->flex[0], 0, mbsr_joint_revolute(NULL, NULL, ez));
     w->tip = add_marker(w->model, w->flexible[0], 1);
@@ -85,12 +92,13 @@ static int tip_load(void *user, double t, int n, double *value)
     return MBSR_OK;
 }
 
-void test_flexible_tree(test_flexible *w, int reversed)
+void test_flexible_tree(test_flexible *w, int reversed, int stiffening)
 {
     static const double q[8] = {0.4, 0.05, -0.03, 0.02, -0.6, 0.04, 0.02, 0.1},
                         u[8] = {1.0, 0.2, -0.1, 0.3, -0.5, 0.1, 0.4, 0.2};
     static const double com[3] = {0.1, 0.0, 0.05}, tensor[6] = {0.02, 0.03, 0.04, 0.0, 0.0, 0.0};
-    const test_ritz first = test_ritz_first(), second = test_ritz_second();
+    test_ritz first = test_ritz_first(), second = test_ritz_second();
+    first.stiffening = second.stiffening = stiffening;
     begin(w);
     w->flex[0] = test_ritz_make(&first);
     w->flex[1] = test_ritz_make(&second);

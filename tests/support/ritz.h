@@ -5,7 +5,7 @@
 
 #include <mbsrank/mbsrank.h>
 
-enum { TEST_RITZ_MODES = 6, TEST_RITZ_MARKERS = 3 };
+enum { TEST_RITZ_MODES = 6, TEST_RITZ_SHORTENINGS = 10, TEST_RITZ_MARKERS = 3 };
 
 typedef struct test_ritz {
     double length, density, tip; /* m, kg/m, a point mass at the end in kg */
@@ -15,10 +15,14 @@ typedef struct test_ritz {
     int markers;
     double at[TEST_RITZ_MARKERS];       /* x of the markers */
     mbsr_frame turn[TEST_RITZ_MARKERS]; /* their axes; zeros: those of the body */
+    int stiffening; /* with the shortening along x that bending brings, in second order */
 } test_ritz;
 
 /* To be destroyed. */
 mbsr_flex *test_ritz_make(const test_ritz *beam);
+
+/* Bends along y by (x / L)^2, (x / L)^3, ..; markers at both ends. */
+test_ritz test_ritz_bending(int modes, double length, double EI, double density);
 
 /* The beams of three reference problems: a planar pendulum with bending stiffness EI, the two of a
  * spatial tree, and one with a massless mode. */

@@ -40,7 +40,7 @@ size_t mbsri_body_slopes_size(const mbsr_model *m)
         const size_t d = (size_t)m->body[i].d, np = (size_t)m->body[i].np;
         const size_t size = 11 * d + 2 * d * d + 4 * np,
                      flexible = m->body[i].inertia.kind == MBSR_INERTIA_FLEXIBLE
-                                    ? mbsri_flex_slopes_size((int)d - 6)
+                                    ? mbsri_flex_slopes_size(m->body[i].inertia.flex)
                                     : 0;
         if (size > largest) largest = size;
         if (flexible > largest) largest = flexible;

@@ -167,6 +167,91 @@ static void refuse(const mbsr_beam_def *def, int status, const char *words)
     assert_null(flex);
 }
 
+/* Slopes v', w' of mode a at the ends and in the middle of the element before marker k: quadratic, of the
+ * cubic through its markers. */
+static void slopes(const mbsr_flex_def *data, int k, int a, double h, double x[2][3])
+{
+    for (int axis = 1; axis < 3; ++axis) {
+        const double sign = axis == 1 ? 1.0 : -1.0;
+        const mbsr_flex_marker *left = data->marker + k - 1, *right = data->marker + k;
+        double *to = x[axis - 1];
+        to[0] = sign * left->Psi[3 * a + 3 - axis];
+        to[2] = sign * right->Psi[3 * a + 3 - axis];
+        to[1] =
+            1.5 * (right->Phi[3 * a + axis] - left->Phi[3 * a + axis]) / h - 0.25 * (to[0] + to[2]);
+    }
+}
+
+/* int v_a' v_b' + w_a' w_b' over that element, exactly. */
+static double shortening(const mbsr_flex_def *data, int k, int a, int b, double h)
+{
+    static const double product[3][3] = {{4.0, 2.0, -1.0}, {2.0, 16.0, 2.0}, {-1.0, 2.0, 4.0}};
+    double x[2][3], y[2][3], sum = 0.0;
+    slopes(data, k, a, h, x);
+    slopes(data, k, b, h, y);
+    for (int r = 0; r < 9; ++r) {
+        for (int axis = 0; axis < 2; ++axis)
+            sum += h / 30.0 * product[r / 3][r % 3] * x[axis][r / 3] * y[axis][r % 3];
+    }
+    return sum;
+}
+
+/* What the dependent shapes move the markers by, against the slopes between these. */
+static void assert_shortened(const mbsr_flex_def *data, double h)
+{
+    const int n = data->modes, next = n + data->dependent + 1;
+    for (int a = 0; a < n; ++a) {
+        for (int b = 0; b < n; ++b) {
+            const int massive = data->Mf[a * next] > 0.0 && data->Mf[b * next] > 0.0;
+            double sum = 0.0, size = 0.0;
+            for (int k = 1; k < data->markers; ++k) {
+                double found = 0.0;
+                for (int l = 0; l < data->dependent; ++l)
+                    found += data->marker[k].Phi[3 * (n + l)] * data->Y[n * (n * l + a) + b];
+                sum += massive ? shortening(data, k, a, b, h) : 0.0;
+                size += sqrt(shortening(data, k, a, a, h) * shortening(data, k, b, b, h));
+                assert_close(found, -sum, 1e-5 * size);
+            }
+        }
+    }
+}
+
+static void beams_get_shorter_when_they_bend(void **state)
+{
+    (void)state;
+    const int tip = 40;
+    mbsr_beam_def def = unit_beam(3);
+    mbsr_flex_def data, linear;
+    def.elements = 40, def.stiffening = 1;
+    mbsr_flex *flex = make(&def, &data);
+    assert_int_equal(data.dependent, 6);
+    /* of the first mode of a cantilever int phi'^2 is 4.6478 (Blevins) */
+    double first = 0.0;
+    for (int l = 0; l < data.dependent; ++l)
+        first += data.marker[tip].Phi[3 * (3 + l)] * data.Y[9 * l];
+    assert_close(first, -4.6478, 1e-4);
+    assert_shortened(&data, 1.0 / 40);
+    mbsr_flex_destroy(flex);
+
+    def.elements = 40, def.modes = 5, def.EI_y = 2.0, def.EA = 1e3, def.GJ = 1.0;
+    def.radius_y = def.radius_z = 0.02, def.tip_mass = 0.3;
+    def.loaded = 1, def.node = &tip;
+    flex = make(&def, &data);
+    assert_shortened(&data, 1.0 / 40);
+    def.stiffening = 0;
+    mbsr_flex *without = make(&def, &linear);
+    assert_int_equal(linear.dependent, 0);
+    assert_null(linear.Y);
+    assert_int_equal(linear.modes, data.modes);
+    for (int a = 0; a < 3 * data.modes; ++a) assert_close(linear.Ct0[a], data.Ct0[a], 1e-15);
+    mbsr_flex_destroy(without);
+    mbsr_flex_destroy(flex);
+
+    def = unit_beam(70);
+    def.elements = 40, def.stiffening = 1;
+    refuse(&def, MBSR_ERR_VALUE, "dependent shapes for 70 modes|4096|fewer modes");
+}
+
 static void what_is_no_beam_is_refused(void **state)
 {
     (void)state;
@@ -180,6 +265,7 @@ static void what_is_no_beam_is_refused(void **state)
     WITH(def.damping = -0.1, MBSR_ERR_VALUE, "damping is -0.1");
     WITH(def.frequency = -1.0, MBSR_ERR_VALUE, "frequency is -1");
     WITH(def.cutoff = NAN, MBSR_ERR_VALUE, "cutoff nan");
+    WITH(def.stiffening = 2, MBSR_ERR_VALUE, "stiffening is 2|0 or 1");
     WITH(def.elements = 41, MBSR_ERR_VALUE, "elements is 41|1 .. 40");
     WITH(def.modes = -1, MBSR_ERR_VALUE, "modes is -1");
     WITH(def.loaded = 1, MBSR_ERR_NULL, "node is NULL");
@@ -187,9 +273,10 @@ static void what_is_no_beam_is_refused(void **state)
     WITH(def.cookie = 0, MBSR_ERR_NO_DEFAULT, "mbsr_default_beam_def");
     refuse(NULL, MBSR_ERR_NULL, "def is NULL");
     assert_int_equal(mbsr_flex_beam(&good, NULL, NULL), MBSR_ERR_NULL);
-    for (int k = 0; k < 3; ++k) {
-        test_counting counting = {.fail_at = k + 1};
+    for (int k = 0; k < 9; ++k) {
+        test_counting counting = {.fail_at = k < 4 ? k + 1 : k - 3};
         def = good;
+        def.stiffening = k >= 4;
         def.allocator = test_counting_allocator(&counting);
         refuse(&def, MBSR_ERR_NO_MEMORY, "no memory");
         assert_int_equal(counting.live, 0);
@@ -203,6 +290,7 @@ int main(void)
         cmocka_unit_test(static_modes_make_deflections_exact),
         cmocka_unit_test(beams_in_space),
         cmocka_unit_test(torsion_without_radii_is_massless),
+        cmocka_unit_test(beams_get_shorter_when_they_bend),
         cmocka_unit_test(what_is_no_beam_is_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -14,7 +14,7 @@ static const char *const functions[] = {
     "mbsr_inertia_flexible",     "mbsr_joint_marker",     "mbsr_joint_mount",
     "mbsr_model_add_flexible",   "mbsr_model_add_marker"};
 
-enum { MODES = 2, D = 6 + MODES };
+enum { MODES = 2, D = 6 + MODES, SHAPES = MODES + 3 };
 
 static void assert_finite(int n, const double *x)
 {
@@ -56,41 +56,45 @@ static void nothing_that_is_not_finite_passes(void **state)
     (void)state;
     static const double bad[] = {NAN, INFINITY, -INFINITY, 1e308, -1e308, 1e200};
     static const double zero[MODES] = {0.0}, shape[MODES] = {0.02, -0.01};
-    const test_ritz beam = test_ritz_pendulum(100.0);
+    test_ritz beam = test_ritz_pendulum(100.0);
+    beam.stiffening = 1;
     mbsr_flex *good = test_ritz_make(&beam);
     mbsr_flex_def given;
     assert_int_equal(mbsr_flex_data(good, &given), MBSR_OK);
     const int length[] = {1,
                           3,
                           9,
-                          3 * MODES,
-                          9 * MODES,
-                          9 * MODES * MODES,
+                          3 * SHAPES,
+                          9 * SHAPES,
+                          9 * SHAPES * SHAPES,
+                          SHAPES * SHAPES,
                           MODES * MODES,
                           MODES * MODES,
-                          MODES * MODES,
+                          3 * MODES * MODES,
                           3,
-                          3 * MODES,
-                          3 * MODES};
+                          3 * SHAPES,
+                          3 * SHAPES};
     int made = 0, refused = 0;
-    for (int k = 0; k < 12; ++k) {
+    for (int k = 0; k < 13; ++k) {
         for (int l = 0; l < length[k] * 6; ++l) {
             mbsr_flex_def def = given;
             mbsr_flex_marker marker[2] = {given.marker[0], given.marker[1]};
-            double x[9 * MODES * MODES];
-            const double *from[] = {&given.mass, given.c0,          given.N0,      given.Ct0,
-                                    given.P0,    given.P,           given.Mf,      given.K,
-                                    given.D,     marker[1].frame.x, marker[1].Phi, marker[1].Psi};
+            double x[9 * SHAPES * SHAPES];
+            const double *from[] = {&given.mass,  given.c0, given.N0,          given.Ct0,
+                                    given.P0,     given.P,  given.Mf,          given.K,
+                                    given.D,      given.Y,  marker[1].frame.x, marker[1].Phi,
+                                    marker[1].Psi};
             memcpy(x, from[k], (size_t)length[k] * sizeof *x);
             x[l / 6] = bad[l % 6];
             if (k == 0) def.mass = x[0];
             if (k == 1) memcpy(def.c0, x, sizeof def.c0);
             if (k == 2) memcpy(def.N0, x, sizeof def.N0);
-            const double **const to[] = {&def.Ct0, &def.P0, &def.P, &def.Mf, &def.K, &def.D};
-            if (k >= 3 && k < 9) *to[k - 3] = x;
-            if (k == 9) memcpy(marker[1].frame.x, x, 3 * sizeof *x);
-            if (k == 10) marker[1].Phi = x;
-            if (k == 11) marker[1].Psi = x;
+            const double **const to[] = {&def.Ct0, &def.P0, &def.P, &def.Mf,
+                                         &def.K,   &def.D,  &def.Y};
+            if (k >= 3 && k < 10) *to[k - 3] = x;
+            if (k == 10) memcpy(marker[1].frame.x, x, 3 * sizeof *x);
+            if (k == 11) marker[1].Phi = x;
+            if (k == 12) marker[1].Psi = x;
             def.marker = marker;
             mbsr_flex *flex;
             mbsr_error error;

@@ -117,11 +117,12 @@ static void memory_that_fails_is_reported_and_freed(void **state)
 static void masses_are_positive_semidefinite_in_every_shape(void **state)
 {
     (void)state;
-    const test_ritz beams[2] = {test_ritz_first(), test_ritz_massless()};
+    test_ritz beams[3] = {test_ritz_first(), test_ritz_massless(), test_ritz_first()};
+    beams[2].stiffening = 1;
     enum { WORK = 64 * D };
     double M[D * D], lambda[D], work[WORK], s[MODES];
     test_rng rng = test_seed(4);
-    for (int b = 0; b < 2; ++b) {
+    for (int b = 0; b < 3; ++b) {
         mbsr_flex *flex = test_ritz_make(beams + b);
         for (int k = 0; k < 200; ++k) {
             test_fill(&rng, MODES, s);
@@ -175,16 +176,17 @@ static void verify(mbsr_joint joint, bool marker, double bend)
 static void markers_and_mounts_agree_with_differences(void **state)
 {
     (void)state;
-    const test_ritz beam = test_ritz_first();
-    mbsr_flex *flex = test_ritz_make(&beam);
-    for (int k = 0; k < 3; ++k) {
-        const double bend = (double[3]){0.05, 0.5, 1.2}[k];
+    test_ritz beam = test_ritz_first();
+    for (int k = 0; k < 6; ++k) {
+        const double bend = (double[3]){0.05, 0.5, 1.2}[k % 3];
+        beam.stiffening = k >= 3;
+        mbsr_flex *flex = test_ritz_make(&beam);
         for (int marker = 0; marker < 3; ++marker) {
             verify(mbsr_joint_marker(flex, marker), true, bend);
             verify(mbsr_joint_mount(flex, marker), false, bend);
         }
+        mbsr_flex_destroy(flex);
     }
-    mbsr_flex_destroy(flex);
 }
 
 /* ---- models ---- */

@@ -50,7 +50,7 @@ static void a_pendulum_that_bends(void **state)
                         tip[2] = {0.952381287058993, 0.305073571552596};
     test_flexible w;
     double x[3], pose[12];
-    test_flexible_pendulum(&w, 100.0);
+    test_flexible_pendulum(&w, 100.0, 0);
     accelerate(&w, x);
     assert_all_close(3, x, udot, 1e-11);
     assert_energies(&w, 0.2628709523809528, 1.5085759926668796);
@@ -86,7 +86,7 @@ static void two_beams_in_space(void **state)
     for (int reversed = 0; reversed < 2; ++reversed) {
         test_flexible w;
         double x[8], matrix[64], pose[12], V[6];
-        test_flexible_tree(&w, reversed);
+        test_flexible_tree(&w, reversed, 0);
         accelerate(&w, x);
         assert_all_close(8, x, tree_udot, 1e-12);
         assert_energies(&w, 1.1309548082989649, -2.6807316797418625);
@@ -114,7 +114,7 @@ static void momenta_change_without_differences(void **state)
     (void)state;
     test_flexible w;
     double y[24], yp[24] = {0.0}, F[24];
-    test_flexible_tree(&w, 0);
+    test_flexible_tree(&w, 0, 0);
     assert_ok(mbsr_dae_pack(w.model, w.data, MBSR_DAE_MOMENTUM, 0.0, w.q, w.u, y), error_of(&w));
     assert_all_close(8, y + 8, tree_momenta, 1e-13);
     assert_ok(mbsr_dae_residual(w.model, w.data, MBSR_DAE_MOMENTUM, 0.0, y, yp, F), error_of(&w));
@@ -237,7 +237,7 @@ static void energy_changes_by_what_is_dissipated(void **state)
     const double h = 1e-4;
     test_flexible w;
     double udot[8], E[4], T, U, power, tip[6] = {0.0};
-    test_flexible_tree(&w, 0);
+    test_flexible_tree(&w, 0, 0);
     const test_flexible at = w;
     accelerate(&w, udot);
     place(&w);
@@ -270,7 +270,7 @@ static void inverse_dynamics_agree(void **state)
     (void)state;
     test_flexible w;
     double udot[8], tau[8];
-    test_flexible_tree(&w, 1);
+    test_flexible_tree(&w, 1, 0);
     accelerate(&w, udot);
     assert_ok(mbsr_inverse_dynamics(w.model, w.data, 0.0, w.q, w.u, udot, tau), error_of(&w));
     for (int k = 0; k < 8; ++k) assert_close(tau[k], 0.0, 1e-12);
@@ -282,7 +282,7 @@ static void jacobians_are_those_of_the_twists(void **state)
     (void)state;
     test_flexible w;
     double J[9 * 8], V[9], sum[9] = {0.0};
-    test_flexible_tree(&w, 0);
+    test_flexible_tree(&w, 0, 0);
     place(&w);
     assert_ok(mbsr_body_jacobian(w.model, w.data, w.flexible[0], J), error_of(&w));
     assert_ok(mbsr_body_twist(w.model, w.data, w.flexible[0], V), error_of(&w));
@@ -323,10 +323,10 @@ static void the_newton_solver_serves_flexible_bodies(void **state)
 {
     (void)state;
     test_flexible w;
-    test_flexible_pendulum(&w, 100.0);
+    test_flexible_pendulum(&w, 100.0, 0);
     newton_systems(&w);
     test_flexible_free(&w);
-    test_flexible_tree(&w, 0);
+    test_flexible_tree(&w, 0, 0);
     newton_systems(&w);
     test_flexible_free(&w);
     test_flexible_massless(&w);
