@@ -9,6 +9,7 @@
 #   bench/run.sh loops [samples]                  KLU, too, where SUNDIALS has it
 #   bench/run.sh report [samples]                 nor this
 #   bench/run.sh files [samples [bodies]]         nor this
+#   bench/run.sh fe [largest number of dofs]      nor this; CHOLMOD where it is, 3 GB and some minutes for 100000
 #   bench/run.sh threads [samples [threads]]      nor this; elapsed time, on all cores
 #   bench/run.sh precision [smallest tolerance]
 #   bench/run.sh newton [largest number of bodies]     MuJoCo, too, where it is installed
@@ -25,7 +26,7 @@ what=${1:-all}
 [ $# -eq 0 ] || shift
 case $what in
 all | loops | precision | newton | explicit | driver) ida=ON ;; # loops: for KLU
-scaling | kinds | report | files | threads) ida=OFF ;;
+scaling | kinds | report | files | fe | threads) ida=OFF ;;
 trees) exec sh "$trees" "$@" ;;
 *)
     sed -n 's/^#   //p' "$0" >&2
@@ -76,6 +77,10 @@ fi
 if wanted files; then
     $pin "$build/bench/bench_files" "$@" > "$build/files.csv"
     mv "$build/files.csv" "$results/files.csv"
+fi
+if wanted fe; then
+    $pin "$build/bench/bench_fe" "$@" > "$build/fe.csv"
+    mv "$build/fe.csv" "$results/fe.csv"
 fi
 if wanted threads; then
     "$build/bench/bench_threads" "$@" > "$build/threads.csv"

@@ -71,10 +71,14 @@ endif()
 mbsr_link_flags(mbsr_core_private ${LAPACK_LIBRARIES} ${BLAS_LIBRARIES} m ${mbsr_thread_flag})
 mbsr_install_library(mbsrank core)
 file(GLOB mbsr_headers CONFIGURE_DEPENDS "${PROJECT_SOURCE_DIR}/include/mbsrank/*.h")
-list(FILTER mbsr_headers EXCLUDE REGEX "/(files|ida|simulation|sundials)\\.h$")
+list(FILTER mbsr_headers EXCLUDE REGEX "/(fe|files|ida|simulation|sundials)\\.h$")
 install(FILES ${mbsr_headers} DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/mbsrank" COMPONENT core)
 install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" DESTINATION "${CMAKE_INSTALL_DOCDIR}" COMPONENT core)
 
+set(mbsr_cholmod "")
+if(MBSR_CHOLMOD)
+    set(mbsr_cholmod "${MBSR_CHOLMOD_LIBRARY}")
+endif()
 configure_package_config_file("${PROJECT_SOURCE_DIR}/cmake/mbsrank-config.cmake.in"
     mbsrank-config.cmake INSTALL_DESTINATION "${mbsr_package_dir}"
     NO_SET_AND_CHECK_MACRO)
@@ -97,4 +101,11 @@ if(MBSR_FILES)
     mbsr_install_library(mbsrank_files files)
     install(FILES "${PROJECT_SOURCE_DIR}/include/mbsrank/files.h"
             DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/mbsrank" COMPONENT files)
+endif()
+
+if(MBSR_FE)
+    mbsr_link_flags(mbsr_fe_private ${mbsr_cholmod} ${LAPACK_LIBRARIES} ${BLAS_LIBRARIES} m)
+    mbsr_install_library(mbsrank_fe fe)
+    install(FILES "${PROJECT_SOURCE_DIR}/include/mbsrank/fe.h"
+            DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/mbsrank" COMPONENT fe)
 endif()

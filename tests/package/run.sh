@@ -6,8 +6,8 @@ set -eu
 cmake=$1 source=$2 work=$3 cc=$4 generator=$5 version=$6 shared=$7 ida=$8
 consumer=$source/tests/package/consumer
 prefix=$work/moved
-programs=use_core
-[ "$ida" = OFF ] || programs="use_core use_ida"
+programs="use_core use_fe"
+[ "$ida" = OFF ] || programs="$programs use_ida"
 
 step() { printf '== %s\n' "$*"; }
 fail() { printf 'FAILED: %s\n' "$*"; exit 1; }
@@ -65,8 +65,8 @@ refused() {
 }
 
 step "CMake package"
-components=core
-[ "$ida" = OFF ] || components="core;ida"
+components="core;fe"
+[ "$ida" = OFF ] || components="$components;ida"
 # Whoever links a shared library need not have what it is made from.
 private=
 [ "$shared" = OFF ] ||
@@ -106,8 +106,10 @@ export PKG_CONFIG_PATH="$pc"
 static=
 [ "$shared" = ON ] || static=--static
 for program in $programs; do
-    module=mbsrank
-    [ "$program" = use_core ] || module=mbsrank_ida
+    case $program in
+    use_core) module=mbsrank ;;
+    *) module=mbsrank_${program#use_} ;;
+    esac
     [ "$(pkg-config --modversion $module)" = "$version" ] || fail "version of $module.pc"
     # shellcheck disable=SC2046,SC2086 # flags are several words
     "$cc" -std=c11 -o "$work/$program" "$consumer/$program.c" \

@@ -1,0 +1,14 @@
+/* Error texts of the component: see error.h.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "fe/error.h"
+
+int mbsri_fe_fail(mbsr_error *error, int status, const char *format, ...)
+{
+    if (!error) return status;
+    *error = (mbsr_error){.status = status, .body = MBSR_NONE, .force = MBSR_NONE};
+    va_list arguments;
+    va_start(arguments, format);
+    mbsri_vprint(error->text, sizeof error->text, format, arguments);
+    va_end(arguments);
+    return status;
+}

@@ -1,0 +1,13 @@
+/* Error texts of the component.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRI_FE_ERROR_H
+#define MBSRI_FE_ERROR_H
+
+#include "base/format.h"
+
+#include <mbsrank/base.h>
+
+/* Writes *error (if not NULL) and returns status. */
+int mbsri_fe_fail(mbsr_error *error, int status, const char *format, ...) MBSRI_FORMAT(3, 4);
+
+#endif
