@@ -99,9 +99,13 @@ MBSR_API int mbsr_inverse_dynamics(const mbsr_model *model, mbsr_data *data, dou
  * holds those in the range of D only. All statuses of the stages.
  *
  * With closures (closure.h) at a state that they allow: udot, and the loop forces for
- * mbsr_closures_force, by dense equations of the whole model in memory from its allocator; redundant
- * rows share by least norm. Also MBSR_ERR_NO_MEMORY, and MBSR_LOOP_OPEN where rows contradict each
- * other. */
+ * mbsr_closures_force, in O(bodies + loops) with memory from the model's allocator,
+ *
+ *   M udot - C^T lambda = tau - (inverse dynamics at udot = 0),    C udot = -bias
+ *
+ * with the rigid rows C; stiff rows are springs. Rows that are redundant where a loop closes share by
+ * least norm there. MBSR_UNDETERMINED names a joint that moves no mass and that no loop holds. Also
+ * MBSR_ERR_NO_MEMORY, and MBSR_LOOP_OPEN where rows contradict each other. */
 MBSR_API int mbsr_forward_dynamics(const mbsr_model *model, mbsr_data *data, double t,
                                    const double *q, const double *u, const double *tau,
                                    double *udot);

@@ -111,7 +111,8 @@ MBSR_API int mbsr_closures_force(const mbsr_model *model, mbsr_data *data, doubl
  *
  *   tau + C^T lambda = (inverse dynamics of the tree)
  *
- * Where there are more actuators than freedoms, |tau| is the least; redundant rows share by least norm.
+ * in O(bodies + loops). Where there are more actuators than freedoms, |tau| is the least; rows that are
+ * redundant where a loop closes share by least norm there.
  * MBSR_UNDETERMINED names a joint that the actuators listed cannot move as asked for. Statuses of
  * mbsr_inverse_dynamics, MBSR_ERR_VALUE (actuated), MBSR_ERR_NO_MEMORY. */
 MBSR_API int mbsr_closures_inverse_dynamics(const mbsr_model *model, mbsr_data *data, double t,

@@ -1,7 +1,7 @@
 /* Forward dynamics (articulated-body algorithm): by the vectorised sweeps, or by the stages.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "dynamics/entry.h"
-#include "loops/start.h"
+#include "loops/forward.h"
 #include "recursion/forward.h"
 #include "recursion/rank.h"
 #include "sweeps/dynamics.h"

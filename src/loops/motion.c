@@ -71,17 +71,17 @@ static int widest(const mbsr_model *m, const double *x, double *value)
     return found;
 }
 
-/* Rows that stay although the equations are solved contradict each other. */
-static int contradiction(mbsri_dense *w, const double *left, double size, const char *what)
+int mbsri_refuse_left(const mbsr_model *m, mbsr_data *d, const double *left, double size,
+                      const char *what, const char *function)
 {
     double value;
     char label[MBSRI_LABEL];
-    const int id = widest(w->m, left, &value);
+    const int id = widest(m, left, &value);
     if (value <= 1e-7 * (1.0 + size)) return MBSR_OK;
-    return mbsri_fail(&w->d->error, MBSR_LOOP_OPEN, MBSR_NONE, MBSR_NONE,
+    return mbsri_fail(&d->error, MBSR_LOOP_OPEN, MBSR_NONE, MBSR_NONE,
                       "%s: %s: its %s cannot be met, %.3g is left: closures or motions "
                       "contradict each other",
-                      w->function, mbsri_closure_label(w->m, id, label), what, value);
+                      function, mbsri_closure_label(m, id, label), what, value);
 }
 
 /* Rows of springs that K does not have count for nothing. */
@@ -131,23 +131,29 @@ int mbsri_loops_velocities(mbsri_dense *w, double t, const double *q, double *u)
     if (!status) status = mbsri_closure_rates(w->m, w->d, rate);
     if (status) return status;
     clear_springs(w, rate);
-    return contradiction(w, rate, size, "velocity row");
+    return mbsri_refuse_left(w->m, w->d, rate, size, "velocity row", w->function);
+}
+
+int mbsri_refuse_motion(const mbsr_model *m, mbsr_data *d, int rate, const char *function,
+                        const char *why)
+{
+    char label[MBSRI_LABEL];
+    int at = 1;
+    for (int i = 1; i <= m->bodies; ++i) {
+        if (rate >= m->body[i].u && rate < m->body[i].u + m->body[i].n) at = i;
+    }
+    return mbsri_fail(&d->error, MBSR_UNDETERMINED, m->body[at].id, MBSR_NONE,
+                      "%s: u%d of %s moves no mass, no loop holds it%s", function,
+                      rate - m->body[at].u, mbsri_body_label(m, at, label), why);
 }
 
 int mbsri_loops_refuse(mbsri_dense *w, const double *x, const char *why)
 {
-    const mbsr_model *m = w->m;
-    char label[MBSRI_LABEL];
-    int largest = 0, at = 1;
+    int largest = 0;
     for (int k = 0; k < w->n; ++k) {
         if (fabs(x[k]) > fabs(x[largest])) largest = k;
     }
-    for (int i = 1; i <= m->bodies; ++i) {
-        if (largest >= m->body[i].u && largest < m->body[i].u + m->body[i].n) at = i;
-    }
-    return mbsri_fail(&w->d->error, MBSR_UNDETERMINED, m->body[at].id, MBSR_NONE,
-                      "%s: u%d of %s moves no mass, no loop holds it%s", w->function,
-                      largest - m->body[at].u, mbsri_body_label(m, at, label), why);
+    return mbsri_refuse_motion(w->m, w->d, largest, w->function, why);
 }
 
 /* Where rows depend on each other, springs among them share what they bear so that their energy, the sum of
@@ -210,7 +216,7 @@ int mbsri_loops_rates(mbsri_dense *w, double t, const double *q, const double *u
     mbsri_closure_apply(w->m, w->d, udot, w->y);
     for (int k = 0; k < w->rows; ++k) bias[k] += w->y[k];
     clear_springs(w, bias);
-    return contradiction(w, bias, size, "acceleration");
+    return mbsri_refuse_left(w->m, w->d, bias, size, "acceleration", w->function);
 }
 
 int mbsri_loops_springs(mbsri_dense *w, double t, const double *q, const double *u, double *lambda)

@@ -27,6 +27,15 @@ int mbsri_loops_rates(mbsri_dense *w, double t, const double *q, const double *u
 /* Forces of the springs that K does not have as rows, into their rows of lambda. */
 int mbsri_loops_springs(mbsri_dense *w, double t, const double *q, const double *u, double *lambda);
 
+/* MBSR_UNDETERMINED, with the name of the joint that joint rate `rate` (place in u) belongs to. */
+int mbsri_refuse_motion(const mbsr_model *m, mbsr_data *d, int rate, const char *function,
+                        const char *why);
+
+/* MBSR_LOOP_OPEN where much is left of rows (rows) although the equations are solved: they contradict each
+ * other. size: of what was added up in them. */
+int mbsri_refuse_left(const mbsr_model *m, mbsr_data *d, const double *left, double size,
+                      const char *what, const char *function);
+
 /* MBSR_UNDETERMINED, with the name of the joint that has most of the direction x (n). */
 int mbsri_loops_refuse(mbsri_dense *w, const double *x, const char *why);
 

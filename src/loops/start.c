@@ -11,7 +11,6 @@
  * their springs get the force that was found, s = -lambda, and the positions the gaps s / k. */
 #include "loops/start.h"
 
-#include "algebra/dense.h"
 #include "algebra/numbers.h"
 #include "base/error.h"
 #include "loops/assemble.h"
@@ -20,58 +19,8 @@
 #include "loops/ranks.h"
 #include "model/query.h"
 #include "recursion/closures.h"
-#include "recursion/elements.h"
-#include "recursion/inverse.h"
-#include "recursion/not_finite.h"
 
 #include <math.h>
-
-int mbsri_loops_accelerate(mbsri_dense *w, double t, const double *q, const double *u,
-                           const double *tau, double *udot, double *lambda)
-{
-    mbsri_loops_leave_out(w, true);
-    int status = mbsri_loops_factor(w, t, q, u);
-    if (!status && w->moving > 0) {
-        mbsri_dense_null(w, 0, w->x);
-        status = mbsri_loops_refuse(w, w->x, ": its acceleration is not determined");
-    }
-    if (!status) status = mbsri_loops_rates(w, t, q, u, tau, udot, lambda);
-    return status ? status : mbsri_loops_springs(w, t, q, u, lambda);
-}
-
-/* The data at (q, u) with the loop forces lambda, and accelerations. */
-static int settle(mbsri_dense *w, const double *tau, const double *udot, const double *lambda)
-{
-    mbsr_data *d = w->d;
-    int status = mbsri_closure_jacobians(w->m, d);
-    mbsri_copy((size_t)w->rows, lambda, d->loop_lambda);
-    d->loaded = true;
-    if (!status) status = mbsri_forces(w->m, d, tau);
-    if (status) return status;
-    mbsri_inverse(w->m, d, udot);
-    return MBSR_OK;
-}
-
-int mbsri_loops_forward(const mbsr_model *m, mbsr_data *d, double t, const double *q,
-                        const double *u, const double *tau, double *udot)
-{
-    static const char name[] = "mbsr_forward_dynamics";
-    mbsri_dense w;
-    int status = mbsri_check_input(d, (size_t)m->nu, u, name, "u");
-    if (status) return status;
-    status = mbsri_dense_open(&w, m, d, name);
-    if (!status) {
-        double *found = w.out, *lambda = w.out + w.n;
-        status = mbsri_loops_accelerate(&w, t, q, u, tau, found, lambda);
-        if (!status) status = settle(&w, tau, found, lambda);
-        if (!status) status = mbsri_check_result(m, d, (size_t)m->nu, found, name);
-        if (!status) mbsri_copy((size_t)m->nu, found, udot);
-    }
-    mbsri_dense_close(&w);
-    return status;
-}
-
-/* ---- the start ---- */
 
 /* Gaps at which the springs of settled rows have their forces; whether they are others than before. */
 static bool load_springs(mbsri_dense *w, const double *lambda)

@@ -13,12 +13,4 @@ int mbsri_loops_consistent(mbsri_dense *w, double t, double *q, double *u, doubl
                            double *lambda, const mbsr_consistent_opt *opt,
                            mbsr_consistent_info *info);
 
-/* u' and loop forces at (q, u) as it is; tau (nu) or NULL. MBSR_UNDETERMINED by name. */
-int mbsri_loops_accelerate(mbsri_dense *w, double t, const double *q, const double *u,
-                           const double *tau, double *udot, double *lambda);
-
-/* mbsr_forward_dynamics; the data is left at the forces, with loop forces and accelerations. */
-int mbsri_loops_forward(const mbsr_model *m, mbsr_data *d, double t, const double *q,
-                        const double *u, const double *tau, double *udot);
-
 #endif

@@ -8,8 +8,10 @@
 #include "algebra/numbers.h"
 #include "base/cookie.h"
 #include "base/error.h"
+#include "base/memory.h"
 #include "dynamics/entry.h"
 #include "loops/assemble.h"
+#include "loops/forward.h"
 #include "loops/motion.h"
 #include "loops/ranks.h"
 #include "model/query.h"
@@ -338,121 +340,18 @@ int mbsr_closures_force(const mbsr_model *model, mbsr_data *data, double *lambda
 
 /* ---- inverse dynamics ---- */
 
-typedef struct actuation {
-    int count;
-    const int *actuated;
-    double *need; /* nu: the inverse dynamics of the tree, less what has been found */
-    double *tau, *lambda;
-} actuation;
-
-static int check_actuated(const mbsr_model *m, mbsr_data *d, const actuation *a, const char *name)
+static int check_actuated(const mbsr_model *m, mbsr_data *d, int count, const int *actuated,
+                          const char *name)
 {
-    for (int k = 0; k < a->count; ++k) {
+    for (int k = 0; k < count; ++k) {
         bool twice = false;
-        for (int j = 0; j < k; ++j) twice = twice || a->actuated[j] == a->actuated[k];
-        if (twice || a->actuated[k] < 0 || a->actuated[k] >= m->nu)
+        for (int j = 0; j < k; ++j) twice = twice || actuated[j] == actuated[k];
+        if (twice || actuated[k] < 0 || actuated[k] >= m->nu)
             return mbsri_fail(&d->error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
-                              "%s: actuated[%d] is %d, %s", name, k, a->actuated[k],
+                              "%s: actuated[%d] is %d, %s", name, k, actuated[k],
                               twice ? "as another is" : "not a place in u");
     }
     return MBSR_OK;
-}
-
-/* What of x (nu) the loop forces cannot take up, with the vectors in A of mbsri_ranks_here. */
-static void project(const mbsri_dense *w, int independent, double *x)
-{
-    for (int pass = 0; pass < 2; ++pass) {
-        for (int k = 0; k < independent; ++k) {
-            const double *v = w->A + (size_t)k * (size_t)w->n;
-            const double part = mbsri_dot(w->n, v, x);
-            for (int j = 0; j < w->n; ++j) x[j] -= part * v[j];
-        }
-    }
-}
-
-static int too_few(mbsri_dense *w, const double *left)
-{
-    const mbsr_model *m = w->m;
-    char label[MBSRI_LABEL];
-    int largest = 0, at = 1;
-    for (int k = 0; k < w->n; ++k) {
-        if (fabs(left[k]) > fabs(left[largest])) largest = k;
-    }
-    for (int i = 1; i <= m->bodies; ++i) {
-        if (largest >= m->body[i].u && largest < m->body[i].u + m->body[i].n) at = i;
-    }
-    return mbsri_fail(&w->d->error, MBSR_UNDETERMINED, m->body[at].id, MBSR_NONE,
-                      "%s: the joints listed cannot bring about udot: u%d of %s, or what the loops "
-                      "couple it to, is driven by none of them (%.3g is missing)",
-                      w->function, largest - m->body[at].u, mbsri_body_label(m, at, label),
-                      left[largest]);
-}
-
-/* tau: P B tau = P need with the projection P on what loops leave free. */
-static int find_torques(mbsri_dense *w, const actuation *a)
-{
-    const size_t n = (size_t)w->n;
-    mbsri_ranks found;
-    int rank = 0;
-    mbsri_ranks_here(w, w->left_out, &found);
-    mbsri_copy(n, a->need, w->b);
-    project(w, found.independent, w->b);
-    const double size = mbsri_largest(w->n, a->need);
-    for (int k = 0; k < a->count; ++k) {
-        double *column = w->K + (size_t)k * n;
-        mbsri_zero(n, column);
-        column[a->actuated[k]] = 1.0;
-        project(w, found.independent, column);
-    }
-    mbsri_zero(n, a->tau);
-    if (a->count > 0 &&
-        mbsri_lapack_gelsy(w->n, a->count, w->K, w->b, 1e-10, w->pivots, &rank, w->work, w->lwork))
-        return mbsri_fail(&w->d->error, MBSR_EIGEN_FAILED, MBSR_NONE, MBSR_NONE,
-                          "%s: a least-squares problem failed", w->function);
-    for (int k = 0; k < a->count; ++k) {
-        a->tau[a->actuated[k]] = w->b[k];
-        a->need[a->actuated[k]] -= w->b[k];
-    }
-    mbsri_copy(n, a->need, w->x);
-    project(w, found.independent, w->x);
-    return mbsri_largest(w->n, w->x) > 1e-8 * size ? too_few(w, w->x) : MBSR_OK;
-}
-
-/* lambda: C^T lambda = what is left, by least norm; rigid rows alone. */
-static int find_loop_forces(mbsri_dense *w, const actuation *a)
-{
-    const mbsri_closure *first = w->m->closures.data;
-    const size_t n = (size_t)w->n, rows = (size_t)w->rows;
-    int rank;
-    for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
-        for (int k = 0; k < c->rows; ++k) {
-            const size_t row = (size_t)(c->row + k);
-            for (size_t j = 0; j < n; ++j)
-                w->K[row * n + j] = mbsri_is_stiff(c, k) ? 0.0 : w->C[j * rows + row];
-        }
-    }
-    mbsri_copy(n, a->need, w->g);
-    if (w->rows > 0 && w->n > 0 &&
-        mbsri_lapack_gelsy(w->n, w->rows, w->K, w->g, 1e-10, w->pivots, &rank, w->work, w->lwork))
-        return mbsri_fail(&w->d->error, MBSR_EIGEN_FAILED, MBSR_NONE, MBSR_NONE,
-                          "%s: a least-squares problem failed", w->function);
-    for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
-        for (int k = 0; k < c->rows; ++k) {
-            const int row = c->row + k;
-            a->lambda[row] = mbsri_is_stiff(c, k) ? w->d->loop_lambda[row] : w->g[row];
-        }
-    }
-    return MBSR_OK;
-}
-
-static int by_actuators(mbsri_dense *w, double t, const double *q, const double *u,
-                        const double *udot, const actuation *a)
-{
-    const mbsr_model *m = w->m;
-    int status = mbsr_inverse_dynamics(m, w->d, t, q, u, udot, a->need);
-    if (!status) status = mbsri_dense_rows(w);
-    if (!status) status = find_torques(w, a);
-    return status ? status : find_loop_forces(w, a);
 }
 
 int mbsr_closures_inverse_dynamics(const mbsr_model *model, mbsr_data *data, double t,
@@ -460,26 +359,30 @@ int mbsr_closures_inverse_dynamics(const mbsr_model *model, mbsr_data *data, dou
                                    const int *actuated, double *tau, double *lambda)
 {
     static const char name[] = "mbsr_closures_inverse_dynamics";
-    mbsri_dense w;
-    actuation a = {count, actuated, NULL, tau, lambda};
     int status =
         mbsri_enter(model, data, q && u && udot && tau && lambda && (actuated || count == 0),
                     MBSRI_STAGE_NONE, name);
-    if (!status) status = check_actuated(model, data, &a, name);
+    if (!status) status = check_actuated(model, data, count, actuated, name);
     if (status) return status;
-    status = mbsri_dense_open(&w, model, data, name);
+    const size_t nu = (size_t)model->nu, rows = (size_t)model->rows;
+    double *memory = mbsri_allocate(&model->allocator, (4 * nu + rows) * sizeof *memory);
+    if (!memory)
+        return mbsri_fail(&data->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
+                          "%s: no memory for %d joint rates", name, model->nu);
+    double *need = memory, *found = need + nu, *mark = found + nu, *marked = mark + nu,
+           *forces = marked + nu;
+    mbsri_zero(nu, mark);
+    for (int k = 0; k < count; ++k) mark[actuated[k]] = 1.0;
+    mbsri_gather(model, mark, marked);
+    status = mbsr_inverse_dynamics(model, data, t, q, u, udot, need);
+    if (!status) status = mbsri_enter(model, data, true, MBSRI_STAGE_FORCES, name);
+    if (!status) status = mbsri_loops_actuate(model, data, marked, need, found, forces, name);
+    if (!status) status = mbsri_check_result(model, data, nu, found, name);
+    if (!status) status = mbsri_check_result(model, data, rows, forces, name);
     if (!status) {
-        a.tau = w.out;
-        a.lambda = w.out + w.n;
-        a.need = w.sigma;
-        status = by_actuators(&w, t, q, u, udot, &a);
+        mbsri_copy(nu, found, tau);
+        mbsri_copy(rows, forces, lambda);
     }
-    if (!status) status = mbsri_check_result(model, data, (size_t)w.n, a.tau, name);
-    if (!status) status = mbsri_check_result(model, data, (size_t)w.rows, a.lambda, name);
-    if (!status) {
-        mbsri_copy((size_t)w.n, a.tau, tau);
-        mbsri_copy((size_t)w.rows, a.lambda, lambda);
-    }
-    mbsri_dense_close(&w);
+    mbsri_release(&model->allocator, memory);
     return status;
 }

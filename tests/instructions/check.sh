@@ -39,7 +39,7 @@ echo "$counts" | awk -F, '
             bad = 1
         }
         if ($2 == "loops" && !size) small[model, $4] = $5
-        if ($2 == "loops" && $4 != "momentum") newton[$3] += $5
+        if ($2 == "loops" && ($4 == "factor" || $4 == "solve")) newton[$3] += $5
     }
     END {
         if (!counted) print "nothing was counted"

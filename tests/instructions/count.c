@@ -13,9 +13,10 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-enum { CALLS = 5, TREES = 5, LOOPS = 9 };
+enum { CALLS = 5, ACTUATED = CALLS, TREES = 5, LOOPS = 9 };
 
-static const char *const call_name[CALLS] = {"forward", "inverse", "momentum", "factor", "solve"};
+static const char *const call_name[CALLS + 1] = {"forward", "inverse", "momentum",
+                                                 "factor",  "solve",   "actuated"};
 
 static const struct {
     const char *name;
@@ -31,6 +32,7 @@ typedef struct counted {
     mbsr_data *data;
     mbsr_newton *newton;
     double *out, *y, *yp, *F;
+    int *motor, motors; /* joints with motors, in closed models */
 } counted;
 
 static int call(counted *c, int which)
@@ -41,7 +43,10 @@ static int call(counted *c, int which)
     case 1: return mbsr_inverse_dynamics(t->model, c->data, 0.0, t->q, t->u, t->tau, c->out);
     case 2: return mbsr_dae_residual(t->model, c->data, MBSR_DAE_MOMENTUM, 0.0, c->y, c->yp, c->F);
     case 3: return mbsr_newton_factor(c->newton, c->data, 0.0, c->y, c->yp, 100.0);
-    default: return mbsr_newton_solve(c->newton, c->yp, c->F);
+    case 4: return mbsr_newton_solve(c->newton, c->yp, c->F);
+    default:
+        return mbsr_closures_inverse_dynamics(t->model, c->data, 0.0, t->q, t->u, t->tau, c->motors,
+                                              c->motor, c->out, c->F);
     }
 }
 
@@ -69,6 +74,8 @@ static void make_counted(counted *c)
     c->F = bench_allocate(size, sizeof(double));
     bench_check(mbsr_dae_pack(m, c->data, MBSR_DAE_MOMENTUM, 0.0, c->tree.q, c->tree.u, c->y),
                 "mbsr_dae_pack", mbsr_data_error(c->data)->text);
+    c->motor = bench_allocate((size_t)c->tree.nu, sizeof(int));
+    c->motors = 0;
 }
 
 static void open_counted(counted *c, int k, const char *folder)
@@ -89,6 +96,7 @@ static void close_counted(counted *c)
     free(c->y);
     free(c->yp);
     free(c->F);
+    free(c->motor);
 }
 
 /* Models with closed loops, and without: what an implicit integrator calls. */
@@ -122,7 +130,14 @@ static void count_loops(int k)
     counted c;
     make_loops(&c.tree, k);
     make_counted(&c);
-    for (int which = 2; which < CALLS; ++which) {
+    for (int j = 0; j < c.tree.nu; ++j) { /* two of a four-bar, all but two of a ring */
+        if (loops[k].kind == RING ? j != 3 && j != 6 : j % 4 < 2) c.motor[c.motors++] = j;
+    }
+    const bool closed = mbsr_model_rows(c.tree.model) > 0, small = loops[k].kind <= RING;
+    for (int which = 0; which <= ACTUATED; ++which) {
+        if (which < 2 || which == ACTUATED) {
+            if (!closed || !small || which == 1) continue;
+        }
         bench_check(call(&c, which), call_name[which], mbsr_data_error(c.data)->text);
         bench_check(measure(&c, which), call_name[which], mbsr_data_error(c.data)->text);
         printf("loops %s %s %d\n", loops[k].name, call_name[which], c.tree.bodies);

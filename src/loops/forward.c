@@ -1,0 +1,199 @@
+/* Forward and inverse dynamics of models with closures, in O(bodies + loops).
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ *   forward     M u' - C^T lambda = -h(q, u, 0),   C u' = -bias
+ *   inverse     B tau + C^T lambda = need with least |tau|:  tau = B^T x,   B B^T x + C^T lambda = need,   C x = 0
+ *
+ * with the rigid rows C; springs of stiff ones are forces. Both are solved along the tree (system.h), the second
+ * one for a tree whose only masses are a unit of armature at each joint rate that is actuated. */
+#include "loops/forward.h"
+
+#include "algebra/dense.h"
+#include "algebra/numbers.h"
+#include "base/error.h"
+#include "base/memory.h"
+#include "loops/motion.h"
+#include "loops/system.h"
+#include "model/query.h"
+#include "recursion/closures.h"
+#include "recursion/elements.h"
+#include "recursion/inverse.h"
+#include "recursion/kinematics.h"
+#include "recursion/not_finite.h"
+
+#include <math.h>
+
+typedef struct forward {
+    const mbsr_model *m;
+    mbsr_data *d;
+    mbsri_system system;
+    double *udot, *right;                   /* nu */
+    double *lambda, *springs, *bias, *rate; /* rows */
+    double *memory;
+} forward;
+
+static const char forward_name[] = "mbsr_forward_dynamics";
+
+static int open_forward(forward *w, const mbsr_model *m, mbsr_data *d)
+{
+    const size_t nu = (size_t)m->nu, rows = (size_t)m->rows;
+    *w = (forward){.m = m, .d = d};
+    int status = mbsri_system_open(&w->system, m, d, forward_name);
+    if (status) return status;
+    w->memory = mbsri_allocate(&m->allocator, (2 * nu + 4 * rows) * sizeof(double));
+    if (!w->memory)
+        return mbsri_fail(&d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
+                          "%s: no memory for %d rows of closures", forward_name, m->rows);
+    w->udot = w->memory;
+    w->right = w->udot + nu;
+    w->lambda = w->right + nu;
+    w->springs = w->lambda + rows;
+    w->bias = w->springs + rows;
+    w->rate = w->bias + rows;
+    return MBSR_OK;
+}
+
+static void close_forward(forward *w)
+{
+    mbsri_system_close(&w->system);
+    mbsri_release(&w->m->allocator, w->memory);
+}
+
+/* -h(q, u, 0) and -bias, with the forces of springs. */
+static int find_right(forward *w, double t, const double *q, const double *u, const double *tau)
+{
+    const mbsr_model *m = w->m;
+    mbsr_data *d = w->d;
+    int status = mbsri_positions(m, d, t, q);
+    if (!status) status = mbsri_velocities(m, d, u);
+    if (!status) status = mbsri_closure_springs(m, d);
+    if (status) return status;
+    mbsri_copy((size_t)m->rows, d->loop_lambda, w->springs);
+    d->loaded = true;
+    status = mbsri_forces(m, d, tau);
+    if (status) return status;
+    mbsri_zero((size_t)m->nu, w->udot);
+    mbsri_inverse(m, d, w->udot);
+    mbsri_scatter(m, d->out, w->right);
+    for (int k = 0; k < m->nu; ++k) w->right[k] = -w->right[k];
+    status = mbsri_closure_bias(m, d, w->bias);
+    for (int k = 0; k < m->rows; ++k) w->rate[k] = -w->bias[k];
+    return status;
+}
+
+/* The data at the forces, with those of loops, and accelerations. */
+static int settle(forward *w, const double *tau)
+{
+    mbsr_data *d = w->d;
+    for (int k = 0; k < w->m->rows; ++k) d->loop_lambda[k] = w->lambda[k] + w->springs[k];
+    d->loaded = true;
+    const int status = mbsri_forces(w->m, d, tau);
+    if (status) return status;
+    mbsri_inverse(w->m, d, w->udot);
+    return mbsri_check_result(w->m, d, (size_t)w->m->nu, w->udot, forward_name);
+}
+
+static void clear_springs(const mbsr_model *m, double *row)
+{
+    const mbsri_closure *c = m->closures.data;
+    for (size_t id = 0; id < m->closures.count; ++id, ++c) {
+        for (int k = 0; k < c->rows; ++k) {
+            if (mbsri_is_stiff(c, k)) row[c->row + k] = 0.0;
+        }
+    }
+}
+
+static int accelerate(forward *w, double t, const double *q, const double *u, const double *tau)
+{
+    mbsri_system *s = &w->system;
+    int status = find_right(w, t, q, u, tau);
+    if (!status) status = mbsri_system_factor(s, NULL, forward_name);
+    if (!status && s->free >= 0)
+        status = mbsri_refuse_motion(w->m, w->d, mbsri_system_free_rate(s), forward_name,
+                                     ": its acceleration is not determined");
+    if (status) return status;
+    mbsri_system_solve(s, w->right, w->rate, w->udot, w->lambda);
+    const double size = mbsri_largest(w->m->rows, w->bias) + mbsri_largest(w->m->nu, w->udot);
+    mbsri_closure_apply(w->m, w->d, w->udot, w->rate);
+    for (int k = 0; k < w->m->rows; ++k) w->rate[k] += w->bias[k];
+    clear_springs(w->m, w->rate);
+    status = mbsri_refuse_left(w->m, w->d, w->rate, size, "acceleration", forward_name);
+    return status ? status : settle(w, tau);
+}
+
+int mbsri_loops_forward(const mbsr_model *m, mbsr_data *d, double t, const double *q,
+                        const double *u, const double *tau, double *udot)
+{
+    forward w;
+    int status = mbsri_check_input(d, (size_t)m->nu, u, forward_name, "u");
+    if (status) return status;
+    status = open_forward(&w, m, d);
+    if (!status) status = accelerate(&w, t, q, u, tau);
+    if (!status) mbsri_copy((size_t)m->nu, w.udot, udot);
+    close_forward(&w);
+    return status;
+}
+
+/* ---- inverse dynamics ---- */
+
+/* What of `need` is not there: refused, with the joint that misses most. */
+static int check_torques(const mbsr_model *m, mbsr_data *d, const double *need, double *left,
+                         const char *function)
+{
+    char label[MBSRI_LABEL];
+    const double size = mbsri_largest(m->nu, need), most = mbsri_largest(m->nu, left);
+    if (most <= 1e-8 * size) return MBSR_OK;
+    int at = 1;
+    for (int i = 1; i <= m->bodies; ++i) {
+        const mbsri_body *b = m->body + i;
+        if (mbsri_largest(b->n, left + b->u) >= most) at = i;
+    }
+    int k = 0;
+    while (fabs(left[m->body[at].u + k]) < most) ++k;
+    return mbsri_fail(&d->error, MBSR_UNDETERMINED, m->body[at].id, MBSR_NONE,
+                      "%s: the joints listed cannot bring about udot: u%d of %s, or what the loops "
+                      "couple it to, is driven by none of them (%.3g is missing)",
+                      function, k, mbsri_body_label(m, at, label), most);
+}
+
+/* tau and -lambda from the solution. */
+static int take_torques(mbsri_system *s, const double *actuated, const double *need, double *tau,
+                        double *lambda, double *left, const char *function)
+{
+    const mbsr_model *m = s->m;
+    mbsri_gather(m, left, s->e);
+    for (int k = 0; k < m->nu; ++k) s->e[k] *= actuated[k];
+    mbsri_scatter(m, s->e, tau);
+    for (int k = 0; k < m->rows; ++k) lambda[k] = -lambda[k];
+    mbsri_closure_transpose(m, s->d, lambda, left);
+    for (int k = 0; k < m->nu; ++k) left[k] = need[k] - tau[k] - left[k];
+    const int status = check_torques(m, s->d, need, left, function);
+    const mbsri_closure *c = m->closures.data;
+    for (size_t id = 0; id < m->closures.count; ++id, ++c) {
+        for (int k = c->row; k < c->row + c->rows; ++k)
+            if (mbsri_is_stiff(c, k - c->row)) lambda[k] = s->d->loop_lambda[k];
+    }
+    return status;
+}
+
+int mbsri_loops_actuate(const mbsr_model *m, mbsr_data *d, const double *actuated,
+                        const double *need, double *tau, double *lambda, const char *function)
+{
+    mbsri_system s;
+    int status = mbsri_system_open(&s, m, d, function);
+    double *zero =
+        status ? NULL : mbsri_system_allocate(&s, ((size_t)m->rows + (size_t)m->nu) * sizeof *zero);
+    if (!status && !zero)
+        status = mbsri_fail(&d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
+                            "%s: no memory for %d rows of closures", function, m->rows);
+    if (!status) status = mbsri_closure_jacobians(m, d);
+    if (!status) status = mbsri_system_factor(&s, actuated, function);
+    if (!status) {
+        double *x = zero + m->rows;
+        mbsri_zero((size_t)m->rows, zero);
+        mbsri_system_solve(&s, need, zero, x, lambda);
+        status = take_torques(&s, actuated, need, tau, lambda, x, function);
+    }
+    mbsri_system_close(&s);
+    return status;
+}

@@ -1,0 +1,222 @@
+/* Symmetric elimination in a small dense matrix: see front.h.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "loops/front.h"
+
+#include "algebra/dense.h"
+
+#include <math.h>
+
+static const double NOTHING = 1e-11; /* of a number in scaled rows and columns */
+/* A pivot beside what its row has of unknowns that wait, and of accelerations */
+static const double BESIDE = 1e-4, BESIDE_LOADS = 1e-6;
+
+/* Scales with which the largest of the sizes of each row is about 1; rows of zeros keep 1. */
+static void find_scale(mbsri_front *f)
+{
+    const int n = f->size, N = n + f->d;
+    const double *sizes = f->sizes;
+    for (int i = 0; i < n; ++i) f->scale[i] = 1.0;
+    for (int sweep = 0; sweep < 3; ++sweep) {
+        for (int i = 0; i < n; ++i) {
+            double largest = 0.0;
+            for (int j = 0; j < n; ++j)
+                largest = fmax(largest, sizes[j * N + i] * f->scale[i] * f->scale[j]);
+            if (largest > 0.0) f->scale[i] /= sqrt(largest);
+        }
+    }
+}
+
+static void swap(double *a, double *b)
+{
+    const double value = *a;
+    *a = *b;
+    *b = value;
+}
+
+/* Exchanges unknowns i and j. */
+static void exchange(mbsri_front *f, int i, int j)
+{
+    const int N = f->size + f->d;
+    double *sizes = f->sizes;
+    if (i == j) return;
+    for (int k = 0; k < N; ++k) swap(f->A + i * N + k, f->A + j * N + k);
+    for (int k = 0; k < N; ++k) swap(f->A + k * N + i, f->A + k * N + j);
+    for (int k = 0; k < N; ++k) swap(sizes + i * N + k, sizes + j * N + k);
+    for (int k = 0; k < N; ++k) swap(sizes + k * N + i, sizes + k * N + j);
+    swap(f->scale + i, f->scale + j);
+    const int id = f->id[i];
+    f->id[i] = f->id[j];
+    f->id[j] = id;
+}
+
+static double scaled(const mbsri_front *f, int i, int j)
+{
+    return fabs(f->A[j * (f->size + f->d) + i]) * f->scale[i] * f->scale[j];
+}
+
+/* The least pivot of row i: a small one would leave large numbers beside it to cancel further on. */
+static double least(const mbsri_front *f, int i)
+{
+    const int N = f->size + f->d;
+    double waiting = 0.0, load = 0.0;
+    for (int j = f->complete; j < f->size; ++j) waiting = fmax(waiting, scaled(f, i, j));
+    for (int j = f->size; j < N; ++j) {
+        const double size = f->sizes[i * N + j];
+        if (size > 0.0) load = fmax(load, fabs(f->A[i * N + j]) / size);
+    }
+    return fmax(BESIDE * waiting, BESIDE_LOADS * load);
+}
+
+/* The next pivot: i == j, or a pair; false where there is none. */
+static bool find_pivot(const mbsri_front *f, int *i, int *j)
+{
+    static const double single = 0.64; /* (1 + sqrt(17)) / 8, which bounds growth */
+    double best = NOTHING, pair = NOTHING;
+    int k = -1, l = -1, at = -1;
+    for (int c = f->pivots; c < f->complete; ++c) {
+        const double own = scaled(f, c, c), bound = least(f, c);
+        if (own > best && own >= bound) best = own, at = c;
+        for (int r = c + 1; r < f->complete; ++r) {
+            const double entry = scaled(f, r, c);
+            if (entry > pair && entry >= bound && entry >= least(f, r)) pair = entry, k = c, l = r;
+        }
+    }
+    *i = *j = at;
+    if (k >= 0 && (at < 0 || best < single * pair)) *i = k, *j = l;
+    return *i >= 0;
+}
+
+/* The row of L for r and t beside the pivot [a b; b c], or for r beside a. */
+static void divide(int width, double a, double b, double c, double r, double t, double *l,
+                   double *k)
+{
+    const double det = a * c - b * b;
+    *l = width > 1 ? (c * r - b * t) / det : r / a;
+    *k = width > 1 ? (a * t - b * r) / det : 0.0;
+}
+
+/* Rows and columns behind the pivot (1 or 2 of them): A - L D L^T, without what is rounding in it. */
+static void subtract(mbsri_front *f, int width)
+{
+    const int N = f->size + f->d, p = f->pivots, first = p + width;
+    double *A = f->A, *x = A + p * N, *y = width > 1 ? x + N : x;
+    const double a = x[p], b = width > 1 ? x[p + 1] : 0.0, c = width > 1 ? y[p + 1] : 1.0;
+    double l, k;
+    f->across[p] = b;
+    if (width > 1) f->across[p + 1] = 0.0;
+    for (int j = first; j < N; ++j) {
+        divide(width, a, b, c, x[j], y[j], &l, &k);
+        for (int i = first; i <= j; ++i) {
+            const double part = l * x[i], other = k * y[i];
+            double *entry = A + i * N + j, *size = f->sizes + i * N + j;
+            *entry -= part + other;
+            *size += fabs(part) + fabs(other);
+            if (fabs(*entry) <= MBSRI_FRONT_ROUNDING * *size) *entry = 0.0;
+            A[j * N + i] = *entry;
+            f->sizes[j * N + i] = *size;
+        }
+    }
+    for (int j = first; j < N; ++j) {
+        divide(width, a, b, c, x[j], y[j], &l, &k);
+        x[j] = l;
+        if (width > 1) y[j] = k;
+    }
+    f->pivots += width;
+}
+
+static bool nothing_left(const mbsri_front *f, int i)
+{
+    const int n = f->size, N = n + f->d;
+    bool nothing = true;
+    for (int j = f->pivots; j < n; ++j) nothing = nothing && scaled(f, i, j) <= NOTHING;
+    for (int j = n; j < N; ++j)
+        nothing = nothing && fabs(f->A[j * N + i]) <= 10.0 * NOTHING * f->sizes[i * N + j];
+    return nothing;
+}
+
+void mbsri_front_eliminate(mbsri_front *f)
+{
+    int i, j;
+    f->pivots = f->left = f->idles = 0;
+    find_scale(f);
+    while (find_pivot(f, &i, &j)) {
+        const int p = f->pivots;
+        exchange(f, p, i);
+        if (i != j) exchange(f, p + 1, j);
+        subtract(f, i == j ? 1 : 2);
+    }
+    for (i = f->pivots; i < f->complete; ++i) {
+        if (nothing_left(f, i)) exchange(f, f->pivots + f->left++, i);
+    }
+}
+
+/* Entry i of the pivots' solution, without right-hand side unless s is given. */
+static void solve_pivots(const mbsri_front *f, const double *s, const double *a, double *x)
+{
+    const int n = f->size, N = n + f->d;
+    for (int p = f->pivots - 1; p >= 0; --p) {
+        const bool second = p > 0 && f->across[p - 1] != 0.0;
+        const int first = second ? p - 1 : p;
+        const double b = f->across[first], d0 = f->A[first * (N + 1)],
+                     d1 = b != 0.0 ? f->A[(first + 1) * (N + 1)] : 1.0;
+        double r[2] = {s ? s[f->id[first]] : 0.0, s && b != 0.0 ? s[f->id[first + 1]] : 0.0};
+        const double det = d0 * d1 - b * b;
+        const double z =
+            b != 0.0 ? (second ? d0 * r[1] - b * r[0] : d1 * r[0] - b * r[1]) / det : r[0] / d0;
+        const double *L = f->A + p * N;
+        const int from = b != 0.0 ? first + 2 : p + 1;
+        double sum = z;
+        for (int i = from; i < n; ++i) sum -= L[i] * x[i];
+        for (int i = 0; i < f->d && a; ++i) sum -= L[n + i] * a[i];
+        x[p] = sum;
+    }
+}
+
+void mbsri_front_find_idle(mbsri_front *f, const bool *wanted)
+{
+    double *work = f->value;
+    const int n = f->size, last = f->pivots + f->left;
+    for (int l = 0; l < f->left; ++l) {
+        if (!wanted[l]) continue;
+        double *y = f->idle + f->idles * n;
+        mbsri_zero((size_t)n, work);
+        work[f->pivots + l] = 1.0;
+        solve_pivots(f, NULL, NULL, work);
+        for (int i = 0; i < n; ++i) y[i] = i < last ? work[i] / f->scale[i] : 0.0;
+        for (int turn = 0; turn < 2; ++turn) {
+            for (int k = 0; k < f->idles; ++k) {
+                const double *z = f->idle + k * n, part = mbsri_dot(n, z, y);
+                for (int i = 0; i < n; ++i) y[i] -= part * z[i];
+            }
+        }
+        const double length = sqrt(mbsri_dot(n, y, y));
+        for (int i = 0; i < n; ++i) y[i] /= length;
+        ++f->idles;
+    }
+}
+
+void mbsri_front_forward(const mbsri_front *f, double *s, double *fbar)
+{
+    const int n = f->size, N = n + f->d;
+    for (int p = 0; p < f->pivots; ++p) {
+        const double *L = f->A + p * N, value = s[f->id[p]];
+        for (int i = f->across[p] != 0.0 ? p + 2 : p + 1; i < n; ++i) s[f->id[i]] -= L[i] * value;
+        for (int i = 0; i < f->d; ++i) fbar[i] += L[n + i] * value;
+    }
+}
+
+void mbsri_front_backward(const mbsri_front *f, const double *s, const double *a, double *v)
+{
+    double *work = f->value;
+    const int n = f->size, last = f->pivots + f->left;
+    for (int i = f->pivots; i < last; ++i) work[i] = 0.0;
+    for (int i = last; i < n; ++i) work[i] = v[f->id[i]];
+    solve_pivots(f, s, a, work);
+    for (int l = 0; l < f->idles; ++l) {
+        const double *z = f->idle + l * n;
+        double part = 0.0;
+        for (int i = 0; i < last; ++i) part += z[i] * work[i] / f->scale[i];
+        for (int i = 0; i < last; ++i) work[i] -= part * z[i] * f->scale[i];
+    }
+    for (int i = 0; i < last; ++i) v[f->id[i]] = work[i];
+}

@@ -1,0 +1,45 @@
+/* Symmetric elimination in a small dense matrix, of which only part is complete.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ *   [F Q^T; Q 0]     the first `complete` rows and columns may be pivots, one by one or in pairs
+ *                    (Bunch and Parlett's complete pivoting)
+ *
+ * `sizes` has what was added up in each number, beside which it may be nothing. */
+#ifndef MBSRI_LOOPS_FRONT_H
+#define MBSRI_LOOPS_FRONT_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+/* Numbers smaller than this beside what was added up in them are zero. */
+#define MBSRI_FRONT_ROUNDING 1e-13
+
+typedef struct mbsri_front {
+    int size, complete, d; /* unknowns in all, those complete, accelerations behind them */
+    int pivots;            /* eliminated: the first ones */
+    int left;              /* behind them those that nothing is left of: zero, but for `idle` */
+    int *id;               /* size: the unknowns, as eliminated */
+    double *A;      /* (size + d) squared: L below the diagonal of the first `pivots` columns */
+    double *sizes;  /* likewise: what was added up in each number of A */
+    double *across; /* pivots: entry beside the diagonal of a pair, at its first; else zero */
+    double *scale;  /* size: of the unknowns, for their norm */
+    double *value;  /* size: scratch */
+    int idles;
+    double *idle; /* size x idles: scaled solutions without right-hand side, orthonormal */
+    struct mbsri_front *next;
+} mbsri_front;
+
+/* Eliminates; the arrays are there, with id, A and sizes. What was complete and could not be a pivot stands behind the pivots: `left` of them have
+ * nothing left, the others go on with those that were not complete. */
+void mbsri_front_eliminate(mbsri_front *f);
+
+/* Solutions without right-hand side for those left of which `wanted` says so; idle has room for `left` of
+ * them. */
+void mbsri_front_find_idle(mbsri_front *f, const bool *wanted);
+
+/* s (by id) less what the pivots take of it, and the loads that they make (d); then v (by id) of the pivots and
+ * those left, where the others and a (d) are known. */
+void mbsri_front_forward(const mbsri_front *f, double *s, double *fbar);
+void mbsri_front_backward(const mbsri_front *f, const double *s, const double *a, double *v);
+
+#endif

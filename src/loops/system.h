@@ -1,0 +1,38 @@
+/* Equations of motion with loops, solved along the tree in O(bodies + loops).
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ *   M x - C^T lambda = g,    C x = b          with the rigid rows of C
+ *
+ * by the articulated-body algorithm: the motions x of joints are eliminated from the leaves to the root. A body
+ * passes on, beside its articulated inertia, what is still unknown of the loops behind it: v, that is lambda
+ * of the loops that are open past its joint and the joint motions behind it that move no mass. For every body
+ *
+ *   reaction   mu = fbar + Q v - Mbar a            row of v   F v + Q^T a = s
+ *
+ * with the accelerations a = -(H a_pred + J x), beside those that x = 0 leaves. A joint gives
+ *
+ *   x = D^+ (e - U^T H a_pred - X v) + N w,   X = J^T Q - E,    Q_pred = -H^T (Q - G X),  F += X^T D^+ X,
+ *
+ * where E is what the rows read of x itself and N spans the null space of D: w joins v, its row says that
+ * forces along N balance, -N^T X v = -N^T e. Where a loop closes its lambda are eliminated by symmetric pivots
+ * (front.h) together with w, and their inertia is added to Mbar.
+ *
+ * What turns out to be zero but for rounding is left out: rows that depend on others, of which the least
+ * norm is taken closing by closing, and motions that nothing determines (`free`). */
+#ifndef MBSRI_LOOPS_SYSTEM_H
+#define MBSRI_LOOPS_SYSTEM_H
+
+#include "loops/carried.h"
+
+/* At the positions of the data, after the derivatives of the closures. Overwrites Mbar, D and what
+ * belongs to them. `armature`: as above. */
+int mbsri_system_factor(mbsri_system *w, const double *armature, const char *function);
+
+/* x (nu, by the caller's order) and lambda (rows, zero in stiff ones), from g (nu, likewise) and b (rows). */
+void mbsri_system_solve(mbsri_system *w, const double *g, const double *b, double *x,
+                        double *lambda);
+
+/* The joint rate (place in the caller's u) that has most of a motion that nothing determines; `free` is not -1. */
+int mbsri_system_free_rate(const mbsri_system *w);
+
+#endif
