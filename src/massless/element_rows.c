@@ -3,8 +3,10 @@
 #include "massless/element_rows.h"
 
 #include "algebra/dense.h"
+#include "algebra/numbers.h"
 #include "base/error.h"
 #include "massless/element_power.h"
+#include "recursion/kinematics.h"
 
 #include <math.h>
 
@@ -27,6 +29,27 @@ static bool column_is_zero(const mbsri_slopes *s, int column)
         if (x[r] != 0.0) return false;
     }
     return true;
+}
+
+/* F_q G, q' = G u, in place of the derivatives by u, which are done with: for a joint whose coordinates
+ * are not as many as its rates. */
+static bool turn_to_rates(mbsri_null_space *w, const mbsr_force_body *body, int i, int at)
+{
+    const mbsri_slopes *s = &w->slope;
+    const mbsri_body *b = w->m->body + i;
+    double *u = w->d->u + b->iu, *given = w->u, *rate = w->rate;
+    bool done = b->locks == 0;
+    mbsri_copy((size_t)b->n, u, given);
+    for (int c = 0; c < b->n && done; ++c) {
+        double *column = s->matrix + (size_t)(mbsri_u_column(body, at) + c) * (size_t)s->out.rows;
+        for (int k = 0; k < b->n; ++k) u[k] = k == c;
+        done = mbsri_coordinate_rates_of(w->m, w->d, i, rate) == MBSR_OK;
+        mbsri_zero((size_t)s->out.rows, column);
+        mbsri_ax(s->out.rows, b->nq, 1.0,
+                 s->matrix + (size_t)mbsri_q_column(body, at) * (size_t)s->out.rows, rate, column);
+    }
+    mbsri_copy((size_t)b->n, given, u);
+    return done;
 }
 
 static bool are_zero(const mbsri_slopes *s, int column, int count)
@@ -58,14 +81,15 @@ static void twist_spans(const mbsri_null_space *w, const mbsri_body *b, double *
 }
 
 /* False where positions are told by other numbers than rates. */
-static bool find_duals(const mbsri_null_space *w, int bodies, bool velocity, duals *x)
+static bool find_duals(mbsri_null_space *w, int bodies, bool velocity, duals *x)
 {
     const mbsri_slopes *s = &w->slope;
     for (int k = 0; k < bodies; ++k) {
         const mbsr_force_body *body = w->d->force_bodies + k;
         if (s->row[k] < 0) continue;
-        const mbsri_body *b = w->m->body + mbsri_element_body(w, k);
-        const int at = s->column[k], poses = mbsri_pose_size(b);
+        const int i = mbsri_element_body(w, k), at = s->column[k];
+        const mbsri_body *b = w->m->body + i;
+        const int poses = mbsri_pose_size(b);
         if (velocity) {
             twist_spans(w, b, w->reaction);
             add_duals(x, s->row[k], mbsri_V_column(body, at), b->d, w->reaction);
@@ -81,7 +105,8 @@ static bool find_duals(const mbsri_null_space *w, int bodies, bool velocity, dua
         if (b->nq == b->n) {
             add_duals(x, s->row[k] + b->d, mbsri_q_column(body, at), b->n, w->span + b->u);
         } else if (!are_zero(s, mbsri_q_column(body, at), b->nq)) {
-            return false;
+            if (!turn_to_rates(w, body, i, at)) return false;
+            add_duals(x, s->row[k] + b->d, mbsri_u_column(body, at), b->n, w->span + b->u);
         }
     }
     return true;

@@ -30,13 +30,13 @@
 typedef struct work {
     const mbsr_model *m;
     mbsr_data *d;
-    double *x, *x_error, *z, *z_error, *own, *response;
+    double *x, *x_error, *z, *z_error, *size, *own, *response;
 } work;
 
 size_t mbsri_null_lift_room(const mbsr_model *m)
 {
     const size_t d = (size_t)m->max_d, n = (size_t)m->max_n;
-    return 2 * d + 2 * n + MBSRI_GROUP_MOST * (d + d * d);
+    return 2 * d + 3 * n + MBSRI_GROUP_MOST * (d + d * d);
 }
 
 static work place(const mbsr_model *m, mbsr_data *d, double *room)
@@ -46,7 +46,8 @@ static work place(const mbsr_model *m, mbsr_data *d, double *room)
     k.x_error = k.x + dim;
     k.z = k.x_error + dim;
     k.z_error = k.z + n;
-    k.own = k.z_error + n;
+    k.size = k.z_error + n;
+    k.own = k.size + n;
     k.response = k.own + MBSRI_GROUP_MOST * dim;
     return k;
 }
@@ -59,10 +60,9 @@ static void add_sizes(int r, int c, const double *A, const double *x, double *y)
     }
 }
 
-/* x (n) = 0 where it may be error. */
-static void drop_errors(int n, double *x, const double *error)
+void mbsri_null_drop(size_t n, double *x, const double *error)
 {
-    for (int k = 0; k < n; ++k) {
+    for (size_t k = 0; k < n; ++k) {
         if (fabs(x[k]) <= MBSRI_NULL_CLEAR * error[k]) x[k] = 0.0;
     }
 }
@@ -92,14 +92,15 @@ static void add_motions(const work *k, const mbsri_group *g, const double *a, do
     }
 }
 
-/* The rates of a group; x = H Vz_pi if `below`. */
-static void find_rates(const work *k, const mbsri_group *g, const double *vector, bool below)
+/* The rates of a group, whose own stand in z, and the sizes that count for their rounding; x = H Vz_pi
+ * if `below`. */
+static void find_rates(const work *k, const mbsri_group *g, bool below)
 {
     const mbsri_body *b = k->m->body + g->member[0];
     const double *G = k->d->G + b->dg;
     for (int l = 0; l < g->n; ++l) {
-        k->z[l] = vector ? vector[l] : 0.0;
         for (int r = 0; r < b->d && below; ++r) k->z[l] -= G[l * b->d + r] * k->x[r];
+        k->size[l] = fmax(k->size[l], fabs(k->z[l]));
     }
 }
 
@@ -118,11 +119,10 @@ static void find_errors(const work *k, const mbsri_group *g, bool below, const d
     if (below) add_sizes(b->d, b->d_pred, d->H + b->dp, error + b->pred_v, k->x_error);
     for (int l = 0; l < g->n; ++l) *largest = fmax(*largest, fabs(k->z[l]) / scale[l]);
     for (int l = 0; l < g->n; ++l) {
-        k->z_error[l] =
-            fmax(MBSRI_NULL_ROUNDING * fabs(k->z[l]), DBL_EPSILON * scale[l] * *largest);
+        k->z_error[l] = fmax(MBSRI_NULL_ROUNDING * k->size[l], DBL_EPSILON * scale[l] * *largest);
         for (int r = 0; r < b->d; ++r) k->z_error[l] += fabs(G[l * b->d + r]) * k->x_error[r];
     }
-    drop_errors(g->n, k->z, k->z_error);
+    mbsri_null_drop((size_t)g->n, k->z, k->z_error);
 }
 
 /* Member number l of a group: how its velocity changes with x of the head, and what rounding leaves of
@@ -171,11 +171,11 @@ static void find_velocity(const work *k, const mbsri_group *g, int l, bool below
     if (!d->carries[i]) return;
     mbsri_copy((size_t)b->d, k->own + (size_t)l * most, error + b->v);
     add_sizes(b->d, head->d, k->response + (size_t)l * most * most, k->x_error, error + b->v);
-    drop_errors(b->d, d->Az + b->v, error + b->v);
+    mbsri_null_drop((size_t)b->d, d->Az + b->v, error + b->v);
     mbsri_copy((size_t)b->d, d->Az + b->v, twist + b->v);
 }
 
-void mbsri_null_lift(const mbsr_model *m, mbsr_data *d, int j, const double *vector,
+void mbsri_null_lift(const mbsr_model *m, mbsr_data *d, int j, const double *z, const double *size,
                      const mbsri_lifted *out, double *room)
 {
     const work k = place(m, d, room);
@@ -188,9 +188,11 @@ void mbsri_null_lift(const mbsr_model *m, mbsr_data *d, int j, const double *vec
     for (int i = j; i <= m->bodies; ++i) {
         if (!mbsri_heads(m, d, i)) continue;
         const mbsri_group g = mbsri_group_of(m, d, i);
-        const bool below = mbsri_null_below(m, d, i, k.x), own = i == j;
-        if (!below && !own) continue;
-        find_rates(&k, &g, own ? vector : NULL, below);
+        const bool below = mbsri_null_below(m, d, i, k.x);
+        mbsri_group_gather(m, &g, z, k.z);
+        mbsri_group_gather(m, &g, size, k.size);
+        if (!below && mbsri_largest(g.n, k.z) == 0.0) continue;
+        find_rates(&k, &g, below);
         find_errors(&k, &g, below, out->twist_error, &largest);
         mbsri_group_scatter(m, &g, k.z, out->a);
         mbsri_group_scatter(m, &g, k.z_error, out->a_error);

@@ -16,11 +16,15 @@ typedef struct mbsri_lifted {
     double *a, *a_error, *twist, *twist_error;
 } mbsri_lifted;
 
+/* x (n) = 0 where it may be error. */
+void mbsri_null_drop(size_t n, double *x, const double *error);
+
 /* Numbers of scratch for a lift. */
 size_t mbsri_null_lift_room(const mbsr_model *m);
 
-/* The direction of a vector of null rates at the group of head j. The data holds mbsri_backward. */
-void mbsri_null_lift(const mbsr_model *m, mbsr_data *d, int j, const double *vector,
+/* The direction of null rates z (nu) of the group of head j or groups behind it; size (nu): of what they
+ * were added up from. The data holds mbsri_backward. */
+void mbsri_null_lift(const mbsr_model *m, mbsr_data *d, int j, const double *z, const double *size,
                      const mbsri_lifted *out, double *room);
 
 #endif

@@ -244,6 +244,29 @@ static bool are_smooth(const mbsri_null_space *w)
     return true;
 }
 
+/* Whether nothing is left to be differenced: elements all have derivatives, exert nothing, and the
+ * bodies rest. */
+static bool is_at_rest(const mbsri_null_space *w)
+{
+    const mbsr_model *m = w->m;
+    for (size_t k = 0; k < m->forces.count; ++k) {
+        if (!w->own[k]) return false;
+    }
+    const double *const still[] = {w->f_held, w->d->V, w->d->kI, w->d->kII};
+    for (int k = 0; k < 4; ++k) {
+        for (size_t r = 0; r < m->size_v; ++r) {
+            if (still[k][r] != 0.0) return false;
+        }
+    }
+    for (int r = 0; r < m->nu; ++r) {
+        if (w->tau_held[r] != 0.0) return false;
+    }
+    for (int r = 0; w->lambda && r < m->rows; ++r) {
+        if (w->lambda[r] != 0.0) return false;
+    }
+    return true;
+}
+
 /* C and S of what is not held: elements without derivatives, weights, the change of directions. */
 static int differences(mbsri_null_space *w, double t, const double *q, const double *u)
 {
@@ -253,6 +276,7 @@ static int differences(mbsri_null_space *w, double t, const double *q, const dou
     int status = MBSR_OK;
     double *const all[] = {w->C, w->S, w->C_error, w->S_error};
     for (int k = 0; k < 4; ++k) mbsri_zero(entries, all[k]);
+    if (smooth && is_at_rest(w)) return MBSR_OK;
     if (smooth && w->colours > FEW) status = drop_rows(w, t, q, u, near);
     for (int colour = 0; colour < w->colours && !status; ++colour) {
         if (!smooth) status = find_columns(w, t, q, u, true, rates, colour);
@@ -291,7 +315,7 @@ int mbsri_null_slopes(mbsri_null_space *w, double t, const double *q, const doub
     w->holding = true;
     status = differences(w, t, q, u);
     w->holding = false;
-    if (!status) mbsri_null_shorten(w);
+    if (!status) status = mbsri_null_shorten(w, t, q, u);
     if (!status && w->lambda) {
         status = state(w, t, q, u);
         if (!status) status = mbsri_null_leave_held(w);

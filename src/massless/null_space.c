@@ -7,7 +7,7 @@
 #include "base/error.h"
 #include "base/memory.h"
 #include "massless/echelon.h"
-#include "massless/null_lift.h"
+#include "massless/null_answer.h"
 #include "model/query.h"
 #include "recursion/backward.h"
 #include "recursion/closures.h"
@@ -243,6 +243,50 @@ static int lacking(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g
     return g->member[k];
 }
 
+/* Direction number l of the null rates w->u, added up from the sizes w->shift, which begins at body i. */
+static void lift(mbsri_null_space *w, int l, int i)
+{
+    const size_t at = (size_t)l * (size_t)w->m->nu, at_v = (size_t)l * w->m->size_v;
+    const mbsri_lifted out = {w->direction + at, w->rate_error + at, w->twist + at_v,
+                              w->twist_error + at_v};
+    mbsri_null_lift(w->m, w->d, i, w->u, w->shift, &out, w->lifting);
+    mbsri_null_answer(w->m, w->d, i, &out);
+}
+
+/* Null rates and their sizes += weight times vector l. */
+static void add_vector(mbsri_null_space *w, int l, double weight)
+{
+    const mbsri_group g = mbsri_group_of(w->m, w->d, w->head[l]);
+    const double *vector = w->vector + (size_t)l * (size_t)w->m->max_n;
+    for (int k = 0, at = 0; k < g.members; ++k) {
+        const mbsri_body *b = w->m->body + g.member[k];
+        for (int c = 0; c < b->n; ++c, ++at) {
+            w->u[b->u + c] += weight * vector[at];
+            w->shift[b->u + c] += fabs(weight * vector[at]);
+        }
+    }
+}
+
+static void clear_rates(mbsri_null_space *w)
+{
+    mbsri_zero((size_t)w->m->nu, w->u);
+    mbsri_zero((size_t)w->m->nu, w->shift);
+}
+
+int mbsri_null_lift_again(mbsri_null_space *w, double t, const double *q, const double *u)
+{
+    int status = evaluate(w, t, q, u, true);
+    for (int l = 0; l < w->k && !status; ++l) {
+        const double *weight = w->mixing + (size_t)l * (size_t)w->k;
+        clear_rates(w);
+        for (int n = 0; n < w->k; ++n) {
+            if (weight[n] != 0.0) add_vector(w, n, weight[n]);
+        }
+        lift(w, l, w->first[l]);
+    }
+    return status;
+}
+
 int mbsri_null_basis(mbsri_null_space *w, double t, const double *q, const double *u)
 {
     const mbsr_model *m = w->m;
@@ -264,11 +308,9 @@ int mbsri_null_basis(mbsri_null_space *w, double t, const double *q, const doubl
                 vector[k] = d->s[g.ig + k] * w->basis[(l - rank) * g.n + k];
             w->head[column] = w->first[column] = i;
             w->body[column] = lacking(m, d, &g, l - rank);
-            const size_t at = (size_t)column * (size_t)m->nu, at_v = (size_t)column * m->size_v;
-            mbsri_null_lift(m, d, i, vector,
-                            &(mbsri_lifted){w->direction + at, w->rate_error + at, w->twist + at_v,
-                                            w->twist_error + at_v},
-                            w->lifting);
+            clear_rates(w);
+            add_vector(w, column, 1.0);
+            lift(w, column, i);
         }
     }
     return MBSR_OK;

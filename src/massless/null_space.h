@@ -89,6 +89,9 @@ void mbsri_null_close(mbsri_null_space *w);
 /* The basis at a state. MBSR_RANK_CHANGED if the number of directions is not k. */
 int mbsri_null_basis(mbsri_null_space *w, double t, const double *q, const double *u);
 
+/* Directions and twists of the sums of vectors in w->mixing, with the errors that they have themselves. */
+int mbsri_null_lift_again(mbsri_null_space *w, double t, const double *q, const double *u);
+
 /* gamma (k) at a state; the basis stays. */
 int mbsri_null_gamma(mbsri_null_space *w, double t, const double *q, const double *u,
                      double *gamma);

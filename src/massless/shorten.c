@@ -68,17 +68,10 @@ static void subtract_both(int k, int n, int l, double f, double *A, double *erro
 /* Vector n less f times vector l. */
 static void mix(mbsri_null_space *w, int n, int l, double f)
 {
-    const mbsr_model *m = w->m;
-    double *const part[] = {w->direction, w->twist, w->q_rate, w->mixing}, *const errors[] = {
-                                                                               w->rate_error,
-                                                                               w->twist_error, NULL,
-                                                                               NULL};
-    const size_t rows[] = {(size_t)m->nu, m->size_v, (size_t)m->nq, (size_t)w->k};
-    for (int p = 0; p < 4; ++p) {
-        const size_t from = (size_t)l * rows[p], to = (size_t)n * rows[p];
-        subtract(rows[p], f, part[p] + from, errors[p] ? errors[p] + from : NULL, part[p] + to,
-                 errors[p] ? errors[p] + to : NULL);
-    }
+    const size_t nu = (size_t)w->m->nu, k = (size_t)w->k, from = (size_t)l, to = (size_t)n;
+    subtract(nu, f, w->direction + from * nu, w->rate_error + from * nu, w->direction + to * nu,
+             w->rate_error + to * nu);
+    subtract(k, f, w->mixing + from * k, NULL, w->mixing + to * k, NULL);
     subtract_both(w->k, n, l, f, w->C, w->C_error);
     subtract_both(w->k, n, l, f, w->S, w->S_error);
     if (w->first[l] < w->first[n]) w->first[n] = w->first[l];
@@ -92,7 +85,8 @@ static void start_mixing(mbsri_null_space *w)
     w->mixed = true;
 }
 
-void mbsri_null_shorten(mbsri_null_space *w)
+/* Leaves large rates to one vector each. */
+static void choose(mbsri_null_space *w)
 {
     const int k = w->k, nu = w->m->nu;
     int *taken = w->moving, place = 0;
@@ -119,4 +113,14 @@ void mbsri_null_shorten(mbsri_null_space *w)
             *rate = 0.0;
         }
     }
+}
+
+int mbsri_null_shorten(mbsri_null_space *w, double t, const double *q, const double *u)
+{
+    const size_t nu = (size_t)w->m->nu, nq = (size_t)w->m->nq, k = (size_t)w->k;
+    choose(w);
+    int status = w->mixed ? mbsri_null_lift_again(w, t, q, u) : MBSR_OK;
+    for (size_t l = 0; l < k && w->mixed && !status; ++l)
+        status = mbsri_null_rate_here(w, w->direction + l * nu, w->q_rate + l * nq);
+    return status;
 }

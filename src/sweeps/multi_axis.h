@@ -163,6 +163,16 @@ static void diagonal_of(const mbsri_carry *A, double x[8])
     }
 }
 
+/* m |r|^2, r from the predecessor's origin, of which rounding of the arms of axes that a body slides along
+ * is a part (mbsri_turned_along in recursion/errors.h): eps r of r, not eps of the square, so that a share
+ * of 1e-3 leaves more than nine digits. */
+static double arm_of(const mbsri_sweep_run *run, int i, const mbsri_carry *c)
+{
+    const double *rho = run->state[i].rho;
+    return 1e-3 * (rho[0] * rho[0] + rho[1] * rho[1] + rho[2] * rho[2]) *
+           fmax(c->M[0], fmax(c->M[5], c->M[10]));
+}
+
 /* Whether all eigenvalues of D scaled by diag(S^T W S)^(-1/2) are known to nine digits; Q = W S. */
 static bool multi_judge(const mbsri_sweep_run *run, int i, const mbsri_carry *c, mbsri_carry *W,
                         double Q[6][8])
@@ -173,10 +183,13 @@ static bool multi_judge(const mbsri_sweep_run *run, int i, const mbsri_carry *c,
     double own[8], scaled[36], scale[6], lambda[6];
     diagonal_of(c, own);
     add_to_diagonal(own, W);
+    const double turned = W->spread + (n > 1 ? arm_of(run, i, c) : 0.0);
     for (int k = 0; k < n; ++k) {
         apply(W, multi->S[k], Q[k]);
         const double *S = multi->S[k], turn = S[0] * S[0] + S[1] * S[1] + S[2] * S[2],
-                     noise = product(S, Q[k]) + turn * W->spread + run->model->armature[b->u + k];
+                     slide = S[4] * S[4] + S[5] * S[5] + S[6] * S[6],
+                     noise = product(S, Q[k]) + turn * (slide > 0.0 ? turned : W->spread) +
+                             run->model->armature[b->u + k];
         scale[k] = noise > 0.0 ? 1.0 / sqrt(noise) : 1.0;
     }
     for (int k = 0; k < n; ++k) {
