@@ -83,8 +83,12 @@ static int find_seen(mbsri_report *r, mbsr_direction_kind kind, double share, do
 int mbsri_report_see(mbsri_report *r, mbsr_direction_kind kind, int *count)
 {
     static const double some = 1e-6, any = 1e-11;
-    const int status = find_seen(r, kind, some, mbsri_report_least(r), count);
-    return status || *count > 0 ? status : find_seen(r, kind, any, 0.0, count);
+    r->least = mbsri_report_least(r);
+    int status = find_seen(r, kind, some, r->least, count);
+    if (status || *count > 0) return status;
+    status = find_seen(r, kind, any, 0.0, count);
+    if (*count > 0) r->least *= any / some;
+    return status;
 }
 
 /* listed: the bodies on which elements act that determine the direction of this kind in u, twist and

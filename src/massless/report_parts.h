@@ -28,6 +28,7 @@ typedef struct mbsri_report {
     double *other;              /* nu */
     double *size;               /* the most of these: scratch of mbsri_null_mix */
     double *sizes;              /* k: scratch */
+    double least;               /* rates below do not count, after mbsri_report_see */
     double *work;
     int lwork;
     void *memory;

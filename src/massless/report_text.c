@@ -12,9 +12,9 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Joint rates of found direction l, those below 1e-6 of the largest left out, a velocity compared
- * with an angular rate times the typical length; the largest number made 1. Returns how many there
- * are; writes them where term is not NULL. */
+/* Joint rates of found direction l, after list_forces, those below 1e-6 of the largest left out unless
+ * elements see no others, a velocity compared with an angular rate times the typical length; the
+ * largest number made 1. Returns how many there are; writes them where term is not NULL. */
 static int list_terms(mbsri_report *r, int l, mbsr_direction_term *term)
 {
     const mbsr_model *m = r->w.m;
@@ -23,13 +23,13 @@ static int list_terms(mbsri_report *r, int l, mbsr_direction_term *term)
     for (int k = 0; k < m->nu; ++k) {
         if (fabs(r->u[k]) > fabs(largest)) largest = r->u[k];
     }
-    const double least = mbsri_report_least(r);
     int count = 0;
     for (int id = 0; id < m->bodies; ++id) {
         const mbsri_body *b = m->body + m->index[id];
         for (int k = 0; k < b->n; ++k) {
             const double x = r->u[b->u + k];
-            if (fabs(x) / r->w.span[b->u + k] < least && x != largest) continue;
+            const bool small = fabs(x) / r->w.span[b->u + k] < r->least;
+            if (x == 0.0 || (small && x != largest)) continue;
             if (term) term[count] = (mbsr_direction_term){id, k, x / largest};
             ++count;
         }
@@ -115,10 +115,10 @@ static int count_all(mbsri_report *r, size_t *terms, size_t *forces)
     *terms = *forces = 0;
     for (int l = 0; l < r->found; ++l) {
         int count;
-        *terms += (size_t)list_terms(r, l, NULL);
         const int status = list_forces(r, l, NULL, &count);
         if (status) return status;
         *forces += (size_t)(count + list_closures(r, l, NULL));
+        *terms += (size_t)list_terms(r, l, NULL);
     }
     return MBSR_OK;
 }
@@ -134,15 +134,15 @@ static int write_directions(mbsri_report *r, mbsr_direction *direction, mbsr_dir
     for (int pass = 0; pass < 3; ++pass) {
         for (int l = 0; l < r->found; ++l) {
             if (r->kind[l] != order[pass]) continue;
-            *direction =
-                (mbsr_direction){r->kind[l], list_terms(r, l, term), term, 0, force, 0, NULL};
+            *direction = (mbsr_direction){r->kind[l], 0, term, 0, force, 0, NULL};
             const int status = list_forces(r, l, force, &direction->forces);
             if (status) return status;
-            term += direction->terms;
             force += direction->forces;
             direction->closures = list_closures(r, l, force);
             direction->closure = force;
             force += direction->closures;
+            direction->terms = list_terms(r, l, term);
+            term += direction->terms;
             if (pass == 0) describe(r->w.m, direction, line, text, &used);
             ++direction;
         }
