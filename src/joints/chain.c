@@ -4,12 +4,13 @@
  * Frame A stands on the predecessor, frame B on the body. Steps move a running frame from A to B:
  * rotations about and translations along an axis, screws, and a rotation by a quaternion. Each step
  * is one column or three of the body's velocity: with the axis a and the origin c of the running
- * frame before the step, r the body's origin,
+ * frame before the step, r the body's origin, both from the predecessor's origin (arms lose nothing where
+ * the world's is far),
  *
  *   rotation      S = (a, a x (r - c))      screw   rotation + pitch (0, a)
  *   translation   S = (0, a)                quaternion: rotations about the frame's three axes
  *
- * V_i = X V_pi + sum of S s',  X = [1 0; -[rho]x 1],  rho = r_i - r_pi. So K = I, H = -X, J = -S of
+ * V_i = X V_pi + sum of S s',  X = [1 0; -[rho]x 1],  rho = r. So K = I, H = -X, J = -S of
  * the free coordinates, kI = -S s' of the driven ones, and
  *
  *   kII = H' V_pi - sum of S' s' - sum of S s'' of the driven ones
@@ -38,7 +39,8 @@ typedef struct column {
 
 typedef struct chain {
     double R_pred[9], r_pred[3], omega_pred[3], v_pred[3];
-    double R[9], c[3], omega[3], cd[3]; /* the running frame and its motion */
+    double R[9], c[3], omega[3],
+        cd[3]; /* the running frame, from the predecessor, and its motion */
     int columns;
     column column[MBSRI_MAX_STEPS];
     double Ri[9], r[3], v[3]; /* the body */
@@ -272,7 +274,7 @@ static void place_A(const double A[12], chain *w)
 {
     double arm[3];
     mbsri_rotate3(w->R_pred, A, arm);
-    for (int k = 0; k < 3; ++k) w->c[k] = w->r_pred[k] + arm[k];
+    memcpy(w->c, arm, sizeof w->c);
     mbsri_cross3(w->omega_pred, arm, w->cd);
     mbsri_add3(1.0, w->v_pred, w->cd);
     memcpy(w->omega, w->omega_pred, sizeof w->omega);
@@ -284,7 +286,7 @@ static void change_A(const double A[12], const chain *w, chain_change *dw)
     double arm[3], darm[3];
     mbsri_rotate3(w->R_pred, A, arm);
     mbsri_cross3(dw->turn_pred, arm, darm);
-    for (int k = 0; k < 3; ++k) dw->c[k] = dw->r_pred[k] + darm[k];
+    memcpy(dw->c, darm, sizeof dw->c);
     memcpy(dw->cd, dw->v_pred, sizeof dw->cd);
     add_change_of_cross(w->omega_pred, dw->omega_pred, arm, darm, dw->cd);
     memcpy(dw->omega, dw->omega_pred, sizeof dw->omega);
@@ -403,7 +405,7 @@ int mbsri_chain_position(const mbsr_joint_args *args, double *p)
     const int status = walk(args, &w);
     if (status) return status;
     memcpy(p + MBSR_POSE_R, w.Ri, sizeof w.Ri);
-    memcpy(p + MBSR_POSE_X, w.r, sizeof w.r);
+    for (int k = 0; k < 3; ++k) p[MBSR_POSE_X + k] = w.r_pred[k] + w.r[k];
     return MBSR_OK;
 }
 
@@ -430,9 +432,8 @@ int mbsri_chain_jacobians(const mbsr_joint_args *args, double *K, double *H, dou
     chain w;
     const int status = walk(args, &w);
     if (status) return status;
-    double rho[3], lower[9];
-    for (int k = 0; k < 3; ++k) rho[k] = w.r[k] - w.r_pred[k];
-    mbsri_cross_matrix3(rho, lower);
+    double lower[9];
+    mbsri_cross_matrix3(w.r, lower);
     fill_H(args->pred_space, 1.0, lower, H);
     for (int c = 0; c < w.columns; ++c) {
         const column *col = w.column + c;
@@ -493,7 +494,7 @@ int mbsri_chain_motion(const mbsr_joint_args *args, double *p, double *S, double
     const int status = walk(args, &w);
     if (status) return status;
     memcpy(p + MBSR_POSE_R, w.Ri, sizeof w.Ri);
-    memcpy(p + MBSR_POSE_X, w.r, sizeof w.r);
+    for (int k = 0; k < 3; ++k) p[MBSR_POSE_X + k] = w.r_pred[k] + w.r[k];
     double rhod[3];
     for (int k = 0; k < 3; ++k) rhod[k] = w.v[k] - w.v_pred[k];
     for (int k = 0; k < 6; ++k) drive[k] = bias[k] = 0.0;
@@ -551,10 +552,9 @@ int mbsri_chain_tangent(const mbsr_joint_args *args, const mbsr_joint_change *by
     const int status = walk_both(args, by, &w, &dw);
     if (status) return status;
     turned(dw.turn, w.Ri, dp + MBSR_POSE_R);
-    memcpy(dp + MBSR_POSE_X, dw.r, sizeof dw.r);
-    double drho[3], lower[9];
-    for (int k = 0; k < 3; ++k) drho[k] = dw.r[k] - dw.r_pred[k];
-    mbsri_cross_matrix3(drho, lower);
+    for (int k = 0; k < 3; ++k) dp[MBSR_POSE_X + k] = dw.r_pred[k] + dw.r[k];
+    double lower[9];
+    mbsri_cross_matrix3(dw.r, lower);
     fill_H(args->pred_space, 0.0, lower, dH);
     for (int c = 0; c < w.columns; ++c) {
         const column *col = w.column + c;
