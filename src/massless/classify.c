@@ -100,7 +100,7 @@ static void elastic_block(mbsri_report *r, int c, int e)
 static int classify_rest(mbsri_report *r, int c, int e)
 {
     elastic_block(r, c, e);
-    mbsri_reduce(&r->reduced, e, e, e, MBSRI_LEAST_STIFFNESS);
+    mbsri_reduce(&r->reduced, e, e, e, MBSRI_LEAST_STIFFNESS, NULL);
     const int elastic = r->reduced.rank;
     int status = MBSR_OK;
     for (int l = 0; l < e && !status; ++l) {
@@ -144,7 +144,7 @@ static int classify_by_slopes(mbsri_report *r, int c, mbsr_index_report *report)
             r->reduced.error[b * c + a] = r->w.C_error[at];
         }
     }
-    mbsri_reduce(&r->reduced, c, c, c, MBSRI_LEAST_DAMPING);
+    mbsri_reduce(&r->reduced, c, c, c, MBSRI_LEAST_DAMPING, NULL);
     const int damped = r->reduced.rank;
     int status = damped > 0 ? condition(r, c, damped, report) : MBSR_OK;
     for (int l = 0; l < damped && !status; ++l) {

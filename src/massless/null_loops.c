@@ -178,7 +178,7 @@ int mbsri_null_leave_held(mbsri_null_space *w)
     double *T = (double *)w->seen_room.data + reduced, *dT = T + k * k, *old = dT + k * k;
     mbsri_reduction_place(&w->seen, m->rows, w->k, w->seen_room.data);
     fill(w, lever_of(w));
-    mbsri_reduce(&w->seen, m->rows, w->k, w->k, LEAST);
+    mbsri_reduce(&w->seen, m->rows, w->k, w->k, LEAST, NULL);
     const int count = w->k - w->seen.rank;
     for (int l = 0; l < count; ++l)
         mbsri_right_null(&w->seen, l, T + (size_t)l * k, dT + (size_t)l * k);

@@ -46,16 +46,17 @@ static void find_largest(mbsri_reduction *r, int j)
     }
 }
 
-/* Rows, then columns of A to largest entries 1, and the errors likewise; beside it the unit
- * matrix. */
-static void prepare(mbsri_reduction *r, int n, int m)
+/* Rows of A by their sizes, or to largest entries 1, then columns to largest entries 1, and the errors
+ * likewise; beside it the unit matrix. */
+static void prepare(mbsri_reduction *r, int n, int m, const double *sizes)
 {
     r->n = n;
     r->m = m;
     r->rank = 0;
     for (int i = 0; i < n; ++i) {
         double size = 0.0;
-        for (int j = 0; j < m; ++j) size = fmax(size, fabs(r->A[j * n + i]));
+        for (int j = 0; j < m && !sizes; ++j) size = fmax(size, fabs(r->A[j * n + i]));
+        if (sizes) size = sizes[i];
         r->rows[i] = size > 0.0 ? 1.0 / size : 1.0;
         r->row_taken[i] = false;
     }
@@ -107,10 +108,10 @@ static void subtract(mbsri_reduction *r, int j, int p, const double *factor, con
     if (j < r->m) find_largest(r, j);
 }
 
-void mbsri_reduce(mbsri_reduction *r, int n, int m, int most, double small)
+void mbsri_reduce(mbsri_reduction *r, int n, int m, int most, double small, const double *sizes)
 {
     int p = 0, c = 0;
-    prepare(r, n, m);
+    prepare(r, n, m, sizes);
     while (r->rank < most && find_pivot(r, &p, &c)) {
         double *a = r->A + c * n, *e = r->error + c * n;
         const double pivot = a[p], share = e[p] / fabs(pivot);

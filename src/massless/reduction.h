@@ -1,8 +1,8 @@
 /* Rank and null spaces of a matrix whose entries have errors.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Gauss-Jordan elimination with complete pivoting of A, scaled to unit rows and columns, beside the
- * unit matrix. It carries bounds of the errors along; an entry that may be error, or that is so small
+ * Gauss-Jordan elimination with complete pivoting of A, scaled to rows of the sizes of what they stand for
+ * and to unit columns, beside the unit matrix. It carries bounds of the errors along; an entry that may be error, or that is so small
  * beside what it was subtracted from, is set to zero, so that zeros of structure stay zeros and the
  * null vectors have few entries. With pivots (r_k, c_k), the reduced matrix R and the row operations
  * L, L A = R:
@@ -31,8 +31,9 @@ size_t mbsri_reduction_size(int n, int m);
 void mbsri_reduction_place(mbsri_reduction *r, int n, int m, void *memory);
 
 /* A (n x m) and its errors are at the beginning of r->A and r->error. No more than `most` pivots are
- * looked for. `small`: the least share that counts of what is subtracted. */
-void mbsri_reduce(mbsri_reduction *r, int n, int m, int most, double small);
+ * looked for. `small`: the least share that counts of what is subtracted. sizes (n): what rows are scaled
+ * by, of what they stand for; NULL: their largest entries. */
+void mbsri_reduce(mbsri_reduction *r, int n, int m, int most, double small, const double *sizes);
 
 /* Number l of the null vectors, or of the pivots (l < rank), and what it may be wrong by (NULL: not asked
  * for), of the unscaled A: right ones and the row space have m numbers, left ones n. */

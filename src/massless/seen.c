@@ -13,13 +13,13 @@
 /* The least share that counts of what is subtracted. */
 static const double least_seen = 1e-12;
 
-/* Room for a reduction, and behind it for a row of `count` numbers and its errors. */
+/* Room for a reduction, and behind it for a row of `count` numbers, its errors and sizes. */
 static int make_room(mbsri_null_space *w, int count, const int *direction, bool velocity,
                      double **row)
 {
     const int rows = mbsri_rows_gather(w, count, direction, velocity, NULL, NULL);
     const size_t size = mbsri_reduction_size(count, rows) / sizeof(double) + 1,
-                 more = size + 2 * (size_t)count;
+                 more = size + 3 * (size_t)count;
     w->seen_room.count = 0;
     if (!mbsri_reserve(&w->m->allocator, &w->seen_room, more, sizeof(double))) {
         return mbsri_fail(&w->d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
@@ -33,12 +33,28 @@ static int make_room(mbsri_null_space *w, int count, const int *direction, bool 
     return MBSR_OK;
 }
 
+/* sizes (count) = the largest rates of directions, by typical sizes. Pivots are taken where elements see
+ * most of a direction beside that: one that goes on into large rates behind a slender body is then not
+ * subtracted from others, in which it would hide all else. */
+static void find_sizes(const mbsri_null_space *w, int count, const int *direction, double *sizes)
+{
+    const size_t nu = (size_t)w->m->nu;
+    for (int n = 0; n < count; ++n) {
+        const double *a = w->direction + (size_t)direction[n] * nu;
+        sizes[n] = 0.0;
+        for (size_t k = 0; k < nu; ++k) sizes[n] = fmax(sizes[n], fabs(a[k]) / w->span[k]);
+    }
+}
+
 int mbsri_seen_by_dampers(mbsri_null_space *w, int count, const int *direction)
 {
     double *row;
     const int status = make_room(w, count, direction, true, &row);
-    if (!status) mbsri_reduce(&w->seen, count, w->seen.m, count, least_seen);
-    return status;
+    if (status) return status;
+    double *sizes = row + 2 * count;
+    find_sizes(w, count, direction, sizes);
+    mbsri_reduce(&w->seen, count, w->seen.m, count, least_seen, sizes);
+    return MBSR_OK;
 }
 
 int mbsri_seen_by_springs(mbsri_null_space *w, int count, const int *direction, int e,
@@ -47,7 +63,7 @@ int mbsri_seen_by_springs(mbsri_null_space *w, int count, const int *direction, 
     double *x;
     const int status = make_room(w, count, direction, false, &x);
     if (status) return status;
-    double *dx = x + count;
+    double *dx = x + count, *sizes = dx + count;
     for (int n = 0; n < w->seen.m; ++n) {
         mbsri_copy((size_t)count, w->seen.A + n * count, x);
         mbsri_copy((size_t)count, w->seen.error + n * count, dx);
@@ -62,7 +78,12 @@ int mbsri_seen_by_springs(mbsri_null_space *w, int count, const int *direction, 
             w->seen.error[n * e + b] = error;
         }
     }
-    mbsri_reduce(&w->seen, e, w->seen.m, e, least_seen);
+    find_sizes(w, count, direction, x);
+    for (int b = 0; b < e; ++b) {
+        sizes[b] = 0.0;
+        for (int p = 0; p < count; ++p) sizes[b] = fmax(sizes[b], fabs(Z[b * count + p]) * x[p]);
+    }
+    mbsri_reduce(&w->seen, e, w->seen.m, e, least_seen, sizes);
     return MBSR_OK;
 }
 

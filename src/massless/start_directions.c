@@ -32,7 +32,7 @@ static int undetermined(mbsri_start *s, int l)
 static void reduce_to(mbsri_reduction *r, int n, int rank)
 {
     mbsri_zero((size_t)n * (size_t)n, r->error);
-    mbsri_reduce(r, n, n, rank, 0.0);
+    mbsri_reduce(r, n, n, rank, 0.0, NULL);
 }
 
 /* C into s->reduced. */
@@ -83,7 +83,7 @@ static void find_null(mbsri_start *s)
 {
     const int k = s->w.k;
     load_slopes(s);
-    mbsri_reduce(&s->reduced, k, k, k, MBSRI_LEAST_DAMPING);
+    mbsri_reduce(&s->reduced, k, k, k, MBSRI_LEAST_DAMPING, NULL);
     for (int c = 0; c < k - s->reduced.rank; ++c) {
         const int at = (s->reduced.rank + c) * k;
         mbsri_left_null(&s->reduced, c, s->left + at, s->left_error + at);
@@ -169,7 +169,7 @@ int mbsri_start_factor(mbsri_start *s, double small)
     if (s->by_rows)
         reduce_to(&s->rest, e, e);
     else
-        mbsri_reduce(&s->rest, e, e, e, small);
+        mbsri_reduce(&s->rest, e, e, e, small, NULL);
     if (s->rest.rank == e) return MBSR_OK;
     int column = 0, largest = 0;
     while (s->rest.column_taken[column]) ++column;

@@ -159,7 +159,7 @@ static int come_to_rest(mbsri_start *s)
                 gram->A[c * k + r] += a * w->direction[(size_t)r * (size_t)nu + (size_t)l];
         }
     }
-    mbsri_reduce(gram, k, k, k, DBL_EPSILON);
+    mbsri_reduce(gram, k, k, k, DBL_EPSILON, NULL);
     mbsri_zero((size_t)k, s->weights);
     mbsri_start_back(gram, false, s->moved, s->weights);
     mbsri_null_combine(w, s->weights, s->u);
