@@ -31,24 +31,43 @@ static bool column_is_zero(const mbsri_slopes *s, int column)
     return true;
 }
 
+/* A block (n x n, `rows` apart) without what is rounding of its largest entry, by typical sizes. */
+static void drop_traces(int n, size_t rows, const double *span, double *A)
+{
+    double largest = 0.0;
+    for (int drop = 0; drop < 2; ++drop) {
+        for (int c = 0; c < n; ++c) {
+            for (int r = 0; r < n; ++r) {
+                double *entry = A + (size_t)c * rows + (size_t)r;
+                const double size = fabs(span[c] * *entry * span[r]);
+                if (!drop) largest = fmax(largest, size);
+                if (size <= nothing * largest && drop) *entry = 0.0;
+            }
+        }
+    }
+}
+
 /* F_q G, q' = G u, in place of the derivatives by u, which are done with: for a joint whose coordinates
  * are not as many as its rates. */
-static bool turn_to_rates(mbsri_null_space *w, const mbsr_force_body *body, int i, int at)
+static bool turn_to_rates(mbsri_null_space *w, int k, int i)
 {
     const mbsri_slopes *s = &w->slope;
+    const mbsr_force_body *body = w->d->force_bodies + k;
     const mbsri_body *b = w->m->body + i;
-    double *u = w->d->u + b->iu, *given = w->u, *rate = w->rate;
+    const size_t rows = (size_t)s->out.rows;
+    const double *by_q = s->matrix + (size_t)mbsri_q_column(body, s->column[k]) * rows;
+    double *by_u = s->matrix + (size_t)mbsri_u_column(body, s->column[k]) * rows,
+           *u = w->d->u + b->iu, *given = w->u, *rate = w->rate;
     bool done = b->locks == 0;
     mbsri_copy((size_t)b->n, u, given);
     for (int c = 0; c < b->n && done; ++c) {
-        double *column = s->matrix + (size_t)(mbsri_u_column(body, at) + c) * (size_t)s->out.rows;
-        for (int k = 0; k < b->n; ++k) u[k] = k == c;
+        for (int l = 0; l < b->n; ++l) u[l] = l == c;
         done = mbsri_coordinate_rates_of(w->m, w->d, i, rate) == MBSR_OK;
-        mbsri_zero((size_t)s->out.rows, column);
-        mbsri_ax(s->out.rows, b->nq, 1.0,
-                 s->matrix + (size_t)mbsri_q_column(body, at) * (size_t)s->out.rows, rate, column);
+        mbsri_zero(rows, by_u + (size_t)c * rows);
+        mbsri_ax(s->out.rows, b->nq, 1.0, by_q, rate, by_u + (size_t)c * rows);
     }
     mbsri_copy((size_t)b->n, given, u);
+    drop_traces(b->n, rows, w->span + b->u, by_u + s->row[k] + b->d);
     return done;
 }
 
@@ -105,7 +124,7 @@ static bool find_duals(mbsri_null_space *w, int bodies, bool velocity, duals *x)
         if (b->nq == b->n) {
             add_duals(x, s->row[k] + b->d, mbsri_q_column(body, at), b->n, w->span + b->u);
         } else if (!are_zero(s, mbsri_q_column(body, at), b->nq)) {
-            if (!turn_to_rates(w, body, i, at)) return false;
+            if (!turn_to_rates(w, k, i)) return false;
             add_duals(x, s->row[k] + b->d, mbsri_u_column(body, at), b->n, w->span + b->u);
         }
     }
