@@ -65,19 +65,14 @@ double mbsri_trace_of_arms(const mbsri_body *b, const double *H, const double *A
     return 0.5 * square * fmax(A[3 * next], fmax(A[4 * next], A[5 * next]));
 }
 
-/* m |r|^2 of the body, r from its predecessor's origin. */
+/* m |r|^2 of the body, r from its predecessor's origin: out of H, as a difference of positions it would be
+ * lost where the tree is far away. */
 static double arm_of(const mbsr_data *d, const mbsri_body *b)
 {
-    const double *x = d->p + b->p + MBSR_POSE_X, *from = d->p + b->pred_p + MBSR_POSE_X,
-                 *A = d->Mbar + b->dd;
+    const double *x = d->p + b->p + MBSR_POSE_X, *A = d->Mbar + b->dd;
     const int next = b->d + 1;
-    const bool related = b->pred_space == MBSR_SPACE_SPATIAL;
-    double square = 0.0;
-    for (int k = 0; k < 3; ++k) {
-        const double r = x[k] - (related ? from[k] : 0.0);
-        square += r * r;
-    }
-    return square * fmax(A[3 * next], fmax(A[4 * next], A[5 * next]));
+    if (b->pred_space == MBSR_SPACE_SPATIAL) return mbsri_trace_of_arms(b, d->H + b->dp, A);
+    return mbsri_dot(3, x, x) * fmax(A[3 * next], fmax(A[4 * next], A[5 * next]));
 }
 
 double mbsri_turned_along(const mbsr_data *d, const mbsri_body *b, int l)
