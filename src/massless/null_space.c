@@ -340,6 +340,7 @@ int mbsri_null_gamma(mbsri_null_space *w, double t, const double *q, const doubl
             mbsri_null_force(m, w->d, &g, w->d->e + g.ig, w->force);
         gamma[l] = mbsri_dot(g.n, w->vector + (size_t)l * (size_t)m->max_n, w->force);
     }
+    mbsri_null_remix(w, false, gamma);
     return mbsri_check_result(m, w->d, (size_t)w->k, gamma, w->function);
 }
 
