@@ -5,7 +5,7 @@
  * springs alone. Directions that one element can determine alone, by a count of ranks, list that alone.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "duration.h"
-#include "expect.h"
+#include "span.h"
 #include "units.h"
 
 #include <stdbool.h>
@@ -44,16 +44,6 @@ typedef struct scene {
     double R[MOST][9], r[MOST][3], axis[MOST][3]; /* in the world */
 } scene;
 
-static bool chance(scene *s, double share)
-{
-    return test_uniform(&s->rng) < 2.0 * share - 1.0;
-}
-
-static double decades(scene *s, double low, double high)
-{
-    return pow(10.0, low + 0.5 * (high - low) * (1.0 + test_uniform(&s->rng)));
-}
-
 static void along_some_axis(scene *s, double x[3])
 {
     const int k = test_integer(&s->rng, 0, 2);
@@ -63,7 +53,7 @@ static void along_some_axis(scene *s, double x[3])
 static void somewhere(scene *s, double x[3])
 {
     for (int l = 0; l < 3; ++l) x[l] = test_uniform(&s->rng);
-    if (chance(s, 0.4)) along_some_axis(s, x);
+    if (test_chance(&s->rng, 0.4)) along_some_axis(s, x);
 }
 
 /* ---- the trees ---- */
@@ -71,10 +61,11 @@ static void somewhere(scene *s, double x[3])
 /* On the axis, almost on it, or anywhere. */
 static part draw_part(scene *s, const double axis[3])
 {
-    part p = {.shape = (shape)test_integer(&s->rng, 0, 2), .mass = decades(s, -2.0, 1.0)};
+    part p = {.shape = (shape)test_integer(&s->rng, 0, 2),
+              .mass = test_decades(&s->rng, -2.0, 1.0)};
     const int place = test_integer(&s->rng, 0, 3);
     const double off = place == 0   ? 0.0
-                       : place == 1 ? decades(s, -5.0, -2.0)
+                       : place == 1 ? test_decades(&s->rng, -5.0, -2.0)
                                     : 1.0,
                  along = p.shape == BOX ? 0.0 : test_uniform(&s->rng);
     double aside[3];
@@ -94,15 +85,16 @@ static part draw_part(scene *s, const double axis[3])
 static void draw_body(scene *s, int i, bool gimbal, bool straight, double massive)
 {
     body *b = s->body + i;
-    *b = (body){.parent = chance(s, 0.7) ? i - 1 : test_integer(&s->rng, -1, i - 1)};
-    b->slides = !gimbal && chance(s, 0.35);
-    if (chance(s, 0.8))
+    *b = (body){.parent = test_chance(&s->rng, 0.7) ? i - 1 : test_integer(&s->rng, -1, i - 1)};
+    b->slides = !gimbal && test_chance(&s->rng, 0.35);
+    if (test_chance(&s->rng, 0.8))
         along_some_axis(s, b->axis);
     else
         somewhere(s, b->axis);
-    if (!gimbal && chance(s, 0.5)) somewhere(s, b->at);
+    if (!gimbal && test_chance(&s->rng, 0.5)) somewhere(s, b->at);
     b->q = straight ? 0.0 : 1.1 * test_uniform(&s->rng);
-    const int parts = chance(s, i + 1 < s->bodies ? massive : 0.8) ? 1 + chance(s, 0.2) : 0;
+    const int parts =
+        test_chance(&s->rng, i + 1 < s->bodies ? massive : 0.8) ? 1 + test_chance(&s->rng, 0.2) : 0;
     while (b->parts < parts) b->part[b->parts++] = draw_part(s, b->axis);
 }
 
@@ -111,9 +103,10 @@ static void draw_element(scene *s)
     element e = {.kind = (kind)test_integer(&s->rng, 0, KINDS - 1),
                  .a = test_integer(&s->rng, 0, s->bodies - 1),
                  .b = test_integer(&s->rng, -1, s->bodies - 1),
-                 .ratio = chance(s, 0.5) ? 1.0 : 2.0 * test_uniform(&s->rng)};
-    e.spring = chance(s, 0.6) ? decades(s, -3.0, 3.0) : 0.0;
-    e.damper = e.kind == FRICTION || chance(s, 0.45) ? decades(s, -3.0, 3.0) : 0.0;
+                 .ratio = test_chance(&s->rng, 0.5) ? 1.0 : 2.0 * test_uniform(&s->rng)};
+    e.spring = test_chance(&s->rng, 0.6) ? test_decades(&s->rng, -3.0, 3.0) : 0.0;
+    e.damper =
+        e.kind == FRICTION || test_chance(&s->rng, 0.45) ? test_decades(&s->rng, -3.0, 3.0) : 0.0;
     if (e.kind == FRICTION) e.spring = 0.0;
     if (e.kind < GEAR) e.b = -1;
     somewhere(s, e.point_a);
@@ -126,8 +119,8 @@ static scene draw(int seed)
 {
     scene s = {.rng = test_seed((uint64_t)seed)};
     s.bodies = test_integer(&s.rng, 2, MOST);
-    const bool gimbal = chance(&s, 0.35), straight = chance(&s, 0.3);
-    const double massive = chance(&s, 0.5) ? 0.2 : 0.5;
+    const bool gimbal = test_chance(&s.rng, 0.35), straight = test_chance(&s.rng, 0.3);
+    const double massive = test_chance(&s.rng, 0.5) ? 0.2 : 0.5;
     for (int i = 0; i < s.bodies; ++i) draw_body(&s, i, gimbal, straight, massive);
     for (int k = test_integer(&s.rng, 0, s.bodies + 2); k > 0; --k) draw_element(&s);
     return s;
@@ -183,7 +176,7 @@ static void add_motion(const scene *s, int i, const double x[3], const double al
 }
 
 /* The rows of points that stand for a part. */
-static int part_rows(const scene *s, int i, const part *p, double rows[][MOST])
+static int part_rows(const scene *s, int i, const part *p, double rows[][TEST_SPAN_MOST])
 {
     const double corner[3][3] = {{p->b[0], 0, 0}, {0, p->b[1], 0}, {0, 0, p->b[2]}};
     int count = 0;
@@ -223,56 +216,6 @@ static double measure(const scene *s, const element *e, double *row)
     return s->body[e->a].q - e->ratio * s->body[e->b].q;
 }
 
-/* ---- ranks ---- */
-
-typedef struct span {
-    double v[MOST][MOST]; /* orthonormal */
-    int count, n;
-    bool doubtful; /* whether some row was neither in the span nor clearly out of it */
-} span;
-
-/* Adds the rows, the farthest from the span first. */
-static void add_rows(span *p, int count, double rows[][MOST])
-{
-    double rest[ROWS][MOST];
-    memcpy(rest, rows, (size_t)count * sizeof *rest);
-    for (;;) {
-        int most = -1;
-        double largest = 0.0;
-        for (int r = 0; r < count; ++r) {
-            double square = 0.0;
-            for (int turns = 0; turns < 2; ++turns) {
-                for (int l = 0; l < p->count; ++l) {
-                    double share = 0.0;
-                    for (int k = 0; k < p->n; ++k) share += rest[r][k] * p->v[l][k];
-                    for (int k = 0; k < p->n; ++k) rest[r][k] -= share * p->v[l][k];
-                }
-            }
-            for (int k = 0; k < p->n; ++k) square += rest[r][k] * rest[r][k];
-            if (square > largest) largest = square, most = r;
-        }
-        largest = sqrt(largest);
-        p->doubtful = p->doubtful || (largest > 1e-12 && largest < 2e-6);
-        if (largest < 1e-9) return;
-        for (int k = 0; k < p->n; ++k) p->v[p->count][k] = rest[most][k] / largest;
-        ++p->count;
-    }
-}
-
-/* How far x is out of the span. */
-static double out_of(const span *p, const double *x)
-{
-    double rest[MOST], square = 0.0;
-    memcpy(rest, x, sizeof rest);
-    for (int l = 0; l < p->count; ++l) {
-        double share = 0.0;
-        for (int k = 0; k < p->n; ++k) share += rest[k] * p->v[l][k];
-        for (int k = 0; k < p->n; ++k) rest[k] -= share * p->v[l][k];
-    }
-    for (int k = 0; k < p->n; ++k) square += rest[k] * rest[k];
-    return sqrt(square);
-}
-
 /* ---- what must be said ---- */
 
 typedef struct verdict {
@@ -282,16 +225,16 @@ typedef struct verdict {
     bool settled; /* no small numbers, and the same number of masses moved beside it */
 } verdict;
 
-static span masses(const scene *s)
+static test_span masses(const scene *s)
 {
-    span p = {.n = s->bodies};
-    double rows[ROWS][MOST];
+    test_span p = {.n = s->bodies, .clear = 2e-6};
+    static double rows[ROWS][TEST_SPAN_MOST];
     int count = 0;
     for (int i = 0; i < s->bodies; ++i) {
         for (int k = 0; k < s->body[i].parts; ++k)
             count += part_rows(s, i, s->body[i].part + k, rows + count);
     }
-    add_rows(&p, count, rows);
+    test_span_widen(&p, count, rows);
     return p;
 }
 
@@ -302,19 +245,19 @@ static bool as_many_beside(const scene *s, int count)
     scene other = *s;
     for (int i = 0; i < s->bodies; ++i) other.body[i].q += 1e-3 * sin(1.7 * i + 0.3);
     place(&other);
-    const span p = masses(&other);
+    const test_span p = masses(&other);
     return !p.doubtful && p.count == count;
 }
 
 /* Adds what dampers see, or springs, but for element `without`. */
-static void add_elements(const scene *s, bool springs, int without, span *p)
+static void add_elements(const scene *s, bool springs, int without, test_span *p)
 {
-    double row[1][MOST];
+    double row[1][TEST_SPAN_MOST];
     for (int k = 0; k < s->elements; ++k) {
         const element *e = s->element + k;
         if (k == without || !((springs ? e->spring : e->damper) > 0.0)) continue;
         (void)measure(s, e, row[0]);
-        add_rows(p, 1, row);
+        test_span_widen(p, 1, row);
     }
 }
 
@@ -322,7 +265,7 @@ static void add_elements(const scene *s, bool springs, int without, span *p)
 static void count_alone(const scene *s, verdict *v)
 {
     for (int k = 0; k < s->elements; ++k) {
-        span p = masses(s);
+        test_span p = masses(s);
         add_elements(s, false, k, &p);
         v->alone[0] += s->element[k].damper > 0.0 && p.count < v->dynamic + v->damped;
         p = masses(s);
@@ -335,7 +278,7 @@ static void count_alone(const scene *s, verdict *v)
 static verdict judge(const scene *s)
 {
     double row[MOST];
-    span p = masses(s);
+    test_span p = masses(s);
     verdict v = {.dynamic = p.count};
     add_elements(s, false, -1, &p);
     v.damped = p.count - v.dynamic;
@@ -351,7 +294,7 @@ static verdict judge(const scene *s)
     for (int i = 0; i < s->bodies; ++i) {
         double unit[MOST] = {0.0};
         unit[i] = 1.0;
-        const double free = out_of(&p, unit);
+        const double free = test_span_beside(&p, unit);
         if (free > 1e-6) v.undetermined_in |= 1u << i;
         v.settled = v.settled && (free < 1e-12 || free > 1e-4);
     }
@@ -458,7 +401,7 @@ static bool right_direction(const scene *s, const built *l, const mbsr_direction
         a[id] = direction->term[k].weight / l->rate[id];
         largest = fmax(largest, fabs(a[id]));
     }
-    const span p = masses(s);
+    const test_span p = masses(s);
     for (int r = 0; r < p.count; ++r) {
         double moved = 0.0;
         for (int k = 0; k < s->bodies; ++k) moved += p.v[r][k] * a[k];
