@@ -72,15 +72,7 @@ static int check_body(mbsr_model *m, const mbsr_body_def *def, int id, const cha
 /* What the model keeps of a joint, but for its parameters. */
 static mbsri_joint kept(const mbsr_joint *joint)
 {
-    mbsri_joint k = {.table = joint->table,
-                     .space = joint->space,
-                     .d = joint->d,
-                     .np = joint->np,
-                     .n = joint->n,
-                     .nq = joint->nq,
-                     .params = joint->params,
-                     .motion = joint->motion,
-                     .user = joint->user};
+    mbsri_joint k = {MBSRI_JOINT_FIELDS(joint)};
     memcpy(k.option, joint->option, sizeof k.option);
     return k;
 }

@@ -21,15 +21,7 @@ int mbsr_body_definition(const mbsr_model *model, int body, mbsr_body_def *def)
     def->name = name_at(model, b->name);
     def->parent = model->body[b->parent].id;
     def->inertia = b->inertia;
-    def->joint = (mbsr_joint){.table = joint->table,
-                              .space = joint->space,
-                              .d = joint->d,
-                              .np = joint->np,
-                              .n = joint->n,
-                              .nq = joint->nq,
-                              .params = joint->params,
-                              .motion = joint->motion,
-                              .user = joint->user};
+    def->joint = (mbsr_joint){MBSRI_JOINT_FIELDS(joint)};
     if (joint->params > 0)
         memcpy(def->joint.param, joint->param, (size_t)joint->params * sizeof *joint->param);
     memcpy(def->joint.option, joint->option, sizeof joint->option);

@@ -30,6 +30,12 @@ typedef struct mbsri_joint {
     int option[MBSR_JOINT_OPTIONS];
 } mbsri_joint;
 
+/* What it has of the joint as the caller gives it, and that of it, but for param and option. */
+#define MBSRI_JOINT_FIELDS(from)                                                                   \
+    .table = (from)->table, .space = (from)->space, .d = (from)->d, .np = (from)->np,              \
+    .n = (from)->n, .nq = (from)->nq, .params = (from)->params, .motion = (from)->motion,          \
+    .user = (from)->user
+
 /* Bodies, and joint rates, of a group (recursion/group.h) of more than one body. */
 enum { MBSRI_GROUP_MOST = 6 };
 

@@ -1,6 +1,6 @@
 /* Which joints are eliminated as one block.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "expect.h"
+#include "body.h"
 
 #include <mbsrank/mbsrank.h>
 
@@ -18,25 +18,14 @@ static mbsr_model *begin(void)
     return m;
 }
 
-static int add(mbsr_model *m, int parent, mbsr_joint joint, mbsr_inertia inertia)
-{
-    mbsr_body_def body = mbsr_default_body_def();
-    int id = MBSR_NONE;
-    body.parent = parent;
-    body.joint = joint;
-    body.inertia = inertia;
-    assert_ok(mbsr_model_add_body(m, &body, &id), mbsr_model_error(m));
-    return id;
-}
-
 static int slide(mbsr_model *m, int parent, const double axis[3], mbsr_inertia inertia)
 {
-    return add(m, parent, mbsr_joint_prismatic(NULL, NULL, axis), inertia);
+    return test_add_body(m, parent, mbsr_joint_prismatic(NULL, NULL, axis), inertia);
 }
 
 static int turn(mbsr_model *m, int parent, const double axis[3], mbsr_inertia inertia)
 {
-    return add(m, parent, mbsr_joint_revolute(NULL, NULL, axis), inertia);
+    return test_add_body(m, parent, mbsr_joint_revolute(NULL, NULL, axis), inertia);
 }
 
 static void finish(mbsr_model *m)
@@ -85,9 +74,9 @@ static void a_users_joint_is_looked_at(void **state)
             table.name = "own";
             if (own) joint.table = &table;
             const int first = slide(m, MBSR_GROUND, y, mbsr_inertia_zero()),
-                      second =
-                          add(m, first, joint,
-                              massive ? mbsr_inertia_point_mass(1.0, tip) : mbsr_inertia_zero());
+                      second = test_add_body(m, first, joint,
+                                             massive ? mbsr_inertia_point_mass(1.0, tip)
+                                                     : mbsr_inertia_zero());
             turn(m, second, x, mbsr_inertia_point_mass(1.0, tip));
             finish(m);
             assert_int_equal(mbsr_body_group(m, second), massive ? second : first);

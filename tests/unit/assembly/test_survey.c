@@ -1,7 +1,7 @@
 /* Joints that lack some of their rank, and groups of joints in one piece: they cost what they cost
  * themselves, and their projections are the same in whatever way the tree is evaluated.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "expect.h"
+#include "body.h"
 #include "kernels.h"
 
 #include "assembly/data.h"
@@ -35,17 +35,6 @@ typedef struct units {
     double m, kg, s;
 } units;
 
-static int add(mbsr_model *m, int parent, mbsr_joint joint, mbsr_inertia inertia)
-{
-    mbsr_body_def body = mbsr_default_body_def();
-    int id = MBSR_NONE;
-    body.parent = parent;
-    body.joint = joint;
-    body.inertia = inertia;
-    assert_ok(mbsr_model_add_body(m, &body, &id), mbsr_model_error(m));
-    return id;
-}
-
 static void damp(mbsr_model *m, int body, double damping)
 {
     const mbsr_force_def damper = mbsr_force_joint_spring(body, 0, 0.0, damping, 0.0);
@@ -56,10 +45,11 @@ static void damp(mbsr_model *m, int body, double damping)
 static int add_sliders(mbsr_model *m, int base, mbsr_inertia carried, units by)
 {
     const double end_of_rod[3] = {0.0, 0.6 * by.m, 0.0}, force = by.kg / by.s;
-    const int first = add(m, base, mbsr_joint_prismatic(NULL, NULL, y), mbsr_inertia_zero()),
-              second = add(m, first, mbsr_joint_prismatic(NULL, NULL, z), carried),
-              rod = add(m, second, mbsr_joint_revolute(NULL, NULL, x),
-                        mbsr_inertia_point_mass(2.0 * by.kg, end_of_rod));
+    const int first =
+                  test_add_body(m, base, mbsr_joint_prismatic(NULL, NULL, y), mbsr_inertia_zero()),
+              second = test_add_body(m, first, mbsr_joint_prismatic(NULL, NULL, z), carried),
+              rod = test_add_body(m, second, mbsr_joint_revolute(NULL, NULL, x),
+                                  mbsr_inertia_point_mass(2.0 * by.kg, end_of_rod));
     damp(m, first, 3.0 * force);
     damp(m, second, 2.0 * force);
     damp(m, rod, 0.1 * force * by.m * by.m);
@@ -71,11 +61,13 @@ static int add_sliders(mbsr_model *m, int base, mbsr_inertia carried, units by)
 static void add_group(mbsr_model *m, int base, mbsr_inertia body, units by)
 {
     const mbsr_frame A = mbsr_frame_at(0.3 * by.m, 0.0, 0.1 * by.m);
-    const int free = add(m, base, mbsr_joint_revolute(&A, NULL, z), mbsr_inertia_zero()),
-              turned = add(m, free, mbsr_joint_revolute(NULL, NULL, z), body),
-              cross = add(m, turned, mbsr_joint_universal(&A, NULL, x, y), mbsr_inertia_zero()),
-              last = add(m, cross, mbsr_joint_revolute(NULL, NULL, z), mbsr_inertia_zero());
-    add(m, last, mbsr_joint_weld(&A, NULL), body);
+    const int free = test_add_body(m, base, mbsr_joint_revolute(&A, NULL, z), mbsr_inertia_zero()),
+              turned = test_add_body(m, free, mbsr_joint_revolute(NULL, NULL, z), body),
+              cross = test_add_body(m, turned, mbsr_joint_universal(&A, NULL, x, y),
+                                    mbsr_inertia_zero()),
+              last =
+                  test_add_body(m, cross, mbsr_joint_revolute(NULL, NULL, z), mbsr_inertia_zero());
+    test_add_body(m, last, mbsr_joint_weld(&A, NULL), body);
     damp(m, free, 2.0 * by.kg * by.m * by.m / by.s);
 }
 
@@ -91,13 +83,13 @@ static void make_chain(scene *s, int hinges, end what, units by)
     int last = MBSR_GROUND;
     assert_ok(mbsr_model_create(NULL, &s->model, NULL), NULL);
     for (int i = 0; i < hinges; ++i) {
-        last = add(s->model, last, mbsr_joint_revolute(&A, NULL, i % 2 ? y : z),
-                   mbsr_inertia_rigid(by.kg, com, tensor));
+        last = test_add_body(s->model, last, mbsr_joint_revolute(&A, NULL, i % 2 ? y : z),
+                             mbsr_inertia_rigid(by.kg, com, tensor));
     }
     if (what == POINT_ON_BALL) {
         const double at[3] = {0.0, 0.6 * by.m, 0.1 * by.m};
-        const int ball =
-            add(s->model, last, mbsr_joint_spherical(&A, NULL), mbsr_inertia_point_mass(by.kg, at));
+        const int ball = test_add_body(s->model, last, mbsr_joint_spherical(&A, NULL),
+                                       mbsr_inertia_point_mass(by.kg, at));
         const mbsr_force_def damper = mbsr_force_joint_rotation_spring(ball, none, turning, NULL);
         assert_ok(mbsr_model_add_force(s->model, &damper, NULL), mbsr_model_error(s->model));
     } else if (what == REGULAR_GROUP) {
@@ -106,8 +98,8 @@ static void make_chain(scene *s, int hinges, end what, units by)
         /* the rod carries another one, behind which it is deep */
         const mbsr_frame seat = mbsr_frame_at(0.0, 0.6 * by.m, 0.0);
         const int rod = add_sliders(s->model, last, mbsr_inertia_zero(), by);
-        add(s->model, rod, mbsr_joint_revolute(&seat, NULL, x),
-            mbsr_inertia_point_mass(by.kg, seat.x));
+        test_add_body(s->model, rod, mbsr_joint_revolute(&seat, NULL, x),
+                      mbsr_inertia_point_mass(by.kg, seat.x));
     } else {
         const mbsr_inertia rotor = mbsr_inertia_rigid(0.0, none, around);
         add_sliders(s->model, last, what == ROTOR_ON_SLIDERS ? rotor : mbsr_inertia_zero(), by);

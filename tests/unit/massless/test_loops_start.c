@@ -1,7 +1,7 @@
 /* Consistent starts of small models with closures: what balances is taken as it is, what does not is named.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "close.h"
-#include "expect.h"
+#include "body.h"
 
 #include <mbsrank/mbsrank.h>
 
@@ -16,17 +16,6 @@ static int turn(void *user, double t, double *s, double *sdot, double *sddot)
     *sdot = 10.0;
     *sddot = 0.0;
     return 0;
-}
-
-static int add(mbsr_model *m, int parent, mbsr_joint joint, mbsr_inertia inertia)
-{
-    mbsr_body_def body = mbsr_default_body_def();
-    int id = MBSR_NONE;
-    body.parent = parent;
-    body.joint = joint;
-    body.inertia = inertia;
-    assert_ok(mbsr_model_add_body(m, &body, &id), mbsr_model_error(m));
-    return id;
 }
 
 /* A driven shaft turns another by a universal joint, whose bearing has no mass: rows hold it across, rubber keeps
@@ -46,11 +35,11 @@ static mbsr_model *shafts(double unit, double stiffness)
                      on_ground = mbsr_frame_product(&tilted, &on_shaft);
     mbsr_model *m = NULL;
     assert_ok(mbsr_model_create(NULL, &m, NULL), NULL);
-    const int a = add(m, MBSR_GROUND, mbsr_joint_compound(NULL, NULL, 1, &axis, turn, NULL),
-                      mbsr_inertia_zero());
-    const int b =
-        add(m, a, mbsr_joint_universal(NULL, NULL, x, y), mbsr_inertia_rigid(4.0, com, moments));
-    const int c = add(m, b, mbsr_joint_revolute(&on_shaft, NULL, z), mbsr_inertia_zero());
+    const int a = test_add_body(
+        m, MBSR_GROUND, mbsr_joint_compound(NULL, NULL, 1, &axis, turn, NULL), mbsr_inertia_zero());
+    const int b = test_add_body(m, a, mbsr_joint_universal(NULL, NULL, x, y),
+                                mbsr_inertia_rigid(4.0, com, moments));
+    const int c = test_add_body(m, b, mbsr_joint_revolute(&on_shaft, NULL, z), mbsr_inertia_zero());
     const mbsr_force_def bushing =
         mbsr_force_bushing(MBSR_GROUND, &on_ground, c, NULL, rubber, loss);
     assert_ok(mbsr_model_add_force(m, &bushing, NULL), mbsr_model_error(m));

@@ -3,7 +3,7 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "close.h"
 #include "duration.h"
-#include "expect.h"
+#include "body.h"
 
 #include <mbsrank/mbsrank.h>
 
@@ -11,17 +11,6 @@
 
 /* Length and mass in units of metres and kilograms: SI; mm, t; km, kg; mm, g. */
 static const double units[4][2] = {{1.0, 1.0}, {1e3, 1e-3}, {1e-3, 1.0}, {1e3, 1e3}};
-
-static int add(mbsr_model *m, int parent, mbsr_joint joint, mbsr_inertia inertia)
-{
-    mbsr_body_def body = mbsr_default_body_def();
-    int id = MBSR_NONE;
-    body.parent = parent;
-    body.joint = joint;
-    body.inertia = inertia;
-    assert_ok(mbsr_model_add_body(m, &body, &id), mbsr_model_error(m));
-    return id;
-}
 
 static mbsr_model *begin(void)
 {
@@ -60,8 +49,8 @@ static void try_rod(const double unit[2], double tilt, int beside, int carried)
     const mbsr_inertia rod = mbsr_inertia_rod(mass, origin, p);
     const mbsr_joint joint = mbsr_joint_revolute(NULL, NULL, beside ? z : p);
     mbsr_model *m = begin();
-    const int first = add(m, MBSR_GROUND, joint, carried ? mbsr_inertia_zero() : rod);
-    if (carried) add(m, first, mbsr_joint_weld(NULL, NULL), rod);
+    const int first = test_add_body(m, MBSR_GROUND, joint, carried ? mbsr_inertia_zero() : rod);
+    if (carried) test_add_body(m, first, mbsr_joint_weld(NULL, NULL), rod);
     mbsr_data *d = finish(m);
     const double moment = mass * (p[0] * p[0] + p[1] * p[1]) / 3.0;
     for (int k = 0; k < 12; ++k) {
@@ -102,8 +91,8 @@ static void a_rod_on_a_ball_joint(void **state)
             const double l = units[k][0], origin[3] = {0.0, 0.0, 0.0},
                          p[3] = {0.3 * tilt * l, 0.4 * tilt * l, 0.7 * l};
             mbsr_model *m = begin();
-            add(m, MBSR_GROUND, mbsr_joint_spherical(NULL, NULL),
-                mbsr_inertia_rod(2.0 * units[k][1], origin, p));
+            test_add_body(m, MBSR_GROUND, mbsr_joint_spherical(NULL, NULL),
+                          mbsr_inertia_rod(2.0 * units[k][1], origin, p));
             mbsr_data *d = finish(m);
             for (int turn = 0; turn < 12; ++turn) {
                 const double q[4] = {cos(0.3 * turn), sin(0.3 * turn), 0.0, 0.1 * turn},
@@ -250,8 +239,9 @@ static void try_thing(test_rng *rng, const double unit[2])
     const mbsr_frame frame = mbsr_frame_turned(at, x.across, 3.0 * test_uniform(rng));
     mbsr_model *m = begin();
     const mbsr_joint joint = mbsr_joint_revolute(&frame, NULL, x.axis);
-    const int first = add(m, MBSR_GROUND, joint, carried ? mbsr_inertia_zero() : x.inertia);
-    if (carried) add(m, first, mbsr_joint_weld(NULL, NULL), x.inertia);
+    const int first =
+        test_add_body(m, MBSR_GROUND, joint, carried ? mbsr_inertia_zero() : x.inertia);
+    if (carried) test_add_body(m, first, mbsr_joint_weld(NULL, NULL), x.inertia);
     mbsr_data *d = finish(m);
     const double tau = x.ratio > 0.0 ? moment_of(&x) : x.mass * unit[0] * unit[0];
     const int status = mbsr_forward_dynamics(m, d, 0.0, &q, &u, &tau, &udot);
@@ -287,14 +277,14 @@ static void try_oblique(test_rng *rng, const double unit[2])
     if (!(x.ratio > 0.0)) return;
     const double moment = moment_of(&x), q[2] = {test_uniform(rng), 3.0 * test_uniform(rng)};
     mbsr_model *m = begin();
-    add(m, MBSR_GROUND, mbsr_joint_universal(NULL, NULL, x.across, x.axis), x.inertia);
+    test_add_body(m, MBSR_GROUND, mbsr_joint_universal(NULL, NULL, x.across, x.axis), x.inertia);
     mbsr_data *d = finish(m);
     assert_moment(m, d, q, 1, moment);
     mbsr_data_destroy(d);
     mbsr_model_destroy(m);
 
     m = begin();
-    add(m, MBSR_GROUND, mbsr_joint_spherical(NULL, NULL), x.inertia);
+    test_add_body(m, MBSR_GROUND, mbsr_joint_spherical(NULL, NULL), x.inertia);
     d = finish(m);
     const double start[4] = {1.0, 0.0, 0.0, 0.0}, rest[3] = {0.0};
     double tau[3], kinetic;
@@ -347,10 +337,10 @@ static void try_turning(test_rng *rng, const double unit[2])
     test_fill(rng, 4, q);
     for (int k = 0; k < 2 && !ball; ++k) q[k] *= 3.0;
     mbsr_model *m = begin();
-    add(m, MBSR_GROUND,
-        ball ? mbsr_joint_spherical(NULL, NULL)
-             : mbsr_joint_universal(NULL, NULL, x.across, x.axis),
-        x.inertia);
+    test_add_body(m, MBSR_GROUND,
+                  ball ? mbsr_joint_spherical(NULL, NULL)
+                       : mbsr_joint_universal(NULL, NULL, x.across, x.axis),
+                  x.inertia);
     mbsr_data *d = finish(m);
     assert_int_equal(rank_of(m, d, q, u), (ball ? 3 : 2) - on_line);
     mbsr_data_destroy(d);
@@ -381,10 +371,10 @@ static void try_train(test_rng *rng, const double unit[2])
     for (int k = 0; k <= heavy; ++k) {
         const double is = mass[k > 0], moment = is * area,
                      tensor[6] = {moment, moment, moment, 0.0, 0.0, 0.0};
-        last = add(m, last,
-                   turns ? mbsr_joint_revolute(NULL, NULL, axis)
-                         : mbsr_joint_prismatic(NULL, NULL, axis),
-                   turns ? mbsr_inertia_rigid(is, none, tensor) : mbsr_inertia_particle(is));
+        last = test_add_body(
+            m, last,
+            turns ? mbsr_joint_revolute(NULL, NULL, axis) : mbsr_joint_prismatic(NULL, NULL, axis),
+            turns ? mbsr_inertia_rigid(is, none, tensor) : mbsr_inertia_particle(is));
     }
     mbsr_data *d = finish(m);
     tau[0] = mass[0] * (turns ? area : 1.0);
@@ -429,8 +419,8 @@ static void rounded_tensors_count_as_rounded(void **state)
         tensor[MBSR_XZ] = -x.mass * com[0] * com[2];
         tensor[MBSR_YZ] = -x.mass * com[1] * com[2];
         mbsr_model *m = begin();
-        add(m, MBSR_GROUND, mbsr_joint_revolute(NULL, NULL, x.axis),
-            mbsr_inertia_rigid(x.mass, p, tensor));
+        test_add_body(m, MBSR_GROUND, mbsr_joint_revolute(NULL, NULL, x.axis),
+                      mbsr_inertia_rigid(x.mass, p, tensor));
         mbsr_data *d = finish(m);
         const double q = 3.0 * test_uniform(&rng), u = 0.0;
         assert_int_equal(rank_of(m, d, &q, &u), e > 1e-6);
