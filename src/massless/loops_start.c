@@ -50,8 +50,8 @@ static int allocate(start *s, const mbsr_model *m, mbsr_data *d)
     return MBSR_OK;
 }
 
-/* Forces along directions without mass in a state that is 1e-8 of typical sizes beside y, to `shaken`; then
- * the residual at y once more. */
+/* Forces along directions without mass in a state that is 1e-8 of typical sizes beside y, springs of stiff rows
+ * included, to `shaken`; then the residual at y once more. */
 static int shake(const start *s)
 {
     const mbsr_model *m = s->w.m;
@@ -66,7 +66,10 @@ static int shake(const start *s)
         for (int k = 0; k < b->n; ++k)
             u[m->u_of[b->iu + k]] += 1e-8 * mbsri_rate_span(&spans, m, b, k);
     }
-    int status = s->form->residual(m, d, s->t, s->near, s->yp, s->F);
+    int status = mbsri_pack(s->form, m, d, s->t, q, u, s->F);
+    if (status) return status;
+    mbsri_copy((size_t)s->form->size(m), s->F, s->near);
+    status = s->form->residual(m, d, s->t, s->near, s->yp, s->F);
     if (!status) status = mbsri_enter(m, d, true, MBSRI_STAGE_BACKWARD, "mbsr_dae_consistent");
     if (!status) mbsri_defects(m, d, 0.0, s->shaken);
     return status ? status : s->form->residual(m, d, s->t, s->y, s->yp, s->F);

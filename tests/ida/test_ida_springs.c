@@ -165,12 +165,76 @@ static void in_space(void **state)
     loops_free(&rigid);
 }
 
+static int turn(void *user, double t, double *s, double *rate, double *acceleration)
+{
+    (void)user;
+    *s = 10.0 * t;
+    *rate = 10.0;
+    *acceleration = 0.0;
+    return MBSR_OK;
+}
+
+/* Two shafts at an angle of 0.5 rad; the bearing of the second, without mass, is held by a bushing that is soft
+ * against turning. There are no forces at the start. */
+static void shafts(loops *s, double k, double d, int as_closure)
+{
+    const double x[3] = {1.0, 0.0, 0.0}, y[3] = {0.0, 1.0, 0.0}, z[3] = {0.0, 0.0, 1.0}, tilt = 0.5,
+                 none[3] = {0.0}, moments[6] = {0.03, 0.03, 0.05},
+                 K[6] = {10.0, 10.0, 10.0, k, k, k}, D[6] = {0.1, 0.1, 0.1, d, d, d};
+    const mbsr_axis axis = {.kind = MBSR_AXIS_ROTATION, .direction = {0.0, 0.0, 1.0}, .driven = 1};
+    const mbsr_frame on_shaft = mbsr_frame_at(0.0, 0.0, 0.4),
+                     tilted = mbsr_frame_turned(NULL, x, tilt),
+                     on_ground = mbsr_frame_product(&tilted, &on_shaft);
+    int id = MBSR_GROUND;
+    loops_begin(s, NULL);
+    for (int i = 0; i < 3; ++i) {
+        mbsr_body_def body = mbsr_default_body_def();
+        body.parent = id;
+        body.joint = i == 0   ? mbsr_joint_compound(NULL, NULL, 1, &axis, turn, NULL)
+                     : i == 1 ? mbsr_joint_universal(NULL, NULL, x, y)
+                              : mbsr_joint_revolute(&on_shaft, NULL, z);
+        body.inertia = i == 1 ? mbsr_inertia_rigid(4.0, none, moments) : mbsr_inertia_zero();
+        assert_ok(mbsr_model_add_body(s->m, &body, &id), mbsr_model_error(s->m));
+    }
+    const mbsr_force_def gravity =
+        mbsr_force_gravity(0.0, 9.81, 0.0); /* against that of loops_begin */
+    assert_ok(mbsr_model_add_force(s->m, &gravity, NULL), mbsr_model_error(s->m));
+    add(s, mbsr_force_bushing(MBSR_GROUND, &on_ground, id, NULL, K, D), as_closure);
+    loops_finish(s);
+    s->q[0] = tilt;
+    s->u[1] = -10.0 * sin(tilt);
+    s->u[2] = -10.0 * cos(tilt);
+}
+
+/* As by a force; and on stiffer ones the angles of a universal joint, tan a = tan 0.5 cos 10 t. */
+static void soft_turns(void **state)
+{
+    (void)state;
+    loops force, closure;
+    shafts(&force, 1e3, 1.0, 0);
+    shafts(&closure, 1e3, 1.0, MBSR_SPRING_LOOSE);
+    assert_int_equal(loops_run(&force, 1e-8, 0.3).status, MBSR_OK);
+    assert_int_equal(loops_run(&closure, 1e-8, 0.3).status, MBSR_OK);
+    for (int k = 0; k < 3; ++k) assert_close(closure.q[k], force.q[k], 1e-6);
+    loops_free(&force);
+    loops_free(&closure);
+    for (double stiffness = 1e6; stiffness < 2e10; stiffness *= 1e2) {
+        shafts(&closure, stiffness, 1e-4 * stiffness, MBSR_SPRING_LOOSE);
+        const loops_result r = loops_run(&closure, 1e-6, 1.0);
+        assert_int_equal(r.status, MBSR_OK);
+        assert_true(r.steps < 250);
+        assert_close(tan(closure.q[0]), tan(0.5) * cos(10.0), 3e-5);
+        loops_free(&closure);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(same_motion),
         cmocka_unit_test(at_the_price_of_the_rigid_pin),
         cmocka_unit_test(in_space),
+        cmocka_unit_test(soft_turns),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
