@@ -70,6 +70,13 @@ static int root_of(clusters *w, int id)
     return id;
 }
 
+/* The joint of body i is read by closure `id`. */
+static void join(clusters *w, int i, int id)
+{
+    if (w->of_body[i] >= 0) w->of_closure[root_of(w, w->of_body[i])] = root_of(w, id);
+    w->of_body[i] = id;
+}
+
 static void find_clusters(clusters *w)
 {
     const mbsri_closure *first = w->m->closures.data;
@@ -79,10 +86,9 @@ static void find_clusters(clusters *w)
         const mbsri_closure *c = first + id;
         w->of_closure[id] = id;
         for (int l = 0; l < c->bodies; ++l) {
-            for (int i = c->body[l]; i > c->meets; i = w->m->body[i].parent) {
-                if (w->of_body[i] >= 0) w->of_closure[root_of(w, w->of_body[i])] = root_of(w, id);
-                w->of_body[i] = id;
-            }
+            for (int i = c->body[l]; i > c->meets; i = w->m->body[i].parent) join(w, i, id);
+            const bool joints = (c->def.table->flags & MBSR_CLOSURE_JOINTS) != 0;
+            if (joints && c->body[l] > 0 && c->body[l] == c->meets) join(w, c->meets, id);
         }
     }
     for (int id = 0; id < closures; ++id) w->first_closure[id] = w->first_body[id] = -1;

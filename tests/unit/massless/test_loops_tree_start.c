@@ -272,10 +272,48 @@ static void redundant_rows(void **state)
     }
 }
 
+/* Gears between a rod and the next one, which hangs on it, listed twice: what reads the joint of the body where it
+ * meets is found redundant, loop by loop as densely. */
+static void gears(void **state)
+{
+    (void)state;
+    static const int counts[] = {10, 80}; /* densely; on the tree */
+    for (int n = 0; n < 2; ++n) {
+        const int count = counts[n], coordinate[2] = {0, 0};
+        loops s;
+        loops_begin(&s, NULL);
+        for (int k = 0; k < count; ++k) {
+            const int a = loops_rod(&s, NULL, MBSR_GROUND, 0.1 * k, 0.0, 1.0, 1.0),
+                      b = loops_rod(&s, NULL, a, 1.0, 0.0, 0.5, 0.5), pair[2] = {a, b};
+            const mbsr_closure_def gear =
+                mbsr_closure_coupling(2, pair, coordinate, (double[2]){1.0, -0.4 - 0.01 * k}, 0.0);
+            for (int l = 0; l < 2; ++l)
+                assert_ok(mbsr_model_add_closure(s.m, &gear, NULL), mbsr_model_error(s.m));
+        }
+        loops_build(&s);
+        int *redundant = calloc((size_t)s.rows, sizeof *redundant);
+        double *y = calloc(2 * (size_t)s.size, sizeof *y);
+        const double q[2] = {0.3, 0.2}, u[2] = {1.0, 0.0};
+        start(&s, 2, q, u, y, y + s.size);
+        assert_ok(mbsr_closures_dropped(s.m, s.d, redundant), NULL);
+        for (int k = 0; k < count; ++k) {
+            const double ratio = 0.4 + 0.01 * k;
+            assert_int_equal(redundant[2 * k], 0);
+            assert_int_equal(redundant[2 * k + 1], 1);
+            assert_close(entry(&s, y, 0, 2 * k), ratio * entry(&s, y, 0, 2 * k + 1), 1e-11);
+            assert_close(entry(&s, y, 2, 2 * k), ratio * entry(&s, y, 2, 2 * k + 1), 1e-9);
+        }
+        free(redundant);
+        free(y);
+        loops_free(&s);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(as_one_loop), cmocka_unit_test(as_dense), cmocka_unit_test(many_bodies),
-        cmocka_unit_test(springs_as_dense), cmocka_unit_test(redundant_rows)};
+        cmocka_unit_test(as_one_loop),    cmocka_unit_test(as_dense),
+        cmocka_unit_test(many_bodies),    cmocka_unit_test(springs_as_dense),
+        cmocka_unit_test(redundant_rows), cmocka_unit_test(gears)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
