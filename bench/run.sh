@@ -6,6 +6,7 @@
 #   bench/run.sh                                  all of these
 #   bench/run.sh scaling [samples [largest N]]    needs no SUNDIALS
 #   bench/run.sh kinds [samples]                  nor does this
+#   bench/run.sh flexible [samples [links]]
 #   bench/run.sh loops [samples]                  KLU, too, where SUNDIALS has it
 #   bench/run.sh report [samples]                 nor this
 #   bench/run.sh files [samples [bodies]]         nor this
@@ -25,7 +26,7 @@ trees=$root/bench/peers/run.sh
 what=${1:-all}
 [ $# -eq 0 ] || shift
 case $what in
-all | loops | precision | newton | explicit | driver) ida=ON ;; # loops: for KLU
+all | flexible | loops | precision | newton | explicit | driver) ida=ON ;; # loops: for KLU
 scaling | kinds | report | files | fe | threads) ida=OFF ;;
 trees) exec sh "$trees" "$@" ;;
 *)
@@ -65,6 +66,10 @@ fi
 if wanted kinds; then
     $pin "$build/bench/bench_kinds" "$@" > "$build/kinds.csv"
     mv "$build/kinds.csv" "$results/kinds.csv"
+fi
+if wanted flexible; then
+    OPENBLAS_NUM_THREADS=1 $pin "$build/bench/bench_flexible" "$@" > "$build/flexible.csv"
+    mv "$build/flexible.csv" "$results/flexible.csv"
 fi
 if wanted loops; then
     $pin "$build/bench/bench_loops" "$@" > "$build/loops.csv"
