@@ -94,7 +94,7 @@ set -o pipefail
 gcc=gcc
 if ! command -v gcc >/dev/null; then gcc=cc; fi
 no_runs=(-E '^ida\.(bead|beam|beam_in_space|car_axis|small_models|small_trees|space)$')
-no_long=(-E "^($once|ida\.(bead|beam|beam_in_space|car_axis|linear|mechanisms|small_models|small_trees|space|stiff|stiff_cells)|example\.(14_cable|18_sdirk|31_doubtful_masses|32_flexible_arm|demo_tree))$")
+no_long=(-E "^($once|ida\.(bead|beam|beam_in_space|car_axis|linear|mechanisms|small_models|small_trees|space|stiff|stiff_cells)|example\.(14_cable|18_sdirk|31_doubtful_masses|32_flexible_arm|35_flexible_rod|demo_tree))$")
 no_packages=(-E '^package\.(core_static|ida_shared)$') # core_shared and ida_static are tested
 if [ "$long" = ON ]; then no_runs=() no_long=() no_packages=(); fi
 run gcc-release "$gcc" -DCMAKE_BUILD_TYPE=Release -DMBSR_BENCH=ON -- "${no_packages[@]}"
