@@ -27,11 +27,12 @@ struct mbsri_factor {
 
 mbsr_fe_solver mbsri_factor_choose(mbsr_fe_solver wanted, int n)
 {
-    if (wanted != MBSR_FE_AUTO) return wanted;
 #ifdef MBSR_WITH_CHOLMOD
+    if (wanted != MBSR_FE_AUTO) return wanted;
     return n <= DENSE_BESIDE_SPARSE ? MBSR_FE_DENSE : MBSR_FE_SPARSE;
 #else
-    return n <= DENSE_ALONE ? MBSR_FE_DENSE : MBSR_FE_AUTO;
+    return wanted == MBSR_FE_DENSE || (wanted == MBSR_FE_AUTO && n <= DENSE_ALONE) ? MBSR_FE_DENSE
+                                                                                   : MBSR_FE_AUTO;
 #endif
 }
 

@@ -7,7 +7,7 @@
 
 typedef struct mbsri_factor mbsri_factor;
 
-/* Which one `wanted` means for n dofs; MBSR_FE_AUTO: none, there are too many. */
+/* Which one `wanted` means for n dofs; MBSR_FE_AUTO: none, without CHOLMOD. */
 mbsr_fe_solver mbsri_factor_choose(mbsr_fe_solver wanted, int n);
 
 /* Factor of A with shift (n) added to its diagonal. MBSR_ERR_VALUE: not positive definite, with *column where the

@@ -106,10 +106,11 @@ int mbsri_fe_statics_make(const mbsri_fe_body *body, int columns, mbsri_fe_stati
     *s = (mbsri_fe_statics){.body = body, .most = columns};
     s->solver = mbsri_factor_choose(body->def->solver, body->n);
     if (s->solver == MBSR_FE_AUTO)
-        return mbsri_fe_fail(body->error, MBSR_ERR_UNAVAILABLE,
-                             "mbsr_fe_reduce: %d dofs are too many for dense matrices, and this "
-                             "library was built without CHOLMOD (SuiteSparse)",
-                             body->n);
+        return mbsri_fe_fail(
+            body->error, MBSR_ERR_UNAVAILABLE,
+            "mbsr_fe_reduce: %d dofs are to be solved by CHOLMOD, as more than 5000 "
+            "always are, and this library was built without (SuiteSparse)",
+            body->n);
     s->C = mbsri_arena_take(body->arena, 6 * n * sizeof *s->C);
     s->six = mbsri_arena_take(body->arena, 6 * (size_t)columns * sizeof *s->six);
     if (!s->six) return no_memory(body);

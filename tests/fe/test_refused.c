@@ -258,11 +258,31 @@ static void options(void **state)
     test_solid_destroy(s);
 }
 
+/* Without CHOLMOD. */
+static void large_models(void **state)
+{
+    (void)state;
+    if (test_solvers > MBSR_FE_DENSE) skip();
+    test_solid *s = test_bar(46, 5, 5);
+    assert_true(s->mesh.dofs > 5000);
+    refuse(&s->def, MBSR_ERR_UNAVAILABLE, "5076 dofs|CHOLMOD");
+    test_solid_destroy(s);
+    s = test_bar(1, 1, 1);
+    s->def.solver = MBSR_FE_SPARSE;
+    refuse(&s->def, MBSR_ERR_UNAVAILABLE, "24 dofs|CHOLMOD");
+    test_solid_destroy(s);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(stiffness), cmocka_unit_test(mechanisms),       cmocka_unit_test(mass),
-        cmocka_unit_test(shapes),    cmocka_unit_test(dofs_and_markers), cmocka_unit_test(options),
+        cmocka_unit_test(stiffness),
+        cmocka_unit_test(mechanisms),
+        cmocka_unit_test(mass),
+        cmocka_unit_test(shapes),
+        cmocka_unit_test(dofs_and_markers),
+        cmocka_unit_test(options),
+        cmocka_unit_test(large_models),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
