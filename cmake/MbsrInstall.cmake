@@ -71,7 +71,7 @@ endif()
 mbsr_link_flags(mbsr_core_private ${LAPACK_LIBRARIES} ${BLAS_LIBRARIES} m ${mbsr_thread_flag})
 mbsr_install_library(mbsrank core)
 file(GLOB mbsr_headers CONFIGURE_DEPENDS "${PROJECT_SOURCE_DIR}/include/mbsrank/*.h")
-list(FILTER mbsr_headers EXCLUDE REGEX "/(fe|files|ida|simulation|sundials)\\.h$")
+list(FILTER mbsr_headers EXCLUDE REGEX "/(fe|files|ida|sid|simulation|sundials)\\.h$")
 install(FILES ${mbsr_headers} DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/mbsrank" COMPONENT core)
 install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" DESTINATION "${CMAKE_INSTALL_DOCDIR}" COMPONENT core)
 
@@ -107,5 +107,6 @@ if(MBSR_FE)
     mbsr_link_flags(mbsr_fe_private ${mbsr_cholmod} ${LAPACK_LIBRARIES} ${BLAS_LIBRARIES} m)
     mbsr_install_library(mbsrank_fe fe)
     install(FILES "${PROJECT_SOURCE_DIR}/include/mbsrank/fe.h"
+                  "${PROJECT_SOURCE_DIR}/include/mbsrank/sid.h"
             DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/mbsrank" COMPONENT fe)
 endif()

@@ -37,7 +37,7 @@ function(mbsr_add_program target source)
     file(STRINGS "${source}" uses_sundials
          REGEX "^#include [<\"](ida|cvode|sundials|nvector|sunmatrix|sunlinsol)/")
     file(STRINGS "${source}" uses_cvode REGEX "^#include [<\"]cvode/")
-    file(STRINGS "${source}" uses_fe REGEX "^#include [<\"]mbsrank/fe\\.h")
+    file(STRINGS "${source}" uses_fe REGEX "^#include [<\"]mbsrank/(fe|sid)\\.h")
     file(STRINGS "${source}" uses_petsc REGEX "^#include <petsc")
     set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS "${source}")
     if(uses_petsc)

@@ -12,3 +12,12 @@ int mbsri_fe_fail(mbsr_error *error, int status, const char *format, ...)
     va_end(arguments);
     return status;
 }
+
+int mbsri_fe_print(char *text, size_t size, const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    const int length = mbsri_vprint(text, size, format, arguments);
+    va_end(arguments);
+    return length;
+}

@@ -10,4 +10,7 @@
 /* Writes *error (if not NULL) and returns status. */
 int mbsri_fe_fail(mbsr_error *error, int status, const char *format, ...) MBSRI_FORMAT(3, 4);
 
+/* snprintf whose numbers have a point in every locale. */
+int mbsri_fe_print(char *text, size_t size, const char *format, ...) MBSRI_FORMAT(3, 4);
+
 #endif

@@ -4,7 +4,10 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "fuzz_fe.h"
 
+#include "small_sid.h"
+
 #include <mbsrank/fe.h>
+#include <mbsrank/sid.h>
 
 #include <math.h>
 #include <stdlib.h>
@@ -23,7 +26,8 @@ const char *const fuzz_fe_text[FUZZ_FE_TEXTS] = {
     "1 1 0.5\n7 1 -0.5\n7 7 0.5\n",
     "# id x y z\n1 0 0 0\n2, 1.0, 0.0, 0.0\n",
     "1 1\n1 2\n1 3\n1.4\n1.5\n1.6\n2 1\n2 2\n2 3\n2 4\n2 5\n2 6\n",
-    "# the root first\nroot node 1\ntip node 2\n"};
+    "# the root first\nroot node 1\ntip node 2\n",
+    test_small_sid};
 
 static void reduce(mbsr_fe_input *input)
 {
@@ -46,12 +50,42 @@ static void reduce(mbsr_fe_input *input)
     mbsr_flex_destroy(flex);
 }
 
+/* As far as may be changed. */
+static void read_sid(const char *text, size_t size)
+{
+    mbsr_sid_opt opt = mbsr_default_sid_opt();
+    mbsr_flex *flex;
+    mbsr_sid_report *report;
+    mbsr_sid_text *again;
+    mbsr_error error;
+    mbsr_flex_def data;
+    opt.change = MBSR_SID_COUPLING;
+    const int status = mbsr_sid_read(text, size, "damaged", &opt, &flex, &report, &error);
+    if (status) {
+        if (flex || report || error.status != status || !error.text[0]) abort();
+        return;
+    }
+    if (mbsr_flex_data(flex, &data) || !isfinite(data.mass) || !report->text[0]) abort();
+    for (int k = 0; k < 9 * data.modes * data.modes; ++k) {
+        if (!isfinite(data.P[k])) abort();
+    }
+    if (mbsr_sid_write(flex, "a", NULL, &again, &error)) abort();
+    mbsr_sid_text_destroy(again);
+    mbsr_sid_report_destroy(report);
+    mbsr_flex_destroy(flex);
+}
+
 int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size)
 {
+    enum { SID = FUZZ_FE_TEXTS - 1 };
     mbsr_fe_text text[FUZZ_FE_TEXTS];
     mbsr_fe_input *input;
     mbsr_error error;
     if (size == 0) return 0;
+    if (bytes[0] % FUZZ_FE_TEXTS == SID) {
+        read_sid((const char *)bytes + 1, size - 1);
+        return 0;
+    }
     for (int k = 0; k < FUZZ_FE_TEXTS; ++k)
         text[k] = (mbsr_fe_text){.text = fuzz_fe_text[k], .size = strlen(fuzz_fe_text[k])};
     text[bytes[0] % FUZZ_FE_TEXTS] =

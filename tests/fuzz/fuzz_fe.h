@@ -6,9 +6,9 @@
 #include <stddef.h>
 #include <stdint.h>
 
-enum { FUZZ_FE_TEXTS = 6 };
+enum { FUZZ_FE_TEXTS = 7 };
 
-/* K, M, D, nodes, dofs, markers of a small frame. */
+/* K, M, D, nodes, dofs, markers of a small frame, and a SID file. */
 extern const char *const fuzz_fe_text[FUZZ_FE_TEXTS];
 
 int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size);
