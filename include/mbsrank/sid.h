@@ -68,9 +68,9 @@ typedef struct mbsr_sid_text {
     size_t size; /* bytes, without the NUL */
 } mbsr_sid_text;
 
-/* Writes modal data as a SID file: nodes 1, 2, ... are the markers, without geometric stiffening. Read again it is the same
+/* Writes modal data without geometric stiffening as a SID file: nodes 1, 2, ... are the markers. Read again it is the same
  * to rounding. name: of the body; NULL: none. *text is released by mbsr_sid_text_destroy, and NULL on failure:
- * MBSR_ERR_NULL, MBSR_ERR_VALUE (allocator), MBSR_ERR_NO_MEMORY. allocator NULL: malloc and free. */
+ * MBSR_ERR_NULL, MBSR_ERR_VALUE (allocator; dependent shapes), MBSR_ERR_NO_MEMORY. allocator NULL: malloc and free. */
 MBSR_API int mbsr_sid_write(const mbsr_flex *flex, const char *name,
                             const mbsr_allocator *allocator, mbsr_sid_text **text,
                             mbsr_error *error);

@@ -257,6 +257,12 @@ int mbsr_sid_write(const mbsr_flex *flex, const char *name, const mbsr_allocator
         return mbsri_fe_fail(error, MBSR_ERR_VALUE,
                              "mbsr_sid_write: allocator has one of its two functions only");
     (void)mbsr_flex_data(flex, &d);
+    if (d.dependent > 0)
+        return mbsri_fe_fail(
+            error, MBSR_ERR_VALUE,
+            "mbsr_sid_write: the data have %d dependent shapes; geometric stiffening is "
+            "not written",
+            d.dependent);
     mbsri_arena arena;
     mbsri_arena_open(&arena, allocator);
     writer w = {.d = &d};

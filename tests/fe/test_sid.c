@@ -406,6 +406,12 @@ static void wrong_calls_and_no_memory(void **state)
     }
     mbsr_sid_report_destroy(NULL);
     mbsr_sid_text_destroy(NULL);
+    mbsr_beam_def stiffened = mbsr_default_beam_def();
+    stiffened.length = stiffened.density = stiffened.EI_z = 1.0, stiffened.stiffening = 1;
+    assert_ok(mbsr_flex_beam(&stiffened, &again, &error), &error);
+    assert_refused(mbsr_sid_write(again, NULL, NULL, &other, &error), &error, MBSR_ERR_VALUE,
+                   MBSR_NONE, MBSR_NONE, "dependent shapes");
+    mbsr_flex_destroy(again);
     mbsr_sid_text_destroy(text);
     mbsr_flex_destroy(flex);
 }
