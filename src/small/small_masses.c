@@ -7,6 +7,7 @@
 #include "small/candidates.h"
 #include "small/directions.h"
 #include "small/errors.h"
+#include "small/held.h"
 #include "small/loads.h"
 #include "small/slow.h"
 #include "small/smooth.h"
@@ -241,27 +242,6 @@ void mbsr_small_masses_destroy(mbsr_small_masses *small)
 
 /* ---- start ---- */
 
-/* Candidates with a term in an undetermined direction keep their mass; how many. */
-static int hold(mbsr_small_masses *s, const mbsr_index_report *report)
-{
-    int count = 0;
-    for (int k = 0; k < report->undetermined; ++k) {
-        const mbsr_direction *direction = report->direction + k;
-        for (int j = 0; j < direction->terms; ++j) {
-            for (int l = 0; l < s->directions; ++l) {
-                const mbsr_small_direction *x = s->direction + l;
-                mbsri_candidate *c = s->candidate + x->mass;
-                if (x->body != direction->term[j].body ||
-                    x->coordinate != direction->term[j].coordinate || c->held)
-                    continue;
-                c->held = true;
-                ++count;
-            }
-        }
-    }
-    return count;
-}
-
 /* After MBSR_UNDETERMINED at the start: fewer zeros, and twins anew; *again: whether that helps. */
 static int give_back(mbsr_small_masses *s, double t, bool *again)
 {
@@ -270,15 +250,17 @@ static int give_back(mbsr_small_masses *s, double t, bool *again)
     const int status =
         mbsr_index_report_create(twin->model, twin->data, t, s->q_given, s->u_given, &report);
     if (status) return mbsri_small_failed(s, status, mbsr_data_error(twin->data));
-    *again = hold(s, report) > 0;
+    int held = 0;
+    const int failed = mbsri_small_hold(s, t, report, &held);
     mbsr_index_report_destroy(twin->model, report);
-    return *again ? mbsri_small_twins(s) : MBSR_OK;
+    *again = held > 0;
+    return !failed && *again ? mbsri_small_twins(s) : failed;
 }
 
 static int settle(mbsr_small_masses *s, double t)
 {
     for (;;) {
-        bool again;
+        bool again = false;
         const int status = mbsri_small_settle(s, t, s->q_given, s->u_given, s->y, s->yp);
         if (status != MBSR_UNDETERMINED || s->given->rows > 0) return status;
         const mbsr_error error = s->error;
