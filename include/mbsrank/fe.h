@@ -131,7 +131,7 @@ typedef struct mbsr_fe_report {
  * is grounded (a rigid motion costs energy), indefinite or has mechanisms, M that is indefinite or has different
  * mass along different axes, wrong dofs, nodes and markers, more than MBSR_MAX_MODES modes.
  *
- * Memory and time: of the factor of K and, at 8 to 12 solves for each 4 normal modes, of solving with it. */
+ * Memory and time: of the factor of K and, at 5 to 8 solves for each normal mode, of solving with it. */
 MBSR_API int mbsr_fe_reduce(const mbsr_fe_def *def, mbsr_flex **flex, mbsr_fe_report **report,
                             mbsr_error *error);
 MBSR_API void mbsr_fe_report_destroy(mbsr_fe_report *report); /* NULL is allowed */

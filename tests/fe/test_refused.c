@@ -3,6 +3,8 @@
 #include "expect.h"
 #include "solid.h"
 
+#include <stdio.h>
+
 static void refuse(const mbsr_fe_def *def, int status, const char *words)
 {
     mbsr_flex *flex;
@@ -63,30 +65,44 @@ static void stiffness(void **state)
     test_solid_destroy(s);
 }
 
-/* A particle that nothing holds; two bars that nothing joins. */
-static void mechanisms(void **state)
+/* A particle that nothing holds; two bars that nothing joins. Large enough for CHOLMOD's supernodes, and too small. */
+static void mechanisms_of(int nx, int ny, int nz)
 {
-    (void)state;
-    test_solid *s = test_bar(3, 1, 1);
-    double *x = calloc(3 * (size_t)s->mesh.nodes + 3, sizeof *x);
-    memcpy(x, s->mesh.x, 3 * (size_t)s->mesh.nodes * sizeof *x);
-    x[3 * s->mesh.nodes] = 2.0;
+    test_solid *s = test_bar(nx, ny, nz);
+    const int nodes = s->mesh.nodes, elements = nx * ny * nz, each = s->mesh.entries / elements;
+    double *x = calloc(3 * (size_t)nodes + 3, sizeof *x),
+           *value = malloc((size_t)s->mesh.entries * sizeof *value);
+    char words[60];
+    memcpy(x, s->mesh.x, 3 * (size_t)nodes * sizeof *x);
+    x[3 * nodes] = 2.0;
     s->def.x = x;
-    ++s->def.nodes;
+    s->def.nodes = nodes + 1;
     s->def.K.rows = s->def.M.rows = s->mesh.dofs + 3;
-    refuse_all(&s->def, "mechanism|node 16|joined");
+    snprintf(words, sizeof words, "mechanism|node %d,|joined", nodes);
+    refuse_all(&s->def, words);
 
-    /* the elements in the middle are left out */
-    double *value = calloc((size_t)s->mesh.entries, sizeof *value);
-    const int one = s->mesh.entries / 3;
-    s->def.nodes = s->mesh.nodes;
+    /* a layer of elements in the middle is left out */
+    s->def.nodes = nodes;
     s->def.K.rows = s->def.M.rows = s->mesh.dofs;
-    for (int k = 0; k < s->mesh.entries; ++k) value[k] = k / one == 1 ? 0.0 : s->mesh.K[k];
+    for (int k = 0; k < s->mesh.entries; ++k)
+        value[k] = k / each / (ny * nz) == nx / 2 ? 0.0 : s->mesh.K[k];
     s->def.K.value = value;
     refuse_all(&s->def, "mechanism");
+
+    /* a direction of negative stiffness, which costs rigid motions nothing */
+    for (int k = 0; k < s->mesh.entries; ++k)
+        value[k] = (k / each == elements / 2 ? -3.0 : 1.0) * s->mesh.K[k];
+    refuse_all(&s->def, "indefinite");
     free(x);
     free(value);
     test_solid_destroy(s);
+}
+
+static void mechanisms(void **state)
+{
+    (void)state;
+    mechanisms_of(3, 1, 1);
+    mechanisms_of(20, 4, 3);
 }
 
 static void mass(void **state)
