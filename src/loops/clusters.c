@@ -178,7 +178,8 @@ static bool rank_cluster(clusters *w, int root, double lever, double dependent, 
                        .C = w->C,
                        .Q = w->Q,
                        .scale = w->scale,
-                       .x = w->x};
+                       .x = w->x,
+                       .left = w->line};
     for (int i = w->first_body[root]; i >= 0; i = w->next_body[i]) {
         w->place[i] = s.n;
         s.n += w->m->body[i].n;

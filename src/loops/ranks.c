@@ -95,26 +95,25 @@ static double distance(const mbsri_row_set *s, int row, int count)
     return square;
 }
 
-/* A pass over rows of one kind: position rows or others, rigid or stiff. Those that depend on the first
- * `count` vectors of Q and those of this pass are dropped; returns how many vectors there are then. */
-static int pass(const mbsri_row_set *s, bool held, bool stiff, int count, bool *dropped,
-                mbsri_ranks *found)
+/* A pass over rigid rows of one kind: position rows or others. Those that depend on the first `count` vectors of
+ * Q and those of this pass are dropped; returns how many vectors there are then. */
+static int pass(const mbsri_row_set *s, bool held, int count, bool *dropped, mbsri_ranks *found)
 {
     int first;
     for (int l = 0; l < s->count; ++l) {
         const mbsri_closure *c = member(s, l, &first);
         for (int k = held ? 0 : c->held; k < (held ? c->held : c->rows); ++k) {
             const int row = c->row + k;
-            if (mbsri_is_stiff(c, k) != stiff) continue;
+            if (mbsri_is_stiff(c, k)) continue;
             const double left = count < s->n ? distance(s, first + k, count) : 0.0;
             dropped[row] = !(left > s->dependent);
-            if (!stiff && !s->d->dropped[row] && left < found->weakest_pivot) {
+            if (!s->d->dropped[row] && left < found->weakest_pivot) {
                 found->weakest_pivot = left;
                 found->weakest = row;
             }
-            if (!stiff && dropped[row])
+            if (dropped[row])
                 found->largest_dropped = fmax(found->largest_dropped, left);
-            else if (!stiff)
+            else
                 found->smallest_kept = fmin(found->smallest_kept, left);
             if (!dropped[row])
                 mbsri_copy((size_t)s->n, s->x, s->Q + (size_t)count++ * (size_t)s->n);
@@ -123,14 +122,103 @@ static int pass(const mbsri_row_set *s, bool held, bool stiff, int count, bool *
     return count;
 }
 
+/* Stiffness of stiff row k of a closure whose rows begin at `first` in C, in the joint rates of the set. */
+static double stiffness_of(const mbsri_row_set *s, const mbsri_closure *c, int first, int k)
+{
+    const double scale = s->scale[first + k];
+    return mbsri_is_stiff(c, k) ? c->def.stiffness[k] * scale * scale : 0.0;
+}
+
+/* Whether it is soft beside another row of its closure. */
+static bool is_soft(const mbsri_row_set *s, const mbsri_closure *c, int first, int k)
+{
+    static const double soft = 1e-2;
+    double most = 0.0;
+    for (int l = 0; l < c->held; ++l) most = fmax(most, stiffness_of(s, c, first, l));
+    return stiffness_of(s, c, first, k) < soft * most;
+}
+
+/* The stiff row, soft or not, that is farthest from the span of those taken, the first of equals; -1 where none
+ * is left. `row`: among all rows. */
+static int farthest(const mbsri_row_set *s, bool soft, int *row)
+{
+    int first, at = -1;
+    for (int l = 0; l < s->count; ++l) {
+        const mbsri_closure *c = member(s, l, &first);
+        for (int k = 0; k < c->held; ++k) {
+            if (!mbsri_is_stiff(c, k) || s->left[first + k] < 0.0) continue;
+            if (at >= 0 && s->left[first + k] <= (1.0 + 1e-6) * s->left[at]) continue;
+            if (is_soft(s, c, first, k) != soft) continue;
+            at = first + k;
+            *row = c->row + k;
+        }
+    }
+    return at;
+}
+
+/* Takes from `left`, the squared distances of rows, what vector q of length 1 has of them. */
+static void shorten(const mbsri_row_set *s, const double *q)
+{
+    const size_t rows = (size_t)s->rows;
+    for (size_t k = 0; k < rows; ++k) {
+        double part = 0.0;
+        if (!(s->scale[k] > 0.0) || s->left[k] < 0.0) continue;
+        for (size_t j = 0; j < (size_t)s->n; ++j) part += q[j] * s->C[j * rows + k];
+        part /= s->scale[k];
+        s->left[k] = fmax(s->left[k] - part * part, 0.0);
+    }
+}
+
+/* Where rows of a closure depend on others its soft ones all do without: their forces are known well enough without,
+ * and the mechanism moves against them into positions where all rows together lose rank. */
+static void leave_out_soft(const mbsri_row_set *s, bool *dropped)
+{
+    int first;
+    for (int l = 0; l < s->count; ++l) {
+        const mbsri_closure *c = member(s, l, &first);
+        bool some = false;
+        for (int k = 0; k < c->held; ++k)
+            some = some || (mbsri_is_stiff(c, k) && dropped[c->row + k]);
+        for (int k = 0; k < c->held && some; ++k)
+            dropped[c->row + k] = dropped[c->row + k] || is_soft(s, c, first, k);
+    }
+}
+
+/* Stiff position rows, the farthest from all before first: of those that depend on each other any may do
+ * without, and the others are to stay independent for as much of the motion as may be. */
+static int pass_springs(const mbsri_row_set *s, int count, bool *dropped)
+{
+    int first, row = 0;
+    for (int l = 0; l < s->count; ++l) {
+        const mbsri_closure *c = member(s, l, &first);
+        for (int k = 0; k < c->rows; ++k) {
+            const bool looked_at = k < c->held && mbsri_is_stiff(c, k) && count < s->n;
+            s->left[first + k] = looked_at ? distance(s, first + k, count) : 0.0;
+        }
+    }
+    for (int soft = 0; soft < 2; ++soft) {
+        for (int at = farthest(s, soft, &row); at >= 0; at = farthest(s, soft, &row)) {
+            const double left = count < s->n ? distance(s, at, count) : 0.0;
+            dropped[row] = !(left > s->dependent);
+            s->left[at] = -1.0;
+            if (dropped[row]) continue;
+            double *q = s->Q + (size_t)count++ * (size_t)s->n;
+            mbsri_copy((size_t)s->n, s->x, q);
+            shorten(s, q);
+        }
+    }
+    leave_out_soft(s, dropped);
+    return count;
+}
+
 /* Rigid position rows, then stiff ones, which nothing else depends on, then the others. */
 void mbsri_ranks_of(const mbsri_row_set *s, bool *dropped, mbsri_ranks *found)
 {
     find_scales(s, s->scale);
-    const int held = pass(s, true, false, 0, dropped, found),
-              springs = pass(s, true, true, held, dropped, found) - held;
+    const int held = pass(s, true, 0, dropped, found),
+              springs = pass_springs(s, held, dropped) - held;
     found->springs += springs;
-    found->independent += pass(s, false, false, held, dropped, found);
+    found->independent += pass(s, false, held, dropped, found);
 }
 
 static mbsri_row_set all_rows(const mbsri_dense *w)
@@ -144,7 +232,8 @@ static mbsri_row_set all_rows(const mbsri_dense *w)
                            .C = w->C,
                            .Q = w->A,
                            .scale = w->right,
-                           .x = w->x};
+                           .x = w->x,
+                           .left = w->y};
 }
 
 void mbsri_rank_scales(const mbsri_dense *w, double *scale)

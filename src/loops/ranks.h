@@ -36,6 +36,7 @@ typedef struct mbsri_row_set {
     const double *C;    /* rows x n */
     double *Q;          /* n x n: rows that are independent, made orthogonal */
     double *scale, *x;  /* rows, n */
+    double *left;       /* rows */
 } mbsri_row_set;
 
 /* Marks the rows of the set that depend on those before them, as mbsri_ranks_here does, in the order of
@@ -48,7 +49,7 @@ void mbsri_ranks_of(const mbsri_row_set *s, bool *dropped, mbsri_ranks *found);
 void mbsri_rank_scales(const mbsri_dense *w, double *scale);
 
 /* Marks the rows that depend on those before them, position rows of all closures before the others; of
- * stiff rows those whose position row depends on the rigid ones and stiff ones before it. At the C of the
+ * stiff rows those whose position row depends on the rigid ones and on stiff ones farther from these. At the C of the
  * workspace; uses its A and right. */
 void mbsri_ranks_here(mbsri_dense *w, bool *dropped, mbsri_ranks *found);
 

@@ -206,6 +206,70 @@ static void shafts(loops *s, double k, double d, int as_closure)
     s->u[2] = -10.0 * cos(tilt);
 }
 
+/* Crank 0.2 m about z, rod 0.6 m, slider along x at z = 0.1 m; rod and slider held by a bushing that is soft against
+ * turning. Where the crank stands across the slide, all its rows together lose rank. */
+static void crank_in_space(loops *s, double k, double d, double loss, int as_closure)
+{
+    const double z[3] = {0.0, 0.0, 1.0}, x[3] = {1.0, 0.0, 0.0}, phi = 1.0, beside = 0.1, rod = 0.6,
+                 up = 0.2 * sin(phi), ahead = sqrt(rod * rod - up * up - beside * beside),
+                 K[6] = {10.0, 10.0, 10.0, k, k, k}, D[6] = {loss, loss, loss, d, d, d},
+                 length[3] = {0.2, 0.6, 0.1}, mass[3] = {2.0, 1.0, 1.5};
+    const mbsr_frame tip = mbsr_frame_at(0.2, 0.0, 0.0), end = mbsr_frame_at(rod, 0.0, 0.0),
+                     rail = mbsr_frame_at(0.0, 0.0, beside);
+    const mbsr_joint joint[3] = {mbsr_joint_revolute(NULL, NULL, z),
+                                 mbsr_joint_spherical(&tip, NULL),
+                                 mbsr_joint_prismatic(&rail, NULL, x)};
+    int id[3];
+    loops_begin(s, NULL);
+    for (int i = 0; i < 3; ++i) {
+        const double com[3] = {0.5 * length[i], 0.0, 0.0},
+                     across = mass[i] * length[i] * length[i] / 12.0,
+                     tensor[6] = {2e-4 * mass[i], across, across, 0.0, 0.0, 0.0};
+        mbsr_body_def body = mbsr_default_body_def();
+        body.parent = i == 1 ? id[0] : MBSR_GROUND;
+        body.joint = joint[i];
+        body.inertia = mbsr_inertia_rigid(mass[i], com, tensor);
+        assert_ok(mbsr_model_add_body(s->m, &body, id + i), mbsr_model_error(s->m));
+    }
+    add(s, mbsr_force_bushing(id[1], &end, id[2], NULL, K, D), as_closure);
+    loops_finish(s);
+    const double w = 1.0 + ahead / rod, j = -beside / rod, l = -up / rod,
+                 n = sqrt(w * w + j * j + l * l), c = cos(0.5 * phi) / n,
+                 sine = -sin(0.5 * phi) / n;
+    s->q[0] = phi;
+    s->q[1] = c * w - sine * l;
+    s->q[2] = -sine * j;
+    s->q[3] = c * j;
+    s->q[4] = c * l + sine * w;
+    s->q[5] = 0.2 * cos(phi) + ahead;
+}
+
+/* Past that position, as by a force; stiffer, at the same price at all tolerances. */
+static void past_loss_of_rank(void **state)
+{
+    (void)state;
+    static const double tolerance[] = {1e-4, 1e-6, 1e-8};
+    static const long most[] = {250, 550, 1150};
+    loops force, closure;
+    crank_in_space(&force, 1e4, 10.0, 0.0, 0);
+    crank_in_space(&closure, 1e4, 10.0, 0.0, MBSR_SPRING_LOOSE);
+    assert_int_equal(loops_run(&force, 1e-8, 0.6).status, MBSR_OK);
+    assert_int_equal(loops_run(&closure, 1e-8, 0.6).status, MBSR_OK);
+    for (int k = 0; k < force.nq; ++k) assert_close(closure.q[k], force.q[k], 2e-6);
+    loops_free(&force);
+    loops_free(&closure);
+    for (double stiffness = 1e10; stiffness < 2e12; stiffness *= 1e2) {
+        for (int l = 0; l < 3; ++l) {
+            crank_in_space(&closure, stiffness, 1e-5 * stiffness, 0.1, MBSR_SPRING_LOOSE);
+            const loops_result r = loops_run(&closure, tolerance[l], 1.0);
+            assert_int_equal(r.status, MBSR_OK);
+            assert_true(r.steps < most[l]);
+            if (l == 2) assert_close(closure.q[0], -2.572803, 1e-5);
+            loops_free(&closure);
+        }
+    }
+}
+
 /* As by a force; and on stiffer ones the angles of a universal joint, tan a = tan 0.5 cos 10 t. */
 static void soft_turns(void **state)
 {
@@ -231,10 +295,9 @@ static void soft_turns(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(same_motion),
-        cmocka_unit_test(at_the_price_of_the_rigid_pin),
-        cmocka_unit_test(in_space),
-        cmocka_unit_test(soft_turns),
+        cmocka_unit_test(same_motion),       cmocka_unit_test(at_the_price_of_the_rigid_pin),
+        cmocka_unit_test(in_space),          cmocka_unit_test(soft_turns),
+        cmocka_unit_test(past_loss_of_rank),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
