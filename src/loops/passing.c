@@ -7,7 +7,7 @@
 
 #include <math.h>
 
-static int still_open(const mbsri_front *f)
+static int still_open(const mbsri_pivots *f)
 {
     return f->size - f->pivots - f->left;
 }
@@ -16,22 +16,22 @@ static int still_open(const mbsri_front *f)
 static int count_open(const mbsri_system *w, int i)
 {
     int count = 0;
-    for (const mbsri_front *f = w->closing[i]; f; f = f->next) count += still_open(f);
+    for (const mbsri_pivots *f = w->closing[i]; f; f = f->next) count += still_open(f);
     return count;
 }
 
 static void list_open(const mbsri_system *w, int i, int *id)
 {
-    for (const mbsri_front *f = w->closing[i]; f; f = f->next) {
+    for (const mbsri_pivots *f = w->closing[i]; f; f = f->next) {
         for (int k = f->pivots + f->left; k < f->size; ++k) *id++ = f->id[k];
     }
 }
 
 /* F of what is open, into what is carried on. */
-static void copy_open(const mbsri_system *w, int i, mbsri_carried *p)
+static void copy_open(const mbsri_system *w, int i, mbsri_waiting *p)
 {
     int at = 0;
-    for (const mbsri_front *f = w->closing[i]; f; f = f->next) {
+    for (const mbsri_pivots *f = w->closing[i]; f; f = f->next) {
         const int N = f->size + f->d, first = f->pivots + f->left;
         for (int k = first; k < f->size; ++k) {
             for (int l = first; l < f->size; ++l) {
@@ -75,7 +75,7 @@ static void project(mbsri_system *w, int i, int count, const int *id, double *X,
     int at = 0;
     mbsri_zero((size_t)(b->n * count), X);
     mbsri_zero((size_t)(b->n * count), parts);
-    for (const mbsri_front *f = w->closing[i]; f; f = f->next) {
+    for (const mbsri_pivots *f = w->closing[i]; f; f = f->next) {
         const int n = f->size, N = n + f->d;
         for (int k = f->pivots + f->left; k < n; ++k, ++at) {
             for (int j = 0; j < b->n; ++j) {
@@ -88,7 +88,7 @@ static void project(mbsri_system *w, int i, int count, const int *id, double *X,
     }
     read_joint(w, i, count, id, X, parts);
     for (int k = 0; k < b->n * count; ++k) {
-        if (fabs(X[k]) <= MBSRI_FRONT_ROUNDING * parts[k]) X[k] = 0.0;
+        if (fabs(X[k]) <= MBSRI_PIVOTS_ROUNDING * parts[k]) X[k] = 0.0;
     }
 }
 
@@ -98,7 +98,7 @@ static void null_column(const mbsri_system *w, int i, int l, double *N)
     const mbsri_body *b = w->m->body + i;
     const double *x = w->d->X + b->nn + (size_t)(l * b->n);
     for (int k = 0; k < b->n; ++k)
-        N[k] = fabs(x[k]) > MBSRI_FRONT_ROUNDING ? w->d->s[b->ig + k] * x[k] : 0.0;
+        N[k] = fabs(x[k]) > MBSRI_PIVOTS_ROUNDING ? w->d->s[b->ig + k] * x[k] : 0.0;
 }
 
 /* -N^T X of null motion N (n), and what was added up in it; false where it is zero: no loop holds it. */
@@ -111,7 +111,7 @@ static bool null_row(int n, int count, const double *N, const double *X, double 
             row[k] -= N[j] * X[k * n + j];
             sizes[k] += fabs(N[j] * X[k * n + j]);
         }
-        if (fabs(row[k]) <= 10.0 * MBSRI_FRONT_ROUNDING * sizes[k]) row[k] = 0.0;
+        if (fabs(row[k]) <= 10.0 * MBSRI_PIVOTS_ROUNDING * sizes[k]) row[k] = 0.0;
         some = some || row[k] != 0.0;
     }
     return some;
@@ -145,7 +145,7 @@ static mbsri_passing *see_joint(mbsri_system *w, int i, int count)
 }
 
 /* F + X^T D^+ X, with the rows of null motions. */
-static void add_joint(const mbsri_system *w, int i, const mbsri_passing *p, mbsri_carried *to)
+static void add_joint(const mbsri_system *w, int i, const mbsri_passing *p, mbsri_waiting *to)
 {
     const mbsri_body *b = w->m->body + i;
     const double *Dinv = w->d->Dinv + b->nn;
@@ -175,13 +175,13 @@ static void add_joint(const mbsri_system *w, int i, const mbsri_passing *p, mbsr
 }
 
 /* Q_pred = -H^T (Q - G X), and what was added up in it. work: 2 d. */
-static void carry_loads(const mbsri_system *w, int i, const mbsri_passing *p, mbsri_carried *to,
+static void carry_loads(const mbsri_system *w, int i, const mbsri_passing *p, mbsri_waiting *to,
                         double *work)
 {
     const mbsri_body *b = w->m->body + i;
     const double *G = w->d->G + b->dg, *H = w->d->H + b->dp;
     int at = 0;
-    for (const mbsri_front *f = w->closing[i]; f; f = f->next) {
+    for (const mbsri_pivots *f = w->closing[i]; f; f = f->next) {
         const int n = f->size, N = n + f->d;
         for (int k = f->pivots + f->left; k < n; ++k, ++at) {
             const double *X = p->X + at * b->n;
@@ -237,7 +237,7 @@ static void find_dependent(int count, int columns, double *rows, bool *dependent
 }
 
 /* Takes unknown k out of what is carried to a body of d velocities. */
-static void leave_out(mbsri_carried *p, int k, int d)
+static void leave_out(mbsri_waiting *p, int k, int d)
 {
     const int n = p->count, left = n - 1;
     for (int j = 0, column = 0; j < n; ++j) {
@@ -258,7 +258,7 @@ static void leave_out(mbsri_carried *p, int k, int d)
 
 /* More motions without mass than rows cannot all be held by these: those whose rows depend on others are
  * determined by nothing, and are left out, so that no more is carried than the loops themselves need. */
-static int limit_motions(mbsri_system *w, mbsri_carried *p, int d)
+static int limit_motions(mbsri_system *w, mbsri_waiting *p, int d)
 {
     const int rows = w->m->rows, n = p->count, columns = n + d;
     int motions = 0;
@@ -292,7 +292,7 @@ int mbsri_system_pass(mbsri_system *w, int i)
         return MBSR_OK;
     }
     mbsri_passing *p = see_joint(w, i, count);
-    mbsri_carried *to = p ? mbsri_open_carried(w, count + p->nulls, b->d_pred) : NULL;
+    mbsri_waiting *to = p ? mbsri_open_waiting(w, count + p->nulls, b->d_pred) : NULL;
     double *work = mbsri_system_allocate(w, 2 * (size_t)b->d * sizeof *work);
     if (!to || !work) return MBSR_ERR_NO_MEMORY;
     w->joint[i] = p;

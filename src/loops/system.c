@@ -18,12 +18,12 @@
 /* ---- what comes together at a body ---- */
 
 /* What the rigid rows of a closure read of its body l, as something carried; NULL: no memory. */
-static mbsri_carried *open_end(mbsri_system *w, const mbsri_closure *c, int l, double lever)
+static mbsri_waiting *open_end(mbsri_system *w, const mbsri_closure *c, int l, double lever)
 {
     const mbsri_body *b = w->m->body + c->body[l];
     int count = 0;
     for (int k = 0; k < c->rows; ++k) count += !mbsri_is_stiff(c, k);
-    mbsri_carried *p = mbsri_open_carried(w, count, b->d);
+    mbsri_waiting *p = mbsri_open_waiting(w, count, b->d);
     if (!p) return NULL;
     count = 0;
     for (int k = 0; k < c->rows; ++k) {
@@ -46,7 +46,7 @@ static int find_parts(mbsri_system *w, int i, double lever)
 {
     const mbsri_closure *first = w->m->closures.data;
     int count = 0;
-    for (mbsri_carried *p = w->behind[i]; p; p = p->next) w->part[count++] = p;
+    for (mbsri_waiting *p = w->behind[i]; p; p = p->next) w->part[count++] = p;
     for (int end = w->first_end[i]; end >= 0; end = w->next_end[end]) {
         w->part[count] = open_end(w, first + end / MBSRI_ENDS, end % MBSRI_ENDS, lever);
         if (!w->part[count]) return -1;
@@ -111,7 +111,7 @@ static int find_unknowns(mbsri_system *w, int head, int i, int *complete)
     return count;
 }
 
-static void add_part(const mbsri_system *w, const mbsri_carried *p, mbsri_front *f)
+static void add_part(const mbsri_system *w, const mbsri_waiting *p, mbsri_pivots *f)
 {
     const int n = f->size, N = n + f->d, k = p->count;
     for (int j = 0; j < k; ++j) {
@@ -131,25 +131,25 @@ static void add_part(const mbsri_system *w, const mbsri_carried *p, mbsri_front 
 }
 
 /* Loads that are nothing but rounding are none: those of a loop that is closed balance. */
-static void clear_loads(mbsri_front *f)
+static void clear_loads(mbsri_pivots *f)
 {
     const int n = f->size, N = n + f->d;
     for (int k = 0; k < n; ++k) {
         for (int l = n; l < N; ++l) {
-            if (fabs(f->A[k * N + l]) <= MBSRI_FRONT_ROUNDING * f->sizes[k * N + l])
+            if (fabs(f->A[k * N + l]) <= MBSRI_PIVOTS_ROUNDING * f->sizes[k * N + l])
                 f->A[k * N + l] = f->A[l * N + k] = 0.0;
         }
     }
 }
 
-static mbsri_front *open_front(mbsri_system *w, int size, int complete, int d)
+static mbsri_pivots *open_pivots(mbsri_system *w, int size, int complete, int d)
 {
     const size_t n = (size_t)size, N = n + (size_t)d, c = (size_t)complete,
                  numbers = 2 * N * N + 2 * n + c + n * c;
-    mbsri_front *f =
+    mbsri_pivots *f =
         mbsri_system_allocate(w, sizeof *f + numbers * sizeof(double) + n * sizeof(int));
     if (!f) return NULL;
-    *f = (mbsri_front){.size = size, .complete = complete, .d = d, .A = (double *)(void *)(f + 1)};
+    *f = (mbsri_pivots){.size = size, .complete = complete, .d = d, .A = (double *)(void *)(f + 1)};
     f->sizes = f->A + N * N;
     f->scale = f->sizes + N * N;
     f->value = f->scale + n;
@@ -162,7 +162,7 @@ static mbsri_front *open_front(mbsri_system *w, int size, int complete, int d)
 
 /* What is left of rows, being redundant, shares by least norm; a motion that is left is determined by
  * nothing. */
-static int settle_left(mbsri_system *w, mbsri_front *f)
+static int settle_left(mbsri_system *w, mbsri_pivots *f)
 {
     if (f->left == 0) return MBSR_OK;
     bool *wanted = mbsri_system_allocate(w, (size_t)f->left * sizeof *wanted);
@@ -172,12 +172,12 @@ static int settle_left(mbsri_system *w, mbsri_front *f)
         wanted[l] = id < w->m->rows;
         if (!wanted[l]) w->free = id - w->m->rows;
     }
-    mbsri_front_find_idle(f, wanted);
+    mbsri_pivots_find_idle(f, wanted);
     return MBSR_OK;
 }
 
 /* The inertia of what was eliminated, with its errors. */
-static void add_mass(mbsri_system *w, const mbsri_front *f, int i)
+static void add_mass(mbsri_system *w, const mbsri_pivots *f, int i)
 {
     const int n = f->size, d = f->d, N = n + d;
     double *Mbar = w->d->Mbar + w->m->body[i].dd, *W = w->d->W + w->m->body[i].dd;
@@ -193,13 +193,13 @@ static int close_group(mbsri_system *w, int head, int i)
     const mbsri_body *b = w->m->body + i;
     const int d = i > 0 ? b->d : 0;
     int complete = 0, size = find_unknowns(w, head, i, &complete);
-    mbsri_front *f = open_front(w, size, complete, d);
+    mbsri_pivots *f = open_pivots(w, size, complete, d);
     if (!f) return MBSR_ERR_NO_MEMORY;
     for (int k = 0; k < size; ++k) f->id[k] = w->set[k];
     for (int p = head; p >= 0; p = w->mate[p]) add_part(w, w->part[p], f);
     clear_loads(f);
     for (int k = 0; k < size; ++k) w->slot[w->set[k]] = -1;
-    if (complete > 0) mbsri_front_eliminate(f);
+    if (complete > 0) mbsri_pivots_eliminate(f);
     if (complete > 0 && settle_left(w, f)) return MBSR_ERR_NO_MEMORY;
     add_mass(w, f, i);
     f->next = w->closing[i];

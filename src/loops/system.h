@@ -15,14 +15,14 @@
  *
  * where E is what the rows read of x itself and N spans the null space of D: w joins v, its row says that
  * forces along N balance, -N^T X v = -N^T e. Where a loop closes its lambda are eliminated by symmetric pivots
- * (front.h) together with w, and their inertia is added to Mbar.
+ * (pivots.h) together with w, and their inertia is added to Mbar.
  *
  * What turns out to be zero but for rounding is left out: rows that depend on others, of which the least
  * norm is taken closing by closing, and motions that nothing determines (`free`). */
 #ifndef MBSRI_LOOPS_SYSTEM_H
 #define MBSRI_LOOPS_SYSTEM_H
 
-#include "loops/carried.h"
+#include "loops/waiting.h"
 
 /* At the positions of the data, after the derivatives of the closures. Overwrites Mbar, D and what
  * belongs to them. `armature`: as above. */

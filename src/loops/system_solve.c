@@ -68,15 +68,15 @@ void mbsri_system_solve(mbsri_system *w, const double *g, const double *b, doubl
     mbsri_zero(m->size_v, w->fbar);
     for (int i = m->bodies; i >= 0; --i) {
         double *fbar = w->fbar + m->body[i].v;
-        for (const mbsri_front *f = w->closing[i]; f; f = f->next)
-            mbsri_front_forward(f, w->s, fbar);
+        for (const mbsri_pivots *f = w->closing[i]; f; f = f->next)
+            mbsri_pivots_forward(f, w->s, fbar);
         if (i > 0) load_joint(w, i, work);
     }
     mbsri_zero((size_t)m->root.d, w->a);
     for (int i = 0; i <= m->bodies; ++i) {
         if (i > 0) move_joint(w, i, work);
-        for (const mbsri_front *f = w->closing[i]; f; f = f->next)
-            mbsri_front_backward(f, w->s, w->a + m->body[i].v, w->v);
+        for (const mbsri_pivots *f = w->closing[i]; f; f = f->next)
+            mbsri_pivots_backward(f, w->s, w->a + m->body[i].v, w->v);
     }
     mbsri_scatter(m, w->e, x);
     mbsri_copy(rows, w->v, lambda);

@@ -1,6 +1,6 @@
 /* Memory of the equations of motion with loops, and what they have of the model: see system.h.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "loops/carried.h"
+#include "loops/waiting.h"
 
 #include "algebra/dense.h"
 #include "base/error.h"
@@ -74,8 +74,8 @@ int mbsri_system_open(mbsri_system *w, const mbsr_model *m, mbsr_data *d, const 
     w->fbar = w->a + m->size_v;
     w->e = w->fbar + m->size_v;
     w->joint = (mbsri_passing **)(void *)(w->e + nu);
-    w->closing = (mbsri_front **)(void *)(w->joint + bodies);
-    w->behind = (mbsri_carried **)(void *)(w->closing + bodies);
+    w->closing = (mbsri_pivots **)(void *)(w->joint + bodies);
+    w->behind = (mbsri_waiting **)(void *)(w->closing + bodies);
     w->part = w->behind + bodies;
     w->first_end = (int *)(void *)(w->part + bodies + ends);
     w->next_end = w->first_end + bodies;
@@ -100,13 +100,13 @@ void mbsri_system_close(mbsri_system *w)
     w->memory = NULL;
 }
 
-mbsri_carried *mbsri_open_carried(mbsri_system *w, int count, int d)
+mbsri_waiting *mbsri_open_waiting(mbsri_system *w, int count, int d)
 {
     const size_t k = (size_t)count, numbers = 2 * k * k + 2 * (size_t)d * k;
-    mbsri_carried *p =
+    mbsri_waiting *p =
         mbsri_system_allocate(w, sizeof *p + numbers * sizeof(double) + k * sizeof(int));
     if (!p) return NULL;
-    *p = (mbsri_carried){.count = count, .F = (double *)(void *)(p + 1)};
+    *p = (mbsri_waiting){.count = count, .F = (double *)(void *)(p + 1)};
     mbsri_zero(numbers, p->F);
     p->sizes = p->F + k * k;
     p->Q = p->sizes + k * k;

@@ -1,9 +1,9 @@
 /* What is known and unknown of loops along the tree, and memory for it: see system.h.
  * SPDX-License-Identifier: BSD-3-Clause */
-#ifndef MBSRI_LOOPS_CARRIED_H
-#define MBSRI_LOOPS_CARRIED_H
+#ifndef MBSRI_LOOPS_WAITING_H
+#define MBSRI_LOOPS_WAITING_H
 
-#include "loops/front.h"
+#include "loops/pivots.h"
 #include "recursion/data.h"
 
 enum { MBSRI_ENDS = MBSR_CLOSURE_BODIES + 1 }; /* of a closure */
@@ -16,12 +16,12 @@ typedef struct mbsri_passing {
 } mbsri_passing;
 
 /* What waits at a body. */
-typedef struct mbsri_carried {
+typedef struct mbsri_waiting {
     int count, *id;
     double *F, *sizes;   /* count x count, and what was added up in it */
     double *Q, *lengths; /* d x count, likewise */
-    struct mbsri_carried *next;
-} mbsri_carried;
+    struct mbsri_waiting *next;
+} mbsri_waiting;
 
 typedef struct mbsri_system {
     const mbsr_model *m;
@@ -30,9 +30,9 @@ typedef struct mbsri_system {
         *armature; /* nu, in the order of the sweeps: of joints without other masses; NULL: M is
                                the mass matrix of the tree */
     mbsri_passing **joint;     /* bodies + 1; NULL: nothing passes */
-    mbsri_carried **behind;    /* bodies + 1: of successors */
-    mbsri_front **closing;     /* bodies + 1: eliminated there */
-    mbsri_carried **part;      /* bodies + ends: what meets at one body */
+    mbsri_waiting **behind;    /* bodies + 1: of successors */
+    mbsri_pivots **closing;    /* bodies + 1: eliminated there */
+    mbsri_waiting **part;      /* bodies + ends: what meets at one body */
     int *first_end, *next_end; /* ends of closures at a body, -1: none */
     int *closes;               /* rows: the body where it is eliminated */
     int *slot, *set;           /* rows + nu: places of unknowns for a short time, -1; unknowns */
@@ -52,6 +52,6 @@ void mbsri_system_close(mbsri_system *w);
 void *mbsri_system_allocate(mbsri_system *w, size_t size);
 
 /* Of `count` unknowns at a body of d velocities: all zero. NULL: no memory. */
-mbsri_carried *mbsri_open_carried(mbsri_system *w, int count, int d);
+mbsri_waiting *mbsri_open_waiting(mbsri_system *w, int count, int d);
 
 #endif

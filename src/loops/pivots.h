@@ -5,16 +5,16 @@
  *                    (Bunch and Parlett's complete pivoting)
  *
  * `sizes` has what was added up in each number, beside which it may be nothing. */
-#ifndef MBSRI_LOOPS_FRONT_H
-#define MBSRI_LOOPS_FRONT_H
+#ifndef MBSRI_LOOPS_PIVOTS_H
+#define MBSRI_LOOPS_PIVOTS_H
 
 #include <stdbool.h>
 #include <stddef.h>
 
 /* Numbers smaller than this beside what was added up in them are zero. */
-#define MBSRI_FRONT_ROUNDING 1e-13
+#define MBSRI_PIVOTS_ROUNDING 1e-13
 
-typedef struct mbsri_front {
+typedef struct mbsri_pivots {
     int size, complete, d; /* unknowns in all, those complete, accelerations behind them */
     int pivots;            /* eliminated: the first ones */
     int left;              /* behind them those that nothing is left of: zero, but for `idle` */
@@ -26,20 +26,20 @@ typedef struct mbsri_front {
     double *value;  /* size: scratch */
     int idles;
     double *idle; /* size x idles: scaled solutions without right-hand side, orthonormal */
-    struct mbsri_front *next;
-} mbsri_front;
+    struct mbsri_pivots *next;
+} mbsri_pivots;
 
 /* Eliminates; the arrays are there, with id, A and sizes. What was complete and could not be a pivot stands behind the pivots: `left` of them have
  * nothing left, the others go on with those that were not complete. */
-void mbsri_front_eliminate(mbsri_front *f);
+void mbsri_pivots_eliminate(mbsri_pivots *f);
 
 /* Solutions without right-hand side for those left of which `wanted` says so; idle has room for `left` of
  * them. */
-void mbsri_front_find_idle(mbsri_front *f, const bool *wanted);
+void mbsri_pivots_find_idle(mbsri_pivots *f, const bool *wanted);
 
 /* s (by id) less what the pivots take of it, and the loads that they make (d); then v (by id) of the pivots and
  * those left, where the others and a (d) are known. */
-void mbsri_front_forward(const mbsri_front *f, double *s, double *fbar);
-void mbsri_front_backward(const mbsri_front *f, const double *s, const double *a, double *v);
+void mbsri_pivots_forward(const mbsri_pivots *f, double *s, double *fbar);
+void mbsri_pivots_backward(const mbsri_pivots *f, const double *s, const double *a, double *v);
 
 #endif

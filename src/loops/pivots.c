@@ -1,6 +1,6 @@
-/* Symmetric elimination in a small dense matrix: see front.h.
+/* Symmetric elimination in a small dense matrix: see pivots.h.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "loops/front.h"
+#include "loops/pivots.h"
 
 #include "algebra/dense.h"
 
@@ -11,7 +11,7 @@ static const double NOTHING = 1e-11; /* of a number in scaled rows and columns *
 static const double BESIDE = 1e-4, BESIDE_LOADS = 1e-6;
 
 /* Scales with which the largest of the sizes of each row is about 1; rows of zeros keep 1. */
-static void find_scale(mbsri_front *f)
+static void find_scale(mbsri_pivots *f)
 {
     const int n = f->size, N = n + f->d;
     const double *sizes = f->sizes;
@@ -34,7 +34,7 @@ static void swap(double *a, double *b)
 }
 
 /* Exchanges unknowns i and j. */
-static void exchange(mbsri_front *f, int i, int j)
+static void exchange(mbsri_pivots *f, int i, int j)
 {
     const int N = f->size + f->d;
     double *sizes = f->sizes;
@@ -49,13 +49,13 @@ static void exchange(mbsri_front *f, int i, int j)
     f->id[j] = id;
 }
 
-static double scaled(const mbsri_front *f, int i, int j)
+static double scaled(const mbsri_pivots *f, int i, int j)
 {
     return fabs(f->A[j * (f->size + f->d) + i]) * f->scale[i] * f->scale[j];
 }
 
 /* The least pivot of row i: a small one would leave large numbers beside it to cancel further on. */
-static double least(const mbsri_front *f, int i)
+static double least(const mbsri_pivots *f, int i)
 {
     const int N = f->size + f->d;
     double waiting = 0.0, load = 0.0;
@@ -68,7 +68,7 @@ static double least(const mbsri_front *f, int i)
 }
 
 /* The next pivot: i == j, or a pair; false where there is none. */
-static bool find_pivot(const mbsri_front *f, int *i, int *j)
+static bool find_pivot(const mbsri_pivots *f, int *i, int *j)
 {
     static const double single = 0.64; /* (1 + sqrt(17)) / 8, which bounds growth */
     double best = NOTHING, pair = NOTHING;
@@ -96,7 +96,7 @@ static void divide(int width, double a, double b, double c, double r, double t, 
 }
 
 /* Rows and columns behind the pivot (1 or 2 of them): A - L D L^T, without what is rounding in it. */
-static void subtract(mbsri_front *f, int width)
+static void subtract(mbsri_pivots *f, int width)
 {
     const int N = f->size + f->d, p = f->pivots, first = p + width;
     double *A = f->A, *x = A + p * N, *y = width > 1 ? x + N : x;
@@ -111,7 +111,7 @@ static void subtract(mbsri_front *f, int width)
             double *entry = A + i * N + j, *size = f->sizes + i * N + j;
             *entry -= part + other;
             *size += fabs(part) + fabs(other);
-            if (fabs(*entry) <= MBSRI_FRONT_ROUNDING * *size) *entry = 0.0;
+            if (fabs(*entry) <= MBSRI_PIVOTS_ROUNDING * *size) *entry = 0.0;
             A[j * N + i] = *entry;
             f->sizes[j * N + i] = *size;
         }
@@ -124,7 +124,7 @@ static void subtract(mbsri_front *f, int width)
     f->pivots += width;
 }
 
-static bool nothing_left(const mbsri_front *f, int i)
+static bool nothing_left(const mbsri_pivots *f, int i)
 {
     const int n = f->size, N = n + f->d;
     bool nothing = true;
@@ -134,7 +134,7 @@ static bool nothing_left(const mbsri_front *f, int i)
     return nothing;
 }
 
-void mbsri_front_eliminate(mbsri_front *f)
+void mbsri_pivots_eliminate(mbsri_pivots *f)
 {
     int i, j;
     f->pivots = f->left = f->idles = 0;
@@ -151,7 +151,7 @@ void mbsri_front_eliminate(mbsri_front *f)
 }
 
 /* Entry i of the pivots' solution, without right-hand side unless s is given. */
-static void solve_pivots(const mbsri_front *f, const double *s, const double *a, double *x)
+static void solve_pivots(const mbsri_pivots *f, const double *s, const double *a, double *x)
 {
     const int n = f->size, N = n + f->d;
     for (int p = f->pivots - 1; p >= 0; --p) {
@@ -172,7 +172,7 @@ static void solve_pivots(const mbsri_front *f, const double *s, const double *a,
     }
 }
 
-void mbsri_front_find_idle(mbsri_front *f, const bool *wanted)
+void mbsri_pivots_find_idle(mbsri_pivots *f, const bool *wanted)
 {
     double *work = f->value;
     const int n = f->size, last = f->pivots + f->left;
@@ -195,7 +195,7 @@ void mbsri_front_find_idle(mbsri_front *f, const bool *wanted)
     }
 }
 
-void mbsri_front_forward(const mbsri_front *f, double *s, double *fbar)
+void mbsri_pivots_forward(const mbsri_pivots *f, double *s, double *fbar)
 {
     const int n = f->size, N = n + f->d;
     for (int p = 0; p < f->pivots; ++p) {
@@ -205,7 +205,7 @@ void mbsri_front_forward(const mbsri_front *f, double *s, double *fbar)
     }
 }
 
-void mbsri_front_backward(const mbsri_front *f, const double *s, const double *a, double *v)
+void mbsri_pivots_backward(const mbsri_pivots *f, const double *s, const double *a, double *v)
 {
     double *work = f->value;
     const int n = f->size, last = f->pivots + f->left;
