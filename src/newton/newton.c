@@ -331,6 +331,18 @@ static bool place(mbsr_newton *w, const mbsr_newton_opt *opt)
     return place_sweeps(w);
 }
 
+/* `carried`: what a solver that was not made would carry of loops. */
+static int no_memory(const mbsr_model *m, const mbsri_carried *carried, mbsr_error *error)
+{
+    if (carried->most == 0)
+        return mbsri_fail(error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
+                          "mbsr_newton_create: no memory for %d bodies", m->bodies);
+    return mbsri_fail(error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
+                      "mbsr_newton_create: no memory for %d bodies and closures of which up to %d "
+                      "unknowns are open at once, on the way to where they meet (%.2g GB)",
+                      m->bodies, carried->most, 1e-9 * (double)carried->bytes);
+}
+
 int mbsr_newton_create(const mbsr_model *model, mbsr_dae_form form, const mbsr_newton_opt *opt,
                        mbsr_newton **newton, mbsr_error *error)
 {
@@ -344,6 +356,7 @@ int mbsr_newton_create(const mbsr_model *model, mbsr_dae_form form, const mbsr_n
     const int status = check(model, form, opt, error);
     if (status) return status;
     mbsr_newton *w = mbsri_allocate(&model->allocator, sizeof *w);
+    mbsri_carried carried = {.most = 0};
     if (w) {
         *w = (mbsr_newton){.model = model,
                            .lean = opt->lean != 0,
@@ -352,14 +365,12 @@ int mbsr_newton_create(const mbsr_model *model, mbsr_dae_form form, const mbsr_n
                                opt->by_blocks ? 0 : mbsri_newton_sweeps_size(model, opt->lean != 0),
                            .error = {MBSR_OK, MBSR_NONE, MBSR_NONE, ""}};
         if (!place(w, opt)) {
+            carried = w->carried;
             mbsr_newton_destroy(w);
             w = NULL;
         }
     }
-    if (!w) {
-        return mbsri_fail(error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
-                          "mbsr_newton_create: no memory for %d bodies", model->bodies);
-    }
+    if (!w) return no_memory(model, &carried, error);
     w->info.method = w->corrected ? MBSR_NEWTON_CORRECTED : MBSR_NEWTON_TREE;
     w->info.across = w->correction.count;
     w->info.exact = w->corrected || w->correction.count == 0;

@@ -336,6 +336,45 @@ static void coordinates_with_other_rates(void **state)
     loops_free(&s);
 }
 
+static void *allocate_little(void *user, size_t size)
+{
+    (void)user;
+    return size < (size_t)100 << 20 ? malloc(size) : NULL;
+}
+
+static void release(void *user, void *memory)
+{
+    (void)user;
+    free(memory);
+}
+
+/* Two chains, tied at each link by rods: all of these meet at the ground, and what is carried there is said. */
+static void open_at_once(void **state)
+{
+    (void)state;
+    mbsr_model_def def = mbsr_default_model_def();
+    mbsr_newton *newton;
+    mbsr_error error;
+    int left = MBSR_GROUND, right = MBSR_GROUND;
+    loops s = {0};
+    def.allocator = (mbsr_allocator){allocate_little, release, NULL};
+    assert_ok(mbsr_model_create(&def, &s.m, NULL), NULL);
+    for (int k = 0; k < 150; ++k) {
+        const double end[3] = {1.0, 0.0, 0.0};
+        left = loops_rod(&s, NULL, left, k > 0 ? 1.0 : 0.0, 0.0, 1.0, 1.0);
+        right = loops_rod(&s, NULL, right, k > 0 ? 1.0 : 0.0, k > 0 ? 0.0 : 1.0, 1.0, 1.0);
+        mbsr_closure_def rung = mbsr_closure_distance(left, end, right, end, 1.0);
+        rung.stiffness[0] = 1e6;
+        assert_ok(mbsr_model_add_closure(s.m, &rung, NULL), mbsr_model_error(s.m));
+    }
+    loops_build(&s);
+    assert_int_equal(mbsr_newton_create(s.m, MBSR_DAE_MOMENTUM, NULL, &newton, &error),
+                     MBSR_ERR_NO_MEMORY);
+    assert_null(newton);
+    assert_contains(error.text, "no memory for 300 bodies|unknowns are open at once");
+    loops_free(&s);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(fourbars),
@@ -346,6 +385,7 @@ int main(void)
                                        cmocka_unit_test(nothing_holds),
                                        cmocka_unit_test(groups),
                                        cmocka_unit_test(memory),
+                                       cmocka_unit_test(open_at_once),
                                        cmocka_unit_test(coordinates_with_other_rates)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
