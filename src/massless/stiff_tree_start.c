@@ -4,14 +4,20 @@
  * A start closes stiff rows like rigid ones and loads their springs with the force that keeps them so, s =
  * -lambda, so that the gaps are s / k: a copy of the model without springs in its rows starts with these
  * gaps, which shift lambda a little, until they agree. Loops of rigid rows close at the nearest common
- * predecessor; that above it the gaps, small as they are, turn with the root is left out of the matrices. */
+ * predecessor; that above it the gaps, small as they are, turn with the root is left out of the matrices.
+ *
+ * Springs that a start takes as they are leave the state to the rigid rows. Where it is one that these allow, and each
+ * motion has mass or a loop that holds it, forward dynamics are the start. */
 #include "massless/loops_tree_start.h"
 
 #include "algebra/dense.h"
 #include "algebra/numbers.h"
 #include "base/error.h"
 #include "base/memory.h"
+#include "loops/clusters.h"
+#include "loops/forward.h"
 #include "recursion/closures.h"
+#include "recursion/kinematics.h"
 
 #include <mbsrank/model.h>
 
@@ -104,6 +110,52 @@ static double load_springs(const mbsr_model *m, const double *lambda, rigid *r, 
     return largest;
 }
 
+/* The largest of what rigid rows are open by and move by, without stiff ones; work: rows. */
+static int find_defect(const mbsr_model *m, mbsr_data *d, double *work, double *open, double *speed)
+{
+    const mbsri_closure *c = m->closures.data;
+    *open = *speed = 0.0;
+    int status = mbsri_closure_gaps(m, d, work);
+    for (size_t id = 0; id < m->closures.count && !status; ++id) {
+        for (int k = 0; k < c[id].held; ++k) {
+            if (!mbsri_is_stiff(c + id, k)) *open = fmax(*open, fabs(work[c[id].held_row + k]));
+        }
+    }
+    if (!status) status = mbsri_closure_jacobians(m, d);
+    if (!status) status = mbsri_closure_rates(m, d, work);
+    for (size_t id = 0; id < m->closures.count && !status; ++id) {
+        for (int k = 0; k < c[id].rows; ++k) {
+            if (!mbsri_is_stiff(c + id, k)) *speed = fmax(*speed, fabs(work[c[id].row + k]));
+        }
+    }
+    return status;
+}
+
+/* Springs that are taken as they are, in a state that the rigid rows allow, none of these and of the springs
+ * dependent: u' and loop forces are those of forward dynamics. */
+static int start_loose(const mbsr_model *m, mbsr_data *d, double t, const double *q,
+                       const double *u, double *udot, double *lambda, bool *served)
+{
+    const mbsr_error before = d->error;
+    double open, speed;
+    mbsri_ranks found;
+    int status = mbsri_positions(m, d, t, q);
+    if (!status)
+        status = mbsri_ranks_by_clusters(m, d, MBSRI_DEPENDENT, d->dropped, &found, served);
+    for (int k = 0; k < m->rows; ++k) *served = *served && !d->dropped[k];
+    if (!status) status = mbsri_velocities(m, d, u);
+    if (!status) status = find_defect(m, d, lambda, &open, &speed);
+    if (status) return status;
+    const double size = fmax(1.0, mbsri_largest((int)m->size_p, d->p));
+    if (open > 1e-12 * size || speed > 1e-13 * (1.0 + mbsri_largest(m->nu, u))) *served = false;
+    if (!*served) return MBSR_OK;
+    status = mbsri_loops_forward(m, d, t, q, u, NULL, udot);
+    mbsri_copy((size_t)m->rows, d->loop_lambda, lambda);
+    *served = !status;
+    if (status) d->error = before;
+    return status == MBSR_ERR_NO_MEMORY ? status : MBSR_OK;
+}
+
 int mbsri_stiff_tree_start(const mbsr_model *m, mbsr_data *d, double t, double *q, double *u,
                            double *udot, double *lambda, const mbsr_consistent_opt *opt,
                            mbsr_consistent_info *info, bool *served)
@@ -113,7 +165,7 @@ int mbsri_stiff_tree_start(const mbsr_model *m, mbsr_data *d, double t, double *
     *served = false;
     if (!some_stiff(m, &settled))
         return mbsri_loops_tree_start(m, d, t, NULL, q, u, udot, lambda, opt, info, served);
-    if (!settled) return MBSR_OK;
+    if (!settled) return start_loose(m, d, t, q, u, udot, lambda, served);
     int status = open_rigid(m, d, q, u, &r);
     double missing = INFINITY;
     for (int pass = 0; pass < PASSES && !status; ++pass) {
