@@ -1,5 +1,5 @@
 /* Models with closed loops: time per body of the residual of the momentum form, of factoring and
- * solving its Newton system, and of a start.
+ * solving its Newton system, of forward dynamics, and of a start.
  * SPDX-License-Identifier: BSD-3-Clause
  *
  *   bench_loops [samples]     CSV on standard output
@@ -18,10 +18,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SAMPLES = 15, CALLS = 3 };
+enum { SAMPLES = 15, CALLS = 4, KKT_CALLS = 3 };
 
 static const double sample_time = 5e-3;
-static const char *const call_name[CALLS] = {"residual", "factor", "solve"};
+static const char *const call_name[CALLS] = {"residual", "factor", "solve", "forward"};
 
 static const struct bench_case {
     const char *name, *variant;
@@ -140,7 +140,7 @@ static void measure_kkt(candidate *c, const struct bench_case *of, int samples, 
         return;
     }
     compare(c, kkt);
-    for (int which = 1; which < CALLS; ++which) {
+    for (int which = 1; which < KKT_CALLS; ++which) {
         for (int j = 0; j < samples; ++j) {
             int calls = 0;
             const double before = bench_now();
@@ -163,11 +163,13 @@ static void measure_kkt(candidate *c, const struct bench_case *of, int samples, 
 
 static int call(candidate *c, int which)
 {
+    const double *u = c->y + mbsr_model_nq(c->tree.model) + mbsr_model_nu(c->tree.model);
     switch (which) {
     case 0:
         return mbsr_dae_residual(c->tree.model, c->data, MBSR_DAE_MOMENTUM, 0.0, c->y, c->yp, c->F);
     case 1: return mbsr_newton_factor(c->newton, c->data, 0.0, c->y, c->yp, 100.0);
-    default: return mbsr_newton_solve(c->newton, c->yp, c->F);
+    case 2: return mbsr_newton_solve(c->newton, c->yp, c->F);
+    default: return mbsr_forward_dynamics(c->tree.model, c->data, 0.0, c->y, u, NULL, c->F);
     }
 }
 
@@ -178,7 +180,9 @@ static double measure(candidate *c, int which)
     const double before = bench_now();
     double passed;
     do {
-        bench_check(call(c, which), call_name[which], mbsr_newton_error(c->newton)->text);
+        bench_check(call(c, which), call_name[which],
+                    which == 3 ? mbsr_data_error(c->data)->text
+                               : mbsr_newton_error(c->newton)->text);
         ++calls;
         passed = bench_now() - before;
     } while (passed < sample_time);
