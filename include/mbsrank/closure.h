@@ -122,6 +122,10 @@ typedef struct mbsr_closure_table {
     /* Optional: name of row k for messages, such as "x" or "turn about z". */
     const char *(*row)(const mbsr_closure_args *args, int k);
 
+    /* Optional: the point of the world (m) at which the rows act: of a ball joint or weld that of body a,
+     * where a rolling body touches. For reports and pictures; bodies have no velocities. */
+    int (*point)(const mbsr_closure_args *args, double x[3]);
+
     /* Optional: steps of differences where jacobian, drift or bias are missing. */
     mbsr_scales scales;
 } mbsr_closure_table;

@@ -106,6 +106,21 @@ MBSR_API int mbsr_closures_load(const mbsr_model *model, mbsr_data *data, const 
  * MBSR_ERR_NULL, MBSR_ERR_SEQUENCE. */
 MBSR_API int mbsr_closures_force(const mbsr_model *model, mbsr_data *data, double *lambda);
 
+/* What one closure exerts on one of its bodies by these loop forces, such as the force of contact on a rolling
+ * wheel: f (d numbers, conjugate to V; for a SPATIAL body the wrench about its origin, moment first,
+ * world axes) and tau (n, conjugate to u), as mbsr_force_load. place: 0 .. bodies - 1 in its definition;
+ * a root at rest has no numbers. One output may be NULL. MBSR_ERR_NULL, MBSR_ERR_SEQUENCE, MBSR_ERR_ID,
+ * MBSR_ERR_VALUE (place), MBSR_NOT_FINITE, what the table returned. */
+MBSR_API int mbsr_closure_reaction(const mbsr_model *model, mbsr_data *data, int closure, int place,
+                                   double *f, double *tau);
+
+/* Where it acts, m, world axes (`point` of mbsr_closure_table): of balls, welds, rows and distances the point of
+ * the first body, of rolling bodies that of contact. At the positions of mbsr_positions. MBSR_ERR_NULL,
+ * MBSR_ERR_SEQUENCE, MBSR_ERR_ID, MBSR_ERR_VALUE where it has none, such as a coupling; MBSR_NOT_FINITE,
+ * what the table returned. */
+MBSR_API int mbsr_closure_point(const mbsr_model *model, mbsr_data *data, int closure,
+                                double point[3]);
+
 /* Inverse dynamics with loops: tau (nu) of the `count` joint rates listed in `actuated` (places in u),
  * zero for all others, and loop forces lambda (m), so that the accelerations udot (nu) come about:
  *

@@ -167,6 +167,7 @@ mbsr_closure_def mbsr_closure_distance(int a, const double point_a[3], int b,
         .check = mbsri_check_pair,
         .check_fields = check_fields,
         .row = row,
+        .point = mbsri_point_of_first,
     };
     mbsr_closure_def def = mbsri_stock_closure(&table, a, b);
     if (point_a) mbsri_copy(3, point_a, def.param + POINT_A);
@@ -258,6 +259,7 @@ mbsr_closure_def mbsri_closure_length(int a, const double point_a[3], int b,
         .count = mbsri_one_row,
         .check = mbsri_check_pair,
         .row = row,
+        .point = mbsri_point_of_first,
     };
     mbsr_closure_def def = mbsri_stock_closure(&table, a, b);
     mbsri_copy(3, point_a, def.param + POINT_A);

@@ -191,12 +191,21 @@ static int check(const mbsr_closure_args *args, char text[MBSR_TEXT_SIZE])
                         "for bodies in the plane z of frame_b, and x or y, must lie in it");
 }
 
+static int touching(const mbsr_closure_args *args, double x[3])
+{
+    contact w;
+    const int status = prepare(args, &w);
+    if (!status) mbsri_copy(3, w.k, x);
+    return status;
+}
+
 enum { FLAGS = MBSR_CLOSURE_RELATIVE | MBSR_CLOSURE_BALANCED };
 
 /* clang-format off */
 #define TABLE(kind) {.version = MBSR_CLOSURE_TABLE_VERSION, .flags = FLAGS, .name = (kind),        \
                      .position = position, .jacobian = jacobian, .drift = drift, .bias = bias,     \
-                     .count = count, .check = check, .check_fields = check_fields, .row = row}
+                     .count = count, .check = check, .check_fields = check_fields, .row = row,      \
+                     .point = touching}
 /* clang-format on */
 static const mbsr_closure_table tables[] = {TABLE("rolling ball"), TABLE("rolling disc")};
 

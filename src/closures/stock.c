@@ -159,6 +159,14 @@ void mbsri_end_centripetal(const mbsri_end *end, const double arm[3], double a[3
     mbsri_cross3(end->w, a, a);
 }
 
+int mbsri_point_of_first(const mbsr_closure_args *args, double x[3])
+{
+    const mbsri_end a = mbsri_end_of(args->body);
+    mbsri_rotate3(a.R, args->closure->param, x);
+    mbsri_add3(1.0, a.r, x);
+    return MBSR_OK;
+}
+
 bool mbsri_flat(const mbsr_closure_args *args)
 {
     return args->body[0].space != MBSR_SPACE_SPATIAL && args->body[1].space != MBSR_SPACE_SPATIAL;

@@ -35,6 +35,9 @@ void mbsri_end_velocity(const mbsri_end *end, const double arm[3], double v[3]);
 /* The part of its acceleration that comes of the angular velocity: w x (w x arm). */
 void mbsri_end_centripetal(const mbsri_end *end, const double arm[3], double a[3]);
 
+/* A point of the first body, at param[0], in the world: for tables whose rows act there. */
+int mbsri_point_of_first(const mbsr_closure_args *args, double x[3]);
+
 /* Whether both of the first two bodies lie in the plane (a root at rest lies in both). */
 bool mbsri_flat(const mbsr_closure_args *args);
 

@@ -29,13 +29,15 @@ static bool allocate(const program_model *m, int samples, places *at, motion *to
     to->pose = calloc(all, POSE_NUMBERS * sizeof *to->pose);
     to->reaction = calloc(all, REACTION_NUMBERS * sizeof *to->reaction);
     to->point = calloc(bodies + 1, 3 * sizeof *to->point);
-    return at->q && at->state && to->time && to->pose && to->reaction && to->point;
+    to->loop = calloc((size_t)mbsr_model_closures(m->model) + 1, sizeof *to->loop);
+    return at->q && at->state && to->time && to->pose && to->reaction && to->point && to->loop;
 }
 
 static void forget_reactions(motion *to, const char *why)
 {
     free(to->reaction);
-    to->reaction = NULL;
+    free(to->loop_force);
+    to->reaction = to->loop_force = NULL;
     snprintf(to->without, sizeof to->without, "%s", why);
 }
 
@@ -49,6 +51,21 @@ static void find_points(const program_model *m, motion *to)
         if (mbsr_joint_chain_of(&def.joint, &chain)) continue;
         memcpy(to->point + 3 * (size_t)k, chain.B.x, sizeof chain.B.x);
     }
+}
+
+/* Closures whose table says where they act, by the first of their bodies that is not the ground. */
+static bool find_loops(const program_model *m, motion *to)
+{
+    for (int k = 0; k < mbsr_model_closures(m->model); ++k) {
+        mbsr_closure_def def;
+        if (mbsr_closure_definition(m->model, k, &def) || !def.table->point) continue;
+        const int place = def.body[0] == MBSR_GROUND ? 1 : 0;
+        if (place >= def.bodies || def.body[place] == MBSR_GROUND) continue;
+        to->loop[to->loops++] = (shown_loop){k, place, def.body[place]};
+    }
+    const size_t all = (size_t)to->samples * (size_t)to->loops + 1;
+    to->loop_force = calloc(all, LOOP_NUMBERS * sizeof *to->loop_force);
+    return to->loop_force != NULL;
 }
 
 /* Which column has which number; columns of one name are taken in turn. */
@@ -91,22 +108,50 @@ static void keep_poses(const program_model *m, float *to)
     }
 }
 
-/* The wrench at the body's origin as force and as moment about the joint's point, R point away. */
+/* A wrench at the body's origin as force and as moment about the point `arm` away. */
+static void keep_wrench(const double wrench[6], const double arm[3], float to[6])
+{
+    const double *F = wrench + 3;
+    for (int l = 0; l < 3; ++l) {
+        const int i = (l + 1) % 3, j = (l + 2) % 3;
+        to[l] = (float)F[l];
+        to[3 + l] = (float)(wrench[l] - arm[i] * F[j] + arm[j] * F[i]);
+    }
+}
+
+/* Moments about the joint's point. */
 static void keep_reactions(const program_model *m, const double *point, float *to)
 {
     for (int k = 0; k < m->file->bodies; ++k, to += REACTION_NUMBERS, point += 3) {
         double pose[MBSR_POSE_SIZE], wrench[6], arm[3];
         mbsr_body_pose(m->model, m->data, k, pose);
         mbsr_joint_reaction(m->model, m->data, k, wrench);
-        const double *R = pose + MBSR_POSE_R, *F = wrench + 3;
+        const double *R = pose + MBSR_POSE_R;
         for (int l = 0; l < 3; ++l)
             arm[l] = R[l] * point[0] + R[3 + l] * point[1] + R[6 + l] * point[2];
-        for (int l = 0; l < 3; ++l) {
-            const int i = (l + 1) % 3, j = (l + 2) % 3;
-            to[l] = (float)F[l];
-            to[3 + l] = (float)(wrench[l] - arm[i] * F[j] + arm[j] * F[i]);
-        }
+        keep_wrench(wrench, arm, to);
     }
+}
+
+/* Moments about where the closure acts. A status. */
+static int keep_loops(const program_model *m, const motion *shown, float *to)
+{
+    int status = MBSR_OK;
+    for (int k = 0; k < shown->loops && !status; ++k, to += LOOP_NUMBERS) {
+        const shown_loop *loop = shown->loop + k;
+        double pose[MBSR_POSE_SIZE], wrench[6], point[3], arm[3];
+        status = mbsr_closure_point(m->model, m->data, loop->closure, point);
+        if (!status) status = mbsr_body_pose(m->model, m->data, loop->body, pose);
+        if (!status)
+            status =
+                mbsr_closure_reaction(m->model, m->data, loop->closure, loop->place, wrench, NULL);
+        for (int l = 0; l < 3 && !status; ++l) {
+            to[l] = (float)point[l];
+            arm[l] = point[l] - pose[MBSR_POSE_X + l];
+        }
+        if (!status) keep_wrench(wrench, arm, to + 3);
+    }
+    return status;
 }
 
 /* Accelerations in directions that move no mass are no matter for reactions. */
@@ -123,6 +168,9 @@ static int sample(const program_model *m, int k, const places *at, motion *to)
 {
     const size_t bodies = (size_t)m->file->bodies;
     if (to->reaction && react(m, to->time[k], at))
+        forget_reactions(to, mbsr_data_error(m->data)->text);
+    if (to->reaction &&
+        keep_loops(m, to, to->loop_force + (size_t)k * (size_t)to->loops * LOOP_NUMBERS))
         forget_reactions(to, mbsr_data_error(m->data)->text);
     if (to->reaction)
         keep_reactions(m, to->point, to->reaction + (size_t)k * bodies * REACTION_NUMBERS);
@@ -176,6 +224,7 @@ int motion_make(const program_model *m, const char *path, const table *run, inpu
     if (run && run->lines == 0) return complain(NOT_READ, "%s has no lines of numbers", path);
     if (!allocate(m, run ? run->lines : 1, &at, to)) code = complain(FAILED, "no memory");
     if (!code) find_points(m, to);
+    if (!code && !find_loops(m, to)) code = complain(FAILED, "no memory");
     if (!code && run) {
         code = find_columns(m, path, run, &at);
         if (!at.rates)
@@ -194,5 +243,7 @@ void motion_free(motion *to)
     free(to->time);
     free(to->pose);
     free(to->reaction);
+    free(to->loop_force);
+    free(to->loop);
     free(to->point);
 }

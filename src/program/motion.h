@@ -6,7 +6,12 @@
 #include "program/inputs.h"
 
 /* Numbers of a body in a sample. */
-enum { POSE_NUMBERS = 7, REACTION_NUMBERS = 6 };
+enum { POSE_NUMBERS = 7, REACTION_NUMBERS = 6, LOOP_NUMBERS = 9 };
+
+/* A closure that acts at a point, and the body on which it is shown. */
+typedef struct shown_loop {
+    int closure, place, body;
+} shown_loop;
 
 typedef struct motion {
     int samples;
@@ -15,6 +20,11 @@ typedef struct motion {
     float *
         reaction; /* samples x bodies x 6: what the joint exerts on the body, force (N) and moment about
                           the joint's point (N m), world axes; NULL: not known */
+    int loops;
+    shown_loop *loop; /* loops */
+    float *
+        loop_force; /* samples x loops x 9: where the closure acts (m), what it exerts on the body, force
+                          and moment about that point, world axes; NULL as reaction */
     char without[MBSR_TEXT_SIZE]; /* why; "" where they are known */
     double *point;                /* bodies x 3: the joint's point on the body, m, body axes */
 } motion;

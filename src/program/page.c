@@ -209,6 +209,17 @@ static void put_motion(FILE *to, const page *p)
         put_floats(to, REACTION_NUMBERS * all, m->reaction);
     else
         fputs("null", to);
+    fputs(",\n\"loops\": [", to);
+    for (int k = 0; k < m->loops; ++k) {
+        fputs(k > 0 ? ", {\"name\": " : "{\"name\": ", to);
+        put_json(to, mbsr_closure_name(p->model->model, m->loop[k].closure));
+        fprintf(to, ", \"body\": %d}", m->loop[k].body);
+    }
+    fputs("],\n\"loopForces\": ", to);
+    if (m->loop_force)
+        put_floats(to, LOOP_NUMBERS * (size_t)m->samples * (size_t)m->loops, m->loop_force);
+    else
+        fputs("null", to);
     fputs(",\n\"without\": ", to);
     put_json(to, m->without);
 }

@@ -6,7 +6,7 @@
 import { execFileSync } from "node:child_process";
 import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
-import { join } from "node:path";
+import { join, resolve } from "node:path";
 import { Browser } from "./browser.mjs";
 
 const [, , program, project, chromium, withRun, pictures] = process.argv;
@@ -42,8 +42,9 @@ const slideTo = (t) => `(async () => {
 async function show(browser, model, scheme, ...options) {
     const page = join(work, "page.html"), csv = join(work, "run.csv");
     const run = withRun === "1" && options.length > 0;
-    if (run) mbsrank("run", join(models, model), "--quiet", "-o", csv, ...options);
-    mbsrank("view", join(models, model), ...(run ? [csv] : []), "-o", page);
+    const path = resolve(models, model);
+    if (run) mbsrank("run", path, "--quiet", "-o", csv, ...options);
+    mbsrank("view", path, ...(run ? [csv] : []), "-o", page);
     await browser.open(page, scheme);
     const pixels = await browser.ask("mbsrank.pixels()");
     expect(pixels > 2000, `${model}: only ${pixels} pixels of the first frame show something`);
@@ -142,6 +143,35 @@ async function arm(browser) {
     }
 }
 
+// A bob of 2 kg hangs by a closure: where it hooks in, the force is what moves the bob, and gravity beside.
+async function hookedBob(browser) {
+    const model = join(work, "bob.xml"), mass = 2;
+    writeFileSync(model, `<mujoco><worldbody><body name="bob" pos="0.3 0 0"><freejoint name="f"/>
+        <inertial pos="0 0 0" mass="${mass}" diaginertia="0.01 0.01 0.01"/><geom size="0.05"/></body></worldbody>
+        <equality><connect name="hook" body1="bob" anchor="-0.3 0 0"/></equality></mujoco>`);
+    const run = await show(browser, model, "light", "--t-end", "1", "--step", "0.001", "--rtol", "1e-8", "--atol", "1e-10",
+        "--output", "state");
+    const [loop] = await browser.ask("mbsrank.loops");
+    expect(loop.name === "hook" && loop.body === 0, `the closure is ${JSON.stringify(loop)}`);
+    const boxes = await browser.ask(`["loops", "turns"].map((name) => document.getElementById("show-" + name).disabled)`);
+    expect(!boxes.includes(true), "forces of closures cannot be shown");
+    if (run) await browser.ask(slideTo(run.t[500]));
+    const before = await browser.ask("mbsrank.pixels()");
+    await browser.ask(`document.getElementById("show-loops").click(), ${frames}`);
+    expect((await browser.ask("mbsrank.pixels()")) !== before, "forces of closures are not drawn on demand");
+    for (const k of run ? [100, 500, 900] : []) {
+        await browser.ask(slideTo(run.t[k]));
+        const [x, y, z, ...wrench] = await browser.ask("mbsrank.loop(0)");
+        expect(Math.hypot(x, y, z) < 1e-5, `the hook is at ${x}, ${y}, ${z}`);
+        ["x", "y", "z"].forEach((axis, l) => {
+            const v = run[`f.rate.v${axis}`], a = (v[k + 1] - v[k - 1]) / (run.t[k + 1] - run.t[k - 1]);
+            const should = mass * (a + (l === 2 ? 9.81 : 0));
+            expect(Math.abs(wrench[l] - should) < 1e-3 * mass * 9.81, `hook at t = ${run.t[k]}: ${wrench[l]} N, must be ${should} N`);
+            expect(Math.abs(wrench[3 + l]) < 1e-6, `hook at t = ${run.t[k]}: a moment of ${wrench[3 + l]} N m`);
+        });
+    }
+}
+
 // A tree of ten thousand links, every seventh without mass, that swing.
 function writeTree(path, csv, count) {
     const inertial = "<inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1'/></inertial>";
@@ -214,6 +244,7 @@ try {
 }
 await inBrowser(quarterCar, 900, 600);
 await inBrowser(arm, 1280, pictures ? 800 : 600);
+await inBrowser(hookedBob, 900, 600);
 await inBrowser(manyBodies, 400, 300);
 rmSync(work, { recursive: true });
 process.exit(failures > 0 ? 1 : 0);

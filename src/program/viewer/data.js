@@ -13,6 +13,7 @@ export function readData(text) {
     const data = JSON.parse(text);
     data.poses = floatsOf(data.poses);
     data.reactions = data.reactions && floatsOf(data.reactions);
+    data.loopForces = data.loopForces && floatsOf(data.loopForces);
     for (const column of data.columns) column.values = floatsOf(column.values);
     data.samples = data.times.length;
     return data;
@@ -28,6 +29,23 @@ export function placeAt(times, t) {
         else high = middle;
     }
     return { sample: low, part: Math.max(0, (t - times[low]) / (times[high] - times[low])) };
+}
+
+// What joints exert on their bodies, as arrows: `values` has `stride` numbers for each of `count` in each sample,
+// force and moment from `first` on; `tail` writes where the arrow begins.
+export function jointArrows(data, motion) {
+    return { count: data.bodies.length, values: data.reactions, stride: 6, first: 0,
+             tail: (k, to) => motion.point(k, data.bodies[k].point, to) };
+}
+
+// What closures exert; between samples they are where they act on a straight line.
+export function loopArrows(data, motion) {
+    const count = data.loops.length, values = data.loopForces, stride = 9;
+    const tail = (k, to) => {
+        const at = stride * (count * motion.sample + k), next = motion.part > 0 ? at + stride * count : at;
+        for (let l = 0; l < 3; ++l) to[l] = values[at + l] + motion.part * (values[next + l] - values[at + l]);
+    };
+    return { count, values, stride, first: 3, tail };
 }
 
 // Where all bodies are at a time: poses, 7 numbers each (origin, quaternion with w first), and affine maps

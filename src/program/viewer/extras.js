@@ -41,38 +41,37 @@ export class Axes {
     }
 }
 
-// Forces (first = 0) or moments (first = 3) that the joints exert on their bodies; the largest one of the run is
-// `longest`. Moments have two heads.
+// Forces, or moments with two heads, of one kind (data.js); the largest one of the run is `longest`.
 export class Arrows {
-    constructor(data, motion, longest, first) {
-        Object.assign(this, { data, motion, longest, first });
-        const count = data.bodies.length;
+    constructor(arrows, motion, longest, moments, colour) {
+        Object.assign(this, { arrows, motion, longest, moments, colour });
         this.material = onTop();
-        this.shafts = new Pointers(rod(), this.material, count);
-        this.heads = new Pointers(cone(), this.material, 2 * count);
+        this.shafts = new Pointers(rod(), this.material, arrows.count);
+        this.heads = new Pointers(cone(), this.material, 2 * arrows.count);
         this.group = new Group().add(this.shafts.mesh, this.heads.mesh);
         this.group.visible = false;
+        this.first = arrows.first + (moments ? 3 : 0);
         this.most = 0;
-        const all = data.reactions || [];
-        for (let k = first; k < all.length; k += 6)
+        const all = arrows.values;
+        for (let k = this.first; k < all.length; k += arrows.stride)
             this.most = Math.max(this.most, Math.hypot(all[k], all[k + 1], all[k + 2]));
     }
 
     // As of the sample before the present time, between samples too.
     move() {
-        const { shafts, heads, motion, data, longest, first, most } = this, from = [0, 0, 0];
+        const { shafts, heads, motion, longest, first, most, arrows } = this, from = [0, 0, 0];
+        const { count, stride, values: all } = arrows;
         shafts.clear();
         heads.clear();
-        const bodies = data.bodies.length, all = data.reactions;
-        for (let k = 0, at = 6 * bodies * motion.sample + first; k < bodies; ++k, at += 6) {
+        for (let k = 0, at = stride * count * motion.sample + first; k < count; ++k, at += stride) {
             const size = Math.hypot(all[at], all[at + 1], all[at + 2]);
             const long = (longest * size) / most, thick = 0.011 * longest;
             if (!(long > 0.01 * longest)) continue;
             const v = [all[at] / size, all[at + 1] / size, all[at + 2] / size];
             const head = Math.min(0.11 * longest, 0.6 * long);
-            motion.point(k, data.bodies[k].point, from);
+            arrows.tail(k, from);
             shafts.add(...from, ...v, thick, long - 0.5 * head);
-            for (let h = 0; h < (first > 0 ? 2 : 1); ++h) {
+            for (let h = 0; h < (this.moments ? 2 : 1); ++h) {
                 const back = long - head * (1 + 0.6 * h);
                 heads.add(from[0] + back * v[0], from[1] + back * v[1], from[2] + back * v[2], ...v,
                     2.6 * thick, head);
@@ -83,6 +82,6 @@ export class Arrows {
     }
 
     paint(colours) {
-        this.material.color.copy(this.first > 0 ? colours.moment : colours.force);
+        this.material.color.copy(colours[this.colour]);
     }
 }

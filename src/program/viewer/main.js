@@ -1,7 +1,7 @@
 // The page of `mbsrank view`.
 // SPDX-License-Identifier: BSD-3-Clause
 import { Box3 } from "three";
-import { Motion, readData } from "./data.js";
+import { Motion, jointArrows, loopArrows, readData } from "./data.js";
 import { Drawing } from "./drawing.js";
 import { Arrows, Axes } from "./extras.js";
 import { bodyAt, describe } from "./hover.js";
@@ -32,6 +32,8 @@ function typicalLengths() {
     });
     for (const s of data.shapes)
         if (s.kind !== "plane" && s.kind !== "mesh") reached(motion.point(s.body, s.at), Math.max(...s.size));
+    for (let k = 0; data.loopForces && k < 9 * data.loops.length; k += 9)
+        reached(data.loopForces.subarray(k, k + 3), 0);
     const all = reach.isEmpty() ? 1 : reach.min.distanceTo(reach.max) || 1;
     lengths.sort((a, b) => a - b);
     const most = lengths.length > 0 ? lengths[Math.floor(0.8 * lengths.length)] : all;
@@ -43,8 +45,13 @@ const stage = new Stage($("view"));
 const drawing = new Drawing(data, motion, unitLength);
 const extras = { axes: new Axes(data, motion, unitLength) };
 if (data.reactions) {
-    extras.forces = new Arrows(data, motion, 0.35 * whole, 0);
-    extras.moments = new Arrows(data, motion, 0.35 * whole, 3);
+    const joints = jointArrows(data, motion), loops = loopArrows(data, motion), longest = 0.35 * whole;
+    extras.forces = new Arrows(joints, motion, longest, false, "force");
+    extras.moments = new Arrows(joints, motion, longest, true, "moment");
+    if (loops.count > 0) {
+        extras.loops = new Arrows(loops, motion, longest, false, "loop");
+        extras.turns = new Arrows(loops, motion, longest, true, "turn");
+    }
 }
 const batches = [...drawing.batches.values()];
 const painted = [stage, drawing, ...Object.values(extras)];
@@ -80,6 +87,8 @@ function addLegend() {
         $("legend").append(element("label", { className: "plain" }, swatch(colour), text));
     const extra = { axes: ["joint", "axes of joints"], forces: ["force", "forces of joints"],
                     moments: ["moment", "moments of joints"] };
+    if (data.loops.length > 0)
+        Object.assign(extra, { loops: ["loop", "forces of closures"], turns: ["turn", "moments of closures"] });
     for (const [name, [colour, text]] of Object.entries(extra)) {
         const box = element("input", { type: "checkbox", id: `show-${name}`, disabled: !extras[name] });
         const label = element("label", {}, box, swatch(colour), text);
@@ -222,6 +231,12 @@ window.mbsrank = {
     reaction: (body) => {
         const at = 6 * (motion.sample * data.bodies.length + body);
         return data.reactions && Array.from(data.reactions.subarray(at, at + 6));
+    },
+    // closures that act at a point, and of one at the sample before: where, force and moment on its body
+    loops: data.loops,
+    loop: (k) => {
+        const at = 9 * (motion.sample * data.loops.length + k);
+        return data.loopForces && Array.from(data.loopForces.subarray(at, at + 9));
     },
     // the first thing drawn of it: where in the body, and in the world (4 x 4, by columns)
     drawn: (body) => {

@@ -16,7 +16,7 @@ import {
 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 
-const names = ["ground", "body", "fixed", "massless", "joint", "force", "moment", "grid", "grid-axis"];
+const names = ["ground", "body", "fixed", "massless", "joint", "force", "moment", "loop", "turn", "grid", "grid-axis"];
 
 export function coloursOf(root) {
     const style = getComputedStyle(root), colours = {};

@@ -84,6 +84,17 @@ static int run_force(finite_subject *s)
     return mbsr_closures_force(s->model, s->data, s->out[0]);
 }
 
+/* The distance is the second closure. */
+static int run_reaction(finite_subject *s)
+{
+    return mbsr_closure_reaction(s->model, s->data, 1, 0, s->out[0], NULL);
+}
+
+static int run_point(finite_subject *s)
+{
+    return mbsr_closure_point(s->model, s->data, 1, s->out[0]);
+}
+
 static int run_inverse(finite_subject *s)
 {
     int all[LOOPS_MOST];
@@ -129,6 +140,12 @@ static int of_one(const finite_subject *s, int o)
     return o == 0;
 }
 
+static int of_plane(const finite_subject *s, int o)
+{
+    (void)s;
+    return o == 0 ? 3 : 0;
+}
+
 static const finite_row rows[] = {
     {"mbsr_default_closure_def", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_closure_weld", NULL, NULL, 0, 0, 0, NULL},
@@ -162,6 +179,8 @@ static const finite_row rows[] = {
     {"mbsr_closures_mobility", run_mobility, positions, T | Q, 0, BOTH, of_joints},
     {"mbsr_closures_load", run_load, velocities, T | Q | U, R, BOTH, of_rows},
     {"mbsr_closures_force", run_force, forces, T | Q | U, 0, BOTH, of_rows},
+    {"mbsr_closure_reaction", run_reaction, forces, T | Q | U, 0, BOTH, of_plane},
+    {"mbsr_closure_point", run_point, positions, T | Q, 0, BOTH, of_plane},
     {"mbsr_closures_inverse_dynamics", run_inverse, NULL, 0, T | Q | U | UDOT, BOTH, of_inverse},
     {"mbsr_closures_gap", run_gap, positions, T | Q, 0, BOTH, of_held},
     {"mbsr_closures_rate", run_rate, velocities, T | Q | U, 0, BOTH, of_rows},
