@@ -215,7 +215,7 @@ static bool add_joint_forces(mbsri_scene *s, mbsr_file *file, const mbsri_scene_
     const mbsr_file_opt *opt = s->opt;
     const mbsr_file_joint *of = &j->joint;
     bool good = true;
-    if (opt->passive && (j->stiffness != 0.0 || j->damping != 0.0)) {
+    if (s->with_passive && (j->stiffness != 0.0 || j->damping != 0.0)) {
         if (has_axis(of)) {
             good = add_force(s, file,
                              mbsr_force_joint_spring(of->body, of->coordinate, j->stiffness,
@@ -268,7 +268,7 @@ static bool add_sum(mbsri_scene *s, mbsr_file *file, const mbsri_scene_sum *sum,
 static bool add_tendon(mbsri_scene *s, mbsr_file *file, const mbsri_scene_tendon *t)
 {
     const mbsri_scene_joint *joints = mbsri_scene_joints(s);
-    if (!s->opt->passive || (t->stiffness == 0.0 && t->damping == 0.0)) return true;
+    if (!s->with_passive || (t->stiffness == 0.0 && t->damping == 0.0)) return true;
     if (t->count == 2) {
         const mbsr_file_site *sites = s->sites.items, *a = sites + t->site[0],
                              *b = sites + t->site[1];
@@ -302,7 +302,7 @@ static bool add_actuators(mbsri_scene *s, mbsr_file *file)
     for (int k = 0; k < count; ++k) {
         mbsr_file_actuator *a = &list[k].actuator;
         a->force = MBSR_NONE;
-        if (s->opt->actuators && list[k].sum.count > 0) {
+        if (s->with_actuators && list[k].sum.count > 0) {
             const mbsri_transmission law = {.gain = a->gain,
                                             .bias = {a->bias[0], a->bias[1], a->bias[2]},
                                             .control = file->control + k};
@@ -367,7 +367,7 @@ static mbsr_closure_def between_joints(const mbsri_scene *s, const mbsri_scene_e
 static bool add_closures(mbsri_scene *s, mbsr_file *file)
 {
     const mbsri_scene_equality *q = s->equalities.items;
-    if (!s->opt->closures || s->equalities.count == 0) return true;
+    if (!s->with_closures || s->equalities.count == 0) return true;
     const mbsr_frame *frames = drawn(s);
     if (!frames) return false;
     for (int k = 0; k < s->equalities.count; ++k, ++q) {

@@ -115,17 +115,21 @@ static void find_changes(mbsri_mjcf *m, const mbsri_element *e)
     const char *balance = mbsri_attribute(e, "balanceinertia");
     if (balance && strcmp(balance, "true") == 0)
         mbsri_file_find(m->s, e, "balanceinertia is not applied: tensors stay as they are");
+    const char *align = mbsri_attribute(e, "alignfree");
+    if (align && strcmp(align, "true") == 0)
+        mbsri_file_find(m->s, e, "alignfree is not applied: free bodies keep their frames");
 }
 
 static bool read_compiler(mbsri_mjcf *m, const mbsri_element *e)
 {
-    const mbsri_node node = {e, NULL, NULL};
+    const mbsri_node node = {.e = e};
     const char *angle = mbsri_attribute(e, "angle"), *sequence = mbsri_attribute(e, "eulerseq"),
                *shapes = mbsri_attribute(e, "inertiafromgeom"),
                *coordinate = mbsri_attribute(e, "coordinate"),
-               *folder = mbsri_attribute(e, "meshdir");
+               *folder = mbsri_attribute(e, "meshdir"), *assets = mbsri_attribute(e, "assetdir");
     if (angle) m->radian = strcmp(angle, "radian") == 0;
-    if (folder) m->folder = folder;
+    if (folder || assets) m->folder = folder ? folder : assets;
+    m->strip = mbsri_mjcf_switch(&node, "strippath", m->strip);
     m->autolimits = mbsri_mjcf_switch(&node, "autolimits", m->autolimits);
     if (coordinate && strcmp(coordinate, "global") == 0)
         return mbsri_file_refuse(m->s, e, "global coordinates are not read");
@@ -142,11 +146,28 @@ static bool read_compiler(mbsri_mjcf *m, const mbsri_element *e)
     return mbsri_mjcf_numbers(m, &node, "inertiagrouprange", 2, 2, m->groups, NULL);
 }
 
+/* What is switched off. */
+static void read_flags(mbsri_mjcf *m, const mbsri_element *flag)
+{
+    static const char *const names[] = {"passive", "spring", "damper", "equality", "actuation"};
+    bool off[5] = {false};
+    for (int k = 0; flag && k < 5; ++k) {
+        const char *value = mbsri_attribute(flag, names[k]);
+        off[k] = value && strcmp(value, "disable") == 0;
+    }
+    if (off[0] || (off[1] && off[2])) m->s->with_passive = false;
+    if (off[1] != off[2] && m->s->with_passive)
+        mbsri_file_find(m->s, flag, "springs and dampers are not switched off apart: both stay");
+    if (off[3]) m->s->with_closures = false;
+    if (off[4]) m->s->with_actuators = false;
+}
+
 static bool read_option(mbsri_mjcf *m, const mbsri_element *e)
 {
     static const char *const fluid[] = {"density", "viscosity"};
     const mbsri_element *flag = mbsri_child(e, "flag");
     const char *gravity = flag ? mbsri_attribute(flag, "gravity") : NULL;
+    read_flags(m, flag);
     for (int k = 0; k < 2; ++k) {
         double x = 0.0;
         if (!mbsri_numbers(m->s, e, fluid[k], mbsri_attribute(e, fluid[k]), 1, 1, &x, NULL))
@@ -192,6 +213,21 @@ static bool add_keys(mbsri_mjcf *m, const mbsri_element *list)
 
 /* ---- the file ---- */
 
+/* Sections that the readers below do not know, and that say more than how things look or what is sensed. */
+static void find_sections(mbsri_mjcf *m, const mbsri_element *root)
+{
+    static const char *const known[] = {"compiler", "option", "size",   "visual",    "statistic",
+                                        "default",  "asset",  "custom", "worldbody", "contact",
+                                        "equality", "tendon", "sensor", "actuator",  "keyframe"};
+    for (const mbsri_element *e = root->child; e; e = e->next) {
+        bool found = !e->child && !e->attribute[0]; /* it says nothing */
+        for (size_t k = 0; k < sizeof known / sizeof *known && !found; ++k)
+            found = mbsri_is(e, known[k]);
+        if (!found)
+            mbsri_file_find(m->s, e, "sections of this kind are left out, with all in them");
+    }
+}
+
 typedef bool read_section(mbsri_mjcf *m, const mbsri_element *e);
 
 static bool each(mbsri_mjcf *m, const mbsri_element *root, const char *name, read_section *read)
@@ -221,6 +257,7 @@ bool mbsri_mjcf_read(mbsri_scene *s, mbsri_element *root)
     if (!i.folder || !expand(&i, root, 1)) return false;
     s->gravity[0] = s->gravity[1] = 0.0;
     s->gravity[2] = -9.81;
+    find_sections(&m, root);
     return each(&m, root, "compiler", read_compiler) && each(&m, root, "option", read_option) &&
            each(&m, root, "default", add_main_class) && each(&m, root, "asset", add_assets) &&
            each(&m, root, "worldbody", mbsri_mjcf_world) &&

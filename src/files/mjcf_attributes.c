@@ -19,28 +19,38 @@ bool mbsri_mjcf_node(mbsri_mjcf *m, const mbsri_element *e, const char *kind,
     const char *class = mbsri_attribute(e, "class");
     if (!class) class = childclass;
     if (class && strcmp(class, "main") == 0) class = NULL;
-    *node = (mbsri_node){e, kind, mbsri_mjcf_class(m, class)};
+    *node = (mbsri_node){e, kind, mbsri_mjcf_class(m, class), NULL};
     return !class || node->class || mbsri_file_refuse(m->s, e, "there is no class '%.50s'", class);
 }
 
-/* What a class says of a kind of elements; the last of several defaults counts. */
-static const char *said_by_class(const mbsri_class *class, const char *kind, const char *attribute)
+static bool is_kind(const mbsri_node *node, const mbsri_element *e)
+{
+    bool is = mbsri_is(e, node->kind);
+    for (const char *const *kind = node->alike; kind && *kind && !is; ++kind)
+        is = mbsri_is(e, *kind);
+    return is;
+}
+
+/* What a class says of this kind of elements; the last of several defaults counts. */
+static const char *said_by_class(const mbsri_class *class, const mbsri_node *node,
+                                 const char *attribute)
 {
     const mbsri_element *const *elements = class->elements.items;
-    for (int k = class->elements.count - 1; k >= 0; --k) {
-        const mbsri_element *e = mbsri_child(elements[k], kind);
-        const char *value = e ? mbsri_attribute(e, attribute) : NULL;
-        if (value) return value;
+    const char *said = NULL;
+    for (int k = class->elements.count - 1; k >= 0 && !said; --k) {
+        for (const mbsri_element *e = elements[k]->child; e; e = e->next) {
+            const char *value = is_kind(node, e) ? mbsri_attribute(e, attribute) : NULL;
+            if (value) said = value;
+        }
     }
-    return NULL;
+    return said;
 }
 
 const char *mbsri_mjcf_get(const mbsri_node *node, const char *attribute)
 {
     const char *value = mbsri_attribute(node->e, attribute);
     const mbsri_class *class = node->kind ? node->class : NULL;
-    for (; class && !value; class = class->parent)
-        value = said_by_class(class, node->kind, attribute);
+    for (; class && !value; class = class->parent) value = said_by_class(class, node, attribute);
     return value;
 }
 

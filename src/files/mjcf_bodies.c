@@ -89,6 +89,9 @@ static bool read_joint(mbsri_mjcf *m, const mbsri_node *node, const mbsr_frame *
     j->joint.limited = mbsri_mjcf_switch(node, "limited", ranged > 0 && m->autolimits);
     if (mbsri_mjcf_get(node, "springdamper"))
         mbsri_file_find(m->s, node->e, "springdamper is left out");
+    if (mbsri_mjcf_switch(node, "actuatorfrclimited",
+                          m->autolimits && mbsri_mjcf_get(node, "actuatorfrcrange")))
+        mbsri_file_find(m->s, node->e, "forces of actuators are not limited to actuatorfrcrange");
     return true;
 }
 
@@ -122,7 +125,7 @@ static bool add_joint(mbsri_mjcf *m, const mbsri_element *e, const place *at)
 
 static bool read_inertial(mbsri_mjcf *m, const mbsri_element *e, mbsr_inertia *inertia)
 {
-    const mbsri_node node = {e, NULL, NULL};
+    const mbsri_node node = {.e = e};
     mbsr_frame frame;
     double mass = 0.0, I[6] = {0.0}, moments[3];
     int diagonal, full;
@@ -220,6 +223,8 @@ static const char *mesh_path(const mbsri_mjcf *m, const mbsri_element *mesh)
 {
     const char *file = mesh ? mbsri_attribute(mesh, "file") : NULL;
     char path[512];
+    const char *last = file && m->strip ? strrchr(file, '/') : NULL;
+    if (last) file = last + 1;
     if (!file || !m->folder || file[0] == '/') return file;
     const int length = snprintf(path, sizeof path, "%.250s/%.250s", m->folder, file);
     return mbsri_arena_text(m->s->arena, path, (size_t)length);
@@ -241,7 +246,10 @@ static bool measure_mesh(mbsri_mjcf *m, const mbsri_element *e, const char *name
         return false;
     snprintf(path, sizeof path, "%.250s%.250s", file && file[0] == '/' ? "" : m->home,
              file ? file : "");
-    if (mesh && (mbsri_attribute(mesh, "refpos") || mbsri_attribute(mesh, "refquat")))
+    const char *inertia = mesh ? mbsri_mjcf_get(&node, "inertia") : NULL;
+    if (inertia && strcmp(inertia, "shell") == 0)
+        wrong = "it is a shell";
+    else if (mesh && (mbsri_attribute(mesh, "refpos") || mbsri_attribute(mesh, "refquat")))
         wrong = "refpos and refquat are not read";
     else if (file && m->s->opt->load && !m->s->opt->load(m->s->opt->user, path, &text, &size))
         wrong = mbsri_mesh_solid(m->s->arena, text, size, scale, volume, centre, tensor);
@@ -264,6 +272,8 @@ static bool weigh(mbsri_mjcf *m, const mbsri_node *node, const mbsr_file_shape *
         return false;
     if (mass < 0.0 || density < 0.0)
         return mbsri_file_refuse(m->s, node->e, "its mass or density is negative");
+    if (sum && mbsri_mjcf_switch(node, "shellinertia", false))
+        mbsri_file_find(m->s, node->e, "its inertia is that of a solid, not of a shell");
     if (!sum || group < m->groups[0] || group > m->groups[1]) return true;
     mbsr_frame frame = shape->frame;
     if (shape->kind == MBSR_SHAPE_MESH) {
@@ -332,14 +342,13 @@ static bool add_bodies(mbsri_mjcf *m, const mbsri_element *e, const place *at);
 /* What is not part of a body: bodies come later, so that its joints stand together. */
 static bool add_child(mbsri_mjcf *m, const mbsri_element *e, const place *at, shapes *sum)
 {
-    static const char *const unknown[] = {"composite", "flexcomp", "replicate", "attach", "plugin"};
+    static const char *const others[] = {"inertial", "camera", "light"};
+    bool known = false;
     if (mbsri_is(e, "joint") || mbsri_is(e, "freejoint")) return add_joint(m, e, at);
     if (mbsri_is(e, "geom")) return add_shape(m, e, at, sum);
     if (mbsri_is(e, "site")) return add_site(m, e, at);
-    for (int k = 0; k < 5; ++k) {
-        if (mbsri_is(e, unknown[k]))
-            mbsri_file_find(m->s, e, "elements of this kind are left out, with all in them");
-    }
+    for (int k = 0; k < 3; ++k) known = known || mbsri_is(e, others[k]);
+    if (!known) mbsri_file_find(m->s, e, "elements of this kind are left out, with all in them");
     return true;
 }
 
@@ -347,7 +356,7 @@ static bool add_child(mbsri_mjcf *m, const mbsri_element *e, const place *at, sh
 static bool step_into(mbsri_mjcf *m, const mbsri_element *e, const place *at, mbsr_frame *frame,
                       place *within)
 {
-    const mbsri_node node = {e, NULL, NULL};
+    const mbsri_node node = {.e = e};
     const char *class = mbsri_attribute(e, "childclass");
     mbsr_frame own;
     if (!mbsri_mjcf_frame(m, &node, &own)) return false;
@@ -387,9 +396,9 @@ static bool add_inertia(mbsri_mjcf *m, const mbsri_element *e, int body, const s
 
 static bool add_body(mbsri_mjcf *m, const mbsri_element *e, const place *at)
 {
-    const mbsri_node node = {e, NULL, NULL};
-    const char *class = mbsri_attribute(e, "childclass"), *mocap = mbsri_attribute(e, "mocap"),
-               *weightless = mbsri_attribute(e, "gravcomp");
+    const mbsri_node node = {.e = e};
+    const char *class = mbsri_attribute(e, "childclass"), *mocap = mbsri_attribute(e, "mocap");
+    double weightless = 0.0;
     mbsri_scene_body b = {.name = name_of(e), .element = e, .parent = at->body};
     const mbsr_frame own = mbsr_frame_identity();
     const place within = {m->s->bodies.count, &own, class ? class : at->childclass};
@@ -400,8 +409,8 @@ static bool add_body(mbsri_mjcf *m, const mbsri_element *e, const place *at)
     b.first = m->s->joints.count;
     if (mocap && strcmp(mocap, "true") == 0)
         mbsri_file_find(m->s, e, "a mocap body stays where it is drawn");
-    if (weightless && strcmp(weightless, "0") != 0)
-        mbsri_file_find(m->s, e, "gravity compensation is left out");
+    if (!mbsri_mjcf_number(m, &node, "gravcomp", &weightless)) return false;
+    if (weightless != 0.0) mbsri_file_find(m->s, e, "gravity compensation is left out");
     mbsri_scene_body *to = mbsri_list_add(m->s->arena, &m->s->bodies, sizeof *to);
     if (!to) return false;
     *to = b;

@@ -28,6 +28,7 @@ typedef struct mbsri_mjcf {
     double groups[2];     /* of shapes that count for inertias */
     const char *home;     /* folder of the file, with its slash */
     const char *folder;   /* of meshes; NULL: none */
+    bool strip;           /* names of files go without their folders */
     mbsri_class *classes; /* the last one made */
     mbsri_list meshes;
     mbsri_names bodies, joints, sites;
@@ -38,6 +39,8 @@ typedef struct mbsri_node {
     const mbsri_element *e;
     const char *kind; /* its name among the defaults; NULL: it has none */
     const mbsri_class *class;
+    const char *const
+        *alike; /* kinds whose defaults count, too, NULL behind the last; NULL: none */
 } mbsri_node;
 
 /* The class of that name, NULL for the main one; NULL: none. */

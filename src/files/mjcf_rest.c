@@ -164,6 +164,8 @@ static bool add_tendon(mbsri_mjcf *m, const mbsri_element *e)
         return false;
     if (lengths == 1) t.rest[1] = t.rest[0];
     if (t.rest[0] == -1.0 && t.rest[1] == -1.0) t.rest[0] = t.rest[1] = NAN;
+    if (mbsri_mjcf_switch(&node, "limited", m->autolimits && mbsri_mjcf_get(&node, "range")))
+        mbsri_file_find(m->s, e, "its limits are left out");
     if (friction > 0.0) mbsri_file_find(m->s, e, "its dry friction is left out");
     if (armature > 0.0) mbsri_file_find(m->s, e, "its armature is left out");
     mbsri_scene_tendon *to = mbsri_list_add(m->s->arena, &m->s->tendons, sizeof *to);
@@ -252,13 +254,19 @@ static bool read_law(mbsri_mjcf *m, const mbsri_node *node, mbsr_file_actuator *
 
 static bool add_actuator(mbsri_mjcf *m, const mbsri_element *e)
 {
+    /* gears and ranges are defaults of all kinds alike */
+    static const char *const kinds[] = {"general",     "motor",  "position", "velocity",
+                                        "intvelocity", "damper", "cylinder", "muscle",
+                                        "adhesion",    NULL};
     mbsri_scene_actuator a = {.element = e, .actuator = {.name = name_of(e)}};
     mbsri_node node;
     double gear[6] = {1.0};
     int ranged;
     bool known;
-    if (!mbsri_mjcf_node(m, e, e->name, NULL, &node) || !read_law(m, &node, &a.actuator, &known) ||
-        !mbsri_mjcf_numbers(m, &node, "gear", 1, 6, gear, NULL) ||
+    if (!mbsri_mjcf_node(m, e, e->name, NULL, &node) || !read_law(m, &node, &a.actuator, &known))
+        return false;
+    node.alike = kinds;
+    if (!mbsri_mjcf_numbers(m, &node, "gear", 1, 6, gear, NULL) ||
         !mbsri_mjcf_numbers(m, &node, "ctrlrange", 2, 2, a.actuator.range, &ranged))
         return false;
     a.actuator.gear = gear[0];

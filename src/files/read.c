@@ -105,7 +105,12 @@ static void open_lists(mbsri_scene *s)
 static int read(mbsri_file *f, const char *text, size_t size, const char *name,
                 const mbsr_file_opt *opt, mbsr_error *error)
 {
-    mbsri_scene scene = {.arena = &f->arena, .opt = opt, .name = ""};
+    mbsri_scene scene = {.arena = &f->arena,
+                         .opt = opt,
+                         .name = "",
+                         .with_passive = opt->passive,
+                         .with_closures = opt->closures,
+                         .with_actuators = opt->actuators};
     mbsri_scene *s = &scene;
     const char *file =
         mbsri_arena_text(&f->arena, name ? name : "text", strlen(name ? name : "text"));

@@ -80,6 +80,8 @@ typedef struct mbsri_scene {
     mbsr_file_format format;
     const char *name;
     double gravity[3];
+    bool with_passive, with_closures,
+        with_actuators; /* as the options, unless the file switches them off */
     mbsri_list bodies, joints, tendons, actuators, equalities, keys, sites, shapes, findings;
     char message[MBSR_TEXT_SIZE]; /* why the file is refused; "": it is not */
 } mbsri_scene;

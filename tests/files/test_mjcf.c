@@ -1,4 +1,4 @@
-/* What MJCF says, feature by feature, and what is refused.
+/* What MJCF says, feature by feature.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "small.h"
 
@@ -404,56 +404,6 @@ static void other_files(void **state)
     assert_contains(error.text, "loop.xml|twice");
 }
 
-static void findings(void **state)
-{
-    (void)state;
-    mbsr_file *file = read_small(
-        MUJOCO("<compiler boundmass='1' settotalmass='2'/><option density='1'/><worldbody>"
-               "<body name='b' gravcomp='1'><joint name='j'/><geom type='mesh' mesh='x'/></body>"
-               "</worldbody><actuator><muscle name='m' joint='j'/>"
-               "<motor name='f' joint='j' forcerange='-1 1'/></actuator>"),
-        NULL);
-    assert_found(file, "compiler", "boundmass");
-    assert_found(file, "option", "fluid");
-    assert_found(file, "body 'b'", "gravity compensation");
-    assert_found(file, "geom", "mesh");
-    assert_found(file, "muscle 'm'", "left out");
-    assert_found(file, "motor 'f'", "forcerange");
-    assert_int_equal(file->findings, 7);
-    mbsr_file_destroy(file);
-}
-
-static void refused_files(void **state)
-{
-    static const struct {
-        const char *text, *words;
-    } cases[] = {
-        {WORLD("<joint/>"), "small.xml:2|joint|world"},
-        {WORLD("<body><joint name='j' type='gluey'/></body>"), "joint 'j'|gluey"},
-        {WORLD("<body><joint axis='0 0 0'/></body>"), "axis"},
-        {WORLD("<body><joint armature='-1'/></body>"), "armature"},
-        {WORLD("<body><joint class='c'/></body>"), "no class 'c'"},
-        {WORLD("<body><joint/><freejoint/></body>"), "freejoint|alone"},
-        {WORLD("<body><body><freejoint/></body></body>"), "freejoint|world"},
-        {WORLD("<body name='a'/><body name='a'/>"), "body 'a'|two"},
-        {WORLD("<body quat='0 0 0 0'/>"), "quat"},
-        {WORLD("<body quat='1 0 0 0' euler='0 0 0'/>"), "two orientations"},
-        {WORLD("<body pos='1 2'/>"), "3 numbers"},
-        {WORLD("<body pos='1 2 nan'/>"), "nan"},
-        {WORLD("<body><inertial pos='0 0 0' mass='-1'/></body>"), "mass"},
-        {WORLD("<body><geom type='box' size='1 1'/></body>"), "size"},
-        {MUJOCO("<compiler coordinate='global'/>"), "global"},
-        {MUJOCO("<compiler eulerseq='abc'/>"), "eulerseq"},
-        {MUJOCO("<equality><connect body1='x' anchor='0 0 0'/></equality>"), "'x' is no body"},
-        {MUJOCO("<equality><joint joint1='x'/></equality>"), "'x' is no joint"},
-        {MUJOCO("<actuator><motor joint='x'/></actuator>"), "motor|'x'"},
-        {MUJOCO("<keyframe><key qpos='1 2'/></keyframe>"), "key|qpos"},
-    };
-    (void)state;
-    for (size_t k = 0; k < sizeof cases / sizeof *cases; ++k)
-        assert_file_refused(cases[k].text, NULL, cases[k].words);
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -461,8 +411,7 @@ int main(void)
         cmocka_unit_test(classes_and_frames),    cmocka_unit_test(inertias_of_shapes),
         cmocka_unit_test(actuators_and_tendons), cmocka_unit_test(equalities),
         cmocka_unit_test(inertias_of_meshes),    cmocka_unit_test(meshes_beside_an_inertial),
-        cmocka_unit_test(other_files),           cmocka_unit_test(findings),
-        cmocka_unit_test(refused_files),
+        cmocka_unit_test(other_files),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

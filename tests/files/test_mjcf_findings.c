@@ -1,0 +1,133 @@
+/* What MJCF says and the model does not have, what it switches off, and what is refused.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "small.h"
+
+#include <stdio.h>
+
+#define MUJOCO(inside) "<mujoco model='m'>\n" inside "</mujoco>\n"
+#define WORLD(inside) MUJOCO("<worldbody>" inside "</worldbody>\n")
+
+static void findings(void **state)
+{
+    (void)state;
+    mbsr_file *file = read_small(
+        MUJOCO("<compiler boundmass='1' settotalmass='2'/><option density='1'/><worldbody>"
+               "<body name='b' gravcomp='1'><joint name='j'/><geom type='mesh' mesh='x'/></body>"
+               "</worldbody><actuator><muscle name='m' joint='j'/>"
+               "<motor name='f' joint='j' forcerange='-1 1'/></actuator>"),
+        NULL);
+    assert_found(file, "compiler", "boundmass");
+    assert_found(file, "option", "fluid");
+    assert_found(file, "body 'b'", "gravity compensation");
+    assert_found(file, "geom", "mesh");
+    assert_found(file, "muscle 'm'", "left out");
+    assert_found(file, "motor 'f'", "forcerange");
+    assert_int_equal(file->findings, 7);
+    mbsr_file_destroy(file);
+}
+
+static void more_findings(void **state)
+{
+    (void)state;
+    mbsr_file *file = read_small(
+        MUJOCO("<compiler alignfree='true'/><option><flag spring='disable'/></option>"
+               "<deformable><flex name='x'/></deformable><extension/>"
+               "<worldbody><body name='b' gravcomp='0.0'>"
+               "<joint name='j' actuatorfrcrange='-1 1'/><camera/><light/>"
+               "<geom name='g' size='1' shellinertia='true'/><bogus/></body></worldbody>"
+               "<tendon><fixed name='t' range='0 1'><joint joint='j' coef='1'/></fixed></tendon>"),
+        NULL);
+    assert_found(file, "compiler", "alignfree|keep their frames");
+    assert_found(file, "flag", "springs and dampers");
+    assert_found(file, "deformable", "left out");
+    assert_found(file, "joint 'j'", "actuatorfrcrange");
+    assert_found(file, "geom 'g'", "solid|shell");
+    assert_found(file, "bogus", "left out");
+    assert_found(file, "fixed 't'", "limits");
+    assert_int_equal(file->findings, 7);
+    mbsr_file_destroy(file);
+}
+
+/* What a file switches off is not in its model. */
+static void flags(void **state)
+{
+    static const char *const flag[] = {"gravity", "passive", "equality", "actuation"};
+    (void)state;
+    for (int k = 0; k < 4; ++k) {
+        char text[600];
+        snprintf(text, sizeof text,
+                 MUJOCO("<option><flag %s='disable'/></option><worldbody><body name='b'>"
+                        "<joint name='j' damping='2'/><geom size='1'/></body></worldbody>"
+                        "<equality><joint joint1='j'/></equality>"
+                        "<actuator><motor joint='j'/></actuator>"),
+                 flag[k]);
+        mbsr_file *file = read_small(text, NULL);
+        assert_int_equal(file->findings, 0);
+        assert_int_equal(file->actuators, 1);
+        assert_int_equal(file->actuator[0].force == MBSR_NONE, k == 3);
+        assert_ok(mbsr_model_finish(file->model), mbsr_model_error(file->model));
+        assert_int_equal(mbsr_model_closures(file->model), k == 2 ? 0 : 1);
+        assert_int_equal(mbsr_model_forces(file->model), k == 2 ? 3 : 2);
+        mbsr_file_destroy(file);
+    }
+}
+
+/* meshdir, or assetdir; strippath. */
+static void folders_of_meshes(void **state)
+{
+    static const char *const cases[][2] = {{"assetdir='a'", "a/x/m.stl"},
+                                           {"assetdir='a' meshdir='b'", "b/x/m.stl"},
+                                           {"meshdir='b' strippath='true'", "b/m.stl"}};
+    (void)state;
+    for (int k = 0; k < 3; ++k) {
+        char text[400];
+        snprintf(text, sizeof text,
+                 MUJOCO("<compiler %s/><asset><mesh name='m' file='x/m.stl'/></asset><worldbody>"
+                        "<geom type='mesh' mesh='m'/></worldbody>"),
+                 cases[k][0]);
+        mbsr_file *file = read_small(text, NULL);
+        assert_string_equal(file->shape[0].mesh, cases[k][1]);
+        mbsr_file_destroy(file);
+    }
+}
+
+static void refused_files(void **state)
+{
+    static const struct {
+        const char *text, *words;
+    } cases[] = {
+        {WORLD("<joint/>"), "small.xml:2|joint|world"},
+        {WORLD("<body><joint name='j' type='gluey'/></body>"), "joint 'j'|gluey"},
+        {WORLD("<body><joint axis='0 0 0'/></body>"), "axis"},
+        {WORLD("<body><joint armature='-1'/></body>"), "armature"},
+        {WORLD("<body><joint class='c'/></body>"), "no class 'c'"},
+        {WORLD("<body><joint/><freejoint/></body>"), "freejoint|alone"},
+        {WORLD("<body><body><freejoint/></body></body>"), "freejoint|world"},
+        {WORLD("<body name='a'/><body name='a'/>"), "body 'a'|two"},
+        {WORLD("<body quat='0 0 0 0'/>"), "quat"},
+        {WORLD("<body quat='1 0 0 0' euler='0 0 0'/>"), "two orientations"},
+        {WORLD("<body pos='1 2'/>"), "3 numbers"},
+        {WORLD("<body pos='1 2 nan'/>"), "nan"},
+        {WORLD("<body><inertial pos='0 0 0' mass='-1'/></body>"), "mass"},
+        {WORLD("<body><geom type='box' size='1 1'/></body>"), "size"},
+        {MUJOCO("<compiler coordinate='global'/>"), "global"},
+        {MUJOCO("<compiler eulerseq='abc'/>"), "eulerseq"},
+        {MUJOCO("<equality><connect body1='x' anchor='0 0 0'/></equality>"), "'x' is no body"},
+        {MUJOCO("<equality><joint joint1='x'/></equality>"), "'x' is no joint"},
+        {MUJOCO("<actuator><motor joint='x'/></actuator>"), "motor|'x'"},
+        {MUJOCO("<keyframe><key qpos='1 2'/></keyframe>"), "key|qpos"},
+    };
+    (void)state;
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; ++k)
+        assert_file_refused(cases[k].text, NULL, cases[k].words);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(findings),      cmocka_unit_test(more_findings),
+        cmocka_unit_test(flags),         cmocka_unit_test(folders_of_meshes),
+        cmocka_unit_test(refused_files),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
