@@ -179,13 +179,35 @@ static int bias(const mbsr_closure_args *args, double *result)
     return 0;
 }
 
+static int no_drift(const mbsr_closure_args *args, double *gt)
+{
+    (void)args, (void)gt;
+    return 0;
+}
+
+/* Only the column of the second coordinate turns, by P''. */
+static int tangent(const mbsr_closure_args *args, const double *lambda,
+                   const mbsr_closure_tangent *out)
+{
+    double slope, curvature;
+    const mbsr_force_body *other = second(args);
+    const int coordinate = args->closure->option[1],
+              two = out->column[args->closure->bodies > 1] + other->d + coordinate;
+    (void)value_of(args->closure->param, argument(args), &slope, &curvature);
+    out->force[(size_t)two * (size_t)out->columns + (size_t)two] -= curvature * lambda[0];
+    out->rate[(size_t)two * (size_t)out->rows] -= curvature * other->u[coordinate];
+    return 0;
+}
+
 static const mbsr_closure_table polynomial = {
     .version = MBSR_CLOSURE_TABLE_VERSION,
-    .flags = MBSR_CLOSURE_JOINTS | MBSR_CLOSURE_PLAIN | MBSR_CLOSURE_RELATIVE,
+    .flags = MBSR_CLOSURE_JOINTS | MBSR_CLOSURE_PLAIN,
     .name = "polynomial",
     .position = position,
     .jacobian = jacobian,
+    .drift = no_drift,
     .bias = bias,
+    .tangent = tangent,
 };
 
 mbsr_closure_def mbsri_closure_polynomial(const int body[2], const int coordinate[2],

@@ -18,7 +18,8 @@ static int weigh(const program_model *m, const double *q, double *mass, double c
     return status ? complain(FAILED, "%s", mbsr_data_error(m->data)->text) : DONE;
 }
 
-static void print_text(const program_model *m, double mass, const double centre[3])
+static void print_text(const program_options *o, const program_model *m, double mass,
+                       const double centre[3])
 {
     const mbsr_file *f = m->file;
     printf("%s: %d bodies, %d joints, nq %d, nu %d, %d closures with %d rows\n",
@@ -43,6 +44,8 @@ static void print_text(const program_model *m, double mass, const double centre[
         printf("actuator '%s'%s\n", f->actuator[k].name,
                f->actuator[k].force == MBSR_NONE ? " (left out)" : "");
     for (int k = 0; k < f->keys; ++k) printf("key '%s'\n", f->key[k].name);
+    for (int k = 0; k < f->shapes; ++k)
+        if (lacks_mesh(o, m, k)) printf("mesh '%s' is missing\n", f->shape[k].mesh);
     printf("%d findings\n", f->findings);
 }
 
@@ -59,7 +62,29 @@ static void print_joints(const program_model *m)
     }
 }
 
-static void print_json(const program_model *m, double mass, const double centre[3])
+static const char *actuator_name(const mbsr_file *f, int k)
+{
+    return f->actuator[k].name;
+}
+
+static const char *key_name(const mbsr_file *f, int k)
+{
+    return f->key[k].name;
+}
+
+/* Ends the list before. */
+static void print_names(const char *title, int count, const char *(*name)(const mbsr_file *, int),
+                        const mbsr_file *f)
+{
+    printf("], \"%s\": [", title);
+    for (int k = 0; k < count; ++k) {
+        if (k > 0) printf(", ");
+        put_json(stdout, name(f, k));
+    }
+}
+
+static void print_json(const program_options *o, const program_model *m, double mass,
+                       const double centre[3])
 {
     const mbsr_file *f = m->file;
     printf("{\"name\": ");
@@ -74,6 +99,16 @@ static void print_json(const program_model *m, double mass, const double centre[
     }
     printf("], \"joints\": [");
     print_joints(m);
+    const char *before = "";
+    printf("], \"missing\": [");
+    for (int k = 0; k < f->shapes; ++k) {
+        if (!lacks_mesh(o, m, k)) continue;
+        printf("%s", before);
+        put_json(stdout, f->shape[k].mesh);
+        before = ", ";
+    }
+    print_names("actuators", f->actuators, actuator_name, f);
+    print_names("keys", f->keys, key_name, f);
     printf("], \"findings\": [");
     for (int k = 0; k < f->findings; ++k) {
         printf("%s{\"file\": ", k > 0 ? ", " : "");
@@ -103,7 +138,7 @@ int run_info(int argc, char **argv)
     code = open_model(&o, o.json, &m);
     if (!code) code = start_state(&o, &m, &q, &u);
     if (!code) code = weigh(&m, q, &mass, centre);
-    if (!code) (o.json ? print_json : print_text)(&m, mass, centre);
+    if (!code) (o.json ? print_json : print_text)(&o, &m, mass, centre);
     close_model(&m);
     return code;
 }

@@ -109,14 +109,35 @@ void model_hash(const program_model *m, char to[MODEL_HASH])
     snprintf(to, MODEL_HASH, "%016" PRIx64, hash);
 }
 
-char *read_beside(const program_options *o, const char *name, size_t *size)
+/* Its path in the folder of the model. */
+enum { PATH = 2048 };
+static const char *beside(const program_options *o, const char *name, char path[PATH])
 {
     const char *slash = strrchr(o->path, '/');
-    char path[2048];
-    snprintf(path, sizeof path, "%.*s%s", slash && name[0] != '/' ? (int)(slash + 1 - o->path) : 0,
-             o->path, name);
-    char *text = read_file(path, size);
+    const int folder = slash && name[0] != '/' ? (int)(slash + 1 - o->path) : 0;
+    snprintf(path, PATH, "%.*s%s", folder, o->path, name);
+    return path;
+}
+
+char *read_beside(const program_options *o, const char *name, size_t *size)
+{
+    char path[PATH];
+    char *text = read_file(beside(o, name, path), size);
     return text ? text : read_file(name, size);
+}
+
+bool lacks_mesh(const program_options *o, const program_model *m, int k)
+{
+    const mbsr_file_shape *shape = m->file->shape;
+    const char *name = shape[k].mesh;
+    char path[PATH];
+    bool known = !name;
+    for (int l = 0; l < k && !known; ++l) known = shape[l].mesh && strcmp(shape[l].mesh, name) == 0;
+    if (known) return false;
+    FILE *file = fopen(beside(o, name, path), "rb");
+    if (!file) file = fopen(name, "rb");
+    if (file) fclose(file);
+    return !file;
 }
 
 int start_state(const program_options *o, const program_model *m, const double **q,

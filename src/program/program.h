@@ -71,6 +71,9 @@ int start_state(const program_options *o, const program_model *m, const double *
 /* A file that the model names, such as a mesh: from the folder of the model, or as it stands. read_file. */
 char *read_beside(const program_options *o, const char *name, size_t *size);
 
+/* Whether the model draws shape `k` by a mesh that no earlier shape has, whose file is not there. */
+bool lacks_mesh(const program_options *o, const program_model *m, int k);
+
 /* ---- report.c ---- */
 
 /* The index report, or with closures that of their rows. UNDETERMINED where something is; DONE; or a code

@@ -252,6 +252,54 @@ static void equalities(void **state)
     close_scene(&s);
 }
 
+/* Derivatives of forces and rates of a polynomial between joints, against differences of its rows: on two bodies, and
+ * on one. */
+static void slopes_of_polynomials(void **state)
+{
+    static const char *const texts[] = {
+        MUJOCO("<worldbody><body name='a'><joint name='i' ref='10'/><geom size='1'/></body>"
+               "<body name='b'><joint name='j' ref='20'/><geom size='1'/></body></worldbody>"
+               "<equality><joint joint1='i' joint2='j' polycoef='.1 .2 .3 .4 .5'/></equality>"),
+        MUJOCO("<worldbody><body name='a'><joint name='i'/><joint name='j' axis='1 0 0'/>"
+               "<geom size='1'/></body></worldbody>"
+               "<equality><joint joint1='i' joint2='j' polycoef='.1 .2 .3 .4 .5'/></equality>")};
+    (void)state;
+    for (int both = 1; both >= 0; --both) {
+        scene s = open_text(texts[1 - both], NULL);
+        mbsr_closure_def def;
+        assert_ok(mbsr_closure_definition(s.model, 0, &def), NULL);
+        const double h = 1e-6, lambda = 1.7;
+        double q[2] = {0.3, -0.4}, u[2] = {1.1, 0.7}, C[2][14] = {{0.0}}, force[14 * 14] = {0.0},
+               rate[14] = {0.0};
+        const int columns = both ? 14 : 8, column[2] = {0, 7};
+        const int own[2] = {6, both ? 13 : 7}; /* of the coordinates */
+        mbsr_force_body body[2] = {{.d = 6, .n = both ? 1 : 2, .q = q, .u = u},
+                                   {.d = 6, .n = 1, .q = q + 1, .u = u + 1}};
+        const mbsr_closure_args args = {.closure = &def, .bodies = 1 + both, .body = body};
+        const mbsr_closure_tangent out = {force, rate, 1, columns, column};
+        assert_int_equal(def.table->tangent(&args, &lambda, &out), 0);
+        for (int k = 0; k < 2; ++k) {
+            const double at = q[k];
+            memset(C, 0, sizeof C);
+            for (int side = 0; side < 2; ++side) {
+                const mbsr_closure_jacobian rows = {C[side], 1, columns, column};
+                q[k] = at + (side ? h : -h);
+                assert_int_equal(def.table->jacobian(&args, &rows), 0);
+            }
+            q[k] = at;
+            double change = 0.0;
+            for (int l = 0; l < columns; ++l) {
+                const double slope = (C[1][l] - C[0][l]) / (2.0 * h);
+                assert_close(force[own[k] * columns + l], lambda * slope, 1e-8);
+                for (int j = 0; j < 2; ++j) change += l == own[j] ? slope * u[j] : 0.0;
+            }
+            assert_close(rate[own[k]], change, 1e-8);
+        }
+        assert_true(fabs(rate[own[1]]) > 0.1);
+        close_scene(&s);
+    }
+}
+
 /* ---- meshes ---- */
 
 static char stl[84 + 12 * 50];
@@ -407,10 +455,15 @@ static void other_files(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(orientations),          cmocka_unit_test(several_joints_on_a_body),
-        cmocka_unit_test(classes_and_frames),    cmocka_unit_test(inertias_of_shapes),
-        cmocka_unit_test(actuators_and_tendons), cmocka_unit_test(equalities),
-        cmocka_unit_test(inertias_of_meshes),    cmocka_unit_test(meshes_beside_an_inertial),
+        cmocka_unit_test(orientations),
+        cmocka_unit_test(several_joints_on_a_body),
+        cmocka_unit_test(classes_and_frames),
+        cmocka_unit_test(inertias_of_shapes),
+        cmocka_unit_test(actuators_and_tendons),
+        cmocka_unit_test(equalities),
+        cmocka_unit_test(slopes_of_polynomials),
+        cmocka_unit_test(inertias_of_meshes),
+        cmocka_unit_test(meshes_beside_an_inertial),
         cmocka_unit_test(other_files),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -63,6 +63,15 @@ ends 2 'no option --start' convert "$models/arm.urdf" "$work/arm.xml" --start a
 ends 4 'strict mode' convert --strict "$models/arm.urdf" "$work/arm.xml"
 ends 4 'cannot be written' convert "$models/arm.urdf" "$work/none/arm.xml"
 
+ends 0 '"actuators": \["road"\], "keys": \["pushed"\], "findings"' info --json "$models/quarter_car.xml"
+printf '<robot name="r"><link name="a"><inertial><mass value="1"/></inertial><visual><geometry><mesh filename="m.stl"/></geometry></visual><visual><geometry><mesh filename="m.stl"/></geometry></visual></link></robot>' \
+    >"$work/far.urdf"
+ends 0 "^mesh 'm.stl' is missing" info "$work/far.urdf"
+ends 0 '"missing": \["m.stl"\]' info --json --strict "$work/far.urdf"
+printf 'solid\nendsolid\n' >"$work/m.stl"
+ends 0 '"missing": \[\]' info --json "$work/far.urdf"
+rm "$work/m.stl"
+
 # The page is the bundle with the data in it.
 printf 'before<!--data-->after' >"$work/bundle"
 MBSRANK_VIEWER=$work/bundle
