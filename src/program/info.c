@@ -2,6 +2,7 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "program/program.h"
 
+#include <math.h>
 #include <stdlib.h>
 
 static const char *const kinds[] = {"fixed", "hinge", "slide", "ball", "free"};
@@ -18,6 +19,14 @@ static int weigh(const program_model *m, const double *q, double *mass, double c
     return status ? complain(FAILED, "%s", mbsr_data_error(m->data)->text) : DONE;
 }
 
+/* weigh_body of body k. */
+static bool mass_of(const program_model *m, int k, double *mass)
+{
+    mbsr_body_def def = mbsr_default_body_def();
+    mbsr_body_definition(m->model, k, &def);
+    return weigh_body(&def.inertia, mass);
+}
+
 static void print_text(const program_options *o, const program_model *m, double mass,
                        const double centre[3])
 {
@@ -32,7 +41,15 @@ static void print_text(const program_options *o, const program_model *m, double 
         for (int p = mbsr_body_parent(m->model, k); p >= 0; p = mbsr_body_parent(m->model, p))
             ++depth;
         mbsr_body_coordinates(m->model, k, &q, &nq, NULL, &n);
-        printf("%*s%s", 2 * depth, "", f->body_name[k][0] ? f->body_name[k] : "(no name)");
+        double own;
+        const bool massless = mass_of(m, k, &own);
+        printf("%*s%s  ", 2 * depth, "", f->body_name[k][0] ? f->body_name[k] : "(no name)");
+        if (massless)
+            printf("no mass");
+        else if (isfinite(own))
+            printf("%.6g kg", own);
+        else
+            printf("a tensor that no body has");
         for (int j = 0; j < f->joints; ++j) {
             if (f->joint[j].body != k) continue;
             printf("  %s '%s' q[%d]", kinds[f->joint[j].kind], f->joint[j].name,
@@ -57,8 +74,13 @@ static void print_joints(const program_model *m)
         mbsr_body_coordinates(m->model, f->joint[k].body, &q, NULL, &u, NULL);
         printf("%s{\"name\": ", k > 0 ? ", " : "");
         put_json(stdout, f->joint[k].name);
-        printf(", \"type\": \"%s\", \"body\": %d, \"q\": %d, \"u\": %d}", kinds[f->joint[k].kind],
-               f->joint[k].body, q + f->joint[k].position, u + f->joint[k].coordinate);
+        printf(", \"type\": \"%s\", \"body\": %d, \"q\": %d, \"u\": %d, \"range\": ",
+               kinds[f->joint[k].kind], f->joint[k].body, q + f->joint[k].position,
+               u + f->joint[k].coordinate);
+        if (f->joint[k].limited)
+            printf("[%.17g, %.17g]}", f->joint[k].range[0], f->joint[k].range[1]);
+        else
+            printf("null}");
     }
 }
 
@@ -95,7 +117,13 @@ static void print_json(const program_options *o, const program_model *m, double 
     for (int k = 0; k < f->bodies; ++k) {
         printf("%s{\"name\": ", k > 0 ? ", " : "");
         put_json(stdout, f->body_name[k]);
-        printf(", \"parent\": %d}", mbsr_body_parent(m->model, k));
+        double own;
+        (void)mass_of(m, k, &own);
+        printf(", \"parent\": %d, \"mass\": ", mbsr_body_parent(m->model, k));
+        if (isfinite(own))
+            printf("%.17g}", own);
+        else
+            printf("null}");
     }
     printf("], \"joints\": [");
     print_joints(m);

@@ -3,6 +3,7 @@
 #include "program/program.h"
 
 #include <inttypes.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -99,6 +100,17 @@ void close_model(program_model *m)
     mbsr_data_destroy(m->data);
     mbsr_file_destroy(m->file);
     free(m->text);
+}
+
+bool weigh_body(const mbsr_inertia *i, double *mass)
+{
+    const bool zero = i->kind == MBSR_INERTIA_NOT_GIVEN ||
+                      (i->kind == MBSR_INERTIA_MATRIX && !i->matrix), /* zero, stated */
+        rigid = i->kind == MBSR_INERTIA_SPATIAL || i->kind == MBSR_INERTIA_PARTICLE;
+    bool none = i->mass == 0.0;
+    for (int k = 0; k < 6; ++k) none = none && i->tensor[k] == 0.0;
+    *mass = zero ? 0.0 : rigid ? i->mass : NAN;
+    return zero || (rigid && none);
 }
 
 void model_hash(const program_model *m, char to[MODEL_HASH])

@@ -58,18 +58,6 @@ static void put_floats(FILE *to, size_t n, const float *x)
 
 /* ---- the model ---- */
 
-/* Whether a body has neither mass nor moment of inertia, and its mass; NaN: it is no rigid one. */
-static bool weigh(const mbsr_inertia *i, double *mass)
-{
-    const bool zero = i->kind == MBSR_INERTIA_NOT_GIVEN ||
-                      (i->kind == MBSR_INERTIA_MATRIX && !i->matrix), /* zero, stated */
-        rigid = i->kind == MBSR_INERTIA_SPATIAL || i->kind == MBSR_INERTIA_PARTICLE;
-    bool none = i->mass == 0.0;
-    for (int k = 0; k < 6; ++k) none = none && i->tensor[k] == 0.0;
-    *mass = zero ? 0.0 : rigid ? i->mass : NAN;
-    return zero || (rigid && none);
-}
-
 /* Where the joint is on the predecessor and on the body, and its axes in the predecessor. */
 static void put_joint(FILE *to, const mbsr_joint *joint, const double point[3])
 {
@@ -100,7 +88,7 @@ static void put_bodies(FILE *to, const page *p)
         mbsr_body_def def = mbsr_default_body_def();
         double mass;
         mbsr_body_definition(p->model->model, k, &def);
-        const bool massless = weigh(&def.inertia, &mass);
+        const bool massless = weigh_body(&def.inertia, &mass);
         fputs(k > 0 ? ",\n{\"name\": " : "\n{\"name\": ", to);
         put_json(to, f->body_name[k]);
         fprintf(to, ", \"parent\": %d, \"massless\": %s, \"mass\": ", def.parent,

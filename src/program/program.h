@@ -60,6 +60,9 @@ bool common_option(int argc, char **argv, int *at, program_options *o, int *code
 int open_model(const program_options *o, bool quiet, program_model *m);
 void close_model(program_model *m);
 
+/* Whether a body has neither mass nor moment of inertia, and its mass; NaN: it is no rigid one. */
+bool weigh_body(const mbsr_inertia *inertia, double *mass);
+
 /* Tells texts of models apart, such as the one of a run from the one that is shown: FNV-1a, 64 bits. */
 enum { MODEL_HASH = 17 };
 void model_hash(const program_model *m, char to[MODEL_HASH]);

@@ -75,7 +75,7 @@ static void print_loops(FILE *to, const program_model *m, const mbsr_closure_rep
         if (json) {
             fprintf(to, "%s{\"closure\": ", before);
             put_json(to, mbsr_closure_name(m->model, closure));
-            fprintf(to, ", \"row\": %d}", own);
+            fprintf(to, ", \"number\": %d, \"row\": %d}", closure, own);
             before = ", ";
         } else {
             fprintf(to, "redundant: closure %d '%s', row %d %s\n", closure,

@@ -38,6 +38,11 @@ done
 
 ends 0 'mass 7.7 kg' info "$models/arm.urdf"
 ends 0 "slide 'damper' q\[1\]" info "$models/quarter_car.xml"
+ends 0 '^    fore  1.2 kg  hinge' info "$models/arm.urdf"
+ends 0 '^      wrist_1  no mass  hinge' info "$models/arm.urdf"
+ends 0 '"name": "fore", "parent": 1, "mass": 1.2}' info --json "$models/arm.urdf"
+ends 0 '"name": "wrist_1", "parent": 2, "mass": 0}' info --json "$models/arm.urdf"
+ends 0 '"name": "elbow", "type": "hinge", "body": 2, "q": 1, "u": 1, "range": \[-2.5, 2.5\]}' info --json "$models/arm.urdf"
 ends 0 '"nq": 7, "nu": 7, "rows": 1' info --json "$models/arm.urdf"
 ends 2 "no key 'up'" info --start up "$models/quarter_car.xml"
 printf '<robot name="r">\n<link name="a"/>\n<link name="b"/>\n</robot>\n' >"$work/two.urdf"
