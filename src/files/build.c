@@ -265,22 +265,38 @@ static bool add_sum(mbsri_scene *s, mbsr_file *file, const mbsri_scene_sum *sum,
     return add_force(s, file, mbsri_force_transmission(&t), e, id);
 }
 
-static bool add_tendon(mbsri_scene *s, mbsr_file *file, const mbsri_scene_tendon *t)
+/* Along sites, which are of bodies of the model by now. */
+static bool add_path(mbsri_scene *s, mbsr_file *file, const mbsri_scene_tendon *t)
 {
-    const mbsri_scene_joint *joints = mbsri_scene_joints(s);
-    if (!s->with_passive || (t->stiffness == 0.0 && t->damping == 0.0)) return true;
-    if (t->count == 2) {
-        const mbsr_file_site *sites = s->sites.items, *a = sites + t->site[0],
-                             *b = sites + t->site[1];
-        if (isnan(t->rest[0]) || t->rest[0] != t->rest[1]) {
-            mbsri_file_find(s, t->element, "its spring is left out: it needs one springlength");
-            return true;
-        }
+    const mbsr_file_site *sites = s->sites.items, *a = sites + t->site[0], *b = sites + t->site[1];
+    int body[MBSRI_PATH_MOST];
+    double point[MBSRI_PATH_MOST][3];
+    if (isnan(t->rest[0])) {
+        mbsri_file_find(s, t->element,
+                        "its spring is left out: without springlength it is at rest where joints "
+                        "are at their springref, not as drawn");
+        return true;
+    }
+    if (t->count == 2 && t->rest[0] == t->rest[1])
         return add_force(s, file,
                          mbsr_force_point_spring(a->body, a->frame.x, b->body, b->frame.x,
                                                  t->stiffness, t->damping, t->rest[0]),
                          t->element, NULL);
+    for (int k = 0; k < t->count; ++k) {
+        body[k] = sites[t->site[k]].body;
+        memcpy(point[k], sites[t->site[k]].frame.x, sizeof point[k]);
     }
+    return add_force(s, file,
+                     mbsri_force_path(t->count, body, (const double(*)[3])point, t->stiffness,
+                                      t->damping, t->rest),
+                     t->element, NULL);
+}
+
+static bool add_tendon(mbsri_scene *s, mbsr_file *file, const mbsri_scene_tendon *t)
+{
+    const mbsri_scene_joint *joints = mbsri_scene_joints(s);
+    if (!s->with_passive || (t->stiffness == 0.0 && t->damping == 0.0)) return true;
+    if (t->count > 0) return add_path(s, file, t);
     mbsri_transmission law = {.bias = {0.0, -t->stiffness, -t->damping},
                               .rest = {t->rest[0], t->rest[1]}};
     if (isnan(t->rest[0])) {
@@ -380,6 +396,41 @@ static bool add_closures(mbsri_scene *s, mbsr_file *file)
     return true;
 }
 
+/* ---- tendons at rest as drawn ---- */
+
+static double drawn_length(const mbsri_scene *s, const mbsri_scene_tendon *t,
+                           const mbsr_frame *frames)
+{
+    const mbsr_file_site *sites = s->sites.items;
+    double last[3] = {0.0}, length = 0.0;
+    for (int k = 0; k < t->count; ++k) {
+        const mbsr_file_site *site = sites + t->site[k];
+        const mbsr_frame world =
+            site->body < 0 ? site->frame : mbsr_frame_product(frames + site->body, &site->frame);
+        double square = 0.0;
+        for (int l = 0; l < 3; ++l) square += (world.x[l] - last[l]) * (world.x[l] - last[l]);
+        length += k > 0 ? sqrt(square) : 0.0;
+        memcpy(last, world.x, sizeof last);
+    }
+    return length;
+}
+
+/* Lengths of rest of tendons along sites that have none, while sites are on bodies as drawn. Where a joint is
+ * drawn elsewhere than its spring rests nothing is known of them. */
+static bool settle_tendons(mbsri_scene *s)
+{
+    mbsri_scene_tendon *t = s->tendons.items;
+    const mbsri_scene_joint *joints = mbsri_scene_joints(s);
+    const mbsr_frame *frames = s->tendons.count > 0 ? drawn(s) : NULL;
+    for (int k = 0; k < s->joints.count; ++k)
+        if (joints[k].rest != joints[k].joint.ref) return true;
+    for (int k = 0; k < s->tendons.count && frames; ++k) {
+        if (t[k].count > 0 && isnan(t[k].rest[0]))
+            t[k].rest[0] = t[k].rest[1] = drawn_length(s, t + k, frames);
+    }
+    return frames || s->tendons.count == 0;
+}
+
 /* ---- all of it ---- */
 
 static bool add_forces(mbsri_scene *s, mbsr_file *file, const mbsri_element *root)
@@ -407,6 +458,7 @@ bool mbsri_scene_build(mbsri_scene *s, mbsr_file *file, const mbsri_element *roo
     for (int k = 0; k < s->bodies.count; ++k) {
         if (!add_bodies_of(s, file, bodies + k)) return false;
     }
+    if (!settle_tendons(s)) return false;
     /* so far by index */
     for (int k = 0; k < s->sites.count; ++k)
         sites[k].body = sites[k].body < 0 ? MBSR_GROUND : bodies[sites[k].body].id;

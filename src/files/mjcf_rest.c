@@ -131,16 +131,16 @@ static bool read_path(mbsri_mjcf *m, const mbsri_element *e, mbsri_scene_tendon 
         const int site = mbsri_names_find(&m->sites, name);
         if (mbsri_is(c, "site") && site < 0)
             return mbsri_file_refuse(m->s, c, "'%.50s' is no site", name ? name : "");
-        *known = *known && mbsri_is(c, "site") && t->count < 2;
+        *known = *known && mbsri_is(c, "site") && t->count < MBSRI_PATH_MOST;
         if (*known) t->site[t->count++] = site;
     }
-    *known = *known && t->count == 2;
+    *known = *known && t->count > 1;
     if (!*known) {
         t->count = 0;
         if (t->stiffness != 0.0 || t->damping != 0.0)
             mbsri_file_find(m->s, e,
-                            "its spring is left out: its path is not from one site to one "
-                            "other");
+                            "its spring is left out: its path is not from site to site, %d at most",
+                            MBSRI_PATH_MOST);
     }
     return true;
 }

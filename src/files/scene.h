@@ -4,6 +4,7 @@
 #define MBSRI_FILES_SCENE_H
 
 #include "files/arena.h"
+#include "files/path.h"
 #include "files/xml.h"
 
 #include <mbsrank/files.h>
@@ -38,8 +39,8 @@ typedef struct mbsri_scene_sum {
 typedef struct mbsri_scene_tendon {
     const char *name;
     const mbsri_element *element;
-    mbsri_scene_sum sum; /* of a fixed tendon */
-    int count, site[2];  /* of one in space, between two sites */
+    mbsri_scene_sum sum;              /* of a fixed tendon */
+    int count, site[MBSRI_PATH_MOST]; /* of one in space, from site to site */
     double stiffness, damping;
     double rest[2]; /* no force between; NaN: as in the pose of rest */
 } mbsri_scene_tendon;

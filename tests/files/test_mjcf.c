@@ -220,6 +220,50 @@ static void actuators_and_tendons(void **state)
     close_scene(&s);
 }
 
+static double path_length(const double q[2])
+{
+    const double x = 2.0 * sin(q[0]), z = 2.0 * cos(q[0]), y = 4.0 + q[1];
+    return sqrt(x * x + (3.0 - z) * (3.0 - z)) + sqrt(x * x + y * y + (2.0 - z) * (2.0 - z));
+}
+
+/* Along three sites: at rest as drawn; slack between two lengths; energy and power. */
+static void paths(void **state)
+{
+    (void)state;
+    scene s = open_text(
+        MUJOCO(
+            "<worldbody><site name='o' pos='0 0 3'/><body name='a' pos='0 0 0'><joint axis='0 1 "
+            "0'/>"
+            "<geom size='.1'/><site name='p' pos='0 0 2'/></body><body name='b' pos='0 4 0'>"
+            "<joint type='slide' axis='0 1 0'/><geom size='.1'/><site name='q' pos='0 0 2'/></body>"
+            "</worldbody><tendon><spatial stiffness='10' damping='2'><site site='o'/><site "
+            "site='p'/>"
+            "<site site='q'/></spatial><spatial stiffness='10' springlength='4.5 5.5'>"
+            "<site site='o'/><site site='p'/><site site='q'/></spatial></tendon>"),
+        NULL);
+    double q[2] = {0.0, 0.0}, u[2] = {0.0, 0.0}, energy, power;
+    const double stretch[] = {0.0, 0.3, 0.8, -0.9}, more[] = {0.0, 0.0, 0.3, -0.4};
+    for (int k = 0; k < 4; ++k) { /* lengths are 1 + 4 + q */
+        q[1] = stretch[k];
+        assert_ok(mbsr_positions(s.model, s.data, 0.0, q), mbsr_data_error(s.data));
+        assert_ok(mbsr_velocities(s.model, s.data, u), mbsr_data_error(s.data));
+        assert_ok(mbsr_force_power(s.model, s.data, 1, &energy, NULL), mbsr_data_error(s.data));
+        assert_close(energy, 5.0 * stretch[k] * stretch[k], 1e-14);
+        assert_ok(mbsr_force_power(s.model, s.data, 2, &energy, NULL), mbsr_data_error(s.data));
+        assert_close(energy, 5.0 * more[k] * more[k], 1e-14);
+    }
+    q[0] = 0.4, u[0] = 0.7, u[1] = -0.3;
+    const double h = 1e-6, before[2] = {q[0] - h * u[0], q[1] - h * u[1]},
+                 behind[2] = {q[0] + h * u[0], q[1] + h * u[1]};
+    const double rate = (path_length(behind) - path_length(before)) / (2.0 * h);
+    assert_ok(mbsr_positions(s.model, s.data, 0.0, q), mbsr_data_error(s.data));
+    assert_ok(mbsr_velocities(s.model, s.data, u), mbsr_data_error(s.data));
+    assert_ok(mbsr_force_power(s.model, s.data, 1, &energy, &power), mbsr_data_error(s.data));
+    assert_close(energy, 5.0 * (path_length(q) - 5.0) * (path_length(q) - 5.0), 1e-13);
+    assert_close(power, 2.0 * rate * rate, 1e-9);
+    close_scene(&s);
+}
+
 static void equalities(void **state)
 {
     (void)state;
@@ -460,6 +504,7 @@ int main(void)
         cmocka_unit_test(classes_and_frames),
         cmocka_unit_test(inertias_of_shapes),
         cmocka_unit_test(actuators_and_tendons),
+        cmocka_unit_test(paths),
         cmocka_unit_test(equalities),
         cmocka_unit_test(slopes_of_polynomials),
         cmocka_unit_test(inertias_of_meshes),

@@ -92,6 +92,22 @@ static const char *const models[] = {
     "</body></worldbody></mujoco>",
 };
 
+/* Tendons along several sites, two of them on one body, and at rest as drawn: what MJCF is not written of. */
+static const char path_model[] =
+    "<mujoco><worldbody><site name='w' pos='.1 .2 1.5'/><body name='a' pos='0 0 1'>"
+    "<joint axis='0 1 0' springref='0'/><joint axis='1 0 0' pos='0 0 .1'/><geom size='.1' pos='.3 "
+    "0 0'/>"
+    "<site name='p' pos='.2 .1 0'/><site name='q' pos='.5 0 .1'/><body name='b' pos='.6 0 0'>"
+    "<joint type='ball'/><geom type='box' size='.1 .2 .05' pos='.1 .1 .1'/><site name='r' pos='.3 "
+    ".2 .1'/></body>"
+    "</body><body name='c' pos='1 1 1'><freejoint/><geom type='box' size='.1 .2 .05'/><site "
+    "name='t' pos='0 .1 .1'/>"
+    "</body></worldbody><tendon><spatial stiffness='40' damping='3' springlength='1.1'><site "
+    "site='w'/>"
+    "<site site='p'/><site site='q'/><site site='r'/></spatial><spatial stiffness='20' damping='1'>"
+    "<site site='t'/><site site='q'/><site site='w'/></spatial><spatial stiffness='9' damping='2'>"
+    "<site site='r'/><site site='t'/></spatial></tendon></mujoco>";
+
 enum { CLOSED_MESH = 2 };
 
 /* A pyramid, convex; the same with a dent in its base, which is not. */
@@ -276,6 +292,11 @@ static void models_move_as_in_mujoco(void **state)
         compare_models(file, models[k]);
         mbsr_file_destroy(file);
     }
+    mbsr_file *file = read_finished(path_model);
+    assert_int_equal(file->findings, 0);
+    assert_int_equal(mbsr_model_forces(file->model), 4);
+    compare_models(file, path_model);
+    mbsr_file_destroy(file);
 }
 
 /* What was written moves in MuJoCo as the model here; where a body has no mass, MuJoCo refuses it as the finding
