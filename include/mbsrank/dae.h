@@ -97,14 +97,16 @@ MBSR_API int mbsr_index1_renew(const mbsr_model *model, mbsr_data *data, double 
 /* Forgets the reference, so that the next pack or start takes its own. */
 MBSR_API int mbsr_index1_reset(const mbsr_model *model, mbsr_data *data);
 
-/* Masses by which tolerances of velocities become tolerances of momenta, mass (nu): for each number of
- * u the mbsr_rank_info.scale of its joint, and where that is zero the largest in the tree (1 without
- * any mass), so that with tolerances atol and rtol of u an integrator of one's own tests
+/* Masses by which tolerances of velocities become tolerances of momenta, mass (nu), so that with tolerances
+ * atol and rtol of u an integrator of one's own tests, as the driver does,
  *
  *   |error of p_k| < mass_k (rtol |u_k| + atol).
  *
- * The driver does so too, with less where closed loops hold a joint. Needs mbsr_backward.
- * MBSR_ERR_NULL, MBSR_ERR_MISMATCH, MBSR_ERR_SEQUENCE. */
+ * For each number of u the mbsr_rank_info.scale of its joint, but at least 3 % of the diagonal entry of
+ * the mass matrix, so that a light body which carries a heavy one is tested as that one; where the joint has no
+ * mass the largest scale in the tree (1 without any mass). With closures, up to 600 rates and rows, 0.35 over
+ * mbsr_closures_mobility takes the place of the scale. Needs mbsr_backward, and leaves its results; with
+ * closures it takes memory. MBSR_ERR_NULL, MBSR_ERR_MISMATCH, MBSR_ERR_SEQUENCE, statuses of mbsr_backward. */
 MBSR_API int mbsr_momentum_scales(const mbsr_model *model, mbsr_data *data, double *mass);
 
 typedef struct mbsr_consistent_opt {

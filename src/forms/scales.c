@@ -1,29 +1,73 @@
 /* Masses for the tolerances of momenta.
- * SPDX-License-Identifier: BSD-3-Clause */
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * An error of p_k alone changes u_k by that over D, what is left of the inertia behind the joint where all
+ * joints behind it give way. But errors of a step do not come alone: where a light body carries a heavy one by
+ * joints that move freely, nearly all of its momentum and of the error in it is the heavy one's, and tested
+ * beside D = m it would be held to m / M of what is asked of the heavy body's own. So at least a share of 𝓜_kk
+ * counts, the inertia with the joints behind locked. (The scale of a joint has what cancels there, such as a heavy
+ * body on the light one itself, but not what is further behind.) In chains, where D is a share of 𝓜_kk by the
+ * length of levers alone, that hardly counts. The share keeps errors below one tolerance (a quarter of a car with a
+ * carrier of a millionth of the body: 2 at a tenth, 1 at 3 %, 0.2 at 1 %). */
 #include "dynamics/entry.h"
 #include "model/record.h"
+#include "recursion/backward.h"
+#include "recursion/mass_matrix.h"
 
 #include <mbsrank/dae.h>
+#include <mbsrank/loops.h>
 
 #include <math.h>
+
+static const double share_of_locked = 0.03;
+
+/* Of what a rate moves with closed loops: several momenta act on one rate. */
+static const double share_of_moved = 0.35;
+
+/* Beyond so many joint rates and rows dense matrices are not worth while. */
+enum { MOST_DENSE = 600 };
+
+/* mbsr_rank_info.scale of the joint of a body; 0 without mass. */
+static double scale_of(const mbsr_model *model, mbsr_data *data, int id)
+{
+    mbsr_rank_info info;
+    return mbsr_body_rank(model, data, id, &info) == MBSR_OK ? info.scale : 0.0;
+}
+
+/* What is left of D; 0 where there is none. Returns the largest, 1 without any. */
+static double of_joints(const mbsr_model *model, mbsr_data *data, double *mass)
+{
+    double largest = 0.0;
+    for (int id = 0; id < model->bodies; ++id) {
+        const mbsri_body *b = model->body + model->index[id];
+        const double scale = scale_of(model, data, id);
+        for (int k = 0; k < b->n; ++k) mass[b->u + k] = scale;
+        largest = fmax(largest, scale);
+    }
+    return largest > 0.0 ? largest : 1.0;
+}
+
+/* The same with loops closed, which does not depend on where they are cut; 0 where nothing moves. Where that
+ * cannot be found, mass stays as it is. */
+static void close_loops(const mbsr_model *model, mbsr_data *data, double largest, double *mass)
+{
+    if (model->rows == 0 || model->nu + model->rows > MOST_DENSE) return;
+    if (mbsr_closures_mobility(model, data, mass)) return;
+    for (int k = 0; k < model->nu; ++k) {
+        const double moved = mass[k] > 0.0 ? share_of_moved / mass[k] : 0.0;
+        mass[k] = moved > 0.0 ? fmin(fmax(moved, 1e-3 * largest), largest) : 0.0;
+    }
+}
 
 int mbsr_momentum_scales(const mbsr_model *model, mbsr_data *data, double *mass)
 {
     const int entered =
         mbsri_enter(model, data, mass, MBSRI_STAGE_BACKWARD, "mbsr_momentum_scales");
     if (entered) return entered;
-    mbsr_rank_info info;
-    double largest = 0.0;
-    for (int id = 0; id < model->bodies; ++id) {
-        const int status = mbsr_body_rank(model, data, id, &info);
-        if (status == MBSR_OK) largest = fmax(largest, info.scale);
-    }
-    if (!(largest > 0.0)) largest = 1.0;
-    for (int id = 0; id < model->bodies; ++id) {
-        const mbsri_body *b = model->body + model->index[id];
-        const int status = mbsr_body_rank(model, data, id, &info);
-        const double scale = status == MBSR_OK && info.scale > 0.0 ? info.scale : largest;
-        for (int k = 0; k < b->n; ++k) mass[b->u + k] = scale;
-    }
-    return MBSR_OK;
+    const double largest = of_joints(model, data, mass);
+    close_loops(model, data, largest, mass);
+    mbsri_mass_diagonal(model, data, data->out);
+    for (int k = 0; k < model->nu; ++k)
+        mass[k] = mass[k] > 0.0 ? fmax(mass[k], share_of_locked * data->out[k]) : largest;
+    return mbsri_backward(model, data);
 }

@@ -22,16 +22,8 @@ int mbsri_ida_loops(const mbsr_ida *ida)
 
 /* ---- tolerances ---- */
 
-/* Beyond so many joint rates and rows dense matrices are not worth while. */
-enum { MOST_DENSE = 600 };
-
-const double *mbsri_ida_mobility(mbsr_ida *ida)
-{
-    const int nu = mbsr_model_nu(ida->model), rows = mbsr_model_rows(ida->model);
-    double *mobility = N_VGetArrayPointer(ida->moved);
-    if (rows == 0 || nu + rows > MOST_DENSE) return NULL;
-    return mbsr_closures_mobility(ida->model, ida->data, mobility) ? NULL : mobility;
-}
+/* Beyond so many joint rates and rows one product with C^T for each row is not worth while. */
+enum { MOST_PRODUCTS = 600 };
 
 /* Of the multipliers of one row, C^T of which is `along`. */
 static void scale_row(mbsr_ida *ida, const double *along, const double *w, double *impulse,
@@ -55,6 +47,7 @@ bool mbsri_ida_scale_multipliers(mbsr_ida *ida)
               first = mbsri_ida_loops(ida);
     double *atol = N_VGetArrayPointer(ida->atol), *e = N_VGetArrayPointer(ida->work), *w = e + rows,
            *along = N_VGetArrayPointer(ida->moved);
+    if (rows == 0 || nu + rows > MOST_PRODUCTS) return false;
     int status = mbsr_closures_weight(ida->model, w);
     for (int k = 0; k < rows; ++k) e[k] = 0.0;
     for (int c = 0; c < mbsr_model_closures(ida->model) && nu > 0; ++c) {

@@ -5,24 +5,11 @@
 
 #include "ida/record.h"
 
-#include <math.h>
-
 /* Where in y the multipliers of closures begin; the size of y where there are none. */
 int mbsri_ida_loops(const mbsr_ida *ida);
 
-/* How much impulses change the joint rates with closed loops (mbsr_closures_mobility), which does not depend
- * on where these are cut, at the residual of the start; it stays until ida->moved is used again. NULL
- * without closures, or where the model is too large for dense matrices. */
-const double *mbsri_ida_mobility(mbsr_ida *ida);
-
-/* What counts for the momentum of a joint rate of this mobility, and of the inertia `mass` with the loops
- * open: a third of what it moves, as several momenta act on one rate. */
-static inline double mbsri_ida_moved_mass(double mobility, double mass)
-{
-    return mobility > 0.0 ? fmin(fmax(0.35 / mobility, 1e-3 * mass), mass) : mass;
-}
-
-/* Tolerances of the multipliers from those of p and u: what moves no p, or q, by more. False: none. */
+/* Tolerances of the multipliers from those of p and u: what moves no p, or q, by more. False: none
+ * are set, as there are no closures or too many. */
 bool mbsri_ida_scale_multipliers(mbsr_ida *ida);
 
 /* Newton's method for closures, at the start: where it fails twice within a few steps it gets a new matrix in

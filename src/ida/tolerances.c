@@ -81,36 +81,42 @@ static double largest_mass(const mbsr_ida *ida)
     return largest > 0.0 ? largest : 1.0;
 }
 
-/* p: mass times the tolerance of its velocity, which stands nu further on. v: the square root of
- * the mass, and of the joint's tolerances, which are taken anew, the smallest. */
-static void scale_body(mbsr_ida *ida, int body, double mass, const double *mobility)
+/* p: mass times the tolerance of its velocity, which stands nu further on. */
+static void scale_momenta(mbsr_ida *ida)
 {
     const int nq = mbsr_model_nq(ida->model), nu = mbsr_model_nu(ida->model);
-    const bool momentum = ida->opt.form == MBSR_DAE_MOMENTUM;
-    double *atol = N_VGetArrayPointer(ida->atol), *mass_on = N_VGetArrayPointer(ida->mass);
+    double *atol = N_VGetArrayPointer(ida->atol), *mass = N_VGetArrayPointer(ida->mass);
+    const int status = mbsr_momentum_scales(ida->model, ida->data, mass + nq);
+    for (int k = nq; k < nq + nu; ++k) {
+        if (status) mass[k] = 1.0;
+        atol[k] = mass[k] * atol[nu + k];
+    }
+}
+
+/* v: the square root of the mass on its joint, and of the joint's tolerances, which are taken anew, the
+ * smallest. */
+static void scale_velocities(mbsr_ida *ida, int body, double mass)
+{
+    const int nq = mbsr_model_nq(ida->model);
+    double *atol = N_VGetArrayPointer(ida->atol), smallest = INFINITY;
     int first, n;
     mbsr_body_coordinates(ida->model, body, NULL, NULL, &first, &n);
-    if (!momentum) set_body(ida, body, nq, atol);
-    double smallest = INFINITY;
+    set_body(ida, body, nq, atol);
     for (int k = nq + first; k < nq + first + n; ++k) smallest = fmin(smallest, atol[k]);
-    for (int k = nq + first; k < nq + first + n; ++k) {
-        const double moved = mobility ? mbsri_ida_moved_mass(mobility[k - nq], mass) : mass;
-        const double factor = momentum ? moved : sqrt(moved);
-        mass_on[k] = factor;
-        atol[k] = (momentum ? atol[nu + k] : smallest) * factor;
-    }
+    for (int k = nq + first; k < nq + first + n; ++k) atol[k] = smallest * sqrt(mass);
 }
 
 void mbsri_ida_scale_tolerances(mbsr_ida *ida)
 {
-    const double largest = largest_mass(ida), *mobility = mbsri_ida_mobility(ida);
+    const double largest = largest_mass(ida);
     double *atol = N_VGetArrayPointer(ida->atol);
     mbsr_rank_info info;
-    for (int i = 0; i < mbsr_model_bodies(ida->model); ++i) {
+    if (ida->opt.form == MBSR_DAE_MOMENTUM) scale_momenta(ida);
+    for (int i = 0; ida->opt.form == MBSR_DAE_INDEX1 && i < mbsr_model_bodies(ida->model); ++i) {
         const int status = mbsr_body_rank(ida->model, ida->data, i, &info);
-        scale_body(ida, i, status == MBSR_OK && info.scale > 0.0 ? info.scale : largest, mobility);
+        scale_velocities(ida, i, status == MBSR_OK && info.scale > 0.0 ? info.scale : largest);
     }
-    if (mobility && mbsri_ida_scale_multipliers(ida)) return;
+    if (mbsri_ida_scale_multipliers(ida)) return;
     for (int k = mbsri_ida_loops(ida); k < ida->size; ++k) atol[k] = ida->opt.atol * largest;
 }
 

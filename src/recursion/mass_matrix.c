@@ -44,12 +44,26 @@ static bool loses_digits(const mbsri_body *b, const double *J, const double *C,
     return false;
 }
 
+/* C_pi += H_i^T C_i H_i;  work: max_d x max_d. */
+static void pass_on(const mbsri_body *b, const mbsr_data *d, double *C, double *work)
+{
+    mbsri_congruence(b->d, b->d_pred, d->H + b->dp, C + b->dd, C + b->pred_dd, work);
+}
+
+/* C = M, in the place of Mbar, so mbsr_backward must run again. */
+static double *begin(const mbsr_model *m, mbsr_data *d)
+{
+    if (d->stage > MBSRI_STAGE_FORCES) d->stage = MBSRI_STAGE_FORCES;
+    mbsri_zero((size_t)m->root.d * (size_t)m->root.d, d->M);
+    mbsri_copy(m->size_dd, d->M, d->Mbar);
+    return d->Mbar;
+}
+
 /* In double precision; whether some digits were lost. */
 static bool composites(const mbsr_model *m, mbsr_data *d, double *matrix)
 {
-    double *C = d->Mbar, *now = d->scratch, *next = now + (size_t)m->max_d * (size_t)m->max_d;
+    double *C = begin(m, d), *now = d->scratch, *next = now + (size_t)m->max_d * (size_t)m->max_d;
     bool lost = false;
-    mbsri_copy(m->size_dd, d->M, C);
     for (int i = m->bodies; i >= 1; --i) {
         const mbsri_body *b = m->body + i;
         /* m_i = C_i J_i */
@@ -64,18 +78,29 @@ static bool composites(const mbsr_model *m, mbsr_data *d, double *matrix)
             mbsri_copy((size_t)row->d_pred * (size_t)b->n, next, now);
         }
         lost = lost || loses_digits(b, d->J + b->dn, C + b->dd, matrix, (size_t)m->nu);
-        /* C_pi += H_i^T C_i H_i */
-        mbsri_congruence(b->d, b->d_pred, d->H + b->dp, C + b->dd, C + b->pred_dd, next);
+        pass_on(b, d, C, next);
     }
     return lost;
+}
+
+void mbsri_mass_diagonal(const mbsr_model *m, mbsr_data *d, double *diagonal)
+{
+    double *C = begin(m, d), *momentum = d->scratch, *work = momentum + m->max_d;
+    for (int i = m->bodies; i >= 1; --i) {
+        const mbsri_body *b = m->body + i;
+        for (int k = 0; k < b->n; ++k) {
+            const double *column = d->J + b->dn + (size_t)k * (size_t)b->d;
+            mbsri_zero((size_t)b->d, momentum);
+            mbsri_ax(b->d, b->d, 1.0, C + b->dd, column, momentum);
+            diagonal[b->u + k] = mbsri_dot(b->d, column, momentum) + b->armature[k];
+        }
+        pass_on(b, d, C, work);
+    }
 }
 
 void mbsri_mass_matrix(const mbsr_model *m, mbsr_data *d, double *matrix)
 {
     const size_t size = (size_t)m->nu * (size_t)m->nu;
-    /* C in the place of Mbar, so mbsr_backward must run again */
-    if (d->stage > MBSRI_STAGE_FORCES) d->stage = MBSRI_STAGE_FORCES;
-    mbsri_zero((size_t)m->root.d * (size_t)m->root.d, d->M);
     mbsri_zero(size, matrix);
     if (composites(m, d, matrix)) {
         mbsri_exact_mass_matrix(m, d, matrix);

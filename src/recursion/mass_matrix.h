@@ -9,4 +9,8 @@
  * backward recursion must run again afterwards. */
 void mbsri_mass_matrix(const mbsr_model *m, mbsr_data *d, double *matrix);
 
+/* Its diagonal (nu) alone, in O(N): the inertia that each joint rate moves while the joints behind it are
+ * locked. The backward recursion must run again afterwards. */
+void mbsri_mass_diagonal(const mbsr_model *m, mbsr_data *d, double *diagonal);
+
 #endif

@@ -138,7 +138,7 @@ static void rssr(void **state)
                     .axis = {{0.0}, {0, 0, 1}, {0.0}, {0.0}, {0.6, 0, 0.8}},
                     .mass = 2.0,
                     .thickness = 0.1};
-    compare(&w, 3, 2.0, 1e3, 1.6);
+    compare(&w, 3, 2.0, 1e3, 1.55);
 }
 
 /* ---- several loops ---- */
