@@ -24,6 +24,9 @@ static const command commands[] = {
     {"check", "index and ranks at the start; exit 1 when something is undetermined",
      "usage: mbsrank check FILE [options]\n"
      "Says which directions have mass and which damping, springs or nothing determines.\n"
+     "  --small        also which small masses may be zero, by a run from the start\n"
+     "  --time T       s, of that run; default 1\n"
+     "  --tolerance E  what error is allowed then in joint coordinates; default 1e-3\n"
      "  --json         for a script to read\n" COMMON,
      run_check},
 #if defined(MBSR_WITH_IDA)

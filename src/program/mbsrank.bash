@@ -18,6 +18,7 @@ _mbsrank() {
         plot) common="--columns --title -o --help" ;;
         convert) common="--floating --package --strict --help" ;;
         view) common="$common --inputs -o" ;;
+        check) common="$common --small --time --tolerance --json" ;;
         *) common="$common --json" ;;
         esac
         mapfile -t COMPREPLY < <(compgen -W "$common" -- "$word") ;;

@@ -83,6 +83,9 @@ bool lacks_mesh(const program_options *o, const program_model *m, int k);
  * after a complaint, with nothing written as JSON. */
 int report_write(FILE *to, const program_model *m, const double *q, const double *u, bool json);
 
+/* The same, but the object of JSON stays open for more members. */
+int report_begin(FILE *to, const program_model *m, const double *q, const double *u, bool json);
+
 /* ---- commands ---- */
 
 int run_info(int argc, char **argv);

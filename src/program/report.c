@@ -45,10 +45,7 @@ static void print_report(FILE *to, const program_model *m, const mbsr_index_repo
         if (json && k > 0) fputs(", ", to);
         print_direction(to, m, r->direction + k, json);
     }
-    if (json)
-        fputs("]}", to);
-    else
-        fputs(r->text, to);
+    fputs(json ? "]" : r->text, to);
 }
 
 /* ---- models with closures: what their rows hold, and whether a start is determined ---- */
@@ -82,7 +79,7 @@ static void print_loops(FILE *to, const program_model *m, const mbsr_closure_rep
                     mbsr_closure_name(m->model, closure), own, name);
         }
     }
-    if (json) fputs("]}", to);
+    if (json) fputs("]", to);
 }
 
 /* UNDETERMINED where no consistent start is, DONE where one is; a code. */
@@ -130,7 +127,14 @@ static int check_tree(FILE *to, const program_model *m, const double *q, const d
     return code;
 }
 
-int report_write(FILE *to, const program_model *m, const double *q, const double *u, bool json)
+int report_begin(FILE *to, const program_model *m, const double *q, const double *u, bool json)
 {
     return (mbsr_model_rows(m->model) > 0 ? check_loops : check_tree)(to, m, q, u, json);
+}
+
+int report_write(FILE *to, const program_model *m, const double *q, const double *u, bool json)
+{
+    const int code = report_begin(to, m, q, u, json);
+    if (json && code <= UNDETERMINED) fputc('}', to);
+    return code;
 }

@@ -55,6 +55,24 @@ ends 1 '"undetermined": 6' check --json --floating "$work/one.urdf"
 ends 0 '1 damped, 0 elastic, 0 undetermined; index 1' check "$models/quarter_car.xml"
 ends 0 '"determined": true' check --json "$models/arm.urdf"
 
+# small masses: a wheel of 36 g instead of 36 kg may be zero, one of 3.6 kg may not at 10 micrometres
+sed 's/mass="36"/mass="0.036"/' "$models/quarter_car.xml" >"$work/light.xml"
+sed 's/mass="36"/mass="3.6"/' "$models/quarter_car.xml" >"$work/wheel.xml"
+sed 's/mass="36"/mass="360"/' "$models/quarter_car.xml" >"$work/heavy.xml"
+ends 0 'no mass is below a tenth' check --small "$work/heavy.xml"
+ends 0 'wheel .* may be zero' check --small --start pushed "$work/light.xml"
+ends 0 'wheel .* may not be zero' check --start pushed --time 2 --tolerance 1e-5 "$work/wheel.xml"
+ends 0 '"small_masses": {"from": 0, .*"body": "wheel", "parts": "both".*"verdict": "may be zero"' \
+    check --small --json --start pushed "$work/light.xml"
+ends 1 '6 undetermined' check --small --floating "$work/one.urdf"
+ends 2 "'0' is not" check --time 0 "$work/light.xml"
+ends 2 'no option --small' info --small "$models/arm.urdf"
+if command -v python3 >/dev/null; then
+    "$program" check --small --json --start pushed "$work/light.xml" |
+        python3 -c 'import json, sys; r = json.load(sys.stdin); assert r["small_masses"]["masses"][0]["direction"]["body"] == "wheel" and r["index"] == 1' ||
+        { echo "check --small --json is no JSON"; failed=1; }
+fi
+
 ends 0 'usage: mbsrank convert' convert --help
 ends 2 'there is no file' convert
 ends 2 'where to is missing' convert "$models/arm.urdf"
