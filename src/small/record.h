@@ -12,11 +12,11 @@
 
 #include <mbsrank/small_masses.h>
 
-/* n numbers, value + (t - from) rate, that an element exerts. */
+/* n numbers, value + (t - from) rate + (t - from)^2 / 2 bend, that an element exerts. */
 typedef struct mbsri_small_load {
     int n;
     double from;
-    double *value, *rate;
+    double *value, *rate, *bend;
 } mbsri_small_load;
 
 /* What an error has been largest as. */
@@ -52,7 +52,8 @@ typedef struct mbsri_pushed {
 typedef struct mbsri_light {
     int q, u;              /* places of its coordinate and rate */
     double relaxation;     /* d / k */
-    double rate[3];        /* its slow rate and two derivatives of that, at the start */
+    double rate[4];        /* its slow rate and three derivatives of that, at the start */
+    double kept[4];        /* ... without load */
     double position[5];    /* where it is at five times */
     const double *pattern; /* size: what moves with its coordinate (q) and rate (u) while all masses
                               stay */
@@ -101,6 +102,7 @@ struct mbsr_small_masses {
     double *out_a, *out_b, *moved_q, *moved_u; /* outputs, nq, nu */
     double *slope;                             /* size */
     double *trial;                             /* 3 size */
+    double *kept;                              /* 2 size: y, yp while there is a load */
     double *moved_v;                           /* the most numbers of a load */
     double *pattern;                           /* size a direction */
     double *scale;                             /* of the inertia of each direction's joint */

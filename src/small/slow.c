@@ -5,7 +5,7 @@
  * relaxes at the rate k / d. With d^2 << k m that is faster than the oscillation with the mass, and no
  * part of the smooth motion: the position there is the one at which the direction moves with the
  * rate v of its slow motion. v is the derivative of that position in time, which depends on v by a
- * share d / k only: two passes of differences find it. */
+ * share d / k only: each pass of differences leaves that share of its error. */
 #include "small/slow.h"
 
 #include "small/smooth.h"
@@ -13,6 +13,7 @@
 static const double light = 1.0;   /* damping ratios below are light */
 static const double relaxed = 1.0; /* k / d times the slow time scale, beyond which it is fast */
 static const double apart = 0.02;  /* times of differences, over the slow time scale */
+enum { PASSES = 4 };
 
 static bool is_light(const mbsr_small_masses *s, const mbsr_small_direction *x)
 {
@@ -37,6 +38,17 @@ static int differentiate(mbsr_small_masses *s)
         x->rate[0] = (8.0 * odd - (z[4] - z[0])) / (12.0 * h);
         x->rate[1] = (16.0 * even - 30.0 * z[2] - (z[4] + z[0])) / (12.0 * h * h);
         x->rate[2] = ((z[4] - z[0]) - 2.0 * odd) / (2.0 * h * h * h);
+        x->rate[3] = ((z[4] + z[0]) - 4.0 * even + 6.0 * z[2]) / (h * h * h * h);
+    }
+    return status;
+}
+
+int mbsri_small_refine(mbsr_small_masses *s)
+{
+    int status = MBSR_OK;
+    for (int pass = 0; pass < PASSES && !status; ++pass) {
+        status = differentiate(s);
+        if (!status) status = mbsri_small_settle(s, s->from, s->q_given, s->u_given, s->y, s->yp);
     }
     return status;
 }
@@ -62,10 +74,7 @@ int mbsri_small_slow(mbsr_small_masses *s)
     find(s);
     if (s->lights == 0) return MBSR_OK;
     int status = mbsri_small_settle(s, s->from, s->q_given, s->u_given, s->y, s->yp);
-    for (int pass = 0; pass < 2 && !status; ++pass) {
-        status = differentiate(s);
-        if (!status) status = mbsri_small_settle(s, s->from, s->q_given, s->u_given, s->y, s->yp);
-    }
+    if (!status) status = mbsri_small_refine(s);
     if (!status) mbsri_small_impose(s, s->from, 1, s->yp + u);
     if (status <= 0) return status;
     /* as for other directions, then: they begin where they are */

@@ -5,6 +5,7 @@
 #include "base/error.h"
 #include "base/memory.h"
 #include "small/candidates.h"
+#include "small/correct.h"
 #include "small/directions.h"
 #include "small/errors.h"
 #include "small/held.h"
@@ -95,6 +96,7 @@ static void place_load(layout *l, mbsri_small_load *load, int n)
     load->n = n;
     load->value = take(l, (size_t)n);
     load->rate = take(l, (size_t)n);
+    load->bend = take(l, (size_t)n);
 }
 
 static void place(mbsr_small_masses *s, layout *l)
@@ -111,6 +113,7 @@ static void place(mbsr_small_masses *s, layout *l)
     s->moved_v = take(l, (size_t)(m->max_d > m->max_n ? m->max_d : m->max_n));
     s->slope = take(l, size);
     s->trial = take(l, 3 * size);
+    s->kept = take(l, 2 * size);
     s->pattern = take(l, size * (size_t)s->directions);
     s->light_wanted = take(l, (size_t)s->directions);
     s->scale = take(l, (size_t)s->directions);

@@ -1,20 +1,13 @@
-/* Starts on the smooth motion.
- * SPDX-License-Identifier: BSD-3-Clause
- *
- * The consistent state of the reduced model is on the smooth motion of the full one but for O(eps).
- * That of the reduced model under the load -w(t), the neglected inertia force with its rate, is but
- * for O(eps^2). The rate is a difference along the smooth motion. */
+/* Consistent states of the reduced model on the slow motion, and that motion.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "small/smooth.h"
 
 #include "algebra/dense.h"
 #include "base/error.h"
-#include "small/errors.h"
 #include "small/loads.h"
 #include "small/twins.h"
 
 #include <math.h>
-
-static const double apart = 1e-4; /* times of the difference, over the slow time scale */
 
 static int consistent(mbsr_small_masses *s, double t, const double *q, const double *u, double *y,
                       double *yp)
@@ -31,8 +24,9 @@ static int consistent(mbsr_small_masses *s, double t, const double *q, const dou
 static double rate_at(const mbsr_small_masses *s, const mbsri_light *x, double t, int derivative)
 {
     const double h = t - s->from;
-    if (derivative) return x->rate[1] + h * x->rate[2];
-    return x->rate[0] + h * (x->rate[1] + 0.5 * h * x->rate[2]);
+    const double *r = x->rate;
+    if (derivative) return r[1] + h * (r[2] + h / 2.0 * r[3]);
+    return r[0] + h * (r[1] + h / 2.0 * (r[2] + h / 3.0 * r[3]));
 }
 
 /* Adds what moves in lightly damped directions while all masses stay, until entries `at` of them
@@ -130,73 +124,4 @@ int mbsri_small_beside(mbsr_small_masses *s, double h, double *y, double *yp)
     }
     mbsri_copy((size_t)s->size, s->slope, yp);
     return status ? status : move(s, h, y, yp);
-}
-
-/* force of each candidate at t = from + h, along the smooth motion. */
-static int forces_beside(mbsr_small_masses *s, double h)
-{
-    const int status = mbsri_small_beside(s, h, s->y_full, s->yp_full);
-    return status ? status : mbsri_small_forces(s, s->from + h, s->y_full, s->yp_full);
-}
-
-/* The forces at both sides of the start: beside and force of each candidate. */
-static int find_forces(mbsr_small_masses *s, double h)
-{
-    int status = forces_beside(s, h);
-    for (int k = 0; k < s->candidates && !status; ++k)
-        mbsri_copy((size_t)s->candidate[k].load.n, s->candidate[k].force, s->candidate[k].beside);
-    return status ? status : forces_beside(s, -h);
-}
-
-/* The rates of lightly damped directions change by what the rate of the forces makes of their
- * positions. */
-static int correct_rates(mbsr_small_masses *s, double h)
-{
-    int status = mbsri_small_unloaded(s, &s->reduced, s->from, s->y, s->yp);
-    for (int k = 0; k < s->candidates && !status; ++k) {
-        mbsri_candidate *c = s->candidate + k;
-        if (c->held) continue;
-        for (int l = 0; l < c->load.n; ++l)
-            s->moved_v[l] = (c->beside[l] - c->force[l]) / (2.0 * h);
-        status =
-            mbsri_small_column(s, &s->reduced, s->from, s->y, s->yp, &c->load, s->moved_v, s->rhs);
-        if (status) return status;
-        status = mbsr_newton_solve(s->reduced.newton, s->rhs, s->total);
-        if (status) return mbsri_small_failed(s, status, mbsr_newton_error(s->reduced.newton));
-        for (int l = 0; l < s->lights; ++l) s->light[l].rate[0] += s->total[s->light[l].q];
-    }
-    return status;
-}
-
-/* The loads -w, -w'; h 0: none. */
-static void set_loads(mbsr_small_masses *s, double h)
-{
-    for (int k = 0; k < s->candidates; ++k) {
-        mbsri_candidate *c = s->candidate + k;
-        const bool acts = h > 0.0 && !c->held;
-        c->load.from = s->from;
-        for (int l = 0; l < c->load.n; ++l) {
-            c->load.value[l] = acts ? -0.5 * (c->beside[l] + c->force[l]) : 0.0;
-            c->load.rate[l] = acts ? -(c->beside[l] - c->force[l]) / (2.0 * h) : 0.0;
-        }
-    }
-}
-
-int mbsri_small_correct(mbsr_small_masses *s, double *q, double *u)
-{
-    const mbsr_model *m = s->reduced.model;
-    const double h = apart * s->opt.time_scale;
-    int status = MBSR_OK;
-    if (s->lights > 0) status = mbsri_small_factor(s, s->from, s->y, s->yp, s->light_c);
-    if (!status) status = find_forces(s, h);
-    if (!status && s->lights > 0) status = correct_rates(s, h);
-    if (status) return status;
-    set_loads(s, h);
-    status = mbsri_small_settle(s, s->from, s->q_given, s->u_given, s->y_full, s->yp_full);
-    set_loads(s, 0.0);
-    for (int l = 0; l < s->lights; ++l) s->light[l].rate[0] = s->y[m->nq + m->nu + s->light[l].u];
-    if (status) return status;
-    mbsri_copy((size_t)m->nq, s->y_full, q);
-    mbsri_copy((size_t)m->nu, s->y_full + m->nq + m->nu, u);
-    return MBSR_OK;
 }

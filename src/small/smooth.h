@@ -1,4 +1,4 @@
-/* Starts on the smooth motion.
+/* Consistent states of the reduced model on the slow motion.
  * SPDX-License-Identifier: BSD-3-Clause */
 #ifndef MBSRI_SMALL_SMOOTH_H
 #define MBSRI_SMALL_SMOOTH_H
@@ -17,8 +17,5 @@ int mbsri_small_beside(mbsr_small_masses *s, double h, double *y, double *yp);
 /* u (nu), or u' with derivative 1, with those of lightly damped directions as they are on the slow
  * motion at t. */
 void mbsri_small_impose(mbsr_small_masses *s, double t, int derivative, double *u);
-
-/* q, u with one correction by the neglected forces and their rates. */
-int mbsri_small_correct(mbsr_small_masses *s, double *q, double *u);
 
 #endif

@@ -16,7 +16,9 @@ int mbsri_small_failed(mbsr_small_masses *s, int status, const mbsr_error *error
 static int load_at(void *user, double t, int n, double *value)
 {
     const mbsri_small_load *load = user;
-    for (int k = 0; k < n; ++k) value[k] = load->value[k] + (t - load->from) * load->rate[k];
+    const double h = t - load->from;
+    for (int k = 0; k < n; ++k)
+        value[k] = load->value[k] + h * (load->rate[k] + 0.5 * h * load->bend[k]);
     return MBSR_OK;
 }
 
