@@ -248,7 +248,9 @@ static int check_flexible(mbsr_model *m, int i)
 static int check_joints(mbsr_model *m, int N)
 {
     for (int i = 1; i <= N; ++i) {
-        const mbsri_body *b = m->body + i, *pred = m->body + b->parent;
+        mbsri_body *b = m->body + i;
+        const mbsri_body *pred = m->body + b->parent;
+        b->modal = mbsri_mount_of(b->joint.table, b->joint.user) != NULL;
         if (!b->joint.table->check) continue;
         char text[MBSR_TEXT_SIZE] = "", label[MBSRI_LABEL];
         const mbsr_joint joint = given(&b->joint);

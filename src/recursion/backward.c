@@ -36,6 +36,7 @@
 #include "recursion/errors.h"
 #include "recursion/exact.h"
 #include "recursion/group.h"
+#include "recursion/modal.h"
 #include "recursion/rank.h"
 
 #include <math.h>
@@ -78,40 +79,40 @@ void mbsri_load_joint(const mbsr_model *m, mbsr_data *d, int i)
     mbsri_atx(b->d, b->d_pred, -1.0, d->H + b->dp, mu, d->fbar + b->pred_v);
 }
 
-/* T = Mbar^a = Mbar - Y Y^T, with Y = U L^-T where D = L L^T has full rank, else with the columns
+/* T = Mbar^a = Mbar - Y Y^T, or so many upper rows of it (rows x rows), with Y = U L^-T where D = L L^T has full rank, else with the columns
  * y_l = U S x_l / sqrt(lambda_l) of the eigenvalues kept. Nothing cancels between the terms, however
  * small some are; Y, L: d x n and n x n of scratch. */
-static void reduce(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g, double *T,
-                   double *Y, double *L)
+static void reduce(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g, int rows,
+                   double *T, double *Y, double *L)
 {
     const mbsri_body *b = m->body + g->member[0];
     const int dim = b->d, n = g->n, rank = mbsri_group_rank(d, g);
     const double *U = d->U + b->dg, *s = d->s + g->ig, *X = d->X + b->nn,
                  *lambda = d->lambda + g->ig;
-    mbsri_copy((size_t)dim * (size_t)dim, d->Mbar + b->dd, T);
+    mbsri_upper(rows, dim, rows, d->Mbar + b->dd, T);
     if (mbsri_definite_factor(m, d, g, L)) {
-        mbsri_copy((size_t)dim * (size_t)n, U, Y);
-        mbsri_divide_by_cholesky(dim, n, L, Y);
-        mbsri_abt(dim, n, dim, -1.0, Y, Y, T);
+        mbsri_upper(rows, dim, n, U, Y);
+        mbsri_divide_by_cholesky(rows, n, L, Y);
+        mbsri_abt(rows, n, rows, -1.0, Y, Y, T);
         return;
     }
     for (int l = 0; l < rank; ++l) {
-        mbsri_zero((size_t)dim, Y);
+        mbsri_zero((size_t)rows, Y);
         for (int k = 0; k < n; ++k)
-            mbsri_ax(dim, 1, 1.0 / sqrt(lambda[l]), U + k * dim, &(double){s[k] * X[l * n + k]}, Y);
-        mbsri_abt(dim, 1, dim, -1.0, Y, Y, T);
+            mbsri_ax(rows, 1, 1.0 / sqrt(lambda[l]), U + k * dim, &(double){s[k] * X[l * n + k]},
+                     Y);
+        mbsri_abt(rows, 1, rows, -1.0, Y, Y, T);
     }
 }
 
 /* C += H^T A H of a symmetric A; work: d x d_pred. */
-static void carry_over(const mbsri_body *b, const double *H, const double *A, double *C,
-                       double *work)
+static void carry_over(int d, int d_pred, const double *H, const double *A, double *C, double *work)
 {
     double rho[3];
-    if (b->d == 6 && b->d_pred == 6 && mbsri_is_translation(H, rho))
+    if (d == 6 && d_pred == 6 && mbsri_is_translation(H, rho))
         mbsri_translate_matrix(rho, A, C);
     else
-        mbsri_congruence(b->d, b->d_pred, H, A, C, work);
+        mbsri_congruence(d, d_pred, H, A, C, work);
 }
 
 /* Of a head, Mbar_pi += H^T Mbar^a H,  W_pi += H^T E H;  of others what they have themselves.
@@ -130,17 +131,23 @@ void mbsri_pass_masses(const mbsr_model *m, mbsr_data *d, int i)
         const size_t dp = (size_t)b->d_pred;
         double *Mbar = d->Mbar + b->pred_dd, *W = d->W + b->pred_dd;
         mbsri_zero(dp * dp, T);
-        carry_over(b, H, d->Mbar + b->dd, T, product);
-        carry_over(b, H, d->W + b->dd, W, product);
+        carry_over(b->d, b->d_pred, H, d->Mbar + b->dd, T, product);
+        carry_over(b->d, b->d_pred, H, d->W + b->dd, W, product);
         for (size_t k = 0; k < dp * dp; ++k) Mbar[k] += T[k];
         for (size_t k = 0; k < dp; ++k) W[k * (dp + 1)] -= T[k * (dp + 1)]; /* it is in W already */
         return;
     }
     const mbsri_group g = mbsri_group_of(m, d, i);
-    reduce(m, d, &g, T, Q, product);
-    mbsri_carry_errors(m, d, &g, d->W, 1.0, E, Q, JQ, product);
-    carry_over(b, H, T, d->Mbar + b->pred_dd, product);
-    carry_over(b, H, E, d->W + b->pred_dd, product);
+    const int rows = mbsri_upper_rows(b);
+    double upper[MBSRI_FRAME_ROWS * MBSRI_FRAME_ROWS];
+    if (b->modal) {
+        mbsri_upper(rows, b->d, b->d_pred, H, upper);
+        H = upper;
+    }
+    reduce(m, d, &g, rows, T, Q, product);
+    mbsri_carry_errors(m, d, &g, d->W, 1.0, rows, E, Q, JQ, product);
+    carry_over(rows, b->d_pred, H, T, d->Mbar + b->pred_dd, product);
+    carry_over(rows, b->d_pred, H, E, d->W + b->pred_dd, product);
 }
 
 int mbsri_eliminate_joint(const mbsr_model *m, mbsr_data *d, int i, bool rough)

@@ -3,6 +3,7 @@
 #include "recursion/errors.h"
 
 #include "algebra/dense.h"
+#include "recursion/modal.h"
 #include "recursion/pose.h"
 
 #include <math.h>
@@ -26,28 +27,36 @@ void mbsri_diagonal_sizes(const mbsr_model *m, const mbsr_data *d, const mbsri_g
 /* P = I - J G^T, so P^T W P = W - Q G^T - G Q^T + G (J^T Q) G^T with Q = W J; both as U and D of a
  * group. Q: d x n, JQ: n x n of scratch. */
 void mbsri_carry_errors(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g,
-                        const double *W, double share, double *E, double *Q, double *JQ,
+                        const double *W, double share, int rows, double *E, double *Q, double *JQ,
                         double *work)
 {
     const mbsri_body *b = m->body + g->member[0];
     const int dim = b->d, n = g->n;
-    const double *G = d->G + b->dg, *lambda = d->lambda + g->ig, *s = d->s + g->ig;
+    const double *G = d->G + b->dg, *Mbar = d->Mbar + b->dd, *lambda = d->lambda + g->ig,
+                 *s = d->s + g->ig;
     const bool deficient = n > 1 && mbsri_group_rank(d, g) < n;
     mbsri_group_products(m, d, g, W, Q, JQ, work);
-    mbsri_copy((size_t)dim * (size_t)dim, W + b->dd, E);
-    mbsri_add_diagonal(dim, share, d->Mbar + b->dd, E);
+    if (rows < dim) {
+        double *upper = work + rows * n;
+        mbsri_upper(rows, dim, n, Q, upper);
+        mbsri_upper(rows, dim, n, G, work);
+        Q = upper, G = work, work = upper + rows * n;
+    }
+    mbsri_upper(rows, dim, rows, W + b->dd, E);
+    for (int k = 0; k < rows; ++k) E[k * (rows + 1)] += share * Mbar[k * (dim + 1)];
     /* E -= (Q - G JQ / 2) G^T + its transpose */
-    mbsri_ab(dim, n, n, -0.5, G, JQ, Q);
-    mbsri_abt(dim, n, dim, -1.0, Q, G, E);
-    mbsri_abt(dim, n, dim, -1.0, G, Q, E);
+    mbsri_ab(rows, n, n, -0.5, G, JQ, Q);
+    mbsri_abt(rows, n, rows, -1.0, Q, G, E);
+    mbsri_abt(rows, n, rows, -1.0, G, Q, E);
     mbsri_diagonal_sizes(m, d, g, work);
     for (int l = 0; l < n; ++l) {
         double size = work[l];
         if (deficient) size = fmax(size, lambda[0] / (s[l] * s[l]));
         size *= share;
-        for (int k = 0; k < dim; ++k) E[k * (dim + 1)] += size * G[l * dim + k] * G[l * dim + k];
+        for (int k = 0; k < rows; ++k)
+            E[k * (rows + 1)] += size * G[l * rows + k] * G[l * rows + k];
     }
-    mbsri_symmetrise(dim, E);
+    mbsri_symmetrise(rows, E);
 }
 
 double mbsri_own_turned(const mbsri_body *b, const double *M)

@@ -5,11 +5,11 @@
 
 #include "recursion/group.h"
 
-/* E (d x d) = share (Diag(Mbar) + Diag(G Diag(J^T Diag(Mbar) J) G^T)) + P^T W P, the errors behind a
- * group, at its head; W: one d x d block a body. Q: d x n, JQ: n x n, work: as
+/* E (rows x rows, d or the upper ones of modal.h) = share (Diag(Mbar) + Diag(G Diag(J^T Diag(Mbar) J) G^T)) +
+ * P^T W P, the errors behind a group, at its head; W: one d x d block a body. Q: d x n, JQ: n x n, work: as
  * mbsri_group_products. */
 void mbsri_carry_errors(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g,
-                        const double *W, double share, double *E, double *Q, double *JQ,
+                        const double *W, double share, int rows, double *E, double *Q, double *JQ,
                         double *work);
 
 /* size[l] = J_l^T Diag(Mbar) J_l + a_l of the joint rates of a group: what was added up to D here. */

@@ -304,7 +304,8 @@ static void pass_head(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, b
     }
     pass(d, b, r->T, r->product);
     for (int l = 0; l < 2; ++l) {
-        mbsri_carry_errors(m, d, g, errors[l], l == 0 ? 1.0 : MBSRI_EXACT_SHARE, E, Q, JQ, product);
+        mbsri_carry_errors(m, d, g, errors[l], l == 0 ? 1.0 : MBSRI_EXACT_SHARE, dim, E, Q, JQ,
+                           product);
         if (!given) confine(b, errors[l] + b->dd, E);
         mbsri_congruence(dim, b->d_pred, d->H + b->dp, E, errors[l] + b->pred_dd, product);
     }

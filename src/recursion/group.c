@@ -4,6 +4,7 @@
 
 #include "algebra/cholesky.h"
 #include "algebra/dense.h"
+#include "recursion/modal.h"
 
 /* D_ab and D_ba from F (d x n_b) at member a. */
 static void place(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g, int a, int b,
@@ -13,8 +14,7 @@ static void place(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g,
     const int r = row->ig - g->ig, c = column->ig - g->ig;
     for (int j = 0; j < column->n; ++j) {
         for (int k = 0; k < row->n; ++k) {
-            const double entry =
-                mbsri_dot(row->d, d->J + row->dn + (size_t)(k * row->d), F + (size_t)(j * row->d));
+            const double entry = mbsri_rate_of(row, d->J + row->dn, k, F + (size_t)(j * row->d));
             JY[(c + j) * g->n + r + k] = entry;
             if (a != b) JY[(r + k) * g->n + c + j] = entry;
         }
@@ -31,8 +31,8 @@ void mbsri_group_products(const mbsr_model *m, const mbsr_data *d, const mbsri_g
         const size_t room = (size_t)m->max_d * (size_t)b->n;
         double *F = work, *next = F + room;
         /* F = A J */
-        mbsri_zero((size_t)(b->d * b->n), F);
-        mbsri_ab(b->d, b->d, b->n, 1.0, A + b->dd, d->J + b->dn, F);
+        for (int j = 0; j < b->n; ++j)
+            mbsri_along_rate(b, A + b->dd, d->J + b->dn, j, F + (size_t)(j * b->d));
         for (int a = g->member[k];; a = m->body[a].parent) {
             place(m, d, g, a, g->member[k], F, JY);
             if (a == head) break;

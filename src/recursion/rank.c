@@ -28,6 +28,7 @@
 #include "base/error.h"
 #include "model/query.h"
 #include "recursion/errors.h"
+#include "recursion/modal.h"
 #include "recursion/not_finite.h"
 #include "recursion/pose.h"
 
@@ -41,10 +42,8 @@ static double equilibrate(const mbsri_body *b, const mbsr_data *d, const double 
 {
     double *WJ = d->scratch, largest = 0.0;
     for (int k = 0; k < b->n; ++k) {
-        const double *column = d->J + b->dn + (size_t)k * (size_t)b->d;
-        mbsri_zero((size_t)b->d, WJ);
-        mbsri_ax(b->d, b->d, 1.0, d->W + b->dd, column, WJ);
-        const double size = mbsri_dot(b->d, column, WJ) + b->armature[k];
+        mbsri_along_rate(b, d->W + b->dd, d->J + b->dn, k, WJ);
+        const double size = mbsri_rate_of(b, d->J + b->dn, k, WJ) + b->armature[k];
         s[k] = fixed ? fixed[k] : size > 0.0 ? 1.0 / sqrt(size) : 1.0;
         if (fixed) *noise = fmax(*noise, size * s[k] * s[k]);
         largest = isnan(size) ? size : fmax(size, largest);

@@ -1,0 +1,49 @@
+/* Joints of flexible bodies in the recursion: a mount (joints/flexible.c) has
+ *
+ *   J = [ Jt ; -1 ],   H = [ Ht ; 0 ]
+ *
+ * with six rows above, so that products with them take n^2 and not n^3 numbers for n modes. Of other joints
+ * J and H may have any entries.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRI_MODAL_H
+#define MBSRI_MODAL_H
+
+#include "algebra/dense.h"
+#include "model/record.h"
+
+enum { MBSRI_FRAME_ROWS = 6 };
+
+/* Leading rows of J, H that are not those of -1 and 0. */
+static inline int mbsri_upper_rows(const mbsri_body *b)
+{
+    return b->modal ? MBSRI_FRAME_ROWS : b->d;
+}
+
+/* y (d) = A times column k of J, A d x d */
+static inline void mbsri_along_rate(const mbsri_body *b, const double *A, const double *J, int k,
+                                    double *y)
+{
+    const int d = b->d, rows = mbsri_upper_rows(b);
+    mbsri_zero((size_t)d, y);
+    mbsri_ax(d, rows, 1.0, A, J + (size_t)k * (size_t)d, y);
+    if (!b->modal) return;
+    const double *column = A + (size_t)(rows + k) * (size_t)d;
+    for (int l = 0; l < d; ++l) y[l] -= column[l];
+}
+
+/* Column k of J times y (d). */
+static inline double mbsri_rate_of(const mbsri_body *b, const double *J, int k, const double *y)
+{
+    const int rows = mbsri_upper_rows(b);
+    const double sum = mbsri_dot(rows, J + (size_t)k * (size_t)b->d, y);
+    return b->modal ? sum - y[rows + k] : sum;
+}
+
+/* B (r x c) = the first r rows of A (d x c) */
+static inline void mbsri_upper(int r, int d, int c, const double *A, double *B)
+{
+    for (int k = 0; k < c; ++k)
+        mbsri_copy((size_t)r, A + (size_t)k * (size_t)d, B + (size_t)k * (size_t)r);
+}
+
+#endif
