@@ -13,6 +13,8 @@ typedef struct command {
     "  --start NAME   start from this key of the file, not as drawn\n"                             \
     "  --floating     URDF: the root link is free\n"                                               \
     "  --package NAME=DIR   URDF: where meshes of package://NAME/ are; may be repeated\n"          \
+    "  --stop-stiffness K, --stop-damping D   limits of joints as stops, N/m or N m/rad\n"         \
+    "  --slip V       dry friction of joints, smooth below this rate, m/s or rad/s\n"              \
     "  --strict       refuse files with findings\n"
 
 static const command commands[] = {

@@ -18,10 +18,26 @@ static int add_package(program_options *o, char *text)
     return DONE;
 }
 
+/* What limits and dry friction of joints become; 1: taken, 0: another option, -1: a bad value. */
+static int take_force(int argc, char **argv, int *at, program_options *o)
+{
+    static const char *const name[] = {"--stop-stiffness", "--stop-damping", "--slip"};
+    double *const number[] = {&o->stop_stiffness, &o->stop_damping, &o->slip};
+    for (int k = 0; k < 3; ++k) {
+        const char *value = option_value(argc, argv, at, name[k]);
+        if (*at < 0) return -1;
+        if (value) return option_number(name[k], value, number[k]) ? 1 : -1;
+    }
+    return 0;
+}
+
 bool common_option(int argc, char **argv, int *at, program_options *o, int *code)
 {
     const char *argument = argv[*at], *value;
-    if (strcmp(argument, "--json") == 0) {
+    const int force = take_force(argc, argv, at, o);
+    if (force) {
+        if (force < 0) *code = USAGE;
+    } else if (strcmp(argument, "--json") == 0) {
         o->json = true;
     } else if (strcmp(argument, "--strict") == 0) {
         o->strict = true;
@@ -68,6 +84,9 @@ static int read_model(const program_options *o, program_model *m)
     if (!m->text) return complain(NOT_READ, "%s cannot be read", o->path);
     opt.strict = o->strict;
     opt.floating = o->floating;
+    opt.stop_stiffness = o->stop_stiffness;
+    opt.stop_damping = o->stop_damping;
+    opt.slip = o->slip;
     opt.packages = o->packages;
     opt.package = o->package;
     opt.load = load;

@@ -49,7 +49,8 @@ typedef struct program_options {
     const char *path;
     const char *start; /* of a key; NULL: as drawn */
     bool json, strict, floating;
-    mbsr_file_package package[16]; /* names point into the arguments */
+    double stop_stiffness, stop_damping, slip; /* as in mbsr_file_opt; 0: none */
+    mbsr_file_package package[16];             /* names point into the arguments */
     int packages;
 } program_options;
 

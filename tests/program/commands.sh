@@ -164,7 +164,15 @@ MBSRANK_VIEWER=$work/none
 ends 4 'has no viewer' view "$models/arm.urdf" -o -
 unset MBSRANK_VIEWER
 
+# An arm of 1 kg falls on its limit at 0.5 rad, a stop of 1000 N m/rad: it comes to rest at 0.5 + 4.905 cos(0.5043) / 1000.
+printf '<robot name="r"><link name="base"/><link name="arm"><inertial><origin xyz="0.5 0 0"/><mass value="1"/>' >"$work/limit.urdf"
+printf '<inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>' >>"$work/limit.urdf"
+printf '<joint name="j" type="revolute"><parent link="base"/><child link="arm"/><axis xyz="0 1 0"/>' >>"$work/limit.urdf"
+printf '<limit lower="-1" upper="0.5" effort="1" velocity="1"/></joint></robot>\n' >>"$work/limit.urdf"
+ends 2 "'-3' is not a positive number" info "$work/limit.urdf" --stop-stiffness -3
+ends 2 "slip needs a value" info "$work/limit.urdf" --slip
 if [ "$with_run" = 1 ]; then
+    ends 0 '^5,0.504294' run "$work/limit.urdf" --t-end 5 --step 5 --stop-stiffness 1000 --stop-damping 30
     ends 2 't-end' run "$models/arm.urdf"
     ends 2 'needs -o FILE' run "$models/arm.urdf" --t-end 1 --json
     ends 2 'not a positive number' run "$models/arm.urdf" --t-end=-1
