@@ -1,9 +1,10 @@
 #!/bin/sh
 # Builds and installs the library, moves the installed tree, and uses it by CMake and by pkg-config.
 # SPDX-License-Identifier: BSD-3-Clause
-# Usage: run.sh CMAKE SOURCE WORK CC GENERATOR VERSION SHARED(ON|OFF) IDA(ON|OFF)
+# Usage: run.sh CMAKE SOURCE WORK CC GENERATOR VERSION SHARED(ON|OFF) IDA(ON|OFF) [TREE]
+# TREE: has been built; else another is.
 set -eu
-cmake=$1 source=$2 work=$3 cc=$4 generator=$5 version=$6 shared=$7 ida=$8
+cmake=$1 source=$2 work=$3 cc=$4 generator=$5 version=$6 shared=$7 ida=$8 tree=${9:-}
 consumer=$source/tests/package/consumer
 prefix=$work/moved
 programs="use_core use_fe"
@@ -15,13 +16,17 @@ fail() { printf 'FAILED: %s\n' "$*"; exit 1; }
 rm -rf "$work"
 mkdir -p "$work"
 
-step "build and install" # compiles fastest
-"$cmake" -S "$source" -B "$work/build" -G "$generator" -DCMAKE_C_COMPILER="$cc" \
-    -DCMAKE_BUILD_TYPE=Debug -DCMAKE_INSTALL_PREFIX="$work/installed" \
-    -DBUILD_SHARED_LIBS="$shared" -DMBSR_IDA="$ida" -DMBSR_TESTS=OFF -DMBSR_EXAMPLES=OFF \
-    -DMBSR_VIEWER="$([ "$ida" = ON ] && echo AUTO || echo OFF)"
-"$cmake" --build "$work/build"
-"$cmake" --install "$work/build"
+if [ -z "$tree" ]; then
+    step "build" # compiles fastest
+    tree=$work/build
+    "$cmake" -S "$source" -B "$tree" -G "$generator" -DCMAKE_C_COMPILER="$cc" \
+        -DCMAKE_BUILD_TYPE=Debug -DCMAKE_C_FLAGS_DEBUG=-O0 \
+        -DBUILD_SHARED_LIBS="$shared" -DMBSR_IDA="$ida" -DMBSR_TESTS=OFF -DMBSR_EXAMPLES=OFF \
+        -DMBSR_VIEWER="$([ "$ida" = ON ] && echo AUTO || echo OFF)"
+    "$cmake" --build "$tree"
+fi
+step "install"
+"$cmake" --install "$tree" --prefix "$work/installed"
 mv "$work/installed" "$prefix"
 rm -rf "$work/build"
 
@@ -45,7 +50,7 @@ configure() {
     name=$1
     shift
     "$cmake" -S "$consumer" -B "$work/$name" -G "$generator" -DCMAKE_C_COMPILER="$cc" \
-        -DCMAKE_BUILD_TYPE=Debug -DCMAKE_PREFIX_PATH="$prefix" "$@" >"$work/$name.log" 2>&1
+        -DCMAKE_BUILD_TYPE=Debug -DCMAKE_C_FLAGS_DEBUG=-O0 -DCMAKE_PREFIX_PATH="$prefix" "$@" >"$work/$name.log" 2>&1
 }
 
 # build_and_run NAME: the consumer's programs, and of the library only what they need.

@@ -216,7 +216,7 @@ async function manyBodies(browser) {
     writeTree(model, csv, 10000);
     mbsrank("view", model, csv, "-o", page);
     await browser.open(page);
-    await browser.ask(`(async () => { mbsrank.play(true); for (let k = 0; k < 6; ++k) await ${frames}; })()`);
+    await browser.ask(`(async () => { mbsrank.play(true); for (let k = 0; k < 3; ++k) await ${frames}; })()`);
     const { frames: count, least, median } = await browser.ask("mbsrank.script()");
     console.log(`10 000 bodies: ${least.toFixed(1)} ms of script in the shortest of ${count} frames, ` +
         `${median.toFixed(1)} ms in the middle one`);
@@ -243,8 +243,8 @@ try {
     process.exit(77);
 }
 await inBrowser(quarterCar, 900, 600);
-await inBrowser(arm, 1280, pictures ? 800 : 600);
+await inBrowser(arm, pictures ? 1280 : 640, pictures ? 800 : 400);
 await inBrowser(hookedBob, 900, 600);
-await inBrowser(manyBodies, 400, 300);
+await inBrowser(manyBodies, 320, 240);
 rmSync(work, { recursive: true });
 process.exit(failures > 0 ? 1 : 0);
