@@ -151,13 +151,14 @@ static int change(balance *b, bool time, const double *v, const double *a, const
 
 /* ---- what is damped and what is elastic ---- */
 
-/* D by differences of velocities, what may be rounding zero; at velocities u. */
+/* D by differences of velocities, what may be rounding zero; at velocities u. Where nothing acts at these,
+ * rounding is that of the forces at the others. */
 static int find_damping(balance *b, double *D)
 {
     const int n = b->w->n, k = b->k;
     const double step = 1e-2 * fmax(1.0, mbsri_largest(n, b->u));
     for (int l = 0; l < k; ++l) {
-        double *column = D + (size_t)l * (size_t)k;
+        double *column = D + (size_t)l * (size_t)k, size = 0.0;
         for (int side = -1; side <= 1; side += 2) {
             mbsri_copy((size_t)n, b->u, b->moved);
             mbsri_zero((size_t)k, b->x);
@@ -165,10 +166,11 @@ static int find_damping(balance *b, double *D)
             combine(b, b->x, b->moved);
             const int status = forces(b, b->moved, side < 0 ? b->r_try : column);
             if (status) return status;
+            size = fmax(size, 0.1 * mbsri_largest(n, b->h));
         }
         for (int j = 0; j < k; ++j) {
             column[j] = (column[j] - b->r_try[j]) / (2.0 * step);
-            if (fabs(column[j]) * step <= ROUNDING * b->size[j]) column[j] = 0.0;
+            if (fabs(column[j]) * step <= ROUNDING * fmax(b->size[j], size)) column[j] = 0.0;
         }
     }
     return MBSR_OK;
