@@ -105,25 +105,6 @@ static void ints(layout *l, int **at, size_t count)
     l->used_ints += count;
 }
 
-/* Elements on single bodies and on neighbours are listed with each body; elements across too, for
- * what of them stays on the tree. */
-static size_t list_elements(const mbsr_newton *w, int i, int *list)
-{
-    const mbsr_model *m = w->model;
-    const mbsri_force *force = m->forces.data;
-    size_t count = 0;
-    for (size_t k = 0; k < m->forces.count; ++k) {
-        const bool every = (force[k].def.table->flags & MBSR_FORCE_EVERY_BODY) != 0;
-        bool acts = every && i == 0;
-        for (int l = 0; l < force[k].def.bodies && !every && i > 0; ++l)
-            acts = acts || m->list_index[force[k].list + (size_t)l] == i;
-        if (!acts) continue;
-        if (list) list[count] = (int)k;
-        ++count;
-    }
-    return count;
-}
-
 /* The lengths of the arrays that have numbers of each body: lean solvers have room for those that are
  * seen, which come first. */
 static mbsri_lengths lengths_of(const mbsr_newton *w)
@@ -251,20 +232,44 @@ static void lay_out(mbsr_newton *w, layout *l)
     ints(l, &w->product.flags, mbsri_product_flags(w));
 }
 
-/* Numbers the elements: those on every body, body after body, across. */
+/* Counts the elements of each body and, where `listed` tells, lists them in their order. Elements on single
+ * bodies and on neighbours are listed with each body; elements across too, for what of them stays on the
+ * tree. One that has a body twice is listed once. */
+static void list_elements(mbsr_newton *w, bool listed)
+{
+    const mbsr_model *m = w->model;
+    const mbsri_force *force = m->forces.data;
+    for (int i = 1; i <= m->bodies; ++i) w->node[i].count = 0;
+    for (size_t k = 0; k < m->forces.count; ++k) {
+        const int *on = m->list_index + force[k].list;
+        if (force[k].def.table->flags & MBSR_FORCE_EVERY_BODY) continue;
+        for (int l = 0; l < force[k].def.bodies; ++l) {
+            mbsri_node *node = w->node + on[l];
+            bool again = on[l] == 0;
+            for (int before = 0; before < l; ++before) again = again || on[before] == on[l];
+            if (again) continue;
+            if (listed) w->listed[node->first + node->count] = (int)k;
+            ++node->count;
+        }
+    }
+}
+
+/* Numbers the elements: body after body, those on every body, across. */
 static void list_all(mbsr_newton *w)
 {
     const mbsr_model *m = w->model;
     const mbsri_force *force = m->forces.data;
-    size_t used = 0;
+    int used = 0;
+    list_elements(w, false);
     for (int i = 1; i <= m->bodies; ++i) {
-        w->node[i].first = (int)used;
-        w->node[i].count = (int)list_elements(w, i, w->listed + used);
-        used += (size_t)w->node[i].count;
+        w->node[i].first = used;
+        used += w->node[i].count;
     }
-    w->first_every = (int)used;
-    w->every = (int)list_elements(w, 0, w->listed + used);
+    list_elements(w, true);
+    w->first_every = used;
     for (size_t k = 0; k < m->forces.count; ++k) {
+        if (force[k].def.table->flags & MBSR_FORCE_EVERY_BODY)
+            w->listed[w->first_every + w->every++] = (int)k;
         if (!mbsri_may_cross(m, force + k)) continue;
         w->correction.element[w->correction.count++] = (mbsri_across){.force = (int)k};
     }
