@@ -63,30 +63,11 @@ if wanted scaling; then
     mv "$build/scaling.csv" "$results/scaling.csv"
     sed -n '/^# least squares/,$p' "$results/scaling.csv"
 fi
-if wanted kinds; then
-    $pin "$build/bench/bench_kinds" "$@" > "$build/kinds.csv"
-    mv "$build/kinds.csv" "$results/kinds.csv"
-fi
-if wanted flexible; then
-    OPENBLAS_NUM_THREADS=1 $pin "$build/bench/bench_flexible" "$@" > "$build/flexible.csv"
-    mv "$build/flexible.csv" "$results/flexible.csv"
-fi
-if wanted loops; then
-    $pin "$build/bench/bench_loops" "$@" > "$build/loops.csv"
-    mv "$build/loops.csv" "$results/loops.csv"
-fi
-if wanted report; then
-    $pin "$build/bench/bench_report" "$@" > "$build/report.csv"
-    mv "$build/report.csv" "$results/report.csv"
-fi
-if wanted files; then
-    $pin "$build/bench/bench_files" "$@" > "$build/files.csv"
-    mv "$build/files.csv" "$results/files.csv"
-fi
-if wanted fe; then
-    $pin "$build/bench/bench_fe" "$@" > "$build/fe.csv"
-    mv "$build/fe.csv" "$results/fe.csv"
-fi
+for part in kinds flexible loops report files fe explicit driver; do
+    wanted $part || continue
+    OPENBLAS_NUM_THREADS=1 $pin "$build/bench/bench_$part" "$@" > "$build/$part.csv"
+    mv "$build/$part.csv" "$results/$part.csv"
+done
 if wanted threads; then
     "$build/bench/bench_threads" "$@" > "$build/threads.csv"
     mv "$build/threads.csv" "$results/threads.csv"
@@ -116,13 +97,5 @@ if wanted newton; then
     fi
     mv "$build/newton.csv" "$results/newton.csv"
     grep '^# time of a step' "$results/newton.csv"
-fi
-if wanted explicit; then
-    $pin "$build/bench/bench_explicit" "$@" > "$build/explicit.csv"
-    mv "$build/explicit.csv" "$results/explicit.csv"
-fi
-if wanted driver; then
-    $pin "$build/bench/bench_driver" "$@" > "$build/driver.csv"
-    mv "$build/driver.csv" "$results/driver.csv"
 fi
 if [ "$what" = all ]; then sh "$trees"; fi
