@@ -101,16 +101,6 @@ static void make(loops *s, test_rng *rng, int bodies, int closures, bool plane, 
     loops_build(s);
 }
 
-static void random_state(loops *s, test_rng *rng)
-{
-    double y[8 * LOOPS_MOST];
-    test_fill(rng, s->nq, s->q);
-    test_fill(rng, s->nu, s->u);
-    assert_ok(mbsr_dae_pack(s->m, s->d, MBSR_DAE_MOMENTUM, 0.0, s->q, s->u, y),
-              mbsr_data_error(s->d));
-    memcpy(s->q, y, (size_t)s->nq * sizeof *y); /* quaternions of length 1 */
-}
-
 /* ---- dense equations ---- */
 
 typedef struct dense {
@@ -238,7 +228,7 @@ static void forward(void **state)
             loops_free(&s);
             continue;
         }
-        random_state(&s, &rng);
+        loops_random_state(&s, &rng);
         test_fill(&rng, s.nu, tau);
         find_equations(&s, &e, tau);
         for (int k = 0; k < e.m; ++k) e.bias[k] = -e.bias[k];
@@ -281,7 +271,7 @@ static void inverse(void **state)
             loops_free(&s);
             continue;
         }
-        random_state(&s, &rng);
+        loops_random_state(&s, &rng);
         test_fill(&rng, s.nu, udot);
         for (int k = 0; k < s.nu; ++k) {
             if (test_integer(&rng, 0, 9) < 7) actuated[count++] = k, P[k * (s.nu + 1)] = 1.0;

@@ -81,16 +81,6 @@ static void make(loops *s, test_rng *rng, int bodies, int closures, int twice)
     loops_finish(s);
 }
 
-static void random_state(loops *s, test_rng *rng)
-{
-    double y[8 * LOOPS_MOST];
-    test_fill(rng, s->nq, s->q);
-    test_fill(rng, s->nu, s->u);
-    assert_ok(mbsr_dae_pack(s->m, s->d, MBSR_DAE_MOMENTUM, 0.0, s->q, s->u, y),
-              mbsr_data_error(s->d));
-    memcpy(s->q, y, (size_t)s->nq * sizeof *y); /* quaternions of length 1 */
-}
-
 /* Any state, open or not, as long as the rows are independent or the same twice. */
 static void accelerations(void **state)
 {
@@ -102,7 +92,7 @@ static void accelerations(void **state)
         double udot[LOOPS_MOST], lambda[LOOPS_MOST], tau[LOOPS_MOST], both[LOOPS_MOST];
         const int twice = seed % 3 == 0 ? 2 : 0;
         make(&s, &rng, test_integer(&rng, 2, 5), test_integer(&rng, 1, 2), twice);
-        random_state(&s, &rng);
+        loops_random_state(&s, &rng);
         test_fill(&rng, s.nu, tau);
         const int rank = loops_accelerations(&s, 0.0, tau);
         const bool regular = rank == s.nu + s.rows - (twice ? 3 : 0);
@@ -196,7 +186,7 @@ static void other_kinds(void **state)
         add_tree(&s, &rng, bodies);
         const bool added = add_other(&s, &rng, kind, joint, bodies);
         loops_finish(&s);
-        random_state(&s, &rng);
+        loops_random_state(&s, &rng);
         if (added && loops_accelerations(&s, 0.0, NULL) == s.nu + s.rows) {
             const double size = 1.0 + test_largest(s.nu, s.udot) + test_largest(s.rows, s.lambda);
             assert_ok(mbsr_forward_dynamics(s.m, s.d, 0.0, s.q, s.u, NULL, udot),
@@ -227,7 +217,7 @@ static void inverse_dynamics(void **state)
         int all[LOOPS_MOST];
         double tau[LOOPS_MOST], lambda[LOOPS_MOST], again[LOOPS_MOST];
         make(&s, &rng, 4, 1, 0);
-        random_state(&s, &rng);
+        loops_random_state(&s, &rng);
         test_fill(&rng, s.nu, tau);
         if (mbsr_forward_dynamics(s.m, s.d, 0.0, s.q, s.u, tau, s.udot) == MBSR_OK) {
             const double size = 1.0 + test_largest(s.nu, s.udot);
@@ -280,7 +270,7 @@ static void starts(void **state)
         mbsr_consistent_info info;
         const int twice = seed % 3 == 0 ? 2 : 0;
         make(&s, &rng, test_integer(&rng, 2, 5), 1, twice);
-        random_state(&s, &rng);
+        loops_random_state(&s, &rng);
         assert_ok(mbsr_dae_pack(s.m, s.d, MBSR_DAE_MOMENTUM, 0.0, s.q, s.u, y), NULL);
         const int status =
             mbsr_dae_consistent(s.m, s.d, MBSR_DAE_MOMENTUM, 0.0, y, yp, NULL, &info);
@@ -342,7 +332,7 @@ static void spinning_rods(void **state)
         mbsr_consistent_info info;
         loops s;
         add_rods(&s, &rng, damped);
-        random_state(&s, &rng);
+        loops_random_state(&s, &rng);
         assert_ok(mbsr_dae_pack(s.m, s.d, MBSR_DAE_MOMENTUM, 0.0, s.q, s.u, y), NULL);
         const int status =
             mbsr_dae_consistent(s.m, s.d, MBSR_DAE_MOMENTUM, 0.0, y, yp, NULL, &info);

@@ -181,3 +181,13 @@ void loops_state(loops *s, double t, double *y, double *yp)
     for (int k = 0; k < s->nq + s->nu; ++k) yp[k] = -F[k];
     memcpy(yp + s->nq + s->nu, s->udot, (size_t)s->nu * sizeof *yp);
 }
+
+void loops_random_state(loops *s, test_rng *rng)
+{
+    double y[8 * LOOPS_MOST];
+    test_fill(rng, s->nq, s->q);
+    test_fill(rng, s->nu, s->u);
+    assert_ok(mbsr_dae_pack(s->m, s->d, MBSR_DAE_MOMENTUM, 0.0, s->q, s->u, y),
+              mbsr_data_error(s->d));
+    memcpy(s->q, y, (size_t)s->nq * sizeof *y); /* quaternions of length 1 */
+}

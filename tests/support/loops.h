@@ -50,4 +50,7 @@ void loops_velocities(loops *s, double t);
 /* y and y' of the momentum form for the state of s, with its udot and lambda; rigid rows. */
 void loops_state(loops *s, double t, double *y, double *yp);
 
+/* Any q and u, open or not; quaternions of length 1. */
+void loops_random_state(loops *s, test_rng *rng);
+
 #endif
