@@ -27,6 +27,13 @@ static int add(mbsr_model *m, int parent, mbsr_joint joint, mbsr_inertia inertia
     return id;
 }
 
+static void add_spring(mbsr_model *m, int id)
+{
+    const mbsr_force_def spring = mbsr_force_joint_spring(id, 0, 5.0, 0.1, 0.2);
+    if (mbsr_model_add_force(m, &spring, NULL) != MBSR_OK)
+        fail(mbsr_model_error(m)->text, "spring");
+}
+
 static void finish(bench_model *tree, double gy, double gz)
 {
     const mbsr_force_def gravity = mbsr_force_gravity(0.0, gy, gz);
@@ -40,7 +47,7 @@ static void finish(bench_model *tree, double gy, double gz)
 
 static double *numbers(int n)
 {
-    double *x = malloc(((size_t)n + 1) * sizeof *x);
+    double *x = calloc((size_t)n + 1, sizeof *x);
     if (!x) fail("no memory", "");
     return x;
 }
@@ -105,6 +112,19 @@ void bench_read_tree(bench_model *tree, const char *folder, const char *name)
     fclose(file);
 }
 
+/* Angles of up to `angle`, rates and joint forces of up to 1. */
+static void choose_state(bench_model *tree, uint64_t *seed, double angle)
+{
+    tree->q = numbers(tree->nq);
+    tree->u = numbers(tree->nu);
+    tree->tau = numbers(tree->nu);
+    for (int k = 0; k < tree->nq; ++k) tree->q[k] = bench_uniform(seed, -angle, angle);
+    for (int k = 0; k < tree->nu; ++k) {
+        tree->u[k] = bench_uniform(seed, -1.0, 1.0);
+        tree->tau[k] = bench_uniform(seed, -1.0, 1.0);
+    }
+}
+
 void bench_make_chain(bench_model *tree, int bodies, int massless, int springs)
 {
     uint64_t seed = 1;
@@ -122,19 +142,54 @@ void bench_make_chain(bench_model *tree, int bodies, int massless, int springs)
         const bool zero = massless > 0 && i % massless == massless - 2;
         const int id = add(tree->model, i - 1, mbsr_joint_revolute(&A, NULL, axis),
                            zero ? mbsr_inertia_zero() : mbsr_inertia_rigid(1.5, com, tensor));
-        const mbsr_force_def spring = mbsr_force_joint_spring(id, 0, 5.0, 0.1, 0.2);
-        if (springs && mbsr_model_add_force(tree->model, &spring, NULL) != MBSR_OK)
-            fail(mbsr_model_error(tree->model)->text, "spring");
+        if (springs) add_spring(tree->model, id);
     }
     finish(tree, 0.0, -9.81);
-    tree->q = numbers(tree->nq);
-    tree->u = numbers(tree->nu);
-    tree->tau = numbers(tree->nu);
-    for (int k = 0; k < tree->nq; ++k) tree->q[k] = bench_uniform(&seed, -1.0, 1.0);
-    for (int k = 0; k < tree->nu; ++k) {
-        tree->u[k] = bench_uniform(&seed, -1.0, 1.0);
-        tree->tau[k] = bench_uniform(&seed, -1.0, 1.0);
+    choose_state(tree, &seed, 1.0);
+}
+
+static mbsr_inertia rod_along_z(double length)
+{
+    const double start[3] = {0.0, 0.0, 0.0}, end[3] = {0.0, 0.0, length};
+    return mbsr_inertia_rod(1.5, start, end);
+}
+
+void bench_make_segments(bench_model *tree, int segments)
+{
+    uint64_t seed = 1;
+    const double length = 0.3, x[3] = {1.0, 0.0, 0.0}, y[3] = {0.0, 1.0, 0.0};
+    *tree = (bench_model){NULL, 0, 0, 0, NULL, NULL, NULL, NULL};
+    if (mbsr_model_create(NULL, &tree->model, NULL) != MBSR_OK) fail("create", "segments");
+    for (int k = 0; k < segments; ++k) {
+        const double tip[3] = {0.0, 0.0, k > 0 ? length : 0.0};
+        const mbsr_frame at = mbsr_frame_turned(tip, x, k % 2 ? 0.4 : -0.3);
+        const int below = k > 0 ? 3 * ((k - 1) / 2) + 2 : MBSR_GROUND,
+                  cross = add(tree->model, below, mbsr_joint_revolute(&at, NULL, x),
+                              mbsr_inertia_zero()),
+                  link = add(tree->model, cross, mbsr_joint_revolute(NULL, NULL, y),
+                             mbsr_inertia_zero());
+        add_spring(tree->model, link);
+        add_spring(tree->model,
+                   add(tree->model, link, mbsr_joint_revolute(NULL, NULL, y), rod_along_z(length)));
     }
+    finish(tree, 0.0, -9.81);
+    choose_state(tree, &seed, 0.1);
+}
+
+void bench_make_beam(bench_model *tree, int bodies)
+{
+    uint64_t seed = 1;
+    const double length = 0.1, y[3] = {0.0, 1.0, 0.0};
+    *tree = (bench_model){NULL, 0, 0, 0, NULL, NULL, NULL, NULL};
+    if (mbsr_model_create(NULL, &tree->model, NULL) != MBSR_OK) fail("create", "beam");
+    for (int i = 0; i < bodies; ++i) {
+        const double tip[3] = {0.0, 0.0, i > 0 ? length : 0.0};
+        const mbsr_frame at = mbsr_frame_turned(tip, y, 0.0);
+        add(tree->model, i > 0 ? i - 1 : MBSR_GROUND, mbsr_joint_revolute(&at, NULL, y),
+            rod_along_z(length));
+    }
+    finish(tree, 0.0, -9.81);
+    choose_state(tree, &seed, 0.01);
 }
 
 /* A rod in the plane that turns about (x, y) of its parent. */

@@ -20,6 +20,13 @@ void bench_read_tree(bench_model *tree, const char *folder, const char *name);
  * is NULL. */
 void bench_make_chain(bench_model *tree, int bodies, int massless, int springs);
 
+/* Branches in two, of segments: a cross about x and a link about y, both without mass, and a rod about the
+ * same y, whose springs are in series, so that the link's joint has no rank. */
+void bench_make_segments(bench_model *tree, int segments);
+
+/* Rods nearly in one line that turn about y: D of a joint is the small rest of what it is made of. */
+void bench_make_beam(bench_model *tree, int bodies);
+
 /* A chain of rods in the plane, each with a parallelogram of crank, coupler and rocker on it, which are
  * closed by a pin (closed: 1) or not; couplers without mass where `massless`. */
 void bench_make_fourbars(bench_model *tree, int count, int massless, int closed);

@@ -7,11 +7,13 @@
  *   W <= kappa Mbar + spread Lambda,   Lambda = diag(L^2, L^2, L^2, 1, 1, 1)
  *
  * Where it is not, the sweep starts again with W itself, kept in blocks like Mbar; and where that
- * leaves D between nothing and nine digits, the stages decide, in twofold precision. */
+ * leaves D between nothing and nine digits, the stages decide, in twofold precision. Both sweeps first
+ * leave out of S what the joint behind has taken (remains.h), in whose place S' stands in the errors. */
 #ifndef MBSRI_SWEEPS_RANK_BOUND_H
 #define MBSRI_SWEEPS_RANK_BOUND_H
 
 #include "sweeps/carry.h"
+#include "sweeps/remains.h"
 
 #include <math.h>
 
@@ -119,6 +121,71 @@ MBSRI_INLINE bool is_zero(const mbsri_rank_rule *rule, const mbsri_sweep_body *b
     return !(b->armature > 0.0) && mbsri_is_nothing(rule, D, noise, local);
 }
 
+/* The sums that D comes from, with S' in the place of S, and the least errors they may have. */
+MBSRI_INLINE double local_size_of_remains(const remains *r, const blocks *c)
+{
+    return sum3(r->w * r->w) * sum_of(c->I) + sum3(r->v * r->v) * sum_of(c->M) + r->own;
+}
+
+MBSRI_INLINE double least_of_remains(const remains *r, const blocks *c)
+{
+    return sum3(r->w * r->w * diagonal(c->I)) + sum3(r->v * r->v * diagonal(c->M)) + r->own;
+}
+
+/* Nothing, where S' is nothing but the rounding of positions and the body is without inertia, or D is
+ * rounding beside what the joint behind has taken. */
+MBSRI_INLINE bool remains_are_zero(const mbsri_rank_rule *rule, const mbsri_sweep_body *b,
+                                   const remains *r, double left)
+{
+    if (b->armature > 0.0) return false;
+    if (r->light && left <= 1e-28 * r->whole) return true;
+    return left <= 1e-6 * r->whole && mbsri_is_nothing(rule, r->D, r->behind / 6.0, r->behind);
+}
+
+/* |x|^2 in the metric that is inverse to that of the bound. */
+MBSRI_INLINE double square_of(v4 x_L, v4 x_p, double per_area)
+{
+    return sum3(x_L * x_L * splat(per_area) + x_p * x_p);
+}
+
+/* |1 - x y^T|^2 from |x|^2 |y|^2 and x^T y. */
+MBSRI_INLINE double square_beside(double product, double inner)
+{
+    const double sum = product - 2.0 * inner, root = sum * sum + 4.0 * (product - inner * inner);
+    return 1.0 + 0.5 * (sum + sqrt(fmax(root, 0.0)));
+}
+
+/* `certify` by what remains of the motion: U, D, D^-1, and in *spread the bound behind the joint. Of
+ * kappa P'^T Mbar P' what is more than kappa Mbar^a goes there, too. */
+MBSRI_OUTLINE bool certify_remains(const mbsri_sweep_run *run, int i, const blocks *c, joint *j,
+                                   double *spread)
+{
+    const mbsri_sweep_body *b = run->tree->body + i;
+    const mbsri_rank_rule *rule = &run->tree->rule;
+    const double area = run->tree->length * run->tree->length, per_area = 1.0 / area,
+                 trace = trace_of(c, per_area);
+    remains r;
+    if (!(trace > 0.0) || !find_remains(run, i, c, &r)) return false;
+    const double left = area * sum3(r.w * r.w) + sum3(r.v * r.v), D = r.D + b->armature,
+                 size = (b->flags & MBSRI_TURNS ? area : 0.0) + b->pitch * b->pitch,
+                 noise = c->kappa * D + *spread * left + r.own;
+    const bool inertia = D > rule->tolerance * (c->kappa * D + *spread * size);
+    j->U_L = r.U_L, j->U_p = r.U_p, j->D = D;
+    if (!inertia || !mbsri_is_known_by_bound(rule, D, noise, local_size_of_remains(&r, c))) {
+        *spread += 2.0 * trace;
+        return remains_are_zero(rule, b, &r, left);
+    }
+    j->Dinv = 1.0 / D;
+    const v4 g_L = j->U_L * splat(j->Dinv), g_p = j->U_p * splat(j->Dinv),
+             along = splat(along_axis(b, j->Z, r.o_L, r.o_p)), x_L = r.o_L - along * g_L,
+             x_p = r.o_p - along * g_p;
+    const double gain = square_of(g_L, g_p, per_area), moved = left * gain,
+                 transport = square_beside(moved, sum3(r.w * g_L + r.v * g_p));
+    *spread = *spread * transport + trace * (1.0 + moved) + r.own * gain +
+              c->kappa * (2.0 * sqrt(square_of(x_L, x_p, per_area) * gain) + r.shared * gain);
+    return true;
+}
+
 /* Rank by the bound; false: it does not tell. Then the bound behind the joint. */
 MBSRI_INLINE bool certify(const mbsri_sweep_run *run, int i, blocks *c, joint *j)
 {
@@ -140,12 +207,19 @@ MBSRI_INLINE bool certify(const mbsri_sweep_run *run, int i, blocks *c, joint *j
     if (!(sure > MBSRI_NINE_DIGITS * local)) local = local_size(b, c);
     if (mbsri_is_known_by_bound(rule, sure, spread * size, local)) {
         j->Dinv = 1.0 / j->D;
-        transport =
-            size * sum3(j->U_L * j->U_L * splat(per_area) + j->U_p * j->U_p) * j->Dinv * j->Dinv;
+        transport = size * square_of(j->U_L, j->U_p, per_area) * j->Dinv * j->Dinv;
         transport = beside(b->mixes, transport);
     } else if (b->n) {
         const double least = least_noise(b, c, j->Z);
-        if (!is_zero(rule, b, j->D, least, least)) return false;
+        if (!is_zero(rule, b, j->D, least, least)) {
+            if (!has_remains(run->tree, i)) return false;
+            const blocks copy = *c; /* the carry itself stays in registers */
+            joint other = *j;
+            if (!certify_remains(run, i, &copy, &other, &spread)) return false;
+            *j = other;
+            c->spread = spread;
+            return true;
+        }
     }
     c->spread = spread * transport + trace * (1.0 + transport);
     return true;
@@ -193,26 +267,58 @@ MBSRI_INLINE void condense_column(const column *j, blocks *c)
     c->M[0] -= j->g_p * xxx(U_p), c->M[1] -= j->g_p * yyy(U_p), c->M[2] -= j->g_p * zzz(U_p);
 }
 
+/* Errors W S and S^T W S, and the least that these may be; of S' in the place of S where it stands in. */
+typedef struct errors_along {
+    v4 Q_L, Q_p;
+    double noise, least;
+} errors_along;
+
+/* U, D and errors by what remains of the motion, D^-1 if D is known to nine digits. False: it is
+ * neither that nor nothing. all: the errors along S. */
+MBSRI_OUTLINE bool judge_remains(const mbsri_sweep_run *run, int i, const blocks *c,
+                                 const blocks *W, double all, joint *j, errors_along *errors)
+{
+    const mbsri_sweep_body *b = run->tree->body + i;
+    const mbsri_rank_rule *rule = &run->tree->rule;
+    const double area = run->tree->length * run->tree->length;
+    remains r;
+    if (!has_remains(run->tree, i) || !find_remains(run, i, c, &r)) return false;
+    const double turning = sum3(r.w * r.w), left = area * turning + sum3(r.v * r.v),
+                 D = r.D + b->armature;
+    errors->Q_L = times(W->I, r.w) + transposed_times(W->G, r.v);
+    errors->Q_p = times(W->G, r.w) + times(W->M, r.v);
+    errors->noise = sum3(r.w * errors->Q_L + r.v * errors->Q_p);
+    errors->least = least_of_remains(&r, c) + b->armature;
+    const double noise = errors->noise + r.own + turning * W->spread;
+    if (D > rule->tolerance * all &&
+        mbsri_is_known(rule, D, fmax(noise, local_size_of_remains(&r, c))))
+        j->Dinv = 1.0 / D;
+    else if (!remains_are_zero(rule, b, &r, left))
+        return false;
+    j->U_L = r.U_L, j->U_p = r.U_p, j->D = D;
+    return true;
+}
+
 /* Rank by W, and by what turned tensors add to the errors (W->spread), and E = Diag(Mbar) +
  * Diag(G S^T Diag(Mbar) S G^T) + P^T W P, P = 1 - S G^T, in its place (recursion/backward.c). False: D
  * is neither nothing but rounding nor known to nine digits. */
 MBSRI_INLINE bool judge(const mbsri_sweep_run *run, int i, const blocks *c, joint *j, blocks *W)
 {
     const mbsri_sweep_body *b = run->tree->body + i;
-    v4 Q_L, Q_p;
+    errors_along e;
     add_diagonal(diagonal(c->I), W->I);
     add_diagonal(diagonal(c->M), W->M);
-    times_axis(b, W, j->Z, &Q_L, &Q_p);
-    const double noise = along_axis(b, j->Z, Q_L, Q_p),
-                 least = least_noise(b, c, j->Z) + b->armature,
-                 turned = b->flags & MBSRI_TURNS ? W->spread : 0.0;
-    if (mbsri_is_known(&run->tree->rule, j->D, fmax(noise + turned, local_size(b, c))))
+    times_axis(b, W, j->Z, &e.Q_L, &e.Q_p);
+    e.noise = along_axis(b, j->Z, e.Q_L, e.Q_p);
+    e.least = least_noise(b, c, j->Z) + b->armature;
+    const double all = e.noise + (b->flags & MBSRI_TURNS ? W->spread : 0.0);
+    if (mbsri_is_known(&run->tree->rule, j->D, fmax(all, local_size(b, c))))
         j->Dinv = 1.0 / j->D;
-    else if (!is_zero(&run->tree->rule, b, j->D, noise, least))
+    else if (!is_zero(&run->tree->rule, b, j->D, e.noise, e.least) &&
+             !judge_remains(run, i, c, W, all, j, &e))
         return false;
-    const v4 g_L = j->U_L * splat(j->Dinv), g_p = j->U_p * splat(j->Dinv);
-    Q_L -= splat(0.5 * noise) * g_L;
-    Q_p -= splat(0.5 * noise) * g_p;
+    const v4 g_L = j->U_L * splat(j->Dinv), g_p = j->U_p * splat(j->Dinv),
+             Q_L = e.Q_L - splat(0.5 * e.noise) * g_L, Q_p = e.Q_p - splat(0.5 * e.noise) * g_p;
     const v4 gL[3] = {xxx(g_L), yyy(g_L), zzz(g_L)}, gp[3] = {xxx(g_p), yyy(g_p), zzz(g_p)},
              QL[3] = {xxx(Q_L), yyy(Q_L), zzz(Q_L)}, Qp[3] = {xxx(Q_p), yyy(Q_p), zzz(Q_p)};
     for (int k = 0; k < 3; ++k) {
@@ -220,8 +326,8 @@ MBSRI_INLINE bool judge(const mbsri_sweep_run *run, int i, const blocks *c, join
         W->G[k] -= Q_p * gL[k] + g_p * QL[k];
         W->M[k] -= Q_p * gp[k] + g_p * Qp[k];
     }
-    add_diagonal(diagonal(c->I) + splat(least) * g_L * g_L, W->I);
-    add_diagonal(diagonal(c->M) + splat(least) * g_p * g_p, W->M);
+    add_diagonal(diagonal(c->I) + splat(e.least) * g_L * g_L, W->I);
+    add_diagonal(diagonal(c->M) + splat(e.least) * g_p * g_p, W->M);
     return true;
 }
 
