@@ -31,8 +31,9 @@ typedef struct mbsr_assembly_info {
 } mbsr_assembly_info;
 
 /* Positions that close all loops, near the guess q (nq): the weighted change is small, by the
- * Levenberg-Marquardt method. q_closed (nq) may be q. Stiff rows are closed like rigid ones. info may
- * be NULL.
+ * Levenberg-Marquardt method. q_closed (nq) may be q. Stiff rows are closed like rigid ones;
+ * where they are more than the freedoms and cannot all be closed, those that depend on others at q are left as they
+ * come, and their gaps are not counted. info may be NULL.
  *
  * MBSR_LOOP_OPEN where no position is found in which all gaps vanish: because there is none, or because
  * the guess leads to a position from which all ways make the gaps larger. q_closed and info then hold

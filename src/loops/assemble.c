@@ -50,7 +50,7 @@ int mbsri_assembly_gaps(const mbsri_dense *w, double *g)
     for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
         for (int k = 0; k < c->held; ++k) {
             const int row = c->held_row + k;
-            g[row] = mbsri_is_loose(c, k) ? 0.0 : g[row] - w->offset[row];
+            g[row] = mbsri_is_asked(w, c, k) ? g[row] - w->offset[row] : 0.0;
         }
     }
     return status;
@@ -83,7 +83,7 @@ static double fill(const search *s)
     mbsri_zero(stride * (size_t)w->n, w->A);
     for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
         for (int k = 0; k < c->held; ++k) {
-            for (int j = 0; j < w->n && !mbsri_is_loose(c, k); ++j) {
+            for (int j = 0; j < w->n && mbsri_is_asked(w, c, k); ++j) {
                 const double weight = s->opt->weight ? 1.0 / sqrt(s->opt->weight[j]) : 1.0;
                 const double value = w->C[(size_t)j * rows + (size_t)(c->row + k)] * weight;
                 w->A[(size_t)j * stride + (size_t)(c->held_row + k)] = value;

@@ -3,6 +3,7 @@
 #ifndef MBSRI_LOOPS_DENSE_H
 #define MBSRI_LOOPS_DENSE_H
 
+#include "recursion/closures.h"
 #include "recursion/data.h"
 
 /* Workspace for one model; n = nu, m = rows, N = n + m. */
@@ -16,7 +17,7 @@ typedef struct mbsri_dense {
     double *K, *U, *V;             /* N x N */
     double *scale, *sigma, *right; /* N */
     double *g, *x, *y;             /* N */
-    double *q, *q_try;             /* nq */
+    double *q, *q_try, *guess;     /* nq */
     double *A, *b;                 /* (held + n) x n, held + n: least squares */
     double *work;
     int lwork;
@@ -25,6 +26,7 @@ typedef struct mbsri_dense {
     int *pivots;    /* N */
     bool *other;    /* rows: flags for a short time */
     bool *left_out; /* rows: not in K */
+    bool *let_go;   /* rows: stiff, and what their gaps are follows from those of the others */
     int nulls;      /* dimension of the kernel of K */
     int moving;     /* of its part in u */
     void *memory;
@@ -33,6 +35,12 @@ typedef struct mbsri_dense {
 /* Takes memory from the model's allocator; mbsri_dense_close gives it back, after a failure too. */
 int mbsri_dense_open(mbsri_dense *w, const mbsr_model *m, mbsr_data *d, const char *function);
 void mbsri_dense_close(mbsri_dense *w);
+
+/* Whether positions are to close held row k of the closure. */
+static inline bool mbsri_is_asked(const mbsri_dense *w, const mbsri_closure *c, int k)
+{
+    return !mbsri_is_loose(c, k) && !w->let_go[c->row + k];
+}
 
 /* C of all rows at the positions of the data. */
 int mbsri_dense_rows(mbsri_dense *w);

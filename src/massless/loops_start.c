@@ -101,6 +101,25 @@ static int check_balance(const start *s)
         mbsri_body_label(m, head, label), share);
 }
 
+/* Whether a start leaves the spring of stiff row k as it is. */
+static bool is_as_it_is(const start *s, const mbsri_closure *c, int k)
+{
+    return mbsri_is_loose(c, k) || s->w.d->dropped[c->row + k];
+}
+
+/* s' = k (C u + g_t) of springs without damping that are as they are, from F at s' = 0. */
+static void take_rates(start *s, int at)
+{
+    const mbsr_model *m = s->w.m;
+    const mbsri_closure *first = m->closures.data;
+    for (const mbsri_closure *c = first; c < first + m->closures.count; ++c) {
+        for (int k = 0; k < c->held; ++k) {
+            if (!mbsri_is_stiff(c, k) || !is_as_it_is(s, c, k) || c->def.damping[k] > 0.0) continue;
+            s->yp[at + c->row + k] = -c->def.stiffness[k] * s->F[at + c->row + k];
+        }
+    }
+}
+
 /* y, with the springs at the forces found, and y'. */
 static int deliver(start *s, double *y, double *yp)
 {
@@ -120,10 +139,10 @@ static int deliver(start *s, double *y, double *yp)
             }
             /* lambda = -(s + (damping / stiffness) s') */
             const double gap_force = s->y[at + row];
-            if (mbsri_is_loose(c, k) && c->def.damping[k] > 0.0)
+            if (is_as_it_is(s, c, k) && c->def.damping[k] > 0.0)
                 s->yp[at + row] =
                     -(s->lambda[row] + gap_force) * c->def.stiffness[k] / c->def.damping[k];
-            else if (!mbsri_is_loose(c, k))
+            else if (!is_as_it_is(s, c, k))
                 s->y[at + row] = -s->lambda[row];
         }
     }
@@ -131,6 +150,7 @@ static int deliver(start *s, double *y, double *yp)
     if (!status) status = check_balance(s);
     if (status) return status;
     for (int k = 0; k < m->nq + m->nu; ++k) s->yp[k] = -s->F[k];
+    take_rates(s, at);
     mbsri_copy((size_t)m->nu, s->udot, s->yp + m->nq + m->nu);
     status = mbsri_check_result(m, d, size, s->y, "mbsr_dae_consistent");
     if (!status) status = mbsri_check_result(m, d, size, s->yp, "mbsr_dae_consistent");

@@ -14,6 +14,7 @@
 #include "loops/forward.h"
 #include "loops/motion.h"
 #include "loops/ranks.h"
+#include "loops/settled.h"
 #include "model/query.h"
 #include "recursion/backward.h"
 #include "recursion/closures.h"
@@ -64,7 +65,7 @@ int mbsr_assemble(const mbsr_model *model, mbsr_data *data, double t, const doub
     status = mbsri_dense_open(&w, model, data, name);
     if (!status) {
         mbsri_copy((size_t)model->nq, q, w.q);
-        status = mbsri_assemble(&w, t, w.q, opt, &found);
+        status = mbsri_assemble_settled(&w, t, w.q, opt, &found);
     }
     if (!status || status == MBSR_LOOP_OPEN) {
         for (int k = 0; k < model->nq; ++k) found.change = fmax(found.change, fabs(w.q[k] - q[k]));

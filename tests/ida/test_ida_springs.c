@@ -175,12 +175,12 @@ static int turn(void *user, double t, double *s, double *rate, double *accelerat
 }
 
 /* Two shafts at an angle of 0.5 rad; the bearing of the second, without mass, is held by a bushing that is soft
- * against turning. There are no forces at the start. */
-static void shafts(loops *s, double k, double d, int as_closure)
+ * against turning. With the second shaft's centre of mass at the joint there are no forces at the start. */
+static void shafts(loops *s, double k, double d, const double com[3], int as_closure)
 {
     const double x[3] = {1.0, 0.0, 0.0}, y[3] = {0.0, 1.0, 0.0}, z[3] = {0.0, 0.0, 1.0}, tilt = 0.5,
-                 none[3] = {0.0}, moments[6] = {0.03, 0.03, 0.05},
-                 K[6] = {10.0, 10.0, 10.0, k, k, k}, D[6] = {0.1, 0.1, 0.1, d, d, d};
+                 moments[6] = {0.03, 0.03, 0.05}, K[6] = {10.0, 10.0, 10.0, k, k, k},
+                 D[6] = {0.1, 0.1, 0.1, d, d, d};
     const mbsr_axis axis = {.kind = MBSR_AXIS_ROTATION, .direction = {0.0, 0.0, 1.0}, .driven = 1};
     const mbsr_frame on_shaft = mbsr_frame_at(0.0, 0.0, 0.4),
                      tilted = mbsr_frame_turned(NULL, x, tilt),
@@ -193,7 +193,7 @@ static void shafts(loops *s, double k, double d, int as_closure)
         body.joint = i == 0   ? mbsr_joint_compound(NULL, NULL, 1, &axis, turn, NULL)
                      : i == 1 ? mbsr_joint_universal(NULL, NULL, x, y)
                               : mbsr_joint_revolute(&on_shaft, NULL, z);
-        body.inertia = i == 1 ? mbsr_inertia_rigid(4.0, none, moments) : mbsr_inertia_zero();
+        body.inertia = i == 1 ? mbsr_inertia_rigid(4.0, com, moments) : mbsr_inertia_zero();
         assert_ok(mbsr_model_add_body(s->m, &body, &id), mbsr_model_error(s->m));
     }
     const mbsr_force_def gravity =
@@ -274,16 +274,17 @@ static void past_loss_of_rank(void **state)
 static void soft_turns(void **state)
 {
     (void)state;
+    static const double none[3] = {0.0};
     loops force, closure;
-    shafts(&force, 1e3, 1.0, 0);
-    shafts(&closure, 1e3, 1.0, MBSR_SPRING_LOOSE);
+    shafts(&force, 1e3, 1.0, none, 0);
+    shafts(&closure, 1e3, 1.0, none, MBSR_SPRING_LOOSE);
     assert_int_equal(loops_run(&force, 1e-8, 0.3).status, MBSR_OK);
     assert_int_equal(loops_run(&closure, 1e-8, 0.3).status, MBSR_OK);
     for (int k = 0; k < 3; ++k) assert_close(closure.q[k], force.q[k], 1e-6);
     loops_free(&force);
     loops_free(&closure);
     for (double stiffness = 1e6; stiffness < 2e10; stiffness *= 1e2) {
-        shafts(&closure, stiffness, 1e-4 * stiffness, MBSR_SPRING_LOOSE);
+        shafts(&closure, stiffness, 1e-4 * stiffness, none, MBSR_SPRING_LOOSE);
         const loops_result r = loops_run(&closure, 1e-6, 1.0);
         assert_int_equal(r.status, MBSR_OK);
         assert_true(r.steps < 250);
@@ -292,12 +293,63 @@ static void soft_turns(void **state)
     }
 }
 
+/* A settled start: F is zero there, and each spring bears what its gap says. `most`: of |F|. */
+static void settle(loops *s, double most)
+{
+    double y[LOOPS_MOST], yp[LOOPS_MOST], F[LOOPS_MOST], gap[6], rate[6], size = 0.0;
+    const mbsr_error *error = mbsr_data_error(s->d);
+    assert_ok(mbsr_dae_pack(s->m, s->d, MBSR_DAE_MOMENTUM, 0.0, s->q, s->u, y), error);
+    assert_ok(mbsr_dae_consistent(s->m, s->d, MBSR_DAE_MOMENTUM, 0.0, y, yp, NULL, NULL), error);
+    assert_ok(mbsr_dae_residual(s->m, s->d, MBSR_DAE_MOMENTUM, 0.0, y, yp, F), error);
+    assert_less(test_largest(mbsr_dae_size(s->m, MBSR_DAE_MOMENTUM), F), most);
+    assert_ok(mbsr_dae_unpack(s->m, s->d, MBSR_DAE_MOMENTUM, 0.0, y, s->q, s->u), error);
+    loops_rows(s, 0.0, s->q, s->u, NULL, gap, rate, NULL);
+    for (int k = 0; k < 6; ++k) size = fmax(size, fabs(y[s->nq + 2 * s->nu + k]));
+    for (int k = 0; k < 6; ++k) {
+        mbsr_closure_def def;
+        assert_ok(mbsr_closure_definition(s->m, 0, &def), NULL);
+        assert_close(y[s->nq + 2 * s->nu + k], def.stiffness[k] * gap[k],
+                     1e-6 * size + 1e-12 * def.stiffness[k]);
+    }
+}
+
+/* Six rows settled where there are fewer freedoms, by loads that move all of them: as by a force from there. */
+static void settled(void **state)
+{
+    (void)state;
+    static const double beside[3] = {0.05, 0.02, 0.1}, t_end = 0.1;
+    loops force, closure;
+    for (int kind = 0; kind < 2; ++kind) {
+        for (double k = 1e4; k < 2e10; k *= 1e2) {
+            if (kind == 0)
+                shafts(&closure, k, 1e-4 * k, beside, MBSR_SPRING_SETTLED);
+            else
+                crank_in_space(&closure, k, 1e-4 * k, 0.1, MBSR_SPRING_SETTLED);
+            for (int j = 0; j < closure.nq; ++j) closure.q[j] += 0.01 * sin(3.0 * j);
+            settle(&closure, 1e-7 * (1.0 + 1e-8 * k));
+            if (k < 2e4) {
+                if (kind == 0)
+                    shafts(&force, k, 1e-4 * k, beside, 0);
+                else
+                    crank_in_space(&force, k, 1e-4 * k, 0.1, 0);
+                memcpy(force.q, closure.q, sizeof force.q);
+                memcpy(force.u, closure.u, sizeof force.u);
+                assert_int_equal(loops_run(&force, 1e-8, t_end).status, MBSR_OK);
+                assert_int_equal(loops_run(&closure, 1e-8, t_end).status, MBSR_OK);
+                for (int j = 0; j < force.nq; ++j) assert_close(closure.q[j], force.q[j], 1e-6);
+                loops_free(&force);
+            }
+            loops_free(&closure);
+        }
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(same_motion),       cmocka_unit_test(at_the_price_of_the_rigid_pin),
         cmocka_unit_test(in_space),          cmocka_unit_test(soft_turns),
-        cmocka_unit_test(past_loss_of_rank),
+        cmocka_unit_test(past_loss_of_rank), cmocka_unit_test(settled),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,0 +1,159 @@
+/* Springs of a settled start: see settled.h.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "loops/settled.h"
+
+#include "algebra/dense.h"
+#include "algebra/lapack.h"
+#include "algebra/numbers.h"
+#include "base/error.h"
+#include "loops/assemble.h"
+#include "loops/ranks.h"
+#include "model/query.h"
+#include "recursion/closures.h"
+#include "recursion/kinematics.h"
+
+#include <math.h>
+
+/* ---- positions ---- */
+
+/* Lets go of the stiff rows that depend on others at q; *any: whether there are more than before. */
+static int find_dependent(mbsri_dense *w, double t, const double *q, bool *any)
+{
+    const mbsri_closure *first = w->m->closures.data;
+    mbsri_ranks ranks;
+    *any = false;
+    int status = mbsri_positions(w->m, w->d, t, q);
+    if (!status) status = mbsri_dense_rows(w);
+    if (status) return status;
+    mbsri_ranks_here(w, w->other, &ranks);
+    for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
+        for (int k = 0; k < c->held; ++k) {
+            if (!mbsri_is_stiff(c, k) || !mbsri_is_asked(w, c, k) || !w->other[c->row + k])
+                continue;
+            w->let_go[c->row + k] = *any = true;
+        }
+    }
+    return MBSR_OK;
+}
+
+int mbsri_assemble_settled(mbsri_dense *w, double t, double *q, const mbsr_assembly_opt *opt,
+                           mbsr_assembly_info *info)
+{
+    bool any;
+    mbsri_copy((size_t)w->m->nq, q, w->guess);
+    int status = mbsri_assemble(w, t, q, opt, info);
+    if (status != MBSR_LOOP_OPEN) return status;
+    status = find_dependent(w, t, w->guess, &any);
+    if (status) return status;
+    if (!any) return MBSR_LOOP_OPEN;
+    mbsri_copy((size_t)w->m->nq, w->guess, q);
+    return mbsri_assemble(w, t, q, opt, info);
+}
+
+/* ---- forces ---- */
+
+/* Springs that are let go are stretched as the others' gaps let them; true where there are some. */
+bool mbsri_springs_let_go(mbsri_dense *w)
+{
+    const mbsri_closure *first = w->m->closures.data;
+    bool any = false;
+    for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
+        for (int k = 0; k < c->held; ++k) {
+            const bool follows = mbsri_is_stiff(c, k) && w->d->dropped[c->row + k];
+            w->let_go[c->row + k] = follows;
+            any = any || (follows && !mbsri_is_loose(c, k));
+        }
+    }
+    return any;
+}
+
+/* A and b: rows of springs, sqrt(k) (C, -g - lambda / k), of which those that are let go have lambda = -k g; and
+ * rigid ones, 0 = C x, which weigh more. */
+static void fill(mbsri_dense *w, const double *g, const double *lambda)
+{
+    const mbsri_closure *first = w->m->closures.data;
+    const size_t stride = (size_t)(w->held + w->n), rows = (size_t)w->rows;
+    double stiffest = 0.0;
+    for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c)
+        stiffest = fmax(stiffest, mbsri_largest(c->held, c->def.stiffness));
+    mbsri_zero(stride * (size_t)w->n, w->A);
+    mbsri_zero(stride + (size_t)w->n, w->b);
+    for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
+        for (int k = 0; k < c->held; ++k) {
+            const int row = c->row + k, held = c->held_row + k;
+            const bool stiff = mbsri_is_stiff(c, k), asked = mbsri_is_asked(w, c, k);
+            if (mbsri_is_loose(c, k) || (!stiff && w->d->dropped[row])) continue;
+            const double weight = stiff ? sqrt(c->def.stiffness[k]) : 1e3 * sqrt(stiffest);
+            for (size_t j = 0; j < (size_t)w->n; ++j)
+                w->A[j * stride + (size_t)held] = weight * w->C[j * rows + (size_t)row];
+            if (stiff && asked)
+                w->b[held] = -weight * (g[held] + lambda[row] / c->def.stiffness[k]);
+        }
+    }
+}
+
+/* The displacement x (n) into w->b after which springs exert what they and lambda do now, C^T lambda =
+ * -C^T k (g + C x) but for rigid rows:
+ *
+ *   sum k (C x + g + lambda / k)^2 = min, with C x = 0 in rigid rows */
+static int displacement(mbsri_dense *w, double t, const double *q, const double *lambda)
+{
+    int rank, status = mbsri_positions(w->m, w->d, t, q);
+    if (!status) status = mbsri_dense_rows(w);
+    if (!status) status = mbsri_closure_gaps(w->m, w->d, w->g);
+    if (status) return status;
+    fill(w, w->g, lambda);
+    if (mbsri_lapack_gelsy(w->held + w->n, w->n, w->A, w->b, 1e-13, w->pivots, &rank, w->work,
+                           w->lwork))
+        return mbsri_fail(&w->d->error, MBSR_EIGEN_FAILED, MBSR_NONE, MBSR_NONE,
+                          "%s: a least-squares problem of the springs failed", w->function);
+    return MBSR_OK;
+}
+
+/* Gaps at which the springs of settled rows have their forces; *changed: whether they are others than before.
+ * `shared`: the rows that are let go bear their part. */
+int mbsri_springs_load(mbsri_dense *w, double t, const double *q, const double *lambda, bool shared,
+                       bool *changed)
+{
+    const mbsri_closure *first = w->m->closures.data;
+    const int status = shared ? displacement(w, t, q, lambda) : MBSR_OK;
+    *changed = false;
+    for (const mbsri_closure *c = first; c < first + w->m->closures.count && !status; ++c) {
+        for (int k = 0; k < c->held; ++k) {
+            const int row = c->row + k, held = c->held_row + k;
+            if (!mbsri_is_stiff(c, k) || !mbsri_is_asked(w, c, k)) continue;
+            double gap = -lambda[row] / c->def.stiffness[k];
+            if (shared) {
+                gap = w->g[held];
+                for (int j = 0; j < w->n; ++j) gap += w->C[j * w->rows + row] * w->b[j];
+            }
+            *changed = *changed || fabs(gap - w->offset[held]) > 1e-14;
+            w->offset[held] = gap;
+        }
+    }
+    return status;
+}
+
+/* Forces of settled springs at the gaps that they have been given; refused where others were found. */
+int mbsri_springs_take(const mbsri_dense *w, double *lambda)
+{
+    const mbsr_model *m = w->m;
+    const mbsri_closure *first = m->closures.data;
+    const double limit = 1e-6 * mbsri_largest(w->rows, lambda);
+    char label[MBSRI_LABEL];
+    for (int id = 0; id < (int)m->closures.count; ++id) {
+        const mbsri_closure *c = first + id;
+        for (int k = 0; k < c->held; ++k) {
+            if (!mbsri_is_stiff(c, k) || !mbsri_is_asked(w, c, k)) continue;
+            const double force = -w->offset[c->held_row + k] * c->def.stiffness[k],
+                         change = fabs(lambda[c->row + k] - force);
+            if (change > limit && change > 1e-14 * c->def.stiffness[k])
+                return mbsri_fail(&w->d->error, MBSR_NO_CONVERGENCE, MBSR_NONE, MBSR_NONE,
+                                  "%s: no positions found at which the springs of %s bear its "
+                                  "forces (%.3g is left); settled = 0 takes them as they are",
+                                  w->function, mbsri_closure_label(m, id, label), change);
+            lambda[c->row + k] = force;
+        }
+    }
+    return MBSR_OK;
+}
