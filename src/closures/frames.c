@@ -184,9 +184,10 @@ static int jacobian(const mbsr_closure_args *args, const mbsr_closure_jacobian *
 
 /* ---- derivatives for Newton systems ---- */
 
-/* How a displacement of one body changes the rows at one state. */
+/* How a turn of one body changes the rows at one state, or, where `shifts`, a shift. */
 typedef struct change {
     int k, at; /* the body, and its column */
+    bool shifts;
     double turn[3], shift[3];
     double arm_P[3], arm_Q[3], v_P[3], v_Q[3], d[3]; /* changes */
     double along[3];                                 /* turn of the directions */
@@ -196,37 +197,69 @@ static void displace(const mbsr_closure_args *args, const pair *w, change *c)
 {
     static const double none[3] = {0.0, 0.0, 0.0};
     const bool first = c->k == 0, second = c->k == 1;
+    for (int j = 0; j < 3 && c->shifts; ++j)
+        c->d[j] = first ? c->shift[j] : second ? -c->shift[j] : 0.0;
+    if (c->shifts) return;
     mbsri_cross3(first ? c->turn : none, w->s_P, c->arm_P);
     mbsri_cross3(second ? c->turn : none, w->s_Q, c->arm_Q);
     mbsri_cross3(w->a.w, c->arm_P, c->v_P);
     mbsri_cross3(w->b.w, c->arm_Q, c->v_Q);
     mbsri_copy(3, args->closure->option[TURNS_WITH_B] && second ? c->turn : none, c->along);
-    for (int j = 0; j < 3; ++j)
-        c->d[j] = c->arm_P[j] - c->arm_Q[j] + (first ? c->shift[j] : second ? -c->shift[j] : 0.0);
+    for (int j = 0; j < 3; ++j) c->d[j] = c->arm_P[j] - c->arm_Q[j];
+}
+
+/* Of rows e . d: the sum F of their forces, and d'. */
+typedef struct sums {
+    double F[3], v[3];
+} sums;
+
+static sums sums_of(const pair *w, const double *lambda)
+{
+    sums s = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
+    double v_Q[3];
+    mbsri_end_velocity(&w->a, w->s_P, s.v);
+    mbsri_end_velocity(&w->b, w->s_Q, v_Q);
+    mbsri_add3(-1.0, v_Q, s.v);
+    for (int i = 0; i < w->rows; ++i) {
+        if (!w->turn[i]) mbsri_add3(lambda[i], w->direction[i], s.F);
+    }
+    return s;
+}
+
+/* By a shift levers alone change, of what the directions turn with. */
+static void place_shifted(const mbsr_closure_args *args, const pair *w, const sums *s,
+                          const change *c, const mbsr_closure_tangent *out)
+{
+    static const double zero[3] = {0.0, 0.0, 0.0};
+    double lever[3], moment[3];
+    if (w->with < 0) return;
+    for (int i = 0; i < w->rows; ++i) {
+        if (w->turn[i]) continue;
+        mbsri_cross3(w->direction[i], c->d, lever);
+        out->rate[(ptrdiff_t)c->at * out->rows + i] += mbsri_dot3(lever, w->root.w);
+    }
+    mbsri_cross3(s->F, c->d, moment);
+    mbsri_end_load(args, w->with, moment, zero, c->at, out);
 }
 
 /* Rows e . d: with the sum F of their forces, on a (s_P x F, F), on b the opposite at Q, and F x d on
  * what the directions turn with. */
-static void place_tangent(const mbsr_closure_args *args, const pair *w, const double *lambda,
-                          const change *c, const mbsr_closure_tangent *out)
+static void place_turned(const mbsr_closure_args *args, const pair *w, const sums *s,
+                         const change *c, const mbsr_closure_tangent *out)
 {
     static const double zero[3] = {0.0, 0.0, 0.0};
-    double F[3] = {0.0, 0.0, 0.0}, dF[3], back[3], moment[3], v[3], dv[3];
-    double v_P[3], v_Q[3];
-    mbsri_end_velocity(&w->a, w->s_P, v_P);
-    mbsri_end_velocity(&w->b, w->s_Q, v_Q);
-    for (int j = 0; j < 3; ++j) v[j] = v_P[j] - v_Q[j];
+    const double *F = s->F;
+    double dF[3], back[3], moment[3], dv[3];
     for (int j = 0; j < 3; ++j) dv[j] = c->v_P[j] - c->v_Q[j];
     for (int i = 0; i < w->rows; ++i) {
         if (w->turn[i]) continue;
         const double *e = w->direction[i];
         double de[3], lever[3];
-        mbsri_add3(lambda[i], e, F);
         mbsri_cross3(c->along, e, de);
         mbsri_cross3(de, w->d, lever);
         mbsri_add_cross3(e, c->d, lever);
         out->rate[(ptrdiff_t)c->at * out->rows + i] +=
-            mbsri_dot3(de, v) + mbsri_dot3(e, dv) + mbsri_dot3(lever, w->root.w);
+            mbsri_dot3(de, s->v) + mbsri_dot3(e, dv) + mbsri_dot3(lever, w->root.w);
     }
     mbsri_cross3(c->along, F, dF);
     mbsri_cross3(c->arm_P, F, moment);
@@ -285,13 +318,18 @@ static int tangent(const mbsr_closure_args *args, const double *lambda,
     change c;
     const bool turns = has_turn(args) && any_stiff(args);
     prepare(args, &w);
+    const sums s = sums_of(&w, lambda);
     for (c.k = 0; c.k < 2; ++c.k) {
         for (int r = 0; out->column[c.k] >= 0 && mbsri_end_shift(args, c.k, r, c.turn, c.shift);
              ++r) {
             c.at = out->column[c.k] + r;
+            c.shifts = mbsri_dot3(c.turn, c.turn) == 0.0;
             displace(args, &w, &c);
-            place_tangent(args, &w, lambda, &c, out);
-            if (turns) turn_tangent(args, &w, lambda, &c, out);
+            if (c.shifts)
+                place_shifted(args, &w, &s, &c, out);
+            else
+                place_turned(args, &w, &s, &c, out);
+            if (turns && !c.shifts) turn_tangent(args, &w, lambda, &c, out);
         }
     }
     return MBSR_OK;
