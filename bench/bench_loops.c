@@ -2,7 +2,8 @@
  * solving its Newton system, of forward dynamics, and of a start.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- *   bench_loops [samples]     CSV on standard output
+ *   bench_loops [samples]            CSV on standard output
+ *   bench_loops --write FOLDER       mechanisms for other libraries (peers/loops.h) to files of this folder
  *
  * `fourbars`: chains of rods in the plane with a four-bar on each (4 bodies and 2 rows a piece), with
  * couplers that have mass or none (`massless`); `ring`: one loop of rods. `by_blocks`: the same
@@ -84,25 +85,49 @@ static bench_pin pin_of(const bench_rod *rod, int a, int b)
                        rod[a].y + rod[a].length * sin(rod[a].angle)};
 }
 
+/* Mass and length of rod i, as of trees.c. */
+static double mass_of(const struct bench_case *of, int rods, int i)
+{
+    static const double mass[4] = {1.5, 0.4, 0.6, 0.3};
+    return of->ring ? 1.0 / rods : mass[i % 4];
+}
+
+static double length_of(const struct bench_case *of, int rods, int i)
+{
+    static const double length[4] = {0.5, 0.3, 0.45, 0.3};
+    return of->ring ? 1.0 / rods : length[i % 4];
+}
+
+/* The rods that pin k ties; -1: the ground. */
+static int first_of(const struct bench_case *of, int rods, int k)
+{
+    return of->ring ? rods - 1 : 4 * k + 2;
+}
+
+static int second_of(const struct bench_case *of, int k)
+{
+    return of->ring ? -1 : 4 * k + 3;
+}
+
 /* The mechanism of a case where it starts. */
 static bench_kkt *open_kkt(candidate *c, const struct bench_case *of)
 {
-    static const double mass[4] = {1.5, 0.4, 0.6, 0.3}, length[4] = {0.5, 0.3, 0.45, 0.3},
-                        gravity[2] = {0.0, -9.81};
+    static const double gravity[2] = {0.0, -9.81};
     const int rods = c->tree.bodies, pins = of->ring ? 1 : of->count;
     bench_rod *rod = bench_allocate((size_t)rods, sizeof *rod);
     bench_pin *pin = bench_allocate((size_t)pins, sizeof *pin);
     bench_check(mbsr_positions(c->tree.model, c->data, 0.0, c->y), "mbsr_positions", NULL);
     for (int i = 0; i < rods; ++i) {
         double p[3];
-        const double link = 1.0 / rods;
         bench_check(mbsr_body_pose(c->tree.model, c->data, i, p), "mbsr_body_pose", NULL);
-        rod[i] = (bench_rod){
-            mbsr_body_parent(c->tree.model, i), p[0], p[1], p[2], of->ring ? link : mass[i % 4],
-            of->ring ? link : length[i % 4]};
+        rod[i] = (bench_rod){mbsr_body_parent(c->tree.model, i),
+                             p[0],
+                             p[1],
+                             p[2],
+                             mass_of(of, rods, i),
+                             length_of(of, rods, i)};
     }
-    for (int k = 0; k < pins; ++k)
-        pin[k] = of->ring ? pin_of(rod, rods - 1, -1) : pin_of(rod, 4 * k + 2, 4 * k + 3);
+    for (int k = 0; k < pins; ++k) pin[k] = pin_of(rod, first_of(of, rods, k), second_of(of, k));
     bench_kkt *kkt = bench_kkt_open(rods, rod, pins, pin, gravity);
     free(rod);
     free(pin);
@@ -189,8 +214,58 @@ static double measure(candidate *c, int which)
     return passed / calls;
 }
 
+/* ---- for other libraries ---- */
+
+/* A rod on its hinge: place in the parent's axes, angle, acceleration at rest. */
+static void write_rod(FILE *file, const candidate *c, const struct bench_case *of, int i)
+{
+    const mbsr_model *m = c->tree.model;
+    const int parent = mbsr_body_parent(m, i), rods = c->tree.bodies;
+    const double length = length_of(of, rods, i), mass = mass_of(of, rods, i);
+    double p[3], on[3] = {0.0, 0.0, 0.0};
+    bench_check(mbsr_body_pose(m, c->data, i, p), "mbsr_body_pose", NULL);
+    if (parent >= 0) bench_check(mbsr_body_pose(m, c->data, parent, on), "mbsr_body_pose", NULL);
+    const double x = p[0] - on[0], y = p[1] - on[1], cosine = cos(on[2]), sine = sin(on[2]);
+    fprintf(file, "%d %.17g %.17g %.17g %.17g %.17g %.17g %.17g\n", parent, cosine * x + sine * y,
+            cosine * y - sine * x, c->y[i], c->F[i], mass, length, mass * length * length / 12.0);
+}
+
+static void write_case(const struct bench_case *of, const char *folder)
+{
+    char path[1000];
+    candidate c;
+    open_candidate(&c, of);
+    const int rods = c.tree.bodies, pins = of->ring ? 1 : of->count;
+    double *rest = bench_allocate((size_t)rods, sizeof *rest);
+    snprintf(path, sizeof path, "%s/%s_%d.loops", folder, of->name, of->count);
+    FILE *file = fopen(path, "w");
+    if (!file) bench_check(MBSR_ERR_VALUE, path, "cannot be written");
+    bench_check(mbsr_forward_dynamics(c.tree.model, c.data, 0.0, c.y, rest, NULL, c.F),
+                "mbsr_forward_dynamics", mbsr_data_error(c.data)->text);
+    fprintf(file, "%d %d\n", rods, pins);
+    for (int i = 0; i < rods; ++i) write_rod(file, &c, of, i);
+    for (int k = 0; k < pins; ++k) {
+        const int a = first_of(of, rods, k), b = second_of(of, k);
+        fprintf(file, "%d %.17g %d %.17g\n", a, length_of(of, rods, a), b,
+                b < 0 ? 0.0 : length_of(of, rods, b));
+    }
+    if (fclose(file)) bench_check(MBSR_ERR_VALUE, path, "cannot be written");
+    free(rest);
+    close_candidate(&c);
+}
+
+static int write_all(const char *folder)
+{
+    for (int k = 0; k < CASES; ++k) {
+        if (cases[k].closed && !cases[k].massless && cases[k].count <= 100)
+            write_case(cases + k, folder);
+    }
+    return 0;
+}
+
 int main(int argc, char **argv)
 {
+    if (argc == 3 && !strcmp(argv[1], "--write")) return write_all(argv[2]);
     const int samples = argc > 1 ? atoi(argv[1]) : SAMPLES;
     double *sample = bench_allocate((size_t)(samples > 0 ? samples : 1), sizeof(double));
     if (samples < 1) return 2;

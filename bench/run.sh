@@ -7,7 +7,7 @@
 #   bench/run.sh scaling [samples [largest N]]    needs no SUNDIALS
 #   bench/run.sh kinds [samples]                  nor does this
 #   bench/run.sh flexible [samples [links]]
-#   bench/run.sh loops [samples]                  KLU, too, where SUNDIALS has it
+#   bench/run.sh loops [samples]                  KLU, too, where SUNDIALS has it; MuJoCo, RBDL and Pinocchio where installed
 #   bench/run.sh report [samples]                 nor this
 #   bench/run.sh files [samples [bodies]]         nor this
 #   bench/run.sh fe [largest number of dofs]      nor this; CHOLMOD where it is, 3 GB and some minutes for 100000
@@ -56,6 +56,16 @@ wanted() {
     [ "$what" = all ] || [ "$what" = "$1" ]
 }
 
+# build_peers TARGET: a program that times another library; false where there is no such library.
+peers=$root/build/bench-peers
+build_peers() {
+    library=$(find "$build/src" -name 'libmbsrank.*' | sort | head -n 1)
+    command -v c++ > /dev/null &&
+        cmake -S "$root/bench/peers" -B "$peers" -DCMAKE_BUILD_TYPE=Release \
+            -DMBSRANK_LIBRARY="$library" &&
+        cmake --build "$peers" --target "$1"
+}
+
 # An interrupted run leaves the old results as they are.
 mkdir -p "$results"
 if wanted scaling; then
@@ -66,6 +76,17 @@ fi
 for part in kinds flexible loops report files fe explicit driver; do
     wanted $part || continue
     OPENBLAS_NUM_THREADS=1 $pin "$build/bench/bench_$part" "$@" > "$build/$part.csv"
+    if [ $part = loops ]; then
+        mkdir -p "$build/loops"
+        "$build/bench/bench_loops" --write "$build/loops"
+        for name in mujoco rbdl pinocchio; do
+            if build_peers "loops_$name"; then
+                $pin "$peers/loops_$name" "$build/loops" "$@" >> "$build/loops.csv"
+            else
+                echo "no loops_$name: goes without"
+            fi
+        done
+    fi
     mv "$build/$part.csv" "$results/$part.csv"
 done
 if wanted threads; then
@@ -85,12 +106,7 @@ fi
 if wanted newton; then
     mkdir -p "$build/newton"
     $pin "$build/bench/bench_newton" "$build/newton" "$@" > "$build/newton.csv"
-    peers=$root/build/bench-newton-peers
-    library=$(find "$build/src" -name 'libmbsrank.*' | sort | head -n 1)
-    if command -v c++ > /dev/null &&
-        cmake -S "$root/bench/peers" -B "$peers" -DCMAKE_BUILD_TYPE=Release \
-            -DMBSRANK_LIBRARY="$library" &&
-        cmake --build "$peers" --target runs_mujoco; then
+    if build_peers runs_mujoco; then
         $pin "$peers/runs_mujoco" "$build/newton" >> "$build/newton.csv"
     else
         echo "no MuJoCo: goes without"
