@@ -125,28 +125,28 @@ MBSRI_INLINE void place_body(const mbsri_batch_run *run, int i)
 
 static void lay_carry(const carry *c, int l, mbsri_carry *to)
 {
-    const double xy = c->I.xy[l], xz = c->I.xz[l], yz = c->I.yz[l];
-    const double m_xy = c->M.xy[l], m_xz = c->M.xz[l], m_yz = c->M.yz[l];
+    const mat *G = &c->G;
     *to = (mbsri_carry){
-        .I = {c->I.xx[l], xy, xz, 0.0, xy, c->I.yy[l], yz, 0.0, xz, yz, c->I.zz[l]},
-        .M = {c->M.xx[l], m_xy, m_xz, 0.0, m_xy, c->M.yy[l], m_yz, 0.0, m_xz, m_yz, c->M.zz[l]},
+        .I = {c->I.xx[l], c->I.yy[l], c->I.zz[l], 0.0, c->I.yz[l], c->I.xz[l], c->I.xy[l]},
+        .G = {G->x.x[l], G->y.y[l], G->z.z[l], 0.0, G->y.x[l], G->z.y[l], G->x.z[l], 0.0, G->z.x[l],
+              G->x.y[l], G->y.z[l]},
+        .M = {c->M.xx[l], c->M.yy[l], c->M.zz[l], 0.0, c->M.yz[l], c->M.xz[l], c->M.xy[l]},
         .kappa = c->kappa[l],
         .spread = c->spread[l]};
-    lay(c->G.x, l, to->G), lay(c->G.y, l, to->G + 4), lay(c->G.z, l, to->G + 8);
     lay(c->L, l, to->L), lay(c->p, l, to->p);
 }
 
 static void take_carry(const mbsri_carry *from, int l, carry *c)
 {
     sym *const to[2] = {&c->I, &c->M};
-    const double *const A[2] = {from->I, from->M};
+    const double *const A[2] = {from->I, from->M}, *G = from->G;
     for (int k = 0; k < 2; ++k) {
-        to[k]->xx[l] = A[k][0], to[k]->yy[l] = A[k][5], to[k]->zz[l] = A[k][10];
-        to[k]->xy[l] = 0.5 * (A[k][1] + A[k][4]);
-        to[k]->xz[l] = 0.5 * (A[k][2] + A[k][8]);
-        to[k]->yz[l] = 0.5 * (A[k][6] + A[k][9]);
+        to[k]->xx[l] = A[k][0], to[k]->yy[l] = A[k][1], to[k]->zz[l] = A[k][2];
+        to[k]->yz[l] = A[k][4], to[k]->xz[l] = A[k][5], to[k]->xy[l] = A[k][6];
     }
-    take(from->G, l, &c->G.x), take(from->G + 4, l, &c->G.y), take(from->G + 8, l, &c->G.z);
+    take((double[]){G[0], G[9], G[6]}, l, &c->G.x);
+    take((double[]){G[4], G[1], G[10]}, l, &c->G.y);
+    take((double[]){G[8], G[5], G[2]}, l, &c->G.z);
     take(from->L, l, &c->L), take(from->p, l, &c->p);
     c->kappa[l] = from->kappa;
     c->spread[l] = from->spread;

@@ -10,23 +10,25 @@
 
 #include <math.h>
 
-/* Mbar^a = Mbar - U D^-1 U^T,  p += Mbar^a c + U D^-1 e, at body i's origin. */
-MBSRI_INLINE void condense(const mbsri_sweep_run *run, int i, const joint *j, blocks *c)
+/* What the forward sweep needs of the joint. */
+MBSRI_INLINE void keep_factors(const mbsri_sweep_run *run, int i, const joint *j)
 {
     mbsri_sweep_state *s = run->state + i;
-    const v4 c_w = load(s->A_w), c_v = load(s->A_v), U_L = j->U_L, U_p = j->U_p;
     run->rank[i] = j->Dinv > 0.0;
-    store(s->U_L, U_L);
-    store(s->U_p, U_p);
+    store(s->U_L, j->U_L);
+    store(s->U_p, j->U_p);
     s->D = j->D;
     s->Dinv = j->Dinv;
     s->e = j->e;
-    const v4 g_L = U_L * splat(j->Dinv), g_p = U_p * splat(j->Dinv), e = splat(j->e);
-    c->I[0] -= g_L * xxx(U_L), c->I[1] -= g_L * yyy(U_L), c->I[2] -= g_L * zzz(U_L);
-    c->G[0] -= g_p * xxx(U_L), c->G[1] -= g_p * yyy(U_L), c->G[2] -= g_p * zzz(U_L);
-    c->M[0] -= g_p * xxx(U_p), c->M[1] -= g_p * yyy(U_p), c->M[2] -= g_p * zzz(U_p);
-    c->L += times(c->I, c_w) + transposed_times(c->G, c_v) + g_L * e;
-    c->p += times(c->G, c_w) + times(c->M, c_v) + g_p * e;
+}
+
+/* Mbar^a = Mbar - U D^-1 U^T,  p += U D^-1 e, about the point that U is about. */
+MBSRI_INLINE void condense(const joint *j, v4 U_L, v4 U_p, blocks *c)
+{
+    const v4 Dinv = splat(j->Dinv), e = splat(j->e), g_L = U_L * Dinv, g_p = U_p * Dinv;
+    subtract_dyad(g_L, g_p, U_L, U_p, c);
+    c->L += g_L * e;
+    c->p += g_p * e;
 }
 
 /* ||X||^2 <= (1 + |rho| / L)^2, a constant unless the joint slides. */
@@ -45,11 +47,11 @@ MBSRI_OUTLINE bool pass_column(const mbsri_sweep_run *run, int i, blocks *c)
     const mbsri_sweep_body *b = run->tree->body + i;
     const mbsri_sweep_state *s = run->state + i;
     mbsri_sweep_multi *multi = run->multi + b->multi;
-    const v4 drive_w = load(multi->drive), drive_v = load(multi->drive + 4), c_w = load(s->A_w),
-             c_v = load(s->A_v);
+    v4 driven_L, driven_p, swing_L, swing_p;
     column j = {.S_L = load(multi->S[0]), .S_p = load(multi->S[0] + 4), .armature = b->armature};
-    store(multi->driven, times(c->I, drive_w) + transposed_times(c->G, drive_v));
-    store(multi->driven + 4, times(c->G, drive_w) + times(c->M, drive_v));
+    times_masses(c, load(multi->drive), load(multi->drive + 4), &driven_L, &driven_p);
+    store(multi->driven, driven_L);
+    store(multi->driven + 4, driven_p);
     if (!certify_column(run->tree, b->soft, c, &j, &c->kappa, &c->spread)) return false;
     const double e = run->tau[b->u] - sum3(j.S_L * c->L + j.S_p * c->p);
     run->rank[i] = 1;
@@ -58,35 +60,80 @@ MBSRI_OUTLINE bool pass_column(const mbsri_sweep_run *run, int i, blocks *c)
     multi->D[0][0] = j.D;
     multi->factor[0][0] = 1.0 / j.D;
     multi->x[0] = b->parent > 0 ? e / j.D : e;
-    condense_column(&j, c);
-    c->L += times(c->I, c_w) + transposed_times(c->G, c_v) + j.g_L * splat(e);
-    c->p += times(c->G, c_w) + times(c->M, c_v) + j.g_p * splat(e);
+    subtract_dyad(j.g_L, j.g_p, j.U_L, j.U_p, c);
+    times_masses(c, load(s->A_w), load(s->A_v), &swing_L, &swing_p);
+    c->L += swing_L + j.g_L * splat(e);
+    c->p += swing_p + j.g_p * splat(e);
     return true;
 }
 
-/* Through the joint of body i, of whatever kind; W: NULL without it. */
-MBSRI_INLINE bool pass_joint(const mbsri_sweep_run *run, int i, blocks *c, blocks *W)
+/* Through a joint of other than one axis. */
+MBSRI_INLINE bool pass_axes(const mbsri_sweep_run *run, int i, blocks *c, blocks *W)
 {
-    if (run->tree->body[i].flags & MBSRI_MULTI) {
-        if (!W && run->tree->body[i].n == 1) {
-            blocks copy = *c; /* the carry itself stays in registers */
-            if (!pass_column(run, i, &copy)) return false;
-            *c = copy;
-            return true;
-        }
-        _Alignas(32) mbsri_carry m, noise;
-        to_memory(c, &m);
-        if (W) to_memory(W, &noise);
-        if (!multi_backward(run, i, &m, W ? &noise : NULL)) return false;
-        from_memory(&m, c);
-        if (W) from_memory(&noise, W);
+    if (!W && run->tree->body[i].n == 1) {
+        blocks copy = *c; /* the carry itself stays in registers */
+        if (!pass_column(run, i, &copy)) return false;
+        *c = copy;
         return true;
     }
+    _Alignas(32) mbsri_carry m, noise;
+    to_memory(c, &m);
+    if (W) to_memory(W, &noise);
+    if (!multi_backward(run, i, &m, W ? &noise : NULL)) return false;
+    from_memory(&m, c);
+    if (W) from_memory(&noise, W);
+    return true;
+}
+
+/* Through a joint of one axis, whose flags the compiler may know, and to the predecessor's point. The articulated
+ * inertia is that of all mass there, moved with the joint locked, less what the joint gives way: the next body waits
+ * for U, D and one product only. */
+MBSRI_INLINE bool pass_axis(const mbsri_sweep_run *run, int i, int flags, blocks *c, blocks *W)
+{
+    const v4 rho = load(run->state[i].rho);
     joint j;
-    open_joint(run, i, c, &j);
-    const bool clear = W ? judge(run, i, c, &j, W) : certify(run, i, c, &j);
-    if (clear) condense(run, i, &j, c);
-    return clear;
+    open_joint(run, i, flags, c, &j);
+    if (!(W ? judge(run, i, c, &j, W) : certify(run, i, c, &j))) return false;
+    keep_factors(run, i, &j);
+    translate(rho, c);
+    condense(&j, j.U_L + cross(rho, j.U_p), j.U_p, c);
+    return true;
+}
+
+/* The same where flags are looked up. */
+MBSRI_OUTLINE bool pass_any_axis(const mbsri_sweep_run *run, int i, blocks *c)
+{
+    return pass_axis(run, i, run->tree->body[i].flags, c, NULL);
+}
+
+/* Through the joint of body i, of whatever kind, and to the predecessor's point; W: NULL without it. */
+MBSRI_INLINE bool pass_joint(const mbsri_sweep_run *run, int i, blocks *c, blocks *W)
+{
+    const mbsri_sweep_body *b = run->tree->body + i;
+    const int kind = b->flags & (MBSRI_MULTI | MBSRI_TURNS | MBSRI_SLIDES);
+    const v4 rho = load(run->state[i].rho);
+    if (!W && kind == MBSRI_TURNS) {
+        const int flags = MBSRI_TURNS | (b->flags & (MBSRI_LEVEL | MBSRI_FLAT));
+        const double spread = b->spread;
+        if (!pass_axis(run, i, flags, c, NULL)) return false;
+        c->spread *= spread;
+        return true;
+    }
+    if (kind & MBSRI_MULTI) {
+        if (!pass_axes(run, i, c, W)) return false;
+        translate(rho, c);
+    } else if (W) {
+        if (!pass_axis(run, i, b->flags, c, W)) return false;
+    } else {
+        blocks copy = *c; /* the carry itself stays in registers */
+        if (!pass_any_axis(run, i, &copy)) return false;
+        *c = copy;
+    }
+    if (W)
+        translate(rho, W);
+    else
+        c->spread *= stretch(run, i);
+    return true;
 }
 
 /* Where the sweep stands: the carry, W beside it, and the places where they wait at branches. */
@@ -180,12 +227,6 @@ MBSRI_INLINE bool pass_part(const mbsri_sweep_run *run, int i, bool exact, bool 
         c->p -= load(run->load[i].p);
     }
     if (!pass_joint(run, i, c, exact ? W : NULL)) return false;
-    const v4 rho = load(run->state[i].rho);
-    translate(rho, c);
-    if (exact)
-        translate(rho, W);
-    else
-        c->spread *= stretch(run, i);
     if (any && flags & MBSRI_TO_BLOCK) give_to_block(run, i, exact, at);
     if (!kept) hand_on(flags, exact, at);
     return true;

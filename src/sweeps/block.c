@@ -41,29 +41,6 @@ static void add_lowered(int d, const double A[36], double *B)
     }
 }
 
-static void to_matrix(const mbsri_carry *c, double A[36])
-{
-    for (int j = 0; j < 3; ++j) {
-        for (int k = 0; k < 3; ++k) {
-            A[6 * j + k] = c->I[4 * j + k];
-            A[6 * j + 3 + k] = A[6 * (3 + k) + j] = c->G[4 * j + k];
-            A[6 * (3 + j) + 3 + k] = c->M[4 * j + k];
-        }
-    }
-}
-
-static void from_matrix(const double A[36], mbsri_carry *c)
-{
-    for (int j = 0; j < 3; ++j) {
-        for (int k = 0; k < 3; ++k) {
-            c->I[4 * j + k] = A[6 * j + k];
-            c->G[4 * j + k] = A[6 * j + 3 + k];
-            c->M[4 * j + k] = A[6 * (3 + j) + 3 + k];
-        }
-        c->I[4 * j + 3] = c->G[4 * j + 3] = c->M[4 * j + 3] = 0.0;
-    }
-}
-
 /* A <- X^T A X with X = [1 0; -[arm]x 1]: from a point to one from which it is `arm` away. */
 static void translate(const double arm[3], double A[36])
 {
@@ -276,7 +253,7 @@ static void collect(const mbsri_sweep_run *run, int i, mbsri_carry *c)
     mbsri_ax(6, 6, 1.0, A, a, y);
     translate_force(arm, y);
     translate(arm, A);
-    from_matrix(A, c);
+    mbsri_carry_from(A, c);
     memcpy(c->L, y, 3 * sizeof *y);
     memcpy(c->p, y + 3, 3 * sizeof *y);
 }
@@ -292,7 +269,7 @@ static void collect_errors(const mbsri_sweep_run *run, int i, bool exact, mbsri_
     translate(run->load[b->parent].arm, N);
     for (int k = 0; k < 3; ++k) c->spread += N[7 * k] * per_area + N[7 * (3 + k)];
     if (exact) {
-        from_matrix(N, W);
+        mbsri_carry_from(N, W);
         W->spread = run->data->turned[run->model->body[b->parent].seat];
     }
 }
@@ -362,12 +339,13 @@ void mbsri_block_receive(const mbsri_sweep_run *run, int block, const mbsri_carr
 {
     const mbsri_body *b = run->model->body + block;
     mbsr_data *d = run->data;
-    double A[36], N[36], g[6], y[6] = {0.0}, lowered[6], *bound = run->load[block].bound;
+    double A[36] = {0.0}, N[36] = {0.0}, g[6], y[6] = {0.0}, lowered[6],
+           *bound = run->load[block].bound;
     const double area = run->tree->length * run->tree->length;
-    to_matrix(c, A);
+    mbsri_carry_add_to(c, A);
     add_lowered(b->d, A, d->Mbar + b->dd);
     if (W) {
-        to_matrix(W, N);
+        mbsri_carry_add_to(W, N);
         add_lowered(b->d, N, d->W + b->dd);
         d->turned[b->seat] += W->spread;
     } else if (run->tree->body[block].flags & MBSRI_BOUNDED) {

@@ -155,24 +155,20 @@ MBSRI_INLINE double transport_of(const mbsri_sweep_run *run, int i, int d, int n
 MBSRI_INLINE void matrix_to_blocks(const double A[36], blocks *c)
 {
     clear(c);
-    for (int j = 0; j < 3; ++j) {
-        const double *low = A + 6 * j, *high = A + 6 * (3 + j);
-        c->I[j] = (v4){low[0], low[1], low[2], 0.0};
-        c->G[j] = (v4){low[3], low[4], low[5], 0.0};
-        c->M[j] = (v4){high[3], high[4], high[5], 0.0};
-    }
+    c->I[0] = (v4){A[0], A[7], A[14], 0.0};
+    c->I[1] = (v4){A[8], A[12], A[6], 0.0};
+    c->G[0] = (v4){A[3], A[10], A[17], 0.0};
+    c->G[1] = (v4){A[9], A[16], A[5], 0.0};
+    c->G[2] = (v4){A[15], A[4], A[11], 0.0};
+    c->M[0] = (v4){A[21], A[28], A[35], 0.0};
+    c->M[1] = (v4){A[29], A[33], A[27], 0.0};
 }
 
 MBSRI_INLINE void add_blocks(const blocks *c, double A[36])
 {
-    for (int j = 0; j < 3; ++j) {
-        for (int k = 0; k < 3; ++k) {
-            A[6 * j + k] += c->I[j][k];
-            A[6 * j + 3 + k] += c->G[j][k];
-            A[6 * (3 + j) + k] += c->G[k][j];
-            A[6 * (3 + j) + 3 + k] += c->M[j][k];
-        }
-    }
+    _Alignas(32) mbsri_carry m;
+    to_memory(c, &m);
+    mbsri_carry_add_to(&m, A);
 }
 
 /* Mbar^a = Mbar - G U^T, then H^T Mbar^a H added to the predecessor's Mbar; rho: of a
@@ -275,8 +271,10 @@ MBSRI_INLINE bool pass_hinge(const mbsri_sweep_run *run, int i, v4 rho)
     run->rank[i] = 1;
     data->scale[b->seat] = 0.0;
     /* mu = fbar + Mbar kII,  e = tau - J^T mu,  mu += G e,  X^T mu to the predecessor */
-    v4 mu_L = three(fbar) + times(c.I, k_w) + transposed_times(c.G, k_v),
-       mu_p = three(fbar + 3) + times(c.G, k_w) + times(c.M, k_v);
+    v4 mu_L, mu_p;
+    times_masses(&c, k_w, k_v, &mu_L, &mu_p);
+    mu_L += three(fbar);
+    mu_p += three(fbar + 3);
     const double e = data->tau[b->iu] - sum3(j.S_L * mu_L + j.S_p * mu_p);
     data->e[b->ig] = e;
     mu_L += j.g_L * splat(e);
@@ -288,7 +286,7 @@ MBSRI_INLINE bool pass_hinge(const mbsri_sweep_run *run, int i, v4 rho)
     const double ratio = 1.0 + sqrt(sum3(rho * rho) * per_area);
     bound[0] = kappa;
     bound[1] = spread * ratio * ratio;
-    condense_column(&j, &c);
+    subtract_dyad(j.g_L, j.g_p, j.U_L, j.U_p, &c);
     translate(rho, &c);
     add_blocks(&c, data->Mbar + b->pred_dd);
     return true;
@@ -319,8 +317,8 @@ MBSRI_OUTLINE void collect_blocks(const mbsri_sweep_run *run, int i, blocks *c)
     mbsri_atx(b->d, 6, 1.0, data->H + b->dp, data->mu + b->v, y);
     const v4 omega = load(run->state[b->parent].omega), arm = load(run->load[b->parent].arm);
     const v4 a = load3(run->tree->gravity) + cross(omega, cross(omega, arm));
-    c->L = (v4){y[0], y[1], y[2], 0.0} + transposed_times(c->G, a);
-    c->p = (v4){y[3], y[4], y[5], 0.0} + times(c->M, a);
+    c->L = (v4){y[0], y[1], y[2], 0.0} + cyclic_transposed_times(c->G, a);
+    c->p = (v4){y[3], y[4], y[5], 0.0} + symmetric_times(c->M, a);
     translate(arm, c);
     const double ratio = 1.0 + sqrt(sum3(arm * arm)) / run->tree->length;
     c->kappa = bound[0];

@@ -219,9 +219,23 @@ static double mean_length(const mbsri_sweeps *tree)
     return count > 0 ? sum / count : 1.0;
 }
 
-static void place_inertias(mbsri_sweeps *tree, const mbsr_model *m)
+/* In the plane from here to the root and to the leaves, errors about x and y do not matter. */
+static void measure(mbsri_sweeps *tree)
 {
     tree->length = mean_length(tree);
+    tree->area = tree->length * tree->length;
+    tree->per_area = 1.0 / tree->area;
+    for (int k = 0; k < 3; ++k) {
+        tree->trace[0][k] = tree->per_area;
+        tree->trace[0][4 + k] = 1.0;
+        tree->trace[1][k] = k == 2 ? tree->per_area : 0.0;
+        tree->trace[1][4 + k] = k == 2 ? 0.0 : 1.0;
+    }
+}
+
+static void place_inertias(mbsri_sweeps *tree, const mbsr_model *m)
+{
+    measure(tree);
     for (int i = 1; i <= tree->bodies; ++i) {
         const mbsri_body *body = m->body + i;
         mbsri_sweep_body *b = tree->body + i;

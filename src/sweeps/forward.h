@@ -43,7 +43,7 @@ MBSRI_OUTLINE void forward_block(const mbsri_sweep_run *run, int i)
 }
 
 /* What u' needs of A_pi comes first, so that the next body waits for little:
- * u' = D^-1 (e - U^T c) - D^-1 (X^T U)^T A_pi. */
+ * u' = D^-1 e - D^-1 (X^T U)^T A_pi. */
 MBSRI_INLINE void forward_part(const mbsri_sweep_run *run, int first, int last)
 {
     if (first > last) return;
@@ -70,9 +70,9 @@ MBSRI_INLINE void forward_part(const mbsri_sweep_run *run, int first, int last)
             continue;
         }
         const v4 Z = load(s->R + 8), U_L = load(s->U_L), U_p = load(s->U_p), Dinv = splat(s->Dinv);
-        const double known = (s->e - sum3(U_L * c_w + U_p * c_v)) * s->Dinv;
+        const v4 known = {s->e * s->Dinv, 0.0, 0.0, 0.0};
         const v4 g_L = (U_L + cross(rho, U_p)) * Dinv, g_p = U_p * Dinv;
-        const double udot = known - sum3(g_L * w + g_p * v);
+        const double udot = sum3(known - g_p * v - g_L * w);
         if (b->n) run->out[b->u] = udot;
         if (b->flags & MBSRI_TURNS) last_w += Z * splat(udot);
         if (b->flags & MBSRI_SLIDES) last_v += Z * splat(b->pitch * udot);

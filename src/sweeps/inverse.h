@@ -85,7 +85,8 @@ MBSRI_INLINE void add_load(const mbsri_sweep_run *run, const mbsri_sweeps *tree,
                                  run->model->armature[b->u + k] * run->tau[b->u + k];
         }
     } else if (b->n) {
-        run->out[b->u] = along_axis(b, load(s->R + 8), at->L, at->p) + b->armature * run->tau[b->u];
+        const screw S = {flags, b->pitch, load(s->R + 8)};
+        run->out[b->u] = along_axis(&S, at->L, at->p, b->armature * run->tau[b->u]);
     }
     at->L += cross(load(s->rho), at->p);
     if (any && flags & MBSRI_TO_BLOCK) {
@@ -101,13 +102,19 @@ MBSRI_INLINE void add_load(const mbsri_sweep_run *run, const mbsri_sweeps *tree,
 MBSRI_INLINE int accelerate_part(const mbsri_sweep_run *run, int first, int last)
 {
     const mbsri_sweeps *tree = run->tree;
+    if (first > last) return 0;
+    int at = tree->body[first].parent; /* the body whose motion is in registers */
+    motion m;
+    motion_from_memory(run->state + at, false, &m);
     for (int i = first; i <= last; ++i) {
         const mbsri_sweep_body *b = tree->body + i;
         if (b->flags & MBSRI_MULTI) {
             const int status = multi_kinematics(run, i, false);
             if (status) return status;
         } else {
-            move_body(run, b, run->state + b->parent, run->state + i, false);
+            if (b->parent != at) motion_from_memory(run->state + b->parent, false, &m);
+            move_body(run, b, false, run->state + i, &m);
+            at = i;
         }
         accelerate(run, i, false);
     }

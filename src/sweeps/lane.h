@@ -68,11 +68,20 @@ MBSRI_INLINE v4 zzz(v4 a)
 #define MBSRI_SHUFFLE(a, b, i, j, k, l) __builtin_shuffle(a, b, (i4){i, j, k, l})
 #endif
 
+/* (y, z, x) and (z, x, y) */
+MBSRI_INLINE v4 yzx(v4 a)
+{
+    return MBSRI_SHUFFLE(a, a, 1, 2, 0, 3);
+}
+
+MBSRI_INLINE v4 zxy(v4 a)
+{
+    return MBSRI_SHUFFLE(a, a, 2, 0, 1, 3);
+}
+
 MBSRI_INLINE v4 cross(v4 a, v4 b)
 {
-    const v4 a1 = MBSRI_SHUFFLE(a, a, 1, 2, 0, 3), b1 = MBSRI_SHUFFLE(b, b, 1, 2, 0, 3);
-    const v4 c = a * b1 - a1 * b;
-    return MBSRI_SHUFFLE(c, c, 1, 2, 0, 3);
+    return yzx(a * yzx(b) - yzx(a) * b);
 }
 
 /* Sum of the three components. */
@@ -113,6 +122,25 @@ MBSRI_INLINE v4 transposed_times(const v4 C[3], v4 x)
     v4 row[3];
     transpose(product, row);
     return row[0] + row[1] + row[2];
+}
+
+/* Matrices by their diagonals, each with what it goes on with at the other side of the matrix: (xx, yy, zz),
+ * (xy, yz, zx), (xz, yx, zy). Products, transposed ones too, then are component by component with x turned round.
+ * Of symmetric matrices A[0] = (xx, yy, zz), A[1] = (yz, zx, xy). */
+MBSRI_INLINE v4 symmetric_times(const v4 A[2], v4 x)
+{
+    return A[0] * x + zxy(A[1]) * yzx(x) + yzx(A[1]) * zxy(x);
+}
+
+MBSRI_INLINE v4 cyclic_times(const v4 A[3], v4 x)
+{
+    return A[0] * x + A[1] * yzx(x) + A[2] * zxy(x);
+}
+
+/* A^T x */
+MBSRI_INLINE v4 cyclic_transposed_times(const v4 A[3], v4 x)
+{
+    return A[0] * x + zxy(A[1] * x) + yzx(A[2] * x);
 }
 
 #endif

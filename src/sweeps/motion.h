@@ -19,11 +19,23 @@
 #include "sweeps/tree.h"
 #include "sweeps/users_joint.h"
 
-MBSRI_INLINE void move_body(const mbsri_sweep_run *run, const mbsri_sweep_body *b,
-                            const mbsri_sweep_state *pred, mbsri_sweep_state *s, bool velocity)
+/* Of the body before, in registers: mostly the predecessor. */
+typedef struct motion {
+    v4 R[3], omega, v;
+} motion;
+
+MBSRI_INLINE void motion_from_memory(const mbsri_sweep_state *s, bool velocity, motion *m)
 {
-    const v4 P[3] = {load(pred->R), load(pred->R + 4), load(pred->R + 8)};
-    const v4 omega_pred = load(pred->omega);
+    for (int j = 0; j < 3; ++j) m->R[j] = load(s->R + 4 * j);
+    m->omega = load(s->omega);
+    if (velocity) m->v = load(s->v);
+}
+
+/* m: of the predecessor, then of the body. */
+MBSRI_INLINE void move_body(const mbsri_sweep_run *run, const mbsri_sweep_body *b, bool velocity,
+                            mbsri_sweep_state *s, motion *m)
+{
+    const v4 P[3] = {m->R[0], m->R[1], m->R[2]}, omega_pred = m->omega;
     v4 B[3];
     for (int j = 0; j < 3; ++j) B[j] = times_stored(P, b->A + 4 * j);
     const v4 Z = B[2];
@@ -46,11 +58,11 @@ MBSRI_INLINE void move_body(const mbsri_sweep_run *run, const mbsri_sweep_body *
         }
     }
     const v4 swing = cross(omega_pred, rho);
-    if (velocity) store(s->v, load(pred->v) + swing + slide);
+    if (velocity) store(s->v, m->v += swing + slide);
     c_v += cross(omega_pred, swing);
-    for (int j = 0; j < 3; ++j) store(s->R + 4 * j, B[j]);
+    for (int j = 0; j < 3; ++j) store(s->R + 4 * j, m->R[j] = B[j]);
     store(s->rho, rho);
-    store(s->omega, omega);
+    store(s->omega, m->omega = omega);
     store(s->A_w, c_w);
     store(s->A_v, c_v);
 }
@@ -83,13 +95,19 @@ MBSRI_INLINE int move_part(const mbsri_sweep_run *run, int first, int last, bool
                            bool placed)
 {
     mbsri_sweep_state *s = run->state;
+    if (first > last) return 0;
+    int at = run->tree->body[first].parent; /* the body whose motion is in registers */
+    motion m;
+    motion_from_memory(s + at, velocity, &m);
     for (int i = first; i <= last; ++i) {
         const mbsri_sweep_body *b = run->tree->body + i;
         if (b->flags & (MBSRI_MULTI | MBSRI_BLOCK)) {
             const int status = move_other(run, i, velocity);
             if (status) return status;
         } else {
-            move_body(run, b, s + b->parent, s + i, velocity);
+            if (b->parent != at) motion_from_memory(s + b->parent, velocity, &m);
+            move_body(run, b, velocity, s + i, &m);
+            at = i;
         }
         if (placed && b->flags & MBSRI_PLACED) place(run, i);
     }

@@ -6,28 +6,22 @@
 
 #include "algebra/jacobi.h"
 #include "algebra/space3.h"
+#include "sweeps/carry.h"
 #include "sweeps/lane.h"
 #include "sweeps/tree.h"
 
 #include <math.h>
 #include <string.h>
 
-/* Columns of a block. */
-MBSRI_INLINE void columns(const double A[12], v4 C[3])
-{
-    for (int k = 0; k < 3; ++k) C[k] = load(A + 4 * k);
-}
-
 /* (y_L, y_p) = Mbar (x_L, x_p) */
-MBSRI_INLINE void apply(const mbsri_carry *c, const double x[8], double y[8])
+MBSRI_INLINE void apply(const mbsri_carry *m, const double x[8], double y[8])
 {
-    const v4 x_L = load(x), x_p = load(x + 4);
-    v4 I[3], G[3], M[3];
-    columns(c->I, I);
-    columns(c->G, G);
-    columns(c->M, M);
-    store(y, times(I, x_L) + transposed_times(G, x_p));
-    store(y + 4, times(G, x_L) + times(M, x_p));
+    blocks c;
+    v4 y_L, y_p;
+    from_memory(m, &c);
+    times_masses(&c, load(x), load(x + 4), &y_L, &y_p);
+    store(y, y_L);
+    store(y + 4, y_p);
 }
 
 MBSRI_INLINE double product(const double a[8], const double b[8])
@@ -79,15 +73,13 @@ static void solve(int n, double D[6][6], double x[6])
     }
 }
 
-/* Mbar -= a b^T; G is the lower left block. */
-MBSRI_INLINE void subtract(mbsri_carry *c, const double a[8], const double b[8])
+/* Mbar -= a b^T, which is one of several that are symmetric together. */
+MBSRI_INLINE void subtract(mbsri_carry *m, const double a[8], const double b[8])
 {
-    const v4 a_L = load(a), a_p = load(a + 4);
-    for (int j = 0; j < 3; ++j) {
-        store(c->I + 4 * j, load(c->I + 4 * j) - a_L * splat(b[j]));
-        store(c->G + 4 * j, load(c->G + 4 * j) - a_p * splat(b[j]));
-        store(c->M + 4 * j, load(c->M + 4 * j) - a_p * splat(b[4 + j]));
-    }
+    blocks c;
+    from_memory(m, &c);
+    subtract_dyad(load(a), load(a + 4), load(b), load(b + 4), &c);
+    to_memory(&c, m);
 }
 
 /* U, D, e, the factor of D; returns the bound of factorise. */
@@ -123,9 +115,9 @@ static bool multi_certify(const mbsri_sweep_run *run, int i, mbsri_carry *c, dou
     double turning = 0.0, sliding = 0.0;
     *trace = 0.0;
     for (int k = 0; k < 3; ++k) {
-        *trace += c->I[5 * k] / area + c->M[5 * k];
-        turning += c->I[5 * k];
-        sliding += c->M[5 * k];
+        *trace += c->I[k] / area + c->M[k];
+        turning += c->I[k];
+        sliding += c->M[k];
     }
     c->spread += *trace;
     if (b->soft > 0.0) {
@@ -149,8 +141,8 @@ static bool multi_certify(const mbsri_sweep_run *run, int i, mbsri_carry *c, dou
 static void add_to_diagonal(const double x[8], mbsri_carry *A)
 {
     for (int k = 0; k < 3; ++k) {
-        A->I[5 * k] += x[k];
-        A->M[5 * k] += x[4 + k];
+        A->I[k] += x[k];
+        A->M[k] += x[4 + k];
     }
 }
 
@@ -158,8 +150,8 @@ static void diagonal_of(const mbsri_carry *A, double x[8])
 {
     memset(x, 0, 8 * sizeof *x);
     for (int k = 0; k < 3; ++k) {
-        x[k] = A->I[5 * k];
-        x[4 + k] = A->M[5 * k];
+        x[k] = A->I[k];
+        x[4 + k] = A->M[k];
     }
 }
 
@@ -170,7 +162,7 @@ static double arm_of(const mbsri_sweep_run *run, int i, const mbsri_carry *c)
 {
     const double *rho = run->state[i].rho;
     return 1e-3 * (rho[0] * rho[0] + rho[1] * rho[1] + rho[2] * rho[2]) *
-           fmax(c->M[0], fmax(c->M[5], c->M[10]));
+           fmax(c->M[0], fmax(c->M[1], c->M[2]));
 }
 
 /* Whether all eigenvalues of D scaled by diag(S^T W S)^(-1/2) are known to nine digits; Q = W S. */

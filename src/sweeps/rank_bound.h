@@ -17,93 +17,91 @@
 
 #include <math.h>
 
-/* A joint of one axis, or none: U = Mbar S, D = S^T U + armature, e = tau - S^T p, size = S^T Lambda S. */
+/* t of docs/performance.md. */
+MBSRI_INLINE double trace_of(const mbsri_sweeps *tree, int flags, const blocks *c)
+{
+    const double *weight = tree->trace[(flags & MBSRI_LEVEL) != 0];
+    return sum3(c->I[0] * load3(weight) + c->M[0] * load3(weight + 4));
+}
+
+/* A joint of one axis, or none: its flags, m per unit of its coordinate, and the axis. */
+typedef struct screw {
+    int flags;
+    double pitch;
+    v4 Z;
+} screw;
+
+/* A joint on the way: U = Mbar S, D = S^T U + armature, e = tau - S^T (p + Mbar c). */
 typedef struct joint {
-    v4 Z, U_L, U_p;
-    double D, e, size;
+    screw S;
+    v4 U_L, U_p;
+    double D, e;
     double Dinv; /* 0 where the rank is 0 */
 } joint;
 
-/* In the plane from here to the root and to the leaves, errors about x and y do not matter. */
-MBSRI_INLINE double level_trace_of(const blocks *c, double per_area)
-{
-    return c->I[2][2] * per_area + (c->M[0][0] + c->M[1][1]);
-}
-
-MBSRI_INLINE double trace_of(const blocks *c, double per_area)
-{
-    return (c->I[0][0] + c->I[1][1] + c->I[2][2]) * per_area +
-           (c->M[0][0] + c->M[1][1] + c->M[2][2]);
-}
-
-MBSRI_INLINE v4 diagonal(const v4 A[3])
-{
-    const v4 two = MBSRI_SHUFFLE(A[0], A[1], 0, 5, 2, 3);
-    return MBSRI_SHUFFLE(two, A[2], 0, 1, 6, 3);
-}
-
-MBSRI_INLINE void add_diagonal(v4 x, v4 A[3])
-{
-    A[0] += x * (v4){1.0, 0.0, 0.0, 0.0};
-    A[1] += x * (v4){0.0, 1.0, 0.0, 0.0};
-    A[2] += x * (v4){0.0, 0.0, 1.0, 0.0};
-}
-
 /* S^T Diag(Mbar) S, which S^T W S is at least. */
-MBSRI_INLINE double least_noise(const mbsri_sweep_body *b, const blocks *c, v4 Z)
+MBSRI_INLINE double least_noise(const screw *S, const blocks *c)
 {
+    const v4 square = S->Z * S->Z;
     double least = 0.0;
-    if (b->flags & MBSRI_TURNS) least = sum3(Z * Z * diagonal(c->I));
-    if (b->flags & MBSRI_SLIDES) least += b->pitch * b->pitch * sum3(Z * Z * diagonal(c->M));
+    if (S->flags & MBSRI_TURNS) least = sum3(square * c->I[0]);
+    if (S->flags & MBSRI_SLIDES) least += S->pitch * S->pitch * sum3(square * c->M[0]);
     return least;
 }
 
 /* The traces of the blocks of Mbar that S takes part in, out of which D comes; in the plane tensors
  * are not turned, and what is there about x and y, which no joint ever takes away, has no part in
  * it. */
-MBSRI_INLINE double local_size(const mbsri_sweep_body *b, const blocks *c)
+MBSRI_INLINE double local_size(const screw *S, const blocks *c)
 {
     double local = 0.0;
-    if (b->flags & MBSRI_TURNS) {
-        local = c->I[2][2];
-        if (!(b->flags & MBSRI_FLAT)) local += c->I[0][0] + c->I[1][1];
+    if (S->flags & MBSRI_TURNS) {
+        local = c->I[0][2];
+        if (!(S->flags & MBSRI_FLAT)) local += c->I[0][0] + c->I[0][1];
     }
-    if (b->flags & MBSRI_SLIDES)
-        local += b->pitch * b->pitch * (c->M[0][0] + c->M[1][1] + c->M[2][2]);
+    if (S->flags & MBSRI_SLIDES) local += S->pitch * S->pitch * sum3(c->M[0]);
     return local;
 }
 
 /* (x_L, x_p) = A S for symmetric blocks A. */
-MBSRI_INLINE void times_axis(const mbsri_sweep_body *b, const blocks *A, v4 Z, v4 *x_L, v4 *x_p)
+MBSRI_INLINE void times_axis(const screw *S, const blocks *A, v4 *x_L, v4 *x_p)
 {
     *x_L = *x_p = splat(0.0);
-    if (b->flags & MBSRI_TURNS) {
-        *x_L = times(A->I, Z);
-        *x_p = times(A->G, Z);
+    if (S->flags & MBSRI_TURNS) {
+        *x_L = symmetric_times(A->I, S->Z);
+        *x_p = cyclic_times(A->G, S->Z);
     }
-    if (b->flags & MBSRI_SLIDES) {
-        const v4 h = splat(b->pitch);
-        *x_L += h * transposed_times(A->G, Z);
-        *x_p += h * times(A->M, Z);
+    if (S->flags & MBSRI_SLIDES) {
+        const v4 h = splat(S->pitch);
+        *x_L += h * cyclic_transposed_times(A->G, S->Z);
+        *x_p += h * symmetric_times(A->M, S->Z);
     }
 }
 
-/* S^T x */
-MBSRI_INLINE double along_axis(const mbsri_sweep_body *b, v4 Z, v4 x_L, v4 x_p)
+/* S^T x + more */
+MBSRI_INLINE double along_axis(const screw *S, v4 x_L, v4 x_p, double more)
 {
-    double sum = 0.0;
-    if (b->flags & MBSRI_TURNS) sum = sum3(Z * x_L);
-    if (b->flags & MBSRI_SLIDES) sum += b->pitch * sum3(Z * x_p);
+    const v4 turn = S->Z * x_L, slide = S->Z * x_p;
+    double sum = more;
+    if (S->flags & MBSRI_TURNS) sum = (turn[0] + turn[1]) + (turn[2] + more);
+    if (S->flags & MBSRI_SLIDES) sum += S->pitch * sum3(slide);
     return sum;
 }
 
-MBSRI_INLINE void open_joint(const mbsri_sweep_run *run, int i, const blocks *c, joint *j)
+/* p += Mbar c, too. */
+MBSRI_INLINE void open_joint(const mbsri_sweep_run *run, int i, int flags, blocks *c, joint *j)
 {
     const mbsri_sweep_body *b = run->tree->body + i;
-    j->Z = load(run->state[i].R + 8);
-    times_axis(b, c, j->Z, &j->U_L, &j->U_p);
-    j->D = along_axis(b, j->Z, j->U_L, j->U_p) + b->armature;
-    j->e = (b->n ? run->tau[b->u] : 0.0) - along_axis(b, j->Z, c->L, c->p);
+    const mbsri_sweep_state *s = run->state + i;
+    v4 swing_L, swing_p;
+    times_masses(c, load(s->A_w), load(s->A_v), &swing_L, &swing_p);
+    c->L += swing_L;
+    c->p += swing_p;
+    j->S = (screw){flags, b->pitch, load(s->R + 8)};
+    times_axis(&j->S, c, &j->U_L, &j->U_p);
+    j->D = along_axis(&j->S, j->U_L, j->U_p, b->armature);
+    const double tau = flags & (MBSRI_TURNS | MBSRI_SLIDES) ? run->tau[b->u] : 0.0;
+    j->e = -along_axis(&j->S, c->L, c->p, -tau);
     j->Dinv = 0.0;
 }
 
@@ -124,12 +122,12 @@ MBSRI_INLINE bool is_zero(const mbsri_rank_rule *rule, const mbsri_sweep_body *b
 /* The sums that D comes from, with S' in the place of S, and the least errors they may have. */
 MBSRI_INLINE double local_size_of_remains(const remains *r, const blocks *c)
 {
-    return sum3(r->w * r->w) * sum_of(c->I) + sum3(r->v * r->v) * sum_of(c->M) + r->own;
+    return sum3(r->w * r->w) * sum3(c->I[0]) + sum3(r->v * r->v) * sum3(c->M[0]) + r->own;
 }
 
 MBSRI_INLINE double least_of_remains(const remains *r, const blocks *c)
 {
-    return sum3(r->w * r->w * diagonal(c->I)) + sum3(r->v * r->v * diagonal(c->M)) + r->own;
+    return sum3(r->w * r->w * c->I[0] + r->v * r->v * c->M[0]) + r->own;
 }
 
 /* Nothing, where S' is nothing but the rounding of positions and the body is without inertia, or D is
@@ -162,12 +160,12 @@ MBSRI_OUTLINE bool certify_remains(const mbsri_sweep_run *run, int i, const bloc
 {
     const mbsri_sweep_body *b = run->tree->body + i;
     const mbsri_rank_rule *rule = &run->tree->rule;
-    const double area = run->tree->length * run->tree->length, per_area = 1.0 / area,
-                 trace = trace_of(c, per_area);
+    const double area = run->tree->area, per_area = run->tree->per_area,
+                 trace = trace_of(run->tree, 0, c);
     remains r;
     if (!(trace > 0.0) || !find_remains(run, i, c, &r)) return false;
     const double left = area * sum3(r.w * r.w) + sum3(r.v * r.v), D = r.D + b->armature,
-                 size = (b->flags & MBSRI_TURNS ? area : 0.0) + b->pitch * b->pitch,
+                 size = (j->S.flags & MBSRI_TURNS ? area : 0.0) + b->pitch * b->pitch,
                  noise = c->kappa * D + *spread * left + r.own;
     const bool inertia = D > rule->tolerance * (c->kappa * D + *spread * size);
     j->U_L = r.U_L, j->U_p = r.U_p, j->D = D;
@@ -177,7 +175,7 @@ MBSRI_OUTLINE bool certify_remains(const mbsri_sweep_run *run, int i, const bloc
     }
     j->Dinv = 1.0 / D;
     const v4 g_L = j->U_L * splat(j->Dinv), g_p = j->U_p * splat(j->Dinv),
-             along = splat(along_axis(b, j->Z, r.o_L, r.o_p)), x_L = r.o_L - along * g_L,
+             along = splat(along_axis(&j->S, r.o_L, r.o_p, 0.0)), x_L = r.o_L - along * g_L,
              x_p = r.o_p - along * g_p;
     const double gain = square_of(g_L, g_p, per_area), moved = left * gain,
                  transport = square_beside(moved, sum3(r.w * g_L + r.v * g_p));
@@ -190,11 +188,10 @@ MBSRI_OUTLINE bool certify_remains(const mbsri_sweep_run *run, int i, const bloc
 MBSRI_INLINE bool certify(const mbsri_sweep_run *run, int i, blocks *c, joint *j)
 {
     const mbsri_sweep_body *b = run->tree->body + i;
-    const double area = run->tree->length * run->tree->length, per_area = 1.0 / area,
-                 trace =
-                     b->flags & MBSRI_LEVEL ? level_trace_of(c, per_area) : trace_of(c, per_area);
-    const mbsri_rank_rule *rule = &run->tree->rule;
-    const double size = (b->flags & MBSRI_TURNS ? area : 0.0) + b->pitch * b->pitch;
+    const mbsri_sweeps *tree = run->tree;
+    const mbsri_rank_rule *rule = &tree->rule;
+    const double trace = trace_of(tree, j->S.flags, c), slide = j->S.pitch * j->S.pitch,
+                 size = (j->S.flags & MBSRI_TURNS ? tree->area : 0.0) + slide;
     double spread = c->spread + trace, transport = 1.0;
     if (b->soft > 0.0) {
         const double own = spread * b->soft;
@@ -204,13 +201,13 @@ MBSRI_INLINE bool certify(const mbsri_sweep_run *run, int i, blocks *c, joint *j
     const double sure = j->D * (1.0 - rule->by_bound * c->kappa);
     /* at least the local size; mostly this tells, too */
     double local = trace * size;
-    if (!(sure > MBSRI_NINE_DIGITS * local)) local = local_size(b, c);
+    if (!(sure > MBSRI_NINE_DIGITS * local)) local = local_size(&j->S, c);
     if (mbsri_is_known_by_bound(rule, sure, spread * size, local)) {
         j->Dinv = 1.0 / j->D;
-        transport = size * square_of(j->U_L, j->U_p, per_area) * j->Dinv * j->Dinv;
+        transport = size * square_of(j->U_L, j->U_p, tree->per_area) * j->Dinv * j->Dinv;
         transport = beside(b->mixes, transport);
     } else if (b->n) {
-        const double least = least_noise(b, c, j->Z);
+        const double least = least_noise(&j->S, c);
         if (!is_zero(rule, b, j->D, least, least)) {
             if (!has_remains(run->tree, i)) return false;
             const blocks copy = *c; /* the carry itself stays in registers */
@@ -235,19 +232,17 @@ typedef struct column {
 MBSRI_INLINE bool certify_column(const mbsri_sweeps *tree, double soft, const blocks *c, column *j,
                                  double *kappa, double *spread)
 {
-    const double area = tree->length * tree->length, per_area = 1.0 / area,
-                 trace = trace_of(c, per_area), turn = sum3(j->S_L * j->S_L),
-                 slide = sum3(j->S_p * j->S_p), size = area * turn + slide;
+    const double area = tree->area, per_area = tree->per_area, trace = trace_of(tree, 0, c),
+                 turn = sum3(j->S_L * j->S_L), slide = sum3(j->S_p * j->S_p),
+                 size = area * turn + slide;
     double reach = *spread + trace;
     if (soft > 0.0) {
         *kappa = fmax(*kappa, reach * soft);
         reach = 0.0;
     }
-    j->U_L = times(c->I, j->S_L) + transposed_times(c->G, j->S_p);
-    j->U_p = times(c->G, j->S_L) + times(c->M, j->S_p);
+    times_masses(c, j->S_L, j->S_p, &j->U_L, &j->U_p);
     j->D = sum3(j->S_L * j->U_L + j->S_p * j->U_p) + j->armature;
-    const double local = (c->I[0][0] + c->I[1][1] + c->I[2][2]) * turn +
-                         (c->M[0][0] + c->M[1][1] + c->M[2][2]) * slide;
+    const double local = sum3(c->I[0]) * turn + sum3(c->M[0]) * slide;
     if (!mbsri_is_known_by_bound(&tree->rule, j->D, *kappa * j->D + reach * size, local))
         return false;
     j->g_L = j->U_L * splat(1.0 / j->D);
@@ -256,15 +251,6 @@ MBSRI_INLINE bool certify_column(const mbsri_sweeps *tree, double soft, const bl
         beside(j->armature > 0.0, size * sum3(j->g_L * j->g_L * splat(per_area) + j->g_p * j->g_p));
     *spread = reach * transport + trace * (1.0 + transport);
     return true;
-}
-
-/* Mbar^a = Mbar - g U^T */
-MBSRI_INLINE void condense_column(const column *j, blocks *c)
-{
-    const v4 U_L = j->U_L, U_p = j->U_p;
-    c->I[0] -= j->g_L * xxx(U_L), c->I[1] -= j->g_L * yyy(U_L), c->I[2] -= j->g_L * zzz(U_L);
-    c->G[0] -= j->g_p * xxx(U_L), c->G[1] -= j->g_p * yyy(U_L), c->G[2] -= j->g_p * zzz(U_L);
-    c->M[0] -= j->g_p * xxx(U_p), c->M[1] -= j->g_p * yyy(U_p), c->M[2] -= j->g_p * zzz(U_p);
 }
 
 /* Errors W S and S^T W S, and the least that these may be; of S' in the place of S where it stands in. */
@@ -280,13 +266,11 @@ MBSRI_OUTLINE bool judge_remains(const mbsri_sweep_run *run, int i, const blocks
 {
     const mbsri_sweep_body *b = run->tree->body + i;
     const mbsri_rank_rule *rule = &run->tree->rule;
-    const double area = run->tree->length * run->tree->length;
     remains r;
     if (!has_remains(run->tree, i) || !find_remains(run, i, c, &r)) return false;
-    const double turning = sum3(r.w * r.w), left = area * turning + sum3(r.v * r.v),
+    const double turning = sum3(r.w * r.w), left = run->tree->area * turning + sum3(r.v * r.v),
                  D = r.D + b->armature;
-    errors->Q_L = times(W->I, r.w) + transposed_times(W->G, r.v);
-    errors->Q_p = times(W->G, r.w) + times(W->M, r.v);
+    times_masses(W, r.w, r.v, &errors->Q_L, &errors->Q_p);
     errors->noise = sum3(r.w * errors->Q_L + r.v * errors->Q_p);
     errors->least = least_of_remains(&r, c) + b->armature;
     const double noise = errors->noise + r.own + turning * W->spread;
@@ -306,28 +290,23 @@ MBSRI_INLINE bool judge(const mbsri_sweep_run *run, int i, const blocks *c, join
 {
     const mbsri_sweep_body *b = run->tree->body + i;
     errors_along e;
-    add_diagonal(diagonal(c->I), W->I);
-    add_diagonal(diagonal(c->M), W->M);
-    times_axis(b, W, j->Z, &e.Q_L, &e.Q_p);
-    e.noise = along_axis(b, j->Z, e.Q_L, e.Q_p);
-    e.least = least_noise(b, c, j->Z) + b->armature;
+    W->I[0] += c->I[0];
+    W->M[0] += c->M[0];
+    times_axis(&j->S, W, &e.Q_L, &e.Q_p);
+    e.noise = along_axis(&j->S, e.Q_L, e.Q_p, 0.0);
+    e.least = least_noise(&j->S, c) + b->armature;
     const double all = e.noise + (b->flags & MBSRI_TURNS ? W->spread : 0.0);
-    if (mbsri_is_known(&run->tree->rule, j->D, fmax(all, local_size(b, c))))
+    if (mbsri_is_known(&run->tree->rule, j->D, fmax(all, local_size(&j->S, c))))
         j->Dinv = 1.0 / j->D;
     else if (!is_zero(&run->tree->rule, b, j->D, e.noise, e.least) &&
              !judge_remains(run, i, c, W, all, j, &e))
         return false;
     const v4 g_L = j->U_L * splat(j->Dinv), g_p = j->U_p * splat(j->Dinv),
              Q_L = e.Q_L - splat(0.5 * e.noise) * g_L, Q_p = e.Q_p - splat(0.5 * e.noise) * g_p;
-    const v4 gL[3] = {xxx(g_L), yyy(g_L), zzz(g_L)}, gp[3] = {xxx(g_p), yyy(g_p), zzz(g_p)},
-             QL[3] = {xxx(Q_L), yyy(Q_L), zzz(Q_L)}, Qp[3] = {xxx(Q_p), yyy(Q_p), zzz(Q_p)};
-    for (int k = 0; k < 3; ++k) {
-        W->I[k] -= Q_L * gL[k] + g_L * QL[k];
-        W->G[k] -= Q_p * gL[k] + g_p * QL[k];
-        W->M[k] -= Q_p * gp[k] + g_p * Qp[k];
-    }
-    add_diagonal(diagonal(c->I) + splat(e.least) * g_L * g_L, W->I);
-    add_diagonal(diagonal(c->M) + splat(e.least) * g_p * g_p, W->M);
+    subtract_dyad(Q_L, Q_p, g_L, g_p, W);
+    subtract_dyad(g_L, g_p, Q_L, Q_p, W);
+    W->I[0] += c->I[0] + splat(e.least) * g_L * g_L;
+    W->M[0] += c->M[0] + splat(e.least) * g_p * g_p;
     return true;
 }
 

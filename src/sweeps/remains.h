@@ -58,19 +58,13 @@ MBSRI_INLINE void own_times(const mbsri_sweep_body *b, const mbsri_sweep_state *
     *p = splat(b->c[3]) * v + cross(w, h);
 }
 
-MBSRI_INLINE double sum_of(const v4 A[3])
-{
-    return A[0][0] + A[1][1] + A[2][2];
-}
-
 /* alpha is what leaves least to S' by the traces of Mbar; false: nothing is in common. */
 MBSRI_INLINE bool find_remains(const mbsri_sweep_run *run, int i, const blocks *c, remains *r)
 {
     const mbsri_sweep_body *b = run->tree->body + i;
     const mbsri_sweep_state *s = run->state + i, *next = s + 1;
     static const double eps = 2.2204460492503131e-16;
-    const double turning = sum_of(c->I), sliding = sum_of(c->M),
-                 area = run->tree->length * run->tree->length;
+    const double turning = sum3(c->I[0]), sliding = sum3(c->M[0]), area = run->tree->area;
     v4 w, v, w_j, v_j, L, p;
     axis_of(b, load(s->R + 8), &w, &v);
     axis_of(b + 1, load(next->R + 8), &w_j, &v_j);
@@ -90,8 +84,7 @@ MBSRI_INLINE bool find_remains(const mbsri_sweep_run *run, int i, const blocks *
         p += U_p;
         r->own += fabs(r->behind) / eps; /* rounding, all of it */
     }
-    r->U_L = times(c->I, r->w) + transposed_times(c->G, r->v);
-    r->U_p = times(c->G, r->w) + times(c->M, r->v);
+    times_masses(c, r->w, r->v, &r->U_L, &r->U_p);
     r->shared = sum3(w_j * L + v_j * p);
     r->D = sum3(r->w * (r->U_L + splat(2.0) * L) + r->v * (r->U_p + splat(2.0) * p)) + r->shared;
     r->U_L += L, r->U_p += p;

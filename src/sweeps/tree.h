@@ -128,13 +128,50 @@ MBSRI_CHECK_LAYOUT(mbsri_sweep_state);
 /* Mbar, p and a bound of rounding errors (rank_bound.h) on the way to the predecessor. With V =
  * (omega, v):
  *
- *   Mbar = [I G^T; G M],   force = Mbar A + (L, p),   W <= kappa Mbar + spread Lambda */
+ *   Mbar = [I G^T; G M],   force = Mbar A + (L, p),   W <= kappa Mbar + spread Lambda
+ *
+ * with matrices by their diagonals (lane.h). */
 typedef struct mbsri_carry {
-    double I[12], G[12], M[12], L[4], p[4];
+    double I[8], G[12], M[8], L[4], p[4];
     double kappa, spread;
     double idle[2];
 } mbsri_carry;
 MBSRI_CHECK_LAYOUT(mbsri_carry);
+
+/* A += Mbar, 6 x 6. */
+static inline void mbsri_carry_add_to(const mbsri_carry *c, double A[36])
+{
+    for (int x = 0; x < 3; ++x) {
+        const int y = (x + 1) % 3, z = (x + 2) % 3;
+        const double row[3] = {c->G[x], c->G[4 + x], c->G[8 + x]};
+        const int at[3] = {x, y, z};
+        A[7 * x] += c->I[x];
+        A[7 * (3 + x)] += c->M[x];
+        A[6 * y + z] += c->I[4 + x], A[6 * z + y] += c->I[4 + x];
+        A[6 * (3 + y) + 3 + z] += c->M[4 + x], A[6 * (3 + z) + 3 + y] += c->M[4 + x];
+        for (int k = 0; k < 3; ++k) {
+            A[6 * at[k] + 3 + x] += row[k];
+            A[6 * (3 + x) + at[k]] += row[k];
+        }
+    }
+}
+
+/* Mbar of such a matrix. */
+static inline void mbsri_carry_from(const double A[36], mbsri_carry *c)
+{
+    for (int x = 0; x < 3; ++x) {
+        const int y = (x + 1) % 3, z = (x + 2) % 3;
+        c->I[x] = A[7 * x];
+        c->I[4 + x] = 0.5 * (A[6 * y + z] + A[6 * z + y]);
+        c->G[x] = A[6 * x + 3 + x];
+        c->G[4 + x] = A[6 * y + 3 + x];
+        c->G[8 + x] = A[6 * z + 3 + x];
+        c->M[x] = A[7 * (3 + x)];
+        c->M[4 + x] = 0.5 * (A[6 * (3 + y) + 3 + z] + A[6 * (3 + z) + 3 + y]);
+    }
+    for (int k = 3; k < 8; k += 4) c->I[k] = c->M[k] = 0.0;
+    for (int k = 3; k < 12; k += 4) c->G[k] = 0.0;
+}
 
 /* What the momentum form hands from a body to its predecessor: momentum (L, p) of all bodies from
  * here to the leaves, wrench (N, F) of the weights on them, and what of the given momenta is not
@@ -160,6 +197,10 @@ typedef struct mbsri_sweeps {
     int depth;                /* predecessors waiting for further successors at once, at most */
     int first_angle, angles;  /* the coordinates among which all angles are */
     double length;            /* L, m */
+    double area, per_area;    /* L^2 and its inverse */
+    double trace
+        [2]
+        [8]; /* weights of diagonals of I and M in the trace of Mbar by Lambda: in space, and LEVEL */
     mbsri_rank_rule rule;
     double gravity[4];    /* m/s^2, sum of all such elements, and 0 */
     bool joint_forces;    /* there are elements that act on joints alone */

@@ -108,24 +108,34 @@ MBSRI_INLINE void reaction_to_memory(const slab *y, mbsri_newton_carry *m)
     }
 }
 
+/* Own tensor of inertia turned into the world, by columns. */
+MBSRI_INLINE void turned_inertia(const mbsri_sweep_body *b, const mbsri_sweep_state *s, v4 I[3])
+{
+    const v4 R[3] = {load(s->R), load(s->R + 4), load(s->R + 8)};
+    v4 RI[3];
+    for (int j = 0; j < 3; ++j) RI[j] = times_stored(R, b->I + 4 * j);
+    for (int j = 0; j < 3; ++j)
+        I[j] = RI[0] * splat(s->R[j]) + RI[1] * splat(s->R[4 + j]) + RI[2] * splat(s->R[8 + j]);
+}
+
 /* chi = M nu;  the moment (dtheta x h) x g of the weight;  the flows. */
 MBSRI_INLINE void add_own_slab(const mbsri_sweep_body *b, const mbsri_sweep_state *s, v4 g, slab *y)
 {
-    blocks own;
-    clear(&own);
-    add_own(b, s, &own);
     const v4 e[3] = {{1.0, 0.0, 0.0, 0.0}, {0.0, 1.0, 0.0, 0.0}, {0.0, 0.0, 1.0, 0.0}};
     const v4 R[3] = {load(s->R), load(s->R + 4), load(s->R + 8)};
     const v4 omega = load(s->omega), v = load(s->v), h = times_stored(R, b->c),
              mass = splat(b->c[3]), hg = splat(sum3(h * g));
+    v4 I[3];
+    turned_inertia(b, s, I);
     for (int j = 0; j < 3; ++j) {
-        y->P[SPIN][j][CHI_L] += own.I[j];
-        y->P[SPIN][j][CHI_P] += own.G[j];
-        y->P[DRIFT][j][CHI_L] -= own.G[j];
+        const v4 G = cross(e[j], h);
+        y->P[SPIN][j][CHI_L] += I[j];
+        y->P[SPIN][j][CHI_P] += G;
+        y->P[DRIFT][j][CHI_L] -= G;
         y->P[DRIFT][j][CHI_P] += mass * e[j];
         y->P[ROTATION][j][MOMENT] += h * splat(g[j]) - hg * e[j];
     }
-    y->L += times(own.I, omega) + cross(h, v);
+    y->L += times(I, omega) + cross(h, v);
     y->p += mass * v + cross(omega, h);
     y->N += cross(h, g);
     y->F += mass * g;

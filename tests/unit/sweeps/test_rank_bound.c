@@ -35,12 +35,10 @@ typedef struct counts {
 /* The symmetric matrix in units of Lambda: [L^-1 1; 1]^T A [L^-1 1; 1]. */
 static void scaled(const mbsri_carry *c, double length, double A[36])
 {
-    for (int j = 0; j < 3; ++j) {
-        for (int k = 0; k < 3; ++k) {
-            A[6 * j + k] = c->I[4 * j + k] / (length * length);
-            A[6 * j + 3 + k] = A[6 * (3 + k) + j] = c->G[4 * j + k] / length;
-            A[6 * (3 + j) + 3 + k] = c->M[4 * j + k];
-        }
+    for (int k = 0; k < 36; ++k) A[k] = 0.0;
+    mbsri_carry_add_to(c, A);
+    for (int j = 0; j < 6; ++j) {
+        for (int k = 0; k < 6; ++k) A[6 * j + k] /= (j < 3 ? length : 1.0) * (k < 3 ? length : 1.0);
     }
 }
 
@@ -66,10 +64,10 @@ static void assert_bounded(const blocks *c, const blocks *W, double length)
 static double errors_of(const mbsri_sweep_run *run, int i, const blocks *c, const blocks *W)
 {
     const mbsri_sweep_body *b = run->tree->body + i;
-    const v4 Z = load(run->state[i].R + 8);
+    const screw S = {b->flags, b->pitch, load(run->state[i].R + 8)};
     v4 x_L, x_p;
-    times_axis(b, W, Z, &x_L, &x_p);
-    return along_axis(b, Z, x_L, x_p) + local_size(b, c);
+    times_axis(&S, W, &x_L, &x_p);
+    return along_axis(&S, x_L, x_p, 0.0) + local_size(&S, c);
 }
 
 /* sweep_back of backward.h with both at once. */
@@ -108,11 +106,13 @@ static void compare(const mbsri_sweep_run *run, counts *n)
         if (b->parent == 0) continue;
         ++n->bodies;
         assert_bounded(&c, &W, tree->length);
+        /* and at the body's own point */
         const v4 rho = load(run->state[i].rho);
-        translate(rho, &c);
-        translate(rho, &W);
-        c.spread *= stretch(run, i);
-        assert_bounded(&c, &W, tree->length);
+        blocks own = c, own_W = W;
+        translate(-rho, &own);
+        translate(-rho, &own_W);
+        own.spread /= stretch(run, i);
+        assert_bounded(&own, &own_W, tree->length);
         if (b->flags & MBSRI_NEXT) continue;
         if (!(b->flags & MBSRI_OPENS)) add(--top, &c), add(--noise_top, &W);
         to_memory(&c, top++);
