@@ -100,9 +100,11 @@ MBSRI_INLINE void own_load(const mbsri_sweep_body *b, const mbsri_sweep_state *s
     const v4 R[3] = {load(s->R), load(s->R + 4), load(s->R + 8)},
              I[3] = {load(b->I), load(b->I + 4), load(b->I + 8)};
     const v4 omega = load(s->omega), h = times_stored(R, b->c);
-    const v4 w = transposed_times(R, omega), a = transposed_times(R, A_w);
+    v4 D[3];
+    by_diagonals(R, D);
+    const v4 w = cyclic_transposed_times(D, omega), a = cyclic_transposed_times(D, A_w);
     const v4 in_body = times(I, a) + cross(w, times(I, w));
-    *L = times(R, in_body) + cross(h, A_v);
+    *L = cyclic_times(D, in_body) + cross(h, A_v);
     *p = splat(b->c[3]) * A_v + cross(A_w, h) + cross(omega, cross(omega, h));
 }
 

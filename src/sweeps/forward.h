@@ -57,7 +57,7 @@ MBSRI_INLINE void forward_part(const mbsri_sweep_run *run, int first, int last)
         const v4 w = next ? last_w : load(pred->A_w), v = next ? last_v : load(pred->A_v);
         const v4 rho = load(s->rho), c_w = load(s->A_w), c_v = load(s->A_v);
         last_w = w + c_w;
-        last_v = v + cross(w, rho) + c_v;
+        last_v = v + (cross(w, rho) + c_v);
         if (b->flags & (MBSRI_MULTI | MBSRI_BLOCK)) {
             store(s->A_w, last_w);
             store(s->A_v, last_v);

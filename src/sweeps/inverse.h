@@ -10,32 +10,42 @@
 #include "sweeps/motion.h"
 #include "sweeps/rank_bound.h"
 
-/* any: there are blocks, or force elements on bodies. */
-MBSRI_INLINE void accelerate(const mbsri_sweep_run *run, int i, bool any)
+/* A of the body before, in registers: mostly the predecessor. */
+typedef struct acceleration {
+    v4 w, v;
+} acceleration;
+
+MBSRI_INLINE void acceleration_from_memory(const mbsri_sweep_state *s, acceleration *A)
 {
-    const mbsri_sweep_body *b = run->tree->body + i;
-    const mbsri_sweep_state *pred = run->state + b->parent;
-    mbsri_sweep_state *s = run->state + i;
-    const v4 w = load(pred->A_w);
-    v4 A_w = w + load(s->A_w), A_v = load(pred->A_v) + cross(w, load(s->rho)) + load(s->A_v);
+    A->w = load(s->A_w);
+    A->v = load(s->A_v);
+}
+
+/* A: of the predecessor, then of the body. any: there are blocks, or force elements on bodies. */
+MBSRI_INLINE void accelerate(const mbsri_sweep_run *run, int i, const mbsri_sweep_body *b,
+                             mbsri_sweep_state *s, bool any, acceleration *A)
+{
+    /* in the order of forward.h, whose rounding this then has, too */
+    A->v += cross(A->w, load(s->rho)) + load(s->A_v);
+    A->w += load(s->A_w);
     if (b->flags & MBSRI_MULTI) {
         for (int k = 0; k < b->n; ++k) {
             const double *S = run->multi[b->multi].S[k];
             const v4 udot = splat(run->tau[b->u + k]);
-            A_w += load(S) * udot;
-            A_v += load(S + 4) * udot;
+            A->w += load(S) * udot;
+            A->v += load(S + 4) * udot;
         }
-    } else if (b->n) {
+    } else if (b->flags & (MBSRI_TURNS | MBSRI_SLIDES)) {
         const v4 Z = load(s->R + 8);
-        const double udot = run->tau[b->u];
-        if (b->flags & MBSRI_TURNS) A_w += Z * splat(udot);
-        if (b->flags & MBSRI_SLIDES) A_v += Z * splat(b->pitch * udot);
+        const v4 udot = splat(run->tau[b->u]);
+        if (b->flags & MBSRI_TURNS) A->w += Z * udot;
+        if (b->flags & MBSRI_SLIDES) A->v += Z * (splat(b->pitch) * udot);
     }
-    store(s->A_w, A_w);
-    store(s->A_v, A_v);
     /* in the place of U */
     v4 L = splat(0.0), p = splat(0.0);
-    if (!(b->flags & MBSRI_MASSLESS)) own_load(b, s, A_w, A_v, &L, &p);
+    if (!(b->flags & MBSRI_MASSLESS)) own_load(b, s, A->w, A->v, &L, &p);
+    store(s->A_w, A->w);
+    store(s->A_v, A->v);
     if (any && b->flags & MBSRI_LOADED) {
         L -= load(run->load[i].L);
         p -= load(run->load[i].p);
@@ -102,21 +112,26 @@ MBSRI_INLINE void add_load(const mbsri_sweep_run *run, const mbsri_sweeps *tree,
 MBSRI_INLINE int accelerate_part(const mbsri_sweep_run *run, int first, int last)
 {
     const mbsri_sweeps *tree = run->tree;
-    if (first > last) return 0;
-    int at = tree->body[first].parent; /* the body whose motion is in registers */
-    motion m;
-    motion_from_memory(run->state + at, false, &m);
+    mbsri_sweep_state *state = run->state;
+    int at = -1; /* the body whose motion is in registers */
+    motion m = {0};
+    acceleration A = {0};
     for (int i = first; i <= last; ++i) {
         const mbsri_sweep_body *b = tree->body + i;
+        mbsri_sweep_state *s = state + i;
+        if (b->parent != at) {
+            motion_from_memory(state + b->parent, false, &m);
+            acceleration_from_memory(state + b->parent, &A);
+        }
         if (b->flags & MBSRI_MULTI) {
             const int status = multi_kinematics(run, i, false);
             if (status) return status;
+            motion_from_memory(s, false, &m);
         } else {
-            if (b->parent != at) motion_from_memory(run->state + b->parent, false, &m);
-            move_body(run, b, false, run->state + i, &m);
-            at = i;
+            move_body(run, b, false, s, &m);
         }
-        accelerate(run, i, false);
+        accelerate(run, i, b, s, false, &A);
+        at = i;
     }
     return 0;
 }
@@ -128,10 +143,15 @@ MBSRI_INLINE int inverse_sweep(const mbsri_sweep_run *run, bool any)
     const int status = any ? 0 : accelerate_part(run, 1, bodies);
     if (status) return status;
     for (int i = 1; i <= bodies && any; ++i) { /* the kinematics came before the loads */
-        if (tree->body[i].flags & MBSRI_BLOCK)
+        const mbsri_sweep_body *b = tree->body + i;
+        mbsri_sweep_state *s = run->state + i;
+        if (b->flags & MBSRI_BLOCK) {
             mbsri_block_accelerate(run, i);
-        else
-            accelerate(run, i, true);
+            continue;
+        }
+        acceleration A;
+        acceleration_from_memory(run->state + b->parent, &A);
+        accelerate(run, i, b, s, true, &A);
     }
     sums at = {splat(0.0), splat(0.0), run->flows};
     for (int i = bodies; i >= 1; --i) add_load(run, tree, i, any, false, &at);

@@ -132,6 +132,14 @@ MBSRI_INLINE v4 symmetric_times(const v4 A[2], v4 x)
     return A[0] * x + zxy(A[1]) * yzx(x) + yzx(A[1]) * zxy(x);
 }
 
+MBSRI_INLINE void by_diagonals(const v4 C[3], v4 A[3])
+{
+    for (int k = 0; k < 3; ++k) {
+        const v4 two = MBSRI_SHUFFLE(C[k], C[(k + 1) % 3], 0, 5, 2, 3);
+        A[k] = MBSRI_SHUFFLE(two, C[(k + 2) % 3], 0, 1, 6, 3);
+    }
+}
+
 MBSRI_INLINE v4 cyclic_times(const v4 A[3], v4 x)
 {
     return A[0] * x + A[1] * yzx(x) + A[2] * zxy(x);
