@@ -210,7 +210,7 @@ static double momentum_norm(mbsri_stiff *s, N_Vector w, N_Vector id)
  * more than a small share of the momenta. Only at loose tolerances are steps so long. */
 static double bounded(mbsri_stiff *s, double filtered, double plain, N_Vector w, N_Vector id)
 {
-    static const double share = 0.02, least = 20.0;
+    static const double share = 0.02, least = 80.0;
     if (plain <= least) return filtered;
     const double most = fmax(least, share * momentum_norm(s, w, id));
     return fmax(filtered, plain / most);

@@ -16,6 +16,7 @@
 #include "recursion/kinematics.h"
 #include "small/twins.h"
 
+#include <float.h>
 #include <math.h>
 
 enum { SMALL_D = 6 }; /* d of bodies in the plane and in space */
@@ -178,11 +179,12 @@ int mbsri_small_unloaded(mbsr_small_masses *s, const mbsri_twin *twin, double t,
 int mbsri_small_column(mbsr_small_masses *s, const mbsri_twin *twin, double t, const double *y,
                        const double *yp, mbsri_small_load *load, const double *x, double *column)
 {
-    static const double large = 1e10;
+    static const double large = 1e10,
+                        least = 1e10 * DBL_MIN; /* of which large is a finite multiple */
     double most = 0.0;
     for (int k = 0; k < load->n; ++k) most = fmax(most, fabs(x[k]));
     mbsri_zero((size_t)s->size, column);
-    if (most == 0.0) return MBSR_OK;
+    if (most < least) return MBSR_OK;
     for (int k = 0; k < load->n; ++k) load->value[k] = x[k] * (large / most);
     const int status =
         mbsr_dae_residual(twin->model, twin->data, MBSR_DAE_MOMENTUM, t, y, yp, s->F_loaded);

@@ -107,7 +107,7 @@ static void a_beam_is_spun_up(void **state)
         test_ritz beam = test_ritz_bending(n, 10.0, 1.4e4, 1.2);
         beam.stiffening = 1;
         mbsr_flex *flex = test_ritz_make(&beam);
-        const spin s = spin_up(flex, 1, 1e-6);
+        const spin s = spin_up(flex, 1, 1e-7);
         print_message("%d modes: lowest %.5f, off by %.4f, %ld steps\n", n, s.lowest, distance(&s),
                       s.steps);
         assert_close(s.lowest, lowest[n - 1], 6e-6);
