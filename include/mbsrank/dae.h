@@ -145,7 +145,10 @@ typedef struct mbsr_consistent_info {
  *
  * With closures q is brought to the nearest closed position (mbsr_assemble), the rows to be left out as
  * redundant are chosen (mbsr_closures_dropped), u changes by impulses of the loops alone, and directions
- * without mass count where no loop holds them. Dense linear algebra. MBSR_LOOP_OPEN where loops do not close or contradict each other.
+ * without mass count where no loop holds them. Models of more than 120 joint rates and rows take a few Newton systems on the
+ * tree, O(bodies + loops), where dampers fix what no loop holds (docs/closed_loops.md lists what else they need); others,
+ * and small models, dense linear algebra, whose cost grows with the cube of joint rates and rows. MBSR_LOOP_OPEN where loops
+ * do not close or contradict each other.
  *
  * MBSR_UNDETERMINED names a joint with a direction that no force determines; MBSR_NO_CONVERGENCE:
  * no state found in which the forces balance; MBSR_RANK_CHANGED, MBSR_ERR_VALUE,
