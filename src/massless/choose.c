@@ -4,7 +4,7 @@
 
 #include "algebra/dense.h"
 #include "algebra/numbers.h"
-#include "massless/element_slopes.h"
+#include "massless/element_reaction.h"
 #include "massless/scales.h"
 
 #include <math.h>

@@ -8,10 +8,14 @@
 #include "massless/element_power.h"
 #include "recursion/kinematics.h"
 
+#include <float.h>
 #include <math.h>
 
 /* Of the largest entry, by typical sizes: what rounding leaves of derivatives. */
 static const double nothing = 1e-13;
+
+/* How many times its error bound a number has to be, to be told from zero. */
+static const double clear = 10.0;
 
 /* ---- derivatives as sums of products ---- */
 
@@ -146,7 +150,7 @@ static double load(const mbsri_slopes *s, const duals *x)
     return largest;
 }
 
-/* l (count) of the largest entry on the diagonal, which F loses; its sign, 0: none there. */
+/* l (count) of the largest entry on the diagonal: F loses that times l l^T. The entry, 0: none there. */
 static double take_factor(const duals *x, double least, double *l)
 {
     const int n = x->count;
@@ -164,7 +168,7 @@ static double take_factor(const duals *x, double least, double *l)
             if (fabs(*F) <= least) *F = 0.0;
         }
     }
-    return pivot > 0.0 ? 1.0 : -1.0;
+    return pivot;
 }
 
 /* ---- rows ---- */
@@ -202,7 +206,7 @@ static bool add_entries(mbsri_null_space *w, int bodies, int moving, mbsri_row *
                              mbsri_element_error(w, bodies, to, size_of_l);
         if (size == 0.0 && error == 0.0) continue;
         mbsri_row_entry *entry = (mbsri_row_entry *)w->entries.data + w->entries.count++;
-        *entry = (mbsri_row_entry){to, fabs(value) > 10.0 * error ? value : 0.0, error};
+        *entry = (mbsri_row_entry){to, fabs(value) > clear * error ? value : 0.0, error};
         ++row->count;
     }
     return true;
@@ -220,13 +224,13 @@ static bool add_rows(mbsri_null_space *w, int number, int moving, bool velocity,
     if (!find_duals(w, bodies, velocity, &x)) return false;
     const double largest = load(&w->slope, &x);
     for (int turn = 0; turn < x.count && largest > 0.0; ++turn) {
-        const double sign = take_factor(&x, nothing * largest, share);
-        if (sign == 0.0) break;
+        const double slope = take_factor(&x, nothing * largest, share);
+        if (slope == 0.0) break;
         *memory = mbsri_reserve(allocator, &w->rows, 1, sizeof(mbsri_row)) &&
                   mbsri_reserve(allocator, &w->entries, (size_t)moving, sizeof(mbsri_row_entry));
         if (!*memory) return false;
         mbsri_row *row = (mbsri_row *)w->rows.data + w->rows.count++;
-        *row = (mbsri_row){number, velocity, sign, w->entries.count, 0};
+        *row = (mbsri_row){number, velocity, slope, w->entries.count, 0};
         mbsri_zero((size_t)w->slope.out.rows, l);
         for (int k = 0; k < x.count; ++k) l[x.row[k]] = share[k] / x.span[k];
         if (!add_entries(w, bodies, moving, row, l)) return false;
@@ -279,17 +283,72 @@ static bool sees_some(const mbsri_null_space *w, const mbsri_row *row)
 bool mbsri_rows_serve(const mbsri_null_space *w, int count, const int *direction, bool velocity)
 {
     const mbsri_row *row = w->rows.data;
-    double sign = 0.0;
+    double slope = 0.0;
     for (int n = 0; n < count; ++n) {
         if (w->dense[velocity ? 0 : 1][direction[n]]) return false;
     }
     find_places(w, count, direction);
     for (size_t r = 0; r < w->rows.count; ++r, ++row) {
         if (row->velocity != velocity || !sees_some(w, row)) continue;
-        if (row->sign * sign < 0.0) return false;
-        sign = row->sign;
+        if ((row->slope > 0.0) != (slope > 0.0) && slope != 0.0) return false;
+        slope = row->slope;
     }
     return true;
+}
+
+void mbsri_rows_slopes(const mbsri_null_space *w, double *C)
+{
+    const mbsri_row *row = w->rows.data;
+    mbsri_zero((size_t)w->k * (size_t)w->k, C);
+    for (size_t r = 0; r < w->rows.count; ++r, ++row) {
+        const mbsri_row_entry *entry = entries_of(w, row);
+        for (int b = 0; b < row->count && row->velocity; ++b) {
+            double *column = C + entry[b].direction * w->k;
+            for (int a = 0; a < row->count; ++a)
+                column[entry[a].direction] += row->slope * entry[a].value * entry[b].value;
+        }
+    }
+}
+
+/* What a row sees of the sum z of all directions, whose weights have errors; 0 where that is no more than
+ * errors. */
+static double seen_of(const mbsri_null_space *w, const mbsri_row *row, const double *z,
+                      const double *z_error)
+{
+    const mbsri_row_entry *entry = entries_of(w, row);
+    double sum = 0.0, error = 0.0;
+    for (int a = 0; a < row->count; ++a) {
+        const int at = entry[a].direction;
+        const double size = fabs(entry[a].value);
+        sum += entry[a].value * z[at];
+        error += (entry[a].error + 4.0 * DBL_EPSILON * size) * fabs(z[at]) + size * z_error[at];
+    }
+    return fabs(sum) > clear * error ? sum : 0.0;
+}
+
+double mbsri_rows_strain(const mbsri_null_space *w, const double *z, const double *z_error)
+{
+    const mbsri_row *row = w->rows.data;
+    double strain = 0.0;
+    for (size_t r = 0; r < w->rows.count; ++r, ++row) {
+        if (!row->velocity) strain += fabs(row->slope * seen_of(w, row, z, z_error));
+    }
+    return strain;
+}
+
+void mbsri_rows_through(const mbsri_null_space *w, int e, const double *Z, const double *Z_error,
+                        double *B)
+{
+    const mbsri_row *row = w->rows.data;
+    mbsri_zero((size_t)e * (size_t)w->k, B);
+    for (size_t r = 0; r < w->rows.count; ++r, ++row) {
+        const mbsri_row_entry *entry = entries_of(w, row);
+        for (int b = 0; b < e && !row->velocity; ++b) {
+            const double seen = seen_of(w, row, Z + b * w->k, Z_error + b * w->k);
+            for (int a = 0; a < row->count && seen != 0.0; ++a)
+                B[entry[a].direction * e + b] += row->slope * seen * entry[a].value;
+        }
+    }
 }
 
 int mbsri_rows_gather(const mbsri_null_space *w, int count, const int *direction, bool velocity,

@@ -8,7 +8,9 @@
  *
  *   A_i = -H_i A_pi - J_i a_i - delta_i,    a_i of least sum of A^T M A,
  *
- * with random delta, a few times: what cancels for one does not for all. */
+ * with random delta, a few times: what cancels for one does not for all. A direction's first rates are rounded
+ * apart from the others, though, and these then answer to delta without them, so the joints where it begins
+ * are held, too. */
 #include "massless/null_answer.h"
 
 #include "algebra/dense.h"
@@ -78,9 +80,23 @@ static void add(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g, c
     }
 }
 
-void mbsri_null_answer(const mbsr_model *m, mbsr_data *d, int j, const mbsri_lifted *out)
+/* The changes of all groups; held: those where the direction begins keep its rates, which may have been
+ * rounded, and the joints behind answer as they do in the lift. */
+static void add_changes(const mbsr_model *m, mbsr_data *d, int j, bool held,
+                        const mbsri_lifted *out)
 {
     double *w = d->scratch + m->max_d, *rate = w + m->max_n;
+    for (int i = j; i <= m->bodies; ++i) {
+        if (!mbsri_heads(m, d, i) || !takes_part(m, d, i, out->a)) continue;
+        const mbsri_group g = mbsri_group_of(m, d, i);
+        if (held && i == j) mbsri_zero((size_t)g.n, d->e + g.ig);
+        mbsri_known_part(m, d, &g, w, rate);
+        add(m, d, &g, rate, out);
+    }
+}
+
+void mbsri_null_answer(const mbsr_model *m, mbsr_data *d, int j, const mbsri_lifted *out)
+{
     uint32_t state = 1;
     for (int sample = 0; sample < SAMPLES; ++sample) {
         for (int i = j; i <= m->bodies; ++i) {
@@ -89,12 +105,8 @@ void mbsri_null_answer(const mbsr_model *m, mbsr_data *d, int j, const mbsri_lif
         for (int i = m->bodies; i >= j; --i) {
             if (takes_part(m, d, i, out->a)) mbsri_load_joint(m, d, i);
         }
-        for (int i = j; i <= m->bodies; ++i) {
-            if (!mbsri_heads(m, d, i) || !takes_part(m, d, i, out->a)) continue;
-            const mbsri_group g = mbsri_group_of(m, d, i);
-            mbsri_known_part(m, d, &g, w, rate);
-            add(m, d, &g, rate, out);
-        }
+        add_changes(m, d, j, false, out);
+        add_changes(m, d, j, true, out);
     }
     mbsri_null_drop((size_t)m->nu, out->a, out->a_error);
     mbsri_null_drop(m->size_v, out->twist, out->twist_error);

@@ -220,7 +220,7 @@ static int add_row(mbsri_null_space *w, int closure, int k, double lever, double
         }
     }
     mbsri_row *row = (mbsri_row *)w->rows.data + w->rows.count++;
-    *row = (mbsri_row){-1 - closure, velocity, -1.0, entries, w->k};
+    *row = (mbsri_row){-1 - closure, velocity, -weight, entries, w->k};
     w->entries.count += (size_t)w->k;
     return MBSR_OK;
 }

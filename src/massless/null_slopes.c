@@ -15,6 +15,7 @@
 
 #include "algebra/dense.h"
 #include "algebra/differences.h"
+#include "algebra/numbers.h"
 #include "forces/gravity.h"
 #include "massless/couplings.h"
 #include "massless/element_slopes.h"
@@ -22,10 +23,12 @@
 #include "massless/null_space.h"
 #include "massless/scales.h"
 #include "massless/shorten.h"
+#include "recursion/closures.h"
 #include "recursion/elements.h"
 #include "recursion/kinematics.h"
 #include "recursion/sizes.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -72,7 +75,8 @@ static int difference(mbsri_null_space *w, double t, const double *q, const doub
 /* Row l of a column from the slopes and force sizes of `decades` steps, the first being `share`:
  * that with the smallest error, or zero. A slope at longer steps that contradicts the one found at
  * shorter ones belongs to another branch of the law, such as a stop not reached. */
-static double choose(const mbsri_null_space *w, int l, int decades, double share, double *error)
+static double choose(const mbsri_null_space *w, int l, int decades, double share, double least,
+                     double *error)
 {
     double best = INFINITY, slope = 0.0, before = 0.0;
     bool constant = true;
@@ -88,8 +92,8 @@ static double choose(const mbsri_null_space *w, int l, int decades, double share
         best = noise;
         slope = now;
     }
-    *error = constant ? 0.0 : best;
-    return fabs(slope) > 10.0 * best ? slope : 0.0;
+    *error = constant ? 0.0 : fmax(best, least);
+    return fabs(slope) > 10.0 * *error ? slope : 0.0;
 }
 
 /* The step along direction l that changes one of the rates, or positions, by its size. */
@@ -145,6 +149,14 @@ static int search(mbsri_null_space *w, double t, const double *q, const double *
     return MBSR_OK;
 }
 
+/* Over a unit step, what may be rounding: slopes by position of less than that beside what elements with
+ * derivatives make of positions off by typical sizes. So at velocities that balance the rounding of
+ * springs nothing turns up that is not there at rest. */
+static double least_slope(const mbsri_null_space *w, bool velocity, int l)
+{
+    return velocity ? 0.0 : DBL_EPSILON * w->strain[l];
+}
+
 /* The columns of one colour of C (velocity) or S and their errors, of the forces that are not held. */
 static int find_columns(mbsri_null_space *w, double t, const double *q, const double *u,
                         bool velocity, range decades, int colour)
@@ -159,7 +171,9 @@ static int find_columns(mbsri_null_space *w, double t, const double *q, const do
         for (int r = 0; r < k; ++r) {
             const size_t at = (size_t)l * (size_t)k + (size_t)r;
             if (!w->affects[at]) continue;
-            A[at] = choose(w, r, found, pow(10.0, decades.low), error + at) / unit;
+            A[at] = choose(w, r, found, pow(10.0, decades.low), least_slope(w, velocity, r),
+                           error + at) /
+                    unit;
             error[at] /= unit;
         }
     }
@@ -175,7 +189,8 @@ static int drop_rows(mbsri_null_space *w, double t, const double *q, const doubl
     const int status = search(w, t, q, u, false, decades, ALL, &found);
     if (status) return status;
     for (int r = 0; r < k; ++r) {
-        const bool zero = choose(w, r, found, pow(10.0, decades.low), w->ahead + r) == 0.0;
+        const bool zero = choose(w, r, found, pow(10.0, decades.low), least_slope(w, false, r),
+                                 w->ahead + r) == 0.0;
         if (!zero) w->ahead[r] = INFINITY;
     }
     for (int l = 0; l < k; ++l) {
@@ -244,9 +259,8 @@ static bool are_smooth(const mbsri_null_space *w)
     return true;
 }
 
-/* Whether nothing is left to be differenced: elements all have derivatives, exert nothing, and the
- * bodies rest. */
-static bool is_at_rest(const mbsri_null_space *w)
+/* Whether elements all have derivatives and exert nothing, and the bodies rest. */
+static bool nothing_acts(const mbsri_null_space *w)
 {
     const mbsr_model *m = w->m;
     for (size_t k = 0; k < m->forces.count; ++k) {
@@ -258,13 +272,25 @@ static bool is_at_rest(const mbsri_null_space *w)
             if (still[k][r] != 0.0) return false;
         }
     }
-    for (int r = 0; r < m->nu; ++r) {
-        if (w->tau_held[r] != 0.0) return false;
+    return !(mbsri_largest(m->nu, w->tau_held) > 0.0);
+}
+
+/* Loop forces where nothing acts but, perhaps, springs in rows that were given a gap: rounding. */
+static void drop_loop_forces(mbsri_null_space *w)
+{
+    const mbsri_closure *c = w->m->closures.data;
+    for (size_t n = 0; n < w->m->closures.count; ++n, ++c) {
+        for (int k = 0; k < c->rows; ++k) {
+            if (mbsri_is_loose(c, k)) return;
+        }
     }
-    for (int r = 0; w->lambda && r < m->rows; ++r) {
-        if (w->lambda[r] != 0.0) return false;
-    }
-    return true;
+    mbsri_zero((size_t)w->m->rows, w->lambda);
+}
+
+/* Whether nothing is left to be differenced. */
+static bool is_at_rest(const mbsri_null_space *w)
+{
+    return nothing_acts(w) && !(w->lambda && mbsri_largest(w->m->rows, w->lambda) > 0.0);
 }
 
 /* C and S of what is not held: elements without derivatives, weights, the change of directions. */
@@ -306,6 +332,7 @@ int mbsri_null_slopes(mbsri_null_space *w, double t, const double *q, const doub
         mbsri_null_rate_scales(w, natural);
     }
     status = mbsri_hold_elements(w);
+    if (!status && w->lambda && nothing_acts(w)) drop_loop_forces(w);
     for (int l = 0; l < w->k && !status; ++l) {
         status = mbsri_null_rate_here(w, w->direction + (size_t)l * (size_t)m->nu,
                                       w->q_rate + (size_t)l * (size_t)m->nq);
@@ -316,6 +343,7 @@ int mbsri_null_slopes(mbsri_null_space *w, double t, const double *q, const doub
     status = differences(w, t, q, u);
     w->holding = false;
     if (!status) status = mbsri_null_shorten(w, t, q, u);
+    mbsri_null_remix(w, true, w->strain);
     if (!status && w->lambda) {
         status = state(w, t, q, u);
         if (!status) status = mbsri_null_leave_held(w);

@@ -98,7 +98,7 @@ static void subtract(mbsri_reduction *r, int j, int p, const double *factor, con
     const double pivot = a[p], pivot_error = e[p];
     if (pivot == 0.0 && pivot_error == 0.0) return;
     for (int i = 0; i < r->n; ++i) {
-        if (i == p || factor[i] == 0.0) continue;
+        if (i == p || (factor[i] == 0.0 && doubt[i] == 0.0)) continue;
         const double part = factor[i] * pivot, size = fabs(a[i]) + fabs(part);
         if (part == 0.0 && pivot_error == 0.0) continue;
         a[i] -= part;

@@ -49,6 +49,10 @@ int mbsri_start_directions(mbsri_start *s);
 /* out (k) = [Yc Y]^T x */
 void mbsri_start_turn(const mbsri_start *s, const double *x, double *out);
 
+/* Clears numbers from `first` on, `count` of them, of [Yc Y]^T gamma if all of them may be rounding of the
+ * springs that hold these directions, where elements tell that. */
+void mbsri_start_drop_rounding(const mbsri_start *s, int first, int count, double *turned);
+
 /* B = Y^T S with its errors. */
 void mbsri_start_springs(mbsri_start *s);
 

@@ -106,6 +106,7 @@ int mbsri_start_directions(mbsri_start *s)
     mbsri_zero(square, s->left_error);
     for (int l = 0; l < k; ++l) w->moving[l] = l;
     bool told = mbsri_rows_serve(w, k, w->moving, true);
+    if (told) mbsri_rows_slopes(w, w->C);
     if (told) status = find_seen(s, &told);
     s->by_rows = told && mbsri_rows_serve(w, k, w->moving, false);
     if (!status && s->by_rows && s->reduced.rank < k) status = find_open(s, k - s->reduced.rank);
@@ -126,11 +127,26 @@ void mbsri_start_turn(const mbsri_start *s, const double *x, double *out)
     mbsri_atx(s->w.k, s->w.k, 1.0, s->left, x, out);
 }
 
+void mbsri_start_drop_rounding(const mbsri_start *s, int first, int count, double *turned)
+{
+    bool all = s->by_rows;
+    for (int r = first; r < first + count && all; ++r) {
+        const double *y = s->left + r * s->w.k, *dy = s->left_error + r * s->w.k;
+        all = fabs(turned[r]) <= 16.0 * DBL_EPSILON * mbsri_rows_strain(&s->w, y, dy);
+    }
+    if (all) mbsri_zero((size_t)count, turned + first);
+}
+
 /* B = Y^T S with its errors. */
 void mbsri_start_springs(mbsri_start *s)
 {
     const mbsri_null_space *w = &s->w;
     const int k = w->k, e = k - s->damped;
+    if (s->by_rows) { /* Y = Z; of B's errors nothing is asked */
+        mbsri_rows_through(w, e, s->Z, s->Z_error, s->B);
+        mbsri_zero((size_t)k * (size_t)e, s->B_error);
+        return;
+    }
     for (int c = 0; c < k; ++c) {
         const double *x = w->S + c * k, *dx = w->S_error + c * k;
         for (int r = 0; r < e; ++r) {

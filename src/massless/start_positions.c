@@ -62,6 +62,7 @@ static int aim_positions(mbsri_start *s)
     mbsri_null_space *w = &s->w;
     mbsri_start_turn(s, s->defect, s->moved);
     for (int r = 0; r < w->k; ++r) s->moved[r] = r < s->damped ? 0.0 : -s->moved[r];
+    mbsri_start_drop_rounding(s, s->damped, w->k - s->damped, s->moved);
     mbsri_start_springs(s);
     const int status = mbsri_start_factor(s, MBSRI_LEAST_STIFFNESS);
     if (status) return status;

@@ -3,6 +3,7 @@
 #include "massless/start.h"
 
 #include "algebra/dense.h"
+#include "algebra/numbers.h"
 #include "massless/null_slopes.h"
 #include "recursion/forward.h"
 #include "recursion/kinematics.h"
@@ -48,6 +49,8 @@ static int slopes_of_rates(mbsri_start *s)
     const int k = w->k, e = k - s->damped;
     const double time = mbsri_start_short_time(s, 1e-4), rate = 1e-4 / time;
     mbsri_start_springs(s);
+    if (s->by_rows && mbsri_largest(m->nu, s->u) == 0.0) /* C does not change: it is made of rows */
+        return mbsri_start_factor(s, MBSRI_LEAST_STIFFNESS);
     if (e > 0) {
         mbsri_start_loads(s, s->weights);
         add_springs(s, s->weights);

@@ -75,6 +75,7 @@ static int step_velocities(mbsri_start *s, int number, double *last, bool *done)
     if (status) return status;
     const double before = mbsri_largest(s->damped, s->moved);
     for (int r = 0; r < k; ++r) s->moved[r] = -s->moved[r];
+    mbsri_start_drop_rounding(s, 0, s->damped, s->moved);
     mbsri_start_springs(s);
     status = mbsri_start_factor(s, MBSRI_LEAST_STIFFNESS);
     if (status == MBSR_UNDETERMINED && number > 0)

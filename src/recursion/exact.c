@@ -272,13 +272,16 @@ static void confine_part(int n, int first, int count, const double *A, double *E
     }
 }
 
-/* Rotations and translations, which have different units, apart. */
-static void confine(const mbsri_body *b, const double *A, double *E)
+/* Rotations and translations, which have different units, apart. What was added up at the body itself, least
+ * (d x d), remains: only one direction of a part may have become too large. */
+static void confine(const mbsri_body *b, const double *A, double share, const double *least,
+                    double *E)
 {
     const bool plane = b->joint.space == MBSR_SPACE_PLANAR;
     if (!plane && !mbsri_turns(b->joint.space)) return;
     confine_part(b->d, 0, plane ? 2 : 3, A, E);
     confine_part(b->d, plane ? 2 : 3, plane ? 1 : 3, A, E);
+    for (int k = 0; k < b->d * b->d; k += b->d + 1) E[k] = fmax(E[k], share * least[k]);
 }
 
 /* Mbar^a = Mbar - Y Y^T and the errors to the predecessor; given: whether masses were given with
@@ -304,9 +307,9 @@ static void pass_head(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, b
     }
     pass(d, b, r->T, r->product);
     for (int l = 0; l < 2; ++l) {
-        mbsri_carry_errors(m, d, g, errors[l], l == 0 ? 1.0 : MBSRI_EXACT_SHARE, dim, E, Q, JQ,
-                           product);
-        if (!given) confine(b, errors[l] + b->dd, E);
+        const double share = l == 0 ? 1.0 : MBSRI_EXACT_SHARE;
+        mbsri_carry_errors(m, d, g, errors[l], share, dim, E, Q, JQ, product);
+        if (!given) confine(b, errors[l] + b->dd, share, d->Mbar + b->dd, E);
         mbsri_congruence(dim, b->d_pred, d->H + b->dp, E, errors[l] + b->pred_dd, product);
     }
 }

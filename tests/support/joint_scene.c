@@ -2,6 +2,8 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "joint_scene.h"
 
+#include "ritz.h"
+
 static void draw_vector(scene *s, double x[3])
 {
     const int axis = test_integer(&s->rng, 0, 2);
@@ -190,6 +192,18 @@ static bool slides(kind joint, int k)
            (joint == FREE && k >= 3);
 }
 
+/* Rates, and coordinates that are zero, of the beams. */
+static void place_beams(built *l, const scene *s, double length)
+{
+    for (int b = 0; b < s->beams; ++b) {
+        for (int a = 0; a < s->beam[b].modes; ++a, ++l->nu) {
+            l->q[l->nq++] = 0.0;
+            l->unit[l->nu] = length;
+            l->body_of[l->nu] = scene_beam_of(s, b);
+        }
+    }
+}
+
 static void place(built *l, const scene *s, double length)
 {
     int from = 0;
@@ -204,6 +218,7 @@ static void place(built *l, const scene *s, double length)
             l->body_of[l->nu] = i;
         }
     }
+    place_beams(l, s, length);
 }
 
 int scene_first_rate(const built *l, int i)
@@ -244,6 +259,43 @@ double scene_distance(const built *l, const element *e, double length, double al
     return sqrt(square);
 }
 
+static void add_beam(built *l, const scene *s, int number, const units *in)
+{
+    const beam *b = s->beam + number;
+    test_ritz ritz = {.length = b->length * in->length,
+                      .density = b->density * in->mass / in->length,
+                      .tip = b->tip * in->mass,
+                      .modes = b->modes,
+                      .markers = 2};
+    ritz.at[1] = ritz.length;
+    for (int a = 0; a < b->modes; ++a) {
+        ritz.dir[a] = b->dir[a], ritz.power[a] = b->power[a], ritz.massless[a] = b->massless[a];
+        ritz.K[a * (b->modes + 1)] = b->spring[a] * in->mass / (in->time * in->time);
+        ritz.D[a * (b->modes + 1)] = b->damper[a] * in->mass / in->time;
+    }
+    mbsr_body_def def = mbsr_default_body_def();
+    const mbsr_flex *flex = l->flex[number] = test_ritz_make(&ritz);
+    def.parent = b->parent;
+    def.joint = mbsr_joint_mount(flex, 0);
+    def.inertia = mbsr_inertia_flexible(flex);
+    assert_ok(mbsr_model_add_body(l->model, &def, NULL), mbsr_model_error(l->model));
+    def = mbsr_default_body_def();
+    def.parent = scene_beam_of(s, number);
+    def.joint = mbsr_joint_marker(flex, 1);
+    assert_ok(mbsr_model_add_body(l->model, &def, NULL), mbsr_model_error(l->model));
+}
+
+static void add_closing(built *l, const closing *c, const units *in)
+{
+    static const double axes[9] = {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};
+    double a[3], b[3];
+    times(c->point_a, in->length, a);
+    times(c->point_b, in->length, b);
+    const mbsr_closure_def def =
+        mbsr_closure_rows(c->a, a, c->b < 0 ? MBSR_GROUND : c->b, b, c->rows, axes);
+    assert_ok(mbsr_model_add_closure(l->model, &def, NULL), mbsr_model_error(l->model));
+}
+
 /* Springs at rest where the model stands. */
 static void add_force(built *l, const scene *s, const element *e, const units *in, double rest)
 {
@@ -252,8 +304,8 @@ static void add_force(built *l, const scene *s, const element *e, const units *i
     times(e->point_a, in->length, point_a);
     times(e->point_b, in->length, point_b);
     mbsr_force_def def;
-    const int at = scene_first_rate(l, e->a) + e->coordinate;
-    const double unit = e->law == BETWEEN ? in->length : l->unit[at],
+    const double unit = e->law == BETWEEN ? in->length
+                                          : l->unit[scene_first_rate(l, e->a) + e->coordinate],
                  spring = e->spring * work / (unit * unit),
                  damper = e->damper * work * in->time / (unit * unit);
     stiffness[e->coordinate % 3] = spring;
@@ -283,6 +335,7 @@ built scene_build(const scene *s, const units *in, const double *rest, bool flat
         if (b->points > 0) def.inertia = flat ? flat_inertia_of(b, in) : inertia_of(b, in);
         assert_ok(mbsr_model_add_body(l.model, &def, NULL), mbsr_model_error(l.model));
     }
+    for (int b = 0; b < s->beams; ++b) add_beam(&l, s, b, in);
     place(&l, s, in->length);
     for (int i = 0; i < s->bodies; ++i) {
         double values[6];
@@ -296,6 +349,11 @@ built scene_build(const scene *s, const units *in, const double *rest, bool flat
     }
     for (int k = 0; k < s->elements && rest; ++k)
         add_force(&l, s, s->element + k, in, rest[k] * in->length);
+    for (int b = 0; b < s->beams; ++b) {
+        const mbsr_force_def def = mbsr_force_elastic(scene_beam_of(s, b), l.flex[b]);
+        assert_ok(mbsr_model_add_force(l.model, &def, NULL), mbsr_model_error(l.model));
+    }
+    for (int k = 0; k < s->closures; ++k) add_closing(&l, s->closing + k, in);
     assert_ok(mbsr_model_finish(l.model), mbsr_model_error(l.model));
     assert_int_equal(mbsr_data_create(l.model, &l.data, NULL), MBSR_OK);
     return l;
@@ -305,4 +363,93 @@ void scene_destroy(built *l)
 {
     mbsr_data_destroy(l->data);
     mbsr_model_destroy(l->model);
+    for (int b = 0; b < BEAMS; ++b) mbsr_flex_destroy(l->flex[b]);
+}
+
+/* ---- beams and closures ---- */
+
+/* Shapes of one kind have different powers: no combination of them moves nothing. */
+static void draw_modes(scene *s, beam *b)
+{
+    static const int dir[] = {1, 2, 1, 2, 0};
+    static const double power[] = {2.0, 2.0, 3.0, 3.0, 1.0};
+    int at = test_integer(&s->rng, 0, 4);
+    b->modes = test_integer(&s->rng, 1, MODES);
+    for (int a = 0; a < b->modes; ++a, at = (at + 1) % 5) {
+        b->dir[a] = dir[at], b->power[a] = power[at];
+        b->massless[a] = test_chance(&s->rng, 0.5);
+        if (test_chance(&s->rng, 0.7)) b->spring[a] = test_decades(&s->rng, -2.0, 3.0);
+        if (test_chance(&s->rng, 0.4)) b->damper[a] = test_decades(&s->rng, -2.0, 2.0);
+    }
+}
+
+/* A spring or damper, or both, between the end of a beam and some point. */
+static void draw_element_at(scene *s, int marker)
+{
+    element e = {.law = BETWEEN, .a = marker, .b = test_integer(&s->rng, -1, s->bodies - 1)};
+    const int parts = test_integer(&s->rng, 1, 3);
+    if (parts & 1) e.spring = test_decades(&s->rng, -3.0, 3.0);
+    if (parts & 2) e.damper = test_decades(&s->rng, -3.0, 3.0);
+    if (test_chance(&s->rng, 0.3)) draw_vector(s, e.point_a);
+    for (int k = 0; k < 3; ++k) e.point_b[k] = 1.3 * test_uniform(&s->rng);
+    if (s->elements < ELEMENTS) s->element[s->elements++] = e;
+}
+
+void scene_add_beams(scene *s)
+{
+    int rates = 0;
+    for (int i = 0; i < s->bodies; ++i) rates += scene_rates_of(s->body[i].joint);
+    for (int k = test_integer(&s->rng, 1, BEAMS); k > 0 && rates + MODES <= RATES; --k) {
+        beam *b = s->beam + s->beams++;
+        *b = (beam){.parent = test_integer(&s->rng, 0, s->bodies - 1)};
+        b->length = 0.5 + 0.4 * test_uniform(&s->rng);
+        draw_modes(s, b);
+        if (test_chance(&s->rng, 0.6)) b->density = test_decades(&s->rng, -2.0, 0.5);
+        if (test_chance(&s->rng, 0.3)) b->tip = test_decades(&s->rng, -2.0, 0.5);
+        rates += b->modes;
+    }
+    for (int k = 0; k < s->beams; ++k) {
+        if (test_chance(&s->rng, 0.6)) draw_element_at(s, scene_beam_of(s, k) + 1);
+    }
+}
+
+/* The point of body i where x is in the world. */
+static void find_in_body(const built *l, int i, const double x[3], double in_body[3])
+{
+    static const double axes[3][3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};
+    const double zero[3] = {0.0};
+    double origin[3], end[3];
+    scene_find_point(l, i, zero, origin);
+    for (int k = 0; k < 3; ++k) {
+        scene_find_point(l, i, axes[k], end);
+        in_body[k] = 0.0;
+        for (int c = 0; c < 3; ++c) in_body[k] += (end[c] - origin[c]) * (x[c] - origin[c]);
+    }
+}
+
+/* Some body or, with a chance, marker. */
+static int draw_end(scene *s, int first)
+{
+    const bool marker = s->beams > 0 && test_chance(&s->rng, 0.4);
+    return marker ? scene_beam_of(s, test_integer(&s->rng, 0, s->beams - 1)) + 1
+                  : test_integer(&s->rng, first, s->bodies - 1);
+}
+
+void scene_add_closures(scene *s)
+{
+    built l = scene_build(s, systems, NULL, false);
+    if (!mbsr_positions(l.model, l.data, 0.0, l.q)) {
+        for (int k = test_integer(&s->rng, 1, CLOSURES); k > 0; --k) {
+            closing *c = s->closing + s->closures;
+            double x[3];
+            *c = (closing){.a = draw_end(s, 0), .b = draw_end(s, -1)};
+            c->rows = test_integer(&s->rng, 1, 3);
+            if (c->a == c->b) continue;
+            if (test_chance(&s->rng, 0.7)) draw_vector(s, c->point_a);
+            scene_find_point(&l, c->a, c->point_a, x);
+            find_in_body(&l, c->b, x, c->point_b);
+            ++s->closures;
+        }
+    }
+    scene_destroy(&l);
 }
