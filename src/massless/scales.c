@@ -2,6 +2,9 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "massless/scales.h"
 
+#include "algebra/numbers.h"
+#include "flexible/data.h"
+
 #include <math.h>
 #include <string.h>
 
@@ -99,6 +102,21 @@ static void fill(int n, const mbsr_coordinate_kind *kind, double rotation, doubl
     }
 }
 
+/* Modal coordinates: by which a marker moves by the typical length, or turns by 1. */
+static void fill_modes(const mbsri_null_space *w, const mbsri_body *b, double *scale)
+{
+    const mbsr_flex *flex = b->inertia.flex;
+    for (int a = 0; a < b->n && flex; ++a) {
+        double largest = 0.0;
+        for (int k = 0; k < flex->markers; ++k) {
+            const double moved = mbsri_largest(3, flex->marker[k].Phi + 3 * a),
+                         turned = mbsri_largest(3, flex->marker[k].Psi + 3 * a);
+            largest = fmax(largest, fmax(moved / w->size, turned));
+        }
+        if (largest > 0.0) scale[a] = 1.0 / largest;
+    }
+}
+
 void mbsri_null_scales(mbsri_null_space *w, const double *q, const double *u)
 {
     const mbsr_model *m = w->m;
@@ -123,6 +141,9 @@ void mbsri_null_scales(mbsri_null_space *w, const double *q, const double *u)
         kinds_of(m, i, kq, ku);
         fill(b->nq, kq, 1.0, w->size, w->q_scale + b->q);
         fill(b->n, ku, 1.0, w->size, w->span + b->u);
+        if (!b->modal) continue;
+        fill_modes(w, b, w->q_scale + b->q);
+        fill_modes(w, b, w->span + b->u);
     }
 }
 
@@ -137,6 +158,7 @@ void mbsri_null_rate_scales(mbsri_null_space *w, double natural)
         const mbsri_body *b = m->body + i;
         kinds_of(m, i, kq, ku);
         fill(b->n, ku, turning, moving, w->u_scale + b->u);
+        for (int c = b->u; c < b->u + b->n && b->modal; ++c) w->u_scale[c] = turning * w->span[c];
     }
 }
 
