@@ -8,11 +8,16 @@
 #include "base/memory.h"
 #include "dynamics/entry.h"
 #include "forms/dae.h"
+#include "loops/assemble.h"
+#include "loops/ranks.h"
 #include "loops/start.h"
 #include "massless/imbalance.h"
 #include "massless/loops_tree_start.h"
+#include "massless/open.h"
 #include "model/query.h"
 #include "recursion/closures.h"
+#include "recursion/elements.h"
+#include "recursion/kinematics.h"
 #include "recursion/not_finite.h"
 #include "recursion/spans.h"
 
@@ -170,6 +175,99 @@ static double distance(int n, const double *a, const double *b)
 /* Models with more joint rates and rows are started on the tree where that serves. */
 enum { DENSE_MOST = 120 };
 
+/* No state was found: whether one given has a direction that nothing determines. */
+static int refuse_given(start *s, const double *y)
+{
+    const mbsr_error before = s->w.d->error;
+    int status = mbsri_unpack(s->form, s->w.m, s->w.d, s->t, y, s->q, s->u);
+    mbsri_verdict verdict;
+    if (!status)
+        status = mbsri_refuse_open(s->w.m, s->w.d, s->t, s->q, s->u, s->w.function, &verdict);
+    if (!status) s->w.d->error = before;
+    return status;
+}
+
+/* A sum of all forces at time t, with weights that belong to no pattern. */
+static int weigh(const start *s, double t, double *sum)
+{
+    const mbsr_model *m = s->w.m;
+    mbsr_data *d = s->w.d;
+    int status = mbsri_positions(m, d, t, s->q);
+    if (!status) status = mbsri_velocities(m, d, s->u);
+    if (!status) status = mbsri_forces(m, d, NULL);
+    *sum = 0.0;
+    for (size_t k = 0; k < m->size_v && !status; ++k)
+        *sum += (1.0 + 0.5 * sin(12.9898 * (double)k)) * d->f[k];
+    for (int k = 0; k < m->nu && !status; ++k) *sum += (1.0 + 0.5 * sin(78.233 * k)) * d->tau[k];
+    return status;
+}
+
+/* Whether forces are the same a little earlier and later. */
+static int are_steady(const start *s, bool *steady)
+{
+    const mbsr_error before = s->w.d->error;
+    double now, sum;
+    int status = weigh(s, s->t, &now);
+    *steady = true;
+    for (int side = -1; side <= 1 && !status; side += 2) {
+        status = weigh(s, s->t + side * 1e-3 * fmax(1.0, fabs(s->t)), &sum);
+        *steady = *steady && !status && sum == now;
+        if (status <= 0) continue;
+        s->w.d->error = before; /* a time at which they cannot be told */
+        status = MBSR_OK;
+    }
+    return status;
+}
+
+/* Whether velocities are zero and closed loops leave them so: no closure moves by itself. Springs in rows
+ * that a start takes as they are may pull. */
+static int stands(start *s, bool *still)
+{
+    const mbsr_model *m = s->w.m;
+    mbsr_data *d = s->w.d;
+    double *rate = s->w.y, *bias = s->w.g;
+    const mbsri_closure *c = m->closures.data;
+    *still = mbsri_largest(m->nu, s->u) == 0.0;
+    for (size_t n = 0; n < m->closures.count; ++n, ++c) {
+        for (int k = 0; k < c->rows; ++k) *still = *still && !mbsri_is_loose(c, k);
+    }
+    if (!*still) return MBSR_OK;
+    int status = are_steady(s, still);
+    if (status || !*still) return status;
+    status = mbsri_positions(m, d, s->t, s->q);
+    if (!status) status = mbsri_velocities(m, d, s->u);
+    if (!status) status = mbsri_closure_jacobians(m, d);
+    if (!status) status = mbsri_closure_rates(m, d, rate);
+    if (!status) status = mbsri_closure_bias(m, d, bias);
+    *still = mbsri_largest(m->rows, rate) == 0.0 && mbsri_largest(m->rows, bias) == 0.0;
+    return status;
+}
+
+/* A state at rest with closed loops on which nothing acts stays as it is: *served. */
+static int rest(start *s, mbsr_consistent_info *info, bool *served)
+{
+    const mbsr_assembly_opt standard = mbsri_assembly_standard();
+    mbsr_assembly_info assembly;
+    mbsri_verdict verdict = {.made = false};
+    mbsri_ranks here;
+    bool still;
+    int nearby, status = stands(s, &still);
+    *served = false;
+    if (status || !still) return status;
+    status = mbsri_assemble(&s->w, s->t, s->q, &standard, &assembly);
+    if (!status) status = mbsri_ranks_around(&s->w, s->t, s->q, s->w.d->dropped, &here, &nearby);
+    if (!status)
+        status = mbsri_refuse_open(s->w.m, s->w.d, s->t, s->q, s->u, s->w.function, &verdict);
+    *served = !status && verdict.made && verdict.still;
+    if (!*served) return status;
+    info->iterations = assembly.iterations;
+    info->null_directions = verdict.directions;
+    info->elastic_directions = verdict.elastic;
+    mbsri_zero((size_t)s->w.m->nu, s->udot);
+    mbsri_zero((size_t)s->w.m->rows, s->lambda);
+    return MBSR_OK;
+}
+
 static int find(start *s, const double *y, const mbsr_consistent_opt *opt,
                 mbsr_consistent_info *info)
 {
@@ -183,8 +281,17 @@ static int find(start *s, const double *y, const mbsr_consistent_opt *opt,
     if (status || served) return status;
     status = mbsri_dense_open(&s->w, m, d, "mbsr_dae_consistent");
     if (!status) status = mbsri_unpack(s->form, m, d, s->t, y, s->q, s->u);
-    if (!status)
-        status = mbsri_loops_consistent(&s->w, s->t, s->q, s->u, s->udot, s->lambda, opt, info);
+    if (!status) status = rest(s, info, &served);
+    if (status || served) return status;
+    status = mbsri_loops_consistent(&s->w, s->t, s->q, s->u, s->udot, s->lambda, opt, info);
+    if (status == MBSR_NO_CONVERGENCE && info->null_directions > 0) {
+        const int refused = refuse_given(s, y);
+        return refused ? refused : status;
+    }
+    /* forces that are rounding do not determine directions, though differences of them are not zero */
+    mbsri_verdict verdict;
+    if (!status && info->null_directions > 0)
+        status = mbsri_refuse_open(m, d, s->t, s->q, s->u, s->w.function, &verdict);
     return status;
 }
 

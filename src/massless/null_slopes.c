@@ -259,8 +259,7 @@ static bool are_smooth(const mbsri_null_space *w)
     return true;
 }
 
-/* Whether elements all have derivatives and exert nothing, and the bodies rest. */
-static bool nothing_acts(const mbsri_null_space *w)
+bool mbsri_nothing_acts(const mbsri_null_space *w)
 {
     const mbsr_model *m = w->m;
     for (size_t k = 0; k < m->forces.count; ++k) {
@@ -290,7 +289,7 @@ static void drop_loop_forces(mbsri_null_space *w)
 /* Whether nothing is left to be differenced. */
 static bool is_at_rest(const mbsri_null_space *w)
 {
-    return nothing_acts(w) && !(w->lambda && mbsri_largest(w->m->rows, w->lambda) > 0.0);
+    return mbsri_nothing_acts(w) && !(w->lambda && mbsri_largest(w->m->rows, w->lambda) > 0.0);
 }
 
 /* C and S of what is not held: elements without derivatives, weights, the change of directions. */
@@ -332,7 +331,7 @@ int mbsri_null_slopes(mbsri_null_space *w, double t, const double *q, const doub
         mbsri_null_rate_scales(w, natural);
     }
     status = mbsri_hold_elements(w);
-    if (!status && w->lambda && nothing_acts(w)) drop_loop_forces(w);
+    if (!status && w->lambda && mbsri_nothing_acts(w)) drop_loop_forces(w);
     for (int l = 0; l < w->k && !status; ++l) {
         status = mbsri_null_rate_here(w, w->direction + (size_t)l * (size_t)m->nu,
                                       w->q_rate + (size_t)l * (size_t)m->nq);

@@ -14,4 +14,8 @@
  * times the positions and 10^6 times the velocities of the state. */
 int mbsri_null_slopes(mbsri_null_space *w, double t, const double *q, const double *u);
 
+/* Whether elements all have derivatives and exert nothing but rounding, and the bodies rest; after
+ * mbsri_null_slopes. */
+bool mbsri_nothing_acts(const mbsri_null_space *w);
+
 #endif

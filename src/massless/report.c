@@ -20,10 +20,14 @@
 #include "algebra/lapack.h"
 #include "base/error.h"
 #include "dynamics/entry.h"
+#include "loops/motion.h"
 #include "massless/null_loops.h"
 #include "massless/null_slopes.h"
+#include "massless/open.h"
 #include "massless/report_parts.h"
 #include "recursion/not_finite.h"
+
+#include <math.h>
 
 /* Takes memory for everything but the null space; the doubles first. */
 static int allocate(mbsri_report *r)
@@ -112,6 +116,44 @@ static int analyse(mbsri_report *r, double t, const double *q, const double *u,
                     : report->elastic > 0        ? 2
                     : w->k > 0 || w->m->rows > 0 ? 1
                                                  : 0;
+    return status;
+}
+
+/* Names the joint with the largest rate of the first direction that is not determined. */
+static int refuse(mbsri_report *r)
+{
+    const mbsri_null_space *w = &r->w;
+    int l = 0, largest = 0;
+    while (r->kind[l] != MBSR_DIRECTION_UNDETERMINED) ++l;
+    mbsri_report_combine(r, r->weights + (size_t)l * (size_t)w->k);
+    for (int k = 1; k < w->m->nu; ++k) {
+        if (fabs(r->u[k]) / w->span[k] > fabs(r->u[largest]) / w->span[largest]) largest = k;
+    }
+    return mbsri_refuse_motion(w->m, w->d, largest, w->function,
+                               ", and neither damper nor spring determines it");
+}
+
+int mbsri_refuse_open(const mbsr_model *m, mbsr_data *d, double t, const double *q, const double *u,
+                      const char *function, mbsri_verdict *verdict)
+{
+    mbsri_report r = {.found = 0};
+    mbsr_index_report result = {.conditioning = 1.0};
+    const mbsr_error before = d->error;
+    *verdict = (mbsri_verdict){.made = false};
+    int status = mbsri_null_open(&r.w, m, d, t, q, u, function);
+    if (!status) {
+        status = allocate(&r);
+        if (!status) status = analyse(&r, t, q, u, &result);
+        if (!status)
+            *verdict = (mbsri_verdict){r.w.k, result.elastic, true, mbsri_nothing_acts(&r.w)};
+        if (status >= 0) d->error = before;
+        if (!status && result.undetermined > 0)
+            status = refuse(&r);
+        else if (status >= 0)
+            status = MBSR_OK;
+        mbsri_release(&m->allocator, r.memory);
+        mbsri_null_close(&r.w);
+    }
     return status;
 }
 
