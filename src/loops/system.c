@@ -269,7 +269,7 @@ static int eliminate(mbsri_system *w, const double *armature)
         if (!status) status = factor_joint(w, i, armature);
         if (!status) status = mbsri_system_pass(w, i);
         if (status) return status;
-        mbsri_pass_masses(m, w->d, i);
+        mbsri_pass_masses(m, w->d, i, false);
     }
     return close_loops(w, 0, lever);
 }

@@ -38,12 +38,13 @@
 #include "recursion/group.h"
 #include "recursion/modal.h"
 #include "recursion/rank.h"
+#include "recursion/rank_pivots.h"
 
 #include <math.h>
 
 /* U and D of the group, rank and pseudo-inverse of D, G = U D^+.
  * reads Mbar, W, J, H;  writes U, D, Dinv, G.  cost: 3 d^2 n, one eigenproblem of size n. */
-static int factor_group(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, bool rough)
+static int factor_group(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, mbsri_rank_way way)
 {
     const mbsri_body *b = m->body + g->member[0];
     double *U = d->U + b->dg, *G = d->G + b->dg;
@@ -51,14 +52,15 @@ static int factor_group(const mbsr_model *m, mbsr_data *d, const mbsri_group *g,
     mbsri_group_add_armature(m, g, d->D + b->nn);
     for (int k = 0; k < g->members; ++k) d->rank[g->member[k]] = 0;
     d->scale[m->body[g->member[0]].seat] = 0.0;
-    if (g->n > 0) {
-        const int status = mbsri_rank_decision(m, d, g, rough);
+    const bool told = way == MBSRI_RANK_QUICKLY && b->modal && mbsri_rank_by_pivots(m, d, g);
+    if (g->n > 0 && !told) {
+        const int status = mbsri_rank_decision(m, d, g, way == MBSRI_RANK_ROUGHLY);
         if (status) return status;
     }
     /* G = U D^+ */
     mbsri_zero((size_t)b->d * (size_t)g->n, G);
     mbsri_ab(b->d, g->n, g->n, 1.0, U, d->Dinv + b->nn, G);
-    return MBSR_OK;
+    return told ? MBSRI_BY_PIVOTS : MBSR_OK;
 }
 
 /* mu = fbar + Mbar kII,  e = tau - J^T mu;  at a head, when e of the group is there, mu += G e;
@@ -79,18 +81,18 @@ void mbsri_load_joint(const mbsr_model *m, mbsr_data *d, int i)
     mbsri_atx(b->d, b->d_pred, -1.0, d->H + b->dp, mu, d->fbar + b->pred_v);
 }
 
-/* T = Mbar^a = Mbar - Y Y^T, or so many upper rows of it (rows x rows), with Y = U L^-T where D = L L^T has full rank, else with the columns
+/* T = Mbar^a = Mbar - Y Y^T, or so many upper rows of it (rows x rows), with Y = U L^-T where D = L L^T has full rank (unless pivots told: then X are these), else with the columns
  * y_l = U S x_l / sqrt(lambda_l) of the eigenvalues kept. Nothing cancels between the terms, however
  * small some are; Y, L: d x n and n x n of scratch. */
 static void reduce(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g, int rows,
-                   double *T, double *Y, double *L)
+                   bool by_pivots, double *T, double *Y, double *L)
 {
     const mbsri_body *b = m->body + g->member[0];
     const int dim = b->d, n = g->n, rank = mbsri_group_rank(d, g);
     const double *U = d->U + b->dg, *s = d->s + g->ig, *X = d->X + b->nn,
                  *lambda = d->lambda + g->ig;
     mbsri_upper(rows, dim, rows, d->Mbar + b->dd, T);
-    if (mbsri_definite_factor(m, d, g, L)) {
+    if (!by_pivots && mbsri_definite_factor(m, d, g, L)) {
         mbsri_upper(rows, dim, n, U, Y);
         mbsri_divide_by_cholesky(rows, n, L, Y);
         mbsri_abt(rows, n, rows, -1.0, Y, Y, T);
@@ -118,7 +120,7 @@ static void carry_over(int d, int d_pred, const double *H, const double *A, doub
 /* Of a head, Mbar_pi += H^T Mbar^a H,  W_pi += H^T E H;  of others what they have themselves.
  * reads Mbar, W, U, G, H;  adds to Mbar, W of the predecessor.
  * cost: 4 (d^2 n + d^2 d_pred + d d_pred^2). */
-void mbsri_pass_masses(const mbsr_model *m, mbsr_data *d, int i)
+void mbsri_pass_masses(const mbsr_model *m, mbsr_data *d, int i, bool by_pivots)
 {
     const mbsri_body *b = m->body + i;
     const double *H = d->H + b->dp;
@@ -144,24 +146,24 @@ void mbsri_pass_masses(const mbsr_model *m, mbsr_data *d, int i)
         mbsri_upper(rows, b->d, b->d_pred, H, upper);
         H = upper;
     }
-    reduce(m, d, &g, rows, T, Q, product);
+    reduce(m, d, &g, rows, by_pivots, T, Q, product);
     mbsri_carry_errors(m, d, &g, d->W, 1.0, rows, E, Q, JQ, product);
     carry_over(rows, b->d_pred, H, T, d->Mbar + b->pred_dd, product);
     carry_over(rows, b->d_pred, H, E, d->W + b->pred_dd, product);
 }
 
-int mbsri_eliminate_joint(const mbsr_model *m, mbsr_data *d, int i, bool rough)
+int mbsri_eliminate_joint(const mbsr_model *m, mbsr_data *d, int i, mbsri_rank_way way)
 {
     const mbsri_body *b = m->body + i;
     mbsri_symmetrise(b->d, d->Mbar + b->dd);
     mbsri_add_diagonal(b->d, 1.0, d->Mbar + b->dd, d->W + b->dd);
     if (!mbsri_heads(m, d, i)) return MBSR_OK;
     const mbsri_group g = mbsri_group_of(m, d, i);
-    return factor_group(m, d, &g, rough);
+    return factor_group(m, d, &g, way);
 }
 
 /* Mbar, W, U, D, G and ranks in double precision. */
-static int plain_masses(const mbsr_model *m, mbsr_data *d, bool rough)
+static int plain_masses(const mbsr_model *m, mbsr_data *d, mbsri_rank_way way)
 {
     mbsri_zero((size_t)m->root.d * (size_t)m->root.d, d->M);
     mbsri_copy(m->size_dd, d->M, d->Mbar);
@@ -169,10 +171,10 @@ static int plain_masses(const mbsr_model *m, mbsr_data *d, bool rough)
     for (int i = 0; i <= m->bodies; ++i)
         d->turned[m->body[i].seat] = mbsri_own_turned(m->body + i, d->M + m->body[i].dd);
     for (int i = m->bodies; i >= 1; --i) {
-        int status = mbsri_eliminate_joint(m, d, i, rough);
+        int status = mbsri_eliminate_joint(m, d, i, way);
         if (!status && mbsri_heads(m, d, i)) status = mbsri_rank_watched(m, d, i);
         if (status) return status;
-        mbsri_pass_masses(m, d, i);
+        mbsri_pass_masses(m, d, i, false);
     }
     return MBSR_OK;
 }
@@ -183,10 +185,10 @@ static int masses(const mbsr_model *m, mbsr_data *d)
 {
     d->total_rank = 0;
     int status = d->exactly ? mbsri_exact_masses(m, d) : MBSR_OK;
-    if (status || !d->exactly) status = plain_masses(m, d, false);
+    if (status || !d->exactly) status = plain_masses(m, d, MBSRI_RANK_CLEARLY);
     if (status == MBSRI_UNCLEAR) {
         status = mbsri_exact_masses(m, d);
-        if (status == MBSR_NOT_FINITE) status = plain_masses(m, d, true);
+        if (status == MBSR_NOT_FINITE) status = plain_masses(m, d, MBSRI_RANK_ROUGHLY);
     }
     for (int i = 1; i <= m->bodies && !status; ++i) d->total_rank += d->rank[i];
     return status;

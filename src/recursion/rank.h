@@ -11,6 +11,17 @@
  * decides (exact.h). */
 enum { MBSRI_UNCLEAR = 1 << 21 };
 
+/* How a rank is decided: by eigenvalues where they are clear, by eigenvalues in any case, or, of
+ * mounts, by pivots where these tell (rank_pivots.h), which is much less work and leaves no eigenvalues. */
+typedef enum mbsri_rank_way {
+    MBSRI_RANK_CLEARLY,
+    MBSRI_RANK_ROUGHLY,
+    MBSRI_RANK_QUICKLY
+} mbsri_rank_way;
+
+/* Returned where pivots told. */
+enum { MBSRI_BY_PIVOTS = 1 << 22 };
+
 /* Eigen-decomposition, rank and pseudo-inverse of a group's block; the rank is shared out among its
  * joints. rough: decides in any case. */
 int mbsri_rank_decision(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, bool rough);

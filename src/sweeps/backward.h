@@ -250,7 +250,7 @@ MBSRI_INLINE bool sweep_back(const mbsri_sweep_run *run, bool exact, bool any)
 
 MBSRI_OUTLINE bool backward(const mbsri_sweep_run *run)
 {
-    if (run->tree->whole) return sweep_back(run, true, true);
+    if (run->tree->whole || run->tree->modal) return sweep_back(run, true, true);
     if (run->tree->blocks > 0) return sweep_back(run, false, true) || sweep_back(run, true, true);
     return sweep_back(run, false, false) || sweep_back(run, true, false);
 }

@@ -295,7 +295,9 @@ bool mbsri_block_backward(const mbsri_sweep_run *run, int i, bool exact, mbsri_c
 {
     const mbsr_model *m = run->model;
     mbsr_data *d = run->data;
-    if (mbsri_eliminate_joint(m, d, i, false)) return false;
+    const int status = mbsri_eliminate_joint(m, d, i, MBSRI_RANK_QUICKLY);
+    const bool by_pivots = status == MBSRI_BY_PIVOTS;
+    if (status && !by_pivots) return false;
     if (mbsri_heads(m, d, i)) {
         const mbsri_group g = mbsri_group_of(m, d, i);
         const bool lacks = mbsri_group_rank(d, &g) < g.n;
@@ -306,7 +308,7 @@ bool mbsri_block_backward(const mbsri_sweep_run *run, int i, bool exact, mbsri_c
     }
     if (hands_over(run, i)) clear_predecessor(run, i);
     mbsri_load_joint(m, d, i);
-    mbsri_pass_masses(m, d, i);
+    mbsri_pass_masses(m, d, i, by_pivots);
     if (!hands_over(run, i)) return true;
     collect(run, i, c);
     collect_errors(run, i, exact, c, W);

@@ -450,6 +450,15 @@ static void release(const mbsr_model *m, mbsri_sweeps *tree)
     mbsri_release(&m->allocator, tree);
 }
 
+/* Whether bodies of the sweeps are behind some flexible body. */
+static bool has_modal(const mbsri_sweeps *tree, const mbsr_model *m)
+{
+    bool modal = false;
+    for (int i = 1; i <= tree->bodies; ++i)
+        modal = modal || (m->body[i].modal && !(tree->body[i].flags & MBSRI_SHARP));
+    return modal;
+}
+
 static void place_armature(const mbsri_body *body, mbsri_sweep_body *b)
 {
     if (b->n > 0) b->armature = body->armature[0];
@@ -475,6 +484,7 @@ static bool place(mbsri_sweeps *tree, const mbsr_model *m)
     place_angles(tree);
     mark_flat(tree, m);
     place_hand_overs(tree);
+    tree->modal = has_modal(tree, m);
     mark_fronts(tree, m);
     collect_forces(tree, m);
     mark_placed(tree);

@@ -193,14 +193,14 @@ typedef struct mbsri_sweeps {
     bool rates;               /* all of them know their rates */
     int users;                /* number of MBSRI_USERS bodies */
     bool whole;               /* some are whole: W decides, not its bound */
-    bool open;                /* of Newton systems with loops, some of them blocks */
-    int depth;                /* predecessors waiting for further successors at once, at most */
-    int first_angle, angles;  /* the coordinates among which all angles are */
-    double length;            /* L, m */
-    double area, per_area;    /* L^2 and its inverse */
-    double trace
-        [2]
-        [8]; /* weights of diagonals of I and M in the trace of Mbar by Lambda: in space, and LEVEL */
+    bool modal; /* W decides as well: behind some flexible body its bound seldom tells */
+    bool open;  /* of Newton systems with loops, some of them blocks */
+    int depth;  /* predecessors waiting for further successors at once, at most */
+    int first_angle, angles; /* the coordinates among which all angles are */
+    double length;           /* L, m */
+    double area, per_area;   /* L^2 and its inverse */
+    /* weights of diagonals of I and M in the trace of Mbar by Lambda: in space, and LEVEL */
+    double trace[2][8];
     mbsri_rank_rule rule;
     double gravity[4];    /* m/s^2, sum of all such elements, and 0 */
     bool joint_forces;    /* there are elements that act on joints alone */

@@ -13,6 +13,7 @@
 #include "newton/slopes/force_slopes.h"
 #include "newton/slopes/relation.h"
 #include "recursion/group.h"
+#include "recursion/rank_pivots.h"
 
 #include <math.h>
 
@@ -122,6 +123,7 @@ static void keep_data(joint *j)
     }
     mbsri_copy((size_t)b->n, d->s + b->ig, j->kept.s);
     mbsri_copy((size_t)b->n * (size_t)b->n, d->X + b->nn, j->kept.X);
+    if (j->w->mixed) mbsri_complete_basis(b->n, j->node->rank, j->kept.X, d->scratch);
 }
 
 /* ---- force elements on a body ---- */

@@ -1,0 +1,289 @@
+/* The rank of a joint block by Cholesky's pivots: see rank_pivots.h.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * With the largest pivots first, A = S D S has after so many of them
+ *
+ *   P^T A P = [ L ; L' ] [ L ; L' ]^T + [ 0 0 ; 0 R ]
+ *
+ * and between its eigenvalues and those of parts of it (Cauchy's interlacing)
+ *
+ *   lambda_kept >= lambda_min(L L^T) >= 1 / tr (L L^T)^-1,     |lambda_dropped| <= ||R||
+ *
+ * So where the former is beyond what is known to nine digits and the latter is nothing, or as small as it
+ * has to be beside the usual rank (rank_rule.h), the eigenvalues would say the same, at ten times the
+ * work. The null space is spanned by the columns of N = W P [ -L^-T L'^T ; 1 ], and with orthonormal
+ * X_dropped that span S^-1 N, S the one that counts (rank.c),
+ *
+ *   D^- = W P [ (L L^T)^-1 0 ; 0 0 ] P^T W,   D^+ = S Q S^-1 D^- S^-1 Q S,   Q = 1 - X_dropped X_dropped^T
+ *
+ * where W is the S with which was judged. */
+#include "recursion/rank_pivots.h"
+
+#include "algebra/dense.h"
+#include "algebra/numbers.h"
+#include "recursion/errors.h"
+#include "recursion/rank.h"
+
+#include <math.h>
+
+/* In the scratch of the data: A (n x n) by the order of the pivots, L (n x n), Y (n x n) with the row l of
+ * L^-1 as its column l; vectors of n. */
+typedef struct pivots {
+    int n, rank;
+    int *order;
+    double *A, *L, *Y, *diagonal, *size;
+} pivots;
+
+static pivots place(mbsr_data *d, int n)
+{
+    const size_t nn = (size_t)n * (size_t)n;
+    pivots p = {.n = n, .order = d->pivots, .A = d->scratch};
+    p.L = p.A + nn, p.Y = p.L + nn, p.diagonal = p.Y + nn, p.size = p.diagonal + n;
+    return p;
+}
+
+static void exchange(double *a, double *b)
+{
+    const double kept = *a;
+    *a = *b;
+    *b = kept;
+}
+
+/* Pivot k changes places with pivot l > k. */
+static void exchange_pivots(pivots *p, int k, int l)
+{
+    const int n = p->n, kept = p->order[k];
+    p->order[k] = p->order[l];
+    p->order[l] = kept;
+    exchange(p->diagonal + k, p->diagonal + l);
+    for (int j = 0; j < n; ++j) exchange(p->A + k * n + j, p->A + l * n + j);
+    for (int j = 0; j < n; ++j) exchange(p->A + j * n + k, p->A + j * n + l);
+    for (int j = 0; j < k; ++j) exchange(p->L + j * n + k, p->L + j * n + l);
+}
+
+/* y (rows) -= the first c columns of L, from a row on, times the entries of that row */
+static void subtract_columns(const pivots *p, int row, int c, double *y)
+{
+    const int n = p->n, rows = n - row;
+    const double *a = p->L + row;
+    int l = 0;
+    for (; l < c - 1; l += 2)
+        mbsri_add_two(rows, a + l * n, -a[l * n], a + (l + 1) * n, -a[(l + 1) * n], y);
+    if (l < c) mbsri_ax(rows, 1, -a[l * n], a + l * n, &(double){1.0}, y);
+}
+
+/* L and the order of the pivots, as long as they are above `least`. */
+static void factorise(pivots *p, double least)
+{
+    const int n = p->n;
+    for (int k = 0; k < n; ++k) p->order[k] = k, p->diagonal[k] = p->A[k * (n + 1)];
+    for (p->rank = 0; p->rank < n; ++p->rank) {
+        const int k = p->rank;
+        int best = k;
+        for (int l = k + 1; l < n; ++l) best = p->diagonal[l] > p->diagonal[best] ? l : best;
+        if (!(p->diagonal[best] > least)) return;
+        if (best != k) exchange_pivots(p, k, best);
+        double *column = p->L + k * n;
+        mbsri_zero((size_t)k, column);
+        mbsri_copy((size_t)(n - k), p->A + k * n + k, column + k);
+        subtract_columns(p, k, k, column + k);
+        if (!(column[k] > least)) return;
+        const double pivot = sqrt(column[k]);
+        for (int l = k; l < n; ++l) column[l] /= pivot;
+        for (int l = k + 1; l < n; ++l) p->diagonal[l] -= column[l] * column[l];
+    }
+}
+
+/* ||R||; the columns of A that are left are overwritten. */
+static double rest(const pivots *p)
+{
+    const int n = p->n;
+    double squares = 0.0;
+    for (int k = p->rank; k < n; ++k) {
+        double *column = p->A + k * n + k;
+        subtract_columns(p, k, p->rank, column);
+        for (int l = 0; l < n - k; ++l) squares += (l > 0 ? 2.0 : 1.0) * column[l] * column[l];
+    }
+    return sqrt(squares);
+}
+
+/* Y, and the diagonal of (L L^T)^-1 in `size`. */
+static void invert(const pivots *p)
+{
+    const int n = p->n;
+    mbsri_zero((size_t)n, p->size);
+    for (int l = 0; l < p->rank; ++l) {
+        double *row = p->Y + l * n;
+        mbsri_zero((size_t)n, row);
+        row[l] = 1.0;
+        for (int j = 0; j < l; ++j)
+            mbsri_ax(j + 1, 1, -p->L[j * n + l], p->Y + j * n, &(double){1.0}, row);
+        for (int k = 0; k <= l; ++k) {
+            row[k] /= p->L[l * (n + 1)];
+            p->size[k] += row[k] * row[k];
+        }
+    }
+}
+
+/* Whether what is kept is known, also where turned tensors count as errors (rank.c). */
+static bool known(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g, const pivots *p,
+                  double least)
+{
+    const mbsri_body *b = m->body + g->member[0];
+    double trace = 0.0, strict = 0.0, turned = 0.0;
+    for (int k = 0; k < p->n; ++k) {
+        const int l = p->order[k];
+        const double s = d->s[b->ig + l], part = mbsri_turned_along(d, b, l) * s * s;
+        turned = fmax(turned, part);
+        if (k >= p->rank) continue;
+        trace += p->size[k];
+        strict += p->size[k] * (1.0 + part);
+    }
+    return least * trace < 1.0 && (turned <= 9.0 || 0.1 * least * strict < 1.0);
+}
+
+/* Whether it is nothing, or small beside the usual rank. */
+static bool negligible(const mbsr_model *m, const mbsri_group *g, const pivots *p, double noise)
+{
+    const mbsri_rank_rule rule = mbsri_rank_rule_of(m->rank_tolerance);
+    const double left = rest(p);
+    if (left == 0.0) return true;
+    return m->body[g->member[0]].usual == p->rank + 1 && left <= rule.tolerance * noise;
+}
+
+/* Null vectors by the order of the joint's rates into N (n x what is dropped), with s of W. */
+static void null_vectors(const pivots *p, const double *s, double *N)
+{
+    const int n = p->n;
+    for (int k = p->rank; k < n; ++k) {
+        double *x = p->diagonal, *column = N + (k - p->rank) * n;
+        mbsri_zero((size_t)n, x);
+        for (int l = 0; l < p->rank; ++l)
+            mbsri_ax(l + 1, 1, -p->L[l * n + k], p->Y + l * n, &(double){1.0}, x);
+        x[k] = 1.0;
+        for (int l = 0; l < n; ++l) column[p->order[l]] = s[p->order[l]] * x[l];
+    }
+}
+
+/* X of what is kept, by the s that counts, w being s of W; size: the bound of the eigenvalues. */
+static void keep(const pivots *p, const double *w, const double *s, double size, double *X)
+{
+    const int n = p->n;
+    for (int l = 0; l < p->rank; ++l) {
+        double *x = X + l * n;
+        mbsri_zero((size_t)n, x);
+        for (int k = 0; k <= l; ++k) {
+            const int at = p->order[k];
+            x[at] = p->Y[l * n + k] * sqrt(size) * w[at] / s[at];
+        }
+    }
+}
+
+/* Dinv = D^-, through A */
+static void invert_block(const pivots *p, const double *w, double *Dinv)
+{
+    const int n = p->n;
+    mbsri_zero((size_t)n * (size_t)n, p->A);
+    for (int l = 0; l < p->rank; ++l) {
+        const double *y = p->Y + l * n;
+        for (int j = 0; j <= l; ++j)
+            mbsri_ax(l - j + 1, 1, y[j], y + j, &(double){1.0}, p->A + j * (n + 1));
+    }
+    for (int j = 0; j < n; ++j) {
+        const int column = p->order[j];
+        for (int k = j; k < n; ++k) {
+            const int row = p->order[k];
+            Dinv[column * n + row] = Dinv[row * n + column] = w[row] * p->A[j * n + k] * w[column];
+        }
+    }
+}
+
+/* Dinv <- (1 - a c^T) Dinv (1 - c a^T) with a = S x, c = S^-1 x;  a, c, v: n of work. */
+static void project(int n, const double *s, const double *x, double *Dinv, double *a, double *c,
+                    double *v)
+{
+    for (int k = 0; k < n; ++k) a[k] = s[k] * x[k], c[k] = x[k] / s[k];
+    for (int k = 0; k < n; ++k) {
+        const double part = mbsri_dot(n, c, Dinv + k * n);
+        mbsri_ax(n, 1, -part, a, &(double){1.0}, Dinv + k * n);
+    }
+    mbsri_zero((size_t)n, v);
+    mbsri_ax(n, n, 1.0, Dinv, c, v);
+    for (int k = 0; k < n; ++k) mbsri_ax(n, 1, -a[k], v, &(double){1.0}, Dinv + k * n);
+}
+
+/* ||S D S|| */
+static double size_of(int n, const double *s, const double *D)
+{
+    double squares = 0.0;
+    for (int j = 0; j < n; ++j) {
+        for (int k = 0; k < n; ++k) {
+            const double entry = s[j] * D[j * n + k] * s[k];
+            squares += entry * entry;
+        }
+    }
+    return sqrt(squares);
+}
+
+bool mbsri_rank_by_pivots(const mbsr_model *m, mbsr_data *d, const mbsri_group *g)
+{
+    const int i = g->member[0], n = g->n;
+    const mbsri_body *b = m->body + i;
+    if (n < 2 || g->members > 1) return false;
+    const mbsri_rank_rule rule = mbsri_rank_rule_of(m->rank_tolerance);
+    double *s = d->s + b->ig, *X = d->X + b->nn, *D = d->D + b->nn, *Dinv = d->Dinv + b->nn, noise;
+    const double scale = mbsri_equilibrate(m, d, g, &noise);
+    if (!isfinite(scale)) return false;
+    pivots p = place(d, n);
+    for (int j = 0; j < n; ++j) {
+        for (int k = 0; k < n; ++k) p.A[j * n + k] = s[j] * D[j * n + k] * s[k];
+    }
+    factorise(&p, rule.known * noise);
+    invert(&p);
+    if (!known(m, d, g, &p, rule.known * noise)) return false;
+    if (p.rank < n && !negligible(m, g, &p, noise)) return false;
+    double *w = p.size;
+    mbsri_copy((size_t)n, s, w);
+    if (p.rank < n) {
+        double *N = p.A;
+        null_vectors(&p, w, N);
+        if (p.rank > 0 && m->scale && !mbsri_given_scale(m, d, g))
+            mbsri_copy((size_t)n, m->scale + g->ig, s);
+        mbsri_null_columns(n, n - p.rank, s, N, X + p.rank * n);
+    }
+    const double size = size_of(n, s, D);
+    keep(&p, w, s, size, X);
+    for (int k = 0; k < n; ++k) d->lambda[b->ig + k] = k < p.rank ? size : 0.0;
+    invert_block(&p, w, Dinv);
+    for (int l = p.rank; l < n; ++l) project(n, s, X + l * n, Dinv, p.L, p.L + n, p.L + 2 * n);
+    d->scale[b->seat] = scale;
+    d->rank[i] = p.rank;
+    return true;
+}
+
+/* Z <- Z (1 - 2 v v^T / v^T v) for columns of Z orthonormal to those before x, which turns one of them
+ * into x; its place is taken by the last one. */
+static void turn_to(int n, int columns, const double *x, double *Z, double *v, double *Zv)
+{
+    int p = 0;
+    double squares = 0.0;
+    for (int k = 0; k < columns; ++k) {
+        v[k] = mbsri_dot(n, x, Z + k * n);
+        if (fabs(v[k]) > fabs(v[p])) p = k;
+    }
+    v[p] += v[p] < 0.0 ? -1.0 : 1.0;
+    for (int k = 0; k < columns; ++k) squares += v[k] * v[k];
+    mbsri_zero((size_t)n, Zv);
+    mbsri_ax(n, columns, 2.0 / squares, Z, v, Zv);
+    for (int k = 0; k < columns; ++k) mbsri_ax(n, 1, -v[k], Zv, &(double){1.0}, Z + k * n);
+    if (p < columns - 1) mbsri_copy((size_t)n, Z + (columns - 1) * n, Z + p * n);
+}
+
+void mbsri_complete_basis(int n, int kept, double *X, double *work)
+{
+    double *Z = work, *v = Z + n * n, *Zv = v + n;
+    mbsri_zero((size_t)n * (size_t)n, Z);
+    for (int k = 0; k < n; ++k) Z[k * (n + 1)] = 1.0;
+    for (int k = kept; k < n; ++k) turn_to(n, n + kept - k, X + k * n, Z, v, Zv);
+    mbsri_copy((size_t)n * (size_t)kept, Z, X);
+}
