@@ -5,12 +5,21 @@
 #ifndef MBSRI_DENSE_H
 #define MBSRI_DENSE_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <string.h>
 
 static inline void mbsri_zero(size_t n, double *x)
 {
     if (n > 0) memset(x, 0, n * sizeof *x);
+}
+
+static inline bool mbsri_is_zero(size_t n, const double *x)
+{
+    for (size_t k = 0; k < n; ++k) {
+        if (x[k] != 0.0) return false;
+    }
+    return true;
 }
 
 static inline void mbsri_copy(size_t n, const double *x, double *y)
@@ -30,6 +39,19 @@ static inline void mbsri_add_two(int r, const double *a, double s, const double 
                                  double *y)
 {
     for (int k = 0; k < r; ++k) y[k] = y[k] + a[k] * s + b[k] * t;
+}
+
+/* The same of long columns, four rows at a time. y is none of the others. */
+static inline void mbsri_add_two_long(int r, const double *a, double s, const double *b, double t,
+                                      double *y)
+{
+    int k = 0;
+    for (; k < r - 3; k += 4) {
+        double sum[4];
+        for (int l = 0; l < 4; ++l) sum[l] = y[k + l] + a[k + l] * s + b[k + l] * t;
+        memcpy(y + k, sum, sizeof sum);
+    }
+    for (; k < r; ++k) y[k] = y[k] + a[k] * s + b[k] * t;
 }
 
 /* y (r) += s A (r x c) x (c); two columns at a time */

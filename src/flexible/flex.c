@@ -135,11 +135,14 @@ int mbsr_flex_create(const mbsr_flex_def *def, mbsr_flex **flex, mbsr_error *err
     f->rests = (bool *)((double *)(f->marker + f->markers) + numbers);
     copy_data(def, f);
     status = mbsri_flex_check(f, error);
-    if (status)
+    if (status) {
         mbsr_flex_destroy(f);
-    else
-        *flex = f;
-    return status;
+        return status;
+    }
+    mbsri_symmetrise(3 * f->m, f->P); /* to the last digit: mass.c relies on that */
+    mbsri_symmetrise(f->m, f->Mf);
+    *flex = f;
+    return MBSR_OK;
 }
 
 void mbsr_flex_destroy(mbsr_flex *flex)

@@ -22,20 +22,27 @@
 #include "flexible/axial.h"
 #include "flexible/dependent.h"
 
-void mbsri_flex_E_rate(const mbsr_flex *f, int a, const double *all_rate, double E[9])
+/* (E_a)_ij = sum_b x_b (P_ba)_ij, and as P is symmetric, column 3 b + i of it holds these of all a and j. */
+void mbsri_flex_all_E_rates(const mbsr_flex *f, const double *all_rate, double *E)
 {
-    const int rows = 3 * f->m;
-    mbsri_zero(9, E);
-    for (int j = 0; j < 3; ++j) {
-        const double *column = f->P + (size_t)rows * (size_t)(3 * a + j);
-        for (int b = 0; b < f->m; ++b) mbsri_add3(all_rate[b], column + 3 * b, E + 3 * j);
+    const size_t rows = 3 * (size_t)f->m;
+    double row[3 * MBSR_MAX_MODES];
+    for (size_t i = 0; i < 3; ++i) {
+        const double *column = f->P + i * rows;
+        int b = 0;
+        mbsri_zero(rows, row);
+        for (; b < f->m - 1; b += 2, column += 6 * rows)
+            mbsri_add_two_long((int)rows, column, all_rate[b], column + 3 * rows, all_rate[b + 1],
+                               row);
+        if (b < f->m) mbsri_ax((int)rows, 1, all_rate[b], column, &(double){1.0}, row);
+        for (size_t k = 0; k < rows; ++k) E[3 * k + i] = row[k];
     }
 }
 
-void mbsri_flex_E(const mbsr_flex *f, int a, const double *all, double E[9])
+void mbsri_flex_all_E(const mbsr_flex *f, const double *all, double *E)
 {
-    mbsri_flex_E_rate(f, a, all, E);
-    for (int k = 0; k < 9; ++k) E[k] += f->P0[9 * a + k];
+    mbsri_flex_all_E_rates(f, all, E);
+    for (int k = 0; k < 9 * f->m; ++k) E[k] += f->P0[k];
 }
 
 /* The block R A R^T at rows and columns 0 .. 2 of B (d rows). */
@@ -108,14 +115,15 @@ void mbsri_flex_mass(const mbsr_flex *f, const double R[9], const double *s, dou
 {
     const int n = f->n, d = 6 + n;
     double all[MBSR_MAX_MODES], Z[MBSR_MAX_DEPENDENCES];
-    double N[9], E[9], half[9] = {0.0}, c[3], first[3], I[9];
+    double N[9], every[9 * MBSR_MAX_MODES], half[9] = {0.0}, c[3], first[3], I[9];
     mbsri_shapes(f, s, all);
+    mbsri_flex_all_E(f, all, every);
     mbsri_dependences(f, s, Z);
     mbsri_zero((size_t)d * (size_t)d, M);
     mbsri_copy(3, f->c0, c);
     for (int a = 0; a < f->m; ++a) {
         double moved[6], Cr[3];
-        mbsri_flex_E(f, a, all, E);
+        const double *E = every + 9 * a;
         for (int k = 0; k < 9; ++k) half[k] += 0.5 * all[a] * (f->P0[9 * a + k] + E[k]);
         mbsri_add3(all[a], f->Ct0 + 3 * a, c);
         mbsri_axial3(E, Cr);
@@ -138,16 +146,15 @@ void mbsri_flex_mass(const mbsr_flex *f, const double R[9], const double *s, dou
     for (int k = 3; k < 6; ++k) M[(d + 1) * k] = f->mass;
 }
 
-/* h += Z^T M^ (0, 0, s'^T Y s') */
-static void add_second_rates(const mbsr_flex *f, const double R[9], const double *all,
+/* h += Z^T M^ (0, 0, s'^T Y s');  every: all E */
+static void add_second_rates(const mbsr_flex *f, const double R[9], const double *every,
                              const double *sdot, const double *Z, double *h)
 {
-    double E[9], Cr[3], x[3];
+    double Cr[3], x[3];
     for (int k = 0; k < f->r; ++k) {
         const int j = f->n + k;
         const double rate = mbsri_dependent(f, k, sdot, sdot);
-        mbsri_flex_E(f, j, all, E);
-        mbsri_axial3(E, Cr);
+        mbsri_axial3(every + 9 * j, Cr);
         mbsri_rotate3(R, Cr, x);
         mbsri_add3(rate, x, h);
         mbsri_rotate3(R, f->Ct0 + 3 * j, x);
@@ -163,19 +170,21 @@ void mbsri_flex_gyration(const mbsr_flex *f, const double R[9], const double *s,
     const double *sdot = V + 6, c[3] = {M[4 * d + 2], M[5 * d], M[3 * d + 1]};
     double all[MBSR_MAX_MODES], rate[MBSR_MAX_MODES], modal[MBSR_MAX_MODES],
         Z[MBSR_MAX_DEPENDENCES];
-    double w[3], W[9] = {0.0}, E[9], Y[9], x[3], Iw[3] = {0.0}, u[3] = {0.0};
+    double every[9 * MBSR_MAX_MODES], rates[9 * MBSR_MAX_MODES];
+    double w[3], W[9] = {0.0}, x[3], Iw[3] = {0.0}, u[3] = {0.0};
     mbsri_shapes(f, s, all);
     mbsri_shapes_along(f, s, sdot, rate);
     mbsri_dependences(f, s, Z);
     mbsri_unrotate3(R, V, w);
+    mbsri_flex_all_E(f, all, every);
+    mbsri_flex_all_E_rates(f, rate, rates);
     const double square = mbsri_dot3(w, w);
     for (int a = 0; a < f->m; ++a) {
-        mbsri_flex_E(f, a, all, E);
-        mbsri_flex_E_rate(f, a, rate, Y);
+        const double *E = every + 9 * a;
         for (int k = 0; k < 9; ++k) W[k] += rate[a] * E[k];
         mbsri_rotate3(E, w, x);
         modal[a] = mbsri_dot3(w, x) - mbsri_trace3(E) * square;
-        mbsri_axial3(Y, x);
+        mbsri_axial3(rates + 9 * a, x);
         modal[a] += 2.0 * mbsri_dot3(w, x);
     }
     mbsri_copy((size_t)n, modal, h + 6);
@@ -191,7 +200,7 @@ void mbsri_flex_gyration(const mbsr_flex *f, const double R[9], const double *s,
     mbsri_cross3(V, c, x);
     mbsri_add3(2.0, u, x);
     mbsri_cross3(V, x, h + 3);
-    add_second_rates(f, R, all, sdot, Z, h);
+    add_second_rates(f, R, every, sdot, Z, h);
 }
 
 /* Columns of modes: R (axial(Y_j), 0) of all shapes, and what dependent ones change by Z'. */
@@ -199,14 +208,15 @@ static void add_mode_rates(const mbsr_flex *f, const double R[9], const double *
                            const double *rate, const double *sdot, const double *Z, double *Mdot,
                            double W[9])
 {
-    double E[9], Y[9], x[3], Zdot[MBSR_MAX_DEPENDENCES];
+    double every[9 * MBSR_MAX_MODES], rates[9 * MBSR_MAX_MODES], x[3], Zdot[MBSR_MAX_DEPENDENCES];
     mbsri_dependences(f, sdot, Zdot);
+    mbsri_flex_all_E(f, all, every);
+    mbsri_flex_all_E_rates(f, rate, rates);
     for (int a = 0; a < f->m; ++a) {
         double moved[6] = {0.0};
-        mbsri_flex_E(f, a, all, E);
-        mbsri_flex_E_rate(f, a, rate, Y);
+        const double *E = every + 9 * a;
         for (int k = 0; k < 9; ++k) W[k] += rate[a] * E[k];
-        mbsri_axial3(Y, x);
+        mbsri_axial3(rates + 9 * a, x);
         mbsri_rotate3(R, x, moved);
         add_shape(f, Z, a, moved, Mdot);
         if (a < f->n) continue;

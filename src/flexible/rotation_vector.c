@@ -13,19 +13,37 @@ typedef struct coefficients {
     double sinc, alpha[3], beta[3]; /* alpha, alpha1, alpha2 */
 } coefficients;
 
-/* sum of (-x)^k / (2 k + c)! over k, and its first two derivatives by x, up to x = 10. */
-static void series(double x, double first, int c, double sum[3])
-{
-    const int terms = x < 0.1 ? 8 : 18;
-    double term = first, power[3] = {1.0, 0.0, 0.0}; /* x^k and its derivatives */
-    sum[0] = sum[1] = sum[2] = 0.0;
-    for (int k = 0; k < terms; ++k) {
-        for (int l = 0; l < 3; ++l) sum[l] += term * power[l];
-        term /= -(2.0 * k + c + 1.0) * (2.0 * k + c + 2.0);
-        power[2] = 2.0 * power[1] + x * power[2];
-        power[1] = power[0] + x * power[1];
-        power[0] *= x;
+enum { TERMS = 18 };
+
+/* -1 / ((2 k + c + 1) (2 k + c + 2)), by which the coefficients of the series of sinc, alpha, beta (c = 1, 2, 3)
+ * follow each other. */
+#define RATIO(k, c) (-1.0 / ((2.0 * (k) + (c) + 1.0) * (2.0 * (k) + (c) + 2.0)))
+#define RATIOS(k)                                                                                  \
+    {                                                                                              \
+        RATIO(k, 1), RATIO(k, 2), RATIO(k, 3)                                                      \
     }
+static const double ratio[TERMS][3] = {RATIOS(0),  RATIOS(1),  RATIOS(2),  RATIOS(3),  RATIOS(4),
+                                       RATIOS(5),  RATIOS(6),  RATIOS(7),  RATIOS(8),  RATIOS(9),
+                                       RATIOS(10), RATIOS(11), RATIOS(12), RATIOS(13), RATIOS(14),
+                                       RATIOS(15), RATIOS(16), RATIOS(17)};
+
+/* Sums of (-x)^k / (2 k + c)! over k for sinc, alpha, beta and their first two derivatives by x, up to x =
+ * 10, from inside: f = 1 + ratio_0 x (1 + ratio_1 x (...)). */
+static void series(double x, coefficients *sum)
+{
+    const int terms = x < 1e-3 ? 6 : x < 0.1 ? 9 : TERMS;
+    double f[3] = {1.0, 1.0, 1.0}, f1[3] = {0.0}, f2[3] = {0.0};
+    for (int k = terms - 1; k >= 0; --k) {
+        for (int c = 0; c < 3; ++c) {
+            const double r = ratio[k][c];
+            f2[c] = r * (2.0 * f1[c] + x * f2[c]);
+            f1[c] = r * (f[c] + x * f1[c]);
+            f[c] = 1.0 + r * x * f[c];
+        }
+    }
+    sum->sinc = f[0];
+    sum->alpha[0] = f[1] / 2.0, sum->alpha[1] = f1[1] / 2.0, sum->alpha[2] = f2[1] / 2.0;
+    sum->beta[0] = f[2] / 6.0, sum->beta[1] = f1[2] / 6.0, sum->beta[2] = f2[2] / 6.0;
 }
 
 /* From x alpha = 1 - cos t, x beta = 1 - sinc and their derivatives, with sinc' = (cos t - sinc) / 2 x
@@ -52,11 +70,7 @@ static coefficients coefficients_of(const double p[3])
         closed(x, &c);
         return c;
     }
-    double sinc[3];
-    series(x, 1.0, 1, sinc);
-    c.sinc = sinc[0];
-    series(x, 0.5, 2, c.alpha);
-    series(x, 1.0 / 6.0, 3, c.beta);
+    series(x, &c);
     return c;
 }
 

@@ -294,10 +294,10 @@ static void see(const follow *by, const double *s, const double *V, const double
     w->c[0] = w->M[4 * d + 2], w->c[1] = w->M[5 * d], w->c[2] = w->M[3 * d + 1];
     mbsri_zero(9, w->W);
     mbsri_zero(3, w->Cts);
+    mbsri_flex_all_E(w->f, all, w->E);
+    mbsri_flex_all_E_rates(w->f, w->V + 6, w->Y);
+    mbsri_flex_all_E_rates(w->f, w->A + 6, w->U);
     for (int a = 0; a < w->n; ++a) {
-        mbsri_flex_E(w->f, a, all, w->E + 9 * a);
-        mbsri_flex_E_rate(w->f, a, w->V + 6, w->Y + 9 * a);
-        mbsri_flex_E_rate(w->f, a, w->A + 6, w->U + 9 * a);
         for (int k = 0; k < 9; ++k) w->W[k] += w->V[6 + a] * w->E[9 * a + k];
         mbsri_add3(w->V[6 + a], Ct_of(w, a), w->Cts);
     }

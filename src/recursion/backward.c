@@ -42,13 +42,41 @@
 
 #include <math.h>
 
+/* G = U D^+; of the modes of a mount, with J = [Jt; -1] and U_s = Jt^T U_f - D, these rows are Jt^T G_f - D D^+,
+ * and 1 - D D^+ = S^-1 X_dropped X_dropped^T S. */
+static void find_gains(const mbsr_data *d, const mbsri_group *g, const mbsri_body *b)
+{
+    const int dim = b->d, n = g->n, rank = mbsri_group_rank(d, g);
+    const double *U = d->U + b->dg, *J = d->J + b->dn, *Dinv = d->Dinv + b->nn, *s = d->s + g->ig;
+    double *G = d->G + b->dg, *upper = d->scratch;
+    mbsri_zero((size_t)dim * (size_t)n, G);
+    if (!b->modal || !mbsri_is_zero((size_t)n, b->armature)) {
+        mbsri_ab(dim, n, n, 1.0, U, Dinv, G);
+        return;
+    }
+    mbsri_upper(MBSRI_FRAME_ROWS, dim, n, U, upper);
+    for (int k = 0; k < n; ++k) {
+        double *column = G + k * dim, *modes = column + MBSRI_FRAME_ROWS;
+        mbsri_ax(MBSRI_FRAME_ROWS, n, 1.0, upper, Dinv + k * n, column);
+        modes[k] = -1.0;
+        for (int l = rank; l < n; ++l) {
+            const double *x = d->X + b->nn + l * n;
+            const double part = x[k] * s[k];
+            for (int i = 0; i < n; ++i) modes[i] += x[i] / s[i] * part;
+        }
+        for (int i = 0; i < n; ++i) {
+            if (!mbsri_is_upright(b, J, i))
+                modes[i] += mbsri_dot(MBSRI_FRAME_ROWS, J + i * dim, column);
+        }
+    }
+}
+
 /* U and D of the group, rank and pseudo-inverse of D, G = U D^+.
  * reads Mbar, W, J, H;  writes U, D, Dinv, G.  cost: 3 d^2 n, one eigenproblem of size n. */
 static int factor_group(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, mbsri_rank_way way)
 {
     const mbsri_body *b = m->body + g->member[0];
-    double *U = d->U + b->dg, *G = d->G + b->dg;
-    mbsri_group_products(m, d, g, d->Mbar, U, d->D + b->nn, d->scratch);
+    mbsri_group_products(m, d, g, d->Mbar, d->U + b->dg, d->D + b->nn, d->scratch);
     mbsri_group_add_armature(m, g, d->D + b->nn);
     for (int k = 0; k < g->members; ++k) d->rank[g->member[k]] = 0;
     d->scale[m->body[g->member[0]].seat] = 0.0;
@@ -57,9 +85,7 @@ static int factor_group(const mbsr_model *m, mbsr_data *d, const mbsri_group *g,
         const int status = mbsri_rank_decision(m, d, g, way == MBSRI_RANK_ROUGHLY);
         if (status) return status;
     }
-    /* G = U D^+ */
-    mbsri_zero((size_t)b->d * (size_t)g->n, G);
-    mbsri_ab(b->d, g->n, g->n, 1.0, U, d->Dinv + b->nn, G);
+    find_gains(d, g, b);
     return told ? MBSRI_BY_PIVOTS : MBSR_OK;
 }
 
@@ -107,12 +133,30 @@ static void reduce(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g
     }
 }
 
-/* C += H^T A H of a symmetric A; work: d x d_pred. */
+/* C += H^T A H as sums of columns of H^T, of which a marker's predecessor has many. */
+static void carry_to_modes(int d, int d_pred, const double *H, const double *A, double *C,
+                           double *work)
+{
+    double *Ht = work, *AH = Ht + d_pred * d;
+    for (int j = 0; j < d_pred; ++j) {
+        for (int k = 0; k < d; ++k) Ht[k * d_pred + j] = H[j * d + k];
+    }
+    for (int j = 0; j < d_pred; ++j) {
+        mbsri_zero((size_t)d, AH);
+        mbsri_ax(d, d, 1.0, A, H + j * d, AH);
+        mbsri_ax(d_pred, d, 1.0, Ht, AH, C + j * d_pred);
+    }
+}
+
+/* C += H^T A H of a symmetric A; work: d (d_pred + 1). */
 static void carry_over(int d, int d_pred, const double *H, const double *A, double *C, double *work)
 {
     double rho[3];
+    if (mbsri_is_zero((size_t)d * (size_t)d, A)) return;
     if (d == 6 && d_pred == 6 && mbsri_is_translation(H, rho))
         mbsri_translate_matrix(rho, A, C);
+    else if (d == 6 && d_pred > 12)
+        carry_to_modes(d, d_pred, H, A, C, work);
     else
         mbsri_congruence(d, d_pred, H, A, C, work);
 }

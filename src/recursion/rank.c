@@ -42,8 +42,8 @@ static double equilibrate(const mbsri_body *b, const mbsr_data *d, const double 
 {
     double *WJ = d->scratch, largest = 0.0;
     for (int k = 0; k < b->n; ++k) {
-        mbsri_along_rate(b, d->W + b->dd, d->J + b->dn, k, WJ);
-        const double size = mbsri_rate_of(b, d->J + b->dn, k, WJ) + b->armature[k];
+        const double size =
+            mbsri_along_itself(b, d->W + b->dd, d->J + b->dn, k, WJ) + b->armature[k];
         s[k] = fixed ? fixed[k] : size > 0.0 ? 1.0 / sqrt(size) : 1.0;
         if (fixed) *noise = fmax(*noise, size * s[k] * s[k]);
         largest = isnan(size) ? size : fmax(size, largest);

@@ -68,7 +68,7 @@ static void subtract_columns(const pivots *p, int row, int c, double *y)
     const double *a = p->L + row;
     int l = 0;
     for (; l < c - 1; l += 2)
-        mbsri_add_two(rows, a + l * n, -a[l * n], a + (l + 1) * n, -a[(l + 1) * n], y);
+        mbsri_add_two_long(rows, a + l * n, -a[l * n], a + (l + 1) * n, -a[(l + 1) * n], y);
     if (l < c) mbsri_ax(rows, 1, -a[l * n], a + l * n, &(double){1.0}, y);
 }
 
@@ -116,8 +116,11 @@ static void invert(const pivots *p)
         double *row = p->Y + l * n;
         mbsri_zero((size_t)n, row);
         row[l] = 1.0;
-        for (int j = 0; j < l; ++j)
-            mbsri_ax(j + 1, 1, -p->L[j * n + l], p->Y + j * n, &(double){1.0}, row);
+        int j = 0;
+        for (; j < l - 1; j += 2)
+            mbsri_add_two_long(j + 2, p->Y + j * n, -p->L[j * n + l], p->Y + (j + 1) * n,
+                               -p->L[(j + 1) * n + l], row);
+        if (j < l) mbsri_ax(j + 1, 1, -p->L[j * n + l], p->Y + j * n, &(double){1.0}, row);
         for (int k = 0; k <= l; ++k) {
             row[k] /= p->L[l * (n + 1)];
             p->size[k] += row[k] * row[k];
@@ -184,10 +187,12 @@ static void invert_block(const pivots *p, const double *w, double *Dinv)
 {
     const int n = p->n;
     mbsri_zero((size_t)n * (size_t)n, p->A);
-    for (int l = 0; l < p->rank; ++l) {
-        const double *y = p->Y + l * n;
-        for (int j = 0; j <= l; ++j)
-            mbsri_ax(l - j + 1, 1, y[j], y + j, &(double){1.0}, p->A + j * (n + 1));
+    for (int l = 0; l < p->rank; l += 2) {
+        const double *y = p->Y + l * n, *z = l + 1 < p->rank ? y + n : y;
+        const double share = z == y ? 0.0 : 1.0;
+        const int last = z == y ? l : l + 1;
+        for (int j = 0; j <= last; ++j)
+            mbsri_add_two_long(last - j + 1, y + j, y[j], z + j, share * z[j], p->A + j * (n + 1));
     }
     for (int j = 0; j < n; ++j) {
         const int column = p->order[j];
