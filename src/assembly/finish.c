@@ -250,7 +250,8 @@ static int check_joints(mbsr_model *m, int N)
     for (int i = 1; i <= N; ++i) {
         mbsri_body *b = m->body + i;
         const mbsri_body *pred = m->body + b->parent;
-        b->modal = mbsri_mount_of(b->joint.table, b->joint.user) != NULL;
+        b->modal = mbsri_mount_of(b->joint.table, b->joint.user) && b->locks == 0;
+        b->upright = b->modal && mbsri_mount_rests(b->joint.user, b->joint.option[0]);
         if (!b->joint.table->check) continue;
         char text[MBSR_TEXT_SIZE] = "", label[MBSRI_LABEL];
         const mbsr_joint joint = given(&b->joint);

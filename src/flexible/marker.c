@@ -5,7 +5,6 @@
 #include "algebra/dense.h"
 #include "algebra/space3.h"
 #include "flexible/dependent.h"
-#include "flexible/rotation_vector.h"
 
 #include <stdbool.h>
 
@@ -58,7 +57,8 @@ void mbsri_flex_see(const mbsr_flex *flex, int marker, const double R[9], const 
     if (!view->rests) mbsri_shapes(flex, s, all);
     place(view, all, view->psi, view->rho);
     mbsri_add3(1.0, m->frame.x, view->rho);
-    mbsri_tangent3(view->psi, T);
+    view->turned = mbsri_rotation_vector_of(view->psi);
+    mbsri_tangent3(&view->turned, T);
     mbsri_rotate3(R, view->rho, view->at.a);
     mbsri_multiply3(R, T, view->at.G);
     mbsri_copy(9, R, view->at.L);
@@ -75,7 +75,7 @@ static void derive(const mbsri_flex_view *view, const double w[3], const double 
     if (view->rests)
         mbsri_zero(9, dT);
     else
-        mbsri_tangent3_along(view->psi, dpsi, dT);
+        mbsri_tangent3_along(&view->turned, dpsi, dT);
     mbsri_multiply3(view->R, dT, out->G);
     add_turned(w, view->at.G, out->G);
     mbsri_zero(9, out->L);
@@ -128,9 +128,9 @@ void mbsri_flex_see_rate_change(mbsri_flex_view *view, const double domega[3], c
 
     mbsri_zero(9, out->G);
     if (!view->rests) {
-        mbsri_tangent3_along(view->psi, view->psid, T_rate);
-        mbsri_tangent3_twice(view->psi, view->psid, view->dpsi, twice);
-        mbsri_tangent3_along(view->psi, dpsid, along);
+        mbsri_tangent3_along(&view->turned, view->psid, T_rate);
+        mbsri_tangent3_twice(&view->turned, view->psid, view->dpsi, twice);
+        mbsri_tangent3_along(&view->turned, dpsid, along);
         for (int k = 0; k < 9; ++k) twice[k] += along[k];
         mbsri_multiply3(view->R, T_rate, RT);
         mbsri_multiply3(view->R, twice, out->G);
@@ -159,7 +159,7 @@ void mbsri_flex_see_rate_change(mbsri_flex_view *view, const double domega[3], c
 void mbsri_flex_axes(const mbsri_flex_view *view, double E[9])
 {
     double turn[9];
-    mbsri_exp3(view->psi, turn);
+    mbsri_exp3(&view->turned, turn);
     mbsri_multiply3(turn, view->marker->frame.R, E);
 }
 
@@ -196,11 +196,15 @@ void mbsri_flex_column(const mbsri_flex_view *view, mbsri_flex_part part, int k,
 {
     const mbsri_flex_view *v = view;
     const mbsri_flex_arm *const arm[] = {&v->at, &v->rate, &v->change, &v->rate_change};
+    if (v->flex->r == 0 && !v->rests) {
+        mbsri_rotate3(arm[part]->G, v->marker->Psi + 3 * k, angular);
+        mbsri_rotate3(arm[part]->L, v->marker->Phi + 3 * k, linear);
+        return;
+    }
     mbsri_zero(3, angular);
     mbsri_zero(3, linear);
     if (v->rests) return;
     add_column(v, arm[part], true, k, v->s, angular, linear);
-    if (v->flex->r == 0) return;
     switch (part) {
     case MBSRI_FLEX_AT: break;
     case MBSRI_FLEX_RATE: add_column(v, &v->at, false, k, v->sdot, angular, linear); break;

@@ -12,6 +12,7 @@
 #define MBSRI_FLEXIBLE_MARKER_H
 
 #include "flexible/data.h"
+#include "flexible/rotation_vector.h"
 
 typedef struct mbsri_flex_arm {
     double a[3], G[9], L[9];
@@ -24,6 +25,7 @@ typedef struct mbsri_flex_view {
     bool rests; /* psi is 0, and rho constant */
     const double *s, *sdot, *ds, *dsdot;
     double R[9], rho[3], psi[3];
+    mbsri_rotation_vector turned; /* by psi */
     mbsri_flex_arm at;
     double omega[3], psid[3], u[3];  /* psi', (Phi s + ..)' */
     double psi_second[3], second[3]; /* chi s'^T Y s', of rotation and displacement */

@@ -9,9 +9,7 @@
 
 #include "algebra/space3.h"
 
-typedef struct coefficients {
-    double sinc, alpha[3], beta[3]; /* alpha, alpha1, alpha2 */
-} coefficients;
+typedef mbsri_rotation_vector coefficients;
 
 enum { TERMS = 18 };
 
@@ -62,10 +60,10 @@ static void closed(double x, coefficients *c)
     c->beta[2] = (-sinc2 - 2.0 * c->beta[1]) / x;
 }
 
-static coefficients coefficients_of(const double p[3])
+mbsri_rotation_vector mbsri_rotation_vector_of(const double p[3])
 {
     const double x = mbsri_dot3(p, p);
-    coefficients c;
+    coefficients c = {.p = {p[0], p[1], p[2]}};
     if (x > 10.0) {
         closed(x, &c);
         return c;
@@ -97,44 +95,45 @@ static void set_diagonal(double value, double A[9])
     for (int k = 0; k < 9; ++k) A[k] = k % 4 == 0 ? value : 0.0;
 }
 
-void mbsri_exp3(const double p[3], double E[9])
+void mbsri_exp3(const mbsri_rotation_vector *c, double E[9])
 {
-    const coefficients c = coefficients_of(p);
+    const double *p = c->p;
     set_diagonal(1.0, E);
-    add_skew(c.sinc, p, E);
-    add_square(c.alpha[0], p, p, E);
+    add_skew(c->sinc, p, E);
+    add_square(c->alpha[0], p, p, E);
 }
 
-void mbsri_tangent3(const double p[3], double T[9])
+void mbsri_tangent3(const mbsri_rotation_vector *c, double T[9])
 {
-    const coefficients c = coefficients_of(p);
+    const double *p = c->p;
     set_diagonal(1.0, T);
-    add_skew(c.alpha[0], p, T);
-    add_square(c.beta[0], p, p, T);
+    add_skew(c->alpha[0], p, T);
+    add_square(c->beta[0], p, p, T);
 }
 
-void mbsri_tangent3_along(const double p[3], const double u[3], double dT[9])
+void mbsri_tangent3_along(const mbsri_rotation_vector *c, const double u[3], double dT[9])
 {
-    const coefficients c = coefficients_of(p);
+    const double *p = c->p;
     const double x_u = 2.0 * mbsri_dot3(p, u);
     set_diagonal(0.0, dT);
-    add_skew(c.alpha[1] * x_u, p, dT);
-    add_skew(c.alpha[0], u, dT);
-    add_square(c.beta[1] * x_u, p, p, dT);
-    add_square(2.0 * c.beta[0], p, u, dT);
+    add_skew(c->alpha[1] * x_u, p, dT);
+    add_skew(c->alpha[0], u, dT);
+    add_square(c->beta[1] * x_u, p, p, dT);
+    add_square(2.0 * c->beta[0], p, u, dT);
 }
 
-void mbsri_tangent3_twice(const double p[3], const double u[3], const double v[3], double ddT[9])
+void mbsri_tangent3_twice(const mbsri_rotation_vector *c, const double u[3], const double v[3],
+                          double ddT[9])
 {
-    const coefficients c = coefficients_of(p);
+    const double *p = c->p;
     const double x_u = 2.0 * mbsri_dot3(p, u), x_v = 2.0 * mbsri_dot3(p, v),
                  x_uv = 2.0 * mbsri_dot3(u, v);
     set_diagonal(0.0, ddT);
-    add_skew(c.alpha[2] * x_u * x_v + c.alpha[1] * x_uv, p, ddT);
-    add_skew(c.alpha[1] * x_u, v, ddT);
-    add_skew(c.alpha[1] * x_v, u, ddT);
-    add_square(c.beta[2] * x_u * x_v + c.beta[1] * x_uv, p, p, ddT);
-    add_square(2.0 * c.beta[1] * x_u, p, v, ddT);
-    add_square(2.0 * c.beta[1] * x_v, p, u, ddT);
-    add_square(2.0 * c.beta[0], u, v, ddT);
+    add_skew(c->alpha[2] * x_u * x_v + c->alpha[1] * x_uv, p, ddT);
+    add_skew(c->alpha[1] * x_u, v, ddT);
+    add_skew(c->alpha[1] * x_v, u, ddT);
+    add_square(c->beta[2] * x_u * x_v + c->beta[1] * x_uv, p, p, ddT);
+    add_square(2.0 * c->beta[1] * x_u, p, v, ddT);
+    add_square(2.0 * c->beta[1] * x_v, p, u, ddT);
+    add_square(2.0 * c->beta[0], u, v, ddT);
 }

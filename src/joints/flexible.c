@@ -395,6 +395,11 @@ const mbsr_flex *mbsri_marker_of(const mbsr_joint_table *table, const void *user
     return table == &marker_table ? user : NULL;
 }
 
+bool mbsri_mount_rests(const mbsr_flex *flex, int marker)
+{
+    return flex->rests[marker];
+}
+
 const mbsr_flex *mbsri_mount_of(const mbsr_joint_table *table, const void *user)
 {
     return table == &mount_table ? user : NULL;

@@ -48,7 +48,8 @@ typedef struct mbsri_body {
     int id;        /* the caller's; MBSR_GROUND for the root */
     int parent;    /* index of the predecessor; 0 for the bodies on the root, -1 for the root */
     int d, d_pred; /* velocity coordinates of the body and of its predecessor */
-    bool modal;    /* a flexible body on its mount: recursion/modal.h */
+    bool modal;    /* a flexible body on its mount, all modes free: recursion/modal.h */
+    bool upright;  /* and with the frame of the marker it is held at: J = [0; -1] in every pose */
     int np;        /* numbers in the pose */
     int n, nq;     /* joint velocity and position coordinates */
     int q, u;      /* places in the caller's vectors q and u, in the order of ids */

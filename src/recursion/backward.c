@@ -65,8 +65,7 @@ static void find_gains(const mbsr_data *d, const mbsri_group *g, const mbsri_bod
             for (int i = 0; i < n; ++i) modes[i] += x[i] / s[i] * part;
         }
         for (int i = 0; i < n; ++i) {
-            if (!mbsri_is_upright(b, J, i))
-                modes[i] += mbsri_dot(MBSRI_FRAME_ROWS, J + i * dim, column);
+            if (!b->upright) modes[i] += mbsri_dot(MBSRI_FRAME_ROWS, J + i * dim, column);
         }
     }
 }

@@ -13,11 +13,9 @@ static void place(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g,
     const mbsri_body *row = m->body + a, *column = m->body + b;
     const int r = row->ig - g->ig, c = column->ig - g->ig;
     for (int k = 0; k < row->n; ++k) {
-        const bool upright = mbsri_is_upright(row, d->J + row->dn, k);
         for (int j = 0; j < column->n; ++j) {
             const double *f = F + (size_t)(j * row->d);
-            const double entry =
-                upright ? -f[MBSRI_FRAME_ROWS + k] : mbsri_rate_of(row, d->J + row->dn, k, f);
+            const double entry = mbsri_rate_of(row, d->J + row->dn, k, f);
             JY[(c + j) * g->n + r + k] = entry;
             if (a != b) JY[(r + k) * g->n + c + j] = entry;
         }

@@ -19,23 +19,13 @@ static inline int mbsri_upper_rows(const mbsri_body *b)
     return b->modal ? MBSRI_FRAME_ROWS : b->d;
 }
 
-/* Whether column k of Jt is zero: of all, where the frame of the body is that of the marker it is held at. */
-static inline bool mbsri_is_upright(const mbsri_body *b, const double *J, int k)
-{
-    const double *Jt = J + (size_t)k * (size_t)b->d;
-    for (int l = 0; l < MBSRI_FRAME_ROWS; ++l) {
-        if (Jt[l] != 0.0) return false;
-    }
-    return b->modal;
-}
-
 /* y (d) = A times column k of J, A d x d */
 static inline void mbsri_along_rate(const mbsri_body *b, const double *A, const double *J, int k,
                                     double *y)
 {
     const int d = b->d, rows = mbsri_upper_rows(b);
     mbsri_zero((size_t)d, y);
-    if (!mbsri_is_upright(b, J, k)) mbsri_ax(d, rows, 1.0, A, J + (size_t)k * (size_t)d, y);
+    if (!b->upright) mbsri_ax(d, rows, 1.0, A, J + (size_t)k * (size_t)d, y);
     if (!b->modal) return;
     const double *column = A + (size_t)(rows + k) * (size_t)d;
     for (int l = 0; l < d; ++l) y[l] -= column[l];
@@ -45,15 +35,34 @@ static inline void mbsri_along_rate(const mbsri_body *b, const double *A, const 
 static inline double mbsri_rate_of(const mbsri_body *b, const double *J, int k, const double *y)
 {
     const int rows = mbsri_upper_rows(b);
+    if (b->upright) return -y[rows + k];
     const double sum = mbsri_dot(rows, J + (size_t)k * (size_t)b->d, y);
     return b->modal ? sum - y[rows + k] : sum;
+}
+
+/* x (n) += J^T y (d);  and J'^T y */
+static inline void mbsri_add_rates(const mbsri_body *b, const double *J, const double *y, double *x)
+{
+    if (!b->modal) {
+        mbsri_atx(b->d, b->n, 1.0, J, y, x);
+        return;
+    }
+    for (int k = 0; k < b->n; ++k) x[k] += mbsri_rate_of(b, J, k, y);
+}
+
+static inline void mbsri_add_rates_dot(const mbsri_body *b, const double *Jdot, const double *y,
+                                       double *x)
+{
+    if (b->upright) return;
+    const int rows = mbsri_upper_rows(b);
+    for (int k = 0; k < b->n; ++k) x[k] += mbsri_dot(rows, Jdot + (size_t)k * (size_t)b->d, y);
 }
 
 /* (Column k of J)^T A (column k of J) of a symmetric A; work: d. */
 static inline double mbsri_along_itself(const mbsri_body *b, const double *A, const double *J,
                                         int k, double *work)
 {
-    if (mbsri_is_upright(b, J, k)) return A[(size_t)(MBSRI_FRAME_ROWS + k) * (size_t)(b->d + 1)];
+    if (b->upright) return A[(size_t)(MBSRI_FRAME_ROWS + k) * (size_t)(b->d + 1)];
     mbsri_along_rate(b, A, J, k, work);
     return mbsri_rate_of(b, J, k, work);
 }

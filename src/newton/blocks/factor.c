@@ -46,6 +46,7 @@
 #include "recursion/forward.h"
 #include "recursion/inverse.h"
 #include "recursion/kinematics.h"
+#include "recursion/modal.h"
 
 /* ---- factoring one joint ---- */
 
@@ -106,10 +107,10 @@ static void fill_column(joint *j, double c, const mbsri_joint_slopes *s, int k)
     }
     /* d(M u) = J^T m + dJ^T m,  dP = J^T sigma + J'^T m + (.) + dtau */
     mbsri_copy((size_t)n, own, momentum);
-    mbsri_atx(d, n, 1.0, kept->J, y, momentum);
+    mbsri_add_rates(b, kept->J, y, momentum);
     for (int l = 0; l < n; ++l) rate[l] = own[n + l] + torque[l];
-    mbsri_atx(d, n, 1.0, kept->J, y + d, rate);
-    mbsri_atx(d, n, 1.0, kept->Jdot, y, rate);
+    mbsri_add_rates(b, kept->J, y + d, rate);
+    mbsri_add_rates_dot(b, kept->Jdot, y, rate);
     if (k >= j->q) {
         const mbsri_column_kind kind = k < j->u   ? MBSRI_COLUMN_Q
                                        : k < j->a ? MBSRI_COLUMN_U
@@ -120,7 +121,7 @@ static void fill_column(joint *j, double c, const mbsri_joint_slopes *s, int k)
     /* d(J^T mu - tau) */
     double *reaction = j->reaction + (size_t)k * (size_t)n;
     for (int l = 0; l < n; ++l) reaction[l] = own[2 * n + l] - torque[l];
-    mbsri_atx(d, n, 1.0, kept->J, y + 2 * d, reaction);
+    mbsri_add_rates(b, kept->J, y + 2 * d, reaction);
 }
 
 /* Whether q' is made of finite numbers. */

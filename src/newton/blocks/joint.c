@@ -13,6 +13,7 @@
 #include "newton/slopes/force_slopes.h"
 #include "newton/slopes/relation.h"
 #include "recursion/group.h"
+#include "recursion/modal.h"
 #include "recursion/rank_pivots.h"
 
 #include <math.h>
@@ -229,12 +230,21 @@ static void add_closures(joint *j)
     }
 }
 
-/* row (n) += sum of |A^T| |y| */
-static void add_sizes(int d, int n, double factor, const double *A, const double *y, double *row)
+/* row (n) += sum of |A^T| |y|, A = J, or J' without the rows of -1 and 0 (recursion/modal.h) */
+static void add_sizes(const mbsri_body *b, double factor, const double *A, const double *y,
+                      double *row)
 {
-    for (int k = 0; k < n; ++k) {
-        for (int l = 0; l < d; ++l) row[k] += fabs(factor * A[k * d + l] * y[l]);
+    const int rows = b->upright ? 0 : mbsri_upper_rows(b);
+    for (int k = 0; k < b->n; ++k) {
+        for (int l = 0; l < rows; ++l) row[k] += fabs(factor * A[k * b->d + l] * y[l]);
     }
+}
+
+static void add_sizes_of_J(const mbsri_body *b, double factor, const double *J, const double *y,
+                           double *row)
+{
+    add_sizes(b, factor, J, y, row);
+    for (int k = 0; k < b->n && b->modal; ++k) row[k] += fabs(factor * y[MBSRI_FRAME_ROWS + k]);
 }
 
 void mbsri_block_measure(joint *j, double c, mbsri_column_kind kind, const double *y,
@@ -245,15 +255,15 @@ void mbsri_block_measure(joint *j, double c, mbsri_column_kind kind, const doubl
     const int d = b->d, n = b->n;
     /* dq = Cq G du: of the order of du / c */
     const double share = kind == MBSRI_COLUMN_Q ? 1.0 / fabs(c) : 1.0;
-    add_sizes(d, n, share * c, kept->J, y, j->size);
-    add_sizes(d, n, share, kept->J, y + d, j->size);
-    add_sizes(d, n, share, kept->Jdot, y, j->size);
+    add_sizes_of_J(b, share * c, kept->J, y, j->size);
+    add_sizes_of_J(b, share, kept->J, y + d, j->size);
+    add_sizes(b, share, kept->Jdot, y, j->size);
     for (int l = 0; l < n; ++l)
         j->size[l] += share * (fabs(c * own[l]) + fabs(own[n + l]) + fabs(torque[l]));
     if (!j->node->deep) return;
     double *size = kind == MBSRI_COLUMN_A ? j->size_a : j->size_mu;
     for (int l = 0; l < n; ++l) size[l] += share * (fabs(own[2 * n + l]) + fabs(torque[l]));
-    add_sizes(d, n, share, kept->J, y + 2 * d, size);
+    add_sizes_of_J(b, share, kept->J, y + 2 * d, size);
 }
 
 /* ---- the joint's block ---- */

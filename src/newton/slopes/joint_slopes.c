@@ -288,7 +288,7 @@ static int pose_columns(column *c, mbsri_joint_slopes *s)
     int status = MBSR_OK;
     c->moved = true;
     c->move.still = false;
-    for (int k = 0; k < s->e_pred + b->nq && !status; ++k) {
+    for (int k = 0; k < (b->upright ? 0 : b->nq) + s->e_pred && !status; ++k) {
         const bool outside = k < s->e_pred;
         rest(c);
         if (outside)
@@ -316,7 +316,7 @@ static int rate_columns(column *c, mbsri_joint_slopes *s)
     c->move.still = true;
     mbsri_zero((size_t)b->np, c->dp);
     clear(b, &c->first);
-    for (int k = 0; k < b->d_pred + b->n && !status; ++k) {
+    for (int k = 0; k < (b->upright ? 0 : b->n) + b->d_pred && !status; ++k) {
         const bool outside = k < b->d_pred;
         const double *along = outside ? c->d->H + b->dp + (size_t)(k * b->d)
                                       : c->d->J + b->dn + (size_t)((k - b->d_pred) * b->d);
@@ -334,6 +334,17 @@ static int rate_columns(column *c, mbsri_joint_slopes *s)
         if (!status) store(c, outside ? s->e_pred + k : s->u + k - b->d_pred, s);
     }
     return status;
+}
+
+/* Where a coordinate moves the body the same way in every state: dx and dV = -J. */
+static void steady_column(const column *c, int k, mbsri_joint_slopes *s)
+{
+    const mbsri_body *b = c->b;
+    const size_t rows = (size_t)(s->e + 2 * b->d), e = (size_t)s->e;
+    const double *along = c->d->J + b->dn + (size_t)(k * b->d);
+    double *of_q = s->x + (size_t)(s->q + k) * rows, *of_u = s->x + (size_t)(s->u + k) * rows;
+    for (int l = 0; l < b->d; ++l) of_q[l] = of_u[e + (size_t)l] = -along[l];
+    s->qdot[(size_t)(s->u + k) * (size_t)b->nq + (size_t)k] = 1.0;
 }
 
 /* Columns of the predecessor's acceleration, and of u': dA = -H dA_pi - J du'. */
@@ -397,6 +408,7 @@ int mbsri_joint_slopes_of(const mbsr_model *m, mbsr_data *d, int i, bool acceler
     }
     int status = pose_columns(&c, s);
     if (!status) status = rate_columns(&c, s);
+    for (int k = 0; k < b->n && b->upright; ++k) steady_column(&c, k, s);
     if (!status) acceleration_columns(&c, s);
     if (!status) add_armature(b, accelerated, s);
     return status;

@@ -334,6 +334,44 @@ static void the_newton_solver_serves_flexible_bodies(void **state)
     test_flexible_free(&w);
 }
 
+/* A beam on a hinge with a load at its end, one or two of its modes held: its J has then other
+ * rows than -1 in it. */
+static void modes_may_be_locked(void **state)
+{
+    (void)state;
+    static const double axis[3] = {0.0, 0.0, 1.0}, zero[3] = {0.0};
+    for (int locks = 1; locks <= 2; ++locks) {
+        test_flexible w = {0};
+        double udot[5], tau[5];
+        mbsr_error error;
+        mbsr_beam_def beam = mbsr_default_beam_def();
+        beam.length = beam.density = 1.0, beam.EI_y = 70.0, beam.EI_z = 50.0, beam.modes = 4;
+        assert_ok(mbsr_flex_beam(&beam, w.flex, &error), &error);
+        assert_ok(mbsr_model_create(NULL, &w.model, NULL), NULL);
+        mbsr_flexible_def def = mbsr_default_flexible_def();
+        def.parent = MBSR_GROUND, def.flex = w.flex[0];
+        def.joint = mbsr_joint_revolute(NULL, NULL, axis);
+        const mbsr_error *e = mbsr_model_error(w.model);
+        assert_ok(mbsr_model_add_flexible(w.model, &def, w.flexible), e);
+        assert_ok(mbsr_model_add_marker(w.model, w.flexible[0], 15, NULL, &w.tip), e);
+        const mbsr_force_def force =
+            mbsr_force_point_spring(w.tip, NULL, MBSR_GROUND, zero, 10.0, 0.5, 0.3);
+        assert_ok(mbsr_model_add_force(w.model, &force, NULL), e);
+        assert_ok(mbsr_model_lock(w.model, w.flexible[0], 1, 0.02), e);
+        if (locks == 2) assert_ok(mbsr_model_lock(w.model, w.flexible[0], 2, 0.0), e);
+        assert_ok(mbsr_model_finish(w.model), e);
+        assert_ok(mbsr_data_create(w.model, &w.data, NULL), NULL);
+        const int nu = mbsr_model_nu(w.model);
+        assert_int_equal(nu, 5 - locks);
+        for (int k = 0; k < nu; ++k) w.q[k] = 0.03 * (k + 1), w.u[k] = 0.5 - 0.2 * k;
+        accelerate(&w, udot);
+        assert_ok(mbsr_inverse_dynamics(w.model, w.data, 0.0, w.q, w.u, udot, tau), error_of(&w));
+        for (int k = 0; k < nu; ++k) assert_close(tau[k], 0.0, 1e-11);
+        newton_systems(&w);
+        test_flexible_free(&w);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -347,6 +385,7 @@ int main(void)
         cmocka_unit_test(inverse_dynamics_agree),
         cmocka_unit_test(jacobians_are_those_of_the_twists),
         cmocka_unit_test(the_newton_solver_serves_flexible_bodies),
+        cmocka_unit_test(modes_may_be_locked),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

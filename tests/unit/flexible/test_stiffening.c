@@ -237,7 +237,8 @@ static void change(motion *m, int column, double step)
     if (column >= 6 && column < D) m->s[column - 6] += step;
     if (column >= 3) return;
     turn[column] = step;
-    mbsri_exp3(turn, E);
+    const mbsri_rotation_vector by = mbsri_rotation_vector_of(turn);
+    mbsri_exp3(&by, E);
     mbsri_multiply3(E, m->R, R);
     memcpy(m->R, R, sizeof R);
 }
