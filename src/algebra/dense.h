@@ -41,17 +41,48 @@ static inline void mbsri_add_two(int r, const double *a, double s, const double 
     for (int k = 0; k < r; ++k) y[k] = y[k] + a[k] * s + b[k] * t;
 }
 
-/* The same of long columns, four rows at a time. y is none of the others. */
+/* Two numbers anywhere among others. */
+typedef double mbsri_pair __attribute__((vector_size(16), aligned(8), may_alias));
+
+static inline mbsri_pair *mbsri_pair_at(double *x)
+{
+    return (mbsri_pair *)(void *)x;
+}
+
+static inline mbsri_pair mbsri_pair_of(const double *x)
+{
+    return *(const mbsri_pair *)(const void *)x;
+}
+
+/* The same of long columns. */
 static inline void mbsri_add_two_long(int r, const double *a, double s, const double *b, double t,
                                       double *y)
 {
+    const mbsri_pair ss = {s, s}, tt = {t, t};
     int k = 0;
     for (; k < r - 3; k += 4) {
-        double sum[4];
-        for (int l = 0; l < 4; ++l) sum[l] = y[k + l] + a[k + l] * s + b[k + l] * t;
-        memcpy(y + k, sum, sizeof sum);
+        const mbsri_pair low = mbsri_pair_of(y + k) + mbsri_pair_of(a + k) * ss,
+                         high = mbsri_pair_of(y + k + 2) + mbsri_pair_of(a + k + 2) * ss;
+        *mbsri_pair_at(y + k) = low + mbsri_pair_of(b + k) * tt;
+        *mbsri_pair_at(y + k + 2) = high + mbsri_pair_of(b + k + 2) * tt;
     }
     for (; k < r; ++k) y[k] = y[k] + a[k] * s + b[k] * t;
+}
+
+/* a.x and b.x of long columns */
+static inline void mbsri_dot_two_long(int r, const double *a, const double *b, const double *x,
+                                      double *with_a, double *with_b)
+{
+    mbsri_pair sum = {0.0, 0.0}, other = {0.0, 0.0};
+    int k = 0;
+    for (; k < r - 1; k += 2) {
+        const mbsri_pair xx = mbsri_pair_of(x + k);
+        sum += mbsri_pair_of(a + k) * xx;
+        other += mbsri_pair_of(b + k) * xx;
+    }
+    *with_a = sum[0] + sum[1];
+    *with_b = other[0] + other[1];
+    if (k < r) *with_a += a[k] * x[k], *with_b += b[k] * x[k];
 }
 
 /* y (r) += s A (r x c) x (c); two columns at a time */
@@ -75,6 +106,32 @@ static inline void mbsri_atx(int r, int c, double s, const double *A, const doub
         const double *a = A + (size_t)j * (size_t)r, *b = a + r;
         double sum = 0.0, other = 0.0;
         for (int k = 0; k < r; ++k) sum += a[k] * x[k], other += b[k] * x[k];
+        y[j] += s * sum;
+        y[j + 1] += s * other;
+    }
+    if (j < c) y[j] += s * mbsri_dot(r, A + (size_t)j * (size_t)r, x);
+}
+
+/* These two with many rows. */
+static inline void mbsri_ax_long(int r, int c, double s, const double *A, const double *x,
+                                 double *y)
+{
+    int j = 0;
+    for (; j < c - 1; j += 2) {
+        const double *a = A + (size_t)j * (size_t)r;
+        mbsri_add_two_long(r, a, s * x[j], a + r, s * x[j + 1], y);
+    }
+    if (j < c) mbsri_ax(r, 1, s * x[j], A + (size_t)j * (size_t)r, &(double){1.0}, y);
+}
+
+static inline void mbsri_atx_long(int r, int c, double s, const double *A, const double *x,
+                                  double *y)
+{
+    int j = 0;
+    for (; j < c - 1; j += 2) {
+        const double *a = A + (size_t)j * (size_t)r;
+        double sum, other;
+        mbsri_dot_two_long(r, a, a + r, x, &sum, &other);
         y[j] += s * sum;
         y[j + 1] += s * other;
     }

@@ -14,8 +14,11 @@ static void place(const mbsri_flex_view *view, const double *all, double psi[3],
     mbsri_zero(3, psi);
     mbsri_zero(3, rho);
     if (view->rests) return;
-    mbsri_ax(3, view->flex->m, 1.0, view->marker->Psi, all, psi);
-    mbsri_ax(3, view->flex->m, 1.0, view->marker->Phi, all, rho);
+    for (int k = 0; k < view->flex->m; ++k) { /* changes are often of one mode */
+        if (all[k] == 0.0) continue;
+        mbsri_add3(all[k], view->marker->Psi + 3 * k, psi);
+        mbsri_add3(all[k], view->marker->Phi + 3 * k, rho);
+    }
 }
 
 /* The same for a change of the modes: Z dx. */

@@ -234,7 +234,8 @@ static int mount_rates(const mbsr_joint_args *args, double *Kdot, double *Hdot, 
     (void)Kdot;
     see_mount_rate(args, &view);
     fill_mount_H(args, view.rate.a, 0.0, Hdot);
-    for (int k = 0; k < args->n; ++k) fill_mount_dJ(&view, MBSRI_FLEX_RATE, k, Jdot + args->d * k);
+    for (int k = 0; k < args->n && !view.rests; ++k)
+        fill_mount_dJ(&view, MBSRI_FLEX_RATE, k, Jdot + args->d * k);
     return MBSR_OK;
 }
 
@@ -264,7 +265,8 @@ static int mount_tangent(const mbsr_joint_args *args, const mbsr_joint_change *b
     }
     mbsri_copy((size_t)args->nq, by->q, dp + MODAL);
     fill_mount_H(args, view.change.a, 0.0, dH);
-    for (int k = 0; k < args->n; ++k) fill_mount_dJ(&view, MBSRI_FLEX_CHANGE, k, dJ + args->d * k);
+    for (int k = 0; k < args->n && !view.rests; ++k)
+        fill_mount_dJ(&view, MBSRI_FLEX_CHANGE, k, dJ + args->d * k);
     return MBSR_OK;
 }
 
@@ -292,7 +294,7 @@ static int mount_rate_tangent(const mbsr_joint_args *args, const mbsr_joint_chan
     mbsri_add_cross3(view.at.a, view.bias_change, dkII + 3);
     mbsri_add_cross3(view.change.a, view.bias, dkII + 3);
     fill_mount_H(args, view.rate_change.a, 0.0, dHdot);
-    for (int k = 0; k < args->n; ++k) fill_mount_ddJ(&view, k, dJdot + args->d * k);
+    for (int k = 0; k < args->n && !view.rests; ++k) fill_mount_ddJ(&view, k, dJdot + args->d * k);
     return MBSR_OK;
 }
 

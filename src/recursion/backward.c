@@ -143,7 +143,7 @@ static void carry_to_modes(int d, int d_pred, const double *H, const double *A, 
     for (int j = 0; j < d_pred; ++j) {
         mbsri_zero((size_t)d, AH);
         mbsri_ax(d, d, 1.0, A, H + j * d, AH);
-        mbsri_ax(d_pred, d, 1.0, Ht, AH, C + j * d_pred);
+        mbsri_ax_long(d_pred, d, 1.0, Ht, AH, C + j * d_pred);
     }
 }
 

@@ -7,7 +7,7 @@
  *
  * and between its eigenvalues and those of parts of it (Cauchy's interlacing)
  *
- *   lambda_kept >= lambda_min(L L^T) >= 1 / tr (L L^T)^-1,     |lambda_dropped| <= ||R||
+ *   lambda_kept >= lambda_min(L L^T) >= 1 / ||(L L^T)^-1||,     |lambda_dropped| <= ||R||
  *
  * So where the former is beyond what is known to nine digits and the latter is nothing, or as small as it
  * has to be beside the usual rank (rank_rule.h), the eigenvalues would say the same, at ten times the
@@ -27,18 +27,18 @@
 #include <math.h>
 
 /* In the scratch of the data: A (n x n) by the order of the pivots, L (n x n), Y (n x n) with the row l of
- * L^-1 as its column l; vectors of n. */
+ * L^-1 as its column l, N (n x n); vectors of n. */
 typedef struct pivots {
     int n, rank;
     int *order;
-    double *A, *L, *Y, *diagonal, *size;
+    double *A, *L, *Y, *N, *diagonal, *size;
 } pivots;
 
 static pivots place(mbsr_data *d, int n)
 {
     const size_t nn = (size_t)n * (size_t)n;
     pivots p = {.n = n, .order = d->pivots, .A = d->scratch};
-    p.L = p.A + nn, p.Y = p.L + nn, p.diagonal = p.Y + nn, p.size = p.diagonal + n;
+    p.L = p.A + nn, p.Y = p.L + nn, p.N = p.Y + nn, p.diagonal = p.N + nn, p.size = p.diagonal + n;
     return p;
 }
 
@@ -107,11 +107,10 @@ static double rest(const pivots *p)
     return sqrt(squares);
 }
 
-/* Y, and the diagonal of (L L^T)^-1 in `size`. */
+/* Y */
 static void invert(const pivots *p)
 {
     const int n = p->n;
-    mbsri_zero((size_t)n, p->size);
     for (int l = 0; l < p->rank; ++l) {
         double *row = p->Y + l * n;
         mbsri_zero((size_t)n, row);
@@ -121,10 +120,21 @@ static void invert(const pivots *p)
             mbsri_add_two_long(j + 2, p->Y + j * n, -p->L[j * n + l], p->Y + (j + 1) * n,
                                -p->L[(j + 1) * n + l], row);
         if (j < l) mbsri_ax(j + 1, 1, -p->L[j * n + l], p->Y + j * n, &(double){1.0}, row);
-        for (int k = 0; k <= l; ++k) {
-            row[k] /= p->L[l * (n + 1)];
-            p->size[k] += row[k] * row[k];
-        }
+        for (int k = 0; k <= l; ++k) row[k] /= p->L[l * (n + 1)];
+    }
+}
+
+/* The lower triangle of (L L^T)^-1 into that of A, whose columns of pivots are done with. */
+static void multiply(const pivots *p)
+{
+    const int n = p->n;
+    for (int j = 0; j < p->rank; ++j) mbsri_zero((size_t)(p->rank - j), p->A + j * (n + 1));
+    for (int l = 0; l < p->rank; l += 2) {
+        const double *y = p->Y + l * n, *z = l + 1 < p->rank ? y + n : y;
+        const double share = z == y ? 0.0 : 1.0;
+        const int last = z == y ? l : l + 1;
+        for (int j = 0; j <= last; ++j)
+            mbsri_add_two_long(last - j + 1, y + j, y[j], z + j, share * z[j], p->A + j * (n + 1));
     }
 }
 
@@ -133,16 +143,21 @@ static bool known(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g,
                   double least)
 {
     const mbsri_body *b = m->body + g->member[0];
-    double trace = 0.0, strict = 0.0, turned = 0.0;
+    double squares = 0.0, strict = 0.0, turned = 0.0, *share = p->size;
     for (int k = 0; k < p->n; ++k) {
-        const int l = p->order[k];
-        const double s = d->s[b->ig + l], part = mbsri_turned_along(d, b, l) * s * s;
+        const double s = d->s[b->ig + p->order[k]],
+                     part = mbsri_turned_along(d, b, p->order[k]) * s * s;
         turned = fmax(turned, part);
-        if (k >= p->rank) continue;
-        trace += p->size[k];
-        strict += p->size[k] * (1.0 + part);
+        share[k] = 1.0 + part;
     }
-    return least * trace < 1.0 && (turned <= 9.0 || 0.1 * least * strict < 1.0);
+    for (int j = 0; j < p->rank; ++j) {
+        for (int k = j; k < p->rank; ++k) {
+            const double entry = p->A[j * p->n + k], square = (k > j ? 2.0 : 1.0) * entry * entry;
+            squares += square;
+            strict += share[j] * square * share[k];
+        }
+    }
+    return least * sqrt(squares) < 1.0 && (turned <= 9.0 || 0.1 * least * sqrt(strict) < 1.0);
 }
 
 /* Whether it is nothing, or small beside the usual rank. */
@@ -182,23 +197,16 @@ static void keep(const pivots *p, const double *w, const double *s, double size,
     }
 }
 
-/* Dinv = D^-, through A */
+/* Dinv = D^- */
 static void invert_block(const pivots *p, const double *w, double *Dinv)
 {
     const int n = p->n;
-    mbsri_zero((size_t)n * (size_t)n, p->A);
-    for (int l = 0; l < p->rank; l += 2) {
-        const double *y = p->Y + l * n, *z = l + 1 < p->rank ? y + n : y;
-        const double share = z == y ? 0.0 : 1.0;
-        const int last = z == y ? l : l + 1;
-        for (int j = 0; j <= last; ++j)
-            mbsri_add_two_long(last - j + 1, y + j, y[j], z + j, share * z[j], p->A + j * (n + 1));
-    }
     for (int j = 0; j < n; ++j) {
         const int column = p->order[j];
         for (int k = j; k < n; ++k) {
             const int row = p->order[k];
-            Dinv[column * n + row] = Dinv[row * n + column] = w[row] * p->A[j * n + k] * w[column];
+            const double entry = k < p->rank ? w[row] * p->A[j * n + k] * w[column] : 0.0;
+            Dinv[column * n + row] = Dinv[row * n + column] = entry;
         }
     }
 }
@@ -245,16 +253,16 @@ bool mbsri_rank_by_pivots(const mbsr_model *m, mbsr_data *d, const mbsri_group *
     }
     factorise(&p, rule.known * noise);
     invert(&p);
+    multiply(&p);
     if (!known(m, d, g, &p, rule.known * noise)) return false;
     if (p.rank < n && !negligible(m, g, &p, noise)) return false;
     double *w = p.size;
     mbsri_copy((size_t)n, s, w);
     if (p.rank < n) {
-        double *N = p.A;
-        null_vectors(&p, w, N);
+        null_vectors(&p, w, p.N);
         if (p.rank > 0 && m->scale && !mbsri_given_scale(m, d, g))
             mbsri_copy((size_t)n, m->scale + g->ig, s);
-        mbsri_null_columns(n, n - p.rank, s, N, X + p.rank * n);
+        mbsri_null_columns(n, n - p.rank, s, p.N, X + p.rank * n);
     }
     const double size = size_of(n, s, D);
     keep(&p, w, s, size, X);

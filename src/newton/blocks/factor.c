@@ -90,8 +90,8 @@ static void fill_column(joint *j, double c, const mbsri_joint_slopes *s, int k)
     for (int l = 0; l < j->motions; ++l) {
         if (x[l] == 0.0) continue;
         if (waiting >= 0)
-            mbsri_add_two(j->actions, j->P + waiting * j->actions, x[waiting],
-                          j->P + l * j->actions, x[l], y);
+            mbsri_add_two_long(j->actions, j->P + waiting * j->actions, x[waiting],
+                               j->P + l * j->actions, x[l], y);
         waiting = waiting >= 0 ? -1 : l;
     }
     if (waiting >= 0) mbsri_ax(j->actions, 1, 1.0, j->P + waiting * j->actions, x + waiting, y);

@@ -291,7 +291,10 @@ bool mbsri_block_coordinates(const mbsri_body *b, double c, const mbsri_joint_sl
         }
     }
     mbsri_zero((size_t)(nq * n), Q);
-    mbsri_ab(nq, nq, n, 1.0, Cq, qdot_u, Q);
+    if (b->joint.table->coordinate_rates)
+        mbsri_ab(nq, nq, n, 1.0, Cq, qdot_u, Q);
+    else
+        mbsri_ax(nq * n, 1, 1.0 / c, qdot_u, &(double){1.0}, Q);
     return true;
 }
 
@@ -327,7 +330,12 @@ static void along(const joint *j, int l, int rows, const double *matrix, double 
     mbsri_zero((size_t)rows, out);
     if (l < n) {
         mbsri_ax(rows, 1, 1.0, matrix + (size_t)(j->u + l) * (size_t)rows, &(double){1.0}, out);
-        mbsri_ax(rows, nq, 1.0, matrix + (size_t)j->q * (size_t)rows, j->kept.Q + l * nq, out);
+        for (int k = 0; k < nq; ++k) { /* mostly Q is diagonal */
+            const double rate = j->kept.Q[l * nq + k];
+            if (rate == 0.0) continue;
+            const double *column = matrix + (size_t)(j->q + k) * (size_t)rows;
+            mbsri_ax(rows, 1, rate, column, &(double){1.0}, out);
+        }
         return;
     }
     for (int k = 0; k < n; ++k) {
@@ -409,8 +417,8 @@ static void pass_on(joint *j)
         double *column = P + (size_t)k * (size_t)j->actions_pred;
         mbsri_ax(j->actions_pred, 1, 1.0, j->below + (size_t)k * (size_t)j->actions_pred,
                  &(double){1.0}, column);
-        mbsri_ax(j->actions_pred, j->node->unknowns, -1.0, j->kept.U,
-                 j->kept.K + (size_t)k * (size_t)j->node->unknowns, column);
+        mbsri_ax_long(j->actions_pred, j->node->unknowns, -1.0, j->kept.U,
+                      j->kept.K + (size_t)k * (size_t)j->node->unknowns, column);
     }
 }
 

@@ -3,6 +3,7 @@
 #include "newton/blocks/kept.h"
 
 #include "algebra/dense.h"
+#include "recursion/modal.h"
 
 size_t mbsri_keep(const mbsr_newton *w, int i, double *memory, mbsri_kept *k)
 {
@@ -42,11 +43,28 @@ void mbsri_kept_split(const mbsri_kept *kept, int n, int rank, double *x, double
     for (int k = 0; k < n; ++k) y[k] -= x[k];
 }
 
+/* As below, of a mount: H = [Ht; 0]. */
+static void pass_upper(const mbsri_body *b, const mbsri_kept *kept, bool deep, const double *y,
+                       double *below)
+{
+    const int d = b->d, dp = b->d_pred, rows = MBSRI_FRAME_ROWS;
+    for (int k = 0; k < dp; ++k) {
+        const double *H = kept->H + k * d, *Hdot = kept->Hdot + k * d;
+        below[k] -= mbsri_dot(rows, H, y);
+        below[dp + k] -= mbsri_dot(rows, H, y + d) + mbsri_dot(rows, Hdot, y);
+        if (deep) below[2 * dp + k] -= mbsri_dot(rows, H, y + 2 * d);
+    }
+}
+
 /* y_pi += B y:  -H^T m,  -(H^T sigma + H'^T m),  -H^T mu */
 void mbsri_pass_action(const mbsri_body *b, const mbsri_kept *kept, bool deep, const double *y,
                        double *below)
 {
     const int d = b->d, dp = b->d_pred;
+    if (d > MBSRI_FRAME_ROWS && b->modal) {
+        pass_upper(b, kept, deep, y, below);
+        return;
+    }
     mbsri_atx(d, dp, -1.0, kept->H, y, below);
     mbsri_atx(d, dp, -1.0, kept->H, y + d, below + dp);
     mbsri_atx(d, dp, -1.0, kept->Hdot, y, below + dp);

@@ -22,7 +22,8 @@
 #include <math.h>
 #include <stdlib.h>
 
-/* Numbers of one set of K, H, J and two vectors, with every column of J, those held included. */
+/* Numbers of one set of K, H, J and two vectors, with every column of J, those held included; no J of
+ * mounts whose J is constant (upright). */
 typedef struct block {
     double *K, *H, *J, *k;
 } block;
@@ -118,7 +119,7 @@ static void clear(const mbsri_body *b, block *x)
     const size_t d = (size_t)b->d;
     if (!unit_K(b)) mbsri_zero(d * d, x->K);
     mbsri_zero(d * (size_t)b->d_pred, x->H);
-    mbsri_zero(d * (size_t)b->joint.n, x->J);
+    if (!b->upright) mbsri_zero(d * (size_t)b->joint.n, x->J);
     mbsri_zero(d, x->k);
 }
 
@@ -227,7 +228,7 @@ static void velocity(column *c)
     const mbsr_data *d = c->d;
     mbsri_zero((size_t)b->d, c->dV);
     mbsri_ax(b->d, b->d_pred, -1.0, c->first.H, d->V + b->pred_v, c->dV);
-    mbsri_ax(b->d, b->n, -1.0, c->first.J, d->u + b->iu, c->dV);
+    if (!b->upright) mbsri_ax(b->d, b->n, -1.0, c->first.J, d->u + b->iu, c->dV);
     for (int k = 0; k < b->d; ++k) c->dV[k] -= c->first.k[k];
 }
 
@@ -245,11 +246,13 @@ static void store(column *c, int at, mbsri_joint_slopes *s)
         mbsri_pose_change(b->joint.space, b->np, d->p + b->p, c->dp, x);
         mbsri_atx(dim, dp, -1.0, c->first.H, d->imp + b->v, below);
         mbsri_atx(dim, dp, -1.0, c->first.H, d->sigma + b->v, below + dp);
+    }
+    if (c->moved && !b->upright) {
         mbsri_atx(dim, n, 1.0, c->first.J, d->imp + b->v, own);
         mbsri_atx(dim, n, 1.0, c->first.J, d->sigma + b->v, own + n);
     }
     mbsri_atx(dim, dp, -1.0, c->second.H, d->imp + b->v, below + dp);
-    mbsri_atx(dim, n, 1.0, c->second.J, d->imp + b->v, own + n);
+    if (!b->upright) mbsri_atx(dim, n, 1.0, c->second.J, d->imp + b->v, own + n);
     double *qdot = s->qdot + (size_t)at * (size_t)b->nq;
     for (int k = 0, l = 0; k < b->joint.nq; ++k) {
         if (!b->locks || isnan(b->held[k])) qdot[l++] = c->qdot[k];
@@ -257,10 +260,10 @@ static void store(column *c, int at, mbsri_joint_slopes *s)
     if (!c->accelerated) return;
     /* dA = -(dH A_pi + dJ u' + dkII) */
     mbsri_ax(dim, dp, -1.0, c->first.H, d->A + b->pred_v, A);
-    mbsri_ax(dim, n, -1.0, c->first.J, c->udot, A);
+    if (!b->upright) mbsri_ax(dim, n, -1.0, c->first.J, c->udot, A);
     for (int k = 0; k < dim; ++k) A[k] -= c->second.k[k];
     mbsri_atx(dim, dp, -1.0, c->first.H, d->mu + b->v, below + 2 * dp);
-    mbsri_atx(dim, n, 1.0, c->first.J, d->mu + b->v, own + 2 * n);
+    if (!b->upright) mbsri_atx(dim, n, 1.0, c->first.J, d->mu + b->v, own + 2 * n);
 }
 
 static void rest(column *c)
