@@ -6,7 +6,8 @@
  *   bench_loops --write FOLDER       mechanisms for other libraries (peers/loops.h) to files of this folder
  *
  * `fourbars`: chains of rods in the plane with a four-bar on each (4 bodies and 2 rows a piece), with
- * couplers that have mass or none (`massless`); `ring`: one loop of rods. `by_blocks`: the same
+ * couplers that have mass or none (`massless`); `ring`: one loop of rods; `linkages`: four-bars in space, whose
+ * couplers hang on hinges or on universal joints. `by_blocks`: the same
  * bodies without the pins, with Newton systems without vector code, as those of closed models are. `klu`:
  * the equations of motion of the closed ones in redundant coordinates (kkt.h) by SuiteSparse's KLU, which
  * has accelerations and forces for them and no derivatives of anything. A sample is the mean over as many
@@ -33,8 +34,14 @@ static const struct bench_case {
     {"fourbars", "massless", 10, 0, 1, 1, 0},   {"fourbars", "massless", 100, 0, 1, 1, 0},
     {"fourbars", "massless", 1000, 0, 1, 1, 0}, {"fourbars", "by_blocks", 1000, 0, 0, 0, 1},
     {"ring", "closed", 10, 1, 0, 1, 0},         {"ring", "closed", 100, 1, 0, 1, 0},
-    {"ring", "closed", 1000, 1, 0, 1, 0},       {"ring", "by_blocks", 1000, 1, 0, 0, 1}};
+    {"ring", "closed", 1000, 1, 0, 1, 0},       {"ring", "by_blocks", 1000, 1, 0, 0, 1},
+    {"linkages", "hinges", 100, 0, 0, 1, 0},    {"linkages", "universal", 100, 0, 0, 1, 0}};
 enum { CASES = sizeof cases / sizeof cases[0] };
+
+static int in_space(const struct bench_case *of)
+{
+    return !strcmp(of->name, "linkages");
+}
 
 typedef struct candidate {
     bench_model tree;
@@ -50,6 +57,8 @@ static void open_candidate(candidate *c, const struct bench_case *of)
     opt.by_blocks = of->by_blocks;
     if (of->ring)
         bench_make_ring(&c->tree, of->count, of->closed);
+    else if (in_space(of))
+        bench_make_linkages(&c->tree, of->count, !strcmp(of->variant, "universal"), of->closed);
     else
         bench_make_fourbars(&c->tree, of->count, of->massless, of->closed);
     const mbsr_model *m = c->tree.model;
@@ -158,7 +167,7 @@ static int call_kkt(bench_kkt *kkt, int which)
 
 static void measure_kkt(candidate *c, const struct bench_case *of, int samples, double *sample)
 {
-    if (!of->closed || of->massless) return;
+    if (!of->closed || of->massless || in_space(of)) return;
     bench_kkt *kkt = open_kkt(c, of);
     if (!kkt) {
         printf("# %s %d: no KLU\n", of->name, of->count);
@@ -257,7 +266,7 @@ static void write_case(const struct bench_case *of, const char *folder)
 static int write_all(const char *folder)
 {
     for (int k = 0; k < CASES; ++k) {
-        if (cases[k].closed && !cases[k].massless && cases[k].count <= 100)
+        if (cases[k].closed && !cases[k].massless && !in_space(cases + k) && cases[k].count <= 100)
             write_case(cases + k, folder);
     }
     return 0;

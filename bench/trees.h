@@ -31,6 +31,9 @@ void bench_make_beam(bench_model *tree, int bodies);
  * closed by a pin (closed: 1) or not; couplers without mass where `massless`. */
 void bench_make_fourbars(bench_model *tree, int count, int massless, int closed);
 
+/* The same in space, closed by ball joints; couplers on hinges or on universal joints. */
+void bench_make_linkages(bench_model *tree, int count, int universal, int closed);
+
 /* A chain of rods in the plane with one parallelogram, on its last rod or on its first. */
 void bench_make_one_loop(bench_model *tree, int rods, int at_root, int closed);
 

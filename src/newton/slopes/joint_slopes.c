@@ -13,6 +13,7 @@
 
 #include "algebra/dense.h"
 #include "algebra/differences.h"
+#include "joints/chain.h"
 #include "newton/slopes/force_slopes.h"
 #include "newton/slopes/move.h"
 #include "recursion/kinematics.h"
@@ -284,6 +285,14 @@ static int place_of(const mbsri_body *b, int k)
     return l;
 }
 
+/* Whether column k of the predecessor's pose, or of its velocity, is a shift that the body follows without any
+ * other change: sequences of axes know of places only how they lie to each other. */
+static bool is_shift(const mbsri_body *b, int k)
+{
+    return b->joint.table->tangent == mbsri_chain_tangent && b->pred_space == MBSR_SPACE_SPATIAL &&
+           k >= 3 && k < 6;
+}
+
 /* Columns of the pose of the predecessor, and of q. */
 static int pose_columns(column *c, mbsri_joint_slopes *s)
 {
@@ -293,6 +302,10 @@ static int pose_columns(column *c, mbsri_joint_slopes *s)
     c->move.still = false;
     for (int k = 0; k < (b->upright ? 0 : b->nq) + s->e_pred && !status; ++k) {
         const bool outside = k < s->e_pred;
+        if (outside && is_shift(b, k)) {
+            s->x[k * (s->e + 2 * b->d) + k] = 1.0;
+            continue;
+        }
         rest(c);
         if (outside)
             mbsri_pose_unit(b->pred_space, k, c->d->p + b->pred_p, c->p_pred);
@@ -323,6 +336,11 @@ static int rate_columns(column *c, mbsri_joint_slopes *s)
         const bool outside = k < b->d_pred;
         const double *along = outside ? c->d->H + b->dp + (size_t)(k * b->d)
                                       : c->d->J + b->dn + (size_t)((k - b->d_pred) * b->d);
+        if (outside && is_shift(b, k)) {
+            double *dV = s->x + (s->e_pred + k) * (s->e + 2 * b->d) + s->e;
+            for (int l = 0; l < b->d; ++l) dV[l] = -along[l];
+            continue;
+        }
         const double span = outside
                                 ? mbsri_pose_span(&c->spans, c->pred, k)
                                 : mbsri_coordinate_span(&c->spans, c->m, b, true, k - b->d_pred);
