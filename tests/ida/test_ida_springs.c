@@ -344,12 +344,46 @@ static void settled(void **state)
     }
 }
 
+/* Two springs hold one slider, one three times as stiff: they bear its weight by their stiffness. */
+static void shared_weight(void **state)
+{
+    (void)state;
+    const double y[3] = {0.0, 1.0, 0.0}, none[3] = {0.0}, moments[6] = {1.0, 1.0, 1.0}, one = 1.0,
+                 weight = 2.0 * 9.81;
+    for (double k = 1e3; k < 2e9; k *= 1e2) {
+        loops s;
+        int slider, coordinate = 0;
+        double gap[2];
+        mbsr_body_def body = mbsr_default_body_def();
+        loops_begin(&s, NULL);
+        body.joint = mbsr_joint_prismatic(NULL, NULL, y);
+        body.inertia = mbsr_inertia_rigid(2.0, none, moments);
+        assert_ok(mbsr_model_add_body(s.m, &body, &slider), mbsr_model_error(s.m));
+        for (int l = 0; l < 2; ++l) {
+            mbsr_closure_def spring = mbsr_closure_coupling(1, &slider, &coordinate, &one, 0.0);
+            spring.stiffness[0] = l == 0 ? k : 3.0 * k;
+            spring.damping[0] = 1.0;
+            assert_ok(mbsr_model_add_closure(s.m, &spring, NULL), mbsr_model_error(s.m));
+        }
+        loops_finish(&s);
+        s.q[0] = 0.3;
+        assert_int_equal(loops_run(&s, 1e-8, 0.1).status, MBSR_OK);
+        assert_close(s.q[0], -weight / (4.0 * k), 1e-9 + 1e-6 * weight / k);
+        assert_close(s.lambda[0], 0.25 * weight, 1e-6 * weight + 1e-12 * k);
+        assert_close(s.lambda[1], 0.75 * weight, 1e-6 * weight + 3e-12 * k);
+        loops_rows(&s, 0.0, s.q, s.u, NULL, gap, NULL, NULL);
+        for (int l = 0; l < 2; ++l) assert_close(gap[l], s.q[0], 1e-15);
+        loops_free(&s);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(same_motion),       cmocka_unit_test(at_the_price_of_the_rigid_pin),
         cmocka_unit_test(in_space),          cmocka_unit_test(soft_turns),
         cmocka_unit_test(past_loss_of_rank), cmocka_unit_test(settled),
+        cmocka_unit_test(shared_weight),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
