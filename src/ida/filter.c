@@ -232,7 +232,8 @@ static double first_norm(mbsri_stiff *s, N_Vector x, N_Vector w, N_Vector id, do
 }
 
 /* After failures IDA falls to order 1, and doubles h whenever it can, so that it never sees the three
- * equal steps after which it raises the order. With a norm of 0.7 it leaves h as it is. */
+ * equal steps after which it raises the order. With a norm of 0.7 it leaves h as it is. Ordinary steps need
+ * that, too: vibrations that higher orders of BDF have excited leave them there. */
 static double hold(mbsri_stiff *s, double found, int order)
 {
     enum { SOON = 10 };
@@ -240,7 +241,7 @@ static double hold(mbsri_stiff *s, double found, int order)
     IDAGetNumSteps(s->memory, &steps);
     if (!(found <= 1.0)) s->rejected_at = steps;
     const bool soon = s->rejected_at >= 0 && steps - s->rejected_at < SOON;
-    return s->careful && order == 1 && soon ? fmax(found, 0.7) : found;
+    return order == 1 && soon ? fmax(found, 0.7) : found;
 }
 
 /* Carefully, the order does not fall to 1: the offsets of order 2 jump less. */

@@ -193,6 +193,14 @@ static int verify(mbsri_stiff *s, N_Vector ee, N_Vector w, double tolerance)
     return status == SUN_NLS_CONTINUE ? renew(s, ee, w, tolerance) : status;
 }
 
+/* The longest step so far: what is fast beside it is stiff, however short steps have become. */
+static void note_pace(mbsri_stiff *s)
+{
+    double c = 0.0;
+    if (IDAGetCurrentCj(s->memory, &c) < 0 || c == 0.0) return;
+    s->slowest = s->slowest > 0.0 ? fmin(s->slowest, fabs(c)) : fabs(c);
+}
+
 static int solve(SUNNonlinearSolver solver, N_Vector predicted, N_Vector ee, N_Vector w,
                  sunrealtype tolerance, sunbooleantype set_up, void *memory)
 {
@@ -222,7 +230,10 @@ static int solve(SUNNonlinearSolver solver, N_Vector predicted, N_Vector ee, N_V
             status = verify(s, ee, w, tolerance);
         }
     }
-    if (!status) s->norms = 0;
+    if (!status) {
+        s->norms = 0;
+        note_pace(s);
+    }
     return status;
 }
 
@@ -238,7 +249,7 @@ static int initialize(SUNNonlinearSolver solver)
 {
     mbsri_stiff *s = solver->content;
     s->careful_until = s->span = 0;
-    s->tested_step = 0.0;
+    s->tested_step = s->slowest = 0.0;
     s->verify_at = 0;
     s->pause = 0;
     s->enough = MBSRI_STIFF_ALARM;

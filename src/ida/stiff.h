@@ -50,6 +50,7 @@ typedef struct mbsri_stiff {
     long alarmed_at;
     long rejected_at; /* step of the last test that failed; -1: none */
     double c;         /* of the present error test */
+    double slowest;   /* the smallest c of a step that Newton's method solved; 0: none yet */
     int norms;        /* of the present error test so far; -1: no error test */
     bool filters;     /* it is filtered */
 

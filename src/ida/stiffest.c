@@ -8,7 +8,8 @@
  *
  * to v^T K v. Both are quadratic in v for springs and dampers: second differences. Where Newton's method
  * failed its corrections lie across the stiff direction, which is not known: there it is the sum of
- * s / M_jj over the unit vectors v of the coordinates, squares of frequencies, to be compared with c^2. */
+ * s / M_jj over the unit vectors v of the coordinates, squares of frequencies, to be compared with c^2 of the
+ * longest step so far: the present one may be very short where nothing converges. */
 #include "ida/stiffest.h"
 
 #include "ida/bend.h"
@@ -113,6 +114,7 @@ static int find(mbsr_ida *ida, double *s, double *least)
     double c = 0.0;
     IDAGetCurrentCj(ida->memory, &c);
     c = fabs(c);
+    if (stiff->of_iteration && stiff->slowest > 0.0) c = fmin(c, stiff->slowest);
     N_VScale(1.0, stiff->state, ida->moved);
     mbsri_ida_add_bend(ida, stiff->at, 0, ida->moved);
     *least = stiff->of_iteration ? c * c : 0.0;
