@@ -9,6 +9,7 @@
 #include "algebra/lapack.h"
 
 #include <stdbool.h>
+#include <stdio.h>
 #include <string.h>
 
 enum { MODES = 3, D = 6 + MODES };
@@ -137,6 +138,77 @@ static void masses_are_positive_semidefinite_in_every_shape(void **state)
         assert_int_equal(mbsr_flex_mass_matrix(flex, NULL, M), MBSR_ERR_NULL);
         mbsr_flex_destroy(flex);
     }
+}
+
+/* The modes y^2, z^2, y^3 of a beam along x: the components of the field that are not zero are 1, x and one of each
+ * mode. */
+enum { FIELD = 2 + MODES };
+
+/* Scaled to unit diagonal, the lowest eigenvalue of their Gram matrix. */
+static double lowest_of_field(const spoilt *w)
+{
+    static const int component[MODES] = {1, 2, 1};
+    enum { WORK = 64 * FIELD };
+    double G[FIELD * FIELD] = {0.0}, S[FIELD * FIELD], lambda[FIELD], work[WORK];
+    G[0] = w->def.mass, G[1] = w->def.c0[0], G[FIELD + 1] = w->def.N0[0];
+    for (int a = 0; a < MODES; ++a) {
+        const int column = 3 * a + component[a];
+        G[2 + a] = w->Ct0[column];
+        G[FIELD + 2 + a] = w->P0[3 * column];
+        for (int b = 0; b <= a; ++b)
+            G[FIELD * (2 + b) + 2 + a] = w->P[3 * MODES * column + 3 * b + component[b]];
+    }
+    for (int j = 0; j < FIELD; ++j) {
+        for (int k = 0; k < FIELD; ++k)
+            S[FIELD * j + k] = G[k > j ? FIELD * j + k : FIELD * k + j] /
+                               sqrt(G[(FIELD + 1) * j] * G[(FIELD + 1) * k]);
+    }
+    assert_int_equal(mbsri_lapack_syev(FIELD, S, lambda, work, WORK), 0);
+    return lambda[0];
+}
+
+/* Integrals of which what couples the modes is cut off belong to no field. */
+static void data_cut_short_are_refused_with_the_number(void **state)
+{
+    (void)state;
+    spoilt w;
+    char words[MBSR_TEXT_SIZE];
+    open_data(&w);
+    assert_less(-1e-12, lowest_of_field(&w));
+    for (int column = 0; column < 3 * MODES; ++column) {
+        for (int row = 0; row < 3 * MODES; ++row) {
+            if (row / 3 != column / 3) w.P[3 * MODES * column + row] = 0.0;
+        }
+    }
+    const double lowest = lowest_of_field(&w);
+    assert_less(lowest, -0.3);
+    snprintf(words, sizeof words, "Gram matrix|lowest eigenvalue is %.3g;", lowest);
+    refuse(&w.def, MBSR_ERR_VALUE, words);
+    mbsr_flex_destroy(w.good);
+}
+
+/* Without the terms of second degree in s, sum s_a s_b (tr P_ab 1 - P_ab) of the tensor, M would be indefinite. */
+static void masses_of_first_order_would_be_indefinite(void **state)
+{
+    (void)state;
+    spoilt w;
+    enum { WORK = 64 * D };
+    double M[D * D], lambda[D], work[WORK];
+    const double s[MODES] = {0.3, -0.2, 0.1};
+    open_data(&w);
+    assert_int_equal(mbsr_flex_mass_matrix(w.good, s, M), MBSR_OK);
+    assert_int_equal(mbsri_lapack_syev(D, M, lambda, work, WORK), 0);
+    assert_less(-1e-14, lambda[0]);
+    assert_int_equal(mbsr_flex_mass_matrix(w.good, s, M), MBSR_OK);
+    for (int k = 0; k < 9 * MODES * MODES; ++k) {
+        const int column = k / (3 * MODES), row = k % (3 * MODES), to = row % 3, from = column % 3;
+        const double share = s[row / 3] * s[column / 3] * w.P[k];
+        M[D * from + to] += share;
+        for (int l = 0; l < 3 && to == from; ++l) M[(D + 1) * l] -= share;
+    }
+    assert_int_equal(mbsri_lapack_syev(D, M, lambda, work, WORK), 0);
+    assert_less(lambda[0], -1e-3);
+    mbsr_flex_destroy(w.good);
 }
 
 /* ---- joints ---- */
@@ -284,6 +356,8 @@ int main(void)
         cmocka_unit_test(what_is_no_body_is_refused),
         cmocka_unit_test(memory_that_fails_is_reported_and_freed),
         cmocka_unit_test(masses_are_positive_semidefinite_in_every_shape),
+        cmocka_unit_test(data_cut_short_are_refused_with_the_number),
+        cmocka_unit_test(masses_of_first_order_would_be_indefinite),
         cmocka_unit_test(markers_and_mounts_agree_with_differences),
         cmocka_unit_test(refusals_of_models_change_nothing),
         cmocka_unit_test(parts_of_rigid_bodies_go_on_markers),
