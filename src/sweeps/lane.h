@@ -61,11 +61,37 @@ MBSRI_INLINE v4 zzz(v4 a)
 
 #if defined(__has_builtin)
 #if __has_builtin(__builtin_shufflevector)
-#define MBSRI_SHUFFLE(a, b, i, j, k, l) __builtin_shufflevector(a, b, i, j, k, l)
+#define MBSRI_SHUFFLE_TWO(a, b, i, j) __builtin_shufflevector(a, b, i, j)
+#define MBSRI_SHUFFLE_FOUR(a, b, i, j, k, l) __builtin_shufflevector(a, b, i, j, k, l)
 #endif
 #endif
-#ifndef MBSRI_SHUFFLE
-#define MBSRI_SHUFFLE(a, b, i, j, k, l) __builtin_shuffle(a, b, (i4){i, j, k, l})
+#ifndef MBSRI_SHUFFLE_FOUR
+#define MBSRI_SHUFFLE_TWO(a, b, i, j) __builtin_shuffle(a, b, (i2){i, j})
+#define MBSRI_SHUFFLE_FOUR(a, b, i, j, k, l) __builtin_shuffle(a, b, (i4){i, j, k, l})
+#endif
+
+/* Numbers i, j, k, l of the eight of a and b. Where a vector is two registers, each is shuffled by itself, as GCC 12
+ * takes both through memory. */
+#if defined(__AVX__)
+#define MBSRI_SHUFFLE(a, b, i, j, k, l) MBSRI_SHUFFLE_FOUR(a, b, i, j, k, l)
+#else
+typedef double v2 __attribute__((vector_size(16), may_alias));
+typedef long long i2 __attribute__((vector_size(16), may_alias));
+
+MBSRI_INLINE v2 half_of(v4 a, v4 b, int i)
+{
+    const v4 of = i < 4 ? a : b;
+    return i & 2 ? (v2){of[2], of[3]} : (v2){of[0], of[1]};
+}
+
+MBSRI_INLINE v4 joined(v2 low, v2 high)
+{
+    return (v4){low[0], low[1], high[0], high[1]};
+}
+
+#define MBSRI_PAIR(a, b, i, j)                                                                     \
+    MBSRI_SHUFFLE_TWO(half_of(a, b, i), half_of(a, b, j), (i)&1, 2 + ((j)&1))
+#define MBSRI_SHUFFLE(a, b, i, j, k, l) joined(MBSRI_PAIR(a, b, i, j), MBSRI_PAIR(a, b, k, l))
 #endif
 
 /* (y, z, x) and (z, x, y) */
