@@ -124,7 +124,7 @@ static void keep_data(joint *j)
     }
     mbsri_copy((size_t)b->n, d->s + b->ig, j->kept.s);
     mbsri_copy((size_t)b->n * (size_t)b->n, d->X + b->nn, j->kept.X);
-    if (j->w->mixed) mbsri_complete_basis(b->n, j->node->rank, j->kept.X, d->scratch);
+    if (j->w->mixed && b->modal) mbsri_complete_basis(b->n, j->node->rank, j->kept.X, d->scratch);
 }
 
 /* ---- force elements on a body ---- */
