@@ -254,12 +254,18 @@ static int rest(start *s, mbsr_consistent_info *info, bool *served)
     int nearby, status = stands(s, &still);
     *served = false;
     if (status || !still) return status;
+    const size_t nq = (size_t)s->w.m->nq;
+    const mbsr_error before = s->w.d->error;
+    mbsri_copy(nq, s->q, s->near);
     status = mbsri_assemble(&s->w, s->t, s->q, &standard, &assembly);
+    const bool open = status > 0; /* settled springs may be where rigid rows cannot */
     if (!status) status = mbsri_ranks_around(&s->w, s->t, s->q, s->w.d->dropped, &here, &nearby);
     if (!status)
         status = mbsri_refuse_open(s->w.m, s->w.d, s->t, s->q, s->u, s->w.function, &verdict);
     *served = !status && verdict.made && verdict.still;
-    if (!*served) return status;
+    if (!*served) mbsri_copy(nq, s->near, s->q);
+    if (open) s->w.d->error = before;
+    if (!*served) return open ? MBSR_OK : status;
     info->iterations = assembly.iterations;
     info->null_directions = verdict.directions;
     info->elastic_directions = verdict.elastic;
