@@ -229,7 +229,7 @@ int mbsri_null_stiff_rows(mbsri_null_space *w)
 {
     const mbsri_closure *first = w->m->closures.data;
     int status = mbsri_closure_jacobians(w->m, w->d);
-    if (status) return status;
+    if (status || w->k == 0) return status;
     const double lever = lever_of(w);
     for (int id = 0; id < (int)w->m->closures.count; ++id) {
         const mbsri_closure *c = first + id;

@@ -19,6 +19,7 @@ static const double *swept(const mbsr_model *m, bool kept, int n, const int *pla
                            const double *caller, double *own)
 {
     if (m->in_order && !kept) return caller;
+    if (m->in_order) return memmove(own, caller, (size_t)n * sizeof *own);
     for (int k = 0; k < n; ++k) own[k] = caller[place[k]];
     return own;
 }

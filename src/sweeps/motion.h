@@ -76,31 +76,35 @@ MBSRI_OUTLINE int move_other(const mbsri_sweep_run *run, int i, bool velocity)
 }
 
 /* The origin of body i in the world, and its angle in the plane behind it. */
-MBSRI_INLINE void place(const mbsri_sweep_run *run, int i)
+MBSRI_INLINE void place(const mbsri_sweep_run *run, int i, const mbsri_sweep_body *b, v4 rho,
+                        const mbsri_sweep_own *own, const double *q, mbsri_sweep_load *loads)
 {
-    const mbsri_sweep_body *b = run->tree->body + i;
-    const double *from = run->load[b->parent].r;
-    double *to = run->load[i].r, angle = 0.0;
-    if (b->flags & MBSRI_PLANE) {
-        const mbsri_sweep_own *own = run->tree->own + i;
-        angle = own->coordinate >= 0 ? from[3] + own->angle + run->q[own->coordinate]
-                                     : mbsri_sweeps_angle(run, i, from[3]);
-    }
-    const v4 r = load(from) + load(run->state[i].rho);
-    store(to, (v4){r[0], r[1], r[2], angle});
+    const double *from = loads[b->parent].r;
+    double *to = loads[i].r;
+    store(to, load(from) + rho);
+    if (!(b->flags & MBSRI_PLANE))
+        to[3] = 0.0;
+    else if (own[i].coordinate >= 0)
+        to[3] = from[3] + own[i].angle + q[own[i].coordinate];
+    else
+        to[3] = mbsri_sweeps_angle(run, i, from[3]);
 }
 
 /* Bodies first .. last; placed: with the origins of those that somebody looks at. */
 MBSRI_INLINE int move_part(const mbsri_sweep_run *run, int first, int last, bool velocity,
                            bool placed)
 {
-    mbsri_sweep_state *s = run->state;
+    const mbsri_sweep_body *const body = run->tree->body;
+    mbsri_sweep_state *const s = run->state;
+    const mbsri_sweep_own *const own = run->tree->own;
+    const double *const q = run->q;
+    mbsri_sweep_load *const loads = run->load;
     if (first > last) return 0;
-    int at = run->tree->body[first].parent; /* the body whose motion is in registers */
+    int at = body[first].parent; /* the body whose motion is in registers */
     motion m;
     motion_from_memory(s + at, velocity, &m);
     for (int i = first; i <= last; ++i) {
-        const mbsri_sweep_body *b = run->tree->body + i;
+        const mbsri_sweep_body *b = body + i;
         if (b->flags & (MBSRI_MULTI | MBSRI_BLOCK)) {
             const int status = move_other(run, i, velocity);
             if (status) return status;
@@ -109,7 +113,7 @@ MBSRI_INLINE int move_part(const mbsri_sweep_run *run, int first, int last, bool
             move_body(run, b, velocity, s + i, &m);
             at = i;
         }
-        if (placed && b->flags & MBSRI_PLACED) place(run, i);
+        if (placed && b->flags & MBSRI_PLACED) place(run, i, b, load(s[i].rho), own, q, loads);
     }
     return 0;
 }
