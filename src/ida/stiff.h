@@ -100,8 +100,8 @@ bool mbsri_stiff_wrong_matrix(mbsri_stiff *s, N_Vector predicted, N_Vector ee, N
 SUNNonlinearSolver mbsri_stiff_create(const mbsr_model *model, mbsr_dae_form form, N_Vector y,
                                       SUNContext context);
 
-/* Careful steps are held to a quarter of the tolerances, for part of what the filter takes off an error is
- * left, and to that of a relative one of 1e-4 above it: a step is then a large part of a turn. At the whole of
+/* Careful steps are held to 0.3 of the tolerances, for part of what the filter takes off an error is left,
+ * and where a relative one above 7e-5 is asked for, to 0.3 of that: a step is then a large part of a turn. At the whole of
  * them a stiff mechanism gains several times the energy that rigid ones do at the same tolerance. */
 void mbsri_stiff_set_rtol(mbsri_stiff *s, double rtol);
 
