@@ -3,16 +3,16 @@
 #include "algebra/jacobi.h"
 
 #include "algebra/dense.h"
+#include "base/inlined.h"
 
 #include <float.h>
 #include <math.h>
 #include <stdbool.h>
 
-/* With sizes known to the compiler, whose loops it unrolls. */
-#define SIZED static inline __attribute__((always_inline))
+/* Sizes are known to the compiler, which unrolls the loops. */
 
 /* a, b <- c a - s b, s a + c b */
-SIZED void turn(double c, double s, double *a, double *b)
+MBSRI_INLINE void turn(double c, double s, double *a, double *b)
 {
     const double was = *a;
     *a = c * was - s * *b;
@@ -21,7 +21,7 @@ SIZED void turn(double c, double s, double *a, double *b)
 
 /* A <- J^T A J, of which the lower triangle is kept (A[p * n + q], p <= q), and X <- X J with the
  * rotation in the plane (p, q) that makes A_pq zero (Golub and Van Loan, Matrix Computations, 8.5). */
-SIZED void rotate(int n, int p, int q, double *A, double *X)
+MBSRI_INLINE void rotate(int n, int p, int q, double *A, double *X)
 {
     const double apq = A[p * n + q], twice = 2.0 * apq, gap = A[q * n + q] - A[p * n + p];
     /* tangent of the smaller angle: twice / (gap +- hypot(gap, twice)) */
@@ -55,7 +55,7 @@ static void sort(int n, int c, double *X, double *lambda)
 }
 
 /* Returns whether it ended. */
-SIZED bool diagonalise(int n, double least, double *A, double *X)
+MBSRI_INLINE bool diagonalise(int n, double least, double *A, double *X)
 {
     enum { SWEEPS = 30 };
     bool turned = true;

@@ -7,7 +7,7 @@
 #ifndef MBSRI_WIDE_H
 #define MBSRI_WIDE_H
 
-#define MBSRI_INLINE static inline __attribute__((always_inline))
+#include "base/inlined.h"
 
 typedef double lanes __attribute__((vector_size(8 * MBSRI_LANES), may_alias));
 typedef long long lane_bits __attribute__((vector_size(8 * MBSRI_LANES), may_alias));

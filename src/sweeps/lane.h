@@ -6,7 +6,7 @@
 #ifndef MBSRI_LANE_H
 #define MBSRI_LANE_H
 
-#define MBSRI_INLINE static inline __attribute__((always_inline))
+#include "base/inlined.h"
 
 /* Compiled once: rarely called, or long. */
 #define MBSRI_OUTLINE static __attribute__((noinline))
