@@ -22,11 +22,7 @@ xargs grep -H '^#include "' <"$work/files" |
 while read -r unit other header; do
     [ -f "$header" ] || echo "src/$unit includes $header, not a path from src/"
 done <"$work/ties" >"$work/wrong"
-for object; do
-    unit=${object##*.dir/}
-    unit=${unit#./}
-    nm -P "$object" | awk -v unit="${unit%.c.o}" '{ print unit, $1, $2 }'
-done >"$work/symbols"
+nm -A -P "$@" | sed 's|^.*\.dir/||; s|^\./||; s|\.c\.o: | |' >"$work/symbols"
 awk '$3 != "U" && $3 ~ /[A-Z]/ { home[$2] = $1 }
      $3 == "U" { use[NR] = $1; name[NR] = $2 }
      END { for (k in use) if (name[k] in home) print use[k], home[name[k]], name[k] }' \
