@@ -6,7 +6,7 @@
  *   bench_loops --write FOLDER       mechanisms for other libraries (peers/loops.h) to files of this folder
  *
  * `fourbars`: chains of rods in the plane with a four-bar on each (4 bodies and 2 rows a piece), with
- * couplers that have mass or none (`massless`); `ring`: one loop of rods; `linkages`: four-bars in space, whose
+ * couplers that have mass or none (`massless`), with stiff pins (`stiff`, 1e10 N/m); `ring`: one loop of rods; `linkages`: four-bars in space, whose
  * couplers hang on hinges or on universal joints. `by_blocks`: the same
  * bodies without the pins, with Newton systems without vector code, as those of closed models are. `klu`:
  * the equations of motion of the closed ones in redundant coordinates (kkt.h) by SuiteSparse's KLU, which
@@ -27,15 +27,25 @@ static const char *const call_name[CALLS] = {"residual", "factor", "solve", "for
 
 static const struct bench_case {
     const char *name, *variant;
-    int count, ring, massless, closed, by_blocks;
-} cases[] = {
-    {"fourbars", "closed", 10, 0, 0, 1, 0},     {"fourbars", "closed", 100, 0, 0, 1, 0},
-    {"fourbars", "closed", 1000, 0, 0, 1, 0},   {"fourbars", "closed", 10000, 0, 0, 1, 0},
-    {"fourbars", "massless", 10, 0, 1, 1, 0},   {"fourbars", "massless", 100, 0, 1, 1, 0},
-    {"fourbars", "massless", 1000, 0, 1, 1, 0}, {"fourbars", "by_blocks", 1000, 0, 0, 0, 1},
-    {"ring", "closed", 10, 1, 0, 1, 0},         {"ring", "closed", 100, 1, 0, 1, 0},
-    {"ring", "closed", 1000, 1, 0, 1, 0},       {"ring", "by_blocks", 1000, 1, 0, 0, 1},
-    {"linkages", "hinges", 100, 0, 0, 1, 0},    {"linkages", "universal", 100, 0, 0, 1, 0}};
+    int count, ring, massless;
+    bench_loop closed;
+    int by_blocks;
+} cases[] = {{"fourbars", "closed", 10, 0, 0, 1, 0},
+             {"fourbars", "closed", 100, 0, 0, 1, 0},
+             {"fourbars", "closed", 1000, 0, 0, 1, 0},
+             {"fourbars", "closed", 10000, 0, 0, 1, 0},
+             {"fourbars", "massless", 10, 0, 1, 1, 0},
+             {"fourbars", "massless", 100, 0, 1, 1, 0},
+             {"fourbars", "massless", 1000, 0, 1, 1, 0},
+             {"fourbars", "stiff", 10, 0, 0, BENCH_STIFF, 0},
+             {"fourbars", "stiff", 1000, 0, 0, BENCH_STIFF, 0},
+             {"fourbars", "by_blocks", 1000, 0, 0, 0, 1},
+             {"ring", "closed", 10, 1, 0, 1, 0},
+             {"ring", "closed", 100, 1, 0, 1, 0},
+             {"ring", "closed", 1000, 1, 0, 1, 0},
+             {"ring", "by_blocks", 1000, 1, 0, 0, 1},
+             {"linkages", "hinges", 100, 0, 0, 1, 0},
+             {"linkages", "universal", 100, 0, 0, 1, 0}};
 enum { CASES = sizeof cases / sizeof cases[0] };
 
 static int in_space(const struct bench_case *of)
@@ -167,7 +177,7 @@ static int call_kkt(bench_kkt *kkt, int which)
 
 static void measure_kkt(candidate *c, const struct bench_case *of, int samples, double *sample)
 {
-    if (!of->closed || of->massless || in_space(of)) return;
+    if (of->closed != BENCH_RIGID || of->massless || in_space(of)) return;
     bench_kkt *kkt = open_kkt(c, of);
     if (!kkt) {
         printf("# %s %d: no KLU\n", of->name, of->count);

@@ -202,10 +202,15 @@ static int add_rod(mbsr_model *model, int parent, double x, double y, double mas
                           : mbsr_inertia_zero());
 }
 
-static void add_pin(mbsr_model *model, int a, double x, int b, double y)
+/* stiffness, N/m: 0 for a rigid pin; with the damping of 1e-4 s times it. */
+static void add_pin(mbsr_model *model, int a, double x, int b, double y, double stiffness)
 {
-    const mbsr_closure_def pin =
+    mbsr_closure_def pin =
         mbsr_closure_ball(a, (double[3]){x, 0.0, 0.0}, b, (double[3]){y, 0.0, 0.0});
+    for (int k = 0; k < 2; ++k) {
+        pin.stiffness[k] = stiffness;
+        pin.damping[k] = 1e-4 * stiffness;
+    }
     if (mbsr_model_add_closure(model, &pin, NULL) != MBSR_OK)
         fail(mbsr_model_error(model)->text, "pin");
 }
@@ -224,7 +229,7 @@ static void finish_plane(bench_model *tree)
     tree->tau = numbers(tree->nu);
 }
 
-void bench_make_fourbars(bench_model *tree, int count, int massless, int closed)
+void bench_make_fourbars(bench_model *tree, int count, int massless, bench_loop loop)
 {
     int last = MBSR_GROUND;
     begin_plane(tree);
@@ -234,7 +239,8 @@ void bench_make_fourbars(bench_model *tree, int count, int massless, int closed)
         const int crank = add_rod(model, last, 0.02, 0.1, 0.4, 0.3),
                   coupler = add_rod(model, crank, 0.3, 0.0, massless ? 0.0 : 0.6, 0.45),
                   rocker = add_rod(model, last, 0.47, 0.1, 0.3, 0.3);
-        if (closed) add_pin(model, coupler, 0.45, rocker, 0.3);
+        if (loop != BENCH_OPEN)
+            add_pin(model, coupler, 0.45, rocker, 0.3, loop == BENCH_STIFF ? 1e10 : 0.0);
     }
     finish_plane(tree);
     for (int k = 0; k < count; ++k) {
@@ -257,7 +263,7 @@ void bench_make_one_loop(bench_model *tree, int rods, int at_root, int closed)
     const int crank = add_rod(tree->model, at, 0.02, 0.1, 0.4, 0.3),
               coupler = add_rod(tree->model, crank, 0.3, 0.0, 0.6, 0.45),
               rocker = add_rod(tree->model, at, 0.47, 0.1, 0.3, 0.3);
-    if (closed) add_pin(tree->model, coupler, 0.45, rocker, 0.3);
+    if (closed) add_pin(tree->model, coupler, 0.45, rocker, 0.3, 0.0);
     finish_plane(tree);
     for (int k = 0; k < rods + 3; ++k) {
         const int side = k == rods + 1 ? -1 : 1;
@@ -273,7 +279,7 @@ void bench_make_ring(bench_model *tree, int links, int closed)
     begin_plane(tree);
     for (int k = 0; k < links; ++k)
         last = add_rod(tree->model, last, k > 0 ? length : 0.0, 0.0, length, length);
-    if (closed) add_pin(tree->model, last, length, MBSR_GROUND, 0.0);
+    if (closed) add_pin(tree->model, last, length, MBSR_GROUND, 0.0, 0.0);
     finish_plane(tree);
     for (int k = 0; k < links; ++k) {
         tree->q[k] = k > 0 ? turn : 0.0;
@@ -306,7 +312,7 @@ void bench_make_linkages(bench_model *tree, int count, int universal, int closed
                                                   : mbsr_joint_revolute(&tip, NULL, z),
                                         0.6, 0.45),
                   rocker = add_spatial(model, last, mbsr_joint_revolute(&right, NULL, z), 0.3, 0.3);
-        if (closed) add_pin(model, coupler, 0.45, rocker, 0.3);
+        if (closed) add_pin(model, coupler, 0.45, rocker, 0.3, 0.0);
     }
     finish_plane(tree);
     memset(tree->q, 0, (size_t)tree->nq * sizeof *tree->q);

@@ -27,9 +27,12 @@ void bench_make_segments(bench_model *tree, int segments);
 /* Rods nearly in one line that turn about y: D of a joint is the small rest of what it is made of. */
 void bench_make_beam(bench_model *tree, int bodies);
 
-/* A chain of rods in the plane, each with a parallelogram of crank, coupler and rocker on it, which are
- * closed by a pin (closed: 1) or not; couplers without mass where `massless`. */
-void bench_make_fourbars(bench_model *tree, int count, int massless, int closed);
+/* Not closed, closed by pins, closed by pins of 1e10 N/m. */
+typedef enum bench_loop { BENCH_OPEN, BENCH_RIGID, BENCH_STIFF } bench_loop;
+
+/* A chain of rods in the plane, each with a parallelogram of crank, coupler and rocker on it; couplers without
+ * mass where `massless`. */
+void bench_make_fourbars(bench_model *tree, int count, int massless, bench_loop loop);
 
 /* The same in space, closed by ball joints; couplers on hinges or on universal joints. */
 void bench_make_linkages(bench_model *tree, int count, int universal, int closed);

@@ -167,8 +167,9 @@ MBSR_API mbsr_closure_def mbsr_default_closure_def(void);
  *
  * Frames and points stand in body axes, those on the ground in the axes of the root; NULL is the
  * body's own frame or origin. Rows are taken along the axes of the root, so that bodies in the plane
- * and points have those in the plane; two bodies of which one is in space have those of space. Loop
- * forces act on body a, the opposite ones on body b. Both on one body, or both on the ground, is
+ * and points have those in the plane; two bodies of which one is in space have those of space. Those of a
+ * weld or ball that has stiffness, between two bodies and without motion, are taken along the axes of
+ * body b, which turn with it. Loop forces act on body a, the opposite ones on body b. Both on one body, or both on the ground, is
  * refused, and so are bodies in GENERAL space. */
 
 /* In a definition a weld and a ball have in param their frames or points, frame a from 0 and frame b from 12

@@ -1,4 +1,4 @@
-/* Weld, ball or pin, and rows along directions of the root.
+/* Weld, ball or pin, and rows along directions of the root or of a body.
  * SPDX-License-Identifier: BSD-3-Clause
  *
  * P and Q are the points of a and b (arms s_P, s_Q from the origins of their bodies), d = r_P - r_Q,
@@ -14,8 +14,12 @@
  * The rate of phi is w_a - w_b where phi = 0, and the gradient of |phi|^2 is the same with it
  * everywhere. A stiff row, whose phi need not be zero, has the exact rate
  *
- *   phi' = L w_a - L^T w_b,    L = 1 - phi x / 2 + c phi x (phi x),
- *   c = (1 - x cot x) / theta^2,  x = theta / 2,  theta = |phi| */
+ *   e . phi' + (e x phi) . w_0,    phi' = L w_a - L^T w_b,    L = 1 - phi x / 2 + c phi x (phi x),
+ *   c = (1 - x cot x) / theta^2,  x = theta / 2,  theta = |phi|
+ *
+ * Where rows along axes of the root have a gap, what they exert on two bodies that move does not add up to
+ * nothing: stiff ones lie along the axes of body b, where it does. */
+#include "closures/rows.h"
 #include "closures/stock.h"
 
 #include "algebra/dense.h"
@@ -151,6 +155,10 @@ static void add_turn(const mbsr_closure_args *args, const pair *w, int k,
     for (int j = 0; j < 3; ++j) by_b[j] = -by_b[j];
     mbsri_end_add(args, 0, by_a, zero, k, out);
     mbsri_end_add(args, 1, by_b, zero, k, out);
+    if (w->with < 0 || !any_stiff(args)) return;
+    double lever[3];
+    mbsri_cross3(w->direction[k], w->phi, lever);
+    mbsri_end_add(args, w->with, lever, zero, k, out);
 }
 
 static void add_place(const mbsr_closure_args *args, const pair *w, int k,
@@ -275,39 +283,70 @@ static void place_turned(const mbsr_closure_args *args, const pair *w, const sum
     mbsri_end_load(args, w->with, moment, zero, c->at, out);
 }
 
-/* Rows e . phi of closures with stiff rows: of e^T L and e^T L^T along dphi = L turn_a - L^T turn_b. */
+/* Of what a row e . phi of a closure with stiff rows reads of the bodies' angular velocities: e^T L by w_a,
+ * -e^T L^T by w_b, e x phi by w_0. */
+typedef struct reading {
+    double by_a[3], by_b[3], by_root[3];
+} reading;
+
+/* Its change with a change of phi and a turn of the directions. */
+static reading reading_change(const pair *w, const double e[3], const double dphi[3],
+                              const double along[3])
+{
+    reading r;
+    double once[3], twice[3], d_once[3], d_twice[3], de[3], turned_a[3], turned_b[3], slope;
+    const double f = mbsri_turn_factor(mbsri_dot3(w->phi, w->phi), &slope),
+                 df = 2.0 * slope * mbsri_dot3(w->phi, dphi);
+    mbsri_cross3(w->phi, e, once);
+    mbsri_cross3(w->phi, once, twice);
+    mbsri_cross3(dphi, e, d_once);
+    mbsri_cross3(dphi, once, d_twice);
+    mbsri_add_cross3(w->phi, d_once, d_twice);
+    mbsri_cross3(along, e, de);
+    turn_rates(w->phi, de, turned_a, turned_b);
+    for (int j = 0; j < 3; ++j) {
+        const double even = f * d_twice[j] + df * twice[j];
+        r.by_a[j] = 0.5 * d_once[j] + even + turned_a[j];
+        r.by_b[j] = 0.5 * d_once[j] - even - turned_b[j];
+    }
+    mbsri_cross3(e, dphi, r.by_root);
+    mbsri_add_cross3(de, w->phi, r.by_root);
+    return r;
+}
+
+static double read_turns(const pair *w, const reading *r)
+{
+    return mbsri_dot3(r->by_a, w->a.w) + mbsri_dot3(r->by_b, w->b.w) +
+           mbsri_dot3(r->by_root, w->root.w);
+}
+
+/* phi' where the bodies turn with these angular velocities, a or b NULL for none. */
+static void turn_of(const pair *w, const double *a, const double *b, double dphi[3])
+{
+    double other[3], back[3] = {0.0, 0.0, 0.0};
+    mbsri_zero(3, dphi);
+    /* L = L(-phi)^T, so that L w is what turn_rates gives for b */
+    if (a) turn_rates(w->phi, a, other, dphi);
+    if (b) turn_rates(w->phi, b, back, other);
+    mbsri_add3(-1.0, back, dphi);
+}
+
+/* Rows e . phi of closures with stiff rows. */
 static void turn_tangent(const mbsr_closure_args *args, const pair *w, const double *lambda,
                          const change *c, const mbsr_closure_tangent *out)
 {
     static const double zero[3] = {0.0, 0.0, 0.0};
-    double dphi[3], other[3], slope;
-    if (c->k > 1) return;
-    /* L = L(-phi)^T, so that L turn is what turn_rates gives for b */
-    if (c->k == 0)
-        turn_rates(w->phi, c->turn, other, dphi);
-    else
-        turn_rates(w->phi, c->turn, dphi, other);
-    for (int j = 0; j < 3; ++j) dphi[j] = c->k == 0 ? dphi[j] : -dphi[j];
-    const double f = mbsri_turn_factor(mbsri_dot3(w->phi, w->phi), &slope),
-                 df = 2.0 * slope * mbsri_dot3(w->phi, dphi);
+    double dphi[3];
+    turn_of(w, c->k == 0 ? c->turn : NULL, c->k == 1 ? c->turn : NULL, dphi);
     for (int i = 0; i < w->rows; ++i) {
         if (!w->turn[i]) continue;
-        double once[3], twice[3], d_once[3], d_twice[3], by_a[3], by_b[3];
-        mbsri_cross3(w->phi, w->direction[i], once);
-        mbsri_cross3(w->phi, once, twice);
-        mbsri_cross3(dphi, w->direction[i], d_once);
-        mbsri_cross3(dphi, once, d_twice);
-        mbsri_add_cross3(w->phi, d_once, d_twice);
-        for (int j = 0; j < 3; ++j) {
-            const double even = f * d_twice[j] + df * twice[j];
-            by_a[j] = 0.5 * d_once[j] + even;
-            by_b[j] = 0.5 * d_once[j] - even;
-        }
-        out->rate[(ptrdiff_t)c->at * out->rows + i] +=
-            mbsri_dot3(by_a, w->a.w) + mbsri_dot3(by_b, w->b.w);
-        for (int j = 0; j < 3; ++j) by_a[j] *= lambda[i], by_b[j] *= lambda[i];
-        mbsri_end_load(args, 0, by_a, zero, c->at, out);
-        mbsri_end_load(args, 1, by_b, zero, c->at, out);
+        reading r = reading_change(w, w->direction[i], dphi, c->along);
+        out->rate[(ptrdiff_t)c->at * out->rows + i] += read_turns(w, &r);
+        for (int j = 0; j < 3; ++j)
+            r.by_a[j] *= lambda[i], r.by_b[j] *= lambda[i], r.by_root[j] *= lambda[i];
+        mbsri_end_load(args, 0, r.by_a, zero, c->at, out);
+        mbsri_end_load(args, 1, r.by_b, zero, c->at, out);
+        if (w->with >= 0) mbsri_end_load(args, w->with, r.by_root, zero, c->at, out);
     }
 }
 
@@ -352,7 +391,9 @@ static int bias(const mbsr_closure_args *args, double *out)
     const int status = mbsri_closure_motion(args, ignored[0], ignored[1], sddot);
     if (status) return status;
     prepare(args, &w);
-    double a_P[3], a_Q[3], v_P[3], v_Q[3], once[3], twice[3];
+    double a_P[3], a_Q[3], v_P[3], v_Q[3], once[3], twice[3], turn[3];
+    const bool exact = any_stiff(args);
+    turn_of(&w, w.a.w, w.b.w, turn);
     mbsri_end_centripetal(&w.a, w.s_P, a_P);
     mbsri_end_centripetal(&w.b, w.s_Q, a_Q);
     mbsri_end_velocity(&w.a, w.s_P, v_P);
@@ -361,7 +402,11 @@ static int bias(const mbsr_closure_args *args, double *out)
         const double *e = w.direction[k];
         mbsri_cross3(w.root.w, e, once);
         mbsri_cross3(w.root.w, once, twice);
-        for (int j = 0; j < 3; ++j) {
+        if (w.turn[k] && exact) {
+            const reading r = reading_change(&w, e, turn, w.root.w);
+            out[k] += read_turns(&w, &r);
+        }
+        for (int j = 0; j < 3 && !(w.turn[k] && exact); ++j) {
             out[k] += w.turn[k] ? once[j] * (w.a.w[j] - w.b.w[j])
                                 : e[j] * (a_P[j] - a_Q[j]) + 2.0 * once[j] * (v_P[j] - v_Q[j]) +
                                       twice[j] * w.d[j];
@@ -446,7 +491,8 @@ enum {
 /* clang-format on */
 static const mbsr_closure_table tables[] = {TABLE("weld", CLOSED), TABLE("ball", CLOSED),
                                             TABLE("rows", FIXED)};
-static const mbsr_closure_table turning = TABLE("rows", TURNING);
+static const mbsr_closure_table turning[] = {TABLE("weld", TURNING), TABLE("ball", TURNING),
+                                             TABLE("rows", TURNING)};
 
 mbsr_closure_def mbsr_closure_weld(int a, const mbsr_frame *frame_a, int b,
                                    const mbsr_frame *frame_b)
@@ -485,7 +531,20 @@ mbsr_closure_def mbsr_closure_body_rows(int a, const double point_a[3], int b,
                                         const double *direction)
 {
     mbsr_closure_def def = mbsr_closure_rows(a, point_a, b, point_b, count_given, direction);
-    def.table = &turning;
+    def.table = turning + ROWS;
     def.option[TURNS_WITH_B] = 1;
     return def;
+}
+
+void mbsri_stiff_axes(mbsr_closure_def *def)
+{
+    const bool grounded = def->body[0] == MBSR_GROUND || def->body[1] == MBSR_GROUND;
+    if ((def->table != tables + WELD && def->table != tables + BALL) || grounded || def->motion)
+        return;
+    for (int k = 0; k < MBSR_CLOSURE_ROWS; ++k) {
+        if (def->stiffness[k] == 0.0) continue;
+        def->table = turning + (def->table - tables);
+        def->option[TURNS_WITH_B] = 1;
+        return;
+    }
 }

@@ -4,6 +4,7 @@
 #include "base/cookie.h"
 #include "base/error.h"
 #include "base/memory.h"
+#include "closures/rows.h"
 #include "model/check.h"
 #include "model/query.h"
 
@@ -157,6 +158,7 @@ int mbsr_model_add_closure(mbsr_model *model, const mbsr_closure_def *def, int *
     int status = check_closure(m, def, label);
     if (!status && def->compliant != 0) status = find_rows(m, &closure.def, &rows, label);
     if (status) return status;
+    mbsri_stiff_axes(&closure.def);
     const size_t length = def->name && def->name[0] ? strlen(def->name) + 1 : 0,
                  mixture = (size_t)closure.def.compliant * (size_t)closure.def.compliant;
     if (!mbsri_reserve(&m->allocator, &m->names, length, sizeof(char)) ||

@@ -341,16 +341,18 @@ int mbsr_closures_force(const mbsr_model *model, mbsr_data *data, double *lambda
 
 /* ---- inverse dynamics ---- */
 
-static int check_actuated(const mbsr_model *m, mbsr_data *d, int count, const int *actuated,
-                          const char *name)
+/* 1 in `mark` (nu) at the coordinates listed. */
+static int mark_actuated(const mbsr_model *m, mbsr_data *d, int count, const int *actuated,
+                         double *mark, const char *name)
 {
+    mbsri_zero((size_t)m->nu, mark);
     for (int k = 0; k < count; ++k) {
-        bool twice = false;
-        for (int j = 0; j < k; ++j) twice = twice || actuated[j] == actuated[k];
-        if (twice || actuated[k] < 0 || actuated[k] >= m->nu)
+        const bool outside = actuated[k] < 0 || actuated[k] >= m->nu;
+        if (outside || mark[actuated[k]] > 0.0)
             return mbsri_fail(&d->error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
                               "%s: actuated[%d] is %d, %s", name, k, actuated[k],
-                              twice ? "as another is" : "not a place in u");
+                              outside ? "not a place in u" : "as another is");
+        mark[actuated[k]] = 1.0;
     }
     return MBSR_OK;
 }
@@ -363,7 +365,6 @@ int mbsr_closures_inverse_dynamics(const mbsr_model *model, mbsr_data *data, dou
     int status =
         mbsri_enter(model, data, q && u && udot && tau && lambda && (actuated || count == 0),
                     MBSRI_STAGE_NONE, name);
-    if (!status) status = check_actuated(model, data, count, actuated, name);
     if (status) return status;
     const size_t nu = (size_t)model->nu, rows = (size_t)model->rows;
     double *memory = mbsri_allocate(&model->allocator, (4 * nu + rows) * sizeof *memory);
@@ -372,10 +373,9 @@ int mbsr_closures_inverse_dynamics(const mbsr_model *model, mbsr_data *data, dou
                           "%s: no memory for %d joint rates", name, model->nu);
     double *need = memory, *found = need + nu, *mark = found + nu, *marked = mark + nu,
            *forces = marked + nu;
-    mbsri_zero(nu, mark);
-    for (int k = 0; k < count; ++k) mark[actuated[k]] = 1.0;
+    status = mark_actuated(model, data, count, actuated, mark, name);
     mbsri_gather(model, mark, marked);
-    status = mbsr_inverse_dynamics(model, data, t, q, u, udot, need);
+    if (!status) status = mbsr_inverse_dynamics(model, data, t, q, u, udot, need);
     if (!status) status = mbsri_enter(model, data, true, MBSRI_STAGE_FORCES, name);
     if (!status) status = mbsri_loops_actuate(model, data, marked, need, found, forces, name);
     if (!status) status = mbsri_check_result(model, data, nu, found, name);

@@ -2,7 +2,7 @@
 # Fails when a call takes more than 5 % more instructions than baseline.csv says, one of ten times as many
 # bodies in loops more than 10 % more for each, or a Newton system of a long chain with one loop more than
 # 5 % more than that of the open chain and the loop, or one of bodies on loops more than five times that of the
-# open chain.
+# open chain, seven times where pins are springs, whose forces are unknowns beside the multipliers.
 # SPDX-License-Identifier: BSD-3-Clause
 #
 #   check.sh PROGRAM TREES COMPILER     as count.sh; exits with 77 where there is nothing to compare
@@ -46,8 +46,9 @@ echo "$counts" | awk -F, '
         if (!counted) print "nothing was counted"
         limit = 1.05 * newton["open_chain1000"] + 4 / 1003 * newton["fourbars100"]
         for (model in newton) {
-            if (newton[model] > 5 * newton["open_chain1000"]) {
-                print model ": factor and solve " newton[model] ", more than 5 times an open chain"
+            most = model ~ /^stiff/ ? 7 : 5
+            if (newton[model] > most * newton["open_chain1000"]) {
+                print model ": factor and solve " newton[model] ", more than " most " times an open chain"
                 bad = 1
             }
             if (model !~ /^loop_at_/) continue

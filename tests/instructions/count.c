@@ -13,7 +13,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-enum { CALLS = 5, ACTUATED = CALLS, TREES = 7, LOOPS = 9 };
+enum { CALLS = 5, ACTUATED = CALLS, TREES = 7, LOOPS = 11 };
 
 static const char *const call_name[CALLS + 1] = {"forward", "inverse", "momentum",
                                                  "factor",  "solve",   "actuated"};
@@ -106,7 +106,7 @@ static void close_counted(counted *c)
 }
 
 /* Models with closed loops, and without: what an implicit integrator calls. */
-enum { FOURBARS, MASSLESS, RING, OPEN, AT_LEAF, AT_ROOT };
+enum { FOURBARS, MASSLESS, STIFF, RING, OPEN, AT_LEAF, AT_ROOT };
 static const struct {
     const char *name;
     int kind, count;
@@ -114,6 +114,8 @@ static const struct {
                   {"fourbars100", FOURBARS, 100},
                   {"massless10", MASSLESS, 10},
                   {"massless100", MASSLESS, 100},
+                  {"stiff10", STIFF, 10},
+                  {"stiff100", STIFF, 100},
                   {"ring10", RING, 10},
                   {"ring100", RING, 100},
                   {"open_chain1000", OPEN, 1000},
@@ -125,8 +127,9 @@ static void make_loops(bench_model *tree, int k)
     const int kind = loops[k].kind, number = loops[k].count;
     if (kind == RING)
         bench_make_ring(tree, number, 1);
-    else if (kind <= MASSLESS)
-        bench_make_fourbars(tree, number, kind == MASSLESS, 1);
+    else if (kind <= STIFF)
+        bench_make_fourbars(tree, number, kind == MASSLESS,
+                            kind == STIFF ? BENCH_STIFF : BENCH_RIGID);
     else
         bench_make_one_loop(tree, number, kind == AT_ROOT, kind != OPEN);
 }
@@ -136,8 +139,9 @@ static void count_loops(int k)
     counted c;
     make_loops(&c.tree, k);
     make_counted(&c);
-    for (int j = 0; j < c.tree.nu; ++j) { /* two of a four-bar, all but two of a ring */
-        if (loops[k].kind == RING ? j != 3 && j != 6 : j % 4 < 2) c.motor[c.motors++] = j;
+    for (int j = 0; j < c.tree.nu; ++j) { /* two of a rigid four-bar, all but two of a ring */
+        const bool two = loops[k].kind < STIFF && j % 4 > 1;
+        if (loops[k].kind == RING ? j != 3 && j != 6 : !two) c.motor[c.motors++] = j;
     }
     const bool closed = mbsr_model_rows(c.tree.model) > 0, small = loops[k].kind <= RING;
     for (int which = 0; which <= ACTUATED; ++which) {

@@ -120,50 +120,85 @@ static const mbsr_closure_table own[] = {{.version = MBSR_CLOSURE_TABLE_VERSION,
 
 /* ---- models with every closure ---- */
 
+static mbsr_closure_def stiff(mbsr_closure_def def, int rows)
+{
+    for (int k = 0; k < rows; ++k) def.stiffness[k] = 1e3 * (k + 1);
+    return def;
+}
+
 static mbsr_closure_def moving(mbsr_closure_def def, mbsr_motion_fn motion)
 {
     def.motion = motion;
     return def;
 }
 
-static void make_space(loops *s, bool moving_root)
+/* Bodies in space, and points and frames on them. */
+typedef struct bodies {
+    int a, b, c, d, flat;
+    mbsr_frame A, B, C;
+} bodies;
+
+static const double point_p[3] = {0.4, 0.1, -0.2}, point_q[3] = {0.1, -0.3, 0.5};
+
+static bodies begin_space(loops *s, bool moving_root)
 {
     const mbsr_root root = mbsr_root_moving(MBSR_SPACE_SPATIAL, 6, MBSR_POSE_SIZE, tumble, NULL);
-    const double x[3] = {1.0, 0.2, 0.1}, y[3] = {-0.3, 1.0, 0.2}, p[3] = {0.4, 0.1, -0.2},
-                 q[3] = {0.1, -0.3, 0.5}, lines[6] = {1.0, 2.0, 2.0, 0.0, 3.0, -1.0};
-    const mbsr_frame A = mbsr_frame_turned(p, x, 0.5), B = mbsr_frame_turned(q, y, -0.7),
-                     C = mbsr_frame_turned(q, x, 0.2);
+    const double x[3] = {1.0, 0.2, 0.1}, y[3] = {-0.3, 1.0, 0.2};
     const mbsr_axis axes[3] = {{MBSR_AXIS_ROTATION, {1.0, 0.0, 0.0}, 0.0, 0},
                                {MBSR_AXIS_ROTATION, {0.0, 1.0, 0.0}, 0.0, 0},
                                {MBSR_AXIS_TRANSLATION, {0.0, 0.0, 1.0}, 0.0, 0}};
-    loops_begin(s, moving_root ? &root : NULL);
-    const int a = body(s, MBSR_GROUND, mbsr_joint_compound(&A, NULL, 3, axes, NULL, NULL));
-    const int b = body(s, a, mbsr_joint_revolute(&B, NULL, y));
-    const int c = body(s, MBSR_GROUND, mbsr_joint_cylindrical(&C, NULL, x));
-    const int d = body(s, c, mbsr_joint_universal(&A, NULL, x, y));
     const mbsr_planar_frame at = {0.1, 0.2, 0.3}, on = {0.0, 0.1, 0.2};
-    const int flat = body(
-        s, MBSR_GROUND, moving_root ? mbsr_joint_in_plane(&A, &B) : mbsr_joint_planar_free(at, on));
-    add(s, mbsr_closure_weld(b, &A, d, &B));
-    add(s, mbsr_closure_weld(b, &A, MBSR_GROUND, &C));
-    add(s, mbsr_closure_ball(b, p, d, q));
-    add(s, moving(mbsr_closure_ball(d, p, MBSR_GROUND, q), three));
-    add(s, moving(mbsr_closure_rows(d, p, b, q, 2, lines), three));
-    add(s, mbsr_closure_rows(MBSR_GROUND, p, b, q, 1, lines));
-    add(s, mbsr_closure_distance(b, p, d, q, 0.8));
-    add(s, moving(mbsr_closure_distance(b, p, MBSR_GROUND, q, 0.8), one));
-    add(s, mbsr_closure_rolling_ball(b, p, 0.3, d, &A));
-    add(s, mbsr_closure_rolling_disc(b, &B, 0.4, d, &A));
-    add(s, mbsr_closure_rolling_disc(b, &B, 0.4, MBSR_GROUND, &C));
-    add(s, mbsr_closure_weld(flat, &A, d, &B));
-    add(s, mbsr_closure_ball(flat, p, b, q));
-    add(s, moving(mbsr_closure_coupling(3, (int[3]){a, b, a}, (int[3]){2, 0, 0},
+    bodies o = {.A = mbsr_frame_turned(point_p, x, 0.5),
+                .B = mbsr_frame_turned(point_q, y, -0.7),
+                .C = mbsr_frame_turned(point_q, x, 0.2)};
+    loops_begin(s, moving_root ? &root : NULL);
+    o.a = body(s, MBSR_GROUND, mbsr_joint_compound(&o.A, NULL, 3, axes, NULL, NULL));
+    o.b = body(s, o.a, mbsr_joint_revolute(&o.B, NULL, y));
+    o.c = body(s, MBSR_GROUND, mbsr_joint_cylindrical(&o.C, NULL, x));
+    o.d = body(s, o.c, mbsr_joint_universal(&o.A, NULL, x, y));
+    o.flat = body(s, MBSR_GROUND,
+                  moving_root ? mbsr_joint_in_plane(&o.A, &o.B) : mbsr_joint_planar_free(at, on));
+    return o;
+}
+
+static void make_space(loops *s, bool moving_root)
+{
+    const bodies o = begin_space(s, moving_root);
+    const double *p = point_p, *q = point_q, lines[6] = {1.0, 2.0, 2.0, 0.0, 3.0, -1.0};
+    add(s, mbsr_closure_weld(o.b, &o.A, o.d, &o.B));
+    add(s, mbsr_closure_weld(o.b, &o.A, MBSR_GROUND, &o.C));
+    add(s, mbsr_closure_ball(o.b, p, o.d, q));
+    add(s, moving(mbsr_closure_ball(o.d, p, MBSR_GROUND, q), three));
+    add(s, moving(mbsr_closure_rows(o.d, p, o.b, q, 2, lines), three));
+    add(s, mbsr_closure_rows(MBSR_GROUND, p, o.b, q, 1, lines));
+    add(s, mbsr_closure_distance(o.b, p, o.d, q, 0.8));
+    add(s, moving(mbsr_closure_distance(o.b, p, MBSR_GROUND, q, 0.8), one));
+    add(s, mbsr_closure_rolling_ball(o.b, p, 0.3, o.d, &o.A));
+    add(s, mbsr_closure_rolling_disc(o.b, &o.B, 0.4, o.d, &o.A));
+    add(s, mbsr_closure_rolling_disc(o.b, &o.B, 0.4, MBSR_GROUND, &o.C));
+    add(s, mbsr_closure_weld(o.flat, &o.A, o.d, &o.B));
+    add(s, mbsr_closure_ball(o.flat, p, o.b, q));
+    add(s, moving(mbsr_closure_coupling(3, (int[3]){o.a, o.b, o.a}, (int[3]){2, 0, 0},
                                         (double[3]){1.5, -2.0, 0.5}, 0.3),
                   one));
-    for (int k = 0; k < 3; ++k) add(s, mbsr_closure_custom(own + k, 2, (int[2]){d, b}, 1, 1, NULL));
-    add(s, moving(mbsr_closure_body_rows(d, p, b, q, 2, lines), three));
-    add(s, mbsr_closure_body_rows(b, p, MBSR_GROUND, q, 1, lines));
-    add(s, mbsr_closure_body_rows(flat, p, d, q, 3, (double[9]){1, 0, 0, 0, 1, 0, 0.5, 0, 1}));
+    for (int k = 0; k < 3; ++k)
+        add(s, mbsr_closure_custom(own + k, 2, (int[2]){o.d, o.b}, 1, 1, NULL));
+    add(s, moving(mbsr_closure_body_rows(o.d, p, o.b, q, 2, lines), three));
+    add(s, mbsr_closure_body_rows(o.b, p, MBSR_GROUND, q, 1, lines));
+    add(s, mbsr_closure_body_rows(o.flat, p, o.d, q, 3, (double[9]){1, 0, 0, 0, 1, 0, 0.5, 0, 1}));
+    loops_finish(s);
+}
+
+/* Rows with springs, which may have gaps. */
+static void make_stiff(loops *s, bool moving_root)
+{
+    const bodies o = begin_space(s, moving_root);
+    add(s, stiff(mbsr_closure_weld(o.b, &o.A, o.d, &o.B), 6));
+    add(s, stiff(mbsr_closure_weld(o.b, &o.A, MBSR_GROUND, &o.C), 4));
+    add(s, stiff(mbsr_closure_weld(MBSR_GROUND, &o.A, o.d, &o.B), 6));
+    add(s, stiff(mbsr_closure_weld(o.d, &o.A, o.flat, &o.B), 5));
+    add(s, stiff(mbsr_closure_ball(o.b, point_p, o.d, point_q), 2));
+    add(s, moving(stiff(mbsr_closure_ball(o.d, point_p, o.b, point_q), 3), three));
     loops_finish(s);
 }
 
@@ -195,6 +230,10 @@ static void make_plane(loops *s, bool moving_root)
     add(s, mbsr_closure_rolling_ball(c, p, 0.4, b, &plane));
     add(s, mbsr_closure_rolling_ball(c, p, 0.4, MBSR_GROUND, &plane));
     add(s, mbsr_closure_coupling(2, (int[2]){a, b}, (int[2]){0, 0}, (double[2]){1.0, -2.0}, 0.1));
+    add(s, stiff(mbsr_closure_weld(b, &A, c, &B), 3));
+    add(s, stiff(mbsr_closure_weld(MBSR_GROUND, &A, c, &B), 3));
+    add(s, stiff(mbsr_closure_ball(b, p, c, q), 2));
+    add(s, stiff(mbsr_closure_ball(point, NULL, c, q), 1));
     loops_finish(s);
 }
 
@@ -279,6 +318,14 @@ static void rows_in_space(void **state)
     try_rows(make_space, true, turn);
 }
 
+static void stiff_rows_in_space(void **state)
+{
+    (void)state;
+    const bool turn[LOOPS_MOST] = {false};
+    try_rows(make_stiff, false, turn);
+    try_rows(make_stiff, true, turn);
+}
+
 static void rows_in_the_plane(void **state)
 {
     (void)state;
@@ -361,7 +408,8 @@ static void turns_of_a_weld(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(rows_in_space), cmocka_unit_test(rows_in_the_plane),
-        cmocka_unit_test(a_wrong_derivative_is_found), cmocka_unit_test(turns_of_a_weld)};
+        cmocka_unit_test(rows_in_space), cmocka_unit_test(stiff_rows_in_space),
+        cmocka_unit_test(rows_in_the_plane), cmocka_unit_test(a_wrong_derivative_is_found),
+        cmocka_unit_test(turns_of_a_weld)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
