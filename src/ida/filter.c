@@ -64,6 +64,17 @@ mbsri_stiff *mbsri_stiff_behind(N_Vector v)
     return ((const content *)v->content)->stiff;
 }
 
+double mbsri_stiff_momenta(const mbsri_stiff *s, N_Vector x)
+{
+    const double *value = N_VGetArrayPointer(x), *weight = N_VGetArrayPointer(s->weight);
+    double sum = 0.0;
+    for (int k = s->first; k < s->last; ++k) {
+        const double e = value[k] * weight[k];
+        sum += e * e;
+    }
+    return sqrt(sum / (double)N_VGetLength(x));
+}
+
 /* ---- when ---- */
 
 bool mbsri_stiff_careful(const mbsri_stiff *s)

@@ -8,7 +8,8 @@
  * whose energy is not small. A new matrix in each iteration leaves k g^2: it converges quadratically
  * or not at all. So in careful steps the matrix is new in each iteration, and the last correction
  * has to be small itself, not by a rate of convergence. (Of a Krylov method it is the preconditioner
- * that would be new, in each step is enough.) Other steps are left to the solver of SUNDIALS.
+ * that would be new, in each step is enough. A matrix that is dear is only renewed where the residual r of
+ * the momenta, r / c, shows that something is strained.) Other steps are left to the solver of SUNDIALS.
  *
  * There a stiff matrix may hide a force: a residual r of the momenta is an error r / c of theirs unless
  * something stiff takes it, and where the matrix is old, that may be gone: a stop that was left, a direction
@@ -29,12 +30,22 @@
 
 enum { ITERATIONS = 10, NEAR = 10 };
 
-/* One iteration: ee changes by s->change. */
-static int improve(mbsri_stiff *s, N_Vector ee, bool renew)
+/* r / c of the residual in s->change */
+static double left(const mbsri_stiff *s)
+{
+    double c = 1.0;
+    IDAGetCurrentCj(s->memory, &c);
+    return mbsri_stiff_momenta(s, s->change) / fabs(c);
+}
+
+/* One iteration: ee changes by s->change. The matrix is new, unless r / c is `within` that: then nothing
+ * stiff is strained, and the one at hand will do. */
+static int improve(mbsri_stiff *s, N_Vector ee, double within)
 {
     sunbooleantype current = SUNFALSE;
     int status = s->system(ee, s->change, s->memory);
-    if (!status && s->set_up && renew) status = s->set_up(SUNFALSE, &current, s->memory);
+    const bool renew = s->set_up && !(within > 0.0 && left(s) <= within);
+    if (!status && renew) status = s->set_up(SUNFALSE, &current, s->memory);
     if (status) return status;
     N_VScale(-1.0, s->change, s->change);
     status = s->solve(s->change, s->memory);
@@ -54,11 +65,12 @@ static bool turns(double before, double size, double tolerance)
 static int iterate(mbsri_stiff *s, N_Vector ee, N_Vector w, double tolerance)
 {
     static const double share = 0.03;
+    const double within = s->iterates ? INFINITY : s->dear ? share * tolerance : 0.0;
     int small = 0;
     double before = 0.0;
     s->failures = 0;
     for (s->iterations = 1; s->iterations <= ITERATIONS; ++s->iterations) {
-        const int status = improve(s, ee, s->iterations == 1 || !s->iterates);
+        const int status = improve(s, ee, s->iterations == 1 ? 0.0 : within);
         if (status) return status;
         const double size = N_VWrmsNorm(s->change, w);
         if (s->iterations == 2 && turns(before, size, tolerance)) mbsri_stiff_begin(s);
@@ -82,18 +94,6 @@ static void note_failure(mbsri_stiff *s)
     s->failed_at = steps;
 }
 
-/* The part of the norm of x that its momenta make. */
-static double momenta(const mbsri_stiff *s, N_Vector x)
-{
-    const double *value = N_VGetArrayPointer(x), *weight = N_VGetArrayPointer(s->weight);
-    double sum = 0.0;
-    for (int k = s->first; k < s->last; ++k) {
-        const double e = value[k] * weight[k];
-        sum += e * e;
-    }
-    return sqrt(sum / (double)N_VGetLength(x));
-}
-
 /* IDA's, for the plain iteration, looked at: b is a residual, then a correction. */
 static int watched_solve(N_Vector b, void *memory)
 {
@@ -101,9 +101,9 @@ static int watched_solve(N_Vector b, void *memory)
     mbsri_stiff *s = mbsri_stiff_behind(b);
     double c = 0.0;
     if (!s->looks || IDAGetCurrentCj(memory, &c) < 0 || c == 0.0) return s->solve(b, memory);
-    const double before = momenta(s, b) / fabs(c);
+    const double before = mbsri_stiff_momenta(s, b) / fabs(c);
     const int status = s->solve(b, memory);
-    s->hides = before > 1.0 && momenta(s, b) < share * before;
+    s->hides = before > 1.0 && mbsri_stiff_momenta(s, b) < share * before;
     return status;
 }
 
@@ -144,15 +144,14 @@ static int iterate_and_count(mbsri_stiff *s, N_Vector ee, N_Vector w, double tol
 static int go_on(mbsri_stiff *s, N_Vector ee, double tolerance)
 {
     enum { MOST = 4 };
-    double c = 1.0, before = INFINITY;
-    IDAGetCurrentCj(s->memory, &c);
+    double before = INFINITY;
     for (s->iterations = 0;; ++s->iterations) {
         int status = s->system(ee, s->change, s->memory);
         if (status) return status;
-        const double left = momenta(s, s->change) / fabs(c);
-        if (left <= tolerance) return SUN_NLS_SUCCESS;
-        if (s->iterations == MOST || !(left < 0.5 * before)) return SUN_NLS_CONTINUE;
-        before = left;
+        const double now = left(s);
+        if (now <= tolerance) return SUN_NLS_SUCCESS;
+        if (s->iterations == MOST || !(now < 0.5 * before)) return SUN_NLS_CONTINUE;
+        before = now;
         N_VScale(-1.0, s->change, s->change);
         status = s->solve(s->change, s->memory);
         if (status) return status;
@@ -221,7 +220,7 @@ static int solve(SUNNonlinearSolver solver, N_Vector predicted, N_Vector ee, N_V
     } else {
         status = SUNNonlinSolSolve(s->plain, predicted, ee, w, tolerance, set_up, memory);
         if (status == SUN_NLS_CONV_RECVR) note_failure(s);
-        if (!status && mbsri_stiff_wrong_matrix(s, predicted, ee, w)) {
+        if (!status && mbsri_stiff_wrong_matrix(s, predicted, ee)) {
             ++s->info.stiff_iterations;
             mbsri_stiff_try(s);
             N_VConst(0.0, ee);

@@ -5,7 +5,9 @@
  * a run with long steps then stands still and reports success. So new ones are multiplied, by
  * differences of two sides, with a direction v: K^-1 (F(y + e v) - F(y - e v)) / 2 e should be v. It
  * is y' at the end of the step, the way that the motion goes: the correction that was found with the
- * matrix lies, more often than not, where the matrix is right. Two residuals for each matrix tested. */
+ * matrix lies, more often than not, where the matrix is right. What counts are the momenta: velocities
+ * show as well how much a motion without anything stiff changes the matrix within a step. Two residuals
+ * for each matrix tested. */
 #include "ida/stiff.h"
 
 #include <ida/ida_ls.h>
@@ -61,14 +63,17 @@ static int shifted(mbsri_stiff *s, N_Vector ee, N_Vector v, double e, N_Vector t
     return s->system(s->trial, to, s->memory);
 }
 
-bool mbsri_stiff_wrong_matrix(mbsri_stiff *s, N_Vector predicted, N_Vector ee, N_Vector w)
+bool mbsri_stiff_wrong_matrix(mbsri_stiff *s, N_Vector predicted, N_Vector ee)
 {
-    N_Vector rate = NULL, v = s->error;
+    static const double no_way = 0.1, least = 0.1; /* tolerances in a step; share of all of v */
+    N_Vector rate = NULL, v = s->error, w = s->weight;
     double h = 0.0;
     IDAGetCurrentStep(s->memory, &h);
     if (!new_matrix(s) || tested(s, fabs(h))) return false;
     if (IDAGetCurrentYp(s->memory, &rate) < 0) return false;
     N_VScale(1.0, rate, v);
+    const double speed = N_VWrmsNorm(v, w);
+    if (speed * fabs(h) < no_way) return false;
     const double e = extent(v, predicted, w, cbrt(DBL_EPSILON));
     if (!(e > 0.0)) return false;
     if (shifted(s, ee, v, e, s->change) || shifted(s, ee, v, -e, s->filtered)) return false;
@@ -76,7 +81,8 @@ bool mbsri_stiff_wrong_matrix(mbsri_stiff *s, N_Vector predicted, N_Vector ee, N
     ++s->info.filter_solves;
     if (s->solve(s->change, s->memory)) return false;
     N_VLinearSum(1.0, s->change, -1.0, v, s->change);
-    const double defect = N_VWrmsNorm(s->change, w) / N_VWrmsNorm(v, w);
+    const double defect =
+        mbsri_stiff_momenta(s, s->change) / fmax(mbsri_stiff_momenta(s, v), least * speed);
     note_test(s, fabs(h), defect);
     return defect > most_defect;
 }

@@ -40,7 +40,7 @@ typedef struct mbsri_stiff {
     long failed_at;            /* step of the last failure of the plain iteration */
     long iterations, failures; /* of the last careful solution */
     bool looks;                /* whether the plain iteration hides forces, see iteration.c */
-    N_Vector weight;           /* in which it is looked at */
+    N_Vector weight;           /* of the present step */
     bool hides;                /* the last correction of the plain iteration did */
     bool verified;             /* the last solution was put to the test for that */
     long verify_at, pause;     /* the step from which on that is done; steps to the next after it */
@@ -86,6 +86,9 @@ void mbsri_stiff_try(mbsri_stiff *s);
 /* What v, a vector made from y, knows. */
 mbsri_stiff *mbsri_stiff_behind(N_Vector v);
 
+/* The part of the norm of x, by s->weight, that its momenta make. */
+double mbsri_stiff_momenta(const mbsri_stiff *s, N_Vector x);
+
 /* Keeps x and the present state for mbsr_ida_stiffest. */
 void mbsri_stiff_keep(mbsri_stiff *s, N_Vector x, bool of_iteration);
 
@@ -94,7 +97,7 @@ void mbsri_stiff_look_back(mbsri_stiff *s);
 
 /* Whether IDA has made a new matrix by difference quotients, and it is wrong along ee, the
  * correction that was found with it. */
-bool mbsri_stiff_wrong_matrix(mbsri_stiff *s, N_Vector predicted, N_Vector ee, N_Vector w);
+bool mbsri_stiff_wrong_matrix(mbsri_stiff *s, N_Vector predicted, N_Vector ee);
 
 /* As mbsr_sundials_stiff, for the momentum and the index-1 form. */
 SUNNonlinearSolver mbsri_stiff_create(const mbsr_model *model, mbsr_dae_form form, N_Vector y,

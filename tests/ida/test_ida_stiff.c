@@ -181,7 +181,7 @@ static void springs_that_vibrate_are_left_to_ida(void **state)
                       stats.factorisations);
         assert_true(stats.stiff_tests < 50);
         if (dense) assert_true(5 * stats.careful_attempts < stats.steps);
-        if (dense) assert_true(2 * stats.factorisations < stats.steps);
+        if (dense) assert_true(9 * stats.factorisations < stats.steps);
         mbsr_simulation_end(&s);
     }
 }
