@@ -79,7 +79,7 @@ typedef struct mbsr_ida_opt {
     mbsr_ida_solver linear_solver; /* default MBSR_IDA_AUTO; TREE and KRYLOV: momentum form only */
     mbsr_newton_opt newton;        /* of TREE and KRYLOV, default mbsr_default_newton_opt() */
     int krylov_size;               /* vectors that KRYLOV spans a solution by at most, default 30 */
-    double initial_step;           /* s; 0 (default): from y'', at most 1e-3 s */
+    double initial_step;           /* s; 0 (default): from y'', see below */
     double max_step;               /* s; 0: none (default) */
     int max_order;                 /* 1 .. 5, default 5 */
     long max_steps;      /* internal steps in one call of mbsr_ida_advance, default 1 000 000 */
@@ -107,7 +107,13 @@ typedef struct mbsr_ida_opt {
  * system the error of one body alone may exceed its tolerances sqrt(n) times. With max_norm no
  * entry may exceed its own, in the error test as in the test for convergence of Newton's
  * iterations, at the price of shorter steps; the measure is max |e_k| / tolerance_k then. Entries
- * that the error test leaves out (suppress_algebraic) are left out of it here too. */
+ * that the error test leaves out (suppress_algebraic) are left out of it here too.
+ *
+ * The first step, unless it is given, makes an error h^2 y'' / 2 of half the tolerances, and is at most 1e-3 of
+ * the time in which a velocity that errs by its tolerance moves its coordinate by that one's: the least of
+ * atol of a coordinate / atol of its velocity, 1 s where they are equal. Tolerances that are given in the
+ * units of the model (by kind, or atol_each) make it, as all other steps, independent of these units. With
+ * index-1 velocities that have tolerances of their own it is 1e-3 s. */
 MBSR_API mbsr_ida_opt mbsr_default_ida_opt(void);
 
 /* What the integration has cost so far. */

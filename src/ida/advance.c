@@ -111,8 +111,9 @@ static int renew(mbsr_ida *ida)
     mbsri_ida_straighten(ida);
     const int flag = IDAReInit(ida->memory, ida->present, ida->y, ida->yp);
     if (flag < 0) return mbsri_ida_solver_failed(ida, &ida->error, flag, "mbsr_ida_advance");
-    IDASetInitStep(ida->memory, ida->direction * mbsri_ida_first_step(ida, ida->direction,
-                                                                      MBSRI_IDA_FIRST_STEP));
+    const double longest = mbsri_ida_longest_first_step(ida);
+    IDASetInitStep(ida->memory,
+                   ida->direction * mbsri_ida_first_step(ida, ida->direction, longest));
     return MBSR_OK;
 }
 
@@ -174,8 +175,8 @@ int mbsri_ida_advance(mbsr_ida *ida, double t_end)
     if (arrived) return MBSR_OK;
     mbsri_ida_exchange_watch(ida);
     if (!ida->stepped) {
-        IDASetInitStep(ida->memory,
-                       direction * mbsri_ida_first_step(ida, direction, MBSRI_IDA_FIRST_STEP));
+        const double longest = mbsri_ida_longest_first_step(ida);
+        IDASetInitStep(ida->memory, direction * mbsri_ida_first_step(ida, direction, longest));
         ida->direction = direction;
         ida->stepped = true;
     }

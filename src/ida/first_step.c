@@ -48,6 +48,11 @@ double mbsri_ida_first_step(mbsr_ida *ida, double direction, double longest)
     return bend * longest * longest > 1.0 ? 1.0 / sqrt(bend) : longest;
 }
 
+double mbsri_ida_longest_first_step(const mbsr_ida *ida)
+{
+    return 1e-3 * ida->time;
+}
+
 bool mbsri_ida_same_time(double a, double b)
 {
     return fabs(a - b) <= 2.0 * DBL_EPSILON * (fabs(a) + fabs(b));

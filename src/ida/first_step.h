@@ -8,7 +8,9 @@
 /* First step when none is given, s, 0 < h <= longest, from y, y' of the driver at the present
  * time. */
 double mbsri_ida_first_step(mbsr_ida *ida, double direction, double longest);
-#define MBSRI_IDA_FIRST_STEP 1e-3 /* s, the longest where there is no reason for another */
+
+/* The longest where there is no reason for another: a thousandth of the time that tolerances know. */
+double mbsri_ida_longest_first_step(const mbsr_ida *ida);
 
 /* Whether two times differ by no more than rounding, as IDA sees it. */
 bool mbsri_ida_same_time(double a, double b);

@@ -252,8 +252,8 @@ static int restart(mbsr_ida *ida, double t, double span, bool settled)
     mbsri_ida_kinks *k = &ida->kinks;
     mbsri_ida_count(ida, &ida->before);
     k->bent = false;
-    const double longest =
-        isfinite(span) ? fmax(MBSRI_IDA_FIRST_STEP, span / 8.0) : MBSRI_IDA_FIRST_STEP;
+    const double usual = mbsri_ida_longest_first_step(ida),
+                 longest = isfinite(span) ? fmax(usual, span / 8.0) : usual;
     double step = mbsri_ida_first_step(ida, ida->direction, longest);
     if (k->patience > 0) --k->patience;
     if (settled && k->patience == 0 && span < many * step) {

@@ -35,6 +35,8 @@ struct mbsr_ida {
     mbsri_ida_messages messages;
     char message[MBSR_TEXT_SIZE]; /* IDA's last message in the present call */
 
+    double time;       /* s, in which a velocity that errs by its tolerance errs by that of its
+                        * coordinate */
     bool scales;       /* tolerances follow the masses at the start, see mbsr_ida_opt */
     bool started;      /* a state is set and no step from it has failed for good */
     bool failed;       /* one has; y and yp are the last state that was good */

@@ -54,6 +54,35 @@ static void set_loops(mbsr_ida *ida, double *atol)
     }
 }
 
+/* The least tolerance of one body's coordinates of a kind over the largest of their velocities. */
+static double time_of_body(const mbsr_ida *ida, int body, int velocity, mbsr_coordinate_kind kind)
+{
+    mbsr_coordinate_kind position_kind[4 * MBSR_MAX_D], velocity_kind[MBSR_MAX_D];
+    const double *atol = N_VGetArrayPointer(ida->atol);
+    double place = INFINITY, speed = 0.0;
+    int q, nq, u, n;
+    mbsr_body_coordinates(ida->model, body, &q, &nq, &u, &n);
+    mbsr_body_coordinate_kinds(ida->model, body, position_kind, velocity_kind);
+    for (int k = 0; k < nq; ++k)
+        if (position_kind[k] == kind) place = fmin(place, atol[q + k]);
+    for (int k = 0; k < n; ++k)
+        if (velocity_kind[k] == kind) speed = fmax(speed, atol[velocity + u + k]);
+    return place > 0.0 && speed > 0.0 ? place / speed : INFINITY;
+}
+
+/* The unit of time that tolerances are in; 1 s where they do not tell. Those of each index-1 velocity
+ * have masses in them. */
+static double find_time(const mbsr_ida *ida, int velocity)
+{
+    double time = INFINITY;
+    if (ida->opt.form == MBSR_DAE_INDEX1 && ida->opt.atol_each) return 1.0;
+    for (int i = 0; i < mbsr_model_bodies(ida->model); ++i) {
+        for (int kind = MBSR_COORDINATE_OTHER; kind <= MBSR_COORDINATE_TRANSLATION; ++kind)
+            time = fmin(time, time_of_body(ida, i, velocity, (mbsr_coordinate_kind)kind));
+    }
+    return isfinite(time) ? time : 1.0;
+}
+
 void mbsri_ida_set_tolerances(mbsr_ida *ida)
 {
     const double *each = ida->opt.atol_each;
@@ -61,9 +90,11 @@ void mbsri_ida_set_tolerances(mbsr_ida *ida)
     const int nq = mbsr_model_nq(ida->model), nu = mbsr_model_nu(ida->model);
     double *atol = N_VGetArrayPointer(ida->atol);
     for (int k = 0; each && k < ida->size; ++k) atol[k] = each[k];
+    const int velocity = momentum ? nq + nu : nq;
     for (int i = 0; !each && i < mbsr_model_bodies(ida->model); ++i) {
-        set_body(ida, i, momentum ? nq + nu : nq, atol);
+        set_body(ida, i, velocity, atol);
     }
+    ida->time = find_time(ida, velocity);
     set_loops(ida, atol);
     ida->scales = !each && (momentum || ida->opt.form == MBSR_DAE_INDEX1);
     ida->opt.atol_each = NULL;

@@ -182,7 +182,6 @@ static int judge_in(const units *in, uint64_t seed, mbsr_small_verdict *verdict,
 {
     scene s = make(seed, in);
     study x = study_in(&s, in);
-    x.ida.initial_step = 1e-4 * in->time; /* its own limit is 1e-3 of any unit */
     mbsr_small_masses *small = study_begin(&x, s.q, s.u);
     mbsr_small_masses_report report;
     assert_ok(mbsr_small_masses_report_of(small, &report), mbsr_small_masses_error(small));
