@@ -243,9 +243,10 @@ MBSR_API int mbsr_ida_get_drift(mbsr_ida *ida, mbsr_ida_drift *drift);
  * test found last that a stiff direction alone failed it (stiff_tests) it is what they do against a
  * motion in that direction, stiffness and damping over the step; where Newton's method failed last in a
  * step tried carefully (careful_failures), the sum of that over mass for the single coordinates that
- * move mass. Elements with neither energy nor dissipation are not seen. None, and MBSR_OK, where neither
- * has happened, where Newton's method failed though the step is short for all of these elements, and in
- * the index-1 form. The data is left at that state. When the driver gives up, its
+ * move mass. Where neither has told anything, or in the index-1 form or with closures, and error tests or
+ * Newton's method have ended the run, it is that at the last state. Elements with neither energy nor
+ * dissipation are not seen, nor, of single coordinates, where all of them are slow beside the longest
+ * step. None, and MBSR_OK, else. The data is left at that state. When the driver gives up, its
  * error names the first. MBSR_ERR_NULL, and the statuses of mbsr_positions, mbsr_energy and
  * mbsr_force_power. */
 MBSR_API int mbsr_ida_stiffest(mbsr_ida *ida, int most, int *force, double *share, int *count);

@@ -85,7 +85,7 @@ static int gave_up(mbsr_ida *ida, int flag)
     }
     if (ida->callback == 0) {
         const int failed = mbsri_ida_solver_failed(ida, &ida->error, flag, "mbsr_ida_advance");
-        mbsri_ida_blame_stiff(ida);
+        mbsri_ida_blame_stiff(ida, flag);
         return failed;
     }
     return mbsri_ida_fail(&ida->error, ida->callback, ida->failure.body, ida->failure.force,

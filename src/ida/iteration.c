@@ -326,6 +326,7 @@ static int destroy(SUNNonlinearSolver solver)
         if (vector[k]) N_VDestroy(vector[k]);
     }
     if (s->plain) SUNNonlinSolFree(s->plain);
+    free(s->stiffness);
     free(s);
     solver->content = NULL;
     SUNNonlinSolFreeEmpty(solver);
@@ -359,6 +360,8 @@ static bool make(mbsri_stiff *s, N_Vector y, SUNContext context)
         if (!*vector[k]) return false;
         N_VConst(0.0, *vector[k]);
     }
+    s->stiffness = calloc((size_t)s->forces + 1, sizeof *s->stiffness);
+    if (!s->stiffness) return false;
     s->failed_at = s->rejected_at = s->norms = -1;
     mbsri_stiff_set_rtol(s, 0.0);
     s->looks = true;
@@ -381,6 +384,7 @@ SUNNonlinearSolver mbsri_stiff_create(const mbsr_model *model, mbsr_dae_form for
     solver->content = s;
     set_operations(solver);
     s->first = mbsr_model_nq(model);
+    s->forces = mbsr_model_forces(model);
     s->last =
         form == MBSR_DAE_MOMENTUM ? s->first + mbsr_model_nu(model) : mbsr_dae_size(model, form);
     if (make(s, y, context)) return solver;
@@ -402,7 +406,7 @@ SUNNonlinearSolver mbsr_sundials_stiff(const mbsr_model *model, N_Vector y, SUNC
 
 mbsri_stiff *mbsri_stiff_of(SUNNonlinearSolver solver)
 {
-    return solver->content;
+    return solver->ops->solve == solve ? solver->content : NULL;
 }
 
 int mbsr_sundials_stiff_set_rtol(SUNNonlinearSolver solver, double rtol)

@@ -70,6 +70,8 @@ typedef struct mbsri_stiff {
                                 * a careful iteration failed, and where that was */
     double at;         /* time of it */
     bool of_iteration; /* it was an iteration */
+    double *stiffness; /* of the force elements, see stiffest.c */
+    int forces;        /* as many */
     mbsr_sundials_stiff_info info;
 } mbsri_stiff;
 
@@ -108,7 +110,7 @@ SUNNonlinearSolver mbsri_stiff_create(const mbsr_model *model, mbsr_dae_form for
  * them a stiff mechanism gains several times the energy that rigid ones do at the same tolerance. */
 void mbsri_stiff_set_rtol(mbsri_stiff *s, double rtol);
 
-/* What belongs to the nonlinear solver. */
+/* What belongs to the nonlinear solver; NULL if it is another one. */
 mbsri_stiff *mbsri_stiff_of(SUNNonlinearSolver solver);
 
 #endif

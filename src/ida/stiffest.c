@@ -9,7 +9,8 @@
  * to v^T K v. Both are quadratic in v for springs and dampers: second differences. Where Newton's method
  * failed its corrections lie across the stiff direction, which is not known: there it is the sum of
  * s / M_jj over the unit vectors v of the coordinates, squares of frequencies, to be compared with c^2 of the
- * longest step so far: the present one may be very short where nothing converges. */
+ * longest step so far: the present one may be very short where nothing converges. The same is asked where
+ * a run has ended and neither is known. */
 #include "ida/stiffest.h"
 
 #include "ida/bend.h"
@@ -21,106 +22,90 @@
 #include <float.h>
 #include <math.h>
 
-/* Where velocities begin in y. */
-static int velocities(const mbsr_ida *ida)
-{
-    const int nq = mbsr_model_nq(ida->model);
-    return ida->opt.form == MBSR_DAE_MOMENTUM ? nq + mbsr_model_nu(ida->model) : nq;
-}
+/* Where elements are asked; work and vectors of the caller. */
+typedef struct place {
+    const mbsr_model *model;
+    mbsr_data *data;
+    double t, c;
+    double *state;     /* q, u: nq + nu */
+    double *v, *work;  /* nu; nq + nu */
+    double *stiffness; /* of all elements */
+} place;
 
-/* Positions and velocities at q + step G v, u + step v; q and u stand in y. */
-static int move(mbsr_ida *ida, double step, const double *y, const double *v, double *work)
+/* Positions and velocities at q + step G v, u + step v. */
+static int move(const place *p, double step, const double *v)
 {
-    const mbsr_model *m = ida->model;
-    const int nq = mbsr_model_nq(m), nu = mbsr_model_nu(m);
-    const double *u = y + velocities(ida);
-    const mbsri_stiff *s = mbsri_stiff_of(ida->nonlinear);
-    double *q = work, *w = work + nq;
-    int status = mbsr_positions(m, ida->data, s->at, y);
-    if (!status) status = mbsr_velocities(m, ida->data, v);
-    if (!status) status = mbsr_coordinate_rates(m, ida->data, q);
-    for (int k = 0; k < nq; ++k) q[k] = y[k] + step * q[k];
+    const int nq = mbsr_model_nq(p->model), nu = mbsr_model_nu(p->model);
+    const double *u = p->state + nq;
+    double *q = p->work, *w = q + nq;
+    int status = mbsr_positions(p->model, p->data, p->t, p->state);
+    if (!status) status = mbsr_velocities(p->model, p->data, v);
+    if (!status) status = mbsr_coordinate_rates(p->model, p->data, q);
+    for (int k = 0; k < nq; ++k) q[k] = p->state[k] + step * q[k];
     for (int k = 0; k < nu; ++k) w[k] = u[k] + step * v[k];
-    if (!status) status = mbsr_positions(m, ida->data, s->at, q);
-    return status ? status : mbsr_velocities(m, ida->data, w);
+    if (!status) status = mbsr_positions(p->model, p->data, p->t, q);
+    return status ? status : mbsr_velocities(p->model, p->data, w);
 }
 
 /* The step along v: small beside what moves, and well above rounding. */
-static double extent(const mbsr_ida *ida, const double *v)
+static double extent(const place *p, const double *v)
 {
     double largest = 0.0;
-    for (int k = 0; k < mbsr_model_nu(ida->model); ++k) largest = fmax(largest, fabs(v[k]));
+    for (int k = 0; k < mbsr_model_nu(p->model); ++k) largest = fmax(largest, fabs(v[k]));
     return largest > 0.0 ? cbrt(DBL_EPSILON) / largest : 0.0;
 }
 
-/* Adds factor (E / step^2, c P / 2 step^2) of each element, where the data stands, to s. */
-static int add(mbsr_ida *ida, double factor, double c, double *s)
+/* Adds factor (E / step^2, c P / 2 step^2) of each element, where the data stands. */
+static int add(const place *p, double factor)
 {
     int status = MBSR_OK;
-    for (int k = 0; k < mbsr_model_forces(ida->model) && !status; ++k) {
+    for (int k = 0; k < mbsr_model_forces(p->model) && !status; ++k) {
         double energy = 0.0, power = 0.0;
-        if (mbsr_force_closure(ida->model, k) != MBSR_NONE) continue;
-        status = mbsr_force_power(ida->model, ida->data, k, &energy, &power);
-        s[k] += factor * (energy + 0.5 * c * power);
+        if (mbsr_force_closure(p->model, k) != MBSR_NONE) continue;
+        status = mbsr_force_power(p->model, p->data, k, &energy, &power);
+        p->stiffness[k] += factor * (energy + 0.5 * p->c * power);
     }
     return status;
 }
 
-/* Adds factor s of each element along v, in `ida->moved`, to sum. */
-static int along(mbsr_ida *ida, const double *v, double c, double factor, double *sum)
+/* Adds factor s of each element along v. */
+static int along(const place *p, const double *v, double factor)
 {
-    const double *y = N_VGetArrayPointer(ida->moved), step = extent(ida, v);
+    const double step = extent(p, v);
     int status = MBSR_OK;
     for (int side = -1; side <= 1 && !status && step > 0.0; ++side) {
-        status = move(ida, side * step, y, v, N_VGetArrayPointer(ida->work));
-        if (!status) status = add(ida, factor * (side ? 1.0 : -2.0) / (step * step), c, sum);
+        status = move(p, side * step, v);
+        if (!status) status = add(p, factor * (side ? 1.0 : -2.0) / (step * step));
     }
     return status;
 }
 
 /* v^T M v */
-static int mass_of(mbsr_ida *ida, const double *v, double *mass)
+static int mass_of(const place *p, const double *v, double *mass)
 {
-    const double *y = N_VGetArrayPointer(ida->moved);
     double kinetic = 0.0, potential = 0.0;
-    int status = mbsr_positions(ida->model, ida->data, mbsri_stiff_of(ida->nonlinear)->at, y);
-    if (!status) status = mbsr_velocities(ida->model, ida->data, v);
-    if (!status) status = mbsr_energy(ida->model, ida->data, &kinetic, &potential);
+    int status = mbsr_positions(p->model, p->data, p->t, p->state);
+    if (!status) status = mbsr_velocities(p->model, p->data, v);
+    if (!status) status = mbsr_energy(p->model, p->data, &kinetic, &potential);
     *mass = 2.0 * kinetic;
     return status;
 }
 
 /* All coordinates that move mass. */
-static int along_all(mbsr_ida *ida, double c, double *sum)
+static int along_all(const place *p)
 {
-    const int nu = mbsr_model_nu(ida->model);
-    double *v = N_VGetArrayPointer(mbsri_stiff_of(ida->nonlinear)->trial);
+    const int nu = mbsr_model_nu(p->model);
+    double *v = p->v;
     int status = MBSR_OK;
     for (int k = 0; k < nu; ++k) v[k] = 0.0;
     for (int k = 0; k < nu && !status; ++k) {
         double mass = 0.0;
         v[k] = 1.0;
-        status = mass_of(ida, v, &mass);
-        if (!status && mass > 0.0) status = along(ida, v, c, 1.0 / mass, sum);
+        status = mass_of(p, v, &mass);
+        if (!status && mass > 0.0) status = along(p, v, 1.0 / mass);
         v[k] = 0.0;
     }
     return status;
-}
-
-/* s of all elements; *least is what they have to exceed in sum to be worth mentioning. */
-static int find(mbsr_ida *ida, double *s, double *least)
-{
-    const mbsri_stiff *stiff = mbsri_stiff_of(ida->nonlinear);
-    double c = 0.0;
-    IDAGetCurrentCj(ida->memory, &c);
-    c = fabs(c);
-    if (stiff->of_iteration && stiff->slowest > 0.0) c = fmin(c, stiff->slowest);
-    N_VScale(1.0, stiff->state, ida->moved);
-    mbsri_ida_add_bend(ida, stiff->at, 0, ida->moved);
-    *least = stiff->of_iteration ? c * c : 0.0;
-    return stiff->of_iteration
-               ? along_all(ida, c, s)
-               : along(ida, N_VGetArrayPointer(stiff->direction) + velocities(ida), c, 1.0, s);
 }
 
 /* The largest of s that is not among the `known` first ones; MBSR_NONE: none is positive. */
@@ -135,41 +120,116 @@ static int largest(const double *s, int forces, int known, const int *taken)
     return best;
 }
 
-/* Whether there is a direction. */
-static bool known(const mbsr_ida *ida)
+/* The answer, along `direction` or, where that is NULL, all coordinates: of these, elements count that are fast
+ * beside c. */
+static int rank(const place *p, const double *direction, int most, int *force, double *share,
+                int *count)
 {
-    if (!ida->nonlinear || ida->opt.form == MBSR_DAE_INDEX1) return false;
-    const mbsr_sundials_stiff_info *info = &mbsri_stiff_of(ida->nonlinear)->info;
-    return info->stiff_tests > 0 || info->careful_failures > 0;
-}
-
-int mbsr_ida_stiffest(mbsr_ida *ida, int most, int *force, double *share, int *count)
-{
-    if (!ida || !count || (most > 0 && (!force || !share))) return MBSR_ERR_NULL;
-    const int forces = mbsr_model_forces(ida->model);
-    double sum = 0.0, least = 0.0;
-    *count = 0;
-    if (!known(ida)) return MBSR_OK;
-    for (int k = 0; k < forces; ++k) ida->stiffness[k] = 0.0;
-    const int status = find(ida, ida->stiffness, &least);
-    if (status) {
-        const mbsr_error *error = mbsr_data_error(ida->data);
-        return mbsri_ida_fail(&ida->error, status, error->body, error->force,
-                              "mbsr_ida_stiffest: %s", error->text);
-    }
-    for (int k = 0; k < forces; ++k) sum += fmax(0.0, ida->stiffness[k]);
-    if (sum < least) return MBSR_OK;
+    const int forces = mbsr_model_forces(p->model);
+    const double least = direction ? 0.0 : p->c * p->c;
+    double sum = 0.0;
+    for (int k = 0; k < forces; ++k) p->stiffness[k] = 0.0;
+    const int status = direction ? along(p, direction, 1.0) : along_all(p);
+    for (int k = 0; k < forces; ++k) sum += fmax(0.0, p->stiffness[k]);
+    if (status || !(sum >= least && isfinite(sum))) return status;
     for (int k = 0; k < most; ++k) {
-        const int next = largest(ida->stiffness, forces, k, force);
+        const int next = largest(p->stiffness, forces, k, force);
         if (next == MBSR_NONE) break;
         force[k] = next;
-        share[k] = ida->stiffness[next] / sum;
+        share[k] = p->stiffness[next] / sum;
         ++*count;
     }
     return MBSR_OK;
 }
 
-void mbsri_ida_blame_stiff(mbsr_ida *ida)
+/* ---- what is known of the failure ---- */
+
+/* Whether a step has shown what is stiff. */
+static bool knows(const mbsri_stiff *s)
+{
+    return s && (s->info.stiff_tests > 0 || s->info.careful_failures > 0);
+}
+
+/* c of the longest step so far; s may be NULL. */
+static double slowest(const mbsri_stiff *s, void *memory)
+{
+    double h = 0.0;
+    if (s && s->slowest > 0.0) return s->slowest;
+    if (!memory) return INFINITY;
+    if (IDAGetLastStep(memory, &h) < 0 || h == 0.0) IDAGetActualInitStep(memory, &h);
+    return h == 0.0 ? INFINITY : 1.0 / fabs(h);
+}
+
+/* Where s knows: the c of that step, and the direction; NULL where iterations failed. The velocities of y
+ * begin at `first`. */
+static const double *recall(const mbsri_stiff *s, int first, double *c)
+{
+    IDAGetCurrentCj(s->memory, c);
+    *c = fabs(*c);
+    if (!s->of_iteration) return N_VGetArrayPointer(s->direction) + first;
+    if (s->slowest > 0.0) *c = fmin(*c, s->slowest);
+    return NULL;
+}
+
+/* ---- of the driver ---- */
+
+/* Where velocities begin in y. */
+static int velocities(const mbsr_ida *ida)
+{
+    const int nq = mbsr_model_nq(ida->model);
+    return ida->opt.form == MBSR_DAE_MOMENTUM ? nq + mbsr_model_nu(ida->model) : nq;
+}
+
+static int ask(mbsr_ida *ida, bool known, int most, int *force, double *share, int *count)
+{
+    const mbsri_stiff *s = ida->nonlinear ? mbsri_stiff_of(ida->nonlinear) : NULL;
+    const mbsr_model *m = ida->model;
+    const double *direction = NULL;
+    double *q = N_VGetArrayPointer(ida->moved);
+    place p = {.model = m,
+               .data = ida->data,
+               .t = known ? s->at : ida->present,
+               .c = slowest(s, ida->memory),
+               .state = q,
+               .v = N_VGetArrayPointer(ida->zero),
+               .work = N_VGetArrayPointer(ida->work),
+               .stiffness = ida->stiffness};
+    N_VScale(1.0, known ? s->state : ida->y, ida->work);
+    if (known) {
+        mbsri_ida_add_bend(ida, p.t, 0, ida->work);
+        direction = recall(s, velocities(ida), &p.c);
+    }
+    int status = mbsr_dae_unpack(m, ida->data, ida->opt.form, p.t, p.work, q, q + mbsr_model_nq(m));
+    if (!status) status = rank(&p, direction, most, force, share, count);
+    N_VConst(0.0, ida->zero);
+    return status;
+}
+
+int mbsr_ida_stiffest(mbsr_ida *ida, int most, int *force, double *share, int *count)
+{
+    if (!ida || !count || (most > 0 && (!force || !share))) return MBSR_ERR_NULL;
+    const bool known = ida->opt.form != MBSR_DAE_INDEX1 && ida->nonlinear &&
+                       knows(mbsri_stiff_of(ida->nonlinear)),
+               ended = ida->failed && ida->callback == MBSR_OK;
+    int status = MBSR_OK;
+    *count = 0;
+    if (known) status = ask(ida, true, most, force, share, count);
+    if (ended && *count == 0) status = ask(ida, false, most, force, share, count);
+    if (!status) return MBSR_OK;
+    const mbsr_error *error = mbsr_data_error(ida->data);
+    return mbsri_ida_fail(&ida->error, status, error->body, error->force, "mbsr_ida_stiffest: %s",
+                          error->text);
+}
+
+/* What fails, after a flag of IDA. */
+static const char *what_fails(const mbsr_ida *ida, int flag)
+{
+    bool iterations = flag != IDA_ERR_FAIL;
+    if (flag == IDA_TOO_MUCH_WORK) iterations = mbsri_stiff_of(ida->nonlinear)->of_iteration;
+    return iterations ? "Newton's method fails" : "error tests fail";
+}
+
+void mbsri_ida_blame_stiff(mbsr_ida *ida, int flag)
 {
     int force[2], count = 0;
     double share[2];
@@ -184,8 +244,47 @@ void mbsri_ida_blame_stiff(mbsr_ida *ida)
     mbsri_ida_fail(&ida->error, code, before.body, force[0],
                    "%.120s; %s by the stiffness of force element %d (%.0f %%)%s: "
                    "make it a stiff closure (as_closure), or softer",
-                   before.text,
-                   mbsri_stiff_of(ida->nonlinear)->of_iteration ? "Newton's method fails"
-                                                                : "error tests fail",
-                   force[0], 100.0 * share[0], second);
+                   before.text, what_fails(ida, flag), force[0], 100.0 * share[0], second);
+}
+
+/* ---- of an IDA of one's own ---- */
+
+/* The state: where s knows, or the end of the last step, if some attempt has failed since the start. */
+static bool find_state(mbsri_stiff *s, bool known, N_Vector y, double *t)
+{
+    long tests = 0, iterations = 0;
+    if (!s->memory) return false;
+    *t = s->at;
+    if (known) N_VScale(1.0, s->state, y);
+    if (known) return true;
+    IDAGetNumErrTestFails(s->memory, &tests);
+    IDAGetNumNonlinSolvConvFails(s->memory, &iterations);
+    return tests + iterations > 0 && IDAGetCurrentTime(s->memory, t) >= 0 &&
+           IDAGetDky(s->memory, *t, 0, y) >= 0;
+}
+
+int mbsr_sundials_stiffest(SUNNonlinearSolver solver, const mbsr_model *model, mbsr_data *data,
+                           int most, int *force, double *share, int *count)
+{
+    if (!solver || !model || !data || !count || (most > 0 && (!force || !share)))
+        return MBSR_ERR_NULL;
+    mbsri_stiff *s = mbsri_stiff_of(solver);
+    if (!s || s->forces != mbsr_model_forces(model) ||
+        N_VGetLength(s->change) != mbsr_dae_size(model, MBSR_DAE_MOMENTUM))
+        return MBSR_ERR_VALUE;
+    const int nq = mbsr_model_nq(model), nu = mbsr_model_nu(model);
+    const bool known = knows(s);
+    place p = {.model = model,
+               .data = data,
+               .c = slowest(s, s->memory),
+               .state = N_VGetArrayPointer(s->filtered),
+               .v = N_VGetArrayPointer(s->trial),
+               .work = N_VGetArrayPointer(s->change),
+               .stiffness = s->stiffness};
+    *count = 0;
+    if (!find_state(s, known, s->change, &p.t)) return MBSR_OK;
+    const double *direction = known ? recall(s, nq + nu, &p.c) : NULL;
+    const int status =
+        mbsr_dae_unpack(model, data, MBSR_DAE_MOMENTUM, p.t, p.work, p.state, p.state + nq);
+    return status ? status : rank(&p, direction, most, force, share, count);
 }

@@ -199,6 +199,7 @@ static const finite_row sundials_rows[] = {
     {"mbsr_sundials_stiff", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_sundials_stiff_set_rtol", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_sundials_stiff_get_info", NULL, NULL, 0, 0, 0, NULL},
+    {"mbsr_sundials_stiffest", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_sundials_setup", run_precondition, NULL, T | C | Y | R, 0, 0, of_dense},
     {"mbsr_sundials_precondition", run_precondition, NULL, T | C | Y | R, 0, 0, of_dense},
     {"mbsr_sundials_linearise", run_product, NULL, T | C | Y | R, 0, 0, of_dense},
