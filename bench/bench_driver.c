@@ -2,7 +2,7 @@
  * springs written as stiff closures: steps, evaluations, factorisations, CPU time, error, energy.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- *   bench_driver [cells|mechanisms|ordinary|all|grid [runs [name]]]      CSV on standard output
+ *   bench_driver [cells|mechanisms|ordinary|all|grid [runs [name [k]]]]      CSV on standard output
  *
  * cells: the slider-crank of mechanisms.h at k = 1e6 .. 1e14 N/m, damping ratios 0.3, 1, 10 and
  * tolerances 1e-3 .. 1e-8, by the tree and dense. mechanisms: the others, some of these cells. grid: all
@@ -366,11 +366,11 @@ static bool wanted(const char *what, const char *group, const char *only, const 
 }
 
 /* Plain IDA is stuck in most cells: one run tells as much as many. */
-static void run_cells(const mechanism *of, int every, int runs)
+static void run_cells(const mechanism *of, int every, int runs, double only)
 {
     static const double stiffness[] = {1e6, 1e8, 1e10, 1e12, 1e14}, ratio[] = {0.3, 1.0, 10.0};
     for (int k = 0; k < 5; ++k) {
-        for (int z = 0; z < 3; z += every) {
+        for (int z = 0; z < 3 && (only == 0.0 || only == stiffness[k]); z += every) {
             problem p = open_mechanism(of, stiffness[k], ratio[z]);
             bool stuck = false;
             for (int t = 3; t <= 8; t += every) {
@@ -448,12 +448,13 @@ static void print_totals(const total all[2])
     }
 }
 
-static void run_mechanisms(const mechanism *table, const char *what, const char *only, int runs)
+static void run_mechanisms(const mechanism *table, const char *what, const char *only, int runs,
+                           double stiffness)
 {
     for (const mechanism *m = table; m->name; ++m) {
         const bool first = m == mechanisms;
         if (wanted(what, first ? "cells" : "mechanisms", only, m->name))
-            run_cells(m, first ? 1 : 2, runs);
+            run_cells(m, first ? 1 : 2, runs, stiffness);
         if (strcmp(what, "grid") == 0 && wanted(what, what, only, m->name)) run_grid(m, runs);
     }
 }
@@ -466,15 +467,17 @@ int main(int argc, char **argv)
                                  {"vehicle", vehicle, 55}};
     const char *what = argc > 1 ? argv[1] : "all", *only = argc > 3 ? argv[3] : NULL;
     const int runs = argc > 2 ? atoi(argv[2]) : 4;
+    const double stiffness = argc > 4 ? atof(argv[4]) : 0.0; /* of cells and mechanisms; 0: all */
     total all[2] = {0};
     if (runs < 1 || runs > RUNS_MOST) {
-        fprintf(stderr, "usage: bench_driver [cells|mechanisms|ordinary|all|grid [runs [name]]]\n");
+        fprintf(stderr,
+                "usage: bench_driver [cells|mechanisms|ordinary|all|grid [runs [name [k]]]]\n");
         return EXIT_FAILURE;
     }
     bench_header(stdout, "libmbsrank: the IDA driver, plain IDA, stiff closures; rtol = atol");
     head();
-    run_mechanisms(mechanisms, what, only, runs);
-    run_mechanisms(mechanisms_more, what, only, runs);
+    run_mechanisms(mechanisms, what, only, runs, stiffness);
+    run_mechanisms(mechanisms_more, what, only, runs, stiffness);
     for (const ordinary *o = ordinary_problems; o->name; ++o)
         if (wanted(what, "ordinary", only, o->name)) compare(open_ordinary(o), runs, all);
     for (size_t k = 0; k < sizeof trees / sizeof trees[0]; ++k)
