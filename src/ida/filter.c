@@ -108,6 +108,23 @@ void mbsri_stiff_try(mbsri_stiff *s)
     if (steps + s->span > s->careful_until) s->careful_until = steps + s->span;
 }
 
+/* Where careful steps are dear, a stiff direction that vibrates gets them only after two failed tests of order 1
+ * or 2, and for twice as long each time, after pauses that double, too: either they lead out of there, or
+ * they are a small part of a run that has to resolve it. */
+static void insist(mbsri_stiff *s, int order)
+{
+    enum { FAILED = 2, FIRST = 15, LONGEST = 32 };
+    long steps = 0;
+    if (order > 2 || ++s->vibrations < FAILED) return;
+    IDAGetNumSteps(s->memory, &steps);
+    if (steps < s->careful_until + s->patience * s->span) return;
+    s->span = s->span > 0 ? 2 * s->span : FIRST;
+    if (s->span > LONG) s->span = LONG;
+    s->careful_until = steps + s->span;
+    s->vibrations = 0;
+    if (s->patience < LONGEST) s->patience *= 2;
+}
+
 /* Whether the order stays low: a step of order 1 or 2 adds 1 if its error is large and 3 if the test
  * fails; 30 steps take the sum down to 1/e. Where careful steps are dear and nothing stiff has been found
  * by them, twice as much has to come together for the next. */
@@ -163,7 +180,7 @@ void mbsri_stiff_keep(mbsri_stiff *s, N_Vector x, bool of_iteration)
  * counted, and careful steps begin, for long where steps are so long that nothing of it could be resolved.
  * In the problems of bench/ordinary.c 0.1 to 0.3 is left of such errors, where pins are springs 0.001
  * to 0.05. Between them a few careful steps do no harm, unless they are dear. */
-static bool stiff_alone(mbsri_stiff *s, N_Vector x, double filtered, double plain)
+static bool stiff_alone(mbsri_stiff *s, N_Vector x, double filtered, double plain, int order)
 {
     if (!(filtered >= 0.0 && filtered < 0.3 * plain)) return false;
     const bool vibrates = filtered > 0.1 * plain;
@@ -173,6 +190,8 @@ static bool stiff_alone(mbsri_stiff *s, N_Vector x, double filtered, double plai
         mbsri_stiff_begin(s);
     else if (!vibrates || !s->dear)
         mbsri_stiff_try(s);
+    else
+        insist(s, order);
     return true;
 }
 
@@ -201,7 +220,8 @@ void mbsri_stiff_look_back(mbsri_stiff *s)
     if (failed <= s->tests_failed || s->suspect_order > 3) return;
     const double filtered =
         filtered_norm(s, s->suspect_c, s->error, s->suspect_weight, s->suspect_id);
-    if (!stiff_alone(s, s->error, filtered, s->suspect_norm) && s->suspect_order < 3)
+    if (!stiff_alone(s, s->error, filtered, s->suspect_norm, s->suspect_order) &&
+        s->suspect_order < 3)
         raise_alarm(s, true);
 }
 
@@ -237,7 +257,7 @@ static double first_norm(mbsri_stiff *s, N_Vector x, N_Vector w, N_Vector id, do
     IDAGetCurrentCj(s->memory, &s->c);
     const double filtered = s->stricter * filtered_norm(s, s->c, x, w, id);
     if (!(filtered >= 0.0 && filtered < plain)) return plain;
-    stiff_alone(s, x, filtered, plain);
+    stiff_alone(s, x, filtered, plain, order);
     s->filters = true;
     return bounded(s, filtered, plain, w, id);
 }

@@ -60,6 +60,17 @@ static bool turns(double before, double size, double tolerance)
     return before > tolerance && size > 0.3 * before;
 }
 
+/* A correction that takes back the one before, as across the kink of a stop's force, goes too far: half of it
+ * is taken off ee. s->filtered is the one before. */
+static void halve(mbsri_stiff *s, N_Vector ee, N_Vector w, double size)
+{
+    if (s->iterations > 2) {
+        N_VLinearSum(1.0, s->change, 1.0, s->filtered, s->filtered);
+        if (N_VWrmsNorm(s->filtered, w) < 0.5 * size) N_VLinearSum(1.0, ee, -0.5, s->change, ee);
+    }
+    N_VScale(1.0, s->change, s->filtered);
+}
+
 /* IDA's tolerance is for what is left after the last iteration. Where rounding keeps corrections
  * above the smaller one here, four of them in a row within it will do. */
 static int iterate(mbsri_stiff *s, N_Vector ee, N_Vector w, double tolerance)
@@ -76,6 +87,7 @@ static int iterate(mbsri_stiff *s, N_Vector ee, N_Vector w, double tolerance)
         if (s->iterations == 2 && turns(before, size, tolerance)) mbsri_stiff_begin(s);
         small = size <= tolerance ? small + 1 : 0;
         if (size <= share * tolerance || small == 4) return SUN_NLS_SUCCESS;
+        halve(s, ee, w, size);
         before = size;
     }
     s->failures = 1;
@@ -255,6 +267,8 @@ static int initialize(SUNNonlinearSolver solver)
     s->failed_at = s->rejected_at = -1;
     s->norms = -1;
     s->suspect = false;
+    s->vibrations = 0;
+    s->patience = 1;
     return SUNNonlinSolInitialize(s->plain);
 }
 

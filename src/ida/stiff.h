@@ -53,6 +53,8 @@ typedef struct mbsri_stiff {
     double slowest;   /* the smallest c of a step that Newton's method solved; 0: none yet */
     int norms;        /* of the present error test so far; -1: no error test */
     bool filters;     /* it is filtered */
+    int vibrations; /* tests of low order failed by one, since careful steps were begun for them */
+    int patience;   /* spans between these */
 
     bool suspect; /* the last step may fail its error test: */
     N_Vector error, suspect_weight, suspect_id;

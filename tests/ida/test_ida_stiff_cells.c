@@ -193,25 +193,30 @@ static cell find_cell(const char *name, double stiffness, double ratio)
 }
 
 /* One-sided quotients of a stiff element make a matrix that is far too stiff across it: whole runs of 20
- * steps passed for converged, at the start. Where velocities are zero, they made one of rounding errors. */
+ * steps passed for converged, at the start. Where velocities are zero, they made one of rounding errors.
+ * In the last run steps of order 1 and 2 failed and were doubled again for ever, 30 000 of them. */
 static void dense_matrices_let_no_run_stand_still(void **state)
 {
     (void)state;
     static const struct {
         const char *name;
         double stiffness, ratio, tolerance, error;
-    } seen[] = {
-        {"bushed_four_bar", 1e11, 0.1, 1e-3, 0.1}, {"bushed_four_bar", 1e14, 3.0, 1e-4, 0.05},
-        {"series", 1e11, 10.0, 1e-3, 0.3},         {"strut", 1e14, 30.0, 1e-3, 0.03},
-        {"balls", 1e9, 1.0, 1e-7, 3e-3},           {"bushed_four_bar", 1e8, 0.1, 1e-6, 3e-4},
-        {"four_bar", 1e6, 0.1, 1e-5, 3e-3}};
+        int most;
+    } seen[] = {{"bushed_four_bar", 1e11, 0.1, 1e-3, 0.1, 1000},
+                {"bushed_four_bar", 1e14, 3.0, 1e-4, 0.05, 1000},
+                {"series", 1e11, 10.0, 1e-3, 0.3, 1000},
+                {"strut", 1e14, 30.0, 1e-3, 0.03, 1000},
+                {"balls", 1e9, 1.0, 1e-7, 3e-3, 1000},
+                {"bushed_four_bar", 1e8, 0.1, 1e-6, 3e-4, 1000},
+                {"four_bar", 1e6, 0.1, 1e-5, 3e-3, 1000},
+                {"balls", 1e10, 0.1, 1e-7, 1e-3, 5000}};
     for (size_t k = 0; k < sizeof seen / sizeof seen[0]; ++k) {
         cell c = find_cell(seen[k].name, seen[k].stiffness, seen[k].ratio);
         const outcome reference = run(&c, 1, MBSR_IDA_AUTO, 1e-8),
                       o = run(&c, 0, MBSR_IDA_DENSE, seen[k].tolerance);
         print_message("%-16s %5ld steps, error %.1e\n", seen[k].name, o.stats.steps,
                       distance(&o, &reference));
-        assert_in_range(o.stats.steps, 50, 1000);
+        assert_in_range(o.stats.steps, 50, seen[k].most);
         assert_less(distance(&o, &reference), seen[k].error);
     }
 }
@@ -331,6 +336,20 @@ static void a_stop_that_is_left_holds_nothing(void **state)
     }
 }
 
+/* On its stop the force of this knee has a kink at the strain that bears it: Newton's method went to and fro
+ * between its sides at every length of the step. */
+static void newton_settles_on_the_kink_of_a_stop(void **state)
+{
+    (void)state;
+    cell c = find_cell("knee", 1e14, 30.0);
+    for (int t = 5; t <= 8; ++t) {
+        const outcome o = run(&c, 0, MBSR_IDA_TREE, pow(10.0, -t));
+        print_message("1e-%d: %ld steps, %ld failures of Newton's method\n", t, o.stats.steps,
+                      o.stats.newton_failures);
+        assert_in_range(o.stats.steps, 50, 2000);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -340,6 +359,7 @@ int main(void)
         cmocka_unit_test(stiff_pins_gain_no_more_than_rigid_ones),
         cmocka_unit_test(steps_are_smooth_in_the_tolerance),
         cmocka_unit_test(a_stop_that_is_left_holds_nothing),
+        cmocka_unit_test(newton_settles_on_the_kink_of_a_stop),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
