@@ -6,30 +6,38 @@
  *
  * Beams of 1 m on hinges whose axes take turns, with a spring and a damper at the middle of each. `chain`: two normal
  * modes and the four static ones of the middle, without mass, 1 to 1000 links. `modes`: ten links of 4 to
- * 64 normal modes. `steps`: 0.2 s of the fall of such a `chain` from rest along x, 0.02 s of 1000 links; tolerance 1e-6.
- */
+ * 128 normal modes; `waves`: of 249 modes, sines along all axes, with diagonal modal masses; `.._blocks`: the same with
+ * joint blocks in one piece. `steps`: 0.2 s of the fall of such a `chain` from rest along x, 0.02 s of 1000 links; tolerance
+ * 1e-6. */
 #include "bench.h"
 
 #include <mbsrank/ida.h>
 #include <mbsrank/mbsrank.h>
 
+#include "model/record.h"
+
 #include <math.h>
+#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { SAMPLES = 11, TASKS = 3, ELEMENTS = 20, MIDDLE = 10, CASES = 9 };
+enum { SAMPLES = 11, TASKS = 3, ELEMENTS = 20, CASES = 19 };
 
 static const double sample_time = 5e-3;
 static const char *const task_name[TASKS] = {"forward", "residual", "factor_solve"};
 static const struct bench_case {
     const char *name;
     int links, modes;
-} cases[CASES] = {{"chain", 1, 2},    {"chain", 10, 2},  {"chain", 100, 2},
-                  {"chain", 1000, 2}, {"modes", 10, 4},  {"modes", 10, 8},
-                  {"modes", 10, 16},  {"modes", 10, 32}, {"modes", 10, 64}};
+} cases[CASES] = {{"chain", 1, 2},          {"chain", 10, 2},         {"chain", 100, 2},
+                  {"chain", 1000, 2},       {"modes", 10, 4},         {"modes", 10, 8},
+                  {"modes", 10, 12},        {"modes", 10, 16},        {"modes", 10, 24},
+                  {"modes", 10, 32},        {"modes", 10, 64},        {"modes", 10, 128},
+                  {"waves", 10, 249},       {"modes_blocks", 10, 16}, {"modes_blocks", 10, 24},
+                  {"modes_blocks", 10, 32}, {"modes_blocks", 10, 64}, {"modes_blocks", 10, 128},
+                  {"waves_blocks", 10, 249}};
 
 typedef struct chain {
-    int links;
+    int links, last; /* marker at the end */
     mbsr_flex *beam;
     mbsr_model *model;
     mbsr_data *data;
@@ -37,6 +45,54 @@ typedef struct chain {
     double *q, *u, *udot, *y, *yp, *F, *x;
     int repeats[TASKS];
 } chain;
+
+static mbsr_flex *make_beam(const struct bench_case *of, int elements)
+{
+    const int middle = elements / 2;
+    mbsr_beam_def beam = mbsr_default_beam_def();
+    mbsr_error error = {0};
+    mbsr_flex *flex;
+    beam.length = beam.density = 1.0, beam.EI_y = 70.0, beam.EI_z = 50.0;
+    beam.elements = elements, beam.modes = of->modes, beam.loaded = strcmp(of->name, "chain") == 0;
+    beam.node = &middle;
+    beam.damping = 0.02;
+    bench_check(mbsr_flex_beam(&beam, &flex, &error), "beam", error.text);
+    return flex;
+}
+
+/* Phi = e_axis sin(k x), k = pi/2, 3 pi/2, .., with markers at root, middle and end. */
+static mbsr_flex *make_waves(int modes)
+{
+    const size_t n = (size_t)modes;
+    double *Ct0 = bench_allocate((12 + 9 * n + n + 9) * n, sizeof *Ct0), *P0 = Ct0 + 3 * n,
+           *P = P0 + 9 * n, *K = P + 9 * n * n, *Phi = K + n * n;
+    mbsr_flex_def def = mbsr_default_flex_def();
+    mbsr_flex_marker marker[3];
+    mbsr_error error = {0};
+    mbsr_flex *flex;
+    memset(Ct0, 0, (12 + 9 * n + n + 9) * n * sizeof *Ct0);
+    def.mass = 1.0, def.c0[0] = 0.5, def.N0[0] = 1.0 / 3.0, def.N0[4] = def.N0[8] = 1e-3;
+    for (size_t a = 0; a < n; ++a) {
+        const size_t axis = a % 3;
+        const double k = (0.5 + (double)(a / 3)) * acos(-1.0), end = a / 3 % 2 == 0 ? 1.0 : -1.0;
+        Ct0[3 * a + axis] = 1.0 / k;
+        P0[9 * a + 3 * axis] = end / (k * k);
+        for (size_t b = a - axis; b < a - axis + 3; ++b)
+            P[3 * n * (3 * b + b % 3) + 3 * a + axis] = 0.5;
+        K[a * (n + 1)] = 50.0 * k * k * k * k;
+        Phi[3 * n + 3 * a + axis] = sin(0.5 * k);
+        Phi[6 * n + 3 * a + axis] = end;
+    }
+    for (int k = 0; k < 3; ++k) {
+        marker[k] = (mbsr_flex_marker){.frame = mbsr_frame_identity(), .Phi = Phi + 3 * modes * k};
+        marker[k].frame.x[0] = 0.5 * k;
+    }
+    def.modes = modes, def.Ct0 = Ct0, def.P0 = P0, def.P = P, def.K = K;
+    def.markers = 3, def.marker = marker;
+    bench_check(mbsr_flex_create(&def, &flex, &error), "waves", error.text);
+    free(Ct0);
+    return flex;
+}
 
 static int add_link(chain *c, int parent, int k)
 {
@@ -48,9 +104,9 @@ static int add_link(chain *c, int parent, int k)
     def.joint = mbsr_joint_revolute(NULL, NULL, axes[k % 2]);
     const mbsr_error *error = mbsr_model_error(c->model);
     bench_check(mbsr_model_add_flexible(c->model, &def, &body), "link", error->text);
-    bench_check(mbsr_model_add_marker(c->model, body, MIDDLE, NULL, &middle), "marker",
+    bench_check(mbsr_model_add_marker(c->model, body, c->last / 2, NULL, &middle), "marker",
                 error->text);
-    bench_check(mbsr_model_add_marker(c->model, body, ELEMENTS, NULL, &end), "marker", error->text);
+    bench_check(mbsr_model_add_marker(c->model, body, c->last, NULL, &end), "marker", error->text);
     const mbsr_force_def spring =
         mbsr_force_point_spring(middle, NULL, MBSR_GROUND, there, 10.0, 0.5, 1.0);
     bench_check(mbsr_model_add_force(c->model, &spring, NULL), "spring", error->text);
@@ -59,15 +115,10 @@ static int add_link(chain *c, int parent, int k)
 
 static void make_chain(chain *c, const struct bench_case *of)
 {
-    static const int middle = MIDDLE;
     const mbsr_force_def gravity = mbsr_force_gravity(0.0, -9.81, 0.0);
-    mbsr_beam_def beam = mbsr_default_beam_def();
-    mbsr_error error = {0};
-    beam.length = beam.density = 1.0, beam.EI_y = 70.0, beam.EI_z = 50.0;
-    beam.elements = ELEMENTS, beam.modes = of->modes, beam.loaded = strcmp(of->name, "chain") == 0;
-    beam.node = &middle;
-    beam.damping = 0.02;
-    bench_check(mbsr_flex_beam(&beam, &c->beam, &error), "beam", error.text);
+    const bool waves = strncmp(of->name, "waves", 5) == 0;
+    c->last = waves ? 2 : strcmp(of->name, "chain") == 0 ? ELEMENTS : 2 * ELEMENTS;
+    c->beam = waves ? make_waves(of->modes) : make_beam(of, c->last);
     bench_check(mbsr_model_create(NULL, &c->model, NULL), "model", NULL);
     c->links = of->links;
     int end = MBSR_GROUND;
@@ -75,6 +126,8 @@ static void make_chain(chain *c, const struct bench_case *of)
     const mbsr_error *e = mbsr_model_error(c->model);
     bench_check(mbsr_model_add_force(c->model, &gravity, NULL), "gravity", e->text);
     bench_check(mbsr_model_finish(c->model), "finish", e->text);
+    for (int i = 1; i <= c->model->bodies && strstr(of->name, "_blocks"); ++i)
+        c->model->body[i].factored = false;
     bench_check(mbsr_data_create(c->model, &c->data, NULL), "data", NULL);
     bench_check(mbsr_newton_create(c->model, MBSR_DAE_MOMENTUM, NULL, &c->newton, NULL), "newton",
                 NULL);

@@ -59,6 +59,7 @@ static size_t layout(const mbsr_model *m, bool lean, unsigned char *base, mbsr_d
     d->frame_rank = take(base, &used, lean ? 0 : bodies * sizeof *d->frame_rank);
     d->off = take(base, &used, (m->forces.count + m->carried) * sizeof *d->off);
     d->carries = take(base, &used, bodies * sizeof *d->carries);
+    d->factor_rows = take(base, &used, bodies * sizeof *d->factor_rows);
     d->apart = take(base, &used, m->grouped ? bodies * sizeof *d->apart : 0);
     d->dropped = take(base, &used, (size_t)m->rows * sizeof *d->dropped);
     const size_t exact = has_steps(m, lean) ? mbsri_exact_room(m) : 0;
@@ -149,10 +150,11 @@ static int init(const mbsr_model *model, bool lean, void *memory, size_t size, m
     d->pending = MBSRI_PENDING_NONE;
     d->split = NULL;
     d->watching = d->framed = d->use_frame = d->keep_scale = d->exactly = false;
-    d->accelerated = d->single = d->loaded = false;
+    d->accelerated = d->single = d->loaded = d->factoring = false;
     for (int k = 0; k < model->rows; ++k) d->dropped[k] = false;
     for (size_t k = 0; k < model->forces.count + model->carried; ++k) d->off[k] = false;
     d->alignment = 1.0;
+    for (int i = 0; i <= model->bodies; ++i) d->factor_rows[i] = -1;
     for (int i = 0; i <= model->bodies && model->grouped; ++i) d->apart[i] = false;
     *data = d;
     return MBSR_OK;

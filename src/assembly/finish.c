@@ -7,6 +7,7 @@
 #include "assembly/order_forces.h"
 #include "assembly/places.h"
 #include "assembly/survey.h"
+#include "recursion/flexible_factors.h"
 #include "base/error.h"
 #include "base/memory.h"
 #include "joints/flexible.h"
@@ -334,7 +335,9 @@ static bool group_joints(mbsr_model *m, int N)
     built = built && mbsri_sweeps_build_others(m);
     mbsri_places_see(m);
     mbsri_places_set(m, N);
-    return built && mbsri_groups_place(m);
+    built = built && mbsri_groups_place(m);
+    if (built) mbsri_factors_find(m);
+    return built;
 }
 
 /* Numbers and places everything; what it sets is forgotten by undo. */

@@ -5,6 +5,7 @@
 #include "base/error.h"
 #include "base/memory.h"
 #include "flexible/check.h"
+#include "flexible/unit_masses.h"
 
 mbsr_flex_def mbsr_default_flex_def(void)
 {
@@ -50,8 +51,8 @@ static int check_def(const mbsr_flex_def *def, mbsr_error *error)
 static size_t lay_out(mbsr_flex *f, double *memory)
 {
     const size_t n = (size_t)f->n, r = (size_t)f->r, m = n + r,
-                 length[] = {3 * m, 9 * m, 9 * m * m, m * m, n * n, n * n, n * n * r};
-    double **const array[] = {&f->Ct0, &f->P0, &f->P, &f->Mf, &f->K, &f->D, &f->Y};
+                 length[] = {3 * m, 9 * m, 9 * m * m, m * m, n * n, n * n, n * n * r, n * n};
+    double **const array[] = {&f->Ct0, &f->P0, &f->P, &f->Mf, &f->K, &f->D, &f->Y, &f->root};
     size_t used = 0;
     for (size_t k = 0; k < sizeof length / sizeof *length; ++k) {
         *array[k] = memory ? memory + used : NULL;
@@ -141,6 +142,7 @@ int mbsr_flex_create(const mbsr_flex_def *def, mbsr_flex **flex, mbsr_error *err
     }
     mbsri_symmetrise(3 * f->m, f->P); /* to the last digit: mass.c relies on that */
     mbsri_symmetrise(f->m, f->Mf);
+    mbsri_flex_find_root(f);
     *flex = f;
     return MBSR_OK;
 }

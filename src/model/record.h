@@ -50,10 +50,12 @@ typedef struct mbsri_body {
     int d, d_pred; /* velocity coordinates of the body and of its predecessor */
     bool modal;    /* a flexible body on its mount, all modes free: recursion/modal.h */
     bool upright;  /* and with the frame of the marker it is held at: J = [0; -1] in every pose */
-    int np;        /* numbers in the pose */
-    int n, nq;     /* joint velocity and position coordinates */
-    int q, u;      /* places in the caller's vectors q and u, in the order of ids */
-    int iq, iu;    /* places in the data's, in the order of the sweeps */
+    bool factored; /* and its joint block may be in factors: recursion/flexible_factors.h */
+    int first_marker, next_marker; /* markers on it, and on its predecessor from it on; 0: none */
+    int np;                        /* numbers in the pose */
+    int n, nq;                     /* joint velocity and position coordinates */
+    int q, u;                      /* places in the caller's vectors q and u, in the order of ids */
+    int iq, iu;                    /* places in the data's, in the order of the sweeps */
     size_t pred_p, pred_v, pred_dd; /* the predecessor's offsets, which save a look at its record */
     mbsr_space pred_space;
     size_t p, v;       /* offsets of np and d numbers */

@@ -35,6 +35,7 @@
 #include "algebra/space3.h"
 #include "recursion/errors.h"
 #include "recursion/exact.h"
+#include "recursion/flexible_factors.h"
 #include "recursion/group.h"
 #include "recursion/modal.h"
 #include "recursion/rank.h"
@@ -98,10 +99,14 @@ void mbsri_load_joint(const mbsr_model *m, mbsr_data *d, int i)
     double *e = d->e + b->ig, *mu = d->mu + b->v;
     /* mu = fbar + Mbar kII */
     mbsri_copy((size_t)b->d, d->fbar + b->v, mu);
-    mbsri_ax(b->d, b->d, 1.0, d->Mbar + b->dd, d->kII + b->v, mu);
-    /* e = tau - J^T mu,  mu += G e */
     mbsri_copy((size_t)b->n, d->tau + b->iu, e);
-    mbsri_group_load(m, d, i, d->fbar, d->kII, e, mu, d->scratch);
+    /* e = tau - J^T mu,  mu += G e */
+    if (mbsri_in_factors(d, i)) { /* kII = 0 */
+        mbsri_factors_load(m, d, i, e, mu);
+    } else {
+        mbsri_ax(b->d, b->d, 1.0, d->Mbar + b->dd, d->kII + b->v, mu);
+        mbsri_group_load(m, d, i, d->fbar, d->kII, e, mu, d->scratch);
+    }
     /* fbar_pi -= H^T mu */
     mbsri_atx(b->d, b->d_pred, -1.0, d->H + b->dp, mu, d->fbar + b->pred_v);
 }
@@ -189,8 +194,18 @@ void mbsri_pass_masses(const mbsr_model *m, mbsr_data *d, int i, bool by_pivots)
         mbsri_upper(rows, b->d, b->d_pred, H, upper);
         H = upper;
     }
-    reduce(m, d, &g, rows, by_pivots, T, Q, product);
-    mbsri_carry_errors(m, d, &g, d->W, 1.0, rows, E, Q, JQ, product);
+    double own[2 * MBSRI_FRAME_ROWS * MBSRI_FRAME_ROWS];
+    if (mbsri_in_factors(d, i)) {
+        T = own, E = own + MBSRI_FRAME_ROWS * MBSRI_FRAME_ROWS;
+        mbsri_factors_reduce(m, d, i, T, E);
+    } else {
+        reduce(m, d, &g, rows, by_pivots, T, Q, product);
+        mbsri_carry_errors(m, d, &g, d->W, 1.0, rows, E, Q, JQ, product);
+    }
+    if (mbsri_in_factors(d, b->parent)) {
+        mbsri_factors_take(m, d, i, T, E);
+        return;
+    }
     carry_over(rows, b->d_pred, H, T, d->Mbar + b->pred_dd, product);
     carry_over(rows, b->d_pred, H, E, d->W + b->pred_dd, product);
 }
@@ -198,6 +213,7 @@ void mbsri_pass_masses(const mbsr_model *m, mbsr_data *d, int i, bool by_pivots)
 int mbsri_eliminate_joint(const mbsr_model *m, mbsr_data *d, int i, mbsri_rank_way way)
 {
     const mbsri_body *b = m->body + i;
+    if (mbsri_in_factors(d, i) && mbsri_factors_eliminate(m, d, i)) return MBSRI_BY_PIVOTS;
     mbsri_symmetrise(b->d, d->Mbar + b->dd);
     mbsri_add_diagonal(b->d, 1.0, d->Mbar + b->dd, d->W + b->dd);
     if (!mbsri_heads(m, d, i)) return MBSR_OK;

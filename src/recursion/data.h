@@ -127,15 +127,17 @@ struct mbsr_data {
     int *rank;                /* N + 1 */
     int *watched;             /* N + 1: the ranks expected, where `watching` */
     bool watching;
-    bool *off;                     /* forces: those switched off, in the order of the sweeps */
-    int *frame_rank;               /* N + 1: ranks of the reference of the index-1 form */
-    bool framed;                   /* there is such a reference */
-    bool use_frame;                /* joint blocks are scaled by its S */
-    bool keep_scale;               /* and by the S they have, but for groups taken apart */
-    bool exactly;                  /* masses in twofold precision, whether or not it is needed */
-    double alignment;              /* cosine of the largest angle to it */
-    int *pivots;                   /* max_d */
-    bool *carries;                 /* N + 1: whether Az of the body may differ from zero */
+    bool *off;        /* forces: those switched off, in the order of the sweeps */
+    int *frame_rank;  /* N + 1: ranks of the reference of the index-1 form */
+    bool framed;      /* there is such a reference */
+    bool use_frame;   /* joint blocks are scaled by its S */
+    bool keep_scale;  /* and by the S they have, but for groups taken apart */
+    bool exactly;     /* masses in twofold precision, whether or not it is needed */
+    double alignment; /* cosine of the largest angle to it */
+    int *pivots;      /* max_d */
+    bool factoring;   /* blocks of flexible bodies may be in factors at present */
+    int *factor_rows; /* N + 1: rows of V (recursion/flexible_factors.c); -1: in one piece */
+    bool *carries;    /* N + 1: whether Az of the body may differ from zero */
     mbsr_force_body *force_bodies; /* max_force_bodies */
 #define MBSRI_DECLARE(name, length) double *name;
     MBSRI_DATA_ARRAYS(MBSRI_DECLARE, MBSRI_DECLARE, MBSRI_DECLARE)

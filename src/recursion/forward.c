@@ -20,7 +20,9 @@
 #include "model/query.h"
 #include "recursion/backward.h"
 #include "recursion/elements.h"
+#include "recursion/flexible_factors.h"
 #include "recursion/kinematics.h"
+#include "recursion/modal.h"
 #include "recursion/not_finite.h"
 #include "recursion/rank.h"
 
@@ -74,6 +76,13 @@ void mbsri_known_part(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, d
     mbsri_zero((size_t)b->d, A);
     mbsri_ax(b->d, b->d_pred, 1.0, d->H + b->dp, d->A + b->pred_v, A);
     mbsri_copy((size_t)g->n, d->e + g->ig, w);
+    if (mbsri_in_factors(d, g->member[0])) { /* H ends with the frame, kII = 0 */
+        mbsri_factors_see(m, d, g->member[0], -1.0, A, w);
+        mbsri_factors_solve(m, d, g->member[0], w, rate);
+        for (int k = 0; k < MBSRI_FRAME_ROWS; ++k) A[k] = -A[k];
+        mbsri_copy((size_t)g->n, rate, A + MBSRI_FRAME_ROWS);
+        return;
+    }
     mbsri_atx(b->d, g->n, -1.0, d->U + b->dg, A, w);
     /* rate = D^+ w,  A = -(H A0_pi + kII + J rate), member by member */
     mbsri_zero((size_t)g->n, rate);

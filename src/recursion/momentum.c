@@ -3,6 +3,7 @@
 #include "recursion/momentum.h"
 
 #include "algebra/dense.h"
+#include "recursion/flexible_factors.h"
 #include "recursion/inertia.h"
 #include "recursion/rank.h"
 
@@ -40,9 +41,14 @@ void mbsri_condense_of(const mbsr_model *m, mbsr_data *d, int i, const double *p
     double *mbar = d->impbar + b->v, *ep = d->ep + b->ig;
     /* mbar + Mbar kI,  ep = p - J^T (.),  m = (.) + G ep to the predecessor */
     double *sum = d->scratch;
+    mbsri_copy((size_t)b->n, p, ep);
+    if (mbsri_in_factors(d, i)) { /* kI = 0 */
+        mbsri_factors_load(m, d, i, ep, mbar);
+        mbsri_atx(b->d, b->d_pred, -1.0, d->H + b->dp, mbar, d->impbar + b->pred_v);
+        return;
+    }
     mbsri_copy((size_t)b->d, mbar, sum);
     mbsri_ax(b->d, b->d, 1.0, d->Mbar + b->dd, d->kI + b->v, sum);
-    mbsri_copy((size_t)b->n, p, ep);
     mbsri_group_load(m, d, i, d->impbar, d->kI, ep, sum, sum + m->max_d);
     if (mbsri_heads(m, d, i)) mbsri_copy((size_t)b->d, sum, mbar);
     mbsri_atx(b->d, b->d_pred, -1.0, d->H + b->dp, sum, d->impbar + b->pred_v);
@@ -57,8 +63,14 @@ void mbsri_balance_of(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, d
     mbsri_zero((size_t)b->d, x);
     mbsri_ax(b->d, b->d_pred, 1.0, d->H + b->dp, d->V + b->pred_v, x);
     for (int k = 0; k < g->n; ++k) F[k] = -d->ep[g->ig + k];
-    mbsri_atx(b->d, g->n, 1.0, d->U + b->dg, x, F);
-    for (int k = 0; k < g->members; ++k) {
+    const bool factored = mbsri_in_factors(d, g->member[0]);
+    if (factored) {
+        mbsri_factors_see(m, d, g->member[0], 1.0, x, F);
+        mbsri_factors_multiply(m, d, g->member[0], d->u + b->iu, F);
+    } else {
+        mbsri_atx(b->d, g->n, 1.0, d->U + b->dg, x, F);
+    }
+    for (int k = 0; k < g->members && !factored; ++k) {
         const mbsri_body *member = m->body + g->member[k];
         mbsri_ax(g->n, member->n, 1.0, d->D + b->nn + (size_t)((member->ig - g->ig) * g->n),
                  d->u + member->iu, F);

@@ -7,6 +7,7 @@
 #include "recursion/backward.h"
 #include "recursion/elements.h"
 #include "recursion/errors.h"
+#include "recursion/flexible_factors.h"
 #include "recursion/inverse.h"
 #include "recursion/kinematics.h"
 #include "recursion/momentum.h"
@@ -209,8 +210,10 @@ void mbsri_block_open(const mbsri_sweep_run *run)
     for (int k = 0; k < run->tree->blocks; ++k) {
         const mbsri_body *b = run->model->body + run->tree->block_of[k];
         const size_t dd = (size_t)b->d * (size_t)b->d;
-        mbsri_copy(dd, d->M + b->dd, d->Mbar + b->dd);
-        mbsri_zero(dd, d->W + b->dd);
+        if (!mbsri_factors_open(run->model, d, run->tree->block_of[k])) {
+            mbsri_copy(dd, d->M + b->dd, d->Mbar + b->dd);
+            mbsri_zero(dd, d->W + b->dd);
+        }
         d->turned[b->seat] = mbsri_own_turned(b, d->M + b->dd);
         mbsri_copy((size_t)b->d, d->f + b->v, d->fbar + b->v);
         double *bound = run->load[run->tree->block_of[k]].bound;

@@ -166,12 +166,14 @@ int mbsri_sweeps_forward_dynamics(const mbsr_model *m, mbsr_data *d, double t, c
     mbsri_sweep_run run;
     int status = prepare(&run, m, m->evaluated, d, t, q, u, udot, true);
     if (!status) status = forces(&run, tau, false);
+    d->factoring = true;
     if (!status && !backward(&run, false)) status = MBSRI_NOT_SERVED;
-    if (status) return status;
-    if (run.split)
+    if (!status && run.split)
         mbsri_split_forward(&run, run.split);
-    else
+    else if (!status)
         run.tree->kernels->forward(&run);
+    d->factoring = false;
+    if (status) return status;
     status = finite_or_not_served(m->nu, run.out);
     if (!status && !m->in_order) mbsri_scatter(m, run.out, udot);
     return status;
@@ -284,8 +286,11 @@ int mbsri_sweeps_momentum_residual(const mbsr_model *m, mbsr_data *d, double t, 
     if (status) return status;
     run.p = swept(m, false, m->nu, m->u_of, p, d->w);
     run.balance = d->vec;
-    if (!backward(&run, true)) return MBSRI_NOT_SERVED;
-    if (!run.split && run.tree->kernels->momentum(&run)) return MBSRI_NOT_SERVED;
+    d->factoring = true;
+    if (!backward(&run, true)) status = MBSRI_NOT_SERVED;
+    if (!status && !run.split && run.tree->kernels->momentum(&run)) status = MBSRI_NOT_SERVED;
+    d->factoring = false;
+    if (status) return status;
     for (int k = 0; k < m->nu; ++k) {
         F_p[m->u_of[k]] = yp[m->nq + m->u_of[k]] - run.out[k];
         F_u[m->u_of[k]] = run.balance[k];
