@@ -39,6 +39,33 @@ void mbsri_flex_all_E_rates(const mbsr_flex *f, const double *all_rate, double *
     }
 }
 
+/* Both in one walk through P. */
+static void all_E_and_rates(const mbsr_flex *f, const double *all, const double *all_rate,
+                            double *E, double *rates)
+{
+    const size_t rows = 3 * (size_t)f->m;
+    double row[3 * MBSR_MAX_MODES], rate[3 * MBSR_MAX_MODES];
+    for (size_t i = 0; i < 3; ++i) {
+        const double *column = f->P + i * rows;
+        int b = 0;
+        mbsri_zero(rows, row);
+        mbsri_zero(rows, rate);
+        for (; b < f->m - 1; b += 2, column += 6 * rows) {
+            const double *next = column + 3 * rows;
+            mbsri_add_two_long((int)rows, column, all[b], next, all[b + 1], row);
+            mbsri_add_two_long((int)rows, column, all_rate[b], next, all_rate[b + 1], rate);
+        }
+        if (b < f->m) {
+            mbsri_ax((int)rows, 1, all[b], column, &(double){1.0}, row);
+            mbsri_ax((int)rows, 1, all_rate[b], column, &(double){1.0}, rate);
+        }
+        for (size_t k = 0; k < rows; ++k) {
+            E[3 * k + i] = f->P0[3 * k + i] + row[k];
+            rates[3 * k + i] = rate[k];
+        }
+    }
+}
+
 void mbsri_flex_all_E(const mbsr_flex *f, const double *all, double *E)
 {
     mbsri_flex_all_E_rates(f, all, E);
@@ -119,7 +146,11 @@ void mbsri_flex_mass(const mbsr_flex *f, const double R[9], const double *s, dou
     mbsri_shapes(f, s, all);
     mbsri_flex_all_E(f, all, every);
     mbsri_dependences(f, s, Z);
-    mbsri_zero((size_t)d * (size_t)d, M);
+    mbsri_zero(6 * (size_t)d, M);
+    for (int a = 0; a < n; ++a) {
+        mbsri_zero(6, M + d * (6 + a));
+        mbsri_copy((size_t)n, f->Mf + (size_t)f->m * (size_t)a, M + d * (6 + a) + 6);
+    }
     mbsri_copy(3, f->c0, c);
     for (int a = 0; a < f->m; ++a) {
         double moved[6], Cr[3];
@@ -131,8 +162,6 @@ void mbsri_flex_mass(const mbsr_flex *f, const double R[9], const double *s, dou
         mbsri_rotate3(R, f->Ct0 + 3 * a, moved + 3);
         add_shape(f, Z, a, moved, M);
     }
-    for (int a = 0; a < n; ++a)
-        mbsri_copy((size_t)n, f->Mf + (size_t)f->m * (size_t)a, M + d * (6 + a) + 6);
     add_followers(f, Z, Z, 0.5, d, M + 6 * (d + 1));
     mirror(n, M);
     for (int j = 0; j < 3; ++j) {
@@ -176,8 +205,7 @@ void mbsri_flex_gyration(const mbsr_flex *f, const double R[9], const double *s,
     mbsri_shapes_along(f, s, sdot, rate);
     mbsri_dependences(f, s, Z);
     mbsri_unrotate3(R, V, w);
-    mbsri_flex_all_E(f, all, every);
-    mbsri_flex_all_E_rates(f, rate, rates);
+    all_E_and_rates(f, all, rate, every, rates);
     const double square = mbsri_dot3(w, w);
     for (int a = 0; a < f->m; ++a) {
         const double *E = every + 9 * a;
@@ -210,8 +238,7 @@ static void add_mode_rates(const mbsr_flex *f, const double R[9], const double *
 {
     double every[9 * MBSR_MAX_MODES], rates[9 * MBSR_MAX_MODES], x[3], Zdot[MBSR_MAX_DEPENDENCES];
     mbsri_dependences(f, sdot, Zdot);
-    mbsri_flex_all_E(f, all, every);
-    mbsri_flex_all_E_rates(f, rate, rates);
+    all_E_and_rates(f, all, rate, every, rates);
     for (int a = 0; a < f->m; ++a) {
         double moved[6] = {0.0};
         const double *E = every + 9 * a;

@@ -75,19 +75,21 @@ mbsri_rotation_vector mbsri_rotation_vector_of(const double p[3])
 /* A += s [a]x */
 static void add_skew(double s, const double a[3], double A[9])
 {
-    double X[9];
-    mbsri_cross_matrix3(a, X);
-    for (int k = 0; k < 9; ++k) A[k] += s * X[k];
+    const double x = s * a[0], y = s * a[1], z = s * a[2];
+    A[1] += z, A[2] -= y;
+    A[3] -= z, A[5] += x;
+    A[6] += y, A[7] -= x;
 }
 
 /* A += s ([a]x [b]x + [b]x [a]x) / 2 = s ((a b^T + b a^T) / 2 - (a.b) 1) */
 static void add_square(double s, const double a[3], const double b[3], double A[9])
 {
-    const double product = mbsri_dot3(a, b);
-    for (int j = 0; j < 3; ++j) {
-        for (int k = 0; k < 3; ++k)
-            A[3 * j + k] += s * (0.5 * (a[k] * b[j] + b[k] * a[j]) - (j == k ? product : 0.0));
-    }
+    const double h = 0.5 * s, xx = s * a[0] * b[0], yy = s * a[1] * b[1], zz = s * a[2] * b[2],
+                 xy = h * (a[0] * b[1] + a[1] * b[0]), xz = h * (a[0] * b[2] + a[2] * b[0]),
+                 yz = h * (a[1] * b[2] + a[2] * b[1]);
+    A[0] -= yy + zz, A[1] += xy, A[2] += xz;
+    A[3] += xy, A[4] -= xx + zz, A[5] += yz;
+    A[6] += xz, A[7] += yz, A[8] -= xx + yy;
 }
 
 static void set_diagonal(double value, double A[9])

@@ -38,7 +38,7 @@ void mbsri_inertia_mass(const mbsri_body *b, const double *p, double *M)
 {
     const mbsr_inertia *inertia = &b->inertia;
     const int d = b->d;
-    mbsri_zero((size_t)d * (size_t)d, M);
+    if (inertia->kind != MBSR_INERTIA_FLEXIBLE) mbsri_zero((size_t)d * (size_t)d, M);
     switch (inertia->kind) {
     case MBSR_INERTIA_PARTICLE:
         if (is_spatial(b))
@@ -81,6 +81,8 @@ void mbsri_inertia_times(const mbsri_body *b, const double *p, const double *M, 
 {
     if (b->inertia.kind == MBSR_INERTIA_SPATIAL && !b->added && is_spatial(b))
         mbsri_rigid_times(&b->inertia, p + MBSR_POSE_R, factor, x, y);
+    else if (b->inertia.kind == MBSR_INERTIA_FLEXIBLE)
+        mbsri_ax_long(b->d, b->d, factor, M, x, y);
     else
         mbsri_ax(b->d, b->d, factor, M, x, y);
 }

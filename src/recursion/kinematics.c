@@ -17,6 +17,7 @@
 #include "model/query.h"
 #include "recursion/inertia.h"
 #include "recursion/locks.h"
+#include "recursion/modal.h"
 #include "recursion/not_finite.h"
 
 #include <mbsrank/dynamics.h>
@@ -269,7 +270,7 @@ int mbsri_move_joint(const mbsr_model *m, mbsr_data *d, int i)
         mbsri_ax(6, 6, -1.0, d->H + b->dp, d->V + b->pred_v, V);
     else
         mbsri_ax(b->d, b->d_pred, -1.0, d->H + b->dp, d->V + b->pred_v, V);
-    mbsri_ax(b->d, b->n, -1.0, d->J + b->dn, d->u + b->iu, V);
+    mbsri_add_along(b, -1.0, d->J + b->dn, d->u + b->iu, V);
     for (int k = 0; k < b->d; ++k) V[k] -= d->kI[b->v + (size_t)k];
     if (!mbsri_finite((size_t)b->d, V)) {
         char label[MBSRI_LABEL];

@@ -58,6 +58,20 @@ static inline void mbsri_add_rates_dot(const mbsri_body *b, const double *Jdot, 
     for (int k = 0; k < b->n; ++k) x[k] += mbsri_dot(rows, Jdot + (size_t)k * (size_t)b->d, y);
 }
 
+/* y (d) += s J u (n) */
+static inline void mbsri_add_along(const mbsri_body *b, double s, const double *J, const double *u,
+                                   double *y)
+{
+    if (!b->modal) {
+        mbsri_ax(b->d, b->n, s, J, u, y);
+        return;
+    }
+    for (int k = 0; k < b->n; ++k) {
+        if (!b->upright) mbsri_ax(MBSRI_FRAME_ROWS, 1, s * u[k], J + k * b->d, &(double){1.0}, y);
+        y[MBSRI_FRAME_ROWS + k] -= s * u[k];
+    }
+}
+
 /* (Column k of J)^T A (column k of J) of a symmetric A; work: d. */
 static inline double mbsri_along_itself(const mbsri_body *b, const double *A, const double *J,
                                         int k, double *work)

@@ -5,6 +5,7 @@
 #include "algebra/dense.h"
 #include "recursion/flexible_factors.h"
 #include "recursion/inertia.h"
+#include "recursion/modal.h"
 #include "recursion/rank.h"
 
 void mbsri_momentum_of(const mbsr_model *m, mbsr_data *d, int i, double *p)
@@ -16,7 +17,7 @@ void mbsri_momentum_of(const mbsr_model *m, mbsr_data *d, int i, double *p)
     mbsri_atx(b->d, b->d_pred, -1.0, d->H + b->dp, imp, d->imp + b->pred_v);
     /* p_i = J_i^T m_i + a_i u_i */
     for (int k = 0; k < b->n; ++k) p[k] = b->armature[k] * d->u[b->iu + k];
-    mbsri_atx(b->d, b->n, 1.0, d->J + b->dn, imp, p);
+    mbsri_add_rates(b, d->J + b->dn, imp, p);
 }
 
 void mbsri_momentum_rate_of(const mbsr_model *m, mbsr_data *d, int i, double *pdot)
@@ -26,13 +27,13 @@ void mbsri_momentum_rate_of(const mbsr_model *m, mbsr_data *d, int i, double *pd
     double *sigma = d->sigma + b->v, *below = d->sigma + b->pred_v;
     /* sigma_i = -f_i - M_i' V_i - sum_j (H_j^T sigma_j + H_j'^T m_j) */
     for (int k = 0; k < b->d; ++k) sigma[k] -= d->f[b->v + (size_t)k];
-    mbsri_ax(b->d, b->d, -1.0, d->Mdot + b->dd, d->V + b->v, sigma);
+    mbsri_ax_long(b->d, b->d, -1.0, d->Mdot + b->dd, d->V + b->v, sigma);
     mbsri_atx(b->d, b->d_pred, -1.0, d->H + b->dp, sigma, below);
     mbsri_atx(b->d, b->d_pred, -1.0, d->Hdot + b->dp, imp, below);
     /* p_i' = J_i'^T m_i + J_i^T sigma_i + tau_i */
     mbsri_copy((size_t)b->n, d->tau + b->iu, pdot);
-    mbsri_atx(b->d, b->n, 1.0, d->Jdot + b->dn, imp, pdot);
-    mbsri_atx(b->d, b->n, 1.0, d->J + b->dn, sigma, pdot);
+    mbsri_add_rates_dot(b, d->Jdot + b->dn, imp, pdot);
+    mbsri_add_rates(b, d->J + b->dn, sigma, pdot);
 }
 
 void mbsri_condense_of(const mbsr_model *m, mbsr_data *d, int i, const double *p)

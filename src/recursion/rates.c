@@ -65,7 +65,7 @@ static int joint_rates(const mbsr_model *m, mbsr_data *d, int i)
     const bool unit_K = (b->joint.table->flags & MBSR_JOINT_UNIT_K) != 0;
     const size_t dd = (size_t)b->d * (size_t)b->d;
     double *Kdot = d->scratch, *spare = Kdot + dd, *Hdot = d->Hdot + b->dp, *Jdot = d->Jdot + b->dn;
-    mbsri_zero(dd, Kdot);
+    if (!unit_K) mbsri_zero(dd, Kdot);
     mbsri_zero((size_t)b->d * (size_t)b->d_pred, Hdot);
     double *all = b->locks ? spare + dd : Jdot; /* every column, those held included */
     mbsri_zero((size_t)b->d * (size_t)b->joint.n, all);

@@ -14,7 +14,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { ELEMENTS = 6, MIDDLE = 3, MOST_LINKS = 10, MOST_NU = 7 * MOST_LINKS, MOST_D = 12 };
+enum { ELEMENTS = 6, MIDDLE = 3, MOST_LINKS = 10, MOST_NU = 7 * MOST_LINKS, MOST_D = 18 };
 
 typedef struct chain {
     mbsr_flex *heavy, *light;
@@ -29,15 +29,15 @@ static const mbsr_error *error_of(const chain *c)
     return mbsr_data_error(c->data);
 }
 
-/* Two normal modes if there is mass, and the static ones of the middle. */
-static mbsr_flex *beam(double density, int stiffening)
+/* Normal modes if there is mass, and the four static ones of the middle. */
+static mbsr_flex *beam(double density, int modes, int stiffening)
 {
     static const int middle = MIDDLE;
     mbsr_beam_def def = mbsr_default_beam_def();
     mbsr_flex *flex;
     mbsr_error error;
     def.length = 1.0, def.density = density, def.EI_y = 70.0, def.EI_z = 50.0;
-    def.elements = ELEMENTS, def.modes = 2, def.loaded = 1, def.node = &middle;
+    def.elements = ELEMENTS, def.modes = modes, def.loaded = 1, def.node = &middle;
     def.damping = 0.02, def.stiffening = stiffening;
     assert_ok(mbsr_flex_beam(&def, &flex, &error), &error);
     return flex;
@@ -65,13 +65,13 @@ static int add_link(chain *c, int parent, int k, int light)
 }
 
 /* Every `every`-th link but the last has no mass; 0: none. */
-static void open_chain(chain *c, int links, int every, int stiffening, uint64_t seed)
+static void open_chain(chain *c, int links, int modes, int every, int stiffening, uint64_t seed)
 {
     test_rng rng = test_seed(seed);
     const mbsr_force_def gravity = mbsr_force_gravity(0.3, -9.81, 1.0);
     memset(c, 0, sizeof *c);
     c->links = links;
-    c->heavy = beam(1.3, stiffening), c->light = beam(0.0, 0);
+    c->heavy = beam(1.3, modes, stiffening), c->light = beam(0.0, 2, 0);
     assert_ok(mbsr_model_create(NULL, &c->model, NULL), NULL);
     int end = MBSR_GROUND;
     for (int k = 0; k < links; ++k)
@@ -214,10 +214,10 @@ static void start_balances(const chain *c, int zeros, const double *mass, const 
     assert_less(component(n, X, scale, 0, n, rest, before), 1e-12);
 }
 
-static void compare(int links, int every, int stiffening, uint64_t seed)
+static void compare(int links, int modes, int every, int stiffening, uint64_t seed)
 {
     chain c;
-    open_chain(&c, links, every, stiffening, seed);
+    open_chain(&c, links, modes, every, stiffening, seed);
     const int n = c.nu;
     const size_t size = (size_t)n * (size_t)n;
     double *mass = calloc(size, sizeof *mass), *found = malloc(size * sizeof *found),
@@ -244,7 +244,15 @@ static void deficient_bodies_are_adjacent(void **state)
     (void)state;
     static const int links[6] = {1, 2, 5, 3, 4, MOST_LINKS}, every[6] = {0, 0, 2, 2, 3, 3};
     const int most = test_long() ? 24 : 4;
-    for (int k = 0; k < most; ++k) compare(links[k % 6], every[k % 6], k % 2, (uint64_t)k + 1);
+    for (int k = 0; k < most; ++k) compare(links[k % 6], 2, every[k % 6], k % 2, (uint64_t)k + 1);
+}
+
+/* Of so many modes that joint blocks are in factors. */
+static void blocks_in_factors_are_those_of_the_matrices(void **state)
+{
+    (void)state;
+    for (int links = 1; links <= 4; ++links)
+        compare(links, 8, links == 3 ? 2 : 0, 0, (uint64_t)links);
 }
 
 /* ---- Newton systems ---- */
@@ -257,7 +265,7 @@ static void newton_systems_agree_with_differences(void **state)
         test_newton_state s;
         mbsr_newton *newton;
         mbsr_error error;
-        open_chain(&c, test_seeds(2, 3), every, every == 0, 7);
+        open_chain(&c, test_seeds(2, 3), 2, every, every == 0, 7);
         double r[3 * MOST_NU], x[3 * MOST_NU];
         test_rng rng = test_seed(3);
         assert_ok(test_newton_start(&s, c.model, c.data, 0.0, c.q, c.u, NULL), error_of(&c));
@@ -284,6 +292,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(deficient_bodies_are_adjacent),
+        cmocka_unit_test(blocks_in_factors_are_those_of_the_matrices),
         cmocka_unit_test(newton_systems_agree_with_differences),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
