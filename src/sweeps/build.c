@@ -172,6 +172,23 @@ static void place_users(mbsri_sweeps *tree, const mbsr_model *m, int i)
                                        .multi = tree->multi++};
 }
 
+/* Whether the joint is a free one, of the body's own frame along the axes of a root at rest. */
+static bool is_free(const mbsr_model *m, const mbsri_body *body, const mbsri_joint *joint)
+{
+    static const int steps[5] = {4, MBSRI_TRANSLATION | 3 << MBSRI_PLACE_SHIFT,
+                                 MBSRI_TRANSLATION | 4 << MBSRI_PLACE_SHIFT,
+                                 MBSRI_TRANSLATION | 5 << MBSRI_PLACE_SHIFT, MBSRI_QUATERNION};
+    const double *A = joint->param + MBSRI_A, *B = joint->param + MBSRI_B;
+    bool plain = body->parent == 0 && m->root.space == MBSR_SPACE_FIXED && !joint->motion;
+    for (int k = 0; k < 5; ++k) plain = plain && joint->option[k] == steps[k];
+    for (int k = 0; k < 9 && plain; ++k) {
+        const double unit = k % 4 == 0;
+        plain = A[3 + k] == unit && B[3 + k] == unit && B[k / 3] == 0.0 &&
+                joint->param[MBSRI_AXES + MBSRI_AXIS_SIZE * (k / 3) + k % 3] == unit;
+    }
+    return plain;
+}
+
 static void place_body(mbsri_sweeps *tree, const mbsr_model *m, int i)
 {
     const mbsri_body *body = m->body + i;
@@ -203,6 +220,7 @@ static void place_body(mbsri_sweeps *tree, const mbsr_model *m, int i)
         memcpy(seat->R, pred.R, sizeof pred.R);
         memcpy(seat->x, pred.x, sizeof pred.x);
         seat->chain = mbsri_embedded_joint(body, seat->param);
+        if (is_free(m, body, &seat->chain)) b->flags |= MBSRI_FREE;
     }
 }
 

@@ -82,6 +82,19 @@ MBSRI_INLINE void subtract(mbsri_carry *m, const double a[8], const double b[8])
     to_memory(&c, m);
 }
 
+/* U and D of a FREE body: columns of Mbar. */
+MBSRI_INLINE void open_free(const mbsri_carry *c, mbsri_sweep_multi *multi)
+{
+    double M[36] = {0.0};
+    mbsri_carry_add_to(c, M);
+    for (int k = 0; k < 6; ++k) {
+        const double *from = M + 6 * k;
+        store(multi->U[k], (v4){from[0], from[1], from[2], 0.0});
+        store(multi->U[k] + 4, (v4){from[3], from[4], from[5], 0.0});
+        memcpy(multi->D[k], from, sizeof multi->D[k]);
+    }
+}
+
 /* U, D, e, the factor of D; returns the bound of factorise. */
 static double open_block(const mbsri_sweep_run *run, int i, const mbsri_carry *c)
 {
@@ -91,10 +104,14 @@ static double open_block(const mbsri_sweep_run *run, int i, const mbsri_carry *c
     _Alignas(32) double force[8];
     memcpy(force, c->L, sizeof c->L);
     memcpy(force + 4, c->p, sizeof c->p);
-    for (int k = 0; k < b->n; ++k) {
+    const bool free = b->flags & MBSRI_FREE;
+    if (free) open_free(c, multi);
+    for (int k = 0; k < b->n && !free; ++k) {
         apply(c, multi->S[k], multi->U[k]);
         for (int l = 0; l <= k; ++l)
             multi->D[k][l] = multi->D[l][k] = product(multi->S[l], multi->U[k]);
+    }
+    for (int k = 0; k < b->n; ++k) {
         multi->D[k][k] += armature[k];
         multi->x[k] = run->tau[b->u + k] - product(multi->S[k], force);
     }

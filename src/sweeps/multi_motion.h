@@ -7,6 +7,7 @@
 #include "algebra/numbers.h"
 #include "algebra/space3.h"
 #include "joints/chain.h"
+#include "sweeps/lane.h"
 #include "sweeps/tree.h"
 
 #include <string.h>
@@ -48,8 +49,40 @@ static mbsr_joint_args arguments(const mbsri_sweep_run *run, int i, double pose[
     return args;
 }
 
+/* A FREE body: S = 1, and c = 0. */
+static int free_kinematics(const mbsri_sweep_run *run, int i, bool velocity)
+{
+    const mbsri_sweep_body *b = run->tree->body + i;
+    const mbsri_sweep_joint *seat = run->tree->joint + b->multi;
+    const double *A = seat->chain.param + MBSRI_A, *q = run->q + b->q, *u = run->u + b->u;
+    mbsri_sweep_state *s = run->state + i;
+    mbsri_sweep_multi *multi = run->multi + b->multi;
+    const v4 none = splat(0.0);
+    double R[9], scaled[4];
+    if (!mbsri_scale4(q, scaled)) return MBSR_ZERO_QUATERNION;
+    mbsr_quaternion_rotation(scaled, R);
+    for (int k = 0; k < 3; ++k) {
+        store(s->R + 4 * k, (v4){R[3 * k], R[3 * k + 1], R[3 * k + 2], 0.0});
+        store(multi->S[k], (v4){k == 0, k == 1, k == 2, 0.0});
+        store(multi->S[k] + 4, none);
+        store(multi->S[3 + k], none);
+        store(multi->S[3 + k] + 4, (v4){k == 0, k == 1, k == 2, 0.0});
+    }
+    store(s->rho, (v4){A[0] + q[4], A[1] + q[5], A[2] + q[6], 0.0});
+    store(s->omega, (v4){u[0], u[1], u[2], 0.0});
+    store(s->A_w, none);
+    store(s->A_v, none);
+    store(multi->drive, none);
+    store(multi->drive + 4, none);
+    if (!velocity) return MBSR_OK;
+    store(s->v, (v4){u[3], u[4], u[5], 0.0});
+    memset(multi->Sdot, 0, sizeof multi->Sdot);
+    return MBSR_OK;
+}
+
 static int multi_kinematics(const mbsri_sweep_run *run, int i, bool velocity)
 {
+    if (run->tree->body[i].flags & MBSRI_FREE) return free_kinematics(run, i, velocity);
     const mbsri_sweep_body *b = run->tree->body + i;
     const mbsri_sweep_state *pred = run->state + b->parent;
     mbsri_sweep_state *s = run->state + i;

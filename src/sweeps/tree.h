@@ -37,6 +37,7 @@ enum {
     MBSRI_TO_BLOCK = 16384, /* its predecessor is */
     MBSRI_BOUNDED = 65536,  /* a block that is not in GENERAL space, nor is its predecessor */
     MBSRI_SIX = 131072,     /* its predecessor is in space, and no block */
+    MBSRI_FREE = 536870912, /* MULTI, six rates along the axes of a root at rest: S = 1 */
     MBSRI_USERS = 2097152,  /* MULTI, moved by a user's functions: see users_joint.h */
     MBSRI_SHARP = 32768,    /* a block that has none but blocks behind it, so that its W is exact */
     MBSRI_ACTED = 134217728, /* LOADED by elements, not by closures alone */

@@ -192,6 +192,8 @@ void test_rigid_tree_make(test_rigid_tree *s, test_rigid_choice c)
         body.parent = on < 0 ? MBSR_GROUND : c.shuffle ? c.bodies - 1 - on : on;
         body.joint = random_joint(&rng, &c);
         body.inertia = random_inertia(&rng, &c);
+        const mbsr_frame seat = mbsr_frame_at(0.3, -0.2, 0.5);
+        if (c.floating && on < 0) body.joint = mbsr_joint_free(&seat, NULL);
         if (c.tables && k % 3 > 0) strip(s->table + k, &body.joint, k % 3 == 2);
         assert_ok(mbsr_model_add_body(s->model, &body, NULL), mbsr_model_error(s->model));
         if (c.held > 0.0 || c.added > 0.0) amend(s->model, &rng, &c, k, &body.joint);

@@ -25,6 +25,7 @@ typedef struct test_rigid_choice {
     double points;    /* share of particles and rods */
     double many;      /* share of joints with several axes or quaternions */
     double branching; /* 0: a chain */
+    int floating;     /* what stands on the root floats, along the root's axes */
     double length;    /* of links */
     int forces;       /* springs, bushings, drag on every body, joint springs and friction */
     int moving;       /* the root moves */

@@ -171,6 +171,38 @@ static void forces_roots_and_orders_agree(void **state)
     assert_true(served > 180 && momentum > 180 && inverse == 200);
 }
 
+/* Bodies that float along the axes of the root; with a root that moves, and beside elements. */
+static void floating_bodies_agree(void **state)
+{
+    (void)state;
+    int served = 0, momentum = 0, inverse = 0;
+    for (int k = 0; k < 120; ++k) {
+        test_rigid_tree s;
+        test_rigid_tree_make(&s, (test_rigid_choice){.seed = 11000 + (uint64_t)k,
+                                                     .bodies = 1 + k % 11,
+                                                     .armature = 0.4 * (k % 3),
+                                                     .massless = k % 4 ? 0.0 : 0.2,
+                                                     .points = k % 6 ? 0.0 : 0.3,
+                                                     .many = k % 2 ? 0.2 : 0.0,
+                                                     .branching = 0.25 * (k % 4),
+                                                     .floating = 1,
+                                                     .length = k % 5 ? 1.0 : 100.0,
+                                                     .forces = k % 3,
+                                                     .moving = k % 10 == 9,
+                                                     .shuffle = k % 7 < 3});
+        const mbsri_sweep_body *first = s.model->sweeps->body + 1;
+        if (first->flags & MBSRI_MULTI)
+            assert_int_equal((first->flags & MBSRI_FREE) != 0, k % 10 != 9);
+        served += compare(&s, 1e-8);
+        compare_residuals(&s, MBSR_DAE_MOMENTUM, (uint64_t)k, &momentum);
+        compare_residuals(&s, MBSR_DAE_INVERSE_DYNAMICS, (uint64_t)k, &inverse);
+        compare_inverse(&s);
+        test_rigid_tree_free(&s);
+    }
+    print_message("%d, %d and %d of 120 trees served\n", served, momentum, inverse);
+    assert_true(served > 100 && momentum > 100 && inverse == 120);
+}
+
 static void inverse_dynamics_agrees(void **state)
 {
     (void)state;
@@ -408,6 +440,7 @@ int main(void)
         cmocka_unit_test(inverse_dynamics_agrees),
         cmocka_unit_test(the_momentum_form_agrees),
         cmocka_unit_test(forces_roots_and_orders_agree),
+        cmocka_unit_test(floating_bodies_agree),
         cmocka_unit_test(a_hundred_thousand_bodies_lose_no_digits),
         cmocka_unit_test(elements_on_every_joint_are_called_for_each),
         cmocka_unit_test(lean_data_serves_the_same),

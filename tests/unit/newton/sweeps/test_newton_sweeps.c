@@ -174,6 +174,7 @@ static void trees_of_all_joints(void **state)
     (void)state;
     assert_less(most_of(60, (test_rigid_choice){.seed = 100, .many = 0.5, .length = 1.0}), 1e-7);
     assert_less(most_of(60, (test_rigid_choice){.seed = 300, .many = 1.0, .length = 1.0}), 1e-7);
+    assert_less(most_of(40, (test_rigid_choice){.seed = 1500, .floating = 1, .length = 1.0}), 1e-7);
 }
 
 /* Every joint force depends on all coordinates and rates of its joint, and on the length of a
