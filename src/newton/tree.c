@@ -30,6 +30,7 @@ int mbsri_newton_tree_factor(mbsr_newton *w, mbsr_data *d, double t, const doubl
     w->by_sweeps = status != MBSRI_NOT_SERVED;
     w->info.vector_code = w->by_sweeps && (m->bodies == 0 || w->sweeps->tree->blocks < m->bodies);
     if (w->by_sweeps) return status;
+    if (w->sweeps) w->sweeps->marked = false;
     if (!w->lean) return mbsri_tree_factor(w, d, t, y, yp, c);
     return mbsri_fail(&d->error, MBSR_ERR_LEAN, MBSR_NONE, MBSR_NONE,
                       "mbsr_newton_factor: the solver was created lean, and the sweeps in vector "

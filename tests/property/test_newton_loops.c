@@ -22,6 +22,7 @@ typedef struct choice {
     double massless; /* share of bodies without mass */
     int kind;        /* of closures, -1: random */
     int twice;       /* closures added again, being redundant then */
+    int bushings;    /* between bodies, neighbours or not */
     int plane;
 } choice;
 
@@ -200,6 +201,24 @@ static void find_places(const choice *c, places *at)
     loops_free(&s);
 }
 
+static void add_bushings(loops *s, const choice *c, test_rng *rng)
+{
+    const double springs[6] = {30.0, 40.0, 50.0, 200.0, 300.0, 400.0},
+                 dampers[6] = {0.3, 0.4, 0.5, 2.0, 3.0, 4.0},
+                 K[9] = {200.0, 0.0, 0.0, 0.0, 300.0, 0.0, 0.0, 0.0, 30.0},
+                 D[9] = {2.0, 0.0, 0.0, 0.0, 3.0, 0.0, 0.0, 0.0, 0.3};
+    for (int k = 0; k < c->bushings; ++k) {
+        const int a = test_integer(rng, 1, c->bodies - 1), parent = mbsr_body_parent(s->m, a),
+                  other = test_integer(rng, 0, a - 1), b = k == 0 && parent >= 0 ? parent : other;
+        const mbsr_frame at = mbsr_frame_at(0.3, -0.2, 0.1);
+        const mbsr_planar_frame flat = {0.3, -0.2, 0.4}, none = {0.0, 0.0, 0.0};
+        const mbsr_force_def bushing = c->plane
+                                           ? mbsr_force_planar_bushing(a, flat, b, none, K, D)
+                                           : mbsr_force_bushing(a, &at, b, NULL, springs, dampers);
+        assert_ok(mbsr_model_add_force(s->m, &bushing, NULL), mbsr_model_error(s->m));
+    }
+}
+
 static void make(loops *s, const choice *c)
 {
     places at;
@@ -219,6 +238,7 @@ static void make(loops *s, const choice *c)
         for (int l = 0; l < (k < c->twice ? 2 : 1); ++l)
             assert_ok(mbsr_model_add_closure(s->m, &def, NULL), mbsr_model_error(s->m));
     }
+    add_bushings(s, c, &other);
     loops_finish(s);
     memcpy(s->q, at.q, sizeof at.q);
     test_fill(&other, s->nu, s->u);
@@ -365,9 +385,28 @@ static void several_loops(void **state)
     conclude(&group, (int)models / 2);
 }
 
+static void bushings_beside_loops(void **state)
+{
+    (void)state;
+    tally group = {0};
+    const uint64_t models = test_long() ? 300 : (uint64_t)test_seeds(5, 24);
+    for (uint64_t seed = 1; seed <= models; ++seed) {
+        const choice c = {.seed = 3000 + seed,
+                          .bodies = 4 + (int)seed % 5,
+                          .closures = 1 + (int)seed % 2,
+                          .massless = 0.15 * (double)(seed % 3),
+                          .kind = -1,
+                          .bushings = 1 + (int)seed % 3,
+                          .plane = seed % 2 == 0};
+        check(&c, &group);
+    }
+    conclude(&group, (int)models / 2);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(closures_of_all_kinds),
+                                       cmocka_unit_test(bushings_beside_loops),
                                        cmocka_unit_test(several_loops)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

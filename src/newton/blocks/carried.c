@@ -117,7 +117,8 @@ static void list_ends(mbsr_newton *w)
         for (int l = bodies_of(c) - 1; l >= 0; --l) {
             const int body = c->body[l];
             if (body == 0) continue;
-            v->end[used] = (mbsri_loop_end){.closure = k, .slot = l, .next = v->first_end[body]};
+            v->end[used] = (mbsri_loop_end){
+                .closure = k, .slot = l, .next = v->first_end[body], .d = w->model->body[body].d};
             v->first_end[body] = used++;
         }
     }

@@ -86,6 +86,7 @@ typedef struct mbsri_loop {
 typedef struct mbsri_loop_end {
     int closure, slot;
     int next; /* of the same body; -1: none */
+    int d;    /* velocity coordinates of the body */
 } mbsri_loop_end;
 
 /* What comes to a front from behind, and from closures at its body: unknowns v and rows that wait

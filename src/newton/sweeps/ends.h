@@ -132,12 +132,15 @@ MBSRI_OUTLINE void take_ends(const mbsri_sweep_run *run, int i, mbsri_newton_swe
     const mbsr_newton *w = newton->blocks;
     const mbsri_carried *v = &w->carried;
     const mbsri_newton_own *own = newton->own + i;
-    loop_end e = {.d = w->model->body[i].d, .deep = w->node[i].deep};
+    loop_end e;
+    if (v->first_end[i] < 0) return;
+    e.deep = newton->deep && newton->step[i].deep & MBSRI_DEEP;
     e.arm = load(own->arm);
     e.omega = load(own->omega);
     e.v = load(own->v);
     for (int k = v->first_end[i]; k >= 0; k = v->end[k].next) {
         const int number = v->end[k].closure;
+        e.d = v->end[k].d;
         e.c = (const mbsri_closure *)w->model->closures.data + number;
         e.loop = v->loop + number;
         e.column = e.c->column[v->end[k].slot];

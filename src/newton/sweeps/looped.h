@@ -76,9 +76,8 @@ MBSRI_OUTLINE bool eliminate_wide(const mbsri_sweep_run *run, int i, mbsri_newto
     const int flags = b->flags;
     const bool deep = is_light(flags);
     slab *y = &at->y;
-    newton->step[i].deep = deep ? MBSRI_DEEP | (b->n > 0 ? MBSRI_NO_INERTIA : 0) : 0;
-    newton->blocks->node[i].deep = deep;
     place_own(run, i, newton->own + i);
+    if (is_pair(newton, i, true)) place_own(run, b->parent, newton->own + b->parent);
     if (deep) add_reaction_of(run, i, newton);
     gather_body(run, i, newton, at, true, newton->deep);
     if (flags & (MBSRI_FRONT | MBSRI_CLOSES)) newton->status = meet_loops(run, i, newton, y);
@@ -94,19 +93,25 @@ MBSRI_OUTLINE bool eliminate_wide(const mbsri_sweep_run *run, int i, mbsri_newto
     return true;
 }
 
-/* Nothing of a sweep that found what is deep by itself. */
-MBSRI_INLINE void clear_deep(mbsri_newton_sweeps *newton)
+/* Which bodies are deep, as the model says, where others have found it in a state. */
+static void mark_deep(mbsri_newton_sweeps *newton)
 {
-    for (int i = 0; i <= newton->tree->bodies && newton->found_deep; ++i) newton->step[i].deep = 0;
-    newton->found_deep = false;
     newton->deep = newton->light;
+    if (newton->marked) return;
+    for (int i = 0; i <= newton->tree->bodies; ++i) {
+        const mbsri_sweep_body *b = newton->tree->body + i;
+        const bool deep = is_light(b->flags);
+        newton->step[i].deep = deep ? MBSRI_DEEP | (b->n > 0 ? MBSRI_NO_INERTIA : 0) : 0;
+        newton->blocks->node[i].deep = deep;
+    }
+    newton->marked = true;
 }
 
 static int newton_factor_looped(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton)
 {
     back at;
     elimination of;
-    clear_deep(newton);
+    mark_deep(newton);
     newton->status = mbsri_border_open_loops(run, newton);
     if (newton->status) return MBSRI_BLOCK_FAILED;
     start_back(run, &at);

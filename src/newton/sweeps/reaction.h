@@ -179,7 +179,7 @@ static bool lacks_rank(const mbsri_sweep_run *run, int i, bool *as_one)
 static bool find_deep(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton)
 {
     newton->deep = false;
-    newton->found_deep = true;
+    newton->marked = false;
     newton->step[0].deep = 0;
     bool as_one = true;
     for (int i = 1; i <= run->tree->bodies; ++i) {

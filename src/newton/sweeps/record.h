@@ -139,7 +139,7 @@ struct mbsri_newton_sweeps {
     bool one_sweep;                  /* looped.h serves the model, as far as was seen */
     bool light;                      /* and has bodies without inertia that count as deep */
     bool looped;                     /* the last factorisation is of that kind */
-    bool found_deep;                 /* others have looked for deep bodies since */
+    bool marked;                     /* its deep bodies are, and no others since */
     struct mbsr_newton *blocks;      /* eliminates the joints of blocks; NULL: there are none */
     int status;                      /* what it said last */
     mbsri_newton_deep *below;        /* nu */

@@ -93,7 +93,7 @@ static size_t layout(const mbsr_model *m, const mbsri_sweeps *tree, unsigned cha
     w->kernels = kernels_of(tree);
     if (!full) w->own = NULL;
     if (!deep) w->below = NULL;
-    w->deep = w->unclear = w->light = w->looped = w->found_deep = false;
+    w->deep = w->unclear = w->light = w->looped = w->marked = false;
     if (full) mbsri_newton_count(m, tree, &loaded, &pairs, w->number, w->pair);
     if (slopes == 0) w->tau_q = w->tau_u = NULL;
     mbsri_slopes_place(m, &w->slopes, work, places);
