@@ -18,6 +18,7 @@
 #include "forces/springs.h"
 #include "model/query.h"
 #include "recursion/inertia.h"
+#include "recursion/pose.h"
 #include "recursion/spans.h"
 
 #include <math.h>

@@ -26,8 +26,8 @@
 enum { A_X, A_Y, A_ANGLE, B_X, B_Y, B_ANGLE, PARAMS };
 enum { FREE, DRIVEN };
 
-/* Everything the four functions need, computed anew in each: a few products beside two or four
- * trigonometric functions. */
+/* Everything the four functions need, computed anew in each: a few products beside two to six
+ * trigonometric functions, as many as the frames ask for. */
 typedef struct planar {
     double s[3], sdot[3], sddot[3]; /* relative pose and its rates; rates only where asked for */
     double omega_pred;              /* angular velocity of the predecessor */
@@ -75,12 +75,15 @@ static int prepare(const mbsr_joint_args *args, planar *w)
     const double theta_pred = turns(args) ? args->p_pred[2] : 0.0;
     const double angle = theta_pred + param[A_ANGLE];
     w->omega_pred = turns(args) && args->V_pred ? args->V_pred[2] : 0.0;
-    w->ex[0] = cos(angle);
-    w->ex[1] = sin(angle);
     const double cosine = cos(theta_pred), sine = sin(theta_pred);
+    const bool turned = angle != theta_pred;
+    w->ex[0] = turned ? cos(angle) : cosine;
+    w->ex[1] = turned ? sin(angle) : sine;
     w->arm[0] = cosine * param[A_X] - sine * param[A_Y] + w->ex[0] * w->s[0] - w->ex[1] * w->s[1];
     w->arm[1] = sine * param[A_X] + cosine * param[A_Y] + w->ex[1] * w->s[0] + w->ex[0] * w->s[1];
     w->theta = angle + w->s[2] - param[B_ANGLE];
+    w->b[0] = w->b[1] = 0.0;
+    if (param[B_X] == 0.0 && param[B_Y] == 0.0) return MBSR_OK;
     const double cosine_i = cos(w->theta), sine_i = sin(w->theta);
     w->b[0] = cosine_i * param[B_X] - sine_i * param[B_Y];
     w->b[1] = sine_i * param[B_X] + cosine_i * param[B_Y];

@@ -8,7 +8,7 @@
 #include "loops/rounding.h"
 #include "model/query.h"
 #include "recursion/closures.h"
-#include "recursion/spans.h"
+#include "recursion/pose.h"
 
 #include <math.h>
 

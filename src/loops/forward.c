@@ -81,14 +81,12 @@ static int find_right(forward *w, double t, const double *q, const double *u, co
     return status;
 }
 
-/* The data at the forces, with those of loops, and accelerations. */
-static int settle(forward *w, const double *tau)
+/* The forces of loops join the others, and accelerations. */
+static int settle(forward *w)
 {
     mbsr_data *d = w->d;
     for (int k = 0; k < w->m->rows; ++k) d->loop_lambda[k] = w->lambda[k] + w->springs[k];
-    d->loaded = true;
-    const int status = mbsri_forces(w->m, d, tau);
-    if (status) return status;
+    mbsri_closure_load(w->m, d, w->lambda, d->f, d->tau);
     mbsri_inverse(w->m, d, w->udot);
     return mbsri_check_result(w->m, d, (size_t)w->m->nu, w->udot, forward_name);
 }
@@ -118,7 +116,7 @@ static int accelerate(forward *w, double t, const double *q, const double *u, co
     for (int k = 0; k < w->m->rows; ++k) w->rate[k] += w->bias[k];
     clear_springs(w->m, w->rate);
     status = mbsri_refuse_left(w->m, w->d, w->rate, size, "acceleration", forward_name);
-    return status ? status : settle(w, tau);
+    return status ? status : settle(w);
 }
 
 int mbsri_loops_forward(const mbsr_model *m, mbsr_data *d, double t, const double *q,

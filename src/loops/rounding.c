@@ -5,8 +5,8 @@
 #include "algebra/dense.h"
 #include "inertias/exact.h"
 #include "model/query.h"
+#include "recursion/pose.h"
 #include "recursion/rank.h"
-#include "recursion/spans.h"
 
 #include <math.h>
 
@@ -35,10 +35,12 @@ double mbsri_longest_lever(const mbsr_model *m, const mbsr_data *d)
     double length = m->length, turn, move;
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
-        for (int j = 0; j < b->d * b->d_pred; ++j) {
-            if (mbsri_is_angle(m->body[b->parent].joint.space, j / b->d) &&
-                !mbsri_is_angle(b->joint.space, j % b->d))
-                length = fmax(length, fabs(d->H[b->dp + (size_t)j]));
+        const double *H = d->H + b->dp;
+        for (int c = 0; c < b->d_pred; ++c, H += b->d) {
+            if (!mbsri_is_angle(b->pred_space, c)) continue;
+            for (int r = 0; r < b->d; ++r) {
+                if (fabs(H[r]) > length && !mbsri_is_angle(b->joint.space, r)) length = fabs(H[r]);
+            }
         }
     }
     for (const mbsri_closure *c = first; c < first + m->closures.count; ++c) {

@@ -10,8 +10,8 @@
 #include "recursion/closures.h"
 #include "recursion/errors.h"
 #include "recursion/group.h"
+#include "recursion/pose.h"
 #include "recursion/rank.h"
-#include "recursion/spans.h"
 
 #include <math.h>
 

@@ -161,6 +161,8 @@ static void carry_over(int d, int d_pred, const double *H, const double *A, doub
         mbsri_translate_matrix(rho, A, C);
     else if (d == 6 && d_pred > 12)
         carry_to_modes(d, d_pred, H, A, C, work);
+    else if (d == 3 && d_pred == 3) /* sizes known to the compiler */
+        mbsri_congruence(3, 3, H, A, C, work);
     else
         mbsri_congruence(d, d_pred, H, A, C, work);
 }

@@ -237,10 +237,21 @@ int mbsri_closure_sum(const mbsr_model *m, mbsr_data *d, bool energy, double *su
     return MBSR_OK;
 }
 
+static bool any_springs(const mbsr_model *m)
+{
+    for (const mbsri_closure *c = all(m), *end = c + m->closures.count; c < end; ++c) {
+        for (int k = 0; k < c->held; ++k) {
+            if (c->def.stiffness[k] > 0.0 || c->def.damping[k] > 0.0) return true;
+        }
+    }
+    return false;
+}
+
 int mbsri_closure_springs(const mbsr_model *m, mbsr_data *d)
 {
     double *g, *rate;
     mbsri_zero((size_t)m->rows, d->loop_lambda);
+    if (!any_springs(m)) return mbsri_closure_jacobians(m, d);
     const int status = measure(m, d, &g, &rate);
     if (status) return status;
     for (const mbsri_closure *c = all(m), *end = c + m->closures.count; c < end; ++c) {

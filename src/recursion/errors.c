@@ -25,6 +25,20 @@ void mbsri_diagonal_sizes(const mbsr_model *m, const mbsr_data *d, const mbsri_g
     }
 }
 
+/* E -= (Q - G JQ / 2) G^T + its transpose, and += G Diag(size) G^T along its diagonal; Q gets lost. */
+static inline void pass_joint(int rows, int n, const double *G, const double *JQ,
+                              const double *size, double *Q, double *E)
+{
+    mbsri_ab(rows, n, n, -0.5, G, JQ, Q);
+    mbsri_abt(rows, n, rows, -1.0, Q, G, E);
+    mbsri_abt(rows, n, rows, -1.0, G, Q, E);
+    for (int l = 0; l < n; ++l) {
+        for (int k = 0; k < rows; ++k)
+            E[k * (rows + 1)] += size[l] * G[l * rows + k] * G[l * rows + k];
+    }
+    mbsri_symmetrise(rows, E);
+}
+
 /* P = I - J G^T, so P^T W P = W - Q G^T - G Q^T + G (J^T Q) G^T with Q = W J; both as U and D of a
  * group. Q: d x n, JQ: n x n of scratch. */
 void mbsri_carry_errors(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g,
@@ -45,19 +59,18 @@ void mbsri_carry_errors(const mbsr_model *m, const mbsr_data *d, const mbsri_gro
     }
     mbsri_upper(rows, dim, rows, W + b->dd, E);
     for (int k = 0; k < rows; ++k) E[k * (rows + 1)] += share * Mbar[k * (dim + 1)];
-    /* E -= (Q - G JQ / 2) G^T + its transpose */
-    mbsri_ab(rows, n, n, -0.5, G, JQ, Q);
-    mbsri_abt(rows, n, rows, -1.0, Q, G, E);
-    mbsri_abt(rows, n, rows, -1.0, G, Q, E);
-    mbsri_diagonal_sizes(m, d, g, work);
+    double *size = work;
+    mbsri_diagonal_sizes(m, d, g, size);
     for (int l = 0; l < n; ++l) {
-        double size = work[l];
-        if (deficient) size = fmax(size, lambda[0] / (s[l] * s[l]));
-        size *= share;
-        for (int k = 0; k < rows; ++k)
-            E[k * (rows + 1)] += size * G[l * rows + k] * G[l * rows + k];
+        if (deficient) size[l] = fmax(size[l], lambda[0] / (s[l] * s[l]));
+        size[l] *= share;
     }
-    mbsri_symmetrise(rows, E);
+    if (rows == 3 && n == 1) /* sizes known to the compiler */
+        pass_joint(3, 1, G, JQ, size, Q, E);
+    else if (rows == 6 && n == 1)
+        pass_joint(6, 1, G, JQ, size, Q, E);
+    else
+        pass_joint(rows, n, G, JQ, size, Q, E);
 }
 
 double mbsri_own_turned(const mbsri_body *b, const double *M)

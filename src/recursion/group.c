@@ -22,10 +22,38 @@ static void place(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g,
     }
 }
 
+/* The off-diagonal part of a joint's own block (n x n of a matrix with `rows` rows) made symmetric. */
+static void even_out(int n, int rows, double *own)
+{
+    for (int j = 0; j < n; ++j) {
+        for (int l = 0; l < j; ++l) {
+            const double mean = 0.5 * (own[j * rows + l] + own[l * rows + j]);
+            own[j * rows + l] = own[l * rows + j] = mean;
+        }
+    }
+}
+
+/* Of one joint. */
+static void own_products(const mbsr_data *d, const mbsri_body *b, const double *A, double *Y,
+                         double *JY)
+{
+    const double *J = d->J + b->dn;
+    for (int j = 0; j < b->n; ++j) {
+        double *y = Y + (size_t)(j * b->d);
+        mbsri_along_rate(b, A + b->dd, J, j, y);
+        for (int k = 0; k < b->n; ++k) JY[j * b->n + k] = mbsri_rate_of(b, J, k, y);
+    }
+    even_out(b->n, b->n, JY);
+}
+
 void mbsri_group_products(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g,
                           const double *A, double *Y, double *JY, double *work)
 {
     const int head = g->member[0];
+    if (g->members == 1) {
+        own_products(d, m->body + head, A, Y, JY);
+        return;
+    }
     mbsri_zero((size_t)g->n * (size_t)g->n, JY);
     for (int k = g->members - 1; k >= 0; --k) {
         const mbsri_body *b = m->body + g->member[k];
@@ -49,13 +77,7 @@ void mbsri_group_products(const mbsr_model *m, const mbsr_data *d, const mbsri_g
     }
     for (int k = 0; k < g->members; ++k) {
         const mbsri_body *b = m->body + g->member[k];
-        double *own = JY + (size_t)(b->ig - g->ig) * (size_t)(g->n + 1);
-        for (int j = 0; j < b->n; ++j) {
-            for (int l = 0; l < j; ++l) {
-                const double mean = 0.5 * (own[j * g->n + l] + own[l * g->n + j]);
-                own[j * g->n + l] = own[l * g->n + j] = mean;
-            }
-        }
+        even_out(b->n, g->n, JY + (size_t)(b->ig - g->ig) * (size_t)(g->n + 1));
     }
 }
 

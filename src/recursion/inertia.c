@@ -199,8 +199,8 @@ int mbsri_inertia_velocity(const mbsri_body *b, double t, const double *p, const
     if (inertia->kind == MBSR_INERTIA_FLEXIBLE)
         mbsri_flex_gyration(inertia->flex, p + MBSR_POSE_R, p + MBSR_POSE_SIZE, V, M, h);
     if (inertia->kind == MBSR_INERTIA_PLANAR) {
-        double c[2];
-        first_moment(inertia, p[2], c);
+        double c[2] = {M[5], -M[2]};
+        if (b->added) first_moment(inertia, p[2], c);
         h[0] = -V[2] * V[2] * c[0];
         h[1] = -V[2] * V[2] * c[1];
     }

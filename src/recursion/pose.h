@@ -14,6 +14,12 @@ static inline bool mbsri_turns(mbsr_space space)
     return space == MBSR_SPACE_SPATIAL || space == MBSR_SPACE_FLEXIBLE;
 }
 
+/* Whether velocity coordinate c of a body is an angular one; so is perturbation c of its pose. */
+static inline bool mbsri_is_angle(mbsr_space space, int c)
+{
+    return mbsri_turns(space) ? c < 3 : space == MBSR_SPACE_PLANAR && c == 2;
+}
+
 /* dp: change of its np numbers. x: as a perturbation, 6 numbers for SPATIAL, np - 6 for
  * FLEXIBLE, else the np. */
 void mbsri_pose_change(mbsr_space space, int np, const double *p, const double *dp, double *x);

@@ -42,10 +42,11 @@ typedef struct mbsri_rank_rule {
 
 static inline mbsri_rank_rule mbsri_rank_rule_of(double tolerance)
 {
+    const double wide = 10.0 * tolerance;
     return (mbsri_rank_rule){.tolerance = tolerance,
-                             .known = fmax(MBSRI_NINE_DIGITS, 10.0 * tolerance),
-                             .by_bound = fmax(1e-8, 10.0 * tolerance),
-                             .by_parts = 10.0 * tolerance,
+                             .known = wide > MBSRI_NINE_DIGITS ? wide : MBSRI_NINE_DIGITS,
+                             .by_bound = wide > 1e-8 ? wide : 1e-8,
+                             .by_parts = wide,
                              .nothing = MBSRI_EXACT_SHARE * tolerance};
 }
 

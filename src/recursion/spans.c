@@ -22,11 +22,6 @@ mbsri_spans mbsri_spans_of(const mbsr_model *m, const mbsr_scales *stated)
                          .rate = own->time > 0.0 ? 1.0 / own->time : m->frequency};
 }
 
-bool mbsri_is_angle(mbsr_space space, int c)
-{
-    return mbsri_turns(space) ? c < 3 : space == MBSR_SPACE_PLANAR && c == 2;
-}
-
 double mbsri_pose_span(const mbsri_spans *s, const mbsri_body *b, int c)
 {
     const bool modal = b->joint.space == MBSR_SPACE_FLEXIBLE && c >= 6;

@@ -14,9 +14,6 @@ typedef struct mbsri_spans {
 /* What a table states, and of the rest what is typical of the tree; stated may be NULL. */
 mbsri_spans mbsri_spans_of(const mbsr_model *m, const mbsr_scales *stated);
 
-/* Whether velocity coordinate c of a body is an angular one; so is perturbation c of its pose. */
-bool mbsri_is_angle(mbsr_space space, int c);
-
 /* Of perturbation c of a body's pose, and of entry c of V but for the rate. */
 double mbsri_pose_span(const mbsri_spans *s, const mbsri_body *b, int c);
 
