@@ -24,6 +24,7 @@
 #include "loops/motion.h"
 #include "recursion/closures.h"
 #include "recursion/kinematics.h"
+#include "recursion/spans.h"
 
 #include <math.h>
 
@@ -51,6 +52,7 @@ typedef struct balance {
     double *left, *right;            /* k: scales of D */
     double *wished;                  /* n: velocities that the search starts from */
     double *q_now, *u_now, *u_ahead; /* nq, n, n: of the state whose accelerations are looked for */
+    double rate;                     /* 1/s: of the model (spans.h) */
     double *A, *values, *work;       /* k x k, k, svd */
     int lwork;
     void *memory;
@@ -85,6 +87,27 @@ static int allocate(balance *b)
     return MBSR_OK;
 }
 
+/* The largest of joint rates, or changes of them (n), over their spans. */
+static double extent(const balance *b, const double *x)
+{
+    double largest = 0.0;
+    for (int k = 0; k < b->w->n; ++k) largest = fmax(largest, fabs(x[k]) / b->w->span[k]);
+    return largest;
+}
+
+/* The largest work of joint forces (n) over these spans. */
+static double work_of(const balance *b, const double *x)
+{
+    double largest = 0.0;
+    for (int k = 0; k < b->w->n; ++k) largest = fmax(largest, fabs(x[k]) * b->w->span[k]);
+    return largest;
+}
+
+static const double *direction(const balance *b, int l)
+{
+    return b->Z + (size_t)l * (size_t)b->w->n;
+}
+
 /* y (k) = Z^T x */
 static void along(const balance *b, const double *x, double *y)
 {
@@ -111,7 +134,7 @@ static void find_directions(balance *b)
         mbsri_closure_apply(w->m, w->d, z, w->y);
         for (size_t c = 0; c < w->m->size_v; ++c) size += fabs(d->closure_V[c] * d->f[c]);
         for (int c = 0; c < w->n; ++c) size += fabs(d->closure_w[c] * d->tau[c]);
-        b->size[l] = size + 0.1 * mbsri_largest(w->n, b->h); /* z has rounding errors itself */
+        b->size[l] = size + 0.1 * work_of(b, b->h); /* z has rounding errors itself */
     }
 }
 
@@ -131,7 +154,7 @@ static int change(balance *b, bool time, const double *v, const double *a, const
                   const double *lambda, double *r)
 {
     mbsri_dense *w = b->w;
-    const double speed = fmax(mbsri_largest(w->n, v), time ? 1.0 : 0.0),
+    const double speed = fmax(extent(b, v), time ? b->rate : 0.0),
                  h = mbsri_difference_step(0.0, 1.0) / fmax(speed, 1e-300);
     mbsri_zero((size_t)b->k, r);
     for (int l = 0; l < 4; ++l) {
@@ -156,9 +179,9 @@ static int change(balance *b, bool time, const double *v, const double *a, const
 static int find_damping(balance *b, double *D)
 {
     const int n = b->w->n, k = b->k;
-    const double step = 1e-2 * fmax(1.0, mbsri_largest(n, b->u));
+    const double step = 1e-2 * fmax(b->rate, extent(b, b->u));
     for (int l = 0; l < k; ++l) {
-        double *column = D + (size_t)l * (size_t)k, size = 0.0;
+        double *column = D + (size_t)l * (size_t)k, work = 0.0;
         for (int side = -1; side <= 1; side += 2) {
             mbsri_copy((size_t)n, b->u, b->moved);
             mbsri_zero((size_t)k, b->x);
@@ -166,11 +189,11 @@ static int find_damping(balance *b, double *D)
             combine(b, b->x, b->moved);
             const int status = forces(b, b->moved, side < 0 ? b->r_try : column);
             if (status) return status;
-            size = fmax(size, 0.1 * mbsri_largest(n, b->h));
+            work = fmax(work, 0.1 * work_of(b, b->h));
         }
         for (int j = 0; j < k; ++j) {
             column[j] = (column[j] - b->r_try[j]) / (2.0 * step);
-            if (fabs(column[j]) * step <= ROUNDING * fmax(b->size[j], size)) column[j] = 0.0;
+            if (fabs(column[j]) * step <= ROUNDING * fmax(b->size[j], work)) column[j] = 0.0;
         }
     }
     return MBSR_OK;
@@ -306,8 +329,7 @@ static int aim(balance *b)
             const double slope = mbsri_dot(k, row, part);
             double size = 0.0;
             for (int c = 0; c < k; ++c) size += fabs(row[c]) * b->size[c];
-            b->S[l * e + j] =
-                fabs(slope) > ROUNDING * size * mbsri_largest(n, b->moved) ? slope : 0.0;
+            b->S[l * e + j] = fabs(slope) > ROUNDING * size * extent(b, b->moved) ? slope : 0.0;
         }
     }
     if (status) return status;
@@ -324,15 +346,15 @@ static int move(balance *b, double *defect)
     mbsri_dense *w = b->w;
     const size_t n = (size_t)w->n, nq = (size_t)w->m->nq;
     const double before = *defect;
-    double *direction = w->out;
-    mbsri_zero(n, direction);
-    combine(b, b->x, direction);
-    const double largest = mbsri_largest(w->n, direction);
+    double *way = w->out;
+    mbsri_zero(n, way);
+    combine(b, b->x, way);
+    const double largest = extent(b, way);
     mbsri_copy(nq, b->q, b->q_before);
     double share = fmin(1.0, 0.5 / largest);
     for (int tries = 0; tries < 40; ++tries, share *= 0.5) {
         int status = mbsri_positions(w->m, w->d, b->t, b->q_before);
-        if (!status) status = mbsri_displace(w, b->q_before, share, direction, b->q);
+        if (!status) status = mbsri_displace(w, b->q_before, share, way, b->q);
         mbsri_copy(n, b->wished, b->u);
         if (!status) status = close(b);
         if (!status) status = look(b, defect);
@@ -377,22 +399,33 @@ static int defect_of_velocities(balance *b, double *out)
     return status;
 }
 
+/* u from the velocities in `moved` by a step along Z R_l that changes them by h over their spans. */
+static double step_along(balance *b, int l, double h)
+{
+    const int n = b->w->n;
+    mbsri_zero((size_t)n, b->u);
+    combine(b, b->R + l * b->k, b->u);
+    const double step = h / extent(b, b->u);
+    for (int j = 0; j < n; ++j) b->u[j] = b->moved[j] + step * b->u[j];
+    return step;
+}
+
 /* One Newton step of u along Z; *size: how large. */
 static int step_velocities(balance *b, double *size)
 {
     const int n = b->w->n, k = b->k;
-    const double speed = fmax(1.0, mbsri_largest(n, b->u)), h = 1e-4 * speed;
+    const double speed = fmax(b->rate, extent(b, b->u)), h = 1e-4 * speed;
     double *at = b->r_try, *ahead = b->values;
     int status = MBSR_OK;
     mbsri_copy((size_t)n, b->u, b->moved);
     for (int l = 0; l < k && !status; ++l) {
-        for (int side = -1; side <= 1 && !status; side += 2) {
-            mbsri_ax(n, k, 1.0, b->Z, b->R + l * k, b->u);
-            for (int j = 0; j < n; ++j) b->u[j] = b->moved[j] + side * h * (b->u[j] - b->moved[j]);
-            status = defect_of_velocities(b, side < 0 ? ahead : b->S + l * k);
-            mbsri_copy((size_t)n, b->moved, b->u);
-        }
-        for (int j = 0; j < k; ++j) b->S[l * k + j] = (b->S[l * k + j] - ahead[j]) / (2.0 * h);
+        double *column = b->S + l * k;
+        const double back = step_along(b, l, -h);
+        status = defect_of_velocities(b, ahead);
+        const double on = step_along(b, l, h);
+        if (!status) status = defect_of_velocities(b, column);
+        for (int j = 0; j < k; ++j) column[j] = (column[j] - ahead[j]) / (on - back);
+        mbsri_copy((size_t)n, b->moved, b->u);
     }
     if (!status) status = defect_of_velocities(b, at);
     if (!status) status = solve(b, k, 0, at);
@@ -401,8 +434,8 @@ static int step_velocities(balance *b, double *size)
     mbsri_ax(k, k, -1.0, b->R, at, b->x);
     mbsri_copy((size_t)n, b->u, b->moved);
     combine(b, b->x, b->u);
-    *size = 0.0;
-    for (int j = 0; j < n; ++j) *size = fmax(*size, fabs(b->u[j] - b->moved[j]) / speed);
+    for (int j = 0; j < n; ++j) b->moved[j] -= b->u[j];
+    *size = extent(b, b->moved) / speed;
     return MBSR_OK;
 }
 
@@ -426,13 +459,13 @@ static int find_velocities(balance *b)
 static int damped_rates(balance *b)
 {
     const int n = b->w->n, k = b->k;
-    const double h = fmax(1.0, mbsri_largest(n, b->udot));
+    const double h = fmax(b->rate * b->rate, extent(b, b->udot));
     int status = MBSR_OK;
     for (int pass = 0; pass < 2 && !status; ++pass) {
         status = change(b, true, b->u, b->udot, b->udot, b->lambda, b->r_try);
         for (int l = 0; l < k && !status; ++l) {
             mbsri_copy((size_t)n, b->udot, b->moved);
-            for (int j = 0; j < n; ++j) b->moved[j] += h * b->Z[(size_t)l * (size_t)n + (size_t)j];
+            for (int j = 0; j < n; ++j) b->moved[j] += h * direction(b, l)[j];
             status = change(b, true, b->u, b->moved, b->moved, b->lambda, b->S + l * k);
             for (int j = 0; j < k; ++j) b->S[l * k + j] = (b->S[l * k + j] - b->r_try[j]) / h;
         }
@@ -464,8 +497,8 @@ static int elastic_rates(balance *b)
 {
     mbsri_dense *w = b->w;
     const int n = w->n;
-    const double t = b->t, a = mbsri_largest(n, b->udot),
-                 dt = 1e-3 / fmax(fmax(1.0, mbsri_largest(n, b->u)), sqrt(a));
+    const double t = b->t, a = extent(b, b->udot),
+                 dt = 1e-3 / fmax(fmax(b->rate, extent(b, b->u)), sqrt(a));
     double defect;
     int rank;
     mbsri_copy((size_t)w->m->nq, b->q, b->q_now);
@@ -480,7 +513,10 @@ static int elastic_rates(balance *b)
     if (!status) status = mbsri_loops_factor(w, t, b->q, b->u);
     if (!status) status = look(b, &defect);
     if (status) return status;
-    mbsri_copy((size_t)n * (size_t)b->k, b->Z, w->U);
+    for (int k = 0; k < n; ++k) {
+        for (int l = 0; l < b->k; ++l) w->U[l * n + k] = direction(b, l)[k] / b->w->span[k];
+        b->u_ahead[k] /= b->w->span[k];
+    }
     if (mbsri_lapack_gelsy(n, b->k, w->U, b->u_ahead, SMALL, w->pivots, &rank, w->work, w->lwork))
         return no_balance(b, "accelerations", 0.0);
     combine(b, b->u_ahead, b->udot);
@@ -511,6 +547,8 @@ int mbsri_balance(mbsri_dense *w, double t, double *q, double *u, double *udot, 
     balance b = {
         .w = w, .opt = opt, .info = info, .t = t, .q = q, .u = u, .udot = udot, .lambda = lambda};
     int status = allocate(&b);
+    const mbsri_spans spans = mbsri_spans_of(w->m, NULL);
+    b.rate = mbsri_span_rate(&spans);
     if (!status) status = run(&b);
     mbsri_release(&w->m->allocator, b.memory);
     return status;

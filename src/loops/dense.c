@@ -14,11 +14,22 @@
 #include "loops/rounding.h"
 #include "recursion/closures.h"
 #include "recursion/mass_matrix.h"
+#include "recursion/spans.h"
 
 #include <math.h>
 
 /* Singular values below this times the largest are zero. */
 static const double SMALL = 1e-11;
+
+static void find_spans(mbsri_dense *w)
+{
+    const mbsri_spans spans = mbsri_spans_of(w->m, NULL);
+    for (int i = 1; i <= w->m->bodies; ++i) {
+        const mbsri_body *b = w->m->body + i;
+        for (int k = 0; k < b->n; ++k)
+            w->span[b->u + k] = mbsri_coordinate_span(&spans, w->m, b, true, k);
+    }
+}
 
 int mbsri_dense_open(mbsri_dense *w, const mbsr_model *m, mbsr_data *d, const char *function)
 {
@@ -35,9 +46,10 @@ int mbsri_dense_open(mbsri_dense *w, const mbsr_model *m, mbsr_data *d, const ch
               gelsy = mbsri_lapack_gelsy_work((int)(most + rows) > 0 ? (int)(most + rows) : 1,
                                               w->N > 0 ? w->N : 1);
     w->lwork = svd > gelsy ? svd : gelsy;
-    double **const array[] = {
-        &w->M, &w->C, &w->K,     &w->U, &w->V, &w->scale, &w->sigma,  &w->right, &w->g,    &w->x,
-        &w->y, &w->q, &w->q_try, &w->A, &w->b, &w->work,  &w->offset, &w->out,   &w->guess};
+    double **const array[] = {&w->M,     &w->C,      &w->K,     &w->U,     &w->V,
+                              &w->scale, &w->sigma,  &w->right, &w->g,     &w->x,
+                              &w->y,     &w->q,      &w->q_try, &w->A,     &w->b,
+                              &w->work,  &w->offset, &w->out,   &w->guess, &w->span};
     const size_t length[] = {n * n,
                              rows * n,
                              N * N,
@@ -56,7 +68,8 @@ int mbsri_dense_open(mbsri_dense *w, const mbsr_model *m, mbsr_data *d, const ch
                              (size_t)w->lwork,
                              (size_t)w->held,
                              N,
-                             nq};
+                             nq,
+                             n};
     size_t total = 0;
     for (size_t k = 0; k < sizeof length / sizeof length[0]; ++k) total += length[k];
     w->memory = mbsri_allocate(&m->allocator, total * sizeof(double) + (N + 1) * sizeof(int) +
@@ -76,6 +89,7 @@ int mbsri_dense_open(mbsri_dense *w, const mbsr_model *m, mbsr_data *d, const ch
     w->let_go = w->left_out + rows;
     for (size_t k = 0; k < rows; ++k) w->let_go[k] = false;
     mbsri_zero((size_t)w->held, w->offset);
+    find_spans(w);
     return MBSR_OK;
 }
 
@@ -123,11 +137,14 @@ static void fill(mbsri_dense *w, const bool *dropped)
     }
 }
 
-/* S K S, a few sweeps; rows of zeros keep 1. */
+/* S K S, a few sweeps; rows of zeros keep their spans. */
 static void equilibrate(mbsri_dense *w)
 {
     const size_t N = (size_t)w->N;
-    for (size_t k = 0; k < N; ++k) w->scale[k] = 1.0;
+    for (size_t k = 0; k < N; ++k) w->scale[k] = k < (size_t)w->n ? w->span[k] : 1.0;
+    for (size_t j = 0; j < N; ++j) {
+        for (size_t k = 0; k < N; ++k) w->K[j * N + k] *= w->scale[j] * w->scale[k];
+    }
     for (int sweep = 0; sweep < 5; ++sweep) {
         for (size_t k = 0; k < N; ++k) {
             double largest = 0.0;
@@ -206,7 +223,7 @@ void mbsri_dense_null(const mbsri_dense *w, int l, double *x)
     double largest = 0.0;
     for (int k = 0; k < w->n; ++k) {
         x[k] = w->scale[k] * v[k];
-        largest = fmax(largest, fabs(x[k]));
+        largest = fmax(largest, fabs(x[k]) / w->span[k]);
     }
     for (int k = 0; k < w->n && largest > 0.0; ++k) x[k] /= largest;
 }

@@ -16,6 +16,7 @@ typedef struct mbsri_dense {
     double *C;                     /* rows x n */
     double *K, *U, *V;             /* N x N */
     double *scale, *sigma, *right; /* N */
+    double *span;                  /* n: of what joint rates move (spans.h) */
     double *g, *x, *y;             /* N */
     double *q, *q_try, *guess;     /* nq */
     double *A, *b;                 /* (held + n) x n, held + n: least squares */
@@ -52,7 +53,7 @@ int mbsri_dense_factor(mbsri_dense *w, const bool *dropped);
 /* (u; lambda) = K^+ right (n + rows), least norm in the scaled unknowns, right to be in the range. */
 void mbsri_dense_solve(const mbsri_dense *w, const double *right, double *x);
 
-/* Vector l < moving of the kernel of K, in u: n numbers, of largest entry 1. */
+/* Vector l < moving of the kernel of K, in u: n numbers, the largest over its span 1. */
 void mbsri_dense_null(const mbsri_dense *w, int l, double *x);
 
 /* Vector l < nulls - moving of the kernel of K, in lambda: rows numbers. */

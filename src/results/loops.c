@@ -259,7 +259,7 @@ static double mobility_of(mbsri_dense *w, int k)
     w->g[k] = 1.0;
     for (int l = 0; l < w->moving; ++l) {
         mbsri_dense_null(w, l, w->x);
-        if (fabs(w->x[k]) > 1e-6) return -1.0;
+        if (fabs(w->x[k]) > 1e-6 * w->span[k]) return -1.0;
     }
     mbsri_dense_solve(w, w->g, w->x);
     return fmax(w->x[k], 0.0);
