@@ -6,10 +6,11 @@
  * an iteration leaves a force k g a across that direction, where there is only the inertia m c^2 to
  * resist it: the iterations creep or diverge, or stop, small in the norm, with a rest of strain
  * whose energy is not small. A new matrix in each iteration leaves k g^2: it converges quadratically
- * or not at all. So in careful steps the matrix is new in each iteration, and the last correction
- * has to be small itself, not by a rate of convergence. (Of a Krylov method it is the preconditioner
- * that would be new, in each step is enough. A matrix that is dear is only renewed where the residual r of
- * the momenta, r / c, shows that something is strained.) Other steps are left to the solver of SUNDIALS.
+ * or not at all. So in careful steps the matrix is new at first, and in each iteration in which the residual
+ * r of the momenta, r / c, shows that something is still strained, and the last correction has to be small
+ * itself, not by a rate of convergence. (Of a Krylov method it is the preconditioner that would be new, in
+ * each step is enough. Where momenta do not show all that is strained it is new in each iteration.) Other
+ * steps are left to the solver of SUNDIALS.
  *
  * There a stiff matrix may hide a force: a residual r of the momenta is an error r / c of theirs unless
  * something stiff takes it, and where the matrix is old, that may be gone: a stop that was left, a direction
@@ -76,7 +77,7 @@ static void halve(mbsri_stiff *s, N_Vector ee, N_Vector w, double size)
 static int iterate(mbsri_stiff *s, N_Vector ee, N_Vector w, double tolerance)
 {
     static const double share = 0.03;
-    const double within = s->iterates ? INFINITY : s->dear ? share * tolerance : 0.0;
+    const double within = s->iterates ? INFINITY : s->looks ? share * tolerance : 0.0;
     int small = 0;
     double before = 0.0;
     s->failures = 0;

@@ -39,7 +39,7 @@ typedef struct mbsri_stiff {
     long tested_at;
     long failed_at;            /* step of the last failure of the plain iteration */
     long iterations, failures; /* of the last careful solution */
-    bool looks;                /* whether the plain iteration hides forces, see iteration.c */
+    bool looks;                /* momenta show what is strained, see iteration.c */
     N_Vector weight;           /* of the present step */
     bool hides;                /* the last correction of the plain iteration did */
     bool verified;             /* the last solution was put to the test for that */
