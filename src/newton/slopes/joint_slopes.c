@@ -14,6 +14,7 @@
 #include "algebra/dense.h"
 #include "algebra/differences.h"
 #include "joints/chain.h"
+#include "joints/flexible.h"
 #include "newton/slopes/force_slopes.h"
 #include "newton/slopes/move.h"
 #include "recursion/kinematics.h"
@@ -286,11 +287,14 @@ static int place_of(const mbsri_body *b, int k)
 }
 
 /* Whether column k of the predecessor's pose, or of its velocity, is a shift that the body follows without any
- * other change: sequences of axes know of places only how they lie to each other. */
+ * other change: sequences of axes, markers and mounts know of places only how they lie to each other. */
 static bool is_shift(const mbsri_body *b, int k)
 {
-    return b->joint.table->tangent == mbsri_chain_tangent && b->pred_space == MBSR_SPACE_SPATIAL &&
-           k >= 3 && k < 6;
+    const mbsri_joint *joint = &b->joint;
+    if (k < 3 || k >= 6) return false;
+    if (mbsri_marker_of(joint->table, joint->user)) return true;
+    return b->pred_space == MBSR_SPACE_SPATIAL && (joint->table->tangent == mbsri_chain_tangent ||
+                                                   mbsri_mount_of(joint->table, joint->user));
 }
 
 /* Columns of the pose of the predecessor, and of q. */
