@@ -125,20 +125,40 @@ static void change_marker(const mbsr_joint_args *args, const mbsr_joint_change *
     mbsri_flex_see_change(view, x, by->p_pred + MODAL);
 }
 
+void mbsri_marker_see(const mbsr_joint_args *args, mbsri_flex_view *view)
+{
+    see_marker_rate(args, view);
+}
+
+void mbsri_marker_change(const mbsr_joint_args *args, const mbsr_joint_change *by,
+                         mbsri_flex_view *view, double *dp, double *dH)
+{
+    double x[3];
+    change_marker(args, by, view);
+    mbsri_rotate3(view->at.G, view->dpsi, x);
+    mbsri_add3(1.0, view->turn, x);
+    turn(x, args->p + MBSR_POSE_R, dp + MBSR_POSE_R);
+    for (int k = 0; k < 3; ++k)
+        dp[MBSR_POSE_X + k] = by->p_pred[MBSR_POSE_X + k] + view->change.a[k];
+    fill_B(view, MBSRI_FLEX_CHANGE, dH);
+}
+
+void mbsri_marker_rate_change(const mbsr_joint_args *args, const mbsr_joint_change *by,
+                              mbsri_flex_view *view, double *dkII, double *dHdot)
+{
+    change_marker(args, by, view);
+    mbsri_flex_see_rate_change(view, by->V_pred, by->V_pred + 6);
+    for (int k = 0; k < 6; ++k) dkII[k] = -view->bias_change[k];
+    fill_B(view, MBSRI_FLEX_RATE_CHANGE, dHdot);
+}
+
 static int marker_tangent(const mbsr_joint_args *args, const mbsr_joint_change *by, double *dp,
                           double *dK, double *dH, double *dJ, double *dkI)
 {
     mbsri_flex_view view;
-    double x[3];
     (void)dK, (void)dJ, (void)dkI;
     see_marker(args, &view);
-    change_marker(args, by, &view);
-    mbsri_rotate3(view.at.G, view.dpsi, x);
-    mbsri_add3(1.0, view.turn, x);
-    turn(x, args->p + MBSR_POSE_R, dp + MBSR_POSE_R);
-    for (int k = 0; k < 3; ++k)
-        dp[MBSR_POSE_X + k] = by->p_pred[MBSR_POSE_X + k] + view.change.a[k];
-    fill_B(&view, MBSRI_FLEX_CHANGE, dH);
+    mbsri_marker_change(args, by, &view, dp, dH);
     return MBSR_OK;
 }
 
@@ -149,10 +169,7 @@ static int marker_rate_tangent(const mbsr_joint_args *args, const mbsr_joint_cha
     mbsri_flex_view view;
     (void)dKdot, (void)dJdot, (void)dqdot;
     see_marker_rate(args, &view);
-    change_marker(args, by, &view);
-    mbsri_flex_see_rate_change(&view, by->V_pred, by->V_pred + 6);
-    for (int k = 0; k < 6; ++k) dkII[k] = -view.bias_change[k];
-    fill_B(&view, MBSRI_FLEX_RATE_CHANGE, dHdot);
+    mbsri_marker_rate_change(args, by, &view, dkII, dHdot);
     return MBSR_OK;
 }
 

@@ -49,6 +49,7 @@ typedef struct column {
     double *Kdot;                              /* as the joint gives it */
     double *spare;                             /* d x max(n, d_pred) + d */
     mbsri_joint_mover move;                    /* where a joint leaves derivatives to differences */
+    mbsri_flex_view *view;                     /* of a marker; NULL: it is none */
 } column;
 
 static void take(double **memory, size_t *used, size_t count, double **out)
@@ -134,6 +135,10 @@ static int call_tangent(column *c)
     args.u = args.V = args.V_pred = NULL;
     clear(b, &c->first);
     mbsri_zero((size_t)b->np, c->dp);
+    if (c->view) {
+        mbsri_marker_change(&args, &by, c->view, c->dp, c->first.H);
+        return MBSR_OK;
+    }
     double *dK = unit_K(b) ? NULL : c->first.K;
     const char *name = "tangent";
     const int status =
@@ -151,6 +156,10 @@ static int call_rate_tangent(column *c)
     const mbsr_joint_change by = {c->q, c->u, c->p_pred, c->V_pred, c->dp, c->dV};
     clear(b, &c->second);
     mbsri_zero((size_t)b->joint.nq, c->qdot);
+    if (c->view) {
+        mbsri_marker_rate_change(&c->args, &by, c->view, c->second.k, c->second.H);
+        return MBSR_OK;
+    }
     const bool own_rates = b->joint.table->coordinate_rates != NULL;
     double *dKdot = unit_K(b) ? NULL : c->second.K, *dqdot = own_rates ? c->qdot : NULL;
     const char *name = "rate_tangent";
@@ -420,6 +429,11 @@ int mbsri_joint_slopes_of(const mbsr_model *m, mbsr_data *d, int i, bool acceler
     c.accelerated = accelerated;
     c.udot = udot;
     c.args = mbsri_joint_args(m, d, i, true);
+    mbsri_flex_view view;
+    if (mbsri_marker_of(b->joint.table, b->joint.user)) {
+        mbsri_marker_see(&c.args, &view);
+        c.view = &view;
+    }
     c.move.table = b->joint.table;
     c.move.space = b->joint.space;
     c.move.np_pred = c.pred->np;
