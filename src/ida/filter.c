@@ -108,14 +108,14 @@ void mbsri_stiff_try(mbsri_stiff *s)
     if (steps + s->span > s->careful_until) s->careful_until = steps + s->span;
 }
 
-/* Where careful steps are dear, a stiff direction that vibrates gets them only after two failed tests of order 1
- * or 2, and for twice as long each time, after pauses that double, too: either they lead out of there, or
- * they are a small part of a run that has to resolve it. */
+/* Where careful steps are dear (with dense matrices; Krylov methods are left alone), a stiff direction that
+ * vibrates gets them only after two failed tests of order 1 or 2, and for twice as long each time, after pauses
+ * that double, too: either they lead out of there, or they are a small part of a run that has to resolve it. */
 static void insist(mbsri_stiff *s, int order)
 {
     enum { FAILED = 2, FIRST = 15, LONGEST = 32 };
     long steps = 0;
-    if (order > 2 || ++s->vibrations < FAILED) return;
+    if (s->iterates || order > 2 || ++s->vibrations < FAILED) return;
     IDAGetNumSteps(s->memory, &steps);
     if (steps < s->careful_until + s->patience * s->span) return;
     s->span = s->span > 0 ? 2 * s->span : FIRST;
@@ -147,24 +147,50 @@ static void raise_alarm(mbsri_stiff *s, bool failed)
 
 /* ---- the filter ---- */
 
-/* The norm of x with its momenta filtered, K the present matrix for c; negative if the linear
- * solver fails. */
-static double filtered_norm(mbsri_stiff *s, double c, N_Vector x, N_Vector w, N_Vector id)
+/* s->filtered becomes K^-1 (0, c e_p, 0), K the present matrix for c and e_p the momenta of x that count;
+ * nonzero if the linear solver fails. */
+static int filter(mbsri_stiff *s, double c, N_Vector x, N_Vector id)
 {
     const double *e = N_VGetArrayPointer(x), *counts = N_VGetArrayPointer(id);
     double *to = N_VGetArrayPointer(s->filtered);
-    const sunindextype n = N_VGetLength(x);
-    for (sunindextype k = 0; k < n; ++k) {
+    for (sunindextype k = 0; k < N_VGetLength(x); ++k) {
         const bool momentum = k >= s->first && k < s->last && counts[k] > 0.0;
         to[k] = momentum ? c * e[k] : 0.0;
     }
-    if (s->weigh && s->weigh(s->user, s->filtered)) return -1.0;
+    const int status = s->weigh ? s->weigh(s->user, s->filtered) : 0;
+    if (status) return status;
     ++s->info.filter_solves;
-    if (s->solve(s->filtered, s->memory)) return -1.0;
-    for (sunindextype k = 0; k < n; ++k) {
+    return s->solve(s->filtered, s->memory);
+}
+
+/* The norm of x with its momenta filtered; negative if the linear solver fails. */
+static double filtered_norm(mbsri_stiff *s, double c, N_Vector x, N_Vector w, N_Vector id)
+{
+    const double *e = N_VGetArrayPointer(x);
+    double *to = N_VGetArrayPointer(s->filtered);
+    if (filter(s, c, x, id)) return -1.0;
+    for (sunindextype k = 0; k < N_VGetLength(x); ++k) {
         if (k < s->first || k >= s->last) to[k] = e[k];
     }
     return s->masked(s->filtered, w, id);
+}
+
+/* Norm of the momenta of x. */
+static double momentum_norm(mbsri_stiff *s, N_Vector x, N_Vector w, N_Vector id)
+{
+    const double *from = N_VGetArrayPointer(x);
+    double *to = N_VGetArrayPointer(s->change);
+    for (sunindextype k = 0; k < N_VGetLength(x); ++k)
+        to[k] = k >= s->first && k < s->last ? from[k] : 0.0;
+    return s->masked(s->change, w, id);
+}
+
+bool mbsri_stiff_moves(mbsri_stiff *s, N_Vector x, N_Vector w)
+{
+    static const double left = 0.3;
+    double c = 0.0;
+    if (!s->id || IDAGetCurrentCj(s->memory, &c) < 0 || filter(s, c, x, s->id)) return false;
+    return momentum_norm(s, s->filtered, w, s->id) < left * momentum_norm(s, x, w, s->id);
 }
 
 void mbsri_stiff_keep(mbsri_stiff *s, N_Vector x, bool of_iteration)
@@ -225,26 +251,15 @@ void mbsri_stiff_look_back(mbsri_stiff *s)
         raise_alarm(s, true);
 }
 
-/* Norm of the momenta themselves. */
-static double momentum_norm(mbsri_stiff *s, N_Vector w, N_Vector id)
-{
-    N_Vector y = NULL;
-    if (IDAGetCurrentY(s->memory, &y) < 0) return 0.0;
-    const double *from = N_VGetArrayPointer(y);
-    double *to = N_VGetArrayPointer(s->change);
-    for (sunindextype k = 0; k < N_VGetLength(y); ++k)
-        to[k] = k >= s->first && k < s->last ? from[k] : 0.0;
-    return s->masked(s->change, w, id);
-}
-
 /* The offset turns with the stiff direction, and the more of it is left the longer the step: it may be no
  * more than a small share of the momenta. Only at loose tolerances are steps so long. */
 static double bounded(mbsri_stiff *s, double filtered, double plain, N_Vector w, N_Vector id)
 {
     static const double share = 0.02, least = 80.0;
     if (plain <= least) return filtered;
-    const double most = fmax(least, share * momentum_norm(s, w, id));
-    return fmax(filtered, plain / most);
+    N_Vector y = NULL;
+    const double all = IDAGetCurrentY(s->memory, &y) < 0 ? 0.0 : momentum_norm(s, y, w, id);
+    return fmax(filtered, plain / fmax(least, share * all));
 }
 
 /* The first norm of an error test decides on all: they have to be comparable. */
@@ -283,6 +298,7 @@ static double tested_norm(mbsri_stiff *s, N_Vector x, N_Vector w, N_Vector id)
     int order = 1;
     IDAGetCurrentOrder(s->memory, &order);
     const int call = ++s->norms;
+    s->id = id;
     if (call > (order < 3 ? order : 3)) s->norms = -1;
     if (call == 1) return hold(s, first_norm(s, x, w, id, plain, order), order);
     if (call == 2 && order == 2 && s->careful) return forbidden;

@@ -107,6 +107,23 @@ static void note_failure(mbsri_stiff *s)
     s->failed_at = steps;
 }
 
+/* Where the plain iteration has needed a new matrix, and what it corrected then is stiff, a stiff direction has
+ * turned: matrices that are not quite old enough to fail mislead it. Twice within some steps, and the next ones are
+ * careful (not with Krylov methods, which ask for new preconditioners for other reasons, too). */
+static void note_turn(mbsri_stiff *s, N_Vector ee, N_Vector w)
+{
+    enum { SOON = 30 };
+    long stale = 0, steps = 0;
+    SUNNonlinSolGetNumConvFails(s->plain, &stale);
+    if (stale == 0 || s->iterates || !mbsri_stiff_moves(s, ee, w)) return;
+    IDAGetNumSteps(s->memory, &steps);
+    if (s->turned_at >= 0 && steps - s->turned_at < SOON) {
+        ++s->info.stiff_iterations;
+        mbsri_stiff_try(s);
+    }
+    s->turned_at = steps;
+}
+
 /* IDA's, for the plain iteration, looked at: b is a residual, then a correction. */
 static int watched_solve(N_Vector b, void *memory)
 {
@@ -233,6 +250,7 @@ static int solve(SUNNonlinearSolver solver, N_Vector predicted, N_Vector ee, N_V
     } else {
         status = SUNNonlinSolSolve(s->plain, predicted, ee, w, tolerance, set_up, memory);
         if (status == SUN_NLS_CONV_RECVR) note_failure(s);
+        if (!status) note_turn(s, ee, w);
         if (!status && mbsri_stiff_wrong_matrix(s, predicted, ee)) {
             ++s->info.stiff_iterations;
             mbsri_stiff_try(s);
@@ -265,9 +283,10 @@ static int initialize(SUNNonlinearSolver solver)
     s->verify_at = 0;
     s->pause = 0;
     s->enough = MBSRI_STIFF_ALARM;
-    s->failed_at = s->rejected_at = -1;
+    s->failed_at = s->rejected_at = s->turned_at = -1;
     s->norms = -1;
     s->suspect = false;
+    s->id = NULL;
     s->vibrations = 0;
     s->patience = 1;
     return SUNNonlinSolInitialize(s->plain);

@@ -37,7 +37,8 @@ typedef struct mbsri_stiff {
     long matrices;      /* by difference quotients, so far */
     double tested_step; /* up to which steps none of them needs to be put to the test */
     long tested_at;
-    long failed_at;            /* step of the last failure of the plain iteration */
+    long turned_at; /* step of the last new matrix that a stiff direction needed; -1: none */
+    long failed_at; /* step of the last failure of the plain iteration */
     long iterations, failures; /* of the last careful solution */
     bool looks;                /* momenta show what is strained, see iteration.c */
     N_Vector weight;           /* of the present step */
@@ -51,6 +52,7 @@ typedef struct mbsri_stiff {
     long rejected_at; /* step of the last test that failed; -1: none */
     double c;         /* of the present error test */
     double slowest;   /* the smallest c of a step that Newton's method solved; 0: none yet */
+    N_Vector id;      /* IDA's, since the first error test: what counts in it */
     int norms;        /* of the present error test so far; -1: no error test */
     bool filters;     /* it is filtered */
     int vibrations; /* tests of low order failed by one, since careful steps were begun for them */
@@ -92,6 +94,9 @@ mbsri_stiff *mbsri_stiff_behind(N_Vector v);
 
 /* The part of the norm of x, by s->weight, that its momenta make. */
 double mbsri_stiff_momenta(const mbsri_stiff *s, N_Vector x);
+
+/* Whether the filter leaves little of the momenta of x, a correction: a stiff element asked for it. */
+bool mbsri_stiff_moves(mbsri_stiff *s, N_Vector x, N_Vector w);
 
 /* Keeps x and the present state for mbsr_ida_stiffest. */
 void mbsri_stiff_keep(mbsri_stiff *s, N_Vector x, bool of_iteration);
