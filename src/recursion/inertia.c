@@ -81,8 +81,6 @@ void mbsri_inertia_times(const mbsri_body *b, const double *p, const double *M, 
 {
     if (b->inertia.kind == MBSR_INERTIA_SPATIAL && !b->added && is_spatial(b))
         mbsri_rigid_times(&b->inertia, p + MBSR_POSE_R, factor, x, y);
-    else if (b->inertia.kind == MBSR_INERTIA_FLEXIBLE)
-        mbsri_ax_long(b->d, b->d, factor, M, x, y);
     else
         mbsri_ax(b->d, b->d, factor, M, x, y);
 }

@@ -10,7 +10,6 @@
 #include "algebra/dense.h"
 #include "model/query.h"
 #include "recursion/inertia.h"
-#include "recursion/modal.h"
 
 void mbsri_open_reaction(const mbsr_model *m, mbsr_data *d, int i)
 {
@@ -28,7 +27,7 @@ void mbsri_accelerate(const mbsr_model *m, mbsr_data *d, int i, const double *ud
     /* A_i = -(H_i A_pi + J_i u_i' + kII_i) */
     mbsri_zero((size_t)b->d, A);
     mbsri_ax(b->d, b->d_pred, -1.0, d->H + b->dp, d->A + b->pred_v, A);
-    mbsri_add_along(b, -1.0, d->J + b->dn, udot, A);
+    mbsri_ax(b->d, b->n, -1.0, d->J + b->dn, udot, A);
     for (int k = 0; k < b->d; ++k) A[k] -= d->kII[b->v + (size_t)k];
     mbsri_open_reaction(m, d, i);
 }
@@ -39,7 +38,7 @@ void mbsri_react(const mbsr_model *m, mbsr_data *d, int i, double *out)
     const double *mu = d->mu + b->v;
     /* J_i^T mu_i - tau_i */
     for (int k = 0; k < b->n; ++k) out[k] = -d->tau[b->iu + k];
-    mbsri_add_rates(b, d->J + b->dn, mu, out);
+    mbsri_atx(b->d, b->n, 1.0, d->J + b->dn, mu, out);
     /* mu_pi -= H_i^T mu_i */
     mbsri_atx(b->d, b->d_pred, -1.0, d->H + b->dp, mu, d->mu + b->pred_v);
 }
