@@ -1,213 +1,287 @@
-/* A sparse Jacobian by differences and KLU, in place of the linear solver of an IDA driver.
+/* Newton's systems in sparse augmented form and KLU: see sparse.h.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "sparse.h"
 
 #ifdef BENCH_KLU
 
+#include "augmented.h"
 #include "bench.h"
 
 #include <ida/ida.h>
+#include <klu.h>
 #include <nvector/nvector_serial.h>
-#include <sunlinsol/sunlinsol_klu.h>
-#include <sunmatrix/sunmatrix_sparse.h>
+#include <sundials/sundials_linearsolver.h>
+#include <sundials/sundials_matrix.h>
 
-#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 struct sparse {
-    const mbsr_model *model;
-    mbsr_data *data;
-    void *memory; /* IDA's */
-    int n;
-    sunindextype *column, *row; /* compressed columns: n + 1, entries */
-    int *group;                 /* columns by groups: group[first[g] .. first[g+1]) */
-    int *first;
-    double *y, *yp, *F, *F0, *step;
+    augmented system;
+    long slots, *slot; /* of each entry in value, or -1: zero */
+    int *from, *row;   /* compressed columns */
+    double *value, *right;
+    klu_common common;
+    klu_symbolic *symbolic;
+    klu_numeric *numeric;
     SUNContext context;
     SUNMatrix matrix;
     SUNLinearSolver solver;
     sparse_info info;
 };
 
-static int residual(sparse *s, double t, const double *y, const double *yp, double *F)
+/* ---- the matrix ---- */
+
+static const augmented_entry *sorted; /* for qsort */
+
+static int by_place(const void *a, const void *b)
 {
-    ++s->info.residuals;
-    return mbsr_dae_residual(s->model, s->data, MBSR_DAE_MOMENTUM, t, y, yp, F);
+    const augmented_entry *x = sorted + *(const long *)a, *y = sorted + *(const long *)b;
+    return x->column != y->column ? x->column - y->column : x->row - y->row;
 }
 
-/* ---- pattern ----------------------------------------------------------------------------------
- * */
-
-/* Rows of F that change with column k of y and y', in row[at ..); their number, or -1 if there is
- * no room. The state is one without zeros, so that no product vanishes by accident. */
-static long find_rows(sparse *s, int k, long at, long most)
+/* Bodies from the leaves to the root, and of each what the others are made of first; with elements across the tree in the
+ * order that KLU chooses (approximate minimum degree), which costs chains half as much fill again. */
+static void analyse(sparse *s)
 {
-    const double y = s->y[k], yp = s->yp[k];
-    long count = 0;
-    s->y[k] += 1e-3 * (1.0 + fabs(y));
-    s->yp[k] += 1e-3 * (1.0 + fabs(yp));
-    bench_check(residual(s, 0.0, s->y, s->yp, s->F), "pattern", mbsr_data_error(s->data)->text);
-    for (int i = 0; i < s->n; ++i) {
-        if (s->F[i] == s->F0[i] && i != k) continue;
-        if (at + count >= most) return -1;
-        s->row[at + count++] = i;
+    static const int kinds[5] = {AUGMENTED_CHI, AUGMENTED_PHI, AUGMENTED_XI, AUGMENTED_NU,
+                                 AUGMENTED_RATES};
+    const augmented *a = &s->system;
+    if (a->linear.stiff->balls > 0) {
+        s->symbolic = klu_analyze(a->size, s->from, s->row, &s->common);
+        return;
     }
-    s->y[k] = y;
-    s->yp[k] = yp;
-    return count;
+    int *order = bench_allocate((size_t)a->size, sizeof *order), count = 0;
+    for (int i = a->linear.stiff->bodies - 1; i >= 0; --i) {
+        for (int k = 0; k < 5; ++k) {
+            const int n = kinds[k] == AUGMENTED_RATES ? a->linear.body[i].axes : a->dim;
+            for (int l = 0; l < n; ++l) order[count++] = augmented_place(a, i, kinds[k]) + l;
+        }
+    }
+    s->common.btf = 0;
+    s->symbolic = klu_analyze_given(a->size, s->from, s->row, order, order, &s->common);
+    free(order);
 }
 
-static int find_pattern(sparse *s, const double *y, const double *yp, long most)
+/* The pattern of the entries that are not zero, or have not been before. */
+static void find_pattern(sparse *s)
 {
-    uint64_t seed = 1;
-    long at = 0;
-    for (int k = 0; k < s->n; ++k) {
-        s->y[k] = y[k] + bench_uniform(&seed, 0.01, 0.02);
-        s->yp[k] = yp[k] + bench_uniform(&seed, 0.01, 0.02);
+    const long count = s->system.entries.count;
+    const augmented_entry *at = s->system.entries.at;
+    long *order = bench_allocate((size_t)count, sizeof *order), kept = 0, last = -1;
+    long *slot = bench_allocate((size_t)count, sizeof *slot);
+    const int same = s->slot && count == s->slots;
+    for (long k = 0; k < count; ++k) {
+        slot[k] = -1;
+        if (at[k].value != 0.0 || (same && s->slot[k] >= 0)) order[kept++] = k;
     }
-    bench_check(residual(s, 0.0, s->y, s->yp, s->F0), "pattern", mbsr_data_error(s->data)->text);
-    for (int k = 0; k < s->n; ++k) {
-        const long count = find_rows(s, k, at, most);
-        if (count < 0) return 0;
-        s->column[k] = (sunindextype)at;
-        at += count;
+    free(s->slot), free(s->row), free(s->value);
+    s->slot = slot;
+    s->slots = count;
+    s->row = bench_allocate((size_t)kept, sizeof *s->row);
+    s->value = bench_allocate((size_t)kept, sizeof *s->value);
+    sorted = at;
+    qsort(order, (size_t)kept, sizeof *order, by_place);
+    memset(s->from, 0, ((size_t)s->system.size + 1) * sizeof *s->from);
+    long entries = 0;
+    for (long k = 0; k < kept; last = order[k++]) {
+        const augmented_entry *e = at + order[k];
+        if (last < 0 || e->row != at[last].row || e->column != at[last].column) {
+            s->row[entries++] = e->row;
+            ++s->from[e->column + 1];
+        }
+        slot[order[k]] = entries - 1;
     }
-    s->column[s->n] = (sunindextype)at;
-    s->info.entries = at;
+    free(order);
+    for (int k = 0; k < s->system.size; ++k) s->from[k + 1] += s->from[k];
+    s->info.entries = entries;
+    if (s->symbolic) klu_free_symbolic(&s->symbolic, &s->common);
+    if (s->numeric) klu_free_numeric(&s->numeric, &s->common);
+    analyse(s);
+    if (!s->symbolic) bench_check(MBSR_ERR_VALUE, "klu_analyze", NULL);
+}
+
+/* Writes the entries; 0 if one of them has no place in the pattern. */
+static int fill(sparse *s)
+{
+    memset(s->value, 0, (size_t)s->info.entries * sizeof *s->value);
+    for (long k = 0; k < s->system.entries.count; ++k) {
+        if (s->slot[k] >= 0)
+            s->value[s->slot[k]] += s->system.entries.at[k].value;
+        else if (s->system.entries.at[k].value != 0.0)
+            return 0;
+    }
     return 1;
 }
 
-/* Whether column k has no row that the group has (mark[row] == group). */
-static int fits(const sparse *s, int k, const int *mark, int group)
+/* With the pivots of before where they are still good, as SUNDIALS does it. */
+static int refactor(sparse *s)
 {
-    for (sunindextype e = s->column[k]; e < s->column[k + 1]; ++e) {
-        if (mark[s->row[e]] == group) return 0;
+    const double least = 1e-10; /* about eps^(2/3) */
+    if (s->numeric) {
+        if (klu_refactor(s->from, s->row, s->value, s->symbolic, s->numeric, &s->common) &&
+            klu_rcond(s->symbolic, s->numeric, &s->common) && s->common.rcond > least)
+            return 0;
+        klu_free_numeric(&s->numeric, &s->common);
     }
-    return 1;
-}
-
-/* Each group takes every column still free that fits, in their order. */
-static void find_groups(sparse *s)
-{
-    int *mark = bench_allocate((size_t)s->n, sizeof *mark), placed = 0, group = 0;
-    char *taken = bench_allocate((size_t)s->n, 1);
-    while (placed < s->n) {
-        s->first[group++] = placed;
-        for (int k = 0; k < s->n; ++k) {
-            if (taken[k] || !fits(s, k, mark, group)) continue;
-            for (sunindextype e = s->column[k]; e < s->column[k + 1]; ++e) mark[s->row[e]] = group;
-            taken[k] = 1;
-            s->group[placed++] = k;
-        }
-    }
-    s->first[group] = placed;
-    s->info.groups = group;
-    free(mark);
-    free(taken);
-}
-
-/* ---- Jacobian ---------------------------------------------------------------------------------
- * */
-
-/* As IDA's own differences: a step of sqrt(eps) of the entry or of its change in a step, at least
- * its tolerance, in the direction of its rate. */
-static void choose_steps(sparse *s, const double *y, const double *yp)
-{
-    double h = 0.0;
-    N_Vector weights = N_VNew_Serial(s->n, s->context);
-    IDAGetCurrentStep(s->memory, &h);
-    IDAGetErrWeights(s->memory, weights);
-    const double *weight = N_VGetArrayPointer(weights), root = sqrt(DBL_EPSILON);
-    for (int k = 0; k < s->n; ++k) {
-        double step = fmax(root * fmax(fabs(y[k]), fabs(h * yp[k])), 1.0 / weight[k]);
-        if (h * yp[k] < 0.0) step = -step;
-        s->step[k] = y[k] + step - y[k];
-    }
-    N_VDestroy(weights);
-}
-
-static sparse *active; /* the driver keeps the user data for itself */
-
-static int jacobian(sunrealtype t, sunrealtype cj, N_Vector y_vector, N_Vector yp_vector,
-                    N_Vector F_vector, SUNMatrix matrix, void *user, N_Vector a, N_Vector b,
-                    N_Vector c)
-{
-    sparse *s = active;
-    const double *y = N_VGetArrayPointer(y_vector), *yp = N_VGetArrayPointer(yp_vector),
-                 *F = N_VGetArrayPointer(F_vector);
-    double *value = SUNSparseMatrix_Data(matrix);
-    const size_t bytes = (size_t)s->n * sizeof *y;
-    (void)user, (void)a, (void)b, (void)c;
-    ++s->info.jacobians;
-    choose_steps(s, y, yp);
-    memcpy(s->y, y, bytes);
-    memcpy(s->yp, yp, bytes);
-    memcpy(SUNSparseMatrix_IndexPointers(matrix), s->column,
-           ((size_t)s->n + 1) * sizeof *s->column);
-    memcpy(SUNSparseMatrix_IndexValues(matrix), s->row, (size_t)s->info.entries * sizeof *s->row);
-    for (int g = 0; g < s->info.groups; ++g) {
-        for (int i = s->first[g]; i < s->first[g + 1]; ++i) {
-            const int k = s->group[i];
-            s->y[k] += s->step[k];
-            s->yp[k] += cj * s->step[k];
-        }
-        const int status = residual(s, t, s->y, s->yp, s->F);
-        if (status) return status;
-        for (int i = s->first[g]; i < s->first[g + 1]; ++i) {
-            const int k = s->group[i];
-            for (sunindextype e = s->column[k]; e < s->column[k + 1]; ++e)
-                value[e] = (s->F[s->row[e]] - F[s->row[e]]) / s->step[k];
-            s->y[k] = y[k];
-            s->yp[k] = yp[k];
-        }
-    }
+    s->numeric = klu_factor(s->from, s->row, s->value, s->symbolic, &s->common);
+    if (!s->numeric) return 1;
+    s->info.factors = s->numeric->lnz + s->numeric->unz;
     return 0;
 }
 
-/* ---- creation ---------------------------------------------------------------------------------
- * */
+static int factor(sparse *s, double t, const double *y, double c)
+{
+    const int status = augmented_at(&s->system, t, y, c);
+    ++s->info.factorisations;
+    if (status) return status;
+    if (!s->slot || s->system.entries.count != s->slots || !fill(s)) {
+        find_pattern(s);
+        fill(s);
+    }
+    return refactor(s);
+}
 
-sparse *sparse_attach(mbsr_ida *ida, const mbsr_model *model, mbsr_data *data, const double *y,
-                      const double *yp, long most)
+static int solve(sparse *s, const double *r, double *delta)
+{
+    augmented_right(&s->system, r, s->right);
+    if (!klu_solve(s->symbolic, s->numeric, s->system.size, 1, s->right, &s->common)) return 1;
+    augmented_delta(&s->system, r, s->right, delta);
+    return 0;
+}
+
+/* ---- as IDA sees it ---- */
+
+static SUNMatrix_ID matrix_id(SUNMatrix A)
+{
+    (void)A;
+    return SUNMATRIX_CUSTOM;
+}
+
+static int matrix_zero(SUNMatrix A)
+{
+    (void)A;
+    return 0;
+}
+
+static SUNLinearSolver_Type solver_type(SUNLinearSolver solver)
+{
+    (void)solver;
+    return SUNLINEARSOLVER_DIRECT;
+}
+
+static SUNLinearSolver_ID solver_id(SUNLinearSolver solver)
+{
+    (void)solver;
+    return SUNLINEARSOLVER_CUSTOM;
+}
+
+static int jacobian(sunrealtype t, sunrealtype cj, N_Vector y, N_Vector yp, N_Vector F,
+                    SUNMatrix matrix, void *user, N_Vector a, N_Vector b, N_Vector c)
+{
+    (void)yp, (void)F, (void)user, (void)a, (void)b, (void)c;
+    return factor(matrix->content, t, N_VGetArrayPointer(y), cj);
+}
+
+static int solver_solve(SUNLinearSolver solver, SUNMatrix A, N_Vector x, N_Vector b,
+                        sunrealtype tolerance)
+{
+    (void)A, (void)tolerance;
+    return solve(solver->content, N_VGetArrayPointer(b), N_VGetArrayPointer(x))
+               ? SUNLS_PACKAGE_FAIL_REC
+               : 0;
+}
+
+sparse *sparse_open(const stiff_model *stiff, const mbsr_model *model, mbsr_data *data)
 {
     sparse *s = bench_allocate(1, sizeof *s);
-    const size_t n = (size_t)mbsr_dae_size(model, MBSR_DAE_MOMENTUM);
-    s->model = model;
-    s->data = data;
-    s->memory = mbsr_ida_memory(ida);
-    s->n = (int)n;
-    s->column = bench_allocate(n + 1, sizeof *s->column);
-    s->row = bench_allocate((size_t)most, sizeof *s->row);
-    s->group = bench_allocate(n, sizeof *s->group);
-    s->first = bench_allocate(n + 1, sizeof *s->first);
-    double **const numbers[] = {&s->y, &s->yp, &s->F, &s->F0, &s->step};
-    for (int k = 0; k < 5; ++k) *numbers[k] = bench_allocate(n, sizeof(double));
-    if (!find_pattern(s, y, yp, most)) {
-        sparse_destroy(s);
-        return NULL;
-    }
-    find_groups(s);
-    bench_check(SUNContext_Create(NULL, &s->context), "SUNContext_Create", NULL);
-    N_Vector vector = N_VNew_Serial(s->n, s->context);
-    s->matrix = SUNSparseMatrix(s->n, s->n, (sunindextype)s->info.entries, CSC_MAT, s->context);
-    s->solver = SUNLinSol_KLU(vector, s->matrix, s->context);
-    N_VDestroy(vector);
-    bench_check(IDASetLinearSolver(s->memory, s->solver, s->matrix), "IDASetLinearSolver", NULL);
-    bench_check(IDASetJacFn(s->memory, jacobian), "IDASetJacFn", NULL);
-    active = s;
+    augmented_open(&s->system, stiff, model, data);
+    const size_t size = (size_t)s->system.size;
+    s->info.unknowns = s->system.size;
+    s->from = bench_allocate(size + 1, sizeof *s->from);
+    s->right = bench_allocate(size, sizeof *s->right);
+    klu_defaults(&s->common);
     return s;
+}
+
+void sparse_attach(sparse *s, mbsr_ida *ida)
+{
+    void *const memory = mbsr_ida_memory(ida);
+    bench_check(SUNContext_Create(NULL, &s->context), "SUNContext_Create", NULL);
+    s->matrix = SUNMatNewEmpty(s->context);
+    s->solver = SUNLinSolNewEmpty(s->context);
+    if (!s->matrix || !s->solver) bench_check(MBSR_ERR_NO_MEMORY, "a linear solver", NULL);
+    s->matrix->content = s->solver->content = s;
+    s->matrix->ops->getid = matrix_id;
+    s->matrix->ops->zero = matrix_zero;
+    s->solver->ops->gettype = solver_type;
+    s->solver->ops->getid = solver_id;
+    s->solver->ops->solve = solver_solve;
+    bench_check(IDASetLinearSolver(memory, s->solver, s->matrix), "IDASetLinearSolver", NULL);
+    bench_check(IDASetJacFn(memory, jacobian), "IDASetJacFn", NULL);
+}
+
+/* Seconds a call, the least of some. */
+static double time_of(sparse *s, mbsr_newton *newton, const double *y, const double *yp, double c,
+                      const double *r, double *delta, int solving)
+{
+    double least = INFINITY;
+    for (int k = 0; k < 20; ++k) {
+        int status;
+        const double begin = bench_now();
+        if (newton && solving)
+            status = mbsr_newton_solve(newton, r, delta);
+        else if (newton)
+            status = mbsr_newton_factor(newton, s->system.data, 0.0, y, yp, c);
+        else
+            status = solving ? solve(s, r, delta) : factor(s, 0.0, y, c);
+        least = fmin(least, bench_now() - begin);
+        bench_check(status, newton ? "on the tree" : "by KLU", NULL);
+    }
+    return least;
+}
+
+sparse_comparison sparse_compare(sparse *s, const double *y, const double *yp)
+{
+    const double c = 1e3;
+    const int n = mbsr_dae_size(s->system.model, MBSR_DAE_MOMENTUM),
+              ties = s->system.linear.stiff->balls;
+    const int tested = ties > 0 ? n - mbsr_model_nu(s->system.model) : n;
+    mbsr_newton_opt opt = mbsr_default_newton_opt();
+    mbsr_newton *newton = NULL;
+    double *r = bench_allocate(3 * (size_t)n, sizeof *r), *delta = r + n, *other = delta + n,
+           most = 0.0;
+    uint64_t seed = 1;
+    sparse_comparison to = {0};
+    opt.method = ties > 0 ? MBSR_NEWTON_CORRECTED : MBSR_NEWTON_AUTO;
+    bench_check(mbsr_newton_create(s->system.model, MBSR_DAE_MOMENTUM, &opt, &newton, NULL),
+                "mbsr_newton_create", NULL);
+    for (int k = 0; k < tested; ++k) r[k] = bench_uniform(&seed, -1.0, 1.0);
+    to.tree_factor = time_of(s, newton, y, yp, c, r, delta, 0);
+    to.tree_solve = time_of(s, newton, y, yp, c, r, delta, 1);
+    to.factor = time_of(s, NULL, y, yp, c, r, other, 0);
+    to.solve = time_of(s, NULL, y, yp, c, r, other, 1);
+    for (int k = 0; k < n; ++k) {
+        most = fmax(most, fabs(delta[k]));
+        to.difference = fmax(to.difference, fabs(delta[k] - other[k]));
+    }
+    to.difference /= most;
+    mbsr_newton_destroy(newton);
+    free(r);
+    return to;
 }
 
 void sparse_destroy(sparse *s)
 {
     if (!s) return;
-    if (s->solver) SUNLinSolFree(s->solver);
-    if (s->matrix) SUNMatDestroy(s->matrix);
+    if (s->solver) SUNLinSolFreeEmpty(s->solver);
+    if (s->matrix) SUNMatFreeEmpty(s->matrix);
     if (s->context) SUNContext_Free(&s->context);
-    void *const owned[] = {s->column, s->row, s->group, s->first, s->y,
-                           s->yp,     s->F,   s->F0,    s->step};
+    if (s->symbolic) klu_free_symbolic(&s->symbolic, &s->common);
+    if (s->numeric) klu_free_numeric(&s->numeric, &s->common);
+    augmented_close(&s->system);
+    void *const owned[] = {s->slot, s->from, s->row, s->value, s->right};
     for (size_t k = 0; k < sizeof owned / sizeof owned[0]; ++k) free(owned[k]);
     free(s);
 }
@@ -219,11 +293,21 @@ sparse_info sparse_get_info(const sparse *s)
 
 #else
 
-sparse *sparse_attach(mbsr_ida *ida, const mbsr_model *model, mbsr_data *data, const double *y,
-                      const double *yp, long most)
+sparse *sparse_open(const stiff_model *stiff, const mbsr_model *model, mbsr_data *data)
 {
-    (void)ida, (void)model, (void)data, (void)y, (void)yp, (void)most;
+    (void)stiff, (void)model, (void)data;
     return NULL;
+}
+
+void sparse_attach(sparse *s, mbsr_ida *ida)
+{
+    (void)s, (void)ida;
+}
+
+sparse_comparison sparse_compare(sparse *s, const double *y, const double *yp)
+{
+    (void)s, (void)y, (void)yp;
+    return (sparse_comparison){0};
 }
 
 void sparse_destroy(sparse *s)
@@ -234,7 +318,7 @@ void sparse_destroy(sparse *s)
 sparse_info sparse_get_info(const sparse *s)
 {
     (void)s;
-    return (sparse_info){0, 0, 0, 0};
+    return (sparse_info){0};
 }
 
 #endif
