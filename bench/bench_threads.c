@@ -4,13 +4,15 @@
  *   bench_threads [samples [threads]]     CSV on standard output; threads: 2
  *
  * Trees of hinges: full binary ones, and two chains on the root. Elapsed time, not CPU time; both ways in turn, and
- * the ratio of one to the other in each pair. */
+ * the ratio of one to the other in each pair. Beside them what the memory gives one thread and several: an array far
+ * beyond the caches, read, and read and written. */
 #include "bench.h"
 
 #include <mbsrank/mbsrank.h>
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 #include <time.h>
 
 enum { SAMPLES = 15, STATES = 4096, TASKS = 3 };
@@ -179,6 +181,61 @@ static void measure_batch(int bodies, const mbsr_parallel *parallel, int samples
     release(&t);
 }
 
+/* ---- memory ---- */
+
+enum { STREAM_VECTORS = 1 << 23 }; /* 256 MB */
+
+typedef double vector __attribute__((vector_size(32)));
+
+typedef struct stream {
+    vector *at;
+    int parts, writes;
+    vector sum[64];
+} stream;
+
+static void run_part(void *arg, int k)
+{
+    stream *s = arg;
+    const long from = (long)STREAM_VECTORS * k / s->parts,
+               to = (long)STREAM_VECTORS * (k + 1) / s->parts;
+    vector sum[2] = {s->sum[k], s->sum[k]};
+    for (long l = from; l < to && !s->writes; l += 2) sum[0] += s->at[l], sum[1] += s->at[l + 1];
+    for (long l = from; l < to && s->writes; ++l) s->at[l] += 1.0;
+    s->sum[k] = sum[0] + sum[1];
+}
+
+/* The most of some, GB/s. */
+static double rate_of(stream *s, const mbsr_parallel *parallel, int parts, int writes, int samples)
+{
+    double least = INFINITY;
+    s->parts = parts;
+    s->writes = writes;
+    for (int k = 0; k < samples; ++k) {
+        const double start = elapsed();
+        if (parts > 1)
+            parallel->run(parallel->user, parts, run_part, s);
+        else
+            run_part(s, 0);
+        least = fmin(least, elapsed() - start);
+    }
+    return 1e-9 * (1 + writes) * (double)STREAM_VECTORS * (double)sizeof(vector) / least;
+}
+
+static void measure_memory(const mbsr_parallel *parallel, int samples)
+{
+    stream s = {.at = aligned_alloc(sizeof(vector), STREAM_VECTORS * sizeof(vector))};
+    const int parts = parallel->workers < 64 ? parallel->workers : 64;
+    if (!s.at) bench_check(MBSR_ERR_NO_MEMORY, "memory", NULL);
+    memset(s.at, 0, STREAM_VECTORS * sizeof(vector));
+    for (int writes = 0; writes < 2; ++writes) {
+        const double one = rate_of(&s, parallel, 1, writes, samples),
+                     many = rate_of(&s, parallel, parts, writes, samples);
+        printf("# memory, %s: %.1f GB/s by one thread, %.1f by %d: ratio %.2f\n",
+               writes ? "read and written" : "read", one, many, parts, many / one);
+    }
+    free(s.at);
+}
+
 int main(int argc, char **argv)
 {
     const int samples = argc > 1 ? atoi(argv[1]) : SAMPLES, count = argc > 2 ? atoi(argv[2]) : 2;
@@ -190,6 +247,7 @@ int main(int argc, char **argv)
     bench_header(stdout, "one evaluation by several threads");
     printf("# ns: elapsed, a body and state, medians; ratio: one thread to several, median of "
            "pairs\n");
+    measure_memory(&parallel, samples);
     printf("tree,bodies,states,task,threads,ns_one,ns_threads,ratio\n");
     static const int sizes[] = {1023, 16383, 131071, 1048575};
     for (int k = 0; k < 4; ++k) measure_tree("binary", sizes[k], 1, &parallel, samples);
