@@ -183,9 +183,9 @@ static void measure_batch(int bodies, const mbsr_parallel *parallel, int samples
 
 /* ---- memory ---- */
 
-enum { STREAM_VECTORS = 1 << 23 }; /* 256 MB */
+enum { STREAM_VECTORS = 1 << 24 }; /* 256 MB */
 
-typedef double vector __attribute__((vector_size(32)));
+typedef double vector __attribute__((vector_size(16)));
 
 typedef struct stream {
     vector *at;
@@ -196,12 +196,13 @@ typedef struct stream {
 static void run_part(void *arg, int k)
 {
     stream *s = arg;
-    const long from = (long)STREAM_VECTORS * k / s->parts,
-               to = (long)STREAM_VECTORS * (k + 1) / s->parts;
-    vector sum[2] = {s->sum[k], s->sum[k]};
-    for (long l = from; l < to && !s->writes; l += 2) sum[0] += s->at[l], sum[1] += s->at[l + 1];
+    const long from = (long)STREAM_VECTORS / 4 * k / s->parts * 4,
+               to = (long)STREAM_VECTORS / 4 * (k + 1) / s->parts * 4;
+    vector a = s->sum[k], b = a, c = a, d = a;
+    for (long l = from; l < to && !s->writes; l += 4)
+        a += s->at[l], b += s->at[l + 1], c += s->at[l + 2], d += s->at[l + 3];
     for (long l = from; l < to && s->writes; ++l) s->at[l] += 1.0;
-    s->sum[k] = sum[0] + sum[1];
+    s->sum[k] = a + b + c + d;
 }
 
 /* The most of some, GB/s. */
