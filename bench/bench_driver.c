@@ -13,7 +13,7 @@
  * Each line is a mean over `runs` (default 4) at tolerances that differ by 2 %, because rounding decides
  * between steps; the error, largest of q at the end, is the root of their mean square, the energy
  * gained (J, at ends of steps, over the start's) the largest. A run of 30 000 steps is given up.
- * References: stiff closures at 1e-10, another formulation, for what is closed by springs; IDA's
+ * References: stiff closures at 1e-10 or 1e-9, another formulation, for what is closed by springs; IDA's
  * own at 1e-10 for the others. */
 #include "bench.h"
 #include "mechanisms.h"
@@ -159,11 +159,18 @@ static double *room(const problem *p)
     return bench_allocate((size_t)(n > c ? n : c), sizeof(double));
 }
 
+/* At 1e-10; where rounding lets that not come to its end, as with 1e12 N/m, at 1e-9. */
 static void find_reference(problem *p)
 {
+    enum { TOO_MANY = 10000 };
+    const driver how = p->closed ? CLOSURES : PLAIN;
+    const mbsr_ida_solver solver = p->closed ? MBSR_IDA_DENSE : MBSR_IDA_AUTO;
     double *y = room(p);
-    const outcome o = integrate(p, p->closed ? CLOSURES : PLAIN,
-                                p->closed ? MBSR_IDA_DENSE : MBSR_IDA_AUTO, 1e-10, 1000000, 0, y);
+    outcome o = integrate(p, how, solver, 1e-10, p->closed ? TOO_MANY : 1000000, 0, y);
+    if (o.status && p->closed) {
+        printf("# %s, %g N/m, %g: reference at 1e-9\n", p->name, p->stiffness, p->ratio);
+        o = integrate(p, how, solver, 1e-9, 1000000, 0, y);
+    }
     if (o.status) printf("# no reference: %s\n", mbsr_status_name(o.status));
     p->reference = y;
 }
