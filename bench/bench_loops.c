@@ -276,7 +276,8 @@ static void write_case(const struct bench_case *of, const char *folder)
 static int write_all(const char *folder)
 {
     for (int k = 0; k < CASES; ++k) {
-        if (cases[k].closed && !cases[k].massless && !in_space(cases + k) && cases[k].count <= 100)
+        if (cases[k].closed == BENCH_RIGID && !cases[k].massless && !in_space(cases + k) &&
+            cases[k].count <= 100)
             write_case(cases + k, folder);
     }
     return 0;
