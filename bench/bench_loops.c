@@ -66,9 +66,10 @@ static void open_candidate(candidate *c, const struct bench_case *of)
     mbsr_newton_opt opt = mbsr_default_newton_opt();
     opt.by_blocks = of->by_blocks;
     if (of->ring)
-        bench_make_ring(&c->tree, of->count, of->closed);
+        bench_make_ring(&c->tree, of->count, of->closed != BENCH_OPEN);
     else if (in_space(of))
-        bench_make_linkages(&c->tree, of->count, !strcmp(of->variant, "universal"), of->closed);
+        bench_make_linkages(&c->tree, of->count, !strcmp(of->variant, "universal"),
+                            of->closed != BENCH_OPEN);
     else
         bench_make_fourbars(&c->tree, of->count, of->massless, of->closed);
     const mbsr_model *m = c->tree.model;
