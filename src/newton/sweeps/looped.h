@@ -93,6 +93,16 @@ MBSRI_OUTLINE bool eliminate_wide(const mbsri_sweep_run *run, int i, mbsri_newto
     return true;
 }
 
+/* The same where it is not; false: its rows are singular. */
+MBSRI_OUTLINE bool eliminate_narrow(const mbsri_sweep_run *run, int i, mbsri_newton_sweeps *newton,
+                                    elimination *at)
+{
+    gather_body(run, i, newton, at, false, false);
+    if (!eliminate_joint(run, i, newton, &at->y, false, false)) return false;
+    leave_narrow(run, i, newton, at);
+    return true;
+}
+
 /* Which bodies are deep, as the model says, where others have found it in a state. */
 static void mark_deep(mbsri_newton_sweeps *newton)
 {
@@ -124,9 +134,7 @@ static int newton_factor_looped(const mbsri_sweep_run *run, mbsri_newton_sweeps 
             return newton->status ? MBSRI_BLOCK_FAILED : MBSRI_DEFICIENT;
         }
         if (run->rank[i] != run->tree->body[i].n) return MBSRI_DEFICIENT;
-        gather_body(run, i, newton, &of, false, false);
-        if (!eliminate_joint(run, i, newton, &of.y, false, false)) return i;
-        leave_narrow(run, i, newton, &of);
+        if (!eliminate_narrow(run, i, newton, &of)) return i;
     }
     newton->status = close_loops_on(run, 0, newton, NULL);
     return newton->status ? MBSRI_BLOCK_FAILED : 0;
