@@ -7,11 +7,11 @@
 #include "assembly/order_forces.h"
 #include "assembly/places.h"
 #include "assembly/survey.h"
-#include "recursion/flexible_factors.h"
 #include "base/error.h"
 #include "base/memory.h"
 #include "joints/flexible.h"
 #include "model/query.h"
+#include "recursion/flexible_factors.h"
 #include "recursion/rates.h"
 #include "sweeps/build.h"
 

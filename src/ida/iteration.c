@@ -73,13 +73,15 @@ static void halve(mbsri_stiff *s, N_Vector ee, N_Vector w, double size)
 }
 
 /* IDA's tolerance is for what is left after the last iteration. Where rounding keeps corrections
- * above the smaller one here, four of them in a row within it will do. */
-static int iterate(mbsri_stiff *s, N_Vector ee, N_Vector w, double tolerance)
+ * above the smaller one here, four of them in a row within it will do; or within `rounding`, where they do not
+ * even shrink: with short steps h rounding of q is one of velocities by 1/h. */
+static int iterate(mbsri_stiff *s, N_Vector ee, N_Vector w, double tolerance, double rounding)
 {
     static const double share = 0.03;
     const double within = s->iterates ? INFINITY : s->looks ? share * tolerance : 0.0;
-    int small = 0;
+    int small = 0, still = 0;
     double before = 0.0;
+    bool grows = false;
     s->failures = 0;
     for (s->iterations = 1; s->iterations <= ITERATIONS; ++s->iterations) {
         const int status = improve(s, ee, s->iterations == 1 ? 0.0 : within);
@@ -87,7 +89,9 @@ static int iterate(mbsri_stiff *s, N_Vector ee, N_Vector w, double tolerance)
         const double size = N_VWrmsNorm(s->change, w);
         if (s->iterations == 2 && turns(before, size, tolerance)) mbsri_stiff_begin(s);
         small = size <= tolerance ? small + 1 : 0;
-        if (size <= share * tolerance || small == 4) return SUN_NLS_SUCCESS;
+        still = size <= rounding ? still + 1 : 0;
+        grows = still > 1 && (grows || size > before);
+        if (size <= share * tolerance || small == 4 || (still > 3 && grows)) return SUN_NLS_SUCCESS;
         halve(s, ee, w, size);
         before = size;
     }
@@ -159,10 +163,11 @@ static void prepare(mbsri_stiff *s, bool careful)
     if (s->prepare) s->prepare(s->user, careful);
 }
 
-static int iterate_and_count(mbsri_stiff *s, N_Vector ee, N_Vector w, double tolerance)
+static int iterate_and_count(mbsri_stiff *s, N_Vector ee, N_Vector w, double tolerance,
+                             double rounding)
 {
     ++s->info.careful_attempts;
-    const int status = iterate(s, ee, w, tolerance);
+    const int status = iterate(s, ee, w, tolerance, rounding);
     if (status != SUN_NLS_CONV_RECVR) return status;
     ++s->info.careful_failures;
     mbsri_stiff_keep(s, ee, true);
@@ -200,7 +205,7 @@ static int renew(mbsri_stiff *s, N_Vector ee, N_Vector w, double tolerance)
     const long plain = s->iterations;
     N_VScale(1.0, ee, s->error);
     prepare(s, true);
-    const int status = iterate_and_count(s, ee, w, tolerance);
+    const int status = iterate_and_count(s, ee, w, tolerance, tolerance);
     prepare(s, false);
     s->iterations += plain;
     N_VLinearSum(1.0, ee, -1.0, s->error, s->error);
@@ -246,7 +251,7 @@ static int solve(SUNNonlinearSolver solver, N_Vector predicted, N_Vector ee, N_V
     s->verified = s->hides = false;
     int status;
     if (s->careful) {
-        status = iterate_and_count(s, ee, w, tolerance / s->stricter);
+        status = iterate_and_count(s, ee, w, tolerance / s->stricter, tolerance);
     } else {
         status = SUNNonlinSolSolve(s->plain, predicted, ee, w, tolerance, set_up, memory);
         if (status == SUN_NLS_CONV_RECVR) note_failure(s);
