@@ -78,10 +78,12 @@ typedef struct mbsr_ida_opt {
     int watch_ranks;               /* MBSR_RANK_CHANGED where a rank changes, default 1 */
     mbsr_ida_solver linear_solver; /* default MBSR_IDA_AUTO; TREE and KRYLOV: momentum form only */
     mbsr_newton_opt newton;        /* of TREE and KRYLOV, default mbsr_default_newton_opt() */
-    int krylov_size;               /* vectors that KRYLOV spans a solution by at most, default 30 */
-    double initial_step;           /* s; 0 (default): from y'', see below */
-    double max_step;               /* s; 0: none (default) */
-    int max_order;                 /* 1 .. 5, default 5 */
+    int renew_matrices;  /* TREE: steps begin with a new matrix where the old one has become wrong,
+                                    * default 1, see below */
+    int krylov_size;     /* vectors that KRYLOV spans a solution by at most, default 30 */
+    double initial_step; /* s; 0 (default): from y'', see below */
+    double max_step;     /* s; 0: none (default) */
+    int max_order;       /* 1 .. 5, default 5 */
     long max_steps;      /* internal steps in one call of mbsr_ida_advance, default 1 000 000 */
     int events;          /* number of event functions, default 0 */
     mbsr_event_fn event; /* NULL exactly when events is 0 */
@@ -113,7 +115,12 @@ typedef struct mbsr_ida_opt {
  * the time in which a velocity that errs by its tolerance moves its coordinate by that one's: the least of
  * atol of a coordinate / atol of its velocity, 1 s where they are equal. Tolerances that are given in the
  * units of the model (by kind, or atol_each) make it, as all other steps, independent of these units. With
- * index-1 velocities that have tolerances of their own it is 1e-3 s. */
+ * index-1 velocities that have tolerances of their own it is 1e-3 s.
+ *
+ * IDA keeps a matrix of Newton's method until the step changes or the iteration fails. On the tree a new one takes no
+ * more than two residuals, and what an old one leaves grows from step to step: with renew_matrices the driver
+ * measures how wrong the old one is and makes a new one in time (docs/dae_forms.md), unless bodies are flexible or
+ * many force elements lie across the tree. Without, matrices live as long as IDA lets them. */
 MBSR_API mbsr_ida_opt mbsr_default_ida_opt(void);
 
 /* What the integration has cost so far. */
@@ -140,6 +147,8 @@ typedef struct mbsr_ida_stats {
     long careful_attempts; /* steps tried with a new matrix in each iteration and filtered tests */
     long careful_failures; /* of these, those in which Newton's method did not converge */
     long filter_solves;    /* solutions for these tests, contained in solves */
+    long
+        renewals; /* steps that began with a new matrix (renew_matrices); each takes a solution more */
 } mbsr_ida_stats;
 
 /* Creates a driver at rest. model and data must outlive it; opt == NULL means

@@ -58,6 +58,7 @@ typedef struct mbsr_newton_info {
     int across;                /* force elements between other bodies */
     int rank;                  /* of the correction, at the last factorisation */
     int vector_code;           /* 1: rigid bodies were in vector code at the last factorisation */
+    int blocks;                /* bodies that are eliminated one by one, by their functions */
     long factorisations, solves;
     size_t bytes; /* memory of the object */
 } mbsr_newton_info;

@@ -112,6 +112,13 @@ MBSR_API SUNNonlinearSolver mbsr_sundials_stiff(const mbsr_model *model, N_Vecto
  * negative or not finite. */
 MBSR_API int mbsr_sundials_stiff_set_rtol(SUNNonlinearSolver solver, double rtol);
 
+/* Lets steps begin with a new matrix where the old one would leave more than this share of a correction, 0 <= share < 1;
+ * 0 (default): none does, IDA keeps its matrices. Half as many steps and iterations may do then. 0.05 is right
+ * where a matrix costs no more than two residuals, as mbsr_sundials_solver's on a tree of rigid bodies, 0.2 where
+ * it costs ten. Nothing changes with iterative solvers and matrices by difference quotients. MBSR_ERR_NULL;
+ * MBSR_ERR_VALUE if the solver is another one, or the share is out of range. */
+MBSR_API int mbsr_sundials_stiff_set_renewal(SUNNonlinearSolver solver, double share);
+
 /* What it has done since it was made. */
 typedef struct mbsr_sundials_stiff_info {
     long stiff_tests; /* error tests that would have failed in a stiff direction alone */
@@ -121,6 +128,7 @@ typedef struct mbsr_sundials_stiff_info {
     long careful_attempts; /* steps tried carefully after these */
     long careful_failures; /* of these, those in which Newton's method did not converge */
     long filter_solves;    /* linear systems solved besides those of Newton's iterations */
+    long renewals; /* steps that began with a new matrix; each takes a solution besides, too */
 } mbsr_sundials_stiff_info;
 
 /* MBSR_ERR_NULL; MBSR_ERR_VALUE if the solver is another one. */

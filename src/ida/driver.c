@@ -70,15 +70,6 @@ static int no_memory(const mbsr_ida *ida, mbsr_error *error, const char *what)
                           "mbsr_ida_create: no memory for %s of size %d", what, ida->size);
 }
 
-/* Whether a factorisation solves for many force elements across the tree. */
-static bool has_dear_matrix(const mbsr_ida *ida)
-{
-    enum { MANY = 8 };
-    mbsr_newton_info info;
-    return ida->opt.linear_solver == MBSR_IDA_TREE && ida->link.newton &&
-           !mbsr_newton_get_info(ida->link.newton, &info) && info.across > MANY;
-}
-
 /* Newton's method for stiff elements, in the forms that it serves; false without memory. */
 static bool make_nonlinear(mbsr_ida *ida)
 {
@@ -90,7 +81,7 @@ static bool make_nonlinear(mbsr_ida *ida)
     if (!ida->nonlinear) return false;
     mbsri_stiff *stiff = mbsri_stiff_of(ida->nonlinear);
     stiff->low_order = opt->max_order < 3;
-    stiff->dear = has_dear_matrix(ida);
+    mbsri_ida_judge_matrix(ida);
     mbsri_stiff_set_rtol(stiff, opt->rtol);
     if (accelerations) {
         stiff->weigh = mbsri_ida_weigh;

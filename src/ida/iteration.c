@@ -10,7 +10,7 @@
  * r of the momenta, r / c, shows that something is still strained, and the last correction has to be small
  * itself, not by a rate of convergence. (Of a Krylov method it is the preconditioner that would be new, in
  * each step is enough. Where momenta do not show all that is strained it is new in each iteration.) Other
- * steps are left to the solver of SUNDIALS.
+ * steps are left to the solver of SUNDIALS, or begin with a new matrix (renewal.c).
  *
  * There a stiff matrix may hide a force: a residual r of the momenta is an error r / c of theirs unless
  * something stiff takes it, and where the matrix is old, that may be gone: a stop that was left, a direction
@@ -128,17 +128,11 @@ static void note_turn(mbsri_stiff *s, N_Vector ee, N_Vector w)
     s->turned_at = steps;
 }
 
-/* IDA's, for the plain iteration, looked at: b is a residual, then a correction. */
+/* IDA's, for the plain iteration. */
 static int watched_solve(N_Vector b, void *memory)
 {
-    static const double share = 0.3;
-    mbsri_stiff *s = mbsri_stiff_behind(b);
-    double c = 0.0;
-    if (!s->looks || IDAGetCurrentCj(memory, &c) < 0 || c == 0.0) return s->solve(b, memory);
-    const double before = mbsri_stiff_momenta(s, b) / fabs(c);
-    const int status = s->solve(b, memory);
-    s->hides = before > 1.0 && mbsri_stiff_momenta(s, b) < share * before;
-    return status;
+    (void)memory;
+    return mbsri_stiff_solve(mbsri_stiff_behind(b), b);
 }
 
 /* What the linear solver is; to be asked once it has worked. */
@@ -247,15 +241,18 @@ static int solve(SUNNonlinearSolver solver, N_Vector predicted, N_Vector ee, N_V
     mbsri_stiff_look_back(s);
     const bool before = s->careful;
     s->careful = mbsri_stiff_careful(s);
+    s->anew = !s->careful && mbsri_stiff_is_due(s, set_up);
     if (s->careful != before) prepare(s, s->careful);
     s->verified = s->hides = false;
     int status;
     if (s->careful) {
         status = iterate_and_count(s, ee, w, tolerance / s->stricter, tolerance);
     } else {
-        status = SUNNonlinSolSolve(s->plain, predicted, ee, w, tolerance, set_up, memory);
+        status = s->anew ? mbsri_stiff_begin_anew(s, ee, w, tolerance)
+                         : SUNNonlinSolSolve(s->plain, predicted, ee, w, tolerance, set_up, memory);
+        if (!s->anew) mbsri_stiff_note_age(s);
         if (status == SUN_NLS_CONV_RECVR) note_failure(s);
-        if (!status) note_turn(s, ee, w);
+        if (!status && !s->anew) note_turn(s, ee, w);
         if (!status && mbsri_stiff_wrong_matrix(s, predicted, ee)) {
             ++s->info.stiff_iterations;
             mbsri_stiff_try(s);
@@ -289,6 +286,9 @@ static int initialize(SUNNonlinearSolver solver)
     s->pause = 0;
     s->enough = MBSRI_STIFF_ALARM;
     s->failed_at = s->rejected_at = s->turned_at = -1;
+    s->anew = false;
+    s->age = s->rated = 0;
+    s->due = 2.0;
     s->norms = -1;
     s->suspect = false;
     s->id = NULL;
@@ -328,19 +328,25 @@ static int set_most(SUNNonlinearSolver solver, int iterations)
     return SUNNonlinSolSetMaxIters(((mbsri_stiff *)solver->content)->plain, iterations);
 }
 
+/* Whether the last solution was none of SUNDIALS' solver. */
+static bool own(const mbsri_stiff *s)
+{
+    return !s->off && (s->careful || s->anew);
+}
+
 static int get_iterations(SUNNonlinearSolver solver, long int *iterations)
 {
     const mbsri_stiff *s = solver->content;
     *iterations = 0;
-    const int status = s->careful ? SUN_NLS_SUCCESS : SUNNonlinSolGetNumIters(s->plain, iterations);
-    if (s->careful || s->verified) *iterations += s->iterations;
+    const int status = own(s) ? SUN_NLS_SUCCESS : SUNNonlinSolGetNumIters(s->plain, iterations);
+    if (own(s) || s->verified) *iterations += s->iterations;
     return status;
 }
 
 static int get_current(SUNNonlinearSolver solver, int *iteration)
 {
     const mbsri_stiff *s = solver->content;
-    if (!s->careful) return SUNNonlinSolGetCurIter(s->plain, iteration);
+    if (!own(s)) return SUNNonlinSolGetCurIter(s->plain, iteration);
     *iteration = (int)s->iterations - 1;
     return SUN_NLS_SUCCESS;
 }
@@ -349,9 +355,8 @@ static int get_failures(SUNNonlinearSolver solver, long int *failures)
 {
     const mbsri_stiff *s = solver->content;
     *failures = 0;
-    const int status =
-        s->careful ? SUN_NLS_SUCCESS : SUNNonlinSolGetNumConvFails(s->plain, failures);
-    if (s->careful || s->verified) *failures += s->failures;
+    const int status = own(s) ? SUN_NLS_SUCCESS : SUNNonlinSolGetNumConvFails(s->plain, failures);
+    if (own(s) || s->verified) *failures += s->failures;
     return status;
 }
 
@@ -453,6 +458,14 @@ int mbsr_sundials_stiff_set_rtol(SUNNonlinearSolver solver, double rtol)
     if (!solver) return MBSR_ERR_NULL;
     if (solver->ops->solve != solve || !(rtol >= 0.0 && isfinite(rtol))) return MBSR_ERR_VALUE;
     mbsri_stiff_set_rtol(solver->content, rtol);
+    return MBSR_OK;
+}
+
+int mbsr_sundials_stiff_set_renewal(SUNNonlinearSolver solver, double share)
+{
+    if (!solver) return MBSR_ERR_NULL;
+    if (solver->ops->solve != solve || !(share >= 0.0 && share < 1.0)) return MBSR_ERR_VALUE;
+    ((mbsri_stiff *)solver->content)->wrong = share;
     return MBSR_OK;
 }
 

@@ -5,6 +5,7 @@
 #include "ida/bend.h"
 #include "ida/callbacks.h"
 #include "ida/error.h"
+#include "ida/stiff.h"
 
 #include <ida/ida_ls.h>
 #include <sunlinsol/sunlinsol_dense.h>
@@ -32,6 +33,27 @@ static int choose(mbsr_ida *ida, mbsr_error *error)
     mbsr_newton_get_info(ida->link.newton, &info);
     *solver = info.exact ? MBSR_IDA_TREE : MBSR_IDA_KRYLOV;
     return MBSR_OK;
+}
+
+/* Bodies in vector code make a matrix cheap; blocks, and force elements across the tree, for each of which a
+ * factorisation solves, make it dear, flexible bodies and many elements too dear to be made without need. */
+void mbsri_ida_judge_matrix(const mbsr_ida *ida)
+{
+    enum { MANY = 8, SPACE = 6 };
+    static const double share = 0.2, cheap = 0.05;
+    mbsri_stiff *stiff = mbsri_stiff_of(ida->nonlinear);
+    const int bodies = mbsr_model_bodies(ida->model);
+    mbsr_newton_info info;
+    int largest = 0;
+    if (ida->opt.linear_solver != MBSR_IDA_TREE || mbsr_newton_get_info(ida->link.newton, &info))
+        return;
+    for (int i = 0; i < bodies; ++i) {
+        const int dimension = mbsr_body_dimension(ida->model, i);
+        if (dimension > largest) largest = dimension;
+    }
+    stiff->dear = info.across > MANY;
+    if (!ida->opt.renew_matrices || stiff->dear || largest > SPACE) return;
+    stiff->wrong = info.across == 0 && MANY * info.blocks < bodies ? cheap : share;
 }
 
 int mbsri_ida_make_solver(mbsr_ida *ida, mbsr_error *error)

@@ -3,6 +3,7 @@
 #include "ida/loops.h"
 
 #include "ida/error.h"
+#include "ida/linear.h"
 #include "ida/stiff.h"
 
 #include <mbsrank/loops.h>
@@ -91,6 +92,7 @@ int mbsri_ida_take_care(mbsr_ida *ida)
             return mbsri_ida_fail(&ida->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                                   "mbsr_ida_start: no memory for Newton's method");
     }
+    mbsri_ida_judge_matrix(ida);
     mbsri_stiff_of(ida->nonlinear)->always = springs_share(ida);
     mbsri_stiff_of(ida->nonlinear)->looks = false; /* loop forces take what momenta show */
     return MBSR_OK;

@@ -17,6 +17,7 @@ mbsr_ida_opt mbsr_default_ida_opt(void)
         .atol = 1e-6,
         .suppress_algebraic = 1,
         .watch_ranks = 1,
+        .renew_matrices = 1,
         .newton = mbsr_default_newton_opt(),
         .krylov_size = 30,
         .progress_steps = 1,

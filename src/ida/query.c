@@ -81,6 +81,7 @@ static void count_stiff(const mbsr_ida *ida, mbsr_ida_stats *stats)
     stats->careful_attempts = info->careful_attempts;
     stats->careful_failures = info->careful_failures;
     stats->filter_solves = info->filter_solves;
+    stats->renewals = info->renewals;
 }
 
 /* IDA counts the residuals of its Newton iterations and those of the difference quotients apart;

@@ -26,8 +26,14 @@ typedef struct mbsri_stiff {
     mbsri_masked_norm masked; /* the norm of the error test without filter */
     int first, last;          /* the momenta are entries first .. last - 1 of y */
 
-    double stricter;    /* careful steps are held to errors by this smaller than the tolerances */
-    bool dear;          /* a new matrix costs far more than a solution */
+    double stricter; /* careful steps are held to errors by this smaller than the tolerances */
+    bool dear;       /* a new matrix costs far more than a solution */
+    double wrong; /* share of a correction that an old one may leave, see renewal.c; 0: any, else */
+    double due;   /* reached at so many steps */
+    int age;      /* steps since a new one */
+    bool anew;    /* the last step began with one */
+    double quadratic;   /* a of steps that do, */
+    int rated;          /* known for so many more of them */
     bool iterates;      /* the linear solver has no matrix, but a preconditioner */
     bool always;        /* every step is taken carefully */
     bool off;           /* none is, and nothing is filtered */
@@ -88,6 +94,18 @@ bool mbsri_stiff_attach(mbsri_stiff *s, N_Vector y);
 bool mbsri_stiff_careful(const mbsri_stiff *s);
 void mbsri_stiff_begin(mbsri_stiff *s);
 void mbsri_stiff_try(mbsri_stiff *s);
+
+/* IDA's linear solver, looked at: b is a residual, then a correction. */
+int mbsri_stiff_solve(mbsri_stiff *s, N_Vector b);
+
+/* Whether the next step, in which IDA asks for a new matrix or not, begins with one. */
+bool mbsri_stiff_is_due(mbsri_stiff *s, bool set_up);
+
+/* After a step with the old one: whether it has been too old. */
+void mbsri_stiff_note_age(mbsri_stiff *s);
+
+/* Newton's method with a new matrix, a status of SUNDIALS. */
+int mbsri_stiff_begin_anew(mbsri_stiff *s, N_Vector ee, N_Vector w, double tolerance);
 
 /* What v, a vector made from y, knows. */
 mbsri_stiff *mbsri_stiff_behind(N_Vector v);

@@ -378,6 +378,7 @@ int mbsr_newton_create(const mbsr_model *model, mbsr_dae_form form, const mbsr_n
     if (!w) return no_memory(model, &carried, error);
     w->info.method = w->corrected ? MBSR_NEWTON_CORRECTED : MBSR_NEWTON_TREE;
     w->info.across = w->correction.count;
+    w->info.blocks = w->sweeps ? w->sweeps->tree->blocks : model->bodies;
     w->info.exact = w->corrected || w->correction.count == 0;
     *newton = w;
     return MBSR_OK;

@@ -29,6 +29,7 @@ int mbsri_newton_tree_factor(mbsr_newton *w, mbsr_data *d, double t, const doubl
     const int status = factor_by_sweeps(w, d, t, y, yp, c);
     w->by_sweeps = status != MBSRI_NOT_SERVED;
     w->info.vector_code = w->by_sweeps && (m->bodies == 0 || w->sweeps->tree->blocks < m->bodies);
+    w->info.blocks = w->by_sweeps ? w->sweeps->tree->blocks : m->bodies;
     if (w->by_sweeps) return status;
     if (w->sweeps) w->sweeps->marked = false;
     if (!w->lean) return mbsri_tree_factor(w, d, t, y, yp, c);

@@ -62,11 +62,12 @@ static void drop(bead *s)
     mbsr_model_destroy(s->model);
 }
 
-static mbsr_ida *start_with(const bead *s, mbsr_ida_solver solver, double tolerance)
+static mbsr_ida *start_with(const bead *s, mbsr_ida_solver solver, bool renew, double tolerance)
 {
     mbsr_ida_opt opt = mbsr_default_ida_opt();
     opt.form = s->form;
     opt.linear_solver = solver;
+    opt.renew_matrices = renew;
     opt.rtol = opt.atol = tolerance;
     mbsr_ida *ida = NULL;
     assert_ok(mbsr_ida_create(s->model, s->data, &opt, &ida, NULL), NULL);
@@ -76,26 +77,32 @@ static mbsr_ida *start_with(const bead *s, mbsr_ida_solver solver, double tolera
 
 static mbsr_ida *start(const bead *s, double tolerance)
 {
-    return start_with(s, MBSR_IDA_AUTO, tolerance);
+    return start_with(s, MBSR_IDA_AUTO, true, tolerance);
 }
 
 static const double origin[3] = {0.0, 0.0, 2.0};
 
 /* Steps to 10 s; q (3) is the end. */
-static long swing(mbsr_dae_form form, double mass, double tolerance, double *q)
+static long swing_by(mbsr_ida_solver solver, mbsr_dae_form form, double mass, double tolerance,
+                     double *q)
 {
     bead s;
     double y[9];
     mbsr_ida_stats stats;
     make(&s, form, mass, 5.0, origin);
     assert_int_equal(s.info.null_directions, mass > 0.0 ? 0 : 1);
-    mbsr_ida *ida = start(&s, tolerance);
+    mbsr_ida *ida = start_with(&s, solver, true, tolerance);
     assert_ok(mbsr_ida_advance(ida, 10.0, NULL, y, NULL), mbsr_ida_error(ida));
     assert_int_equal(mbsr_ida_get_stats(ida, &stats), MBSR_OK);
     memcpy(q, y, 3 * sizeof *q);
     mbsr_ida_destroy(ida);
     drop(&s);
     return stats.steps;
+}
+
+static long swing(mbsr_dae_form form, double mass, double tolerance, double *q)
+{
+    return swing_by(MBSR_IDA_AUTO, form, mass, tolerance, q);
 }
 
 static void reaches_the_reference(mbsr_dae_form form, const int most[4])
@@ -126,7 +133,7 @@ static void the_recursive_form_takes_many_more(void **state)
 {
     (void)state;
     double q[3];
-    const long few = swing(MBSR_DAE_MOMENTUM, 0.0, 1e-4, q);
+    const long few = swing_by(MBSR_IDA_DENSE, MBSR_DAE_MOMENTUM, 0.0, 1e-4, q);
     const mbsr_dae_form forms[] = {MBSR_DAE_RECURSIVE, MBSR_DAE_INVERSE_DYNAMICS};
     for (int f = 0; f < 2; ++f) {
         const long many = swing(forms[f], 0.0, 1e-4, q);
@@ -155,17 +162,18 @@ static void the_tree_solver_takes_the_steps_of_a_dense_matrix(void **state)
                  {"bead with a tiny mass", 1e-6, 5.0, 1e-5}};
     for (size_t c = 0; c < sizeof cases / sizeof cases[0]; ++c) {
         run_counts counts = {{0}, {0}, {0}};
-        for (int k = 0; k < 2 * repeats; ++k) {
+        for (int k = 0; k < RUN_KINDS * repeats; ++k) {
+            const int kind = k % RUN_KINDS;
             bead s;
             mbsr_ida_stats stats;
             make(&s, MBSR_DAE_MOMENTUM, cases[c].mass, cases[c].damping, origin);
-            mbsr_ida *ida =
-                start_with(&s, run_solvers[k % 2], run_tolerance(cases[c].tolerance, k / 2));
+            mbsr_ida *ida = start_with(&s, run_solvers[kind], kind == RUN_RENEWED,
+                                       run_tolerance(cases[c].tolerance, k / RUN_KINDS));
             /* when careful steps begin is chance, and their matrices are not made alike */
             mbsri_stiff_of(ida->nonlinear)->alarm = -INFINITY;
             assert_ok(mbsr_ida_advance(ida, 10.0, NULL, NULL, NULL), mbsr_ida_error(ida));
             assert_int_equal(mbsr_ida_get_stats(ida, &stats), MBSR_OK);
-            run_count(&counts, k % 2, &stats);
+            run_count(&counts, kind, &stats);
             mbsr_ida_destroy(ida);
             drop(&s);
         }
@@ -247,7 +255,7 @@ static void without_dampers_sharp_tolerances_are_no_end(void **state)
         double y[9];
         make(&s, MBSR_DAE_MOMENTUM, 0.0, 0.0, origin);
         const double before = energy(&s, 0.0, s.y);
-        mbsr_ida *ida = start_with(&s, MBSR_IDA_TREE, tolerance);
+        mbsr_ida *ida = start_with(&s, MBSR_IDA_TREE, true, tolerance);
         assert_ok(mbsr_ida_advance(ida, 10.0, NULL, y, NULL), mbsr_ida_error(ida));
         assert_close(across(y), 0.0, 100.0 * tolerance);
         assert_close(energy(&s, 10.0, y), before, 1000.0 * tolerance * kinetic);

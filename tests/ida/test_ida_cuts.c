@@ -128,8 +128,7 @@ static void bricard(void **state)
 }
 
 /* Crank and rocker on skew axes, between them a rod with a ball joint at each end, which spins about
- * itself as nothing holds it. Cut where the rod hangs on the crank, the momenta of both have larger high
- * derivatives, and the driver takes half as many steps again as where it hangs on the rocker, which swings. */
+ * itself as nothing holds it: an old Newton matrix is wrong there first (src/ida/renewal.c). */
 static void rssr(void **state)
 {
     (void)state;
@@ -138,7 +137,7 @@ static void rssr(void **state)
                     .axis = {{0.0}, {0, 0, 1}, {0.0}, {0.0}, {0.6, 0, 0.8}},
                     .mass = 2.0,
                     .thickness = 0.1};
-    compare(&w, 3, 2.0, 1e3, 1.55);
+    compare(&w, 3, 2.0, 1e3, 1.3);
 }
 
 /* ---- several loops ---- */

@@ -198,6 +198,7 @@ static const finite_row sundials_rows[] = {
     {"mbsr_sundials_jacobian", NULL, NULL, 0, 0, 0, NULL}, /* the same as setup */
     {"mbsr_sundials_stiff", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_sundials_stiff_set_rtol", NULL, NULL, 0, 0, 0, NULL},
+    {"mbsr_sundials_stiff_set_renewal", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_sundials_stiff_get_info", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_sundials_stiffest", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_sundials_setup", run_precondition, NULL, T | C | Y | R, 0, 0, of_dense},

@@ -68,7 +68,7 @@ static mbsr_ida_stats integrate(int count, int merged, mbsr_dae_form form, doubl
              .points = POINTS,
              .q = q,
              .u = u};
-    run_once(&r, MBSR_IDA_AUTO, state);
+    run_integrate(&r, state);
     assert_int_equal(r.info.null_directions, count == SLIDES ? 1 : 3);
     if (form == MBSR_DAE_MOMENTUM) assert_int_equal(r.stats.linear_solver, MBSR_IDA_TREE);
     mbsr_model_destroy(m);

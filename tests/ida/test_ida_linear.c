@@ -268,8 +268,10 @@ static void statistics_agree_with_ida_and_the_newton_solver(void **state)
             assert_true(stats.factorisations > 0 && stats.factorisations < stats.steps);
             assert_int_equal(stats.jacobians, jacobians);
             assert_int_equal(stats.factorisations, krylov ? factorisations : jacobians);
-            assert_int_equal(stats.solves,
-                             krylov ? solves : stats.newton_iterations + stats.filter_solves);
+            assert_int_equal(stats.solves, krylov ? solves
+                                                  : stats.newton_iterations + stats.filter_solves +
+                                                        stats.renewals);
+            assert_int_equal(stats.renewals > 0, s == MBSR_IDA_TREE);
             assert_int_equal(stats.krylov_iterations, krylov ? inside : 0);
             assert_int_equal(stats.jacobian_residuals, quotients);
             assert_int_equal(quotients > 0, s != MBSR_IDA_TREE);

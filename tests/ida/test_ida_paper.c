@@ -17,7 +17,7 @@ typedef struct problem {
 
 /* Largest error of the positions on 0 .. T. */
 static double trajectory_error(const problem *p, mbsr_dae_form form, mbsr_ida_solver solver,
-                               double tolerance, const double *start, double T,
+                               bool renew, double tolerance, const double *start, double T,
                                mbsr_ida_stats *stats)
 {
     mbsr_data *d;
@@ -32,6 +32,7 @@ static double trajectory_error(const problem *p, mbsr_dae_form form, mbsr_ida_so
     mbsr_ida_opt opt = mbsr_default_ida_opt();
     opt.form = form;
     opt.linear_solver = solver;
+    opt.renew_matrices = renew;
     opt.rtol = opt.atol = tolerance;
     assert_int_equal(mbsr_ida_create(p->model, d, &opt, &ida, NULL), MBSR_OK);
     assert_int_equal(mbsr_ida_start(ida, 0.0, y, yp), MBSR_OK);
@@ -54,7 +55,7 @@ static void converges(const problem *p, mbsr_dae_form form, const double *start)
     const double tolerance[3] = {1e-4, 1e-6, 1e-8};
     mbsr_ida_stats stats;
     for (int k = 0; k < 3; ++k) {
-        error[k] = trajectory_error(p, form, MBSR_IDA_AUTO, tolerance[k], start, 1.0, &stats);
+        error[k] = trajectory_error(p, form, MBSR_IDA_AUTO, true, tolerance[k], start, 1.0, &stats);
         print_message("%s, form %d, tolerance %.0e: error %.1e, %ld steps\n", p->name, (int)form,
                       tolerance[k], error[k], stats.steps);
         assert_less(error[k], 100.0 * tolerance[k]);
@@ -67,11 +68,12 @@ static void converges(const problem *p, mbsr_dae_form form, const double *start)
 static void compare_solvers(const problem *p, double tolerance, const double *start, double T)
 {
     run_counts counts = {{0}, {0}, {0}};
-    for (int k = 0; k < 2 * RUN_REPEATS; ++k) {
+    for (int k = 0; k < RUN_KINDS * RUN_REPEATS; ++k) {
+        const int kind = k % RUN_KINDS;
         mbsr_ida_stats stats;
-        trajectory_error(p, MBSR_DAE_MOMENTUM, run_solvers[k % 2], run_tolerance(tolerance, k / 2),
-                         start, T, &stats);
-        run_count(&counts, k % 2, &stats);
+        trajectory_error(p, MBSR_DAE_MOMENTUM, run_solvers[kind], kind == RUN_RENEWED,
+                         run_tolerance(tolerance, k / RUN_KINDS), start, T, &stats);
+        run_count(&counts, kind, &stats);
     }
     run_assert_like_dense(p->name, &counts);
 }
@@ -148,7 +150,7 @@ static long oscillator_steps(double m1, int relative, mbsr_dae_form form, double
                        relative ? relative_state : absolute_state,
                        relative ? relative_positions : absolute_positions};
     mbsr_ida_stats stats;
-    *error = trajectory_error(&p, form, MBSR_IDA_AUTO, 1e-4, start, 2.0, &stats);
+    *error = trajectory_error(&p, form, MBSR_IDA_AUTO, true, 1e-4, start, 2.0, &stats);
     print_message("oscillators, m1 = %g, %s, form %d: %ld steps, error %.1e\n", m1,
                   relative ? "relative" : "absolute", (int)form, stats.steps, *error);
     if (form == MBSR_DAE_RECURSIVE) compare_solvers(&p, 1e-4, start, 2.0);

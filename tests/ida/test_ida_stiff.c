@@ -203,6 +203,7 @@ static void a_low_order_by_choice_is_no_alarm(void **state)
                                      mbsr_inertia_rod(0.1, top, end));
         mbsr_simulation_add_force(&s, mbsr_force_gravity(0.0, 0.0, -9.81));
         opt.max_order = order;
+        opt.renew_matrices = 0; /* which makes most of them */
         mbsr_simulation_start(&s, &opt, 0.0, q, NULL);
         mbsr_simulation_to(&s, 0.2);
         assert_ok(s.status, &s.error);
@@ -341,7 +342,10 @@ static long by_hand(crank *s, bool stiff, double tolerance, double *phi)
     assert_int_equal(IDASetId(ida, id), IDA_SUCCESS);
     assert_int_equal(IDASetSuppressAlg(ida, SUNTRUE), IDA_SUCCESS);
     if (stiff) assert_int_equal(IDASetNonlinearSolver(ida, newton), IDA_SUCCESS);
-    if (stiff) assert_int_equal(mbsr_sundials_stiff_set_rtol(newton, tolerance), MBSR_OK);
+    if (stiff) {
+        assert_int_equal(mbsr_sundials_stiff_set_rtol(newton, tolerance), MBSR_OK);
+        assert_int_equal(mbsr_sundials_stiff_set_renewal(newton, 0.2), MBSR_OK);
+    }
     assert_int_equal(IDASetInitStep(ida, 1e-5), IDA_SUCCESS);
     assert_int_equal(IDASetMaxNumSteps(ida, 5000), IDA_SUCCESS);
     double reached = 0.0;
@@ -461,6 +465,10 @@ static void what_does_not_fit_is_refused(void **state)
     assert_int_equal(mbsr_sundials_stiff_set_rtol(NULL, 1e-3), MBSR_ERR_NULL);
     assert_int_equal(mbsr_sundials_stiff_set_rtol(newton, NAN), MBSR_ERR_VALUE);
     assert_int_equal(mbsr_sundials_stiff_set_rtol(newton, -1e-3), MBSR_ERR_VALUE);
+    assert_int_equal(mbsr_sundials_stiff_set_renewal(NULL, 0.2), MBSR_ERR_NULL);
+    assert_int_equal(mbsr_sundials_stiff_set_renewal(newton, NAN), MBSR_ERR_VALUE);
+    assert_int_equal(mbsr_sundials_stiff_set_renewal(newton, 1.0), MBSR_ERR_VALUE);
+    assert_int_equal(mbsr_sundials_stiff_set_renewal(newton, 0.0), MBSR_OK);
     assert_int_equal(mbsr_sundials_stiff_get_info(NULL, &info), MBSR_ERR_NULL);
     assert_int_equal(mbsr_sundials_stiff_get_info(newton, NULL), MBSR_ERR_NULL);
     assert_int_equal(mbsr_sundials_stiff_get_info(newton, &info), MBSR_OK);

@@ -92,8 +92,8 @@ typedef struct outcome {
     mbsr_ida_stats stats;
 } outcome;
 
-static outcome run_form(const cell *c, int closures, mbsr_dae_form form, mbsr_ida_solver solver,
-                        double tolerance)
+static outcome run_with(const cell *c, int closures, mbsr_dae_form form, mbsr_ida_solver solver,
+                        bool renew, double tolerance)
 {
     outcome o = {.gained = 0.0};
     double y[SIZE], yp[SIZE], unused[4 * MECHANISM_MOST];
@@ -107,6 +107,7 @@ static outcome run_form(const cell *c, int closures, mbsr_dae_form form, mbsr_id
     mbsr_ida_opt opt = mbsr_default_ida_opt();
     opt.rtol = opt.atol = tolerance;
     opt.linear_solver = solver;
+    opt.renew_matrices = renew;
     opt.form = form;
     opt.max_steps = closures ? 100000 : 20000;
     const bool rigid = closures && c->stiffness == 0.0;
@@ -124,6 +125,12 @@ static outcome run_form(const cell *c, int closures, mbsr_dae_form form, mbsr_id
     mbsr_data_destroy(d);
     mbsr_model_destroy(m);
     return o;
+}
+
+static outcome run_form(const cell *c, int closures, mbsr_dae_form form, mbsr_ida_solver solver,
+                        double tolerance)
+{
+    return run_with(c, closures, form, solver, true, tolerance);
 }
 
 static outcome run(const cell *c, int closures, mbsr_ida_solver solver, double tolerance)
@@ -261,7 +268,8 @@ static void other_forms_are_not_stuck(void **state)
     }
 }
 
-/* The most that a mechanism with rigid pins loses at a tolerance: of coordinates, and of energy either way. */
+/* The most that a mechanism with rigid pins loses at a tolerance: of coordinates, and of energy either way, with
+ * matrices as IDA keeps them; where they are renewed rigid pins lose less. */
 typedef struct losses {
     double error, energy;
 } losses;
@@ -273,7 +281,8 @@ static losses rigid_losses(const cell *c, double tolerance)
     losses most = {300.0 * tolerance, 100.0 * tolerance};
     const outcome reference = run(&rigid, 1, MBSR_IDA_AUTO, 1e-10);
     for (int r = 0; r < 4; ++r) {
-        const outcome o = run(&rigid, 1, MBSR_IDA_AUTO, tolerance * (1.0 + 0.02 * r));
+        const outcome o = run_with(&rigid, 1, MBSR_DAE_MOMENTUM, MBSR_IDA_AUTO, false,
+                                   tolerance * (1.0 + 0.02 * r));
         most.error = fmax(most.error, distance(&o, &reference));
         most.energy = fmax(most.energy, o.off);
     }

@@ -65,15 +65,16 @@ static void consistent(const mbsr_model *m, mbsr_data *d, double *y, double *yp)
               mbsr_data_error(d));
 }
 
-/* The solver alone; GMRES with it, and differences of F or products with the matrix. */
-typedef enum method { DIRECT, KRYLOV, PRODUCTS } method;
+/* The solver alone, or with its matrices renewed in time; GMRES with it, and differences of F or products with the
+ * matrix. */
+typedef enum method { DIRECT, RENEWED, KRYLOV, PRODUCTS } method;
 
 /* To t = 2 with IDA set up by hand; like the driver, but for tolerances of one size. newton: what is left of
  * Newton's method, in tolerances. */
 static counts by_hand(const mbsr_model *m, mbsr_data *own, mbsr_data *d, double tolerance,
                       double newton, method by)
 {
-    const bool krylov = by != DIRECT;
+    const bool krylov = by >= KRYLOV;
     mbsr_newton_opt opt = mbsr_default_newton_opt();
     mine my = {.model = m, .data = d};
     mbsri_ida_messages messages = {ignore, NULL};
@@ -89,6 +90,7 @@ static counts by_hand(const mbsr_model *m, mbsr_data *own, mbsr_data *d, double 
     N_Vector y = N_VNew_Serial(SIZE, context), yp = N_VNew_Serial(SIZE, context);
     consistent(m, d, N_VGetArrayPointer(y), N_VGetArrayPointer(yp));
     void *ida = IDACreate(context);
+    SUNNonlinearSolver iteration = by == RENEWED ? mbsr_sundials_stiff(m, y, context) : NULL;
     assert_int_equal(mbsri_ida_redirect(ida, &messages), IDA_SUCCESS);
     assert_int_equal(IDAInit(ida, residual, 0.0, y, yp), IDA_SUCCESS);
     assert_int_equal(IDASStolerances(ida, tolerance, tolerance), IDA_SUCCESS);
@@ -109,6 +111,10 @@ static counts by_hand(const mbsr_model *m, mbsr_data *own, mbsr_data *d, double 
         assert_int_equal(IDASetLinearSolver(ida, solver, matrix), IDA_SUCCESS);
         assert_int_equal(IDASetJacFn(ida, mbsr_sundials_jacobian), IDA_SUCCESS);
     }
+    if (by == RENEWED) {
+        assert_int_equal(IDASetNonlinearSolver(ida, iteration), IDA_SUCCESS);
+        assert_int_equal(mbsr_sundials_stiff_set_renewal(iteration, 0.05), MBSR_OK);
+    }
     assert_int_equal(IDASetInitStep(ida, 1e-4), IDA_SUCCESS);
     assert_int_equal(IDASetNonlinConvCoef(ida, newton), IDA_SUCCESS);
     assert_int_equal(IDASetMaxNumSteps(ida, 100000), IDA_SUCCESS);
@@ -122,6 +128,12 @@ static counts by_hand(const mbsr_model *m, mbsr_data *own, mbsr_data *d, double 
     long asked = 0;
     assert_int_equal((krylov ? IDAGetNumPrecEvals : IDAGetNumJacEvals)(ida, &asked), IDA_SUCCESS);
     assert_int_equal(asked, info.factorisations);
+    if (by == RENEWED) {
+        mbsr_sundials_stiff_info made;
+        assert_int_equal(mbsr_sundials_stiff_get_info(iteration, &made), MBSR_OK);
+        assert_int_equal(info.solves, found.iterations + made.filter_solves + made.renewals);
+        assert_true(made.renewals > 0);
+    }
     if (krylov) {
         assert_int_equal(IDAGetNumLinResEvals(ida, &asked), IDA_SUCCESS);
         assert_true(by == PRODUCTS ? asked == 0 : asked > 0);
@@ -129,6 +141,7 @@ static counts by_hand(const mbsr_model *m, mbsr_data *own, mbsr_data *d, double 
     }
     assert_int_equal(my.link.status, MBSR_OK);
     IDAFree(&ida);
+    if (iteration) assert_int_equal(SUNNonlinSolFree(iteration), 0);
     assert_int_equal(SUNLinSolFree(solver), 0);
     if (matrix) SUNMatDestroy(matrix);
     N_VDestroy(y);
@@ -139,7 +152,7 @@ static counts by_hand(const mbsr_model *m, mbsr_data *own, mbsr_data *d, double 
 }
 
 /* The same by the driver. */
-static counts by_driver(const mbsr_model *m, mbsr_data *d, mbsr_ida_solver solver)
+static counts by_driver(const mbsr_model *m, mbsr_data *d, mbsr_ida_solver solver, bool renew)
 {
     double each[SIZE], y[SIZE], yp[SIZE];
     counts found = {0};
@@ -152,6 +165,7 @@ static counts by_driver(const mbsr_model *m, mbsr_data *d, mbsr_ida_solver solve
     opt.suppress_algebraic = 0;
     opt.initial_step = 1e-4;
     opt.krylov_size = 5;
+    opt.renew_matrices = renew;
     consistent(m, d, y, yp);
     assert_ok(mbsr_ida_create(m, d, &opt, &ida, NULL), NULL);
     assert_ok(mbsr_ida_start(ida, 0.0, y, yp), mbsr_ida_error(ida));
@@ -171,14 +185,14 @@ static void ida_by_hand_does_what_the_driver_does(void **state)
     mbsr_data *d = NULL, *other = NULL;
     assert_ok(mbsr_data_create(m, &d, NULL), NULL);
     assert_ok(mbsr_data_create(m, &other, NULL), NULL);
-    for (int krylov = 0; krylov < 2; ++krylov) {
-        const counts driver = by_driver(m, d, krylov ? MBSR_IDA_KRYLOV : MBSR_IDA_TREE);
+    for (int by = DIRECT; by <= KRYLOV; ++by) {
+        const counts driver =
+            by_driver(m, d, by == KRYLOV ? MBSR_IDA_KRYLOV : MBSR_IDA_TREE, by == RENEWED);
         print_message("%ld steps, %ld iterations, %ld factorisations\n", driver.steps,
                       driver.iterations, driver.factorisations);
-        assert_true(driver.factorisations < driver.steps / 2);
+        assert_true(by == RENEWED || driver.factorisations < driver.steps / 2);
         for (int apart = 0; apart < 2; ++apart) {
-            const counts hand =
-                by_hand(m, apart ? other : d, d, 1e-6, 0.33, krylov ? KRYLOV : DIRECT);
+            const counts hand = by_hand(m, apart ? other : d, d, 1e-6, 0.33, (method)by);
             assert_int_equal(hand.steps, driver.steps);
             assert_int_equal(hand.iterations, driver.iterations);
             assert_int_equal(hand.factorisations, driver.factorisations);

@@ -260,6 +260,8 @@ static void bodies_at_rest_do_not_dilute_the_error(void **state)
         if (s == 3) opt.form = MBSR_DAE_RECURSIVE;
         if (s < 3) opt.linear_solver = (mbsr_ida_solver)(MBSR_IDA_DENSE + s);
         opt.rtol = opt.atol = 1e-7;
+        opt.renew_matrices =
+            0; /* steps of one run are chance, those of these have been looked at */
         const outcome alone = run_carts(1, 1, opt), among = run_carts(MOST_CARTS, 1, opt);
         opt.max_norm = 1;
         const outcome all_max = run_carts(MOST_CARTS, MOST_CARTS, opt);
