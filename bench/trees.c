@@ -295,9 +295,10 @@ static int add_spatial(mbsr_model *model, int parent, mbsr_joint joint, double m
     return add(model, parent, joint, mbsr_inertia_rigid(mass, com, tensor));
 }
 
-void bench_make_linkages(bench_model *tree, int count, int universal, int closed)
+void bench_make_linkages(bench_model *tree, int count, bench_coupler on, int closed)
 {
     static const double y[3] = {0.0, 1.0, 0.0}, z[3] = {0.0, 0.0, 1.0};
+    const int q_of[] = {1, 2, 4}; /* coordinates of the coupler's joint */
     int last = MBSR_GROUND;
     begin_plane(tree);
     mbsr_model *model = tree->model;
@@ -305,24 +306,27 @@ void bench_make_linkages(bench_model *tree, int count, int universal, int closed
         const mbsr_frame end = mbsr_frame_at(k > 0 ? 0.5 : 0.0, 0.0, 0.0),
                          left = mbsr_frame_at(0.02, 0.1, 0.0), tip = mbsr_frame_at(0.3, 0.0, 0.0),
                          right = mbsr_frame_at(0.47, 0.1, 0.0);
-        last = add_spatial(model, last, mbsr_joint_revolute(&end, NULL, z), 1.5, 0.5);
+        last = add_spatial(model, last, mbsr_joint_revolute(&end, NULL, k % 2 ? y : z), 1.5, 0.5);
         const int crank = add_spatial(model, last, mbsr_joint_revolute(&left, NULL, z), 0.4, 0.3),
-                  coupler = add_spatial(model, crank,
-                                        universal ? mbsr_joint_universal(&tip, NULL, z, y)
-                                                  : mbsr_joint_revolute(&tip, NULL, z),
-                                        0.6, 0.45),
+                  coupler =
+                      add_spatial(model, crank,
+                                  on == BENCH_BALL        ? mbsr_joint_spherical(&tip, NULL)
+                                  : on == BENCH_UNIVERSAL ? mbsr_joint_universal(&tip, NULL, z, y)
+                                                          : mbsr_joint_revolute(&tip, NULL, z),
+                                  0.6, 0.45),
                   rocker = add_spatial(model, last, mbsr_joint_revolute(&right, NULL, z), 0.3, 0.3);
         if (closed) add_pin(model, coupler, 0.45, rocker, 0.3, 0.0);
     }
     finish_plane(tree);
     memset(tree->q, 0, (size_t)tree->nq * sizeof *tree->q);
     memset(tree->u, 0, (size_t)tree->nu * sizeof *tree->u);
-    for (int k = 0, at = 0; k < count; ++k, at += universal ? 5 : 4) {
+    for (int k = 0, at = 0; k < count; ++k, at += 3 + q_of[on]) {
         const double angle = 1.0 + 0.3 * sin(k);
         tree->q[at] = 0.2 * sin(2.0 * k);
         tree->q[at + 1] = angle;
-        tree->q[at + 2] = -angle;
-        tree->q[at + (universal ? 4 : 3)] = angle;
+        tree->q[at + 2] = on == BENCH_BALL ? cos(0.5 * angle) : -angle;
+        if (on == BENCH_BALL) tree->q[at + 5] = -sin(0.5 * angle);
+        tree->q[at + 2 + q_of[on]] = angle;
     }
 }
 

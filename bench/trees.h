@@ -34,8 +34,10 @@ typedef enum bench_loop { BENCH_OPEN, BENCH_RIGID, BENCH_STIFF } bench_loop;
  * mass where `massless`. */
 void bench_make_fourbars(bench_model *tree, int count, int massless, bench_loop loop);
 
-/* The same in space, closed by ball joints; couplers on hinges or on universal joints. */
-void bench_make_linkages(bench_model *tree, int count, int universal, int closed);
+/* The same in space, the rods of the chain about two axes in turn, closed by ball joints; couplers on hinges,
+ * universal or ball joints. */
+typedef enum bench_coupler { BENCH_HINGE, BENCH_UNIVERSAL, BENCH_BALL } bench_coupler;
+void bench_make_linkages(bench_model *tree, int count, bench_coupler on, int closed);
 
 /* A chain of rods in the plane with one parallelogram, on its last rod or on its first. */
 void bench_make_one_loop(bench_model *tree, int rods, int at_root, int closed);

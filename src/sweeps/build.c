@@ -545,12 +545,6 @@ bool mbsri_sweeps_build(mbsr_model *m, int bodies)
 
 /* ---- loops in Newton systems ---- */
 
-/* Whether a loop may be carried past joint i, and may close on its body, in vector code. */
-static bool serves(const mbsri_sweeps *plan, const mbsr_model *m, int i)
-{
-    return embeds(plan, m, i) && (!m->body[i].open || is_simple_body(plan, m, i));
-}
-
 static bool reads_joints(const mbsri_closure *c)
 {
     return (c->def.table->flags & MBSR_CLOSURE_JOINTS) != 0;
@@ -589,7 +583,7 @@ static void choose_loops(mbsr_model *m, selection s)
     const size_t count = m->closures.count;
     for (int i = 1; i <= m->bodies; ++i) {
         mbsri_body *b = m->body + i;
-        b->by_blocks = (b->open || b->closes) && !serves(&plan, m, i);
+        b->by_blocks = (b->open || b->closes) && !embeds(&plan, m, i);
     }
     bool changed = true;
     for (size_t k = 0; k < count; ++k) {

@@ -13,7 +13,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-enum { CALLS = 5, ACTUATED = CALLS, TREES = 7, LOOPS = 11 };
+enum { CALLS = 5, ACTUATED = CALLS, TREES = 7, LOOPS = 17 };
 
 static const char *const call_name[CALLS + 1] = {"forward", "inverse", "momentum",
                                                  "factor",  "solve",   "actuated"};
@@ -106,21 +106,28 @@ static void close_counted(counted *c)
 }
 
 /* Models with closed loops, and without: what an implicit integrator calls. */
-enum { FOURBARS, MASSLESS, STIFF, RING, OPEN, AT_LEAF, AT_ROOT };
+enum { FOURBARS, MASSLESS, STIFF, RING, OPEN, AT_LEAF, AT_ROOT, IN_SPACE, IN_SPACE_OPEN };
 static const struct {
     const char *name;
     int kind, count;
-} loops[LOOPS] = {{"fourbars10", FOURBARS, 10},
-                  {"fourbars100", FOURBARS, 100},
-                  {"massless10", MASSLESS, 10},
-                  {"massless100", MASSLESS, 100},
-                  {"stiff10", STIFF, 10},
-                  {"stiff100", STIFF, 100},
-                  {"ring10", RING, 10},
-                  {"ring100", RING, 100},
-                  {"open_chain1000", OPEN, 1000},
-                  {"loop_at_leaf1000", AT_LEAF, 1000},
-                  {"loop_at_root1000", AT_ROOT, 1000}};
+    bench_coupler on; /* in space */
+} loops[LOOPS] = {{"fourbars10", FOURBARS, 10, BENCH_HINGE},
+                  {"fourbars100", FOURBARS, 100, BENCH_HINGE},
+                  {"massless10", MASSLESS, 10, BENCH_HINGE},
+                  {"massless100", MASSLESS, 100, BENCH_HINGE},
+                  {"stiff10", STIFF, 10, BENCH_HINGE},
+                  {"stiff100", STIFF, 100, BENCH_HINGE},
+                  {"ring10", RING, 10, BENCH_HINGE},
+                  {"ring100", RING, 100, BENCH_HINGE},
+                  {"open_chain1000", OPEN, 1000, BENCH_HINGE},
+                  {"loop_at_leaf1000", AT_LEAF, 1000, BENCH_HINGE},
+                  {"loop_at_root1000", AT_ROOT, 1000, BENCH_HINGE},
+                  {"universal10", IN_SPACE, 10, BENCH_UNIVERSAL},
+                  {"universal100", IN_SPACE, 100, BENCH_UNIVERSAL},
+                  {"open_universal", IN_SPACE_OPEN, 100, BENCH_UNIVERSAL},
+                  {"ball10", IN_SPACE, 10, BENCH_BALL},
+                  {"ball100", IN_SPACE, 100, BENCH_BALL},
+                  {"open_ball", IN_SPACE_OPEN, 100, BENCH_BALL}};
 
 static void make_loops(bench_model *tree, int k)
 {
@@ -130,6 +137,8 @@ static void make_loops(bench_model *tree, int k)
     else if (kind <= STIFF)
         bench_make_fourbars(tree, number, kind == MASSLESS,
                             kind == STIFF ? BENCH_STIFF : BENCH_RIGID);
+    else if (kind >= IN_SPACE)
+        bench_make_linkages(tree, number, loops[k].on, kind == IN_SPACE);
     else
         bench_make_one_loop(tree, number, kind == AT_ROOT, kind != OPEN);
 }

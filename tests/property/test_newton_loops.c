@@ -249,22 +249,27 @@ static void make(loops *s, const choice *c)
 typedef struct tally {
     int models, left_out, systems, sharp, held;
     int vector_code;    /* of the systems, those that some of it served */
+    int same;           /* of these, those whose solutions are those by blocks to 1e-10 */
     int sharp_products; /* A (A^-1 r) that is r to 1e-9 */
 } tally;
 
-/* Solutions for several c against the dense matrix, from random right-hand sides. */
-static void check_solver(test_newton_state *s, const choice *c, int by_blocks, tally *group)
+static const double factors[] = {1.0, 100.0, 1e5, -30.0};
+enum { FACTORS = sizeof factors / sizeof factors[0] };
+
+/* Solutions for several c against the dense matrix, from random right-hand sides; to `all`. */
+static void check_solver(test_newton_state *s, const choice *c, int by_blocks, tally *group,
+                         double *all)
 {
-    static const double factors[] = {1.0, 100.0, 1e5, -30.0};
     mbsr_newton *newton;
     mbsr_error error;
     mbsr_newton_opt opt = mbsr_default_newton_opt();
     opt.products = 1;
     opt.by_blocks = by_blocks;
     assert_ok(mbsr_newton_create(s->model, MBSR_DAE_MOMENTUM, &opt, &newton, &error), &error);
-    double *r = calloc(3 * (size_t)s->n, sizeof *r), *x = r + s->n, *p = x + s->n;
+    double *r = calloc(2 * (size_t)s->n, sizeof *r), *p = r + s->n;
     test_rng rng = test_seed(c->seed + 99);
-    for (size_t k = 0; k < sizeof factors / sizeof factors[0]; ++k) {
+    for (int k = 0; k < FACTORS; ++k) {
+        double *x = all + k * s->n;
         test_fill(&rng, s->n, r);
         assert_ok(mbsr_newton_factor(newton, s->data, s->t, s->y, s->yp, factors[k]),
                   mbsr_newton_error(newton));
@@ -298,8 +303,14 @@ static void check_solver(test_newton_state *s, const choice *c, int by_blocks, t
 /* In vector code as far as that serves, and without it. */
 static void check_state(test_newton_state *s, const choice *c, tally *group)
 {
-    check_solver(s, c, 0, group);
-    check_solver(s, c, 1, group);
+    const int before = group->vector_code;
+    double *x = calloc(2 * FACTORS * (size_t)s->n, sizeof *x), *y = x + FACTORS * s->n;
+    check_solver(s, c, 0, group, x);
+    const bool vector_code = group->vector_code > before;
+    check_solver(s, c, 1, group, y);
+    for (int k = 0; k < FACTORS && vector_code; ++k)
+        group->same += test_newton_distance(s, x + k * s->n, y + k * s->n) < 1e-10;
+    free(x);
 }
 
 /* A start gives a state of a solution, or a status. */
@@ -340,6 +351,7 @@ static void check(const choice *c, tally *group)
 static void conclude(const tally *group, int most_left_out)
 {
     assert_in_range(group->vector_code, group->systems / 4, group->systems / 2);
+    assert_in_range(group->same, 0.96 * group->vector_code, group->vector_code);
     assert_in_range(group->left_out, 0, most_left_out);
     assert_in_range(group->sharp, 0.01 * test_seeds(84, 90) * group->systems, group->systems);
     assert_in_range(group->sharp_products, 0.01 * test_seeds(84, 90) * group->systems,

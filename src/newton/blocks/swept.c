@@ -123,7 +123,9 @@ static void place_record(const plan *p, int k)
     const bool joint = k <= p->w->model->bodies;
     front->span = mbsri_swept_span(p->v->pool[k].most + 1);
     const size_t span = (size_t)front->span, one = MBSRI_SWEPT_MOTIONS + MBSRI_SWEPT_ACTIONS + 3;
-    front->record = take(p->doubles, joint ? 5 * span : span * (one + span));
+    const int n = joint ? p->w->model->body[k].n : 0;
+    front->record = take(p->doubles, joint ? MBSRI_SWEPT_RECORD * span * (size_t)(n > 1 ? n : 1)
+                                           : span * (one + span));
     front->order = joint ? 0 : take(p->ints, 2 * span);
 }
 

@@ -18,6 +18,9 @@
 /* Numbers of perturbations, forces and kappa of a body in vector code. */
 enum { MBSRI_SWEPT_MOTIONS = 16, MBSRI_SWEPT_ACTIONS = 24, MBSRI_SWEPT_FORCES = 8 };
 
+/* Numbers of an unknown, and its row, that the solution needs for each axis of a joint. */
+enum { MBSRI_SWEPT_RECORD = 5 };
+
 /* Numbers come in groups of four. */
 static inline int mbsri_swept_span(int count)
 {

@@ -5,7 +5,7 @@
 
 #include "newton/sweeps/border.h"
 #include "newton/sweeps/closing.h"
-#include "newton/sweeps/multi_axis.h"
+#include "newton/sweeps/multi_fronts.h"
 #include "sweeps/backward.h"
 #include "sweeps/forward.h"
 
@@ -74,7 +74,7 @@ MBSRI_INLINE bool eliminate_joint(const mbsri_sweep_run *run, int i, mbsri_newto
                                   slab *y, bool full, bool deep)
 {
     const mbsri_sweep_body *b = run->tree->body + i;
-    if (b->flags & MBSRI_MULTI) {
+    if (__builtin_expect((b->flags & MBSRI_MULTI) != 0, 0)) { /* most have one axis */
         _Alignas(32) mbsri_newton_carry multi;
         slab_to_memory(y, &multi, full);
         if (!eliminate_multi(run, i, newton, &multi, full)) return false;

@@ -28,10 +28,11 @@ typedef struct open_record {
     double *z, *e, *p, *m, *n;
 } open_record;
 
-MBSRI_INLINE open_record record_of(const mbsri_carried *v, int i)
+/* Of axis k of joint i. */
+MBSRI_INLINE open_record record_of(const mbsri_carried *v, int i, int k)
 {
-    double *at = v->store + v->front[i].record;
     const int span = v->front[i].span;
+    double *at = v->store + v->front[i].record + MBSRI_SWEPT_RECORD * span * k;
     return (open_record){at, at + span, at + 2 * span, at + 3 * span, at + 4 * span};
 }
 
@@ -170,6 +171,43 @@ MBSRI_INLINE int row_place(const joint_front *j, int l)
     return j->in_place ? l : j->to_row[l];
 }
 
+/* What is behind joint i, and the pool above; false: see open_next. */
+MBSRI_INLINE bool start_front(const mbsri_sweep_run *run, int i, mbsri_newton_sweeps *newton,
+                              joint_front *j)
+{
+    mbsr_newton *w = newton->blocks;
+    const mbsri_carried *v = &w->carried;
+    const mbsri_front *front = v->front + i;
+    j->on_root = run->tree->body[i].parent == 0;
+    j->rho = load(run->state[i].rho);
+    j->by_c = splat(newton->by_c);
+    j->in_place = front->in_place;
+    j->from = view_pool(v, v->swept + i);
+    j->to = view_pool(v, v->swept + front->up);
+    j->count = v->swept[i].count;
+    j->to_column = v->list;
+    j->to_row = v->numbers + front->place;
+    return open_next(w, i, j);
+}
+
+/* Unknown l to the predecessor. */
+MBSRI_INLINE void hand_column(const joint_front *j, int l, const v4 Q[4], const v4 kappa[2],
+                              const v4 psi[2], bool deep)
+{
+    const int place = column_place(j, l);
+    double *to = j->to.Q + place * MBSRI_SWEPT_ACTIONS,
+           *to_kappa = j->to.kappa + place * MBSRI_SWEPT_FORCES;
+    put(j, to + 4 * CHI_L, Q[CHI_L] + cross(j->rho, Q[CHI_P]));
+    put(j, to + 4 * CHI_P, Q[CHI_P]);
+    put(j, to + 4 * MOMENT, Q[MOMENT] + cross(j->rho, Q[FORCE]));
+    put(j, to + 4 * FORCE, Q[FORCE]);
+    put(j, to_kappa, kappa[0] + cross(j->rho, kappa[1]));
+    put(j, to_kappa + 4, kappa[1]);
+    if (!deep) return;
+    put(j, to + 16, psi[PSI_L] + cross(j->rho, psi[PSI_P]));
+    put(j, to + 20, psi[PSI_P]);
+}
+
 /* Unknown l through the joint. */
 MBSRI_INLINE void carry_column(const joint_front *j, int l, bool deep)
 {
@@ -192,19 +230,7 @@ MBSRI_INLINE void carry_column(const joint_front *j, int l, bool deep)
     j->record.e[l] = e;
     j->record.p[l] = sum3(a->S_w * Q[CHI_L] + a->S_v * Q[CHI_P]) - (j->held ? g : 0.0);
     if (deep) j->balance[l] = seen + p->t.along_U * e;
-    if (j->on_root) return;
-    const int place = column_place(j, l);
-    double *to = j->to.Q + place * MBSRI_SWEPT_ACTIONS,
-           *to_kappa = j->to.kappa + place * MBSRI_SWEPT_FORCES;
-    put(j, to + 4 * CHI_L, Q[CHI_L] + cross(j->rho, Q[CHI_P]));
-    put(j, to + 4 * CHI_P, Q[CHI_P]);
-    put(j, to + 4 * MOMENT, Q[MOMENT] + cross(j->rho, Q[FORCE]));
-    put(j, to + 4 * FORCE, Q[FORCE]);
-    put(j, to_kappa, kappa[0] + cross(j->rho, kappa[1]));
-    put(j, to_kappa + 4, kappa[1]);
-    if (!deep) return;
-    put(j, to + 16, psi[PSI_L] + cross(j->rho, psi[PSI_P]));
-    put(j, to + 20, psi[PSI_P]);
+    if (!j->on_root) hand_column(j, l, Q, kappa, psi, deep);
 }
 
 MBSRI_INLINE double read_motion(const v4 R[4], const v4 motion[4])
@@ -284,23 +310,13 @@ MBSRI_OUTLINE void carry_rate(const joint_front *j)
 MBSRI_OUTLINE bool carry_past(const mbsri_sweep_run *run, int i, mbsri_newton_sweeps *newton,
                               const passage *p, const v4 G[2], bool deep, bool held)
 {
-    mbsr_newton *w = newton->blocks;
-    mbsri_carried *v = &w->carried;
-    const mbsri_front *front = v->front + i;
+    const mbsri_carried *v = &newton->blocks->carried;
     const mbsri_sweep_body *b = run->tree->body + i;
-    joint_front j = {.p = p, .G = G, .deep = deep, .held = held, .on_root = b->parent == 0};
-    j.rho = load(run->state[i].rho);
-    j.by_c = splat(newton->by_c);
+    joint_front j = {.p = p, .G = G, .deep = deep, .held = held};
     j.weight = b->n > 0 ? run->model->weight[b->u] : 0.0;
-    j.in_place = front->in_place;
-    j.from = view_pool(v, v->swept + i);
-    j.to = view_pool(v, v->swept + front->up);
-    j.count = v->swept[i].count;
-    j.to_column = v->list;
-    j.to_row = v->numbers + front->place;
-    j.record = record_of(v, i);
+    j.record = record_of(v, i, 0);
     j.balance = v->work;
-    if (!open_next(w, i, &j)) return false;
+    if (!start_front(run, i, newton, &j)) return false;
     for (int l = 0; l < j.count && deep; ++l) carry_column(&j, l, true);
     for (int l = 0; l < j.count && !deep; ++l) carry_column(&j, l, false);
     for (int l = 0; l < j.count; ++l) carry_row(&j, l);
@@ -312,8 +328,8 @@ MBSRI_OUTLINE bool carry_past(const mbsri_sweep_run *run, int i, mbsri_newton_sw
 /* ---- elimination ---- */
 
 /* As eliminate, with what is carried past the joint; false: the general elimination has to. */
-static bool eliminate_open(const mbsri_sweep_run *run, int i, mbsri_newton_sweeps *newton, slab *y,
-                           bool deep)
+MBSRI_INLINE bool eliminate_open(const mbsri_sweep_run *run, int i, mbsri_newton_sweeps *newton,
+                                 slab *y, bool deep)
 {
     const mbsri_sweep_body *b = run->tree->body + i;
     const mbsri_sweep_state *s = run->state + i;
@@ -338,11 +354,10 @@ static bool eliminate_open(const mbsri_sweep_run *run, int i, mbsri_newton_sweep
     return true;
 }
 
-/* The joint of a body on a loop: of one axis, or a weld. */
-MBSRI_OUTLINE bool pass_open(const mbsri_sweep_run *run, int i, mbsri_newton_sweeps *newton,
-                             slab *y, bool deep)
+/* A weld on a loop. */
+MBSRI_OUTLINE bool pass_open_weld(const mbsri_sweep_run *run, int i, mbsri_newton_sweeps *newton,
+                                  slab *y, bool deep)
 {
-    if (run->tree->body[i].n > 0) return eliminate_open(run, i, newton, y, deep);
     const v4 none[2] = {splat(0.0), splat(0.0)};
     passage p;
     memset(&p, 0, sizeof p);
@@ -361,7 +376,7 @@ MBSRI_OUTLINE void pass_rights(mbsri_newton_sweeps *newton, int i, double k, dou
     mbsr_newton *w = newton->blocks;
     const mbsri_carried *v = &w->carried;
     const mbsri_front *front = v->front + i;
-    const open_record by = record_of(v, i);
+    const open_record by = record_of(v, i, 0);
     const int count = v->swept[i].count, *place = v->numbers + front->place;
     double *from = v->store + v->swept[i].right, *to = v->store + v->swept[front->up].right;
     for (int l = 0; l < count; ++l) {
@@ -381,7 +396,7 @@ MBSRI_OUTLINE void move_open(const mbsri_newton_sweeps *newton, int i, double *d
     const mbsr_newton *w = newton->blocks;
     const mbsri_carried *v = &w->carried;
     const int *name = v->numbers + v->swept[i].column, count = v->swept[i].count;
-    const open_record by = record_of(v, i);
+    const open_record by = record_of(v, i, 0);
     for (int l = 0; l < count; ++l) {
         const double value = v->value[name[l]];
         *du -= by.z[l] * value;

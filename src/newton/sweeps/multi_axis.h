@@ -206,6 +206,13 @@ static void motion_by(int n, const axis *a, const mbsri_newton_block *B, int j, 
     }
 }
 
+/* A joint of several axes on the way: C, U, and what its rows become over x_h. */
+typedef struct axes {
+    int n;
+    axis a[6];
+    v4 C[6][4], U[6][4], K[6][4];
+} axes;
+
 /* C and U, with what all columns add to the forces at h. */
 static void find_columns(int n, const slab *y, const axis *a, const mbsri_newton_block *B,
                          v4 (*C)[4], v4 (*U)[4], bool full)
@@ -225,207 +232,107 @@ static void find_columns(int n, const slab *y, const axis *a, const mbsri_newton
 }
 
 /* The records of the joint's columns; P behind it. */
-static void keep_columns(const mbsri_sweep_run *run, int i, mbsri_newton_sweeps *newton,
-                         const axis *a, v4 (*K)[4], v4 (*C)[4], v4 (*U)[4], slab *y, bool full)
+static void keep_columns(const mbsri_sweep_run *run, int i, mbsri_newton_sweeps *newton, axes *p,
+                         slab *y, bool full)
 {
     const mbsri_sweep_body *b = run->tree->body + i;
     const v4 rho = load(run->state[i].rho), none = splat(0.0);
-    for (int k = 0; k < b->n; ++k) subtract_column(y, C[k], K[k], full);
+    for (int k = 0; k < b->n; ++k) subtract_column(y, p->C[k], p->K[k], full);
     for (int k = 0; k < b->n; ++k) {
         mbsri_newton_column *col = mbsri_newton_column_at(newton, b->u + k);
         const double *G = run->multi[b->multi].G[k];
         const bool on_root = b->parent == 0; /* nothing is handed on there, and G not known */
         v4 Q[4];
-        momentum_row(y, a[k].S_w, a[k].S_v, Q, full);
-        translate_row(rho, K[k], full);
+        momentum_row(y, p->a[k].S_w, p->a[k].S_v, Q, full);
+        translate_row(rho, p->K[k], full);
         translate_row(rho, Q, full);
         const v4 kept[2] = {on_root ? none : load(G), on_root ? none : load(G + 4)};
-        keep_column(col, a + k, K[k], Q, C[k], U[k], kept, full);
+        keep_column(col, p->a + k, p->K[k], Q, p->C[k], p->U[k], kept, full);
     }
 }
 
 /* What the joint's columns and the motion before it do to the forces on the predecessor. */
 static void add_on_predecessor(const mbsri_sweep_run *run, int i, const mbsri_newton_sweeps *newton,
-                               const axis *a, v4 (*C)[4], v4 (*U)[4], slab *y)
+                               axes *p, slab *y)
 {
     const mbsri_sweep_body *b = run->tree->body + i;
     slopes on;
     place_on_predecessor(run, i, newton, &on);
     for (int j = 0; j < b->n; ++j) {
         v4 x[4], J[4];
-        motion_by(b->n, a, newton->block + b->multi, j, x, J);
-        apply_slopes(&on, x, U[j]);
-        x[SPIN] += a[j].S_w;
-        x[DRIFT] += a[j].S_v;
-        apply_slopes(&on, x, C[j]);
+        motion_by(b->n, p->a, newton->block + b->multi, j, x, J);
+        apply_slopes(&on, x, p->U[j]);
+        x[SPIN] += p->a[j].S_w;
+        x[DRIFT] += p->a[j].S_v;
+        apply_slopes(&on, x, p->C[j]);
     }
     add_slopes(&on, y);
 }
 
-static bool eliminate_multi(const mbsri_sweep_run *run, int i, mbsri_newton_sweeps *newton,
-                            mbsri_newton_carry *m, bool full)
+/* C, U and K; false: the joint's rows are singular. */
+MBSRI_INLINE bool open_axes(const mbsri_sweep_run *run, int i, mbsri_newton_sweeps *newton, axes *p,
+                            slab *y, bool full)
 {
     const mbsri_sweep_body *b = run->tree->body + i;
     mbsri_newton_block *B = newton->block + b->multi;
     const v4 by_c = splat(newton->by_c);
-    const int n = b->n;
-    axis a[6];
-    slab y;
-    v4 C[6][4], U[6][4], R[6][4], K[6][4];
-    double slope[6][6], E[6][6], size[6];
-    clear_slab(&y, full);
-    add_slab(m, &y, full);
+    const int n = p->n = b->n;
+    v4 R[6][4];
+    double slope[6][6], E[6][6], size[6] = {0.0};
     find_steps(run, i, B);
     if (!find_ratio(n, newton->c, newton->by_c, B)) return false;
-    find_axes(run, i, &y, newton->by_c, B, a);
+    find_axes(run, i, y, newton->by_c, B, p->a);
     find_slopes(n, newton->by_c, B, slope);
-    find_columns(n, &y, a, B, C, U, full);
-    find_rows(n, by_c, a, B, slope, C, U, E, size, full);
+    find_columns(n, y, p->a, B, p->C, p->U, full);
+    find_rows(n, by_c, p->a, B, slope, p->C, p->U, E, size, full);
     if (!invert(n, E, size, newton->least_pivot, B->inverse)) return false;
     const bool pair = is_pair(newton, i, full);
     if (pair) {
         slopes by;
         place_by_predecessor(run, i, newton, &by);
-        add_slopes(&by, &y);
+        add_slopes(&by, y);
     }
-    for (int k = 0; k < n; ++k) joint_row(&y, a + k, by_c, R[k], full);
+    for (int k = 0; k < n; ++k) joint_row(y, p->a + k, by_c, R[k], full);
     for (int k = 0; k < n; ++k) {
         for (int g = 0; g < groups(full); ++g) {
-            K[k][g] = splat(0.0);
-            for (int l = 0; l < n; ++l) K[k][g] += splat(B->inverse[k][l]) * R[l][g];
+            p->K[k][g] = splat(0.0);
+            for (int l = 0; l < n; ++l) p->K[k][g] += splat(B->inverse[k][l]) * R[l][g];
         }
     }
-    if (pair) add_on_predecessor(run, i, newton, a, C, U, &y);
-    keep_columns(run, i, newton, a, K, C, U, &y, full);
+    if (pair) add_on_predecessor(run, i, newton, p, y);
+    return true;
+}
+
+MBSRI_INLINE bool eliminate_axes(const mbsri_sweep_run *run, int i, mbsri_newton_sweeps *newton,
+                                 mbsri_newton_carry *m, bool full)
+{
+    axes p;
+    slab y;
+    clear_slab(&y, full);
+    add_slab(m, &y, full);
+    if (!open_axes(run, i, newton, &p, &y, full)) return false;
+    keep_columns(run, i, newton, &p, &y, full);
     slab_to_memory(&y, m, full);
     return true;
 }
 
-/* ---- the solution ---- */
-
-/* g (n) from r_q in the caller's order; returns r_s, of a quaternion. */
-static double rates_of(const mbsri_newton_sweeps *newton, const mbsri_newton_step *s,
-                       const double *r, double g[6])
+/* Through such a joint, each case compiled by itself; false: its rows are singular. */
+MBSRI_OUTLINE bool eliminate_full_axes(const mbsri_sweep_run *run, int i,
+                                       mbsri_newton_sweeps *newton, mbsri_newton_carry *m)
 {
-    const mbsri_newton_block *B = newton->block + s->multi;
-    const int *place = newton->model->q_of + s->q;
-    for (int k = 0; k < s->n; ++k) g[k] = r ? r[place[k + B->quaternion]] : 0.0;
-    if (!B->quaternion || !r) return 0.0;
-    double quotient[4];
-    const double *q = B->q, size = q[0] * q[0] + mbsri_dot3(q + 1, q + 1);
-    const double one[4] = {r[place[0]], r[place[1]], r[place[2]], r[place[3]]};
-    /* r conj(q) / |q|^2 */
-    mbsri_cross3(q + 1, one + 1, quotient + 1);
-    mbsri_add3(q[0], one + 1, quotient + 1);
-    mbsri_add3(-one[0], q + 1, quotient + 1);
-    quotient[0] = (one[0] * q[0] + mbsri_dot3(one + 1, q + 1)) / size;
-    for (int k = 0; k < 3; ++k)
-        g[k] = 2.0 * quotient[1 + k] / size + B->u[k] * quotient[0] * newton->by_c;
-    return quotient[0];
+    return eliminate_axes(run, i, newton, m, true);
 }
 
-static void multi_loads(mbsri_newton_sweeps *newton, int i, const double *r,
-                        const double *load_of_body, mbsri_newton_flow *m, bool full)
+MBSRI_OUTLINE bool eliminate_narrow_axes(const mbsri_sweep_run *run, int i,
+                                         mbsri_newton_sweeps *newton, mbsri_newton_carry *m)
 {
-    const mbsri_newton_step *s = newton->step + i;
-    const mbsri_newton_block *B = newton->block + s->multi;
-    const int *place = newton->model->u_of + s->u, n = s->n;
-    const double *r_p = r ? r + newton->model->nq : NULL, *r_u = r ? r_p + newton->model->nu : NULL;
-    const v4 by_c = splat(newton->by_c);
-    double g[6], known[6], w[6];
-    const double r_s = rates_of(newton, s, r, g);
-    for (int k = 0; k < n; ++k) {
-        const mbsri_newton_column *col = mbsri_newton_column_at(newton, s->u + k);
-        const v4 S_w = load3(col->S), S_v = load3(col->S + 3);
-        w[k] = (r ? r_u[place[k]] : 0.0) + sum3(S_w * load(m->L_bar) + S_v * load(m->p_bar));
-        v4 row = load3(col->row) * load(m->b) + load3(col->row + 3) * load(m->b + 4) -
-                 by_c * S_w * load(m->b + 8);
-        if (full) row -= by_c * S_v * load(m->b + 12);
-        const double tau =
-            load_of_body ? load_of_body[newton->model->size_v + (size_t)(s->u + k)] : 0.0;
-        known[k] = newton->by_c * tau + (r ? newton->by_c * r_p[place[k]] : 0.0) + w[k] -
-                   sum3(row) + B->length[k] * r_s;
-        for (int l = 0; l < n; ++l) known[k] -= B->gain[k][l] * g[l];
-    }
-    for (int k = 0; k < n; ++k) {
-        mbsri_newton_column *col = mbsri_newton_column_at(newton, s->u + k);
-        double own = 0.0;
-        for (int l = 0; l < n; ++l) own += B->inverse[k][l] * known[l];
-        newton->k[s->u + k] = own;
-        for (int f = 0; f < groups(full); ++f)
-            store(m->b + 4 * f, load(m->b + 4 * f) +
-                                    load3(group_of(col, col->C, LAST_C, f)) * splat(own) +
-                                    load3(group_of(col, col->U, LAST_U, f)) * splat(g[k]));
-    }
-    for (int k = 0; k < n; ++k) {
-        mbsri_newton_column *col = mbsri_newton_column_at(newton, s->u + k);
-        newton->p[s->u + k] =
-            sum3(load3(col->S) * load(m->b) + load3(col->S + 3) * load(m->b + 4)) - w[k];
-        if (!r) continue;
-        store(m->L_bar, load(m->L_bar) + load3(col->G) * splat(r_u[place[k]]));
-        store(m->p_bar, load(m->p_bar) + load3(col->G + 3) * splat(r_u[place[k]]));
-    }
+    return eliminate_axes(run, i, newton, m, false);
 }
 
-/* delta_q from w: (0, w) q / 2 + lambda q for a quaternion. */
-static void place_rates(const mbsri_newton_sweeps *newton, const mbsri_newton_step *s,
-                        const double w[6], double r_s, double *delta)
+MBSRI_INLINE bool eliminate_multi(const mbsri_sweep_run *run, int i, mbsri_newton_sweeps *newton,
+                                  mbsri_newton_carry *m, bool full)
 {
-    const mbsri_newton_block *B = newton->block + s->multi;
-    const int *place = newton->model->q_of + s->q;
-    for (int k = 0; k < s->n; ++k) delta[place[k + B->quaternion]] = w[k];
-    if (!B->quaternion) return;
-    const double *q = B->q, lambda = newton->by_c * (r_s - 0.25 * mbsri_dot3(B->u, w));
-    double turned[3];
-    mbsri_cross3(w, q + 1, turned);
-    delta[place[0]] = lambda * q[0] - 0.5 * mbsri_dot3(w, q + 1);
-    for (int k = 0; k < 3; ++k)
-        delta[place[1 + k]] = lambda * q[1 + k] + 0.5 * (turned[k] + q[0] * w[k]);
-}
-
-/* at: the predecessor's motion, overwritten by the body's. */
-static void multi_motion(mbsri_newton_sweeps *newton, int i, const double *r, double *delta,
-                         double at[16], bool full)
-{
-    const mbsr_model *m = newton->model;
-    const mbsri_newton_step *s = newton->step + i;
-    const mbsri_newton_block *B = newton->block + s->multi;
-    const int *place = m->u_of + s->u, n = s->n;
-    double g[6], du[6], w[6] = {0.0}, p[6];
-    v4 x[4];
-    const double r_s = rates_of(newton, s, r, g);
-    for (int f = 0; f < groups(full); ++f) x[f] = load(at + 4 * f);
-    for (int k = 0; k < n; ++k) {
-        mbsri_newton_column *col = mbsri_newton_column_at(newton, s->u + k);
-        v4 K = splat(0.0), Q = splat(0.0);
-        for (int f = 0; f < groups(full); ++f) {
-            K += load3(group_of(col, col->K, LAST_K, f)) * x[f];
-            Q += load3(group_of(col, col->Q, LAST_Q, f)) * x[f];
-        }
-        du[k] = newton->k[s->u + k] - sum3(K);
-        p[k] = newton->p[s->u + k] + sum3(Q);
-    }
-    const v4 rho = load(s->rho);
-    x[DRIFT] += cross(x[SPIN], rho);
-    if (full) x[DISPLACEMENT] += cross(x[ROTATION], rho);
-    for (int k = 0; k < n; ++k) {
-        const mbsri_newton_column *col = mbsri_newton_column_at(newton, s->u + k);
-        w[k] = 0.0;
-        for (int l = 0; l < n; ++l) w[k] += B->A[k][l] * (du[l] + g[l]);
-        const v4 S_w = load3(col->S), S_v = load3(col->S + 3), by_u = splat(du[k]),
-                 by_w = splat(w[k]);
-        x[ROTATION] += S_w * by_w;
-        x[SPIN] += S_w * by_u + load(B->T[k]) * by_w;
-        x[DRIFT] += S_v * by_u + load(B->T[k] + 4) * by_w;
-        if (full) x[DISPLACEMENT] += S_v * by_w;
-    }
-    for (int f = 0; f < groups(full); ++f) store(at + 4 * f, x[f]);
-    place_rates(newton, s, w, r_s, delta);
-    for (int k = 0; k < n; ++k) {
-        for (int l = 0; l < n; ++l) p[k] -= B->couple[k][l] * w[l];
-        delta[m->nq + place[k]] = p[k] + m->armature[s->u + k] * du[k];
-        delta[m->nq + m->nu + place[k]] = du[k];
-    }
+    return full ? eliminate_full_axes(run, i, newton, m) : eliminate_narrow_axes(run, i, newton, m);
 }
 
 #endif

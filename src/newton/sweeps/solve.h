@@ -5,7 +5,7 @@
 
 #include "newton/sweeps/border.h"
 #include "newton/sweeps/closing.h"
-#include "newton/sweeps/multi_axis.h"
+#include "newton/sweeps/multi_axis_solve.h"
 
 /* b, that of psi, and the recursion for w. */
 typedef struct loads {
@@ -209,7 +209,7 @@ MBSRI_INLINE void condense_joint(mbsri_newton_sweeps *newton, const mbsri_newton
     if (flags & MBSRI_MULTI) {
         _Alignas(32) mbsri_newton_flow multi;
         loads_to_memory(f, &multi, full, false);
-        multi_loads(newton, i, by.r, by.load_of_body, &multi, full);
+        multi_loads(newton, i, by.r, by.load_of_body, &multi, full, mixed && flags & MBSRI_FRONT);
         clear_loads(f);
         add_loads(&multi, f, full, false);
     } else if (s->n) {
@@ -312,7 +312,7 @@ MBSRI_INLINE void move_joint(mbsri_newton_sweeps *newton, const mbsri_newton_ste
     if (flags & MBSRI_MULTI) {
         _Alignas(32) double at[16];
         for (int g = 0; g < groups(full); ++g) store(at + 4 * g, x[g]);
-        multi_motion(newton, i, r, delta, at, full);
+        multi_motion(newton, i, r, delta, at, full, mixed && flags & MBSRI_FRONT);
         for (int g = 0; g < groups(full); ++g) x[g] = load(at + 4 * g);
     } else if (s->n) {
         const mbsri_newton_column *col = mbsri_newton_column_at(newton, s->u);

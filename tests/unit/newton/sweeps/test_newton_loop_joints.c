@@ -1,0 +1,327 @@
+/* Newton systems of mechanisms in space whose loops go through joints of several axes: in vector code, beside
+ * the elimination by blocks and the dense matrix.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "loops.h"
+#include "newton/blocks/record.h"
+#include "newton/sweeps/record.h"
+#include "newton_system.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { REVOLUTE, UNIVERSAL, CYLINDRICAL, BALL, IN_PLANE, FREE, SLIDER, DRIVEN, WELD };
+
+enum { MOST_BODIES = 20 };
+
+/* A mechanism that is put together at q = 0, where its bodies have the world's axes. */
+typedef struct mechanism {
+    loops s;
+    double origin[MOST_BODIES + 1][3]; /* of the bodies there; the ground's behind the last */
+    double unit;                       /* how many units of length are a metre */
+} mechanism;
+
+static int swing(void *user, double t, double *s, double *rate, double *acceleration)
+{
+    (void)user;
+    *s = 0.3 * t;
+    *rate = 0.3;
+    *acceleration = 0.0;
+    return 0;
+}
+
+static mbsr_joint joint_of(int kind, const mbsr_frame *A, const double axis[3])
+{
+    const double other[3] = {axis[1], axis[2] + 0.3, axis[0] - 0.4};
+    const mbsr_axis driven[2] = {{MBSR_AXIS_ROTATION, {axis[0], axis[1], axis[2]}, 0.0, 0},
+                                 {MBSR_AXIS_ROTATION, {other[0], other[1], other[2]}, 0.0, 1}};
+    switch (kind) {
+    case REVOLUTE: return mbsr_joint_revolute(A, NULL, axis);
+    case UNIVERSAL: return mbsr_joint_universal(A, NULL, axis, other);
+    case CYLINDRICAL: return mbsr_joint_cylindrical(A, NULL, axis);
+    case BALL: return mbsr_joint_spherical(A, NULL);
+    case IN_PLANE: return mbsr_joint_in_plane(A, NULL);
+    case FREE: return mbsr_joint_free(A, NULL);
+    case SLIDER: return mbsr_joint_prismatic(A, NULL, axis);
+    case DRIVEN: return mbsr_joint_compound(A, NULL, 2, driven, swing, NULL);
+    default: return mbsr_joint_weld(A, NULL);
+    }
+}
+
+static void begin(mechanism *m, double unit)
+{
+    loops_begin(&m->s, NULL);
+    m->unit = unit;
+    memset(m->origin, 0, sizeof m->origin);
+}
+
+static const double *origin_of(const mechanism *m, int body)
+{
+    return m->origin[body == MBSR_GROUND ? MOST_BODIES : body];
+}
+
+/* From a body's origin to a point of the world, in units of length. */
+static void arm_to(const mechanism *m, int body, const double at[3], double arm[3])
+{
+    for (int k = 0; k < 3; ++k) arm[k] = m->unit * (at[k] - origin_of(m, body)[k]);
+}
+
+/* A body whose origin and joint are there; no inertia where the mass is zero. */
+static int add(mechanism *m, int parent, int kind, const double at[3], const double axis[3],
+               double mass)
+{
+    int id;
+    double arm[3];
+    const double unit = m->unit, com[3] = {0.1 * unit, -0.05 * unit, 0.03 * unit};
+    double tensor[6] = {0.03, 0.04, 0.05, 0.001, 0.002, -0.003};
+    for (int k = 0; k < 6; ++k) tensor[k] *= mass * unit * unit;
+    arm_to(m, parent, at, arm);
+    const mbsr_frame A = mbsr_frame_at(arm[0], arm[1], arm[2]);
+    mbsr_body_def body = mbsr_default_body_def();
+    body.parent = parent;
+    body.joint = joint_of(kind, &A, axis);
+    if (mass > 0.0) body.inertia = mbsr_inertia_rigid(mass, com, tensor);
+    assert_ok(mbsr_model_add_body(m->s.m, &body, &id), mbsr_model_error(m->s.m));
+    memcpy(m->origin[id], at, 3 * sizeof *at);
+    return id;
+}
+
+static void tie(mechanism *m, int a, int b, const double at[3])
+{
+    double on_a[3], on_b[3];
+    arm_to(m, a, at, on_a);
+    arm_to(m, b, at, on_b);
+    const mbsr_closure_def ball = mbsr_closure_ball(a, on_a, b, on_b);
+    assert_ok(mbsr_model_add_closure(m->s.m, &ball, NULL), mbsr_model_error(m->s.m));
+}
+
+static void damp(mechanism *m, int body, double damping)
+{
+    const mbsr_force_def law = mbsr_force_joint_spring(body, 0, 2.0, damping, 0.0);
+    assert_ok(mbsr_model_add_force(m->s.m, &law, NULL), mbsr_model_error(m->s.m));
+}
+
+static void bush(mechanism *m, int a, int b)
+{
+    const double springs[6] = {30.0, 40.0, 50.0, 200.0, 300.0, 400.0},
+                 dampers[6] = {0.3, 0.4, 0.5, 2.0, 3.0, 4.0};
+    const mbsr_frame at = mbsr_frame_at(0.1, 0.05, -0.1);
+    const mbsr_force_def bushing = mbsr_force_bushing(a, &at, b, NULL, springs, dampers);
+    assert_ok(mbsr_model_add_force(m->s.m, &bushing, NULL), mbsr_model_error(m->s.m));
+}
+
+/* At its place, with some velocity before the start makes it one that the loops allow. */
+static void finish(mechanism *m)
+{
+    loops_finish(&m->s);
+    memset(m->s.q, 0, sizeof m->s.q);
+    for (int k = 0; k < mbsr_model_bodies(m->s.m); ++k) {
+        int first, nq, u, n;
+        assert_ok(mbsr_body_coordinates(m->s.m, k, &first, &nq, &u, &n), NULL);
+        if (nq > n) m->s.q[first] = 1.0;
+    }
+    for (int k = 0; k < m->s.nu; ++k) m->s.u[k] = 0.7 * sin(1.0 + 2.0 * k);
+}
+
+static const double x_axis[3] = {1.0, 0.0, 0.0}, z_axis[3] = {0.0, 0.0, 1.0};
+
+/* Crank and rocker about axes that are not parallel, a coupler on a joint of that kind, a tail on the coupler. */
+static void fourbar(mechanism *m, int kind, double coupler, double unit)
+{
+    static const double crank[3] = {0.0, 0.0, 0.0}, tip[3] = {0.1, 0.3, 0.05},
+                        end[3] = {0.6, 0.5, 0.1}, rocker[3] = {0.7, 0.0, 0.0},
+                        tail[3] = {0.4, 0.4, 0.1}, tilted[3] = {0.1, 0.3, 1.0};
+    begin(m, unit);
+    const int a = add(m, MBSR_GROUND, REVOLUTE, crank, z_axis, 1.0),
+              b = add(m, a, kind, tip, tilted, coupler),
+              c = add(m, MBSR_GROUND, REVOLUTE, rocker, tilted, 2.0);
+    if (coupler > 0.0) add(m, b, BALL, tail, x_axis, 0.5);
+    tie(m, b, c, end);
+}
+
+/* Arms on a chassis, the upright on a ball joint of the lower one, a tie rod on a universal joint. `mass`: of
+ * arms and rod. */
+static void suspension(mechanism *m, int chassis, double mass)
+{
+    static const double place[3] = {0.0, 0.0, 0.3}, low[3] = {0.0, 0.3, 0.2},
+                        up[3] = {0.0, 0.35, 0.5}, rod[3] = {0.15, 0.3, 0.3},
+                        ball[3] = {0.02, 0.7, 0.2}, high[3] = {0.0, 0.65, 0.5},
+                        steering[3] = {0.16, 0.68, 0.3}, hub[3] = {0.0, 0.75, 0.3},
+                        y_axis[3] = {0.0, 1.0, 0.0};
+    begin(m, 1.0);
+    const int on = add(m, MBSR_GROUND, chassis, place, z_axis, 30.0),
+              lower = add(m, on, REVOLUTE, low, x_axis, mass),
+              upright = add(m, lower, BALL, ball, x_axis, 5.0),
+              upper = add(m, on, REVOLUTE, up, x_axis, mass),
+              link = add(m, on, UNIVERSAL, rod, z_axis, mass);
+    add(m, upright, REVOLUTE, hub, y_axis, 8.0);
+    tie(m, upright, upper, high);
+    tie(m, upright, link, steering);
+    damp(m, lower, 3.0);
+}
+
+/* Six legs, each a cylinder on a universal joint and a rod that slides in it; the platform on a free joint, or on
+ * a ball joint of the first leg. */
+static void platform(mechanism *m, int free)
+{
+    double foot[6][3], head[6][3];
+    static const double top[3] = {0.0, 0.0, 1.0};
+    int rods[6], plate = -1;
+    begin(m, 1.0);
+    for (int k = 0; k < 6; ++k) {
+        const double angle = 1.0471975511965976 * k, skew = k % 2 ? 0.3 : -0.3;
+        for (int j = 0; j < 3; ++j) foot[k][j] = head[k][j] = j == 2 ? 0.0 : 1.0;
+        foot[k][0] *= cos(angle), foot[k][1] *= sin(angle);
+        head[k][0] *= 0.6 * cos(angle + skew), head[k][1] *= 0.6 * sin(angle + skew);
+        head[k][2] = 1.0;
+    }
+    if (free) plate = add(m, MBSR_GROUND, FREE, top, z_axis, 4.0);
+    for (int k = 0; k < 6; ++k) {
+        double along[3], middle[3];
+        for (int j = 0; j < 3; ++j) {
+            along[j] = head[k][j] - foot[k][j];
+            middle[j] = foot[k][j] + 0.5 * along[j];
+        }
+        const int leg = add(m, MBSR_GROUND, UNIVERSAL, foot[k], x_axis, 1.0);
+        rods[k] = add(m, leg, SLIDER, middle, along, 0.7);
+        damp(m, rods[k], 5.0);
+        if (plate < 0) plate = add(m, rods[0], BALL, head[0], z_axis, 4.0);
+        if (k > 0 || free) tie(m, plate, rods[k], head[k]);
+    }
+}
+
+/* ---- solutions ---- */
+
+static mbsr_newton *solver(const mechanism *m, int by_blocks)
+{
+    mbsr_newton *newton;
+    mbsr_error error;
+    mbsr_newton_opt opt = mbsr_default_newton_opt();
+    opt.by_blocks = by_blocks;
+    assert_ok(mbsr_newton_create(m->s.m, MBSR_DAE_MOMENTUM, &opt, &newton, &error), &error);
+    return newton;
+}
+
+static void solve(mbsr_newton *newton, const test_newton_state *at, double c, const double *r,
+                  double *x)
+{
+    assert_ok(mbsr_newton_factor(newton, at->data, 0.0, at->y, at->yp, c),
+              mbsr_newton_error(newton));
+    assert_ok(mbsr_newton_solve(newton, r, x), mbsr_newton_error(newton));
+}
+
+/* All bodies in vector code, in one sweep, as by blocks to `tolerance`. */
+static void compare_at(mechanism *m, double tolerance)
+{
+    static const double factors[] = {1.0, 50.0, 1e5, -30.0};
+    test_newton_state at;
+    mbsr_newton *newton = solver(m, 0), *blocks = solver(m, 1);
+    test_rng rng = test_seed(11);
+    assert_ok(test_newton_start(&at, m->s.m, m->s.d, 0.0, m->s.q, m->s.u, NULL),
+              mbsr_data_error(m->s.d));
+    assert_ok(test_newton_matrices(&at, m->s.m, m->s.d), NULL);
+    double *r = calloc(3 * (size_t)at.n, sizeof *r), *x = r + at.n, *y = x + at.n;
+    for (int k = 0; k < 4; ++k) {
+        test_fill(&rng, at.n, r);
+        solve(newton, &at, factors[k], r, x);
+        assert_true(newton->by_sweeps && newton->sweeps->looped);
+        solve(blocks, &at, factors[k], r, y);
+        assert_less(test_newton_distance(&at, x, y), tolerance);
+        const test_newton_errors e = test_newton_compare(&at, factors[k], r, x);
+        assert_less(e.net_delta, 1e-10);
+        assert_less(e.delta, 1e-9);
+    }
+    free(r);
+    mbsr_newton_destroy(newton);
+    mbsr_newton_destroy(blocks);
+    test_newton_free(&at);
+}
+
+static void compare(mechanism *m)
+{
+    finish(m);
+    compare_at(m, 1e-10);
+    loops_free(&m->s);
+}
+
+static void couplers(void **state)
+{
+    (void)state;
+    for (int kind = REVOLUTE; kind <= WELD; ++kind) {
+        mechanism m;
+        if (kind == REVOLUTE || kind == SLIDER || kind == DRIVEN || kind == WELD) continue;
+        fourbar(&m, kind, 1.5, 1.0);
+        compare(&m);
+    }
+}
+
+/* A prescribed axis beside a free one, which the loop leaves its freedom by a rocker on a ball joint. */
+static void prescribed_axes(void **state)
+{
+    (void)state;
+    static const double crank[3] = {0.0, 0.0, 0.0}, tip[3] = {0.1, 0.3, 0.05},
+                        end[3] = {0.6, 0.5, 0.1}, rocker[3] = {0.7, 0.0, 0.0},
+                        tilted[3] = {0.1, 0.3, 1.0};
+    mechanism m;
+    begin(&m, 1.0);
+    const int a = add(&m, MBSR_GROUND, UNIVERSAL, crank, z_axis, 1.0),
+              b = add(&m, a, DRIVEN, tip, tilted, 1.5),
+              c = add(&m, MBSR_GROUND, BALL, rocker, tilted, 2.0);
+    tie(&m, b, c, end);
+    compare(&m);
+}
+
+/* Springs and dampers between neighbours on the loop, and across. */
+static void bushings(void **state)
+{
+    (void)state;
+    static const int kind[] = {UNIVERSAL, BALL, CYLINDRICAL};
+    for (int k = 0; k < 3; ++k) {
+        mechanism m;
+        fourbar(&m, kind[k], 1.5, 1.0);
+        bush(&m, 1, 0);
+        bush(&m, 2, MBSR_GROUND);
+        compare(&m);
+    }
+}
+
+/* Lengths in millimetres and masses in tonnes, as it were: all numbers of other sizes. */
+static void units(void **state)
+{
+    (void)state;
+    static const int kind[] = {UNIVERSAL, BALL, CYLINDRICAL};
+    for (int k = 0; k < 3; ++k) {
+        mechanism m;
+        fourbar(&m, kind[k], 1.5, 1000.0);
+        compare(&m);
+    }
+}
+
+static void suspensions(void **state)
+{
+    (void)state;
+    static const int chassis[] = {WELD, SLIDER, FREE};
+    for (int k = 0; k < 3; ++k) {
+        mechanism m;
+        suspension(&m, chassis[k], 2.0);
+        compare(&m);
+    }
+}
+
+static void platforms(void **state)
+{
+    (void)state;
+    for (int free = 0; free < 2; ++free) {
+        mechanism m;
+        platform(&m, free);
+        compare(&m);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(couplers), cmocka_unit_test(prescribed_axes), cmocka_unit_test(bushings),
+        cmocka_unit_test(units),    cmocka_unit_test(suspensions),     cmocka_unit_test(platforms)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
