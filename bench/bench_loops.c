@@ -48,6 +48,7 @@ static const struct bench_case {
              {"linkages", "universal", 10, 0, 0, 1, 0},
              {"linkages", "universal", 100, 0, 0, 1, 0},
              {"linkages", "universal", 1000, 0, 0, 1, 0},
+             {"linkages", "universal massless", 100, 0, 1, 1, 0},
              {"linkages", "ball", 10, 0, 0, 1, 0},
              {"linkages", "ball", 100, 0, 0, 1, 0},
              {"linkages", "ball", 1000, 0, 0, 1, 0}};
@@ -60,9 +61,9 @@ static int in_space(const struct bench_case *of)
 
 static bench_coupler coupler_of(const struct bench_case *of)
 {
-    return !strcmp(of->variant, "hinges")      ? BENCH_HINGE
-           : !strcmp(of->variant, "universal") ? BENCH_UNIVERSAL
-                                               : BENCH_BALL;
+    return !strcmp(of->variant, "hinges") ? BENCH_HINGE
+           : !strcmp(of->variant, "ball") ? BENCH_BALL
+                                          : BENCH_UNIVERSAL;
 }
 
 typedef struct candidate {
@@ -80,7 +81,8 @@ static void open_candidate(candidate *c, const struct bench_case *of)
     if (of->ring)
         bench_make_ring(&c->tree, of->count, of->closed != BENCH_OPEN);
     else if (in_space(of))
-        bench_make_linkages(&c->tree, of->count, coupler_of(of), of->closed != BENCH_OPEN);
+        bench_make_linkages(&c->tree, of->count, coupler_of(of), of->massless,
+                            of->closed != BENCH_OPEN);
     else
         bench_make_fourbars(&c->tree, of->count, of->massless, of->closed);
     const mbsr_model *m = c->tree.model;

@@ -292,10 +292,11 @@ static int add_spatial(mbsr_model *model, int parent, mbsr_joint joint, double m
 {
     const double com[3] = {0.5 * length, 0.0, 0.0}, across = mass * length * length / 12.0,
                  tensor[6] = {0.1 * across, across, across, 0.0, 0.0, 0.0};
-    return add(model, parent, joint, mbsr_inertia_rigid(mass, com, tensor));
+    return add(model, parent, joint,
+               mass > 0.0 ? mbsr_inertia_rigid(mass, com, tensor) : mbsr_inertia_zero());
 }
 
-void bench_make_linkages(bench_model *tree, int count, bench_coupler on, int closed)
+void bench_make_linkages(bench_model *tree, int count, bench_coupler on, int massless, int closed)
 {
     static const double y[3] = {0.0, 1.0, 0.0}, z[3] = {0.0, 0.0, 1.0};
     const int q_of[] = {1, 2, 4}; /* coordinates of the coupler's joint */
@@ -313,7 +314,7 @@ void bench_make_linkages(bench_model *tree, int count, bench_coupler on, int clo
                                   on == BENCH_BALL        ? mbsr_joint_spherical(&tip, NULL)
                                   : on == BENCH_UNIVERSAL ? mbsr_joint_universal(&tip, NULL, z, y)
                                                           : mbsr_joint_revolute(&tip, NULL, z),
-                                  0.6, 0.45),
+                                  massless ? 0.0 : 0.6, 0.45),
                   rocker = add_spatial(model, last, mbsr_joint_revolute(&right, NULL, z), 0.3, 0.3);
         if (closed) add_pin(model, coupler, 0.45, rocker, 0.3, 0.0);
     }

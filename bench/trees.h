@@ -35,9 +35,9 @@ typedef enum bench_loop { BENCH_OPEN, BENCH_RIGID, BENCH_STIFF } bench_loop;
 void bench_make_fourbars(bench_model *tree, int count, int massless, bench_loop loop);
 
 /* The same in space, the rods of the chain about two axes in turn, closed by ball joints; couplers on hinges,
- * universal or ball joints. */
+ * universal or ball joints, and without mass where `massless`. */
 typedef enum bench_coupler { BENCH_HINGE, BENCH_UNIVERSAL, BENCH_BALL } bench_coupler;
-void bench_make_linkages(bench_model *tree, int count, bench_coupler on, int closed);
+void bench_make_linkages(bench_model *tree, int count, bench_coupler on, int massless, int closed);
 
 /* A chain of rods in the plane with one parallelogram, on its last rod or on its first. */
 void bench_make_one_loop(bench_model *tree, int rods, int at_root, int closed);

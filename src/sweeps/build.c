@@ -48,7 +48,7 @@ static bool hides_moment(const mbsr_model *m, int i, bool asks)
 /* Whether body i is none of the blocks. */
 static bool embeds(const mbsri_sweeps *tree, const mbsr_model *m, int i)
 {
-    if (tree->whole && m->body[i].whole) return false;
+    if (tree->whole && m->body[i].whole && !(tree->light && m->body[i].light)) return false;
     if (tree->open && m->body[i].by_blocks) return false;
     const bool users = asks(tree, m, i);
     return (users || mbsri_embeds(m, tree->bodies, i)) && !hides_moment(m, i, users);
@@ -510,9 +510,10 @@ static bool place(mbsri_sweeps *tree, const mbsr_model *m)
     return place_own_frames(tree, m);
 }
 
-/* Which bodies are blocks: those that are whole; on loops; not so many with users' joints. */
+/* Which bodies are blocks: those that are whole, unless they are light; on loops; not so many with users'
+ * joints. */
 typedef struct selection {
-    bool whole, open;
+    bool whole, open, light;
     int users;
 } selection;
 
@@ -526,6 +527,7 @@ static bool build(const mbsr_model *m, int bodies, selection s, mbsri_sweeps **b
                            .users = s.users,
                            .whole = s.whole,
                            .open = s.open,
+                           .light = s.light,
                            .kernels = choose_kernels()};
     const int blocks = count_blocks(tree, m);
     const bool memory = allocate(tree, m, blocks) && place(tree, m);
@@ -575,14 +577,59 @@ static bool leave_to_blocks(mbsr_model *m, const mbsri_closure *c)
     return changed;
 }
 
-/* Loops that have bodies in common are in vector code together, or not. */
-static void choose_loops(mbsr_model *m, selection s)
+/* Whether the body has inertia, or the rates of its joint. */
+static bool is_heavy(const mbsri_body *b)
 {
-    const mbsri_sweeps plan = {.bodies = m->bodies, .whole = s.whole};
+    if (!mbsri_embeds_inertia(b)) return true;
+    const mbsr_inertia inertia = mbsri_embedded_inertia(b, 1.0);
+    bool any = inertia.mass > 0.0;
+    for (int k = 0; k < 6; ++k) any = any || inertia.tensor[k] != 0.0;
+    for (int k = 0; k < b->n; ++k) any = any || b->armature[k] > 0.0;
+    return any;
+}
+
+/* Which bodies on loops are light: neither they nor those behind them have inertia, and the rows of the loops
+ * past them are enough to hold all their rates. False: no memory. */
+static bool mark_light(mbsr_model *m)
+{
+    const mbsri_closure *c = m->closures.data;
+    int *excess = mbsri_allocate(&m->allocator, ((size_t)m->bodies + 1) * sizeof *excess);
+    if (!excess) return false;
+    for (int i = 0; i <= m->bodies; ++i) {
+        m->body[i].light = m->body[i].open;
+        excess[i] = m->body[i].n;
+    }
+    for (int i = m->bodies; i >= 1; --i) {
+        mbsri_body *b = m->body + i;
+        b->light = b->light && !is_heavy(b);
+        if (!b->light) m->body[b->parent].light = false;
+        excess[b->parent] += excess[i];
+    }
+    for (size_t k = 0; k < m->closures.count; ++k) {
+        for (int l = 0; l < c[k].def.bodies; ++l) {
+            for (int i = c[k].body[l]; i > c[k].meets; i = m->body[i].parent)
+                excess[i] -= c[k].rows;
+        }
+    }
+    for (int i = 1; i <= m->bodies; ++i) {
+        mbsri_body *b = m->body + i;
+        if (m->body[b->parent].light && excess[b->parent] > 0) excess[i] = 1;
+    }
+    for (int i = 1; i <= m->bodies; ++i) m->body[i].light = m->body[i].light && excess[i] <= 0;
+    mbsri_release(&m->allocator, excess);
+    return true;
+}
+
+/* Loops that have bodies in common are in vector code together, or not. True: all of the tree is. */
+static bool choose_loops(mbsr_model *m, selection s)
+{
+    const mbsri_sweeps plan = {
+        .bodies = m->bodies, .whole = s.whole, .open = true, .light = s.light};
     const mbsri_closure *c = m->closures.data;
     const size_t count = m->closures.count;
     for (int i = 1; i <= m->bodies; ++i) {
         mbsri_body *b = m->body + i;
+        b->by_blocks = false; /* which embeds asks for */
         b->by_blocks = (b->open || b->closes) && !embeds(&plan, m, i);
     }
     bool changed = true;
@@ -594,6 +641,7 @@ static void choose_loops(mbsr_model *m, selection s)
         for (size_t k = 0; k < count; ++k)
             changed = (any_by_blocks(m, c + k) && leave_to_blocks(m, c + k)) || changed;
     }
+    return count_blocks(&plan, m) == 0;
 }
 
 bool mbsri_sweeps_build_others(mbsr_model *m)
@@ -604,8 +652,15 @@ bool mbsri_sweeps_build_others(mbsr_model *m)
         s.whole = s.whole || m->body[i].whole;
         s.users += m->body[i].users;
     }
-    if (m->rows > 0) choose_loops(m, s);
-    const selection eliminated = {.whole = s.whole, .open = m->rows > 0};
+    selection eliminated = {.whole = s.whole, .open = m->rows > 0, .light = true};
+    if (m->rows > 0) {
+        if (!mark_light(m)) return false;
+        /* beside blocks, bodies without inertia are eliminated by those (newton/sweeps/looped.h) */
+        if (!choose_loops(m, eliminated)) {
+            eliminated.light = false;
+            (void)choose_loops(m, eliminated);
+        }
+    }
     if ((s.whole || m->rows > 0) && !build(m, m->bodies, eliminated, &m->whole)) return false;
     m->evaluated = m->whole;
     return (s.users == 0 && m->rows == 0) || build(m, m->bodies, s, &m->evaluated);

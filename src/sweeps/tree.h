@@ -196,6 +196,7 @@ typedef struct mbsri_sweeps {
     bool whole;               /* some are whole: W decides, not its bound */
     bool modal; /* W decides as well: behind some flexible body its bound seldom tells */
     bool open;  /* of Newton systems with loops, some of them blocks */
+    bool light; /* such a one where bodies without inertia on loops are none */
     int depth;  /* predecessors waiting for further successors at once, at most */
     int first_angle, angles; /* the coordinates among which all angles are */
     double length;           /* L, m */

@@ -49,7 +49,7 @@ echo "$counts" | awk -F, '
         for (model in newton) {
             most = model ~ /^stiff/ ? 7 : 5
             open = model
-            sub(/10+$/, "", open)
+            sub(/(_massless)?10+$/, "", open)
             open = "open_" open
             if (!(open in newton)) open = "open_chain1000"
             if (newton[model] > most * newton[open]) {

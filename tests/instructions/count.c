@@ -13,7 +13,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-enum { CALLS = 5, ACTUATED = CALLS, TREES = 7, LOOPS = 17 };
+enum { CALLS = 5, ACTUATED = CALLS, TREES = 7, LOOPS = 19 };
 
 static const char *const call_name[CALLS + 1] = {"forward", "inverse", "momentum",
                                                  "factor",  "solve",   "actuated"};
@@ -106,7 +106,18 @@ static void close_counted(counted *c)
 }
 
 /* Models with closed loops, and without: what an implicit integrator calls. */
-enum { FOURBARS, MASSLESS, STIFF, RING, OPEN, AT_LEAF, AT_ROOT, IN_SPACE, IN_SPACE_OPEN };
+enum {
+    FOURBARS,
+    MASSLESS,
+    STIFF,
+    RING,
+    OPEN,
+    AT_LEAF,
+    AT_ROOT,
+    IN_SPACE,
+    IN_SPACE_MASSLESS,
+    IN_SPACE_OPEN
+};
 static const struct {
     const char *name;
     int kind, count;
@@ -124,6 +135,8 @@ static const struct {
                   {"loop_at_root1000", AT_ROOT, 1000, BENCH_HINGE},
                   {"universal10", IN_SPACE, 10, BENCH_UNIVERSAL},
                   {"universal100", IN_SPACE, 100, BENCH_UNIVERSAL},
+                  {"universal_massless10", IN_SPACE_MASSLESS, 10, BENCH_UNIVERSAL},
+                  {"universal_massless100", IN_SPACE_MASSLESS, 100, BENCH_UNIVERSAL},
                   {"open_universal", IN_SPACE_OPEN, 100, BENCH_UNIVERSAL},
                   {"ball10", IN_SPACE, 10, BENCH_BALL},
                   {"ball100", IN_SPACE, 100, BENCH_BALL},
@@ -138,7 +151,8 @@ static void make_loops(bench_model *tree, int k)
         bench_make_fourbars(tree, number, kind == MASSLESS,
                             kind == STIFF ? BENCH_STIFF : BENCH_RIGID);
     else if (kind >= IN_SPACE)
-        bench_make_linkages(tree, number, loops[k].on, kind == IN_SPACE);
+        bench_make_linkages(tree, number, loops[k].on, kind == IN_SPACE_MASSLESS,
+                            kind != IN_SPACE_OPEN);
     else
         bench_make_one_loop(tree, number, kind == AT_ROOT, kind != OPEN);
 }

@@ -93,7 +93,8 @@ typedef struct joint_front {
     const v4 *G;
     v4 rho, by_c;
     double weight;
-    bool deep, held; /* held: du is carried on */
+    bool deep;
+    int held; /* how many du are carried on: none, or all of the joint */
     bool on_root, in_place;
     int count; /* unknowns from behind */
     open_pool from, to;
@@ -145,7 +146,7 @@ MBSRI_INLINE bool open_next(mbsr_newton *w, int i, joint_front *j)
     const mbsri_front *front = w->carried.front + i;
     const int count = j->count;
     if (j->held || front->loose) {
-        int held = j->held ? 1 : 0;
+        int held = j->held;
         for (int l = 0; l < count; ++l) held += !waits(w, i, j->from.column[l]);
         if (held > front->delayed) return false;
     }
@@ -153,10 +154,13 @@ MBSRI_INLINE bool open_next(mbsr_newton *w, int i, joint_front *j)
         j->to.pool->count = count;
     else
         find_places(w, i, j);
-    if (j->held) {
-        const int own = mbsri_name_own(w, i, 0);
-        j->to_column[count] = j->to_row[count] = append(&j->to, own, own);
-        j->record.m[count] = j->record.n[count] = 0.0; /* carry_T takes four rows at a time */
+    for (int o = 0; o < j->held; ++o) {
+        const int own = mbsri_name_own(w, i, o);
+        j->to_column[count + o] = j->to_row[count + o] = append(&j->to, own, own);
+        for (int k = 0; k < j->held; ++k) { /* carry_T takes four rows at a time */
+            const open_record by = record_of(&w->carried, i, k);
+            by.m[count + o] = by.n[count + o] = 0.0;
+        }
     }
     return true;
 }
@@ -190,11 +194,10 @@ MBSRI_INLINE bool start_front(const mbsri_sweep_run *run, int i, mbsri_newton_sw
     return open_next(w, i, j);
 }
 
-/* Unknown l to the predecessor. */
-MBSRI_INLINE void hand_column(const joint_front *j, int l, const v4 Q[4], const v4 kappa[2],
+/* An unknown to the predecessor. */
+MBSRI_INLINE void hand_column(const joint_front *j, int place, const v4 Q[4], const v4 kappa[2],
                               const v4 psi[2], bool deep)
 {
-    const int place = column_place(j, l);
     double *to = j->to.Q + place * MBSRI_SWEPT_ACTIONS,
            *to_kappa = j->to.kappa + place * MBSRI_SWEPT_FORCES;
     put(j, to + 4 * CHI_L, Q[CHI_L] + cross(j->rho, Q[CHI_P]));
@@ -230,7 +233,7 @@ MBSRI_INLINE void carry_column(const joint_front *j, int l, bool deep)
     j->record.e[l] = e;
     j->record.p[l] = sum3(a->S_w * Q[CHI_L] + a->S_v * Q[CHI_P]) - (j->held ? g : 0.0);
     if (deep) j->balance[l] = seen + p->t.along_U * e;
-    if (!j->on_root) hand_column(j, l, Q, kappa, psi, deep);
+    if (!j->on_root) hand_column(j, column_place(j, l), Q, kappa, psi, deep);
 }
 
 MBSRI_INLINE double read_motion(const v4 R[4], const v4 motion[4])
@@ -286,6 +289,7 @@ MBSRI_OUTLINE void carry_rate(const joint_front *j)
     const int count = j->count, at = j->to_column[count], place = j->to_row[count];
     double *T = j->to.T;
     const double SC = sum3(p->a.S_w * p->C[CHI_L] + p->a.S_v * p->C[CHI_P]);
+    const v4 none[2] = {splat(0.0), splat(0.0)};
     v4 row[4] = {p->t.row[0], p->t.row[1], p->t.row[2], p->t.row[3]};
     j->record.z[count] = -1.0;
     j->record.e[count] = 0.0;
@@ -296,14 +300,7 @@ MBSRI_OUTLINE void carry_rate(const joint_front *j)
         T[at * j->to.most + row_place(j, k)] += j->record.m[k];
     }
     T[at * j->to.most + place] += p->t.along_C;
-    if (j->on_root) return;
-    double *to = j->to.Q + at * MBSRI_SWEPT_ACTIONS;
-    put(j, to + 4 * CHI_L, p->C[CHI_L] + cross(j->rho, p->C[CHI_P]));
-    put(j, to + 4 * CHI_P, p->C[CHI_P]);
-    put(j, to + 4 * MOMENT, p->C[MOMENT] + cross(j->rho, p->C[FORCE]));
-    put(j, to + 4 * FORCE, p->C[FORCE]);
-    put(j, to + 16, p->t.C[PSI_L] + cross(j->rho, p->t.C[PSI_P]));
-    put(j, to + 20, p->t.C[PSI_P]);
+    if (!j->on_root) hand_column(j, at, p->C, none, p->t.C, true);
 }
 
 /* All that is carried past joint i; false: more directions than the loops could hold. */

@@ -117,6 +117,27 @@ static void mark_deep(mbsri_newton_sweeps *newton)
     newton->marked = true;
 }
 
+/* Past body i, which is light, on a joint of several axes: no inertia is handed on. */
+MBSRI_OUTLINE void pass_light_axes(const mbsri_sweep_run *run, int i, back *at)
+{
+    const mbsri_sweep_body *b = run->tree->body + i;
+    blocks *c = &at->c;
+    if (b->flags & MBSRI_LEAF) clear(c);
+    if (b->flags & MBSRI_BRANCHES) add(--at->top, c);
+    run->rank[i] = 0;
+    memset(run->multi[b->multi].G, 0, sizeof run->multi->G);
+    hand_on(b->flags, false, at);
+}
+
+/* The step of the backward recursion. */
+MBSRI_INLINE bool pass_back(const mbsri_sweep_run *run, int i, back *at)
+{
+    const int flags = run->tree->body[i].flags;
+    if (!(flags & MBSRI_MULTI) || !is_light(flags)) return pass_body(run, i, false, false, at);
+    pass_light_axes(run, i, at);
+    return true;
+}
+
 static int newton_factor_looped(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton)
 {
     back at;
@@ -127,7 +148,7 @@ static int newton_factor_looped(const mbsri_sweep_run *run, mbsri_newton_sweeps 
     start_back(run, &at);
     start_elimination(run, newton, &of, false);
     for (int i = run->tree->bodies; i >= 1; --i) {
-        if (!pass_body(run, i, false, false, &at)) return MBSRI_DEFICIENT;
+        if (!pass_back(run, i, &at)) return MBSRI_DEFICIENT;
         if (run->tree->body[i].flags & MBSRI_WIDE) {
             if (!has_rank(run, i)) return MBSRI_DEFICIENT;
             if (eliminate_wide(run, i, newton, &of)) continue;

@@ -206,11 +206,13 @@ static void motion_by(int n, const axis *a, const mbsri_newton_block *B, int j, 
     }
 }
 
-/* A joint of several axes on the way: C, U, and what its rows become over x_h. */
+/* A joint of several axes on the way: C, U, E and the sizes of what was summed in it; the rows over x_h, and
+ * what they become. */
 typedef struct axes {
     int n;
     axis a[6];
-    v4 C[6][4], U[6][4], K[6][4];
+    v4 C[6][4], U[6][4], R[6][4], K[6][4];
+    double E[6][6], size[6];
 } axes;
 
 /* C and U, with what all columns add to the forces at h. */
@@ -231,24 +233,31 @@ static void find_columns(int n, const slab *y, const axis *a, const mbsri_newton
     }
 }
 
-/* The records of the joint's columns; P behind it. */
-static void keep_columns(const mbsri_sweep_run *run, int i, mbsri_newton_sweeps *newton, axes *p,
-                         slab *y, bool full)
+/* The records of the joint's columns, from the rows of d(M u) over x_h and K. */
+MBSRI_INLINE void keep_axes(const mbsri_sweep_run *run, int i, mbsri_newton_sweeps *newton, axes *p,
+                            v4 (*Q)[4], bool full)
 {
     const mbsri_sweep_body *b = run->tree->body + i;
     const v4 rho = load(run->state[i].rho), none = splat(0.0);
-    for (int k = 0; k < b->n; ++k) subtract_column(y, p->C[k], p->K[k], full);
     for (int k = 0; k < b->n; ++k) {
         mbsri_newton_column *col = mbsri_newton_column_at(newton, b->u + k);
         const double *G = run->multi[b->multi].G[k];
         const bool on_root = b->parent == 0; /* nothing is handed on there, and G not known */
-        v4 Q[4];
-        momentum_row(y, p->a[k].S_w, p->a[k].S_v, Q, full);
-        translate_row(rho, p->K[k], full);
-        translate_row(rho, Q, full);
         const v4 kept[2] = {on_root ? none : load(G), on_root ? none : load(G + 4)};
-        keep_column(col, p->a + k, p->K[k], Q, p->C[k], p->U[k], kept, full);
+        translate_row(rho, p->K[k], full);
+        translate_row(rho, Q[k], full);
+        keep_column(col, p->a + k, p->K[k], Q[k], p->C[k], p->U[k], kept, full);
     }
+}
+
+/* The same of a joint that is eliminated; P behind it. */
+static void keep_columns(const mbsri_sweep_run *run, int i, mbsri_newton_sweeps *newton, axes *p,
+                         slab *y, bool full)
+{
+    v4 Q[6][4];
+    for (int k = 0; k < p->n; ++k) subtract_column(y, p->C[k], p->K[k], full);
+    for (int k = 0; k < p->n; ++k) momentum_row(y, p->a[k].S_w, p->a[k].S_v, Q[k], full);
+    keep_axes(run, i, newton, p, Q, full);
 }
 
 /* What the joint's columns and the motion before it do to the forces on the predecessor. */
@@ -269,34 +278,42 @@ static void add_on_predecessor(const mbsri_sweep_run *run, int i, const mbsri_ne
     add_slopes(&on, y);
 }
 
-/* C, U and K; false: the joint's rows are singular. */
+/* C, U and E; false: the equation of a quaternion is singular. */
 MBSRI_INLINE bool open_axes(const mbsri_sweep_run *run, int i, mbsri_newton_sweeps *newton, axes *p,
                             slab *y, bool full)
 {
     const mbsri_sweep_body *b = run->tree->body + i;
     mbsri_newton_block *B = newton->block + b->multi;
-    const v4 by_c = splat(newton->by_c);
     const int n = p->n = b->n;
-    v4 R[6][4];
-    double slope[6][6], E[6][6], size[6] = {0.0};
+    double slope[6][6];
     find_steps(run, i, B);
     if (!find_ratio(n, newton->c, newton->by_c, B)) return false;
     find_axes(run, i, y, newton->by_c, B, p->a);
     find_slopes(n, newton->by_c, B, slope);
     find_columns(n, y, p->a, B, p->C, p->U, full);
-    find_rows(n, by_c, p->a, B, slope, p->C, p->U, E, size, full);
-    if (!invert(n, E, size, newton->least_pivot, B->inverse)) return false;
+    find_rows(n, splat(newton->by_c), p->a, B, slope, p->C, p->U, p->E, p->size, full);
+    return true;
+}
+
+/* R, K and what elements owe to the predecessor's motion; held: the joint's unknowns are not eliminated here
+ * (multi_fronts.h). False: the rows are singular. */
+MBSRI_INLINE bool close_axes(const mbsri_sweep_run *run, int i, mbsri_newton_sweeps *newton,
+                             axes *p, slab *y, bool full, bool held)
+{
+    mbsri_newton_block *B = newton->block + run->tree->body[i].multi;
     const bool pair = is_pair(newton, i, full);
+    const int n = p->n;
+    if (!held && !invert(n, p->E, p->size, newton->least_pivot, B->inverse)) return false;
     if (pair) {
         slopes by;
         place_by_predecessor(run, i, newton, &by);
         add_slopes(&by, y);
     }
-    for (int k = 0; k < n; ++k) joint_row(y, p->a + k, by_c, R[k], full);
+    for (int k = 0; k < n; ++k) joint_row(y, p->a + k, splat(newton->by_c), p->R[k], full);
     for (int k = 0; k < n; ++k) {
         for (int g = 0; g < groups(full); ++g) {
             p->K[k][g] = splat(0.0);
-            for (int l = 0; l < n; ++l) p->K[k][g] += splat(B->inverse[k][l]) * R[l][g];
+            for (int l = 0; l < n && !held; ++l) p->K[k][g] += splat(B->inverse[k][l]) * p->R[l][g];
         }
     }
     if (pair) add_on_predecessor(run, i, newton, p, y);
@@ -311,6 +328,7 @@ MBSRI_INLINE bool eliminate_axes(const mbsri_sweep_run *run, int i, mbsri_newton
     clear_slab(&y, full);
     add_slab(m, &y, full);
     if (!open_axes(run, i, newton, &p, &y, full)) return false;
+    if (!close_axes(run, i, newton, &p, &y, full, false)) return false;
     keep_columns(run, i, newton, &p, &y, full);
     slab_to_memory(&y, m, full);
     return true;

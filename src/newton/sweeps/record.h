@@ -34,11 +34,12 @@ typedef struct mbsri_newton_column {
  * w = A (du + g), with g = r_q but for a quaternion. Matrices by rows. */
 typedef struct mbsri_newton_block {
     double A[6][6];
-    double inverse[6][6];            /* of the joint's rows */
-    double gain[6][6];               /* what g adds to them */
-    double couple[6][6];             /* d(Mu)_k = Q_k x + p_k - sum of couple_kl w_l */
-    double T[6][8];                  /* T = V_a x S: nu += S du + T w */
-    double length[6];                /* what a change of the quaternion's length adds to the rows */
+    double inverse[6][6]; /* of the joint's rows; where it is held, see multi_fronts.h, what g
+                                        adds to the balances of forces */
+    double gain[6][6];    /* what g adds to them */
+    double couple[6][6];  /* d(Mu)_k = Q_k x + p_k - sum of couple_kl w_l */
+    double T[6][8];       /* T = V_a x S: nu += S du + T w */
+    double length[6];     /* what a change of the quaternion's length adds to the rows */
     double tau_q[6][7], tau_u[6][6]; /* slopes of its joint forces */
     double q[4], u[3];               /* the quaternion and its rate, where there is one */
     int quaternion;

@@ -208,10 +208,10 @@ MBSRI_INLINE void condense_joint(mbsri_newton_sweeps *newton, const mbsri_newton
     const mbsr_model *m = by.model;
     if (flags & MBSRI_MULTI) {
         _Alignas(32) mbsri_newton_flow multi;
-        loads_to_memory(f, &multi, full, false);
+        loads_to_memory(f, &multi, full, deep);
         multi_loads(newton, i, by.r, by.load_of_body, &multi, full, mixed && flags & MBSRI_FRONT);
         clear_loads(f);
-        add_loads(&multi, f, full, false);
+        add_loads(&multi, f, full, deep);
     } else if (s->n) {
         const int u = m->u_of[s->u];
         given g = {0.0, 0.0, 0.0, 0.0};

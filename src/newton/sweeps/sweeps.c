@@ -110,8 +110,8 @@ size_t mbsri_newton_sweeps_size(const mbsr_model *m, bool lean)
     return tree && (tree->blocks == 0 || mixed) ? layout(m, tree, NULL, NULL) : 0;
 }
 
-/* Finds bodies that count as deep in looped.h; false: there is no memory for them, or one that has a
- * joint of several axes. */
+/* Finds bodies that count as deep in looped.h; false: there is no memory for them, or one beside loops that
+ * has a joint of several axes. */
 static bool may_be_light(mbsri_newton_sweeps *w)
 {
     const mbsri_sweeps *tree = w->tree;
@@ -120,7 +120,7 @@ static bool may_be_light(mbsri_newton_sweeps *w)
         const int flags = tree->body[i].flags;
         if (flags & MBSRI_HEAVY || !(flags & MBSRI_WIDE_JOINT)) continue;
         w->light = true;
-        serves = serves && !(flags & MBSRI_MULTI);
+        serves = serves && (flags & MBSRI_FRONT || !(flags & MBSRI_MULTI));
     }
     return serves && (!w->light || w->below);
 }
