@@ -166,8 +166,9 @@ static double corrected(const axis *k, const axis *l, const double T[8], v4 by_c
 }
 
 /* E and the gain: what du and g add to the rows; size: of what was summed in each row of E. */
-static void find_rows(int n, v4 by_c, const axis *a, mbsri_newton_block *B, double slope[6][6],
-                      v4 (*C)[4], v4 (*U)[4], double E[6][6], double size[6], bool full)
+MBSRI_INLINE void find_rows(int n, v4 by_c, const axis *a, mbsri_newton_block *B,
+                            double slope[6][6], v4 (*C)[4], v4 (*U)[4], double E[6][6],
+                            double size[6], bool full)
 {
     for (int k = 0; k < n; ++k) {
         double more[6]; /* over w */
@@ -216,8 +217,8 @@ typedef struct axes {
 } axes;
 
 /* C and U, with what all columns add to the forces at h. */
-static void find_columns(int n, const slab *y, const axis *a, const mbsri_newton_block *B,
-                         v4 (*C)[4], v4 (*U)[4], bool full)
+MBSRI_INLINE void find_columns(int n, const slab *y, const axis *a, const mbsri_newton_block *B,
+                               v4 (*C)[4], v4 (*U)[4], bool full)
 {
     for (int j = 0; j < n; ++j) {
         v4 x[4], J[4];
@@ -251,8 +252,8 @@ MBSRI_INLINE void keep_axes(const mbsri_sweep_run *run, int i, mbsri_newton_swee
 }
 
 /* The same of a joint that is eliminated; P behind it. */
-static void keep_columns(const mbsri_sweep_run *run, int i, mbsri_newton_sweeps *newton, axes *p,
-                         slab *y, bool full)
+MBSRI_INLINE void keep_columns(const mbsri_sweep_run *run, int i, mbsri_newton_sweeps *newton,
+                               axes *p, slab *y, bool full)
 {
     v4 Q[6][4];
     for (int k = 0; k < p->n; ++k) subtract_column(y, p->C[k], p->K[k], full);
