@@ -5,7 +5,7 @@
 #include "base/error.h"
 #include "base/memory.h"
 #include "recursion/exact.h"
-#include "sweeps/tree.h"
+#include "sweeps/loops.h"
 
 #include <math.h>
 #include <stdint.h>
@@ -28,6 +28,11 @@ static bool has_steps(const mbsr_model *m, bool lean)
 static size_t sincos_size(const mbsr_model *m)
 {
     return m->evaluated ? 2 * (size_t)m->nq : 0;
+}
+
+static size_t loop_store_size(const mbsr_model *m)
+{
+    return m->evaluated && m->evaluated->loops ? m->evaluated->loops->doubles : 0;
 }
 
 /* ARRAY(name, length) of all arrays, with the lengths that they have in these data. */

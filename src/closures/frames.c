@@ -393,7 +393,7 @@ static int bias(const mbsr_closure_args *args, double *out)
     prepare(args, &w);
     double a_P[3], a_Q[3], v_P[3], v_Q[3], once[3], twice[3], turn[3];
     const bool exact = any_stiff(args);
-    turn_of(&w, w.a.w, w.b.w, turn);
+    if (exact) turn_of(&w, w.a.w, w.b.w, turn);
     mbsri_end_centripetal(&w.a, w.s_P, a_P);
     mbsri_end_centripetal(&w.b, w.s_Q, a_Q);
     mbsri_end_velocity(&w.a, w.s_P, v_P);

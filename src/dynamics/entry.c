@@ -27,7 +27,7 @@ void mbsri_remember(const mbsr_model *m, mbsr_data *d, mbsri_pending pending, co
 static int catch_up(const mbsr_model *m, mbsr_data *d, mbsri_stage needed)
 {
     const mbsri_pending pending = d->pending;
-    const bool forward = pending == MBSRI_PENDING_FORWARD, loaded = d->loaded;
+    const bool forward = pending != MBSRI_PENDING_INVERSE, loaded = d->loaded;
     int status = mbsri_positions(m, d, d->t, d->q_last);
     if (!status && needed > MBSRI_STAGE_POSITIONS) status = mbsri_velocities(m, d, d->u_last);
     d->loaded = loaded; /* by the closures' derivatives of that evaluation */
@@ -36,6 +36,8 @@ static int catch_up(const mbsr_model *m, mbsr_data *d, mbsri_stage needed)
     if (!status && needed > MBSRI_STAGE_FORCES) status = mbsri_backward(m, d);
     if (!status && needed >= MBSRI_STAGE_FORCES && pending == MBSRI_PENDING_INVERSE)
         mbsri_inverse(m, d, d->load_last);
+    if (!status && needed >= MBSRI_STAGE_FORCES && pending == MBSRI_PENDING_LOOPS)
+        mbsri_inverse(m, d, d->udot_last);
     if (!status && d->stage < MBSRI_STAGE_BACKWARD) d->pending = pending;
     return status;
 }

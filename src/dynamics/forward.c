@@ -8,6 +8,15 @@
 
 #include <mbsrank/dynamics.h>
 
+static int closed_dynamics(const mbsr_model *m, mbsr_data *d, double t, const double *q,
+                           const double *u, const double *tau, double *udot)
+{
+    const int status = mbsri_sweeps_loops_dynamics(m, d, t, q, u, tau, udot);
+    if (status == MBSRI_NOT_SERVED) return mbsri_loops_forward(m, d, t, q, u, tau, udot);
+    if (!status) mbsri_remember(m, d, MBSRI_PENDING_LOOPS, q, u, tau);
+    return status;
+}
+
 int mbsr_forward_dynamics(const mbsr_model *model, mbsr_data *data, double t, const double *q,
                           const double *u, const double *tau, double *udot)
 {
@@ -15,7 +24,7 @@ int mbsr_forward_dynamics(const mbsr_model *model, mbsr_data *data, double t, co
     mbsr_data *d = data;
     int status = mbsri_enter(m, d, q && u && udot, MBSRI_STAGE_NONE, "mbsr_forward_dynamics");
     if (status) return status;
-    if (m->rows > 0) return mbsri_loops_forward(m, d, t, q, u, tau, udot);
+    if (m->rows > 0) return closed_dynamics(m, d, t, q, u, tau, udot);
     status = mbsri_sweeps_forward_dynamics(m, d, t, q, u, tau, udot);
     if (status == MBSRI_NOT_SERVED) return mbsri_forward_by_stages(m, d, t, q, u, tau, udot);
     if (status) return status;

@@ -3,7 +3,7 @@
 #ifndef MBSRI_LOOPS_WAITING_H
 #define MBSRI_LOOPS_WAITING_H
 
-#include "loops/pivots.h"
+#include "algebra/pivots.h"
 #include "recursion/data.h"
 
 enum { MBSRI_ENDS = MBSR_CLOSURE_BODIES + 1 }; /* of a closure */

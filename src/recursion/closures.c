@@ -137,21 +137,30 @@ static void add_accelerations(const mbsr_model *m, mbsr_data *d, double *bias)
     }
 }
 
-int mbsri_closure_bias(const mbsr_model *m, mbsr_data *d, double *bias)
+int mbsri_closure_biases(const mbsr_model *m, mbsr_data *d, double *bias)
 {
     mbsri_closure_view view;
     mbsri_zero((size_t)m->rows, bias);
     for (const mbsri_closure *c = all(m), *end = c + m->closures.count; c < end; ++c) {
         const mbsr_closure_table *table = c->def.table;
         mbsri_view_closure(m, d, c, true, &view);
-        const int status = table->bias ? mbsri_closure_table_bias(c, &view.args, bias + c->row)
-                                       : mbsri_closure_curvature(m, d, c, &view, bias + c->row);
+        int status = table->bias ? mbsri_closure_table_bias(c, &view.args, bias + c->row)
+                                 : mbsri_closure_curvature(m, d, c, &view, bias + c->row);
         if (status) return mbsri_closure_failed(m, d, c, status, "bias");
+        status = check_finite(m, d, c, (size_t)c->rows, bias + c->row, "a bias");
+        if (status) return status;
     }
+    return MBSR_OK;
+}
+
+int mbsri_closure_bias(const mbsr_model *m, mbsr_data *d, double *bias)
+{
+    const int status = mbsri_closure_biases(m, d, bias);
+    if (status) return status;
     add_accelerations(m, d, bias);
     for (const mbsri_closure *c = all(m), *end = c + m->closures.count; c < end; ++c) {
-        const int status = check_finite(m, d, c, (size_t)c->rows, bias + c->row, "a bias");
-        if (status) return status;
+        const int failed = check_finite(m, d, c, (size_t)c->rows, bias + c->row, "a bias");
+        if (failed) return failed;
     }
     return MBSR_OK;
 }

@@ -15,6 +15,9 @@ int mbsri_closure_jacobians(const mbsr_model *m, mbsr_data *d);
 int mbsri_closure_rates(const mbsr_model *m, mbsr_data *d, double *rate);
 int mbsri_closure_bias(const mbsr_model *m, mbsr_data *d, double *bias);
 
+/* The second where all accelerations of bodies are zero. */
+int mbsri_closure_biases(const mbsr_model *m, mbsr_data *d, double *bias);
+
 /* The same of closure c alone: its rows. `C` are its derivatives. */
 int mbsri_closure_rate_of(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c,
                           const mbsri_closure_view *view, const double *C, double *rate);

@@ -326,14 +326,17 @@ int mbsr_closures_load(const mbsr_model *model, mbsr_data *data, const double *l
     mbsri_copy((size_t)model->rows, lambda, data->loop_lambda);
     data->loaded = true;
     data->stage = MBSRI_STAGE_VELOCITIES;
+    data->pending = MBSRI_PENDING_NONE;
     data->accelerated = false;
     return MBSR_OK;
 }
 
 int mbsr_closures_force(const mbsr_model *model, mbsr_data *data, double *lambda)
 {
+    const bool swept = data && data->pending == MBSRI_PENDING_LOOPS; /* no stage need run */
     const int status =
-        mbsri_enter(model, data, lambda != NULL, MBSRI_STAGE_FORCES, "mbsr_closures_force");
+        mbsri_enter(model, data, lambda != NULL, swept ? MBSRI_STAGE_NONE : MBSRI_STAGE_FORCES,
+                    "mbsr_closures_force");
     if (status) return status;
     mbsri_copy((size_t)model->rows, data->loop_lambda, lambda);
     return MBSR_OK;

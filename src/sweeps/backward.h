@@ -204,6 +204,24 @@ MBSRI_INLINE void hand_on(int flags, bool exact, back *at)
     to_memory(&at->W, at->noise_top++);
 }
 
+/* What comes together at body i: its own, with its successors', and loads. */
+MBSRI_INLINE void gather_masses(const mbsri_sweep_run *run, int i, bool exact, back *at)
+{
+    const mbsri_sweep_body *b = run->tree->body + i;
+    const int flags = b->flags;
+    blocks *c = &at->c, *W = &at->W;
+    if (flags & MBSRI_LEAF) clear(c);
+    if (exact && flags & MBSRI_LEAF) clear(W);
+    if (flags & MBSRI_BRANCHES) add(--at->top, c);
+    if (exact && flags & MBSRI_BRANCHES) add(--at->noise_top, W);
+    if (!(flags & MBSRI_MASSLESS)) add_own(b, run->state + i, c);
+    if (exact && !(flags & MBSRI_PLANE)) W->spread += b->I[0] + b->I[5] + b->I[10];
+    if (flags & MBSRI_LOADED) {
+        c->L -= load(run->load[i].L);
+        c->p -= load(run->load[i].p);
+    }
+}
+
 /* Past body i; false: its rank is not clear. any: there are blocks. kept: the carry is not handed on. */
 MBSRI_INLINE bool pass_part(const mbsri_sweep_run *run, int i, bool exact, bool any, bool kept,
                             back *at)
@@ -216,16 +234,7 @@ MBSRI_INLINE bool pass_part(const mbsri_sweep_run *run, int i, bool exact, bool 
         if (!(flags & MBSRI_TO_BLOCK)) hand_on(flags, exact, at);
         return true;
     }
-    if (flags & MBSRI_LEAF) clear(c);
-    if (exact && flags & MBSRI_LEAF) clear(W);
-    if (flags & MBSRI_BRANCHES) add(--at->top, c);
-    if (exact && flags & MBSRI_BRANCHES) add(--at->noise_top, W);
-    if (!(flags & MBSRI_MASSLESS)) add_own(b, run->state + i, c);
-    if (exact && !(flags & MBSRI_PLANE)) W->spread += b->I[0] + b->I[5] + b->I[10];
-    if (flags & MBSRI_LOADED) {
-        c->L -= load(run->load[i].L);
-        c->p -= load(run->load[i].p);
-    }
+    gather_masses(run, i, exact, at);
     if (!pass_joint(run, i, c, exact ? W : NULL)) return false;
     if (any && flags & MBSRI_TO_BLOCK) give_to_block(run, i, exact, at);
     if (!kept) hand_on(flags, exact, at);

@@ -9,6 +9,7 @@
 #include "joints/chain.h"
 #include "recursion/rank.h"
 #include "recursion/rates.h"
+#include "sweeps/loops.h"
 
 #include <math.h>
 #include <stdint.h>
@@ -461,6 +462,7 @@ static bool allocate(mbsri_sweeps *tree, const mbsr_model *m, int blocks)
 static void release(const mbsr_model *m, mbsri_sweeps *tree)
 {
     if (!tree) return;
+    mbsri_sweeps_release_loops(m, tree);
     mbsri_release(&m->allocator, tree->block);
     mbsri_release(&m->allocator, tree->joint);
     mbsri_release(&m->allocator, tree->block_of);
@@ -644,6 +646,13 @@ static bool choose_loops(mbsr_model *m, selection s)
     return count_blocks(&plan, m) == 0;
 }
 
+/* Whether forward dynamics with loops has a sweep. */
+static bool carries_loops(const mbsr_model *m)
+{
+    const mbsri_sweeps *tree = m->evaluated;
+    return tree->blocks == 0 && !tree->whole && !tree->modal && m->root.space == MBSR_SPACE_FIXED;
+}
+
 bool mbsri_sweeps_build_others(mbsr_model *m)
 {
     selection s = {0};
@@ -663,7 +672,9 @@ bool mbsri_sweeps_build_others(mbsr_model *m)
     }
     if ((s.whole || m->rows > 0) && !build(m, m->bodies, eliminated, &m->whole)) return false;
     m->evaluated = m->whole;
-    return (s.users == 0 && m->rows == 0) || build(m, m->bodies, s, &m->evaluated);
+    if (s.users == 0 && m->rows == 0) return true;
+    if (!build(m, m->bodies, s, &m->evaluated)) return false;
+    return m->rows == 0 || !carries_loops(m) || mbsri_sweeps_plan_loops(m->evaluated, m);
 }
 
 void mbsri_sweeps_release(mbsr_model *m)

@@ -9,6 +9,7 @@
 #include "recursion/group.h"
 #include "recursion/kinematics.h"
 #include "sweeps/loads.h"
+#include "sweeps/loops.h"
 #include "sweeps/split.h"
 
 #include <math.h>
@@ -177,6 +178,36 @@ int mbsri_sweeps_forward_dynamics(const mbsr_model *m, mbsr_data *d, double t, c
     status = finite_or_not_served(m->nu, run.out);
     if (!status && !m->in_order) mbsri_scatter(m, run.out, udot);
     return status;
+}
+
+/* Whether all is finite, and no row is left that others contradict: if so, loops/ says which. */
+static bool closed(const mbsri_loop_run *w)
+{
+    const mbsr_model *m = w->run->model;
+    const double size = w->size + mbsri_largest(m->nu, w->run->out);
+    return mbsri_finite((size_t)m->nu, w->run->out) && mbsri_finite((size_t)m->rows, w->v) &&
+           mbsri_largest(m->rows, w->rest) <= 1e-7 * (1.0 + size);
+}
+
+int mbsri_sweeps_loops_dynamics(const mbsr_model *m, mbsr_data *d, double t, const double *q,
+                                const double *u, const double *tau, double *udot)
+{
+    mbsri_sweep_run run;
+    mbsri_loop_run loops;
+    if (!m->evaluated || !m->evaluated->loops) return MBSRI_NOT_SERVED;
+    int status = prepare(&run, m, m->evaluated, d, t, q, u, d->out, false);
+    run.springs = true;
+    if (!status) status = forces(&run, tau, false);
+    if (status) return status;
+    if (mbsri_open_loops_begin(&loops, &run)) return MBSRI_NOT_SERVED;
+    if (!run.tree->kernels->loops_backward(&loops)) return MBSRI_NOT_SERVED;
+    run.tree->kernels->loops_forward(&loops);
+    if (!closed(&loops)) return MBSRI_NOT_SERVED;
+    for (int k = 0; k < m->rows; ++k) d->loop_lambda[k] += loops.v[k];
+    d->loaded = true;
+    mbsri_scatter(m, run.out, udot);
+    mbsri_copy((size_t)m->nu, udot, d->udot_last);
+    return MBSR_OK;
 }
 
 /* Joint forces that are missing, to `out` of the run. */

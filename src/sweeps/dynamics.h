@@ -10,6 +10,8 @@
  * element returned, with the data's error set. */
 int mbsri_sweeps_forward_dynamics(const mbsr_model *m, mbsr_data *d, double t, const double *q,
                                   const double *u, const double *tau, double *udot);
+int mbsri_sweeps_loops_dynamics(const mbsr_model *m, mbsr_data *d, double t, const double *q,
+                                const double *u, const double *tau, double *udot);
 int mbsri_sweeps_inverse_dynamics(const mbsr_model *m, mbsr_data *d, double t, const double *q,
                                   const double *u, const double *udot, double *tau);
 

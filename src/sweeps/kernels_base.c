@@ -1,8 +1,10 @@
 /* The sweeps for every processor.
  * SPDX-License-Identifier: BSD-3-Clause */
+#include "sweeps/open_loops.h"
 #include "sweeps/parts.h"
 #include "sweeps/trigonometry.h"
 
 const mbsri_sweep_kernels mbsri_sweeps_base = {
-    "baseline", trigonometry, kinematics,     backward,      forward,      inverse,
-    velocities, momentum,     block_backward, forward_block, &part_kernels};
+    "baseline",    trigonometry,   kinematics,   backward,       forward,
+    inverse,       velocities,     momentum,     block_backward, forward_block,
+    &part_kernels, loops_backward, loops_forward};

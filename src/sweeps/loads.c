@@ -11,6 +11,7 @@
 #include "recursion/elements.h"
 #include "recursion/inertia.h"
 #include "sweeps/block.h"
+#include "sweeps/loops.h"
 #include "sweeps/show.h"
 
 #include <string.h>
@@ -38,8 +39,10 @@ int mbsri_sweeps_loads(const mbsri_sweep_run *run)
     mbsri_zero((size_t)m->root.d, d->f);
     int status = mbsri_block_forces(run);
     if (!status) status = mbsri_body_elements(m, d);
-    if (!status && m->rows > 0) status = mbsri_closure_jacobians(m, d);
-    if (!status && m->rows > 0) mbsri_closure_load(m, d, d->loop_lambda, d->f, d->tau);
+    if (!status && m->rows > 0)
+        status = run->springs ? mbsri_closure_springs(m, d) : mbsri_closure_jacobians(m, d);
+    const bool loads = m->rows > 0 && !(run->springs && !tree->loops->springs);
+    if (!status && loads) mbsri_closure_load(m, d, d->loop_lambda, d->f, d->tau);
     for (int k = 0; k < tree->loads; ++k) {
         const int i = tree->loaded[k];
         const mbsri_body *body = m->body + i;

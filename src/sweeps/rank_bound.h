@@ -209,7 +209,7 @@ MBSRI_INLINE bool certify(const mbsri_sweep_run *run, int i, blocks *c, joint *j
     } else if (b->n) {
         const double least = least_noise(&j->S, c);
         if (!is_zero(rule, b, j->D, least, least)) {
-            if (!has_remains(run->tree, i)) return false;
+            if (!has_remains(run->tree, i, j->S.flags)) return false;
             const blocks copy = *c; /* the carry itself stays in registers */
             joint other = *j;
             if (!certify_remains(run, i, &copy, &other, &spread)) return false;
@@ -267,7 +267,7 @@ MBSRI_OUTLINE bool judge_remains(const mbsri_sweep_run *run, int i, const blocks
     const mbsri_sweep_body *b = run->tree->body + i;
     const mbsri_rank_rule *rule = &run->tree->rule;
     remains r;
-    if (!has_remains(run->tree, i) || !find_remains(run, i, c, &r)) return false;
+    if (!has_remains(run->tree, i, j->S.flags) || !find_remains(run, i, c, &r)) return false;
     const double turning = sum3(r.w * r.w), left = run->tree->area * turning + sum3(r.v * r.v),
                  D = r.D + b->armature;
     times_masses(W, r.w, r.v, &errors->Q_L, &errors->Q_p);

@@ -31,11 +31,11 @@ typedef struct remains {
     bool light;    /* body i has no inertia */
 } remains;
 
-/* Whether body i has one successor, which has one axis and no armature. */
-MBSRI_INLINE bool has_remains(const mbsri_sweeps *tree, int i)
+/* Whether body i has one successor, which has one axis and no armature, and nothing else adds to its Mbar. */
+MBSRI_INLINE bool has_remains(const mbsri_sweeps *tree, int i, int flags)
 {
     const mbsri_sweep_body *b = tree->body + i;
-    if (b->flags & (MBSRI_LEAF | MBSRI_BRANCHES)) return false;
+    if (b->flags & (MBSRI_LEAF | MBSRI_BRANCHES) || flags & MBSRI_STIFFENED) return false;
     const mbsri_sweep_body *next = b + 1;
     return next->parent == i && !(next->flags & (MBSRI_MULTI | MBSRI_BLOCK)) &&
            next->flags & (MBSRI_TURNS | MBSRI_SLIDES) && !(next->armature > 0.0);

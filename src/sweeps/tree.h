@@ -28,8 +28,9 @@ enum {
     MBSRI_NEXT = 64,        /* its predecessor is the body before, or the root */
     MBSRI_OPENS = 128,      /* the first of several successors that the backward sweep meets */
     MBSRI_LOADED = 256,     /* force elements act on the body */
-    MBSRI_FRONT = 1024,     /* in Newton systems loops are open past its joint; see newton/ */
+    MBSRI_FRONT = 1024,     /* loops are open past its joint; see loops.h and newton/ */
     MBSRI_CLOSES = 2048,    /* and close on it */
+    MBSRI_STIFFENED = 4096, /* not of bodies: what these add to inertia is there */
     MBSRI_PLANE = 512,      /* it lies in the plane */
     MBSRI_FLAT = 524288,    /* and so do all bodies behind it */
     MBSRI_LEVEL = 1048576,  /* and all before it */
@@ -182,6 +183,8 @@ typedef struct mbsri_flow {
 } mbsri_flow;
 MBSRI_CHECK_LAYOUT(mbsri_flow);
 
+typedef struct mbsri_sweep_loops mbsri_sweep_loops;
+
 /* The tree, part of a finished model. */
 typedef struct mbsri_sweeps {
     int bodies;               /* as the model's */
@@ -204,12 +207,13 @@ typedef struct mbsri_sweeps {
     /* weights of diagonals of I and M in the trace of Mbar by Lambda: in space, and LEVEL */
     double trace[2][8];
     mbsri_rank_rule rule;
-    double gravity[4];    /* m/s^2, sum of all such elements, and 0 */
-    bool joint_forces;    /* there are elements that act on joints alone */
-    bool body_forces;     /* there are others, blocks or users' joints, which need as much */
-    bool masses;          /* some of them read the mass matrices of their bodies */
-    mbsri_sweep_own *own; /* bodies + 1; body_forces only */
-    int *loaded, loads;   /* likewise: LOADED bodies that are no blocks */
+    double gravity[4];        /* m/s^2, sum of all such elements, and 0 */
+    bool joint_forces;        /* there are elements that act on joints alone */
+    bool body_forces;         /* there are others, blocks or users' joints, which need as much */
+    bool masses;              /* some of them read the mass matrices of their bodies */
+    mbsri_sweep_own *own;     /* bodies + 1; body_forces only */
+    int *loaded, loads;       /* likewise: LOADED bodies that are no blocks */
+    mbsri_sweep_loops *loops; /* of the tree that is evaluated, or NULL */
     const struct mbsri_sweep_kernels *kernels;
 } mbsri_sweeps;
 
@@ -242,8 +246,11 @@ typedef struct mbsri_sweep_run {
     const double *p;          /* momenta; momentum form only */
     double *balance;          /* its algebraic equations */
     int *rank;                /* bodies + 1, or NULL */
+    bool springs;             /* loop forces are those of springs at the state */
     struct mbsr_split *split; /* parts of the tree for several threads, or NULL */
 } mbsri_sweep_run;
+
+struct mbsri_loop_run;
 
 /* The sweeps, compiled once for every kind of processor. */
 typedef struct mbsri_sweep_kernels {
@@ -263,6 +270,9 @@ typedef struct mbsri_sweep_kernels {
     bool (*block_backward)(const mbsri_sweep_run *run, int i, mbsri_carry *c);
     void (*block_forward)(const mbsri_sweep_run *run, int i);
     const struct mbsri_part_kernels *parts; /* see split.h */
+    /* backward and forward with loops, see loops.h. */
+    bool (*loops_backward)(struct mbsri_loop_run *run);
+    void (*loops_forward)(struct mbsri_loop_run *run);
 } mbsri_sweep_kernels;
 
 extern const mbsri_sweep_kernels mbsri_sweeps_base;

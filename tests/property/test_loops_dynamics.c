@@ -6,9 +6,11 @@
  *              the kernels of both M and C, lambda up to the kernel of C^T
  *   inverse    B tau + C^T lambda = need, of all tau that do this the shortest: tau = B^T x with C x = 0 */
 #include "counting.h"
+#include "kernels.h"
 #include "loops.h"
 
 #include "algebra/lapack.h"
+#include "sweeps/loops.h"
 
 #include <stdbool.h>
 #include <stdlib.h>
@@ -197,6 +199,21 @@ static void compare_forces(loops *s, const dense *e, const double *lambda, doubl
     }
 }
 
+/* ---- both ways: by the vectorised sweeps, and along the tree for any kind of body ---- */
+
+/* Without its plan of loops a model is left to the latter. */
+static mbsri_sweep_loops *hide_loops(mbsr_model *m)
+{
+    mbsri_sweep_loops *plan = m->evaluated->loops;
+    m->evaluated->loops = NULL;
+    return plan;
+}
+
+static void show_loops(mbsr_model *m, mbsri_sweep_loops *plan)
+{
+    m->evaluated->loops = plan;
+}
+
 /* ---- tests ---- */
 
 enum { SEEDS = 400 };
@@ -214,15 +231,55 @@ static bool too_large(const loops *s)
     return s->nq > LOOPS_MOST || s->rows > LOOPS_MOST;
 }
 
+/* What forward dynamics finds against these equations. */
+static void compare_forward(loops *s, const dense *e, const double *tau, int *compared)
+{
+    double udot[LOOPS_MOST], lambda[LOOPS_MOST];
+    const double size = 1.0 + test_largest(e->N, e->x);
+    const int status = mbsr_forward_dynamics(s->m, s->d, 0.0, s->q, s->u, tau, udot);
+    if (e->clear && e->moves) {
+        assert_int_equal(status, MBSR_UNDETERMINED);
+        assert_contains(mbsr_data_error(s->d)->text, "moves no mass, no loop holds it");
+    } else if (e->clear && e->left > 1e-3 * size) {
+        assert_int_equal(status, MBSR_LOOP_OPEN);
+    } else if (e->clear && e->left < 1e-9 * size) {
+        assert_ok(status, mbsr_data_error(s->d));
+        for (int k = 0; k < s->nu; ++k) assert_close(udot[k], e->x[k], 1e-9 * size);
+        assert_ok(mbsr_closures_force(s->m, s->d, lambda), mbsr_data_error(s->d));
+        compare_forces(s, e, lambda, 1.0, size);
+        ++*compared;
+    }
+}
+
+/* The same by the sweeps, where they serve: by every kernel. */
+static void compare_swept(loops *s, const dense *e, const double *tau, int *served)
+{
+    const mbsri_sweep_kernels *kernels[2], *own = s->m->evaluated->kernels;
+    const double size = 1.0 + test_largest(e->N, e->x);
+    for (int k = test_kernels(kernels) - 1; k >= 0; --k) {
+        double udot[LOOPS_MOST];
+        s->m->evaluated->kernels = kernels[k];
+        const int status = mbsri_sweeps_loops_dynamics(s->m, s->d, 0.0, s->q, s->u, tau, udot);
+        if (status == MBSRI_NOT_SERVED) continue;
+        assert_int_equal(status, MBSR_OK);
+        assert_false(e->clear && e->moves);
+        assert_false(e->clear && e->left > 1e-3 * size);
+        if (!e->clear || e->left > 1e-9 * size) continue;
+        for (int j = 0; j < s->nu; ++j) assert_close(udot[j], e->x[j], 1e-9 * size);
+        ++*served;
+    }
+    s->m->evaluated->kernels = own;
+}
+
 static void forward(void **state)
 {
     (void)state;
-    int compared = 0, undetermined = 0, open = 0;
+    int compared = 0, served = 0, undetermined = 0, open = 0;
     for (uint64_t seed = 1; seed <= SEEDS; ++seed) {
         test_rng rng;
         loops s;
         dense e;
-        double tau[LOOPS_MOST], udot[LOOPS_MOST], lambda[LOOPS_MOST];
+        double tau[LOOPS_MOST];
         make_case(&s, &rng, seed);
         if (too_large(&s)) {
             loops_free(&s);
@@ -233,25 +290,17 @@ static void forward(void **state)
         find_equations(&s, &e, tau);
         for (int k = 0; k < e.m; ++k) e.bias[k] = -e.bias[k];
         solve(&e, e.M, e.g, e.bias);
-        const double size = 1.0 + test_largest(e.N, e.x);
-        const int status = mbsr_forward_dynamics(s.m, s.d, 0.0, s.q, s.u, tau, udot);
-        if (e.clear && e.moves) {
-            assert_int_equal(status, MBSR_UNDETERMINED);
-            assert_contains(mbsr_data_error(s.d)->text, "moves no mass, no loop holds it");
-            ++undetermined;
-        } else if (e.clear && e.left > 1e-3 * size) {
-            assert_int_equal(status, MBSR_LOOP_OPEN);
-            ++open;
-        } else if (e.clear && e.left < 1e-9 * size) {
-            assert_ok(status, mbsr_data_error(s.d));
-            for (int k = 0; k < s.nu; ++k) assert_close(udot[k], e.x[k], 1e-9 * size);
-            assert_ok(mbsr_closures_force(s.m, s.d, lambda), mbsr_data_error(s.d));
-            compare_forces(&s, &e, lambda, 1.0, size);
-            ++compared;
-        }
+        compare_forward(&s, &e, tau, &compared);
+        compare_swept(&s, &e, tau, &served);
+        mbsri_sweep_loops *plan = hide_loops(s.m);
+        compare_forward(&s, &e, tau, &compared);
+        show_loops(s.m, plan);
+        undetermined += e.clear && e.moves;
+        open += e.clear && !e.moves && e.left > 1e-3 * (1.0 + test_largest(e.N, e.x));
         loops_free(&s);
     }
-    assert_true(compared > SEEDS / 4);
+    assert_true(compared > SEEDS / 2);
+    assert_true(served > SEEDS / 4);
     assert_true(undetermined > SEEDS / 20 && open > SEEDS / 20);
 }
 
@@ -352,7 +401,8 @@ static void long_chain(void **state)
     free(q);
 }
 
-/* Memory that runs out at any place is said, nothing is lost, and the next call finds what it should. */
+/* The sweeps take none. Elsewhere memory that runs out at any place is said, nothing is lost, and the next call
+ * finds what it should. */
 static void memory(void **state)
 {
     (void)state;
@@ -368,7 +418,10 @@ static void memory(void **state)
     loops_build(&s);
     u[0] = u[2] = u[3] = 1.0;
     u[1] = -1.0;
+    const long calls = counting.calls;
     assert_ok(mbsr_forward_dynamics(s.m, s.d, 0.0, q, u, NULL, udot), mbsr_data_error(s.d));
+    assert_int_equal(counting.calls, calls);
+    mbsri_sweep_loops *plan = hide_loops(s.m);
     const long live = counting.live;
     for (int call = 0; call < 2; ++call) {
         for (long at = 1;; ++at) {
@@ -390,6 +443,7 @@ static void memory(void **state)
     }
     for (int k = 0; k < 8; ++k) assert_close(again[k], udot[k], 1e-12);
     for (int k = 0; k < 8; ++k) assert_close(tau[k], 0.0, 1e-10);
+    show_loops(s.m, plan);
     loops_free(&s);
     assert_int_equal(counting.live, 0);
 }

@@ -20,9 +20,9 @@
 #include <stdlib.h>
 
 /* All sweeps are used, as far as the compiler can tell. */
-static const mbsri_sweep_kernels here = {"here",         trigonometry,  kinematics, backward,
-                                         forward,        inverse,       velocities, momentum,
-                                         block_backward, forward_block, NULL};
+static const mbsri_sweep_kernels here = {
+    "here",   trigonometry,   kinematics,    backward, forward, inverse, velocities,
+    momentum, block_backward, forward_block, NULL,     NULL,    NULL};
 
 enum { MOST = 8 }; /* bodies */
 

@@ -1,6 +1,6 @@
 /* Symmetric elimination in a small dense matrix: see pivots.h.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "loops/pivots.h"
+#include "algebra/pivots.h"
 
 #include "algebra/dense.h"
 

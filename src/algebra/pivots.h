@@ -5,8 +5,8 @@
  *                    (Bunch and Parlett's complete pivoting)
  *
  * `sizes` has what was added up in each number, beside which it may be nothing. */
-#ifndef MBSRI_LOOPS_PIVOTS_H
-#define MBSRI_LOOPS_PIVOTS_H
+#ifndef MBSRI_PIVOTS_H
+#define MBSRI_PIVOTS_H
 
 #include <stdbool.h>
 #include <stddef.h>

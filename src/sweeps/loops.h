@@ -1,0 +1,118 @@
+/* Loops in the vectorised sweeps: what is carried along the tree until they close.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * As loops/system.h has it, which decides wherever this does not serve: v are the forces of the rows of loops
+ * that are open, and the motions behind of joints without inertia. At every body
+ *
+ *   force = Mbar A + p - Q v            Q^T A + F v = s
+ *
+ * A joint gives, with X = S^T Q + E (E: what rows read of its rate),
+ *
+ *   u' = D^-1 (e - U^T A + X^T v),   Q -= U D^-1 X,   F += X^T D^-1 X,   s -= Q^T c + X^T D^-1 e
+ *
+ * or without inertia u' = w, an unknown more with the row X v = -e. Rows that are complete are eliminated by
+ * pivots, Mbar += Q F^-1 Q^T. Rows read accelerations less gravity, as the sweeps have them. */
+#ifndef MBSRI_SWEEPS_LOOPS_H
+#define MBSRI_SWEEPS_LOOPS_H
+
+#include "algebra/pivots.h"
+#include "sweeps/tree.h"
+
+/* Ends of a closure: closure x MBSRI_LOOP_ENDS + place among its bodies. */
+enum { MBSRI_LOOP_ENDS = MBSR_CLOSURE_BODIES + 1 };
+
+/* Of the tree. */
+struct mbsri_sweep_loops {
+    int *first_end, *next_end; /* bodies + 1, ends: those of rigid rows at a body; -1 */
+    int *closes;               /* rows: the body at which they are complete */
+    bool springs, joints;      /* some rows are stiff; some read joint rates */
+    double reach;              /* longest distance between neighbours at q = 0, m */
+    bool slides;               /* which changes */
+    size_t parts, groups;      /* that wait at once, that meet at one body, at most */
+    size_t waiting, kept;      /* doubles, of these and for the way to the leaves */
+    size_t doubles;            /* of the data's loop_store: all of it */
+};
+
+/* What waits at a body, with numbers by mbsri_open_at. */
+typedef struct mbsri_open_part {
+    int body, count;
+    double *at;
+} mbsri_open_part;
+
+/* Q as (L, p), four numbers each; what was added up in Q and in F. */
+typedef struct mbsri_open {
+    int count;
+    double *Q, *lengths, *F, *sizes; /* 8 x count, likewise, count x count, likewise */
+    int *id; /* rows, or the model's rows + place of a rate in the order of the sweeps */
+} mbsri_open;
+
+static inline mbsri_open mbsri_open_at(const mbsri_open_part *part)
+{
+    const size_t n = (size_t)part->count;
+    double *at = part->at;
+    return (mbsri_open){part->count,       at,
+                        at + 8 * n,        at + 16 * n,
+                        at + (16 + n) * n, (int *)(void *)(at + (16 + 2 * n) * n)};
+}
+
+static inline size_t mbsri_open_size(size_t n)
+{
+    return (16 + 2 * n) * n + (n + 1) / 2;
+}
+
+/* For the way to the leaves, of a joint: D^-1 X of joints of several axes off the root, else X (n numbers
+ * an unknown), and the unknowns, behind them its own; of loops that close: pivots. */
+typedef struct mbsri_open_record {
+    struct mbsri_open_record *before;
+    int body, count, nulls;
+    bool closes;
+} mbsri_open_record;
+
+/* One evaluation. */
+typedef struct mbsri_loop_run {
+    const mbsri_sweep_run *run;
+    const mbsri_sweep_loops *loops;
+    double lever;          /* the longest one in the mechanism, m */
+    double size;           /* of what the rows ask for */
+    double *s, *v, *rest;  /* rows + nu, rows + nu, rows: what is left of rows at the end */
+    mbsri_open_part *part; /* those that wait, the last ones at the body that is next */
+    int parts;
+    double *room, *top;      /* for their numbers, and behind these */
+    double *store;           /* behind what is kept */
+    mbsri_open_record *last; /* of that */
+    int *slot, *set;         /* rows + nu: places for a short time, -1; names */
+    int *group, *mate;       /* of parts that meet */
+    double Mbar[36],
+        noise[6];    /* what loops that close add to Mbar, and to the size of its errors */
+    double force[6]; /* and to -p */
+    bool stuck;      /* what failed last are loops, not a rank */
+} mbsri_loop_run;
+
+/* Plans the loops of an evaluated tree, marks its bodies FRONT and CLOSES. False: no memory; without plan where
+ * the sweeps do not serve. */
+bool mbsri_sweeps_plan_loops(mbsri_sweeps *tree, const mbsr_model *m);
+void mbsri_sweeps_release_loops(const mbsr_model *m, mbsri_sweeps *tree);
+
+/* After the derivatives of the closures: what rows ask for. A status. */
+int mbsri_open_loops_begin(mbsri_loop_run *w, const mbsri_sweep_run *run);
+
+/* Before the sweep to the root: nothing is carried yet. */
+void mbsri_open_loops_start(mbsri_loop_run *w);
+
+/* What meets at body i, with the ends of closures there; what goes on becomes one part. Where loops close, *closed
+ * and what they add. False: the sweeps do not serve. */
+bool mbsri_open_loops_meet(mbsri_loop_run *w, int i, bool *closed);
+
+/* Room for a record; for one unknown more in the last part. */
+void *mbsri_open_loops_keep(mbsri_loop_run *w, int body, size_t size);
+mbsri_open mbsri_open_loops_append(mbsri_loop_run *w, int id);
+
+/* Adds what rows read of the rates of joint i to X, n numbers each, and its size to `sizes`. */
+void mbsri_open_loops_read_joint(mbsri_loop_run *w, int i, const mbsri_open *open, double *X,
+                                 double *sizes);
+
+/* On the way back: what loops at body i read, and the unknowns of those that close there. */
+void mbsri_open_loops_read(mbsri_loop_run *w, int i);
+void mbsri_open_loops_close(mbsri_loop_run *w, int i);
+
+#endif

@@ -1,0 +1,559 @@
+/* Where loops meet and close in the vectorised sweeps: see loops.h.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "sweeps/loops.h"
+
+#include "algebra/dense.h"
+#include "algebra/space3.h"
+#include "recursion/closures.h"
+
+#include <math.h>
+#include <string.h>
+
+/* ---- ends of closures ---- */
+
+/* What a closure reads at one of its bodies. */
+typedef struct end_view {
+    const mbsri_closure *c;
+    int slot, d;
+    const double *C, *arm; /* its columns; from the point of the sweeps to the body's own origin */
+    double known[3];       /* of that origin's acceleration what u' has no part in */
+} end_view;
+
+static inline end_view view_end(const mbsri_loop_run *w, int end, int i)
+{
+    const mbsri_sweep_run *run = w->run;
+    const mbsri_closure *c =
+        (const mbsri_closure *)run->model->closures.data + end / MBSRI_LOOP_ENDS;
+    end_view e = {.c = c, .slot = end % MBSRI_LOOP_ENDS, .d = run->model->body[i].d};
+    double swing[3];
+    e.C = run->data->closure_C + c->at + (size_t)(c->column[e.slot] * c->rows);
+    e.arm = run->load[i].arm;
+    mbsri_cross3(run->state[i].omega, e.arm, swing);
+    mbsri_cross3(run->state[i].omega, swing, e.known);
+    mbsri_add3(1.0, run->tree->gravity, e.known);
+    return e;
+}
+
+/* Row k over the motion of the body's own origin. */
+static inline void read_row(const end_view *e, int k, double row[6])
+{
+    const double *C = e->C + k;
+    const int of = e->c->rows;
+    if (e->d == 6) {
+        for (int j = 0; j < 6; ++j) row[j] = C[j * of];
+        return;
+    }
+    row[0] = row[1] = row[5] = 0.0;
+    row[2] = e->d == 3 ? C[2 * of] : 0.0;
+    row[3] = C[0];
+    row[4] = C[of];
+}
+
+/* Q of row k about the point of the sweeps, and the lengths in it. */
+static void place_row(mbsri_loop_run *w, const end_view *e, int k, const double row[6], double *Q,
+                      double *lengths)
+{
+    const double turn = mbsri_norm3(row), move = mbsri_norm3(row + 3), *arm = e->arm;
+    const double all = turn + w->lever * move, lever = mbsri_norm3(arm) * move;
+    memcpy(Q, row, 3 * sizeof *Q);
+    mbsri_add_cross3(arm, row + 3, Q);
+    memcpy(Q + 4, row + 3, 3 * sizeof *Q);
+    for (int j = 0; j < 3; ++j) {
+        const bool turns = e->d == 6 || (j == 2 && e->d == 3), moves = e->d == 6 || j < 2;
+        lengths[j] = (turns ? all : 0.0) + (e->d == 6 || j == 2 ? lever : 0.0);
+        lengths[4 + j] = moves ? move : 0.0;
+    }
+    w->s[e->c->row + k] -= mbsri_dot3(row + 3, e->known);
+}
+
+/* The rows of one end become a part at body i. */
+static void open_end(mbsri_loop_run *w, int end, int i)
+{
+    const end_view e = view_end(w, end, i);
+    int count = 0, at = 0;
+    for (int k = 0; k < e.c->rows; ++k) count += !mbsri_is_stiff(e.c, k);
+    mbsri_open_part *part = w->part + w->parts++;
+    *part = (mbsri_open_part){i, count, w->top};
+    w->top += mbsri_open_size((size_t)count);
+    const mbsri_open open = mbsri_open_at(part);
+    mbsri_zero(mbsri_open_size((size_t)count), part->at);
+    for (int k = 0; k < e.c->rows; ++k) {
+        double row[6];
+        if (mbsri_is_stiff(e.c, k)) continue;
+        read_row(&e, k, row);
+        place_row(w, &e, k, row, open.Q + 8 * at, open.lengths + 8 * at);
+        open.id[at++] = e.c->row + k;
+    }
+}
+
+/* ---- what meets ---- */
+
+static int group_of(int *group, int k)
+{
+    while (group[k] != k) k = group[k] = group[group[k]];
+    return k;
+}
+
+/* Parts that share an unknown belong together: those of one group follow each other by w->mate. */
+static void group_parts(mbsri_loop_run *w, const mbsri_open_part *part, int count)
+{
+    for (int p = 0; p < count; ++p) {
+        const mbsri_open open = mbsri_open_at(part + p);
+        w->group[p] = p;
+        for (int k = 0; k < open.count; ++k) {
+            int *slot = w->slot + open.id[k];
+            if (*slot >= 0) w->group[group_of(w->group, *slot)] = p;
+            *slot = p;
+        }
+    }
+    for (int p = 0; p < count; ++p) {
+        const mbsri_open open = mbsri_open_at(part + p);
+        for (int k = 0; k < open.count; ++k) w->slot[open.id[k]] = -1;
+        w->mate[p] = -1;
+    }
+    for (int p = 0; p < count; ++p) {
+        const int head = group_of(w->group, p);
+        if (head == p) continue;
+        w->mate[p] = w->mate[head];
+        w->mate[head] = p;
+    }
+}
+
+static bool is_complete(const mbsri_loop_run *w, int id, int i)
+{
+    return id >= w->run->model->rows || w->loops->closes[id] >= i;
+}
+
+/* The unknowns of a group into `set`, those that may be eliminated at body i first, and their places; where no
+ * row is among these, nothing is. */
+static int find_unknowns(mbsri_loop_run *w, const mbsri_open_part *part, int head, int i, int *set,
+                         int *complete)
+{
+    int count = 0;
+    bool rows = i == 0;
+    for (int turn = 0; turn < 2; ++turn) {
+        for (int p = head; p >= 0; p = w->mate[p]) {
+            const mbsri_open open = mbsri_open_at(part + p);
+            for (int k = 0; k < open.count; ++k) {
+                const int id = open.id[k];
+                if (w->slot[id] >= 0 || is_complete(w, id, i) != (turn == 0)) continue;
+                rows = rows || (turn == 0 && id < w->run->model->rows);
+                w->slot[id] = count;
+                set[count++] = id;
+            }
+        }
+        if (turn == 0) *complete = count;
+    }
+    if (!rows) *complete = 0;
+    return count;
+}
+
+/* ---- loops that close ---- */
+
+static void clear_sums(mbsri_loop_run *w)
+{
+    memset(w->Mbar, 0, sizeof w->Mbar);
+    memset(w->noise, 0, sizeof w->noise);
+    memset(w->force, 0, sizeof w->force);
+}
+
+static int place_of(int k)
+{
+    return k < 3 ? k : k + 1; /* in vectors of four numbers */
+}
+
+static void add_part(const mbsri_loop_run *w, const mbsri_open *open, mbsri_pivots *f)
+{
+    const int n = f->size, N = n + f->d;
+    for (int j = 0; j < open->count; ++j) {
+        const int column = w->slot[open->id[j]];
+        double *A = f->A + column * N, *sizes = f->sizes + column * N;
+        for (int l = 0; l < open->count; ++l) {
+            A[w->slot[open->id[l]]] += open->F[j * open->count + l];
+            sizes[w->slot[open->id[l]]] += open->sizes[j * open->count + l];
+        }
+        for (int l = 0; l < f->d; ++l) {
+            A[n + l] += open->Q[8 * j + place_of(l)];
+            sizes[n + l] += open->lengths[8 * j + place_of(l)];
+        }
+    }
+}
+
+/* Loads that are nothing but rounding are none: those of a loop that is closed balance. Then the upper half. */
+static void finish_loads(mbsri_pivots *f)
+{
+    const int n = f->size, N = n + f->d;
+    for (int k = 0; k < n; ++k) {
+        for (int l = n; l < N; ++l) {
+            double *load = f->A + k * N + l;
+            if (fabs(*load) <= MBSRI_PIVOTS_ROUNDING * f->sizes[k * N + l]) *load = 0.0;
+            f->A[l * N + k] = *load;
+            f->sizes[l * N + k] = f->sizes[k * N + l];
+        }
+    }
+}
+
+/* In the record to be kept; what is needed for a short time behind what waits. */
+static mbsri_pivots *open_pivots(mbsri_loop_run *w, int i, int size, int complete)
+{
+    const int d = i > 0 ? 6 : 0;
+    const size_t n = (size_t)size;
+    const size_t bytes = sizeof(mbsri_pivots) + (3 * n + (n + 1) / 2) * sizeof(double);
+    mbsri_pivots *f = mbsri_open_loops_keep(w, i, bytes);
+    w->last->closes = true;
+    *f = (mbsri_pivots){
+        .size = size, .complete = complete, .d = d, .scale = (double *)(void *)(f + 1)};
+    f->value = f->scale + n;
+    f->across = f->value + n;
+    f->id = (int *)(void *)(f->across + n);
+    f->A = w->store;
+    f->sizes = w->top;
+    return f;
+}
+
+/* What the accelerations behind the pivots get. */
+static void add_mass(mbsri_loop_run *w, const mbsri_pivots *f)
+{
+    const int n = f->size, d = f->d, N = n + d;
+    for (int k = 0; k < d; ++k) {
+        for (int l = 0; l < d; ++l) w->Mbar[k * d + l] -= f->A[(n + k) * N + n + l];
+        w->noise[k] += f->sizes[(n + k) * (N + 1)];
+    }
+}
+
+/* Rows that nothing is left of share by least norm; false: so is a motion, which nothing determines. */
+static bool settle_left(mbsri_loop_run *w, mbsri_pivots *f)
+{
+    const size_t n = (size_t)f->size, N = n + (size_t)f->d;
+    bool *wanted = (bool *)(void *)w->top;
+    w->store = f->A + n * N;
+    f->idle = w->store;
+    if (f->left == 0) return true;
+    for (int l = 0; l < f->left; ++l) {
+        wanted[l] = true;
+        if (f->id[f->pivots + l] >= w->run->model->rows) return false;
+    }
+    mbsri_pivots_find_idle(f, wanted);
+    w->store += (size_t)f->idles * n;
+    return true;
+}
+
+/* The unknowns of loops that are open still, after those that have closed, from place `base` on. */
+static void add_rest(const mbsri_pivots *f, const mbsri_open *to, int base)
+{
+    const int n = f->size, N = n + f->d, first = f->complete;
+    for (int k = first; k < n; ++k) {
+        const int column = base + k - first;
+        for (int l = first; l < n; ++l) {
+            const int entry = column * to->count + base + l - first;
+            to->F[entry] = f->A[k * N + l];
+            to->sizes[entry] = f->sizes[k * N + l];
+        }
+        for (int l = 0; l < f->d; ++l) {
+            to->Q[8 * column + place_of(l)] = f->A[k * N + n + l];
+            to->lengths[8 * column + place_of(l)] = f->sizes[k * N + n + l];
+        }
+    }
+}
+
+/* A group of parts whose first `complete` unknowns may go; false: some of them cannot, or nothing determines
+ * one. */
+static bool close_group(mbsri_loop_run *w, const mbsri_open_part *part, int head, int i,
+                        const int *set, int size, int complete, const mbsri_open *to, int base)
+{
+    mbsri_pivots *f = open_pivots(w, i, size, complete);
+    const size_t N = (size_t)(size + f->d);
+    mbsri_zero(N * N, f->A);
+    mbsri_zero(N * N, f->sizes);
+    memcpy(f->id, set, (size_t)size * sizeof *set);
+    for (int p = head; p >= 0; p = w->mate[p]) {
+        const mbsri_open open = mbsri_open_at(part + p);
+        add_part(w, &open, f);
+    }
+    finish_loads(f);
+    mbsri_pivots_eliminate(f);
+    add_mass(w, f);
+    add_rest(f, to, base);
+    if (f->pivots + f->left < complete || !settle_left(w, f)) return false;
+    mbsri_pivots_forward(f, w->s, w->force);
+    return true;
+}
+
+/* ---- loops that close by themselves ---- */
+
+/* Whether all parts have the same unknowns, rows that are complete at body i. */
+static bool are_alike(const mbsri_loop_run *w, const mbsri_open_part *part, int count, int i)
+{
+    const mbsri_open first = mbsri_open_at(part);
+    for (int k = 0; k < first.count; ++k) {
+        if (first.id[k] >= w->run->model->rows || w->loops->closes[first.id[k]] < i) return false;
+    }
+    for (int p = 1; p < count; ++p) {
+        const mbsri_open open = mbsri_open_at(part + p);
+        if (open.count != first.count) return false;
+        for (int k = 0; k < first.count; ++k) {
+            if (open.id[k] != first.id[k]) return false;
+        }
+    }
+    return true;
+}
+
+/* Column j of [F; Q], on and below the diagonal; what was added up in its diagonal. */
+static double add_column(const mbsri_open_part *part, int count, int j, const mbsri_pivots *f)
+{
+    const int n = f->size;
+    double *A = f->A + j * (n + f->d), lengths[6] = {0.0}, size = 0.0;
+    for (int l = j; l < n + f->d; ++l) A[l] = 0.0;
+    for (int p = 0; p < count; ++p) {
+        const mbsri_open open = mbsri_open_at(part + p);
+        const double *F = open.F + j * n, *Q = open.Q + 8 * j, *own = open.lengths + 8 * j;
+        for (int l = j; l < n; ++l) A[l] += F[l];
+        size += open.sizes[j * n + j];
+        for (int l = 0; l < f->d; ++l) {
+            A[n + l] += Q[place_of(l)];
+            lengths[l] += own[place_of(l)];
+        }
+    }
+    for (int l = 0; l < f->d; ++l) {
+        if (fabs(A[n + l]) <= MBSRI_PIVOTS_ROUNDING * lengths[l]) A[n + l] = 0.0;
+    }
+    return size;
+}
+
+/* Pivot p alone: what it adds to the inertia, and the columns behind it. */
+static void take_pivot(mbsri_loop_run *w, mbsri_pivots *f, int p, double *sizes)
+{
+    const int n = f->size, N = n + f->d;
+    double *x = f->A + p * N, *load = x + n;
+    const double inverse = 1.0 / x[p];
+    for (int k = 0; k < f->d; ++k) {
+        const double share = load[k] * inverse;
+        for (int l = 0; l < 6; ++l) w->Mbar[6 * k + l] += share * load[l];
+        w->noise[k] += share * load[k];
+    }
+    for (int j = p + 1; j < n; ++j) {
+        const double share = x[j] * inverse;
+        double *y = f->A + j * N;
+        for (int l = j; l < N; ++l) y[l] -= share * x[l];
+        sizes[j] += share * x[j];
+    }
+    for (int l = p + 1; l < N; ++l) x[l] *= inverse;
+}
+
+/* Where all that meets at body i is rows, the same ones, which close there and are plainly independent, the
+ * pivots come as they are. False: they do not, and nothing is changed. */
+static bool close_alone(mbsri_loop_run *w, const mbsri_open_part *part, int count, int i)
+{
+    static const double plainly = 1e-3; /* beside what was added up */
+    mbsri_open_record *last = w->last;
+    double *const store = w->store;
+    if (!are_alike(w, part, count, i)) return false;
+    const mbsri_open open = mbsri_open_at(part);
+    mbsri_pivots *f = open_pivots(w, i, open.count, open.count);
+    double *sizes = f->scale;
+    bool plain = true;
+    for (int k = 0; k < f->size; ++k) {
+        f->id[k] = open.id[k];
+        f->across[k] = 0.0;
+        sizes[k] = add_column(part, count, k, f);
+    }
+    for (; f->pivots < f->size && plain; ++f->pivots) {
+        const int p = f->pivots;
+        plain = f->A[p * (f->size + f->d + 1)] > plainly * sizes[p];
+        if (plain) take_pivot(w, f, p, sizes);
+    }
+    if (plain) {
+        w->store = f->A + f->size * (f->size + f->d);
+        mbsri_pivots_forward(f, w->s, w->force);
+        return true;
+    }
+    clear_sums(w);
+    w->last = last;
+    w->store = store;
+    return false;
+}
+
+/* ---- what goes on ---- */
+
+/* Those of parts where nothing closes. */
+static void add_open(const mbsri_loop_run *w, const mbsri_open *from, const mbsri_open *to,
+                     int base)
+{
+    for (int k = 0; k < from->count; ++k) {
+        const int column = base + w->slot[from->id[k]];
+        for (int l = 0; l < from->count; ++l) {
+            const int entry = column * to->count + base + w->slot[from->id[l]];
+            to->F[entry] += from->F[k * from->count + l];
+            to->sizes[entry] += from->sizes[k * from->count + l];
+        }
+        for (int l = 0; l < 8; ++l) {
+            to->Q[8 * column + l] += from->Q[8 * k + l];
+            to->lengths[8 * column + l] += from->lengths[8 * k + l];
+        }
+    }
+}
+
+static void clear_slots(mbsri_loop_run *w, const int *set, int count)
+{
+    for (int k = 0; k < count; ++k) w->slot[set[k]] = -1;
+}
+
+/* A group closes, or goes on as it is, its open unknowns from place `base` on; their number, or -1. */
+static int pass_group(mbsri_loop_run *w, const mbsri_open_part *part, int head, int i,
+                      const mbsri_open *to, int base, bool *closed)
+{
+    int *set = w->set, complete = 0;
+    const int size = find_unknowns(w, part, head, i, set, &complete);
+    bool served = true;
+    if (complete > 0) {
+        served = close_group(w, part, head, i, set, size, complete, to, base);
+        *closed = true;
+    }
+    for (int p = head; p >= 0 && complete == 0; p = w->mate[p]) {
+        const mbsri_open open = mbsri_open_at(part + p);
+        add_open(w, &open, to, base);
+    }
+    memcpy(to->id + base, set + complete, (size_t)(size - complete) * sizeof *set);
+    clear_slots(w, set, size);
+    return served ? size - complete : -1;
+}
+
+/* How many unknowns of all groups go on. */
+static int count_open(mbsri_loop_run *w, const mbsri_open_part *part, int count, int i)
+{
+    int open = 0;
+    for (int head = 0; head < count; ++head) {
+        int complete = 0;
+        if (w->group[head] != head) continue;
+        const int size = find_unknowns(w, part, head, i, w->set, &complete);
+        clear_slots(w, w->set, size);
+        open += size - complete;
+    }
+    return open;
+}
+
+static void tie_all(mbsri_loop_run *w, int count)
+{
+    for (int p = 0; p < count; ++p) {
+        w->group[p] = 0;
+        w->mate[p] = p + 1 < count ? p + 1 : -1;
+    }
+}
+
+/* What rows read of the root, whose acceleration is known. */
+static void read_root(mbsri_loop_run *w, const mbsri_open_part *part, int count)
+{
+    const double *A = w->run->state[0].A_v;
+    for (int p = 0; p < count; ++p) {
+        const mbsri_open open = mbsri_open_at(part + p);
+        for (int k = 0; k < open.count; ++k) w->s[open.id[k]] -= mbsri_dot3(open.Q + 8 * k + 4, A);
+    }
+}
+
+/* The parts that meet at body i, group by group, and what goes on. */
+static bool meet(mbsri_loop_run *w, mbsri_open_part *part, int count, int i, bool *closed)
+{
+    int base = 0;
+    if (w->run->tree->body[i].flags & MBSRI_CLOSES)
+        group_parts(w, part, count);
+    else
+        tie_all(w, count);
+    const mbsri_open_part all = {i, count_open(w, part, count, i), w->top};
+    const size_t size = mbsri_open_size((size_t)all.count);
+    const mbsri_open to = mbsri_open_at(&all);
+    mbsri_zero(size, all.at);
+    w->top += size;
+    for (int head = 0; head < count; ++head) {
+        if (w->group[head] != head) continue;
+        const int passed = pass_group(w, part, head, i, &to, base, closed);
+        if (passed < 0) return false;
+        base += passed;
+    }
+    memmove(part->at, all.at, size * sizeof *all.at);
+    *part = (mbsri_open_part){i, all.count, part->at};
+    return true;
+}
+
+bool mbsri_open_loops_meet(mbsri_loop_run *w, int i, bool *closed)
+{
+    const bool closes = w->run->tree->body[i].flags & MBSRI_CLOSES;
+    int first = w->parts;
+    *closed = false;
+    while (first > 0 && w->part[first - 1].body == i) --first;
+    for (int end = w->loops->first_end[i]; end >= 0; end = w->loops->next_end[end])
+        open_end(w, end, i);
+    mbsri_open_part *part = w->part + first;
+    const int count = w->parts - first;
+    if (count == 0 || (count == 1 && !closes)) return true;
+    if (i == 0) read_root(w, part, count);
+    clear_sums(w);
+    if (closes && close_alone(w, part, count, i)) {
+        *closed = true;
+        part->count = 0;
+    } else if (!meet(w, part, count, i, closed)) {
+        w->stuck = true;
+        return false;
+    }
+    w->top = part->at + mbsri_open_size((size_t)part->count);
+    w->parts = part->count > 0 ? first + 1 : first;
+    return true;
+}
+
+/* ---- joints that rows read ---- */
+
+void mbsri_open_loops_read_joint(mbsri_loop_run *w, int i, const mbsri_open *open, double *X,
+                                 double *sizes)
+{
+    const mbsri_closure *first = w->run->model->closures.data;
+    const mbsri_body *b = w->run->model->body + i;
+    for (int k = 0; k < open->count; ++k) w->slot[open->id[k]] = k;
+    for (int end = w->loops->first_end[i]; end >= 0; end = w->loops->next_end[end]) {
+        const mbsri_closure *c = first + end / MBSRI_LOOP_ENDS;
+        if (!(c->def.table->flags & MBSR_CLOSURE_JOINTS)) continue;
+        const double *C = w->run->data->closure_C + c->at +
+                          (size_t)((c->column[end % MBSRI_LOOP_ENDS] + b->d) * c->rows);
+        for (int j = 0; j < b->n; ++j, C += c->rows) {
+            for (int k = 0; k < c->rows; ++k) {
+                const int column = w->slot[c->row + k];
+                if (column < 0) continue;
+                X[column * b->n + j] += C[k];
+                sizes[column * b->n + j] += fabs(C[k]);
+            }
+        }
+    }
+    clear_slots(w, open->id, open->count);
+}
+
+/* ---- root to leaves ---- */
+
+void mbsri_open_loops_read(mbsri_loop_run *w, int i)
+{
+    const mbsri_sweep_state *s = w->run->state + i;
+    const double *udot = w->run->out + w->run->tree->body[i].u;
+    for (int end = w->loops->first_end[i]; end >= 0; end = w->loops->next_end[end]) {
+        const end_view e = view_end(w, end, i);
+        const bool joints = (e.c->def.table->flags & MBSR_CLOSURE_JOINTS) != 0;
+        double A[3];
+        mbsri_cross3(s->A_w, e.arm, A);
+        mbsri_add3(1.0, s->A_v, A);
+        mbsri_add3(1.0, e.known, A);
+        for (int k = 0; k < e.c->rows; ++k) {
+            double row[6], *rest = w->rest + e.c->row + k;
+            if (mbsri_is_stiff(e.c, k)) continue;
+            read_row(&e, k, row);
+            *rest += mbsri_dot3(row, s->A_w) + mbsri_dot3(row + 3, A);
+            for (int j = 0; j < w->run->tree->body[i].n && joints; ++j)
+                *rest += e.C[(e.d + j) * e.c->rows + k] * udot[j];
+        }
+    }
+}
+
+void mbsri_open_loops_close(mbsri_loop_run *w, int i)
+{
+    const mbsri_sweep_state *s = w->run->state + i;
+    double A[6];
+    memcpy(A, s->A_w, 3 * sizeof *A);
+    memcpy(A + 3, s->A_v, 3 * sizeof *A);
+    for (; w->last && w->last->closes && w->last->body == i; w->last = w->last->before)
+        mbsri_pivots_backward((const mbsri_pivots *)(void *)(w->last + 1), w->s, A, w->v);
+}
