@@ -206,6 +206,9 @@ static int place_rates(mbsr_model *m, int N)
     m->in_order = true;
     for (int k = 0; k < m->nu; ++k) m->in_order = m->in_order && m->u_of[k] == k;
     for (int k = 0; k < m->nq; ++k) m->in_order = m->in_order && m->q_of[k] == k;
+    m->plain_rates = m->in_order;
+    for (int i = 1; i <= N; ++i)
+        m->plain_rates = m->plain_rates && !m->body[i].joint.table->coordinate_rates;
     return MBSR_OK;
 }
 

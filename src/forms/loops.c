@@ -79,8 +79,7 @@ int mbsri_loops_residual(const mbsr_model *m, mbsr_data *d, const double *x, con
 {
     const double *Eta = x + m->rows;
     double *velocity = F, *place = F + m->rows;
-    int status = mbsri_closure_rates(m, d, velocity);
-    if (!status) status = mbsri_closure_gaps(m, d, place);
+    const int status = mbsri_closure_errors(m, d, velocity, place);
     if (status) return status;
     for (const mbsri_closure *c = first(m), *end = c + m->closures.count; c < end; ++c) {
         for (int k = 0; k < c->rows; ++k) {

@@ -163,6 +163,7 @@ struct mbsr_model {
     int *u_of;        /* place of each joint rate of the sweeps in the caller's vectors, nu */
     int *q_of;        /* of each joint coordinate, nq */
     bool in_order;    /* both are the identity */
+    bool plain_rates; /* and q' = u in all joints */
     double *armature; /* of each joint rate in the order of the sweeps, nu; kg m^2 or kg */
     int *member;      /* bodies, group by group, N */
     bool grouped;     /* some group has several */

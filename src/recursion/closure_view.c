@@ -17,13 +17,22 @@ void mbsri_view_closure(const mbsr_model *m, const mbsr_data *d, const mbsri_clo
                                           .n = b->n,
                                           .nq = b->nq,
                                           .p = d->p + b->p,
-                                          .V = velocities ? d->V + b->v : NULL,
-                                          .q = i > 0 ? d->q + b->iq : NULL,
-                                          .u = i > 0 && velocities ? d->u + b->iu : NULL};
+                                          .q = i > 0 ? d->q + b->iq : NULL};
     }
+    if (velocities) mbsri_view_velocities(m, d, c, view);
     view->q = d->closure_q;
     view->args =
         (mbsr_closure_args){.closure = &c->def, .t = d->t, .bodies = c->bodies, .body = view->body};
+}
+
+void mbsri_view_velocities(const mbsr_model *m, const mbsr_data *d, const mbsri_closure *c,
+                           mbsri_closure_view *view)
+{
+    for (int k = 0; k < c->bodies; ++k) {
+        const mbsri_body *b = m->body + c->body[k];
+        view->body[k].V = d->V + b->v;
+        view->body[k].u = c->body[k] > 0 ? d->u + b->iu : NULL;
+    }
 }
 
 const char *mbsri_closure_row_name(const mbsr_model *m, const mbsri_closure *c, int k)

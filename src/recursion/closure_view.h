@@ -15,6 +15,10 @@ typedef struct mbsri_closure_view {
 void mbsri_view_closure(const mbsr_model *m, const mbsr_data *d, const mbsri_closure *c,
                         bool velocities, mbsri_closure_view *view);
 
+/* Adds them to a view without. */
+void mbsri_view_velocities(const mbsr_model *m, const mbsr_data *d, const mbsri_closure *c,
+                           mbsri_closure_view *view);
+
 /* The name of row k by its table, "" where it gives none. */
 const char *mbsri_closure_row_name(const mbsr_model *m, const mbsri_closure *c, int k);
 

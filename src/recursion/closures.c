@@ -50,6 +50,15 @@ static int check_finite(const mbsr_model *m, mbsr_data *d, const mbsri_closure *
         mbsri_closure_label(m, number_of(m, c), label), c->def.table->name, what, d->t);
 }
 
+/* Those of closure c. */
+static int gaps_of(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c,
+                   const mbsri_closure_view *view, double *g)
+{
+    const int status = mbsri_closure_position(c, &view->args, g);
+    if (status) return mbsri_closure_failed(m, d, c, status, "position");
+    return check_finite(m, d, c, (size_t)c->held, g, "a gap");
+}
+
 int mbsri_closure_gaps(const mbsr_model *m, mbsr_data *d, double *g)
 {
     mbsri_closure_view view;
@@ -57,12 +66,25 @@ int mbsri_closure_gaps(const mbsr_model *m, mbsr_data *d, double *g)
     for (const mbsri_closure *c = all(m), *end = c + m->closures.count; c < end; ++c) {
         if (c->held == 0) continue;
         mbsri_view_closure(m, d, c, false, &view);
-        int status = mbsri_closure_position(c, &view.args, g + c->held_row);
-        if (status) return mbsri_closure_failed(m, d, c, status, "position");
-        status = check_finite(m, d, c, (size_t)c->held, g + c->held_row, "a gap");
+        const int status = gaps_of(m, d, c, &view, g + c->held_row);
         if (status) return status;
     }
     return MBSR_OK;
+}
+
+/* The derivatives of closure c into closure_C, where it is zero. */
+static int jacobian_of(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c,
+                       const mbsri_closure_view *view)
+{
+    const mbsr_closure_table *table = c->def.table;
+    double *C = d->closure_C + c->at;
+    const mbsr_closure_jacobian out = {C, c->rows, c->columns, c->column};
+    const int status = table->jacobian ? mbsri_closure_jacobian(c, &view->args, &out)
+                                       : mbsri_closure_slopes(m, c, view, d->closure_x, C);
+    if (status)
+        return mbsri_closure_failed(m, d, c, status, table->jacobian ? "jacobian" : "position");
+    const size_t size = (size_t)c->rows * (size_t)c->columns;
+    return check_finite(m, d, c, size, C, "a derivative");
 }
 
 int mbsri_closure_jacobians(const mbsr_model *m, mbsr_data *d)
@@ -70,16 +92,8 @@ int mbsri_closure_jacobians(const mbsr_model *m, mbsr_data *d)
     mbsri_closure_view view;
     mbsri_zero(m->size_c, d->closure_C);
     for (const mbsri_closure *c = all(m), *end = c + m->closures.count; c < end; ++c) {
-        const mbsr_closure_table *table = c->def.table;
-        double *C = d->closure_C + c->at;
         mbsri_view_closure(m, d, c, false, &view);
-        const mbsr_closure_jacobian out = {C, c->rows, c->columns, c->column};
-        int status = table->jacobian ? mbsri_closure_jacobian(c, &view.args, &out)
-                                     : mbsri_closure_slopes(m, c, &view, d->closure_x, C);
-        if (status)
-            return mbsri_closure_failed(m, d, c, status, table->jacobian ? "jacobian" : "position");
-        const size_t size = (size_t)c->rows * (size_t)c->columns;
-        status = check_finite(m, d, c, size, C, "a derivative");
+        const int status = jacobian_of(m, d, c, &view);
         if (status) return status;
     }
     return MBSR_OK;
@@ -137,17 +151,41 @@ static void add_accelerations(const mbsr_model *m, mbsr_data *d, double *bias)
     }
 }
 
-int mbsri_closure_biases(const mbsr_model *m, mbsr_data *d, double *bias)
+int mbsri_closure_errors(const mbsr_model *m, mbsr_data *d, double *rate, double *g)
 {
     mbsri_closure_view view;
-    mbsri_zero((size_t)m->rows, bias);
+    mbsri_zero((size_t)m->held, g);
     for (const mbsri_closure *c = all(m), *end = c + m->closures.count; c < end; ++c) {
-        const mbsr_closure_table *table = c->def.table;
-        mbsri_view_closure(m, d, c, true, &view);
-        int status = table->bias ? mbsri_closure_table_bias(c, &view.args, bias + c->row)
-                                 : mbsri_closure_curvature(m, d, c, &view, bias + c->row);
-        if (status) return mbsri_closure_failed(m, d, c, status, "bias");
-        status = check_finite(m, d, c, (size_t)c->rows, bias + c->row, "a bias");
+        mbsri_view_closure(m, d, c, false, &view);
+        int status = c->held > 0 ? gaps_of(m, d, c, &view, g + c->held_row) : MBSR_OK;
+        mbsri_view_velocities(m, d, c, &view);
+        if (!status)
+            status = mbsri_closure_rate_of(m, d, c, &view, d->closure_C + c->at, rate + c->row);
+        if (status) return status;
+    }
+    return MBSR_OK;
+}
+
+/* Of closure c where all accelerations of bodies are zero, added to its rows. */
+static int bias_of(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c,
+                   const mbsri_closure_view *view, double *bias)
+{
+    const int status = c->def.table->bias ? mbsri_closure_table_bias(c, &view->args, bias)
+                                          : mbsri_closure_curvature(m, d, c, view, bias);
+    if (status) return mbsri_closure_failed(m, d, c, status, "bias");
+    return check_finite(m, d, c, (size_t)c->rows, bias, "a bias");
+}
+
+int mbsri_closure_rows_here(const mbsr_model *m, mbsr_data *d, double *bias)
+{
+    mbsri_closure_view view;
+    for (const mbsri_closure *c = all(m), *end = c + m->closures.count; c < end; ++c) {
+        mbsri_view_closure(m, d, c, false, &view);
+        mbsri_zero((size_t)c->rows * (size_t)c->columns, d->closure_C + c->at);
+        mbsri_zero((size_t)c->rows, bias + c->row);
+        int status = jacobian_of(m, d, c, &view);
+        mbsri_view_velocities(m, d, c, &view);
+        if (!status) status = bias_of(m, d, c, &view, bias + c->row);
         if (status) return status;
     }
     return MBSR_OK;
@@ -155,31 +193,59 @@ int mbsri_closure_biases(const mbsr_model *m, mbsr_data *d, double *bias)
 
 int mbsri_closure_bias(const mbsr_model *m, mbsr_data *d, double *bias)
 {
-    const int status = mbsri_closure_biases(m, d, bias);
-    if (status) return status;
+    mbsri_closure_view view;
+    mbsri_zero((size_t)m->rows, bias);
+    for (const mbsri_closure *c = all(m), *end = c + m->closures.count; c < end; ++c) {
+        mbsri_view_closure(m, d, c, true, &view);
+        const int status = bias_of(m, d, c, &view, bias + c->row);
+        if (status) return status;
+    }
     add_accelerations(m, d, bias);
     for (const mbsri_closure *c = all(m), *end = c + m->closures.count; c < end; ++c) {
-        const int failed = check_finite(m, d, c, (size_t)c->rows, bias + c->row, "a bias");
-        if (failed) return failed;
+        const int status = check_finite(m, d, c, (size_t)c->rows, bias + c->row, "a bias");
+        if (status) return status;
     }
     return MBSR_OK;
+}
+
+/* What closure c exerts with lambda (of all rows). */
+static void load_of(const mbsr_model *m, const mbsr_data *d, const mbsri_closure *c,
+                    const double *lambda, double *f, double *tau)
+{
+    const bool joints = (c->def.table->flags & MBSR_CLOSURE_JOINTS) != 0;
+    for (int k = 0; k < c->bodies; ++k) {
+        const mbsri_body *b = m->body + c->body[k];
+        if (c->column[k] < 0 || c->body[k] == 0) continue;
+        const double *block = d->closure_C + c->at + (size_t)c->column[k] * (size_t)c->rows;
+        mbsri_atx(c->rows, b->d, 1.0, block, lambda + c->row, f + b->v);
+        if (joints)
+            mbsri_atx(c->rows, b->n, 1.0, block + (size_t)b->d * (size_t)c->rows, lambda + c->row,
+                      tau + b->iu);
+    }
 }
 
 void mbsri_closure_load(const mbsr_model *m, const mbsr_data *d, const double *lambda, double *f,
                         double *tau)
 {
+    for (const mbsri_closure *c = all(m), *end = c + m->closures.count; c < end; ++c)
+        load_of(m, d, c, lambda, f, tau);
+}
+
+int mbsri_closure_loads_here(const mbsr_model *m, mbsr_data *d, const double *lambda,
+                             const double *eta)
+{
+    mbsri_closure_view view;
+    if (eta) mbsri_zero(m->size_v, d->closure_V);
+    if (eta) mbsri_zero((size_t)m->nu, d->closure_w);
     for (const mbsri_closure *c = all(m), *end = c + m->closures.count; c < end; ++c) {
-        const bool joints = (c->def.table->flags & MBSR_CLOSURE_JOINTS) != 0;
-        for (int k = 0; k < c->bodies; ++k) {
-            const mbsri_body *b = m->body + c->body[k];
-            if (c->column[k] < 0 || c->body[k] == 0) continue;
-            const double *block = d->closure_C + c->at + (size_t)c->column[k] * (size_t)c->rows;
-            mbsri_atx(c->rows, b->d, 1.0, block, lambda + c->row, f + b->v);
-            if (joints)
-                mbsri_atx(c->rows, b->n, 1.0, block + (size_t)b->d * (size_t)c->rows,
-                          lambda + c->row, tau + b->iu);
-        }
+        mbsri_view_closure(m, d, c, false, &view);
+        mbsri_zero((size_t)c->rows * (size_t)c->columns, d->closure_C + c->at);
+        const int status = jacobian_of(m, d, c, &view);
+        if (status) return status;
+        load_of(m, d, c, lambda, d->f, d->tau);
+        if (eta) load_of(m, d, c, eta, d->closure_V, d->closure_w);
     }
+    return MBSR_OK;
 }
 
 void mbsri_closure_transpose(const mbsr_model *m, mbsr_data *d, const double *x, double *y)
@@ -226,9 +292,8 @@ static int measure(const mbsr_model *m, mbsr_data *d, double **g, double **rate)
 {
     *g = d->closure_x + 2 * (size_t)m->max_columns + 2 * (size_t)m->rows;
     *rate = *g + m->rows;
-    int status = mbsri_closure_jacobians(m, d);
-    if (!status) status = mbsri_closure_gaps(m, d, *g);
-    return status ? status : mbsri_closure_rates(m, d, *rate);
+    const int status = mbsri_closure_jacobians(m, d);
+    return status ? status : mbsri_closure_errors(m, d, *rate, *g);
 }
 
 int mbsri_closure_sum(const mbsr_model *m, mbsr_data *d, bool energy, double *sum)

@@ -15,10 +15,13 @@ int mbsri_closure_jacobians(const mbsr_model *m, mbsr_data *d);
 int mbsri_closure_rates(const mbsr_model *m, mbsr_data *d, double *rate);
 int mbsri_closure_bias(const mbsr_model *m, mbsr_data *d, double *bias);
 
-/* The second where all accelerations of bodies are zero. */
-int mbsri_closure_biases(const mbsr_model *m, mbsr_data *d, double *bias);
+/* The derivatives of the rows, and that bias where all accelerations of bodies are zero; at the velocities. */
+int mbsri_closure_rows_here(const mbsr_model *m, mbsr_data *d, double *bias);
 
-/* The same of closure c alone: its rows. `C` are its derivatives. */
+/* Both of gaps and rates. */
+int mbsri_closure_errors(const mbsr_model *m, mbsr_data *d, double *rate, double *g);
+
+/* The rates of closure c alone: its rows. `C` are its derivatives. */
 int mbsri_closure_rate_of(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c,
                           const mbsri_closure_view *view, const double *C, double *rate);
 
@@ -26,6 +29,11 @@ int mbsri_closure_rate_of(const mbsr_model *m, mbsr_data *d, const mbsri_closure
  * sweeps). */
 void mbsri_closure_load(const mbsr_model *m, const mbsr_data *d, const double *lambda, double *f,
                         double *tau);
+
+/* The derivatives, with lambda into the data's f and tau and, if it is not NULL, eta into closure_V and closure_w,
+ * which are zero before. */
+int mbsri_closure_loads_here(const mbsr_model *m, mbsr_data *d, const double *lambda,
+                             const double *eta);
 
 /* y (nu, by the caller's order) = C^T x, which is left in closure_w in the order of the sweeps (y may
  * be NULL); y (rows) = C x; after the derivatives. */

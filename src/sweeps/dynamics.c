@@ -148,11 +148,17 @@ bool mbsri_sweeps_coupled(const mbsri_sweep_run *run)
     return false;
 }
 
+/* What was found of the ranks. */
+static bool as_expected(const mbsri_sweep_run *run)
+{
+    return mbsri_sweeps_as_watched(run) && !mbsri_sweeps_coupled(run);
+}
+
 static bool backward(const mbsri_sweep_run *run, bool velocity)
 {
     const bool clear = run->split ? mbsri_split_backward(run, run->split, velocity) == 0
                                   : run->tree->kernels->backward(run);
-    return clear && mbsri_sweeps_as_watched(run) && !mbsri_sweeps_coupled(run);
+    return clear && as_expected(run);
 }
 
 /* Results that are not finite are for the stages, which say where that begins. */
@@ -196,10 +202,11 @@ int mbsri_sweeps_loops_dynamics(const mbsr_model *m, mbsr_data *d, double t, con
     mbsri_loop_run loops;
     if (!m->evaluated || !m->evaluated->loops) return MBSRI_NOT_SERVED;
     int status = prepare(&run, m, m->evaluated, d, t, q, u, d->out, false);
-    run.springs = true;
+    mbsri_open_loops_place(&loops, &run);
+    run.bias = loops.rest;
     if (!status) status = forces(&run, tau, false);
     if (status) return status;
-    if (mbsri_open_loops_begin(&loops, &run)) return MBSRI_NOT_SERVED;
+    mbsri_open_loops_begin(&loops);
     if (!run.tree->kernels->loops_backward(&loops)) return MBSRI_NOT_SERVED;
     run.tree->kernels->loops_forward(&loops);
     if (!closed(&loops)) return MBSRI_NOT_SERVED;
@@ -261,7 +268,8 @@ static int rate_of(const mbsri_sweep_run *run, int i, double *rate)
 static int rates_residual(const mbsri_sweep_run *run, const double *qdot, double *F)
 {
     const mbsr_model *m = run->model;
-    for (int i = 1; i <= m->bodies; ++i) {
+    for (int k = 0; k < m->nq && m->plain_rates; ++k) F[k] = qdot[k] - run->u[k];
+    for (int i = 1; i <= m->bodies && !m->plain_rates; ++i) {
         const mbsri_body *b = m->body + i;
         double *own = F + b->q;
         if (b->joint.table->coordinate_rates) {
@@ -299,9 +307,28 @@ static void correct_rates(mbsri_sweep_run *run)
 {
     const mbsr_model *m = run->model;
     mbsr_data *d = run->data;
-    mbsri_sweeps_push(run, d->loop_eta);
+    mbsri_sweeps_push(run);
     for (int k = 0; k < m->nu; ++k) d->w[k] = run->u[k] + m->weight[k] * d->closure_w[k];
     run->u = d->w;
+}
+
+/* Whether a tree is one that does not fit into a cache, and may be taken in pieces. */
+static bool is_large(const mbsri_sweep_run *run)
+{
+    enum { LARGE = 2000 };
+    const mbsri_sweeps *tree = run->tree;
+    return tree->bodies > LARGE && tree->blocks == 0 && tree->users == 0 && !tree->whole &&
+           !tree->modal && !run->split;
+}
+
+/* Rates of momenta and algebraic equations; or the sweeps do not serve. */
+static int momenta(const mbsri_sweep_run *run)
+{
+    const mbsri_sweep_kernels *kernels = run->tree->kernels;
+    if (is_large(run) && kernels->momenta(run))
+        return as_expected(run) ? MBSR_OK : MBSRI_NOT_SERVED;
+    if (!backward(run, true)) return MBSRI_NOT_SERVED;
+    return !run->split && kernels->momentum(run) ? MBSRI_NOT_SERVED : MBSR_OK;
 }
 
 int mbsri_sweeps_momentum_residual(const mbsr_model *m, mbsr_data *d, double t, const double *y,
@@ -313,13 +340,13 @@ int mbsri_sweeps_momentum_residual(const mbsr_model *m, mbsr_data *d, double t, 
     const mbsri_sweeps *tree = m->evaluated;
     if (!tree || !tree->rates) return MBSRI_NOT_SERVED;
     int status = prepare(&run, m, tree, d, t, y, u, d->out, true);
+    if (m->rows > 0) run.eta = d->loop_eta;
     if (!status) status = forces(&run, NULL, true);
     if (status) return status;
     run.p = swept(m, false, m->nu, m->u_of, p, d->w);
     run.balance = d->vec;
     d->factoring = true;
-    if (!backward(&run, true)) status = MBSRI_NOT_SERVED;
-    if (!status && !run.split && run.tree->kernels->momentum(&run)) status = MBSRI_NOT_SERVED;
+    status = momenta(&run);
     d->factoring = false;
     if (status) return status;
     for (int k = 0; k < m->nu; ++k) {

@@ -5,6 +5,6 @@
 #include "sweeps/trigonometry.h"
 
 const mbsri_sweep_kernels mbsri_sweeps_base = {
-    "baseline",    trigonometry,   kinematics,   backward,       forward,
-    inverse,       velocities,     momentum,     block_backward, forward_block,
-    &part_kernels, loops_backward, loops_forward};
+    "baseline",    trigonometry,   kinematics,    backward,       forward,
+    inverse,       velocities,     momentum,      block_backward, forward_block,
+    &part_kernels, loops_backward, loops_forward, momenta};

@@ -29,6 +29,23 @@ static void show_all(const mbsri_sweep_run *run)
     }
 }
 
+/* What loops exert, with the derivatives of their rows; where it is asked for, their bias, and what springs do. */
+static int closure_loads(const mbsri_sweep_run *run)
+{
+    const mbsr_model *m = run->model;
+    mbsr_data *d = run->data;
+    if (!run->bias) return mbsri_closure_loads_here(m, d, d->loop_lambda, run->eta);
+    const bool springs = run->tree->loops->springs;
+    int status = MBSR_OK;
+    if (springs)
+        status = mbsri_closure_springs(m, d);
+    else
+        mbsri_zero((size_t)m->rows, d->loop_lambda);
+    if (!status) status = mbsri_closure_rows_here(m, d, run->bias);
+    if (!status && springs) mbsri_closure_load(m, d, d->loop_lambda, d->f, d->tau);
+    return status;
+}
+
 int mbsri_sweeps_loads(const mbsri_sweep_run *run)
 {
     const mbsri_sweeps *tree = run->tree;
@@ -39,10 +56,7 @@ int mbsri_sweeps_loads(const mbsri_sweep_run *run)
     mbsri_zero((size_t)m->root.d, d->f);
     int status = mbsri_block_forces(run);
     if (!status) status = mbsri_body_elements(m, d);
-    if (!status && m->rows > 0)
-        status = run->springs ? mbsri_closure_springs(m, d) : mbsri_closure_jacobians(m, d);
-    const bool loads = m->rows > 0 && !(run->springs && !tree->loops->springs);
-    if (!status && loads) mbsri_closure_load(m, d, d->loop_lambda, d->f, d->tau);
+    if (!status && m->rows > 0) status = closure_loads(run);
     for (int k = 0; k < tree->loads; ++k) {
         const int i = tree->loaded[k];
         const mbsri_body *body = m->body + i;
@@ -57,39 +71,69 @@ int mbsri_sweeps_loads(const mbsri_sweep_run *run)
     return status;
 }
 
+static void clear_push(const mbsri_sweep_run *run, int i)
+{
+    memset(run->load[i].L, 0, sizeof run->load[i].L);
+    memset(run->load[i].p, 0, sizeof run->load[i].p);
+}
+
+/* (L, p) of body i's load join those at its predecessor's point, or are the first there. */
+static void hand_push_on(const mbsri_sweep_run *run, int i, bool first)
+{
+    const int parent = run->tree->body[i].parent;
+    const mbsri_sweep_load *load = run->load + i;
+    mbsri_sweep_load *to = run->load + parent;
+    double L[3];
+    mbsri_cross3(run->state[i].rho, load->p, L);
+    for (int k = 0; k < 3; ++k) {
+        to->L[k] = (first ? 0.0 : to->L[k]) + (load->L[k] + L[k]);
+        to->p[k] = (first ? 0.0 : to->p[k]) + load->p[k];
+    }
+}
+
+/* To a block, about its own origin. */
+static void push_to_block(const mbsri_sweep_run *run, int i, double *f)
+{
+    const mbsri_body *pred = run->model->body + run->model->body[i].parent;
+    double y[6], lowered[6];
+    memcpy(y, run->load[i].L, 3 * sizeof *y);
+    memcpy(y + 3, run->load[i].p, 3 * sizeof *y);
+    mbsri_add_cross3(run->state[i].rho, y + 3, y);
+    mbsri_lower(pred->d, y, lowered);
+    for (int k = 0; k < pred->d; ++k) f[pred->v + (size_t)k] += lowered[k];
+}
+
 /* What body i is pushed by goes through its joint to the predecessor. */
 static void push_on(const mbsri_sweep_run *run, int i, double *f, double *tau)
 {
     const mbsri_sweep_body *b = run->tree->body + i;
     const mbsri_sweep_state *s = run->state + i;
-    const mbsri_body *body = run->model->body + i, *pred = run->model->body + body->parent;
+    const int flags = b->flags;
     mbsri_sweep_load *load = run->load + i;
-    double y[6], lowered[6];
-    if (b->flags & MBSRI_LOADED) {
+    if (flags & MBSRI_LOADED) {
+        const mbsri_body *body = run->model->body + i;
+        double y[6];
         mbsri_lift(body->d, f + body->v, y);
         mbsri_add_cross3(load->arm, y + 3, y);
         mbsri_add3(1.0, y, load->L);
         mbsri_add3(1.0, y + 3, load->p);
     }
-    if (b->flags & MBSRI_MULTI) {
+    if (flags & MBSRI_MULTI) {
         for (int k = 0; k < b->n; ++k) {
             const double *S = run->multi[b->multi].S[k];
             tau[b->u + k] += mbsri_dot3(S, load->L) + mbsri_dot3(S + 4, load->p);
         }
     } else if (b->n > 0) {
-        if (b->flags & MBSRI_TURNS) tau[b->u] += mbsri_dot3(s->R + 8, load->L);
-        if (b->flags & MBSRI_SLIDES) tau[b->u] += b->pitch * mbsri_dot3(s->R + 8, load->p);
+        if (flags & MBSRI_TURNS) tau[b->u] += mbsri_dot3(s->R + 8, load->L);
+        if (flags & MBSRI_SLIDES) tau[b->u] += b->pitch * mbsri_dot3(s->R + 8, load->p);
     }
-    memcpy(y, load->L, 3 * sizeof *y);
-    memcpy(y + 3, load->p, 3 * sizeof *y);
-    mbsri_add_cross3(s->rho, y + 3, y);
-    if (run->tree->body[b->parent].flags & MBSRI_BLOCK) {
-        mbsri_lower(pred->d, y, lowered);
-        for (int k = 0; k < pred->d; ++k) f[pred->v + (size_t)k] += lowered[k];
-    } else {
-        mbsri_add3(1.0, y, run->load[b->parent].L);
-        mbsri_add3(1.0, y + 3, run->load[b->parent].p);
+    if (b->parent == 0) return;
+    if (flags & MBSRI_TO_BLOCK) {
+        push_to_block(run, i, f);
+        return;
     }
+    const bool one = !(run->tree->body[b->parent].flags & MBSRI_BRANCHES);
+    hand_push_on(run, i, run->tree->blocks == 0 && (one || flags & MBSRI_OPENS));
 }
 
 /* The same of a block. */
@@ -112,19 +156,12 @@ static void push_block(const mbsri_sweep_run *run, int i, double *f, double *tau
     mbsri_add3(1.0, y + 3, load->p);
 }
 
-void mbsri_sweeps_push(const mbsri_sweep_run *run, const double *x)
+void mbsri_sweeps_push(const mbsri_sweep_run *run)
 {
-    const mbsr_model *m = run->model;
-    mbsr_data *d = run->data;
-    double *f = d->closure_V, *tau = d->closure_w;
-    mbsri_zero(m->size_v, f);
-    mbsri_zero((size_t)m->nu, tau);
-    mbsri_closure_load(m, d, x, f, tau);
-    for (int i = 0; i <= run->tree->bodies; ++i) {
-        memset(run->load[i].L, 0, sizeof run->load[i].L);
-        memset(run->load[i].p, 0, sizeof run->load[i].p);
-    }
+    double *f = run->data->closure_V, *tau = run->data->closure_w;
+    for (int i = 0; i <= run->tree->bodies && run->tree->blocks > 0; ++i) clear_push(run, i);
     for (int i = run->tree->bodies; i >= 1; --i) {
+        if (run->tree->body[i].flags & MBSRI_LEAF) clear_push(run, i);
         if (run->tree->body[i].flags & MBSRI_BLOCK)
             push_block(run, i, f, tau);
         else

@@ -16,6 +16,7 @@
 
 /* More unknowns at one place are for loops/. */
 enum { MOST_UNKNOWNS = 256 };
+enum { MOST_ENDS = MBSR_CLOSURE_BODIES + 1 }; /* of a closure */
 
 static size_t doubles_of(size_t bytes)
 {
@@ -24,12 +25,11 @@ static size_t doubles_of(size_t bytes)
 
 /* ---- ends ---- */
 
-static bool is_rigid(const mbsri_closure *c)
+static unsigned rigid_rows(const mbsri_closure *c)
 {
-    for (int k = 0; k < c->rows; ++k) {
-        if (!mbsri_is_stiff(c, k)) return true;
-    }
-    return false;
+    unsigned rows = 0;
+    for (int k = 0; k < c->rows; ++k) rows |= (unsigned)!mbsri_is_stiff(c, k) << k;
+    return rows;
 }
 
 /* Where the rows of a closure are complete: one that reads joints waits for all of them. */
@@ -48,28 +48,41 @@ static void mark_way(mbsri_sweeps *tree, int from, int to)
     tree->body[to].flags |= MBSRI_CLOSES;
 }
 
+/* Body number l of closure c, number `at` of all. */
+static void list_end(mbsri_sweeps *tree, const mbsr_model *m, const mbsri_closure *c, int l, int at)
+{
+    mbsri_sweep_loops *w = tree->loops;
+    const int i = c->body[l];
+    const bool joints = (c->def.table->flags & MBSR_CLOSURE_JOINTS) != 0;
+    w->end[at] = (mbsri_loop_end){.next = w->first_end[i],
+                                  .d = m->body[i].d,
+                                  .n = joints ? m->body[i].n : 0,
+                                  .rows = c->rows,
+                                  .row = c->row,
+                                  .rigid = rigid_rows(c),
+                                  .C = c->at + (size_t)(c->column[l] * c->rows)};
+    w->first_end[i] = at;
+    w->joints = w->joints || joints;
+    mark_way(tree, i, w->closes[c->row]);
+}
+
 static void list_ends(mbsri_sweeps *tree, const mbsr_model *m)
 {
     mbsri_sweep_loops *w = tree->loops;
     const mbsri_closure *c = m->closures.data;
+    int ends = 0;
     for (int i = 0; i <= tree->bodies; ++i) {
         w->first_end[i] = -1;
         tree->body[i].flags &= ~(MBSRI_FRONT | MBSRI_CLOSES);
     }
-    for (int number = 0; number < (int)m->closures.count; ++number, ++c) {
+    for (size_t number = 0; number < m->closures.count; ++number, ++c) {
         const int place = place_of_closing(m, c);
         for (int k = 0; k < c->rows; ++k) {
             w->closes[c->row + k] = place;
             w->springs = w->springs || mbsri_is_stiff(c, k);
         }
-        if (!is_rigid(c)) continue;
-        w->joints = w->joints || c->def.table->flags & MBSR_CLOSURE_JOINTS;
-        for (int l = 0; l < c->bodies; ++l) {
-            const int end = number * MBSRI_LOOP_ENDS + l, i = c->body[l];
-            if (i == 0 || c->column[l] < 0) continue;
-            w->next_end[end] = w->first_end[i];
-            w->first_end[i] = end;
-            mark_way(tree, i, place);
+        for (int l = 0; l < c->bodies && rigid_rows(c); ++l) {
+            if (c->body[l] > 0 && c->column[l] >= 0) list_end(tree, m, c, l, ends++);
         }
     }
 }
@@ -101,13 +114,12 @@ static size_t room_of(int count)
 
 static void open_ends(plan *p, int i)
 {
-    const mbsri_closure *first = p->m->closures.data;
-    for (int end = p->loops->first_end[i]; end >= 0; end = p->loops->next_end[end]) {
-        const mbsri_closure *c = first + end / MBSRI_LOOP_ENDS;
+    for (int at = p->loops->first_end[i]; at >= 0; at = p->loops->end[at].next) {
+        const mbsri_loop_end *end = p->loops->end + at;
         planned_part *part = p->part + p->parts++;
         *part = (planned_part){i, 0, p->names};
-        for (int k = 0; k < c->rows; ++k) {
-            if (!mbsri_is_stiff(c, k)) part->id[part->count++] = c->row + k;
+        for (int k = 0; k < end->rows; ++k) {
+            if (end->rigid >> k & 1) part->id[part->count++] = end->row + k;
         }
         p->names += part->count;
         p->waiting += room_of(part->count);
@@ -210,8 +222,8 @@ static void run_plan(plan *p, int *open)
 static bool make_plan(const mbsri_sweeps *tree, const mbsr_model *m, bool *serves)
 {
     mbsri_sweep_loops *w = tree->loops;
-    const size_t rows = (size_t)m->rows, ends = m->closures.count * MBSRI_LOOP_ENDS,
-                 parts = (size_t)tree->bodies + 1 + ends, names = rows * (2 * MBSRI_LOOP_ENDS + 2);
+    const size_t rows = (size_t)m->rows, ends = m->closures.count * MOST_ENDS,
+                 parts = (size_t)tree->bodies + 1 + ends, names = rows * (2 * MOST_ENDS + 2);
     planned_part *part = mbsri_allocate(&m->allocator, parts * sizeof *part);
     int *ints = mbsri_allocate(&m->allocator, (names + rows + 2 * parts) * sizeof *ints);
     if (part && ints) {
@@ -250,15 +262,15 @@ static size_t size_of_store(const mbsr_model *m, const mbsri_sweep_loops *w)
 bool mbsri_sweeps_plan_loops(mbsri_sweeps *tree, const mbsr_model *m)
 {
     const size_t bodies = (size_t)tree->bodies + 1, rows = (size_t)m->rows,
-                 ends = m->closures.count * MBSRI_LOOP_ENDS;
-    mbsri_sweep_loops *w =
-        mbsri_allocate(&m->allocator, sizeof *w + (bodies + ends + rows) * sizeof(int));
+                 ends = m->closures.count * MOST_ENDS;
+    mbsri_sweep_loops *w = mbsri_allocate(&m->allocator, sizeof *w + ends * sizeof *w->end +
+                                                             (bodies + rows) * sizeof(int));
     bool serves = false;
     tree->loops = w;
     if (!w) return false;
-    *w = (mbsri_sweep_loops){.first_end = (int *)(void *)(w + 1)};
-    w->next_end = w->first_end + bodies;
-    w->closes = w->next_end + ends;
+    *w = (mbsri_sweep_loops){.end = (mbsri_loop_end *)(void *)(w + 1)};
+    w->first_end = (int *)(void *)(w->end + ends);
+    w->closes = w->first_end + bodies;
     list_ends(tree, m);
     measure(tree);
     if (!make_plan(tree, m, &serves)) return false;
@@ -304,12 +316,12 @@ static void clear_springs(const mbsr_model *m, double *row)
     }
 }
 
-int mbsri_open_loops_begin(mbsri_loop_run *w, const mbsri_sweep_run *run)
+void mbsri_open_loops_place(mbsri_loop_run *w, const mbsri_sweep_run *run)
 {
     const mbsr_model *m = run->model;
     const mbsri_sweep_loops *loops = run->tree->loops;
     const size_t rows = (size_t)m->rows, unknowns = rows + (size_t)m->nu;
-    *w = (mbsri_loop_run){.run = run, .loops = loops, .lever = lever_of(run)};
+    *w = (mbsri_loop_run){.run = run, .loops = loops};
     double *at = run->data->loop_store;
     w->part = (mbsri_open_part *)(void *)take(&at, doubles_of(loops->parts * sizeof *w->part));
     w->s = take(&at, unknowns);
@@ -323,10 +335,13 @@ int mbsri_open_loops_begin(mbsri_loop_run *w, const mbsri_sweep_run *run)
     w->room = at;
     for (size_t k = 0; k < unknowns; ++k) w->slot[k] = -1;
     mbsri_zero(rows, w->v);
-    const int status = mbsri_closure_biases(m, run->data, w->rest);
-    if (loops->springs) clear_springs(m, w->rest);
-    w->size = mbsri_largest(m->rows, w->rest);
-    return status;
+}
+
+void mbsri_open_loops_begin(mbsri_loop_run *w)
+{
+    if (w->loops->springs) clear_springs(w->run->model, w->rest);
+    w->size = mbsri_largest(w->run->model->rows, w->rest);
+    w->lever = lever_of(w->run);
 }
 
 void mbsri_open_loops_start(mbsri_loop_run *w)

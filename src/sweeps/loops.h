@@ -18,19 +18,26 @@
 #include "algebra/pivots.h"
 #include "sweeps/tree.h"
 
-/* Ends of a closure: closure x MBSRI_LOOP_ENDS + place among its bodies. */
-enum { MBSRI_LOOP_ENDS = MBSR_CLOSURE_BODIES + 1 };
+/* One of the bodies of a closure with rigid rows. */
+typedef struct mbsri_loop_end {
+    int next;       /* at the same body, -1: none */
+    int d, n;       /* velocities of that, and rates of its joint where they are read, else 0 */
+    int rows, row;  /* of the closure, and where they begin among those of all */
+    unsigned rigid; /* bit k: row k is */
+    size_t C;       /* offset of what they read of the body in the data's closure_C */
+} mbsri_loop_end;
 
 /* Of the tree. */
 struct mbsri_sweep_loops {
-    int *first_end, *next_end; /* bodies + 1, ends: those of rigid rows at a body; -1 */
-    int *closes;               /* rows: the body at which they are complete */
-    bool springs, joints;      /* some rows are stiff; some read joint rates */
-    double reach;              /* longest distance between neighbours at q = 0, m */
-    bool slides;               /* which changes */
-    size_t parts, groups;      /* that wait at once, that meet at one body, at most */
-    size_t waiting, kept;      /* doubles, of these and for the way to the leaves */
-    size_t doubles;            /* of the data's loop_store: all of it */
+    mbsri_loop_end *end;
+    int *first_end;       /* bodies + 1, -1: none */
+    int *closes;          /* rows: the body at which they are complete */
+    bool springs, joints; /* some rows are stiff; some read joint rates */
+    double reach;         /* longest distance between neighbours at q = 0, m */
+    bool slides;          /* which changes */
+    size_t parts, groups; /* that wait at once, that meet at one body, at most */
+    size_t waiting, kept; /* doubles, of these and for the way to the leaves */
+    size_t doubles;       /* of the data's loop_store: all of it */
 };
 
 /* What waits at a body, with numbers by mbsri_open_at. */
@@ -93,8 +100,9 @@ typedef struct mbsri_loop_run {
 bool mbsri_sweeps_plan_loops(mbsri_sweeps *tree, const mbsr_model *m);
 void mbsri_sweeps_release_loops(const mbsr_model *m, mbsri_sweeps *tree);
 
-/* After the derivatives of the closures: what rows ask for. A status. */
-int mbsri_open_loops_begin(mbsri_loop_run *w, const mbsri_sweep_run *run);
+/* Memory of the run's data. After kinematics, with what rows ask for in `rest`: what is measured by it. */
+void mbsri_open_loops_place(mbsri_loop_run *w, const mbsri_sweep_run *run);
+void mbsri_open_loops_begin(mbsri_loop_run *w);
 
 /* Before the sweep to the root: nothing is carried yet. */
 void mbsri_open_loops_start(mbsri_loop_run *w);
@@ -106,6 +114,9 @@ bool mbsri_open_loops_meet(mbsri_loop_run *w, int i, bool *closed);
 /* Room for a record; for one unknown more in the last part. */
 void *mbsri_open_loops_keep(mbsri_loop_run *w, int body, size_t size);
 mbsri_open mbsri_open_loops_append(mbsri_loop_run *w, int id);
+
+/* The ends at body i become parts. */
+void mbsri_open_loops_end(mbsri_loop_run *w, int i);
 
 /* Adds what rows read of the rates of joint i to X, n numbers each, and its size to `sizes`. */
 void mbsri_open_loops_read_joint(mbsri_loop_run *w, int i, const mbsri_open *open, double *X,

@@ -4,87 +4,9 @@
 
 #include "algebra/dense.h"
 #include "algebra/space3.h"
-#include "recursion/closures.h"
 
 #include <math.h>
 #include <string.h>
-
-/* ---- ends of closures ---- */
-
-/* What a closure reads at one of its bodies. */
-typedef struct end_view {
-    const mbsri_closure *c;
-    int slot, d;
-    const double *C, *arm; /* its columns; from the point of the sweeps to the body's own origin */
-    double known[3];       /* of that origin's acceleration what u' has no part in */
-} end_view;
-
-static inline end_view view_end(const mbsri_loop_run *w, int end, int i)
-{
-    const mbsri_sweep_run *run = w->run;
-    const mbsri_closure *c =
-        (const mbsri_closure *)run->model->closures.data + end / MBSRI_LOOP_ENDS;
-    end_view e = {.c = c, .slot = end % MBSRI_LOOP_ENDS, .d = run->model->body[i].d};
-    double swing[3];
-    e.C = run->data->closure_C + c->at + (size_t)(c->column[e.slot] * c->rows);
-    e.arm = run->load[i].arm;
-    mbsri_cross3(run->state[i].omega, e.arm, swing);
-    mbsri_cross3(run->state[i].omega, swing, e.known);
-    mbsri_add3(1.0, run->tree->gravity, e.known);
-    return e;
-}
-
-/* Row k over the motion of the body's own origin. */
-static inline void read_row(const end_view *e, int k, double row[6])
-{
-    const double *C = e->C + k;
-    const int of = e->c->rows;
-    if (e->d == 6) {
-        for (int j = 0; j < 6; ++j) row[j] = C[j * of];
-        return;
-    }
-    row[0] = row[1] = row[5] = 0.0;
-    row[2] = e->d == 3 ? C[2 * of] : 0.0;
-    row[3] = C[0];
-    row[4] = C[of];
-}
-
-/* Q of row k about the point of the sweeps, and the lengths in it. */
-static void place_row(mbsri_loop_run *w, const end_view *e, int k, const double row[6], double *Q,
-                      double *lengths)
-{
-    const double turn = mbsri_norm3(row), move = mbsri_norm3(row + 3), *arm = e->arm;
-    const double all = turn + w->lever * move, lever = mbsri_norm3(arm) * move;
-    memcpy(Q, row, 3 * sizeof *Q);
-    mbsri_add_cross3(arm, row + 3, Q);
-    memcpy(Q + 4, row + 3, 3 * sizeof *Q);
-    for (int j = 0; j < 3; ++j) {
-        const bool turns = e->d == 6 || (j == 2 && e->d == 3), moves = e->d == 6 || j < 2;
-        lengths[j] = (turns ? all : 0.0) + (e->d == 6 || j == 2 ? lever : 0.0);
-        lengths[4 + j] = moves ? move : 0.0;
-    }
-    w->s[e->c->row + k] -= mbsri_dot3(row + 3, e->known);
-}
-
-/* The rows of one end become a part at body i. */
-static void open_end(mbsri_loop_run *w, int end, int i)
-{
-    const end_view e = view_end(w, end, i);
-    int count = 0, at = 0;
-    for (int k = 0; k < e.c->rows; ++k) count += !mbsri_is_stiff(e.c, k);
-    mbsri_open_part *part = w->part + w->parts++;
-    *part = (mbsri_open_part){i, count, w->top};
-    w->top += mbsri_open_size((size_t)count);
-    const mbsri_open open = mbsri_open_at(part);
-    mbsri_zero(mbsri_open_size((size_t)count), part->at);
-    for (int k = 0; k < e.c->rows; ++k) {
-        double row[6];
-        if (mbsri_is_stiff(e.c, k)) continue;
-        read_row(&e, k, row);
-        place_row(w, &e, k, row, open.Q + 8 * at, open.lengths + 8 * at);
-        open.id[at++] = e.c->row + k;
-    }
-}
 
 /* ---- what meets ---- */
 
@@ -480,8 +402,7 @@ bool mbsri_open_loops_meet(mbsri_loop_run *w, int i, bool *closed)
     int first = w->parts;
     *closed = false;
     while (first > 0 && w->part[first - 1].body == i) --first;
-    for (int end = w->loops->first_end[i]; end >= 0; end = w->loops->next_end[end])
-        open_end(w, end, i);
+    mbsri_open_loops_end(w, i);
     mbsri_open_part *part = w->part + first;
     const int count = w->parts - first;
     if (count == 0 || (count == 1 && !closes)) return true;
@@ -499,54 +420,7 @@ bool mbsri_open_loops_meet(mbsri_loop_run *w, int i, bool *closed)
     return true;
 }
 
-/* ---- joints that rows read ---- */
-
-void mbsri_open_loops_read_joint(mbsri_loop_run *w, int i, const mbsri_open *open, double *X,
-                                 double *sizes)
-{
-    const mbsri_closure *first = w->run->model->closures.data;
-    const mbsri_body *b = w->run->model->body + i;
-    for (int k = 0; k < open->count; ++k) w->slot[open->id[k]] = k;
-    for (int end = w->loops->first_end[i]; end >= 0; end = w->loops->next_end[end]) {
-        const mbsri_closure *c = first + end / MBSRI_LOOP_ENDS;
-        if (!(c->def.table->flags & MBSR_CLOSURE_JOINTS)) continue;
-        const double *C = w->run->data->closure_C + c->at +
-                          (size_t)((c->column[end % MBSRI_LOOP_ENDS] + b->d) * c->rows);
-        for (int j = 0; j < b->n; ++j, C += c->rows) {
-            for (int k = 0; k < c->rows; ++k) {
-                const int column = w->slot[c->row + k];
-                if (column < 0) continue;
-                X[column * b->n + j] += C[k];
-                sizes[column * b->n + j] += fabs(C[k]);
-            }
-        }
-    }
-    clear_slots(w, open->id, open->count);
-}
-
 /* ---- root to leaves ---- */
-
-void mbsri_open_loops_read(mbsri_loop_run *w, int i)
-{
-    const mbsri_sweep_state *s = w->run->state + i;
-    const double *udot = w->run->out + w->run->tree->body[i].u;
-    for (int end = w->loops->first_end[i]; end >= 0; end = w->loops->next_end[end]) {
-        const end_view e = view_end(w, end, i);
-        const bool joints = (e.c->def.table->flags & MBSR_CLOSURE_JOINTS) != 0;
-        double A[3];
-        mbsri_cross3(s->A_w, e.arm, A);
-        mbsri_add3(1.0, s->A_v, A);
-        mbsri_add3(1.0, e.known, A);
-        for (int k = 0; k < e.c->rows; ++k) {
-            double row[6], *rest = w->rest + e.c->row + k;
-            if (mbsri_is_stiff(e.c, k)) continue;
-            read_row(&e, k, row);
-            *rest += mbsri_dot3(row, s->A_w) + mbsri_dot3(row + 3, A);
-            for (int j = 0; j < w->run->tree->body[i].n && joints; ++j)
-                *rest += e.C[(e.d + j) * e.c->rows + k] * udot[j];
-        }
-    }
-}
 
 void mbsri_open_loops_close(mbsri_loop_run *w, int i)
 {

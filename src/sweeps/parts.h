@@ -120,6 +120,32 @@ static void part_forward(const mbsri_sweep_run *run, int first, int last)
     forward_part(run, first, last);
 }
 
+/* ---- momenta of large trees ---- */
+
+/* Backward and momentum, one after the other for some bodies at a time, which stay in the cache between. */
+MBSRI_INLINE bool in_pieces(const mbsri_sweep_run *run, bool loaded)
+{
+    enum { PIECE = 128 };
+    const v4 none = splat(0.0), g = load3(run->tree->gravity);
+    back at;
+    flows moving = {{none, none, none, none, none, none}, run->flows};
+    start_back(run, &at);
+    for (int last = run->tree->bodies; last >= 1; last -= PIECE) {
+        const int first = last > PIECE ? last - PIECE + 1 : 1;
+        for (int i = last; i >= first; --i) {
+            if (!pass_body(run, i, false, false, &at)) return false;
+        }
+        for (int i = last; i >= first; --i) pass_flow(run, i, g, loaded, false, &moving);
+        balance_part(run, first, last, false);
+    }
+    return true;
+}
+
+static bool momenta(const mbsri_sweep_run *run)
+{
+    return run->load ? in_pieces(run, true) : in_pieces(run, false);
+}
+
 static const mbsri_part_kernels part_kernels = {
     part_move,     part_backward, part_momentum,   part_loads,   join_backward,
     join_momentum, join_loads,    part_accelerate, part_balance, part_forward};

@@ -401,6 +401,36 @@ static void long_chain(void **state)
     free(q);
 }
 
+/* Residuals of models so large that the sweeps go through them in pieces are those of the stages. */
+static void large_residual(void **state)
+{
+    (void)state;
+    enum { COUNT = 600 };
+    loops s;
+    loops_begin(&s, NULL);
+    add_parallelograms(&s, COUNT);
+    loops_build(&s);
+    const size_t size = (size_t)mbsr_dae_size(s.m, MBSR_DAE_MOMENTUM);
+    double *y = calloc(4 * size, sizeof *y), *yp = y + size, *F = yp + size, *stages = F + size;
+    test_rng rng = test_seed(8);
+    test_fill(&rng, (int)size, y);
+    test_fill(&rng, (int)size, yp);
+    const mbsr_error *error = mbsr_data_error(s.d);
+    const mbsri_sweep_kernels *kernels[2];
+    const test_hidden trees = test_hide_sweeps(s.m);
+    assert_ok(mbsr_dae_residual(s.m, s.d, MBSR_DAE_MOMENTUM, 0.3, y, yp, stages), error);
+    test_show_sweeps(s.m, trees);
+    const double largest = test_largest((int)size, stages);
+    for (int k = test_kernels(kernels) - 1; k >= 0; --k) {
+        s.m->evaluated->kernels = kernels[k];
+        assert_int_equal(mbsri_sweeps_momentum_residual(s.m, s.d, 0.3, y, yp, F), MBSR_OK);
+        assert_ok(mbsr_dae_residual(s.m, s.d, MBSR_DAE_MOMENTUM, 0.3, y, yp, F), error);
+        for (size_t j = 0; j < size; ++j) assert_close(F[j], stages[j], 1e-11 * largest);
+    }
+    loops_free(&s);
+    free(y);
+}
+
 /* The sweeps take none. Elsewhere memory that runs out at any place is said, nothing is lost, and the next call
  * finds what it should. */
 static void memory(void **state)
@@ -451,6 +481,7 @@ static void memory(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(forward), cmocka_unit_test(inverse),
-                                       cmocka_unit_test(long_chain), cmocka_unit_test(memory)};
+                                       cmocka_unit_test(long_chain),
+                                       cmocka_unit_test(large_residual), cmocka_unit_test(memory)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
