@@ -30,12 +30,17 @@ extern "C" {
 typedef struct mbsr_newton mbsr_newton;
 
 /* Force elements between bodies that are not predecessor and successor couple what the tree
- * separates. Their part of the matrix is either a correction of low rank (Sherman, Morrison,
- * Woodbury), for which factoring costs one solution for each unit of rank, or left out. */
+ * separates. Their part of the matrix is eliminated with the tree, as a sparse matrix is, at a constant cost for
+ * each body between such elements where these are short, as in a vehicle; or it is a correction of low rank
+ * (Sherman, Morrison, Woodbury), for which factoring costs one solution for each unit of rank; or it is left
+ * out. ELIMINATED does not serve models with closures, lean solvers, and elements that do not promise
+ * MBSR_FORCE_NO_JOINT; nor elements between a group of dummy bodies and what hangs on it. */
 typedef enum mbsr_newton_method {
-    MBSR_NEWTON_AUTO = 0,     /* CORRECTED up to `max_rank`, else TREE */
-    MBSR_NEWTON_TREE = 1,     /* left out: exact without such elements, else a preconditioner */
-    MBSR_NEWTON_CORRECTED = 2 /* added: exact */
+    MBSR_NEWTON_AUTO = 0,      /* ELIMINATED where that takes fewer operations; else CORRECTED up to
+                                  `max_rank`, else TREE */
+    MBSR_NEWTON_TREE = 1,      /* left out: exact without such elements, else a preconditioner */
+    MBSR_NEWTON_CORRECTED = 2, /* a correction of low rank: exact */
+    MBSR_NEWTON_ELIMINATED = 3 /* with the tree: exact; CORRECTED where that does not serve */
 } mbsr_newton_method;
 
 typedef struct mbsr_newton_opt {
@@ -52,11 +57,11 @@ MBSR_API mbsr_newton_opt mbsr_default_newton_opt(void);
 
 /* What a solver is and has done. */
 typedef struct mbsr_newton_info {
-    mbsr_newton_method method; /* TREE or CORRECTED */
+    mbsr_newton_method method; /* TREE, CORRECTED or ELIMINATED */
     int exact;                 /* 1: solve gives the solution; 0: an approximation, with which to
                                 * precondition an iterative method (SPGMR and the like) */
     int across;                /* force elements between other bodies */
-    int rank;                  /* of the correction, at the last factorisation */
+    int rank;                  /* of the correction, at the last factorisation; ELIMINATED: 0 */
     int vector_code;           /* 1: rigid bodies were in vector code at the last factorisation */
     int blocks;                /* bodies that are eliminated one by one, by their functions */
     long factorisations, solves;

@@ -10,6 +10,7 @@
 #include "newton/blocks/carried.h"
 #include "newton/blocks/factor.h"
 #include "newton/blocks/kept.h"
+#include "newton/blocks/linked.h"
 #include "newton/correction.h"
 #include "newton/product.h"
 #include "newton/slopes/body_slopes.h"
@@ -54,7 +55,7 @@ static int check(const mbsr_model *m, mbsr_dae_form form, const mbsr_newton_opt 
     }
     if (form != MBSR_DAE_MOMENTUM)
         return wrong(error, MBSR_ERR_VALUE, "only MBSR_DAE_MOMENTUM is served; form", (int)form);
-    if (opt->method < MBSR_NEWTON_AUTO || opt->method > MBSR_NEWTON_CORRECTED)
+    if (opt->method < MBSR_NEWTON_AUTO || opt->method > MBSR_NEWTON_ELIMINATED)
         return wrong(error, MBSR_ERR_VALUE, "method", (int)opt->method);
     if (opt->max_rank < 0) return wrong(error, MBSR_ERR_VALUE, "max_rank", opt->max_rank);
     if (opt->lean && opt->products)
@@ -192,20 +193,46 @@ static void lay_out_correction(mbsr_newton *w, layout *l)
     ints(l, &c->pivots, most);
 }
 
+/* Elements across are asked for by the elimination of each of their bodies, and for what couples these. */
+static void lay_out_slopes(mbsr_newton *w, layout *l)
+{
+    const mbsr_model *m = w->model;
+    const mbsri_force *force = m->forces.data;
+    size_t doubles_of, ints_of;
+    double *at;
+    int *numbers;
+    mbsri_slopes_size(m, &doubles_of, &ints_of);
+    doubles(l, &at, doubles_of);
+    ints(l, &numbers, ints_of);
+    mbsri_kept_slopes *kept = &w->kept;
+    kept->count = w->lean ? 0 : w->correction.count;
+    kept->stride = 0;
+    for (int k = 0; k < kept->count; ++k) {
+        int rows, columns;
+        mbsri_slopes_shape(m, force + w->correction.element[k].force, &rows, &columns);
+        const size_t size = (size_t)rows * (size_t)columns;
+        if (size > kept->stride) kept->stride = size;
+    }
+    doubles(l, &kept->store, (size_t)kept->count * kept->stride);
+    ints(l, &kept->known, (size_t)kept->count);
+    ints(l, &kept->number, kept->count > 0 ? m->forces.count : 0);
+    if (!l->doubles) return;
+    mbsri_slopes_place(m, &w->slopes, at, numbers);
+    mbsri_slopes_forget(kept);
+    if (kept->count == 0) return;
+    for (size_t k = 0; k < m->forces.count; ++k) kept->number[k] = -1;
+    for (int k = 0; k < kept->count; ++k) kept->number[w->correction.element[k].force] = k;
+    w->slopes.kept = kept;
+}
+
 static void lay_out(mbsr_newton *w, layout *l)
 {
     const mbsr_model *m = w->model;
-    size_t slopes, slopes_ints;
-    double *slopes_doubles;
-    int *slopes_at;
     const size_t answers = w->corrected && w->sweep_size > 0 ? 1 : 0;
     doubles(l, &w->motion, answers * 12 * ((size_t)m->bodies + 1));
     if (answers == 0) w->motion = NULL;
     doubles(l, &w->solution, (size_t)mbsr_dae_size(m, MBSR_DAE_MOMENTUM));
-    mbsri_slopes_size(m, &slopes, &slopes_ints);
-    doubles(l, &slopes_doubles, slopes);
-    ints(l, &slopes_at, slopes_ints);
-    if (l->doubles) mbsri_slopes_place(m, &w->slopes, slopes_doubles, slopes_at);
+    lay_out_slopes(w, l);
     lay_out_correction(w, l);
     const mbsri_lengths of = lengths_of(w);
     if (w->lean && of.bodies == 1) return; /* but the root */
@@ -319,14 +346,17 @@ static bool place(mbsr_newton *w, const mbsr_newton_opt *opt)
         mbsri_slopes_shape(m, (const mbsri_force *)m->forces.data + force, &rows, &columns);
         most += rows;
     }
-    w->corrected = w->correction.count > 0 && opt->method != MBSR_NEWTON_TREE &&
-                   (opt->method == MBSR_NEWTON_CORRECTED || most <= opt->max_rank);
+    const mbsr_newton_method method = opt->method;
+    const bool eliminated = method == MBSR_NEWTON_AUTO || method == MBSR_NEWTON_ELIMINATED;
+    if (eliminated && !mbsri_links_create(w, method == MBSR_NEWTON_ELIMINATED)) return false;
+    w->corrected = w->correction.count > 0 && !w->linked && method != MBSR_NEWTON_TREE &&
+                   (method != MBSR_NEWTON_AUTO || most <= opt->max_rank);
     layout l = {0};
     lay_out(w, &l);
     w->block =
         mbsri_allocate(&m->allocator, l.used * sizeof(double) + l.used_ints * sizeof(int) + 8);
     if (!w->block) return false;
-    w->info.bytes = sizeof *w + w->carried.bytes + nodes + across +
+    w->info.bytes = sizeof *w + w->carried.bytes + w->links.bytes + nodes + across +
                     (listed + bodies) * sizeof(int) + l.used * sizeof(double) +
                     l.used_ints * sizeof(int);
     l = (layout){.doubles = w->block, .ints = (int *)(void *)((double *)w->block + l.used)};
@@ -376,10 +406,12 @@ int mbsr_newton_create(const mbsr_model *model, mbsr_dae_form form, const mbsr_n
         }
     }
     if (!w) return no_memory(model, &carried, error);
-    w->info.method = w->corrected ? MBSR_NEWTON_CORRECTED : MBSR_NEWTON_TREE;
+    w->info.method = w->linked      ? MBSR_NEWTON_ELIMINATED
+                     : w->corrected ? MBSR_NEWTON_CORRECTED
+                                    : MBSR_NEWTON_TREE;
     w->info.across = w->correction.count;
     w->info.blocks = w->sweeps ? w->sweeps->tree->blocks : model->bodies;
-    w->info.exact = w->corrected || w->correction.count == 0;
+    w->info.exact = w->info.method != MBSR_NEWTON_TREE || w->correction.count == 0;
     *newton = w;
     return MBSR_OK;
 }
@@ -389,6 +421,7 @@ void mbsr_newton_destroy(mbsr_newton *newton)
     if (!newton) return;
     const mbsr_allocator allocator = newton->model->allocator;
     mbsri_carried_destroy(newton);
+    mbsri_links_destroy(newton);
     if (newton->block) mbsri_release(&allocator, newton->block);
     if (newton->numbers) mbsri_release(&allocator, newton->numbers);
     if (newton->sweep_block) mbsri_release(&allocator, newton->sweep_block);
@@ -416,6 +449,7 @@ int mbsr_newton_factor(mbsr_newton *newton, mbsr_data *data, double t, const dou
     }
     const mbsr_model *m = w->model;
     int status = mbsri_enter(m, data, true, MBSRI_STAGE_NONE, "mbsr_newton_factor");
+    mbsri_slopes_forget(&w->kept);
     if (!status) status = mbsri_newton_tree_factor(w, data, t, y, yp, c);
     if (!status && w->corrected) status = mbsri_correction_factor(w, data);
     if (status) {
@@ -471,6 +505,7 @@ int mbsr_newton_linearise(mbsr_newton *newton, mbsr_data *data, double t, const 
                           "mbsr_newton_linearise: c is %g, must be finite", c);
     }
     int status = mbsri_enter(w->model, data, true, MBSRI_STAGE_NONE, "mbsr_newton_linearise");
+    mbsri_slopes_forget(&w->kept);
     if (!status) status = mbsri_product_linearise(w, data, t, y, yp, c);
     if (status) {
         const mbsr_error *error = mbsr_data_error(data);

@@ -2,9 +2,12 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "newton/tree.h"
 
+#include "algebra/dense.h"
 #include "base/error.h"
 #include "forms/loops.h"
 #include "newton/blocks/factor.h"
+#include "newton/blocks/front_solve.h"
+#include "newton/blocks/linked.h"
 #include "newton/blocks/solve.h"
 #include "newton/sweeps/elements.h"
 #include "newton/sweeps/sweeps.h"
@@ -32,6 +35,7 @@ int mbsri_newton_tree_factor(mbsr_newton *w, mbsr_data *d, double t, const doubl
     w->info.blocks = w->by_sweeps ? w->sweeps->tree->blocks : m->bodies;
     if (w->by_sweeps) return status;
     if (w->sweeps) w->sweeps->marked = false;
+    mbsri_slopes_forget(&w->kept); /* the stages' state has other roundings */
     if (!w->lean) return mbsri_tree_factor(w, d, t, y, yp, c);
     return mbsri_fail(&d->error, MBSR_ERR_LEAN, MBSR_NONE, MBSR_NONE,
                       "mbsr_newton_factor: the solver was created lean, and the sweeps in vector "
@@ -39,12 +43,37 @@ int mbsri_newton_tree_factor(mbsr_newton *w, mbsr_data *d, double t, const doubl
                       w->sweeps ? "this state" : "this model");
 }
 
+/* Leaves the perturbations in w->x. */
+static void solve_by_blocks(mbsr_newton *w, const double *r, const double *load, double *delta)
+{
+    const mbsr_model *m = w->model;
+    const double *tau = load ? load + m->size_v : NULL;
+    mbsri_tree_clear_load(w, 0);
+    for (int i = 1; i <= m->bodies; ++i) mbsri_tree_load(w, i, r, load);
+    const bool closed = m->rows > 0;
+    if (closed) mbsri_front_load(w, r);
+    for (int i = m->bodies; i >= 1; --i) {
+        if (closed) mbsri_front_reduce_closing(w, i);
+        mbsri_tree_reduce(w, i, tau);
+        mbsri_links_reduce(w, i, r);
+    }
+    if (closed) mbsri_front_reduce_closing(w, 0);
+    mbsri_zero((size_t)mbsri_motions(w->node, m->body), w->x);
+    if (closed) mbsri_front_substitute_closing(w, 0);
+    for (int i = 1; i <= m->bodies; ++i) {
+        mbsri_links_substitute(w, i);
+        mbsri_tree_substitute(w, i, tau, delta);
+        if (closed) mbsri_front_substitute_closing(w, i);
+    }
+    if (closed) mbsri_front_multipliers(w, r, delta);
+}
+
 void mbsri_newton_tree_solve(mbsr_newton *w, const double *r, const double *load, double *delta)
 {
     if (w->by_sweeps)
         mbsri_newton_sweeps_solve(w->sweeps, r, load, delta, w->motion);
     else
-        mbsri_tree_solve(w, r, load, delta);
+        solve_by_blocks(w, r, load, delta);
 }
 
 const double *mbsri_newton_motion(const mbsr_newton *w, int i)

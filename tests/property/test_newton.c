@@ -24,6 +24,7 @@ typedef struct tally {
     int trees, left_out; /* left out: see check */
     int systems, sharp;  /* sharp: to a row defect of 1e-8 and an error of 1e-7, nothing deducted */
     int across;          /* trees with a correction of rank 1 or more */
+    int eliminated;      /* those whose elements across go with the tree as well */
     int swept;           /* trees in vector code */
     int null, elastic;   /* trees with directions that move no mass */
     double between;      /* largest distance of the two versions */
@@ -91,6 +92,26 @@ static void judge_products(mbsr_newton *newton, const test_newton_state *s, doub
     free(p);
 }
 
+/* Elements across eliminated with the tree instead, likewise, and against the corrected solution x. */
+static void check_eliminated(test_newton_state *s, double c, const double *r, const double *x,
+                             int number, tally *group)
+{
+    double *other = calloc((size_t)s->n, sizeof *other);
+    for (int by_blocks = 0; by_blocks < 2; ++by_blocks) {
+        mbsr_newton *newton = make_solver(s->model, MBSR_NEWTON_ELIMINATED, by_blocks);
+        mbsr_newton_info info;
+        assert_ok(mbsr_newton_get_info(newton, &info), NULL);
+        if (info.method == MBSR_NEWTON_ELIMINATED) {
+            solve(newton, s, c, r, other);
+            judge(s, c, r, other, number, group);
+            group->between = fmax(group->between, test_newton_distance(s, x, other));
+            ++group->eliminated;
+        }
+        mbsr_newton_destroy(newton);
+    }
+    free(other);
+}
+
 /* Both versions of the exact solver against the dense matrix and each other. */
 static void check_state(test_newton_state *s, int number, tally *group)
 {
@@ -111,6 +132,7 @@ static void check_state(test_newton_state *s, int number, tally *group)
             judge_products(newton, s, factors[k], r, (const double *const[2]){x, other}, number,
                            group);
         group->between = fmax(group->between, test_newton_distance(s, x, other));
+        check_eliminated(s, factors[k], r, x, number, group);
     }
     group->across += info.rank > 0;
     group->swept += info.vector_code;
@@ -240,6 +262,7 @@ static void rigid_bodies(void **state)
     }
     conclude(&group, (TREES + 20) / 20);
     assert_true(group.swept > TREES / 8 && group.across > TREES / 4);
+    assert_true(group.eliminated > TREES);
 }
 
 static void bodies_without_mass(void **state)
@@ -256,6 +279,7 @@ static void bodies_without_mass(void **state)
     }
     conclude(&group, (TREES + 20) / 20);
     assert_true(group.null > TREES / 2 && group.across > TREES / 2);
+    assert_true(group.eliminated > TREES);
 }
 
 static void locked_joints_added_masses_and_joints_without_derivatives(void **state)
@@ -275,6 +299,7 @@ static void locked_joints_added_masses_and_joints_without_derivatives(void **sta
     }
     conclude(&group, (TREES + 20) / 20);
     assert_true(group.null > TREES / 4 && group.across > TREES / 2);
+    assert_true(group.eliminated > TREES);
 }
 
 static void mass_points_in_several_units(void **state)
@@ -348,6 +373,7 @@ static void bodies_in_the_plane(void **state)
     }
     conclude(&group, (TREES + 20) / 20);
     assert_true(group.null >= TREES / 2 && group.across > TREES / 2);
+    assert_true(group.eliminated > TREES);
 }
 
 static void bodies_of_all_kinds(void **state)
@@ -420,6 +446,7 @@ static void kinds_in_any_order(void **state)
     assert_true(group.swept > TREES && group.null > TREES);
     assert_true(n.down > TREES && n.up > TREES && n.deep_down > TREES / 8 &&
                 n.deep_up > TREES / 10);
+    assert_true(group.eliminated > TREES);
     conclude(&group, (TREES + 20) / 20);
 }
 

@@ -41,6 +41,7 @@
 #include "newton/blocks/front.h"
 #include "newton/blocks/joint.h"
 #include "newton/blocks/kept.h"
+#include "newton/blocks/linked.h"
 #include "recursion/backward.h"
 #include "recursion/closures.h"
 #include "recursion/forward.h"
@@ -238,12 +239,14 @@ int mbsri_tree_factor(mbsr_newton *w, mbsr_data *d, double t, const double *y, c
     int status = evaluate(w, d, t, y, yp);
     w->c = c;
     if (!status && m->rows > 0) status = mbsri_carried_open(w, d, c);
+    if (!status && w->linked) status = mbsri_links_open(w, d, NULL);
     for (int i = m->bodies; i >= 1 && !status; --i) {
         const int parent = m->body[i].parent;
         if (w->node[i].last == 0) mbsri_tree_clear(w, i);
         if (parent > 0 && w->node[parent].last == i) mbsri_tree_clear(w, parent);
         if (m->rows > 0) status = mbsri_front_close(w, d, i);
         if (!status) status = mbsri_tree_eliminate(w, d, i, c);
+        if (!status) mbsri_links_pass(w, i);
     }
     if (!status && m->rows > 0) status = mbsri_front_close(w, d, 0);
     if (!status && m->grouped) status = mbsri_backward(m, d);

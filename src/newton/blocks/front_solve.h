@@ -1,4 +1,4 @@
-/* Solving with fronts, steps of mbsri_tree_solve.
+/* Solving with fronts, beside the steps of solve.h.
  * SPDX-License-Identifier: BSD-3-Clause */
 #ifndef MBSRI_FRONT_SOLVE_H
 #define MBSRI_FRONT_SOLVE_H

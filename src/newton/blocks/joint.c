@@ -9,6 +9,7 @@
 #include "model/query.h"
 #include "newton/blocks/block.h"
 #include "newton/blocks/kept.h"
+#include "newton/blocks/linked.h"
 #include "newton/slopes/body_slopes.h"
 #include "newton/slopes/force_slopes.h"
 #include "newton/slopes/relation.h"
@@ -458,6 +459,17 @@ int mbsri_block_finish(joint *j, double c)
     return MBSR_OK;
 }
 
+/* What bodies do that are tied to body i and were eliminated before. */
+static void add_links(joint *j)
+{
+    const double *own = mbsri_links_own(j->w, j->i);
+    const int stride = mbsri_links_stride(j->w, j->i), count = j->node->e + j->b->d;
+    for (int k = 0; k < count && own; ++k) {
+        double *column = j->P + (size_t)k * (size_t)j->actions;
+        for (int l = 0; l < j->actions; ++l) column[l] += own[k * stride + l];
+    }
+}
+
 int mbsri_block_begin(mbsr_newton *w, mbsr_data *d, int i, double *memory, joint *j)
 {
     open_joint(w, d, i, memory, j);
@@ -465,5 +477,6 @@ int mbsri_block_begin(mbsr_newton *w, mbsr_data *d, int i, double *memory, joint
     const int status = mbsri_body_slopes_add(w->model, d, i, j->node->deep, j->P, w->body);
     if (w->mixed && j->node->deep) place_masses(j);
     add_closures(j);
+    if (j->w->linked) add_links(j);
     return status ? status : add_elements(j);
 }

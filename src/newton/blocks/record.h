@@ -11,6 +11,8 @@
 
 #include <mbsrank/newton.h>
 
+struct mbsri_newton_sweeps;
+
 /* A body in the general elimination (factor.c). Its perturbation x counts pose and V, and A where
  * `deep`: in the subtree of a joint whose block is deficient. */
 typedef struct mbsri_node {
@@ -151,6 +153,39 @@ typedef struct mbsri_carried {
     size_t bytes;
 } mbsri_carried;
 
+/* Bodies that elements tie across the tree (linked.h). How joint i of a tree in vector code is passed, as it is
+ * or as a block: from the load on its body to the unknowns and the load above; from the motion above and
+ * the unknowns to the body's; pose and V of that motion; the forces f on a body, added to a load. */
+typedef struct mbsri_link_passes {
+    void (*reduce)(struct mbsri_newton_sweeps *sweeps, int i);
+    void (*move)(struct mbsri_newton_sweeps *sweeps, int i, const double *r, double *delta);
+    void (*tell)(const struct mbsri_newton_sweeps *sweeps, int i, const double *x, double *motion);
+    void (*act)(const struct mbsri_newton_sweeps *sweeps, int i, const double *f, double *y);
+} mbsri_link_passes;
+
+/* Of body i: to one that is eliminated later; offsets of y_i over x_other, of y_other over x_i, and of the
+ * unknowns of joint i over x_other. */
+typedef struct mbsri_link {
+    int other;
+    size_t on, onto, answer;
+} mbsri_link;
+
+typedef struct mbsri_links {
+    int *first;       /* N + 2: of each body in `link` */
+    mbsri_link *link; /* */
+    size_t *own;      /* N + 1: offset of what is added to P; 0: it is not tied to any */
+    double *store;
+    size_t matrices, size; /* doubles: of the matrices, of all */
+    double *by_rate;       /* scratch of a joint: the bodies it is tied to, by its rates */
+    double *load,
+        *motion;    /* of bodies in vector code: MBSRI_SWEPT_ACTIONS, MBSRI_SWEPT_MOTIONS each */
+    double *k, *p;  /* of their joints, as in the sweeps */
+    double **place; /* scratch: N + 2 */
+    const mbsri_link_passes *passes;
+    void *memory;
+    size_t bytes;
+} mbsri_links;
+
 /* The linearised equations for products with the matrix (product.h); NULL where there are none. */
 typedef struct mbsri_product {
     bool wanted, linearised;
@@ -196,8 +231,11 @@ struct mbsr_newton {
     double *work;             /* of one joint */
     double *joint, *body;     /* mbsri_joint_slopes_size, mbsri_body_slopes_size */
     mbsri_slopes slopes;
+    mbsri_kept_slopes kept; /* of elements across */
     mbsri_correction correction;
     mbsri_carried carried;
+    mbsri_links links;
+    bool linked; /* elements across are eliminated with the tree */
     mbsri_product product;
     size_t size_x, size_n, store_size;
 };

@@ -231,6 +231,26 @@ static void momentum_change(mbsr_newton *w, const unit *x, const double *z, int 
     for (int k = 0; k < n; ++k) dp[k] = range[k] + rate[k] / w->c;
 }
 
+/* x of a member. */
+static void move_member(mbsr_newton *w, const mbsri_kept *kept, int i, const double *z, int columns)
+{
+    const int motions = mbsri_motions(w->node + i, w->model->body + i);
+    double *motion = w->x + w->node[i].x;
+    mbsri_zero((size_t)motions, motion);
+    mbsri_ax(motions, columns, 1.0, kept->x, z, motion);
+}
+
+void mbsri_tree_move(mbsr_newton *w, int i)
+{
+    const unit x = unit_of(w, i);
+    const int columns = variables(w, &x, w->work);
+    for (int k = 0; k < x.g.members; ++k) {
+        mbsri_kept kept;
+        (void)member_of(w, &x, k, &kept);
+        move_member(w, &kept, x.g.member[k], w->work, columns);
+    }
+}
+
 /* Root to leaves: v, x and delta of the joint. */
 void mbsri_tree_substitute(mbsr_newton *w, int i, const double *tau, double *delta)
 {
@@ -245,35 +265,10 @@ void mbsri_tree_substitute(mbsr_newton *w, int i, const double *tau, double *del
     for (int k = 0; k < x.g.members; ++k) {
         mbsri_kept kept;
         const mbsri_body *b = member_of(w, &x, k, &kept);
-        const mbsri_node *node = w->node + x.g.member[k];
-        const int motions = mbsri_motions(node, b), at = b->ig - x.g.ig;
-        double *motion = w->x + node->x;
-        mbsri_zero((size_t)motions, motion);
-        mbsri_ax(motions, columns, 1.0, kept.x, z, motion);
+        const int at = b->ig - x.g.ig;
+        move_member(w, &kept, x.g.member[k], z, columns);
         mbsri_copy((size_t)b->nq, q + b->igq - x.b->igq, delta + b->q);
         mbsri_copy((size_t)b->n, dp + at, delta + m->nq + b->u);
         mbsri_copy((size_t)b->n, q + x.nq + at, delta + m->nq + m->nu + b->u);
     }
-}
-
-void mbsri_tree_solve(mbsr_newton *w, const double *r, const double *load, double *delta)
-{
-    const mbsr_model *m = w->model;
-    const double *tau = load ? load + m->size_v : NULL;
-    mbsri_tree_clear_load(w, 0);
-    for (int i = 1; i <= m->bodies; ++i) mbsri_tree_load(w, i, r, load);
-    const bool closed = m->rows > 0;
-    if (closed) mbsri_front_load(w, r);
-    for (int i = m->bodies; i >= 1; --i) {
-        if (closed) mbsri_front_reduce_closing(w, i);
-        mbsri_tree_reduce(w, i, tau);
-    }
-    if (closed) mbsri_front_reduce_closing(w, 0);
-    mbsri_zero((size_t)mbsri_motions(w->node, m->body), w->x);
-    if (closed) mbsri_front_substitute_closing(w, 0);
-    for (int i = 1; i <= m->bodies; ++i) {
-        mbsri_tree_substitute(w, i, tau, delta);
-        if (closed) mbsri_front_substitute_closing(w, i);
-    }
-    if (closed) mbsri_front_multipliers(w, r, delta);
 }

@@ -337,11 +337,15 @@ double *mbsri_border_room(mbsri_newton_sweeps *newton, int i)
     return newton->blocks->x + newton->blocks->node[i].x;
 }
 
+void mbsri_border_still(mbsri_newton_sweeps *newton, int i)
+{
+    const size_t d = (size_t)newton->model->body[i].d;
+    mbsri_zero(d, mbsri_border_room(newton, i) + 2 * d);
+}
+
 void mbsri_border_substitute(mbsri_newton_sweeps *newton, int i, const double *tau, double *delta)
 {
-    const mbsri_body *b = newton->model->body + i;
-    if (hands_over(newton, i)) /* no A */
-        mbsri_zero((size_t)b->d_pred, mbsri_border_room(newton, b->parent) + 2 * (size_t)b->d_pred);
+    if (hands_over(newton, i)) mbsri_border_still(newton, newton->tree->body[i].parent);
     mbsri_tree_substitute(newton->blocks, i, tau, delta);
     if (has_loops(newton)) mbsri_front_substitute_closing(newton->blocks, i);
 }

@@ -58,6 +58,9 @@ void mbsri_border_turn(mbsri_newton_sweeps *newton);
 void mbsri_border_substitute(mbsri_newton_sweeps *newton, int i, const double *tau, double *delta);
 double *mbsri_border_room(mbsri_newton_sweeps *newton, int i);
 
+/* Leaves body i, which is in the sweeps, without dA there. */
+void mbsri_border_still(mbsri_newton_sweeps *newton, int i);
+
 /* After the last body: the multipliers' part of delta. */
 void mbsri_border_finish(mbsri_newton_sweeps *newton, const double *r, double *delta);
 

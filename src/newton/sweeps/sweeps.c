@@ -131,7 +131,11 @@ mbsri_newton_sweeps *mbsri_newton_sweeps_place(const mbsr_model *m, bool alone, 
     mbsri_newton_sweeps *w;
     const mbsri_sweeps *tree = m->whole;
     layout(m, tree, memory, &w);
-    w->blocks = tree->blocks > 0 || m->rows > 0 ? blocks : NULL;
+    const bool linked = blocks && blocks->linked;
+    w->blocks = tree->blocks > 0 || m->rows > 0 || linked ? blocks : NULL;
+    if (blocks) w->slopes.kept = blocks->slopes.kept;
+    if (linked) blocks->links.k = w->k;
+    if (linked) blocks->links.p = w->p;
     memset(w->step, 0, sizeof *w->step);
     w->least_pivot = alone ? MBSRI_LEAST_PIVOT : MBSRI_CLEAR_PIVOT;
     int branch = 0;

@@ -92,8 +92,8 @@ static void what_is_wrong_is_refused_at_creation(void **state)
                                            MBSR_DAE_INDEX1, (mbsr_dae_form)77};
     for (int k = 0; k < 4; ++k)
         refuse_create(m, others[k], NULL, MBSR_ERR_VALUE, MBSR_NONE, "MBSR_DAE_MOMENTUM|form");
-    opt.method = (mbsr_newton_method)3;
-    refuse_create(m, MBSR_DAE_MOMENTUM, &opt, MBSR_ERR_VALUE, MBSR_NONE, "method is 3");
+    opt.method = (mbsr_newton_method)4;
+    refuse_create(m, MBSR_DAE_MOMENTUM, &opt, MBSR_ERR_VALUE, MBSR_NONE, "method is 4");
     opt.method = (mbsr_newton_method)-1;
     refuse_create(m, MBSR_DAE_MOMENTUM, &opt, MBSR_ERR_VALUE, MBSR_NONE, "method is -1");
     opt.method = MBSR_NEWTON_AUTO;
@@ -613,6 +613,7 @@ static void info_says_what_is_on_the_tree_and_what_across(void **state)
 static mbsr_newton *create_with(const mbsr_model *model, int by_blocks, int lean)
 {
     mbsr_newton_opt opt = mbsr_default_newton_opt();
+    opt.method = MBSR_NEWTON_CORRECTED; /* as lean solvers do it */
     opt.by_blocks = by_blocks;
     opt.lean = lean;
     return create(model, &opt);
@@ -637,7 +638,7 @@ static void lean_solvers_and_lean_data_serve_vector_code(void **state)
                                            .added = v == 4 ? 0.3 : 0.0});
         const test_newton_state *s = &x.s;
         assert_ok(mbsr_data_create_lean(s->model, &spare, NULL), NULL);
-        mbsr_newton *full = create(s->model, NULL), *blocks = create_with(s->model, 1, 0),
+        mbsr_newton *full = create_with(s->model, 0, 0), *blocks = create_with(s->model, 1, 0),
                     *lean = create_with(s->model, 0, 1);
         assert_ok(factor(full, &x, 7.0), mbsr_newton_error(full));
         solve(full, x.r, expected);
