@@ -123,9 +123,7 @@ static mbsr_ida_opt options(setup *s, int solver, double tolerance)
     opt.linear_solver = solver == DENSE || solver == LAPACK ? MBSR_IDA_DENSE
                         : solver == KRYLOV                  ? MBSR_IDA_KRYLOV
                                                             : MBSR_IDA_TREE;
-    opt.newton.method = solver == KRYLOV     ? MBSR_NEWTON_TREE
-                        : s->stiff.balls > 0 ? MBSR_NEWTON_CORRECTED
-                                             : MBSR_NEWTON_AUTO;
+    opt.newton.method = solver == KRYLOV ? MBSR_NEWTON_TREE : MBSR_NEWTON_AUTO;
     return opt;
 }
 

@@ -88,10 +88,89 @@ static int pull(const mbsr_force_args *args)
     return MBSR_OK;
 }
 
+static void cross(const double a[3], const double b[3], double c[3])
+{
+    for (int i = 0; i < 3; ++i) {
+        const int j = (i + 1) % 3, k = (i + 2) % 3;
+        c[i] = a[j] * b[k] - a[k] * b[j];
+    }
+}
+
+/* One of its springs: the force f on a, and how it changes with b's place and velocity relative to a. */
+typedef struct rubber {
+    point end[2];
+    double f[3], by_p[3][3], by_v[3][3];
+} rubber;
+
+static rubber stretch(const stiff_ball *s, const mbsr_force_body *body, int along)
+{
+    rubber x;
+    double at[3] = {s->at_a[0], s->at_a[1], s->at_a[2]}, n[3], v[3], length = 0.0, rate = 0.0;
+    at[along] -= s->length;
+    x.end[0] = find_point(body, at);
+    x.end[1] = find_point(body + 1, s->at_b);
+    for (int i = 0; i < 3; ++i) {
+        n[i] = x.end[1].p[i] - x.end[0].p[i];
+        v[i] = x.end[1].v[i] - x.end[0].v[i];
+        length += n[i] * n[i];
+    }
+    length = sqrt(length);
+    for (int i = 0; i < 3; ++i) n[i] /= length, rate += n[i] * v[i];
+    const double force = s->stiffness * (length - s->length) + s->damping * rate;
+    for (int i = 0; i < 3; ++i) {
+        x.f[i] = force * n[i];
+        for (int j = 0; j < 3; ++j) {
+            const double across = (i == j) - n[i] * n[j];
+            x.by_v[i][j] = s->damping * n[i] * n[j];
+            x.by_p[i][j] = s->stiffness * n[i] * n[j] + force / length * across +
+                           s->damping / length * n[i] * (v[j] - rate * n[j]);
+        }
+    }
+    return x;
+}
+
+/* The change of what one spring exerts with number k of the pose (0 to 5) or of V (6 to 11) of an end. */
+static void add_change(const rubber *x, const mbsr_force_body *body, int end, int k,
+                       const mbsr_force_derivatives *out)
+{
+    const double *r = x->end[end].r, sign = end ? 1.0 : -1.0;
+    double unit[3] = {0.0}, p[3] = {0.0}, v[3] = {0.0}, df[3] = {0.0};
+    unit[k % 3] = 1.0;
+    if (k < 3) cross(unit, r, p), cross(body[end].V, p, v);
+    if (k / 3 == 1) memcpy(p, unit, sizeof p);
+    if (k / 3 == 2) cross(unit, r, v);
+    if (k / 3 == 3) memcpy(v, unit, sizeof v);
+    for (int i = 0; i < 3; ++i) {
+        for (int j = 0; j < 3; ++j) df[i] += sign * (x->by_p[i][j] * p[j] + x->by_v[i][j] * v[j]);
+    }
+    for (int on = 0; on < 2; ++on) {
+        double *to =
+            out->matrix + (size_t)(out->column[end] + k) * (size_t)out->rows + out->row[on];
+        double moment[3], turned[3] = {0.0};
+        cross(x->end[on].r, df, moment);
+        if (on == end && k < 3) cross(p, x->f, turned);
+        for (int i = 0; i < 3; ++i) {
+            to[i] += (on ? -1.0 : 1.0) * (moment[i] + turned[i]);
+            to[3 + i] += (on ? -1.0 : 1.0) * df[i];
+        }
+    }
+}
+
+/* Of bodies in space. */
+static int pull_slopes(const mbsr_force_args *args, const mbsr_force_derivatives *out)
+{
+    for (int along = 0; along < 3; ++along) {
+        const rubber x = stretch(args->force->user, args->body, along);
+        for (int k = 0; k < 24; ++k) add_change(&x, args->body, k / 12, k % 12, out);
+    }
+    return MBSR_OK;
+}
+
 static const mbsr_force_table pull_table = {.version = MBSR_FORCE_TABLE_VERSION,
                                             .flags = MBSR_FORCE_NO_MASS | MBSR_FORCE_NO_JOINT,
                                             .name = "ball joint with rubber",
-                                            .evaluate = pull};
+                                            .evaluate = pull,
+                                            .derivatives = pull_slopes};
 
 static const mbsr_force_table push_table = {.version = MBSR_FORCE_TABLE_VERSION,
                                             .flags = MBSR_FORCE_NO_MASS | MBSR_FORCE_NO_JOINT,

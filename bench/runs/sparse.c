@@ -254,7 +254,6 @@ sparse_comparison sparse_compare(sparse *s, const double *y, const double *yp)
            most = 0.0;
     uint64_t seed = 1;
     sparse_comparison to = {0};
-    opt.method = ties > 0 ? MBSR_NEWTON_CORRECTED : MBSR_NEWTON_AUTO;
     bench_check(mbsr_newton_create(s->system.model, MBSR_DAE_MOMENTUM, &opt, &newton, NULL),
                 "mbsr_newton_create", NULL);
     for (int k = 0; k < tested; ++k) r[k] = bench_uniform(&seed, -1.0, 1.0);
