@@ -52,7 +52,8 @@ static void solve_by_blocks(mbsr_newton *w, const double *r, const double *load,
     for (int i = 1; i <= m->bodies; ++i) mbsri_tree_load(w, i, r, load);
     const bool closed = m->rows > 0;
     if (closed) mbsri_front_load(w, r);
-    for (int i = m->bodies; i >= 1; --i) {
+    for (int k = 0; k < m->bodies; ++k) {
+        const int i = mbsri_links_turn(w, k);
         if (closed) mbsri_front_reduce_closing(w, i);
         mbsri_tree_reduce(w, i, tau);
         mbsri_links_reduce(w, i, r);
@@ -60,7 +61,8 @@ static void solve_by_blocks(mbsr_newton *w, const double *r, const double *load,
     if (closed) mbsri_front_reduce_closing(w, 0);
     mbsri_zero((size_t)mbsri_motions(w->node, m->body), w->x);
     if (closed) mbsri_front_substitute_closing(w, 0);
-    for (int i = 1; i <= m->bodies; ++i) {
+    for (int k = m->bodies - 1; k >= 0; --k) {
+        const int i = mbsri_links_turn(w, k);
         mbsri_links_substitute(w, i);
         mbsri_tree_substitute(w, i, tau, delta);
         if (closed) mbsri_front_substitute_closing(w, i);

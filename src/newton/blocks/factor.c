@@ -240,8 +240,8 @@ int mbsri_tree_factor(mbsr_newton *w, mbsr_data *d, double t, const double *y, c
     w->c = c;
     if (!status && m->rows > 0) status = mbsri_carried_open(w, d, c);
     if (!status && w->linked) status = mbsri_links_open(w, d, NULL);
-    for (int i = m->bodies; i >= 1 && !status; --i) {
-        const int parent = m->body[i].parent;
+    for (int k = 0; k < m->bodies && !status; ++k) {
+        const int i = mbsri_links_turn(w, k), parent = m->body[i].parent;
         if (w->node[i].last == 0) mbsri_tree_clear(w, i);
         if (parent > 0 && w->node[parent].last == i) mbsri_tree_clear(w, parent);
         if (m->rows > 0) status = mbsri_front_close(w, d, i);

@@ -464,7 +464,7 @@ static void add_links(joint *j)
 {
     const double *own = mbsri_links_own(j->w, j->i);
     const int stride = mbsri_links_stride(j->w, j->i), count = j->node->e + j->b->d;
-    for (int k = 0; k < count && own; ++k) {
+    for (int k = 0; k < count; ++k) {
         double *column = j->P + (size_t)k * (size_t)j->actions;
         for (int l = 0; l < j->actions; ++l) column[l] += own[k * stride + l];
     }

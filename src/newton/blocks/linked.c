@@ -41,7 +41,7 @@ int mbsri_links_stride(const mbsr_newton *w, int i)
 
 static double *load_of(const mbsr_newton *w, int i)
 {
-    return is_swept(w, i) ? w->links.load + MBSRI_SWEPT_ACTIONS * (size_t)i
+    return is_swept(w, i) ? w->links.load + MBSRI_TIED_LOAD * (size_t)i
                           : w->b + 3 * w->model->body[i].v;
 }
 
@@ -50,24 +50,19 @@ static double *motion_of(const mbsr_newton *w, int i)
     return is_swept(w, i) ? w->links.motion + MBSRI_SWEPT_MOTIONS * (size_t)i : w->x + w->node[i].x;
 }
 
-static bool is_tied(const mbsr_newton *w, int i)
+double *mbsri_links_own(const mbsr_newton *w, int i)
 {
-    return w->linked && w->links.own[i] > 0;
-}
-
-const double *mbsri_links_own(const mbsr_newton *w, int i)
-{
-    return is_tied(w, i) ? w->links.store + w->links.own[i] : NULL;
+    return w->links.store + w->links.own[i];
 }
 
 double *mbsri_links_load(const mbsr_newton *w, int i)
 {
-    return is_tied(w, i) ? load_of(w, i) : NULL;
+    return load_of(w, i);
 }
 
 double *mbsri_links_motion(const mbsr_newton *w, int i)
 {
-    return is_tied(w, i) ? motion_of(w, i) : NULL;
+    return motion_of(w, i);
 }
 
 /* ---- ties ---- */
@@ -85,7 +80,8 @@ static const mbsri_link *find(const mbsri_links *v, int i, int other)
 static double *matrix_of(const mbsri_links *v, int i, int j)
 {
     if (i == j) return v->store + v->own[i];
-    return v->store + (i > j ? find(v, i, j)->on : find(v, j, i)->onto);
+    const bool first = v->position[i] < v->position[j];
+    return v->store + (first ? find(v, i, j)->on : find(v, j, i)->onto);
 }
 
 /* The joint of body i, or the group it is the head of: what is eliminated in one step. */
@@ -256,6 +252,7 @@ int mbsri_links_open(mbsr_newton *w, mbsr_data *d, const mbsri_link_passes *pass
     int status = MBSR_OK;
     w->links.passes = passes;
     mbsri_zero(w->links.matrices, w->links.store);
+    mbsri_zero(MBSRI_TIED_SUMS * ((size_t)w->model->bodies + 1), w->links.sums);
     for (int k = 0; k < w->correction.count && !status; ++k)
         status = place_element(w, d, force + w->correction.element[k].force);
     return status;
@@ -397,8 +394,7 @@ void mbsri_links_pass(mbsr_newton *w, int i)
 
 void mbsri_links_clear(mbsr_newton *w)
 {
-    if (!w->linked || !w->mixed) return;
-    mbsri_zero(MBSRI_SWEPT_ACTIONS * ((size_t)w->model->bodies + 1), w->links.load);
+    mbsri_zero(MBSRI_TIED_LOAD * ((size_t)w->model->bodies + 1), w->links.load);
 }
 
 void mbsri_links_reduce(mbsr_newton *w, int i, const double *r)

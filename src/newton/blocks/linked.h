@@ -18,18 +18,27 @@
 
 #include "newton/blocks/record.h"
 
+/* Numbers of a load on a body in vector code, with those of the recursion for L r_u; of L, p, N, F. */
+enum { MBSRI_TIED_LOAD = 32, MBSRI_TIED_SUMS = 16 };
+
 /* Whether bodies are tied in the elimination: `forced` wherever that serves, else if it costs less than a correction
  * of low rank. False: there is no memory. */
 bool mbsri_links_create(mbsr_newton *w, bool forced);
 void mbsri_links_destroy(mbsr_newton *w);
+
+/* The body that is eliminated after k others. */
+static inline int mbsri_links_turn(const mbsr_newton *w, int k)
+{
+    return w->linked ? w->links.order[k] : w->model->bodies - k;
+}
 
 /* ---- factoring ---- */
 
 /* Before the first joint; a status. passes: of a tree with bodies in vector code, or NULL. */
 int mbsri_links_open(mbsr_newton *w, mbsr_data *d, const mbsri_link_passes *passes);
 
-/* What was tied to body i, y over x of the body itself: as many columns as it has motions, of mbsri_links_stride numbers; NULL: nothing. */
-const double *mbsri_links_own(const mbsr_newton *w, int i);
+/* What bodies that were eliminated before add to y over x of body i, columns of mbsri_links_stride numbers. */
+double *mbsri_links_own(const mbsr_newton *w, int i);
 int mbsri_links_stride(const mbsr_newton *w, int i);
 
 /* Joint i, when it is eliminated. */
@@ -46,8 +55,7 @@ void mbsri_links_reduce(mbsr_newton *w, int i, const double *r);
 /* Root to leaves, joint i before it moves: what these do to it. */
 void mbsri_links_substitute(mbsr_newton *w, int i);
 
-/* Of a body in vector code: forces on it from those before, MBSRI_SWEPT_ACTIONS; where its motion goes,
- * MBSRI_SWEPT_MOTIONS. NULL: it is not tied to others. */
+/* Of a body in vector code: the load on it; where its motion goes. */
 double *mbsri_links_load(const mbsr_newton *w, int i);
 double *mbsri_links_motion(const mbsr_newton *w, int i);
 

@@ -171,14 +171,17 @@ typedef struct mbsri_link {
 } mbsri_link;
 
 typedef struct mbsri_links {
+    int *order;       /* N: bodies as they are eliminated */
+    int *position;    /* N + 1: of each in that */
     int *first;       /* N + 2: of each body in `link` */
     mbsri_link *link; /* */
-    size_t *own;      /* N + 1: offset of what is added to P; 0: it is not tied to any */
+    size_t *own;      /* N + 1: offset of what is added to P */
     double *store;
     size_t matrices, size; /* doubles: of the matrices, of all */
     double *by_rate;       /* scratch of a joint: the bodies it is tied to, by its rates */
-    double *load,
-        *motion;    /* of bodies in vector code: MBSRI_SWEPT_ACTIONS, MBSRI_SWEPT_MOTIONS each */
+    /* of bodies in vector code: MBSRI_TIED_LOAD, MBSRI_SWEPT_MOTIONS, and MBSRI_TIED_SUMS of what
+     * is handed on of momenta and forces */
+    double *load, *motion, *sums;
     double *k, *p;  /* of their joints, as in the sweeps */
     double **place; /* scratch: N + 2 */
     const mbsri_link_passes *passes;

@@ -6,7 +6,6 @@
 #include "newton/sweeps/border.h"
 #include "newton/sweeps/closing.h"
 #include "newton/sweeps/multi_fronts.h"
-#include "newton/sweeps/tied.h"
 #include "sweeps/backward.h"
 #include "sweeps/forward.h"
 
@@ -191,18 +190,6 @@ MBSRI_OUTLINE void give_slab(const mbsri_sweep_run *run, int i, mbsri_newton_swe
     mbsri_border_give(run, newton, i, &carry);
 }
 
-/* Past body i, which elements tie to others across the tree; false: its rows are singular. */
-MBSRI_OUTLINE bool eliminate_tied(const mbsri_sweep_run *run, int i, mbsri_newton_sweeps *newton,
-                                  elimination *at)
-{
-    const bool deep = newton->deep && newton->step[i].deep & MBSRI_DEEP;
-    gather_body(run, i, newton, at, true, newton->deep);
-    add_tied(newton, i, &at->y);
-    if (!eliminate_joint(run, i, newton, &at->y, true, deep)) return false;
-    leave_body(run, i, newton, at, true, newton->deep);
-    return true;
-}
-
 /* Past body i, where loops go through it or close on it; false: see newton->status, or the general
  * elimination has to. */
 MBSRI_OUTLINE bool eliminate_looped(const mbsri_sweep_run *run, int i, mbsri_newton_sweeps *newton,
@@ -226,45 +213,24 @@ MBSRI_OUTLINE bool eliminate_looped(const mbsri_sweep_run *run, int i, mbsri_new
 static int mixed_sweep(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton)
 {
     elimination of;
-    mbsr_newton *w = newton->blocks;
     start_elimination(run, newton, &of, true);
     clear_reaction(&of.y);
-    newton->status = w->linked ? mbsri_links_open(w, run->data, &tied_passes) : MBSR_OK;
-    if (newton->status) return MBSRI_BLOCK_FAILED;
     for (int i = run->tree->bodies; i >= 1; --i) {
         const int flags = run->tree->body[i].flags;
         if (flags & MBSRI_BLOCK) {
             if (!eliminate_block(run, i, newton, &of)) return MBSRI_BLOCK_FAILED;
-            mbsri_links_pass(w, i);
             continue;
         }
-        if (mbsri_links_own(w, i)) {
-            if (!eliminate_tied(run, i, newton, &of)) return i;
-        } else if (flags & (MBSRI_FRONT | MBSRI_CLOSES)) {
+        if (flags & (MBSRI_FRONT | MBSRI_CLOSES)) {
             if (!eliminate_looped(run, i, newton, &of))
                 return newton->status ? MBSRI_BLOCK_FAILED : MBSRI_NOT_CLEAR;
         } else if (!eliminate_body(run, i, newton, &of, true, newton->deep)) {
             return i;
         }
         if (flags & MBSRI_TO_BLOCK) give_slab(run, i, newton, &of);
-        mbsri_links_pass(w, i);
     }
     if (run->model->rows > 0) newton->status = close_loops_on(run, 0, newton, NULL);
     return newton->status ? MBSRI_BLOCK_FAILED : 0;
-}
-
-/* After the backward sweep, as there. */
-static int newton_factor_mixed(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton)
-{
-    if (!backward(run) || !find_deep(run, newton)) return MBSRI_NOT_CLEAR;
-    if (newton->deep) {
-        forward(run);
-        memcpy(run->data->udot, run->out, (size_t)run->model->nu * sizeof *run->out);
-        find_reactions(run, newton);
-    }
-    newton->status = mbsri_border_open(run, newton);
-    if (!newton->status) newton->status = mbsri_block_open_momentum(run);
-    return newton->status ? MBSRI_BLOCK_FAILED : mixed_sweep(run, newton);
 }
 
 #endif

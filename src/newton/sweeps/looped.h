@@ -14,6 +14,7 @@
 
 #include "newton/sweeps/closing.h"
 #include "newton/sweeps/eliminate.h"
+#include "newton/sweeps/tied.h"
 
 MBSRI_INLINE bool is_light(int flags)
 {

@@ -4,6 +4,7 @@
 #define MBSRI_NEWTON_LOOPED_SOLVE_H
 
 #include "newton/sweeps/solve.h"
+#include "newton/sweeps/tied.h"
 
 /* From a joint that is not wide. */
 MBSRI_INLINE void leave_narrow_loads(const mbsri_newton_sweeps *newton, const mbsri_newton_step *s,
@@ -125,6 +126,8 @@ static void newton_solve(mbsri_newton_sweeps *newton, const double *r, const dou
 {
     if (newton->looped)
         solve_looped(newton, r, load_of_body, delta, motion);
+    else if (newton->blocks && newton->blocks->linked)
+        solve_tied(newton, r, delta);
     else if (newton->blocks)
         solve_mixed(newton, r, load_of_body, delta, motion);
     else if (newton->own)

@@ -3,7 +3,6 @@
 #ifndef MBSRI_NEWTON_SOLVE_H
 #define MBSRI_NEWTON_SOLVE_H
 
-#include "newton/blocks/linked.h"
 #include "newton/sweeps/border.h"
 #include "newton/sweeps/closing.h"
 #include "newton/sweeps/multi_axis_solve.h"
@@ -234,21 +233,6 @@ MBSRI_INLINE void condense_joint(mbsri_newton_sweeps *newton, const mbsri_newton
     }
 }
 
-/* On body i by those it is tied to, which have been eliminated (newton/blocks/linked.h). */
-MBSRI_OUTLINE void add_tied_load(const mbsri_newton_sweeps *newton, int i, loads *f)
-{
-    const double *from = mbsri_links_load(newton->blocks, i);
-    if (!from) return;
-    for (int r = 0; r < 4; ++r) f->b[r] += load3(from + 4 * r);
-    for (int r = 0; r < 2; ++r) f->psi[r] += load3(from + 16 + 4 * r);
-}
-
-MBSRI_OUTLINE void keep_tied_motion(const mbsri_newton_sweeps *newton, int i, const v4 x[4])
-{
-    double *to = mbsri_links_motion(newton->blocks, i);
-    for (int g = 0; to && g < 4; ++g) store3(to + 4 * g, first_three(x[g]));
-}
-
 MBSRI_INLINE void solve_back(mbsri_newton_sweeps *newton, const double *r,
                              const double *load_of_body, bool full, bool deep, bool mixed)
 {
@@ -257,24 +241,20 @@ MBSRI_INLINE void solve_back(mbsri_newton_sweeps *newton, const double *r,
     mbsri_newton_flow *top = newton->flow;
     loads f;
     clear_loads(&f);
-    const bool tied = mixed && newton->blocks->linked;
     for (int i = m->bodies; i >= 1; --i) {
         const mbsri_newton_step *s = newton->step + i;
         const int flags = s->flags;
         if (mixed && flags & MBSRI_BLOCK) {
             block_loads(newton, i, load_of_body ? load_of_body + m->size_v : NULL, &f, &top, deep);
-            if (tied) mbsri_links_reduce(newton->blocks, i, r);
             continue;
         }
         if (flags & MBSRI_LEAF) clear_loads(&f);
         if (flags & MBSRI_BRANCHES) add_loads(--top, &f, full, deep);
         if (full && load_of_body) add_load(newton, i, load_of_body, &f, deep);
         if (mixed && flags & MBSRI_CLOSES) close_loads(newton, i, f.b, f.psi);
-        if (tied) add_tied_load(newton, i, &f);
         condense_joint(newton, s, i, flags, by, &f, full, deep, mixed);
         hand_loads_over(s, &f, &top, full, deep);
         if (mixed && flags & MBSRI_TO_BLOCK) give_loads(newton, i, &f, deep);
-        if (tied) mbsri_links_reduce(newton->blocks, i, r);
     }
 }
 
@@ -371,7 +351,6 @@ MBSRI_INLINE void solve_forward(mbsri_newton_sweeps *newton, const double *r, co
 {
     const mbsr_model *m = newton->model;
     const solution of = solution_of(m, delta);
-    const bool tied = mixed && newton->blocks->linked;
     v4 x[4] = {splat(0.0), splat(0.0), splat(0.0), splat(0.0)};
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_newton_step *s = newton->step + i;
@@ -383,13 +362,11 @@ MBSRI_INLINE void solve_forward(mbsri_newton_sweeps *newton, const double *r, co
             for (int g = 0; g < groups(full); ++g)
                 x[g] = load(newton->x[newton->step[s->parent].branch] + 4 * g);
         }
-        if (tied) mbsri_links_substitute(newton->blocks, i);
         if (mixed && s->flags & MBSRI_BLOCK) {
             move_block(newton, i, x, tau, delta);
             continue;
         }
         move_joint(newton, s, i, s->flags, r, of, x, full, mixed);
-        if (tied) keep_tied_motion(newton, i, x);
         if (s->flags & MBSRI_BRANCHES) {
             for (int g = 0; g < groups(full); ++g) store(newton->x[s->branch] + 4 * g, x[g]);
         }
@@ -419,7 +396,6 @@ MBSRI_OUTLINE void solve_mixed(mbsri_newton_sweeps *newton, const double *r,
 {
     const double *tau = load_of_body ? load_of_body + newton->model->size_v : NULL;
     mbsri_border_load(newton, r, load_of_body);
-    mbsri_links_clear(newton->blocks);
     solve_back(newton, r, load_of_body, true, newton->deep, true);
     mbsri_border_turn(newton);
     if (newton->model->rows > 0) turn_root(newton);

@@ -608,6 +608,74 @@ static void info_says_what_is_on_the_tree_and_what_across(void **state)
     assert_info(info_with(1, webs + 2, NULL), MBSR_NEWTON_TREE, 1, 0, 0);
 }
 
+/* Two chains of n hinges, and a spring from each body of one to that of the other. */
+static mbsr_model *make_ladder(int n)
+{
+    static const double axis[2][3] = {{0.0, 0.0, 1.0}, {0.3, 1.0, 0.0}}, edges[3] = {0.2, 0.3, 1.0},
+                        at[3] = {0.1, 0.05, 0.0};
+    mbsr_model *m;
+    assert_ok(mbsr_model_create(NULL, &m, NULL), NULL);
+    for (int k = 0; k < 2 * n; ++k) {
+        const mbsr_frame A = mbsr_frame_at(k % n > 0 ? 0.3 : 0.0, k == n ? 0.5 : 0.0, 0.0);
+        mbsr_body_def body = mbsr_default_body_def();
+        body.parent = k % n > 0 ? k - 1 : MBSR_GROUND;
+        body.joint = mbsr_joint_revolute(&A, NULL, axis[k % 2]);
+        body.inertia = mbsr_inertia_box(1.0, edges);
+        assert_ok(mbsr_model_add_body(m, &body, NULL), mbsr_model_error(m));
+    }
+    for (int k = 0; k < n; ++k) {
+        const mbsr_force_def rung = mbsr_force_point_spring(k, at, k + n, at, 100.0, 1.0, 0.1);
+        assert_ok(mbsr_model_add_force(m, &rung, NULL), mbsr_model_error(m));
+    }
+    assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
+    return m;
+}
+
+/* Of n rungs: eliminated and corrected solutions agree; the memory of the former. */
+static size_t memory_of_ladder(int n)
+{
+    mbsr_model *m = make_ladder(n);
+    mbsr_data *d;
+    assert_ok(mbsr_data_create(m, &d, NULL), NULL);
+    const int size = mbsr_dae_size(m, MBSR_DAE_MOMENTUM);
+    double *y = calloc(5 * (size_t)size, sizeof *y), *yp = y + size, *r = yp + size, *x = r + size,
+           *other = x + size;
+    test_rng rng = test_seed(7);
+    test_fill(&rng, size, r);
+    for (int k = 0; k < 2 * n; ++k) y[k] = 0.01 * r[k];
+    assert_ok(mbsr_dae_pack(m, d, MBSR_DAE_MOMENTUM, 0.0, y, y + size - 2 * n, other), NULL);
+    mbsr_newton_opt opt = mbsr_default_newton_opt();
+    mbsr_newton *eliminated = create(m, &opt);
+    opt.method = MBSR_NEWTON_CORRECTED;
+    mbsr_newton *corrected = create(m, &opt);
+    assert_int_equal(info_of(eliminated).method, MBSR_NEWTON_ELIMINATED);
+    assert_int_equal(info_of(eliminated).exact, 1);
+    assert_ok(mbsr_newton_factor(eliminated, d, 0.0, other, yp, 100.0),
+              mbsr_newton_error(eliminated));
+    assert_ok(mbsr_newton_factor(corrected, d, 0.0, other, yp, 100.0),
+              mbsr_newton_error(corrected));
+    solve(eliminated, r, x);
+    solve(corrected, r, y);
+    assert_int_equal(info_of(corrected).rank, 6 * n);
+    for (int k = 0; k < size; ++k)
+        assert_less(fabs(x[k] - y[k]), 1e-9 * (1.0 + test_largest(size, y)));
+    const size_t bytes = info_of(eliminated).bytes;
+    mbsr_newton_destroy(eliminated);
+    mbsr_newton_destroy(corrected);
+    mbsr_data_destroy(d);
+    mbsr_model_destroy(m);
+    free(y);
+    return bytes;
+}
+
+/* Its sides are eliminated together, from the far end. */
+static void rungs_of_a_ladder_cost_the_same_each(void **state)
+{
+    (void)state;
+    const size_t few = memory_of_ladder(10), many = memory_of_ladder(30);
+    assert_less((double)many, 3.2 * (double)few);
+}
+
 /* ---- lean ---- */
 
 static mbsr_newton *create_with(const mbsr_model *model, int by_blocks, int lean)
@@ -784,6 +852,7 @@ int main(void)
         cmocka_unit_test(every_allocation_may_fail),
         cmocka_unit_test(the_memory_is_what_info_says),
         cmocka_unit_test(info_says_what_is_on_the_tree_and_what_across),
+        cmocka_unit_test(rungs_of_a_ladder_cost_the_same_each),
         cmocka_unit_test(lean_solvers_and_lean_data_serve_vector_code),
         cmocka_unit_test(lean_solvers_refuse_what_vector_code_does_not_serve),
         cmocka_unit_test(ids_may_come_in_any_order),
