@@ -174,11 +174,11 @@ static unsigned in_lanes(const request *r, int first, int count)
     const mbsr_model *m = r->m;
     mbsr_batch *b = r->b;
     const mbsri_batch_kernels *kernels = b->kernels;
-    const int *q_of = m->in_order ? NULL : m->q_of, *u_of = m->in_order ? NULL : m->u_of;
-    unsigned served = kernels->gather(m->nq, q_of, count, state_of(r->q, m->nq, first), b->q);
-    served &= kernels->gather(m->nu, u_of, count, state_of(r->u, m->nu, first), b->u);
+    const int *q_place = b->q_place, *u_place = b->u_place;
+    unsigned served = kernels->gather(m->nq, q_place, count, state_of(r->q, m->nq, first), b->q);
+    served &= kernels->gather(m->nu, u_place, count, state_of(r->u, m->nu, first), b->u);
     if (r->load)
-        served &= kernels->gather(m->nu, u_of, count, state_of(r->load, m->nu, first), b->load);
+        served &= kernels->gather(m->nu, u_place, count, state_of(r->load, m->nu, first), b->load);
     else
         mbsri_zero((size_t)m->nu * (size_t)kernels->lanes, b->load);
     if (b->run.lane) {
@@ -190,8 +190,8 @@ static unsigned in_lanes(const request *r, int first, int count)
         served = all_joint_forces(r, count, served, 1.0, b->load);
         served &= kernels->forward(&b->run);
     }
-    return served &
-           kernels->scatter(m->nu, u_of, count, b->run.out, r->out + (size_t)m->nu * (size_t)first);
+    return served & kernels->scatter(m->nu, u_place, count, b->run.out,
+                                     r->out + (size_t)m->nu * (size_t)first);
 }
 
 /* ---- states one by one ---- */

@@ -2,6 +2,7 @@
  * one block of memory.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "batch/build.h"
+#include "batch/frames.h"
 
 #include "algebra/space3.h"
 #include "base/error.h"
@@ -143,22 +144,23 @@ static bool count_parts(const mbsr_model *m, parts *n)
 
 /* last: bodies + 1 places to work in, for each body of the model where its last part is; origin, if
  * not NULL: the other way round. */
-static void place_tree(const mbsr_model *m, int *last, mbsri_sweep_body *body, int *origin)
+static void place_tree(const mbsr_model *m, int *last, mbsri_batch_body *body, int *origin)
 {
-    mbsri_sweep_body *next = body;
-    int moved = 0;
-    *next++ = m->sweeps->body[0];
+    mbsri_sweep_body part[MBSRI_MAX_STEPS + 1];
+    int moved = 0, next = 1;
+    mbsri_batch_take(m->sweeps->body, 0, body);
     last[0] = 0;
     for (int i = 1; i <= m->bodies; ++i) {
-        const int count = take_apart(m, i, &moved, next);
-        join(m, i, count, next);
-        for (int k = 0; k < count; ++k) next[k].parent = (int)(next - body) + k - 1;
-        next->parent = last[m->sweeps->body[i].parent];
-        next += count;
-        last[i] = (int)(next - body) - 1;
-        for (int k = 0; k < count && origin; ++k) origin[last[i] - k] = k == 0 ? i : 0;
+        const int count = take_apart(m, i, &moved, part), parent = last[m->sweeps->body[i].parent];
+        join(m, i, count, part);
+        for (int k = 0; k < count; ++k, ++next) {
+            mbsri_batch_take(part + k, k ? next - 1 : parent, body + next);
+            if (origin) origin[next] = k == count - 1 ? i : 0;
+        }
+        last[i] = next - 1;
     }
     if (origin) origin[0] = 0;
+    mbsri_batch_align(next - 1, body);
 }
 
 /* ---- memory ---- */
@@ -198,6 +200,7 @@ static size_t layout(const mbsr_model *m, const mbsri_batch_kernels *kernels, pa
     const size_t N = (size_t)n.bodies + 1, scalar = (size_t)kernels->lanes * sizeof(double);
     b->body = take(base, &used, N * sizeof *b->body);
     b->run.state = take(base, &used, N * kernels->state_size);
+    b->run.motion = take(base, &used, N * kernels->motion_size);
     b->run.ball = take(base, &used, (size_t)n.balls * kernels->ball_size);
     b->run.stack = take(base, &used, (size_t)m->sweeps->depth * kernels->stack_size);
     b->run.drive = take(base, &used, 3 * (size_t)n.moved * sizeof *b->run.drive);
@@ -205,6 +208,8 @@ static size_t layout(const mbsr_model *m, const mbsri_batch_kernels *kernels, pa
     b->u = take(base, &used, (size_t)m->nu * scalar);
     b->load = take(base, &used, (size_t)m->nu * scalar);
     b->run.out = take(base, &used, (size_t)m->nu * scalar);
+    b->q_place = m->in_order ? NULL : take(base, &used, (size_t)m->nq * sizeof *b->q_place);
+    b->u_place = m->in_order ? NULL : take(base, &used, (size_t)m->nu * sizeof *b->u_place);
     if (!has_seen(m)) return used;
     b->run.place = take(base, &used, N * kernels->place_size);
     b->run.lane = take(base, &used, (size_t)kernels->lanes * sizeof *b->run.lane);
@@ -225,6 +230,12 @@ static int start_lanes(const mbsr_model *m, mbsr_batch *b, unsigned char *memory
     return status;
 }
 
+static void place_coordinates(const mbsr_model *m, mbsr_batch *b)
+{
+    for (int k = 0; k < m->nq && b->q_place; ++k) b->q_place[m->q_of[k]] = k;
+    for (int k = 0; k < m->nu && b->u_place; ++k) b->u_place[m->u_of[k]] = k;
+}
+
 static int start(const mbsr_model *m, const mbsri_batch_kernels *kernels, int bodies, void *lane,
                  mbsr_batch *b, mbsr_error *error)
 {
@@ -238,13 +249,15 @@ static int start(const mbsr_model *m, const mbsri_batch_kernels *kernels, int bo
     b->shares = 1;
     b->share = NULL;
     if (!kernels) return MBSR_OK;
+    place_coordinates(m, b);
     const double length = m->sweeps->length;
     b->run.bodies = bodies;
     b->run.body = b->body;
     b->run.q = b->q;
     b->run.u = b->u;
     b->run.load = b->load;
-    b->run.per_area = 1.0 / (length * length);
+    b->run.area = length * length;
+    b->run.per_area = 1.0 / b->run.area;
     b->run.rule = mbsri_rank_rule_of(m->rank_tolerance);
     if (!lane) {
         b->run.lane = NULL;

@@ -2,156 +2,174 @@
  * different processors, each with its own MBSRI_LANES.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Symbols and equations are those of sweeps/motion.h. */
+ * Symbols and equations are those of sweeps/motion.h, but all vectors are along the axes of the body that
+ * they belong to (record.h): its inertia and its joint's axis are constants there, and what is turned
+ * from body to body is turned by two numbers at a time. */
+#include "batch/eliminate.h"
+#include "batch/order.h"
 #include "batch/seen.h"
 
 #include "sweeps/sine.h"
 
-#include <string.h>
+/* ---- root to leaves: theta, omega, c, gyroscopic forces ---- */
 
-/* ---- between the caller's order and the lanes ---- */
-
-MBSRI_INLINE unsigned set_of(lane_bits where)
+/* A coordinate, its rate and acceleration; u' where the joint does not prescribe it. */
+MBSRI_INLINE lanes coordinate_of(const mbsri_batch_run *run, const mbsri_batch_body *b, int flags)
 {
-    unsigned set = 0;
-    for (int l = 0; l < MBSRI_LANES; ++l) set |= (unsigned)(where[l] & 1) << l;
-    return set;
+    return flags & MBSRI_MOVED ? splat(run->drive[3 * b->q]) : at(run->q, b->q);
 }
 
-static unsigned gather(int n, const int *place, int count, const double *from, double *to)
+MBSRI_INLINE lanes rate_of(const mbsri_batch_run *run, const mbsri_batch_body *b, int flags)
 {
-    const double *state[MBSRI_LANES];
-    lane_bits finite = {0};
-    finite = ~finite;
-    for (int l = 0; l < MBSRI_LANES; ++l)
-        state[l] = from + (size_t)n * (size_t)(l < count ? l : count - 1);
-    for (int k = 0; k < n; ++k) {
-        const int from_k = place ? place[k] : k;
-        lanes x;
-        for (int l = 0; l < MBSRI_LANES; ++l) x[l] = state[l][from_k];
-        finite &= x - x == splat(0.0);
-        *((lanes *)to + k) = x;
-    }
-    return set_of(finite);
+    return flags & MBSRI_MOVED ? splat(run->drive[3 * b->q + 1]) : at(run->u, b->u);
 }
-
-static unsigned scatter(int n, const int *place, int count, const double *from, double *to)
-{
-    lane_bits finite = {0};
-    finite = ~finite;
-    for (int k = 0; k < n; ++k) {
-        const lanes x = *((const lanes *)from + k);
-        double *const to_k = to + (place ? place[k] : k);
-        finite &= x - x == splat(0.0);
-        for (int l = 0; l < MBSRI_LANES; ++l) {
-            if (l < count) to_k[(size_t)n * (size_t)l] = x[l];
-        }
-    }
-    return set_of(finite);
-}
-
-/* ---- root to leaves: R, rho, omega, c ---- */
 
 /* A += S u' */
-MBSRI_INLINE void add_rate(const mbsri_sweep_body *b, vec Z, lanes udot, vec *A_w, vec *A_v)
+MBSRI_INLINE void add_rate(const mbsri_batch_body *b, int flags, lanes udot, vec *A_w, vec *A_v)
 {
-    if (b->flags & MBSRI_TURNS) *A_w = plus(*A_w, udot, Z);
-    if (b->flags & MBSRI_SLIDES) *A_v = plus(*A_v, splat(b->pitch) * udot, Z);
+    if (flags & MBSRI_TURNS) A_w->z += udot;
+    if (flags & MBSRI_SLIDES) A_v->z += splat(b->pitch) * udot;
 }
 
-/* B <- B R(q / |q|); false where q is zero. */
-MBSRI_INLINE lane_bits turn_by_quaternion(const double *q, int k, mat *B)
+/* R(q / |q|); false where q is zero. */
+MBSRI_INLINE lane_bits ball_turn(const double *q, int k, mat *R)
 {
     const lanes w = at(q, k), x = at(q, k + 1), y = at(q, k + 2), z = at(q, k + 3);
     const lanes square = w * w + x * x + y * y + z * z, s = splat(2.0) / square;
     const lanes wx = s * w * x, wy = s * w * y, wz = s * w * z, xx = s * x * x, xy = s * x * y,
                 xz = s * x * z, yy = s * y * y, yz = s * y * z, zz = s * z * z, one = splat(1.0);
-    const vec X = {one - (yy + zz), xy + wz, xz - wy}, Y = {xy - wz, one - (xx + zz), yz + wx},
-              Z = {xz + wy, yz - wx, one - (xx + yy)};
-    const mat P = *B;
-    *B = (mat){times(&P, X), times(&P, Y), times(&P, Z)};
+    *R = (mat){{one - (yy + zz), xy + wz, xz - wy},
+               {xy - wz, one - (xx + zz), yz + wx},
+               {xz + wy, yz - wx, one - (xx + yy)}};
     return square > splat(0.0);
 }
 
-MBSRI_INLINE lane_bits turn_by_angle(lanes angle, mat *B)
+/* The rotation of the joint; which states have coordinates that are served. */
+MBSRI_INLINE lane_bits turn_joint(const mbsri_batch_run *run, const mbsri_batch_body *b, int flags,
+                                  ball_state *ball, body_state *s)
 {
-    lanes sine, cosine;
-    sine_cosine(angle, &sine, &cosine);
-    const mat P = *B;
-    B->x = plus(scaled(P.x, cosine), sine, P.y);
-    B->y = plus(scaled(P.y, cosine), -sine, P.x);
-    return (angle < splat((double)MBSRI_REDUCED)) & (angle > splat(-(double)MBSRI_REDUCED));
+    lane_bits served = {0};
+    if (flags & MBSRI_TURNS) {
+        const lanes q = coordinate_of(run, b, flags), most = splat((double)MBSRI_REDUCED);
+        sine_cosine(q + splat(b->offset), &s->s, &s->c);
+        return (q < most) & (q > -most);
+    }
+    if (flags & MBSRI_BALL) {
+        s->c = splat(b->base[0]), s->s = splat(b->base[1]);
+        return ball_turn(run->q, b->q, &ball->R);
+    }
+    return ~served;
 }
 
-/* Which states have coordinates that are served. */
-MBSRI_INLINE lane_bits move_body(const mbsri_batch_run *run, const mbsri_sweep_body *b,
-                                 ball_state *ball, body_state *s)
+/* omega of the predecessor along the body's axes (a quaternion's: the joint's) to that of the body; what
+ * of the acceleration comes with it is added to c. */
+MBSRI_INLINE vec add_velocity(const mbsri_batch_run *run, const mbsri_batch_body *b, int flags,
+                              const ball_state *ball, vec omega, vec *c_w, vec *c_v)
 {
-    const body_state *pred = (const body_state *)run->state + b->parent;
-    const mat P = pred->R;
-    const vec omega_pred = pred->omega, none = {splat(0.0), splat(0.0), splat(0.0)};
-    mat B = {turned(&P, b->A), turned(&P, b->A + 4), turned(&P, b->A + 8)};
-    vec rho = turned(&P, b->x), omega = omega_pred, c_w = none, c_v = none;
-    lane_bits served = {0};
-    served = ~served;
-    if (b->flags & (MBSRI_TURNS | MBSRI_SLIDES)) {
-        const bool moved = (b->flags & MBSRI_MOVED) != 0;
-        const double *drive = run->drive + (moved ? 3 * b->q : 0);
-        const lanes q = moved ? splat(drive[0]) : at(run->q, b->q),
-                    u = moved ? splat(drive[1]) : at(run->u, b->u);
-        const vec turning = scaled(cross(omega_pred, B.z), u);
-        if (b->flags & MBSRI_SLIDES) {
-            rho = plus(rho, splat(b->pitch) * q, B.z);
-            c_v = scaled(turning, splat(2.0 * b->pitch));
+    if (flags & (MBSRI_TURNS | MBSRI_SLIDES)) {
+        const lanes u = rate_of(run, b, flags), x = u * omega.y, y = u * omega.x; /* u omega x z */
+        if (flags & MBSRI_SLIDES) {
+            const lanes twice = splat(2.0 * b->pitch);
+            c_v->x += twice * x, c_v->y -= twice * y;
         }
-        if (b->flags & MBSRI_TURNS) {
-            omega = plus(omega, u, B.z);
-            c_w = turning;
-            served = turn_by_angle(q, &B);
+        if (flags & MBSRI_TURNS) {
+            c_w->x += x, c_w->y -= y;
+            omega.z += u;
         }
-        if (moved) add_rate(b, B.z, splat(drive[2]), &c_w, &c_v);
-    } else if (b->flags & MBSRI_BALL) {
+        if (flags & MBSRI_MOVED) add_rate(b, flags, splat(run->drive[3 * b->q + 2]), c_w, c_v);
+    } else if (flags & MBSRI_BALL) {
         const vec u = {at(run->u, b->u), at(run->u, b->u + 1), at(run->u, b->u + 2)};
-        const vec relative = times(&B, u);
-        ball->axes = B;
-        omega = add(omega, relative);
-        c_w = cross(omega_pred, relative);
-        served = turn_by_quaternion(run->q, b->q, &B);
+        *c_w = add(*c_w, cross(omega, u));
+        omega = transposed_times(&ball->R, add(omega, u));
     }
-    s->R = B;
-    s->rho = rho;
-    s->omega = omega;
-    s->A_w = c_w;
-    s->A_v = add(c_v, cross(omega_pred, cross(omega_pred, rho)));
+    return omega;
+}
+
+/* [omega]x^2 */
+MBSRI_INLINE sym squared(vec omega)
+{
+    const lanes xx = omega.x * omega.x, yy = omega.y * omega.y, zz = omega.z * omega.z;
+    return (sym){-(yy + zz),        -(xx + zz),        -(xx + yy),
+                 omega.x * omega.y, omega.x * omega.z, omega.y * omega.z};
+}
+
+/* omega x I omega, by the square: the skew part of its product with the tensor */
+MBSRI_INLINE vec gyration(const mbsri_batch_body *b, const sym *W)
+{
+    const double *I = b->I;
+    const lanes xy = splat(I[3]), xz = splat(I[4]), yz = splat(I[5]);
+    return (vec){xz * W->xy - xy * W->xz + splat(I[2] - I[1]) * W->yz + yz * (W->yy - W->zz),
+                 xy * W->yz - yz * W->xy + splat(I[0] - I[2]) * W->xz + xz * (W->zz - W->xx),
+                 yz * W->xz - xz * W->yz + splat(I[1] - I[0]) * W->xy + xy * (W->xx - W->yy)};
+}
+
+/* *m: omega and its square, of the predecessor, then of the body. */
+MBSRI_INLINE lane_bits move_body(const mbsri_batch_run *run, const mbsri_batch_body *b, int flags,
+                                 ball_state *ball, body_state *s, motion *m)
+{
+    const lane_bits served = turn_joint(run, b, flags, ball, s);
+    const turn theta = {s->c, s->s, s->c, s->s, s->s};
+    vec c_w = no_vec(), c_v = no_vec();
+    if (!(flags & MBSRI_HERE))
+        c_v = to_own(b, flags, &theta, sym_times(&m->squared, arm_of(run, b, flags)));
+    m->omega = add_velocity(run, b, flags, ball, to_own(b, flags, &theta, m->omega), &c_w, &c_v);
+    m->squared = squared(m->omega);
+    s->c_w = c_w;
+    s->c_v = c_v;
+    if (flags & MBSRI_MASSLESS) return served;
+    s->column.g_L = gyration(b, &m->squared);
+    s->column.g_p = sym_times(&m->squared, vec_of(b->c));
     return served;
 }
 
+/* The root has the axes of run->R. */
 static void move_root(const mbsri_batch_run *run)
 {
-    body_state *s = run->state;
-    s->R = (mat){vec_of(run->R), vec_of(run->R + 3), vec_of(run->R + 6)};
-    s->omega = vec_of(run->omega);
-    s->A_w = vec_of(run->A);
-    s->A_v = vec_of(run->A + 3);
+    motion *m = run->motion;
+    const mat R = {vec_of(run->R), vec_of(run->R + 3), vec_of(run->R + 6)};
+    m->omega = transposed_times(&R, vec_of(run->omega));
+    m->A_w = transposed_times(&R, vec_of(run->A));
+    m->A_v = transposed_times(&R, vec_of(run->A + 3));
+    m->squared = squared(m->omega);
+    m->K = turning(&m->squared, m->A_w);
+}
+
+/* Of the predecessor of body i, where that is not the body before. */
+MBSRI_INLINE bool hangs_elsewhere(const mbsri_batch_run *run, int i, bool any)
+{
+    return any || run->body[i].parent != i - 1 || i == 1;
 }
 
 /* any: there are bodies that are seen. */
 MBSRI_INLINE lane_bits kinematics(mbsri_batch_run *run, bool any)
 {
     body_state *s = run->state;
+    motion *kept = run->motion, m;
     ball_state *ball = run->ball;
     lane_bits served = {0};
     served = ~served;
     move_root(run);
     if (any) place_root(run);
     for (int i = 1; i <= run->bodies; ++i) {
-        const mbsri_sweep_body *b = run->body + i;
+        const mbsri_batch_body *b = run->body + i;
         if (any && b->flags & MBSRI_BLOCK) {
             move_block(run, i);
+            kept[i].squared = squared(kept[i].omega);
             continue;
         }
-        served &= move_body(run, b, ball, s + i);
-        if (any) place_body(run, i);
+        if (hangs_elsewhere(run, i, any)) {
+            m.omega = kept[b->parent].omega;
+            m.squared = kept[b->parent].squared;
+        }
+        if (b->flags & MBSRI_HINGE)
+            served &= move_body(run, b, hinge_flags(b->flags), ball, s + i, &m);
+        else
+            served &= move_body(run, b, b->flags, ball, s + i, &m);
+        if (any || b->flags & MBSRI_BRANCHES) {
+            kept[i].omega = m.omega;
+            kept[i].squared = m.squared;
+        }
+        if (any) place_body(run, i, ball);
         if (b->flags & MBSRI_BALL) ++ball;
     }
     return served;
@@ -159,168 +177,50 @@ MBSRI_INLINE lane_bits kinematics(mbsri_batch_run *run, bool any)
 
 /* ---- leaves to root: Mbar, D, e ---- */
 
-MBSRI_INLINE lanes larger(lanes a, lanes b)
+/* All coordinates of a body, and to the predecessor's axes but for beta. */
+MBSRI_INLINE void pass_hinge(const mbsri_batch_run *run, const mbsri_batch_body *b, body_state *s,
+                             carry *c, lane_bits *clear)
 {
-    const lane_bits first = a > b;
-    return (lanes)((first & (lane_bits)a) | (~first & (lane_bits)b));
+    hinge j;
+    s->column = eliminate_hinge(run, b, at(run->load, b->u), c, clear, &j);
+    if (b->parent == 0) return;
+    const vec w = s->c_w, v = s->c_v;
+    j.theta = turn_of_body(s);
+    j.alpha = fixed_turn(b->tilt);
+    pass_M(&j, v, c);
+    pass_G(&j, w, v, c);
+    pass_I(&j, w, c);
+    c->L = about_x(&j.alpha, about_z(&j.theta, c->L));
+    c->p = about_x(&j.alpha, about_z(&j.theta, c->p));
 }
 
-/* c += what other successors left. */
-MBSRI_INLINE void add_carry(const carry *m, carry *c)
-{
-    add_to(&c->I, &m->I);
-    add_to(&c->M, &m->M);
-    c->G = (mat){add(c->G.x, m->G.x), add(c->G.y, m->G.y), add(c->G.z, m->G.z)};
-    c->L = add(c->L, m->L);
-    c->p = add(c->p, m->p);
-    c->kappa = larger(m->kappa, c->kappa);
-    c->spread += m->spread;
-}
-
-/* Own inertia, turned into the world, and its gyroscopic force. */
-MBSRI_INLINE void add_own(const mbsri_sweep_body *b, const body_state *s, carry *c)
-{
-    const mat R = s->R;
-    const vec omega = s->omega, h = turned(&R, b->c);
-    const mat N = {turned(&R, b->I), turned(&R, b->I + 4), turned(&R, b->I + 8)};
-    const sym I = {N.x.x * R.x.x + N.y.x * R.y.x + N.z.x * R.z.x,
-                   N.x.y * R.x.y + N.y.y * R.y.y + N.z.y * R.z.y,
-                   N.x.z * R.x.z + N.y.z * R.y.z + N.z.z * R.z.z,
-                   N.x.x * R.x.y + N.y.x * R.y.y + N.z.x * R.z.y,
-                   N.x.x * R.x.z + N.y.x * R.y.z + N.z.x * R.z.z,
-                   N.x.y * R.x.z + N.y.y * R.y.z + N.z.y * R.z.z};
-    c->L = add(c->L, cross(omega, sym_times(&I, omega)));
-    c->p = add(c->p, cross(omega, cross(omega, h)));
-    add_to(&c->I, &I);
-    /* G = -[h]x */
-    c->G.x.y -= h.z, c->G.x.z += h.y;
-    c->G.y.x += h.z, c->G.y.z -= h.x;
-    c->G.z.x -= h.y, c->G.z.y += h.x;
-    const lanes mass = splat(b->c[3]);
-    c->M.xx += mass, c->M.yy += mass, c->M.zz += mass;
-}
-
-/* From a body's origin to its predecessor's: with r = [rho]x
- *   G <- G' = G - M r,  I <- I + r G' + (r G)^T,  L <- L + r p */
-MBSRI_INLINE void translate(vec r, carry *c)
-{
-    const sym *M = &c->M;
-    const mat G = c->G, N = {{G.x.x - M->xy * r.z + M->xz * r.y, G.x.y - M->yy * r.z + M->yz * r.y,
-                              G.x.z - M->yz * r.z + M->zz * r.y},
-                             {G.y.x - M->xz * r.x + M->xx * r.z, G.y.y - M->yz * r.x + M->xy * r.z,
-                              G.y.z - M->zz * r.x + M->xz * r.z},
-                             {G.z.x - M->xx * r.y + M->xy * r.x, G.z.y - M->xy * r.y + M->yy * r.x,
-                              G.z.z - M->xz * r.y + M->yz * r.x}};
-    c->I.xx = c->I.xx + r.y * N.x.z - r.z * N.x.y + r.y * G.x.z - r.z * G.x.y;
-    c->I.yy = c->I.yy + r.z * N.y.x - r.x * N.y.z + r.z * G.y.x - r.x * G.y.z;
-    c->I.zz = c->I.zz + r.x * N.z.y - r.y * N.z.x + r.x * G.z.y - r.y * G.z.x;
-    c->I.xy = c->I.xy + r.z * N.x.x - r.x * N.x.z + r.y * G.y.z - r.z * G.y.y;
-    c->I.xz = c->I.xz + r.x * N.x.y - r.y * N.x.x + r.y * G.z.z - r.z * G.z.y;
-    c->I.yz = c->I.yz + r.x * N.y.y - r.y * N.y.x + r.z * G.z.x - r.x * G.z.z;
-    c->G = N;
-    c->L = add(c->L, cross(r, c->p));
-}
-
-MBSRI_INLINE lanes trace_of(const carry *c, int flags, double per_area)
-{
-    if (flags & MBSRI_LEVEL) return c->I.zz * splat(per_area) + (c->M.xx + c->M.yy);
-    return (c->I.xx + c->I.yy + c->I.zz) * splat(per_area) + (c->M.xx + c->M.yy + c->M.zz);
-}
-
-/* The bound of rounding errors with those of Mbar itself, whose norm is at most `trace`; a regular
- * body's (see mbsri_sweep_body.soft) goes into kappa. Returns what stays in spread. */
-MBSRI_INLINE lanes noise_of(carry *c, lanes trace, double soft)
-{
-    const lanes spread = c->spread + trace;
-    if (!(soft > 0.0)) return spread;
-    c->kappa = larger(spread * splat(soft), c->kappa);
-    return splat(0.0);
-}
-
-/* One coordinate, S = (alpha Z, h Z) with alpha = 1 where it turns and h = pitch where it slides:
- * U = Mbar S, D = S^T U, e = tau - S^T (L, p), then Mbar - U D^-1 U^T and (L, p) + U D^-1 e, and
- * the bound of rounding errors with them. *clear &= D is regular and known to nine digits, as
- * `certify` of the sweeps has it. */
-MBSRI_INLINE column eliminate(const mbsri_batch_run *run, int flags, double pitch, double soft,
-                              double armature, vec Z, lanes tau, carry *c, lane_bits *clear)
-{
-    const lanes per_area = splat(run->per_area), least = splat(run->rule.by_parts),
-                h = splat(pitch);
-    const vec none = {splat(0.0), splat(0.0), splat(0.0)};
-    vec U_L = none, U_p = none;
-    lanes D = splat(armature), e = tau;
-    double size = 0.0;
-    lanes local = splat(0.0);
-    if (flags & MBSRI_TURNS) {
-        U_L = sym_times(&c->I, Z);
-        U_p = times(&c->G, Z);
-        size = 1.0 / run->per_area;
-        local = c->I.zz;
-        if (!(flags & MBSRI_FLAT)) local += c->I.xx + c->I.yy;
-    }
-    if (flags & MBSRI_SLIDES) {
-        U_L = plus(U_L, h, transposed_times(&c->G, Z));
-        U_p = plus(U_p, h, sym_times(&c->M, Z));
-        D += h * dot(Z, U_p);
-        e -= h * dot(Z, c->p);
-        size += pitch * pitch;
-        local += splat(pitch * pitch) * (c->M.xx + c->M.yy + c->M.zz);
-    }
-    if (flags & MBSRI_TURNS) {
-        D += dot(Z, U_L);
-        e -= dot(Z, c->L);
-    }
-    const lanes trace = trace_of(c, flags, run->per_area), Dinv = splat(1.0) / D;
-    const lanes spread = noise_of(c, trace, soft);
-    *clear &= (D > splat(MBSRI_NINE_DIGITS) * local) &
-              (D - least * (D * c->kappa) > least * (spread * splat(size)));
-    const column g = {scaled(U_L, Dinv), scaled(U_p, Dinv), e * Dinv};
-    lanes transport = splat(size) * (dot(g.g_L, g.g_L) * per_area + dot(g.g_p, g.g_p));
-    if (armature > 0.0) /* 1 - S g^T projects on nothing: (1 + |S| |g|)^2 <= 2 + 2 |S|^2 |g|^2 */
-        transport = splat(2.0) + splat(2.0) * transport;
-    c->spread = spread * transport + trace * (splat(1.0) + transport);
-    subtract_product(&c->I, g.g_L, U_L);
-    subtract_product(&c->M, g.g_p, U_p);
-    c->G = (mat){plus(c->G.x, -U_L.x, g.g_p), plus(c->G.y, -U_L.y, g.g_p),
-                 plus(c->G.z, -U_L.z, g.g_p)};
-    c->L = plus(c->L, e, g.g_L);
-    c->p = plus(c->p, e, g.g_p);
-    return g;
-}
-
-/* All coordinates of a body. */
-MBSRI_INLINE void eliminate_all(const mbsri_batch_run *run, const mbsri_sweep_body *b,
-                                ball_state *ball, body_state *s, carry *c, lane_bits *clear)
+MBSRI_INLINE void pass_other(const mbsri_batch_run *run, const mbsri_batch_body *b,
+                             ball_state *ball, body_state *s, carry *c, lane_bits *clear)
 {
     if (b->flags & MBSRI_BALL) {
-        const mat Z = ball->axes;
-        const int flags = MBSRI_TURNS;
-        ball->column[2] = eliminate(run, flags, 0.0, b->soft, b->armature, Z.z,
-                                    at(run->load, b->u + 2), c, clear);
-        ball->column[1] =
-            eliminate(run, flags, 0.0, 0.0, b->armature, Z.y, at(run->load, b->u + 1), c, clear);
-        ball->column[0] =
-            eliminate(run, flags, 0.0, 0.0, b->armature, Z.x, at(run->load, b->u), c, clear);
+        eliminate_ball(run, b, ball, c, clear);
     } else if (b->n > 0) {
-        s->column = eliminate(run, b->flags, b->pitch, b->soft, b->armature, s->R.z,
-                              at(run->load, b->u), c, clear);
+        s->column = eliminate_axis(run, b, at(run->load, b->u), c, clear);
     } else {
-        const lanes trace = trace_of(c, b->flags, run->per_area);
+        const lanes trace = trace_of(run, b, c);
         c->spread = noise_of(c, trace, b->soft) + trace;
     }
+    if (b->parent > 0) turn_other(b, s, c);
 }
 
-/* (L, p) += Mbar^a c, all to the predecessor's origin. */
-MBSRI_INLINE void hand_on(const mbsri_batch_run *run, const mbsri_sweep_body *b,
-                          const body_state *s, carry *c)
+/* To the predecessor's axes and origin. */
+MBSRI_INLINE void hand_on(const mbsri_batch_run *run, const mbsri_batch_body *b, carry *c)
 {
-    c->L = add(c->L, add(sym_times(&c->I, s->A_w), transposed_times(&c->G, s->A_v)));
-    c->p = add(c->p, add(times(&c->G, s->A_w), sym_times(&c->M, s->A_v)));
+    if (b->flags & MBSRI_TWISTED) {
+        const turn beta = fixed_turn(b->twist);
+        carry_about_z(&beta, c);
+    }
     if (b->flags & MBSRI_HERE) return;
-    translate(s->rho, c);
+    const vec rho = arm_of(run, b, b->flags);
+    translate(rho, c);
     /* ||X||^2 <= (1 + |rho| / L)^2 <= 2 + 2 |rho|^2 / L^2 */
     if (b->flags & MBSRI_SLIDES)
-        c->spread *= splat(2.0) + splat(2.0 * run->per_area) * dot(s->rho, s->rho);
+        c->spread *= splat(2.0) + splat(2.0 * run->per_area) * dot(rho, rho);
     else
         c->spread *= splat(b->spread);
 }
@@ -334,7 +234,7 @@ MBSRI_INLINE lane_bits backward(mbsri_batch_run *run, bool any)
     for (int i = 1; i <= run->bodies; ++i) ball += (run->body[i].flags & MBSRI_BALL) != 0;
     memset(&c, 0, sizeof c);
     for (int i = run->bodies; i >= 1; --i) {
-        const mbsri_sweep_body *b = run->body + i;
+        const mbsri_batch_body *b = run->body + i;
         body_state *s = (body_state *)run->state + i;
         const int flags = b->flags;
         if (any && flags & MBSRI_BLOCK) {
@@ -345,8 +245,11 @@ MBSRI_INLINE lane_bits backward(mbsri_batch_run *run, bool any)
             if (!(flags & MBSRI_MASSLESS)) add_own(b, s, &c);
             if (any && flags & MBSRI_LOADED) add_loads(run, i, &c);
             if (flags & MBSRI_BALL) --ball;
-            eliminate_all(run, b, ball, s, &c, &clear);
-            if (b->parent > 0) hand_on(run, b, s, &c);
+            if (flags & MBSRI_HINGE)
+                pass_hinge(run, b, s, &c, &clear);
+            else
+                pass_other(run, b, ball, s, &c, &clear);
+            if (b->parent > 0) hand_on(run, b, &c);
             if (any && flags & MBSRI_TO_BLOCK) give_to_block(run, i, &c);
         }
         if (b->parent == 0 || flags & MBSRI_NEXT) continue;
@@ -358,49 +261,60 @@ MBSRI_INLINE lane_bits backward(mbsri_batch_run *run, bool any)
 
 /* ---- root to leaves: A, u' ---- */
 
-/* A <- X A of the predecessor + c */
-MBSRI_INLINE void accelerate(const mbsri_batch_run *run, const mbsri_sweep_body *b,
-                             const body_state *s, vec *A_w, vec *A_v)
-{
-    const body_state *pred = (const body_state *)run->state + b->parent;
-    const vec w = pred->A_w;
-    *A_w = add(w, s->A_w);
-    *A_v = add(add(pred->A_v, s->A_v), cross(w, s->rho));
-}
-
-MBSRI_INLINE lanes rate_of(const column *g, vec A_w, vec A_v)
+MBSRI_INLINE lanes rate_by(const column *g, vec A_w, vec A_v)
 {
     return g->x - (dot(g->g_L, A_w) + dot(g->g_p, A_v));
 }
 
+/* u' from A of the predecessor, which becomes that of the body. */
+MBSRI_INLINE void accelerate(const mbsri_batch_run *run, const mbsri_batch_body *b, int flags,
+                             const body_state *s, const ball_state *ball, vec *A_w, vec *A_v)
+{
+    const turn theta = {s->c, s->s, s->c, s->s, s->s};
+    lanes *out = (lanes *)run->out + b->u;
+    vec w = *A_w, v = *A_v;
+    if (!(flags & MBSRI_HERE)) v = add(v, cross(w, arm_of(run, b, flags)));
+    w = add(to_own(b, flags, &theta, w), s->c_w);
+    v = add(to_own(b, flags, &theta, v), s->c_v);
+    if (flags & MBSRI_HINGE) {
+        const column *g = &s->column; /* where g_L.z = 1 */
+        const lanes turned = g->x - g->g_L.x * w.x - g->g_L.y * w.y, slid = dot(g->g_p, v);
+        *out = (turned - w.z) - slid;
+        w.z = turned - slid;
+    } else if (flags & MBSRI_BALL) {
+        for (int k = 0; k < 3; ++k) {
+            out[k] = rate_by(ball->column + k, w, v);
+            *(k == 0 ? &w.x : k == 1 ? &w.y : &w.z) += out[k];
+        }
+        w = transposed_times(&ball->R, w);
+        v = transposed_times(&ball->R, v);
+    } else if (b->n > 0) {
+        *out = rate_by(&s->column, w, v);
+        add_rate(b, flags, *out, &w, &v);
+    }
+    *A_w = w;
+    *A_v = v;
+}
+
 MBSRI_INLINE void forward_sweep(const mbsri_batch_run *run, bool any)
 {
+    const body_state *s = run->state;
     const ball_state *ball = run->ball;
-    lanes *out = (lanes *)run->out;
+    motion *kept = run->motion;
+    vec A_w = no_vec(), A_v = no_vec();
     for (int i = 1; i <= run->bodies; ++i) {
-        const mbsri_sweep_body *b = run->body + i;
-        body_state *s = (body_state *)run->state + i;
-        vec A_w, A_v;
+        const mbsri_batch_body *b = run->body + i;
         if (any && b->flags & MBSRI_BLOCK) {
             accelerate_block(run, i, run->lane->tree->kernels->block_forward, true);
             continue;
         }
-        accelerate(run, b, s, &A_w, &A_v);
-        if (b->flags & MBSRI_BALL) {
-            const vec axis[3] = {ball->axes.x, ball->axes.y, ball->axes.z};
-            for (int k = 0; k < 3; ++k) {
-                const lanes udot = rate_of(ball->column + k, A_w, A_v);
-                out[b->u + k] = udot;
-                A_w = plus(A_w, udot, axis[k]);
-            }
-            ++ball;
-        } else if (b->n > 0) {
-            const lanes udot = rate_of(&s->column, A_w, A_v);
-            out[b->u] = udot;
-            add_rate(b, s->R.z, udot, &A_w, &A_v);
-        }
-        s->A_w = A_w;
-        s->A_v = A_v;
+        if (hangs_elsewhere(run, i, any)) A_w = kept[b->parent].A_w, A_v = kept[b->parent].A_v;
+        if (b->flags & MBSRI_HINGE)
+            accelerate(run, b, hinge_flags(b->flags), s + i, ball, &A_w, &A_v);
+        else
+            accelerate(run, b, b->flags, s + i, ball, &A_w, &A_v);
+        if (any || b->flags & MBSRI_BRANCHES) kept[i].A_w = A_w, kept[i].A_v = A_v;
+        if (b->flags & MBSRI_BALL) ++ball;
         if (any && b->flags & MBSRI_SEEN) lay_acceleration(run, i);
     }
 }
@@ -428,88 +342,130 @@ static unsigned forward_seen(mbsri_batch_run *run)
 
 /* ---- inverse dynamics: F = M A + h root to leaves, S^T (sum of F to the leaves) back ---- */
 
-/* (L, p) = M A + gyroscopic force, in the place of the column. */
-MBSRI_INLINE void own_load(const mbsri_sweep_body *b, body_state *s, vec A_w, vec A_v)
+/* The body's moment about its origin where its points have the accelerations A_v + K x: twice the skew part
+ * of K times the integral of x x^T, and h x A_v */
+MBSRI_INLINE vec moment_of(const mbsri_batch_body *b, const mat *K, vec A_v)
 {
-    const mat R = s->R;
-    const mat I = {vec_of(b->I), vec_of(b->I + 4), vec_of(b->I + 8)};
-    const vec omega = s->omega, h = turned(&R, b->c);
-    const vec w = transposed_times(&R, omega), a = transposed_times(&R, A_w);
-    const vec in_body = add(times(&I, a), cross(w, times(&I, w)));
-    s->column.g_L = add(times(&R, in_body), cross(h, A_v));
-    s->column.g_p = plus(add(cross(A_w, h), cross(omega, cross(omega, h))), splat(b->c[3]), A_v);
+    const lanes xx = splat(b->J[0]), yy = splat(b->J[1]), zz = splat(b->J[2]), xy = splat(-b->I[3]),
+                xz = splat(-b->I[4]), yz = splat(-b->I[5]);
+    const vec skew = {
+        xy * K->x.z - xz * K->x.y + yy * K->y.z - zz * K->z.y + yz * (K->z.z - K->y.y),
+        yz * K->y.x - xy * K->y.z + zz * K->z.x - xx * K->x.z + xz * (K->x.x - K->z.z),
+        xz * K->z.y - yz * K->z.x + xx * K->x.y - yy * K->y.x + xy * (K->y.y - K->x.x)};
+    return add(skew, cross(vec_of(b->c), A_v));
+}
+
+/* *m: of the predecessor, then of the body. */
+MBSRI_INLINE lane_bits load_body(const mbsri_batch_run *run, const mbsri_batch_body *b, int flags,
+                                 ball_state *ball, body_state *s, motion *m)
+{
+    const lane_bits served = turn_joint(run, b, flags, ball, s);
+    const turn theta = {s->c, s->s, s->c, s->s, s->s};
+    vec w = m->A_w, v = m->A_v;
+    if (!(flags & MBSRI_HERE)) v = add(v, times(&m->K, arm_of(run, b, flags)));
+    w = to_own(b, flags, &theta, w);
+    v = to_own(b, flags, &theta, v);
+    m->omega = add_velocity(run, b, flags, ball, to_own(b, flags, &theta, m->omega), &w, &v);
+    if (flags & MBSRI_BALL) {
+        const lanes *udot = (const lanes *)run->load + b->u;
+        w = transposed_times(&ball->R, add(w, (vec){udot[0], udot[1], udot[2]}));
+        v = transposed_times(&ball->R, v);
+    } else if (flags & MBSRI_HINGE || b->n > 0) {
+        add_rate(b, flags, at(run->load, b->u), &w, &v);
+    }
+    m->A_w = w;
+    m->A_v = v;
+    m->squared = squared(m->omega);
+    m->K = turning(&m->squared, w);
+    if (flags & MBSRI_MASSLESS) {
+        s->column.g_L = s->column.g_p = no_vec();
+        return served;
+    }
+    s->column.g_L = moment_of(b, &m->K, v);
+    s->column.g_p = plus(times(&m->K, vec_of(b->c)), splat(b->mass), v);
+    return served;
 }
 
 /* any: there are bodies that are seen, and all have been moved. */
 MBSRI_INLINE lane_bits loads(const mbsri_batch_run *run, bool any)
 {
     ball_state *ball = run->ball;
+    motion *kept = run->motion, m;
     lane_bits served = {0};
     served = ~served;
-    if (!any) move_root(run);
+    move_root(run);
     for (int i = 1; i <= run->bodies; ++i) {
-        const mbsri_sweep_body *b = run->body + i;
+        const mbsri_batch_body *b = run->body + i;
         body_state *s = (body_state *)run->state + i;
-        vec A_w, A_v;
         if (any && b->flags & MBSRI_BLOCK) {
             accelerate_block(run, i, mbsri_block_accelerate, false);
-            memset(&s->column, 0, sizeof s->column);
+            kept[i].K = turning(&kept[i].squared, kept[i].A_w);
             continue;
         }
-        if (!any) served &= move_body(run, b, ball, s);
-        accelerate(run, b, s, &A_w, &A_v);
-        if (b->flags & MBSRI_BALL) {
-            const vec udot = {at(run->load, b->u), at(run->load, b->u + 1),
-                              at(run->load, b->u + 2)};
-            A_w = add(A_w, times(&ball->axes, udot));
-            ++ball;
-        } else if (b->n > 0) {
-            add_rate(b, s->R.z, at(run->load, b->u), &A_w, &A_v);
-        }
-        s->A_w = A_w;
-        s->A_v = A_v;
-        if (b->flags & MBSRI_MASSLESS)
-            memset(&s->column, 0, sizeof s->column);
+        if (hangs_elsewhere(run, i, any)) m = kept[b->parent];
+        if (b->flags & MBSRI_HINGE)
+            served &= load_body(run, b, hinge_flags(b->flags), ball, s, &m);
         else
-            own_load(b, s, A_w, A_v);
+            served &= load_body(run, b, b->flags, ball, s, &m);
+        if (any || b->flags & MBSRI_BRANCHES) kept[i] = m;
+        if (b->flags & MBSRI_BALL) ++ball;
         if (any && b->flags & MBSRI_LOADED) add_wrench(run, i, s);
         if (any && b->flags & MBSRI_SEEN) lay_acceleration(run, i);
     }
     return served;
 }
 
+/* Joint forces of a body from the wrench (L, p), which goes to the predecessor's axes and origin. */
+MBSRI_INLINE void balance(const mbsri_batch_run *run, const mbsri_batch_body *b, int flags,
+                          const body_state *s, const ball_state *ball, vec *L, vec *p)
+{
+    const turn theta = {s->c, s->s, s->c, s->s, s->s};
+    const lanes armature = splat(b->armature), *udot = (const lanes *)run->load + b->u;
+    lanes *out = (lanes *)run->out + b->u;
+    if (flags & MBSRI_HINGE) {
+        *out = L->z;
+    } else if (flags & MBSRI_BALL) {
+        *L = times(&ball->R, *L);
+        *p = times(&ball->R, *p);
+        out[0] = L->x + armature * udot[0];
+        out[1] = L->y + armature * udot[1];
+        out[2] = L->z + armature * udot[2];
+    } else if (b->n > 0) {
+        lanes force = armature * *udot;
+        if (flags & MBSRI_TURNS) force += L->z;
+        if (flags & MBSRI_SLIDES) force += splat(b->pitch) * p->z;
+        *out = force;
+    }
+    if (b->parent == 0) return;
+    *L = to_pred(b, flags, &theta, *L);
+    *p = to_pred(b, flags, &theta, *p);
+    if (!(flags & MBSRI_HERE)) *L = add(*L, cross(arm_of(run, b, flags), *p));
+}
+
 MBSRI_INLINE void joint_forces(const mbsri_batch_run *run, bool any)
 {
     const ball_state *ball = run->ball;
-    lanes *out = (lanes *)run->out;
+    vec L = no_vec(), p = no_vec();
     for (int i = 1; i <= run->bodies; ++i) ball += (run->body[i].flags & MBSRI_BALL) != 0;
     for (int i = run->bodies; i >= 1; --i) {
-        const mbsri_sweep_body *b = run->body + i;
-        const body_state *s = (const body_state *)run->state + i;
-        const vec L = s->column.g_L, p = s->column.g_p;
-        const lanes armature = splat(b->armature);
+        const mbsri_batch_body *b = run->body + i;
+        body_state *s = (body_state *)run->state + i;
         if (any && b->flags & MBSRI_BLOCK) {
-            react_block(run, i);
-            continue;
+            react_block(run, i, &L, &p);
+        } else {
+            const bool leaf = (b->flags & MBSRI_LEAF) != 0;
+            L = leaf ? s->column.g_L : add(s->column.g_L, L);
+            p = leaf ? s->column.g_p : add(s->column.g_p, p);
+            if (b->flags & MBSRI_BALL) --ball;
+            if (b->flags & MBSRI_HINGE)
+                balance(run, b, hinge_flags(b->flags), s, ball, &L, &p);
+            else
+                balance(run, b, b->flags, s, ball, &L, &p);
+            if (any && b->flags & MBSRI_TO_BLOCK) give_force(run, i, L, p);
         }
-        if (b->flags & MBSRI_BALL) {
-            const vec force = transposed_times(&(--ball)->axes, L);
-            out[b->u] = force.x, out[b->u + 1] = force.y, out[b->u + 2] = force.z;
-            for (int k = 0; k < 3; ++k) out[b->u + k] += armature * at(run->load, b->u + k);
-        } else if (b->n > 0) {
-            lanes force = splat(0.0);
-            if (b->flags & MBSRI_TURNS) force = dot(s->R.z, L);
-            if (b->flags & MBSRI_SLIDES) force += splat(b->pitch) * dot(s->R.z, p);
-            out[b->u] = force + armature * at(run->load, b->u);
-        }
-        if (b->parent == 0) continue;
-        const vec moment = add(L, cross(s->rho, p));
-        if (any && b->flags & MBSRI_TO_BLOCK) {
-            give_force(run, i, moment, p);
-            continue;
-        }
+        if (b->parent == 0 || b->flags & (MBSRI_NEXT | MBSRI_TO_BLOCK)) continue;
         column *pred = &((body_state *)run->state + b->parent)->column;
-        pred->g_L = add(pred->g_L, moment);
+        pred->g_L = add(pred->g_L, L);
         pred->g_p = add(pred->g_p, p);
     }
 }
@@ -531,7 +487,8 @@ static unsigned inverse_seen(mbsri_batch_run *run)
 #define MBSRI_BATCH_KERNELS(label)                                                                 \
     {                                                                                              \
         .name = (label), .lanes = MBSRI_LANES, .state_size = sizeof(body_state),                   \
-        .ball_size = sizeof(ball_state), .stack_size = sizeof(carry), .place_size = sizeof(site),  \
-        .gather = gather, .scatter = scatter, .forward = forward, .inverse = inverse,              \
-        .move_seen = move_seen, .forward_seen = forward_seen, .inverse_seen = inverse_seen         \
+        .motion_size = sizeof(motion), .ball_size = sizeof(ball_state),                            \
+        .stack_size = sizeof(carry), .place_size = sizeof(site), .gather = gather,                 \
+        .scatter = scatter, .forward = forward, .inverse = inverse, .move_seen = move_seen,        \
+        .forward_seen = forward_seen, .inverse_seen = inverse_seen                                 \
     }

@@ -9,7 +9,7 @@
 #ifndef MBSRI_BATCH_SEEN_H
 #define MBSRI_BATCH_SEEN_H
 
-#include "batch/state.h"
+#include "batch/carry.h"
 
 #include "sweeps/block.h"
 
@@ -45,22 +45,32 @@ MBSRI_INLINE site *site_of(const mbsri_batch_run *run, int i)
 static void place_root(const mbsri_batch_run *run)
 {
     site *to = site_of(run, 0);
+    to->R = (mat){vec_of(run->R), vec_of(run->R + 3), vec_of(run->R + 6)};
     to->r = vec_of(run->r);
     to->v = vec_of(run->v);
     to->angle = splat(run->r[3]);
 }
 
+MBSRI_INLINE motion *motion_of(const mbsri_batch_run *run, int i)
+{
+    return (motion *)run->motion + i;
+}
+
+/* Along the axes that the sweeps in one state have. */
 MBSRI_INLINE void lay_motion(const mbsri_batch_run *run, int i)
 {
-    const body_state *s = (const body_state *)run->state + i;
+    const mbsri_batch_body *b = run->body + i;
     const site *at = site_of(run, i);
     const int body = run->origin[i];
+    const lanes c = splat(b->own[0]), s = splat(b->own[1]);
+    const vec x = plus(scaled(at->R.x, c), -s, at->R.y), y = plus(scaled(at->R.y, c), s, at->R.x),
+              omega = times(&at->R, motion_of(run, i)->omega);
     MBSRI_EACH_LANE(run, l)
     {
         mbsri_sweep_state *to = run->lane[l].state + body;
         double *r = run->lane[l].load[body].r;
-        lay(s->R.x, l, to->R), lay(s->R.y, l, to->R + 4), lay(s->R.z, l, to->R + 8);
-        lay(s->rho, l, to->rho), lay(s->omega, l, to->omega), lay(at->v, l, to->v);
+        lay(x, l, to->R), lay(y, l, to->R + 4), lay(at->R.z, l, to->R + 8);
+        lay(at->rho, l, to->rho), lay(omega, l, to->omega), lay(at->v, l, to->v);
         lay(at->r, l, r);
         r[3] = at->angle[l];
     }
@@ -68,10 +78,9 @@ MBSRI_INLINE void lay_motion(const mbsri_batch_run *run, int i)
 
 static void move_block(mbsri_batch_run *run, int i)
 {
-    body_state *s = (body_state *)run->state + i;
     site *at = site_of(run, i);
     const int body = run->origin[i];
-    memset(s, 0, sizeof *s);
+    vec omega = no_vec();
     memset(at, 0, sizeof *at);
     MBSRI_EACH_LANE(run, l)
     {
@@ -82,11 +91,12 @@ static void move_block(mbsri_batch_run *run, int i)
             fail(run, l);
             continue;
         }
-        take(from->R, l, &s->R.x), take(from->R + 4, l, &s->R.y), take(from->R + 8, l, &s->R.z);
-        take(from->rho, l, &s->rho), take(from->omega, l, &s->omega), take(from->v, l, &at->v);
+        take(from->R, l, &at->R.x), take(from->R + 4, l, &at->R.y), take(from->R + 8, l, &at->R.z);
+        take(from->omega, l, &omega), take(from->v, l, &at->v);
         take(r, l, &at->r);
         at->angle[l] = r[3];
     }
+    motion_of(run, i)->omega = transposed_times(&at->R, omega);
 }
 
 /* The angle of a body in the plane, behind its origin. */
@@ -101,20 +111,35 @@ static lanes angle_of(const mbsri_batch_run *run, int body, lanes pred)
     return known + splat(mbsri_driven_angle(joint, run->lane->data->t));
 }
 
-/* Origin and its velocity of body i, no block, that has been moved. */
-MBSRI_INLINE void place_body(const mbsri_batch_run *run, int i)
+/* The axes of body i, which is no block, from those of its predecessor. */
+MBSRI_INLINE mat place_axes(const mbsri_batch_run *run, int i, const ball_state *ball)
 {
-    const mbsri_sweep_body *b = run->body + i;
-    const body_state *s = (const body_state *)run->state + i,
-                     *pred = (body_state *)run->state + b->parent;
+    const mbsri_batch_body *b = run->body + i;
+    const body_state *s = (const body_state *)run->state + i;
+    const turn theta = turn_of(s->c, s->s);
+    const mat P = site_of(run, b->parent)->R, back = transposed(&P);
+    /* rows along the predecessor's axes become rows along the body's */
+    const mat rows = {to_own(b, b->flags, &theta, back.x), to_own(b, b->flags, &theta, back.y),
+                      to_own(b, b->flags, &theta, back.z)},
+              R = transposed(&rows);
+    return b->flags & MBSRI_BALL ? product(&R, &ball->R) : R;
+}
+
+/* Where body i is, likewise, and the velocity of its origin; omega is known. */
+MBSRI_INLINE void place_body(const mbsri_batch_run *run, int i, const ball_state *ball)
+{
+    const mbsri_batch_body *b = run->body + i;
     const site *from = site_of(run, b->parent);
+    const vec omega = times(&from->R, motion_of(run, b->parent)->omega);
     site *to = site_of(run, i);
-    to->r = add(from->r, s->rho);
-    to->v = add(from->v, cross(pred->omega, s->rho));
+    to->R = place_axes(run, i, ball);
+    to->rho = times(&from->R, arm_of(run, b, b->flags));
+    to->r = add(from->r, to->rho);
+    to->v = add(from->v, cross(omega, to->rho));
     if (b->flags & MBSRI_SLIDES) {
         const bool moved = (b->flags & MBSRI_MOVED) != 0;
         const lanes u = moved ? splat(run->drive[3 * b->q + 1]) : at(run->u, b->u);
-        to->v = plus(to->v, splat(b->pitch) * u, s->R.z);
+        to->v = plus(to->v, splat(b->pitch) * u, to->R.z);
     }
     to->angle = from->angle;
     if (b->flags & MBSRI_PLANE) to->angle = angle_of(run, run->origin[i], from->angle);
@@ -152,10 +177,11 @@ static void take_carry(const mbsri_carry *from, int l, carry *c)
     c->spread[l] = from->spread;
 }
 
-/* c of body i, about the origin of the block that is its predecessor. */
-static void give_to_block(mbsri_batch_run *run, int i, const carry *c)
+/* c of body i, about the origin and along the axes of the block that is its predecessor. */
+static void give_to_block(mbsri_batch_run *run, int i, carry *c)
 {
     const int block = run->origin[run->body[i].parent];
+    turn_carry(&site_of(run, run->body[i].parent)->R, c);
     MBSRI_EACH_LANE(run, l)
     {
         mbsri_carry one;
@@ -179,21 +205,22 @@ static void pass_block(mbsri_batch_run *run, int i, carry *c)
         else
             fail(run, l);
     }
+    turn_carry_back(&site_of(run, run->body[i].parent)->R, c);
 }
 
 /* -(L, p) of what elements exert on body i, about its origin. */
 static void take_loads(const mbsri_batch_run *run, int i, vec *L, vec *p)
 {
-    const vec none = {splat(0.0), splat(0.0), splat(0.0)};
-    *L = *p = none;
+    const mat *R = &site_of(run, i)->R;
+    *L = *p = no_vec();
     MBSRI_EACH_LANE(run, l)
     {
         const mbsri_sweep_load *load = run->lane[l].load + run->origin[i];
         take(load->L, l, L);
         take(load->p, l, p);
     }
-    *L = plus(none, splat(-1.0), *L);
-    *p = plus(none, splat(-1.0), *p);
+    *L = scaled(transposed_times(R, *L), splat(-1.0));
+    *p = scaled(transposed_times(R, *p), splat(-1.0));
 }
 
 static void add_loads(const mbsri_batch_run *run, int i, carry *c)
@@ -208,11 +235,12 @@ static void add_loads(const mbsri_batch_run *run, int i, carry *c)
 
 MBSRI_INLINE void lay_acceleration(const mbsri_batch_run *run, int i)
 {
-    const body_state *s = (const body_state *)run->state + i;
+    const mat *R = &site_of(run, i)->R;
+    const vec A_w = times(R, motion_of(run, i)->A_w), A_v = times(R, motion_of(run, i)->A_v);
     MBSRI_EACH_LANE(run, l)
     {
         mbsri_sweep_state *to = run->lane[l].state + run->origin[i];
-        lay(s->A_w, l, to->A_w), lay(s->A_v, l, to->A_v);
+        lay(A_w, l, to->A_w), lay(A_v, l, to->A_v);
     }
 }
 
@@ -220,17 +248,20 @@ MBSRI_INLINE void lay_acceleration(const mbsri_batch_run *run, int i)
 static void accelerate_block(const mbsri_batch_run *run, int i,
                              void (*accelerate_one)(const mbsri_sweep_run *, int), bool rates)
 {
-    body_state *s = (body_state *)run->state + i;
-    const mbsri_sweep_body *b = run->body + i;
+    const mbsri_batch_body *b = run->body + i;
+    const mat *R = &site_of(run, i)->R;
+    vec A_w = no_vec(), A_v = no_vec();
     lanes *out = (lanes *)run->out;
     MBSRI_EACH_LANE(run, l)
     {
         const mbsri_sweep_run *lane = run->lane + l;
         const mbsri_sweep_state *from = lane->state + run->origin[i];
         accelerate_one(lane, run->origin[i]);
-        take(from->A_w, l, &s->A_w), take(from->A_v, l, &s->A_v);
+        take(from->A_w, l, &A_w), take(from->A_v, l, &A_v);
         for (int k = 0; k < b->n && rates; ++k) out[b->u + k][l] = lane->out[b->u + k];
     }
+    motion_of(run, i)->A_w = transposed_times(R, A_w);
+    motion_of(run, i)->A_v = transposed_times(R, A_v);
 }
 
 /* ---- inverse dynamics ---- */
@@ -243,36 +274,37 @@ static void add_wrench(const mbsri_batch_run *run, int i, body_state *s)
     s->column.g_p = add(s->column.g_p, p);
 }
 
-/* Joint forces of block i, and to its predecessor in the lanes the wrench on it. */
-static void react_block(const mbsri_batch_run *run, int i)
+/* Joint forces of block i, and the wrench on its predecessor in the lanes. */
+static void react_block(const mbsri_batch_run *run, int i, vec *L, vec *p)
 {
-    const mbsri_sweep_body *b = run->body + i;
-    column *pred = &((body_state *)run->state + b->parent)->column;
+    const mbsri_batch_body *b = run->body + i;
+    const mat *R = &site_of(run, b->parent)->R;
     lanes *out = (lanes *)run->out;
-    vec L, p;
-    memset(&L, 0, sizeof L);
-    memset(&p, 0, sizeof p);
+    *L = *p = no_vec();
     MBSRI_EACH_LANE(run, l)
     {
         const mbsri_sweep_run *lane = run->lane + l;
         double force[8];
         mbsri_block_react(lane, run->origin[i], force, force + 4);
-        take(force, l, &L), take(force + 4, l, &p);
+        take(force, l, L), take(force + 4, l, p);
         for (int k = 0; k < b->n; ++k) out[b->u + k][l] = lane->out[b->u + k];
     }
-    if (b->parent == 0 || b->flags & MBSRI_TO_BLOCK) return;
-    pred->g_L = add(pred->g_L, L);
-    pred->g_p = add(pred->g_p, p);
+    *L = transposed_times(R, *L);
+    *p = transposed_times(R, *p);
 }
 
+/* (L, p) about the origin and along the axes of the block that is its predecessor. */
 static void give_force(const mbsri_batch_run *run, int i, vec L, vec p)
 {
-    const int block = run->origin[run->body[i].parent];
+    const int parent = run->body[i].parent;
+    const mat *R = &site_of(run, parent)->R;
+    L = times(R, L);
+    p = times(R, p);
     MBSRI_EACH_LANE(run, l)
     {
         double force[8];
         lay(L, l, force), lay(p, l, force + 4);
-        mbsri_block_receive_force(run->lane + l, block, force, force + 4);
+        mbsri_block_receive_force(run->lane + l, run->origin[parent], force, force + 4);
     }
 }
 

@@ -82,6 +82,43 @@ MBSRI_INLINE vec sym_times(const sym *S, vec x)
                  S->xz * x.x + S->yz * x.y + S->zz * x.z};
 }
 
+/* a sine and cosine, and their products, of a turn by an angle */
+typedef struct turn {
+    lanes c, s, cc, ss, sc;
+} turn;
+
+MBSRI_INLINE turn turn_of(lanes c, lanes s)
+{
+    return (turn){c, s, c * c, s * s, s * c};
+}
+
+/* from five constants */
+MBSRI_INLINE turn fixed_turn(const double x[5])
+{
+    return (turn){splat(x[0]), splat(x[1]), splat(x[2]), splat(x[3]), splat(x[4])};
+}
+
+/* R a and R^T a, where R turns about z or about x */
+MBSRI_INLINE vec about_z(const turn *t, vec a)
+{
+    return (vec){t->c * a.x - t->s * a.y, t->s * a.x + t->c * a.y, a.z};
+}
+
+MBSRI_INLINE vec back_about_z(const turn *t, vec a)
+{
+    return (vec){t->c * a.x + t->s * a.y, t->c * a.y - t->s * a.x, a.z};
+}
+
+MBSRI_INLINE vec about_x(const turn *t, vec a)
+{
+    return (vec){a.x, t->c * a.y - t->s * a.z, t->s * a.y + t->c * a.z};
+}
+
+MBSRI_INLINE vec back_about_x(const turn *t, vec a)
+{
+    return (vec){a.x, t->c * a.y + t->s * a.z, t->c * a.z - t->s * a.y};
+}
+
 /* S -= a b^T, which is symmetric */
 MBSRI_INLINE void subtract_product(sym *S, vec a, vec b)
 {
