@@ -6,6 +6,7 @@
  * SPDX-License-Identifier: BSD-3-Clause
  *
  *   instructions_count folder     folder: tests/reference/trees */
+#include "batch/build.h"
 #include "bench.h"
 #include "sweeps/build.h"
 #include "trees.h"
@@ -13,23 +14,34 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-enum { CALLS = 5, ACTUATED = CALLS, TREES = 7, LOOPS = 19 };
+enum {
+    CALLS = 5,
+    ACTUATED = CALLS,
+    FORWARD_BATCH,
+    INVERSE_BATCH,
+    ALL_CALLS,
+    TREES = 7,
+    LOOPS = 19,
+    STATES = 16 /* of a batch: a multiple of all kernels' lanes */
+};
 
-static const char *const call_name[CALLS + 1] = {"forward", "inverse", "momentum",
-                                                 "factor",  "solve",   "actuated"};
+static const char *const call_name[ALL_CALLS] = {"forward",       "inverse",      "momentum",
+                                                 "factor",        "solve",        "actuated",
+                                                 "forward_batch", "inverse_batch"};
 
 static const struct {
     const char *name;
     int bodies, massless, springs;             /* of a chain; 0 bodies: from the file */
     void (*make)(bench_model *tree, int size); /* by `size`, in the place of a chain */
     int size;
-} trees[TREES] = {{"chain30", 0, 0, 0, NULL, 0},
-                  {"humanoid36", 0, 0, 0, NULL, 0},
-                  {"btree1023", 0, 0, 0, NULL, 0},
-                  {"half_massless30", 30, 2, 0, NULL, 0},
-                  {"sprung30", 30, 0, 1, NULL, 0},
-                  {"segments31", 0, 0, 0, bench_make_segments, 31},
-                  {"beam100", 0, 0, 0, bench_make_beam, 100}};
+    bool batch; /* at several states, too */
+} trees[TREES] = {{"chain30", 0, 0, 0, NULL, 0, true},
+                  {"humanoid36", 0, 0, 0, NULL, 0, true},
+                  {"btree1023", 0, 0, 0, NULL, 0, true},
+                  {"half_massless30", 30, 2, 0, NULL, 0, false},
+                  {"sprung30", 30, 0, 1, NULL, 0, false},
+                  {"segments31", 0, 0, 0, bench_make_segments, 31, false},
+                  {"beam100", 0, 0, 0, bench_make_beam, 100, false}};
 
 typedef struct counted {
     bench_model tree;
@@ -37,6 +49,8 @@ typedef struct counted {
     mbsr_newton *newton;
     double *out, *y, *yp, *F;
     int *motor, motors; /* joints with motors, in closed models */
+    mbsr_batch *batch;
+    double *q, *u, *tau, *many; /* STATES of each, of results too */
 } counted;
 
 static int call(counted *c, int which)
@@ -48,6 +62,12 @@ static int call(counted *c, int which)
     case 2: return mbsr_dae_residual(t->model, c->data, MBSR_DAE_MOMENTUM, 0.0, c->y, c->yp, c->F);
     case 3: return mbsr_newton_factor(c->newton, c->data, 0.0, c->y, c->yp, 100.0);
     case 4: return mbsr_newton_solve(c->newton, c->yp, c->F);
+    case FORWARD_BATCH:
+        return mbsr_batch_forward_dynamics(t->model, c->batch, 0.0, STATES, c->q, c->u, c->tau,
+                                           c->many, NULL);
+    case INVERSE_BATCH:
+        return mbsr_batch_inverse_dynamics(t->model, c->batch, 0.0, STATES, c->q, c->u, c->tau,
+                                           c->many, NULL);
     default:
         return mbsr_closures_inverse_dynamics(t->model, c->data, 0.0, t->q, t->u, t->tau, c->motors,
                                               c->motor, c->out, c->F);
@@ -196,6 +216,36 @@ static void count(counted *c, const char *tree, const mbsri_sweep_kernels *kerne
     }
 }
 
+/* The same state STATES times. */
+static double *repeated(int n, const double *x)
+{
+    double *many = bench_allocate((size_t)(n * STATES), sizeof *many);
+    for (int k = 0; k < n * STATES; ++k) many[k] = x[k % n];
+    return many;
+}
+
+/* For each body and state. */
+static void count_batch(counted *c, const char *tree, const mbsri_batch_kernels *kernels)
+{
+    const bench_model *t = &c->tree;
+    bench_check(mbsri_batch_make(t->model, kernels, &c->batch, NULL), "mbsri_batch_make", NULL);
+    c->q = repeated(t->nq, t->q);
+    c->u = repeated(t->nu, t->u);
+    c->tau = repeated(t->nu, t->tau);
+    c->many = repeated(t->nu, t->tau);
+    for (int which = FORWARD_BATCH; which <= INVERSE_BATCH; ++which) {
+        bench_check(call(c, which), call_name[which], mbsr_batch_error(c->batch)->text);
+        bench_check(measure(c, which), call_name[which], mbsr_batch_error(c->batch)->text);
+        bench_check(mbsr_batch_one_by_one(c->batch), call_name[which], "states go one by one");
+        printf("%s %s %s %d\n", kernels->name, tree, call_name[which], t->bodies * STATES);
+    }
+    mbsr_batch_destroy(c->batch);
+    free(c->q);
+    free(c->u);
+    free(c->tau);
+    free(c->many);
+}
+
 int main(int argc, char **argv)
 {
     if (argc != 2) {
@@ -206,9 +256,12 @@ int main(int argc, char **argv)
         counted c;
         open_counted(&c, k, argv[1]);
         count(&c, trees[k].name, &mbsri_sweeps_base);
+        if (trees[k].batch) count_batch(&c, trees[k].name, &mbsri_batch_base);
 #if defined(MBSR_WITH_V3)
-        if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
+        if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) {
             count(&c, trees[k].name, &mbsri_sweeps_v3);
+            if (trees[k].batch) count_batch(&c, trees[k].name, &mbsri_batch_v3);
+        }
 #endif
         close_counted(&c);
     }
