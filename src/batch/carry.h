@@ -148,6 +148,26 @@ MBSRI_INLINE lanes larger(lanes a, lanes b)
     return (lanes)((first & (lane_bits)a) | (~first & (lane_bits)b));
 }
 
+/* Behind a leaf. Number by number, and so is what goes to the stack: copied as one piece, it would not stay in
+ * registers. */
+MBSRI_INLINE carry no_carry(void)
+{
+    const lanes zero = splat(0.0);
+    const sym none = {zero, zero, zero, zero, zero, zero};
+    return (carry){none, none, {no_vec(), no_vec(), no_vec()}, no_vec(), no_vec(), zero, zero};
+}
+
+MBSRI_INLINE void keep_carry(const carry *c, carry *to)
+{
+    const vec *from[5] = {&c->G.x, &c->G.y, &c->G.z, &c->L, &c->p};
+    vec *const at[5] = {&to->G.x, &to->G.y, &to->G.z, &to->L, &to->p};
+    to->I = c->I;
+    to->M = c->M;
+    for (int k = 0; k < 5; ++k) *at[k] = *from[k];
+    to->kappa = c->kappa;
+    to->spread = c->spread;
+}
+
 /* c += what other successors left. */
 MBSRI_INLINE void add_carry(const carry *m, carry *c)
 {

@@ -227,12 +227,11 @@ MBSRI_INLINE void hand_on(const mbsri_batch_run *run, const mbsri_batch_body *b,
 
 MBSRI_INLINE lane_bits backward(mbsri_batch_run *run, bool any)
 {
-    carry *top = run->stack, c;
+    carry *top = run->stack, c = no_carry();
     ball_state *ball = run->ball;
     lane_bits clear = {0};
     clear = ~clear;
     for (int i = 1; i <= run->bodies; ++i) ball += (run->body[i].flags & MBSRI_BALL) != 0;
-    memset(&c, 0, sizeof c);
     for (int i = run->bodies; i >= 1; --i) {
         const mbsri_batch_body *b = run->body + i;
         body_state *s = (body_state *)run->state + i;
@@ -240,7 +239,7 @@ MBSRI_INLINE lane_bits backward(mbsri_batch_run *run, bool any)
         if (any && flags & MBSRI_BLOCK) {
             pass_block(run, i, &c);
         } else {
-            if (flags & MBSRI_LEAF) memset(&c, 0, sizeof c);
+            if (flags & MBSRI_LEAF) c = no_carry();
             if (flags & MBSRI_BRANCHES) add_carry(--top, &c);
             if (!(flags & MBSRI_MASSLESS)) add_own(b, s, &c);
             if (any && flags & MBSRI_LOADED) add_loads(run, i, &c);
@@ -254,7 +253,7 @@ MBSRI_INLINE lane_bits backward(mbsri_batch_run *run, bool any)
         }
         if (b->parent == 0 || flags & MBSRI_NEXT) continue;
         if (!(flags & MBSRI_OPENS)) add_carry(--top, &c);
-        *top++ = c;
+        keep_carry(&c, top++);
     }
     return clear;
 }
@@ -453,9 +452,9 @@ MBSRI_INLINE void joint_forces(const mbsri_batch_run *run, bool any)
         if (any && b->flags & MBSRI_BLOCK) {
             react_block(run, i, &L, &p);
         } else {
-            const bool leaf = (b->flags & MBSRI_LEAF) != 0;
-            L = leaf ? s->column.g_L : add(s->column.g_L, L);
-            p = leaf ? s->column.g_p : add(s->column.g_p, p);
+            if (b->flags & MBSRI_LEAF) L = p = no_vec();
+            L = add(L, s->column.g_L);
+            p = add(p, s->column.g_p);
             if (b->flags & MBSRI_BALL) --ball;
             if (b->flags & MBSRI_HINGE)
                 balance(run, b, hinge_flags(b->flags), s, ball, &L, &p);
