@@ -109,8 +109,6 @@ static void turn_own(mbsri_batch_body *b)
     I[3] = s * c * (yy - xx) + (c * c - s * s) * xy;
     turn_back(b->own, I + 4, I + 5);
     turn_back(b->own, b->c, b->c + 1);
-    const double half = 0.5 * (I[0] + I[1] + I[2]);
-    for (int k = 0; k < 3; ++k) b->J[k] = half - I[k];
 }
 
 /* How it stands on the predecessor, whose frame has been turned. */

@@ -342,16 +342,21 @@ static unsigned forward_seen(mbsri_batch_run *run)
 /* ---- inverse dynamics: F = M A + h root to leaves, S^T (sum of F to the leaves) back ---- */
 
 /* The body's moment about its origin where its points have the accelerations A_v + K x: twice the skew part
- * of K times the integral of x x^T, and h x A_v */
-MBSRI_INLINE vec moment_of(const mbsri_batch_body *b, const mat *K, vec A_v)
+ * of K times the integral of x x^T, written with the tensor of inertia, whose small numbers are kept, and h
+ * x A_v */
+MBSRI_INLINE vec moment_of(const mbsri_batch_body *b, const motion *m)
 {
-    const lanes xx = splat(b->J[0]), yy = splat(b->J[1]), zz = splat(b->J[2]), xy = splat(-b->I[3]),
-                xz = splat(-b->I[4]), yz = splat(-b->I[5]);
-    const vec skew = {
-        xy * K->x.z - xz * K->x.y + yy * K->y.z - zz * K->z.y + yz * (K->z.z - K->y.y),
-        yz * K->y.x - xy * K->y.z + zz * K->z.x - xx * K->x.z + xz * (K->x.x - K->z.z),
-        xz * K->z.y - yz * K->z.x + xx * K->x.y - yy * K->y.x + xy * (K->y.y - K->x.x)};
-    return add(skew, cross(vec_of(b->c), A_v));
+    const double *I = b->I;
+    const mat *K = &m->K;
+    const sym *W = &m->squared;
+    const lanes xy = splat(I[3]), xz = splat(I[4]), yz = splat(I[5]);
+    const vec along = {splat(I[0]) * m->A_w.x + splat(I[2] - I[1]) * W->yz,
+                       splat(I[1]) * m->A_w.y + splat(I[0] - I[2]) * W->xz,
+                       splat(I[2]) * m->A_w.z + splat(I[1] - I[0]) * W->xy},
+              across = {xz * K->x.y - xy * K->x.z + yz * (K->y.y - K->z.z),
+                        xy * K->y.z - yz * K->y.x + xz * (K->z.z - K->x.x),
+                        yz * K->z.x - xz * K->z.y + xy * (K->x.x - K->y.y)};
+    return add(add(along, across), cross(vec_of(b->c), m->A_v));
 }
 
 /* *m: of the predecessor, then of the body. */
@@ -380,7 +385,7 @@ MBSRI_INLINE lane_bits load_body(const mbsri_batch_run *run, const mbsri_batch_b
         s->column.g_L = s->column.g_p = no_vec();
         return served;
     }
-    s->column.g_L = moment_of(b, &m->K, v);
+    s->column.g_L = moment_of(b, m);
     s->column.g_p = plus(times(&m->K, vec_of(b->c)), splat(b->mass), v);
     return served;
 }

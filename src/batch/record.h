@@ -41,7 +41,6 @@ typedef struct mbsri_batch_body {
         own[2];  /* cos, sin of the angle about z from the frame of mbsri_sweep_body to this one */
     double x[3]; /* its origin in the predecessor's frame, m */
     double I[6]; /* inertia tensor about its origin: xx, yy, zz, xy, xz, yz */
-    double J[3]; /* integrals of x^2, y^2, z^2 */
     double c[3], mass;                    /* first moment, kg m; mass, kg */
     double normal[3];                     /* LEVEL: 1 where an axis is the plane's normal, else 0 */
     double pitch, soft, spread, armature; /* as those of mbsri_sweep_body */
