@@ -113,9 +113,11 @@ static int choose(pattern *p)
 /* The order, and all ties; false: no memory, or more work than `most`. */
 static bool eliminate_all(pattern *p, double most, bool *memory)
 {
+    enum { OWN = 2500 }; /* bodies that are not tied go through memory, too */
     const mbsr_model *m = p->w->model;
     mbsri_links *v = &p->w->links;
     int done = 0;
+    p->work = OWN * (double)m->bodies;
     for (int i = 1; i <= m->bodies; ++i) {
         const int head = m->body[i].parent > 0 ? m->body[m->body[i].parent].head : 0;
         p->left[i] = 1;
@@ -153,7 +155,7 @@ static bool apart(const pattern *p)
 /* The same of a correction of low rank: a solution each, and a dense matrix. */
 static double work_of_correction(const mbsr_newton *w)
 {
-    enum { STEP = 400 };
+    enum { STEP = 250 };
     double rank = 0.0;
     for (int k = 0; k < w->correction.count; ++k) {
         int rows, columns;

@@ -379,16 +379,46 @@ static void a_bearing_on_the_ground_sees_the_sum_of_the_speeds(void **state)
     mbsr_model_destroy(m);
 }
 
+/* A (A^-1 r) = r by differences of the residual along A^-1 r, elements across corrected and eliminated. */
+static void solve_in_both_ways(const mbsr_model *m, mbsr_data *d, const double y[SIZE],
+                               const double yp[SIZE], const double r[SIZE])
+{
+    const double c = 30.0, h = 1e-5;
+    static const mbsr_newton_method methods[] = {MBSR_NEWTON_CORRECTED, MBSR_NEWTON_ELIMINATED};
+    for (int way = 0; way < 2; ++way) {
+        mbsr_newton_opt opt = mbsr_default_newton_opt();
+        mbsr_newton *newton = NULL;
+        mbsr_newton_info info;
+        double delta[SIZE], F[2][SIZE], z[SIZE], zp[SIZE];
+        opt.method = methods[way];
+        assert_int_equal(mbsr_newton_create(m, MBSR_DAE_MOMENTUM, &opt, &newton, NULL), MBSR_OK);
+        assert_ok(mbsr_newton_factor(newton, d, 0.0, y, yp, c), mbsr_newton_error(newton));
+        assert_int_equal(mbsr_newton_get_info(newton, &info), MBSR_OK);
+        assert_int_equal(info.method, methods[way]);
+        assert_true(info.exact && (info.rank > 0) == (way == 0));
+        assert_ok(mbsr_newton_solve(newton, r, delta), mbsr_newton_error(newton));
+        for (int side = 0; side < 2; ++side) {
+            for (int k = 0; k < SIZE; ++k) {
+                const double step = (side ? -h : h) * delta[k];
+                z[k] = y[k] + step;
+                zp[k] = yp[k] + c * step;
+            }
+            assert_ok(mbsr_dae_residual(m, d, MBSR_DAE_MOMENTUM, 0.0, z, zp, F[side]),
+                      mbsr_data_error(d));
+        }
+        for (int k = 0; k < SIZE; ++k) assert_close((F[0][k] - F[1][k]) / (2.0 * h), r[k], 1e-6);
+        mbsr_newton_destroy(newton);
+    }
+}
+
 static void derivatives_serve_newton_systems(void **state)
 {
     (void)state;
     const double q[NU] = {0.3, -0.4, 0.9, 0.25, 0.1, 0.2, 0.3},
-                 u[NU] = {1.5, -0.7, 0.4, -0.3, 0.5, 0.2, -0.6}, c = 30.0, h = 1e-5;
+                 u[NU] = {1.5, -0.7, 0.4, -0.3, 0.5, 0.2, -0.6};
     mbsr_model *m = machine();
     mbsr_data *d = NULL;
-    mbsr_newton *newton = NULL;
-    mbsr_newton_info info;
-    double y[SIZE], yp[SIZE], r[SIZE], delta[SIZE], F[2][SIZE], z[SIZE], zp[SIZE];
+    double y[SIZE], yp[SIZE], r[SIZE];
     assert_int_equal(mbsr_data_create(m, &d, NULL), MBSR_OK);
     assert_ok(mbsr_positions(m, d, 0.0, q), mbsr_data_error(d));
     assert_ok(mbsr_velocities(m, d, u), mbsr_data_error(d));
@@ -402,22 +432,7 @@ static void derivatives_serve_newton_systems(void **state)
     }
     assert_ok(mbsr_dae_pack(m, d, MBSR_DAE_MOMENTUM, 0.0, q, u, y), mbsr_data_error(d));
     for (int k = 0; k < SIZE; ++k) yp[k] = 0.1 * k, r[k] = sin(k + 1.0);
-    assert_int_equal(mbsr_newton_create(m, MBSR_DAE_MOMENTUM, NULL, &newton, NULL), MBSR_OK);
-    assert_ok(mbsr_newton_factor(newton, d, 0.0, y, yp, c), mbsr_newton_error(newton));
-    assert_int_equal(mbsr_newton_get_info(newton, &info), MBSR_OK);
-    assert_true(info.exact && info.rank > 0);
-    assert_ok(mbsr_newton_solve(newton, r, delta), mbsr_newton_error(newton));
-    for (int side = 0; side < 2; ++side) {
-        for (int k = 0; k < SIZE; ++k) {
-            const double step = (side ? -h : h) * delta[k];
-            z[k] = y[k] + step;
-            zp[k] = yp[k] + c * step;
-        }
-        assert_ok(mbsr_dae_residual(m, d, MBSR_DAE_MOMENTUM, 0.0, z, zp, F[side]),
-                  mbsr_data_error(d));
-    }
-    for (int k = 0; k < SIZE; ++k) assert_close((F[0][k] - F[1][k]) / (2.0 * h), r[k], 1e-6);
-    mbsr_newton_destroy(newton);
+    solve_in_both_ways(m, d, y, yp, r);
     mbsr_data_destroy(d);
     mbsr_model_destroy(m);
 }
