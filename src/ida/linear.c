@@ -35,8 +35,8 @@ static int choose(mbsr_ida *ida, mbsr_error *error)
     return MBSR_OK;
 }
 
-/* Bodies in vector code make a matrix cheap; blocks, and force elements across the tree make it dear, flexible bodies and
- * many elements for each of which a factorisation solves too dear to be made without need. */
+/* Bodies in vector code make a matrix cheap, blocks and force elements across the tree dear, flexible bodies and many
+ * elements too dear to be made without need. */
 void mbsri_ida_judge_matrix(const mbsr_ida *ida)
 {
     enum { MANY = 8, SPACE = 6 };
@@ -51,7 +51,7 @@ void mbsri_ida_judge_matrix(const mbsr_ida *ida)
         const int dimension = mbsr_body_dimension(ida->model, i);
         if (dimension > largest) largest = dimension;
     }
-    stiff->dear = info.method == MBSR_NEWTON_CORRECTED && info.across > MANY;
+    stiff->dear = info.across > MANY;
     if (!ida->opt.renew_matrices || stiff->dear || largest > SPACE) return;
     stiff->wrong = info.across == 0 && MANY * info.blocks < bodies ? cheap : share;
 }

@@ -340,18 +340,19 @@ static int pass_group(mbsri_loop_run *w, const mbsri_open_part *part, int head, 
     return served ? size - complete : -1;
 }
 
-/* How many unknowns of all groups go on. */
+/* How many unknowns of all groups go on; -1: with more motions than rows. */
 static int count_open(mbsri_loop_run *w, const mbsri_open_part *part, int count, int i)
 {
-    int open = 0;
+    int open = 0, motions = 0;
     for (int head = 0; head < count; ++head) {
         int complete = 0;
         if (w->group[head] != head) continue;
         const int size = find_unknowns(w, part, head, i, w->set, &complete);
         clear_slots(w, w->set, size);
+        for (int k = complete; k < size; ++k) motions += w->set[k] >= w->run->model->rows;
         open += size - complete;
     }
-    return open;
+    return 2 * motions > open ? -1 : open;
 }
 
 static void tie_all(mbsri_loop_run *w, int count)
@@ -381,6 +382,7 @@ static bool meet(mbsri_loop_run *w, mbsri_open_part *part, int count, int i, boo
     else
         tie_all(w, count);
     const mbsri_open_part all = {i, count_open(w, part, count, i), w->top};
+    if (all.count < 0) return false;
     const size_t size = mbsri_open_size((size_t)all.count);
     const mbsri_open to = mbsri_open_at(&all);
     mbsri_zero(size, all.at);
