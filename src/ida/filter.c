@@ -95,7 +95,7 @@ bool mbsri_stiff_careful(const mbsri_stiff *s)
     return s->always || steps < s->careful_until;
 }
 
-enum { LONG = 100 };
+enum { FIRST = 15, LONG = 100 };
 
 void mbsri_stiff_begin(mbsri_stiff *s)
 {
@@ -108,12 +108,12 @@ void mbsri_stiff_begin(mbsri_stiff *s)
 
 void mbsri_stiff_try(mbsri_stiff *s)
 {
-    const long first = s->dear ? 15 : 20, near = s->dear ? 3 : 20;
+    const long near = s->dear ? 3 : 20;
     long steps = 0;
     IDAGetNumSteps(s->memory, &steps);
     if (steps >= s->careful_until) {
         const bool again = s->span > 0 && steps < s->careful_until + near * s->span;
-        s->span = again ? 2 * s->span : first;
+        s->span = again ? 2 * s->span : FIRST;
         if (s->span > LONG) s->span = LONG;
     }
     if (steps + s->span > s->careful_until) s->careful_until = steps + s->span;
@@ -124,7 +124,7 @@ void mbsri_stiff_try(mbsri_stiff *s)
  * that double, too: either they lead out of there, or they are a small part of a run that has to resolve it. */
 static void insist(mbsri_stiff *s, int order)
 {
-    enum { FAILED = 2, FIRST = 15, LONGEST = 32 };
+    enum { FAILED = 2, LONGEST = 32 };
     long steps = 0;
     if (s->iterates || order > 2 || ++s->vibrations < FAILED) return;
     IDAGetNumSteps(s->memory, &steps);

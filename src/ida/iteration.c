@@ -31,29 +31,6 @@
 
 enum { ITERATIONS = 10, NEAR = 10 };
 
-/* r / c of the residual in s->change */
-static double left(const mbsri_stiff *s)
-{
-    double c = 1.0;
-    IDAGetCurrentCj(s->memory, &c);
-    return mbsri_stiff_momenta(s, s->change) / fabs(c);
-}
-
-/* One iteration: ee changes by s->change. The matrix is new, unless r / c is `within` that: then nothing
- * stiff is strained, and the one at hand will do. */
-static int improve(mbsri_stiff *s, N_Vector ee, double within)
-{
-    sunbooleantype current = SUNFALSE;
-    int status = s->system(ee, s->change, s->memory);
-    const bool renew = s->set_up && !(within > 0.0 && left(s) <= within);
-    if (!status && renew) status = s->set_up(SUNFALSE, &current, s->memory);
-    if (status) return status;
-    N_VScale(-1.0, s->change, s->change);
-    status = s->solve(s->change, s->memory);
-    if (!status) N_VLinearSum(1.0, ee, 1.0, s->change, ee);
-    return status;
-}
-
 /* Whether two corrections in a row, of new matrices, are of one size: the stiff direction turns so much
  * in one of them that the next has to undo what it did. An old matrix would not do here. */
 static bool turns(double before, double size, double tolerance)
@@ -84,7 +61,7 @@ static int iterate(mbsri_stiff *s, N_Vector ee, N_Vector w, double tolerance, do
     bool grows = false;
     s->failures = 0;
     for (s->iterations = 1; s->iterations <= ITERATIONS; ++s->iterations) {
-        const int status = improve(s, ee, s->iterations == 1 ? 0.0 : within);
+        const int status = mbsri_stiff_improve(s, ee, s->iterations == 1 ? 0.0 : within);
         if (status) return status;
         const double size = N_VWrmsNorm(s->change, w);
         if (s->iterations == 2 && turns(before, size, tolerance)) mbsri_stiff_begin(s);
@@ -111,19 +88,20 @@ static void note_failure(mbsri_stiff *s)
     s->failed_at = steps;
 }
 
-/* Where the plain iteration has needed a new matrix, and what it corrected then is stiff, a stiff direction has
+/* Where the plain iteration has needed a new matrix, or should have, and what it corrected then is stiff, a stiff direction has
  * turned: matrices that are not quite old enough to fail mislead it. Twice within some steps, and the next ones are
- * careful (not with Krylov methods, which ask for new preconditioners for other reasons, too). */
+ * careful, and matrices live shortly afterwards (not with Krylov methods, which ask for new preconditioners for other reasons, too). */
 static void note_turn(mbsri_stiff *s, N_Vector ee, N_Vector w)
 {
     enum { SOON = 30 };
     long stale = 0, steps = 0;
     SUNNonlinSolGetNumConvFails(s->plain, &stale);
-    if (stale == 0 || s->iterates || !mbsri_stiff_moves(s, ee, w)) return;
+    if ((stale == 0 && !s->misled) || s->iterates || !mbsri_stiff_moves(s, ee, w)) return;
     IDAGetNumSteps(s->memory, &steps);
     if (s->turned_at >= 0 && steps - s->turned_at < SOON) {
         ++s->info.stiff_iterations;
         mbsri_stiff_try(s);
+        s->life = 1;
     }
     s->turned_at = steps;
 }
@@ -177,7 +155,7 @@ static int go_on(mbsri_stiff *s, N_Vector ee, double tolerance)
     for (s->iterations = 0;; ++s->iterations) {
         int status = s->system(ee, s->change, s->memory);
         if (status) return status;
-        const double now = left(s);
+        const double now = mbsri_stiff_left(s);
         if (now <= tolerance) return SUN_NLS_SUCCESS;
         if (s->iterations == MOST || !(now < 0.5 * before)) return SUN_NLS_CONTINUE;
         before = now;
@@ -248,10 +226,12 @@ static int solve(SUNNonlinearSolver solver, N_Vector predicted, N_Vector ee, N_V
     if (s->careful) {
         status = iterate_and_count(s, ee, w, tolerance / s->stricter, tolerance);
     } else {
+        if (!s->anew) set_up = mbsri_stiff_outlived(s, set_up);
         status = s->anew ? mbsri_stiff_begin_anew(s, ee, w, tolerance)
                          : SUNNonlinSolSolve(s->plain, predicted, ee, w, tolerance, set_up, memory);
         if (!s->anew) mbsri_stiff_note_age(s);
         if (status == SUN_NLS_CONV_RECVR) note_failure(s);
+        if (!status && !s->anew) status = mbsri_stiff_measure(s, ee, w, tolerance);
         if (!status && !s->anew) note_turn(s, ee, w);
         if (!status && mbsri_stiff_wrong_matrix(s, predicted, ee)) {
             ++s->info.stiff_iterations;
@@ -294,6 +274,8 @@ static int initialize(SUNNonlinearSolver solver)
     s->id = NULL;
     s->vibrations = 0;
     s->patience = 1;
+    s->life = s->made_at = s->measured_at = 0;
+    s->misled = s->measures = false;
     return SUNNonlinSolInitialize(s->plain);
 }
 

@@ -43,6 +43,10 @@ typedef struct mbsri_stiff {
     long matrices;      /* by difference quotients, so far */
     double tested_step; /* up to which steps none of them needs to be put to the test */
     long tested_at;
+    long life; /* steps after which an ordinary one gets a new matrix; 0: when IDA wants one */
+    long made_at, measured_at; /* steps of the last one, of the last look at what one had left */
+    bool misled;               /* that was much */
+    bool measures;             /* this one ends with such a look */
     long turned_at; /* step of the last new matrix that a stiff direction needed; -1: none */
     long failed_at; /* step of the last failure of the plain iteration */
     long iterations, failures; /* of the last careful solution */
@@ -106,6 +110,18 @@ void mbsri_stiff_note_age(mbsri_stiff *s);
 
 /* Newton's method with a new matrix, a status of SUNDIALS. */
 int mbsri_stiff_begin_anew(mbsri_stiff *s, N_Vector ee, N_Vector w, double tolerance);
+
+/* r / c of the momenta in the residual s->change, as their part of the norm. */
+double mbsri_stiff_left(const mbsri_stiff *s);
+
+/* One iteration: ee changes by s->change. The matrix is new, unless the momenta r / c of the residual are `within`
+ * that: then nothing stiff is strained, and the one at hand will do. */
+int mbsri_stiff_improve(mbsri_stiff *s, N_Vector ee, double within);
+
+/* Before a plain iteration: whether its matrix has to be new, which IDA may want, too (`set_up`). After one that has
+ * found ee: improves it by a new matrix where the old one is old, and learns how long matrices live. */
+bool mbsri_stiff_outlived(mbsri_stiff *s, bool set_up);
+int mbsri_stiff_measure(mbsri_stiff *s, N_Vector ee, N_Vector w, double tolerance);
 
 /* What v, a vector made from y, knows. */
 mbsri_stiff *mbsri_stiff_behind(N_Vector v);
