@@ -80,29 +80,28 @@ static void number_fronts(mbsr_newton *w, int *set)
     }
     v->fronts = m->bodies + 1;
     for (int i = 0; i <= m->bodies; ++i) {
-        v->front[i] = (mbsri_front){.level = 2 * i, .up = i > 0 ? m->body[i].parent : 0};
-        v->pool[i] = (mbsri_pool){.body = i};
+        v->front[i] = (mbsri_front){.level = 2 * i};
+        v->pool[i] = (mbsri_pool){.body = i, .up = i > 0 ? m->body[i].parent : 0};
     }
     for (int i = 1; i <= m->bodies; ++i) {
         const int parent = m->body[i].parent;
         if (set[i] == 0) continue;
-        mbsri_front *head = v->front + find(set, i); /* which need not be the first of the set */
+        mbsri_pool *head = v->pool + find(set, i); /* which need not be the first of the set */
         if (head->up <= m->bodies) {
             const int k = v->fronts++;
-            v->front[k] = (mbsri_front){
-                .level = 2 * parent + 1, .up = parent, .next = v->first_closing[parent]};
-            v->pool[k] = (mbsri_pool){.body = parent};
+            v->front[k] = (mbsri_front){.level = 2 * parent + 1, .next = v->first_closing[parent]};
+            v->pool[k] = (mbsri_pool){.body = parent, .up = parent};
             v->first_closing[parent] = k;
             head->up = k;
         }
-        v->front[i].up = head->up;
+        v->pool[i].up = head->up;
     }
     for (int k = 0; k < closures_of(w); ++k) {
         const mbsri_closure *c = closure_of(w, k);
         const int body = v->loop[k].level / 2;
         v->loop[k].pool = body;
         for (int l = 0; l < bodies_of(c) && v->loop[k].level % 2 == 1; ++l) {
-            if (c->body[l] != body) v->loop[k].pool = v->front[successor(m, body, c->body[l])].up;
+            if (c->body[l] != body) v->loop[k].pool = v->pool[successor(m, body, c->body[l])].up;
         }
     }
 }
@@ -181,7 +180,7 @@ static void count_path(mbsr_newton *w, int k, int i, int *seen, int *lambda)
         if (i == last) return;
         v->front[i].passes = true;
         lambda[i] += c->rows;
-        i = v->front[i].up;
+        i = v->pool[i].up;
     }
 }
 
@@ -191,9 +190,9 @@ static void count_delayed(mbsri_carried *v, int i, int n, const int *lambda)
     mbsri_front *front = v->front + i;
     const int all = front->delayed + n; /* so far: what comes from behind */
     v->pool[i].most += front->delayed;
-    front->loose = front->delayed > 0;
+    v->pool[i].loose = front->delayed > 0;
     front->delayed = all < lambda[i] ? all : lambda[i];
-    v->front[front->up].delayed += front->delayed;
+    v->front[v->pool[i].up].delayed += front->delayed;
 }
 
 static void count_carried(mbsr_newton *w, int *seen, int *lambda)
@@ -239,13 +238,10 @@ static size_t take(size_t *used, size_t count)
 static void place_pool(mbsri_pool *pool, size_t *doubles, size_t *ints)
 {
     const size_t most = (size_t)pool->most;
-    pool->column = take(ints, most);
-    pool->row = take(ints, most);
+    pool->column = take(ints, 2 * most);
     pool->place = take(ints, most);
-    pool->Q = take(doubles, (size_t)pool->stride * most);
-    pool->R = take(doubles, (size_t)pool->motions * most);
-    pool->T = take(doubles, most * most);
-    pool->kappa = take(doubles, (size_t)pool->d * most);
+    pool->Q = *doubles;
+    *doubles = mbsri_pool_end(pool);
     pool->right = take(doubles, most);
 }
 
@@ -255,17 +251,17 @@ static void shape_pools(mbsr_newton *w)
     for (int k = 0; k < w->carried.fronts; ++k) {
         mbsri_pool *pool = w->carried.pool + k, *swept = w->carried.swept + k;
         const int body = pool->body, d = w->model->body[body].d;
-        pool->stride = 3 * d;
-        pool->motions = w->node[body].e + 2 * d;
-        pool->d = d;
+        pool->stride = (short)(3 * d);
+        pool->motions = (short)(w->node[body].e + 2 * d);
         *swept = (mbsri_pool){.body = body,
+                              .up = pool->up,
+                              .loose = pool->loose,
                               .swept = body > 0 && !(tree->body[body].flags & MBSRI_BLOCK),
                               .stride = MBSRI_SWEPT_ACTIONS,
-                              .motions = MBSRI_SWEPT_MOTIONS,
-                              .d = MBSRI_SWEPT_FORCES};
+                              .motions = MBSRI_SWEPT_MOTIONS};
     }
     for (int i = 1; i <= w->model->bodies; ++i) { /* loops that close on the root, as before it */
-        const int up = w->carried.front[i].up;
+        const int up = w->carried.pool[i].up;
         if (up > w->model->bodies) w->carried.swept[up].swept = w->carried.swept[i].swept;
     }
 }
@@ -296,12 +292,13 @@ static void place_front(const mbsr_newton *w, int i, size_t *doubles, size_t *in
     mbsri_carried *v = (mbsri_carried *)&w->carried;
     mbsri_front *front = v->front + i;
     const mbsr_model *m = w->model;
+    const int up = v->pool[i].up;
     const bool joint = i <= m->bodies;
-    const mbsri_body *b = m->body + i, *above = m->body + v->pool[front->up].body;
+    const mbsri_body *b = m->body + i, *above = m->body + v->pool[up].body;
     const size_t n = joint ? (size_t)b->group_n : 0, nq = joint ? (size_t)b->group_nq : 0,
                  k = (size_t)(joint ? unknowns_behind(w, i) : v->pool[i].most), size = 2 * n + k,
-                 d = (size_t)above->d, x = (size_t)w->node[v->pool[front->up].body].e + 2 * d;
-    const bool swept = v->swept[front->up].swept;
+                 d = (size_t)above->d, x = (size_t)w->node[v->pool[up].body].e + 2 * d;
+    const bool swept = v->swept[up].swept;
     const size_t rows = size + (swept ? MBSRI_SWEPT_ACTIONS : 3 * d),
                  motions = swept ? MBSRI_SWEPT_MOTIONS : x;
     front->most = (int)size;
@@ -435,7 +432,7 @@ mbsri_pool *mbsri_carried_at(const mbsr_newton *w, int k)
 mbsri_pool *mbsri_carried_up(const mbsr_newton *w, int k)
 {
     const mbsri_carried *v = &w->carried;
-    const int up = v->front[k].up;
+    const int up = v->pool[k].up;
     /* a block hands numbers of its own kind to a body in vector code, multipliers never */
     return v->swept[k].swept ? mbsri_carried_at(w, up) : v->pool + up;
 }
@@ -467,19 +464,20 @@ int mbsri_carried_find(const int *list, int count, int name)
 static void clear(mbsr_newton *w, const mbsri_pool *pool, int at)
 {
     double *store = w->carried.store;
-    const int most = pool->most;
+    const int most = pool->most, d = pool->stride / 3;
     mbsri_zero((size_t)pool->stride, store + pool->Q + (size_t)(at * pool->stride));
-    mbsri_zero((size_t)pool->d, store + pool->kappa + (size_t)(at * pool->d));
-    mbsri_zero((size_t)pool->motions, store + pool->R + (size_t)(at * pool->motions));
+    mbsri_zero((size_t)d, store + mbsri_pool_kappa(pool) + (size_t)(at * d));
+    mbsri_zero((size_t)pool->motions, store + mbsri_pool_R(pool) + (size_t)(at * pool->motions));
     for (int l = 0; l <= at; ++l) {
-        store[pool->T + (size_t)(l * most + at)] = 0.0;
-        store[pool->T + (size_t)(at * most + l)] = 0.0;
+        store[mbsri_pool_T(pool) + (size_t)(l * most + at)] = 0.0;
+        store[mbsri_pool_T(pool) + (size_t)(at * most + l)] = 0.0;
     }
 }
 
 int mbsri_carried_join(mbsr_newton *w, mbsri_pool *pool, int name)
 {
-    int *column = w->carried.numbers + pool->column, *row = w->carried.numbers + pool->row;
+    int *column = w->carried.numbers + pool->column,
+        *row = w->carried.numbers + mbsri_pool_row(pool);
     int at = mbsri_carried_find(column, pool->count, name);
     if (at >= 0) return at;
     at = pool->count++;
@@ -503,7 +501,7 @@ typedef struct site {
 static void add_row(mbsr_newton *w, const site *s, int at, int to, double factor, int rows,
                     const double *from, int k)
 {
-    double *R = w->carried.store + s->pool->R;
+    double *R = w->carried.store + mbsri_pool_R(s->pool);
     for (int l = 0; l < s->d; ++l)
         R[at * s->pool->motions + to + l] +=
             factor * from[(size_t)(s->column + l) * (size_t)rows + (size_t)k];
@@ -543,7 +541,7 @@ static void add_end(mbsr_newton *w, const mbsr_data *d, int closure, int slot)
         add_row(w, &s, lambda, 0, 1.0, c->rows, slope, k);
         if (k >= c->held || d->dropped[c->row + k]) continue;
         const int eta = mbsri_carried_join(w, s.pool, mbsri_name_eta(m, c, k));
-        double *kappa = v->store + s.pool->kappa + (size_t)(eta * s.d);
+        double *kappa = v->store + mbsri_pool_kappa(s.pool) + (size_t)(eta * s.d);
         for (int l = 0; l < s.d; ++l) kappa[l] += row[l * c->rows];
         add_row(w, &s, eta, 0, 1.0, c->rows, C, k);
     }
@@ -560,7 +558,7 @@ static void add_diagonal(mbsr_newton *w, const mbsr_data *d, int number, double 
     mbsri_carried *v = &w->carried;
     const mbsri_closure *closure = closure_of(w, number);
     mbsri_pool *pool = mbsri_carried_at(w, v->loop[number].pool);
-    double *T = v->store + pool->T;
+    double *T = v->store + mbsri_pool_T(pool);
     for (int k = 0; k < closure->held; ++k) {
         if (!mbsri_is_stiff(closure, k)) continue;
         const int lambda = mbsri_carried_join(w, pool, mbsri_name_lambda(closure, k));
@@ -588,7 +586,7 @@ int mbsri_carried_open(mbsr_newton *w, mbsr_data *d, double c)
     for (int k = 0; k < v->uses; ++k) {
         const int i = v->used[k];
         v->pool[i].count = v->swept[i].count = 0;
-        v->front[i].closed = false;
+        v->swept[i].closed = false;
     }
     for (int k = 0; k < closures_of(w); ++k) {
         mbsri_loop *loop = v->loop + k;

@@ -60,7 +60,8 @@ static void collect(build *b)
     b->k = 0;
     for (int l = 0; (number = mbsri_carried_pool(b->w, b->i, l, &at)) >= 0; ++l) {
         const mbsri_pool *pool = mbsri_carried_at(b->w, number);
-        const int *column = b->v->numbers + pool->column, *row = b->v->numbers + pool->row;
+        const int *column = b->v->numbers + pool->column,
+                  *row = b->v->numbers + mbsri_pool_row(pool);
         int *place = b->v->numbers + pool->place;
         for (int j = 0; j < pool->count; ++j) {
             (void)join(b->name_column, &b->k, column[j]);
@@ -102,7 +103,7 @@ static void open_front(build *b)
     mbsri_zero(rows * (size_t)(b->size + b->motions), b->M);
     b->rest = v->work;
     b->T = take(b, k * k);
-    b->kappa_up = take(b, (size_t)up->d * k);
+    b->kappa_up = take(b, (size_t)(up->stride / 3) * k);
     if (!b->all) return;
     mbsri_zero(rows * (size_t)b->nq, b->Mq);
     mbsri_zero((size_t)b->nq * k, b->along);
@@ -133,12 +134,12 @@ static void add_pool(build *b, int number, int at)
     for (int l = 0; l < pool->count; ++l) {
         const int to = mbsri_carried_find(b->name_column, b->k, column[l]);
         for (int i = 0; i < pool->count; ++i)
-            b->T[to * b->k + place[i]] += store[pool->T + (size_t)(l * most + i)];
+            b->T[to * b->k + place[i]] += store[mbsri_pool_T(pool) + (size_t)(l * most + i)];
         if (!j) continue;
         const int actions = j->actions, d = j->b->d;
         mbsri_ax(actions, 1, 1.0, store + pool->Q + (size_t)(l * pool->stride), &(double){1.0},
                  b->y[at] + to * actions);
-        mbsri_ax(d, 1, 1.0, store + pool->kappa + (size_t)(l * d), &(double){1.0},
+        mbsri_ax(d, 1, 1.0, store + mbsri_pool_kappa(pool) + (size_t)(l * d), &(double){1.0},
                  b->kappa[at] + to * d);
     }
     if (!j) return;
@@ -147,7 +148,7 @@ static void add_pool(build *b, int number, int at)
         double *out = b->waiting + (size_t)l * (size_t)b->k;
         for (int i = 0; i < pool->count; ++i)
             out[place[i]] +=
-                mbsri_dot(j->motions, store + pool->R + (size_t)(i * pool->motions), x);
+                mbsri_dot(j->motions, store + mbsri_pool_R(pool) + (size_t)(i * pool->motions), x);
     }
 }
 
@@ -388,7 +389,7 @@ static void hand_on(const build *b, const mbsri_elimination *e)
                     ? mbsri_carried_join(w, pool, name_of(b, b->name_column, at))
                     : -1;
     }
-    int *column = v->numbers + pool->column, *row = v->numbers + pool->row;
+    int *column = v->numbers + pool->column, *row = v->numbers + mbsri_pool_row(pool);
     const int fresh = pool->count;
     for (int l = 0; l < left; ++l) {
         if (to[l] < 0)
@@ -405,22 +406,23 @@ static void hand_on(const build *b, const mbsri_elimination *e)
         }
     }
     double *store = v->store;
-    const int d = pool->d;
+    const int d = pool->stride / 3;
     for (int l = 0; l < left; ++l) {
         const double *from = e->M + (size_t)(e->done + l) * (size_t)ld;
         for (int i = 0; i < left; ++i)
-            store[pool->T + (size_t)(to[l] * pool->most + place[i])] += from[e->done + i];
+            store[mbsri_pool_T(pool) + (size_t)(to[l] * pool->most + place[i])] +=
+                from[e->done + i];
         mbsri_ax(b->actions, 1, 1.0, from + e->size, &(double){1.0},
                  store + pool->Q + (size_t)(to[l] * pool->stride));
         const int at = e->column[e->done + l];
         if (at >= b->own && b->actions > 0)
             mbsri_ax(d, 1, 1.0, b->kappa_up + (at - b->own) * d, &(double){1.0},
-                     store + pool->kappa + (size_t)(to[l] * d));
+                     store + mbsri_pool_kappa(pool) + (size_t)(to[l] * d));
     }
     for (int l = 0; l < b->motions; ++l) {
         const double *from = e->M + (size_t)(e->size + l) * (size_t)ld;
         for (int i = 0; i < left; ++i)
-            store[pool->R + (size_t)(place[i] * pool->motions + l)] += from[e->done + i];
+            store[mbsri_pool_R(pool) + (size_t)(place[i] * pool->motions + l)] += from[e->done + i];
         mbsri_ax(b->actions, 1, 1.0, from + e->size, &(double){1.0}, b->P + l * b->actions);
     }
 }
@@ -519,17 +521,17 @@ int mbsri_front_close_one(mbsr_newton *w, mbsr_data *d, int k, double *P)
     const mbsri_pool *pool = mbsri_carried_at(w, k);
     const double *store = b.v->store;
     const size_t rows = (size_t)(b.size + b.actions);
-    const int d_up = pool->d;
+    const int d_up = pool->stride / 3;
     for (int l = 0; l < b.k; ++l) { /* names and rows stand as in the pool */
         mbsri_copy((size_t)b.k, b.T + l * b.k, b.M + (size_t)l * rows);
         mbsri_copy((size_t)b.actions, store + pool->Q + (size_t)(l * pool->stride),
                    b.M + (size_t)l * rows + b.size);
         if (b.actions > 0)
-            mbsri_copy((size_t)d_up, store + pool->kappa + (size_t)(l * d_up),
+            mbsri_copy((size_t)d_up, store + mbsri_pool_kappa(pool) + (size_t)(l * d_up),
                        b.kappa_up + l * d_up);
     }
     for (int i = 0; i < b.k; ++i) {
-        const double *R = store + pool->R + (size_t)(i * pool->motions);
+        const double *R = store + mbsri_pool_R(pool) + (size_t)(i * pool->motions);
         for (int l = 0; l < b.motions; ++l) b.M[(size_t)(b.size + l) * rows + (size_t)i] = R[l];
     }
     return eliminate(&b);

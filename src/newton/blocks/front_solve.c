@@ -28,7 +28,7 @@ void mbsri_front_load(mbsr_newton *w, const double *r)
     for (int k = 0; k < (int)m->closures.count && r; ++k) {
         const mbsri_closure *c = closure_of(w, k);
         const mbsri_pool *pool = mbsri_carried_at(w, v->loop[k].pool);
-        const int *rows = v->numbers + pool->row;
+        const int *rows = v->numbers + mbsri_pool_row(pool);
         double *right = v->store + pool->right;
         const double *velocity = r + m->nq + 2 * m->nu + c->row,
                      *position = r + m->nq + 2 * m->nu + m->rows + c->held_row;
@@ -167,7 +167,7 @@ void mbsri_front_multipliers(const mbsr_newton *w, const double *r, double *delt
         const mbsri_pool *pool = mbsri_carried_at(w, v->loop[k].pool);
         for (int l = 0; l < c->rows; ++l) {
             const int lambda = mbsri_name_lambda(c, l), eta = mbsri_name_eta(m, c, l);
-            const int *rows = v->numbers + pool->row;
+            const int *rows = v->numbers + mbsri_pool_row(pool);
             const bool left_out = mbsri_carried_find(rows, pool->count, lambda) < 0;
             const double damping = c->def.damping[l], stiffness = c->def.stiffness[l];
             double *Lambda = delta + first + lambda, *Eta = delta + first + eta;

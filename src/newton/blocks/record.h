@@ -93,33 +93,57 @@ typedef struct mbsri_loop_end {
 
 /* What comes to a front from behind, and from closures at its body: unknowns v and rows that wait
  * for elimination, with y = P x + Q v + b and R x + T v = s in the body's x and y. There are as
- * many rows as unknowns. */
+ * many rows as unknowns. One line of the cache: solving reads no more of a joint's front in vector code. */
 typedef struct mbsri_pool {
     int body;
-    bool swept; /* the body is in vector code, and the pool of that kind */
+    int up; /* the pool that its front hands on to */
     int most, count;
-    int stride, motions,
-        d; /* numbers of a column of Q, a row of R and a column of kappa, at most */
-    size_t column, row, place; /* ints: names of unknowns, of rows; places of rows in the front */
-    size_t Q, R, T, kappa,
-        right; /* stride x most, motions x most by rows, most x most, d x most, most */
+    short stride,
+        motions; /* numbers of a column of Q and of a row of R, at most; kappa has stride / 3 */
+    bool swept;  /* the body is in vector code, and the pool of that kind; so are the next three */
+    bool in_place;        /* the pool above goes on where this one is */
+    bool loose;           /* joints from behind may be delayed here */
+    bool closed;          /* at the last factorisation: by newton/sweeps/closing.h */
+    size_t column, place; /* ints: names of unknowns, then of rows; places of rows in the front */
+    size_t Q, right;      /* doubles: stride x most, and behind it R, T and kappa; most */
+    size_t record;        /* doubles, in vector code: what solving needs of the front */
 } mbsri_pool;
+_Static_assert(sizeof(mbsri_pool) <= 64, "mbsri_pool");
+
+/* Behind the names of unknowns, and behind Q: motions x most by rows, most x most, stride / 3 x most. */
+static inline size_t mbsri_pool_row(const mbsri_pool *pool)
+{
+    return pool->column + (size_t)pool->most;
+}
+
+static inline size_t mbsri_pool_R(const mbsri_pool *pool)
+{
+    return pool->Q + (size_t)(pool->stride * pool->most);
+}
+
+static inline size_t mbsri_pool_T(const mbsri_pool *pool)
+{
+    return mbsri_pool_R(pool) + (size_t)(pool->motions * pool->most);
+}
+
+static inline size_t mbsri_pool_kappa(const mbsri_pool *pool)
+{
+    return mbsri_pool_T(pool) + (size_t)pool->most * (size_t)pool->most;
+}
+
+static inline size_t mbsri_pool_end(const mbsri_pool *pool)
+{
+    return mbsri_pool_kappa(pool) + (size_t)(pool->stride / 3 * pool->most);
+}
 
 /* The equations of a joint, or of loops that close on a body, with what is carried there: `size`
  * unknowns, `own` of the joint, of which `done` are eliminated; the rest is carried on. */
 typedef struct mbsri_front {
     int level;            /* joint of body i: 2 i; loops on body i: 2 i + 1 */
-    int up;               /* the pool it hands on to */
     int next;             /* closing fronts: the next one on the same body, 0: none */
     int delayed;          /* what it may hand on of unknowns that could go */
-    int span;             /* in vector code (swept.h): unknowns that `record` has room for */
-    int first_loop;       /* likewise: that closes here; -1: none */
-    bool in_place;        /* likewise: the pool above goes on where its own is */
-    bool closed;          /* likewise, at the last factorisation: by newton/sweeps/closing.h */
+    int first_loop;       /* in vector code (swept.h): that closes here; -1: none */
     bool passes;          /* loops go on from it */
-    bool loose;           /* joints from behind may be delayed here */
-    size_t record;        /* doubles, in vector code */
-    size_t order;         /* ints, likewise */
     size_t place;         /* ints */
     int most;             /* unknowns */
     int own, size, done;  /* at the last factorisation; so are the next two */

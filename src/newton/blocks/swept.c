@@ -61,15 +61,15 @@ static void begin(plan *p, int k)
 static void tie(plan *p, int k)
 {
     mbsri_carried *v = p->v;
-    mbsri_front *front = v->front + k;
-    const int up = front->up;
+    mbsri_pool *pool = v->swept + k;
+    const int up = pool->up;
     if (!is_swept(p, k)) return;
     begin(p, k);
     strand *s = p->strand + p->of[k];
     const int most = mbsri_swept_span(v->pool[k].most + 1);
     if (most > s->most) s->most = most;
-    front->in_place = k <= p->w->model->bodies && is_swept(p, up) && p->of[up] < 0;
-    if (front->in_place)
+    pool->in_place = k <= p->w->model->bodies && is_swept(p, up) && p->of[up] < 0;
+    if (pool->in_place)
         p->of[up] = p->of[k];
     else if (is_swept(p, up))
         begin(p, up);
@@ -104,40 +104,36 @@ static void place_pool(const plan *p, int k)
 {
     const strand *s = p->strand + p->of[k];
     mbsri_pool *pool = p->v->swept + k;
-    const size_t most = (size_t)s->most;
     pool->most = s->most;
     pool->Q = p->slot[s->slot].at;
-    pool->R = pool->Q + MBSRI_SWEPT_ACTIONS * most;
-    pool->kappa = pool->R + MBSRI_SWEPT_MOTIONS * most;
-    pool->T = pool->kappa + MBSRI_SWEPT_FORCES * most;
     pool->column = s->names;
-    pool->row = s->names + most;
-    pool->place = k > p->w->model->bodies ? take(p->ints, most) : 0;
     pool->right = s->right; /* from the first of all */
 }
 
 /* What the solution needs of front k; see newton/sweeps/fronts.h and closing.h. */
 static void place_record(const plan *p, int k)
 {
-    mbsri_front *front = p->v->front + k;
-    const bool joint = k <= p->w->model->bodies;
-    front->span = mbsri_swept_span(p->v->pool[k].most + 1);
-    const size_t span = (size_t)front->span, one = MBSRI_SWEPT_MOTIONS + MBSRI_SWEPT_ACTIONS + 3;
-    const int n = joint ? p->w->model->body[k].n : 0;
-    front->record = take(p->doubles, joint ? MBSRI_SWEPT_RECORD * span * (size_t)(n > 1 ? n : 1)
-                                           : span * (one + span));
-    front->order = joint ? 0 : take(p->ints, 2 * span);
+    mbsri_pool *pool = p->v->swept + k;
+    const int most = p->v->pool[k].most;
+    if (k <= p->w->model->bodies) {
+        const int n = p->w->model->body[k].n, span = mbsri_swept_span(most + n);
+        pool->record = take(p->doubles, (size_t)(MBSRI_SWEPT_RECORD * span * (n > 1 ? n : 1)));
+        if (!pool->in_place) pool->place = take(p->ints, (size_t)(most + n));
+        return;
+    }
+    pool->record = take(p->doubles, mbsri_closing_size(most));
+    pool->place = take(p->ints, (size_t)pool->most + 2 * (size_t)most);
 }
 
 static void place(plan *p, int k)
 {
-    const int up = p->v->front[k].up;
+    const int up = p->v->pool[k].up;
     if (!is_swept(p, k)) return;
     strand *s = p->strand + p->of[k];
     open_strand(p, s);
     place_pool(p, k);
     place_record(p, k);
-    if (p->v->front[k].in_place) return;
+    if (p->v->swept[k].in_place) return;
     if (is_swept(p, up)) open_strand(p, p->strand + p->of[up]);
     p->free[p->unused++] = s->slot;
 }

@@ -27,6 +27,14 @@ static inline int mbsri_swept_span(int count)
     return (count + 3) / 4 * 4;
 }
 
+/* Numbers of a closing front of `count` unknowns that the solution needs: LU of T, two scales and the
+ * right-hand sides, and of each unknown its column of Q and row of W, without idle ones but one behind the last. */
+static inline size_t mbsri_closing_size(int count)
+{
+    const size_t n = (size_t)count, span = (size_t)mbsri_swept_span(count);
+    return (n + 3) * span + (MBSRI_SWEPT_MOTIONS + MBSRI_SWEPT_ACTIONS) / 4 * 3 * n + 4;
+}
+
 /* Places the strands behind `doubles` and `ints`, when the pools of blocks are counted. False: there is
  * no memory for scratch. */
 bool mbsri_swept_place(mbsr_newton *w, size_t *doubles, size_t *ints);

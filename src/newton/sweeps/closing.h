@@ -14,30 +14,41 @@
 
 #include <stdint.h>
 
-/* What is kept, in the order of the exchanges: LU (span x span, by columns) of the scaled T, W (16 a
- * row), Q (24 a column), T^-1 s, all of them scaled; the scales; which row and column it was. */
+/* What is kept, in the order of the exchanges: LU (span x size, by columns) of the scaled T, Q (groups of
+ * three numbers, a column after the other), T^-1 s, W (likewise, by rows), all of them scaled; the scales;
+ * which row it was, and the names of the unknowns. */
 typedef struct closing {
-    double *LU, *W, *Q, *right, *by_row, *by_column;
-    int *row, *column, size, span;
+    double *LU, *by_row, *Q, *right, *by_column, *W;
+    int *row, *name, size, span, actions;
 } closing;
 
-MBSRI_INLINE closing closing_of(const mbsri_carried *v, int k)
+/* Numbers of a row of W, and of a column of Q where psi takes no part. */
+enum { CLOSED_MOTIONS = 12, CLOSED_ACTIONS = 12 };
+
+/* deep: of a body with psi. */
+MBSRI_INLINE bool is_deep(const mbsri_newton_sweeps *newton, int i)
 {
-    const mbsri_front *front = v->front + k;
-    const int span = front->span;
-    double *LU = v->store + front->record, *W = LU + span * span,
-           *Q = W + MBSRI_SWEPT_MOTIONS * span, *right = Q + MBSRI_SWEPT_ACTIONS * span;
-    int *row = v->numbers + front->order;
+    return newton->deep && newton->step[i].deep & MBSRI_DEEP;
+}
+
+MBSRI_INLINE closing closing_of(const mbsri_carried *v, int k, int size, bool deep)
+{
+    const mbsri_pool *pool = v->swept + k;
+    const int span = mbsri_swept_span(size), actions = deep ? CLOSED_ACTIONS + 6 : CLOSED_ACTIONS;
+    double *LU = v->store + pool->record, *by_row = LU + span * size, *right = by_row + span,
+           *by_column = right + span, *Q = by_column + span, *W = Q + actions * size;
+    int *row = v->numbers + pool->place + pool->most;
     return (closing){.LU = LU,
-                     .W = W,
+                     .by_row = by_row,
                      .Q = Q,
                      .right = right,
-                     .by_row = right + span,
-                     .by_column = right + 2 * span,
+                     .by_column = by_column,
+                     .W = W,
                      .row = row,
-                     .column = row + span,
-                     .size = v->swept[k].count,
-                     .span = span};
+                     .name = row + size,
+                     .size = size,
+                     .span = span,
+                     .actions = actions};
 }
 
 /* ---- scales ---- */
@@ -107,11 +118,11 @@ MBSRI_INLINE void equilibrate(int size, int span, const int *E, int *of_row, int
 
 /* ---- T ---- */
 
-/* LU of the scaled T with complete pivoting; false: singular. */
-MBSRI_INLINE bool factor_T(const closing *c)
+/* LU of the scaled T with complete pivoting; false: singular. place: which columns these are. */
+MBSRI_INLINE bool factor_T(const closing *c, int *place)
 {
     const int size = c->size, span = c->span;
-    for (int k = 0; k < size; ++k) c->row[k] = c->column[k] = k;
+    for (int k = 0; k < size; ++k) c->row[k] = place[k] = k;
     for (int k = 0; k < size; ++k) {
         double largest = 1e-13;
         int row = -1, column = -1;
@@ -125,9 +136,9 @@ MBSRI_INLINE bool factor_T(const closing *c)
             }
         }
         if (row < 0) return false;
-        const int i = c->row[row], j = c->column[column];
+        const int i = c->row[row], j = place[column];
         c->row[row] = c->row[k], c->row[k] = i;
-        c->column[column] = c->column[k], c->column[k] = j;
+        place[column] = place[k], place[k] = j;
         for (int l = 0; l < size && column != k; ++l) {
             const double x = c->LU[column * span + l];
             c->LU[column * span + l] = c->LU[k * span + l];
@@ -216,26 +227,29 @@ MBSRI_INLINE bool scale_T(const closing *c, const open_pool *pool, int *E)
     return true;
 }
 
-/* W and Q; false: not finite. */
-MBSRI_INLINE bool place_W(const closing *c, const open_pool *pool)
+/* W and Q; false: not finite. place: the columns; W is made in `work`, with idle numbers. */
+MBSRI_INLINE bool place_W(const closing *c, const open_pool *pool, const int *place, double *work)
 {
     v4 worst = splat(0.0);
     for (int k = 0; k < c->size; ++k) {
         const double *R = pool->R + c->row[k] * MBSRI_SWEPT_MOTIONS,
-                     *Q = pool->Q + c->column[k] * MBSRI_SWEPT_ACTIONS;
-        double *to = c->W + k * MBSRI_SWEPT_MOTIONS, *to_Q = c->Q + k * MBSRI_SWEPT_ACTIONS;
+                     *Q = pool->Q + place[k] * MBSRI_SWEPT_ACTIONS;
+        double *row = work + k * MBSRI_SWEPT_MOTIONS, *to = c->Q + k * c->actions;
         const v4 by_row = splat(c->by_row[k]), by_column = splat(c->by_column[k]);
-        for (int g = 0; g < MBSRI_SWEPT_MOTIONS; g += 4) store3(to + g, load3(R + g) * by_row);
-        for (int g = 0; g < MBSRI_SWEPT_ACTIONS; g += 4) {
-            const v4 x = load3(Q + g) * by_column;
-            store3(to_Q + g, x);
+        for (int g = 0; g < 4; ++g) store3(row + 4 * g, load3(R + 4 * g) * by_row);
+        for (int g = 0; g < c->actions / 3; ++g) {
+            const v4 x = load3(Q + 4 * g) * by_column;
+            store3(to + 3 * g, x);
             worst += x - x;
         }
     }
-    solve_rows(c, c->W);
-    for (int k = 0; k < c->size * MBSRI_SWEPT_MOTIONS; k += 4) {
-        const v4 x = load3(c->W + k);
-        worst += x - x;
+    solve_rows(c, work);
+    for (int k = 0; k < c->size; ++k) {
+        for (int g = 0; g < 4; ++g) {
+            const v4 x = load3(work + k * MBSRI_SWEPT_MOTIONS + 4 * g);
+            store3(c->W + k * CLOSED_MOTIONS + 3 * g, x);
+            worst += x - x;
+        }
     }
     return sum3(worst) == 0.0;
 }
@@ -243,15 +257,14 @@ MBSRI_INLINE bool place_W(const closing *c, const open_pool *pool)
 /* P -= Q W, Y likewise. */
 MBSRI_INLINE void subtract_closed(const closing *c, slab *y, bool deep)
 {
-    const int of = MBSRI_SWEPT_ACTIONS;
-    for (int g = 0; g < MBSRI_SWEPT_MOTIONS; ++g) {
-        if (g % 4 == 3) continue; /* idle */
-        v4 *P = y->P[g / 4][g % 4], *Y = y->Y[g / 4][g % 4];
+    for (int g = 0; g < CLOSED_MOTIONS; ++g) {
+        v4 *P = y->P[g / 3][g % 3], *Y = y->Y[g / 3][g % 3];
         v4 sum[4] = {P[0], P[1], P[2], P[3]};
         for (int k = 0; k < c->size; ++k) {
-            const v4 x = splat(c->W[k * MBSRI_SWEPT_MOTIONS + g]);
-            for (int r = 0; r < 4; ++r) sum[r] -= load3(c->Q + k * of + 4 * r) * x;
-            for (int r = 0; r < 2 && deep; ++r) Y[r] -= load3(c->Q + k * of + 16 + 4 * r) * x;
+            const double *Q = c->Q + k * c->actions;
+            const v4 x = splat(c->W[k * CLOSED_MOTIONS + g]);
+            for (int r = 0; r < 4; ++r) sum[r] -= load3(Q + 3 * r) * x;
+            for (int r = 0; r < 2 && deep; ++r) Y[r] -= load3(Q + 12 + 3 * r) * x;
         }
         for (int r = 0; r < 4; ++r) P[r] = sum[r];
     }
@@ -269,15 +282,17 @@ MBSRI_INLINE bool close_sized(const mbsri_newton_sweeps *newton, int k, int size
 {
     const mbsr_newton *w = newton->blocks;
     const mbsri_carried *v = &w->carried;
-    closing c = closing_of(v, k);
+    const bool deep = is_deep(newton, v->swept[k].body);
+    const closing c = closing_of(v, k, size, deep);
     const open_pool pool = view_pool(v, v->swept + k);
-    c.size = size;
-    if (!scale_T(&c, &pool, (int *)(void *)v->work) || !factor_T(&c)) return false;
+    int *place = v->list;
+    if (!scale_T(&c, &pool, (int *)(void *)v->work) || !factor_T(&c, place)) return false;
     exchange(size, c.row, c.by_row, v->work);
-    exchange(size, c.column, c.by_column, v->work);
+    exchange(size, place, c.by_column, v->work);
+    for (int l = 0; l < size; ++l) c.name[l] = pool.column[place[l]];
     if (!y) return true;
-    if (!place_W(&c, &pool)) return false;
-    if (w->node[v->swept[k].body].deep)
+    if (!place_W(&c, &pool, place, v->work)) return false;
+    if (deep)
         subtract_closed(&c, y, true);
     else
         subtract_closed(&c, y, false);
@@ -289,7 +304,7 @@ MBSRI_INLINE bool close_sized(const mbsri_newton_sweeps *newton, int k, int size
 MBSRI_OUTLINE bool close_front(mbsri_newton_sweeps *newton, int k, slab *y)
 {
     mbsri_carried *v = &newton->blocks->carried;
-    bool *closed = &v->front[k].closed;
+    bool *closed = &v->swept[k].closed;
     switch (v->swept[k].count) {
     case 4: return *closed = close_sized(newton, k, 4, y);
     case 5: return *closed = close_sized(newton, k, 5, y);
@@ -356,21 +371,22 @@ MBSRI_OUTLINE void close_loads(mbsri_newton_sweeps *newton, int i, v4 b[4], v4 p
 {
     mbsr_newton *w = newton->blocks;
     const mbsri_carried *v = &w->carried;
+    const bool deep = is_deep(newton, i);
     for (int k = v->first_closing[i]; k > 0; k = v->front[k].next) {
         double own[MBSRI_SWEPT_ACTIONS] = {0.0};
-        if (!v->front[k].closed) {
+        if (!v->swept[k].closed) {
             mbsri_front_reduce_one(w, k, own);
             for (int r = 0; r < 4; ++r) b[r] += load3(own + 4 * r);
             for (int r = 0; r < 2; ++r) psi[r] += load3(own + 16 + 4 * r);
             continue;
         }
-        const closing c = closing_of(v, k);
+        const closing c = closing_of(v, k, v->swept[k].count, deep);
         reduce_front(w, &c, k);
         for (int l = 0; l < c.size && i > 0; ++l) {
-            const double *Q = c.Q + l * MBSRI_SWEPT_ACTIONS;
+            const double *Q = c.Q + l * c.actions;
             const v4 x = splat(c.right[l]);
-            for (int r = 0; r < 4; ++r) b[r] += load3(Q + 4 * r) * x;
-            for (int r = 0; r < 2; ++r) psi[r] += load3(Q + 16 + 4 * r) * x;
+            for (int r = 0; r < 4; ++r) b[r] += load3(Q + 3 * r) * x;
+            for (int r = 0; r < 2 && deep; ++r) psi[r] += load3(Q + 12 + 3 * r) * x;
         }
     }
 }
@@ -380,24 +396,24 @@ MBSRI_OUTLINE void close_motion(mbsri_newton_sweeps *newton, int i, const v4 x[4
 {
     mbsr_newton *w = newton->blocks;
     const mbsri_carried *v = &w->carried;
+    const bool deep = is_deep(newton, i);
     for (int k = v->first_closing[i]; k > 0; k = v->front[k].next) {
         double at[MBSRI_SWEPT_MOTIONS];
         for (int g = 0; g < 4; ++g) store3(at + 4 * g, first_three(x[g]));
-        if (!v->front[k].closed) {
+        if (!v->swept[k].closed) {
             mbsri_front_substitute_one(w, k, at);
             continue;
         }
-        const closing c = closing_of(v, k);
-        const int *name = v->numbers + v->swept[k].column;
+        const closing c = closing_of(v, k, v->swept[k].count, deep);
         for (int l = 0; l < c.size; ++l) {
-            const double *W = c.W + l * MBSRI_SWEPT_MOTIONS;
+            const double *W = c.W + l * CLOSED_MOTIONS;
             double of_motion = 0.0;
             if (i > 0) {
-                v4 sum = load3(W) * x[0] + load3(W + 4) * x[1] + load3(W + 8) * x[2] +
-                         load3(W + 12) * x[3];
+                const v4 sum = load3(W) * x[0] + load3(W + 3) * x[1] + load3(W + 6) * x[2] +
+                               load3(W + 9) * x[3];
                 of_motion = sum3(sum);
             }
-            v->value[name[c.column[l]]] = (c.right[l] - of_motion) * c.by_column[l];
+            v->value[c.name[l]] = (c.right[l] - of_motion) * c.by_column[l];
         }
     }
 }

@@ -22,17 +22,26 @@
 #include "newton/blocks/swept.h"
 #include "newton/sweeps/one_axis.h"
 
-/* What the solution needs of the unknowns, du -= z v, the joint is moved by e v, d(M u) += p v; and of
- * the rows. */
+/* What the solution needs of the rows, and of the unknowns: du -= z v, the joint is moved by e v,
+ * d(M u) += p v. */
 typedef struct open_record {
-    double *z, *e, *p, *m, *n;
+    double *m, *n, *z, *e, *p;
 } open_record;
 
-/* Of axis k of joint i. */
-MBSRI_INLINE open_record record_of(const mbsri_carried *v, int i, int k)
+/* How many du of joint i are carried on: none, or all of the joint. */
+MBSRI_INLINE int held_at(const mbsri_newton_sweeps *newton, int i)
 {
-    const int span = v->front[i].span;
-    double *at = v->store + v->front[i].record + MBSRI_SWEPT_RECORD * span * k;
+    const mbsri_newton_step *s = newton->step + i;
+    return s->deep & MBSRI_NO_INERTIA ? s->n : 0;
+}
+
+/* Of axis k of joint i, when the names from behind are known. */
+MBSRI_INLINE open_record record_of(const mbsri_newton_sweeps *newton, int i, int k)
+{
+    const mbsri_carried *v = &newton->blocks->carried;
+    const mbsri_pool *pool = v->swept + i;
+    const int span = mbsri_swept_span(pool->count + held_at(newton, i));
+    double *at = v->store + pool->record + MBSRI_SWEPT_RECORD * span * k;
     return (open_record){at, at + span, at + 2 * span, at + 3 * span, at + 4 * span};
 }
 
@@ -48,11 +57,11 @@ MBSRI_INLINE open_pool view_pool(const mbsri_carried *v, mbsri_pool *pool)
     double *store = v->store;
     return (open_pool){pool,
                        store + pool->Q,
-                       store + pool->kappa,
-                       store + pool->R,
-                       store + pool->T,
+                       store + mbsri_pool_kappa(pool),
+                       store + mbsri_pool_R(pool),
+                       store + mbsri_pool_T(pool),
                        v->numbers + pool->column,
-                       v->numbers + pool->row,
+                       v->numbers + mbsri_pool_row(pool),
                        pool->most};
 }
 
@@ -94,7 +103,7 @@ typedef struct joint_front {
     v4 rho, by_c;
     double weight;
     bool deep;
-    int held; /* how many du are carried on: none, or all of the joint */
+    int held; /* see held_at */
     bool on_root, in_place;
     int count; /* unknowns from behind */
     open_pool from, to;
@@ -141,14 +150,14 @@ MBSRI_OUTLINE void find_places(mbsr_newton *w, int i, joint_front *j)
 }
 
 /* The pool above; false: more directions are carried on than the loops could hold. */
-MBSRI_INLINE bool open_next(mbsr_newton *w, int i, joint_front *j)
+MBSRI_INLINE bool open_next(mbsri_newton_sweeps *newton, int i, joint_front *j)
 {
-    const mbsri_front *front = w->carried.front + i;
+    mbsr_newton *w = newton->blocks;
     const int count = j->count;
-    if (j->held || front->loose) {
+    if (j->held || j->from.pool->loose) {
         int held = j->held;
         for (int l = 0; l < count; ++l) held += !waits(w, i, j->from.column[l]);
-        if (held > front->delayed) return false;
+        if (held > w->carried.front[i].delayed) return false;
     }
     if (j->in_place)
         j->to.pool->count = count;
@@ -158,7 +167,7 @@ MBSRI_INLINE bool open_next(mbsr_newton *w, int i, joint_front *j)
         const int own = mbsri_name_own(w, i, o);
         j->to_column[count + o] = j->to_row[count + o] = append(&j->to, own, own);
         for (int k = 0; k < j->held; ++k) { /* carry_T takes four rows at a time */
-            const open_record by = record_of(&w->carried, i, k);
+            const open_record by = record_of(newton, i, k);
             by.m[count + o] = by.n[count + o] = 0.0;
         }
     }
@@ -179,19 +188,18 @@ MBSRI_INLINE int row_place(const joint_front *j, int l)
 MBSRI_INLINE bool start_front(const mbsri_sweep_run *run, int i, mbsri_newton_sweeps *newton,
                               joint_front *j)
 {
-    mbsr_newton *w = newton->blocks;
-    const mbsri_carried *v = &w->carried;
-    const mbsri_front *front = v->front + i;
+    const mbsri_carried *v = &newton->blocks->carried;
+    mbsri_pool *pool = v->swept + i;
     j->on_root = run->tree->body[i].parent == 0;
     j->rho = load(run->state[i].rho);
     j->by_c = splat(newton->by_c);
-    j->in_place = front->in_place;
-    j->from = view_pool(v, v->swept + i);
-    j->to = view_pool(v, v->swept + front->up);
-    j->count = v->swept[i].count;
+    j->in_place = pool->in_place;
+    j->from = view_pool(v, pool);
+    j->to = view_pool(v, v->swept + pool->up);
+    j->count = pool->count;
     j->to_column = v->list;
-    j->to_row = v->numbers + front->place;
-    return open_next(w, i, j);
+    j->to_row = v->numbers + pool->place;
+    return open_next(newton, i, j);
 }
 
 /* An unknown to the predecessor. */
@@ -307,12 +315,11 @@ MBSRI_OUTLINE void carry_rate(const joint_front *j)
 MBSRI_OUTLINE bool carry_past(const mbsri_sweep_run *run, int i, mbsri_newton_sweeps *newton,
                               const passage *p, const v4 G[2], bool deep, bool held)
 {
-    const mbsri_carried *v = &newton->blocks->carried;
     const mbsri_sweep_body *b = run->tree->body + i;
     joint_front j = {.p = p, .G = G, .deep = deep, .held = held};
     j.weight = b->n > 0 ? run->model->weight[b->u] : 0.0;
-    j.record = record_of(v, i, 0);
-    j.balance = v->work;
+    j.record = record_of(newton, i, 0);
+    j.balance = newton->blocks->carried.work;
     if (!start_front(run, i, newton, &j)) return false;
     for (int l = 0; l < j.count && deep; ++l) carry_column(&j, l, true);
     for (int l = 0; l < j.count && !deep; ++l) carry_column(&j, l, false);
@@ -370,38 +377,37 @@ MBSRI_OUTLINE bool pass_open_weld(const mbsri_sweep_run *run, int i, mbsri_newto
 MBSRI_OUTLINE void pass_rights(mbsri_newton_sweeps *newton, int i, double k, double r_q,
                                double rest)
 {
-    mbsr_newton *w = newton->blocks;
-    const mbsri_carried *v = &w->carried;
-    const mbsri_front *front = v->front + i;
-    const open_record by = record_of(v, i, 0);
-    const int count = v->swept[i].count, *place = v->numbers + front->place;
-    double *from = v->store + v->swept[i].right, *to = v->store + v->swept[front->up].right;
+    const mbsri_carried *v = &newton->blocks->carried;
+    const mbsri_pool *pool = v->swept + i;
+    const open_record by = record_of(newton, i, 0);
+    const int count = pool->count, *place = v->numbers + pool->place;
+    double *from = v->store + pool->right, *to = v->store + v->swept[pool->up].right;
     for (int l = 0; l < count; ++l) {
         const double s = from[l] - by.n[l] * r_q - by.m[l] * k;
-        if (front->in_place)
+        if (pool->in_place)
             to[l] = s;
         else
             to[place[l]] += s;
     }
-    if (newton->step[i].deep & MBSRI_NO_INERTIA) to[front->in_place ? count : place[count]] += rest;
+    if (held_at(newton, i)) to[pool->in_place ? count : place[count]] += rest;
 }
 
 /* What is carried past joint i does to du, to what moves it besides, and to d(M u). */
 MBSRI_OUTLINE void move_open(const mbsri_newton_sweeps *newton, int i, double *du, double *rest,
                              double *dp)
 {
-    const mbsr_newton *w = newton->blocks;
-    const mbsri_carried *v = &w->carried;
-    const int *name = v->numbers + v->swept[i].column, count = v->swept[i].count;
-    const open_record by = record_of(v, i, 0);
+    const mbsri_carried *v = &newton->blocks->carried;
+    const mbsri_pool *pool = v->swept + i;
+    const int *name = v->numbers + pool->column, count = pool->count;
+    const open_record by = record_of(newton, i, 0);
     for (int l = 0; l < count; ++l) {
         const double value = v->value[name[l]];
         *du -= by.z[l] * value;
         *rest += by.e[l] * value;
         *dp += by.p[l] * value;
     }
-    if (!(newton->step[i].deep & MBSRI_NO_INERTIA)) return;
-    const double own = v->value[mbsri_name_own(w, i, 0)];
+    if (!held_at(newton, i)) return;
+    const double own = v->value[mbsri_name_own(newton->blocks, i, 0)];
     *du += own;
     *dp += by.p[count] * own;
 }

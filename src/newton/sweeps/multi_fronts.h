@@ -150,7 +150,7 @@ static void carry_column_of_axes(const mbsri_sweep_run *run, int i,
         for (int r = 0; r < 2 && j->held; ++r) psi[r] += t->U[k][r] * splat(e[k]);
     }
     for (int k = 0; k < p->n; ++k) {
-        const open_record by = record_of(&newton->blocks->carried, i, k);
+        const open_record by = record_of(newton, i, k);
         by.z[l] = z[k];
         by.e[l] = e[k];
         by.p[l] = sum3(p->a[k].S_w * Q[CHI_L] + p->a[k].S_v * Q[CHI_P]) - (j->held ? g[k] : 0.0);
@@ -159,14 +159,14 @@ static void carry_column_of_axes(const mbsri_sweep_run *run, int i,
 }
 
 /* Row l that waits through the joint. */
-static void carry_row_of_axes(const mbsri_carried *v, int i, const axes *p,
+static void carry_row_of_axes(const mbsri_newton_sweeps *newton, int i, const axes *p,
                               const balance_of_axes *t, const joint_front *j, int l)
 {
     const double *from = j->from.R + l * MBSRI_SWEPT_MOTIONS;
     v4 R[4], out[4];
     for (int g = 0; g < 4; ++g) R[g] = out[g] = load3(from + 4 * g);
     for (int k = 0; k < p->n; ++k) {
-        const open_record by = record_of(v, i, k);
+        const open_record by = record_of(newton, i, k);
         by.m[l] = read_motion(R, t->by_u[k]);
         by.n[l] = read_motion(R, t->by_g[k]);
         for (int g = 0; g < 4; ++g) out[g] -= splat(by.m[l]) * p->K[k][g];
@@ -175,7 +175,7 @@ static void carry_row_of_axes(const mbsri_carried *v, int i, const axes *p,
 }
 
 /* T_h, when all columns and rows are done. */
-static void carry_T_of_axes(const mbsri_carried *v, int i, int n, const joint_front *j)
+static void carry_T_of_axes(const mbsri_newton_sweeps *newton, int i, int n, const joint_front *j)
 {
     const int count = j->count;
     for (int k = 0; k < count; ++k) {
@@ -184,7 +184,7 @@ static void carry_T_of_axes(const mbsri_carried *v, int i, int n, const joint_fr
         for (int l = 0; l < count; l += 4) {
             v4 sum = load3(from + l);
             for (int o = 0; o < n; ++o) {
-                const open_record by = record_of(v, i, o);
+                const open_record by = record_of(newton, i, o);
                 sum += load3(by.n + l) * splat(by.e[k]) - load3(by.m + l) * splat(by.z[k]);
             }
             if (j->in_place) {
@@ -197,14 +197,14 @@ static void carry_T_of_axes(const mbsri_carried *v, int i, int n, const joint_fr
 }
 
 /* The rates of a held joint as unknowns, and its balances as rows. */
-static void carry_rates(const mbsri_carried *v, int i, const axes *p, const balance_of_axes *t,
-                        const joint_front *j)
+static void carry_rates(const mbsri_newton_sweeps *newton, int i, const axes *p,
+                        const balance_of_axes *t, const joint_front *j)
 {
     const int count = j->count, most = j->to.most;
     const v4 none[2] = {splat(0.0), splat(0.0)};
     for (int k = 0; k < j->held; ++k) {
         const int at = j->to_column[count + k], place = j->to_row[count + k];
-        const open_record by = record_of(v, i, k);
+        const open_record by = record_of(newton, i, k);
         double *T = j->to.T;
         v4 row[4];
         memcpy(row, t->row[k], sizeof row);
@@ -241,20 +241,20 @@ static void keep_held(const mbsri_sweep_run *run, int i, mbsri_newton_sweeps *ne
 static bool eliminate_open_axes(const mbsri_sweep_run *run, int i, mbsri_newton_sweeps *newton,
                                 slab *y, bool deep)
 {
-    const mbsri_carried *v = &newton->blocks->carried;
     const mbsri_sweep_body *b = run->tree->body + i;
-    joint_front j = {.deep = deep, .held = deep ? b->n : 0, .balance = v->work};
+    joint_front j = {.deep = deep, .held = held_at(newton, i)};
     axes p;
     balance_of_axes t;
+    j.balance = newton->blocks->carried.work;
     if (!open_axes(run, i, newton, &p, y, true)) return false;
     find_motions(&p, newton->block + b->multi, &t);
     if (deep) open_balances(run, i, newton, &p, y, &t);
     if (!close_axes(run, i, newton, &p, y, true, deep)) return false;
     if (!start_front(run, i, newton, &j)) return false;
     for (int l = 0; l < j.count; ++l) carry_column_of_axes(run, i, newton, &p, &t, &j, l);
-    for (int l = 0; l < j.count; ++l) carry_row_of_axes(v, i, &p, &t, &j, l);
-    carry_T_of_axes(v, i, p.n, &j);
-    carry_rates(v, i, &p, &t, &j);
+    for (int l = 0; l < j.count; ++l) carry_row_of_axes(newton, i, &p, &t, &j, l);
+    carry_T_of_axes(newton, i, p.n, &j);
+    carry_rates(newton, i, &p, &t, &j);
     if (deep)
         keep_held(run, i, newton, &p, &t, y);
     else
@@ -279,24 +279,23 @@ static void pass_rights_of_axes(mbsri_newton_sweeps *newton, int i, const double
                                 const double rest[6])
 {
     const mbsri_carried *v = &newton->blocks->carried;
-    const mbsri_front *front = v->front + i;
+    const mbsri_pool *pool = v->swept + i;
     const mbsri_newton_step *s = newton->step + i;
-    const int count = v->swept[i].count, *place = v->numbers + front->place;
-    const double *from = v->store + v->swept[i].right, *k = newton->k + s->u;
-    double *to = v->store + v->swept[front->up].right;
+    const int count = pool->count, held = held_at(newton, i), *place = v->numbers + pool->place;
+    const double *from = v->store + pool->right, *k = newton->k + s->u;
+    double *to = v->store + v->swept[pool->up].right;
     for (int l = 0; l < count; ++l) {
         double sum = from[l];
         for (int o = 0; o < s->n; ++o) {
-            const open_record by = record_of(v, i, o);
+            const open_record by = record_of(newton, i, o);
             sum -= by.n[l] * g[o] + by.m[l] * k[o];
         }
-        if (front->in_place)
+        if (pool->in_place)
             to[l] = sum;
         else
             to[place[l]] += sum;
     }
-    for (int o = 0; o < s->n && s->deep & MBSRI_NO_INERTIA; ++o)
-        to[front->in_place ? count + o : place[count + o]] += rest[o];
+    for (int o = 0; o < held; ++o) to[pool->in_place ? count + o : place[count + o]] += rest[o];
 }
 
 /* Of a joint that is held, at the loads behind it: d(M u), less the row of F_p, without w, which `known` holds; and
@@ -324,11 +323,10 @@ static void move_open_axes(const mbsri_newton_sweeps *newton, int i, double du[6
                            double dp[6])
 {
     const mbsri_carried *v = &newton->blocks->carried;
-    const int *name = v->numbers + v->swept[i].column, count = v->swept[i].count;
-    const mbsri_newton_step *s = newton->step + i;
-    const int held = s->deep & MBSRI_NO_INERTIA ? s->n : 0;
-    for (int o = 0; o < s->n; ++o) {
-        const open_record by = record_of(v, i, o);
+    const mbsri_pool *pool = v->swept + i;
+    const int *name = v->numbers + pool->column, count = pool->count, held = held_at(newton, i);
+    for (int o = 0; o < newton->step[i].n; ++o) {
+        const open_record by = record_of(newton, i, o);
         for (int l = 0; l < count; ++l) {
             const double value = v->value[name[l]];
             du[o] -= by.z[l] * value;
