@@ -2,7 +2,24 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "recursion/closure_view.h"
 
+#include "base/expect.h"
+
 #include <math.h>
+
+void mbsri_expect_closure(const mbsr_model *m, const mbsri_closure *c)
+{
+    enum { CLOSURES = 4, BODIES = 2 };
+    if (m->bodies <= MBSRI_LARGE) return;
+    const mbsri_closure *end = (const mbsri_closure *)m->closures.data + m->closures.count;
+    if (end - c > CLOSURES) mbsri_expect(c + CLOSURES, c + CLOSURES + 1);
+    if (end - c <= BODIES) return;
+    c += BODIES;
+    for (int k = 0; k < c->bodies; ++k) {
+        const mbsri_body *b = m->body + c->body[k];
+        mbsri_expect(b, &b->dd);
+        mbsri_expect(&b->joint.space, &b->joint.space + 1);
+    }
+}
 
 void mbsri_view_closure(const mbsr_model *m, const mbsr_data *d, const mbsri_closure *c,
                         bool velocities, mbsri_closure_view *view)

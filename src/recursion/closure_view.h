@@ -12,6 +12,9 @@ typedef struct mbsri_closure_view {
     double *q; /* max_columns of scratch */
 } mbsri_closure_view;
 
+/* Asks the memory for closures behind c, and for what is read of their bodies, in large models. */
+void mbsri_expect_closure(const mbsr_model *m, const mbsri_closure *c);
+
 void mbsri_view_closure(const mbsr_model *m, const mbsr_data *d, const mbsri_closure *c,
                         bool velocities, mbsri_closure_view *view);
 

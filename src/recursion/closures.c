@@ -180,6 +180,7 @@ int mbsri_closure_rows_here(const mbsr_model *m, mbsr_data *d, double *bias)
 {
     mbsri_closure_view view;
     for (const mbsri_closure *c = all(m), *end = c + m->closures.count; c < end; ++c) {
+        mbsri_expect_closure(m, c);
         mbsri_view_closure(m, d, c, false, &view);
         mbsri_zero((size_t)c->rows * (size_t)c->columns, d->closure_C + c->at);
         mbsri_zero((size_t)c->rows, bias + c->row);
@@ -238,6 +239,7 @@ int mbsri_closure_loads_here(const mbsr_model *m, mbsr_data *d, const double *la
     if (eta) mbsri_zero(m->size_v, d->closure_V);
     if (eta) mbsri_zero((size_t)m->nu, d->closure_w);
     for (const mbsri_closure *c = all(m), *end = c + m->closures.count; c < end; ++c) {
+        mbsri_expect_closure(m, c);
         mbsri_view_closure(m, d, c, false, &view);
         mbsri_zero((size_t)c->rows * (size_t)c->columns, d->closure_C + c->at);
         const int status = jacobian_of(m, d, c, &view);

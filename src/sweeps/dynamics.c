@@ -2,6 +2,7 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "sweeps/dynamics.h"
 
+#include "base/expect.h"
 #include "algebra/dense.h"
 #include "algebra/numbers.h"
 #include "model/query.h"
@@ -315,9 +316,8 @@ static void correct_rates(mbsri_sweep_run *run)
 /* Whether a tree is one that does not fit into a cache, and may be taken in pieces. */
 static bool is_large(const mbsri_sweep_run *run)
 {
-    enum { LARGE = 2000 };
     const mbsri_sweeps *tree = run->tree;
-    return tree->bodies > LARGE && tree->blocks == 0 && tree->users == 0 && !tree->whole &&
+    return tree->bodies > MBSRI_LARGE && tree->blocks == 0 && tree->users == 0 && !tree->whole &&
            !tree->modal && !run->split;
 }
 

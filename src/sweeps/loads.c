@@ -7,6 +7,7 @@
 
 #include "algebra/dense.h"
 #include "algebra/space3.h"
+#include "base/expect.h"
 #include "recursion/closures.h"
 #include "recursion/elements.h"
 #include "recursion/inertia.h"
@@ -16,6 +17,19 @@
 
 #include <string.h>
 
+enum { AHEAD = 4 };
+
+/* What showing body i reads, and what its load is. */
+static void expect_shown(const mbsri_sweep_run *run, int i)
+{
+    const mbsri_body *b = run->model->body + i;
+    mbsri_expect(b, &b->dd);
+    mbsri_expect(&b->joint.space, &b->joint.space + 1);
+    mbsri_expect(run->state + i, run->state[i].U_L);
+    mbsri_expect(run->tree->own + i, run->tree->own + i + 1);
+    mbsri_expect_room(run->load + i, run->load + i + 1);
+}
+
 /* Pose, velocity and mass matrix of the bodies on which elements act; no force yet. */
 static void show_all(const mbsri_sweep_run *run)
 {
@@ -23,6 +37,8 @@ static void show_all(const mbsri_sweep_run *run)
     for (int k = 0; k < run->tree->loads; ++k) {
         const int i = run->tree->loaded[k];
         const mbsri_body *body = run->model->body + i;
+        if (k + AHEAD < run->tree->loads && run->tree->bodies > MBSRI_LARGE)
+            expect_shown(run, run->tree->loaded[k + AHEAD]);
         mbsri_sweeps_show(run, i);
         mbsri_zero((size_t)body->d, d->f + body->v);
         if (run->tree->masses) mbsri_inertia_mass(body, d->p + body->p, d->M + body->dd);

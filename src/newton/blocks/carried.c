@@ -264,6 +264,13 @@ static void shape_pools(mbsr_newton *w)
         const int up = w->carried.pool[i].up;
         if (up > w->model->bodies) w->carried.swept[up].swept = w->carried.swept[i].swept;
     }
+    mbsri_carried *v = &w->carried;
+    for (int k = 0; k < v->uses; ++k) {
+        const int i = v->used[k];
+        if (v->swept[i].swept) continue;
+        v->used[k] = v->used[v->apart];
+        v->used[v->apart++] = i;
+    }
 }
 
 /* Unknowns of pools that the front of joint i may read; those of its group, where it is the head. */
@@ -363,11 +370,12 @@ static bool place_all(mbsr_newton *w)
     return true;
 }
 
-/* The next `count` records of that size of a block, which begin at multiples of 8. */
+/* The next `count` records of that size of a block, which begin at lines of the cache. */
 static void *records(void *memory, size_t *used, size_t count, size_t size)
 {
+    const size_t line = MBSR_DATA_ALIGNMENT;
     void *place = memory ? (unsigned char *)memory + *used : NULL;
-    *used += (count * size + 7) / 8 * 8;
+    *used += (count * size + line - 1) / line * line;
     return place;
 }
 
@@ -384,6 +392,8 @@ static size_t place_records(mbsr_newton *w, void *memory, int **scratch)
     v->first_closing = records(memory, &used, bodies, sizeof(int));
     v->served = records(memory, &used, bodies, sizeof(bool));
     v->used = records(memory, &used, fronts, sizeof(int));
+    v->multiplier =
+        records(memory, &used, (size_t)(w->model->rows + w->model->held), sizeof *v->multiplier);
     v->pool = records(memory, &used, fronts, sizeof *v->pool);
     v->swept = records(memory, &used, fronts, sizeof *v->swept);
     v->front = records(memory, &used, fronts, sizeof *v->front);
@@ -580,6 +590,30 @@ void mbsri_carried_diagonal(mbsr_newton *w, const mbsr_data *d, int k, double c)
     for (int l = v->front[k].first_loop; l >= 0; l = v->loop[l].next) add_diagonal(w, d, l, c);
 }
 
+void mbsri_carried_seat(mbsr_newton *w, int k)
+{
+    mbsri_carried *v = &w->carried;
+    const mbsri_pool *pool = mbsri_carried_at(w, k);
+    const int *row = v->numbers + mbsri_pool_row(pool),
+              multipliers = w->model->rows + w->model->held;
+    for (int l = 0; l < pool->count; ++l) {
+        if (row[l] < multipliers && v->loop[v->closure[row[l]]].pool == k)
+            v->multiplier[row[l]].right = (ptrdiff_t)pool->right + l;
+    }
+}
+
+/* Row k of a closure: what r and delta count. Of a stiff one delta counts the force of the spring alone. */
+static void open_multipliers(mbsr_newton *w, const mbsri_closure *closure, int k, double c)
+{
+    mbsri_multiplier *multiplier = w->carried.multiplier;
+    const double stiffness = closure->def.stiffness[k], damping = closure->def.damping[k];
+    const bool stiff = mbsri_is_stiff(closure, k);
+    multiplier[mbsri_name_lambda(closure, k)] = (mbsri_multiplier){
+        -1, stiff ? -1.0 : 1.0, stiff ? -stiffness / (stiffness + c * damping) : 1.0 / c};
+    if (k < closure->held)
+        multiplier[mbsri_name_eta(w->model, closure, k)] = (mbsri_multiplier){-1, 1.0, 1.0 / c};
+}
+
 int mbsri_carried_open(mbsr_newton *w, mbsr_data *d, double c)
 {
     mbsri_carried *v = &w->carried;
@@ -591,6 +625,7 @@ int mbsri_carried_open(mbsr_newton *w, mbsr_data *d, double c)
     for (int k = 0; k < closures_of(w); ++k) {
         mbsri_loop *loop = v->loop + k;
         const mbsri_closure *closure = closure_of(w, k);
+        mbsri_expect_closure(w->model, closure);
         mbsri_closure_tangents out = {v->store + loop->S,
                                       v->store + loop->slope,
                                       v->store + loop->left,
@@ -602,6 +637,7 @@ int mbsri_carried_open(mbsr_newton *w, mbsr_data *d, double c)
         loop->rank = out.rank;
         const double *C = d->closure_C + closure->at;
         for (int l = 0; l < closure->rows; ++l) {
+            open_multipliers(w, closure, l, c);
             double *unit = v->unit + closure->row + l;
             *unit = 0.0;
             for (int j = 0; j < closure->columns; ++j)

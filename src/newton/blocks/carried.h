@@ -42,6 +42,9 @@ int mbsri_carried_actions(const mbsr_newton *w, const mbsri_pool *pool);
  * when these are in its pool. */
 void mbsri_carried_diagonal(mbsr_newton *w, const mbsr_data *d, int k, double c);
 
+/* When all names have come to the pool at which closures are eliminated: where their rows stand. */
+void mbsri_carried_seat(mbsr_newton *w, int k);
+
 /* The front at which a name may go. */
 int mbsri_carried_level(const mbsr_newton *w, int name);
 

@@ -59,6 +59,7 @@ static void collect(build *b)
     int rows = 0, at, number;
     b->k = 0;
     for (int l = 0; (number = mbsri_carried_pool(b->w, b->i, l, &at)) >= 0; ++l) {
+        mbsri_carried_seat(b->w, number);
         const mbsri_pool *pool = mbsri_carried_at(b->w, number);
         const int *column = b->v->numbers + pool->column,
                   *row = b->v->numbers + mbsri_pool_row(pool);

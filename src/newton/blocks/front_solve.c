@@ -11,34 +11,19 @@
 
 #include <stdbool.h>
 
-static const mbsri_closure *closure_of(const mbsr_newton *w, int k)
-{
-    return (const mbsri_closure *)w->model->closures.data + k;
-}
-
 void mbsri_front_load(mbsr_newton *w, const double *r)
 {
     mbsri_carried *v = &w->carried;
     const mbsr_model *m = w->model;
-    for (int k = 0; k < v->uses; ++k) {
-        const mbsri_pool *pool = mbsri_carried_at(w, v->used[k]);
-        if (!pool->swept) mbsri_zero((size_t)pool->count, v->store + pool->right);
+    for (int k = 0; k < (w->mixed ? v->apart : v->uses); ++k) {
+        const mbsri_pool *pool = v->pool + v->used[k];
+        mbsri_zero((size_t)pool->count, v->store + pool->right);
     }
     if (w->mixed) mbsri_zero(v->right_count, v->store + v->right);
-    for (int k = 0; k < (int)m->closures.count && r; ++k) {
-        const mbsri_closure *c = closure_of(w, k);
-        const mbsri_pool *pool = mbsri_carried_at(w, v->loop[k].pool);
-        const int *rows = v->numbers + mbsri_pool_row(pool);
-        double *right = v->store + pool->right;
-        const double *velocity = r + m->nq + 2 * m->nu + c->row,
-                     *position = r + m->nq + 2 * m->nu + m->rows + c->held_row;
-        for (int l = 0; l < c->rows; ++l) {
-            const int at = mbsri_carried_find(rows, pool->count, mbsri_name_lambda(c, l));
-            if (at < 0) continue; /* left out */
-            right[at] = mbsri_is_stiff(c, l) ? -velocity[l] : velocity[l];
-            const int place = mbsri_carried_find(rows, pool->count, mbsri_name_eta(m, c, l));
-            if (l < c->held && place >= 0) right[place] = position[l];
-        }
+    const double *of_rows = r ? r + m->nq + 2 * m->nu : NULL;
+    for (int k = 0; k < m->rows + m->held && r; ++k) {
+        const mbsri_multiplier *multiplier = v->multiplier + k;
+        if (multiplier->right >= 0) v->store[multiplier->right] = multiplier->in * of_rows[k];
     }
 }
 
@@ -162,26 +147,11 @@ void mbsri_front_multipliers(const mbsr_newton *w, const double *r, double *delt
     const mbsri_carried *v = &w->carried;
     const mbsr_model *m = w->model;
     const int first = m->nq + 2 * m->nu;
-    for (int k = 0; k < (int)m->closures.count; ++k) {
-        const mbsri_closure *c = closure_of(w, k);
-        const mbsri_pool *pool = mbsri_carried_at(w, v->loop[k].pool);
-        for (int l = 0; l < c->rows; ++l) {
-            const int lambda = mbsri_name_lambda(c, l), eta = mbsri_name_eta(m, c, l);
-            const int *rows = v->numbers + mbsri_pool_row(pool);
-            const bool left_out = mbsri_carried_find(rows, pool->count, lambda) < 0;
-            const double damping = c->def.damping[l], stiffness = c->def.stiffness[l];
-            double *Lambda = delta + first + lambda, *Eta = delta + first + eta;
-            if (left_out)
-                *Lambda = r ? r[first + lambda] : 0.0;
-            else if (mbsri_is_stiff(c, l)) /* of the spring alone */
-                *Lambda = -v->value[lambda] * stiffness / (stiffness + w->c * damping);
-            else
-                *Lambda = v->value[lambda] / w->c;
-            if (l >= c->held) continue;
-            if (mbsri_carried_find(rows, pool->count, eta) < 0)
-                *Eta = r ? r[first + eta] : 0.0;
-            else
-                *Eta = v->value[eta] / w->c;
-        }
+    for (int k = 0; k < m->rows + m->held; ++k) {
+        const mbsri_multiplier *multiplier = v->multiplier + k;
+        if (multiplier->right >= 0)
+            delta[first + k] = v->value[k] * multiplier->out;
+        else
+            delta[first + k] = r ? r[first + k] : 0.0;
     }
 }

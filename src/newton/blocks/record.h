@@ -11,6 +11,8 @@
 
 #include <mbsrank/newton.h>
 
+#include <stddef.h>
+
 struct mbsri_newton_sweeps;
 
 /* A body in the general elimination (factor.c). Its perturbation x counts pose and V, and A where
@@ -83,6 +85,12 @@ typedef struct mbsri_loop {
     size_t left, read; /* columns x most, most x columns */
     int next;          /* of the same front in vector code (swept.h); -1: none */
 } mbsri_loop;
+
+/* A multiplier lambda or eta in a solution. */
+typedef struct mbsri_multiplier {
+    ptrdiff_t right; /* offset of its row's right-hand side; -1: it is left out */
+    double in, out;  /* factors: of r in that, of its value in delta */
+} mbsri_multiplier;
 
 /* A closure at one of its bodies. */
 typedef struct mbsri_loop_end {
@@ -164,12 +172,15 @@ typedef struct mbsri_carried {
     int *first_closing;     /* N + 1: closing fronts of a body, 0: none */
     int *closure;           /* multipliers: the closure of the name */
     bool *served;           /* N + 1: joints that are fronts */
-    int *used, uses;        /* pools that have room for unknowns: which, and how many */
+    int *used, uses,
+        apart; /* pools that have room for unknowns: which, and how many; those of blocks, which stand
+                             * in front */
     mbsri_pool *pool;
     mbsri_pool *swept; /* the same of bodies in vector code (swept.h) */
     mbsri_front *front;
-    double *value; /* names: the solution */
-    double *unit;  /* rows: the largest entry of C */
+    mbsri_multiplier *multiplier; /* rows and position rows of closures */
+    double *value;                /* names: the solution */
+    double *unit;                 /* rows: the largest entry of C */
     double *store, *work, *matrix;
     int *numbers, *list;
     size_t right, right_count; /* right-hand sides of the pools in vector code: offset and length */

@@ -35,6 +35,14 @@ static size_t take(size_t *used, size_t count)
     return at;
 }
 
+/* The same of whole lines of the cache. */
+static size_t take_lines(size_t *doubles, size_t count)
+{
+    const size_t line = MBSR_DATA_ALIGNMENT / sizeof(double);
+    *doubles = (*doubles + line - 1) / line * line;
+    return take(doubles, count);
+}
+
 static bool is_swept(const plan *p, int k)
 {
     return p->v->swept[k].swept && p->v->pool[k].most > 0;
@@ -94,7 +102,7 @@ static void open_strand(plan *p, strand *s)
     }
     if (s->slot < 0) {
         s->slot = p->slots++;
-        p->slot[s->slot] = (slot){s->most, take(p->doubles, size_of(s->most))};
+        p->slot[s->slot] = (slot){s->most, take_lines(p->doubles, size_of(s->most))};
     }
     s->names = take(p->ints, 2 * most);
     s->right = take(&p->v->right_count, most);
@@ -117,11 +125,12 @@ static void place_record(const plan *p, int k)
     const int most = p->v->pool[k].most;
     if (k <= p->w->model->bodies) {
         const int n = p->w->model->body[k].n, span = mbsri_swept_span(most + n);
-        pool->record = take(p->doubles, (size_t)(MBSRI_SWEPT_RECORD * span * (n > 1 ? n : 1)));
+        pool->record =
+            take_lines(p->doubles, (size_t)(MBSRI_SWEPT_RECORD * span * (n > 1 ? n : 1)));
         if (!pool->in_place) pool->place = take(p->ints, (size_t)(most + n));
         return;
     }
-    pool->record = take(p->doubles, mbsri_closing_size(most));
+    pool->record = take_lines(p->doubles, mbsri_closing_size(most));
     pool->place = take(p->ints, (size_t)pool->most + 2 * (size_t)most);
 }
 

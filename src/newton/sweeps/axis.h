@@ -95,16 +95,15 @@ MBSRI_INLINE void subtract_column(slab *y, const v4 C[4], const v4 K[4], bool fu
 MBSRI_INLINE void keep_column(mbsri_newton_column *col, const axis *a, const v4 K[4], const v4 Q[4],
                               const v4 C[4], const v4 U[4], const v4 G[2], bool full)
 {
+    if (full) store3(col->K_last, K[3]), store3(col->Q_last, Q[3]);
+    for (int g = 0; g < 3; ++g) store3(col->K + 3 * g, K[g]);
+    for (int g = 0; g < 3; ++g) store3(col->Q + 3 * g, Q[g]);
+    store3(col->S, a->S_w), store3(col->S + 3, a->S_v);
+    store3(col->row, a->row_w), store3(col->row + 3, a->row_v);
     for (int g = 0; g < 3; ++g) store3(col->C + 3 * g, C[g]);
     for (int g = 0; g < 3; ++g) store3(col->U + 3 * g, U[g]);
     store3(col->G, G[0]), store3(col->G + 3, G[1]);
-    store3(col->S, a->S_w), store3(col->S + 3, a->S_v);
-    store3(col->row, a->row_w), store3(col->row + 3, a->row_v);
-    for (int g = 0; g < 3; ++g) store3(col->K + 3 * g, K[g]);
-    for (int g = 0; g < 3; ++g) store3(col->Q + 3 * g, Q[g]);
-    if (!full) return;
-    store3(col->last + 3 * LAST_C, C[3]), store3(col->last + 3 * LAST_U, U[3]);
-    store3(col->last + 3 * LAST_K, K[3]), store3(col->last + 3 * LAST_Q, Q[3]);
+    if (full) store3(col->C_last, C[3]), store3(col->U_last, U[3]);
 }
 
 #endif

@@ -305,6 +305,7 @@ MBSRI_OUTLINE bool close_front(mbsri_newton_sweeps *newton, int k, slab *y)
 {
     mbsri_carried *v = &newton->blocks->carried;
     bool *closed = &v->swept[k].closed;
+    mbsri_carried_seat(newton->blocks, k);
     switch (v->swept[k].count) {
     case 4: return *closed = close_sized(newton, k, 4, y);
     case 5: return *closed = close_sized(newton, k, 5, y);

@@ -12,7 +12,7 @@
 #ifndef MBSRI_NEWTON_LOOPED_H
 #define MBSRI_NEWTON_LOOPED_H
 
-#include "newton/sweeps/closing.h"
+#include "newton/sweeps/ahead.h"
 #include "newton/sweeps/eliminate.h"
 #include "newton/sweeps/tied.h"
 
@@ -149,6 +149,7 @@ static int newton_factor_looped(const mbsri_sweep_run *run, mbsri_newton_sweeps 
     start_back(run, &at);
     start_elimination(run, newton, &of, false);
     for (int i = run->tree->bodies; i >= 1; --i) {
+        if (newton->large) expect_factor(run, newton, i);
         if (!pass_back(run, i, &at)) return MBSRI_DEFICIENT;
         if (run->tree->body[i].flags & MBSRI_WIDE) {
             if (!has_rank(run, i)) return MBSRI_DEFICIENT;

@@ -3,6 +3,7 @@
 #ifndef MBSRI_NEWTON_LOOPED_SOLVE_H
 #define MBSRI_NEWTON_LOOPED_SOLVE_H
 
+#include "newton/sweeps/ahead.h"
 #include "newton/sweeps/solve.h"
 #include "newton/sweeps/tied.h"
 
@@ -46,6 +47,7 @@ MBSRI_INLINE void looped_back(mbsri_newton_sweeps *newton, const double *r,
     loads f;
     clear_loads(&f);
     for (int i = newton->model->bodies; i >= 1; --i) {
+        if (newton->large) expect_solution(newton, i, -1);
         const mbsri_newton_step *s = newton->step + i;
         const int flags = s->flags;
         if (flags & MBSRI_WIDE) {
@@ -83,6 +85,7 @@ MBSRI_INLINE void looped_forward(mbsri_newton_sweeps *newton, const double *r, d
     const solution of = solution_of(newton->model, delta);
     v4 x[4] = {splat(0.0), splat(0.0), splat(0.0), splat(0.0)};
     for (int i = 1; i <= newton->model->bodies; ++i) {
+        if (newton->large) expect_solution(newton, i, 1);
         const mbsri_newton_step *s = newton->step + i;
         const int flags = s->flags;
         if (!(flags & MBSRI_WIDE)) {

@@ -60,8 +60,8 @@ MBSRI_INLINE void load_axes(mbsri_newton_sweeps *newton, int i, const double *r,
         newton->k[s->u + k] = own;
         for (int f = 0; f < groups(full); ++f)
             store(m->b + 4 * f, load(m->b + 4 * f) +
-                                    load3(group_of(col, col->C, LAST_C, f)) * splat(own) +
-                                    load3(group_of(col, col->U, LAST_U, f)) * splat(g[k]));
+                                    load3(group_of(col->C, col->C_last, f)) * splat(own) +
+                                    load3(group_of(col->U, col->U_last, f)) * splat(g[k]));
     }
     if (open) pass_rights_of_axes(newton, i, g, rest);
     for (int k = 0; k < n; ++k) {
@@ -107,8 +107,8 @@ MBSRI_INLINE void move_axes(mbsri_newton_sweeps *newton, int i, const double *r,
         mbsri_newton_column *col = mbsri_newton_column_at(newton, s->u + k);
         v4 K = splat(0.0), Q = splat(0.0);
         for (int f = 0; f < groups(full); ++f) {
-            K += load3(group_of(col, col->K, LAST_K, f)) * x[f];
-            Q += load3(group_of(col, col->Q, LAST_Q, f)) * x[f];
+            K += load3(group_of(col->K, col->K_last, f)) * x[f];
+            Q += load3(group_of(col->Q, col->Q_last, f)) * x[f];
         }
         du[k] = newton->k[s->u + k] - sum3(K);
         p[k] = newton->p[s->u + k] + sum3(Q);

@@ -37,11 +37,9 @@ MBSRI_INLINE int groups(bool full)
 }
 
 /* The fourth group of a column stands apart from the others. */
-enum { LAST_C, LAST_U, LAST_K, LAST_Q };
-
-MBSRI_INLINE double *group_of(mbsri_newton_column *col, double *first, int last, int g)
+MBSRI_INLINE double *group_of(double *first, double *last, int g)
 {
-    return g < 3 ? first + 3 * g : col->last + 3 * last;
+    return g < 3 ? first + 3 * g : last;
 }
 
 /* P, Y (reaction.h), and the flows of the subtree. */

@@ -12,22 +12,24 @@
 
 typedef struct mbsri_newton_sweeps mbsri_newton_sweeps;
 
-/* Of one joint coordinate, in the order in which the solution reads it. Perturbations of motion
- * stand in groups of three numbers: rotation, nu angular and linear, and, in `last`, displacement;
- * those of forces: chi angular and linear, moment, and, in `last`, force. x: the predecessor's, at
- * its point. Groups are written in this order, each with a fourth number that the next overwrites.
- * */
+/* Of one joint coordinate: what the solution reads root to leaves stands in front, S and row in both sweeps,
+ * then what it reads leaves to root. Perturbations of motion stand in groups of three numbers: rotation, nu
+ * angular and linear, and displacement; those of forces: chi angular and linear, moment, and force. x: the
+ * predecessor's, at its point. Groups are written in this order, each with a fourth number that the next
+ * overwrites. The fourth groups have memory in models with elements on bodies or with loops only; in others
+ * the one before and the one behind stand there. */
 typedef struct mbsri_newton_column {
-    double C[9];     /* what du adds to the forces of the subtree */
-    double U[9];     /* what r_q (or what a quaternion makes of it) adds to them */
-    double G[6];     /* Mbar S D^-1 */
-    double S[6];     /* the axis: angular and linear part */
-    double row[6];   /* S - S' / c */
-    double K[9];     /* du = k - K x */
-    double Q[9];     /* d(Mu) = p + Q x */
-    double inverse;  /* of the pivot of the joint's row; joints of one axis only */
-    double gain;     /* what r_q adds to the row; likewise */
-    double last[13]; /* fourth groups of C, U, K, Q; models with elements on bodies only */
+    double K_last[3], Q_last[3], idle[2];
+    double K[9];    /* du = k - K x */
+    double Q[9];    /* d(Mu) = p + Q x */
+    double S[6];    /* the axis: angular and linear part */
+    double row[6];  /* S - S' / c */
+    double C[9];    /* what du adds to the forces of the subtree */
+    double U[9];    /* what r_q (or what a quaternion makes of it) adds to them */
+    double G[6];    /* Mbar S D^-1 */
+    double inverse; /* of the pivot of the joint's row; joints of one axis only */
+    double gain;    /* what r_q adds to the row; likewise */
+    double C_last[3], U_last[3], idle_behind[2];
 } mbsri_newton_column;
 
 /* Of a joint of several axes. w are the rotations and displacements along its columns,
@@ -139,6 +141,7 @@ struct mbsri_newton_sweeps {
     bool deep;   /* some joint block was zero; below: NULL where none is expected to be */
     bool one_sweep;                  /* looped.h serves the model, as far as was seen */
     bool light;                      /* and has bodies without inertia that count as deep */
+    bool large;                      /* the model does not fit into a cache */
     bool looped;                     /* the last factorisation is of that kind */
     bool marked;                     /* its deep bodies are, and no others since */
     struct mbsr_newton *blocks;      /* eliminates the joints of blocks; NULL: there are none */

@@ -50,8 +50,8 @@ MBSRI_INLINE double row_of_loads(const mbsri_newton_column *col, v4 by_c, const 
 MBSRI_INLINE void pass_loads(mbsri_newton_column *col, double k, double r_q, loads *f, bool full)
 {
     for (int r = 0; r < groups(full); ++r)
-        f->b[r] += load3(group_of(col, col->C, LAST_C, r)) * splat(k) +
-                   load3(group_of(col, col->U, LAST_U, r)) * splat(r_q);
+        f->b[r] += load3(group_of(col->C, col->C_last, r)) * splat(k) +
+                   load3(group_of(col->U, col->U_last, r)) * splat(r_q);
 }
 
 /* k and p of a joint of one axis, by the row of F_p. */
@@ -323,8 +323,8 @@ MBSRI_INLINE void move_joint(mbsri_newton_sweeps *newton, const mbsri_newton_ste
         const mbsri_newton_column *col = mbsri_newton_column_at(newton, s->u);
         v4 K = load3(col->K) * x[0] + load3(col->K + 3) * x[1] + load3(col->K + 6) * x[2],
            Q = load3(col->Q) * x[0] + load3(col->Q + 3) * x[1] + load3(col->Q + 6) * x[2];
-        if (full) K += load3(col->last + 3 * LAST_K) * x[3];
-        if (full) Q += load3(col->last + 3 * LAST_Q) * x[3];
+        if (full) K += load3(col->K_last) * x[3];
+        if (full) Q += load3(col->Q_last) * x[3];
         const int u = m->u_of[s->u], q = m->q_of[s->q];
         double du = newton->k[s->u] - sum3(K), rest = r ? r[q] : 0.0,
                dp = newton->p[s->u] + sum3(Q);

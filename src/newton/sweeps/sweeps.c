@@ -5,6 +5,7 @@
 #include "algebra/dense.h"
 #include "algebra/numbers.h"
 #include "base/error.h"
+#include "base/expect.h"
 #include "dynamics/entry.h"
 #include "model/query.h"
 #include "newton/blocks/factor.h"
@@ -59,8 +60,9 @@ static size_t layout(const mbsr_model *m, const mbsri_sweeps *tree, unsigned cha
     mbsri_newton_sweeps *w = take(base, &used, sizeof *w);
     if (!w) w = &counted;
     const bool full = tree->body_forces;
-    w->column_size = full ? sizeof(mbsri_newton_column) : offsetof(mbsri_newton_column, last);
-    w->column = take(base, &used, nu * w->column_size);
+    const size_t narrow = offsetof(mbsri_newton_column, C_last) - offsetof(mbsri_newton_column, K);
+    w->column_size = full ? sizeof(mbsri_newton_column) : narrow;
+    w->column = take(base, &used, nu * w->column_size + sizeof(mbsri_newton_column) - narrow);
     w->step = take(base, &used, bodies * sizeof *w->step);
     w->block = take(base, &used, (size_t)tree->multi * sizeof *w->block);
     w->own = take(base, &used, full ? bodies * sizeof *w->own : 0);
@@ -91,6 +93,7 @@ static size_t layout(const mbsr_model *m, const mbsri_sweeps *tree, unsigned cha
     w->model = m;
     w->tree = tree;
     w->kernels = kernels_of(tree);
+    w->large = m->bodies > MBSRI_LARGE;
     if (!full) w->own = NULL;
     if (!deep) w->below = NULL;
     w->deep = w->unclear = w->light = w->looped = w->marked = false;
