@@ -66,21 +66,20 @@ mbsri_stiff *mbsri_stiff_behind(N_Vector v)
 
 double mbsri_stiff_momenta(const mbsri_stiff *s, N_Vector x)
 {
-    const double *value = N_VGetArrayPointer(x), *weight = N_VGetArrayPointer(s->weight);
+    const double *value = NV_DATA_S(x), *weight = NV_DATA_S(s->weight);
     double sum = 0.0;
     for (int k = s->first; k < s->last; ++k) {
         const double e = value[k] * weight[k];
         sum += e * e;
     }
-    return sqrt(sum / (double)N_VGetLength(x));
+    return sqrt(sum / (double)NV_LENGTH_S(x));
 }
 
 int mbsri_stiff_solve(mbsri_stiff *s, N_Vector b)
 {
     static const double share = 0.3;
-    double c = 0.0;
-    if (!s->looks || IDAGetCurrentCj(s->memory, &c) < 0 || c == 0.0) return s->solve(b, s->memory);
-    const double before = mbsri_stiff_momenta(s, b) / fabs(c);
+    if (!s->looks || s->c == 0.0) return s->solve(b, s->memory);
+    const double before = mbsri_stiff_momenta(s, b) / fabs(s->c);
     const int status = s->solve(b, s->memory);
     s->hides = before > 1.0 && mbsri_stiff_momenta(s, b) < share * before;
     return status;
@@ -90,48 +89,40 @@ int mbsri_stiff_solve(mbsri_stiff *s, N_Vector b)
 
 bool mbsri_stiff_careful(const mbsri_stiff *s)
 {
-    long steps = 0;
-    if (s->memory) IDAGetNumSteps(s->memory, &steps);
-    return s->always || steps < s->careful_until;
+    return s->always || s->steps < s->careful_until;
 }
 
 enum { FIRST = 15, LONG = 100 };
 
 void mbsri_stiff_begin(mbsri_stiff *s)
 {
-    long steps = 0;
-    IDAGetNumSteps(s->memory, &steps);
     s->span = LONG;
     s->enough = MBSRI_STIFF_ALARM;
-    s->careful_until = steps + LONG;
+    s->careful_until = s->steps + LONG;
 }
 
 void mbsri_stiff_try(mbsri_stiff *s)
 {
     const long near = s->dear ? 3 : 20;
-    long steps = 0;
-    IDAGetNumSteps(s->memory, &steps);
-    if (steps >= s->careful_until) {
-        const bool again = s->span > 0 && steps < s->careful_until + near * s->span;
+    if (s->steps >= s->careful_until) {
+        const bool again = s->span > 0 && s->steps < s->careful_until + near * s->span;
         s->span = again ? 2 * s->span : FIRST;
         if (s->span > LONG) s->span = LONG;
     }
-    if (steps + s->span > s->careful_until) s->careful_until = steps + s->span;
+    if (s->steps + s->span > s->careful_until) s->careful_until = s->steps + s->span;
 }
 
 /* Where careful steps are dear (with dense matrices; Krylov methods are left alone), a stiff direction that
  * vibrates gets them only after two failed tests of order 1 or 2, and for twice as long each time, after pauses
  * that double, too: either they lead out of there, or they are a small part of a run that has to resolve it. */
-static void insist(mbsri_stiff *s, int order)
+static void insist(mbsri_stiff *s)
 {
     enum { FAILED = 2, LONGEST = 32 };
-    long steps = 0;
-    if (s->iterates || order > 2 || ++s->vibrations < FAILED) return;
-    IDAGetNumSteps(s->memory, &steps);
-    if (steps < s->careful_until + s->patience * s->span) return;
+    if (s->iterates || s->order > 2 || ++s->vibrations < FAILED) return;
+    if (s->steps < s->careful_until + s->patience * s->span) return;
     s->span = s->span > 0 ? 2 * s->span : FIRST;
     if (s->span > LONG) s->span = LONG;
-    s->careful_until = steps + s->span;
+    s->careful_until = s->steps + s->span;
     s->vibrations = 0;
     if (s->patience < LONGEST) s->patience *= 2;
 }
@@ -142,14 +133,11 @@ static void insist(mbsri_stiff *s, int order)
 static void raise_alarm(mbsri_stiff *s, bool failed)
 {
     static const double fade = 30.0;
-    long steps = 0;
-    if (s->low_order) return;
-    IDAGetNumSteps(s->memory, &steps);
-    if (steps == s->alarmed_at && !failed) return;
-    if (steps < s->alarmed_at) s->alarm = 0.0; /* IDA has started anew */
-    s->alarm *= exp((double)(s->alarmed_at - steps) / fade);
+    if (s->low_order || (s->steps == s->alarmed_at && !failed)) return;
+    if (s->steps < s->alarmed_at) s->alarm = 0.0; /* IDA has started anew */
+    s->alarm *= exp((double)(s->alarmed_at - s->steps) / fade);
     s->alarm += failed ? 3.0 : 1.0;
-    s->alarmed_at = steps;
+    s->alarmed_at = s->steps;
     if (s->alarm < s->enough) return;
     s->alarm = 0.0;
     if (s->dear) s->enough *= 2.0;
@@ -158,15 +146,15 @@ static void raise_alarm(mbsri_stiff *s, bool failed)
 
 /* ---- the filter ---- */
 
-/* s->filtered becomes K^-1 (0, c e_p, 0), K the present matrix for c and e_p the momenta of x that count;
+/* s->filtered becomes K^-1 (0, c e_p, 0), K the present matrix and e_p the momenta of x that count;
  * nonzero if the linear solver fails. */
-static int filter(mbsri_stiff *s, double c, N_Vector x, N_Vector id)
+static int filter(mbsri_stiff *s, N_Vector x)
 {
-    const double *e = N_VGetArrayPointer(x), *counts = N_VGetArrayPointer(id);
-    double *to = N_VGetArrayPointer(s->filtered);
-    for (sunindextype k = 0; k < N_VGetLength(x); ++k) {
+    const double *e = NV_DATA_S(x), *counts = NV_DATA_S(s->id);
+    double *to = NV_DATA_S(s->filtered);
+    for (sunindextype k = 0; k < NV_LENGTH_S(x); ++k) {
         const bool momentum = k >= s->first && k < s->last && counts[k] > 0.0;
-        to[k] = momentum ? c * e[k] : 0.0;
+        to[k] = momentum ? s->c * e[k] : 0.0;
     }
     const int status = s->weigh ? s->weigh(s->user, s->filtered) : 0;
     if (status) return status;
@@ -175,33 +163,32 @@ static int filter(mbsri_stiff *s, double c, N_Vector x, N_Vector id)
 }
 
 /* The norm of x with its momenta filtered; negative if the linear solver fails. */
-static double filtered_norm(mbsri_stiff *s, double c, N_Vector x, N_Vector w, N_Vector id)
+static double filtered_norm(mbsri_stiff *s, N_Vector x)
 {
-    const double *e = N_VGetArrayPointer(x);
-    double *to = N_VGetArrayPointer(s->filtered);
-    if (filter(s, c, x, id)) return -1.0;
-    for (sunindextype k = 0; k < N_VGetLength(x); ++k) {
+    const double *e = NV_DATA_S(x);
+    double *to = NV_DATA_S(s->filtered);
+    if (filter(s, x)) return -1.0;
+    for (sunindextype k = 0; k < NV_LENGTH_S(x); ++k) {
         if (k < s->first || k >= s->last) to[k] = e[k];
     }
-    return s->masked(s->filtered, w, id);
+    return s->masked(s->filtered, s->weight, s->id);
 }
 
 /* Norm of the momenta of x. */
-static double momentum_norm(mbsri_stiff *s, N_Vector x, N_Vector w, N_Vector id)
+static double momentum_norm(mbsri_stiff *s, N_Vector x)
 {
-    const double *from = N_VGetArrayPointer(x);
-    double *to = N_VGetArrayPointer(s->change);
-    for (sunindextype k = 0; k < N_VGetLength(x); ++k)
+    const double *from = NV_DATA_S(x);
+    double *to = NV_DATA_S(s->change);
+    for (sunindextype k = 0; k < NV_LENGTH_S(x); ++k)
         to[k] = k >= s->first && k < s->last ? from[k] : 0.0;
-    return s->masked(s->change, w, id);
+    return s->masked(s->change, s->weight, s->id);
 }
 
-bool mbsri_stiff_moves(mbsri_stiff *s, N_Vector x, N_Vector w)
+bool mbsri_stiff_moves(mbsri_stiff *s, N_Vector x)
 {
     static const double left = 0.3;
-    double c = 0.0;
-    if (!s->id || IDAGetCurrentCj(s->memory, &c) < 0 || filter(s, c, x, s->id)) return false;
-    return momentum_norm(s, s->filtered, w, s->id) < left * momentum_norm(s, x, w, s->id);
+    if (!s->id || filter(s, x)) return false;
+    return momentum_norm(s, s->filtered) < left * momentum_norm(s, x);
 }
 
 void mbsri_stiff_keep(mbsri_stiff *s, N_Vector x, bool of_iteration)
@@ -217,7 +204,7 @@ void mbsri_stiff_keep(mbsri_stiff *s, N_Vector x, bool of_iteration)
  * counted, and careful steps begin, for long where steps are so long that nothing of it could be resolved.
  * In the problems of bench/ordinary.c 0.1 to 0.3 is left of such errors, where pins are springs 0.001
  * to 0.05. Between them a few careful steps do no harm, unless they are dear. */
-static bool stiff_alone(mbsri_stiff *s, N_Vector x, double filtered, double plain, int order)
+static bool stiff_alone(mbsri_stiff *s, N_Vector x, double filtered, double plain)
 {
     if (!(filtered >= 0.0 && filtered < 0.3 * plain)) return false;
     const bool vibrates = filtered > 0.1 * plain;
@@ -228,23 +215,19 @@ static bool stiff_alone(mbsri_stiff *s, N_Vector x, double filtered, double plai
     else if (!vibrates || !s->dear)
         mbsri_stiff_try(s);
     else
-        insist(s, order);
+        insist(s);
     return true;
 }
 
 /* Ordinary steps are tested by IDA alone. Whether a test fails the norm does not tell, but the next
  * attempt does: what may have failed is kept until then. */
-static void keep_error(mbsri_stiff *s, N_Vector x, N_Vector w, N_Vector id, double plain, int order)
+static void keep_error(mbsri_stiff *s, N_Vector x, double plain)
 {
-    s->suspect = plain > 1.0;
+    s->suspect = plain > 1.0 && s->order <= 3;
     if (!s->suspect) return;
     N_VScale(1.0, x, s->error);
-    s->suspect_weight = w;
-    s->suspect_id = id;
     s->suspect_norm = plain;
-    s->suspect_order = order;
-    if (order < 3) raise_alarm(s, false);
-    IDAGetCurrentCj(s->memory, &s->suspect_c);
+    if (s->order < 3) raise_alarm(s, false);
     IDAGetNumErrTestFails(s->memory, &s->tests_failed);
 }
 
@@ -254,51 +237,44 @@ void mbsri_stiff_look_back(mbsri_stiff *s)
     if (!s->suspect) return;
     s->suspect = false;
     IDAGetNumErrTestFails(s->memory, &failed);
-    if (failed <= s->tests_failed || s->suspect_order > 3) return;
-    const double filtered =
-        filtered_norm(s, s->suspect_c, s->error, s->suspect_weight, s->suspect_id);
-    if (!stiff_alone(s, s->error, filtered, s->suspect_norm, s->suspect_order) &&
-        s->suspect_order < 3)
-        raise_alarm(s, true);
+    if (failed <= s->tests_failed) return;
+    const double filtered = filtered_norm(s, s->error);
+    if (!stiff_alone(s, s->error, filtered, s->suspect_norm) && s->order < 3) raise_alarm(s, true);
 }
 
 /* The offset turns with the stiff direction, and the more of it is left the longer the step: it may be no
  * more than a small share of the momenta. Only at loose tolerances are steps so long. */
-static double bounded(mbsri_stiff *s, double filtered, double plain, N_Vector w, N_Vector id)
+static double bounded(mbsri_stiff *s, double filtered, double plain)
 {
     static const double share = 0.02, least = 80.0;
     if (plain <= least) return filtered;
     N_Vector y = NULL;
-    const double all = IDAGetCurrentY(s->memory, &y) < 0 ? 0.0 : momentum_norm(s, y, w, id);
+    const double all = IDAGetCurrentY(s->memory, &y) < 0 ? 0.0 : momentum_norm(s, y);
     return fmax(filtered, plain / fmax(least, share * all));
 }
 
 /* The first norm of an error test decides on all: they have to be comparable. */
-static double first_norm(mbsri_stiff *s, N_Vector x, N_Vector w, N_Vector id, double plain,
-                         int order)
+static double first_norm(mbsri_stiff *s, N_Vector x, double plain)
 {
     s->filters = false;
-    if (!s->careful) keep_error(s, x, w, id, plain, order);
+    if (!s->careful) keep_error(s, x, plain);
     if (!s->careful || !(plain > 1.0)) return plain;
-    IDAGetCurrentCj(s->memory, &s->c);
-    const double filtered = s->stricter * filtered_norm(s, s->c, x, w, id);
+    const double filtered = s->stricter * filtered_norm(s, x);
     if (!(filtered >= 0.0 && filtered < plain)) return plain;
-    stiff_alone(s, x, filtered, plain, order);
+    stiff_alone(s, x, filtered, plain);
     s->filters = true;
-    return bounded(s, filtered, plain, w, id);
+    return bounded(s, filtered, plain);
 }
 
 /* After failures IDA falls to order 1, and doubles h whenever it can, so that it never sees the three
  * equal steps after which it raises the order. With a norm of 0.7 it leaves h as it is. Ordinary steps need
  * that, too: vibrations that higher orders of BDF have excited leave them there. */
-static double hold(mbsri_stiff *s, double found, int order)
+static double hold(mbsri_stiff *s, double found)
 {
     enum { SOON = 10 };
-    long steps = 0;
-    IDAGetNumSteps(s->memory, &steps);
-    if (!(found <= 1.0)) s->rejected_at = steps;
-    const bool soon = s->rejected_at >= 0 && steps - s->rejected_at < SOON;
-    return order == 1 && soon ? fmax(found, 0.7) : found;
+    if (!(found <= 1.0)) s->rejected_at = s->steps;
+    const bool soon = s->rejected_at >= 0 && s->steps - s->rejected_at < SOON;
+    return s->order == 1 && soon ? fmax(found, 0.7) : found;
 }
 
 /* Carefully, the order does not fall to 1: the offsets of order 2 jump less. */
@@ -306,15 +282,16 @@ static double tested_norm(mbsri_stiff *s, N_Vector x, N_Vector w, N_Vector id)
 {
     static const double forbidden = 1e10;
     const double plain = s->masked(x, w, id) * (s->careful ? s->stricter : 1.0);
-    int order = 1;
-    IDAGetCurrentOrder(s->memory, &order);
     const int call = ++s->norms;
-    s->id = id;
-    if (call > (order < 3 ? order : 3)) s->norms = -1;
-    if (call == 1) return hold(s, first_norm(s, x, w, id, plain, order), order);
-    if (call == 2 && order == 2 && s->careful) return forbidden;
+    if (call == 1) {
+        s->id = id;
+        IDAGetCurrentOrder(s->memory, &s->order);
+        return hold(s, first_norm(s, x, plain));
+    }
+    if (call > (s->order < 3 ? s->order : 3)) s->norms = -1;
+    if (call == 2 && s->order == 2 && s->careful) return forbidden;
     if (!s->filters) return plain;
-    const double filtered = s->stricter * filtered_norm(s, s->c, x, w, id);
+    const double filtered = s->stricter * filtered_norm(s, x);
     return filtered >= 0.0 && filtered < plain ? filtered : plain;
 }
 

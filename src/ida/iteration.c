@@ -39,10 +39,10 @@ static bool turns(double before, double size, double tolerance)
 }
 
 /* A correction that takes back the one before, as across the kink of a stop's force, goes too far: half of it
- * is taken off ee. s->filtered is the one before. */
-static void halve(mbsri_stiff *s, N_Vector ee, N_Vector w, double size)
+ * is taken off ee. s->filtered is the one before, if it is known. */
+static void halve(mbsri_stiff *s, N_Vector ee, N_Vector w, double size, bool known)
 {
-    if (s->iterations > 2) {
+    if (known) {
         N_VLinearSum(1.0, s->change, 1.0, s->filtered, s->filtered);
         if (N_VWrmsNorm(s->filtered, w) < 0.5 * size) N_VLinearSum(1.0, ee, -0.5, s->change, ee);
     }
@@ -59,51 +59,45 @@ static int iterate(mbsri_stiff *s, N_Vector ee, N_Vector w, double tolerance, do
     int small = 0, still = 0;
     double before = 0.0;
     bool grows = false;
-    s->failures = 0;
-    for (s->iterations = 1; s->iterations <= ITERATIONS; ++s->iterations) {
-        const int status = mbsri_stiff_improve(s, ee, s->iterations == 1 ? 0.0 : within);
+    for (int k = 1; k <= ITERATIONS; ++k) {
+        const int status = mbsri_stiff_improve(s, ee, k == 1 ? 0.0 : within);
         if (status) return status;
         const double size = N_VWrmsNorm(s->change, w);
-        if (s->iterations == 2 && turns(before, size, tolerance)) mbsri_stiff_begin(s);
+        if (k == 2 && turns(before, size, tolerance)) mbsri_stiff_begin(s);
         small = size <= tolerance ? small + 1 : 0;
         still = size <= rounding ? still + 1 : 0;
         grows = still > 1 && (grows || size > before);
         if (size <= share * tolerance || small == 4 || (still > 3 && grows)) return SUN_NLS_SUCCESS;
-        halve(s, ee, w, size);
+        halve(s, ee, w, size, k > 2);
         before = size;
     }
-    s->failures = 1;
+    ++s->failures;
     return SUN_NLS_CONV_RECVR;
 }
 
 /* Where the plain iteration fails, or misleads, twice within a few steps the next ones are careful. */
 static void note_failure(mbsri_stiff *s)
 {
-    long steps = 0;
-    IDAGetNumSteps(s->memory, &steps);
-    if (s->failed_at >= 0 && steps >= s->failed_at && steps - s->failed_at < NEAR) {
+    if (s->failed_at >= 0 && s->steps >= s->failed_at && s->steps - s->failed_at < NEAR) {
         ++s->info.stiff_iterations;
         mbsri_stiff_try(s);
     }
-    s->failed_at = steps;
+    s->failed_at = s->steps;
 }
 
 /* Where the plain iteration has needed a new matrix, or should have, and what it corrected then is stiff, a stiff direction has
  * turned: matrices that are not quite old enough to fail mislead it. Twice within some steps, and the next ones are
  * careful, and matrices live shortly afterwards (not with Krylov methods, which ask for new preconditioners for other reasons, too). */
-static void note_turn(mbsri_stiff *s, N_Vector ee, N_Vector w)
+static void note_turn(mbsri_stiff *s, N_Vector ee)
 {
     enum { SOON = 30 };
-    long stale = 0, steps = 0;
-    SUNNonlinSolGetNumConvFails(s->plain, &stale);
-    if ((stale == 0 && !s->misled) || s->iterates || !mbsri_stiff_moves(s, ee, w)) return;
-    IDAGetNumSteps(s->memory, &steps);
-    if (s->turned_at >= 0 && steps - s->turned_at < SOON) {
+    if ((s->stale == 0 && !s->misled) || s->iterates || !mbsri_stiff_moves(s, ee)) return;
+    if (s->turned_at >= 0 && s->steps - s->turned_at < SOON) {
         ++s->info.stiff_iterations;
         mbsri_stiff_try(s);
         s->life = 1;
     }
-    s->turned_at = steps;
+    s->turned_at = s->steps;
 }
 
 /* IDA's, for the plain iteration. */
@@ -113,14 +107,17 @@ static int watched_solve(N_Vector b, void *memory)
     return mbsri_stiff_solve(mbsri_stiff_behind(b), b);
 }
 
-/* What the linear solver is; to be asked once it has worked. */
+/* What the linear solver is, as soon as it has worked: it iterates, or has made a matrix. */
 static void learn(mbsri_stiff *s)
 {
-    long linear = 0, quotients = 0;
-    if (s->iterates || IDAGetNumLinIters(s->memory, &linear) < 0) return;
+    long linear = 0, matrices = 0, quotients = 0;
+    if (IDAGetNumLinIters(s->memory, &linear) < 0) return;
+    IDAGetNumJacEvals(s->memory, &matrices);
     IDAGetNumLinResEvals(s->memory, &quotients);
     s->iterates = linear > 0;
-    s->dear = s->dear || s->iterates || quotients > 0;
+    s->quotients = !s->iterates && quotients > 0;
+    s->dear = s->dear || s->iterates || s->quotients;
+    s->learned = s->iterates || (matrices > 0 && !s->careful);
 }
 
 /* What stiff elements ask of an iterative solver: of IDA's own accuracy, a twentieth of what Newton's
@@ -152,13 +149,14 @@ static int go_on(mbsri_stiff *s, N_Vector ee, double tolerance)
 {
     enum { MOST = 4 };
     double before = INFINITY;
-    for (s->iterations = 0;; ++s->iterations) {
+    for (int k = 0;; ++k) {
         int status = s->system(ee, s->change, s->memory);
         if (status) return status;
         const double now = mbsri_stiff_left(s);
         if (now <= tolerance) return SUN_NLS_SUCCESS;
-        if (s->iterations == MOST || !(now < 0.5 * before)) return SUN_NLS_CONTINUE;
+        if (k == MOST || !(now < 0.5 * before)) return SUN_NLS_CONTINUE;
         before = now;
+        ++s->iterations;
         N_VScale(-1.0, s->change, s->change);
         status = s->solve(s->change, s->memory);
         if (status) return status;
@@ -171,20 +169,16 @@ static int go_on(mbsri_stiff *s, N_Vector ee, double tolerance)
 static int renew(mbsri_stiff *s, N_Vector ee, N_Vector w, double tolerance)
 {
     enum { LONGEST = 128 };
-    long steps = 0;
-    IDAGetNumSteps(s->memory, &steps);
-    if (steps < s->verify_at) return SUN_NLS_SUCCESS;
-    const long plain = s->iterations;
+    if (s->steps < s->verify_at) return SUN_NLS_SUCCESS;
     N_VScale(1.0, ee, s->error);
     prepare(s, true);
     const int status = iterate_and_count(s, ee, w, tolerance, tolerance);
     prepare(s, false);
-    s->iterations += plain;
     N_VLinearSum(1.0, ee, -1.0, s->error, s->error);
     const bool misled = status || N_VWrmsNorm(s->error, w) > tolerance;
     s->pause = misled || s->pause == 0 ? 1 : 2 * s->pause;
     if (s->pause > LONGEST) s->pause = LONGEST;
-    s->verify_at = s->dear ? steps + s->pause : 0;
+    s->verify_at = s->dear ? s->steps + s->pause : 0;
     if (misled) note_failure(s);
     return status;
 }
@@ -193,8 +187,6 @@ static int renew(mbsri_stiff *s, N_Vector ee, N_Vector w, double tolerance)
 static int verify(mbsri_stiff *s, N_Vector ee, N_Vector w, double tolerance)
 {
     if (!s->hides) return SUN_NLS_SUCCESS;
-    s->verified = true;
-    s->failures = 0;
     const int status = go_on(s, ee, tolerance);
     return status == SUN_NLS_CONTINUE ? renew(s, ee, w, tolerance) : status;
 }
@@ -202,50 +194,81 @@ static int verify(mbsri_stiff *s, N_Vector ee, N_Vector w, double tolerance)
 /* The longest step so far: what is fast beside it is stiff, however short steps have become. */
 static void note_pace(mbsri_stiff *s)
 {
-    double c = 0.0;
-    if (IDAGetCurrentCj(s->memory, &c) < 0 || c == 0.0) return;
-    s->slowest = s->slowest > 0.0 ? fmin(s->slowest, fabs(c)) : fabs(c);
+    if (s->c == 0.0) return;
+    const double c = fabs(s->c);
+    if (!(s->slowest > 0.0 && s->slowest <= c)) s->slowest = c;
+}
+
+/* Newton's method of SUNDIALS. */
+static int iterate_plainly(mbsri_stiff *s, N_Vector predicted, N_Vector ee, N_Vector w,
+                           double tolerance, bool set_up)
+{
+    const int status = SUNNonlinSolSolve(s->plain, predicted, ee, w, tolerance, set_up, s->memory);
+    SUNNonlinSolGetNumIters(s->plain, &s->iterations);
+    SUNNonlinSolGetNumConvFails(s->plain, &s->stale);
+    s->failures = s->stale;
+    s->untested = s->untested || set_up || s->stale > 0;
+    return status;
+}
+
+/* An attempt begins. */
+static void begin(mbsri_stiff *s, N_Vector w, void *memory)
+{
+    s->memory = memory;
+    s->weight = w;
+    s->norms = -1;
+    s->iterations = s->failures = 0;
+    s->hides = false;
+    if (s->off) return;
+    mbsri_stiff_look_back(s); /* by c of the attempt before */
+    IDAGetNumSteps(memory, &s->steps);
+    IDAGetCurrentCj(memory, &s->c);
+}
+
+static int solve(SUNNonlinearSolver solver, N_Vector predicted, N_Vector ee, N_Vector w,
+                 sunrealtype tolerance, sunbooleantype set_up, void *memory);
+
+/* An ordinary step. */
+static int solve_plainly(SUNNonlinearSolver solver, N_Vector predicted, N_Vector ee, N_Vector w,
+                         double tolerance, bool set_up)
+{
+    mbsri_stiff *s = solver->content;
+    int status;
+    if (s->anew) {
+        status = mbsri_stiff_begin_anew(s, ee, w, tolerance);
+        if (status == SUN_NLS_CONV_RECVR) note_failure(s);
+    } else {
+        set_up = mbsri_stiff_outlived(s, set_up);
+        status = iterate_plainly(s, predicted, ee, w, tolerance, set_up);
+        mbsri_stiff_note_age(s);
+        if (status == SUN_NLS_CONV_RECVR) note_failure(s);
+        if (!status) status = mbsri_stiff_measure(s, ee, w, tolerance);
+        if (!status) note_turn(s, ee);
+    }
+    if (!s->learned) learn(s);
+    if (status) return status;
+    if (!mbsri_stiff_wrong_matrix(s, predicted, ee)) return verify(s, ee, w, tolerance);
+    ++s->info.stiff_iterations;
+    mbsri_stiff_try(s);
+    N_VConst(0.0, ee);
+    return solve(solver, predicted, ee, w, tolerance, set_up, s->memory);
 }
 
 static int solve(SUNNonlinearSolver solver, N_Vector predicted, N_Vector ee, N_Vector w,
                  sunrealtype tolerance, sunbooleantype set_up, void *memory)
 {
     mbsri_stiff *s = solver->content;
-    s->memory = memory;
-    s->norms = -1;
-    s->weight = w;
-    if (s->off) return SUNNonlinSolSolve(s->plain, predicted, ee, w, tolerance, set_up, memory);
-    learn(s);
-    mbsri_stiff_look_back(s);
     const bool before = s->careful;
+    begin(s, w, memory);
+    if (s->off) return iterate_plainly(s, predicted, ee, w, tolerance, set_up);
     s->careful = mbsri_stiff_careful(s);
     s->anew = !s->careful && mbsri_stiff_is_due(s, set_up);
     if (s->careful != before) prepare(s, s->careful);
-    s->verified = s->hides = false;
-    int status;
-    if (s->careful) {
-        status = iterate_and_count(s, ee, w, tolerance / s->stricter, tolerance);
-    } else {
-        if (!s->anew) set_up = mbsri_stiff_outlived(s, set_up);
-        status = s->anew ? mbsri_stiff_begin_anew(s, ee, w, tolerance)
-                         : SUNNonlinSolSolve(s->plain, predicted, ee, w, tolerance, set_up, memory);
-        if (!s->anew) mbsri_stiff_note_age(s);
-        if (status == SUN_NLS_CONV_RECVR) note_failure(s);
-        if (!status && !s->anew) status = mbsri_stiff_measure(s, ee, w, tolerance);
-        if (!status && !s->anew) note_turn(s, ee, w);
-        if (!status && mbsri_stiff_wrong_matrix(s, predicted, ee)) {
-            ++s->info.stiff_iterations;
-            mbsri_stiff_try(s);
-            N_VConst(0.0, ee);
-            status = solve(solver, predicted, ee, w, tolerance, set_up, memory);
-        } else if (!status) {
-            status = verify(s, ee, w, tolerance);
-        }
-    }
-    if (!status) {
-        s->norms = 0;
-        note_pace(s);
-    }
+    const int status = s->careful ? iterate_and_count(s, ee, w, tolerance / s->stricter, tolerance)
+                                  : solve_plainly(solver, predicted, ee, w, tolerance, set_up);
+    if (status) return status;
+    s->norms = 0;
+    note_pace(s);
     return status;
 }
 
@@ -266,7 +289,7 @@ static int initialize(SUNNonlinearSolver solver)
     s->pause = 0;
     s->enough = MBSRI_STIFF_ALARM;
     s->failed_at = s->rejected_at = s->turned_at = -1;
-    s->anew = false;
+    s->anew = s->learned = s->untested = false;
     s->age = s->rated = 0;
     s->due = 2.0;
     s->norms = -1;
@@ -310,36 +333,22 @@ static int set_most(SUNNonlinearSolver solver, int iterations)
     return SUNNonlinSolSetMaxIters(((mbsri_stiff *)solver->content)->plain, iterations);
 }
 
-/* Whether the last solution was none of SUNDIALS' solver. */
-static bool own(const mbsri_stiff *s)
-{
-    return !s->off && (s->careful || s->anew);
-}
-
 static int get_iterations(SUNNonlinearSolver solver, long int *iterations)
 {
-    const mbsri_stiff *s = solver->content;
-    *iterations = 0;
-    const int status = own(s) ? SUN_NLS_SUCCESS : SUNNonlinSolGetNumIters(s->plain, iterations);
-    if (own(s) || s->verified) *iterations += s->iterations;
-    return status;
+    *iterations = ((const mbsri_stiff *)solver->content)->iterations;
+    return SUN_NLS_SUCCESS;
 }
 
 static int get_current(SUNNonlinearSolver solver, int *iteration)
 {
-    const mbsri_stiff *s = solver->content;
-    if (!own(s)) return SUNNonlinSolGetCurIter(s->plain, iteration);
-    *iteration = (int)s->iterations - 1;
+    *iteration = (int)((const mbsri_stiff *)solver->content)->iterations - 1;
     return SUN_NLS_SUCCESS;
 }
 
 static int get_failures(SUNNonlinearSolver solver, long int *failures)
 {
-    const mbsri_stiff *s = solver->content;
-    *failures = 0;
-    const int status = own(s) ? SUN_NLS_SUCCESS : SUNNonlinSolGetNumConvFails(s->plain, failures);
-    if (own(s) || s->verified) *failures += s->failures;
-    return status;
+    *failures = ((const mbsri_stiff *)solver->content)->failures;
+    return SUN_NLS_SUCCESS;
 }
 
 /* ---- birth and death ---- */

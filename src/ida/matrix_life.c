@@ -20,9 +20,7 @@ enum { LONGEST = 64, BETWEEN = 5 };
 
 double mbsri_stiff_left(const mbsri_stiff *s)
 {
-    double c = 1.0;
-    IDAGetCurrentCj(s->memory, &c);
-    return mbsri_stiff_momenta(s, s->change) / fabs(c);
+    return mbsri_stiff_momenta(s, s->change) / fabs(s->c);
 }
 
 int mbsri_stiff_improve(mbsri_stiff *s, N_Vector ee, double within)
@@ -31,7 +29,9 @@ int mbsri_stiff_improve(mbsri_stiff *s, N_Vector ee, double within)
     int status = s->system(ee, s->change, s->memory);
     const bool renew = s->set_up && !(within > 0.0 && mbsri_stiff_left(s) <= within);
     if (!status && renew) status = s->set_up(SUNFALSE, &current, s->memory);
+    s->untested = s->untested || renew;
     if (status) return status;
+    ++s->iterations;
     N_VScale(-1.0, s->change, s->change);
     status = s->solve(s->change, s->memory);
     if (!status) N_VLinearSum(1.0, ee, 1.0, s->change, ee);
@@ -40,30 +40,23 @@ int mbsri_stiff_improve(mbsri_stiff *s, N_Vector ee, double within)
 
 bool mbsri_stiff_outlived(mbsri_stiff *s, bool set_up)
 {
-    long steps = 0;
-    IDAGetNumSteps(s->memory, &steps);
-    const bool due = s->life > 0 && !s->iterates && steps >= s->made_at + s->life;
-    s->measures = due && !set_up && (s->life > 1 || steps >= s->measured_at + BETWEEN);
+    const bool due = s->life > 0 && !s->iterates && s->steps >= s->made_at + s->life;
+    s->measures = due && !set_up && (s->life > 1 || s->steps >= s->measured_at + BETWEEN);
     if (s->measures || !(set_up || due)) return false;
-    s->made_at = steps;
+    s->made_at = s->steps;
     return true;
 }
 
 int mbsri_stiff_measure(mbsri_stiff *s, N_Vector ee, N_Vector w, double tolerance)
 {
     static const double much = 0.25, little = 0.08;
-    long steps = 0, stale = 0;
-    IDAGetNumSteps(s->memory, &steps);
-    SUNNonlinSolGetNumConvFails(s->plain, &stale);
     s->misled = false;
-    if (stale > 0) s->made_at = steps;
-    if (!s->measures || stale > 0) return 0;
+    if (s->stale > 0) s->made_at = s->steps;
+    if (!s->measures || s->stale > 0) return 0;
     const int status = mbsri_stiff_improve(s, ee, 0.0);
     if (status) return status;
-    s->made_at = s->measured_at = steps;
-    s->verified = true;
+    s->made_at = s->measured_at = s->steps;
     s->hides = false;
-    s->iterations = 1;
     const double left = N_VWrmsNorm(s->change, w);
     s->misled = left > much * tolerance;
     if (s->misled && s->life > 1) s->life /= 2;

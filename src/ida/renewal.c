@@ -26,10 +26,8 @@
 static bool is_calm(const mbsri_stiff *s)
 {
     enum { FIRST = 100, CALM = 500 };
-    long steps = 0;
-    IDAGetNumSteps(s->memory, &steps);
-    if (s->careful_until > 0) return steps >= s->careful_until + CALM;
-    return !s->looks || steps >= FIRST;
+    if (s->careful_until > 0) return s->steps >= s->careful_until + CALM;
+    return !s->looks || s->steps >= FIRST;
 }
 
 bool mbsri_stiff_is_due(mbsri_stiff *s, bool set_up)
@@ -40,9 +38,7 @@ bool mbsri_stiff_is_due(mbsri_stiff *s, bool set_up)
 
 void mbsri_stiff_note_age(mbsri_stiff *s)
 {
-    long stale = 0;
-    SUNNonlinSolGetNumConvFails(s->plain, &stale);
-    if (stale == 0) return;
+    if (s->stale == 0) return;
     s->age = 0;
     s->due = 1.0;
 }
@@ -63,12 +59,14 @@ static int correct(mbsri_stiff *s, N_Vector ee, N_Vector w, bool anew)
     sunbooleantype current = SUNFALSE;
     int status = s->system(ee, s->change, s->memory);
     if (status) return status;
+    ++s->iterations;
     N_VScale(-1.0, s->change, s->change);
     if (anew) {
         N_VScale(1.0, s->change, s->error);
         status = s->solve(s->error, s->memory);
         ++s->info.renewals;
         if (!status) status = s->set_up(SUNFALSE, &current, s->memory);
+        s->untested = true;
     }
     if (!status) status = mbsri_stiff_solve(s, s->change);
     if (status) return status;
@@ -82,9 +80,8 @@ int mbsri_stiff_begin_anew(mbsri_stiff *s, N_Vector ee, N_Vector w, double toler
     enum { MOST = 4, MEASURED = 10 };
     static const double share = 0.1, small = 0.05, slow = 0.9;
     double before = 0.0;
-    s->failures = 0;
-    for (s->iterations = 1; s->iterations <= MOST; ++s->iterations) {
-        const bool first = s->iterations == 1;
+    for (int k = 1; k <= MOST; ++k) {
+        const bool first = k == 1;
         const int status = correct(s, ee, w, first);
         if (status) return status;
         const double size = N_VWrmsNorm(s->change, w), rate = first ? 0.0 : size / before;
@@ -95,7 +92,7 @@ int mbsri_stiff_begin_anew(mbsri_stiff *s, N_Vector ee, N_Vector w, double toler
                 --s->rated;
                 return SUN_NLS_SUCCESS;
             }
-        } else if (s->iterations == 2) {
+        } else if (k == 2) {
             s->quadratic = rate / before;
             s->rated = MEASURED;
         }
@@ -103,6 +100,6 @@ int mbsri_stiff_begin_anew(mbsri_stiff *s, N_Vector ee, N_Vector w, double toler
         if (!first && rate / (1.0 - rate) * size <= tolerance) return SUN_NLS_SUCCESS;
         before = size;
     }
-    s->failures = 1;
+    ++s->failures;
     return SUN_NLS_CONV_RECVR;
 }

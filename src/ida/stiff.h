@@ -28,6 +28,8 @@ typedef struct mbsri_stiff {
 
     double stricter; /* careful steps are held to errors by this smaller than the tolerances */
     bool dear;       /* a new matrix costs far more than a solution */
+    bool
+        quotients; /* matrices are made by difference quotients, so that each costs many residuals */
     double wrong; /* share of a correction that an old one may leave, see renewal.c; 0: any, else */
     double due;   /* reached at so many steps */
     int age;      /* steps since a new one */
@@ -35,12 +37,16 @@ typedef struct mbsri_stiff {
     double quadratic;   /* a of steps that do, */
     int rated;          /* known for so many more of them */
     bool iterates;      /* the linear solver has no matrix, but a preconditioner */
+    bool learned;       /* what the linear solver is */
+    long steps;         /* of IDA before the present attempt */
+    double c;           /* of that */
+    int order;          /* of its error test */
     bool always;        /* every step is taken carefully */
     bool off;           /* none is, and nothing is filtered */
     bool careful;       /* the last iteration was one of those below */
     long careful_until; /* steps before this one are taken carefully */
     long span;          /* as many of them as were meant to be when they began; 0: none yet */
-    long matrices;      /* by difference quotients, so far */
+    bool untested;      /* a matrix has been made since one was put to the test last */
     double tested_step; /* up to which steps none of them needs to be put to the test */
     long tested_at;
     long life; /* steps after which an ordinary one gets a new matrix; 0: when IDA wants one */
@@ -49,18 +55,17 @@ typedef struct mbsri_stiff {
     bool measures;             /* this one ends with such a look */
     long turned_at; /* step of the last new matrix that a stiff direction needed; -1: none */
     long failed_at; /* step of the last failure of the plain iteration */
-    long iterations, failures; /* of the last careful solution */
+    long iterations, failures; /* of the last attempt */
+    long stale;                /* of these, those of the plain iteration */
     bool looks;                /* momenta show what is strained, see iteration.c */
     N_Vector weight;           /* of the present step */
     bool hides;                /* the last correction of the plain iteration did */
-    bool verified;             /* the last solution was put to the test for that */
     long verify_at, pause;     /* the step from which on that is done; steps to the next after it */
     bool low_order;            /* no order above 2 is allowed, so that a low one says nothing */
     double enough;             /* ends it */
     double alarm;              /* grows with error tests failed at low order */
     long alarmed_at;
     long rejected_at; /* step of the last test that failed; -1: none */
-    double c;         /* of the present error test */
     double slowest;   /* the smallest c of a step that Newton's method solved; 0: none yet */
     N_Vector id;      /* IDA's, since the first error test: what counts in it */
     int norms;        /* of the present error test so far; -1: no error test */
@@ -69,9 +74,8 @@ typedef struct mbsri_stiff {
     int patience;   /* spans between these */
 
     bool suspect; /* the last step may fail its error test: */
-    N_Vector error, suspect_weight, suspect_id;
-    double suspect_norm, suspect_c;
-    int suspect_order;
+    N_Vector error;
+    double suspect_norm;
     long tests_failed; /* until then */
 
     void (*prepare)(void *user, bool careful); /* called when that changes; or NULL */
@@ -130,7 +134,7 @@ mbsri_stiff *mbsri_stiff_behind(N_Vector v);
 double mbsri_stiff_momenta(const mbsri_stiff *s, N_Vector x);
 
 /* Whether the filter leaves little of the momenta of x, a correction: a stiff element asked for it. */
-bool mbsri_stiff_moves(mbsri_stiff *s, N_Vector x, N_Vector w);
+bool mbsri_stiff_moves(mbsri_stiff *s, N_Vector x);
 
 /* Keeps x and the present state for mbsr_ida_stiffest. */
 void mbsri_stiff_keep(mbsri_stiff *s, N_Vector x, bool of_iteration);
