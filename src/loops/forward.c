@@ -174,10 +174,24 @@ static int take_torques(mbsri_system *s, const double *actuated, const double *n
     return status;
 }
 
+/* Of a tree without loops. */
+static int actuate_tree(const mbsr_model *m, mbsr_data *d, const double *actuated,
+                        const double *need, double *tau, const char *function)
+{
+    double *left = d->closure_w;
+    mbsri_scatter(m, actuated, tau);
+    for (int k = 0; k < m->nu; ++k) {
+        tau[k] *= need[k];
+        left[k] = need[k] - tau[k];
+    }
+    return check_torques(m, d, need, left, function);
+}
+
 int mbsri_loops_actuate(const mbsr_model *m, mbsr_data *d, const double *actuated,
                         const double *need, double *tau, double *lambda, const char *function)
 {
     mbsri_system s;
+    if (m->rows == 0) return actuate_tree(m, d, actuated, need, tau, function);
     int status = mbsri_system_open(&s, m, d, function);
     double *zero =
         status ? NULL : mbsri_system_allocate(&s, ((size_t)m->rows + (size_t)m->nu) * sizeof *zero);

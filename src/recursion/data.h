@@ -78,8 +78,8 @@
     FULL(closure_C, m->size_c) /* rows x columns  of each closure                  closures */     \
     FULL(closure_q, m->max_columns) /* coordinates displaced                       closures */     \
     FULL(closure_D, (size_t)MBSR_CLOSURE_ROWS * (size_t)m->max_columns) /* C there closures */     \
-    FULL(closure_w, m->rows > 0 ? m->nu : 0) /* n a vector over the joints         closures */     \
-    FULL(closure_V, m->rows > 0 ? m->size_v : 0) /* d  and over the bodies         closures */     \
+    FULL(closure_w, m->nu)    /* n          a vector over the joints              closures */     \
+    FULL(closure_V, m->size_v) /* d         and over the bodies                   closures */     \
     FULL(closure_x, 2 * (size_t)m->max_columns + 4 * (size_t)m->rows) /* scratch   closures */     \
     FULL(loop_lambda, m->rows) /* m          loop forces                           closures */     \
     FULL(loop_eta, m->rows)   /* m          Eta' of position rows                  closures */     \

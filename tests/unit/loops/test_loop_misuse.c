@@ -106,11 +106,38 @@ static void redundancies(void **state)
     }
 }
 
+/* What is asked of closures of a tree that has none: motors take all, or a joint is named. */
+static void no_closures(void **state)
+{
+    (void)state;
+    loops s;
+    double q[4] = {0.3, 0.4, 0.5, 0.6}, u[4] = {0.1, 0.2, 0.3, 0.4}, need[4], tau[4],
+           none[1] = {0.0};
+    const int all[4] = {CRANK, COUPLER, ARM, ROCKER};
+    begin(&s, false);
+    loops_finish(&s);
+    const mbsr_error *error = mbsr_data_error(s.d);
+    assert_ok(mbsr_inverse_dynamics(s.m, s.d, 0.0, q, u, u, need), error);
+    assert_ok(mbsr_closures_inverse_dynamics(s.m, s.d, 0.0, q, u, u, 4, all, tau, none), error);
+    for (int k = 0; k < 4; ++k) assert_close(tau[k], need[k], 1e-12 * test_largest(4, need));
+    assert_int_equal(mbsr_closures_inverse_dynamics(s.m, s.d, 0.0, q, u, u, 3, all, tau, none),
+                     MBSR_UNDETERMINED);
+    assert_contains(error->text, "u0 of body 3 'rocker'|driven by none");
+    assert_ok(mbsr_positions(s.m, s.d, 0.0, q), error);
+    assert_ok(mbsr_velocities(s.m, s.d, u), error);
+    assert_ok(mbsr_closures_transpose(s.m, s.d, none, tau), error);
+    for (int k = 0; k < 4; ++k) assert_true(fabs(tau[k]) <= 0.0);
+    assert_ok(mbsr_closures_apply(s.m, s.d, u, none), error);
+    assert_ok(mbsr_closures_rate(s.m, s.d, none), error);
+    loops_free(&s);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(contradictions),
         cmocka_unit_test(redundancies),
+        cmocka_unit_test(no_closures),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
