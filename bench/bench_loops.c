@@ -1,5 +1,6 @@
 /* Models with closed loops: time per body of the residual of the momentum form, of factoring and
- * solving its Newton system, of forward dynamics, and of a start.
+ * solving its Newton system, of forward dynamics, of inverse dynamics with motors on as many joints as move freely, and
+ * of a start.
  * SPDX-License-Identifier: BSD-3-Clause
  *
  *   bench_loops [samples]            CSV on standard output
@@ -20,10 +21,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SAMPLES = 15, CALLS = 4, KKT_CALLS = 3 };
+enum { SAMPLES = 15, FORWARD = 3, INVERSE, CALLS, KKT_CALLS = 3 };
 
 static const double sample_time = 5e-3;
-static const char *const call_name[CALLS] = {"residual", "factor", "solve", "forward"};
+static const char *const call_name[CALLS] = {"residual", "factor", "solve", "forward", "inverse"};
 
 static const struct bench_case {
     const char *name, *variant;
@@ -71,8 +72,23 @@ typedef struct candidate {
     mbsr_data *data;
     mbsr_newton *newton;
     double *y, *yp, *F;
+    int *motor, motors;
     double start; /* s */
 } candidate;
+
+/* Joints with motors: all of open models, of a ring all but two, of each piece all but those that its pin holds, and
+ * of one with stiff pins, which hold none, all. */
+static void choose_motors(candidate *c, const struct bench_case *of)
+{
+    const int nu = c->tree.nu, rates = of->ring ? nu : nu / of->count;
+    int held = of->ring ? 2 : in_space(of) && strcmp(of->variant, "hinges") ? 3 : 2;
+    if (of->closed != BENCH_RIGID) held = 0;
+    c->motor = bench_allocate((size_t)nu, sizeof *c->motor);
+    c->motors = 0;
+    for (int k = 0; k < nu; ++k) {
+        if (k % rates < rates - held) c->motor[c->motors++] = k;
+    }
+}
 
 static void open_candidate(candidate *c, const struct bench_case *of)
 {
@@ -96,6 +112,7 @@ static void open_candidate(candidate *c, const struct bench_case *of)
     const double *q = c->tree.q, *u = c->tree.u;
     bench_check(mbsr_dae_pack(m, c->data, MBSR_DAE_MOMENTUM, 0.0, q, u, c->y), "mbsr_dae_pack",
                 mbsr_data_error(c->data)->text);
+    choose_motors(c, of);
     const double before = bench_now();
     bench_check(mbsr_dae_consistent(m, c->data, MBSR_DAE_MOMENTUM, 0.0, c->y, c->yp, NULL, NULL),
                 "mbsr_dae_consistent", mbsr_data_error(c->data)->text);
@@ -108,6 +125,7 @@ static void close_candidate(candidate *c)
     mbsr_data_destroy(c->data);
     bench_free_tree(&c->tree);
     free(c->y);
+    free(c->motor);
 }
 
 /* ---- beside them KLU on the equations of motion in redundant coordinates ---- */
@@ -221,13 +239,16 @@ static void measure_kkt(candidate *c, const struct bench_case *of, int samples, 
 
 static int call(candidate *c, int which)
 {
-    const double *u = c->y + mbsr_model_nq(c->tree.model) + mbsr_model_nu(c->tree.model);
+    const mbsr_model *m = c->tree.model;
+    const double *u = c->y + mbsr_model_nq(m) + c->tree.nu, *udot = c->yp;
     switch (which) {
-    case 0:
-        return mbsr_dae_residual(c->tree.model, c->data, MBSR_DAE_MOMENTUM, 0.0, c->y, c->yp, c->F);
+    case 0: return mbsr_dae_residual(m, c->data, MBSR_DAE_MOMENTUM, 0.0, c->y, c->yp, c->F);
     case 1: return mbsr_newton_factor(c->newton, c->data, 0.0, c->y, c->yp, 100.0);
     case 2: return mbsr_newton_solve(c->newton, c->yp, c->F);
-    default: return mbsr_forward_dynamics(c->tree.model, c->data, 0.0, c->y, u, NULL, c->F);
+    case FORWARD: return mbsr_forward_dynamics(m, c->data, 0.0, c->y, u, NULL, c->F);
+    default:
+        return mbsr_closures_inverse_dynamics(m, c->data, 0.0, c->y, u, udot, c->motors, c->motor,
+                                              c->F, c->F + c->tree.nu);
     }
 }
 
@@ -239,8 +260,8 @@ static double measure(candidate *c, int which)
     double passed;
     do {
         bench_check(call(c, which), call_name[which],
-                    which == 3 ? mbsr_data_error(c->data)->text
-                               : mbsr_newton_error(c->newton)->text);
+                    which >= FORWARD ? mbsr_data_error(c->data)->text
+                                     : mbsr_newton_error(c->newton)->text);
         ++calls;
         passed = bench_now() - before;
     } while (passed < sample_time);

@@ -128,7 +128,7 @@ MBSR_API int mbsr_closure_point(const mbsr_model *model, mbsr_data *data, int cl
  *   tau + C^T lambda = (inverse dynamics of the tree)
  *
  * in O(bodies + loops). Where there are more actuators than freedoms, |tau| is the least; rows that are
- * redundant where a loop closes share by least norm there.
+ * redundant where a loop closes share by least norm there, of moments and of forces times the model's length.
  * MBSR_UNDETERMINED names a joint that the actuators listed cannot move as asked for. Statuses of
  * mbsr_inverse_dynamics, MBSR_ERR_VALUE (actuated), MBSR_ERR_NO_MEMORY. */
 MBSR_API int mbsr_closures_inverse_dynamics(const mbsr_model *model, mbsr_data *data, double t,

@@ -10,7 +10,8 @@ static const double NOTHING = 1e-11; /* of a number in scaled rows and columns *
 /* A pivot beside what its row has of unknowns that wait, and of accelerations */
 static const double BESIDE = 1e-4, BESIDE_LOADS = 1e-6;
 
-/* Scales with which the largest of the sizes of each row is about 1; rows of zeros keep 1. */
+/* Scales with which the largest of the sizes of each row is about 1 (Ruiz 2001), whatever the order of the rows;
+ * rows of zeros keep 1. */
 static void find_scale(mbsri_pivots *f)
 {
     const int n = f->size, N = n + f->d;
@@ -21,7 +22,10 @@ static void find_scale(mbsri_pivots *f)
             double largest = 0.0;
             for (int j = 0; j < n; ++j)
                 largest = fmax(largest, sizes[j * N + i] * f->scale[i] * f->scale[j]);
-            if (largest > 0.0) f->scale[i] /= sqrt(largest);
+            f->value[i] = largest;
+        }
+        for (int i = 0; i < n; ++i) {
+            if (f->value[i] > 0.0) f->scale[i] /= sqrt(f->value[i]);
         }
     }
 }
@@ -172,6 +176,13 @@ static void solve_pivots(const mbsri_pivots *f, const double *s, const double *a
     }
 }
 
+static double share_of(const mbsri_pivots *f, int i)
+{
+    const int id = f->id[i];
+    if (id >= f->shared) return 0.0;
+    return f->share[id] > 0.0 ? f->share[id] : 1.0;
+}
+
 void mbsri_pivots_find_idle(mbsri_pivots *f, const bool *wanted)
 {
     double *work = f->value;
@@ -182,7 +193,7 @@ void mbsri_pivots_find_idle(mbsri_pivots *f, const bool *wanted)
         mbsri_zero((size_t)n, work);
         work[f->pivots + l] = 1.0;
         solve_pivots(f, NULL, NULL, work);
-        for (int i = 0; i < n; ++i) y[i] = i < last ? work[i] / f->scale[i] : 0.0;
+        for (int i = 0; i < n; ++i) y[i] = i < last ? work[i] * share_of(f, i) : 0.0;
         for (int turn = 0; turn < 2; ++turn) {
             for (int k = 0; k < f->idles; ++k) {
                 const double *z = f->idle + k * n, part = mbsri_dot(n, z, y);
@@ -215,8 +226,11 @@ void mbsri_pivots_backward(const mbsri_pivots *f, const double *s, const double 
     for (int l = 0; l < f->idles; ++l) {
         const double *z = f->idle + l * n;
         double part = 0.0;
-        for (int i = 0; i < last; ++i) part += z[i] * work[i] / f->scale[i];
-        for (int i = 0; i < last; ++i) work[i] -= part * z[i] * f->scale[i];
+        for (int i = 0; i < last; ++i) part += z[i] * work[i] * share_of(f, i);
+        for (int i = 0; i < last; ++i) {
+            const double share = share_of(f, i);
+            if (share > 0.0) work[i] -= part * z[i] / share;
+        }
     }
     for (int i = 0; i < last; ++i) v[f->id[i]] = work[i];
 }

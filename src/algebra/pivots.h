@@ -22,12 +22,22 @@ typedef struct mbsri_pivots {
     double *A;      /* (size + d) squared: L below the diagonal of the first `pivots` columns */
     double *sizes;  /* likewise: what was added up in each number of A */
     double *across; /* pivots: entry beside the diagonal of a pair, at its first; else zero */
-    double *scale;  /* size: of the unknowns, for their norm */
+    double *scale;  /* size: of the unknowns, for pivots */
     double *value;  /* size: scratch */
+    int shared;     /* ids below this have a part in norms of solutions: */
+    const double *share; /* by id, what one of the unknown counts there, or 0: as 1 */
     int idles;
-    double *idle; /* size x idles: scaled solutions without right-hand side, orthonormal */
+    double *idle; /* size x idles: solutions without right-hand side, orthonormal in these */
     struct mbsri_pivots *next;
 } mbsri_pivots;
+
+/* What a row that turns and moves its body by these counts as: a force by the moment that it has at a lever of
+ * `length`. *share: so far, of its other bodies. */
+static inline void mbsri_share(double turn, double move, double length, double *share)
+{
+    const double size = move > 0.0 ? length * move : turn;
+    if (size > *share) *share = size;
+}
 
 /* Eliminates; the arrays are there, with id, A and sizes. What was complete and could not be a pivot stands behind the pivots: `left` of them have
  * nothing left, the others go on with those that were not complete. */

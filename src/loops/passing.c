@@ -3,6 +3,7 @@
 #include "loops/passing.h"
 
 #include "algebra/dense.h"
+#include "algebra/numbers.h"
 #include "recursion/closures.h"
 
 #include <math.h>
@@ -59,6 +60,7 @@ static void read_joint(mbsri_system *w, int i, int count, const int *id, double 
             for (int k = 0; k < c->rows; ++k) {
                 const int column = w->slot[c->row + k];
                 if (column < 0) continue;
+                mbsri_share(fabs(C[k]), 0.0, 0.0, w->share + c->row + k);
                 X[column * b->n + j] -= C[k];
                 parts[column * b->n + j] += fabs(C[k]);
             }
@@ -92,13 +94,15 @@ static void project(mbsri_system *w, int i, int count, const int *id, double *X,
     }
 }
 
-/* Column l of N, the null space of the joint's D. */
+/* Column l of N, the null space of the joint's D: its largest number is 1, whatever rounding there is in D. */
 static void null_column(const mbsri_system *w, int i, int l, double *N)
 {
     const mbsri_body *b = w->m->body + i;
     const double *x = w->d->X + b->nn + (size_t)(l * b->n);
     for (int k = 0; k < b->n; ++k)
         N[k] = fabs(x[k]) > MBSRI_PIVOTS_ROUNDING ? w->d->s[b->ig + k] * x[k] : 0.0;
+    const double largest = mbsri_largest(b->n, N);
+    for (int k = 0; k < b->n; ++k) N[k] /= largest;
 }
 
 /* -N^T X of null motion N (n), and what was added up in it; false where it is zero: no loop holds it. */

@@ -31,6 +31,7 @@ static mbsri_waiting *open_end(mbsri_system *w, const mbsri_closure *c, int l, d
         double turn, move;
         if (mbsri_is_stiff(c, k)) continue;
         mbsri_row_parts(w->m, w->d, c, l, k, &turn, &move);
+        mbsri_share(turn, move, w->m->length, w->share + c->row + k);
         for (int j = 0; j < b->d; ++j) {
             p->Q[count * b->d + j] = C[j * c->rows];
             p->lengths[count * b->d + j] =
@@ -156,6 +157,8 @@ static mbsri_pivots *open_pivots(mbsri_system *w, int size, int complete, int d)
     f->across = f->value + n;
     f->idle = f->across + c;
     f->id = (int *)(void *)(f->idle + n * c);
+    f->shared = w->m->rows;
+    f->share = w->share;
     mbsri_zero(2 * N * N, f->A);
     return f;
 }
@@ -263,6 +266,7 @@ static int eliminate(mbsri_system *w, const double *armature)
     const mbsr_model *m = w->m;
     const double lever = mbsri_longest_lever(m, w->d);
     begin_masses(w, armature);
+    mbsri_zero((size_t)m->rows, w->share);
     for (int i = 0; i <= m->bodies; ++i) w->behind[i] = NULL;
     for (int i = m->bodies; i > 0; --i) {
         int status = close_loops(w, i, lever);

@@ -18,7 +18,8 @@
  * (pivots.h) together with w, and their inertia is added to Mbar.
  *
  * What turns out to be zero but for rounding is left out: rows that depend on others, of which the least
- * norm is taken closing by closing, and motions that nothing determines (`free`). */
+ * norm is taken closing by closing, of moments and of forces times the model's length; and motions that nothing
+ * determines (`free`). */
 #ifndef MBSRI_LOOPS_SYSTEM_H
 #define MBSRI_LOOPS_SYSTEM_H
 

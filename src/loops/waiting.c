@@ -60,7 +60,7 @@ int mbsri_system_open(mbsri_system *w, const mbsr_model *m, mbsr_data *d, const 
     *w = (mbsri_system){.m = m, .d = d};
     const size_t bodies = (size_t)m->bodies + 1, rows = (size_t)m->rows, nu = (size_t)m->nu,
                  ends = m->closures.count * MBSRI_ENDS, unknowns = rows + nu;
-    const size_t numbers = 2 * unknowns + 2 * m->size_v + nu, pointers = 4 * bodies + ends,
+    const size_t numbers = 2 * unknowns + 2 * m->size_v + nu + rows, pointers = 4 * bodies + ends,
                  ints = bodies + ends + rows + 2 * unknowns + 2 * (bodies + ends);
     w->memory = mbsri_allocate(&m->allocator, numbers * sizeof(double) + pointers * sizeof(void *) +
                                                   ints * sizeof(int));
@@ -73,7 +73,8 @@ int mbsri_system_open(mbsri_system *w, const mbsr_model *m, mbsr_data *d, const 
     w->a = w->v + unknowns;
     w->fbar = w->a + m->size_v;
     w->e = w->fbar + m->size_v;
-    w->joint = (mbsri_passing **)(void *)(w->e + nu);
+    w->share = w->e + nu;
+    w->joint = (mbsri_passing **)(void *)(w->share + rows);
     w->closing = (mbsri_pivots **)(void *)(w->joint + bodies);
     w->behind = (mbsri_waiting **)(void *)(w->closing + bodies);
     w->part = w->behind + bodies;

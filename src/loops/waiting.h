@@ -39,6 +39,7 @@ typedef struct mbsri_system {
     int *group, *mate;         /* bodies + ends: of parts */
     double *s, *v;             /* rows + nu: right-hand sides, solution */
     double *a, *fbar, *e;      /* size_v, size_v, nu */
+    double *share;             /* rows: of rows in norms, see pivots.h */
     int free; /* place of a joint rate whose motion nothing determines, -1: there is none */
     void *memory;
     struct mbsri_chunk *chunks; /* of the factors */

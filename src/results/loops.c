@@ -21,6 +21,7 @@
 #include "recursion/elements.h"
 #include "recursion/kinematics.h"
 #include "recursion/not_finite.h"
+#include "sweeps/dynamics.h"
 
 #include <math.h>
 
@@ -360,25 +361,19 @@ static int mark_actuated(const mbsr_model *m, mbsr_data *d, int count, const int
     return MBSR_OK;
 }
 
-int mbsr_closures_inverse_dynamics(const mbsr_model *model, mbsr_data *data, double t,
-                                   const double *q, const double *u, const double *udot, int count,
-                                   const int *actuated, double *tau, double *lambda)
+/* Joint by joint; mark: nu, by the caller's order. */
+static int actuate(const mbsr_model *model, mbsr_data *data, double t, const double *q,
+                   const double *u, const double *udot, const double *mark, double *tau,
+                   double *lambda, const char *name)
 {
-    static const char name[] = "mbsr_closures_inverse_dynamics";
-    int status =
-        mbsri_enter(model, data, q && u && udot && tau && lambda && (actuated || count == 0),
-                    MBSRI_STAGE_NONE, name);
-    if (status) return status;
     const size_t nu = (size_t)model->nu, rows = (size_t)model->rows;
-    double *memory = mbsri_allocate(&model->allocator, (4 * nu + rows) * sizeof *memory);
+    double *memory = mbsri_allocate(&model->allocator, (3 * nu + rows) * sizeof *memory);
     if (!memory)
         return mbsri_fail(&data->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                           "%s: no memory for %d joint rates", name, model->nu);
-    double *need = memory, *found = need + nu, *mark = found + nu, *marked = mark + nu,
-           *forces = marked + nu;
-    status = mark_actuated(model, data, count, actuated, mark, name);
+    double *need = memory, *found = need + nu, *marked = found + nu, *forces = marked + nu;
     mbsri_gather(model, mark, marked);
-    if (!status) status = mbsr_inverse_dynamics(model, data, t, q, u, udot, need);
+    int status = mbsr_inverse_dynamics(model, data, t, q, u, udot, need);
     if (!status) status = mbsri_enter(model, data, true, MBSRI_STAGE_FORCES, name);
     if (!status) status = mbsri_loops_actuate(model, data, marked, need, found, forces, name);
     if (!status) status = mbsri_check_result(model, data, nu, found, name);
@@ -389,4 +384,23 @@ int mbsr_closures_inverse_dynamics(const mbsr_model *model, mbsr_data *data, dou
     }
     mbsri_release(&model->allocator, memory);
     return status;
+}
+
+int mbsr_closures_inverse_dynamics(const mbsr_model *model, mbsr_data *data, double t,
+                                   const double *q, const double *u, const double *udot, int count,
+                                   const int *actuated, double *tau, double *lambda)
+{
+    static const char name[] = "mbsr_closures_inverse_dynamics";
+    int status =
+        mbsri_enter(model, data, q && u && udot && tau && lambda && (actuated || count == 0),
+                    MBSRI_STAGE_NONE, name);
+    if (status) return status;
+    double *mark = data->u_given, *motor = data->vec; /* which other evaluations do not leave */
+    status = mark_actuated(model, data, count, actuated, mark, name);
+    if (status) return status;
+    mbsri_gather(model, mark, motor);
+    status = mbsri_sweeps_loops_inverse(model, data, t, q, u, udot, motor, tau, lambda);
+    if (!status) mbsri_remember(model, data, MBSRI_PENDING_INVERSE, q, u, udot);
+    if (status != MBSRI_NOT_SERVED) return status;
+    return actuate(model, data, t, q, u, udot, mark, tau, lambda, name);
 }

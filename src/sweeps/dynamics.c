@@ -6,6 +6,7 @@
 #include "algebra/dense.h"
 #include "algebra/numbers.h"
 #include "model/query.h"
+#include "recursion/closures.h"
 #include "recursion/elements.h"
 #include "recursion/group.h"
 #include "recursion/kinematics.h"
@@ -204,6 +205,7 @@ int mbsri_sweeps_loops_dynamics(const mbsr_model *m, mbsr_data *d, double t, con
     if (!m->evaluated || !m->evaluated->loops) return MBSRI_NOT_SERVED;
     int status = prepare(&run, m, m->evaluated, d, t, q, u, d->out, false);
     mbsri_open_loops_place(&loops, &run);
+    run.springs = true;
     run.bias = loops.rest;
     if (!status) status = forces(&run, tau, false);
     if (status) return status;
@@ -251,6 +253,55 @@ int mbsri_sweeps_inverse_dynamics(const mbsr_model *m, mbsr_data *d, double t, c
     if (!status) status = inverse(&run, udot);
     if (!status && !m->in_order) mbsri_scatter(m, run.out, tau);
     return status;
+}
+
+/* Of `out`, what loops with forces -v of their rows leave to motors, into out and tau; false: a rate without one
+ * would need some. */
+static bool take_torques(const mbsri_loop_run *w, double *tau)
+{
+    static const double nothing = 1e-8; /* as in loops/forward.c */
+    const mbsri_sweep_run *run = w->run;
+    const mbsr_model *m = run->model;
+    mbsr_data *d = run->data;
+    const double size = mbsri_largest(m->nu, run->out);
+    double most = 0.0;
+    for (int k = 0; k < m->rows; ++k) w->rest[k] = -w->v[k];
+    mbsri_zero(m->size_v, d->closure_V);
+    mbsri_zero((size_t)m->nu, d->closure_w);
+    mbsri_closure_load(m, d, w->rest, d->closure_V, d->closure_w);
+    mbsri_sweeps_push(run);
+    for (int k = 0; k < m->nu; ++k) {
+        run->out[k] -= d->closure_w[k];
+        if (w->motor[k] > 0.0) continue;
+        most = fmax(most, fabs(run->out[k]));
+        run->out[k] = 0.0;
+    }
+    if (most > nothing * size || !mbsri_finite((size_t)m->nu, run->out)) return false;
+    mbsri_scatter(m, run->out, tau);
+    return true;
+}
+
+int mbsri_sweeps_loops_inverse(const mbsr_model *m, mbsr_data *d, double t, const double *q,
+                               const double *u, const double *udot, const double *motor,
+                               double *tau, double *lambda)
+{
+    mbsri_sweep_run run;
+    mbsri_loop_run loops;
+    if (!m->evaluated || !m->evaluated->loops) return MBSRI_NOT_SERVED;
+    int status = prepare(&run, m, m->evaluated, d, t, q, u, d->out, false);
+    run.springs = true;
+    run.out = d->out;
+    if (!status) status = inverse(&run, udot);
+    if (status) return status;
+    mbsri_open_loops_place(&loops, &run);
+    mbsri_zero((size_t)m->rows, loops.rest);
+    mbsri_open_loops_begin(&loops);
+    loops.motor = motor;
+    if (!run.tree->kernels->loops_inverse(&loops)) return MBSRI_NOT_SERVED;
+    if (!mbsri_finite((size_t)m->rows, loops.v) || !take_torques(&loops, tau))
+        return MBSRI_NOT_SERVED;
+    for (int k = 0; k < m->rows; ++k) lambda[k] = d->loop_lambda[k] - loops.v[k];
+    return MBSR_OK;
 }
 
 /* G u of body i, where it is not u; with room for it in `rate`. */

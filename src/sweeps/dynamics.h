@@ -12,6 +12,10 @@ int mbsri_sweeps_forward_dynamics(const mbsr_model *m, mbsr_data *d, double t, c
                                   const double *u, const double *tau, double *udot);
 int mbsri_sweeps_loops_dynamics(const mbsr_model *m, mbsr_data *d, double t, const double *q,
                                 const double *u, const double *tau, double *udot);
+/* And motor (nu, in the order of the sweeps): 1 for joint rates that have one, else 0. */
+int mbsri_sweeps_loops_inverse(const mbsr_model *m, mbsr_data *d, double t, const double *q,
+                               const double *u, const double *udot, const double *motor,
+                               double *tau, double *lambda);
 int mbsri_sweeps_inverse_dynamics(const mbsr_model *m, mbsr_data *d, double t, const double *q,
                                   const double *u, const double *udot, double *tau);
 

@@ -1,5 +1,6 @@
 /* The sweeps for every processor.
  * SPDX-License-Identifier: BSD-3-Clause */
+#include "sweeps/inverse_loops.h"
 #include "sweeps/open_loops.h"
 #include "sweeps/parts.h"
 #include "sweeps/trigonometry.h"
@@ -7,4 +8,4 @@
 const mbsri_sweep_kernels mbsri_sweeps_base = {
     "baseline",    trigonometry,   kinematics,    backward,       forward,
     inverse,       velocities,     momentum,      block_backward, forward_block,
-    &part_kernels, loops_backward, loops_forward, momenta};
+    &part_kernels, loops_backward, loops_forward, loops_inverse,  momenta};

@@ -45,19 +45,22 @@ static void show_all(const mbsri_sweep_run *run)
     }
 }
 
-/* What loops exert, with the derivatives of their rows; where it is asked for, their bias, and what springs do. */
+/* What loops exert, or their springs alone, with the derivatives of their rows and, where it is asked for, their
+ * bias. */
 static int closure_loads(const mbsri_sweep_run *run)
 {
     const mbsr_model *m = run->model;
     mbsr_data *d = run->data;
-    if (!run->bias) return mbsri_closure_loads_here(m, d, d->loop_lambda, run->eta);
+    if (!run->springs) return mbsri_closure_loads_here(m, d, d->loop_lambda, run->eta);
     const bool springs = run->tree->loops->springs;
     int status = MBSR_OK;
     if (springs)
         status = mbsri_closure_springs(m, d);
     else
         mbsri_zero((size_t)m->rows, d->loop_lambda);
-    if (!status) status = mbsri_closure_rows_here(m, d, run->bias);
+    if (!status)
+        status =
+            run->bias ? mbsri_closure_rows_here(m, d, run->bias) : mbsri_closure_jacobians(m, d);
     if (!status && springs) mbsri_closure_load(m, d, d->loop_lambda, d->f, d->tau);
     return status;
 }

@@ -255,7 +255,7 @@ static size_t size_of_store(const mbsr_model *m, const mbsri_sweep_loops *w)
 {
     const size_t rows = (size_t)m->rows, unknowns = rows + (size_t)m->nu,
                  ints = 2 * unknowns + 2 * w->groups;
-    return 2 * unknowns + rows + doubles_of(w->parts * sizeof(mbsri_open_part)) +
+    return 2 * unknowns + 2 * rows + doubles_of(w->parts * sizeof(mbsri_open_part)) +
            doubles_of(ints * sizeof(int)) + w->waiting + w->kept;
 }
 
@@ -327,6 +327,7 @@ void mbsri_open_loops_place(mbsri_loop_run *w, const mbsri_sweep_run *run)
     w->s = take(&at, unknowns);
     w->v = take(&at, unknowns);
     w->rest = take(&at, rows);
+    w->share = take(&at, rows);
     w->slot =
         (int *)(void *)take(&at, doubles_of((2 * unknowns + 2 * loops->groups) * sizeof(int)));
     w->set = w->slot + unknowns;
@@ -346,7 +347,10 @@ void mbsri_open_loops_begin(mbsri_loop_run *w)
 
 void mbsri_open_loops_start(mbsri_loop_run *w)
 {
-    for (int k = 0; k < w->run->model->rows; ++k) w->s[k] = -w->rest[k];
+    for (int k = 0; k < w->run->model->rows; ++k) {
+        w->s[k] = -w->rest[k];
+        w->share[k] = 0.0;
+    }
     w->parts = 0;
     w->top = w->room;
     w->store = w->room + w->loops->waiting;
@@ -363,24 +367,30 @@ void *mbsri_open_loops_keep(mbsri_loop_run *w, int body, size_t size)
     return kept + 1;
 }
 
+/* One row and column of zeros more; the target begins behind the source. */
+static void widen(size_t n, const double *from, double *to)
+{
+    for (size_t l = 0; l <= n; ++l) to[n * (n + 1) + l] = 0.0;
+    for (size_t k = n; k-- > 0;) {
+        to[k * (n + 1) + n] = 0.0;
+        for (size_t l = n; l-- > 0;) to[k * (n + 1) + l] = from[k * n + l];
+    }
+}
+
 mbsri_open mbsri_open_loops_append(mbsri_loop_run *w, int id)
 {
     mbsri_open_part *part = w->part + w->parts - 1;
     const mbsri_open from = mbsri_open_at(part);
     const size_t n = (size_t)from.count;
-    const mbsri_open_part above = {part->body, part->count + 1, w->top};
-    const mbsri_open to = mbsri_open_at(&above);
-    mbsri_zero(mbsri_open_size(n + 1), above.at);
-    mbsri_copy(8 * n, from.Q, to.Q);
-    mbsri_copy(8 * n, from.lengths, to.lengths);
-    for (size_t k = 0; k < n; ++k) {
-        mbsri_copy(n, from.F + k * n, to.F + k * (n + 1));
-        mbsri_copy(n, from.sizes + k * n, to.sizes + k * (n + 1));
-        to.id[k] = from.id[k];
-    }
+    ++part->count;
+    const mbsri_open to = mbsri_open_at(part);
+    memmove(to.id, from.id, n * sizeof *to.id);
     to.id[n] = id;
-    memmove(part->at, above.at, mbsri_open_size(n + 1) * sizeof(double));
-    part->count = above.count;
+    widen(n, from.sizes, to.sizes);
+    widen(n, from.F, to.F);
+    memmove(to.lengths, from.lengths, 8 * n * sizeof *to.lengths);
+    mbsri_zero(8, to.lengths + 8 * n);
+    mbsri_zero(8, to.Q + 8 * n);
     w->top = part->at + mbsri_open_size(n + 1);
-    return mbsri_open_at(part);
+    return to;
 }

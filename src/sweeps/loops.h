@@ -11,7 +11,10 @@
  *   u' = D^-1 (e - U^T A + X^T v),   Q -= U D^-1 X,   F += X^T D^-1 X,   s -= Q^T c + X^T D^-1 e
  *
  * or without inertia u' = w, an unknown more with the row X v = -e. Rows that are complete are eliminated by
- * pivots, Mbar += Q F^-1 Q^T. Rows read accelerations less gravity, as the sweeps have them. */
+ * pivots, Mbar += Q F^-1 Q^T. Rows read accelerations less gravity, as the sweeps have them.
+ *
+ * Inverse dynamics goes the same way in a tree whose only inertia are units of armature at motors, where e is the
+ * joint force that the given u' need, and s = 0: joint forces u' = e + X^T v with least |u'|, and zero without motor. */
 #ifndef MBSRI_SWEEPS_LOOPS_H
 #define MBSRI_SWEEPS_LOOPS_H
 
@@ -82,6 +85,7 @@ typedef struct mbsri_loop_run {
     double lever;          /* the longest one in the mechanism, m */
     double size;           /* of what the rows ask for */
     double *s, *v, *rest;  /* rows + nu, rows + nu, rows: what is left of rows at the end */
+    double *share;         /* rows: see algebra/pivots.h */
     mbsri_open_part *part; /* those that wait, the last ones at the body that is next */
     int parts;
     double *room, *top;      /* for their numbers, and behind these */
@@ -90,9 +94,10 @@ typedef struct mbsri_loop_run {
     int *slot, *set;         /* rows + nu: places for a short time, -1; names */
     int *group, *mate;       /* of parts that meet */
     double Mbar[36],
-        noise[6];    /* what loops that close add to Mbar, and to the size of its errors */
-    double force[6]; /* and to -p */
-    bool stuck;      /* what failed last are loops, not a rank */
+        noise[6];        /* what loops that close add to Mbar, and to the size of its errors */
+    double force[6];     /* and to -p */
+    bool stuck;          /* what failed last are loops, not a rank */
+    const double *motor; /* inverse dynamics: 1 for each joint rate that has one, else 0; or NULL */
 } mbsri_loop_run;
 
 /* Plans the loops of an evaluated tree, marks its bodies FRONT and CLOSES. False: no memory; without plan where
@@ -110,6 +115,10 @@ void mbsri_open_loops_start(mbsri_loop_run *w);
 /* What meets at body i, with the ends of closures there; what goes on becomes one part. Where loops close, *closed
  * and what they add. False: the sweeps do not serve. */
 bool mbsri_open_loops_meet(mbsri_loop_run *w, int i, bool *closed);
+
+/* Inverse dynamics of a group of parts, those after `head` by w->mate, at body i: v, and what their loops leave to the
+ * joints before it, where joints without motors determine them plainly. */
+bool mbsri_open_loops_determine(mbsri_loop_run *w, const mbsri_open_part *part, int head, int i);
 
 /* Room for a record; for one unknown more in the last part. */
 void *mbsri_open_loops_keep(mbsri_loop_run *w, int body, size_t size);

@@ -21,6 +21,7 @@ static inline end_view view_end(const mbsri_loop_run *w, int at, int i)
     end_view e = {.of = w->loops->end + at, .arm = run->load[i].arm};
     double swing[3];
     e.C = run->data->closure_C + e.of->C;
+    if (w->motor) return e;
     mbsri_cross3(s->omega, e.arm, swing);
     mbsri_cross3(s->omega, swing, e.known);
     mbsri_add3(1.0, run->tree->gravity, e.known);
@@ -60,6 +61,7 @@ static void place_row(mbsri_loop_run *w, const end_view *e, int k, const double 
     lengths[2] = (six || three ? all : 0.0) + lever;
     lengths[6] = six ? move : 0.0;
     w->s[e->of->row + k] -= mbsri_dot3(row + 3, e->known);
+    mbsri_share(turn, move, w->run->model->length, w->share + e->of->row + k);
 }
 
 static void open_end(mbsri_loop_run *w, int at, int i)
@@ -97,6 +99,7 @@ void mbsri_open_loops_read_joint(mbsri_loop_run *w, int i, const mbsri_open *ope
             for (int k = 0; k < e->rows; ++k) {
                 const int column = w->slot[e->row + k];
                 if (column < 0) continue;
+                mbsri_share(fabs(C[k]), 0.0, 0.0, w->share + e->row + k);
                 X[column * e->n + j] += C[k];
                 sizes[column * e->n + j] += fabs(C[k]);
             }

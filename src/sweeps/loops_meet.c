@@ -116,9 +116,8 @@ static void finish_loads(mbsri_pivots *f)
 }
 
 /* In the record to be kept; what is needed for a short time behind what waits. */
-static mbsri_pivots *open_pivots(mbsri_loop_run *w, int i, int size, int complete)
+static mbsri_pivots *open_pivots(mbsri_loop_run *w, int i, int d, int size, int complete)
 {
-    const int d = i > 0 ? 6 : 0;
     const size_t n = (size_t)size;
     const size_t bytes = sizeof(mbsri_pivots) + (3 * n + (n + 1) / 2) * sizeof(double);
     mbsri_pivots *f = mbsri_open_loops_keep(w, i, bytes);
@@ -130,6 +129,8 @@ static mbsri_pivots *open_pivots(mbsri_loop_run *w, int i, int size, int complet
     f->id = (int *)(void *)(f->across + n);
     f->A = w->store;
     f->sizes = w->top;
+    f->shared = w->run->model->rows;
+    f->share = w->share;
     return f;
 }
 
@@ -178,12 +179,34 @@ static void add_rest(const mbsri_pivots *f, const mbsri_open *to, int base)
     }
 }
 
+/* Whether the loads of a group, whose unknowns have their places, are nothing but rounding. */
+static bool is_balanced(const mbsri_loop_run *w, const mbsri_open_part *part, int head, int size)
+{
+    double *Q = w->top, *lengths = Q + 8 * size;
+    bool balanced = true;
+    mbsri_zero(16 * (size_t)size, Q);
+    for (int p = head; p >= 0; p = w->mate[p]) {
+        const mbsri_open open = mbsri_open_at(part + p);
+        for (int k = 0; k < open.count; ++k) {
+            const int at = 8 * w->slot[open.id[k]];
+            for (int l = 0; l < 8; ++l) {
+                Q[at + l] += open.Q[8 * k + l];
+                lengths[at + l] += open.lengths[8 * k + l];
+            }
+        }
+    }
+    for (int k = 0; k < 8 * size; ++k)
+        balanced = balanced && fabs(Q[k]) <= MBSRI_PIVOTS_ROUNDING * lengths[k];
+    return balanced;
+}
+
 /* A group of parts whose first `complete` unknowns may go; false: some of them cannot, or nothing determines
  * one. */
 static bool close_group(mbsri_loop_run *w, const mbsri_open_part *part, int head, int i,
                         const int *set, int size, int complete, const mbsri_open *to, int base)
 {
-    mbsri_pivots *f = open_pivots(w, i, size, complete);
+    const bool apart = w->motor && complete == size && is_balanced(w, part, head, size);
+    mbsri_pivots *f = open_pivots(w, i, i > 0 && !apart ? 6 : 0, size, complete);
     const size_t N = (size_t)(size + f->d);
     mbsri_zero(N * N, f->A);
     mbsri_zero(N * N, f->sizes);
@@ -271,7 +294,7 @@ static bool close_alone(mbsri_loop_run *w, const mbsri_open_part *part, int coun
     double *const store = w->store;
     if (!are_alike(w, part, count, i)) return false;
     const mbsri_open open = mbsri_open_at(part);
-    mbsri_pivots *f = open_pivots(w, i, open.count, open.count);
+    mbsri_pivots *f = open_pivots(w, i, i > 0 ? 6 : 0, open.count, open.count);
     double *sizes = f->scale;
     bool plain = true;
     for (int k = 0; k < f->size; ++k) {
@@ -398,6 +421,23 @@ static bool meet(mbsri_loop_run *w, mbsri_open_part *part, int count, int i, boo
     return true;
 }
 
+/* Groups whose forces follow from joints without motors are taken out of the parts; true: those are all. */
+static bool determine(mbsri_loop_run *w, mbsri_open_part *part, int count, int i, bool *closed)
+{
+    bool all = true;
+    group_parts(w, part, count);
+    for (int head = 0; head < count; ++head) {
+        if (w->group[head] != head || part[head].count == 0) continue;
+        if (!mbsri_open_loops_determine(w, part, head, i)) {
+            all = false;
+            continue;
+        }
+        *closed = true;
+        for (int p = head; p >= 0; p = w->mate[p]) part[p].count = 0;
+    }
+    return all;
+}
+
 bool mbsri_open_loops_meet(mbsri_loop_run *w, int i, bool *closed)
 {
     const bool closes = w->run->tree->body[i].flags & MBSRI_CLOSES;
@@ -408,9 +448,11 @@ bool mbsri_open_loops_meet(mbsri_loop_run *w, int i, bool *closed)
     mbsri_open_part *part = w->part + first;
     const int count = w->parts - first;
     if (count == 0 || (count == 1 && !closes)) return true;
-    if (i == 0) read_root(w, part, count);
+    if (i == 0 && !w->motor) read_root(w, part, count);
     clear_sums(w);
-    if (closes && close_alone(w, part, count, i)) {
+    if (closes && w->motor && determine(w, part, count, i, closed)) {
+        part->count = 0;
+    } else if (closes && close_alone(w, part, count, i)) {
         *closed = true;
         part->count = 0;
     } else if (!meet(w, part, count, i, closed)) {

@@ -52,25 +52,31 @@ MBSRI_INLINE void clear_rounding(int count, const double *sizes, double *X)
     }
 }
 
-/* A joint without inertia: its rate w, and X v = -e. False: no loop holds it, or more such motions are open than
- * rows. */
-MBSRI_OUTLINE bool carry_motion(mbsri_loop_run *w, int i, double e, int count, const double *X)
+/* Whether one of the unknowns pushes along an axis: X of it, `stride` apart. */
+MBSRI_INLINE bool is_held(int count, int stride, const double *X)
 {
-    const mbsri_sweep_run *run = w->run;
-    const int rows = run->model->rows, own = rows + run->tree->body[i].u;
-    const mbsri_open open = mbsri_open_loops_append(w, own);
     bool held = false;
+    for (int k = 0; k < count; ++k) held = held || X[stride * k] != 0.0;
+    return held;
+}
+
+/* A rate (its place in u) without inertia: w, and X v = -e. False: more such motions are open than rows. */
+MBSRI_OUTLINE bool carry_motion(mbsri_loop_run *w, int rate, double e, int count, int stride,
+                                const double *X)
+{
+    const int rows = w->run->model->rows, own = rows + rate;
+    const mbsri_open open = mbsri_open_loops_append(w, own);
+    const int last = open.count - 1;
     int motions = 0;
     for (int k = 0; k < count; ++k) {
-        const double size = fabs(X[k]);
-        open.F[k * open.count + count] = open.F[count * open.count + k] = X[k];
-        open.sizes[k * open.count + count] = open.sizes[count * open.count + k] = size;
-        held = held || X[k] != 0.0;
+        const double entry = X[stride * k];
+        open.F[k * open.count + last] = open.F[last * open.count + k] = entry;
+        open.sizes[k * open.count + last] = open.sizes[last * open.count + k] = fabs(entry);
     }
-    for (int k = 0; k <= count; ++k) motions += open.id[k] >= rows;
+    for (int k = 0; k <= last; ++k) motions += open.id[k] >= rows;
     w->s[own] = -e;
     w->v[own] = 0.0;
-    return held && 2 * motions <= count + 1;
+    return 2 * motions <= open.count;
 }
 
 /* Unknowns past a joint of one axis or none. */
@@ -111,7 +117,7 @@ MBSRI_OUTLINE bool carry_axis(mbsri_loop_run *w, int i)
     if (b->n == 0 || Dinv > 0.0) return true;
     kept->nulls = 1;
     id[count] = run->model->rows + b->u;
-    return carry_motion(w, i, s->e, count, X);
+    return is_held(count, 1, X) && carry_motion(w, b->u, s->e, count, 1, X);
 }
 
 /* Past one of several. */

@@ -241,14 +241,14 @@ typedef struct mbsri_sweep_run {
     mbsri_sweep_load *load; /* bodies + 1, or NULL */
     double *sincos;         /* 2 a coordinate: cosine, sine */
     const double *q, *u;
-    const double *tau; /* joint forces; for inverse dynamics u' */
-    double *out;       /* u', joint forces, or p' */
-    const double *p;   /* momenta; momentum form only */
-    double *balance;   /* its algebraic equations */
-    int *rank;         /* bodies + 1, or NULL */
-    const double *eta; /* of position rows: C^T eta is left for mbsri_sweeps_push; or NULL */
-    /* of rows of closures: asked for, and loop forces are those of springs; or NULL */
-    double *bias;
+    const double *tau;        /* joint forces; for inverse dynamics u' */
+    double *out;              /* u', joint forces, or p' */
+    const double *p;          /* momenta; momentum form only */
+    double *balance;          /* its algebraic equations */
+    int *rank;                /* bodies + 1, or NULL */
+    const double *eta;        /* of position rows: C^T eta is left for mbsri_sweeps_push; or NULL */
+    bool springs;             /* loop forces are those of springs alone */
+    double *bias;             /* then: of rows of closures, asked for; or NULL */
     struct mbsr_split *split; /* parts of the tree for several threads, or NULL */
 } mbsri_sweep_run;
 
@@ -275,6 +275,8 @@ typedef struct mbsri_sweep_kernels {
     /* backward and forward with loops, see loops.h. */
     bool (*loops_backward)(struct mbsri_loop_run *run);
     void (*loops_forward)(struct mbsri_loop_run *run);
+    /* what loops take of the joint forces in `out`, see inverse_loops.h; false: the sweeps do not serve */
+    bool (*loops_inverse)(struct mbsri_loop_run *run);
     /* backward and momentum of large trees without blocks and users' joints; false: a rank is not clear */
     bool (*momenta)(const mbsri_sweep_run *run);
 } mbsri_sweep_kernels;

@@ -177,16 +177,24 @@ static void make_loops(bench_model *tree, int k)
         bench_make_one_loop(tree, number, kind == AT_ROOT, kind != OPEN);
 }
 
+/* All joint rates but two of a ring and, of a piece, as many as its rigid pin holds. */
+static void choose_motors(counted *c, int k)
+{
+    const int kind = loops[k].kind, nu = c->tree.nu, rates = nu / loops[k].count;
+    const int held = kind >= IN_SPACE ? 3 : kind < STIFF ? 2 : 0;
+    for (int j = 0; j < nu; ++j) {
+        if (kind == RING ? j != 3 && j != 6 : j % rates < rates - held) c->motor[c->motors++] = j;
+    }
+}
+
 static void count_loops(int k)
 {
     counted c;
     make_loops(&c.tree, k);
     make_counted(&c);
-    for (int j = 0; j < c.tree.nu; ++j) { /* two of a rigid four-bar, all but two of a ring */
-        const bool two = loops[k].kind < STIFF && j % 4 > 1;
-        if (loops[k].kind == RING ? j != 3 && j != 6 : !two) c.motor[c.motors++] = j;
-    }
-    const bool closed = mbsr_model_rows(c.tree.model) > 0, small = loops[k].kind <= RING;
+    choose_motors(&c, k);
+    const bool closed = mbsr_model_rows(c.tree.model) > 0,
+               small = loops[k].kind <= RING || loops[k].kind >= IN_SPACE;
     for (int which = 0; which <= ACTUATED; ++which) {
         if (which < 2 || which == ACTUATED) {
             if (!closed || !small || which == 1) continue;

@@ -191,3 +191,18 @@ void loops_random_state(loops *s, test_rng *rng)
               mbsr_data_error(s->d));
     memcpy(s->q, y, (size_t)s->nq * sizeof *y); /* quaternions of length 1 */
 }
+
+void loops_add_parallelograms(loops *s, int count)
+{
+    int from = MBSR_GROUND;
+    for (int k = 0; k < count; ++k) {
+        const double at = k > 0 ? 2.0 : 0.0;
+        const int a = loops_rod(s, NULL, from, at, 0.0, 1.0, 1.0),
+                  top = loops_rod(s, NULL, a, 1.0, 0.0, 2.0, 2.0),
+                  b = loops_rod(s, NULL, from, at + 1.0, 0.0, 1.0, 1.0),
+                  c = loops_rod(s, NULL, from, at + 2.0, 0.0, k % 2 ? 0.0 : 1.0, 1.0);
+        loops_pin(s, NULL, top, 1.0, 0.0, b, 1.0, 0.0);
+        loops_pin(s, NULL, top, 2.0, 0.0, c, 1.0, 0.0);
+        from = top;
+    }
+}

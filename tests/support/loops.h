@@ -33,6 +33,9 @@ int loops_rod(loops *s, const char *name, int parent, double x, double y, double
 /* A pin between points of two bodies in the plane; returns its id. */
 int loops_pin(loops *s, const char *name, int a, double ax, double ay, int b, double bx, double by);
 
+/* A row of parallelograms on three legs, one behind the other: of each two rows are redundant. */
+void loops_add_parallelograms(loops *s, int count);
+
 /* Newton's method on the gaps, least change of q (joints with q' = u). */
 void loops_close(loops *s, double t);
 

@@ -21,8 +21,8 @@
 
 /* All sweeps are used, as far as the compiler can tell. */
 static const mbsri_sweep_kernels here = {
-    "here",   trigonometry,   kinematics,    backward, forward, inverse, velocities,
-    momentum, block_backward, forward_block, NULL,     NULL,    NULL,    NULL};
+    "here",         trigonometry,  kinematics, backward, forward, inverse, velocities, momentum,
+    block_backward, forward_block, NULL,       NULL,     NULL,    NULL,    NULL};
 
 enum { MOST = 8 }; /* bodies */
 
