@@ -81,6 +81,13 @@ MBSR_API int mbsr_closures_report(const mbsr_model *model, mbsr_data *data, doub
 MBSR_API int mbsr_closure_of_row(const mbsr_model *model, int row, int *closure, int *own,
                                  const char **name);
 
+/* What row `row` among all measures at the positions of mbsr_positions, so that its gap can be compared: turns of
+ * bodies alone (ROTATION, rad), places (TRANSLATION, m), or joint coordinates (OTHER); and the longest lever of
+ * the mechanism (m), by which turns move places. One output may be NULL. MBSR_ERR_NULL, MBSR_ERR_SEQUENCE,
+ * MBSR_ERR_ID, what a table returned. */
+MBSR_API int mbsr_closure_row_kind(const mbsr_model *model, mbsr_data *data, int row,
+                                   mbsr_coordinate_kind *kind, double *lever);
+
 /* What a unit impulse on each joint rate changes it by, all others giving way as the loops let them:
  * mobility (nu) = diag(Z (Z^T M Z)^-1 Z^T), where the columns of Z span the rates that the rows allow; its
  * inverse is the inertia that the rate moves. It does not depend on where loops are cut. 0 for rates that

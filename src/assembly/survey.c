@@ -74,7 +74,7 @@ static void find_inertias(const mbsr_model *m, mbsr_data *d, double *x)
 
 enum { KINDS = 3 };
 
-/* The largest inertia of each kind of rate. */
+/* The largest inertia of each kind of rate; of kinds without, what is typical of the model. */
 static void find_largest(const mbsr_model *m, const double *inertia, double *largest)
 {
     mbsr_coordinate_kind kind[MBSR_MAX_D];
@@ -87,6 +87,11 @@ static void find_largest(const mbsr_model *m, const double *inertia, double *lar
             *most = fmax(*most, inertia[b->iu + k]);
         }
     }
+    for (int k = 0; k < KINDS; ++k) {
+        const double length = k == (int)MBSR_COORDINATE_ROTATION ? m->length : 1.0,
+                     inertia_of_all = m->mass * length * length;
+        if (!(largest[k] > 0.0)) largest[k] = inertia_of_all > 0.0 ? inertia_of_all : 1.0;
+    }
 }
 
 /* s of all joint rates, by groups, from their inertias. */
@@ -95,11 +100,6 @@ static void find_scale(const mbsr_model *m, const double *inertia)
     mbsr_coordinate_kind kind[MBSR_MAX_D];
     double of_kind[KINDS];
     find_largest(m, inertia, of_kind);
-    for (int k = 0; k < KINDS; ++k) {
-        const double length = k == (int)MBSR_COORDINATE_ROTATION ? m->length : 1.0,
-                     inertia_of_all = m->mass * length * length;
-        if (!(of_kind[k] > 0.0)) of_kind[k] = inertia_of_all > 0.0 ? inertia_of_all : 1.0;
-    }
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
         const double *own = inertia + b->iu;
@@ -130,8 +130,7 @@ static void find_weights(const mbsr_model *m, const double *inertia)
         const mbsri_body *b = m->body + i;
         mbsr_body_coordinate_kinds(m, b->id, NULL, kind);
         for (int k = 0; k < b->n; ++k) {
-            const double most = largest[(int)kind[k]];
-            m->weight[b->iu + k] = 1.0 / (most > 0.0 ? fmax(inertia[b->iu + k], 1e-3 * most) : 1.0);
+            m->weight[b->iu + k] = 1.0 / fmax(inertia[b->iu + k], 1e-3 * largest[(int)kind[k]]);
         }
     }
 }

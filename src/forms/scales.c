@@ -47,15 +47,49 @@ static double of_joints(const mbsr_model *model, mbsr_data *data, double *mass)
     return largest > 0.0 ? largest : 1.0;
 }
 
-/* The same with loops closed, which does not depend on where they are cut; 0 where nothing moves. Where that
- * cannot be found, mass stays as it is. */
-static void close_loops(const mbsr_model *model, mbsr_data *data, double largest, double *mass)
+enum { KINDS = 3 };
+
+/* The largest of the masses of each kind of rate; of a kind that has none, from the other one and the length
+ * typical of the model. */
+static void find_largest(const mbsr_model *model, const double *mass, double *largest)
 {
+    const double length = model->length > 0.0 ? model->length : 1.0;
+    mbsr_coordinate_kind kind[MBSR_MAX_D];
+    for (int k = 0; k < KINDS; ++k) largest[k] = 0.0;
+    for (int id = 0; id < model->bodies; ++id) {
+        const mbsri_body *b = model->body + model->index[id];
+        mbsr_body_coordinate_kinds(model, id, NULL, kind);
+        for (int k = 0; k < b->n; ++k)
+            largest[(int)kind[k]] = fmax(largest[(int)kind[k]], mass[b->u + k]);
+    }
+    double *turning = largest + MBSR_COORDINATE_ROTATION,
+           *moving = largest + MBSR_COORDINATE_TRANSLATION,
+           *other = largest + MBSR_COORDINATE_OTHER;
+    if (!(*turning > 0.0)) *turning = *moving * length * length;
+    if (!(*moving > 0.0)) *moving = *turning / (length * length);
+    if (!(*other > 0.0)) *other = fmax(*turning, *moving);
+    for (int k = 0; k < KINDS; ++k) largest[k] = largest[k] > 0.0 ? largest[k] : 1.0;
+}
+
+/* The same with loops closed, which does not depend on where they are cut, beside the inertias `locked`: at most
+ * the largest of them of its kind, where nothing moves that. Where it cannot be found, mass stays as it is. */
+static void close_loops(const mbsr_model *model, mbsr_data *data, const double *locked,
+                        double *mass)
+{
+    double largest[KINDS];
+    mbsr_coordinate_kind kind[MBSR_MAX_D];
     if (model->rows == 0 || model->nu + model->rows > MOST_DENSE) return;
     if (mbsr_closures_mobility(model, data, mass)) return;
-    for (int k = 0; k < model->nu; ++k) {
-        const double moved = mass[k] > 0.0 ? share_of_moved / mass[k] : 0.0;
-        mass[k] = moved > 0.0 ? fmin(fmax(moved, 1e-3 * largest), largest) : 0.0;
+    find_largest(model, locked, largest);
+    for (int id = 0; id < model->bodies; ++id) {
+        const mbsri_body *b = model->body + model->index[id];
+        mbsr_body_coordinate_kinds(model, id, NULL, kind);
+        for (int k = 0; k < b->n; ++k) {
+            double *x = mass + b->u + k;
+            const double most = largest[(int)kind[k]],
+                         moved = *x > 0.0 ? fmin(share_of_moved / *x, most) : most;
+            *x = fmax(moved, 1e-3 * most);
+        }
     }
 }
 
@@ -64,10 +98,11 @@ int mbsr_momentum_scales(const mbsr_model *model, mbsr_data *data, double *mass)
     const int entered =
         mbsri_enter(model, data, mass, MBSRI_STAGE_BACKWARD, "mbsr_momentum_scales");
     if (entered) return entered;
+    double *locked = data->out;
     const double largest = of_joints(model, data, mass);
-    close_loops(model, data, largest, mass);
-    mbsri_mass_diagonal(model, data, data->out);
+    mbsri_mass_diagonal(model, data, locked);
+    close_loops(model, data, locked, mass);
     for (int k = 0; k < model->nu; ++k)
-        mass[k] = mass[k] > 0.0 ? fmax(mass[k], share_of_locked * data->out[k]) : largest;
+        mass[k] = mass[k] > 0.0 ? fmax(mass[k], share_of_locked * locked[k]) : largest;
     return mbsri_backward(model, data);
 }

@@ -26,23 +26,23 @@ int mbsri_ida_loops(const mbsr_ida *ida)
 /* Beyond so many joint rates and rows one product with C^T for each row is not worth while. */
 enum { MOST_PRODUCTS = 600 };
 
-/* Of the multipliers of one row, C^T of which is `along`. */
-static void scale_row(mbsr_ida *ida, const double *along, const double *w, double *impulse,
-                      double *shift)
+/* Of the multipliers of one row, C^T of which is `along`. place: tolerances of what joint rates move. */
+static void scale_row(mbsr_ida *ida, const double *along, const double *w, const double *place,
+                      double *impulse, double *shift)
 {
     const int nq = mbsr_model_nq(ida->model), nu = mbsr_model_nu(ida->model);
-    const double *p = N_VGetArrayPointer(ida->atol) + nq, *u = p + nu;
+    const double *p = N_VGetArrayPointer(ida->atol) + nq;
     *impulse = *shift = INFINITY;
     for (int k = 0; k < nu; ++k) {
         const double size = fabs(along[k]);
         if (!(size > 0.0)) continue;
         *impulse = fmin(*impulse, p[k] / size);
-        *shift = fmin(*shift, u[k] / (w[k] * size));
+        *shift = fmin(*shift, place[k] / (w[k] * size));
     }
     if (!isfinite(*impulse)) *impulse = *shift = ida->opt.atol;
 }
 
-bool mbsri_ida_scale_multipliers(mbsr_ida *ida)
+bool mbsri_ida_scale_multipliers(mbsr_ida *ida, const double *place)
 {
     const int nu = mbsr_model_nu(ida->model), rows = mbsr_model_rows(ida->model),
               first = mbsri_ida_loops(ida);
@@ -60,7 +60,7 @@ bool mbsri_ida_scale_multipliers(mbsr_ida *ida)
             status = mbsr_closures_transpose(ida->model, ida->data, e, along);
             e[row + k] = 0.0;
             if (status) continue;
-            scale_row(ida, along, w, &impulse, &shift);
+            scale_row(ida, along, w, place, &impulse, &shift);
             atol[first + row + k] = impulse;
             if (k < held) atol[first + rows + held_row + k] = shift;
         }
@@ -192,10 +192,34 @@ static int refuse(mbsr_ida *ida, mbsr_error *error, double t, int closure, const
                           mbsr_closure_name(ida->model, closure), gap, limit);
 }
 
+/* An absolute tolerance given for a kind of coordinates, or else the one for all. */
+static double or_all(const mbsr_ida *ida, double of_kind)
+{
+    return of_kind > 0.0 ? of_kind : ida->opt.atol;
+}
+
+/* The gap of a row, of all, from which it counts as open, a thousand tolerances; `gap` is looked at first. */
+static double limit_of(mbsr_ida *ida, int row, double gap)
+{
+    static const double many = 1e3;
+    const double angle = or_all(ida, ida->opt.atol_angle),
+                 length = or_all(ida, ida->opt.atol_length),
+                 least = fmin(ida->opt.atol, fmin(angle, length)), rtol = ida->opt.rtol;
+    mbsr_coordinate_kind kind;
+    double lever;
+    if (gap <= many * least || mbsr_closure_row_kind(ida->model, ida->data, row, &kind, &lever))
+        return INFINITY;
+    switch (kind) {
+    case MBSR_COORDINATE_ROTATION: return many * fmax(angle, rtol);
+    case MBSR_COORDINATE_TRANSLATION: return many * fmax(length, rtol * lever);
+    case MBSR_COORDINATE_OTHER: break;
+    }
+    return many * fmax(ida->opt.atol, rtol);
+}
+
 static int check_gaps(mbsr_ida *ida, mbsr_error *error, double t, const double *y, const double *g)
 {
-    const double limit = 1e3 * fmax(ida->opt.atol, ida->opt.rtol),
-                 *spring = y + mbsri_ida_loops(ida);
+    const double *spring = y + mbsri_ida_loops(ida);
     for (int c = 0; c < mbsr_model_closures(ida->model); ++c) {
         int row, held_row, held;
         mbsr_closure_place(ida->model, c, &row, NULL, &held_row, &held);
@@ -204,7 +228,9 @@ static int check_gaps(mbsr_ida *ida, mbsr_error *error, double t, const double *
             const double stiffness = mbsr_closure_stiffness(ida->model, c, k),
                          length = stiffness > 0.0 ? spring[row + k] / stiffness : 0.0,
                          gap = g[held_row + k] - length;
-            if (!ida->dropped[row + k] || fabs(gap) <= limit) continue;
+            if (!ida->dropped[row + k]) continue;
+            const double limit = limit_of(ida, row + k, fabs(gap));
+            if (fabs(gap) <= limit) continue;
             mbsr_closure_of_row(ida->model, row + k, NULL, NULL, &name);
             return refuse(ida, error, t, c, name, gap, limit);
         }

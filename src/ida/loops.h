@@ -8,9 +8,10 @@
 /* Where in y the multipliers of closures begin; the size of y where there are none. */
 int mbsri_ida_loops(const mbsr_ida *ida);
 
-/* Tolerances of the multipliers from those of p and u: what moves no p, or q, by more. False: none
- * are set, as there are no closures or too many. */
-bool mbsri_ida_scale_multipliers(mbsr_ida *ida);
+/* Tolerances of the multipliers from those of p and q: what moves no p, or q, by more; place
+ * (nu): of what the joint rates move. False: none are set, as there are no closures or too many. Uses `work`, and nu
+ * numbers of `moved`. */
+bool mbsri_ida_scale_multipliers(mbsr_ida *ida, const double *place);
 
 /* Newton's method for closures, at the start: where it fails twice within a few steps it gets a new matrix in
  * each iteration (ida/iteration.c), without the filter of errors. Where springs of stiff rows share a force among

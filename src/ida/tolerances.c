@@ -36,6 +36,18 @@ static void set_body(mbsr_ida *ida, int body, int velocity, double *atol)
     }
 }
 
+/* Those of what the joint rates move, nu. */
+static void find_places(const mbsr_ida *ida, double *place)
+{
+    mbsr_coordinate_kind kind[MBSR_MAX_D];
+    for (int i = 0; i < mbsr_model_bodies(ida->model); ++i) {
+        int u, n;
+        mbsr_body_coordinates(ida->model, i, NULL, NULL, &u, &n);
+        mbsr_body_coordinate_kinds(ida->model, i, NULL, kind);
+        for (int k = 0; k < n; ++k) place[u + k] = by_kind(&ida->opt, kind[k], false);
+    }
+}
+
 /* Multipliers are integrals, which grow with time: their tolerances are absolute. Only forces of stiff
  * rows have a relative one as well. */
 static void set_loops(mbsr_ida *ida, double *atol)
@@ -147,7 +159,9 @@ void mbsri_ida_scale_tolerances(mbsr_ida *ida)
         const int status = mbsr_body_rank(ida->model, ida->data, i, &info);
         scale_velocities(ida, i, status == MBSR_OK && info.scale > 0.0 ? info.scale : largest);
     }
-    if (mbsri_ida_scale_multipliers(ida)) return;
+    double *place = N_VGetArrayPointer(ida->moved) + mbsr_model_nu(ida->model);
+    find_places(ida, place);
+    if (mbsri_ida_scale_multipliers(ida, place)) return;
     for (int k = mbsri_ida_loops(ida); k < ida->size; ++k) atol[k] = ida->opt.atol * largest;
 }
 

@@ -137,11 +137,28 @@ static void fill(mbsri_dense *w, const bool *dropped)
     }
 }
 
+/* Scales to begin with, in which no units are left: joint rates over their spans, the largest inertia 1,
+ * the largest entry of each row 1. */
+static void begin_scales(mbsri_dense *w)
+{
+    const size_t N = (size_t)w->N, n = (size_t)w->n;
+    double inertia = 0.0;
+    for (size_t j = 0; j < n; ++j)
+        inertia = fmax(inertia, w->K[j * (N + 1)] * w->span[j] * w->span[j]);
+    const double unit = inertia > 0.0 ? sqrt(inertia) : 1.0;
+    for (size_t j = 0; j < n; ++j) w->scale[j] = w->span[j] / unit;
+    for (size_t k = n; k < N; ++k) {
+        double largest = fabs(w->K[k * (N + 1)]); /* 1 for a row that is left out */
+        for (size_t j = 0; j < n; ++j) largest = fmax(largest, fabs(w->K[j * N + k]) * w->scale[j]);
+        w->scale[k] = largest > 0.0 ? 1.0 / largest : 1.0;
+    }
+}
+
 /* S K S, a few sweeps; rows of zeros keep their spans. */
 static void equilibrate(mbsri_dense *w)
 {
     const size_t N = (size_t)w->N;
-    for (size_t k = 0; k < N; ++k) w->scale[k] = k < (size_t)w->n ? w->span[k] : 1.0;
+    begin_scales(w);
     for (size_t j = 0; j < N; ++j) {
         for (size_t k = 0; k < N; ++k) w->K[j * N + k] *= w->scale[j] * w->scale[k];
     }

@@ -34,23 +34,24 @@ static double norm_of(const mbsri_row_set *s, int row)
     return sqrt(square);
 }
 
-/* What a row measures: turns of bodies, joint coordinates, or places; rows of one kind compare. */
-enum { TURN, JOINTS, PLACE, KINDS };
+/* Rows of one kind compare; joint coordinates are others. */
+enum { KINDS = 3 };
 
-static int kind_of(const mbsri_row_set *s, const mbsri_closure *c, int k)
+mbsr_coordinate_kind mbsri_row_kind(const mbsr_model *m, const mbsr_data *d, const mbsri_closure *c,
+                                    int k)
 {
-    const double *C = s->d->closure_C + c->at + k;
+    const double *C = d->closure_C + c->at + k;
     bool linear = false;
-    if (c->def.table->flags & MBSR_CLOSURE_JOINTS) return JOINTS;
+    if (c->def.table->flags & MBSR_CLOSURE_JOINTS) return MBSR_COORDINATE_OTHER;
     for (int l = 0; l < c->bodies; ++l) {
-        const mbsri_body *b = s->m->body + c->body[l];
+        const mbsri_body *b = m->body + c->body[l];
         const bool space = b->joint.space == MBSR_SPACE_SPATIAL,
                    plane = b->joint.space == MBSR_SPACE_PLANAR;
         const int from = space ? 3 : 0, to = space ? 6 : plane ? 2 : b->d;
         for (int j = from; j < to && c->column[l] >= 0; ++j)
             linear = linear || fabs(C[(size_t)(c->column[l] + j) * (size_t)c->rows]) > 0.0;
     }
-    return linear ? PLACE : TURN;
+    return linear ? MBSR_COORDINATE_TRANSLATION : MBSR_COORDINATE_ROTATION;
 }
 
 static void find_scales(const mbsri_row_set *s, double *scale)
@@ -62,12 +63,12 @@ static void find_scales(const mbsri_row_set *s, double *scale)
             const mbsri_closure *c = member(s, l, &row);
             double own[KINDS] = {0.0};
             for (int k = 0; k < c->rows; ++k) {
-                const int kind = kind_of(s, c, k);
+                const int kind = (int)mbsri_row_kind(s->m, s->d, c, k);
                 own[kind] = fmax(own[kind], norm_of(s, row + k));
                 largest[kind] = fmax(largest[kind], own[kind]);
             }
             for (int k = 0; k < c->rows && turn == 1; ++k) {
-                const int kind = kind_of(s, c, k);
+                const int kind = (int)mbsri_row_kind(s->m, s->d, c, k);
                 scale[row + k] = fmax(own[kind], 1e-3 * largest[kind]);
             }
         }

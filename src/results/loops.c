@@ -14,6 +14,7 @@
 #include "loops/forward.h"
 #include "loops/motion.h"
 #include "loops/ranks.h"
+#include "loops/rounding.h"
 #include "loops/settled.h"
 #include "model/query.h"
 #include "recursion/backward.h"
@@ -297,6 +298,25 @@ int mbsr_closure_of_row(const mbsr_model *model, int row, int *closure, int *own
     if (own) *own = row - c->row;
     if (name) *name = mbsri_closure_row_name(model, c, row - c->row);
     return MBSR_OK;
+}
+
+int mbsr_closure_row_kind(const mbsr_model *model, mbsr_data *data, int row,
+                          mbsr_coordinate_kind *kind, double *lever)
+{
+    static const char name[] = "mbsr_closure_row_kind";
+    int id, own, status = mbsri_enter(model, data, kind || lever, MBSRI_STAGE_POSITIONS, name);
+    if (status) return status;
+    status = mbsr_closure_of_row(model, row, &id, &own, NULL);
+    if (status)
+        return mbsri_fail(&data->error, status, MBSR_NONE, MBSR_NONE, "%s: there is no row %d",
+                          name, row);
+    status = mbsri_closure_jacobians(model, data);
+    if (status) return status;
+    const mbsri_closure *c = (const mbsri_closure *)model->closures.data + id;
+    if (kind) *kind = mbsri_row_kind(model, data, c, own);
+    const double longest = mbsri_longest_lever(model, data);
+    if (lever) *lever = longest;
+    return mbsri_check_result(model, data, 1, &longest, name);
 }
 
 int mbsr_closures_dropped(const mbsr_model *model, mbsr_data *data, int *redundant)

@@ -109,6 +109,11 @@ static int run_mobility(finite_subject *s)
     return mbsr_closures_mobility(s->model, s->data, s->out[0]);
 }
 
+static int run_kind(finite_subject *s)
+{
+    return mbsr_closure_row_kind(s->model, s->data, 1, NULL, s->out[0]);
+}
+
 static int of_inverse(const finite_subject *s, int o)
 {
     return o == 0 ? s->nu : o == 1 ? mbsr_model_rows(s->model) : 0;
@@ -177,6 +182,7 @@ static const finite_row rows[] = {
     {"mbsr_assemble", run_assemble, NULL, 0, T | Q, BOTH, of_q},
     {"mbsr_closures_report", run_report, NULL, 0, T | Q, BOTH, of_one},
     {"mbsr_closures_mobility", run_mobility, positions, T | Q, 0, BOTH, of_joints},
+    {"mbsr_closure_row_kind", run_kind, positions, T | Q, 0, BOTH, of_one},
     {"mbsr_closures_load", run_load, velocities, T | Q | U, R, BOTH, of_rows},
     {"mbsr_closures_force", run_force, forces, T | Q | U, 0, BOTH, of_rows},
     {"mbsr_closure_reaction", run_reaction, forces, T | Q | U, 0, BOTH, of_plane},
