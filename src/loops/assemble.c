@@ -6,7 +6,8 @@
  *   (A^T A + mu |A|^2 1) z = -A^T g,    x = W^(-1/2) z,
  *
  * as a least-squares problem in (A; sqrt(mu) |A| 1). mu falls tenfold with each step that makes the gaps
- * smaller and rises with each that does not; steps are at most 1 rad, or 1 m, long. It ends
+ * smaller and rises with each that does not; steps turn by 1 rad at most, and move by the longest lever or the
+ * gaps, whichever is more. It ends
  *
  *   closed      every gap is below the tolerance
  *   open        |A^T g| <= 1e-6 |A| |g|: all ways make the gaps larger; or the gaps have stopped to
@@ -17,6 +18,7 @@
 #include "algebra/lapack.h"
 #include "algebra/numbers.h"
 #include "base/error.h"
+#include "loops/rounding.h"
 #include "model/query.h"
 #include "recursion/closures.h"
 #include "recursion/kinematics.h"
@@ -30,6 +32,7 @@ typedef struct search {
     double t, mu;
     double norm;       /* Euclidean, of the gaps */
     double before[10]; /* of the last steps */
+    double longest;    /* m: of a step */
 } search;
 
 int mbsri_displace(mbsri_dense *w, const double *q, double step, const double *x, double *to)
@@ -126,6 +129,21 @@ static int find_step(const search *s, double size)
     return MBSR_OK;
 }
 
+/* The share of the step x that is no longer than steps may be. */
+static double share_of_step(const search *s)
+{
+    const mbsri_dense *w = s->w;
+    double largest = 1.0;
+    for (int i = 1; i <= w->m->bodies; ++i) {
+        const mbsri_body *b = w->m->body + i;
+        for (int k = 0; k < b->n; ++k) {
+            const bool moves = mbsri_coordinate_kind(b, true, k) == MBSR_COORDINATE_TRANSLATION;
+            largest = fmax(largest, fabs(w->x[b->u + k]) / (moves ? s->longest : 1.0));
+        }
+    }
+    return 1.0 / largest;
+}
+
 /* One step from q, whose gaps are g; *better: whether q was moved. */
 static int step(search *s, double *q, bool *better)
 {
@@ -135,10 +153,11 @@ static int step(search *s, double *q, bool *better)
     if (!status) status = mbsri_assembly_gaps(w, w->g);
     if (status) return status;
     size = fill(s);
+    s->longest = fmax(mbsri_longest_lever(w->m, w->d), s->norm);
     *better = false;
     for (int tries = 0; tries < 30 && !*better; ++tries) {
         status = find_step(s, size);
-        const double largest = mbsri_largest(w->n, w->x), share = fmin(1.0, 1.0 / largest);
+        const double share = share_of_step(s);
         if (!status) status = mbsri_displace(w, q, share, w->x, w->q_try);
         if (!status) status = evaluate(s, w->q_try, w->y);
         if (status < 0) return status;
@@ -158,12 +177,21 @@ static int step(search *s, double *q, bool *better)
     return MBSR_OK;
 }
 
+/* "body 3", or "the ground". */
+static const char *side(const mbsri_closure *c, int k, char text[24])
+{
+    const int body = k < c->def.bodies ? c->def.body[k] : MBSR_GROUND;
+    if (body < 0) return "the ground";
+    mbsri_print(text, 24, "body %d", body);
+    return text;
+}
+
 /* The loops that are open, widest first in info, all in the text. */
 static int refuse(const search *s, const mbsr_assembly_info *info, double limit)
 {
     const mbsr_model *m = s->w->m;
     const mbsri_closure *first = m->closures.data;
-    char label[MBSRI_LABEL], list[160] = "";
+    char label[MBSRI_LABEL], list[160] = "", one[24], other[24];
     for (int id = 0; id < (int)m->closures.count; ++id) {
         const mbsri_closure *c = first + id;
         const double gap = mbsri_largest(c->held, s->w->g + c->held_row);
@@ -174,13 +202,12 @@ static int refuse(const search *s, const mbsr_assembly_info *info, double limit)
     }
     const mbsri_closure *c = first + info->closure;
     return mbsri_fail(&s->w->d->error, MBSR_LOOP_OPEN, c->def.body[0], MBSR_NONE,
-                      "%s: %s (%s of body %d and body %d) stays open by %.9g after %d iterations: "
+                      "%s: %s (%s of %s and %s) stays open by %.9g after %d iterations: "
                       "no position of its "
                       "joints closes it, or start nearer%s",
                       s->w->function, mbsri_closure_label(m, info->closure, label),
-                      c->def.table->name, c->def.body[0],
-                      c->def.bodies > 1 ? c->def.body[1] : MBSR_GROUND, info->gap, info->iterations,
-                      list);
+                      c->def.table->name, side(c, 0, one), side(c, 1, other), info->gap,
+                      info->iterations, list);
 }
 
 /* Gaps of q into info; the tolerance that counts. */

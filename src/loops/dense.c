@@ -46,10 +46,10 @@ int mbsri_dense_open(mbsri_dense *w, const mbsr_model *m, mbsr_data *d, const ch
               gelsy = mbsri_lapack_gelsy_work((int)(most + rows) > 0 ? (int)(most + rows) : 1,
                                               w->N > 0 ? w->N : 1);
     w->lwork = svd > gelsy ? svd : gelsy;
-    double **const array[] = {&w->M,     &w->C,      &w->K,     &w->U,     &w->V,
-                              &w->scale, &w->sigma,  &w->right, &w->g,     &w->x,
-                              &w->y,     &w->q,      &w->q_try, &w->A,     &w->b,
-                              &w->work,  &w->offset, &w->out,   &w->guess, &w->span};
+    double **const array[] = {&w->M,     &w->C,     &w->K,       &w->U,     &w->V,      &w->scale,
+                              &w->sigma, &w->right, &w->g,       &w->x,     &w->y,      &w->q,
+                              &w->q_try, &w->A,     &w->b,       &w->work,  &w->offset, &w->out,
+                              &w->guess, &w->span,  &w->missing, &w->missed};
     const size_t length[] = {n * n,
                              rows * n,
                              N * N,
@@ -69,7 +69,9 @@ int mbsri_dense_open(mbsri_dense *w, const mbsr_model *m, mbsr_data *d, const ch
                              (size_t)w->held,
                              N,
                              nq,
-                             n};
+                             n,
+                             (size_t)w->held,
+                             (size_t)w->held};
     size_t total = 0;
     for (size_t k = 0; k < sizeof length / sizeof length[0]; ++k) total += length[k];
     w->memory = mbsri_allocate(&m->allocator, total * sizeof(double) + (N + 1) * sizeof(int) +
@@ -89,6 +91,7 @@ int mbsri_dense_open(mbsri_dense *w, const mbsr_model *m, mbsr_data *d, const ch
     w->let_go = w->left_out + rows;
     for (size_t k = 0; k < rows; ++k) w->let_go[k] = false;
     mbsri_zero((size_t)w->held, w->offset);
+    mbsri_zero((size_t)w->held, w->missed);
     find_spans(w);
     return MBSR_OK;
 }

@@ -22,14 +22,16 @@ typedef struct mbsri_dense {
     double *A, *b;                 /* (held + n) x n, held + n: least squares */
     double *work;
     int lwork;
-    double *out;    /* N: for results */
-    double *offset; /* held: what the gaps are to be, zero at first */
-    int *pivots;    /* N */
-    bool *other;    /* rows: flags for a short time */
-    bool *left_out; /* rows: not in K */
-    bool *let_go;   /* rows: stiff, and what their gaps are follows from those of the others */
-    int nulls;      /* dimension of the kernel of K */
-    int moving;     /* of its part in u */
+    double *out;              /* N: for results */
+    double *offset;           /* held: what the gaps are to be, zero at first */
+    double *missing, *missed; /* held: what offset lacks of what was found for it, now and before */
+    double relaxation;        /* the share of that by which it changes */
+    int *pivots;              /* N */
+    bool *other;              /* rows: flags for a short time */
+    bool *left_out;           /* rows: not in K */
+    bool *let_go; /* rows: stiff, and what their gaps are follows from those of the others */
+    int nulls;    /* dimension of the kernel of K */
+    int moving;   /* of its part in u */
     void *memory;
 } mbsri_dense;
 

@@ -110,15 +110,17 @@ static int displacement(mbsri_dense *w, double t, const double *q, const double 
     return MBSR_OK;
 }
 
-/* Gaps at which the springs of settled rows have their forces; *changed: whether they are others than before.
- * `shared`: the rows that are let go bear their part. */
 int mbsri_springs_load(mbsri_dense *w, double t, const double *q, const double *lambda, bool shared,
                        bool *changed)
 {
     const mbsri_closure *first = w->m->closures.data;
     const int status = shared ? displacement(w, t, q, lambda) : MBSR_OK;
+    if (status) return status;
+    const double rounding =
+        fmax(1e-14 * mbsri_assembly_size(w), 1e-12 * mbsri_largest(w->held, w->offset));
     *changed = false;
-    for (const mbsri_closure *c = first; c < first + w->m->closures.count && !status; ++c) {
+    mbsri_zero((size_t)w->held, w->missing);
+    for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
         for (int k = 0; k < c->held; ++k) {
             const int row = c->row + k, held = c->held_row + k;
             if (!mbsri_is_stiff(c, k) || !mbsri_is_asked(w, c, k)) continue;
@@ -127,11 +129,39 @@ int mbsri_springs_load(mbsri_dense *w, double t, const double *q, const double *
                 gap = w->g[held];
                 for (int j = 0; j < w->n; ++j) gap += w->C[j * w->rows + row] * w->b[j];
             }
-            *changed = *changed || fabs(gap - w->offset[held]) > 1e-14;
-            w->offset[held] = gap;
+            w->missing[held] = gap - w->offset[held];
+            *changed = *changed || fabs(w->missing[held]) > rounding;
         }
     }
-    return status;
+    return MBSR_OK;
+}
+
+/* Forces depend on the gaps, so that gaps found for one another converge slowly, or not at all, where springs are soft
+ * beside these forces: a share of what is missing is taken that would have left nothing of it so far (Aitken). */
+void mbsri_springs_move(mbsri_dense *w)
+{
+    static const double most = 100.0, rounding = 1e-16; /* of squares: not to be followed */
+    const mbsri_closure *first = w->m->closures.data;
+    double along = 0.0, square = 0.0, before = 0.0, now = 0.0, size = 0.0;
+    for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
+        for (int k = 0; k < c->held; ++k) {
+            const int held = c->held_row + k;
+            const double stiffness = c->def.stiffness[k], was = w->missed[held],
+                         is = w->missing[held], turn = is - was;
+            along += stiffness * was * turn;
+            square += stiffness * turn * turn;
+            before += stiffness * was * was;
+            now += stiffness * is * is;
+            size += stiffness * w->offset[held] * w->offset[held];
+        }
+    }
+    if (!(before > 0.0)) w->relaxation = 1.0;
+    if (before > 0.0 && square > 0.0 && now > rounding * size)
+        w->relaxation = fmax(-most, fmin(-w->relaxation * along / square, most));
+    for (int held = 0; held < w->held; ++held) {
+        w->offset[held] += w->relaxation * w->missing[held];
+        w->missed[held] = w->missing[held];
+    }
 }
 
 /* Forces of settled springs at the gaps that they have been given; refused where others were found. */
@@ -139,7 +169,8 @@ int mbsri_springs_take(const mbsri_dense *w, double *lambda)
 {
     const mbsr_model *m = w->m;
     const mbsri_closure *first = m->closures.data;
-    const double limit = 1e-6 * mbsri_largest(w->rows, lambda);
+    const double limit = 1e-6 * mbsri_largest(w->rows, lambda),
+                 rounding = 1e-13 * mbsri_assembly_size(w);
     char label[MBSRI_LABEL];
     for (int id = 0; id < (int)m->closures.count; ++id) {
         const mbsri_closure *c = first + id;
@@ -147,7 +178,7 @@ int mbsri_springs_take(const mbsri_dense *w, double *lambda)
             if (!mbsri_is_stiff(c, k) || !mbsri_is_asked(w, c, k)) continue;
             const double force = -w->offset[c->held_row + k] * c->def.stiffness[k],
                          change = fabs(lambda[c->row + k] - force);
-            if (change > limit && change > 1e-14 * c->def.stiffness[k])
+            if (change > limit && change > rounding * c->def.stiffness[k])
                 return mbsri_fail(&w->d->error, MBSR_NO_CONVERGENCE, MBSR_NONE, MBSR_NONE,
                                   "%s: no positions found at which the springs of %s bear its "
                                   "forces (%.3g is left); settled = 0 takes them as they are",

@@ -19,10 +19,13 @@ int mbsri_assemble_settled(mbsri_dense *w, double t, double *q, const mbsr_assem
 /* Lets go of the stiff rows that the data leaves out; true where some of them are settled. */
 bool mbsri_springs_let_go(mbsri_dense *w);
 
-/* The gaps of settled rows at which their springs have the forces lambda (rows), into w->offset; *changed: whether
- * they are others than before. `shared`: rows that are let go bear their part. */
+/* What the gaps of settled rows in w->offset lack of those at which their springs have the forces lambda (rows), into
+ * w->missing; *changed: whether that is more than rounding. `shared`: rows that are let go bear their part. */
 int mbsri_springs_load(mbsri_dense *w, double t, const double *q, const double *lambda, bool shared,
                        bool *changed);
+
+/* Moves w->offset on, to where nothing will be missing. */
+void mbsri_springs_move(mbsri_dense *w);
 
 /* Forces of settled springs at the gaps that they have been given, into lambda; refused where others were
  * found. */

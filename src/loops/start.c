@@ -12,6 +12,7 @@
  * on others are springs throughout: what the others bear goes over to them as these give way. */
 #include "loops/start.h"
 
+#include "algebra/numbers.h"
 #include "loops/assemble.h"
 #include "loops/balance.h"
 #include "loops/motion.h"
@@ -21,14 +22,24 @@
 /* Springs and positions are found in turn, as often at most. */
 enum { PASSES = 60 };
 
+static bool any_stiff(const mbsri_dense *w)
+{
+    const mbsri_closure *first = w->m->closures.data;
+    bool any = false;
+    for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c)
+        any = any || mbsri_largest(c->held, c->def.stiffness) > 0.0;
+    return any;
+}
+
 int mbsri_loops_consistent(mbsri_dense *w, double t, double *q, double *u, double *udot,
                            double *lambda, const mbsr_consistent_opt *opt,
                            mbsr_consistent_info *info)
 {
-    const mbsr_assembly_opt standard = mbsri_assembly_standard();
+    mbsr_assembly_opt standard = mbsri_assembly_standard();
     mbsr_assembly_info assembly;
     mbsri_ranks here;
     int nearby;
+    if (any_stiff(w)) standard.tolerance *= 1e-2; /* what is left of gaps is a force */
     int status = mbsri_assemble_settled(w, t, q, &standard, &assembly);
     if (!status) status = mbsri_ranks_around(w, t, q, w->d->dropped, &here, &nearby);
     if (status) return status;
@@ -37,7 +48,10 @@ int mbsri_loops_consistent(mbsri_dense *w, double t, double *q, double *u, doubl
     const bool shared = mbsri_springs_let_go(w);
     bool changed = true;
     for (int pass = 0; pass < PASSES && !status && changed; ++pass) {
-        if (pass > 0) status = mbsri_assemble(w, t, q, &standard, &assembly);
+        if (pass > 0) {
+            mbsri_springs_move(w);
+            status = mbsri_assemble(w, t, q, &standard, &assembly);
+        }
         if (!status) status = mbsri_balance(w, t, q, u, udot, lambda, opt, info);
         if (!status) status = mbsri_loops_springs(w, t, q, u, lambda);
         if (!status) status = mbsri_springs_load(w, t, q, lambda, shared, &changed);

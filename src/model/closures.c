@@ -49,6 +49,9 @@ static int check_numbers(mbsr_model *m, const mbsr_closure_def *def, const char 
                           "stiffness",
                           label, def->table->name, k, damping);
     }
+    if (def->settled != 0 && def->settled != 1)
+        return REFUSE(MBSR_ERR_VALUE, "%s (%s): settled is %d, must be 0 or 1", label,
+                      def->table->name, def->settled);
     return MBSR_OK;
 }
 

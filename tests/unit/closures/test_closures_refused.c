@@ -54,6 +54,10 @@ static void definitions(void **state)
     def = mbsr_closure_weld(0, NULL, 1, NULL);
     def.damping[2] = 1.0;
     assert_add_refused(&s, &def, MBSR_ERR_VALUE, "weld|damping[2]|no stiffness");
+    def.damping[2] = 0.0;
+    def.settled = 7;
+    assert_add_refused(&s, &def, MBSR_ERR_VALUE, "weld|settled is 7");
+    def.settled = 1;
     def = mbsr_closure_custom(NULL, 1, (int[1]){0}, 1, 1, NULL);
     assert_add_refused(&s, &def, MBSR_ERR_VALUE, "table");
     loops_finish(&s);

@@ -63,7 +63,7 @@ static void contradictions(void **state)
         start(&s, MBSR_LOOP_OPEN, "closure 0 'never' (ball of body 0 and body 1) stays open");
         begin(&s, massless);
         add(&s, mbsr_closure_weld(ROCKER, NULL, MBSR_GROUND, NULL), "elsewhere");
-        start(&s, MBSR_LOOP_OPEN, "'elsewhere' (weld of body 3 and body -1) stays open by 2");
+        start(&s, MBSR_LOOP_OPEN, "'elsewhere' (weld of body 3 and the ground) stays open by 2");
         begin(&s, massless);
         add(&s, mbsr_closure_distance(CRANK, NULL, ROCKER, NULL, 2.5), "strut");
         start(&s, MBSR_LOOP_OPEN, "'strut' (distance of body 0 and body 3) stays open by 0.45");

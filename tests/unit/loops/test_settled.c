@@ -1,0 +1,69 @@
+/* Starts that load settled springs where the forces that these bear depend on how far they give way.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "body.h"
+#include "close.h"
+#include "units.h"
+
+#include <mbsrank/mbsrank.h>
+
+#include <math.h>
+
+enum { SLIDES = 4, SIZE = 5 * SLIDES };
+
+/* Slides along one line, each drawn from 0 to `far` by a spring as stiff as `share` says beside that of the row
+ * that holds it there; at rest. */
+static mbsr_model *slides(const units *in, const double *share, double *far)
+{
+    const double stiffness = 1e4 * in->mass / (in->time * in->time), along[3] = {1.0, 0.0, 0.0};
+    mbsr_model *m = NULL;
+    assert_ok(mbsr_model_create(NULL, &m, NULL), NULL);
+    for (int k = 0; k < SLIDES; ++k) {
+        far[k] = (0.1 + 0.02 * k) * in->length;
+        const int slide = test_add_body(m, MBSR_GROUND, mbsr_joint_prismatic(NULL, NULL, along),
+                                        mbsr_inertia_particle((1.0 + k) * in->mass));
+        const mbsr_force_def spring =
+            mbsr_force_joint_spring(slide, 0, share[k] * stiffness, 0.0, far[k]);
+        mbsr_closure_def held = mbsr_closure_rows(slide, NULL, MBSR_GROUND, NULL, 1, along);
+        held.stiffness[0] = stiffness;
+        assert_ok(mbsr_model_add_force(m, &spring, NULL), mbsr_model_error(m));
+        assert_ok(mbsr_model_add_closure(m, &held, NULL), mbsr_model_error(m));
+    }
+    assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
+    return m;
+}
+
+/* x = far share / (1 + share). Gaps found for the forces at one another would miss that by share^n. */
+static void springs_share_the_way(void **state)
+{
+    (void)state;
+    static const double share[][SLIDES] = {{0.1, 0.2, 0.3, 0.4},
+                                           {0.9, 0.5, 0.3, 0.7},
+                                           {0.99, 0.5, 0.98, 0.2},
+                                           {2.0, 0.5, 0.1, 0.9},
+                                           {3.0, 2.0, 0.5, 0.9}};
+    for (size_t s = 0; s < sizeof systems / sizeof systems[0]; ++s) {
+        for (size_t k = 0; k < sizeof share / sizeof share[0]; ++k) {
+            double far[SLIDES], y[SIZE] = {0.0}, yp[SIZE], F[SIZE];
+            mbsr_model *m = slides(systems + s, share[k], far);
+            mbsr_data *d = NULL;
+            assert_ok(mbsr_data_create(m, &d, NULL), NULL);
+            assert_int_equal(mbsr_dae_size(m, MBSR_DAE_MOMENTUM), SIZE);
+            assert_ok(mbsr_dae_consistent(m, d, MBSR_DAE_MOMENTUM, 0.0, y, yp, NULL, NULL),
+                      mbsr_data_error(d));
+            for (int i = 0; i < SLIDES; ++i)
+                assert_close(y[i], far[i] * share[k][i] / (1.0 + share[k][i]),
+                             1e-11 * fmax(1.0, far[i]));
+            assert_ok(mbsr_dae_residual(m, d, MBSR_DAE_MOMENTUM, 0.0, y, yp, F),
+                      mbsr_data_error(d));
+            assert_less(test_largest(SLIDES, F + 4 * SLIDES), 1e-11 * fmax(1.0, systems[s].length));
+            mbsr_data_destroy(d);
+            mbsr_model_destroy(m);
+        }
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(springs_share_the_way)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
