@@ -61,11 +61,36 @@ bool mbsri_ida_scale_multipliers(mbsr_ida *ida, const double *place)
             e[row + k] = 0.0;
             if (status) continue;
             scale_row(ida, along, w, place, &impulse, &shift);
-            atol[first + row + k] = impulse;
+            const bool stiff = mbsr_closure_stiffness(ida->model, c, k) > 0.0; /* a force */
+            atol[first + row + k] = stiff ? impulse / ida->time : impulse;
             if (k < held) atol[first + rows + held_row + k] = shift;
         }
     }
     return status == MBSR_OK;
+}
+
+void mbsri_ida_allow_rounding(mbsr_ida *ida)
+{
+    static const double rounding = 1e-15;
+    const int rows = mbsr_model_rows(ida->model), first = mbsri_ida_loops(ida);
+    const bool few = mbsr_model_nu(ida->model) + rows <= MOST_PRODUCTS;
+    double *atol = N_VGetArrayPointer(ida->atol), lever = 0.0;
+    for (int c = 0; c < mbsr_model_closures(ida->model); ++c) {
+        int row, own;
+        mbsr_closure_place(ida->model, c, &row, &own, NULL, NULL);
+        for (int k = 0; k < own; ++k) {
+            const double stiffness = mbsr_closure_stiffness(ida->model, c, k);
+            mbsr_coordinate_kind kind = MBSR_COORDINATE_TRANSLATION;
+            if (!(stiffness > 0.0)) continue;
+            if ((few || !(lever > 0.0)) &&
+                mbsr_closure_row_kind(ida->model, ida->data, row + k, &kind, &lever))
+                return;
+            const double size = !few                                  ? fmax(lever, 1.0)
+                                : kind == MBSR_COORDINATE_TRANSLATION ? lever
+                                                                      : 1.0;
+            atol[first + row + k] = fmax(atol[first + row + k], rounding * stiffness * size);
+        }
+    }
 }
 
 /* ---- springs that share a force ---- */

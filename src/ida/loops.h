@@ -13,6 +13,9 @@ int mbsri_ida_loops(const mbsr_ida *ida);
  * numbers of `moved`. */
 bool mbsri_ida_scale_multipliers(mbsr_ida *ida, const double *place);
 
+/* Raises tolerances of the forces of stiff rows to what rounding of their gaps makes. */
+void mbsri_ida_allow_rounding(mbsr_ida *ida);
+
 /* Newton's method for closures, at the start: where it fails twice within a few steps it gets a new matrix in
  * each iteration (ida/iteration.c), without the filter of errors. Where springs of stiff rows share a force among
  * rows that depend on each other it does so in every step: how they share it turns with the mechanism, and an

@@ -161,8 +161,10 @@ void mbsri_ida_scale_tolerances(mbsr_ida *ida)
     }
     double *place = N_VGetArrayPointer(ida->moved) + mbsr_model_nu(ida->model);
     find_places(ida, place);
-    if (mbsri_ida_scale_multipliers(ida, place)) return;
-    for (int k = mbsri_ida_loops(ida); k < ida->size; ++k) atol[k] = ida->opt.atol * largest;
+    const bool scaled = mbsri_ida_scale_multipliers(ida, place);
+    for (int k = mbsri_ida_loops(ida); k < ida->size && !scaled; ++k)
+        atol[k] = ida->opt.atol * largest;
+    mbsri_ida_allow_rounding(ida);
 }
 
 /* What the tolerances of one vector y are made of. */
