@@ -9,6 +9,8 @@
 
 void dgesv_(const int *n, const int *nrhs, double *a, const int *lda, int *ipiv, double *b,
             const int *ldb, int *info);
+void dgetrs_(const char *trans, const int *n, const int *nrhs, const double *a, const int *lda,
+             const int *ipiv, double *b, const int *ldb, int *info, size_t trans_length);
 
 int test_newton_start(test_newton_state *s, const mbsr_model *model, mbsr_data *data, double t,
                       const double *q, const double *u, mbsr_consistent_info *info)
@@ -164,6 +166,28 @@ typedef struct dense {
     int *pivots;
 } dense;
 
+/* Corrects the solution by its factors until nothing but rounding of its entries is left: rows and columns of very
+ * different sizes, as a large c makes them, cost the plain one digits. */
+static void refine(const test_newton_state *s, double c, const double *r, dense *e)
+{
+    enum { ROUNDS = 4 };
+    const int n = e->n, one = 1;
+    double *left = calloc((size_t)n + 1, sizeof *left);
+    int info;
+    for (int round = 0; round < ROUNDS && e->regular; ++round) {
+        for (int j = 0; j < n; ++j) {
+            long double sum = r[j];
+            for (int k = 0; k < n; ++k)
+                sum -= ((long double)s->A[k * n + j] + (long double)c * s->B[k * n + j]) *
+                       e->expected[k];
+            left[j] = (double)sum;
+        }
+        dgetrs_("N", &n, &one, e->matrix, &n, e->pivots, left, &n, &info, 1);
+        for (int k = 0; k < n; ++k) e->expected[k] += left[k];
+    }
+    free(left);
+}
+
 static dense make_dense(const test_newton_state *s, double c, const double *r, const double *x)
 {
     const int n = s->n, columns = n + 1;
@@ -188,6 +212,7 @@ static dense make_dense(const test_newton_state *s, double c, const double *r, c
     }
     dgesv_(&n, &columns, e.matrix, &n, e.pivots, e.inverse, &n, &info);
     e.regular = info == 0;
+    refine(s, c, r, &e);
     return e;
 }
 
