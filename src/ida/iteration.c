@@ -85,21 +85,6 @@ static void note_failure(mbsri_stiff *s)
     s->failed_at = s->steps;
 }
 
-/* Where the plain iteration has needed a new matrix, or should have, and what it corrected then is stiff, a stiff direction has
- * turned: matrices that are not quite old enough to fail mislead it. Twice within some steps, and the next ones are
- * careful, and matrices live shortly afterwards (not with Krylov methods, which ask for new preconditioners for other reasons, too). */
-static void note_turn(mbsri_stiff *s, N_Vector ee)
-{
-    enum { SOON = 30 };
-    if ((s->stale == 0 && !s->misled) || s->iterates || !mbsri_stiff_moves(s, ee)) return;
-    if (s->turned_at >= 0 && s->steps - s->turned_at < SOON) {
-        ++s->info.stiff_iterations;
-        mbsri_stiff_try(s);
-        s->life = 1;
-    }
-    s->turned_at = s->steps;
-}
-
 /* IDA's, for the plain iteration. */
 static int watched_solve(N_Vector b, void *memory)
 {
@@ -233,18 +218,15 @@ static int solve_plainly(SUNNonlinearSolver solver, N_Vector predicted, N_Vector
                          double tolerance, bool set_up)
 {
     mbsri_stiff *s = solver->content;
+    const mbsri_matrix matrix = mbsri_stiff_choose(s, set_up);
     int status;
-    if (s->anew) {
+    if (matrix == MBSRI_MATRIX_BEGIN)
         status = mbsri_stiff_begin_anew(s, ee, w, tolerance);
-        if (status == SUN_NLS_CONV_RECVR) note_failure(s);
-    } else {
-        set_up = mbsri_stiff_outlived(s, set_up);
-        status = iterate_plainly(s, predicted, ee, w, tolerance, set_up);
-        mbsri_stiff_note_age(s);
-        if (status == SUN_NLS_CONV_RECVR) note_failure(s);
-        if (!status) status = mbsri_stiff_measure(s, ee, w, tolerance);
-        if (!status) note_turn(s, ee);
-    }
+    else
+        status = iterate_plainly(s, predicted, ee, w, tolerance, matrix == MBSRI_MATRIX_NEW);
+    if (status == SUN_NLS_CONV_RECVR) note_failure(s);
+    if (matrix != MBSRI_MATRIX_BEGIN)
+        status = mbsri_stiff_judge(s, matrix, status, ee, w, tolerance);
     if (!s->learned) learn(s);
     if (status) return status;
     if (!mbsri_stiff_wrong_matrix(s, predicted, ee)) return verify(s, ee, w, tolerance);
@@ -262,7 +244,6 @@ static int solve(SUNNonlinearSolver solver, N_Vector predicted, N_Vector ee, N_V
     begin(s, w, memory);
     if (s->off) return iterate_plainly(s, predicted, ee, w, tolerance, set_up);
     s->careful = mbsri_stiff_careful(s);
-    s->anew = !s->careful && mbsri_stiff_is_due(s, set_up);
     if (s->careful != before) prepare(s, s->careful);
     const int status = s->careful ? iterate_and_count(s, ee, w, tolerance / s->stricter, tolerance)
                                   : solve_plainly(solver, predicted, ee, w, tolerance, set_up);
@@ -289,16 +270,17 @@ static int initialize(SUNNonlinearSolver solver)
     s->pause = 0;
     s->enough = MBSRI_STIFF_ALARM;
     s->failed_at = s->rejected_at = s->turned_at = -1;
-    s->anew = s->learned = s->untested = false;
-    s->age = s->rated = 0;
+    s->learned = s->untested = false;
+    s->rated = 0;
     s->due = 2.0;
     s->norms = -1;
     s->suspect = false;
     s->id = NULL;
     s->vibrations = 0;
+    s->vibrated_at = 0;
     s->patience = 1;
+    s->age = 0;
     s->life = s->made_at = s->measured_at = 0;
-    s->misled = s->measures = false;
     return SUNNonlinSolInitialize(s->plain);
 }
 

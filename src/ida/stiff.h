@@ -32,8 +32,7 @@ typedef struct mbsri_stiff {
         quotients; /* matrices are made by difference quotients, so that each costs many residuals */
     double wrong; /* share of a correction that an old one may leave, see renewal.c; 0: any, else */
     double due;   /* reached at so many steps */
-    int age;      /* steps since a new one */
-    bool anew;    /* the last step began with one */
+    int age;      /* attempts with the matrix at hand */
     double quadratic;   /* a of steps that do, */
     int rated;          /* known for so many more of them */
     bool iterates;      /* the linear solver has no matrix, but a preconditioner */
@@ -51,8 +50,6 @@ typedef struct mbsri_stiff {
     long tested_at;
     long life; /* steps after which an ordinary one gets a new matrix; 0: when IDA wants one */
     long made_at, measured_at; /* steps of the last one, of the last look at what one had left */
-    bool misled;               /* that was much */
-    bool measures;             /* this one ends with such a look */
     long turned_at; /* step of the last new matrix that a stiff direction needed; -1: none */
     long failed_at; /* step of the last failure of the plain iteration */
     long iterations, failures; /* of the last attempt */
@@ -70,8 +67,9 @@ typedef struct mbsri_stiff {
     N_Vector id;      /* IDA's, since the first error test: what counts in it */
     int norms;        /* of the present error test so far; -1: no error test */
     bool filters;     /* it is filtered */
-    int vibrations; /* tests of low order failed by one, since careful steps were begun for them */
-    int patience;   /* spans between these */
+    int vibrations; /* tests of low order failed by one, since careful steps were begun for them, */
+    long vibrated_at; /* the last in this step */
+    int patience;     /* spans between these */
 
     bool suspect; /* the last step may fail its error test: */
     N_Vector error;
@@ -106,15 +104,6 @@ void mbsri_stiff_try(mbsri_stiff *s);
 /* IDA's linear solver, looked at: b is a residual, then a correction. */
 int mbsri_stiff_solve(mbsri_stiff *s, N_Vector b);
 
-/* Whether the next step, in which IDA asks for a new matrix or not, begins with one. */
-bool mbsri_stiff_is_due(mbsri_stiff *s, bool set_up);
-
-/* After a step with the old one: whether it has been too old. */
-void mbsri_stiff_note_age(mbsri_stiff *s);
-
-/* Newton's method with a new matrix, a status of SUNDIALS. */
-int mbsri_stiff_begin_anew(mbsri_stiff *s, N_Vector ee, N_Vector w, double tolerance);
-
 /* r / c of the momenta in the residual s->change, as their part of the norm. */
 double mbsri_stiff_left(const mbsri_stiff *s);
 
@@ -122,10 +111,25 @@ double mbsri_stiff_left(const mbsri_stiff *s);
  * that: then nothing stiff is strained, and the one at hand will do. */
 int mbsri_stiff_improve(mbsri_stiff *s, N_Vector ee, double within);
 
-/* Before a plain iteration: whether its matrix has to be new, which IDA may want, too (`set_up`). After one that has
- * found ee: improves it by a new matrix where the old one is old, and learns how long matrices live. */
-bool mbsri_stiff_outlived(mbsri_stiff *s, bool set_up);
-int mbsri_stiff_measure(mbsri_stiff *s, N_Vector ee, N_Vector w, double tolerance);
+/* The matrix of an ordinary step: the one at hand; it, but improved on by a new one at the end of the step; a new one;
+ * a new one that is compared with it first. The last is for mbsri_stiff_begin_anew, the others for plain iterations. */
+typedef enum mbsri_matrix {
+    MBSRI_MATRIX_OLD,
+    MBSRI_MATRIX_LAST,
+    MBSRI_MATRIX_NEW,
+    MBSRI_MATRIX_BEGIN
+} mbsri_matrix;
+
+/* The choice, where IDA asks for a new one or not. */
+mbsri_matrix mbsri_stiff_choose(mbsri_stiff *s, bool set_up);
+
+/* After a plain iteration, which has returned `status`: improves ee if it was the last with that matrix, and learns
+ * how long matrices live. The status. */
+int mbsri_stiff_judge(mbsri_stiff *s, mbsri_matrix matrix, int status, N_Vector ee, N_Vector w,
+                      double tolerance);
+
+/* Newton's method with a new matrix, a status of SUNDIALS. */
+int mbsri_stiff_begin_anew(mbsri_stiff *s, N_Vector ee, N_Vector w, double tolerance);
 
 /* What v, a vector made from y, knows. */
 mbsri_stiff *mbsri_stiff_behind(N_Vector v);
