@@ -113,35 +113,21 @@ void mbsri_stiff_try(mbsri_stiff *s)
 }
 
 /* Where careful steps are dear (with dense matrices; Krylov methods are left alone), a stiff direction that
- * vibrates gets them only after two failed tests of order 1 or 2, and for twice as long each time, after pauses
- * that double, too: either they lead out of there, or they are a small part of a run that has to resolve it. */
+ * vibrates gets them only after two failed tests of order 1 or 2 shortly after each other, and for twice as long each
+ * time, after pauses that double, too: either they lead out of there, or they are a small part of a run that has to resolve it. */
 static void insist(mbsri_stiff *s)
 {
     enum { FAILED = 2, LONGEST = 32 };
-    if (s->iterates || s->order > 2 || ++s->vibrations < FAILED) return;
+    if (s->iterates || s->order > 2) return;
+    if (s->steps > s->vibrated_at + LONG) s->vibrations = 0;
+    s->vibrated_at = s->steps;
+    if (++s->vibrations < FAILED) return;
     if (s->steps < s->careful_until + s->patience * s->span) return;
     s->span = s->span > 0 ? 2 * s->span : FIRST;
     if (s->span > LONG) s->span = LONG;
     s->careful_until = s->steps + s->span;
     s->vibrations = 0;
     if (s->patience < LONGEST) s->patience *= 2;
-}
-
-/* Whether the order stays low: a step of order 1 or 2 adds 1 if its error is large and 3 if the test
- * fails; 30 steps take the sum down to 1/e. Where careful steps are dear and nothing stiff has been found
- * by them, twice as much has to come together for the next. */
-static void raise_alarm(mbsri_stiff *s, bool failed)
-{
-    static const double fade = 30.0;
-    if (s->low_order || (s->steps == s->alarmed_at && !failed)) return;
-    if (s->steps < s->alarmed_at) s->alarm = 0.0; /* IDA has started anew */
-    s->alarm *= exp((double)(s->alarmed_at - s->steps) / fade);
-    s->alarm += failed ? 3.0 : 1.0;
-    s->alarmed_at = s->steps;
-    if (s->alarm < s->enough) return;
-    s->alarm = 0.0;
-    if (s->dear) s->enough *= 2.0;
-    mbsri_stiff_try(s);
 }
 
 /* ---- the filter ---- */
@@ -219,6 +205,24 @@ static bool stiff_alone(mbsri_stiff *s, N_Vector x, double filtered, double plai
     return true;
 }
 
+/* Whether something stiff keeps the order low: a step of order 1 or 2 adds 1 if its error is large and 3 if the
+ * test fails, unless the filter leaves most of the error: order is low at first, too, and where light damping lets
+ * things vibrate. 30 steps take the sum down to 1/e. Where careful steps are dear and nothing stiff has been
+ * found by them, twice as much has to come together for the next. */
+static void raise_alarm(mbsri_stiff *s, double by, double filtered)
+{
+    static const double fade = 30.0, most = 0.6;
+    if (!(filtered < most * s->suspect_norm)) return;
+    if (s->steps < s->alarmed_at) s->alarm = 0.0; /* IDA has started anew */
+    s->alarm *= exp((double)(s->alarmed_at - s->steps) / fade);
+    s->alarm += by;
+    s->alarmed_at = s->steps;
+    if (s->alarm < s->enough) return;
+    s->alarm = 0.0;
+    if (s->dear) s->enough *= 2.0;
+    mbsri_stiff_try(s);
+}
+
 /* Ordinary steps are tested by IDA alone. Whether a test fails the norm does not tell, but the next
  * attempt does: what may have failed is kept until then. */
 static void keep_error(mbsri_stiff *s, N_Vector x, double plain)
@@ -227,8 +231,9 @@ static void keep_error(mbsri_stiff *s, N_Vector x, double plain)
     if (!s->suspect) return;
     N_VScale(1.0, x, s->error);
     s->suspect_norm = plain;
-    if (s->order < 3) raise_alarm(s, false);
     IDAGetNumErrTestFails(s->memory, &s->tests_failed);
+    if (s->order > 2 || s->low_order || s->steps == s->alarmed_at) return;
+    raise_alarm(s, 1.0, filtered_norm(s, x));
 }
 
 void mbsri_stiff_look_back(mbsri_stiff *s)
@@ -239,7 +244,8 @@ void mbsri_stiff_look_back(mbsri_stiff *s)
     IDAGetNumErrTestFails(s->memory, &failed);
     if (failed <= s->tests_failed) return;
     const double filtered = filtered_norm(s, s->error);
-    if (!stiff_alone(s, s->error, filtered, s->suspect_norm) && s->order < 3) raise_alarm(s, true);
+    if (stiff_alone(s, s->error, filtered, s->suspect_norm)) return;
+    if (s->order < 3 && !s->low_order) raise_alarm(s, 3.0, filtered);
 }
 
 /* The offset turns with the stiff direction, and the more of it is left the longer the step: it may be no
