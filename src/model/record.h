@@ -72,7 +72,8 @@ typedef struct mbsri_body {
     bool coupled;      /* the sweeps do not take its group apart (assembly/survey.h) */
     bool whole;        /* the sweeps leave it to the steps of recursion/ (assembly/survey.h) */
     bool open;         /* a loop is open past its joint: it closes nearer to the root */
-    bool light;        /* likewise, and loops hold it and all behind it, without inertia */
+    bool empty;        /* with closures: neither it nor anything behind it has inertia */
+    bool light;        /* open, empty, and loops hold it and all behind it */
     bool closes;       /* a loop closes on it */
     bool by_blocks;    /* one of these in Newton systems that not vector code serves */
     bool users;        /* a user's joint that the sweeps take as their own (sweeps/users_joint.h) */

@@ -590,20 +590,27 @@ static bool is_heavy(const mbsri_body *b)
     return any;
 }
 
-/* Which bodies on loops are light: neither they nor those behind them have inertia, and the rows of the loops
- * past them are enough to hold all their rates. False: no memory. */
+static void mark_empty(mbsr_model *m)
+{
+    for (int i = 0; i <= m->bodies; ++i) m->body[i].empty = i > 0 && !is_heavy(m->body + i);
+    for (int i = m->bodies; i >= 1; --i) {
+        if (!m->body[i].empty) m->body[m->body[i].parent].empty = false;
+    }
+}
+
+/* Which bodies on loops are light: empty, and the rows of the loops past them are enough to hold all their rates.
+ * False: no memory. */
 static bool mark_light(mbsr_model *m)
 {
     const mbsri_closure *c = m->closures.data;
     int *excess = mbsri_allocate(&m->allocator, ((size_t)m->bodies + 1) * sizeof *excess);
     if (!excess) return false;
     for (int i = 0; i <= m->bodies; ++i) {
-        m->body[i].light = m->body[i].open;
+        m->body[i].light = m->body[i].open && m->body[i].empty;
         excess[i] = m->body[i].n;
     }
     for (int i = m->bodies; i >= 1; --i) {
         mbsri_body *b = m->body + i;
-        b->light = b->light && !is_heavy(b);
         if (!b->light) m->body[b->parent].light = false;
         excess[b->parent] += excess[i];
     }
@@ -653,6 +660,14 @@ static bool carries_loops(const mbsr_model *m)
     return tree->blocks == 0 && !tree->whole && !tree->modal && m->root.space == MBSR_SPACE_FIXED;
 }
 
+/* Whether some body is whole for another reason than that nothing there has inertia. */
+static bool any_left_whole(const mbsr_model *m)
+{
+    bool any = false;
+    for (int i = 1; i <= m->bodies; ++i) any = any || (m->body[i].whole && !m->body[i].empty);
+    return any;
+}
+
 bool mbsri_sweeps_build_others(mbsr_model *m)
 {
     selection s = {0};
@@ -663,6 +678,7 @@ bool mbsri_sweeps_build_others(mbsr_model *m)
     }
     selection eliminated = {.whole = s.whole, .open = m->rows > 0, .light = true};
     if (m->rows > 0) {
+        mark_empty(m);
         if (!mark_light(m)) return false;
         /* beside blocks, bodies without inertia are eliminated by those (newton/sweeps/looped.h) */
         if (!choose_loops(m, eliminated)) {
@@ -673,6 +689,7 @@ bool mbsri_sweeps_build_others(mbsr_model *m)
     if ((s.whole || m->rows > 0) && !build(m, m->bodies, eliminated, &m->whole)) return false;
     m->evaluated = m->whole;
     if (s.users == 0 && m->rows == 0) return true;
+    if (m->rows > 0) s.whole = any_left_whole(m); /* or D is zero for good: multi_axis.h */
     if (!build(m, m->bodies, s, &m->evaluated)) return false;
     return m->rows == 0 || !carries_loops(m) || mbsri_sweeps_plan_loops(m->evaluated, m);
 }

@@ -41,13 +41,14 @@ static void multi_momentum(const mbsri_sweep_run *run, int i, mbsri_flow *f)
     }
 }
 
-/* D u - ep + U^T X V_pi; V = X V_pi */
+/* D u - ep + U^T X V_pi, or -e; V = X V_pi */
 static void multi_balance(const mbsri_sweep_run *run, int i, const double V[8])
 {
     const mbsri_sweep_body *b = run->tree->body + i;
     const mbsri_sweep_multi *multi = run->multi + b->multi;
     for (int k = 0; k < b->n; ++k) {
         double r = product(multi->U[k], V) - multi->x[k];
+        if (run->rank[i] == 0) r = -multi->e[k];
         for (int l = 0; l < b->n; ++l) r += multi->D[k][l] * run->u[b->u + l];
         run->balance[b->u + k] = r;
     }

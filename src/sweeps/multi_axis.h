@@ -278,6 +278,26 @@ static void multi_condense(const mbsri_sweep_run *run, int i, mbsri_carry *c)
     solve(b->n, multi->factor, multi->x);
 }
 
+/* A joint behind which nothing has inertia, nor has it: u' = 0 as far as joints go, and the forces pass. False:
+ * something has. */
+static bool pass_empty(const mbsri_sweep_run *run, int i, const mbsri_carry *c)
+{
+    const mbsri_sweep_body *b = run->tree->body + i;
+    mbsri_sweep_multi *multi = run->multi + b->multi;
+    for (int k = 0; k < 8; ++k) {
+        if (c->I[k] != 0.0 || c->M[k] != 0.0) return false;
+    }
+    for (int k = 0; k < b->n; ++k) {
+        if (run->model->armature[b->u + k] != 0.0) return false;
+    }
+    memcpy(multi->e, multi->x, sizeof multi->e);
+    memset(multi->x, 0, sizeof multi->x);
+    memset(multi->factor, 0, sizeof multi->factor);
+    memset(multi->G, 0, sizeof multi->G);
+    run->rank[i] = 0;
+    return true;
+}
+
 /* A body on the root hands nothing on. */
 static bool multi_backward(const mbsri_sweep_run *run, int i, mbsri_carry *c, mbsri_carry *W)
 {
@@ -287,7 +307,7 @@ static bool multi_backward(const mbsri_sweep_run *run, int i, mbsri_carry *c, mb
     double trace = 0.0;
     apply(c, multi->drive, multi->driven);
     const double least = open_block(run, i, c), area = run->tree->length * run->tree->length;
-    if (b->n > 0 && !(least > 0.0)) return false;
+    if (b->n > 0 && !(least > 0.0)) return pass_empty(run, i, c);
     if (!(W ? multi_judge(run, i, c, W, Q) : multi_certify(run, i, c, least, &trace))) return false;
     run->rank[i] = b->n;
     if (b->parent == 0) return true;

@@ -120,6 +120,36 @@ MBSRI_OUTLINE bool carry_axis(mbsri_loop_run *w, int i)
     return is_held(count, 1, X) && carry_motion(w, b->u, s->e, count, 1, X);
 }
 
+/* Past one of several without inertia: its rates are unknowns more, the others pass as they are. */
+MBSRI_OUTLINE bool carry_empty(mbsri_loop_run *w, int i)
+{
+    const mbsri_sweep_run *run = w->run;
+    const mbsri_sweep_body *b = run->tree->body + i;
+    const mbsri_sweep_state *s = run->state + i;
+    const mbsri_sweep_multi *multi = run->multi + b->multi;
+    mbsri_open open = mbsri_open_at(w->part + w->parts - 1);
+    const int count = open.count, n = b->n;
+    const v4 rho = load(s->rho), c_w = load(s->A_w), c_v = load(s->A_v);
+    (void)mbsri_open_loops_keep(w, i, 0);
+    w->last->nulls = n;
+    double *X = w->store, *sizes = w->top; /* neither is kept */
+    for (int j = 0; j < n; ++j)
+        project(&open, load(multi->S[j]), load(multi->S[j] + 4), n, X + j, sizes + j);
+    if (w->loops->joints) mbsri_open_loops_read_joint(w, i, &open, X, sizes);
+    clear_rounding(n * count, sizes, X);
+    for (int k = 0; k < count; ++k) {
+        const double *Q = open.Q + 8 * k, *lengths = open.lengths + 8 * k;
+        const v4 Q_L = load3(Q), Q_p = load3(Q + 4);
+        w->s[open.id[k]] -= sum3(Q_L * c_w + Q_p * c_v);
+        move_unknown(&open, k, rho, Q_L, Q_p, load3(lengths), load3(lengths + 4));
+    }
+    for (int j = 0; j < n; ++j) {
+        if (!is_held(count, n, X + j)) return false;
+        if (!carry_motion(w, b->u + j, multi->e[j], count, n, X + j)) return false;
+    }
+    return true;
+}
+
 /* Past one of several. */
 MBSRI_OUTLINE bool carry_axes(mbsri_loop_run *w, int i)
 {
@@ -181,7 +211,11 @@ MBSRI_INLINE bool carry_on(mbsri_loop_run *w, int i)
     const mbsri_sweep_body *b = w->run->tree->body + i;
     if (w->parts == 0 || w->part[w->parts - 1].body != i) return w->run->rank[i] == b->n;
     if (!(b->flags & MBSRI_FRONT)) return false;
-    if (!(b->flags & MBSRI_MULTI ? carry_axes(w, i) : carry_axis(w, i))) return false;
+    const bool empty = b->n > 0 && w->run->rank[i] == 0;
+    const bool carried = !(b->flags & MBSRI_MULTI) ? carry_axis(w, i)
+                         : empty                   ? carry_empty(w, i)
+                                                   : carry_axes(w, i);
+    if (!carried) return false;
     w->part[w->parts - 1].body = b->parent;
     return true;
 }
@@ -264,12 +298,27 @@ static bool loops_backward(mbsri_loop_run *w)
 
 /* ---- root to leaves ---- */
 
+/* The rates of a joint of several axes without inertia. */
+MBSRI_INLINE void push_empty(mbsri_loop_run *w, const mbsri_sweep_body *b)
+{
+    mbsri_sweep_multi *multi = w->run->multi + b->multi;
+    for (int j = 0; j < b->n; ++j) {
+        multi->x[j] = w->v[w->run->model->rows + b->u + j];
+        multi->factor[j][j] = 1.0;
+    }
+    w->last = w->last->before;
+}
+
 /* The unknowns push joint i: e, or without inertia its rate. */
 MBSRI_INLINE void push_joint(mbsri_loop_run *w, int i)
 {
     const mbsri_sweep_run *run = w->run;
     const mbsri_sweep_body *b = run->tree->body + i;
     const mbsri_open_record *kept = w->last;
+    if (b->flags & MBSRI_MULTI && kept->nulls > 0) {
+        push_empty(w, b);
+        return;
+    }
     const double *X = (const double *)(const void *)(kept + 1);
     const int count = kept->count, n = b->flags & MBSRI_MULTI ? b->n : 1;
     const int *id = (const int *)(const void *)(X + n * count);

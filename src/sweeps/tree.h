@@ -99,7 +99,7 @@ typedef struct mbsri_sweep_multi {
     double D[6][6];
     double factor[6][6]; /* of D */
     double x[6];         /* e, D^-1 e or ep */
-    double idle[6];
+    double e[6];         /* of a joint without inertia: e */
 } mbsri_sweep_multi;
 MBSRI_CHECK_LAYOUT(mbsri_sweep_multi);
 

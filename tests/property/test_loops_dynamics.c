@@ -122,6 +122,49 @@ static void long_chain(void **state)
     free(q);
 }
 
+/* Residuals of random mechanisms by the sweeps are those of the stages, with bodies without inertia on joints of
+ * several axes. */
+static void residual(void **state)
+{
+    (void)state;
+    enum { SIZE = 6 * LOOPS_MOST };
+    int served = 0, empty = 0;
+    for (uint64_t seed = 1; seed <= SEEDS; ++seed) {
+        test_rng rng;
+        loops s;
+        double y[SIZE], yp[SIZE], F[SIZE], stages[SIZE];
+        loops_make_case(&s, &rng, seed);
+        const int size = mbsr_dae_size(s.m, MBSR_DAE_MOMENTUM);
+        if (!loops_too_large(&s)) {
+            const mbsri_sweep_kernels *kernels[2], *own = s.m->evaluated->kernels;
+            loops_random_state(&s, &rng);
+            test_fill(&rng, size, y);
+            test_fill(&rng, size, yp);
+            memcpy(y, s.q, (size_t)s.nq * sizeof *y);
+            const test_hidden trees = test_hide_sweeps(s.m);
+            assert_ok(mbsr_dae_residual(s.m, s.d, MBSR_DAE_MOMENTUM, 0.3, y, yp, stages),
+                      mbsr_data_error(s.d));
+            test_show_sweeps(s.m, trees);
+            const double largest = 1.0 + test_largest(size, stages);
+            for (int k = test_kernels(kernels) - 1; k >= 0; --k) {
+                s.m->evaluated->kernels = kernels[k];
+                assert_ok(mbsr_dae_residual(s.m, s.d, MBSR_DAE_MOMENTUM, 0.3, y, yp, F),
+                          mbsr_data_error(s.d));
+                for (int j = 0; j < size; ++j) assert_close(F[j], stages[j], 1e-11 * largest);
+                const int status = mbsri_sweeps_momentum_residual(s.m, s.d, 0.3, y, yp, F);
+                served += status == MBSR_OK;
+                for (int i = 1; i <= s.m->bodies; ++i)
+                    empty += !status && s.m->body[i].n > 1 && s.d->rank[i] == 0 &&
+                             !s.m->evaluated->whole;
+            }
+            s.m->evaluated->kernels = own;
+        }
+        loops_free(&s);
+    }
+    assert_true(served > SEEDS / 2);
+    assert_true(empty > 10);
+}
+
 /* Residuals of models so large that the sweeps go through them in pieces are those of the stages. */
 static void large_residual(void **state)
 {
@@ -204,7 +247,8 @@ static void memory(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(forward), cmocka_unit_test(long_chain),
+    const struct CMUnitTest tests[] = {cmocka_unit_test(forward), cmocka_unit_test(residual),
+                                       cmocka_unit_test(long_chain),
                                        cmocka_unit_test(large_residual), cmocka_unit_test(memory)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
