@@ -8,7 +8,7 @@
  *
  * `fourbars`: chains of rods in the plane with a four-bar on each (4 bodies and 2 rows a piece), with
  * couplers that have mass or none (`massless`), with stiff pins (`stiff`, 1e10 N/m); `ring`: one loop of rods; `linkages`: four-bars in space, whose
- * couplers hang on hinges or on universal joints. `by_blocks`: the same
+ * couplers hang on hinges or on universal joints; `gears`, `hands`, `differentials`: joints that are coupled (trees.h). `by_blocks`: the same
  * bodies without the pins, with Newton systems without vector code, as those of closed models are. `klu`:
  * the equations of motion of the closed ones in redundant coordinates (kkt.h) by SuiteSparse's KLU, which
  * has accelerations and forces for them and no derivatives of anything. A sample is the mean over as many
@@ -52,12 +52,38 @@ static const struct bench_case {
              {"linkages", "universal massless", 100, 0, 1, 1, 0},
              {"linkages", "ball", 10, 0, 0, 1, 0},
              {"linkages", "ball", 100, 0, 0, 1, 0},
-             {"linkages", "ball", 1000, 0, 0, 1, 0}};
+             {"linkages", "ball", 1000, 0, 0, 1, 0},
+             {"gears", "closed", 10, 0, 0, 1, 0},
+             {"gears", "closed", 100, 0, 0, 1, 0},
+             {"gears", "closed", 1000, 0, 0, 1, 0},
+             {"gears", "open", 100, 0, 0, 0, 0},
+             {"hands", "closed", 10, 0, 0, 1, 0},
+             {"hands", "closed", 100, 0, 0, 1, 0},
+             {"hands", "open", 100, 0, 0, 0, 0},
+             {"differentials", "closed", 100, 0, 0, 1, 0}};
 enum { CASES = sizeof cases / sizeof cases[0] };
 
 static int in_space(const struct bench_case *of)
 {
     return !strcmp(of->name, "linkages");
+}
+
+static bench_gearing gearing_of(const struct bench_case *of)
+{
+    return !strcmp(of->name, "gears")   ? BENCH_GEARS
+           : !strcmp(of->name, "hands") ? BENCH_HANDS
+                                        : BENCH_DIFFERENTIALS;
+}
+
+static int is_gearing(const struct bench_case *of)
+{
+    return gearing_of(of) != BENCH_DIFFERENTIALS || !strcmp(of->name, "differentials");
+}
+
+/* Rods in the plane, closed by pins: what kkt.h and other libraries take. */
+static int has_pins(const struct bench_case *of)
+{
+    return !in_space(of) && !is_gearing(of);
 }
 
 static bench_coupler coupler_of(const struct bench_case *of)
@@ -94,7 +120,9 @@ static void open_candidate(candidate *c, const struct bench_case *of)
 {
     mbsr_newton_opt opt = mbsr_default_newton_opt();
     opt.by_blocks = of->by_blocks;
-    if (of->ring)
+    if (is_gearing(of))
+        bench_make_gearing(&c->tree, gearing_of(of), of->count, of->closed);
+    else if (of->ring)
         bench_make_ring(&c->tree, of->count, of->closed != BENCH_OPEN);
     else if (in_space(of))
         bench_make_linkages(&c->tree, of->count, coupler_of(of), of->massless,
@@ -209,7 +237,7 @@ static int call_kkt(bench_kkt *kkt, int which)
 
 static void measure_kkt(candidate *c, const struct bench_case *of, int samples, double *sample)
 {
-    if (of->closed != BENCH_RIGID || of->massless || in_space(of)) return;
+    if (of->closed != BENCH_RIGID || of->massless || !has_pins(of)) return;
     bench_kkt *kkt = open_kkt(c, of);
     if (!kkt) {
         printf("# %s %d: no KLU\n", of->name, of->count);
@@ -311,7 +339,7 @@ static void write_case(const struct bench_case *of, const char *folder)
 static int write_all(const char *folder)
 {
     for (int k = 0; k < CASES; ++k) {
-        if (cases[k].closed == BENCH_RIGID && !cases[k].massless && !in_space(cases + k) &&
+        if (cases[k].closed == BENCH_RIGID && !cases[k].massless && has_pins(cases + k) &&
             cases[k].count <= 100)
             write_case(cases + k, folder);
     }

@@ -331,6 +331,87 @@ void bench_make_linkages(bench_model *tree, int count, bench_coupler on, int mas
     }
 }
 
+/* sum of a_k q of these bodies is zero; loop: as that of a pin. */
+static void add_coupling(mbsr_model *model, int terms, const int *body, const double *a,
+                         bench_loop loop)
+{
+    const int first[3] = {0, 0, 0};
+    mbsr_closure_def gear = mbsr_closure_coupling(terms, body, first, a, 0.0);
+    if (loop == BENCH_OPEN) return;
+    if (loop == BENCH_STIFF) gear.stiffness[0] = 1e4, gear.damping[0] = 1.0;
+    if (mbsr_model_add_closure(model, &gear, NULL) != MBSR_OK)
+        fail(mbsr_model_error(model)->text, "gear");
+}
+
+static int add_hinge(mbsr_model *model, int parent, double x, double y, const double axis[3],
+                     double mass, double length)
+{
+    const mbsr_frame at = mbsr_frame_at(x, y, 0.0);
+    return add_spatial(model, parent, mbsr_joint_revolute(&at, NULL, axis), mass, length);
+}
+
+static int add_hand(mbsr_model *model, int last, int k, bench_loop loop)
+{
+    static const double y[3] = {0.0, 1.0, 0.0}, z[3] = {0.0, 0.0, 1.0}, follows[2] = {-0.8, 1.0};
+    const int palm = add_hinge(model, last, k > 0 ? 0.1 : 0.0, 0.0, k % 2 ? y : z, 0.5, 0.1);
+    for (int finger = 0; finger < 5; ++finger) {
+        int at = palm, first = 0;
+        for (int joint = 0; joint < 3; ++joint) {
+            at = add_hinge(model, at, joint ? 0.04 : 0.1, joint ? 0.0 : 0.02 * (finger - 2),
+                           finger ? y : z, 0.04, 0.04);
+            if (joint == 0)
+                first = at;
+            else
+                add_coupling(model, 2, (int[2]){first, at}, follows, loop);
+        }
+    }
+    return palm;
+}
+
+static int add_differential(mbsr_model *model, int last, int k, bench_loop loop)
+{
+    static const double y[3] = {0.0, 1.0, 0.0}, z[3] = {0.0, 0.0, 1.0}, half[3] = {-2.0, 1.0, 1.0};
+    const int rod = add_hinge(model, last, k > 0 ? 0.5 : 0.0, 0.0, k % 2 ? y : z, 1.5, 0.5);
+    int wheel[3];
+    for (int j = 0; j < 3; ++j) wheel[j] = add_hinge(model, rod, 0.1 * j, 0.05, y, 0.3, 0.1);
+    add_coupling(model, 3, wheel, half, loop);
+    return rod;
+}
+
+static int add_gear(mbsr_model *model, int last, int k, bench_gearing kind, bench_loop loop)
+{
+    static const double y[3] = {0.0, 1.0, 0.0}, z[3] = {0.0, 0.0, 1.0}, against[2] = {1.0, 1.0};
+    const int at = kind == BENCH_TRAIN
+                       ? add_hinge(model, MBSR_GROUND, 0.1 * k, 0.0, z, 0.5, 0.05)
+                       : add_hinge(model, last, k > 0 ? 0.5 : 0.0, 0.0, k % 2 ? y : z, 1.5, 0.5);
+    if (k > 0) add_coupling(model, 2, (int[2]){last, at}, against, loop);
+    return at;
+}
+
+void bench_make_gearing(bench_model *tree, bench_gearing kind, int count, bench_loop loop)
+{
+    int last = MBSR_GROUND;
+    begin_plane(tree);
+    for (int k = 0; k < count; ++k)
+        last = kind == BENCH_HANDS           ? add_hand(tree->model, last, k, loop)
+               : kind == BENCH_DIFFERENTIALS ? add_differential(tree->model, last, k, loop)
+                                             : add_gear(tree->model, last, k, kind, loop);
+    finish_plane(tree);
+    for (int k = 0; k < tree->nq; ++k) {
+        const int joint = kind == BENCH_HANDS ? k % 16 : k % 4;
+        double q = 0.2 * sin(2.0 * k), u = 0.1 * cos(k);
+        if (kind == BENCH_GEARS || kind == BENCH_TRAIN)
+            q = k % 2 ? 0.3 : -0.3, u = k % 2 ? 0.5 : -0.5;
+        if (kind == BENCH_HANDS && joint > 0)
+            q = joint % 3 == 1 ? 0.5 : 0.4, u = joint % 3 == 1 ? 1.0 : 0.8;
+        if (kind == BENCH_DIFFERENTIALS && joint == 1) q = 0.2, u = 0.5;
+        if (kind == BENCH_DIFFERENTIALS && joint > 1)
+            q = joint == 2 ? 0.5 : -0.1, u = joint == 2 ? 0.9 : 0.1;
+        tree->q[k] = q;
+        tree->u[k] = u;
+    }
+}
+
 void bench_free_tree(bench_model *tree)
 {
     free(tree->q);

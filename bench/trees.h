@@ -46,6 +46,18 @@ void bench_make_one_loop(bench_model *tree, int rods, int at_root, int closed);
  * ground. */
 void bench_make_ring(bench_model *tree, int links, int closed);
 
+/* Couplings of joint coordinates: `gears`, a chain of rods, each turning against the one before; `hands`, a chain
+ * of them, whose five fingers have three joints each, two of which follow the first; `differentials`, a chain of
+ * rods with a cage and two wheels on each; `train`, wheels on the ground that turn each other. Springs of
+ * 1e4 N m where BENCH_STIFF. */
+typedef enum bench_gearing {
+    BENCH_GEARS,
+    BENCH_HANDS,
+    BENCH_DIFFERENTIALS,
+    BENCH_TRAIN
+} bench_gearing;
+void bench_make_gearing(bench_model *tree, bench_gearing kind, int count, bench_loop loop);
+
 void bench_free_tree(bench_model *tree);
 
 #endif

@@ -79,6 +79,11 @@ typedef struct mbsr_closure_tangent {
 #define MBSR_CLOSURE_BALANCED 16u
 #define MBSR_CLOSURE_OWN 32u
 
+/* With MBSR_CLOSURE_JOINTS: of its bodies it reads q and u alone (poses and velocities need not be there), and the
+ * columns of V are zero. Newton systems take such closures in vector code; their forces balance, and OWN
+ * speaks of coordinates, of stiff rows too. */
+#define MBSR_CLOSURE_COORDINATES 64u
+
 /* Functions return 0, or a status that ends the evaluation and reaches the caller unchanged (> 0
  * recoverable, < 0 fatal). They may be called by several threads at once. Outputs arrive as zero. */
 typedef struct mbsr_closure_table {

@@ -6,15 +6,11 @@
 #include "base/memory.h"
 #include "closures/springs.h"
 #include "model/query.h"
+#include "recursion/closures.h"
 
 #include <limits.h>
 
 #define REFUSE(status, ...) mbsri_fail(&m->error, status, MBSR_NONE, MBSR_NONE, __VA_ARGS__)
-
-static bool reads_joints(const mbsri_closure *c)
-{
-    return (c->def.table->flags & MBSR_CLOSURE_JOINTS) != 0;
-}
 
 static int find_bodies(mbsr_model *m, int N, mbsri_closure *c, const char *label)
 {
@@ -31,7 +27,7 @@ static int find_bodies(mbsr_model *m, int N, mbsri_closure *c, const char *label
     c->columns = 0;
     for (int k = 0; k < c->bodies; ++k) {
         const mbsri_body *b = m->body + c->body[k];
-        const int columns = b->d + (reads_joints(c) ? b->n : 0);
+        const int columns = b->d + (mbsri_reads_joints(c) ? b->n : 0);
         c->column[k] = columns > 0 ? c->columns : -1;
         c->columns += columns;
     }
@@ -55,7 +51,7 @@ static int check_kinds(mbsr_model *m, const mbsri_closure *c, const char *label)
                           "be differenced: the table needs jacobian and bias",
                           label, table->name, b->id);
         const bool plain = (table->flags & MBSR_CLOSURE_PLAIN) ||
-                           (reads_joints(c) && (!table->jacobian || !table->bias));
+                           (mbsri_reads_joints(c) && (!table->jacobian || !table->bias));
         if (plain && c->body[k] > 0 && b->joint.table->coordinate_rates)
             return REFUSE(MBSR_ERR_SPACE,
                           "%s (%s): the coordinates of joint '%s' of body %d have "
@@ -98,6 +94,7 @@ static bool balances(const mbsri_closure *c)
     const unsigned flags = c->def.table->flags;
     bool fixed = c->def.motion != NULL;
     for (int k = 0; k < c->rows; ++k) fixed = fixed || c->def.stiffness[k] > 0.0;
+    if (mbsri_is_coupling(c)) return true;
     return (flags & MBSR_CLOSURE_BALANCED) && !((flags & MBSR_CLOSURE_ROOT) && fixed);
 }
 
@@ -117,10 +114,20 @@ static int common_predecessor(const mbsr_model *m, const mbsri_closure *c)
     return at;
 }
 
-/* Where the closure closes, and the bodies from its own to there. */
+/* Where its rows are complete: one that reads the joint of a body waits for that to be passed. */
+static int place_of_closing(const mbsr_model *m, const mbsri_closure *c)
+{
+    const int at = balances(c) ? common_predecessor(m, c) : 0;
+    for (int k = 0; k < c->def.bodies && at > 0 && mbsri_reads_joints(c); ++k) {
+        if (c->body[k] == at) return m->body[at].parent;
+    }
+    return at;
+}
+
+/* The bodies from those of the closure to where it closes. */
 static void mark_loop(mbsr_model *m, mbsri_closure *c)
 {
-    c->meets = balances(c) ? common_predecessor(m, c) : 0;
+    c->meets = place_of_closing(m, c);
     for (int k = 0; k < c->def.bodies; ++k) {
         for (int i = c->body[k]; i > c->meets; i = m->body[i].parent) m->body[i].open = true;
     }

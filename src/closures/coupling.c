@@ -85,7 +85,7 @@ mbsr_closure_def mbsr_closure_coupling(int terms, const int *body, const int *co
     static const mbsr_closure_table table = {
         .version = MBSR_CLOSURE_TABLE_VERSION,
         .flags =
-            MBSR_CLOSURE_JOINTS | MBSR_CLOSURE_PLAIN | MBSR_CLOSURE_BALANCED | MBSR_CLOSURE_OWN,
+            MBSR_CLOSURE_JOINTS | MBSR_CLOSURE_COORDINATES | MBSR_CLOSURE_PLAIN | MBSR_CLOSURE_OWN,
         .name = "coupling",
         .position = position,
         .jacobian = jacobian,

@@ -201,7 +201,7 @@ static int tangent(const mbsr_closure_args *args, const double *lambda,
 
 static const mbsr_closure_table polynomial = {
     .version = MBSR_CLOSURE_TABLE_VERSION,
-    .flags = MBSR_CLOSURE_JOINTS | MBSR_CLOSURE_PLAIN,
+    .flags = MBSR_CLOSURE_JOINTS | MBSR_CLOSURE_COORDINATES | MBSR_CLOSURE_PLAIN | MBSR_CLOSURE_OWN,
     .name = "polynomial",
     .position = position,
     .jacobian = jacobian,

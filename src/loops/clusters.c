@@ -87,8 +87,6 @@ static void find_clusters(clusters *w)
         w->of_closure[id] = id;
         for (int l = 0; l < c->bodies; ++l) {
             for (int i = c->body[l]; i > c->meets; i = w->m->body[i].parent) join(w, i, id);
-            const bool joints = (c->def.table->flags & MBSR_CLOSURE_JOINTS) != 0;
-            if (joints && c->body[l] > 0 && c->body[l] == c->meets) join(w, c->meets, id);
         }
     }
     for (int id = 0; id < closures; ++id) w->first_closure[id] = w->first_body[id] = -1;

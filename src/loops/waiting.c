@@ -29,23 +29,13 @@ void *mbsri_system_allocate(mbsri_system *w, size_t size)
     return memory;
 }
 
-/* Where the rows of a closure are eliminated: a row that reads joints waits for all of them. */
-static int place_of_closing(const mbsr_model *m, const mbsri_closure *c)
-{
-    int at = c->meets;
-    for (int l = 0; l < c->bodies && (c->def.table->flags & MBSR_CLOSURE_JOINTS); ++l) {
-        if (c->body[l] == c->meets && at > 0) at = m->body[c->meets].parent;
-    }
-    return at;
-}
-
 static void list_ends(mbsri_system *w)
 {
     const mbsr_model *m = w->m;
     const mbsri_closure *c = m->closures.data;
     for (int i = 0; i <= m->bodies; ++i) w->first_end[i] = -1;
     for (int id = 0; id < (int)m->closures.count; ++id, ++c) {
-        for (int k = 0; k < c->rows; ++k) w->closes[c->row + k] = place_of_closing(m, c);
+        for (int k = 0; k < c->rows; ++k) w->closes[c->row + k] = c->meets;
         for (int l = 0; l < c->bodies; ++l) {
             const int end = id * MBSRI_ENDS + l, i = c->body[l];
             if (i == 0 || c->column[l] < 0) continue;

@@ -135,8 +135,8 @@ typedef struct mbsri_closure {
     int rows, held;    /* velocity rows; the first of them position rows */
     int row, held_row; /* where they begin among those of all closures */
     int bodies, body[MBSR_CLOSURE_BODIES + 1];
-    int meets; /* the body where it closes: the nearest common predecessor of its bodies, where its
-                  forces balance, else the root */
+    int meets; /* the body where it closes: the nearest common predecessor of its bodies, before those whose
+                  joints it reads, where its forces balance, else the root */
     int columns, column[MBSR_CLOSURE_BODIES + 1]; /* of V, then u of each body; -1: none */
     size_t at;                                    /* offset of its rows x columns numbers */
 } mbsri_closure;

@@ -103,6 +103,7 @@ int mbsri_closure_rate_of(const mbsr_model *m, mbsr_data *d, const mbsri_closure
                           const mbsri_closure_view *view, const double *C, double *rate)
 {
     const mbsr_closure_table *table = c->def.table;
+    const bool bodies = !mbsri_is_coupling(c); /* V need not be there */
     mbsri_zero((size_t)c->rows, rate);
     const int status = table->drift ? mbsri_closure_table_drift(c, &view->args, rate)
                                     : mbsri_closure_drift(m, c, view, d->closure_x, rate);
@@ -111,8 +112,8 @@ int mbsri_closure_rate_of(const mbsr_model *m, mbsr_data *d, const mbsri_closure
         const mbsr_force_body *body = view->body + k;
         if (c->column[k] < 0) continue;
         const double *block = C + (size_t)c->column[k] * (size_t)c->rows;
-        mbsri_ax(c->rows, body->d, 1.0, block, body->V, rate);
-        if (!(table->flags & MBSR_CLOSURE_JOINTS) || !body->u) continue;
+        if (bodies) mbsri_ax(c->rows, body->d, 1.0, block, body->V, rate);
+        if (!mbsri_reads_joints(c) || !body->u) continue;
         mbsri_ax(c->rows, body->n, 1.0, block + (size_t)body->d * (size_t)c->rows, body->u, rate);
     }
     return check_finite(m, d, c, (size_t)c->rows, rate, "a rate");
@@ -213,12 +214,12 @@ int mbsri_closure_bias(const mbsr_model *m, mbsr_data *d, double *bias)
 static void load_of(const mbsr_model *m, const mbsr_data *d, const mbsri_closure *c,
                     const double *lambda, double *f, double *tau)
 {
-    const bool joints = (c->def.table->flags & MBSR_CLOSURE_JOINTS) != 0;
+    const bool joints = mbsri_reads_joints(c), bodies = !mbsri_is_coupling(c);
     for (int k = 0; k < c->bodies; ++k) {
         const mbsri_body *b = m->body + c->body[k];
         if (c->column[k] < 0 || c->body[k] == 0) continue;
         const double *block = d->closure_C + c->at + (size_t)c->column[k] * (size_t)c->rows;
-        mbsri_atx(c->rows, b->d, 1.0, block, lambda + c->row, f + b->v);
+        if (bodies) mbsri_atx(c->rows, b->d, 1.0, block, lambda + c->row, f + b->v);
         if (joints)
             mbsri_atx(c->rows, b->n, 1.0, block + (size_t)b->d * (size_t)c->rows, lambda + c->row,
                       tau + b->iu);
@@ -276,7 +277,7 @@ void mbsri_closure_apply(const mbsr_model *m, mbsr_data *d, const double *x, dou
     }
     mbsri_zero((size_t)m->rows, y);
     for (const mbsri_closure *c = all(m), *end = c + m->closures.count; c < end; ++c) {
-        const bool joints = (c->def.table->flags & MBSR_CLOSURE_JOINTS) != 0;
+        const bool joints = mbsri_reads_joints(c);
         for (int k = 0; k < c->bodies; ++k) {
             const mbsri_body *b = m->body + c->body[k];
             if (c->column[k] < 0) continue;

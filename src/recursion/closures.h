@@ -54,6 +54,18 @@ static inline bool mbsri_is_stiff(const mbsri_closure *c, int k)
     return c->def.stiffness[k] > 0.0;
 }
 
+/* Whether its functions read joint coordinates; and nothing else. */
+static inline bool mbsri_reads_joints(const mbsri_closure *c)
+{
+    return (c->def.table->flags & MBSR_CLOSURE_JOINTS) != 0;
+}
+
+static inline bool mbsri_is_coupling(const mbsri_closure *c)
+{
+    const unsigned flags = MBSR_CLOSURE_JOINTS | MBSR_CLOSURE_COORDINATES;
+    return (c->def.table->flags & flags) == flags;
+}
+
 /* Whether a start leaves its spring as it is. */
 static inline bool mbsri_is_loose(const mbsri_closure *c, int k)
 {

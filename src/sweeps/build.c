@@ -7,6 +7,7 @@
 #include "forces/gravity.h"
 #include "inertias/exact.h"
 #include "joints/chain.h"
+#include "recursion/closures.h"
 #include "recursion/rank.h"
 #include "recursion/rates.h"
 #include "sweeps/loops.h"
@@ -344,6 +345,7 @@ static void mark_closed(mbsri_sweeps *tree, const mbsr_model *m)
 {
     const mbsri_closure *c = m->closures.data;
     for (size_t k = 0; k < m->closures.count; ++k, ++c) {
+        if (mbsri_is_coupling(c)) continue;
         /* above those that stand to each other somehow, a common displacement changes nothing */
         const bool relative = (c->def.table->flags & MBSR_CLOSURE_RELATIVE) != 0;
         const int marks = relative ? MBSRI_LOADED : MBSRI_LOADED | MBSRI_ACTING;
@@ -549,11 +551,6 @@ bool mbsri_sweeps_build(mbsr_model *m, int bodies)
 
 /* ---- loops in Newton systems ---- */
 
-static bool reads_joints(const mbsri_closure *c)
-{
-    return (c->def.table->flags & MBSR_CLOSURE_JOINTS) != 0;
-}
-
 /* The bodies of closure c up to where it closes, and that one: whether some are blocks; or all of them
  * are from now on. */
 static bool any_by_blocks(const mbsr_model *m, const mbsri_closure *c)
@@ -643,7 +640,7 @@ static bool choose_loops(mbsr_model *m, selection s)
     }
     bool changed = true;
     for (size_t k = 0; k < count; ++k) {
-        if (reads_joints(c + k)) (void)leave_to_blocks(m, c + k);
+        if (mbsri_reads_joints(c + k) && !mbsri_is_coupling(c + k)) (void)leave_to_blocks(m, c + k);
     }
     while (changed) {
         changed = false;

@@ -32,16 +32,6 @@ static unsigned rigid_rows(const mbsri_closure *c)
     return rows;
 }
 
-/* Where the rows of a closure are complete: one that reads joints waits for all of them. */
-static int place_of_closing(const mbsr_model *m, const mbsri_closure *c)
-{
-    int at = c->meets;
-    for (int l = 0; l < c->bodies && (c->def.table->flags & MBSR_CLOSURE_JOINTS); ++l) {
-        if (c->body[l] == c->meets && at > 0) at = m->body[c->meets].parent;
-    }
-    return at;
-}
-
 static void mark_way(mbsri_sweeps *tree, int from, int to)
 {
     for (int i = from; i > to; i = tree->body[i].parent) tree->body[i].flags |= MBSRI_FRONT;
@@ -53,13 +43,14 @@ static void list_end(mbsri_sweeps *tree, const mbsr_model *m, const mbsri_closur
 {
     mbsri_sweep_loops *w = tree->loops;
     const int i = c->body[l];
-    const bool joints = (c->def.table->flags & MBSR_CLOSURE_JOINTS) != 0;
+    const bool joints = mbsri_reads_joints(c);
     w->end[at] = (mbsri_loop_end){.next = w->first_end[i],
                                   .d = m->body[i].d,
                                   .n = joints ? m->body[i].n : 0,
                                   .rows = c->rows,
                                   .row = c->row,
                                   .rigid = rigid_rows(c),
+                                  .coupling = mbsri_is_coupling(c),
                                   .C = c->at + (size_t)(c->column[l] * c->rows)};
     w->first_end[i] = at;
     w->joints = w->joints || joints;
@@ -76,9 +67,8 @@ static void list_ends(mbsri_sweeps *tree, const mbsr_model *m)
         tree->body[i].flags &= ~(MBSRI_FRONT | MBSRI_CLOSES);
     }
     for (size_t number = 0; number < m->closures.count; ++number, ++c) {
-        const int place = place_of_closing(m, c);
         for (int k = 0; k < c->rows; ++k) {
-            w->closes[c->row + k] = place;
+            w->closes[c->row + k] = c->meets;
             w->springs = w->springs || mbsri_is_stiff(c, k);
         }
         for (int l = 0; l < c->bodies && rigid_rows(c); ++l) {

@@ -27,6 +27,7 @@ typedef struct mbsri_loop_end {
     int d, n;       /* velocities of that, and rates of its joint where they are read, else 0 */
     int rows, row;  /* of the closure, and where they begin among those of all */
     unsigned rigid; /* bit k: row k is */
+    bool coupling;  /* they read its joint alone */
     size_t C;       /* offset of what they read of the body in the data's closure_C */
 } mbsri_loop_end;
 
@@ -124,8 +125,10 @@ bool mbsri_open_loops_determine(mbsri_loop_run *w, const mbsri_open_part *part, 
 void *mbsri_open_loops_keep(mbsri_loop_run *w, int body, size_t size);
 mbsri_open mbsri_open_loops_append(mbsri_loop_run *w, int id);
 
-/* The ends at body i become parts. */
+/* The ends at body i become parts; those of couplings of joint coordinates, before its joint, join what is carried
+ * past that. */
 void mbsri_open_loops_end(mbsri_loop_run *w, int i);
+void mbsri_open_loops_couple(mbsri_loop_run *w, int i);
 
 /* Adds what rows read of the rates of joint i to X, n numbers each, and its size to `sizes`. */
 void mbsri_open_loops_read_joint(mbsri_loop_run *w, int i, const mbsri_open *open, double *X,

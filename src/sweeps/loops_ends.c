@@ -85,7 +85,33 @@ static void open_end(mbsri_loop_run *w, int at, int i)
 
 void mbsri_open_loops_end(mbsri_loop_run *w, int i)
 {
-    for (int at = w->loops->first_end[i]; at >= 0; at = w->loops->end[at].next) open_end(w, at, i);
+    for (int at = w->loops->first_end[i]; at >= 0; at = w->loops->end[at].next) {
+        if (!w->loops->end[at].coupling) open_end(w, at, i);
+    }
+}
+
+static bool is_open(const mbsri_open_part *part, int id)
+{
+    const mbsri_open open = mbsri_open_at(part);
+    for (int k = 0; k < open.count; ++k) {
+        if (open.id[k] == id) return true;
+    }
+    return false;
+}
+
+void mbsri_open_loops_couple(mbsri_loop_run *w, int i)
+{
+    for (int at = w->loops->first_end[i]; at >= 0; at = w->loops->end[at].next) {
+        const mbsri_loop_end *end = w->loops->end + at;
+        if (!end->coupling) continue;
+        if (w->parts == 0 || w->part[w->parts - 1].body != i)
+            w->part[w->parts++] = (mbsri_open_part){i, 0, w->top};
+        for (int k = 0; k < end->rows; ++k) {
+            const bool fresh =
+                end->rigid >> k & 1 && !is_open(w->part + w->parts - 1, end->row + k);
+            if (fresh) (void)mbsri_open_loops_append(w, end->row + k);
+        }
+    }
 }
 
 void mbsri_open_loops_read_joint(mbsri_loop_run *w, int i, const mbsri_open *open, double *X,
@@ -108,23 +134,38 @@ void mbsri_open_loops_read_joint(mbsri_loop_run *w, int i, const mbsri_open *ope
     for (int k = 0; k < open->count; ++k) w->slot[open->id[k]] = -1;
 }
 
-void mbsri_open_loops_read(mbsri_loop_run *w, int i)
+static void read_body(mbsri_loop_run *w, int at, int i)
 {
     const mbsri_sweep_state *s = w->run->state + i;
-    for (int at = w->loops->first_end[i]; at >= 0; at = w->loops->end[at].next) {
-        const end_view e = view_end(w, at, i);
-        double A[3];
-        mbsri_cross3(s->A_w, e.arm, A);
-        mbsri_add3(1.0, s->A_v, A);
-        mbsri_add3(1.0, e.known, A);
-        for (int k = 0; k < e.of->rows; ++k) {
-            double row[6], *rest = w->rest + e.of->row + k;
-            if (!(e.of->rigid >> k & 1)) continue;
-            read_row(&e, k, row);
-            *rest += mbsri_dot3(row, s->A_w) + mbsri_dot3(row + 3, A);
-            for (int j = 0; j < e.of->n; ++j)
-                *rest +=
-                    e.C[(e.of->d + j) * e.of->rows + k] * w->run->out[w->run->tree->body[i].u + j];
+    const end_view e = view_end(w, at, i);
+    double A[3];
+    mbsri_cross3(s->A_w, e.arm, A);
+    mbsri_add3(1.0, s->A_v, A);
+    mbsri_add3(1.0, e.known, A);
+    for (int k = 0; k < e.of->rows; ++k) {
+        double row[6];
+        if (!(e.of->rigid >> k & 1)) continue;
+        read_row(&e, k, row);
+        w->rest[e.of->row + k] += mbsri_dot3(row, s->A_w) + mbsri_dot3(row + 3, A);
+    }
+}
+
+static void read_rates(mbsri_loop_run *w, const mbsri_loop_end *end, int i)
+{
+    const double *udot = w->run->out + w->run->tree->body[i].u,
+                 *C = w->run->data->closure_C + end->C + (size_t)(end->d * end->rows);
+    for (int j = 0; j < end->n; ++j, C += end->rows) {
+        for (int k = 0; k < end->rows; ++k) {
+            if (end->rigid >> k & 1) w->rest[end->row + k] += C[k] * udot[j];
         }
+    }
+}
+
+void mbsri_open_loops_read(mbsri_loop_run *w, int i)
+{
+    for (int at = w->loops->first_end[i]; at >= 0; at = w->loops->end[at].next) {
+        const mbsri_loop_end *end = w->loops->end + at;
+        if (!end->coupling) read_body(w, at, i);
+        if (end->n > 0) read_rates(w, end, i);
     }
 }

@@ -226,6 +226,8 @@ static bool close_group(mbsri_loop_run *w, const mbsri_open_part *part, int head
 
 /* ---- loops that close by themselves ---- */
 
+static const double plainly = 1e-3; /* a pivot beside what was added up in it */
+
 /* Whether all parts have the same unknowns, rows that are complete at body i. */
 static bool are_alike(const mbsri_loop_run *w, const mbsri_open_part *part, int count, int i)
 {
@@ -279,6 +281,7 @@ static void take_pivot(mbsri_loop_run *w, mbsri_pivots *f, int p, double *sizes)
     for (int j = p + 1; j < n; ++j) {
         const double share = x[j] * inverse;
         double *y = f->A + j * N;
+        if (share == 0.0) continue; /* mostly so where a row ties only few bodies */
         for (int l = j; l < N; ++l) y[l] -= share * x[l];
         sizes[j] += share * x[j];
     }
@@ -289,7 +292,6 @@ static void take_pivot(mbsri_loop_run *w, mbsri_pivots *f, int p, double *sizes)
  * pivots come as they are. False: they do not, and nothing is changed. */
 static bool close_alone(mbsri_loop_run *w, const mbsri_open_part *part, int count, int i)
 {
-    static const double plainly = 1e-3; /* beside what was added up */
     mbsri_open_record *last = w->last;
     double *const store = w->store;
     if (!are_alike(w, part, count, i)) return false;
@@ -343,6 +345,123 @@ static void clear_slots(mbsri_loop_run *w, const int *set, int count)
     for (int k = 0; k < count; ++k) w->slot[set[k]] = -1;
 }
 
+/* ---- loops that close where others go on ---- */
+
+/* The matrix of a group, on and below its diagonal, what was added up there, and lengths of the loads (8 each). */
+static void gather_group(const mbsri_loop_run *w, const mbsri_open_part *part, int head,
+                         const mbsri_pivots *f, double *sizes, double *lengths)
+{
+    const int n = f->size, N = n + f->d;
+    mbsri_zero((size_t)(n * N), f->A);
+    mbsri_zero((size_t)n, sizes);
+    mbsri_zero(8 * (size_t)n, lengths);
+    for (int p = head; p >= 0; p = w->mate[p]) {
+        const mbsri_open open = mbsri_open_at(part + p);
+        for (int j = 0; j < open.count; ++j) {
+            const int column = w->slot[open.id[j]];
+            double *A = f->A + column * N;
+            for (int l = 0; l < open.count; ++l) {
+                const int row = w->slot[open.id[l]];
+                if (row >= column) A[row] += open.F[j * open.count + l];
+            }
+            sizes[column] += open.sizes[j * open.count + j];
+            for (int l = 0; l < f->d; ++l) A[n + l] += open.Q[8 * j + place_of(l)];
+            for (int l = 0; l < 8; ++l) lengths[8 * column + l] += open.lengths[8 * j + l];
+        }
+    }
+    for (int j = 0; j < f->complete; ++j) { /* as finish_loads */
+        double *load = f->A + j * N + n;
+        for (int l = 0; l < f->d; ++l) {
+            if (fabs(load[l]) <= MBSRI_PIVOTS_ROUNDING * lengths[8 * j + place_of(l)])
+                load[l] = 0.0;
+        }
+    }
+}
+
+/* What was added up in the numbers of the unknowns that go on: by their parts, then by the pivots. */
+static void gather_sizes(const mbsri_loop_run *w, const mbsri_open_part *part, int head,
+                         const mbsri_pivots *f, const mbsri_open *to, int base)
+{
+    const int first = f->complete;
+    for (int p = head; p >= 0; p = w->mate[p]) {
+        const mbsri_open open = mbsri_open_at(part + p);
+        for (int j = 0; j < open.count; ++j) {
+            const int column = w->slot[open.id[j]] - first;
+            for (int l = 0; l < open.count && column >= 0; ++l) {
+                const int row = w->slot[open.id[l]] - first;
+                if (row < 0) continue;
+                to->sizes[(base + column) * to->count + base + row] +=
+                    open.sizes[j * open.count + l];
+            }
+        }
+    }
+}
+
+/* The unknowns that go on, when all pivots are taken. */
+static void add_passing(const mbsri_pivots *f, const double *lengths, const mbsri_open *to,
+                        int base)
+{
+    const int n = f->size, N = n + f->d, first = f->complete;
+    for (int j = first; j < n; ++j) {
+        const int column = base + j - first;
+        const double *A = f->A + j * N;
+        for (int l = 0; l < 8; ++l) to->lengths[8 * column + l] = lengths[8 * j + l];
+        for (int p = 0; p < first; ++p) {
+            const double *L = f->A + p * N, size = fabs(L[j] * L[p]);
+            for (int l = 0; l < f->d; ++l)
+                to->lengths[8 * column + place_of(l)] += size * fabs(L[n + l]);
+            for (int l = first; l < n; ++l)
+                to->sizes[column * to->count + base + l - first] += size * fabs(L[l]);
+        }
+        for (int l = j; l < n; ++l) {
+            const int row = base + l - first;
+            const double size = to->sizes[column * to->count + row],
+                         x = fabs(A[l]) <= MBSRI_PIVOTS_ROUNDING * size ? 0.0 : A[l];
+            to->F[column * to->count + row] = to->F[row * to->count + column] = x;
+        }
+        for (int l = 0; l < f->d; ++l) {
+            double *Q = to->Q + 8 * column + place_of(l);
+            const double size = to->lengths[8 * column + place_of(l)];
+            *Q = fabs(A[n + l]) <= MBSRI_PIVOTS_ROUNDING * size ? 0.0 : A[n + l];
+        }
+    }
+}
+
+/* As close_group, of rows alone that are plainly independent. False: they are not, and nothing is changed. */
+static bool close_plainly(mbsri_loop_run *w, const mbsri_open_part *part, int head, int i,
+                          const int *set, int size, int complete, const mbsri_open *to, int base)
+{
+    mbsri_open_record *last = w->last;
+    double *const store = w->store;
+    bool plain = !w->motor;
+    for (int k = 0; k < size; ++k) plain = plain && set[k] < w->run->model->rows;
+    if (!plain) return false;
+    mbsri_pivots *f = open_pivots(w, i, i > 0 ? 6 : 0, size, complete);
+    double *sizes = f->scale, *lengths = f->sizes, Mbar[36], noise[6];
+    memcpy(Mbar, w->Mbar, sizeof Mbar);
+    memcpy(noise, w->noise, sizeof noise);
+    memcpy(f->id, set, (size_t)size * sizeof *set);
+    mbsri_zero((size_t)size, f->across);
+    gather_group(w, part, head, f, sizes, lengths);
+    for (; f->pivots < complete && plain; ++f->pivots) {
+        const int p = f->pivots;
+        plain = f->A[p * (size + f->d + 1)] > plainly * sizes[p];
+        if (plain) take_pivot(w, f, p, sizes);
+    }
+    if (plain) {
+        gather_sizes(w, part, head, f, to, base);
+        add_passing(f, lengths, to, base);
+        w->store = f->A + size * (size + f->d);
+        mbsri_pivots_forward(f, w->s, w->force);
+        return true;
+    }
+    memcpy(w->Mbar, Mbar, sizeof Mbar);
+    memcpy(w->noise, noise, sizeof noise);
+    w->last = last;
+    w->store = store;
+    return false;
+}
+
 /* A group closes, or goes on as it is, its open unknowns from place `base` on; their number, or -1. */
 static int pass_group(mbsri_loop_run *w, const mbsri_open_part *part, int head, int i,
                       const mbsri_open *to, int base, bool *closed)
@@ -351,7 +470,8 @@ static int pass_group(mbsri_loop_run *w, const mbsri_open_part *part, int head, 
     const int size = find_unknowns(w, part, head, i, set, &complete);
     bool served = true;
     if (complete > 0) {
-        served = close_group(w, part, head, i, set, size, complete, to, base);
+        served = close_plainly(w, part, head, i, set, size, complete, to, base) ||
+                 close_group(w, part, head, i, set, size, complete, to, base);
         *closed = true;
     }
     for (int p = head; p >= 0 && complete == 0; p = w->mate[p]) {
@@ -400,7 +520,7 @@ static void read_root(mbsri_loop_run *w, const mbsri_open_part *part, int count)
 static bool meet(mbsri_loop_run *w, mbsri_open_part *part, int count, int i, bool *closed)
 {
     int base = 0;
-    if (w->run->tree->body[i].flags & MBSRI_CLOSES)
+    if (count > 1 && w->run->tree->body[i].flags & MBSRI_CLOSES)
         group_parts(w, part, count);
     else
         tie_all(w, count);
@@ -438,7 +558,7 @@ static bool determine(mbsri_loop_run *w, mbsri_open_part *part, int count, int i
     return all;
 }
 
-bool mbsri_open_loops_meet(mbsri_loop_run *w, int i, bool *closed)
+static bool meet_all(mbsri_loop_run *w, int i, bool *closed)
 {
     const bool closes = w->run->tree->body[i].flags & MBSRI_CLOSES;
     int first = w->parts;
@@ -461,6 +581,13 @@ bool mbsri_open_loops_meet(mbsri_loop_run *w, int i, bool *closed)
     }
     w->top = part->at + mbsri_open_size((size_t)part->count);
     w->parts = part->count > 0 ? first + 1 : first;
+    return true;
+}
+
+bool mbsri_open_loops_meet(mbsri_loop_run *w, int i, bool *closed)
+{
+    if (!meet_all(w, i, closed)) return false;
+    if (w->loops->joints) mbsri_open_loops_couple(w, i);
     return true;
 }
 

@@ -21,7 +21,7 @@ enum {
     INVERSE_BATCH,
     ALL_CALLS,
     TREES = 7,
-    LOOPS = 19,
+    LOOPS = 25,
     STATES = 16 /* of a batch: a multiple of all kernels' lanes */
 };
 
@@ -136,7 +136,11 @@ enum {
     AT_ROOT,
     IN_SPACE,
     IN_SPACE_MASSLESS,
-    IN_SPACE_OPEN
+    IN_SPACE_OPEN,
+    GEARS,
+    GEARS_OPEN,
+    HANDS,
+    HANDS_OPEN
 };
 static const struct {
     const char *name;
@@ -160,12 +164,21 @@ static const struct {
                   {"open_universal", IN_SPACE_OPEN, 100, BENCH_UNIVERSAL},
                   {"ball10", IN_SPACE, 10, BENCH_BALL},
                   {"ball100", IN_SPACE, 100, BENCH_BALL},
-                  {"open_ball", IN_SPACE_OPEN, 100, BENCH_BALL}};
+                  {"open_ball", IN_SPACE_OPEN, 100, BENCH_BALL},
+                  {"gears10", GEARS, 10, BENCH_HINGE},
+                  {"gears100", GEARS, 100, BENCH_HINGE},
+                  {"open_gears", GEARS_OPEN, 100, BENCH_HINGE},
+                  {"hands10", HANDS, 10, BENCH_HINGE},
+                  {"hands100", HANDS, 100, BENCH_HINGE},
+                  {"open_hands", HANDS_OPEN, 100, BENCH_HINGE}};
 
 static void make_loops(bench_model *tree, int k)
 {
     const int kind = loops[k].kind, number = loops[k].count;
-    if (kind == RING)
+    if (kind >= GEARS)
+        bench_make_gearing(tree, kind < HANDS ? BENCH_GEARS : BENCH_HANDS, number,
+                           kind == GEARS || kind == HANDS ? BENCH_RIGID : BENCH_OPEN);
+    else if (kind == RING)
         bench_make_ring(tree, number, 1);
     else if (kind <= STIFF)
         bench_make_fourbars(tree, number, kind == MASSLESS,
@@ -193,12 +206,13 @@ static void count_loops(int k)
     make_loops(&c.tree, k);
     make_counted(&c);
     choose_motors(&c, k);
-    const bool closed = mbsr_model_rows(c.tree.model) > 0,
-               small = loops[k].kind <= RING || loops[k].kind >= IN_SPACE;
+    const bool closed = mbsr_model_rows(c.tree.model) > 0, coupled = loops[k].kind >= GEARS,
+               small = loops[k].kind <= RING || (loops[k].kind >= IN_SPACE && !coupled);
     for (int which = 0; which <= ACTUATED; ++which) {
-        if (which < 2 || which == ACTUATED) {
-            if (!closed || !small || which == 1) continue;
-        }
+        const bool wanted = which == 0          ? closed && (small || coupled)
+                            : which == ACTUATED ? closed && small
+                                                : which > 1;
+        if (!wanted) continue;
         bench_check(call(&c, which), call_name[which], mbsr_data_error(c.data)->text);
         bench_check(measure(&c, which), call_name[which], mbsr_data_error(c.data)->text);
         printf("loops %s %s %d\n", loops[k].name, call_name[which], c.tree.bodies);

@@ -231,7 +231,8 @@ static void make(loops *s, const choice *c)
             c->kind >= 0 ? c->kind : test_integer(&other, 0, c->plane ? COUPLING : KINDS - 1);
         mbsr_closure_def def = closure(c, &at, &other, kind);
         const bool soft = c->kind < 0 && share(&other) < 0.25;
-        for (int l = 0; l < (kind == BALL ? c->plane ? 2 : 3 : 1) && soft && kind < WELD; ++l) {
+        const bool springs = kind < WELD || kind == COUPLING;
+        for (int l = 0; l < (kind == BALL ? c->plane ? 2 : 3 : 1) && soft && springs; ++l) {
             def.stiffness[l] = 1e4;
             def.damping[l] = 30.0;
         }

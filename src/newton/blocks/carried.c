@@ -30,15 +30,6 @@ static int bodies_of(const mbsri_closure *c)
 
 /* ---- where a closure closes ---- */
 
-static bool at_joint(const mbsri_closure *c, int body)
-{
-    if (!(c->def.table->flags & MBSR_CLOSURE_JOINTS) || body == 0) return false;
-    for (int k = 0; k < bodies_of(c); ++k) {
-        if (c->body[k] == body) return true;
-    }
-    return false;
-}
-
 /* The successor of `body` behind which body i stands, or is. */
 static int successor(const mbsr_model *m, int body, int i)
 {
@@ -73,10 +64,8 @@ static void number_fronts(mbsr_newton *w, int *set)
     for (int i = 0; i <= m->bodies; ++i) set[i] = v->first_closing[i] = 0;
     for (int k = 0; k < closures_of(w); ++k) {
         const mbsri_closure *c = closure_of(w, k);
-        const int body = c->meets;
-        const bool joint = at_joint(c, body);
-        v->loop[k].level = joint ? 2 * body : 2 * body + 1;
-        if (!joint) tie(w, k, body, set);
+        v->loop[k].level = 2 * c->meets + 1;
+        tie(w, k, c->meets, set);
     }
     v->fronts = m->bodies + 1;
     for (int i = 0; i <= m->bodies; ++i) {
@@ -98,9 +87,9 @@ static void number_fronts(mbsr_newton *w, int *set)
     }
     for (int k = 0; k < closures_of(w); ++k) {
         const mbsri_closure *c = closure_of(w, k);
-        const int body = v->loop[k].level / 2;
+        const int body = c->meets;
         v->loop[k].pool = body;
-        for (int l = 0; l < bodies_of(c) && v->loop[k].level % 2 == 1; ++l) {
+        for (int l = 0; l < bodies_of(c); ++l) {
             if (c->body[l] != body) v->loop[k].pool = v->pool[successor(m, body, c->body[l])].up;
         }
     }
@@ -129,7 +118,7 @@ static void list_ends(mbsr_newton *w)
 static int crossing(const mbsri_closure *c)
 {
     bool own = (c->def.table->flags & MBSR_CLOSURE_OWN) != 0;
-    for (int k = 0; k < c->rows; ++k) own = own && !mbsri_is_stiff(c, k);
+    for (int k = 0; k < c->rows && !mbsri_is_coupling(c); ++k) own = own && !mbsri_is_stiff(c, k);
     return own || bodies_of(c) < 2 ? 0 : c->columns;
 }
 
@@ -157,12 +146,6 @@ static void list_names(mbsr_newton *w)
         for (int l = 0; l < c->held; ++l) v->closure[mbsri_name_eta(m, c, l)] = k;
         for (int l = 0; l < v->loop[k].most; ++l) v->closure[v->loop[k].across + l] = k;
     }
-}
-
-int mbsri_carried_level(const mbsr_newton *w, int name)
-{
-    const mbsri_carried *v = &w->carried;
-    return name < v->multipliers ? v->loop[v->closure[name]].level : 0;
 }
 
 /* ---- how much is carried ---- */
@@ -342,6 +325,19 @@ static void place_slopes(mbsr_newton *w, size_t *doubles)
     }
 }
 
+/* Of closures whose derivatives do not move they stay zero. */
+static void clear_slopes(mbsr_newton *w)
+{
+    for (int k = 0; k < closures_of(w); ++k) {
+        const mbsri_closure *c = closure_of(w, k);
+        const mbsri_loop *loop = w->carried.loop + k;
+        const size_t columns = (size_t)c->columns;
+        if (!mbsri_closure_is_constant(c)) continue;
+        mbsri_zero(columns * columns, w->carried.store + loop->S);
+        mbsri_zero((size_t)c->rows * columns, w->carried.store + loop->slope);
+    }
+}
+
 static bool place_all(mbsr_newton *w)
 {
     mbsri_carried *v = &w->carried;
@@ -356,8 +352,7 @@ static bool place_all(mbsr_newton *w)
     if (!mbsri_swept_place(w, &doubles, &ints)) return false;
     place_slopes(w, &doubles);
     const size_t value = take(&doubles, (size_t)v->names), work = take(&doubles, v->widest),
-                 matrix = take(&doubles, v->largest), unit = take(&doubles, (size_t)m->rows),
-                 list = take(&ints, 4 * (size_t)v->most);
+                 matrix = take(&doubles, v->largest), list = take(&ints, 4 * (size_t)v->most);
     v->bytes += doubles * sizeof(double) + ints * sizeof(int);
     v->store = mbsri_allocate(&m->allocator, doubles * sizeof(double) + ints * sizeof(int) + 8);
     if (!v->store) return false;
@@ -365,8 +360,8 @@ static bool place_all(mbsr_newton *w)
     v->value = v->store + value;
     v->work = v->store + work;
     v->matrix = v->store + matrix;
-    v->unit = v->store + unit;
     v->list = v->numbers + list;
+    clear_slopes(w);
     return true;
 }
 
@@ -433,12 +428,6 @@ void mbsri_carried_destroy(mbsr_newton *w)
 
 /* ---- pools ---- */
 
-mbsri_pool *mbsri_carried_at(const mbsr_newton *w, int k)
-{
-    const mbsri_carried *v = &w->carried;
-    return w->mixed && v->swept[k].swept ? v->swept + k : v->pool + k;
-}
-
 mbsri_pool *mbsri_carried_up(const mbsr_newton *w, int k)
 {
     const mbsri_carried *v = &w->carried;
@@ -460,14 +449,6 @@ int mbsri_carried_actions(const mbsr_newton *w, const mbsri_pool *pool)
     if (body == 0) return 0;
     if (pool->swept) return w->node[body].deep ? MBSRI_SWEPT_ACTIONS : MBSRI_SWEPT_ACTIONS - 8;
     return mbsri_actions(w->node + body, w->model->body + body);
-}
-
-int mbsri_carried_find(const int *list, int count, int name)
-{
-    for (int k = 0; k < count; ++k) {
-        if (list[k] == name) return k;
-    }
-    return -1;
 }
 
 /* Place `at` of the pool, with nothing in it. */
@@ -614,6 +595,26 @@ static void open_multipliers(mbsr_newton *w, const mbsri_closure *closure, int k
         multiplier[mbsri_name_eta(w->model, closure, k)] = (mbsri_multiplier){-1, 1.0, 1.0 / c};
 }
 
+/* The derivatives of closure k. */
+static int open_loop(mbsr_newton *w, mbsr_data *d, int k, double factor)
+{
+    mbsri_carried *v = &w->carried;
+    mbsri_loop *loop = v->loop + k;
+    const mbsri_closure *c = closure_of(w, k);
+    mbsri_closure_tangents out = {v->store + loop->S,
+                                  v->store + loop->slope,
+                                  v->store + loop->left,
+                                  v->store + loop->read,
+                                  loop->most,
+                                  0};
+    int status = MBSR_OK;
+    for (int l = 0; l < c->rows; ++l) open_multipliers(w, c, l, factor);
+    if (!mbsri_closure_is_constant(c))
+        status = mbsri_closure_tangents_of(w->model, d, c, v->work, &out);
+    loop->rank = out.rank;
+    return status;
+}
+
 int mbsri_carried_open(mbsr_newton *w, mbsr_data *d, double c)
 {
     mbsri_carried *v = &w->carried;
@@ -623,26 +624,9 @@ int mbsri_carried_open(mbsr_newton *w, mbsr_data *d, double c)
         v->swept[i].closed = false;
     }
     for (int k = 0; k < closures_of(w); ++k) {
-        mbsri_loop *loop = v->loop + k;
-        const mbsri_closure *closure = closure_of(w, k);
-        mbsri_expect_closure(w->model, closure);
-        mbsri_closure_tangents out = {v->store + loop->S,
-                                      v->store + loop->slope,
-                                      v->store + loop->left,
-                                      v->store + loop->read,
-                                      loop->most,
-                                      0};
-        const int status = mbsri_closure_tangents_of(w->model, d, closure, v->work, &out);
+        mbsri_expect_closure(w->model, closure_of(w, k));
+        const int status = open_loop(w, d, k, c);
         if (status) return status;
-        loop->rank = out.rank;
-        const double *C = d->closure_C + closure->at;
-        for (int l = 0; l < closure->rows; ++l) {
-            open_multipliers(w, closure, l, c);
-            double *unit = v->unit + closure->row + l;
-            *unit = 0.0;
-            for (int j = 0; j < closure->columns; ++j)
-                *unit = fmax(*unit, fabs(C[j * closure->rows + l]));
-        }
     }
     for (int k = 0; k < closures_of(w); ++k) {
         for (int l = 0; l < bodies_of(closure_of(w, k)); ++l) add_end(w, d, k, l);

@@ -5,8 +5,8 @@
  * from there towards the root, and are eliminated where the last of its bodies is reached, at the
  * nearest common predecessor. Loops that close on one body by the same successors make one closing
  * front, others another, so that many loops on one body cost no more than each by itself. A closure
- * that reads joint coordinates of that body closes in the front of its joint; one whose forces are
- * not balanced, on the root.
+ * that reads joint coordinates of that body closes on the one before it; one whose forces are not
+ * balanced, on the root.
  *
  * Directions that a joint's inertia does not determine, and that loops may hold, are delayed: carried
  * on as unknowns with their rows until the loops close. No more of them are carried than there are
@@ -25,13 +25,23 @@ void mbsri_carried_destroy(mbsr_newton *w);
 int mbsri_carried_open(mbsr_newton *w, mbsr_data *d, double c);
 
 /* The place of the name in a list of `count`; -1: it is not there. */
-int mbsri_carried_find(const int *list, int count, int name);
+static inline int mbsri_carried_find(const int *list, int count, int name)
+{
+    for (int k = 0; k < count; ++k) {
+        if (list[k] == name) return k;
+    }
+    return -1;
+}
 
 /* The place of a name in a pool, which it joins. */
 int mbsri_carried_join(mbsr_newton *w, mbsri_pool *pool, int name);
 
 /* Pool k at this factorisation, and the one to which front k hands on. */
-mbsri_pool *mbsri_carried_at(const mbsr_newton *w, int k);
+static inline mbsri_pool *mbsri_carried_at(const mbsr_newton *w, int k)
+{
+    const mbsri_carried *v = &w->carried;
+    return w->mixed && v->swept[k].swept ? v->swept + k : v->pool + k;
+}
 mbsri_pool *mbsri_carried_up(const mbsr_newton *w, int k);
 
 /* Numbers of x and y of the pool's body, that of the root too. */
@@ -46,7 +56,11 @@ void mbsri_carried_diagonal(mbsr_newton *w, const mbsr_data *d, int k, double c)
 void mbsri_carried_seat(mbsr_newton *w, int k);
 
 /* The front at which a name may go. */
-int mbsri_carried_level(const mbsr_newton *w, int name);
+static inline int mbsri_carried_level(const mbsr_newton *w, int name)
+{
+    const mbsri_carried *v = &w->carried;
+    return name < v->multipliers ? v->loop[v->closure[name]].level : 0;
+}
 
 /* The pools that the front of joint i reads, by number: its own and, of a group eliminated in one
  * piece, those of the members and of loops that close on them. `at`: which member. -1 after the

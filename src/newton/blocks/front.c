@@ -299,6 +299,17 @@ static void fill_matrix(build *b, double c)
 
 /* ---- elimination ---- */
 
+/* The largest derivative of the row of a multiplier lambda. */
+static double unit_of(const build *b, int name)
+{
+    const mbsri_closure *c =
+        (const mbsri_closure *)b->w->model->closures.data + b->v->closure[name];
+    const double *C = b->d->closure_C + c->at + (name - c->row);
+    double unit = 0.0;
+    for (int j = 0; j < c->columns; ++j) unit = fmax(unit, fabs(C[j * c->rows]));
+    return unit;
+}
+
 /* Kinds of rows and columns, by name. */
 static void sort_names(const build *b, const int *names, int *kind, double *unit)
 {
@@ -311,7 +322,7 @@ static void sort_names(const build *b, const int *names, int *kind, double *unit
             kind[b->own + l] = MBSRI_WAITS;
         else
             kind[b->own + l] = MBSRI_CLOSES;
-        unit[b->own + l] = name < b->w->model->rows ? b->v->unit[name] : 0.0;
+        unit[b->own + l] = name < b->w->model->rows ? unit_of(b, name) : 0.0;
     }
 }
 

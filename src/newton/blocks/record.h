@@ -180,7 +180,6 @@ typedef struct mbsri_carried {
     mbsri_front *front;
     mbsri_multiplier *multiplier; /* rows and position rows of closures */
     double *value;                /* names: the solution */
-    double *unit;                 /* rows: the largest entry of C */
     double *store, *work, *matrix;
     int *numbers, *list;
     size_t right, right_count; /* right-hand sides of the pools in vector code: offset and length */

@@ -127,6 +127,8 @@ static void place_record(const plan *p, int k)
         const int n = p->w->model->body[k].n, span = mbsri_swept_span(most + n);
         pool->record =
             take_lines(p->doubles, (size_t)(MBSRI_SWEPT_RECORD * span * (n > 1 ? n : 1)));
+        const size_t scratch = 5 * (size_t)(n * p->strand[p->of[k]].most);
+        if (p->v->widest < scratch) p->v->widest = scratch; /* balances and couplings */
         if (!pool->in_place) pool->place = take(p->ints, (size_t)(most + n));
         return;
     }

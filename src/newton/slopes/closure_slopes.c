@@ -5,6 +5,7 @@
 #include "algebra/dense.h"
 #include "algebra/numbers.h"
 #include "base/error.h"
+#include "closures/stock.h"
 #include "model/query.h"
 #include "newton/slopes/low_rank.h"
 #include "recursion/closure_differences.h"
@@ -23,6 +24,11 @@ bool mbsri_closure_tangents_serve(const mbsr_model *m, const mbsri_closure *c)
         if (c->body[k] > 0 && m->body[c->body[k]].joint.table->coordinate_rates) return false;
     }
     return true;
+}
+
+bool mbsri_closure_is_constant(const mbsri_closure *c)
+{
+    return c->def.table->tangent == mbsri_constant_rows;
 }
 
 /* E <- S without what each body does to itself. */

@@ -21,6 +21,9 @@ size_t mbsri_closure_tangents_work(const mbsri_closure *c);
 int mbsri_closure_tangents_of(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c,
                               double *work, mbsri_closure_tangents *out);
 
+/* Whether all of them are always zero. */
+bool mbsri_closure_is_constant(const mbsri_closure *c);
+
 /* Whether they can be had: joint coordinates that it reads have rates u. */
 bool mbsri_closure_tangents_serve(const mbsr_model *m, const mbsri_closure *c);
 

@@ -8,6 +8,7 @@
 #include "newton/blocks/front.h"
 #include "newton/blocks/front_solve.h"
 #include "newton/blocks/solve.h"
+#include "newton/sweeps/elements.h"
 #include "sweeps/block.h"
 
 #include <string.h>
@@ -192,7 +193,9 @@ int mbsri_border_open_loops(const mbsri_sweep_run *run, mbsri_newton_sweeps *new
     w->mixed = true;
     w->c = newton->c;
     w->node[0].deep = false;
-    return mbsri_carried_open(w, run->data, newton->c);
+    const int status = mbsri_carried_open(w, run->data, newton->c);
+    if (!status) mbsri_newton_bend(newton);
+    return status;
 }
 
 /* The sums over what block i hands on, about the origin of its predecessor's own frame. */

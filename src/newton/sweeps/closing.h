@@ -1,281 +1,16 @@
-/* Loops that close, in the Newton sweeps: the unknowns of a pool of which none is carried on.
+/* Loops that close, in the Newton sweeps.
  * SPDX-License-Identifier: BSD-3-Clause
  *
  * With R x + T v = s and y = P x + Q v + b (fronts.h),
  *
  *   v = T^-1 s - W x,   W = T^-1 R,      P <- P - Q W,   b <- b + Q T^-1 s
  *
- * T is scaled by powers of two and factored with complete pivoting; what is singular or not finite, and
- * pools of which something is carried on, go to newton/blocks/front.c, which can say what it is. */
+ * T is scaled by powers of two and factored with complete pivoting; what is singular or not finite goes to
+ * newton/blocks/front.c, which can say what it is. Pools of which something is carried on: closing_part.h. */
 #ifndef MBSRI_NEWTON_CLOSING_H
 #define MBSRI_NEWTON_CLOSING_H
 
-#include "newton/sweeps/ends.h"
-
-#include <stdint.h>
-
-/* What is kept, in the order of the exchanges: LU (span x size, by columns) of the scaled T, Q (groups of
- * three numbers, a column after the other), T^-1 s, W (likewise, by rows), all of them scaled; the scales;
- * which row it was, and the names of the unknowns. */
-typedef struct closing {
-    double *LU, *by_row, *Q, *right, *by_column, *W;
-    int *row, *name, size, span, actions;
-} closing;
-
-/* Numbers of a row of W, and of a column of Q where psi takes no part. */
-enum { CLOSED_MOTIONS = 12, CLOSED_ACTIONS = 12 };
-
-/* deep: of a body with psi. */
-MBSRI_INLINE bool is_deep(const mbsri_newton_sweeps *newton, int i)
-{
-    return newton->deep && newton->step[i].deep & MBSRI_DEEP;
-}
-
-MBSRI_INLINE closing closing_of(const mbsri_carried *v, int k, int size, bool deep)
-{
-    const mbsri_pool *pool = v->swept + k;
-    const int span = mbsri_swept_span(size), actions = deep ? CLOSED_ACTIONS + 6 : CLOSED_ACTIONS;
-    double *LU = v->store + pool->record, *by_row = LU + span * size, *right = by_row + span,
-           *by_column = right + span, *Q = by_column + span, *W = Q + actions * size;
-    int *row = v->numbers + pool->place + pool->most;
-    return (closing){.LU = LU,
-                     .by_row = by_row,
-                     .Q = Q,
-                     .right = right,
-                     .by_column = by_column,
-                     .W = W,
-                     .row = row,
-                     .name = row + size,
-                     .size = size,
-                     .span = span,
-                     .actions = actions};
-}
-
-/* ---- scales ---- */
-
-enum { NO_EXPONENT = -4000, LARGEST_EXPONENT = 500 };
-
-MBSRI_INLINE int exponent_of(double x)
-{
-    uint64_t bits;
-    memcpy(&bits, &x, sizeof bits);
-    const int exponent = (int)(bits >> 52 & 0x7ff);
-    return exponent > 0 ? exponent - 1023 : NO_EXPONENT;
-}
-
-MBSRI_INLINE double power_of_two(int exponent)
-{
-    const int limit = LARGEST_EXPONENT;
-    const uint64_t biased = (uint64_t)((exponent > limit    ? limit
-                                        : exponent < -limit ? -limit
-                                                            : exponent) +
-                                       1023);
-    const uint64_t bits = biased << 52;
-    double x;
-    memcpy(&x, &bits, sizeof x);
-    return x;
-}
-
-/* One scale, of a row or column whose largest entry is this without it: nearer to what makes that 1, by
- * the root, so that neither side gets all of it, or exactly. True: it was within a factor 2. */
-MBSRI_INLINE bool adjust(int *scale, int largest, bool exactly)
-{
-    if (largest <= NO_EXPONENT / 2) return true;
-    const int all = largest + *scale;
-    *scale -= exactly ? all : all / 2;
-    return all >= -1 && all <= 1;
-}
-
-/* Exponents of scales with which the largest entry of each row and column is about 1. E: those of the
- * entries, `span` a column. */
-MBSRI_INLINE void equilibrate(int size, int span, const int *E, int *of_row, int *of_column)
-{
-    bool last = false;
-    for (int k = 0; k < size; ++k) of_row[k] = of_column[k] = 0;
-    for (int round = 0; round < 6; ++round) {
-        bool even = true;
-        const bool exactly = last || round == 5;
-        for (int i = 0; i < size; ++i) {
-            int largest = NO_EXPONENT;
-            for (int j = 0; j < size; ++j) {
-                const int x = E[j * span + i] + of_column[j];
-                largest = x > largest ? x : largest;
-            }
-            even = adjust(of_row + i, largest, exactly) && even;
-        }
-        for (int j = 0; j < size; ++j) {
-            int largest = NO_EXPONENT;
-            for (int i = 0; i < size; ++i) {
-                const int x = E[j * span + i] + of_row[i];
-                largest = x > largest ? x : largest;
-            }
-            even = adjust(of_column + j, largest, exactly) && even;
-        }
-        if (exactly) return;
-        last = even;
-    }
-}
-
-/* ---- T ---- */
-
-/* LU of the scaled T with complete pivoting; false: singular. place: which columns these are. */
-MBSRI_INLINE bool factor_T(const closing *c, int *place)
-{
-    const int size = c->size, span = c->span;
-    for (int k = 0; k < size; ++k) c->row[k] = place[k] = k;
-    for (int k = 0; k < size; ++k) {
-        double largest = 1e-13;
-        int row = -1, column = -1;
-        for (int j = k; j < size; ++j) {
-            for (int i = k; i < size; ++i) {
-                const double x = fabs(c->LU[j * span + i]);
-                if (!(x > largest)) continue;
-                largest = x;
-                row = i;
-                column = j;
-            }
-        }
-        if (row < 0) return false;
-        const int i = c->row[row], j = place[column];
-        c->row[row] = c->row[k], c->row[k] = i;
-        place[column] = place[k], place[k] = j;
-        for (int l = 0; l < size && column != k; ++l) {
-            const double x = c->LU[column * span + l];
-            c->LU[column * span + l] = c->LU[k * span + l];
-            c->LU[k * span + l] = x;
-        }
-        for (int l = 0; l < size && row != k; ++l) {
-            const double x = c->LU[l * span + row];
-            c->LU[l * span + row] = c->LU[l * span + k];
-            c->LU[l * span + k] = x;
-        }
-        double *L = c->LU + k * span;
-        const double inverse = 1.0 / L[k];
-        for (int l = k + 1; l < size; ++l) L[l] *= inverse;
-        for (int l = k + 1; l < size; ++l) {
-            double *to = c->LU + l * span;
-            for (int r = k + 1; r < size; ++r) to[r] -= L[r] * to[k];
-        }
-        L[k] = inverse;
-    }
-    return true;
-}
-
-/* x <- U^-1 L^-1 x, numbers in the order of the exchanges. */
-MBSRI_INLINE void solve_T(const closing *c, double *x)
-{
-    const int size = c->size, span = c->span;
-    for (int k = 0; k < size; ++k) {
-        for (int l = k + 1; l < size; ++l) x[l] -= c->LU[k * span + l] * x[k];
-    }
-    for (int k = size - 1; k >= 0; --k) {
-        x[k] *= c->LU[k * span + k];
-        for (int l = 0; l < k; ++l) x[l] -= c->LU[k * span + l] * x[k];
-    }
-}
-
-/* The same of rows of four groups. */
-MBSRI_INLINE void solve_rows(const closing *c, double *x)
-{
-    const int size = c->size, span = c->span, of = MBSRI_SWEPT_MOTIONS;
-    for (int k = 1; k < size; ++k) {
-        v4 sum[4] = {load3(x + of * k), load3(x + of * k + 4), load3(x + of * k + 8),
-                     load3(x + of * k + 12)};
-        for (int l = 0; l < k; ++l) {
-            const v4 factor = splat(c->LU[l * span + k]);
-            for (int g = 0; g < 4; ++g) sum[g] -= factor * load3(x + of * l + 4 * g);
-        }
-        for (int g = 0; g < 4; ++g) store3(x + of * k + 4 * g, sum[g]);
-    }
-    for (int k = size - 1; k >= 0; --k) {
-        v4 sum[4] = {load3(x + of * k), load3(x + of * k + 4), load3(x + of * k + 8),
-                     load3(x + of * k + 12)};
-        for (int l = k + 1; l < size; ++l) {
-            const v4 factor = splat(c->LU[l * span + k]);
-            for (int g = 0; g < 4; ++g) sum[g] -= factor * load3(x + of * l + 4 * g);
-        }
-        const v4 inverse = splat(c->LU[k * span + k]);
-        for (int g = 0; g < 4; ++g) store3(x + of * k + 4 * g, sum[g] * inverse);
-    }
-}
-
-/* ---- a front ---- */
-
-/* Scaled T to LU; false: not finite. E: scratch, span (size + 2). */
-MBSRI_INLINE bool scale_T(const closing *c, const open_pool *pool, int *E)
-{
-    const int size = c->size, span = c->span;
-    int *of_row = E + size * span, *of_column = of_row + span;
-    double worst = 0.0;
-    for (int j = 0; j < size; ++j) {
-        for (int i = 0; i < size; ++i) {
-            const double x = pool->T[j * pool->most + i];
-            c->LU[j * span + i] = x;
-            E[j * span + i] = exponent_of(x);
-            worst += x - x;
-        }
-    }
-    if (!(worst == 0.0)) return false;
-    equilibrate(size, span, E, of_row, of_column);
-    for (int k = 0; k < size; ++k) {
-        c->by_row[k] = power_of_two(of_row[k]);
-        c->by_column[k] = power_of_two(of_column[k]);
-    }
-    for (int j = 0; j < size; ++j) {
-        for (int i = 0; i < size; ++i) c->LU[j * span + i] *= c->by_row[i] * c->by_column[j];
-    }
-    return true;
-}
-
-/* W and Q; false: not finite. place: the columns; W is made in `work`, with idle numbers. */
-MBSRI_INLINE bool place_W(const closing *c, const open_pool *pool, const int *place, double *work)
-{
-    v4 worst = splat(0.0);
-    for (int k = 0; k < c->size; ++k) {
-        const double *R = pool->R + c->row[k] * MBSRI_SWEPT_MOTIONS,
-                     *Q = pool->Q + place[k] * MBSRI_SWEPT_ACTIONS;
-        double *row = work + k * MBSRI_SWEPT_MOTIONS, *to = c->Q + k * c->actions;
-        const v4 by_row = splat(c->by_row[k]), by_column = splat(c->by_column[k]);
-        for (int g = 0; g < 4; ++g) store3(row + 4 * g, load3(R + 4 * g) * by_row);
-        for (int g = 0; g < c->actions / 3; ++g) {
-            const v4 x = load3(Q + 4 * g) * by_column;
-            store3(to + 3 * g, x);
-            worst += x - x;
-        }
-    }
-    solve_rows(c, work);
-    for (int k = 0; k < c->size; ++k) {
-        for (int g = 0; g < 4; ++g) {
-            const v4 x = load3(work + k * MBSRI_SWEPT_MOTIONS + 4 * g);
-            store3(c->W + k * CLOSED_MOTIONS + 3 * g, x);
-            worst += x - x;
-        }
-    }
-    return sum3(worst) == 0.0;
-}
-
-/* P -= Q W, Y likewise. */
-MBSRI_INLINE void subtract_closed(const closing *c, slab *y, bool deep)
-{
-    for (int g = 0; g < CLOSED_MOTIONS; ++g) {
-        v4 *P = y->P[g / 3][g % 3], *Y = y->Y[g / 3][g % 3];
-        v4 sum[4] = {P[0], P[1], P[2], P[3]};
-        for (int k = 0; k < c->size; ++k) {
-            const double *Q = c->Q + k * c->actions;
-            const v4 x = splat(c->W[k * CLOSED_MOTIONS + g]);
-            for (int r = 0; r < 4; ++r) sum[r] -= load3(Q + 3 * r) * x;
-            for (int r = 0; r < 2 && deep; ++r) Y[r] -= load3(Q + 12 + 3 * r) * x;
-        }
-        for (int r = 0; r < 4; ++r) P[r] = sum[r];
-    }
-}
-
-/* By its numbers in turn. */
-MBSRI_INLINE void exchange(int size, const int *order, double *x, double *scratch)
-{
-    for (int k = 0; k < size; ++k) scratch[k] = x[order[k]];
-    for (int k = 0; k < size; ++k) x[k] = scratch[k];
-}
+#include "newton/sweeps/closing_part.h"
 
 /* Of `size` unknowns, a constant where that makes loops short; y: NULL on the root. */
 MBSRI_INLINE bool close_sized(const mbsri_newton_sweeps *newton, int k, int size, slab *y)
@@ -286,7 +21,8 @@ MBSRI_INLINE bool close_sized(const mbsri_newton_sweeps *newton, int k, int size
     const closing c = closing_of(v, k, size, deep);
     const open_pool pool = view_pool(v, v->swept + k);
     int *place = v->list;
-    if (!scale_T(&c, &pool, (int *)(void *)v->work) || !factor_T(&c, place)) return false;
+    if (!scale_T(&c, &pool, NULL, (int *)(void *)v->work) || !factor_T(&c, place, 1e-13))
+        return false;
     exchange(size, c.row, c.by_row, v->work);
     exchange(size, place, c.by_column, v->work);
     for (int l = 0; l < size; ++l) c.name[l] = pool.column[place[l]];
@@ -342,7 +78,7 @@ MBSRI_OUTLINE int close_loops_on(const mbsri_sweep_run *run, int i, mbsri_newton
     for (int k = v->first_closing[i]; k > 0 && !status; k = v->front[k].next) {
         if (v->swept[k].swept) {
             mbsri_carried_diagonal(w, run->data, k, newton->c);
-            if (!v->front[k].passes && close_front(newton, k, y)) continue;
+            if (v->front[k].passes ? close_part(newton, k, y) : close_front(newton, k, y)) continue;
         }
         status = close_by_front(run, newton, k, y);
     }
@@ -359,12 +95,22 @@ MBSRI_OUTLINE int meet_loops(const mbsri_sweep_run *run, int i, mbsri_newton_swe
 
 /* ---- solution ---- */
 
-/* T^-1 s. */
-MBSRI_INLINE void reduce_front(mbsr_newton *w, const closing *c, int k)
+/* Front k, of `size` unknowns that close there: T^-1 s, and what that adds to the forces; on the root nothing. */
+MBSRI_INLINE void load_closed(const mbsri_carried *v, const closing *c, int k, int size, v4 b[4],
+                              v4 psi[2], bool on_root)
 {
-    const double *s = w->carried.store + w->carried.swept[k].right;
-    for (int l = 0; l < c->size; ++l) c->right[l] = s[c->row[l]] * c->by_row[l];
-    solve_T(c, c->right);
+    const double *s = v->store + v->swept[k].right;
+    const bool deep = c->actions > CLOSED_ACTIONS;
+    closing sized = *c;
+    sized.size = size;
+    for (int l = 0; l < size; ++l) c->right[l] = s[c->row[l]] * c->by_row[l];
+    solve_T(&sized, c->right);
+    for (int l = 0; l < size && !on_root; ++l) {
+        const double *Q = c->Q + l * c->actions;
+        const v4 x = splat(c->right[l]);
+        for (int r = 0; r < 4; ++r) b[r] += load3(Q + 3 * r) * x;
+        for (int r = 0; r < 2 && deep; ++r) psi[r] += load3(Q + 12 + 3 * r) * x;
+    }
 }
 
 /* Loops that close on body i: what their right-hand sides add to its forces. */
@@ -381,14 +127,13 @@ MBSRI_OUTLINE void close_loads(mbsri_newton_sweeps *newton, int i, v4 b[4], v4 p
             for (int r = 0; r < 2; ++r) psi[r] += load3(own + 16 + 4 * r);
             continue;
         }
-        const closing c = closing_of(v, k, v->swept[k].count, deep);
-        reduce_front(w, &c, k);
-        for (int l = 0; l < c.size && i > 0; ++l) {
-            const double *Q = c.Q + l * c.actions;
-            const v4 x = splat(c.right[l]);
-            for (int r = 0; r < 4; ++r) b[r] += load3(Q + 3 * r) * x;
-            for (int r = 0; r < 2 && deep; ++r) psi[r] += load3(Q + 12 + 3 * r) * x;
+        const closing c = closed_front(v, k, deep);
+        switch (c.size) {
+        case 2: load_closed(v, &c, k, 2, b, psi, i == 0); break;
+        case 4: load_closed(v, &c, k, 4, b, psi, i == 0); break;
+        default: load_closed(v, &c, k, c.size, b, psi, i == 0); break;
         }
+        if (c.rest > 0) pass_rest(v, &c, k);
     }
 }
 
@@ -399,13 +144,14 @@ MBSRI_OUTLINE void close_motion(mbsri_newton_sweeps *newton, int i, const v4 x[4
     const mbsri_carried *v = &w->carried;
     const bool deep = is_deep(newton, i);
     for (int k = v->first_closing[i]; k > 0; k = v->front[k].next) {
-        double at[MBSRI_SWEPT_MOTIONS];
-        for (int g = 0; g < 4; ++g) store3(at + 4 * g, first_three(x[g]));
         if (!v->swept[k].closed) {
+            double at[MBSRI_SWEPT_MOTIONS];
+            for (int g = 0; g < 4; ++g) store3(at + 4 * g, first_three(x[g]));
             mbsri_front_substitute_one(w, k, at);
             continue;
         }
-        const closing c = closing_of(v, k, v->swept[k].count, deep);
+        const closing c = closed_front(v, k, deep);
+        if (c.rest > 0) move_rest(v, &c);
         for (int l = 0; l < c.size; ++l) {
             const double *W = c.W + l * CLOSED_MOTIONS;
             double of_motion = 0.0;

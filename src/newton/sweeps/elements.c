@@ -10,8 +10,10 @@
 #include "forces/gravity.h"
 #include "model/query.h"
 #include "newton/blocks/record.h"
+#include "newton/slopes/closure_slopes.h"
 #include "newton/slopes/force_slopes.h"
 #include "newton/slopes/relation.h"
+#include "recursion/closures.h"
 
 #include <string.h>
 
@@ -229,4 +231,50 @@ int mbsri_newton_slopes_at(mbsri_newton_sweeps *newton, mbsr_data *d)
         for (int i = 1; i <= calls && !status; ++i) status = slopes_of_call(newton, d, force, i);
     }
     return status;
+}
+
+/* ---- couplings ---- */
+
+static bool is_bent(const mbsri_closure *c)
+{
+    return mbsri_is_coupling(c) && !mbsri_closure_is_constant(c);
+}
+
+bool mbsri_newton_bends(const mbsr_model *m)
+{
+    const mbsri_closure *c = m->closures.data;
+    bool any = false;
+    for (size_t k = 0; k < m->closures.count; ++k) any = any || is_bent(c + k);
+    return any;
+}
+
+/* S: slopes of the forces of closure c, which is on body i from this column on. */
+static void bend(mbsri_newton_sweeps *w, const mbsri_closure *c, const double *S, int i, int column)
+{
+    const mbsri_sweep_body *b = w->tree->body + i;
+    for (int l = 0; l < b->n; ++l) {
+        for (int k = 0; k < b->n; ++k) {
+            const double slope = S[(column + l) * c->columns + column + k];
+            if (b->flags & MBSRI_MULTI)
+                w->block[b->multi].tau_q[k][l] += slope;
+            else
+                w->tau_q[b->u] += slope;
+        }
+    }
+}
+
+void mbsri_newton_bend(mbsri_newton_sweeps *newton)
+{
+    const mbsr_model *m = newton->model;
+    const mbsri_carried *v = &newton->blocks->carried;
+    const mbsri_closure *c = m->closures.data;
+    if (newton->bent || !newton->tau_q) return;
+    newton->bent = true;
+    for (size_t k = 0; k < m->closures.count; ++k, ++c) {
+        for (int l = 0; l < c->def.bodies && is_bent(c); ++l) {
+            const int i = c->body[l];
+            if (!is_block(newton->tree, i))
+                bend(newton, c, v->store + v->loop[k].S, i, c->column[l] + m->body[i].d);
+        }
+    }
 }

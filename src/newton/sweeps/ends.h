@@ -142,6 +142,7 @@ MBSRI_OUTLINE void take_ends(const mbsri_sweep_run *run, int i, mbsri_newton_swe
         const int number = v->end[k].closure;
         e.d = v->end[k].d;
         e.c = (const mbsri_closure *)w->model->closures.data + number;
+        if (mbsri_is_coupling(e.c)) continue; /* see fronts.h */
         e.loop = v->loop + number;
         e.column = e.c->column[v->end[k].slot];
         e.to = view_pool(v, v->swept + (i == e.loop->level / 2 ? e.loop->pool : i));

@@ -9,7 +9,9 @@
  *   du = k - K x_h - z v          z E = (row of the joint along Q) + gain e
  *   Q_h = Q + U e - C z           R_h = R - m K     T_h = T + n e - m z     s_h = s - n r_q - m k
  *
- * where m and n are what the rows read of the body's motion by du and by r_q. Where the joint's block is
+ * where m and n are what the rows read of the body's motion by du and by r_q. Couplings of joint coordinates
+ * act on the joint itself: they have part in the row of the joint, in e, m and n, and in no Q or R before it.
+ * Where the joint's block is
  * zero, loops may have to hold it: du is carried on, and with it the balance of forces (reaction.h).
  *
  * Along a strand (newton/blocks/swept.h) all stays in its place; where strands meet, one is added to the
@@ -21,6 +23,7 @@
 #include "newton/blocks/front_solve.h"
 #include "newton/blocks/swept.h"
 #include "newton/sweeps/one_axis.h"
+#include "recursion/closures.h"
 
 /* What the solution needs of the rows, and of the unknowns: du -= z v, the joint is moved by e v,
  * d(M u) += p v. */
@@ -96,6 +99,13 @@ MBSRI_INLINE v4 first_three(v4 x)
     return (v4)((i4)x & mask);
 }
 
+/* What couplings of joint coordinates are at a joint, `stride` numbers an axis: of each unknown the joint force
+ * and what eta moves, of each row what it reads of du and dq. NULL: nothing. */
+typedef struct joint_couplings {
+    double *tau, *push, *by_u, *by_q;
+    int stride;
+} joint_couplings;
+
 /* A joint on the way: its passage, and where what it hands on goes. */
 typedef struct joint_front {
     const passage *p;
@@ -110,6 +120,7 @@ typedef struct joint_front {
     int *to_column, *to_row; /* places of unknowns and rows in `to`, the joint's own the last */
     open_record record;
     double *balance; /* of a held joint: its row over the unknowns */
+    joint_couplings own;
 } joint_front;
 
 MBSRI_INLINE void put(const joint_front *j, double *to, v4 x)
@@ -174,6 +185,67 @@ MBSRI_INLINE bool open_next(mbsri_newton_sweeps *newton, int i, joint_front *j)
     return true;
 }
 
+/* A row of a coupling at an o of the joint. */
+MBSRI_INLINE void add_coupling_row(const mbsr_newton *w, const mbsr_data *data, int number, int k,
+                                   int column, int o, joint_front *j)
+{
+    const mbsri_carried *v = &w->carried;
+    const mbsri_closure *c = (const mbsri_closure *)w->model->closures.data + number;
+    const joint_couplings *own = &j->own;
+    const int at = column * c->rows + k, first = o * own->stride;
+    const double C = data->closure_C[c->at + (size_t)at];
+    const int lambda = first + place_of_name(&j->from, mbsri_name_lambda(c, k));
+    own->tau[lambda] += C;
+    own->by_u[lambda] += C;
+    own->by_q[lambda] += v->store[v->loop[number].slope + (size_t)at];
+    if (k >= c->held || data->dropped[c->row + k]) return;
+    const int name = mbsri_name_eta(w->model, c, k), next = lambda - first + 1;
+    const bool follows = next < j->from.pool->count && j->from.column[next] == name; /* mostly */
+    const int eta = first + (follows ? next : place_of_name(&j->from, name));
+    own->push[eta] += C;
+    own->by_q[eta] += C;
+}
+
+/* What of it crosses to other joints. */
+MBSRI_INLINE void add_coupling_across(const mbsr_newton *w, int number, int k, int column, int o,
+                                      joint_front *j)
+{
+    const mbsri_carried *v = &w->carried;
+    const mbsri_closure *c = (const mbsri_closure *)w->model->closures.data + number;
+    const mbsri_loop *loop = v->loop + number;
+    const int at = o * j->own.stride + place_of_name(&j->from, loop->across + k);
+    j->own.tau[at] += v->store[loop->left + (size_t)(k * c->columns + column)];
+    j->own.by_q[at] -= v->store[loop->read + (size_t)(column * loop->most + k)];
+}
+
+/* Couplings at joint i, of n axes. */
+MBSRI_OUTLINE void take_couplings(const mbsr_newton *w, const mbsr_data *data, int i, int n,
+                                  joint_front *j)
+{
+    const mbsri_carried *v = &w->carried;
+    const mbsri_closure *all = w->model->closures.data;
+    const int most = j->from.most, size = n * most;
+    for (int k = v->first_end[i]; k >= 0; k = v->end[k].next) {
+        const int number = v->end[k].closure;
+        const mbsri_closure *c = all + number;
+        if (!mbsri_is_coupling(c)) continue;
+        if (!j->own.tau) {
+            double *at = v->work + size; /* behind the balances */
+            memset(at, 0, 4 * (size_t)size * sizeof *at);
+            j->own = (joint_couplings){at, at + size, at + 2 * size, at + 3 * size, most};
+        }
+        const int column = c->column[v->end[k].slot] + w->model->body[i].d;
+        for (int o = 0; o < n; ++o) {
+            for (int r = 0; r < c->rows; ++r) {
+                if (data->dropped[c->row + r] && !mbsri_is_stiff(c, r)) continue;
+                add_coupling_row(w, data, number, r, column + o, o, j);
+            }
+            for (int r = 0; r < v->loop[number].rank; ++r)
+                add_coupling_across(w, number, r, column + o, o, j);
+        }
+    }
+}
+
 MBSRI_INLINE int column_place(const joint_front *j, int l)
 {
     return j->in_place ? l : j->to_column[l];
@@ -196,6 +268,7 @@ MBSRI_INLINE bool start_front(const mbsri_sweep_run *run, int i, mbsri_newton_sw
     j->in_place = pool->in_place;
     j->from = view_pool(v, pool);
     j->to = view_pool(v, v->swept + pool->up);
+    if (v->first_end[i] >= 0) take_couplings(newton->blocks, run->data, i, run->tree->body[i].n, j);
     j->count = pool->count;
     j->to_column = v->list;
     j->to_row = v->numbers + pool->place;
@@ -220,19 +293,20 @@ MBSRI_INLINE void hand_column(const joint_front *j, int place, const v4 Q[4], co
 }
 
 /* Unknown l through the joint. */
-MBSRI_INLINE void carry_column(const joint_front *j, int l, bool deep)
+MBSRI_INLINE void carry_column(const joint_front *j, int l, bool deep, bool coupled)
 {
     const passage *p = j->p;
+    const double tau = coupled ? j->own.tau[l] : 0.0, push = coupled ? j->own.push[l] : 0.0;
     const axis *a = &p->a;
     const double *from = j->from.Q + l * MBSRI_SWEPT_ACTIONS,
                  *sum = j->from.kappa + l * MBSRI_SWEPT_FORCES;
     v4 Q[4], kappa[2] = {load3(sum), load3(sum + 4)}, psi[2];
     for (int r = 0; r < 4; ++r) Q[r] = load3(from + 4 * r);
     for (int r = 0; r < 2; ++r) psi[r] = deep ? load3(from + 16 + 4 * r) : splat(0.0);
-    const double e = j->weight * sum3(a->S_w * kappa[0] + a->S_v * kappa[1]),
-                 g = sum3(along_row(a, j->by_c, Q, true)) + p->gain * e,
+    const double e = j->weight * (sum3(a->S_w * kappa[0] + a->S_v * kappa[1]) + push),
+                 g = sum3(along_row(a, j->by_c, Q, true)) + p->gain * e - j->by_c[0] * tau,
                  z = j->held ? 0.0 : g / p->E,
-                 seen = deep ? sum3(a->S_w * psi[PSI_L] + a->S_v * psi[PSI_P]) : 0.0;
+                 seen = deep ? sum3(a->S_w * psi[PSI_L] + a->S_v * psi[PSI_P]) - tau : 0.0;
     const v4 by_e = splat(e), by_z = splat(z);
     for (int r = 0; r < 4; ++r) Q[r] += p->U[r] * by_e - p->C[r] * by_z;
     for (int r = 0; r < 2 && deep; ++r)
@@ -258,13 +332,15 @@ MBSRI_INLINE void hand_row(const joint_front *j, int place, v4 R[4])
 }
 
 /* Row l that waits through the joint. */
-MBSRI_INLINE void carry_row(const joint_front *j, int l)
+MBSRI_INLINE void carry_row(const joint_front *j, int l, bool coupled)
 {
     const passage *p = j->p;
     const double *from = j->from.R + l * MBSRI_SWEPT_MOTIONS;
     v4 R[4];
     for (int g = 0; g < 4; ++g) R[g] = load3(from + 4 * g);
-    const double m = read_motion(R, p->motion), n = read_motion(R, p->by_r);
+    const double by_q = coupled ? j->by_c[0] * j->own.by_q[l] : 0.0,
+                 m = read_motion(R, p->motion) + by_q + (coupled ? j->own.by_u[l] : 0.0),
+                 n = read_motion(R, p->by_r) + by_q;
     j->record.m[l] = m;
     j->record.n[l] = n;
     for (int g = 0; g < 4; ++g) R[g] -= splat(m) * p->K[g];
@@ -311,6 +387,21 @@ MBSRI_OUTLINE void carry_rate(const joint_front *j)
     if (!j->on_root) hand_column(j, at, p->C, none, p->t.C, true);
 }
 
+/* Unknowns and rows past a joint without couplings, and with some. */
+MBSRI_INLINE void carry_uncoupled(const joint_front *j, bool deep)
+{
+    for (int l = 0; l < j->count && deep; ++l) carry_column(j, l, true, false);
+    for (int l = 0; l < j->count && !deep; ++l) carry_column(j, l, false, false);
+    for (int l = 0; l < j->count; ++l) carry_row(j, l, false);
+}
+
+MBSRI_OUTLINE void carry_coupled(const joint_front *j, bool deep)
+{
+    for (int l = 0; l < j->count && deep; ++l) carry_column(j, l, true, true);
+    for (int l = 0; l < j->count && !deep; ++l) carry_column(j, l, false, true);
+    for (int l = 0; l < j->count; ++l) carry_row(j, l, true);
+}
+
 /* All that is carried past joint i; false: more directions than the loops could hold. */
 MBSRI_OUTLINE bool carry_past(const mbsri_sweep_run *run, int i, mbsri_newton_sweeps *newton,
                               const passage *p, const v4 G[2], bool deep, bool held)
@@ -318,12 +409,13 @@ MBSRI_OUTLINE bool carry_past(const mbsri_sweep_run *run, int i, mbsri_newton_sw
     const mbsri_sweep_body *b = run->tree->body + i;
     joint_front j = {.p = p, .G = G, .deep = deep, .held = held};
     j.weight = b->n > 0 ? run->model->weight[b->u] : 0.0;
-    j.record = record_of(newton, i, 0);
     j.balance = newton->blocks->carried.work;
     if (!start_front(run, i, newton, &j)) return false;
-    for (int l = 0; l < j.count && deep; ++l) carry_column(&j, l, true);
-    for (int l = 0; l < j.count && !deep; ++l) carry_column(&j, l, false);
-    for (int l = 0; l < j.count; ++l) carry_row(&j, l);
+    j.record = record_of(newton, i, 0);
+    if (j.own.tau)
+        carry_coupled(&j, deep);
+    else
+        carry_uncoupled(&j, deep);
     carry_T(&j);
     if (held) carry_rate(&j);
     return true;

@@ -129,18 +129,22 @@ static void carry_column_of_axes(const mbsri_sweep_run *run, int i,
     const double *from = j->from.Q + l * MBSRI_SWEPT_ACTIONS,
                  *sum = j->from.kappa + l * MBSRI_SWEPT_FORCES, *weight = run->model->weight + b->u;
     v4 Q[4], kappa[2] = {load3(sum), load3(sum + 4)}, psi[2] = {splat(0.0), splat(0.0)};
-    double e[6], g[6], z[6];
+    double e[6], g[6], z[6], tau[6];
     for (int r = 0; r < 4; ++r) Q[r] = load3(from + 4 * r);
     for (int r = 0; r < 2 && j->deep; ++r) psi[r] = load3(from + 16 + 4 * r);
-    for (int k = 0; k < p->n; ++k)
-        e[k] = weight[k] * sum3(p->a[k].S_w * kappa[0] + p->a[k].S_v * kappa[1]);
     for (int k = 0; k < p->n; ++k) {
-        g[k] = sum3(along_row(p->a + k, j->by_c, Q, true));
+        const int at = k * j->own.stride + l;
+        const double push = j->own.tau ? j->own.push[at] : 0.0;
+        tau[k] = j->own.tau ? j->own.tau[at] : 0.0;
+        e[k] = weight[k] * (sum3(p->a[k].S_w * kappa[0] + p->a[k].S_v * kappa[1]) + push);
+    }
+    for (int k = 0; k < p->n; ++k) {
+        g[k] = sum3(along_row(p->a + k, j->by_c, Q, true)) - j->by_c[0] * tau[k];
         for (int o = 0; o < p->n; ++o) g[k] += B->gain[k][o] * e[o];
     }
     for (int k = 0; k < p->n && j->held; ++k) {
         double *balance = j->balance + k * j->count;
-        balance[l] = sum3(p->a[k].S_w * psi[PSI_L] + p->a[k].S_v * psi[PSI_P]);
+        balance[l] = sum3(p->a[k].S_w * psi[PSI_L] + p->a[k].S_v * psi[PSI_P]) - tau[k];
         for (int o = 0; o < p->n; ++o) balance[l] += t->gain[k][o] * e[o];
     }
     for (int k = 0; k < p->n; ++k) {
@@ -169,6 +173,12 @@ static void carry_row_of_axes(const mbsri_newton_sweeps *newton, int i, const ax
         const open_record by = record_of(newton, i, k);
         by.m[l] = read_motion(R, t->by_u[k]);
         by.n[l] = read_motion(R, t->by_g[k]);
+        if (j->own.tau) {
+            const int at = k * j->own.stride + l; /* q' = u here */
+            const double by_q = j->by_c[0] * j->own.by_q[at];
+            by.m[l] += by_q + j->own.by_u[at];
+            by.n[l] += by_q;
+        }
         for (int g = 0; g < 4; ++g) out[g] -= splat(by.m[l]) * p->K[k][g];
     }
     hand_row(j, row_place(j, l), out);

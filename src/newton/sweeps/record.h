@@ -144,6 +144,7 @@ struct mbsri_newton_sweeps {
     bool large;                      /* the model does not fit into a cache */
     bool looped;                     /* the last factorisation is of that kind */
     bool marked;                     /* its deep bodies are, and no others since */
+    bool bent;                       /* at this factorisation: see mbsri_newton_bend */
     struct mbsr_newton *blocks;      /* eliminates the joints of blocks; NULL: there are none */
     int status;                      /* what it said last */
     mbsri_newton_deep *below;        /* nu */

@@ -80,7 +80,8 @@ static size_t layout(const mbsr_model *m, const mbsri_sweeps *tree, unsigned cha
     w->carry = take(base, &used, depth * sizeof *w->carry);
     w->flow = take(base, &used, depth * sizeof *w->flow);
     const bool armature = mbsri_largest(m->nu, m->armature) > 0.0;
-    const size_t slopes = loaded > 0 || tree->joint_forces || armature ? nu : 0;
+    const bool any = loaded > 0 || tree->joint_forces || armature || mbsri_newton_bends(m);
+    const size_t slopes = any ? nu : 0;
     w->tau_q = take(base, &used, slopes * sizeof *w->tau_q);
     w->tau_u = take(base, &used, slopes * sizeof *w->tau_u);
     const bool deep = may_be_deep(tree);
@@ -185,6 +186,7 @@ int mbsri_newton_sweeps_factor(mbsri_newton_sweeps *newton, mbsr_data *d, double
     if (opened) return opened;
     newton->c = c;
     newton->by_c = 1.0 / c;
+    newton->bent = false;
     if (newton->tau_q) {
         /* elements look into the data */
         if (run.q != d->q) mbsri_copy((size_t)m->nq, run.q, d->q);

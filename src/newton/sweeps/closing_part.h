@@ -1,0 +1,192 @@
+/* Loops that close where others are carried on: as closing.h, of the unknowns a that may go.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * With b those that are carried on, and X = T_aa^-1 T_ab,
+ *
+ *   v_a = T_aa^-1 s_a - W x - X v_b,   W = T_aa^-1 R_a,      P <- P - Q_a W
+ *   Q_b <- Q_b - Q_a X    R_b <- R_b - T_ba W    T_bb <- T_bb - T_ba X    s_b <- s_b - T_ba T_aa^-1 s_a
+ *
+ * Pivots are sought in T_aa alone; where they are small, and where directions without inertia are delayed, which may
+ * wait for other loops, the dense front takes over. */
+#ifndef MBSRI_NEWTON_CLOSING_PART_H
+#define MBSRI_NEWTON_CLOSING_PART_H
+
+#include "newton/sweeps/closing_matrix.h"
+
+/* Places of the multipliers of front k, a first; returns how many, -1: there are directions that are delayed. */
+MBSRI_INLINE int sort_part(const mbsr_newton *w, int k, int *at)
+{
+    const mbsri_carried *v = &w->carried;
+    const int count = v->swept[k].count, *name = v->numbers + v->swept[k].column;
+    int done = 0, rest = count;
+    for (int l = count - 1; l >= 0; --l) {
+        if (name[l] >= v->multipliers) return -1;
+        if (mbsri_carried_level(w, name[l]) < v->front[k].level) at[--rest] = l;
+    }
+    for (int l = 0, next = rest; l < count; ++l) {
+        if (next < count && at[next] == l)
+            ++next;
+        else
+            at[done++] = l;
+    }
+    return done;
+}
+
+/* X, and T_ba in the scales of a; false: not finite. place: the columns of a. */
+MBSRI_INLINE bool place_beside(const closing *c, const open_pool *pool, const int *place)
+{
+    double worst = 0.0;
+    for (int m = 0; m < c->rest; ++m) {
+        const int at = c->row[c->size + m];
+        double *X = c->LU + (c->size + m) * c->span;
+        for (int l = 0; l < c->size; ++l) {
+            X[l] = pool->T[at * pool->most + c->row[l]] * c->by_row[l];
+            c->LU[l * c->span + c->size + m] =
+                pool->T[place[l] * pool->most + at] * c->by_column[l];
+        }
+        solve_T(c, X);
+        for (int l = 0; l < c->size; ++l) {
+            const double below = c->LU[l * c->span + c->size + m];
+            worst += (X[l] - X[l]) + (below - below);
+        }
+    }
+    return worst == 0.0;
+}
+
+/* Unknown m of b, its forces and what eta moves, to the pool that goes on. */
+MBSRI_INLINE void hand_unknown(const closing *c, const open_pool *from, const open_pool *to, int m,
+                               int place, bool deep)
+{
+    const int at = c->row[c->size + m], groups = deep ? 6 : 4;
+    const double *X = c->LU + (c->size + m) * c->span, *Q = from->Q + at * MBSRI_SWEPT_ACTIONS,
+                 *kappa = from->kappa + at * MBSRI_SWEPT_FORCES;
+    double *to_Q = to->Q + place * MBSRI_SWEPT_ACTIONS,
+           *to_kappa = to->kappa + place * MBSRI_SWEPT_FORCES;
+    for (int r = 0; r < groups; ++r) {
+        v4 sum = load3(Q + 4 * r);
+        for (int l = 0; l < c->size; ++l) sum -= load3(c->Q + l * c->actions + 3 * r) * splat(X[l]);
+        store3(to_Q + 4 * r, load3(to_Q + 4 * r) + first_three(sum));
+    }
+    for (int g = 0; g < MBSRI_SWEPT_FORCES; g += 4)
+        store3(to_kappa + g, load3(to_kappa + g) + load3(kappa + g));
+}
+
+/* Its row. */
+MBSRI_INLINE void hand_waiting(const closing *c, const open_pool *from, const open_pool *to, int m,
+                               int place)
+{
+    const int at = c->row[c->size + m];
+    const double *below = c->LU + c->size + m, *R = from->R + at * MBSRI_SWEPT_MOTIONS;
+    double *to_R = to->R + place * MBSRI_SWEPT_MOTIONS;
+    for (int g = 0; g < 4; ++g) {
+        v4 sum = load3(R + 4 * g);
+        for (int l = 0; l < c->size; ++l)
+            sum -= load3(c->W + l * CLOSED_MOTIONS + 3 * g) * splat(below[l * c->span]);
+        store3(to_R + 4 * g, load3(to_R + 4 * g) + first_three(sum));
+    }
+}
+
+/* What is carried on. */
+MBSRI_INLINE void hand_rest(const mbsri_carried *v, const closing *c, int k, bool deep)
+{
+    const open_pool from = view_pool(v, v->swept + k);
+    open_pool to = view_pool(v, v->swept + from.pool->up);
+    int *place = v->numbers + v->front[k].place;
+    for (int m = 0; m < c->rest; ++m)
+        place[m] = place_of_name(&to, from.column[c->row[c->size + m]]);
+    for (int m = 0; m < c->rest; ++m) {
+        const int at = c->row[c->size + m];
+        const double *X = c->LU + (c->size + m) * c->span;
+        hand_unknown(c, &from, &to, m, place[m], deep);
+        hand_waiting(c, &from, &to, m, place[m]);
+        for (int n = 0; n < c->rest; ++n) {
+            double sum = from.T[at * from.most + c->row[c->size + n]];
+            for (int l = 0; l < c->size; ++l) sum -= c->LU[l * c->span + c->size + n] * X[l];
+            to.T[place[m] * to.most + place[n]] += sum;
+        }
+    }
+}
+
+/* Front k at the last factorisation. */
+MBSRI_INLINE closing closed_front(const mbsri_carried *v, int k, bool deep)
+{
+    const mbsri_front *front = v->front + k;
+    if (!front->passes) return closing_of(v, k, v->swept[k].count, deep);
+    closing c = closing_of(v, k, front->size, deep);
+    c.size = front->done;
+    c.rest = front->size - front->done;
+    return c;
+}
+
+/* Of `size` unknowns that go, a constant where that makes loops short. */
+MBSRI_INLINE bool close_part_sized(const mbsri_newton_sweeps *newton, int k, int size, slab *y)
+{
+    const mbsri_carried *v = &newton->blocks->carried;
+    const open_pool pool = view_pool(v, v->swept + k);
+    const bool deep = is_deep(newton, pool.pool->body);
+    int *at = v->list, *place = at + pool.pool->count;
+    closing c = closed_front(v, k, deep);
+    c.size = size;
+    if (!scale_T(&c, &pool, at, (int *)(void *)v->work)) return false;
+    if (!factor_T(&c, place, MBSRI_CLEAR_PIVOT)) return false;
+    exchange(size, c.row, c.by_row, v->work);
+    exchange(size, place, c.by_column, v->work);
+    for (int l = 0; l < size; ++l) {
+        c.row[l] = at[c.row[l]];
+        place[l] = at[place[l]];
+    }
+    for (int m = size; m < size + c.rest; ++m) c.row[m] = place[m] = at[m];
+    for (int l = 0; l < size + c.rest; ++l) c.name[l] = pool.column[place[l]];
+    if (!place_W(&c, &pool, place, v->work) || !place_beside(&c, &pool, place)) return false;
+    if (deep)
+        hand_rest(v, &c, k, true);
+    else
+        hand_rest(v, &c, k, false);
+    if (y && deep)
+        subtract_closed(&c, y, true);
+    else if (y)
+        subtract_closed(&c, y, false);
+    return true;
+}
+
+/* Front k, from which something is carried on; y: NULL on the root. False: nothing is done. A coupling has two
+ * unknowns. */
+MBSRI_OUTLINE bool close_part(mbsri_newton_sweeps *newton, int k, slab *y)
+{
+    const mbsri_carried *v = &newton->blocks->carried;
+    mbsri_front *front = v->front + k;
+    bool *closed = &v->swept[k].closed;
+    mbsri_carried_seat(newton->blocks, k);
+    front->size = v->swept[k].count;
+    front->done = sort_part(newton->blocks, k, v->list);
+    switch (front->done) {
+    case -1: return false;
+    case 2: return *closed = close_part_sized(newton, k, 2, y);
+    default: return *closed = close_part_sized(newton, k, front->done, y);
+    }
+}
+
+/* On the way back: less X v_b. */
+MBSRI_OUTLINE void move_rest(const mbsri_carried *v, const closing *c)
+{
+    for (int m = 0; m < c->rest; ++m) {
+        const double value = v->value[c->name[c->size + m]], *X = c->LU + (c->size + m) * c->span;
+        for (int l = 0; l < c->size; ++l) c->right[l] -= X[l] * value;
+    }
+}
+
+/* Right-hand sides of the rows that go on, when T_aa^-1 s_a is there. */
+MBSRI_OUTLINE void pass_rest(const mbsri_carried *v, const closing *c, int k)
+{
+    const mbsri_pool *pool = v->swept + k;
+    const int *place = v->numbers + v->front[k].place;
+    const double *from = v->store + pool->right;
+    double *to = v->store + v->swept[pool->up].right;
+    for (int m = 0; m < c->rest; ++m) {
+        double sum = from[c->row[c->size + m]];
+        for (int l = 0; l < c->size; ++l) sum -= c->LU[l * c->span + c->size + m] * c->right[l];
+        to[place[m]] += sum;
+    }
+}
+
+#endif
