@@ -104,7 +104,7 @@ MBSR_API int mbsr_index1_reset(const mbsr_model *model, mbsr_data *data);
  *
  * For each number of u the mbsr_rank_info.scale of its joint, but at least 3 % of the diagonal entry of
  * the mass matrix, so that a light body which carries a heavy one is tested as that one; where the joint has no
- * mass the largest scale in the tree (1 without any mass). With closures, up to 600 rates and rows, 0.35 over
+ * mass the largest scale in the tree (1 without any mass). With closures 0.35 over
  * mbsr_closures_mobility takes the place of the scale, between a thousandth of the largest diagonal entry of its kind
  * (turns, or moves) and that: the same in all units. Needs mbsr_backward, and leaves its results; with closures it
  * takes memory. MBSR_ERR_NULL, MBSR_ERR_MISMATCH, MBSR_ERR_SEQUENCE, statuses of mbsr_backward. */

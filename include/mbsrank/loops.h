@@ -92,8 +92,8 @@ MBSR_API int mbsr_closure_row_kind(const mbsr_model *model, mbsr_data *data, int
  * mobility (nu) = diag(Z (Z^T M Z)^-1 Z^T), where the columns of Z span the rates that the rows allow; its
  * inverse is the inertia that the rate moves. It does not depend on where loops are cut. 0 for rates that
  * the loops do not let change, -1 for those that move no mass. At the positions of mbsr_positions. Stiff
- * rows count as rigid, unless they are not settled. MBSR_ERR_NULL, MBSR_ERR_NO_MEMORY, MBSR_ERR_SEQUENCE,
- * MBSR_NOT_FINITE. */
+ * rows count as rigid, unless they are not settled. Takes memory for a short time, and O(bodies + loops); results of
+ * mbsr_backward are lost. MBSR_ERR_NULL, MBSR_ERR_NO_MEMORY, MBSR_ERR_SEQUENCE, MBSR_NOT_FINITE. */
 MBSR_API int mbsr_closures_mobility(const mbsr_model *model, mbsr_data *data, double *mobility);
 
 /* Which rows the data leaves out of the momentum form, redundant (m): their multipliers are zero and

@@ -24,9 +24,6 @@ static const double share_of_locked = 0.03;
 /* Of what a rate moves with closed loops: several momenta act on one rate. */
 static const double share_of_moved = 0.35;
 
-/* Beyond so many joint rates and rows dense matrices are not worth while. */
-enum { MOST_DENSE = 600 };
-
 /* mbsr_rank_info.scale of the joint of a body; 0 without mass. */
 static double scale_of(const mbsr_model *model, mbsr_data *data, int id)
 {
@@ -78,7 +75,7 @@ static void close_loops(const mbsr_model *model, mbsr_data *data, const double *
 {
     double largest[KINDS];
     mbsr_coordinate_kind kind[MBSR_MAX_D];
-    if (model->rows == 0 || model->nu + model->rows > MOST_DENSE) return;
+    if (model->rows == 0) return;
     if (mbsr_closures_mobility(model, data, mass)) return;
     find_largest(model, locked, largest);
     for (int id = 0; id < model->bodies; ++id) {

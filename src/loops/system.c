@@ -17,19 +17,19 @@
 
 /* ---- what comes together at a body ---- */
 
-/* What the rigid rows of a closure read of its body l, as something carried; NULL: no memory. */
+/* What the rows of a closure read of its body l, as something carried; NULL: no memory. */
 static mbsri_waiting *open_end(mbsri_system *w, const mbsri_closure *c, int l, double lever)
 {
     const mbsri_body *b = w->m->body + c->body[l];
     int count = 0;
-    for (int k = 0; k < c->rows; ++k) count += !mbsri_is_stiff(c, k);
+    for (int k = 0; k < c->rows; ++k) count += !w->left_out[c->row + k];
     mbsri_waiting *p = mbsri_open_waiting(w, count, b->d);
     if (!p) return NULL;
     count = 0;
     for (int k = 0; k < c->rows; ++k) {
         const double *C = w->d->closure_C + c->at + (size_t)(c->column[l] * c->rows + k);
         double turn, move;
-        if (mbsri_is_stiff(c, k)) continue;
+        if (w->left_out[c->row + k]) continue;
         mbsri_row_parts(w->m, w->d, c, l, k, &turn, &move);
         mbsri_share(turn, move, w->m->length, w->share + c->row + k);
         for (int j = 0; j < b->d; ++j) {

@@ -1,7 +1,7 @@
 /* Equations of motion with loops, solved along the tree in O(bodies + loops).
  * SPDX-License-Identifier: BSD-3-Clause
  *
- *   M x - C^T lambda = g,    C x = b          with the rigid rows of C
+ *   M x - C^T lambda = g,    C x = b          with the rows of C that are not left out
  *
  * by the articulated-body algorithm: the motions x of joints are eliminated from the leaves to the root. A body
  * passes on, beside its articulated inertia, what is still unknown of the loops behind it: v, that is lambda
@@ -29,9 +29,14 @@
  * belongs to them. `armature`: as above. */
 int mbsri_system_factor(mbsri_system *w, const double *armature, const char *function);
 
-/* x (nu, by the caller's order) and lambda (rows, zero in stiff ones), from g (nu, likewise) and b (rows). */
+/* x (nu, by the caller's order) and lambda (rows, zero in those left out), from g (nu, likewise) and b (rows). */
 void mbsri_system_solve(mbsri_system *w, const double *g, const double *b, double *x,
                         double *lambda);
+
+/* The steps of the way back, on w's own v, a, e and s: the rates of joint i to their place in e, which has what is
+ * left of g, from a of the predecessor and v of the loops (work: n); then a of the body, and v of what closes there. */
+void mbsri_system_rates(mbsri_system *w, int i, double *work);
+void mbsri_system_move(mbsri_system *w, int i);
 
 /* The joint rate (place in the caller's u) that has most of a motion that nothing determines; `free` is not -1. */
 int mbsri_system_free_rate(const mbsri_system *w);

@@ -4,7 +4,6 @@
 
 #include "algebra/dense.h"
 #include "model/query.h"
-#include "recursion/closures.h"
 
 /* Of the joint: e = g - J^T fbar, what the loops open past it get of it, fbar_pred -= H^T (fbar + G e). */
 static void load_joint(mbsri_system *w, int i, double *work)
@@ -24,8 +23,7 @@ static void load_joint(mbsri_system *w, int i, double *work)
     mbsri_atx(b->d, b->d_pred, -1.0, d->H + b->dp, fbar, w->fbar + b->pred_v);
 }
 
-/* x = D^+ (e - U^T H a_pred - X v) + N w to its place in e, a = -(H a_pred + J x). */
-static void move_joint(mbsri_system *w, int i, double *work)
+void mbsri_system_rates(mbsri_system *w, int i, double *work)
 {
     const mbsri_body *b = w->m->body + i;
     const mbsr_data *d = w->d;
@@ -41,18 +39,19 @@ static void move_joint(mbsri_system *w, int i, double *work)
     for (int k = 0; p && k < p->nulls; ++k)
         mbsri_ax(b->n, 1, 1.0, p->N + k * b->n, w->v + p->id[p->count + k], x);
     mbsri_copy((size_t)b->n, x, e);
-    mbsri_ax(b->d, b->n, 1.0, d->J + b->dn, x, a);
-    for (int k = 0; k < b->d; ++k) a[k] = -a[k];
 }
 
-static void clear_springs(const mbsri_system *w, double *row)
+void mbsri_system_move(mbsri_system *w, int i)
 {
-    const mbsri_closure *c = w->m->closures.data;
-    for (size_t id = 0; id < w->m->closures.count; ++id, ++c) {
-        for (int k = 0; k < c->rows; ++k) {
-            if (mbsri_is_stiff(c, k)) row[c->row + k] = 0.0;
-        }
+    const mbsri_body *b = w->m->body + i;
+    double *a = w->a + b->v;
+    if (i > 0) {
+        mbsri_zero((size_t)b->d, a);
+        mbsri_ax(b->d, b->d_pred, -1.0, w->d->H + b->dp, w->a + b->pred_v, a);
+        mbsri_ax(b->d, b->n, -1.0, w->d->J + b->dn, w->e + b->iu, a);
     }
+    for (const mbsri_pivots *f = w->closing[i]; f; f = f->next)
+        mbsri_pivots_backward(f, w->s, a, w->v);
 }
 
 void mbsri_system_solve(mbsri_system *w, const double *g, const double *b, double *x,
@@ -74,11 +73,12 @@ void mbsri_system_solve(mbsri_system *w, const double *g, const double *b, doubl
     }
     mbsri_zero((size_t)m->root.d, w->a);
     for (int i = 0; i <= m->bodies; ++i) {
-        if (i > 0) move_joint(w, i, work);
-        for (const mbsri_pivots *f = w->closing[i]; f; f = f->next)
-            mbsri_pivots_backward(f, w->s, w->a + m->body[i].v, w->v);
+        if (i > 0) mbsri_system_rates(w, i, work);
+        mbsri_system_move(w, i);
     }
     mbsri_scatter(m, w->e, x);
     mbsri_copy(rows, w->v, lambda);
-    clear_springs(w, lambda);
+    for (size_t k = 0; k < rows; ++k) {
+        if (w->left_out[k]) lambda[k] = 0.0;
+    }
 }

@@ -5,6 +5,7 @@
 #include "algebra/dense.h"
 #include "base/error.h"
 #include "base/memory.h"
+#include "recursion/closures.h"
 
 struct mbsri_chunk {
     struct mbsri_chunk *next;
@@ -35,7 +36,10 @@ static void list_ends(mbsri_system *w)
     const mbsri_closure *c = m->closures.data;
     for (int i = 0; i <= m->bodies; ++i) w->first_end[i] = -1;
     for (int id = 0; id < (int)m->closures.count; ++id, ++c) {
-        for (int k = 0; k < c->rows; ++k) w->closes[c->row + k] = c->meets;
+        for (int k = 0; k < c->rows; ++k) {
+            w->closes[c->row + k] = c->meets;
+            w->left_out[c->row + k] = mbsri_is_stiff(c, k);
+        }
         for (int l = 0; l < c->bodies; ++l) {
             const int end = id * MBSRI_ENDS + l, i = c->body[l];
             if (i == 0 || c->column[l] < 0) continue;
@@ -53,7 +57,7 @@ int mbsri_system_open(mbsri_system *w, const mbsr_model *m, mbsr_data *d, const 
     const size_t numbers = 2 * unknowns + 2 * m->size_v + nu + rows, pointers = 4 * bodies + ends,
                  ints = bodies + ends + rows + 2 * unknowns + 2 * (bodies + ends);
     w->memory = mbsri_allocate(&m->allocator, numbers * sizeof(double) + pointers * sizeof(void *) +
-                                                  ints * sizeof(int));
+                                                  ints * sizeof(int) + rows * sizeof(bool));
     if (!w->memory)
         return mbsri_fail(&d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                           "%s: no memory for equations of %d joint rates and %d rows of closures",
@@ -75,6 +79,7 @@ int mbsri_system_open(mbsri_system *w, const mbsr_model *m, mbsr_data *d, const 
     w->set = w->slot + unknowns;
     w->group = w->set + unknowns;
     w->mate = w->group + bodies + ends;
+    w->left_out = (bool *)(w->mate + bodies + ends);
     for (size_t k = 0; k < unknowns; ++k) w->slot[k] = -1;
     list_ends(w);
     return MBSR_OK;

@@ -35,6 +35,7 @@ typedef struct mbsri_system {
     mbsri_waiting **part;      /* bodies + ends: what meets at one body */
     int *first_end, *next_end; /* ends of closures at a body, -1: none */
     int *closes;               /* rows: the body where it is eliminated */
+    bool *left_out;            /* rows: without a part in the equations; stiff ones at first */
     int *slot, *set;           /* rows + nu: places of unknowns for a short time, -1; unknowns */
     int *group, *mate;         /* bodies + ends: of parts */
     double *s, *v;             /* rows + nu: right-hand sides, solution */

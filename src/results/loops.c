@@ -12,6 +12,7 @@
 #include "dynamics/entry.h"
 #include "loops/assemble.h"
 #include "loops/forward.h"
+#include "loops/mobility.h"
 #include "loops/motion.h"
 #include "loops/ranks.h"
 #include "loops/rounding.h"
@@ -254,35 +255,11 @@ int mbsr_closures_report(const mbsr_model *model, mbsr_data *data, double t, con
 
 /* ---- mobility ---- */
 
-/* K (x; lambda) = (e_k; 0): x_k. A vector of the kernel with a part of e_k moves no mass. */
-static double mobility_of(mbsri_dense *w, int k)
-{
-    mbsri_zero((size_t)w->N, w->g);
-    w->g[k] = 1.0;
-    for (int l = 0; l < w->moving; ++l) {
-        mbsri_dense_null(w, l, w->x);
-        if (fabs(w->x[k]) > 1e-6 * w->span[k]) return -1.0;
-    }
-    mbsri_dense_solve(w, w->g, w->x);
-    return fmax(w->x[k], 0.0);
-}
-
 int mbsr_closures_mobility(const mbsr_model *model, mbsr_data *data, double *mobility)
 {
     static const char name[] = "mbsr_closures_mobility";
-    mbsri_dense w;
-    int status = mbsri_enter(model, data, mobility != NULL, MBSRI_STAGE_POSITIONS, name);
-    if (status) return status;
-    status = mbsri_dense_open(&w, model, data, name);
-    if (!status) {
-        mbsri_loops_leave_out(&w, false);
-        status = mbsri_dense_factor(&w, w.left_out);
-    }
-    for (int k = 0; k < w.n && !status; ++k) w.out[k] = mobility_of(&w, k);
-    if (!status) status = mbsri_check_result(model, data, (size_t)w.n, w.out, name);
-    if (!status) mbsri_copy((size_t)w.n, w.out, mobility);
-    mbsri_dense_close(&w);
-    return status;
+    const int status = mbsri_enter(model, data, mobility != NULL, MBSRI_STAGE_POSITIONS, name);
+    return status ? status : mbsri_loops_mobility(model, data, mobility, name);
 }
 
 /* ---- rows ---- */
