@@ -6,6 +6,7 @@
 #include "base/memory.h"
 #include "newton/blocks/swept.h"
 #include "newton/slopes/closure_slopes.h"
+#include "newton/slopes/closure_turn.h"
 #include "recursion/closures.h"
 #include "recursion/group.h"
 #include "sweeps/tree.h"
@@ -321,6 +322,7 @@ static void place_slopes(mbsr_newton *w, size_t *doubles)
         loop->slope = take(doubles, (size_t)c->rows * columns);
         loop->left = take(doubles, columns * most);
         loop->read = take(doubles, columns * most);
+        loop->turn = take(doubles, most > 0 ? mbsri_closure_turn_size(c) : 0);
         widen(&w->carried, mbsri_closure_tangents_work(c));
     }
 }

@@ -21,8 +21,8 @@ bool mbsri_carried_create(mbsr_newton *w);
 void mbsri_carried_destroy(mbsr_newton *w);
 
 /* Before an elimination: the derivatives of all closures at the state, and in the pools what they
- * are at their bodies. A status. */
-int mbsri_carried_open(mbsr_newton *w, mbsr_data *d, double c);
+ * are at their bodies; by looped.h, which knows closures that turn (turned.h). A status. */
+int mbsri_carried_open(mbsr_newton *w, mbsr_data *d, double c, bool looped);
 
 /* The place of the name in a list of `count`; -1: it is not there. */
 static inline int mbsri_carried_find(const int *list, int count, int name)

@@ -1,6 +1,7 @@
 /* Closures in the elimination on the tree, at one factorisation: see carried.h.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "newton/blocks/carried.h"
+#include "newton/blocks/turned.h"
 
 #include "algebra/dense.h"
 #include "newton/slopes/closure_slopes.h"
@@ -158,7 +159,7 @@ static void open_multipliers(mbsr_newton *w, const mbsri_closure *closure, int k
 }
 
 /* The derivatives of closure k. */
-static int open_loop(mbsr_newton *w, mbsr_data *d, int k, double factor)
+static int open_loop(mbsr_newton *w, mbsr_data *d, int k, double factor, bool looped)
 {
     mbsri_carried *v = &w->carried;
     mbsri_loop *loop = v->loop + k;
@@ -169,17 +170,27 @@ static int open_loop(mbsr_newton *w, mbsr_data *d, int k, double factor)
                                   v->store + loop->read,
                                   loop->most,
                                   0};
-    int status = MBSR_OK;
     for (int l = 0; l < c->rows; ++l) open_multipliers(w, c, l, factor);
-    if (!mbsri_closure_is_constant(c))
-        status = mbsri_closure_tangents_of(w->model, d, c, v->work, &out);
+    loop->turned = false;
+    loop->rank = 0;
+    if (mbsri_closure_is_constant(c)) return MBSR_OK;
+    const int status = mbsri_closure_tangents_of(w->model, d, c, v->work, &out);
+    if (status || loop->most == 0) return status;
+    loop->turned = looped && mbsri_turned_open(w, d, k, factor);
+    if (loop->turned) {
+        loop->next_turned = v->first_turned;
+        v->first_turned = k;
+        return MBSR_OK;
+    }
+    mbsri_closure_across(c, v->work, &out);
     loop->rank = out.rank;
-    return status;
+    return MBSR_OK;
 }
 
-int mbsri_carried_open(mbsr_newton *w, mbsr_data *d, double c)
+int mbsri_carried_open(mbsr_newton *w, mbsr_data *d, double c, bool looped)
 {
     mbsri_carried *v = &w->carried;
+    v->first_turned = -1;
     for (int k = 0; k < v->uses; ++k) {
         const int i = v->used[k];
         v->pool[i].count = v->swept[i].count = 0;
@@ -187,7 +198,7 @@ int mbsri_carried_open(mbsr_newton *w, mbsr_data *d, double c)
     }
     for (int k = 0; k < (int)w->model->closures.count; ++k) {
         mbsri_expect_closure(w->model, closure_of(w, k));
-        const int status = open_loop(w, d, k, c);
+        const int status = open_loop(w, d, k, c, looped);
         if (status) return status;
     }
     for (int k = 0; k < (int)w->model->closures.count; ++k) {

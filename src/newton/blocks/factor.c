@@ -238,7 +238,7 @@ int mbsri_tree_factor(mbsr_newton *w, mbsr_data *d, double t, const double *y, c
     w->mixed = false;
     int status = evaluate(w, d, t, y, yp);
     w->c = c;
-    if (!status && m->rows > 0) status = mbsri_carried_open(w, d, c);
+    if (!status && m->rows > 0) status = mbsri_carried_open(w, d, c, false);
     if (!status && w->linked) status = mbsri_links_open(w, d, NULL);
     for (int k = 0; k < m->bodies && !status; ++k) {
         const int i = mbsri_links_turn(w, k), parent = m->body[i].parent;

@@ -84,6 +84,9 @@ typedef struct mbsri_loop {
     size_t S, slope;   /* offsets: columns x columns, rows x columns */
     size_t left, read; /* columns x most, most x columns */
     int next;          /* of the same front in vector code (swept.h); -1: none */
+    bool turned;       /* at the last factorisation: nothing crosses, see turned.h */
+    int next_turned;   /* -1: none */
+    size_t turn;       /* offset, where anything may cross */
 } mbsri_loop;
 
 /* A multiplier lambda or eta in a solution. */
@@ -171,6 +174,7 @@ typedef struct mbsri_carried {
     int *first_end;         /* N + 1 */
     int *first_closing;     /* N + 1: closing fronts of a body, 0: none */
     int *closure;           /* multipliers: the closure of the name */
+    int first_turned;       /* -1: none */
     bool *served;           /* N + 1: joints that are fronts */
     int *used, uses,
         apart; /* pools that have room for unknowns: which, and how many; those of blocks, which stand

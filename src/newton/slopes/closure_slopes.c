@@ -85,11 +85,14 @@ int mbsri_closure_tangents_of(const mbsr_model *m, mbsr_data *d, const mbsri_clo
             mbsri_closure_label(m, (int)(c - (const mbsri_closure *)m->closures.data), label),
             c->def.table->name, d->t);
     }
-    if (out->most == 0) return MBSR_OK;
+    return MBSR_OK;
+}
+
+void mbsri_closure_across(const mbsri_closure *c, double *work, mbsri_closure_tangents *out)
+{
     take_across(c, out->S, work);
     /* shorter columns are rounding errors of the differences */
     const double least = 1e-10 * mbsri_longest_column(c->columns, c->columns, out->S);
     out->rank =
         mbsri_low_rank(c->columns, c->columns, work, out->left, out->read, out->most, least);
-    return MBSR_OK;
 }

@@ -6,8 +6,8 @@
 #include "recursion/data.h"
 
 /* Of a closure with loop forces lambda: S (columns x columns) of C^T lambda and slope (rows x
- * columns) of C (V, u) + g_t along displacements. What of S ties different bodies together is left
- * (columns x rank) read (rank x columns, `most` rows) besides. */
+ * columns) of C (V, u) + g_t along displacements; of mbsri_closure_across: what of S ties different bodies
+ * together is left (columns x rank) read (rank x columns, `most` rows). */
 typedef struct mbsri_closure_tangents {
     double *S, *slope, *left, *read;
     int most, rank;
@@ -20,6 +20,9 @@ size_t mbsri_closure_tangents_work(const mbsri_closure *c);
  * MBSR_NOT_FINITE. */
 int mbsri_closure_tangents_of(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c,
                               double *work, mbsri_closure_tangents *out);
+
+/* When S is there; `work` as before. */
+void mbsri_closure_across(const mbsri_closure *c, double *work, mbsri_closure_tangents *out);
 
 /* Whether all of them are always zero. */
 bool mbsri_closure_is_constant(const mbsri_closure *c);

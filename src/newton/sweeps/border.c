@@ -184,7 +184,7 @@ int mbsri_border_open(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton)
             mbsri_tree_mark(w, i, run->rank[i]);
     }
     if (!has_loops(newton)) return MBSR_OK;
-    return mbsri_carried_open(w, run->data, newton->c);
+    return mbsri_carried_open(w, run->data, newton->c, false);
 }
 
 int mbsri_border_open_loops(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton)
@@ -193,7 +193,7 @@ int mbsri_border_open_loops(const mbsri_sweep_run *run, mbsri_newton_sweeps *new
     w->mixed = true;
     w->c = newton->c;
     w->node[0].deep = false;
-    const int status = mbsri_carried_open(w, run->data, newton->c);
+    const int status = mbsri_carried_open(w, run->data, newton->c, newton->looped);
     if (!status) mbsri_newton_bend(newton);
     return status;
 }

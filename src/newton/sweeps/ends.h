@@ -8,6 +8,7 @@
 #ifndef MBSRI_NEWTON_ENDS_H
 #define MBSRI_NEWTON_ENDS_H
 
+#include "newton/blocks/turned.h"
 #include "newton/sweeps/fronts.h"
 #include "recursion/closures.h"
 #include "sweeps/embed.h"
@@ -98,12 +99,17 @@ MBSRI_OUTLINE void add_rows(const mbsri_newton_sweeps *newton, const mbsr_data *
     const mbsr_newton *w = newton->blocks;
     const mbsri_carried *v = &w->carried;
     const mbsri_closure *c = e->c;
+    const double *C = data->closure_C + c->at, *acts = C, *holds = C;
+    if (e->loop->turned) {
+        const mbsri_closure_turn turn = mbsri_turn_of(v, c, e->loop);
+        acts = turn.acts, holds = turn.holds;
+    }
     for (int k = 0; k < c->rows; ++k) {
         const bool dropped = data->dropped[c->row + k];
         if (dropped && !mbsri_is_stiff(c, k)) continue;
         const int lambda = place_of_name(&e->to, mbsri_name_lambda(c, k));
-        const pair6 own = read6(e, data->closure_C + c->at + k, c->rows), row = shift6(e, own);
-        add_force(e, lambda, row);
+        const pair6 own = read6(e, C + k, c->rows), row = shift6(e, own);
+        add_force(e, lambda, shift6(e, read6(e, acts + k, c->rows)));
         add_pose(e, lambda, shift6(e, read6(e, v->store + e->loop->slope + k, c->rows)));
         double *R = e->to.R + lambda * MBSRI_SWEPT_MOTIONS;
         add_to(R + 4 * ROTATION, cross(e->omega, own.w) + cross(e->v, own.v));
@@ -114,7 +120,7 @@ MBSRI_OUTLINE void add_rows(const mbsri_newton_sweeps *newton, const mbsr_data *
         double *kappa = e->to.kappa + eta * MBSRI_SWEPT_FORCES;
         add_to(kappa, row.w);
         add_to(kappa + 4, row.v);
-        add_pose(e, eta, row);
+        add_pose(e, eta, shift6(e, read6(e, holds + k, c->rows)));
     }
     for (int k = 0; k < e->loop->rank; ++k) {
         const int at = place_of_name(&e->to, e->loop->across + k);

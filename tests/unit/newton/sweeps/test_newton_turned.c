@@ -1,0 +1,203 @@
+/* Newton systems of stiff closures along the axes of a body, whose forces turn with it: without unknowns beside the
+ * multipliers, as the elimination by blocks and as the dense matrix.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "loops.h"
+#include "newton/blocks/record.h"
+#include "newton/sweeps/record.h"
+#include "newton_system.h"
+
+#include <stdlib.h>
+
+static mbsr_newton *solver(const loops *s, int by_blocks)
+{
+    mbsr_newton *newton;
+    mbsr_error error;
+    mbsr_newton_opt opt = mbsr_default_newton_opt();
+    opt.by_blocks = by_blocks;
+    assert_ok(mbsr_newton_create(s->m, MBSR_DAE_MOMENTUM, &opt, &newton, &error), &error);
+    return newton;
+}
+
+static void solve(mbsr_newton *newton, const test_newton_state *at, double c, const double *r,
+                  double *x)
+{
+    assert_ok(mbsr_newton_factor(newton, at->data, 0.0, at->y, at->yp, c),
+              mbsr_newton_error(newton));
+    assert_ok(mbsr_newton_solve(newton, r, x), mbsr_newton_error(newton));
+}
+
+static int count_turned(const mbsr_newton *newton)
+{
+    int count = 0;
+    for (int k = 0; k < (int)newton->model->closures.count; ++k) {
+        const mbsri_loop *loop = newton->carried.loop + k;
+        assert_true(!loop->turned || loop->rank == 0);
+        count += loop->turned;
+    }
+    return count;
+}
+
+/* turned: how many closures are of this kind. */
+static void compare(loops *s, int turned)
+{
+    static const double factors[] = {1.0, 50.0, 1e5, -30.0};
+    test_newton_state at;
+    test_rng rng = test_seed(11);
+    loops_finish(s);
+    for (int k = 0; k < s->nq; ++k) s->q[k] = 0.5 + 0.4 * test_uniform(&rng);
+    test_fill(&rng, s->nu, s->u);
+    mbsr_newton *newton = solver(s, 0), *blocks = solver(s, 1);
+    assert_ok(test_newton_start(&at, s->m, s->d, 0.0, s->q, s->u, NULL), mbsr_data_error(s->d));
+    assert_ok(test_newton_matrices(&at, s->m, s->d), NULL);
+    double *r = calloc(3 * (size_t)at.n, sizeof *r), *x = r + at.n, *y = x + at.n;
+    for (int k = 0; k < 4; ++k) {
+        test_fill(&rng, at.n, r);
+        solve(newton, &at, factors[k], r, x);
+        assert_true(newton->by_sweeps && newton->sweeps->looped);
+        assert_int_equal(count_turned(newton), turned);
+        solve(blocks, &at, factors[k], r, y);
+        assert_false(blocks->by_sweeps);
+        assert_int_equal(count_turned(blocks), 0);
+        const test_newton_errors e = test_newton_compare(&at, factors[k], r, x);
+        assert_less(test_newton_distance(&at, x, y), 1e-12 * (1.0 + e.amplification));
+        assert_less(e.net_delta, 1e-10);
+        assert_less(e.delta, 1e-10 * (1.0 + e.amplification));
+    }
+    free(r);
+    mbsr_newton_destroy(newton);
+    mbsr_newton_destroy(blocks);
+    test_newton_free(&at);
+    loops_free(s);
+}
+
+/* A closure with other springs and dampers in each of the rows from `first` on; wide gaps of soft ones stay as they are. */
+static void add_stiff(loops *s, mbsr_closure_def def, int first, int rows, double stiffness)
+{
+    for (int k = first; k < rows; ++k) {
+        def.stiffness[k] = (1.0 + 0.3 * k) * stiffness;
+        def.damping[k] = (0.02 - 0.003 * k) * stiffness;
+    }
+    def.settled = first > 0 || stiffness > 1e3;
+    assert_ok(mbsr_model_add_closure(s->m, &def, NULL), mbsr_model_error(s->m));
+}
+
+/* ---- in the plane ---- */
+
+enum { ON_ROCKER, ON_BASE, ON_GROUND };
+
+static void fourbar(int on, double coupler, int first, double stiffness, int turned)
+{
+    static const double end[3] = {0.6, 0.1, 0.0}, far[3] = {0.9, -0.2, 0.0};
+    loops s;
+    loops_begin(&s, NULL);
+    const int base = loops_rod(&s, "base", MBSR_GROUND, 0.1, 0.0, 1.0, 1.0),
+              crank = loops_rod(&s, "crank", base, 0.2, 0.0, 1.0, 0.5),
+              link = loops_rod(&s, "coupler", crank, 0.5, 0.0, coupler, 0.6),
+              rocker = loops_rod(&s, "rocker", base, 0.9, 0.0, 2.0, 0.7);
+    const int other = on == ON_ROCKER ? rocker : on == ON_BASE ? base : MBSR_GROUND;
+    add_stiff(&s, mbsr_closure_ball(link, end, other, far), first, 2, stiffness);
+    compare(&s, turned);
+}
+
+static void pins_in_the_plane(void **state)
+{
+    (void)state;
+    for (double k = 1e2; k < 1e9; k *= 1e3) {
+        fourbar(ON_ROCKER, 1.0, 0, k, 1);
+        fourbar(ON_BASE, 1.0, 0, k, 1);
+        fourbar(ON_GROUND, 1.0, 0, k, 0);
+    }
+}
+
+static void one_row_is_rigid(void **state)
+{
+    (void)state;
+    fourbar(ON_ROCKER, 1.0, 1, 1e3, 1);
+    fourbar(ON_BASE, 1.0, 1, 1e6, 1);
+}
+
+static void held_without_mass(void **state)
+{
+    (void)state;
+    fourbar(ON_ROCKER, 0.0, 0, 1e3, 1);
+    fourbar(ON_ROCKER, 0.0, 0, 1e8, 1);
+}
+
+/* ---- in space ---- */
+
+static int add(loops *s, int parent, mbsr_joint joint)
+{
+    static const double com[3] = {0.2, 0.05, 0.1}, tensor[6] = {0.2, 0.3, 0.4, 0.0, 0.01, 0.0};
+    mbsr_body_def body = mbsr_default_body_def();
+    int id;
+    body.parent = parent;
+    body.joint = joint;
+    body.inertia = mbsr_inertia_rigid(1.2, com, tensor);
+    assert_ok(mbsr_model_add_body(s->m, &body, &id), mbsr_model_error(s->m));
+    return id;
+}
+
+/* Two arms on a body: one of hinges, the other on a universal joint; tied at their ends. */
+static void arms(mbsr_closure_def (*make)(int a, int b), int first, int rows, double stiffness)
+{
+    static const double axis[3][3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.3, 1.0, -0.4}};
+    const mbsr_frame at = mbsr_frame_at(0.4, 0.1, 0.2), back = mbsr_frame_at(-0.3, 0.2, 0.0);
+    loops s;
+    loops_begin(&s, NULL);
+    const int base = add(&s, MBSR_GROUND, mbsr_joint_revolute(NULL, NULL, axis[2]));
+    int a = base;
+    for (int k = 0; k < 3; ++k) a = add(&s, a, mbsr_joint_revolute(&at, NULL, axis[k]));
+    int b = add(&s, base, mbsr_joint_universal(&back, NULL, axis[0], axis[1]));
+    b = add(&s, b, mbsr_joint_revolute(&at, NULL, axis[1]));
+    add_stiff(&s, make(a, b), first, rows, stiffness);
+    compare(&s, 1);
+}
+
+static mbsr_closure_def ball(int a, int b)
+{
+    return mbsr_closure_ball(a, (double[3]){0.3, 0.0, 0.1}, b, (double[3]){0.0, 0.4, 0.2});
+}
+
+static mbsr_closure_def weld(int a, int b)
+{
+    const mbsr_frame at = mbsr_frame_at(0.3, -0.2, 0.1);
+    return mbsr_closure_weld(a, &at, b, NULL);
+}
+
+static void pins_in_space(void **state)
+{
+    (void)state;
+    for (double k = 1e2; k < 1e9; k *= 1e3) arms(ball, 0, 3, k);
+    arms(ball, 1, 3, 1e4);
+}
+
+static void welds(void **state)
+{
+    (void)state;
+    for (double k = 1e2; k < 1e9; k *= 1e3) arms(weld, 0, 6, k);
+}
+
+/* A stiff rod between two bodies resists a turn of its line, which no row knows. */
+static void rods_are_not_of_this_kind(void **state)
+{
+    (void)state;
+    static const double end[3] = {0.6, 0.1, 0.0};
+    loops s;
+    loops_begin(&s, NULL);
+    const int base = loops_rod(&s, "base", MBSR_GROUND, 0.1, 0.0, 1.0, 1.0),
+              crank = loops_rod(&s, "crank", base, 0.2, 0.0, 1.0, 0.5),
+              rocker = loops_rod(&s, "rocker", base, 0.9, 0.0, 2.0, 0.7);
+    add_stiff(&s, mbsr_closure_distance(crank, end, rocker, end, 0.4), 0, 1, 1e3);
+    compare(&s, 0);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(pins_in_the_plane),
+                                       cmocka_unit_test(one_row_is_rigid),
+                                       cmocka_unit_test(held_without_mass),
+                                       cmocka_unit_test(pins_in_space),
+                                       cmocka_unit_test(welds),
+                                       cmocka_unit_test(rods_are_not_of_this_kind)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
