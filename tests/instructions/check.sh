@@ -3,8 +3,7 @@
 # bodies in loops more than 10 % more for each, or a Newton system of a long chain with one loop more than
 # 5 % more than that of the open chain and the loop, or one of bodies on loops more than five times that of the
 # open chain, of couplers on
-# joints of several axes and of coupled joints five times that of the same tree without closures, 5.5 times where
-# each coupling is open while the next one closes.
+# joints of several axes and of coupled joints five times that of the same tree without closures.
 # SPDX-License-Identifier: BSD-3-Clause
 #
 #   check.sh PROGRAM TREES COMPILER     as count.sh; exits with 77 where there is nothing to compare
@@ -37,8 +36,7 @@ echo "$counts" | awk -F, '
         model = $3
         size = sub(/100$/, "", model)
         if (!size) sub(/10$/, "", model)
-        growth = model ~ /^gears/ ? 1.15 : 1.1 # of 10 joints 9 are geared to others, of 100 99
-        if ($2 == "loops" && size && $5 > growth * small[model, $4]) {
+        if ($2 == "loops" && size && $5 > 1.1 * small[model, $4]) {
             print at ": " $5 " instructions per body, of fewer bodies " small[model, $4]
             bad = 1
         }
@@ -49,13 +47,12 @@ echo "$counts" | awk -F, '
         if (!counted) print "nothing was counted"
         limit = 1.05 * newton["open_chain1000"] + 4 / 1003 * newton["fourbars100"]
         for (model in newton) {
-            most = model ~ /^gears/ ? 5.5 : 5
             open = model
             sub(/(_massless)?10+$/, "", open)
             open = "open_" open
             if (!(open in newton)) open = "open_chain1000"
-            if (newton[model] > most * newton[open]) {
-                print model ": factor and solve " newton[model] ", more than " most " times " open
+            if (newton[model] > 5 * newton[open]) {
+                print model ": factor and solve " newton[model] ", more than 5 times " open
                 bad = 1
             }
             if (model !~ /^loop_at_/) continue

@@ -113,6 +113,15 @@ MBSRI_INLINE void load_closed(const mbsri_carried *v, const closing *c, int k, i
     }
 }
 
+/* The same of one that the dense front has closed. */
+MBSRI_OUTLINE void load_front(mbsr_newton *w, int k, v4 b[4], v4 psi[2])
+{
+    double own[MBSRI_SWEPT_ACTIONS] = {0.0};
+    mbsri_front_reduce_one(w, k, own);
+    for (int r = 0; r < 4; ++r) b[r] += load3(own + 4 * r);
+    for (int r = 0; r < 2; ++r) psi[r] += load3(own + 16 + 4 * r);
+}
+
 /* Loops that close on body i: what their right-hand sides add to its forces. */
 MBSRI_OUTLINE void close_loads(mbsri_newton_sweeps *newton, int i, v4 b[4], v4 psi[2])
 {
@@ -120,11 +129,8 @@ MBSRI_OUTLINE void close_loads(mbsri_newton_sweeps *newton, int i, v4 b[4], v4 p
     const mbsri_carried *v = &w->carried;
     const bool deep = is_deep(newton, i);
     for (int k = v->first_closing[i]; k > 0; k = v->front[k].next) {
-        double own[MBSRI_SWEPT_ACTIONS] = {0.0};
         if (!v->swept[k].closed) {
-            mbsri_front_reduce_one(w, k, own);
-            for (int r = 0; r < 4; ++r) b[r] += load3(own + 4 * r);
-            for (int r = 0; r < 2; ++r) psi[r] += load3(own + 16 + 4 * r);
+            load_front(w, k, b, psi);
             continue;
         }
         const closing c = closed_front(v, k, deep);

@@ -110,6 +110,27 @@ MBSRI_INLINE void equilibrate(int size, int span, const int *E, int *of_row, int
     }
 }
 
+MBSRI_INLINE int larger(int a, int b)
+{
+    return a > b ? a : b;
+}
+
+/* The same of two by two, at once: the larger of both products of two entries becomes that of two ones, and the
+ * other two entries equal. Zeros count as if they were no smaller than 2^-200 of the largest entry. */
+MBSRI_INLINE void equilibrate_two(int span, const int *E, int *of_row, int *of_column)
+{
+    const int least = larger(larger(E[0], E[1]), larger(E[span], E[span + 1])) - 200,
+              a = larger(E[0], least), b = larger(E[1], least), c = larger(E[span], least),
+              d = larger(E[span + 1], least);
+    const bool crossed = b + c > a + d;
+    const int sum = crossed ? b + c : a + d, columns = (a + b - c - d) / 2,
+              first = (-sum / 2 - columns) / 2;
+    of_column[0] = first;
+    of_column[1] = first + columns;
+    of_row[0] = crossed ? -c - of_column[1] : -a - of_column[0];
+    of_row[1] = crossed ? -b - of_column[0] : -d - of_column[1];
+}
+
 /* ---- T ---- */
 
 /* LU of the scaled T with complete pivoting; false: some pivot is not larger than `least`. place: which columns
@@ -212,7 +233,10 @@ MBSRI_INLINE bool scale_T(const closing *c, const open_pool *pool, const int *at
         }
     }
     if (!(worst == 0.0)) return false;
-    equilibrate(size, span, E, of_row, of_column);
+    if (size == 2)
+        equilibrate_two(span, E, of_row, of_column);
+    else
+        equilibrate(size, span, E, of_row, of_column);
     for (int k = 0; k < size; ++k) {
         c->by_row[k] = power_of_two(of_row[k]);
         c->by_column[k] = power_of_two(of_column[k]);
@@ -253,16 +277,18 @@ MBSRI_INLINE bool place_W(const closing *c, const open_pool *pool, const int *pl
 /* P -= Q W, Y likewise. */
 MBSRI_INLINE void subtract_closed(const closing *c, slab *y, bool deep)
 {
-    for (int g = 0; g < CLOSED_MOTIONS; ++g) {
-        v4 *P = y->P[g / 3][g % 3], *Y = y->Y[g / 3][g % 3];
-        v4 sum[4] = {P[0], P[1], P[2], P[3]};
-        for (int k = 0; k < c->size; ++k) {
-            const double *Q = c->Q + k * c->actions;
-            const v4 x = splat(c->W[k * CLOSED_MOTIONS + g]);
-            for (int r = 0; r < 4; ++r) sum[r] -= load3(Q + 3 * r) * x;
-            for (int r = 0; r < 2 && deep; ++r) Y[r] -= load3(Q + 12 + 3 * r) * x;
+    for (int g = 0; g < 4; ++g) {
+        for (int j = 0; j < 3; ++j) {
+            v4 *P = y->P[g][j], *Y = y->Y[g][j];
+            v4 sum[4] = {P[0], P[1], P[2], P[3]};
+            for (int k = 0; k < c->size; ++k) {
+                const double *Q = c->Q + k * c->actions;
+                const v4 x = splat(c->W[k * CLOSED_MOTIONS + 3 * g + j]);
+                for (int r = 0; r < 4; ++r) sum[r] -= load3(Q + 3 * r) * x;
+                for (int r = 0; r < 2 && deep; ++r) Y[r] -= load3(Q + 12 + 3 * r) * x;
+            }
+            for (int r = 0; r < 4; ++r) P[r] = sum[r];
         }
-        for (int r = 0; r < 4; ++r) P[r] = sum[r];
     }
 }
 

@@ -118,8 +118,9 @@ MBSRI_INLINE closing closed_front(const mbsri_carried *v, int k, bool deep)
     return c;
 }
 
-/* Of `size` unknowns that go, a constant where that makes loops short. */
-MBSRI_INLINE bool close_part_sized(const mbsri_newton_sweeps *newton, int k, int size, slab *y)
+/* Of `size` unknowns that go and `rest` that go on, constants where that makes loops short. */
+MBSRI_INLINE bool close_part_sized(const mbsri_newton_sweeps *newton, int k, int size, int rest,
+                                   slab *y)
 {
     const mbsri_carried *v = &newton->blocks->carried;
     const open_pool pool = view_pool(v, v->swept + k);
@@ -127,6 +128,7 @@ MBSRI_INLINE bool close_part_sized(const mbsri_newton_sweeps *newton, int k, int
     int *at = v->list, *place = at + pool.pool->count;
     closing c = closed_front(v, k, deep);
     c.size = size;
+    c.rest = rest;
     if (!scale_T(&c, &pool, at, (int *)(void *)v->work)) return false;
     if (!factor_T(&c, place, MBSRI_CLEAR_PIVOT)) return false;
     exchange(size, c.row, c.by_row, v->work);
@@ -159,34 +161,49 @@ MBSRI_OUTLINE bool close_part(mbsri_newton_sweeps *newton, int k, slab *y)
     mbsri_carried_seat(newton->blocks, k);
     front->size = v->swept[k].count;
     front->done = sort_part(newton->blocks, k, v->list);
-    switch (front->done) {
-    case -1: return false;
-    case 2: return *closed = close_part_sized(newton, k, 2, y);
-    default: return *closed = close_part_sized(newton, k, front->done, y);
-    }
+    if (front->done < 0) return false;
+    const int rest = front->size - front->done;
+    if (front->done == 2 && rest == 2) return *closed = close_part_sized(newton, k, 2, 2, y);
+    return *closed = close_part_sized(newton, k, front->done, rest, y);
 }
 
 /* On the way back: less X v_b. */
-MBSRI_OUTLINE void move_rest(const mbsri_carried *v, const closing *c)
+MBSRI_INLINE void move_rest_sized(const mbsri_carried *v, const closing *c, int size)
 {
     for (int m = 0; m < c->rest; ++m) {
-        const double value = v->value[c->name[c->size + m]], *X = c->LU + (c->size + m) * c->span;
-        for (int l = 0; l < c->size; ++l) c->right[l] -= X[l] * value;
+        const double value = v->value[c->name[size + m]], *X = c->LU + (size + m) * c->span;
+        for (int l = 0; l < size; ++l) c->right[l] -= X[l] * value;
     }
 }
 
+MBSRI_INLINE void move_rest(const mbsri_carried *v, const closing *c)
+{
+    if (c->size == 2)
+        move_rest_sized(v, c, 2);
+    else
+        move_rest_sized(v, c, c->size);
+}
+
 /* Right-hand sides of the rows that go on, when T_aa^-1 s_a is there. */
-MBSRI_OUTLINE void pass_rest(const mbsri_carried *v, const closing *c, int k)
+MBSRI_INLINE void pass_rest_sized(const mbsri_carried *v, const closing *c, int k, int size)
 {
     const mbsri_pool *pool = v->swept + k;
     const int *place = v->numbers + v->front[k].place;
     const double *from = v->store + pool->right;
     double *to = v->store + v->swept[pool->up].right;
     for (int m = 0; m < c->rest; ++m) {
-        double sum = from[c->row[c->size + m]];
-        for (int l = 0; l < c->size; ++l) sum -= c->LU[l * c->span + c->size + m] * c->right[l];
+        double sum = from[c->row[size + m]];
+        for (int l = 0; l < size; ++l) sum -= c->LU[l * c->span + size + m] * c->right[l];
         to[place[m]] += sum;
     }
+}
+
+MBSRI_INLINE void pass_rest(const mbsri_carried *v, const closing *c, int k)
+{
+    if (c->size == 2)
+        pass_rest_sized(v, c, k, 2);
+    else
+        pass_rest_sized(v, c, k, c->size);
 }
 
 #endif

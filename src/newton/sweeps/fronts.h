@@ -123,9 +123,10 @@ typedef struct joint_front {
     joint_couplings own;
 } joint_front;
 
-MBSRI_INLINE void put(const joint_front *j, double *to, v4 x)
+/* In the place of what is there, or added to it. */
+MBSRI_INLINE void put(double *to, v4 x, bool in_place)
 {
-    const v4 old = j->in_place ? splat(0.0) : load3(to);
+    const v4 old = in_place ? splat(0.0) : load3(to);
     store3(to, first_three(x) + old);
 }
 
@@ -275,21 +276,30 @@ MBSRI_INLINE bool start_front(const mbsri_sweep_run *run, int i, mbsri_newton_sw
     return open_next(newton, i, j);
 }
 
+MBSRI_INLINE void put_column(const joint_front *j, int place, const v4 Q[4], const v4 kappa[2],
+                             const v4 psi[2], bool deep, bool in_place)
+{
+    double *to = j->to.Q + place * MBSRI_SWEPT_ACTIONS,
+           *to_kappa = j->to.kappa + place * MBSRI_SWEPT_FORCES;
+    put(to + 4 * CHI_L, Q[CHI_L] + cross(j->rho, Q[CHI_P]), in_place);
+    put(to + 4 * CHI_P, Q[CHI_P], in_place);
+    put(to + 4 * MOMENT, Q[MOMENT] + cross(j->rho, Q[FORCE]), in_place);
+    put(to + 4 * FORCE, Q[FORCE], in_place);
+    put(to_kappa, kappa[0] + cross(j->rho, kappa[1]), in_place);
+    put(to_kappa + 4, kappa[1], in_place);
+    if (!deep) return;
+    put(to + 16, psi[PSI_L] + cross(j->rho, psi[PSI_P]), in_place);
+    put(to + 20, psi[PSI_P], in_place);
+}
+
 /* An unknown to the predecessor. */
 MBSRI_INLINE void hand_column(const joint_front *j, int place, const v4 Q[4], const v4 kappa[2],
                               const v4 psi[2], bool deep)
 {
-    double *to = j->to.Q + place * MBSRI_SWEPT_ACTIONS,
-           *to_kappa = j->to.kappa + place * MBSRI_SWEPT_FORCES;
-    put(j, to + 4 * CHI_L, Q[CHI_L] + cross(j->rho, Q[CHI_P]));
-    put(j, to + 4 * CHI_P, Q[CHI_P]);
-    put(j, to + 4 * MOMENT, Q[MOMENT] + cross(j->rho, Q[FORCE]));
-    put(j, to + 4 * FORCE, Q[FORCE]);
-    put(j, to_kappa, kappa[0] + cross(j->rho, kappa[1]));
-    put(j, to_kappa + 4, kappa[1]);
-    if (!deep) return;
-    put(j, to + 16, psi[PSI_L] + cross(j->rho, psi[PSI_P]));
-    put(j, to + 20, psi[PSI_P]);
+    if (j->in_place)
+        put_column(j, place, Q, kappa, psi, deep, true);
+    else
+        put_column(j, place, Q, kappa, psi, deep, false);
 }
 
 /* Unknown l through the joint. */
@@ -328,7 +338,10 @@ MBSRI_INLINE void hand_row(const joint_front *j, int place, v4 R[4])
     double *to = j->to.R + place * MBSRI_SWEPT_MOTIONS;
     if (j->on_root) return;
     translate_row(j->rho, R, true);
-    for (int g = 0; g < 4; ++g) put(j, to + 4 * g, R[g]);
+    if (j->in_place)
+        for (int g = 0; g < 4; ++g) put(to + 4 * g, R[g], true);
+    else
+        for (int g = 0; g < 4; ++g) put(to + 4 * g, R[g], false);
 }
 
 /* Row l that waits through the joint. */
