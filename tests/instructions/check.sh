@@ -2,8 +2,8 @@
 # Fails when a call takes more than 5 % more instructions than baseline.csv says, one of ten times as many
 # bodies in loops more than 10 % more for each, or a Newton system of a long chain with one loop more than
 # 5 % more than that of the open chain and the loop, or one of bodies on loops more than five times that of the
-# open chain, of couplers on
-# joints of several axes and of coupled joints five times that of the same tree without closures.
+# open chain, of couplers on joints of several axes and of coupled joints five times that of the same tree
+# without closures.
 # SPDX-License-Identifier: BSD-3-Clause
 #
 #   check.sh PROGRAM TREES COMPILER     as count.sh; exits with 77 where there is nothing to compare
