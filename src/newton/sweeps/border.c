@@ -169,6 +169,13 @@ static void clear_predecessor(mbsri_newton_sweeps *newton, int i)
         mbsri_tree_clear(newton->blocks, parent);
 }
 
+static int open_loops(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton, bool looped)
+{
+    const int status = mbsri_carried_open(newton->blocks, run->data, newton->c, looped);
+    if (!status) mbsri_newton_bend(newton);
+    return status;
+}
+
 int mbsri_border_open(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton)
 {
     mbsr_newton *w = newton->blocks;
@@ -183,8 +190,7 @@ int mbsri_border_open(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton)
         else
             mbsri_tree_mark(w, i, run->rank[i]);
     }
-    if (!has_loops(newton)) return MBSR_OK;
-    return mbsri_carried_open(w, run->data, newton->c, false);
+    return has_loops(newton) ? open_loops(run, newton, false) : MBSR_OK;
 }
 
 int mbsri_border_open_loops(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton)
@@ -193,9 +199,7 @@ int mbsri_border_open_loops(const mbsri_sweep_run *run, mbsri_newton_sweeps *new
     w->mixed = true;
     w->c = newton->c;
     w->node[0].deep = false;
-    const int status = mbsri_carried_open(w, run->data, newton->c, newton->looped);
-    if (!status) mbsri_newton_bend(newton);
-    return status;
+    return open_loops(run, newton, newton->looped);
 }
 
 /* The sums over what block i hands on, about the origin of its predecessor's own frame. */

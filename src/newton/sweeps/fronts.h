@@ -272,7 +272,7 @@ MBSRI_INLINE bool start_front(const mbsri_sweep_run *run, int i, mbsri_newton_sw
     if (v->first_end[i] >= 0) take_couplings(newton->blocks, run->data, i, run->tree->body[i].n, j);
     j->count = pool->count;
     j->to_column = v->list;
-    j->to_row = v->numbers + pool->place;
+    j->to_row = pool->in_place ? v->list + v->most : v->numbers + pool->place;
     return open_next(newton, i, j);
 }
 
