@@ -48,7 +48,7 @@ int mbsri_displace(mbsri_dense *w, const double *q, double step, const double *x
 
 int mbsri_assembly_gaps(const mbsri_dense *w, double *g)
 {
-    const mbsri_closure *first = w->m->closures.data;
+    const mbsri_closure *first = mbsri_all_closures(w->m);
     const int status = mbsri_closure_gaps(w->m, w->d, g);
     for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
         for (int k = 0; k < c->held; ++k) {
@@ -80,7 +80,7 @@ double mbsri_assembly_size(const mbsri_dense *w)
 static double fill(const search *s)
 {
     const mbsri_dense *w = s->w;
-    const mbsri_closure *first = w->m->closures.data;
+    const mbsri_closure *first = mbsri_all_closures(w->m);
     const size_t stride = (size_t)(w->held + w->n), rows = (size_t)w->rows;
     double square = 0.0;
     mbsri_zero(stride * (size_t)w->n, w->A);
@@ -190,7 +190,7 @@ static const char *side(const mbsri_closure *c, int k, char text[24])
 static int refuse(const search *s, const mbsr_assembly_info *info, double limit)
 {
     const mbsr_model *m = s->w->m;
-    const mbsri_closure *first = m->closures.data;
+    const mbsri_closure *first = mbsri_all_closures(m);
     char label[MBSRI_LABEL], list[160] = "", one[24], other[24];
     for (int id = 0; id < (int)m->closures.count; ++id) {
         const mbsri_closure *c = first + id;
@@ -214,7 +214,7 @@ static int refuse(const search *s, const mbsr_assembly_info *info, double limit)
 static int measure(search *s, const double *q, mbsr_assembly_info *info, double *limit)
 {
     const mbsr_model *m = s->w->m;
-    const mbsri_closure *first = m->closures.data;
+    const mbsri_closure *first = mbsri_all_closures(m);
     const int status = evaluate(s, q, s->w->g);
     if (status) return status;
     info->closure = MBSR_NONE;

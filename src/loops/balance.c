@@ -271,7 +271,7 @@ static int no_balance(const balance *b, const char *what, double force)
 static int close(balance *b)
 {
     mbsri_dense *w = b->w;
-    const mbsri_closure *first = w->m->closures.data;
+    const mbsri_closure *first = mbsri_all_closures(w->m);
     for (int step = 0; step < 20; ++step) {
         int status = mbsri_loops_factor(w, b->t, b->q, b->u);
         if (!status) status = mbsri_assembly_gaps(w, w->y);

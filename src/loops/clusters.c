@@ -79,7 +79,7 @@ static void join(clusters *w, int i, int id)
 
 static void find_clusters(clusters *w)
 {
-    const mbsri_closure *first = w->m->closures.data;
+    const mbsri_closure *first = mbsri_all_closures(w->m);
     const int closures = (int)w->m->closures.count;
     for (int i = 0; i <= w->m->bodies; ++i) w->of_body[i] = -1;
     for (int id = 0; id < closures; ++id) {
@@ -167,7 +167,7 @@ static void find_row(clusters *w, const mbsri_closure *c, int k, int root, int n
 static bool rank_cluster(clusters *w, int root, double lever, double dependent, bool *dropped,
                          mbsri_ranks *found)
 {
-    const mbsri_closure *first = w->m->closures.data;
+    const mbsri_closure *first = mbsri_all_closures(w->m);
     mbsri_row_set s = {.m = w->m,
                        .d = w->d,
                        .closure = w->closure,

@@ -104,7 +104,7 @@ void mbsri_dense_close(mbsri_dense *w)
 
 int mbsri_dense_rows(mbsri_dense *w)
 {
-    const mbsri_closure *first = w->m->closures.data;
+    const mbsri_closure *first = mbsri_all_closures(w->m);
     const int status = mbsri_closure_jacobians(w->m, w->d);
     if (status) return status;
     const double lever = mbsri_longest_lever(w->m, w->d);

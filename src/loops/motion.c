@@ -23,7 +23,7 @@
 /* Forces of those springs alone that K does not have as rows, for mbsri_forces. */
 static int load_springs(mbsri_dense *w)
 {
-    const mbsri_closure *first = w->m->closures.data;
+    const mbsri_closure *first = mbsri_all_closures(w->m);
     const int status = mbsri_closure_springs(w->m, w->d);
     for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
         for (int k = 0; k < c->rows; ++k) {
@@ -58,7 +58,7 @@ int mbsri_loops_missing(mbsri_dense *w, double t, const double *q, const double 
 /* The closure whose row among `x` (rows) is the largest. */
 static int widest(const mbsr_model *m, const double *x, double *value)
 {
-    const mbsri_closure *first = m->closures.data;
+    const mbsri_closure *first = mbsri_all_closures(m);
     int found = 0;
     *value = 0.0;
     for (int id = 0; id < (int)m->closures.count; ++id) {
@@ -87,7 +87,7 @@ int mbsri_refuse_left(const mbsr_model *m, mbsr_data *d, const double *left, dou
 /* Rows of springs that K does not have count for nothing. */
 static void clear_springs(const mbsri_dense *w, double *x)
 {
-    const mbsri_closure *first = w->m->closures.data;
+    const mbsri_closure *first = mbsri_all_closures(w->m);
     for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
         for (int k = 0; k < c->rows; ++k) {
             if (mbsri_is_stiff(c, k) && w->left_out[c->row + k]) x[c->row + k] = 0.0;
@@ -97,7 +97,7 @@ static void clear_springs(const mbsri_dense *w, double *x)
 
 void mbsri_loops_leave_out(mbsri_dense *w, bool springs)
 {
-    const mbsri_closure *first = w->m->closures.data;
+    const mbsri_closure *first = mbsri_all_closures(w->m);
     for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
         for (int k = 0; k < c->rows; ++k) {
             const bool spring = springs ? mbsri_is_stiff(c, k) : mbsri_is_loose(c, k);
@@ -161,7 +161,7 @@ int mbsri_loops_refuse(mbsri_dense *w, const double *x, const char *why)
  * the kernel of K in lambda. Overwrites K and g. */
 static int share_forces(mbsri_dense *w, double *lambda)
 {
-    const mbsri_closure *first = w->m->closures.data;
+    const mbsri_closure *first = mbsri_all_closures(w->m);
     const int count = w->nulls - w->moving, rows = w->rows;
     double *A = w->K, *b = w->right, *unit = w->g, *idle = w->y;
     int rank;
@@ -221,7 +221,7 @@ int mbsri_loops_rates(mbsri_dense *w, double t, const double *q, const double *u
 
 int mbsri_loops_springs(mbsri_dense *w, double t, const double *q, const double *u, double *lambda)
 {
-    const mbsri_closure *first = w->m->closures.data;
+    const mbsri_closure *first = mbsri_all_closures(w->m);
     int status = mbsri_positions(w->m, w->d, t, q);
     if (!status) status = mbsri_velocities(w->m, w->d, u);
     if (!status) status = mbsri_closure_springs(w->m, w->d);

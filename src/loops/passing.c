@@ -48,7 +48,7 @@ static void copy_open(const mbsri_system *w, int i, mbsri_waiting *p)
 /* E: what rows read of the joint itself, taken from X (n numbers a column), and added to what X consists of. */
 static void read_joint(mbsri_system *w, int i, int count, const int *id, double *X, double *parts)
 {
-    const mbsri_closure *first = w->m->closures.data;
+    const mbsri_closure *first = mbsri_all_closures(w->m);
     const mbsri_body *b = w->m->body + i;
     for (int k = 0; k < count; ++k) w->slot[id[k]] = k;
     for (int end = w->first_end[i]; end >= 0; end = w->next_end[end]) {

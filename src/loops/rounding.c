@@ -5,6 +5,7 @@
 #include "algebra/dense.h"
 #include "inertias/exact.h"
 #include "model/query.h"
+#include "recursion/closures.h"
 #include "recursion/pose.h"
 #include "recursion/rank.h"
 
@@ -31,7 +32,7 @@ void mbsri_row_parts(const mbsr_model *m, const mbsr_data *d, const mbsri_closur
  * vanish where points stand in one line; so no less than the length typical of the model. */
 double mbsri_longest_lever(const mbsr_model *m, const mbsr_data *d)
 {
-    const mbsri_closure *first = m->closures.data;
+    const mbsri_closure *first = mbsri_all_closures(m);
     double length = m->length, turn, move;
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;

@@ -19,7 +19,7 @@
 /* Lets go of the stiff rows that depend on others at q; *any: whether there are more than before. */
 static int find_dependent(mbsri_dense *w, double t, const double *q, bool *any)
 {
-    const mbsri_closure *first = w->m->closures.data;
+    const mbsri_closure *first = mbsri_all_closures(w->m);
     mbsri_ranks ranks;
     *any = false;
     int status = mbsri_positions(w->m, w->d, t, q);
@@ -55,7 +55,7 @@ int mbsri_assemble_settled(mbsri_dense *w, double t, double *q, const mbsr_assem
 /* Springs that are let go are stretched as the others' gaps let them; true where there are some. */
 bool mbsri_springs_let_go(mbsri_dense *w)
 {
-    const mbsri_closure *first = w->m->closures.data;
+    const mbsri_closure *first = mbsri_all_closures(w->m);
     bool any = false;
     for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
         for (int k = 0; k < c->held; ++k) {
@@ -71,7 +71,7 @@ bool mbsri_springs_let_go(mbsri_dense *w)
  * rigid ones, 0 = C x, which weigh more. */
 static void fill(mbsri_dense *w, const double *g, const double *lambda)
 {
-    const mbsri_closure *first = w->m->closures.data;
+    const mbsri_closure *first = mbsri_all_closures(w->m);
     const size_t stride = (size_t)(w->held + w->n), rows = (size_t)w->rows;
     double stiffest = 0.0;
     for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c)
@@ -113,7 +113,7 @@ static int displacement(mbsri_dense *w, double t, const double *q, const double 
 int mbsri_springs_load(mbsri_dense *w, double t, const double *q, const double *lambda, bool shared,
                        bool *changed)
 {
-    const mbsri_closure *first = w->m->closures.data;
+    const mbsri_closure *first = mbsri_all_closures(w->m);
     const int status = shared ? displacement(w, t, q, lambda) : MBSR_OK;
     if (status) return status;
     const double rounding =
@@ -141,7 +141,7 @@ int mbsri_springs_load(mbsri_dense *w, double t, const double *q, const double *
 void mbsri_springs_move(mbsri_dense *w)
 {
     static const double most = 100.0, rounding = 1e-16; /* of squares: not to be followed */
-    const mbsri_closure *first = w->m->closures.data;
+    const mbsri_closure *first = mbsri_all_closures(w->m);
     double along = 0.0, square = 0.0, before = 0.0, now = 0.0, size = 0.0;
     for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
         for (int k = 0; k < c->held; ++k) {
@@ -168,7 +168,7 @@ void mbsri_springs_move(mbsri_dense *w)
 int mbsri_springs_take(const mbsri_dense *w, double *lambda)
 {
     const mbsr_model *m = w->m;
-    const mbsri_closure *first = m->closures.data;
+    const mbsri_closure *first = mbsri_all_closures(m);
     const double limit = 1e-6 * mbsri_largest(w->rows, lambda),
                  rounding = 1e-13 * mbsri_assembly_size(w);
     char label[MBSRI_LABEL];

@@ -45,7 +45,7 @@ static mbsri_waiting *open_end(mbsri_system *w, const mbsri_closure *c, int l, d
 /* The parts that meet at body i, into w->part; -1: no memory. */
 static int find_parts(mbsri_system *w, int i, double lever)
 {
-    const mbsri_closure *first = w->m->closures.data;
+    const mbsri_closure *first = mbsri_all_closures(w->m);
     int count = 0;
     for (mbsri_waiting *p = w->behind[i]; p; p = p->next) w->part[count++] = p;
     for (int end = w->first_end[i]; end >= 0; end = w->next_end[end]) {

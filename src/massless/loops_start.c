@@ -116,7 +116,7 @@ static bool is_as_it_is(const start *s, const mbsri_closure *c, int k)
 static void take_rates(start *s, int at)
 {
     const mbsr_model *m = s->w.m;
-    const mbsri_closure *first = m->closures.data;
+    const mbsri_closure *first = mbsri_all_closures(m);
     for (const mbsri_closure *c = first; c < first + m->closures.count; ++c) {
         for (int k = 0; k < c->held; ++k) {
             if (!mbsri_is_stiff(c, k) || !is_as_it_is(s, c, k) || c->def.damping[k] > 0.0) continue;
@@ -130,7 +130,7 @@ static int deliver(start *s, double *y, double *yp)
 {
     const mbsr_model *m = s->w.m;
     mbsr_data *d = s->w.d;
-    const mbsri_closure *first = m->closures.data;
+    const mbsri_closure *first = mbsri_all_closures(m);
     const int at = m->nq + 2 * m->nu;
     const size_t size = (size_t)s->form->size(m);
     int status = mbsri_pack(s->form, m, d, s->t, s->q, s->u, s->y);

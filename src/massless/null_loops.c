@@ -96,7 +96,7 @@ static const double *rates_of(const mbsri_null_space *w, int l)
 /* C N of rigid rows (rows x k) and its errors, into the reduction. */
 static void fill(mbsri_null_space *w, double lever)
 {
-    const mbsri_closure *first = w->m->closures.data;
+    const mbsri_closure *first = mbsri_all_closures(w->m);
     const int rows = w->m->rows;
     for (int l = 0; l < w->k; ++l) {
         for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
@@ -227,7 +227,7 @@ static int add_row(mbsri_null_space *w, int closure, int k, double lever, double
 
 int mbsri_null_stiff_rows(mbsri_null_space *w)
 {
-    const mbsri_closure *first = w->m->closures.data;
+    const mbsri_closure *first = mbsri_all_closures(w->m);
     int status = mbsri_closure_jacobians(w->m, w->d);
     if (status || w->k == 0) return status;
     const double lever = lever_of(w);

@@ -7,6 +7,7 @@
 #include "massless/null_loops.h"
 #include "massless/scales.h"
 #include "model/query.h"
+#include "recursion/closures.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -56,7 +57,7 @@ static int list_forces(mbsri_report *r, int l, int *force, int *count)
 static int list_closures(mbsri_report *r, int l, int *closure)
 {
     const mbsr_model *m = r->w.m;
-    const mbsri_closure *first = m->closures.data;
+    const mbsri_closure *first = mbsri_all_closures(m);
     int count = 0;
     if (r->kind[l] == MBSR_DIRECTION_UNDETERMINED) return 0;
     for (int id = 0; id < (int)m->closures.count; ++id) {

@@ -18,8 +18,7 @@
 #include "recursion/closure_differences.h"
 #include "recursion/closure_rows.h"
 
-/* The first of them; where there are none, something that has an address. */
-static const mbsri_closure *all(const mbsr_model *m)
+const mbsri_closure *mbsri_all_closures(const mbsr_model *m)
 {
     static const mbsri_closure none = {.row = 0};
     return m->closures.data ? m->closures.data : &none;
@@ -27,7 +26,7 @@ static const mbsri_closure *all(const mbsr_model *m)
 
 static int number_of(const mbsr_model *m, const mbsri_closure *c)
 {
-    return (int)(c - all(m));
+    return (int)(c - mbsri_all_closures(m));
 }
 
 int mbsri_closure_failed(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c, int status,
@@ -63,7 +62,8 @@ int mbsri_closure_gaps(const mbsr_model *m, mbsr_data *d, double *g)
 {
     mbsri_closure_view view;
     mbsri_zero((size_t)m->held, g);
-    for (const mbsri_closure *c = all(m), *end = c + m->closures.count; c < end; ++c) {
+    for (const mbsri_closure *c = mbsri_all_closures(m), *end = c + m->closures.count; c < end;
+         ++c) {
         if (c->held == 0) continue;
         mbsri_view_closure(m, d, c, false, &view);
         const int status = gaps_of(m, d, c, &view, g + c->held_row);
@@ -91,7 +91,8 @@ int mbsri_closure_jacobians(const mbsr_model *m, mbsr_data *d)
 {
     mbsri_closure_view view;
     mbsri_zero(m->size_c, d->closure_C);
-    for (const mbsri_closure *c = all(m), *end = c + m->closures.count; c < end; ++c) {
+    for (const mbsri_closure *c = mbsri_all_closures(m), *end = c + m->closures.count; c < end;
+         ++c) {
         mbsri_view_closure(m, d, c, false, &view);
         const int status = jacobian_of(m, d, c, &view);
         if (status) return status;
@@ -122,7 +123,8 @@ int mbsri_closure_rate_of(const mbsr_model *m, mbsr_data *d, const mbsri_closure
 int mbsri_closure_rates(const mbsr_model *m, mbsr_data *d, double *rate)
 {
     mbsri_closure_view view;
-    for (const mbsri_closure *c = all(m), *end = c + m->closures.count; c < end; ++c) {
+    for (const mbsri_closure *c = mbsri_all_closures(m), *end = c + m->closures.count; c < end;
+         ++c) {
         mbsri_view_closure(m, d, c, true, &view);
         const int status =
             mbsri_closure_rate_of(m, d, c, &view, d->closure_C + c->at, rate + c->row);
@@ -141,7 +143,8 @@ static void add_accelerations(const mbsr_model *m, mbsr_data *d, double *bias)
         for (int k = 0; k < b->d; ++k) A[b->v + (size_t)k] = -d->kII[b->v + (size_t)k];
         mbsri_ax(b->d, b->d_pred, -1.0, d->H + b->dp, A + b->pred_v, A + b->v);
     }
-    for (const mbsri_closure *c = all(m), *end = c + m->closures.count; c < end; ++c) {
+    for (const mbsri_closure *c = mbsri_all_closures(m), *end = c + m->closures.count; c < end;
+         ++c) {
         for (int k = 0; k < c->bodies; ++k) {
             const mbsri_body *b = m->body + c->body[k];
             if (c->column[k] < 0) continue;
@@ -156,7 +159,8 @@ int mbsri_closure_errors(const mbsr_model *m, mbsr_data *d, double *rate, double
 {
     mbsri_closure_view view;
     mbsri_zero((size_t)m->held, g);
-    for (const mbsri_closure *c = all(m), *end = c + m->closures.count; c < end; ++c) {
+    for (const mbsri_closure *c = mbsri_all_closures(m), *end = c + m->closures.count; c < end;
+         ++c) {
         mbsri_view_closure(m, d, c, false, &view);
         int status = c->held > 0 ? gaps_of(m, d, c, &view, g + c->held_row) : MBSR_OK;
         mbsri_view_velocities(m, d, c, &view);
@@ -180,7 +184,8 @@ static int bias_of(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c,
 int mbsri_closure_rows_here(const mbsr_model *m, mbsr_data *d, double *bias)
 {
     mbsri_closure_view view;
-    for (const mbsri_closure *c = all(m), *end = c + m->closures.count; c < end; ++c) {
+    for (const mbsri_closure *c = mbsri_all_closures(m), *end = c + m->closures.count; c < end;
+         ++c) {
         mbsri_expect_closure(m, c);
         mbsri_view_closure(m, d, c, false, &view);
         mbsri_zero((size_t)c->rows * (size_t)c->columns, d->closure_C + c->at);
@@ -197,13 +202,15 @@ int mbsri_closure_bias(const mbsr_model *m, mbsr_data *d, double *bias)
 {
     mbsri_closure_view view;
     mbsri_zero((size_t)m->rows, bias);
-    for (const mbsri_closure *c = all(m), *end = c + m->closures.count; c < end; ++c) {
+    for (const mbsri_closure *c = mbsri_all_closures(m), *end = c + m->closures.count; c < end;
+         ++c) {
         mbsri_view_closure(m, d, c, true, &view);
         const int status = bias_of(m, d, c, &view, bias + c->row);
         if (status) return status;
     }
     add_accelerations(m, d, bias);
-    for (const mbsri_closure *c = all(m), *end = c + m->closures.count; c < end; ++c) {
+    for (const mbsri_closure *c = mbsri_all_closures(m), *end = c + m->closures.count; c < end;
+         ++c) {
         const int status = check_finite(m, d, c, (size_t)c->rows, bias + c->row, "a bias");
         if (status) return status;
     }
@@ -229,7 +236,7 @@ static void load_of(const mbsr_model *m, const mbsr_data *d, const mbsri_closure
 void mbsri_closure_load(const mbsr_model *m, const mbsr_data *d, const double *lambda, double *f,
                         double *tau)
 {
-    for (const mbsri_closure *c = all(m), *end = c + m->closures.count; c < end; ++c)
+    for (const mbsri_closure *c = mbsri_all_closures(m), *end = c + m->closures.count; c < end; ++c)
         load_of(m, d, c, lambda, f, tau);
 }
 
@@ -239,7 +246,8 @@ int mbsri_closure_loads_here(const mbsr_model *m, mbsr_data *d, const double *la
     mbsri_closure_view view;
     if (eta) mbsri_zero(m->size_v, d->closure_V);
     if (eta) mbsri_zero((size_t)m->nu, d->closure_w);
-    for (const mbsri_closure *c = all(m), *end = c + m->closures.count; c < end; ++c) {
+    for (const mbsri_closure *c = mbsri_all_closures(m), *end = c + m->closures.count; c < end;
+         ++c) {
         mbsri_expect_closure(m, c);
         mbsri_view_closure(m, d, c, false, &view);
         mbsri_zero((size_t)c->rows * (size_t)c->columns, d->closure_C + c->at);
@@ -276,7 +284,8 @@ void mbsri_closure_apply(const mbsr_model *m, mbsr_data *d, const double *x, dou
         mbsri_ax(b->d, b->n, -1.0, d->J + b->dn, u + b->iu, V + b->v);
     }
     mbsri_zero((size_t)m->rows, y);
-    for (const mbsri_closure *c = all(m), *end = c + m->closures.count; c < end; ++c) {
+    for (const mbsri_closure *c = mbsri_all_closures(m), *end = c + m->closures.count; c < end;
+         ++c) {
         const bool joints = mbsri_reads_joints(c);
         for (int k = 0; k < c->bodies; ++k) {
             const mbsri_body *b = m->body + c->body[k];
@@ -304,7 +313,8 @@ int mbsri_closure_sum(const mbsr_model *m, mbsr_data *d, bool energy, double *su
     double *g, *rate;
     const int status = measure(m, d, &g, &rate);
     if (status) return status;
-    for (const mbsri_closure *c = all(m), *end = c + m->closures.count; c < end; ++c) {
+    for (const mbsri_closure *c = mbsri_all_closures(m), *end = c + m->closures.count; c < end;
+         ++c) {
         for (int k = 0; k < c->held; ++k) {
             const double gap = g[c->held_row + k], speed = rate[c->row + k];
             *sum +=
@@ -316,7 +326,8 @@ int mbsri_closure_sum(const mbsr_model *m, mbsr_data *d, bool energy, double *su
 
 static bool any_springs(const mbsr_model *m)
 {
-    for (const mbsri_closure *c = all(m), *end = c + m->closures.count; c < end; ++c) {
+    for (const mbsri_closure *c = mbsri_all_closures(m), *end = c + m->closures.count; c < end;
+         ++c) {
         for (int k = 0; k < c->held; ++k) {
             if (c->def.stiffness[k] > 0.0 || c->def.damping[k] > 0.0) return true;
         }
@@ -331,7 +342,8 @@ int mbsri_closure_springs(const mbsr_model *m, mbsr_data *d)
     if (!any_springs(m)) return mbsri_closure_jacobians(m, d);
     const int status = measure(m, d, &g, &rate);
     if (status) return status;
-    for (const mbsri_closure *c = all(m), *end = c + m->closures.count; c < end; ++c) {
+    for (const mbsri_closure *c = mbsri_all_closures(m), *end = c + m->closures.count; c < end;
+         ++c) {
         for (int k = 0; k < c->held; ++k) {
             d->loop_lambda[c->row + k] =
                 -c->def.stiffness[k] * g[c->held_row + k] - c->def.damping[k] * rate[c->row + k];

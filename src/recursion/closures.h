@@ -54,6 +54,9 @@ static inline bool mbsri_is_stiff(const mbsri_closure *c, int k)
     return c->def.stiffness[k] > 0.0;
 }
 
+/* The first of them; where there are none, something that has an address. */
+const mbsri_closure *mbsri_all_closures(const mbsr_model *m);
+
 /* Whether its functions read joint coordinates; and nothing else. */
 static inline bool mbsri_reads_joints(const mbsri_closure *c)
 {

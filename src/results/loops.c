@@ -201,7 +201,7 @@ static int count_massless(mbsri_dense *w, double t, const double *q, mbsr_closur
 
 static void mark_stiff(const mbsri_dense *w, bool *stiff)
 {
-    const mbsri_closure *first = w->m->closures.data;
+    const mbsri_closure *first = mbsri_all_closures(w->m);
     for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
         for (int k = 0; k < c->rows; ++k) stiff[c->row + k] = mbsri_is_stiff(c, k);
     }

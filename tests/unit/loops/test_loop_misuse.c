@@ -114,6 +114,8 @@ static void no_closures(void **state)
     double q[4] = {0.3, 0.4, 0.5, 0.6}, u[4] = {0.1, 0.2, 0.3, 0.4}, need[4], tau[4],
            none[1] = {0.0};
     const int all[4] = {CRANK, COUPLER, ARM, ROCKER};
+    int idle[1] = {0};
+    mbsr_closure_report report;
     begin(&s, false);
     loops_finish(&s);
     const mbsr_error *error = mbsr_data_error(s.d);
@@ -129,6 +131,25 @@ static void no_closures(void **state)
     for (int k = 0; k < 4; ++k) assert_true(fabs(tau[k]) <= 0.0);
     assert_ok(mbsr_closures_apply(s.m, s.d, u, none), error);
     assert_ok(mbsr_closures_rate(s.m, s.d, none), error);
+    assert_ok(mbsr_closures_gap(s.m, s.d, none), error);
+    assert_ok(mbsr_closures_bias(s.m, s.d, none), error);
+    assert_ok(mbsr_closures_load(s.m, s.d, none), error);
+    assert_ok(mbsr_forces(s.m, s.d, NULL), error);
+    assert_ok(mbsr_closures_force(s.m, s.d, none), error);
+    assert_ok(mbsr_closures_mobility(s.m, s.d, tau), error);
+    assert_ok(mbsr_closures_drop(s.m, s.d, idle), error);
+    assert_ok(mbsr_closures_dropped(s.m, s.d, idle), error);
+    assert_ok(mbsr_closures_weight(s.m, tau), error);
+    assert_ok(mbsr_assemble(s.m, s.d, 0.0, q, NULL, q, NULL), error);
+    for (int lists = 0; lists < 2; ++lists) {
+        assert_ok(mbsr_closures_report(s.m, s.d, 0.0, q, &report, lists ? idle : NULL,
+                                       lists ? idle : NULL),
+                  error);
+        assert_int_equal(report.rows, 0);
+        assert_int_equal(report.mobility, 4);
+        assert_int_equal(report.weakest, MBSR_NONE);
+        assert_int_equal(report.stretched, MBSR_NONE);
+    }
     loops_free(&s);
 }
 
