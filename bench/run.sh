@@ -79,15 +79,18 @@ for part in kinds flexible loops report files fe explicit driver; do
     if [ $part = loops ]; then
         mkdir -p "$build/loops"
         "$build/bench/bench_loops" --write "$build/loops"
+        OPENBLAS_NUM_THREADS=1 $pin "$build/bench/bench_loop_runs" "$build/loops" > "$build/loop_runs.csv"
         for name in mujoco rbdl pinocchio; do
             if build_peers "loops_$name"; then
                 $pin "$peers/loops_$name" "$build/loops" "$@" >> "$build/loops.csv"
+                $pin "$peers/loops_$name" --runs "$build/loops" >> "$build/loop_runs.csv"
             else
                 echo "no loops_$name: goes without"
             fi
         done
     fi
     mv "$build/$part.csv" "$results/$part.csv"
+    [ $part != loops ] || mv "$build/loop_runs.csv" "$results/loop_runs.csv"
 done
 if wanted threads; then
     "$build/bench/bench_threads" "$@" > "$build/threads.csv"

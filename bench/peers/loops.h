@@ -30,7 +30,7 @@ struct loops_mechanism {
     std::vector<loops_pin> pin;
 };
 
-/* A mechanism in the library that is timed, at rest. */
+/* A mechanism in the library that is timed, at rest where it starts. */
 class loops_model
 {
   public:
@@ -38,6 +38,8 @@ class loops_model
     /* Works through everything that depends on the state anew. */
     virtual void forward() = 0;
     virtual double acceleration(int rod) const = 0; /* of its hinge, of the last forward */
+    /* The same at other angles and rates of the hinges; may make use of what was found last. */
+    virtual void forward_at(const std::vector<double> &angle, const std::vector<double> &rate) = 0;
 };
 
 namespace library
@@ -45,8 +47,8 @@ namespace library
 extern const char *const name, *const timed;
 extern const double largest_defect; /* of what may be timed, relative */
 std::string version();
-/* Throws a std::exception where the library refuses the mechanism. */
-std::unique_ptr<loops_model> open(const loops_mechanism &mechanism);
+/* For a run in steps of `step` s. Throws a std::exception where the library refuses the mechanism. */
+std::unique_ptr<loops_model> open(const loops_mechanism &mechanism, double step);
 } // namespace library
 
 #endif

@@ -9,23 +9,27 @@
 namespace
 {
 
-/* The model's description, drawn closed: anchors of constraints are taken from there. */
+/* Drawn closed: anchors of constraints are taken from there. Constraints are pulled back within two steps, the
+ * shortest time that MuJoCo allows. */
 class writer
 {
   public:
-    explicit writer(const loops_mechanism &m) : m(m), successors(m.rod.size() + 1)
+    writer(const loops_mechanism &m, double step) : m(m), successors(m.rod.size() + 1)
     {
         for (size_t k = 0; k < m.rod.size(); ++k)
             successors[(size_t)(m.rod[k].parent + 1)].push_back(k);
         file.text.push_back("<mujoco><compiler angle=\"radian\" inertiafromgeom=\"false\"/>"
-                            "<option gravity=\"0 -9.81 0\" tolerance=\"1e-12\" timestep=\"1e-4\">"
-                            "<flag contact=\"disable\"/></option><worldbody>");
+                            "<size nstack=\"40000000\"/><option gravity=\"0 -9.81 0\" "
+                            "tolerance=\"1e-12\"");
+        file.attribute(0, "timestep", std::array<double, 1>{step});
+        file.text[0] += "><flag contact=\"disable\"/></option><worldbody>";
         inside(-1, 0, 0);
         file.text[0] += "</worldbody><equality>";
         for (const loops_pin &p : m.pin) {
             file.text[0] += "<connect solimp=\"0.9999 0.9999 0.001 0.5 1\" body1=\"" +
                             std::to_string(p.a) + "\"";
             if (p.b >= 0) file.text[0] += " body2=\"" + std::to_string(p.b) + "\"";
+            file.attribute(0, "solref", std::array<double, 2>{2.0 * step, 1.0});
             file.attribute(0, "anchor", std::array<double, 3>{p.on_a, 0.0, 0.0});
             file.text[0] += "/>";
         }
@@ -73,11 +77,12 @@ class writer
 class model : public loops_model
 {
   public:
-    explicit model(const loops_mechanism &mechanism)
+    model(const loops_mechanism &mechanism, double step) : start(mechanism.rod.size())
     {
-        m = writer(mechanism).file.load();
+        m = writer(mechanism, step).file.load();
         d = mj_makeData(m);
         for (size_t k = 0; k < mechanism.rod.size(); ++k)
+            start[k] = mechanism.rod[k].angle,
             place.push_back(m->body_dofadr[mj_name2id(m, mjOBJ_BODY, std::to_string(k).c_str())]);
     }
 
@@ -93,6 +98,16 @@ class model : public loops_model
         mj_forward(m, d);
     }
 
+    void forward_at(const std::vector<double> &angle, const std::vector<double> &rate) override
+    {
+        for (size_t k = 0; k < place.size(); ++k) {
+            d->qpos[place[k]] = angle[k] - start[k];
+            d->qvel[place[k]] = rate[k];
+        }
+        mj_forward(m, d);
+        mju_copy(d->qacc_warmstart, d->qacc, m->nv);
+    }
+
     double acceleration(int rod) const override
     {
         return d->qacc[place[(size_t)rod]];
@@ -101,6 +116,7 @@ class model : public loops_model
   private:
     mjModel *m;
     mjData *d;
+    std::vector<double> start;
     std::vector<int> place;
 };
 
@@ -117,8 +133,8 @@ std::string version()
     return mj_versionString();
 }
 
-std::unique_ptr<loops_model> open(const loops_mechanism &m)
+std::unique_ptr<loops_model> open(const loops_mechanism &m, double step)
 {
-    return std::make_unique<model>(m);
+    return std::make_unique<model>(m, step);
 }
 } // namespace library

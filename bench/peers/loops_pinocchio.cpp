@@ -46,6 +46,13 @@ class model : public loops_model
         pin::constraintDynamics(own, data, q, v, tau, constraint, of_constraint, settings);
     }
 
+    void forward_at(const std::vector<double> &angle, const std::vector<double> &rate) override
+    {
+        q = Eigen::Map<const VectorXd>(angle.data(), q.size());
+        v = Eigen::Map<const VectorXd>(rate.data(), v.size());
+        forward();
+    }
+
     double acceleration(int rod) const override
     {
         return data.ddq[rod];
@@ -94,7 +101,7 @@ std::string version()
     return PINOCCHIO_VERSION;
 }
 
-std::unique_ptr<loops_model> open(const loops_mechanism &m)
+std::unique_ptr<loops_model> open(const loops_mechanism &m, double)
 {
     return std::make_unique<model>(m);
 }

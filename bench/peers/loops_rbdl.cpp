@@ -45,6 +45,13 @@ class model : public loops_model
         rb::ForwardDynamicsConstraintsRangeSpaceSparse(rbdl, q, v, tau, set, qdd);
     }
 
+    void forward_at(const std::vector<double> &angle, const std::vector<double> &rate) override
+    {
+        q = Eigen::Map<const Eigen::VectorXd>(angle.data(), q.size());
+        v = Eigen::Map<const Eigen::VectorXd>(rate.data(), v.size());
+        forward();
+    }
+
     double acceleration(int rod) const override
     {
         return qdd[rod];
@@ -77,7 +84,7 @@ std::string version()
            std::to_string(v & 255);
 }
 
-std::unique_ptr<loops_model> open(const loops_mechanism &m)
+std::unique_ptr<loops_model> open(const loops_mechanism &m, double)
 {
     return std::make_unique<model>(m);
 }
