@@ -4,6 +4,7 @@
 
 #include "algebra/dense.h"
 #include "base/memory.h"
+#include "newton/blocks/closing_order.h"
 #include "newton/blocks/swept.h"
 #include "newton/slopes/closure_slopes.h"
 #include "newton/slopes/closure_turn.h"
@@ -29,72 +30,7 @@ static int bodies_of(const mbsri_closure *c)
     return c->def.bodies;
 }
 
-/* ---- where a closure closes ---- */
-
-/* The successor of `body` behind which body i stands, or is. */
-static int successor(const mbsr_model *m, int body, int i)
-{
-    while (m->body[i].parent != body) i = m->body[i].parent;
-    return i;
-}
-
-static int find(int *set, int i)
-{
-    while (set[i] != i) i = set[i] = set[set[i]];
-    return i;
-}
-
-/* Successors that a loop ties together become one set; ones that none does are sets of 0. */
-static void tie(const mbsr_newton *w, int k, int body, int *set)
-{
-    const mbsri_closure *c = closure_of(w, k);
-    int first = 0;
-    for (int l = 0; l < bodies_of(c); ++l) {
-        if (c->body[l] == body) continue;
-        const int i = successor(w->model, body, c->body[l]);
-        if (set[i] == 0) set[i] = i;
-        if (first == 0) first = i;
-        set[find(set, i)] = find(set, first);
-    }
-}
-
-static void number_fronts(mbsr_newton *w, int *set)
-{
-    const mbsr_model *m = w->model;
-    mbsri_carried *v = &w->carried;
-    for (int i = 0; i <= m->bodies; ++i) set[i] = v->first_closing[i] = 0;
-    for (int k = 0; k < closures_of(w); ++k) {
-        const mbsri_closure *c = closure_of(w, k);
-        v->loop[k].level = 2 * c->meets + 1;
-        tie(w, k, c->meets, set);
-    }
-    v->fronts = m->bodies + 1;
-    for (int i = 0; i <= m->bodies; ++i) {
-        v->front[i] = (mbsri_front){.level = 2 * i};
-        v->pool[i] = (mbsri_pool){.body = i, .up = i > 0 ? m->body[i].parent : 0};
-    }
-    for (int i = 1; i <= m->bodies; ++i) {
-        const int parent = m->body[i].parent;
-        if (set[i] == 0) continue;
-        mbsri_pool *head = v->pool + find(set, i); /* which need not be the first of the set */
-        if (head->up <= m->bodies) {
-            const int k = v->fronts++;
-            v->front[k] = (mbsri_front){.level = 2 * parent + 1, .next = v->first_closing[parent]};
-            v->pool[k] = (mbsri_pool){.body = parent, .up = parent};
-            v->first_closing[parent] = k;
-            head->up = k;
-        }
-        v->pool[i].up = head->up;
-    }
-    for (int k = 0; k < closures_of(w); ++k) {
-        const mbsri_closure *c = closure_of(w, k);
-        const int body = c->meets;
-        v->loop[k].pool = body;
-        for (int l = 0; l < bodies_of(c); ++l) {
-            if (c->body[l] != body) v->loop[k].pool = v->pool[successor(m, body, c->body[l])].up;
-        }
-    }
-}
+/* ---- names ---- */
 
 static void list_ends(mbsr_newton *w)
 {
@@ -112,8 +48,6 @@ static void list_ends(mbsr_newton *w)
         }
     }
 }
-
-/* ---- names ---- */
 
 /* What crosses the tree of the derivatives of its forces has this rank at most. */
 static int crossing(const mbsri_closure *c)
@@ -188,7 +122,7 @@ static void count_carried(mbsr_newton *w, int *seen, int *lambda)
         const mbsri_closure *c = closure_of(w, k);
         for (int l = 0; l < bodies_of(c); ++l) {
             const int body = c->body[l];
-            const bool closed = body == v->loop[k].level / 2;
+            const bool closed = body == v->pool[v->loop[k].pool].body;
             if (!closed || v->loop[k].pool == body) count_path(w, k, body, seen, lambda);
             if (closed) count_path(w, k, v->loop[k].pool, seen, lambda);
         }
@@ -249,6 +183,10 @@ static void shape_pools(mbsr_newton *w)
         if (up > w->model->bodies) w->carried.swept[up].swept = w->carried.swept[i].swept;
     }
     mbsri_carried *v = &w->carried;
+    for (int k = v->first_closing[0]; k > 0; k = v->front[k].next) { /* and from one to the next */
+        const int up = v->pool[k].up;
+        if (up > w->model->bodies) v->swept[up].swept = v->swept[k].swept;
+    }
     for (int k = 0; k < v->uses; ++k) {
         const int i = v->used[k];
         if (v->swept[i].swept) continue;
@@ -387,6 +325,7 @@ static size_t place_records(mbsr_newton *w, void *memory, int **scratch)
     v->end = records(memory, &used, ends, sizeof *v->end);
     v->first_end = records(memory, &used, bodies, sizeof(int));
     v->first_closing = records(memory, &used, bodies, sizeof(int));
+    v->last_closing = records(memory, &used, bodies, sizeof(int));
     v->served = records(memory, &used, bodies, sizeof(bool));
     v->used = records(memory, &used, fronts, sizeof(int));
     v->multiplier =
@@ -408,8 +347,8 @@ bool mbsri_carried_create(mbsr_newton *w)
     if (!v->memory) return false;
     v->bytes = bytes;
     (void)place_records(w, v->memory, &scratch);
-    number_fronts(w, scratch);
     name_all(w);
+    if (!mbsri_closing_order(w)) return false;
     count_carried(w, scratch, scratch + v->fronts);
     list_ends(w);
     v->closure = mbsri_allocate(allocator, (size_t)(v->multipliers + 1) * sizeof(int));

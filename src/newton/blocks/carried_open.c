@@ -80,7 +80,7 @@ static void add_end(mbsr_newton *w, const mbsr_data *d, int closure, int slot)
     const int body = c->body[slot];
     site s = {.c = c, .loop = v->loop + closure, .column = c->column[slot]};
     if (body == 0) return;
-    const int number = body == s.loop->level / 2 ? s.loop->pool : body;
+    const int number = body == v->pool[s.loop->pool].body ? s.loop->pool : body;
     if (w->mixed && v->swept[number].swept) return; /* see swept.h */
     s.pool = v->pool + number;
     s.d = m->body[body].d;

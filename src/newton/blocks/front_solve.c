@@ -124,7 +124,7 @@ void mbsri_front_substitute_one(mbsr_newton *w, int k, const double *x)
 void mbsri_front_substitute_closing(mbsr_newton *w, int body)
 {
     const bool apart = body == 0 || !w->node[body].coupled;
-    for (int k = w->carried.first_closing[body]; k > 0 && apart; k = w->carried.front[k].next)
+    for (int k = w->carried.last_closing[body]; k > 0 && apart; k = w->carried.front[k].previous)
         substitute(w, k, w->x + w->node[body].x);
 }
 

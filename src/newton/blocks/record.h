@@ -150,8 +150,8 @@ static inline size_t mbsri_pool_end(const mbsri_pool *pool)
 /* The equations of a joint, or of loops that close on a body, with what is carried there: `size`
  * unknowns, `own` of the joint, of which `done` are eliminated; the rest is carried on. */
 typedef struct mbsri_front {
-    int level;            /* joint of body i: 2 i; loops on body i: 2 i + 1 */
-    int next;             /* closing fronts: the next one on the same body, 0: none */
+    int level;            /* higher than of any that is eliminated later */
+    int next, previous;   /* closing fronts: on the same body, as they are eliminated, 0: none */
     int delayed;          /* what it may hand on of unknowns that could go */
     int first_loop;       /* in vector code (swept.h): that closes here; -1: none */
     bool passes;          /* loops go on from it */
@@ -172,10 +172,11 @@ typedef struct mbsri_carried {
     mbsri_loop *loop;       /* closures */
     mbsri_loop_end *end;    /* */
     int *first_end;         /* N + 1 */
-    int *first_closing;     /* N + 1: closing fronts of a body, 0: none */
-    int *closure;           /* multipliers: the closure of the name */
-    int first_turned;       /* -1: none */
-    bool *served;           /* N + 1: joints that are fronts */
+    int *first_closing,     /* N + 1: closing fronts of a body, 0: none */
+        *last_closing;
+    int *closure;     /* multipliers: the closure of the name */
+    int first_turned; /* -1: none */
+    bool *served;     /* N + 1: joints that are fronts */
     int *used, uses,
         apart; /* pools that have room for unknowns: which, and how many; those of blocks, which stand
                              * in front */

@@ -149,7 +149,7 @@ MBSRI_OUTLINE void close_motion(mbsri_newton_sweeps *newton, int i, const v4 x[4
     mbsr_newton *w = newton->blocks;
     const mbsri_carried *v = &w->carried;
     const bool deep = is_deep(newton, i);
-    for (int k = v->first_closing[i]; k > 0; k = v->front[k].next) {
+    for (int k = v->last_closing[i]; k > 0; k = v->front[k].previous) {
         if (!v->swept[k].closed) {
             double at[MBSRI_SWEPT_MOTIONS];
             for (int g = 0; g < 4; ++g) store3(at + 4 * g, first_three(x[g]));

@@ -151,7 +151,7 @@ MBSRI_OUTLINE void take_ends(const mbsri_sweep_run *run, int i, mbsri_newton_swe
         if (mbsri_is_coupling(e.c)) continue; /* see fronts.h */
         e.loop = v->loop + number;
         e.column = e.c->column[v->end[k].slot];
-        e.to = view_pool(v, v->swept + (i == e.loop->level / 2 ? e.loop->pool : i));
+        e.to = view_pool(v, v->swept + (i == v->pool[e.loop->pool].body ? e.loop->pool : i));
         add_own_slopes(v, &e, y);
         add_rows(newton, run->data, &e);
     }
