@@ -105,6 +105,11 @@ typedef struct mbsr_ida_opt {
  *   momentum p             mass (rtol |u| + atol)
  *   index-1 velocity v     rtol |v| + sqrt(mass) atol
  *
+ * In models with closures errors e_p of momenta are tested together by the velocities that they make with
+ * the loops closed, e_u in (., ., e_u, .) = K^-1 (0, c e_p, 0, 0) with K = dF/dy + c dF/dy', against rtol |u| + atol
+ * of the velocities, 1.5 times more strictly, where that is less: docs/closed_loops.md. Not so with atol_each, or a linear
+ * solver without matrices.
+ *
  * IDA measures errors by sqrt(sum (e_k / tolerance_k)^2 / n) over the n entries of y: in a large
  * system the error of one body alone may exceed its tolerances sqrt(n) times. With max_norm no
  * entry may exceed its own, in the error test as in the test for convergence of Newton's

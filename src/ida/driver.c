@@ -76,9 +76,9 @@ static bool make_nonlinear(mbsr_ida *ida)
     const mbsr_ida_opt *opt = &ida->opt;
     const bool accelerations =
         opt->form == MBSR_DAE_RECURSIVE || opt->form == MBSR_DAE_INVERSE_DYNAMICS;
-    if (mbsr_model_rows(ida->model) > 0) return true;
     ida->nonlinear = mbsri_stiff_create(ida->model, opt->form, ida->y, ida->context);
     if (!ida->nonlinear) return false;
+    if (mbsr_model_rows(ida->model) > 0) return true; /* the rest: mbsri_ida_take_care */
     mbsri_stiff *stiff = mbsri_stiff_of(ida->nonlinear);
     stiff->low_order = opt->max_order < 3;
     mbsri_ida_judge_matrix(ida);

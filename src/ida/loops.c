@@ -109,18 +109,13 @@ static bool springs_share(mbsr_ida *ida)
     return false;
 }
 
-int mbsri_ida_take_care(mbsr_ida *ida)
+void mbsri_ida_take_care(mbsr_ida *ida)
 {
-    if (!ida->nonlinear) {
-        ida->nonlinear = mbsri_stiff_create(ida->model, ida->opt.form, ida->y, ida->context);
-        if (!ida->nonlinear || IDASetNonlinearSolver(ida->memory, ida->nonlinear) < 0)
-            return mbsri_ida_fail(&ida->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
-                                  "mbsr_ida_start: no memory for Newton's method");
-    }
+    mbsri_stiff *stiff = mbsri_stiff_of(ida->nonlinear);
     mbsri_ida_judge_matrix(ida);
-    mbsri_stiff_of(ida->nonlinear)->always = springs_share(ida);
-    mbsri_stiff_of(ida->nonlinear)->looks = false; /* loop forces take what momenta show */
-    return MBSR_OK;
+    stiff->test = ida->scales ? MBSRI_TEST_MOVED : MBSRI_TEST_PLAIN;
+    stiff->always = springs_share(ida);
+    stiff->looks = false; /* loop forces take what momenta show */
 }
 
 /* ---- while it runs ---- */

@@ -17,10 +17,11 @@ bool mbsri_ida_scale_multipliers(mbsr_ida *ida, const double *place);
 void mbsri_ida_allow_rounding(mbsr_ida *ida);
 
 /* Newton's method for closures, at the start: where it fails twice within a few steps it gets a new matrix in
- * each iteration (ida/iteration.c), without the filter of errors. Where springs of stiff rows share a force among
+ * each iteration (ida/iteration.c), without the filter of errors; momenta whose
+ * tolerances are not given are tested by what they move (ida/moved.c). Where springs of stiff rows share a force among
  * rows that depend on each other it does so in every step: how they share it turns with the mechanism, and an
- * old matrix leaves their stiffness times that. A status. */
-int mbsri_ida_take_care(mbsr_ida *ida);
+ * old matrix leaves their stiffness times that. */
+void mbsri_ida_take_care(mbsr_ida *ida);
 
 /* After IDA has given up: MBSR_LOOP_SINGULAR, with the name of the loop, where rows of closures are
  * dependent, or nearly, in the last good state, or bodies without mass stretched; else MBSR_OK. */

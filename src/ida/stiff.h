@@ -16,6 +16,9 @@ typedef sunrealtype (*mbsri_masked_norm)(N_Vector x, N_Vector w, N_Vector id);
 
 #define MBSRI_STIFF_ALARM 6.0
 
+/* How errors are measured: by the filter of filter.c; as they are; momenta by what they move, see moved.c. */
+typedef enum mbsri_test { MBSRI_TEST_FILTERED, MBSRI_TEST_PLAIN, MBSRI_TEST_MOVED } mbsri_test;
+
 typedef struct mbsri_stiff {
     SUNNonlinearSolver plain; /* Newton's method of SUNDIALS, for ordinary steps */
     SUNNonlinSolSysFn system; /* IDA's residual, linear system and its solution */
@@ -33,13 +36,15 @@ typedef struct mbsri_stiff {
     double wrong; /* share of a correction that an old one may leave, see renewal.c; 0: any, else */
     double due;   /* reached at so many steps */
     int age;      /* attempts with the matrix at hand */
-    double quadratic;   /* a of steps that do, */
-    int rated;          /* known for so many more of them */
-    bool iterates;      /* the linear solver has no matrix, but a preconditioner */
-    bool learned;       /* what the linear solver is */
-    long steps;         /* of IDA before the present attempt */
-    double c;           /* of that */
-    int order;          /* of its error test */
+    double quadratic; /* a of steps that do, */
+    int rated;        /* known for so many more of them */
+    bool iterates;    /* the linear solver has no matrix, but a preconditioner */
+    bool learned;     /* what the linear solver is */
+    long steps;       /* of IDA before the present attempt */
+    double c;         /* of that */
+    int order;        /* of its error test */
+    mbsri_test test;
+    double share;       /* of an error that is left by what it moves, see moved.c */
     bool always;        /* every step is taken carefully */
     bool off;           /* none is, and nothing is filtered */
     bool careful;       /* the last iteration was one of those below */
@@ -133,6 +138,10 @@ int mbsri_stiff_begin_anew(mbsri_stiff *s, N_Vector ee, N_Vector w, double toler
 
 /* What v, a vector made from y, knows. */
 mbsri_stiff *mbsri_stiff_behind(N_Vector v);
+
+/* The norm of x, an error, the first or a later one of an error test, its momenta measured by what they move with
+ * loops closed. */
+double mbsri_stiff_moved(mbsri_stiff *s, N_Vector x, N_Vector w, N_Vector id, bool first);
 
 /* The part of the norm of x, by s->weight, that its momenta make. */
 double mbsri_stiff_momenta(const mbsri_stiff *s, N_Vector x);

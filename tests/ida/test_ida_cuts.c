@@ -127,6 +127,26 @@ static void bricard(void **state)
     compare(&w, 3, 2.0, 1e3, 1.3);
 }
 
+/* Bennett's linkage, which moves although it has three rows too many. */
+static void bennett(void **state)
+{
+    (void)state;
+    const ring w = {.links = 3,
+                    .at = {{0.0},
+                           {0.45359612142557731, 0.89120736006143542, 0},
+                           {0.31817129541419165, 0.34198096970568825, -0.20002621987275174},
+                           {-0.6000000000000002, 0, 0},
+                           {0, 0, 0}},
+                    .axis = {{0.0},
+                             {0.74992513493894164, -0.38168797500102275, 0.54030230586813977},
+                             {0.33337703312125272, -0.39412236120301475, 0.85646209384130456},
+                             {0, 0.50488259088473786, 0.8631880266903118},
+                             {0, 0, 1}},
+                    .mass = 1.0,
+                    .thickness = 0.1};
+    compare(&w, 2, 1.5, 1e3, 1.2);
+}
+
 /* Crank and rocker on skew axes, between them a rod with a ball joint at each end, which spins about
  * itself as nothing holds it: an old Newton matrix is wrong there first (src/ida/renewal.c). */
 static void rssr(void **state)
@@ -354,9 +374,8 @@ static void double_wishbone(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(bricard),         cmocka_unit_test(rssr),
-        cmocka_unit_test(four_bar),        cmocka_unit_test(six_bar),
-        cmocka_unit_test(double_wishbone),
+        cmocka_unit_test(bricard),  cmocka_unit_test(bennett), cmocka_unit_test(rssr),
+        cmocka_unit_test(four_bar), cmocka_unit_test(six_bar), cmocka_unit_test(double_wishbone),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
