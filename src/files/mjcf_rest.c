@@ -29,12 +29,15 @@ static bool end_of(mbsri_mjcf *m, const mbsri_element *e, const char *attribute,
 static bool read_bodies(mbsri_mjcf *m, const mbsri_node *node, mbsri_scene_equality *q)
 {
     const mbsri_element *e = node->e;
-    double pose[7] = {0.0};
+    double pose[7] = {0.0}, turning = 1.0;
     int anchor, given;
     if (!end_of(m, e, "body1", false, q->body) || !end_of(m, e, "body2", true, q->body + 1) ||
         !mbsri_mjcf_numbers(m, node, "anchor", 3, 3, q->anchor, &anchor) ||
-        !mbsri_mjcf_numbers(m, node, "relpose", 7, 7, pose, &given))
+        !mbsri_mjcf_numbers(m, node, "relpose", 7, 7, pose, &given) ||
+        !mbsri_mjcf_number(m, node, "torquescale", &turning))
         return false;
+    if (q->kind == MBSRI_WELD && turning == 0.0)
+        mbsri_file_find(m->s, e, "it holds the turn as well: its torquescale of 0 is left out");
     if (q->kind == MBSRI_CONNECT && anchor == 0)
         return mbsri_file_refuse(m->s, e, "it has no anchor");
     q->placed = q->kind == MBSRI_WELD && given &&

@@ -35,7 +35,9 @@ static void more_findings(void **state)
                "<worldbody><body name='b' gravcomp='0.0'>"
                "<joint name='j' actuatorfrcrange='-1 1'/><camera/><light/>"
                "<geom name='g' size='1' shellinertia='true'/><bogus/></body></worldbody>"
-               "<tendon><fixed name='t' range='0 1'><joint joint='j' coef='1'/></fixed></tendon>"),
+               "<tendon><fixed name='t' range='0 1'><joint joint='j' coef='1'/></fixed></tendon>"
+               "<equality><weld name='w' body1='b' torquescale='0'/>"
+               "<weld name='v' body1='b' torquescale='0.5'/></equality>"),
         NULL);
     assert_found(file, "compiler", "alignfree|keep their frames");
     assert_found(file, "flag", "springs and dampers");
@@ -44,7 +46,8 @@ static void more_findings(void **state)
     assert_found(file, "geom 'g'", "solid|shell");
     assert_found(file, "bogus", "left out");
     assert_found(file, "fixed 't'", "limits");
-    assert_int_equal(file->findings, 7);
+    assert_found(file, "weld 'w'", "turn as well|torquescale");
+    assert_int_equal(file->findings, 8);
     mbsr_file_destroy(file);
 }
 
