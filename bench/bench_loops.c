@@ -102,13 +102,13 @@ typedef struct candidate {
     double start; /* s */
 } candidate;
 
-/* Joints with motors: all of open models, of a ring all but two, of each piece all but those that its pin holds, and
- * of one with stiff pins, which hold none, all. */
+/* Joints with motors: all of open models and of those that are coupled, of a ring all but two, of each piece all but
+ * those that its pin holds, and of one with stiff pins, which hold none, all. */
 static void choose_motors(candidate *c, const struct bench_case *of)
 {
     const int nu = c->tree.nu, rates = of->ring ? nu : nu / of->count;
     int held = of->ring ? 2 : in_space(of) && strcmp(of->variant, "hinges") ? 3 : 2;
-    if (of->closed != BENCH_RIGID) held = 0;
+    if (of->closed != BENCH_RIGID || is_gearing(of)) held = 0;
     c->motor = bench_allocate((size_t)nu, sizeof *c->motor);
     c->motors = 0;
     for (int k = 0; k < nu; ++k) {
