@@ -1,4 +1,4 @@
-/* A dense matrix by central differences.
+/* A dense matrix whose columns of coordinates are right where something is stiff.
  * SPDX-License-Identifier: BSD-3-Clause
  *
  * IDA's difference quotients are one-sided. Of a stiff element they take the force that its
@@ -6,7 +6,11 @@
  * slope across that direction, where only inertia stands against it: with k = 1e12 N/m and steps of
  * 1e-8 rad the error is 1e4 N/m and Newton's method fails. Central differences, with steps near the
  * third root of the rounding error, have none of the second order, for twice the price. Only the
- * coordinates turn a direction: other columns have one side as before. */
+ * coordinates turn a direction: other columns have one side as before.
+ *
+ * On a stop that is strained by less than such a step the slope has two values, and differences have neither. So in the
+ * momentum form of trees these columns are products with the matrix of mbsr_newton, which has the slopes of
+ * elements; differences serve the other forms. */
 #include "ida/differences.h"
 
 #include "ida/callbacks.h"
@@ -17,6 +21,8 @@
 
 #include <float.h>
 #include <math.h>
+#include <stdbool.h>
+#include <string.h>
 
 /* F at y + sign step e_k, y' + sign c step e_k */
 static int shifted(mbsr_ida *ida, double t, N_Vector y, N_Vector yp, int k, double step, double c,
@@ -80,6 +86,22 @@ static int one_sided(mbsr_ida *ida, double t, double c, sizes s, N_Vector y, N_V
     return MBSR_OK;
 }
 
+/* The columns of the coordinates from derivatives; false where there are none. */
+static bool differentiate(mbsr_ida *ida, double t, double c, N_Vector y, N_Vector yp,
+                          SUNMatrix matrix)
+{
+    const double *at = N_VGetArrayPointer(y), *rate = N_VGetArrayPointer(yp);
+    if (!ida->tangent || mbsr_newton_linearise(ida->tangent, ida->data, t, at, rate, c))
+        return false;
+    for (int k = 0; k < mbsr_model_nq(ida->model); ++k) {
+        double *column = SUNDenseMatrix_Column(matrix, k);
+        memset(column, 0, (size_t)ida->size * sizeof *column);
+        column[k] = 1.0;
+        if (mbsr_newton_multiply(ida->tangent, column, column)) return false;
+    }
+    return true;
+}
+
 static int central(sunrealtype t, sunrealtype c, N_Vector y, N_Vector yp, N_Vector r,
                    SUNMatrix matrix, void *user, N_Vector plus, N_Vector minus, N_Vector unused)
 {
@@ -90,7 +112,8 @@ static int central(sunrealtype t, sunrealtype c, N_Vector y, N_Vector yp, N_Vect
     sizes s = {0.0, largest(ida, value, nq, u), largest(ida, value, u, ida->size)};
     int status = MBSR_OK;
     IDAGetCurrentStep(ida->memory, &s.h);
-    for (int k = 0; k < ida->size && !status; ++k) {
+    const bool exact = differentiate(ida, t, c, y, yp, matrix);
+    for (int k = exact ? nq : 0; k < ida->size && !status; ++k) {
         double *column = SUNDenseMatrix_Column(matrix, k);
         status = k < nq ? two_sided(ida, t, c, y, yp, k, column, plus, minus)
                         : one_sided(ida, t, c, s, y, yp, k, column, r, plus);

@@ -1,4 +1,4 @@
-/* A dense matrix by central differences.
+/* A dense matrix whose columns of coordinates are right where something is stiff.
  * SPDX-License-Identifier: BSD-3-Clause */
 #ifndef MBSRI_IDA_DIFFERENCES_H
 #define MBSRI_IDA_DIFFERENCES_H

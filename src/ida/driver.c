@@ -216,6 +216,7 @@ void mbsr_ida_destroy(mbsr_ida *ida)
     if (ida->solver) SUNLinSolFree(ida->solver);
     if (ida->matrix) SUNMatDestroy(ida->matrix);
     mbsr_newton_destroy(ida->link.newton);
+    mbsr_newton_destroy(ida->tangent);
     N_Vector const vector[] = {ida->y,    ida->yp,   ida->atol,    ida->work,    ida->moved,
                                ida->zero, ida->mass, ida->first_y, ida->first_yp};
     for (size_t k = 0; k < sizeof vector / sizeof vector[0]; ++k) {

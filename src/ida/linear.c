@@ -14,6 +14,20 @@
 
 /* ---- choice ---- */
 
+/* Derivatives for dense matrices where difference quotients do not serve (differences.c), if there are any without. */
+static void take_tangent(mbsr_ida *ida)
+{
+    mbsr_newton_opt opt = ida->opt.newton;
+    mbsr_newton_info info;
+    opt.products = 1;
+    if (ida->opt.form != MBSR_DAE_MOMENTUM || mbsr_model_rows(ida->model) > 0 ||
+        mbsr_newton_create(ida->model, ida->opt.form, &opt, &ida->tangent, NULL))
+        return;
+    if (mbsr_newton_get_info(ida->tangent, &info) == MBSR_OK && info.exact) return;
+    mbsr_newton_destroy(ida->tangent);
+    ida->tangent = NULL;
+}
+
 /* The Newton solver, and AUTO decided. */
 static int choose(mbsr_ida *ida, mbsr_error *error)
 {
@@ -60,6 +74,7 @@ int mbsri_ida_make_solver(mbsr_ida *ida, mbsr_error *error)
 {
     const int status = choose(ida, error);
     if (status) return status;
+    if (ida->opt.linear_solver == MBSR_IDA_DENSE) take_tangent(ida);
     switch (ida->opt.linear_solver) {
     case MBSR_IDA_TREE:
         ida->matrix = mbsr_sundials_matrix(&ida->link, ida->context);

@@ -29,8 +29,9 @@ struct mbsr_ida {
     mbsri_ida_kinks kinks;
     SUNMatrix matrix; /* NULL for KRYLOV */
     SUNLinearSolver solver;
-    SUNNonlinearSolver nonlinear;   /* NULL: IDA's own */
-    mbsr_sundials link;             /* its newton is NULL for DENSE */
+    SUNNonlinearSolver nonlinear; /* NULL: IDA's own */
+    mbsr_sundials link;           /* its newton is NULL for DENSE */
+    mbsr_newton *tangent; /* DENSE, momentum form: its derivatives where there are any, or NULL */
     mbsr_newton_info newton_before; /* at the start of the run */
     mbsri_ida_messages messages;
     char message[MBSR_TEXT_SIZE]; /* IDA's last message in the present call */
