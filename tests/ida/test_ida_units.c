@@ -153,6 +153,14 @@ static void add_spatial_loop(mbsr_model *m, const units *in)
               mbsr_model_error(m));
 }
 
+/* The ends of rod k of five, on the ground and on what they carry. */
+static void place_rod(int k, double a[3], double b[3])
+{
+    const double angle = 1.2566 * k;
+    a[0] = cos(angle), a[1] = 0.8 * sin(angle), a[2] = 1.0 + 0.02 * k;
+    b[0] = 0.6 * cos(angle + 0.5), b[1] = 0.5 * sin(angle + 0.5), b[2] = 0.1 * k;
+}
+
 /* A free body on five rods: three without mass, with a universal joint and a ball joint each; two with next to no
  * moment of inertia, on ball joints, which spin about themselves. */
 static void add_carried(mbsr_model *m, const units *in)
@@ -160,9 +168,9 @@ static void add_carried(mbsr_model *m, const units *in)
     const double none[3] = {0.0};
     const int body = add(m, mbsr_joint_free(NULL, NULL), lump(in, 2.0, none), MBSR_GROUND);
     for (int k = 0; k < 5; ++k) {
-        const double a[3] = {cos(1.2566 * k), 0.8 * sin(1.2566 * k), 1.0 + 0.02 * k},
-                     b[3] = {0.6 * cos(1.2566 * k + 0.5), 0.5 * sin(1.2566 * k + 0.5), 0.1 * k},
-                     c[3] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]}, first[3] = {c[1], -c[0], 0.0},
+        double a[3], b[3];
+        place_rod(k, a, b);
+        const double c[3] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]}, first[3] = {c[1], -c[0], 0.0},
                      second[3] = {c[0] * c[2], c[1] * c[2], -c[0] * c[0] - c[1] * c[1]};
         const mbsr_frame A = at(in, a), B = at(in, b), tip = at(in, c);
         const double small = 4e-5 * in->mass * in->length * in->length,
@@ -185,8 +193,8 @@ static void add_hung(mbsr_model *m, const units *in)
     const double none[3] = {0.0};
     const int body = add(m, mbsr_joint_free(NULL, NULL), lump(in, 2.0, none), MBSR_GROUND);
     for (int k = 0; k < 5; ++k) {
-        const double a[3] = {cos(1.2566 * k), 0.8 * sin(1.2566 * k), 1.0 + 0.02 * k},
-                     b[3] = {0.6 * cos(1.2566 * k + 0.5), 0.5 * sin(1.2566 * k + 0.5), 0.1 * k};
+        double a[3], b[3];
+        place_rod(k, a, b);
         const mbsr_frame A = at(in, a), B = at(in, b);
         const double d[3] = {A.x[0] - B.x[0], A.x[1] - B.x[1], A.x[2] - B.x[2]};
         const mbsr_closure_def rod = mbsr_closure_distance(

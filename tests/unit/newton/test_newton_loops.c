@@ -2,32 +2,17 @@
  * rows, singular loops, many loops, groups of joints inside a loop.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "loops.h"
-#include "newton_system.h"
+#include "newton_ways.h"
 
 #include <stdlib.h>
 #include <string.h>
-
-static mbsr_newton *make_solver(const loops *s, int by_blocks)
-{
-    mbsr_newton *newton;
-    mbsr_error error;
-    mbsr_newton_opt opt = mbsr_default_newton_opt();
-    opt.by_blocks = by_blocks;
-    assert_ok(mbsr_newton_create(s->m, MBSR_DAE_MOMENTUM, &opt, &newton, &error), &error);
-    return newton;
-}
-
-static mbsr_newton *solver(const loops *s)
-{
-    return make_solver(s, 0);
-}
 
 /* Solutions at a consistent state near that of s against the dense matrix, to `tolerance` of the
  * largest entry of each kind beyond what differences leave open. */
 static void compare_for(loops *s, double tolerance, int by_blocks, int count, const double *factors)
 {
     test_newton_state at;
-    mbsr_newton *newton = make_solver(s, by_blocks);
+    mbsr_newton *newton = newton_solver(s->m, by_blocks);
     test_rng rng = test_seed(7);
     assert_ok(test_newton_start(&at, s->m, s->d, 0.0, s->q, s->u, NULL), mbsr_data_error(s->d));
     assert_ok(test_newton_matrices(&at, s->m, s->d), NULL);
@@ -175,7 +160,7 @@ static void redundant_rows(void **state)
     assert_ok(mbsr_dae_pack(s.m, s.d, MBSR_DAE_MOMENTUM, 0.0, s.q, s.u, y), NULL);
     assert_ok(mbsr_closures_dropped(s.m, s.d, dropped), NULL);
     assert_ok(mbsr_closures_drop(s.m, s.d, none), NULL);
-    mbsr_newton *newton = solver(&s);
+    mbsr_newton *newton = newton_solver(s.m, 0);
     assert_refused(mbsr_newton_factor(newton, s.d, 0.0, y, yp, 50.0), mbsr_newton_error(newton),
                    MBSR_LOOP_SINGULAR, MBSR_NONE, MBSR_NONE, "closure|row|mbsr_closures_report");
     assert_int_equal(mbsr_newton_solve(newton, r, delta), MBSR_ERR_SEQUENCE);
@@ -206,7 +191,7 @@ static void nothing_holds(void **state)
     assert_ok(
         mbsr_dae_pack(s.m, s.d, MBSR_DAE_MOMENTUM, 0.0, (double[]){1.0, -0.4, -0.9, -0.6}, s.u, y),
         NULL);
-    mbsr_newton *newton = solver(&s);
+    mbsr_newton *newton = newton_solver(s.m, 0);
     const int status = mbsr_newton_factor(newton, s.d, 0.0, y, yp, 50.0);
     assert_int_equal(status, MBSR_SINGULAR_BLOCK);
     assert_contains(mbsr_newton_error(newton)->text, "joint|holds|damper");
@@ -279,7 +264,7 @@ static void memory(void **state)
             loops s;
             mbsr_newton_info info;
             chain(&s, k ? 1000 : 10, hub);
-            mbsr_newton *newton = solver(&s);
+            mbsr_newton *newton = newton_solver(s.m, 0);
             assert_ok(mbsr_newton_get_info(newton, &info), NULL);
             bytes[k] = (double)info.bytes / (double)mbsr_model_bodies(s.m);
             mbsr_newton_destroy(newton);

@@ -2,9 +2,7 @@
  * blocks and the dense matrix.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "loops.h"
-#include "newton/blocks/record.h"
-#include "newton/sweeps/record.h"
-#include "newton_system.h"
+#include "newton_ways.h"
 #include "sweeps/tree.h"
 
 #include <math.h>
@@ -65,50 +63,11 @@ static void finish(loops *s)
 
 /* ---- solutions ---- */
 
-static void solve(mbsr_newton *newton, const test_newton_state *at, double c, const double *r,
-                  double *x)
-{
-    assert_ok(mbsr_newton_factor(newton, at->data, 0.0, at->y, at->yp, c),
-              mbsr_newton_error(newton));
-    assert_ok(mbsr_newton_solve(newton, r, x), mbsr_newton_error(newton));
-}
-
-static mbsr_newton *solver(const loops *s, int by_blocks)
-{
-    mbsr_newton *newton;
-    mbsr_error error;
-    mbsr_newton_opt opt = mbsr_default_newton_opt();
-    opt.by_blocks = by_blocks;
-    assert_ok(mbsr_newton_create(s->m, MBSR_DAE_MOMENTUM, &opt, &newton, &error), &error);
-    return newton;
-}
-
-/* All bodies in vector code, in one sweep; as by blocks, and as the dense matrix. */
+/* All bodies in vector code, in one sweep. */
 static void compare_here(loops *s)
 {
-    static const double factors[] = {1.0, 50.0, 1e5, -30.0};
-    test_newton_state at;
-    mbsr_newton *newton = solver(s, 0), *blocks = solver(s, 1);
-    test_rng rng = test_seed(11);
     assert_int_equal(s->m->whole->blocks, 0);
-    assert_ok(test_newton_start(&at, s->m, s->d, 0.0, s->q, s->u, NULL), mbsr_data_error(s->d));
-    assert_ok(test_newton_matrices(&at, s->m, s->d), NULL);
-    double *r = calloc(3 * (size_t)at.n, sizeof *r), *x = r + at.n, *y = x + at.n;
-    for (int k = 0; k < 4; ++k) {
-        test_fill(&rng, at.n, r);
-        solve(newton, &at, factors[k], r, x);
-        assert_true(newton->by_sweeps && newton->sweeps->looped);
-        solve(blocks, &at, factors[k], r, y);
-        assert_false(blocks->by_sweeps);
-        const test_newton_errors e = test_newton_compare(&at, factors[k], r, x);
-        assert_less(test_newton_distance(&at, x, y), 1e-12 * (1.0 + e.amplification));
-        assert_less(e.net_delta, 1e-10);
-        assert_less(e.delta, 1e-10 * (1.0 + e.amplification));
-    }
-    free(r);
-    mbsr_newton_destroy(newton);
-    mbsr_newton_destroy(blocks);
-    test_newton_free(&at);
+    newton_both_ways(s->m, s->d, s->q, s->u, ONE_SWEEP, NULL, 0);
 }
 
 static void compare(loops *s)
@@ -397,7 +356,7 @@ static void redundant_rows(void **state)
     compare_here(&s);
     double y[64], yp[64] = {0.0};
     mbsr_data *other;
-    mbsr_newton *newton = solver(&s, 0);
+    mbsr_newton *newton = newton_solver(s.m, 0);
     assert_ok(mbsr_data_create(s.m, &other, NULL), NULL);
     assert_ok(mbsr_dae_pack(s.m, other, MBSR_DAE_MOMENTUM, 0.0, s.q, s.u, y), NULL);
     assert_refused(mbsr_newton_factor(newton, other, 0.0, y, yp, 50.0), mbsr_newton_error(newton),
@@ -418,7 +377,7 @@ static void nothing_holds(void **state)
               b = hinge(&s, a, 0.4, 0.0, tilted, 0.0), c = hinge(&s, b, 0.4, 0.0, y_axis, 0.0);
     gear(&s, a, c, 1.0);
     finish(&s);
-    mbsr_newton *newton = solver(&s, 0);
+    mbsr_newton *newton = newton_solver(s.m, 0);
     assert_ok(mbsr_dae_pack(s.m, s.d, MBSR_DAE_MOMENTUM, 0.0, s.q, s.u, y), NULL);
     assert_refused(mbsr_newton_factor(newton, s.d, 0.0, y, yp, 50.0), mbsr_newton_error(newton),
                    MBSR_SINGULAR_BLOCK, b, MBSR_NONE, "no loop holds");

@@ -2,9 +2,7 @@
  * the elimination by blocks and the dense matrix.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "loops.h"
-#include "newton/blocks/record.h"
-#include "newton/sweeps/record.h"
-#include "newton_system.h"
+#include "newton_ways.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -216,53 +214,9 @@ static void platform(mechanism *m, int free, double leg_mass)
 
 /* ---- solutions ---- */
 
-static mbsr_newton *solver(const mechanism *m, int by_blocks)
+static void compare_at(mechanism *m, newton_sweeps sweeps)
 {
-    mbsr_newton *newton;
-    mbsr_error error;
-    mbsr_newton_opt opt = mbsr_default_newton_opt();
-    opt.by_blocks = by_blocks;
-    assert_ok(mbsr_newton_create(m->s.m, MBSR_DAE_MOMENTUM, &opt, &newton, &error), &error);
-    return newton;
-}
-
-static void solve(mbsr_newton *newton, const test_newton_state *at, double c, const double *r,
-                  double *x)
-{
-    assert_ok(mbsr_newton_factor(newton, at->data, 0.0, at->y, at->yp, c),
-              mbsr_newton_error(newton));
-    assert_ok(mbsr_newton_solve(newton, r, x), mbsr_newton_error(newton));
-}
-
-/* By blocks, or all bodies in vector code: after a sweep that decides on ranks, or in the same. */
-enum { BLOCKS, TWO_SWEEPS, ONE_SWEEP };
-
-/* As by blocks, up to what rounding makes of the matrix; sweeps: one of these. */
-static void compare_at(mechanism *m, int sweeps)
-{
-    static const double factors[] = {1.0, 50.0, 1e5, -30.0};
-    test_newton_state at;
-    mbsr_newton *newton = solver(m, 0), *blocks = solver(m, 1);
-    test_rng rng = test_seed(11);
-    assert_ok(test_newton_start(&at, m->s.m, m->s.d, 0.0, m->s.q, m->s.u, NULL),
-              mbsr_data_error(m->s.d));
-    assert_ok(test_newton_matrices(&at, m->s.m, m->s.d), NULL);
-    double *r = calloc(3 * (size_t)at.n, sizeof *r), *x = r + at.n, *y = x + at.n;
-    for (int k = 0; k < 4; ++k) {
-        test_fill(&rng, at.n, r);
-        solve(newton, &at, factors[k], r, x);
-        assert_int_equal(newton->by_sweeps, sweeps != BLOCKS);
-        if (sweeps != BLOCKS) assert_int_equal(newton->sweeps->looped, sweeps == ONE_SWEEP);
-        solve(blocks, &at, factors[k], r, y);
-        const test_newton_errors e = test_newton_compare(&at, factors[k], r, x);
-        assert_less(test_newton_distance(&at, x, y), 1e-12 * (1.0 + e.amplification));
-        assert_less(e.net_delta, 1e-10);
-        assert_less(e.delta, 1e-10 * (1.0 + e.amplification));
-    }
-    free(r);
-    mbsr_newton_destroy(newton);
-    mbsr_newton_destroy(blocks);
-    test_newton_free(&at);
+    newton_both_ways(m->s.m, m->s.d, m->s.q, m->s.u, sweeps, NULL, 0);
 }
 
 static void compare(mechanism *m)
@@ -417,7 +371,7 @@ static void compare_refusals(mechanism *m, int status, const char *words)
     double y[4 * LOOPS_MOST], yp[4 * LOOPS_MOST] = {0.0};
     assert_ok(mbsr_dae_pack(m->s.m, m->s.d, MBSR_DAE_MOMENTUM, 0.0, m->s.q, m->s.u, y), NULL);
     for (int by_blocks = 0; by_blocks < 2; ++by_blocks) {
-        mbsr_newton *newton = solver(m, by_blocks);
+        mbsr_newton *newton = newton_solver(m->s.m, by_blocks);
         assert_int_equal(mbsr_newton_factor(newton, m->s.d, 0.0, y, yp, 50.0), status);
         assert_contains(mbsr_newton_error(newton)->text, words);
         mbsr_newton_destroy(newton);

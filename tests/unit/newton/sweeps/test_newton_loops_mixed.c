@@ -2,9 +2,7 @@
  * the elimination by blocks and the dense matrix.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "loops.h"
-#include "newton/blocks/record.h"
-#include "newton/sweeps/record.h"
-#include "newton_system.h"
+#include "newton_ways.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -37,44 +35,13 @@ static int own_rod(loops *s, int parent, double x, double length)
 
 /* ---- solutions ---- */
 
-static mbsr_newton *solver(const loops *s, int by_blocks)
-{
-    mbsr_newton *newton;
-    mbsr_error error;
-    mbsr_newton_opt opt = mbsr_default_newton_opt();
-    opt.by_blocks = by_blocks;
-    assert_ok(mbsr_newton_create(s->m, MBSR_DAE_MOMENTUM, &opt, &newton, &error), &error);
-    return newton;
-}
-
 static void compare(loops *s, const double *q)
 {
-    static const double factors[] = {1.0, 50.0, 1e5, -30.0};
-    test_newton_state at;
     test_rng rng = test_seed(11);
     loops_finish(s);
     test_fill(&rng, s->nu, s->u);
-    mbsr_newton *newton[2] = {solver(s, 0), solver(s, 1)};
     assert_true(s->m->whole->blocks > 0);
-    assert_ok(test_newton_start(&at, s->m, s->d, 0.0, q, s->u, NULL), mbsr_data_error(s->d));
-    assert_ok(test_newton_matrices(&at, s->m, s->d), NULL);
-    double *r = calloc(3 * (size_t)at.n, sizeof *r), *x[2] = {r + at.n, r + 2 * at.n};
-    for (int k = 0; k < 4; ++k) {
-        test_fill(&rng, at.n, r);
-        for (int l = 0; l < 2; ++l) {
-            assert_ok(mbsr_newton_factor(newton[l], at.data, 0.0, at.y, at.yp, factors[k]),
-                      mbsr_newton_error(newton[l]));
-            assert_ok(mbsr_newton_solve(newton[l], r, x[l]), mbsr_newton_error(newton[l]));
-            assert_true(newton[l]->by_sweeps == (l == 0));
-        }
-        const test_newton_errors e = test_newton_compare(&at, factors[k], r, x[0]);
-        assert_less(test_newton_distance(&at, x[0], x[1]), 1e-12 * (1.0 + e.amplification));
-        assert_less(e.net_delta, 1e-10);
-    }
-    free(r);
-    mbsr_newton_destroy(newton[0]);
-    mbsr_newton_destroy(newton[1]);
-    test_newton_free(&at);
+    newton_both_ways(s->m, s->d, q, s->u, TWO_SWEEPS, NULL, 0);
     loops_free(s);
 }
 

@@ -2,29 +2,9 @@
  * multipliers, as the elimination by blocks and as the dense matrix.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "loops.h"
-#include "newton/blocks/record.h"
-#include "newton/sweeps/record.h"
-#include "newton_system.h"
+#include "newton_ways.h"
 
 #include <stdlib.h>
-
-static mbsr_newton *solver(const loops *s, int by_blocks)
-{
-    mbsr_newton *newton;
-    mbsr_error error;
-    mbsr_newton_opt opt = mbsr_default_newton_opt();
-    opt.by_blocks = by_blocks;
-    assert_ok(mbsr_newton_create(s->m, MBSR_DAE_MOMENTUM, &opt, &newton, &error), &error);
-    return newton;
-}
-
-static void solve(mbsr_newton *newton, const test_newton_state *at, double c, const double *r,
-                  double *x)
-{
-    assert_ok(mbsr_newton_factor(newton, at->data, 0.0, at->y, at->yp, c),
-              mbsr_newton_error(newton));
-    assert_ok(mbsr_newton_solve(newton, r, x), mbsr_newton_error(newton));
-}
 
 static int count_turned(const mbsr_newton *newton)
 {
@@ -37,36 +17,20 @@ static int count_turned(const mbsr_newton *newton)
     return count;
 }
 
+static void look(const mbsr_newton *newton, const mbsr_newton *blocks, int turned)
+{
+    assert_int_equal(count_turned(newton), turned);
+    assert_int_equal(count_turned(blocks), 0);
+}
+
 /* turned: how many closures are of this kind. */
 static void compare(loops *s, int turned)
 {
-    static const double factors[] = {1.0, 50.0, 1e5, -30.0};
-    test_newton_state at;
     test_rng rng = test_seed(11);
     loops_finish(s);
     for (int k = 0; k < s->nq; ++k) s->q[k] = 0.5 + 0.4 * test_uniform(&rng);
     test_fill(&rng, s->nu, s->u);
-    mbsr_newton *newton = solver(s, 0), *blocks = solver(s, 1);
-    assert_ok(test_newton_start(&at, s->m, s->d, 0.0, s->q, s->u, NULL), mbsr_data_error(s->d));
-    assert_ok(test_newton_matrices(&at, s->m, s->d), NULL);
-    double *r = calloc(3 * (size_t)at.n, sizeof *r), *x = r + at.n, *y = x + at.n;
-    for (int k = 0; k < 4; ++k) {
-        test_fill(&rng, at.n, r);
-        solve(newton, &at, factors[k], r, x);
-        assert_true(newton->by_sweeps && newton->sweeps->looped);
-        assert_int_equal(count_turned(newton), turned);
-        solve(blocks, &at, factors[k], r, y);
-        assert_false(blocks->by_sweeps);
-        assert_int_equal(count_turned(blocks), 0);
-        const test_newton_errors e = test_newton_compare(&at, factors[k], r, x);
-        assert_less(test_newton_distance(&at, x, y), 1e-12 * (1.0 + e.amplification));
-        assert_less(e.net_delta, 1e-10);
-        assert_less(e.delta, 1e-10 * (1.0 + e.amplification));
-    }
-    free(r);
-    mbsr_newton_destroy(newton);
-    mbsr_newton_destroy(blocks);
-    test_newton_free(&at);
+    newton_both_ways(s->m, s->d, s->q, s->u, ONE_SWEEP, look, turned);
     loops_free(s);
 }
 

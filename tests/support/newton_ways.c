@@ -1,0 +1,54 @@
+/* Newton systems of closed models in vector code, by blocks, and as the dense matrix: see newton_ways.h.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "newton_ways.h"
+
+#include "expect.h"
+
+#include <stdlib.h>
+
+mbsr_newton *newton_solver(const mbsr_model *m, int by_blocks)
+{
+    mbsr_newton *newton;
+    mbsr_error error;
+    mbsr_newton_opt opt = mbsr_default_newton_opt();
+    opt.by_blocks = by_blocks;
+    assert_ok(mbsr_newton_create(m, MBSR_DAE_MOMENTUM, &opt, &newton, &error), &error);
+    return newton;
+}
+
+void newton_solve(mbsr_newton *newton, const test_newton_state *at, double c, const double *r,
+                  double *x)
+{
+    assert_ok(mbsr_newton_factor(newton, at->data, 0.0, at->y, at->yp, c),
+              mbsr_newton_error(newton));
+    assert_ok(mbsr_newton_solve(newton, r, x), mbsr_newton_error(newton));
+}
+
+void newton_both_ways(mbsr_model *m, mbsr_data *d, const double *q, const double *u,
+                      newton_sweeps sweeps, newton_look *look, int expected)
+{
+    static const double factors[] = {1.0, 50.0, 1e5, -30.0};
+    test_newton_state at;
+    test_rng rng = test_seed(11);
+    mbsr_newton *newton = newton_solver(m, 0), *blocks = newton_solver(m, 1);
+    assert_ok(test_newton_start(&at, m, d, 0.0, q, u, NULL), mbsr_data_error(d));
+    assert_ok(test_newton_matrices(&at, m, d), NULL);
+    double *r = calloc(3 * (size_t)at.n, sizeof *r), *x = r + at.n, *y = x + at.n;
+    for (int k = 0; k < 4; ++k) {
+        test_fill(&rng, at.n, r);
+        newton_solve(newton, &at, factors[k], r, x);
+        assert_int_equal(newton->by_sweeps, sweeps != BLOCKS);
+        if (sweeps != BLOCKS) assert_int_equal(newton->sweeps->looped, sweeps == ONE_SWEEP);
+        newton_solve(blocks, &at, factors[k], r, y);
+        assert_false(blocks->by_sweeps);
+        if (look) look(newton, blocks, expected);
+        const test_newton_errors e = test_newton_compare(&at, factors[k], r, x);
+        assert_less(test_newton_distance(&at, x, y), 1e-12 * (1.0 + e.amplification));
+        assert_less(e.net_delta, 1e-10);
+        assert_less(e.delta, 1e-10 * (1.0 + e.amplification));
+    }
+    free(r);
+    mbsr_newton_destroy(newton);
+    mbsr_newton_destroy(blocks);
+    test_newton_free(&at);
+}
