@@ -2,7 +2,7 @@
 # Builds and installs the library, moves the installed tree, and uses it by CMake and by pkg-config.
 # SPDX-License-Identifier: BSD-3-Clause
 # Usage: run.sh CMAKE SOURCE WORK CC GENERATOR VERSION SHARED(ON|OFF) IDA(ON|OFF) [TREE]
-# TREE: has been built; else another is.
+# TREE: has been built; else the library is built, and installed, as part of the consumer.
 set -eu
 cmake=$1 source=$2 work=$3 cc=$4 generator=$5 version=$6 shared=$7 ida=$8 tree=${9:-}
 consumer=$source/tests/package/consumer
@@ -16,19 +16,34 @@ fail() { printf 'FAILED: %s\n' "$*"; exit 1; }
 rm -rf "$work"
 mkdir -p "$work"
 
+# configure NAME OPTION...: configures the consumer; the log stays in the folder.
+configure() {
+    name=$1
+    shift
+    "$cmake" -S "$consumer" -B "$work/$name" -G "$generator" -DCMAKE_C_COMPILER="$cc" \
+        -DCMAKE_BUILD_TYPE=Debug -DCMAKE_C_FLAGS_DEBUG=-O0 -DCMAKE_PREFIX_PATH="$prefix" "$@" >"$work/$name.log" 2>&1
+}
+
+# build_and_run NAME: the consumer and its programs.
+build_and_run() {
+    "$cmake" --build "$work/$1" || fail "$1: the build"
+    for program in $programs; do "$work/$1/$program" || fail "$1: $program"; done
+}
+
+components="core;fe"
+[ "$ida" = OFF ] || components="$components;ida"
 if [ -z "$tree" ]; then
-    step "build" # compiles fastest
-    tree=$work/build
-    "$cmake" -S "$source" -B "$tree" -G "$generator" -DCMAKE_C_COMPILER="$cc" \
-        -DCMAKE_BUILD_TYPE=Debug -DCMAKE_C_FLAGS_DEBUG=-O0 \
-        -DBUILD_SHARED_LIBS="$shared" -DMBSR_IDA="$ida" -DMBSR_TESTS=OFF -DMBSR_EXAMPLES=OFF \
-        -DMBSR_VIEWER="$([ "$ida" = ON ] && echo AUTO || echo OFF)"
-    "$cmake" --build "$tree"
+    step "as part of another project"
+    tree=$work/subproject
+    configure subproject "-DMBSRANK_SOURCE=$source" "-DWANT_COMPONENTS=$components" \
+        -DMBSR_INSTALL=ON -DBUILD_SHARED_LIBS="$shared" -DMBSR_IDA="$ida" -DMBSR_VIEWER=OFF ||
+        { cat "$work/subproject.log"; fail "add_subdirectory"; }
+    build_and_run subproject
 fi
 step "install"
 "$cmake" --install "$tree" --prefix "$work/installed"
 mv "$work/installed" "$prefix"
-rm -rf "$work/build"
+rm -rf "$work/subproject"
 
 if [ -f "$prefix/share/mbsrank/viewer.html" ]; then # found from where the program stands
     "$prefix/bin/mbsrank" view "$source/examples/models/arm.urdf" -o "$work/page.html" || fail "view"
@@ -45,21 +60,6 @@ library=$(find "$prefix" -name 'libmbsrank.so' -o -name 'libmbsrank.a' -o -name 
 [ -n "$library" ] || fail "the library is not installed"
 pc=$(dirname "$(find "$prefix" -name mbsrank.pc)")
 
-# configure NAME OPTION...: configures the consumer; the log stays in the folder.
-configure() {
-    name=$1
-    shift
-    "$cmake" -S "$consumer" -B "$work/$name" -G "$generator" -DCMAKE_C_COMPILER="$cc" \
-        -DCMAKE_BUILD_TYPE=Debug -DCMAKE_C_FLAGS_DEBUG=-O0 -DCMAKE_PREFIX_PATH="$prefix" "$@" >"$work/$name.log" 2>&1
-}
-
-# build_and_run NAME: the consumer's programs, and of the library only what they need.
-build_and_run() {
-    # shellcheck disable=SC2086 # programs is several words
-    "$cmake" --build "$work/$1" --target $programs || fail "$1: the build"
-    for program in $programs; do "$work/$1/$program" || fail "$1: $program"; done
-}
-
 # refused NAME PATTERN OPTION...: the configuration must fail and say why.
 refused() {
     name=$1 pattern=$2
@@ -70,8 +70,6 @@ refused() {
 }
 
 step "CMake package"
-components="core;fe"
-[ "$ida" = OFF ] || components="$components;ida"
 # Whoever links a shared library need not have what it is made from.
 private=
 [ "$shared" = OFF ] ||
@@ -91,15 +89,6 @@ if [ "$ida" = OFF ]; then
 elif [ "$shared" = OFF ]; then
     refused no_sundials "needs SUNDIALS" "-DWANT_COMPONENTS=core;ida" \
         -DCMAKE_DISABLE_FIND_PACKAGE_SUNDIALS=ON
-fi
-
-# One library kind is enough here: nothing is installed.
-if [ "$shared" = OFF ]; then
-    step "as part of another project"
-    configure subproject "-DMBSRANK_SOURCE=$source" "-DWANT_COMPONENTS=$components" \
-        -DBUILD_SHARED_LIBS="$shared" -DMBSR_IDA="$ida" ||
-        { cat "$work/subproject.log"; fail "add_subdirectory"; }
-    build_and_run subproject
 fi
 
 step "pkg-config"
