@@ -93,10 +93,11 @@ other_lapacks() {
 set -o pipefail
 gcc=gcc
 if ! command -v gcc >/dev/null; then gcc=cc; fi
-no_runs=(-E '^ida\.(bead|beam|beam_in_space|car_axis|small_models|small_trees|space)$')
-no_long=(-E "^($once|ida\.(bead|beam|beam_in_space|car_axis|linear|mechanisms|small_car_axis|small_masses|small_models|small_trees|space|springs|stiff|stiff_cells)|example\.(14_cable|18_sdirk|31_doubtful_masses|32_flexible_arm|35_flexible_rod|demo_tree))$")
+# Long runs, and tests of trees that are solved without LAPACK.
+no_runs=(-E '^(ida\.(bead|beam|beam_in_space|car_axis|small_models|small_trees|space)|unit\.(batch|changed_fields|finite_solvers|model|parallel|plane|split|sweeps|threads))$')
+long_tests="$once|ida\.(bead|beam|beam_in_space|car_axis|linear|mechanisms|small_car_axis|small_masses|small_models|small_trees|space|springs|stiff|stiff_cells)|example\.(14_cable|18_sdirk|31_doubtful_masses|32_flexible_arm|35_flexible_rod|demo_tree)"
 no_packages=(-E '^package\.core_(shared|static)$') # core_shared is tested by the minimal build
-if [ "$long" = ON ]; then no_runs=() no_long=() no_packages=(); fi
+if [ "$long" = ON ]; then no_runs=() long_tests=$once no_packages=(); fi
 run gcc-release "$gcc" -DCMAKE_BUILD_TYPE=Release -DMBSR_BENCH=ON -- "${no_packages[@]}"
 other_lapacks
 sanitizer=
@@ -105,7 +106,7 @@ for compiler in clang "$gcc"; do
 done
 if [ -n "$sanitizer" ]; then
     run sanitizers "$sanitizer" -DCMAKE_BUILD_TYPE=Debug -DMBSR_VIEWER=OFF \
-        -DMBSR_SANITIZE=address,undefined -- "${no_long[@]}"
+        -DMBSR_SANITIZE=address,undefined -- -E "^($long_tests)\$"
 else
     echo "==== sanitizers: left out, no compiler has them"
 fi
@@ -120,7 +121,7 @@ fi
 minimal=clang
 if ! command -v clang >/dev/null; then minimal=$gcc; fi
 MBSR_TEST_FEW=1 run minimal "$minimal" -DCMAKE_BUILD_TYPE=Release -DMBSR_IDA=OFF \
-    -DMBSR_BENCH=ON -DMBSR_HDF5=OFF -DMBSR_VIEWER=OFF -- -E "^($once|package\.(core_static|optimisation))\$"
+    -DMBSR_BENCH=ON -DMBSR_HDF5=OFF -DMBSR_VIEWER=OFF -- -E "^($long_tests|package\.(core_static|optimisation))\$"
 
 echo "==== closing lines"
 printf '%s' "$summary"

@@ -1,5 +1,6 @@
 /* Building a model: what is refused and how, what is copied, and reading a finished one.
  * SPDX-License-Identifier: BSD-3-Clause */
+#include "duration.h"
 #include "expect.h"
 
 #include <stdio.h>
@@ -899,24 +900,24 @@ static void an_empty_model_finishes_and_is_evaluated(void **state)
 static void a_chain_of_many_bodies_finishes_in_both_orders(void **state)
 {
     (void)state;
-    enum { N = 200000 };
+    const int count = test_seeds(40000, 200000);
     for (int backwards = 0; backwards < 2; ++backwards) {
         mbsr_model *m = new_model();
         mbsr_body_def body = right_body(NULL);
-        for (int k = 0; k < N; ++k) {
-            body.parent = backwards ? (k + 1 < N ? k + 1 : MBSR_GROUND) : k - 1;
+        for (int k = 0; k < count; ++k) {
+            body.parent = backwards ? (k + 1 < count ? k + 1 : MBSR_GROUND) : k - 1;
             if (mbsr_model_add_body(m, &body, NULL)) fail();
         }
         assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
-        assert_int_equal(mbsr_model_nu(m), 2 * N);
-        assert_int_equal(mbsr_body_parent(m, N / 2), backwards ? N / 2 + 1 : N / 2 - 1);
+        assert_int_equal(mbsr_model_nu(m), 2 * count);
+        assert_int_equal(mbsr_body_parent(m, count / 2), backwards ? count / 2 + 1 : count / 2 - 1);
         mbsr_model_destroy(m);
     }
     /* and a cycle of that length is found */
     mbsr_model *m = new_model();
     mbsr_body_def body = right_body(NULL);
-    for (int k = 0; k < N; ++k) {
-        body.parent = (k + 1) % N;
+    for (int k = 0; k < count; ++k) {
+        body.parent = (k + 1) % count;
         if (mbsr_model_add_body(m, &body, NULL)) fail();
     }
     assert_int_equal(mbsr_model_finish(m), MBSR_ERR_CYCLE);

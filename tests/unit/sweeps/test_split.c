@@ -1,5 +1,6 @@
 /* Trees by several threads: the same bits as by one, in whatever order the pieces are done.
  * SPDX-License-Identifier: BSD-3-Clause */
+#include "duration.h"
 #include "expect.h"
 #include "rigid_tree.h"
 #include "space.h"
@@ -224,7 +225,8 @@ static void threads_give_the_same_bits(void **state)
     assert_ok(mbsr_forward_dynamics(t.model, t.data, 0.0, t.q, t.u, t.tau, t.expected),
               mbsr_data_error(t.data));
     mbsr_data_use_split(t.data, split);
-    for (int round = 0; round < 200; ++round) {
+    const int rounds = test_seeds(40, 200);
+    for (int round = 0; round < rounds; ++round) {
         memset(t.udot, 0xff, (size_t)t.nu * sizeof *t.udot);
         assert_ok(mbsr_forward_dynamics(t.model, t.data, 0.0, t.q, t.u, t.tau, t.udot),
                   mbsr_data_error(t.data));
