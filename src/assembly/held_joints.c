@@ -22,9 +22,13 @@
 enum { A_X, A_Y, A_ANGLE, B_X, B_Y, B_ANGLE }; /* param of a joint in the plane */
 enum { FREE, DRIVEN };                         /* its options */
 
+/* All of whose functions are those of a chain, of as many steps as its options say. */
 static bool is_chain(const mbsri_joint *joint)
 {
-    return joint->table->position == mbsri_chain_position;
+    const mbsr_joint_table *table = joint->table;
+    return table->position == mbsri_chain_position && table->jacobians == mbsri_chain_jacobians &&
+           table->bias == mbsri_chain_bias &&
+           (!table->normalise || table->normalise == mbsri_chain_normalise);
 }
 
 static bool is_planar(const mbsri_joint *joint)

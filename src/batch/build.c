@@ -133,7 +133,7 @@ static bool count_parts(const mbsr_model *m, parts *n)
 {
     mbsri_sweep_body list[MBSRI_MAX_STEPS + 1];
     *n = (parts){0, 0, 0};
-    if (!m->sweeps || m->sweeps->blocks == m->live) return false;
+    if (!m->sweeps || m->sweeps->blocks == m->bodies) return false;
     for (int i = 1; i <= m->live; ++i) {
         const int count = take_apart(m, i, &n->moved, list);
         n->bodies += count;
