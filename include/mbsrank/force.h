@@ -29,6 +29,9 @@ typedef struct mbsr_force_body {
     /* NULL while the energy or the dissipation is asked for: */
     double *f;   /* d,  conjugate to V; add to it */
     double *tau; /* n,  conjugate to u; add to it.  NULL for the ground */
+    /* values of the coordinates that the joint has as it was given, NaN for those left, which q, u and tau
+     * have; NULL: none is locked (mbsr_model_lock) */
+    const double *held;
 } mbsr_force_body;
 
 typedef struct mbsr_force_def mbsr_force_def;

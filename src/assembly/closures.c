@@ -143,8 +143,13 @@ static void view_bodies(const mbsr_model *m, const mbsri_closure *c, mbsr_force_
     const bool named = mbsri_is_linear_coupling(&c->def);
     for (int k = 0; k < c->bodies; ++k) {
         const mbsri_body *b = m->body + c->body[k];
-        body[k] = (mbsr_force_body){
-            .id = b->id, .space = b->joint.space, .d = b->d, .np = b->np, .n = b->n, .nq = b->nq};
+        body[k] = (mbsr_force_body){.id = b->id,
+                                    .space = b->joint.space,
+                                    .d = b->d,
+                                    .np = b->np,
+                                    .n = b->n,
+                                    .nq = b->nq,
+                                    .held = b->given_held};
         if (named && c->body[k] > 0) body[k].n = entry[b->id].joint.n;
     }
 }

@@ -140,6 +140,7 @@ static void place(mbsr_model *m, int i, int id, const mbsri_welds *w)
         b->inertia.matrix = (const double *)m->matrices.data + entry->matrix;
     }
     if (entry->added > 0) b->added = (const double *)m->matrices.data + entry->added;
+    b->given_held = mbsri_held_values(m, id);
     if (locks > 0) b->held = (const double *)m->matrices.data + entry->held;
     if (joint->d > m->max_d) m->max_d = joint->d;
     if (b->n > m->max_n) m->max_n = b->n;
@@ -283,8 +284,13 @@ static int check_force(mbsr_model *m, int id, mbsr_force_body *bodies)
     if (!table->check || (table->flags & MBSR_FORCE_EVERY_BODY)) return MBSR_OK;
     for (int k = 0; k < force->def.bodies; ++k) {
         const mbsri_body *b = m->body + m->list_index[force->list + (size_t)k];
-        bodies[k] = (mbsr_force_body){
-            .id = b->id, .space = b->joint.space, .d = b->d, .np = b->np, .n = b->n, .nq = b->nq};
+        bodies[k] = (mbsr_force_body){.id = b->id,
+                                      .space = b->joint.space,
+                                      .d = b->d,
+                                      .np = b->np,
+                                      .n = b->n,
+                                      .nq = b->nq,
+                                      .held = b->given_held};
         if (!named || b->id == MBSR_GROUND) continue;
         bodies[k].n = entry[b->id].joint.n;
         bodies[k].nq = entry[b->id].joint.nq;

@@ -273,7 +273,10 @@ static int gear_check(const mbsr_force_args *args, char text[MBSR_TEXT_SIZE])
     const double *param = args->force->param;
     int status = check_coordinate(args, 0, args->force->option[0], true, text);
     if (!status) status = check_coordinate(args, 1, args->force->option[1], true, text);
-    if (!status) status = mbsri_check_ends(args, text);
+    if (!status && args->body[0].id == args->body[1].id &&
+        args->force->option[0] == args->force->option[1])
+        status = mbsri_refuse(text, MBSR_ERR_VALUE, "both coordinates are %d of body %d",
+                              args->force->option[0], args->body[0].id);
     if (!status) status = mbsri_check_not_negative(args, STIFFNESS, 2, text);
     if (!status && param[BACKLASH] < 0.0)
         status = mbsri_refuse_parameter(text, args, BACKLASH, "negative");

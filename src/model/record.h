@@ -96,11 +96,12 @@ typedef struct mbsri_body {
     size_t name;          /* offset into names */
     bool regular;         /* M is positive definite in every pose */
     const double *added;  /* d x d, part of M in every pose; NULL: none */
-    int locks; /* coordinates of `joint` that are held; n and nq count the others. None where
-                           what is left is a stock joint, which `joint` is then */
-    const double *held;     /* their values, NaN for the others (joint.n); NULL: none */
-    const double *armature; /* inertia along each joint rate (n), which D has on its diagonal */
-    size_t full;            /* offset of joint.n numbers, where some are held */
+    int locks; /* coordinates of `joint` that are held; n and nq count the others. None where what is left
+                  is a stock joint, which `joint` is then */
+    const double *held;       /* their values, NaN for the others (joint.n); NULL: none */
+    const double *given_held; /* values of all that are locked, of the joint as given; NULL: none */
+    const double *armature;   /* inertia along each joint rate (n), which D has on its diagonal */
+    size_t full;              /* offset of joint.n numbers, where some are held */
     int usual;     /* rank of the joint where the model was looked at (assembly/survey.h), and 1 */
     int neglected; /* its place in the model's `neglected`, and 1; 0: nothing is */
 } mbsri_body;

@@ -26,14 +26,16 @@ ends() {
 ends 0 'usage: mbsrank COMMAND' --help
 ends 0 '^mbsrank [0-9]' --version
 ends 2 'no command' fly
-ends 2 'help'
+ends 2 'usage: mbsrank COMMAND'
+"$program" 2>/dev/null | grep -q . && { echo 'without arguments mbsrank writes to standard output'; failed=1; }
 for command in info check; do
     ends 0 "usage: mbsrank $command" $command --help
     ends 2 'there is no file' $command
     ends 2 'no option --fast' $command "$models/arm.urdf" --fast
     ends 2 'second one' $command "$models/arm.urdf" "$models/arm.urdf"
     ends 2 '--start needs a value' $command "$models/arm.urdf" --start
-    ends 3 'cannot be read' $command "$work/none.urdf"
+    ends 3 'none.urdf cannot be read: No such file or directory' $command "$work/none.urdf"
+    ends 3 'cannot be read: Is a directory' $command "$work"
 done
 
 ends 0 'mass 7.7 kg' info "$models/arm.urdf"
@@ -137,7 +139,7 @@ ends 2 '-o is missing' plot "$work/run.csv"
 ends 2 'neither .png nor .svg' plot "$work/run.csv" -o "$work/a.pdf"
 ends 2 'no option --fast' plot "$work/run.csv" --fast
 ends 2 "no column 'e'" plot "$work/run.csv" -o "$work/a.svg" --columns e
-ends 3 'none.csv cannot be read' plot "$work/none.csv" -o "$work/a.svg"
+ends 3 'none.csv cannot be read: No such file or directory' plot "$work/none.csv" -o "$work/a.svg"
 ends 3 'no lines of numbers' plot "$work/empty.csv" -o "$work/a.svg"
 if command -v gnuplot >/dev/null; then
     "$program" plot "$work/run.csv" -o "$work/a.svg" --columns 'a:d' --title "it's" || failed=1

@@ -193,8 +193,9 @@ static int slopes_of_call(mbsri_newton_sweeps *w, mbsr_data *d, const mbsri_forc
             if (list[k] > 0 && list[l] > 0 && !add_block(w, force, list[k], k, list[l], l))
                 return MBSRI_NOT_SERVED;
         }
-        if (joints && list[k] > 0 && !is_block(w->tree, list[k]))
-            add_joint_slopes(w, list[k], by, by->row[k], by->column[k]);
+        for (int l = 0; l < bodies && joints && list[k] > 0 && !is_block(w->tree, list[k]); ++l) {
+            if (list[l] == list[k]) add_joint_slopes(w, list[k], by, by->row[k], by->column[l]);
+        }
     }
     return status;
 }
