@@ -57,6 +57,19 @@ ends 1 '"undetermined": 6' check --json --floating "$work/one.urdf"
 ends 0 '1 damped, 0 elastic, 0 undetermined; index 1' check "$models/quarter_car.xml"
 ends 0 '"determined": true' check --json "$models/arm.urdf"
 
+# what no loop holds is named, all of it that is counted
+cat >"$work/loop.xml" <<'END'
+<mujoco><worldbody>
+  <body name="arm"><joint name="ja" axis="0 1 0"/><geom type="sphere" size=".1" pos="1 0 0" mass="1"/>
+    <body name="cross" pos="1 0 0"><joint name="jb" axis="0 1 0"/><joint name="jc" axis="1 0 0"/></body></body>
+  <body name="dial"><joint name="jd" axis="0 1 0"/></body>
+</worldbody><equality><joint joint1="ja" joint2="jd"/></equality></mujoco>
+END
+ends 1 'of which no loop holds 2' check "$work/loop.xml"
+[ "$(grep -c '^undetermined: .*cross' "$work/out")" -eq 2 ] ||
+    { echo "check names not both directions"; cat "$work/out"; failed=1; }
+ends 1 '"directions": \[{"kind": "undetermined"' check --json "$work/loop.xml"
+
 # small masses: a wheel of 36 g instead of 36 kg may be zero, one of 3.6 kg may not at 10 micrometres
 sed 's/mass="36"/mass="0.036"/' "$models/quarter_car.xml" >"$work/light.xml"
 sed 's/mass="36"/mass="3.6"/' "$models/quarter_car.xml" >"$work/wheel.xml"
