@@ -68,10 +68,19 @@ static int no_force(void *user, double t, int n, double *tau)
     return MBSR_OK;
 }
 
+/* By what coordinates are held: locks, nothing, springs. */
+typedef enum holding { LOCKS, NOTHING, SPRINGS } holding;
+
+static double spring_stiffness(const units *by, bool slides)
+{
+    const double force = by->mass * by->length / (by->time * by->time);
+    return 1e10 * force * (slides ? 1.0 / by->length : by->length);
+}
+
 /* An arm with locks at its second joint and at one axis of its third; fingers of which all is locked but the last
- * joint of each but the first. `locks`: so, or nothing; `massless`: links that are locked have no inertia;
+ * joint of each but the first. `massless`: links that are locked have no inertia;
  * `acted`: a force of zero on every body. */
-static void make(scene *s, const units *by, bool locks, bool massless, bool acted)
+static void make(scene *s, const units *by, holding how, bool massless, bool acted)
 {
     static const double axes[3][3] = {{0.2, 1.0, 0.1}, {1.0, 0.0, 0.3}, {0.1, 0.4, 1.0}};
     const double L = by->length, G = 9.81 * by->length / (by->time * by->time);
@@ -106,7 +115,11 @@ static void make(scene *s, const units *by, bool locks, bool massless, bool acte
             const bool slides = id >= ARM && k == 1;
             s->value[at] = (0.2 + 0.1 * id) * (slides ? 0.1 * L : 1.0);
             s->locked += 1;
-            if (locks) assert_ok(mbsr_model_lock(m, id, k, s->value[at]), mbsr_model_error(m));
+            if (how == LOCKS)
+                assert_ok(mbsr_model_lock(m, id, k, s->value[at]), mbsr_model_error(m));
+            if (how == SPRINGS)
+                add_force(m, mbsr_force_joint_spring(id, k, spring_stiffness(by, slides), 0.0,
+                                                     s->value[at]));
         }
         if (acted) add_force(m, mbsr_force_applied(id, no_force, NULL));
     }
@@ -197,6 +210,19 @@ static void assert_same_totals(scene *a, scene *b, const units *by)
     assert_same(1, V, V + 1, energy, 1e-11);
 }
 
+/* Whether coordinate l of a tree without locks is a length. */
+static bool coordinate_slides(const mbsr_model *m, int l)
+{
+    mbsr_coordinate_kind kind[2];
+    int id = 0, at, n;
+    do {
+        assert_int_equal(mbsr_body_coordinates(m, id, NULL, NULL, &at, &n), MBSR_OK);
+        ++id;
+    } while (l >= at + n);
+    assert_int_equal(mbsr_body_coordinate_kinds(m, id - 1, NULL, kind), MBSR_OK);
+    return kind[l - at] == MBSR_COORDINATE_TRANSLATION;
+}
+
 static void what_is_locked_moves_as_what_is_held(void **state)
 {
     (void)state;
@@ -205,8 +231,8 @@ static void what_is_locked_moves_as_what_is_held(void **state)
         const bool massless = k % 2, acted = k % 4 > 1;
         scene a, b;
         double tau[MOST], all[MOST];
-        make(&a, by, true, massless, acted);
-        make(&b, by, false, massless, false);
+        make(&a, by, LOCKS, massless, acted);
+        make(&b, by, NOTHING, massless, false);
         choose_state(&a, by, 7 + (uint64_t)k);
         take_state(&a, &b);
         assert_int_equal(mbsr_body_locks(a.model, 2), 1);
@@ -230,12 +256,75 @@ static void what_is_locked_moves_as_what_is_held(void **state)
     }
 }
 
+/* Springs of next to no compliance in the place of locks, bent by what these have to hold: nothing moves there, and
+ * reactions are those of the locks. */
+static void very_stiff_springs_react_as_locks(void **state)
+{
+    (void)state;
+    for (int k = 0; k < 4; ++k) {
+        const units *by = systems + k;
+        const double force = by->mass * by->length / (by->time * by->time);
+        scene a, b, c;
+        double tau[MOST], all[MOST], udot[MOST], x[6], y[6];
+        make(&a, by, LOCKS, false, false);
+        make(&b, by, NOTHING, false, false);
+        make(&c, by, SPRINGS, false, false);
+        choose_state(&a, by, 31 + (uint64_t)k);
+        take_state(&a, &b);
+        assert_ok(mbsr_inverse_dynamics(a.model, a.data, 0.0, a.q, a.u, a.x, tau),
+                  mbsr_data_error(a.data));
+        assert_ok(mbsr_inverse_dynamics(b.model, b.data, 0.0, b.q, b.u, b.x, all),
+                  mbsr_data_error(b.data));
+        for (int l = 0; l < mbsr_model_nu(b.model); ++l) {
+            if (isnan(b.value[l])) continue;
+            b.q[l] -= all[l] / spring_stiffness(by, coordinate_slides(b.model, l));
+            all[l] = 0.0;
+        }
+        assert_ok(mbsr_forward_dynamics(c.model, c.data, 0.0, b.q, b.u, all, udot),
+                  mbsr_data_error(c.data));
+        assert_ok(mbsr_accelerations(c.model, c.data, udot), mbsr_data_error(c.data));
+        for (int id = 0; id < a.bodies; ++id) {
+            assert_ok(mbsr_joint_reaction(a.model, a.data, id, x), mbsr_data_error(a.data));
+            assert_ok(mbsr_joint_reaction(c.model, c.data, id, y), mbsr_data_error(c.data));
+            assert_same(3, x, y, force * by->length, 1e-4);
+            assert_same(3, x + 3, y + 3, force, 1e-4);
+        }
+        release(&a);
+        release(&b);
+        release(&c);
+    }
+}
+
+/* A consistent start of the momentum form does not depend on who is welded. */
+static void consistent_starts_do_not_depend_on_who_is_welded(void **state)
+{
+    (void)state;
+    scene a, b;
+    double y[2][3 * MOST], yp[2][3 * MOST];
+    make(&a, systems, LOCKS, true, false);
+    make(&b, systems, LOCKS, true, true);
+    choose_state(&a, systems, 17);
+    scene *const s[2] = {&a, &b};
+    for (int k = 0; k < 2; ++k) {
+        const mbsr_error *e = mbsr_data_error(s[k]->data);
+        assert_ok(mbsr_dae_pack(s[k]->model, s[k]->data, MBSR_DAE_MOMENTUM, 0.0, a.q, a.u, y[k]),
+                  e);
+        assert_ok(mbsr_dae_consistent(s[k]->model, s[k]->data, MBSR_DAE_MOMENTUM, 0.0, y[k], yp[k],
+                                      NULL, NULL),
+                  e);
+    }
+    assert_same(3 * mbsr_model_nu(a.model), y[0], y[1], 1.0, 1e-10);
+    assert_same(3 * mbsr_model_nu(a.model), yp[0], yp[1], 1.0, 1e-9);
+    release(&a);
+    release(&b);
+}
+
 /* Columns of the Jacobian against twists. */
 static void jacobians_of_welded_bodies_give_their_twists(void **state)
 {
     (void)state;
     scene s;
-    make(&s, systems, true, false, false);
+    make(&s, systems, LOCKS, false, false);
     choose_state(&s, systems, 3);
     const int n = mbsr_model_nu(s.model);
     double J[6 * MOST], V[6];
@@ -260,8 +349,8 @@ static void evaluations_do_not_depend_on_who_is_welded(void **state)
     enum { STATES = 5 };
     for (int massless = 0; massless < 2; ++massless) {
         scene a, b;
-        make(&a, systems, true, massless, false);
-        make(&b, systems, true, massless, true);
+        make(&a, systems, LOCKS, massless, false);
+        make(&b, systems, LOCKS, massless, true);
         choose_state(&a, systems, 11);
         const int n = mbsr_model_nu(a.model), size = 3 * n;
         double y[2][3 * MOST], yp[3 * MOST], F[2][3 * MOST], out[2][MOST];
@@ -595,6 +684,11 @@ static mbsr_model *make_fourbar(bool split)
         const int last = add(m, "tail", second, mbsr_joint_planar_revolute(half, origin),
                              mbsr_inertia_planar(0.5, tail, 0.01));
         assert_ok(mbsr_model_lock(m, last, 0, 0.0), mbsr_model_error(m));
+        /* rests beside the loop that follows */
+        const mbsr_closure_def mimic =
+            mbsr_closure_coupling(2, (const int[2]){second, last}, (const int[2]){0, 0},
+                                  (const double[2]){1.0, -1.0}, 0.0);
+        assert_ok(mbsr_model_add_closure(m, &mimic, NULL), mbsr_model_error(m));
         end = first;
     } else {
         end = add(m, "coupler", crank, mbsr_joint_planar_revolute(half, origin),
@@ -668,6 +762,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(what_is_locked_moves_as_what_is_held),
+        cmocka_unit_test(very_stiff_springs_react_as_locks),
+        cmocka_unit_test(consistent_starts_do_not_depend_on_who_is_welded),
         cmocka_unit_test(jacobians_of_welded_bodies_give_their_twists),
         cmocka_unit_test(evaluations_do_not_depend_on_who_is_welded),
         cmocka_unit_test(any_coordinates_of_a_joint_can_be_locked),
