@@ -3,7 +3,7 @@
  *
  * Several states are evaluated side by side in the lanes of the processor's vector registers: two,
  * with AVX2 four, with AVX-512 eight. This serves rigid bodies in space and in the plane whose
- * joints are those of the library without locks. Other bodies among them, and force elements, are
+ * joints are those of the library. Other bodies among them, and force elements, are
  * called state by state in between.
  *
  * The functions of dynamics.h serve, one by one and at their price, all states of models without any

@@ -211,7 +211,7 @@ MBSR_API mbsr_closure_def mbsr_closure_distance(int a, const double point_a[3], 
 
 /* Sum of coefficient[k] q[coordinate[k]] of body[k] = offset, for `count` (1 .. 8) joint
  * coordinates: gears, mimicking joints, rack and pinion. With `motion` set, offset + s(t). For
- * joints with q' = u; coordinates count as those of the joint that are not locked. */
+ * joints with q' = u; coordinates count as the joint has them, locked or not (mbsr_model_lock). */
 MBSR_API mbsr_closure_def mbsr_closure_coupling(int count, const int *body, const int *coordinate,
                                                 const double *coefficient, double offset);
 

@@ -32,7 +32,7 @@ MBSR_API int mbsr_data_create(const mbsr_model *model, mbsr_data **data, mbsr_er
 
 /* Lean data: about 500 bytes for a rigid body with a joint of one axis instead of some 3500, and 600
  * where there are force elements on bodies or bodies of other kinds (bodies, joints and inertias of
- * your own, locked coordinates, added masses, joints that lack rank); these, the bodies before them
+ * your own, added masses, joints that lack rank); these, the bodies before them
  * and those on which elements act take what they take in full data. It serves mbsr_forward_dynamics,
  * mbsr_inverse_dynamics, mbsr_bias_forces, the residual of the momentum form and lean Newton solvers
  * (newton.h). Everything else is refused with MBSR_ERR_LEAN, and so are states in which the rank of a

@@ -23,7 +23,7 @@ typedef enum mbsr_file_format {
 
 /* Another file that is needed: an include, a mesh. Sets *text to its contents (*size bytes), which stay
  * valid until the reader returns. `path` is as in the file, folders of the file put before it.
- * Returns 0, anything else where there is none. */
+ * Returns 0; where there is none, errno if that says why, whose text the error or finding has, else 1. */
 typedef int (*mbsr_file_load_fn)(void *user, const char *path, const char **text, size_t *size);
 
 /* Where the meshes of package://NAME/... are. */

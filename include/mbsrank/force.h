@@ -29,6 +29,9 @@ typedef struct mbsr_force_body {
     /* NULL while the energy or the dissipation is asked for: */
     double *f;   /* d,  conjugate to V; add to it */
     double *tau; /* n,  conjugate to u; add to it.  NULL for the ground */
+    /* values of the coordinates that the joint has as it was given, NaN for those left, which q, u and tau
+     * have; NULL: none is locked (mbsr_model_lock) */
+    const double *held;
 } mbsr_force_body;
 
 typedef struct mbsr_force_def mbsr_force_def;
@@ -303,7 +306,7 @@ MBSR_API mbsr_force_def mbsr_force_joint_servo(int body, int coordinate, const m
  * motor. */
 MBSR_API mbsr_force_def mbsr_force_joint_curve(int body, int coordinate, mbsr_table *torque);
 
-/* A compliant gear between joint coordinates of two bodies anywhere in the tree (both nq = n): with e
+/* A compliant gear between two joint coordinates, of one body or of two anywhere in the tree (nq = n): with e
  * = q_a - ratio q_b - rest and its torque T on a,
  *
  *   tau_a = -T, tau_b = ratio T,   T = stiffness e + damping e'

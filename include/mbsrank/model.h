@@ -84,12 +84,27 @@ MBSR_API int mbsr_model_add_force(mbsr_model *model, const mbsr_force_def *def, 
 MBSR_API int mbsr_model_regularise(mbsr_model *model, int body, int d, const double *matrix);
 
 /* Holds joint coordinate `coordinate` (0 .. n-1, as the joint counts) of a body at `value`. It is
- * no unknown any more: n and nq of the body shrink by one and the coordinates left move up. What
- * refers to joint coordinates of the body (q, u, tau of mbsr_force_body, mbsr_force_joint_spring,
- * mbsr_force_joint_applied, reports) counts the coordinates that are left. The joint's own
- * functions still see all of q and u, zero in the rates held. Only for joints with q' = u
- * (MBSR_ERR_SPACE). */
+ * no unknown any more: n and nq of the body shrink by one, in q, u, tau, results and reports the
+ * coordinates left move up. Only for joints with q' = u (MBSR_ERR_SPACE).
+ *
+ * The library's elements on joint coordinates (springs, stops, friction, servos, curves, gears) and
+ * couplings name coordinates as the joint counts them, locked or not, before the call or after it. Those
+ * on locked coordinates hold: they exert nothing that moves anything, and their potential energy is that
+ * at the value. Of gears and couplings with other coordinates too, the value is a constant. A coupling
+ * whose coordinates are all locked has no rows, and is refused by mbsr_model_finish where their values
+ * contradict it or it moves with time (MBSR_ERR_VALUE). Elements and closures of your own, and
+ * mbsr_force_joint_applied, see the coordinates that are left; a joint of your own sees all of its q and
+ * u, zero in the rates held.
+ *
+ * Joints of the library whose coordinates are all locked, and welds, cost nothing in forward and inverse
+ * dynamics, residuals and Newton systems where a body of the same kind carries them and neither closures
+ * nor elements on bodies act on the body; all results of it are there, its reaction too. */
 MBSR_API int mbsr_model_lock(mbsr_model *model, int body, int coordinate, double value);
+
+/* Drops what the library's elements and couplings do on locked coordinates of a body, in place of
+ * holding it: elements, gears and couplings among whose coordinates such a one is do nothing at all, and
+ * have no energy. */
+MBSR_API int mbsr_model_drop_locked(mbsr_model *model, int body);
 
 /* Gives the joint of a body armature: inertia along its rates, such as that of rotors behind gears,
  * moment times ratio squared (kg m^2; kg along translations). values: one number for each of the n

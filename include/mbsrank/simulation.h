@@ -95,6 +95,17 @@ MBSR_API mbsr_ida_stats mbsr_simulation_stats(const mbsr_simulation *s);
 MBSR_API int mbsr_simulation_watch_masses(mbsr_simulation *s, const mbsr_small_masses_opt *opt);
 MBSR_API int mbsr_simulation_masses(mbsr_simulation *s, mbsr_small_masses_report *report);
 
+/* What the struct has, for languages that do not read structs; NULL is allowed: NaN, NULL, MBSR_ERR_NULL.
+ * q (nq) and u (nu) are NULL before the start; they, and what is pointed to, stay the simulation's. */
+MBSR_API double mbsr_simulation_time(const mbsr_simulation *s);
+MBSR_API const double *mbsr_simulation_q(const mbsr_simulation *s);
+MBSR_API const double *mbsr_simulation_u(const mbsr_simulation *s);
+MBSR_API mbsr_model *mbsr_simulation_model(const mbsr_simulation *s);
+MBSR_API mbsr_data *mbsr_simulation_data(const mbsr_simulation *s);
+MBSR_API mbsr_ida *mbsr_simulation_ida(const mbsr_simulation *s);
+MBSR_API int mbsr_simulation_status(const mbsr_simulation *s);
+MBSR_API const mbsr_error *mbsr_simulation_error(const mbsr_simulation *s); /* never NULL */
+
 /* Forgets the failure, when its cause has been dealt with; t, q, u stay. The next call may be
  * mbsr_simulation_start. */
 MBSR_API void mbsr_simulation_forgive(mbsr_simulation *s);

@@ -44,9 +44,11 @@ MBSR_API mbsr_frame mbsr_frame_product(const mbsr_frame *a, const mbsr_frame *b)
 /* The frame that a stands in, expressed in a: R = R_a^T, x = -R_a^T x_a. */
 MBSR_API mbsr_frame mbsr_frame_inverse(const mbsr_frame *a);
 
-/* Between quaternions and rotations; outputs must not be NULL, an input that is NULL is zero. The quaternion of a rotation has length 1 and w >= 0. */
-MBSR_API void mbsr_quaternion_rotation(const double quaternion[4], double R[9]);
-MBSR_API void mbsr_rotation_quaternion(const double R[9], double quaternion[4]);
+/* Between quaternions and rotations. The quaternion of a rotation has length 1 and w >= 0. Status:
+ * MBSR_OK; MBSR_ERR_NULL (output, or R), with nothing written; MBSR_ZERO_QUATERNION (NULL too), R is zero;
+ * MBSR_NOT_FINITE, with the output not finite. */
+MBSR_API int mbsr_quaternion_rotation(const double quaternion[4], double R[9]);
+MBSR_API int mbsr_rotation_quaternion(const double R[9], double quaternion[4]);
 
 #ifdef __cplusplus
 }

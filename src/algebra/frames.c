@@ -2,6 +2,7 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "algebra/frames.h"
 
+#include "algebra/numbers.h"
 #include "algebra/space3.h"
 
 #include <math.h>
@@ -85,24 +86,27 @@ mbsr_frame mbsr_frame_inverse(const mbsr_frame *a)
 }
 
 /* R = 1 + 2 (w [v]x + [v]x^2) / |q|^2 */
-void mbsr_quaternion_rotation(const double quaternion[4], double R[9])
+int mbsr_quaternion_rotation(const double quaternion[4], double R[9])
 {
-    static const double zero[4] = {0.0};
     double n[4], X[9];
-    if (!quaternion) quaternion = zero;
-    mbsri_scale4(quaternion, n);
+    if (!R) return MBSR_ERR_NULL;
+    if (!quaternion || !mbsri_scale4(quaternion, n)) {
+        memcpy(R, none, sizeof none);
+        return MBSR_ZERO_QUATERNION;
+    }
     const double w = n[0], *v = n + 1, size = mbsri_dot3(v, v), s = 2.0 / (w * w + size);
     mbsri_cross_matrix3(v, X);
     for (int j = 0; j < 3; ++j) {
         for (int k = 0; k < 3; ++k) R[3 * j + k] = s * (w * X[3 * j + k] + v[j] * v[k]);
         R[4 * j] += 1.0 - s * size;
     }
+    return mbsri_finite(9, R) ? MBSR_OK : MBSR_NOT_FINITE;
 }
 
 /* From the largest of 4 w^2, 4 x^2, 4 y^2, 4 z^2, so that nothing is lost to cancellation. */
-void mbsr_rotation_quaternion(const double R[9], double quaternion[4])
+int mbsr_rotation_quaternion(const double R[9], double quaternion[4])
 {
-    if (!R) R = none;
+    if (!R || !quaternion) return MBSR_ERR_NULL;
     const double trace = R[0] + R[4] + R[8];
     int largest = -1;
     double most = trace;
@@ -125,6 +129,7 @@ void mbsr_rotation_quaternion(const double R[9], double quaternion[4])
     const double size = sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
     const double sign = q[0] < 0.0 ? -1.0 / size : 1.0 / size;
     for (int k = 0; k < 4; ++k) quaternion[k] = sign * q[k];
+    return mbsri_finite(4, quaternion) ? MBSR_OK : MBSR_NOT_FINITE;
 }
 
 double mbsri_frame_defect(const double R[9])

@@ -4,7 +4,9 @@
 
 #include "base/error.h"
 #include "base/memory.h"
+#include "closures/coupling.h"
 #include "closures/springs.h"
+#include "model/held.h"
 #include "model/query.h"
 #include "recursion/closures.h"
 
@@ -134,12 +136,21 @@ static void mark_loop(mbsr_model *m, mbsri_closure *c)
     m->body[c->meets].closes = true;
 }
 
+/* Those of couplings with the coordinates that their joints have, locked or not. */
 static void view_bodies(const mbsr_model *m, const mbsri_closure *c, mbsr_force_body *body)
 {
+    const mbsri_body_entry *entry = m->entries.data;
+    const bool named = mbsri_is_linear_coupling(&c->def);
     for (int k = 0; k < c->bodies; ++k) {
         const mbsri_body *b = m->body + c->body[k];
-        body[k] = (mbsr_force_body){
-            .id = b->id, .space = b->joint.space, .d = b->d, .np = b->np, .n = b->n, .nq = b->nq};
+        body[k] = (mbsr_force_body){.id = b->id,
+                                    .space = b->joint.space,
+                                    .d = b->d,
+                                    .np = b->np,
+                                    .n = b->n,
+                                    .nq = b->nq,
+                                    .held = b->given_held};
+        if (named && c->body[k] > 0) body[k].n = entry[b->id].joint.n;
     }
 }
 
@@ -175,6 +186,17 @@ static int check_table(mbsr_model *m, mbsri_closure *c, const char *label)
     return MBSR_OK;
 }
 
+/* Of couplings, what is left of them where coordinates are locked. */
+static int hold(mbsr_model *m, int N, mbsri_closure *c, const char *label)
+{
+    char text[MBSR_TEXT_SIZE] = "";
+    const int status = mbsri_coupling_left(m, c, text);
+    if (status) return REFUSE(status, "%s (%s): %.150s", label, c->def.table->name, text);
+    if (c->given == 0) return MBSR_OK;
+    if (c->def.bodies == 0) c->rows = c->held = 0;
+    return find_bodies(m, N, c, label);
+}
+
 static int resolve(mbsr_model *m, int N, int id)
 {
     mbsri_closure *c = (mbsri_closure *)m->closures.data + id;
@@ -183,8 +205,9 @@ static int resolve(mbsr_model *m, int N, int id)
     int status = find_bodies(m, N, c, label);
     if (!status) status = check_kinds(m, c, label);
     if (!status) status = check_table(m, c, label);
+    if (!status) status = hold(m, N, c, label);
     if (status) return status;
-    if (freedoms(m, c) == 0)
+    if (c->rows > 0 && freedoms(m, c) == 0)
         return REFUSE(MBSR_ERR_VALUE,
                       "%s (%s): no joint with a freedom stands between its bodies, "
                       "which it can neither hold nor bring together",
@@ -197,7 +220,7 @@ static int resolve(mbsr_model *m, int N, int id)
     m->rows += c->rows;
     m->held += c->held;
     m->size_c += (size_t)c->rows * (size_t)c->columns;
-    mark_loop(m, c);
+    if (c->rows > 0) mark_loop(m, c);
     return MBSR_OK;
 }
 
@@ -206,7 +229,7 @@ static int add_springs(mbsr_model *m)
 {
     mbsri_force *force = m->forces.data;
     for (size_t k = 0; k < m->forces.count; ++k, ++force) {
-        if (force->def.as_closure == 0) continue;
+        if (force->def.as_closure == 0 || force->resting) continue;
         int body[2] = {MBSR_GROUND, MBSR_GROUND};
         mbsr_space space[2] = {MBSR_SPACE_FIXED, MBSR_SPACE_FIXED};
         for (int l = 0; l < force->def.bodies; ++l) {
@@ -226,7 +249,12 @@ static int add_springs(mbsr_model *m)
 
 void mbsri_closures_forget(mbsr_model *m)
 {
-    const mbsri_closure *first = m->closures.data;
+    mbsri_closure *first = m->closures.data;
+    for (size_t k = 0; k < m->closures.count; ++k) {
+        first[k].def = *mbsri_closure_as_given(m, first + k);
+        first[k].given = 0;
+    }
+    m->given.count = 0;
     while (m->closures.count > 0 && first[m->closures.count - 1].force != MBSR_NONE)
         --m->closures.count;
 }

@@ -3,7 +3,7 @@
 #include "base/cookie.h"
 #include "base/error.h"
 #include "base/memory.h"
-#include "model/record.h"
+#include "model/held.h"
 
 #include <string.h>
 
@@ -23,39 +23,6 @@ static bool duplicate(mbsr_model *m, const mbsri_array *from, mbsri_array *to, s
     return true;
 }
 
-/* A body of a finished model as it was added. */
-static mbsri_body_entry entry_of(const mbsr_model *m, const mbsri_body *b)
-{
-    const double *numbers = m->matrices.data;
-    mbsri_body_entry entry = {.parent = m->body[b->parent].id,
-                              .name = b->name,
-                              .joint = b->joint,
-                              .inertia = b->inertia,
-                              .regular = b->regular,
-                              .armature = b->armature_given,
-                              .locks = b->locks,
-                              .neglected = b->neglected};
-    if (b->inertia.kind == MBSR_INERTIA_MATRIX && b->inertia.matrix)
-        entry.matrix = (size_t)(b->inertia.matrix - numbers);
-    if (b->neglected > 0)
-        entry.matrix = ((const mbsri_neglected *)m->neglected.data)[b->neglected - 1].matrix;
-    if (b->joint.params > 0) entry.param = (size_t)(b->joint.param - numbers);
-    if (b->added) entry.added = (size_t)(b->added - numbers);
-    if (b->held) entry.held = (size_t)(b->held - numbers);
-    entry.joint.param = NULL;
-    return entry;
-}
-
-static bool copy_bodies(const mbsr_model *m, mbsr_model *to)
-{
-    if (!m->finished) return duplicate(to, &m->entries, &to->entries, sizeof(mbsri_body_entry));
-    if (m->bodies == 0) return true;
-    mbsri_body_entry *entry = take(to, &to->entries, (size_t)m->bodies, sizeof *entry);
-    if (!entry) return false;
-    for (int id = 0; id < m->bodies; ++id) entry[id] = entry_of(m, m->body + m->index[id]);
-    return true;
-}
-
 /* Force elements by id, each with its list of ids; those that have become closures are elements. */
 static bool copy_forces(const mbsr_model *m, mbsr_model *to)
 {
@@ -68,8 +35,10 @@ static bool copy_forces(const mbsr_model *m, mbsr_model *to)
     int *list = take(to, &to->lists, m->lists.count, sizeof *list);
     if ((!made && count > 0) || (!list && m->lists.count > 0)) return false;
     for (size_t k = 0; k < count; ++k) {
-        made[force[k].id] = force[k];
-        made[force[k].id].closure = MBSR_NONE;
+        mbsri_force *element = made + force[k].id;
+        *element = force[k];
+        mbsri_force_as_given(force + k, &element->def);
+        element->closure = MBSR_NONE;
         for (size_t l = force[k].list; l < force[k].list + (size_t)force[k].def.bodies; ++l)
             list[l] = m->body[m->list_index[l]].id;
     }
@@ -86,7 +55,7 @@ static bool copy_closures(const mbsr_model *m, mbsr_model *to)
     to->closures.count = 0;
     for (size_t k = 0; k < m->closures.count; ++k) {
         if (closure[k].force != MBSR_NONE) continue;
-        made[to->closures.count++] = (mbsri_closure){.def = closure[k].def,
+        made[to->closures.count++] = (mbsri_closure){.def = *mbsri_closure_as_given(m, closure + k),
                                                      .name = closure[k].name,
                                                      .force = MBSR_NONE,
                                                      .mixture = closure[k].mixture};
@@ -99,7 +68,8 @@ static bool copy_all(const mbsr_model *m, mbsr_model *to)
     return duplicate(to, &m->names, &to->names, sizeof(char)) &&
            duplicate(to, &m->matrices, &to->matrices, sizeof(double)) &&
            duplicate(to, &m->neglected, &to->neglected, sizeof(mbsri_neglected)) &&
-           copy_bodies(m, to) && copy_forces(m, to) && copy_closures(m, to);
+           duplicate(to, &m->entries, &to->entries, sizeof(mbsri_body_entry)) &&
+           copy_forces(m, to) && copy_closures(m, to);
 }
 
 int mbsr_model_copy(const mbsr_model *model, mbsr_model **copy, mbsr_error *error)

@@ -160,6 +160,8 @@ static int init(const mbsr_model *model, bool lean, void *memory, size_t size, m
     for (size_t k = 0; k < model->forces.count + model->carried; ++k) d->off[k] = false;
     d->alignment = 1.0;
     for (int i = 0; i <= model->bodies; ++i) d->factor_rows[i] = -1;
+    for (int i = model->live + 1; i <= model->bodies; ++i)
+        d->rank[i] = 0; /* the sweeps pass them by */
     for (int i = 0; i <= model->bodies && model->grouped; ++i) d->apart[i] = false;
     *data = d;
     return MBSR_OK;
@@ -252,7 +254,7 @@ void mbsri_data_poison(mbsr_data *d)
     const bool lean = d->lean;
     MBSRI_ARRAYS(MBSRI_POISON)
 #undef MBSRI_POISON
-    for (int i = 0; i <= m->bodies; ++i) d->rank[i] = -1000;
+    for (int i = 0; i <= m->live; ++i) d->rank[i] = -1000;
     const size_t loads = m->sweeps && m->whole->body_forces ? (size_t)m->bodies + 1 : 0;
     for (size_t i = 0; i < loads; ++i)
         for (int k = 0; k < 4; ++k) d->sweep_load[i].r[k] = d->sweep_load[i].arm[k] = NAN;

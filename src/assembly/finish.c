@@ -7,9 +7,12 @@
 #include "assembly/order_forces.h"
 #include "assembly/places.h"
 #include "assembly/survey.h"
+#include "assembly/welds.h"
 #include "base/error.h"
 #include "base/memory.h"
+#include "forces/drive.h"
 #include "joints/flexible.h"
+#include "model/held.h"
 #include "model/query.h"
 #include "recursion/flexible_factors.h"
 #include "recursion/rates.h"
@@ -113,32 +116,32 @@ static void place_root(mbsr_model *m)
 }
 
 /* Body i, whose predecessor is there. */
-static void place(mbsr_model *m, int i, int id)
+static void place(mbsr_model *m, int i, int id, const mbsri_welds *w)
 {
     const mbsri_body_entry *entry = (const mbsri_body_entry *)m->entries.data + id;
     mbsri_body *b = m->body + i;
-    const mbsri_joint *joint = &entry->joint;
-    const int parent = entry->parent == MBSR_GROUND ? 0 : m->index[entry->parent];
+    const mbsri_joint *joint = w->joint + id;
+    const int parent = mbsri_welds_parent(m, w, id), locks = w->left[id] ? entry->locks : 0;
     *b = (mbsri_body){.id = id,
                       .parent = parent,
                       .d = joint->d,
                       .d_pred = m->body[parent].d,
                       .np = joint->np,
-                      .n = joint->n - entry->locks,
-                      .nq = joint->nq - entry->locks,
+                      .n = joint->n - locks,
+                      .nq = joint->nq - locks,
                       .joint = *joint,
                       .inertia = entry->inertia,
                       .pred_space = m->body[parent].joint.space,
                       .name = entry->name,
                       .regular = entry->regular,
-                      .locks = entry->locks,
+                      .locks = locks,
                       .neglected = entry->neglected};
-    if (joint->params > 0) b->joint.param = (const double *)m->matrices.data + entry->param;
     if (b->inertia.kind == MBSR_INERTIA_MATRIX && b->inertia.matrix) {
         b->inertia.matrix = (const double *)m->matrices.data + entry->matrix;
     }
     if (entry->added > 0) b->added = (const double *)m->matrices.data + entry->added;
-    if (entry->locks > 0) b->held = (const double *)m->matrices.data + entry->held;
+    b->given_held = mbsri_held_values(m, id);
+    if (locks > 0) b->held = (const double *)m->matrices.data + entry->held;
     if (joint->d > m->max_d) m->max_d = joint->d;
     if (b->n > m->max_n) m->max_n = b->n;
     m->differences = m->differences || mbsri_rates_need_tree(b);
@@ -176,13 +179,14 @@ static int place_coordinates(mbsr_model *m, int N)
 static void place_armature(mbsr_model *m, int i)
 {
     mbsri_body *b = m->body + i;
-    const size_t from = ((const mbsri_body_entry *)m->entries.data)[b->id].armature;
-    const double *given = from > 0 ? (const double *)m->matrices.data + from : NULL;
+    const mbsri_body_entry *entry = (const mbsri_body_entry *)m->entries.data + b->id;
+    const double *given = entry->armature > 0 ? (const double *)m->matrices.data + entry->armature
+                                              : NULL,
+                 *held = mbsri_held_values(m, b->id);
     double *to = m->armature + b->iu;
     b->armature = to;
-    b->armature_given = from;
-    for (int k = 0; k < b->joint.n; ++k) {
-        if (b->held && !isnan(b->held[k])) continue;
+    for (int k = 0; k < entry->joint.n; ++k) {
+        if (held && !isnan(held[k])) continue;
         *to++ = given ? given[k] : 0.0;
     }
 }
@@ -212,21 +216,20 @@ static int place_rates(mbsr_model *m, int N)
     return MBSR_OK;
 }
 
-/* A joint as the caller gave it. */
-static mbsr_joint given(const mbsri_joint *kept)
+/* A joint as the caller gave it, and the space and dimension of the predecessor that he gave. */
+static mbsr_joint given(const mbsr_model *m, int id, mbsr_space *space, int *d)
 {
-    mbsr_joint joint = {.table = kept->table,
-                        .space = kept->space,
-                        .d = kept->d,
-                        .np = kept->np,
-                        .n = kept->n,
-                        .nq = kept->nq,
-                        .params = kept->params,
-                        .motion = kept->motion,
-                        .user = kept->user};
+    const mbsri_body_entry *entry = (const mbsri_body_entry *)m->entries.data + id;
+    const mbsri_joint *kept = &entry->joint,
+                      *pred = &m->body[entry->parent == MBSR_GROUND ? 0 : m->index[entry->parent]]
+                                   .joint;
+    mbsr_joint joint = {MBSRI_JOINT_FIELDS(kept)};
     if (kept->params > 0)
-        memcpy(joint.param, kept->param, (size_t)kept->params * sizeof *joint.param);
+        memcpy(joint.param, (const double *)m->matrices.data + entry->param,
+               (size_t)kept->params * sizeof *joint.param);
     memcpy(joint.option, kept->option, sizeof joint.option);
+    *space = pred->space;
+    *d = entry->parent == MBSR_GROUND ? m->root.d : pred->d;
     return joint;
 }
 
@@ -253,13 +256,14 @@ static int check_joints(mbsr_model *m, int N)
 {
     for (int i = 1; i <= N; ++i) {
         mbsri_body *b = m->body + i;
-        const mbsri_body *pred = m->body + b->parent;
         b->modal = mbsri_mount_of(b->joint.table, b->joint.user) && b->locks == 0;
         b->upright = b->modal && mbsri_mount_rests(b->joint.user, b->joint.option[0]);
         if (!b->joint.table->check) continue;
         char text[MBSR_TEXT_SIZE] = "", label[MBSRI_LABEL];
-        const mbsr_joint joint = given(&b->joint);
-        const int status = b->joint.table->check(&joint, pred->joint.space, pred->d, text);
+        mbsr_space space;
+        int d;
+        const mbsr_joint joint = given(m, b->id, &space, &d);
+        const int status = joint.table->check(&joint, space, d, text);
         if (status) {
             return mbsri_fail(&m->error, status, b->id, MBSR_NONE, "%s: joint '%s': %.120s",
                               mbsri_body_label(m, i, label), b->joint.table->name,
@@ -275,20 +279,33 @@ static int check_force(mbsr_model *m, int id, mbsr_force_body *bodies)
 {
     const mbsri_force *force = (const mbsri_force *)m->forces.data + id;
     const mbsr_force_table *table = force->def.table;
+    const mbsri_body_entry *entry = m->entries.data;
+    const bool named = mbsri_force_coordinates(&force->def) > 0;
     if (!table->check || (table->flags & MBSR_FORCE_EVERY_BODY)) return MBSR_OK;
     for (int k = 0; k < force->def.bodies; ++k) {
         const mbsri_body *b = m->body + m->list_index[force->list + (size_t)k];
-        bodies[k] = (mbsr_force_body){
-            .id = b->id, .space = b->joint.space, .d = b->d, .np = b->np, .n = b->n, .nq = b->nq};
+        bodies[k] = (mbsr_force_body){.id = b->id,
+                                      .space = b->joint.space,
+                                      .d = b->d,
+                                      .np = b->np,
+                                      .n = b->n,
+                                      .nq = b->nq,
+                                      .held = b->given_held};
+        if (!named || b->id == MBSR_GROUND) continue;
+        bodies[k].n = entry[b->id].joint.n;
+        bodies[k].nq = entry[b->id].joint.nq;
     }
-    char text[MBSR_TEXT_SIZE] = "", label[MBSRI_LABEL];
+    char text[MBSR_TEXT_SIZE] = "", label[MBSRI_LABEL], on[MBSRI_LABEL];
     const mbsr_force_args args = {
         .force = &force->def, .bodies = force->def.bodies, .body = bodies};
     const int status = table->check(&args, text);
     if (!status) return MBSR_OK;
-    return mbsri_fail(&m->error, status, MBSR_NONE, id, "%s (%s): %.150s",
+    const bool one = force->def.bodies == 1 && bodies->id != MBSR_GROUND;
+    return mbsri_fail(&m->error, status, MBSR_NONE, id, "%s (%s)%s%s: %.120s",
                       mbsri_label(label, "force", id, (const char *)m->names.data + force->name),
-                      table->name, text[0] ? text : mbsr_status_text(status));
+                      table->name, one ? " on " : "",
+                      one ? mbsri_body_label(m, m->list_index[force->list], on) : "",
+                      text[0] ? text : mbsr_status_text(status));
 }
 
 /* Bodies of force elements by index; each element may refuse its bodies. */
@@ -328,7 +345,6 @@ static int resolve_forces(mbsr_model *m, int N)
  * finished but for this. */
 static bool group_joints(mbsr_model *m, int N)
 {
-    m->bodies = N;
     m->lapack_work = mbsri_lapack_syev_work(m->max_n);
     m->finished = true;
     bool built = mbsri_groups_build(m);
@@ -343,26 +359,43 @@ static bool group_joints(mbsr_model *m, int N)
     return built;
 }
 
-/* Numbers and places everything; what it sets is forgotten by undo. */
-static int build(mbsr_model *m, int N, numbering *w)
+static int no_memory(mbsr_model *m)
+{
+    return mbsri_fail(&m->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
+                      "mbsr_model_finish: no memory");
+}
+
+/* Returned where bodies that others are welded to are none of the sweeps' own. */
+enum { WELDS_NOT_SERVED = 1 };
+
+/* Numbers and places everything, with bodies welded to others or not; what it sets is forgotten by undo. */
+static int build(mbsr_model *m, int N, numbering *w, bool weld)
 {
     int status = link_children(m, N, w);
     if (!status) status = walk(m, N, w);
     if (status) return status;
+    mbsri_welds welds;
+    m->bodies = N;
     place_root(m);
-    for (int i = 1; i <= N; ++i) place(m, i, w->order[i - 1]);
+    if (mbsri_welds_find(m, N, w->first, w->next, w->order, weld, &welds)) {
+        for (int i = 1; i <= N; ++i) place(m, i, w->order[i - 1], &welds);
+        mbsri_welds_list(m);
+    } else {
+        status = no_memory(m);
+    }
+    mbsri_welds_release(m, &welds);
+    if (status) return status;
     mbsri_places_set(m, N);
     status = place_coordinates(m, N);
     if (!status) status = check_joints(m, N);
     if (!status) status = resolve_forces(m, N);
     if (!status) status = place_rates(m, N);
     if (!status) status = mbsri_closures_resolve(m, N);
-    const bool swept = status || m->rows > 0 || mbsri_sweeps_build(m, N);
-    if (!status && !(swept && group_joints(m, N))) {
-        status = mbsri_fail(&m->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
-                            "mbsr_model_finish: no memory");
-    }
-    return status ? status : mbsri_order_forces(m, N, w->first);
+    const bool swept = status || m->rows > 0 || mbsri_sweeps_build(m);
+    if (!status && !(swept && group_joints(m, N))) status = no_memory(m);
+    if (status) return status;
+    if (!mbsri_welds_served(m)) return WELDS_NOT_SERVED;
+    return mbsri_order_forces(m, N, w->first);
 }
 
 static void undo(mbsr_model *m)
@@ -376,6 +409,8 @@ static void undo(mbsr_model *m)
     mbsri_release(&m->allocator, m->scale);
     mbsri_release(&m->allocator, m->weight);
     mbsri_release(&m->allocator, m->span);
+    mbsri_release(&m->allocator, m->stand);
+    mbsri_release(&m->allocator, m->joint_param);
     mbsri_release(&m->allocator, m->along.element);
     mbsri_release(&m->allocator, m->body);
     mbsri_sweeps_release(m);
@@ -383,15 +418,30 @@ static void undo(mbsr_model *m)
     m->index = m->list_index = m->u_of = m->q_of = m->member = NULL;
     m->body = NULL;
     m->along = (mbsri_coordinate_elements){.element = NULL};
-    m->armature = NULL;
-    m->scale = m->weight = m->span = NULL;
+    m->stand = NULL;
+    m->armature = m->scale = m->weight = m->span = m->joint_param = NULL;
     m->differences = m->grouped = false;
-    m->bodies = 0;
+    m->bodies = m->live = 0;
     m->nq = m->nu = m->max_d = m->max_n = m->max_force_bodies = 0;
     m->rows = m->held = m->max_columns = 0;
     m->size_c = m->size_moved = 0;
     m->size_p = m->size_v = m->size_dd = m->size_dp = m->size_dn = m->size_dg = m->size_k =
         m->size_nn = m->size_full = m->size_rates = m->size_bodies = 0;
+}
+
+/* Everything that finishing a model sets, or nothing of it. */
+static int number(mbsr_model *m, bool weld)
+{
+    const size_t N = m->entries.count;
+    numbering w = {NULL, NULL, NULL};
+    m->index = mbsri_allocate(&m->allocator, N * sizeof *m->index);
+    m->list_index = mbsri_allocate(&m->allocator, m->lists.count * sizeof *m->list_index);
+    m->body = mbsri_allocate(&m->allocator, (N + 1) * sizeof *m->body);
+    const bool memory = number_allocate(m, N, &w) && m->index && m->list_index && m->body;
+    const int status = memory ? build(m, (int)N, &w, weld) : no_memory(m);
+    number_release(m, &w);
+    if (status) undo(m);
+    return status;
 }
 
 int mbsr_model_finish(mbsr_model *model)
@@ -402,27 +452,10 @@ int mbsr_model_finish(mbsr_model *model)
         return mbsri_fail(&m->error, MBSR_ERR_FINISHED, MBSR_NONE, MBSR_NONE,
                           "mbsr_model_finish: the model is finished");
     }
-    const size_t N = m->entries.count;
-    numbering w = {NULL, NULL, NULL};
-    m->index = mbsri_allocate(&m->allocator, N * sizeof *m->index);
-    m->list_index = mbsri_allocate(&m->allocator, m->lists.count * sizeof *m->list_index);
-    m->body = mbsri_allocate(&m->allocator, (N + 1) * sizeof *m->body);
-    int status;
-    if (number_allocate(m, N, &w) && m->index && m->list_index && m->body) {
-        status = build(m, (int)N, &w);
-    } else {
-        status = mbsri_fail(&m->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
-                            "mbsr_model_finish: no memory");
-    }
-    number_release(m, &w);
-    if (status) {
-        undo(m);
-        return status;
-    }
-    mbsri_release(&m->allocator, m->entries.data);
-    m->entries = (mbsri_array){NULL, 0, 0};
-    m->finished = true;
-    return MBSR_OK;
+    int status = number(m, true);
+    if (status == WELDS_NOT_SERVED) status = number(m, false);
+    m->finished = status == MBSR_OK;
+    return status;
 }
 
 void mbsr_model_destroy(mbsr_model *model)
@@ -436,6 +469,7 @@ void mbsr_model_destroy(mbsr_model *model)
     mbsri_release(&allocator, model->matrices.data);
     mbsri_release(&allocator, model->lists.data);
     mbsri_release(&allocator, model->neglected.data);
+    mbsri_release(&allocator, model->given.data);
     mbsri_release(&allocator, model->index);
     mbsri_release(&allocator, model->list_index);
     mbsri_release(&allocator, model->armature);
@@ -445,6 +479,8 @@ void mbsr_model_destroy(mbsr_model *model)
     mbsri_release(&allocator, model->scale);
     mbsri_release(&allocator, model->weight);
     mbsri_release(&allocator, model->span);
+    mbsri_release(&allocator, model->stand);
+    mbsri_release(&allocator, model->joint_param);
     mbsri_release(&allocator, model->along.element);
     mbsri_sweeps_release(model);
     mbsri_release(&allocator, model->body);

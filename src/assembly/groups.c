@@ -35,7 +35,7 @@ static bool turns_mass(const mbsri_sweep_body *b)
     return b->c[3] > 0.0 || b->I[0] + b->I[5] + b->I[10] > 0.0; /* held fast */
 }
 
-/* Whether the joint is of one axis. */
+/* Whether the joint is of one axis, of a body that is not welded to another. */
 static bool one_axis(const mbsr_model *m, int i)
 {
     return m->sweeps && !(m->sweeps->body[i].flags & (MBSRI_BLOCK | MBSRI_MULTI));
@@ -87,7 +87,7 @@ static bool find_open(mbsr_model *m, int *open)
 {
     bool unknown = false;
     for (int i = 1; i <= m->bodies; ++i) {
-        open[i] = !m->body[i].regular && !has_armature(m->body + i) &&
+        open[i] = i <= m->live && !m->body[i].regular && !has_armature(m->body + i) &&
                   (!one_axis(m, i) || !turns_mass(m->sweeps->body + i));
     }
     open[0] = 0;

@@ -4,6 +4,7 @@
 
 #include "base/error.h"
 #include "forces/coordinate_laws.h"
+#include "model/held.h"
 
 /* The first body a force element acts on, by index; 0 for none but the ground. */
 static int first_body(const mbsr_model *m, size_t id)
@@ -17,10 +18,11 @@ static int first_body(const mbsr_model *m, size_t id)
     return first;
 }
 
-/* The law of an element; of those that are closures one behind all laws. */
+/* The law of an element; of those that are closures, or rest, one behind all laws. */
 static int law_of(const mbsri_force *force)
 {
-    return force->closure != MBSR_NONE ? MBSRI_LAWS : (int)mbsri_law_of(&force->def);
+    return force->closure != MBSR_NONE || force->resting ? MBSRI_LAWS
+                                                         : (int)mbsri_law_of(&force->def);
 }
 
 /* Elements of a law, in the order of the sweeps: by counting sort on the first body, to `sorted`;
@@ -94,6 +96,8 @@ int mbsri_order_forces(mbsr_model *m, int N, int *count)
         placed += here;
     }
     m->carried = sort_law(m, MBSRI_LAWS, N, count, sorted + placed);
+    for (size_t k = 0; k < forces; ++k)
+        mbsri_force_hold(m, sorted + k, (const int *)m->lists.data + sorted[k].list);
     order_lists(m, sorted, lists);
     mbsri_release(&m->allocator, m->forces.data);
     mbsri_release(&m->allocator, m->list_index);

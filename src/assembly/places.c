@@ -56,7 +56,7 @@ void mbsri_places_see(mbsr_model *m)
 {
     const mbsri_sweeps *const tree[] = {m->sweeps, m->whole};
     for (int k = 0; k < 2 && m->sweeps; ++k) {
-        for (int i = 1; i <= m->bodies; ++i) {
+        for (int i = 1; i <= m->live; ++i) {
             const int flags = tree[k]->body[i].flags;
             if (!(flags & (MBSRI_BLOCK | MBSRI_LOADED))) continue;
             m->body[i].seen = true;

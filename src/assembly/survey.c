@@ -172,7 +172,7 @@ static bool may_be_users(const mbsr_model *m, int i)
 {
     const mbsri_body *b = m->body + i;
     const bool above = b->pred_space == MBSR_SPACE_SPATIAL || b->pred_space == MBSR_SPACE_FIXED;
-    return m->sweeps && m->sweeps->body[i].flags & MBSRI_BLOCK &&
+    return m->sweeps && i <= m->live && m->sweeps->body[i].flags & MBSRI_BLOCK &&
            b->joint.space == MBSR_SPACE_SPATIAL && above && mbsri_embeds_inertia(b) &&
            b->joint.table->flags & MBSR_JOINT_UNIT_K && b->head == i && b->members <= 1;
 }

@@ -134,7 +134,7 @@ static bool count_parts(const mbsr_model *m, parts *n)
     mbsri_sweep_body list[MBSRI_MAX_STEPS + 1];
     *n = (parts){0, 0, 0};
     if (!m->sweeps || m->sweeps->blocks == m->bodies) return false;
-    for (int i = 1; i <= m->bodies; ++i) {
+    for (int i = 1; i <= m->live; ++i) {
         const int count = take_apart(m, i, &n->moved, list);
         n->bodies += count;
         for (int k = 0; k < count; ++k) n->balls += (list[k].flags & MBSRI_BALL) != 0;
@@ -150,7 +150,7 @@ static void place_tree(const mbsr_model *m, int *last, mbsri_batch_body *body, i
     int moved = 0, next = 1;
     mbsri_batch_take(m->sweeps->body, 0, body);
     last[0] = 0;
-    for (int i = 1; i <= m->bodies; ++i) {
+    for (int i = 1; i <= m->live; ++i) {
         const int count = take_apart(m, i, &moved, part), parent = last[m->sweeps->body[i].parent];
         join(m, i, count, part);
         for (int k = 0; k < count; ++k, ++next) {

@@ -1,5 +1,7 @@
 /* A linear relation between joint coordinates: g = sum of a_k q_k - b - s(t).
  * SPDX-License-Identifier: BSD-3-Clause */
+#include "closures/coupling.h"
+
 #include "closures/stock.h"
 
 enum { OFFSET = MBSR_CLOSURE_BODIES };
@@ -79,24 +81,24 @@ static const char *row(const mbsr_closure_args *args, int k)
     return "coordinates";
 }
 
+static const mbsr_closure_table table = {
+    .version = MBSR_CLOSURE_TABLE_VERSION,
+    .flags = MBSR_CLOSURE_JOINTS | MBSR_CLOSURE_COORDINATES | MBSR_CLOSURE_PLAIN | MBSR_CLOSURE_OWN,
+    .name = "coupling",
+    .position = position,
+    .jacobian = jacobian,
+    .tangent = mbsri_constant_rows,
+    .drift = drift,
+    .bias = bias,
+    .count = mbsri_one_row,
+    .check = check,
+    .check_fields = check_fields,
+    .row = row,
+};
+
 mbsr_closure_def mbsr_closure_coupling(int terms, const int *body, const int *coordinate,
                                        const double *coefficient, double offset)
 {
-    static const mbsr_closure_table table = {
-        .version = MBSR_CLOSURE_TABLE_VERSION,
-        .flags =
-            MBSR_CLOSURE_JOINTS | MBSR_CLOSURE_COORDINATES | MBSR_CLOSURE_PLAIN | MBSR_CLOSURE_OWN,
-        .name = "coupling",
-        .position = position,
-        .jacobian = jacobian,
-        .tangent = mbsri_constant_rows,
-        .drift = drift,
-        .bias = bias,
-        .count = mbsri_one_row,
-        .check = check,
-        .check_fields = check_fields,
-        .row = row,
-    };
     mbsr_closure_def def = mbsr_closure_custom(&table, terms, body, 0, 0, NULL);
     for (int k = 0; k < terms && k < MBSR_CLOSURE_BODIES; ++k) {
         def.option[k] = coordinate ? coordinate[k] : 0;
@@ -104,4 +106,32 @@ mbsr_closure_def mbsr_closure_coupling(int terms, const int *body, const int *co
     }
     def.param[OFFSET] = offset;
     return def;
+}
+
+bool mbsri_is_linear_coupling(const mbsr_closure_def *def)
+{
+    return def->table == &table;
+}
+
+double mbsri_coupling_hold(mbsr_closure_def *def, int k, double value)
+{
+    const double part = def->param[k] * value;
+    def->param[OFFSET] -= part;
+    --def->bodies;
+    for (int l = k; l < def->bodies; ++l) {
+        def->param[l] = def->param[l + 1];
+        def->option[l] = def->option[l + 1];
+        def->body[l] = def->body[l + 1];
+    }
+    return fabs(part);
+}
+
+double mbsri_coupling_rest(const mbsr_closure_def *def)
+{
+    return -def->param[OFFSET];
+}
+
+bool mbsri_coupling_moves(const mbsr_closure_def *def)
+{
+    return def->motion != NULL;
 }

@@ -30,6 +30,6 @@ int mbsr_forward_dynamics(const mbsr_model *model, mbsr_data *data, double t, co
     if (status) return status;
     mbsri_remember(m, d, MBSRI_PENDING_FORWARD, q, u, tau);
     d->total_rank = 0;
-    for (int i = 1; i <= m->bodies; ++i) d->total_rank += d->rank[i];
+    for (int i = 1; i <= m->live; ++i) d->total_rank += d->rank[i];
     return d->total_rank == m->nu ? MBSR_OK : mbsri_check_ranks(m, d);
 }

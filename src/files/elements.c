@@ -2,6 +2,8 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "files/elements.h"
 
+#include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 /* ---- transmissions ----
@@ -14,9 +16,24 @@ static double factor_of(const mbsr_force_args *args, int k)
     return args->force->param[TERMS + 2 * k];
 }
 
+/* Place of a coordinate, as its joint was given, among those left; -1: it is locked. */
+static int place_of(const mbsr_force_body *b, int coordinate)
+{
+    int place = 0;
+    if (!b->held) return coordinate;
+    if (!isnan(b->held[coordinate])) return -1;
+    for (int k = 0; k < coordinate; ++k) place += isnan(b->held[k]);
+    return place;
+}
+
 static int coordinate_of(const mbsr_force_args *args, int k)
 {
     return (int)args->force->param[TERMS + 2 * k + 1];
+}
+
+static int place_of_term(const mbsr_force_args *args, int k)
+{
+    return place_of(args->body + k, coordinate_of(args, k));
 }
 
 /* Length beyond what is at rest; *slack: it is within. */
@@ -24,8 +41,11 @@ static double length_of(const mbsr_force_args *args, int *slack)
 {
     const double *rest = args->force->param + REST;
     double l = 0.0;
-    for (int k = 0; k < args->bodies; ++k)
-        l += factor_of(args, k) * args->body[k].q[coordinate_of(args, k)];
+    for (int k = 0; k < args->bodies; ++k) {
+        const int at = place_of_term(args, k);
+        const mbsr_force_body *b = args->body + k;
+        l += factor_of(args, k) * (at < 0 ? b->held[coordinate_of(args, k)] : b->q[at]);
+    }
     *slack = rest[0] < rest[1] && l > rest[0] && l < rest[1];
     return *slack ? 0.0 : l <= rest[0] ? l - rest[0] : l - rest[1];
 }
@@ -33,8 +53,10 @@ static double length_of(const mbsr_force_args *args, int *slack)
 static double rate_of(const mbsr_force_args *args)
 {
     double rate = 0.0;
-    for (int k = 0; k < args->bodies; ++k)
-        rate += factor_of(args, k) * args->body[k].u[coordinate_of(args, k)];
+    for (int k = 0; k < args->bodies; ++k) {
+        const int at = place_of_term(args, k);
+        if (at >= 0) rate += factor_of(args, k) * args->body[k].u[at];
+    }
     return rate;
 }
 
@@ -45,8 +67,10 @@ static int evaluate(const mbsr_force_args *args)
     const double x = length_of(args, &slack), F = param[GAIN] * (control ? *control : 0.0) +
                                                   param[BIAS] + param[BIAS + 1] * x +
                                                   param[BIAS + 2] * rate_of(args);
-    for (int k = 0; k < args->bodies; ++k)
-        args->body[k].tau[coordinate_of(args, k)] += factor_of(args, k) * F;
+    for (int k = 0; k < args->bodies; ++k) {
+        const int at = place_of_term(args, k);
+        if (at >= 0) args->body[k].tau[at] += factor_of(args, k) * F;
+    }
     return 0;
 }
 
@@ -65,21 +89,30 @@ static int dissipation(const mbsr_force_args *args, double *power)
     return 0;
 }
 
-static int derivatives(const mbsr_force_args *args, const mbsr_force_derivatives *out)
+/* Those of tau of term k, in its row. */
+static void add_slopes(const mbsr_force_args *args, const mbsr_force_derivatives *out, int k,
+                       double *row, int slack)
 {
     const double *param = args->force->param;
+    for (int l = 0; l < args->bodies; ++l) {
+        const mbsr_force_body *b = args->body + l;
+        const int at = place_of_term(args, l), pose = b->space == MBSR_SPACE_SPATIAL ? 6 : b->np;
+        if (at < 0) continue;
+        const int q = out->column[l] + pose + b->d + at;
+        const double both = factor_of(args, k) * factor_of(args, l);
+        if (!slack) row[out->rows * q] += both * param[BIAS + 1];
+        row[out->rows * (q + b->nq)] += both * param[BIAS + 2];
+    }
+}
+
+static int derivatives(const mbsr_force_args *args, const mbsr_force_derivatives *out)
+{
     int slack;
     (void)length_of(args, &slack);
     for (int k = 0; k < args->bodies; ++k) {
-        double *row = out->matrix + out->row[k] + args->body[k].d + coordinate_of(args, k);
-        for (int l = 0; l < args->bodies; ++l) {
-            const mbsr_force_body *b = args->body + l;
-            const int pose = b->space == MBSR_SPACE_SPATIAL ? 6 : b->np,
-                      q = out->column[l] + pose + b->d + coordinate_of(args, l);
-            const double both = factor_of(args, k) * factor_of(args, l);
-            if (!slack) row[out->rows * q] += both * param[BIAS + 1];
-            row[out->rows * (q + b->nq)] += both * param[BIAS + 2];
-        }
+        const int at = place_of_term(args, k);
+        if (at >= 0)
+            add_slopes(args, out, k, out->matrix + out->row[k] + args->body[k].d + at, slack);
     }
     return 0;
 }
@@ -138,6 +171,25 @@ static double value_of(const double *a, double x, double *slope, double *curvatu
     return a[0] + x * (a[1] + x * (a[2] + x * (a[3] + x * a[4])));
 }
 
+/* Coordinate k among those left. */
+static int option_at(const mbsr_closure_args *args, int k)
+{
+    const mbsr_force_body *b = args->body + (k > 0 && args->closure->bodies > 1);
+    return place_of(b, args->closure->option[k]);
+}
+
+static int check_polynomial(const mbsr_closure_args *args, char text[MBSR_TEXT_SIZE])
+{
+    for (int k = 0; k < 2; ++k) {
+        if (option_at(args, k) >= 0) continue;
+        snprintf(text, MBSR_TEXT_SIZE,
+                 "coordinate %d of body %d is locked, and the other is not free",
+                 args->closure->option[k], args->body[k > 0 && args->closure->bodies > 1].id);
+        return MBSR_ERR_VALUE;
+    }
+    return 0;
+}
+
 static const mbsr_force_body *second(const mbsr_closure_args *args)
 {
     return args->body + (args->closure->bodies > 1);
@@ -145,14 +197,14 @@ static const mbsr_force_body *second(const mbsr_closure_args *args)
 
 static double argument(const mbsr_closure_args *args)
 {
-    return second(args)->q[args->closure->option[1]] - args->closure->param[REFS + 1];
+    return second(args)->q[option_at(args, 1)] - args->closure->param[REFS + 1];
 }
 
 static int position(const mbsr_closure_args *args, double *g)
 {
     double slope, curvature;
     const double *a = args->closure->param;
-    g[0] = args->body[0].q[args->closure->option[0]] - a[REFS] -
+    g[0] = args->body[0].q[option_at(args, 0)] - a[REFS] -
            value_of(a, argument(args), &slope, &curvature);
     return 0;
 }
@@ -163,8 +215,8 @@ static int jacobian(const mbsr_closure_args *args, const mbsr_closure_jacobian *
     const int both = args->closure->bodies > 1;
     const mbsr_force_body *b = args->body, *other = second(args);
     (void)value_of(args->closure->param, argument(args), &slope, &curvature);
-    const int one = out->column[0] + b->d + args->closure->option[0],
-              two = out->column[both] + other->d + args->closure->option[1];
+    const int one = out->column[0] + b->d + option_at(args, 0),
+              two = out->column[both] + other->d + option_at(args, 1);
     out->matrix[(size_t)one * (size_t)out->rows] += 1.0;
     out->matrix[(size_t)two * (size_t)out->rows] -= slope;
     return 0;
@@ -173,7 +225,7 @@ static int jacobian(const mbsr_closure_args *args, const mbsr_closure_jacobian *
 static int bias(const mbsr_closure_args *args, double *result)
 {
     double slope, curvature;
-    const double rate = second(args)->u[args->closure->option[1]];
+    const double rate = second(args)->u[option_at(args, 1)];
     (void)value_of(args->closure->param, argument(args), &slope, &curvature);
     result[0] = -curvature * rate * rate;
     return 0;
@@ -191,7 +243,7 @@ static int tangent(const mbsr_closure_args *args, const double *lambda,
 {
     double slope, curvature;
     const mbsr_force_body *other = second(args);
-    const int coordinate = args->closure->option[1],
+    const int coordinate = option_at(args, 1),
               two = out->column[args->closure->bodies > 1] + other->d + coordinate;
     (void)value_of(args->closure->param, argument(args), &slope, &curvature);
     out->force[(size_t)two * (size_t)out->columns + (size_t)two] -= curvature * lambda[0];
@@ -208,6 +260,7 @@ static const mbsr_closure_table polynomial = {
     .drift = no_drift,
     .bias = bias,
     .tangent = tangent,
+    .check = check_polynomial,
 };
 
 mbsr_closure_def mbsri_closure_polynomial(const int body[2], const int coordinate[2],

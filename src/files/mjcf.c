@@ -43,9 +43,12 @@ static mbsri_element *load(includes *i, const mbsri_element *e)
         mbsri_file_refuse(s, e, "the file %.60s is included twice", file);
         return NULL;
     }
-    if (i->count == MOST_INCLUDES || !s->opt->load ||
-        s->opt->load(s->opt->user, path, &text, &size)) {
-        mbsri_file_refuse(s, e, "there is no file %.60s", file);
+    const int reason = i->count < MOST_INCLUDES && s->opt->load
+                           ? s->opt->load(s->opt->user, path, &text, &size)
+                           : 1;
+    if (reason) {
+        mbsri_file_refuse(s, e, "there is no file %.60s%s%s", file, reason > 1 ? ": " : "",
+                          mbsri_file_why(reason));
         return NULL;
     }
     const char *name = i->path[i->count++] = mbsri_arena_text(s->arena, path, strlen(path));

@@ -240,6 +240,7 @@ static bool measure_mesh(mbsri_mjcf *m, const mbsri_element *e, const char *name
     mbsri_node node;
     char path[512];
     size_t size;
+    int reason = 1;
     *known = false;
     if (mesh && (!mbsri_mjcf_node(m, mesh, "mesh", NULL, &node) ||
                  !mbsri_mjcf_numbers(m, &node, "scale", 3, 3, scale, NULL)))
@@ -251,13 +252,15 @@ static bool measure_mesh(mbsri_mjcf *m, const mbsri_element *e, const char *name
         wrong = "it is a shell";
     else if (mesh && (mbsri_attribute(mesh, "refpos") || mbsri_attribute(mesh, "refquat")))
         wrong = "refpos and refquat are not read";
-    else if (file && m->s->opt->load && !m->s->opt->load(m->s->opt->user, path, &text, &size))
+    else if (file && m->s->opt->load)
+        reason = m->s->opt->load(m->s->opt->user, path, &text, &size);
+    if (reason == 0)
         wrong = mbsri_mesh_solid(m->s->arena, text, size, scale, volume, centre, tensor);
     *known = wrong == NULL;
     if (wrong)
         mbsri_file_find(m->s, e,
-                        "the mass of mesh '%.40s' is left out, its body has no <inertial>: %s",
-                        name ? name : "", wrong);
+                        "the mass of mesh '%.40s' is left out, its body has no <inertial>: %s%s%s",
+                        name ? name : "", wrong, reason > 1 ? ": " : "", mbsri_file_why(reason));
     return true;
 }
 

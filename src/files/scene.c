@@ -64,3 +64,8 @@ bool mbsri_numbers(mbsri_scene *s, const mbsri_element *e, const char *attribute
     if (count) *count = n;
     return true;
 }
+
+const char *mbsri_file_why(int reason)
+{
+    return reason > 1 ? strerror(reason) : "";
+}

@@ -114,4 +114,7 @@ bool mbsri_numbers(mbsri_scene *s, const mbsri_element *e, const char *attribute
 bool mbsri_urdf_read(mbsri_scene *s, const mbsri_element *root);
 bool mbsri_mjcf_read(mbsri_scene *s, mbsri_element *root);
 
+/* The text of errno that a load function has returned; "" where that says nothing. */
+const char *mbsri_file_why(int reason);
+
 #endif

@@ -3,6 +3,7 @@
 #include "forces/drive.h"
 
 #include "forces/columns.h"
+#include "forces/coordinate_laws.h"
 #include "forces/springs.h"
 #include "forces/stock.h"
 #include "tables/table.h"
@@ -188,9 +189,15 @@ mbsr_force_def mbsr_force_joint_curve(int body, int coordinate, mbsr_table *torq
 }
 
 /* ---- through a gear: e = q_a - ratio q_b - rest; x what of it is beyond the backlash,
- * T = one-sided(k |x|, d e'), tau_a -= T, tau_b += ratio T ---- */
+ * T = one-sided(k |x|, d e'), tau_a -= T, tau_b += ratio T. A coordinate that is locked is -1, and its part
+ * of e is in HELD. ---- */
 
-enum { RATIO, STIFFNESS, DAMPING, REST, BACKLASH };
+enum { RATIO, STIFFNESS, DAMPING, REST, BACKLASH, HELD };
+
+static double of(const double *x, int coordinate)
+{
+    return coordinate < 0 ? 0.0 : x[coordinate];
+}
 
 /* Depth x >= 0 in the teeth, which face sign, and the rate of x. */
 static double mesh(const mbsr_force_args *args, double *sign, double *rate)
@@ -198,9 +205,9 @@ static double mesh(const mbsr_force_args *args, double *sign, double *rate)
     const mbsr_force_body *a = args->body, *b = args->body + 1;
     const double *param = args->force->param;
     const int i = args->force->option[0], j = args->force->option[1];
-    const double e = a->q[i] - param[RATIO] * b->q[j] - param[REST];
+    const double e = of(a->q, i) - param[RATIO] * of(b->q, j) + param[HELD] - param[REST];
     *sign = e < 0.0 ? -1.0 : 1.0;
-    *rate = a->u && b->u ? *sign * (a->u[i] - param[RATIO] * b->u[j]) : 0.0;
+    *rate = a->u && b->u ? *sign * (of(a->u, i) - param[RATIO] * of(b->u, j)) : 0.0;
     return fmax(0.0, fabs(e) - 0.5 * param[BACKLASH]);
 }
 
@@ -214,16 +221,18 @@ static double torque(const double *param, double x, double rate)
 static int gear_evaluate(const mbsr_force_args *args)
 {
     const double *param = args->force->param;
+    const int *coordinate = args->force->option;
     double sign, rate;
     const double x = mesh(args, &sign, &rate), T = sign * torque(param, x, rate);
-    args->body[0].tau[args->force->option[0]] -= T;
-    args->body[1].tau[args->force->option[1]] += param[RATIO] * T;
+    if (coordinate[0] >= 0) args->body[0].tau[coordinate[0]] -= T;
+    if (coordinate[1] >= 0) args->body[1].tau[coordinate[1]] += param[RATIO] * T;
     return MBSR_OK;
 }
 
 static int gear_derivatives(const mbsr_force_args *args, const mbsr_force_derivatives *out)
 {
     const double *param = args->force->param, lever[2] = {1.0, -param[RATIO]};
+    const int *coordinate = args->force->option;
     double sign, rate, by_elastic = 1.0, by_damping = 1.0;
     const double x = mesh(args, &sign, &rate);
     if (param[BACKLASH] > 0.0) {
@@ -232,10 +241,12 @@ static int gear_derivatives(const mbsr_force_args *args, const mbsr_force_deriva
                                &by_damping);
     }
     for (int k = 0; k < 2; ++k) {
-        for (int l = 0; l < 2; ++l)
-            add(args, out, k, args->force->option[k], l, args->force->option[l],
+        for (int l = 0; l < 2 && coordinate[k] >= 0; ++l) {
+            if (coordinate[l] < 0) continue;
+            add(args, out, k, coordinate[k], l, coordinate[l],
                 -lever[k] * lever[l] * by_elastic * param[STIFFNESS],
                 -lever[k] * lever[l] * by_damping * param[DAMPING]);
+        }
     }
     return MBSR_OK;
 }
@@ -262,7 +273,10 @@ static int gear_check(const mbsr_force_args *args, char text[MBSR_TEXT_SIZE])
     const double *param = args->force->param;
     int status = check_coordinate(args, 0, args->force->option[0], true, text);
     if (!status) status = check_coordinate(args, 1, args->force->option[1], true, text);
-    if (!status) status = mbsri_check_ends(args, text);
+    if (!status && args->body[0].id == args->body[1].id &&
+        args->force->option[0] == args->force->option[1])
+        status = mbsri_refuse(text, MBSR_ERR_VALUE, "both coordinates are %d of body %d",
+                              args->force->option[0], args->body[0].id);
     if (!status) status = mbsri_check_not_negative(args, STIFFNESS, 2, text);
     if (!status && param[BACKLASH] < 0.0)
         status = mbsri_refuse_parameter(text, args, BACKLASH, "negative");
@@ -312,6 +326,24 @@ mbsr_force_def mbsr_force_gear(int a, int coordinate_a, int b, int coordinate_b,
     def.param[REST] = gear->rest;
     def.param[BACKLASH] = gear->backlash;
     return def;
+}
+
+void mbsri_gear_hold(mbsr_force_def *def, int k, double value)
+{
+    def->option[k] = -1;
+    def->param[HELD] += (k ? -def->param[RATIO] : 1.0) * value;
+}
+
+void mbsri_gear_release(mbsr_force_def *def)
+{
+    if (def->table == &gear_table) def->param[HELD] = 0.0;
+}
+
+int mbsri_force_coordinates(const mbsr_force_def *def)
+{
+    if (def->table == &gear_table) return 2;
+    const bool one = def->table == &servo_table || def->table == &curve_table;
+    return one || mbsri_law_of(def) != MBSRI_LAW_NONE;
 }
 
 bool mbsri_read_gear(const mbsr_force_def *def, mbsri_spring *spring)

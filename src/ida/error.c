@@ -51,12 +51,39 @@ static const char *flag_name(int flag, char *buffer)
     return buffer;
 }
 
+/* What a flag says, and what to do. */
+static const char *flag_words(int flag)
+{
+    switch (flag) {
+    case IDA_TOO_MUCH_WORK:
+        return "max_steps steps ended before the time: call again, or allow more";
+    case IDA_TOO_MUCH_ACC:
+        return "the tolerances ask for more than rounding leaves: larger rtol or atol";
+    case IDA_ERR_FAIL:
+        return "no step is short enough for the tolerances: something jumps, or they are too tight";
+    case IDA_CONV_FAIL:
+        return "Newton's method fails with the shortest steps: something jumps, or a derivative is "
+               "wrong";
+    case IDA_LSETUP_FAIL: return "the Newton matrix has no factors";
+    case IDA_LSOLVE_FAIL: return "the linear systems cannot be solved";
+    case IDA_RES_FAIL:
+    case IDA_FIRST_RES_FAIL: return "the residual cannot be evaluated";
+    case IDA_REP_RES_ERR: return "the residual cannot be evaluated near the state reached";
+    case IDA_RTFUNC_FAIL: return "an event function failed";
+    case IDA_BAD_EWT: return "a tolerance has become zero: atol must be positive";
+    case IDA_MEM_FAIL: return "no memory";
+    default: return NULL;
+    }
+}
+
 int mbsri_ida_solver_failed(const mbsr_ida *ida, mbsr_error *error, int flag, const char *function)
 {
     char name[FLAG];
     const int status = flag == IDA_MEM_FAIL ? MBSR_ERR_NO_MEMORY : MBSR_ERR_SOLVER;
-    return mbsri_ida_fail(error, status, MBSR_NONE, MBSR_NONE, "%s: %s: %s", function,
-                          flag_name(flag, name), ida->message);
+    const char *words = flag_words(flag);
+    return mbsri_ida_fail(error, status, MBSR_NONE, MBSR_NONE, "%s: %s: %s%s%s", function,
+                          flag_name(flag, name), words ? words : "", words ? "; " : "",
+                          ida->message);
 }
 
 const mbsr_error *mbsr_ida_error(const mbsr_ida *ida)

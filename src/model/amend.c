@@ -113,6 +113,15 @@ int mbsr_model_lock(mbsr_model *model, int body, int coordinate, double value)
     return MBSR_OK;
 }
 
+int mbsr_model_drop_locked(mbsr_model *model, int body)
+{
+    if (!model) return MBSR_ERR_NULL;
+    int status;
+    mbsri_body_entry *entry = mbsri_find_entry(model, body, "mbsr_model_drop_locked", &status);
+    if (!status) entry->drops = true;
+    return status;
+}
+
 /* Whether rates k and l are two of one quaternion. */
 static bool same_quaternion(const mbsri_joint *joint, int k, int l)
 {
@@ -185,7 +194,6 @@ const double *mbsr_body_regularisation(const mbsr_model *model, int body)
 
 int mbsr_body_locks(const mbsr_model *model, int body)
 {
-    if (!model || !model->finished) return -1;
-    const int i = mbsri_index(model, body);
-    return i > 0 ? model->body[i].locks : -1;
+    if (!model || !model->finished || body < 0 || body >= model->bodies) return -1;
+    return ((const mbsri_body_entry *)model->entries.data)[body].locks;
 }

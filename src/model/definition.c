@@ -1,6 +1,7 @@
 /* The parts of a finished model as they were added.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "base/cookie.h"
+#include "model/held.h"
 #include "model/query.h"
 
 #include <string.h>
@@ -16,14 +17,16 @@ int mbsr_body_definition(const mbsr_model *model, int body, mbsr_body_def *def)
     if (!model->finished) return MBSR_ERR_UNFINISHED;
     if (body < 0 || body >= model->bodies) return MBSR_ERR_ID;
     const mbsri_body *b = model->body + model->index[body];
-    const mbsri_joint *joint = &b->joint;
+    const mbsri_body_entry *entry = (const mbsri_body_entry *)model->entries.data + body;
+    const mbsri_joint *joint = &entry->joint;
     *def = mbsr_default_body_def();
     def->name = name_at(model, b->name);
-    def->parent = model->body[b->parent].id;
+    def->parent = entry->parent;
     def->inertia = b->inertia;
     def->joint = (mbsr_joint){MBSRI_JOINT_FIELDS(joint)};
     if (joint->params > 0)
-        memcpy(def->joint.param, joint->param, (size_t)joint->params * sizeof *joint->param);
+        memcpy(def->joint.param, (const double *)model->matrices.data + entry->param,
+               (size_t)joint->params * sizeof *def->joint.param);
     memcpy(def->joint.option, joint->option, sizeof joint->option);
     return MBSR_OK;
 }
@@ -35,7 +38,7 @@ int mbsr_force_definition(const mbsr_model *model, int force, mbsr_force_def *de
     const mbsri_force *all = model->forces.data;
     for (size_t k = 0; k < model->forces.count + model->carried; ++k) {
         if (all[k].id != force) continue;
-        *def = all[k].def;
+        mbsri_force_as_given(all + k, def);
         const int *list = def->bodies > 0 ? (const int *)model->lists.data + all[k].list : NULL;
         def->name = name_at(model, all[k].name);
         for (int l = 0; l < 2; ++l) def->body[l] = l < def->bodies ? list[l] : MBSR_NONE;
@@ -51,7 +54,7 @@ int mbsr_closure_definition(const mbsr_model *model, int closure, mbsr_closure_d
     if (!model->finished) return MBSR_ERR_UNFINISHED;
     const mbsri_closure *c = mbsri_closure_of(model, closure);
     if (!c) return MBSR_ERR_ID;
-    *def = c->def;
+    *def = *mbsri_closure_as_given(model, c);
     def->name = name_at(model, c->name);
     return MBSR_OK;
 }

@@ -66,7 +66,7 @@ int mbsr_body_coordinates(const mbsr_model *model, int body, int *q_index, int *
 int mbsr_body_parent(const mbsr_model *model, int body)
 {
     const mbsri_body *b = find(model, body);
-    return b ? model->body[b->parent].id : MBSR_NONE;
+    return b ? ((const mbsri_body_entry *)model->entries.data)[b->id].parent : MBSR_NONE;
 }
 
 int mbsr_body_dimension(const mbsr_model *model, int body)

@@ -1,7 +1,9 @@
 /* The model: bodies as added, and the finished tree.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Bodies 1 .. N are numbered parent before child, in depth-first order; body 0 is the root. Each
+ * Bodies 1 .. `live` are numbered parent before child, in depth-first order; body 0 is the root. Bodies that
+ * are welded to others come behind them and have no successors but such: what stands on them is carried
+ * over to the body that they are welded to (assembly/welds.h), whose inertia in the sweeps has theirs. Each
  * array of the data (recursion/data.h) is indexed through the offsets below. */
 #ifndef MBSRI_RECORD_H
 #define MBSRI_RECORD_H
@@ -44,11 +46,21 @@ typedef struct mbsri_lengths {
     size_t p, v, dd, dp, dn, dg, k, nn, full, rates, coordinates, bodies;
 } mbsri_lengths;
 
+/* Where a body stands on another that it is welded to; `angle`: in the plane, where the frame turns
+ * about z. */
+typedef struct mbsri_stand {
+    int host; /* that body: an id, in a finished model an index */
+    int next; /* another one on it, from 1 on; 0: none */
+    mbsr_frame frame;
+    double angle;
+} mbsri_stand;
+
 typedef struct mbsri_body {
     int id;        /* the caller's; MBSR_GROUND for the root */
     int parent;    /* index of the predecessor; 0 for the bodies on the root, -1 for the root */
     int d, d_pred; /* velocity coordinates of the body and of its predecessor */
-    bool modal;    /* a flexible body on its mount, all modes free: recursion/modal.h */
+    int welded; /* the first body that is welded to it, from 1 on in the model's `stand`; 0: none */
+    bool modal; /* a flexible body on its mount, all modes free: recursion/modal.h */
     bool upright;  /* and with the frame of the marker it is held at: J = [0; -1] in every pose */
     bool factored; /* and its joint block may be in factors: recursion/flexible_factors.h */
     int first_marker, next_marker; /* markers on it, and on its predecessor from it on; 0: none */
@@ -80,21 +92,21 @@ typedef struct mbsri_body {
     bool seen;         /* its arrays are read or written by the sweeps too (assembly/places.h) */
     size_t seat;       /* offset of one number */
     mbsri_joint joint;
-    mbsr_inertia inertia;   /* matrix points into the model */
-    size_t name;            /* offset into names */
-    bool regular;           /* M is positive definite in every pose */
-    const double *added;    /* d x d, part of M in every pose; NULL: none */
-    int locks;              /* coordinates of the joint that are held; n and nq count the others */
-    const double *held;     /* their values, NaN for the others (joint.n); NULL: none */
-    const double *armature; /* inertia along each joint rate (n), which D has on its diagonal */
-    size_t full;            /* offset of joint.n numbers, where some are held */
+    mbsr_inertia inertia; /* matrix points into the model */
+    size_t name;          /* offset into names */
+    bool regular;         /* M is positive definite in every pose */
+    const double *added;  /* d x d, part of M in every pose; NULL: none */
+    int locks; /* coordinates of `joint` that are held; n and nq count the others. None where what is left
+                  is a stock joint, which `joint` is then */
+    const double *held;       /* their values, NaN for the others (joint.n); NULL: none */
+    const double *given_held; /* values of all that are locked, of the joint as given; NULL: none */
+    const double *armature;   /* inertia along each joint rate (n), which D has on its diagonal */
+    size_t full;              /* offset of joint.n numbers, where some are held */
     int usual;     /* rank of the joint where the model was looked at (assembly/survey.h), and 1 */
     int neglected; /* its place in the model's `neglected`, and 1; 0: nothing is */
-    size_t
-        armature_given; /* offset of what armature was given as, with locked coordinates; 0: none */
 } mbsri_body;
 
-/* A body as added, until the model is finished. */
+/* A body as added. */
 typedef struct mbsri_body_entry {
     int parent;
     size_t name, matrix;
@@ -104,6 +116,7 @@ typedef struct mbsri_body_entry {
     bool regular;
     size_t added, held, armature; /* offsets into matrices, 0: none */
     int locks;
+    bool drops;    /* what acts on locked coordinates is dropped */
     int neglected; /* as in mbsri_body */
 } mbsri_body_entry;
 
@@ -116,11 +129,13 @@ typedef struct mbsri_neglected {
 } mbsri_neglected;
 
 typedef struct mbsri_force {
-    mbsr_force_def def; /* name and body_list are not used: see below */
-    int id;             /* the caller's */
-    size_t name;        /* offset into names */
-    size_t list;        /* offset of its def.bodies ids (and, once finished, indices) */
-    int closure;        /* that it has become, or MBSR_NONE */
+    mbsr_force_def def;            /* name and body_list are not used: see below */
+    int id;                        /* the caller's */
+    size_t name;                   /* offset into names */
+    size_t list;                   /* offset of its def.bodies ids (and, once finished, indices) */
+    int closure;                   /* that it has become, or MBSR_NONE */
+    bool resting;                  /* every coordinate that it acts on is locked */
+    int given[MBSR_FORCE_OPTIONS]; /* coordinates as given, which def counts without locked ones */
 } mbsri_force;
 
 /* A closure; its bodies by index, a root that moves behind them where the table asks for it. */
@@ -128,7 +143,9 @@ typedef struct mbsri_closure {
     mbsr_closure_def def; /* name is not used: see below */
     size_t name;          /* offset into names */
     int force;            /* the element that it was, by id, or MBSR_NONE */
-    size_t mixture;       /* offset of `mix` into matrices, 0: none */
+    int given;      /* of a coupling without terms that are locked: place of what it was among the
+                             model's `given`, from 1 on; 0: none is. Without any terms left it has no rows */
+    size_t mixture; /* offset of `mix` into matrices, 0: none */
     /* from here on set by finish */
     const double *mix; /* held x held, row by row: what the table's position rows are combined by;
                           NULL: not at all. Points into the model */
@@ -148,28 +165,32 @@ struct mbsr_model {
     mbsr_root root;
     bool finished;
 
-    mbsri_array entries;   /* mbsri_body_entry, by id; emptied by finish */
-    mbsri_array forces;    /* mbsri_force, by id; once finished in the order of the sweeps */
-    size_t carried;        /* elements behind these: closures now, which are not evaluated */
+    mbsri_array entries; /* mbsri_body_entry, by id */
+    mbsri_array forces;  /* mbsri_force, by id; once finished in the order of the sweeps */
+    size_t carried; /* elements behind these, which are not evaluated: closures now, or resting */
     mbsri_array closures;  /* mbsri_closure, by id */
     mbsri_array names;     /* char; offset 0 is the empty name */
     mbsri_array matrices;  /* double */
     mbsri_array lists;     /* int: ids of the bodies of force elements */
     mbsri_array neglected; /* mbsri_neglected */
+    mbsri_array given;     /* mbsr_closure_def */
 
     /* from here on set by finish */
-    int bodies;       /* N */
-    int *index;       /* id -> index, N */
-    int *list_index;  /* the lists as indices */
-    int *u_of;        /* place of each joint rate of the sweeps in the caller's vectors, nu */
-    int *q_of;        /* of each joint coordinate, nq */
-    bool in_order;    /* both are the identity */
-    bool plain_rates; /* and q' = u in all joints */
-    double *armature; /* of each joint rate in the order of the sweeps, nu; kg m^2 or kg */
-    int *member;      /* bodies, group by group, N */
-    bool grouped;     /* some group has several */
-    double *scale;    /* of joint rates by groups, nu (assembly/survey.h); NULL: not known */
-    double *weight;   /* of joint rates, for position rows, nu (forms/loops.c); NULL: no closures */
+    int bodies;          /* N */
+    int live;            /* those that are not welded to others, which come first */
+    mbsri_stand *stand;  /* of the others, bodies - live */
+    double *joint_param; /* of joints that are not as given */
+    int *index;          /* id -> index, N */
+    int *list_index;     /* the lists as indices */
+    int *u_of;           /* place of each joint rate of the sweeps in the caller's vectors, nu */
+    int *q_of;           /* of each joint coordinate, nq */
+    bool in_order;       /* both are the identity */
+    bool plain_rates;    /* and q' = u in all joints */
+    double *armature;    /* of each joint rate in the order of the sweeps, nu; kg m^2 or kg */
+    int *member;         /* bodies, group by group, N */
+    bool grouped;        /* some group has several */
+    double *scale;       /* of joint rates by groups, nu (assembly/survey.h); NULL: not known */
+    double *weight; /* of joint rates, for position rows, nu (forms/loops.c); NULL: no closures */
     double length,
         frequency; /* typical of the tree (assembly/measure.h), m and 1/s; 0: not known */
     double mass;   /* of all bodies, kg */

@@ -7,11 +7,11 @@
 static int write_file(const char *path, const mbsr_written *w)
 {
     FILE *to = strcmp(path, "-") == 0 ? stdout : fopen(path, "w");
-    if (!to) return complain(FAILED, "%s cannot be written", path);
+    if (!to) return complain_of_file(FAILED, path, "written");
     bool good = fwrite(w->text, 1, w->size, to) == w->size;
     good = fflush(to) == 0 && good;
     if (to != stdout) good = fclose(to) == 0 && good;
-    return good ? DONE : complain(FAILED, "%s cannot be written", path);
+    return good ? DONE : complain_of_file(FAILED, path, "written");
 }
 
 static int convert(const program_options *o, const program_model *m, const char *path)

@@ -72,13 +72,16 @@ static const command commands[] = {
 };
 enum { COMMANDS = sizeof commands / sizeof *commands };
 
-static void print_help(void)
+static void print_help(FILE *to)
 {
-    puts("usage: mbsrank COMMAND FILE [options]\n"
-         "Models of URDF and MJCF: trees of bodies, of which some may have no mass.\n");
-    for (int k = 0; k < COMMANDS; ++k) printf("  %-7s %s\n", commands[k].name, commands[k].line);
-    puts("\nmbsrank COMMAND --help tells the options of each. The file - is standard input.\n"
-         "Exit: 0 done, 1 undetermined (check), 2 wrong use, 3 a file cannot be read, 4 failed.");
+    fputs("usage: mbsrank COMMAND FILE [options]\n"
+          "Models of URDF and MJCF: trees of bodies, of which some may have no mass.\n\n",
+          to);
+    for (int k = 0; k < COMMANDS; ++k)
+        fprintf(to, "  %-7s %s\n", commands[k].name, commands[k].line);
+    fputs("\nmbsrank COMMAND --help tells the options of each. The file - is standard input.\n"
+          "Exit: 0 done, 1 undetermined (check), 2 wrong use, 3 a file cannot be read, 4 failed.\n",
+          to);
 }
 
 int main(int argc, char **argv)
@@ -89,7 +92,7 @@ int main(int argc, char **argv)
         return DONE;
     }
     if (strcmp(name, "--help") == 0 || strcmp(name, "-h") == 0) {
-        print_help();
+        print_help(stdout);
         return DONE;
     }
     for (int k = 0; k < COMMANDS; ++k) {
@@ -101,6 +104,7 @@ int main(int argc, char **argv)
         }
         return commands[k].run(argc - 2, argv + 2);
     }
-    return complain(USAGE, *name ? "there is no command '%s'; mbsrank --help" : "mbsrank --help",
-                    name);
+    if (*name) return complain(USAGE, "there is no command '%s'; mbsrank --help", name);
+    print_help(stderr);
+    return USAGE;
 }

@@ -2,6 +2,7 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "program/program.h"
 
+#include <errno.h>
 #include <inttypes.h>
 #include <math.h>
 #include <stdlib.h>
@@ -68,8 +69,9 @@ typedef struct loaded {
 static int load(void *user, const char *path, const char **text, size_t *size)
 {
     loaded *l = user;
-    char *contents = l->count < 256 ? read_file(path, size) : NULL;
-    if (!contents) return 1;
+    if (l->count == 256) return EMFILE;
+    char *contents = read_file(path, size);
+    if (!contents) return errno;
     l->text[l->count++] = contents;
     *text = contents;
     return 0;
@@ -81,7 +83,7 @@ static int read_model(const program_options *o, program_model *m)
     mbsr_file_opt opt = mbsr_default_file_opt();
     mbsr_error error;
     m->text = read_file(o->path, &m->size);
-    if (!m->text) return complain(NOT_READ, "%s cannot be read", o->path);
+    if (!m->text) return complain_of_file(NOT_READ, o->path, "read");
     opt.strict = o->strict;
     opt.floating = o->floating;
     opt.stop_stiffness = o->stop_stiffness;

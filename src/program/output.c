@@ -13,7 +13,7 @@ int output_open(const char *path, const columns *c, double lines, output *o)
     if (!o->row) return complain(FAILED, "no memory");
     if (path && names_hdf5(path)) return hdf5_create(path, c, lines, &o->run);
     o->text = path ? fopen(path, "w") : stdout;
-    if (!o->text) return complain(FAILED, "%s cannot be written", path);
+    if (!o->text) return complain_of_file(FAILED, path, "written");
     columns_head(c, o->text);
     return DONE;
 }

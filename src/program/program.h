@@ -17,10 +17,13 @@ enum { DONE = 0, UNDETERMINED = 1, USAGE = 2, NOT_READ = 3, FAILED = 4 };
 /* "mbsrank: ..." on stderr; returns `code`. */
 int complain(int code, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
+/* "... cannot be `what` (read, written): " and the reason, which is in errno. */
+int complain_of_file(int code, const char *path, const char *what);
+
 /* A string of JSON, quoted. */
 void put_json(FILE *to, const char *text);
 
-/* The whole file, with a NUL behind it; NULL: it cannot be read. */
+/* The whole file, with a NUL behind it; NULL: it cannot be read, and errno says why. */
 char *read_file(const char *path, size_t *size);
 
 /* Whether the text is longer than the ending, and ends so. */

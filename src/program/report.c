@@ -31,6 +31,17 @@ static void print_direction(FILE *to, const program_model *m, const mbsr_directi
     fputs(json ? "]}" : "\n", to);
 }
 
+/* All directions that are counted, and what is said of those undetermined. */
+static void print_directions(FILE *to, const program_model *m, const mbsr_index_report *r,
+                             bool json)
+{
+    for (int k = 0; k < r->directions; ++k) {
+        if (json && k > 0) fputs(", ", to);
+        print_direction(to, m, r->direction + k, json);
+    }
+    fputs(json ? "]" : r->text, to);
+}
+
 static void print_report(FILE *to, const program_model *m, const mbsr_index_report *r, bool json)
 {
     if (json)
@@ -41,11 +52,7 @@ static void print_report(FILE *to, const program_model *m, const mbsr_index_repo
     else
         fprintf(to, "%d directions with mass, %d damped, %d elastic, %d undetermined; index %d\n",
                 r->dynamic, r->damped, r->elastic, r->undetermined, r->index);
-    for (int k = 0; k < r->directions; ++k) {
-        if (json && k > 0) fputs(", ", to);
-        print_direction(to, m, r->direction + k, json);
-    }
-    fputs(json ? "]" : r->text, to);
+    print_directions(to, m, r, json);
 }
 
 /* ---- models with closures: what their rows hold, and whether a start is determined ---- */
@@ -82,6 +89,24 @@ static void print_loops(FILE *to, const program_model *m, const mbsr_closure_rep
     if (json) fputs("]", to);
 }
 
+/* The directions without mass that no loop holds, in closed positions, near which a start is; without, as drawn. */
+static void print_open_directions(FILE *to, const program_model *m, const double *q,
+                                  const double *u, bool json)
+{
+    mbsr_index_report *report;
+    const int nq = mbsr_model_nq(m->model);
+    double *closed = calloc((size_t)nq + 1, sizeof *closed);
+    const bool assembled = closed && !mbsr_assemble(m->model, m->data, 0.0, q, NULL, closed, NULL);
+    const int status =
+        mbsr_index_report_create(m->model, m->data, 0.0, assembled ? closed : q, u, &report);
+    if (json) fputs(", \"directions\": [", to);
+    if (!status) print_directions(to, m, report, json);
+    if (!status && !json && report->text[0]) fputc('\n', to);
+    if (status && json) fputc(']', to);
+    if (!status) mbsr_index_report_destroy(m->model, report);
+    free(closed);
+}
+
 /* UNDETERMINED where no consistent start is, DONE where one is; a code. */
 static int try_start(const program_model *m, const double *q, const double *u)
 {
@@ -111,6 +136,8 @@ static int check_loops(FILE *to, const program_model *m, const double *q, const 
         code = try_start(m, q, u);
         if (code <= UNDETERMINED || !json)
             print_loops(to, m, &report, redundant, json, code == DONE);
+        if ((code <= UNDETERMINED || !json) && report.undetermined > 0)
+            print_open_directions(to, m, q, u, json);
     }
     free(redundant);
     return code;

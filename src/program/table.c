@@ -69,7 +69,7 @@ int table_read_csv(const char *path, table *t)
     size_t size, room = 0;
     *t = (table){.text = read_file(path, &size)};
     char *at = t->text, *line = at ? next_line(&at) : NULL;
-    if (!t->text) return complain(NOT_READ, "%s cannot be read", path);
+    if (!t->text) return complain_of_file(NOT_READ, path, "read");
     int code = line ? read_head(path, line, t) : complain(NOT_READ, "%s is empty", path);
     for (int number = 2; !code && (line = next_line(&at)); ++number) {
         if (!line[strspn(line, " \r")]) continue;

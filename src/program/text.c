@@ -2,6 +2,7 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "program/program.h"
 
+#include <errno.h>
 #include <math.h>
 #include <stdarg.h>
 #include <stdlib.h>
@@ -33,6 +34,11 @@ void put_json(FILE *to, const char *text)
     fputc('"', to);
 }
 
+int complain_of_file(int code, const char *path, const char *what)
+{
+    return complain(code, "%s cannot be %s: %s", path, what, strerror(errno));
+}
+
 char *read_file(const char *path, size_t *size)
 {
     FILE *file = strcmp(path, "-") == 0 ? stdin : fopen(path, "rb");
@@ -50,13 +56,15 @@ char *read_file(const char *path, size_t *size)
         more = fread(text + *size, 1, room - *size - 1, file);
         *size += more;
     }
-    const bool bad = ferror(file) != 0;
+    const bool bad = ferror(file) != 0 || !text;
+    const int reason = errno;
     if (file != stdin) fclose(file);
+    errno = reason;
     if (bad) {
         free(text);
         return NULL;
     }
-    if (text) text[*size] = '\0';
+    text[*size] = '\0';
     return text;
 }
 

@@ -4,6 +4,7 @@
 #include "program/page.h"
 #include "program/read_table.h"
 
+#include <errno.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -88,10 +89,12 @@ static int write_page(const view_options *o, const page *p)
         fputs("</script>", to);
         fputs(at + strlen(mark), to);
     }
-    free(bundle);
     const bool bad = !to || fflush(to) != 0 || ferror(to);
+    const int reason = errno;
     if (to && to != stdout) fclose(to);
-    return bad ? complain(FAILED, "%s cannot be written", o->file) : code;
+    free(bundle);
+    errno = reason;
+    return bad ? complain_of_file(FAILED, o->file, "written") : code;
 }
 
 int run_view(int argc, char **argv)

@@ -5,6 +5,7 @@
 #include "algebra/dense.h"
 #include "base/error.h"
 #include "forces/gravity.h"
+#include "model/held.h"
 #include "model/query.h"
 #include "recursion/closures.h"
 #include "recursion/not_finite.h"
@@ -19,6 +20,7 @@ static mbsr_force_body view(const mbsr_model *m, mbsr_data *d, int i, mbsri_ques
                             .np = b->np,
                             .n = b->n,
                             .nq = b->nq,
+                            .held = b->given_held,
                             .p = d->p + b->p,
                             .V = ask != MBSRI_ENERGY ? d->V + b->v : NULL,
                             .f = ask == MBSRI_FORCES ? d->f + b->v : NULL};
@@ -195,17 +197,36 @@ int mbsri_add_element(const mbsr_model *m, mbsr_data *d, const mbsri_force *forc
     return visit(m, d, force, MBSRI_FORCES, NULL, NULL, NULL);
 }
 
+/* The energy of a resting element is added to *sum. */
+static int add_resting(const mbsr_model *m, mbsr_data *d, const mbsri_force *force,
+                       mbsri_question ask, double *sum)
+{
+    double energy = 0.0;
+    if (ask != MBSRI_ENERGY || mbsri_force_off(m, d, force)) return MBSR_OK;
+    const int status = mbsri_resting_energy(m, force, &energy);
+    *sum += energy;
+    return status ? mbsri_force_failed(m, d, force, status, "energy") : MBSR_OK;
+}
+
 int mbsri_element_sum(const mbsr_model *m, mbsr_data *d, const mbsri_force *force,
                       mbsri_question ask, double *sum)
 {
+    const mbsri_force *behind = (const mbsri_force *)m->forces.data + m->forces.count;
     *sum = 0.0;
-    return force ? visit(m, d, force, ask, NULL, NULL, sum) : visit_all(m, d, ask, sum);
+    if (force && force->resting) return add_resting(m, d, force, ask, sum);
+    if (force) return visit(m, d, force, ask, NULL, NULL, sum);
+    int status = visit_all(m, d, ask, sum);
+    for (size_t k = 0; k < m->carried && !status; ++k) {
+        if (behind[k].resting) status = add_resting(m, d, behind + k, ask, sum);
+    }
+    return status;
 }
 
 int mbsri_force_on(const mbsr_model *m, mbsr_data *d, const mbsri_force *force, int place,
                    double *f, double *tau)
 {
     const bool every = (force->def.table->flags & MBSR_FORCE_EVERY_BODY) != 0;
+    if (force->resting) return MBSR_OK;
     const int bodies = view_all(m, d, force, every ? place : 0, MBSRI_FORCES, NULL, NULL);
     for (int k = 0; k < bodies; ++k) {
         const bool asked = every || k == place;

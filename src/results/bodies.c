@@ -1,10 +1,12 @@
 /* Results per body.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "algebra/dense.h"
+#include "algebra/space3.h"
 #include "base/error.h"
 #include "dynamics/entry.h"
 #include "model/query.h"
 #include "recursion/not_finite.h"
+#include "sweeps/embed.h"
 
 #include <mbsrank/dynamics.h>
 
@@ -64,6 +66,42 @@ int mbsr_body_acceleration(const mbsr_model *model, mbsr_data *data, int body, d
     return status;
 }
 
+/* Whether body k of the tree was added as one on body i, which is welded to another, or on one that is
+ * welded to that. */
+static bool was_on(const mbsr_model *m, int k, int i)
+{
+    const mbsri_body_entry *entry = m->entries.data;
+    int at = mbsri_index(m, entry[m->body[k].id].parent);
+    while (at > m->live && at != i) at = mbsri_index(m, entry[m->body[at].id].parent);
+    return at == i;
+}
+
+static void origin_of(const mbsri_body *b, const mbsr_data *d, double r[3])
+{
+    double R[9];
+    mbsri_embedded_pose(b->joint.space, d->p + b->p, R, r);
+}
+
+/* mu of body i, which is welded to another, without what stands on both: adds that, X^T mu of each body k that
+ * was added as one on i, with X the translation from the origin of i to that of k. */
+static void add_handed_over(const mbsr_model *m, const mbsr_data *d, int i, double *force)
+{
+    const mbsri_body *b = m->body + i;
+    double r[3], sum[6] = {0.0}, own[6];
+    origin_of(b, d, r);
+    for (int k = 1; k <= m->live; ++k) {
+        if (!was_on(m, k, i)) continue;
+        double arm[3], mu[6];
+        origin_of(m->body + k, d, arm);
+        mbsri_add3(-1.0, r, arm);
+        mbsri_lift(m->body[k].d, d->mu + m->body[k].v, mu);
+        mbsri_add_cross3(arm, mu + 3, mu);
+        for (int l = 0; l < 6; ++l) sum[l] += mu[l];
+    }
+    mbsri_lower(b->d, sum, own);
+    for (int l = 0; l < b->d; ++l) force[l] -= own[l];
+}
+
 /* -K^T mu: what the joint exerts on the body. For the root: the force that holds it against all
  * that stands on it. */
 int mbsr_joint_reaction(const mbsr_model *model, mbsr_data *data, int body, double *force)
@@ -73,6 +111,7 @@ int mbsr_joint_reaction(const mbsr_model *model, mbsr_data *data, int body, doub
     if (i < 0) return status;
     const mbsri_body *b = model->body + i;
     for (int k = 0; k < b->d; ++k) force[k] = -data->mu[b->v + (size_t)k];
+    if (i > model->live) add_handed_over(model, data, i, force);
     return MBSR_OK;
 }
 

@@ -5,6 +5,8 @@
 #include "algebra/dense.h"
 #include "base/error.h"
 #include "dynamics/entry.h"
+#include "model/held.h"
+#include "model/query.h"
 #include "recursion/closure_differences.h"
 #include "recursion/closure_rows.h"
 #include "recursion/closures.h"
@@ -34,6 +36,15 @@ static int renew(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c)
                   : MBSR_OK;
 }
 
+/* What a coupling exerts by a coordinate that is locked. */
+static int nothing_at(const mbsr_model *m, int body, double *f, double *tau)
+{
+    const mbsri_body *b = m->body + mbsri_index(m, body);
+    if (f) mbsri_zero((size_t)b->d, f);
+    if (tau) mbsri_zero((size_t)b->n, tau);
+    return MBSR_OK;
+}
+
 int mbsr_closure_reaction(const mbsr_model *model, mbsr_data *data, int closure, int place,
                           double *f, double *tau)
 {
@@ -44,10 +55,16 @@ int mbsr_closure_reaction(const mbsr_model *model, mbsr_data *data, int closure,
     if (status) return status;
     const mbsri_closure *c = find(m, d, closure, name);
     if (!c) return MBSR_ERR_ID;
-    if (place < 0 || place >= c->def.bodies)
+    const mbsr_closure_def *given = mbsri_closure_as_given(m, c);
+    if (place < 0 || place >= given->bodies)
         return mbsri_fail(&d->error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
                           "%s: place is %d; closure %d (%s) acts on %d bodies", name, place,
-                          closure, c->def.table->name, c->def.bodies);
+                          closure, c->def.table->name, given->bodies);
+    int held = 0; /* terms before it that are locked */
+    for (int k = 0; k < place; ++k) held += mbsri_term_is_held(m, given, k);
+    if (c->rows == 0 || mbsri_term_is_held(m, given, place))
+        return nothing_at(m, given->body[place], f, tau);
+    place -= held;
     const mbsri_body *b = m->body + c->body[place];
     const bool joints = (c->def.table->flags & MBSR_CLOSURE_JOINTS) != 0 && c->body[place] > 0;
     if (f) mbsri_zero((size_t)b->d, f);

@@ -4,7 +4,9 @@
 
 #include "base/error.h"
 
+#include <stdbool.h>
 #include <stdio.h>
+#include <string.h>
 
 enum { LINE = 256, NAME = 20 };
 
@@ -13,10 +15,24 @@ size_t mbsri_small_text_size(const mbsr_small_masses *s)
     return (size_t)(s->candidates + 4) * LINE;
 }
 
+/* Whether another body has the name. */
+static bool is_shared(const mbsr_model *m, int body, const char *name)
+{
+    bool shared = false;
+    for (int id = 0; id < mbsr_model_bodies(m) && !shared; ++id)
+        shared = id != body && strcmp(mbsr_body_name(m, id), name) == 0;
+    return shared;
+}
+
+/* Names that several bodies have are followed by the id. */
 static const char *name_of(const mbsr_model *m, int body, char buffer[NAME + 16])
 {
     const char *name = mbsr_body_name(m, body);
-    if (name && name[0])
+    char id[16];
+    const int digits = snprintf(id, sizeof id, " #%d", body);
+    if (name && name[0] && is_shared(m, body, name))
+        snprintf(buffer, NAME + 1, "%.*s%s", NAME - digits, name, id);
+    else if (name && name[0])
         snprintf(buffer, NAME + 1, "%s", name);
     else
         snprintf(buffer, NAME + 1, "body %d", body);

@@ -253,17 +253,28 @@ static void measure(mbsri_sweeps *tree)
     }
 }
 
+/* The inertia of body i of the tree with those of the bodies that are welded to it, along its own axes. */
+static mbsr_inertia whole_inertia(const mbsri_sweeps *tree, const mbsr_model *m, int i)
+{
+    mbsr_inertia sum = mbsri_embedded_inertia(m->body + i, tree->length);
+    for (int k = m->body[i].welded; k > 0; k = m->stand[k - 1].next) {
+        const mbsri_stand *stand = m->stand + (k - 1);
+        const mbsr_inertia part = mbsri_embedded_inertia(m->body + m->live + k, tree->length);
+        sum = mbsr_inertia_sum(sum, mbsr_inertia_moved(&stand->frame, part));
+    }
+    return sum;
+}
+
 static void place_inertias(mbsri_sweeps *tree, const mbsr_model *m)
 {
     measure(tree);
     for (int i = 1; i <= tree->bodies; ++i) {
-        const mbsri_body *body = m->body + i;
         mbsri_sweep_body *b = tree->body + i;
         const double stretch = 1.0 + mbsri_norm3(b->x) / tree->length;
         const mbsr_frame in_body = frame_of_body(tree, m, i);
         b->spread = stretch * stretch;
-        if (!mbsri_embeds_inertia(body)) continue; /* of a block */
-        const mbsr_inertia inertia = mbsri_embedded_inertia(body, tree->length);
+        if (!mbsri_embeds_inertia(m->body + i)) continue; /* of a block */
+        const mbsr_inertia inertia = whole_inertia(tree, m, i);
         place_inertia(&inertia, &in_body, tree->length, b);
     }
 }
@@ -372,6 +383,7 @@ static void collect_forces(mbsri_sweeps *tree, const mbsr_model *m)
     mark_closed(tree, m);
     for (size_t k = 0; k < m->forces.count; ++k, ++force) {
         const unsigned flags = force->def.table->flags;
+        if (force->resting) continue;
         if (mbsri_is_gravity(&force->def)) {
             mbsri_add3(1.0, force->def.param, tree->gravity);
         } else if (flags & MBSR_FORCE_JOINT_ONLY) {
@@ -521,11 +533,11 @@ typedef struct selection {
     int users;
 } selection;
 
-static bool build(const mbsr_model *m, int bodies, selection s, mbsri_sweeps **built)
+static bool build(const mbsr_model *m, selection s, mbsri_sweeps **built)
 {
     mbsri_sweeps *tree = mbsri_allocate(&m->allocator, sizeof *tree);
     if (!tree) return false;
-    *tree = (mbsri_sweeps){.bodies = bodies,
+    *tree = (mbsri_sweeps){.bodies = m->live,
                            .rule = mbsri_rank_rule_of(m->rank_tolerance),
                            .rates = true,
                            .users = s.users,
@@ -542,9 +554,9 @@ static bool build(const mbsr_model *m, int bodies, selection s, mbsri_sweeps **b
     return memory;
 }
 
-bool mbsri_sweeps_build(mbsr_model *m, int bodies)
+bool mbsri_sweeps_build(mbsr_model *m)
 {
-    if (!build(m, bodies, (selection){0}, &m->sweeps)) return false;
+    if (!build(m, (selection){0}, &m->sweeps)) return false;
     m->whole = m->evaluated = m->sweeps;
     return true;
 }
@@ -629,11 +641,10 @@ static bool mark_light(mbsr_model *m)
 /* Loops that have bodies in common are in vector code together, or not. True: all of the tree is. */
 static bool choose_loops(mbsr_model *m, selection s)
 {
-    const mbsri_sweeps plan = {
-        .bodies = m->bodies, .whole = s.whole, .open = true, .light = s.light};
+    const mbsri_sweeps plan = {.bodies = m->live, .whole = s.whole, .open = true, .light = s.light};
     const mbsri_closure *c = m->closures.data;
     const size_t count = m->closures.count;
-    for (int i = 1; i <= m->bodies; ++i) {
+    for (int i = 1; i <= m->live; ++i) {
         mbsri_body *b = m->body + i;
         b->by_blocks = false; /* which embeds asks for */
         b->by_blocks = (b->open || b->closes) && !embeds(&plan, m, i);
@@ -683,11 +694,11 @@ bool mbsri_sweeps_build_others(mbsr_model *m)
             (void)choose_loops(m, eliminated);
         }
     }
-    if ((s.whole || m->rows > 0) && !build(m, m->bodies, eliminated, &m->whole)) return false;
+    if ((s.whole || m->rows > 0) && !build(m, eliminated, &m->whole)) return false;
     m->evaluated = m->whole;
     if (s.users == 0 && m->rows == 0) return true;
     if (m->rows > 0) s.whole = any_left_whole(m); /* or D is zero for good: multi_axis.h */
-    if (!build(m, m->bodies, s, &m->evaluated)) return false;
+    if (!build(m, s, &m->evaluated)) return false;
     return m->rows == 0 || !carries_loops(m) || mbsri_sweeps_plan_loops(m->evaluated, m);
 }
 

@@ -6,7 +6,7 @@
 #include "sweeps/tree.h"
 
 /* Makes the tree of a model that is otherwise finished. False: no memory, with nothing allocated. */
-bool mbsri_sweeps_build(mbsr_model *m, int bodies);
+bool mbsri_sweeps_build(mbsr_model *m);
 
 /* The same with whole bodies as blocks, and with users' joints taken as the sweeps' own, if there are
  * any. False: no memory. */

@@ -321,7 +321,7 @@ static int rates_residual(const mbsri_sweep_run *run, const double *qdot, double
 {
     const mbsr_model *m = run->model;
     for (int k = 0; k < m->nq && m->plain_rates; ++k) F[k] = qdot[k] - run->u[k];
-    for (int i = 1; i <= m->bodies && !m->plain_rates; ++i) {
+    for (int i = 1; i <= run->tree->bodies && !m->plain_rates; ++i) {
         const mbsri_body *b = m->body + i;
         double *own = F + b->q;
         if (b->joint.table->coordinate_rates) {

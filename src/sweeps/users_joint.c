@@ -60,7 +60,7 @@ int mbsri_users_rates(const mbsri_sweep_run *run)
 {
     const mbsr_model *m = run->model;
     int status = MBSR_OK;
-    for (int i = 1; i <= m->bodies && !status; ++i) {
+    for (int i = 1; i <= run->tree->bodies && !status; ++i) {
         const mbsri_sweep_body *b = run->tree->body + i;
         if (!(b->flags & MBSRI_USERS)) continue;
         status = mbsri_joint_rates_of(m, run->data, i);

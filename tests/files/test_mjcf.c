@@ -4,6 +4,7 @@
 
 #include <mbsrank/force_check.h>
 
+#include <errno.h>
 #include <math.h>
 #include <stdio.h>
 
@@ -473,6 +474,66 @@ static int load(void *user, const char *path, const char **text, size_t *size)
     return *text == NULL;
 }
 
+static int load_nothing(void *user, const char *path, const char **text, size_t *size)
+{
+    (void)user, (void)path, (void)text, (void)size;
+    return EACCES;
+}
+
+static void a_reason_to_load_nothing_is_told(void **state)
+{
+    static const char text[] = WORLD("<include file='none.xml'/>");
+    (void)state;
+    mbsr_file_opt opt = mbsr_default_file_opt();
+    mbsr_file *file;
+    mbsr_error error;
+    opt.load = load_nothing;
+    assert_int_equal(mbsr_file_read(text, strlen(text), "main.xml", &opt, &file, &error),
+                     MBSR_ERR_FILE);
+    assert_contains(error.text, "none.xml|Permission denied");
+}
+
+/* ---- locked joints ---- */
+
+/* Motors and a tendon on three hinges, the second of which is locked or is held by u = u' = 0. */
+static void actuators_of_locked_joints_hold(void **state)
+{
+    static const char text[] = MUJOCO(
+        "<worldbody><body name='a'><joint name='ja' axis='0 1 0'/><geom size='.1' mass='1' "
+        "pos='1 0 0'/><body name='b' pos='1 0 0'><joint name='jb' axis='0 1 0'/><geom size='.1' "
+        "mass='1' pos='1 0 0'/><body name='c' pos='1 0 0'><joint name='jc' axis='1 1 0'/><geom "
+        "size='.1' mass='1' pos='1 0 0'/></body></body></body></worldbody>\n"
+        "<tendon><fixed name='t'><joint joint='jb' coef='2'/><joint joint='jc' coef='1'/></fixed>"
+        "</tendon>\n<actuator><motor joint='jb' gear='3'/><position tendon='t' "
+        "kp='7'/></actuator>\n");
+    const double q[3] = {0.3, 0.4, -0.2}, u[3] = {0.5, 0.0, 0.1}, x[3] = {0.2, 0.0, 0.7},
+                 left_q[2] = {q[0], q[2]}, left_u[2] = {u[0], u[2]}, left_x[2] = {x[0], x[2]};
+    double tau[2][3];
+    (void)state;
+    for (int locked = 0; locked < 2; ++locked) {
+        mbsr_file *file = read_small(text, NULL);
+        mbsr_data *d = NULL;
+        file->control[0] = 5.0;
+        file->control[1] = 0.6;
+        if (locked)
+            assert_ok(mbsr_model_lock(file->model, 1, 0, q[1]), mbsr_model_error(file->model));
+        assert_ok(mbsr_model_finish(file->model), mbsr_model_error(file->model));
+        assert_ok(mbsr_data_create(file->model, &d, NULL), NULL);
+        assert_ok(mbsr_inverse_dynamics(file->model, d, 0.0, locked ? left_q : q,
+                                        locked ? left_u : u, locked ? left_x : x, tau[locked]),
+                  mbsr_data_error(d));
+        for (int k = 0; locked && k < mbsr_model_forces(file->model); ++k) {
+            mbsr_force_errors errors;
+            assert_ok(mbsr_force_verify(file->model, d, k, &errors), mbsr_data_error(d));
+            assert_true(errors.largest < 1e-6);
+        }
+        mbsr_data_destroy(d);
+        mbsr_file_destroy(file);
+    }
+    assert_close(tau[1][0], tau[0][0], 1e-12);
+    assert_close(tau[1][1], tau[0][2], 1e-12);
+}
+
 static void other_files(void **state)
 {
     static const char good[] = WORLD("<include file='part.xml'/><body name='out'/>"),
@@ -510,6 +571,8 @@ int main(void)
         cmocka_unit_test(inertias_of_meshes),
         cmocka_unit_test(meshes_beside_an_inertial),
         cmocka_unit_test(other_files),
+        cmocka_unit_test(a_reason_to_load_nothing_is_told),
+        cmocka_unit_test(actuators_of_locked_joints_hold),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

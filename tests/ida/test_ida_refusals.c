@@ -449,7 +449,8 @@ static void tolerances_that_cannot_be_met_are_a_failure_of_the_solver(void **sta
     opt.atol = 1e-30;
     mbsr_ida *ida = problem_start(&p, &opt);
     assert_refused(mbsr_ida_advance(ida, 1.0, NULL, NULL, NULL), mbsr_ida_error(ida),
-                   MBSR_ERR_SOLVER, MBSR_NONE, MBSR_NONE, "IDA_TOO_MUCH_ACC|too much accuracy");
+                   MBSR_ERR_SOLVER, MBSR_NONE, MBSR_NONE,
+                   "IDA_TOO_MUCH_ACC|larger rtol or atol|too much accuracy");
     mbsr_ida_destroy(ida);
     opt.rtol = 1e-6;
     opt.atol = 0.0; /* allowed, but the velocities are zero */

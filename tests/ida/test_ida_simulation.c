@@ -340,6 +340,30 @@ static void calls_with_its_data_may_fail_too(void **state)
     assert_int_equal(mbsr_simulation_check(NULL, MBSR_OK), MBSR_ERR_NULL);
 }
 
+static void functions_read_what_the_struct_has(void **state)
+{
+    (void)state;
+    mbsr_simulation s = pendulum();
+    assert_null(mbsr_simulation_q(&s));
+    assert_true(mbsr_simulation_model(&s) == s.model);
+    mbsr_simulation_start(&s, NULL, 0.0, NULL, NULL);
+    mbsr_simulation_to(&s, 0.5);
+    assert_true(mbsr_simulation_time(&s) == 0.5);
+    assert_true(mbsr_simulation_q(&s) == s.q && mbsr_simulation_u(&s) == s.u && s.q);
+    assert_true(mbsr_simulation_data(&s) == s.data && mbsr_simulation_ida(&s) == s.ida);
+    assert_int_equal(mbsr_simulation_status(&s), MBSR_OK);
+    mbsr_simulation_check(&s, mbsr_body_pose(s.model, s.data, 5, s.y));
+    assert_int_equal(mbsr_simulation_status(&s), MBSR_ERR_ID);
+    assert_contains(mbsr_simulation_error(&s)->text, "5");
+    mbsr_simulation_end(&s);
+    assert_true(isnan(mbsr_simulation_time(NULL)));
+    assert_true(!mbsr_simulation_q(NULL) && !mbsr_simulation_u(NULL));
+    assert_true(!mbsr_simulation_model(NULL) && !mbsr_simulation_data(NULL));
+    assert_null(mbsr_simulation_ida(NULL));
+    assert_int_equal(mbsr_simulation_status(NULL), MBSR_ERR_NULL);
+    assert_contains(mbsr_simulation_error(NULL)->text, "NULL");
+}
+
 /* m x'' = f_k in the k-th period. */
 static void held_forces_change_between_samples(void **state)
 {
@@ -369,6 +393,7 @@ int main(void)
         cmocka_unit_test(tables_belong_to_the_simulation),
         cmocka_unit_test(data_belong_to_the_simulation),
         cmocka_unit_test(calls_with_its_data_may_fail_too),
+        cmocka_unit_test(functions_read_what_the_struct_has),
         cmocka_unit_test(held_forces_change_between_samples),
         cmocka_unit_test(a_run_needs_one_look_at_the_end),
         cmocka_unit_test(zero_stands_for_no_coordinates),

@@ -26,14 +26,16 @@ ends() {
 ends 0 'usage: mbsrank COMMAND' --help
 ends 0 '^mbsrank [0-9]' --version
 ends 2 'no command' fly
-ends 2 'help'
+ends 2 'usage: mbsrank COMMAND'
+"$program" 2>/dev/null | grep -q . && { echo 'without arguments mbsrank writes to standard output'; failed=1; }
 for command in info check; do
     ends 0 "usage: mbsrank $command" $command --help
     ends 2 'there is no file' $command
     ends 2 'no option --fast' $command "$models/arm.urdf" --fast
     ends 2 'second one' $command "$models/arm.urdf" "$models/arm.urdf"
     ends 2 '--start needs a value' $command "$models/arm.urdf" --start
-    ends 3 'cannot be read' $command "$work/none.urdf"
+    ends 3 'none.urdf cannot be read: No such file or directory' $command "$work/none.urdf"
+    ends 3 'cannot be read: Is a directory' $command "$work"
 done
 
 ends 0 'mass 7.7 kg' info "$models/arm.urdf"
@@ -54,6 +56,19 @@ ends 1 '6 undetermined' check --floating "$work/one.urdf"
 ends 1 '"undetermined": 6' check --json --floating "$work/one.urdf"
 ends 0 '1 damped, 0 elastic, 0 undetermined; index 1' check "$models/quarter_car.xml"
 ends 0 '"determined": true' check --json "$models/arm.urdf"
+
+# what no loop holds is named, all of it that is counted
+cat >"$work/loop.xml" <<'END'
+<mujoco><worldbody>
+  <body name="arm"><joint name="ja" axis="0 1 0"/><geom type="sphere" size=".1" pos="1 0 0" mass="1"/>
+    <body name="cross" pos="1 0 0"><joint name="jb" axis="0 1 0"/><joint name="jc" axis="1 0 0"/></body></body>
+  <body name="dial"><joint name="jd" axis="0 1 0"/></body>
+</worldbody><equality><joint joint1="ja" joint2="jd"/></equality></mujoco>
+END
+ends 1 'of which no loop holds 2' check "$work/loop.xml"
+[ "$(grep -c '^undetermined: .*cross' "$work/out")" -eq 2 ] ||
+    { echo "check names not both directions"; cat "$work/out"; failed=1; }
+ends 1 '"directions": \[{"kind": "undetermined"' check --json "$work/loop.xml"
 
 # small masses: a wheel of 36 g instead of 36 kg may be zero, one of 3.6 kg may not at 10 micrometres
 sed 's/mass="36"/mass="0.036"/' "$models/quarter_car.xml" >"$work/light.xml"
@@ -137,7 +152,7 @@ ends 2 '-o is missing' plot "$work/run.csv"
 ends 2 'neither .png nor .svg' plot "$work/run.csv" -o "$work/a.pdf"
 ends 2 'no option --fast' plot "$work/run.csv" --fast
 ends 2 "no column 'e'" plot "$work/run.csv" -o "$work/a.svg" --columns e
-ends 3 'none.csv cannot be read' plot "$work/none.csv" -o "$work/a.svg"
+ends 3 'none.csv cannot be read: No such file or directory' plot "$work/none.csv" -o "$work/a.svg"
 ends 3 'no lines of numbers' plot "$work/empty.csv" -o "$work/a.svg"
 if command -v gnuplot >/dev/null; then
     "$program" plot "$work/run.csv" -o "$work/a.svg" --columns 'a:d' --title "it's" || failed=1

@@ -671,30 +671,39 @@ static void freeze(const test_newton_state *s, frozen *z)
     }
 }
 
+static int nothing(void *user, double t, int n, double *f)
+{
+    (void)user, (void)t;
+    for (int k = 0; k < n; ++k) f[k] = 0.0;
+    return MBSR_OK;
+}
+
 static void the_tree_alone_holds_other_bodies_still(void **state)
 {
     (void)state;
     static const int bodies[3] = {0, 2, 4};
     for (int seed = 1; seed <= 20; ++seed) {
         test_rigid_choice choice = {
-            .seed = (uint64_t)seed, .bodies = 6, .many = 0.5, .length = 0.5, .element_count = 1};
+            .seed = (uint64_t)seed, .bodies = 6, .many = 0.5, .length = 0.5, .element_count = 4};
         test_rigid_tree tree, held;
         test_newton_state s, reference;
         mbsr_newton_info info;
         const mbsr_force_def web =
             test_web((test_web_kind)(seed % TEST_WEB_KINDS), 3, bodies, 2.0, seed / 3 % 2);
         frozen z[3];
-        mbsr_force_def elements[3];
-        choice.elements = &web;
+        /* what acts on the other bodies keeps bodies on welds apart, which would make neighbours */
+        mbsr_force_def elements[6] = {web};
+        for (int l = 0; l < 3; ++l) elements[1 + l] = mbsr_force_applied(2 * l + 1, nothing, NULL);
+        choice.elements = elements;
         test_rigid_tree_make(&tree, choice);
         assert_ok(test_newton_start(&s, tree.model, tree.data, 0.4, tree.q, tree.u, NULL), NULL);
         for (int l = 0; l < 3; ++l) {
             z[l] = (frozen){.web = web, .k = l};
             freeze(&s, z + l);
             elements[l] = mbsr_force_custom(&frozen_table, 1, bodies + l, z + l);
+            elements[3 + l] = mbsr_force_applied(2 * l + 1, nothing, NULL);
         }
-        choice.elements = elements;
-        choice.element_count = 3;
+        choice.element_count = 6;
         test_rigid_tree_make(&held, choice);
         assert_ok(test_newton_start(&reference, held.model, held.data, 0.4, held.q, held.u, NULL),
                   NULL);

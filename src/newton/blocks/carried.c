@@ -174,7 +174,8 @@ static void shape_pools(mbsr_newton *w)
         *swept = (mbsri_pool){.body = body,
                               .up = pool->up,
                               .loose = pool->loose,
-                              .swept = body > 0 && !(tree->body[body].flags & MBSRI_BLOCK),
+                              .swept = body > 0 && body <= tree->bodies &&
+                                       !(tree->body[body].flags & MBSRI_BLOCK),
                               .stride = MBSRI_SWEPT_ACTIONS,
                               .motions = MBSRI_SWEPT_MOTIONS};
     }

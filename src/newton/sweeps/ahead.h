@@ -14,7 +14,7 @@ enum { POOLS_AHEAD = 9, CLOSURES_AHEAD = 6, NUMBERS_AHEAD = 3 };
 
 MBSRI_INLINE bool is_body(const mbsri_newton_sweeps *newton, int i)
 {
-    return i >= 1 && i <= newton->model->bodies;
+    return i >= 1 && i <= newton->tree->bodies;
 }
 
 MBSRI_INLINE void expect_pools(const mbsri_newton_sweeps *newton, int i)

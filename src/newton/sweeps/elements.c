@@ -52,7 +52,7 @@ void mbsri_newton_count(const mbsr_model *m, const mbsri_sweeps *tree, size_t *l
 {
     const mbsri_force *force = m->forces.data;
     *loaded = *pairs = 0;
-    for (int i = 1; i <= m->bodies; ++i) {
+    for (int i = 1; i <= tree->bodies; ++i) {
         const bool has = tree->body[i].flags & MBSRI_ACTED && !is_block(tree, i);
         if (number) number[i] = has ? (int)*loaded : -1;
         if (pair) pair[i] = -1;
@@ -61,7 +61,7 @@ void mbsri_newton_count(const mbsr_model *m, const mbsri_sweeps *tree, size_t *l
     for (size_t k = 0; k < m->forces.count; ++k) *pairs += mark_pairs(m, tree, force + k, pair);
     if (*pairs > (size_t)m->bodies) *pairs = (size_t)m->bodies;
     int count = 0;
-    for (int i = 1; i <= m->bodies && pair; ++i) {
+    for (int i = 1; i <= tree->bodies && pair; ++i) {
         if (pair[i] == 0) pair[i] = count++;
     }
 }
@@ -193,8 +193,9 @@ static int slopes_of_call(mbsri_newton_sweeps *w, mbsr_data *d, const mbsri_forc
             if (list[k] > 0 && list[l] > 0 && !add_block(w, force, list[k], k, list[l], l))
                 return MBSRI_NOT_SERVED;
         }
-        if (joints && list[k] > 0 && !is_block(w->tree, list[k]))
-            add_joint_slopes(w, list[k], by, by->row[k], by->column[k]);
+        for (int l = 0; l < bodies && joints && list[k] > 0 && !is_block(w->tree, list[k]); ++l) {
+            if (list[l] == list[k]) add_joint_slopes(w, list[k], by, by->row[k], by->column[l]);
+        }
     }
     return status;
 }
@@ -227,7 +228,7 @@ int mbsri_newton_slopes_at(mbsri_newton_sweeps *newton, mbsr_data *d)
     for (size_t k = 0; k < others; ++k, ++force) {
         if (mbsri_is_gravity(&force->def)) continue;
         const bool every = (force->def.table->flags & MBSR_FORCE_EVERY_BODY) != 0;
-        const int calls = every ? m->bodies : 1;
+        const int calls = every ? newton->tree->bodies : 1;
         for (int i = 1; i <= calls && !status; ++i) status = slopes_of_call(newton, d, force, i);
     }
     return status;

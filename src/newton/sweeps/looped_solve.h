@@ -48,7 +48,7 @@ MBSRI_INLINE void looped_back(mbsri_newton_sweeps *newton, const double *r,
     mbsri_newton_flow *top = newton->flow;
     loads f;
     clear_loads(&f);
-    for (int i = newton->model->bodies; i >= 1; --i) {
+    for (int i = newton->tree->bodies; i >= 1; --i) {
         if (newton->large) expect_solution(newton, i, -1);
         const mbsri_newton_step *s = newton->step + i;
         const int flags = s->flags;
@@ -86,7 +86,7 @@ MBSRI_INLINE void looped_forward(mbsri_newton_sweeps *newton, const double *r, d
 {
     const solution of = solution_of(newton->model, delta);
     v4 x[4] = {splat(0.0), splat(0.0), splat(0.0), splat(0.0)};
-    for (int i = 1; i <= newton->model->bodies; ++i) {
+    for (int i = 1; i <= newton->tree->bodies; ++i) {
         if (newton->large) expect_solution(newton, i, 1);
         const mbsri_newton_step *s = newton->step + i;
         const int flags = s->flags;

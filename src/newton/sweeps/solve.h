@@ -241,7 +241,7 @@ MBSRI_INLINE void solve_back(mbsri_newton_sweeps *newton, const double *r,
     mbsri_newton_flow *top = newton->flow;
     loads f;
     clear_loads(&f);
-    for (int i = m->bodies; i >= 1; --i) {
+    for (int i = newton->tree->bodies; i >= 1; --i) {
         const mbsri_newton_step *s = newton->step + i;
         const int flags = s->flags;
         if (mixed && flags & MBSRI_BLOCK) {
@@ -352,7 +352,7 @@ MBSRI_INLINE void solve_forward(mbsri_newton_sweeps *newton, const double *r, co
     const mbsr_model *m = newton->model;
     const solution of = solution_of(m, delta);
     v4 x[4] = {splat(0.0), splat(0.0), splat(0.0), splat(0.0)};
-    for (int i = 1; i <= m->bodies; ++i) {
+    for (int i = 1; i <= newton->tree->bodies; ++i) {
         const mbsri_newton_step *s = newton->step + i;
         if (s->parent == 0) {
             for (int g = 0; g < groups(full); ++g) x[g] = splat(0.0);

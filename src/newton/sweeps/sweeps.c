@@ -143,7 +143,7 @@ mbsri_newton_sweeps *mbsri_newton_sweeps_place(const mbsr_model *m, bool alone, 
     memset(w->step, 0, sizeof *w->step);
     w->least_pivot = alone ? MBSRI_LEAST_PIVOT : MBSRI_CLEAR_PIVOT;
     int branch = 0;
-    for (int i = 1; i <= m->bodies; ++i) {
+    for (int i = 1; i <= tree->bodies; ++i) {
         const mbsri_sweep_body *b = tree->body + i;
         w->step[i] = (mbsri_newton_step){.parent = b->parent,
                                          .flags = b->flags,

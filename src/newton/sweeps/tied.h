@@ -229,8 +229,9 @@ static int tied_sweep(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton)
     for (int i = 1; i <= run->tree->bodies; ++i) place_own(run, i, newton->own + i);
     newton->status = mbsri_links_open(w, run->data, &tied_passes);
     if (newton->status) return MBSRI_BLOCK_FAILED;
-    for (int k = 0; k < run->tree->bodies; ++k) {
+    for (int k = 0; k < run->model->bodies; ++k) {
         const int i = mbsri_links_turn(w, k);
+        if (i > run->tree->bodies) continue; /* welded to another */
         if (run->tree->body[i].flags & MBSRI_BLOCK) {
             if (!eliminate_tied_block(run, i, newton)) return MBSRI_BLOCK_FAILED;
         } else if (!eliminate_tied(run, i, newton)) {
@@ -266,12 +267,15 @@ static void solve_tied(mbsri_newton_sweeps *newton, const double *r, double *del
     mbsri_links_clear(w);
     for (int k = 0; k < newton->model->bodies; ++k) {
         const int i = mbsri_links_turn(w, k);
+        if (i > newton->tree->bodies) continue;
         hand_tied_loads(newton, i, r);
         mbsri_links_reduce(w, i, r);
     }
     mbsri_border_turn(newton);
     for (int k = newton->model->bodies - 1; k >= 0; --k) {
-        const int i = mbsri_links_turn(w, k), flags = newton->step[i].flags;
+        const int i = mbsri_links_turn(w, k);
+        if (i > newton->tree->bodies) continue;
+        const int flags = newton->step[i].flags;
         v4 x[4];
         mbsri_links_substitute(w, i);
         motion_above(newton, i, x);

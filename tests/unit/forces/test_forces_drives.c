@@ -220,10 +220,10 @@ static void wrong_drives_are_refused(void **state)
     refuse(mbsr_force_joint_curve(0, 0, NULL), MBSR_ERR_NULL, "must be the table");
     refuse(mbsr_force_gear(0, 0, 1, 0, NULL), MBSR_ERR_NULL, "is NULL");
     refuse(mbsr_force_gear(0, 0, 1, 0, &gear), MBSR_ERR_SPACE, "body 1|nq = 4, n = 3");
-    refuse(mbsr_force_gear(0, 0, 0, 0, &gear), MBSR_ERR_ID, "both ends are on body 0");
+    refuse(mbsr_force_gear(0, 0, 0, 0, &gear), MBSR_ERR_VALUE, "both coordinates are 0 of body 0");
     refuse(mbsr_force_gear(MBSR_GROUND, 0, 0, 0, &gear), MBSR_ERR_ID, "acts on the ground");
     gear.ratio = 0.0;
-    refuse(mbsr_force_gear(0, 0, 0, 0, &gear), MBSR_ERR_ID, "both ends");
+    refuse(mbsr_force_gear(0, 0, 0, 0, &gear), MBSR_ERR_VALUE, "both coordinates");
     mbsr_table_destroy(two);
 }
 

@@ -153,7 +153,7 @@ static void derivatives_are_right(void **state)
             mbsr_force_joint_rotation_spring(0, stiffness, damping, rest),
             mbsr_force_joint_rotation_spring(1, stiffness, damping, l % 2 ? rest : NULL),
             mbsr_force_joint_cubic_spring(2, 1, 3.0, 7.0, 0.5, 0.2),
-            mbsr_force_joint_cubic_spring(3, 0, 3.0, 7.0, 0.5, 0.2)};
+            mbsr_force_joint_cubic_spring(3, 1, 3.0, 7.0, 0.5, 0.2)};
         for (int k = 0; k < 4; ++k)
             assert_ok(mbsr_model_add_force(m, force + k, NULL), mbsr_model_error(m));
         assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
@@ -207,7 +207,7 @@ static void what_they_cannot_be_is_refused(void **state)
     refuse(mbsr_force_joint_cubic_spring(2, 0, 1.0, -1.0, 0.0, 0.0), 0, "(cubic) is -1, negative");
     refuse(mbsr_force_joint_cubic_spring(2, 0, 1.0, INFINITY, 0.0, 0.0), 1, "(cubic) is inf");
     refuse(mbsr_force_joint_cubic_spring(1, 0, 1.0, 1.0, 0.0, 0.0), 0, "nq = 4, n = 3");
-    refuse(mbsr_force_joint_cubic_spring(3, 1, 1.0, 1.0, 0.0, 0.0), 0, "coordinate is 1");
+    refuse(mbsr_force_joint_cubic_spring(3, 2, 1.0, 1.0, 0.0, 0.0), 0, "coordinate is 2");
 }
 
 int main(void)

@@ -182,20 +182,20 @@ static void general_joints_lose_the_column(void **state)
     }
 }
 
-/* Forces on joint coordinates count those that are left. */
-static void joint_forces_count_the_coordinates_left(void **state)
+/* Forces on joint coordinates count those that the joint has. */
+static void joint_forces_count_locked_coordinates_too(void **state)
 {
     (void)state;
     mbsr_model *a = chain(mbsr_joint_planar_pin_slot(tip, origin), 0, -1),
                *b = chain(mbsr_joint_planar_revolute(tip, origin), -1, -1),
                *c = chain(mbsr_joint_planar_pin_slot(tip, origin), 0, -1);
-    add_force(a, mbsr_force_joint_spring(1, 0, 40.0, 3.0, 0.1));
+    add_force(a, mbsr_force_joint_spring(1, 1, 40.0, 3.0, 0.1));
     add_force(b, mbsr_force_joint_spring(1, 0, 40.0, 3.0, 0.1));
-    add_force(c, mbsr_force_joint_spring(1, 1, 40.0, 3.0, 0.1));
+    add_force(c, mbsr_force_joint_spring(1, 2, 40.0, 3.0, 0.1));
     mbsr_data *da = finish(a), *db = finish(b);
     assert_same_motion(a, da, b, db);
     assert_refused(mbsr_model_finish(c), mbsr_model_error(c), MBSR_ERR_VALUE, MBSR_NONE, 1,
-                   "coordinate is 1|has 1");
+                   "body 1 'link'|coordinate is 2|has 2");
     release(a, da);
     release(b, db);
     mbsr_model_destroy(c);
@@ -326,7 +326,7 @@ int main(void)
         cmocka_unit_test(a_locked_joint_is_the_smaller_joint),
         cmocka_unit_test(a_coordinate_is_held_at_its_value),
         cmocka_unit_test(general_joints_lose_the_column),
-        cmocka_unit_test(joint_forces_count_the_coordinates_left),
+        cmocka_unit_test(joint_forces_count_locked_coordinates_too),
         cmocka_unit_test(a_regularisation_is_mass),
         cmocka_unit_test(what_the_report_advises_helps),
         cmocka_unit_test(refusals_name_the_body_and_change_nothing),

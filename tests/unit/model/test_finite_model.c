@@ -505,6 +505,7 @@ static const char *const others[] = {
     "mbsr_force_definition",
     "mbsr_joint_chain_of",
     "mbsr_body_locks",
+    "mbsr_model_drop_locked",
     "mbsr_body_regularisation",
     "mbsr_force_joint_servo",
     "mbsr_force_joint_curve",

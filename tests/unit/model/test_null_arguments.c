@@ -160,8 +160,18 @@ static void frames(void **state)
     c = mbsr_frame_inverse(NULL);
     assert_memory_equal(&c, &same, sizeof same);
     double R[9], quaternion[4];
-    mbsr_quaternion_rotation(NULL, R);
-    mbsr_rotation_quaternion(NULL, quaternion);
+    const double nowhere[4] = {0.0}, wild[4] = {1.0, NAN, 0.0, 0.0};
+    assert_int_equal(mbsr_quaternion_rotation(NULL, R), MBSR_ZERO_QUATERNION);
+    for (int k = 0; k < 9; ++k) assert_true(R[k] == 0.0);
+    assert_int_equal(mbsr_quaternion_rotation(nowhere, R), MBSR_ZERO_QUATERNION);
+    assert_int_equal(mbsr_quaternion_rotation(nowhere, NULL), MBSR_ERR_NULL);
+    assert_int_equal(mbsr_quaternion_rotation(wild, R), MBSR_NOT_FINITE);
+    assert_int_equal(mbsr_rotation_quaternion(R, quaternion), MBSR_NOT_FINITE);
+    assert_int_equal(mbsr_rotation_quaternion(NULL, quaternion), MBSR_ERR_NULL);
+    assert_int_equal(mbsr_rotation_quaternion(R, NULL), MBSR_ERR_NULL);
+    assert_int_equal(mbsr_quaternion_rotation((const double[4]){0.0, 3.0, 0.0, 0.0}, R), MBSR_OK);
+    assert_int_equal(mbsr_rotation_quaternion(R, quaternion), MBSR_OK);
+    assert_true(quaternion[1] == 1.0);
 }
 
 int main(void)

@@ -1,0 +1,145 @@
+/* Joint coordinates that are locked, and what refers to them: see held.h.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "model/held.h"
+
+#include "base/error.h"
+#include "closures/coupling.h"
+#include "forces/drive.h"
+
+#include <math.h>
+
+static const mbsri_body_entry *entry_of(const mbsr_model *m, int id)
+{
+    return (const mbsri_body_entry *)m->entries.data + id;
+}
+
+const double *mbsri_held_values(const mbsr_model *m, int id)
+{
+    const bool known = id >= 0 && (size_t)id < m->entries.count;
+    if (!known || entry_of(m, id)->locks == 0) return NULL;
+    return (const double *)m->matrices.data + entry_of(m, id)->held;
+}
+
+int mbsri_place_left(const mbsr_model *m, int id, int coordinate)
+{
+    const double *held = mbsri_held_values(m, id);
+    int place = 0;
+    if (!held || coordinate < 0 || coordinate >= entry_of(m, id)->joint.n) return coordinate;
+    if (!isnan(held[coordinate])) return -1;
+    for (int k = 0; k < coordinate; ++k) place += isnan(held[k]);
+    return place;
+}
+
+bool mbsri_force_rests(const mbsr_model *m, const mbsr_force_def *def, const int *body)
+{
+    const int count = mbsri_force_coordinates(def);
+    bool rests = count > 0, drops = false;
+    for (int k = 0; k < count; ++k) {
+        const bool locked = mbsri_place_left(m, body[k], def->option[k]) < 0;
+        rests = rests && locked;
+        drops = drops || (locked && entry_of(m, body[k])->drops);
+    }
+    return rests || drops;
+}
+
+void mbsri_force_hold(const mbsr_model *m, mbsri_force *force, const int *body)
+{
+    mbsr_force_def *def = &force->def;
+    const int count = mbsri_force_coordinates(def);
+    for (int k = 0; k < MBSR_FORCE_OPTIONS; ++k) force->given[k] = def->option[k];
+    for (int k = 0; k < count && !force->resting; ++k) {
+        const int given = def->option[k], left = mbsri_place_left(m, body[k], given);
+        if (left < 0)
+            mbsri_gear_hold(def, k, mbsri_held_values(m, body[k])[given]);
+        else
+            def->option[k] = left;
+    }
+}
+
+void mbsri_force_as_given(const mbsri_force *force, mbsr_force_def *def)
+{
+    *def = force->def;
+    if (mbsri_force_coordinates(def) == 0) return;
+    mbsri_gear_release(def);
+    for (int k = 0; k < mbsri_force_coordinates(def); ++k) def->option[k] = force->given[k];
+}
+
+int mbsri_resting_energy(const mbsr_model *m, const mbsri_force *force, double *energy)
+{
+    const mbsr_force_def *def = &force->def;
+    const int *on = m->list_index + force->list;
+    mbsr_force_body body[2] = {{0}};
+    *energy = 0.0;
+    for (int k = 0; k < def->bodies; ++k) {
+        const int id = m->body[on[k]].id;
+        if (entry_of(m, id)->drops) return MBSR_OK;
+        body[k].id = id;
+        body[k].q = mbsri_held_values(m, id);
+    }
+    const mbsr_force_args args = {.force = def, .bodies = def->bodies, .body = body};
+    return def->table->energy ? def->table->energy(&args, energy) : MBSR_OK;
+}
+
+/* ---- couplings ---- */
+
+bool mbsri_term_is_held(const mbsr_model *m, const mbsr_closure_def *def, int k)
+{
+    return mbsri_is_linear_coupling(def) && mbsri_place_left(m, def->body[k], def->option[k]) < 0;
+}
+
+const mbsr_closure_def *mbsri_closure_as_given(const mbsr_model *m, const mbsri_closure *closure)
+{
+    if (closure->given == 0) return &closure->def;
+    return (const mbsr_closure_def *)m->given.data + (closure->given - 1);
+}
+
+/* Takes the terms that are locked out of def; whether one of them is dropped, how many there are, and how
+ * large g may be by rounding of what they add. */
+typedef struct taken {
+    int terms;
+    bool drops;
+    double size;
+} taken;
+
+static taken take_terms(const mbsr_model *m, mbsr_closure_def *def)
+{
+    taken t = {0, false, fabs(mbsri_coupling_rest(def))};
+    for (int k = def->bodies - 1; k >= 0; --k) {
+        const int id = def->body[k], coordinate = def->option[k];
+        if (!mbsri_term_is_held(m, def, k)) {
+            def->option[k] = mbsri_place_left(m, id, coordinate);
+            continue;
+        }
+        t.drops = t.drops || entry_of(m, id)->drops;
+        t.size += mbsri_coupling_hold(def, k, mbsri_held_values(m, id)[coordinate]);
+        ++t.terms;
+    }
+    return t;
+}
+
+int mbsri_coupling_left(mbsr_model *m, mbsri_closure *closure, char text[MBSR_TEXT_SIZE])
+{
+    static const double rounding = 1e-12;
+    bool any = false;
+    for (int k = 0; k < closure->def.bodies && mbsri_is_linear_coupling(&closure->def); ++k)
+        any = any || mbsri_held_values(m, closure->def.body[k]);
+    if (!any) return MBSR_OK;
+    if (!mbsri_reserve(&m->allocator, &m->given, 1, sizeof closure->def)) {
+        mbsri_print(text, MBSR_TEXT_SIZE, "no memory");
+        return MBSR_ERR_NO_MEMORY;
+    }
+    ((mbsr_closure_def *)m->given.data)[m->given.count++] = closure->def;
+    closure->given = (int)m->given.count;
+    mbsr_closure_def *def = &closure->def;
+    const taken t = take_terms(m, def);
+    const double g = mbsri_coupling_rest(def);
+    if (t.drops) def->bodies = 0;
+    if (t.drops || def->bodies > 0) return MBSR_OK;
+    if (mbsri_coupling_moves(def)) {
+        mbsri_print(text, MBSR_TEXT_SIZE, "moves with time, but all its coordinates are locked");
+        return MBSR_ERR_VALUE;
+    }
+    if (def->stiffness[0] > 0.0 || fabs(g) <= rounding * t.size) return MBSR_OK;
+    mbsri_print(text, MBSR_TEXT_SIZE, "all its coordinates are locked, and the row is %g there", g);
+    return MBSR_ERR_VALUE;
+}
