@@ -116,6 +116,10 @@ typedef struct mbsr_consistent_opt {
     double tolerance;   /* relative size of the last Newton correction; default 1e-12 */
     int side; /* times at which functions of time are asked for differences: 0 (default) before and
                * after t, 1 not before t, -1 not after it: for a start where they jump at t; trees */
+    const double
+        *weight; /* nu, positive: how loops are closed, as in mbsr_assembly_opt; NULL: 1 each */
+    const int *keep_position; /* nu: 1 for coordinates that stay as y has them; NULL: none */
+    const int *keep_rate;     /* nu: 1 for joint rates that stay as y has them; NULL: none */
 } mbsr_consistent_opt;
 
 MBSR_API mbsr_consistent_opt mbsr_default_consistent_opt(void);
@@ -127,7 +131,9 @@ typedef struct mbsr_consistent_info {
     int iterations;         /* Newton steps taken */
     double position_change; /* largest |change| of an entry of q */
     double velocity_change; /* largest |change| of an entry of u */
-    double force_defect;    /* largest |gamma|, the force in a null direction, before */
+    int position_changed;   /* which entry that is, MBSR_NONE: none has changed */
+    int velocity_changed;
+    double force_defect; /* largest |gamma|, the force in a null direction, before */
 } mbsr_consistent_info;
 
 /* Consistent initial values for every form. y (a state of the form, of which q and u count; p

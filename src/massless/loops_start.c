@@ -165,13 +165,6 @@ static int deliver(start *s, double *y, double *yp)
     return MBSR_OK;
 }
 
-static double distance(int n, const double *a, const double *b)
-{
-    double value = 0.0;
-    for (int k = 0; k < n; ++k) value = fmax(value, fabs(a[k] - b[k]));
-    return value;
-}
-
 /* Models with more joint rates and rows are started on the tree where that serves. */
 enum { DENSE_MOST = 120 };
 
@@ -305,19 +298,12 @@ int mbsri_loops_start(const mbsr_model *m, mbsr_data *d, mbsr_dae_form form, dou
                       double *yp, const mbsr_consistent_opt *opt, mbsr_consistent_info *info)
 {
     start s = {.w = {.m = m, .d = d}, .form = mbsri_find_form(form), .t = t};
-    mbsr_consistent_info found = {0};
+    *info = (mbsr_consistent_info){0};
     int status = allocate(&s, m, d);
     if (status) return status;
-    const bool watching = d->watching;
-    d->watching = false;
-    status = find(&s, y, opt, &found);
-    const double *u_given = y + m->nq + m->nu;
-    found.position_change = distance(m->nq, s.q, y);
-    found.velocity_change = distance(m->nu, s.u, u_given);
+    status = find(&s, y, opt, info);
     if (!status) status = deliver(&s, y, yp);
-    if (info) *info = found;
     mbsri_dense_close(&s.w);
-    d->watching = watching;
     mbsri_release(&m->allocator, s.memory);
     return status;
 }
