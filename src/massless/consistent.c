@@ -10,10 +10,12 @@
 #include "base/memory.h"
 #include "dynamics/entry.h"
 #include "forms/dae.h"
+#include "loops/closing.h"
 #include "massless/kept_rates.h"
 #include "massless/loops_start.h"
 #include "massless/tree_start.h"
 #include "model/query.h"
+#include "recursion/spans.h"
 
 #include <math.h>
 
@@ -25,22 +27,6 @@ mbsr_consistent_opt mbsr_default_consistent_opt(void)
 }
 
 /* ---- what is asked ---- */
-
-/* Turns of a quaternion are kept together, or not at all. */
-static int check_kept(const mbsr_model *m, mbsr_data *d, const int *keep)
-{
-    char label[MBSRI_LABEL];
-    for (int i = 1; i <= m->bodies && keep; ++i) {
-        const mbsri_body *b = m->body + i;
-        const int *own = keep + b->u;
-        if (b->nq == b->n || (!own[0] == !own[1] && !own[0] == !own[2])) continue;
-        return mbsri_fail(&d->error, MBSR_ERR_VALUE, b->id, MBSR_NONE,
-                          "%s: keep_position[%d .. %d]: %s turns by a quaternion, which is kept as "
-                          "a whole or not at all",
-                          function, b->u, b->u + 2, mbsri_body_label(m, i, label));
-    }
-    return MBSR_OK;
-}
 
 static int check(const mbsr_model *m, mbsr_data *d, mbsr_dae_form form,
                  const mbsr_consistent_opt *opt)
@@ -67,12 +53,7 @@ static int check(const mbsr_model *m, mbsr_data *d, mbsr_dae_form form,
         return mbsri_fail(&d->error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
                           "%s: side is %d, must be -1, 0 or 1", function, opt->side);
     }
-    for (int k = 0; k < m->nu && opt->weight; ++k) {
-        if (opt->weight[k] > 0.0 && isfinite(opt->weight[k])) continue;
-        return mbsri_fail(&d->error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
-                          "%s: weight[%d] is %g, must be positive", function, k, opt->weight[k]);
-    }
-    return check_kept(m, d, opt->keep_position);
+    return mbsri_closing_check(m, d, opt->weight, opt->keep_position, function);
 }
 
 /* ---- the start ---- */
@@ -87,6 +68,7 @@ typedef struct start {
     mbsr_consistent_info *info;
     double *q_given, *u_given, *tried; /* nq, nu, nu: velocities that a start begins with */
     double *q, *u, *y, *yp;            /* nq, nu, size, size: where it leads */
+    double *span;                      /* nu: of joint rates, but for 1/s */
     double *momentum, *zero;           /* of the momentum form, and its rates, for other forms */
     double *wanted, *missing, *size;   /* of rates that are kept */
     int *rate, count;                  /* their places in u */
@@ -98,16 +80,16 @@ static int allocate(start *s)
     const mbsr_model *m = s->m;
     const size_t nq = (size_t)m->nq, nu = (size_t)m->nu, size = (size_t)s->form->size(m),
                  other = (size_t)mbsr_dae_size(m, MBSR_DAE_MOMENTUM);
-    double **const array[] = {&s->q_given, &s->u_given, &s->tried,   &s->q,
-                              &s->u,       &s->y,       &s->yp,      &s->momentum,
-                              &s->zero,    &s->wanted,  &s->missing, &s->size};
-    const size_t length[] = {nq, nu, nu, nq, nu, size, size, other, other, nu, nu, nu};
+    double **const array[] = {&s->q_given, &s->u_given, &s->tried,    &s->q,    &s->u,
+                              &s->y,       &s->yp,      &s->momentum, &s->zero, &s->wanted,
+                              &s->missing, &s->size,    &s->span};
+    const size_t length[] = {nq, nu, nu, nq, nu, size, size, other, other, nu, nu, nu, nu};
     size_t total = 0;
     for (size_t l = 0; l < sizeof length / sizeof length[0]; ++l) total += length[l];
     s->memory = mbsri_allocate(&m->allocator, total * sizeof(double) + nu * sizeof(int));
     if (!s->memory)
         return mbsri_fail(&s->d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
-                          "%s: no memory for %zu numbers", function, total);
+                          "%s: no memory for a state of %d coordinates", function, m->nq + m->nu);
     double *next = s->memory;
     for (size_t l = 0; l < sizeof length / sizeof length[0]; ++l) {
         *array[l] = next;
@@ -137,19 +119,34 @@ static void list_kept(start *s)
     for (int k = 0; k < s->m->nu && s->opt->keep_rate; ++k) {
         if (!s->opt->keep_rate[k]) continue;
         s->wanted[s->count] = s->u_given[k];
-        s->size[s->count] = fabs(s->u_given[k]);
+        s->size[s->count] = 0.0;
         s->rate[s->count++] = k;
     }
 }
 
-/* The largest of what is missing beside what is added up to it. */
+/* How fast the model moves, 1/s: the largest of rates u (nu) over its span; no slower than is typical of it. */
+static double speed_of(const start *s, const double *u, double *span)
+{
+    const mbsri_spans spans = mbsri_spans_of(s->m, NULL);
+    double speed = mbsri_span_rate(&spans);
+    for (int i = 1; i <= s->m->bodies; ++i) {
+        const mbsri_body *b = s->m->body + i;
+        for (int k = 0; k < b->n; ++k) {
+            span[b->u + k] = mbsri_coordinate_span(&spans, s->m, b, true, k);
+            speed = fmax(speed, fabs(u[b->u + k]) / span[b->u + k]);
+        }
+    }
+    return speed;
+}
+
+/* The largest of what is missing beside what rounding in it is relative to: how fast the model moves. */
 static double find_missing(start *s)
 {
+    const double speed = fmax(speed_of(s, s->u, s->span), speed_of(s, s->u_given, s->span));
     double largest = 0.0;
     for (int l = 0; l < s->count; ++l) {
-        const double u = s->u[s->rate[l]];
-        s->missing[l] = s->wanted[l] - u;
-        s->size[l] = fmax(s->size[l], fabs(u));
+        s->missing[l] = s->wanted[l] - s->u[s->rate[l]];
+        s->size[l] = fmax(s->size[l], speed * s->span[s->rate[l]]);
         if (s->missing[l] != 0.0) largest = fmax(largest, fabs(s->missing[l]) / s->size[l]);
     }
     return largest;
@@ -184,10 +181,25 @@ static void settle(start *s)
         s->u[s->rate[l]] = s->y[s->m->nq + momenta + s->rate[l]] = s->wanted[l];
 }
 
+/* No velocities found; `share` of the rate that lacks most is missing. */
+static int refuse_missing(const start *s, double share)
+{
+    const mbsr_model *m = s->m;
+    char label[MBSRI_LABEL];
+    int l = 0, i = 1;
+    while (fabs(s->missing[l]) < share * s->size[l]) ++l;
+    while (s->rate[l] < m->body[i].u || s->rate[l] >= m->body[i].u + m->body[i].n) ++i;
+    return mbsri_fail(&s->d->error, MBSR_NO_CONVERGENCE, m->body[i].id, MBSR_NONE,
+                      "%s: u%d of %s cannot keep %.9g: no impulses found that balance forces with "
+                      "it, %.3g is missing",
+                      function, s->rate[l] - m->body[i].u, mbsri_body_label(m, i, label),
+                      s->wanted[l], s->missing[l]);
+}
+
 static int keep_rates(start *s)
 {
-    enum { PASSES = 12 };
-    static const double exact = 1e-14, good = 1e-10;
+    enum { PASSES = 30 };
+    static const double exact = 1e-14, good = 1e-8;
     double last = INFINITY, now = find_missing(s);
     int status = MBSR_OK;
     for (int pass = 0; pass < PASSES && now > exact; ++pass) {
@@ -199,12 +211,7 @@ static int keep_rates(start *s)
         if (status) return status;
         now = find_missing(s);
     }
-    if (now > good)
-        return mbsri_fail(
-            &s->d->error, MBSR_NO_CONVERGENCE, MBSR_NONE, MBSR_NONE,
-            "%s: no impulses found that keep the joint rates asked for (%.3g of one is "
-            "missing)",
-            function, now);
+    if (now > good) return refuse_missing(s, now);
     settle(s);
     return MBSR_OK;
 }

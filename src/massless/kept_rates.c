@@ -197,7 +197,7 @@ static int pass_massless(push *p)
     mbsr_newton_info info = {.exact = 1};
     mbsr_newton *newton = NULL;
     mbsr_error error;
-    opt.max_rank = p->m->nu;
+    opt.max_rank = 600; /* a few solutions are worth a large correction */
     int status = mbsr_newton_create(p->m, MBSR_DAE_MOMENTUM, &opt, &newton, &error);
     if (status) {
         p->d->error = error;

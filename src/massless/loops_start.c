@@ -237,9 +237,9 @@ static int stands(start *s, bool *still)
 }
 
 /* A state at rest with closed loops on which nothing acts stays as it is: *served. */
-static int rest(start *s, mbsr_consistent_info *info, bool *served)
+static int rest(start *s, const mbsr_consistent_opt *opt, mbsr_consistent_info *info, bool *served)
 {
-    const mbsr_assembly_opt standard = mbsri_assembly_standard();
+    const mbsr_assembly_opt assembly_opt = mbsri_assembly_of(opt);
     mbsr_assembly_info assembly;
     mbsri_verdict verdict = {.made = false};
     mbsri_ranks here;
@@ -250,7 +250,7 @@ static int rest(start *s, mbsr_consistent_info *info, bool *served)
     const size_t nq = (size_t)s->w.m->nq;
     const mbsr_error before = s->w.d->error;
     mbsri_copy(nq, s->q, s->near);
-    status = mbsri_assemble(&s->w, s->t, s->q, &standard, &assembly);
+    status = mbsri_assemble(&s->w, s->t, s->q, &assembly_opt, &assembly);
     const bool open = status > 0; /* settled springs may be where rigid rows cannot */
     if (!status) status = mbsri_ranks_around(&s->w, s->t, s->q, s->w.d->dropped, &here, &nearby);
     if (!status)
@@ -280,7 +280,7 @@ static int find(start *s, const double *y, const mbsr_consistent_opt *opt,
     if (status || served) return status;
     status = mbsri_dense_open(&s->w, m, d, "mbsr_dae_consistent");
     if (!status) status = mbsri_unpack(s->form, m, d, s->t, y, s->q, s->u);
-    if (!status) status = rest(s, info, &served);
+    if (!status) status = rest(s, opt, info, &served);
     if (status || served) return status;
     status = mbsri_loops_consistent(&s->w, s->t, s->q, s->u, s->udot, s->lambda, opt, info);
     if (status == MBSR_NO_CONVERGENCE && info->null_directions > 0) {
