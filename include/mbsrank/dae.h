@@ -116,6 +116,11 @@ typedef struct mbsr_consistent_opt {
     double tolerance;   /* relative size of the last Newton correction; default 1e-12 */
     int side; /* times at which functions of time are asked for differences: 0 (default) before and
                * after t, 1 not before t, -1 not after it: for a start where they jump at t; trees */
+    /* nu each, NULL (default): none. How many times more than the others a coordinate resists where
+     * loops are closed, positive, as in mbsr_assembly_opt; 1 for coordinates, and for joint rates, that
+     * stay as y has them. */
+    const double *weight;
+    const int *keep_position, *keep_rate;
 } mbsr_consistent_opt;
 
 MBSR_API mbsr_consistent_opt mbsr_default_consistent_opt(void);
@@ -127,7 +132,9 @@ typedef struct mbsr_consistent_info {
     int iterations;         /* Newton steps taken */
     double position_change; /* largest |change| of an entry of q */
     double velocity_change; /* largest |change| of an entry of u */
-    double force_defect;    /* largest |gamma|, the force in a null direction, before */
+    int position_changed;   /* which entry that is, MBSR_NONE: none has changed */
+    int velocity_changed;
+    double force_defect; /* largest |gamma|, the force in a null direction, before */
 } mbsr_consistent_info;
 
 /* Consistent initial values for every form. y (a state of the form, of which q and u count; p
@@ -144,12 +151,20 @@ typedef struct mbsr_consistent_info {
  * these are more than 24 and all damped, a few residuals (docs/newton.md). Made for the start, not
  * for every step of a solver.
  *
- * With closures q is brought to the nearest closed position (mbsr_assemble), the rows to be left out as
+ * With closures q is brought to a closed position near it (in the measure of mbsr_assemble), the rows to be left out as
  * redundant are chosen (mbsr_closures_dropped), u changes by impulses of the loops alone, and directions
  * without mass count where no loop holds them. Models of more than 120 joint rates and rows take a few Newton systems on the
  * tree, O(bodies + loops), where dampers fix what no loop holds (docs/closed_loops.md lists what else they need); others,
  * and small models, dense linear algebra, whose cost grows with the cube of joint rates and rows. MBSR_LOOP_OPEN where loops
  * do not close or contradict each other.
+ *
+ * Coordinates and joint rates that opt keeps stay to the last digit (rates in the index-1 form but for rounding), and
+ * the others follow: loops close around these coordinates, and motors at these rates exert impulses, which bodies without mass
+ * pass on through their dampers and springs. Of all velocities that closures, balances and kept rates allow, u is the one
+ * nearest to the given one in the metric of the masses (where dampers are symmetric). It takes two or three starts for
+ * one, and for each rate that is kept a few solutions on the tree. Of the three turns of a quaternion all are kept, or
+ * none: MBSR_ERR_VALUE. MBSR_LOOP_OPEN where loops do not allow a rate that is kept, with body, rate and row of a closure in the text;
+ * MBSR_NO_CONVERGENCE where balances of forces on bodies without mass determine it, or the coordinate.
  *
  * MBSR_UNDETERMINED names a joint with a direction that no force determines; MBSR_NO_CONVERGENCE:
  * no state found in which the forces balance; MBSR_RANK_CHANGED, MBSR_ERR_VALUE,

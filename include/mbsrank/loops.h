@@ -15,10 +15,13 @@ extern "C" {
 typedef struct mbsr_assembly_opt {
     int cookie;         /* set by mbsr_default_assembly_opt */
     int max_iterations; /* default 100 */
-    double tolerance;   /* of each gap, in m and rad, of mechanisms some m large; default 1e-12 */
-    const double
-        *weight; /* nu, positive: how much each joint coordinate resists; 1e6 keeps it where
-                             it is, as far as the loops let it. NULL (default): 1 each */
+    double
+        tolerance; /* of each gap: turns in rad, places over the longest lever of the mechanism or
+                         * over their distance from the origin, whichever is more; default 1e-12 */
+    /* nu each, NULL (default): none. How many times more than the others a coordinate resists, positive:
+     * 1e6 keeps it where it is, as far as the loops let it; 1 for coordinates that stay where they are. */
+    const double *weight;
+    const int *keep_position;
 } mbsr_assembly_opt;
 
 MBSR_API mbsr_assembly_opt mbsr_default_assembly_opt(void);
@@ -30,8 +33,9 @@ typedef struct mbsr_assembly_info {
     double change;          /* largest |change| of an entry of q */
 } mbsr_assembly_info;
 
-/* Positions that close all loops, near the guess q (nq): the weighted change is small, by the
- * Levenberg-Marquardt method. q_closed (nq) may be q. Stiff rows are closed like rigid ones;
+/* Positions that close all loops, near the guess q (nq), by the Levenberg-Marquardt method: the change is small, of
+ * turns in rad, of ways over the longest lever of the mechanism, so that units do not matter. Coordinates that a
+ * closure knows through its bodies alone, as a pin its angle, have no part in that. q_closed (nq) may be q. Stiff rows are closed like rigid ones;
  * where they are more than the freedoms and cannot all be closed, those that depend on others at q are left as they
  * come, and their gaps are not counted. info may be NULL.
  *

@@ -28,15 +28,16 @@ typedef struct mbsr_simulation {
     mbsr_data *data;   /* from there on, as all that follows; at mbsr_velocities of t, q, u */
     mbsr_ida *ida;
     mbsr_dae_form form;
-    double t;                           /* s */
-    double *q, *u;                      /* nq, nu; NULL before the start */
-    double *y, *yp;                     /* the state of the form */
-    mbsr_consistent_info start;         /* what the consistent start has changed */
-    mbsr_small_masses *small;           /* of mbsr_simulation_watch_masses, until the next start */
-    double watched;                     /* time of the last state it has looked at */
-    struct mbsr_simulation_part *parts; /* what it frees besides */
-    int status;                         /* of the first failure; 0: none */
-    mbsr_error error;                   /* its text */
+    double t;                            /* s */
+    double *q, *u;                       /* nq, nu; NULL before the start */
+    double *y, *yp;                      /* the state of the form */
+    mbsr_consistent_info start;          /* what the consistent start has changed */
+    mbsr_small_masses *small;            /* of mbsr_simulation_watch_masses, until the next start */
+    double watched;                      /* time of the last state it has looked at */
+    struct mbsr_simulation_part *parts;  /* what it frees besides */
+    struct mbsr_simulation_given *given; /* of mbsr_simulation_set_position and _set_rate */
+    int status;                          /* of the first failure; 0: none */
+    mbsr_error error;                    /* its text */
 } mbsr_simulation;
 
 /* With an empty model; def NULL: mbsr_default_model_def. */
@@ -61,6 +62,22 @@ MBSR_API mbsr_table *mbsr_simulation_add_table(mbsr_simulation *s, mbsr_table_ki
  * for inverse dynamics with some force elements switched off, say. NULL after a failure. Statuses of
  * mbsr_model_finish, mbsr_data_create. */
 MBSR_API mbsr_data *mbsr_simulation_add_data(mbsr_simulation *s);
+
+/* Coordinate `coordinate` of the joint of a body (a number of its q: m or rad; quaternions have four), or joint rate
+ * `coordinate` (of its u: m/s or rad/s), has this value in every later start, and keeps it; the others follow: loops close around
+ * it, and velocities change by impulses of loops and of motors at the rates that are given (mbsr_consistent_opt).
+ * A crank that turns at 100 rad/s, whatever hangs on it:
+ *
+ *   mbsr_simulation_set_rate(&s, crank, 0, 100.0);
+ *   mbsr_simulation_start(&s, NULL, 0.0, q0, NULL);
+ *
+ * What there is not is refused by the start, and so is what the loops do not allow, MBSR_LOOP_OPEN, or what forces on
+ * bodies without mass determine, MBSR_NO_CONVERGENCE; the text names joint and closure row. _set_none forgets
+ * them all. MBSR_ERR_NO_MEMORY. */
+MBSR_API int mbsr_simulation_set_position(mbsr_simulation *s, int body, int coordinate,
+                                          double value);
+MBSR_API int mbsr_simulation_set_rate(mbsr_simulation *s, int body, int coordinate, double value);
+MBSR_API int mbsr_simulation_set_none(mbsr_simulation *s);
 
 /* Finishes the model unless it is, finds a consistent state near q, u (NULL: all coordinates zero,
  * quaternions 1; at rest) at t, and starts a driver there (opt NULL: mbsr_default_ida_opt). Called

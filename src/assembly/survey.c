@@ -121,7 +121,7 @@ static void find_scale(const mbsr_model *m, const double *inertia)
 
 /* The weights w of the multipliers of position rows (forms/loops.c): inverse inertias, of rates that
  * move little a thousandth of the largest of their kind. */
-static void find_weights(const mbsr_model *m, const double *inertia)
+static void find_weights(const mbsr_model *m, const double *inertia, double *weight)
 {
     double largest[KINDS];
     mbsr_coordinate_kind kind[MBSR_MAX_D];
@@ -130,9 +130,15 @@ static void find_weights(const mbsr_model *m, const double *inertia)
         const mbsri_body *b = m->body + i;
         mbsr_body_coordinate_kinds(m, b->id, NULL, kind);
         for (int k = 0; k < b->n; ++k) {
-            m->weight[b->iu + k] = 1.0 / fmax(inertia[b->iu + k], 1e-3 * largest[(int)kind[k]]);
+            weight[b->iu + k] = 1.0 / fmax(inertia[b->iu + k], 1e-3 * largest[(int)kind[k]]);
         }
     }
+}
+
+void mbsri_inverse_inertias(const mbsr_model *m, mbsr_data *d, double *weight)
+{
+    find_inertias(m, d, d->vec);
+    find_weights(m, d->vec, weight);
 }
 
 /* Whether the eigenvalues of a group that are kept are large, and the others nothing but rounding of
@@ -221,7 +227,7 @@ static bool weigh(mbsr_model *m, mbsr_data *d, bool ranks)
     }
     find_inertias(m, d, inertia);
     if (m->scale) find_scale(m, inertia);
-    if (m->weight) find_weights(m, inertia);
+    if (m->weight) find_weights(m, inertia, m->weight);
     return true;
 }
 

@@ -1,6 +1,7 @@
 /* A model, its data and a driver in one hand.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "ida/error.h"
+#include "ida/given.h"
 
 #include <mbsrank/simulation.h>
 
@@ -166,6 +167,57 @@ static void set_zero(const mbsr_simulation *s)
     }
 }
 
+static int give(mbsr_simulation *s, mbsri_given given)
+{
+    if (!s) return MBSR_ERR_NULL;
+    if (s->status) return s->status;
+    if (!mbsri_given_add(&s->given, given)) return MBSR_OK;
+    return refuse(s, MBSR_ERR_NO_MEMORY,
+                  given.rate ? "mbsr_simulation_set_rate: no memory for a value"
+                             : "mbsr_simulation_set_position: no memory for a value");
+}
+
+int mbsr_simulation_set_position(mbsr_simulation *s, int body, int coordinate, double value)
+{
+    return give(s, (mbsri_given){false, body, coordinate, value, NULL});
+}
+
+int mbsr_simulation_set_rate(mbsr_simulation *s, int body, int coordinate, double value)
+{
+    return give(s, (mbsri_given){true, body, coordinate, value, NULL});
+}
+
+int mbsr_simulation_set_none(mbsr_simulation *s)
+{
+    if (!s) return MBSR_ERR_NULL;
+    mbsri_given_free(s->given);
+    s->given = NULL;
+    return s->status;
+}
+
+/* The consistent state near q and u that has what is given, into y and yp. */
+static int make_consistent(mbsr_simulation *s)
+{
+    const int nu = mbsr_model_nu(s->model);
+    mbsr_consistent_opt opt = mbsr_default_consistent_opt();
+    mbsr_error error;
+    int *keep = calloc(2 * (size_t)nu + 1, sizeof *keep);
+    if (!keep)
+        return refuse(s, MBSR_ERR_NO_MEMORY, "mbsr_simulation_start: no memory for what is given");
+    opt.keep_position = keep;
+    opt.keep_rate = keep + nu;
+    if (!note(s, mbsri_given_apply(s->given, s->model, s->q, s->u, keep, keep + nu, &error),
+              &error)) {
+        int status = mbsr_dae_pack(s->model, s->data, s->form, s->t, s->q, s->u, s->y);
+        if (!status)
+            status =
+                mbsr_dae_consistent(s->model, s->data, s->form, s->t, s->y, s->yp, &opt, &s->start);
+        note(s, status, mbsr_data_error(s->data));
+    }
+    free(keep);
+    return s->status;
+}
+
 int mbsr_simulation_start(mbsr_simulation *s, const mbsr_ida_opt *opt, double t, const double *q,
                           const double *u)
 {
@@ -186,11 +238,8 @@ int mbsr_simulation_start(mbsr_simulation *s, const mbsr_ida_opt *opt, double t,
     if (s->q != before) free(before);
     if (prepared) return prepared;
     s->t = t;
-    int status = s->form == MBSR_DAE_INDEX1 ? mbsr_index1_reset(s->model, s->data) : MBSR_OK;
-    if (!status) status = mbsr_dae_pack(s->model, s->data, s->form, t, s->q, s->u, s->y);
-    if (!status)
-        status = mbsr_dae_consistent(s->model, s->data, s->form, t, s->y, s->yp, NULL, &s->start);
-    if (note(s, status, mbsr_data_error(s->data))) return status;
+    if (s->form == MBSR_DAE_INDEX1) mbsr_index1_reset(s->model, s->data);
+    if (make_consistent(s)) return s->status;
     if (note(s, mbsr_ida_create(s->model, s->data, opt, &s->ida, &error), &error)) return s->status;
     if (note(s, mbsr_ida_start(s->ida, t, s->y, s->yp), mbsr_ida_error(s->ida))) return s->status;
     return evaluate(s);
@@ -306,7 +355,9 @@ void mbsr_simulation_end(mbsr_simulation *s)
         mbsr_table_destroy(first->table);
         free(first);
     }
+    mbsri_given_free(s->given);
     free(s->q);
+    s->given = NULL;
     s->model = NULL;
     s->data = NULL;
     s->ida = NULL;

@@ -1,16 +1,17 @@
 /* Positions that close loops.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * min |W^(1/2) x|^2 towards g(q + G x) = 0 by Levenberg-Marquardt steps: with A = C_h W^(-1/2),
+ * min |W^(1/2) x|^2 towards g(q + G x) = 0 by Levenberg-Marquardt steps: with A = S C_h W^(-1/2), where W and S
+ * make numbers of joint coordinates and gaps (closing.h),
  *
- *   (A^T A + mu |A|^2 1) z = -A^T g,    x = W^(-1/2) z,
+ *   (A^T A + mu |A|^2 1) z = -A^T S g,    x = W^(-1/2) z,
  *
  * as a least-squares problem in (A; sqrt(mu) |A| 1). mu falls tenfold with each step that makes the gaps
  * smaller and rises with each that does not; steps turn by 1 rad at most, and move by the longest lever or the
  * gaps, whichever is more. It ends
  *
  *   closed      every gap is below the tolerance
- *   open        |A^T g| <= 1e-6 |A| |g|: all ways make the gaps larger; or the gaps have stopped to
+ *   open        |A^T S g| <= 1e-6 |A| |S g|: all ways make the gaps larger; or the gaps have stopped to
  *               fall, by 1e-6 of them in ten steps: so does a mechanism that is stretched */
 #include "loops/assemble.h"
 
@@ -18,7 +19,6 @@
 #include "algebra/lapack.h"
 #include "algebra/numbers.h"
 #include "base/error.h"
-#include "loops/rounding.h"
 #include "model/query.h"
 #include "recursion/closures.h"
 #include "recursion/kinematics.h"
@@ -30,15 +30,13 @@ typedef struct search {
     mbsri_dense *w;
     const mbsr_assembly_opt *opt;
     double t, mu;
-    double norm;       /* Euclidean, of the gaps */
+    double norm, open; /* of the gaps (closing.h), and the widest */
     double before[10]; /* of the last steps */
-    double longest;    /* m: of a step */
 } search;
 
-int mbsri_displace(mbsri_dense *w, const double *q, double step, const double *x, double *to)
+int mbsri_displace(const mbsr_model *m, mbsr_data *d, const double *q, double step, const double *x,
+                   double *to)
 {
-    const mbsr_model *m = w->m;
-    mbsr_data *d = w->d;
     mbsri_gather(m, x, d->u);
     const int status = mbsri_coordinate_rates(m, d, to);
     if (status) return status;
@@ -65,17 +63,7 @@ static int evaluate(const search *s, const double *q, double *g)
     return status ? status : mbsri_assembly_gaps(s->w, g);
 }
 
-static double length(int n, const double *x)
-{
-    return sqrt(mbsri_dot(n, x, x));
-}
-
-double mbsri_assembly_size(const mbsri_dense *w)
-{
-    return fmax(1.0, mbsri_largest((int)w->m->size_p, w->d->p));
-}
-
-/* A at the positions of the data: position rows among C; returns |A|. Its leading dimension is held +
+/* A at the positions of the data: position rows among C, in the measure of closing.h; returns |A|. Its leading dimension is held +
  * n. */
 static double fill(const search *s)
 {
@@ -87,8 +75,8 @@ static double fill(const search *s)
     for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
         for (int k = 0; k < c->held; ++k) {
             for (int j = 0; j < w->n && mbsri_is_asked(w, c, k); ++j) {
-                const double weight = s->opt->weight ? 1.0 / sqrt(s->opt->weight[j]) : 1.0;
-                const double value = w->C[(size_t)j * rows + (size_t)(c->row + k)] * weight;
+                const double C = w->C[(size_t)j * rows + (size_t)(c->row + k)],
+                             value = C * w->closing.give[j] / w->closing.gap[c->held_row + k];
                 w->A[(size_t)j * stride + (size_t)(c->held_row + k)] = value;
                 square += value * value;
             }
@@ -104,7 +92,8 @@ static double slope(const search *s, double size)
     double square = 0.0;
     for (int j = 0; j < w->n; ++j) {
         const double *column = w->A + (size_t)j * (size_t)(w->held + w->n);
-        const double along = mbsri_dot(w->held, column, w->g);
+        double along = 0.0;
+        for (int k = 0; k < w->held; ++k) along += column[k] * w->g[k] / w->closing.gap[k];
         square += along * along;
     }
     return sqrt(square) / fmax(size * s->norm, 1e-300);
@@ -120,28 +109,12 @@ static int find_step(const search *s, double size)
     for (int j = 0; j < w->n; ++j)
         w->A[(size_t)j * (size_t)r + (size_t)(w->held + j)] = sqrt(s->mu) * size;
     mbsri_zero((size_t)(r + w->n), w->b);
-    for (int k = 0; k < w->held; ++k) w->b[k] = -w->g[k];
+    for (int k = 0; k < w->held; ++k) w->b[k] = -w->g[k] / w->closing.gap[k];
     if (mbsri_lapack_gelsy(r, w->n, w->A, w->b, 1e-13, w->pivots, &rank, w->work, w->lwork))
         return mbsri_fail(&w->d->error, MBSR_EIGEN_FAILED, MBSR_NONE, MBSR_NONE,
                           "%s: a least-squares problem of the assembly failed", w->function);
-    for (int j = 0; j < w->n; ++j)
-        w->x[j] = w->b[j] * (s->opt->weight ? 1.0 / sqrt(s->opt->weight[j]) : 1.0);
+    for (int j = 0; j < w->n; ++j) w->x[j] = w->b[j] * w->closing.give[j];
     return MBSR_OK;
-}
-
-/* The share of the step x that is no longer than steps may be. */
-static double share_of_step(const search *s)
-{
-    const mbsri_dense *w = s->w;
-    double largest = 1.0;
-    for (int i = 1; i <= w->m->bodies; ++i) {
-        const mbsri_body *b = w->m->body + i;
-        for (int k = 0; k < b->n; ++k) {
-            const bool moves = mbsri_coordinate_kind(b, true, k) == MBSR_COORDINATE_TRANSLATION;
-            largest = fmax(largest, fabs(w->x[b->u + k]) / (moves ? s->longest : 1.0));
-        }
-    }
-    return 1.0 / largest;
 }
 
 /* One step from q, whose gaps are g; *better: whether q was moved. */
@@ -153,15 +126,14 @@ static int step(search *s, double *q, bool *better)
     if (!status) status = mbsri_assembly_gaps(w, w->g);
     if (status) return status;
     size = fill(s);
-    s->longest = fmax(mbsri_longest_lever(w->m, w->d), s->norm);
     *better = false;
     for (int tries = 0; tries < 30 && !*better; ++tries) {
         status = find_step(s, size);
-        const double share = share_of_step(s);
-        if (!status) status = mbsri_displace(w, q, share, w->x, w->q_try);
+        const double share = mbsri_closing_share(w->m, &w->closing, w->x, s->norm);
+        if (!status) status = mbsri_displace(w->m, w->d, q, share, w->x, w->q_try);
         if (!status) status = evaluate(s, w->q_try, w->y);
         if (status < 0) return status;
-        const double norm = status ? INFINITY : length(w->held, w->y);
+        const double norm = status ? INFINITY : mbsri_closing_norm(w->m, &w->closing, w->y);
         if (norm < s->norm) {
             mbsri_copy((size_t)w->m->nq, w->q_try, q);
             s->norm = norm;
@@ -186,6 +158,16 @@ static const char *side(const mbsri_closure *c, int k, char text[24])
     return text;
 }
 
+/* The widest gap of a closure, in the measure of closing.h. */
+static double open_by(const search *s, const mbsri_closure *c)
+{
+    const mbsri_dense *w = s->w;
+    double widest = 0.0;
+    for (int k = c->held_row; k < c->held_row + c->held; ++k)
+        widest = fmax(widest, fabs(w->g[k]) / w->closing.gap[k]);
+    return widest;
+}
+
 /* The loops that are open, widest first in info, all in the text. */
 static int refuse(const search *s, const mbsr_assembly_info *info, double limit)
 {
@@ -196,7 +178,7 @@ static int refuse(const search *s, const mbsr_assembly_info *info, double limit)
         const mbsri_closure *c = first + id;
         const double gap = mbsri_largest(c->held, s->w->g + c->held_row);
         const size_t used = strlen(list);
-        if (id == info->closure || !(gap > limit)) continue;
+        if (id == info->closure || !(open_by(s, c) > limit)) continue;
         mbsri_print(list + used, sizeof list - used, "%s%s by %.3g",
                     used ? ", " : "; also open: ", mbsri_closure_label(m, id, label), gap);
     }
@@ -210,22 +192,23 @@ static int refuse(const search *s, const mbsr_assembly_info *info, double limit)
                       info->iterations, list);
 }
 
-/* Gaps of q into info; the tolerance that counts. */
+/* Gaps of q into info, and to s->open in the measure of closing.h; the tolerance that counts. */
 static int measure(search *s, const double *q, mbsr_assembly_info *info, double *limit)
 {
-    const mbsr_model *m = s->w->m;
-    const mbsri_closure *first = mbsri_all_closures(m);
-    const int status = evaluate(s, q, s->w->g);
+    const mbsri_dense *w = s->w;
+    const mbsri_closure *c = mbsri_all_closures(w->m);
+    const int status = evaluate(s, q, w->g);
     if (status) return status;
     info->closure = MBSR_NONE;
-    info->gap = 0.0;
-    *limit = s->opt->tolerance * mbsri_assembly_size(s->w);
-    for (int id = 0; id < (int)m->closures.count; ++id) {
-        const double gap = mbsri_largest(first[id].held, s->w->g + first[id].held_row);
-        if (gap > *limit && gap > info->gap) info->closure = id;
-        info->gap = fmax(info->gap, gap);
+    info->gap = mbsri_largest(w->held, w->g);
+    *limit = s->opt->tolerance * mbsri_closing_size(w->m, w->d, &w->closing);
+    s->open = 0.0;
+    for (int id = 0; id < (int)w->m->closures.count; ++id, ++c) {
+        const double open = open_by(s, c);
+        if (open > *limit && open > s->open) info->closure = id;
+        s->open = fmax(s->open, open);
     }
-    s->norm = length(m->held, s->w->g);
+    s->norm = mbsri_closing_norm(w->m, &w->closing, w->g);
     return MBSR_OK;
 }
 
@@ -243,19 +226,21 @@ int mbsri_assemble(mbsri_dense *w, double t, double *q, const mbsr_assembly_opt 
     search s = {.w = w, .opt = opt, .t = t, .mu = 1e-3};
     double limit;
     *info = (mbsr_assembly_info){.closure = MBSR_NONE};
-    int status = measure(&s, q, info, &limit);
+    int status = mbsri_positions(w->m, w->d, t, q);
+    if (!status) status = mbsri_closing_measure(w->m, w->d, opt, &w->closing);
+    if (!status) status = measure(&s, q, info, &limit);
     info->gap_before = info->gap;
     while (!status && info->closure != MBSR_NONE) {
         bool better;
         const double accepted = 1e3 * limit;
         if (info->iterations >= opt->max_iterations || stopped(&s, info->iterations))
-            return info->gap < accepted ? MBSR_OK : refuse(&s, info, limit);
+            return s.open < accepted ? MBSR_OK : refuse(&s, info, limit);
         status = step(&s, q, &better);
         if (status) return status;
         ++info->iterations;
         status = measure(&s, q, info, &limit);
         if (status || info->closure == MBSR_NONE) break;
-        if (!better) return info->gap < accepted ? MBSR_OK : refuse(&s, info, limit);
+        if (!better) return s.open < accepted ? MBSR_OK : refuse(&s, info, limit);
         status = mbsri_dense_rows(w);
         if (!status) status = mbsri_assembly_gaps(w, w->g);
         if (!status && slope(&s, fill(&s)) <= 1e-6) return refuse(&s, info, limit);

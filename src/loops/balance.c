@@ -160,7 +160,7 @@ static int change(balance *b, bool time, const double *v, const double *a, const
     for (int l = 0; l < 4; ++l) {
         const double s = mbsri_difference_place(l) * h;
         int status = mbsri_positions(w->m, w->d, b->t, b->q);
-        if (!status) status = mbsri_displace(w, b->q, s, v, b->q_at);
+        if (!status) status = mbsri_displace(w->m, w->d, b->q, s, v, b->q_at);
         for (int k = 0; k < w->n; ++k) b->u_at[k] = b->u[k] + s * a[k];
         if (!status)
             status = mbsri_loops_missing(w, b->t + (time ? s : 0.0), b->q_at, b->u_at, NULL, held,
@@ -267,16 +267,20 @@ static int no_balance(const balance *b, const char *what, double force)
 
 /* ---- positions ---- */
 
-/* Closes the loops in the metric of the masses from b->q. */
+/* Closes the loops in the metric of the masses from b->q, around coordinates that stay. */
 static int close(balance *b)
 {
     mbsri_dense *w = b->w;
     const mbsri_closure *first = mbsri_all_closures(w->m);
     for (int step = 0; step < 20; ++step) {
-        int status = mbsri_loops_factor(w, b->t, b->q, b->u);
+        int status = mbsri_positions(w->m, w->d, b->t, b->q);
+        if (!status) status = mbsri_velocities(w->m, w->d, b->u);
+        if (!status) status = mbsri_dense_factor(w, w->left_out, b->opt->keep_position);
         if (!status) status = mbsri_assembly_gaps(w, w->y);
         if (status) return status;
-        if (mbsri_largest(w->held, w->y) <= 1e-12 * mbsri_assembly_size(w)) return MBSR_OK;
+        if (mbsri_closing_widest(w->m, &w->closing, w->y) <=
+            1e-12 * mbsri_closing_size(w->m, w->d, &w->closing))
+            return MBSR_OK;
         mbsri_zero((size_t)w->N, w->g);
         for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
             for (int k = 0; k < c->held; ++k) {
@@ -284,7 +288,7 @@ static int close(balance *b)
             }
         }
         mbsri_dense_solve(w, w->g, w->x);
-        status = mbsri_displace(w, b->q, 1.0, w->x, b->q_at);
+        status = mbsri_displace(w->m, w->d, b->q, 1.0, w->x, b->q_at);
         if (status) return status;
         mbsri_copy((size_t)w->m->nq, b->q_at, b->q);
     }
@@ -354,7 +358,7 @@ static int move(balance *b, double *defect)
     double share = fmin(1.0, 0.5 / largest);
     for (int tries = 0; tries < 40; ++tries, share *= 0.5) {
         int status = mbsri_positions(w->m, w->d, b->t, b->q_before);
-        if (!status) status = mbsri_displace(w, b->q_before, share, way, b->q);
+        if (!status) status = mbsri_displace(w->m, w->d, b->q_before, share, way, b->q);
         mbsri_copy(n, b->wished, b->u);
         if (!status) status = close(b);
         if (!status) status = look(b, defect);
@@ -484,7 +488,7 @@ static int state_after(balance *b, double t, double dt, double *u)
     mbsri_copy((size_t)w->m->nq, b->q_now, b->q);
     for (int k = 0; k < w->n; ++k) b->u[k] = b->u_now[k] + dt * b->udot[k];
     int status = mbsri_positions(w->m, w->d, t, b->q);
-    if (!status) status = mbsri_displace(w, b->q_now, dt, b->u_now, b->q);
+    if (!status) status = mbsri_displace(w->m, w->d, b->q_now, dt, b->u_now, b->q);
     if (!status) status = close(b);
     if (!status) status = find_positions(b);
     if (!status) status = find_velocities(b);

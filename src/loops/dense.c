@@ -46,10 +46,30 @@ int mbsri_dense_open(mbsri_dense *w, const mbsr_model *m, mbsr_data *d, const ch
               gelsy = mbsri_lapack_gelsy_work((int)(most + rows) > 0 ? (int)(most + rows) : 1,
                                               w->N > 0 ? w->N : 1);
     w->lwork = svd > gelsy ? svd : gelsy;
-    double **const array[] = {&w->M,     &w->C,     &w->K,       &w->U,     &w->V,      &w->scale,
-                              &w->sigma, &w->right, &w->g,       &w->x,     &w->y,      &w->q,
-                              &w->q_try, &w->A,     &w->b,       &w->work,  &w->offset, &w->out,
-                              &w->guess, &w->span,  &w->missing, &w->missed};
+    double **const array[] = {&w->M,
+                              &w->C,
+                              &w->K,
+                              &w->U,
+                              &w->V,
+                              &w->scale,
+                              &w->sigma,
+                              &w->right,
+                              &w->g,
+                              &w->x,
+                              &w->y,
+                              &w->q,
+                              &w->q_try,
+                              &w->A,
+                              &w->b,
+                              &w->work,
+                              &w->offset,
+                              &w->out,
+                              &w->guess,
+                              &w->span,
+                              &w->missing,
+                              &w->missed,
+                              &w->closing.give,
+                              &w->closing.gap};
     const size_t length[] = {n * n,
                              rows * n,
                              N * N,
@@ -71,6 +91,8 @@ int mbsri_dense_open(mbsri_dense *w, const mbsr_model *m, mbsr_data *d, const ch
                              nq,
                              n,
                              (size_t)w->held,
+                             (size_t)w->held,
+                             n,
                              (size_t)w->held};
     size_t total = 0;
     for (size_t k = 0; k < sizeof length / sizeof length[0]; ++k) total += length[k];
@@ -120,6 +142,18 @@ int mbsri_dense_rows(mbsri_dense *w)
         }
     }
     return MBSR_OK;
+}
+
+/* Coordinates that stay have an inertia of their own and a part in nothing else. */
+static void keep(mbsri_dense *w, const int *stays)
+{
+    const size_t n = (size_t)w->n, N = (size_t)w->N;
+    for (size_t j = 0; j < n && stays; ++j) {
+        if (!stays[j]) continue;
+        const double inertia = w->K[j * (N + 1)];
+        for (size_t k = 0; k < N; ++k) w->K[j * N + k] = w->K[k * N + j] = 0.0;
+        w->K[j * (N + 1)] = inertia > 0.0 ? inertia : 1.0;
+    }
 }
 
 static void fill(mbsri_dense *w, const bool *dropped)
@@ -205,13 +239,14 @@ static void split_kernel(mbsri_dense *w)
     }
 }
 
-int mbsri_dense_factor(mbsri_dense *w, const bool *dropped)
+int mbsri_dense_factor(mbsri_dense *w, const bool *dropped, const int *stays)
 {
     const int status = mbsri_dense_rows(w);
     if (status) return status;
     mbsri_mass_matrix(w->m, w->d, w->M);
     mbsri_clear_masses(w->m, w->d, w->M);
     fill(w, dropped);
+    keep(w, stays);
     equilibrate(w);
     w->nulls = w->moving = 0;
     if (w->N == 0) return MBSR_OK;

@@ -3,6 +3,7 @@
 #ifndef MBSRI_LOOPS_DENSE_H
 #define MBSRI_LOOPS_DENSE_H
 
+#include "loops/closing.h"
 #include "recursion/closures.h"
 #include "recursion/data.h"
 
@@ -17,6 +18,7 @@ typedef struct mbsri_dense {
     double *K, *U, *V;             /* N x N */
     double *scale, *sigma, *right; /* N */
     double *span;                  /* n: of what joint rates move (spans.h) */
+    mbsri_closing closing;         /* of the positions that a search begins with */
     double *g, *x, *y;             /* N */
     double *q, *q_try, *guess;     /* nq */
     double *A, *b;                 /* (held + n) x n, held + n: least squares */
@@ -49,8 +51,8 @@ static inline bool mbsri_is_asked(const mbsri_dense *w, const mbsri_closure *c, 
 int mbsri_dense_rows(mbsri_dense *w);
 
 /* Factors K = [M -C^T; C 0] with the rows of `kept` (NULL: all), the others replaced by lambda = 0; at
- * the velocities of the data. */
-int mbsri_dense_factor(mbsri_dense *w, const bool *dropped);
+ * the velocities of the data. Of joint rates j with stays[j] (n, NULL: none) u_j = right_j / M_jj instead. */
+int mbsri_dense_factor(mbsri_dense *w, const bool *dropped, const int *stays);
 
 /* (u; lambda) = K^+ right (n + rows), least norm in the scaled unknowns, right to be in the range. */
 void mbsri_dense_solve(const mbsri_dense *w, const double *right, double *x);

@@ -111,7 +111,7 @@ int mbsri_loops_factor(mbsri_dense *w, double t, const double *q, const double *
 {
     int status = mbsri_positions(w->m, w->d, t, q);
     if (!status) status = mbsri_velocities(w->m, w->d, u);
-    return status ? status : mbsri_dense_factor(w, w->left_out);
+    return status ? status : mbsri_dense_factor(w, w->left_out, NULL);
 }
 
 int mbsri_loops_velocities(mbsri_dense *w, double t, const double *q, double *u)

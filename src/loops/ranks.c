@@ -11,6 +11,7 @@
 
 #include "algebra/dense.h"
 #include "loops/assemble.h"
+#include "loops/rounding.h"
 #include "recursion/closures.h"
 #include "recursion/kinematics.h"
 
@@ -36,23 +37,6 @@ static double norm_of(const mbsri_row_set *s, int row)
 
 /* Rows of one kind compare; joint coordinates are others. */
 enum { KINDS = 3 };
-
-mbsr_coordinate_kind mbsri_row_kind(const mbsr_model *m, const mbsr_data *d, const mbsri_closure *c,
-                                    int k)
-{
-    const double *C = d->closure_C + c->at + k;
-    bool linear = false;
-    if (c->def.table->flags & MBSR_CLOSURE_JOINTS) return MBSR_COORDINATE_OTHER;
-    for (int l = 0; l < c->bodies; ++l) {
-        const mbsri_body *b = m->body + c->body[l];
-        const bool space = b->joint.space == MBSR_SPACE_SPATIAL,
-                   plane = b->joint.space == MBSR_SPACE_PLANAR;
-        const int from = space ? 3 : 0, to = space ? 6 : plane ? 2 : b->d;
-        for (int j = from; j < to && c->column[l] >= 0; ++j)
-            linear = linear || fabs(C[(size_t)(c->column[l] + j) * (size_t)c->rows]) > 0.0;
-    }
-    return linear ? MBSR_COORDINATE_TRANSLATION : MBSR_COORDINATE_ROTATION;
-}
 
 static void find_scales(const mbsri_row_set *s, double *scale)
 {
@@ -291,7 +275,7 @@ int mbsri_ranks_around(mbsri_dense *w, double t, const double *q, bool *dropped,
     mbsri_copy((size_t)w->n, w->x, direction);
     for (int side = -1; side <= 1; side += 2) {
         status = mbsri_positions(w->m, w->d, t, q);
-        if (!status) status = mbsri_displace(w, q, side * step, direction, w->q);
+        if (!status) status = mbsri_displace(w->m, w->d, q, side * step, direction, w->q);
         if (status) return status;
         mbsr_assembly_info info;
         status = mbsri_assemble(w, t, w->q, &opt, &info);

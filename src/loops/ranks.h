@@ -43,10 +43,6 @@ typedef struct mbsri_row_set {
  * all rows, and adds to what was found. */
 void mbsri_ranks_of(const mbsri_row_set *s, bool *dropped, mbsri_ranks *found);
 
-/* What row k of a closure measures, by its C: turns of bodies, places, or joint coordinates. */
-mbsr_coordinate_kind mbsri_row_kind(const mbsr_model *m, const mbsr_data *d, const mbsri_closure *c,
-                                    int k);
-
 /* The length to which each row is compared, into `scale` (rows): the largest of its closure and kind, a
  * thousandth of the largest of its kind at least. Its own length would not do: where links are stretched
  * a row becomes small as a whole. */

@@ -28,6 +28,23 @@ void mbsri_row_parts(const mbsr_model *m, const mbsr_data *d, const mbsri_closur
     *turn = sqrt(square[1]);
 }
 
+mbsr_coordinate_kind mbsri_row_kind(const mbsr_model *m, const mbsr_data *d, const mbsri_closure *c,
+                                    int k)
+{
+    const double *C = d->closure_C + c->at + k;
+    bool linear = false;
+    if (c->def.table->flags & MBSR_CLOSURE_JOINTS) return MBSR_COORDINATE_OTHER;
+    for (int l = 0; l < c->bodies; ++l) {
+        const mbsri_body *b = m->body + c->body[l];
+        const bool space = b->joint.space == MBSR_SPACE_SPATIAL,
+                   plane = b->joint.space == MBSR_SPACE_PLANAR;
+        const int from = space ? 3 : 0, to = space ? 6 : plane ? 2 : b->d;
+        for (int j = from; j < to && c->column[l] >= 0; ++j)
+            linear = linear || fabs(C[(size_t)(c->column[l] + j) * (size_t)c->rows]) > 0.0;
+    }
+    return linear ? MBSR_COORDINATE_TRANSLATION : MBSR_COORDINATE_ROTATION;
+}
+
 /* The longest lever in the mechanism: between origins of neighbours, and of rows about origins, which all
  * vanish where points stand in one line; so no less than the length typical of the model. */
 double mbsri_longest_lever(const mbsr_model *m, const mbsr_data *d)

@@ -16,6 +16,10 @@ double mbsri_longest_lever(const mbsr_model *m, const mbsr_data *d);
 void mbsri_row_parts(const mbsr_model *m, const mbsr_data *d, const mbsri_closure *c, int l, int k,
                      double *turn, double *move);
 
+/* What row k of a closure measures, by its C: turns of bodies, places, or joint coordinates. */
+mbsr_coordinate_kind mbsri_row_kind(const mbsr_model *m, const mbsr_data *d, const mbsri_closure *c,
+                                    int k);
+
 /* Below this share of what is added up in it an entry of row k of closure c is rounding. */
 double mbsri_row_rounding(const mbsri_closure *c);
 

@@ -116,8 +116,8 @@ int mbsri_springs_load(mbsri_dense *w, double t, const double *q, const double *
     const mbsri_closure *first = mbsri_all_closures(w->m);
     const int status = shared ? displacement(w, t, q, lambda) : MBSR_OK;
     if (status) return status;
-    const double rounding =
-        fmax(1e-14 * mbsri_assembly_size(w), 1e-12 * mbsri_largest(w->held, w->offset));
+    const double rounding = fmax(1e-14 * mbsri_closing_size(w->m, w->d, &w->closing),
+                                 1e-12 * mbsri_closing_widest(w->m, &w->closing, w->offset));
     *changed = false;
     mbsri_zero((size_t)w->held, w->missing);
     for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
@@ -130,7 +130,7 @@ int mbsri_springs_load(mbsri_dense *w, double t, const double *q, const double *
                 for (int j = 0; j < w->n; ++j) gap += w->C[j * w->rows + row] * w->b[j];
             }
             w->missing[held] = gap - w->offset[held];
-            *changed = *changed || fabs(w->missing[held]) > rounding;
+            *changed = *changed || fabs(w->missing[held]) > rounding * w->closing.gap[held];
         }
     }
     return MBSR_OK;
@@ -170,15 +170,16 @@ int mbsri_springs_take(const mbsri_dense *w, double *lambda)
     const mbsr_model *m = w->m;
     const mbsri_closure *first = mbsri_all_closures(m);
     const double limit = 1e-6 * mbsri_largest(w->rows, lambda),
-                 rounding = 1e-13 * mbsri_assembly_size(w);
+                 rounding = 1e-13 * mbsri_closing_size(m, w->d, &w->closing);
     char label[MBSRI_LABEL];
     for (int id = 0; id < (int)m->closures.count; ++id) {
         const mbsri_closure *c = first + id;
         for (int k = 0; k < c->held; ++k) {
             if (!mbsri_is_stiff(c, k) || !mbsri_is_asked(w, c, k)) continue;
-            const double force = -w->offset[c->held_row + k] * c->def.stiffness[k],
+            const int held = c->held_row + k;
+            const double stiffness = c->def.stiffness[k], force = -w->offset[held] * stiffness,
                          change = fabs(lambda[c->row + k] - force);
-            if (change > limit && change > rounding * c->def.stiffness[k])
+            if (change > limit && change > rounding * w->closing.gap[held] * stiffness)
                 return mbsri_fail(&w->d->error, MBSR_NO_CONVERGENCE, MBSR_NONE, MBSR_NONE,
                                   "%s: no positions found at which the springs of %s bear its "
                                   "forces (%.3g is left); settled = 0 takes them as they are",

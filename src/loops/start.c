@@ -35,12 +35,12 @@ int mbsri_loops_consistent(mbsri_dense *w, double t, double *q, double *u, doubl
                            double *lambda, const mbsr_consistent_opt *opt,
                            mbsr_consistent_info *info)
 {
-    mbsr_assembly_opt standard = mbsri_assembly_standard();
+    mbsr_assembly_opt assembly_opt = mbsri_assembly_of(opt);
     mbsr_assembly_info assembly;
     mbsri_ranks here;
     int nearby;
-    if (any_stiff(w)) standard.tolerance *= 1e-2; /* what is left of gaps is a force */
-    int status = mbsri_assemble_settled(w, t, q, &standard, &assembly);
+    if (any_stiff(w)) assembly_opt.tolerance *= 1e-2; /* what is left of gaps is a force */
+    int status = mbsri_assemble_settled(w, t, q, &assembly_opt, &assembly);
     if (!status) status = mbsri_ranks_around(w, t, q, w->d->dropped, &here, &nearby);
     if (status) return status;
     info->iterations = assembly.iterations;
@@ -50,7 +50,7 @@ int mbsri_loops_consistent(mbsri_dense *w, double t, double *q, double *u, doubl
     for (int pass = 0; pass < PASSES && !status && changed; ++pass) {
         if (pass > 0) {
             mbsri_springs_move(w);
-            status = mbsri_assemble(w, t, q, &standard, &assembly);
+            status = mbsri_assemble(w, t, q, &assembly_opt, &assembly);
         }
         if (!status) status = mbsri_balance(w, t, q, u, udot, lambda, opt, info);
         if (!status) status = mbsri_loops_springs(w, t, q, u, lambda);

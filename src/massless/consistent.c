@@ -1,214 +1,277 @@
-/* A consistent start for every form.
+/* A consistent start for every form: what is asked, the start itself, what has changed.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Along the directions a that move no mass (null_space.h) the equations of motion are balances of
- * forces, gamma(q, u, t) = 0. With C = d gamma / d u and S = d gamma / d q along these directions,
- * and Y an orthonormal basis of the left null space of C, Yc of its complement:
- *
- *   damped directions (rank of C):  Yc^T gamma = 0 fixes velocities        index 1
- *   elastic ones:                   Y^T gamma = 0 fixes positions,
- *                                   Y^T gamma' = 0 velocities              index 2
- *   otherwise                       the motion is not determined
- *
- * The start changes q along the elastic directions only, then u along all of them; momenta p = M u
- * stay. u' follows from the equations of motion, Yc^T gamma' = 0 and Y^T gamma'' = 0. Since all of
- * gamma vanishes along the motion, Y may be held fixed while differentiating.
- *
- * That takes O(N k) operations for k directions, and C by differences. Where they are many and all
- * are damped, the Newton solver does it in O(N) (damped_start.h). */
+ * Trees start by tree_start.c, models with closures by loops_start.c. Both take velocities u_0 to consistent ones,
+ * u = S(u_0). Rates that are kept are brought about by Newton's method on u_0 (kept_rates.h), each step of which
+ * ends with a start of its own; so they hold in every way that a start can go. */
 #include "algebra/dense.h"
 #include "base/cookie.h"
 #include "base/error.h"
+#include "base/memory.h"
 #include "dynamics/entry.h"
-#include "massless/damped_start.h"
-#include "massless/imbalance.h"
+#include "forms/dae.h"
+#include "loops/closing.h"
+#include "massless/kept_rates.h"
 #include "massless/loops_start.h"
-#include "massless/start.h"
-#include "recursion/backward.h"
-#include "recursion/elements.h"
-#include "recursion/kinematics.h"
-#include "recursion/not_finite.h"
+#include "massless/tree_start.h"
+#include "model/query.h"
+#include "recursion/spans.h"
 
 #include <math.h>
+
+static const char function[] = "mbsr_dae_consistent";
 
 mbsr_consistent_opt mbsr_default_consistent_opt(void)
 {
     return (mbsr_consistent_opt){.cookie = MBSRI_COOKIE, .max_iterations = 30, .tolerance = 1e-12};
 }
 
-/* Memory of vectors over the whole state. */
-static int allocate_state(mbsri_start *s)
-{
-    const mbsr_model *m = s->w.m;
-    const size_t nq = (size_t)m->nq, nu = (size_t)m->nu, size = (size_t)s->form->size(m);
-    double **const array[] = {&s->q_given, &s->u_given, &s->q,  &s->u,     &s->qdot,
-                              &s->udot,    &s->y,       &s->yp, &s->change};
-    const size_t length[] = {nq, nu, nq, nu, nq, nu, size, size, nu};
-    s->memory = mbsri_allocate(&m->allocator, (3 * nq + 4 * nu + 2 * size) * sizeof(double));
-    if (!s->memory) {
-        return mbsri_fail(&s->w.d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
-                          "mbsr_dae_consistent: no memory for %zu coordinates", nq + nu);
-    }
-    double *next = s->memory;
-    for (size_t l = 0; l < sizeof length / sizeof length[0]; ++l) {
-        *array[l] = next;
-        next += length[l];
-    }
-    return MBSR_OK;
-}
-
-/* Memory of what the directions need beside the null space itself. */
-static int allocate_directions(mbsri_start *s)
-{
-    const mbsr_model *m = s->w.m;
-    const size_t k = (size_t)s->w.k;
-    double **const array[] = {&s->left,  &s->left_error, &s->Z,      &s->Z_error,
-                              &s->B,     &s->B_error,    &s->defect, &s->weights,
-                              &s->moved, &s->trial,      &s->sizes};
-    const size_t length[] = {k * k, k * k, k * k, k * k, k * k, k * k, k, k, k, k, k};
-    size_t total = 0;
-    for (size_t l = 0; l < sizeof length / sizeof length[0]; ++l) total += length[l];
-    size_t reduction = mbsri_reduction_size(s->w.k, s->w.k) + sizeof(double);
-    reduction -= reduction % sizeof(double);
-    s->more = mbsri_allocate(&m->allocator, total * sizeof(double) + 2 * reduction);
-    if (!s->more) {
-        return mbsri_fail(&s->w.d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
-                          "mbsr_dae_consistent: no memory for %d null directions", s->w.k);
-    }
-    double *next = s->more;
-    for (size_t l = 0; l < sizeof length / sizeof length[0]; ++l) {
-        *array[l] = next;
-        next += length[l];
-    }
-    mbsri_reduction_place(&s->reduced, s->w.k, s->w.k, next);
-    mbsri_reduction_place(&s->rest, s->w.k, s->w.k, next + reduction / sizeof(double));
-    return MBSR_OK;
-}
-
-/* ---- the call ---- */
+/* ---- what is asked ---- */
 
 static int check(const mbsr_model *m, mbsr_data *d, mbsr_dae_form form,
                  const mbsr_consistent_opt *opt)
 {
     if (m->rows > 0 && mbsri_find_form(form) && form != MBSR_DAE_MOMENTUM) {
         return mbsri_fail(&d->error, MBSR_ERR_CLOSURES, MBSR_NONE, MBSR_NONE,
-                          "mbsr_dae_consistent: the model has closures, which only the momentum "
-                          "form takes");
+                          "%s: the model has closures, which only the momentum form takes",
+                          function);
     }
     if (mbsr_dae_size(m, form) < 0) {
         return mbsri_fail(&d->error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
-                          "mbsr_dae_consistent: form is %d, no such form", (int)form);
+                          "%s: form is %d, no such form", function, (int)form);
     }
     if (opt->cookie != MBSRI_COOKIE) {
         return mbsri_fail(&d->error, MBSR_ERR_NO_DEFAULT, MBSR_NONE, MBSR_NONE,
-                          "mbsr_dae_consistent: opt was not made by mbsr_default_consistent_opt");
+                          "%s: opt was not made by mbsr_default_consistent_opt", function);
     }
     if (opt->max_iterations < 1 || !(opt->tolerance > 0.0)) {
-        return mbsri_fail(
-            &d->error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
-            "mbsr_dae_consistent: max_iterations is %d, tolerance is %g; both must be positive",
-            opt->max_iterations, opt->tolerance);
+        return mbsri_fail(&d->error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
+                          "%s: max_iterations is %d, tolerance is %g; both must be positive",
+                          function, opt->max_iterations, opt->tolerance);
     }
     if (opt->side < -1 || opt->side > 1) {
         return mbsri_fail(&d->error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
-                          "mbsr_dae_consistent: side is %d, must be -1, 0 or 1", opt->side);
+                          "%s: side is %d, must be -1, 0 or 1", function, opt->side);
+    }
+    return mbsri_closing_check(m, d, opt->weight, opt->keep_position, function);
+}
+
+/* ---- the start ---- */
+
+typedef struct start {
+    const mbsr_model *m;
+    mbsr_data *d;
+    mbsr_dae_form number;
+    const mbsri_dae_form *form;
+    double t;
+    const mbsr_consistent_opt *opt;
+    mbsr_consistent_info *info;
+    double *q_given, *u_given, *tried; /* nq, nu, nu: velocities that a start begins with */
+    double *q, *u, *y, *yp;            /* nq, nu, size, size: where it leads */
+    double *span;                      /* nu: of joint rates, but for 1/s */
+    double *momentum, *zero;           /* of the momentum form, and its rates, for other forms */
+    double *wanted, *missing, *size;   /* of rates that are kept */
+    int *rate, count;                  /* their places in u */
+    void *memory;
+} start;
+
+static int allocate(start *s)
+{
+    const mbsr_model *m = s->m;
+    const size_t nq = (size_t)m->nq, nu = (size_t)m->nu, size = (size_t)s->form->size(m),
+                 other = (size_t)mbsr_dae_size(m, MBSR_DAE_MOMENTUM);
+    double **const array[] = {&s->q_given, &s->u_given, &s->tried,    &s->q,    &s->u,
+                              &s->y,       &s->yp,      &s->momentum, &s->zero, &s->wanted,
+                              &s->missing, &s->size,    &s->span};
+    const size_t length[] = {nq, nu, nu, nq, nu, size, size, other, other, nu, nu, nu, nu};
+    size_t total = 0;
+    for (size_t l = 0; l < sizeof length / sizeof length[0]; ++l) total += length[l];
+    s->memory = mbsri_allocate(&m->allocator, total * sizeof(double) + nu * sizeof(int));
+    if (!s->memory)
+        return mbsri_fail(&s->d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
+                          "%s: no memory for a state of %d coordinates", function, m->nq + m->nu);
+    double *next = s->memory;
+    for (size_t l = 0; l < sizeof length / sizeof length[0]; ++l) {
+        *array[l] = next;
+        next += length[l];
+    }
+    s->rate = (int *)(void *)next;
+    return MBSR_OK;
+}
+
+/* The start from s->y. */
+static int start_once(start *s)
+{
+    mbsr_consistent_info found = {.position_changed = MBSR_NONE, .velocity_changed = MBSR_NONE};
+    const int before = s->info->iterations;
+    const int status =
+        s->m->rows > 0 ? mbsri_loops_start(s->m, s->d, s->number, s->t, s->y, s->yp, s->opt, &found)
+                       : mbsri_tree_start(s->m, s->d, s->number, s->t, s->y, s->yp, s->opt, &found);
+    *s->info = found;
+    s->info->iterations += before;
+    return status ? status : mbsri_unpack(s->form, s->m, s->d, s->t, s->y, s->q, s->u);
+}
+
+/* ---- rates that are kept ---- */
+
+static void list_kept(start *s)
+{
+    for (int k = 0; k < s->m->nu && s->opt->keep_rate; ++k) {
+        if (!s->opt->keep_rate[k]) continue;
+        s->wanted[s->count] = s->u_given[k];
+        s->size[s->count] = 0.0;
+        s->rate[s->count++] = k;
+    }
+}
+
+/* How fast the model moves, 1/s: the largest of rates u (nu) over its span; no slower than is typical of it. */
+static double speed_of(const start *s, const double *u, double *span)
+{
+    const mbsri_spans spans = mbsri_spans_of(s->m, NULL);
+    double speed = mbsri_span_rate(&spans);
+    for (int i = 1; i <= s->m->bodies; ++i) {
+        const mbsri_body *b = s->m->body + i;
+        for (int k = 0; k < b->n; ++k) {
+            span[b->u + k] = mbsri_coordinate_span(&spans, s->m, b, true, k);
+            speed = fmax(speed, fabs(u[b->u + k]) / span[b->u + k]);
+        }
+    }
+    return speed;
+}
+
+/* The largest of what is missing beside what rounding in it is relative to: how fast the model moves. */
+static double find_missing(start *s)
+{
+    const double speed = fmax(speed_of(s, s->u, s->span), speed_of(s, s->u_given, s->span));
+    double largest = 0.0;
+    for (int l = 0; l < s->count; ++l) {
+        s->missing[l] = s->wanted[l] - s->u[s->rate[l]];
+        s->size[l] = fmax(s->size[l], speed * s->span[s->rate[l]]);
+        if (s->missing[l] != 0.0) largest = fmax(largest, fabs(s->missing[l]) / s->size[l]);
+    }
+    return largest;
+}
+
+/* Impulses for what is missing, into s->tried. */
+static int push(start *s)
+{
+    const bool momentum = s->number == MBSR_DAE_MOMENTUM;
+    mbsri_kept_rates kept = {.t = s->t,
+                             .y = momentum ? s->y : s->momentum,
+                             .yp = momentum ? s->yp : s->zero,
+                             .count = s->count,
+                             .rate = s->rate,
+                             .wanted = s->wanted,
+                             .missing = s->missing,
+                             .size = s->size};
+    int status = MBSR_OK;
+    if (!momentum) {
+        mbsri_zero((size_t)mbsr_dae_size(s->m, MBSR_DAE_MOMENTUM), s->zero);
+        status = mbsri_pack(mbsri_find_form(MBSR_DAE_MOMENTUM), s->m, s->d, s->t, s->q, s->u,
+                            s->momentum);
+    }
+    return status ? status : mbsri_kept_rates_push(s->m, s->d, &kept, s->tried);
+}
+
+/* The last digits of rates that are kept, where they stand in y themselves. */
+static void settle(start *s)
+{
+    const int momenta = s->number == MBSR_DAE_MOMENTUM ? s->m->nu : 0;
+    for (int l = 0; l < s->count && s->number != MBSR_DAE_INDEX1; ++l)
+        s->u[s->rate[l]] = s->y[s->m->nq + momenta + s->rate[l]] = s->wanted[l];
+}
+
+/* No velocities found; `share` of the rate that lacks most is missing. */
+static int refuse_missing(const start *s, double share)
+{
+    const mbsr_model *m = s->m;
+    char label[MBSRI_LABEL];
+    int l = 0, i = 1;
+    while (fabs(s->missing[l]) < share * s->size[l]) ++l;
+    while (s->rate[l] < m->body[i].u || s->rate[l] >= m->body[i].u + m->body[i].n) ++i;
+    return mbsri_fail(&s->d->error, MBSR_NO_CONVERGENCE, m->body[i].id, MBSR_NONE,
+                      "%s: u%d of %s cannot keep %.9g: no impulses found that balance forces with "
+                      "it, %.3g is missing",
+                      function, s->rate[l] - m->body[i].u, mbsri_body_label(m, i, label),
+                      s->wanted[l], s->missing[l]);
+}
+
+static int keep_rates(start *s)
+{
+    enum { PASSES = 30 };
+    static const double exact = 1e-14, good = 1e-8;
+    double last = INFINITY, now = find_missing(s);
+    int status = MBSR_OK;
+    for (int pass = 0; pass < PASSES && now > exact; ++pass) {
+        if (now > 0.25 * last && now <= good) break;
+        last = now;
+        status = push(s);
+        if (!status) status = mbsri_pack(s->form, s->m, s->d, s->t, s->q_given, s->tried, s->y);
+        if (!status) status = start_once(s);
+        if (status) return status;
+        now = find_missing(s);
+    }
+    if (now > good) return refuse_missing(s, now);
+    settle(s);
+    return MBSR_OK;
+}
+
+/* ---- what has changed ---- */
+
+static double largest_change(int n, const double *before, const double *after, int *at)
+{
+    double largest = 0.0;
+    *at = MBSR_NONE;
+    for (int k = 0; k < n; ++k) {
+        const double change = fabs(after[k] - before[k]);
+        if (change <= largest) continue;
+        largest = change;
+        *at = k;
+    }
+    return largest;
+}
+
+/* Refuses a coordinate that was to stay and has not: forces along directions without mass have moved it. */
+static int check_positions(const start *s)
+{
+    static const double rounding = 1e-13;
+    const mbsr_model *m = s->m;
+    char label[MBSRI_LABEL];
+    for (int i = 1; i <= m->bodies && s->opt->keep_position; ++i) {
+        const mbsri_body *b = m->body + i;
+        for (int k = 0; k < b->nq; ++k) {
+            const int rate = k < b->nq - b->n ? 0 : k - (b->nq - b->n);
+            const double before = s->q_given[b->q + k], after = s->q[b->q + k];
+            if (!s->opt->keep_position[b->u + rate]) continue;
+            if (fabs(after - before) <= rounding * fmax(1.0, fabs(before))) continue;
+            return mbsri_fail(
+                &s->d->error, MBSR_NO_CONVERGENCE, b->id, MBSR_NONE,
+                "%s: q%d of %s cannot stay at %.9g: forces along directions without mass "
+                "balance at %.9g",
+                function, k, mbsri_body_label(m, i, label), before, after);
+        }
     }
     return MBSR_OK;
 }
 
-/* Evaluates all stages at the improved state. */
-static int evaluate(const mbsri_start *s)
+static int run(start *s, double *y, double *yp)
 {
-    int status = mbsri_positions(s->w.m, s->w.d, s->t, s->q);
-    if (!status) status = mbsri_velocities(s->w.m, s->w.d, s->u);
-    if (!status) status = mbsri_forces(s->w.m, s->w.d, NULL);
-    return status ? status : mbsri_backward(s->w.m, s->w.d);
-}
-
-/* The improved state in the form asked for, with its rates. */
-static int deliver(const mbsri_start *s, double *y, double *yp)
-{
-    const mbsr_model *m = s->w.m;
-    mbsr_data *d = s->w.d;
+    const mbsr_model *m = s->m;
     const size_t size = (size_t)s->form->size(m);
-    int status = mbsri_pack(s->form, m, d, s->t, s->q, s->u, s->y);
-    if (!status) status = evaluate(s);
-    if (!status) status = s->form->start(m, d, s->t, s->y, s->udot, s->yp);
+    int status = mbsri_unpack(s->form, m, s->d, s->t, y, s->q_given, s->u_given);
     if (status) return status;
-    status = mbsri_check_result(m, d, size, s->y, "mbsr_dae_consistent");
-    if (!status) status = mbsri_check_result(m, d, size, s->yp, "mbsr_dae_consistent");
+    mbsri_copy((size_t)m->nu, s->u_given, s->tried);
+    mbsri_copy(size, y, s->y);
+    list_kept(s);
+    status = start_once(s);
+    if (!status && s->count > 0) status = keep_rates(s);
+    if (!status) status = check_positions(s);
     if (status) return status;
+    s->info->position_change = largest_change(m->nq, s->q_given, s->q, &s->info->position_changed);
+    s->info->velocity_change = largest_change(m->nu, s->u_given, s->u, &s->info->velocity_changed);
     mbsri_copy(size, s->y, y);
     mbsri_copy(size, s->yp, yp);
     return MBSR_OK;
-}
-
-/* ---- the two ways ---- */
-
-/* By the directions that move no mass. */
-static int run_directions(mbsri_start *s)
-{
-    int status = MBSR_OK;
-    s->info.null_directions = s->w.k;
-    if (s->w.k > 0) {
-        status = mbsri_start_positions(s);
-        if (!status) status = mbsri_start_velocities(s);
-    }
-    if (!status) status = mbsri_start_rates(s);
-    s->info.elastic_directions = s->w.k - s->damped;
-    return status;
-}
-
-static int by_directions(mbsri_start *s)
-{
-    const mbsr_model *m = s->w.m;
-    int status = mbsri_null_open(&s->w, m, s->w.d, s->t, s->q, s->u, "mbsr_dae_consistent");
-    if (status) return status;
-    status = allocate_directions(s);
-    if (!status) status = run_directions(s);
-    mbsri_release(&m->allocator, s->more);
-    mbsri_null_close(&s->w);
-    return status;
-}
-
-/* Beyond so many directions the Newton solver is asked first. */
-enum { MANY_DIRECTIONS = 24 };
-
-/* By the Newton solver; *served: whether it did. */
-static int on_tree(mbsri_start *s, bool *served)
-{
-    const mbsr_model *m = s->w.m;
-    mbsr_data *d = s->w.d;
-    *served = false;
-    int status = evaluate(s);
-    if (status || m->nu - d->total_rank <= MANY_DIRECTIONS) return status;
-    s->info.null_directions = m->nu - d->total_rank;
-    s->info.force_defect = mbsri_largest_defect(m, d, false, 0.0, NULL);
-    status = mbsri_damped_start(m, d, s->t, s->q, s->u, s->udot, s->opt, &s->info, served);
-    if (!*served) s->info = (mbsr_consistent_info){0};
-    return status;
-}
-
-static double distance(int n, const double *a, const double *b)
-{
-    double value = 0.0;
-    for (int k = 0; k < n; ++k) value = fmax(value, fabs(a[k] - b[k]));
-    return value;
-}
-
-/* From the state given to the result in y, yp. */
-static int run(mbsri_start *s, double *y, double *yp)
-{
-    const mbsr_model *m = s->w.m;
-    bool served;
-    mbsri_copy((size_t)m->nq, s->q_given, s->q);
-    mbsri_copy((size_t)m->nu, s->u_given, s->u);
-    int status = on_tree(s, &served);
-    if (!status && !served) status = by_directions(s);
-    if (status) return status;
-    s->info.position_change = distance(m->nq, s->q, s->q_given);
-    s->info.velocity_change = distance(m->nu, s->u, s->u_given);
-    return deliver(s, y, yp);
 }
 
 int mbsr_dae_consistent(const mbsr_model *model, mbsr_data *data, mbsr_dae_form form, double t,
@@ -216,24 +279,25 @@ int mbsr_dae_consistent(const mbsr_model *model, mbsr_data *data, mbsr_dae_form 
                         mbsr_consistent_info *info)
 {
     const mbsr_consistent_opt standard = mbsr_default_consistent_opt();
+    mbsr_consistent_info found = {.position_changed = MBSR_NONE, .velocity_changed = MBSR_NONE};
     if (!opt) opt = &standard;
-    int status = mbsri_enter(model, data, y && yp, MBSRI_STAGE_NONE, "mbsr_dae_consistent");
+    int status = mbsri_enter(model, data, y && yp, MBSRI_STAGE_NONE, function);
     if (!status) status = check(model, data, form, opt);
     if (status) return status;
-    if (model->rows > 0) return mbsri_loops_start(model, data, form, t, y, yp, opt, info);
-
-    mbsri_start s = {
-        .form = mbsri_find_form(form), .opt = opt, .t = t, .w = {.m = model, .d = data}};
-    status = allocate_state(&s);
+    start s = {.m = model,
+               .d = data,
+               .number = form,
+               .form = mbsri_find_form(form),
+               .t = t,
+               .opt = opt,
+               .info = &found};
+    status = allocate(&s);
     if (status) return status;
     const bool watching = data->watching;
     data->watching = false; /* a new start may have other ranks */
-    status = mbsri_unpack(s.form, model, data, t, y, s.q_given, s.u_given);
-    if (!status) {
-        status = run(&s, y, yp);
-        if (info) *info = s.info;
-    }
+    status = run(&s, y, yp);
     data->watching = watching;
+    if (info) *info = found;
     mbsri_release(&model->allocator, s.memory);
     return status;
 }

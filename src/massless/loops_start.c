@@ -165,13 +165,6 @@ static int deliver(start *s, double *y, double *yp)
     return MBSR_OK;
 }
 
-static double distance(int n, const double *a, const double *b)
-{
-    double value = 0.0;
-    for (int k = 0; k < n; ++k) value = fmax(value, fabs(a[k] - b[k]));
-    return value;
-}
-
 /* Models with more joint rates and rows are started on the tree where that serves. */
 enum { DENSE_MOST = 120 };
 
@@ -244,9 +237,9 @@ static int stands(start *s, bool *still)
 }
 
 /* A state at rest with closed loops on which nothing acts stays as it is: *served. */
-static int rest(start *s, mbsr_consistent_info *info, bool *served)
+static int rest(start *s, const mbsr_consistent_opt *opt, mbsr_consistent_info *info, bool *served)
 {
-    const mbsr_assembly_opt standard = mbsri_assembly_standard();
+    const mbsr_assembly_opt assembly_opt = mbsri_assembly_of(opt);
     mbsr_assembly_info assembly;
     mbsri_verdict verdict = {.made = false};
     mbsri_ranks here;
@@ -257,7 +250,7 @@ static int rest(start *s, mbsr_consistent_info *info, bool *served)
     const size_t nq = (size_t)s->w.m->nq;
     const mbsr_error before = s->w.d->error;
     mbsri_copy(nq, s->q, s->near);
-    status = mbsri_assemble(&s->w, s->t, s->q, &standard, &assembly);
+    status = mbsri_assemble(&s->w, s->t, s->q, &assembly_opt, &assembly);
     const bool open = status > 0; /* settled springs may be where rigid rows cannot */
     if (!status) status = mbsri_ranks_around(&s->w, s->t, s->q, s->w.d->dropped, &here, &nearby);
     if (!status)
@@ -287,7 +280,7 @@ static int find(start *s, const double *y, const mbsr_consistent_opt *opt,
     if (status || served) return status;
     status = mbsri_dense_open(&s->w, m, d, "mbsr_dae_consistent");
     if (!status) status = mbsri_unpack(s->form, m, d, s->t, y, s->q, s->u);
-    if (!status) status = rest(s, info, &served);
+    if (!status) status = rest(s, opt, info, &served);
     if (status || served) return status;
     status = mbsri_loops_consistent(&s->w, s->t, s->q, s->u, s->udot, s->lambda, opt, info);
     if (status == MBSR_NO_CONVERGENCE && info->null_directions > 0) {
@@ -305,19 +298,12 @@ int mbsri_loops_start(const mbsr_model *m, mbsr_data *d, mbsr_dae_form form, dou
                       double *yp, const mbsr_consistent_opt *opt, mbsr_consistent_info *info)
 {
     start s = {.w = {.m = m, .d = d}, .form = mbsri_find_form(form), .t = t};
-    mbsr_consistent_info found = {0};
+    *info = (mbsr_consistent_info){0};
     int status = allocate(&s, m, d);
     if (status) return status;
-    const bool watching = d->watching;
-    d->watching = false;
-    status = find(&s, y, opt, &found);
-    const double *u_given = y + m->nq + m->nu;
-    found.position_change = distance(m->nq, s.q, y);
-    found.velocity_change = distance(m->nu, s.u, u_given);
+    status = find(&s, y, opt, info);
     if (!status) status = deliver(&s, y, yp);
-    if (info) *info = found;
     mbsri_dense_close(&s.w);
-    d->watching = watching;
     mbsri_release(&m->allocator, s.memory);
     return status;
 }

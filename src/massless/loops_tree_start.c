@@ -1,9 +1,9 @@
 /* A consistent start of a model with closures, on the tree: see loops_tree_start.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Newton systems of the momentum form with a large c stand for the dense ones of loops/start.c:
+ * Positions are those of loops/close_tree.c. Then Newton systems of the momentum form with a large c stand for the dense
+ * ones of loops/start.c:
  *
- *   positions     r = (0, 0, 0, 0, g)               q <- q - dq      (least change in the weights w)
  *   velocities    r = (0, 0, 0, C u + g_t, 0)       u <- u - du      (p changes by impulses of the loops)
  *   balance       r = (0, 0, F_u, C u + g_t, 0)     u, lambda <- u - du, lambda - c dLambda
  *   rates         r = (c q', c p', -dF/dt)          u' = du,  lambda <- lambda + dLambda
@@ -23,6 +23,8 @@
 #include "base/memory.h"
 #include "dynamics/entry.h"
 #include "forms/dae.h"
+#include "loops/assemble.h"
+#include "loops/close_tree.h"
 #include "loops/clusters.h"
 #include "massless/damped_start.h"
 #include "recursion/closures.h"
@@ -99,50 +101,13 @@ static int solve(work *w, double c, double *x)
     return status < 0 ? status : MBSR_OK;
 }
 
-/* g (held) less what the gaps are to be; returns the largest. */
-static double less_offset(const work *w, double *g)
+/* Closed positions; not good where there are none. */
+static int close_positions(work *w, const mbsr_consistent_opt *opt, mbsr_consistent_info *info)
 {
-    for (int k = 0; k < w->m->held && w->offset; ++k) g[k] -= w->offset[k];
-    return mbsri_largest(w->m->held, g);
-}
-
-/* The largest of what positions are to be changed by, after the residual: rows that are left out have none. */
-static double gap(const work *w)
-{
-    double *g = w->r + w->places;
-    mbsri_copy((size_t)w->m->held, w->F + w->places, g);
-    return less_offset(w, g);
-}
-
-/* Steps of q no longer than 1 rad or 1 m, halved until the gaps get smaller. */
-static int close_positions(work *w, mbsr_consistent_info *info)
-{
-    const mbsr_model *m = w->m;
-    int status = evaluate(w, w->t, w->q);
-    if (!status) status = mbsri_enter(m, w->d, true, MBSRI_STAGE_POSITIONS, "mbsr_dae_consistent");
-    while (!status && w->good) {
-        const double before = gap(w),
-                     limit = 1e-12 * fmax(1.0, mbsri_largest((int)m->size_p, w->d->p));
-        if (before <= limit) return MBSR_OK;
-        mbsri_zero((size_t)w->places, w->r);
-        gap(w);
-        status = solve(w, large, w->x);
-        double share = fmin(1.0, 1.0 / mbsri_largest(m->nq, w->x));
-        bool better = false;
-        for (int tries = 0; tries < 12 && !better && w->good && !status; ++tries, share *= 0.5) {
-            for (int k = 0; k < m->nq; ++k) w->q_try[k] = w->q[k] - share * w->x[k];
-            status = mbsri_normalise(m, w->d, w->q_try);
-            if (!status) status = evaluate(w, w->t, w->q_try);
-            better = !status && gap(w) < before;
-        }
-        if (better) mbsri_copy((size_t)m->nq, w->q_try, w->q);
-        if (!status && !better) {
-            w->good = before <= 1e3 * limit;
-            return evaluate(w, w->t, w->q);
-        }
-        if (++info->iterations > 100) w->good = false;
-    }
-    return status;
+    const mbsr_assembly_opt assembly = mbsri_assembly_of(opt);
+    const int status = mbsri_close_on_tree(w->m, w->d, w->t, &assembly, w->offset, w->q,
+                                           &info->iterations, &w->good);
+    return status ? status : evaluate(w, w->t, w->q);
 }
 
 /* Velocities that the rows allow, from F at the positions. */
@@ -307,7 +272,8 @@ static int widest_gap(work *w, const double *q, double *gap)
 {
     int status = mbsri_positions(w->m, w->d, w->t, q);
     if (!status) status = mbsri_closure_gaps(w->m, w->d, w->r);
-    *gap = less_offset(w, w->r);
+    for (int k = 0; k < w->m->held && w->offset; ++k) w->r[k] -= w->offset[k];
+    *gap = mbsri_largest(w->m->held, w->r);
     return status;
 }
 
@@ -318,7 +284,7 @@ static bool closed(const work *w, double open)
 
 /* Closes the loops without the rows that are redundant where the gaps are: what depends but for the gap
  * counts as redundant. */
-static int close_without(work *w, mbsr_consistent_info *info)
+static int close_without(work *w, const mbsr_consistent_opt *opt, mbsr_consistent_info *info)
 {
     enum { PASSES = 8 };
     double open = 0.0;
@@ -327,7 +293,7 @@ static int close_without(work *w, mbsr_consistent_info *info)
         w->good = true;
         status = choose_rows(w, w->q, open, w->d->dropped, &independent);
         if (status || !w->good) return status;
-        status = close_positions(w, info);
+        status = close_positions(w, opt, info);
         if (!status) status = widest_gap(w, w->q, &open);
         if (closed(w, open)) return status;
     }
@@ -336,7 +302,7 @@ static int close_without(work *w, mbsr_consistent_info *info)
 }
 
 /* The rows that are redundant in the closed position, unless more are independent in one nearby. */
-static int choose_nearby(work *w, mbsr_consistent_info *info)
+static int choose_nearby(work *w, const mbsr_consistent_opt *opt, mbsr_consistent_info *info)
 {
     static const double step = 1e-3; /* rad or m */
     const mbsr_model *m = w->m;
@@ -350,7 +316,7 @@ static int choose_nearby(work *w, mbsr_consistent_info *info)
     for (int k = 0; k < m->nq; ++k) there[k] = q[k] + step * w->q_try[k];
     if (!status) status = mbsri_normalise(m, w->d, there);
     w->q = there;
-    if (!status) status = close_positions(w, info);
+    if (!status) status = close_positions(w, opt, info);
     if (!status) status = widest_gap(w, there, &open);
     if (!status && w->good && closed(w, open))
         status = choose_rows(w, there, open, w->there, &nearby);
@@ -383,8 +349,8 @@ static int start_without(work *w, double *udot, const mbsr_consistent_opt *opt,
     mbsri_zero((size_t)m->nu, udot);
     w->good = true;
     info->iterations = 0;
-    int status = close_without(w, info);
-    if (!status && w->good) status = choose_nearby(w, info);
+    int status = close_without(w, opt, info);
+    if (!status && w->good) status = choose_nearby(w, opt, info);
     if (!status && w->good) status = find_state(w, udot, opt, info);
     if (!status && w->good) status = check_left_out(w);
     return status;
@@ -406,7 +372,7 @@ int mbsri_loops_tree_start(const mbsr_model *m, mbsr_data *d, double t, const do
     mbsri_zero((size_t)m->rows, lambda);
     mbsri_zero((size_t)m->nu, udot);
     int status = open_work(&w);
-    if (!status) status = close_positions(&w, info);
+    if (!status) status = close_positions(&w, opt, info);
     if (!status && w.good) status = find_state(&w, udot, opt, info);
     if (!status && !w.good) status = start_without(&w, udot, opt, info);
     *served = !status && w.good;

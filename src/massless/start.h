@@ -1,4 +1,4 @@
-/* What the steps of a consistent start share: see consistent.c.
+/* What the steps of a consistent start share: see tree_start.c.
  * SPDX-License-Identifier: BSD-3-Clause */
 #ifndef MBSRI_START_H
 #define MBSRI_START_H

@@ -11,6 +11,7 @@
 #include "base/memory.h"
 #include "dynamics/entry.h"
 #include "loops/assemble.h"
+#include "loops/closing.h"
 #include "loops/forward.h"
 #include "loops/mobility.h"
 #include "loops/motion.h"
@@ -44,13 +45,7 @@ static int check(const mbsr_model *m, mbsr_data *d, const mbsr_assembly_opt *opt
                           "mbsr_assemble: max_iterations is %d, tolerance is %g; both must be "
                           "positive",
                           opt->max_iterations, opt->tolerance);
-    for (int k = 0; k < m->nu && opt->weight; ++k) {
-        if (!(opt->weight[k] > 0.0 && isfinite(opt->weight[k])))
-            return mbsri_fail(&d->error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
-                              "mbsr_assemble: weight[%d] is %g, must be positive", k,
-                              opt->weight[k]);
-    }
-    return MBSR_OK;
+    return mbsri_closing_check(m, d, opt->weight, opt->keep_position, "mbsr_assemble");
 }
 
 int mbsr_assemble(const mbsr_model *model, mbsr_data *data, double t, const double *q,
@@ -131,7 +126,7 @@ static int mark_unique(mbsri_dense *w, const bool *dropped, int *unique)
 static int find_massless(mbsri_dense *w, int *count)
 {
     for (int k = 0; k < w->rows; ++k) w->other[k] = true;
-    const int status = mbsri_dense_factor(w, w->other);
+    const int status = mbsri_dense_factor(w, w->other, NULL);
     *count = w->moving;
     for (int l = 0; l < w->moving && !status; ++l)
         mbsri_dense_null(w, l, w->A + (size_t)l * (size_t)w->n);
@@ -194,7 +189,7 @@ static int count_massless(mbsri_dense *w, double t, const double *q, mbsr_closur
     if (status) return status;
     report->massless = w->n - d->total_rank;
     status = find_massless(w, &count);
-    if (!status) status = mbsri_dense_factor(w, w->left_out);
+    if (!status) status = mbsri_dense_factor(w, w->left_out, NULL);
     report->undetermined = w->moving;
     return status ? status : find_stretch(w, count, report);
 }

@@ -92,6 +92,58 @@ static void the_first_failure_stays(void **state)
     assert_int_equal(mbsr_simulation_to(NULL, 0.0), MBSR_ERR_NULL);
 }
 
+/* A crank of 0.3 m whose rod, without mass, moves a slider: its rate and position are given, the rest follows. */
+static void a_crank_turns_as_told(void **state)
+{
+    (void)state;
+    static const double y_axis[3] = {0, 1, 0}, x_axis[3] = {1, 0, 0}, o[3] = {0, 0, 0},
+                        end[3] = {1.0, 0.0, 0.0};
+    const mbsr_frame tip = mbsr_frame_turned((double[3]){0.3, 0, 0}, y_axis, 0.0);
+    mbsr_simulation s = mbsr_simulation_begin(NULL);
+    const int crank = mbsr_simulation_add_body(
+                  &s, "crank", MBSR_GROUND, mbsr_joint_revolute(NULL, NULL, y_axis),
+                  mbsr_inertia_point_mass(2.0, (double[3]){0.1, 0, 0.1})),
+              rod = mbsr_simulation_add_body(
+                  &s, "rod", crank, mbsr_joint_revolute(&tip, NULL, y_axis), mbsr_inertia_zero()),
+              slider = mbsr_simulation_add_body(&s, "slider", MBSR_GROUND,
+                                                mbsr_joint_prismatic(NULL, NULL, x_axis),
+                                                mbsr_inertia_point_mass(1.0, o));
+    static const double guess[3] = {0.0, -1.0, 1.0};
+    mbsr_closure_def pin = mbsr_closure_ball(rod, end, slider, o);
+    pin.name = "pin";
+    mbsr_simulation_add_closure(&s, pin);
+    mbsr_simulation_set_position(&s, crank, 0, 0.7);
+    mbsr_simulation_set_rate(&s, crank, 0, 50.0);
+    mbsr_simulation_set_rate(&s, crank, 0, 100.0);
+    mbsr_simulation_start(&s, NULL, 0.0, guess, NULL);
+    const double lean = asin(0.3 * sin(0.7));
+    assert_ok(s.status, &s.error);
+    assert_true(s.q[0] == 0.7 && s.u[0] == 100.0);
+    assert_close(s.u[2], -30.0 * (sin(0.7) + cos(0.7) * tan(lean)), 1e-9);
+    mbsr_simulation_to(&s, 0.001);
+    assert_ok(s.status, &s.error);
+    assert_close(s.q[0], 0.8, 5e-3);
+
+    mbsr_simulation_set_rate(&s, slider, 0, 5.0);
+    assert_int_equal(mbsr_simulation_start(&s, NULL, 0.0, guess, NULL), MBSR_LOOP_OPEN);
+    assert_contains(s.error.text, "cannot keep|closure 0 'pin'");
+    mbsr_simulation_forgive(&s);
+    mbsr_simulation_set_none(&s);
+    mbsr_simulation_set_rate(&s, slider, 1, 5.0);
+    assert_int_equal(mbsr_simulation_start(&s, NULL, 0.0, guess, NULL), MBSR_ERR_VALUE);
+    assert_contains(s.error.text, "mbsr_simulation_set_rate: coordinate is 1|'slider' has 1");
+    mbsr_simulation_forgive(&s);
+    mbsr_simulation_set_none(&s);
+    mbsr_simulation_set_position(&s, 7, 0, 5.0);
+    assert_int_equal(mbsr_simulation_start(&s, NULL, 0.0, guess, NULL), MBSR_ERR_ID);
+    assert_contains(s.error.text, "mbsr_simulation_set_position: there is no body 7");
+    mbsr_simulation_forgive(&s);
+    mbsr_simulation_set_none(&s);
+    mbsr_simulation_set_rate(&s, slider, 0, NAN);
+    assert_int_equal(mbsr_simulation_start(&s, NULL, 0.0, guess, NULL), MBSR_ERR_VALUE);
+    mbsr_simulation_end(&s);
+}
+
 /* A force that ends at 0.5 s: the state is the last good one. */
 static int ends(void *user, double t, int n, double *value)
 {
@@ -397,6 +449,7 @@ int main(void)
         cmocka_unit_test(held_forces_change_between_samples),
         cmocka_unit_test(a_run_needs_one_look_at_the_end),
         cmocka_unit_test(zero_stands_for_no_coordinates),
+        cmocka_unit_test(a_crank_turns_as_told),
         cmocka_unit_test(the_first_failure_stays),
         cmocka_unit_test(momenta_have_the_masses_of_their_joints),
         cmocka_unit_test(events_pass_and_failures_keep_the_last_state),

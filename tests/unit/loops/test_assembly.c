@@ -1,7 +1,10 @@
 /* Closing loops from a guess, and what cannot be closed.
  * SPDX-License-Identifier: BSD-3-Clause */
+#include "body.h"
 #include "loops.h"
+#include "units.h"
 
+#include <stdbool.h>
 #include <string.h>
 
 static const double pi = 3.14159265358979323846;
@@ -69,6 +72,108 @@ static void weights(void **state)
     assert_ok(mbsr_assemble(s.m, s.d, 0.0, guess, &opt, s.q, NULL), mbsr_data_error(s.d));
     assert_close(s.q[0], 1.2, 1e-5);
     loops_free(&s);
+}
+
+/* Coordinates that stay do so to the last digit, or what they leave open is told. */
+static void a_coordinate_stays(void **state)
+{
+    (void)state;
+    loops s;
+    four_bar(&s, 2.0, 1.0);
+    const double guess[3] = {1.2, -0.9, 1.3};
+    static const int crank[3] = {1, 0, 0}, two[3] = {1, 1, 0};
+    mbsr_assembly_opt opt = mbsr_default_assembly_opt();
+    opt.keep_position = crank;
+    assert_ok(mbsr_assemble(s.m, s.d, 0.0, guess, &opt, s.q, NULL), mbsr_data_error(s.d));
+    assert_true(s.q[0] == 1.2);
+    opt.keep_position = two;
+    assert_refused(mbsr_assemble(s.m, s.d, 0.0, guess, &opt, s.q, NULL), mbsr_data_error(s.d),
+                   MBSR_LOOP_OPEN, 1, MBSR_NONE, "pin");
+    assert_true(s.q[0] == 1.2 && s.q[1] == -0.9);
+    loops_free(&s);
+}
+
+/* Crank 0.3, rod 1 and slider; in a rod the joint to the slider has a coordinate, on a body without mass, or the
+ * joint to the crank, where the rod hangs on the slider. */
+typedef enum cut { CUT_PIN, CUT_AT_SLIDER, CUT_AT_CRANK } cut;
+
+static void slider_crank(loops *s, const units *of, cut where)
+{
+    const double L = of->length, zero[3] = {0.0, 0.0, 0.0}, end[3] = {L, 0.0, 0.0};
+    const mbsr_planar_frame none = {0.0, 0.0, 0.0}, tip = {0.3 * L, 0.0, 0.0}, far = {L, 0.0, 0.0};
+    const mbsr_inertia rod = mbsr_inertia_planar(of->mass, zero, of->mass * L * L);
+    loops_begin(s, NULL);
+    const int crank = test_add_body(s->m, MBSR_GROUND, mbsr_joint_planar_revolute(none, none), rod),
+              slider =
+                  test_add_body(s->m, MBSR_GROUND, mbsr_joint_planar_prismatic(none, none), rod),
+              link = where == CUT_AT_CRANK
+                         ? test_add_body(s->m, slider, mbsr_joint_planar_revolute(none, far), rod)
+                         : test_add_body(s->m, crank, mbsr_joint_planar_revolute(tip, none), rod);
+    mbsr_closure_def loop = mbsr_closure_ball(link, end, slider, zero);
+    if (where != CUT_PIN) {
+        const bool at_slider = where == CUT_AT_SLIDER;
+        const int cut_body = test_add_body(s->m, at_slider ? link : crank,
+                                           mbsr_joint_planar_revolute(at_slider ? far : tip, none),
+                                           mbsr_inertia_zero());
+        loop = mbsr_closure_weld(cut_body, NULL, at_slider ? slider : link, NULL);
+    }
+    assert_ok(mbsr_model_add_closure(s->m, &loop, NULL), NULL);
+    loops_finish(s);
+}
+
+/* Positions found, and steps, are the same in all units. */
+static void in_four_systems_of_units(void **state)
+{
+    (void)state;
+    enum { GUESSES = 50 };
+    static double found[GUESSES][3];
+    static int steps[GUESSES];
+    for (size_t k = 0; k < sizeof systems / sizeof systems[0]; ++k) {
+        loops s;
+        slider_crank(&s, systems + k, CUT_PIN);
+        for (uint64_t seed = 0; seed < GUESSES; ++seed) {
+            test_rng rng = test_seed(seed + 1);
+            double q[3];
+            mbsr_assembly_info info;
+            test_fill(&rng, 3, q);
+            for (int j = 0; j < 3; ++j) q[j] *= j == 1 ? 2.0 * systems[k].length : pi;
+            assert_ok(mbsr_assemble(s.m, s.d, 0.0, q, NULL, q, &info), mbsr_data_error(s.d));
+            q[1] /= systems[k].length;
+            if (k == 0) memcpy(found[seed], q, sizeof q);
+            if (k == 0) steps[seed] = info.iterations;
+            for (int j = 0; j < 3; ++j) assert_close(q[j], found[seed][j], 1e-10);
+            assert_int_equal(info.iterations, steps[seed]);
+        }
+        loops_free(&s);
+    }
+}
+
+/* With the same joint coordinates two cuts differ by the square of what the guess is open by. */
+static void where_the_loop_is_cut(void **state)
+{
+    (void)state;
+    const double lean = asin(0.3 * sin(0.7)), x = 0.3 * cos(0.7) + cos(lean);
+    for (uint64_t seed = 1; seed <= 20; ++seed) {
+        for (int k = 1; k <= 3; ++k) {
+            const double off = pow(10.0, -k);
+            test_rng rng = test_seed(seed);
+            loops a, b;
+            double q[2][4], r[4];
+            test_fill(&rng, 4, r);
+            /* crank, slider, rod on the crank, slider on the rod */
+            const double guess[4] = {0.7 + off * r[0], x + off * r[1], -0.7 - lean + off * r[2],
+                                     lean + off * r[3]},
+                         other[4] = {guess[0], guess[1], -guess[3], guess[2]};
+            slider_crank(&a, systems, CUT_AT_SLIDER);
+            slider_crank(&b, systems, CUT_AT_CRANK);
+            assert_ok(mbsr_assemble(a.m, a.d, 0.0, guess, NULL, q[0], NULL), mbsr_data_error(a.d));
+            assert_ok(mbsr_assemble(b.m, b.d, 0.0, other, NULL, q[1], NULL), mbsr_data_error(b.d));
+            assert_close(q[0][0], q[1][0], off * off);
+            assert_close(q[0][1], q[1][1], off * off);
+            loops_free(&a);
+            loops_free(&b);
+        }
+    }
 }
 
 /* Links of 1, 2.5 and 2 m over 7 m of ground: 1.5 m are missing. */
@@ -145,9 +250,10 @@ static void options(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(random_guesses), cmocka_unit_test(weights),
-                                       cmocka_unit_test(it_cannot_be_closed),
-                                       cmocka_unit_test(a_weld_in_space),
-                                       cmocka_unit_test(options)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(random_guesses),           cmocka_unit_test(weights),
+        cmocka_unit_test(it_cannot_be_closed),      cmocka_unit_test(a_coordinate_stays),
+        cmocka_unit_test(in_four_systems_of_units), cmocka_unit_test(where_the_loop_is_cut),
+        cmocka_unit_test(a_weld_in_space),          cmocka_unit_test(options)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

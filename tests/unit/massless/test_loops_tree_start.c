@@ -273,6 +273,42 @@ static void redundant_rows(void **state)
     }
 }
 
+/* In 2000 bodies a leg at each end of the row stands where it is told to, and turns so. */
+static void rates_that_are_kept(void **state)
+{
+    (void)state;
+    static const double legs[5] = {0.1, 1.2, -1.2, 1.2, 1.2};
+    enum { MANY = 400, FIRST = 1, LAST = 5 * MANY - 1 };
+    loops s;
+    make_legs(&s, MANY);
+    double *y = calloc(3 * (size_t)s.size, sizeof *y), *yp = y + s.size, *q = yp + s.size,
+           *u = q + s.nq;
+    int *keep = calloc((size_t)s.nu, sizeof *keep);
+    mbsr_consistent_opt opt = mbsr_default_consistent_opt();
+    mbsr_consistent_info info;
+    opt.keep_position = opt.keep_rate = keep;
+    keep[FIRST] = keep[LAST] = 1;
+    for (int k = 0; k < s.nq; ++k) q[k] = legs[k % 5] + 0.01 * sin(7.0 * k), u[k] = 0.3 * cos(k);
+    u[LAST] = 5.0;
+    assert_ok(mbsr_dae_pack(s.m, s.d, MBSR_DAE_MOMENTUM, 0.0, q, u, y), NULL);
+    assert_ok(mbsr_dae_consistent(s.m, s.d, MBSR_DAE_MOMENTUM, 0.0, y, yp, &opt, &info),
+              mbsr_data_error(s.d));
+    for (int k = FIRST; k <= LAST; k += LAST - FIRST)
+        assert_true(y[k] == q[k] && y[s.nq + s.nu + k] == u[k]);
+    /* the legs of one parallelogram turn alike */
+    assert_close(y[s.nq + s.nu + LAST - 1], 5.0, 1e-9);
+    assert_close(y[s.nq + s.nu + LAST - 3], 5.0, 1e-9);
+    keep[LAST - 1] = 1; /* and cannot be told otherwise */
+    assert_ok(mbsr_dae_pack(s.m, s.d, MBSR_DAE_MOMENTUM, 0.0, q, u, y), NULL);
+    opt.keep_position = NULL;
+    assert_int_equal(mbsr_dae_consistent(s.m, s.d, MBSR_DAE_MOMENTUM, 0.0, y, yp, &opt, NULL),
+                     MBSR_LOOP_OPEN);
+    assert_contains(mbsr_data_error(s.d)->text, "cannot keep|closure");
+    free(keep);
+    free(y);
+    loops_free(&s);
+}
+
 /* Gears between a rod and the next one, which hangs on it, listed twice: what reads the joint of the body where it
  * meets is found redundant, loop by loop as densely. */
 static void gears(void **state)
@@ -355,6 +391,6 @@ int main(void)
         cmocka_unit_test(as_one_loop),    cmocka_unit_test(as_dense),
         cmocka_unit_test(many_bodies),    cmocka_unit_test(springs_as_dense),
         cmocka_unit_test(redundant_rows), cmocka_unit_test(gears),
-        cmocka_unit_test(loose_springs)};
+        cmocka_unit_test(loose_springs),  cmocka_unit_test(rates_that_are_kept)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

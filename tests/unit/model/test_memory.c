@@ -143,7 +143,8 @@ static void a_failed_start_leaves_the_state_alone(void **state)
     for (int k = 0; k < 80; ++k) y[k] = 0.25, yp[k] = 0.5;
     const long live = counting.live;
     /* the state given, the null space, the start itself, then what elements see of it */
-    static const char *const text[] = {"mbsr_dae_consistent|coordinates",
+    static const char *const text[] = {"mbsr_dae_consistent|a state of",
+                                       "mbsr_dae_consistent|coordinates",
                                        "mbsr_dae_consistent|2 null directions",
                                        "mbsr_dae_consistent|2 null directions",
                                        "mbsr_dae_consistent|2 null directions",

@@ -1,0 +1,196 @@
+/* In what measure loops are closed: see closing.h.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * Positions are moved by joint rates x as little as may be, in the metric
+ *
+ *   sum weight_k (x_k / span_k)^2       span: 1 rad, or the longest lever of the mechanism
+ *
+ * of joint coordinates. It knows neither units nor the tree: of two cuts with the same coordinates (the joint that is
+ * cut having its own, on a massless body) it makes the same of the same guess. Gaps are compared likewise, turns
+ * to 1 rad, places to the lever, sums of joint coordinates to what the coordinates' spans make of them. */
+#include "loops/closing.h"
+
+#include "algebra/dense.h"
+#include "base/error.h"
+#include "loops/rounding.h"
+#include "model/query.h"
+#include "recursion/closures.h"
+#include "recursion/pose.h"
+#include "recursion/spans.h"
+
+#include <math.h>
+
+/* ---- levers ---- */
+
+/* The distance between the origins of a body and its predecessor: H has [r]x, of norm sqrt(2) |r|, in space, r turned
+ * by 90 degrees in the plane. */
+static double lever_of_body(const mbsr_data *d, const mbsri_body *b)
+{
+    const double *H = d->H + b->dp;
+    double square = 0.0;
+    int angles = 0;
+    for (int c = 0; c < b->d_pred; ++c) {
+        if (!mbsri_is_angle(b->pred_space, c)) continue;
+        ++angles;
+        for (int r = 0; r < b->d; ++r) {
+            const double x = H[c * b->d + r];
+            square += mbsri_is_angle(b->joint.space, r) ? 0.0 : x * x;
+        }
+    }
+    return sqrt(angles > 1 ? 0.5 * square : square);
+}
+
+/* The arm at which rows of places act on body l of a closure, the same for two points in whatever direction it is. */
+static double lever_of_rows(const mbsr_model *m, const mbsr_data *d, const mbsri_closure *c, int l)
+{
+    const bool space = m->body[c->body[l]].joint.space == MBSR_SPACE_SPATIAL;
+    double turns = 0.0, moves = 0.0, turn, move;
+    for (int k = 0; k < c->rows; ++k) {
+        if (mbsri_row_kind(m, d, c, k) != MBSR_COORDINATE_TRANSLATION) continue;
+        mbsri_row_parts(m, d, c, l, k, &turn, &move);
+        turns += turn * turn;
+        moves += move * move;
+    }
+    return moves > 0.0 ? sqrt((space ? 1.5 : 2.0) * turns / moves) : 0.0;
+}
+
+static double find_lever(const mbsr_model *m, const mbsr_data *d)
+{
+    const mbsri_closure *c = mbsri_all_closures(m), *end = c + m->closures.count;
+    double lever = 0.0;
+    for (int i = 1; i <= m->bodies; ++i) lever = fmax(lever, lever_of_body(d, m->body + i));
+    for (; c < end; ++c) {
+        for (int l = 0; l < c->bodies; ++l) lever = fmax(lever, lever_of_rows(m, d, c, l));
+    }
+    if (!(lever > 0.0)) lever = m->length;
+    return lever > 0.0 ? lever : 1.0;
+}
+
+/* ---- the measure ---- */
+
+/* What the spans of joint coordinates make of row k of a closure that reads these. */
+static double size_of_sum(const mbsr_model *m, const mbsr_data *d, const mbsri_closure *c, int k,
+                          const mbsri_spans *spans)
+{
+    double size = 0.0;
+    for (int l = 0; l < c->bodies; ++l) {
+        const mbsri_body *b = m->body + c->body[l];
+        for (int j = 0; j < b->n && c->column[l] >= 0; ++j) {
+            const double C =
+                d->closure_C[c->at + (size_t)((c->column[l] + b->d + j) * c->rows + k)];
+            size = fmax(size, fabs(C) * mbsri_coordinate_span(spans, m, b, true, j));
+        }
+    }
+    return size > 0.0 ? size : 1.0;
+}
+
+static void measure_gaps(const mbsr_model *m, const mbsr_data *d, const mbsri_spans *spans,
+                         double *gap)
+{
+    const mbsri_closure *c = mbsri_all_closures(m), *end = c + m->closures.count;
+    for (; c < end; ++c) {
+        for (int k = 0; k < c->held; ++k) {
+            double *size = gap + c->held_row + k;
+            switch (mbsri_row_kind(m, d, c, k)) {
+            case MBSR_COORDINATE_ROTATION: *size = spans->angle; break;
+            case MBSR_COORDINATE_TRANSLATION: *size = spans->length; break;
+            case MBSR_COORDINATE_OTHER: *size = size_of_sum(m, d, c, k, spans); break;
+            }
+        }
+    }
+}
+
+int mbsri_closing_measure(const mbsr_model *m, mbsr_data *d, const mbsr_assembly_opt *opt,
+                          mbsri_closing *c)
+{
+    const int status = mbsri_closure_jacobians(m, d);
+    if (status) return status;
+    c->lever = find_lever(m, d);
+    const mbsri_spans spans = {.length = c->lever, .angle = 1.0};
+    for (int i = 1; i <= m->bodies; ++i) {
+        const mbsri_body *b = m->body + i;
+        for (int k = 0; k < b->n; ++k) {
+            const int rate = b->u + k;
+            const double weight = opt->weight ? opt->weight[rate] : 1.0;
+            const bool stays = opt->keep_position && opt->keep_position[rate];
+            c->give[rate] =
+                stays ? 0.0 : mbsri_coordinate_span(&spans, m, b, true, k) / sqrt(weight);
+        }
+    }
+    measure_gaps(m, d, &spans, c->gap);
+    return MBSR_OK;
+}
+
+double mbsri_closing_share(const mbsr_model *m, const mbsri_closing *c, const double *x, double far)
+{
+    const double longest = c->lever * fmax(1.0, far);
+    double largest = 1.0;
+    for (int i = 1; i <= m->bodies; ++i) {
+        const mbsri_body *b = m->body + i;
+        for (int k = 0; k < b->n; ++k) {
+            const bool moves = mbsri_coordinate_kind(b, true, k) == MBSR_COORDINATE_TRANSLATION;
+            largest = fmax(largest, fabs(x[b->u + k]) / (moves ? longest : 1.0));
+        }
+    }
+    return 1.0 / largest;
+}
+
+double mbsri_closing_size(const mbsr_model *m, const mbsr_data *d, const mbsri_closing *c)
+{
+    double size = 1.0;
+    for (int i = 1; i <= m->bodies; ++i) {
+        const mbsri_body *b = m->body + i;
+        const double *p = d->p + b->p;
+        const bool turns = mbsri_turns(b->joint.space);
+        const int from = turns ? MBSR_POSE_X : 0,
+                  to = turns ? MBSR_POSE_SIZE
+                       : b->joint.space == MBSR_SPACE_PLANAR || b->joint.space == MBSR_SPACE_POINT
+                           ? 2
+                           : 0;
+        for (int k = from; k < to; ++k) size = fmax(size, fabs(p[k]) / c->lever);
+    }
+    return size;
+}
+
+double mbsri_closing_widest(const mbsr_model *m, const mbsri_closing *c, const double *g)
+{
+    double widest = 0.0;
+    for (int k = 0; k < m->held; ++k) widest = fmax(widest, fabs(g[k]) / c->gap[k]);
+    return widest;
+}
+
+double mbsri_closing_norm(const mbsr_model *m, const mbsri_closing *c, const double *g)
+{
+    double square = 0.0;
+    for (int k = 0; k < m->held; ++k) square += (g[k] / c->gap[k]) * (g[k] / c->gap[k]);
+    return sqrt(square);
+}
+
+/* ---- what may be asked ---- */
+
+/* Turns of a quaternion stay together, or not at all. */
+static int check_kept(const mbsr_model *m, mbsr_data *d, const int *keep, const char *function)
+{
+    char label[MBSRI_LABEL];
+    for (int i = 1; i <= m->bodies && keep; ++i) {
+        const mbsri_body *b = m->body + i;
+        const int *own = keep + b->u;
+        if (b->nq == b->n || (!own[0] == !own[1] && !own[0] == !own[2])) continue;
+        return mbsri_fail(&d->error, MBSR_ERR_VALUE, b->id, MBSR_NONE,
+                          "%s: keep_position[%d .. %d]: %s turns by a quaternion, which is kept as "
+                          "a whole or not at all",
+                          function, b->u, b->u + 2, mbsri_body_label(m, i, label));
+    }
+    return MBSR_OK;
+}
+
+int mbsri_closing_check(const mbsr_model *m, mbsr_data *d, const double *weight, const int *keep,
+                        const char *function)
+{
+    for (int k = 0; k < m->nu && weight; ++k) {
+        if (weight[k] > 0.0 && isfinite(weight[k])) continue;
+        return mbsri_fail(&d->error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
+                          "%s: weight[%d] is %g, must be positive", function, k, weight[k]);
+    }
+    return check_kept(m, d, keep, function);
+}

@@ -1,0 +1,15 @@
+/* A consistent start of a tree.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRI_TREE_START_H
+#define MBSRI_TREE_START_H
+
+#include "recursion/data.h"
+
+#include <mbsrank/dae.h>
+
+/* mbsr_dae_consistent of a model without closures that keeps no rates; its arguments have been checked, ranks are
+ * not watched. Of info, writes all but what has changed. */
+int mbsri_tree_start(const mbsr_model *m, mbsr_data *d, mbsr_dae_form form, double t, double *y,
+                     double *yp, const mbsr_consistent_opt *opt, mbsr_consistent_info *info);
+
+#endif
