@@ -93,8 +93,9 @@ MBSR_API int mbsr_stepper_start(mbsr_stepper *stepper, double t, const double *q
  * same bits.
  *
  * Where the root rests, and neither joints nor closures follow functions of time, the energy of mbsr_energy is
- * kept from growing: at no time does it exceed what it was at any earlier one and what elements without an energy
- * may have fed since by more than a hundredth of the kinetic energy (velocities are multiplied by a number below 1).
+ * kept from growing: where it exceeds what it was at an earlier time and what elements without an energy may have
+ * fed since by more than a hundredth of the kinetic energy, velocities are multiplied by a number between a half and
+ * 1, and a step that exceeds it by much is halved before.
  *
  * Refused with a status > 0 where no substep of h / 2^halvings succeeds either: MBSR_NO_CONVERGENCE, MBSR_NOT_FINITE,
  * MBSR_SINGULAR_BLOCK, MBSR_LOOP_SINGULAR, and other statuses of the residual and of Newton systems; at once with
@@ -115,6 +116,11 @@ MBSR_API int mbsr_stepper_get(const mbsr_stepper *stepper, double *t, double *q,
 MBSR_API int mbsr_stepper_state(const mbsr_stepper *stepper, double *t, double *y, double *yp);
 MBSR_API int mbsr_stepper_resume(mbsr_stepper *stepper, double t, const double *y,
                                  const double *yp);
+
+/* Says that something has changed that has an energy, such as an element switched on (mbsr_force_switch) or the
+ * rest length of a spring of your own: what mbsr_energy says now is what may be there. Forces held need not be
+ * told. Statuses of mbsr_stepper_resume; MBSR_ERR_SEQUENCE before a start. */
+MBSR_API int mbsr_stepper_jump(mbsr_stepper *stepper);
 
 /* MBSR_ERR_NULL. */
 MBSR_API int mbsr_stepper_get_info(const mbsr_stepper *stepper, mbsr_stepper_info *info);

@@ -10,9 +10,9 @@
 /* What energy may be there: see energy.c. */
 typedef struct mbsri_stepper_account {
     bool served;   /* all that feeds energy is known */
+    bool fed;      /* some elements may feed it */
     double energy; /* J, that the tree can have by what it had and was fed */
     double scale;  /* J, kinetic energy that it has had and has not lost since */
-    double power;  /* W, that elements without an energy feed */
 } mbsri_stepper_account;
 
 struct mbsr_stepper {
@@ -30,6 +30,7 @@ struct mbsr_stepper {
     double *F, *delta;        /* size each: residual and correction */
     double *before;           /* size: the correction before */
     double *span;             /* nq + nu: over what size coordinates change; of rates but for 1/s */
+    double *mean;             /* nu: mean of u over a substep */
     double factored;          /* c of the factorisation at hand, 1/s; 0: none */
     mbsri_stepper_account account, kept_account;
     mbsr_stepper_info info;

@@ -49,6 +49,13 @@ mbsr_stepper_work mbsri_stepper_bound(const mbsr_stepper *s)
                                .substeps = smallest};
 }
 
+/* s->mean of u: adds that of the stage in Y. */
+static void add_mean(mbsr_stepper *s, double weight)
+{
+    const double *u = s->Y + s->model->nq + s->model->nu;
+    for (int k = 0; k < s->model->nu; ++k) s->mean[k] += weight * u[k];
+}
+
 /* From s->y at t by h, into Y and K. */
 static int solve_stages(mbsr_stepper *s, int order, double t, double h, bool last)
 {
@@ -63,14 +70,19 @@ static int solve_stages(mbsr_stepper *s, int order, double t, double h, bool las
         s->base[k] = s->y[k];
         s->Y[k] = s->y[k] + g * h * s->yp[k];
     }
-    const int status = mbsri_stepper_stage(s, &task);
-    if (status || order == 1) return status;
+    int status = mbsri_stepper_stage(s, &task);
+    if (status) return status;
+    mbsri_zero((size_t)s->model->nu, s->mean);
+    add_mean(s, order == 2 ? 1.0 - g : g);
+    if (order == 1) return MBSR_OK;
     for (size_t k = 0; k < s->size; ++k) {
         s->base[k] = s->y[k] + (1.0 - g) * h * s->K[k];
         s->Y[k] = s->base[k] + g * h * s->K[k];
     }
     task.t = t + h;
-    return mbsri_stepper_stage(s, &task);
+    status = mbsri_stepper_stage(s, &task);
+    if (!status) add_mean(s, g);
+    return status;
 }
 
 /* Lambda and Eta from zero again, but for forces of stiff rows. */

@@ -90,14 +90,15 @@ static bool place(mbsr_stepper *s)
     double **const vector[] = {&s->y, &s->yp,   &s->kept_y, &s->kept_yp, &s->Y,
                                &s->K, &s->base, &s->F,      &s->delta,   &s->before};
     const size_t count = sizeof vector / sizeof vector[0];
-    const size_t spans = (size_t)s->model->nq + (size_t)s->model->nu;
-    const size_t numbers = count * s->size + spans + 1;
+    const size_t nq = (size_t)s->model->nq, nu = (size_t)s->model->nu;
+    const size_t numbers = count * s->size + nq + 2 * nu + 1;
     s->memory = mbsri_allocate(&s->model->allocator, numbers * sizeof(double));
     if (!s->memory) return false;
     double *at = s->memory;
     mbsri_zero(numbers, at);
     for (size_t k = 0; k < count; ++k, at += s->size) *vector[k] = at;
     s->span = at;
+    s->mean = at + nq + nu;
     s->info.bytes = sizeof *s + numbers * sizeof(double);
     return true;
 }
@@ -250,6 +251,17 @@ int mbsr_stepper_state(const mbsr_stepper *stepper, double *t, double *y, double
     if (y) mbsri_copy(s->size, s->y, y);
     if (yp) mbsri_copy(s->size, s->yp, yp);
     return MBSR_OK;
+}
+
+int mbsr_stepper_jump(mbsr_stepper *stepper)
+{
+    mbsr_stepper *s = stepper;
+    if (!s) return MBSR_ERR_NULL;
+    if (!s->started)
+        return refuse(s, MBSR_ERR_SEQUENCE, "mbsr_stepper_jump: call mbsr_stepper_start first");
+    mbsri_copy(s->size, s->y, s->kept_y);
+    mbsri_copy(s->size, s->yp, s->kept_yp);
+    return begin(s, s->t);
 }
 
 /* ---- steps ---- */
