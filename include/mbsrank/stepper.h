@@ -106,14 +106,15 @@ MBSR_API int mbsr_stepper_step(mbsr_stepper *stepper);
 MBSR_API int mbsr_stepper_to(mbsr_stepper *stepper, double t_end);
 
 /* The present state; t, q (nq) and u (nu) may each be NULL. MBSR_ERR_NULL, MBSR_ERR_SEQUENCE before a start. */
-MBSR_API int mbsr_stepper_get(const mbsr_stepper *stepper, double *t, double *q, double *u);
+MBSR_API int mbsr_stepper_get(mbsr_stepper *stepper, double *t, double *q, double *u);
 
 /* The same as y and y' of the momentum form (mbsr_dae_size numbers each, either may be NULL): with both
  * mbsr_stepper_resume goes on there, later or in another stepper of the same model, as if nothing had happened
  * between (a rejected step of a co-simulation, a game that is loaded). y' holds the loop forces lambda
- * (mbsr_closures_load), Lambda itself begins at zero in each step. resume: MBSR_ERR_NULL, MBSR_NOT_FINITE, the
- * statuses of mbsr_positions, mbsr_velocities and mbsr_energy, after which there is no state. */
-MBSR_API int mbsr_stepper_state(const mbsr_stepper *stepper, double *t, double *y, double *yp);
+ * (mbsr_closures_load), Lambda itself begins at zero in each step. On failure of resume the
+ * state is as it was before. MBSR_ERR_NULL, MBSR_ERR_SEQUENCE; resume: MBSR_NOT_FINITE, the statuses of
+ * mbsr_positions, mbsr_velocities and mbsr_energy. */
+MBSR_API int mbsr_stepper_state(mbsr_stepper *stepper, double *t, double *y, double *yp);
 MBSR_API int mbsr_stepper_resume(mbsr_stepper *stepper, double t, const double *y,
                                  const double *yp);
 

@@ -161,9 +161,10 @@ static int refuse(mbsr_stepper *s, int status, double t_end)
     /* they have worked for this state before */
     if (!mbsr_positions(m, s->data, s->t, s->y))
         (void)mbsr_velocities(m, s->data, s->y + m->nq + m->nu);
-    return mbsri_fail(&s->error, status, cause.body, cause.force,
-                      "the step from t = %.9g s by %.3g s is refused after %d attempts: %.160s",
-                      s->t, t_end - s->t, s->info.last.attempts, cause.text);
+    return mbsri_fail(
+        &s->error, status, cause.body, cause.force,
+        "mbsr_stepper: the step from t = %.9g s by %.3g s is refused after %d attempts: %.160s",
+        s->t, t_end - s->t, s->info.last.attempts, cause.text);
 }
 
 static int larger(int a, int b)

@@ -181,21 +181,32 @@ static int refuse(mbsr_stepper *s, int status, const char *text)
     return mbsri_fail(&s->error, status, MBSR_NONE, MBSR_NONE, "%s", text);
 }
 
-/* Takes y and yp in kept_y and kept_yp as the state at t. */
+static int too_early(mbsr_stepper *s, const char *function)
+{
+    return mbsri_fail(&s->error, MBSR_ERR_SEQUENCE, MBSR_NONE, MBSR_NONE,
+                      "%s: call mbsr_stepper_start first", function);
+}
+
+/* Takes y and yp in kept_y and kept_yp as the state at t; on failure the state stays. */
 static int begin(mbsr_stepper *s, double t)
 {
     const mbsr_model *m = s->model;
+    s->kept_account = s->account;
+    int status = mbsr_positions(m, s->data, t, s->kept_y);
+    if (!status) status = mbsr_velocities(m, s->data, s->kept_y + m->nq + m->nu);
+    if (status) s->cause = *mbsr_data_error(s->data);
+    if (!status) status = mbsri_stepper_open_account(s);
+    if (status) {
+        s->account = s->kept_account;
+        s->error = s->cause;
+        return status;
+    }
     mbsri_copy(s->size, s->kept_y, s->y);
     mbsri_copy(s->size, s->kept_yp, s->yp);
     s->t = s->from = t;
     s->since = 0;
-    int status = mbsr_positions(m, s->data, t, s->y);
-    if (!status) status = mbsr_velocities(m, s->data, s->y + m->nq + m->nu);
-    if (status) s->cause = *mbsr_data_error(s->data);
-    if (!status) status = mbsri_stepper_open_account(s);
-    if (status) s->error = s->cause;
-    s->started = status == MBSR_OK;
-    return status;
+    s->started = true;
+    return MBSR_OK;
 }
 
 int mbsr_stepper_start(mbsr_stepper *stepper, double t, const double *q, const double *u)
@@ -213,9 +224,10 @@ int mbsr_stepper_start(mbsr_stepper *stepper, double t, const double *q, const d
         s->error = *mbsr_data_error(s->data);
         return status;
     }
-    const mbsr_stepper_work bound = s->info.bound;
-    s->info = (mbsr_stepper_info){.bound = bound, .bytes = s->info.bytes};
-    return begin(s, t);
+    status = begin(s, t);
+    if (status) return status;
+    s->info = (mbsr_stepper_info){.bound = s->info.bound, .bytes = s->info.bytes};
+    return MBSR_OK;
 }
 
 int mbsr_stepper_resume(mbsr_stepper *stepper, double t, const double *y, const double *yp)
@@ -230,11 +242,11 @@ int mbsr_stepper_resume(mbsr_stepper *stepper, double t, const double *y, const 
     return begin(s, t);
 }
 
-int mbsr_stepper_get(const mbsr_stepper *stepper, double *t, double *q, double *u)
+int mbsr_stepper_get(mbsr_stepper *stepper, double *t, double *q, double *u)
 {
-    const mbsr_stepper *s = stepper;
+    mbsr_stepper *s = stepper;
     if (!s) return MBSR_ERR_NULL;
-    if (!s->started) return MBSR_ERR_SEQUENCE;
+    if (!s->started) return too_early(s, "mbsr_stepper_get");
     const size_t nq = (size_t)s->model->nq, nu = (size_t)s->model->nu;
     if (t) *t = s->t;
     if (q) mbsri_copy(nq, s->y, q);
@@ -242,11 +254,11 @@ int mbsr_stepper_get(const mbsr_stepper *stepper, double *t, double *q, double *
     return MBSR_OK;
 }
 
-int mbsr_stepper_state(const mbsr_stepper *stepper, double *t, double *y, double *yp)
+int mbsr_stepper_state(mbsr_stepper *stepper, double *t, double *y, double *yp)
 {
-    const mbsr_stepper *s = stepper;
+    mbsr_stepper *s = stepper;
     if (!s) return MBSR_ERR_NULL;
-    if (!s->started) return MBSR_ERR_SEQUENCE;
+    if (!s->started) return too_early(s, "mbsr_stepper_state");
     if (t) *t = s->t;
     if (y) mbsri_copy(s->size, s->y, y);
     if (yp) mbsri_copy(s->size, s->yp, yp);
@@ -257,8 +269,7 @@ int mbsr_stepper_jump(mbsr_stepper *stepper)
 {
     mbsr_stepper *s = stepper;
     if (!s) return MBSR_ERR_NULL;
-    if (!s->started)
-        return refuse(s, MBSR_ERR_SEQUENCE, "mbsr_stepper_jump: call mbsr_stepper_start first");
+    if (!s->started) return too_early(s, "mbsr_stepper_jump");
     mbsri_copy(s->size, s->y, s->kept_y);
     mbsri_copy(s->size, s->yp, s->kept_yp);
     return begin(s, s->t);
@@ -270,8 +281,7 @@ int mbsr_stepper_step(mbsr_stepper *stepper)
 {
     mbsr_stepper *s = stepper;
     if (!s) return MBSR_ERR_NULL;
-    if (!s->started)
-        return refuse(s, MBSR_ERR_SEQUENCE, "mbsr_stepper_step: call mbsr_stepper_start first");
+    if (!s->started) return too_early(s, "mbsr_stepper_step");
     const double t_end = s->from + (double)(s->since + 1) * s->opt.h;
     if (!(t_end > s->t)) {
         return mbsri_fail(&s->error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
@@ -287,8 +297,7 @@ int mbsr_stepper_to(mbsr_stepper *stepper, double t_end)
 {
     mbsr_stepper *s = stepper;
     if (!s) return MBSR_ERR_NULL;
-    if (!s->started)
-        return refuse(s, MBSR_ERR_SEQUENCE, "mbsr_stepper_to: call mbsr_stepper_start first");
+    if (!s->started) return too_early(s, "mbsr_stepper_to");
     if (!isfinite(t_end) || !(t_end > s->t)) {
         return mbsri_fail(&s->error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
                           "mbsr_stepper_to: t_end is %g s, must be finite and later than t = %g s",

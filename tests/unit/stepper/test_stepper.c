@@ -83,7 +83,7 @@ static void go(scene *x, int steps)
 }
 
 /* t, y and y'; returns their number. */
-static int look(const mbsr_stepper *stepper, int size, double *numbers)
+static int look(mbsr_stepper *stepper, int size, double *numbers)
 {
     assert_int_equal(mbsr_stepper_state(stepper, numbers, numbers + 1, numbers + 1 + size),
                      MBSR_OK);
