@@ -30,15 +30,16 @@ extern "C" {
 typedef struct mbsr_stepper mbsr_stepper;
 
 typedef struct mbsr_stepper_opt {
-    int cookie;   /* set by mbsr_default_stepper_opt */
-    double h;     /* s, of mbsr_stepper_step; default 1e-3 */
-    int order;    /* 1: implicit Euler, or 2 (default): SDIRK of two stages */
-    int halvings; /* how often a step may be halved that fails, 0 .. 10; default 4: down to h / 16 */
-    int corrections; /* of Newton's method in a stage, at most, 2 .. 100; default 12 */
-    double
-        tolerance; /* what Newton's method leaves, as a share of 1 rad and of the length typical of the
-                         tree (the mean radius of gyration of its bodies): 1e-3 at most; default 1e-9 */
-    int watch_energy; /* 1 (default): velocities are braked where a step makes energy, see below; 0: not */
+    int cookie;       /* set by mbsr_default_stepper_opt */
+    double h;         /* s, of mbsr_stepper_step; default 1e-3 */
+    int order;        /* 1: implicit Euler, or 2 (default): SDIRK of two stages */
+    int halvings;     /* how often a step that fails is halved, 0 .. 10; default 4: to h / 16 */
+    int corrections;  /* of Newton's method in a stage, at most, 2 .. 100; default 12 */
+    int matrix_steps; /* substeps of one length that a matrix serves at most, as long as corrections
+                       * are fast; default 1: a new one each, so that all steps cost the same */
+    double tolerance; /* what Newton's method leaves, in 1 rad and in the length typical of the tree
+                       * (mean radius of gyration of its bodies): 1e-3 at most; default 1e-9 */
+    int watch_energy; /* 1 (default): steps that make energy are braked, see below; 0: not */
     mbsr_newton_opt newton; /* default mbsr_default_newton_opt(); must not leave elements out */
 } mbsr_stepper_opt;
 

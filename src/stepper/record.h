@@ -31,6 +31,7 @@ struct mbsr_stepper {
     double *before;           /* size: the correction before */
     double *span;             /* nq + nu: over what size coordinates change; of rates but for 1/s */
     double *mean;             /* nu: mean of u over a substep */
+    int age;                  /* substeps that the factorisation at hand has served */
     double factored;          /* c of the factorisation at hand, 1/s; 0: none */
     mbsri_stepper_account account, kept_account;
     mbsr_stepper_info info;

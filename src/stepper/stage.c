@@ -46,6 +46,7 @@ static int factor(mbsr_stepper *s, const mbsri_stage_task *task)
     const int status = mbsr_newton_factor(s->newton, s->data, task->t, s->Y, s->K, task->c);
     if (status) return keep_cause(s, status, mbsr_newton_error(s->newton));
     s->factored = task->c;
+    s->age = 0;
     return MBSR_OK;
 }
 

@@ -15,7 +15,8 @@
  *   order 2: SDIRK of two stages, c = (gamma, 1), a = (gamma, 0; 1 - gamma, gamma), gamma = 1 - sqrt(1/2)
  *   (R. Alexander, SIAM J. Numer. Anal. 14, 1977, 1006-1021)
  *
- * One matrix, that of c = 1 / (gamma h) where stage 1 is guessed, serves both stages unless corrections are slow.
+ * One matrix, that of c = 1 / (gamma h) where stage 1 is guessed, serves both stages, and with matrix_steps > 1 those
+ * of further steps of the same h, unless corrections are slow.
  *
  * Substeps: a part of the step that fails is halved, and its halves again, until parts are h / 2^halvings. Each
  * part is tried once, so that a step takes at most 2^(halvings + 1) - 1 attempts. Where the smallest part fails
@@ -32,6 +33,9 @@
 #include "stepper/stage.h"
 
 #include <math.h>
+
+/* At a part that can be halved, at one that cannot, and once more at that one. */
+typedef enum kind { HALVABLE, SMALLEST, LAST_RESORT } kind;
 
 /* Corrections of the last resort, as a multiple; ends of iterations that do not come to the tolerance. */
 enum { PATIENCE = 4 };
@@ -57,15 +61,17 @@ static void add_mean(mbsr_stepper *s, double weight)
 }
 
 /* From s->y at t by h, into Y and K. */
-static int solve_stages(mbsr_stepper *s, int order, double t, double h, bool last)
+static int solve_stages(mbsr_stepper *s, kind what, double t, double h)
 {
+    const bool last = what == LAST_RESORT;
+    const int order = last ? 1 : s->opt.order;
     const double g = order == 2 ? 1.0 - sqrt(0.5) : 1.0;
     mbsri_stage_task task = {.t = t + g * h,
                              .h = h,
                              .c = 1.0 / (g * h),
                              .corrections = (last ? PATIENCE : 1) * s->opt.corrections,
                              .enough = fmax(last ? enough_at_last : enough, s->opt.tolerance)};
-    s->factored = 0.0;
+    if (s->age >= s->opt.matrix_steps) s->factored = 0.0;
     for (size_t k = 0; k < s->size; ++k) {
         s->base[k] = s->y[k];
         s->Y[k] = s->y[k] + g * h * s->yp[k];
@@ -98,24 +104,25 @@ static void forget_multipliers(mbsr_stepper *s)
     mbsri_zero((size_t)m->held, Lambda + m->rows);
 }
 
-/* One substep, which becomes the state where it succeeds. `last`: the last resort. */
-static int attempt(mbsr_stepper *s, int order, double t, double h, bool last, bool smallest)
+/* One substep, which becomes the state where it succeeds. */
+static int attempt(mbsr_stepper *s, kind what, double t, double h)
 {
     const mbsr_model *m = s->model;
     mbsr_data *d = s->data;
     ++s->info.last.attempts;
-    int status = solve_stages(s, order, t, h, last);
+    int status = solve_stages(s, what, t, h);
     if (status) return status;
     status = mbsr_normalise(m, d, s->Y);
     if (!status) status = mbsr_positions(m, d, t + h, s->Y);
     if (!status) status = mbsr_velocities(m, d, s->Y + m->nq + m->nu);
     if (status) s->cause = *mbsr_data_error(d);
-    if (!status) status = mbsri_stepper_settle(s, h, smallest);
+    if (!status) status = mbsri_stepper_settle(s, h, what != HALVABLE);
     if (status) return status;
     forget_multipliers(s);
     mbsri_copy(s->size, s->Y, s->y);
     mbsri_copy(s->size, s->K, s->yp);
     ++s->info.last.substeps;
+    ++s->age;
     return MBSR_OK;
 }
 
@@ -126,15 +133,16 @@ static int go(mbsr_stepper *s, double t, double h)
     int level = 0;
     for (int at = 0; at < parts;) {
         const double begin = t + h * at / parts, length = h / (1 << level);
-        const bool smallest = level == s->opt.halvings;
-        int status = attempt(s, s->opt.order, begin, length, false, smallest);
-        if (status > 0 && !smallest) {
+        const kind what = level == s->opt.halvings ? SMALLEST : HALVABLE;
+        int status = attempt(s, what, begin, length);
+        if (status) s->factored = 0.0;
+        if (status > 0 && what == HALVABLE) {
             ++level;
             continue;
         }
         if (status > 0) {
             ++s->info.last_resorts;
-            status = attempt(s, 1, begin, length, true, true);
+            status = attempt(s, LAST_RESORT, begin, length);
         }
         if (status) return status;
         at += parts >> level;
@@ -183,13 +191,16 @@ static void count(mbsr_stepper_info *info)
     most->substeps = larger(most->substeps, last->substeps);
 }
 
-int mbsri_stepper_advance(mbsr_stepper *s, double t_end)
+int mbsri_stepper_advance(mbsr_stepper *s, double t_end, double h)
 {
     s->info.last = (mbsr_stepper_work){0};
     keep(s);
-    const int status = go(s, s->t, t_end - s->t);
+    const int status = go(s, s->t, h);
     count(&s->info);
-    if (status) return refuse(s, status, t_end);
+    if (status) {
+        s->factored = 0.0;
+        return refuse(s, status, t_end);
+    }
     s->t = t_end;
     ++s->info.steps;
     return MBSR_OK;

@@ -20,6 +20,7 @@ mbsr_stepper_opt mbsr_default_stepper_opt(void)
                               .order = 2,
                               .halvings = 4,
                               .corrections = 12,
+                              .matrix_steps = 1,
                               .tolerance = 1e-9,
                               .watch_energy = 1,
                               .newton = mbsr_default_newton_opt()};
@@ -47,6 +48,8 @@ static int check_options(const mbsr_stepper_opt *opt, mbsr_error *error)
         return wrong(error, "halvings must be 0 .. 10, it", opt->halvings);
     if (opt->corrections < 2 || opt->corrections > MOST_CORRECTIONS)
         return wrong(error, "corrections must be 2 .. 100, it", opt->corrections);
+    if (opt->matrix_steps < 1)
+        return wrong(error, "matrix_steps must be positive, it", opt->matrix_steps);
     if (!(opt->tolerance > 0.0 && opt->tolerance <= 1e-3))
         return wrong(error, "tolerance must be positive, 1e-3 at most, it", opt->tolerance);
     return MBSR_OK;
@@ -205,6 +208,7 @@ static int begin(mbsr_stepper *s, double t)
     mbsri_copy(s->size, s->kept_yp, s->yp);
     s->t = s->from = t;
     s->since = 0;
+    s->factored = 0.0;
     s->started = true;
     return MBSR_OK;
 }
@@ -288,7 +292,7 @@ int mbsr_stepper_step(mbsr_stepper *stepper)
                           "mbsr_stepper_step: a step of %g s does not change t = %g s", s->opt.h,
                           s->t);
     }
-    const int status = mbsri_stepper_advance(s, t_end);
+    const int status = mbsri_stepper_advance(s, t_end, s->opt.h);
     if (!status) ++s->since;
     return status;
 }
@@ -303,7 +307,7 @@ int mbsr_stepper_to(mbsr_stepper *stepper, double t_end)
                           "mbsr_stepper_to: t_end is %g s, must be finite and later than t = %g s",
                           t_end, s->t);
     }
-    const int status = mbsri_stepper_advance(s, t_end);
+    const int status = mbsri_stepper_advance(s, t_end, t_end - s->t);
     if (status) return status;
     s->from = t_end;
     s->since = 0;

@@ -107,8 +107,8 @@ static void options_out_of_range_are_refused_by_name(void **state)
         mbsr_stepper_opt opt;
         int status;
         const char *words;
-    } cases[12];
-    for (int k = 0; k < 12; ++k) cases[k].opt = good, cases[k].status = MBSR_ERR_VALUE;
+    } cases[13];
+    for (int k = 0; k < 13; ++k) cases[k].opt = good, cases[k].status = MBSR_ERR_VALUE;
     cases[0].opt.cookie = 0, cases[0].status = MBSR_ERR_NO_DEFAULT, cases[0].words = "default";
     cases[1].opt.h = 0.0, cases[1].words = "h must|is 0";
     cases[2].opt.h = -1e-3, cases[2].words = "h must|-0.001";
@@ -121,9 +121,10 @@ static void options_out_of_range_are_refused_by_name(void **state)
     cases[9].opt.tolerance = 0.0, cases[9].words = "tolerance must|is 0";
     cases[10].opt.tolerance = 0.1, cases[10].words = "tolerance must|is 0.1";
     cases[11].opt.newton.method = (mbsr_newton_method)7, cases[11].words = "method is 7";
+    cases[12].opt.matrix_steps = 0, cases[12].words = "matrix_steps must|is 0";
     scene x;
     build(&x, NULL);
-    for (int k = 0; k < 12; ++k) {
+    for (int k = 0; k < 13; ++k) {
         mbsr_error error;
         const int status = mbsr_stepper_create(x.s.m, x.s.d, &cases[k].opt, &x.stepper, &error);
         assert_refused(status, &error, cases[k].status, MBSR_NONE, MBSR_NONE, cases[k].words);
@@ -484,7 +485,8 @@ static void a_state_that_is_kept_is_gone_on_with_in_another_stepper(void **state
     for (int k = 51; k <= 100; ++k)
         assert_ok(mbsr_stepper_to(other.stepper, k * 1e-3), mbsr_stepper_error(other.stepper));
     look(other.stepper, x.s.size, again);
-    for (int k = 0; k < n; ++k) assert_close(after[k], again[k], 1e-12 * (1.0 + fabs(after[k])));
+    /* steps to a time differ from those of h by rounding, and so by what Newton's method leaves */
+    for (int k = 0; k < n; ++k) assert_close(after[k], again[k], 1e-9 * (1.0 + fabs(after[k])));
     /* the same calls: the same bits */
     assert_ok(mbsr_stepper_resume(x.stepper, kept[0], kept + 1, kept + 1 + x.s.size), NULL);
     for (int k = 51; k <= 100; ++k)

@@ -26,19 +26,25 @@ static void look(runner *r)
     assert_int_equal(mbsr_stepper_get_info(r->stepper, &r->info), MBSR_OK);
 }
 
-static void start(runner *r, const mbsr_model *m, const double *q, const double *u, int order,
-                  double h)
+static void start_with(runner *r, const mbsr_model *m, const double *q, const double *u,
+                       const mbsr_stepper_opt *opt)
 {
     mbsr_error error;
-    mbsr_stepper_opt opt = mbsr_default_stepper_opt();
-    opt.order = order;
-    opt.h = h;
     memset(r, 0, sizeof *r);
     r->m = m;
     assert_ok(mbsr_data_create(m, &r->d, &error), &error);
-    assert_ok(mbsr_stepper_create(m, r->d, &opt, &r->stepper, &error), &error);
+    assert_ok(mbsr_stepper_create(m, r->d, opt, &r->stepper, &error), &error);
     assert_ok(mbsr_stepper_start(r->stepper, 0.0, q, u), mbsr_stepper_error(r->stepper));
     look(r);
+}
+
+static void start(runner *r, const mbsr_model *m, const double *q, const double *u, int order,
+                  double h)
+{
+    mbsr_stepper_opt opt = mbsr_default_stepper_opt();
+    opt.order = order;
+    opt.h = h;
+    start_with(r, m, q, u, &opt);
 }
 
 static void step(runner *r)
@@ -211,6 +217,31 @@ static void loops_stay_closed_to_1e_8_at_every_step(void **state)
     real_time_free(&s);
 }
 
+/* A matrix that serves ten steps: the same motion, a tenth of the factorisations. */
+static void a_matrix_may_serve_several_steps(void **state)
+{
+    (void)state;
+    real_time_scene s = real_time_multilink();
+    double end[2][128];
+    for (int kept = 0; kept < 2; ++kept) {
+        runner r;
+        mbsr_stepper_opt opt = mbsr_default_stepper_opt();
+        long factorisations = 0;
+        opt.matrix_steps = kept ? 10 : 1;
+        start_with(&r, s.model, s.q, s.u, &opt);
+        for (int k = 0; k < 200; ++k) {
+            step(&r);
+            factorisations += r.info.last.factorisations;
+        }
+        assert_less(gap_of(&r), 1e-8);
+        assert_in_range(factorisations, kept ? 20 : 200, kept ? 30 : 200);
+        mbsr_stepper_get(r.stepper, NULL, end[kept], NULL);
+        finish(&r);
+    }
+    for (int k = 0; k < s.nq; ++k) assert_close(end[1][k], end[0][k], 1e-8);
+    real_time_free(&s);
+}
+
 /* A four-bar whose coupler has no mass, its crank at 0.1 rad a step. */
 static void a_four_bar_that_turns_fast_stays_closed(void **state)
 {
@@ -244,15 +275,9 @@ static double tumble(const real_time_scene *s, int watch)
 {
     double most = 0.0;
     runner r;
-    mbsr_error error;
     mbsr_stepper_opt opt = mbsr_default_stepper_opt();
     opt.order = 1, opt.h = 1.0 / 240.0, opt.watch_energy = watch;
-    memset(&r, 0, sizeof r);
-    r.m = s->model;
-    assert_ok(mbsr_data_create(r.m, &r.d, &error), &error);
-    assert_ok(mbsr_stepper_create(r.m, r.d, &opt, &r.stepper, &error), &error);
-    assert_ok(mbsr_stepper_start(r.stepper, 0.0, s->q, s->u), mbsr_stepper_error(r.stepper));
-    look(&r);
+    start_with(&r, s->model, s->q, s->u, &opt);
     const double begin = r.energy, moving = r.kinetic;
     for (int k = 0; k < 120; ++k) {
         step(&r);
@@ -461,6 +486,7 @@ int main(void)
         cmocka_unit_test(springs_and_stops_of_1e10_are_no_trouble),
         cmocka_unit_test(no_step_of_a_vehicle_takes_thrice_the_work_of_most),
         cmocka_unit_test(loops_stay_closed_to_1e_8_at_every_step),
+        cmocka_unit_test(a_matrix_may_serve_several_steps),
         cmocka_unit_test(a_four_bar_that_turns_fast_stays_closed),
         cmocka_unit_test(a_chain_that_tumbles_gains_no_energy),
         cmocka_unit_test(a_motor_may_feed_energy),
