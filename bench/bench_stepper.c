@@ -2,7 +2,7 @@
  * SPDX-License-Identifier: BSD-3-Clause
  *
  *   bench_stepper [steps]      CSV on standard output; steps of the vehicle, default 1 000 000
- *   bench_stepper --one        1000 steps of the vehicle alone, for counts of instructions
+ *   bench_stepper --one STEPS  steps of the vehicle alone, of order 2, for counts of instructions
  *
  * CPU time of each step of whole runs: the vehicle (`vehicle`) at 1 kHz with its steering changed before every step,
  * the one with multi-link suspensions (`multilink`) at 1 kHz, a ragdoll (`ragdoll`) that falls and comes to rest at 60
@@ -16,7 +16,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { STEPS = 1000000, ONE = 1000, PARTS = 3, BINS = 40 };
+enum { STEPS = 1000000, PARTS = 3, BINS = 40 };
 
 typedef struct run {
     const char *name;
@@ -147,8 +147,8 @@ static void print_histogram(const result *r, int order)
 
 int main(int argc, char **argv)
 {
-    if (argc > 1 && strcmp(argv[1], "--one") == 0) {
-        result r = measure(runs, 2, ONE);
+    if (argc > 2 && strcmp(argv[1], "--one") == 0) {
+        result r = measure(runs, 2, atoi(argv[2]));
         free(r.time);
         return 0;
     }
