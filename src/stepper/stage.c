@@ -57,14 +57,21 @@ static int solve(mbsr_stepper *s)
     return status ? keep_cause(s, status, mbsr_newton_error(s->newton)) : MBSR_OK;
 }
 
+/* Largest of x (n) beside their spans, or beside a part of `at` where these are far from zero: rounding. */
+static double largest_share(int n, const double *x, const double *at, const double *span)
+{
+    static const double part = 1e-5;
+    double largest = 0.0;
+    for (int k = 0; k < n; ++k)
+        largest = fmax(largest, fabs(x[k]) / fmax(span[k], part * fabs(at[k])));
+    return largest;
+}
+
 static double size_of(const mbsr_stepper *s, double h)
 {
-    const int nq = s->model->nq, nu = s->model->nu;
-    const double *q = s->delta, *u = s->delta + nq + nu;
-    double largest = 0.0;
-    for (int k = 0; k < nq; ++k) largest = fmax(largest, fabs(q[k]) / s->span[k]);
-    for (int k = 0; k < nu; ++k) largest = fmax(largest, h * fabs(u[k]) / s->span[nq + k]);
-    return largest;
+    const int nq = s->model->nq, nu = s->model->nu, u = nq + nu;
+    const double q_size = largest_share(nq, s->delta, s->Y, s->span);
+    return fmax(q_size, h * largest_share(nu, s->delta + u, s->Y + u, s->span + nq));
 }
 
 /* omega after a correction that was taken by `share`. */

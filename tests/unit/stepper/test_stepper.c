@@ -353,6 +353,58 @@ static void inputs_are_held_over_the_step(void **state)
     assert_close(y[1][2] - y[0][2], 1000.0 * 1e-3, 0.01);
 }
 
+/* A rod on a hinge with a stop falls on it; lengths in metre, millimetre, kilometre, masses in kilogram, gram, tonne. */
+static void units_do_not_matter(void **state)
+{
+    (void)state;
+    static const double metre[3] = {1.0, 1e3, 1e-3}, kilogram[3] = {1.0, 1e3, 1e-3};
+    double q[3], u[3];
+    mbsr_stepper_info info[3];
+    for (int k = 0; k < 3; ++k) {
+        const double energy = kilogram[k] * metre[k] * metre[k];
+        const mbsr_planar_frame origin = {0}, end = {metre[k], 0.0, 0.0};
+        const double com[2] = {0.5 * metre[k], 0.0};
+        mbsr_model *m;
+        mbsr_data *d;
+        mbsr_stepper *stepper;
+        mbsr_error error;
+        mbsr_stepper_opt opt = mbsr_default_stepper_opt();
+        opt.h = 0.01;
+        assert_ok(mbsr_model_create(NULL, &m, &error), &error);
+        const int a = test_add_body(m, MBSR_GROUND, mbsr_joint_planar_revolute(origin, origin),
+                                    mbsr_inertia_planar(kilogram[k], com, energy / 12.0));
+        test_add_body(m, a, mbsr_joint_planar_revolute(end, origin),
+                      mbsr_inertia_planar(kilogram[k], com, energy / 12.0));
+        const mbsr_force_def forces[] = {
+            mbsr_force_gravity(0.0, -9.81 * metre[k], 0.0),
+            mbsr_force_joint_stop(a, 0, -0.5, INFINITY, 1e6 * energy, 1e3 * energy),
+            mbsr_force_joint_friction(a + 1, 0, 0.1 * energy, 1e-3)};
+        for (int f = 0; f < 3; ++f)
+            assert_ok(mbsr_model_add_force(m, forces + f, NULL), mbsr_model_error(m));
+        assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
+        assert_ok(mbsr_data_create(m, &d, &error), &error);
+        assert_ok(mbsr_stepper_create(m, d, &opt, &stepper, &error), &error);
+        const double zero[2] = {0.0};
+        double now_q[2], now_u[2];
+        assert_ok(mbsr_stepper_start(stepper, 0.0, zero, zero), mbsr_stepper_error(stepper));
+        for (int n = 0; n < 60; ++n)
+            assert_ok(mbsr_stepper_step(stepper), mbsr_stepper_error(stepper));
+        mbsr_stepper_get(stepper, NULL, now_q, now_u);
+        mbsr_stepper_get_info(stepper, info + k);
+        q[k] = now_q[1], u[k] = now_u[1];
+        mbsr_stepper_destroy(stepper);
+        mbsr_data_destroy(d);
+        mbsr_model_destroy(m);
+    }
+    assert_true(fabs(q[0]) > 0.1);
+    for (int k = 1; k < 3; ++k) {
+        assert_close(q[k], q[0], 1e-9);
+        assert_close(u[k], u[0], 1e-7);
+        assert_int_equal(info[k].most.residuals, info[0].most.residuals);
+        assert_int_equal(info[k].most.substeps, info[0].most.substeps);
+    }
+}
+
 /* ---- refused steps ---- */
 
 static void a_failing_callback_refuses_the_step_and_nothing_else(void **state)
@@ -544,6 +596,7 @@ int main(void)
         cmocka_unit_test(times_are_multiples_of_h),
         cmocka_unit_test(the_data_is_at_velocities_of_the_new_state),
         cmocka_unit_test(inputs_are_held_over_the_step),
+        cmocka_unit_test(units_do_not_matter),
         cmocka_unit_test(a_failing_callback_refuses_the_step_and_nothing_else),
         cmocka_unit_test(a_step_that_fails_in_between_is_halved),
         cmocka_unit_test(what_is_not_finite_refuses_the_step),
