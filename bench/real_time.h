@@ -18,9 +18,9 @@ typedef struct real_time_scene {
  * 1.6 m high. */
 real_time_scene real_time_ragdoll(void);
 
-/* A tree of 17 bodies, 8 of them without mass, and 20 rubber bushings: chassis, and for each wheel an arm without
- * mass whose bearing gives way ahead and aside, with the strut; an upright that gives way in toe and camber; wheel; and
- * the tyre, a patch without mass on rubber, with contact on a flat road. 10 m/s. */
+/* A tree of 13 bodies, 4 of them without mass, and 20 rubber bushings: chassis, and for each wheel an arm without
+ * mass with strut, whose bearing gives way ahead and aside; an upright that gives way in toe and camber; a wheel that
+ * gives way along its axle, with a tyre. 10 m/s on a flat road. */
 real_time_scene real_time_vehicle(void);
 
 /* Multi-link suspensions: for each wheel five links without mass on universal joints, 20 in all, held by ball
