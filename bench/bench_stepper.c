@@ -4,10 +4,11 @@
  *   bench_stepper [steps]      CSV on standard output; steps of the vehicle, default 1 000 000
  *   bench_stepper --one STEPS  steps of the vehicle alone, of order 2, for counts of instructions
  *
- * CPU time of each step of whole runs: the vehicle (`vehicle`) at 1 kHz with its steering changed before every step,
- * the one with multi-link suspensions (`multilink`; `multilink_kept`: a matrix serves 20 steps) at 1 kHz, a ragdoll (`ragdoll`) that falls and comes to rest at 60
- * Hz, again and again. Beside them times of one residual, factorisation and solution at the last state. Then the
- * histogram of the vehicle's steps. */
+ * CPU time of each step of whole runs: the vehicle (`vehicle`) at 1 kHz with its steering
+ * changed before every step, the one with multi-link suspensions (`multilink`; `multilink_kept`:
+ * a matrix serves 20 steps) at 1 kHz, a ragdoll (`ragdoll`) that falls and comes to rest at 60
+ * Hz, again and again. Beside them times of one residual, factorisation and solution at the last
+ * state. Then the histogram of the vehicle's steps. */
 #include "bench.h"
 
 #include "real_time.h"
@@ -133,7 +134,8 @@ static void print(const run *what, int order, const result *r)
            r->info.most.factorisations, r->info.most.substeps);
 }
 
-/* Counts of steps by their time, in bins a quarter of a power of two wide from half of the median on. */
+/* Counts of steps by their time, in bins a quarter of a power of two wide from half of the
+ * median on. */
 static void print_histogram(const result *r, int order)
 {
     const double first = 0.5 * quantile(r, 0.5);

@@ -80,8 +80,8 @@ static void add_contact(mbsr_model *m, int body, const double centre[3], double 
     load(m, mbsr_force_contact(body, MBSR_GROUND, &contact));
 }
 
-/* A rod from the joint at `from` of its predecessor, `along` long, with a sphere at its end. bends: 0 a ball joint
- * with a weak spring, else a hinge that bends that way, from 0 to 2.4 rad. */
+/* A rod from the joint at `from` of its predecessor, `along` long, with a sphere at its end.
+ * bends: 0 a ball joint with a weak spring, else a hinge that bends that way, from 0 to 2.4 rad. */
 typedef struct limb {
     const char *name;
     double from[3], along[3], mass, radius;

@@ -1,4 +1,5 @@
-/* Models of real time: a ragdoll, and two vehicles. Shared by bench_stepper and the tests of the stepper.
+/* Models of real time: a ragdoll, and two vehicles. Shared by bench_stepper and the tests of the
+ * stepper.
  * SPDX-License-Identifier: BSD-3-Clause */
 #ifndef REAL_TIME_H
 #define REAL_TIME_H
@@ -14,17 +15,18 @@ typedef struct real_time_scene {
     int trunk;  /* id of the pelvis, of the chassis */
 } real_time_scene;
 
-/* 20 bodies on ball joints and hinges with limits, each with a contact on the floor, thrown: turning,
- * 1.6 m high. */
+/* 20 bodies on ball joints and hinges with limits, each with a contact on the floor, thrown:
+ * turning, 1.6 m high. */
 real_time_scene real_time_ragdoll(void);
 
-/* A tree of 13 bodies, 4 of them without mass, and 20 rubber bushings: chassis, and for each wheel an arm without
- * mass with strut, whose bearing gives way ahead and aside; an upright that gives way in toe and camber; a wheel that
- * gives way along its axle, with a tyre. 10 m/s on a flat road. */
+/* A tree of 13 bodies, 4 of them without mass, and 20 rubber bushings: chassis, and for each
+ * wheel an arm without mass with strut, whose bearing gives way ahead and aside; an upright that
+ * gives way in toe and camber; a wheel that gives way along its axle, with a tyre. 10 m/s on a
+ * flat road. */
 real_time_scene real_time_vehicle(void);
 
-/* Multi-link suspensions: for each wheel five links without mass on universal joints, 20 in all, held by ball
- * closures to uprights that are free: 29 bodies, 60 rows. 10 m/s on a flat road. */
+/* Multi-link suspensions: for each wheel five links without mass on universal joints, 20 in all,
+ * held by ball closures to uprights that are free: 29 bodies, 60 rows. 10 m/s on a flat road. */
 real_time_scene real_time_multilink(void);
 
 void real_time_free(real_time_scene *scene);

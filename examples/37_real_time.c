@@ -1,11 +1,13 @@
-/* A figure of eleven bodies jumps, tumbles and lies down, in steps of fixed size and bounded work (stepper.h).
+/* A figure of eleven bodies jumps, tumbles and lies down, in steps of fixed size and bounded
+ * work (stepper.h).
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Muscles drive its knees and elbows towards angles that are set before each step and held over it: the drives
- * are part of the model, so that the steps damp them, however stiff. (Torques that a program computes from q and u
- * and holds are stable only where its samples are fast enough.) The muscles give way after 1 s. Steps of 1/60 s, as a game
- * takes them, and of 1 ms, as hardware in the loop does; steps that meet contacts are divided by themselves.
- * The table shows what steps take, real_time.csv has the figure at some times for real_time.gp. */
+ * Muscles drive its knees and elbows towards angles that are set before each step and held over
+ * it: the drives are part of the model, so that the steps damp them, however stiff. (Torques
+ * that a program computes from q and u and holds are stable only where its samples are fast
+ * enough.) The muscles give way after 1 s. Steps of 1/60 s, as a game takes them, and of 1 ms,
+ * as hardware in the loop does; steps that meet contacts are divided by themselves. The table
+ * shows what steps take, real_time.csv has the figure at some times for real_time.gp. */
 #include "build.h"
 
 #include <math.h>
@@ -14,7 +16,8 @@ enum { LIMBS = 10, BODIES = LIMBS + 1, MUSCLES = 4 };
 
 static const double limp = 1.0, T = 6.0; /* s */
 
-/* A rod from the joint at `from` of its predecessor; bends 0: ball joint, else a hinge that bends this way. */
+/* A rod from the joint at `from` of its predecessor; bends 0: ball joint, else a hinge that
+ * bends this way. */
 static const struct limb {
     const char *name;
     int parent;

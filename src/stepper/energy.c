@@ -1,20 +1,22 @@
 /* The account of energy: see energy.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Implicit steps damp what is stiff, but along joint coordinates that turn fast (a tumbling chain) their error
- * may feed energy, step by step. What the tree can have is known:
+ * Implicit steps damp what is stiff, but along joint coordinates that turn fast (a tumbling
+ * chain) their error may feed energy, step by step. What the tree can have is known:
  *
  *   E <= A + W        A: at the end of the substep before, the least of E and A + W
- *                     W = 2 h max(P, P_mean, 0): more than the work of elements without an energy, by their power
+ *                     W = 2 h max(P, P_mean, 0), more than what elements without an energy do, by power
  *                     at the end, P with its u and P_mean with the mean of u over the substep
  *
- * An E above that by more than 0.01 S, and by rounding, is not believed. S is the kinetic energy that the tree has had
- * and has not lost since: S <- max(T, S + change of A). By 0.1 S more the substep is tried again in halves, unless it is
- * the smallest. Else u and p are multiplied by the root of 1 - excess / T, but not by less than a half, which
- * takes the excess away as far as it is kinetic; what loops allow stays allowed, being linear in u. A does not
- * follow an E above it, so that what is made in many steps is seen as what is made in one.
+ * An E above that by more than 0.01 S, and by rounding, is not believed. S is the kinetic energy
+ * that the tree has had and has not lost since: S <- max(T, S + change of A). By 0.1 S more the
+ * substep is tried again in halves, unless it is the smallest. Else u and p are multiplied by
+ * the root of 1 - excess / T, but not by less than a half, which takes the excess away as far as
+ * it is kinetic; what loops allow stays allowed, being linear in u. A does not follow an E above
+ * it, so that what is made in many steps is seen as what is made in one.
  *
- * Not where the root moves, joints are driven or closures follow a motion: their power is not known. */
+ * Not where the root moves, joints are driven or closures follow a motion: their power is not
+ * known. */
 #include "stepper/energy.h"
 
 #include "algebra/dense.h"
@@ -58,7 +60,7 @@ static int find_power(mbsr_stepper *s, double *power)
     return MBSR_OK;
 }
 
-/* W of a substep of length h that ends with the rates u; the data is at mbsr_velocities of its end. */
+/* W of a substep of length h that ends with the rates u, where the data is at mbsr_velocities. */
 static int find_work(mbsr_stepper *s, double h, const double *u, double *work)
 {
     double mean = 0.0, end = 0.0;
@@ -86,7 +88,7 @@ int mbsri_stepper_open_account(mbsr_stepper *s)
     return status;
 }
 
-/* Takes `excess` of the kinetic energy away, as far as a factor of a half does; what is left of it. */
+/* Takes `excess` of the kinetic energy away, as far as half of u does; what is left of it. */
 static double brake(mbsr_stepper *s, double kinetic, double excess)
 {
     static const double most = 0.75;

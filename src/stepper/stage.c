@@ -5,18 +5,18 @@
  *
  *   |delta| = max (|delta q_k| / span_k, h |delta u_k| / span_k)
  *
- * by the spans of the coordinates (recursion/spans.h): 1 rad, the length typical of the tree. No unit is
- * preferred, and p and the multipliers follow from q and u. With theta = |delta| / |delta before| what is left
- * after a correction is about theta / (1 - theta) |delta|.
+ * by the spans of the coordinates (recursion/spans.h): 1 rad, the length typical of the tree. No
+ * unit is preferred, and p and the multipliers follow from q and u. With theta = |delta| /
+ * |delta before| what is left after a correction is about theta / (1 - theta) |delta|.
  *
- * The matrix stays while theta < 0.3. Else it is made anew where the iteration is. Where contacts come and go
- * or friction turns round, new matrices alone run in circles: delta takes back the one before. The relaxation
- * of Aitken, of u in spans,
+ * The matrix stays while theta < 0.3. Else it is made anew where the iteration is. Where
+ * contacts come and go or friction turns round, new matrices alone run in circles: delta takes
+ * back the one before. The relaxation of Aitken, of u in spans,
  *
  *   omega <- omega x . (x - delta) / |x - delta|^2,     x the correction before,
  *
- * finds the zero of a correction that changes linearly along the line of both. It is taken where theta > 0.5,
- * between 0.1 and 1 and at most doubled from one correction to the next. */
+ * finds the zero of a correction that changes linearly along the line of both. It is taken where
+ * theta > 0.5, between 0.1 and 1 and at most doubled from one correction to the next. */
 #include "stepper/stage.h"
 
 #include "algebra/dense.h"
@@ -57,7 +57,8 @@ static int solve(mbsr_stepper *s)
     return status ? keep_cause(s, status, mbsr_newton_error(s->newton)) : MBSR_OK;
 }
 
-/* Largest of x (n) beside their spans, or beside a part of `at` where these are far from zero: rounding. */
+/* Largest of x (n) beside their spans, or beside a part of `at` where these are far from zero:
+ * rounding. */
 static double largest_share(int n, const double *x, const double *at, const double *span)
 {
     static const double part = 1e-5;

@@ -11,8 +11,8 @@ typedef struct mbsri_stage_task {
     double enough;   /* what the last of these may be */
 } mbsri_stage_task;
 
-/* Solves F(t, Y, K) = 0 from a guess in s->Y; Y and K are the result. MBSR_NO_CONVERGENCE, and the statuses of
- * the residual and of the Newton solver, with the text in s->cause. */
+/* Solves F(t, Y, K) = 0 from a guess in s->Y; Y and K are the result. MBSR_NO_CONVERGENCE, and
+ * the statuses of the residual and of the Newton solver, with the text in s->cause. */
 int mbsri_stepper_stage(mbsr_stepper *s, const mbsri_stage_task *task);
 
 #endif

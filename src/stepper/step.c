@@ -1,29 +1,35 @@
 /* One step: see step.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * F(t, y, y') = 0 of the momentum form, y = (q, p, u, Lambda, Eta), is linear in y' by a matrix that depends
- * on q, and u has no y' in it. A Rosenbrock method, which takes a constant mass matrix and one solution a stage,
- * would leave g(q) = 0 open by its error; so the stages are those of diagonally implicit methods,
+ * F(t, y, y') = 0 of the momentum form, y = (q, p, u, Lambda, Eta), is linear in y' by a matrix
+ * that depends on q, and u has no y' in it. A Rosenbrock method, which takes a constant mass
+ * matrix and one solution a stage, would leave g(q) = 0 open by its error; so the stages are
+ * those of diagonally implicit methods,
  *
  *   F(t_n + c_i h, Y_i, K_i) = 0,   Y_i = y_n + h sum_j a_ij K_j,   K_i = (Y_i - known) / (gamma h)
  *
- * each solved by a bounded number of corrections (stage.c), of which the first is the linearly implicit step.
- * Both methods are L-stable, and their last stage is the result, in which u follows from p and forces without
- * mass balance, loops are closed and their rates zero:
+ * each solved by a bounded number of corrections (stage.c), of which the first is the linearly
+ * implicit step. Both methods are L-stable, and their last stage is the result, in which u
+ * follows from p and forces without mass balance, loops are closed and their rates zero:
  *
  *   order 1: implicit Euler      gamma = 1
- *   order 2: SDIRK of two stages, c = (gamma, 1), a = (gamma, 0; 1 - gamma, gamma), gamma = 1 - sqrt(1/2)
- *   (R. Alexander, SIAM J. Numer. Anal. 14, 1977, 1006-1021)
+ *   order 2: SDIRK of two stages, gamma = 1 - sqrt(1/2), c = (gamma, 1), b = (1 - gamma, gamma),
+ *            a = (gamma, 0; b)   (R. Alexander, SIAM J. Numer. Anal. 14, 1977, 1006-1021)
  *
- * One matrix, that of c = 1 / (gamma h) where stage 1 is guessed, serves both stages, and with matrix_steps > 1 those
- * of further steps of the same h, unless corrections are slow.
+ * With index 1 (loops, dampers) u and the rates of the multipliers are functions of q and p in
+ * each stage, and all variables have the order of the method. Where springs alone hold what has
+ * no mass (index 2), q has it, and u there is a difference of positions over h: order 1.
  *
- * Substeps: a part of the step that fails is halved, and its halves again, until parts are h / 2^halvings. Each
- * part is tried once, so that a step takes at most 2^(halvings + 1) - 1 attempts. Where the smallest part fails
- * it is tried once more, with order 1, more corrections and a looser end. After that the step is refused.
+ * One matrix, that of c = 1 / (gamma h) where stage 1 is guessed, serves both stages, and with
+ * matrix_steps > 1 those of further steps of the same h, unless corrections are slow.
  *
- * Quaternions are normalised after each substep, and Lambda and Eta, whose origin is free, begin at zero
- * in each: nothing grows with the length of a run. */
+ * Substeps: a part of the step that fails is halved, and its halves again, until parts are h /
+ * 2^halvings. Each part is tried once, so that a step takes at most 2^(halvings + 1) - 1
+ * attempts. Where the smallest part fails it is tried once more, with order 1, more corrections
+ * and a looser end. After that the step is refused.
+ *
+ * Quaternions are normalised after each substep, and Lambda and Eta, whose origin is free, begin
+ * at zero in each: nothing grows with the length of a run. */
 #include "stepper/step.h"
 
 #include "algebra/dense.h"
@@ -37,7 +43,8 @@
 /* At a part that can be halved, at one that cannot, and once more at that one. */
 typedef enum kind { HALVABLE, SMALLEST, LAST_RESORT } kind;
 
-/* Corrections of the last resort, as a multiple; ends of iterations that do not come to the tolerance. */
+/* Corrections of the last resort, as a multiple; ends of iterations that do not come to the
+ * tolerance. */
 enum { PATIENCE = 4 };
 static const double enough = 1e-4, enough_at_last = 1e-3;
 

@@ -8,7 +8,8 @@
 /* Most of each that one step can take. */
 mbsr_stepper_work mbsri_stepper_bound(const mbsr_stepper *s);
 
-/* Goes from s->t to t_end, which is h later. On failure all is as it was, and the reason in s->error. */
+/* Goes from s->t to t_end, which is h later. On failure all is as it was, with the reason in
+ * s->error. */
 int mbsri_stepper_advance(mbsr_stepper *s, double t_end, double h);
 
 #endif

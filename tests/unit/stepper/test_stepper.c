@@ -1,5 +1,6 @@
-/* The stepper as an object: what it refuses, its memory, single steps beside the methods' formula, refused steps,
- * the same bits again. Orders: test_stepper_order.c; contacts, stiff parts, energy: test_stepper_real_time.c.
+/* The stepper as an object: what it refuses, its memory, single steps beside the methods'
+ * formula, refused steps, the same bits again. Orders: test_stepper_order.c; contacts, stiff
+ * parts, energy: test_stepper_real_time.c.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "body.h"
 #include "counting.h"
@@ -16,7 +17,8 @@ typedef struct element {
     double failing, healthy, value;
 } element;
 
-/* Two rods on hinges in the plane with a torque on the first: a model with data, a stepper that is started. */
+/* Two rods on hinges in the plane with a torque on the first: a model with data, a stepper that
+ * is started. */
 typedef struct scene {
     loops s;
     element e;
@@ -163,7 +165,8 @@ static void models_and_data_that_do_not_fit_are_refused(void **state)
     close_scene(&x);
 }
 
-/* A spring from ground to the second rod is an element across nothing; one from the first to the third is. */
+/* A spring from ground to the second rod is an element across nothing; one from the first to the
+ * third is. */
 static void a_newton_solver_that_leaves_elements_out_is_refused(void **state)
 {
     (void)state;
@@ -353,7 +356,8 @@ static void inputs_are_held_over_the_step(void **state)
     assert_close(y[1][2] - y[0][2], 1000.0 * 1e-3, 0.01);
 }
 
-/* A rod on a hinge with a stop falls on it; lengths in metre, millimetre, kilometre, masses in kilogram, gram, tonne. */
+/* A rod on a hinge with a stop falls on it; lengths in metre, millimetre, kilometre, masses in
+ * kilogram, gram, tonne. */
 static void units_do_not_matter(void **state)
 {
     (void)state;

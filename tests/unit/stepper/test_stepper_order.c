@@ -1,5 +1,6 @@
-/* Orders of the stepper's methods: errors by halving the step, beside a reference of steps 32 times as short; a
- * tree, a closed loop, and parts without mass that are damped (index 1) or on springs alone (index 2).
+/* Orders of the stepper's methods: errors by halving the step, beside a reference of steps 32
+ * times as short; a tree, a closed loop, and parts without mass that are damped (index 1) or on
+ * springs alone (index 2).
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "body.h"
 #include "loops.h"
@@ -44,7 +45,8 @@ static void open_loop(scene *x, double coupler, double stiffness)
     x->s.u[0] = 3.0;
 }
 
-/* A pendulum of 1 kg whose bead has no mass and is held by springs, 100 N/m, and dampers (N s/m) in x and y. */
+/* A pendulum of 1 kg whose bead has no mass and is held by springs, 100 N/m, and dampers (N s/m)
+ * in x and y. */
 static void open_bead(scene *x, double damping)
 {
     const mbsr_planar_frame none = {0};

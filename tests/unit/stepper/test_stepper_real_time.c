@@ -1,5 +1,5 @@
-/* The stepper where real time needs it: contacts, dry friction, stops and stiff springs, loops, and energy that does
- * not grow; how much work steps take. Orders: test_stepper_order.c.
+/* The stepper where real time needs it: contacts, dry friction, stops and stiff springs, loops,
+ * and energy that does not grow; how much work steps take. Orders: test_stepper_order.c.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "body.h"
 #include "flexible.h"
@@ -269,8 +269,8 @@ static void a_four_bar_that_turns_fast_stays_closed(void **state)
 
 /* ---- energy ---- */
 
-/* The largest energy of the ragdoll far above the floor, turning at 19 rad/s, less that at the start, over its
- * kinetic energy there. */
+/* The largest energy of the ragdoll far above the floor, turning at 19 rad/s, less that at the
+ * start, over its kinetic energy there. */
 static double tumble(const real_time_scene *s, int watch)
 {
     double most = 0.0;
@@ -442,7 +442,7 @@ static void quaternions_keep_their_length(void **state)
     real_time_free(&s);
 }
 
-/* A mass on a spring whose other end follows straight lines between points: kinks inside of steps. */
+/* A mass on a drive whose reference are straight lines between points: kinks inside of steps. */
 static void kinks_of_tables_are_passed(void **state)
 {
     (void)state;
