@@ -117,11 +117,12 @@ MBSR_API int mbsr_stepper_get(mbsr_stepper *stepper, double *t, double *q, doubl
 
 /* The same as y and y' of the momentum form (mbsr_dae_size numbers each, either may be NULL):
  * with both mbsr_stepper_resume goes on there, later or in another stepper of the same model, as
- * if nothing had happened between (a rejected step of a co-simulation, a game that is loaded);
- * with closures, in data that leave out the same rows (mbsr_closures_drop).
- * y' holds the loop forces lambda (mbsr_closures_load), Lambda itself begins at zero in each
- * step. On failure of resume the state is as it was before. MBSR_ERR_NULL, MBSR_ERR_SEQUENCE;
- * resume: MBSR_NOT_FINITE, the statuses of mbsr_positions, mbsr_velocities and mbsr_energy. */
+ * if nothing had happened between but for the account of energy, which is opened anew (a
+ * rejected step of a co-simulation, a game that is loaded); with closures, in data that leave
+ * out the same rows (mbsr_closures_drop). y' holds the loop forces lambda (mbsr_closures_load),
+ * Lambda itself begins at zero in each step. On failure of resume the state is as it was before.
+ * MBSR_ERR_NULL, MBSR_ERR_SEQUENCE; resume: MBSR_NOT_FINITE, the statuses of mbsr_positions,
+ * mbsr_velocities and mbsr_energy. */
 MBSR_API int mbsr_stepper_state(mbsr_stepper *stepper, double *t, double *y, double *yp);
 MBSR_API int mbsr_stepper_resume(mbsr_stepper *stepper, double t, const double *y,
                                  const double *yp);

@@ -5,7 +5,7 @@
  * chain) their error may feed energy, step by step. What the tree can have is known:
  *
  *   E <= A + W        A: at the end of the substep before, the least of E and A + W
- *                     W = 2 h max(P, P_mean, 0), more than what elements without an energy do, by power
+ *                     W = 2 h max(P, P_mean, 0): more than elements without an energy do, by power
  *                     at the end, P with its u and P_mean with the mean of u over the substep
  *
  * An E above that by more than 0.01 S, and by rounding, is not believed. S is the kinetic energy

@@ -1,4 +1,5 @@
-/* Steps of fixed size of mechanisms of everything at once: each goes through, and rigid loops stay closed.
+/* Steps of fixed size of mechanisms of everything at once: each goes through, rigid loops stay
+ * closed.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "duration.h"
 #include "expect.h"

@@ -97,6 +97,34 @@ static void a_ragdoll_comes_to_rest_on_the_floor_at_60_frames(void **state)
     real_time_free(&s);
 }
 
+/* With little patience and no halves the impact is too much, and nothing of the step is left. */
+static void a_step_without_an_acceptable_end_is_refused(void **state)
+{
+    (void)state;
+    real_time_scene s = real_time_ragdoll();
+    mbsr_stepper_opt opt = mbsr_default_stepper_opt();
+    runner r;
+    double before[2][128], after[2][128], t, t_after;
+    int status = MBSR_OK;
+    opt.h = 1.0 / 30.0, opt.halvings = 0, opt.corrections = 2, opt.tolerance = 1e-6;
+    start_with(&r, s.model, s.q, s.u, &opt);
+    for (int k = 0; k < 60 && !status; ++k) {
+        mbsr_stepper_get(r.stepper, &t, before[0], before[1]);
+        status = mbsr_stepper_step(r.stepper);
+    }
+    assert_refused(status, mbsr_stepper_error(r.stepper), MBSR_NO_CONVERGENCE, MBSR_NONE, MBSR_NONE,
+                   "mbsr_stepper|by 0.0333 s is refused after 2 attempts|after 8 corrections");
+    mbsr_stepper_get(r.stepper, &t_after, after[0], after[1]);
+    assert_true(t == t_after);
+    assert_memory_equal(before[0], after[0], (size_t)s.nq * sizeof(double));
+    assert_memory_equal(before[1], after[1], (size_t)s.nu * sizeof(double));
+    look(&r);
+    assert_int_equal(r.info.refused, 1);
+    assert_int_equal(r.info.last_resorts, 1);
+    finish(&r);
+    real_time_free(&s);
+}
+
 /* A block of 2 kg on a plane, 3 m/s, friction 0.4: it stops after v^2 / (2 mu g). */
 static void dry_friction_stops_a_block_where_it_should(void **state)
 {
@@ -482,6 +510,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_ragdoll_comes_to_rest_on_the_floor_at_60_frames),
+        cmocka_unit_test(a_step_without_an_acceptable_end_is_refused),
         cmocka_unit_test(dry_friction_stops_a_block_where_it_should),
         cmocka_unit_test(springs_and_stops_of_1e10_are_no_trouble),
         cmocka_unit_test(no_step_of_a_vehicle_takes_thrice_the_work_of_most),
