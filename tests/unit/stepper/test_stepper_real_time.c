@@ -120,7 +120,8 @@ static void a_step_without_an_acceptable_end_is_refused(void **state)
     assert_memory_equal(before[1], after[1], (size_t)s.nu * sizeof(double));
     look(&r);
     assert_int_equal(r.info.refused, 1);
-    assert_int_equal(r.info.last_resorts, 1);
+    assert_true(r.info.last_resorts > 1); /* which have helped before */
+    assert_int_equal(r.info.last.substeps, 0);
     finish(&r);
     real_time_free(&s);
 }
