@@ -11,6 +11,7 @@
 #   bench/run.sh report [samples]                 nor this
 #   bench/run.sh files [samples [bodies]]         nor this
 #   bench/run.sh fe [largest number of dofs]      nor this; CHOLMOD where it is, 3 GB and some minutes for 100000
+#   bench/run.sh stepper [steps]                  nor this
 #   bench/run.sh threads [samples [threads]]      nor this; elapsed time, on all cores
 #   bench/run.sh precision [smallest tolerance]
 #   bench/run.sh newton [largest number of bodies]     MuJoCo, too, where it is installed
@@ -27,7 +28,7 @@ what=${1:-all}
 [ $# -eq 0 ] || shift
 case $what in
 all | flexible | loops | precision | newton | explicit | driver) ida=ON ;; # loops: for KLU
-scaling | kinds | report | files | fe | threads) ida=OFF ;;
+scaling | kinds | report | files | fe | stepper | threads) ida=OFF ;;
 trees) exec sh "$trees" "$@" ;;
 *)
     sed -n 's/^#   //p' "$0" >&2
@@ -73,7 +74,7 @@ if wanted scaling; then
     mv "$build/scaling.csv" "$results/scaling.csv"
     sed -n '/^# least squares/,$p' "$results/scaling.csv"
 fi
-for part in kinds flexible loops report files fe explicit driver; do
+for part in kinds flexible loops report files fe stepper explicit driver; do
     wanted $part || continue
     OPENBLAS_NUM_THREADS=1 $pin "$build/bench/bench_$part" "$@" > "$build/$part.csv"
     if [ $part = loops ]; then

@@ -29,6 +29,7 @@
 #include <mbsrank/ode.h>
 #include <mbsrank/small_masses.h>
 #include <mbsrank/spatial.h>
+#include <mbsrank/stepper.h>
 #include <mbsrank/table.h>
 #include <mbsrank/threads.h>
 

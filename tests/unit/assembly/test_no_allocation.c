@@ -373,6 +373,50 @@ static void no_newton_system_with_loops_allocates(void **state)
     loops_free(&s);
 }
 
+/* Steps of a fixed size, refused ones among them: a four-bar with a motor, whose force fails for a while. */
+static int fails;
+
+static int failing_torque(void *user, double t, int n, double *value)
+{
+    (void)user, (void)t, (void)n;
+    value[0] = 1.0;
+    return fails;
+}
+
+static void no_step_of_the_stepper_allocates(void **state)
+{
+    (void)state;
+    if (!COUNTED) skip();
+    loops s;
+    mbsr_stepper *stepper;
+    loops_begin(&s, NULL);
+    const int a = loops_rod(&s, "crank", MBSR_GROUND, 0.0, 0.0, 1.0, 1.0),
+              b = loops_rod(&s, "coupler", a, 1.0, 0.0, 0.0, 2.5),
+              c = loops_rod(&s, "rocker", MBSR_GROUND, 2.0, 0.0, 2.0, 2.0);
+    loops_pin(&s, "pin", b, 2.5, 0.0, c, 2.0, 0.0);
+    const mbsr_force_def motor = mbsr_force_joint_applied(a, failing_torque, NULL);
+    assert_ok(mbsr_model_add_force(s.m, &motor, NULL), mbsr_model_error(s.m));
+    loops_finish(&s);
+    s.q[0] = 1.2, s.q[1] = -0.9, s.q[2] = 1.3;
+    assert_ok(mbsr_stepper_create(s.m, s.d, NULL, &stepper, NULL), NULL);
+    assert_ok(mbsr_stepper_start(stepper, 0.0, s.q, s.u), mbsr_stepper_error(stepper));
+    const long before = allocations, released = releases;
+    int bad = 0;
+    for (int k = 0; k < 50; ++k) bad += abs(mbsr_stepper_step(stepper));
+    fails = 1;
+    bad += mbsr_stepper_step(stepper) != 1;
+    fails = 0;
+    bad += abs(mbsr_stepper_jump(stepper));
+    bad += abs(mbsr_stepper_to(stepper, 0.055));
+    bad += mbsr_stepper_to(stepper, 0.0) != MBSR_ERR_VALUE;
+    const long after = allocations, released_after = releases;
+    assert_int_equal(after - before, 0);
+    assert_int_equal(released_after - released, 0);
+    assert_int_equal(bad, 0);
+    mbsr_stepper_destroy(stepper);
+    loops_free(&s);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -380,6 +424,7 @@ int main(void)
         cmocka_unit_test(no_newton_system_with_loops_allocates),
         cmocka_unit_test(no_evaluation_allocates_even_the_first),
         cmocka_unit_test(no_evaluation_in_space_allocates),
+        cmocka_unit_test(no_step_of_the_stepper_allocates),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
