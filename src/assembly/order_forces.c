@@ -96,8 +96,9 @@ int mbsri_order_forces(mbsr_model *m, int N, int *count)
         placed += here;
     }
     m->carried = sort_law(m, MBSRI_LAWS, N, count, sorted + placed);
+    const int *bodies = m->lists.data; /* NULL where no element has a list */
     for (size_t k = 0; k < forces; ++k)
-        mbsri_force_hold(m, sorted + k, (const int *)m->lists.data + sorted[k].list);
+        mbsri_force_hold(m, sorted + k, bodies ? bodies + sorted[k].list : NULL);
     order_lists(m, sorted, lists);
     mbsri_release(&m->allocator, m->forces.data);
     mbsri_release(&m->allocator, m->list_index);

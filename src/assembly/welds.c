@@ -184,9 +184,10 @@ static void sort(mbsr_model *m, int N, const mbsri_welds *w, int *order, int *ot
 static void mark_resting(mbsr_model *m)
 {
     mbsri_force *force = m->forces.data;
+    const int *lists = m->lists.data; /* NULL where no element has a list */
     for (size_t k = 0; k < m->forces.count; ++k)
         force[k].resting =
-            mbsri_force_rests(m, &force[k].def, (const int *)m->lists.data + force[k].list);
+            mbsri_force_rests(m, &force[k].def, lists ? lists + force[k].list : NULL);
 }
 
 static bool take(mbsr_model *m, int N, mbsri_welds *w)

@@ -27,7 +27,10 @@ static int run(uint64_t seed)
     mbsr_stepper *stepper;
     mbsr_error error;
     medley s;
-    if (!medley_make(&s, &choice)) return 0;
+    if (!medley_make(&s, &choice)) {
+        medley_free(&s);
+        return 0;
+    }
     opt.order = 1 + (int)(seed % 2);
     assert_ok(mbsr_stepper_create(s.m, s.d, &opt, &stepper, &error), &error);
     const int started = mbsr_stepper_start(stepper, s.t, s.q, s.u) == MBSR_OK;

@@ -474,6 +474,21 @@ static void forward_dynamics_is_the_same(void **state)
     }
 }
 
+/* Whether joints are eliminated one by one, or as blocks, in the same way: what is welded takes part in the decision. Rows of (25)
+ * are other combinations of the equations where they are not. Needs mbsr_backward. */
+static bool eliminated_alike(const twins *s, int g)
+{
+    bool alike = true;
+    for (int i = 0; i < s->bodies; ++i) {
+        mbsr_rank_info one, other;
+        assert_ok(mbsr_body_rank(s->model[STOCK], s->data[STOCK], i, &one), NULL);
+        assert_ok(mbsr_body_rank(s->model[g], s->data[g], i, &other), NULL);
+        assert_int_equal(one.rank, other.rank);
+        alike = alike && fabs(one.scale - other.scale) <= 1e-9 * one.scale;
+    }
+    return alike;
+}
+
 /* At the same y, y', with masses of any rank. (In the index-1 form y has coordinates in bases of
  * which each model has its own.) Where M is a function its rate is found by differences, and
  * with it p' of the momentum form. */
@@ -482,6 +497,7 @@ static void residuals_are_the_same(void **state)
     (void)state;
     static const mbsr_dae_form forms[] = {MBSR_DAE_MOMENTUM, MBSR_DAE_RECURSIVE,
                                           MBSR_DAE_INVERSE_DYNAMICS};
+    int compared = 0;
     for (uint64_t seed = 201; seed <= 240; ++seed) {
         twins s;
         make_twins(&s, seed, 0, seed % 2 == 0);
@@ -504,13 +520,15 @@ static void residuals_are_the_same(void **state)
                     mbsr_data_error(s.data[g]));
             }
             const double scale = 1.0 + test_largest(size, F[STOCK]);
-            for (int k = 0; k < size; ++k) {
-                assert_close(F[OWN][k], F[STOCK][k], 1e-11 * scale);
-                assert_close(F[GENERAL][k], F[STOCK][k], 1e-11 * scale);
+            for (int g = OWN; g < MODELS; ++g) {
+                if (forms[f] == MBSR_DAE_RECURSIVE && !eliminated_alike(&s, g)) continue;
+                ++compared;
+                for (int k = 0; k < size; ++k) assert_close(F[g][k], F[STOCK][k], 1e-11 * scale);
             }
         }
         drop_twins(&s);
     }
+    assert_true(compared > 180); /* of 240 */
 }
 
 /* A particle on a ball joint spins without inertia about the line between them, where the next
