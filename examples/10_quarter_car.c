@@ -62,14 +62,15 @@ static void by_hand(void *user, double t, const double *x, double *xdot)
     xdot[3] = -(mount + d[2] * (x[3] - xdot[1])) / M;
 }
 
-/* Runs with carrier and seat of mass `small`, kg; returns the steps, *error of the body's place. */
-static long drive(double small, double *error)
+/* Runs with carrier and seat of mass `small`, kg; returns the steps, *error of the body's place, and *rough of its
+ * acceleration. */
+static long drive(double small, double *error, double *rough)
 {
     const double zero[3] = {0.0};
     double x[4] = {0.0};
     mbsr_simulation r = run_start(quarter_car(small), zero, zero, 1e-6);
     FILE *file = small == 0.0 ? csv("quarter_car.csv") : NULL;
-    *error = 0.0;
+    *error = *rough = 0.0;
     for (int i = 0; i < POINTS; ++i) {
         const double h = T / POINTS / SUBSTEPS, t0 = T * i / POINTS;
         double height[4][MBSR_POSE_SIZE];
@@ -81,6 +82,11 @@ static long drive(double small, double *error)
         for (int b = 0; b < 4; ++b)
             check(mbsr_body_pose(r.model, r.data, b, height[b]), mbsr_data_error(r.data));
         *error = fmax(*error, fabs(height[3][MBSR_POSE_X + 2] - x[2]));
+        /* what a passenger feels: accelerations are as good as the run */
+        double felt[3], xdot[4];
+        by_hand(NULL, r.t, x, xdot);
+        check(mbsr_body_point(r.model, r.data, 3, NULL, NULL, NULL, felt), mbsr_data_error(r.data));
+        *rough = fmax(*rough, fabs(felt[2] - xdot[3]));
         if (file) {
             fprintf(file, "%g", r.t);
             for (int b = 0; b < 4; ++b) fprintf(file, ",%g", height[b][MBSR_POSE_X + 2]);
@@ -95,19 +101,20 @@ static long drive(double small, double *error)
 
 int main(void)
 {
-    double error, worst;
-    const long without = drive(0.0, &worst);
+    double error, worst, rough, other;
+    const long without = drive(0.0, &worst, &rough);
     long least = 1000000;
     FILE *file = csv("quarter_car_steps.csv");
     printf("carrier, seat [kg]   steps   body differs from the reference by [m]\n");
     printf("%18g %7ld   %.1e\n", 0.0, without, worst);
+    printf("without mass its acceleration differs by %.1e m/s^2\n", rough);
     fprintf(file, "0,%ld\n", without);
     for (double small = 4.0; small > 3e-4; small *= 0.1) { /* 1e-2 .. 1e-6 of the body's mass */
-        const long steps = drive(small, &error);
+        const long steps = drive(small, &error, &other);
         printf("%18g %7ld   %.1e\n", small, steps, error);
         fprintf(file, "%g,%ld\n", small, steps);
         if (steps < least) least = steps;
     }
     fclose(file);
-    return worst < 2e-5 && error < 1e-6 && least > without ? 0 : 1;
+    return worst < 2e-5 && rough < 1e-2 && error < 1e-6 && least > without ? 0 : 1;
 }

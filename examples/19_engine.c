@@ -64,22 +64,20 @@ static mbsr_model *engine(double stiffness)
     return m;
 }
 
-/* lambda of the pin: along x and y, the force on the rod. */
-static const double *pin_force(const mbsr_simulation *s)
-{
-    return s->yp + mbsr_model_nq(s->model) + 2 * mbsr_model_nu(s->model);
-}
-
 int main(void)
 {
     const double q[3] = {0.5, -0.6, 0.17}, u[3] = {150.0, 0.0, 0.0};
-    double off = 0.0, slant = 0.0;
+    double off = 0.0, slant = 0.0, most = 0.0;
     mbsr_simulation s = run_start(engine(0.0), q, u, 1e-7);
     FILE *file = csv("engine.csv");
     printf("t [s]   crank [rev]   speed [rad/s]   piston [mm]   force of the rod [N]\n");
     for (int k = 0; k <= SAMPLES; ++k) {
         if (k) run_to(&s, T * k / SAMPLES);
-        const double a = s.q[0], *pin = pin_force(&s), rod = a + s.q[1];
+        /* lambda of the pin: along x and y, the force on the rod */
+        const double a = s.q[0], *pin = s.lambda, rod = a + s.q[1];
+        double bearing[3]; /* what the crank's bearing exerts: x, y, moment */
+        check(mbsr_joint_reaction(s.model, s.data, 0, bearing), mbsr_data_error(s.data));
+        most = fmax(most, hypot(bearing[0], bearing[1]));
         const double x = r * cos(a) + sqrt(l * l - r * r * sin(a) * sin(a));
         const double along = -(pin[0] * cos(rod) + pin[1] * sin(rod)),
                      across = pin[1] * cos(rod) - pin[0] * sin(rod);
@@ -94,6 +92,7 @@ int main(void)
     printf("piston off its closed form by %.1e m at most, force across the rod %.1e of that along "
            "it\n",
            off, slant);
+    printf("the crank's bearing holds %.0f N at most\n", most);
     printf("%d directions without mass that no loop holds; %ld steps\n", s.start.null_directions,
            run_steps(&s));
     const double end = s.q[0];

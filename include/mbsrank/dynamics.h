@@ -95,8 +95,9 @@ MBSR_API int mbsr_inverse_dynamics(const mbsr_model *model, mbsr_data *data, dou
 
 /* Forward dynamics by the articulated-body algorithm (ABA), O(N): the accelerations udot (nu) under
  * the force elements and tau (nu, may be NULL). MBSR_UNDETERMINED names the first joint whose block
- * D is rank-deficient: no equation of second order determines its accelerations, and udot then
- * holds those in the range of D only. All statuses of the stages.
+ * D is rank-deficient: no equation of second order determines its accelerations. udot then holds those in the range of the
+ * blocks D, and accelerations of all bodies with mass are right; what forces and closures make of the others
+ * mbsr_complete_dynamics finds (completion.h). All statuses of the stages.
  *
  * With closures (closure.h) at a state that they allow: udot, and the loop forces for
  * mbsr_closures_force, in O(bodies + loops) with memory from the model's allocator,
@@ -104,7 +105,8 @@ MBSR_API int mbsr_inverse_dynamics(const mbsr_model *model, mbsr_data *data, dou
  *   M udot - C^T lambda = tau - (inverse dynamics at udot = 0),    C udot = -bias
  *
  * with the rigid rows C; stiff rows are springs. Rows that are redundant where a loop closes share by
- * least norm there. MBSR_UNDETERMINED names a joint that moves no mass and that no loop holds. Also
+ * least norm there. MBSR_UNDETERMINED names a joint that moves no mass and that no rigid row holds (mbsr_complete_dynamics).
+ * Also
  * MBSR_ERR_NO_MEMORY, and MBSR_LOOP_OPEN where rows contradict each other. */
 MBSR_API int mbsr_forward_dynamics(const mbsr_model *model, mbsr_data *data, double t,
                                    const double *q, const double *u, const double *tau,
@@ -232,6 +234,18 @@ MBSR_API int mbsr_body_twist(const mbsr_model *model, mbsr_data *data, int body,
 MBSR_API int mbsr_body_acceleration(const mbsr_model *model, mbsr_data *data, int body,
                                     double *acceleration);
 MBSR_API int mbsr_joint_reaction(const mbsr_model *model, mbsr_data *data, int body, double *force);
+
+/* Where a point fixed on a body is in the world (m), its velocity (m/s) and its acceleration (m/s^2), each may be NULL and needs
+ * mbsr_positions, mbsr_velocities, mbsr_accelerations (or mbsr_inverse_dynamics): of the point p on a SPATIAL body
+ *
+ *   r + R p,   v + omega x R p,   r'' + omega' x R p + omega x (omega x R p).
+ *
+ * point: along the body's axes (NULL: its origin); of PLANAR bodies the third component is of no matter, of POINT bodies
+ * all are. Of a FLEXIBLE body it is fixed in the frame and does not follow the deformation; markers do (flex.h). The ground is
+ * the root. MBSR_ERR_ID, MBSR_ERR_SPACE (a GENERAL body), MBSR_ERR_SEQUENCE. */
+MBSR_API int mbsr_body_point(const mbsr_model *model, mbsr_data *data, int body,
+                             const double point[3], double position[3], double velocity[3],
+                             double acceleration[3]);
 
 /* Geometric Jacobian dV/du of a body's origin: d x nu, column-major; V = jacobian u + what
  * prescribed motion adds. Rows as in V: for a SPATIAL body three angular ones, then three linear

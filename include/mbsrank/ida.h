@@ -78,9 +78,10 @@ typedef struct mbsr_ida_opt {
     int watch_ranks;               /* MBSR_RANK_CHANGED where a rank changes, default 1 */
     mbsr_ida_solver linear_solver; /* default MBSR_IDA_AUTO; TREE and KRYLOV: momentum form only */
     mbsr_newton_opt newton;        /* of TREE and KRYLOV, default mbsr_default_newton_opt() */
-    int renew_matrices;  /* TREE: steps begin with a new matrix where the old one has become wrong,
+    int renew_matrices; /* TREE: steps begin with a new matrix where the old one has become wrong,
                                     * default 1, see below */
-    int krylov_size;     /* vectors that KRYLOV spans a solution by at most, default 30 */
+    int krylov_size;    /* vectors that KRYLOV spans a solution by at most, default 30 */
+    int raw_outputs; /* 1: states are handed out as they are interpolated, default 0, see below */
     double initial_step; /* s; 0 (default): from y'', see below */
     double max_step;     /* s; 0: none (default) */
     int max_order;       /* 1 .. 5, default 5 */
@@ -122,6 +123,12 @@ typedef struct mbsr_ida_opt {
  * units of the model (by kind, or atol_each) make it, as all other steps, independent of these units. With
  * index-1 velocities that have tolerances of their own it is 1e-3 s.
  *
+ * States are handed out completed (completion.h): IDA interpolates y between its steps, and what the error test leaves out, u
+ * of directions without mass, loop forces and y', is worth much less there than q and the momenta. A state costs about
+ * as much as a step; one whose massless directions springs alone hold (index 2) some thirty residuals and
+ * factorisations. raw_outputs = 1 hands out what is interpolated. mbsr_ida_dense, event functions and progress
+ * functions see that always. A state that cannot be completed is handed out as it was interpolated, and counts (raw_states).
+ *
  * IDA keeps a matrix of Newton's method until the step changes or the iteration fails. On the tree a new one takes no
  * more than two residuals, and what an old one leaves grows from step to step: with renew_matrices the driver
  * measures how wrong the old one is and makes a new one in time (docs/dae_forms.md), unless bodies are flexible or
@@ -138,6 +145,8 @@ typedef struct mbsr_ida_stats {
     long newton_failures; /* iterations that did not converge; some succeed with a new Jacobian */
     long error_test_failures;
     long events; /* evaluations of the event functions */
+    long
+        raw_states; /* handed out as interpolated, though completed ones were asked for: they could not be found */
     int last_order;
     double last_step;              /* s */
     mbsr_ida_solver linear_solver; /* the one that runs: DENSE, TREE or KRYLOV */
@@ -177,7 +186,8 @@ MBSR_API void mbsr_ida_destroy(mbsr_ida *ida); /* NULL is allowed */
 MBSR_API int mbsr_ida_start(mbsr_ida *ida, double t, const double *y, const double *yp);
 
 /* Integrates to t_end (either direction of time) or to the first event before it, and writes time
- * and state there. The steps are IDA's own, the result interpolated (dense output): where output is
+ * and state there. The steps are IDA's own, q and the momenta interpolated (dense output); velocities of what has no mass,
+ * loop forces and all of y' solve the equations there (completion.h), unless raw_outputs is set: where output is
  * asked for does not change the steps. IDA usually steps past t_end before it interpolates, so the
  * model must be defined a little further than the last t_end. Later calls go on in the direction of
  * the first; a t_end where the integration already is, the start among them, gives the state
@@ -222,6 +232,12 @@ MBSR_API int mbsr_ida_run(mbsr_ida *ida, int count, const double *times, int *ne
  * last output, or the start if none did. MBSR_ERR_NULL, MBSR_ERR_SEQUENCE without a state: before
  * mbsr_ida_start, and after one that failed. */
 MBSR_API int mbsr_ida_state(mbsr_ida *ida, double *t, double *y, double *yp);
+
+/* The same state in joint coordinates: q (nq), u and accelerations u' (nu), loop forces lambda (m numbers, those of stiff
+ * rows included); each may be NULL. The data is then at mbsr_accelerations there, so that poses, twists, accelerations,
+ * reactions, energies and what force elements exert can be asked for at once. MBSR_ERR_NULL, MBSR_ERR_SEQUENCE,
+ * MBSR_ERR_VALUE (the index-1 form as it is interpolated), statuses of the residual. */
+MBSR_API int mbsr_ida_motion(mbsr_ida *ida, double *q, double *u, double *udot, double *lambda);
 
 /* After MBSR_EVENT: direction of each event function, +1 rising, -1 falling, 0 not involved.
  * direction: events ints. MBSR_ERR_NULL, MBSR_ERR_SEQUENCE when the last call of mbsr_ida_advance

@@ -58,7 +58,7 @@ typedef struct mbsr_closure_report {
     int nearby;       /* and in closed positions nearby: larger where the position is singular */
     int mobility;     /* freedoms that are left: nu - independent - undetermined */
     int massless;     /* directions of the tree that move no mass */
-    int undetermined; /* of these, the ones that no loop holds */
+    int undetermined; /* of these, the ones that no loop holds, neither by rigid nor by stiff rows */
     double smallest_kept; /* squared distance of an independent row from the span of those before */
     double largest_dropped; /* of a dependent one */
     int weakest; /* of the rows that the data does not leave out, the one nearest to the span of

@@ -13,6 +13,7 @@
 #include <mbsrank/base.h>
 #include <mbsrank/batch.h>
 #include <mbsrank/closure.h>
+#include <mbsrank/completion.h>
 #include <mbsrank/dae.h>
 #include <mbsrank/data.h>
 #include <mbsrank/dynamics.h>

@@ -25,11 +25,12 @@ extern "C" {
 /* To be read, and written by the functions below only. */
 typedef struct mbsr_simulation {
     mbsr_model *model; /* finished by mbsr_simulation_start */
-    mbsr_data *data;   /* from there on, as all that follows; at mbsr_velocities of t, q, u */
+    mbsr_data *data;   /* from there on, as all that follows; at mbsr_accelerations of the state */
     mbsr_ida *ida;
     mbsr_dae_form form;
     double t;                            /* s */
-    double *q, *u;                       /* nq, nu; NULL before the start */
+    double *q, *u, *udot;                /* nq, nu, nu; NULL before the start */
+    double *lambda;                      /* loop forces, one a row of the closures (loops.h) */
     double *y, *yp;                      /* the state of the form */
     mbsr_consistent_info start;          /* what the consistent start has changed */
     mbsr_small_masses *small;            /* of mbsr_simulation_watch_masses, until the next start */
@@ -86,13 +87,20 @@ MBSR_API int mbsr_simulation_set_none(mbsr_simulation *s);
 MBSR_API int mbsr_simulation_start(mbsr_simulation *s, const mbsr_ida_opt *opt, double t,
                                    const double *q, const double *u);
 
-/* mbsr_ida_advance, and mbsr_ida_sample; then t, q, u, y, yp are those reached, and the data is at
- * mbsr_velocities there. MBSR_EVENT is no failure: the next call goes on. After a failure they are
+/* mbsr_ida_advance, and mbsr_ida_sample; then t, q, u, udot, lambda, y, yp are those reached, and the data is at
+ * mbsr_accelerations there: poses, twists and accelerations of bodies and points, reactions of joints and closures, what
+ * force elements exert, energies and powers can be asked for at once. MBSR_EVENT is no failure: the next call goes on. After a failure they are
  * the last good state, where there is one (mbsr_ida_state). After calls of the driver itself, such
  * as mbsr_ida_run, mbsr_simulation_to with the time it has reached takes up its state.
  * MBSR_ERR_SEQUENCE before the start. */
 MBSR_API int mbsr_simulation_to(mbsr_simulation *s, double t);
 MBSR_API int mbsr_simulation_sample(mbsr_simulation *s, double t);
+
+/* Accelerations of the joint coordinates, u' (nu), and loop forces lambda (one a row of the closures) of the present state, as
+ * s->udot and s->lambda. udot is NaN in the index-1 form with raw_outputs. MBSR_ERR_NULL, MBSR_ERR_SEQUENCE before the
+ * start, s->status. */
+MBSR_API int mbsr_simulation_accelerations(mbsr_simulation *s, double *udot);
+MBSR_API int mbsr_simulation_reactions(mbsr_simulation *s, double *lambda);
 
 /* Keeps the status of a call with s->model and s->data as a failure, if it is the first one, with its
  * text; returns that of the first one:

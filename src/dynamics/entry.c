@@ -36,7 +36,7 @@ static int catch_up(const mbsr_model *m, mbsr_data *d, mbsri_stage needed)
     if (!status && needed > MBSRI_STAGE_FORCES) status = mbsri_backward(m, d);
     if (!status && needed >= MBSRI_STAGE_FORCES && pending == MBSRI_PENDING_INVERSE)
         mbsri_inverse(m, d, d->load_last);
-    if (!status && needed >= MBSRI_STAGE_FORCES && pending == MBSRI_PENDING_LOOPS)
+    if (!status && needed >= MBSRI_STAGE_FORCES && pending == MBSRI_PENDING_MOTION)
         mbsri_inverse(m, d, d->udot_last);
     if (!status && d->stage < MBSRI_STAGE_BACKWARD) d->pending = pending;
     return status;

@@ -13,7 +13,7 @@ static int closed_dynamics(const mbsr_model *m, mbsr_data *d, double t, const do
 {
     const int status = mbsri_sweeps_loops_dynamics(m, d, t, q, u, tau, udot);
     if (status == MBSRI_NOT_SERVED) return mbsri_loops_forward(m, d, t, q, u, tau, udot);
-    if (!status) mbsri_remember(m, d, MBSRI_PENDING_LOOPS, q, u, tau);
+    if (!status) mbsri_remember(m, d, MBSRI_PENDING_MOTION, q, u, tau);
     return status;
 }
 

@@ -35,10 +35,13 @@ int mbsr_body_rank(const mbsr_model *model, mbsr_data *data, int body, mbsr_rank
 
 int mbsr_total_rank(const mbsr_model *model, const mbsr_data *data)
 {
-    return data && data->model == model &&
-                   (data->stage >= MBSRI_STAGE_BACKWARD || data->pending == MBSRI_PENDING_FORWARD)
-               ? data->total_rank
-               : -1;
+    const bool known =
+        data && data->model == model &&
+        (data->stage >= MBSRI_STAGE_BACKWARD || data->pending == MBSRI_PENDING_FORWARD ||
+         data->pending == MBSRI_PENDING_MOTION);
+    int sum = 0;
+    for (int i = 1; known && i <= model->bodies; ++i) sum += data->rank[i];
+    return known ? sum : -1;
 }
 
 int mbsr_rank_watch_exchange(const mbsr_model *model, mbsr_data *data, int *on, int *rank)

@@ -9,6 +9,7 @@
 #include "ida/first_step.h"
 #include "ida/kinks.h"
 #include "ida/loops.h"
+#include "ida/outputs.h"
 #include "ida/stiffest.h"
 #include "ida/tolerances.h"
 #include "ida/watch.h"
@@ -30,12 +31,13 @@ static int check_target(mbsr_ida *ida, double t_end, const char *function)
     return MBSR_OK;
 }
 
-void mbsri_ida_put(const mbsr_ida *ida, double *t, double *y, double *yp)
+void mbsri_ida_put(mbsr_ida *ida, double *t, double *y, double *yp)
 {
+    if (y || yp) mbsri_ida_complete(ida);
     const size_t bytes = (size_t)ida->size * sizeof *y;
     if (t) *t = ida->present;
-    if (y) memcpy(y, N_VGetArrayPointer(ida->y), bytes);
-    if (yp) memcpy(yp, N_VGetArrayPointer(ida->yp), bytes);
+    if (y) memcpy(y, N_VGetArrayPointer(mbsri_ida_output_y(ida)), bytes);
+    if (yp) memcpy(yp, N_VGetArrayPointer(mbsri_ida_output_yp(ida)), bytes);
 }
 
 static bool finite_state(const mbsr_ida *ida, N_Vector y, N_Vector yp)
@@ -173,6 +175,7 @@ int mbsri_ida_advance(mbsr_ida *ida, double t_end)
     }
     ida->event = false;
     if (arrived) return MBSR_OK;
+    mbsri_ida_forget_output(ida);
     mbsri_ida_exchange_watch(ida);
     if (!ida->stepped) {
         const double longest = mbsri_ida_longest_first_step(ida);

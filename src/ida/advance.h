@@ -8,6 +8,6 @@
 /* mbsr_ida_advance to a finite time after a start; the state stays in the driver. */
 int mbsri_ida_advance(mbsr_ida *ida, double t_end);
 
-void mbsri_ida_put(const mbsr_ida *ida, double *t, double *y, double *yp);
+void mbsri_ida_put(mbsr_ida *ida, double *t, double *y, double *yp);
 
 #endif

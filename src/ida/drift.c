@@ -4,6 +4,7 @@
 
 #include "ida/error.h"
 #include "ida/loops.h"
+#include "ida/outputs.h"
 
 #include <mbsrank/dynamics.h>
 #include <mbsrank/loops.h>
@@ -60,7 +61,7 @@ static int measure(mbsr_ida *ida, double t, const double *y, mbsr_ida_drift *dri
 /* The same of the driver's state. */
 static int measure_present(mbsr_ida *ida, mbsr_ida_drift *drift)
 {
-    return measure(ida, ida->present, N_VGetArrayPointer(ida->y), drift);
+    return measure(ida, ida->present, N_VGetArrayPointer(mbsri_ida_output_y(ida)), drift);
 }
 
 void mbsri_ida_drift_start(mbsr_ida *ida, double t, const double *y)
@@ -88,6 +89,7 @@ int mbsr_ida_get_drift(mbsr_ida *ida, mbsr_ida_drift *drift)
                               drift ? "call mbsr_ida_start first" : "drift is NULL");
     }
     mbsr_ida_drift found;
+    mbsri_ida_complete(ida);
     const int status = measure_present(ida, &found);
     if (status) {
         const mbsr_error *error = mbsr_data_error(ida->data);

@@ -10,6 +10,7 @@
 #include "ida/error.h"
 #include "ida/linear.h"
 #include "ida/options.h"
+#include "ida/outputs.h"
 #include "ida/stiff.h"
 #include "ida/tolerances.h"
 #include "ida/vectors.h"
@@ -111,7 +112,8 @@ static int make_objects(mbsr_ida *ida, mbsr_error *error)
         if (ida->opt.max_norm) mbsri_ida_use_max_norm(*vector[k]); /* IDA clones it with them */
     }
     if (!mbsri_ida_make_kinks(ida)) return no_memory(ida, error, "what kinks need for a problem");
-    const int status = mbsri_ida_make_solver(ida, error);
+    int status = mbsri_ida_make_solver(ida, error);
+    if (!status) status = mbsri_ida_make_outputs(ida, error);
     if (status) return status;
     if (!make_nonlinear(ida)) return no_memory(ida, error, "Newton's method for a problem");
     ida->memory = IDACreate(ida->context);
@@ -223,6 +225,7 @@ void mbsr_ida_destroy(mbsr_ida *ida)
         if (vector[k]) N_VDestroy(vector[k]);
     }
     mbsri_ida_free_kinks(ida);
+    mbsri_ida_free_outputs(ida);
     if (ida->context) SUNContext_Free(&ida->context);
     free(ida->watched);
     free(ida->dropped);

@@ -261,7 +261,7 @@ static int restart(mbsr_ida *ida, double t, double span, bool settled)
         if (!k->bent) k->patience = PATIENCE;
     }
     if (k->bent && k->step > 0.0) step = 2.0 * k->step;
-    k->from = t;
+    k->from = ida->output.since = t;
     mbsri_ida_keep_start(ida);
     const int flag = IDAReInit(ida->memory, t, ida->y, ida->yp);
     if (flag < 0) return mbsri_ida_solver_failed(ida, &ida->error, flag, "mbsr_ida_advance");

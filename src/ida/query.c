@@ -94,6 +94,7 @@ int mbsr_ida_get_stats(const mbsr_ida *ida, mbsr_ida_stats *stats)
     stats->linear_solver = ida->opt.linear_solver;
     stats->residuals = ida->residuals;
     stats->events = ida->events;
+    stats->raw_states = ida->output.raw;
     if (ida->residuals == 0) return MBSR_OK;
     mbsri_ida_count(ida, stats);
     stats->jacobian_residuals += ida->central_residuals;

@@ -3,6 +3,7 @@
 #ifndef MBSRI_IDA_RECORD_H
 #define MBSRI_IDA_RECORD_H
 
+#include <mbsrank/completion.h>
 #include <mbsrank/ida.h>
 #include <mbsrank/sundials.h>
 
@@ -16,6 +17,16 @@
 
 #include <stdbool.h>
 
+/* The state as it is handed out, see outputs.h. */
+typedef struct mbsri_ida_output {
+    mbsr_completion *completion; /* NULL: as it was interpolated */
+    N_Vector y, yp;              /* size */
+    bool complete;               /* they are those of the present time */
+    bool tried;                  /* these have been asked for */
+    long raw;                    /* states that could not be completed, since mbsr_ida_start */
+    double since;                /* s: nothing has jumped since then */
+} mbsri_ida_output;
+
 struct mbsr_ida {
     const mbsr_model *model;
     mbsr_data *data;
@@ -27,6 +38,7 @@ struct mbsr_ida {
     N_Vector y, yp, atol, work, moved, zero, mass; /* size; y and yp are the state at `present` */
     N_Vector first_y, first_yp;                    /* the state from which IDA started last */
     mbsri_ida_kinks kinks;
+    mbsri_ida_output output;
     SUNMatrix matrix; /* NULL for KRYLOV */
     SUNLinearSolver solver;
     SUNNonlinearSolver nonlinear; /* NULL: IDA's own */

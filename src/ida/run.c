@@ -3,6 +3,7 @@
 #include "ida/advance.h"
 #include "ida/error.h"
 #include "ida/first_step.h"
+#include "ida/outputs.h"
 
 #include <time.h>
 
@@ -56,9 +57,10 @@ int mbsr_ida_run(mbsr_ida *ida, int count, const double *times, int *next,
             status = mbsri_ida_advance(ida, times[k]);
             if (status) return status;
         }
+        mbsri_ida_complete(ida);
         ++*next;
-        status =
-            output(user, k, ida->present, N_VGetArrayPointer(ida->y), N_VGetArrayPointer(ida->yp));
+        status = output(user, k, ida->present, N_VGetArrayPointer(mbsri_ida_output_y(ida)),
+                        N_VGetArrayPointer(mbsri_ida_output_yp(ida)));
         if (!status) continue;
         mbsri_ida_fail(&ida->error, status, MBSR_NONE, MBSR_NONE,
                        "mbsr_ida_run: the output function at t = %.10g returned %d", ida->present,

@@ -5,6 +5,7 @@
 
 #include <mbsrank/simulation.h>
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -139,19 +140,26 @@ static int prepare(mbsr_simulation *s, mbsr_dae_form form)
         return refuse(s, MBSR_ERR_VALUE,
                       "mbsr_simulation_start: there is no such form, or not with closures");
     }
-    s->q = calloc((size_t)(nq + nu) + 2 * (size_t)size + 1, sizeof *s->q);
+    const int rows = mbsr_model_rows(s->model);
+    s->q = calloc((size_t)(nq + 2 * nu + rows) + 2 * (size_t)size + 1, sizeof *s->q);
     if (!s->q) return refuse(s, MBSR_ERR_NO_MEMORY, "mbsr_simulation_start: no memory for a state");
     s->u = s->q + nq;
-    s->y = s->u + nu;
+    s->udot = s->u + nu;
+    s->lambda = s->udot + nu;
+    s->y = s->lambda + rows;
     s->yp = s->y + size;
     s->form = form;
     return MBSR_OK;
 }
 
-/* q, u of y, and the stages there. */
+/* The driver's state in joint coordinates, with the data at its accelerations. The index-1 form as it is interpolated has
+ * none: at its velocities. */
 static int evaluate(mbsr_simulation *s)
 {
-    int status = mbsr_dae_unpack(s->model, s->data, s->form, s->t, s->y, s->q, s->u);
+    int status = mbsr_ida_motion(s->ida, s->q, s->u, s->udot, s->lambda);
+    if (status != MBSR_ERR_VALUE) return note(s, status, mbsr_ida_error(s->ida));
+    for (int k = 0; k < mbsr_model_nu(s->model); ++k) s->udot[k] = NAN;
+    status = mbsr_dae_unpack(s->model, s->data, s->form, s->t, s->y, s->q, s->u);
     if (!status) status = mbsr_positions(s->model, s->data, s->t, s->q);
     if (!status) status = mbsr_velocities(s->model, s->data, s->u);
     return note(s, status, mbsr_data_error(s->data));
@@ -302,7 +310,8 @@ static int run(mbsr_simulation *s, double t,
     if (s->status) return s->status;
     if (!s->ida) return refuse(s, MBSR_ERR_SEQUENCE, early);
     const int status = note(s, advance(s->ida, t, NULL, NULL, NULL), mbsr_ida_error(s->ida));
-    if (mbsr_ida_state(s->ida, &s->t, s->y, s->yp)) return status;
+    const int handed = mbsr_ida_state(s->ida, &s->t, s->y, s->yp);
+    if (handed) return status == MBSR_OK ? note(s, handed, mbsr_ida_error(s->ida)) : status;
     if (status == MBSR_OK || status == MBSR_EVENT)
         return evaluate(s) || watch(s) ? s->status : status;
     (void)mbsr_dae_unpack(s->model, s->data, s->form, s->t, s->y, s->q, s->u);
@@ -317,6 +326,29 @@ int mbsr_simulation_to(mbsr_simulation *s, double t)
 int mbsr_simulation_sample(mbsr_simulation *s, double t)
 {
     return run(s, t, mbsr_ida_sample, "mbsr_simulation_sample: call mbsr_simulation_start first");
+}
+
+/* ---- what a state has ---- */
+
+/* A copy of n numbers of the state. */
+static int tell(mbsr_simulation *s, const double *numbers, int n, double *to, const char *early)
+{
+    if (!s || !to) return MBSR_ERR_NULL;
+    if (!s->ida) return refuse(s, MBSR_ERR_SEQUENCE, early);
+    if (n > 0) memcpy(to, numbers, (size_t)n * sizeof *to);
+    return s->status;
+}
+
+int mbsr_simulation_accelerations(mbsr_simulation *s, double *udot)
+{
+    return tell(s, s ? s->udot : NULL, s && s->ida ? mbsr_model_nu(s->model) : 0, udot,
+                "mbsr_simulation_accelerations: call mbsr_simulation_start first");
+}
+
+int mbsr_simulation_reactions(mbsr_simulation *s, double *lambda)
+{
+    return tell(s, s ? s->lambda : NULL, s && s->ida ? mbsr_model_rows(s->model) : 0, lambda,
+                "mbsr_simulation_reactions: call mbsr_simulation_start first");
 }
 
 int mbsr_simulation_check(mbsr_simulation *s, int status)
@@ -362,5 +394,5 @@ void mbsr_simulation_end(mbsr_simulation *s)
     s->data = NULL;
     s->ida = NULL;
     s->small = NULL;
-    s->q = s->u = s->y = s->yp = NULL;
+    s->q = s->u = s->udot = s->lambda = s->y = s->yp = NULL;
 }

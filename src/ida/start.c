@@ -5,6 +5,7 @@
 #include "ida/bend.h"
 #include "ida/linear.h"
 #include "ida/loops.h"
+#include "ida/outputs.h"
 #include "ida/progress.h"
 #include "ida/stiff.h"
 #include "ida/tolerances.h"
@@ -176,7 +177,9 @@ int mbsr_ida_start(mbsr_ida *ida, double t, const double *y, const double *yp)
     mbsri_ida_report_anew(ida);
     mbsri_ida_forget_kinks(ida);
     ida->wall = INFINITY;
-    ida->present = t;
+    ida->present = ida->output.since = t;
+    mbsri_ida_forget_output(ida);
+    ida->output.raw = 0;
     int flag = IDAReInit(ida->memory, t, ida->y, ida->yp);
     if (flag >= 0) flag = identify(ida);
     if (flag < 0) return mbsri_ida_solver_failed(ida, &ida->error, flag, "mbsr_ida_start");

@@ -83,7 +83,7 @@
     FULL(closure_x, 2 * (size_t)m->max_columns + 4 * (size_t)m->rows) /* scratch   closures */     \
     FULL(loop_lambda, m->rows) /* m          loop forces                           closures */     \
     FULL(loop_eta, m->rows)   /* m          Eta' of position rows                  closures */     \
-    FULL(udot_last, m->rows > 0 ? m->nu : 0) /* nu  u', with loops                    sweeps */   \
+    FULL(udot_last, m->nu)    /* nu         u' that was found                       sweeps */     \
     FULL(loop_store, loop_store_size(m)) /* see sweeps/loops.h                      sweeps */     \
     EVERY(scratch, has_steps(m, lean) ? scratch_size(m) : 0)
 /* clang-format on */
@@ -102,7 +102,7 @@ typedef enum mbsri_pending {
     MBSRI_PENDING_NONE,
     MBSRI_PENDING_FORWARD,
     MBSRI_PENDING_INVERSE,
-    MBSRI_PENDING_LOOPS /* forward dynamics with loops: forces, and accelerations by udot_last */
+    MBSRI_PENDING_MOTION /* accelerations known: forces, and what belongs to udot_last */
 } mbsri_pending;
 
 struct mbsr_data {

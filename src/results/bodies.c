@@ -10,6 +10,8 @@
 
 #include <mbsrank/dynamics.h>
 
+#include <math.h>
+
 /* Index of a body whose results of `stage` are asked for; negative: refused, status in *status. */
 static int enter(const mbsr_model *m, mbsr_data *d, int body, const double *out, mbsri_stage stage,
                  const char *function, int *status)
@@ -112,6 +114,72 @@ int mbsr_joint_reaction(const mbsr_model *model, mbsr_data *data, int body, doub
     const mbsri_body *b = model->body + i;
     for (int k = 0; k < b->d; ++k) force[k] = -data->mu[b->v + (size_t)k];
     if (i > model->live) add_handed_over(model, data, i, force);
+    return MBSR_OK;
+}
+
+/* A motion of a body as one in space: the arm to its point, then angular and linear parts of V and A. */
+typedef struct point_motion {
+    double r[3], arm[3], omega[3], v[3], alpha[3], a[3];
+} point_motion;
+
+static void move_in_space(const mbsri_body *b, const mbsr_data *d, const double *point,
+                          point_motion *to)
+{
+    const double *R = d->p + b->p, *V = d->V + b->v, *A = d->A + b->v;
+    mbsri_copy(3, R + MBSR_POSE_X, to->r);
+    for (int k = 0; k < 3; ++k)
+        to->arm[k] = R[k] * point[0] + R[3 + k] * point[1] + R[6 + k] * point[2];
+    mbsri_copy(3, V, to->omega);
+    mbsri_copy(3, V + 3, to->v);
+    mbsri_copy(3, A, to->alpha);
+    mbsri_copy(3, A + 3, to->a);
+}
+
+static void move_in_plane(const mbsri_body *b, const mbsr_data *d, const double *point,
+                          point_motion *to)
+{
+    const double *p = d->p + b->p, *V = d->V + b->v, *A = d->A + b->v;
+    mbsri_copy(2, p, to->r);
+    mbsri_copy(2, V, to->v);
+    mbsri_copy(2, A, to->a);
+    if (b->joint.space != MBSR_SPACE_PLANAR) return;
+    to->arm[0] = cos(p[2]) * point[0] - sin(p[2]) * point[1];
+    to->arm[1] = sin(p[2]) * point[0] + cos(p[2]) * point[1];
+    to->omega[2] = V[2];
+    to->alpha[2] = A[2];
+}
+
+int mbsr_body_point(const mbsr_model *model, mbsr_data *data, int body, const double point[3],
+                    double position[3], double velocity[3], double acceleration[3])
+{
+    static const char name[] = "mbsr_body_point";
+    static const double origin[3] = {0.0, 0.0, 0.0};
+    const mbsri_stage stage = velocity ? MBSRI_STAGE_VELOCITIES : MBSRI_STAGE_POSITIONS;
+    int status;
+    const int i = acceleration ? enter_accelerated(model, data, body, acceleration, name, &status)
+                               : enter(model, data, body, origin, stage, name, &status);
+    if (i < 0) return status;
+    const mbsri_body *b = model->body + i;
+    point_motion motion = {.r = {0.0}};
+    const double *at = point ? point : origin;
+    if (b->joint.space == MBSR_SPACE_SPATIAL || b->joint.space == MBSR_SPACE_FLEXIBLE) {
+        move_in_space(b, data, at, &motion);
+    } else if (b->joint.space == MBSR_SPACE_PLANAR || b->joint.space == MBSR_SPACE_POINT) {
+        move_in_plane(b, data, at, &motion);
+    } else if (b->joint.space != MBSR_SPACE_FIXED) {
+        return mbsri_fail(&data->error, MBSR_ERR_SPACE, body, MBSR_NONE,
+                          "%s: body %d is in general space, where points have no place", name,
+                          body);
+    }
+    double speed[3], along[3], inward[3];
+    mbsri_cross3(motion.omega, motion.arm, speed);
+    mbsri_cross3(motion.alpha, motion.arm, along);
+    mbsri_cross3(motion.omega, speed, inward);
+    for (int k = 0; k < 3; ++k) {
+        if (position) position[k] = motion.r[k] + motion.arm[k];
+        if (velocity) velocity[k] = motion.v[k] + speed[k];
+        if (acceleration) acceleration[k] = motion.a[k] + along[k] + inward[k];
+    }
     return MBSR_OK;
 }
 

@@ -213,21 +213,22 @@ static int report_on(mbsri_dense *w, double t, const double *q, mbsr_closure_rep
     mark_stiff(w, stiff);
     for (int k = 0; k < w->rows && redundant && !status; ++k)
         redundant[k] = dropped[k] && !stiff[k];
-    if (!status) mbsri_ranks_here(w, dropped, &here);
-    for (int k = 0; k < w->rows; ++k) dropped[k] = dropped[k] || stiff[k];
-    if (!status && unique) status = mark_unique(w, dropped, unique);
-    if (!status) status = mbsri_closure_gaps(w->m, w->d, w->g);
     if (status) return status;
+    mbsri_ranks_here(w, dropped, &here);
     *report = (mbsr_closure_report){.rows = w->rows,
                                     .independent = here.independent,
                                     .nearby = nearby,
                                     .smallest_kept = here.smallest_kept,
                                     .largest_dropped = here.largest_dropped,
                                     .weakest = here.weakest < 0 ? MBSR_NONE : here.weakest,
-                                    .weakest_pivot = here.weakest_pivot,
-                                    .gap = mbsri_largest(w->held, w->g)};
+                                    .weakest_pivot = here.weakest_pivot};
     status = count_massless(w, t, q, report);
     report->mobility = w->n - here.independent - report->undetermined;
+    mark_stiff(w, stiff);
+    for (int k = 0; k < w->rows; ++k) dropped[k] = dropped[k] || stiff[k];
+    if (!status && unique) status = mark_unique(w, dropped, unique);
+    if (!status) status = mbsri_closure_gaps(w->m, w->d, w->g);
+    report->gap = status ? 0.0 : mbsri_largest(w->held, w->g);
     return status;
 }
 
@@ -326,7 +327,7 @@ int mbsr_closures_load(const mbsr_model *model, mbsr_data *data, const double *l
 
 int mbsr_closures_force(const mbsr_model *model, mbsr_data *data, double *lambda)
 {
-    const bool swept = data && data->pending == MBSRI_PENDING_LOOPS; /* no stage need run */
+    const bool swept = data && data->pending == MBSRI_PENDING_MOTION; /* no stage need run */
     const int status =
         mbsri_enter(model, data, lambda != NULL, swept ? MBSRI_STAGE_NONE : MBSRI_STAGE_FORCES,
                     "mbsr_closures_force");

@@ -72,6 +72,11 @@ static int run_state(finite_subject *s)
     return mbsr_ida_state(s->object, s->out[0], s->out[1], s->out[2]);
 }
 
+static int run_motion(finite_subject *s)
+{
+    return mbsr_ida_motion(s->object, s->out[1], NULL, NULL, NULL);
+}
+
 static int run_dense(finite_subject *s)
 {
     return mbsr_ida_dense(s->object, time_of(s), 1, s->out[1]);
@@ -146,6 +151,11 @@ static int of_run(const finite_subject *s, int o)
     return o == 0 ? 1 : SIZE;
 }
 
+static int of_motion(const finite_subject *s, int o)
+{
+    return o == 1 ? s->nq : 0;
+}
+
 static int of_dense(const finite_subject *s, int o)
 {
     (void)s;
@@ -169,6 +179,8 @@ static const finite_row rows[] = {
     {"mbsr_simulation_add_closure", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_simulation_add_table", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_simulation_add_data", NULL, NULL, 0, 0, 0, NULL},
+    {"mbsr_simulation_accelerations", NULL, NULL, 0, 0, 0, NULL},
+    {"mbsr_simulation_reactions", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_simulation_check", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_simulation_stats", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_simulation_set_position", NULL, NULL, 0, 0, 0, NULL},
@@ -190,6 +202,7 @@ static const finite_row rows[] = {
     {"mbsr_ida_jump", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_ida_run", run_run, start, 0, OTHER, FINITE_OBJECT, of_run},
     {"mbsr_ida_state", run_state, advance, 0, 0, FINITE_OBJECT, of_run},
+    {"mbsr_ida_motion", run_motion, advance, 0, 0, FINITE_OBJECT, of_motion},
     {"mbsr_ida_dense", run_dense, advance, 0, T, FINITE_OBJECT, of_dense},
     {"mbsr_ida_get_stats", run_stats, advance, 0, 0, FINITE_OBJECT, of_one},
     {"mbsr_ida_get_drift", run_drift, advance, 0, 0, FINITE_OBJECT, of_one},

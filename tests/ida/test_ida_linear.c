@@ -532,8 +532,7 @@ static void without_memory_there_is_no_driver(void **state)
         counting.fail_at = calls + 1 + refused;
         const int status = mbsr_ida_create(m, d, NULL, &ida, &error);
         if (counting.failed) {
-            assert_refused(status, &error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
-                           "mbsr_newton_create");
+            assert_refused(status, &error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE, "_create");
             assert_null(ida);
             ++refused;
         } else {

@@ -166,6 +166,7 @@ static counts by_driver(const mbsr_model *m, mbsr_data *d, mbsr_ida_solver solve
     opt.initial_step = 1e-4;
     opt.krylov_size = 5;
     opt.renew_matrices = renew;
+    opt.raw_outputs = 1; /* as IDA by itself */
     consistent(m, d, y, yp);
     assert_ok(mbsr_ida_create(m, d, &opt, &ida, NULL), NULL);
     assert_ok(mbsr_ida_start(ida, 0.0, y, yp), mbsr_ida_error(ida));

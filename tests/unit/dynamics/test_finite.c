@@ -278,6 +278,7 @@ static const finite_row rows[] = {
      BOTH, of_body},
     {"mbsr_joint_reaction", run_joint_reaction, accelerations, T | Q | U | TAU | UDOT, 0, BOTH,
      of_body},
+    {"mbsr_body_point", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_body_jacobian", run_body_jacobian, positions, T | Q, 0, BOTH, of_jacobian},
     {"mbsr_body_rank", run_body_rank, backward, T | Q | U | TAU, 0, BOTH, of_four},
     {"mbsr_rank_watch", NULL, NULL, 0, 0, 0, NULL},

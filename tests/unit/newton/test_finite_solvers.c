@@ -82,6 +82,35 @@ static int velocities(finite_subject *s)
     return status ? status : mbsr_velocities(s->model, s->data, s->in[FINITE_U]);
 }
 
+static const mbsr_error *completion_error(const finite_subject *s)
+{
+    return mbsr_completion_error(s->object);
+}
+
+/* y and y' are completed where they stand. */
+static int run_complete(finite_subject *s)
+{
+    double y[MOST], yp[MOST];
+    const size_t size = (size_t)(s->nq + 2 * s->nu) * sizeof *y;
+    const bool there = s->in[FINITE_Y] && s->out[0];
+    if (there) memcpy(y, s->in[FINITE_Y], size);
+    const int status =
+        mbsr_complete(s->object, s->data, MBSR_DAE_MOMENTUM, time_of(s), there ? y : NULL, yp);
+    if (!status) memcpy(s->out[0], y, size);
+    return status;
+}
+
+static int run_complete_dynamics(finite_subject *s)
+{
+    return mbsr_complete_dynamics(s->object, s->data, time_of(s), s->in[FINITE_Q], s->in[FINITE_U],
+                                  s->in[FINITE_TAU], s->out[0], NULL);
+}
+
+static int of_rates(const finite_subject *s, int o)
+{
+    return o == 0 ? s->nu : 0;
+}
+
 static int run_force_verify(finite_subject *s)
 {
     mbsr_force_errors errors;
@@ -120,6 +149,19 @@ static const finite_row newton_rows[] = {
     {"mbsr_newton_multiply", run_multiply, linearise, T | C | Y, R, FINITE_OBJECT, of_y},
 };
 
+static const finite_row completion_rows[] = {
+    {"mbsr_completion_create", NULL, NULL, 0, 0, 0, NULL},
+    {"mbsr_completion_destroy", NULL, NULL, 0, 0, 0, NULL},
+    {"mbsr_completion_set_times", NULL, NULL, 0, 0, 0, NULL},
+    {"mbsr_completion_motion", NULL, NULL, 0, 0, 0, NULL},
+    {"mbsr_completion_relax", NULL, NULL, 0, 0, 0, NULL},
+    {"mbsr_completion_get_info", NULL, NULL, 0, 0, 0, NULL},
+    {"mbsr_completion_error", NULL, NULL, 0, 0, 0, NULL},
+    {"mbsr_complete", run_complete, NULL, 0, T | Y, FINITE_OBJECT | FINITE_DATA, of_y},
+    {"mbsr_complete_dynamics", run_complete_dynamics, NULL, 0, T | Q | U | TAU,
+     FINITE_OBJECT | FINITE_DATA, of_rates},
+};
+
 static const finite_row batch_rows[] = {
     {"mbsr_batch_create", NULL, NULL, 0, 0, 0, NULL},
     {"mbsr_batch_create_parallel", NULL, NULL, 0, 0, 0, NULL},
@@ -149,10 +191,12 @@ static const finite_row verify_rows[] = {
 enum {
     NEWTON_ROWS = sizeof newton_rows / sizeof newton_rows[0],
     PRODUCT_ROWS = NEWTON_ROWS - 2, /* the first of products */
+    COMPLETION_ROWS = sizeof completion_rows / sizeof completion_rows[0],
     BATCH_ROWS = sizeof batch_rows / sizeof batch_rows[0]
 };
 
-static int newton_served[NEWTON_ROWS], batch_served[BATCH_ROWS], verified;
+static int newton_served[NEWTON_ROWS], completion_served[COMPLETION_ROWS], batch_served[BATCH_ROWS],
+    verified;
 
 static finite_subject subject(const char *name, mbsr_model *model, mbsr_data *data, int states,
                               const double *q)
@@ -194,6 +238,13 @@ static void try_all(const char *name, mbsr_model *model, mbsr_data *data, const 
             newton_served[k] += finite_try(&s, newton_rows + k);
         mbsr_newton_destroy(newton);
     }
+    mbsr_completion *completion;
+    assert_ok(mbsr_completion_create(model, NULL, &completion, NULL), NULL);
+    s.object = completion;
+    s.error = completion_error;
+    for (int k = 0; k < COMPLETION_ROWS; ++k)
+        completion_served[k] += finite_try(&s, completion_rows + k);
+    mbsr_completion_destroy(completion);
     assert_ok(mbsr_batch_create(model, &batch, NULL), NULL);
     s.object = batch;
     s.error = batch_error;
@@ -250,6 +301,10 @@ static void each_function_served(void **unused)
     for (int k = 0; k < NEWTON_ROWS; ++k) {
         if (newton_rows[k].run && newton_served[k] == 0)
             fail_msg("%s was never MBSR_OK", newton_rows[k].function);
+    }
+    for (int k = 0; k < COMPLETION_ROWS; ++k) {
+        if (completion_rows[k].run && completion_served[k] == 0)
+            fail_msg("%s was never MBSR_OK", completion_rows[k].function);
     }
     for (int k = 0; k < BATCH_ROWS; ++k) {
         if (batch_rows[k].run && batch_served[k] == 0)

@@ -1,0 +1,219 @@
+/* States as they are handed out: see outputs.h.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "ida/outputs.h"
+
+#include "ida/error.h"
+#include "ida/tolerances.h"
+#include "ida/vectors.h"
+#include "ida/watch.h"
+
+#include <mbsrank/loops.h>
+
+#include <math.h>
+#include <string.h>
+
+int mbsri_ida_make_outputs(mbsr_ida *ida, mbsr_error *error)
+{
+    mbsri_ida_output *o = &ida->output;
+    if (ida->opt.raw_outputs) return MBSR_OK;
+    N_Vector *const vector[] = {&o->y, &o->yp};
+    for (size_t k = 0; k < sizeof vector / sizeof vector[0]; ++k) {
+        *vector[k] = N_VNew_Serial(ida->size, ida->context);
+        if (!*vector[k]) {
+            return mbsri_ida_fail(error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
+                                  "mbsr_ida_create: no memory for a state of size %d", ida->size);
+        }
+        mbsri_ida_use_own_operations(*vector[k]);
+    }
+    const mbsr_newton_opt *newton =
+        ida->opt.linear_solver == MBSR_IDA_DENSE ? NULL : &ida->opt.newton;
+    return mbsr_completion_create(ida->model, newton, &o->completion, error);
+}
+
+void mbsri_ida_free_outputs(mbsr_ida *ida)
+{
+    mbsri_ida_output *o = &ida->output;
+    mbsr_completion_destroy(o->completion);
+    if (o->y) N_VDestroy(o->y);
+    if (o->yp) N_VDestroy(o->yp);
+}
+
+/* The span of time in which nothing jumps, around the present; the time that stands for it, which is before a kink. */
+static double look_around(mbsr_ida *ida)
+{
+    const mbsri_ida_kinks *k = &ida->kinks;
+    const double way = ida->direction, before = ida->present - way * k->gap,
+                 t = k->reached ? before : ida->present, begin = ida->output.since,
+                 end = k->reached ? before
+                       : k->known ? k->at - way * k->gap
+                                  : way * INFINITY;
+    double step = 0.0;
+    IDAGetLastStep(ida->memory, &step);
+    const mbsr_completion_times times = {
+        .scale = fabs(step), .from = fmin(begin, end), .to = fmax(begin, end)};
+    mbsr_completion_set_times(ida->output.completion, &times);
+    return t;
+}
+
+/* Whether closures have stiff rows. */
+static bool has_stiff_rows(const mbsr_ida *ida)
+{
+    for (int c = 0; c < mbsr_model_closures(ida->model); ++c) {
+        int row, rows;
+        mbsr_closure_place(ida->model, c, &row, &rows, NULL, NULL);
+        for (int k = 0; k < rows; ++k) {
+            if (mbsr_closure_stiffness(ida->model, c, k) > 0.0) return true;
+        }
+    }
+    return false;
+}
+
+/* The state as it was interpolated, into the output. */
+static void copy_raw(mbsr_ida *ida)
+{
+    N_VScale(1.0, ida->y, ida->output.y);
+    N_VScale(1.0, ida->yp, ida->output.yp);
+}
+
+/* The state as it was interpolated between the ends of the last step, stiff springs relaxed. */
+static int relax(mbsr_ida *ida, double t)
+{
+    mbsri_ida_output *o = &ida->output;
+    double end = 0.0, step = 0.0;
+    IDAGetCurrentTime(ida->memory, &end);
+    IDAGetLastStep(ida->memory, &step);
+    const double way = fmin(fabs(t - (end - step)), fabs(end - t)), least = 1e-3 * fabs(step);
+    copy_raw(ida);
+    return mbsr_completion_relax(o->completion, ida->data, t, ida->direction / fmax(way, least),
+                                 N_VGetArrayPointer(o->y), N_VGetArrayPointer(o->yp));
+}
+
+/* Largest |x_k| s over the tolerances of the entries first .. last - 1. */
+static double tolerances(const mbsr_ida *ida, const double *x, double s, int first, int last)
+{
+    const double *y = N_VGetArrayPointer(ida->y);
+    double largest = 0.0;
+    for (int k = first; k < last; ++k)
+        largest = fmax(largest, fabs(x[k]) * s / mbsri_ida_tolerance(ida, y, k));
+    return largest;
+}
+
+/* Whether the forces at the completed state would change momenta in a step by many tolerances more than the interpolation
+ * does: stiff elements are strained by errors of positions. */
+static bool is_strained(mbsr_ida *ida)
+{
+    static const double many = 30.0;
+    const int nq = mbsr_model_nq(ida->model), nu = mbsr_model_nu(ida->model);
+    double step = 0.0, *change = N_VGetArrayPointer(ida->work);
+    if (ida->opt.form != MBSR_DAE_MOMENTUM) return false;
+    IDAGetLastStep(ida->memory, &step);
+    N_VLinearSum(1.0, ida->output.yp, -1.0, ida->yp, ida->work);
+    return tolerances(ida, change, fabs(step), nq, nq + nu) > many;
+}
+
+/* The same state with its strain taken out, unless that is farther away than an error may be. */
+static void relieve(mbsr_ida *ida, double t)
+{
+    static const double far = 10.0;
+    mbsri_ida_output *o = &ida->output;
+    const int controlled = mbsr_model_nq(ida->model) + mbsr_model_nu(ida->model);
+    double *y = N_VGetArrayPointer(o->y), *yp = N_VGetArrayPointer(o->yp);
+    int status = relax(ida, t);
+    N_VLinearSum(1.0, o->y, -1.0, ida->y, ida->work);
+    const double moved = tolerances(ida, N_VGetArrayPointer(ida->work), 1.0, 0, controlled);
+    if (!status && moved <= far)
+        status = mbsr_complete(o->completion, ida->data, ida->opt.form, t, y, yp);
+    if (!status && moved <= far) return;
+    copy_raw(ida);
+    o->complete = mbsr_complete(o->completion, ida->data, ida->opt.form, t, y, yp) == MBSR_OK;
+}
+
+/* The joint accelerations among y' of a form; NULL where it has others. */
+static const double *accelerations_of(const mbsr_ida *ida, const double *yp)
+{
+    const int nq = mbsr_model_nq(ida->model), nu = mbsr_model_nu(ida->model);
+    switch (ida->opt.form) {
+    case MBSR_DAE_MOMENTUM: return yp + nq + nu;
+    case MBSR_DAE_RECURSIVE:
+    case MBSR_DAE_INVERSE_DYNAMICS: return yp + nq;
+    case MBSR_DAE_INDEX1: break;
+    }
+    return NULL;
+}
+
+/* The state as it is, in joint coordinates; the data is at its accelerations. */
+static int show_raw(mbsr_ida *ida, double *q, double *u, double *udot, double *lambda)
+{
+    const mbsr_model *m = ida->model;
+    mbsr_data *d = ida->data;
+    const double *y = N_VGetArrayPointer(ida->y), *yp = N_VGetArrayPointer(ida->yp),
+                 *rates = accelerations_of(ida, yp);
+    const size_t nq = (size_t)mbsr_model_nq(m), nu = (size_t)mbsr_model_nu(m);
+    double *own = N_VGetArrayPointer(ida->moved);
+    int status = mbsr_dae_unpack(m, d, ida->opt.form, ida->present, y, own, own + nq);
+    if (!status)
+        status = mbsr_dae_residual(m, d, ida->opt.form, ida->present, y, yp,
+                                   N_VGetArrayPointer(ida->work));
+    if (!status) status = mbsr_accelerations(m, d, rates);
+    if (!status && lambda && mbsr_model_rows(m) > 0) status = mbsr_closures_force(m, d, lambda);
+    if (status) {
+        const mbsr_error *why = mbsr_data_error(d);
+        return mbsri_ida_fail(&ida->error, status, why->body, why->force, "mbsr_ida_motion: %s",
+                              why->text);
+    }
+    if (q) memcpy(q, own, nq * sizeof *q);
+    if (u) memcpy(u, own + nq, nu * sizeof *u);
+    if (udot) memcpy(udot, rates, nu * sizeof *udot);
+    return MBSR_OK;
+}
+
+/* The start, completed for the form whose y' has no joint accelerations. */
+static int complete_start(mbsr_ida *ida)
+{
+    mbsri_ida_output *o = &ida->output;
+    N_VScale(1.0, ida->y, o->y);
+    N_VScale(1.0, ida->yp, o->yp);
+    const int status = mbsr_complete(o->completion, ida->data, ida->opt.form, ida->present,
+                                     N_VGetArrayPointer(o->y), N_VGetArrayPointer(o->yp));
+    const mbsr_error *why = mbsr_completion_error(o->completion);
+    return status ? mbsri_ida_fail(&ida->error, status, why->body, why->force,
+                                   "mbsr_ida_motion: the start: %s", why->text)
+                  : MBSR_OK;
+}
+
+int mbsr_ida_motion(mbsr_ida *ida, double *q, double *u, double *udot, double *lambda)
+{
+    if (!ida) return MBSR_ERR_NULL;
+    if (!ida->started && !ida->failed) {
+        return mbsri_ida_fail(&ida->error, MBSR_ERR_SEQUENCE, MBSR_NONE, MBSR_NONE,
+                              "mbsr_ida_motion: call mbsr_ida_start first");
+    }
+    mbsri_ida_complete(ida);
+    if (ida->output.complete)
+        return mbsr_completion_motion(ida->output.completion, ida->data, q, u, udot, lambda);
+    if (ida->opt.form != MBSR_DAE_INDEX1) return show_raw(ida, q, u, udot, lambda);
+    if (!ida->output.completion || ida->failed) {
+        return mbsri_ida_fail(&ida->error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
+                              "mbsr_ida_motion: the index-1 form has no joint accelerations of "
+                              "its own, and raw_outputs is set");
+    }
+    const int status = complete_start(ida);
+    return status ? status
+                  : mbsr_completion_motion(ida->output.completion, ida->data, q, u, udot, lambda);
+}
+
+void mbsri_ida_complete(mbsr_ida *ida)
+{
+    mbsri_ida_output *o = &ida->output;
+    if (!o->completion || o->complete || o->tried || !ida->stepped) return;
+    const double t = look_around(ida);
+    o->tried = true;
+    mbsri_ida_exchange_watch(ida);
+    if (!has_stiff_rows(ida) || relax(ida, t)) copy_raw(ida);
+    const int status = mbsr_complete(o->completion, ida->data, ida->opt.form, t,
+                                     N_VGetArrayPointer(o->y), N_VGetArrayPointer(o->yp));
+    o->complete = status == MBSR_OK;
+    if (o->complete && !has_stiff_rows(ida) && is_strained(ida)) relieve(ida, t);
+    mbsri_ida_exchange_watch(ida);
+    o->raw += !o->complete;
+}

@@ -1,0 +1,206 @@
+/* Completing a state where springs alone hold some direction without mass (index 2): see completion.c.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * A force gamma in such a direction that depends on positions alone is balanced at all times. Held q, it is
+ * off by what an integrator has left of it; what is wanted are the velocities with which it stays there, gamma' = 0, and
+ * the accelerations, gamma'' = 0. The solution of K(c) x = (0, 0, gamma') has a part that grows with c,
+ *
+ *   x_u = a + c b + O(1/c),
+ *
+ * and b is what u is to be changed by; likewise for gamma'' and u'. gamma' and gamma'' are difference quotients of the
+ * fourth order along the motion. */
+#include "massless/completion_elastic.h"
+
+#include "algebra/dense.h"
+#include "algebra/differences.h"
+#include "algebra/numbers.h"
+#include "forms/dae.h"
+#include "recursion/group.h"
+#include "recursion/kinematics.h"
+
+#include <math.h>
+
+static const double ratio = MBSRI_COMPLETION_RATIO;
+
+/* Steps of quotients, in the time in which the state changes much. */
+static const double share_of_time = 1e-3;
+
+int mbsri_completion_split(mbsr_completion *w, double c, const double *r)
+{
+    int status = mbsri_completion_factor(w, c);
+    if (!status) status = mbsri_completion_solve(w, r, w->x);
+    if (!status) status = mbsri_completion_factor(w, ratio * c);
+    if (!status) status = mbsri_completion_solve(w, r, w->other);
+    if (status) return status;
+    for (int k = 0; k < w->rates; ++k) w->x[k] = (ratio * w->other[k] - w->x[k]) / (ratio - 1.0);
+    for (int k = w->rates; k < w->loops; ++k) {
+        const double b = (w->other[k] - w->x[k]) / ((ratio - 1.0) * c);
+        w->x[k] -= c * b;
+        w->other[k] = b;
+    }
+    for (int k = w->loops; k < w->size; ++k) {
+        const double I = (ratio * w->other[k] - w->x[k]) / (ratio - 1.0);
+        w->other[k] = c * (w->x[k] - I);
+        w->x[k] = I;
+    }
+    return MBSR_OK;
+}
+
+/* Whether masses and dampers leave something of a push, whose solution is w->x: F_u,u x_u is all of it where they take it
+ * all. Directions without mass may have a small part in the push. F is that at the state, and is again. */
+static int ask_springs(mbsr_completion *w, double c, const double *push, bool *some)
+{
+    static const double left = 1e-3, short_way = 1e-4;
+    const double speed = mbsri_completion_speed(w, w->x + w->rates),
+                 step = short_way / (speed * mbsri_completion_time(w)),
+                 largest = mbsri_largest(w->m->nu, push);
+    *some = !isfinite(step);
+    if (*some) return MBSR_OK;
+    mbsri_copy((size_t)w->size, w->F, w->other);
+    mbsri_copy((size_t)w->size, w->y, w->ahead);
+    mbsri_copy((size_t)w->size, w->yp, w->ahead_rate);
+    for (int k = w->rates; k < w->loops; ++k) w->ahead[k] += step * w->x[k];
+    for (int k = w->loops; k < w->places; ++k) w->ahead_rate[k] += step * c * w->x[k];
+    const int status = mbsri_completion_residual(w, w->t, w->ahead, w->ahead_rate);
+    for (int k = 0; k < w->m->nu; ++k) {
+        const double taken = (w->F[w->rates + k] - w->other[w->rates + k]) / step;
+        *some = *some || fabs(push[k] - taken) > left * largest;
+    }
+    mbsri_copy((size_t)w->size, w->other, w->F);
+    return status;
+}
+
+/* Whether the motion that a push makes grows with c: twice the solution is known. */
+static int ask_growth(mbsr_completion *w, double c, bool *grows)
+{
+    static const double much = 5.0, rounding = 1e-9;
+    int status = mbsri_completion_factor(w, ratio * c);
+    if (!status) status = mbsri_completion_solve(w, w->r, w->other);
+    if (status) return status;
+    const double largest = mbsri_completion_speed(w, w->other + w->rates);
+    *grows = false;
+    for (int k = w->rates; k < w->loops; ++k) {
+        const double now = fabs(w->x[k]), then = fabs(w->other[k]);
+        if (then > much * now && then > rounding * largest) *grows = true;
+    }
+    return MBSR_OK;
+}
+
+/* A push, in no special proportion, on all joints of groups in which some direction moves no mass: what masses take of it
+ * counts as taken. */
+static void fill_push(const mbsr_completion *w, double *push)
+{
+    const mbsr_model *m = w->m;
+    mbsri_zero((size_t)m->nu, push);
+    for (int i = 1; i <= m->bodies; ++i) {
+        if (m->body[i].head != i) continue;
+        const mbsri_group g = mbsri_group_in_model(m, i);
+        bool lacks = false;
+        for (int k = 0; k < g.members; ++k)
+            lacks = lacks || w->d->rank[g.member[k]] < m->body[g.member[k]].n;
+        for (int k = 0; k < g.members && lacks; ++k) {
+            const mbsri_body *b = m->body + g.member[k];
+            for (int l = 0; l < b->n; ++l) push[b->u + l] = 1.0 + 0.5 * sin(12.9898 * (b->u + l));
+        }
+    }
+}
+
+int mbsri_completion_find_elastic(mbsr_completion *w, double c)
+{
+    double *push = w->r + w->rates;
+    bool some = false;
+    w->elastic = false;
+    mbsri_zero((size_t)w->size, w->r);
+    fill_push(w, push);
+    int status = mbsri_completion_factor(w, c);
+    if (!status) status = mbsri_completion_solve(w, w->r, w->x);
+    if (!status) status = ask_springs(w, c, push, &some);
+    return status || !some ? status : ask_growth(w, c, &w->elastic);
+}
+
+/* F at the time t + s on the path q + s G(u + s u'/2), u + s u', whose momenta are those of its velocities, with loop
+ * forces lambda + s lambda'. */
+static int look_along(mbsr_completion *w, double s, const double *udot)
+{
+    const mbsr_model *m = w->m;
+    double *q = w->ahead, *u = w->ahead + w->rates, *qdot = w->ahead_rate;
+    for (int k = 0; k < m->nu; ++k) u[k] = w->y[w->rates + k] + 0.5 * s * udot[k];
+    /* G at the middle of the way makes the path one of the second order, whatever the coordinates */
+    int status = mbsri_positions(m, w->d, w->t, w->y);
+    if (!status) status = mbsri_velocities(m, w->d, u);
+    if (!status) status = mbsri_coordinate_rates(m, w->d, qdot);
+    for (int k = 0; k < m->nq; ++k) q[k] = w->y[k] + 0.5 * s * qdot[k];
+    if (!status) status = mbsri_positions(m, w->d, w->t, q);
+    if (!status) status = mbsri_velocities(m, w->d, u);
+    if (!status) status = mbsri_coordinate_rates(m, w->d, qdot);
+    for (int k = 0; k < m->nq; ++k) w->q[k] = w->y[k] + s * qdot[k];
+    for (int k = 0; k < m->nu; ++k) w->u[k] = w->y[w->rates + k] + s * udot[k];
+    if (!status) status = mbsri_pack(&mbsri_form_momentum, m, w->d, w->t + s, w->q, w->u, w->ahead);
+    if (status) {
+        w->error = w->d->error;
+        return status;
+    }
+    mbsri_copy((size_t)(w->size - w->loops), w->y + w->loops, w->ahead + w->loops);
+    mbsri_copy((size_t)w->size, w->yp, w->ahead_rate);
+    for (int k = 0; k < m->rows; ++k) w->ahead_rate[w->loops + k] += s * w->force_rate[k];
+    return mbsri_completion_residual(w, w->t + s, w->ahead, w->ahead_rate);
+}
+
+/* Weights of F at -2h .. 2h for the second derivative, times 12 h^2. */
+static const double second_weight[5] = {-1.0, 16.0, -30.0, 16.0, -1.0};
+
+/* r = (0, 0, dF_u/dt or d^2F_u/dt^2) along the motion. */
+static int differentiate(mbsr_completion *w, const double *udot, bool twice)
+{
+    const double h = share_of_time * mbsri_completion_time(w);
+    mbsri_zero((size_t)w->size, w->r);
+    for (int l = 0; l < 5; ++l) {
+        const double weight = twice    ? second_weight[l] / (12.0 * h * h)
+                              : l == 2 ? 0.0
+                                       : (l == 0   ? 1.0
+                                          : l == 1 ? -8.0
+                                          : l == 3 ? 8.0
+                                                   : -1.0) /
+                                             (12.0 * h);
+        if (weight == 0.0) continue;
+        const int status = look_along(w, (l - 2) * h, udot);
+        if (status) return status;
+        for (int k = w->rates; k < w->loops; ++k) w->r[k] += weight * w->F[k];
+    }
+    return MBSR_OK;
+}
+
+/* b for the derivative of that order is taken off x (nu), u or u'; *change: how much that is. */
+static int balance(mbsr_completion *w, double c, bool twice, double *x, double *change)
+{
+    int status = differentiate(w, w->rate + w->rates, twice);
+    if (!status) status = mbsri_completion_residual(w, w->t, w->y, w->yp);
+    if (!status) status = mbsri_completion_split(w, c, w->r);
+    if (status) return status;
+    *change = mbsri_completion_speed(w, w->other + w->rates);
+    for (int k = 0; k < w->m->nu; ++k) x[k] -= w->other[w->rates + k];
+    return MBSR_OK;
+}
+
+int mbsri_completion_drift(mbsr_completion *w, double c, double *change)
+{
+    mbsri_zero((size_t)w->m->nu, w->rate + w->rates);
+    const int status = balance(w, c, false, w->y + w->rates, change);
+    for (int k = 0; k < w->m->rows && !status; ++k) w->force_rate[k] -= w->other[w->loops + k];
+    return status ? status : mbsri_completion_residual(w, w->t, w->y, w->yp);
+}
+
+int mbsri_completion_bend(mbsr_completion *w, double c)
+{
+    enum { MOST = 6 };
+    static const double enough = 1e-13;
+    double *udot = w->rate + w->rates, last = INFINITY;
+    for (int step = 0; step < MOST; ++step) {
+        double change = 0.0;
+        const int status = balance(w, c, true, udot, &change);
+        if (status || change <= enough * mbsri_completion_speed(w, udot)) return status;
+        if (!(change < 0.5 * last)) return MBSR_OK;
+        last = change;
+    }
+    return MBSR_OK;
+}
