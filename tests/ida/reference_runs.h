@@ -114,6 +114,7 @@ static inline void run_with(run *r, mbsr_ida_solver solver, bool renew, run_stat
     opt.max_step = r->max_step;
     opt.linear_solver = solver;
     opt.renew_matrices = renew;
+    opt.raw_outputs = !state; /* nobody looks at them */
     assert_ok(mbsr_ida_create(r->model, d, &opt, &ida, &error), &error);
     assert_ok(mbsr_ida_start(ida, 0.0, y, yp), mbsr_ida_error(ida));
     for (int k = 1; k <= r->points; ++k) {

@@ -2,6 +2,7 @@
  * and energy that does not grow; how much work steps take. Orders: test_stepper_order.c.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "body.h"
+#include "duration.h"
 #include "flexible.h"
 #include "loops.h"
 #include "mixed.h"
@@ -173,7 +174,8 @@ static void springs_and_stops_of_1e10_are_no_trouble(void **state)
         loops_finish(&s);
         start(&r, s.m, s.q, s.u, order, 1.0 / 240.0);
         const double most = r.energy;
-        for (int k = 0; k < 2000; ++k) {
+        const int steps = test_seeds(400, 2000);
+        for (int k = 0; k < steps; ++k) {
             step(&r);
             assert_true(r.energy <= most + 1e-3);
             mbsr_stepper_get(r.stepper, NULL, q, NULL);
@@ -287,7 +289,8 @@ static void a_four_bar_that_turns_fast_stays_closed(void **state)
         s.q[0] = 1.0, s.q[1] = -0.7, s.q[2] = 1.8;
         s.u[0] = 20.0;
         start(&r, s.m, s.q, s.u, order, 0.005);
-        for (int k = 0; k < 600; ++k) {
+        const int steps = test_seeds(150, 600);
+        for (int k = 0; k < steps; ++k) {
             step(&r);
             assert_less(gap_of(&r), 1e-8);
         }
