@@ -30,10 +30,11 @@ extern "C" {
 typedef struct mbsr_completion mbsr_completion;
 
 /* Creates one; opt, of its Newton solver, may be NULL (`method` and `max_rank` are chosen here, so that
- * it is exact). Where newton.h does not serve a model a dense matrix takes its place: O(N^2) in memory, O(N^3) a
- * factorisation. The model must outlive it. One object belongs to one thread; memory is taken from the
- * model's allocator here and nowhere else. On failure *completion is NULL and the reason in *error (may be
- * NULL). MBSR_ERR_NULL, MBSR_ERR_UNFINISHED, MBSR_ERR_NO_MEMORY, statuses of mbsr_newton_create. */
+ * it is exact). Where newton.h does not serve a model a dense matrix takes its place: O(N^2) in memory,
+ * O(N^3) a factorisation. The model must outlive it. One object belongs to one thread. Memory is taken
+ * from the model's allocator here; calls take none but for what mbsr_forward_dynamics takes with closures
+ * that vector code does not serve. On failure *completion is NULL and the reason in *error (may be NULL).
+ * MBSR_ERR_NULL, MBSR_ERR_UNFINISHED, MBSR_ERR_NO_MEMORY, statuses of mbsr_newton_create. */
 MBSR_API int mbsr_completion_create(const mbsr_model *model, const mbsr_newton_opt *opt,
                                     mbsr_completion **completion, mbsr_error *error);
 MBSR_API void mbsr_completion_destroy(mbsr_completion *completion); /* NULL is allowed */
@@ -81,8 +82,8 @@ MBSR_API int mbsr_completion_relax(mbsr_completion *completion, mbsr_data *data,
 /* Forward dynamics where the mass matrix may be singular: accelerations udot (nu) and loop forces lambda (m numbers;
  * may be NULL) at positions q and velocities u under the force elements and the joint forces tau (nu, NULL for none;
  * held). Rates that no mass moves keep the balance of forces as it is: dF_u/dt = 0 along the motion; where u does
- * not balance them (mbsr_dae_imbalance) they keep what it is off by. As mbsr_forward_dynamics, without
- * memory being taken. Stiff closures are springs. Outputs must not overlap inputs. Statuses of mbsr_complete. */
+ * not balance them (mbsr_dae_imbalance) they keep what it is off by. As mbsr_forward_dynamics
+ * where that serves. Stiff closures are springs. Outputs must not overlap inputs. Statuses of mbsr_complete. */
 MBSR_API int mbsr_complete_dynamics(mbsr_completion *completion, mbsr_data *data, double t,
                                     const double *q, const double *u, const double *tau,
                                     double *udot, double *lambda);
