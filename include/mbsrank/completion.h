@@ -8,8 +8,9 @@
  *   0 = F_u(t, q, p, u)   C u + g_t = 0         u, and where loops are closed impulses p += C^T I
  *   K (q', p', u', .)^T = c (q', p', ., .)^T - dF/dt      u' and the loop forces lambda, c -> infinity
  *
- * with the Newton matrix K = dF/dy + c dF/dy' of the momentum form (newton.h): a factorisation or two and a
- * few solutions on the tree, O(N). mbsr_ida_advance does this for the states that it hands out; a solver of your
+ * with the Newton matrix K = dF/dy + c dF/dy' of the momentum form (newton.h): a factorisation and a
+ * few solutions on the tree, O(N). The matrix of one state serves to find the velocities of the next, where
+ * they are near each other. mbsr_ida_advance does this for the states that it hands out; a solver of your
  * own may do so with
  *
  *   mbsr_completion *c;
@@ -41,12 +42,10 @@ MBSR_API void mbsr_completion_destroy(mbsr_completion *completion); /* NULL is a
 
 /* What is known of the times around those that will be asked for. */
 typedef struct mbsr_completion_times {
-    double
-        scale; /* s, in which the state changes much, such as a step of the integrator; 0 (default): the
-                      * model's own */
-    double from,
-        to; /* s, from < to: functions of time are asked between these only, for difference quotients;
-                      * default -INFINITY, INFINITY */
+    double scale; /* s, in which the motion changes much, such as a period; 0 (default): the model's
+                      * own. Difference quotients in time take 1e-7 of it. */
+    double from, to; /* s, from < to: functions of time are asked between these only, for difference
+                      * quotients; default -INFINITY, INFINITY */
 } mbsr_completion_times;
 
 /* MBSR_ERR_NULL, MBSR_ERR_VALUE. */

@@ -255,7 +255,7 @@ MBSR_API int mbsr_ida_get_stats(const mbsr_ida *ida, mbsr_ida_stats *stats);
 /* How far the present state, the last good one after a failure, is from what should hold. */
 typedef struct mbsr_ida_drift {
     double gap;         /* largest |g| of closures, m or rad */
-    double largest_gap; /* of this and of all states at which mbsr_ida_advance has ended */
+    double largest_gap; /* of this and of states at which mbsr_ida_advance has ended, one a step */
     double rate;        /* largest |C u + g_t| of closures */
     double
         energy; /* kinetic and potential, J; force elements without an energy count for nothing, stiff

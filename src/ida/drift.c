@@ -70,14 +70,25 @@ void mbsri_ida_drift_start(mbsr_ida *ida, double t, const double *y)
     ida->measured = measure(ida, t, y, &drift) == MBSR_OK;
     ida->first_energy = drift.energy;
     ida->largest_gap = drift.gap;
+    ida->steps_noted = -1;
 }
 
 void mbsri_ida_drift_note(mbsr_ida *ida)
 {
-    mbsr_ida_drift drift;
-    if (mbsr_model_rows(ida->model) == 0) return;
-    if (measure_present(ida, &drift) == MBSR_OK)
-        ida->largest_gap = fmax(ida->largest_gap, drift.gap);
+    const mbsr_model *model = ida->model;
+    mbsr_data *data = ida->data;
+    double *q = N_VGetArrayPointer(ida->moved), *g = N_VGetArrayPointer(ida->work);
+    long steps = 0;
+    if (mbsr_model_held(model) == 0) return;
+    IDAGetNumSteps(ida->memory, &steps);
+    if (steps == ida->steps_noted) return;
+    ida->steps_noted = steps;
+    const double *y = N_VGetArrayPointer(ida->y);
+    int status =
+        mbsr_dae_unpack(model, data, ida->opt.form, ida->present, y, q, q + mbsr_model_nq(model));
+    if (!status) status = mbsr_positions(model, data, ida->present, q);
+    if (!status) status = mbsr_closures_gap(model, data, g);
+    if (!status) ida->largest_gap = fmax(ida->largest_gap, largest(mbsr_model_held(model), g));
 }
 
 int mbsr_ida_get_drift(mbsr_ida *ida, mbsr_ida_drift *drift)

@@ -44,13 +44,10 @@ static double look_around(mbsr_ida *ida)
     const mbsri_ida_kinks *k = &ida->kinks;
     const double way = ida->direction, before = ida->present - way * k->gap,
                  t = k->reached ? before : ida->present, begin = ida->output.since,
-                 end = k->reached ? before
-                       : k->known ? k->at - way * k->gap
-                                  : way * INFINITY;
-    double step = 0.0;
-    IDAGetLastStep(ida->memory, &step);
-    const mbsr_completion_times times = {
-        .scale = fabs(step), .from = fmin(begin, end), .to = fmax(begin, end)};
+                 end = k->reached                    ? before
+                       : k->known && isfinite(k->at) ? k->at - way * k->gap
+                                                     : way * INFINITY;
+    const mbsr_completion_times times = {.from = fmin(begin, end), .to = fmax(begin, end)};
     mbsr_completion_set_times(ida->output.completion, &times);
     return t;
 }
@@ -150,12 +147,15 @@ static int show_raw(mbsr_ida *ida, double *q, double *u, double *udot, double *l
                  *rates = accelerations_of(ida, yp);
     const size_t nq = (size_t)mbsr_model_nq(m), nu = (size_t)mbsr_model_nu(m);
     double *own = N_VGetArrayPointer(ida->moved);
+    const bool closed = mbsr_model_rows(m) > 0;
+    double *work = N_VGetArrayPointer(ida->work);
     int status = mbsr_dae_unpack(m, d, ida->opt.form, ida->present, y, own, own + nq);
-    if (!status)
-        status = mbsr_dae_residual(m, d, ida->opt.form, ida->present, y, yp,
-                                   N_VGetArrayPointer(ida->work));
-    if (!status) status = mbsr_accelerations(m, d, rates);
-    if (!status && lambda && mbsr_model_rows(m) > 0) status = mbsr_closures_force(m, d, lambda);
+    if (!status && !closed)
+        status = mbsr_inverse_dynamics(m, d, ida->present, own, own + nq, rates, work);
+    if (!status && closed)
+        status = mbsr_dae_residual(m, d, ida->opt.form, ida->present, y, yp, work);
+    if (!status && closed) status = mbsr_accelerations(m, d, rates);
+    if (!status && closed && lambda) status = mbsr_closures_force(m, d, lambda);
     if (status) {
         const mbsr_error *why = mbsr_data_error(d);
         return mbsri_ida_fail(&ida->error, status, why->body, why->force, "mbsr_ida_motion: %s",

@@ -71,6 +71,7 @@ struct mbsr_ida {
     bool stopped;       /* it ended the last call */
 
     double first_energy, largest_gap; /* for mbsr_ida_get_drift */
+    long steps_noted;                 /* IDA's, when the gap was looked at last */
     bool measured;                    /* the energy is known */
     long looked;                      /* closures: steps when they were looked at last */
     double looked_at, longest_way;    /* the time then; the longest between two looks */

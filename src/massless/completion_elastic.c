@@ -25,12 +25,11 @@ static const double ratio = MBSRI_COMPLETION_RATIO;
 /* Steps of quotients, in the time in which the state changes much. */
 static const double share_of_time = 1e-3;
 
-int mbsri_completion_split(mbsr_completion *w, double c, const double *r)
+int mbsri_completion_split(mbsr_completion *w, const double *r)
 {
-    int status = mbsri_completion_factor(w, c);
-    if (!status) status = mbsri_completion_solve(w, r, w->x);
-    if (!status) status = mbsri_completion_factor(w, ratio * c);
-    if (!status) status = mbsri_completion_solve(w, r, w->other);
+    const double c = w->c;
+    int status = mbsri_completion_solve(w, MBSRI_NEAR, r, w->x);
+    if (!status) status = mbsri_completion_solve(w, MBSRI_FAR, r, w->other);
     if (status) return status;
     for (int k = 0; k < w->rates; ++k) w->x[k] = (ratio * w->other[k] - w->x[k]) / (ratio - 1.0);
     for (int k = w->rates; k < w->loops; ++k) {
@@ -48,7 +47,7 @@ int mbsri_completion_split(mbsr_completion *w, double c, const double *r)
 
 /* Whether masses and dampers leave something of a push, whose solution is w->x: F_u,u x_u is all of it where they take it
  * all. Directions without mass may have a small part in the push. F is that at the state, and is again. */
-static int ask_springs(mbsr_completion *w, double c, const double *push, bool *some)
+static int ask_springs(mbsr_completion *w, const double *push, bool *some)
 {
     static const double left = 1e-3, short_way = 1e-4;
     const double speed = mbsri_completion_speed(w, w->x + w->rates),
@@ -60,7 +59,7 @@ static int ask_springs(mbsr_completion *w, double c, const double *push, bool *s
     mbsri_copy((size_t)w->size, w->y, w->ahead);
     mbsri_copy((size_t)w->size, w->yp, w->ahead_rate);
     for (int k = w->rates; k < w->loops; ++k) w->ahead[k] += step * w->x[k];
-    for (int k = w->loops; k < w->places; ++k) w->ahead_rate[k] += step * c * w->x[k];
+    for (int k = w->loops; k < w->places; ++k) w->ahead_rate[k] += step * w->c * w->x[k];
     const int status = mbsri_completion_residual(w, w->t, w->ahead, w->ahead_rate);
     for (int k = 0; k < w->m->nu; ++k) {
         const double taken = (w->F[w->rates + k] - w->other[w->rates + k]) / step;
@@ -71,11 +70,10 @@ static int ask_springs(mbsr_completion *w, double c, const double *push, bool *s
 }
 
 /* Whether the motion that a push makes grows with c: twice the solution is known. */
-static int ask_growth(mbsr_completion *w, double c, bool *grows)
+static int ask_growth(mbsr_completion *w, bool *grows)
 {
     static const double much = 5.0, rounding = 1e-9;
-    int status = mbsri_completion_factor(w, ratio * c);
-    if (!status) status = mbsri_completion_solve(w, w->r, w->other);
+    const int status = mbsri_completion_solve(w, MBSRI_FAR, w->r, w->other);
     if (status) return status;
     const double largest = mbsri_completion_speed(w, w->other + w->rates);
     *grows = false;
@@ -105,34 +103,49 @@ static void fill_push(const mbsr_completion *w, double *push)
     }
 }
 
-int mbsri_completion_find_elastic(mbsr_completion *w, double c)
+int mbsri_completion_find_elastic(mbsr_completion *w)
 {
     double *push = w->r + w->rates;
     bool some = false;
     w->elastic = false;
     mbsri_zero((size_t)w->size, w->r);
     fill_push(w, push);
-    int status = mbsri_completion_factor(w, c);
-    if (!status) status = mbsri_completion_solve(w, w->r, w->x);
-    if (!status) status = ask_springs(w, c, push, &some);
-    return status || !some ? status : ask_growth(w, c, &w->elastic);
+    int status = mbsri_completion_solve(w, MBSRI_NEAR, w->r, w->x);
+    if (!status) status = ask_springs(w, push, &some);
+    return status || !some ? status : ask_growth(w, &w->elastic);
+}
+
+/* q' = G(q) u. */
+static int rates_at(mbsr_completion *w, const double *q, const double *u, double *qdot)
+{
+    int status = mbsri_positions(w->m, w->d, w->t, q);
+    if (!status) status = mbsri_velocities(w->m, w->d, u);
+    return status ? status : mbsri_coordinate_rates(w->m, w->d, qdot);
+}
+
+/* Whether q' = u in all joints. */
+static bool moves_plainly(const mbsr_model *m)
+{
+    int i = 1;
+    while (i <= m->bodies && !m->body[i].joint.table->coordinate_rates) ++i;
+    return i > m->bodies;
 }
 
 /* F at the time t + s on the path q + s G(u + s u'/2), u + s u', whose momenta are those of its velocities, with loop
- * forces lambda + s lambda'. */
+ * forces lambda + s lambda'. G at the middle of the way makes the path one of the second order, whatever the coordinates. */
 static int look_along(mbsr_completion *w, double s, const double *udot)
 {
     const mbsr_model *m = w->m;
     double *q = w->ahead, *u = w->ahead + w->rates, *qdot = w->ahead_rate;
+    int status = MBSR_OK;
     for (int k = 0; k < m->nu; ++k) u[k] = w->y[w->rates + k] + 0.5 * s * udot[k];
-    /* G at the middle of the way makes the path one of the second order, whatever the coordinates */
-    int status = mbsri_positions(m, w->d, w->t, w->y);
-    if (!status) status = mbsri_velocities(m, w->d, u);
-    if (!status) status = mbsri_coordinate_rates(m, w->d, qdot);
-    for (int k = 0; k < m->nq; ++k) q[k] = w->y[k] + 0.5 * s * qdot[k];
-    if (!status) status = mbsri_positions(m, w->d, w->t, q);
-    if (!status) status = mbsri_velocities(m, w->d, u);
-    if (!status) status = mbsri_coordinate_rates(m, w->d, qdot);
+    if (moves_plainly(m)) {
+        mbsri_copy((size_t)m->nu, u, qdot);
+    } else {
+        status = rates_at(w, w->y, u, qdot);
+        for (int k = 0; k < m->nq; ++k) q[k] = w->y[k] + 0.5 * s * qdot[k];
+        if (!status) status = rates_at(w, q, u, qdot);
+    }
     for (int k = 0; k < m->nq; ++k) w->q[k] = w->y[k] + s * qdot[k];
     for (int k = 0; k < m->nu; ++k) w->u[k] = w->y[w->rates + k] + s * udot[k];
     if (!status) status = mbsri_pack(&mbsri_form_momentum, m, w->d, w->t + s, w->q, w->u, w->ahead);
@@ -170,34 +183,35 @@ static int differentiate(mbsr_completion *w, const double *udot, bool twice)
     return MBSR_OK;
 }
 
-/* b for the derivative of that order is taken off x (nu), u or u'; *change: how much that is. */
-static int balance(mbsr_completion *w, double c, bool twice, double *x, double *change)
+/* b for the derivative of that order is taken off x (nu), u or u'; *change: how much that is. F stays that at the state. */
+static int balance(mbsr_completion *w, bool twice, double *x, double *change)
 {
+    mbsri_copy((size_t)w->size, w->F, w->further);
     int status = differentiate(w, w->rate + w->rates, twice);
-    if (!status) status = mbsri_completion_residual(w, w->t, w->y, w->yp);
-    if (!status) status = mbsri_completion_split(w, c, w->r);
+    mbsri_copy((size_t)w->size, w->further, w->F);
+    if (!status) status = mbsri_completion_split(w, w->r);
     if (status) return status;
     *change = mbsri_completion_speed(w, w->other + w->rates);
     for (int k = 0; k < w->m->nu; ++k) x[k] -= w->other[w->rates + k];
     return MBSR_OK;
 }
 
-int mbsri_completion_drift(mbsr_completion *w, double c, double *change)
+int mbsri_completion_drift(mbsr_completion *w, double *change)
 {
     mbsri_zero((size_t)w->m->nu, w->rate + w->rates);
-    const int status = balance(w, c, false, w->y + w->rates, change);
+    const int status = balance(w, false, w->y + w->rates, change);
     for (int k = 0; k < w->m->rows && !status; ++k) w->force_rate[k] -= w->other[w->loops + k];
     return status ? status : mbsri_completion_residual(w, w->t, w->y, w->yp);
 }
 
-int mbsri_completion_bend(mbsr_completion *w, double c)
+int mbsri_completion_bend(mbsr_completion *w)
 {
     enum { MOST = 6 };
     static const double enough = 1e-13;
     double *udot = w->rate + w->rates, last = INFINITY;
     for (int step = 0; step < MOST; ++step) {
         double change = 0.0;
-        const int status = balance(w, c, true, udot, &change);
+        const int status = balance(w, true, udot, &change);
         if (status || change <= enough * mbsri_completion_speed(w, udot)) return status;
         if (!(change < 0.5 * last)) return MBSR_OK;
         last = change;

@@ -5,17 +5,17 @@
 
 #include "massless/completion_matrix.h"
 
-/* Solutions for c and 100 c from r: x becomes a and other b of x_u = a + c b, where b is the motion of directions that
+/* Solutions for c and MBSRI_COMPLETION_RATIO c from r: x becomes a and other b of x_u = a + c b, where b is the motion of directions that
  * springs alone hold; the parts before u are limits. */
-int mbsri_completion_split(mbsr_completion *w, double c, const double *r);
+int mbsri_completion_split(mbsr_completion *w, const double *r);
 
 /* Whether springs alone hold some direction at the state of the last residual: w->elastic. */
-int mbsri_completion_find_elastic(mbsr_completion *w, double c);
+int mbsri_completion_find_elastic(mbsr_completion *w);
 
 /* Velocities of elastic directions: u changes towards dF_u/dt = 0, by *change in the measure of mbsri_completion_speed. */
-int mbsri_completion_drift(mbsr_completion *w, double c, double *change);
+int mbsri_completion_drift(mbsr_completion *w, double *change);
 
 /* Their accelerations: w->rate changes until d^2F_u/dt^2 = 0. */
-int mbsri_completion_bend(mbsr_completion *w, double c);
+int mbsri_completion_bend(mbsr_completion *w);
 
 #endif

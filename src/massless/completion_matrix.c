@@ -6,7 +6,6 @@
 #include "algebra/differences.h"
 #include "algebra/lapack.h"
 #include "base/error.h"
-#include "recursion/spans.h"
 
 #include <math.h>
 
@@ -15,25 +14,23 @@ int mbsri_completion_fail(mbsr_completion *w, int status, const char *text)
     return mbsri_fail(&w->error, status, MBSR_NONE, MBSR_NONE, "mbsr_complete: %s", text);
 }
 
+bool mbsri_completion_converged(double change, double last, double enough, double near)
+{
+    if (change <= enough || last == INFINITY) return change <= enough;
+    return change * (change / last) <= enough || (change > 0.25 * last && change <= near);
+}
+
 double mbsri_completion_speed(const mbsr_completion *w, const double *x)
 {
-    const mbsr_model *m = w->m;
-    const mbsri_spans s = mbsri_spans_of(m, NULL);
     double largest = 0.0;
-    for (int i = 1; i <= m->bodies; ++i) {
-        const mbsri_body *b = m->body + i;
-        for (int k = 0; k < b->n; ++k) {
-            largest = fmax(largest, fabs(x[b->u + k]) / mbsri_coordinate_span(&s, m, b, true, k));
-        }
-    }
+    for (int k = 0; k < w->m->nu; ++k) largest = fmax(largest, fabs(x[k]) * w->per_span[k]);
     return largest;
 }
 
 double mbsri_completion_time(const mbsr_completion *w)
 {
-    const mbsri_spans s = mbsri_spans_of(w->m, NULL);
-    const double rate = fmax(mbsri_span_rate(&s), mbsri_completion_speed(w, w->y + w->rates));
-    return w->times.scale > 0.0 ? fmin(w->times.scale, 1.0 / rate) : 1.0 / rate;
+    const double own = 1.0 / fmax(w->least_rate, mbsri_completion_speed(w, w->y + w->rates));
+    return w->times.scale > 0.0 ? fmin(w->times.scale, own) : own;
 }
 
 int mbsri_completion_residual(mbsr_completion *w, double t, const double *y, const double *yp)
@@ -63,43 +60,59 @@ static int difference_column(mbsr_completion *w, double c, int k, double *column
     return status;
 }
 
-static int factor_dense(mbsr_completion *w, double c)
+static int factor_dense(mbsr_completion *w, double *inverse, double c)
 {
     const size_t size = (size_t)w->size;
     mbsri_copy(size, w->y, w->ahead);
     mbsri_copy(size, w->yp, w->ahead_rate);
     for (int k = 0; k < w->size; ++k) {
-        const int status = difference_column(w, c, k, w->inverse + (size_t)k * size);
+        const int status = difference_column(w, c, k, inverse + (size_t)k * size);
         if (status) return status;
     }
-    if (mbsri_lapack_inverse(w->size, w->inverse, w->pivots, w->work) > 0.0)
+    if (mbsri_lapack_inverse(w->size, inverse, w->pivots, w->work) > 0.0)
         return mbsri_completion_residual(w, w->t, w->y, w->yp);
     return mbsri_completion_fail(w, MBSR_SINGULAR_BLOCK,
                                  "the Newton matrix is singular: some joint rate moves no mass, "
                                  "and no force or closure determines it");
 }
 
-int mbsri_completion_factor(mbsr_completion *w, double c)
+static mbsri_completion_matrix *matrix_of(mbsr_completion *w, int which)
 {
+    return &w->matrix[w->pair ? which : MBSRI_NEAR];
+}
+
+bool mbsri_completion_has(const mbsr_completion *w, int which)
+{
+    return w->matrix[w->pair ? which : MBSRI_NEAR].c == mbsri_completion_c(w, which);
+}
+
+void mbsri_completion_forget(mbsr_completion *w)
+{
+    for (int j = 0; j < MBSRI_MATRICES; ++j) w->matrix[j].c = 0.0;
+}
+
+int mbsri_completion_factor(mbsr_completion *w, int which)
+{
+    mbsri_completion_matrix *matrix = matrix_of(w, which);
+    const double c = mbsri_completion_c(w, which);
     ++w->info.factorisations;
-    w->factored = c;
-    if (!w->newton) return factor_dense(w, c);
-    const int status = mbsr_newton_factor(w->newton, w->d, w->t, w->y, w->yp, c);
-    if (status) w->error = *mbsr_newton_error(w->newton);
+    matrix->c = 0.0;
+    int status = MBSR_OK;
+    if (matrix->newton) {
+        status = mbsr_newton_factor(matrix->newton, w->d, w->t, w->y, w->yp, c);
+        if (status) w->error = *mbsr_newton_error(matrix->newton);
+    } else {
+        status = factor_dense(w, matrix->inverse, c);
+    }
+    if (!status) matrix->c = c;
     return status;
 }
 
-int mbsri_completion_solve(mbsr_completion *w, const double *r, double *x)
+static int solve_dense(mbsr_completion *w, const double *inverse, const double *r, double *x)
 {
-    ++w->info.solves;
-    if (w->newton) {
-        const int status = mbsr_newton_solve(w->newton, r, x);
-        if (status) w->error = *mbsr_newton_error(w->newton);
-        return status;
-    }
     mbsri_zero((size_t)w->size, x);
     for (int k = 0; k < w->size; ++k) {
-        const double *column = w->inverse + (size_t)k * (size_t)w->size;
+        const double *column = inverse + (size_t)k * (size_t)w->size;
         for (int j = 0; j < w->size; ++j) x[j] += column[j] * r[k];
     }
     for (int k = 0; k < w->size; ++k) {
@@ -107,4 +120,16 @@ int mbsri_completion_solve(mbsr_completion *w, const double *r, double *x)
             return mbsri_completion_fail(w, MBSR_NOT_FINITE, "a correction is not finite");
     }
     return MBSR_OK;
+}
+
+int mbsri_completion_solve(mbsr_completion *w, int which, const double *r, double *x)
+{
+    const mbsri_completion_matrix *matrix = matrix_of(w, which);
+    int status = mbsri_completion_has(w, which) ? MBSR_OK : mbsri_completion_factor(w, which);
+    if (status) return status;
+    ++w->info.solves;
+    if (!matrix->newton) return solve_dense(w, matrix->inverse, r, x);
+    status = mbsr_newton_solve(matrix->newton, r, x);
+    if (status) w->error = *mbsr_newton_error(matrix->newton);
+    return status;
 }

@@ -7,8 +7,16 @@
 
 #include <mbsrank/completion.h>
 
-/* c of the second of two matrices over that of the first. */
+/* The two matrices, for c and for MBSRI_COMPLETION_RATIO c. */
 #define MBSRI_COMPLETION_RATIO 100.0
+enum { MBSRI_NEAR, MBSRI_FAR, MBSRI_MATRICES };
+
+/* One of them. Where no body may be without mass there is one record for both. */
+typedef struct mbsri_completion_matrix {
+    mbsr_newton *newton; /* NULL: the dense matrix */
+    double *inverse;     /* size^2 */
+    double c;            /* what it was made for; 0: nothing */
+} mbsri_completion_matrix;
 
 struct mbsr_completion {
     const mbsr_model *m;
@@ -19,10 +27,11 @@ struct mbsr_completion {
     mbsr_completion_info info;
     int size, rates, loops, places; /* of the momentum form's y; where u, Lambda, Eta begin */
 
-    mbsr_newton *newton;        /* NULL: the dense matrix */
-    double *inverse, *work;     /* size^2, and 4 size */
-    double factored;            /* c of the matrix at hand; 0: none at this state */
-    int *pivots;                /* size */
+    mbsri_completion_matrix matrix[MBSRI_MATRICES]; /* of this state, or of an earlier one */
+    bool pair;                                      /* there are two */
+    double c;                                       /* 1/s, of the nearer one */
+    double *work;                                   /* 4 size */
+    int *pivots;                                    /* size */
     double *ahead, *ahead_rate; /* size: y, y' that are differenced; also along a path */
 
     double *y, *yp, *F;    /* size: the state, y' = (0, 0, 0, lambda, 0), the residual there */
@@ -32,6 +41,8 @@ struct mbsr_completion {
     double *given;         /* size + rows: the state as it was given, and loop forces */
     double *further;       /* size: a second right side */
     double *force_rate;    /* rows: lambda', where springs alone hold directions */
+    double *per_span;      /* nu: 1 over the span of each rate; 1/s over it is 1 */
+    double least_rate;     /* 1/s, of the model */
     double *q, *u, *tau;   /* nq, nu, nu: of a form; what is applied to the joints, or zero */
     bool deficient;        /* some direction moves no mass */
     bool elastic;          /* springs alone hold some: */
@@ -42,15 +53,29 @@ struct mbsr_completion {
 /* F at (t, y, yp); a status, with the text in w->error, as all of these. */
 int mbsri_completion_residual(mbsr_completion *w, double t, const double *y, const double *yp);
 
-/* K(c) at w->y, w->yp is factored; x from r with that. */
-int mbsri_completion_factor(mbsr_completion *w, double c);
-int mbsri_completion_solve(mbsr_completion *w, const double *r, double *x);
+/* c of MBSRI_NEAR or MBSRI_FAR. */
+static inline double mbsri_completion_c(const mbsr_completion *w, int which)
+{
+    return which == MBSRI_FAR ? MBSRI_COMPLETION_RATIO * w->c : w->c;
+}
+
+/* K(c) of MBSRI_NEAR or MBSRI_FAR at w->y, w->yp is factored; x from r with that, which is made if it is not there. */
+int mbsri_completion_factor(mbsr_completion *w, int which);
+int mbsri_completion_solve(mbsr_completion *w, int which, const double *r, double *x);
+
+/* Whether it is there, of this state or an earlier one; none is from now on. */
+bool mbsri_completion_has(const mbsr_completion *w, int which);
+void mbsri_completion_forget(mbsr_completion *w);
 
 /* Largest of the rates x (nu) over their spans, 1/s; 1/s itself where nothing is typical. */
 double mbsri_completion_speed(const mbsr_completion *w, const double *x);
 
 /* A time in which the state changes much, s. */
 double mbsri_completion_time(const mbsr_completion *w);
+
+/* Whether corrections of these sizes, relative to what is corrected, are followed by none that counts: above `enough`, or
+ * at rounding, which is below `near`. */
+bool mbsri_completion_converged(double change, double last, double enough, double near);
 
 int mbsri_completion_fail(mbsr_completion *w, int status, const char *text);
 

@@ -65,7 +65,7 @@ static void drive(double damping, const mbsr_ida_opt *opt, record *r)
         double a[3], force[6], pull = coil * s.q[1] + damping * s.u[1];
         assert_ok(mbsr_body_point(s.model, s.data, 3, NULL, NULL, NULL, a),
                   mbsr_data_error(s.data));
-        assert_close(car_mass * a[2], -rubber * s.q[2], 1e-7 * rubber * 0.02);
+        assert_close(car_mass * a[2], -rubber * s.q[2], 1e-8 * rubber * 0.02);
         if (damping > 0.0) assert_close(pull, rubber * s.q[2], 1e-9 * rubber * 0.02);
         assert_ok(mbsr_joint_reaction(s.model, s.data, 3, force), mbsr_data_error(s.data));
         assert_close(force[5], -rubber * s.q[2], 1e-7 * rubber * 0.02);
@@ -300,6 +300,41 @@ static void pins_accelerate_the_coupler(void **state)
     }
 }
 
+/* A parallelogram whose coupler has no mass and carries no force: at every output velocities and the force are found,
+ * though what closes the velocities to rounding is a large force over a short time. */
+static void a_coupler_that_carries_nothing(void **state)
+{
+    (void)state;
+    const double y[3] = {0.0, 1.0, 0.0}, origin[3] = {0.0}, up[3] = {0.0, 0.0, 1.0},
+                 end[3] = {1.0, 0.0, 0.0}, rows[6] = {1.0, 0.0, 0.0, 0.0, 0.0, 1.0};
+    const mbsr_frame tip = mbsr_frame_at(0.0, 0.0, 1.0), right = mbsr_frame_at(1.0, 0.0, 0.0);
+    mbsr_simulation s = mbsr_simulation_begin(NULL);
+    const int crank =
+        mbsr_simulation_add_body(&s, "crank", MBSR_GROUND, mbsr_joint_revolute(NULL, NULL, y),
+                                 mbsr_inertia_rod(1.0, origin, up));
+    const int coupler = mbsr_simulation_add_body(
+        &s, "coupler", crank, mbsr_joint_revolute(&tip, NULL, y), mbsr_inertia_zero());
+    const int rocker =
+        mbsr_simulation_add_body(&s, "rocker", MBSR_GROUND, mbsr_joint_revolute(&right, NULL, y),
+                                 mbsr_inertia_rod(1.0, origin, up));
+    mbsr_simulation_add_closure(&s, mbsr_closure_rows(coupler, end, rocker, up, 2, rows));
+    mbsr_simulation_add_force(&s, mbsr_force_gravity(1.0, 0.0, -9.81));
+    mbsr_simulation_start(&s, NULL, 0.0, NULL, NULL);
+    for (int n = 1; n <= 2000; ++n) {
+        double force[2], udot[3];
+        mbsr_simulation_to(&s, 0.0025 * n);
+        assert_ok(mbsr_simulation_reactions(&s, force), &s.error);
+        assert_ok(mbsr_simulation_accelerations(&s, udot), &s.error);
+        /* a rod alone: 1/3 u' = 1/2 (g sin q + 1 m/s^2 cos q); but for what the rods differ by where all are in a row */
+        if (fabs(cos(s.q[0])) < 0.2) continue;
+        assert_close(udot[0], 1.5 * (9.81 * sin(s.q[0]) + cos(s.q[0])), 1e-4);
+        assert_close(hypot(force[0], force[1]), 0.0, 1e-4);
+        assert_close(s.u[2], s.u[0], 1e-5);
+    }
+    assert_int_equal(mbsr_simulation_stats(&s).raw_states, 0);
+    mbsr_simulation_end(&s);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -308,6 +343,7 @@ int main(void)
         cmocka_unit_test(raw_outputs_are_interpolated),
         cmocka_unit_test(every_way_out_is_completed),
         cmocka_unit_test(pins_accelerate_the_coupler),
+        cmocka_unit_test(a_coupler_that_carries_nothing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,0 +1,265 @@
+/* Accelerations and loop forces at a state: see completion.c.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "massless/completion_rates.h"
+
+#include "massless/completion_elastic.h"
+
+#include "algebra/dense.h"
+#include "algebra/differences.h"
+#include "algebra/numbers.h"
+#include "recursion/closures.h"
+
+#include <mbsrank/dynamics.h>
+#include <mbsrank/loops.h>
+
+#include <math.h>
+
+static int here(mbsr_completion *w)
+{
+    return mbsri_completion_residual(w, w->t, w->y, w->yp);
+}
+
+/* A step in time, s: back into what has been, where that is smooth for two of them. Outputs are likely to be at the
+ * points of a table, where third derivatives jump. */
+static double choose_step(const mbsr_completion *w)
+{
+    const double ahead = w->times.to - w->t, behind = w->t - w->times.from,
+                 h = mbsri_binary(fmax(1e-7 * mbsri_completion_time(w), 1e-9 * fabs(w->t)));
+    if (behind >= 2.0 * h) return -h;
+    return ahead > behind ? fmin(h, 0.45 * ahead) : -0.45 * behind;
+}
+
+/* w->time += weight F, minus what stands in w->other; whether F differs from that. */
+static bool add_difference(mbsr_completion *w, double weight)
+{
+    bool differs = false;
+    for (int k = w->rates; k < w->size; ++k) {
+        w->time[k] -= weight * (w->F[k] - w->other[k]);
+        differs = differs || w->F[k] != w->other[k];
+    }
+    return differs;
+}
+
+/* The part of a change of s by s', of which F is a linear function. */
+static int differ_in_springs(mbsr_completion *w)
+{
+    const mbsr_model *m = w->m;
+    const double step = mbsri_completion_time(w);
+    const mbsri_closure *closure = m->closures.data;
+    bool any = false;
+    mbsri_copy((size_t)w->size, w->y, w->ahead);
+    for (size_t id = 0; id < m->closures.count; ++id, ++closure) {
+        for (int k = 0; k < closure->rows; ++k) {
+            const int at = w->loops + closure->row + k;
+            if (!mbsri_is_stiff(closure, k)) continue;
+            w->ahead[at] += step * w->yp[at];
+            any = true;
+        }
+    }
+    if (!any) return MBSR_OK;
+    const int status = mbsri_completion_residual(w, w->t, w->ahead, w->yp);
+    add_difference(w, 1.0 / step);
+    return status;
+}
+
+/* Minus the rate of F in the algebraic equations, y and y' being held but for the forces s of stiff rows, whose s' is known;
+ * F is that at y afterwards. Where a step in time changes nothing, nothing depends on it. */
+static int differ_in_time(mbsr_completion *w)
+{
+    const double h = choose_step(w), weight[2] = {2.0, -0.5}; /* exact for parabolas */
+    bool changes = true;
+    mbsri_copy((size_t)w->size, w->F, w->other);
+    mbsri_zero((size_t)w->size, w->time);
+    int status = differ_in_springs(w);
+    for (int l = 0; l < 2 && !status && changes; ++l) {
+        status = mbsri_completion_residual(w, w->t + (l + 1) * h, w->y, w->yp);
+        changes = add_difference(w, weight[l] / h);
+    }
+    mbsri_copy((size_t)w->size, w->other, w->F);
+    return status;
+}
+
+/* q' and p' with the loop forces in w->yp, from F at y' = 0. */
+static void known_rates(const mbsr_completion *w, double *rate)
+{
+    const mbsr_model *m = w->m;
+    for (int k = 0; k < w->rates; ++k) rate[k] = -w->F[k];
+    for (int k = 0; k < m->nu; ++k) rate[m->nq + k] += w->tau[k];
+}
+
+/* Loop forces += x of rigid rows; the largest change, beside all forces. */
+static double add_forces(mbsr_completion *w)
+{
+    const mbsr_model *m = w->m;
+    const mbsri_closure *closure = m->closures.data;
+    double change = 0.0, size = mbsri_largest(m->nu, w->rate + m->nq);
+    for (size_t id = 0; id < m->closures.count; ++id, ++closure) {
+        for (int k = 0; k < closure->rows; ++k) {
+            const int at = w->loops + closure->row + k;
+            if (!mbsri_is_stiff(closure, k)) {
+                change = fmax(change, fabs(w->x[at]));
+                w->yp[at] += w->x[at];
+            }
+            size = fmax(size, fabs(w->yp[at]));
+        }
+    }
+    return change > 0.0 ? change / size : 0.0;
+}
+
+/* Of u', 1/s^2, for what is relative to it: at rest accelerations are rounding. */
+static double size_of(const mbsr_completion *w, const double *udot)
+{
+    const double time = mbsri_completion_time(w);
+    return mbsri_completion_speed(w, udot) + 1e-3 / (time * time);
+}
+
+/* x[0] becomes the limit of the solutions as c grows: of velocities without those of elastic directions, which grow
+ * with it. What it has been taken off is the size of the part that decays. */
+static double join(const mbsr_completion *w, double *const *x)
+{
+    const double c[2] = {mbsri_completion_c(w, MBSRI_NEAR), mbsri_completion_c(w, MBSRI_FAR)};
+    const double slope = 1.0 / (c[1] - c[0]), size = size_of(w, x[1] + w->rates);
+    double *u[2] = {x[0] + w->rates, x[1] + w->rates};
+    for (int k = w->loops; k < w->places; ++k) x[0][k] = slope * (c[1] * x[1][k] - c[0] * x[0][k]);
+    for (int k = 0; k < w->m->nu; ++k) {
+        const double first = u[0][k];
+        if (w->elastic) {
+            u[0][k] -= slope * c[0] * (u[1][k] - first);
+        } else {
+            u[0][k] = slope * (c[1] * u[1][k] - c[0] * first);
+            u[1][k] -= u[0][k];
+        }
+    }
+    return w->elastic ? 0.0 : mbsri_completion_speed(w, u[1]) / size;
+}
+
+/* Takes up u' and loop forces of x; the size of what changes. */
+static double take_up(mbsr_completion *w, const double *x)
+{
+    const int nu = w->m->nu;
+    double *udot = w->rate + w->rates;
+    for (int k = 0; k < nu; ++k) udot[k] -= x[w->rates + k];
+    const double change = mbsri_completion_speed(w, udot);
+    mbsri_copy((size_t)nu, x + w->rates, udot);
+    return fmax(change / size_of(w, udot), add_forces(w));
+}
+
+static int too_fast(mbsr_completion *w)
+{
+    return mbsri_completion_fail(w, MBSR_NO_CONVERGENCE,
+                                 "accelerations were not found: something stiff is far faster than "
+                                 "the motion");
+}
+
+/* u' into w->rate, loop forces into w->yp, by Newton systems at the state. Without loops, and where springs alone hold
+ * directions, solutions aim further until x_q and x_p are the rates. Positions that loops hold let x_q be no other: two
+ * solutions tell the part that decays as c grows; not the first time, when loop forces may still have a share of c in
+ * them, from impulses. */
+static int solve_rates(mbsr_completion *w)
+{
+    enum { MOST = 40 };
+    static const double enough = 1e-11, near = 1e-6, decays = 1e-3;
+    const bool aims = w->elastic || w->m->rows == 0;
+    const int count = w->elastic || !aims ? 2 : 1;
+    double *const r[2] = {w->r, w->further}, *const x[2] = {w->x, w->other};
+    double *before = w->ahead, *first = w->time, last = INFINITY;
+    int status = differ_in_time(w);
+    known_rates(w, w->rate);
+    mbsri_zero((size_t)w->m->nu, w->rate + w->rates);
+    for (int j = 0; j < count; ++j) {
+        mbsri_copy((size_t)w->size, w->time, r[j]);
+        for (int k = 0; k < w->rates; ++k) r[j][k] = mbsri_completion_c(w, j) * w->rate[k];
+    }
+    for (int step = 0; step < MOST && !status; ++step) {
+        for (int j = 0; j < count && !status; ++j) {
+            if (step == 0) status = mbsri_completion_factor(w, j);
+            if (!status) status = mbsri_completion_solve(w, j, r[j], x[j]);
+        }
+        if (status) return status;
+        mbsri_copy((size_t)w->size, x[0], first);
+        const double decay = count > 1 ? join(w, x) : 0.0, change = take_up(w, x[0]);
+        mbsri_copy((size_t)w->size, w->rate, before);
+        if (w->m->rows > 0) status = here(w);
+        known_rates(w, w->rate);
+        if (status) return status;
+        if (step > 0 && decay > decays) return too_fast(w);
+        if (step > 0 && mbsri_completion_converged(change, last, enough, near)) return MBSR_OK;
+        if (step > 3 && change > 0.5 * last) break;
+        last = change;
+        for (int j = 0; j < count; ++j) {
+            const double *solution = j == 0 ? first : x[1];
+            for (int k = 0; k < w->rates; ++k) {
+                const double more = w->rate[k] - before[k];
+                r[j][k] +=
+                    mbsri_completion_c(w, j) * (aims ? more + w->rate[k] - solution[k] : more);
+            }
+        }
+    }
+    return status ? status : too_fast(w);
+}
+
+/* Whether some rows are left to others. */
+static bool leaves_rows(const mbsr_completion *w)
+{
+    for (int k = 0; k < w->m->rows; ++k) {
+        if (w->d->dropped[k]) return true;
+    }
+    return false;
+}
+
+/* Loop forces of rigid rows that exert what w->other (rows) exerts, without those rows that are left to others:
+ * K(c) x = (0, c C^T lambda, 0) has x_p = 0 and x_Lambda = -lambda where all directions move mass. */
+static int share_forces(mbsr_completion *w)
+{
+    const mbsr_model *m = w->m;
+    const double c = mbsri_completion_c(w, MBSRI_FAR);
+    if (!leaves_rows(w)) return MBSR_OK;
+    int status = mbsr_closures_transpose(m, w->d, w->other, w->ahead);
+    if (status) w->error = *mbsr_data_error(w->d);
+    mbsri_zero((size_t)w->size, w->r);
+    for (int k = 0; k < m->nu; ++k) w->r[m->nq + k] = c * w->ahead[k];
+    if (!status) status = mbsri_completion_factor(w, MBSRI_FAR);
+    if (!status) status = mbsri_completion_solve(w, MBSRI_FAR, w->r, w->x);
+    for (int k = 0; k < m->rows && !status; ++k) w->other[k] = -w->x[w->loops + k];
+    return status;
+}
+
+/* u' and loop forces by forward dynamics; MBSR_UNDETERMINED where there are directions that nothing with mass nor a
+ * rigid row determines. */
+static int accelerate(mbsr_completion *w)
+{
+    const mbsr_model *m = w->m;
+    const mbsri_closure *closure = m->closures.data;
+    double *lambda = w->other;
+    int status =
+        mbsr_forward_dynamics(m, w->d, w->t, w->y, w->y + w->rates, w->tau, w->rate + w->rates);
+    if (!status && m->rows > 0) status = mbsr_closures_force(m, w->d, lambda);
+    if (status) w->error = *mbsr_data_error(w->d);
+    for (size_t id = 0; id < m->closures.count; ++id, ++closure) {
+        for (int k = 0; k < closure->rows; ++k) {
+            if (mbsri_is_stiff(closure, k)) lambda[closure->row + k] = 0.0;
+        }
+    }
+    if (!status) status = share_forces(w);
+    closure = m->closures.data;
+    for (size_t id = 0; id < m->closures.count && !status; ++id, ++closure) {
+        for (int k = closure->row; k < closure->row + closure->rows; ++k) {
+            if (!mbsri_is_stiff(closure, k - closure->row)) w->yp[w->loops + k] = lambda[k];
+        }
+    }
+    if (!status && m->rows > 0) status = here(w);
+    known_rates(w, w->rate);
+    return status;
+}
+
+int mbsri_completion_rates(mbsr_completion *w)
+{
+    if (!w->deficient || (w->m->rows > 0 && !leaves_rows(w))) {
+        int status = accelerate(w);
+        if (status != MBSR_UNDETERMINED) return status;
+        status = here(w);
+        if (status) return status;
+    }
+    const int status = solve_rates(w);
+    return !status && w->elastic ? mbsri_completion_bend(w) : status;
+}
