@@ -108,10 +108,11 @@ static bool is_strained(mbsr_ida *ida)
     return tolerances(ida, change, fabs(step), nq, nq + nu) > many;
 }
 
-/* The same state with its strain taken out, unless that is farther away than an error may be. */
+/* The same state with its strain taken out, unless that is far away: in a step that has passed over an impact momenta are
+ * off by what the impact changes. */
 static void relieve(mbsr_ida *ida, double t)
 {
-    static const double far = 10.0;
+    static const double far = 1000.0;
     mbsri_ida_output *o = &ida->output;
     const int controlled = mbsr_model_nq(ida->model) + mbsr_model_nu(ida->model);
     double *y = N_VGetArrayPointer(o->y), *yp = N_VGetArrayPointer(o->yp);

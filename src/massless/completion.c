@@ -426,12 +426,13 @@ int mbsr_complete_dynamics(mbsr_completion *completion, mbsr_data *data, double 
     return conclude(w, status);
 }
 
-/* Newton's method for F(t, y, y' + c (y - y_given)) = 0, from w->y, w->yp. */
+/* Newton's method for F(t, y, y' + c (y - y_given)) = 0, from w->y, w->yp. Where a one-sided element lets go on the way it
+ * goes to and fro between what holds on either side, with half the corrections less and less. */
 static int relax(mbsr_completion *w, double c)
 {
-    enum { MOST = 12 };
-    static const double enough = 1e-10, near = 1e-6;
-    double last = INFINITY;
+    enum { MOST = 40, PATIENT = 4 };
+    static const double enough = 1e-10, near = 1e-6, less = 0.7;
+    double last = INFINITY, length = 1.0;
     w->c = c;
     int status = here(w);
     for (int step = 0; step < MOST && !status; ++step) {
@@ -441,9 +442,13 @@ static int relax(mbsr_completion *w, double c)
         const double change =
             mbsri_completion_speed(w, w->x + w->rates) /
             (1e-3 / mbsri_completion_time(w) + mbsri_completion_speed(w, w->y + w->rates));
+        if (step >= PATIENT && change > less * last)
+            length *= 0.5;
+        else if (change < 0.3 * last)
+            length = fmin(1.0, 2.0 * length);
         for (int k = 0; k < w->size; ++k) {
-            w->y[k] -= w->x[k];
-            w->yp[k] -= c * w->x[k];
+            w->y[k] -= length * w->x[k];
+            w->yp[k] -= length * c * w->x[k];
         }
         status = here(w);
         if (status || change <= enough || (change > 0.5 * last && change <= near)) return status;
