@@ -107,7 +107,8 @@ MBSR_API int mbsr_index1_reset(const mbsr_model *model, mbsr_data *data);
  * mass the largest scale in the tree (1 without any mass). With closures 0.35 over
  * mbsr_closures_mobility takes the place of the scale, between a thousandth of the largest diagonal entry of its kind
  * (turns, or moves) and that: the same in all units. Needs mbsr_backward, and leaves its results; with closures it
- * takes memory. MBSR_ERR_NULL, MBSR_ERR_MISMATCH, MBSR_ERR_SEQUENCE, statuses of mbsr_backward. */
+ * takes memory. MBSR_ERR_NULL, MBSR_ERR_MISMATCH, MBSR_ERR_SEQUENCE, statuses of mbsr_backward and of
+ * mbsr_closures_mobility. */
 MBSR_API int mbsr_momentum_scales(const mbsr_model *model, mbsr_data *data, double *mass);
 
 typedef struct mbsr_consistent_opt {
