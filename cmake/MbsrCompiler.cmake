@@ -9,6 +9,19 @@ if(MBSR_SANITIZE)
     add_link_options(-fsanitize=${MBSR_SANITIZE})
 endif()
 
+# A 32-bit x86 keeps intermediate results in 80 bits unless told otherwise; sums in twofold precision and decisions
+# of rank count on those of double.
+include(CheckCSourceCompiles)
+check_c_source_compiles("
+    #if !defined(__i386__) || !defined(__GNUC__)
+    #error not a 32-bit x86
+    #endif
+    int main(void) { return 0; }"
+    MBSR_I386)
+if(MBSR_I386)
+    add_compile_options(-msse2 -mfpmath=sse)
+endif()
+
 function(mbsr_set_warnings target)
     if(CMAKE_C_COMPILER_ID MATCHES "GNU|Clang")
         target_compile_options(${target} PRIVATE

@@ -107,7 +107,8 @@ MBSR_API int mbsr_index1_reset(const mbsr_model *model, mbsr_data *data);
  * mass the largest scale in the tree (1 without any mass). With closures 0.35 over
  * mbsr_closures_mobility takes the place of the scale, between a thousandth of the largest diagonal entry of its kind
  * (turns, or moves) and that: the same in all units. Needs mbsr_backward, and leaves its results; with closures it
- * takes memory. MBSR_ERR_NULL, MBSR_ERR_MISMATCH, MBSR_ERR_SEQUENCE, statuses of mbsr_backward. */
+ * takes memory. MBSR_ERR_NULL, MBSR_ERR_MISMATCH, MBSR_ERR_SEQUENCE, statuses of mbsr_backward and of
+ * mbsr_closures_mobility. */
 MBSR_API int mbsr_momentum_scales(const mbsr_model *model, mbsr_data *data, double *mass);
 
 typedef struct mbsr_consistent_opt {
@@ -176,9 +177,10 @@ MBSR_API int mbsr_dae_consistent(const mbsr_model *model, mbsr_data *data, mbsr_
 /* How far the forces along directions without mass are from their balance at a state y of the form
  * (of which q and u count): *share, the largest |gamma| over the sum of the sizes of what was added
  * up to it, and *body, the first one of the group of joints where that is, MBSR_NONE where all of
- * gamma is zero. About 1e-12 after mbsr_dae_consistent but where forces are zero themselves; 1 where
- * nothing balances. Undetermined directions without any force count as balanced. dq (nq) and du
- * (nu), which may be NULL: what one step of Newton's method on the momentum form changes q and u by
+ * gamma is zero. About 1e-12 after mbsr_dae_consistent; 1 where nothing balances. Undetermined directions without any
+ * force count as balanced, and so do forces that are next to none: 0, where one step of Newton's method on the
+ * momentum form changes no rate by a millionth of the largest one or of what is typical of the model. dq (nq) and du
+ * (nu), which may be NULL: what this step changes q and u by
  * towards the balance, within 0.01 s; zero where it is singular. O(N).
  * MBSR_ERR_NULL, MBSR_ERR_MISMATCH, MBSR_ERR_VALUE, MBSR_ERR_CLOSURES (the model has closures),
  * MBSR_ERR_NO_MEMORY and the statuses of the stages. */

@@ -87,8 +87,8 @@ MBSR_API int mbsr_recursive_residual(const mbsr_model *model, mbsr_data *data, d
  *
  * No rank decision, no pseudo-inverse. Gravity is a force element like any other, not an
  * acceleration of the root. tau less the tau that is applied is the inverse-dynamics residual of
- * dae.h. With closures it is what motors and loop forces exert together, tau + C^T lambda; see
- * mbsr_closures_inverse_dynamics.  All statuses of mbsr_positions, mbsr_velocities and mbsr_forces. */
+ * dae.h. With closures it is what motors and the loop forces of rigid rows exert together, tau + C^T lambda; stiff rows
+ * are springs, which count among the force elements. See mbsr_closures_inverse_dynamics. All statuses of mbsr_positions, mbsr_velocities and mbsr_forces. */
 MBSR_API int mbsr_inverse_dynamics(const mbsr_model *model, mbsr_data *data, double t,
                                    const double *q, const double *u, const double *udot,
                                    double *tau);

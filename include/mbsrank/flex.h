@@ -115,10 +115,11 @@ typedef struct mbsr_beam_def {
     double EI_y, EI_z; /* N m^2: bending about y (displacement along z) and about z (along y) */
     double GJ;         /* N m^2: torsion */
     double radius_y,
-        radius_z;     /* m, >= 0: radii of gyration of the section along y and z; default 0:
-                                * its mass is on the axis, and torsion has none */
+        radius_z;     /* m, >= 0: radii of gyration of the section along y and z; default 0: its mass is on
+                                * the axis, torsion has none, and a straight beam that flies free turns about its
+                                * axis without: MBSR_UNDETERMINED */
     double tip_mass;  /* kg, >= 0: a particle at the end */
-    int elements;     /* 1 .. 40, default 15: from 8 on the first modes are exact to 1e-6 */
+    int elements;     /* 1 .. 40, default 15; see below */
     int modes;        /* normal modes at most, the lowest ones; default 4 */
     double frequency; /* rad/s: no normal mode above; default INFINITY */
     int loaded;       /* nodes that get static modes for all their loads; default 0 */
@@ -133,6 +134,9 @@ MBSR_API mbsr_beam_def mbsr_default_beam_def(void);
 
 /* Modal data of a beam whose frame is its root: markers 0 .. elements are its nodes, at x = k length /
  * elements, along the axes of the beam.
+ *
+ * With 15 elements the frequencies of the first four bending modes are too high by 2e-7, 7e-6, 5e-5 and 2e-4, as
+ * elements^-4; of stretching and torsion by 5e-4, 4e-3, 1.2e-2 and 2.3e-2, as elements^-2.
  *
  * Modes are first the normal modes of the beam clamped at the root, of mass 1, by frequency; then residual
  * attachment modes of the loaded nodes, K^-1 F less what the normal modes have of it, made independent

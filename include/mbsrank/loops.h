@@ -136,9 +136,10 @@ MBSR_API int mbsr_closure_point(const mbsr_model *model, mbsr_data *data, int cl
 /* Inverse dynamics with loops: tau (nu) of the `count` joint rates listed in `actuated` (places in u),
  * zero for all others, and loop forces lambda (m), so that the accelerations udot (nu) come about:
  *
- *   tau + C^T lambda = (inverse dynamics of the tree)
+ *   tau + C^T lambda = (mbsr_inverse_dynamics)        with the rigid rows C
  *
- * in O(bodies + loops). Where there are more actuators than freedoms, |tau| is the least; rows that are
+ * in O(bodies + loops). Stiff rows are springs, whose forces the right-hand side has already: their lambda are these
+ * forces, as mbsr_closures_force has them, and have no part in the sum. Where there are more actuators than freedoms, |tau| is the least; rows that are
  * redundant where a loop closes share by least norm there, of moments and of forces times the model's length.
  * MBSR_UNDETERMINED names a joint that the actuators listed cannot move as asked for. Statuses of
  * mbsr_inverse_dynamics, MBSR_ERR_VALUE (actuated), MBSR_ERR_NO_MEMORY. */

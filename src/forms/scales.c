@@ -69,14 +69,13 @@ static void find_largest(const mbsr_model *model, const double *mass, double *la
 }
 
 /* The same with loops closed, which does not depend on where they are cut, beside the inertias `locked`: at most
- * the largest of them of its kind, where nothing moves that. Where it cannot be found, mass stays as it is. */
-static void close_loops(const mbsr_model *model, mbsr_data *data, const double *locked,
-                        double *mass)
+ * the largest of them of its kind, where nothing moves that. */
+static int close_loops(const mbsr_model *model, mbsr_data *data, const double *locked, double *mass)
 {
     double largest[KINDS];
     mbsr_coordinate_kind kind[MBSR_MAX_D];
-    if (model->rows == 0) return;
-    if (mbsr_closures_mobility(model, data, mass)) return;
+    const int status = model->rows > 0 ? mbsr_closures_mobility(model, data, mass) : MBSR_OK;
+    if (status || model->rows == 0) return status;
     find_largest(model, locked, largest);
     for (int id = 0; id < model->bodies; ++id) {
         const mbsri_body *b = model->body + model->index[id];
@@ -88,18 +87,18 @@ static void close_loops(const mbsr_model *model, mbsr_data *data, const double *
             *x = fmax(moved, 1e-3 * most);
         }
     }
+    return MBSR_OK;
 }
 
 int mbsr_momentum_scales(const mbsr_model *model, mbsr_data *data, double *mass)
 {
-    const int entered =
-        mbsri_enter(model, data, mass, MBSRI_STAGE_BACKWARD, "mbsr_momentum_scales");
-    if (entered) return entered;
+    int status = mbsri_enter(model, data, mass, MBSRI_STAGE_BACKWARD, "mbsr_momentum_scales");
+    if (status) return status;
     double *locked = data->out;
     const double largest = of_joints(model, data, mass);
     mbsri_mass_diagonal(model, data, locked);
-    close_loops(model, data, locked, mass);
-    for (int k = 0; k < model->nu; ++k)
+    status = close_loops(model, data, locked, mass);
+    for (int k = 0; k < model->nu && !status; ++k)
         mass[k] = mass[k] > 0.0 ? fmax(mass[k], share_of_locked * locked[k]) : largest;
-    return mbsri_backward(model, data);
+    return status ? status : mbsri_backward(model, data);
 }

@@ -144,7 +144,7 @@ static int prepare(mbsr_ida *ida, double t, const double *y, const double *yp)
     if (!status) choose_care(ida);
     if (!status) status = check_balance(ida, t, y);
     if (!status) status = check_determined(ida, t, y, yp);
-    if (!status && ranks && ida->scales) mbsri_ida_scale_tolerances(ida);
+    if (!status && ranks && ida->scales) status = mbsri_ida_scale_tolerances(ida);
     if (!status && mbsr_model_rows(ida->model) > 0) mbsri_ida_take_care(ida);
     if (!status && ranks && ida->opt.watch_ranks) mbsr_rank_watch(ida->model, ida->data, 1);
     mbsri_ida_exchange_watch(ida);

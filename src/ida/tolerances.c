@@ -112,28 +112,37 @@ void mbsri_ida_set_tolerances(mbsr_ida *ida)
     ida->opt.atol_each = NULL;
 }
 
-/* Largest scale of a joint's mass in the tree; 1 if there is none. */
-static double largest_mass(const mbsr_ida *ida)
+/* What the data could not be asked is why the start fails. */
+static int refuse(mbsr_ida *ida, int status)
 {
-    double largest = 0.0;
+    const mbsr_error *error = mbsr_data_error(ida->data);
+    return mbsri_ida_fail(&ida->error, status, error->body, error->force,
+                          "mbsr_ida_start: masses for tolerances: %s", error->text);
+}
+
+/* Largest scale of a joint's mass in the tree; 1 if there is none. */
+static int find_largest_mass(mbsr_ida *ida, double *largest)
+{
     mbsr_rank_info info;
+    *largest = 0.0;
     for (int i = 0; i < mbsr_model_bodies(ida->model); ++i) {
         const int status = mbsr_body_rank(ida->model, ida->data, i, &info);
-        if (status == MBSR_OK) largest = fmax(largest, info.scale);
+        if (status) return refuse(ida, status);
+        *largest = fmax(*largest, info.scale);
     }
-    return largest > 0.0 ? largest : 1.0;
+    if (!(*largest > 0.0)) *largest = 1.0;
+    return MBSR_OK;
 }
 
 /* p: mass times the tolerance of its velocity, which stands nu further on. */
-static void scale_momenta(mbsr_ida *ida)
+static int scale_momenta(mbsr_ida *ida)
 {
     const int nq = mbsr_model_nq(ida->model), nu = mbsr_model_nu(ida->model);
     double *atol = N_VGetArrayPointer(ida->atol), *mass = N_VGetArrayPointer(ida->mass);
     const int status = mbsr_momentum_scales(ida->model, ida->data, mass + nq);
-    for (int k = nq; k < nq + nu; ++k) {
-        if (status) mass[k] = 1.0;
-        atol[k] = mass[k] * atol[nu + k];
-    }
+    if (status) return refuse(ida, status);
+    for (int k = nq; k < nq + nu; ++k) atol[k] = mass[k] * atol[nu + k];
+    return MBSR_OK;
 }
 
 /* v: the square root of the mass on its joint, and of the joint's tolerances, which are taken anew, the
@@ -149,15 +158,18 @@ static void scale_velocities(mbsr_ida *ida, int body, double mass)
     for (int k = nq + first; k < nq + first + n; ++k) atol[k] = smallest * sqrt(mass);
 }
 
-void mbsri_ida_scale_tolerances(mbsr_ida *ida)
+int mbsri_ida_scale_tolerances(mbsr_ida *ida)
 {
-    const double largest = largest_mass(ida);
+    double largest;
     double *atol = N_VGetArrayPointer(ida->atol);
     mbsr_rank_info info;
-    if (ida->opt.form == MBSR_DAE_MOMENTUM) scale_momenta(ida);
+    int status = find_largest_mass(ida, &largest);
+    if (!status && ida->opt.form == MBSR_DAE_MOMENTUM) status = scale_momenta(ida);
+    if (status) return status;
     for (int i = 0; ida->opt.form == MBSR_DAE_INDEX1 && i < mbsr_model_bodies(ida->model); ++i) {
-        const int status = mbsr_body_rank(ida->model, ida->data, i, &info);
-        scale_velocities(ida, i, status == MBSR_OK && info.scale > 0.0 ? info.scale : largest);
+        status = mbsr_body_rank(ida->model, ida->data, i, &info);
+        if (status) return refuse(ida, status);
+        scale_velocities(ida, i, info.scale > 0.0 ? info.scale : largest);
     }
     double *place = N_VGetArrayPointer(ida->moved) + mbsr_model_nu(ida->model);
     find_places(ida, place);
@@ -165,6 +177,7 @@ void mbsri_ida_scale_tolerances(mbsr_ida *ida)
     for (int k = mbsri_ida_loops(ida); k < ida->size && !scaled; ++k)
         atol[k] = ida->opt.atol * largest;
     mbsri_ida_allow_rounding(ida);
+    return MBSR_OK;
 }
 
 /* What the tolerances of one vector y are made of. */

@@ -7,9 +7,9 @@
 
 /* Absolute tolerances that the options say, and from the data at mbsr_backward those of what stands
  * beside q and u: errors that atol in a velocity makes, momenta with the mass on their joint,
- * index-1 velocities with its square root. */
+ * index-1 velocities with its square root. What has no scales there, without memory say, is refused. */
 void mbsri_ida_set_tolerances(mbsr_ida *ida);
-void mbsri_ida_scale_tolerances(mbsr_ida *ida);
+int mbsri_ida_scale_tolerances(mbsr_ida *ida);
 
 /* Tolerance of entry k at y, and IDA's weights, its reciprocals. A momentum is tested with the
  * error it makes in its joint's velocity: mass (rtol |u| + atol). */

@@ -174,14 +174,15 @@ static int change(balance *b, bool time, const double *v, const double *a, const
 
 /* ---- what is damped and what is elastic ---- */
 
-/* D by differences of velocities, what may be rounding zero; at velocities u. Where nothing acts at these,
- * rounding is that of the forces at the others. */
-static int find_damping(balance *b, double *D)
+/* D by differences of velocities u, each row over what rounding may make of it (noise, k: by how much). Where nothing
+ * acts at these velocities, rounding is that of the forces at the others. */
+static int find_damping(balance *b, double *D, double *noise)
 {
     const int n = b->w->n, k = b->k;
     const double step = 1e-2 * fmax(b->rate, extent(b, b->u));
+    double work = 0.0;
     for (int l = 0; l < k; ++l) {
-        double *column = D + (size_t)l * (size_t)k, work = 0.0;
+        double *column = D + (size_t)l * (size_t)k;
         for (int side = -1; side <= 1; side += 2) {
             mbsri_copy((size_t)n, b->u, b->moved);
             mbsri_zero((size_t)k, b->x);
@@ -191,10 +192,11 @@ static int find_damping(balance *b, double *D)
             if (status) return status;
             work = fmax(work, 0.1 * work_of(b, b->h));
         }
-        for (int j = 0; j < k; ++j) {
-            column[j] = (column[j] - b->r_try[j]) / (2.0 * step);
-            if (fabs(column[j]) * step <= ROUNDING * fmax(b->size[j], work)) column[j] = 0.0;
-        }
+        for (int j = 0; j < k; ++j) column[j] = (column[j] - b->r_try[j]) / (2.0 * step);
+    }
+    for (int j = 0; j < k; ++j) {
+        noise[j] = ROUNDING * fmax(b->size[j], work) / step;
+        for (int l = 0; l < k && noise[j] > 0.0; ++l) D[(size_t)(l * k + j)] /= noise[j];
     }
     return MBSR_OK;
 }
@@ -216,45 +218,52 @@ static void equilibrate(int k, double *A, double *left, double *right)
     }
 }
 
-/* L and R at the velocities, and how many directions are damped. */
+/* L and R at the velocities, and how many directions are damped: of D over its rounding, row by row, the singular
+ * values above 1. */
 static int split(balance *b)
 {
     const int k = b->k;
-    const int status = find_damping(b, b->A);
+    const int status = find_damping(b, b->A, b->left);
     if (status) return status;
-    equilibrate(k, b->A, b->left, b->right);
     if (mbsri_lapack_svd(k, b->A, b->values, b->L, b->R, b->work, b->lwork))
         return mbsri_fail(&b->w->d->error, MBSR_EIGEN_FAILED, MBSR_NONE, MBSR_NONE,
                           "%s: no singular values of forces along directions without mass",
                           b->w->function);
     b->damped = 0;
-    while (b->damped < k && b->values[b->damped] > SMALL * b->values[0]) ++b->damped;
+    while (b->damped < k && b->values[b->damped] > 1.0) ++b->damped;
     for (int l = 0; l < k; ++l) {
         for (int j = 0; j < k; ++j) {
-            b->L[l * k + j] *= b->left[j];
-            b->R[l * k + j] *= b->right[j];
+            if (b->left[j] > 0.0) b->L[l * k + j] /= b->left[j];
         }
     }
     return MBSR_OK;
 }
 
-/* x (e) with S x = r (e), in place; a row or column of S without weight is a direction that nothing
- * determines: R has the directions from `first` on. */
-static int solve(balance *b, int e, int first, double *r)
+/* x (e) with S x = r (e), in place; where S is singular, by numbers up to `least` that may be zero, there is a
+ * direction that nothing determines. R has the directions from `first` on. */
+static int solve(balance *b, int e, int first, double least, double *r)
 {
     mbsri_dense *w = b->w;
-    int rank;
-    equilibrate(e, b->S, b->left, b->right);
     const double steepest = mbsri_largest(e * e, b->S);
-    for (int j = 0; j < e; ++j) r[j] *= b->left[j];
-    if (mbsri_lapack_gelsy(e, e, b->S, r, SMALL, w->pivots, &rank, w->work, w->lwork) || rank < e ||
-        !(steepest > 0.0)) {
+    int rank = 0;
+    if (!(steepest > least) ||
+        mbsri_lapack_gelsy(e, e, b->S, r, least / steepest, w->pivots, &rank, w->work, w->lwork) ||
+        rank < e) {
         mbsri_zero((size_t)w->n, b->moved);
         combine(b, b->R + first * b->k, b->moved);
         return mbsri_loops_refuse(w, b->moved, ", and neither damper nor spring determines it");
     }
-    for (int j = 0; j < e; ++j) r[j] *= b->right[j];
     return MBSR_OK;
+}
+
+/* The same of slopes that are clear of rounding, in whatever units: rows and columns scaled. */
+static int solve_scaled(balance *b, double *r)
+{
+    equilibrate(b->k, b->S, b->left, b->right);
+    for (int j = 0; j < b->k; ++j) r[j] *= b->left[j];
+    const int status = solve(b, b->k, 0, SMALL, r);
+    for (int j = 0; j < b->k && !status; ++j) r[j] *= b->right[j];
+    return status;
 }
 
 static int no_balance(const balance *b, const char *what, double force)
@@ -317,28 +326,42 @@ static int look(balance *b, double *defect)
     return status;
 }
 
+/* S: slopes of elastic forces along R, each row over what rounding may make of it (noise, e). */
+static int find_stiffness(balance *b, double *noise)
+{
+    const int k = b->k, e = k - b->damped;
+    double widest = 0.0;
+    int status = MBSR_OK;
+    for (int l = 0; l < e && !status; ++l) {
+        mbsri_zero((size_t)b->w->n, b->moved);
+        combine(b, b->R + (b->damped + l) * k, b->moved);
+        widest = fmax(widest, extent(b, b->moved));
+        status = change(b, false, b->moved, b->still, b->rates, b->loads, b->values);
+        for (int j = 0; j < e; ++j)
+            b->S[l * e + j] = mbsri_dot(k, b->L + (b->damped + j) * k, b->values);
+    }
+    for (int j = 0; j < e; ++j) {
+        const double *row = b->L + (b->damped + j) * k;
+        noise[j] = 0.0;
+        for (int c = 0; c < k; ++c) noise[j] += ROUNDING * widest * fabs(row[c]) * b->size[c];
+        for (int l = 0; l < e && noise[j] > 0.0; ++l) b->S[l * e + j] /= noise[j];
+    }
+    return status;
+}
+
 /* The step x (k) along Z that balances elastic forces. */
 static int aim(balance *b)
 {
-    const int k = b->k, e = k - b->damped, n = b->w->n;
+    const int k = b->k, e = k - b->damped;
     double *part = b->values;
-    int status = MBSR_OK;
     mbsri_copy((size_t)k, b->r, b->r_try);
-    for (int l = 0; l < e && !status; ++l) {
-        mbsri_zero((size_t)n, b->moved);
-        combine(b, b->R + (b->damped + l) * k, b->moved);
-        status = change(b, false, b->moved, b->still, b->rates, b->loads, part);
-        for (int j = 0; j < e; ++j) {
-            const double *row = b->L + (b->damped + j) * k;
-            const double slope = mbsri_dot(k, row, part);
-            double size = 0.0;
-            for (int c = 0; c < k; ++c) size += fabs(row[c]) * b->size[c];
-            b->S[l * e + j] = fabs(slope) > ROUNDING * size * extent(b, b->moved) ? slope : 0.0;
-        }
-    }
+    int status = find_stiffness(b, b->left);
     if (status) return status;
-    for (int j = 0; j < e; ++j) part[j] = -mbsri_dot(k, b->L + (b->damped + j) * k, b->r_try);
-    status = solve(b, e, b->damped, part);
+    for (int j = 0; j < e; ++j) {
+        part[j] = -mbsri_dot(k, b->L + (b->damped + j) * k, b->r_try);
+        if (b->left[j] > 0.0) part[j] /= b->left[j];
+    }
+    status = solve(b, e, b->damped, 1.0, part);
     mbsri_zero((size_t)k, b->x);
     mbsri_ax(k, e, 1.0, b->R + b->damped * k, part, b->x);
     return status;
@@ -432,7 +455,7 @@ static int step_velocities(balance *b, double *size)
         mbsri_copy((size_t)n, b->moved, b->u);
     }
     if (!status) status = defect_of_velocities(b, at);
-    if (!status) status = solve(b, k, 0, at);
+    if (!status) status = solve_scaled(b, at);
     if (status) return status;
     mbsri_zero((size_t)k, b->x);
     mbsri_ax(k, k, -1.0, b->R, at, b->x);
@@ -473,7 +496,7 @@ static int damped_rates(balance *b)
             status = change(b, true, b->u, b->moved, b->moved, b->lambda, b->S + l * k);
             for (int j = 0; j < k; ++j) b->S[l * k + j] = (b->S[l * k + j] - b->r_try[j]) / h;
         }
-        if (!status) status = solve(b, k, 0, b->r_try);
+        if (!status) status = solve_scaled(b, b->r_try);
         for (int l = 0; l < k; ++l) b->r_try[l] = -b->r_try[l];
         if (!status) combine(b, b->r_try, b->udot);
     }

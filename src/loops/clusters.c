@@ -8,6 +8,7 @@
 #include "loops/rounding.h"
 #include "model/query.h"
 #include "recursion/closures.h"
+#include "recursion/spans.h"
 #include "recursion/pose.h"
 
 #include <math.h>
@@ -21,19 +22,20 @@ typedef struct clusters {
     int *of_body;    /* bodies + 1: a closure that reads its joint, -1: none */
     int *next_body,
         *first_body; /* lists of bodies, from the leaves, by the closure that stands for them */
-    int *next_closure, *first_closure; /* likewise of closures, the last first */
-    int *place;                        /* bodies + 1: of its rates in the cluster */
-    int *closure, *row;                /* of one cluster, as many as closures */
-    double *f, *f_size;                /* size_v */
-    double *C, *Q;                     /* MOST x MOST */
-    double *scale, *x, *line, *sizes;  /* MOST */
+    int *next_closure, *first_closure;       /* likewise of closures, the last first */
+    int *place;                              /* bodies + 1: of its rates in the cluster */
+    int *closure, *row;                      /* of one cluster, as many as closures */
+    double *f, *f_size;                      /* size_v */
+    double *C, *Q;                           /* MOST x MOST */
+    double *scale, *x, *line, *sizes, *span; /* MOST */
+    mbsri_spans spans;
     void *memory;
 } clusters;
 
 static int allocate(clusters *w)
 {
     const size_t closures = w->m->closures.count, bodies = (size_t)w->m->bodies + 1,
-                 numbers = 2 * w->m->size_v + 2 * MOST * MOST + 4 * MOST;
+                 numbers = 2 * w->m->size_v + 2 * MOST * MOST + 5 * MOST;
     w->memory = mbsri_allocate(&w->m->allocator, numbers * sizeof(double) +
                                                      (6 * closures + 3 * bodies) * sizeof(int));
     if (!w->memory)
@@ -47,7 +49,8 @@ static int allocate(clusters *w)
     w->x = w->scale + MOST;
     w->line = w->x + MOST;
     w->sizes = w->line + MOST;
-    w->of_closure = (int *)(void *)(w->sizes + MOST);
+    w->span = w->sizes + MOST;
+    w->of_closure = (int *)(void *)(w->span + MOST);
     w->next_closure = w->of_closure + closures;
     w->first_closure = w->next_closure + closures;
     w->closure = w->first_closure + closures;
@@ -174,6 +177,7 @@ static bool rank_cluster(clusters *w, int root, double lever, double dependent, 
                        .row = w->row,
                        .dependent = dependent,
                        .C = w->C,
+                       .span = w->span,
                        .Q = w->Q,
                        .scale = w->scale,
                        .x = w->x,
@@ -188,6 +192,11 @@ static bool rank_cluster(clusters *w, int root, double lever, double dependent, 
         s.rows += first[id].rows;
     }
     if (s.n > MOST || s.rows > MOST) return false;
+    for (int i = w->first_body[root]; i >= 0; i = w->next_body[i]) {
+        const mbsri_body *b = w->m->body + i;
+        for (int k = 0; k < b->n; ++k)
+            w->span[w->place[i] + k] = mbsri_coordinate_span(&w->spans, w->m, b, true, k);
+    }
     for (int l = 0; l < s.count; ++l) {
         const mbsri_closure *c = first + w->closure[l];
         for (int k = 0; k < c->rows; ++k) {
@@ -202,7 +211,7 @@ static bool rank_cluster(clusters *w, int root, double lever, double dependent, 
 int mbsri_ranks_by_clusters(const mbsr_model *m, mbsr_data *d, double dependent, bool *dropped,
                             mbsri_ranks *found, bool *served)
 {
-    clusters w = {.m = m, .d = d};
+    clusters w = {.m = m, .d = d, .spans = mbsri_spans_of(m, NULL)};
     int status = allocate(&w);
     *found = mbsri_no_ranks();
     *served = !status;

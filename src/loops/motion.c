@@ -12,6 +12,7 @@
 #include "algebra/lapack.h"
 #include "algebra/numbers.h"
 #include "base/error.h"
+#include "loops/ranks.h"
 #include "model/query.h"
 #include "recursion/closures.h"
 #include "recursion/elements.h"
@@ -191,6 +192,20 @@ static int share_forces(mbsri_dense *w, double *lambda)
     return MBSR_OK;
 }
 
+/* Loop forces that are rounding of the others and of what acts (right, n), by the work of each along its row: zero.
+ * They would stiffen directions along which nothing holds. */
+static void clear_traces(mbsri_dense *w, const double *right, double *lambda)
+{
+    static const double rounding = 1e-12;
+    double *scale = w->y, largest = 0.0;
+    mbsri_rank_scales(w, scale);
+    for (int j = 0; j < w->n; ++j) largest = fmax(largest, fabs(right[j]) * w->span[j]);
+    for (int k = 0; k < w->rows; ++k) largest = fmax(largest, fabs(lambda[k]) * scale[k]);
+    for (int k = 0; k < w->rows; ++k) {
+        if (fabs(lambda[k]) * scale[k] <= rounding * largest) lambda[k] = 0.0;
+    }
+}
+
 int mbsri_loops_rates(mbsri_dense *w, double t, const double *q, const double *u, const double *tau,
                       double *udot, double *lambda)
 {
@@ -209,6 +224,7 @@ int mbsri_loops_rates(mbsri_dense *w, double t, const double *q, const double *u
     mbsri_copy((size_t)w->rows, w->x + n, lambda);
     status = share_forces(w, lambda);
     if (status) return status;
+    clear_traces(w, right, lambda);
     /* all rows, those left out as well */
     status = mbsri_closure_bias(w->m, w->d, bias);
     if (status) return status;

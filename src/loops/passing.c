@@ -178,26 +178,35 @@ static void add_joint(const mbsri_system *w, int i, const mbsri_passing *p, mbsr
     }
 }
 
+/* Q - G X of one unknown (rest), and what was added up in it: |Q| + |U| |D^+| |X|, which has the large numbers of a D^+
+ * that cancel in G X. */
+static void take_joint(const mbsri_system *w, const mbsri_body *b, const double *X, double *rest,
+                       double *sizes)
+{
+    const double *U = w->d->U + b->dg, *G = w->d->G + b->dg, *Dinv = w->d->Dinv + b->nn;
+    for (int j = 0; j < b->n; ++j) {
+        double size = 0.0;
+        for (int k = 0; k < b->n; ++k) size += fabs(Dinv[k * b->n + j] * X[k]);
+        for (int r = 0; r < b->d; ++r) {
+            rest[r] -= G[j * b->d + r] * X[j];
+            sizes[r] += fabs(U[j * b->d + r]) * size;
+        }
+    }
+}
+
 /* Q_pred = -H^T (Q - G X), and what was added up in it. work: 2 d. */
 static void carry_loads(const mbsri_system *w, int i, const mbsri_passing *p, mbsri_waiting *to,
                         double *work)
 {
     const mbsri_body *b = w->m->body + i;
-    const double *G = w->d->G + b->dg, *H = w->d->H + b->dp;
+    const double *H = w->d->H + b->dp;
     int at = 0;
     for (const mbsri_pivots *f = w->closing[i]; f; f = f->next) {
         const int n = f->size, N = n + f->d;
         for (int k = f->pivots + f->left; k < n; ++k, ++at) {
-            const double *X = p->X + at * b->n;
-            for (int r = 0; r < b->d; ++r) {
-                double sum = f->A[k * N + n + r], size = f->sizes[k * N + n + r];
-                for (int j = 0; j < b->n; ++j) {
-                    sum -= G[j * b->d + r] * X[j];
-                    size += fabs(G[j * b->d + r] * X[j]);
-                }
-                work[r] = sum;
-                work[b->d + r] = size;
-            }
+            mbsri_copy((size_t)b->d, f->A + k * N + n, work);
+            mbsri_copy((size_t)b->d, f->sizes + k * N + n, work + b->d);
+            take_joint(w, b, p->X + at * b->n, work, work + b->d);
             for (int c = 0; c < b->d_pred; ++c) {
                 for (int r = 0; r < b->d; ++r) {
                     to->Q[at * b->d_pred + c] -= H[c * b->d + r] * work[r];

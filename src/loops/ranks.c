@@ -1,7 +1,7 @@
 /* Which rows of closures are independent.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Rows of C, scaled to about length 1, are made orthogonal one after the other, twice each; what is left of a
+ * Rows of C over joint rates in their spans, scaled to about length 1, are made orthogonal one after the other, twice each; what is left of a
  * row is its distance from the span of those before, whose square is the pivot of a Cholesky
  * factorisation of C C^T with unit diagonal.
  *
@@ -25,11 +25,17 @@ static const mbsri_closure *member(const mbsri_row_set *s, int l, int *row)
     return c;
 }
 
+/* C of row `row` over rate j in its span. */
+static double entry_of(const mbsri_row_set *s, int row, size_t j)
+{
+    return s->C[j * (size_t)s->rows + (size_t)row] * s->span[j];
+}
+
 static double norm_of(const mbsri_row_set *s, int row)
 {
     double square = 0.0;
-    for (int j = 0; j < s->n; ++j) {
-        const double c = s->C[(size_t)j * (size_t)s->rows + (size_t)row];
+    for (size_t j = 0; j < (size_t)s->n; ++j) {
+        const double c = entry_of(s, row, j);
         square += c * c;
     }
     return sqrt(square);
@@ -63,11 +69,11 @@ static void find_scales(const mbsri_row_set *s, double *scale)
  * rest of it is left in x, of length 1. */
 static double distance(const mbsri_row_set *s, int row, int count)
 {
-    const size_t n = (size_t)s->n, rows = (size_t)s->rows;
+    const size_t n = (size_t)s->n;
     const double scale = s->scale[row];
     double *x = s->x;
     if (!(scale > 0.0)) return 0.0;
-    for (size_t j = 0; j < n; ++j) x[j] = s->C[j * rows + (size_t)row] / scale;
+    for (size_t j = 0; j < n; ++j) x[j] = entry_of(s, row, j) / scale;
     for (int pass = 0; pass < 2; ++pass) {
         for (int k = 0; k < count; ++k) {
             const double *q = s->Q + (size_t)k * n;
@@ -144,11 +150,10 @@ static int farthest(const mbsri_row_set *s, bool soft, int *row)
 /* Takes from `left`, the squared distances of rows, what vector q of length 1 has of them. */
 static void shorten(const mbsri_row_set *s, const double *q)
 {
-    const size_t rows = (size_t)s->rows;
-    for (size_t k = 0; k < rows; ++k) {
+    for (int k = 0; k < s->rows; ++k) {
         double part = 0.0;
         if (!(s->scale[k] > 0.0) || s->left[k] < 0.0) continue;
-        for (size_t j = 0; j < (size_t)s->n; ++j) part += q[j] * s->C[j * rows + k];
+        for (size_t j = 0; j < (size_t)s->n; ++j) part += q[j] * entry_of(s, k, j);
         part /= s->scale[k];
         s->left[k] = fmax(s->left[k] - part * part, 0.0);
     }
@@ -215,6 +220,7 @@ static mbsri_row_set all_rows(const mbsri_dense *w)
                            .count = (int)w->m->closures.count,
                            .dependent = MBSRI_DEPENDENT,
                            .C = w->C,
+                           .span = w->span,
                            .Q = w->A,
                            .scale = w->right,
                            .x = w->x,
@@ -252,14 +258,14 @@ static bool free_direction(mbsri_dense *w, int independent)
     }
     for (size_t j = 0; j < n; ++j) largest = fmax(largest, fabs(w->x[j]));
     if (!(largest > 1e-8)) return false;
-    for (size_t j = 0; j < n; ++j) w->x[j] /= largest;
+    for (size_t j = 0; j < n; ++j) w->x[j] *= w->span[j] / largest;
     return true;
 }
 
 int mbsri_ranks_around(mbsri_dense *w, double t, const double *q, bool *dropped, mbsri_ranks *here,
                        int *nearby)
 {
-    static const double step = 1e-3; /* rad or m */
+    static const double step = 1e-3; /* of what joint rates span */
     const mbsr_assembly_opt opt = mbsri_assembly_standard();
     mbsri_ranks there;
     int status = mbsri_positions(w->m, w->d, t, q);

@@ -34,9 +34,11 @@ typedef struct mbsri_row_set {
     const int *row;     /* where the rows of each begin in C; with `closure` */
     double dependent;   /* squared distances below this are zero */
     const double *C;    /* rows x n */
-    double *Q;          /* n x n: rows that are independent, made orthogonal */
-    double *scale, *x;  /* rows, n */
-    double *left;       /* rows */
+    const double *
+        span; /* n: of what joint rates move; rows are over rates in these, the same in all units */
+    double *Q;         /* n x n: rows that are independent, made orthogonal */
+    double *scale, *x; /* rows, n */
+    double *left;      /* rows */
 } mbsri_row_set;
 
 /* Marks the rows of the set that depend on those before them, as mbsri_ranks_here does, in the order of

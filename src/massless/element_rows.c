@@ -24,6 +24,7 @@ static const double clear = 10.0;
 typedef struct duals {
     int count, *row, *column;
     double *span, *F; /* count; count x count */
+    double *size;     /* count: |diagonal of F| before factors were taken */
 } duals;
 
 static bool column_is_zero(const mbsri_slopes *s, int column)
@@ -146,12 +147,14 @@ static double load(const mbsri_slopes *s, const duals *x)
             x->F[c * x->count + r] = x->span[c] * F * x->span[r];
             largest = fmax(largest, fabs(x->F[c * x->count + r]));
         }
+        x->size[c] = fabs(x->F[c * (x->count + 1)]);
     }
     return largest;
 }
 
-/* l (count) of the largest entry on the diagonal: F loses that times l l^T. The entry, 0: none there. */
-static double take_factor(const duals *x, double least, double *l)
+/* l (count) of the largest entry on the diagonal: F loses that times l l^T. The entry, 0: none there. gross (count): of
+ * what l is the rest, |F_kk F_pp|^(1/2) over the entry. */
+static double take_factor(const duals *x, double least, double *l, double *gross)
 {
     const int n = x->count;
     int p = 0;
@@ -160,7 +163,10 @@ static double take_factor(const duals *x, double least, double *l)
     }
     const double pivot = x->F[p * n + p];
     if (!(fabs(pivot) > least)) return 0.0;
-    for (int k = 0; k < n; ++k) l[k] = x->F[p * n + k] / pivot;
+    for (int k = 0; k < n; ++k) {
+        l[k] = x->F[p * n + k] / pivot;
+        gross[k] = fmax(sqrt(x->size[k] * x->size[p]) / fabs(pivot), fabs(l[k]));
+    }
     for (int c = 0; c < n; ++c) {
         for (int r = 0; r < n; ++r) {
             double *F = x->F + c * n + r;
@@ -188,22 +194,21 @@ static bool rates_are_own(const mbsri_null_space *w, int bodies, const double *l
     return true;
 }
 
-/* What l (rows of the derivatives) sees of the moving directions. */
-static bool add_entries(mbsri_null_space *w, int bodies, int moving, mbsri_row *row, double *l)
+/* What l (rows of the derivatives), the rest of gross, sees of the moving directions. */
+static bool add_entries(mbsri_null_space *w, int bodies, int moving, mbsri_row *row,
+                        const double *l, const double *gross)
 {
     const mbsr_model *m = w->m;
-    double *size_of_l = l + w->slope.out.rows;
-    for (int r = 0; r < w->slope.out.rows; ++r) size_of_l[r] = fabs(l[r]);
     for (int n = 0; n < moving; ++n) {
         const int to = w->moving[n];
         const double *a = w->direction + (size_t)to * (size_t)m->nu,
                      *twist = w->twist + (size_t)to * m->size_v;
         double size;
         if (!row->velocity && !rates_are_own(w, bodies, l, to)) return false;
-        const double value = mbsri_element_power(w, bodies, a, twist, l, size_of_l, &size),
+        const double value = mbsri_element_power(w, bodies, a, twist, l, gross, &size),
                      error = MBSRI_ELEMENT_ROUNDING *
                                  (size + mbsri_element_doubt(w, bodies, twist, l)) +
-                             mbsri_element_error(w, bodies, to, size_of_l);
+                             mbsri_element_error(w, bodies, to, gross);
         if (size == 0.0 && error == 0.0) continue;
         mbsri_row_entry *entry = (mbsri_row_entry *)w->entries.data + w->entries.count++;
         *entry = (mbsri_row_entry){to, fabs(value) > clear * error ? value : 0.0, error};
@@ -219,21 +224,26 @@ static bool add_rows(mbsri_null_space *w, int number, int moving, bool velocity,
     const mbsr_allocator *allocator = &w->m->allocator;
     const int bodies = force->def.bodies, span = w->factor_size;
     duals x = {.row = w->factor_places, .column = w->factor_places + span, .span = w->factor};
-    double *share = x.span + span, *l = w->reaction;
-    x.F = share + span;
+    double *share = x.span + span, *l = w->reaction, *gross = l + w->slope.out.rows,
+           *rest = gross + w->slope.out.rows;
+    x.size = share + span;
+    x.F = x.size + span;
     if (!find_duals(w, bodies, velocity, &x)) return false;
     const double largest = load(&w->slope, &x);
     for (int turn = 0; turn < x.count && largest > 0.0; ++turn) {
-        const double slope = take_factor(&x, nothing * largest, share);
+        const double slope = take_factor(&x, nothing * largest, share, rest);
         if (slope == 0.0) break;
         *memory = mbsri_reserve(allocator, &w->rows, 1, sizeof(mbsri_row)) &&
                   mbsri_reserve(allocator, &w->entries, (size_t)moving, sizeof(mbsri_row_entry));
         if (!*memory) return false;
         mbsri_row *row = (mbsri_row *)w->rows.data + w->rows.count++;
         *row = (mbsri_row){number, velocity, slope, w->entries.count, 0};
-        mbsri_zero((size_t)w->slope.out.rows, l);
-        for (int k = 0; k < x.count; ++k) l[x.row[k]] = share[k] / x.span[k];
-        if (!add_entries(w, bodies, moving, row, l)) return false;
+        mbsri_zero(2 * (size_t)w->slope.out.rows, l);
+        for (int k = 0; k < x.count; ++k) {
+            l[x.row[k]] = share[k] / x.span[k];
+            gross[x.row[k]] = rest[k] / x.span[k];
+        }
+        if (!add_entries(w, bodies, moving, row, l, gross)) return false;
     }
     for (int k = 0; k < x.count * x.count; ++k) {
         if (x.F[k] != 0.0) return false;

@@ -13,6 +13,7 @@
 #include "recursion/not_finite.h"
 #include "recursion/rank.h"
 #include "recursion/sizes.h"
+#include "recursion/spans.h"
 
 #include <mbsrank/newton.h>
 
@@ -86,14 +87,15 @@ static int evaluate(const mbsr_model *m, mbsr_data *d, double t, const double *q
     return status ? status : mbsri_backward(m, d);
 }
 
-/* One step of Newton's method on F_u = 0 of the momentum form; zero where it cannot be had. */
+/* One step of Newton's method on F_u = 0 of the momentum form; zero and not *found where it cannot be had. */
 static int correct(const mbsr_model *m, mbsr_data *d, double t, const double *q, const double *u,
-                   double *dq, double *du)
+                   double *dq, double *du, bool *found)
 {
     static const double c = 100.0; /* 1/s */
     const size_t nq = (size_t)m->nq, nu = (size_t)m->nu, size = nq + 2 * nu;
     mbsr_newton *newton;
     mbsr_error error;
+    *found = false;
     mbsri_zero(nq, dq);
     mbsri_zero(nu, du);
     double *y = mbsri_allocate(&m->allocator, 4 * size * sizeof *y), *yp = y + size, *r = yp + size,
@@ -116,15 +118,53 @@ static int correct(const mbsr_model *m, mbsr_data *d, double t, const double *q,
         int solved = mbsr_newton_factor(newton, d, t, y, yp, c);
         if (!solved) solved = mbsr_newton_solve(newton, r, x);
         d->error = before;
-        if (!solved) {
-            mbsri_copy(nq, x, dq);
-            mbsri_copy(nu, x + nq + nu, du);
+        *found = solved == MBSR_OK;
+        if (*found) {
+            for (size_t k = 0; k < nq; ++k) dq[k] = -x[k];
+            for (size_t k = 0; k < nu; ++k) du[k] = -x[nq + nu + k];
             status = mbsri_check_result(m, d, size, x, "mbsr_dae_imbalance");
         }
     }
     mbsr_newton_destroy(newton);
     mbsri_release(&m->allocator, y);
     return status;
+}
+
+/* Whether changes of positions and rates are rounding beside what these span: the former in Newton's c, which makes
+ * rates of them. */
+static bool is_rounding(const mbsr_model *m, const double *u, const double *du)
+{
+    static const double nothing = 1e-6;
+    const mbsri_spans spans = mbsri_spans_of(m, NULL);
+    double rate = mbsri_span_rate(&spans), change = 0.0;
+    for (int i = 1; i <= m->bodies; ++i) {
+        const mbsri_body *b = m->body + i;
+        for (int k = 0; k < b->n; ++k) {
+            const double span = mbsri_rate_span(&spans, m, b, k);
+            rate = fmax(rate, fabs(u[b->u + k]) / span);
+            change = fmax(change, fabs(du[b->u + k]) / span);
+        }
+    }
+    return change <= nothing * rate;
+}
+
+/* The share at the state q, u with the data at its forces; where some is left, Newton's step (dq, du; `asked`: in any
+ * case) says whether it is more than what rounding of q and u makes of forces that are next to none. */
+static int measure(const mbsr_model *m, mbsr_data *d, double t, const double *q, bool asked,
+                   double *share, int *body, double *dq, double *du)
+{
+    static const double some = 1e-9;
+    const double *u = q + m->nq;
+    bool found = false;
+    int head = 0;
+    const double largest = mbsri_largest_defect(m, d, true, 0.0, &head);
+    int status = mbsri_check_result(m, d, 1, &largest, "mbsr_dae_imbalance");
+    if (!status && (asked || largest > some)) status = correct(m, d, t, q, u, dq, du, &found);
+    if (status) return status;
+    const bool none = largest > some && found && is_rounding(m, u, du);
+    *share = none ? 0.0 : largest;
+    *body = head > 0 && !none ? m->body[head].id : MBSR_NONE;
+    return MBSR_OK;
 }
 
 int mbsr_dae_imbalance(const mbsr_model *model, mbsr_data *data, mbsr_dae_form form, double t,
@@ -141,23 +181,18 @@ int mbsr_dae_imbalance(const mbsr_model *model, mbsr_data *data, mbsr_dae_form f
     if (!found)
         return mbsri_fail(&data->error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
                           "%s: form is %d, no such form", name, (int)form);
-    const size_t count = (size_t)(model->nq + model->nu);
-    double *q = mbsri_allocate(&model->allocator, count * sizeof *q);
+    const size_t nq = (size_t)model->nq, nu = (size_t)model->nu, count = nq + nu;
+    double *q = mbsri_allocate(&model->allocator, 2 * count * sizeof *q), *step = q + count;
     if (!q)
         return mbsri_fail(&data->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                           "%s: no memory for %zu coordinates", name, count);
-    status = mbsri_unpack(found, model, data, t, y, q, q + model->nq);
-    if (!status) status = evaluate(model, data, t, q, q + model->nq);
-    int head = 0;
-    if (!status) {
-        const double largest = mbsri_largest_defect(model, data, true, 0.0, &head);
-        status = mbsri_check_result(model, data, 1, &largest, name);
-        if (!status) {
-            *share = largest;
-            *body = head > 0 ? model->body[head].id : MBSR_NONE;
-        }
+    status = mbsri_unpack(found, model, data, t, y, q, q + nq);
+    if (!status) status = evaluate(model, data, t, q, q + nq);
+    if (!status) status = measure(model, data, t, q, dq && du, share, body, step, step + nq);
+    if (!status && dq && du) {
+        mbsri_copy(nq, step, dq);
+        mbsri_copy(nu, step + nq, du);
     }
-    if (!status && dq && du) status = correct(model, data, t, q, q + model->nq, dq, du);
     mbsri_release(&model->allocator, q);
     return status;
 }

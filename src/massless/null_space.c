@@ -119,7 +119,7 @@ static int take_memory(mbsri_null_space *w)
         {&w->q_rate, nq * k},
         {&w->V_rate, v * k},
         {&w->reaction, 4 * span},
-        {&w->factor, span * (span + 2)},
+        {&w->factor, span * (span + 3)},
         {&w->q_scale, nq},
         {&w->u_scale, nu},
         {&w->span, nu},

@@ -70,7 +70,7 @@ typedef struct mbsri_null_space {
     int *from, *to;     /* 3 k: rows of direction, twist and q_rate that are not zero */
     int *rank;          /* bodies + 1: of the joint blocks where the directions were counted */
     mbsri_slopes slope; /* work of element_slopes.c */
-    double *factor;     /* of element_rows.c: factor_size (factor_size + 2) */
+    double *factor;     /* of element_rows.c: factor_size (factor_size + 3) */
     int factor_size, *factor_places; /* the most rows or columns; 2 factor_size */
     mbsri_array rows, entries;       /* what elements see of the directions (element_rows.h) */
     bool *dense[2];                  /* k: directions that C and S see otherwise, too */

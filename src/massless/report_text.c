@@ -107,7 +107,10 @@ static void describe(const mbsr_model *m, const mbsr_direction *direction, char 
            direction->terms == 1 ? "%s moves no mass, and no force resists it: "
                                  : "%s together move no mass, and no force resists them: ",
            "", 0.0);
-    append(text, size, used, "%sgive it inertia, a spring or a damper, or lock it", "", 0.0);
+    const char *advice = "";
+    for (int k = 0; k < direction->terms && !*advice; ++k)
+        advice = mbsri_mass_advice(m, m->index[direction->term[k].body]);
+    append(text, size, used, "give it inertia%s, a spring or a damper, or lock it", advice, 0.0);
 }
 
 /* Terms of all directions, and forces and closures: how many. */

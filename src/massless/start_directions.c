@@ -24,8 +24,8 @@ static int undetermined(mbsri_start *s, int l)
         &s->w.d->error, MBSR_UNDETERMINED, m->body[i].id, MBSR_NONE,
         "mbsr_dae_consistent: %s: a combination of joint rates that includes its joint "
         "moves no mass, and neither a damper nor a spring resists it at this state: give it "
-        "inertia, a spring or a damper, or lock it",
-        mbsri_body_label(m, i, label));
+        "inertia%s, a spring or a damper, or lock it",
+        mbsri_body_label(m, i, label), mbsri_mass_advice(m, i));
 }
 
 /* Reduces a matrix as it stands, rounding or not, to a rank that is known. */

@@ -111,3 +111,13 @@ void mbsri_scatter(const mbsr_model *m, const double *swept, double *caller)
 {
     for (int k = 0; k < m->nu; ++k) caller[m->u_of[k]] = swept[k];
 }
+
+const char *mbsri_mass_advice(const mbsr_model *m, int i)
+{
+    for (int k = i; k <= m->bodies; ++k) {
+        const mbsri_body *b = m->body + k;
+        if ((k == i || b->parent == i) && b->inertia.kind == MBSR_INERTIA_FLEXIBLE)
+            return " (a beam about its axis: radius_y, radius_z)";
+    }
+    return "";
+}

@@ -195,7 +195,7 @@ bool mbsri_definite_factor(const mbsr_model *m, const mbsr_data *d, const mbsri_
     return mbsri_cholesky(n, L);
 }
 
-/* X = S D S becomes X of X diag(lambda) X^T; nonzero: it did not converge. */
+/* X = S D S becomes X of X diag(lambda) X^T; nonzero: it did not converge. The first n numbers of scratch stay. */
 static int decompose(const mbsr_model *m, mbsr_data *d, const mbsri_group *g)
 {
     const mbsri_body *b = m->body + g->member[0];
@@ -207,18 +207,19 @@ static int decompose(const mbsr_model *m, mbsr_data *d, const mbsri_group *g)
         return 0;
     }
     if (n <= MBSRI_JACOBI_MAX) return mbsri_jacobi(n, X, lambda); /* faster than a call */
-    const int info = mbsri_lapack_syev(n, X, lambda, d->scratch, m->lapack_work);
+    const int info = mbsri_lapack_syev(n, X, lambda, d->scratch + n, m->lapack_work);
     reverse(n, X, lambda);
     return info;
 }
 
 /* X = S D S; rounding between joints that have nothing to do with each other would mix their null
  * spaces and is left out of groups, off the diagonal. */
-static void scale_block(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, double tolerance)
+static void scale_block(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, const double *s,
+                        double tolerance)
 {
     const mbsri_body *b = m->body + g->member[0];
     const int n = g->n;
-    const double *D = d->D + b->nn, *s = d->s + g->ig;
+    const double *D = d->D + b->nn;
     double *X = d->X + b->nn;
     for (int j = 0; j < n; ++j) {
         for (int k = 0; k < n; ++k) {
@@ -329,9 +330,11 @@ static bool is_clear(const mbsr_model *m, const mbsr_data *d, const mbsri_group 
     return kept + dropped == n;
 }
 
-/* The rank, with S of W in place. */
+/* The rank, with S of W in place. Where errors of turned tensors leave fewer eigenvalues, X and lambda are with the
+ * S that has these, in scratch, and so is *s: those kept need be no eigenvectors with the other one, in which
+ * rounding counts as much as they do. */
 static int decide(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, double noise, bool rough,
-                  int *rank)
+                  int *rank, const double **s)
 {
     const mbsri_rank_rule rule = mbsri_rank_rule_of(m->rank_tolerance);
     const double tolerance = rule.tolerance * noise;
@@ -351,7 +354,12 @@ static int decide(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, doubl
     while (*rank < n && mbsri_is_inertia(&rule, lambda[*rank], noise)) ++*rank;
     if (turned > 100.0 && *rank > 0) {
         const int sure = count_above(m, n, d->D + m->body[i].nn, strict, tolerance, strict + n);
-        if (sure < *rank) *rank = sure;
+        if (sure < *rank) {
+            *rank = sure;
+            *s = strict;
+            scale_block(m, d, g, strict, tolerance);
+            if (decompose(m, d, g)) return not_converged(m, d, i);
+        }
     }
     return MBSR_OK;
 }
@@ -363,17 +371,18 @@ int mbsri_rank_decision(const mbsr_model *m, mbsr_data *d, const mbsri_group *g,
     const int i = g->member[0], n = g->n;
     const mbsri_body *b = m->body + i;
     const double *X = d->X + b->nn;
-    double *s = d->s + g->ig, noise;
+    double *scale = d->s + g->ig, noise;
+    const double *s = scale;
     d->scale[b->seat] = mbsri_equilibrate(m, d, g, &noise);
     const double tolerance = m->rank_tolerance * noise;
-    scale_block(m, d, g, tolerance);
+    scale_block(m, d, g, s, tolerance);
     if (!isfinite(d->scale[b->seat]) || !mbsri_finite((size_t)n * (size_t)n, X)) {
         char label[MBSRI_LABEL];
         return mbsri_report_not_finite(m, d, mbsri_body_label(m, i, label));
     }
     if (decompose(m, d, g)) return not_converged(m, d, i);
     int rank = 0;
-    const int status = decide(m, d, g, noise, rough, &rank);
+    const int status = decide(m, d, g, noise, rough, &rank, &s);
     if (status) return status;
     mbsri_copy((size_t)n, d->lambda + g->ig, d->judged + g->ig);
     d->rank[i] = rank;
@@ -385,11 +394,13 @@ int mbsri_rank_decision(const mbsr_model *m, mbsr_data *d, const mbsri_group *g,
         }
         mbsri_share_rank(m, d, g, rank, tolerance, A);
     }
-    if (rank > 0 && rank < n && m->scale && !mbsri_given_scale(m, d, g)) {
+    if (rank > 0 && rank < n) {
+        const bool of_model = m->scale && !mbsri_given_scale(m, d, g);
         double *w = d->scratch;
-        mbsri_copy((size_t)n, s, w);
-        mbsri_copy((size_t)n, m->scale + g->ig, s);
-        if (rescale(g, d, w, rank, d->X + b->nn, w + n)) return not_converged(m, d, i);
+        if (s == scale) mbsri_copy((size_t)n, s, w);
+        if (of_model) mbsri_copy((size_t)n, m->scale + g->ig, scale);
+        if ((of_model || s != scale) && rescale(g, d, w, rank, d->X + b->nn, w + n))
+            return not_converged(m, d, i);
     }
     if (!definite_inverse(m, d, g)) pseudo_inverse(m, d, g, rank);
     return MBSR_OK;

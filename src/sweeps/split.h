@@ -17,9 +17,13 @@
 typedef struct mbsri_part_state {
     mbsri_carry carry, noise; /* noise: W, of exact sweeps */
     mbsri_flow flow;
-    mbsri_carry *stack, *noises;
-    mbsri_flow *flows;
-    double idle;
+    union {
+        struct {
+            mbsri_carry *stack, *noises;
+            mbsri_flow *flows;
+        };
+        double room[4]; /* pointers have four bytes or eight */
+    };
 } mbsri_part_state;
 MBSRI_CHECK_LAYOUT(mbsri_part_state);
 

@@ -1,6 +1,7 @@
 /* Mechanisms with closed loops, integrated by the driver, against digits that two formulations agree
  * on.
  * SPDX-License-Identifier: BSD-3-Clause */
+#include "counting.h"
 #include "loops.h"
 
 #include <mbsrank/ida.h>
@@ -36,15 +37,20 @@ static void start(loops *s)
 }
 
 /* Crank 1 m, coupler 2.5 m, rocker 2 m over 2 m of ground. */
-static void four_bar(loops *s, double coupler)
+static void finish_four_bar(loops *s, double coupler)
 {
-    loops_begin(s, NULL);
     const int a = loops_rod(s, "crank", MBSR_GROUND, 0.0, 0.0, 1.0, 1.0);
     const int b = loops_rod(s, "coupler", a, 1.0, 0.0, coupler, 2.5);
     const int c = loops_rod(s, "rocker", MBSR_GROUND, 2.0, 0.0, 2.0, 2.0);
     loops_pin(s, "pin", b, 2.5, 0.0, c, 2.0, 0.0);
     loops_finish(s);
     s->q[0] = 1.2, s->q[1] = -0.9, s->q[2] = 1.3, s->u[0] = 6.0;
+}
+
+static void four_bar(loops *s, double coupler)
+{
+    loops_begin(s, NULL);
+    finish_four_bar(s, coupler);
 }
 
 /* Steps summed over the tolerances; the reference is known to 2e-9. */
@@ -71,8 +77,45 @@ static void a_four_bar(void **state)
     }
 }
 
+/* Tolerances of momenta in closed models take memory: a start without it is refused, and the next one runs. */
+static void a_start_without_memory_is_refused(void **state)
+{
+    (void)state;
+    test_counting counting = {0};
+    mbsr_model_def def = mbsr_default_model_def();
+    double y[8 * LOOPS_MOST], yp[8 * LOOPS_MOST], mass[3], t = 0.0;
+    mbsr_ida *ida = NULL;
+    loops s = {0};
+    def.allocator = test_counting_allocator(&counting);
+    assert_ok(mbsr_model_create(&def, &s.m, NULL), NULL);
+    finish_four_bar(&s, 1.0);
+    start(&s);
+    loops_state(&s, 0.0, y, yp);
+    assert_ok(mbsr_ida_create(s.m, s.d, NULL, &ida, NULL), NULL);
+    const long live = counting.live;
+    long refused = 0;
+    do {
+        counting.failed = 0;
+        counting.fail_at = counting.calls + 1 + refused;
+        const int status = mbsr_ida_start(ida, 0.0, y, yp);
+        assert_int_equal(counting.live, live);
+        assert_int_equal(status, counting.failed ? MBSR_ERR_NO_MEMORY : MBSR_OK);
+        if (counting.failed) assert_contains(mbsr_ida_error(ida)->text, "no memory");
+        refused += counting.failed;
+    } while (counting.failed);
+    assert_true(refused >= 2);
+    counting.fail_at = counting.calls + 1;
+    assert_ok(mbsr_backward(s.m, s.d), mbsr_data_error(s.d));
+    assert_int_equal(mbsr_momentum_scales(s.m, s.d, mass), MBSR_ERR_NO_MEMORY);
+    assert_ok(mbsr_ida_advance(ida, 0.1, &t, y, yp), mbsr_ida_error(ida));
+    mbsr_ida_destroy(ida);
+    loops_free(&s);
+    assert_int_equal(counting.live, 0);
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(a_four_bar)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(a_four_bar),
+                                       cmocka_unit_test(a_start_without_memory_is_refused)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

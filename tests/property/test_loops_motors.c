@@ -125,6 +125,42 @@ static void random_mechanisms(void **state)
     assert_true(closed > SEEDS / 10);
 }
 
+/* A four-bar with a stiff pin that is loaded, and a rigid one: the spring is one of the forces that motors need not
+ * exert, its lambda is its force, and the sum of motors and loop forces is that over rigid rows. */
+static void springs_count_once(void **state)
+{
+    (void)state;
+    const int all[4] = {0, 1, 2, 3};
+    double need[4], tau[4], lambda[4], forces[4], C[16], gap[4];
+    loops s;
+    loops_begin(&s, NULL);
+    const int a = loops_rod(&s, "crank", MBSR_GROUND, 0.0, 0.0, 1.0, 1.0),
+              b = loops_rod(&s, "coupler", a, 1.0, 0.0, 1.5, 2.5),
+              c = loops_rod(&s, "rocker", MBSR_GROUND, 2.0, 0.0, 2.0, 2.0);
+    const int slider = loops_rod(&s, "rod", c, 2.0, 0.0, 1.0, 1.0);
+    mbsr_closure_def pin =
+        mbsr_closure_ball(b, (double[3]){2.5, 0.0, 0.0}, c, (double[3]){2.0, 0.0, 0.0});
+    for (int k = 0; k < 2; ++k) pin.stiffness[k] = 1e3, pin.damping[k] = 10.0;
+    assert_ok(mbsr_model_add_closure(s.m, &pin, NULL), mbsr_model_error(s.m));
+    loops_pin(&s, "end", slider, 1.0, 0.0, MBSR_GROUND, 3.0, 2.0);
+    loops_finish(&s);
+    const double q[4] = {1.2, -0.9, 1.3, -0.7}, udot[4] = {0.7, -1.1, 0.4, 0.9};
+    for (int k = 0; k < 4; ++k) s.u[k] = 0.3 * k - 0.4;
+    assert_ok(mbsr_inverse_dynamics(s.m, s.d, 0.0, q, s.u, udot, need), mbsr_data_error(s.d));
+    assert_ok(mbsr_closures_inverse_dynamics(s.m, s.d, 0.0, q, s.u, udot, 4, all, tau, lambda),
+              mbsr_data_error(s.d));
+    loops_rows(&s, 0.0, q, s.u, C, gap, forces, NULL);
+    for (int row = 0; row < 2; ++row)
+        assert_close(lambda[row], -1e3 * gap[row] - 10.0 * forces[row], 1e-9);
+    for (int k = 0; k < 4; ++k) {
+        double sum = tau[k];
+        for (int row = 2; row < 4; ++row) sum += C[4 * k + row] * lambda[row];
+        assert_close(sum, need[k], 1e-10 * (1.0 + test_largest(4, need)));
+    }
+    assert_true(fabs(lambda[0]) > 100.0);
+    loops_free(&s);
+}
+
 /* Parallelograms on three legs, which have motors on one of them, on two and to spare, on some, nowhere. */
 static void chains(void **state)
 {
@@ -161,6 +197,7 @@ static void chains(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(random_mechanisms),
+                                       cmocka_unit_test(springs_count_once),
                                        cmocka_unit_test(chains)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

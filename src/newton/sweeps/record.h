@@ -46,7 +46,7 @@ typedef struct mbsri_newton_block {
     double q[4], u[3];               /* the quaternion and its rate, where there is one */
     int quaternion;
     int step[6]; /* of each column: its place in the sequence of axes */
-    double idle;
+    int idle[3];
 } mbsri_newton_block;
 MBSRI_CHECK_LAYOUT(mbsri_newton_block);
 

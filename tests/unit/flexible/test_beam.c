@@ -72,6 +72,58 @@ static void frequencies_are_those_of_a_cantilever(void **state)
     mbsr_flex_destroy(flex);
 }
 
+/* Of a rod that stretches: (k + 1/2) pi, too high as (h omega)^2 / 24, h the length of an element. */
+static void frequencies_of_stretching_converge_slowly(void **state)
+{
+    (void)state;
+    for (int elements = 15; elements <= 40; elements += 25) {
+        mbsr_beam_def def = unit_beam(4);
+        mbsr_flex_def data;
+        def.EI_z = 0.0, def.EA = 1.0, def.elements = elements;
+        mbsr_flex *flex = make(&def, &data);
+        for (int k = 0; k < 4; ++k) {
+            const double exact = (k + 0.5) * acos(-1.0), angle = exact / elements,
+                         error = sqrt(data.K[5 * k]) / exact - 1.0;
+            assert_close(error, angle * angle / 24.0, 0.03 * error);
+        }
+        mbsr_flex_destroy(flex);
+    }
+}
+
+/* Its mass is on its axis: nothing turns with it about that, and the texts say what would. */
+static void a_beam_in_flight_lacks_inertia_about_its_axis(void **state)
+{
+    (void)state;
+    for (int given = 0; given < 2; ++given) {
+        mbsr_beam_def def = unit_beam(2);
+        mbsr_flexible_def on = mbsr_default_flexible_def();
+        mbsr_flex_def data;
+        mbsr_index_report *report;
+        mbsr_model *m;
+        mbsr_data *d;
+        double y[64], yp[64];
+        const double q[9] = {1.0}, u[8] = {0.0, 0.0, 1.0};
+        def.radius_y = given ? 0.01 : 0.0;
+        on.flex = make(&def, &data);
+        on.joint = mbsr_joint_free(NULL, NULL);
+        assert_ok(mbsr_model_create(NULL, &m, NULL), NULL);
+        assert_ok(mbsr_model_add_flexible(m, &on, NULL), mbsr_model_error(m));
+        assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
+        assert_ok(mbsr_data_create(m, &d, NULL), NULL);
+        assert_ok(mbsr_dae_pack(m, d, MBSR_DAE_MOMENTUM, 0.0, q, u, y), mbsr_data_error(d));
+        const int status = mbsr_dae_consistent(m, d, MBSR_DAE_MOMENTUM, 0.0, y, yp, NULL, NULL);
+        assert_int_equal(status, given ? MBSR_OK : MBSR_UNDETERMINED);
+        if (!given) assert_contains(mbsr_data_error(d)->text, "radius_y|radius_z");
+        assert_ok(mbsr_index_report_create(m, d, 0.0, q, u, &report), mbsr_data_error(d));
+        assert_int_equal(report->undetermined, !given);
+        if (!given) assert_contains(report->text, "radius_y|radius_z");
+        mbsr_index_report_destroy(m, report);
+        mbsr_data_destroy(d);
+        mbsr_model_destroy(m);
+        mbsr_flex_destroy((mbsr_flex *)on.flex);
+    }
+}
+
 /* k normal modes miss 1 - sum 12 / lambda^4 of the deflection under a tip load F L^3 / 3 EI. */
 static void static_modes_make_deflections_exact(void **state)
 {
@@ -287,6 +339,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(frequencies_are_those_of_a_cantilever),
+        cmocka_unit_test(frequencies_of_stretching_converge_slowly),
+        cmocka_unit_test(a_beam_in_flight_lacks_inertia_about_its_axis),
         cmocka_unit_test(static_modes_make_deflections_exact),
         cmocka_unit_test(beams_in_space),
         cmocka_unit_test(torsion_without_radii_is_massless),
