@@ -38,6 +38,26 @@ static bool expand_children(mbsri_xacro *x, const mbsri_element *e, mbsri_scope 
 
 /* ---- elements of the model ---- */
 
+/* Whether XML may have these characters, in UTF-8: what YAML and arguments give was not seen by the parser of XML. */
+static bool is_text(const char *text)
+{
+    for (const unsigned char *s = (const unsigned char *)text; *s;) {
+        const unsigned lead = *s++;
+        const int more = lead < 0x80 ? 0 : lead < 0xc2 ? -1 : lead < 0xe0 ? 1 : lead < 0xf0 ? 2 : 3;
+        unsigned code = lead & (more > 0 ? 0x3fu >> more : 0x7fu);
+        if (more < 0 || lead > 0xf4) return false;
+        for (int k = 0; k < more; ++k, ++s) {
+            if ((*s & 0xc0) != 0x80) return false;
+            code = code << 6 | (*s & 0x3fu);
+        }
+        if (code < 0x20 && code != '\t' && code != '\n' && code != '\r') return false;
+        if ((more == 2 && code < 0x800) || (more == 3 && code < 0x10000) || code > 0x10ffff)
+            return false;
+        if ((code >= 0xd800 && code < 0xe000) || code == 0xfffe || code == 0xffff) return false;
+    }
+    return true;
+}
+
 /* With the values of attributes; those of xacro and declarations of its prefix are left out. */
 static const char **copy_attributes(mbsri_xacro *x, const mbsri_element *e, mbsri_scope *scope)
 {
@@ -47,8 +67,14 @@ static const char **copy_attributes(mbsri_xacro *x, const mbsri_element *e, mbsr
     for (const char **a = e->attribute; list && *a; a += 2) {
         if (strncmp(a[0], prefix, sizeof prefix - 1) == 0 || strcmp(a[0], "xmlns:xacro") == 0)
             continue;
+        const char *value = mbsri_xacro_text(x, scope, a[1]);
+        if (!value) return NULL;
+        if (!is_text(value)) {
+            mbsri_xacro_refuse(x, "the value of %.40s has characters that XML has not", a[0]);
+            return NULL;
+        }
         list[kept++] = a[0];
-        if (!(list[kept++] = mbsri_xacro_text(x, scope, a[1]))) return NULL;
+        list[kept++] = value;
     }
     return list;
 }

@@ -61,6 +61,14 @@ static bool at_end_of_line(const yaml *y)
     return ends_line(*s) || (*s == '#' && s > y->line && s[-1] == ' ');
 }
 
+/* Refuses what stands here, of which at most 20 characters of this line are shown. */
+static bool refuse_rest(yaml *y, const char *why)
+{
+    const char *s = y->s + strspn(y->s, " ");
+    const size_t length = strcspn(s, "\r\n");
+    return mbsri_xacro_refuse(y->x, "'%.*s' %s", (int)(length < 20 ? length : 20), s, why);
+}
+
 static bool begins_item(const yaml *y)
 {
     return y->s[0] == '-' && is_space(y->s[1]);
@@ -251,7 +259,7 @@ static bool read_line(yaml *y, mbsri_value *value)
 {
     if (!(*y->s == '[' || *y->s == '{' ? read_flow(y, value) : read_scalar(y, false, value)))
         return false;
-    return at_end_of_line(y) || mbsri_xacro_refuse(y->x, "YAML has '%.20s' behind a value", y->s);
+    return at_end_of_line(y) || refuse_rest(y, "stands behind a value");
 }
 
 static bool read_list(yaml *y, int at, mbsri_value *value)
@@ -289,7 +297,7 @@ static bool read_map(yaml *y, int at, mbsri_value *value)
     mbsri_list *list = mbsri_value_begin(y->x, MBSRI_DICTIONARY, value);
     while (list && *y->s && column(y) == at) {
         mbsri_value key, item;
-        if (!begins_pair(y)) return mbsri_xacro_refuse(y->x, "'%.20s' is no key of YAML", y->s);
+        if (!begins_pair(y)) return refuse_rest(y, "is no key of YAML");
         if (!read_scalar(y, false, &key)) return false;
         if (key.kind == MBSRI_STRING && strcmp(key.of.string, "<<") == 0)
             return mbsri_xacro_refuse(y->x, "YAML with '<<' is not read");
@@ -326,7 +334,7 @@ static bool read_node(yaml *y, int outer, mbsri_value *value)
         return false;
     mbsri_xacro_leave(y->x);
     if (!*y->s || column(y) <= outer) return true;
-    return mbsri_xacro_refuse(y->x, "'%.20s' does not belong to what is above it", y->s);
+    return refuse_rest(y, "does not belong to what is above it");
 }
 
 static bool read_document(yaml *y, mbsri_value *value)
@@ -338,7 +346,7 @@ static bool read_document(yaml *y, mbsri_value *value)
         if (!skip(y)) return false;
     }
     if (!read_node(y, -1, value)) return false;
-    return !*y->s || mbsri_xacro_refuse(y->x, "'%.20s' is not read here", y->s);
+    return !*y->s || refuse_rest(y, "is not read here");
 }
 
 bool mbsri_yaml_read(mbsri_xacro *x, const char *text, size_t size, const char *name,
