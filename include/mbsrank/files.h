@@ -235,10 +235,10 @@ MBSR_API int mbsr_file_write_mjcf(const mbsr_model *model, const mbsr_file *file
                                   const mbsr_write_opt *opt, mbsr_written **written,
                                   mbsr_error *error);
 
-/* The text of a file of xacro without xacro, as mbsr_file_read would read it: elements with their attributes, without texts
- * between them and comments. Arguments and statuses are those of mbsr_file_read, whose options count here as far as
- * they are about packages, other files and xacro; `strict` refuses on findings of the expansion. A text without xacro
- * comes back as it is. On failure *written is NULL. */
+/* The text of a file of xacro without xacro: elements with their attributes, without comments and what is between
+ * elements. Arguments and statuses are those of mbsr_file_read; of the options those count that are about
+ * packages, other files and xacro, and `strict`, which refuses on findings of the expansion. On failure *written is
+ * NULL. */
 MBSR_API int mbsr_file_expand_xacro(const char *text, size_t size, const char *name,
                                     const mbsr_file_opt *opt, mbsr_written **written,
                                     mbsr_error *error);

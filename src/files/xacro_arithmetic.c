@@ -67,12 +67,12 @@ static bool divide_whole(int64_t a, int64_t b, int64_t *quotient, int64_t *remai
     return true;
 }
 
-static bool on_whole(mbsri_xacro *x, char operator, int64_t a, int64_t b, mbsri_value *out)
+static bool on_whole(mbsri_xacro *x, char mark, int64_t a, int64_t b, mbsri_value *out)
 {
     int64_t result = 0, other;
     bool fits = true;
-    if (strchr("/%", operator) && b == 0) return refuse_zero(x);
-    switch (operator) {
+    if (strchr("/%", mark) && b == 0) return refuse_zero(x);
+    switch (mark) {
     case '+': fits = add_whole(a, b, &result); break;
     case '-': fits = b > INT64_MIN && add_whole(a, -b, &result); break;
     case '*': fits = multiply_whole(a, b, &result); break;
@@ -104,23 +104,20 @@ static void divide_real(double a, double b, double *quotient, double *remainder)
         *quotient += 1.0;
 }
 
-static bool on_real(mbsri_xacro *x, const char *operator, double a, double b, mbsri_value *out)
+static bool on_real(mbsri_xacro *x, const char *mark, double a, double b, mbsri_value *out)
 {
-    const bool was_finite = isfinite(a) && isfinite(b), power = strcmp(operator, "**") == 0;
+    const bool was_finite = isfinite(a) && isfinite(b), power = strcmp(mark, "**") == 0;
     double result = 0.0, other;
-    if (b == 0.0 && strchr("/%", *operator)) return refuse_zero(x);
+    if (b == 0.0 && strchr("/%", *mark)) return refuse_zero(x);
     if (power && a == 0.0 && b < 0.0) return refuse_zero(x);
     if (power)
         result = pow(a, b);
-    else if (strcmp(operator, "//") == 0)
+    else if (strcmp(mark, "//") == 0)
         divide_real(a, b, &result, &other);
-    else if (*operator== '%')
+    else if (*mark == '%')
         divide_real(a, b, &other, &result);
     else
-        result = *operator== '+'    ? a + b
-                 : * operator== '-' ? a - b
-                 : * operator== '*' ? a * b
-                                    : a / b;
+        result = *mark == '+' ? a + b : *mark == '-' ? a - b : *mark == '*' ? a * b : a / b;
     return give_real(x, result, was_finite, out);
 }
 
@@ -170,54 +167,47 @@ static bool join(mbsri_xacro *x, const mbsri_value *a, const mbsri_value *b, mbs
     return list != NULL;
 }
 
-static bool on_texts(mbsri_xacro *x, const char *operator, const mbsri_value * a,
-                     const mbsri_value *b, mbsri_value *out)
+static bool on_texts(mbsri_xacro *x, const char *mark, const mbsri_value *a, const mbsri_value *b,
+                     mbsri_value *out)
 {
     const bool first = a->kind == MBSRI_STRING || mbsri_is_sequence(a),
                second = b->kind == MBSRI_STRING || mbsri_is_sequence(b);
     int64_t times;
-    if (strcmp(operator, "+") == 0 && first && a->kind == b->kind) return join(x, a, b, out);
-    if (strcmp(operator, "*") == 0 && first && mbsri_is_whole(b, &times))
+    if (strcmp(mark, "+") == 0 && first && a->kind == b->kind) return join(x, a, b, out);
+    if (strcmp(mark, "*") == 0 && first && mbsri_is_whole(b, &times))
         return repeat(x, a, times, out);
-    if (strcmp(operator, "*") == 0 && second && mbsri_is_whole(a, &times))
+    if (strcmp(mark, "*") == 0 && second && mbsri_is_whole(a, &times))
         return repeat(x, b, times, out);
-    if (strcmp(operator, "%") == 0 && a->kind == MBSRI_STRING)
+    if (strcmp(mark, "%") == 0 && a->kind == MBSRI_STRING)
         return mbsri_xacro_refuse(x, "formatting by %% is not read");
-    return mbsri_xacro_refuse(x, "%s %s %s has no meaning", mbsri_kind_name(a), operator,
+    return mbsri_xacro_refuse(x, "%s %s %s has no meaning", mbsri_kind_name(a), mark,
                               mbsri_kind_name(b));
 }
 
-bool mbsri_arithmetic(mbsri_xacro *x, const char *operator, const mbsri_value * a,
-                      const mbsri_value *b, mbsri_value *out)
+bool mbsri_arithmetic(mbsri_xacro *x, const char *mark, const mbsri_value *a, const mbsri_value *b,
+                      mbsri_value *out)
 {
     int64_t i, j;
     double u, v;
-    const bool ratio = strcmp(operator, "/") == 0, power = strcmp(operator, "**") == 0;
-    if (!mbsri_is_number(a, &u) || !mbsri_is_number(b, &v)) return on_texts(x, operator, a, b, out);
+    const bool ratio = strcmp(mark, "/") == 0, power = strcmp(mark, "**") == 0;
+    if (!mbsri_is_number(a, &u) || !mbsri_is_number(b, &v)) return on_texts(x, mark, a, b, out);
     if (mbsri_is_whole(a, &i) && mbsri_is_whole(b, &j) && !ratio && !(power && j < 0))
-        return on_whole(x, power ? '^' : *operator, i, j, out);
-    return on_real(x, operator, u, v, out);
+        return on_whole(x, power ? '^' : *mark, i, j, out);
+    return on_real(x, mark, u, v, out);
 }
 
 /* ---- functions ---- */
 
-static bool read_argument(mbsri_xacro *x, const mbsri_call *c, int k, double *number)
-{
-    if (mbsri_is_number(c->argument + k, number)) return true;
-    return mbsri_xacro_refuse(x, "%s() is given %s", c->function->name,
-                              mbsri_kind_name(c->argument + k));
-}
-
 static bool call_one(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
 {
     double a;
-    return read_argument(x, c, 0, &a) && give_real(x, c->function->one(a), isfinite(a), out);
+    return mbsri_call_number(x, c, 0, &a) && give_real(x, c->function->one(a), isfinite(a), out);
 }
 
 static bool call_two(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
 {
     double a, b;
-    return read_argument(x, c, 0, &a) && read_argument(x, c, 1, &b) &&
+    return mbsri_call_number(x, c, 0, &a) && mbsri_call_number(x, c, 1, &b) &&
            give_real(x, c->function->two(a, b), isfinite(a) && isfinite(b), out);
 }
 
@@ -236,15 +226,15 @@ static bool call_whole(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
         *out = *c->argument;
         return true;
     }
-    return read_argument(x, c, 0, &a) && mbsri_make_whole(x, a, c->function->one, out);
+    return mbsri_call_number(x, c, 0, &a) && mbsri_make_whole(x, a, c->function->one, out);
 }
 
 static bool call_log(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
 {
     double a, base = 0.0;
-    if (!read_argument(x, c, 0, &a)) return false;
+    if (!mbsri_call_number(x, c, 0, &a)) return false;
     if (c->count == 1) return give_real(x, log(a), isfinite(a), out);
-    if (!read_argument(x, c, 1, &base)) return false;
+    if (!mbsri_call_number(x, c, 1, &base)) return false;
     if (log(base) == 0.0) return refuse_zero(x);
     return give_real(x, log(a) / log(base), isfinite(a) && isfinite(base), out);
 }
@@ -252,7 +242,7 @@ static bool call_log(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
 static bool call_is(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
 {
     double a;
-    if (!read_argument(x, c, 0, &a)) return false;
+    if (!mbsri_call_number(x, c, 0, &a)) return false;
     const char *what = c->function->name + 2;
     *out = mbsri_value_truth(strcmp(what, "nan") == 0   ? isnan(a)
                              : strcmp(what, "inf") == 0 ? isinf(a)
@@ -315,10 +305,8 @@ bool mbsri_math_find(const char *name, mbsri_value *value)
         *value = mbsri_value_real(constants[k]);
         return true;
     }
-    for (size_t k = 0; k < sizeof functions / sizeof *functions; ++k) {
-        if (strcmp(functions[k].name, name) != 0) continue;
-        *value = (mbsri_value){.kind = MBSRI_FUNCTION, .of.function = functions + k};
-        return true;
-    }
-    return false;
+    const mbsri_function *found =
+        mbsri_function_find(functions, sizeof functions / sizeof *functions, MBSRI_MATH, name);
+    *value = (mbsri_value){.kind = MBSRI_FUNCTION, .of.function = found};
+    return found != NULL;
 }

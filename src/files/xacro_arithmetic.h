@@ -3,12 +3,12 @@
 #ifndef MBSRI_FILES_XACRO_ARITHMETIC_H
 #define MBSRI_FILES_XACRO_ARITHMETIC_H
 
-#include "files/xacro_function.h"
+#include "files/xacro_call.h"
 
 /* "+", "-", "*", "/", "//", "%", "**". Whole numbers have 64 bits, beyond which they are refused, as is what is not
  * finite though its operands are. False: refused. */
-bool mbsri_arithmetic(mbsri_xacro *x, const char *operator, const mbsri_value * a,
-                      const mbsri_value *b, mbsri_value *out);
+bool mbsri_arithmetic(mbsri_xacro *x, const char *mark, const mbsri_value *a, const mbsri_value *b,
+                      mbsri_value *out);
 
 /* Members of math: functions and constants. */
 bool mbsri_math_find(const char *name, mbsri_value *value);

@@ -4,6 +4,7 @@
 
 #include "files/xacro_arithmetic.h"
 #include "files/xacro_functions.h"
+#include "files/xacro_methods.h"
 #include "files/xacro_parse.h"
 
 #include <string.h>

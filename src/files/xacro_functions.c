@@ -9,42 +9,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-static bool refuse_argument(mbsri_xacro *x, const mbsri_call *c, int k)
-{
-    return mbsri_xacro_refuse(x, "%s() is given %s", c->function->name,
-                              mbsri_kind_name(c->argument + k));
-}
-
-/* What a sequence, string or dictionary consists of, as a list. */
-static bool unfold(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
-{
-    const mbsri_value *v = c->argument;
-    mbsri_list *list = mbsri_value_begin(x, MBSRI_LIST, out);
-    if (!list) return false;
-    if (v->kind == MBSRI_STRING) {
-        for (const char *s = v->of.string; *s;) {
-            size_t length = 1;
-            while (((unsigned char)s[length] & 0xc0) == 0x80) ++length;
-            const char *letter = mbsri_xacro_copy(x, s, length);
-            const mbsri_value item = mbsri_value_string(letter);
-            if (!letter || !mbsri_value_add(x, list, &item)) return false;
-            s += length;
-        }
-        return true;
-    }
-    if (!mbsri_is_sequence(v) && v->kind != MBSRI_DICTIONARY) return refuse_argument(x, c, 0);
-    for (int k = 0; k < v->of.list->count; k += v->kind == MBSRI_DICTIONARY ? 2 : 1) {
-        if (!mbsri_value_add(x, list, mbsri_items(v) + k)) return false;
-    }
-    return true;
-}
-
 /* ---- conversions ---- */
 
 static bool call_list(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
 {
     if (c->count == 0) return mbsri_value_begin(x, MBSRI_LIST, out) != NULL;
-    return unfold(x, c, out);
+    return mbsri_call_items(x, c, out);
 }
 
 static bool call_tuple(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
@@ -66,7 +36,7 @@ static bool call_dict(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
                 return false;
             continue;
         }
-        if (k > 0 || c->argument->kind != MBSRI_DICTIONARY) return refuse_argument(x, c, k);
+        if (k > 0 || c->argument->kind != MBSRI_DICTIONARY) return mbsri_call_refuse(x, c, k);
         for (int l = 0; l < c->argument->of.list->count; ++l) {
             if (!mbsri_value_add(x, list, mbsri_items(c->argument) + l)) return false;
         }
@@ -89,7 +59,7 @@ static bool call_float(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
         if (!mbsri_text_real(v->of.string, &real))
             return mbsri_xacro_refuse(x, "float() is given '%.40s'", v->of.string);
     } else if (!mbsri_is_number(v, &real)) {
-        return refuse_argument(x, c, 0);
+        return mbsri_call_refuse(x, c, 0);
     }
     *out = mbsri_value_real(real);
     return true;
@@ -104,7 +74,7 @@ static bool call_int(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
         if (!mbsri_text_whole(v->of.string, &whole))
             return mbsri_xacro_refuse(x, "int() is given '%.40s'", v->of.string);
     } else if (!mbsri_is_whole(v, &whole)) {
-        return refuse_argument(x, c, 0);
+        return mbsri_call_refuse(x, c, 0);
     }
     *out = mbsri_value_whole(whole);
     return true;
@@ -121,7 +91,7 @@ static bool call_len(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
     } else if (mbsri_is_sequence(v) || v->kind == MBSRI_DICTIONARY) {
         length = v->of.list->count / (v->kind == MBSRI_DICTIONARY ? 2 : 1);
     } else {
-        return refuse_argument(x, c, 0);
+        return mbsri_call_refuse(x, c, 0);
     }
     *out = mbsri_value_whole(length);
     return true;
@@ -137,7 +107,7 @@ static bool call_abs(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
         *out = mbsri_value_whole(whole);
         return true;
     }
-    if (!mbsri_is_number(v, &real)) return refuse_argument(x, c, 0);
+    if (!mbsri_is_number(v, &real)) return mbsri_call_refuse(x, c, 0);
     *out = mbsri_value_real(fabs(real));
     return true;
 }
@@ -148,10 +118,10 @@ static bool call_round(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
     char text[360];
     int64_t digits;
     double real;
-    if (!mbsri_is_number(c->argument, &real)) return refuse_argument(x, c, 0);
+    if (!mbsri_is_number(c->argument, &real)) return mbsri_call_refuse(x, c, 0);
     if (c->argument->kind != MBSRI_REAL && c->count == 1) return call_int(x, c, out);
     if (c->count == 1) return mbsri_make_whole(x, real, rint, out);
-    if (!mbsri_is_whole(c->argument + 1, &digits)) return refuse_argument(x, c, 1);
+    if (!mbsri_is_whole(c->argument + 1, &digits)) return mbsri_call_refuse(x, c, 1);
     if (digits < 0 || c->argument->kind != MBSRI_REAL)
         return mbsri_xacro_refuse(x, "round() is read for digits behind a point only");
     *out = *c->argument;
@@ -168,7 +138,7 @@ static bool call_extreme(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
     const mbsri_value *item = c->argument;
     int count = c->count, order;
     if (count == 1) {
-        if (!unfold(x, c, &all)) return false;
+        if (!mbsri_call_items(x, c, &all)) return false;
         item = mbsri_items(&all);
         count = all.of.list->count;
     }
@@ -184,7 +154,7 @@ static bool call_extreme(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
 static bool call_sum(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
 {
     mbsri_value all;
-    if (!unfold(x, c, &all)) return false;
+    if (!mbsri_call_items(x, c, &all)) return false;
     *out = mbsri_value_whole(0);
     for (int k = 0; k < all.of.list->count; ++k) {
         const mbsri_value before = *out;
@@ -197,7 +167,7 @@ static bool call_all(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
 {
     const bool all = strcmp(c->function->name, "all") == 0;
     mbsri_value list;
-    if (!unfold(x, c, &list)) return false;
+    if (!mbsri_call_items(x, c, &list)) return false;
     bool result = all;
     for (int k = 0; k < list.of.list->count; ++k) {
         if (mbsri_value_true(mbsri_items(&list) + k) != all) result = !all;
@@ -214,7 +184,7 @@ static bool call_range(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
     mbsri_list *list = mbsri_value_begin(x, MBSRI_LIST, out);
     for (int k = 0; k < c->count; ++k) {
         int64_t *to = given + (c->count == 1 ? 1 : k);
-        if (!mbsri_is_whole(c->argument + k, to)) return refuse_argument(x, c, k);
+        if (!mbsri_is_whole(c->argument + k, to)) return mbsri_call_refuse(x, c, k);
         if (*to > INT32_MAX || *to < INT32_MIN) return mbsri_xacro_refuse(x, "range() is too long");
     }
     if (given[2] == 0) return mbsri_xacro_refuse(x, "range() has steps of 0");
@@ -229,7 +199,7 @@ static bool call_range(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
 /* By insertion: what is sorted in a file of a robot is short. */
 static bool call_sorted(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
 {
-    if (!unfold(x, c, out)) return false;
+    if (!mbsri_call_items(x, c, out)) return false;
     mbsri_value *item = out->of.list->items;
     for (int k = 1; k < out->of.list->count; ++k) {
         const mbsri_value moved = item[k];
@@ -246,22 +216,16 @@ static bool call_sorted(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
 
 /* ---- of xacro ---- */
 
-static bool read_string(mbsri_xacro *x, const mbsri_call *c, int k, const char **text)
-{
-    *text = c->argument[k].kind == MBSRI_STRING ? c->argument[k].of.string : "";
-    return c->argument[k].kind == MBSRI_STRING || refuse_argument(x, c, k);
-}
-
 static bool call_load_yaml(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
 {
     const char *path;
-    return read_string(x, c, 0, &path) && x->load_yaml(x, path, out);
+    return mbsri_call_string(x, c, 0, &path) && x->load_yaml(x, path, out);
 }
 
 static bool call_arg(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
 {
     const char *name;
-    if (!read_string(x, c, 0, &name)) return false;
+    if (!mbsri_call_string(x, c, 0, &name)) return false;
     *out = mbsri_value_string(mbsri_xacro_argument(x, name));
     return out->of.string || mbsri_xacro_refuse(x, "the argument '%.40s' has no value", name);
 }
@@ -269,7 +233,7 @@ static bool call_arg(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
 static bool call_abs_filename(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
 {
     const char *path;
-    if (!read_string(x, c, 0, &path)) return false;
+    if (!mbsri_call_string(x, c, 0, &path)) return false;
     *out = mbsri_value_string(mbsri_xacro_beside(x, path));
     return out->of.string != NULL;
 }
@@ -277,7 +241,7 @@ static bool call_abs_filename(mbsri_xacro *x, const mbsri_call *c, mbsri_value *
 static bool call_dotify(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
 {
     *out = *c->argument;
-    return out->kind == MBSRI_DICTIONARY || refuse_argument(x, c, 0);
+    return out->kind == MBSRI_DICTIONARY || mbsri_call_refuse(x, c, 0);
 }
 
 /* message, warning, error: a finding. */
@@ -294,110 +258,6 @@ static bool call_fatal(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
     const char *text = mbsri_value_text(x, c->argument);
     *out = mbsri_value_string("");
     return text && mbsri_xacro_refuse(x, "%.90s", text);
-}
-
-/* ---- methods ---- */
-
-static bool call_get(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
-{
-    (void)x;
-    const mbsri_value *found = mbsri_value_find(c->self, c->argument);
-    *out = found ? *found : c->count > 1 ? c->argument[1] : (mbsri_value){.kind = MBSRI_NOTHING};
-    return true;
-}
-
-/* keys, values, items as lists. */
-static bool call_items(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
-{
-    const char what = c->function->name[0];
-    mbsri_list *list = mbsri_value_begin(x, MBSRI_LIST, out);
-    for (int k = 0; list && k < c->self->of.list->count; k += 2) {
-        const mbsri_value *pair = mbsri_items(c->self) + k;
-        mbsri_value both = pair[what == 'v'];
-        if (what == 'i') {
-            mbsri_list *two = mbsri_value_begin(x, MBSRI_TUPLE, &both);
-            if (!two || !mbsri_value_add(x, two, pair) || !mbsri_value_add(x, two, pair + 1))
-                return false;
-        }
-        if (!mbsri_value_add(x, list, &both)) return false;
-    }
-    return list != NULL;
-}
-
-static bool call_case(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
-{
-    const char from = c->function->name[0] == 'l' ? 'A' : 'a', to = (char)('A' + 'a' - from);
-    char *text = mbsri_xacro_copy(x, c->self->of.string, strlen(c->self->of.string));
-    for (char *s = text; s && *s; ++s) {
-        if (*s >= from && *s < from + 26) *s = (char)(*s - from + to);
-    }
-    *out = mbsri_value_string(text);
-    return text != NULL;
-}
-
-static bool call_ends(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
-{
-    const char *part, *whole = c->self->of.string;
-    if (!read_string(x, c, 0, &part)) return false;
-    const size_t length = strlen(part), all = strlen(whole);
-    if (c->function->name[0] == 'e' && length <= all) whole += all - length;
-    *out = mbsri_value_truth(length <= all && strncmp(whole, part, length) == 0);
-    return true;
-}
-
-static bool call_strip(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
-{
-    static const char space[] = " \t\n\r\f\v";
-    const char *from = c->self->of.string + strspn(c->self->of.string, space);
-    size_t length = strlen(from);
-    while (length > 0 && strchr(space, from[length - 1])) --length;
-    *out = mbsri_value_string(mbsri_xacro_copy(x, from, length));
-    return out->of.string != NULL;
-}
-
-/* At a separator, or without one at white space. */
-static bool call_split(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
-{
-    static const char space[] = " \t\n\r\f\v";
-    const char *mark = NULL, *at = c->self->of.string;
-    mbsri_list *list = mbsri_value_begin(x, MBSRI_LIST, out);
-    if (c->count > 0 && !read_string(x, c, 0, &mark)) return false;
-    if (mark && !*mark) return mbsri_xacro_refuse(x, "split() at nothing");
-    if (!mark) at += strspn(at, space);
-    for (const char *end = at; list && (mark || *at); at = end) {
-        end = mark ? strstr(at, mark) : at + strcspn(at, space);
-        const char *piece = mbsri_xacro_copy(x, at, end ? (size_t)(end - at) : strlen(at));
-        const mbsri_value item = mbsri_value_string(piece);
-        if (!piece || !mbsri_value_add(x, list, &item)) return false;
-        if (!end) break;
-        end += mark ? strlen(mark) : strspn(end, space);
-    }
-    return list != NULL;
-}
-
-static bool call_join(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
-{
-    mbsri_value all;
-    if (!unfold(x, c, &all)) return false;
-    *out = mbsri_value_string("");
-    for (int k = 0; k < all.of.list->count; ++k) {
-        const mbsri_value *item = mbsri_items(&all) + k;
-        mbsri_value before = *out;
-        if (item->kind != MBSRI_STRING)
-            return mbsri_xacro_refuse(x, "join() is given %s", mbsri_kind_name(item));
-        if (k > 0 && !mbsri_arithmetic(x, "+", out, c->self, &before)) return false;
-        if (!mbsri_arithmetic(x, "+", &before, item, out)) return false;
-    }
-    return true;
-}
-
-static bool call_replace(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
-{
-    mbsri_value pieces;
-    const mbsri_call cut = {c->function, c->self, c->argument, c->keyword, 1},
-                     glue = {c->function, c->argument + 1, &pieces, c->keyword, 1};
-    const char *with;
-    return read_string(x, c, 1, &with) && call_split(x, &cut, &pieces) && call_join(x, &glue, out);
 }
 
 /* ---- tables ---- */
@@ -431,30 +291,14 @@ static const mbsri_function functions[] = {
     {"fatal", MBSRI_XACRO, 1, 1, call_fatal, NULL, NULL},
 };
 
-static const mbsri_function dictionary_methods[] = {
-    {"get", 0, 1, 2, call_get, NULL, NULL},
-    {"keys", 0, 0, 0, call_items, NULL, NULL},
-    {"values", 0, 0, 0, call_items, NULL, NULL},
-    {"items", 0, 0, 0, call_items, NULL, NULL},
-};
-
-static const mbsri_function string_methods[] = {
-    {"lower", 0, 0, 0, call_case, NULL, NULL},      {"upper", 0, 0, 0, call_case, NULL, NULL},
-    {"startswith", 0, 1, 1, call_ends, NULL, NULL}, {"endswith", 0, 1, 1, call_ends, NULL, NULL},
-    {"strip", 0, 0, 0, call_strip, NULL, NULL},     {"split", 0, 0, 1, call_split, NULL, NULL},
-    {"join", 0, 1, 1, call_join, NULL, NULL},       {"replace", 0, 2, 2, call_replace, NULL, NULL},
-};
-
 bool mbsri_module_find(int module, const char *name, mbsri_value *value)
 {
     if ((module == MBSRI_MATH || module == MBSRI_EVERYWHERE) && mbsri_math_find(name, value))
         return true;
-    for (size_t k = 0; k < sizeof functions / sizeof *functions; ++k) {
-        if (!(functions[k].where & module) || strcmp(functions[k].name, name) != 0) continue;
-        *value = (mbsri_value){.kind = MBSRI_FUNCTION, .of.function = functions + k};
-        return true;
-    }
-    return false;
+    const mbsri_function *found =
+        mbsri_function_find(functions, sizeof functions / sizeof *functions, module, name);
+    *value = (mbsri_value){.kind = MBSRI_FUNCTION, .of.function = found};
+    return found != NULL;
 }
 
 bool mbsri_global_find(const char *name, mbsri_value *value)
@@ -467,19 +311,4 @@ bool mbsri_global_find(const char *name, mbsri_value *value)
         return true;
     }
     return mbsri_module_find(MBSRI_EVERYWHERE, name, value);
-}
-
-bool mbsri_method_find(const mbsri_value *self, const char *name, mbsri_value *value)
-{
-    const bool dictionary = self->kind == MBSRI_DICTIONARY;
-    const mbsri_function *methods = dictionary ? dictionary_methods : string_methods;
-    const size_t count = dictionary ? sizeof dictionary_methods / sizeof *dictionary_methods
-                                    : sizeof string_methods / sizeof *string_methods;
-    if (!dictionary && self->kind != MBSRI_STRING) return false;
-    for (size_t k = 0; k < count; ++k) {
-        if (strcmp(methods[k].name, name) != 0) continue;
-        *value = (mbsri_value){.kind = MBSRI_FUNCTION, .of.function = methods + k, .self = self};
-        return true;
-    }
-    return false;
 }

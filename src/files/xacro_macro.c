@@ -83,9 +83,9 @@ bool mbsri_macro_define(mbsri_xacro *x, const mbsri_element *e, mbsri_scope *sco
         return true;
     }
     const mbsri_macro **place = mbsri_list_add(x->s->arena, &scope->macros, sizeof *place);
-    if (!place || !mbsri_xacro_spend(x, 1024)) return false;
+    if (!place) return false;
     *place = macro;
-    return mbsri_names_add(x->s->arena, &scope->macro_names, name, scope->macros.count - 1);
+    return mbsri_scope_name(x, &scope->macro_names, name, scope->macros.count - 1);
 }
 
 /* ---- calls ---- */

@@ -41,18 +41,22 @@ void mbsri_scope_remove(mbsri_scope *scope, const char *name)
     }
 }
 
+bool mbsri_scope_name(mbsri_xacro *x, mbsri_names *names, const char *name, int number)
+{
+    const size_t room = names->room;
+    const char *copy = mbsri_xacro_copy(x, name, strlen(name));
+    return copy && mbsri_names_add(x->s->arena, names, copy, number) &&
+           mbsri_xacro_spend(x, (names->room - room) * sizeof(mbsri_name));
+}
+
 bool mbsri_scope_set(mbsri_xacro *x, mbsri_scope *scope, const char *name, const mbsri_value *value,
                      bool lazy)
 {
     const int k = mbsri_names_find(&scope->names, name);
     property *p = k < 0 ? NULL : (property *)scope->properties.items + k;
-    if (!p) { /* the table begins with 64 places, and is at most half full */
-        const size_t larger = 2 * scope->names.count >= scope->names.room ? scope->names.room : 0;
-        const char *copy = mbsri_xacro_copy(x, name, strlen(name));
-        if (!copy ||
-            !mbsri_xacro_spend(x,
-                               2 * sizeof *p + 32 * larger + (scope->names.room == 0 ? 1024 : 0)) ||
-            !mbsri_names_add(x->s->arena, &scope->names, copy, scope->properties.count))
+    if (!p) {
+        if (!mbsri_scope_name(x, &scope->names, name, scope->properties.count) ||
+            !mbsri_xacro_spend(x, 2 * sizeof *p))
             return false;
         p = mbsri_list_add(x->s->arena, &scope->properties, sizeof *p);
         if (!p) return false;

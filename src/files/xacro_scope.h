@@ -19,6 +19,9 @@ typedef struct mbsri_scope {
 /* A scope within another; NULL: refused. */
 mbsri_scope *mbsri_scope_open(mbsri_xacro *x, mbsri_scope *parent, bool is_namespace);
 
+/* Numbers a name that is not there; false: refused. */
+bool mbsri_scope_name(mbsri_xacro *x, mbsri_names *names, const char *name, int number);
+
 /* A property; `lazy`: its text is evaluated when it is used. Blocks are under "*name" and "**name". False: refused. */
 bool mbsri_scope_set(mbsri_xacro *x, mbsri_scope *scope, const char *name, const mbsri_value *value,
                      bool lazy);

@@ -158,6 +158,21 @@ static void other_files_are_included(void **state)
     assert_expands_with(XACRO("<xacro:include filename='../other/d.xacro'/>"), &opt, "<d/>");
 }
 
+static void meshes_are_found_in_packages(void **state)
+{
+    (void)state;
+    static const char text[] = XACRO(
+        "<link name='a'><visual><geometry><mesh filename='file://$(find hand)/m/a.stl'/></geometry>"
+        "</visual></link>");
+    mbsr_file_opt opt = mbsr_default_file_opt();
+    opt.packages = 1;
+    opt.package = &(mbsr_file_package){"hand", "/ros/hand/"};
+    mbsr_file *file = read_small(text, &opt);
+    assert_int_equal(file->shapes, 1);
+    assert_string_equal(file->shape[0].mesh, "/ros/hand/m/a.stl");
+    mbsr_file_destroy(file);
+}
+
 static void findings_and_errors_name_the_line_of_the_xacro(void **state)
 {
     (void)state;
@@ -345,6 +360,7 @@ int main(void)
         cmocka_unit_test(conditions_are_truth_values),
         cmocka_unit_test(arguments_come_from_the_caller_or_have_defaults),
         cmocka_unit_test(other_files_are_included),
+        cmocka_unit_test(meshes_are_found_in_packages),
         cmocka_unit_test(findings_and_errors_name_the_line_of_the_xacro),
         cmocka_unit_test(what_is_not_read_is_refused_by_name),
         cmocka_unit_test(expansions_are_bounded),
