@@ -35,7 +35,9 @@ static bool find_member(evaluation *e, const mbsri_node *node, mbsri_value *out)
     if (of->kind == MBSRI_MODULE && mbsri_module_find(of->of.module, name, out)) return true;
     if (mbsri_method_find(of, name, out)) return true;
     if (of->kind == MBSRI_DICTIONARY) {
-        const mbsri_value key = mbsri_value_string(name), *found = mbsri_value_find(of, &key);
+        const mbsri_value key = mbsri_value_string(name);
+        mbsri_value *found;
+        if (!mbsri_value_find(e->x, of, &key, &found)) return false;
         if (!found) return mbsri_xacro_refuse(e->x, "a dictionary has no key '%.50s'", name);
         *out = *found;
         return true;
@@ -58,7 +60,8 @@ static int64_t length_of(mbsri_xacro *x, const mbsri_value *of)
         mbsri_xacro_refuse(x, "parts of texts beyond ASCII are not read");
         return -1;
     }
-    return (int64_t)strlen(of->of.string);
+    const size_t length = strlen(of->of.string);
+    return mbsri_xacro_spend(x, length) ? (int64_t)length : -1;
 }
 
 static bool find_part(evaluation *e, const mbsri_node *node, mbsri_value *out)
@@ -67,7 +70,8 @@ static bool find_part(evaluation *e, const mbsri_node *node, mbsri_value *out)
     int64_t place;
     if (!evaluate(e, node->a, &of) || !evaluate(e, node->b, &at)) return false;
     if (of.kind == MBSRI_DICTIONARY) {
-        const mbsri_value *found = mbsri_value_find(&of, &at);
+        mbsri_value *found;
+        if (!mbsri_value_find(e->x, &of, &at, &found)) return false;
         const char *key = found ? "" : mbsri_value_text(e->x, &at);
         if (!found) return key && mbsri_xacro_refuse(e->x, "a dictionary has no key '%.50s'", key);
         *out = *found;
@@ -147,12 +151,14 @@ static bool contains(mbsri_xacro *x, const mbsri_value *a, const mbsri_value *b,
 {
     *inside = false;
     if (b->kind == MBSRI_DICTIONARY) {
-        *inside = mbsri_value_find(b, a) != NULL;
-        return true;
+        mbsri_value *found;
+        const bool good = mbsri_value_find(x, b, a, &found);
+        *inside = found != NULL;
+        return good;
     }
     if (b->kind == MBSRI_STRING && a->kind == MBSRI_STRING) {
         *inside = strstr(b->of.string, a->of.string) != NULL;
-        return true;
+        return mbsri_xacro_spend(x, strlen(a->of.string) + strlen(b->of.string));
     }
     if (!mbsri_is_sequence(b))
         return mbsri_xacro_refuse(x, "%s cannot be in %s", mbsri_kind_name(a), mbsri_kind_name(b));
@@ -203,6 +209,12 @@ static bool compare(evaluation *e, const mbsri_node *node, mbsri_value *out)
 
 /* ---- calls ---- */
 
+/* A function may look at all of a string. */
+static bool spend_on(mbsri_xacro *x, const mbsri_value *v)
+{
+    return !v || v->kind != MBSRI_STRING || mbsri_xacro_spend(x, strlen(v->of.string));
+}
+
 static bool call(evaluation *e, const mbsri_node *node, mbsri_value *out)
 {
     mbsri_value function;
@@ -210,12 +222,14 @@ static bool call(evaluation *e, const mbsri_node *node, mbsri_value *out)
     if (!evaluate(e, node->a, &function)) return false;
     if (function.kind != MBSRI_FUNCTION)
         return mbsri_xacro_refuse(e->x, "%s is called", mbsri_kind_name(&function));
+    if (!spend_on(e->x, function.self)) return false;
     const mbsri_function *f = function.of.function;
     for (const mbsri_item *item = node->first; item; item = item->next) {
         mbsri_value argument;
         if (item->text && strcmp(f->name, "dict") != 0)
             return mbsri_xacro_refuse(e->x, "%s() is given '%.40s' by name", f->name, item->text);
-        if (!evaluate(e, item->node, &argument) || !mbsri_value_add(e->x, &arguments, &argument))
+        if (!evaluate(e, item->node, &argument) || !spend_on(e->x, &argument) ||
+            !mbsri_value_add(e->x, &arguments, &argument))
             return false;
         const char **keyword = mbsri_list_add(e->x->s->arena, &keywords, sizeof *keyword);
         if (!keyword) return false;

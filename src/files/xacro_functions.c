@@ -30,8 +30,9 @@ static bool call_dict(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
     for (int k = 0; list && k < c->count; ++k) {
         if (c->keyword[k]) {
             const mbsri_value key = mbsri_value_string(c->keyword[k]);
-            if (mbsri_value_find(out, &key))
-                return mbsri_xacro_refuse(x, "dict() has '%.40s' twice", c->keyword[k]);
+            mbsri_value *known;
+            if (!mbsri_value_find(x, out, &key, &known)) return false;
+            if (known) return mbsri_xacro_refuse(x, "dict() has '%.40s' twice", c->keyword[k]);
             if (!mbsri_value_add(x, list, &key) || !mbsri_value_add(x, list, c->argument + k))
                 return false;
             continue;

@@ -10,8 +10,8 @@
 
 static bool call_get(mbsri_xacro *x, const mbsri_call *c, mbsri_value *out)
 {
-    (void)x;
-    const mbsri_value *found = mbsri_value_find(c->self, c->argument);
+    mbsri_value *found;
+    if (!mbsri_value_find(x, c->self, c->argument, &found)) return false;
     *out = found ? *found : c->count > 1 ? c->argument[1] : (mbsri_value){.kind = MBSRI_NOTHING};
     return true;
 }

@@ -61,6 +61,8 @@ bool mbsri_scope_set(mbsri_xacro *x, mbsri_scope *scope, const char *name, const
         p = mbsri_list_add(x->s->arena, &scope->properties, sizeof *p);
         if (!p) return false;
     }
+    if (value->kind == MBSRI_STRING && !mbsri_xacro_spend(x, strlen(value->of.string)))
+        return false;
     p->value = mbsri_value_literal(x, value);
     p->state = lazy && p->value.kind == MBSRI_STRING ? TEXT : VALUE;
     return !x->s->message[0];
@@ -190,7 +192,7 @@ bool mbsri_xacro_value(mbsri_xacro *x, mbsri_scope *scope, const char *text, mbs
 {
     mbsri_list pieces = {.count = 0};
     *value = mbsri_value_string(text);
-    if (!strchr(text, '$')) return true;
+    if (!strchr(text, '$')) return mbsri_xacro_spend(x, strlen(text));
     for (const char *s = text, *end; *s; s = end) {
         end = end_of_piece(x, s);
         if (!end || !evaluate_piece(x, scope, s, (size_t)(end - s), value)) return false;

@@ -91,13 +91,16 @@ static bool same_key(const mbsri_value *a, const mbsri_value *b)
            (a->kind == MBSRI_STRING && strcmp(a->of.string, b->of.string) == 0);
 }
 
-const mbsri_value *mbsri_value_find(const mbsri_value *dictionary, const mbsri_value *key)
+bool mbsri_value_find(mbsri_xacro *x, const mbsri_value *dictionary, const mbsri_value *key,
+                      mbsri_value **found)
 {
-    const mbsri_value *item = mbsri_items(dictionary);
-    for (int k = 0; k < dictionary->of.list->count; k += 2) {
-        if (same_key(item + k, key)) return item + k + 1;
-    }
-    return NULL;
+    const mbsri_list *list = dictionary->of.list;
+    mbsri_value *item = list->items;
+    int k = 0;
+    *found = NULL;
+    while (k < list->count && !same_key(item + k, key)) k += 2;
+    if (k < list->count) *found = item + k + 1;
+    return mbsri_xacro_spend(x, (size_t)(4 * k));
 }
 
 /* Both have the same values, in a dictionary under the same keys. */
@@ -109,7 +112,8 @@ static bool equal_items(mbsri_xacro *x, const mbsri_value *a, const mbsri_value 
     if (!mbsri_xacro_enter(x)) return false;
     for (int k = keys ? 1 : 0; k < count && *equal; k += keys ? 2 : 1) {
         const mbsri_value *mine = mbsri_items(a) + k;
-        const mbsri_value *other = keys ? mbsri_value_find(b, mine - 1) : mbsri_items(b) + k;
+        mbsri_value *other = keys ? NULL : (mbsri_value *)b->of.list->items + k;
+        if (keys && !mbsri_value_find(x, b, mine - 1, &other)) return false;
         if (!other)
             *equal = false;
         else if (!mbsri_value_equal(x, mine, other, equal))
@@ -131,7 +135,9 @@ bool mbsri_value_equal(mbsri_xacro *x, const mbsri_value *a, const mbsri_value *
     if (!*equal) return true;
     switch (a->kind) {
     case MBSRI_NOTHING: return true;
-    case MBSRI_STRING: *equal = strcmp(a->of.string, b->of.string) == 0; return true;
+    case MBSRI_STRING:
+        *equal = strcmp(a->of.string, b->of.string) == 0;
+        return mbsri_xacro_spend(x, strlen(a->of.string));
     case MBSRI_LIST:
     case MBSRI_TUPLE:
     case MBSRI_DICTIONARY: return equal_items(x, a, b, equal);
@@ -164,7 +170,7 @@ bool mbsri_value_compare(mbsri_xacro *x, const mbsri_value *a, const mbsri_value
     if (a->kind == MBSRI_STRING && b->kind == MBSRI_STRING) {
         const int sign = strcmp(a->of.string, b->of.string);
         *order = sign < 0 ? -1 : sign > 0;
-        return true;
+        return mbsri_xacro_spend(x, strlen(a->of.string));
     }
     if (mbsri_is_sequence(a) && a->kind == b->kind) return compare_items(x, a, b, order);
     return mbsri_xacro_refuse(x, "%s and %s have no order", mbsri_kind_name(a), mbsri_kind_name(b));

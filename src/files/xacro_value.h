@@ -29,7 +29,7 @@ typedef struct mbsri_value {
         int64_t whole;
         double real;
         const char *string;
-        const mbsri_list *list; /* of values; of a dictionary: key and value in turn */
+        mbsri_list *list; /* of values; of a dictionary: key and value in turn */
         const struct mbsri_function *function;
         int module; /* an mbsri_module */
         struct mbsri_scope *scope;
@@ -76,8 +76,9 @@ bool mbsri_is_number(const mbsri_value *v, double *number);
 mbsri_list *mbsri_value_begin(mbsri_xacro *x, mbsri_value_kind kind, mbsri_value *value);
 bool mbsri_value_add(mbsri_xacro *x, mbsri_list *list, const mbsri_value *item);
 
-/* What a dictionary has under a key; NULL: nothing. */
-const mbsri_value *mbsri_value_find(const mbsri_value *dictionary, const mbsri_value *key);
+/* What a dictionary has under a key; *found is NULL: nothing. False: refused. */
+bool mbsri_value_find(mbsri_xacro *x, const mbsri_value *dictionary, const mbsri_value *key,
+                      mbsri_value **found);
 
 /* "a list" and the like, for messages. */
 const char *mbsri_kind_name(const mbsri_value *v);

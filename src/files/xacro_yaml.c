@@ -174,12 +174,12 @@ static bool read_scalar(yaml *y, bool brackets, mbsri_value *value)
 static mbsri_value *place_of(yaml *y, mbsri_value *map, const mbsri_value *key)
 {
     const mbsri_value none = {.kind = MBSRI_NOTHING};
-    mbsri_list *list = (mbsri_list *)map->of.list;
-    const mbsri_value *known = mbsri_value_find(map, key);
-    if (!mbsri_xacro_spend(y->x, (size_t)(4 * list->count))) return NULL;
+    mbsri_list *list = map->of.list;
+    mbsri_value *known;
+    if (!mbsri_value_find(y->x, map, key, &known)) return NULL;
     if (known) {
         mbsri_file_find(y->x->s, &y->at, "a key is there twice: the last counts");
-        return (mbsri_value *)list->items + (known - mbsri_items(map));
+        return known;
     }
     if (!mbsri_value_add(y->x, list, key) || !mbsri_value_add(y->x, list, &none)) return NULL;
     return (mbsri_value *)list->items + list->count - 1;
@@ -202,7 +202,7 @@ static bool read_entry(yaml *y, mbsri_value *all)
 {
     mbsri_value key, item;
     if (all->kind == MBSRI_LIST)
-        return read_flow(y, &item) && mbsri_value_add(y->x, (mbsri_list *)all->of.list, &item);
+        return read_flow(y, &item) && mbsri_value_add(y->x, all->of.list, &item);
     if (!read_scalar(y, true, &key) || !expect_colon(y) || !read_flow(y, &item)) return false;
     mbsri_value *place = place_of(y, all, &key);
     if (place) *place = item;

@@ -95,6 +95,11 @@ static void the_locale_does_not_matter(void **state)
             "</inertial></link></robot>",
             NULL);
         mbsr_file_destroy(file);
+        static const char xacro[] = "<a xmlns:xacro='u' v='${1 / 4} ${round(2.675, 2)}'/>";
+        mbsr_written *written;
+        assert_ok(mbsr_file_expand_xacro(xacro, strlen(xacro), NULL, NULL, &written, NULL), NULL);
+        assert_string_equal(written->text, "<a v=\"0.25 2.67\"/>\n");
+        mbsr_written_destroy(written);
     }
     setlocale(LC_NUMERIC, "C");
 }

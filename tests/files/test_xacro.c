@@ -299,15 +299,23 @@ static void expansions_are_bounded(void **state)
     };
     for (size_t k = 0; k < sizeof cases / sizeof *cases; ++k)
         assert_xacro_refused(cases[k].text, &opt, cases[k].words);
-    /* 2^40 elements by 40 macros */
-    char text[6000] = "<robot xmlns:xacro='u'><xacro:macro name='m0'><l/></xacro:macro>";
-    for (int k = 1; k <= 40; ++k) {
-        const size_t used = strlen(text);
-        snprintf(text + used, sizeof text - used,
-                 "<xacro:macro name='m%d'><xacro:m%d/><xacro:m%d/></xacro:macro>", k, k - 1, k - 1);
+    /* 2^40 elements, or searches through a long text, by 40 macros */
+    static const char *const inner[] = {"<l/>", "<xacro:if value='${\"c\" in long}'/>"};
+    for (int kind = 0; kind < 2; ++kind) {
+        char text[6000];
+        snprintf(text, sizeof text,
+                 "<robot xmlns:xacro='u'><xacro:property name='long' value='${\"ab\" * 500000}'/>"
+                 "<xacro:macro name='m0'>%s</xacro:macro>",
+                 inner[kind]);
+        for (int k = 1; k <= 40; ++k) {
+            const size_t used = strlen(text);
+            snprintf(text + used, sizeof text - used,
+                     "<xacro:macro name='m%d'><xacro:m%d/><xacro:m%d/></xacro:macro>", k, k - 1,
+                     k - 1);
+        }
+        strcat(text, "<xacro:m40/></robot>");
+        assert_xacro_refused(text, NULL, "the expansion is too large");
     }
-    strcat(text, "<xacro:m40/></robot>");
-    assert_xacro_refused(text, NULL, "the expansion is too large");
     /* brackets in each other */
     char deep[4000] = "<robot xmlns:xacro='u'><l v='${";
     memset(deep + strlen(deep), '(', 3000);
