@@ -46,15 +46,19 @@ static char *tidy(mbsri_xacro *x, const char *path)
     return whole;
 }
 
+static bool goes_up(const char *path)
+{
+    return path[0] == '.' && path[1] == '.' && (path[2] == '/' || path[2] == '\0');
+}
+
 /* Both tidy. */
 static bool is_within(const char *path, const char *folder)
 {
     const size_t length = strlen(folder);
-    if (length == 0)
-        return *path != '/' &&
-               !(path[0] == '.' && path[1] == '.' && (path[2] == '/' || path[2] == '\0'));
+    if (length == 0) return *path != '/' && !goes_up(path);
     if (strncmp(path, folder, length) != 0) return false;
-    return folder[length - 1] == '/' || path[length] == '/';
+    if (folder[length - 1] == '/') return true;
+    return path[length] == '/' && !goes_up(path + length + 1);
 }
 
 static bool may_load(mbsri_xacro *x, const char *path)

@@ -154,6 +154,23 @@ static void other_files_are_included(void **state)
         snprintf(text, sizeof text, XACRO("<l v='${load_yaml(\"%s\")}'/>"), outside[k]);
         assert_xacro_refused(text, &opt, "neither in the model's folder nor in a package");
     }
+    static const struct {
+        const char *model, *path;
+    } above[] = {{"../m.xacro", "../d.xacro"},
+                 {"../../m.xacro", "../d.xacro"},
+                 {"m.xacro", "../d.xacro"},
+                 {"./a/../m.xacro", "../d.xacro"},
+                 {"/a/m.xacro", "../d.xacro"}};
+    for (size_t k = 0; k < sizeof above / sizeof *above; ++k) {
+        char text[300];
+        mbsr_written *written;
+        mbsr_error error;
+        snprintf(text, sizeof text, XACRO("<xacro:include filename='%s'/>"), above[k].path);
+        assert_int_equal(
+            mbsr_file_expand_xacro(text, strlen(text), above[k].model, &opt, &written, &error),
+            MBSR_ERR_FILE);
+        assert_contains(error.text, "neither in the model's folder nor in a package");
+    }
     opt.xacro.outside = 1;
     assert_expands_with(XACRO("<xacro:include filename='../other/d.xacro'/>"), &opt, "<d/>");
 }
