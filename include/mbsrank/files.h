@@ -1,4 +1,4 @@
-/* Models from files: URDF and MJCF (component files).
+/* Models from files: URDF, also by xacro, and MJCF (component files).
  * SPDX-License-Identifier: BSD-3-Clause
  *
  * A reader takes a text and makes a model that is not finished yet, so that the caller can add to it,
@@ -26,10 +26,23 @@ typedef enum mbsr_file_format {
  * Returns 0; where there is none, errno if that says why, whose text the error or finding has, else 1. */
 typedef int (*mbsr_file_load_fn)(void *user, const char *path, const char **text, size_t *size);
 
-/* Where the meshes of package://NAME/... are. */
+/* Where the meshes of package://NAME/... are, and what $(find NAME) of xacro is. */
 typedef struct mbsr_file_package {
     const char *name, *folder;
 } mbsr_file_package;
+
+/* The value of $(arg NAME) in a file of xacro. */
+typedef struct mbsr_xacro_argument {
+    const char *name, *value;
+} mbsr_xacro_argument;
+
+/* How a file of xacro is expanded. */
+typedef struct mbsr_xacro_opt {
+    int arguments;                       /* others have their defaults in the file */
+    const mbsr_xacro_argument *argument; /* may be NULL for none */
+    int outside; /* 1: includes from any folder; 0 (default): from the model's folder and those below, and
+                    from packages, by the paths alone */
+} mbsr_xacro_opt;
 
 typedef struct mbsr_file_opt {
     int cookie; /* set by mbsr_default_file_opt */
@@ -48,7 +61,8 @@ typedef struct mbsr_file_opt {
     void *user;             /* for load */
     int packages;           /* URDF: meshes of package://NAME/PATH get the path FOLDER/PATH */
     const mbsr_file_package *package; /* may be NULL for none; other packages stay as in the file */
-    mbsr_model_def model;             /* of the model made: root, tolerance, allocator */
+    mbsr_xacro_opt xacro;
+    mbsr_model_def model; /* of the model made: root, tolerance, allocator */
 } mbsr_file_opt;
 
 MBSR_API mbsr_file_opt mbsr_default_file_opt(void);
@@ -160,6 +174,8 @@ typedef struct mbsr_file {
 /* Reads a text of `size` bytes (no NUL is needed); `name` is that of the file, for messages and as the
  * folder of other files (NULL: none). opt == NULL: mbsr_default_file_opt(). On failure *file is NULL and
  * the text of *error (may be NULL) names file, line and element. Numbers do not depend on the locale.
+ * A file whose root declares the prefix xacro, or whose name ends in .xacro, is expanded first: lines are those
+ * of the file, or of an included one, that elements come from.
  * Status: MBSR_OK, MBSR_ERR_NULL, MBSR_ERR_NO_DEFAULT, MBSR_ERR_VALUE (of opt), MBSR_ERR_FILE (the text
  * is not one that can be read, or with `strict` has findings), MBSR_ERR_NO_MEMORY. */
 MBSR_API int mbsr_file_read(const char *text, size_t size, const char *name,
@@ -218,6 +234,14 @@ typedef struct mbsr_written {
 MBSR_API int mbsr_file_write_mjcf(const mbsr_model *model, const mbsr_file *file,
                                   const mbsr_write_opt *opt, mbsr_written **written,
                                   mbsr_error *error);
+
+/* The text of a file of xacro without xacro: elements with their attributes, without comments and what is between
+ * elements. Arguments and statuses are those of mbsr_file_read; of the options those count that are about
+ * packages, other files and xacro, and `strict`, which refuses on findings of the expansion. On failure *written is
+ * NULL. */
+MBSR_API int mbsr_file_expand_xacro(const char *text, size_t size, const char *name,
+                                    const mbsr_file_opt *opt, mbsr_written **written,
+                                    mbsr_error *error);
 
 /* NULL is allowed. */
 MBSR_API void mbsr_written_destroy(mbsr_written *written);

@@ -1,6 +1,8 @@
 /* Reading a file: see files.h.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "files/build.h"
+#include "files/writer.h"
+#include "files/xacro_expand.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -18,44 +20,67 @@ mbsr_file_opt mbsr_default_file_opt(void)
                            .model = mbsr_default_model_def()};
 }
 
-static int fail(mbsr_error *error, int status, const char *text)
+/* What a public function says; `entry` is its name, NULL where the text is about a file. */
+static int fail(mbsr_error *error, int status, const char *entry, const char *text)
 {
     if (!error) return status;
     *error = (mbsr_error){.status = status, .body = MBSR_NONE, .force = MBSR_NONE};
-    snprintf(error->text, sizeof error->text, "%s", text);
+    snprintf(error->text, sizeof error->text, "%s%s%s", entry ? entry : "", entry ? ": " : "",
+             text);
     return status;
 }
 
-static int check(const char *text, const mbsr_file_opt *opt, mbsr_file **file, mbsr_error *error)
+static int check_numbers(const mbsr_file_opt *opt, const char *entry, mbsr_error *error)
 {
-    if (file) *file = NULL;
-    if (!file || !text)
-        return fail(error, MBSR_ERR_NULL,
-                    file ? "mbsr_file_read: text is NULL" : "mbsr_file_read: file is NULL");
-    if (opt->cookie != COOKIE)
-        return fail(error, MBSR_ERR_NO_DEFAULT,
-                    "mbsr_file_read: the options were not made by mbsr_default_file_opt");
     const double sizes[] = {opt->stop_stiffness, opt->stop_damping, opt->slip};
     static const char *const names[] = {"stop_stiffness", "stop_damping", "slip"};
-    char reason[MBSR_TEXT_SIZE];
+    char reason[80];
     for (int k = 0; k < 3; ++k) {
         if (isfinite(sizes[k]) && sizes[k] >= 0.0 && isfinite(opt->gravity[k])) continue;
         const bool own = !(isfinite(sizes[k]) && sizes[k] >= 0.0);
-        snprintf(reason, sizeof reason, "mbsr_file_read: opt.%s is %g", own ? names[k] : "gravity",
+        snprintf(reason, sizeof reason, "opt.%s is %g", own ? names[k] : "gravity",
                  own ? sizes[k] : opt->gravity[k]);
-        return fail(error, MBSR_ERR_VALUE, reason);
+        return fail(error, MBSR_ERR_VALUE, entry, reason);
     }
-    if (opt->packages < 0 || (opt->packages > 0 && !opt->package))
-        return fail(error, opt->packages < 0 ? MBSR_ERR_VALUE : MBSR_ERR_NULL,
-                    opt->packages < 0 ? "mbsr_file_read: opt.packages is negative"
-                                      : "mbsr_file_read: opt.package is NULL");
+    return MBSR_OK;
+}
+
+static int check_lists(const mbsr_file_opt *opt, const char *entry, mbsr_error *error)
+{
+    const mbsr_xacro_opt *xacro = &opt->xacro;
+    if (opt->packages < 0) return fail(error, MBSR_ERR_VALUE, entry, "opt.packages is negative");
+    if (opt->packages > 0 && !opt->package)
+        return fail(error, MBSR_ERR_NULL, entry, "opt.package is NULL");
     for (int k = 0; k < opt->packages; ++k) {
         if (!opt->package[k].name || !opt->package[k].folder)
-            return fail(error, MBSR_ERR_NULL,
-                        "mbsr_file_read: a name or folder in opt.package is NULL");
+            return fail(error, MBSR_ERR_NULL, entry, "a name or folder in opt.package is NULL");
     }
+    if (xacro->arguments < 0)
+        return fail(error, MBSR_ERR_VALUE, entry, "opt.xacro.arguments is negative");
+    if (xacro->arguments > 0 && !xacro->argument)
+        return fail(error, MBSR_ERR_NULL, entry, "opt.xacro.argument is NULL");
+    for (int k = 0; k < xacro->arguments; ++k) {
+        if (!xacro->argument[k].name || !xacro->argument[k].value)
+            return fail(error, MBSR_ERR_NULL, entry,
+                        "a name or value in opt.xacro.argument is NULL");
+    }
+    return MBSR_OK;
+}
+
+/* What both entries are given; `to` is where the result goes. */
+static int check(const char *text, const mbsr_file_opt *opt, bool to, const char *entry,
+                 mbsr_error *error)
+{
+    if (!to || !text)
+        return fail(error, MBSR_ERR_NULL, entry, to ? "text is NULL" : "the result is NULL");
+    if (opt->cookie != COOKIE)
+        return fail(error, MBSR_ERR_NO_DEFAULT, entry,
+                    "the options were not made by mbsr_default_file_opt");
+    int status = check_numbers(opt, entry, error);
+    if (!status) status = check_lists(opt, entry, error);
+    if (status) return status;
     if (opt->format < MBSR_FILE_ANY || opt->format > MBSR_FILE_MJCF)
-        return fail(error, MBSR_ERR_VALUE, "mbsr_file_read: opt.format is none of the formats");
+        return fail(error, MBSR_ERR_VALUE, entry, "opt.format is none of the formats");
     return MBSR_OK;
 }
 
@@ -102,32 +127,50 @@ static void open_lists(mbsri_scene *s)
     for (size_t k = 0; k < sizeof lists / sizeof *lists; ++k) lists[k]->items = nothing;
 }
 
+static mbsri_scene open_scene(mbsri_arena *arena, const mbsr_file_opt *opt)
+{
+    mbsri_scene s = {.arena = arena,
+                     .opt = opt,
+                     .name = "",
+                     .with_passive = opt->passive,
+                     .with_closures = opt->closures,
+                     .with_actuators = opt->actuators};
+    open_lists(&s);
+    memcpy(s.gravity, opt->gravity, sizeof s.gravity);
+    return s;
+}
+
+/* The elements of a text, without xacro; NULL: refused, or no memory. */
+static mbsri_element *read_elements(mbsri_scene *s, const char *text, size_t size, const char *name)
+{
+    if (!name) name = "text";
+    const char *file = mbsri_arena_text(s->arena, name, strlen(name));
+    mbsri_element *root = file ? mbsri_xml_read(s->arena, text, size, file, s->message) : NULL;
+    return root && mbsri_xacro_is(root) ? mbsri_xacro_expand(s, root) : root;
+}
+
+/* Why nothing was read. */
+static int fail_reading(const mbsri_scene *s, const char *entry, mbsr_error *error)
+{
+    if (s->arena->failed) return fail(error, MBSR_ERR_NO_MEMORY, entry, "no memory");
+    return fail(error, MBSR_ERR_FILE, NULL, s->message[0] ? s->message : "the file is not read");
+}
+
+static const char read_entry[] = "mbsr_file_read", expand_entry[] = "mbsr_file_expand_xacro";
+
 static int read(mbsri_file *f, const char *text, size_t size, const char *name,
                 const mbsr_file_opt *opt, mbsr_error *error)
 {
-    mbsri_scene scene = {.arena = &f->arena,
-                         .opt = opt,
-                         .name = "",
-                         .with_passive = opt->passive,
-                         .with_closures = opt->closures,
-                         .with_actuators = opt->actuators};
-    mbsri_scene *s = &scene;
-    const char *file =
-        mbsri_arena_text(&f->arena, name ? name : "text", strlen(name ? name : "text"));
-    open_lists(s);
-    memcpy(s->gravity, opt->gravity, sizeof s->gravity);
-    mbsri_element *root = file ? mbsri_xml_read(&f->arena, text, size, file, s->message) : NULL;
-    bool good = root != NULL;
-    if (good) good = read_scene(s, root);
+    mbsri_scene scene = open_scene(&f->arena, opt), *s = &scene;
+    mbsri_element *root = read_elements(s, text, size, name);
+    bool good = root && read_scene(s, root);
     if (good) {
         const int status = mbsr_model_create(&opt->model, &f->file.model, error);
         if (status) return status;
         good = mbsri_scene_build(s, &f->file, root);
     }
-    if (f->arena.failed) return fail(error, MBSR_ERR_NO_MEMORY, "mbsr_file_read: no memory");
-    if (good) good = refuse_findings(s);
-    if (!good)
-        return fail(error, MBSR_ERR_FILE, s->message[0] ? s->message : "the file is not read");
+    good = good && !f->arena.failed && refuse_findings(s);
+    if (!good) return fail_reading(s, read_entry, error);
     hand_over(s, &f->file);
     return MBSR_OK;
 }
@@ -137,12 +180,13 @@ int mbsr_file_read(const char *text, size_t size, const char *name, const mbsr_f
 {
     const mbsr_file_opt standard = mbsr_default_file_opt();
     if (!opt) opt = &standard;
-    int status = check(text, opt, file, error);
+    if (file) *file = NULL;
+    int status = check(text, opt, file != NULL, read_entry, error);
     if (status) return status;
     mbsri_arena arena;
     mbsri_arena_open(&arena, &opt->model.allocator);
     mbsri_file *f = mbsri_arena_take(&arena, sizeof *f);
-    if (!f) return fail(error, MBSR_ERR_NO_MEMORY, "mbsr_file_read: no memory");
+    if (!f) return fail(error, MBSR_ERR_NO_MEMORY, read_entry, "no memory");
     f->arena = arena;
     status = read(f, text, size, name, opt, error);
     if (status) {
@@ -152,6 +196,57 @@ int mbsr_file_read(const char *text, size_t size, const char *name, const mbsr_f
     *file = &f->file;
     return MBSR_OK;
 }
+
+/* ---- the text of a file of xacro ---- */
+
+static void write_element(mbsri_text *t, const mbsri_element *e)
+{
+    mbsri_begin(t, e->name);
+    for (const char **a = e->attribute; *a; a += 2) mbsri_set_attribute(t, a[0], a[1]);
+    if (!e->child) {
+        mbsri_end(t);
+        return;
+    }
+    mbsri_into(t);
+    for (const mbsri_element *child = e->child; child; child = child->next) write_element(t, child);
+    mbsri_out(t, e->name);
+}
+
+static int expand(mbsri_written *w, const char *text, size_t size, const char *name,
+                  const mbsr_file_opt *opt, mbsr_error *error)
+{
+    mbsri_scene s = open_scene(&w->arena, opt);
+    mbsri_text written = {.arena = &w->arena};
+    const mbsri_element *root = read_elements(&s, text, size, name);
+    if (root) write_element(&written, root);
+    if (!root || w->arena.failed || !refuse_findings(&s))
+        return fail_reading(&s, expand_entry, error);
+    w->written = (mbsr_written){written.data, written.size, s.findings.count, s.findings.items};
+    return MBSR_OK;
+}
+
+int mbsr_file_expand_xacro(const char *text, size_t size, const char *name,
+                           const mbsr_file_opt *opt, mbsr_written **written, mbsr_error *error)
+{
+    const mbsr_file_opt standard = mbsr_default_file_opt();
+    if (!opt) opt = &standard;
+    if (written) *written = NULL;
+    int status = check(text, opt, written != NULL, expand_entry, error);
+    if (status) return status;
+    mbsri_arena arena;
+    mbsri_arena_open(&arena, &opt->model.allocator);
+    mbsri_written *w = mbsri_arena_take(&arena, sizeof *w);
+    if (!w) return fail(error, MBSR_ERR_NO_MEMORY, expand_entry, "no memory");
+    w->arena = arena;
+    status = expand(w, text, size, name, opt, error);
+    if (status)
+        mbsr_written_destroy(&w->written);
+    else
+        *written = &w->written;
+    return status;
+}
+
+/* ---- what was read ---- */
 
 void mbsr_file_destroy(mbsr_file *file)
 {

@@ -28,7 +28,8 @@ bool mbsri_file_refuse(mbsri_scene *s, const mbsri_element *e, const char *forma
     vsnprintf(reason, sizeof reason, format, arguments);
     va_end(arguments);
     describe(e, element, sizeof element);
-    snprintf(s->message, sizeof s->message, "%.60s:%d: %s: %.80s", e->file, e->line, element,
+    const size_t length = strlen(e->file), cut = length > 60 ? length - 60 : 0;
+    snprintf(s->message, sizeof s->message, "%s:%d: %s: %.90s", e->file + cut, e->line, element,
              reason);
     return false;
 }

@@ -101,6 +101,7 @@ static bool read_inertia(mbsri_scene *s, const mbsri_element *e, mbsr_inertia *i
 static const char *path_of(mbsri_scene *s, const char *name)
 {
     static const char scheme[] = "package://";
+    if (name && strncmp(name, "file://", 7) == 0) return name + 7;
     if (!name || strncmp(name, scheme, sizeof scheme - 1) != 0) return name;
     const char *package = name + sizeof scheme - 1;
     const size_t length = strcspn(package, "/");
@@ -455,12 +456,13 @@ static bool refuse_xacro(mbsri_scene *s, const mbsri_element *e)
 {
     for (const mbsri_element *at = e; at;) {
         if (strncmp(at->name, "xacro:", 6) == 0)
-            return mbsri_file_refuse(s, at, "the file still contains xacro: expand it first");
+            return mbsri_file_refuse(s, at,
+                                     "this is xacro, but the root does not declare xmlns:xacro");
         for (const char **a = at->attribute; *a; a += 2) {
             if (strstr(a[1], "${"))
                 return mbsri_file_refuse(s, at,
-                                         "the file still contains xacro (%s=\"%.40s\"): expand it "
-                                         "first",
+                                         "%s=\"%.40s\" is xacro, but the root does not declare "
+                                         "xmlns:xacro",
                                          a[0], a[1]);
         }
         if (at->child) {

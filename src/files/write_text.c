@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-static void put(mbsri_text *t, const char *s, size_t length)
+void mbsri_put(mbsri_text *t, const char *s, size_t length)
 {
     if (t->room - t->size <= length) {
         const size_t room = 2 * (t->size + length) + 4096;
@@ -23,14 +23,14 @@ static void put(mbsri_text *t, const char *s, size_t length)
 
 static void puts_in(mbsri_text *t, const char *s)
 {
-    put(t, s, strlen(s));
+    mbsri_put(t, s, strlen(s));
 }
 
 static void indent(mbsri_text *t)
 {
     static const char spaces[] = "                                        ";
     const int most = (int)sizeof spaces - 1, depth = 2 * t->depth;
-    put(t, spaces, (size_t)(depth < most ? depth : most));
+    mbsri_put(t, spaces, (size_t)(depth < most ? depth : most));
 }
 
 void mbsri_begin(mbsri_text *t, const char *element)
@@ -67,19 +67,26 @@ static void open_attribute(mbsri_text *t, const char *name)
     puts_in(t, "=\"");
 }
 
-void mbsri_set_text(mbsri_text *t, const char *name, const char *value)
+void mbsri_set_attribute(mbsri_text *t, const char *name, const char *value)
 {
-    if (!value || !*value) return;
     open_attribute(t, name);
     for (; *value; ++value) {
         switch (*value) {
         case '<': puts_in(t, "&lt;"); break;
         case '&': puts_in(t, "&amp;"); break;
         case '"': puts_in(t, "&quot;"); break;
-        default: put(t, value, 1);
+        case '\n': puts_in(t, "&#10;"); break;
+        case '\r': puts_in(t, "&#13;"); break;
+        case '\t': puts_in(t, "&#9;"); break;
+        default: mbsri_put(t, value, 1);
         }
     }
     puts_in(t, "\"");
+}
+
+void mbsri_set_text(mbsri_text *t, const char *name, const char *value)
+{
+    if (value && *value) mbsri_set_attribute(t, name, value);
 }
 
 void mbsri_set_numbers(mbsri_text *t, const char *name, int n, const double *values)

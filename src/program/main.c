@@ -12,7 +12,9 @@ typedef struct command {
 #define COMMON                                                                                     \
     "  --start NAME   start from this key of the file, not as drawn\n"                             \
     "  --floating     URDF: the root link is free\n"                                               \
-    "  --package NAME=DIR   URDF: where meshes of package://NAME/ are; may be repeated\n"          \
+    "  --package NAME=DIR   URDF: where package://NAME/ and $(find NAME) are; may be repeated\n"   \
+    "  --arg NAME=VALUE     xacro: the value of $(arg NAME); may be repeated\n"                    \
+    "  --outside      xacro: includes from any folder, not the model's and packages alone\n"       \
     "  --stop-stiffness K, --stop-damping D   limits of joints as stops, N/m or N m/rad\n"         \
     "  --slip V       dry friction of joints, smooth below this rate, m/s or rad/s\n"              \
     "  --strict       refuse files with findings\n"
@@ -66,7 +68,9 @@ static const command commands[] = {
      "TO becomes MJCF, read again a model with the same accelerations; - is standard output. What\n"
      "MJCF cannot say, or MuJoCo does not take, goes to standard error.\n"
      "  --floating     URDF: the root link is free\n"
-     "  --package NAME=DIR   URDF: where meshes of package://NAME/ are; may be repeated\n"
+     "  --package NAME=DIR   URDF: where package://NAME/ and $(find NAME) are; may be repeated\n"
+     "  --arg NAME=VALUE     xacro: the value of $(arg NAME); may be repeated\n"
+     "  --outside      xacro: includes from any folder, not the model's and packages alone\n"
      "  --strict       refuse files with findings, of reading or writing\n",
      run_convert},
 };
@@ -75,7 +79,7 @@ enum { COMMANDS = sizeof commands / sizeof *commands };
 static void print_help(FILE *to)
 {
     fputs("usage: mbsrank COMMAND FILE [options]\n"
-          "Models of URDF and MJCF: trees of bodies, of which some may have no mass.\n\n",
+          "Models of URDF, xacro and MJCF: trees of bodies, of which some may have no mass.\n\n",
           to);
     for (int k = 0; k < COMMANDS; ++k)
         fprintf(to, "  %-7s %s\n", commands[k].name, commands[k].line);

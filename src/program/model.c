@@ -8,14 +8,35 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* NAME=DIR, in place. */
+/* The value in "NAME=VALUE", whose name is cut off in place; NULL: complains that it is not of this form. */
+static const char *cut_pair(char *text, const char *option, const char *form)
+{
+    char *mark = strchr(text, '=');
+    if (!mark || mark == text) {
+        complain(USAGE, "%s: '%s' is not %s", option, text, form);
+        return NULL;
+    }
+    *mark = '\0';
+    return mark + 1;
+}
+
 static int add_package(program_options *o, char *text)
 {
-    char *folder = strchr(text, '=');
-    if (!folder || folder == text) return complain(USAGE, "--package: '%s' is not NAME=DIR", text);
-    if (o->packages == 16) return complain(USAGE, "--package: there are more than 16");
-    *folder++ = '\0';
+    const char *folder = cut_pair(text, "--package", "NAME=DIR");
+    if (!folder) return USAGE;
+    if (o->packages == MOST_PAIRS)
+        return complain(USAGE, "--package: there are more than %d", MOST_PAIRS);
     o->package[o->packages++] = (mbsr_file_package){text, folder};
+    return DONE;
+}
+
+static int add_argument(program_options *o, char *text)
+{
+    const char *value = cut_pair(text, "--arg", "NAME=VALUE");
+    if (!value) return USAGE;
+    if (o->arguments == MOST_PAIRS)
+        return complain(USAGE, "--arg: there are more than %d", MOST_PAIRS);
+    o->argument[o->arguments++] = (mbsr_xacro_argument){text, value};
     return DONE;
 }
 
@@ -48,6 +69,10 @@ bool common_option(int argc, char **argv, int *at, program_options *o, int *code
         o->start = value;
     } else if (*at >= 0 && (value = option_value(argc, argv, at, "--package"))) {
         *code = add_package(o, argv[*at] + strlen(argv[*at]) - strlen(value));
+    } else if (*at >= 0 && (value = option_value(argc, argv, at, "--arg"))) {
+        *code = add_argument(o, argv[*at] + strlen(argv[*at]) - strlen(value));
+    } else if (*at >= 0 && strcmp(argument, "--outside") == 0) {
+        o->outside = true;
     } else if (*at < 0) {
         *code = USAGE;
     } else if (argument[0] != '-' || argument[1] == '\0') {
@@ -91,6 +116,7 @@ static int read_model(const program_options *o, program_model *m)
     opt.slip = o->slip;
     opt.packages = o->packages;
     opt.package = o->package;
+    opt.xacro = (mbsr_xacro_opt){o->arguments, o->argument, o->outside};
     opt.load = load;
     opt.user = &others;
     const int status = mbsr_file_read(m->text, m->size, o->path, &opt, &m->file, &error);

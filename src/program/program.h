@@ -47,14 +47,16 @@ typedef struct program_model {
     mbsr_data *data;
 } program_model;
 
-/* Options that every command has. */
+/* Options that every command has; texts point into the arguments. */
+enum { MOST_PAIRS = 64 };
 typedef struct program_options {
     const char *path;
     const char *start; /* of a key; NULL: as drawn */
-    bool json, strict, floating;
+    bool json, strict, floating, outside;
     double stop_stiffness, stop_damping, slip; /* as in mbsr_file_opt; 0: none */
-    mbsr_file_package package[16];             /* names point into the arguments */
-    int packages;
+    mbsr_file_package package[MOST_PAIRS];
+    mbsr_xacro_argument argument[MOST_PAIRS];
+    int packages, arguments;
 } program_options;
 
 /* Takes a common option at argv[*at]; false: it is none. Code in *code, DONE as long as all is well. */

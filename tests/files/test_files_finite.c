@@ -35,6 +35,30 @@ static void options_are_checked(void **state)
     assert_int_equal(mbsr_file_read("", 0, NULL, &opt, &file, NULL), MBSR_ERR_NO_DEFAULT);
 }
 
+static void options_of_xacro_are_checked(void **state)
+{
+    (void)state;
+    static const char text[] = "<a/>";
+    mbsr_file *file;
+    mbsr_written *written;
+    mbsr_error error;
+    mbsr_file_opt opt = mbsr_default_file_opt();
+    opt.xacro.arguments = -1;
+    assert_int_equal(mbsr_file_read(text, 4, NULL, &opt, &file, &error), MBSR_ERR_VALUE);
+    assert_contains(error.text, "mbsr_file_read|opt.xacro.arguments");
+    assert_int_equal(mbsr_file_expand_xacro(text, 4, NULL, &opt, &written, &error), MBSR_ERR_VALUE);
+    assert_contains(error.text, "mbsr_file_expand_xacro|opt.xacro.arguments");
+    opt.xacro.arguments = 1;
+    assert_int_equal(mbsr_file_expand_xacro(text, 4, NULL, &opt, &written, &error), MBSR_ERR_NULL);
+    opt.xacro.argument = &(mbsr_xacro_argument){"a", NULL};
+    assert_int_equal(mbsr_file_expand_xacro(text, 4, NULL, &opt, &written, &error), MBSR_ERR_NULL);
+    assert_null(written);
+    assert_int_equal(mbsr_file_expand_xacro(text, 4, NULL, NULL, NULL, &error), MBSR_ERR_NULL);
+    assert_ok(mbsr_file_expand_xacro(text, 4, NULL, NULL, &written, &error), &error);
+    assert_string_equal(written->text, "<a/>\n");
+    mbsr_written_destroy(written);
+}
+
 static void states_are_checked(void **state)
 {
     (void)state;
@@ -71,6 +95,11 @@ static void the_locale_does_not_matter(void **state)
             "</inertial></link></robot>",
             NULL);
         mbsr_file_destroy(file);
+        static const char xacro[] = "<a xmlns:xacro='u' v='${1 / 4} ${round(2.675, 2)}'/>";
+        mbsr_written *written;
+        assert_ok(mbsr_file_expand_xacro(xacro, strlen(xacro), NULL, NULL, &written, NULL), NULL);
+        assert_string_equal(written->text, "<a v=\"0.25 2.67\"/>\n");
+        mbsr_written_destroy(written);
     }
     setlocale(LC_NUMERIC, "C");
 }
@@ -133,6 +162,13 @@ static int no_text(void)
     return mbsr_file_write_mjcf(NULL, NULL, NULL, &written, NULL) == MBSR_OK || written != NULL;
 }
 
+static int no_xacro(void)
+{
+    mbsr_written *written;
+    return mbsr_file_expand_xacro(NULL, 0, NULL, NULL, &written, NULL) == MBSR_OK ||
+           written != NULL;
+}
+
 static int no_written(void)
 {
     mbsr_written_destroy(NULL);
@@ -150,6 +186,7 @@ static const struct {
     {"mbsr_file_find_actuator", no_actuator}, {"mbsr_file_find_key", no_key},
     {"mbsr_file_mujoco_state", no_state},     {"mbsr_default_write_opt", no_write_defaults},
     {"mbsr_file_write_mjcf", no_text},        {"mbsr_written_destroy", no_written},
+    {"mbsr_file_expand_xacro", no_xacro},     {"mbsr_written_destroy", no_written},
 };
 
 static void nothing_comes_of_null(void **state)
@@ -163,9 +200,8 @@ static void nothing_comes_of_null(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(options_are_checked),
-        cmocka_unit_test(states_are_checked),
-        cmocka_unit_test(the_locale_does_not_matter),
+        cmocka_unit_test(options_are_checked),   cmocka_unit_test(options_of_xacro_are_checked),
+        cmocka_unit_test(states_are_checked),    cmocka_unit_test(the_locale_does_not_matter),
         cmocka_unit_test(nothing_comes_of_null),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -57,6 +57,32 @@ ends 1 '"undetermined": 6' check --json --floating "$work/one.urdf"
 ends 0 '1 damped, 0 elastic, 0 undetermined; index 1' check "$models/quarter_car.xml"
 ends 0 '"determined": true' check --json "$models/arm.urdf"
 
+# xacro: arguments, packages, folders
+mkdir -p "$work/robot/parts" "$work/other"
+cat >"$work/robot/arm.urdf.xacro" <<'END'
+<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:arg name="mass" default="1"/>
+  <xacro:include filename="$(find other)/link.xacro"/><xacro:link name="a" mass="${2 * $(arg mass)}"/>
+</robot>
+END
+cat >"$work/other/link.xacro" <<'END'
+<robot xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:macro name="link" params="name mass">
+  <link name="${name}"><inertial><mass value="${mass}"/></inertial></link>
+  <link name="b"/><joint name="j" type="revolute"><parent link="a"/><child link="b"/></joint>
+</xacro:macro></robot>
+END
+model=$work/robot/arm.urdf.xacro
+for command in info check; do
+    ends 3 "arm.urdf.xacro:2: xacro:include: where the package 'other' is" $command "$model"
+done
+ends 0 'mass 2 kg' info "$model" --package "other=$work/other"
+ends 0 "link.xacro:3: link 'b': it has no <inertial>" info "$model" --package "other=$work/other"
+ends 0 'mass 5 kg' info "$model" --package="other=$work/other/" --arg mass=2.5
+ends 2 "'mass' is not NAME=VALUE" info "$model" --arg mass
+ends 0 "body 'b': it has no mass" convert "$model" "$work/to.xml" --package "other=$work/other" --arg mass=3
+sed 's/$(find other)/..\/other/' "$model" >"$work/robot/up.xacro"
+ends 3 "neither in the model's folder nor in a package" info "$work/robot/up.xacro"
+ends 0 'mass 2 kg' info "$work/robot/up.xacro" --outside
+
 # what no loop holds is named, all of it that is counted
 cat >"$work/loop.xml" <<'END'
 <mujoco><worldbody>
