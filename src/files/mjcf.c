@@ -133,6 +133,7 @@ static bool read_compiler(mbsri_mjcf *m, const mbsri_element *e)
     if (angle) m->radian = strcmp(angle, "radian") == 0;
     if (folder || assets) m->folder = folder ? folder : assets;
     m->strip = mbsri_mjcf_switch(&node, "strippath", m->strip);
+    m->fit_around = mbsri_mjcf_switch(&node, "fitaabb", m->fit_around);
     m->autolimits = mbsri_mjcf_switch(&node, "autolimits", m->autolimits);
     if (coordinate && strcmp(coordinate, "global") == 0)
         return mbsri_file_refuse(m->s, e, "global coordinates are not read");
@@ -187,9 +188,10 @@ static bool read_option(mbsri_mjcf *m, const mbsri_element *e)
 static bool add_assets(mbsri_mjcf *m, const mbsri_element *list)
 {
     for (const mbsri_element *e = mbsri_child(list, "mesh"); e; e = mbsri_next(e)) {
-        const mbsri_element **place = mbsri_list_add(m->s->arena, &m->meshes, sizeof *place);
-        if (!place) return false;
-        *place = e;
+        if (!mbsri_mjcf_add_mesh(m, e)) return false;
+    }
+    for (const mbsri_element *e = mbsri_child(list, "material"); e; e = mbsri_next(e)) {
+        if (!mbsri_mjcf_add_material(m, e)) return false;
     }
     return true;
 }

@@ -6,6 +6,12 @@
 #include <math.h>
 #include <string.h>
 
+const char *mbsri_mjcf_name(const mbsri_element *e)
+{
+    const char *name = mbsri_attribute(e, "name");
+    return name ? name : "";
+}
+
 mbsri_class *mbsri_mjcf_class(const mbsri_mjcf *m, const char *name)
 {
     mbsri_class *c = m->classes;

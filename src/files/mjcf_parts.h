@@ -3,6 +3,7 @@
 #ifndef MBSRI_FILES_MJCF_PARTS_H
 #define MBSRI_FILES_MJCF_PARTS_H
 
+#include "files/mesh.h"
 #include "files/names.h"
 #include "files/scene.h"
 
@@ -20,6 +21,38 @@ typedef enum mbsri_from_shapes {
     MBSRI_SHAPES_AUTO
 } mbsri_from_shapes;
 
+/* Where elements stand. */
+typedef struct mbsri_mjcf_at {
+    int body;                /* index; -1: the world */
+    const mbsr_frame *frame; /* of <frame> elements around, in the body */
+    const char *childclass;
+} mbsri_mjcf_at;
+
+/* What shapes give a body whose inertia they make. */
+typedef struct mbsri_mjcf_solids {
+    mbsr_inertia inertia;
+    bool some;
+} mbsri_mjcf_solids;
+
+typedef struct mbsri_colour {
+    double rgba[4];
+} mbsri_colour;
+
+/* A <mesh>; what is below `measured` holds once it is. */
+typedef struct mbsri_mjcf_mesh {
+    const mbsri_element *element;
+    const char *file; /* NULL: none */
+    mbsri_mesh_place place;
+    mbsri_mesh_inertia kind;
+    bool hull; /* its convex hull is meant */
+    bool measured;
+    const char *wrong; /* why it cannot be; NULL: it is */
+    int reason;        /* of load */
+    mbsri_mesh_solid solid;
+    mbsr_frame principal;              /* at the centre */
+    double box[3], lower[3], upper[3]; /* half edges of the inertia box; around it */
+} mbsri_mjcf_mesh;
+
 typedef struct mbsri_mjcf {
     mbsri_scene *s;
     bool radian, autolimits;
@@ -30,8 +63,10 @@ typedef struct mbsri_mjcf {
     const char *folder;   /* of meshes; NULL: none */
     bool strip;           /* names of files go without their folders */
     mbsri_class *classes; /* the last one made */
-    mbsri_list meshes;
-    mbsri_names bodies, joints, sites;
+    bool fit_around;      /* shapes are fitted to the box around a mesh */
+    mbsri_list meshes;    /* mbsri_mjcf_mesh */
+    mbsri_names bodies, joints, sites, mesh_names, materials;
+    mbsri_list colours; /* of materials: mbsri_colour */
 } mbsri_mjcf;
 
 /* An element with its class, from which it has what it does not say itself. */
@@ -64,6 +99,30 @@ bool mbsri_mjcf_frame(mbsri_mjcf *m, const mbsri_node *node, mbsr_frame *frame);
 
 /* z along a direction by the shortest turn. */
 mbsr_frame mbsri_mjcf_along(const double x[3], const double z[3]);
+
+/* A <geom>; sum: what it gives its body, NULL: nothing. */
+bool mbsri_mjcf_add_shape(mbsri_mjcf *m, const mbsri_element *e, const mbsri_mjcf_at *at,
+                          mbsri_mjcf_solids *sum);
+
+/* A <material>, for its colour. */
+bool mbsri_mjcf_add_material(mbsri_mjcf *m, const mbsri_element *e);
+
+/* Its name, "" without. */
+const char *mbsri_mjcf_name(const mbsri_element *e);
+
+/* ---- meshes ---- */
+
+bool mbsri_mjcf_add_mesh(mbsri_mjcf *m, const mbsri_element *e);
+
+/* NULL: there is none of that name, which may be NULL. */
+mbsri_mjcf_mesh *mbsri_mjcf_find_mesh(const mbsri_mjcf *m, const char *name);
+
+/* What it encloses; NULL, or why that is not known. */
+const char *mbsri_mjcf_measure(mbsri_mjcf *m, mbsri_mjcf_mesh *mesh);
+
+/* Size and frame of a shape that has a mesh; *known false: it cannot be fitted, as a finding says. */
+bool mbsri_mjcf_mesh_shape(mbsri_mjcf *m, const mbsri_node *node, mbsr_file_shape *shape,
+                           bool *known);
 
 /* The parts of a file. */
 bool mbsri_mjcf_world(mbsri_mjcf *m, const mbsri_element *world);

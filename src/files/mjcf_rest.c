@@ -6,12 +6,6 @@
 #include <math.h>
 #include <string.h>
 
-static const char *name_of(const mbsri_element *e)
-{
-    const char *name = mbsri_attribute(e, "name");
-    return name ? name : "";
-}
-
 /* ---- equalities ---- */
 
 /* The body that an attribute names; `world` may be missing. */
@@ -71,7 +65,7 @@ static bool read_joints(mbsri_mjcf *m, const mbsri_node *node, mbsri_scene_equal
 
 static bool add_equality(mbsri_mjcf *m, const mbsri_element *e)
 {
-    mbsri_scene_equality q = {.name = name_of(e), .element = e};
+    mbsri_scene_equality q = {.name = mbsri_mjcf_name(e), .element = e};
     mbsri_node node;
     if (!mbsri_mjcf_node(m, e, "equality", NULL, &node)) return false;
     const bool connect = mbsri_is(e, "connect"), weld = mbsri_is(e, "weld");
@@ -150,7 +144,7 @@ static bool read_path(mbsri_mjcf *m, const mbsri_element *e, mbsri_scene_tendon 
 
 static bool add_tendon(mbsri_mjcf *m, const mbsri_element *e)
 {
-    mbsri_scene_tendon t = {.name = name_of(e), .element = e, .rest = {-1.0, -1.0}};
+    mbsri_scene_tendon t = {.name = mbsri_mjcf_name(e), .element = e, .rest = {-1.0, -1.0}};
     const bool fixed = mbsri_is(e, "fixed");
     mbsri_node node;
     double friction = 0.0, armature = 0.0;
@@ -261,7 +255,7 @@ static bool add_actuator(mbsri_mjcf *m, const mbsri_element *e)
     static const char *const kinds[] = {"general",     "motor",  "position", "velocity",
                                         "intvelocity", "damper", "cylinder", "muscle",
                                         "adhesion",    NULL};
-    mbsri_scene_actuator a = {.element = e, .actuator = {.name = name_of(e)}};
+    mbsri_scene_actuator a = {.element = e, .actuator = {.name = mbsri_mjcf_name(e)}};
     mbsri_node node;
     double gear[6] = {1.0};
     int ranged;
