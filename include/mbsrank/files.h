@@ -81,6 +81,9 @@ typedef struct mbsr_file_joint {
     double range[2]; /* rad or m */
     double ref;      /* where the body stands as drawn in the file */
     double friction; /* dry friction, N m or N */
+    mbsr_frame
+        from; /* of a free joint: where its coordinates count from, in the world, or in the body
+                        below it that moves; else the identity */
 } mbsr_file_joint;
 
 /* A point with axes on a body. */
@@ -179,9 +182,9 @@ MBSR_API int mbsr_file_find_actuator(const mbsr_file *file, const char *name);
 MBSR_API int mbsr_file_find_key(const mbsr_file *file, const char *name);
 
 /* Between the coordinates of MuJoCo, joint by joint in the order of `joint`, and those of the model as
- * read (nq and nu of either): a free joint there has q = (x, y, z, quaternion), v = (velocity of the
- * origin along the parent's axes, angular velocity along the body's), a ball the angular velocity along
- * the body's axes. `inverse` = 0: from qpos, qvel to q, u; 1: the other way. qvel and u may be NULL. No
+ * read (nq and nu of either): a free joint there has q = (x, y, z, quaternion) in the world, v =
+ * (velocity of the origin along the world's axes, angular velocity along the body's), a ball the angular
+ * velocity along the body's axes; on a body that moves that body stands for the world. `inverse` = 0: from qpos, qvel to q, u; 1: the other way. qvel and u may be NULL. No
  * output may overlap an input. MBSR_ERR_NULL; MBSR_NOT_FINITE; MBSR_ERR_VALUE: a quaternion of length
  * zero. */
 MBSR_API int mbsr_file_mujoco_state(const mbsr_file *file, int inverse, const double *position,
@@ -192,6 +195,11 @@ MBSR_API int mbsr_file_mujoco_state(const mbsr_file *file, int inverse, const do
 typedef struct mbsr_write_opt {
     int cookie; /* set by mbsr_default_write_opt */
     int strict; /* 1: findings make the writer refuse; default 0 */
+    const char
+        *mesh_folder; /* where names of meshes begin; NULL (default): where the text will be */
+    /* Whether there is a mesh of that name; NULL (default): there is. Those that are not are left out. */
+    int (*has_mesh)(void *user, const char *path);
+    void *user;
     mbsr_allocator
         allocator; /* of what is written; default: malloc and free (both functions NULL) */
 } mbsr_write_opt;

@@ -8,7 +8,8 @@
  *
  * Those with one anchor are one compound joint, in whose coordinates the constant parts R(-ref) are
  * carried behind all axes: R(a, q - ref) = R(a, q) K with K = R(a, -ref), K R(b, x) = R(K b, x) K. Another
- * anchor, a ball or more than six axes begin a body without mass in between. */
+ * anchor, a ball, or an axis along which those before it turn or slide already, as drawn, begins a body without mass in
+ * between. */
 #include "files/build.h"
 
 #include "files/elements.h"
@@ -76,6 +77,8 @@ typedef struct chain {
     mbsr_axis axis[MOST_AXES];
     double armature[MOST_AXES];
     int count;
+    int drawn[2];              /* slides, hinges */
+    double direction[2][3][3]; /* theirs as drawn */
     bool anchored;
     double anchor[3];
     double shift[3]; /* along slides before the first rotation */
@@ -87,12 +90,34 @@ static void start_chain(chain *c)
     *c = (chain){.K = mbsr_frame_identity()};
 }
 
+/* Whether a direction lies in the span of some others, up to three. */
+static bool depends(int count, const double (*span)[3], const double direction[3])
+{
+    double own[4][3];
+    memcpy(own[count], direction, sizeof *own);
+    for (int k = 0; k <= count; ++k) { /* Gram and Schmidt */
+        double square = 0.0;
+        if (k < count) memcpy(own[k], span[k], sizeof *own);
+        for (int l = 0; l < k; ++l) {
+            double along = 0.0;
+            for (int i = 0; i < 3; ++i) along += own[l][i] * own[k][i];
+            for (int i = 0; i < 3; ++i) own[k][i] -= along * own[l][i];
+        }
+        for (int i = 0; i < 3; ++i) square += own[k][i] * own[k][i];
+        if (!(square > 1e-12)) return true;
+        for (int i = 0; i < 3; ++i) own[k][i] /= sqrt(square);
+    }
+    return false;
+}
+
 /* False: the joint needs a body of its own. */
 static bool grow(chain *c, const mbsri_scene_joint *j)
 {
     const bool hinge = j->joint.kind == MBSR_FILE_HINGE;
     const double *x = c->K.x;
     if (c->count == MOST_AXES) return false;
+    if (depends(c->drawn[hinge], (const double(*)[3])c->direction[hinge], j->axis)) return false;
+    memcpy(c->direction[hinge][c->drawn[hinge]++], j->axis, sizeof j->axis);
     if (hinge && c->anchored && memcmp(c->anchor, j->anchor, sizeof c->anchor) != 0) return false;
     if (hinge && (x[0] != 0.0 || x[1] != 0.0 || x[2] != 0.0)) {
         if (c->anchored) return false;
@@ -215,11 +240,15 @@ static bool add_joint_forces(mbsri_scene *s, mbsr_file *file, const mbsri_scene_
     const mbsr_file_opt *opt = s->opt;
     const mbsr_file_joint *of = &j->joint;
     bool good = true;
-    if (s->with_passive && (j->stiffness != 0.0 || j->damping != 0.0)) {
+    if (s->with_passive && (j->stiffness != 0.0 || j->damping != 0.0 || j->cubic != 0.0)) {
         if (has_axis(of)) {
             good = add_force(s, file,
-                             mbsr_force_joint_spring(of->body, of->coordinate, j->stiffness,
-                                                     j->damping, j->rest),
+                             j->cubic > 0.0
+                                 ? mbsr_force_joint_cubic_spring(of->body, of->coordinate,
+                                                                 j->stiffness, j->cubic, j->damping,
+                                                                 j->rest)
+                                 : mbsr_force_joint_spring(of->body, of->coordinate, j->stiffness,
+                                                           j->damping, j->rest),
                              j->element, NULL);
         } else if (of->kind == MBSR_FILE_BALL) {
             const double k[3] = {j->stiffness, j->stiffness, j->stiffness},
@@ -297,6 +326,7 @@ static bool add_tendon(mbsri_scene *s, mbsr_file *file, const mbsri_scene_tendon
     const mbsri_scene_joint *joints = mbsri_scene_joints(s);
     if (!s->with_passive || (t->stiffness == 0.0 && t->damping == 0.0)) return true;
     if (t->count > 0) return add_path(s, file, t);
+    if (t->sum.count == 0) return true;
     mbsri_transmission law = {.bias = {0.0, -t->stiffness, -t->damping},
                               .rest = {t->rest[0], t->rest[1]}};
     if (isnan(t->rest[0])) {
@@ -380,6 +410,24 @@ static mbsr_closure_def between_joints(const mbsri_scene *s, const mbsri_scene_e
     return mbsri_closure_polynomial(body, coordinate, ref, q->power);
 }
 
+/* The body with joints that carries this one; -1: the world. */
+static int carrier(const mbsri_scene *s, int body)
+{
+    const mbsri_scene_body *b = mbsri_scene_bodies(s);
+    while (body >= 0 && b[body].joints == 0) body = b[body].parent;
+    return body;
+}
+
+/* Whether nothing can move between both its bodies. */
+static bool is_rigid(mbsri_scene *s, const mbsri_scene_equality *q)
+{
+    const bool rigid =
+        q->kind != MBSRI_POLYNOMIAL && carrier(s, q->body[0]) == carrier(s, q->body[1]);
+    if (rigid)
+        mbsri_file_find(s, q->element, "it is left out: nothing moves between both its bodies");
+    return rigid;
+}
+
 static bool add_closures(mbsri_scene *s, mbsr_file *file)
 {
     const mbsri_scene_equality *q = s->equalities.items;
@@ -387,6 +435,7 @@ static bool add_closures(mbsri_scene *s, mbsr_file *file)
     const mbsr_frame *frames = drawn(s);
     if (!frames) return false;
     for (int k = 0; k < s->equalities.count; ++k, ++q) {
+        if (is_rigid(s, q)) continue;
         mbsr_closure_def def =
             q->kind == MBSRI_POLYNOMIAL ? between_joints(s, q) : between_bodies(s, q, frames);
         def.name = q->name;

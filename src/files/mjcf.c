@@ -153,17 +153,19 @@ static bool read_compiler(mbsri_mjcf *m, const mbsri_element *e)
 /* What is switched off. */
 static void read_flags(mbsri_mjcf *m, const mbsri_element *flag)
 {
-    static const char *const names[] = {"passive", "spring", "damper", "equality", "actuation"};
-    bool off[5] = {false};
-    for (int k = 0; flag && k < 5; ++k) {
+    static const char *const names[] = {"passive",   "spring",     "damper",   "equality",
+                                        "actuation", "constraint", "clampctrl"};
+    bool off[7] = {false};
+    for (int k = 0; flag && k < 7; ++k) {
         const char *value = mbsri_attribute(flag, names[k]);
         off[k] = value && strcmp(value, "disable") == 0;
     }
     if (off[0] || (off[1] && off[2])) m->s->with_passive = false;
     if (off[1] != off[2] && m->s->with_passive)
         mbsri_file_find(m->s, flag, "springs and dampers are not switched off apart: both stay");
-    if (off[3]) m->s->with_closures = false;
+    if (off[3] || off[5]) m->s->with_closures = false;
     if (off[4]) m->s->with_actuators = false;
+    if (off[6]) m->free_controls = true;
 }
 
 static bool read_option(mbsri_mjcf *m, const mbsri_element *e)
@@ -172,6 +174,8 @@ static bool read_option(mbsri_mjcf *m, const mbsri_element *e)
     const mbsri_element *flag = mbsri_child(e, "flag");
     const char *gravity = flag ? mbsri_attribute(flag, "gravity") : NULL;
     read_flags(m, flag);
+    if (mbsri_attribute(e, "actuatorgroupdisable"))
+        m->idle = mbsri_attribute(e, "actuatorgroupdisable");
     for (int k = 0; k < 2; ++k) {
         double x = 0.0;
         if (!mbsri_numbers(m->s, e, fluid[k], mbsri_attribute(e, fluid[k]), 1, 1, &x, NULL))
@@ -263,6 +267,7 @@ bool mbsri_mjcf_read(mbsri_scene *s, mbsri_element *root)
     s->gravity[0] = s->gravity[1] = 0.0;
     s->gravity[2] = -9.81;
     find_sections(&m, root);
+    mbsri_mjcf_find_words(&m, root);
     return each(&m, root, "compiler", read_compiler) && each(&m, root, "option", read_option) &&
            each(&m, root, "default", add_main_class) && each(&m, root, "asset", add_assets) &&
            each(&m, root, "worldbody", mbsri_mjcf_world) &&

@@ -72,6 +72,19 @@ bool mbsri_mjcf_number(mbsri_mjcf *m, const mbsri_node *node, const char *attrib
     return mbsri_mjcf_numbers(m, node, attribute, 1, 1, to, NULL);
 }
 
+bool mbsri_mjcf_law(mbsri_mjcf *m, const mbsri_node *node, const char *attribute, double *linear,
+                    double *cubic)
+{
+    double law[3] = {*linear};
+    if (!mbsri_mjcf_numbers(m, node, attribute, 1, 3, law, NULL)) return false;
+    const bool left = law[1] != 0.0 || (law[2] != 0.0 && !(cubic && law[2] > 0.0));
+    if (left)
+        mbsri_file_find(m->s, node->e, "of its %s the first number alone is followed", attribute);
+    *linear = law[0];
+    if (cubic) *cubic = left ? 0.0 : law[2];
+    return true;
+}
+
 bool mbsri_mjcf_switch(const mbsri_node *node, const char *attribute, bool automatic)
 {
     const char *value = mbsri_mjcf_get(node, attribute);

@@ -38,12 +38,13 @@ static bool read_joint(mbsri_mjcf *m, const mbsri_node *node, const mbsr_frame *
     double axis[3] = {0.0, 0.0, 1.0}, anchor[3] = {0.0};
     int ranged;
     if (!kind_of(m, node, &j->joint.kind)) return false;
+    const bool axial = j->joint.kind == MBSR_FILE_HINGE || j->joint.kind == MBSR_FILE_SLIDE;
     if (!mbsri_mjcf_numbers(m, node, "axis", 3, 3, axis, NULL) ||
         !mbsri_mjcf_numbers(m, node, "pos", 3, 3, anchor, NULL) ||
         !mbsri_mjcf_number(m, node, "ref", &j->joint.ref) ||
         !mbsri_mjcf_number(m, node, "springref", &j->rest) ||
-        !mbsri_mjcf_number(m, node, "stiffness", &j->stiffness) ||
-        !mbsri_mjcf_number(m, node, "damping", &j->damping) ||
+        !mbsri_mjcf_law(m, node, "stiffness", &j->stiffness, axial ? &j->cubic : NULL) ||
+        !mbsri_mjcf_law(m, node, "damping", &j->damping, NULL) ||
         !mbsri_mjcf_number(m, node, "armature", &j->armature) ||
         !mbsri_mjcf_number(m, node, "frictionloss", &j->joint.friction) ||
         !mbsri_mjcf_numbers(m, node, "range", 2, 2, j->joint.range, &ranged))
@@ -90,6 +91,9 @@ static bool add_joint(mbsri_mjcf *m, const mbsri_element *e, const mbsri_mjcf_at
             return false;
     }
     const bool free = j.joint.kind == MBSR_FILE_FREE;
+    const char *align = mbsri_attribute(e, "align");
+    if (free && align && strcmp(align, "true") == 0)
+        mbsri_file_find(s, e, "its body keeps its frame and is not aligned with its inertia");
     const mbsri_scene_joint *first = mbsri_scene_joints(s) + b->first;
     if ((free && b->joints > 0) || (b->joints > 0 && first->joint.kind == MBSR_FILE_FREE))
         return mbsri_file_refuse(s, e, "a free joint stands alone on its body");

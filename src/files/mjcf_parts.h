@@ -63,6 +63,8 @@ typedef struct mbsri_mjcf {
     const char *folder;   /* of meshes; NULL: none */
     bool strip;           /* names of files go without their folders */
     mbsri_class *classes; /* the last one made */
+    bool free_controls;   /* controls are not clamped to their ranges */
+    const char *idle;     /* groups of actuators that are switched off, NULL: none */
     bool fit_around;      /* shapes are fitted to the box around a mesh */
     mbsri_list meshes;    /* mbsri_mjcf_mesh */
     mbsri_names bodies, joints, sites, mesh_names, materials;
@@ -90,6 +92,11 @@ const char *mbsri_mjcf_get(const mbsri_node *node, const char *attribute);
 bool mbsri_mjcf_numbers(mbsri_mjcf *m, const mbsri_node *node, const char *attribute, int least,
                         int most, double *to, int *count);
 bool mbsri_mjcf_number(mbsri_mjcf *m, const mbsri_node *node, const char *attribute, double *to);
+
+/* The numbers k, a, b of a spring or damper with the force k x + a x^2 + b x^3, of a damper a x |x|: a finding where they
+ * are more than the one, or for springs than k and `cubic` (NULL: not taken). */
+bool mbsri_mjcf_law(mbsri_mjcf *m, const mbsri_node *node, const char *attribute, double *linear,
+                    double *cubic);
 
 /* Whether an attribute that is on, off or (`automatic`) missing or "auto". */
 bool mbsri_mjcf_switch(const mbsri_node *node, const char *attribute, bool automatic);
@@ -123,6 +130,9 @@ const char *mbsri_mjcf_measure(mbsri_mjcf *m, mbsri_mjcf_mesh *mesh);
 /* Size and frame of a shape that has a mesh; *known false: it cannot be fitted, as a finding says. */
 bool mbsri_mjcf_mesh_shape(mbsri_mjcf *m, const mbsri_node *node, mbsr_file_shape *shape,
                            bool *known);
+
+/* A finding for each attribute that nobody reads and that may matter. */
+void mbsri_mjcf_find_words(mbsri_mjcf *m, const mbsri_element *root);
 
 /* The parts of a file. */
 bool mbsri_mjcf_world(mbsri_mjcf *m, const mbsri_element *world);

@@ -40,15 +40,26 @@ static bool read_bodies(mbsri_mjcf *m, const mbsri_node *node, mbsri_scene_equal
     return q->body[0] != q->body[1] || mbsri_file_refuse(m->s, e, "both its bodies are the same");
 }
 
-static bool joint_of(mbsri_mjcf *m, const mbsri_element *e, const char *attribute, int *joint)
+static bool find_joint(mbsri_mjcf *m, const mbsri_element *e, const char *attribute, int *joint)
 {
     const char *name = mbsri_attribute(e, attribute);
     *joint = mbsri_names_find(&m->joints, name);
-    if (*joint < 0)
-        return mbsri_file_refuse(m->s, e, "%s '%.50s' is no joint", attribute, name ? name : "");
-    const mbsr_file_joint_kind kind = mbsri_scene_joints(m->s)[*joint].joint.kind;
-    return kind == MBSR_FILE_HINGE || kind == MBSR_FILE_SLIDE ||
-           mbsri_file_refuse(m->s, e, "%s '%.50s' has not one axis", attribute, name);
+    return *joint >= 0 ||
+           mbsri_file_refuse(m->s, e, "%s '%.50s' is no joint", attribute, name ? name : "");
+}
+
+static bool has_axis(const mbsri_mjcf *m, int joint)
+{
+    const mbsr_file_joint_kind kind = mbsri_scene_joints(m->s)[joint].joint.kind;
+    return kind == MBSR_FILE_HINGE || kind == MBSR_FILE_SLIDE;
+}
+
+/* The same of a joint with one axis. */
+static bool joint_of(mbsri_mjcf *m, const mbsri_element *e, const char *attribute, int *joint)
+{
+    return find_joint(m, e, attribute, joint) &&
+           (has_axis(m, *joint) || mbsri_file_refuse(m->s, e, "%s '%.50s' has not one axis",
+                                                     attribute, mbsri_attribute(e, attribute)));
 }
 
 static bool read_joints(mbsri_mjcf *m, const mbsri_node *node, mbsri_scene_equality *q)
@@ -101,16 +112,21 @@ bool mbsri_mjcf_equalities(mbsri_mjcf *m, const mbsri_element *list)
 /* False in *known: it is left out. */
 static bool read_sum(mbsri_mjcf *m, const mbsri_element *e, mbsri_scene_tendon *t, bool *known)
 {
+    *known = false;
     for (const mbsri_element *c = e->child; c; c = c->next) {
         double factor = 0.0;
         int joint;
         if (!mbsri_is(c, "joint")) continue;
-        if (!joint_of(m, c, "joint", &joint) ||
+        if (!find_joint(m, c, "joint", &joint) ||
             !mbsri_numbers(m->s, c, "coef", mbsri_attribute(c, "coef"), 1, 1, &factor, NULL))
             return false;
-        if (t->sum.count == MBSRI_TERMS) {
-            mbsri_file_find(m->s, e, "it is left out: it has more than %d joints", MBSRI_TERMS);
-            *known = false;
+        const bool axial = has_axis(m, joint);
+        if (!axial || t->sum.count == MBSRI_TERMS) {
+            t->sum.count = 0;
+            mbsri_file_find(m->s, e,
+                            axial ? "it is left out: it has more than %d joints"
+                                  : "it is left out: one of its joints has not one axis",
+                            MBSRI_TERMS);
             return true;
         }
         t->sum.joint[t->sum.count] = joint;
@@ -152,8 +168,8 @@ static bool add_tendon(mbsri_mjcf *m, const mbsri_element *e)
     bool known;
     if (!fixed && !mbsri_is(e, "spatial")) return true;
     if (!mbsri_mjcf_node(m, e, "tendon", NULL, &node) ||
-        !mbsri_mjcf_number(m, &node, "stiffness", &t.stiffness) ||
-        !mbsri_mjcf_number(m, &node, "damping", &t.damping) ||
+        !mbsri_mjcf_law(m, &node, "stiffness", &t.stiffness, NULL) ||
+        !mbsri_mjcf_law(m, &node, "damping", &t.damping, NULL) ||
         !mbsri_mjcf_number(m, &node, "frictionloss", &friction) ||
         !mbsri_mjcf_number(m, &node, "armature", &armature) ||
         !mbsri_mjcf_numbers(m, &node, "springlength", 1, 2, t.rest, &lengths) ||
@@ -249,6 +265,19 @@ static bool read_law(mbsri_mjcf *m, const mbsri_node *node, mbsr_file_actuator *
     return true;
 }
 
+/* Whether its group is switched off. */
+static bool is_idle(const mbsri_mjcf *m, const mbsri_node *node)
+{
+    const char *own = mbsri_mjcf_get(node, "group"), *at = m->idle;
+    double group = 0.0, idle;
+    if (own) (void)mbsri_read_numbers(own, 1, 1, &group);
+    while (at && *at) {
+        if (!mbsri_read_number(&at, &idle)) return false;
+        if (idle == group) return true;
+    }
+    return false;
+}
+
 static bool add_actuator(mbsri_mjcf *m, const mbsri_element *e)
 {
     /* gears and ranges are defaults of all kinds alike */
@@ -270,7 +299,7 @@ static bool add_actuator(mbsri_mjcf *m, const mbsri_element *e)
     a.actuator.limited = mbsri_mjcf_switch(&node, "ctrllimited", ranged && m->autolimits);
     if (!known)
         mbsri_file_find(m->s, e, "it is left out: the library has no actuator of its kind");
-    else if (!read_target(m, &node, &a))
+    else if (!is_idle(m, &node) && !read_target(m, &node, &a))
         return false;
     if (a.sum.count > 0 && mbsri_mjcf_switch(&node, "forcelimited",
                                              m->autolimits && mbsri_mjcf_get(&node, "forcerange")))

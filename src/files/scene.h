@@ -16,7 +16,7 @@ typedef struct mbsri_scene_joint {
     mbsr_file_joint joint; /* body and places are set when the model is made */
     const mbsri_element *element;
     double axis[3], anchor[3];
-    double stiffness, rest, damping, armature;
+    double stiffness, cubic, rest, damping, armature;
     bool relative; /* a free joint that counts from where its body is drawn, not from its parent */
 } mbsri_scene_joint;
 

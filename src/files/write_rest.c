@@ -57,18 +57,29 @@ static bool add_rotation_spring(mbsri_writer *w, const mbsr_force_def *def)
     return true;
 }
 
+static mbsri_written_spring *new_spring(mbsri_writer *w, const mbsr_force_def *def, int id)
+{
+    mbsri_written_spring *s = mbsri_list_add(w->arena, &w->springs, sizeof *s);
+    const int *body = def->body_list ? def->body_list : def->body;
+    if (!s) return NULL;
+    s->name = mbsri_write_print(w, "spring_%d", id);
+    s->count = def->bodies;
+    for (int k = 0; k < s->count; ++k) {
+        s->site[k] = mbsri_write_print(w, "spring_%d_%c", id, 'a' + k);
+        s->body[k] = body[k];
+    }
+    return s;
+}
+
 static bool add_point_spring(mbsri_writer *w, const mbsr_force_def *def, int id)
 {
     if (def->option[0] != 0 || parameter(def, " (cubic)") > 0.0) return false;
-    mbsri_written_spring *s = mbsri_list_add(w->arena, &w->springs, sizeof *s);
+    mbsri_written_spring *s = new_spring(w, def, id);
     if (!s) return true;
-    s->name = mbsri_write_print(w, "spring_%d", id);
     s->stiffness = parameter(def, " (stiffness)");
     s->damping = parameter(def, " (damping)");
-    s->rest = parameter(def, " (free_length)");
+    s->rest[0] = s->rest[1] = parameter(def, " (free_length)");
     for (int k = 0; k < 2; ++k) {
-        s->site[k] = mbsri_write_print(w, "spring_%d_%c", id, "ab"[k]);
-        s->body[k] = def->body[k];
         for (int l = 0; l < 3; ++l) {
             char name[24];
             snprintf(name, sizeof name, " (point_%c[%d])", "ab"[k], l);
@@ -76,6 +87,12 @@ static bool add_point_spring(mbsri_writer *w, const mbsr_force_def *def, int id)
         }
     }
     return true;
+}
+
+static bool add_path(mbsri_writer *w, const mbsr_force_def *def, int id)
+{
+    mbsri_written_spring *s = new_spring(w, def, id);
+    return !s || mbsri_path_of(def, s->point, &s->stiffness, &s->damping, s->rest);
 }
 
 /* Those between joint coordinates become tendons and actuators, which are written later. */
@@ -102,6 +119,7 @@ static bool add_force(mbsri_writer *w, const mbsr_force_def *def, int id)
     if (def->table == joint) return add_joint_spring(w, def);
     if (def->table == rotation) return add_rotation_spring(w, def);
     if (def->table == point) return add_point_spring(w, def, id);
+    if (def->table == mbsri_path_table()) return add_path(w, def, id);
     if (def->table != mbsr_force_gravity(0.0, 0.0, 1.0).table) return is_transmission(w, def, id);
     for (int k = 0; k < 3; ++k) w->gravity[k] += def->param[k];
     return true;
@@ -180,9 +198,9 @@ static void write_tendons(mbsri_writer *w)
         mbsri_set_text(&w->text, "name", s[k].name);
         mbsri_set_number(&w->text, "stiffness", s[k].stiffness);
         mbsri_set_number(&w->text, "damping", s[k].damping);
-        mbsri_set_number(&w->text, "springlength", s[k].rest);
+        mbsri_set_numbers(&w->text, "springlength", s[k].rest[0] < s[k].rest[1] ? 2 : 1, s[k].rest);
         mbsri_into(&w->text);
-        for (int l = 0; l < 2; ++l) {
+        for (int l = 0; l < s[k].count; ++l) {
             mbsri_begin(&w->text, "site");
             mbsri_set_text(&w->text, "site", s[k].site[l]);
             mbsri_end(&w->text);
@@ -383,6 +401,17 @@ static void write_equalities(mbsri_writer *w)
 
 /* ---- keys ---- */
 
+/* Of the actuators that are written. */
+static void write_controls(mbsri_writer *w, const double *control)
+{
+    const mbsr_file *f = w->file;
+    double *written = mbsri_arena_take(w->arena, ((size_t)f->actuators + 1) * sizeof *written);
+    int count = 0;
+    for (int k = 0; written && k < f->actuators; ++k)
+        if (f->actuator[k].force != MBSR_NONE) written[count++] = control[k];
+    if (count > 0) mbsri_set_numbers(&w->text, "ctrl", count, written);
+}
+
 static void write_keys(mbsri_writer *w)
 {
     const mbsr_file *f = w->file;
@@ -398,7 +427,7 @@ static void write_keys(mbsri_writer *w)
         mbsri_set_number(&w->text, "time", f->key[k].time);
         if (f->nq > 0) mbsri_set_numbers(&w->text, "qpos", f->nq, qpos);
         if (f->nu > 0) mbsri_set_numbers(&w->text, "qvel", f->nu, qpos + f->nq);
-        if (f->actuators > 0) mbsri_set_numbers(&w->text, "ctrl", f->actuators, f->key[k].control);
+        write_controls(w, f->key[k].control);
         mbsri_end(&w->text);
     }
     if (open) mbsri_out(&w->text, "keyframe");

@@ -4,9 +4,12 @@
 #define MBSRI_FILES_WRITER_H
 
 #include "files/names.h"
+#include "files/path.h"
 #include "files/write_text.h"
 
 #include <mbsrank/files.h>
+
+#include <stdbool.h>
 
 /* What is written; first its public part. */
 typedef struct mbsri_written {
@@ -24,17 +27,18 @@ typedef struct mbsri_written_joint {
     double stiffness, damping, moment; /* of its springs; moment: sum of stiffness times rest */
 } mbsri_written_joint;
 
-/* A spring between two points, with the sites that it needs. */
+/* A spring along points, with the sites that it needs. */
 typedef struct mbsri_written_spring {
-    const char *name, *site[2];
-    int body[2];
-    double point[2][3], stiffness, damping, rest;
+    const char *name, *site[MBSRI_PATH_MOST];
+    int count, body[MBSRI_PATH_MOST];
+    double point[MBSRI_PATH_MOST][3], stiffness, damping, rest[2];
 } mbsri_written_spring;
 
 typedef struct mbsri_writer {
     mbsri_arena *arena;
     const mbsr_model *model;
     const mbsr_file *file; /* NULL: none */
+    const mbsr_write_opt *opt;
     mbsri_text text;
     mbsri_list findings;
     char message[MBSR_TEXT_SIZE]; /* why it cannot be written; "": it can */
@@ -45,8 +49,11 @@ typedef struct mbsri_writer {
     mbsr_frame *frame, *world;  /* as drawn: in the parent, in the world */
     mbsri_written_joint *joint; /* nu */
     int *joint_at;              /* by body: its first rate */
+    int *before;                /* the body whose joints stand before its own, MBSR_NONE */
+    bool *joined;               /* its joints stand in its successor, and it is not written */
     double gravity[3];
     mbsri_list springs; /* mbsri_written_spring */
+    mbsri_names shapes, sites;
 } mbsri_writer;
 
 /* Lists what MJCF cannot say of an element: such as ("body 'a'", "..."). */
