@@ -95,15 +95,18 @@ typedef struct mbsr_file_site {
 
 /* An actuator: at control w it exerts on its joint coordinate, or on all of a fixed tendon,
  *
- *   gear (gain w + bias[0] + bias[1] l + bias[2] l'),     l = gear q
+ *   gear F,   F = gain w + bias[0] + bias[1] l + bias[2] l',     l = gear q
  *
- * w stands in `control` of mbsr_file and may be changed by the caller, between calls. */
+ * with w and F no further than their ranges where these are limited; on a site F along its gear there, with
+ * l = 0. w stands in `control` of mbsr_file and may be changed by the caller, between calls. */
 typedef struct mbsr_file_actuator {
     const char *name;
     int force; /* id of the force element, or MBSR_NONE */
     double gear, gain, bias[3];
     int limited;
-    double range[2]; /* of w; not enforced */
+    double range[2]; /* of w */
+    int force_limited;
+    double force_range[2]; /* of F */
 } mbsr_file_actuator;
 
 /* A named state: q and u of the model, w of the actuators. */

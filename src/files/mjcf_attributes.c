@@ -92,6 +92,16 @@ bool mbsri_mjcf_switch(const mbsri_node *node, const char *attribute, bool autom
     return strcmp(value, "true") == 0;
 }
 
+bool mbsri_mjcf_range(mbsri_mjcf *m, const mbsri_node *node, const char *attribute,
+                      const char *limited, double range[2], bool *holds)
+{
+    if (!mbsri_mjcf_numbers(m, node, attribute, 2, 2, range, NULL)) return false;
+    const bool some = range[0] != 0.0 || range[1] != 0.0;
+    *holds = mbsri_mjcf_switch(node, limited, some && m->autolimits);
+    return !*holds || range[0] < range[1] ||
+           mbsri_file_refuse(m->s, node->e, "%s is no range", attribute);
+}
+
 /* ---- orientations ---- */
 
 static double length_of(int n, const double *x)

@@ -70,10 +70,8 @@ static bool read_joint(mbsri_mjcf *m, const mbsri_node *node, const mbsr_frame *
     j->joint.limited = mbsri_mjcf_switch(node, "limited", ranged > 0 && m->autolimits);
     if (mbsri_mjcf_get(node, "springdamper"))
         mbsri_file_find(m->s, node->e, "springdamper is left out");
-    if (mbsri_mjcf_switch(node, "actuatorfrclimited",
-                          m->autolimits && mbsri_mjcf_get(node, "actuatorfrcrange")))
-        mbsri_file_find(m->s, node->e, "forces of actuators are not limited to actuatorfrcrange");
-    return true;
+    return mbsri_mjcf_range(m, node, "actuatorfrcrange", "actuatorfrclimited", j->force_range,
+                            &j->force_limited);
 }
 
 static bool add_joint(mbsri_mjcf *m, const mbsri_element *e, const mbsri_mjcf_at *at)
@@ -214,7 +212,6 @@ static bool add_body(mbsri_mjcf *m, const mbsri_element *e, const mbsri_mjcf_at 
 {
     const mbsri_node node = {.e = e};
     const char *class = mbsri_attribute(e, "childclass"), *mocap = mbsri_attribute(e, "mocap");
-    double weightless = 0.0;
     mbsri_scene_body b = {.name = mbsri_mjcf_name(e), .element = e, .parent = at->body};
     const mbsr_frame own = mbsr_frame_identity();
     const mbsri_mjcf_at within = {m->s->bodies.count, &own, class ? class : at->childclass};
@@ -225,8 +222,7 @@ static bool add_body(mbsri_mjcf *m, const mbsri_element *e, const mbsri_mjcf_at 
     b.first = m->s->joints.count;
     if (mocap && strcmp(mocap, "true") == 0)
         mbsri_file_find(m->s, e, "a mocap body stays where it is drawn");
-    if (!mbsri_mjcf_number(m, &node, "gravcomp", &weightless)) return false;
-    if (weightless != 0.0) mbsri_file_find(m->s, e, "gravity compensation is left out");
+    if (!mbsri_mjcf_number(m, &node, "gravcomp", &b.weightless)) return false;
     mbsri_scene_body *to = mbsri_list_add(m->s->arena, &m->s->bodies, sizeof *to);
     if (!to) return false;
     *to = b;

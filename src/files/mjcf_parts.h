@@ -101,6 +101,10 @@ bool mbsri_mjcf_law(mbsri_mjcf *m, const mbsri_node *node, const char *attribute
 /* Whether an attribute that is on, off or (`automatic`) missing or "auto". */
 bool mbsri_mjcf_switch(const mbsri_node *node, const char *attribute, bool automatic);
 
+/* A range, and whether it holds: as its switch says, else where it is not zero. */
+bool mbsri_mjcf_range(mbsri_mjcf *m, const mbsri_node *node, const char *attribute,
+                      const char *limited, double range[2], bool *holds);
+
 /* pos and the orientation in all its spellings. */
 bool mbsri_mjcf_frame(mbsri_mjcf *m, const mbsri_node *node, mbsr_frame *frame);
 

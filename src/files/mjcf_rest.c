@@ -1,4 +1,4 @@
-/* Equalities, tendons and actuators of MJCF.
+/* Equalities and tendons of MJCF.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "files/mjcf_parts.h"
 #include "files/numbers.h"
@@ -172,6 +172,8 @@ static bool add_tendon(mbsri_mjcf *m, const mbsri_element *e)
         !mbsri_mjcf_law(m, &node, "damping", &t.damping, NULL) ||
         !mbsri_mjcf_number(m, &node, "frictionloss", &friction) ||
         !mbsri_mjcf_number(m, &node, "armature", &armature) ||
+        !mbsri_mjcf_range(m, &node, "actuatorfrcrange", "actuatorfrclimited", t.force_range,
+                          &t.force_limited) ||
         !mbsri_mjcf_numbers(m, &node, "springlength", 1, 2, t.rest, &lengths) ||
         !(fixed ? read_sum : read_path)(m, e, &t, &known))
         return false;
@@ -190,129 +192,6 @@ bool mbsri_mjcf_tendons(mbsri_mjcf *m, const mbsri_element *list)
 {
     for (const mbsri_element *e = list->child; e; e = e->next) {
         if (!add_tendon(m, e)) return false;
-    }
-    return true;
-}
-
-/* ---- actuators ---- */
-
-/* What it acts on; an empty sum: nothing that the library has. */
-static bool read_target(mbsri_mjcf *m, const mbsri_node *node, mbsri_scene_actuator *a)
-{
-    const mbsri_element *e = node->e;
-    const char *joint = mbsri_attribute(e, "joint"), *tendon = mbsri_attribute(e, "tendon");
-    const mbsri_scene_tendon *tendons = m->s->tendons.items;
-    if (!joint) joint = mbsri_attribute(e, "jointinparent");
-    if (joint) {
-        const int at = mbsri_names_find(&m->joints, joint);
-        if (at < 0) return mbsri_file_refuse(m->s, e, "'%.50s' is no joint", joint);
-        const mbsr_file_joint_kind kind = mbsri_scene_joints(m->s)[at].joint.kind;
-        if (kind == MBSR_FILE_HINGE || kind == MBSR_FILE_SLIDE)
-            a->sum = (mbsri_scene_sum){.count = 1, .joint = {at}, .factor = {1.0}};
-    }
-    for (int k = 0; tendon && k < m->s->tendons.count; ++k) {
-        if (strcmp(tendons[k].name, tendon) == 0) a->sum = tendons[k].sum;
-    }
-    if (a->sum.count == 0)
-        mbsri_file_find(m->s, e,
-                        "it is left out: it acts on neither a joint with one axis nor a "
-                        "fixed tendon");
-    return true;
-}
-
-static bool is(const char *a, const char *b)
-{
-    return a && strcmp(a, b) == 0;
-}
-
-/* The law of a general actuator; false in *known: it is left out. */
-static bool read_general(mbsri_mjcf *m, const mbsri_node *node, mbsr_file_actuator *a, bool *known)
-{
-    const char *gain = mbsri_mjcf_get(node, "gaintype"), *bias = mbsri_mjcf_get(node, "biastype"),
-               *dynamics = mbsri_mjcf_get(node, "dyntype");
-    const char *given = mbsri_mjcf_get(node, "gainprm"), *more = mbsri_mjcf_get(node, "biasprm");
-    double prm[10] = {1.0}, law[10] = {0.0};
-    *known = (!gain || is(gain, "fixed")) && (!bias || is(bias, "none") || is(bias, "affine")) &&
-             (!dynamics || is(dynamics, "none"));
-    if (!mbsri_numbers(m->s, node->e, "gainprm", given, 1, 10, prm, NULL) ||
-        !mbsri_numbers(m->s, node->e, "biasprm", more, 1, 10, law, NULL))
-        return false;
-    a->gain = prm[0];
-    for (int k = 0; k < 3 && is(bias, "affine"); ++k) a->bias[k] = law[k];
-    return true;
-}
-
-static bool read_law(mbsri_mjcf *m, const mbsri_node *node, mbsr_file_actuator *a, bool *known)
-{
-    const mbsri_element *e = node->e;
-    double kp = 1.0, kv = 0.0;
-    *known = true;
-    if (mbsri_is(e, "general")) return read_general(m, node, a, known);
-    if (mbsri_is(e, "motor")) {
-        a->gain = 1.0;
-    } else if (mbsri_is(e, "position")) {
-        if (!mbsri_mjcf_number(m, node, "kp", &kp) || !mbsri_mjcf_number(m, node, "kv", &kv))
-            return false;
-        a->gain = kp, a->bias[1] = -kp, a->bias[2] = -kv;
-        *known = !mbsri_mjcf_get(node, "dampratio") && !mbsri_mjcf_get(node, "timeconst");
-    } else if (mbsri_is(e, "velocity")) {
-        kv = 1.0;
-        if (!mbsri_mjcf_number(m, node, "kv", &kv)) return false;
-        a->gain = kv, a->bias[2] = -kv;
-    } else {
-        *known = false;
-    }
-    return true;
-}
-
-/* Whether its group is switched off. */
-static bool is_idle(const mbsri_mjcf *m, const mbsri_node *node)
-{
-    const char *own = mbsri_mjcf_get(node, "group"), *at = m->idle;
-    double group = 0.0, idle;
-    if (own) (void)mbsri_read_numbers(own, 1, 1, &group);
-    while (at && *at) {
-        if (!mbsri_read_number(&at, &idle)) return false;
-        if (idle == group) return true;
-    }
-    return false;
-}
-
-static bool add_actuator(mbsri_mjcf *m, const mbsri_element *e)
-{
-    /* gears and ranges are defaults of all kinds alike */
-    static const char *const kinds[] = {"general",     "motor",  "position", "velocity",
-                                        "intvelocity", "damper", "cylinder", "muscle",
-                                        "adhesion",    NULL};
-    mbsri_scene_actuator a = {.element = e, .actuator = {.name = mbsri_mjcf_name(e)}};
-    mbsri_node node;
-    double gear[6] = {1.0};
-    int ranged;
-    bool known;
-    if (!mbsri_mjcf_node(m, e, e->name, NULL, &node) || !read_law(m, &node, &a.actuator, &known))
-        return false;
-    node.alike = kinds;
-    if (!mbsri_mjcf_numbers(m, &node, "gear", 1, 6, gear, NULL) ||
-        !mbsri_mjcf_numbers(m, &node, "ctrlrange", 2, 2, a.actuator.range, &ranged))
-        return false;
-    a.actuator.gear = gear[0];
-    a.actuator.limited = mbsri_mjcf_switch(&node, "ctrllimited", ranged && m->autolimits);
-    if (!known)
-        mbsri_file_find(m->s, e, "it is left out: the library has no actuator of its kind");
-    else if (!is_idle(m, &node) && !read_target(m, &node, &a))
-        return false;
-    if (a.sum.count > 0 && mbsri_mjcf_switch(&node, "forcelimited",
-                                             m->autolimits && mbsri_mjcf_get(&node, "forcerange")))
-        mbsri_file_find(m->s, e, "its force is not limited to forcerange");
-    mbsri_scene_actuator *to = mbsri_list_add(m->s->arena, &m->s->actuators, sizeof *to);
-    if (to) *to = a;
-    return to != NULL;
-}
-
-bool mbsri_mjcf_actuators(mbsri_mjcf *m, const mbsri_element *list)
-{
-    for (const mbsri_element *e = list->child; e; e = e->next) {
-        if (!add_actuator(m, e)) return false;
     }
     return true;
 }

@@ -17,6 +17,8 @@ typedef struct mbsri_scene_joint {
     const mbsri_element *element;
     double axis[3], anchor[3];
     double stiffness, cubic, rest, damping, armature;
+    bool force_limited; /* what actuators do, in sum */
+    double force_range[2];
     bool relative; /* a free joint that counts from where its body is drawn, not from its parent */
 } mbsri_scene_joint;
 
@@ -26,6 +28,7 @@ typedef struct mbsri_scene_body {
     int parent;       /* index among the bodies; -1: the world */
     mbsr_frame frame; /* in the parent, as drawn */
     mbsr_inertia inertia;
+    double weightless; /* part of its weight that something carries */
     int first, joints; /* its joints */
     int id;            /* in the model */
 } mbsri_scene_body;
@@ -42,13 +45,17 @@ typedef struct mbsri_scene_tendon {
     mbsri_scene_sum sum;              /* of a fixed tendon */
     int count, site[MBSRI_PATH_MOST]; /* of one in space, from site to site */
     double stiffness, damping;
-    double rest[2]; /* no force between; NaN: as in the pose of rest */
+    double rest[2];     /* no force between; NaN: as in the pose of rest */
+    bool force_limited; /* what actuators do, in sum */
+    double force_range[2];
 } mbsri_scene_tendon;
 
 typedef struct mbsri_scene_actuator {
     mbsr_file_actuator actuator;
     const mbsri_element *element;
-    mbsri_scene_sum sum; /* empty: it is left out */
+    mbsri_scene_sum sum; /* empty: it does not act on joints */
+    int tendon, site;    /* what else it acts on; -1: not on one. On nothing: it is left out */
+    double gear[6];      /* on a site */
 } mbsri_scene_actuator;
 
 typedef enum mbsri_scene_equality_kind {

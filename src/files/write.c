@@ -40,6 +40,7 @@ static bool take(mbsri_writer *w)
     w->frame = mbsri_arena_take(w->arena, bodies * sizeof *w->frame);
     w->world = mbsri_arena_take(w->arena, bodies * sizeof *w->world);
     w->joint_at = mbsri_arena_take(w->arena, bodies * sizeof *w->joint_at);
+    w->lift = mbsri_arena_take(w->arena, 3 * bodies * sizeof *w->lift);
     w->before = mbsri_arena_take(w->arena, bodies * sizeof *w->before);
     w->joined = mbsri_arena_take(w->arena, bodies * sizeof *w->joined);
     w->joint = mbsri_arena_take(w->arena, rates * sizeof *w->joint);

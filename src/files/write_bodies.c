@@ -1,6 +1,7 @@
 /* Bodies as elements of MJCF, each within its predecessor.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "files/solids.h"
+#include "files/thrust.h"
 #include "files/writer.h"
 #include "files/xml.h"
 
@@ -185,6 +186,20 @@ static void write_site(mbsri_writer *w, const char *name, const mbsr_frame *fram
     mbsri_end(&w->text);
 }
 
+/* Where actuators push that act on sites. */
+static void write_thrusts(mbsri_writer *w, int body)
+{
+    for (int k = 0; w->file && k < w->file->actuators; ++k) {
+        const int id = w->file->actuator[k].force;
+        mbsr_force_def def;
+        mbsri_thrust t;
+        if (id == MBSR_NONE || mbsr_force_definition(w->model, id, &def) ||
+            !mbsri_thrust_of(&def, &t) || t.body != body)
+            continue;
+        write_site(w, mbsri_write_print(w, "thrust_%d", id), &t.frame);
+    }
+}
+
 static void write_shapes_and_sites(mbsri_writer *w, int body)
 {
     const mbsri_written_spring *spring = w->springs.items;
@@ -200,6 +215,7 @@ static void write_shapes_and_sites(mbsri_writer *w, int body)
             if (spring[k].body[l] == body) write_site(w, spring[k].site[l], &frame);
         }
     }
+    write_thrusts(w, body);
 }
 
 static void write_meshes(mbsri_writer *w)
@@ -221,6 +237,26 @@ static void write_meshes(mbsri_writer *w)
 
 /* ---- bodies ---- */
 
+/* The part of its weight that is carried, where it is one. */
+static void write_lift(mbsri_writer *w, int k, const char *element)
+{
+    double mass, centre[3], tensor[6], along = 0.0, weight = 0.0, off = 0.0, size = 0.0;
+    const double *F = w->lift + 3 * k, *g = w->gravity;
+    (void)mbsri_solid_of(&w->def[k].inertia, &mass, centre, tensor);
+    for (int l = 0; l < 3; ++l) {
+        along -= F[l] * g[l] * mass;
+        weight += mass * mass * g[l] * g[l];
+        size += fabs(F[l]);
+    }
+    if (!(size > 0.0)) return;
+    const double part = weight > 0.0 ? along / weight : 0.0;
+    for (int l = 0; l < 3; ++l) off += fabs(F[l] + part * mass * g[l]);
+    if (off <= 1e-12 * size)
+        mbsri_set_number(&w->text, "gravcomp", part);
+    else
+        mbsri_write_find(w, element, "a force on it is left out: it is not against its weight");
+}
+
 static void begin_body(mbsri_writer *w, int k)
 {
     char element[120];
@@ -228,6 +264,7 @@ static void begin_body(mbsri_writer *w, int k)
     mbsri_begin(&w->text, "body");
     mbsri_set_text(&w->text, "name", w->body[k]);
     mbsri_write_frame(w, w->frame + k);
+    write_lift(w, k, element);
     mbsri_into(&w->text);
     if (mbsr_body_regularisation(w->model, k))
         mbsri_write_find(w, element, "what was added to its mass matrix is left out");

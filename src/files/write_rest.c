@@ -1,6 +1,6 @@
 /* What stands beside the bodies in MJCF: springs, tendons, actuators, equalities, keys.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "files/elements.h"
+#include "files/thrust.h"
 #include "files/writer.h"
 
 #include <math.h>
@@ -57,6 +57,27 @@ static bool add_rotation_spring(mbsri_writer *w, const mbsr_force_def *def)
     return true;
 }
 
+/* The same along all coordinates of a free joint, at rest where its body is drawn. */
+static bool add_free_spring(mbsri_writer *w, const mbsr_force_def *def)
+{
+    const int body = def->body[1];
+    double k[6], d[6], off = 0.0;
+    if (def->body[0] != MBSR_GROUND || body == MBSR_GROUND) return false;
+    mbsri_written_joint *j = w->joint + w->joint_at[body];
+    if (!j->name || j->kind != MBSR_FILE_FREE) return false;
+    for (int l = 0; l < 6; ++l) {
+        k[l] = parameter(def, " (stiffness[0])");
+        d[l] = parameter(def, " (damping[0])");
+    }
+    const mbsr_force_def same = mbsr_force_bushing(MBSR_GROUND, w->frame + body, body, NULL, k, d);
+    for (int l = 0; l < MBSR_FORCE_PARAMS; ++l)
+        off = fmax(off, fabs(same.param[l] - def->param[l]));
+    if (off > 1e-12) return false;
+    j->stiffness += k[0];
+    j->damping += d[0];
+    return true;
+}
+
 static mbsri_written_spring *new_spring(mbsri_writer *w, const mbsr_force_def *def, int id)
 {
     mbsri_written_spring *s = mbsri_list_add(w->arena, &w->springs, sizeof *s);
@@ -104,10 +125,29 @@ static bool is_transmission(const mbsri_writer *w, const mbsr_force_def *def, in
     if (!mbsri_transmission_of(def, &t, coordinate, factor)) return false;
     for (int k = 0; k < t.count; ++k)
         if (!has_axis(joint_of(w, t.body[k], coordinate[k]))) return false;
-    if (!t.control) return true;
+    if (!t.law.control) return true;
     for (int k = 0; w->file && k < w->file->actuators; ++k)
         if (w->file->actuator[k].force == id) return true;
     return false;
+}
+
+/* What carries a part of the weight of a body: all gravity is known behind the last element. */
+static bool add_lift(mbsri_writer *w, const mbsr_force_def *def)
+{
+    double F[3];
+    if (!mbsri_lift_of(def, F)) return false;
+    for (int k = 0; k < 3; ++k) w->lift[3 * def->body[0] + k] += F[k];
+    return true;
+}
+
+/* The thrust of an actuator, which is written later. */
+static bool is_thrust(const mbsri_writer *w, const mbsr_force_def *def, int id)
+{
+    mbsri_thrust t;
+    bool known = false;
+    for (int k = 0; w->file && k < w->file->actuators; ++k)
+        known = known || w->file->actuator[k].force == id;
+    return known && mbsri_thrust_of(def, &t);
 }
 
 static bool add_force(mbsri_writer *w, const mbsr_force_def *def, int id)
@@ -115,12 +155,15 @@ static bool add_force(mbsri_writer *w, const mbsr_force_def *def, int id)
     const mbsr_force_table *joint = mbsr_force_joint_spring(0, 0, 1.0, 0.0, 0.0).table,
                            *rotation = mbsr_force_joint_rotation_spring(0, NULL, NULL, NULL).table,
                            *point = mbsr_force_point_spring(0, NULL, 1, NULL, 1.0, 0.0, 0.0).table;
+    const mbsr_force_table *bushing = mbsr_force_bushing(0, NULL, 1, NULL, NULL, NULL).table;
     if (def->function || def->spring || def->as_closure != 0) return false;
     if (def->table == joint) return add_joint_spring(w, def);
     if (def->table == rotation) return add_rotation_spring(w, def);
     if (def->table == point) return add_point_spring(w, def, id);
     if (def->table == mbsri_path_table()) return add_path(w, def, id);
-    if (def->table != mbsr_force_gravity(0.0, 0.0, 1.0).table) return is_transmission(w, def, id);
+    if (def->table == bushing) return add_free_spring(w, def);
+    if (def->table != mbsr_force_gravity(0.0, 0.0, 1.0).table)
+        return add_lift(w, def) || is_thrust(w, def, id) || is_transmission(w, def, id);
     for (int k = 0; k < 3; ++k) w->gravity[k] += def->param[k];
     return true;
 }
@@ -154,9 +197,9 @@ static void write_sum(mbsri_writer *w, const char *name, const mbsri_transmissio
     mbsri_begin(x, "fixed");
     mbsri_set_text(x, "name", name);
     if (spring) {
-        if (fabs(t->bias[1]) > 0.0) mbsri_set_number(x, "stiffness", -t->bias[1]);
-        if (fabs(t->bias[2]) > 0.0) mbsri_set_number(x, "damping", -t->bias[2]);
-        mbsri_set_numbers(x, "springlength", t->rest[0] < t->rest[1] ? 2 : 1, t->rest);
+        if (fabs(t->law.bias[1]) > 0.0) mbsri_set_number(x, "stiffness", -t->law.bias[1]);
+        if (fabs(t->law.bias[2]) > 0.0) mbsri_set_number(x, "damping", -t->law.bias[2]);
+        mbsri_set_numbers(x, "springlength", t->law.rest[0] < t->law.rest[1] ? 2 : 1, t->law.rest);
     }
     mbsri_into(x);
     for (int k = 0; k < t->count; ++k) {
@@ -186,11 +229,11 @@ static void write_tendons(mbsri_writer *w)
         if (mbsr_force_definition(w->model, id, &def) || !is_transmission(w, &def, id) ||
             !mbsri_transmission_of(&def, &t, coordinate, factor))
             continue;
-        if (t.control && t.count == 1) continue;
-        for (int k = 0; t.control && k < w->file->actuators; ++k)
+        if (t.law.control && t.count == 1) continue;
+        for (int k = 0; t.law.control && k < w->file->actuators; ++k)
             if (w->file->actuator[k].force == id) scale = gear_of(w->file->actuator + k);
         open_section(w, &open, "tendon");
-        write_sum(w, mbsri_write_print(w, "tendon_%d", id), &t, scale, !t.control);
+        write_sum(w, mbsri_write_print(w, "tendon_%d", id), &t, scale, !t.law.control);
     }
     for (int k = 0; k < w->springs.count; ++k) {
         open_section(w, &open, "tendon");
@@ -210,24 +253,37 @@ static void write_tendons(mbsri_writer *w)
     if (open) mbsri_out(&w->text, "tendon");
 }
 
-static void write_actuator(mbsri_writer *w, const mbsr_file_actuator *a)
+/* What it acts on: a joint, a tendon or a site. False: nothing that is written. */
+static bool write_target(mbsri_writer *w, const mbsr_file_actuator *a)
 {
     int coordinate[MBSRI_TRANSMISSION_MOST];
-    double factor[MBSRI_TRANSMISSION_MOST], gear;
+    double factor[MBSRI_TRANSMISSION_MOST];
     mbsr_force_def def;
     mbsri_transmission t;
+    mbsri_thrust thrust;
     mbsri_text *x = &w->text;
-    if (mbsr_force_definition(w->model, a->force, &def) ||
-        !mbsri_transmission_of(&def, &t, coordinate, factor))
-        return;
+    if (mbsr_force_definition(w->model, a->force, &def)) return false;
+    const bool sums = mbsri_transmission_of(&def, &t, coordinate, factor);
+    if (!sums && !mbsri_thrust_of(&def, &thrust)) return false;
     mbsri_begin(x, "general");
     mbsri_set_text(x, "name", a->name);
-    if (t.count == 1)
+    if (!sums) {
+        mbsri_set_text(x, "site", mbsri_write_print(w, "thrust_%d", a->force));
+        mbsri_set_numbers(x, "gear", 6, thrust.gear);
+    } else if (t.count == 1) {
         mbsri_set_text(x, "joint", joint_of(w, t.body[0], coordinate[0])->name);
-    else
+        mbsri_set_number(x, "gear", factor[0]);
+    } else {
         mbsri_set_text(x, "tendon", mbsri_write_print(w, "tendon_%d", a->force));
-    gear = t.count == 1 ? factor[0] : gear_of(a);
-    mbsri_set_number(x, "gear", gear);
+        mbsri_set_number(x, "gear", gear_of(a));
+    }
+    return true;
+}
+
+static void write_actuator(mbsri_writer *w, const mbsr_file_actuator *a)
+{
+    mbsri_text *x = &w->text;
+    if (!write_target(w, a)) return;
     mbsri_set_number(x, "gainprm", a->gain);
     if (fabs(a->bias[0]) + fabs(a->bias[1]) + fabs(a->bias[2]) > 0.0) {
         mbsri_set_text(x, "biastype", "affine");
@@ -236,6 +292,10 @@ static void write_actuator(mbsri_writer *w, const mbsr_file_actuator *a)
     if (a->limited) {
         mbsri_set_text(x, "ctrllimited", "true");
         mbsri_set_numbers(x, "ctrlrange", 2, a->range);
+    }
+    if (a->force_limited) {
+        mbsri_set_text(x, "forcelimited", "true");
+        mbsri_set_numbers(x, "forcerange", 2, a->force_range);
     }
     mbsri_end(x);
 }

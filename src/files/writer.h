@@ -52,6 +52,7 @@ typedef struct mbsri_writer {
     int *before;                /* the body whose joints stand before its own, MBSR_NONE */
     bool *joined;               /* its joints stand in its successor, and it is not written */
     double gravity[3];
+    double *lift;       /* by body: what carries a part of its weight, N */
     mbsri_list springs; /* mbsri_written_spring */
     mbsri_names shapes, sites;
 } mbsri_writer;
