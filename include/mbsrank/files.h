@@ -40,10 +40,11 @@ typedef struct mbsr_file_opt {
     int closures;  /* 1 (default): mimicking joints and equalities become closures; 0: left out */
     int actuators; /* 1 (default): actuators become force elements; 0: left out */
     int passive;   /* 1 (default): springs and dampers of joints and tendons; 0: left out */
-    double stop_stiffness; /* > 0: limits of joints become stops, N/m or N m/rad; default 0: none */
-    double stop_damping;   /* N s/m or N m s/rad */
-    double slip;           /* > 0: dry friction of joints, smooth below this rate, m/s or rad/s;
-                                default 0: left out */
+    int limits; /* 1: limits of joints become stops, stiff by the masses that they carry; default 0 */
+    int friction; /* 1: dry friction of joints, smooth below a rate by their ranges; default 0 */
+    double stop_stiffness;  /* > 0: limits become stops of this one, N/m or N m/rad; default 0 */
+    double stop_damping;    /* N s/m or N m s/rad */
+    double slip;            /* > 0: dry friction, smooth below this rate, m/s or rad/s; default 0 */
     mbsr_file_load_fn load; /* NULL: files with includes are refused, meshes are findings */
     void *user;             /* for load */
     int packages;           /* URDF: meshes of package://NAME/PATH get the path FOLDER/PATH */
@@ -81,9 +82,10 @@ typedef struct mbsr_file_joint {
     double range[2]; /* rad or m */
     double ref;      /* where the body stands as drawn in the file */
     double friction; /* dry friction, N m or N */
-    mbsr_frame
-        from; /* of a free joint: where its coordinates count from, in the world, or in the body
-                        below it that moves; else the identity */
+    mbsr_frame from; /* of a free joint: where its coordinates count from, in the world, or in the
+                        moving body below; else the identity */
+    double stop_stiffness, stop_damping; /* of its stops in the model; 0: there are none */
+    double slip; /* below this rate its dry friction is smooth; 0: it is not in the model */
 } mbsr_file_joint;
 
 /* A point with axes on a body. */

@@ -29,6 +29,9 @@ bool mbsri_scene_sum_force(mbsri_scene *s, mbsr_file *file, const mbsri_scene_su
 /* Lengths of rest of tendons along sites, while sites are on bodies as drawn. */
 bool mbsri_scene_settle(mbsri_scene *s);
 
+/* Stiffness and slip of joints, as the options want them: into the joints. */
+bool mbsri_scene_limits(mbsri_scene *s);
+
 /* All force elements; those of actuators. */
 bool mbsri_scene_forces(mbsri_scene *s, mbsr_file *file, const mbsri_element *root);
 bool mbsri_scene_actuators(mbsri_scene *s, mbsr_file *file);

@@ -17,13 +17,13 @@ static bool is_rated(const mbsr_file_actuator *a)
     return a->gain == -a->bias[1] && a->bias[2] > 0.0;
 }
 
-static void find_damping(const mbsri_scene_actuator *list, const double *weight,
+static void find_damping(const mbsri_scene_actuator *list, const mbsri_weight *weight,
                          mbsr_file_actuator *a)
 {
     double mass = 0.0;
     for (int k = 0; k < list->sum.count; ++k) {
         const double part = a->gear * list->sum.factor[k];
-        if (part * part > 1e-15) mass += weight[list->sum.joint[k]] / (part * part);
+        if (part * part > 1e-15) mass += weight[list->sum.joint[k]].mass / (part * part);
     }
     a->bias[2] *= -2.0 * sqrt(a->gain * mass);
 }
@@ -134,7 +134,7 @@ bool mbsri_scene_actuators(mbsri_scene *s, mbsr_file *file)
     file->control = mbsri_arena_take(s->arena, (size_t)(count + 1) * sizeof *file->control);
     mbsr_file_actuator *out = mbsri_arena_take(s->arena, (size_t)(count + 1) * sizeof *out);
     const int *users = count_users(s);
-    const double *weight = count > 0 ? mbsri_scene_weights(s) : NULL;
+    const mbsri_weight *weight = count > 0 ? mbsri_scene_weights(s) : NULL;
     if (!file->control || !out || !users || (count > 0 && !weight)) return false;
     limit_forces(s, users);
     find_limits(s, users);

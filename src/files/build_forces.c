@@ -31,7 +31,6 @@ static mbsr_force_def free_spring(const mbsri_scene *s, const mbsri_scene_joint 
 
 static bool add_joint_forces(mbsri_scene *s, mbsr_file *file, const mbsri_scene_joint *j)
 {
-    const mbsr_file_opt *opt = s->opt;
     const mbsr_file_joint *of = &j->joint;
     bool good = true;
     if (s->with_passive && (j->stiffness != 0.0 || j->damping != 0.0 || j->cubic != 0.0)) {
@@ -53,15 +52,15 @@ static bool add_joint_forces(mbsri_scene *s, mbsr_file *file, const mbsri_scene_
             good = mbsri_scene_force(s, file, free_spring(s, j), j->element, NULL);
         }
     }
-    if (good && has_axis(of) && of->limited && opt->stop_stiffness > 0.0)
+    if (good && of->stop_stiffness > 0.0)
         good = mbsri_scene_force(s, file,
                                  mbsr_force_joint_stop(of->body, of->coordinate, of->range[0],
-                                                       of->range[1], opt->stop_stiffness,
-                                                       opt->stop_damping),
+                                                       of->range[1], of->stop_stiffness,
+                                                       of->stop_damping),
                                  j->element, NULL);
-    if (good && has_axis(of) && of->friction > 0.0 && opt->slip > 0.0)
+    if (good && of->slip > 0.0)
         good = mbsri_scene_force(
-            s, file, mbsr_force_joint_friction(of->body, of->coordinate, of->friction, opt->slip),
+            s, file, mbsr_force_joint_friction(of->body, of->coordinate, of->friction, of->slip),
             j->element, NULL);
     return good;
 }
@@ -190,6 +189,7 @@ bool mbsri_scene_forces(mbsri_scene *s, mbsr_file *file, const mbsri_element *ro
     for (int k = 0; k < s->bodies.count; ++k) {
         if (!add_lift(s, file, mbsri_scene_bodies(s) + k)) return false;
     }
+    if (!mbsri_scene_limits(s)) return false;
     for (int k = 0; k < s->joints.count; ++k) {
         if (!add_joint_forces(s, file, joints + k)) return false;
     }

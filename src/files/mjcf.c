@@ -153,10 +153,11 @@ static bool read_compiler(mbsri_mjcf *m, const mbsri_element *e)
 /* What is switched off. */
 static void read_flags(mbsri_mjcf *m, const mbsri_element *flag)
 {
-    static const char *const names[] = {"passive",   "spring",     "damper",   "equality",
-                                        "actuation", "constraint", "clampctrl"};
-    bool off[7] = {false};
-    for (int k = 0; flag && k < 7; ++k) {
+    static const char *const names[] = {"passive",   "spring",    "damper",
+                                        "equality",  "actuation", "constraint",
+                                        "clampctrl", "limit",     "frictionloss"};
+    bool off[9] = {false};
+    for (int k = 0; flag && k < 9; ++k) {
         const char *value = mbsri_attribute(flag, names[k]);
         off[k] = value && strcmp(value, "disable") == 0;
     }
@@ -166,6 +167,8 @@ static void read_flags(mbsri_mjcf *m, const mbsri_element *flag)
     if (off[3] || off[5]) m->s->with_closures = false;
     if (off[4]) m->s->with_actuators = false;
     if (off[6]) m->free_controls = true;
+    if (off[5] || off[7]) m->s->with_limits = false;
+    if (off[5] || off[8]) m->s->with_friction = false;
 }
 
 static bool read_option(mbsri_mjcf *m, const mbsri_element *e)

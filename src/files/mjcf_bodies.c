@@ -31,6 +31,20 @@ static bool kind_of(mbsri_mjcf *m, const mbsri_node *node, mbsr_file_joint_kind 
            mbsri_file_refuse(m->s, node->e, "there is no type '%.40s'", type);
 }
 
+/* Time constant and ratio, or -stiffness and -damping; 5 numbers of impedance, of which the second is the largest. */
+static bool read_limit(mbsri_mjcf *m, const mbsri_node *node, mbsri_scene_joint *j)
+{
+    double impedance[5] = {0.9, 0.95};
+    if (!mbsri_mjcf_numbers(m, node, "solreflimit", 1, 2, j->limit_reference, NULL) ||
+        !mbsri_mjcf_numbers(m, node, "solimplimit", 1, 5, impedance, NULL))
+        return false;
+    j->limit_impedance = fmin(fmax(impedance[1], 1e-4), 1.0 - 1e-4);
+    const bool both = j->limit_reference[0] < 0.0 && j->limit_reference[1] <= 0.0;
+    if (!both && !(j->limit_reference[0] > 0.0 && j->limit_reference[1] > 0.0))
+        j->limit_reference[0] = 0.02, j->limit_reference[1] = 1.0; /* as MuJoCo */
+    return true;
+}
+
 static bool read_joint(mbsri_mjcf *m, const mbsri_node *node, const mbsr_frame *frame,
                        mbsri_scene_joint *j)
 {
@@ -49,6 +63,7 @@ static bool read_joint(mbsri_mjcf *m, const mbsri_node *node, const mbsr_frame *
         !mbsri_mjcf_number(m, node, "frictionloss", &j->joint.friction) ||
         !mbsri_mjcf_numbers(m, node, "range", 2, 2, j->joint.range, &ranged))
         return false;
+    if (!read_limit(m, node, j)) return false;
     const double length = sqrt(axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2]);
     if (!(length > 0.0)) return mbsri_file_refuse(m->s, node->e, "its axis has no direction");
     if (j->armature < 0.0) return mbsri_file_refuse(m->s, node->e, "its armature is negative");
@@ -78,7 +93,9 @@ static bool add_joint(mbsri_mjcf *m, const mbsri_element *e, const mbsri_mjcf_at
 {
     mbsri_scene *s = m->s;
     mbsri_scene_body *b = mbsri_scene_bodies(s) + at->body;
-    mbsri_scene_joint j = {.element = e,
+    mbsri_scene_joint j = {.limit_reference = {0.02, 1.0},
+                           .limit_impedance = 0.95,
+                           .element = e,
                            .joint = {.name = mbsri_mjcf_name(e), .kind = MBSR_FILE_FREE}};
     if (at->body < 0) return mbsri_file_refuse(s, e, "the world has no joints");
     if (!enter(m, e, &m->joints, s->joints.count)) return false;

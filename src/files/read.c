@@ -110,7 +110,9 @@ static int read(mbsri_file *f, const char *text, size_t size, const char *name,
                          .name = "",
                          .with_passive = opt->passive,
                          .with_closures = opt->closures,
-                         .with_actuators = opt->actuators};
+                         .with_actuators = opt->actuators,
+                         .with_limits = true,
+                         .with_friction = true};
     mbsri_scene *s = &scene;
     const char *file =
         mbsri_arena_text(&f->arena, name ? name : "text", strlen(name ? name : "text"));

@@ -19,6 +19,7 @@ typedef struct mbsri_scene_joint {
     double stiffness, cubic, rest, damping, armature;
     bool force_limited; /* what actuators do, in sum */
     double force_range[2];
+    double limit_reference[2], limit_impedance; /* solreflimit, the largest of solimplimit */
     bool relative; /* a free joint that counts from where its body is drawn, not from its parent */
 } mbsri_scene_joint;
 
@@ -89,7 +90,8 @@ typedef struct mbsri_scene {
     const char *name;
     double gravity[3];
     bool with_passive, with_closures,
-        with_actuators; /* as the options, unless the file switches them off */
+        with_actuators;              /* as the options, unless the file switches them off */
+    bool with_limits, with_friction; /* unless the file switches them off */
     mbsri_list bodies, joints, tendons, actuators, equalities, keys, sites, shapes, findings;
     char message[MBSR_TEXT_SIZE]; /* why the file is refused; "": it is not */
 } mbsri_scene;

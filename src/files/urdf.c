@@ -299,7 +299,9 @@ static mbsri_scene_joint *new_joint(mbsri_scene *s, const mbsri_element *e,
 {
     mbsri_scene_joint *j = mbsri_list_add(s->arena, &s->joints, sizeof *j);
     if (!j) return NULL;
-    *j = (mbsri_scene_joint){.element = e,
+    *j = (mbsri_scene_joint){.limit_reference = {0.02, 1.0},
+                             .limit_impedance = 1.0,
+                             .element = e,
                              .joint = {.name = mbsri_attribute(e, "name"), .kind = kind}};
     if (!j->joint.name) j->joint.name = "";
     memcpy(j->axis, axis, sizeof j->axis);

@@ -12,7 +12,7 @@
 
 #include "files/solids.h"
 
-#include <string.h>
+#include <math.h>
 
 typedef struct load {
     double mass, first[3], second[3][3];
@@ -64,24 +64,27 @@ static load load_of(const mbsr_inertia *inertia)
     return shifted(&l, centre);
 }
 
-static double carried(const load *l, const mbsri_scene_joint *j)
+static mbsri_weight carried(const load *l, const mbsri_scene_joint *j)
 {
-    if (j->joint.kind == MBSR_FILE_SLIDE) return l->mass + j->armature;
-    if (j->joint.kind != MBSR_FILE_HINGE) return 0.0;
+    if (j->joint.kind == MBSR_FILE_SLIDE) return (mbsri_weight){l->mass + j->armature, l->mass};
+    if (j->joint.kind != MBSR_FILE_HINGE) return (mbsri_weight){0.0, 0.0};
     const double back[3] = {-j->anchor[0], -j->anchor[1], -j->anchor[2]}, *a = j->axis;
     const load about = shifted(l, back);
-    double moment = j->armature;
+    double moment = j->armature, along = 0.0, square = 0.0;
     for (int i = 0; i < 3; ++i) {
         moment += about.second[i][i];
         for (int k = 0; k < 3; ++k) moment -= a[i] * about.second[i][k] * a[k];
+        along += a[i] * about.first[i];
+        square += about.first[i] * about.first[i];
     }
-    return moment;
+    return (mbsri_weight){moment, sqrt(fmax(0.0, square - along * along))};
 }
 
-const double *mbsri_scene_weights(const mbsri_scene *s)
+const mbsri_weight *mbsri_scene_weights(const mbsri_scene *s)
 {
     const mbsri_scene_body *b = mbsri_scene_bodies(s);
-    double *weight = mbsri_arena_take(s->arena, ((size_t)s->joints.count + 1) * sizeof *weight);
+    mbsri_weight *weight =
+        mbsri_arena_take(s->arena, ((size_t)s->joints.count + 1) * sizeof *weight);
     load *loads = mbsri_arena_take(s->arena, ((size_t)s->bodies.count + 1) * sizeof *loads);
     if (!weight || !loads) return NULL;
     for (int k = s->bodies.count - 1; k >= 0; --k) {

@@ -5,8 +5,13 @@
 
 #include "files/scene.h"
 
-/* For each joint of the scene the mass that its coordinate moves, all others held, with its armature: the diagonal of the
- * mass matrix as drawn, kg or kg m^2; of joints without one axis 0. NULL: no memory. */
-const double *mbsri_scene_weights(const mbsri_scene *s);
+/* What the coordinate of a joint moves as drawn, all others held. */
+typedef struct mbsri_weight {
+    double mass; /* kg or kg m^2, with its armature: the diagonal of the mass matrix */
+    double load; /* the most that weight does at 1 m/s^2: N or N m */
+} mbsri_weight;
+
+/* For each joint of the scene; of those without one axis zeros. NULL: no memory. */
+const mbsri_weight *mbsri_scene_weights(const mbsri_scene *s);
 
 #endif

@@ -13,8 +13,12 @@ typedef struct command {
     "  --start NAME   start from this key of the file, not as drawn\n"                             \
     "  --floating     URDF: the root link is free\n"                                               \
     "  --package NAME=DIR   URDF: where meshes of package://NAME/ are; may be repeated\n"          \
-    "  --stop-stiffness K, --stop-damping D   limits of joints as stops, N/m or N m/rad\n"         \
+    "  --folder DIR   where files that the model names may be, beside its own folder and\n"        \
+    "                 ../meshes; may be repeated; --anywhere: in any folder\n"                     \
+    "  --stop-stiffness K, --stop-damping D   limits of joints as such stops, N/m or N m/rad\n"    \
     "  --slip V       dry friction of joints, smooth below this rate, m/s or rad/s\n"              \
+    "  --no-limits, --no-friction   run, view: none of them unless these ask for them; else\n"     \
+    "                 stops and friction are by the masses and ranges of the joints\n"             \
     "  --strict       refuse files with findings\n"
 
 static const command commands[] = {
@@ -67,6 +71,7 @@ static const command commands[] = {
      "MJCF cannot say, or MuJoCo does not take, goes to standard error.\n"
      "  --floating     URDF: the root link is free\n"
      "  --package NAME=DIR   URDF: where meshes of package://NAME/ are; may be repeated\n"
+     "  --folder DIR, --anywhere   where files that the model names may be\n"
      "  --strict       refuse files with findings, of reading or writing\n",
      run_convert},
 };
