@@ -271,9 +271,9 @@ bool mbsri_mjcf_read(mbsri_scene *s, mbsri_element *root)
     s->gravity[2] = -9.81;
     find_sections(&m, root);
     mbsri_mjcf_find_words(&m, root);
-    return each(&m, root, "compiler", read_compiler) && each(&m, root, "option", read_option) &&
-           each(&m, root, "default", add_main_class) && each(&m, root, "asset", add_assets) &&
-           each(&m, root, "worldbody", mbsri_mjcf_world) &&
+    return each(&m, root, "compiler", read_compiler) && mbsri_mjcf_replicate(&m, root) &&
+           each(&m, root, "option", read_option) && each(&m, root, "default", add_main_class) &&
+           each(&m, root, "asset", add_assets) && each(&m, root, "worldbody", mbsri_mjcf_world) &&
            each(&m, root, "equality", mbsri_mjcf_equalities) &&
            each(&m, root, "tendon", mbsri_mjcf_tendons) &&
            each(&m, root, "actuator", mbsri_mjcf_actuators) && each(&m, root, "keyframe", add_keys);

@@ -135,6 +135,9 @@ const char *mbsri_mjcf_measure(mbsri_mjcf *m, mbsri_mjcf_mesh *mesh);
 bool mbsri_mjcf_mesh_shape(mbsri_mjcf *m, const mbsri_node *node, mbsr_file_shape *shape,
                            bool *known);
 
+/* Writes replicas out, after the compiler's options. */
+bool mbsri_mjcf_replicate(mbsri_mjcf *m, mbsri_element *root);
+
 /* A finding for each attribute that nobody reads and that may matter. */
 void mbsri_mjcf_find_words(mbsri_mjcf *m, const mbsri_element *root);
 

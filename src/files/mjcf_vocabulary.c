@@ -53,6 +53,7 @@ static const vocabulary words[] = {
      "material "},
     {"worldbody", "body", NAMES PLACE "mocap gravcomp sleep simple "},
     {"worldbody", "frame", NAMES PLACE},
+    {"worldbody", "replicate", "count offset euler sep childclass "},
     {"worldbody", "inertial", PLACE "mass diaginertia fullinertia "},
     {"worldbody", "joint",
      NAMES LIMITS "type pos axis springdamper limited range ref springref stiffness damping "
