@@ -247,6 +247,9 @@ static mbsr_closure_def between_bodies(const mbsri_scene *s, const mbsri_scene_e
         id[k] = q->body[k] < 0 ? MBSR_GROUND : mbsri_scene_bodies(s)[q->body[k]].id;
         T[k] = q->body[k] < 0 ? &world : frames + q->body[k];
     }
+    if (q->at_sites && q->kind == MBSRI_WELD)
+        return mbsr_closure_weld(id[0], q->end, id[1], q->end + 1);
+    if (q->at_sites) return mbsr_closure_ball(id[0], q->end[0].x, id[1], q->end[1].x);
     if (!q->placed) {
         const mbsr_frame back = mbsr_frame_inverse(T[0]);
         relative = mbsr_frame_product(&back, T[1]);
@@ -271,6 +274,20 @@ static mbsr_closure_def between_joints(const mbsri_scene *s, const mbsri_scene_e
     return mbsri_closure_polynomial(body, coordinate, ref, q->power);
 }
 
+/* A sum over joints is as drawn, but for an offset. */
+static mbsr_closure_def between_sums(const mbsri_scene *s, const mbsri_scene_equality *q)
+{
+    int body[MBSR_CLOSURE_BODIES], coordinate[MBSR_CLOSURE_BODIES];
+    double drawn = q->offset;
+    for (int k = 0; k < q->sum.count; ++k) {
+        const mbsr_file_joint *j = &mbsri_scene_joints(s)[q->sum.joint[k]].joint;
+        body[k] = j->body;
+        coordinate[k] = j->coordinate;
+        drawn += q->sum.factor[k] * j->ref;
+    }
+    return mbsr_closure_coupling(q->sum.count, body, coordinate, q->sum.factor, drawn);
+}
+
 /* The body with joints that carries this one; -1: the world. */
 static int carrier(const mbsri_scene *s, int body)
 {
@@ -282,8 +299,8 @@ static int carrier(const mbsri_scene *s, int body)
 /* Whether nothing can move between both its bodies. */
 static bool is_rigid(mbsri_scene *s, const mbsri_scene_equality *q)
 {
-    const bool rigid =
-        q->kind != MBSRI_POLYNOMIAL && carrier(s, q->body[0]) == carrier(s, q->body[1]);
+    const bool rigid = (q->kind == MBSRI_CONNECT || q->kind == MBSRI_WELD) &&
+                       carrier(s, q->body[0]) == carrier(s, q->body[1]);
     if (rigid)
         mbsri_file_find(s, q->element, "it is left out: nothing moves between both its bodies");
     return rigid;
@@ -297,8 +314,9 @@ static bool add_closures(mbsri_scene *s, mbsr_file *file)
     if (!frames) return false;
     for (int k = 0; k < s->equalities.count; ++k, ++q) {
         if (is_rigid(s, q)) continue;
-        mbsr_closure_def def =
-            q->kind == MBSRI_POLYNOMIAL ? between_joints(s, q) : between_bodies(s, q, frames);
+        mbsr_closure_def def = q->kind == MBSRI_POLYNOMIAL ? between_joints(s, q)
+                               : q->kind == MBSRI_SUM      ? between_sums(s, q)
+                                                           : between_bodies(s, q, frames);
         def.name = q->name;
         if (mbsr_model_add_closure(file->model, &def, NULL))
             return mbsri_scene_refused(s, q->element, file->model);

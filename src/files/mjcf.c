@@ -274,7 +274,7 @@ bool mbsri_mjcf_read(mbsri_scene *s, mbsri_element *root)
     return each(&m, root, "compiler", read_compiler) && mbsri_mjcf_replicate(&m, root) &&
            each(&m, root, "option", read_option) && each(&m, root, "default", add_main_class) &&
            each(&m, root, "asset", add_assets) && each(&m, root, "worldbody", mbsri_mjcf_world) &&
-           each(&m, root, "equality", mbsri_mjcf_equalities) &&
            each(&m, root, "tendon", mbsri_mjcf_tendons) &&
+           each(&m, root, "equality", mbsri_mjcf_equalities) &&
            each(&m, root, "actuator", mbsri_mjcf_actuators) && each(&m, root, "keyframe", add_keys);
 }

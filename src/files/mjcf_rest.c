@@ -20,6 +20,66 @@ static bool end_of(mbsri_mjcf *m, const mbsri_element *e, const char *attribute,
     return *body >= 0 || mbsri_file_refuse(m->s, e, "%s '%.50s' is no body", attribute, name);
 }
 
+/* Frames on bodies that coincide. */
+static bool read_sites(mbsri_mjcf *m, const mbsri_node *node, mbsri_scene_equality *q)
+{
+    static const char *const attributes[2] = {"site1", "site2"};
+    const mbsr_file_site *sites = m->s->sites.items;
+    q->at_sites = true;
+    for (int k = 0; k < 2; ++k) {
+        const char *name = mbsri_attribute(node->e, attributes[k]);
+        const int at = mbsri_names_find(&m->sites, name);
+        if (at < 0)
+            return mbsri_file_refuse(m->s, node->e, "%s '%.50s' is no site", attributes[k],
+                                     name ? name : "");
+        q->body[k] = sites[at].body;
+        q->end[k] = sites[at].frame;
+    }
+    return true;
+}
+
+/* Adds factor times the length of a fixed tendon, less that as drawn; *known false: it is none that the model has. */
+static bool add_length(mbsri_mjcf *m, const mbsri_element *e, const char *attribute, double factor,
+                       mbsri_scene_equality *q, bool *known)
+{
+    const char *name = mbsri_attribute(e, attribute);
+    const mbsri_scene_tendon *t = m->s->tendons.items;
+    int at = 0, term;
+    while (name && at < m->s->tendons.count && strcmp(t[at].name, name) != 0) ++at;
+    if (!name || at == m->s->tendons.count)
+        return mbsri_file_refuse(m->s, e, "%s '%.50s' is no tendon", attribute, name ? name : "");
+    *known = *known && t[at].sum.count > 0;
+    for (int k = 0; k < t[at].sum.count && *known; ++k) {
+        const int joint = t[at].sum.joint[k];
+        for (term = 0; term < q->sum.count && q->sum.joint[term] != joint; ++term) continue;
+        if (term == MBSRI_TERMS || term == MBSR_CLOSURE_BODIES) *known = false;
+        if (!*known) break;
+        if (term == q->sum.count) q->sum.joint[q->sum.count++] = joint;
+        q->sum.factor[term] += factor * t[at].sum.factor[k];
+    }
+    return true;
+}
+
+static bool read_tendons(mbsri_mjcf *m, const mbsri_node *node, mbsri_scene_equality *q,
+                         bool *known)
+{
+    double power[MBSRI_POWERS] = {0.0, 1.0};
+    if (!mbsri_mjcf_numbers(m, node, "polycoef", 1, MBSRI_POWERS, power, NULL)) return false;
+    *known = power[2] == 0.0 && power[3] == 0.0 && power[4] == 0.0;
+    q->offset = power[0];
+    if (!add_length(m, node->e, "tendon1", 1.0, q, known) ||
+        (mbsri_attribute(node->e, "tendon2") &&
+         !add_length(m, node->e, "tendon2", -power[1], q, known)))
+        return false;
+    if (!*known)
+        mbsri_file_find(
+            m->s, node->e,
+            "it is left out: its tendons are not fixed ones of %d joints in all, in linear "
+            "relation",
+            MBSR_CLOSURE_BODIES);
+    return true;
+}
+
 static bool read_bodies(mbsri_mjcf *m, const mbsri_node *node, mbsri_scene_equality *q)
 {
     const mbsri_element *e = node->e;
@@ -74,26 +134,37 @@ static bool read_joints(mbsri_mjcf *m, const mbsri_node *node, mbsri_scene_equal
     return mbsri_mjcf_numbers(m, node, "polycoef", 1, MBSRI_POWERS, q->power, NULL);
 }
 
+/* *known false: it is left out, as a finding says. */
+static bool read_equality(mbsri_mjcf *m, const mbsri_node *node, mbsri_scene_equality *q,
+                          bool *known)
+{
+    const mbsri_element *e = node->e;
+    const bool connect = mbsri_is(e, "connect"), weld = mbsri_is(e, "weld");
+    q->kind = connect                 ? MBSRI_CONNECT
+              : weld                  ? MBSRI_WELD
+              : mbsri_is(e, "tendon") ? MBSRI_SUM
+                                      : MBSRI_POLYNOMIAL;
+    if (connect || weld)
+        return (mbsri_attribute(e, "site1") ? read_sites : read_bodies)(m, node, q);
+    if (mbsri_is(e, "joint")) return read_joints(m, node, q);
+    if (mbsri_is(e, "tendon")) return read_tendons(m, node, q, known);
+    mbsri_file_find(m->s, e, "equalities of this kind are left out");
+    *known = false;
+    return true;
+}
+
 static bool add_equality(mbsri_mjcf *m, const mbsri_element *e)
 {
     mbsri_scene_equality q = {.name = mbsri_mjcf_name(e), .element = e};
     mbsri_node node;
     if (!mbsri_mjcf_node(m, e, "equality", NULL, &node)) return false;
-    const bool connect = mbsri_is(e, "connect"), weld = mbsri_is(e, "weld");
     if (!mbsri_mjcf_switch(&node, "active", true)) {
         mbsri_file_find(m->s, e, "it is not active and left out");
         return true;
     }
-    if (!connect && !weld && !mbsri_is(e, "joint")) {
-        mbsri_file_find(m->s, e, "equalities of this kind are left out");
-        return true;
-    }
-    if (mbsri_attribute(e, "site1")) {
-        mbsri_file_find(m->s, e, "an equality between sites is left out");
-        return true;
-    }
-    q.kind = connect ? MBSRI_CONNECT : weld ? MBSRI_WELD : MBSRI_POLYNOMIAL;
-    if (!(connect || weld ? read_bodies : read_joints)(m, &node, &q)) return false;
+    bool known = true;
+    if (!read_equality(m, &node, &q, &known)) return false;
+    if (!known) return true;
     mbsri_scene_equality *to = mbsri_list_add(m->s->arena, &m->s->equalities, sizeof *to);
     if (to) *to = q;
     return to != NULL;

@@ -62,7 +62,8 @@ typedef struct mbsri_scene_actuator {
 typedef enum mbsri_scene_equality_kind {
     MBSRI_CONNECT,
     MBSRI_WELD,
-    MBSRI_POLYNOMIAL
+    MBSRI_POLYNOMIAL,
+    MBSRI_SUM
 } mbsri_scene_equality_kind;
 
 typedef struct mbsri_scene_equality {
@@ -73,7 +74,11 @@ typedef struct mbsri_scene_equality {
     double anchor[3]; /* in body 0 */
     bool placed;      /* `frame` is given; else that of the pose as drawn */
     mbsr_frame frame; /* of body 1 in body 0 */
-    int joint[2];     /* q0 - ref0 = polynomial of (q1 - ref1); second -1: of 0 */
+    bool at_sites;    /* the frames `end` of both bodies, or their origins, coincide */
+    mbsr_frame end[2];
+    mbsri_scene_sum sum; /* as drawn it is right with `offset` */
+    double offset;
+    int joint[2]; /* q0 - ref0 = polynomial of (q1 - ref1); second -1: of 0 */
     double power[MBSRI_POWERS];
 } mbsri_scene_equality;
 

@@ -1,4 +1,4 @@
-/* What stands beside the bodies in MJCF: springs, tendons, actuators, equalities, keys.
+/* What stands beside the bodies in MJCF: springs, tendons, actuators.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "files/thrust.h"
 #include "files/writer.h"
@@ -7,13 +7,13 @@
 #include <stdio.h>
 #include <string.h>
 
-static const mbsri_written_joint *joint_of(const mbsri_writer *w, int body, int coordinate)
+const mbsri_written_joint *mbsri_written_joint_of(const mbsri_writer *w, int body, int coordinate)
 {
     const mbsri_written_joint *j = w->joint + w->joint_at[body] + coordinate;
     return j->name ? j : NULL;
 }
 
-static bool has_axis(const mbsri_written_joint *j)
+bool mbsri_written_has_axis(const mbsri_written_joint *j)
 {
     return j && (j->kind == MBSR_FILE_HINGE || j->kind == MBSR_FILE_SLIDE);
 }
@@ -35,7 +35,7 @@ static bool add_joint_spring(mbsri_writer *w, const mbsr_force_def *def)
 {
     mbsri_written_joint *j = w->joint + w->joint_at[def->body[0]] + def->option[0];
     const double stiffness = parameter(def, " (stiffness)");
-    if (!has_axis(j) || parameter(def, " (cubic)") > 0.0) return false;
+    if (!mbsri_written_has_axis(j) || parameter(def, " (cubic)") > 0.0) return false;
     j->stiffness += stiffness;
     j->moment += stiffness * parameter(def, " (rest)");
     j->damping += parameter(def, " (damping)");
@@ -124,7 +124,8 @@ static bool is_transmission(const mbsri_writer *w, const mbsr_force_def *def, in
     mbsri_transmission t;
     if (!mbsri_transmission_of(def, &t, coordinate, factor)) return false;
     for (int k = 0; k < t.count; ++k)
-        if (!has_axis(joint_of(w, t.body[k], coordinate[k]))) return false;
+        if (!mbsri_written_has_axis(mbsri_written_joint_of(w, t.body[k], coordinate[k])))
+            return false;
     if (!t.law.control) return true;
     for (int k = 0; w->file && k < w->file->actuators; ++k)
         if (w->file->actuator[k].force == id) return true;
@@ -181,8 +182,7 @@ void mbsri_write_collect(mbsri_writer *w)
 
 /* ---- tendons and actuators ---- */
 
-/* Begins a section with its first element. */
-static void open_section(mbsri_writer *w, bool *open, const char *name)
+void mbsri_write_section(mbsri_writer *w, bool *open, const char *name)
 {
     if (*open) return;
     *open = true;
@@ -204,11 +204,35 @@ static void write_sum(mbsri_writer *w, const char *name, const mbsri_transmissio
     mbsri_into(x);
     for (int k = 0; k < t->count; ++k) {
         mbsri_begin(x, "joint");
-        mbsri_set_text(x, "joint", joint_of(w, t->body[k], t->coordinate[k])->name);
+        mbsri_set_text(x, "joint", mbsri_written_joint_of(w, t->body[k], t->coordinate[k])->name);
         mbsri_set_number(x, "coef", t->factor[k] / scale);
         mbsri_end(x);
     }
     mbsri_out(x, "fixed");
+}
+
+bool mbsri_written_has_axes(const mbsri_writer *w, const mbsr_closure_def *def)
+{
+    for (int k = 0; k < def->bodies; ++k)
+        if (!mbsri_written_has_axis(mbsri_written_joint_of(w, def->body[k], def->option[k])))
+            return false;
+    return true;
+}
+
+/* Sums of coordinates that closures relate. */
+static void write_closure_sums(mbsri_writer *w, bool *open)
+{
+    const mbsr_closure_table *coupling = mbsr_closure_coupling(0, NULL, NULL, NULL, 0.0).table;
+    for (int id = 0; id < mbsr_model_closures(w->model); ++id) {
+        mbsr_closure_def def;
+        if (mbsr_closure_definition(w->model, id, &def) || def.table != coupling ||
+            def.bodies < 3 || !mbsri_written_has_axes(w, &def))
+            continue;
+        const mbsri_transmission t = {
+            .count = def.bodies, .body = def.body, .coordinate = def.option, .factor = def.param};
+        mbsri_write_section(w, open, "tendon");
+        write_sum(w, mbsri_write_print(w, "closure_%d", id), &t, 1.0, false);
+    }
 }
 
 static double gear_of(const mbsr_file_actuator *a)
@@ -232,11 +256,12 @@ static void write_tendons(mbsri_writer *w)
         if (t.law.control && t.count == 1) continue;
         for (int k = 0; t.law.control && k < w->file->actuators; ++k)
             if (w->file->actuator[k].force == id) scale = gear_of(w->file->actuator + k);
-        open_section(w, &open, "tendon");
+        mbsri_write_section(w, &open, "tendon");
         write_sum(w, mbsri_write_print(w, "tendon_%d", id), &t, scale, !t.law.control);
     }
+    write_closure_sums(w, &open);
     for (int k = 0; k < w->springs.count; ++k) {
-        open_section(w, &open, "tendon");
+        mbsri_write_section(w, &open, "tendon");
         mbsri_begin(&w->text, "spatial");
         mbsri_set_text(&w->text, "name", s[k].name);
         mbsri_set_number(&w->text, "stiffness", s[k].stiffness);
@@ -271,7 +296,7 @@ static bool write_target(mbsri_writer *w, const mbsr_file_actuator *a)
         mbsri_set_text(x, "site", mbsri_write_print(w, "thrust_%d", a->force));
         mbsri_set_numbers(x, "gear", 6, thrust.gear);
     } else if (t.count == 1) {
-        mbsri_set_text(x, "joint", joint_of(w, t.body[0], coordinate[0])->name);
+        mbsri_set_text(x, "joint", mbsri_written_joint_of(w, t.body[0], coordinate[0])->name);
         mbsri_set_number(x, "gear", factor[0]);
     } else {
         mbsri_set_text(x, "tendon", mbsri_write_print(w, "tendon_%d", a->force));
@@ -307,7 +332,7 @@ static void write_actuators(mbsri_writer *w)
         const mbsr_file_actuator *a = w->file->actuator + k;
         char element[120];
         if (a->force != MBSR_NONE) {
-            open_section(w, &open, "actuator");
+            mbsri_write_section(w, &open, "actuator");
             write_actuator(w, a);
             continue;
         }
@@ -317,186 +342,10 @@ static void write_actuators(mbsri_writer *w)
     if (open) mbsri_out(&w->text, "actuator");
 }
 
-/* ---- equalities ---- */
-
-static mbsr_frame frame_at(const double param[12])
-{
-    mbsr_frame frame;
-    memcpy(frame.x, param, sizeof frame.x);
-    memcpy(frame.R, param + 3, sizeof frame.R);
-    return frame;
-}
-
-/* The bodies, the first of which is none of the ground; which one that is. */
-static int set_bodies(mbsri_writer *w, const mbsr_closure_def *def)
-{
-    const int first = def->body[0] == MBSR_GROUND, other = def->body[!first];
-    mbsri_set_text(&w->text, "body1", w->body[def->body[first]]);
-    if (other != MBSR_GROUND) mbsri_set_text(&w->text, "body2", w->body[other]);
-    return first;
-}
-
-static void write_weld(mbsri_writer *w, const mbsr_closure_def *def)
-{
-    mbsr_frame end[2] = {frame_at(def->param), frame_at(def->param + 12)};
-    double pose[7];
-    mbsri_begin(&w->text, "weld");
-    mbsri_set_text(&w->text, "name", def->name);
-    const int first = set_bodies(w, def);
-    const mbsr_frame back = mbsr_frame_inverse(end + !first),
-                     relative = mbsr_frame_product(end + first, &back);
-    memcpy(pose, relative.x, sizeof relative.x);
-    mbsr_rotation_quaternion(relative.R, pose + 3);
-    mbsri_set_numbers(&w->text, "relpose", 7, pose);
-    mbsri_end(&w->text);
-}
-
-/* MJCF tells the point on the first body; that on the other is where it is as drawn. */
-static bool write_connect(mbsri_writer *w, const mbsr_closure_def *def)
-{
-    const mbsr_frame unit = mbsr_frame_identity();
-    double x[2][3], gap = 0.0, size = 1e-9;
-    for (int k = 0; k < 2; ++k) {
-        const double *p = def->param + 12 * k;
-        const mbsr_frame *T = def->body[k] == MBSR_GROUND ? &unit : w->world + def->body[k];
-        for (int l = 0; l < 3; ++l) {
-            x[k][l] = T->x[l] + T->R[l] * p[0] + T->R[3 + l] * p[1] + T->R[6 + l] * p[2];
-            size = fmax(size, fabs(x[k][l]));
-        }
-    }
-    for (int l = 0; l < 3; ++l) gap = fmax(gap, fabs(x[0][l] - x[1][l]));
-    if (gap > 1e-9 * size) return false;
-    mbsri_begin(&w->text, "connect");
-    mbsri_set_text(&w->text, "name", def->name);
-    const int first = set_bodies(w, def);
-    mbsri_set_numbers(&w->text, "anchor", 3, def->param + 12 * first);
-    mbsri_end(&w->text);
-    return true;
-}
-
-/* q0 - ref0 = polynomial of (q1 - ref1). */
-static void write_relation(mbsri_writer *w, const char *name, const mbsri_written_joint *a,
-                           const mbsri_written_joint *b, const double power[5])
-{
-    mbsri_begin(&w->text, "joint");
-    mbsri_set_text(&w->text, "name", name);
-    mbsri_set_text(&w->text, "joint1", a->name);
-    if (b) mbsri_set_text(&w->text, "joint2", b->name);
-    mbsri_set_numbers(&w->text, "polycoef", 5, power);
-    mbsri_end(&w->text);
-}
-
-static double ref_of(const mbsri_written_joint *j)
-{
-    return j && j->of ? j->of->ref : 0.0;
-}
-
-static bool write_coupling(mbsri_writer *w, const mbsr_closure_def *def)
-{
-    const double *f = def->param, offset = def->param[MBSR_CLOSURE_BODIES];
-    const mbsri_written_joint *j[2] = {NULL, NULL};
-    double power[5] = {0.0};
-    if (def->bodies > 2 || !(fabs(f[0]) > 0.0)) return false;
-    for (int k = 0; k < def->bodies; ++k) {
-        j[k] = joint_of(w, def->body[k], def->option[k]);
-        if (!has_axis(j[k])) return false;
-    }
-    if (def->bodies > 1) power[1] = -f[1] / f[0];
-    power[0] = offset / f[0] - ref_of(j[0]) + power[1] * ref_of(j[1]);
-    write_relation(w, def->name, j[0], j[1], power);
-    return true;
-}
-
-static bool write_polynomial(mbsri_writer *w, const mbsr_closure_def *def)
-{
-    int coordinate[2];
-    double ref[2], power[5];
-    if (!mbsri_polynomial_of(def, coordinate, ref, power)) return false;
-    const mbsri_written_joint *a = joint_of(w, def->body[0], coordinate[0]),
-                              *b = joint_of(w, def->body[def->bodies > 1], coordinate[1]);
-    if (!has_axis(a) || !has_axis(b)) return false;
-    if (fabs(ref_of(a) - ref[0]) + fabs(ref_of(b) - ref[1]) > 0.0) return false;
-    write_relation(w, def->name, a, b, power);
-    return true;
-}
-
-static bool write_equality(mbsri_writer *w, const mbsr_closure_def *def)
-{
-    const mbsr_closure_table *weld = mbsr_closure_weld(0, NULL, 1, NULL).table,
-                             *ball = mbsr_closure_ball(0, NULL, 1, NULL).table,
-                             *coupling = mbsr_closure_coupling(0, NULL, NULL, NULL, 0.0).table;
-    for (int k = 0; k < MBSR_CLOSURE_ROWS; ++k)
-        if (def->stiffness[k] > 0.0) return false;
-    if (def->motion || def->compliant > 0) return false;
-    if (def->table == ball) return write_connect(w, def);
-    if (def->table == coupling) return write_coupling(w, def);
-    if (def->table != weld) return write_polynomial(w, def);
-    write_weld(w, def);
-    return true;
-}
-
-/* A force element that is a closure has been told among the forces. */
-static bool is_spring(const mbsri_writer *w, int closure)
-{
-    for (int k = 0; k < mbsr_model_forces(w->model); ++k)
-        if (mbsr_force_closure(w->model, k) == closure) return true;
-    return false;
-}
-
-static void write_equalities(mbsri_writer *w)
-{
-    bool open = false;
-    for (int k = 0; k < mbsr_model_closures(w->model); ++k) {
-        mbsr_closure_def def;
-        char element[120];
-        if (mbsr_closure_definition(w->model, k, &def)) continue;
-        open_section(w, &open, "equality");
-        if (write_equality(w, &def) || is_spring(w, k)) continue;
-        snprintf(element, sizeof element, "closure %d '%.80s'", k, def.name ? def.name : "");
-        mbsri_write_find(w, element, "MJCF cannot say this '%.60s': it is left out",
-                         def.table->name);
-    }
-    if (open) mbsri_out(&w->text, "equality");
-}
-
-/* ---- keys ---- */
-
-/* Of the actuators that are written. */
-static void write_controls(mbsri_writer *w, const double *control)
-{
-    const mbsr_file *f = w->file;
-    double *written = mbsri_arena_take(w->arena, ((size_t)f->actuators + 1) * sizeof *written);
-    int count = 0;
-    for (int k = 0; written && k < f->actuators; ++k)
-        if (f->actuator[k].force != MBSR_NONE) written[count++] = control[k];
-    if (count > 0) mbsri_set_numbers(&w->text, "ctrl", count, written);
-}
-
-static void write_keys(mbsri_writer *w)
-{
-    const mbsr_file *f = w->file;
-    bool open = false;
-    for (int k = 0; f && k < f->keys; ++k) {
-        const size_t numbers = (size_t)(f->nq + f->nu) + 1;
-        double *qpos = mbsri_arena_take(w->arena, numbers * sizeof *qpos);
-        if (!qpos || mbsr_file_mujoco_state(f, 1, f->key[k].q, f->key[k].u, qpos, qpos + f->nq))
-            continue;
-        open_section(w, &open, "keyframe");
-        mbsri_begin(&w->text, "key");
-        mbsri_set_text(&w->text, "name", f->key[k].name);
-        mbsri_set_number(&w->text, "time", f->key[k].time);
-        if (f->nq > 0) mbsri_set_numbers(&w->text, "qpos", f->nq, qpos);
-        if (f->nu > 0) mbsri_set_numbers(&w->text, "qvel", f->nu, qpos + f->nq);
-        write_controls(w, f->key[k].control);
-        mbsri_end(&w->text);
-    }
-    if (open) mbsri_out(&w->text, "keyframe");
-}
-
 void mbsri_write_rest(mbsri_writer *w)
 {
     write_tendons(w);
     write_actuators(w);
-    write_equalities(w);
-    write_keys(w);
+    mbsri_write_equalities(w);
+    mbsri_write_keys(w);
 }

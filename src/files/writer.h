@@ -74,6 +74,19 @@ void mbsri_write_collect(mbsri_writer *w);
 /* Bodies with their joints, inertias, shapes and sites. */
 void mbsri_write_bodies(mbsri_writer *w);
 
+/* The joint of a coordinate; NULL: it is none that a joint begins with. */
+const mbsri_written_joint *mbsri_written_joint_of(const mbsri_writer *w, int body, int coordinate);
+
+/* Whether it is a joint with one axis; j may be NULL. All coordinates of a coupling. */
+bool mbsri_written_has_axis(const mbsri_written_joint *j);
+bool mbsri_written_has_axes(const mbsri_writer *w, const mbsr_closure_def *def);
+
+/* Begins a section with its first element. */
+void mbsri_write_section(mbsri_writer *w, bool *open, const char *name);
+
+void mbsri_write_equalities(mbsri_writer *w);
+void mbsri_write_keys(mbsri_writer *w);
+
 /* Equalities, tendons, actuators and keys. */
 void mbsri_write_rest(mbsri_writer *w);
 
