@@ -5,8 +5,8 @@
  * of their own. Bodies come depth first, children in the order of the file. */
 #include "files/names.h"
 #include "files/numbers.h"
-#include "files/scene.h"
 #include "files/solids.h"
+#include "files/urdf_parts.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -52,15 +52,20 @@ static mbsr_frame rpy_frame(const double x[3], const double rpy[3])
     return frame;
 }
 
-static bool read_origin(mbsri_scene *s, const mbsri_element *e, mbsr_frame *frame)
+bool mbsri_urdf_place(mbsri_scene *s, const mbsri_element *of, const mbsri_element *e,
+                      mbsr_frame *frame)
 {
-    const mbsri_element *origin = mbsri_child(e, "origin");
     double x[3] = {0.0}, rpy[3] = {0.0};
-    if (origin && !(mbsri_numbers(s, e, "xyz", mbsri_attribute(origin, "xyz"), 3, 3, x, NULL) &&
-                    mbsri_numbers(s, e, "rpy", mbsri_attribute(origin, "rpy"), 3, 3, rpy, NULL)))
+    if (e && !(mbsri_numbers(s, of, "xyz", mbsri_attribute(e, "xyz"), 3, 3, x, NULL) &&
+               mbsri_numbers(s, of, "rpy", mbsri_attribute(e, "rpy"), 3, 3, rpy, NULL)))
         return false;
     *frame = rpy_frame(x, rpy);
     return true;
+}
+
+static bool read_origin(mbsri_scene *s, const mbsri_element *e, mbsr_frame *frame)
+{
+    return mbsri_urdf_place(s, e, mbsri_child(e, "origin"), frame);
 }
 
 static bool read_value(mbsri_scene *s, const mbsri_element *e, const mbsri_element *of,
@@ -496,9 +501,9 @@ static bool add_mimic(robot *r, const hinge *h, const mbsri_element *mimic)
 /* Elements that are neither of URDF nor of the usual extensions, which say nothing of a model's motion. */
 static void find_others(mbsri_scene *s, const mbsri_element *root)
 {
-    static const char *const known[][10] = {
+    static const char *const known[][14] = {
         {"robot", "link", "joint", "transmission", "gazebo", "material", "mujoco", "sensor",
-         "ros2_control", NULL},
+         "ros2_control", "loop", "loop_constraint", "loop_joint", "coupling", NULL},
         {"link", "inertial", "visual", "collision", NULL},
         {"joint", "origin", "axis", "parent", "child", "limit", "dynamics", "mimic",
          "safety_controller", NULL},
@@ -561,5 +566,5 @@ bool mbsri_urdf_read(mbsri_scene *s, const mbsri_element *root)
         const mbsri_element *mimic = mbsri_child(hinges[k].element, "mimic");
         if (mimic && !add_mimic(&r, hinges + k, mimic)) return false;
     }
-    return true;
+    return mbsri_urdf_loops(s, root);
 }

@@ -276,10 +276,10 @@ static void what_others_read_in_their_way(void **state)
                       NULL);
     assert_found(file, "joint 'j'", "another joint has this name");
     mbsr_file_destroy(file);
-    file = read_small(
-        ROBOT(LINKS HUNG("fixed", "<drake:wheel/>") "<loop_joint name='l'/><gazebo/>"), NULL);
+    file = read_small(ROBOT(LINKS HUNG("fixed", "<drake:wheel/>") "<spring name='l'/><gazebo/>"),
+                      NULL);
     assert_int_equal(file->findings, 2);
-    assert_found(file, "loop_joint 'l'", "left out");
+    assert_found(file, "spring 'l'", "left out");
     assert_found(file, "drake:wheel", "left out");
     mbsr_file_destroy(file);
     file = read_small(
@@ -294,6 +294,47 @@ static void what_others_read_in_their_way(void **state)
     mbsr_file_destroy(file);
 }
 
+/* A pulley of two wheels and a loop that is open by (0.1, 0, 0). */
+static void loops_and_couplings(void **state)
+{
+#define TURNS(name, child, y)                                                                      \
+    "<link name='" child "'>" MASS "</link><joint name='" name "' type='continuous'><parent "      \
+    "link='a'/><child link='" child "'/><origin xyz='0 " y " 0'/><axis xyz='0 0 1'/></joint>"
+    (void)state;
+    mbsr_file *file = read_small(
+        ROBOT("<link name='a'>" MASS "</link>" TURNS("i", "b", "0") TURNS(
+            "j", "c",
+            "1") "<coupling name='belt'><predecessor link='b'/><successor link='c'/><ratio "
+                 "value='3'/></coupling>"
+                 "<loop name='pin' type='revolute'><predecessor link='b'><origin xyz='1 0 "
+                 "0'/></predecessor>"
+                 "<successor link='c'><origin xyz='.9 -1 0'/></successor></loop>"
+                 "<loop_joint name='weld' type='fixed'><link1 link='b' xyz='0 0 0'/><link2 "
+                 "link='c'/></loop_joint>"
+                 "<coupling name='none'><predecessor link='a'/><successor link='a'/></coupling>"),
+        NULL);
+    double gap[4];
+    const double q[2] = {0.2, 0.1};
+    mbsr_data *d = finish(file);
+    assert_int_equal(file->findings, 2);
+    assert_found(file, "loop_joint 'weld'", "type 'fixed'");
+    assert_found(file, "coupling 'none'", "not 1 to");
+    assert_int_equal(mbsr_model_held(file->model), 4);
+    assert_ok(mbsr_positions(file->model, d, 0.0, file->q0), mbsr_data_error(d));
+    assert_ok(mbsr_closures_gap(file->model, d, gap), mbsr_data_error(d));
+    const int belt = mbsr_model_find_closure(file->model, "belt") == 0 ? 0 : 3,
+              pin = belt == 0 ? 1 : 0;
+    assert_close(fabs(gap[pin]), 0.1, 1e-15);
+    assert_close(gap[pin + 1], 0.0, 1e-15);
+    assert_ok(mbsr_positions(file->model, d, 0.0, q), mbsr_data_error(d));
+    assert_ok(mbsr_closures_gap(file->model, d, gap), mbsr_data_error(d));
+    assert_close(fabs(gap[belt]), 3.0 * 0.2 - 0.1, 1e-15);
+    mbsr_data_destroy(d);
+    mbsr_file_destroy(file);
+    assert_file_refused(ROBOT("<link name='a'/><loop name='l'><predecessor link='x'/></loop>"),
+                        NULL, "loop 'l'|predecessor 'x'");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -304,6 +345,7 @@ int main(void)
         cmocka_unit_test(moments_that_no_body_has),
         cmocka_unit_test(states_of_floating_links),
         cmocka_unit_test(what_others_read_in_their_way),
+        cmocka_unit_test(loops_and_couplings),
         cmocka_unit_test(refused_files),
         cmocka_unit_test(deep_files),
     };
