@@ -200,6 +200,22 @@ static void write_thrusts(mbsri_writer *w, int body)
     }
 }
 
+/* Ends of pins that are open as drawn. */
+static void write_ends(mbsri_writer *w, int body)
+{
+    for (int id = 0; id < mbsr_model_closures(w->model); ++id) {
+        mbsr_closure_def def;
+        if (mbsr_closure_definition(w->model, id, &def) || !mbsri_written_is_open(w, &def))
+            continue;
+        for (int k = 0; k < 2; ++k) {
+            const double *x = def.param + 12 * k;
+            const mbsr_frame frame = mbsr_frame_at(x[0], x[1], x[2]);
+            if (def.body[k] == body)
+                write_site(w, mbsri_write_print(w, "closure_%d_%c", id, "ab"[k]), &frame);
+        }
+    }
+}
+
 static void write_shapes_and_sites(mbsri_writer *w, int body)
 {
     const mbsri_written_spring *spring = w->springs.items;
@@ -216,6 +232,7 @@ static void write_shapes_and_sites(mbsri_writer *w, int body)
         }
     }
     write_thrusts(w, body);
+    write_ends(w, body);
 }
 
 static void write_meshes(mbsri_writer *w)

@@ -39,11 +39,11 @@ static void write_weld(mbsri_writer *w, const mbsr_closure_def *def)
     mbsri_end(&w->text);
 }
 
-/* MJCF tells the point on the first body; that on the other is where it is as drawn. */
-static bool write_connect(mbsri_writer *w, const mbsr_closure_def *def)
+bool mbsri_written_is_open(const mbsri_writer *w, const mbsr_closure_def *def)
 {
     const mbsr_frame unit = mbsr_frame_identity();
     double x[2][3], gap = 0.0, size = 1e-9;
+    if (def->table != mbsr_closure_ball(0, NULL, 1, NULL).table) return false;
     for (int k = 0; k < 2; ++k) {
         const double *p = def->param + 12 * k;
         const mbsr_frame *T = def->body[k] == MBSR_GROUND ? &unit : w->world + def->body[k];
@@ -53,13 +53,22 @@ static bool write_connect(mbsri_writer *w, const mbsr_closure_def *def)
         }
     }
     for (int l = 0; l < 3; ++l) gap = fmax(gap, fabs(x[0][l] - x[1][l]));
-    if (gap > 1e-9 * size) return false;
+    return gap > 1e-9 * size;
+}
+
+/* MJCF tells the point on the first body; that on the other is where it is as drawn, else both are sites. */
+static void write_connect(mbsri_writer *w, const mbsr_closure_def *def, int id)
+{
     mbsri_begin(&w->text, "connect");
     mbsri_set_text(&w->text, "name", def->name);
-    const int first = set_bodies(w, def);
-    mbsri_set_numbers(&w->text, "anchor", 3, def->param + 12 * first);
+    if (mbsri_written_is_open(w, def)) {
+        mbsri_set_text(&w->text, "site1", mbsri_write_print(w, "closure_%d_a", id));
+        mbsri_set_text(&w->text, "site2", mbsri_write_print(w, "closure_%d_b", id));
+    } else {
+        const int first = set_bodies(w, def);
+        mbsri_set_numbers(&w->text, "anchor", 3, def->param + 12 * first);
+    }
     mbsri_end(&w->text);
-    return true;
 }
 
 /* q0 - ref0 = polynomial of (q1 - ref1). */
@@ -133,7 +142,10 @@ static bool write_equality(mbsri_writer *w, const mbsr_closure_def *def, int id)
     for (int k = 0; k < MBSR_CLOSURE_ROWS; ++k)
         if (def->stiffness[k] > 0.0) return false;
     if (def->motion || def->compliant > 0) return false;
-    if (def->table == ball) return write_connect(w, def);
+    if (def->table == ball) {
+        write_connect(w, def, id);
+        return true;
+    }
     if (def->table == coupling) return write_coupling(w, def, id);
     if (def->table != weld) return write_polynomial(w, def);
     write_weld(w, def);

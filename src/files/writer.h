@@ -81,6 +81,9 @@ const mbsri_written_joint *mbsri_written_joint_of(const mbsri_writer *w, int bod
 bool mbsri_written_has_axis(const mbsri_written_joint *j);
 bool mbsri_written_has_axes(const mbsri_writer *w, const mbsr_closure_def *def);
 
+/* Whether it is a pin whose points are apart as drawn. */
+bool mbsri_written_is_open(const mbsri_writer *w, const mbsr_closure_def *def);
+
 /* Begins a section with its first element. */
 void mbsri_write_section(mbsri_writer *w, bool *open, const char *name);
 
