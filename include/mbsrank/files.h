@@ -53,10 +53,11 @@ typedef struct mbsr_file_opt {
     int closures;  /* 1 (default): mimicking joints and equalities become closures; 0: left out */
     int actuators; /* 1 (default): actuators become force elements; 0: left out */
     int passive;   /* 1 (default): springs and dampers of joints and tendons; 0: left out */
-    double stop_stiffness; /* > 0: limits of joints become stops, N/m or N m/rad; default 0: none */
-    double stop_damping;   /* N s/m or N m s/rad */
-    double slip;           /* > 0: dry friction of joints, smooth below this rate, m/s or rad/s;
-                                default 0: left out */
+    int limits; /* 1: limits of joints become stops, stiff by the masses that they carry; default 0 */
+    int friction; /* 1: dry friction of joints, smooth below a rate by their ranges; default 0 */
+    double stop_stiffness;  /* > 0: limits become stops of this one, N/m or N m/rad; default 0 */
+    double stop_damping;    /* N s/m or N m s/rad */
+    double slip;            /* > 0: dry friction, smooth below this rate, m/s or rad/s; default 0 */
     mbsr_file_load_fn load; /* NULL: files with includes are refused, meshes are findings */
     void *user;             /* for load */
     int packages;           /* URDF: meshes of package://NAME/PATH get the path FOLDER/PATH */
@@ -95,6 +96,10 @@ typedef struct mbsr_file_joint {
     double range[2]; /* rad or m */
     double ref;      /* where the body stands as drawn in the file */
     double friction; /* dry friction, N m or N */
+    mbsr_frame from; /* of a free joint: where its coordinates count from, in the world, or in the
+                        moving body below; else the identity */
+    double stop_stiffness, stop_damping; /* of its stops in the model; 0: there are none */
+    double slip; /* below this rate its dry friction is smooth; 0: it is not in the model */
 } mbsr_file_joint;
 
 /* A point with axes on a body. */
@@ -106,15 +111,18 @@ typedef struct mbsr_file_site {
 
 /* An actuator: at control w it exerts on its joint coordinate, or on all of a fixed tendon,
  *
- *   gear (gain w + bias[0] + bias[1] l + bias[2] l'),     l = gear q
+ *   gear F,   F = gain w + bias[0] + bias[1] l + bias[2] l',     l = gear q
  *
- * w stands in `control` of mbsr_file and may be changed by the caller, between calls. */
+ * with w and F no further than their ranges where these are limited; on a site F along its gear there, with
+ * l = 0. w stands in `control` of mbsr_file and may be changed by the caller, between calls. */
 typedef struct mbsr_file_actuator {
     const char *name;
     int force; /* id of the force element, or MBSR_NONE */
     double gear, gain, bias[3];
     int limited;
-    double range[2]; /* of w; not enforced */
+    double range[2]; /* of w */
+    int force_limited;
+    double force_range[2]; /* of F */
 } mbsr_file_actuator;
 
 /* A named state: q and u of the model, w of the actuators. */
@@ -195,9 +203,9 @@ MBSR_API int mbsr_file_find_actuator(const mbsr_file *file, const char *name);
 MBSR_API int mbsr_file_find_key(const mbsr_file *file, const char *name);
 
 /* Between the coordinates of MuJoCo, joint by joint in the order of `joint`, and those of the model as
- * read (nq and nu of either): a free joint there has q = (x, y, z, quaternion), v = (velocity of the
- * origin along the parent's axes, angular velocity along the body's), a ball the angular velocity along
- * the body's axes. `inverse` = 0: from qpos, qvel to q, u; 1: the other way. qvel and u may be NULL. No
+ * read (nq and nu of either): a free joint there has q = (x, y, z, quaternion) in the world, v =
+ * (velocity of the origin along the world's axes, angular velocity along the body's), a ball the angular
+ * velocity along the body's axes; on a body that moves that body stands for the world. `inverse` = 0: from qpos, qvel to q, u; 1: the other way. qvel and u may be NULL. No
  * output may overlap an input. MBSR_ERR_NULL; MBSR_NOT_FINITE; MBSR_ERR_VALUE: a quaternion of length
  * zero. */
 MBSR_API int mbsr_file_mujoco_state(const mbsr_file *file, int inverse, const double *position,
@@ -208,6 +216,11 @@ MBSR_API int mbsr_file_mujoco_state(const mbsr_file *file, int inverse, const do
 typedef struct mbsr_write_opt {
     int cookie; /* set by mbsr_default_write_opt */
     int strict; /* 1: findings make the writer refuse; default 0 */
+    const char
+        *mesh_folder; /* where names of meshes begin; NULL (default): where the text will be */
+    /* Whether there is a mesh of that name; NULL (default): there is. Those that are not are left out. */
+    int (*has_mesh)(void *user, const char *path);
+    void *user;
     mbsr_allocator
         allocator; /* of what is written; default: malloc and free (both functions NULL) */
 } mbsr_write_opt;

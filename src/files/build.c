@@ -8,7 +8,8 @@
  *
  * Those with one anchor are one compound joint, in whose coordinates the constant parts R(-ref) are
  * carried behind all axes: R(a, q - ref) = R(a, q) K with K = R(a, -ref), K R(b, x) = R(K b, x) K. Another
- * anchor, a ball or more than six axes begin a body without mass in between. */
+ * anchor, a ball, or an axis along which those before it turn or slide already, as drawn, begins a body without mass in
+ * between. */
 #include "files/build.h"
 
 #include "files/elements.h"
@@ -20,7 +21,7 @@
 
 enum { MOST_AXES = 6 };
 
-static bool refused(mbsri_scene *s, const mbsri_element *e, const mbsr_model *model)
+bool mbsri_scene_refused(mbsri_scene *s, const mbsri_element *e, const mbsr_model *model)
 {
     const mbsr_error *error = mbsr_model_error(model);
     if (error->status == MBSR_ERR_NO_MEMORY) {
@@ -67,7 +68,8 @@ static bool add_body(mbsri_scene *s, mbsr_file *file, const mbsri_scene_body *b,
     def.parent = on->parent;
     def.joint = joint;
     def.inertia = inertia;
-    if (mbsr_model_add_body(file->model, &def, id)) return refused(s, b->element, file->model);
+    if (mbsr_model_add_body(file->model, &def, id))
+        return mbsri_scene_refused(s, b->element, file->model);
     return name_body(s, file, name);
 }
 
@@ -76,6 +78,8 @@ typedef struct chain {
     mbsr_axis axis[MOST_AXES];
     double armature[MOST_AXES];
     int count;
+    int drawn[2];              /* slides, hinges */
+    double direction[2][3][3]; /* theirs as drawn */
     bool anchored;
     double anchor[3];
     double shift[3]; /* along slides before the first rotation */
@@ -87,12 +91,34 @@ static void start_chain(chain *c)
     *c = (chain){.K = mbsr_frame_identity()};
 }
 
+/* Whether a direction lies in the span of some others, up to three. */
+static bool depends(int count, const double (*span)[3], const double direction[3])
+{
+    double own[4][3];
+    memcpy(own[count], direction, sizeof *own);
+    for (int k = 0; k <= count; ++k) { /* Gram and Schmidt */
+        double square = 0.0;
+        if (k < count) memcpy(own[k], span[k], sizeof *own);
+        for (int l = 0; l < k; ++l) {
+            double along = 0.0;
+            for (int i = 0; i < 3; ++i) along += own[l][i] * own[k][i];
+            for (int i = 0; i < 3; ++i) own[k][i] -= along * own[l][i];
+        }
+        for (int i = 0; i < 3; ++i) square += own[k][i] * own[k][i];
+        if (!(square > 1e-12)) return true;
+        for (int i = 0; i < 3; ++i) own[k][i] /= sqrt(square);
+    }
+    return false;
+}
+
 /* False: the joint needs a body of its own. */
 static bool grow(chain *c, const mbsri_scene_joint *j)
 {
     const bool hinge = j->joint.kind == MBSR_FILE_HINGE;
     const double *x = c->K.x;
     if (c->count == MOST_AXES) return false;
+    if (depends(c->drawn[hinge], (const double(*)[3])c->direction[hinge], j->axis)) return false;
+    memcpy(c->direction[hinge][c->drawn[hinge]++], j->axis, sizeof j->axis);
     if (hinge && c->anchored && memcmp(c->anchor, j->anchor, sizeof c->anchor) != 0) return false;
     if (hinge && (x[0] != 0.0 || x[1] != 0.0 || x[2] != 0.0)) {
         if (c->anchored) return false;
@@ -159,7 +185,8 @@ static bool add_armature(mbsri_scene *s, mbsr_model *model, int id, int n, const
 {
     bool some = false;
     for (int k = 0; k < n; ++k) some = some || armature[k] != 0.0;
-    return !some || !mbsr_model_armature(model, id, n, armature) || refused(s, e, model);
+    return !some || !mbsr_model_armature(model, id, n, armature) ||
+           mbsri_scene_refused(s, e, model);
 }
 
 static const char *between_name(mbsri_scene *s, const mbsri_scene_body *b, const char *joint)
@@ -197,145 +224,9 @@ static bool add_bodies_of(mbsri_scene *s, mbsr_file *file, mbsri_scene_body *b)
     return true;
 }
 
-/* ---- forces ---- */
-
-static bool add_force(mbsri_scene *s, mbsr_file *file, mbsr_force_def def, const mbsri_element *e,
-                      int *id)
-{
-    return !mbsr_model_add_force(file->model, &def, id) || refused(s, e, file->model);
-}
-
-static bool has_axis(const mbsr_file_joint *j)
-{
-    return j->kind == MBSR_FILE_HINGE || j->kind == MBSR_FILE_SLIDE;
-}
-
-static bool add_joint_forces(mbsri_scene *s, mbsr_file *file, const mbsri_scene_joint *j)
-{
-    const mbsr_file_opt *opt = s->opt;
-    const mbsr_file_joint *of = &j->joint;
-    bool good = true;
-    if (s->with_passive && (j->stiffness != 0.0 || j->damping != 0.0)) {
-        if (has_axis(of)) {
-            good = add_force(s, file,
-                             mbsr_force_joint_spring(of->body, of->coordinate, j->stiffness,
-                                                     j->damping, j->rest),
-                             j->element, NULL);
-        } else if (of->kind == MBSR_FILE_BALL) {
-            const double k[3] = {j->stiffness, j->stiffness, j->stiffness},
-                         d[3] = {j->damping, j->damping, j->damping};
-            good = add_force(s, file, mbsr_force_joint_rotation_spring(of->body, k, d, NULL),
-                             j->element, NULL);
-        } else {
-            mbsri_file_find(s, j->element, "springs and dampers of free joints are left out");
-        }
-    }
-    if (good && has_axis(of) && of->limited && opt->stop_stiffness > 0.0)
-        good = add_force(s, file,
-                         mbsr_force_joint_stop(of->body, of->coordinate, of->range[0], of->range[1],
-                                               opt->stop_stiffness, opt->stop_damping),
-                         j->element, NULL);
-    if (good && has_axis(of) && of->friction > 0.0 && opt->slip > 0.0)
-        good = add_force(
-            s, file, mbsr_force_joint_friction(of->body, of->coordinate, of->friction, opt->slip),
-            j->element, NULL);
-    return good;
-}
-
-/* What a sum over joints acts on; its body and coordinate lists. */
-static void place_sum(const mbsri_scene *s, const mbsri_scene_sum *sum, double gear, int *body,
-                      int *coordinate, double *factor)
-{
-    for (int k = 0; k < sum->count; ++k) {
-        const mbsri_scene_joint *j = mbsri_scene_joints(s) + sum->joint[k];
-        body[k] = j->joint.body;
-        coordinate[k] = j->joint.coordinate;
-        factor[k] = gear * sum->factor[k];
-    }
-}
-
-static bool add_sum(mbsri_scene *s, mbsr_file *file, const mbsri_scene_sum *sum, double gear,
-                    mbsri_transmission t, const mbsri_element *e, int *id)
-{
-    int body[MBSRI_TERMS], coordinate[MBSRI_TERMS];
-    double factor[MBSRI_TERMS];
-    place_sum(s, sum, gear, body, coordinate, factor);
-    t.count = sum->count;
-    t.body = body, t.coordinate = coordinate, t.factor = factor;
-    return add_force(s, file, mbsri_force_transmission(&t), e, id);
-}
-
-/* Along sites, which are of bodies of the model by now. */
-static bool add_path(mbsri_scene *s, mbsr_file *file, const mbsri_scene_tendon *t)
-{
-    const mbsr_file_site *sites = s->sites.items, *a = sites + t->site[0], *b = sites + t->site[1];
-    int body[MBSRI_PATH_MOST];
-    double point[MBSRI_PATH_MOST][3];
-    if (isnan(t->rest[0])) {
-        mbsri_file_find(s, t->element,
-                        "its spring is left out: without springlength it is at rest where joints "
-                        "are at their springref, not as drawn");
-        return true;
-    }
-    if (t->count == 2 && t->rest[0] == t->rest[1])
-        return add_force(s, file,
-                         mbsr_force_point_spring(a->body, a->frame.x, b->body, b->frame.x,
-                                                 t->stiffness, t->damping, t->rest[0]),
-                         t->element, NULL);
-    for (int k = 0; k < t->count; ++k) {
-        body[k] = sites[t->site[k]].body;
-        memcpy(point[k], sites[t->site[k]].frame.x, sizeof point[k]);
-    }
-    return add_force(s, file,
-                     mbsri_force_path(t->count, body, (const double(*)[3])point, t->stiffness,
-                                      t->damping, t->rest),
-                     t->element, NULL);
-}
-
-static bool add_tendon(mbsri_scene *s, mbsr_file *file, const mbsri_scene_tendon *t)
-{
-    const mbsri_scene_joint *joints = mbsri_scene_joints(s);
-    if (!s->with_passive || (t->stiffness == 0.0 && t->damping == 0.0)) return true;
-    if (t->count > 0) return add_path(s, file, t);
-    mbsri_transmission law = {.bias = {0.0, -t->stiffness, -t->damping},
-                              .rest = {t->rest[0], t->rest[1]}};
-    if (isnan(t->rest[0])) {
-        law.rest[0] = 0.0;
-        for (int k = 0; k < t->sum.count; ++k)
-            law.rest[0] += t->sum.factor[k] * joints[t->sum.joint[k]].rest;
-        law.rest[1] = law.rest[0];
-    }
-    return add_sum(s, file, &t->sum, 1.0, law, t->element, NULL);
-}
-
-static bool add_actuators(mbsri_scene *s, mbsr_file *file)
-{
-    mbsri_scene_actuator *list = s->actuators.items;
-    const int count = s->actuators.count;
-    file->control = mbsri_arena_take(s->arena, (size_t)(count + 1) * sizeof *file->control);
-    mbsr_file_actuator *out = mbsri_arena_take(s->arena, (size_t)(count + 1) * sizeof *out);
-    if (!file->control || !out) return false;
-    for (int k = 0; k < count; ++k) {
-        mbsr_file_actuator *a = &list[k].actuator;
-        a->force = MBSR_NONE;
-        if (s->with_actuators && list[k].sum.count > 0) {
-            const mbsri_transmission law = {.gain = a->gain,
-                                            .bias = {a->bias[0], a->bias[1], a->bias[2]},
-                                            .control = file->control + k};
-            if (!add_sum(s, file, &list[k].sum, a->gear, law, list[k].element, &a->force))
-                return false;
-        }
-        out[k] = *a;
-    }
-    file->actuators = count;
-    file->actuator = out;
-    return true;
-}
-
 /* ---- closures ---- */
 
-/* Frames of all bodies in the world, as drawn; NULL: no memory. */
-static mbsr_frame *drawn(const mbsri_scene *s)
+mbsr_frame *mbsri_scene_drawn(const mbsri_scene *s)
 {
     mbsr_frame *frames = mbsri_arena_take(s->arena, (size_t)(s->bodies.count + 1) * sizeof *frames);
     const mbsri_scene_body *b = mbsri_scene_bodies(s);
@@ -356,6 +247,9 @@ static mbsr_closure_def between_bodies(const mbsri_scene *s, const mbsri_scene_e
         id[k] = q->body[k] < 0 ? MBSR_GROUND : mbsri_scene_bodies(s)[q->body[k]].id;
         T[k] = q->body[k] < 0 ? &world : frames + q->body[k];
     }
+    if (q->at_sites && q->kind == MBSRI_WELD)
+        return mbsr_closure_weld(id[0], q->end, id[1], q->end + 1);
+    if (q->at_sites) return mbsr_closure_ball(id[0], q->end[0].x, id[1], q->end[1].x);
     if (!q->placed) {
         const mbsr_frame back = mbsr_frame_inverse(T[0]);
         relative = mbsr_frame_product(&back, T[1]);
@@ -380,75 +274,57 @@ static mbsr_closure_def between_joints(const mbsri_scene *s, const mbsri_scene_e
     return mbsri_closure_polynomial(body, coordinate, ref, q->power);
 }
 
+/* A sum over joints is as drawn, but for an offset. */
+static mbsr_closure_def between_sums(const mbsri_scene *s, const mbsri_scene_equality *q)
+{
+    int body[MBSR_CLOSURE_BODIES], coordinate[MBSR_CLOSURE_BODIES];
+    double drawn = q->offset;
+    for (int k = 0; k < q->sum.count; ++k) {
+        const mbsr_file_joint *j = &mbsri_scene_joints(s)[q->sum.joint[k]].joint;
+        body[k] = j->body;
+        coordinate[k] = j->coordinate;
+        drawn += q->sum.factor[k] * j->ref;
+    }
+    return mbsr_closure_coupling(q->sum.count, body, coordinate, q->sum.factor, drawn);
+}
+
+/* The body with joints that carries this one; -1: the world. */
+static int carrier(const mbsri_scene *s, int body)
+{
+    const mbsri_scene_body *b = mbsri_scene_bodies(s);
+    while (body >= 0 && b[body].joints == 0) body = b[body].parent;
+    return body;
+}
+
+/* Whether nothing can move between both its bodies. */
+static bool is_rigid(mbsri_scene *s, const mbsri_scene_equality *q)
+{
+    const bool rigid = (q->kind == MBSRI_CONNECT || q->kind == MBSRI_WELD) &&
+                       carrier(s, q->body[0]) == carrier(s, q->body[1]);
+    if (rigid)
+        mbsri_file_find(s, q->element, "it is left out: nothing moves between both its bodies");
+    return rigid;
+}
+
 static bool add_closures(mbsri_scene *s, mbsr_file *file)
 {
     const mbsri_scene_equality *q = s->equalities.items;
     if (!s->with_closures || s->equalities.count == 0) return true;
-    const mbsr_frame *frames = drawn(s);
+    const mbsr_frame *frames = mbsri_scene_drawn(s);
     if (!frames) return false;
     for (int k = 0; k < s->equalities.count; ++k, ++q) {
-        mbsr_closure_def def =
-            q->kind == MBSRI_POLYNOMIAL ? between_joints(s, q) : between_bodies(s, q, frames);
+        if (is_rigid(s, q)) continue;
+        mbsr_closure_def def = q->kind == MBSRI_POLYNOMIAL ? between_joints(s, q)
+                               : q->kind == MBSRI_SUM      ? between_sums(s, q)
+                                                           : between_bodies(s, q, frames);
         def.name = q->name;
         if (mbsr_model_add_closure(file->model, &def, NULL))
-            return refused(s, q->element, file->model);
+            return mbsri_scene_refused(s, q->element, file->model);
     }
     return true;
 }
 
-/* ---- tendons at rest as drawn ---- */
-
-static double drawn_length(const mbsri_scene *s, const mbsri_scene_tendon *t,
-                           const mbsr_frame *frames)
-{
-    const mbsr_file_site *sites = s->sites.items;
-    double last[3] = {0.0}, length = 0.0;
-    for (int k = 0; k < t->count; ++k) {
-        const mbsr_file_site *site = sites + t->site[k];
-        const mbsr_frame world =
-            site->body < 0 ? site->frame : mbsr_frame_product(frames + site->body, &site->frame);
-        double square = 0.0;
-        for (int l = 0; l < 3; ++l) square += (world.x[l] - last[l]) * (world.x[l] - last[l]);
-        length += k > 0 ? sqrt(square) : 0.0;
-        memcpy(last, world.x, sizeof last);
-    }
-    return length;
-}
-
-/* Lengths of rest of tendons along sites that have none, while sites are on bodies as drawn. Where a joint is
- * drawn elsewhere than its spring rests nothing is known of them. */
-static bool settle_tendons(mbsri_scene *s)
-{
-    mbsri_scene_tendon *t = s->tendons.items;
-    const mbsri_scene_joint *joints = mbsri_scene_joints(s);
-    const mbsr_frame *frames = s->tendons.count > 0 ? drawn(s) : NULL;
-    for (int k = 0; k < s->joints.count; ++k)
-        if (joints[k].rest != joints[k].joint.ref) return true;
-    for (int k = 0; k < s->tendons.count && frames; ++k) {
-        if (t[k].count > 0 && isnan(t[k].rest[0]))
-            t[k].rest[0] = t[k].rest[1] = drawn_length(s, t + k, frames);
-    }
-    return frames || s->tendons.count == 0;
-}
-
 /* ---- all of it ---- */
-
-static bool add_forces(mbsri_scene *s, mbsr_file *file, const mbsri_element *root)
-{
-    const mbsri_scene_joint *joints = mbsri_scene_joints(s);
-    const mbsri_scene_tendon *tendons = s->tendons.items;
-    const double *g = s->gravity;
-    if ((g[0] != 0.0 || g[1] != 0.0 || g[2] != 0.0) &&
-        !add_force(s, file, mbsr_force_gravity(g[0], g[1], g[2]), root, NULL))
-        return false;
-    for (int k = 0; k < s->joints.count; ++k) {
-        if (!add_joint_forces(s, file, joints + k)) return false;
-    }
-    for (int k = 0; k < s->tendons.count; ++k) {
-        if (!add_tendon(s, file, tendons + k)) return false;
-    }
-    return add_actuators(s, file);
-}
 
 bool mbsri_scene_build(mbsri_scene *s, mbsr_file *file, const mbsri_element *root)
 {
@@ -458,11 +334,12 @@ bool mbsri_scene_build(mbsri_scene *s, mbsr_file *file, const mbsri_element *roo
     for (int k = 0; k < s->bodies.count; ++k) {
         if (!add_bodies_of(s, file, bodies + k)) return false;
     }
-    if (!settle_tendons(s)) return false;
+    if (!mbsri_scene_settle(s)) return false;
     /* so far by index */
     for (int k = 0; k < s->sites.count; ++k)
         sites[k].body = sites[k].body < 0 ? MBSR_GROUND : bodies[sites[k].body].id;
     for (int k = 0; k < s->shapes.count; ++k)
         shapes[k].body = shapes[k].body < 0 ? MBSR_GROUND : bodies[shapes[k].body].id;
-    return add_forces(s, file, root) && add_closures(s, file) && mbsri_scene_states(s, file);
+    return mbsri_scene_forces(s, file, root) && add_closures(s, file) &&
+           mbsri_scene_states(s, file);
 }

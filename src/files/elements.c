@@ -6,10 +6,62 @@
 #include <stdio.h>
 #include <string.h>
 
+/* ---- laws ----
+ *
+ * param: gain, bias (3), rest (2), range of the control (2), of the force (2). option: which ranges hold. */
+enum { GAIN, BIAS, REST = 4, CONTROL = 6, FORCE = 8, TERMS = MBSRI_LAW_PARAMS };
+enum { CONTROL_HOLDS = 1, FORCE_HOLDS = 2 };
+
+void mbsri_law_put(const mbsri_law *law, mbsr_force_def *def)
+{
+    def->param[GAIN] = law->gain;
+    memcpy(def->param + BIAS, law->bias, sizeof law->bias);
+    memcpy(def->param + REST, law->rest, sizeof law->rest);
+    memcpy(def->param + CONTROL, law->control_range, sizeof law->control_range);
+    memcpy(def->param + FORCE, law->force_range, sizeof law->force_range);
+    def->option[0] =
+        (law->control_limited ? CONTROL_HOLDS : 0) + (law->force_limited ? FORCE_HOLDS : 0);
+    def->user = (void *)law->control;
+}
+
+void mbsri_law_get(const mbsr_force_def *def, mbsri_law *law)
+{
+    *law = (mbsri_law){.gain = def->param[GAIN],
+                       .control_limited = (def->option[0] & CONTROL_HOLDS) != 0,
+                       .force_limited = (def->option[0] & FORCE_HOLDS) != 0,
+                       .control = def->user};
+    memcpy(law->bias, def->param + BIAS, sizeof law->bias);
+    memcpy(law->rest, def->param + REST, sizeof law->rest);
+    memcpy(law->control_range, def->param + CONTROL, sizeof law->control_range);
+    memcpy(law->force_range, def->param + FORCE, sizeof law->force_range);
+}
+
+/* l beyond what is at rest; *slack: it is within. */
+static double beyond(const mbsr_force_def *def, double l, bool *slack)
+{
+    const double *rest = def->param + REST;
+    *slack = rest[0] < rest[1] && l > rest[0] && l < rest[1];
+    return *slack ? 0.0 : l <= rest[0] ? l - rest[0] : l - rest[1];
+}
+
+double mbsri_law_force(const mbsr_force_def *def, double l, double rate, double slope[2])
+{
+    const double *param = def->param, *control = def->user;
+    double w = control ? *control : 0.0;
+    bool slack;
+    if (def->option[0] & CONTROL_HOLDS) w = fmin(fmax(w, param[CONTROL]), param[CONTROL + 1]);
+    const double x = beyond(def, l, &slack),
+                 F = param[GAIN] * w + param[BIAS] + param[BIAS + 1] * x + param[BIAS + 2] * rate;
+    slope[0] = slack ? 0.0 : param[BIAS + 1];
+    slope[1] = param[BIAS + 2];
+    if (!(def->option[0] & FORCE_HOLDS)) return F;
+    if (F < param[FORCE] || F > param[FORCE + 1]) slope[0] = slope[1] = 0.0;
+    return fmin(fmax(F, param[FORCE]), param[FORCE + 1]);
+}
+
 /* ---- transmissions ----
  *
- * param: gain, bias (3), rest (2), then factor and coordinate of each body. */
-enum { GAIN, BIAS, REST = 4, TERMS = 6 };
+ * param: a law, then factor and coordinate of each body. */
 
 static double factor_of(const mbsr_force_args *args, int k)
 {
@@ -36,18 +88,15 @@ static int place_of_term(const mbsr_force_args *args, int k)
     return place_of(args->body + k, coordinate_of(args, k));
 }
 
-/* Length beyond what is at rest; *slack: it is within. */
-static double length_of(const mbsr_force_args *args, int *slack)
+static double length_of(const mbsr_force_args *args)
 {
-    const double *rest = args->force->param + REST;
     double l = 0.0;
     for (int k = 0; k < args->bodies; ++k) {
         const int at = place_of_term(args, k);
         const mbsr_force_body *b = args->body + k;
         l += factor_of(args, k) * (at < 0 ? b->held[coordinate_of(args, k)] : b->q[at]);
     }
-    *slack = rest[0] < rest[1] && l > rest[0] && l < rest[1];
-    return *slack ? 0.0 : l <= rest[0] ? l - rest[0] : l - rest[1];
+    return l;
 }
 
 static double rate_of(const mbsr_force_args *args)
@@ -62,11 +111,8 @@ static double rate_of(const mbsr_force_args *args)
 
 static int evaluate(const mbsr_force_args *args)
 {
-    const double *param = args->force->param, *control = args->force->user;
-    int slack;
-    const double x = length_of(args, &slack), F = param[GAIN] * (control ? *control : 0.0) +
-                                                  param[BIAS] + param[BIAS + 1] * x +
-                                                  param[BIAS + 2] * rate_of(args);
+    double slope[2];
+    const double F = mbsri_law_force(args->force, length_of(args), rate_of(args), slope);
     for (int k = 0; k < args->bodies; ++k) {
         const int at = place_of_term(args, k);
         if (at >= 0) args->body[k].tau[at] += factor_of(args, k) * F;
@@ -76,8 +122,8 @@ static int evaluate(const mbsr_force_args *args)
 
 static int energy(const mbsr_force_args *args, double *E)
 {
-    int slack;
-    const double x = length_of(args, &slack);
+    bool slack;
+    const double x = beyond(args->force, length_of(args), &slack);
     if (!args->force->user) *E += -0.5 * args->force->param[BIAS + 1] * x * x;
     return 0;
 }
@@ -91,28 +137,27 @@ static int dissipation(const mbsr_force_args *args, double *power)
 
 /* Those of tau of term k, in its row. */
 static void add_slopes(const mbsr_force_args *args, const mbsr_force_derivatives *out, int k,
-                       double *row, int slack)
+                       double *row, const double slope[2])
 {
-    const double *param = args->force->param;
     for (int l = 0; l < args->bodies; ++l) {
         const mbsr_force_body *b = args->body + l;
         const int at = place_of_term(args, l), pose = b->space == MBSR_SPACE_SPATIAL ? 6 : b->np;
         if (at < 0) continue;
         const int q = out->column[l] + pose + b->d + at;
         const double both = factor_of(args, k) * factor_of(args, l);
-        if (!slack) row[out->rows * q] += both * param[BIAS + 1];
-        row[out->rows * (q + b->nq)] += both * param[BIAS + 2];
+        row[out->rows * q] += both * slope[0];
+        row[out->rows * (q + b->nq)] += both * slope[1];
     }
 }
 
 static int derivatives(const mbsr_force_args *args, const mbsr_force_derivatives *out)
 {
-    int slack;
-    (void)length_of(args, &slack);
+    double slope[2];
+    (void)mbsri_law_force(args->force, length_of(args), rate_of(args), slope);
     for (int k = 0; k < args->bodies; ++k) {
         const int at = place_of_term(args, k);
         if (at >= 0)
-            add_slopes(args, out, k, out->matrix + out->row[k] + args->body[k].d + at, slack);
+            add_slopes(args, out, k, out->matrix + out->row[k] + args->body[k].d + at, slope);
     }
     return 0;
 }
@@ -129,10 +174,8 @@ static const mbsr_force_table transmission = {
 
 mbsr_force_def mbsri_force_transmission(const mbsri_transmission *t)
 {
-    mbsr_force_def def = mbsr_force_custom(&transmission, t->count, t->body, (void *)t->control);
-    def.param[GAIN] = t->gain;
-    memcpy(def.param + BIAS, t->bias, sizeof t->bias);
-    memcpy(def.param + REST, t->rest, sizeof t->rest);
+    mbsr_force_def def = mbsr_force_custom(&transmission, t->count, t->body, NULL);
+    mbsri_law_put(&t->law, &def);
     for (int k = 0; k < t->count; ++k) {
         def.param[TERMS + 2 * k] = t->factor[k];
         def.param[TERMS + 2 * k + 1] = t->coordinate[k];
@@ -147,11 +190,8 @@ bool mbsri_transmission_of(const mbsr_force_def *def, mbsri_transmission *t, int
     *t = (mbsri_transmission){.count = def->bodies,
                               .body = def->body_list ? def->body_list : def->body,
                               .coordinate = coordinate,
-                              .factor = factor,
-                              .gain = def->param[GAIN],
-                              .control = def->user};
-    memcpy(t->bias, def->param + BIAS, sizeof t->bias);
-    memcpy(t->rest, def->param + REST, sizeof t->rest);
+                              .factor = factor};
+    mbsri_law_get(def, &t->law);
     for (int k = 0; k < def->bodies; ++k) {
         factor[k] = def->param[TERMS + 2 * k];
         coordinate[k] = (int)def->param[TERMS + 2 * k + 1];

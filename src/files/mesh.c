@@ -1,10 +1,7 @@
-/* Surfaces of triangles: see mesh.h.
+/* Reading surfaces of triangles: see mesh.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Over the tetrahedra from a point of the surface to its triangles (a, b, c), with D = a . (b x c),
- *
- *   volume D / 6,   first moment D / 24 (a + b + c),
- *   second moments D / 120 ((a + b + c)(a + b + c)^T + a a^T + b b^T + c c^T) */
+ * Coordinates are rounded to 32 bits, as STL has them and MuJoCo keeps them. */
 #include "files/mesh.h"
 
 #include "files/numbers.h"
@@ -14,44 +11,29 @@
 #include <stdlib.h>
 #include <string.h>
 
-typedef struct sums {
-    const double *scale;
-    double from[3]; /* the first corner */
-    bool some;
-    double volume, first[3], second[6];
-} sums;
+static const char no_memory[] = "there is no memory for it";
 
-static void add_triangle(sums *s, double corner[3][3])
+static const char *add_triangle(mbsri_arena *arena, mbsri_list *triangles, double corner[3][3])
 {
-    static const int row[6] = {0, 1, 2, 0, 0, 1}, column[6] = {0, 1, 2, 1, 2, 2};
-    double x[3][3], sum[3];
-    if (!s->some) {
-        for (int k = 0; k < 3; ++k) s->from[k] = corner[0][k] * s->scale[k];
-        s->some = true;
+    mbsri_triangle *t = mbsri_list_add(arena, triangles, sizeof *t);
+    if (!t) return no_memory;
+    for (int k = 0; k < 9; ++k) {
+        t->corner[k / 3][k % 3] = (double)(float)corner[k / 3][k % 3];
+        if (!isfinite(t->corner[k / 3][k % 3])) return "a corner is not finite";
     }
-    for (int k = 0; k < 3; ++k) {
-        for (int l = 0; l < 3; ++l) x[l][k] = corner[l][k] * s->scale[k] - s->from[k];
-        sum[k] = x[0][k] + x[1][k] + x[2][k];
-    }
-    const double D = x[0][0] * (x[1][1] * x[2][2] - x[1][2] * x[2][1]) +
-                     x[0][1] * (x[1][2] * x[2][0] - x[1][0] * x[2][2]) +
-                     x[0][2] * (x[1][0] * x[2][1] - x[1][1] * x[2][0]);
-    s->volume += D / 6.0;
-    for (int k = 0; k < 3; ++k) s->first[k] += D / 24.0 * sum[k];
-    for (int k = 0; k < 6; ++k) {
-        const int i = row[k], j = column[k];
-        s->second[k] +=
-            D / 120.0 *
-            (sum[i] * sum[j] + x[0][i] * x[0][j] + x[1][i] * x[1][j] + x[2][i] * x[2][j]);
-    }
+    return NULL;
 }
 
 /* ---- STL ---- */
 
+static uint32_t whole_at(const unsigned char *b)
+{
+    return (uint32_t)b[0] | (uint32_t)b[1] << 8 | (uint32_t)b[2] << 16 | (uint32_t)b[3] << 24;
+}
+
 static double float_at(const unsigned char *b)
 {
-    const uint32_t bits =
-        (uint32_t)b[0] | (uint32_t)b[1] << 8 | (uint32_t)b[2] << 16 | (uint32_t)b[3] << 24;
+    const uint32_t bits = whole_at(b);
     float value;
     memcpy(&value, &bits, sizeof value);
     return (double)value;
@@ -62,19 +44,21 @@ static bool is_binary(const char *text, size_t size)
 {
     const unsigned char *b = (const unsigned char *)text;
     if (size < 84) return false;
-    const uint32_t count =
-        (uint32_t)b[80] | (uint32_t)b[81] << 8 | (uint32_t)b[82] << 16 | (uint32_t)b[83] << 24;
+    const uint32_t count = whole_at(b + 80);
     return (size - 84) / 50 == count && (size - 84) % 50 == 0;
 }
 
-static void read_binary(const char *text, size_t size, sums *s)
+static const char *read_binary(mbsri_arena *arena, const char *text, size_t size,
+                               mbsri_list *triangles)
 {
     const unsigned char *b = (const unsigned char *)text + 84;
     for (size_t left = (size - 84) / 50; left > 0; --left, b += 50) {
         double corner[3][3];
         for (int k = 0; k < 9; ++k) corner[k / 3][k % 3] = float_at(b + 12 + 4 * k);
-        add_triangle(s, corner);
+        const char *wrong = add_triangle(arena, triangles, corner);
+        if (wrong) return wrong;
     }
+    return NULL;
 }
 
 /* ---- lines of text ---- */
@@ -100,7 +84,8 @@ static const char *after(const char *line, const char *word)
                : NULL;
 }
 
-static const char *read_lines(const char *text, const char *end, sums *s)
+static const char *read_lines(mbsri_arena *arena, const char *text, const char *end,
+                              mbsri_list *triangles)
 {
     char line[512];
     double corner[3][3];
@@ -111,7 +96,8 @@ static const char *read_lines(const char *text, const char *end, sums *s)
         if (mbsri_read_numbers(numbers, 3, 3, corner[count]) != 3)
             return "a vertex is not 3 numbers";
         if (++count < 3) continue;
-        add_triangle(s, corner);
+        const char *wrong = add_triangle(arena, triangles, corner);
+        if (wrong) return wrong;
         count = 0;
     }
     return NULL;
@@ -134,7 +120,8 @@ static const double *corner_of(const mbsri_list *points, const char **text)
     return at >= 0 && at < points->count ? ((const point *)points->items)[at].x : NULL;
 }
 
-static const char *add_face(const mbsri_list *points, const char *text, sums *s)
+static const char *add_face(mbsri_arena *arena, const mbsri_list *points, const char *text,
+                            mbsri_list *triangles)
 {
     double corner[3][3];
     for (int k = 0;; ++k) {
@@ -144,11 +131,13 @@ static const char *add_face(const mbsri_list *points, const char *text, sums *s)
         if (!x) return "a face has a corner that is none";
         if (k > 2) memcpy(corner[1], corner[2], sizeof corner[1]);
         memcpy(corner[k < 2 ? k : 2], x, sizeof corner[0]);
-        if (k >= 2) add_triangle(s, corner);
+        const char *wrong = k >= 2 ? add_triangle(arena, triangles, corner) : NULL;
+        if (wrong) return wrong;
     }
 }
 
-static const char *read_obj(mbsri_arena *arena, const char *text, const char *end, sums *s)
+static const char *read_obj(mbsri_arena *arena, const char *text, const char *end,
+                            mbsri_list *triangles)
 {
     mbsri_list points = {.count = 0};
     char line[512];
@@ -158,45 +147,76 @@ static const char *read_obj(mbsri_arena *arena, const char *text, const char *en
         if (numbers) {
             if (mbsri_read_numbers(numbers, 3, 6, x) < 3) return "a vertex is not 3 numbers";
             point *p = mbsri_list_add(arena, &points, sizeof *p);
-            if (!p) return "there is no memory for it";
+            if (!p) return no_memory;
             memcpy(p->x, x, sizeof p->x);
         }
-        if (face) wrong = add_face(&points, face, s);
+        if (face) wrong = add_face(arena, &points, face, triangles);
         if (wrong) return wrong;
     }
     return NULL;
 }
 
-const char *mbsri_mesh_solid(mbsri_arena *arena, const char *text, size_t size,
-                             const double scale[3], double *volume, double centre[3],
-                             double tensor[6])
+/* ---- MSH: counts of points, normals, places in textures and triangles, then all of these ---- */
+
+static const char *read_msh(mbsri_arena *arena, const char *text, size_t size,
+                            mbsri_list *triangles)
 {
-    sums s = {.scale = scale};
-    const char *wrong = NULL;
-    if (is_binary(text, size))
-        read_binary(text, size, &s);
-    else if (size > 5 && memcmp(text, "solid", 5) == 0)
-        wrong = read_lines(text, text + size, &s);
-    else
-        wrong = read_obj(arena, text, text + size, &s);
-    if (wrong) return wrong;
-    if (!s.some) return "it has no triangles";
-    if (!isfinite(s.volume) || s.volume == 0.0) return "it encloses no volume";
-    const double side = s.volume < 0.0 ? -1.0 : 1.0; /* normals inwards */
-    double mean[3], second[6];
-    *volume = side * s.volume;
-    for (int k = 0; k < 3; ++k) {
-        mean[k] = side * s.first[k] / *volume;
-        centre[k] = s.from[k] + mean[k];
+    const unsigned char *b = (const unsigned char *)text;
+    uint64_t count[4];
+    if (size < 16) return "it has no head";
+    for (int k = 0; k < 4; ++k) count[k] = whole_at(b + 4 * k);
+    const uint64_t before = 16 + 12 * count[0] + 12 * count[1] + 8 * count[2];
+    if (size != before + 12 * count[3]) return "its size is not what its head says";
+    for (uint64_t k = 0; k < count[3]; ++k) {
+        double corner[3][3];
+        for (int l = 0; l < 9; ++l) {
+            const uint64_t number = whole_at(b + before + 12 * k + 4 * (uint64_t)(l / 3));
+            if (number >= count[0]) return "a face has a corner that is none";
+            corner[l / 3][l % 3] = float_at(b + 16 + 12 * number + 4 * (uint64_t)(l % 3));
+        }
+        const char *wrong = add_triangle(arena, triangles, corner);
+        if (wrong) return wrong;
     }
-    for (int k = 0; k < 6; ++k) {
-        static const int row[6] = {0, 1, 2, 0, 0, 1}, column[6] = {0, 1, 2, 1, 2, 2};
-        second[k] = side * s.second[k] - *volume * mean[row[k]] * mean[column[k]];
+    return NULL;
+}
+
+/* ---- all of them ---- */
+
+static bool ends_in(const char *name, const char *ending)
+{
+    const size_t length = strlen(name), tail = strlen(ending);
+    return length > tail && strcmp(name + length - tail, ending) == 0;
+}
+
+const char *mbsri_mesh_read(mbsri_arena *arena, const char *text, size_t size, const char *name,
+                            mbsri_list *triangles)
+{
+    if (ends_in(name, ".msh")) return read_msh(arena, text, size, triangles);
+    if (is_binary(text, size)) return read_binary(arena, text, size, triangles);
+    return size > 5 && memcmp(text, "solid", 5) == 0
+               ? read_lines(arena, text, text + size, triangles)
+               : read_obj(arena, text, text + size, triangles);
+}
+
+const char *mbsri_mesh_of_numbers(mbsri_arena *arena, const char *points, const char *faces,
+                                  mbsri_list *triangles)
+{
+    mbsri_list list = {.count = 0};
+    while (*points) {
+        point *p = mbsri_list_add(arena, &list, sizeof *p);
+        if (!p) return no_memory;
+        for (int k = 0; k < 3; ++k)
+            if (!mbsri_read_number(&points, p->x + k)) return "a vertex is not 3 numbers";
     }
-    const double trace = second[0] + second[1] + second[2];
-    for (int k = 0; k < 6; ++k) tensor[k] = k < 3 ? trace - second[k] : -second[k];
-    for (int k = 0; k < 6; ++k) {
-        if (!isfinite(tensor[k])) return "its moments are not finite";
+    while (*faces) {
+        double corner[3][3], number;
+        for (int k = 0; k < 3; ++k) {
+            if (!mbsri_read_number(&faces, &number)) return "a face is not 3 numbers";
+            if (!(number >= 0.0 && number < list.count)) return "a face has a corner that is none";
+            memcpy(corner[k], ((const point *)list.items)[(int)number].x, sizeof corner[k]);
+        }
+        const char *wrong = add_triangle(arena, triangles, corner);
+        if (wrong) return wrong;
     }
     return NULL;
 }

@@ -133,6 +133,7 @@ static bool read_compiler(mbsri_mjcf *m, const mbsri_element *e)
     if (angle) m->radian = strcmp(angle, "radian") == 0;
     if (folder || assets) m->folder = folder ? folder : assets;
     m->strip = mbsri_mjcf_switch(&node, "strippath", m->strip);
+    m->fit_around = mbsri_mjcf_switch(&node, "fitaabb", m->fit_around);
     m->autolimits = mbsri_mjcf_switch(&node, "autolimits", m->autolimits);
     if (coordinate && strcmp(coordinate, "global") == 0)
         return mbsri_file_refuse(m->s, e, "global coordinates are not read");
@@ -152,17 +153,22 @@ static bool read_compiler(mbsri_mjcf *m, const mbsri_element *e)
 /* What is switched off. */
 static void read_flags(mbsri_mjcf *m, const mbsri_element *flag)
 {
-    static const char *const names[] = {"passive", "spring", "damper", "equality", "actuation"};
-    bool off[5] = {false};
-    for (int k = 0; flag && k < 5; ++k) {
+    static const char *const names[] = {"passive",   "spring",    "damper",
+                                        "equality",  "actuation", "constraint",
+                                        "clampctrl", "limit",     "frictionloss"};
+    bool off[9] = {false};
+    for (int k = 0; flag && k < 9; ++k) {
         const char *value = mbsri_attribute(flag, names[k]);
         off[k] = value && strcmp(value, "disable") == 0;
     }
     if (off[0] || (off[1] && off[2])) m->s->with_passive = false;
     if (off[1] != off[2] && m->s->with_passive)
         mbsri_file_find(m->s, flag, "springs and dampers are not switched off apart: both stay");
-    if (off[3]) m->s->with_closures = false;
+    if (off[3] || off[5]) m->s->with_closures = false;
     if (off[4]) m->s->with_actuators = false;
+    if (off[6]) m->free_controls = true;
+    if (off[5] || off[7]) m->s->with_limits = false;
+    if (off[5] || off[8]) m->s->with_friction = false;
 }
 
 static bool read_option(mbsri_mjcf *m, const mbsri_element *e)
@@ -171,6 +177,8 @@ static bool read_option(mbsri_mjcf *m, const mbsri_element *e)
     const mbsri_element *flag = mbsri_child(e, "flag");
     const char *gravity = flag ? mbsri_attribute(flag, "gravity") : NULL;
     read_flags(m, flag);
+    if (mbsri_attribute(e, "actuatorgroupdisable"))
+        m->idle = mbsri_attribute(e, "actuatorgroupdisable");
     for (int k = 0; k < 2; ++k) {
         double x = 0.0;
         if (!mbsri_numbers(m->s, e, fluid[k], mbsri_attribute(e, fluid[k]), 1, 1, &x, NULL))
@@ -187,9 +195,10 @@ static bool read_option(mbsri_mjcf *m, const mbsri_element *e)
 static bool add_assets(mbsri_mjcf *m, const mbsri_element *list)
 {
     for (const mbsri_element *e = mbsri_child(list, "mesh"); e; e = mbsri_next(e)) {
-        const mbsri_element **place = mbsri_list_add(m->s->arena, &m->meshes, sizeof *place);
-        if (!place) return false;
-        *place = e;
+        if (!mbsri_mjcf_add_mesh(m, e)) return false;
+    }
+    for (const mbsri_element *e = mbsri_child(list, "material"); e; e = mbsri_next(e)) {
+        if (!mbsri_mjcf_add_material(m, e)) return false;
     }
     return true;
 }
@@ -261,10 +270,11 @@ bool mbsri_mjcf_read(mbsri_scene *s, mbsri_element *root)
     s->gravity[0] = s->gravity[1] = 0.0;
     s->gravity[2] = -9.81;
     find_sections(&m, root);
-    return each(&m, root, "compiler", read_compiler) && each(&m, root, "option", read_option) &&
-           each(&m, root, "default", add_main_class) && each(&m, root, "asset", add_assets) &&
-           each(&m, root, "worldbody", mbsri_mjcf_world) &&
-           each(&m, root, "equality", mbsri_mjcf_equalities) &&
+    mbsri_mjcf_find_words(&m, root);
+    return each(&m, root, "compiler", read_compiler) && mbsri_mjcf_replicate(&m, root) &&
+           each(&m, root, "option", read_option) && each(&m, root, "default", add_main_class) &&
+           each(&m, root, "asset", add_assets) && each(&m, root, "worldbody", mbsri_mjcf_world) &&
            each(&m, root, "tendon", mbsri_mjcf_tendons) &&
+           each(&m, root, "equality", mbsri_mjcf_equalities) &&
            each(&m, root, "actuator", mbsri_mjcf_actuators) && each(&m, root, "keyframe", add_keys);
 }

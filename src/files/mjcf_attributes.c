@@ -6,6 +6,12 @@
 #include <math.h>
 #include <string.h>
 
+const char *mbsri_mjcf_name(const mbsri_element *e)
+{
+    const char *name = mbsri_attribute(e, "name");
+    return name ? name : "";
+}
+
 mbsri_class *mbsri_mjcf_class(const mbsri_mjcf *m, const char *name)
 {
     mbsri_class *c = m->classes;
@@ -66,11 +72,34 @@ bool mbsri_mjcf_number(mbsri_mjcf *m, const mbsri_node *node, const char *attrib
     return mbsri_mjcf_numbers(m, node, attribute, 1, 1, to, NULL);
 }
 
+bool mbsri_mjcf_law(mbsri_mjcf *m, const mbsri_node *node, const char *attribute, double *linear,
+                    double *cubic)
+{
+    double law[3] = {*linear};
+    if (!mbsri_mjcf_numbers(m, node, attribute, 1, 3, law, NULL)) return false;
+    const bool left = law[1] != 0.0 || (law[2] != 0.0 && !(cubic && law[2] > 0.0));
+    if (left)
+        mbsri_file_find(m->s, node->e, "of its %s the first number alone is followed", attribute);
+    *linear = law[0];
+    if (cubic) *cubic = left ? 0.0 : law[2];
+    return true;
+}
+
 bool mbsri_mjcf_switch(const mbsri_node *node, const char *attribute, bool automatic)
 {
     const char *value = mbsri_mjcf_get(node, attribute);
     if (!value || strcmp(value, "auto") == 0) return automatic;
     return strcmp(value, "true") == 0;
+}
+
+bool mbsri_mjcf_range(mbsri_mjcf *m, const mbsri_node *node, const char *attribute,
+                      const char *limited, double range[2], bool *holds)
+{
+    if (!mbsri_mjcf_numbers(m, node, attribute, 2, 2, range, NULL)) return false;
+    const bool some = range[0] != 0.0 || range[1] != 0.0;
+    *holds = mbsri_mjcf_switch(node, limited, some && m->autolimits);
+    return !*holds || range[0] < range[1] ||
+           mbsri_file_refuse(m->s, node->e, "%s is no range", attribute);
 }
 
 /* ---- orientations ---- */

@@ -1,6 +1,5 @@
 /* Bodies of MJCF with their joints, inertias, shapes and sites.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "files/mesh.h"
 #include "files/mjcf_parts.h"
 #include "files/solids.h"
 
@@ -8,29 +7,10 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Where elements stand. */
-typedef struct place {
-    int body;                /* index; -1: the world */
-    const mbsr_frame *frame; /* of <frame> elements around, in the body */
-    const char *childclass;
-} place;
-
-/* What shapes give a body whose inertia they make. */
-typedef struct shapes {
-    mbsr_inertia inertia;
-    bool some;
-} shapes;
-
-static const char *name_of(const mbsri_element *e)
-{
-    const char *name = mbsri_attribute(e, "name");
-    return name ? name : "";
-}
-
 /* Gives its name, if it has one, to a number. */
 static bool enter(mbsri_mjcf *m, const mbsri_element *e, mbsri_names *names, int number)
 {
-    const char *name = name_of(e);
+    const char *name = mbsri_mjcf_name(e);
     if (!name[0]) return true;
     if (mbsri_names_find(names, name) >= 0)
         return mbsri_file_refuse(m->s, e, "there are two of that name");
@@ -51,6 +31,20 @@ static bool kind_of(mbsri_mjcf *m, const mbsri_node *node, mbsr_file_joint_kind 
            mbsri_file_refuse(m->s, node->e, "there is no type '%.40s'", type);
 }
 
+/* Time constant and ratio, or -stiffness and -damping; 5 numbers of impedance, of which the second is the largest. */
+static bool read_limit(mbsri_mjcf *m, const mbsri_node *node, mbsri_scene_joint *j)
+{
+    double impedance[5] = {0.9, 0.95};
+    if (!mbsri_mjcf_numbers(m, node, "solreflimit", 1, 2, j->limit_reference, NULL) ||
+        !mbsri_mjcf_numbers(m, node, "solimplimit", 1, 5, impedance, NULL))
+        return false;
+    j->limit_impedance = fmin(fmax(impedance[1], 1e-4), 1.0 - 1e-4);
+    const bool both = j->limit_reference[0] < 0.0 && j->limit_reference[1] <= 0.0;
+    if (!both && !(j->limit_reference[0] > 0.0 && j->limit_reference[1] > 0.0))
+        j->limit_reference[0] = 0.02, j->limit_reference[1] = 1.0; /* as MuJoCo */
+    return true;
+}
+
 static bool read_joint(mbsri_mjcf *m, const mbsri_node *node, const mbsr_frame *frame,
                        mbsri_scene_joint *j)
 {
@@ -58,16 +52,18 @@ static bool read_joint(mbsri_mjcf *m, const mbsri_node *node, const mbsr_frame *
     double axis[3] = {0.0, 0.0, 1.0}, anchor[3] = {0.0};
     int ranged;
     if (!kind_of(m, node, &j->joint.kind)) return false;
+    const bool axial = j->joint.kind == MBSR_FILE_HINGE || j->joint.kind == MBSR_FILE_SLIDE;
     if (!mbsri_mjcf_numbers(m, node, "axis", 3, 3, axis, NULL) ||
         !mbsri_mjcf_numbers(m, node, "pos", 3, 3, anchor, NULL) ||
         !mbsri_mjcf_number(m, node, "ref", &j->joint.ref) ||
         !mbsri_mjcf_number(m, node, "springref", &j->rest) ||
-        !mbsri_mjcf_number(m, node, "stiffness", &j->stiffness) ||
-        !mbsri_mjcf_number(m, node, "damping", &j->damping) ||
+        !mbsri_mjcf_law(m, node, "stiffness", &j->stiffness, axial ? &j->cubic : NULL) ||
+        !mbsri_mjcf_law(m, node, "damping", &j->damping, NULL) ||
         !mbsri_mjcf_number(m, node, "armature", &j->armature) ||
         !mbsri_mjcf_number(m, node, "frictionloss", &j->joint.friction) ||
         !mbsri_mjcf_numbers(m, node, "range", 2, 2, j->joint.range, &ranged))
         return false;
+    if (!read_limit(m, node, j)) return false;
     const double length = sqrt(axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2]);
     if (!(length > 0.0)) return mbsri_file_refuse(m->s, node->e, "its axis has no direction");
     if (j->armature < 0.0) return mbsri_file_refuse(m->s, node->e, "its armature is negative");
@@ -89,17 +85,18 @@ static bool read_joint(mbsri_mjcf *m, const mbsri_node *node, const mbsr_frame *
     j->joint.limited = mbsri_mjcf_switch(node, "limited", ranged > 0 && m->autolimits);
     if (mbsri_mjcf_get(node, "springdamper"))
         mbsri_file_find(m->s, node->e, "springdamper is left out");
-    if (mbsri_mjcf_switch(node, "actuatorfrclimited",
-                          m->autolimits && mbsri_mjcf_get(node, "actuatorfrcrange")))
-        mbsri_file_find(m->s, node->e, "forces of actuators are not limited to actuatorfrcrange");
-    return true;
+    return mbsri_mjcf_range(m, node, "actuatorfrcrange", "actuatorfrclimited", j->force_range,
+                            &j->force_limited);
 }
 
-static bool add_joint(mbsri_mjcf *m, const mbsri_element *e, const place *at)
+static bool add_joint(mbsri_mjcf *m, const mbsri_element *e, const mbsri_mjcf_at *at)
 {
     mbsri_scene *s = m->s;
     mbsri_scene_body *b = mbsri_scene_bodies(s) + at->body;
-    mbsri_scene_joint j = {.element = e, .joint = {.name = name_of(e), .kind = MBSR_FILE_FREE}};
+    mbsri_scene_joint j = {.limit_reference = {0.02, 1.0},
+                           .limit_impedance = 0.95,
+                           .element = e,
+                           .joint = {.name = mbsri_mjcf_name(e), .kind = MBSR_FILE_FREE}};
     if (at->body < 0) return mbsri_file_refuse(s, e, "the world has no joints");
     if (!enter(m, e, &m->joints, s->joints.count)) return false;
     if (mbsri_is(e, "joint")) {
@@ -109,6 +106,9 @@ static bool add_joint(mbsri_mjcf *m, const mbsri_element *e, const place *at)
             return false;
     }
     const bool free = j.joint.kind == MBSR_FILE_FREE;
+    const char *align = mbsri_attribute(e, "align");
+    if (free && align && strcmp(align, "true") == 0)
+        mbsri_file_find(s, e, "its body keeps its frame and is not aligned with its inertia");
     const mbsri_scene_joint *first = mbsri_scene_joints(s) + b->first;
     if ((free && b->joints > 0) || (b->joints > 0 && first->joint.kind == MBSR_FILE_FREE))
         return mbsri_file_refuse(s, e, "a free joint stands alone on its body");
@@ -147,183 +147,7 @@ static bool read_inertial(mbsri_mjcf *m, const mbsri_element *e, mbsr_inertia *i
     return true;
 }
 
-/* ---- shapes ---- */
-
-static bool shape_kind(mbsri_mjcf *m, const mbsri_node *node, mbsr_shape_kind *kind, bool *known)
-{
-    static const char *const names[] = {"box",       "sphere", "cylinder", "capsule",
-                                        "ellipsoid", "plane",  "mesh"};
-    const char *type = mbsri_mjcf_get(node, "type");
-    *known = true;
-    *kind = mbsri_mjcf_get(node, "mesh") ? MBSR_SHAPE_MESH : MBSR_SHAPE_SPHERE;
-    if (!type) return true;
-    for (int k = 0; k < 7; ++k) {
-        if (strcmp(type, names[k]) != 0) continue;
-        *kind = (mbsr_shape_kind)k;
-        return true;
-    }
-    *known = false;
-    if (strcmp(type, "hfield") != 0 && strcmp(type, "sdf") != 0)
-        return mbsri_file_refuse(m->s, node->e, "there is no type '%.40s'", type);
-    mbsri_file_find(m->s, node->e, "a shape of type '%.10s' is left out", type);
-    return true;
-}
-
-/* Sizes, and the frame of one that is given from end to end. */
-static bool read_size(mbsri_mjcf *m, const mbsri_node *node, mbsr_file_shape *shape)
-{
-    static const int least[] = {3, 1, 2, 2, 3, 0, 0};
-    double ends[6], along[3], length = 0.0, middle[3];
-    int given, count;
-    const bool ended = shape->kind == MBSR_SHAPE_CAPSULE || shape->kind == MBSR_SHAPE_CYLINDER ||
-                       shape->kind == MBSR_SHAPE_BOX || shape->kind == MBSR_SHAPE_ELLIPSOID;
-    if (!mbsri_mjcf_numbers(m, node, "size", 0, 3, shape->size, &count) ||
-        !mbsri_mjcf_numbers(m, node, "fromto", 6, 6, ends, &given))
-        return false;
-    if (given && ended) {
-        for (int k = 0; k < 3; ++k) {
-            along[k] = ends[k] - ends[3 + k];
-            middle[k] = 0.5 * (ends[k] + ends[3 + k]);
-            length += along[k] * along[k];
-        }
-        if (!(length > 0.0)) return mbsri_file_refuse(m->s, node->e, "fromto has no length");
-        const bool round = shape->kind == MBSR_SHAPE_CAPSULE || shape->kind == MBSR_SHAPE_CYLINDER;
-        shape->frame = mbsri_mjcf_along(middle, along);
-        if (!round) shape->size[1] = shape->size[0];
-        shape->size[round ? 1 : 2] = 0.5 * sqrt(length);
-        return count > 0 || mbsri_file_refuse(m->s, node->e, "it has no size");
-    }
-    for (int k = 0; k < least[shape->kind]; ++k) {
-        if (!(shape->size[k] > 0.0))
-            return mbsri_file_refuse(m->s, node->e, "its size must be %d positive number%s",
-                                     least[shape->kind], least[shape->kind] > 1 ? "s" : "");
-    }
-    return true;
-}
-
-/* The <mesh> of that name, which may be that of its file without ending; NULL: none. */
-static const mbsri_element *find_mesh(const mbsri_mjcf *m, const char *name)
-{
-    const mbsri_element *const *meshes = m->meshes.items;
-    for (int k = 0; name && k < m->meshes.count; ++k) {
-        const char *own = mbsri_attribute(meshes[k], "name"),
-                   *file = mbsri_attribute(meshes[k], "file");
-        const char *last = file ? strrchr(file, '/') : NULL;
-        if (last) file = last + 1;
-        const size_t length = strlen(name);
-        if (own ? strcmp(own, name) == 0
-                : file && strncmp(file, name, length) == 0 && file[length] == '.')
-            return meshes[k];
-    }
-    return NULL;
-}
-
-/* Its file, with the folder of meshes; NULL: it has none. */
-static const char *mesh_path(const mbsri_mjcf *m, const mbsri_element *mesh)
-{
-    const char *file = mesh ? mbsri_attribute(mesh, "file") : NULL;
-    char path[512];
-    const char *last = file && m->strip ? strrchr(file, '/') : NULL;
-    if (last) file = last + 1;
-    if (!file || !m->folder || file[0] == '/') return file;
-    const int length = snprintf(path, sizeof path, "%.250s/%.250s", m->folder, file);
-    return mbsri_arena_text(m->s->arena, path, (size_t)length);
-}
-
-/* Volume, centre and tensor of a mesh; *known: it has them, else there is a finding. */
-static bool measure_mesh(mbsri_mjcf *m, const mbsri_element *e, const char *name, double *volume,
-                         double centre[3], double tensor[6], bool *known)
-{
-    const mbsri_element *mesh = find_mesh(m, name);
-    const char *file = mesh_path(m, mesh), *text, *wrong = "there is no such file";
-    double scale[3] = {1.0, 1.0, 1.0};
-    mbsri_node node;
-    char path[512];
-    size_t size;
-    int reason = 1;
-    *known = false;
-    if (mesh && (!mbsri_mjcf_node(m, mesh, "mesh", NULL, &node) ||
-                 !mbsri_mjcf_numbers(m, &node, "scale", 3, 3, scale, NULL)))
-        return false;
-    snprintf(path, sizeof path, "%.250s%.250s", file && file[0] == '/' ? "" : m->home,
-             file ? file : "");
-    const char *inertia = mesh ? mbsri_mjcf_get(&node, "inertia") : NULL;
-    if (inertia && strcmp(inertia, "shell") == 0)
-        wrong = "it is a shell";
-    else if (mesh && (mbsri_attribute(mesh, "refpos") || mbsri_attribute(mesh, "refquat")))
-        wrong = "refpos and refquat are not read";
-    else if (file && m->s->opt->load)
-        reason = m->s->opt->load(m->s->opt->user, path, &text, &size);
-    if (reason == 0)
-        wrong = mbsri_mesh_solid(m->s->arena, text, size, scale, volume, centre, tensor);
-    *known = wrong == NULL;
-    if (wrong)
-        mbsri_file_find(m->s, e,
-                        "the mass of mesh '%.40s' is left out, its body has no <inertial>: %s%s%s",
-                        name ? name : "", wrong, reason > 1 ? ": " : "", mbsri_file_why(reason));
-    return true;
-}
-
-/* Its part of the inertia of the body, where `sum` is given. */
-static bool weigh(mbsri_mjcf *m, const mbsri_node *node, const mbsr_file_shape *shape, shapes *sum)
-{
-    double density = 1000.0, mass = 0.0, group = 0.0, volume, I[6];
-    int given;
-    if (!mbsri_mjcf_number(m, node, "density", &density) ||
-        !mbsri_mjcf_number(m, node, "group", &group) ||
-        !mbsri_mjcf_numbers(m, node, "mass", 1, 1, &mass, &given))
-        return false;
-    if (mass < 0.0 || density < 0.0)
-        return mbsri_file_refuse(m->s, node->e, "its mass or density is negative");
-    if (sum && mbsri_mjcf_switch(node, "shellinertia", false))
-        mbsri_file_find(m->s, node->e, "its inertia is that of a solid, not of a shell");
-    if (!sum || group < m->groups[0] || group > m->groups[1]) return true;
-    mbsr_frame frame = shape->frame;
-    if (shape->kind == MBSR_SHAPE_MESH) {
-        double centre[3];
-        bool known;
-        if ((given ? mass : density) == 0.0) return true;
-        if (!measure_mesh(m, node->e, mbsri_mjcf_get(node, "mesh"), &volume, centre, I, &known))
-            return false;
-        if (!known) return true;
-        const mbsr_frame at_centre = mbsr_frame_at(centre[0], centre[1], centre[2]);
-        frame = mbsr_frame_product(&frame, &at_centre);
-    } else if (!mbsri_shape_solid(shape->kind, shape->size, &volume, I) || !(volume > 0.0)) {
-        return true;
-    }
-    const double factor = given ? mass / volume : density;
-    if (factor == 0.0) return true;
-    for (int k = 0; k < 6; ++k) I[k] *= factor;
-    const mbsr_inertia own = mbsri_solid(m->s->arena, factor * volume, &frame, I);
-    sum->inertia = sum->some ? mbsr_inertia_sum(sum->inertia, own) : own;
-    sum->some = true;
-    return true;
-}
-
-static bool add_shape(mbsri_mjcf *m, const mbsri_element *e, const place *at, shapes *sum)
-{
-    mbsr_file_shape shape = {.name = name_of(e), .body = at->body, .colour = {0.5, 0.5, 0.5, 1.0}};
-    mbsri_node node;
-    bool known;
-    if (!mbsri_mjcf_node(m, e, "geom", at->childclass, &node) ||
-        !shape_kind(m, &node, &shape.kind, &known))
-        return false;
-    if (!known) return true;
-    if (!mbsri_mjcf_frame(m, &node, &shape.frame) || !read_size(m, &node, &shape) ||
-        !mbsri_mjcf_numbers(m, &node, "rgba", 4, 4, shape.colour, NULL))
-        return false;
-    shape.frame = mbsr_frame_product(at->frame, &shape.frame);
-    if (shape.kind == MBSR_SHAPE_MESH)
-        shape.mesh = mesh_path(m, find_mesh(m, mbsri_mjcf_get(&node, "mesh")));
-    const char *touches = mbsri_mjcf_get(&node, "contype");
-    shape.visual = touches && strcmp(touches, "0") == 0;
-    if (!weigh(m, &node, &shape, sum)) return false;
-    mbsr_file_shape *to = mbsri_list_add(m->s->arena, &m->s->shapes, sizeof *to);
-    if (to) *to = shape;
-    return to != NULL;
-}
-
-static bool add_site(mbsri_mjcf *m, const mbsri_element *e, const place *at)
+static bool add_site(mbsri_mjcf *m, const mbsri_element *e, const mbsri_mjcf_at *at)
 {
     mbsri_node node;
     mbsr_frame frame;
@@ -332,23 +156,25 @@ static bool add_site(mbsri_mjcf *m, const mbsri_element *e, const place *at)
         return false;
     mbsr_file_site *site = mbsri_list_add(m->s->arena, &m->s->sites, sizeof *site);
     if (!site) return false;
-    *site = (mbsr_file_site){name_of(e), at->body, mbsr_frame_product(at->frame, &frame)};
+    *site = (mbsr_file_site){mbsri_mjcf_name(e), at->body, mbsr_frame_product(at->frame, &frame)};
     return true;
 }
 
 /* ---- bodies ---- */
 
-static bool add_children(mbsri_mjcf *m, const mbsri_element *e, const place *at, shapes *sum);
+static bool add_children(mbsri_mjcf *m, const mbsri_element *e, const mbsri_mjcf_at *at,
+                         mbsri_mjcf_solids *sum);
 
-static bool add_bodies(mbsri_mjcf *m, const mbsri_element *e, const place *at);
+static bool add_bodies(mbsri_mjcf *m, const mbsri_element *e, const mbsri_mjcf_at *at);
 
 /* What is not part of a body: bodies come later, so that its joints stand together. */
-static bool add_child(mbsri_mjcf *m, const mbsri_element *e, const place *at, shapes *sum)
+static bool add_child(mbsri_mjcf *m, const mbsri_element *e, const mbsri_mjcf_at *at,
+                      mbsri_mjcf_solids *sum)
 {
     static const char *const others[] = {"inertial", "camera", "light"};
     bool known = false;
     if (mbsri_is(e, "joint") || mbsri_is(e, "freejoint")) return add_joint(m, e, at);
-    if (mbsri_is(e, "geom")) return add_shape(m, e, at, sum);
+    if (mbsri_is(e, "geom")) return mbsri_mjcf_add_shape(m, e, at, sum);
     if (mbsri_is(e, "site")) return add_site(m, e, at);
     for (int k = 0; k < 3; ++k) known = known || mbsri_is(e, others[k]);
     if (!known) mbsri_file_find(m->s, e, "elements of this kind are left out, with all in them");
@@ -356,23 +182,24 @@ static bool add_child(mbsri_mjcf *m, const mbsri_element *e, const place *at, sh
 }
 
 /* Where the elements in a <frame> stand. */
-static bool step_into(mbsri_mjcf *m, const mbsri_element *e, const place *at, mbsr_frame *frame,
-                      place *within)
+static bool step_into(mbsri_mjcf *m, const mbsri_element *e, const mbsri_mjcf_at *at,
+                      mbsr_frame *frame, mbsri_mjcf_at *within)
 {
     const mbsri_node node = {.e = e};
     const char *class = mbsri_attribute(e, "childclass");
     mbsr_frame own;
     if (!mbsri_mjcf_frame(m, &node, &own)) return false;
     *frame = mbsr_frame_product(at->frame, &own);
-    *within = (place){at->body, frame, class ? class : at->childclass};
+    *within = (mbsri_mjcf_at){at->body, frame, class ? class : at->childclass};
     return true;
 }
 
-static bool add_children(mbsri_mjcf *m, const mbsri_element *e, const place *at, shapes *sum)
+static bool add_children(mbsri_mjcf *m, const mbsri_element *e, const mbsri_mjcf_at *at,
+                         mbsri_mjcf_solids *sum)
 {
     for (const mbsri_element *c = e->child; c; c = c->next) {
         mbsr_frame frame;
-        place within;
+        mbsri_mjcf_at within;
         if (mbsri_is(c, "body")) continue;
         if (mbsri_is(c, "frame")) {
             if (!step_into(m, c, at, &frame, &within) || !add_children(m, c, &within, sum))
@@ -384,7 +211,8 @@ static bool add_children(mbsri_mjcf *m, const mbsri_element *e, const place *at,
     return true;
 }
 
-static bool add_inertia(mbsri_mjcf *m, const mbsri_element *e, int body, const shapes *sum)
+static bool add_inertia(mbsri_mjcf *m, const mbsri_element *e, int body,
+                        const mbsri_mjcf_solids *sum)
 {
     const mbsri_element *inertial = mbsri_child(e, "inertial");
     mbsr_inertia inertia = {.kind = MBSR_INERTIA_NOT_GIVEN};
@@ -397,23 +225,21 @@ static bool add_inertia(mbsri_mjcf *m, const mbsri_element *e, int body, const s
     return true;
 }
 
-static bool add_body(mbsri_mjcf *m, const mbsri_element *e, const place *at)
+static bool add_body(mbsri_mjcf *m, const mbsri_element *e, const mbsri_mjcf_at *at)
 {
     const mbsri_node node = {.e = e};
     const char *class = mbsri_attribute(e, "childclass"), *mocap = mbsri_attribute(e, "mocap");
-    double weightless = 0.0;
-    mbsri_scene_body b = {.name = name_of(e), .element = e, .parent = at->body};
+    mbsri_scene_body b = {.name = mbsri_mjcf_name(e), .element = e, .parent = at->body};
     const mbsr_frame own = mbsr_frame_identity();
-    const place within = {m->s->bodies.count, &own, class ? class : at->childclass};
-    shapes sum = {.some = false};
+    const mbsri_mjcf_at within = {m->s->bodies.count, &own, class ? class : at->childclass};
+    mbsri_mjcf_solids sum = {.some = false};
     if (!enter(m, e, &m->bodies, m->s->bodies.count)) return false;
     if (!mbsri_mjcf_frame(m, &node, &b.frame)) return false;
     b.frame = mbsr_frame_product(at->frame, &b.frame);
     b.first = m->s->joints.count;
     if (mocap && strcmp(mocap, "true") == 0)
         mbsri_file_find(m->s, e, "a mocap body stays where it is drawn");
-    if (!mbsri_mjcf_number(m, &node, "gravcomp", &weightless)) return false;
-    if (weightless != 0.0) mbsri_file_find(m->s, e, "gravity compensation is left out");
+    if (!mbsri_mjcf_number(m, &node, "gravcomp", &b.weightless)) return false;
     mbsri_scene_body *to = mbsri_list_add(m->s->arena, &m->s->bodies, sizeof *to);
     if (!to) return false;
     *to = b;
@@ -423,11 +249,11 @@ static bool add_body(mbsri_mjcf *m, const mbsri_element *e, const place *at)
            add_inertia(m, e, within.body, &sum) && add_bodies(m, e, &within);
 }
 
-static bool add_bodies(mbsri_mjcf *m, const mbsri_element *e, const place *at)
+static bool add_bodies(mbsri_mjcf *m, const mbsri_element *e, const mbsri_mjcf_at *at)
 {
     for (const mbsri_element *c = e->child; c; c = c->next) {
         mbsr_frame frame;
-        place within;
+        mbsri_mjcf_at within;
         if (mbsri_is(c, "body")) {
             if (!add_body(m, c, at)) return false;
         } else if (mbsri_is(c, "frame")) {
@@ -440,6 +266,6 @@ static bool add_bodies(mbsri_mjcf *m, const mbsri_element *e, const place *at)
 bool mbsri_mjcf_world(mbsri_mjcf *m, const mbsri_element *world)
 {
     const mbsr_frame own = mbsr_frame_identity();
-    const place at = {-1, &own, mbsri_attribute(world, "childclass")};
+    const mbsri_mjcf_at at = {-1, &own, mbsri_attribute(world, "childclass")};
     return add_children(m, world, &at, NULL) && add_bodies(m, world, &at);
 }

@@ -3,6 +3,7 @@
 #ifndef MBSRI_FILES_MJCF_PARTS_H
 #define MBSRI_FILES_MJCF_PARTS_H
 
+#include "files/mesh.h"
 #include "files/names.h"
 #include "files/scene.h"
 
@@ -20,6 +21,38 @@ typedef enum mbsri_from_shapes {
     MBSRI_SHAPES_AUTO
 } mbsri_from_shapes;
 
+/* Where elements stand. */
+typedef struct mbsri_mjcf_at {
+    int body;                /* index; -1: the world */
+    const mbsr_frame *frame; /* of <frame> elements around, in the body */
+    const char *childclass;
+} mbsri_mjcf_at;
+
+/* What shapes give a body whose inertia they make. */
+typedef struct mbsri_mjcf_solids {
+    mbsr_inertia inertia;
+    bool some;
+} mbsri_mjcf_solids;
+
+typedef struct mbsri_colour {
+    double rgba[4];
+} mbsri_colour;
+
+/* A <mesh>; what is below `measured` holds once it is. */
+typedef struct mbsri_mjcf_mesh {
+    const mbsri_element *element;
+    const char *file; /* NULL: none */
+    mbsri_mesh_place place;
+    mbsri_mesh_inertia kind;
+    bool hull; /* its convex hull is meant */
+    bool measured;
+    const char *wrong; /* why it cannot be; NULL: it is */
+    int reason;        /* of load */
+    mbsri_mesh_solid solid;
+    mbsr_frame principal;              /* at the centre */
+    double box[3], lower[3], upper[3]; /* half edges of the inertia box; around it */
+} mbsri_mjcf_mesh;
+
 typedef struct mbsri_mjcf {
     mbsri_scene *s;
     bool radian, autolimits;
@@ -30,8 +63,12 @@ typedef struct mbsri_mjcf {
     const char *folder;   /* of meshes; NULL: none */
     bool strip;           /* names of files go without their folders */
     mbsri_class *classes; /* the last one made */
-    mbsri_list meshes;
-    mbsri_names bodies, joints, sites;
+    bool free_controls;   /* controls are not clamped to their ranges */
+    const char *idle;     /* groups of actuators that are switched off, NULL: none */
+    bool fit_around;      /* shapes are fitted to the box around a mesh */
+    mbsri_list meshes;    /* mbsri_mjcf_mesh */
+    mbsri_names bodies, joints, sites, mesh_names, materials;
+    mbsri_list colours; /* of materials: mbsri_colour */
 } mbsri_mjcf;
 
 /* An element with its class, from which it has what it does not say itself. */
@@ -56,14 +93,53 @@ bool mbsri_mjcf_numbers(mbsri_mjcf *m, const mbsri_node *node, const char *attri
                         int most, double *to, int *count);
 bool mbsri_mjcf_number(mbsri_mjcf *m, const mbsri_node *node, const char *attribute, double *to);
 
+/* The numbers k, a, b of a spring or damper with the force k x + a x^2 + b x^3, of a damper a x |x|: a finding where they
+ * are more than the one, or for springs than k and `cubic` (NULL: not taken). */
+bool mbsri_mjcf_law(mbsri_mjcf *m, const mbsri_node *node, const char *attribute, double *linear,
+                    double *cubic);
+
 /* Whether an attribute that is on, off or (`automatic`) missing or "auto". */
 bool mbsri_mjcf_switch(const mbsri_node *node, const char *attribute, bool automatic);
+
+/* A range, and whether it holds: as its switch says, else where it is not zero. */
+bool mbsri_mjcf_range(mbsri_mjcf *m, const mbsri_node *node, const char *attribute,
+                      const char *limited, double range[2], bool *holds);
 
 /* pos and the orientation in all its spellings. */
 bool mbsri_mjcf_frame(mbsri_mjcf *m, const mbsri_node *node, mbsr_frame *frame);
 
 /* z along a direction by the shortest turn. */
 mbsr_frame mbsri_mjcf_along(const double x[3], const double z[3]);
+
+/* A <geom>; sum: what it gives its body, NULL: nothing. */
+bool mbsri_mjcf_add_shape(mbsri_mjcf *m, const mbsri_element *e, const mbsri_mjcf_at *at,
+                          mbsri_mjcf_solids *sum);
+
+/* A <material>, for its colour. */
+bool mbsri_mjcf_add_material(mbsri_mjcf *m, const mbsri_element *e);
+
+/* Its name, "" without. */
+const char *mbsri_mjcf_name(const mbsri_element *e);
+
+/* ---- meshes ---- */
+
+bool mbsri_mjcf_add_mesh(mbsri_mjcf *m, const mbsri_element *e);
+
+/* NULL: there is none of that name, which may be NULL. */
+mbsri_mjcf_mesh *mbsri_mjcf_find_mesh(const mbsri_mjcf *m, const char *name);
+
+/* What it encloses; NULL, or why that is not known. */
+const char *mbsri_mjcf_measure(mbsri_mjcf *m, mbsri_mjcf_mesh *mesh);
+
+/* Size and frame of a shape that has a mesh; *known false: it cannot be fitted, as a finding says. */
+bool mbsri_mjcf_mesh_shape(mbsri_mjcf *m, const mbsri_node *node, mbsr_file_shape *shape,
+                           bool *known);
+
+/* Writes replicas out, after the compiler's options. */
+bool mbsri_mjcf_replicate(mbsri_mjcf *m, mbsri_element *root);
+
+/* A finding for each attribute that nobody reads and that may matter. */
+void mbsri_mjcf_find_words(mbsri_mjcf *m, const mbsri_element *root);
 
 /* The parts of a file. */
 bool mbsri_mjcf_world(mbsri_mjcf *m, const mbsri_element *world);

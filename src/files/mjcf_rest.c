@@ -1,16 +1,10 @@
-/* Equalities, tendons and actuators of MJCF.
+/* Equalities and tendons of MJCF.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "files/mjcf_parts.h"
 #include "files/numbers.h"
 
 #include <math.h>
 #include <string.h>
-
-static const char *name_of(const mbsri_element *e)
-{
-    const char *name = mbsri_attribute(e, "name");
-    return name ? name : "";
-}
 
 /* ---- equalities ---- */
 
@@ -24,6 +18,66 @@ static bool end_of(mbsri_mjcf *m, const mbsri_element *e, const char *attribute,
     if (!name || strcmp(name, "world") == 0) return true;
     *body = mbsri_names_find(&m->bodies, name);
     return *body >= 0 || mbsri_file_refuse(m->s, e, "%s '%.50s' is no body", attribute, name);
+}
+
+/* Frames on bodies that coincide. */
+static bool read_sites(mbsri_mjcf *m, const mbsri_node *node, mbsri_scene_equality *q)
+{
+    static const char *const attributes[2] = {"site1", "site2"};
+    const mbsr_file_site *sites = m->s->sites.items;
+    q->at_sites = true;
+    for (int k = 0; k < 2; ++k) {
+        const char *name = mbsri_attribute(node->e, attributes[k]);
+        const int at = mbsri_names_find(&m->sites, name);
+        if (at < 0)
+            return mbsri_file_refuse(m->s, node->e, "%s '%.50s' is no site", attributes[k],
+                                     name ? name : "");
+        q->body[k] = sites[at].body;
+        q->end[k] = sites[at].frame;
+    }
+    return true;
+}
+
+/* Adds factor times the length of a fixed tendon, less that as drawn; *known false: it is none that the model has. */
+static bool add_length(mbsri_mjcf *m, const mbsri_element *e, const char *attribute, double factor,
+                       mbsri_scene_equality *q, bool *known)
+{
+    const char *name = mbsri_attribute(e, attribute);
+    const mbsri_scene_tendon *t = m->s->tendons.items;
+    int at = 0, term;
+    while (name && at < m->s->tendons.count && strcmp(t[at].name, name) != 0) ++at;
+    if (!name || at == m->s->tendons.count)
+        return mbsri_file_refuse(m->s, e, "%s '%.50s' is no tendon", attribute, name ? name : "");
+    *known = *known && t[at].sum.count > 0;
+    for (int k = 0; k < t[at].sum.count && *known; ++k) {
+        const int joint = t[at].sum.joint[k];
+        for (term = 0; term < q->sum.count && q->sum.joint[term] != joint; ++term) continue;
+        if (term == MBSRI_TERMS || term == MBSR_CLOSURE_BODIES) *known = false;
+        if (!*known) break;
+        if (term == q->sum.count) q->sum.joint[q->sum.count++] = joint;
+        q->sum.factor[term] += factor * t[at].sum.factor[k];
+    }
+    return true;
+}
+
+static bool read_tendons(mbsri_mjcf *m, const mbsri_node *node, mbsri_scene_equality *q,
+                         bool *known)
+{
+    double power[MBSRI_POWERS] = {0.0, 1.0};
+    if (!mbsri_mjcf_numbers(m, node, "polycoef", 1, MBSRI_POWERS, power, NULL)) return false;
+    *known = power[2] == 0.0 && power[3] == 0.0 && power[4] == 0.0;
+    q->offset = power[0];
+    if (!add_length(m, node->e, "tendon1", 1.0, q, known) ||
+        (mbsri_attribute(node->e, "tendon2") &&
+         !add_length(m, node->e, "tendon2", -power[1], q, known)))
+        return false;
+    if (!*known)
+        mbsri_file_find(
+            m->s, node->e,
+            "it is left out: its tendons are not fixed ones of %d joints in all, in linear "
+            "relation",
+            MBSR_CLOSURE_BODIES);
+    return true;
 }
 
 static bool read_bodies(mbsri_mjcf *m, const mbsri_node *node, mbsri_scene_equality *q)
@@ -46,15 +100,26 @@ static bool read_bodies(mbsri_mjcf *m, const mbsri_node *node, mbsri_scene_equal
     return q->body[0] != q->body[1] || mbsri_file_refuse(m->s, e, "both its bodies are the same");
 }
 
-static bool joint_of(mbsri_mjcf *m, const mbsri_element *e, const char *attribute, int *joint)
+static bool find_joint(mbsri_mjcf *m, const mbsri_element *e, const char *attribute, int *joint)
 {
     const char *name = mbsri_attribute(e, attribute);
     *joint = mbsri_names_find(&m->joints, name);
-    if (*joint < 0)
-        return mbsri_file_refuse(m->s, e, "%s '%.50s' is no joint", attribute, name ? name : "");
-    const mbsr_file_joint_kind kind = mbsri_scene_joints(m->s)[*joint].joint.kind;
-    return kind == MBSR_FILE_HINGE || kind == MBSR_FILE_SLIDE ||
-           mbsri_file_refuse(m->s, e, "%s '%.50s' has not one axis", attribute, name);
+    return *joint >= 0 ||
+           mbsri_file_refuse(m->s, e, "%s '%.50s' is no joint", attribute, name ? name : "");
+}
+
+static bool has_axis(const mbsri_mjcf *m, int joint)
+{
+    const mbsr_file_joint_kind kind = mbsri_scene_joints(m->s)[joint].joint.kind;
+    return kind == MBSR_FILE_HINGE || kind == MBSR_FILE_SLIDE;
+}
+
+/* The same of a joint with one axis. */
+static bool joint_of(mbsri_mjcf *m, const mbsri_element *e, const char *attribute, int *joint)
+{
+    return find_joint(m, e, attribute, joint) &&
+           (has_axis(m, *joint) || mbsri_file_refuse(m->s, e, "%s '%.50s' has not one axis",
+                                                     attribute, mbsri_attribute(e, attribute)));
 }
 
 static bool read_joints(mbsri_mjcf *m, const mbsri_node *node, mbsri_scene_equality *q)
@@ -69,26 +134,37 @@ static bool read_joints(mbsri_mjcf *m, const mbsri_node *node, mbsri_scene_equal
     return mbsri_mjcf_numbers(m, node, "polycoef", 1, MBSRI_POWERS, q->power, NULL);
 }
 
+/* *known false: it is left out, as a finding says. */
+static bool read_equality(mbsri_mjcf *m, const mbsri_node *node, mbsri_scene_equality *q,
+                          bool *known)
+{
+    const mbsri_element *e = node->e;
+    const bool connect = mbsri_is(e, "connect"), weld = mbsri_is(e, "weld");
+    q->kind = connect                 ? MBSRI_CONNECT
+              : weld                  ? MBSRI_WELD
+              : mbsri_is(e, "tendon") ? MBSRI_SUM
+                                      : MBSRI_POLYNOMIAL;
+    if (connect || weld)
+        return (mbsri_attribute(e, "site1") ? read_sites : read_bodies)(m, node, q);
+    if (mbsri_is(e, "joint")) return read_joints(m, node, q);
+    if (mbsri_is(e, "tendon")) return read_tendons(m, node, q, known);
+    mbsri_file_find(m->s, e, "equalities of this kind are left out");
+    *known = false;
+    return true;
+}
+
 static bool add_equality(mbsri_mjcf *m, const mbsri_element *e)
 {
-    mbsri_scene_equality q = {.name = name_of(e), .element = e};
+    mbsri_scene_equality q = {.name = mbsri_mjcf_name(e), .element = e};
     mbsri_node node;
     if (!mbsri_mjcf_node(m, e, "equality", NULL, &node)) return false;
-    const bool connect = mbsri_is(e, "connect"), weld = mbsri_is(e, "weld");
     if (!mbsri_mjcf_switch(&node, "active", true)) {
         mbsri_file_find(m->s, e, "it is not active and left out");
         return true;
     }
-    if (!connect && !weld && !mbsri_is(e, "joint")) {
-        mbsri_file_find(m->s, e, "equalities of this kind are left out");
-        return true;
-    }
-    if (mbsri_attribute(e, "site1")) {
-        mbsri_file_find(m->s, e, "an equality between sites is left out");
-        return true;
-    }
-    q.kind = connect ? MBSRI_CONNECT : weld ? MBSRI_WELD : MBSRI_POLYNOMIAL;
-    if (!(connect || weld ? read_bodies : read_joints)(m, &node, &q)) return false;
+    bool known = true;
+    if (!read_equality(m, &node, &q, &known)) return false;
+    if (!known) return true;
     mbsri_scene_equality *to = mbsri_list_add(m->s->arena, &m->s->equalities, sizeof *to);
     if (to) *to = q;
     return to != NULL;
@@ -107,16 +183,21 @@ bool mbsri_mjcf_equalities(mbsri_mjcf *m, const mbsri_element *list)
 /* False in *known: it is left out. */
 static bool read_sum(mbsri_mjcf *m, const mbsri_element *e, mbsri_scene_tendon *t, bool *known)
 {
+    *known = false;
     for (const mbsri_element *c = e->child; c; c = c->next) {
         double factor = 0.0;
         int joint;
         if (!mbsri_is(c, "joint")) continue;
-        if (!joint_of(m, c, "joint", &joint) ||
+        if (!find_joint(m, c, "joint", &joint) ||
             !mbsri_numbers(m->s, c, "coef", mbsri_attribute(c, "coef"), 1, 1, &factor, NULL))
             return false;
-        if (t->sum.count == MBSRI_TERMS) {
-            mbsri_file_find(m->s, e, "it is left out: it has more than %d joints", MBSRI_TERMS);
-            *known = false;
+        const bool axial = has_axis(m, joint);
+        if (!axial || t->sum.count == MBSRI_TERMS) {
+            t->sum.count = 0;
+            mbsri_file_find(m->s, e,
+                            axial ? "it is left out: it has more than %d joints"
+                                  : "it is left out: one of its joints has not one axis",
+                            MBSRI_TERMS);
             return true;
         }
         t->sum.joint[t->sum.count] = joint;
@@ -150,7 +231,7 @@ static bool read_path(mbsri_mjcf *m, const mbsri_element *e, mbsri_scene_tendon 
 
 static bool add_tendon(mbsri_mjcf *m, const mbsri_element *e)
 {
-    mbsri_scene_tendon t = {.name = name_of(e), .element = e, .rest = {-1.0, -1.0}};
+    mbsri_scene_tendon t = {.name = mbsri_mjcf_name(e), .element = e, .rest = {-1.0, -1.0}};
     const bool fixed = mbsri_is(e, "fixed");
     mbsri_node node;
     double friction = 0.0, armature = 0.0;
@@ -158,10 +239,12 @@ static bool add_tendon(mbsri_mjcf *m, const mbsri_element *e)
     bool known;
     if (!fixed && !mbsri_is(e, "spatial")) return true;
     if (!mbsri_mjcf_node(m, e, "tendon", NULL, &node) ||
-        !mbsri_mjcf_number(m, &node, "stiffness", &t.stiffness) ||
-        !mbsri_mjcf_number(m, &node, "damping", &t.damping) ||
+        !mbsri_mjcf_law(m, &node, "stiffness", &t.stiffness, NULL) ||
+        !mbsri_mjcf_law(m, &node, "damping", &t.damping, NULL) ||
         !mbsri_mjcf_number(m, &node, "frictionloss", &friction) ||
         !mbsri_mjcf_number(m, &node, "armature", &armature) ||
+        !mbsri_mjcf_range(m, &node, "actuatorfrcrange", "actuatorfrclimited", t.force_range,
+                          &t.force_limited) ||
         !mbsri_mjcf_numbers(m, &node, "springlength", 1, 2, t.rest, &lengths) ||
         !(fixed ? read_sum : read_path)(m, e, &t, &known))
         return false;
@@ -180,116 +263,6 @@ bool mbsri_mjcf_tendons(mbsri_mjcf *m, const mbsri_element *list)
 {
     for (const mbsri_element *e = list->child; e; e = e->next) {
         if (!add_tendon(m, e)) return false;
-    }
-    return true;
-}
-
-/* ---- actuators ---- */
-
-/* What it acts on; an empty sum: nothing that the library has. */
-static bool read_target(mbsri_mjcf *m, const mbsri_node *node, mbsri_scene_actuator *a)
-{
-    const mbsri_element *e = node->e;
-    const char *joint = mbsri_attribute(e, "joint"), *tendon = mbsri_attribute(e, "tendon");
-    const mbsri_scene_tendon *tendons = m->s->tendons.items;
-    if (!joint) joint = mbsri_attribute(e, "jointinparent");
-    if (joint) {
-        const int at = mbsri_names_find(&m->joints, joint);
-        if (at < 0) return mbsri_file_refuse(m->s, e, "'%.50s' is no joint", joint);
-        const mbsr_file_joint_kind kind = mbsri_scene_joints(m->s)[at].joint.kind;
-        if (kind == MBSR_FILE_HINGE || kind == MBSR_FILE_SLIDE)
-            a->sum = (mbsri_scene_sum){.count = 1, .joint = {at}, .factor = {1.0}};
-    }
-    for (int k = 0; tendon && k < m->s->tendons.count; ++k) {
-        if (strcmp(tendons[k].name, tendon) == 0) a->sum = tendons[k].sum;
-    }
-    if (a->sum.count == 0)
-        mbsri_file_find(m->s, e,
-                        "it is left out: it acts on neither a joint with one axis nor a "
-                        "fixed tendon");
-    return true;
-}
-
-static bool is(const char *a, const char *b)
-{
-    return a && strcmp(a, b) == 0;
-}
-
-/* The law of a general actuator; false in *known: it is left out. */
-static bool read_general(mbsri_mjcf *m, const mbsri_node *node, mbsr_file_actuator *a, bool *known)
-{
-    const char *gain = mbsri_mjcf_get(node, "gaintype"), *bias = mbsri_mjcf_get(node, "biastype"),
-               *dynamics = mbsri_mjcf_get(node, "dyntype");
-    const char *given = mbsri_mjcf_get(node, "gainprm"), *more = mbsri_mjcf_get(node, "biasprm");
-    double prm[10] = {1.0}, law[10] = {0.0};
-    *known = (!gain || is(gain, "fixed")) && (!bias || is(bias, "none") || is(bias, "affine")) &&
-             (!dynamics || is(dynamics, "none"));
-    if (!mbsri_numbers(m->s, node->e, "gainprm", given, 1, 10, prm, NULL) ||
-        !mbsri_numbers(m->s, node->e, "biasprm", more, 1, 10, law, NULL))
-        return false;
-    a->gain = prm[0];
-    for (int k = 0; k < 3 && is(bias, "affine"); ++k) a->bias[k] = law[k];
-    return true;
-}
-
-static bool read_law(mbsri_mjcf *m, const mbsri_node *node, mbsr_file_actuator *a, bool *known)
-{
-    const mbsri_element *e = node->e;
-    double kp = 1.0, kv = 0.0;
-    *known = true;
-    if (mbsri_is(e, "general")) return read_general(m, node, a, known);
-    if (mbsri_is(e, "motor")) {
-        a->gain = 1.0;
-    } else if (mbsri_is(e, "position")) {
-        if (!mbsri_mjcf_number(m, node, "kp", &kp) || !mbsri_mjcf_number(m, node, "kv", &kv))
-            return false;
-        a->gain = kp, a->bias[1] = -kp, a->bias[2] = -kv;
-        *known = !mbsri_mjcf_get(node, "dampratio") && !mbsri_mjcf_get(node, "timeconst");
-    } else if (mbsri_is(e, "velocity")) {
-        kv = 1.0;
-        if (!mbsri_mjcf_number(m, node, "kv", &kv)) return false;
-        a->gain = kv, a->bias[2] = -kv;
-    } else {
-        *known = false;
-    }
-    return true;
-}
-
-static bool add_actuator(mbsri_mjcf *m, const mbsri_element *e)
-{
-    /* gears and ranges are defaults of all kinds alike */
-    static const char *const kinds[] = {"general",     "motor",  "position", "velocity",
-                                        "intvelocity", "damper", "cylinder", "muscle",
-                                        "adhesion",    NULL};
-    mbsri_scene_actuator a = {.element = e, .actuator = {.name = name_of(e)}};
-    mbsri_node node;
-    double gear[6] = {1.0};
-    int ranged;
-    bool known;
-    if (!mbsri_mjcf_node(m, e, e->name, NULL, &node) || !read_law(m, &node, &a.actuator, &known))
-        return false;
-    node.alike = kinds;
-    if (!mbsri_mjcf_numbers(m, &node, "gear", 1, 6, gear, NULL) ||
-        !mbsri_mjcf_numbers(m, &node, "ctrlrange", 2, 2, a.actuator.range, &ranged))
-        return false;
-    a.actuator.gear = gear[0];
-    a.actuator.limited = mbsri_mjcf_switch(&node, "ctrllimited", ranged && m->autolimits);
-    if (!known)
-        mbsri_file_find(m->s, e, "it is left out: the library has no actuator of its kind");
-    else if (!read_target(m, &node, &a))
-        return false;
-    if (a.sum.count > 0 && mbsri_mjcf_switch(&node, "forcelimited",
-                                             m->autolimits && mbsri_mjcf_get(&node, "forcerange")))
-        mbsri_file_find(m->s, e, "its force is not limited to forcerange");
-    mbsri_scene_actuator *to = mbsri_list_add(m->s->arena, &m->s->actuators, sizeof *to);
-    if (to) *to = a;
-    return to != NULL;
-}
-
-bool mbsri_mjcf_actuators(mbsri_mjcf *m, const mbsri_element *list)
-{
-    for (const mbsri_element *e = list->child; e; e = e->next) {
-        if (!add_actuator(m, e)) return false;
     }
     return true;
 }

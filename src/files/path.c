@@ -98,17 +98,18 @@ static int dissipation(const mbsr_force_args *args, double *power)
     return 0;
 }
 
+static const mbsr_force_table table = {
+    .version = MBSR_FORCE_TABLE_VERSION,
+    .flags = MBSR_FORCE_NO_JOINT | MBSR_FORCE_NO_MASS,
+    .name = "path",
+    .evaluate = evaluate,
+    .energy = energy,
+    .dissipation = dissipation,
+};
+
 mbsr_force_def mbsri_force_path(int count, const int *body, const double (*point)[3],
                                 double stiffness, double damping, const double rest[2])
 {
-    static const mbsr_force_table table = {
-        .version = MBSR_FORCE_TABLE_VERSION,
-        .flags = MBSR_FORCE_NO_JOINT | MBSR_FORCE_NO_MASS,
-        .name = "path",
-        .evaluate = evaluate,
-        .energy = energy,
-        .dissipation = dissipation,
-    };
     mbsr_force_def def = mbsr_force_custom(&table, count, body, NULL);
     def.param[STIFFNESS] = stiffness;
     def.param[DAMPING] = damping;
@@ -116,4 +117,20 @@ mbsr_force_def mbsri_force_path(int count, const int *body, const double (*point
     def.param[REST + 1] = rest[1];
     memcpy(def.param + POINTS, point, (size_t)count * sizeof *point);
     return def;
+}
+
+const mbsr_force_table *mbsri_path_table(void)
+{
+    return &table;
+}
+
+bool mbsri_path_of(const mbsr_force_def *def, double (*point)[3], double *stiffness,
+                   double *damping, double rest[2])
+{
+    if (def->table != &table) return false;
+    *stiffness = def->param[STIFFNESS];
+    *damping = def->param[DAMPING];
+    memcpy(rest, def->param + REST, 2 * sizeof *rest);
+    memcpy(point, def->param + POINTS, (size_t)def->bodies * sizeof *point);
+    return true;
 }

@@ -14,4 +14,11 @@ enum { MBSRI_PATH_MOST = 9 };
 mbsr_force_def mbsri_force_path(int count, const int *body, const double (*point)[3],
                                 double stiffness, double damping, const double rest[2]);
 
+/* Its table, by which the element is known. */
+const mbsr_force_table *mbsri_path_table(void);
+
+/* One read back, but for bodies; false: it is another element. */
+bool mbsri_path_of(const mbsr_force_def *def, double (*point)[3], double *stiffness,
+                   double *damping, double rest[2]);
+
 #endif

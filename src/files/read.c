@@ -134,7 +134,9 @@ static mbsri_scene open_scene(mbsri_arena *arena, const mbsr_file_opt *opt)
                      .name = "",
                      .with_passive = opt->passive,
                      .with_closures = opt->closures,
-                     .with_actuators = opt->actuators};
+                     .with_actuators = opt->actuators,
+                     .with_limits = true,
+                     .with_friction = true};
     open_lists(&s);
     memcpy(s.gravity, opt->gravity, sizeof s.gravity);
     return s;

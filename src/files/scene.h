@@ -16,7 +16,10 @@ typedef struct mbsri_scene_joint {
     mbsr_file_joint joint; /* body and places are set when the model is made */
     const mbsri_element *element;
     double axis[3], anchor[3];
-    double stiffness, rest, damping, armature;
+    double stiffness, cubic, rest, damping, armature;
+    bool force_limited; /* what actuators do, in sum */
+    double force_range[2];
+    double limit_reference[2], limit_impedance; /* solreflimit, the largest of solimplimit */
     bool relative; /* a free joint that counts from where its body is drawn, not from its parent */
 } mbsri_scene_joint;
 
@@ -26,6 +29,7 @@ typedef struct mbsri_scene_body {
     int parent;       /* index among the bodies; -1: the world */
     mbsr_frame frame; /* in the parent, as drawn */
     mbsr_inertia inertia;
+    double weightless; /* part of its weight that something carries */
     int first, joints; /* its joints */
     int id;            /* in the model */
 } mbsri_scene_body;
@@ -42,19 +46,24 @@ typedef struct mbsri_scene_tendon {
     mbsri_scene_sum sum;              /* of a fixed tendon */
     int count, site[MBSRI_PATH_MOST]; /* of one in space, from site to site */
     double stiffness, damping;
-    double rest[2]; /* no force between; NaN: as in the pose of rest */
+    double rest[2];     /* no force between; NaN: as in the pose of rest */
+    bool force_limited; /* what actuators do, in sum */
+    double force_range[2];
 } mbsri_scene_tendon;
 
 typedef struct mbsri_scene_actuator {
     mbsr_file_actuator actuator;
     const mbsri_element *element;
-    mbsri_scene_sum sum; /* empty: it is left out */
+    mbsri_scene_sum sum; /* empty: it does not act on joints */
+    int tendon, site;    /* what else it acts on; -1: not on one. On nothing: it is left out */
+    double gear[6];      /* on a site */
 } mbsri_scene_actuator;
 
 typedef enum mbsri_scene_equality_kind {
     MBSRI_CONNECT,
     MBSRI_WELD,
-    MBSRI_POLYNOMIAL
+    MBSRI_POLYNOMIAL,
+    MBSRI_SUM
 } mbsri_scene_equality_kind;
 
 typedef struct mbsri_scene_equality {
@@ -65,7 +74,11 @@ typedef struct mbsri_scene_equality {
     double anchor[3]; /* in body 0 */
     bool placed;      /* `frame` is given; else that of the pose as drawn */
     mbsr_frame frame; /* of body 1 in body 0 */
-    int joint[2];     /* q0 - ref0 = polynomial of (q1 - ref1); second -1: of 0 */
+    bool at_sites;    /* the frames `end` of both bodies, or their origins, coincide */
+    mbsr_frame end[2];
+    mbsri_scene_sum sum; /* as drawn it is right with `offset` */
+    double offset;
+    int joint[2]; /* q0 - ref0 = polynomial of (q1 - ref1); second -1: of 0 */
     double power[MBSRI_POWERS];
 } mbsri_scene_equality;
 
@@ -82,7 +95,8 @@ typedef struct mbsri_scene {
     const char *name;
     double gravity[3];
     bool with_passive, with_closures,
-        with_actuators; /* as the options, unless the file switches them off */
+        with_actuators;              /* as the options, unless the file switches them off */
+    bool with_limits, with_friction; /* unless the file switches them off */
     mbsri_list bodies, joints, tendons, actuators, equalities, keys, sites, shapes, findings;
     char message[MBSR_TEXT_SIZE]; /* why the file is refused; "": it is not */
 } mbsri_scene;

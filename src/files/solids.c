@@ -7,38 +7,54 @@
 
 static const double pi = 3.14159265358979323846;
 
-void mbsri_moments(const double t[6], double moments[3])
+/* A rotation in the plane of axes p and q that makes A[p][q] zero, as columns of R; A = R^T A R. */
+static void rotate(double A[3][3], double R[9], int p, int q)
 {
-    double A[3][3] = {{t[0], t[3], t[4]}, {t[3], t[1], t[5]}, {t[4], t[5], t[2]}};
+    const double theta = (A[q][q] - A[p][p]) / (2.0 * A[p][q]),
+                 tangent = (theta < 0.0 ? -1.0 : 1.0) / (fabs(theta) + sqrt(theta * theta + 1.0)),
+                 c = 1.0 / sqrt(tangent * tangent + 1.0), s = tangent * c;
+    for (int k = 0; k < 3; ++k) {
+        const double x = A[k][p], y = A[k][q];
+        A[k][p] = c * x - s * y, A[k][q] = s * x + c * y;
+    }
+    for (int k = 0; k < 3; ++k) {
+        const double x = A[p][k], y = A[q][k], u = R[3 * p + k], v = R[3 * q + k];
+        A[p][k] = c * x - s * y, A[q][k] = s * x + c * y;
+        R[3 * p + k] = c * u - s * v, R[3 * q + k] = s * u + c * v;
+    }
+}
+
+void mbsri_principal(const double t[6], double moments[3], double axes[9])
+{
+    double A[3][3] = {{t[0], t[3], t[4]}, {t[3], t[1], t[5]}, {t[4], t[5], t[2]}},
+           R[9] = {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};
+    int order[3] = {0, 1, 2};
     for (int sweep = 0; sweep < 30; ++sweep) { /* Jacobi rotations */
         const double beside = fabs(A[0][1]) + fabs(A[0][2]) + fabs(A[1][2]),
                      size = fabs(A[0][0]) + fabs(A[1][1]) + fabs(A[2][2]);
         if (beside <= 1e-17 * size) break;
         for (int p = 0; p < 2; ++p) {
-            for (int q = p + 1; q < 3; ++q) {
-                if (A[p][q] == 0.0) continue;
-                const double theta = (A[q][q] - A[p][p]) / (2.0 * A[p][q]),
-                             tangent = (theta < 0.0 ? -1.0 : 1.0) /
-                                       (fabs(theta) + sqrt(theta * theta + 1.0)),
-                             c = 1.0 / sqrt(tangent * tangent + 1.0), s = tangent * c;
-                for (int k = 0; k < 3; ++k) {
-                    const double x = A[k][p], y = A[k][q];
-                    A[k][p] = c * x - s * y, A[k][q] = s * x + c * y;
-                }
-                for (int k = 0; k < 3; ++k) {
-                    const double x = A[p][k], y = A[q][k];
-                    A[p][k] = c * x - s * y, A[q][k] = s * x + c * y;
-                }
-            }
+            for (int q = p + 1; q < 3; ++q)
+                if (A[p][q] != 0.0) rotate(A, R, p, q);
         }
     }
-    for (int k = 0; k < 3; ++k) moments[k] = A[k][k];
     for (int k = 0; k < 2; ++k) {
         for (int l = 0; l < 2 - k; ++l) {
-            const double x = moments[l], y = moments[l + 1];
-            moments[l] = fmin(x, y), moments[l + 1] = fmax(x, y);
+            const int first = order[l];
+            if (A[first][first] <= A[order[l + 1]][order[l + 1]]) continue;
+            order[l] = order[l + 1], order[l + 1] = first;
         }
     }
+    for (int k = 0; k < 3; ++k) {
+        moments[k] = A[order[k]][order[k]];
+        memcpy(axes + 3 * k, R + 3 * order[k], 3 * sizeof *axes);
+    }
+}
+
+void mbsri_moments(const double tensor[6], double moments[3])
+{
+    double axes[9];
+    mbsri_principal(tensor, moments, axes);
 }
 
 /* ---- tensors with negative moments, which no constructor takes ---- */

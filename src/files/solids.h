@@ -14,7 +14,8 @@ mbsr_inertia mbsri_solid(mbsri_arena *arena, double mass, const mbsr_frame *fram
  * inertia; one that is not given counts as zero. */
 bool mbsri_solid_of(const mbsr_inertia *inertia, double *mass, double centre[3], double tensor[6]);
 
-/* The eigenvalues of such a tensor, ascending. */
+/* The eigenvalues of such a tensor, ascending, and their directions as columns: of either hand. */
+void mbsri_principal(const double tensor[6], double moments[3], double axes[9]);
 void mbsri_moments(const double tensor[6], double moments[3]);
 
 /* Volume in m^3 and tensor for density 1 of a shape, about its centre; false: it has none. */

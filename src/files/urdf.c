@@ -3,9 +3,10 @@
  *
  * Direct children of <robot> count alone: transmissions and extensions of simulators have links and joints
  * of their own. Bodies come depth first, children in the order of the file. */
+#include "files/names.h"
 #include "files/numbers.h"
-#include "files/scene.h"
 #include "files/solids.h"
+#include "files/urdf_parts.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -34,7 +35,8 @@ typedef struct named {
 typedef struct robot {
     mbsri_scene *s;
     mbsri_list links, hinges;
-    named *order; /* the links by name */
+    named *order;       /* the links by name */
+    mbsri_names joints; /* hinges by name */
 } robot;
 
 /* ---- pieces ---- */
@@ -50,15 +52,20 @@ static mbsr_frame rpy_frame(const double x[3], const double rpy[3])
     return frame;
 }
 
-static bool read_origin(mbsri_scene *s, const mbsri_element *e, mbsr_frame *frame)
+bool mbsri_urdf_place(mbsri_scene *s, const mbsri_element *of, const mbsri_element *e,
+                      mbsr_frame *frame)
 {
-    const mbsri_element *origin = mbsri_child(e, "origin");
     double x[3] = {0.0}, rpy[3] = {0.0};
-    if (origin && !(mbsri_numbers(s, e, "xyz", mbsri_attribute(origin, "xyz"), 3, 3, x, NULL) &&
-                    mbsri_numbers(s, e, "rpy", mbsri_attribute(origin, "rpy"), 3, 3, rpy, NULL)))
+    if (e && !(mbsri_numbers(s, of, "xyz", mbsri_attribute(e, "xyz"), 3, 3, x, NULL) &&
+               mbsri_numbers(s, of, "rpy", mbsri_attribute(e, "rpy"), 3, 3, rpy, NULL)))
         return false;
     *frame = rpy_frame(x, rpy);
     return true;
+}
+
+static bool read_origin(mbsri_scene *s, const mbsri_element *e, mbsr_frame *frame)
+{
+    return mbsri_urdf_place(s, e, mbsri_child(e, "origin"), frame);
 }
 
 static bool read_value(mbsri_scene *s, const mbsri_element *e, const mbsri_element *of,
@@ -76,7 +83,7 @@ static bool read_inertia(mbsri_scene *s, const mbsri_element *e, mbsr_inertia *i
     mbsr_frame frame;
     *inertia = (mbsr_inertia){.kind = MBSR_INERTIA_NOT_GIVEN};
     if (!inertial) {
-        mbsri_file_find(s, e, "it has no <inertial>: zero mass");
+        if (mbsri_is(e, "link")) mbsri_file_find(s, e, "it has no <inertial>: zero mass");
         return true;
     }
     if (!read_origin(s, inertial, &frame) ||
@@ -120,6 +127,16 @@ static const char *path_of(mbsri_scene *s, const char *name)
 
 /* ---- shapes ---- */
 
+/* Three numbers, or one for all. */
+static bool read_scale(mbsri_scene *s, const mbsri_element *of, double scale[3])
+{
+    int count;
+    if (!mbsri_numbers(s, of, "scale", mbsri_attribute(of, "scale"), 1, 3, scale, &count))
+        return false;
+    if (count == 1) scale[1] = scale[2] = scale[0];
+    return count != 2 || mbsri_file_refuse(s, of, "scale is not 3 numbers");
+}
+
 static bool read_geometry(mbsri_scene *s, const mbsri_element *e, mbsr_file_shape *shape,
                           bool *known)
 {
@@ -146,7 +163,7 @@ static bool read_geometry(mbsri_scene *s, const mbsri_element *e, mbsr_file_shap
         shape->mesh = path_of(s, mbsri_attribute(of, "filename"));
         shape->size[0] = shape->size[1] = shape->size[2] = 1.0;
         *known = shape->mesh != NULL;
-        return mbsri_numbers(s, of, "scale", mbsri_attribute(of, "scale"), 3, 3, shape->size, NULL);
+        return read_scale(s, of, shape->size);
     } else {
         mbsri_file_find(s, of, "a shape of this kind is not drawn");
         *known = false;
@@ -193,14 +210,29 @@ static int find_link(const robot *r, const char *name)
     return found ? found->link : -1;
 }
 
-static bool add_link(robot *r, const mbsri_element *e)
+/* e: where it stands, or a joint for one that is not declared. */
+static bool add_link(robot *r, const mbsri_element *e, const char *name)
 {
-    const char *name = mbsri_attribute(e, "name");
     if (!name || !name[0]) return mbsri_file_refuse(r->s, e, "it has no name");
     link *l = mbsri_list_add(r->s->arena, &r->links, sizeof *l);
     if (l)
         *l = (link){.element = e, .name = name, .body = -1, .joint = -1, .first = -1, .last = -1};
     return l != NULL;
+}
+
+/* The link `world`, which need not be declared, where joints hang on it. */
+static bool add_world(robot *r, const mbsri_element *root)
+{
+    for (const mbsri_element *e = mbsri_child(root, "link"); e; e = mbsri_next(e)) {
+        const char *name = mbsri_attribute(e, "name");
+        if (name && strcmp(name, "world") == 0) return true;
+    }
+    for (const mbsri_element *e = mbsri_child(root, "joint"); e; e = mbsri_next(e)) {
+        const mbsri_element *parent = mbsri_child(e, "parent");
+        const char *name = parent ? mbsri_attribute(parent, "link") : NULL;
+        if (name && strcmp(name, "world") == 0) return add_link(r, e, name);
+    }
+    return true;
 }
 
 static bool sort_links(robot *r)
@@ -252,6 +284,20 @@ static bool add_hinge(robot *r, const mbsri_element *e)
     return true;
 }
 
+/* Where a name is there twice the first joint has it. */
+static bool name_hinges(robot *r)
+{
+    const hinge *hinges = r->hinges.items;
+    for (int k = 0; k < r->hinges.count; ++k) {
+        const char *name = mbsri_attribute(hinges[k].element, "name");
+        if (mbsri_names_find(&r->joints, name) >= 0)
+            mbsri_file_find(r->s, hinges[k].element, "another joint has this name, too");
+        else if (!mbsri_names_add(r->s->arena, &r->joints, name, k))
+            return false;
+    }
+    return true;
+}
+
 /* ---- joints ---- */
 
 static mbsri_scene_joint *new_joint(mbsri_scene *s, const mbsri_element *e,
@@ -259,7 +305,9 @@ static mbsri_scene_joint *new_joint(mbsri_scene *s, const mbsri_element *e,
 {
     mbsri_scene_joint *j = mbsri_list_add(s->arena, &s->joints, sizeof *j);
     if (!j) return NULL;
-    *j = (mbsri_scene_joint){.element = e,
+    *j = (mbsri_scene_joint){.limit_reference = {0.02, 1.0},
+                             .limit_impedance = 1.0,
+                             .element = e,
                              .joint = {.name = mbsri_attribute(e, "name"), .kind = kind}};
     if (!j->joint.name) j->joint.name = "";
     memcpy(j->axis, axis, sizeof j->axis);
@@ -275,7 +323,10 @@ static bool read_limits(mbsri_scene *s, const mbsri_element *e, bool continuous,
         !read_value(s, e, dynamics, "damping", &j->damping) ||
         !read_value(s, e, dynamics, "friction", &j->joint.friction))
         return false;
-    j->joint.limited = limit && !continuous && j->joint.range[0] < j->joint.range[1];
+    const bool ranged = limit && !continuous;
+    j->joint.limited = ranged && j->joint.range[0] < j->joint.range[1];
+    if (ranged && j->joint.range[0] > j->joint.range[1])
+        mbsri_file_find(s, e, "its limits are left out: lower is above upper");
     return true;
 }
 
@@ -429,11 +480,8 @@ static bool add_mimic(robot *r, const hinge *h, const mbsri_element *mimic)
         return false;
     if (!of)
         return mbsri_file_refuse(s, h->element, "it mimics no joint: there is no attribute joint");
-    int other = 0;
-    while (other < r->hinges.count &&
-           strcmp(mbsri_attribute(hinges[other].element, "name"), of) != 0)
-        ++other;
-    if (other == r->hinges.count)
+    const int other = mbsri_names_find(&r->joints, of);
+    if (other < 0)
         return mbsri_file_refuse(s, h->element, "it mimics '%.50s', which is no joint", of);
     if (hinges + other == h) return mbsri_file_refuse(s, h->element, "it mimics itself");
     if (h->joint < 0 || hinges[other].joint < 0) {
@@ -449,6 +497,30 @@ static bool add_mimic(robot *r, const hinge *h, const mbsri_element *mimic)
                                 .joint = {h->joint, hinges[other].joint},
                                 .power = {offset, factor}};
     return true;
+}
+
+/* Elements that are neither of URDF nor of the usual extensions, which say nothing of a model's motion. */
+static void find_others(mbsri_scene *s, const mbsri_element *root)
+{
+    static const char *const known[][14] = {
+        {"robot", "link", "joint", "transmission", "gazebo", "material", "mujoco", "sensor",
+         "ros2_control", "loop", "loop_constraint", "loop_joint", "coupling", NULL},
+        {"link", "inertial", "visual", "collision", NULL},
+        {"joint", "origin", "axis", "parent", "child", "limit", "dynamics", "mimic",
+         "safety_controller", NULL},
+    };
+    for (const mbsri_element *e = root; e; e = e == root ? root->child : e->next) {
+        for (size_t k = 0; k < sizeof known / sizeof *known; ++k) {
+            if (!mbsri_is(e, known[k][0])) continue;
+            for (const mbsri_element *c = e->child; c; c = c->next) {
+                bool found = mbsri_is(c, "calibration");
+                for (const char *const *word = known[k] + 1; *word && !found; ++word)
+                    found = mbsri_is(c, *word);
+                if (!found)
+                    mbsri_file_find(s, c, "elements of this kind are left out, with all in them");
+            }
+        }
+    }
 }
 
 /* Elements and attributes of xacro anywhere. */
@@ -481,19 +553,20 @@ bool mbsri_urdf_read(mbsri_scene *s, const mbsri_element *root)
     const char *name = mbsri_attribute(root, "name");
     s->name = name ? name : "";
     if (!refuse_xacro(s, root)) return false;
+    find_others(s, root);
     for (const mbsri_element *e = mbsri_child(root, "link"); e; e = mbsri_next(e)) {
-        if (!add_link(&r, e)) return false;
+        if (!add_link(&r, e, mbsri_attribute(e, "name"))) return false;
     }
     if (r.links.count == 0) return mbsri_file_refuse(s, root, "the robot has no links");
-    if (!sort_links(&r)) return false;
+    if (!add_world(&r, root) || !sort_links(&r)) return false;
     for (const mbsri_element *e = mbsri_child(root, "joint"); e; e = mbsri_next(e)) {
         if (!add_hinge(&r, e)) return false;
     }
-    if (!add_tree(&r)) return false;
+    if (!name_hinges(&r) || !add_tree(&r)) return false;
     const hinge *hinges = r.hinges.items;
     for (int k = 0; k < r.hinges.count; ++k) {
         const mbsri_element *mimic = mbsri_child(hinges[k].element, "mimic");
         if (mimic && !add_mimic(&r, hinges + k, mimic)) return false;
     }
-    return true;
+    return mbsri_urdf_loops(s, root);
 }

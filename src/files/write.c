@@ -6,9 +6,11 @@
  *   T = A R_1(ref_1) R_2(ref_2) ... B^-1,
  *
  * and axis k moves it about B (R_k+1(ref_k+1) ...)^-1, seen in the body, by q_k - ref_k. */
+#include "files/solids.h"
 #include "files/writer.h"
 #include "files/xml.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -38,6 +40,9 @@ static bool take(mbsri_writer *w)
     w->frame = mbsri_arena_take(w->arena, bodies * sizeof *w->frame);
     w->world = mbsri_arena_take(w->arena, bodies * sizeof *w->world);
     w->joint_at = mbsri_arena_take(w->arena, bodies * sizeof *w->joint_at);
+    w->lift = mbsri_arena_take(w->arena, 3 * bodies * sizeof *w->lift);
+    w->before = mbsri_arena_take(w->arena, bodies * sizeof *w->before);
+    w->joined = mbsri_arena_take(w->arena, bodies * sizeof *w->joined);
     w->joint = mbsri_arena_take(w->arena, rates * sizeof *w->joint);
     return !w->arena->failed;
 }
@@ -53,9 +58,30 @@ static const char *obstacle(const mbsri_writer *w, int k)
         if (c->axis[l].kind == MBSR_AXIS_SCREW) return "MJCF has no screws";
         if (c->axis[l].driven) return "MJCF has no driven axes";
     }
-    if (c->quaternion && c->axes > 0 && w->def[k].parent != MBSR_GROUND)
-        return "free joints of MJCF begin at the world";
     return NULL;
+}
+
+/* Free joints of MJCF begin at the world: those on bodies that do not move are moved there. */
+static bool lift_free(mbsri_writer *w, int k)
+{
+    mbsr_joint_chain *c = w->chain + k;
+    if (!c->quaternion || c->axes == 0) return true;
+    for (int p = w->def[k].parent; p != MBSR_GROUND; p = w->def[p].parent) {
+        const mbsr_joint_chain *weld = w->chain + p;
+        if (weld->quaternion || weld->axes > 0) return false;
+        const mbsr_frame back = mbsr_frame_inverse(&weld->B),
+                         drawn = mbsr_frame_product(&weld->A, &back);
+        c->A = mbsr_frame_product(&drawn, &c->A);
+    }
+    w->def[k].parent = MBSR_GROUND;
+    return true;
+}
+
+static bool cannot(mbsri_writer *w, int k, const char *why)
+{
+    snprintf(w->message, sizeof w->message, "body %d '%.80s': %s", k, mbsr_body_name(w->model, k),
+             why);
+    return false;
 }
 
 static bool read_bodies(mbsri_writer *w)
@@ -63,11 +89,10 @@ static bool read_bodies(mbsri_writer *w)
     for (int k = 0; k < w->bodies; ++k) {
         mbsr_body_definition(w->model, k, w->def + k);
         const char *why = obstacle(w, k);
-        if (!why) continue;
-        snprintf(w->message, sizeof w->message, "body %d '%.80s': %s", k,
-                 mbsr_body_name(w->model, k), why);
-        return false;
+        if (why) return cannot(w, k, why);
     }
+    for (int k = 0; k < w->bodies; ++k)
+        if (!lift_free(w, k)) return cannot(w, k, "free joints of MJCF begin at the world");
     return true;
 }
 
@@ -143,6 +168,71 @@ static void draw_body(mbsri_writer *w, int k)
     w->frame[k] = mbsr_frame_product(&T, &end);
 }
 
+/* ---- joints with several anchors in one body ---- */
+
+/* Whether the reader made this body to carry a joint of another one, whose only predecessor it is. */
+static bool is_between(const mbsri_writer *w, int k, int child)
+{
+    const char *name = mbsr_body_name(w->model, k), *of = mbsr_body_name(w->model, child);
+    const size_t length = strlen(of);
+    double mass, centre[3], tensor[6], size = 0.0;
+    if (!w->file || strncmp(name, of, length) != 0 || name[length] != '/') return false;
+    if (w->chain[k].axes == 0 && !w->chain[k].quaternion) return false;
+    if (!mbsri_solid_of(&w->def[k].inertia, &mass, centre, tensor)) return false;
+    for (int l = 0; l < 6; ++l) size += fabs(tensor[l]);
+    return !(mass > 0.0) && !(size > 0.0);
+}
+
+static void count_children(const mbsri_writer *w, int *children)
+{
+    for (int k = 0; k < w->bodies; ++k) children[k] = 0;
+    for (int k = 0; k < w->bodies; ++k)
+        if (w->def[k].parent != MBSR_GROUND) ++children[w->def[k].parent];
+}
+
+/* Axes and anchors of body k and of those whose joints stand before its own, seen from its one successor. */
+static void carry_joints(mbsri_writer *w, int k, const mbsr_frame *child)
+{
+    const mbsr_frame back = mbsr_frame_inverse(child);
+    for (int at = k; at != MBSR_NONE; at = w->before[at]) {
+        mbsri_written_joint *j = w->joint + w->joint_at[at];
+        const int count = w->chain[at].quaternion ? 1 : w->chain[at].axes;
+        for (int l = 0; l < count; ++l, ++j) {
+            double axis[3], anchor[3];
+            for (int i = 0; i < 3; ++i) {
+                axis[i] = anchor[i] = 0.0;
+                for (int m = 0; m < 3; ++m) {
+                    axis[i] += back.R[3 * m + i] * j->axis[m];
+                    anchor[i] += back.R[3 * m + i] * j->anchor[m];
+                }
+                anchor[i] += back.x[i];
+            }
+            memcpy(j->axis, axis, sizeof axis);
+            memcpy(j->anchor, anchor, sizeof anchor);
+        }
+    }
+}
+
+/* Bodies in between give their joints to the body that they carry. */
+static void join_bodies(mbsri_writer *w)
+{
+    int *children = mbsri_arena_take(w->arena, ((size_t)w->bodies + 1) * sizeof *children);
+    if (!children) return;
+    count_children(w, children);
+    for (int k = 0; k < w->bodies; ++k) w->before[k] = MBSR_NONE;
+    for (int k = 0; k < w->bodies; ++k) {
+        const int p = w->def[k].parent;
+        if (p == MBSR_GROUND || children[p] != 1 || !is_between(w, p, k)) continue;
+        carry_joints(w, p, w->frame + k);
+        w->before[k] = p;
+        w->joined[p] = true;
+        w->frame[k] = mbsr_frame_product(w->frame + p, w->frame + k);
+        w->def[k].parent = w->def[p].parent;
+    }
+}
+
+/* ---- frames in the world ---- */
+
 /* Predecessors may have larger ids: those of a body are drawn first. */
 static void place_in_world(mbsri_writer *w, int k)
 {
@@ -166,13 +256,14 @@ static bool prepare(mbsri_writer *w)
 {
     mbsri_names bodies = {.count = 0}, joints = {.count = 0};
     if (!take(w) || !read_bodies(w)) return false;
-    mbsri_names_add(w->arena, &bodies, "world", -1);
+    mbsri_names_add(w->arena, &bodies, "world", 0);
     for (int k = 0; k < w->bodies; ++k) {
         if (too_deep(w, k)) return false;
         w->body[k] = own_name(w, &bodies, mbsr_body_name(w->model, k), "body", k);
         name_joints(w, &joints, k);
         draw_body(w, k);
     }
+    join_bodies(w);
     for (int k = 0; k < w->bodies; ++k) place_in_world(w, k);
     mbsri_write_collect(w);
     return !w->arena->failed;
@@ -189,6 +280,7 @@ static void write_all(mbsri_writer *w)
     mbsri_begin(t, "compiler");
     mbsri_set_text(t, "angle", "radian");
     mbsri_set_text(t, "inertiafromgeom", "false");
+    mbsri_set_text(t, "meshdir", w->opt->mesh_folder);
     mbsri_end(t);
     mbsri_begin(t, "option");
     mbsri_set_numbers(t, "gravity", 3, w->gravity);
@@ -204,6 +296,7 @@ static int write_model(mbsri_written *to, const mbsr_model *model, const mbsr_fi
     mbsri_writer writer = {.arena = &to->arena,
                            .model = model,
                            .file = file,
+                           .opt = opt,
                            .text = {.arena = &to->arena},
                            .bodies = mbsr_model_bodies(model),
                            .nu = mbsr_model_nu(model)};

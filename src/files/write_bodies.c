@@ -1,7 +1,9 @@
 /* Bodies as elements of MJCF, each within its predecessor.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "files/solids.h"
+#include "files/thrust.h"
 #include "files/writer.h"
+#include "files/xml.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -17,6 +19,23 @@ static bool differs(const mbsr_frame *frame)
 
 /* ---- inertias ---- */
 
+/* What MuJoCo refuses, or changes. */
+static void find_weight(mbsri_writer *w, int k, const char *element, double mass,
+                        const double tensor[6])
+{
+    double moments[3];
+    mbsri_moments(tensor, moments);
+    if (w->def[k].joint.n > 0 && !(mass > 0.0))
+        mbsri_write_find(w, element, "it has no mass: MuJoCo refuses the file");
+    else if (w->def[k].joint.n > 0 && !(moments[0] > 0.0))
+        mbsri_write_find(w, element,
+                         "it has no moment of inertia about some axis: MuJoCo refuses the file");
+    else if (moments[2] > (1.0 + 1e-6) * (moments[0] + moments[1]))
+        mbsri_write_find(w, element,
+                         "one moment of inertia is above the sum of the others: MuJoCo refuses the "
+                         "file");
+}
+
 static void write_inertia(mbsri_writer *w, int k, const char *element)
 {
     double mass, centre[3], I[6];
@@ -25,8 +44,7 @@ static void write_inertia(mbsri_writer *w, int k, const char *element)
         mbsri_write_find(w, element, "its inertia is no rigid body's: it is left out");
         return;
     }
-    if (w->def[k].joint.n > 0 && !(mass > 0.0))
-        mbsri_write_find(w, element, "it has no mass: MuJoCo refuses the file");
+    find_weight(w, k, element, mass, I);
     if (inertia->kind == MBSR_INERTIA_NOT_GIVEN) return;
     const bool diagonal = !(fabs(I[3]) > 0.0) && !(fabs(I[4]) > 0.0) && !(fabs(I[5]) > 0.0);
     mbsri_begin(&w->text, "inertial");
@@ -78,7 +96,7 @@ static void write_joint(mbsri_writer *w, const mbsri_written_joint *j)
     mbsri_end(t);
 }
 
-static void write_joints(mbsri_writer *w, int k)
+static void write_own_joints(mbsri_writer *w, int k)
 {
     const mbsr_joint_chain *c = w->chain + k;
     const mbsri_written_joint *j = w->joint + w->joint_at[k];
@@ -92,7 +110,50 @@ static void write_joints(mbsri_writer *w, int k)
     for (int l = 0; l < (c->quaternion ? 1 : c->axes); ++l) write_joint(w, j + l);
 }
 
+/* Those of bodies in between first, outermost before. */
+static void write_joints(mbsri_writer *w, int k)
+{
+    int chain[MBSRI_XML_DEPTH], count = 0;
+    for (int at = k; at != MBSR_NONE && count < MBSRI_XML_DEPTH; at = w->before[at])
+        chain[count++] = at;
+    while (count > 0) write_own_joints(w, chain[--count]);
+}
+
 /* ---- what stands on a body ---- */
+
+/* A name where it stands for the first time; then none. */
+static const char *only_name(mbsri_writer *w, mbsri_names *names, const char *name)
+{
+    if (!*name || mbsri_names_find(names, name) >= 0) return NULL;
+    mbsri_names_add(w->arena, names, name, 0);
+    return name;
+}
+
+/* What a mesh is to MuJoCo: STL, OBJ or MSH; and the caller may have none of that name. */
+static bool keeps_mesh(const mbsri_writer *w, const char *path)
+{
+    static const char *const endings[] = {".stl", ".STL", ".obj", ".OBJ", ".msh", ".MSH"};
+    const char *point = path ? strrchr(path, '.') : NULL;
+    bool known = false;
+    for (int k = 0; point && k < 6; ++k) known = known || strcmp(point, endings[k]) == 0;
+    return known && !strstr(path, "://") &&
+           (!w->opt->has_mesh || w->opt->has_mesh(w->opt->user, path));
+}
+
+/* Whether it can be written: a finding, where it cannot. */
+static bool has_size(mbsri_writer *w, const mbsr_file_shape *s, int sizes)
+{
+    char element[120];
+    bool good = s->kind != MBSR_SHAPE_MESH || keeps_mesh(w, s->mesh);
+    for (int k = 0; k < sizes && s->kind != MBSR_SHAPE_PLANE; ++k) good = good && s->size[k] > 0.0;
+    snprintf(element, sizeof element, "geom '%.80s'", s->name);
+    if (!good && s->kind == MBSR_SHAPE_MESH)
+        mbsri_write_find(w, element, "it is left out: MuJoCo cannot read mesh '%.60s'",
+                         s->mesh ? s->mesh : "");
+    else if (!good)
+        mbsri_write_find(w, element, "it is left out: a size of it is zero");
+    return good;
+}
 
 static void write_shape(mbsri_writer *w, const mbsr_file_shape *s, int number)
 {
@@ -100,9 +161,9 @@ static void write_shape(mbsri_writer *w, const mbsr_file_shape *s, int number)
                                         "ellipsoid", "plane",  "mesh"};
     static const int sizes[] = {3, 1, 2, 2, 3, 3, 0};
     mbsri_text *t = &w->text;
-    if (s->kind == MBSR_SHAPE_MESH && !s->mesh) return;
+    if (!has_size(w, s, sizes[s->kind])) return;
     mbsri_begin(t, "geom");
-    mbsri_set_text(t, "name", s->name);
+    mbsri_set_text(t, "name", only_name(w, &w->shapes, s->name));
     mbsri_set_text(t, "type", types[s->kind]);
     if (s->kind == MBSR_SHAPE_MESH)
         mbsri_set_text(t, "mesh", mbsri_write_print(w, "mesh_%d", number));
@@ -120,9 +181,39 @@ static void write_shape(mbsri_writer *w, const mbsr_file_shape *s, int number)
 static void write_site(mbsri_writer *w, const char *name, const mbsr_frame *frame)
 {
     mbsri_begin(&w->text, "site");
-    mbsri_set_text(&w->text, "name", name);
+    mbsri_set_text(&w->text, "name", only_name(w, &w->sites, name));
     mbsri_write_frame(w, frame);
     mbsri_end(&w->text);
+}
+
+/* Where actuators push that act on sites. */
+static void write_thrusts(mbsri_writer *w, int body)
+{
+    for (int k = 0; w->file && k < w->file->actuators; ++k) {
+        const int id = w->file->actuator[k].force;
+        mbsr_force_def def;
+        mbsri_thrust t;
+        if (id == MBSR_NONE || mbsr_force_definition(w->model, id, &def) ||
+            !mbsri_thrust_of(&def, &t) || t.body != body)
+            continue;
+        write_site(w, mbsri_write_print(w, "thrust_%d", id), &t.frame);
+    }
+}
+
+/* Ends of pins that are open as drawn. */
+static void write_ends(mbsri_writer *w, int body)
+{
+    for (int id = 0; id < mbsr_model_closures(w->model); ++id) {
+        mbsr_closure_def def;
+        if (mbsr_closure_definition(w->model, id, &def) || !mbsri_written_is_open(w, &def))
+            continue;
+        for (int k = 0; k < 2; ++k) {
+            const double *x = def.param + 12 * k;
+            const mbsr_frame frame = mbsr_frame_at(x[0], x[1], x[2]);
+            if (def.body[k] == body)
+                write_site(w, mbsri_write_print(w, "closure_%d_%c", id, "ab"[k]), &frame);
+        }
+    }
 }
 
 static void write_shapes_and_sites(mbsri_writer *w, int body)
@@ -134,12 +225,14 @@ static void write_shapes_and_sites(mbsri_writer *w, int body)
         if (w->file->site[k].body == body)
             write_site(w, w->file->site[k].name, &w->file->site[k].frame);
     for (int k = 0; k < w->springs.count; ++k) {
-        for (int l = 0; l < 2; ++l) {
+        for (int l = 0; l < spring[k].count; ++l) {
             const double *x = spring[k].point[l];
             const mbsr_frame frame = mbsr_frame_at(x[0], x[1], x[2]);
             if (spring[k].body[l] == body) write_site(w, spring[k].site[l], &frame);
         }
     }
+    write_thrusts(w, body);
+    write_ends(w, body);
 }
 
 static void write_meshes(mbsri_writer *w)
@@ -147,7 +240,7 @@ static void write_meshes(mbsri_writer *w)
     bool some = false;
     for (int k = 0; w->file && k < w->file->shapes; ++k) {
         const mbsr_file_shape *s = w->file->shape + k;
-        if (s->kind != MBSR_SHAPE_MESH || !s->mesh) continue;
+        if (s->kind != MBSR_SHAPE_MESH || !keeps_mesh(w, s->mesh)) continue;
         if (!some) mbsri_begin(&w->text, "asset"), mbsri_into(&w->text);
         some = true;
         mbsri_begin(&w->text, "mesh");
@@ -161,6 +254,26 @@ static void write_meshes(mbsri_writer *w)
 
 /* ---- bodies ---- */
 
+/* The part of its weight that is carried, where it is one. */
+static void write_lift(mbsri_writer *w, int k, const char *element)
+{
+    double mass, centre[3], tensor[6], along = 0.0, weight = 0.0, off = 0.0, size = 0.0;
+    const double *F = w->lift + 3 * k, *g = w->gravity;
+    (void)mbsri_solid_of(&w->def[k].inertia, &mass, centre, tensor);
+    for (int l = 0; l < 3; ++l) {
+        along -= F[l] * g[l] * mass;
+        weight += mass * mass * g[l] * g[l];
+        size += fabs(F[l]);
+    }
+    if (!(size > 0.0)) return;
+    const double part = weight > 0.0 ? along / weight : 0.0;
+    for (int l = 0; l < 3; ++l) off += fabs(F[l] + part * mass * g[l]);
+    if (off <= 1e-12 * size)
+        mbsri_set_number(&w->text, "gravcomp", part);
+    else
+        mbsri_write_find(w, element, "a force on it is left out: it is not against its weight");
+}
+
 static void begin_body(mbsri_writer *w, int k)
 {
     char element[120];
@@ -168,6 +281,7 @@ static void begin_body(mbsri_writer *w, int k)
     mbsri_begin(&w->text, "body");
     mbsri_set_text(&w->text, "name", w->body[k]);
     mbsri_write_frame(w, w->frame + k);
+    write_lift(w, k, element);
     mbsri_into(&w->text);
     if (mbsr_body_regularisation(w->model, k))
         mbsri_write_find(w, element, "what was added to its mass matrix is left out");
@@ -186,6 +300,7 @@ static bool link_children(mbsri_writer *w, int **first, int **next)
     for (int k = 0; k <= w->bodies; ++k) (*first)[k] = -1;
     for (int k = w->bodies - 1; k >= 0; --k) {
         const int on = w->def[k].parent + 1;
+        if (w->joined[k]) continue;
         (*next)[k] = (*first)[on];
         (*first)[on] = k;
     }

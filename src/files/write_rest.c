@@ -1,19 +1,19 @@
-/* What stands beside the bodies in MJCF: springs, tendons, actuators, equalities, keys.
+/* What stands beside the bodies in MJCF: springs, tendons, actuators.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "files/elements.h"
+#include "files/thrust.h"
 #include "files/writer.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
-static const mbsri_written_joint *joint_of(const mbsri_writer *w, int body, int coordinate)
+const mbsri_written_joint *mbsri_written_joint_of(const mbsri_writer *w, int body, int coordinate)
 {
     const mbsri_written_joint *j = w->joint + w->joint_at[body] + coordinate;
     return j->name ? j : NULL;
 }
 
-static bool has_axis(const mbsri_written_joint *j)
+bool mbsri_written_has_axis(const mbsri_written_joint *j)
 {
     return j && (j->kind == MBSR_FILE_HINGE || j->kind == MBSR_FILE_SLIDE);
 }
@@ -35,7 +35,7 @@ static bool add_joint_spring(mbsri_writer *w, const mbsr_force_def *def)
 {
     mbsri_written_joint *j = w->joint + w->joint_at[def->body[0]] + def->option[0];
     const double stiffness = parameter(def, " (stiffness)");
-    if (!has_axis(j) || parameter(def, " (cubic)") > 0.0) return false;
+    if (!mbsri_written_has_axis(j) || parameter(def, " (cubic)") > 0.0) return false;
     j->stiffness += stiffness;
     j->moment += stiffness * parameter(def, " (rest)");
     j->damping += parameter(def, " (damping)");
@@ -57,18 +57,50 @@ static bool add_rotation_spring(mbsri_writer *w, const mbsr_force_def *def)
     return true;
 }
 
+/* The same along all coordinates of a free joint, at rest where its body is drawn. */
+static bool add_free_spring(mbsri_writer *w, const mbsr_force_def *def)
+{
+    const int body = def->body[1];
+    double k[6], d[6], off = 0.0;
+    if (def->body[0] != MBSR_GROUND || body == MBSR_GROUND) return false;
+    mbsri_written_joint *j = w->joint + w->joint_at[body];
+    if (!j->name || j->kind != MBSR_FILE_FREE) return false;
+    for (int l = 0; l < 6; ++l) {
+        k[l] = parameter(def, " (stiffness[0])");
+        d[l] = parameter(def, " (damping[0])");
+    }
+    const mbsr_force_def same = mbsr_force_bushing(MBSR_GROUND, w->frame + body, body, NULL, k, d);
+    for (int l = 0; l < MBSR_FORCE_PARAMS; ++l)
+        off = fmax(off, fabs(same.param[l] - def->param[l]));
+    if (off > 1e-12) return false;
+    j->stiffness += k[0];
+    j->damping += d[0];
+    return true;
+}
+
+static mbsri_written_spring *new_spring(mbsri_writer *w, const mbsr_force_def *def, int id)
+{
+    mbsri_written_spring *s = mbsri_list_add(w->arena, &w->springs, sizeof *s);
+    const int *body = def->body_list ? def->body_list : def->body;
+    if (!s) return NULL;
+    s->name = mbsri_write_print(w, "spring_%d", id);
+    s->count = def->bodies;
+    for (int k = 0; k < s->count; ++k) {
+        s->site[k] = mbsri_write_print(w, "spring_%d_%c", id, 'a' + k);
+        s->body[k] = body[k];
+    }
+    return s;
+}
+
 static bool add_point_spring(mbsri_writer *w, const mbsr_force_def *def, int id)
 {
     if (def->option[0] != 0 || parameter(def, " (cubic)") > 0.0) return false;
-    mbsri_written_spring *s = mbsri_list_add(w->arena, &w->springs, sizeof *s);
+    mbsri_written_spring *s = new_spring(w, def, id);
     if (!s) return true;
-    s->name = mbsri_write_print(w, "spring_%d", id);
     s->stiffness = parameter(def, " (stiffness)");
     s->damping = parameter(def, " (damping)");
-    s->rest = parameter(def, " (free_length)");
+    s->rest[0] = s->rest[1] = parameter(def, " (free_length)");
     for (int k = 0; k < 2; ++k) {
-        s->site[k] = mbsri_write_print(w, "spring_%d_%c", id, "ab"[k]);
-        s->body[k] = def->body[k];
         for (int l = 0; l < 3; ++l) {
             char name[24];
             snprintf(name, sizeof name, " (point_%c[%d])", "ab"[k], l);
@@ -76,6 +108,12 @@ static bool add_point_spring(mbsri_writer *w, const mbsr_force_def *def, int id)
         }
     }
     return true;
+}
+
+static bool add_path(mbsri_writer *w, const mbsr_force_def *def, int id)
+{
+    mbsri_written_spring *s = new_spring(w, def, id);
+    return !s || mbsri_path_of(def, s->point, &s->stiffness, &s->damping, s->rest);
 }
 
 /* Those between joint coordinates become tendons and actuators, which are written later. */
@@ -86,11 +124,31 @@ static bool is_transmission(const mbsri_writer *w, const mbsr_force_def *def, in
     mbsri_transmission t;
     if (!mbsri_transmission_of(def, &t, coordinate, factor)) return false;
     for (int k = 0; k < t.count; ++k)
-        if (!has_axis(joint_of(w, t.body[k], coordinate[k]))) return false;
-    if (!t.control) return true;
+        if (!mbsri_written_has_axis(mbsri_written_joint_of(w, t.body[k], coordinate[k])))
+            return false;
+    if (!t.law.control) return true;
     for (int k = 0; w->file && k < w->file->actuators; ++k)
         if (w->file->actuator[k].force == id) return true;
     return false;
+}
+
+/* What carries a part of the weight of a body: all gravity is known behind the last element. */
+static bool add_lift(mbsri_writer *w, const mbsr_force_def *def)
+{
+    double F[3];
+    if (!mbsri_lift_of(def, F)) return false;
+    for (int k = 0; k < 3; ++k) w->lift[3 * def->body[0] + k] += F[k];
+    return true;
+}
+
+/* The thrust of an actuator, which is written later. */
+static bool is_thrust(const mbsri_writer *w, const mbsr_force_def *def, int id)
+{
+    mbsri_thrust t;
+    bool known = false;
+    for (int k = 0; w->file && k < w->file->actuators; ++k)
+        known = known || w->file->actuator[k].force == id;
+    return known && mbsri_thrust_of(def, &t);
 }
 
 static bool add_force(mbsri_writer *w, const mbsr_force_def *def, int id)
@@ -98,11 +156,15 @@ static bool add_force(mbsri_writer *w, const mbsr_force_def *def, int id)
     const mbsr_force_table *joint = mbsr_force_joint_spring(0, 0, 1.0, 0.0, 0.0).table,
                            *rotation = mbsr_force_joint_rotation_spring(0, NULL, NULL, NULL).table,
                            *point = mbsr_force_point_spring(0, NULL, 1, NULL, 1.0, 0.0, 0.0).table;
+    const mbsr_force_table *bushing = mbsr_force_bushing(0, NULL, 1, NULL, NULL, NULL).table;
     if (def->function || def->spring || def->as_closure != 0) return false;
     if (def->table == joint) return add_joint_spring(w, def);
     if (def->table == rotation) return add_rotation_spring(w, def);
     if (def->table == point) return add_point_spring(w, def, id);
-    if (def->table != mbsr_force_gravity(0.0, 0.0, 1.0).table) return is_transmission(w, def, id);
+    if (def->table == mbsri_path_table()) return add_path(w, def, id);
+    if (def->table == bushing) return add_free_spring(w, def);
+    if (def->table != mbsr_force_gravity(0.0, 0.0, 1.0).table)
+        return add_lift(w, def) || is_thrust(w, def, id) || is_transmission(w, def, id);
     for (int k = 0; k < 3; ++k) w->gravity[k] += def->param[k];
     return true;
 }
@@ -120,8 +182,7 @@ void mbsri_write_collect(mbsri_writer *w)
 
 /* ---- tendons and actuators ---- */
 
-/* Begins a section with its first element. */
-static void open_section(mbsri_writer *w, bool *open, const char *name)
+void mbsri_write_section(mbsri_writer *w, bool *open, const char *name)
 {
     if (*open) return;
     *open = true;
@@ -136,18 +197,42 @@ static void write_sum(mbsri_writer *w, const char *name, const mbsri_transmissio
     mbsri_begin(x, "fixed");
     mbsri_set_text(x, "name", name);
     if (spring) {
-        if (fabs(t->bias[1]) > 0.0) mbsri_set_number(x, "stiffness", -t->bias[1]);
-        if (fabs(t->bias[2]) > 0.0) mbsri_set_number(x, "damping", -t->bias[2]);
-        mbsri_set_numbers(x, "springlength", t->rest[0] < t->rest[1] ? 2 : 1, t->rest);
+        if (fabs(t->law.bias[1]) > 0.0) mbsri_set_number(x, "stiffness", -t->law.bias[1]);
+        if (fabs(t->law.bias[2]) > 0.0) mbsri_set_number(x, "damping", -t->law.bias[2]);
+        mbsri_set_numbers(x, "springlength", t->law.rest[0] < t->law.rest[1] ? 2 : 1, t->law.rest);
     }
     mbsri_into(x);
     for (int k = 0; k < t->count; ++k) {
         mbsri_begin(x, "joint");
-        mbsri_set_text(x, "joint", joint_of(w, t->body[k], t->coordinate[k])->name);
+        mbsri_set_text(x, "joint", mbsri_written_joint_of(w, t->body[k], t->coordinate[k])->name);
         mbsri_set_number(x, "coef", t->factor[k] / scale);
         mbsri_end(x);
     }
     mbsri_out(x, "fixed");
+}
+
+bool mbsri_written_has_axes(const mbsri_writer *w, const mbsr_closure_def *def)
+{
+    for (int k = 0; k < def->bodies; ++k)
+        if (!mbsri_written_has_axis(mbsri_written_joint_of(w, def->body[k], def->option[k])))
+            return false;
+    return true;
+}
+
+/* Sums of coordinates that closures relate. */
+static void write_closure_sums(mbsri_writer *w, bool *open)
+{
+    const mbsr_closure_table *coupling = mbsr_closure_coupling(0, NULL, NULL, NULL, 0.0).table;
+    for (int id = 0; id < mbsr_model_closures(w->model); ++id) {
+        mbsr_closure_def def;
+        if (mbsr_closure_definition(w->model, id, &def) || def.table != coupling ||
+            def.bodies < 3 || !mbsri_written_has_axes(w, &def))
+            continue;
+        const mbsri_transmission t = {
+            .count = def.bodies, .body = def.body, .coordinate = def.option, .factor = def.param};
+        mbsri_write_section(w, open, "tendon");
+        write_sum(w, mbsri_write_print(w, "closure_%d", id), &t, 1.0, false);
+    }
 }
 
 static double gear_of(const mbsr_file_actuator *a)
@@ -168,21 +253,22 @@ static void write_tendons(mbsri_writer *w)
         if (mbsr_force_definition(w->model, id, &def) || !is_transmission(w, &def, id) ||
             !mbsri_transmission_of(&def, &t, coordinate, factor))
             continue;
-        if (t.control && t.count == 1) continue;
-        for (int k = 0; t.control && k < w->file->actuators; ++k)
+        if (t.law.control && t.count == 1) continue;
+        for (int k = 0; t.law.control && k < w->file->actuators; ++k)
             if (w->file->actuator[k].force == id) scale = gear_of(w->file->actuator + k);
-        open_section(w, &open, "tendon");
-        write_sum(w, mbsri_write_print(w, "tendon_%d", id), &t, scale, !t.control);
+        mbsri_write_section(w, &open, "tendon");
+        write_sum(w, mbsri_write_print(w, "tendon_%d", id), &t, scale, !t.law.control);
     }
+    write_closure_sums(w, &open);
     for (int k = 0; k < w->springs.count; ++k) {
-        open_section(w, &open, "tendon");
+        mbsri_write_section(w, &open, "tendon");
         mbsri_begin(&w->text, "spatial");
         mbsri_set_text(&w->text, "name", s[k].name);
         mbsri_set_number(&w->text, "stiffness", s[k].stiffness);
         mbsri_set_number(&w->text, "damping", s[k].damping);
-        mbsri_set_number(&w->text, "springlength", s[k].rest);
+        mbsri_set_numbers(&w->text, "springlength", s[k].rest[0] < s[k].rest[1] ? 2 : 1, s[k].rest);
         mbsri_into(&w->text);
-        for (int l = 0; l < 2; ++l) {
+        for (int l = 0; l < s[k].count; ++l) {
             mbsri_begin(&w->text, "site");
             mbsri_set_text(&w->text, "site", s[k].site[l]);
             mbsri_end(&w->text);
@@ -192,24 +278,37 @@ static void write_tendons(mbsri_writer *w)
     if (open) mbsri_out(&w->text, "tendon");
 }
 
-static void write_actuator(mbsri_writer *w, const mbsr_file_actuator *a)
+/* What it acts on: a joint, a tendon or a site. False: nothing that is written. */
+static bool write_target(mbsri_writer *w, const mbsr_file_actuator *a)
 {
     int coordinate[MBSRI_TRANSMISSION_MOST];
-    double factor[MBSRI_TRANSMISSION_MOST], gear;
+    double factor[MBSRI_TRANSMISSION_MOST];
     mbsr_force_def def;
     mbsri_transmission t;
+    mbsri_thrust thrust;
     mbsri_text *x = &w->text;
-    if (mbsr_force_definition(w->model, a->force, &def) ||
-        !mbsri_transmission_of(&def, &t, coordinate, factor))
-        return;
+    if (mbsr_force_definition(w->model, a->force, &def)) return false;
+    const bool sums = mbsri_transmission_of(&def, &t, coordinate, factor);
+    if (!sums && !mbsri_thrust_of(&def, &thrust)) return false;
     mbsri_begin(x, "general");
     mbsri_set_text(x, "name", a->name);
-    if (t.count == 1)
-        mbsri_set_text(x, "joint", joint_of(w, t.body[0], coordinate[0])->name);
-    else
+    if (!sums) {
+        mbsri_set_text(x, "site", mbsri_write_print(w, "thrust_%d", a->force));
+        mbsri_set_numbers(x, "gear", 6, thrust.gear);
+    } else if (t.count == 1) {
+        mbsri_set_text(x, "joint", mbsri_written_joint_of(w, t.body[0], coordinate[0])->name);
+        mbsri_set_number(x, "gear", factor[0]);
+    } else {
         mbsri_set_text(x, "tendon", mbsri_write_print(w, "tendon_%d", a->force));
-    gear = t.count == 1 ? factor[0] : gear_of(a);
-    mbsri_set_number(x, "gear", gear);
+        mbsri_set_number(x, "gear", gear_of(a));
+    }
+    return true;
+}
+
+static void write_actuator(mbsri_writer *w, const mbsr_file_actuator *a)
+{
+    mbsri_text *x = &w->text;
+    if (!write_target(w, a)) return;
     mbsri_set_number(x, "gainprm", a->gain);
     if (fabs(a->bias[0]) + fabs(a->bias[1]) + fabs(a->bias[2]) > 0.0) {
         mbsri_set_text(x, "biastype", "affine");
@@ -218,6 +317,10 @@ static void write_actuator(mbsri_writer *w, const mbsr_file_actuator *a)
     if (a->limited) {
         mbsri_set_text(x, "ctrllimited", "true");
         mbsri_set_numbers(x, "ctrlrange", 2, a->range);
+    }
+    if (a->force_limited) {
+        mbsri_set_text(x, "forcelimited", "true");
+        mbsri_set_numbers(x, "forcerange", 2, a->force_range);
     }
     mbsri_end(x);
 }
@@ -229,7 +332,7 @@ static void write_actuators(mbsri_writer *w)
         const mbsr_file_actuator *a = w->file->actuator + k;
         char element[120];
         if (a->force != MBSR_NONE) {
-            open_section(w, &open, "actuator");
+            mbsri_write_section(w, &open, "actuator");
             write_actuator(w, a);
             continue;
         }
@@ -239,175 +342,10 @@ static void write_actuators(mbsri_writer *w)
     if (open) mbsri_out(&w->text, "actuator");
 }
 
-/* ---- equalities ---- */
-
-static mbsr_frame frame_at(const double param[12])
-{
-    mbsr_frame frame;
-    memcpy(frame.x, param, sizeof frame.x);
-    memcpy(frame.R, param + 3, sizeof frame.R);
-    return frame;
-}
-
-/* The bodies, the first of which is none of the ground; which one that is. */
-static int set_bodies(mbsri_writer *w, const mbsr_closure_def *def)
-{
-    const int first = def->body[0] == MBSR_GROUND, other = def->body[!first];
-    mbsri_set_text(&w->text, "body1", w->body[def->body[first]]);
-    if (other != MBSR_GROUND) mbsri_set_text(&w->text, "body2", w->body[other]);
-    return first;
-}
-
-static void write_weld(mbsri_writer *w, const mbsr_closure_def *def)
-{
-    mbsr_frame end[2] = {frame_at(def->param), frame_at(def->param + 12)};
-    double pose[7];
-    mbsri_begin(&w->text, "weld");
-    mbsri_set_text(&w->text, "name", def->name);
-    const int first = set_bodies(w, def);
-    const mbsr_frame back = mbsr_frame_inverse(end + !first),
-                     relative = mbsr_frame_product(end + first, &back);
-    memcpy(pose, relative.x, sizeof relative.x);
-    mbsr_rotation_quaternion(relative.R, pose + 3);
-    mbsri_set_numbers(&w->text, "relpose", 7, pose);
-    mbsri_end(&w->text);
-}
-
-/* MJCF tells the point on the first body; that on the other is where it is as drawn. */
-static bool write_connect(mbsri_writer *w, const mbsr_closure_def *def)
-{
-    const mbsr_frame unit = mbsr_frame_identity();
-    double x[2][3], gap = 0.0, size = 1e-9;
-    for (int k = 0; k < 2; ++k) {
-        const double *p = def->param + 12 * k;
-        const mbsr_frame *T = def->body[k] == MBSR_GROUND ? &unit : w->world + def->body[k];
-        for (int l = 0; l < 3; ++l) {
-            x[k][l] = T->x[l] + T->R[l] * p[0] + T->R[3 + l] * p[1] + T->R[6 + l] * p[2];
-            size = fmax(size, fabs(x[k][l]));
-        }
-    }
-    for (int l = 0; l < 3; ++l) gap = fmax(gap, fabs(x[0][l] - x[1][l]));
-    if (gap > 1e-9 * size) return false;
-    mbsri_begin(&w->text, "connect");
-    mbsri_set_text(&w->text, "name", def->name);
-    const int first = set_bodies(w, def);
-    mbsri_set_numbers(&w->text, "anchor", 3, def->param + 12 * first);
-    mbsri_end(&w->text);
-    return true;
-}
-
-/* q0 - ref0 = polynomial of (q1 - ref1). */
-static void write_relation(mbsri_writer *w, const char *name, const mbsri_written_joint *a,
-                           const mbsri_written_joint *b, const double power[5])
-{
-    mbsri_begin(&w->text, "joint");
-    mbsri_set_text(&w->text, "name", name);
-    mbsri_set_text(&w->text, "joint1", a->name);
-    if (b) mbsri_set_text(&w->text, "joint2", b->name);
-    mbsri_set_numbers(&w->text, "polycoef", 5, power);
-    mbsri_end(&w->text);
-}
-
-static double ref_of(const mbsri_written_joint *j)
-{
-    return j && j->of ? j->of->ref : 0.0;
-}
-
-static bool write_coupling(mbsri_writer *w, const mbsr_closure_def *def)
-{
-    const double *f = def->param, offset = def->param[MBSR_CLOSURE_BODIES];
-    const mbsri_written_joint *j[2] = {NULL, NULL};
-    double power[5] = {0.0};
-    if (def->bodies > 2 || !(fabs(f[0]) > 0.0)) return false;
-    for (int k = 0; k < def->bodies; ++k) {
-        j[k] = joint_of(w, def->body[k], def->option[k]);
-        if (!has_axis(j[k])) return false;
-    }
-    if (def->bodies > 1) power[1] = -f[1] / f[0];
-    power[0] = offset / f[0] - ref_of(j[0]) + power[1] * ref_of(j[1]);
-    write_relation(w, def->name, j[0], j[1], power);
-    return true;
-}
-
-static bool write_polynomial(mbsri_writer *w, const mbsr_closure_def *def)
-{
-    int coordinate[2];
-    double ref[2], power[5];
-    if (!mbsri_polynomial_of(def, coordinate, ref, power)) return false;
-    const mbsri_written_joint *a = joint_of(w, def->body[0], coordinate[0]),
-                              *b = joint_of(w, def->body[def->bodies > 1], coordinate[1]);
-    if (!has_axis(a) || !has_axis(b)) return false;
-    if (fabs(ref_of(a) - ref[0]) + fabs(ref_of(b) - ref[1]) > 0.0) return false;
-    write_relation(w, def->name, a, b, power);
-    return true;
-}
-
-static bool write_equality(mbsri_writer *w, const mbsr_closure_def *def)
-{
-    const mbsr_closure_table *weld = mbsr_closure_weld(0, NULL, 1, NULL).table,
-                             *ball = mbsr_closure_ball(0, NULL, 1, NULL).table,
-                             *coupling = mbsr_closure_coupling(0, NULL, NULL, NULL, 0.0).table;
-    for (int k = 0; k < MBSR_CLOSURE_ROWS; ++k)
-        if (def->stiffness[k] > 0.0) return false;
-    if (def->motion || def->compliant > 0) return false;
-    if (def->table == ball) return write_connect(w, def);
-    if (def->table == coupling) return write_coupling(w, def);
-    if (def->table != weld) return write_polynomial(w, def);
-    write_weld(w, def);
-    return true;
-}
-
-/* A force element that is a closure has been told among the forces. */
-static bool is_spring(const mbsri_writer *w, int closure)
-{
-    for (int k = 0; k < mbsr_model_forces(w->model); ++k)
-        if (mbsr_force_closure(w->model, k) == closure) return true;
-    return false;
-}
-
-static void write_equalities(mbsri_writer *w)
-{
-    bool open = false;
-    for (int k = 0; k < mbsr_model_closures(w->model); ++k) {
-        mbsr_closure_def def;
-        char element[120];
-        if (mbsr_closure_definition(w->model, k, &def)) continue;
-        open_section(w, &open, "equality");
-        if (write_equality(w, &def) || is_spring(w, k)) continue;
-        snprintf(element, sizeof element, "closure %d '%.80s'", k, def.name ? def.name : "");
-        mbsri_write_find(w, element, "MJCF cannot say this '%.60s': it is left out",
-                         def.table->name);
-    }
-    if (open) mbsri_out(&w->text, "equality");
-}
-
-/* ---- keys ---- */
-
-static void write_keys(mbsri_writer *w)
-{
-    const mbsr_file *f = w->file;
-    bool open = false;
-    for (int k = 0; f && k < f->keys; ++k) {
-        const size_t numbers = (size_t)(f->nq + f->nu) + 1;
-        double *qpos = mbsri_arena_take(w->arena, numbers * sizeof *qpos);
-        if (!qpos || mbsr_file_mujoco_state(f, 1, f->key[k].q, f->key[k].u, qpos, qpos + f->nq))
-            continue;
-        open_section(w, &open, "keyframe");
-        mbsri_begin(&w->text, "key");
-        mbsri_set_text(&w->text, "name", f->key[k].name);
-        mbsri_set_number(&w->text, "time", f->key[k].time);
-        if (f->nq > 0) mbsri_set_numbers(&w->text, "qpos", f->nq, qpos);
-        if (f->nu > 0) mbsri_set_numbers(&w->text, "qvel", f->nu, qpos + f->nq);
-        if (f->actuators > 0) mbsri_set_numbers(&w->text, "ctrl", f->actuators, f->key[k].control);
-        mbsri_end(&w->text);
-    }
-    if (open) mbsri_out(&w->text, "keyframe");
-}
-
 void mbsri_write_rest(mbsri_writer *w)
 {
     write_tendons(w);
     write_actuators(w);
-    write_equalities(w);
-    write_keys(w);
+    mbsri_write_equalities(w);
+    mbsri_write_keys(w);
 }

@@ -4,9 +4,12 @@
 #define MBSRI_FILES_WRITER_H
 
 #include "files/names.h"
+#include "files/path.h"
 #include "files/write_text.h"
 
 #include <mbsrank/files.h>
+
+#include <stdbool.h>
 
 /* What is written; first its public part. */
 typedef struct mbsri_written {
@@ -24,17 +27,18 @@ typedef struct mbsri_written_joint {
     double stiffness, damping, moment; /* of its springs; moment: sum of stiffness times rest */
 } mbsri_written_joint;
 
-/* A spring between two points, with the sites that it needs. */
+/* A spring along points, with the sites that it needs. */
 typedef struct mbsri_written_spring {
-    const char *name, *site[2];
-    int body[2];
-    double point[2][3], stiffness, damping, rest;
+    const char *name, *site[MBSRI_PATH_MOST];
+    int count, body[MBSRI_PATH_MOST];
+    double point[MBSRI_PATH_MOST][3], stiffness, damping, rest[2];
 } mbsri_written_spring;
 
 typedef struct mbsri_writer {
     mbsri_arena *arena;
     const mbsr_model *model;
     const mbsr_file *file; /* NULL: none */
+    const mbsr_write_opt *opt;
     mbsri_text text;
     mbsri_list findings;
     char message[MBSR_TEXT_SIZE]; /* why it cannot be written; "": it can */
@@ -45,8 +49,12 @@ typedef struct mbsri_writer {
     mbsr_frame *frame, *world;  /* as drawn: in the parent, in the world */
     mbsri_written_joint *joint; /* nu */
     int *joint_at;              /* by body: its first rate */
+    int *before;                /* the body whose joints stand before its own, MBSR_NONE */
+    bool *joined;               /* its joints stand in its successor, and it is not written */
     double gravity[3];
+    double *lift;       /* by body: what carries a part of its weight, N */
     mbsri_list springs; /* mbsri_written_spring */
+    mbsri_names shapes, sites;
 } mbsri_writer;
 
 /* Lists what MJCF cannot say of an element: such as ("body 'a'", "..."). */
@@ -65,6 +73,22 @@ void mbsri_write_collect(mbsri_writer *w);
 
 /* Bodies with their joints, inertias, shapes and sites. */
 void mbsri_write_bodies(mbsri_writer *w);
+
+/* The joint of a coordinate; NULL: it is none that a joint begins with. */
+const mbsri_written_joint *mbsri_written_joint_of(const mbsri_writer *w, int body, int coordinate);
+
+/* Whether it is a joint with one axis; j may be NULL. All coordinates of a coupling. */
+bool mbsri_written_has_axis(const mbsri_written_joint *j);
+bool mbsri_written_has_axes(const mbsri_writer *w, const mbsr_closure_def *def);
+
+/* Whether it is a pin whose points are apart as drawn. */
+bool mbsri_written_is_open(const mbsri_writer *w, const mbsr_closure_def *def);
+
+/* Begins a section with its first element. */
+void mbsri_write_section(mbsri_writer *w, bool *open, const char *name);
+
+void mbsri_write_equalities(mbsri_writer *w);
+void mbsri_write_keys(mbsri_writer *w);
 
 /* Equalities, tendons, actuators and keys. */
 void mbsri_write_rest(mbsri_writer *w);

@@ -27,43 +27,72 @@ static bool mass_of(const program_model *m, int k, double *mass)
     return weigh_body(&def.inertia, mass);
 }
 
-static void print_text(const program_options *o, const program_model *m, double mass,
-                       const double centre[3])
+/* The first joint of each body, and the next one of the same; -1: none. Beside them how deep bodies are. */
+typedef struct tree {
+    int *first, *next, *depth;
+} tree;
+
+static bool make_tree(const program_model *m, tree *t)
 {
     const mbsr_file *f = m->file;
-    printf("%s: %d bodies, %d joints, nq %d, nu %d, %d closures with %d rows\n",
-           f->name[0] ? f->name : "(no name)", f->bodies, f->joints, f->nq, f->nu,
-           mbsr_model_closures(m->model), mbsr_model_rows(m->model));
+    const size_t bodies = (size_t)f->bodies + 1;
+    t->first = malloc((2 * bodies + (size_t)f->joints + 1) * sizeof *t->first);
+    if (!t->first) return false;
+    t->depth = t->first + bodies;
+    t->next = t->depth + bodies;
+    for (int k = 0; k < f->bodies; ++k) {
+        const int parent = mbsr_body_parent(m->model, k);
+        t->first[k] = -1;
+        t->depth[k] = parent < 0 ? 0 : t->depth[parent] + 1; /* read before */
+    }
+    for (int k = f->joints - 1; k >= 0; --k) {
+        t->next[k] = t->first[f->joint[k].body];
+        t->first[f->joint[k].body] = k;
+    }
+    return true;
+}
+
+static void print_body(const program_model *m, const tree *t, int k)
+{
+    const mbsr_file *f = m->file;
+    double own;
+    int q;
+    const bool massless = mass_of(m, k, &own);
+    mbsr_body_coordinates(m->model, k, &q, NULL, NULL, NULL);
+    say(stdout, "%*s%s  ", 2 * t->depth[k], "", f->body_name[k][0] ? f->body_name[k] : "(no name)");
+    if (massless)
+        printf("no mass");
+    else if (isfinite(own))
+        printf("%.6g kg", own);
+    else
+        printf("a tensor that no body has");
+    for (int j = t->first[k]; j >= 0; j = t->next[j])
+        say(stdout, "  %s '%s' q[%d]", kinds[f->joint[j].kind], f->joint[j].name,
+            q + f->joint[j].position);
+    putchar('\n');
+}
+
+static int print_text(const program_options *o, const program_model *m, double mass,
+                      const double centre[3])
+{
+    const mbsr_file *f = m->file;
+    tree t;
+    if (!make_tree(m, &t)) return complain(FAILED, "no memory");
+    say(stdout, "%s: %d bodies, %d joints, nq %d, nu %d, %d closures with %d rows\n",
+        f->name[0] ? f->name : "(no name)", f->bodies, f->joints, f->nq, f->nu,
+        mbsr_model_closures(m->model), mbsr_model_rows(m->model));
     printf("mass %.9g kg, centre of mass (%.6g, %.6g, %.6g) m as drawn\n", mass, centre[0],
            centre[1], centre[2]);
-    for (int k = 0; k < f->bodies; ++k) {
-        int depth = 0, nq, n, q;
-        for (int p = mbsr_body_parent(m->model, k); p >= 0; p = mbsr_body_parent(m->model, p))
-            ++depth;
-        mbsr_body_coordinates(m->model, k, &q, &nq, NULL, &n);
-        double own;
-        const bool massless = mass_of(m, k, &own);
-        printf("%*s%s  ", 2 * depth, "", f->body_name[k][0] ? f->body_name[k] : "(no name)");
-        if (massless)
-            printf("no mass");
-        else if (isfinite(own))
-            printf("%.6g kg", own);
-        else
-            printf("a tensor that no body has");
-        for (int j = 0; j < f->joints; ++j) {
-            if (f->joint[j].body != k) continue;
-            printf("  %s '%s' q[%d]", kinds[f->joint[j].kind], f->joint[j].name,
-                   q + f->joint[j].position);
-        }
-        putchar('\n');
-    }
+    for (int k = 0; k < f->bodies; ++k) print_body(m, &t, k);
+    free(t.first);
     for (int k = 0; k < f->actuators; ++k)
-        printf("actuator '%s'%s\n", f->actuator[k].name,
-               f->actuator[k].force == MBSR_NONE ? " (left out)" : "");
-    for (int k = 0; k < f->keys; ++k) printf("key '%s'\n", f->key[k].name);
+        say(stdout, "actuator '%s'%s\n", f->actuator[k].name,
+            f->actuator[k].force == MBSR_NONE ? " (left out)" : "");
+    for (int k = 0; k < f->keys; ++k) say(stdout, "key '%s'\n", f->key[k].name);
     for (int k = 0; k < f->shapes; ++k)
-        if (lacks_mesh(o, m, k)) printf("mesh '%s' is missing\n", f->shape[k].mesh);
+        if (lacks_mesh(o, m, k)) say(stdout, "mesh '%s' is missing\n", f->shape[k].mesh);
     printf("%d findings\n", f->findings);
+    return DONE;
 }
 
 static void print_joints(const program_model *m)
@@ -105,8 +134,8 @@ static void print_names(const char *title, int count, const char *(*name)(const 
     }
 }
 
-static void print_json(const program_options *o, const program_model *m, double mass,
-                       const double centre[3])
+static int print_json(const program_options *o, const program_model *m, double mass,
+                      const double centre[3])
 {
     const mbsr_file *f = m->file;
     printf("{\"name\": ");
@@ -148,6 +177,7 @@ static void print_json(const program_options *o, const program_model *m, double 
         putchar('}');
     }
     puts("]}");
+    return DONE;
 }
 
 int run_info(int argc, char **argv)
@@ -166,7 +196,7 @@ int run_info(int argc, char **argv)
     code = open_model(&o, o.json, &m);
     if (!code) code = start_state(&o, &m, &q, &u);
     if (!code) code = weigh(&m, q, &mass, centre);
-    if (!code) (o.json ? print_json : print_text)(&o, &m, mass, centre);
+    if (!code) code = (o.json ? print_json : print_text)(&o, &m, mass, centre);
     close_model(&m);
     return code;
 }

@@ -14,9 +14,12 @@ typedef struct command {
     "  --floating     URDF: the root link is free\n"                                               \
     "  --package NAME=DIR   URDF: where package://NAME/ and $(find NAME) are; may be repeated\n"   \
     "  --arg NAME=VALUE     xacro: the value of $(arg NAME); may be repeated\n"                    \
-    "  --outside      xacro: includes from any folder, not the model's and packages alone\n"       \
-    "  --stop-stiffness K, --stop-damping D   limits of joints as stops, N/m or N m/rad\n"         \
+    "  --folder DIR   where files that the model names may be, beside its own folder and\n"        \
+    "                 ../meshes; may be repeated; --anywhere: in any folder\n"                     \
+    "  --stop-stiffness K, --stop-damping D   limits of joints as such stops, N/m or N m/rad\n"    \
     "  --slip V       dry friction of joints, smooth below this rate, m/s or rad/s\n"              \
+    "  --no-limits, --no-friction   run, view: none of them unless these ask for them; else\n"     \
+    "                 stops and friction are by the masses and ranges of the joints\n"             \
     "  --strict       refuse files with findings\n"
 
 static const command commands[] = {
@@ -70,7 +73,7 @@ static const command commands[] = {
      "  --floating     URDF: the root link is free\n"
      "  --package NAME=DIR   URDF: where package://NAME/ and $(find NAME) are; may be repeated\n"
      "  --arg NAME=VALUE     xacro: the value of $(arg NAME); may be repeated\n"
-     "  --outside      xacro: includes from any folder, not the model's and packages alone\n"
+     "  --folder DIR, --anywhere   where files that the model names may be\n"
      "  --strict       refuse files with findings, of reading or writing\n",
      run_convert},
 };

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 _mbsrank() {
     local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD-1]}
-    local common="--start --floating --package --arg --outside --stop-stiffness --stop-damping --slip --strict --help"
+    local common="--start --floating --package --arg --folder --anywhere --no-limits --no-friction --stop-stiffness --stop-damping --slip --strict --help"
     COMPREPLY=()
     if [ "$COMP_CWORD" -eq 1 ]; then
         mapfile -t COMPREPLY < <(compgen -W "info check run plot view convert --help --version" -- "$word")
@@ -16,7 +16,7 @@ _mbsrank() {
         case ${COMP_WORDS[1]} in
         run) common="$common --t-end --step --rtol --atol --form --inputs --output -o --quiet --json" ;;
         plot) common="--columns --title -o --help" ;;
-        convert) common="--floating --package --arg --outside --strict --help" ;;
+        convert) common="--floating --package --arg --folder --anywhere --strict --help" ;;
         view) common="$common --inputs -o" ;;
         check) common="$common --small --time --tolerance --json" ;;
         *) common="$common --json" ;;

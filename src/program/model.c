@@ -1,6 +1,6 @@
 /* Models from files, for every command.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "program/program.h"
+#include "program/folders.h"
 
 #include <errno.h>
 #include <inttypes.h>
@@ -65,14 +65,21 @@ bool common_option(int argc, char **argv, int *at, program_options *o, int *code
         o->strict = true;
     } else if (strcmp(argument, "--floating") == 0) {
         o->floating = true;
+    } else if (strcmp(argument, "--no-limits") == 0) {
+        o->limits = false;
+    } else if (strcmp(argument, "--no-friction") == 0) {
+        o->friction = false;
+    } else if (strcmp(argument, "--anywhere") == 0) {
+        o->anywhere = true;
     } else if ((value = option_value(argc, argv, at, "--start"))) {
         o->start = value;
     } else if (*at >= 0 && (value = option_value(argc, argv, at, "--package"))) {
         *code = add_package(o, argv[*at] + strlen(argv[*at]) - strlen(value));
     } else if (*at >= 0 && (value = option_value(argc, argv, at, "--arg"))) {
         *code = add_argument(o, argv[*at] + strlen(argv[*at]) - strlen(value));
-    } else if (*at >= 0 && strcmp(argument, "--outside") == 0) {
-        o->outside = true;
+    } else if (*at >= 0 && (value = option_value(argc, argv, at, "--folder"))) {
+        if (o->folders == 16) *code = complain(USAGE, "--folder: there are more than 16");
+        if (!*code) o->folder[o->folders++] = value;
     } else if (*at < 0) {
         *code = USAGE;
     } else if (argument[0] != '-' || argument[1] == '\0') {
@@ -87,16 +94,31 @@ bool common_option(int argc, char **argv, int *at, program_options *o, int *code
 /* ---- other files ---- */
 
 typedef struct loaded {
-    char *text[256];
+    const program_options *options;
+    char *text[4096];
     int count;
+    bool told; /* that files elsewhere are not read */
 } loaded;
+
+static char *read_allowed(const program_options *o, const char *path, size_t *size)
+{
+    return may_read(o, path) ? read_file(path, size) : NULL;
+}
 
 static int load(void *user, const char *path, const char **text, size_t *size)
 {
     loaded *l = user;
-    if (l->count == 256) return EMFILE;
-    char *contents = read_file(path, size);
-    if (!contents) return errno;
+    if (l->count == (int)(sizeof l->text / sizeof *l->text)) return EMFILE;
+    char *contents = read_allowed(l->options, path, size);
+    if (!contents) {
+        const int reason = errno;
+        if (reason == EPERM && !l->told)
+            say(stderr,
+                "mbsrank: %s is elsewhere than the model: --folder DIR or --anywhere allows it\n",
+                path);
+        l->told = l->told || reason == EPERM;
+        return reason;
+    }
     l->text[l->count++] = contents;
     *text = contents;
     return 0;
@@ -104,19 +126,21 @@ static int load(void *user, const char *path, const char **text, size_t *size)
 
 static int read_model(const program_options *o, program_model *m)
 {
-    loaded others = {.count = 0};
+    loaded others = {.options = o};
     mbsr_file_opt opt = mbsr_default_file_opt();
     mbsr_error error;
     m->text = read_file(o->path, &m->size);
     if (!m->text) return complain_of_file(NOT_READ, o->path, "read");
     opt.strict = o->strict;
     opt.floating = o->floating;
+    opt.limits = o->limits;
+    opt.friction = o->friction;
     opt.stop_stiffness = o->stop_stiffness;
     opt.stop_damping = o->stop_damping;
     opt.slip = o->slip;
     opt.packages = o->packages;
     opt.package = o->package;
-    opt.xacro = (mbsr_xacro_opt){o->arguments, o->argument, o->outside};
+    opt.xacro = (mbsr_xacro_opt){o->arguments, o->argument, 1}; /* may_read decides */
     opt.load = load;
     opt.user = &others;
     const int status = mbsr_file_read(m->text, m->size, o->path, &opt, &m->file, &error);
@@ -134,7 +158,7 @@ int open_model(const program_options *o, bool quiet, program_model *m)
     m->model = m->file->model;
     for (int k = 0; k < m->file->findings && !quiet; ++k) {
         const mbsr_finding *f = m->file->finding + k;
-        fprintf(stderr, "%s:%d: %s: %s\n", f->file, f->line, f->element, f->text);
+        say(stderr, "%s:%d: %s: %s\n", f->file, f->line, f->element, f->text);
     }
     if (mbsr_model_finish(m->model))
         return complain(NOT_READ, "%s: %s", o->path, mbsr_model_error(m->model)->text);
@@ -181,22 +205,24 @@ static const char *beside(const program_options *o, const char *name, char path[
 char *read_beside(const program_options *o, const char *name, size_t *size)
 {
     char path[PATH];
-    char *text = read_file(beside(o, name, path), size);
-    return text ? text : read_file(name, size);
+    char *text = read_allowed(o, beside(o, name, path), size);
+    return text ? text : read_allowed(o, name, size);
+}
+
+bool has_beside(const program_options *o, const char *name)
+{
+    char path[PATH];
+    return may_read(o, beside(o, name, path)) || may_read(o, name);
 }
 
 bool lacks_mesh(const program_options *o, const program_model *m, int k)
 {
     const mbsr_file_shape *shape = m->file->shape;
     const char *name = shape[k].mesh;
-    char path[PATH];
     bool known = !name;
     for (int l = 0; l < k && !known; ++l) known = shape[l].mesh && strcmp(shape[l].mesh, name) == 0;
     if (known) return false;
-    FILE *file = fopen(beside(o, name, path), "rb");
-    if (!file) file = fopen(name, "rb");
-    if (file) fclose(file);
-    return !file;
+    return !has_beside(o, name);
 }
 
 int start_state(const program_options *o, const program_model *m, const double **q,

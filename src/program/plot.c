@@ -60,15 +60,24 @@ static bool draw(curves *c, int column, int panel)
     return true;
 }
 
-/* The column of that name, else all whose names go on with a point behind it. */
+/* Whether a column is part of what `--output energy` writes. */
+static bool is_energy(const char *column, const char *name, size_t length)
+{
+    return length == 6 && strncmp(name, "energy", length) == 0 &&
+           (strcmp(column, "kinetic") == 0 || strcmp(column, "potential") == 0);
+}
+
+/* The column of that name, else all whose names go on with a point behind it, or both of the energy. */
 static int choose(const table *t, const plot_options *o, const char *name, size_t length, curves *c)
 {
     const int before = c->count;
     bool good = true;
     for (int exact = 1; exact >= 0 && c->count == before; --exact) {
         for (int k = 1; k < t->columns && good; ++k) {
-            if (strncmp(t->name[k], name, length) != 0) continue;
-            if (t->name[k][length] == (exact ? '\0' : '.')) good = draw(c, k, c->panels - 1);
+            const bool alike = strncmp(t->name[k], name, length) == 0;
+            if ((alike && t->name[k][length] == (exact ? '\0' : '.')) ||
+                (!exact && is_energy(t->name[k], name, length)))
+                good = draw(c, k, c->panels - 1);
         }
     }
     if (!good) return complain(FAILED, "no memory");

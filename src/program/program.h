@@ -14,6 +14,9 @@ enum { DONE = 0, UNDETERMINED = 1, USAGE = 2, NOT_READ = 3, FAILED = 4 };
 
 /* ---- text.c ---- */
 
+/* What printf would write, with ? for the control characters that texts of a file may have. */
+void say(FILE *to, const char *format, ...) __attribute__((format(printf, 2, 3)));
+
 /* "mbsrank: ..." on stderr; returns `code`. */
 int complain(int code, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
@@ -23,7 +26,7 @@ int complain_of_file(int code, const char *path, const char *what);
 /* A string of JSON, quoted. */
 void put_json(FILE *to, const char *text);
 
-/* The whole file, with a NUL behind it; NULL: it cannot be read, and errno says why. */
+/* The whole file, with a NUL behind it; NULL: it cannot be read, and errno says why: EFBIG beyond 1 GiB. */
 char *read_file(const char *path, size_t *size);
 
 /* Whether the text is longer than the ending, and ends so. */
@@ -52,11 +55,15 @@ enum { MOST_PAIRS = 64 };
 typedef struct program_options {
     const char *path;
     const char *start; /* of a key; NULL: as drawn */
-    bool json, strict, floating, outside;
+    bool json, strict, floating;
+    bool limits, friction;                     /* by the rule of files.h */
     double stop_stiffness, stop_damping, slip; /* as in mbsr_file_opt; 0: none */
-    mbsr_file_package package[MOST_PAIRS];
-    mbsr_xacro_argument argument[MOST_PAIRS];
+    mbsr_file_package package[MOST_PAIRS];     /* names point into the arguments */
+    mbsr_xacro_argument argument[MOST_PAIRS];  /* likewise */
     int packages, arguments;
+    const char *folder[16]; /* where files that the model names may be, too */
+    int folders;
+    bool anywhere; /* they may be in any folder */
 } program_options;
 
 /* Takes a common option at argv[*at]; false: it is none. Code in *code, DONE as long as all is well. */
@@ -79,6 +86,8 @@ int start_state(const program_options *o, const program_model *m, const double *
 
 /* A file that the model names, such as a mesh: from the folder of the model, or as it stands. read_file. */
 char *read_beside(const program_options *o, const char *name, size_t *size);
+
+bool has_beside(const program_options *o, const char *name); /* whether there is one */
 
 /* Whether the model draws shape `k` by a mesh that no earlier shape has, whose file is not there. */
 bool lacks_mesh(const program_options *o, const program_model *m, int k);

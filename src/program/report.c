@@ -25,7 +25,7 @@ static void print_direction(FILE *to, const program_model *m, const mbsr_directi
             fprintf(to, ", \"coordinate\": %d, \"weight\": %.17g}", t->coordinate, t->weight);
             before = ", ";
         } else {
-            fprintf(to, " %+.3g %s[%d]", t->weight, m->file->body_name[t->body], t->coordinate);
+            say(to, " %+.3g %s[%d]", t->weight, m->file->body_name[t->body], t->coordinate);
         }
     }
     fputs(json ? "]}" : "\n", to);
@@ -82,8 +82,8 @@ static void print_loops(FILE *to, const program_model *m, const mbsr_closure_rep
             fprintf(to, ", \"number\": %d, \"row\": %d}", closure, own);
             before = ", ";
         } else {
-            fprintf(to, "redundant: closure %d '%s', row %d %s\n", closure,
-                    mbsr_closure_name(m->model, closure), own, name);
+            say(to, "redundant: closure %d '%s', row %d %s\n", closure,
+                mbsr_closure_name(m->model, closure), own, name);
         }
     }
     if (json) fputs("]", to);

@@ -27,6 +27,14 @@ typedef struct run_options {
     bool quiet;
 } run_options;
 
+/* No run that somebody waits for has more. */
+static const double MOST_LINES = 1e8;
+
+static double output_step(const run_options *o)
+{
+    return o->step > 0.0 ? o->step : 0.01 * o->t_end;
+}
+
 static int read_options(int argc, char **argv, run_options *o)
 {
     static const char *const numbers[] = {"--t-end", "--rtol", "--atol", "--step"},
@@ -50,6 +58,9 @@ static int read_options(int argc, char **argv, run_options *o)
         if (at < 0) return USAGE;
     }
     if (!code && !(o->t_end > 0.0)) return complain(USAGE, "run: --t-end is missing");
+    if (!code && o->t_end > MOST_LINES * output_step(o))
+        return complain(USAGE, "run: --step %g makes more than %.0g lines up to --t-end %g",
+                        o->step, MOST_LINES, o->t_end);
     if (!code && o->common.json && !o->file)
         return complain(USAGE, "run: --json goes to standard output, so the run needs -o FILE");
     return code;
@@ -75,11 +86,6 @@ static int integrator(const run_options *o, double *shown, mbsr_ida_opt *opt)
     opt->progress_user = shown;
     opt->progress_interval = 0.1;
     return DONE;
-}
-
-static double output_step(const run_options *o)
-{
-    return o->step > 0.0 ? o->step : 0.01 * o->t_end;
 }
 
 /* From output to output and from input to input. */
@@ -152,6 +158,32 @@ static void tell_end(const run_options *o, const mbsr_simulation *s, int code, o
     if (o->common.json) puts("}");
 }
 
+/* What limits and dry friction of joints are in the model. */
+static void tell_joints(const program_model *m)
+{
+    const mbsr_file *f = m->file;
+    double stiff[2] = {INFINITY, 0.0}, slip[2] = {INFINITY, 0.0};
+    int stops = 0, rubs = 0;
+    for (int k = 0; k < f->joints; ++k) {
+        const mbsr_file_joint *j = f->joint + k;
+        stops += j->stop_stiffness > 0.0;
+        rubs += j->slip > 0.0;
+        if (j->stop_stiffness > 0.0) stiff[0] = fmin(stiff[0], j->stop_stiffness);
+        if (j->slip > 0.0) slip[0] = fmin(slip[0], j->slip);
+        stiff[1] = fmax(stiff[1], j->stop_stiffness);
+        slip[1] = fmax(slip[1], j->slip);
+    }
+    if (stops > 0)
+        say(stderr,
+            "limits of %d joints are stops of %.3g to %.3g N/m or N m/rad; not so: --no-limits\n",
+            stops, stiff[0], stiff[1]);
+    if (rubs > 0)
+        say(stderr,
+            "dry friction of %d joints is smooth below %.3g to %.3g m/s or rad/s; none: "
+            "--no-friction\n",
+            rubs, slip[0], slip[1]);
+}
+
 /* ---- all of it ---- */
 
 static int simulate(const run_options *o, program_model *m, inputs *in, output *to)
@@ -182,7 +214,7 @@ static int simulate(const run_options *o, program_model *m, inputs *in, output *
 
 int run_run(int argc, char **argv)
 {
-    run_options o = {.t_end = 0.0};
+    run_options o = {.common = {.limits = true, .friction = true}};
     program_model m = {.text = NULL};
     columns c = {.list = NULL};
     output to = {.columns = &c};
@@ -190,6 +222,7 @@ int run_run(int argc, char **argv)
     int code = read_options(argc, argv, &o);
     if (code) return code;
     code = open_model(&o.common, o.quiet, &m);
+    if (!code && !o.quiet) tell_joints(&m);
     if (!code) code = columns_make(&m, o.outputs, &c);
     if (!code && o.inputs) code = inputs_read(&m, o.inputs, &in);
     if (!code) code = simulate(&o, &m, &in, &to);

@@ -8,12 +8,38 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* Bytes at `at` that move the cursor or worse: below the space but for the end of a line, DEL, U+0080 to U+009F. */
+static int control_at(const unsigned char *at)
+{
+    if ((at[0] < 0x20 && at[0] != '\n') || at[0] == 0x7f) return 1;
+    return at[0] == 0xc2 && at[1] >= 0x80 && at[1] < 0xa0 ? 2 : 0;
+}
+
+static void say_list(FILE *to, const char *format, va_list arguments)
+{
+    char text[4096];
+    vsnprintf(text, sizeof text, format, arguments);
+    for (const char *at = text; *at; ++at) {
+        const int control = control_at((const unsigned char *)at);
+        fputc(control ? '?' : *at, to);
+        if (control == 2) ++at;
+    }
+}
+
+void say(FILE *to, const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    say_list(to, format, arguments);
+    va_end(arguments);
+}
+
 int complain(int code, const char *format, ...)
 {
     va_list arguments;
     va_start(arguments, format);
     fputs("mbsrank: ", stderr);
-    vfprintf(stderr, format, arguments);
+    say_list(stderr, format, arguments);
     fputc('\n', stderr);
     va_end(arguments);
     return code;
@@ -39,14 +65,17 @@ int complain_of_file(int code, const char *path, const char *what)
     return complain(code, "%s cannot be %s: %s", path, what, strerror(errno));
 }
 
+enum { MOST_BYTES = 1 << 30 };
+
 char *read_file(const char *path, size_t *size)
 {
     FILE *file = strcmp(path, "-") == 0 ? stdin : fopen(path, "rb");
     char *text = NULL;
     size_t room = 0;
+    bool large = false;
     *size = 0;
     if (!file) return NULL;
-    for (size_t more = 1; more > 0;) {
+    for (size_t more = 1; more > 0 && !large;) {
         if (room - *size < 2) {
             room = room > 0 ? 2 * room : 1 << 16;
             char *larger = realloc(text, room);
@@ -55,9 +84,10 @@ char *read_file(const char *path, size_t *size)
         }
         more = fread(text + *size, 1, room - *size - 1, file);
         *size += more;
+        large = *size > MOST_BYTES;
     }
-    const bool bad = ferror(file) != 0 || !text;
-    const int reason = errno;
+    const bool bad = large || ferror(file) != 0 || !text;
+    const int reason = large ? EFBIG : errno;
     if (file != stdin) fclose(file);
     errno = reason;
     if (bad) {

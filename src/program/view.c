@@ -99,7 +99,7 @@ static int write_page(const view_options *o, const page *p)
 
 int run_view(int argc, char **argv)
 {
-    view_options o = {.run = NULL};
+    view_options o = {.common = {.limits = true, .friction = true}};
     program_model m = {.text = NULL};
     table run = {.text = NULL};
     inputs in = {.actuator = NULL};

@@ -219,6 +219,122 @@ static void deep_files(void **state)
     free(text);
 }
 
+#define LINKS "<link name='a'>" MASS "</link><link name='b'>" MASS "</link>"
+#define HUNG(type, more)                                                                           \
+    "<joint name='j' type='" type "'><parent link='a'/><child link='b'/>" more "</joint>"
+
+/* A free joint counts from its origin; MuJoCo has it in the world. */
+static void states_of_floating_links(void **state)
+{
+    static const double p[7] = {1.5, -2.0, 0.7, 0.3, -0.4, 0.5, 0.7}, v[6] = {1, 2, 3, -1, 0.5, 2};
+    (void)state;
+    mbsr_file *file =
+        read_small(ROBOT("<link name='ground'/><link name='a'/><link name='b'>" MASS "</link>"
+                         "<joint name='i' type='fixed'><parent link='ground'/><child link='a'/>"
+                         "<origin xyz='0 0 1' rpy='.3 .2 .1'/></joint>" HUNG(
+                             "floating", "<origin xyz='1 2 3' rpy='.4 -.5 "
+                                         ".6'/>")),
+                   NULL);
+    mbsr_data *d = finish(file);
+    double q[7], u[6], back[7], rates[6], pose[MBSR_POSE_SIZE], twist[6], R[9];
+    const int b = mbsr_model_find_body(file->model, "b");
+    assert_ok(mbsr_file_mujoco_state(file, 0, p, v, q, u), NULL);
+    assert_ok(mbsr_positions(file->model, d, 0.0, q), mbsr_data_error(d));
+    assert_ok(mbsr_velocities(file->model, d, u), mbsr_data_error(d));
+    assert_ok(mbsr_body_pose(file->model, d, b, pose), mbsr_data_error(d));
+    assert_ok(mbsr_body_twist(file->model, d, b, twist), mbsr_data_error(d));
+    mbsr_quaternion_rotation(p + 3, R);
+    for (int k = 0; k < 9; ++k) assert_close(pose[MBSR_POSE_R + k], R[k], 1e-14);
+    for (int k = 0; k < 3; ++k) {
+        const double turning = R[k] * v[3] + R[3 + k] * v[4] + R[6 + k] * v[5];
+        assert_close(pose[MBSR_POSE_X + k], p[k], 1e-14);
+        assert_close(twist[k], turning, 1e-14);
+        assert_close(twist[3 + k], v[k], 1e-14);
+    }
+    assert_ok(mbsr_file_mujoco_state(file, 1, q, u, back, rates), NULL);
+    for (int k = 0; k < 3; ++k) assert_close(back[k], p[k], 1e-14);
+    for (int k = 0; k < 6; ++k) assert_close(rates[k], v[k], 1e-14);
+    assert_ok(mbsr_positions(file->model, d, 0.0, file->q0), mbsr_data_error(d));
+    assert_ok(mbsr_file_mujoco_state(file, 1, file->q0, NULL, back, NULL), NULL);
+    assert_ok(mbsr_body_pose(file->model, d, b, pose), mbsr_data_error(d));
+    for (int k = 0; k < 3; ++k) assert_close(back[k], pose[MBSR_POSE_X + k], 1e-14);
+    mbsr_data_destroy(d);
+    mbsr_file_destroy(file);
+}
+
+static void what_others_read_in_their_way(void **state)
+{
+    (void)state;
+    mbsr_file *file =
+        read_small(ROBOT(LINKS HUNG("revolute", "<limit lower='1' upper='-1'/>")), NULL);
+    assert_found(file, "joint 'j'", "lower is above upper");
+    assert_int_equal(file->joint[0].limited, 0);
+    mbsr_file_destroy(file);
+    file = read_small(ROBOT(LINKS HUNG("fixed", "") "<link name='c'>" MASS
+                                                    "</link><joint name='j' type='fixed'>"
+                                                    "<parent link='a'/><child link='c'/></joint>"),
+                      NULL);
+    assert_found(file, "joint 'j'", "another joint has this name");
+    mbsr_file_destroy(file);
+    file = read_small(ROBOT(LINKS HUNG("fixed", "<drake:wheel/>") "<spring name='l'/><gazebo/>"),
+                      NULL);
+    assert_int_equal(file->findings, 2);
+    assert_found(file, "spring 'l'", "left out");
+    assert_found(file, "drake:wheel", "left out");
+    mbsr_file_destroy(file);
+    file = read_small(
+        ROBOT("<link name='b'>" MASS
+              "<visual><geometry><mesh filename='m.stl' scale='2'/></geometry>"
+              "</visual></link><joint name='j' type='fixed'><parent link='world'/><child link='b'/>"
+              "<origin xyz='1 0 0'/></joint>"),
+        NULL);
+    assert_int_equal(file->findings, 0);
+    assert_string_equal(file->body_name[0], "world");
+    assert_close(file->shape[0].size[2], 2.0, 0.0);
+    mbsr_file_destroy(file);
+}
+
+/* A pulley of two wheels and a loop that is open by (0.1, 0, 0). */
+static void loops_and_couplings(void **state)
+{
+#define TURNS(name, child, y)                                                                      \
+    "<link name='" child "'>" MASS "</link><joint name='" name "' type='continuous'><parent "      \
+    "link='a'/><child link='" child "'/><origin xyz='0 " y " 0'/><axis xyz='0 0 1'/></joint>"
+    (void)state;
+    mbsr_file *file = read_small(
+        ROBOT("<link name='a'>" MASS "</link>" TURNS("i", "b", "0") TURNS(
+            "j", "c",
+            "1") "<coupling name='belt'><predecessor link='b'/><successor link='c'/><ratio "
+                 "value='3'/></coupling>"
+                 "<loop name='pin' type='revolute'><predecessor link='b'><origin xyz='1 0 "
+                 "0'/></predecessor>"
+                 "<successor link='c'><origin xyz='.9 -1 0'/></successor></loop>"
+                 "<loop_joint name='weld' type='fixed'><link1 link='b' xyz='0 0 0'/><link2 "
+                 "link='c'/></loop_joint>"
+                 "<coupling name='none'><predecessor link='a'/><successor link='a'/></coupling>"),
+        NULL);
+    double gap[4];
+    const double q[2] = {0.2, 0.1};
+    mbsr_data *d = finish(file);
+    assert_int_equal(file->findings, 2);
+    assert_found(file, "loop_joint 'weld'", "type 'fixed'");
+    assert_found(file, "coupling 'none'", "not 1 to");
+    assert_int_equal(mbsr_model_held(file->model), 4);
+    assert_ok(mbsr_positions(file->model, d, 0.0, file->q0), mbsr_data_error(d));
+    assert_ok(mbsr_closures_gap(file->model, d, gap), mbsr_data_error(d));
+    const int belt = mbsr_model_find_closure(file->model, "belt") == 0 ? 0 : 3,
+              pin = belt == 0 ? 1 : 0;
+    assert_close(fabs(gap[pin]), 0.1, 1e-15);
+    assert_close(gap[pin + 1], 0.0, 1e-15);
+    assert_ok(mbsr_positions(file->model, d, 0.0, q), mbsr_data_error(d));
+    assert_ok(mbsr_closures_gap(file->model, d, gap), mbsr_data_error(d));
+    assert_close(fabs(gap[belt]), 3.0 * 0.2 - 0.1, 1e-15);
+    mbsr_data_destroy(d);
+    mbsr_file_destroy(file);
+    assert_file_refused(ROBOT("<link name='a'/><loop name='l'><predecessor link='x'/></loop>"),
+                        NULL, "loop 'l'|predecessor 'x'");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -227,6 +343,9 @@ int main(void)
         cmocka_unit_test(what_a_model_has_no_room_for_is_kept),
         cmocka_unit_test(forces_of_joints),
         cmocka_unit_test(moments_that_no_body_has),
+        cmocka_unit_test(states_of_floating_links),
+        cmocka_unit_test(what_others_read_in_their_way),
+        cmocka_unit_test(loops_and_couplings),
         cmocka_unit_test(refused_files),
         cmocka_unit_test(deep_files),
     };

@@ -80,8 +80,8 @@ ends 0 'mass 5 kg' info "$model" --package="other=$work/other/" --arg mass=2.5
 ends 2 "'mass' is not NAME=VALUE" info "$model" --arg mass
 ends 0 "body 'b': it has no mass" convert "$model" "$work/to.xml" --package "other=$work/other" --arg mass=3
 sed 's/$(find other)/..\/other/' "$model" >"$work/robot/up.xacro"
-ends 3 "neither in the model's folder nor in a package" info "$work/robot/up.xacro"
-ends 0 'mass 2 kg' info "$work/robot/up.xacro" --outside
+ends 3 "is elsewhere than the model" info "$work/robot/up.xacro"
+ends 0 'mass 2 kg' info "$work/robot/up.xacro" --anywhere
 
 # what no loop holds is named, all of it that is counted
 cat >"$work/loop.xml" <<'END'
@@ -113,6 +113,26 @@ if command -v python3 >/dev/null; then
         python3 -c 'import json, sys; r = json.load(sys.stdin); assert r["small_masses"]["masses"][0]["direction"]["body"] == "wheel" and r["index"] == 1' ||
         { echo "check --small --json is no JSON"; failed=1; }
 fi
+
+# files that a model names: from its folder, from meshes beside it, from folders that are named; no devices
+mkdir -p "$work/robots/own" "$work/robots/meshes" "$work/far"
+printf '<mujocoinclude><body name="part"><joint/><geom size="1"/></body></mujocoinclude>' >"$work/robots/meshes/part.xml"
+for place in own/part.xml ../far/part.xml; do cp "$work/robots/meshes/part.xml" "$work/robots/$place"; done
+for place in part.xml ../meshes/part.xml ../../far/part.xml /dev/zero; do
+    printf '<mujoco><worldbody><include file="%s"/></worldbody></mujoco>' "$place" >"$work/robots/own/model.xml"
+    case $place in
+    /dev/zero) ends 3 'no file /dev/zero: No such device' info "$work/robots/own/model.xml" --anywhere ;;
+    *far*)
+        ends 3 'far/part.xml is elsewhere than the model: --folder' info "$work/robots/own/model.xml"
+        ends 0 'hinge' info "$work/robots/own/model.xml" --folder "$work/far"
+        ends 0 'hinge' info "$work/robots/own/model.xml" --anywhere ;;
+    *) ends 0 'hinge' info "$work/robots/own/model.xml" ;;
+    esac
+done
+
+# control characters of a file do not reach the terminal
+printf '<mujoco model="a&#127;b&#x9b;c"><worldbody><body name="d&#9;e"/></worldbody></mujoco>' >"$work/odd.xml"
+ends 0 '^a?b?c: 1 bodies' info "$work/odd.xml"
 
 ends 0 'usage: mbsrank convert' convert --help
 ends 2 'there is no file' convert
@@ -187,6 +207,8 @@ if command -v gnuplot >/dev/null; then
     done
     ! grep -q 'b, c' "$work/a.svg" || { echo "the picture has a column that was not chosen"; failed=1; }
     "$program" plot "$work/run.csv" -o "$work/a.png" || failed=1
+    printf 't,kinetic,potential\n0,1,2\n1,2,1\n' >"$work/energy.csv"
+    "$program" plot "$work/energy.csv" -o "$work/a.png" --columns energy || failed=1
     head -c 4 "$work/a.png" | grep -q PNG || { echo "a.png is no PNG"; failed=1; }
     ends 4 'has not drawn' plot "$work/run.csv" -o "$work/none/a.svg"
 else
@@ -213,8 +235,12 @@ printf '<limit lower="-1" upper="0.5" effort="1" velocity="1"/></joint></robot>\
 ends 2 "'-3' is not a positive number" info "$work/limit.urdf" --stop-stiffness -3
 ends 2 "slip needs a value" info "$work/limit.urdf" --slip
 if [ "$with_run" = 1 ]; then
+    ends 0 'limits of 1 joints are stops of .*--no-limits' run "$work/limit.urdf" --t-end 1 --step 1
+    "$program" run "$work/limit.urdf" --t-end 1 --step 1 --no-limits 2>&1 | grep -q 'are stops' &&
+        { echo "--no-limits leaves limits"; failed=1; }
     ends 0 '^5,0.504294' run "$work/limit.urdf" --t-end 5 --step 5 --stop-stiffness 1000 --stop-damping 30
     ends 2 't-end' run "$models/arm.urdf"
+    ends 2 'makes more than 1e+08 lines' run "$models/arm.urdf" --t-end 1e9 --step 1e-9
     ends 2 'needs -o FILE' run "$models/arm.urdf" --t-end 1 --json
     ends 2 'not a positive number' run "$models/arm.urdf" --t-end=-1
     ends 2 "no joint 'nose'" run "$models/arm.urdf" --t-end 1 --output nose

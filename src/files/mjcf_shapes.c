@@ -1,0 +1,162 @@
+/* Shapes of MJCF, and what they weigh.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "files/mjcf_parts.h"
+#include "files/solids.h"
+
+#include <math.h>
+#include <string.h>
+
+static bool shape_kind(mbsri_mjcf *m, const mbsri_node *node, mbsr_shape_kind *kind, bool *known)
+{
+    static const char *const names[] = {"box",       "sphere", "cylinder", "capsule",
+                                        "ellipsoid", "plane",  "mesh"};
+    const char *type = mbsri_mjcf_get(node, "type");
+    *known = true;
+    *kind = mbsri_mjcf_get(node, "mesh") ? MBSR_SHAPE_MESH : MBSR_SHAPE_SPHERE;
+    if (!type) return true;
+    for (int k = 0; k < 7; ++k) {
+        if (strcmp(type, names[k]) != 0) continue;
+        *kind = (mbsr_shape_kind)k;
+        return true;
+    }
+    *known = false;
+    if (strcmp(type, "hfield") != 0 && strcmp(type, "sdf") != 0)
+        return mbsri_file_refuse(m->s, node->e, "there is no type '%.40s'", type);
+    mbsri_file_find(m->s, node->e, "a shape of type '%.10s' is left out", type);
+    return true;
+}
+
+/* Sizes, and the frame of one that is given from end to end. */
+static bool read_size(mbsri_mjcf *m, const mbsri_node *node, mbsr_file_shape *shape)
+{
+    static const int least[] = {3, 1, 2, 2, 3, 0, 0};
+    double ends[6], along[3], length = 0.0, middle[3];
+    int given, count;
+    const bool ended = shape->kind == MBSR_SHAPE_CAPSULE || shape->kind == MBSR_SHAPE_CYLINDER ||
+                       shape->kind == MBSR_SHAPE_BOX || shape->kind == MBSR_SHAPE_ELLIPSOID;
+    if (!mbsri_mjcf_numbers(m, node, "size", 0, 3, shape->size, &count) ||
+        !mbsri_mjcf_numbers(m, node, "fromto", 6, 6, ends, &given))
+        return false;
+    if (given && ended) {
+        for (int k = 0; k < 3; ++k) {
+            along[k] = ends[k] - ends[3 + k];
+            middle[k] = 0.5 * (ends[k] + ends[3 + k]);
+            length += along[k] * along[k];
+        }
+        if (!(length > 0.0)) return mbsri_file_refuse(m->s, node->e, "fromto has no length");
+        const bool round = shape->kind == MBSR_SHAPE_CAPSULE || shape->kind == MBSR_SHAPE_CYLINDER;
+        shape->frame = mbsri_mjcf_along(middle, along);
+        if (!round) shape->size[1] = shape->size[0];
+        shape->size[round ? 1 : 2] = 0.5 * sqrt(length);
+        return count > 0 || mbsri_file_refuse(m->s, node->e, "it has no size");
+    }
+    for (int k = 0; k < least[shape->kind]; ++k) {
+        if (!(shape->size[k] > 0.0))
+            return mbsri_file_refuse(m->s, node->e, "its size must be %d positive number%s",
+                                     least[shape->kind], least[shape->kind] > 1 ? "s" : "");
+    }
+    return true;
+}
+
+/* Volume, tensor and frame at the centre of a mesh; false: not known, as a finding says. */
+static bool weigh_mesh(mbsri_mjcf *m, const mbsri_node *node, const mbsr_frame *at,
+                       mbsr_frame *frame, double *volume, double tensor[6])
+{
+    const char *name = mbsri_mjcf_get(node, "mesh");
+    mbsri_mjcf_mesh *mesh = mbsri_mjcf_find_mesh(m, name);
+    const char *wrong = mesh ? mbsri_mjcf_measure(m, mesh) : "there is no such mesh";
+    if (wrong) {
+        const int reason = mesh ? mesh->reason : 0;
+        mbsri_file_find(m->s, node->e,
+                        "the mass of mesh '%.40s' is left out, its body has no <inertial>: %s%s%s",
+                        name ? name : "", wrong, reason > 1 ? ": " : "", mbsri_file_why(reason));
+        return false;
+    }
+    const double *x = mesh->solid.centre;
+    const mbsr_frame centre = mbsr_frame_at(x[0], x[1], x[2]);
+    *frame = mbsr_frame_product(at, &centre);
+    *volume = mesh->solid.volume;
+    memcpy(tensor, mesh->solid.tensor, sizeof mesh->solid.tensor);
+    return true;
+}
+
+/* Its part of the inertia of the body, where `sum` is given. */
+static bool weigh(mbsri_mjcf *m, const mbsri_node *node, const mbsr_frame *at,
+                  const mbsr_file_shape *shape, mbsri_mjcf_solids *sum)
+{
+    double density = 1000.0, mass = 0.0, group = 0.0, volume, I[6];
+    int given;
+    if (!mbsri_mjcf_number(m, node, "density", &density) ||
+        !mbsri_mjcf_number(m, node, "group", &group) ||
+        !mbsri_mjcf_numbers(m, node, "mass", 1, 1, &mass, &given))
+        return false;
+    if (mass < 0.0 || density < 0.0)
+        return mbsri_file_refuse(m->s, node->e, "its mass or density is negative");
+    if (sum && mbsri_mjcf_switch(node, "shellinertia", false))
+        mbsri_file_find(m->s, node->e, "its inertia is that of a solid, not of a shell");
+    if (!sum || group < m->groups[0] || group > m->groups[1]) return true;
+    mbsr_frame frame = shape->frame;
+    if (shape->kind == MBSR_SHAPE_MESH) {
+        if ((given ? mass : density) == 0.0) return true;
+        if (!weigh_mesh(m, node, at, &frame, &volume, I)) return true;
+    } else if (!mbsri_shape_solid(shape->kind, shape->size, &volume, I) || !(volume > 0.0)) {
+        return true;
+    }
+    const double factor = given ? mass / volume : density;
+    if (factor == 0.0) return true;
+    for (int k = 0; k < 6; ++k) I[k] *= factor;
+    const mbsr_inertia own = mbsri_solid(m->s->arena, factor * volume, &frame, I);
+    sum->inertia = sum->some ? mbsr_inertia_sum(sum->inertia, own) : own;
+    sum->some = true;
+    return true;
+}
+
+/* Its own, that of its material, or grey. */
+static bool read_colour(mbsri_mjcf *m, const mbsri_node *node, double colour[4])
+{
+    const int material = mbsri_names_find(&m->materials, mbsri_mjcf_get(node, "material"));
+    if (material >= 0)
+        memcpy(colour, (const mbsri_colour *)m->colours.items + material, sizeof(mbsri_colour));
+    return mbsri_mjcf_numbers(m, node, "rgba", 0, 4, colour, NULL);
+}
+
+bool mbsri_mjcf_add_material(mbsri_mjcf *m, const mbsri_element *e)
+{
+    mbsri_node node;
+    mbsri_colour *to = mbsri_list_add(m->s->arena, &m->colours, sizeof *to);
+    const char *name = mbsri_attribute(e, "name");
+    if (!to) return false;
+    for (int k = 0; k < 4; ++k) to->rgba[k] = 1.0;
+    if (!mbsri_mjcf_node(m, e, "material", NULL, &node) ||
+        !mbsri_mjcf_numbers(m, &node, "rgba", 0, 4, to->rgba, NULL))
+        return false;
+    return !name || mbsri_names_find(&m->materials, name) >= 0 ||
+           mbsri_names_add(m->s->arena, &m->materials, name, m->colours.count - 1);
+}
+
+bool mbsri_mjcf_add_shape(mbsri_mjcf *m, const mbsri_element *e, const mbsri_mjcf_at *at,
+                          mbsri_mjcf_solids *sum)
+{
+    mbsr_file_shape shape = {
+        .name = mbsri_mjcf_name(e), .body = at->body, .colour = {0.5, 0.5, 0.5, 1.0}};
+    mbsri_node node;
+    bool known;
+    if (!mbsri_mjcf_node(m, e, "geom", at->childclass, &node) ||
+        !shape_kind(m, &node, &shape.kind, &known))
+        return false;
+    if (!known) return true;
+    if (!mbsri_mjcf_frame(m, &node, &shape.frame) || !read_colour(m, &node, shape.colour))
+        return false;
+    const char *mesh = mbsri_mjcf_get(&node, "mesh");
+    if (!mesh && !read_size(m, &node, &shape)) return false;
+    shape.frame = mbsr_frame_product(at->frame, &shape.frame);
+    const mbsr_frame own = shape.frame;
+    if (mesh && !mbsri_mjcf_mesh_shape(m, &node, &shape, &known)) return false;
+    if (!known) return true;
+    const char *touches = mbsri_mjcf_get(&node, "contype");
+    shape.visual = touches && strcmp(touches, "0") == 0;
+    if (!weigh(m, &node, &own, &shape, sum)) return false;
+    mbsr_file_shape *to = mbsri_list_add(m->s->arena, &m->s->shapes, sizeof *to);
+    if (to) *to = shape;
+    return to != NULL;
+}

@@ -1,0 +1,156 @@
+/* Files that MuJoCo reads and that need care: joints that repeat each other, equalities of what does not move, laws of
+ * several numbers, keys; and what nobody follows. SPDX-License-Identifier: BSD-3-Clause */
+#include "small.h"
+
+#include <math.h>
+#include <stdio.h>
+
+#define MUJOCO(inside) "<mujoco>\n" inside "</mujoco>\n"
+#define WORLD(inside) MUJOCO("<worldbody>" inside "</worldbody>\n")
+
+static mbsr_data *finish(mbsr_file *file)
+{
+    mbsr_data *d;
+    assert_ok(mbsr_model_finish(file->model), mbsr_model_error(file->model));
+    assert_ok(mbsr_data_create(file->model, &d, NULL), NULL);
+    return d;
+}
+
+/* With armature all of them move; the sum of the forces on parallel ones is that on each. */
+static void joints_that_repeat_each_other(void **state)
+{
+    static const struct {
+        const char *text;
+        int joints, bodies;
+    } cases[] = {
+        {WORLD("<body name='b'><joint armature='1'/><joint armature='1'/><geom size='.1' pos='1 0 "
+               "0'/></body>"),
+         2, 2},
+        {WORLD("<body name='b'><joint armature='1'/><joint armature='1' axis='1 0 0'/><joint "
+               "armature='1'/>"
+               "<geom size='.1' pos='1 0 0'/></body>"),
+         3, 2},
+        {WORLD("<body name='b'><joint type='slide' armature='1'/><joint type='slide' armature='1' "
+               "axis='1 0 0'/>"
+               "<joint type='slide' armature='1' axis='0 1 0'/><joint type='slide' armature='1' "
+               "axis='1 1 1'/>"
+               "<geom size='.1'/></body>"),
+         4, 2},
+        {WORLD("<body name='b'><joint type='slide' axis='1 0 0'/><joint axis='1 0 0'/><geom "
+               "size='.1'/></body>"),
+         2, 1},
+    };
+    (void)state;
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; ++k) {
+        mbsr_file *file = read_small(cases[k].text, NULL);
+        mbsr_data *d = finish(file);
+        double udot[4], u[4] = {0.3, 0.2, 0.1, 0.4}, tau[4];
+        assert_int_equal(file->findings, 0);
+        assert_int_equal(file->joints, cases[k].joints);
+        assert_int_equal(file->bodies, cases[k].bodies);
+        assert_ok(mbsr_forward_dynamics(file->model, d, 0.0, file->q0, u, NULL, udot),
+                  mbsr_data_error(d));
+        assert_ok(mbsr_inverse_dynamics(file->model, d, 0.0, file->q0, u, udot, tau),
+                  mbsr_data_error(d));
+        for (int l = 0; l < cases[k].joints; ++l) assert_close(tau[l], 0.0, 1e-12 * 42.0);
+        if (k == 0) assert_close(udot[0], udot[1], 1e-14);
+        mbsr_data_destroy(d);
+        mbsr_file_destroy(file);
+    }
+}
+
+static void equalities_of_what_does_not_move(void **state)
+{
+    (void)state;
+    mbsr_file *file = read_small(
+        MUJOCO("<worldbody><body name='still'/><body name='arm'><joint name='j'/><geom size='1'/>"
+               "<body name='hand'/></body></worldbody><equality><weld name='a' body1='still'/>"
+               "<connect name='b' body1='arm' body2='hand' anchor='0 0 0'/>"
+               "<weld name='c' body1='hand' body2='still'/></equality>"),
+        NULL);
+    assert_found(file, "weld 'a'", "nothing moves");
+    assert_found(file, "connect 'b'", "nothing moves");
+    assert_int_equal(file->findings, 2);
+    mbsr_data *d = finish(file);
+    assert_int_equal(mbsr_model_closures(file->model), 1);
+    mbsr_data_destroy(d);
+    mbsr_file_destroy(file);
+}
+
+/* tau = -(k x + b x^3) - d x' */
+static void springs_of_several_numbers(void **state)
+{
+    (void)state;
+    mbsr_file *file = read_small(MUJOCO("<option gravity='0 0 0'/><worldbody><body name='b'><joint "
+                                        "name='a' stiffness='2 0 5' damping='3 0 0'/>"
+                                        "<joint name='c' axis='0 1 0' stiffness='2 1 0' damping='3 "
+                                        "4'/><geom size='1'/></body></worldbody>"),
+                                 NULL);
+    mbsr_data *d = finish(file);
+    const double q[2] = {0.5, 0.0}, u[2] = {0.0}, udot[2] = {0.0};
+    double tau[2];
+    assert_found(file, "joint 'c'", "of its stiffness the first");
+    assert_int_equal(file->findings, 2);
+    assert_ok(mbsr_inverse_dynamics(file->model, d, 0.0, q, u, udot, tau), mbsr_data_error(d));
+    assert_close(tau[0], 2.0 * 0.5 + 5.0 * 0.125, 1e-14);
+    mbsr_data_destroy(d);
+    mbsr_file_destroy(file);
+}
+
+static void keys_that_are_short_or_zero(void **state)
+{
+    (void)state;
+    mbsr_file *file = read_small(
+        MUJOCO(
+            "<worldbody><body pos='1 2 3'><freejoint/><geom size='1'/></body></worldbody><keyframe>"
+            "<key name='zero' qpos='4 5 6 0 0 0 0'/><key name='short' qvel='1 2'/></keyframe>"),
+        NULL);
+    assert_int_equal(file->findings, 1);
+    assert_found(file, "key 'short'", "2 numbers of 6");
+    assert_close(file->key[0].q[0], 1.0, 0.0);
+    assert_close(file->key[0].q[6], 6.0, 0.0);
+    assert_close(file->key[1].u[4], 2.0, 0.0);
+    mbsr_file_destroy(file);
+}
+
+static void what_nobody_follows(void **state)
+{
+    (void)state;
+    mbsr_file *file = read_small(
+        MUJOCO("<option actuatorgroupdisable='2 3'><flag "
+               "clampctrl='enable'/></option><default><joint margin='1'/>"
+               "<default class='c'><geom glow='1'/></default></default><worldbody><body "
+               "name='b' colour='red'>"
+               "<joint name='j' user='1' springyness='3'/><geom name='g' size='1' friction='1' "
+               "smell='2'/><site name='s' noise='1'/>"
+               "</body><body name='f'><freejoint name='r' align='true'/><geom "
+               "size='1'/></body></worldbody>"
+               "<tendon><fixed name='t'><joint joint='j' coef='1' bogus='2'/></fixed>"
+               "<fixed name='ball'><joint joint='r' coef='1'/></fixed></tendon>"
+               "<equality><joint name='q' joint1='j' rank='2'/></equality>"
+               "<actuator><motor name='m' joint='j' delay='1' armature='2' damping='3' "
+               "group='2'/></actuator>"),
+        NULL);
+    static const char *const elements[][2] = {
+        {"body 'b'", "colour"}, {"joint 'j'", "springyness"}, {"geom 'g'", "smell"},
+        {"site 's'", "noise"},  {"freejoint 'r'", "frame"},   {"fixed 'ball'", "not one axis"},
+        {"joint 'q'", "rank"}};
+    for (size_t k = 0; k < sizeof elements / sizeof *elements; ++k)
+        assert_found(file, elements[k][0], elements[k][1]);
+    assert_found(file, "motor 'm'", "delay");
+    assert_int_equal(file->findings, 13);
+    assert_int_equal(file->actuator[0].force, MBSR_NONE);
+    mbsr_file_destroy(file);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(joints_that_repeat_each_other),
+        cmocka_unit_test(equalities_of_what_does_not_move),
+        cmocka_unit_test(springs_of_several_numbers),
+        cmocka_unit_test(keys_that_are_short_or_zero),
+        cmocka_unit_test(what_nobody_follows),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
