@@ -9,8 +9,7 @@
  *   K (q', p', u', .)^T = c (q', p', ., .)^T - dF/dt      u' and the loop forces lambda, c -> infinity
  *
  * with the Newton matrix K = dF/dy + c dF/dy' of the momentum form (newton.h): a factorisation and a
- * few solutions on the tree, O(N). The matrix of one state serves to find the velocities of the next, where
- * they are near each other. mbsr_ida_advance does this for the states that it hands out; a solver of your
+ * few solutions on the tree, O(N). mbsr_ida_advance does this for the states that it hands out; a solver of your
  * own may do so with
  *
  *   mbsr_completion *c;
@@ -46,6 +45,9 @@ typedef struct mbsr_completion_times {
                       * own. Difference quotients in time take 1e-7 of it. */
     double from, to; /* s, from < to: functions of time are asked between these only, for difference
                       * quotients; default -INFINITY, INFINITY */
+    int follow; /* 1: the states asked for follow one another, and the matrix of one serves to find
+                      * the velocities of the next: fewer factorisations, and numbers that depend on
+                      * the states before by 1e-10 of their size; 0 (default): on the arguments alone */
 } mbsr_completion_times;
 
 /* MBSR_ERR_NULL, MBSR_ERR_VALUE. */

@@ -47,7 +47,8 @@ static double look_around(mbsr_ida *ida)
                  end = k->reached                    ? before
                        : k->known && isfinite(k->at) ? k->at - way * k->gap
                                                      : way * INFINITY;
-    const mbsr_completion_times times = {.from = fmin(begin, end), .to = fmax(begin, end)};
+    const mbsr_completion_times times = {
+        .from = fmin(begin, end), .to = fmax(begin, end), .follow = 1};
     mbsr_completion_set_times(ida->output.completion, &times);
     return t;
 }

@@ -159,7 +159,7 @@ int mbsr_completion_create(const mbsr_model *model, const mbsr_newton_opt *opt,
     const int rates = model->nq + model->nu, loops = rates + model->nu;
     *w = (mbsr_completion){.m = model,
                            .error = {MBSR_OK, MBSR_NONE, MBSR_NONE, ""},
-                           .times = {0.0, -INFINITY, INFINITY},
+                           .times = {0.0, -INFINITY, INFINITY, 0},
                            .info.bytes = sizeof *w,
                            .size = loops + model->rows + model->held,
                            .rates = rates,
@@ -244,7 +244,8 @@ static int attempt(mbsr_completion *w, bool velocities)
 static bool continues(const mbsr_completion *w, double c, bool deficient)
 {
     static const double far = 10.0;
-    return w->found && w->deficient == deficient && c <= far * w->c && w->c <= far * c;
+    return w->times.follow && w->follows && w->deficient == deficient && c <= far * w->c &&
+           w->c <= far * c;
 }
 
 /* With what is known from the last state; then with one c after the other. The failure that counts is the first of
@@ -290,6 +291,8 @@ static int refuse(mbsr_completion *w, int status)
 static int enter(mbsr_completion *w, mbsr_data *d, double t, bool arguments, const char *function)
 {
     if (!w) return MBSR_ERR_NULL;
+    w->follows = w->found;
+    w->found = false;
     if (!d || !arguments) {
         return mbsri_fail(&w->error, MBSR_ERR_NULL, MBSR_NONE, MBSR_NONE,
                           "%s: a required pointer is NULL", function);
@@ -481,6 +484,5 @@ int mbsr_completion_relax(mbsr_completion *completion, mbsr_data *data, double t
         mbsri_copy(size, w->y, y);
         mbsri_copy(size, w->yp, yp);
     }
-    w->found = false;
     return status == MBSR_SINGULAR_BLOCK ? MBSR_UNDETERMINED : status;
 }

@@ -46,7 +46,8 @@ struct mbsr_completion {
     double *q, *u, *tau;   /* nq, nu, nu: of a form; what is applied to the joints, or zero */
     bool deficient;        /* some direction moves no mass */
     bool elastic;          /* springs alone hold some: */
-    bool found;            /* the state and its rates are those of the last call */
+    bool found;            /* the state and its rates are those of the last call, */
+    bool follows;          /* and were before this one */
     void *memory;
 };
 

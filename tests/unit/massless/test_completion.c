@@ -119,7 +119,7 @@ static mbsr_completion *make_completion(const row *r, const units *in)
 {
     mbsr_completion *c = NULL;
     mbsr_error error;
-    const mbsr_completion_times times = {0.01 * in->time, -INFINITY, INFINITY};
+    const mbsr_completion_times times = {0.01 * in->time, -INFINITY, INFINITY, 1};
     assert_ok(mbsr_completion_create(r->m, NULL, &c, &error), &error);
     assert_ok(mbsr_completion_set_times(c, &times), mbsr_completion_error(c));
     return c;
@@ -397,7 +397,7 @@ static void wrong_arguments_are_refused(void **state)
     assert_refused(mbsr_complete(c, r.d, (mbsr_dae_form)9, 0.0, y, yp), mbsr_completion_error(c),
                    MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE, "form is 9");
     assert_int_equal(mbsr_complete(c, r.d, MBSR_DAE_MOMENTUM, NAN, y, yp), MBSR_NOT_FINITE);
-    const mbsr_completion_times backwards = {0.0, 1.0, 0.0};
+    const mbsr_completion_times backwards = {0.0, 1.0, 0.0, 0};
     assert_refused(mbsr_completion_set_times(c, &backwards), mbsr_completion_error(c),
                    MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE, "from 1 to 0");
     assert_refused(mbsr_completion_relax(c, r.d, 0.0, 0.0, y, yp), mbsr_completion_error(c),
