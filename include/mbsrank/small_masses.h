@@ -117,7 +117,8 @@ typedef struct mbsr_small_masses_report {
 
 /* Makes copies of the model with and without the candidates' masses. Candidates are those named; or,
  * with part == NULL, bodies whose mass is at most `ratio` of the largest among their predecessor,
- * successors and bodies they share a force element with; masses that the model neglects already are
+ * successors and bodies they share a force element with, and past those of these that are candidates themselves, so
+ * that of several light bodies in a row all are; masses that the model neglects already are
  * candidates in both cases. (Mass and moment: trace(mass) / dimension + trace(tensor) / length^2
  * with the typical length of the tree; of bodies in GENERAL space the trace.) opt is required. The
  * model must outlive the object. Memory comes from the model's allocator, here and in `start`.

@@ -47,31 +47,61 @@ static double size_of(const mbsr_model *m, int i)
     }
 }
 
-static void raise(double *most, double value)
+static bool raise(double *most, double value)
 {
-    if (value > *most) *most = value;
+    if (!(value > *most)) return false;
+    *most = value;
+    return true;
 }
 
-/* The largest neighbour of each body: the nearest predecessor with mass, successors, and bodies of
- * the same force elements. size, most: N + 1. */
-static void compare(const mbsr_model *m, double *size, double *most)
+/* What two neighbours i and j have beside each other: their masses and, past one that is light beside its own
+ * neighbours, the largest of these. */
+static bool meet(double ratio, const double *size, double *most, int i, int j)
+{
+    bool raised = raise(most + i, size[j]);
+    if (size[j] <= ratio * most[j]) raised = raise(most + i, most[j]) || raised;
+    return raised;
+}
+
+static bool meet_both(double ratio, const double *size, double *most, int i, int j)
+{
+    const bool raised = meet(ratio, size, most, i, j);
+    return meet(ratio, size, most, j, i) || raised;
+}
+
+/* All neighbours once, those in the tree in both directions. */
+static bool pass(const mbsr_model *m, double ratio, const double *size, double *most)
 {
     const mbsri_force *force = m->forces.data;
-    size[0] = 0.0;
-    for (int i = 0; i <= m->bodies; ++i) most[i] = 0.0;
-    for (int i = 1; i <= m->bodies; ++i) size[i] = size_of(m, i);
-    for (int i = 1; i <= m->bodies; ++i) {
-        int pred = m->body[i].parent;
-        while (pred > 0 && size[pred] == 0.0) pred = m->body[pred].parent;
-        raise(most + i, size[pred]);
-        raise(most + pred, size[i]);
+    bool raised = false;
+    for (int turn = 0; turn < 2; ++turn) {
+        for (int k = 1; k <= m->bodies; ++k) {
+            const int i = turn ? m->bodies + 1 - k : k;
+            int pred = m->body[i].parent;
+            while (pred > 0 && size[pred] == 0.0) pred = m->body[pred].parent;
+            if (pred > 0) raised = meet_both(ratio, size, most, i, pred) || raised;
+        }
     }
     for (size_t k = 0; k < m->forces.count; ++k) {
         const int *list = m->list_index + force[k].list;
-        for (int a = 0; a < force[k].def.bodies; ++a)
-            for (int b = 0; b < force[k].def.bodies; ++b)
-                if (a != b && list[a] > 0) raise(most + list[a], size[list[b]]);
+        for (int a = 0; a < force[k].def.bodies; ++a) {
+            for (int b = 0; b < a; ++b) {
+                if (list[a] > 0 && list[b] > 0)
+                    raised = meet_both(ratio, size, most, list[a], list[b]) || raised;
+            }
+        }
     }
+    return raised;
+}
+
+/* The largest neighbour of each body: the nearest predecessor with mass, successors, and bodies of the same force
+ * elements; past bodies that are light themselves, so that of several in a row all are. size, most: N + 1. */
+static void compare(const mbsr_model *m, double ratio, double *size, double *most)
+{
+    size[0] = 0.0;
+    for (int i = 0; i <= m->bodies; ++i) most[i] = 0.0;
+    for (int i = 1; i <= m->bodies; ++i) size[i] = size_of(m, i);
+    while (pass(m, ratio, size, most)) continue;
 }
 
 static void add(mbsr_small_masses *s, int i, int parts, double ratio)
@@ -143,7 +173,7 @@ int mbsri_small_candidates(mbsr_small_masses *s)
     double *size = mbsri_allocate(&s->allocator, 2 * N * sizeof *size);
     int status = MBSR_OK;
     if (s->candidate && size) {
-        compare(m, size, size + N);
+        compare(m, s->opt.ratio, size, size + N);
         if (s->opt.part) status = take_named(s, size, size + N);
         for (int i = 1; i <= m->bodies && !status; ++i) {
             const int parts = mbsr_body_neglected(m, m->body[i].id);
