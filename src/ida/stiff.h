@@ -112,9 +112,28 @@ int mbsri_stiff_solve(mbsri_stiff *s, N_Vector b);
 /* r / c of the momenta in the residual s->change, as their part of the norm. */
 double mbsri_stiff_left(const mbsri_stiff *s);
 
-/* One iteration: ee changes by s->change. The matrix is new, unless the momenta r / c of the residual are `within`
- * that: then nothing stiff is strained, and the one at hand will do. */
+/* One iteration: s->change becomes -F at ee; it is solved for, and ee changes by it. The matrix is new, unless the momenta
+ * r / c of the residual are `within` that: then nothing stiff is strained, and the one at hand will do. */
+int mbsri_stiff_evaluate(mbsri_stiff *s, N_Vector ee);
+int mbsri_stiff_correct(mbsri_stiff *s, N_Vector ee, double within);
+
+/* Both. */
 int mbsri_stiff_improve(mbsri_stiff *s, N_Vector ee, double within);
+
+/* The power of the velocities of a correction d along a residual r, see line_search.c. */
+double mbsri_stiff_power(const mbsri_stiff *s, N_Vector d, N_Vector r);
+
+/* Whether forces balance on the way to ee: not looked for; found; not found. */
+typedef enum mbsri_search {
+    MBSRI_SEARCH_NONE,
+    MBSRI_SEARCH_BALANCED,
+    MBSRI_SEARCH_IN_VAIN
+} mbsri_search;
+
+/* Shortens the correction s->filtered, which has led to ee, where it has gone too far; s->change is -F at ee before and after.
+ * `before`: its power where it began; `enough`: momenta r / c that may be left, 0 where the residual does not show them. */
+int mbsri_stiff_search(mbsri_stiff *s, N_Vector ee, double before, double enough,
+                       mbsri_search *found);
 
 /* The matrix of an ordinary step: the one at hand; it, but improved on by a new one at the end of the step; a new one;
  * a new one that is compared with it first. The last is for mbsri_stiff_begin_anew, the others for plain iterations. */
