@@ -204,7 +204,9 @@ static void begin(mbsri_stiff *s, N_Vector w, void *memory)
     s->hides = false;
     if (s->off) return;
     mbsri_stiff_look_back(s); /* by c of the attempt before */
+    const long before = s->steps;
     IDAGetNumSteps(memory, &s->steps);
+    mbsri_stiff_note_step(s, before);
     IDAGetCurrentCj(memory, &s->c);
 }
 
@@ -269,6 +271,8 @@ static int initialize(SUNNonlinearSolver solver)
     s->enough = MBSRI_STIFF_ALARM;
     s->failed_at = s->rejected_at = s->turned_at = -1;
     s->learned = s->untested = false;
+    s->past.known = false;
+    s->steps = 0;
     s->rated = 0;
     s->due = 2.0;
     s->norms = -1;
@@ -336,7 +340,8 @@ static int get_failures(SUNNonlinearSolver solver, long int *failures)
 static int destroy(SUNNonlinearSolver solver)
 {
     mbsri_stiff *s = solver->content;
-    N_Vector const vector[] = {s->change, s->filtered, s->trial, s->error, s->direction, s->state};
+    N_Vector const vector[] = {s->change,    s->filtered, s->trial,  s->error,
+                               s->direction, s->state,    s->past.y, s->past.attempt};
     for (size_t k = 0; k < sizeof vector / sizeof vector[0]; ++k) {
         if (vector[k]) N_VDestroy(vector[k]);
     }
@@ -367,8 +372,8 @@ static void set_operations(SUNNonlinearSolver solver)
 /* The vectors are made before y knows of the filter: they need none. Those of the plain iteration do. */
 static bool make(mbsri_stiff *s, N_Vector y, SUNContext context)
 {
-    N_Vector *const vector[] = {&s->change, &s->filtered,  &s->trial,
-                                &s->error,  &s->direction, &s->state};
+    N_Vector *const vector[] = {&s->change,    &s->filtered, &s->trial,  &s->error,
+                                &s->direction, &s->state,    &s->past.y, &s->past.attempt};
     mbsri_ida_use_own_operations(y);
     for (size_t k = 0; k < sizeof vector / sizeof vector[0]; ++k) {
         *vector[k] = N_VClone(y);

@@ -14,19 +14,7 @@
  * halves what is enclosed, else it is halved itself. Where rounding of coordinates makes a step of w, nothing vanishes. */
 #include "ida/stiff.h"
 
-#include <nvector/nvector_serial.h>
-
 #include <math.h>
-
-/* The momentum form has velocities besides the momenta, in the others they stand where these do. */
-double mbsri_stiff_power(const mbsri_stiff *s, N_Vector d, N_Vector r)
-{
-    const int shift = s->last < NV_LENGTH_S(d) ? s->last - s->first : 0;
-    const double *velocity = NV_DATA_S(d) + shift, *force = NV_DATA_S(r);
-    double sum = 0.0;
-    for (int k = s->first; k < s->last; ++k) sum += velocity[k] * force[k];
-    return sum;
-}
 
 /* A point x = ee - back d and w there. */
 typedef struct point {
