@@ -98,7 +98,8 @@ MBSR_API int mbsr_sundials_multiply(sunrealtype t, N_Vector y, N_Vector yp, N_Ve
  * iteration, and errors of momenta tested by what is left of them after one implicit step. At relative
  * tolerances above 1e-4 steps of a mechanism that stiff elements close are so long that they gain energy;
  * IDA does not tell the solver what was asked for, mbsr_sundials_stiff_set_rtol does. Iterative linear
- * solvers are made to solve such steps accurately (IDASetEpsLin, IDASetIncrementFactor). Vectors that IDA
+ * solvers are made to solve such steps accurately (IDASetEpsLin, IDASetIncrementFactor). A step that hits a stop may
+ * fail more tests than the 10 that IDA allows: IDASetMaxErrTestFails, 30. Vectors that IDA
  * makes of y refer to the solver: free it after IDA, and y too. They take their operations from y, which gets
  * the library's own here: the bits of SUNDIALS' serial vectors, and faster where those are compiled
  * without optimisation; operations that the caller has replaced stay. The error test is as without it if

@@ -132,9 +132,9 @@ static void insist(mbsri_stiff *s)
 
 /* ---- the filter ---- */
 
-/* s->filtered becomes K^-1 (0, c e_p, 0), K the present matrix and e_p the momenta of x that count;
- * nonzero if the linear solver fails. */
-static int filter(mbsri_stiff *s, N_Vector x)
+/* s->filtered becomes K^-1 (0, c e_p, 0), K the present matrix and e_p the momenta of x that count; right, unless it is NULL,
+ * what is in brackets. Nonzero if the linear solver fails. */
+static int filter(mbsri_stiff *s, N_Vector x, N_Vector right)
 {
     const double *e = NV_DATA_S(x), *counts = NV_DATA_S(s->id);
     double *to = NV_DATA_S(s->filtered);
@@ -144,6 +144,7 @@ static int filter(mbsri_stiff *s, N_Vector x)
     }
     const int status = s->weigh ? s->weigh(s->user, s->filtered) : 0;
     if (status) return status;
+    if (right) N_VScale(1.0, s->filtered, right);
     ++s->info.filter_solves;
     return s->solve(s->filtered, s->memory);
 }
@@ -153,7 +154,7 @@ static double filtered_norm(mbsri_stiff *s, N_Vector x)
 {
     const double *e = NV_DATA_S(x);
     double *to = NV_DATA_S(s->filtered);
-    if (filter(s, x)) return -1.0;
+    if (filter(s, x, NULL)) return -1.0;
     for (sunindextype k = 0; k < NV_LENGTH_S(x); ++k) {
         if (k < s->first || k >= s->last) to[k] = e[k];
     }
@@ -173,7 +174,7 @@ static double momentum_norm(mbsri_stiff *s, N_Vector x)
 bool mbsri_stiff_moves(mbsri_stiff *s, N_Vector x)
 {
     static const double left = 0.3;
-    if (!s->id || filter(s, x)) return false;
+    if (!s->id || filter(s, x, NULL)) return false;
     return momentum_norm(s, s->filtered) < left * momentum_norm(s, x);
 }
 
@@ -259,14 +260,17 @@ static double bounded(mbsri_stiff *s, double filtered, double plain)
     return fmax(filtered, plain / fmax(least, share * all));
 }
 
-/* The first norm of an error test decides on all: they have to be comparable. */
+/* The first norm of an error test decides on all: they have to be comparable. `many` tolerances: beyond these the filter has to know
+ * that an error is an offset. */
 static double first_norm(mbsri_stiff *s, N_Vector x, double plain)
 {
+    static const double many = 20.0;
     s->filters = false;
     if (!s->careful) keep_error(s, x, plain);
     if (!s->careful || !(plain > 1.0)) return plain;
     const double filtered = s->stricter * filtered_norm(s, x);
     if (!(filtered >= 0.0 && filtered < plain)) return plain;
+    if (plain > many && filter(s, x, s->error) == 0 && !mbsri_stiff_acted(s, x)) return plain;
     stiff_alone(s, x, filtered, plain);
     s->filters = true;
     return bounded(s, filtered, plain);
@@ -298,6 +302,7 @@ static double tested_norm(mbsri_stiff *s, N_Vector x, N_Vector w, N_Vector id)
     if (call == 1) {
         s->id = id;
         IDAGetCurrentOrder(s->memory, &s->order);
+        mbsri_stiff_note_attempt(s);
         return hold(s, first_norm(s, x, plain));
     }
     if (last_of_test(s, call)) s->norms = -1;

@@ -38,37 +38,35 @@ static bool turns(double before, double size, double tolerance)
     return before > tolerance && size > 0.3 * before;
 }
 
-/* A correction that takes back the one before, as across the kink of a stop's force, goes too far: half of it
- * is taken off ee. s->filtered is the one before, if it is known. */
-static void halve(mbsri_stiff *s, N_Vector ee, N_Vector w, double size, bool known)
-{
-    if (known) {
-        N_VLinearSum(1.0, s->change, 1.0, s->filtered, s->filtered);
-        if (N_VWrmsNorm(s->filtered, w) < 0.5 * size) N_VLinearSum(1.0, ee, -0.5, s->change, ee);
-    }
-    N_VScale(1.0, s->change, s->filtered);
-}
-
 /* IDA's tolerance is for what is left after the last iteration. Where rounding keeps corrections
  * above the smaller one here, four of them in a row within it will do; or within `rounding`, where they do not
- * even shrink: with short steps h rounding of q is one of velocities by 1/h. */
+ * even shrink: with short steps h rounding of q is one of velocities by 1/h. Nothing better is to be had either
+ * where corrections have been shortened in vain twice. */
 static int iterate(mbsri_stiff *s, N_Vector ee, N_Vector w, double tolerance, double rounding)
 {
     static const double share = 0.03;
-    const double within = s->iterates ? INFINITY : s->looks ? share * tolerance : 0.0;
-    int small = 0, still = 0;
-    double before = 0.0;
+    const double enough = s->looks ? share * tolerance : 0.0,
+                 within = s->iterates ? INFINITY : enough;
+    int small = 0, still = 0, vain = 0;
+    double before = 0.0, power = 0.0;
     bool grows = false;
     for (int k = 1; k <= ITERATIONS; ++k) {
-        const int status = mbsri_stiff_improve(s, ee, k == 1 ? 0.0 : within);
+        mbsri_search search = MBSRI_SEARCH_NONE;
+        int status = mbsri_stiff_evaluate(s, ee);
+        if (!status && k > 1) status = mbsri_stiff_search(s, ee, power, enough, &search);
         if (status) return status;
+        if (search == MBSRI_SEARCH_IN_VAIN && ++vain == 2) return SUN_NLS_SUCCESS;
+        N_VScale(1.0, s->change, s->trial);
+        status = mbsri_stiff_correct(s, ee, k == 1 || search ? 0.0 : within);
+        if (status) return status;
+        power = mbsri_stiff_power(s, s->change, s->trial);
+        N_VScale(1.0, s->change, s->filtered);
         const double size = N_VWrmsNorm(s->change, w);
         if (k == 2 && turns(before, size, tolerance)) mbsri_stiff_begin(s);
         small = size <= tolerance ? small + 1 : 0;
         still = size <= rounding ? still + 1 : 0;
         grows = still > 1 && (grows || size > before);
         if (size <= share * tolerance || small == 4 || (still > 3 && grows)) return SUN_NLS_SUCCESS;
-        halve(s, ee, w, size, k > 2);
         before = size;
     }
     ++s->failures;
@@ -206,7 +204,9 @@ static void begin(mbsri_stiff *s, N_Vector w, void *memory)
     s->hides = false;
     if (s->off) return;
     mbsri_stiff_look_back(s); /* by c of the attempt before */
+    const long before = s->steps;
     IDAGetNumSteps(memory, &s->steps);
+    mbsri_stiff_note_step(s, before);
     IDAGetCurrentCj(memory, &s->c);
 }
 
@@ -271,6 +271,8 @@ static int initialize(SUNNonlinearSolver solver)
     s->enough = MBSRI_STIFF_ALARM;
     s->failed_at = s->rejected_at = s->turned_at = -1;
     s->learned = s->untested = false;
+    s->past.known = false;
+    s->steps = 0;
     s->rated = 0;
     s->due = 2.0;
     s->norms = -1;
@@ -338,7 +340,8 @@ static int get_failures(SUNNonlinearSolver solver, long int *failures)
 static int destroy(SUNNonlinearSolver solver)
 {
     mbsri_stiff *s = solver->content;
-    N_Vector const vector[] = {s->change, s->filtered, s->trial, s->error, s->direction, s->state};
+    N_Vector const vector[] = {s->change,    s->filtered, s->trial,  s->error,
+                               s->direction, s->state,    s->past.y, s->past.attempt};
     for (size_t k = 0; k < sizeof vector / sizeof vector[0]; ++k) {
         if (vector[k]) N_VDestroy(vector[k]);
     }
@@ -369,8 +372,8 @@ static void set_operations(SUNNonlinearSolver solver)
 /* The vectors are made before y knows of the filter: they need none. Those of the plain iteration do. */
 static bool make(mbsri_stiff *s, N_Vector y, SUNContext context)
 {
-    N_Vector *const vector[] = {&s->change, &s->filtered,  &s->trial,
-                                &s->error,  &s->direction, &s->state};
+    N_Vector *const vector[] = {&s->change,    &s->filtered, &s->trial,  &s->error,
+                                &s->direction, &s->state,    &s->past.y, &s->past.attempt};
     mbsri_ida_use_own_operations(y);
     for (size_t k = 0; k < sizeof vector / sizeof vector[0]; ++k) {
         *vector[k] = N_VClone(y);

@@ -29,8 +29,7 @@
 
 /* ---- one iteration ---- */
 
-/* s->change becomes -F. */
-static int evaluate(mbsri_stiff *s, N_Vector ee)
+int mbsri_stiff_evaluate(mbsri_stiff *s, N_Vector ee)
 {
     const int status = s->system(ee, s->change, s->memory);
     if (!status) N_VScale(-1.0, s->change, s->change);
@@ -58,12 +57,17 @@ double mbsri_stiff_left(const mbsri_stiff *s)
     return mbsri_stiff_momenta(s, s->change) / fabs(s->c);
 }
 
+int mbsri_stiff_correct(mbsri_stiff *s, N_Vector ee, double within)
+{
+    const bool renew = s->set_up && !(within > 0.0 && mbsri_stiff_left(s) <= within);
+    const int status = renew ? factor(s) : 0;
+    return status ? status : correct(s, ee);
+}
+
 int mbsri_stiff_improve(mbsri_stiff *s, N_Vector ee, double within)
 {
-    int status = evaluate(s, ee);
-    const bool renew = s->set_up && !(within > 0.0 && mbsri_stiff_left(s) <= within);
-    if (!status && renew) status = factor(s);
-    return status ? status : correct(s, ee);
+    const int status = mbsri_stiff_evaluate(s, ee);
+    return status ? status : mbsri_stiff_correct(s, ee, within);
 }
 
 /* ---- which matrix ---- */
@@ -114,7 +118,7 @@ static void plan(mbsri_stiff *s, N_Vector w)
 /* The first iteration, with a new matrix, and an old one to compare it with. */
 static int begin(mbsri_stiff *s, N_Vector ee, N_Vector w)
 {
-    int status = evaluate(s, ee);
+    int status = mbsri_stiff_evaluate(s, ee);
     if (status) return status;
     N_VScale(1.0, s->change, s->error);
     ++s->info.renewals;

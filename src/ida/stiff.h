@@ -19,6 +19,12 @@ typedef sunrealtype (*mbsri_masked_norm)(N_Vector x, N_Vector w, N_Vector id);
 /* How errors are measured: by the filter of filter.c; as they are; momenta by what they move, see moved.c. */
 typedef enum mbsri_test { MBSRI_TEST_FILTERED, MBSRI_TEST_PLAIN, MBSRI_TEST_MOVED } mbsri_test;
 
+/* Where the last step ended, if that is known, and the present attempt. */
+typedef struct mbsri_past {
+    N_Vector y, attempt;
+    bool known;
+} mbsri_past;
+
 typedef struct mbsri_stiff {
     SUNNonlinearSolver plain; /* Newton's method of SUNDIALS, for ordinary steps */
     SUNNonlinSolSysFn system; /* IDA's residual, linear system and its solution */
@@ -40,9 +46,10 @@ typedef struct mbsri_stiff {
     int rated;        /* known for so many more of them */
     bool iterates;    /* the linear solver has no matrix, but a preconditioner */
     bool learned;     /* what the linear solver is */
-    long steps;       /* of IDA before the present attempt */
-    double c;         /* of that */
-    int order;        /* of its error test */
+    mbsri_past past;
+    long steps; /* of IDA before the present attempt */
+    double c;   /* of that */
+    int order;  /* of its error test */
     mbsri_test test;
     double share;       /* of an error that is left by what it moves, see moved.c */
     bool always;        /* every step is taken carefully */
@@ -112,9 +119,36 @@ int mbsri_stiff_solve(mbsri_stiff *s, N_Vector b);
 /* r / c of the momenta in the residual s->change, as their part of the norm. */
 double mbsri_stiff_left(const mbsri_stiff *s);
 
-/* One iteration: ee changes by s->change. The matrix is new, unless the momenta r / c of the residual are `within`
- * that: then nothing stiff is strained, and the one at hand will do. */
+/* One iteration: s->change becomes -F at ee; it is solved for, and ee changes by it. The matrix is new, unless the momenta
+ * r / c of the residual are `within` that: then nothing stiff is strained, and the one at hand will do. */
+int mbsri_stiff_evaluate(mbsri_stiff *s, N_Vector ee);
+int mbsri_stiff_correct(mbsri_stiff *s, N_Vector ee, double within);
+
+/* Both. */
 int mbsri_stiff_improve(mbsri_stiff *s, N_Vector ee, double within);
+
+/* The power of the velocities of a correction d along a residual r, see line_search.c. The momentum form has velocities besides
+ * the momenta, in the others they stand where these do. */
+static inline double mbsri_stiff_power(const mbsri_stiff *s, N_Vector d, N_Vector r)
+{
+    const int shift = s->last < N_VGetLength(d) ? s->last - s->first : 0;
+    const double *velocity = N_VGetArrayPointer(d) + shift, *force = N_VGetArrayPointer(r);
+    double sum = 0.0;
+    for (int k = s->first; k < s->last; ++k) sum += velocity[k] * force[k];
+    return sum;
+}
+
+/* Whether forces balance on the way to ee: not looked for; found; not found. */
+typedef enum mbsri_search {
+    MBSRI_SEARCH_NONE,
+    MBSRI_SEARCH_BALANCED,
+    MBSRI_SEARCH_IN_VAIN
+} mbsri_search;
+
+/* Shortens the correction s->filtered, which has led to ee, where it has gone too far; s->change is -F at ee before and after.
+ * `before`: its power where it began; `enough`: momenta r / c that may be left, 0 where the residual does not show them. */
+int mbsri_stiff_search(mbsri_stiff *s, N_Vector ee, double before, double enough,
+                       mbsri_search *found);
 
 /* The matrix of an ordinary step: the one at hand; it, but improved on by a new one at the end of the step; a new one;
  * a new one that is compared with it first. The last is for mbsri_stiff_begin_anew, the others for plain iterations. */
@@ -145,6 +179,14 @@ double mbsri_stiff_moved(mbsri_stiff *s, N_Vector x, N_Vector w, N_Vector id, bo
 
 /* The part of the norm of x, by s->weight, that its momenta make. */
 double mbsri_stiff_momenta(const mbsri_stiff *s, N_Vector x);
+
+/* What jumps.c has to know: IDA had taken so many steps at the last attempt; an error test begins. */
+void mbsri_stiff_note_step(mbsri_stiff *s, long before);
+void mbsri_stiff_note_attempt(mbsri_stiff *s);
+
+/* Whether what takes an error x off along s->filtered has acted before the step, too: K s->filtered = s->error. True where
+ * that is not known. */
+bool mbsri_stiff_acted(mbsri_stiff *s, N_Vector x);
 
 /* Whether the filter leaves little of the momenta of x, a correction: a stiff element asked for it. */
 bool mbsri_stiff_moves(mbsri_stiff *s, N_Vector x);
