@@ -133,6 +133,7 @@ static bool read_compiler(mbsri_mjcf *m, const mbsri_element *e)
     if (angle) m->radian = strcmp(angle, "radian") == 0;
     if (folder || assets) m->folder = folder ? folder : assets;
     m->strip = mbsri_mjcf_switch(&node, "strippath", m->strip);
+    m->exact = mbsri_mjcf_switch(&node, "exactmeshinertia", m->exact);
     m->fit_around = mbsri_mjcf_switch(&node, "fitaabb", m->fit_around);
     m->autolimits = mbsri_mjcf_switch(&node, "autolimits", m->autolimits);
     if (coordinate && strcmp(coordinate, "global") == 0)

@@ -66,6 +66,7 @@ typedef struct mbsri_mjcf {
     mbsri_class *classes; /* the last one made */
     bool free_controls;   /* controls are not clamped to their ranges */
     const char *idle;     /* groups of actuators that are switched off, NULL: none */
+    bool exact;           /* meshes count as the solids that they enclose, where they do not say */
     bool fit_around;      /* shapes are fitted to the box around a mesh */
     mbsri_list meshes;    /* mbsri_mjcf_mesh */
     mbsri_names bodies, joints, sites, mesh_names, materials;
