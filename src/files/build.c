@@ -12,7 +12,7 @@
  * between. */
 #include "files/build.h"
 
-#include "files/elements.h"
+#include "files/build_parts.h"
 #include "files/states.h"
 
 #include <math.h>
@@ -20,16 +20,6 @@
 #include <string.h>
 
 enum { MOST_AXES = 6 };
-
-bool mbsri_scene_refused(mbsri_scene *s, const mbsri_element *e, const mbsr_model *model)
-{
-    const mbsr_error *error = mbsr_model_error(model);
-    if (error->status == MBSR_ERR_NO_MEMORY) {
-        s->arena->failed = true;
-        return false;
-    }
-    return mbsri_file_refuse(s, e, "%.150s", error->text);
-}
 
 /* ---- bodies and joints ---- */
 
@@ -226,16 +216,6 @@ static bool add_bodies_of(mbsri_scene *s, mbsr_file *file, mbsri_scene_body *b)
 
 /* ---- closures ---- */
 
-mbsr_frame *mbsri_scene_drawn(const mbsri_scene *s)
-{
-    mbsr_frame *frames = mbsri_arena_take(s->arena, (size_t)(s->bodies.count + 1) * sizeof *frames);
-    const mbsri_scene_body *b = mbsri_scene_bodies(s);
-    for (int k = 0; frames && k < s->bodies.count; ++k)
-        frames[k] =
-            b[k].parent < 0 ? b[k].frame : mbsr_frame_product(frames + b[k].parent, &b[k].frame);
-    return frames;
-}
-
 static mbsr_closure_def between_bodies(const mbsri_scene *s, const mbsri_scene_equality *q,
                                        const mbsr_frame *frames)
 {
@@ -340,6 +320,6 @@ bool mbsri_scene_build(mbsri_scene *s, mbsr_file *file, const mbsri_element *roo
         sites[k].body = sites[k].body < 0 ? MBSR_GROUND : bodies[sites[k].body].id;
     for (int k = 0; k < s->shapes.count; ++k)
         shapes[k].body = shapes[k].body < 0 ? MBSR_GROUND : bodies[shapes[k].body].id;
-    return mbsri_scene_forces(s, file, root) && add_closures(s, file) &&
-           mbsri_scene_states(s, file);
+    return mbsri_scene_forces(s, file, root) && mbsri_scene_actuators(s, file) &&
+           add_closures(s, file) && mbsri_scene_states(s, file);
 }

@@ -3,7 +3,6 @@
 #ifndef MBSRI_FILES_BUILD_H
 #define MBSRI_FILES_BUILD_H
 
-#include "files/elements.h"
 #include "files/scene.h"
 
 /* What was read, with its memory. */
@@ -12,29 +11,6 @@ typedef struct mbsri_file {
     mbsri_arena arena;
     mbsri_list names; /* const char *, by id */
 } mbsri_file;
-
-/* Of the model, told with the element. Always false. */
-bool mbsri_scene_refused(mbsri_scene *s, const mbsri_element *e, const mbsr_model *model);
-
-/* Frames of all bodies in the world, as drawn; NULL: no memory. */
-mbsr_frame *mbsri_scene_drawn(const mbsri_scene *s);
-
-bool mbsri_scene_force(mbsri_scene *s, mbsr_file *file, mbsr_force_def def, const mbsri_element *e,
-                       int *id);
-
-/* A law on gear times a sum over joints. */
-bool mbsri_scene_sum_force(mbsri_scene *s, mbsr_file *file, const mbsri_scene_sum *sum, double gear,
-                           const mbsri_law *law, const mbsri_element *e, int *id);
-
-/* Lengths of rest of tendons along sites, while sites are on bodies as drawn. */
-bool mbsri_scene_settle(mbsri_scene *s);
-
-/* Stiffness and slip of joints, as the options want them: into the joints. */
-bool mbsri_scene_limits(mbsri_scene *s);
-
-/* All force elements; those of actuators. */
-bool mbsri_scene_forces(mbsri_scene *s, mbsr_file *file, const mbsri_element *root);
-bool mbsri_scene_actuators(mbsri_scene *s, mbsr_file *file);
 
 /* Bodies, forces, closures and states of the scene into the file's model; false: refused, or no
  * memory. */

@@ -5,7 +5,7 @@
  * that coordinate k moves as drawn, all others held, and its part g_k in the length,
  *
  *   damping = 2 r sqrt(gain sum M_k / g_k^2) */
-#include "files/build.h"
+#include "files/build_parts.h"
 #include "files/thrust.h"
 #include "files/weights.h"
 

@@ -1,18 +1,11 @@
 /* Forces of a scene: springs of joints and tendons, stops, friction, weight.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "files/build.h"
-#include "files/elements.h"
+#include "files/build_parts.h"
 #include "files/solids.h"
 #include "files/thrust.h"
 
 #include <math.h>
 #include <string.h>
-
-bool mbsri_scene_force(mbsri_scene *s, mbsr_file *file, mbsr_force_def def, const mbsri_element *e,
-                       int *id)
-{
-    return !mbsr_model_add_force(file->model, &def, id) || mbsri_scene_refused(s, e, file->model);
-}
 
 static bool has_axis(const mbsr_file_joint *j)
 {
@@ -63,28 +56,6 @@ static bool add_joint_forces(mbsri_scene *s, mbsr_file *file, const mbsri_scene_
             s, file, mbsr_force_joint_friction(of->body, of->coordinate, of->friction, of->slip),
             j->element, NULL);
     return good;
-}
-
-/* What a sum over joints acts on; its body and coordinate lists. */
-static void place_sum(const mbsri_scene *s, const mbsri_scene_sum *sum, double gear, int *body,
-                      int *coordinate, double *factor)
-{
-    for (int k = 0; k < sum->count; ++k) {
-        const mbsri_scene_joint *j = mbsri_scene_joints(s) + sum->joint[k];
-        body[k] = j->joint.body;
-        coordinate[k] = j->joint.coordinate;
-        factor[k] = gear * sum->factor[k];
-    }
-}
-
-bool mbsri_scene_sum_force(mbsri_scene *s, mbsr_file *file, const mbsri_scene_sum *sum, double gear,
-                           const mbsri_law *law, const mbsri_element *e, int *id)
-{
-    int body[MBSRI_TERMS], coordinate[MBSRI_TERMS];
-    double factor[MBSRI_TERMS];
-    place_sum(s, sum, gear, body, coordinate, factor);
-    const mbsri_transmission t = {sum->count, body, coordinate, factor, *law};
-    return mbsri_scene_force(s, file, mbsri_force_transmission(&t), e, id);
 }
 
 /* Along sites, which are of bodies of the model by now. */
@@ -196,5 +167,5 @@ bool mbsri_scene_forces(mbsri_scene *s, mbsr_file *file, const mbsri_element *ro
     for (int k = 0; k < s->tendons.count; ++k) {
         if (!add_tendon(s, file, tendons + k)) return false;
     }
-    return mbsri_scene_actuators(s, file);
+    return true;
 }

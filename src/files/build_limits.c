@@ -10,7 +10,7 @@
  *
  * A coordinate that moves no mass counts with the least mass of those of its kind that do, else with 1 kg or 1 kg m^2. Dry
  * friction is smooth below a thousandth of the range (a turn or a metre where there is none) per second. */
-#include "files/build.h"
+#include "files/build_parts.h"
 #include "files/weights.h"
 
 #include <math.h>

@@ -108,8 +108,8 @@ static bool add_class(mbsri_mjcf *m, const mbsri_element *e, const mbsri_class *
 /* What the compiler of MuJoCo would change in a model. */
 static void find_changes(mbsri_mjcf *m, const mbsri_element *e)
 {
-    static const char *const names[] = {"boundmass", "boundinertia", "settotalmass"};
-    for (int k = 0; k < 3; ++k) {
+    static const char *const names[] = {"boundmass", "boundinertia"};
+    for (int k = 0; k < 2; ++k) {
         const char *value = mbsri_attribute(e, names[k]);
         double x;
         if (value && mbsri_read_numbers(value, 1, 1, &x) == 1 && x > 0.0)
@@ -133,6 +133,7 @@ static bool read_compiler(mbsri_mjcf *m, const mbsri_element *e)
     if (angle) m->radian = strcmp(angle, "radian") == 0;
     if (folder || assets) m->folder = folder ? folder : assets;
     m->strip = mbsri_mjcf_switch(&node, "strippath", m->strip);
+    m->exact = mbsri_mjcf_switch(&node, "exactmeshinertia", m->exact);
     m->fit_around = mbsri_mjcf_switch(&node, "fitaabb", m->fit_around);
     m->autolimits = mbsri_mjcf_switch(&node, "autolimits", m->autolimits);
     if (coordinate && strcmp(coordinate, "global") == 0)
@@ -147,7 +148,8 @@ static bool read_compiler(mbsri_mjcf *m, const mbsri_element *e)
                          : mbsri_mjcf_switch(&node, "inertiafromgeom", false) ? MBSRI_SHAPES_ALWAYS
                                                                               : MBSRI_SHAPES_NEVER;
     find_changes(m, e);
-    return mbsri_mjcf_numbers(m, &node, "inertiagrouprange", 2, 2, m->groups, NULL);
+    return mbsri_mjcf_number(m, &node, "settotalmass", &m->total) &&
+           mbsri_mjcf_numbers(m, &node, "inertiagrouprange", 2, 2, m->groups, NULL);
 }
 
 /* What is switched off. */
@@ -274,7 +276,7 @@ bool mbsri_mjcf_read(mbsri_scene *s, mbsri_element *root)
     return each(&m, root, "compiler", read_compiler) && mbsri_mjcf_replicate(&m, root) &&
            each(&m, root, "option", read_option) && each(&m, root, "default", add_main_class) &&
            each(&m, root, "asset", add_assets) && each(&m, root, "worldbody", mbsri_mjcf_world) &&
-           each(&m, root, "tendon", mbsri_mjcf_tendons) &&
+           mbsri_mjcf_scale(&m, root) && each(&m, root, "tendon", mbsri_mjcf_tendons) &&
            each(&m, root, "equality", mbsri_mjcf_equalities) &&
            each(&m, root, "actuator", mbsri_mjcf_actuators) && each(&m, root, "keyframe", add_keys);
 }

@@ -269,3 +269,24 @@ bool mbsri_mjcf_world(mbsri_mjcf *m, const mbsri_element *world)
     const mbsri_mjcf_at at = {-1, &own, mbsri_attribute(world, "childclass")};
     return add_children(m, world, &at, NULL) && add_bodies(m, world, &at);
 }
+
+bool mbsri_mjcf_scale(mbsri_mjcf *m, const mbsri_element *root)
+{
+    mbsri_scene_body *b = mbsri_scene_bodies(m->s);
+    double sum = 0.0, mass, centre[3], I[6];
+    for (int k = 0; k < m->s->bodies.count && m->total > 0.0; ++k)
+        if (mbsri_solid_of(&b[k].inertia, &mass, centre, I)) sum += mass;
+    if (!(m->total > 0.0)) return true;
+    const double factor = m->total / sum;
+    if (!isfinite(factor) || !(factor > 0.0))
+        return mbsri_file_refuse(m->s, root, "there is no mass that settotalmass could scale");
+    for (int k = 0; k < m->s->bodies.count; ++k) {
+        if (b[k].inertia.kind == MBSR_INERTIA_NOT_GIVEN ||
+            !mbsri_solid_of(&b[k].inertia, &mass, centre, I))
+            continue;
+        const mbsr_frame at = mbsr_frame_at(centre[0], centre[1], centre[2]);
+        for (int l = 0; l < 6; ++l) I[l] *= factor;
+        b[k].inertia = mbsri_solid(m->s->arena, factor * mass, &at, I);
+    }
+    return true;
+}

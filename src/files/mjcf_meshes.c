@@ -37,7 +37,7 @@ static const char *name_of(mbsri_mjcf *m, const mbsri_element *e)
 static bool read_inertia(mbsri_mjcf *m, const mbsri_node *node, mbsri_mjcf_mesh *mesh)
 {
     const char *kind = mbsri_mjcf_get(node, "inertia");
-    mesh->kind = MBSRI_MESH_LEGACY;
+    mesh->kind = !kind && m->exact ? MBSRI_MESH_EXACT : MBSRI_MESH_LEGACY;
     if (!kind || strcmp(kind, "legacy") == 0) return true;
     mesh->kind = strcmp(kind, "shell") == 0 ? MBSRI_MESH_SHELL : MBSRI_MESH_EXACT;
     mesh->hull = strcmp(kind, "convex") == 0;

@@ -59,12 +59,14 @@ typedef struct mbsri_mjcf {
     char sequence[4]; /* of Euler angles */
     mbsri_from_shapes from_shapes;
     double groups[2];     /* of shapes that count for inertias */
+    double total;         /* mass of all bodies, > 0: theirs are scaled to it */
     const char *home;     /* folder of the file, with its slash */
     const char *folder;   /* of meshes; NULL: none */
     bool strip;           /* names of files go without their folders */
     mbsri_class *classes; /* the last one made */
     bool free_controls;   /* controls are not clamped to their ranges */
     const char *idle;     /* groups of actuators that are switched off, NULL: none */
+    bool exact;           /* meshes count as the solids that they enclose, where they do not say */
     bool fit_around;      /* shapes are fitted to the box around a mesh */
     mbsri_list meshes;    /* mbsri_mjcf_mesh */
     mbsri_names bodies, joints, sites, mesh_names, materials;
@@ -143,6 +145,7 @@ void mbsri_mjcf_find_words(mbsri_mjcf *m, const mbsri_element *root);
 
 /* The parts of a file. */
 bool mbsri_mjcf_world(mbsri_mjcf *m, const mbsri_element *world);
+bool mbsri_mjcf_scale(mbsri_mjcf *m, const mbsri_element *root); /* masses, to their total */
 bool mbsri_mjcf_equalities(mbsri_mjcf *m, const mbsri_element *list);
 bool mbsri_mjcf_tendons(mbsri_mjcf *m, const mbsri_element *list);
 bool mbsri_mjcf_actuators(mbsri_mjcf *m, const mbsri_element *list);

@@ -32,7 +32,7 @@ static const vocabulary words[] = {
      "strippath fitaabb "
      "coordinate boundmass boundinertia settotalmass balanceinertia alignfree discardvisual "
      "usethread fusestatic "
-     "saveinertial conflict convexhull "},
+     "saveinertial conflict convexhull exactmeshinertia "},
     {"", "option",
      "timestep impratio tolerance ls_tolerance noslip_tolerance ccd_tolerance mpr_tolerance "
      "sleep_tolerance gravity "

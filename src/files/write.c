@@ -107,16 +107,21 @@ static const char *own_name(mbsri_writer *w, mbsri_names *names, const char *giv
     return name;
 }
 
-static const mbsr_file_joint *joint_read(const mbsri_writer *w, int body, int coordinate)
+/* What was read of each joint, by its first rate. */
+static const mbsr_file_joint **joints_read(const mbsri_writer *w)
 {
-    for (int k = 0; w->file && k < w->file->joints; ++k) {
+    const mbsr_file_joint **read = mbsri_arena_take(w->arena, ((size_t)w->nu + 1) * sizeof *read);
+    for (int k = 0; read && w->file && k < w->file->joints; ++k) {
         const mbsr_file_joint *j = w->file->joint + k;
-        if (j->body == body && j->coordinate == coordinate && j->kind != MBSR_FILE_FIXED) return j;
+        int first;
+        if (j->kind == MBSR_FILE_FIXED) continue;
+        mbsr_body_coordinates(w->model, j->body, NULL, NULL, &first, NULL);
+        read[first + j->coordinate] = j;
     }
-    return NULL;
+    return read;
 }
 
-static void name_joints(mbsri_writer *w, mbsri_names *names, int k)
+static void name_joints(mbsri_writer *w, mbsri_names *names, const mbsr_file_joint **read, int k)
 {
     const mbsr_joint_chain *c = w->chain + k;
     const int count = c->quaternion ? 1 : c->axes;
@@ -125,7 +130,7 @@ static void name_joints(mbsri_writer *w, mbsri_names *names, int k)
     w->joint_at[k] = first;
     for (int l = 0; l < count; ++l) {
         mbsri_written_joint *j = w->joint + first + l;
-        j->of = joint_read(w, k, l);
+        j->of = read[first + l];
         j->body = k, j->coordinate = l;
         j->kind = c->quaternion ? (c->axes > 0 ? MBSR_FILE_FREE : MBSR_FILE_BALL)
                   : c->axis[l].kind == MBSR_AXIS_ROTATION ? MBSR_FILE_HINGE
@@ -256,11 +261,13 @@ static bool prepare(mbsri_writer *w)
 {
     mbsri_names bodies = {.count = 0}, joints = {.count = 0};
     if (!take(w) || !read_bodies(w)) return false;
+    const mbsr_file_joint **read = joints_read(w);
+    if (!read) return false;
     mbsri_names_add(w->arena, &bodies, "world", 0);
     for (int k = 0; k < w->bodies; ++k) {
         if (too_deep(w, k)) return false;
         w->body[k] = own_name(w, &bodies, mbsr_body_name(w->model, k), "body", k);
-        name_joints(w, &joints, k);
+        name_joints(w, &joints, read, k);
         draw_body(w, k);
     }
     join_bodies(w);

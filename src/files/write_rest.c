@@ -7,17 +7,6 @@
 #include <stdio.h>
 #include <string.h>
 
-const mbsri_written_joint *mbsri_written_joint_of(const mbsri_writer *w, int body, int coordinate)
-{
-    const mbsri_written_joint *j = w->joint + w->joint_at[body] + coordinate;
-    return j->name ? j : NULL;
-}
-
-bool mbsri_written_has_axis(const mbsri_written_joint *j)
-{
-    return j && (j->kind == MBSR_FILE_HINGE || j->kind == MBSR_FILE_SLIDE);
-}
-
 /* The parameter of that name of a stock element. */
 static double parameter(const mbsr_force_def *def, const char *name)
 {
@@ -182,14 +171,6 @@ void mbsri_write_collect(mbsri_writer *w)
 
 /* ---- tendons and actuators ---- */
 
-void mbsri_write_section(mbsri_writer *w, bool *open, const char *name)
-{
-    if (*open) return;
-    *open = true;
-    mbsri_begin(&w->text, name);
-    mbsri_into(&w->text);
-}
-
 static void write_sum(mbsri_writer *w, const char *name, const mbsri_transmission *t, double scale,
                       bool spring)
 {
@@ -209,14 +190,6 @@ static void write_sum(mbsri_writer *w, const char *name, const mbsri_transmissio
         mbsri_end(x);
     }
     mbsri_out(x, "fixed");
-}
-
-bool mbsri_written_has_axes(const mbsri_writer *w, const mbsr_closure_def *def)
-{
-    for (int k = 0; k < def->bodies; ++k)
-        if (!mbsri_written_has_axis(mbsri_written_joint_of(w, def->body[k], def->option[k])))
-            return false;
-    return true;
 }
 
 /* Sums of coordinates that closures relate. */

@@ -43,3 +43,30 @@ void mbsri_write_frame(mbsri_writer *w, const mbsr_frame *frame)
     mbsr_rotation_quaternion(frame->R, quaternion);
     mbsri_set_numbers(&w->text, "quat", 4, quaternion);
 }
+
+void mbsri_write_section(mbsri_writer *w, bool *open, const char *name)
+{
+    if (*open) return;
+    *open = true;
+    mbsri_begin(&w->text, name);
+    mbsri_into(&w->text);
+}
+
+const mbsri_written_joint *mbsri_written_joint_of(const mbsri_writer *w, int body, int coordinate)
+{
+    const mbsri_written_joint *j = w->joint + w->joint_at[body] + coordinate;
+    return j->name ? j : NULL;
+}
+
+bool mbsri_written_has_axis(const mbsri_written_joint *j)
+{
+    return j && (j->kind == MBSR_FILE_HINGE || j->kind == MBSR_FILE_SLIDE);
+}
+
+bool mbsri_written_has_axes(const mbsri_writer *w, const mbsr_closure_def *def)
+{
+    for (int k = 0; k < def->bodies; ++k)
+        if (!mbsri_written_has_axis(mbsri_written_joint_of(w, def->body[k], def->option[k])))
+            return false;
+    return true;
+}

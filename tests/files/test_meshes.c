@@ -83,6 +83,25 @@ static void a_hull_is_not_made(void **state)
                         "mesh 'm'|'soft'");
 }
 
+/* What the compiler says holds for meshes that do not say. */
+static void the_compiler_may_want_solids(void **state)
+{
+    (void)state;
+    for (int k = 0; k < 2; ++k) {
+        mbsr_file *file =
+            read_body("exactmeshinertia='true'", k ? ELL " inertia='legacy'" : ELL, "type='mesh'");
+        mbsr_body_def def;
+        assert_int_equal(file->findings, 0);
+        assert_ok(mbsr_model_finish(file->model), mbsr_model_error(file->model));
+        assert_ok(mbsr_body_definition(file->model, 0, &def), NULL);
+        if (k == 0)
+            assert_close(def.inertia.mass, 4.5, 1e-14);
+        else
+            assert_true(def.inertia.mass > 5.0);
+        mbsr_file_destroy(file);
+    }
+}
+
 static void shapes_are_fitted(void **state)
 {
     static const struct {
@@ -205,8 +224,11 @@ static void meshes_of_mujoco(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(rules_of_inertia),  cmocka_unit_test(a_hull_is_not_made),
-        cmocka_unit_test(shapes_are_fitted), cmocka_unit_test(shapes_have_scale_place_and_colour),
+        cmocka_unit_test(rules_of_inertia),
+        cmocka_unit_test(a_hull_is_not_made),
+        cmocka_unit_test(the_compiler_may_want_solids),
+        cmocka_unit_test(shapes_are_fitted),
+        cmocka_unit_test(shapes_have_scale_place_and_colour),
         cmocka_unit_test(meshes_of_mujoco),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

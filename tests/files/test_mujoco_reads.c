@@ -113,6 +113,28 @@ static void keys_that_are_short_or_zero(void **state)
     mbsr_file_destroy(file);
 }
 
+static void masses_are_scaled_to_their_total(void **state)
+{
+    (void)state;
+    mbsr_file *file = read_small(
+        MUJOCO(
+            "<compiler settotalmass='12'/><worldbody><body><joint/><geom size='.1' mass='1' pos='1 "
+            "0 0'/><body>"
+            "<inertial pos='0 0 2' mass='3' diaginertia='.1 .2 .25'/></body></body></worldbody>"),
+        NULL);
+    mbsr_body_def def;
+    assert_int_equal(file->findings, 0);
+    assert_ok(mbsr_model_finish(file->model), mbsr_model_error(file->model));
+    assert_ok(mbsr_body_definition(file->model, 1, &def), NULL);
+    assert_close(def.inertia.mass, 9.0, 1e-14);
+    assert_close(def.inertia.com[2], 2.0, 1e-14);
+    assert_ok(mbsr_body_definition(file->model, 0, &def), NULL);
+    assert_close(def.inertia.mass, 3.0, 1e-14);
+    mbsr_file_destroy(file);
+    assert_file_refused(MUJOCO("<compiler settotalmass='12'/><worldbody><body/></worldbody>"), NULL,
+                        "no mass that settotalmass");
+}
+
 static void what_nobody_follows(void **state)
 {
     (void)state;
@@ -150,6 +172,7 @@ int main(void)
         cmocka_unit_test(equalities_of_what_does_not_move),
         cmocka_unit_test(springs_of_several_numbers),
         cmocka_unit_test(keys_that_are_short_or_zero),
+        cmocka_unit_test(masses_are_scaled_to_their_total),
         cmocka_unit_test(what_nobody_follows),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
