@@ -6,7 +6,7 @@
  * nearest common predecessor. Loops that close on one body by the same successors make one closing
  * front, others another, so that many loops on one body cost no more than each by itself. A closure
  * that reads joint coordinates of that body closes on the one before it; one whose forces are not
- * balanced, on the root.
+ * balanced there, on the root: such as one that reaches past a POINT, which hands on no moments.
  *
  * Directions that a joint's inertia does not determine, and that loops may hold, are delayed: carried
  * on as unknowns with their rows until the loops close. No more of them are carried than there are
