@@ -136,10 +136,12 @@ static void count_carried(mbsr_newton *w, int *seen, int *lambda)
         if (v->pool[i].most > 0) v->used[v->uses++] = i;
     }
     for (int i = 0; i <= m->bodies; ++i) v->served[i] = i > 0 && v->pool[i].most > 0;
-    for (int i = 1; i <= m->bodies; ++i) {
+    for (int i = 1; i <= m->bodies;
+         ++i) { /* the head closes the loops that meet within its group */
         const mbsri_group g = mbsri_group_in_model(m, m->body[i].head);
-        bool any = false;
-        for (int k = 0; k < g.members; ++k) any = any || v->served[g.member[k]];
+        bool any = v->served[i];
+        for (int k = 0; k < g.members && g.members > 1; ++k)
+            any = any || v->served[g.member[k]] || v->first_closing[g.member[k]] > 0;
         for (int k = 0; k < g.members; ++k) v->served[g.member[k]] = any;
     }
 }

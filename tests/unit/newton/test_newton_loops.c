@@ -236,6 +236,70 @@ static void groups(void **state)
     }
 }
 
+/* Dummy bodies whose three rates move the rods behind them in two directions; a damper holds the third. Loops close
+ * on the last of them, between the rods, or by its coordinate. */
+static void loops_within_groups(void **state)
+{
+    (void)state;
+    static const double q[] = {0.4, 0.2, -0.3, 0.4, 1.1, 1.3},
+                        u[] = {0.5, 0.3, 0.2, -0.4, 1.0, 0.6};
+    static const mbsr_planar_frame at = {0.0, 0.0, 0.0}, arm = {0.5, 0.0, 0.0};
+    for (int k = 0; k < 3; ++k) {
+        loops s;
+        int id[3];
+        loops_begin(&s, NULL);
+        for (int l = 0; l < 3; ++l) {
+            mbsr_body_def dummy = mbsr_default_body_def();
+            dummy.parent = l > 0 ? id[l - 1] : MBSR_GROUND;
+            dummy.joint =
+                l == 1 ? mbsr_joint_planar_prismatic(arm, at) : mbsr_joint_planar_revolute(arm, at);
+            assert_ok(mbsr_model_add_body(s.m, &dummy, id + l), mbsr_model_error(s.m));
+        }
+        const int a = loops_rod(&s, "a", id[2], 0.7, 0.0, 1.0, 1.0),
+                  b = loops_rod(&s, "b", a, 1.0, 0.0, 0.7, 1.2),
+                  c = loops_rod(&s, "c", id[2], 0.7, 0.0, 0.5, 0.8);
+        const mbsr_force_def damper = mbsr_force_joint_spring(id[2], 0, 1.0, 0.4, 0.0);
+        assert_ok(mbsr_model_add_force(s.m, &damper, NULL), mbsr_model_error(s.m));
+        const mbsr_closure_def gear =
+            mbsr_closure_coupling(2, (int[]){id[2], a}, (int[]){0, 0}, (double[]){1.0, 2.0}, 0.5);
+        if (k < 2) loops_pin(&s, "pin", b, 1.2, 0.0, c, 0.8, 0.0);
+        if (k > 0) assert_ok(mbsr_model_add_closure(s.m, &gear, NULL), mbsr_model_error(s.m));
+        loops_finish(&s);
+        assert_int_equal(mbsr_body_group(s.m, id[2]), id[0]);
+        set(&s, q, u);
+        compare(&s, 1e-9);
+        loops_free(&s);
+    }
+}
+
+/* ---- a body in between that hands on no rotation ---- */
+
+static void a_point_within_a_loop(void **state)
+{
+    (void)state;
+    static const double q[] = {0.4, 0.6, 0.2, -0.5, 0.3}, u[] = {0.5, -0.3, 0.4, 0.2, -0.6};
+    static const mbsr_planar_frame at = {0.5, 0.2, 0.3};
+    for (int k = 0; k < 2; ++k) { /* k: the loop on the ground's rod, or on one behind it */
+        loops s;
+        int point;
+        loops_begin(&s, NULL);
+        const int ground =
+                      k ? loops_rod(&s, "ground", MBSR_GROUND, 0.0, 0.0, 1.0, 1.0) : MBSR_GROUND,
+                  base = loops_rod(&s, "base", ground, 0.3, 0.0, 1.0, 1.0);
+        mbsr_body_def ball = mbsr_default_body_def();
+        ball.parent = base;
+        ball.joint = mbsr_joint_point(at, MBSR_X | MBSR_Y, 0, NULL, NULL);
+        ball.inertia = mbsr_inertia_particle(1.0);
+        assert_ok(mbsr_model_add_body(s.m, &ball, &point), mbsr_model_error(s.m));
+        const int rod = loops_rod(&s, "rod", point, 0.0, 0.0, 1.0, 0.8);
+        loops_pin(&s, "pin", rod, 0.8, 0.1, base, 0.9, 0.3);
+        loops_finish(&s);
+        set(&s, q, u);
+        compare(&s, 1e-9);
+        loops_free(&s);
+    }
+}
+
 /* ---- many loops ---- */
 
 /* Four-bars, each on the ground or on the bar that the one before it hangs on. */
@@ -369,6 +433,8 @@ int main(void)
                                        cmocka_unit_test(redundant_rows),
                                        cmocka_unit_test(nothing_holds),
                                        cmocka_unit_test(groups),
+                                       cmocka_unit_test(loops_within_groups),
+                                       cmocka_unit_test(a_point_within_a_loop),
                                        cmocka_unit_test(memory),
                                        cmocka_unit_test(open_at_once),
                                        cmocka_unit_test(coordinates_with_other_rates)};
