@@ -448,7 +448,7 @@ int mbsri_joint_slopes_of(const mbsr_model *m, mbsr_data *d, int i, bool acceler
         if (status) return mbsri_joint_failed(m, d, i, status, "rates");
     }
     c.turns = mbsri_joint_turns_serve(b);
-    if (c.turns) mbsri_joint_turns(m, d, i, accelerated, udot, s);
+    if (c.turns) mbsri_joint_turns(m, d, i, accelerated, udot, s->x, s->below, s->own);
     int status = pose_columns(&c, s);
     if (!status) status = rate_columns(&c, s);
     for (int k = 0; k < b->n && b->upright; ++k) steady_column(&c, k, s);

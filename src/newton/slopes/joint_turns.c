@@ -134,7 +134,7 @@ static void rate_column(const turns *t, const double alpha[3], bool accelerated,
 }
 
 void mbsri_joint_turns(const mbsr_model *m, const mbsr_data *d, int i, bool accelerated,
-                       const double *udot, mbsri_joint_slopes *s)
+                       const double *udot, double *x, double *below, double *own)
 {
     const mbsri_body *b = m->body + i;
     const turns t = take(d, b, accelerated, udot);
@@ -142,11 +142,10 @@ void mbsri_joint_turns(const mbsr_model *m, const mbsr_data *d, int i, bool acce
     for (size_t k = 0; k < 3; ++k) {
         double axis[3] = {0.0};
         axis[k] = 1.0;
-        pose_column(&t, axis, accelerated, s->x + 18 * k, s->below + 18 * k, s->own + n * k);
+        pose_column(&t, axis, accelerated, x + 18 * k, below + 18 * k, own + n * k);
         const size_t rate = 6 + k, shift = 3 + k;
-        rate_column(&t, axis, accelerated, s->x + 18 * rate, s->below + 18 * rate,
-                    s->own + n * rate);
-        s->x[18 * shift + 3 + k] = 1.0;
-        s->x[18 * (6 + shift) + 9 + k] = 1.0;
+        rate_column(&t, axis, accelerated, x + 18 * rate, below + 18 * rate, own + n * rate);
+        x[18 * shift + 3 + k] = 1.0;
+        x[18 * (6 + shift) + 9 + k] = 1.0;
     }
 }
