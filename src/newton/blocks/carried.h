@@ -16,7 +16,10 @@
 
 #include "newton/blocks/record.h"
 
-/* What is carried, as far as the model says; its memory. False: there is none. Bodies are numbered. */
+/* What is carried, as far as the model says; about how many multiplications that takes. Then the memory for it. False: there
+ * is none. Bodies are numbered. */
+bool mbsri_carried_plan(mbsr_newton *w);
+double mbsri_carried_operations(const mbsr_newton *w);
 bool mbsri_carried_create(mbsr_newton *w);
 void mbsri_carried_destroy(mbsr_newton *w);
 
