@@ -34,7 +34,9 @@ typedef struct mbsr_newton mbsr_newton;
  * each body between such elements where these are short, as in a vehicle; or it is a correction of low rank
  * (Sherman, Morrison, Woodbury), for which factoring costs one solution for each unit of rank; or it is left
  * out. ELIMINATED does not serve models with closures, lean solvers, and elements that do not promise
- * MBSR_FORCE_NO_JOINT; nor elements between a group of dummy bodies and what hangs on it. */
+ * MBSR_FORCE_NO_JOINT; nor elements between a group of dummy bodies and what hangs on it. Models with so many closures
+ * that are open at once, on the way to where they meet, that carrying them costs more than all else are eliminated
+ * by a sparse plan of their own (docs/newton.md): all elements are part of that, whatever the method. */
 typedef enum mbsr_newton_method {
     MBSR_NEWTON_AUTO = 0,      /* ELIMINATED where that takes fewer operations; else CORRECTED up to
                                   `max_rank`, else TREE */

@@ -63,12 +63,43 @@ static int check_kinds(mbsr_model *m, const mbsri_closure *c, const char *label)
     return MBSR_OK;
 }
 
+/* Of the bodies that the definition names; a root that moves may stand behind them. */
+static int common_predecessor(const mbsr_model *m, const mbsri_closure *c)
+{
+    int at = c->body[0];
+    for (int k = 1; k < c->def.bodies; ++k) {
+        int other = c->body[k];
+        while (at != other) {
+            if (at > other)
+                at = m->body[at].parent;
+            else
+                other = m->body[other].parent;
+        }
+    }
+    return at;
+}
+
+/* Whether the bodies between this one and those of the closure hand on all motions and forces: POINT bodies know no
+ * rotation, and of GENERAL ones nothing is known. */
+static bool hands_on(const mbsr_model *m, const mbsri_closure *c, int at)
+{
+    for (int k = 0; k < c->def.bodies; ++k) {
+        for (int i = c->body[k] > at ? m->body[c->body[k]].parent : at; i > at;
+             i = m->body[i].parent) {
+            const mbsr_space space = m->body[i].joint.space;
+            if (space == MBSR_SPACE_POINT || space == MBSR_SPACE_GENERAL) return false;
+        }
+    }
+    return true;
+}
+
 /* Joint rates that move the bodies: on the paths from them to the root, or to their nearest common
  * predecessor. */
 static int freedoms(const mbsr_model *m, const mbsri_closure *c)
 {
     int at[MBSR_CLOSURE_BODIES + 1], sum = 0;
-    const bool relative = (c->def.table->flags & MBSR_CLOSURE_RELATIVE) != 0;
+    const bool relative =
+        (c->def.table->flags & MBSR_CLOSURE_RELATIVE) && hands_on(m, c, common_predecessor(m, c));
     for (int k = 0; k < c->bodies; ++k) at[k] = c->body[k];
     for (int k = 0; k < c->bodies && !relative; ++k) {
         for (int i = at[k]; i > 0; i = m->body[i].parent) sum += m->body[i].n;
@@ -100,26 +131,11 @@ static bool balances(const mbsri_closure *c)
     return (flags & MBSR_CLOSURE_BALANCED) && !((flags & MBSR_CLOSURE_ROOT) && fixed);
 }
 
-/* Of the bodies that the definition names; a root that moves may stand behind them. */
-static int common_predecessor(const mbsr_model *m, const mbsri_closure *c)
-{
-    int at = c->body[0];
-    for (int k = 1; k < c->def.bodies; ++k) {
-        int other = c->body[k];
-        while (at != other) {
-            if (at > other)
-                at = m->body[at].parent;
-            else
-                other = m->body[other].parent;
-        }
-    }
-    return at;
-}
-
 /* Where its rows are complete: one that reads the joint of a body waits for that to be passed. */
 static int place_of_closing(const mbsr_model *m, const mbsri_closure *c)
 {
-    const int at = balances(c) ? common_predecessor(m, c) : 0;
+    const int common = common_predecessor(m, c),
+              at = balances(c) && (mbsri_is_coupling(c) || hands_on(m, c, common)) ? common : 0;
     for (int k = 0; k < c->def.bodies && at > 0 && mbsri_reads_joints(c); ++k) {
         if (c->body[k] == at) return m->body[at].parent;
     }

@@ -12,7 +12,7 @@
 #include "newton/blocks/kept.h"
 #include "newton/blocks/linked.h"
 #include "newton/correction.h"
-#include "newton/product.h"
+#include "newton/linear/product.h"
 #include "newton/slopes/body_slopes.h"
 #include "newton/slopes/closure_slopes.h"
 #include "newton/slopes/force_slopes.h"
@@ -27,6 +27,10 @@
 #include <string.h>
 
 enum { LARGEST_RANK = 120 };
+
+/* Multiplications a body past which loops are too many to be carried, and what one of the front counts beside one of
+ * these. */
+static const double too_many = 30000.0, slower = 3.0;
 
 mbsr_newton_opt mbsr_default_newton_opt(void)
 {
@@ -232,6 +236,7 @@ static void lay_out(mbsr_newton *w, layout *l)
     doubles(l, &w->motion, answers * 12 * ((size_t)m->bodies + 1));
     if (answers == 0) w->motion = NULL;
     doubles(l, &w->solution, (size_t)mbsr_dae_size(m, MBSR_DAE_MOMENTUM));
+    if (w->front) return;
     lay_out_slopes(w, l);
     lay_out_correction(w, l);
     const mbsri_lengths of = lengths_of(w);
@@ -254,9 +259,6 @@ static void lay_out(mbsr_newton *w, layout *l)
     doubles(l, &w->joint, mbsri_joint_slopes_size(m));
     doubles(l, &w->body, mbsri_body_slopes_size(m));
     ints(l, &w->pivots, w->size_n);
-    if (!w->product.wanted) return;
-    doubles(l, &w->product.store, mbsri_product_size(w));
-    ints(l, &w->product.flags, mbsri_product_flags(w));
 }
 
 /* Counts the elements of each body and, where `listed` tells, lists them in their order. Elements on single
@@ -324,6 +326,57 @@ static bool place_sweeps(mbsr_newton *w)
     return true;
 }
 
+static bool place_products(mbsr_newton *w)
+{
+    const mbsr_model *m = w->model;
+    w->linear = mbsri_linear_create(m);
+    if (!w->linear) return false;
+    const size_t size = mbsri_vectors_place(w->linear, NULL, &w->vectors) * sizeof(double);
+    w->of_products = mbsri_allocate(&m->allocator, size);
+    if (!w->of_products) return false;
+    (void)mbsri_vectors_place(w->linear, w->of_products, &w->vectors);
+    w->info.bytes += w->linear->bytes + size;
+    return true;
+}
+
+/* Loops: carried along the tree, where few are open at once; else by the front, if that takes fewer operations. */
+static bool place_loops(mbsr_newton *w)
+{
+    const mbsr_model *m = w->model;
+    if (m->rows == 0 || w->lean) return true;
+    if (!mbsri_carried_plan(w)) return false;
+    const double carrying = mbsri_carried_operations(w);
+    if (carrying < too_many * m->bodies) return mbsri_carried_create(w);
+    const double operations = mbsri_front_operations(m);
+    if (operations < 0.0) return false;
+    if (carrying < too_many * m->bodies + slower * operations) return mbsri_carried_create(w);
+    mbsri_carried_destroy(w);
+    w->sweep_size = 0;
+    w->front = mbsri_front_create(m);
+    if (!w->front) return false;
+    w->info.bytes += w->front->bytes;
+    return true;
+}
+
+/* How elements across are taken in. */
+static bool choose_method(mbsr_newton *w, const mbsr_newton_opt *opt)
+{
+    const mbsr_model *m = w->model;
+    const mbsr_newton_method method = opt->method;
+    const bool eliminated = method == MBSR_NEWTON_AUTO || method == MBSR_NEWTON_ELIMINATED;
+    int most = 0, columns, rows;
+    if (w->front) return true;
+    for (int k = 0; k < w->correction.count; ++k) {
+        const int force = w->correction.element[k].force;
+        mbsri_slopes_shape(m, (const mbsri_force *)m->forces.data + force, &rows, &columns);
+        most += rows;
+    }
+    if (eliminated && !mbsri_links_create(w, method == MBSR_NEWTON_ELIMINATED)) return false;
+    w->corrected = w->correction.count > 0 && !w->linked && method != MBSR_NEWTON_TREE &&
+                   (method != MBSR_NEWTON_AUTO || most <= opt->max_rank);
+    return true;
+}
+
 static bool place(mbsr_newton *w, const mbsr_newton_opt *opt)
 {
     const mbsr_model *m = w->model;
@@ -339,43 +392,27 @@ static bool place(mbsr_newton *w, const mbsr_newton_opt *opt)
     number_bodies(w);
     number_slots(w, w->listed); /* before it is filled */
     list_all(w);
-    if (m->rows > 0 && !w->lean && !mbsri_carried_create(w)) return false;
-    int most = 0, columns, rows;
-    for (int k = 0; k < w->correction.count; ++k) {
-        const int force = w->correction.element[k].force;
-        mbsri_slopes_shape(m, (const mbsri_force *)m->forces.data + force, &rows, &columns);
-        most += rows;
-    }
-    const mbsr_newton_method method = opt->method;
-    const bool eliminated = method == MBSR_NEWTON_AUTO || method == MBSR_NEWTON_ELIMINATED;
-    if (eliminated && !mbsri_links_create(w, method == MBSR_NEWTON_ELIMINATED)) return false;
-    w->corrected = w->correction.count > 0 && !w->linked && method != MBSR_NEWTON_TREE &&
-                   (method != MBSR_NEWTON_AUTO || most <= opt->max_rank);
+    if (!place_loops(w) || !choose_method(w, opt)) return false;
     layout l = {0};
     lay_out(w, &l);
     w->block =
         mbsri_allocate(&m->allocator, l.used * sizeof(double) + l.used_ints * sizeof(int) + 8);
     if (!w->block) return false;
-    w->info.bytes = sizeof *w + w->carried.bytes + w->links.bytes + nodes + across +
-                    (listed + bodies) * sizeof(int) + l.used * sizeof(double) +
-                    l.used_ints * sizeof(int);
+    w->info.bytes += sizeof *w + w->carried.bytes + w->links.bytes + nodes + across +
+                     (listed + bodies) * sizeof(int) + l.used * sizeof(double) +
+                     l.used_ints * sizeof(int);
     l = (layout){.doubles = w->block, .ints = (int *)(void *)((double *)w->block + l.used)};
     lay_out(w, &l);
     /* the sweeps leave it alone where there are no elements on bodies */
     if (w->motion) mbsri_zero(12 * bodies, w->motion);
-    return place_sweeps(w);
+    return place_sweeps(w) && (!opt->products || place_products(w));
 }
 
-/* `carried`: what a solver that was not made would carry of loops. */
-static int no_memory(const mbsr_model *m, const mbsri_carried *carried, mbsr_error *error)
+static int no_memory(const mbsr_model *m, mbsr_error *error)
 {
-    if (carried->most == 0)
-        return mbsri_fail(error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
-                          "mbsr_newton_create: no memory for %d bodies", m->bodies);
     return mbsri_fail(error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
-                      "mbsr_newton_create: no memory for %d bodies and closures of which up to %d "
-                      "unknowns are open at once, on the way to where they meet (%.2g GB)",
-                      m->bodies, carried->most, 1e-9 * (double)carried->bytes);
+                      "mbsr_newton_create: no memory for %d bodies and %d closures", m->bodies,
+                      (int)m->closures.count);
 }
 
 int mbsr_newton_create(const mbsr_model *model, mbsr_dae_form form, const mbsr_newton_opt *opt,
@@ -391,24 +428,22 @@ int mbsr_newton_create(const mbsr_model *model, mbsr_dae_form form, const mbsr_n
     const int status = check(model, form, opt, error);
     if (status) return status;
     mbsr_newton *w = mbsri_allocate(&model->allocator, sizeof *w);
-    mbsri_carried carried = {.most = 0};
     if (w) {
         *w = (mbsr_newton){.model = model,
                            .lean = opt->lean != 0,
-                           .product.wanted = opt->products != 0,
                            .sweep_size =
                                opt->by_blocks ? 0 : mbsri_newton_sweeps_size(model, opt->lean != 0),
                            .error = {MBSR_OK, MBSR_NONE, MBSR_NONE, ""}};
         if (!place(w, opt)) {
-            carried = w->carried;
             mbsr_newton_destroy(w);
             w = NULL;
         }
     }
-    if (!w) return no_memory(model, &carried, error);
-    w->info.method = w->linked      ? MBSR_NEWTON_ELIMINATED
-                     : w->corrected ? MBSR_NEWTON_CORRECTED
-                                    : MBSR_NEWTON_TREE;
+    if (!w) return no_memory(model, error);
+    const bool across = w->correction.count > 0;
+    w->info.method = w->linked || (w->front && across) ? MBSR_NEWTON_ELIMINATED
+                     : w->corrected                    ? MBSR_NEWTON_CORRECTED
+                                                       : MBSR_NEWTON_TREE;
     w->info.across = w->correction.count;
     w->info.blocks = w->sweeps ? w->sweeps->tree->blocks : model->bodies;
     w->info.exact = w->info.method != MBSR_NEWTON_TREE || w->correction.count == 0;
@@ -422,6 +457,9 @@ void mbsr_newton_destroy(mbsr_newton *newton)
     const mbsr_allocator allocator = newton->model->allocator;
     mbsri_carried_destroy(newton);
     mbsri_links_destroy(newton);
+    mbsri_front_destroy(newton->front);
+    mbsri_linear_destroy(newton->linear);
+    if (newton->of_products) mbsri_release(&allocator, newton->of_products);
     if (newton->block) mbsri_release(&allocator, newton->block);
     if (newton->numbers) mbsri_release(&allocator, newton->numbers);
     if (newton->sweep_block) mbsri_release(&allocator, newton->sweep_block);
@@ -433,6 +471,15 @@ void mbsr_newton_destroy(mbsr_newton *newton)
 static int refuse(mbsr_newton *w, int status, const char *text)
 {
     return mbsri_fail(&w->error, status, MBSR_NONE, MBSR_NONE, "%s", text);
+}
+
+static int factor(mbsr_newton *w, mbsr_data *d, double t, const double *y, const double *yp,
+                  double c)
+{
+    mbsri_slopes_forget(&w->kept);
+    if (w->front) return mbsri_front_factor(w->front, d, t, y, yp, c);
+    const int status = mbsri_newton_tree_factor(w, d, t, y, yp, c);
+    return status || !w->corrected ? status : mbsri_correction_factor(w, d);
 }
 
 int mbsr_newton_factor(mbsr_newton *newton, mbsr_data *data, double t, const double *y,
@@ -449,9 +496,7 @@ int mbsr_newton_factor(mbsr_newton *newton, mbsr_data *data, double t, const dou
     }
     const mbsr_model *m = w->model;
     int status = mbsri_enter(m, data, true, MBSRI_STAGE_NONE, "mbsr_newton_factor");
-    mbsri_slopes_forget(&w->kept);
-    if (!status) status = mbsri_newton_tree_factor(w, data, t, y, yp, c);
-    if (!status && w->corrected) status = mbsri_correction_factor(w, data);
+    if (!status) status = factor(w, data, t, y, yp, c);
     if (status) {
         const mbsr_error *error = mbsr_data_error(data);
         return mbsri_fail(&w->error, status, error->body, error->force, "%s", error->text);
@@ -475,7 +520,9 @@ int mbsr_newton_solve(mbsr_newton *newton, const double *r, double *delta)
         ++w->info.solves; /* no coordinates, and no arrays of them */
         return MBSR_OK;
     }
-    if (w->corrected)
+    if (w->front)
+        mbsri_front_solve(w->front, r, w->solution);
+    else if (w->corrected)
         mbsri_correction_solve(w, r, w->solution);
     else
         mbsri_newton_tree_solve(w, r, NULL, w->solution);
@@ -493,10 +540,10 @@ int mbsr_newton_linearise(mbsr_newton *newton, mbsr_data *data, double t, const 
 {
     mbsr_newton *w = newton;
     if (!w) return MBSR_ERR_NULL;
-    w->product.linearised = false;
+    w->linearised = false;
     if (!data || !y || !yp)
         return refuse(w, MBSR_ERR_NULL, "mbsr_newton_linearise: data, y or yp is NULL");
-    if (!w->product.wanted) {
+    if (!w->linear) {
         return refuse(w, MBSR_ERR_SEQUENCE,
                       "mbsr_newton_linearise: the solver was created without `products`");
     }
@@ -505,13 +552,12 @@ int mbsr_newton_linearise(mbsr_newton *newton, mbsr_data *data, double t, const 
                           "mbsr_newton_linearise: c is %g, must be finite", c);
     }
     int status = mbsri_enter(w->model, data, true, MBSRI_STAGE_NONE, "mbsr_newton_linearise");
-    mbsri_slopes_forget(&w->kept);
-    if (!status) status = mbsri_product_linearise(w, data, t, y, yp, c);
+    if (!status) status = mbsri_linear_at(w->linear, data, t, y, yp, c);
     if (status) {
         const mbsr_error *error = mbsr_data_error(data);
         return mbsri_fail(&w->error, status, error->body, error->force, "%s", error->text);
     }
-    w->product.linearised = true;
+    w->linearised = true;
     return MBSR_OK;
 }
 
@@ -520,14 +566,14 @@ int mbsr_newton_multiply(mbsr_newton *newton, const double *delta, double *r)
     mbsr_newton *w = newton;
     if (!w) return MBSR_ERR_NULL;
     if (!delta || !r) return refuse(w, MBSR_ERR_NULL, "mbsr_newton_multiply: delta or r is NULL");
-    if (!w->product.linearised) {
+    if (!w->linearised) {
         return refuse(w, MBSR_ERR_SEQUENCE,
                       "mbsr_newton_multiply: mbsr_newton_linearise has not run or has failed");
     }
     const size_t size = (size_t)mbsr_dae_size(w->model, MBSR_DAE_MOMENTUM);
     if (!mbsri_finite(size, delta))
         return refuse(w, MBSR_NOT_FINITE, "mbsr_newton_multiply: delta is not finite");
-    mbsri_product_multiply(w, delta, w->solution);
+    mbsri_product(w->linear, delta, &w->vectors, w->solution);
     if (!mbsri_finite(size, w->solution))
         return refuse(w, MBSR_NOT_FINITE, "mbsr_newton_multiply: the product is not finite");
     mbsri_copy(size, w->solution, r);

@@ -85,16 +85,17 @@ static void list_names(mbsr_newton *w)
 
 /* ---- how much is carried ---- */
 
-/* Adds closure k to what front i and those above carry; seen: the last closure that did. lambda: rows
+/* Adds closure k to what front i and those above carry, at most and of multipliers; seen: the last closure that did. lambda: rows
  * lambda that a front hands on. */
 static void count_path(mbsr_newton *w, int k, int i, int *seen, int *lambda)
 {
     mbsri_carried *v = &w->carried;
     const mbsri_closure *c = closure_of(w, k);
-    const int unknowns = c->rows + c->held + v->loop[k].most, last = v->loop[k].pool;
+    const int multipliers = c->rows + c->held, last = v->loop[k].pool;
     while (seen[i] != k + 1) {
         seen[i] = k + 1;
-        v->pool[i].most += unknowns;
+        v->pool[i].most += multipliers + v->loop[k].most;
+        v->pool[i].count += multipliers;
         if (i == last) return;
         v->front[i].passes = true;
         lambda[i] += c->rows;
@@ -105,7 +106,7 @@ static void count_path(mbsr_newton *w, int k, int i, int *seen, int *lambda)
 /* What front i may delay, joints of `n` rates; adds it to the pool above. */
 static void count_delayed(mbsri_carried *v, int i, int n, const int *lambda)
 {
-    mbsri_front *front = v->front + i;
+    mbsri_carried_front *front = v->front + i;
     const int all = front->delayed + n; /* so far: what comes from behind */
     v->pool[i].most += front->delayed;
     v->pool[i].loose = front->delayed > 0;
@@ -136,10 +137,12 @@ static void count_carried(mbsr_newton *w, int *seen, int *lambda)
         if (v->pool[i].most > 0) v->used[v->uses++] = i;
     }
     for (int i = 0; i <= m->bodies; ++i) v->served[i] = i > 0 && v->pool[i].most > 0;
-    for (int i = 1; i <= m->bodies; ++i) {
+    for (int i = 1; i <= m->bodies;
+         ++i) { /* the head closes the loops that meet within its group */
         const mbsri_group g = mbsri_group_in_model(m, m->body[i].head);
-        bool any = false;
-        for (int k = 0; k < g.members; ++k) any = any || v->served[g.member[k]];
+        bool any = v->served[i];
+        for (int k = 0; k < g.members && g.members > 1; ++k)
+            any = any || v->served[g.member[k]] || v->first_closing[g.member[k]] > 0;
         for (int k = 0; k < g.members; ++k) v->served[g.member[k]] = any;
     }
 }
@@ -220,7 +223,7 @@ static void widen(mbsri_carried *v, size_t work)
 static void place_front(const mbsr_newton *w, int i, size_t *doubles, size_t *ints)
 {
     mbsri_carried *v = (mbsri_carried *)&w->carried;
-    mbsri_front *front = v->front + i;
+    mbsri_carried_front *front = v->front + i;
     const mbsr_model *m = w->model;
     const int up = v->pool[i].up;
     const bool joint = i <= m->bodies;
@@ -338,23 +341,41 @@ static size_t place_records(mbsr_newton *w, void *memory, int **scratch)
     return used;
 }
 
-bool mbsri_carried_create(mbsr_newton *w)
+bool mbsri_carried_plan(mbsr_newton *w)
 {
     mbsri_carried *v = &w->carried;
-    const mbsr_allocator *allocator = &w->model->allocator;
     int *scratch;
     const size_t bytes = place_records(w, NULL, &scratch);
-    v->memory = mbsri_allocate(allocator, bytes);
+    v->memory = mbsri_allocate(&w->model->allocator, bytes);
     if (!v->memory) return false;
     v->bytes = bytes;
     (void)place_records(w, v->memory, &scratch);
     name_all(w);
     if (!mbsri_closing_order(w)) return false;
     count_carried(w, scratch, scratch + v->fronts);
+    return true;
+}
+
+/* By multipliers alone: of the rest there is seldom any. */
+double mbsri_carried_operations(const mbsr_newton *w)
+{
+    const mbsri_carried *v = &w->carried;
+    double sum = 0.0;
+    for (int k = 1; k < v->fronts; ++k) {
+        const double size = v->pool[k].count;
+        sum += k > w->model->bodies ? size * size * (size / 3.0 + 20.0) : size * (size + 40.0);
+    }
+    return sum;
+}
+
+bool mbsri_carried_create(mbsr_newton *w)
+{
+    mbsri_carried *v = &w->carried;
+    const size_t bytes = (size_t)(v->multipliers + 1) * sizeof(int);
     list_ends(w);
-    v->closure = mbsri_allocate(allocator, (size_t)(v->multipliers + 1) * sizeof(int));
+    v->closure = mbsri_allocate(&w->model->allocator, bytes);
     if (!v->closure) return false;
-    v->bytes += (size_t)(v->multipliers + 1) * sizeof(int);
+    v->bytes += bytes;
     list_names(w);
     return place_all(w);
 }
@@ -366,6 +387,7 @@ void mbsri_carried_destroy(mbsr_newton *w)
     if (v->store) mbsri_release(allocator, v->store);
     if (v->closure) mbsri_release(allocator, v->closure);
     if (v->memory) mbsri_release(allocator, v->memory);
+    *v = (mbsri_carried){0};
 }
 
 /* ---- pools ---- */

@@ -6,7 +6,7 @@
  * nearest common predecessor. Loops that close on one body by the same successors make one closing
  * front, others another, so that many loops on one body cost no more than each by itself. A closure
  * that reads joint coordinates of that body closes on the one before it; one whose forces are not
- * balanced, on the root.
+ * balanced there, on the root: such as one that reaches past a POINT, which hands on no moments.
  *
  * Directions that a joint's inertia does not determine, and that loops may hold, are delayed: carried
  * on as unknowns with their rows until the loops close. No more of them are carried than there are
@@ -16,7 +16,10 @@
 
 #include "newton/blocks/record.h"
 
-/* What is carried, as far as the model says; its memory. False: there is none. Bodies are numbered. */
+/* What is carried, as far as the model says; about how many multiplications that takes. Then the memory for it. False: there
+ * is none. Bodies are numbered. */
+bool mbsri_carried_plan(mbsr_newton *w);
+double mbsri_carried_operations(const mbsr_newton *w);
 bool mbsri_carried_create(mbsr_newton *w);
 void mbsri_carried_destroy(mbsr_newton *w);
 

@@ -134,6 +134,16 @@ void mbsri_carried_diagonal(mbsr_newton *w, const mbsr_data *d, int k, double c)
     for (int l = v->front[k].first_loop; l >= 0; l = v->loop[l].next) add_diagonal(w, d, l, c);
 }
 
+/* Whether what waits in pool k may go where loops close in another: in the front of one group of joints, whose
+ * members hand nothing on to each other. */
+static bool same_group(const mbsr_newton *w, int closing, int k)
+{
+    const mbsri_carried *v = &w->carried;
+    const int at = v->pool[closing].body, body = v->pool[k].body;
+    return !v->swept[k].swept && w->node[at].coupled && w->node[body].coupled &&
+           w->model->body[at].head == w->model->body[body].head;
+}
+
 void mbsri_carried_seat(mbsr_newton *w, int k)
 {
     mbsri_carried *v = &w->carried;
@@ -141,7 +151,9 @@ void mbsri_carried_seat(mbsr_newton *w, int k)
     const int *row = v->numbers + mbsri_pool_row(pool),
               multipliers = w->model->rows + w->model->held;
     for (int l = 0; l < pool->count; ++l) {
-        if (row[l] < multipliers && v->loop[v->closure[row[l]]].pool == k)
+        if (row[l] >= multipliers) continue;
+        const int closing = v->loop[v->closure[row[l]]].pool;
+        if (closing == k || same_group(w, closing, k))
             v->multiplier[row[l]].right = (ptrdiff_t)pool->right + l;
     }
 }

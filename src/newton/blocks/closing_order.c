@@ -253,7 +253,7 @@ static int add_front(plan *p, int body)
 {
     mbsri_carried *v = &p->w->carried;
     const int k = v->fronts++, last = v->last_closing[body];
-    v->front[k] = (mbsri_front){.previous = last};
+    v->front[k] = (mbsri_carried_front){.previous = last};
     v->pool[k] = (mbsri_pool){.body = body, .up = body};
     if (last > 0)
         v->front[last].next = k;
@@ -329,7 +329,7 @@ bool mbsri_closing_order(mbsr_newton *w)
     if (!open_plan(&p, (size_t)m->bodies + 1, m->closures.count, ends)) return false;
     v->fronts = m->bodies + 1;
     for (int i = 0; i <= m->bodies; ++i) {
-        v->front[i] = (mbsri_front){0};
+        v->front[i] = (mbsri_carried_front){0};
         v->pool[i] = (mbsri_pool){.body = i, .up = i > 0 ? m->body[i].parent : 0};
         v->first_closing[i] = v->last_closing[i] = 0;
     }

@@ -24,7 +24,7 @@ typedef struct build {
     mbsr_newton *w;
     mbsr_data *d;
     mbsri_carried *v;
-    mbsri_front *front;
+    mbsri_carried_front *front;
     mbsri_block_joint *all; /* NULL: loops close */
     const mbsri_front_joint *member;
     int members, i;
@@ -82,7 +82,7 @@ static double *take(build *b, size_t count)
 static void open_front(build *b)
 {
     mbsri_carried *v = b->v;
-    mbsri_front *front = b->front;
+    mbsri_carried_front *front = b->front;
     b->name_column = v->numbers + front->column;
     b->name_row = v->numbers + front->row;
     collect(b);

@@ -32,7 +32,7 @@ void mbsri_front_load(mbsr_newton *w, const double *r)
 static void reduce(mbsr_newton *w, int i, const double *h, double *p, double *b)
 {
     mbsri_carried *v = &w->carried;
-    const mbsri_front *front = v->front + i;
+    const mbsri_carried_front *front = v->front + i;
     const int size = front->size, rows = size + front->actions;
     const int *row = v->numbers + front->swap_row, *place = v->numbers + front->place;
     const double *M = v->store + front->LU;
@@ -51,7 +51,7 @@ static void reduce(mbsr_newton *w, int i, const double *h, double *p, double *b)
 void mbsri_front_reduce(mbsr_newton *w, int i, double *own, const double *q0)
 {
     mbsri_carried *v = &w->carried;
-    const mbsri_front *front = v->front + i;
+    const mbsri_carried_front *front = v->front + i;
     const int rows = front->size + front->actions;
     double *h = v->work, *p = h + rows;
     int at, number;
@@ -70,7 +70,7 @@ void mbsri_front_reduce(mbsr_newton *w, int i, double *own, const double *q0)
 void mbsri_front_reduce_one(mbsr_newton *w, int k, double *b)
 {
     mbsri_carried *v = &w->carried;
-    const mbsri_front *front = v->front + k;
+    const mbsri_carried_front *front = v->front + k;
     double *h = v->work, *p = h + front->size + front->actions;
     mbsri_zero((size_t)(front->size + front->actions), h);
     mbsri_copy((size_t)front->size, v->store + mbsri_carried_at(w, k)->right, h);
@@ -86,7 +86,7 @@ void mbsri_front_reduce_closing(mbsr_newton *w, int body)
 }
 
 /* The name of unknown `at` of a front, by number. */
-static int name_of(const mbsr_newton *w, const mbsri_front *front, int i, int at)
+static int name_of(const mbsr_newton *w, const mbsri_carried_front *front, int i, int at)
 {
     return at < front->own ? mbsri_name_own(w, i, at)
                            : w->carried.numbers[front->column + (size_t)(at - front->own)];
@@ -96,7 +96,7 @@ static int name_of(const mbsr_newton *w, const mbsri_front *front, int i, int at
 static void substitute(mbsr_newton *w, int i, const double *x)
 {
     mbsri_carried *v = &w->carried;
-    const mbsri_front *front = v->front + i;
+    const mbsri_carried_front *front = v->front + i;
     const int rows = front->size + front->actions, done = front->done;
     const int *column = v->numbers + front->swap_column;
     const int columns = front->size + front->motions;
@@ -131,7 +131,7 @@ void mbsri_front_substitute_closing(mbsr_newton *w, int body)
 void mbsri_front_apply(const mbsr_newton *w, int i, double *q, double *momentum, double *rate)
 {
     const mbsri_carried *v = &w->carried;
-    const mbsri_front *front = v->front + i;
+    const mbsri_carried_front *front = v->front + i;
     for (int l = 0; l < front->size - front->own; ++l) {
         const double *value = v->value + name_of(w, front, i, front->own + l);
         const size_t n = (size_t)front->n, nq = (size_t)front->nq, at = (size_t)l;

@@ -7,7 +7,7 @@
 #ifndef MBSRI_BLOCKS_RECORD_H
 #define MBSRI_BLOCKS_RECORD_H
 
-#include "newton/slopes/force_slopes.h"
+#include "newton/front/front.h"
 
 #include <mbsrank/newton.h>
 
@@ -149,7 +149,7 @@ static inline size_t mbsri_pool_end(const mbsri_pool *pool)
 
 /* The equations of a joint, or of loops that close on a body, with what is carried there: `size`
  * unknowns, `own` of the joint, of which `done` are eliminated; the rest is carried on. */
-typedef struct mbsri_front {
+typedef struct mbsri_carried_front {
     int level;            /* higher than of any that is eliminated later */
     int next, previous;   /* closing fronts: on the same body, as they are eliminated, 0: none */
     int delayed;          /* what it may hand on of unknowns that could go */
@@ -162,7 +162,7 @@ typedef struct mbsri_front {
     int n, nq;            /* of the joint */
     size_t column, row, swap_column, swap_row;   /* ints */
     size_t LU, Mq, along, momentum, rate, right; /* doubles; LU: see front.h */
-} mbsri_front;
+} mbsri_carried_front;
 
 typedef struct mbsri_carried {
     int names, multipliers; /* all; of closures */
@@ -182,7 +182,7 @@ typedef struct mbsri_carried {
                              * in front */
     mbsri_pool *pool;
     mbsri_pool *swept; /* the same of bodies in vector code (swept.h) */
-    mbsri_front *front;
+    mbsri_carried_front *front;
     mbsri_multiplier *multiplier; /* rows and position rows of closures */
     double *value;                /* names: the solution */
     double *store, *work, *matrix;
@@ -228,15 +228,6 @@ typedef struct mbsri_links {
     size_t bytes;
 } mbsri_links;
 
-/* The linearised equations for products with the matrix (product.h); NULL where there are none. */
-typedef struct mbsri_product {
-    bool wanted, linearised;
-    double c;
-    double *store;
-    int *flags;
-    size_t elements, closures, work, vectors; /* offsets in store */
-} mbsri_product;
-
 struct mbsr_newton {
     const mbsr_model *model;
     mbsr_newton_info info;
@@ -254,6 +245,15 @@ struct mbsr_newton {
     double c;
     void *block, *numbers; /* the memory: doubles and ints; nodes and lists */
     double *solution;      /* the size of y */
+
+    /* eliminates all of a model whose loops would be too many to carry; else NULL */
+    mbsri_front *front;
+
+    /* for products; NULL: none are wanted */
+    mbsri_linear *linear;
+    mbsri_vectors vectors;
+    void *of_products;
+    bool linearised;
 
     /* the general elimination */
     mbsri_node *node; /* N + 1 */
@@ -278,7 +278,6 @@ struct mbsr_newton {
     mbsri_carried carried;
     mbsri_links links;
     bool linked; /* elements across are eliminated with the tree */
-    mbsri_product product;
     size_t size_x, size_n, store_size;
 };
 

@@ -1,12 +1,13 @@
 /* Derivatives of a body's own momentum and inertia forces: see body_slopes.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * M is linear in the constants of the body, h and M' V are quadratic in V, so that with B for the
- * symmetric bilinear form of a quadratic function, dh = 2 B_h(V, dV). Where M turns with the body,
- * all of it turns: along a small rotation x, with T the matrix that turns vectors of V's kind,
+ * In space all of M turns with the body. With (L, l) = M V, along a small rotation theta, T x = (theta x x_1,
+ * theta x x_2) for both halves of a vector,
  *
- *   dM = T M - M T,   dh = T h - 2 B_h(V, T V)
+ *   M' V = (omega x L, omega x l) - M (0, omega x v),   h = M' V + (v x l, 0),   dM = T M - M T
  *
+ * In the plane the first moment c of a body turns, where M is not constant: with J c = (-c_y, c_x),
+ * M V has omega J c and (J c) v, M' V = (-omega^2 c, -omega c v), and h = (-omega^2 c, 0).
  * Flexible bodies have formulas of their own (flexible/slopes.h). An inertia by function is differenced,
  * with M' V from differences along the motion. */
 #include "newton/slopes/body_slopes.h"
@@ -24,13 +25,11 @@
 
 #include <math.h>
 
-/* Where in the scratch what is. */
+/* Where in the scratch of an inertia by function what is: displaced. */
 typedef struct room {
-    double *MV, *h, *MdotV, *MA; /* at the state or displaced */
-    double *T, *TV, *TA;         /* turned vectors, and spare ones */
-    double *V, *p, *M, *Mdot;    /* displaced */
-    double *column;              /* 3 d */
-    double *p_on, *dp;
+    double *MV, *h, *MdotV, *MA;
+    double *T, *V, *M;
+    double *p, *p_on, *dp, *along;
 } room;
 
 size_t mbsri_body_slopes_size(const mbsr_model *m)
@@ -38,7 +37,7 @@ size_t mbsri_body_slopes_size(const mbsr_model *m)
     size_t largest = 0;
     for (int i = 1; i <= m->bodies; ++i) {
         const size_t d = (size_t)m->body[i].d, np = (size_t)m->body[i].np;
-        const size_t size = 11 * d + 2 * d * d + 4 * np,
+        const size_t size = 6 * d + d * d + 4 * np,
                      flexible = m->body[i].inertia.kind == MBSR_INERTIA_FLEXIBLE
                                     ? mbsri_flex_slopes_size(m->body[i].inertia.flex)
                                     : 0;
@@ -51,9 +50,9 @@ size_t mbsri_body_slopes_size(const mbsr_model *m)
 static void lay_out(const mbsri_body *b, double *work, room *w)
 {
     const size_t d = (size_t)b->d, np = (size_t)b->np;
-    double **const vector[] = {&w->MV, &w->h, &w->MdotV, &w->MA,     &w->T, &w->TV,   &w->TA,
-                               &w->V,  &w->M, &w->Mdot,  &w->column, &w->p, &w->p_on, &w->dp};
-    const size_t length[] = {d, d, d, d, d, d, d, d, d * d, d * d, 3 * d, np, np, np};
+    double **const vector[] = {&w->MV, &w->h, &w->MdotV, &w->MA, &w->T,    &w->V,
+                               &w->M,  &w->p, &w->p_on,  &w->dp, &w->along};
+    const size_t length[] = {d, d, d, d, d, d, d * d, np, np, np, np};
     for (size_t k = 0; k < sizeof length / sizeof length[0]; ++k) {
         *vector[k] = work;
         work += length[k];
@@ -84,105 +83,129 @@ static void store(const mbsri_body *b, bool accelerated, const double *dMV, cons
     }
 }
 
-/* ---- inertias that are constant or turn with the body ---- */
+/* ---- bodies in space ---- */
 
-/* h and M' V at velocity V. */
-static void quadratic(const mbsri_body *b, const mbsr_data *d, const double *V, const room *w,
-                      double *h, double *MdotV)
+/* What a rotation does to both halves of x. */
+static void turn(const double axis[3], const double *x, double *y)
 {
-    const double *p = d->p + b->p;
-    double *M = d->M + b->dd; /* constant inertias leave it */
-    (void)mbsri_inertia_velocity(b, d->t, p, V, M, h);
-    mbsri_inertia_mass_rate(b, p, V, M, w->Mdot);
-    product(b->d, w->Mdot, V, MdotV);
+    mbsri_cross3(axis, x, y);
+    mbsri_cross3(axis, x + 3, y + 3);
 }
 
-/* dh = 2 B_h(V, dV) = h(V + dV) - h(V) - h(dV), and so for M' V; into w->T and w->column. With a
- * factor that brings dV to V's size. */
-static void polarise(const mbsri_body *b, const mbsr_data *d, const double *V, const double *dV,
-                     const room *w, double *dh, double *dMdotV)
+/* dM x along a rotation, with Mx = M x. */
+static void turn_mass(const double axis[3], const double *M, const double *x, const double *Mx,
+                      double *y)
 {
-    const double size = mbsri_largest(b->d, V), change = mbsri_largest(b->d, dV);
-    const double s = size > 0.0 && change > 0.0 ? size / change : 1.0;
-    double *h = w->column, *MdotV = h + b->d;
-    mbsri_zero((size_t)b->d, dh);
-    mbsri_zero((size_t)b->d, dMdotV);
-    /* (f(V + s dV) - f(V - s dV)) / 2 s */
-    for (int sign = 1; sign >= -1; sign -= 2) {
-        for (int k = 0; k < b->d; ++k) w->V[k] = V[k] + sign * s * dV[k];
-        quadratic(b, d, w->V, w, h, MdotV);
-        for (int k = 0; k < b->d; ++k) {
-            dh[k] += sign * h[k] / (2.0 * s);
-            dMdotV[k] += sign * MdotV[k] / (2.0 * s);
-        }
+    double turned[6];
+    turn(axis, Mx, y);
+    turn(axis, x, turned);
+    mbsri_ax(6, 6, -1.0, M, turned, y);
+}
+
+/* M V, M A and (0, omega x v), M times that. */
+typedef struct spatial {
+    const double *M, *V, *A;
+    double MV[6], MA[6], sweep[6], swept[6];
+} spatial;
+
+static void take(const mbsri_body *b, const mbsr_data *d, bool accelerated, spatial *s)
+{
+    *s = (spatial){.M = d->M + b->dd, .V = d->V + b->v, .A = d->A + b->v};
+    mbsri_ax(6, 6, 1.0, s->M, s->V, s->MV);
+    if (!accelerated) return;
+    mbsri_ax(6, 6, 1.0, s->M, s->A, s->MA);
+    mbsri_cross3(s->V, s->V + 3, s->sweep + 3);
+    mbsri_ax(6, 6, 1.0, s->M, s->sweep, s->swept);
+}
+
+/* The column along theta = axis, at V and A held. */
+static void rotation_column(const mbsri_body *b, const spatial *s, const double axis[3],
+                            bool accelerated, double *P)
+{
+    double dMV[6], dMdotV[6] = {0.0}, dh[6] = {0.0}, dMA[6] = {0.0};
+    turn_mass(axis, s->M, s->V, s->MV, dMV);
+    if (accelerated) {
+        double swept[6];
+        turn_mass(axis, s->M, s->A, s->MA, dMA);
+        turn_mass(axis, s->M, s->sweep, s->swept, swept);
+        turn(s->V, dMV, dMdotV);
+        for (int k = 0; k < 6; ++k) dMdotV[k] -= swept[k];
     }
-}
-
-/* y = T x for the rotation about axis k: 0 .. 2 in space, the only one in the plane. */
-static void turned(const mbsri_body *b, int k, const double *x, double *y)
-{
-    mbsri_zero((size_t)b->d, y);
-    if (b->joint.space == MBSR_SPACE_SPATIAL) {
-        double axis[3] = {0.0, 0.0, 0.0};
-        axis[k] = 1.0;
-        mbsri_cross3(axis, x, y);
-        mbsri_cross3(axis, x + 3, y + 3);
-    } else {
-        y[0] = -x[1];
-        y[1] = x[0];
-    }
-}
-
-/* The column of a rotation of the body. */
-static void rotation_column(const mbsri_body *b, const mbsr_data *d, int k, bool accelerated,
-                            const room *w, double *P)
-{
-    const int n = b->d;
-    double dh[6], dMdotV[6], dMV[6], dMA[6] = {0.0}, spin[6] = {0.0};
-    turned(b, k, d->V + b->v, w->TV);
-    polarise(b, d, d->V + b->v, w->TV, w, dh, dMdotV);
-    turned(b, k, w->h, w->T);
-    for (int l = 0; l < n; ++l) dh[l] = w->T[l] - dh[l];
-    turned(b, k, w->MdotV, w->T);
-    for (int l = 0; l < n; ++l) dMdotV[l] = w->T[l] - dMdotV[l];
-    /* dM is M' for a unit angular velocity */
-    spin[n == 3 ? 2 : k] = 1.0;
-    mbsri_inertia_mass_rate(b, d->p + b->p, spin, d->M + b->dd, w->Mdot);
-    product(n, w->Mdot, d->V + b->v, dMV);
-    if (accelerated) product(n, w->Mdot, d->A + b->v, dMA);
+    mbsri_copy(6, dMdotV, dh);
+    mbsri_add_cross3(s->V + 3, dMV + 3, dh);
     store(b, accelerated, dMV, dh, dMdotV, dMA, P);
 }
 
-/* How many columns of the pose turn the body, and the first of them. */
-static int rotations(const mbsri_body *b, int *first)
+/* The column along number k of V. */
+static void velocity_column(const mbsri_body *b, const spatial *s, int k, bool accelerated,
+                            double *P)
 {
-    *first = 0;
-    if (b->joint.space == MBSR_SPACE_SPATIAL) return 3;
-    *first = 2;
-    return b->inertia.kind == MBSR_INERTIA_PLANAR;
+    const double *dMV = s->M + 6 * k, none[6] = {0.0};
+    double dV[6] = {0.0}, dMdotV[6] = {0.0}, dh[6];
+    dV[k] = 1.0;
+    if (accelerated) {
+        double change[6] = {0.0}, sweep[6] = {0.0};
+        turn(dV, s->MV, dMdotV);
+        turn(s->V, dMV, change);
+        for (int l = 0; l < 6; ++l) dMdotV[l] += change[l];
+        mbsri_cross3(dV, s->V + 3, sweep + 3);
+        mbsri_add_cross3(s->V, dV + 3, sweep + 3);
+        mbsri_ax(6, 6, -1.0, s->M, sweep, dMdotV);
+    }
+    mbsri_copy(6, dMdotV, dh);
+    mbsri_add_cross3(dV + 3, s->MV + 3, dh);
+    mbsri_add_cross3(s->V + 3, dMV + 3, dh);
+    store(b, accelerated, dMV, dh, dMdotV, none, P);
 }
 
-static void stock_columns(const mbsri_body *b, const mbsr_data *d, bool accelerated, const room *w,
-                          double *P)
+static void spatial_columns(const mbsri_body *b, const mbsr_data *d, bool accelerated, double *P)
 {
-    const int n = b->d, e = mbsri_pose_size(b), rows = accelerated ? 3 * n : 2 * n;
-    const double *M = d->M + b->dd, *V = d->V + b->v;
-    int first;
-    const int turns = rotations(b, &first);
-    quadratic(b, d, V, w, w->h, w->MdotV);
-    for (int k = 0; k < turns; ++k)
-        rotation_column(b, d, k, accelerated, w, P + (size_t)rows * (size_t)(first + k));
-    double *dV = w->TV, *dh = w->T, *dMdotV = w->TA;
-    mbsri_zero((size_t)n, w->MA);
-    for (int k = 0; k < n; ++k) {
-        mbsri_zero((size_t)n, dV);
-        dV[k] = 1.0;
-        mbsri_zero((size_t)n, dh);
-        mbsri_zero((size_t)n, dMdotV);
-        if (turns) polarise(b, d, V, dV, w, dh, dMdotV);
-        store(b, accelerated, M + (size_t)n * (size_t)k, dh, dMdotV, w->MA,
-              P + (size_t)rows * (size_t)(e + k));
+    const size_t rows = accelerated ? 18 : 12;
+    spatial s;
+    take(b, d, accelerated, &s);
+    for (int k = 0; k < 3; ++k) {
+        double axis[3] = {0.0};
+        axis[k] = 1.0;
+        rotation_column(b, &s, axis, accelerated, P + rows * (size_t)k);
     }
+    for (int k = 0; k < 6; ++k) velocity_column(b, &s, k, accelerated, P + rows * (size_t)(6 + k));
+}
+
+/* ---- bodies with a constant M, or in the plane ---- */
+
+static void constant_columns(const mbsri_body *b, const mbsr_data *d, bool accelerated, double *P)
+{
+    const size_t n = (size_t)b->d, rows = accelerated ? 3 * n : 2 * n;
+    P += rows * (size_t)mbsri_pose_size(b);
+    for (size_t k = 0; k < n; ++k, P += rows) {
+        for (size_t l = 0; l < n; ++l) P[l] -= d->M[b->dd + k * n + l];
+    }
+}
+
+/* What the turning of the first moment adds; what was added to M stands still. */
+static void planar_columns(const mbsri_body *b, const mbsr_data *d, bool accelerated, double *P)
+{
+    const double *M = d->M + b->dd, *V = d->V + b->v, *A = d->A + b->v, omega = V[2],
+                 still[2] = {b->added ? b->added[5] : 0.0, b->added ? b->added[2] : 0.0},
+                 c[2] = {M[5] - still[0], still[1] - M[2]}, none[3] = {0.0};
+    const size_t rows = accelerated ? 9 : 6;
+    const double dMV[3] = {-omega * c[0], -omega * c[1], -c[0] * V[0] - c[1] * V[1]},
+                 dMA[3] = {-A[2] * c[0], -A[2] * c[1], -c[0] * A[0] - c[1] * A[1]},
+                 along = c[0] * V[1] - c[1] * V[0], square = omega * omega;
+    store(b, accelerated, dMV, (double[]){square * c[1], -square * c[0], 0.0},
+          (double[]){square * c[1], -square * c[0], -omega * along}, dMA, P + 2 * rows);
+    for (size_t k = 0; k < 2; ++k)
+        store(b, accelerated, none, none, (double[]){0.0, 0.0, -omega * c[k]}, none,
+              P + (3 + k) * rows);
+    store(b, accelerated, none, (double[]){-2.0 * omega * c[0], -2.0 * omega * c[1], 0.0},
+          (double[]){-2.0 * omega * c[0], -2.0 * omega * c[1], -c[0] * V[0] - c[1] * V[1]}, none,
+          P + 5 * rows);
+}
+
+static void plain_columns(const mbsri_body *b, const mbsr_data *d, bool accelerated, double *P)
+{
+    constant_columns(b, d, accelerated, P);
+    if (b->inertia.kind == MBSR_INERTIA_PLANAR) planar_columns(b, d, accelerated, P);
 }
 
 /* ---- inertias by function ---- */
@@ -211,7 +234,7 @@ static int terms(const mbsri_body *b, const mbsr_data *d, const double *p, const
 }
 
 static int function_columns(const mbsr_model *m, const mbsri_body *b, const mbsr_data *d,
-                            bool accelerated, const room *w, double *dp, double *P)
+                            bool accelerated, const room *w, double *P)
 {
     const mbsri_spans s = mbsri_spans_of(m, &b->joint.table->scales);
     const double rate = fmax(mbsri_span_rate(&s), mbsri_twist_rate(&s, b, d->V + b->v));
@@ -219,13 +242,14 @@ static int function_columns(const mbsr_model *m, const mbsri_body *b, const mbsr
     const double *p = d->p + b->p, *V = d->V + b->v;
     int status = MBSR_OK;
     for (int k = 0; k < e + n && !status; ++k, P += rows) {
-        mbsri_zero((size_t)b->np, dp);
-        if (k < e) mbsri_pose_unit(b->joint.space, k, p, dp);
+        mbsri_zero((size_t)b->np, w->along);
+        if (k < e) mbsri_pose_unit(b->joint.space, k, p, w->along);
         const double span = mbsri_binary(k < e ? mbsri_pose_span(&s, b, k)
                                                : mbsri_pose_span(&s, b, k - e) * rate),
                      h = step * span;
         for (int l = 0; l < 4 && !status; ++l) {
-            mbsri_pose_move(b->joint.space, b->np, p, dp, mbsri_difference_place(l) * h, w->p);
+            mbsri_pose_move(b->joint.space, b->np, p, w->along, mbsri_difference_place(l) * h,
+                            w->p);
             mbsri_copy((size_t)n, V, w->V);
             if (k >= e) w->V[k - e] += mbsri_difference_place(l) * h;
             status = terms(b, d, w->p, w->V, step / rate, w);
@@ -279,11 +303,13 @@ int mbsri_body_slopes_add(const mbsr_model *m, mbsr_data *d, int i, bool acceler
     lay_out(b, work, &w);
     int status = MBSR_OK;
     if (b->inertia.kind == MBSR_INERTIA_FUNCTION)
-        status = function_columns(m, b, d, accelerated, &w, w.dp + b->np, P);
+        status = function_columns(m, b, d, accelerated, &w, P);
     else if (b->inertia.kind == MBSR_INERTIA_FLEXIBLE)
         flexible_columns(b, d, accelerated, P, work);
+    else if (b->joint.space == MBSR_SPACE_SPATIAL)
+        spatial_columns(b, d, accelerated, P);
     else
-        stock_columns(b, d, accelerated, &w, P);
+        plain_columns(b, d, accelerated, P);
     if (status) return mbsri_joint_failed(m, d, i, status, "the inertia's function");
     /* columns of A: -M in the rows of mu */
     for (int k = 0; k < n && accelerated; ++k) {

@@ -13,9 +13,9 @@
 
 #include "algebra/dense.h"
 #include "algebra/differences.h"
-#include "joints/chain.h"
 #include "joints/flexible.h"
 #include "newton/slopes/force_slopes.h"
+#include "newton/slopes/joint_turns.h"
 #include "newton/slopes/move.h"
 #include "recursion/kinematics.h"
 #include "recursion/locks.h"
@@ -50,6 +50,7 @@ typedef struct column {
     double *spare;                             /* d x max(n, d_pred) + d */
     mbsri_joint_mover move;                    /* where a joint leaves derivatives to differences */
     mbsri_flex_view *view;                     /* of a marker; NULL: it is none */
+    bool turns;                                /* joint_turns.h has the predecessor's columns */
 } column;
 
 static void take(double **memory, size_t *used, size_t count, double **out)
@@ -296,14 +297,13 @@ static int place_of(const mbsri_body *b, int k)
 }
 
 /* Whether column k of the predecessor's pose, or of its velocity, is a shift that the body follows without any
- * other change: sequences of axes, markers and mounts know of places only how they lie to each other. */
+ * other change: markers and mounts know of places only how they lie to each other. */
 static bool is_shift(const mbsri_body *b, int k)
 {
     const mbsri_joint *joint = &b->joint;
     if (k < 3 || k >= 6) return false;
-    if (mbsri_marker_of(joint->table, joint->user)) return true;
-    return b->pred_space == MBSR_SPACE_SPATIAL && (joint->table->tangent == mbsri_chain_tangent ||
-                                                   mbsri_mount_of(joint->table, joint->user));
+    return mbsri_marker_of(joint->table, joint->user) ||
+           (b->pred_space == MBSR_SPACE_SPATIAL && mbsri_mount_of(joint->table, joint->user));
 }
 
 /* Columns of the pose of the predecessor, and of q. */
@@ -313,7 +313,8 @@ static int pose_columns(column *c, mbsri_joint_slopes *s)
     int status = MBSR_OK;
     c->moved = true;
     c->move.still = false;
-    for (int k = 0; k < (b->upright ? 0 : b->nq) + s->e_pred && !status; ++k) {
+    for (int k = c->turns ? s->e_pred : 0; k < (b->upright ? 0 : b->nq) + s->e_pred && !status;
+         ++k) {
         const bool outside = k < s->e_pred;
         if (outside && is_shift(b, k)) {
             s->x[k * (s->e + 2 * b->d) + k] = 1.0;
@@ -345,7 +346,8 @@ static int rate_columns(column *c, mbsri_joint_slopes *s)
     c->move.still = true;
     mbsri_zero((size_t)b->np, c->dp);
     clear(b, &c->first);
-    for (int k = 0; k < (b->upright ? 0 : b->n) + b->d_pred && !status; ++k) {
+    for (int k = c->turns ? b->d_pred : 0; k < (b->upright ? 0 : b->n) + b->d_pred && !status;
+         ++k) {
         const bool outside = k < b->d_pred;
         const double *along = outside ? c->d->H + b->dp + (size_t)(k * b->d)
                                       : c->d->J + b->dn + (size_t)((k - b->d_pred) * b->d);
@@ -445,6 +447,8 @@ int mbsri_joint_slopes_of(const mbsr_model *m, mbsr_data *d, int i, bool acceler
         const int status = mbsri_joint_move_Kdot(&c.move, &c.args, c.Kdot, c.second.H, c.second.J);
         if (status) return mbsri_joint_failed(m, d, i, status, "rates");
     }
+    c.turns = mbsri_joint_turns_serve(b);
+    if (c.turns) mbsri_joint_turns(m, d, i, accelerated, udot, s->x, s->below, s->own);
     int status = pose_columns(&c, s);
     if (!status) status = rate_columns(&c, s);
     for (int k = 0; k < b->n && b->upright; ++k) steady_column(&c, k, s);

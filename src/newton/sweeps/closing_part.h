@@ -110,7 +110,7 @@ MBSRI_INLINE void hand_rest(const mbsri_carried *v, const closing *c, int k, boo
 /* Front k at the last factorisation. */
 MBSRI_INLINE closing closed_front(const mbsri_carried *v, int k, bool deep)
 {
-    const mbsri_front *front = v->front + k;
+    const mbsri_carried_front *front = v->front + k;
     if (!front->passes) return closing_of(v, k, v->swept[k].count, deep);
     closing c = closing_of(v, k, front->size, deep);
     c.size = front->done;
@@ -156,7 +156,7 @@ MBSRI_INLINE bool close_part_sized(const mbsri_newton_sweeps *newton, int k, int
 MBSRI_OUTLINE bool close_part(mbsri_newton_sweeps *newton, int k, slab *y)
 {
     const mbsri_carried *v = &newton->blocks->carried;
-    mbsri_front *front = v->front + k;
+    mbsri_carried_front *front = v->front + k;
     bool *closed = &v->swept[k].closed;
     mbsri_carried_seat(newton->blocks, k);
     front->size = v->swept[k].count;

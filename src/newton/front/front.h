@@ -1,0 +1,84 @@
+/* The Newton system of the momentum form by elimination, for any kind of model.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * Columns and rows have numbers. Columns: x of a body, dq, du and du' of its joint, u' in the range of
+ * a D, multipliers. Rows: y of a body (impulse, its rate, reaction), with the loads kappa that eta exerts
+ * on it; loads tau and pushes of eta on a joint; q', (a) and (b) of a joint, (a) in the range of D; rows
+ * of closures. */
+#ifndef MBSRI_NEWTON_FRONT_H
+#define MBSRI_NEWTON_FRONT_H
+
+#include "newton/front/plan.h"
+#include "newton/linear/product.h"
+
+/* What a row or column is that is an equation or unknown. Those of one kind go together, own ones with
+ * lambda too; rows and columns that are pending wait for the head of their group. */
+typedef enum mbsri_front_kind {
+    MBSRI_FRONT_NONE,
+    MBSRI_FRONT_PLACE,  /* q' and dq */
+    MBSRI_FRONT_OWN,    /* (a), (b); du, u' */
+    MBSRI_FRONT_LAMBDA, /* velocity rows */
+    MBSRI_FRONT_ETA,    /* position rows */
+    MBSRI_FRONT_PENDING
+} mbsri_front_kind;
+
+/* Where the numbers of a body begin. */
+typedef struct mbsri_front_names {
+    int x, q, u, rates, range;                        /* columns; rates: u' of the joint */
+    int y, kappa, tau, push, place, a, b, range_of_a; /* rows */
+} mbsri_front_names;
+
+/* What is left of a step: the numbers of its rows and columns, eliminated ones first. */
+typedef struct mbsri_front_left {
+    int done, rows, columns, carried;
+} mbsri_front_left;
+
+typedef struct mbsri_front {
+    const mbsr_model *model;
+    mbsri_linear *linear;
+    mbsri_front_plan plan;
+    mbsri_vectors vectors;
+    double c;
+    mbsri_front_names *names; /* N + 1 */
+    int row_count, column_count,
+        multipliers;               /* numbers; of the first multiplier, as row and as column */
+    int *owner_row, *owner_column; /* by number: the body, or -1 - closure */
+    unsigned char *row_kind, *column_kind;
+    int *row_at, *column_at; /* by number: places in the present front */
+    int *row, *column;       /* of that, the numbers */
+    mbsri_front_left *left;  /* by step */
+    int *numbers;            /* of rows, then columns, of the steps */
+    double *LU, *matrices;
+    double *M, *N; /* the present front, and what was added up in its entries */
+    double *row_scale, *column_scale, *largest;
+    double *value, *h;      /* by number: of a solution */
+    double *local, *defect; /* of one step; as y */
+    double *rates;          /* 4 nu: L (1 - P) r_u, then scratch */
+    double *wbar;           /* size_v */
+    double *left_over;      /* twice as y */
+    bool handed_on;         /* there are closures, or some step has left unknowns to others */
+    void *memory;
+    size_t bytes;
+} mbsri_front;
+
+/* What a text of MBSR_SINGULAR_BLOCK says of a joint. */
+#define MBSRI_SINGULAR_ADVICE                                                                      \
+    "nothing determines its rates: give it inertia, a spring or a damper, or lock it "             \
+    "(mbsr_index_report_create names all such directions)"
+
+/* About how many multiplications a factorisation takes; negative: there is no memory to say. */
+double mbsri_front_operations(const mbsr_model *m);
+
+/* NULL: there is no memory. */
+mbsri_front *mbsri_front_create(const mbsr_model *m);
+void mbsri_front_destroy(mbsri_front *f);
+
+/* Linearises and eliminates at the state (t, y), with the loop forces of y', for the factor c. A status,
+ * with a text in the data. */
+int mbsri_front_factor(mbsri_front *f, mbsr_data *d, double t, const double *y, const double *yp,
+                       double c);
+
+/* delta from r; not the same. */
+void mbsri_front_solve(mbsri_front *f, const double *r, double *delta);
+
+#endif

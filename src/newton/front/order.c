@@ -1,0 +1,213 @@
+/* Orders of elimination: see order.h.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * Minimum degree, as of sparse matrices: bodies that elements, closures or fronts have in common are
+ * cliques; passing a body joins the cliques that it belongs to, with its predecessor, in one. */
+#include "newton/front/order.h"
+
+#include "base/memory.h"
+
+int mbsri_front_bodies(const mbsr_model *m, int element, const int **list)
+{
+    const int forces = (int)m->forces.count;
+    if (element < forces) {
+        const mbsri_force *force = (const mbsri_force *)m->forces.data + element;
+        *list = m->list_index + force->list;
+        return force->def.table->flags & MBSR_FORCE_EVERY_BODY ? 0 : force->def.bodies;
+    }
+    const mbsri_closure *c = (const mbsri_closure *)m->closures.data + element - forces;
+    *list = c->body;
+    return c->bodies;
+}
+
+/* ---- by depth ---- */
+
+void mbsri_front_order_by_depth(const mbsr_model *m, int *order, int *work)
+{
+    int *depth = work, *behind = work + m->bodies + 1; /* how many are deeper than that */
+    depth[0] = 0;
+    for (int i = 0; i <= m->bodies; ++i) behind[i] = 0;
+    for (int i = 1; i <= m->bodies; ++i) {
+        depth[i] = depth[m->body[i].parent] + 1;
+        ++behind[depth[i] - 1];
+    }
+    for (int k = m->bodies; k > 0; --k) behind[k - 1] += behind[k];
+    for (int i = 1; i <= m->bodies; ++i) order[behind[depth[i]]++] = i;
+}
+
+/* ---- by border ---- */
+
+typedef struct link {
+    int clique, next; /* the next of the same body; -1: none */
+} link;
+
+typedef struct graph {
+    const mbsr_model *m;
+    mbsri_array members, links, heap; /* int, link, key */
+    int *first, *count;               /* of cliques in `members`; count -1: joined to another */
+    int cliques;
+    int *first_link; /* N + 1 */
+    int *left;       /* N + 1: successors that have not been passed; -1: the body itself has */
+    int *marked, mark;
+} graph;
+
+typedef struct key {
+    int degree, body;
+} key;
+
+static bool less(key a, key b)
+{
+    return a.degree < b.degree || (a.degree == b.degree && a.body > b.body);
+}
+
+static bool push(graph *g, key now)
+{
+    if (!mbsri_reserve(&g->m->allocator, &g->heap, 1, sizeof now)) return false;
+    key *heap = g->heap.data;
+    size_t at = g->heap.count++;
+    for (; at > 0 && less(now, heap[(at - 1) / 2]); at = (at - 1) / 2)
+        heap[at] = heap[(at - 1) / 2];
+    heap[at] = now;
+    return true;
+}
+
+static key pop(graph *g)
+{
+    key *heap = g->heap.data, top = heap[0], last = heap[--g->heap.count];
+    size_t at = 0, count = g->heap.count;
+    for (size_t child = 1; child < count; child = 2 * at + 1) {
+        if (child + 1 < count && less(heap[child + 1], heap[child])) ++child;
+        if (!less(heap[child], last)) break;
+        heap[at] = heap[child];
+        at = child;
+    }
+    if (count > 0) heap[at] = last;
+    return top;
+}
+
+static bool add_member(graph *g, int body)
+{
+    if (body == 0 || g->left[body] < 0 || g->marked[body] == g->mark) return true;
+    g->marked[body] = g->mark;
+    if (!mbsri_reserve(&g->m->allocator, &g->members, 1, sizeof(int))) return false;
+    ((int *)g->members.data)[g->members.count++] = body;
+    return true;
+}
+
+/* The clique of the members from `first` on. */
+static bool close_clique(graph *g, size_t first)
+{
+    const int clique = g->cliques++;
+    g->first[clique] = (int)first;
+    g->count[clique] = (int)(g->members.count - first);
+    for (int k = 0; k < g->count[clique]; ++k) {
+        const int body = ((int *)g->members.data)[first + (size_t)k];
+        if (!mbsri_reserve(&g->m->allocator, &g->links, 1, sizeof(link))) return false;
+        ((link *)g->links.data)[g->links.count] = (link){clique, g->first_link[body]};
+        g->first_link[body] = (int)g->links.count++;
+    }
+    return true;
+}
+
+/* How many bodies the border has when body i is passed. */
+static int degree(graph *g, int i)
+{
+    int sum = 0;
+    const int *members = g->members.data;
+    ++g->mark;
+    g->marked[i] = g->mark;
+    const int parent = g->m->body[i].parent;
+    if (parent > 0) ++sum, g->marked[parent] = g->mark;
+    for (int k = g->first_link[i]; k >= 0; k = ((link *)g->links.data)[k].next) {
+        const int clique = ((link *)g->links.data)[k].clique;
+        for (int l = 0; l < g->count[clique]; ++l) {
+            const int body = members[g->first[clique] + l];
+            if (g->left[body] < 0 || g->marked[body] == g->mark) continue;
+            g->marked[body] = g->mark;
+            ++sum;
+        }
+    }
+    return sum;
+}
+
+/* Passes body i: its cliques become one. */
+static bool pass(graph *g, int i)
+{
+    const size_t first = g->members.count;
+    bool room = true;
+    ++g->mark;
+    g->left[i] = -1;
+    room = add_member(g, g->m->body[i].parent);
+    for (int k = g->first_link[i]; k >= 0 && room; k = ((link *)g->links.data)[k].next) {
+        const int clique = ((link *)g->links.data)[k].clique;
+        for (int l = 0; l < g->count[clique] && room; ++l)
+            room = add_member(g, ((int *)g->members.data)[g->first[clique] + l]);
+        g->count[clique] = -1;
+    }
+    return room && close_clique(g, first);
+}
+
+static bool begin(graph *g)
+{
+    const mbsr_model *m = g->m;
+    const int elements = (int)(m->forces.count + m->closures.count);
+    for (int i = 0; i <= m->bodies; ++i) g->left[i] = g->marked[i] = 0, g->first_link[i] = -1;
+    for (int i = 1; i <= m->bodies; ++i) ++g->left[m->body[i].parent];
+    for (int k = 0; k < elements; ++k) {
+        const int *list, count = mbsri_front_bodies(m, k, &list);
+        const size_t first = g->members.count;
+        ++g->mark;
+        for (int l = 0; l < count; ++l) {
+            if (!add_member(g, list[l])) return false;
+        }
+        if (!close_clique(g, first)) return false;
+    }
+    for (int i = 1; i <= m->bodies; ++i) {
+        if (g->left[i] == 0 && !push(g, (key){degree(g, i), i})) return false;
+    }
+    return true;
+}
+
+static bool order_all(graph *g, int *order)
+{
+    int used = 0;
+    if (!begin(g)) return false;
+    while (used < g->m->bodies) {
+        key now = pop(g);
+        const int present = degree(g, now.body);
+        if (present > now.degree) { /* it has grown since */
+            now.degree = present;
+            if (!push(g, now)) return false;
+            continue;
+        }
+        order[used++] = now.body;
+        if (!pass(g, now.body)) return false;
+        const int parent = g->m->body[now.body].parent;
+        if (parent > 0 && --g->left[parent] == 0 && !push(g, (key){degree(g, parent), parent}))
+            return false;
+    }
+    return true;
+}
+
+bool mbsri_front_order_by_border(const mbsr_model *m, int *order)
+{
+    const size_t bodies = (size_t)m->bodies + 1,
+                 cliques = bodies + m->forces.count + m->closures.count;
+    int *memory = mbsri_allocate(&m->allocator, (2 * cliques + 3 * bodies) * sizeof(int));
+    graph g = {.m = m};
+    bool made = memory != NULL;
+    if (made) {
+        g.first = memory;
+        g.count = g.first + cliques;
+        g.first_link = g.count + cliques;
+        g.left = g.first_link + bodies;
+        g.marked = g.left + bodies;
+        made = order_all(&g, order);
+        mbsri_release(&m->allocator, memory);
+    }
+    void *const arrays[] = {g.members.data, g.links.data, g.heap.data};
+    for (size_t k = 0; k < 3; ++k) {
+        if (arrays[k]) mbsri_release(&m->allocator, arrays[k]);
+    }
+    return made;
+}

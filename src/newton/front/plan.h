@@ -1,0 +1,46 @@
+/* The plan of an elimination: in which order bodies are passed, and what meets where.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * A step passes one body, successors before predecessors: all that is known of the motion x of the
+ * body, its own equations, elements and closures on it, and the fronts of earlier steps that read x,
+ * make one dense matrix, its front. With x = X z, z = (x of the predecessor, dq, du), the front no
+ * longer reads x; what of the joint's unknowns and of multipliers has a pivot is eliminated, the rest
+ * is carried on by the next step that passes a body of its border. So a border has the predecessor,
+ * and those bodies on the other side of elements and closures that have not been passed. */
+#ifndef MBSRI_FRONT_PLAN_H
+#define MBSRI_FRONT_PLAN_H
+
+#include "model/record.h"
+
+typedef struct mbsri_front_step {
+    int body;
+    int first_child, children;   /* in `child`: steps whose fronts are added here */
+    int first_element, elements; /* in `element`: a force, or the number of forces and a closure */
+    int first_border, borders;   /* in `border`: bodies, as they are passed */
+    int next;                    /* the step that takes in what is handed on; -1: nothing is */
+    int unknowns; /* own, multipliers, and carried ones, at most; then the rest of the matrix */
+    int rows, columns;
+    int border_rows, border_columns;
+    int carried;        /* unknowns that are handed on, at most */
+    int held;           /* of these, how many may be, but for those of an open group */
+    size_t matrix;      /* doubles: of what is handed on, */
+    size_t LU, numbers; /* and of what is eliminated; ints */
+} mbsri_front_step;
+
+typedef struct mbsri_front_plan {
+    int steps, entries, children, elements;
+    mbsri_front_step *step;
+    int *position; /* N + 1: the step of a body */
+    int *child, *element, *border;
+    bool *coordinates; /* N + 1: joints that something reads that other bodies belong to */
+    int most_rows, most_columns;
+    size_t matrices, doubles, ints; /* lengths */
+    double operations;              /* multiplications of a factorisation, about */
+} mbsri_front_plan;
+
+/* The cheapest of some plans; false: there is no memory. */
+bool mbsri_front_plan_create(const mbsr_model *m, mbsri_front_plan *plan);
+void mbsri_front_plan_destroy(const mbsr_model *m, mbsri_front_plan *plan);
+size_t mbsri_front_plan_bytes(const mbsr_model *m, const mbsri_front_plan *plan);
+
+#endif

@@ -1,0 +1,381 @@
+/* The linearised equations: see linear.h.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "newton/linear/linear.h"
+
+#include "algebra/dense.h"
+#include "base/memory.h"
+#include "forms/loops.h"
+#include "forms/momentum.h"
+#include "newton/slopes/body_slopes.h"
+#include "newton/slopes/closure_slopes.h"
+#include "newton/slopes/joint_slopes.h"
+#include "newton/slopes/relation.h"
+#include "recursion/backward.h"
+#include "recursion/closures.h"
+#include "recursion/forward.h"
+#include "recursion/group.h"
+#include "recursion/inverse.h"
+#include "recursion/kinematics.h"
+
+/* ---- memory ---- */
+
+static double *take(double **memory, size_t *used, size_t count)
+{
+    double *here = *memory;
+    if (here) *memory += count;
+    *used += count;
+    return here;
+}
+
+/* own, above: whether the body and its predecessor are deep. */
+static size_t place_terms(const mbsri_linear *l, int i, bool own, bool above, double *memory,
+                          mbsri_terms *k)
+{
+    const mbsri_body *b = l->model->body + i;
+    const size_t d = (size_t)b->d, dp = (size_t)b->d_pred, n = (size_t)b->n, nq = (size_t)b->nq,
+                 x = (size_t)l->e[i] + (own ? 2 : 1) * d,
+                 columns = (size_t)l->e[b->parent] + (above ? 2 : 1) * dp + nq + n,
+                 y = (own ? 3 : 2) * d, y_pred = (above ? 3 : 2) * dp, rows = (own ? 3 : 2) * n,
+                 all = (size_t)b->group_n;
+    double **const array[] = {&k->x,    &k->below, &k->own,  &k->qdot, &k->P, &k->H,
+                              &k->Hdot, &k->J,     &k->Jdot, &k->G,    &k->s, &k->X};
+    const size_t length[] = {x * columns, y_pred * columns, rows * columns, nq * columns, y * x,
+                             d * dp,      d * dp,           d * n,          d * n,        d * all,
+                             all,         all * all};
+    size_t used = 0;
+    for (size_t at = 0; at < sizeof length / sizeof length[0]; ++at)
+        *array[at] = take(&memory, &used, length[at]);
+    return used;
+}
+
+mbsri_terms mbsri_linear_terms(const mbsri_linear *l, int i)
+{
+    mbsri_terms k;
+    place_terms(l, i, l->deep[i], l->deep[l->model->body[i].parent], l->store + l->terms[i], &k);
+    return k;
+}
+
+static const mbsri_force *force_of(const mbsri_linear *l, size_t k)
+{
+    return (const mbsri_force *)l->model->forces.data + k;
+}
+
+static const mbsri_closure *closure_of(const mbsri_linear *l, size_t k)
+{
+    return (const mbsri_closure *)l->model->closures.data + k;
+}
+
+static bool on_every_body(const mbsri_force *force)
+{
+    return (force->def.table->flags & MBSR_FORCE_EVERY_BODY) != 0;
+}
+
+int mbsri_linear_bodies(const mbsri_linear *l, const mbsri_force *force, int i, const int **list)
+{
+    const mbsr_model *m = l->model;
+    *list = on_every_body(force) ? m->member + m->body[i].at : m->list_index + force->list;
+    return on_every_body(force) ? 1 : force->def.bodies;
+}
+
+void mbsri_linear_calls(const mbsri_linear *l, const mbsri_force *force, int *first, int *last)
+{
+    *first = on_every_body(force) ? 1 : 0;
+    *last = on_every_body(force) ? l->model->bodies : 0;
+}
+
+static void shape(const mbsri_linear *l, const mbsri_force *force, int i, int *rows, int *columns)
+{
+    const mbsri_body *b = l->model->body + i;
+    mbsri_slopes_shape(l->model, force, rows, columns);
+    if (!on_every_body(force)) return;
+    *rows = b->d + b->n;
+    *columns = l->e[i] + b->d + b->nq + b->n;
+}
+
+const double *mbsri_linear_element(const mbsri_linear *l, size_t k, int i, int *rows, int *columns)
+{
+    const mbsri_force *force = force_of(l, k);
+    shape(l, force, i, rows, columns);
+    return l->store + l->element[k] + (on_every_body(force) ? l->each[i] : 0);
+}
+
+static size_t number_bodies(mbsri_linear *l)
+{
+    const mbsr_model *m = l->model;
+    size_t used = 0, each = 0;
+    l->motions = 0;
+    for (int i = 0; i <= m->bodies; ++i) {
+        const mbsri_body *b = m->body + i;
+        l->e[i] = mbsri_pose_size(b);
+        l->motion[i] = l->motions;
+        l->motions += (size_t)(l->e[i] + 2 * b->d);
+        l->each[i] = each;
+        l->terms[i] = used;
+        if (i == 0) continue;
+        mbsri_terms k;
+        each += (size_t)((b->d + b->n) * (l->e[i] + b->d + b->nq + b->n));
+        used += place_terms(l, i, true, true, NULL, &k);
+    }
+    return used;
+}
+
+/* Offsets of all; the store's length. */
+static size_t number_all(mbsri_linear *l, size_t *work)
+{
+    const mbsr_model *m = l->model;
+    size_t used = number_bodies(l);
+    for (size_t k = 0; k < m->forces.count; ++k) {
+        int first, last;
+        l->element[k] = used;
+        mbsri_linear_calls(l, force_of(l, k), &first, &last);
+        for (int i = first; i <= last; ++i) {
+            int rows, columns;
+            shape(l, force_of(l, k), i, &rows, &columns);
+            used += (size_t)rows * (size_t)columns;
+        }
+    }
+    *work = 0;
+    for (size_t k = 0; k < m->closures.count; ++k) {
+        const mbsri_closure *c = closure_of(l, k);
+        const size_t most = mbsri_closure_tangents_work(c);
+        l->closure[k] = used;
+        used += (size_t)c->columns * (size_t)(c->columns + 2 * c->rows);
+        if (most > *work) *work = most;
+    }
+    return used;
+}
+
+static size_t numbers_size(const mbsr_model *m)
+{
+    const size_t bodies = (size_t)m->bodies + 1;
+    return (3 * bodies + m->forces.count + m->closures.count) * sizeof(size_t) +
+           2 * bodies * sizeof(int) + (2 * bodies + (size_t)m->rows) * sizeof(bool);
+}
+
+static void place_numbers(mbsri_linear *l, void *memory)
+{
+    const mbsr_model *m = l->model;
+    const size_t bodies = (size_t)m->bodies + 1;
+    l->motion = memory;
+    l->terms = l->motion + bodies;
+    l->each = l->terms + bodies;
+    l->element = l->each + bodies;
+    l->closure = l->element + m->forces.count;
+    l->rank = (int *)(void *)(l->closure + m->closures.count);
+    l->e = l->rank + bodies;
+    l->deep = (bool *)(void *)(l->e + bodies);
+    l->coupled = l->deep + bodies;
+    l->dropped = l->coupled + bodies;
+}
+
+static size_t place_doubles(mbsri_linear *l, size_t store, size_t work, double *memory)
+{
+    const mbsr_model *m = l->model;
+    size_t used = 0, slopes, ints;
+    mbsri_slopes_size(m, &slopes, &ints);
+    l->store = take(&memory, &used, store);
+    l->work = take(&memory, &used, work);
+    l->joint = take(&memory, &used, mbsri_joint_slopes_size(m));
+    l->body = take(&memory, &used, mbsri_body_slopes_size(m));
+    l->spare = take(&memory, &used, (size_t)(m->nq + 3 * m->nu));
+    double *matrix = take(&memory, &used, slopes);
+    if (memory) mbsri_slopes_place(m, &l->slopes, matrix, (int *)(void *)memory);
+    return used * sizeof(double) + ints * sizeof(int);
+}
+
+mbsri_linear *mbsri_linear_create(const mbsr_model *m)
+{
+    const size_t head = (sizeof(mbsri_linear) + 15) / 16 * 16,
+                 numbers = (numbers_size(m) + 15) / 16 * 16;
+    unsigned char *memory = mbsri_allocate(&m->allocator, head + numbers);
+    if (!memory) return NULL;
+    mbsri_linear *l = (void *)memory;
+    *l = (mbsri_linear){.model = m};
+    place_numbers(l, memory + head);
+    size_t work;
+    const size_t store = number_all(l, &work), doubles = place_doubles(l, store, work, NULL);
+    double *block = mbsri_allocate(&m->allocator, doubles);
+    if (!block) {
+        mbsri_release(&m->allocator, l);
+        return NULL;
+    }
+    place_doubles(l, store, work, block);
+    l->bytes = head + numbers + doubles;
+    return l;
+}
+
+void mbsri_linear_destroy(mbsri_linear *l)
+{
+    if (!l) return;
+    const mbsr_allocator allocator = l->model->allocator;
+    mbsri_release(&allocator, l->store);
+    mbsri_release(&allocator, l);
+}
+
+/* ---- linearising ---- */
+
+/* The data at the state, with ranks, momenta and rates; groups of joints are taken apart where that
+ * makes no difference (mbsri_backward puts them together). */
+static int evaluate(mbsri_linear *l, mbsr_data *d, double t, const double *y, const double *yp)
+{
+    const mbsr_model *m = l->model;
+    const double *u = y + m->nq + m->nu;
+    int status = mbsri_positions(m, d, t, y);
+    if (!status) status = mbsri_velocities(m, d, u);
+    if (!status && m->rows > 0) {
+        mbsri_loops_take(m, d, u + m->nu, yp + m->nq + 2 * m->nu);
+        status = mbsri_closure_jacobians(m, d);
+        d->loaded = true;
+    }
+    if (!status) status = mbsri_momentum_derivatives(m, d, l->spare, l->spare + m->nq);
+    if (!status) status = mbsri_backward(m, d);
+    if (!status && m->grouped) status = mbsri_backward_apart(m, d);
+    return status;
+}
+
+/* A and mu at the accelerations that are known, udot of the data, for joints that lack rank and
+ * those behind. */
+static void react(mbsri_linear *l, mbsr_data *d)
+{
+    const mbsr_model *m = l->model;
+    double *rates = l->spare, *x = rates + m->nu, *rate = x + m->nu;
+    for (int i = 1; i <= m->bodies; ++i) {
+        if (!mbsri_heads(m, d, i)) continue;
+        const mbsri_group g = mbsri_group_of(m, d, i);
+        mbsri_known_part(m, d, &g, x, rate);
+        mbsri_group_scatter(m, &g, rate, rates);
+    }
+    mbsri_inverse(m, d, rates);
+}
+
+/* Ranks, and which bodies are deep; whether any. */
+static bool mark(const mbsri_linear *l, const mbsr_data *d)
+{
+    const mbsr_model *m = l->model;
+    bool some = false;
+    l->deep[0] = l->coupled[0] = false;
+    l->rank[0] = 0;
+    for (int i = 1; i <= m->bodies; ++i) {
+        if (!mbsri_heads(m, d, i)) continue;
+        const mbsri_group g = mbsri_group_of(m, d, i);
+        for (int k = 0; k < g.members; ++k) l->rank[g.member[k]] = 0;
+        l->rank[i] = mbsri_group_rank(d, &g);
+        for (int k = 0; k < g.members; ++k) {
+            const int at = g.member[k];
+            l->coupled[at] = g.members > 1;
+            l->deep[at] = g.members > 1 || l->deep[m->body[i].parent] || l->rank[i] < g.n;
+            some = some || l->deep[at];
+        }
+    }
+    return some;
+}
+
+/* The first rows of a column of one matrix, to a column of another that has these alone. */
+static void copy_column(int from, int rows_from, const double *A, int to, int rows, double *B)
+{
+    mbsri_copy((size_t)rows, A + (size_t)from * (size_t)rows_from, B + (size_t)to * (size_t)rows);
+}
+
+static int keep_joint(mbsri_linear *l, mbsr_data *d, int i)
+{
+    const mbsr_model *m = l->model;
+    const mbsri_body *b = m->body + i;
+    const mbsri_terms k = mbsri_linear_terms(l, i);
+    const int x = mbsri_linear_motions(l, i), x_pred = mbsri_linear_motions(l, b->parent),
+              columns = x_pred + b->nq + b->n;
+    mbsri_joint_slopes s;
+    mbsri_joint_slopes_place(&s, l->joint);
+    int status = mbsri_joint_slopes_of(m, d, i, l->deep[i], d->udot + b->iu, &s);
+    if (status) return status;
+    for (int at = 0; at < columns; ++at) {
+        const int from = at < x_pred ? at : s.q + at - x_pred;
+        copy_column(from, s.e + 2 * b->d, s.x, at, x, k.x);
+        copy_column(from, 3 * b->d_pred, s.below, at, mbsri_linear_actions(l, b->parent), k.below);
+        copy_column(from, 3 * b->n, s.own, at, (l->deep[i] ? 3 : 2) * b->n, k.own);
+        copy_column(from, b->nq, s.qdot, at, b->nq, k.qdot);
+    }
+    const size_t nd = (size_t)b->d, n = (size_t)b->n, dp = nd * (size_t)b->d_pred, dn = nd * n;
+    mbsri_zero((size_t)(mbsri_linear_actions(l, i) * x), k.P);
+    status = mbsri_body_slopes_add(m, d, i, l->deep[i], k.P, l->body);
+    mbsri_copy(dp, d->H + b->dp, k.H);
+    mbsri_copy(dp, d->Hdot + b->dp, k.Hdot);
+    mbsri_copy(dn, d->J + b->dn, k.J);
+    mbsri_copy(dn, d->Jdot + b->dn, k.Jdot);
+    if (l->coupled[i] && b->head != i) return status;
+    const size_t all = l->coupled[i] ? (size_t)b->group_n : n;
+    mbsri_copy(nd * all, d->G + b->dg, k.G);
+    mbsri_copy(all, d->s + b->ig, k.s);
+    mbsri_copy(all * all, d->X + b->nn, k.X);
+    return status;
+}
+
+static int keep_elements(mbsri_linear *l, mbsr_data *d)
+{
+    for (size_t k = 0; k < l->model->forces.count; ++k) {
+        int first, last;
+        double *to = l->store + l->element[k];
+        mbsri_linear_calls(l, force_of(l, k), &first, &last);
+        for (int i = first; i <= last; ++i) {
+            const int status = mbsri_force_slopes(l->model, d, force_of(l, k), i, &l->slopes);
+            if (status) return status;
+            const mbsr_force_derivatives *s = &l->slopes.out;
+            const size_t size = (size_t)s->rows * (size_t)s->columns;
+            mbsri_copy(size, s->matrix, to);
+            to += size;
+        }
+    }
+    return MBSR_OK;
+}
+
+static int keep_closures(mbsri_linear *l, mbsr_data *d)
+{
+    for (size_t k = 0; k < l->model->closures.count; ++k) {
+        const mbsri_closure *c = closure_of(l, k);
+        const size_t columns = (size_t)c->columns, rows = (size_t)c->rows;
+        double *to = l->store + l->closure[k];
+        mbsri_closure_tangents out = {.S = to, .slope = to + columns * columns};
+        const int status = mbsri_closure_tangents_of(l->model, d, c, l->work, &out);
+        if (status) return status;
+        mbsri_copy(rows * columns, d->closure_C + c->at, out.slope + rows * columns);
+        for (int r = c->row; r < c->row + c->rows; ++r) l->dropped[r] = d->dropped[r];
+    }
+    return MBSR_OK;
+}
+
+int mbsri_linear_at(mbsri_linear *l, mbsr_data *d, double t, const double *y, const double *yp,
+                    double c)
+{
+    const mbsr_model *m = l->model;
+    l->c = c;
+    int status = evaluate(l, d, t, y, yp);
+    if (status) return status;
+    if (mark(l, d)) react(l, d);
+    for (int i = 1; i <= m->bodies && !status; ++i) status = keep_joint(l, d, i);
+    if (!status) status = keep_elements(l, d);
+    if (!status) status = keep_closures(l, d);
+    if (!status && m->grouped) status = mbsri_backward(m, d);
+    return status;
+}
+
+/* y_pi += B y:  -H^T m,  -(H^T sigma + H'^T m),  -H^T mu */
+void mbsri_linear_pass(const mbsri_body *b, const mbsri_terms *k, bool deep, const double *y,
+                       double *below)
+{
+    const int d = b->d, dp = b->d_pred;
+    mbsri_atx(d, dp, -1.0, k->H, y, below);
+    mbsri_atx(d, dp, -1.0, k->H, y + d, below + dp);
+    mbsri_atx(d, dp, -1.0, k->Hdot, y, below + dp);
+    if (deep) mbsri_atx(d, dp, -1.0, k->H, y + 2 * d, below + 2 * dp);
+}
+
+void mbsri_linear_split(const mbsri_terms *k, int n, int rank, double *x, double *y)
+{
+    for (int j = 0; j < n; ++j) y[j] = x[j], x[j] = 0.0;
+    for (int l = rank; l < n; ++l) {
+        const double *X = k->X + l * n;
+        double weight = 0.0;
+        for (int j = 0; j < n; ++j) weight += X[j] * k->s[j] * y[j];
+        for (int j = 0; j < n; ++j) x[j] += X[j] * weight / k->s[j];
+    }
+    for (int j = 0; j < n; ++j) y[j] -= x[j];
+}

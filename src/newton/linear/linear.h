@@ -1,0 +1,83 @@
+/* The linearised equations of the momentum form, before anything is eliminated from them: what
+ * products with the Newton matrix and its elimination read.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * Perturbations of a body: of its pose, e numbers (SPATIAL: a small rotation about its origin and
+ * the displacement of that origin, along the world's axes; else the np numbers of the pose), of its
+ * velocity V and, where it is deep, of its acceleration A, d numbers each. Deep is what stands in the
+ * subtree of a joint, or group of joints, whose block D is deficient. */
+#ifndef MBSRI_NEWTON_LINEAR_H
+#define MBSRI_NEWTON_LINEAR_H
+
+#include "newton/slopes/force_slopes.h"
+
+/* Of a body and its joint: the derivatives of mbsri_joint_slopes but for the columns of u', the body's
+ * own P, and what of the data is needed. G, s and X are those of a group, at its head. What concerns A
+ * and mu stands there where the body, or for columns and `below` its predecessor, is deep. */
+typedef struct mbsri_terms {
+    double *x, *below, *own, *qdot;
+    double *P;
+    double *H, *Hdot, *J, *Jdot, *G, *s, *X;
+} mbsri_terms;
+
+typedef struct mbsri_linear {
+    const mbsr_model *model;
+    double c;
+    bool *deep, *coupled; /* N + 1: of each body; coupled: one of a group that is one block */
+    bool *dropped;        /* rows of closures that the data leaves out */
+    int *rank, *e;   /* N + 1: of its joint, or at the head of the group; numbers of its pose */
+    size_t *motion;  /* N + 1: offset of e + 2 d numbers, in vectors of `motions` */
+    size_t *terms;   /* N + 1: offsets in the store; so are the next four */
+    size_t *element; /* of elements, */
+    size_t *each;    /* N + 1: of those on every body, behind that */
+    size_t *closure; /* S, slope and C of closures */
+    size_t motions, bytes;
+    double *store, *work; /* work: of a closure */
+    double *joint, *body, *spare;
+    mbsri_slopes slopes;
+} mbsri_linear;
+
+/* NULL: there is no memory. */
+mbsri_linear *mbsri_linear_create(const mbsr_model *m);
+void mbsri_linear_destroy(mbsri_linear *l);
+
+/* The derivatives at the state (t, y), with the loop forces of y', for the factor c. A status. The data
+ * is at mbsr_backward of that state afterwards. */
+int mbsri_linear_at(mbsri_linear *l, mbsr_data *d, double t, const double *y, const double *yp,
+                    double c);
+
+mbsri_terms mbsri_linear_terms(const mbsri_linear *l, int i);
+
+/* Numbers of pose, V and perhaps A of a body, and of its actions: momentum, its rate and perhaps the
+ * reaction. */
+static inline int mbsri_linear_motions(const mbsri_linear *l, int i)
+{
+    return l->e[i] + (l->deep[i] ? 2 : 1) * l->model->body[i].d;
+}
+
+static inline int mbsri_linear_actions(const mbsri_linear *l, int i)
+{
+    return (l->deep[i] ? 3 : 2) * l->model->body[i].d;
+}
+
+/* Elements. How often one is called: for body `first` .. `last`; the bodies that it sees in the call
+ * of body i, and their number; its derivatives there, and their rows and columns. */
+void mbsri_linear_calls(const mbsri_linear *l, const mbsri_force *force, int *first, int *last);
+int mbsri_linear_bodies(const mbsri_linear *l, const mbsri_force *force, int i, const int **list);
+const double *mbsri_linear_element(const mbsri_linear *l, size_t k, int i, int *rows, int *columns);
+
+/* S, slope and C of closure k, one behind the other: columns x columns, twice rows x columns. */
+static inline const double *mbsri_linear_closure(const mbsri_linear *l, size_t k)
+{
+    return l->store + l->closure[k];
+}
+
+/* y_pi += B y, the part of the predecessor's forces that does not come from the joint itself. */
+void mbsri_linear_pass(const mbsri_body *b, const mbsri_terms *k, bool deep, const double *y,
+                       double *below);
+
+/* y = (1 - P) x and x = P x for momenta of a joint or group: P = S^-1 X_N X_N^T S as
+ * mbsri_null_force. */
+void mbsri_linear_split(const mbsri_terms *k, int n, int rank, double *x, double *y);
+
+#endif

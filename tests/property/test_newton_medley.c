@@ -1,0 +1,180 @@
+/* Newton systems of mechanisms of everything at once, in vector code, by blocks, and by the front: A (A^-1 v) = v row by
+ * row, with A from products, which eliminate nothing; and refused where A is singular, nowhere else.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "duration.h"
+#include "expect.h"
+#include "medley.h"
+#include "newton_system.h"
+
+#include "newton/front/front.h"
+
+#include <stdlib.h>
+
+void dgesvd_(const char *jobu, const char *jobvt, const int *m, const int *n, double *a,
+             const int *lda, double *s, double *u, const int *ldu, double *vt, const int *ldvt,
+             double *work, const int *lwork, int *info, size_t length_u, size_t length_vt);
+
+/* front: NULL, or what eliminates in the place of newton. */
+typedef struct solver {
+    mbsr_newton *newton;
+    mbsri_front *front;
+    double share; /* of what is added up in a row */
+} solver;
+
+typedef struct tally {
+    int systems, solved, refused, closed;
+} tally;
+
+static void take_matrix(const medley *s, mbsr_newton *newton, double *A)
+{
+    double *e = calloc((size_t)s->size + 1, sizeof *e);
+    for (int j = 0; j < s->size; ++j) {
+        e[j] = 1.0;
+        assert_ok(mbsr_newton_multiply(newton, e, A + j * s->size), mbsr_newton_error(newton));
+        e[j] = 0.0;
+    }
+    free(e);
+}
+
+/* Rows, then columns of A to a largest entry of 1, a few times. */
+static void equilibrate(int n, double *A)
+{
+    for (int round = 0; round < 20; ++round) {
+        for (int i = 0; i < n; ++i) {
+            double row = 0.0, column = 0.0;
+            for (int j = 0; j < n; ++j) row = fmax(row, fabs(A[j * n + i]));
+            for (int j = 0; j < n && row > 0.0; ++j) A[j * n + i] /= sqrt(row);
+            for (int j = 0; j < n; ++j) column = fmax(column, fabs(A[i * n + j]));
+            for (int j = 0; j < n && column > 0.0; ++j) A[i * n + j] /= sqrt(column);
+        }
+    }
+}
+
+/* The least singular value over the largest of A, whose rows and columns are scaled; A gets lost. */
+static double least_singular_value(int n, double *A)
+{
+    const int work_size = 10 * n;
+    double *s = calloc(11 * (size_t)n + 1, sizeof *s), *work = s + n;
+    int info = 0;
+    equilibrate(n, A);
+    dgesvd_("N", "N", &n, &n, A, &n, s, NULL, &n, NULL, &n, work, &work_size, &info, 1, 1);
+    const double least = info == 0 ? s[n - 1] / s[0] : 0.0;
+    free(s);
+    return least;
+}
+
+/* A (A^-1 v) of one factorisation, row by row beside |A| |x| + |v|; and beside the rounding errors of products, in
+ * which stiff springs cancel: what they are off from A x, in the worst row. Bodies whose mass is next to nothing, and
+ * stiff rows that others repeat, cost digits where nothing is refined. */
+static void check_solution(const medley *s, const solver *by, const double *A, const double *v)
+{
+    mbsr_newton *newton = by->newton;
+    const int n = s->size;
+    double *x = calloc(4 * (size_t)n + 1, sizeof *x), *r = x + n, *size = r + n, *dense = size + n;
+    double doubt = 0.0;
+    if (by->front)
+        mbsri_front_solve(by->front, v, x);
+    else
+        assert_ok(mbsr_newton_solve(newton, v, x), mbsr_newton_error(newton));
+    assert_ok(mbsr_newton_multiply(newton, x, r), mbsr_newton_error(newton));
+    for (int i = 0; i < n; ++i) {
+        size[i] = fabs(v[i]);
+        for (int j = 0; j < n; ++j) {
+            dense[i] += A[j * n + i] * x[j];
+            size[i] += fabs(A[j * n + i] * x[j]);
+        }
+        doubt = fmax(doubt, fabs(dense[i] - r[i]) / size[i]);
+    }
+    for (int i = 0; i < n; ++i) {
+        if (fabs(r[i] - v[i]) <= (by->share + 100.0 * doubt) * size[i]) continue;
+        print_error("seed %d: row %d of %d: A x - v = %.2e beside %.2e, products off by %.2e\n",
+                    (int)s->c.seed, i, n, r[i] - v[i], size[i], doubt);
+        fail();
+    }
+    free(x);
+}
+
+static void check_system(const medley *s, const solver *by, const double *y, const double *yp,
+                         double c, const double *v, tally *all)
+{
+    mbsr_newton *newton = by->newton;
+    const size_t size = (size_t)s->size;
+    double *A = calloc(size * size + 1, sizeof *A);
+    assert_ok(mbsr_newton_linearise(newton, s->d, s->t, y, yp, c), mbsr_newton_error(newton));
+    take_matrix(s, newton, A);
+    const int status = by->front ? mbsri_front_factor(by->front, s->d, s->t, y, yp, c)
+                                 : mbsr_newton_factor(newton, s->d, s->t, y, yp, c);
+    ++all->systems;
+    mbsr_newton_info info;
+    assert_ok(mbsr_newton_get_info(newton, &info), NULL);
+    if (status == MBSR_OK) {
+        const bool exact = by->front || info.exact;
+        if (exact) check_solution(s, by, A, v);
+        all->solved += exact;
+    } else {
+        const double least = least_singular_value(s->size, A);
+        assert_true(status == MBSR_SINGULAR_BLOCK || status == MBSR_LOOP_SINGULAR);
+        if (!(least < 1e-11))
+            print_error("seed %d, c = %g: %s, sigma %.2e\n", (int)s->c.seed, c,
+                        mbsr_newton_error(newton)->text, least);
+        assert_less(least, 1e-11);
+        ++all->refused;
+    }
+    free(A);
+}
+
+enum way { VECTOR_CODE, BLOCKS, FRONT, WAYS };
+
+/* At a start. */
+static void check(uint64_t seed, int way, tally *all)
+{
+    static const double factors[] = {1.0, 300.0, 1e5, -30.0};
+    medley s;
+    test_newton_state at;
+    test_rng rng = test_seed(seed + 99);
+    const medley_choice c = medley_choose(seed);
+    if (!medley_make(&s, &c) || s.size > 200) {
+        medley_free(&s);
+        return;
+    }
+    solver by = {.share = way == FRONT ? 1e-9 : 1e-6};
+    mbsr_error error;
+    mbsr_newton_opt opt = mbsr_default_newton_opt();
+    opt.by_blocks = way == BLOCKS;
+    opt.products = 1;
+    const int served = mbsr_newton_create(s.m, MBSR_DAE_MOMENTUM, &opt, &by.newton, &error);
+    const int started = test_newton_start(&at, s.m, s.d, s.t, s.q, s.u, NULL);
+    if (served == MBSR_OK && started == MBSR_OK && test_largest(s.size, at.yp) < 1e6) {
+        double *v = calloc((size_t)s.size + 1, sizeof *v);
+        if (way == FRONT) by.front = mbsri_front_create(s.m);
+        for (int k = 0; k < 4; ++k) {
+            test_fill(&rng, s.size, v);
+            check_system(&s, &by, at.y, at.yp, factors[k], v, all);
+        }
+        all->closed += s.rows > 0;
+        free(v);
+    }
+    test_newton_free(&at);
+    mbsri_front_destroy(by.front);
+    mbsr_newton_destroy(by.newton);
+    medley_free(&s);
+}
+
+static void mechanisms_of_everything(void **state)
+{
+    (void)state;
+    const int seeds = test_long() ? 400 : test_seeds(30, 250);
+    for (int way = 0; way < WAYS; ++way) {
+        tally all = {0};
+        for (int k = 1; k <= seeds; ++k) check((uint64_t)k, way, &all);
+        assert_true(all.systems > seeds && all.closed > seeds / 4);
+        assert_true(all.solved > 0.9 * all.systems);
+        assert_in_range(all.refused, 0, all.systems / 50);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(mechanisms_of_everything)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
