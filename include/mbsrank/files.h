@@ -125,6 +125,21 @@ typedef struct mbsr_file_actuator {
     double force_range[2]; /* of F */
 } mbsr_file_actuator;
 
+typedef enum mbsr_file_sensor_kind {
+    MBSR_SENSOR_POSITION, /* q of a joint with one axis */
+    MBSR_SENSOR_RATE,     /* its rate */
+    MBSR_SENSOR_POINT     /* where a point of a body is in the world, m */
+} mbsr_file_sensor_kind;
+
+/* A sensor of the file that a state gives: jointpos, jointvel, framepos of sites and bodies. */
+typedef struct mbsr_file_sensor {
+    const char *name;
+    mbsr_file_sensor_kind kind;
+    int joint;       /* its number, -1 of points */
+    int body;        /* id, or MBSR_GROUND */
+    double point[3]; /* in the body, m */
+} mbsr_file_sensor;
+
 /* A named state: q and u of the model, w of the actuators. */
 typedef struct mbsr_file_key {
     const char *name;
@@ -173,6 +188,8 @@ typedef struct mbsr_file {
     double *control; /* actuators: w, 0 at first */
     int keys;
     const mbsr_file_key *key;
+    int sensors;
+    const mbsr_file_sensor *sensor;
     int shapes;
     const mbsr_file_shape *shape;
     int findings;
@@ -196,10 +213,11 @@ MBSR_API void mbsr_file_destroy(mbsr_file *file);
 /* The model, which is the caller's from now on (mbsr_model_destroy); NULL if it was taken before. */
 MBSR_API mbsr_model *mbsr_file_take_model(mbsr_file *file);
 
-/* The number of the joint, site, actuator, key of that name; -1: there is none. */
+/* The number of the joint, site, actuator, sensor, key of that name; -1: there is none. */
 MBSR_API int mbsr_file_find_joint(const mbsr_file *file, const char *name);
 MBSR_API int mbsr_file_find_site(const mbsr_file *file, const char *name);
 MBSR_API int mbsr_file_find_actuator(const mbsr_file *file, const char *name);
+MBSR_API int mbsr_file_find_sensor(const mbsr_file *file, const char *name);
 MBSR_API int mbsr_file_find_key(const mbsr_file *file, const char *name);
 
 /* Between the coordinates of MuJoCo, joint by joint in the order of `joint`, and those of the model as

@@ -148,6 +148,7 @@ bool mbsri_mjcf_world(mbsri_mjcf *m, const mbsri_element *world);
 bool mbsri_mjcf_scale(mbsri_mjcf *m, const mbsri_element *root); /* masses, to their total */
 bool mbsri_mjcf_equalities(mbsri_mjcf *m, const mbsri_element *list);
 bool mbsri_mjcf_tendons(mbsri_mjcf *m, const mbsri_element *list);
+bool mbsri_mjcf_sensors(mbsri_mjcf *m, const mbsri_element *list);
 bool mbsri_mjcf_actuators(mbsri_mjcf *m, const mbsri_element *list);
 
 #endif

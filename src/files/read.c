@@ -102,6 +102,8 @@ static void hand_over(const mbsri_scene *s, mbsr_file *file)
     file->name = s->name ? s->name : "";
     file->sites = s->sites.count;
     file->site = s->sites.items;
+    file->sensors = s->sensors.count;
+    file->sensor = s->sensors.items;
     file->shapes = s->shapes.count;
     file->shape = s->shapes.items;
     file->findings = s->findings.count;
@@ -122,7 +124,7 @@ static bool refuse_findings(mbsri_scene *s)
 static void open_lists(mbsri_scene *s)
 {
     mbsri_list *const lists[] = {&s->bodies, &s->joints, &s->tendons, &s->actuators, &s->equalities,
-                                 &s->keys,   &s->sites,  &s->shapes,  &s->findings};
+                                 &s->keys,   &s->sites,  &s->shapes,  &s->findings,  &s->sensors};
     void *nothing = mbsri_arena_take(s->arena, 1);
     for (size_t k = 0; k < sizeof lists / sizeof *lists; ++k) lists[k]->items = nothing;
 }
@@ -285,6 +287,14 @@ int mbsr_file_find_actuator(const mbsr_file *file, const char *name)
 {
     for (int k = 0; file && name && k < file->actuators; ++k) {
         if (name[0] && strcmp(file->actuator[k].name, name) == 0) return k;
+    }
+    return -1;
+}
+
+int mbsr_file_find_sensor(const mbsr_file *file, const char *name)
+{
+    for (int k = 0; file && name && k < file->sensors; ++k) {
+        if (name[0] && strcmp(file->sensor[k].name, name) == 0) return k;
     }
     return -1;
 }

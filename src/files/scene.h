@@ -97,7 +97,8 @@ typedef struct mbsri_scene {
     bool with_passive, with_closures,
         with_actuators;              /* as the options, unless the file switches them off */
     bool with_limits, with_friction; /* unless the file switches them off */
-    mbsri_list bodies, joints, tendons, actuators, equalities, keys, sites, shapes, findings;
+    mbsri_list bodies, joints, tendons, actuators, equalities, keys, sites, sensors, shapes,
+        findings;
     char message[MBSR_TEXT_SIZE]; /* why the file is refused; "": it is not */
 } mbsri_scene;
 

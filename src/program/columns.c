@@ -57,13 +57,26 @@ static bool add_joints(const program_model *m, bool rate, columns *c)
     return true;
 }
 
-static bool add_position(int body, const char *name, columns *c)
+static bool add_position(int body, const double point[3], const char *name, columns *c)
 {
     for (int l = 0; l < 3; ++l) {
         column new = {.kind = COLUMN_POSITION, .unit = "m", .at = body, .part = l};
+        for (int k = 0; point && k < 3; ++k) new.point[k] = point[k];
         snprintf(new.name, sizeof new.name, "%.150s.%c", name, "xyz"[l]);
         if (!add(c, new)) return false;
     }
+    return true;
+}
+
+/* By the name of the sensor. */
+static bool add_sensor(const program_model *m, int k, columns *c)
+{
+    const mbsr_file_sensor *sensor = m->file->sensor + k;
+    const int before = c->count;
+    if (sensor->kind == MBSR_SENSOR_POINT)
+        return add_position(sensor->body, sensor->point, sensor->name, c);
+    if (!add_joint(m, sensor->joint, sensor->kind == MBSR_SENSOR_RATE, c)) return false;
+    snprintf(c->list[before].name, sizeof c->list[before].name, "%.150s", sensor->name);
     return true;
 }
 
@@ -88,6 +101,8 @@ static int add_name(const program_model *m, const char *given, columns *c)
                add(c, (column){.name = "potential", .unit = "J", .kind = COLUMN_POTENTIAL});
     } else if (joint >= 0) {
         good = add_joint(m, joint, false, c);
+    } else if (mbsr_file_find_sensor(m->file, name) >= 0) {
+        good = add_sensor(m, mbsr_file_find_sensor(m->file, name), c);
     } else if (ends_with(name, ".rate")) {
         joint = mbsr_file_find_joint(m->file, name);
         if (joint < 0) return complain(USAGE, "--output: there is no joint '%s'", name);
@@ -95,7 +110,7 @@ static int add_name(const program_model *m, const char *given, columns *c)
     } else if (ends_with(name, ".pos")) {
         const int body = mbsr_model_find_body(m->model, name);
         if (body < 0) return complain(USAGE, "--output: there is no body '%s'", name);
-        good = add_position(body, given, c);
+        good = add_position(body, NULL, given, c);
     } else {
         return complain(USAGE, "--output: there is no joint '%s'", name);
     }
@@ -133,6 +148,14 @@ void columns_head(const columns *c, FILE *to)
     fputc('\n', to);
 }
 
+/* One coordinate of a point of a body. */
+static double place_of(const double pose[MBSR_POSE_SIZE], const column *of)
+{
+    double x = pose[MBSR_POSE_X + of->part];
+    for (int k = 0; k < 3; ++k) x += pose[MBSR_POSE_R + 3 * k + of->part] * of->point[k];
+    return x;
+}
+
 int columns_values(const columns *c, const mbsr_model *model, mbsr_data *data, const double *q,
                    const double *u, double *value)
 {
@@ -149,8 +172,8 @@ int columns_values(const columns *c, const mbsr_model *model, mbsr_data *data, c
         if (one->kind == COLUMN_Q) value[k] = q[one->at];
         if (one->kind == COLUMN_U) value[k] = u[one->at];
         if (one->kind == COLUMN_POSITION) {
-            status = mbsr_body_pose(model, data, one->at, pose);
-            value[k] = pose[MBSR_POSE_X + one->part];
+            status = one->at == MBSR_GROUND ? MBSR_OK : mbsr_body_pose(model, data, one->at, pose);
+            value[k] = one->at == MBSR_GROUND ? one->point[one->part] : place_of(pose, one);
         }
     }
     return status ? complain(FAILED, "%s", mbsr_data_error(data)->text) : DONE;

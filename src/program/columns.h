@@ -17,7 +17,8 @@ typedef struct column {
     char name[200];
     const char *unit; /* such as "rad/s"; "1" */
     column_kind kind;
-    int at, part; /* place in q or u; or body and axis */
+    int at, part;    /* place in q or u; or body and axis */
+    double point[3]; /* in the body */
 } column;
 
 typedef struct columns {
@@ -25,7 +26,7 @@ typedef struct columns {
     int count;
 } columns;
 
-/* Of names between commas: a joint (its q), NAME.rate (its u), NAME.pos of a body (its origin), energy,
+/* Of names between commas: a joint (its q), NAME.rate (its u), NAME.pos of a body (its origin), a sensor, energy,
  * state (all joints, then all their rates); NULL: all joints. A code. */
 int columns_make(const program_model *m, const char *names, columns *c);
 

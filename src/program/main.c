@@ -44,7 +44,7 @@ static const command commands[] = {
      "  --rtol R, --atol A   tolerances, default 1e-6\n"
      "  --form F       momentum (default) or index1\n"
      "  --inputs FILE  t and names of actuators; each line holds from its time on\n"
-     "  --output NAMES between commas: JOINT, JOINT.rate, BODY.pos, energy, state (all\n"
+     "  --output NAMES between commas: JOINT, JOINT.rate, BODY.pos, SENSOR, energy, state (all\n"
      "                 joints and rates); default all joints\n"
      "  -o FILE        instead of standard output; ending in .h5 or .hdf5: HDF5\n"
      "  --json         with -o: how it ended and what it cost, for a script to read\n"

@@ -145,6 +145,11 @@ static int no_key(void)
     return mbsr_file_find_key(NULL, NULL) >= 0;
 }
 
+static int no_sensor(void)
+{
+    return mbsr_file_find_sensor(NULL, "a") >= 0;
+}
+
 static int no_state(void)
 {
     double q = 0.0, u = 0.0;
@@ -180,13 +185,20 @@ static const struct {
     const char *name;
     int (*comes)(void);
 } calls[] = {
-    {"mbsr_default_file_opt", no_defaults},   {"mbsr_file_read", no_read},
-    {"mbsr_file_destroy", no_destroy},        {"mbsr_file_take_model", no_model},
-    {"mbsr_file_find_joint", no_joint},       {"mbsr_file_find_site", no_site},
-    {"mbsr_file_find_actuator", no_actuator}, {"mbsr_file_find_key", no_key},
-    {"mbsr_file_mujoco_state", no_state},     {"mbsr_default_write_opt", no_write_defaults},
-    {"mbsr_file_write_mjcf", no_text},        {"mbsr_written_destroy", no_written},
-    {"mbsr_file_expand_xacro", no_xacro},     {"mbsr_written_destroy", no_written},
+    {"mbsr_default_file_opt", no_defaults},
+    {"mbsr_file_read", no_read},
+    {"mbsr_file_destroy", no_destroy},
+    {"mbsr_file_take_model", no_model},
+    {"mbsr_file_find_joint", no_joint},
+    {"mbsr_file_find_site", no_site},
+    {"mbsr_file_find_actuator", no_actuator},
+    {"mbsr_file_find_key", no_key},
+    {"mbsr_file_find_sensor", no_sensor},
+    {"mbsr_file_mujoco_state", no_state},
+    {"mbsr_default_write_opt", no_write_defaults},
+    {"mbsr_file_write_mjcf", no_text},
+    {"mbsr_written_destroy", no_written},
+    {"mbsr_file_expand_xacro", no_xacro},
 };
 
 static void nothing_comes_of_null(void **state)

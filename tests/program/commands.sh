@@ -239,6 +239,17 @@ if [ "$with_run" = 1 ]; then
     "$program" run "$work/limit.urdf" --t-end 1 --step 1 --no-limits 2>&1 | grep -q 'are stops' &&
         { echo "--no-limits leaves limits"; failed=1; }
     ends 0 '^5,0.504294' run "$work/limit.urdf" --t-end 5 --step 5 --stop-stiffness 1000 --stop-damping 30
+    cat >"$work/sensed.xml" <<'END'
+<mujoco><compiler angle="radian"/><option gravity="0 0 0"/><worldbody><site name="fixed" pos="7 0 0"/>
+<body name="b"><joint name="j" axis="0 0 1"/><geom size=".1" pos="2 0 0"/><site name="s" pos="0 3 0"/></body></worldbody>
+<sensor><jointpos name="angle" joint="j"/><jointvel name="speed" joint="j"/><framepos name="tip" objtype="site" objname="s"/>
+<framepos name="mass" objtype="body" objname="b"/><framepos name="post" objtype="site" objname="fixed"/>
+<accelerometer name="shake" site="s"/></sensor><keyframe><key name="k" qvel="0.5"/></keyframe></mujoco>
+END
+    ends 0 '^t,angle,speed,tip.x,tip.y,tip.z,mass.x,mass.y,mass.z,post.x' run "$work/sensed.xml" --t-end 1 --step 1 --start k \
+        --output angle,speed,tip,mass,post
+    ends 0 '^0,0,0.5,0,3,0,2,0,0,7,0,0' run "$work/sensed.xml" --t-end 1 --step 1 --start k --output angle,speed,tip,mass,post
+    ends 2 "no joint 'shake'" run "$work/sensed.xml" --t-end 1 --output shake
     ends 2 't-end' run "$models/arm.urdf"
     ends 2 'makes more than 1e+08 lines' run "$models/arm.urdf" --t-end 1e9 --step 1e-9
     ends 2 'needs -o FILE' run "$models/arm.urdf" --t-end 1 --json
