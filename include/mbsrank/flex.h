@@ -115,7 +115,7 @@ typedef struct mbsr_beam_def {
     double EI_y, EI_z; /* N m^2: bending about y (displacement along z) and about z (along y) */
     double GJ;         /* N m^2: torsion */
     double radius_y,
-        radius_z;     /* m, >= 0: radii of gyration of the section along y and z; default 0: its mass is on
+        radius_z; /* m, >= 0: radii of gyration of the section along y and z; default 0: its mass is on
                                 * the axis, torsion has none, and a straight beam that flies free turns about its
                                 * axis without: MBSR_UNDETERMINED */
     double tip_mass;  /* kg, >= 0: a particle at the end */
