@@ -21,16 +21,17 @@ typedef struct sums {
     double volume, first[3], second[6];
 } sums;
 
-static void add_triangle(sums *s, double corner[3][3])
+static void add_triangle(void *user, const double corner[9])
 {
+    sums *s = user;
     static const int row[6] = {0, 1, 2, 0, 0, 1}, column[6] = {0, 1, 2, 1, 2, 2};
     double x[3][3], sum[3];
     if (!s->some) {
-        for (int k = 0; k < 3; ++k) s->from[k] = corner[0][k] * s->scale[k];
+        for (int k = 0; k < 3; ++k) s->from[k] = corner[k] * s->scale[k];
         s->some = true;
     }
     for (int k = 0; k < 3; ++k) {
-        for (int l = 0; l < 3; ++l) x[l][k] = corner[l][k] * s->scale[k] - s->from[k];
+        for (int l = 0; l < 3; ++l) x[l][k] = corner[3 * l + k] * s->scale[k] - s->from[k];
         sum[k] = x[0][k] + x[1][k] + x[2][k];
     }
     const double D = x[0][0] * (x[1][1] * x[2][2] - x[1][2] * x[2][1]) +
@@ -45,6 +46,12 @@ static void add_triangle(sums *s, double corner[3][3])
             (sum[i] * sum[j] + x[0][i] * x[0][j] + x[1][i] * x[1][j] + x[2][i] * x[2][j]);
     }
 }
+
+/* Who gets the triangles of a file. */
+typedef struct taker {
+    mbsr_triangle_fn take;
+    void *user;
+} taker;
 
 /* ---- STL ---- */
 
@@ -67,13 +74,13 @@ static bool is_binary(const char *text, size_t size)
     return (size - 84) / 50 == count && (size - 84) % 50 == 0;
 }
 
-static void read_binary(const char *text, size_t size, sums *s)
+static void read_binary(const char *text, size_t size, const taker *to)
 {
     const unsigned char *b = (const unsigned char *)text + 84;
     for (size_t left = (size - 84) / 50; left > 0; --left, b += 50) {
-        double corner[3][3];
-        for (int k = 0; k < 9; ++k) corner[k / 3][k % 3] = float_at(b + 12 + 4 * k);
-        add_triangle(s, corner);
+        double corner[9];
+        for (int k = 0; k < 9; ++k) corner[k] = float_at(b + 12 + 4 * k);
+        to->take(to->user, corner);
     }
 }
 
@@ -100,18 +107,18 @@ static const char *after(const char *line, const char *word)
                : NULL;
 }
 
-static const char *read_lines(const char *text, const char *end, sums *s)
+static const char *read_lines(const char *text, const char *end, const taker *to)
 {
     char line[512];
-    double corner[3][3];
+    double corner[9];
     int count = 0;
     while (next_line(&text, end, line)) {
         const char *numbers = after(line, "vertex");
         if (!numbers) continue;
-        if (mbsri_read_numbers(numbers, 3, 3, corner[count]) != 3)
+        if (mbsri_read_numbers(numbers, 3, 3, corner + 3 * count) != 3)
             return "a vertex is not 3 numbers";
         if (++count < 3) continue;
-        add_triangle(s, corner);
+        to->take(to->user, corner);
         count = 0;
     }
     return NULL;
@@ -134,21 +141,21 @@ static const double *corner_of(const mbsri_list *points, const char **text)
     return at >= 0 && at < points->count ? ((const point *)points->items)[at].x : NULL;
 }
 
-static const char *add_face(const mbsri_list *points, const char *text, sums *s)
+static const char *add_face(const mbsri_list *points, const char *text, const taker *to)
 {
-    double corner[3][3];
+    double corner[9];
     for (int k = 0;; ++k) {
         text += strspn(text, " \t\r");
         if (!*text) return k < 3 ? "a face has less than 3 corners" : NULL;
         const double *x = corner_of(points, &text);
         if (!x) return "a face has a corner that is none";
-        if (k > 2) memcpy(corner[1], corner[2], sizeof corner[1]);
-        memcpy(corner[k < 2 ? k : 2], x, sizeof corner[0]);
-        if (k >= 2) add_triangle(s, corner);
+        if (k > 2) memcpy(corner + 3, corner + 6, 3 * sizeof *corner);
+        memcpy(corner + 3 * (k < 2 ? k : 2), x, 3 * sizeof *corner);
+        if (k >= 2) to->take(to->user, corner);
     }
 }
 
-static const char *read_obj(mbsri_arena *arena, const char *text, const char *end, sums *s)
+static const char *read_obj(mbsri_arena *arena, const char *text, const char *end, const taker *to)
 {
     mbsri_list points = {.count = 0};
     char line[512];
@@ -161,10 +168,22 @@ static const char *read_obj(mbsri_arena *arena, const char *text, const char *en
             if (!p) return "there is no memory for it";
             memcpy(p->x, x, sizeof p->x);
         }
-        if (face) wrong = add_face(&points, face, s);
+        if (face) wrong = add_face(&points, face, to);
         if (wrong) return wrong;
     }
     return NULL;
+}
+
+const char *mbsri_mesh_read(mbsri_arena *arena, const char *text, size_t size,
+                            mbsr_triangle_fn take, void *user)
+{
+    const taker to = {take, user};
+    if (is_binary(text, size)) {
+        read_binary(text, size, &to);
+        return NULL;
+    }
+    if (size > 5 && memcmp(text, "solid", 5) == 0) return read_lines(text, text + size, &to);
+    return read_obj(arena, text, text + size, &to);
 }
 
 const char *mbsri_mesh_solid(mbsri_arena *arena, const char *text, size_t size,
@@ -172,13 +191,7 @@ const char *mbsri_mesh_solid(mbsri_arena *arena, const char *text, size_t size,
                              double tensor[6])
 {
     sums s = {.scale = scale};
-    const char *wrong = NULL;
-    if (is_binary(text, size))
-        read_binary(text, size, &s);
-    else if (size > 5 && memcmp(text, "solid", 5) == 0)
-        wrong = read_lines(text, text + size, &s);
-    else
-        wrong = read_obj(arena, text, text + size, &s);
+    const char *wrong = mbsri_mesh_read(arena, text, size, add_triangle, &s);
     if (wrong) return wrong;
     if (!s.some) return "it has no triangles";
     if (!isfinite(s.volume) || s.volume == 0.0) return "it encloses no volume";

@@ -191,7 +191,8 @@ static bool add_assets(mbsri_mjcf *m, const mbsri_element *list)
         if (!place) return false;
         *place = e;
     }
-    return true;
+    return mbsri_mjcf_looks(m->s, list, "material", &m->materials) &&
+           mbsri_mjcf_looks(m->s, list, "texture", &m->textures);
 }
 
 /* ---- keys ---- */

@@ -300,6 +300,19 @@ static bool weigh(mbsri_mjcf *m, const mbsri_node *node, const mbsr_file_shape *
     return true;
 }
 
+/* Groups above 2 are those that MuJoCo does not show at first. */
+static bool find_use(mbsri_mjcf *m, const mbsri_node *node, mbsr_file_shape *shape)
+{
+    double group = 0.0, type = 1.0, affinity = 1.0;
+    if (!mbsri_mjcf_number(m, node, "group", &group) ||
+        !mbsri_mjcf_number(m, node, "contype", &type) ||
+        !mbsri_mjcf_number(m, node, "conaffinity", &affinity))
+        return false;
+    shape->visual = group <= 2.0;
+    shape->contact = type != 0.0 || affinity != 0.0;
+    return true;
+}
+
 static bool add_shape(mbsri_mjcf *m, const mbsri_element *e, const place *at, shapes *sum)
 {
     mbsr_file_shape shape = {.name = name_of(e), .body = at->body, .colour = {0.5, 0.5, 0.5, 1.0}};
@@ -310,13 +323,11 @@ static bool add_shape(mbsri_mjcf *m, const mbsri_element *e, const place *at, sh
         return false;
     if (!known) return true;
     if (!mbsri_mjcf_frame(m, &node, &shape.frame) || !read_size(m, &node, &shape) ||
-        !mbsri_mjcf_numbers(m, &node, "rgba", 4, 4, shape.colour, NULL))
+        !mbsri_mjcf_colour(m, &node, &shape) || !find_use(m, &node, &shape))
         return false;
     shape.frame = mbsr_frame_product(at->frame, &shape.frame);
     if (shape.kind == MBSR_SHAPE_MESH)
         shape.mesh = mesh_path(m, find_mesh(m, mbsri_mjcf_get(&node, "mesh")));
-    const char *touches = mbsri_mjcf_get(&node, "contype");
-    shape.visual = touches && strcmp(touches, "0") == 0;
     if (!weigh(m, &node, &shape, sum)) return false;
     mbsr_file_shape *to = mbsri_list_add(m->s->arena, &m->s->shapes, sizeof *to);
     if (to) *to = shape;

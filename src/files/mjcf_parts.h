@@ -3,6 +3,7 @@
 #ifndef MBSRI_FILES_MJCF_PARTS_H
 #define MBSRI_FILES_MJCF_PARTS_H
 
+#include "files/colours.h"
 #include "files/names.h"
 #include "files/scene.h"
 
@@ -31,6 +32,7 @@ typedef struct mbsri_mjcf {
     bool strip;           /* names of files go without their folders */
     mbsri_class *classes; /* the last one made */
     mbsri_list meshes;
+    mbsri_looks materials, textures;
     mbsri_names bodies, joints, sites;
 } mbsri_mjcf;
 
