@@ -2,31 +2,12 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "files/colours.h"
 
-#include "files/mjcf_parts.h"
-
-static bool keep(mbsri_scene *s, const mbsri_element *e, mbsri_looks *to)
-{
-    const char *name = mbsri_attribute(e, "name");
-    if (!name || mbsri_names_find(&to->names, name) >= 0) return true;
-    const int number = to->elements.count;
-    const mbsri_element **place = mbsri_list_add(s->arena, &to->elements, sizeof *place);
-    if (!place) return false;
-    *place = e;
-    return mbsri_names_add(s->arena, &to->names, name, number);
-}
-
-static const mbsri_element *find(const mbsri_looks *looks, const char *name)
-{
-    const int number = mbsri_names_find(&looks->names, name);
-    return number < 0 ? NULL : ((const mbsri_element *const *)looks->elements.items)[number];
-}
-
 /* ---- URDF ---- */
 
 static bool keep_coloured(mbsri_scene *s, const mbsri_element *of, mbsri_looks *to)
 {
     for (const mbsri_element *e = mbsri_child(of, "material"); e; e = mbsri_next(e)) {
-        if (mbsri_child(e, "color") && !keep(s, e, to)) return false;
+        if (mbsri_child(e, "color") && !mbsri_looks_keep(s->arena, e, to)) return false;
     }
     return true;
 }
@@ -49,7 +30,8 @@ bool mbsri_urdf_colour(mbsri_scene *s, const mbsri_element *e, const mbsri_looks
                         *colour = mbsri_child(material, "color");
     int count;
     if (material && !colour)
-        colour = mbsri_child(find(materials, mbsri_attribute(material, "name")), "color");
+        colour =
+            mbsri_child(mbsri_looks_find(materials, mbsri_attribute(material, "name")), "color");
     if (!colour) return true;
     if (!mbsri_numbers(s, colour, "rgba", mbsri_attribute(colour, "rgba"), 4, 4, shape->colour,
                        &count))
@@ -63,7 +45,7 @@ bool mbsri_urdf_colour(mbsri_scene *s, const mbsri_element *e, const mbsri_looks
 bool mbsri_mjcf_looks(mbsri_scene *s, const mbsri_element *list, const char *kind, mbsri_looks *to)
 {
     for (const mbsri_element *e = mbsri_child(list, kind); e; e = mbsri_next(e)) {
-        if (!keep(s, e, to)) return false;
+        if (!mbsri_looks_keep(s->arena, e, to)) return false;
     }
     return true;
 }
@@ -81,14 +63,16 @@ static bool tint(mbsri_mjcf *m, const mbsri_element *texture, double rgba[4])
 
 bool mbsri_mjcf_colour(mbsri_mjcf *m, const mbsri_node *node, mbsr_file_shape *shape)
 {
-    const mbsri_element *material = find(&m->materials, mbsri_mjcf_get(node, "material"));
+    const mbsri_element *material =
+        mbsri_looks_find(&m->materials, mbsri_mjcf_get(node, "material"));
     mbsri_node look;
     int given = 0;
     if (material) {
         for (int k = 0; k < 4; ++k) shape->colour[k] = 1.0;
         if (!mbsri_mjcf_node(m, material, "material", NULL, &look) ||
             !mbsri_mjcf_numbers(m, &look, "rgba", 4, 4, shape->colour, NULL) ||
-            !tint(m, find(&m->textures, mbsri_mjcf_get(&look, "texture")), shape->colour))
+            !tint(m, mbsri_looks_find(&m->textures, mbsri_mjcf_get(&look, "texture")),
+                  shape->colour))
             return false;
     }
     if (!mbsri_mjcf_numbers(m, node, "rgba", 4, 4, shape->colour, &given)) return false;

@@ -3,17 +3,7 @@
 #ifndef MBSRI_FILES_COLOURS_H
 #define MBSRI_FILES_COLOURS_H
 
-#include "files/names.h"
-#include "files/scene.h"
-
-struct mbsri_mjcf;
-struct mbsri_node;
-
-/* Materials or textures by their names; the first of a name counts. Zeros: none. */
-typedef struct mbsri_looks {
-    mbsri_names names;
-    mbsri_list elements;
-} mbsri_looks;
+#include "files/mjcf_parts.h"
 
 /* URDF: the materials with a colour of the robot, then those of its visuals, which others may name. False: no
  * memory. */
@@ -28,6 +18,6 @@ bool mbsri_mjcf_looks(mbsri_scene *s, const mbsri_element *list, const char *kin
 
 /* Of a geom: rgba, else its material's, times the first colour of a texture that is computed. False:
  * refused. */
-bool mbsri_mjcf_colour(struct mbsri_mjcf *m, const struct mbsri_node *node, mbsr_file_shape *shape);
+bool mbsri_mjcf_colour(mbsri_mjcf *m, const mbsri_node *node, mbsr_file_shape *shape);
 
 #endif

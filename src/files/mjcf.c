@@ -3,6 +3,7 @@
  *
  * Sections may stand several times and in any order; they are read in the order in which they need each
  * other. */
+#include "files/colours.h"
 #include "files/mjcf_parts.h"
 #include "files/numbers.h"
 

@@ -1,5 +1,6 @@
 /* Bodies of MJCF with their joints, inertias, shapes and sites.
  * SPDX-License-Identifier: BSD-3-Clause */
+#include "files/colours.h"
 #include "files/mesh.h"
 #include "files/mjcf_parts.h"
 #include "files/solids.h"

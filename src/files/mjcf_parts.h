@@ -3,7 +3,7 @@
 #ifndef MBSRI_FILES_MJCF_PARTS_H
 #define MBSRI_FILES_MJCF_PARTS_H
 
-#include "files/colours.h"
+#include "files/looks.h"
 #include "files/names.h"
 #include "files/scene.h"
 

@@ -2,19 +2,21 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "files/mesh.h"
 
+#include <math.h>
 #include <stdio.h>
 
-typedef struct counted {
+typedef struct checked {
     mbsr_triangle_fn take;
     void *user;
-    bool some;
-} counted;
+    bool some, infinite;
+} checked;
 
-static void count(void *user, const double corner[9])
+static void check(void *user, const double corner[9])
 {
-    counted *c = user;
+    checked *c = user;
     c->some = true;
-    c->take(c->user, corner);
+    for (int k = 0; k < 9; ++k) c->infinite = c->infinite || !isfinite(corner[k]);
+    if (!c->infinite) c->take(c->user, corner);
 }
 
 static int fail(mbsr_error *error, int status, const char *why)
@@ -28,15 +30,16 @@ static int fail(mbsr_error *error, int status, const char *why)
 int mbsr_mesh_triangles(const char *text, size_t size, mbsr_triangle_fn take, void *user,
                         mbsr_error *error)
 {
-    counted c = {take, user, false};
+    checked c = {.take = take, .user = user};
     const mbsr_allocator memory = {0};
     mbsri_arena arena;
     if (!text || !take) return fail(error, MBSR_ERR_NULL, text ? "take is NULL" : "text is NULL");
     mbsri_arena_open(&arena, &memory);
-    const char *wrong = mbsri_mesh_read(&arena, text, size, count, &c);
+    const char *wrong = mbsri_mesh_read(&arena, text, size, check, &c);
     const bool failed = arena.failed;
     mbsri_arena_close(&arena);
     if (failed) return fail(error, MBSR_ERR_NO_MEMORY, "there is no memory");
     if (!wrong && !c.some) wrong = "the mesh has no triangles";
+    if (!wrong && c.infinite) wrong = "a coordinate is not finite";
     return wrong ? fail(error, MBSR_ERR_FILE, wrong) : MBSR_OK;
 }

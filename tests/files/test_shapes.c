@@ -134,6 +134,9 @@ static void meshes_that_cannot_be_read_say_why(void **unused)
         assert_int_equal(mbsr_mesh_triangles(text, strlen(text), take, &c, &error), MBSR_ERR_FILE);
         assert_contains(error.text, cases[k][1]);
     }
+    char stl[84 + 50] = {[80] = 1, [84 + 12 + 3] = 0x7f, [84 + 12 + 2] = (char)0xc0}; /* a NaN */
+    assert_int_equal(mbsr_mesh_triangles(stl, sizeof stl, take, &c, &error), MBSR_ERR_FILE);
+    assert_contains(error.text, "not finite");
     assert_int_equal(c.count, 0);
     assert_int_equal(mbsr_mesh_triangles(NULL, 0, take, &c, &error), MBSR_ERR_NULL);
     assert_int_equal(mbsr_mesh_triangles("", 0, NULL, &c, NULL), MBSR_ERR_NULL);
