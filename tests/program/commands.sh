@@ -138,10 +138,15 @@ printf '<robot name="&lt;/script>"><link name="a"><visual><geometry><mesh filena
     >"$work/mesh.urdf"
 ends 0 "mesh 'm.stl' cannot be read" view "$work/mesh.urdf" -o "$work/page.html"
 mkdir "$work/meshes"
-printf 'solid\nendsolid\n' >"$work/meshes/m.stl"
+printf 'solid\nvertex 0 0 0\nvertex 2 0 0\nvertex 0 -1 0\nendsolid\n' >"$work/meshes/m.stl"
 sed 's|m.stl|package://arm/m.stl|' "$work/mesh.urdf" >"$work/package.urdf"
 ends 0 '"package://arm/m.stl"' view "$work/package.urdf" -o -
-ends 0 '/meshes/m.stl": "c29saWQKZW5kc29saWQK"' view "$work/package.urdf" --package "arm=$work/meshes" -o -
+ends 0 '/meshes/m.stl": {"vertices": 3, "triangles": 1, "low": \[0, -1, 0\], "high": \[2, 0, 0\], "surface": "' \
+    view "$work/package.urdf" --package "arm=$work/meshes" -o -
+printf 'solid\nendsolid\n' >"$work/m.stl"
+ends 0 "mesh 'm.stl': .*no triangles: its body is drawn without" view "$work/mesh.urdf" -o -
+printf '<?xml version="1.0"?><COLLADA/>' >"$work/m.stl"
+ends 0 '"m.stl": {"collada": "' view "$work/mesh.urdf" -o -
 ends 2 'not NAME=DIR' view "$work/package.urdf" --package=arm -o -
 [ "$(grep -c '</script>' "$work/page.html")" = 1 ] || { echo "a name ends the script of the page"; failed=1; }
 # Pictures, by gnuplot where it is.
