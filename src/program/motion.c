@@ -3,6 +3,7 @@
 #include "program/motion.h"
 
 #include "program/columns.h"
+#include "program/progress.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -190,13 +191,16 @@ static int follow(const program_model *m, const table *run, inputs *in, const pl
                   motion *to)
 {
     int code = DONE;
+    progress shown = progress_begin("poses", run->lines, false);
     for (int k = 0; k < run->lines && !code; ++k) {
+        progress_show(&shown, k);
         for (int l = 0; l < at->nq + at->nu; ++l)
             if (at->q[l] >= 0) at->state[l] = table_at(run, k, at->q[l]);
         to->time[k] = table_at(run, k, 0);
         inputs_set(in, to->time[k], m->file->control);
         code = sample(m, k, at, to);
     }
+    progress_end(&shown);
     return code;
 }
 

@@ -1,6 +1,7 @@
 /* The model in the data of a page: see page.h.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "program/page.h"
+#include "program/progress.h"
 #include "program/surface.h"
 
 #include <stdlib.h>
@@ -160,8 +161,10 @@ static void put_meshes(FILE *to, const page *p)
 {
     const mbsr_file *f = p->model->file;
     const char *before = "\n";
+    progress shown = progress_begin("meshes", f->shapes, false);
     fputs("\"meshes\": {", to);
     for (int k = 0; k < f->shapes; ++k) {
+        progress_show(&shown, k);
         const char *name = f->shape[k].mesh;
         bool known = !name;
         for (int l = 0; l < k && !known; ++l)
@@ -170,6 +173,7 @@ static void put_meshes(FILE *to, const page *p)
         size_t size;
         char *bytes = read_beside(p->options, name, &size);
         if (!bytes) {
+            progress_end(&shown);
             fprintf(stderr, "mesh '%s' cannot be read: its body is drawn without\n", name);
             continue;
         }
@@ -177,11 +181,14 @@ static void put_meshes(FILE *to, const page *p)
         put_json(to, name);
         fputs(": ", to);
         mbsr_error error;
-        if (put_mesh(to, bytes, size, &error))
+        if (put_mesh(to, bytes, size, &error)) {
+            progress_end(&shown);
             fprintf(stderr, "mesh '%s': %s: its body is drawn without\n", name, error.text);
+        }
         before = ",\n";
         free(bytes);
     }
+    progress_end(&shown);
     fputs("},\n", to);
 }
 
