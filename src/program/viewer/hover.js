@@ -43,7 +43,7 @@ export function siteAt(x, y, reach, camera, sites, motion) {
     return found;
 }
 
-const digits = (x) => (x === null ? "—" : Number(x.toPrecision(4)).toString());
+const digits = (x) => (x === null ? "—" : Number(Math.abs(x) < 1e-9 ? 0 : x.toPrecision(4)).toString());
 
 export function describe(body, data, motion) {
     const b = data.bodies[body], at = Array.from(motion.map.subarray(12 * body + 9, 12 * body + 12));

@@ -45,8 +45,8 @@ export function quaternionOf(v) {
 }
 
 export function vectorOf([w, x, y, z]) {
-    const length = Math.hypot(x, y, z), angle = 2 * Math.atan2(w < 0 ? -length : length, Math.abs(w));
-    const s = length > 1e-9 ? angle / length : 2;
+    const length = Math.hypot(x, y, z), angle = 2 * Math.atan2(length, Math.abs(w));
+    const s = (w < 0 ? -1 : 1) * (length > 1e-9 ? angle / length : 2);
     return [s * x, s * y, s * z];
 }
 

@@ -1,9 +1,11 @@
 // The page of `mbsrank view`.
 // SPDX-License-Identifier: BSD-3-Clause
+import { Box3 } from "three";
 import { readData } from "./data.js";
 import { $, download } from "./dom.js";
 import { addLegend } from "./legend.js";
 import { readMesh } from "./meshes.js";
+import { growBox } from "./stage.js";
 import { showFindings, showReport } from "./tables.js";
 import { Viewer } from "./viewer.js";
 
@@ -99,6 +101,8 @@ function listen(viewer) {
 
 function scriptsFor(viewer) {
     const { data, motion, stage, drawing, batches, joints } = viewer;
+    const items = batches.flatMap((b) => b.items.map((item, k) => [b, item, k]));
+    const itemsOf = (body) => items.filter(([, item]) => item.body === body);
     return {
         bodies: data.bodies.map((b) => b.name),
         times: data.times,
@@ -127,13 +131,20 @@ function scriptsFor(viewer) {
             const at = 9 * (motion.sample * data.loops.length + k);
             return data.loopForces && Array.from(data.loopForces.subarray(at, at + 9));
         },
-        // the first thing drawn of it: where in the body, and in the world (4 x 4, by columns), and its colour
+        // colours of what is shown of a body, and the corners of the box around that
+        colours: (body) => itemsOf(body).filter(([b, , k]) => b.isShown(k, motion)).map(([, item]) => item.colour),
+        reach: (body) => {
+            const box = new Box3();
+            drawing.move();
+            for (const [batch, , k] of itemsOf(body)) growBox(box, [batch], motion, k);
+            return [...box.min.toArray(), ...box.max.toArray()];
+        },
+        // the first thing drawn of it: where in the body, and in the world (4 x 4, by columns)
         drawn: (body) => {
-            const found = batches.flatMap((b) => b.items.map((item, k) => [b, item, k])).find(([, i]) => i.body === body);
+            const [found] = itemsOf(body);
             if (!found) return null;
             const [batch, item, k] = found, at = 16 * k;
-            return { local: item.local.elements, colour: item.colour,
-                     world: Array.from(batch.mesh.instanceMatrix.array.slice(at, at + 16)) };
+            return { local: item.local.elements, world: Array.from(batch.mesh.instanceMatrix.array.slice(at, at + 16)) };
         },
         target: () => stage.controls.target.toArray(),
         pixels: () => stage.pixels(),

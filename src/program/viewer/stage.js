@@ -127,13 +127,13 @@ export class Stage {
     }
 }
 
-// Adds what is shown of bodies at the present state.
-export function growBox(box, batches, motion) {
+// Adds what is shown of bodies at the present state; only: that item of the batches.
+export function growBox(box, batches, motion, only = -1) {
     const one = new Box3(), matrix = new Matrix4();
     for (const batch of batches) {
         batch.geometry.computeBoundingBox();
         for (let k = 0; k < batch.items.length; ++k) {
-            if (batch.items[k].body < 0 || !batch.isShown(k, motion)) continue;
+            if (batch.items[k].body < 0 || !batch.isShown(k, motion) || (only >= 0 && k !== only)) continue;
             matrix.fromArray(batch.mesh.instanceMatrix.array, 16 * k);
             box.union(one.copy(batch.geometry.boundingBox).applyMatrix4(matrix));
         }
