@@ -197,10 +197,10 @@ typedef void (*mbsr_triangle_fn)(void *user, const double corner[9]);
 /* The triangles of a mesh (`size` bytes) in the order of the file, with its coordinates, not scaled. What it is
  * is told by its contents: STL with numbers or as bytes, else OBJ, whose faces may have more corners and
  * become fans. On failure triangles may have been given before, all of them finite, and the text of *error
- * (may be NULL) says why. Status: MBSR_OK, MBSR_ERR_NULL, MBSR_ERR_FILE (it cannot be read, has no triangles,
+ * (may be NULL) says of mesh `name` (may be NULL) why. Status: MBSR_OK, MBSR_ERR_NULL, MBSR_ERR_FILE (it cannot be read, has no triangles,
  * or a number that is not finite), MBSR_ERR_NO_MEMORY. */
-MBSR_API int mbsr_mesh_triangles(const char *text, size_t size, mbsr_triangle_fn take, void *user,
-                                 mbsr_error *error);
+MBSR_API int mbsr_mesh_triangles(const char *text, size_t size, const char *name,
+                                 mbsr_triangle_fn take, void *user, mbsr_error *error);
 
 /* ---- writing ---- */
 

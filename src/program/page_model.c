@@ -181,9 +181,9 @@ static void put_meshes(FILE *to, const page *p)
         put_json(to, name);
         fputs(": ", to);
         mbsr_error error;
-        if (put_mesh(to, bytes, size, &error)) {
+        if (put_mesh(to, name, bytes, size, &error)) {
             progress_end(&shown);
-            fprintf(stderr, "mesh '%s': %s: its body is drawn without\n", name, error.text);
+            fprintf(stderr, "%s: its body is drawn without\n", error.text);
         }
         before = ",\n";
         free(bytes);

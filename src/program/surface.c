@@ -152,18 +152,19 @@ static bool write_surface(FILE *to, const corners *c, const surface *s)
 
 /* ---- a mesh ---- */
 
-static int fail(mbsr_error *error, int status, const char *text)
+static int no_memory(const char *name, mbsr_error *error)
 {
-    *error = (mbsr_error){.status = status};
-    snprintf(error->text, sizeof error->text, "%s", text);
-    return status;
+    *error = (mbsr_error){.status = MBSR_ERR_NO_MEMORY};
+    snprintf(error->text, sizeof error->text, "mesh '%.150s': there is no memory", name);
+    return error->status;
 }
 
-static int put_triangles(FILE *to, const char *text, size_t size, mbsr_error *error)
+static int put_triangles(FILE *to, const char *name, const char *text, size_t size,
+                         mbsr_error *error)
 {
     corners c = {.x = NULL};
     surface s = {.place = NULL};
-    int status = mbsr_mesh_triangles(text, size, take, &c, error);
+    const int status = mbsr_mesh_triangles(text, size, name, take, &c, error);
     bool good = !c.failed;
     if (!status && good) good = allocate(&c, &s);
     for (size_t k = 0; k < c.count && good && !status; k += 9) {
@@ -174,7 +175,7 @@ static int put_triangles(FILE *to, const char *text, size_t size, mbsr_error *er
     if (!status && good) good = write_surface(to, &c, &s);
     release(&s);
     free(c.x);
-    return status || good ? status : fail(error, MBSR_ERR_NO_MEMORY, "there is no memory");
+    return status || good ? status : no_memory(name, error);
 }
 
 /* Its root element stands near the beginning. */
@@ -187,16 +188,15 @@ static bool is_collada(const char *text, size_t size)
     return false;
 }
 
-int put_mesh(FILE *to, const char *text, size_t size, mbsr_error *error)
+int put_mesh(FILE *to, const char *name, const char *text, size_t size, mbsr_error *error)
 {
     int status = MBSR_OK;
     fputc('{', to);
     if (!is_collada(text, size)) {
-        status = put_triangles(to, text, size, error);
+        status = put_triangles(to, name, text, size, error);
     } else {
         fputs("\"collada\": ", to);
-        if (!put_bytes(to, text, size))
-            status = fail(error, MBSR_ERR_NO_MEMORY, "there is no memory");
+        if (!put_bytes(to, text, size)) status = no_memory(name, error);
     }
     fputc('}', to);
     return status;

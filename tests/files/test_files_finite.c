@@ -141,7 +141,7 @@ static int no_written(void)
 
 static int no_triangles(void)
 {
-    return mbsr_mesh_triangles(NULL, 0, NULL, NULL, NULL) == MBSR_OK;
+    return mbsr_mesh_triangles(NULL, 0, NULL, NULL, NULL, NULL) == MBSR_OK;
 }
 
 /* Functions of the component (tests/hygiene/finite.sh), each with what must not come of NULL. */

@@ -110,11 +110,11 @@ static void faces_become_fans_of_triangles(void **unused)
                                  0, 0, 1, 0.5, 0, 1, 0.5, 1, 1, 0, 1, 0, 0};
     corners c = {.count = 0};
     mbsr_error error;
-    assert_ok(mbsr_mesh_triangles(obj, sizeof obj - 1, take, &c, &error), &error);
+    assert_ok(mbsr_mesh_triangles(obj, sizeof obj - 1, "a.obj", take, &c, &error), &error);
     assert_int_equal(c.count, 27);
     assert_numbers(27, c.x, fan);
     c.count = 0;
-    assert_ok(mbsr_mesh_triangles(stl, sizeof stl - 1, take, &c, &error), &error);
+    assert_ok(mbsr_mesh_triangles(stl, sizeof stl - 1, NULL, take, &c, &error), &error);
     assert_int_equal(c.count, 9);
     assert_numbers(9, c.x, fan);
 }
@@ -131,15 +131,18 @@ static void meshes_that_cannot_be_read_say_why(void **unused)
                                            {"<COLLADA/>", "no triangles"}};
     for (size_t k = 0; k < sizeof cases / sizeof *cases; ++k) {
         const char *text = cases[k][0];
-        assert_int_equal(mbsr_mesh_triangles(text, strlen(text), take, &c, &error), MBSR_ERR_FILE);
+        assert_int_equal(mbsr_mesh_triangles(text, strlen(text), "b.obj", take, &c, &error),
+                         MBSR_ERR_FILE);
         assert_contains(error.text, cases[k][1]);
+        assert_contains(error.text, "mesh 'b.obj': ");
     }
     char stl[84 + 50] = {[80] = 1, [84 + 12 + 3] = 0x7f, [84 + 12 + 2] = (char)0xc0}; /* a NaN */
-    assert_int_equal(mbsr_mesh_triangles(stl, sizeof stl, take, &c, &error), MBSR_ERR_FILE);
+    assert_int_equal(mbsr_mesh_triangles(stl, sizeof stl, "c.stl", take, &c, &error),
+                     MBSR_ERR_FILE);
     assert_contains(error.text, "not finite");
     assert_int_equal(c.count, 0);
-    assert_int_equal(mbsr_mesh_triangles(NULL, 0, take, &c, &error), MBSR_ERR_NULL);
-    assert_int_equal(mbsr_mesh_triangles("", 0, NULL, &c, NULL), MBSR_ERR_NULL);
+    assert_int_equal(mbsr_mesh_triangles(NULL, 0, NULL, take, &c, &error), MBSR_ERR_NULL);
+    assert_int_equal(mbsr_mesh_triangles("", 0, NULL, NULL, &c, NULL), MBSR_ERR_NULL);
 }
 
 int main(void)
