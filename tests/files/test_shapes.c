@@ -61,7 +61,7 @@ static void mjcf_colours_of_materials_classes_and_textures(void **unused)
                       NULL);
     assert_colour(file, 0, (const double[]){0.5, 0.5, 0.5, 1.0}, 0);
     mbsr_file_destroy(file);
-    assert_file_refused("<mujoco><asset><material name='m' rgba='1 1'/></asset><worldbody><body>"
+    assert_file_refused("<mujoco><asset><material name='m' rgba='1 x'/></asset><worldbody><body>"
                         "<geom size='1' material='m'/></body></worldbody></mujoco>",
                         NULL, "rgba");
 }
