@@ -88,7 +88,10 @@ export class Drawing {
         else if (kind === "ellipsoid") put("sphere", size);
         else if (kind === "cylinder" || kind === "capsule") put("cylinder", [r, r, h]);
         else if (kind === "plane") return this.#addPlane(body, place, q, put, size);
-        else return this.#addMesh(mesh, body, matrixOf(place, q, new Vector3(...size)), coloured ? paint : null, opacity, sets);
+        else {
+            const scaled = matrixOf(place, q, new Vector3(...size));
+            return this.#addMesh(mesh, body, scaled, coloured ? paint : null, opacity, sets);
+        }
         if (kind === "capsule") for (const end of [-h, h]) put("sphere", [r, r, r], along(end));
         return true;
     }

@@ -31,10 +31,11 @@ export class Viewer {
     }
 
     #extras(link, whole) {
-        const { data, motion } = this, longest = 0.35 * whole, own = [0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1];
+        const { data, motion } = this, longest = 0.35 * whole, size = Math.max(0.2 * link, 0.03 * whole);
+        const own = [0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1];
         const extras = { axes: new Axes(data, motion, link),
-                         frames: new Frames(data.bodies.map((_, body) => ({ body, frame: own })), motion, 0.2 * link),
-                         sites: new Frames(data.sites, motion, 0.1 * link) };
+                         frames: new Frames(data.bodies.map((_, body) => ({ body, frame: own })), motion, size),
+                         sites: new Frames(data.sites, motion, 0.5 * size) };
         if (!data.reactions) return extras;
         const joints = jointArrows(data, motion), loops = loopArrows(data, motion);
         extras.forces = new Arrows(joints, motion, longest, false, "force");
@@ -105,23 +106,30 @@ export class Viewer {
         this.drawing.picked = body;
         this.drawing.paint(coloursOf(document.documentElement));
         this.tree.mark(body);
-        $("picked").textContent = body < 0 ? "" : describe(body, this.data, this.motion);
-        this.target = null;
-        this.changed = true;
+        this.target = this.#focus();
+        this.touch();
+    }
+
+    #picked() {
+        return this.drawing.picked < 0 ? "" : describe(this.drawing.picked, this.data, this.motion);
     }
 
     // The camera goes along with the body picked, else with the centre of mass.
     follow(on) {
         this.following = on;
-        this.target = null;
-        this.changed = true;
+        this.target = this.#focus();
+    }
+
+    // What the camera follows.
+    #focus() {
+        const { motion } = this, body = this.drawing.picked;
+        const at = body < 0 ? motion.centre() : motion.point(body, this.data.bodies[body].centre);
+        return at.some(Number.isNaN) ? motion.point(0, this.data.bodies[0].point) : at;
     }
 
     #follow() {
-        const { motion } = this, body = this.drawing.picked;
-        const at = body < 0 ? motion.centre() : motion.point(body, this.data.bodies[body].centre);
-        if (at.some(Number.isNaN)) motion.point(0, this.data.bodies[0].point, at);
-        if (this.target) this.stage.follow(at.map((x, l) => x - this.target[l]));
+        const at = this.#focus();
+        this.stage.follow(at.map((x, l) => x - this.target[l]));
         this.target = at;
     }
 
@@ -184,6 +192,7 @@ export class Viewer {
             this.drawing.move();
             for (const one of Object.values(this.extras)) if (one.group.visible) one.move();
             this.plots.point(this.motion);
+            $("picked").textContent = this.#picked();
             this.moved = false;
         }
         this.stage.controls.update();
