@@ -116,6 +116,28 @@ static void put_couplings(FILE *to, const program_model *m)
     fputs("],\n", to);
 }
 
+/* Loops of bodies: a ball joint or weld between frames on two of them, -1 the ground. */
+static void put_ties(FILE *to, const program_model *m)
+{
+    const mbsr_closure_table *weld = mbsr_closure_weld(0, NULL, 1, NULL).table,
+                             *ball = mbsr_closure_ball(0, NULL, 1, NULL).table;
+    const char *before = "";
+    fputs("\"ties\": [", to);
+    for (int k = 0; k < mbsr_model_closures(m->model); ++k) {
+        mbsr_closure_def def;
+        if (mbsr_closure_definition(m->model, k, &def) || (def.table != weld && def.table != ball))
+            continue;
+        fprintf(to, "%s{\"kind\": \"%s\", \"body\": [%d, %d], \"frames\": [", before,
+                def.table == weld ? "weld" : "ball", def.body[0], def.body[1]);
+        put_numbers(to, 12, def.param);
+        fputc(',', to);
+        put_numbers(to, 12, def.param + 12);
+        fputs("]}", to);
+        before = ",\n";
+    }
+    fputs("],\n", to);
+}
+
 /* ---- what stands on bodies ---- */
 
 static void put_shapes(FILE *to, const mbsr_file *f)
@@ -197,6 +219,7 @@ void page_put_model(FILE *to, const page *p)
     put_bodies(to, p->model);
     put_joints(to, p->model->file);
     put_couplings(to, p->model);
+    put_ties(to, p->model);
     put_shapes(to, p->model->file);
     put_sites(to, p->model->file);
     put_meshes(to, p);

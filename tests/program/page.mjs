@@ -12,6 +12,7 @@ const [, , program, project] = process.argv, work = mkdtempSync(join(tmpdir(), "
 const part = (name) => import(pathToFileURL(join(project, "src", "program", "viewer", name)));
 const { Motion, bytesOf, readData } = await part("data.js");
 const { Kinematics, quaternionOf, vectorOf } = await part("kinematics.js");
+const { Loops } = await part("loops.js");
 const { unpack, withNormals } = await part("surface.js");
 let failures = 0;
 
@@ -142,6 +143,38 @@ async function mimickingJoints() {
     }
 }
 
+// A crank of 0.2 m on a coupler of 0.5 m and a rocker of 0.4 m, 0.5 m away, whose end is tied to the ground; a wheel
+// welded to the coupler, on two slides and a hinge of its own.
+const linkage = `<mujoco><compiler angle="radian"/><worldbody>
+    <body name="crank"><joint name="crank" axis="0 1 0"/><geom size="0.02"/>
+        <body name="coupler" pos="0 0 0.2"><joint name="coupler" axis="0 1 0"/><geom size="0.02"/>
+            <body name="rocker" pos="0.5 0 0.2"><joint name="rocker" axis="0 1 0"/><geom size="0.02"/></body></body></body>
+    <body name="wheel" pos="0 0.1 0.2"><joint name="x" type="slide" axis="1 0 0"/><joint name="z" type="slide" axis="0 0 1"/>
+        <joint name="turn" axis="0 1 0"/><geom size="0.02"/></body></worldbody>
+    <equality><connect body1="rocker" anchor="0 0 -0.4"/><weld body1="coupler" body2="wheel"/></equality></mujoco>`;
+
+async function loopsByHand() {
+    const { data } = await pageOf(inWork("linkage.xml", linkage)), kinematics = await checkPlaces(data);
+    const loops = new Loops(data, kinematics, 1), open = Float64Array.from(data.coordinates);
+    expect(Math.max(...loops.gaps(open).map(Math.abs)) < 1e-6, `gaps as drawn: ${loops.gaps(open)}`);
+    let q = open;
+    for (let angle = 0; angle < 0.9; angle += 0.05) {
+        q[0] = angle;
+        q = loops.close(q, [0]);
+        expect(q && q[0] === angle, `the crank at ${angle} is at ${q && q[0]}`);
+        if (!q) return;
+        // crank and rocker by their ends: |rocker's foot - coupler's end| = 0.4, |coupler| as drawn
+        const [x, z] = [0.2 * Math.sin(q[0]), 0.2 * Math.cos(q[0])], turn = q[0] + q[1];
+        const end = [x + 0.5 * Math.cos(turn) + 0.2 * Math.sin(turn), z - 0.5 * Math.sin(turn) + 0.2 * Math.cos(turn)];
+        const rocker = Math.hypot(end[0] - 0.5, end[1]);
+        expect(Math.abs(rocker - 0.4) < 1e-6, `crank at ${angle}: the rocker is ${rocker} m long`);
+        expect(Math.abs(q[5] - turn) < 1e-6 && Math.abs(q[3] - x) < 1e-6, `the wheel is at ${q.slice(3)}`);
+    }
+    const far = q.slice();
+    far[3] = 5; // the wheel 5 m away
+    expect(loops.close(far, [3]) === null, "a loop closes over 5 m");
+}
+
 function rotationVectors() {
     for (const v of [[0, 0, 0], [1e-12, 0, 0], [0.3, -2, 1], [0, 0, 3.1]])
         for (const sign of [1, -1]) {
@@ -150,7 +183,8 @@ function rotationVectors() {
         }
 }
 
-for (const test of [largeSurface, smallSurface, jointsOfEveryKind, mimickingJoints, rotationVectors]) {
+for (const test of [largeSurface, smallSurface, jointsOfEveryKind, mimickingJoints, loopsByHand,
+    rotationVectors]) {
     try {
         await test();
     } catch (error) {

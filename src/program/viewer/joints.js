@@ -2,18 +2,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
 import { element, note } from "./dom.js";
 import { Kinematics, quaternionOf, vectorOf } from "./kinematics.js";
+import { Loops } from "./loops.js";
 
 const most = 100; // lines
 const widest = 8 * Math.PI; // a range beyond this is none
 
-// What can be moved: { name, unit, low, high, get(q), set(q, x), moved: the coordinate that others may follow or -1 }.
+// What can be moved: { name, unit, low, high, get(q), set(q, x), held: the coordinates that are set }.
 function slidersOf(data, whole) {
     const list = [];
     data.joints.forEach((j, number) => {
         const at = data.bodies[j.body].q + j.position, name = j.name || `joint ${number}`;
-        const one = (part, unit, range, get, set, moved = -1) =>
-            list.push({ name: part ? `${name}.${part}` : name, unit, low: range[0], high: range[1], get, set, moved });
-        const plain = (part, unit, range, k) => one(part, unit, range, (q) => q[k], (q, x) => (q[k] = x), k);
+        const one = (part, unit, range, held, get, set) =>
+            list.push({ name: part ? `${name}.${part}` : name, unit, low: range[0], high: range[1], held, get, set });
+        const plain = (part, unit, range, k) => one(part, unit, range, [k], (q) => q[k], (q, x) => (q[k] = x));
         const turns = [-Math.PI, Math.PI], ways = [-whole, whole];
         const range = j.range && j.range[1] - j.range[0] <= widest ? j.range : j.kind === "slide" ? ways : turns;
         if (j.kind === "hinge") plain("", "rad", range, at);
@@ -26,7 +27,7 @@ function slidersOf(data, whole) {
         if (j.kind !== "free" && j.kind !== "ball") return;
         ["rx", "ry", "rz"].forEach((part, l) => {
             const vector = (q) => vectorOf(q.slice(at, at + 4));
-            one(part, "rad", turns, (q) => vector(q)[l], (q, x) => {
+            one(part, "rad", turns, [at, at + 1, at + 2, at + 3], (q) => vector(q)[l], (q, x) => {
                 const v = vector(q);
                 v[l] = x;
                 quaternionOf(v).forEach((c, k) => (q[at + k] = c));
@@ -40,6 +41,7 @@ export class Joints {
     // moved(): the maps of the motion are by hand now.
     constructor(root, data, motion, whole, moved) {
         Object.assign(this, { data, motion, moved, kinematics: new Kinematics(data), sliders: slidersOf(data, whole) });
+        this.loops = new Loops(data, this.kinematics, whole);
         this.q = motion.coordinates();
         if (this.sliders.length === 0) {
             root.append(note("Nothing moves."));
@@ -51,7 +53,6 @@ export class Joints {
         back.addEventListener("click", () => this.reset());
         this.lines = element("div", { className: "sliders" });
         root.append(element("div", { className: "row" }, this.search, back), this.lines);
-        if (data.loops.length > 0) root.append(note("Loops are not closed again by hand."));
         this.#list();
     }
 
@@ -70,9 +71,12 @@ export class Joints {
         this.show();
     }
 
+    // Where loops do not close any more, nothing moves.
     set(slider, x) {
-        slider.set(this.q, x);
-        if (slider.moved >= 0) this.kinematics.follow(this.q, slider.moved);
+        const q = Float64Array.from(this.q);
+        slider.set(q, x);
+        if (slider.held.length === 1) this.kinematics.follow(q, slider.held[0]);
+        this.q = this.loops.some ? (this.loops.close(q, slider.held) ?? this.q) : q;
         this.kinematics.place(this.q, this.motion.map);
         this.motion.byHand = true;
         this.show();
