@@ -46,12 +46,17 @@ export class Loops {
     // Those of joints between the ends of ties, and of couplings.
     #coordinates() {
         const { bodies, ties, couplings } = this.data, all = new Set(couplings.flatMap((c) => c.q));
-        const below = (k) => (k < 0 ? [] : [k, ...below(bodies[k].parent)]);
-        for (const [a, b] of ties.map((tie) => tie.body.map(below)))
-            for (const k of [...a.filter((k) => !b.includes(k)), ...b.filter((k) => !a.includes(k))]) {
+        for (const tie of ties) {
+            const [a, b] = tie.body.map((k) => {
+                const below = new Set();
+                for (; k >= 0; k = bodies[k].parent) below.add(k);
+                return below;
+            });
+            for (const k of [...a, ...b].filter((k) => a.has(k) !== b.has(k))) {
                 const count = bodies[k].axes.length + (bodies[k].quaternion ? 4 : 0);
                 for (let l = 0; l < count; ++l) all.add(bodies[k].q + l);
             }
+        }
         return [...all];
     }
 
