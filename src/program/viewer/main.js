@@ -43,7 +43,7 @@ function fill(viewer, trouble) {
     $("trouble").hidden = trouble.length === 0;
     $("trouble").textContent = trouble.join("; ");
     addLegend($("legend"), viewer);
-    $("shown").open = window.innerWidth > 800;
+    $("shown").open = $("stage").clientWidth > 700;
 }
 
 function listenToPointer(viewer) {

@@ -26,6 +26,9 @@ function cut(geometry, map, { start, count }) {
     return part.applyMatrix4(map);
 }
 
+// What could not be seen at all is opaque: programs take <transparency> for its opposite.
+const opacityOf = (material) => material.opacity || 1;
+
 function colourOf(material) {
     const { r, g, b } = material.color.getRGB({ r: 0, g: 0, b: 0 }, SRGBColorSpace);
     return [r, g, b];
@@ -44,8 +47,8 @@ function readCollada(text) {
         const all = [{ start: 0, count: geometry.attributes.position.count, materialIndex: 0 }];
         for (const group of geometry.groups.length > 0 ? geometry.groups : all) {
             const material = materials[group.materialIndex] ?? materials[0], colour = colourOf(material),
-                key = `${colour} ${material.opacity}`;
-            if (!paints.has(key)) paints.set(key, { colour, opacity: material.opacity, parts: [] });
+                key = `${colour} ${opacityOf(material)}`;
+            if (!paints.has(key)) paints.set(key, { colour, opacity: opacityOf(material), parts: [] });
             paints.get(key).parts.push(cut(geometry, node.matrixWorld, group));
         }
     });
