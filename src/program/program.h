@@ -26,6 +26,10 @@ int complain_of_file(int code, const char *path, const char *what);
 /* A string of JSON, quoted. */
 void put_json(FILE *to, const char *text);
 
+/* A number of JSON in 9 digits, null where it is not finite; an array of them. */
+void put_number(FILE *to, double x);
+void put_numbers(FILE *to, int n, const double *x);
+
 /* The whole file, with a NUL behind it; NULL: it cannot be read, and errno says why: EFBIG beyond 1 GiB. */
 char *read_file(const char *path, size_t *size);
 

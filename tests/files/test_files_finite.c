@@ -175,6 +175,11 @@ static int no_written(void)
     return 0;
 }
 
+static int no_triangles(void)
+{
+    return mbsr_mesh_triangles(NULL, 0, NULL, NULL, NULL, NULL) == MBSR_OK;
+}
+
 /* Functions of the component (tests/hygiene/finite.sh), each with what must not come of NULL. */
 static const struct {
     const char *name;
@@ -185,7 +190,7 @@ static const struct {
     {"mbsr_file_find_joint", no_joint},       {"mbsr_file_find_site", no_site},
     {"mbsr_file_find_actuator", no_actuator}, {"mbsr_file_find_key", no_key},
     {"mbsr_file_mujoco_state", no_state},     {"mbsr_default_write_opt", no_write_defaults},
-    {"mbsr_file_write_mjcf", no_text},        {"mbsr_written_destroy", no_written},
+    {"mbsr_file_write_mjcf", no_text},        {"mbsr_mesh_triangles", no_triangles},
     {"mbsr_file_expand_xacro", no_xacro},     {"mbsr_written_destroy", no_written},
 };
 
