@@ -92,7 +92,7 @@ static void put_joints(FILE *to, const mbsr_file *f)
     fputs("],\n", to);
 }
 
-/* Joints of which one follows the other: coefficient[0] q[0] + coefficient[1] q[1] = offset. */
+/* Joints that follow others: the sum of coefficient[k] q[k] is the offset. */
 static void put_couplings(FILE *to, const program_model *m)
 {
     const mbsr_closure_table *coupling = mbsr_closure_coupling(0, NULL, NULL, NULL, 0.0).table;
@@ -100,15 +100,15 @@ static void put_couplings(FILE *to, const program_model *m)
     fputs("\"couplings\": [", to);
     for (int k = 0; k < mbsr_model_closures(m->model); ++k) {
         mbsr_closure_def def;
-        int q[2];
-        if (mbsr_closure_definition(m->model, k, &def) || def.table != coupling || def.bodies != 2)
-            continue;
-        for (int l = 0; l < 2; ++l) {
-            mbsr_body_coordinates(m->model, def.body[l], q + l, NULL, NULL, NULL);
-            q[l] += def.option[l];
+        if (mbsr_closure_definition(m->model, k, &def) || def.table != coupling) continue;
+        fprintf(to, "%s{\"q\": ", before);
+        for (int l = 0; l < def.bodies; ++l) {
+            int q;
+            mbsr_body_coordinates(m->model, def.body[l], &q, NULL, NULL, NULL);
+            fprintf(to, "%c%d", l > 0 ? ',' : '[', q + def.option[l]);
         }
-        fprintf(to, "%s{\"q\": [%d, %d]", before, q[0], q[1]);
-        put_vector(to, "coefficient", 2, def.param);
+        fputc(']', to);
+        put_vector(to, "coefficient", def.bodies, def.param);
         put_scalar(to, "offset", def.param[MBSR_CLOSURE_BODIES]);
         fputc('}', to);
         before = ",\n";

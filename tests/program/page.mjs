@@ -144,20 +144,22 @@ async function mimickingJoints() {
 }
 
 // A crank of 0.2 m on a coupler of 0.5 m and a rocker of 0.4 m, 0.5 m away, whose end is tied to the ground; a wheel
-// welded to the coupler, on two slides and a hinge of its own.
+// welded to the coupler, on two slides and a hinge of its own; a lid that is kept at 0.3 rad.
 const linkage = `<mujoco><compiler angle="radian"/><worldbody>
     <body name="crank"><joint name="crank" axis="0 1 0"/><geom size="0.02"/>
         <body name="coupler" pos="0 0 0.2"><joint name="coupler" axis="0 1 0"/><geom size="0.02"/>
             <body name="rocker" pos="0.5 0 0.2"><joint name="rocker" axis="0 1 0"/><geom size="0.02"/></body></body></body>
     <body name="wheel" pos="0 0.1 0.2"><joint name="x" type="slide" axis="1 0 0"/><joint name="z" type="slide" axis="0 0 1"/>
-        <joint name="turn" axis="0 1 0"/><geom size="0.02"/></body></worldbody>
-    <equality><connect body1="rocker" anchor="0 0 -0.4"/><weld body1="coupler" body2="wheel"/></equality></mujoco>`;
+        <joint name="turn" axis="0 1 0"/><geom size="0.02"/></body>
+    <body name="lid"><joint name="lid"/><geom size="0.02"/></body></worldbody>
+    <equality><joint joint1="lid" polycoef="0.3 0 0 0 0"/><connect body1="rocker" anchor="0 0 -0.4"/><weld body1="coupler" body2="wheel"/></equality></mujoco>`;
 
 async function loopsByHand() {
     const { data } = await pageOf(inWork("linkage.xml", linkage)), kinematics = await checkPlaces(data);
     const loops = new Loops(data, kinematics, 1), open = Float64Array.from(data.coordinates);
     expect(Math.max(...loops.gaps(open).map(Math.abs)) < 1e-6, `gaps as drawn: ${loops.gaps(open)}`);
     let q = open;
+    q[6] = 0.5;
     for (let angle = 0; angle < 0.9; angle += 0.05) {
         q[0] = angle;
         q = loops.close(q, [0]);
@@ -167,6 +169,7 @@ async function loopsByHand() {
         const [x, z] = [0.2 * Math.sin(q[0]), 0.2 * Math.cos(q[0])], turn = q[0] + q[1];
         const end = [x + 0.5 * Math.cos(turn) + 0.2 * Math.sin(turn), z - 0.5 * Math.sin(turn) + 0.2 * Math.cos(turn)];
         const rocker = Math.hypot(end[0] - 0.5, end[1]);
+        expect(Math.abs(q[6] - 0.3) < 1e-6, `the lid is at ${q[6]}`);
         expect(Math.abs(rocker - 0.4) < 1e-6, `crank at ${angle}: the rocker is ${rocker} m long`);
         expect(Math.abs(q[5] - turn) < 1e-6 && Math.abs(q[3] - x) < 1e-6, `the wheel is at ${q.slice(3)}`);
     }

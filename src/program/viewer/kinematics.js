@@ -82,14 +82,14 @@ export class Kinematics {
         }
     }
 
-    // What follows coordinate number `moved` by couplings, and what follows that; each coupling acts once.
+    // What follows coordinate number `moved` by couplings of two, and what follows that; each coupling acts once.
     follow(q, moved) {
         const used = new Set(), next = [moved];
         while (next.length > 0) {
             const from = next.pop();
             for (const c of this.data.couplings) {
                 const end = c.q.indexOf(from);
-                if (end < 0 || used.has(c)) continue;
+                if (end < 0 || c.q.length !== 2 || used.has(c)) continue;
                 used.add(c);
                 const to = c.q[1 - end];
                 q[to] = (c.offset - c.coefficient[end] * q[from]) / c.coefficient[1 - end];

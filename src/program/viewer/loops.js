@@ -61,7 +61,7 @@ export class Loops {
     }
 
     get some() {
-        return this.data.ties.length > 0;
+        return this.data.ties.length > 0 || this.data.couplings.some((c) => c.q.length !== 2);
     }
 
     // A frame or vector of an end of a tie in the world.
@@ -91,7 +91,7 @@ export class Loops {
             g.push(...vectorOf(s.map((x) => x / size)).map((x) => 0.3 * this.length * x));
         }
         for (const c of this.data.couplings)
-            g.push(c.coefficient[0] * q[c.q[0]] + c.coefficient[1] * q[c.q[1]] - c.offset);
+            g.push(c.coefficient.reduce((sum, f, k) => sum + f * q[c.q[k]], -c.offset));
         return g;
     }
 
