@@ -4,6 +4,7 @@
 #include "program/progress.h"
 #include "program/surface.h"
 
+#include <errno.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -187,16 +188,16 @@ static void put_meshes(FILE *to, const page *p)
     fputs("\"meshes\": {", to);
     for (int k = 0; k < f->shapes; ++k) {
         progress_show(&shown, k);
-        const char *name = f->shape[k].mesh;
-        bool known = !name;
-        for (int l = 0; l < k && !known; ++l)
-            known = f->shape[l].mesh && strcmp(f->shape[l].mesh, name) == 0;
-        if (known) continue;
+        const char *name = new_mesh(p->model, k);
+        if (!name) continue;
         size_t size;
         char *bytes = read_beside(p->options, name, &size);
         if (!bytes) {
+            const char *why = errno == EPERM
+                                  ? "it is elsewhere than the model: --folder, --anywhere"
+                                  : strerror(errno);
             progress_end(&shown);
-            fprintf(stderr, "mesh '%s' cannot be read: its body is drawn without\n", name);
+            say(stderr, "mesh '%s' cannot be read (%s): its body is drawn without\n", name, why);
             continue;
         }
         fputs(before, to);
@@ -205,7 +206,7 @@ static void put_meshes(FILE *to, const page *p)
         mbsr_error error;
         if (put_mesh(to, name, bytes, size, &error)) {
             progress_end(&shown);
-            fprintf(stderr, "%s: its body is drawn without\n", error.text);
+            say(stderr, "%s: its body is drawn without\n", error.text);
         }
         before = ",\n";
         free(bytes);

@@ -2,6 +2,8 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "small.h"
 
+#include <stdint.h>
+
 static void assert_numbers(int n, const double *x, const double *should)
 {
     for (int k = 0; k < n; ++k) assert_close(x[k], should[k], 1e-15);
@@ -119,6 +121,29 @@ static void faces_become_fans_of_triangles(void **unused)
     assert_numbers(9, c.x, fan);
 }
 
+/* MSH of MuJoCo: told by its name. */
+static void triangles_of_msh(void **unused)
+{
+    (void)unused;
+    static const struct {
+        int32_t head[4];
+        float point[4][3];
+        int32_t face[2][3];
+    } msh = {{4, 0, 0, 2}, {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0.5}}, {{0, 1, 2}, {0, 2, 3}}};
+    static const double corner[] = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 0, 0, 1, 1, 0, 0, 1, 0.5};
+    corners c = {.count = 0};
+    mbsr_error error;
+    const char *text = (const char *)&msh;
+    assert_ok(mbsr_mesh_triangles(text, sizeof msh, "a.msh", take, &c, &error), &error);
+    assert_int_equal(c.count, 18);
+    assert_numbers(18, c.x, corner);
+    assert_int_equal(mbsr_mesh_triangles(text, sizeof msh - 1, "a.msh", take, &c, &error),
+                     MBSR_ERR_FILE);
+    assert_contains(error.text, "mesh 'a.msh': its size is not what its head says");
+    assert_int_equal(mbsr_mesh_triangles(text, sizeof msh, NULL, take, &c, NULL), MBSR_ERR_FILE);
+    assert_int_equal(c.count, 18);
+}
+
 static void meshes_that_cannot_be_read_say_why(void **unused)
 {
     (void)unused;
@@ -128,6 +153,7 @@ static void meshes_that_cannot_be_read_say_why(void **unused)
                                            {"v 0 0 0\nf 1 1\n", "less than 3 corners"},
                                            {"v 0 0 0\nf 1 1 2\n", "corner that is none"},
                                            {"solid x\nvertex 1 2\n", "3 numbers"},
+                                           {"v 0 0 0\nf 1 1 1\nf 1 1 2\n", "corner that is none"},
                                            {"<COLLADA/>", "no triangles"}};
     for (size_t k = 0; k < sizeof cases / sizeof *cases; ++k) {
         const char *text = cases[k][0];
@@ -135,6 +161,7 @@ static void meshes_that_cannot_be_read_say_why(void **unused)
                          MBSR_ERR_FILE);
         assert_contains(error.text, cases[k][1]);
         assert_contains(error.text, "mesh 'b.obj': ");
+        assert_int_equal(c.count, 0); /* not even those before */
     }
     char stl[84 + 50] = {[80] = 1, [84 + 12 + 3] = 0x7f, [84 + 12 + 2] = (char)0xc0}; /* a NaN */
     assert_int_equal(mbsr_mesh_triangles(stl, sizeof stl, "c.stl", take, &c, &error),
@@ -152,6 +179,7 @@ int main(void)
         cmocka_unit_test(mjcf_colours_of_materials_classes_and_textures),
         cmocka_unit_test(shapes_for_showing_for_contact_and_for_both),
         cmocka_unit_test(faces_become_fans_of_triangles),
+        cmocka_unit_test(triangles_of_msh),
         cmocka_unit_test(meshes_that_cannot_be_read_say_why),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

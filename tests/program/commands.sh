@@ -202,7 +202,13 @@ printf 't,tyre,damper,rubber\n' >"$work/empty.csv"
 ends 3 'no lines of numbers' view "$models/quarter_car.xml" "$work/empty.csv" -o -
 printf '<robot name="&lt;/script>"><link name="a"><visual><geometry><mesh filename="m.stl"/></geometry></visual></link></robot>' \
     >"$work/mesh.urdf"
-ends 0 "mesh 'm.stl' cannot be read" view "$work/mesh.urdf" -o "$work/page.html"
+ends 0 "mesh 'm.stl' cannot be read (No such file or directory)" view "$work/mesh.urdf" -o "$work/page.html"
+mkdir "$work/within"
+sed 's|m.stl|../m.stl|' "$work/mesh.urdf" >"$work/within/mesh.urdf"
+printf 'solid\nvertex 0 0 0\nvertex 2 0 0\nvertex 0 -1 0\nendsolid\n' >"$work/m.stl"
+ends 0 "cannot be read (it is elsewhere than the model: --folder" view "$work/within/mesh.urdf" -o -
+ends 0 '/m.stl": {"vertices": 3' view "$work/within/mesh.urdf" --folder "$work" -o -
+rm "$work/m.stl"
 mkdir "$work/meshes"
 printf 'solid\nvertex 0 0 0\nvertex 2 0 0\nvertex 0 -1 0\nendsolid\n' >"$work/meshes/m.stl"
 sed 's|m.stl|package://arm/m.stl|' "$work/mesh.urdf" >"$work/package.urdf"
