@@ -12,7 +12,7 @@ build=(gcc:cc libc6-dev ninja-build:ninja cmake:cmake pkg-config:pkg-config
 test=(build-essential:g++ clang:clang libomp-dev clang-format:clang-format binutils:objdump
       libcmocka-dev valgrind:valgrind libhdf5-dev)
 demo=(gnuplot-nox:gnuplot libhdf5-dev)
-page=(nodejs:node npm:npm)
+page=(nodejs:node npm:npm zlib1g-dev)
 
 wanted=()
 for purpose; do

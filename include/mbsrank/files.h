@@ -165,7 +165,9 @@ typedef struct mbsr_file_shape {
     mbsr_frame frame; /* in the body */
     double size[3];   /* m */
     double colour[4]; /* red, green, blue, opacity, 0 .. 1 */
-    int visual;       /* 0: for contact alone */
+    int coloured;     /* 0: the file says no colour, and `colour` is a grey */
+    int visual;       /* 0: not for showing, but for contact */
+    int contact;      /* 0: for showing alone */
     const char *mesh; /* path, of a mesh; else NULL */
 } mbsr_file_shape;
 
@@ -228,6 +230,19 @@ MBSR_API int mbsr_file_find_key(const mbsr_file *file, const char *name);
  * zero. */
 MBSR_API int mbsr_file_mujoco_state(const mbsr_file *file, int inverse, const double *position,
                                     const double *velocity, double *q, double *u);
+
+/* ---- meshes ---- */
+
+/* A triangle: three corners of three coordinates. */
+typedef void (*mbsr_triangle_fn)(void *user, const double corner[9]);
+
+/* The triangles of a mesh (`size` bytes) in the order of the file, with its coordinates, not scaled. What it is
+ * is told by its contents: STL with numbers or as bytes, else OBJ, whose faces may have more corners and
+ * become fans; and MSH of MuJoCo by the ending .msh of `name` (may be NULL). Coordinates are rounded to 32 bits. On failure
+ * no triangle is given, and the text of *error (may be NULL) says of mesh `name` why. Status: MBSR_OK, MBSR_ERR_NULL,
+ * MBSR_ERR_FILE (it cannot be read, has no triangles, or a number that is not finite), MBSR_ERR_NO_MEMORY. */
+MBSR_API int mbsr_mesh_triangles(const char *text, size_t size, const char *name,
+                                 mbsr_triangle_fn take, void *user, mbsr_error *error);
 
 /* ---- writing ---- */
 

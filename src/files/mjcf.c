@@ -3,6 +3,7 @@
  *
  * Sections may stand several times and in any order; they are read in the order in which they need each
  * other. */
+#include "files/colours.h"
 #include "files/mjcf_parts.h"
 #include "files/numbers.h"
 
@@ -199,10 +200,8 @@ static bool add_assets(mbsri_mjcf *m, const mbsri_element *list)
     for (const mbsri_element *e = mbsri_child(list, "mesh"); e; e = mbsri_next(e)) {
         if (!mbsri_mjcf_add_mesh(m, e)) return false;
     }
-    for (const mbsri_element *e = mbsri_child(list, "material"); e; e = mbsri_next(e)) {
-        if (!mbsri_mjcf_add_material(m, e)) return false;
-    }
-    return true;
+    return mbsri_mjcf_looks(m->s, list, "material", &m->materials) &&
+           mbsri_mjcf_looks(m->s, list, "texture", &m->textures);
 }
 
 /* ---- keys ---- */

@@ -3,6 +3,7 @@
 #ifndef MBSRI_FILES_MJCF_PARTS_H
 #define MBSRI_FILES_MJCF_PARTS_H
 
+#include "files/looks.h"
 #include "files/mesh.h"
 #include "files/names.h"
 #include "files/scene.h"
@@ -33,10 +34,6 @@ typedef struct mbsri_mjcf_solids {
     mbsr_inertia inertia;
     bool some;
 } mbsri_mjcf_solids;
-
-typedef struct mbsri_colour {
-    double rgba[4];
-} mbsri_colour;
 
 /* A <mesh>; what is below `measured` holds once it is. */
 typedef struct mbsri_mjcf_mesh {
@@ -69,8 +66,8 @@ typedef struct mbsri_mjcf {
     bool exact;           /* meshes count as the solids that they enclose, where they do not say */
     bool fit_around;      /* shapes are fitted to the box around a mesh */
     mbsri_list meshes;    /* mbsri_mjcf_mesh */
-    mbsri_names bodies, joints, sites, mesh_names, materials;
-    mbsri_list colours; /* of materials: mbsri_colour */
+    mbsri_looks materials, textures;
+    mbsri_names bodies, joints, sites, mesh_names;
 } mbsri_mjcf;
 
 /* An element with its class, from which it has what it does not say itself. */
@@ -116,9 +113,6 @@ mbsr_frame mbsri_mjcf_along(const double x[3], const double z[3]);
 /* A <geom>; sum: what it gives its body, NULL: nothing. */
 bool mbsri_mjcf_add_shape(mbsri_mjcf *m, const mbsri_element *e, const mbsri_mjcf_at *at,
                           mbsri_mjcf_solids *sum);
-
-/* A <material>, for its colour. */
-bool mbsri_mjcf_add_material(mbsri_mjcf *m, const mbsri_element *e);
 
 /* Its name, "" without. */
 const char *mbsri_mjcf_name(const mbsri_element *e);

@@ -1,5 +1,6 @@
 /* Shapes of MJCF, and what they weigh.
  * SPDX-License-Identifier: BSD-3-Clause */
+#include "files/colours.h"
 #include "files/mjcf_parts.h"
 #include "files/solids.h"
 
@@ -111,27 +112,17 @@ static bool weigh(mbsri_mjcf *m, const mbsri_node *node, const mbsr_frame *at,
     return true;
 }
 
-/* Its own, that of its material, or grey. */
-static bool read_colour(mbsri_mjcf *m, const mbsri_node *node, double colour[4])
+/* Groups above 2 are those that MuJoCo does not show at first. */
+static bool find_use(mbsri_mjcf *m, const mbsri_node *node, mbsr_file_shape *shape)
 {
-    const int material = mbsri_names_find(&m->materials, mbsri_mjcf_get(node, "material"));
-    if (material >= 0)
-        memcpy(colour, (const mbsri_colour *)m->colours.items + material, sizeof(mbsri_colour));
-    return mbsri_mjcf_numbers(m, node, "rgba", 0, 4, colour, NULL);
-}
-
-bool mbsri_mjcf_add_material(mbsri_mjcf *m, const mbsri_element *e)
-{
-    mbsri_node node;
-    mbsri_colour *to = mbsri_list_add(m->s->arena, &m->colours, sizeof *to);
-    const char *name = mbsri_attribute(e, "name");
-    if (!to) return false;
-    for (int k = 0; k < 4; ++k) to->rgba[k] = 1.0;
-    if (!mbsri_mjcf_node(m, e, "material", NULL, &node) ||
-        !mbsri_mjcf_numbers(m, &node, "rgba", 0, 4, to->rgba, NULL))
+    double group = 0.0, type = 1.0, affinity = 1.0;
+    if (!mbsri_mjcf_number(m, node, "group", &group) ||
+        !mbsri_mjcf_number(m, node, "contype", &type) ||
+        !mbsri_mjcf_number(m, node, "conaffinity", &affinity))
         return false;
-    return !name || mbsri_names_find(&m->materials, name) >= 0 ||
-           mbsri_names_add(m->s->arena, &m->materials, name, m->colours.count - 1);
+    shape->visual = group <= 2.0;
+    shape->contact = type != 0.0 || affinity != 0.0;
+    return true;
 }
 
 bool mbsri_mjcf_add_shape(mbsri_mjcf *m, const mbsri_element *e, const mbsri_mjcf_at *at,
@@ -145,7 +136,8 @@ bool mbsri_mjcf_add_shape(mbsri_mjcf *m, const mbsri_element *e, const mbsri_mjc
         !shape_kind(m, &node, &shape.kind, &known))
         return false;
     if (!known) return true;
-    if (!mbsri_mjcf_frame(m, &node, &shape.frame) || !read_colour(m, &node, shape.colour))
+    if (!mbsri_mjcf_frame(m, &node, &shape.frame) || !mbsri_mjcf_colour(m, &node, &shape) ||
+        !find_use(m, &node, &shape))
         return false;
     const char *mesh = mbsri_mjcf_get(&node, "mesh");
     if (!mesh && !read_size(m, &node, &shape)) return false;
@@ -153,8 +145,6 @@ bool mbsri_mjcf_add_shape(mbsri_mjcf *m, const mbsri_element *e, const mbsri_mjc
     const mbsr_frame own = shape.frame;
     if (mesh && !mbsri_mjcf_mesh_shape(m, &node, &shape, &known)) return false;
     if (!known) return true;
-    const char *touches = mbsri_mjcf_get(&node, "contype");
-    shape.visual = touches && strcmp(touches, "0") == 0;
     if (!weigh(m, &node, &own, &shape, sum)) return false;
     mbsr_file_shape *to = mbsri_list_add(m->s->arena, &m->s->shapes, sizeof *to);
     if (to) *to = shape;

@@ -3,6 +3,7 @@
  *
  * Direct children of <robot> count alone: transmissions and extensions of simulators have links and joints
  * of their own. Bodies come depth first, children in the order of the file. */
+#include "files/colours.h"
 #include "files/names.h"
 #include "files/numbers.h"
 #include "files/solids.h"
@@ -37,6 +38,7 @@ typedef struct robot {
     mbsri_list links, hinges;
     named *order;       /* the links by name */
     mbsri_names joints; /* hinges by name */
+    mbsri_looks materials;
 } robot;
 
 /* ---- pieces ---- */
@@ -149,7 +151,8 @@ static bool read_geometry(mbsri_scene *s, const mbsri_element *e, mbsr_file_shap
     return true;
 }
 
-static bool read_shapes(mbsri_scene *s, const mbsri_element *e, int body)
+static bool read_shapes(mbsri_scene *s, const mbsri_element *e, int body,
+                        const mbsri_looks *materials)
 {
     for (const mbsri_element *c = e->child; c; c = c->next) {
         const bool visual = mbsri_is(c, "visual");
@@ -157,14 +160,12 @@ static bool read_shapes(mbsri_scene *s, const mbsri_element *e, int body)
         mbsr_file_shape shape = {.name = mbsri_attribute(c, "name"),
                                  .body = body,
                                  .colour = {0.7, 0.7, 0.7, 1.0},
-                                 .visual = visual};
-        const mbsri_element *material = mbsri_child(c, "material"),
-                            *colour = mbsri_child(material, "color");
+                                 .visual = visual,
+                                 .contact = !visual};
         bool known;
         if (!shape.name) shape.name = "";
-        if (!read_origin(s, c, &shape.frame) || !read_geometry(s, c, &shape, &known)) return false;
-        if (colour && !mbsri_numbers(s, colour, "rgba", mbsri_attribute(colour, "rgba"), 4, 4,
-                                     shape.colour, NULL))
+        if (!read_origin(s, c, &shape.frame) || !read_geometry(s, c, &shape, &known) ||
+            !mbsri_urdf_colour(s, c, materials, &shape))
             return false;
         if (!known) continue;
         mbsr_file_shape *place = mbsri_list_add(s->arena, &s->shapes, sizeof *place);
@@ -396,7 +397,8 @@ static bool add_body(robot *r, int at)
         j->joint.name = "root";
         b.joints = 1;
     }
-    if (!read_inertia(s, l->element, &b.inertia) || !read_shapes(s, l->element, l->body))
+    if (!read_inertia(s, l->element, &b.inertia) ||
+        !read_shapes(s, l->element, l->body, &r->materials))
         return false;
     mbsri_scene_body *place = mbsri_list_add(s->arena, &s->bodies, sizeof *place);
     if (place) *place = b;
@@ -530,7 +532,7 @@ bool mbsri_urdf_read(mbsri_scene *s, const mbsri_element *root)
     robot r = {.s = s};
     const char *name = mbsri_attribute(root, "name");
     s->name = name ? name : "";
-    if (!refuse_xacro(s, root)) return false;
+    if (!refuse_xacro(s, root) || !mbsri_urdf_looks(s, root, &r.materials)) return false;
     find_others(s, root);
     for (const mbsri_element *e = mbsri_child(root, "link"); e; e = mbsri_next(e)) {
         if (!add_link(&r, e, mbsri_attribute(e, "name"))) return false;

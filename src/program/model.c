@@ -206,7 +206,10 @@ char *read_beside(const program_options *o, const char *name, size_t *size)
 {
     char path[PATH];
     char *text = read_allowed(o, beside(o, name, path), size);
-    return text ? text : read_allowed(o, name, size);
+    const int reason = errno;
+    if (!text) text = read_allowed(o, name, size);
+    if (!text && reason == EPERM) errno = EPERM;
+    return text;
 }
 
 bool has_beside(const program_options *o, const char *name)
@@ -215,14 +218,19 @@ bool has_beside(const program_options *o, const char *name)
     return may_read(o, beside(o, name, path)) || may_read(o, name);
 }
 
-bool lacks_mesh(const program_options *o, const program_model *m, int k)
+const char *new_mesh(const program_model *m, int k)
 {
     const mbsr_file_shape *shape = m->file->shape;
     const char *name = shape[k].mesh;
-    bool known = !name;
-    for (int l = 0; l < k && !known; ++l) known = shape[l].mesh && strcmp(shape[l].mesh, name) == 0;
-    if (known) return false;
-    return !has_beside(o, name);
+    for (int l = 0; l < k && name; ++l)
+        if (shape[l].mesh && strcmp(shape[l].mesh, name) == 0) return NULL;
+    return name;
+}
+
+bool lacks_mesh(const program_options *o, const program_model *m, int k)
+{
+    const char *name = new_mesh(m, k);
+    return name && !has_beside(o, name);
 }
 
 int start_state(const program_options *o, const program_model *m, const double **q,

@@ -3,6 +3,7 @@
 #include "program/motion.h"
 
 #include "program/columns.h"
+#include "program/progress.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -26,11 +27,13 @@ static bool allocate(const program_model *m, int samples, places *at, motion *to
     at->state = calloc((size_t)(at->nq + 2 * at->nu) + 1, sizeof *at->state);
     to->samples = samples;
     to->time = calloc((size_t)samples + 1, sizeof *to->time);
+    to->q = calloc((size_t)samples * (size_t)at->nq + 1, sizeof *to->q);
     to->pose = calloc(all, POSE_NUMBERS * sizeof *to->pose);
     to->reaction = calloc(all, REACTION_NUMBERS * sizeof *to->reaction);
     to->point = calloc(bodies + 1, 3 * sizeof *to->point);
     to->loop = calloc((size_t)mbsr_model_closures(m->model) + 1, sizeof *to->loop);
-    return at->q && at->state && to->time && to->pose && to->reaction && to->point && to->loop;
+    return at->q && at->state && to->time && to->q && to->pose && to->reaction && to->point &&
+           to->loop;
 }
 
 static void forget_reactions(motion *to, const char *why)
@@ -176,6 +179,8 @@ static int sample(const program_model *m, int k, const places *at, motion *to)
         keep_reactions(m, to->point, to->reaction + (size_t)k * bodies * REACTION_NUMBERS);
     else if (mbsr_positions(m->model, m->data, to->time[k], at->state))
         return complain(FAILED, "t = %g: %s", to->time[k], mbsr_data_error(m->data)->text);
+    for (int l = 0; l < at->nq; ++l)
+        to->q[(size_t)k * (size_t)at->nq + (size_t)l] = (float)at->state[l];
     keep_poses(m, to->pose + (size_t)k * bodies * POSE_NUMBERS);
     return DONE;
 }
@@ -186,13 +191,16 @@ static int follow(const program_model *m, const table *run, inputs *in, const pl
                   motion *to)
 {
     int code = DONE;
+    progress shown = progress_begin("poses", run->lines, false);
     for (int k = 0; k < run->lines && !code; ++k) {
+        progress_show(&shown, k);
         for (int l = 0; l < at->nq + at->nu; ++l)
             if (at->q[l] >= 0) at->state[l] = table_at(run, k, at->q[l]);
         to->time[k] = table_at(run, k, 0);
         inputs_set(in, to->time[k], m->file->control);
         code = sample(m, k, at, to);
     }
+    progress_end(&shown);
     return code;
 }
 
@@ -241,6 +249,7 @@ int motion_make(const program_model *m, const char *path, const table *run, inpu
 void motion_free(motion *to)
 {
     free(to->time);
+    free(to->q);
     free(to->pose);
     free(to->reaction);
     free(to->loop_force);

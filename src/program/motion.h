@@ -16,6 +16,7 @@ typedef struct shown_loop {
 typedef struct motion {
     int samples;
     double *time; /* s */
+    float *q;     /* samples x nq */
     float *pose;  /* samples x bodies x 7: origin (m), quaternion (w first) */
     float *
         reaction; /* samples x bodies x 6: what the joint exerts on the body, force (N) and moment about

@@ -13,6 +13,9 @@ typedef struct page {
     const double *q, *u; /* at the start */
 } page;
 
+/* Its members that are the model's, with a comma behind (page_model.c). */
+void page_put_model(FILE *to, const page *p);
+
 /* The names are those that src/program/viewer/data.js reads. A code. */
 int page_write(FILE *to, const page *p);
 

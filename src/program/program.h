@@ -26,6 +26,10 @@ int complain_of_file(int code, const char *path, const char *what);
 /* A string of JSON, quoted. */
 void put_json(FILE *to, const char *text);
 
+/* A number of JSON in 9 digits, null where it is not finite; an array of them. */
+void put_number(FILE *to, double x);
+void put_numbers(FILE *to, int n, const double *x);
+
 /* The whole file, with a NUL behind it; NULL: it cannot be read, and errno says why: EFBIG beyond 1 GiB. */
 char *read_file(const char *path, size_t *size);
 
@@ -84,12 +88,16 @@ void model_hash(const program_model *m, char to[MODEL_HASH]);
 int start_state(const program_options *o, const program_model *m, const double **q,
                 const double **u);
 
-/* A file that the model names, such as a mesh: from the folder of the model, or as it stands. read_file. */
+/* A file that the model names, such as a mesh: from the folder of the model, or as it stands. read_file; EPERM: it
+ * is elsewhere than options allow. */
 char *read_beside(const program_options *o, const char *name, size_t *size);
 
 bool has_beside(const program_options *o, const char *name); /* whether there is one */
 
-/* Whether the model draws shape `k` by a mesh that no earlier shape has, whose file is not there. */
+/* The mesh of shape `k`, where no earlier shape has it; else NULL. */
+const char *new_mesh(const program_model *m, int k);
+
+/* Whether the file of such a mesh is not there. */
 bool lacks_mesh(const program_options *o, const program_model *m, int k);
 
 /* ---- report.c ---- */

@@ -1,8 +1,8 @@
 /* mbsrank run: integrates a model and writes CSV or HDF5.
  * SPDX-License-Identifier: BSD-3-Clause */
-#define _POSIX_C_SOURCE 200809L
 #include "program/inputs.h"
 #include "program/output.h"
+#include "program/progress.h"
 
 #include <mbsrank/simulation.h>
 
@@ -10,7 +10,6 @@
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 static volatile sig_atomic_t interrupted;
 
@@ -68,12 +67,11 @@ static int read_options(int argc, char **argv, run_options *o)
 
 static int stop(void *user, const mbsr_ida_progress *now)
 {
-    const double *t_end = user;
-    if (*t_end > 0.0) fprintf(stderr, "\rt = %-12.6g %3.0f %%", now->t, 100.0 * now->t / *t_end);
+    progress_show(user, now->t);
     return interrupted ? 1 : 0;
 }
 
-static int integrator(const run_options *o, double *shown, mbsr_ida_opt *opt)
+static int integrator(const run_options *o, progress *shown, mbsr_ida_opt *opt)
 {
     *opt = mbsr_default_ida_opt();
     if (o->form && strcmp(o->form, "index1") == 0)
@@ -189,7 +187,7 @@ static void tell_joints(const program_model *m)
 static int simulate(const run_options *o, program_model *m, inputs *in, output *to)
 {
     const double *q, *u;
-    double shown = !o->quiet && isatty(2) ? o->t_end : 0.0;
+    progress shown = progress_begin("run", o->t_end, o->quiet);
     mbsr_ida_opt opt;
     int code = start_state(&o->common, m, &q, &u);
     if (!code) code = integrator(o, &shown, &opt);
@@ -205,7 +203,7 @@ static int simulate(const run_options *o, program_model *m, inputs *in, output *
     if (mbsr_simulation_start(&s, &opt, 0.0, q, u))
         code = complain(FAILED, "%s: no start: %s", o->common.path, s.error.text);
     if (!code) code = go(o, m, &s, in, to);
-    if (shown > 0.0) fputc('\n', stderr);
+    progress_end(&shown);
     if (interrupted) complain(FAILED, "stopped at t = %g; what was computed is kept", s.t);
     tell_end(o, &s, code, to);
     mbsr_simulation_end(&s);

@@ -3,7 +3,28 @@
 #include "program/small.h"
 
 #if defined(MBSR_WITH_IDA)
+#include "program/progress.h"
+
 #include <mbsrank/ida.h>
+#endif
+
+#if defined(MBSR_WITH_IDA)
+static int show(void *user, const mbsr_ida_progress *now)
+{
+    progress_show(user, now->t);
+    return 0;
+}
+
+static int run(const small_options *o, mbsr_small_masses *small, mbsr_error *error)
+{
+    progress shown = progress_begin("small masses", o->time, false);
+    mbsr_ida_opt opt = mbsr_default_ida_opt();
+    opt.progress = show;
+    opt.progress_user = &shown;
+    const int status = mbsr_small_masses_run(small, &opt, o->time, NULL, error);
+    progress_end(&shown);
+    return status;
+}
 #endif
 
 /* Along a run where there is an integrator, else at the start. */
@@ -13,7 +34,7 @@ static int look(const small_options *o, mbsr_small_masses *small, const double *
     int status = mbsr_small_masses_start(small, 0.0, q, u);
     if (status) error = *mbsr_small_masses_error(small);
 #if defined(MBSR_WITH_IDA)
-    if (!status) status = mbsr_small_masses_run(small, NULL, o->time, NULL, &error);
+    if (!status) status = run(o, small, &error);
 #else
     (void)o;
 #endif

@@ -60,6 +60,23 @@ void put_json(FILE *to, const char *text)
     fputc('"', to);
 }
 
+void put_number(FILE *to, double x)
+{
+    if (isfinite(x))
+        fprintf(to, "%.9g", x);
+    else
+        fputs("null", to);
+}
+
+void put_numbers(FILE *to, int n, const double *x)
+{
+    for (int k = 0; k < n; ++k) {
+        fputc(k > 0 ? ',' : '[', to);
+        put_number(to, x[k]);
+    }
+    fputs(n > 0 ? "]" : "[]", to);
+}
+
 int complain_of_file(int code, const char *path, const char *what)
 {
     return complain(code, "%s cannot be %s: %s", path, what, strerror(errno));

@@ -12,7 +12,28 @@
 typedef struct view_options {
     program_options common;
     const char *run, *inputs, *file;
+    char own[256]; /* name of the page where -o says none */
 } view_options;
+
+/* The model's name with .html in the folder at hand, which may be a page of an earlier call and no other file. */
+static int name_page(view_options *o)
+{
+    static const char begins[] = "<!DOCTYPE html>\n<!-- A model of mbsrank";
+    const char *slash = strrchr(o->common.path, '/'), *name = slash ? slash + 1 : o->common.path,
+               *dot = strrchr(name, '.');
+    char line[sizeof begins] = "";
+    if (strcmp(name, "-") == 0) return complain(USAGE, "view: -o is missing");
+    snprintf(o->own, sizeof o->own, "%.*s.html", dot && dot > name ? (int)(dot - name) : 200, name);
+    FILE *there = fopen(o->own, "r");
+    if (there) {
+        const size_t size = fread(line, 1, sizeof line - 1, there);
+        fclose(there);
+        if (size > 0 && strcmp(line, begins) != 0)
+            return complain(USAGE, "view: -o is missing, and %s is no page of mbsrank", o->own);
+    }
+    o->file = o->own;
+    return DONE;
+}
 
 static int read_options(int argc, char **argv, view_options *o)
 {
@@ -33,8 +54,7 @@ static int read_options(int argc, char **argv, view_options *o)
         if (at < 0) return USAGE;
     }
     if (!code && o->common.json) return complain(USAGE, "view: there is no option --json");
-    if (!code && o->common.path && !o->file) return complain(USAGE, "view: -o is missing");
-    return code;
+    return !code && o->common.path && !o->file ? name_page(o) : code;
 }
 
 static int read_run(const view_options *o, const program_model *m, table *run)
@@ -94,12 +114,14 @@ static int write_page(const view_options *o, const page *p)
     if (to && to != stdout) fclose(to);
     free(bundle);
     errno = reason;
-    return bad ? complain_of_file(FAILED, o->file, "written") : code;
+    if (bad) return complain_of_file(FAILED, o->file, "written");
+    if (o->file == o->own) fprintf(stderr, "the page is %s\n", o->own);
+    return code;
 }
 
 int run_view(int argc, char **argv)
 {
-    view_options o = {.common = {.limits = true, .friction = true}};
+    view_options o = {.common = {.limits = true, .friction = true}, .own = ""};
     program_model m = {.text = NULL};
     table run = {.text = NULL};
     inputs in = {.actuator = NULL};

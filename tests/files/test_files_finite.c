@@ -180,6 +180,11 @@ static int no_written(void)
     return 0;
 }
 
+static int no_triangles(void)
+{
+    return mbsr_mesh_triangles(NULL, 0, NULL, NULL, NULL, NULL) == MBSR_OK;
+}
+
 /* Functions of the component (tests/hygiene/finite.sh), each with what must not come of NULL. */
 static const struct {
     const char *name;
@@ -199,6 +204,7 @@ static const struct {
     {"mbsr_file_write_mjcf", no_text},
     {"mbsr_written_destroy", no_written},
     {"mbsr_file_expand_xacro", no_xacro},
+    {"mbsr_mesh_triangles", no_triangles},
 };
 
 static void nothing_comes_of_null(void **state)

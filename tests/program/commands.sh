@@ -156,6 +156,18 @@ printf 'solid\nendsolid\n' >"$work/m.stl"
 ends 0 '"missing": \[\]' info --json "$work/far.urdf"
 rm "$work/m.stl"
 
+# How far a run is, on a terminal alone; a pendulum swings for ever.
+printf '<mujoco><worldbody><body><joint axis="0 1 0"/><geom size="0.1" pos="1 0 0"/></body></worldbody></mujoco>' \
+    >"$work/pendulum.xml"
+run="timeout --foreground -s INT 0.8 '$program' run '$work/pendulum.xml' --t-end 1e9 --step 1e8 -o /dev/null"
+if [ "$with_run" = 1 ] && command -v script >/dev/null; then
+    script -qec "$run" /dev/null >"$work/terminal" 2>&1 </dev/null
+    grep -q 'run:   0 %, [0-9]* s left' "$work/terminal" || { echo "no progress on a terminal"; failed=1; }
+    sh -c "$run" 2>"$work/terminal"
+    grep -q 'stopped at' "$work/terminal" || { echo "the run was not stopped"; failed=1; }
+    grep -q '%' "$work/terminal" && { echo "progress where no terminal is"; failed=1; }
+fi
+
 # The page is the bundle with the data in it.
 printf 'before<!--data-->after' >"$work/bundle"
 MBSRANK_VIEWER=$work/bundle
@@ -164,7 +176,15 @@ ends 0 'usage: mbsrank view' view --help
 ends 2 'there is no file' view
 ends 2 'no option --fast' view "$models/arm.urdf" --fast
 ends 2 'no option --json' view "$models/arm.urdf" --json -o -
-ends 2 '-o is missing' view "$models/arm.urdf"
+ends 2 '-o is missing' view -
+here=$(pwd)
+cd "$work" || exit 1
+ends 0 'the page is arm.html' view "$models/arm.urdf"
+ends 2 'arm.html is no page of mbsrank' view "$models/arm.urdf" # it has no bundle's head here
+[ "$(head -c 6 arm.html)" = before ] || { echo "a file was written over"; failed=1; }
+printf '<!DOCTYPE html>\n<!-- A model of mbsrank and a run of it -->' >arm.html
+ends 0 'the page is arm.html' view "$models/arm.urdf"
+cd "$here" || exit 1
 ends 2 'second one' view "$models/arm.urdf" a.csv b.csv
 ends 0 'before<script.*"title": "arm"' view "$models/arm.urdf" -o -
 ends 0 '"report": {"rows": 1.*}$' view "$models/arm.urdf" -o -
@@ -182,12 +202,23 @@ printf 't,tyre,damper,rubber\n' >"$work/empty.csv"
 ends 3 'no lines of numbers' view "$models/quarter_car.xml" "$work/empty.csv" -o -
 printf '<robot name="&lt;/script>"><link name="a"><visual><geometry><mesh filename="m.stl"/></geometry></visual></link></robot>' \
     >"$work/mesh.urdf"
-ends 0 "mesh 'm.stl' cannot be read" view "$work/mesh.urdf" -o "$work/page.html"
+ends 0 "mesh 'm.stl' cannot be read (No such file or directory)" view "$work/mesh.urdf" -o "$work/page.html"
+mkdir "$work/within"
+sed 's|m.stl|../m.stl|' "$work/mesh.urdf" >"$work/within/mesh.urdf"
+printf 'solid\nvertex 0 0 0\nvertex 2 0 0\nvertex 0 -1 0\nendsolid\n' >"$work/m.stl"
+ends 0 "cannot be read (it is elsewhere than the model: --folder" view "$work/within/mesh.urdf" -o -
+ends 0 '/m.stl": {"vertices": 3' view "$work/within/mesh.urdf" --folder "$work" -o -
+rm "$work/m.stl"
 mkdir "$work/meshes"
-printf 'solid\nendsolid\n' >"$work/meshes/m.stl"
+printf 'solid\nvertex 0 0 0\nvertex 2 0 0\nvertex 0 -1 0\nendsolid\n' >"$work/meshes/m.stl"
 sed 's|m.stl|package://arm/m.stl|' "$work/mesh.urdf" >"$work/package.urdf"
 ends 0 '"package://arm/m.stl"' view "$work/package.urdf" -o -
-ends 0 '/meshes/m.stl": "c29saWQKZW5kc29saWQK"' view "$work/package.urdf" --package "arm=$work/meshes" -o -
+ends 0 '/meshes/m.stl": {"vertices": 3, "triangles": 1, "low": \[0, -1, 0\], "high": \[2, 0, 0\], "surface": "' \
+    view "$work/package.urdf" --package "arm=$work/meshes" -o -
+printf 'solid\nendsolid\n' >"$work/m.stl"
+ends 0 "mesh 'm.stl': .*no triangles: its body is drawn without" view "$work/mesh.urdf" -o -
+printf '<?xml version="1.0"?><COLLADA/>' >"$work/m.stl"
+ends 0 '"m.stl": {"collada": "' view "$work/mesh.urdf" -o -
 ends 2 'not NAME=DIR' view "$work/package.urdf" --package=arm -o -
 [ "$(grep -c '</script>' "$work/page.html")" = 1 ] || { echo "a name ends the script of the page"; failed=1; }
 # Pictures, by gnuplot where it is.

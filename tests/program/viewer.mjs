@@ -2,7 +2,7 @@
 // the bodies to where the run says.
 // SPDX-License-Identifier: BSD-3-Clause
 // Usage: node viewer.mjs PROGRAM PROJECT_DIR CHROMIUM WITH_RUN (1 or 0) [PICTURES]
-// PICTURES: a folder for the screenshots that docs/ shows. Skipped (77) where the program has no bundle.
+// PICTURES: a folder for the screenshot that docs/ shows. Skipped (77) where the program has no bundle.
 import { execFileSync } from "node:child_process";
 import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
@@ -127,6 +127,8 @@ async function quarterCar(browser) {
     await checkReactions(browser, run);
     await browser.ask(slideTo(0));
     await checkControls(browser);
+    await browser.ask("mbsrank.play(false)");
+    await checkFilm(browser, 0.5);
 }
 
 async function arm(browser) {
@@ -135,12 +137,10 @@ async function arm(browser) {
         "state," + bodies.map((b) => `${b}.pos`).join(","));
     if (run) await checkPoses(browser, run, bodies);
     if (!pictures || !run) return;
-    for (const [name, dark] of [["viewer", false], ["viewer_dark", true]]) {
-        await browser.ask(`mbsrank.setTheme(${dark})`);
-        await browser.ask(`document.getElementById("show-forces").checked || document.getElementById("show-forces").click()`);
-        await browser.ask(slideTo(0.8));
-        await browser.picture(join(pictures, `${name}.png`));
-    }
+    await browser.ask(`for (const id of ["show-forces", "show-frames"]) document.getElementById(id).click()`);
+    await browser.ask(`mbsrank.pick(mbsrank.bodies.indexOf("hand"))`);
+    await browser.ask(slideTo(0.44));
+    await browser.picture(join(pictures, "viewer.png"));
 }
 
 // A bob of 2 kg hangs by a closure: where it hooks in, the force is what moves the bob, and gravity beside.
@@ -172,9 +172,112 @@ async function hookedBob(browser) {
     }
 }
 
+// A plate of Collada in centimetres, red and half of it green.
+const effect = (name, rgba) => `<effect id="${name}-effect"><profile_COMMON><technique sid="common"><lambert><diffuse>
+    <color>${rgba}</color></diffuse></lambert></technique></profile_COMMON></effect>`;
+const material = (name) => `<material id="${name}"><instance_effect url="#${name}-effect"/></material>`;
+const triangle = (name, corners) => `<triangles material="${name}" count="1"><input semantic="VERTEX" source="#v" offset="0"/>
+    <p>${corners}</p></triangles>`;
+const plate = `<?xml version="1.0"?>
+<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+<asset><unit name="cm" meter="0.01"/><up_axis>Z_UP</up_axis></asset>
+<library_images><image id="skin"><init_from>none.png</init_from></image></library_images>
+<library_effects>${effect("red", "1 0 0 1")}${effect("green", "0 1 0 1")}</library_effects>
+<library_materials>${material("red")}${material("green")}</library_materials>
+<library_geometries><geometry id="g"><mesh>
+    <source id="x"><float_array id="xa" count="12">0 0 0 10 0 0 10 20 0 0 20 0</float_array>
+        <technique_common><accessor source="#xa" count="4" stride="3"><param name="X" type="float"/>
+            <param name="Y" type="float"/><param name="Z" type="float"/></accessor></technique_common></source>
+    <vertices id="v"><input semantic="POSITION" source="#x"/></vertices>
+    ${triangle("red", "0 1 2")}${triangle("green", "0 2 3")}</mesh></geometry></library_geometries>
+<library_visual_scenes><visual_scene id="s"><node><translate>0 0 5</translate>
+    <instance_geometry url="#g"><bind_material><technique_common><instance_material symbol="red" target="#red"/>
+        <instance_material symbol="green" target="#green"/></technique_common></bind_material></instance_geometry>
+</node></visual_scene></library_visual_scenes><scene><instance_visual_scene url="#s"/></scene></COLLADA>`;
+
+// The plate, with a ball for contact, carries two fingers in the colour of a material: one mesh, once mirrored, and the
+// second finger mimics the first.
+const inertial = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1"/></inertial>';
+const finger = (name, y, mimic) => `<link name="${name}">${inertial}<visual><geometry>
+        <mesh filename="wedge.obj" scale="1 ${y > 0 ? 1 : -1} 1"/></geometry><material name="blue"/></visual></link>
+    <joint name="${name}" type="prismatic"><parent link="palm"/><child link="${name}"/><origin xyz="0 ${y} 0"/>
+        <axis xyz="0 1 0"/><limit lower="-0.5" upper="0.5" effort="1" velocity="1"/>${mimic}</joint>`;
+const painted = `<robot name="painted"><material name="blue"><color rgba="0 0 1 1"/></material>
+    <link name="palm">${inertial}<visual><geometry><mesh filename="plate.dae"/></geometry></visual>
+        <collision><geometry><sphere radius="0.3"/></geometry></collision></link>
+    ${finger("left", 0.4, "")}${finger("right", -0.2, '<mimic joint="left" multiplier="-1"/>')}</robot>`;
+
+const wedge = "v 0 0 0\nv 0.2 0 0\nv 0 0.1 0\nv 0 0 0.2\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+
+const near = (a, b) => a.length === b.length && a.every((x, k) => Math.abs(x - b[k]) < 1e-5);
+
+// Sliders without a run, which the finger that mimics follows; a click in the tree hides; another picks.
+async function checkHands(browser) {
+    const click = (what) => browser.ask(`${what}.click(), ${frames}`);
+    const names = await browser.ask("mbsrank.sliders.map((s) => [s.name, s.low, s.high])");
+    expect(JSON.stringify(names) === '[["left",-0.5,0.5],["right",-0.5,0.5]]', `sliders: ${JSON.stringify(names)}`);
+    await browser.ask(`mbsrank.set("left", 0.25), ${frames}`);
+    const [left, right] = await browser.ask("[mbsrank.pose(1), mbsrank.pose(2)]");
+    expect(near(left.slice(9), [0, 0.65, 0]) && near(right.slice(9), [0, -0.45, 0]), `fingers at ${left}; ${right}`);
+    await click(`document.querySelectorAll(".tree input")[0]`);
+    expect((await browser.ask("mbsrank.colours(0)")).length === 0, "a body that is hidden is still drawn");
+    await click(`document.querySelectorAll(".tree .name")[2]`);
+    expect((await browser.ask("mbsrank.picked()")) === 2, "a click in the tree picks nothing");
+    const before = await browser.ask("mbsrank.target()");
+    await click(`document.getElementById("follow")`);
+    await browser.ask(`mbsrank.set("left", -0.25), ${frames}`);
+    const after = await browser.ask("mbsrank.target()");
+    expect(near(after.map((x, k) => x - before[k]), [0, 0.5, 0]), `the camera went from ${before} to ${after}`);
+    await browser.ask(`mbsrank.reset(), ${frames}`);
+    const [target, pose, picked] = await browser.ask("[mbsrank.target(), mbsrank.pose(1), mbsrank.picked()]");
+    expect(near(target, before) && near(pose.slice(9), [0, 0.4, 0]) && picked === -1, "reset is not as at first");
+}
+
+async function paintedRobot(browser) {
+    writeFileSync(join(work, "plate.dae"), plate);
+    writeFileSync(join(work, "wedge.obj"), wedge);
+    const model = join(work, "painted.urdf");
+    writeFileSync(model, painted);
+    await show(browser, model, "light");
+    const colours = await browser.ask("mbsrank.colours(0).concat(mbsrank.colours(1))");
+    const should = [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
+    expect(should.every((c, k) => near(c, colours[k])), `colours: ${JSON.stringify(colours)}`);
+    const reach = await browser.ask("mbsrank.reach(0)");
+    expect(near(reach, [0, 0, 0.05, 0.1, 0.2, 0.05]), `the plate reaches from ${reach.slice(0, 3)} to ${reach.slice(3)} m`);
+    await checkHands(browser);
+    const visual = await browser.ask("mbsrank.pixels()");
+    await browser.ask(`document.getElementById("show-frames").click(), ${frames}`);
+    expect((await browser.ask("mbsrank.pixels()")) !== visual, "frames are not drawn on demand");
+    await browser.ask(`(() => {
+        const sets = document.getElementById("sets");
+        sets.value = 2;
+        sets.dispatchEvent(new Event("change"));
+    })()`);
+    expect(near(await browser.ask("mbsrank.reach(0)"), [-0.3, -0.3, -0.3, 0.3, 0.3, 0.3]), "collision shapes are not shown");
+}
+
+async function robots(browser) {
+    await arm(browser);
+    await paintedRobot(browser);
+}
+
+// A video of the run as WebM, as long as the run.
+async function checkFilm(browser, seconds) {
+    const film = await browser.ask(`(async () => {
+        const blob = await mbsrank.film(), video = document.createElement("video");
+        if (!blob) return null;
+        video.src = URL.createObjectURL(blob);
+        await new Promise((next) => (video.onloadedmetadata = video.onerror = next));
+        return { type: blob.type, seconds: video.duration, size: blob.size };
+    })()`);
+    if (!film) console.log("This browser makes no videos");
+    else
+        expect(film.type === "video/webm" && Math.abs(film.seconds - seconds) < 0.05 && film.size > 1000,
+            `the video is ${JSON.stringify(film)}`);
+}
+
 // A tree of ten thousand links, every seventh without mass, that swing.
 function writeTree(path, csv, count) {
-    const inertial = "<inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1'/></inertial>";
     const lines = ["<robot name='tree'>", `<link name='l0'>${inertial}</link>`], head = ["t"];
     for (let k = 1; k < count; ++k) {
         lines.push(`<link name='l${k}'>${k % 7 ? inertial : ""}</link>`,
@@ -243,7 +346,7 @@ try {
     process.exit(77);
 }
 await inBrowser(quarterCar, 900, 600);
-await inBrowser(arm, pictures ? 1280 : 640, pictures ? 800 : 400);
+await inBrowser(robots, pictures ? 1280 : 640, pictures ? 800 : 400);
 await inBrowser(hookedBob, 900, 600);
 await inBrowser(manyBodies, 320, 240);
 rmSync(work, { recursive: true });

@@ -6,12 +6,13 @@ export class Batch {
     constructor(geometry, material) {
         this.geometry = geometry;
         this.material = material;
-        this.items = []; // { body, local, colour, name }
+        this.items = []; // { body, local, colour, sets }
     }
 
-    // local: Matrix4 in the body; colour: a name of the style sheet, or red, green and blue.
-    add(body, local, colour) {
-        this.items.push({ body, local: local.clone(), colour });
+    // local: Matrix4 in the body; colour: a name of the style sheet, or red, green and blue; sets: of shapes of which
+    // it is one (drawing.js).
+    add(body, local, colour, sets) {
+        this.items.push({ body, local: local.clone(), colour, sets });
     }
 
     build(scene, motion) {
@@ -24,7 +25,6 @@ export class Batch {
         this.local = new Float64Array(12 * count);
         this.items.forEach((item, k) => {
             const e = item.local.elements;
-            this.map[k] = 12 * (item.body < 0 ? motion.bodies : item.body);
             for (let column = 0; column < 4; ++column)
                 for (let row = 0; row < 3; ++row) this.local[12 * k + 3 * column + row] = e[4 * column + row];
         });
@@ -33,14 +33,24 @@ export class Batch {
         scene.add(this.mesh);
     }
 
-    paint(colours) {
+    // Items for which `shown` is false are moved to nowhere.
+    show(motion, shown) {
+        this.items.forEach((item, k) => (this.map[k] = shown(item) ? motion.place(item.body) : motion.nowhere));
+    }
+
+    paint(colours, picked) {
         const colour = new Color();
         this.items.forEach((item, k) => {
-            if (typeof item.colour === "string") colour.copy(colours[item.colour]);
+            if (item.body >= 0 && item.body === picked) colour.copy(colours.picked);
+            else if (typeof item.colour === "string") colour.copy(colours[item.colour]);
             else colour.setRGB(...item.colour, "srgb");
             this.mesh.setColorAt(k, colour);
         });
         if (this.mesh.instanceColor) this.mesh.instanceColor.needsUpdate = true;
+    }
+
+    isShown(k, motion) {
+        return this.map[k] !== motion.nowhere;
     }
 
     // (map of the body) times (map in the body), for all.

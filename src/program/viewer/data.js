@@ -1,21 +1,30 @@
 // The data of the page, as src/program/page.c writes it, and the motion between its samples.
 // SPDX-License-Identifier: BSD-3-Clause
 
-export function bytesOf(base64) {
-    const text = atob(base64), bytes = new Uint8Array(text.length);
-    for (let k = 0; k < text.length; ++k) bytes[k] = text.charCodeAt(k);
-    return bytes;
+// src/program/bytes.h: base64 behind a letter, 'z' where the bytes are deflated.
+export async function bytesOf(text) {
+    const binary = atob(text.slice(1)), bytes = new Uint8Array(binary.length);
+    for (let k = 0; k < binary.length; ++k) bytes[k] = binary.charCodeAt(k);
+    if (text[0] !== "z") return bytes;
+    const inflated = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
+    return new Uint8Array(await new Response(inflated).arrayBuffer());
 }
 
-const floatsOf = (base64) => new Float32Array(bytesOf(base64).buffer);
+const floatsOf = async (text) => text && new Float32Array((await bytesOf(text)).buffer);
 
-export function readData(text) {
+// "A", "B" and "frame": origin, then axes by columns; "anchor" and "point": where the joint is on the predecessor and
+// on the body.
+export async function readData(text) {
     const data = JSON.parse(text);
-    data.poses = floatsOf(data.poses);
-    data.reactions = data.reactions && floatsOf(data.reactions);
-    data.loopForces = data.loopForces && floatsOf(data.loopForces);
-    for (const column of data.columns) column.values = floatsOf(column.values);
-    data.samples = data.times.length;
+    for (const name of ["coordinates", "poses", "reactions", "loopForces"]) data[name] = await floatsOf(data[name]);
+    for (const column of data.columns) column.values = await floatsOf(column.values);
+    for (const b of data.bodies) {
+        b.anchor = b.A.slice(0, 3);
+        b.point = b.B.slice(0, 3);
+        b.joints = [];
+    }
+    for (const j of data.joints) if (j.name) data.bodies[j.body].joints.push(j.name);
+    data.nq = data.coordinates.length / data.times.length;
     return data;
 }
 
@@ -48,14 +57,16 @@ export function loopArrows(data, motion) {
     return { count, values, stride, first: 3, tail };
 }
 
-// Where all bodies are at a time: poses, 7 numbers each (origin, quaternion with w first), and affine maps
-// by columns, 12 numbers each, the ground behind the last body. Nothing is allocated from time to time.
+// Where all bodies are: affine maps by columns, 12 numbers each (axes, then origin), the ground behind the last body
+// and behind that one a map to nothing, for what is hidden. At a time of the run, between samples by poses
+// (origin, quaternion with w first), or by hand (kinematics.js). Nothing is allocated from time to time.
 export class Motion {
     constructor(data) {
         this.data = data;
         this.bodies = data.bodies.length;
+        this.byHand = false;
         this.pose = new Float32Array(7 * this.bodies);
-        this.map = new Float64Array(12 * (this.bodies + 1));
+        this.map = new Float64Array(12 * (this.bodies + 2));
         const ground = 12 * this.bodies;
         this.map[ground] = this.map[ground + 4] = this.map[ground + 8] = 1;
         this.go(data.times[0]);
@@ -63,9 +74,25 @@ export class Motion {
 
     go(t) {
         this.time = t;
+        this.byHand = false;
         Object.assign(this, placeAt(this.data.times, t));
         this.#interpolate();
         this.#findMaps();
+    }
+
+    // The coordinates of the sample before.
+    coordinates() {
+        const { nq, coordinates } = this.data;
+        return coordinates.slice(nq * this.sample, nq * (this.sample + 1));
+    }
+
+    // Where a map of a body (-1: the ground) begins.
+    place(body) {
+        return 12 * (body < 0 ? this.bodies : body);
+    }
+
+    get nowhere() {
+        return 12 * (this.bodies + 1);
     }
 
     // Quaternions: the nearer of +-q, and length 1 again.
@@ -108,11 +135,32 @@ export class Motion {
         }
     }
 
-    // A point of a body (-1: the ground) in the world.
+    // A point of a body (-1: the ground) in the world, and a direction.
     point(body, x, to = [0, 0, 0]) {
-        const m = 12 * (body < 0 ? this.bodies : body), map = this.map;
+        const m = this.place(body), map = this.map;
         for (let l = 0; l < 3; ++l)
             to[l] = map[m + l] * x[0] + map[m + 3 + l] * x[1] + map[m + 6 + l] * x[2] + map[m + 9 + l];
+        return to;
+    }
+
+    direction(body, x, to = [0, 0, 0]) {
+        const m = this.place(body), map = this.map;
+        for (let l = 0; l < 3; ++l) to[l] = map[m + l] * x[0] + map[m + 3 + l] * x[1] + map[m + 6 + l] * x[2];
+        return to;
+    }
+
+    // The centre of all masses; NaN: there is none.
+    centre(to = [0, 0, 0]) {
+        const at = [0, 0, 0];
+        let mass = 0;
+        to.fill(0);
+        this.data.bodies.forEach((b, k) => {
+            if (!(b.mass > 0)) return;
+            this.point(k, b.centre, at);
+            for (let l = 0; l < 3; ++l) to[l] += b.mass * at[l];
+            mass += b.mass;
+        });
+        for (let l = 0; l < 3; ++l) to[l] /= mass;
         return to;
     }
 }

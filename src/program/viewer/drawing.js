@@ -2,9 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 import {
     BoxGeometry,
-    BufferAttribute,
-    BufferGeometry,
     CylinderGeometry,
+    DoubleSide,
     Group,
     IcosahedronGeometry,
     MeshLambertMaterial,
@@ -12,13 +11,11 @@ import {
     SphereGeometry,
     Vector3,
 } from "three";
-import { OBJLoader } from "three/addons/loaders/OBJLoader.js";
-import { STLLoader } from "three/addons/loaders/STLLoader.js";
 import { Batch, Pointers, matrixOf } from "./batch.js";
-import { bytesOf } from "./data.js";
+import { mirrored } from "./meshes.js";
 
-// What the readers give shapes without a colour.
-const grey = (c) => c[0] === c[1] && c[1] === c[2] && (c[0] === 0.5 || c[0] === 0.7) && c[3] === 1;
+// Sets of things, of which some are shown; links stand for bodies without shapes.
+export const VISUAL = 1, COLLISION = 2, LINKS = 4;
 
 const upright = (geometry) => geometry.rotateX(Math.PI / 2); // along z
 const unit = {
@@ -30,32 +27,18 @@ const unit = {
     plane: () => new BoxGeometry(2, 2, 1e-6),
 };
 
-function meshGeometry(name, base64) {
-    const bytes = bytesOf(base64);
-    if (/\.stl$/i.test(name)) return new STLLoader().parse(bytes.buffer);
-    const position = [];
-    if (/\.obj$/i.test(name)) {
-        new OBJLoader().parse(new TextDecoder().decode(bytes)).traverse((node) => {
-            if (!node.geometry) return;
-            const flat = node.geometry.index ? node.geometry.toNonIndexed() : node.geometry;
-            for (const x of flat.attributes.position.array) position.push(x);
-        });
-    }
-    if (position.length === 0) return null;
-    const geometry = new BufferGeometry();
-    geometry.setAttribute("position", new BufferAttribute(new Float32Array(position), 3));
-    geometry.computeVertexNormals();
-    return geometry;
-}
-
 export class Drawing {
-    constructor(data, motion, unitLength) {
-        Object.assign(this, { data, motion, unitLength, batches: new Map(), trouble: [] });
+    // meshes: parts by name (meshes.js)
+    constructor(data, meshes, motion, unitLength) {
+        Object.assign(this, { data, meshes, motion, unitLength, batches: new Map(), picked: -1 });
+        this.hidden = new Set(); // bodies
         this.group = new Group();
         this.#addShapes();
         this.#addLinks();
         for (const batch of this.batches.values()) batch.build(this.group, motion);
         this.#addSlides();
+        this.sets = VISUAL | (meshes.size > 0 ? 0 : LINKS); // frames of robots with meshes are in their way
+        this.show();
     }
 
     // Transparent things are drawn behind the others, so they are apart.
@@ -64,7 +47,8 @@ export class Drawing {
         if (!this.batches.has(key)) {
             const material = new MeshLambertMaterial({ transparent: opacity < 1, opacity });
             if (opacity < 1) material.depthWrite = false;
-            this.batches.set(key, new Batch(geometry ? geometry() : unit[kind](this.data.bodies.length < 2000), material));
+            if (geometry) material.side = DoubleSide;
+            this.batches.set(key, new Batch(geometry ?? unit[kind](this.data.bodies.length < 2000), material));
         }
         return this.batches.get(key);
     }
@@ -76,26 +60,27 @@ export class Drawing {
         return batch;
     }
 
+    // Of files without shapes for showing, those for contact are shown.
     #addShapes() {
-        const { data } = this, visual = new Set();
+        const { shapes } = this.data, some = shapes.some((s) => s.visual && s.body >= 0);
         this.drawn = new Set(); // bodies
-        for (const s of data.shapes) if (s.visual) visual.add(s.body);
-        for (const shape of data.shapes) {
-            if (shape.body >= 0 && !shape.visual && visual.has(shape.body)) continue;
-            if (this.#addShape(shape)) this.drawn.add(shape.body);
+        for (const shape of shapes) {
+            const stands = shape.visual || (shape.contact && !some);
+            const sets = (stands ? VISUAL : 0) | (shape.contact ? COLLISION : 0);
+            if (sets && this.#addShape(shape, sets) && stands && shape.body >= 0) this.drawn.add(shape.body);
         }
     }
 
-    #colour(body, given) {
+    #colour(body) {
         if (body >= 0 && this.data.bodies[body].massless) return "massless";
-        return given && !grey(given) ? given.slice(0, 3) : body < 0 ? "fixed" : "body";
+        return body < 0 ? "fixed" : "body";
     }
 
-    #addShape({ body, kind, at, turn, size, colour, mesh }) {
+    #addShape({ body, kind, at, turn, size, colour, coloured, mesh }, sets) {
         const place = new Vector3(...at), q = new Quaternion(turn[1], turn[2], turn[3], turn[0]);
-        const paint = this.#colour(body, colour), opacity = Math.min(1, colour[3]), [r, h] = size;
-        const put = (name, scale, where = place, geometry = null) =>
-            this.#batch(name, opacity, geometry).add(body, matrixOf(where, q, new Vector3(...scale)), paint);
+        const paint = coloured ? colour.slice(0, 3) : this.#colour(body), opacity = Math.min(1, colour[3]), [r, h] = size;
+        const put = (name, scale, where = place) =>
+            this.#batch(name, opacity).add(body, matrixOf(where, q, new Vector3(...scale)), paint, sets);
         const along = (z) => new Vector3(0, 0, z).applyQuaternion(q).add(place);
         if (opacity === 0) return true;
         if (kind === "box") put("box", size);
@@ -103,7 +88,10 @@ export class Drawing {
         else if (kind === "ellipsoid") put("sphere", size);
         else if (kind === "cylinder" || kind === "capsule") put("cylinder", [r, r, h]);
         else if (kind === "plane") return this.#addPlane(body, place, q, put, size);
-        else return this.#addMesh(put, mesh, size);
+        else {
+            const scaled = matrixOf(place, q, new Vector3(...size));
+            return this.#addMesh(mesh, body, scaled, coloured ? paint : null, opacity, sets);
+        }
         if (kind === "capsule") for (const end of [-h, h]) put("sphere", [r, r, r], along(end));
         return true;
     }
@@ -118,17 +106,16 @@ export class Drawing {
         return true;
     }
 
-    #addMesh(put, name, scale) {
-        const base64 = this.data.meshes[name], key = `mesh ${name}`;
-        if (!base64) return false;
-        const known = [...this.batches.keys()].some((k) => k.startsWith(key + " "));
-        const geometry = known ? null : meshGeometry(name, base64);
-        if (!known && !geometry) {
-            this.trouble.push(`mesh '${name}' is neither STL nor OBJ`);
-            return false;
-        }
-        put(key, scale, undefined, () => geometry);
-        return true;
+    // Its own colours stand where the file names none.
+    #addMesh(name, body, place, colour, opacity, sets) {
+        const parts = this.meshes.get(name) ?? [], turned = place.determinant() < 0;
+        parts.forEach((part, k) => {
+            if (turned) part.mirrored ??= mirrored(part.geometry);
+            const shine = colour ? opacity : (part.opacity ?? opacity);
+            this.#batch(`mesh ${turned} ${k} ${name}`, shine, turned ? part.mirrored : part.geometry)
+                .add(body, place, colour ?? part.colour ?? this.#colour(body), sets);
+        });
+        return parts.length > 0;
     }
 
     // From a body's own joint to the joints that it carries; at an end to its centre of mass.
@@ -142,8 +129,8 @@ export class Drawing {
             for (const end of ends) this.#addRod(k, from, new Vector3(...end), 0.5 * thick);
             const size = (b.massless ? 1.3 : 1) * thick;
             const place = matrixOf(from, new Quaternion(), new Vector3(size, size, size));
-            this.#batch("ball", 1).add(k, place, this.#colour(k));
-            if (b.massless) this.#through().add(k, place, "massless");
+            this.#batch("ball", 1).add(k, place, this.#colour(k), LINKS);
+            if (b.massless) this.#through().add(k, place, "massless", LINKS);
         });
     }
 
@@ -151,7 +138,8 @@ export class Drawing {
         const way = to.clone().sub(from), length = way.length();
         if (length < 1e-6 * this.unitLength) return;
         const turn = new Quaternion().setFromUnitVectors(new Vector3(0, 0, 1), way.divideScalar(length));
-        this.#batch("rod", 1).add(body, matrixOf(from, turn, new Vector3(thick, thick, length)), this.#colour(body));
+        const place = matrixOf(from, turn, new Vector3(thick, thick, length));
+        this.#batch("rod", 1).add(body, place, this.#colour(body), LINKS);
     }
 
     // Between the two ends of joints that slide: how far they are out.
@@ -159,7 +147,7 @@ export class Drawing {
         this.sliding = [];
         this.data.bodies.forEach((b, k) => {
             const slides = b.axes.some((a) => a.kind !== "hinge");
-            if (slides && !b.ball) this.sliding.push(k);
+            if (slides && !b.quaternion) this.sliding.push(k);
         });
         this.slideMaterial = new MeshLambertMaterial();
         this.slides = new Pointers(unit.rod(true), this.slideMaterial, this.sliding.length);
@@ -170,6 +158,7 @@ export class Drawing {
         const { slides, motion, data } = this, a = [0, 0, 0], b = [0, 0, 0];
         slides.clear();
         for (const k of this.sliding) {
+            if (this.hidden.has(k)) continue;
             motion.point(data.bodies[k].parent, data.bodies[k].anchor, a);
             motion.point(k, data.bodies[k].point, b);
             const x = b[0] - a[0], y = b[1] - a[1], z = b[2] - a[2], length = Math.hypot(x, y, z);
@@ -179,13 +168,19 @@ export class Drawing {
         slides.end();
     }
 
+    // After changes of `sets` and `hidden`.
+    show() {
+        const shown = ({ sets, body }) => (sets & this.sets) !== 0 && !this.hidden.has(body);
+        for (const batch of this.batches.values()) batch.show(this.motion, shown);
+    }
+
     move() {
         for (const batch of this.batches.values()) batch.move(this.motion);
         if (this.sliding.length > 0) this.#moveSlides();
     }
 
     paint(colours) {
-        for (const batch of this.batches.values()) batch.paint(colours);
+        for (const batch of this.batches.values()) batch.paint(colours, this.picked);
         this.slideMaterial.color.copy(colours.joint);
     }
 }

@@ -1,4 +1,4 @@
-// What is shown on demand: axes of joints, and reactions as arrows.
+// What is shown on demand: axes of joints, frames, and reactions as arrows.
 // SPDX-License-Identifier: BSD-3-Clause
 import { ConeGeometry, CylinderGeometry, Group, MeshBasicMaterial } from "three";
 import { Pointers } from "./batch.js";
@@ -9,35 +9,65 @@ const cone = () => new ConeGeometry(1, 1, 12).rotateX(Math.PI / 2).translate(0, 
 // Through everything else.
 const onTop = () => new MeshBasicMaterial({ depthTest: false, transparent: true, opacity: 0.9 });
 
-// An axis for each one of a joint that turns or slides.
+// An axis for each one of a joint that turns or slides, as it stands at the coordinates 0.
 export class Axes {
     constructor(data, motion, unitLength) {
-        Object.assign(this, { data, motion, unitLength });
-        const count = data.bodies.reduce((sum, b) => sum + b.axes.length, 0);
+        Object.assign(this, { motion, unitLength, axes: [] }); // axes: { body, parent, point, direction in the parent }
+        data.bodies.forEach((b, k) => {
+            for (const { direction: d } of b.axes) {
+                const turned = [0, 1, 2].map((l) => b.A[3 + l] * d[0] + b.A[6 + l] * d[1] + b.A[9 + l] * d[2]);
+                const length = Math.hypot(...turned);
+                this.axes.push({ body: k, parent: b.parent, point: b.point, direction: turned.map((x) => x / length) });
+            }
+        });
         this.material = onTop();
-        this.pointers = new Pointers(rod(), this.material, count);
+        this.pointers = new Pointers(rod(), this.material, this.axes.length);
         this.group = new Group().add(this.pointers.mesh);
         this.group.visible = false;
     }
 
     move() {
-        const { pointers, motion, data, unitLength } = this, long = 0.3 * unitLength, from = [0, 0, 0];
+        const { pointers, motion, unitLength } = this, long = 0.3 * unitLength, from = [0, 0, 0], v = [0, 0, 0];
         pointers.clear();
-        data.bodies.forEach((b, k) => {
-            if (b.axes.length === 0) return;
-            const m = 12 * (b.parent < 0 ? motion.bodies : b.parent), map = motion.map;
-            motion.point(k, b.point, from);
-            for (const { direction: d } of b.axes) {
-                const v = [0, 1, 2].map((l) => map[m + l] * d[0] + map[m + 3 + l] * d[1] + map[m + 6 + l] * d[2]);
-                pointers.add(from[0] - 0.5 * long * v[0], from[1] - 0.5 * long * v[1],
-                    from[2] - 0.5 * long * v[2], ...v, 0.012 * unitLength, long);
-            }
-        });
+        for (const { body, parent, point, direction } of this.axes) {
+            motion.point(body, point, from);
+            motion.direction(parent, direction, v);
+            pointers.add(from[0] - 0.5 * long * v[0], from[1] - 0.5 * long * v[1],
+                from[2] - 0.5 * long * v[2], ...v, 0.012 * unitLength, long);
+        }
         pointers.end();
     }
 
     paint(colours) {
         this.material.color.copy(colours.joint);
+    }
+}
+
+// Frames { body, frame } as three rods along x, y and z: red, green and blue.
+export class Frames {
+    constructor(frames, motion, size) {
+        Object.assign(this, { frames, motion, size });
+        this.materials = ["x", "y", "z"].map(onTop);
+        this.pointers = this.materials.map((material) => new Pointers(rod(), material, frames.length));
+        this.group = new Group().add(...this.pointers.map((p) => p.mesh));
+        this.group.visible = false;
+    }
+
+    move() {
+        const { motion, size } = this, from = [0, 0, 0], v = [0, 0, 0];
+        this.pointers.forEach((pointers, axis) => {
+            pointers.clear();
+            for (const { body, frame } of this.frames) {
+                motion.point(body, frame, from);
+                motion.direction(body, frame.slice(3 + 3 * axis, 6 + 3 * axis), v);
+                pointers.add(...from, ...v, 0.03 * size, size);
+            }
+            pointers.end();
+        });
+    }
+
+    paint(colours) {
+        ["x", "y", "z"].forEach((axis, k) => this.materials[k].color.copy(colours[axis]));
     }
 }
 
@@ -57,13 +87,13 @@ export class Arrows {
             this.most = Math.max(this.most, Math.hypot(all[k], all[k + 1], all[k + 2]));
     }
 
-    // As of the sample before the present time, between samples too.
+    // As of the sample before the present time, between samples too; by hand there are none.
     move() {
         const { shafts, heads, motion, longest, first, most, arrows } = this, from = [0, 0, 0];
         const { count, stride, values: all } = arrows;
         shafts.clear();
         heads.clear();
-        for (let k = 0, at = stride * count * motion.sample + first; k < count; ++k, at += stride) {
+        for (let k = 0, at = stride * count * motion.sample + first; k < count && !motion.byHand; ++k, at += stride) {
             const size = Math.hypot(all[at], all[at + 1], all[at + 2]);
             const long = (longest * size) / most, thick = 0.011 * longest;
             if (!(long > 0.01 * longest)) continue;

@@ -1,13 +1,9 @@
 // Strips of chosen coordinates over time, with a cursor; a click goes there.
 // SPDX-License-Identifier: BSD-3-Clause
+import { element } from "./dom.js";
+
 const most = 200; // names listed at a time
 const first = 3; // columns chosen at first, of those that move
-
-function element(name, properties = {}, ...children) {
-    const node = Object.assign(document.createElement(name), properties);
-    node.append(...children);
-    return node;
-}
 
 const short = (x) => Number(x.toPrecision(3)).toString();
 
@@ -91,10 +87,7 @@ class Strip {
 export class Plots {
     constructor(root, data, go) {
         Object.assign(this, { data, go, strips: new Map() });
-        if (data.columns.length === 0) {
-            root.append(element("p", { className: "note", textContent: "The page has no run: this is the start." }));
-            return;
-        }
+        if (data.columns.length === 0) return;
         this.choices = element("div", { id: "choices" });
         this.search = element("input", { type: "search", placeholder: `${data.columns.length} columns` });
         this.search.addEventListener("input", () => this.#list());
@@ -139,5 +132,3 @@ export class Plots {
         for (const strip of this.strips.values()) strip.point(motion);
     }
 }
-
-export { element };

@@ -16,7 +16,8 @@ import {
 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 
-const names = ["ground", "body", "fixed", "massless", "joint", "force", "moment", "loop", "turn", "grid", "grid-axis"];
+const names = ["ground", "body", "fixed", "massless", "picked", "joint", "force", "moment", "loop", "turn", "x", "y", "z",
+    "grid", "grid-axis"];
 
 export function coloursOf(root) {
     const style = getComputedStyle(root), colours = {};
@@ -51,13 +52,26 @@ export class Stage {
             const out = Math.max(Math.abs(corner.dot(right)) / wide, Math.abs(corner.dot(up)) / high);
             away = Math.max(away, corner.dot(back) + 1.1 * out);
         }
-        this.controls.target.copy(sphere.center);
-        this.camera.position.copy(sphere.center).addScaledVector(back, away);
+        this.home = { target: sphere.center.clone(), position: sphere.center.clone().addScaledVector(back, away) };
         this.camera.near = 0.01 * r;
         this.camera.far = 60 * r;
         this.camera.updateProjectionMatrix();
         this.#lay(sphere, floor);
+        this.goHome();
+    }
+
+    // The view that `frame` has found.
+    goHome() {
+        this.controls.target.copy(this.home.target);
+        this.camera.position.copy(this.home.position);
         this.controls.update();
+    }
+
+    // Goes along with what has moved by x.
+    follow(x) {
+        const step = new Vector3(...x);
+        this.controls.target.add(step);
+        this.camera.position.add(step);
     }
 
     // Squares of 1, 2 or 5 times a power of ten.
@@ -67,10 +81,14 @@ export class Stage {
         const count = 20, size = count * this.square;
         this.grid = new GridHelper(size, count);
         this.grid.rotateX(Math.PI / 2);
-        this.grid.position.set(
-            this.square * Math.round(sphere.center.x / this.square),
-            this.square * Math.round(sphere.center.y / this.square), floor - 1e-3 * sphere.radius);
+        this.grid.position.z = floor - 1e-3 * sphere.radius;
         this.scene.add(this.grid);
+    }
+
+    // Below what is looked at, square on square.
+    #centreGrid() {
+        for (const axis of ["x", "y"])
+            this.grid.position[axis] = this.square * Math.round(this.controls.target[axis] / this.square);
     }
 
     paint(colours) {
@@ -84,14 +102,15 @@ export class Stage {
         colour.needsUpdate = true;
     }
 
-    fit(width, height) {
-        this.renderer.setPixelRatio(Math.min(2, window.devicePixelRatio));
+    fit(width, height, ratio = Math.min(2, window.devicePixelRatio)) {
+        this.renderer.setPixelRatio(ratio);
         this.renderer.setSize(width, height, false);
         this.camera.aspect = width / Math.max(1, height);
         this.camera.updateProjectionMatrix();
     }
 
     draw() {
+        this.#centreGrid();
         this.renderer.render(this.scene, this.camera);
     }
 
@@ -108,12 +127,13 @@ export class Stage {
     }
 }
 
-// Adds what the batches reach at the present state.
-export function growBox(box, batches) {
+// Adds what is shown of bodies at the present state; only: that item of the batches.
+export function growBox(box, batches, motion, only = -1) {
     const one = new Box3(), matrix = new Matrix4();
     for (const batch of batches) {
         batch.geometry.computeBoundingBox();
         for (let k = 0; k < batch.items.length; ++k) {
+            if (batch.items[k].body < 0 || !batch.isShown(k, motion) || (only >= 0 && k !== only)) continue;
             matrix.fromArray(batch.mesh.instanceMatrix.array, 16 * k);
             box.union(one.copy(batch.geometry.boundingBox).applyMatrix4(matrix));
         }

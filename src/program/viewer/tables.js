@@ -1,6 +1,6 @@
 // The index report and the findings of the reader as tables.
 // SPDX-License-Identifier: BSD-3-Clause
-import { element } from "./plots.js";
+import { element, note } from "./dom.js";
 
 const most = 500; // lines
 
@@ -15,8 +15,6 @@ function table(head, rows) {
     }
     return node;
 }
-
-const note = (text) => element("p", { className: "note", textContent: text });
 
 function ofTree(r) {
     const rows = r.directions.map((d) => ({
