@@ -70,6 +70,12 @@ static int refuse_undetermined(mbsr_ida *ida, const mbsr_index_report *report)
         direction->terms > 1 ? " together with others" : "");
 }
 
+static int refuse_memory(mbsr_ida *ida)
+{
+    return mbsri_ida_fail(&ida->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
+                          "mbsr_ida_start: %s", mbsr_data_error(ida->data)->text);
+}
+
 /* Refuses a start with joint rates that neither mass nor force determines: no step would lead from
  * it. Only where ranks are deficient, and where the Newton solver, if there is one, finds its
  * equations singular, the index report decides; what it cannot tell is no reason to refuse. */
@@ -85,7 +91,8 @@ static int check_determined(mbsr_ida *ida, double t, const double *y, const doub
     int status = MBSR_OK;
     if (!newton || mbsr_newton_factor(newton, ida->data, t, y, yp, c) == MBSR_SINGULAR_BLOCK) {
         status = mbsr_dae_unpack(ida->model, ida->data, ida->opt.form, t, y, q, u);
-        if (!status) mbsr_index_report_create(ida->model, ida->data, t, q, u, &report);
+        if (!status) status = mbsr_index_report_create(ida->model, ida->data, t, q, u, &report);
+        if (status == MBSR_ERR_NO_MEMORY) return refuse_memory(ida);
         const bool refused = report && report->undetermined > 0;
         status = refused ? refuse_undetermined(ida, report) : MBSR_OK;
         mbsr_index_report_destroy(ida->model, report);
@@ -111,6 +118,7 @@ static int check_balance(mbsr_ida *ida, double t, const double *y)
     int status = mbsr_dae_imbalance(ida->model, data, form, t, y, &share, &body, NULL, NULL);
     if (!status && share > imbalance)
         status = mbsr_dae_imbalance(ida->model, data, form, t, y, &share, &body, dq, du);
+    if (status == MBSR_ERR_NO_MEMORY) return refuse_memory(ida);
     if (status || !(share > imbalance)) return MBSR_OK; /* the residual says why */
     for (int k = 0; k < nq; ++k) worst = fmax(worst, fabs(dq[k]) / mbsri_ida_tolerance(ida, y, k));
     for (int k = 0; k < nu; ++k)
