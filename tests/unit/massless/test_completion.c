@@ -355,7 +355,11 @@ static void mechanisms(void **state)
 {
     (void)state;
     comparison c = {.tolerance = 1e-6};
-    for (uint64_t seed = 1; seed <= 60; ++seed) {
+    /* the last ones have loops past points and within groups without mass, and rows that depend on others but for rounding */
+    static const uint64_t others[] = {336, 354, 1258, 1834, 2218, 2861, 5768};
+    enum { FIRST = 60, ALL = FIRST + sizeof others / sizeof others[0] };
+    for (int k = 0; k < ALL; ++k) {
+        const uint64_t seed = k < FIRST ? (uint64_t)k + 1 : others[k - FIRST];
         medley s;
         medley_choice choice = medley_choose(seed);
         choice.bodies = 4 + (int)(seed % 5);
