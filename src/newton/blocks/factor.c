@@ -35,18 +35,13 @@
 
 #include "algebra/dense.h"
 #include "algebra/numbers.h"
-#include "forms/loops.h"
-#include "forms/momentum.h"
 #include "newton/blocks/coupled.h"
 #include "newton/blocks/front.h"
 #include "newton/blocks/joint.h"
 #include "newton/blocks/kept.h"
 #include "newton/blocks/linked.h"
+#include "newton/linear/linear.h"
 #include "recursion/backward.h"
-#include "recursion/closures.h"
-#include "recursion/forward.h"
-#include "recursion/inverse.h"
-#include "recursion/kinematics.h"
 #include "recursion/modal.h"
 
 /* ---- factoring one joint ---- */
@@ -180,41 +175,11 @@ void mbsri_tree_mark_coupled(mbsr_newton *w, const mbsri_group *g, int rank)
     }
 }
 
-int mbsri_tree_state(mbsr_newton *w, mbsr_data *d, double t, const double *y, const double *yp)
-{
-    const mbsr_model *m = w->model;
-    const double *u = y + m->nq + m->nu;
-    int status = mbsri_positions(m, d, t, y);
-    if (!status) status = mbsri_velocities(m, d, u);
-    if (!status && m->rows > 0) {
-        mbsri_loops_take(m, d, u + m->nu, yp + m->nq + 2 * m->nu);
-        status = mbsri_closure_jacobians(m, d);
-        d->loaded = true;
-    }
-    if (!status) status = mbsri_momentum_derivatives(m, d, w->spare, w->spare + m->nq);
-    if (!status) status = mbsri_backward(m, d);
-    if (!status && m->grouped) status = mbsri_backward_apart(m, d);
-    return status;
-}
-
-void mbsri_tree_reactions(mbsr_newton *w, mbsr_data *d)
-{
-    const mbsr_model *m = w->model;
-    double *x = w->work, *rate = x + m->max_d, *rates = w->spare;
-    for (int i = 1; i <= m->bodies; ++i) {
-        if (!mbsri_heads(m, d, i)) continue;
-        const mbsri_group g = mbsri_group_of(m, d, i);
-        mbsri_known_part(m, d, &g, x, rate);
-        mbsri_group_scatter(m, &g, rate, rates);
-    }
-    mbsri_inverse(m, d, rates);
-}
-
 /* The state, and what w->node says of it. */
 static int evaluate(mbsr_newton *w, mbsr_data *d, double t, const double *y, const double *yp)
 {
     const mbsr_model *m = w->model;
-    const int status = mbsri_tree_state(w, d, t, y, yp);
+    const int status = mbsri_linear_state(m, d, t, y, yp, w->spare);
     if (status) return status;
     w->node[0].deep = false;
     bool some = false;
@@ -227,7 +192,7 @@ static int evaluate(mbsr_newton *w, mbsr_data *d, double t, const double *y, con
             mbsri_tree_mark(w, i, d->rank[i]);
         some = some || w->node[i].deep;
     }
-    if (some) mbsri_tree_reactions(w, d);
+    if (some) mbsri_linear_react(m, d, w->spare, w->work, w->work + m->max_d);
     return MBSR_OK;
 }
 

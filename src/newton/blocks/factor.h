@@ -13,12 +13,6 @@ size_t mbsri_tree_work(const mbsr_newton *w);
 int mbsri_tree_factor(mbsr_newton *w, mbsr_data *d, double t, const double *y, const double *yp,
                       double c);
 
-/* The data at the state, with ranks, momenta and rates; groups of joints are taken apart where that
- * makes no difference (mbsri_backward puts them together). Then A and mu at the accelerations that
- * are known, udot of the data, for joints that lack rank and those behind. */
-int mbsri_tree_state(mbsr_newton *w, mbsr_data *d, double t, const double *y, const double *yp);
-void mbsri_tree_reactions(mbsr_newton *w, mbsr_data *d);
-
 /* Its step for joint i, whose successors are done: what it hands to its predecessor is added to
  * that one's matrix. The data has all of the body that mbsri_tree_factor prepares, w->node its rank
  * and whether it and its predecessor are deep. A status. */

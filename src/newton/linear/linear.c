@@ -214,11 +214,9 @@ void mbsri_linear_destroy(mbsri_linear *l)
 
 /* ---- linearising ---- */
 
-/* The data at the state, with ranks, momenta and rates; groups of joints are taken apart where that
- * makes no difference (mbsri_backward puts them together). */
-static int evaluate(mbsri_linear *l, mbsr_data *d, double t, const double *y, const double *yp)
+int mbsri_linear_state(const mbsr_model *m, mbsr_data *d, double t, const double *y,
+                       const double *yp, double *spare)
 {
-    const mbsr_model *m = l->model;
     const double *u = y + m->nq + m->nu;
     int status = mbsri_positions(m, d, t, y);
     if (!status) status = mbsri_velocities(m, d, u);
@@ -227,18 +225,14 @@ static int evaluate(mbsri_linear *l, mbsr_data *d, double t, const double *y, co
         status = mbsri_closure_jacobians(m, d);
         d->loaded = true;
     }
-    if (!status) status = mbsri_momentum_derivatives(m, d, l->spare, l->spare + m->nq);
+    if (!status) status = mbsri_momentum_derivatives(m, d, spare, spare + m->nq);
     if (!status) status = mbsri_backward(m, d);
     if (!status && m->grouped) status = mbsri_backward_apart(m, d);
     return status;
 }
 
-/* A and mu at the accelerations that are known, udot of the data, for joints that lack rank and
- * those behind. */
-static void react(mbsri_linear *l, mbsr_data *d)
+void mbsri_linear_react(const mbsr_model *m, mbsr_data *d, double *rates, double *x, double *rate)
 {
-    const mbsr_model *m = l->model;
-    double *rates = l->spare, *x = rates + m->nu, *rate = x + m->nu;
     for (int i = 1; i <= m->bodies; ++i) {
         if (!mbsri_heads(m, d, i)) continue;
         const mbsri_group g = mbsri_group_of(m, d, i);
@@ -347,9 +341,10 @@ int mbsri_linear_at(mbsri_linear *l, mbsr_data *d, double t, const double *y, co
 {
     const mbsr_model *m = l->model;
     l->c = c;
-    int status = evaluate(l, d, t, y, yp);
+    int status = mbsri_linear_state(l->model, d, t, y, yp, l->spare);
     if (status) return status;
-    if (mark(l, d)) react(l, d);
+    double *rates = l->spare, *x = rates + l->model->nu;
+    if (mark(l, d)) mbsri_linear_react(l->model, d, rates, x, x + l->model->nu);
     for (int i = 1; i <= m->bodies && !status; ++i) status = keep_joint(l, d, i);
     if (!status) status = keep_elements(l, d);
     if (!status) status = keep_closures(l, d);

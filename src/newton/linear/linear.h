@@ -41,6 +41,15 @@ typedef struct mbsri_linear {
 mbsri_linear *mbsri_linear_create(const mbsr_model *m);
 void mbsri_linear_destroy(mbsri_linear *l);
 
+/* The data at the state, with ranks, momenta and rates; groups of joints are taken apart where that makes no
+ * difference (mbsri_backward puts them together). spare: nq + nu numbers. */
+int mbsri_linear_state(const mbsr_model *m, mbsr_data *d, double t, const double *y,
+                       const double *yp, double *spare);
+
+/* A and mu at the accelerations that are known, which go into rates (nu), for joints that lack rank and those behind.
+ * x, rate: as many numbers as a group's joints have rates. */
+void mbsri_linear_react(const mbsr_model *m, mbsr_data *d, double *rates, double *x, double *rate);
+
 /* The derivatives at the state (t, y), with the loop forces of y', for the factor c. A status. The data
  * is at mbsr_backward of that state afterwards. */
 int mbsri_linear_at(mbsri_linear *l, mbsr_data *d, double t, const double *y, const double *yp,
