@@ -260,17 +260,29 @@ static double bounded(mbsri_stiff *s, double filtered, double plain)
     return fmax(filtered, plain / fmax(least, share * all));
 }
 
+/* The factor by which the error x, of norm `plain`, is tested more strictly than IDA would: where it may be that of a jump. */
+static double strictness(mbsri_stiff *s, N_Vector x, double plain)
+{
+    static const double many = 20.0;
+    const double unequal = mbsri_stiff_unequal(s);
+    return unequal * plain > many && unequal * momentum_norm(s, x) > many ? unequal : 1.0;
+}
+
 /* The first norm of an error test decides on all: they have to be comparable. `many` tolerances: beyond these the filter has to know
- * that an error is an offset. */
+ * that an error is an offset; what is none is tested as that of a jump. */
 static double first_norm(mbsri_stiff *s, N_Vector x, double plain)
 {
     static const double many = 20.0;
+    const double jump = strictness(s, x, plain) * plain;
     s->filters = false;
-    if (!s->careful) keep_error(s, x, plain);
-    if (!s->careful || !(plain > 1.0)) return plain;
+    if (!s->careful) {
+        keep_error(s, x, plain);
+        return jump;
+    }
+    if (jump > many && filter(s, x, s->error) == 0 && !mbsri_stiff_acted(s, x)) return jump;
+    if (!(plain > 1.0)) return plain;
     const double filtered = s->stricter * filtered_norm(s, x);
     if (!(filtered >= 0.0 && filtered < plain)) return plain;
-    if (plain > many && filter(s, x, s->error) == 0 && !mbsri_stiff_acted(s, x)) return plain;
     stiff_alone(s, x, filtered, plain);
     s->filters = true;
     return bounded(s, filtered, plain);

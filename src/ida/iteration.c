@@ -271,7 +271,7 @@ static int initialize(SUNNonlinearSolver solver)
     s->enough = MBSRI_STIFF_ALARM;
     s->failed_at = s->rejected_at = s->turned_at = -1;
     s->learned = s->untested = false;
-    s->past.known = false;
+    s->past.known = 0;
     s->steps = 0;
     s->rated = 0;
     s->due = 2.0;

@@ -19,10 +19,12 @@ typedef sunrealtype (*mbsri_masked_norm)(N_Vector x, N_Vector w, N_Vector id);
 /* How errors are measured: by the filter of filter.c; as they are; momenta by what they move, see moved.c. */
 typedef enum mbsri_test { MBSRI_TEST_FILTERED, MBSRI_TEST_PLAIN, MBSRI_TEST_MOVED } mbsri_test;
 
-/* Where the last step ended, if that is known, and the present attempt. */
+/* The steps before the present attempt. */
+enum { MBSRI_PAST_STEPS = 5 }; /* the highest order */
 typedef struct mbsri_past {
-    N_Vector y, attempt;
-    bool known;
+    double step[MBSRI_PAST_STEPS]; /* lengths, the last step's first */
+    int known;                     /* as many of them */
+    N_Vector y, attempt; /* where the last step ended, and where the present attempt does */
 } mbsri_past;
 
 typedef struct mbsri_stiff {
@@ -183,6 +185,9 @@ double mbsri_stiff_momenta(const mbsri_stiff *s, N_Vector x);
 /* What jumps.c has to know: IDA had taken so many steps at the last attempt; an error test begins. */
 void mbsri_stiff_note_step(mbsri_stiff *s, long before);
 void mbsri_stiff_note_attempt(mbsri_stiff *s);
+
+/* By how much IDA's error constant is smaller than that of equal steps: 1 to 20. */
+double mbsri_stiff_unequal(const mbsri_stiff *s);
 
 /* Whether what takes an error x off along s->filtered has acted before the step, too: K s->filtered = s->error. True where
  * that is not known. */

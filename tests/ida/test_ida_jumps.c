@@ -1,4 +1,4 @@
-/* An arm of two links whose elbow has stops, hit within a step.
+/* Forces that jump within a step: a servo that comes out of its saturation, a stop that is hit.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "problems.h"
 #include "reference_runs.h"
@@ -32,7 +32,6 @@ static double loss_of(const mbsr_model *m, const double q[2], double t_end, doub
 /* Of runs at 21 tolerances from 1e-3 to 1e-7: the most that one loses, the mean of the logarithms, and their steps. */
 typedef struct losses {
     double most, mean;
-    int large; /* runs that lose more than 300 */
     long steps;
 } losses;
 
@@ -40,11 +39,10 @@ static losses losses_of(const mbsr_model *m, const double q[2], double t_end,
                         const double reference[2])
 {
     enum { RUNS = 21 };
-    losses l = {.steps = 0};
+    losses l = {0.0, 0.0, 0};
     for (int k = 0; k < RUNS; ++k) {
         const double loss = loss_of(m, q, t_end, pow(10.0, -3.0 - 0.2 * k), reference, &l.steps);
         l.most = fmax(l.most, loss);
-        l.large += loss > 300.0;
         l.mean += log10(loss) / RUNS;
     }
     print_message("%ld steps, at most %.0f tolerances lost, 10^%.2f in the mean\n", l.steps, l.most,
@@ -52,12 +50,91 @@ static losses losses_of(const mbsr_model *m, const double q[2], double t_end,
     return l;
 }
 
+/* ---- a cart on a servo, with a pole that hangs from it ---- */
+
+typedef struct cart {
+    double force, time; /* N, of either sign; s: what the servo adds to x of x' */
+} cart;
+
+/* Rates of x, the pole's angle a, and theirs. */
+static void rates(const cart *c, double sign, const double s[4], double rate[4])
+{
+    const double M = 4.0, m = 0.5, J = 1.0 / 3.0, w = s[3], cosine = cos(s[1]), sine = sin(s[1]);
+    const double f = sign * c->force - m * w * w * sine, g = -m * weight * sine - 0.02 * w;
+    const double det = M * J - m * m * cosine * cosine;
+    rate[0] = s[2], rate[1] = s[3];
+    rate[2] = (J * f + m * cosine * g) / det;
+    rate[3] = (m * cosine * f + M * g) / det;
+}
+
+static void advance(const cart *c, double sign, double h, double s[4])
+{
+    double k[4][4], at[4];
+    for (int j = 0; j < 4; ++j) {
+        const double part = j == 0 ? 0.0 : j == 3 ? h : 0.5 * h;
+        for (int i = 0; i < 4; ++i) at[i] = s[i] + (j ? part * k[j - 1][i] : 0.0);
+        rates(c, sign, at, k[j]);
+    }
+    for (int i = 0; i < 4; ++i)
+        s[i] += h / 6.0 * (k[0][i] + 2.0 * k[1][i] + 2.0 * k[2][i] + k[3][i]);
+}
+
+/* x and a after `time`: a servo as stiff as that pushes one way or the other, by the sign of 0.5 - x - time x'. */
+static void switched(const cart *c, double time, double end[2])
+{
+    double s[4] = {0.0, 0.4, 0.0, 0.0}, sign = 1.0, left = time;
+    while (left > 0.0) {
+        double h = fmin(1e-4, left), low = 0.0, high = h, at[4];
+        memcpy(at, s, sizeof s);
+        advance(c, sign, h, at);
+        const bool turns = sign * (0.5 - at[0] - c->time * at[2]) < 0.0;
+        for (int k = 0; k < 60 && turns; ++k) {
+            h = 0.5 * (low + high);
+            memcpy(at, s, sizeof s);
+            advance(c, sign, h, at);
+            if (sign * (0.5 - at[0] - c->time * at[2]) < 0.0)
+                high = h;
+            else
+                low = h;
+        }
+        memcpy(s, at, sizeof s);
+        if (turns) sign = -sign;
+        left -= h;
+    }
+    end[0] = s[0], end[1] = s[1];
+}
+
+/* kp = 1e8 N/m: the servo turns round within 1e-7 s. Steps of high order after long ones passed IDA's test with errors
+ * of 1000 tolerances: up to 9000 were lost, 10^2.8 in the mean. */
+static void a_servo_turns_round_between_steps(void **state)
+{
+    (void)state;
+    static const double q[2] = {0.0, 0.4}, X[3] = {1.0, 0.0, 0.0}, Y[3] = {0.0, 1.0, 0.0};
+    const mbsr_servo servo = {.kp = 1e8, .kd = 2e4, .reference = 0.5, .limit = 60.0};
+    const cart c = {servo.limit, servo.kd / servo.kp};
+    double reference[2];
+    mbsr_model *m = run_model();
+    const int body = run_body(m, "cart", MBSR_GROUND, mbsr_joint_prismatic(NULL, NULL, X),
+                              mbsr_inertia_particle(3.0));
+    const int pole = run_body(m, "pole", body, mbsr_joint_revolute(NULL, NULL, Y),
+                              mbsr_inertia_rod(1.0, (double[3]){0.0}, (double[3]){0, 0, -1.0}));
+    run_force(m, mbsr_force_joint_servo(body, 0, &servo));
+    run_force(m, mbsr_force_joint_spring(pole, 0, 0.0, 0.02, 0.0));
+    run_force(m, mbsr_force_gravity(0.0, 0.0, -weight));
+    switched(&c, 2.0, reference);
+    const losses l = losses_of(run_finish(m), q, 2.0, reference);
+    assert_true(l.most < 3000.0 && l.mean < 2.5);
+    assert_in_range(l.steps, 4000, 9000);
+    mbsr_model_destroy(m);
+}
+
+/* ---- an arm of two links whose elbow has stops ---- */
+
 typedef struct stops {
     double stiffness, ratio, end[2]; /* the last by IDA alone at 1e-11 */
 } stops;
 
-/* An impact was taken for an offset of something stiff, and filtered: 23 000 and 11 000 tolerances lost. One run may meet the
- * stop at the end of a step that has just failed, where the error test sees little of it. */
+/* An impact was taken for an offset of something stiff, and filtered: 23 000 and 11 000 tolerances lost. */
 static void a_stop_that_is_hit_takes_the_impact(void **state)
 {
     (void)state;
@@ -78,7 +155,7 @@ static void a_stop_that_is_hit_takes_the_impact(void **state)
         run_force(m, mbsr_force_joint_stop(lower, 0, -0.5, 0.7, s->stiffness, damping));
         run_force(m, mbsr_force_gravity(0.0, 0.0, -weight));
         const losses l = losses_of(run_finish(m), q, 3.0, s->end);
-        assert_true(l.large <= 1 && l.most < 3000.0 && l.mean < 1.8);
+        assert_true(l.most < 300.0 && l.mean < 1.8);
         assert_in_range(l.steps, 5000, 25000);
         mbsr_model_destroy(m);
     }
@@ -86,6 +163,7 @@ static void a_stop_that_is_hit_takes_the_impact(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(a_stop_that_is_hit_takes_the_impact)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(a_servo_turns_round_between_steps),
+                                       cmocka_unit_test(a_stop_that_is_hit_takes_the_impact)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
