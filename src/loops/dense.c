@@ -11,7 +11,7 @@
 #include "algebra/numbers.h"
 #include "base/error.h"
 #include "base/memory.h"
-#include "loops/rounding.h"
+#include "recursion/rounding.h"
 #include "recursion/closures.h"
 #include "recursion/mass_matrix.h"
 #include "recursion/spans.h"

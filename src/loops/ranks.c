@@ -11,7 +11,7 @@
 
 #include "algebra/dense.h"
 #include "loops/assemble.h"
-#include "loops/rounding.h"
+#include "recursion/rounding.h"
 #include "recursion/closures.h"
 #include "recursion/kinematics.h"
 

@@ -7,7 +7,7 @@
 #include "base/error.h"
 #include "loops/motion.h"
 #include "loops/ranks.h"
-#include "loops/rounding.h"
+#include "recursion/rounding.h"
 #include "massless/element_power.h"
 #include "massless/element_rows.h"
 #include "recursion/closures.h"

@@ -1,6 +1,6 @@
 /* What of C and of the mass matrix is nothing but rounding: see rounding.h.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "loops/rounding.h"
+#include "recursion/rounding.h"
 
 #include "algebra/dense.h"
 #include "inertias/exact.h"
