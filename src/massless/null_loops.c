@@ -10,6 +10,7 @@
 #include "loops/rounding.h"
 #include "massless/element_power.h"
 #include "massless/element_rows.h"
+#include "massless/scales.h"
 #include "recursion/closures.h"
 #include "recursion/kinematics.h"
 
@@ -50,8 +51,23 @@ static double lever_of(const mbsri_null_space *w)
     return fmax(w->size, mbsri_longest_lever(w->m, w->d));
 }
 
-/* C x of row k of a closure; *size: what may be rounding in it, over ROUNDING: turns count with the longest
- * lever of the mechanism. */
+/* What may be rounding, over ROUNDING, in the force of a row on a rigid body, `force` (d numbers, rows apart), along V:
+ * components of a force that are zero are traces of its largest one, and turns count with the longest lever. */
+static double rounded_along(const mbsri_body *b, size_t rows, const double *force, const double *V,
+                            double lever)
+{
+    int turns, rotation, moves, translation;
+    double most = 0.0, moment = 0.0;
+    (void)mbsri_element_places(b, &turns, &rotation, &moves, &translation);
+    for (int j = 0; j < moves; ++j)
+        most = fmax(most, fabs(force[(size_t)(translation + j) * rows]));
+    for (int j = 0; j < turns; ++j)
+        moment = fmax(moment, fabs(force[(size_t)(rotation + j) * rows]));
+    return mbsri_largest(moves, V + translation) * most +
+           mbsri_largest(turns, V + rotation) * (moment + lever * most);
+}
+
+/* C x of row k of a closure; *size: what may be rounding in it, over ROUNDING. */
 static double seen_by_row(const mbsri_null_space *w, const mbsri_closure *c, int k, double lever,
                           const double *twist, const double *a, double *size)
 {
@@ -66,11 +82,11 @@ static double seen_by_row(const mbsri_null_space *w, const mbsri_closure *c, int
         const double *block = C + (size_t)c->column[l] * rows, *V = twist + b->v;
         int turns, rotation, moves, translation;
         const bool rigid = mbsri_element_places(b, &turns, &rotation, &moves, &translation);
-        const double turn = rigid ? mbsri_largest(turns, V + rotation) : 0.0;
+        if (rigid) *size += rounded_along(b, rows, block, V, lever);
         for (int j = 0; j < b->d; ++j) {
-            const bool linear = rigid && j >= translation && j < translation + moves;
-            sum += block[(size_t)j * rows] * V[j];
-            *size += fabs(block[(size_t)j * rows]) * (fabs(V[j]) + (linear ? lever * turn : 0.0));
+            const double part = block[(size_t)j * rows] * V[j];
+            sum += part;
+            *size += rigid ? 0.0 : fabs(part);
         }
         for (int j = 0; j < b->n && joints; ++j) {
             const double part = block[(size_t)(b->d + j) * rows] * a[b->u + j];
@@ -93,12 +109,13 @@ static const double *rates_of(const mbsri_null_space *w, int l)
 
 /* ---- which directions rigid rows hold ---- */
 
-/* C N of rigid rows (rows x k) and its errors, into the reduction. */
-static void fill(mbsri_null_space *w, double lever)
+/* C N of rigid rows (rows x k) and its errors, into the reduction, N of size 1: sizes (k). */
+static void fill(mbsri_null_space *w, double lever, double *sizes)
 {
     const mbsri_closure *first = mbsri_all_closures(w->m);
     const int rows = w->m->rows;
     for (int l = 0; l < w->k; ++l) {
+        sizes[l] = mbsri_direction_size(w, l);
         for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
             for (int k = 0; k < c->rows; ++k) {
                 double size;
@@ -106,8 +123,8 @@ static void fill(mbsri_null_space *w, double lever)
                 const double value =
                     seen_by_row(w, c, k, lever, twist_of(w, l), rates_of(w, l), &size);
                 const bool rigid = !mbsri_is_stiff(c, k) && fabs(value) > 10.0 * ROUNDING * size;
-                w->seen.A[at] = rigid ? value : 0.0;
-                w->seen.error[at] = mbsri_is_stiff(c, k) ? 0.0 : ROUNDING * size;
+                w->seen.A[at] = rigid ? value / sizes[l] : 0.0;
+                w->seen.error[at] = mbsri_is_stiff(c, k) ? 0.0 : ROUNDING * size / sizes[l];
             }
         }
     }
@@ -175,13 +192,16 @@ int mbsri_null_leave_held(mbsri_null_space *w)
     w->seen_room.count = 0;
     if (!mbsri_reserve(&m->allocator, &w->seen_room, reduced + 2 * k * k + wide, sizeof(double)))
         return no_memory(w);
-    double *T = (double *)w->seen_room.data + reduced, *dT = T + k * k, *old = dT + k * k;
+    double *T = (double *)w->seen_room.data + reduced, *dT = T + k * k, *old = dT + k * k,
+           *sizes = w->unmixed;
     mbsri_reduction_place(&w->seen, m->rows, w->k, w->seen_room.data);
-    fill(w, lever_of(w));
+    fill(w, lever_of(w), sizes);
     mbsri_reduce(&w->seen, m->rows, w->k, w->k, LEAST, NULL);
     const int count = w->k - w->seen.rank;
-    for (int l = 0; l < count; ++l)
-        mbsri_right_null(&w->seen, l, T + (size_t)l * k, dT + (size_t)l * k);
+    for (size_t l = 0; l < (size_t)count; ++l) {
+        mbsri_right_null(&w->seen, (int)l, T + l * k, dT + l * k);
+        for (size_t a = 0; a < k; ++a) T[l * k + a] /= sizes[a], dT[l * k + a] /= sizes[a];
+    }
     combine(nu, w->k, count, T, w->direction, old);
     combine(m->size_v, w->k, count, T, w->twist, old);
     combine(nq, w->k, count, T, w->q_rate, old);

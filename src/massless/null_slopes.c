@@ -45,11 +45,7 @@ typedef struct range {
 static void force_sizes(mbsri_null_space *w, double *sizes)
 {
     mbsri_gross_forces(w->m, w->d);
-    for (int l = 0; l < w->k; ++l) {
-        const double *vector = w->vector + (size_t)l * (size_t)w->m->max_n;
-        const mbsri_group g = mbsri_group_of(w->m, w->d, w->head[l]);
-        sizes[l] = fmax(sizes[l], mbsri_gross_load(w->m, w->d, &g, vector));
-    }
+    for (int l = 0; l < w->k; ++l) sizes[l] = fmax(sizes[l], mbsri_null_load(w, l));
 }
 
 /* slopes[row] = (gamma at q + h rate, u + h a, less gamma at - h) / 2 h, and the sizes of forces
