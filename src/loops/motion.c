@@ -163,12 +163,12 @@ int mbsri_loops_refuse(mbsri_dense *w, const double *x, const char *why)
 
 /* Where rows depend on each other, springs among them share what they bear so that their energy, the sum of
  * lambda^2 / (2 k), is least: sqrt(1/k) (lambda - N a) is shortest, where the columns of N span the part of
- * the kernel of K in lambda. Overwrites K and g. */
+ * the kernel of K in lambda. Overwrites K and x. */
 static int share_forces(mbsri_dense *w, double *lambda)
 {
     const mbsri_closure *first = mbsri_all_closures(w->m);
     const int count = w->nulls - w->moving, rows = w->rows;
-    double *A = w->K, *b = w->right, *unit = w->g, *idle = w->y;
+    double *A = w->K, *b = w->right, *unit = w->x, *idle = w->y;
     int rank;
     if (count == 0) return MBSR_OK;
     mbsri_zero((size_t)rows, b);
