@@ -20,6 +20,7 @@
 #include "recursion/inverse.h"
 #include "recursion/kinematics.h"
 #include "recursion/not_finite.h"
+#include "recursion/spans.h"
 
 #include <math.h>
 
@@ -111,11 +112,13 @@ static int accelerate(forward *w, double t, const double *q, const double *u, co
                                      ": its acceleration is not determined");
     if (status) return status;
     mbsri_fronts_solve(s, w->right, w->rate, w->udot, w->lambda);
-    const double size = mbsri_largest(w->m->rows, w->bias) + mbsri_largest(w->m->nu, w->udot);
+    const double rate = mbsri_rate_of_model(w->m),
+                 size = rate * rate + mbsri_largest_row(w->m, w->bias, s->share) +
+                        mbsri_largest_rate(w->m, w->udot);
     mbsri_closure_apply(w->m, w->d, w->udot, w->rate);
     for (int k = 0; k < w->m->rows; ++k) w->rate[k] += w->bias[k];
     clear_springs(w->m, w->rate);
-    status = mbsri_refuse_left(w->m, w->d, w->rate, size, "acceleration", forward_name);
+    status = mbsri_refuse_left(w->m, w->d, w->rate, s->share, size, "acceleration", forward_name);
     return status ? status : settle(w);
 }
 
