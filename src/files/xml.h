@@ -9,6 +9,7 @@ typedef struct mbsri_element {
     const char *name;
     const char *file;
     int line;
+    int model; /* which of the models that a file of MJCF attaches; 0: the file's own */
     const char **attribute; /* names and values in turn, then NULL */
     struct mbsri_element *parent, *child, *last, *next;
 } mbsri_element;
