@@ -1,4 +1,4 @@
-/* Models from files: URDF, also by xacro, and MJCF (component files).
+/* Models from files: URDF, also by xacro, MJCF and SDF (component files).
  * SPDX-License-Identifier: BSD-3-Clause
  *
  * A reader takes a text and makes a model that is not finished yet, so that the caller can add to it,
@@ -18,7 +18,8 @@ extern "C" {
 typedef enum mbsr_file_format {
     MBSR_FILE_ANY = 0,  /* by the element that the file begins with */
     MBSR_FILE_URDF = 1, /* <robot> */
-    MBSR_FILE_MJCF = 2  /* <mujoco> */
+    MBSR_FILE_MJCF = 2, /* <mujoco> */
+    MBSR_FILE_SDF = 3   /* <sdf> */
 } mbsr_file_format;
 
 /* Another file that is needed: an include, a mesh. Sets *text to its contents (*size bytes), which stay
@@ -49,7 +50,7 @@ typedef struct mbsr_file_opt {
     mbsr_file_format format;
     int strict;        /* 1: findings make the reader refuse the file; default 0 */
     int floating;      /* URDF, 1: the root link is free; 0 (default): it is fixed */
-    double gravity[3]; /* URDF has none: m/s^2, default (0, 0, -9.81) */
+    double gravity[3]; /* URDF and models of SDF have none: m/s^2, default (0, 0, -9.81) */
     int closures;  /* 1 (default): mimicking joints and equalities become closures; 0: left out */
     int actuators; /* 1 (default): actuators become force elements; 0: left out */
     int passive;   /* 1 (default): springs and dampers of joints and tendons; 0: left out */
@@ -60,7 +61,7 @@ typedef struct mbsr_file_opt {
     double slip;            /* > 0: dry friction, smooth below this rate, m/s or rad/s; default 0 */
     mbsr_file_load_fn load; /* NULL: files with includes are refused, meshes are findings */
     void *user;             /* for load */
-    int packages;           /* URDF: meshes of package://NAME/PATH get the path FOLDER/PATH */
+    int packages; /* meshes of package://NAME/PATH and model://NAME/PATH get the path FOLDER/PATH */
     const mbsr_file_package *package; /* may be NULL for none; other packages stay as in the file */
     mbsr_xacro_opt xacro;
     mbsr_model_def model; /* of the model made: root, tolerance, allocator */
@@ -268,7 +269,7 @@ typedef struct mbsr_written {
     const mbsr_finding *finding;
 } mbsr_written;
 
-/* A finished model as a text of MJCF. `file` (NULL: none): what it was read from, URDF or MJCF, for names, refs,
+/* A finished model as a text of MJCF. `file` (NULL: none): what it was read from, of any format, for names, refs,
  * limits, sites, actuators, keys and shapes; the model must have its bodies and coordinates. Bodies are
  * written depth first, in the order of ids. Read again the text gives a model with the same accelerations, up to
  * rounding, but for what is in findings: mostly left out. Bodies without mass are written without; MuJoCo refuses

@@ -11,7 +11,7 @@
 
 #include <string.h>
 
-enum { MOST_DEPTH = 20 };
+enum { MOST_DEPTH = 20, MOST_MODELS = 1000 };
 
 /* A <model>. */
 typedef struct asset {
@@ -275,7 +275,8 @@ static bool add_asset(host *h, const mbsri_element *e, int depth)
     const char *file = mbsri_attribute(e, "file"), *name = mbsri_attribute(e, "name");
     int number;
     if (!file) return mbsri_file_refuse(s, e, "it has no file");
-    if (depth >= MOST_DEPTH) return mbsri_file_refuse(s, e, "models attach each other too deeply");
+    if (depth >= MOST_DEPTH || h->m->compilers.count > MOST_MODELS)
+        return mbsri_file_refuse(s, e, "models attach each other too deeply, or too many");
     const bool absolute = file[0] == '/';
     const char *home = mbsri_mjcf_compiler(h->m, e)->home,
                *seen = mbsri_arena_join(s->arena, absolute ? "" : home, file, ""),

@@ -128,24 +128,15 @@ static bool read_inertial(mbsri_mjcf *m, const mbsri_element *e, mbsr_inertia *i
 {
     const mbsri_node node = {.e = e};
     mbsr_frame frame;
-    double mass = 0.0, I[6] = {0.0}, moments[3];
+    double mass = 0.0, I[6] = {0.0};
     int diagonal, full;
     if (!mbsri_mjcf_frame(m, &node, &frame) || !mbsri_mjcf_number(m, &node, "mass", &mass) ||
         !mbsri_mjcf_numbers(m, &node, "diaginertia", 3, 3, I, &diagonal) ||
         !mbsri_mjcf_numbers(m, &node, "fullinertia", 6, 6, I, &full))
         return false;
-    if (mass < 0.0) return mbsri_file_refuse(m->s, e, "its mass is negative");
     if (diagonal && full)
         return mbsri_file_refuse(m->s, e, "it has two tensors, diaginertia and fullinertia");
-    mbsri_moments(I, moments);
-    if (moments[0] < -1e-6 * fabs(moments[2]))
-        mbsri_file_find(m->s, e, "a principal moment of inertia is negative; kept as it is");
-    else if (moments[2] > (1.0 + 1e-6) * (moments[0] + moments[1]))
-        mbsri_file_find(m->s, e,
-                        "no body has these moments of inertia (one is larger than the sum "
-                        "of the others); kept as they are");
-    *inertia = mbsri_solid(m->s->arena, mass, &frame, I);
-    return true;
+    return mbsri_stated_solid(m->s, e, mass, &frame, I, inertia);
 }
 
 static bool add_site(mbsri_mjcf *m, const mbsri_element *e, const mbsri_mjcf_at *at)

@@ -54,6 +54,8 @@ ends 0 "one.urdf:2: link 'a': it has no <inertial>" info "$work/one.urdf"
 ends 3 'strict' info --strict "$work/one.urdf"
 ends 1 '6 undetermined' check --floating "$work/one.urdf"
 ends 1 '"undetermined": 6' check --json --floating "$work/one.urdf"
+ends 0 "hinge 'rod_pin'" info "$models/wiper.sdf"
+ends 0 '6 rows of closures, 3 independent; mobility 1' check "$models/wiper.sdf"
 ends 0 '1 damped, 0 elastic, 0 undetermined; index 1' check "$models/quarter_car.xml"
 ends 0 '"determined": true' check --json "$models/arm.urdf"
 
