@@ -324,8 +324,11 @@ bool mbsri_scene_build(mbsri_scene *s, mbsr_file *file, const mbsri_element *roo
     for (int k = 0; k < s->sites.count; ++k)
         sites[k].body = sites[k].body < 0 ? MBSR_GROUND : bodies[sites[k].body].id;
     mbsr_file_sensor *sensors = s->sensors.items;
-    for (int k = 0; k < s->sensors.count; ++k)
-        sensors[k].body = sensors[k].body < 0 ? MBSR_GROUND : bodies[sensors[k].body].id;
+    for (int k = 0; k < s->sensors.count; ++k) {
+        mbsr_file_sensor *of = sensors + k;
+        of->body = of->body < 0 ? MBSR_GROUND : bodies[of->body].id;
+        of->from_body = of->from_body < 0 ? MBSR_GROUND : bodies[of->from_body].id;
+    }
     for (int k = 0; k < s->shapes.count; ++k)
         shapes[k].body = shapes[k].body < 0 ? MBSR_GROUND : bodies[shapes[k].body].id;
     return mbsri_scene_forces(s, file, root) && mbsri_scene_actuators(s, file) &&

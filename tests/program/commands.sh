@@ -282,7 +282,9 @@ END
     ends 0 '^t,angle,speed,tip.x,tip.y,tip.z,mass.x,mass.y,mass.z,post.x' run "$work/sensed.xml" --t-end 1 --step 1 --start k \
         --output angle,speed,tip,mass,post
     ends 0 '^0,0,0.5,0,3,0,2,0,0,7,0,0' run "$work/sensed.xml" --t-end 1 --step 1 --start k --output angle,speed,tip,mass,post
-    ends 2 "no joint 'shake'" run "$work/sensed.xml" --t-end 1 --output shake
+    ends 0 '^t,shake.x,shake.y,shake.z' run "$work/sensed.xml" --t-end 1 --step 1 --start k --output shake
+    ends 0 '^1,-*[0-9.e-]*,-0.75[0-9]*,' run "$work/sensed.xml" --t-end 1 --step 1 --start k --output shake
+    ends 2 "no joint 'shaken'" run "$work/sensed.xml" --t-end 1 --output shaken
     ends 2 't-end' run "$models/arm.urdf"
     ends 2 'makes more than 1e+08 lines' run "$models/arm.urdf" --t-end 1e9 --step 1e-9
     ends 2 'needs -o FILE' run "$models/arm.urdf" --t-end 1 --json
