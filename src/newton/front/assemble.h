@@ -5,7 +5,7 @@
 
 #include "newton/front/front.h"
 
-/* The front of step k in f->M: `size` unknowns and equations, then the border (`rows`, `columns` in all),
+/* The front of step k in f->M before its body is passed (pass.h): `size` unknowns and equations, then the border (`rows`, `columns` in all),
  * then what the step takes away: y and loads of the joint, x, and what is pending of a group that closes. */
 typedef struct mbsri_front_build {
     mbsri_front *f;
@@ -16,8 +16,9 @@ typedef struct mbsri_front_build {
     mbsri_terms terms;
     bool deep, closes; /* closes: the joint, or its group, is complete, and lacks rank or is deep */
     bool watched;      /* more than the joint's own unknowns */
-    int size, rows, columns, all_rows, all_columns;
-    int *row, *column; /* numbers */
+    bool plain;        /* nothing but y over x, with the joint's own unknowns */
+    int own, size, rows, columns, all_rows, all_columns; /* own: unknowns of the joint */
+    int *row, *column;                                   /* numbers */
     double *M, *N;
 } mbsri_front_build;
 

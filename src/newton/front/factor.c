@@ -1,6 +1,6 @@
 /* Memory of the front, and factoring: see front.h.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "newton/front/assemble.h"
+#include "newton/front/pass.h"
 
 #include "algebra/dense.h"
 #include "algebra/numbers.h"
@@ -244,7 +244,8 @@ static void keep(mbsri_front *f, const mbsri_front_build *b, const mbsri_front_p
            *to = f->matrices + s->matrix;
     int *numbers = f->numbers + s->numbers;
     f->handed_on = f->handed_on || p->size > done;
-    f->left[b->k] = (mbsri_front_left){done, p->rows, p->columns, p->size - done};
+    f->left[b->k] =
+        (mbsri_front_left){done, p->rows, p->columns, p->size - done, b->plain && p->size == done};
     for (int k = 0; k < p->rows; ++k) numbers[k] = p->row[k];
     for (int k = 0; k < p->columns; ++k) numbers[p->rows + k] = p->column[k];
     for (int k = 0; k < done; ++k) {
@@ -284,11 +285,13 @@ static int pass(mbsri_front *f, mbsr_data *d, int k)
     mbsri_front_build b;
     mbsri_front_pivots p;
     mbsri_front_assemble(f, k, false, &b);
+    mbsri_front_pass(&b);
     const size_t count = (size_t)b.all_rows * (size_t)b.columns;
     if (!mbsri_finite(count, b.M)) return not_finite(f, d, b.i);
     bool regular = eliminate(f, &b, &p);
     if (regular && p.done < p.size && !b.watched) { /* seldom */
         mbsri_front_assemble(f, k, true, &b);
+        mbsri_front_pass(&b);
         regular = eliminate(f, &b, &p);
     }
     if (!regular) return singular(f, d, &p);

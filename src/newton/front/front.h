@@ -28,9 +28,11 @@ typedef struct mbsri_front_names {
     int y, kappa, tau, push, place, a, b, range_of_a; /* rows */
 } mbsri_front_names;
 
-/* What is left of a step: the numbers of its rows and columns, eliminated ones first. */
+/* What is left of a step: the numbers of its rows and columns, eliminated ones first. `plain`: it is y of the predecessor
+ * over its x. */
 typedef struct mbsri_front_left {
     int done, rows, columns, carried;
+    bool plain;
 } mbsri_front_left;
 
 typedef struct mbsri_front {
