@@ -146,7 +146,7 @@ static void check(uint64_t seed, int way, tally *all)
     const int started = test_newton_start(&at, s.m, s.d, s.t, s.q, s.u, NULL);
     if (served == MBSR_OK && started == MBSR_OK && test_largest(s.size, at.yp) < 1e6) {
         double *v = calloc((size_t)s.size + 1, sizeof *v);
-        if (way == FRONT) by.front = mbsri_front_create(s.m);
+        if (way == FRONT) by.front = mbsri_front_create(s.m, NULL);
         for (int k = 0; k < 4; ++k) {
             test_fill(&rng, s.size, v);
             check_system(&s, &by, at.y, at.yp, factors[k], v, all);

@@ -7,6 +7,7 @@
 
 #include "algebra/dense.h"
 #include "model/query.h"
+#include "newton/slopes/relation.h"
 #include "recursion/closures.h"
 #include "recursion/group.h"
 
@@ -185,6 +186,8 @@ static void list_rest(build *b)
         add_rows(b, b->at.tau, b->b->n);
         add_rows(b, b->at.push, b->b->n);
     }
+    add_rows(b, b->at.momentum, b->b->n);
+    add_rows(b, b->at.rate, b->b->n);
     add_columns(b, b->at.x, mbsri_linear_motions(f->linear, b->i));
     for (int l = 0; l < members && b->closes; ++l) {
         add_rows(b, f->names[member[l]].a, f->model->body[member[l]].n);
@@ -294,7 +297,18 @@ static void add_forces(build *b, int on, bool joint, const double *from, int str
     }
 }
 
-static void add_element(build *b, int element)
+/* Whether what body `on` feels by body `by` is for the step: all, or what stands between the body and its predecessor, of whose
+ * joint nothing is. */
+static bool takes(const build *b, int on, int by)
+{
+    const mbsri_front *f = b->f;
+    if (on == 0 || by == 0) return false;
+    if (!f->served) return true;
+    const mbsri_relation relation = mbsri_relate(f->model, on, by);
+    return relation != MBSRI_APART && (relation == MBSRI_ABOVE ? by : on) == b->i;
+}
+
+static int add_element(build *b, int element)
 {
     const mbsri_front *f = b->f;
     const mbsri_linear *w = f->linear;
@@ -302,6 +316,9 @@ static void add_element(build *b, int element)
     const bool joint = !(force->def.table->flags & MBSR_FORCE_NO_JOINT);
     const int *list, count = mbsri_linear_bodies(w, force, b->i, &list);
     int rows, columns, column = 0;
+    const int status =
+        w->whole ? MBSR_OK : mbsri_linear_force(f->linear, b->d, (size_t)element, b->i);
+    if (status) return status;
     const double *matrix = mbsri_linear_element(w, (size_t)element, b->i, &rows, &columns);
     for (int l = 0; l < count; ++l) {
         if (list[l] == 0) continue;
@@ -310,17 +327,22 @@ static void add_element(build *b, int element)
         const int x = w->e[list[l]] + by->d;
         int row = 0;
         for (int j = 0; j < count; ++j) {
-            if (list[j] == 0) continue;
+            const bool above = f->served && list[j] != b->i, below = f->served && list[l] != b->i;
             const double *from = matrix + (size_t)column * (size_t)rows + row;
-            add_forces(b, list[j], joint, from, rows, (span){at->x, x});
-            from += (size_t)x * (size_t)rows;
-            if (joint) add_forces(b, list[j], joint, from, rows, (span){at->q, by->nq});
-            from += (size_t)by->nq * (size_t)rows;
-            if (joint) add_forces(b, list[j], joint, from, rows, (span){at->u, by->n});
+            if (list[j] == 0) continue;
+            if (takes(b, list[j], list[l])) {
+                add_forces(b, list[j], joint && !above, from, rows, (span){at->x, x});
+                from += (size_t)x * (size_t)rows;
+                const int nq = joint && !below ? by->nq : 0, n = joint && !below ? by->n : 0;
+                add_forces(b, list[j], joint && !above, from, rows, (span){at->q, nq});
+                from += (size_t)by->nq * (size_t)rows;
+                add_forces(b, list[j], joint && !above, from, rows, (span){at->u, n});
+            }
             row += f->model->body[list[j]].d + f->model->body[list[j]].n;
         }
         column += x + by->nq + by->n;
     }
+    return MBSR_OK;
 }
 
 /* Row r of a closure: at its bodies, and what its multipliers exert there. */
@@ -397,7 +419,7 @@ static void add_closure(build *b, int element)
     }
 }
 
-/* The body's own momentum, and all elements and closures that come with it. */
+/* The body's own momentum. */
 static void add_own(build *b)
 {
     mbsri_front *f = b->f;
@@ -406,24 +428,44 @@ static void add_own(build *b)
         double *to = M_at(b, f->row_at[b->at.y], f->column_at[b->at.x + l]);
         for (int r = 0; r < y; ++r) to[r] += b->terms.P[l * y + r];
     }
-    for (int k = 0; k < f->model->anywhere; ++k) {
-        const mbsri_force *force = (const mbsri_force *)f->model->forces.data + k;
-        if (force->def.table->flags & MBSR_FORCE_EVERY_BODY) add_element(b, k);
-    }
-    for (int l = 0; l < b->step->elements; ++l) {
-        const int element = f->plan.element[b->step->first_element + l];
-        if (element < (int)f->model->forces.count)
-            add_element(b, element);
-        else
-            add_closure(b, element);
+}
+
+/* mu over A is -Mbar, of which successors that something else passes have not handed on their part (src/newton/sweeps/reaction.h). */
+static void place_masses(build *b)
+{
+    const int d = b->b->d, mu = b->f->row_at[b->at.y] + 2 * d,
+              A = b->f->column_at[b->at.x] + b->f->linear->e[b->i] + d;
+    const double *Mbar = b->d->Mbar + b->b->dd;
+    for (int l = 0; l < d; ++l) {
+        double *to = M_at(b, mu, A + l);
+        for (int r = 0; r < d; ++r) to[r] = -Mbar[l * d + r];
     }
 }
 
-void mbsri_front_assemble(mbsri_front *f, int k, bool watched, mbsri_front_build *b)
+/* Elements and closures that come with the body. A status. */
+static int add_elements(build *b)
+{
+    const mbsri_front *f = b->f;
+    int status = MBSR_OK;
+    for (int k = 0; k < f->model->anywhere && !status; ++k) {
+        const mbsri_force *force = (const mbsri_force *)f->model->forces.data + k;
+        if (force->def.table->flags & MBSR_FORCE_EVERY_BODY) status = add_element(b, k);
+    }
+    for (int l = 0; l < b->step->elements && !status; ++l) {
+        const int element = f->plan.element[b->step->first_element + l];
+        if (element < (int)f->model->forces.count)
+            status = add_element(b, element);
+        else
+            add_closure(b, element);
+    }
+    return status;
+}
+
+int mbsri_front_assemble(mbsri_front *f, mbsr_data *d, int k, bool watched, mbsri_front_build *b)
 {
     const mbsri_front_step *step = f->plan.step + k;
     const int i = step->body;
-    *b = (mbsri_front_build){.f = f, .step = step, .k = k, .i = i, .b = f->model->body + i};
+    *b = (mbsri_front_build){.f = f, .d = d, .step = step, .k = k, .i = i, .b = f->model->body + i};
     b->watched = watched;
     b->at = f->names[i];
     b->terms = mbsri_linear_terms(f->linear, i);
@@ -437,4 +479,6 @@ void mbsri_front_assemble(mbsri_front *f, int k, bool watched, mbsri_front_build
     clear(b);
     add_children(b);
     add_own(b);
+    if (f->served && b->deep) place_masses(b);
+    return add_elements(b);
 }

@@ -9,6 +9,7 @@
  * then what the step takes away: y and loads of the joint, x, and what is pending of a group that closes. */
 typedef struct mbsri_front_build {
     mbsri_front *f;
+    mbsr_data *d;
     const mbsri_front_step *step;
     int k, i;
     const mbsri_body *b;
@@ -23,8 +24,8 @@ typedef struct mbsri_front_build {
 } mbsri_front_build;
 
 /* watched: with the sizes of what is added up beyond the unknowns, where not anyway: some of these
- * will be left. */
-void mbsri_front_assemble(mbsri_front *f, int k, bool watched, mbsri_front_build *b);
+ * will be left. A status of what elements return. */
+int mbsri_front_assemble(mbsri_front *f, mbsr_data *d, int k, bool watched, mbsri_front_build *b);
 
 /* The group that body i closes, being its head. */
 int mbsri_front_members(const mbsri_front *f, int i, const int **member);

@@ -23,7 +23,7 @@ typedef struct passing {
     double c;
     int motion;       /* the first column of x */
     int first, reach; /* the rows that read x: the first, how many */
-    int y, place, a, react, tau, push, kappa, below, kappa_below;
+    int y, place, a, react, momentum, rate, tau, push, kappa, below, kappa_below;
     double H[MOST * MOST], Hdot[MOST * MOST]; /* transposed, where sizes are known */
 } passing;
 
@@ -103,19 +103,6 @@ MBSRI_INLINE void move(const passing *p, const sizes s, double factor, const dou
     if (N) take_motion_sizes(p, rows, factor, X, count, first, N + p->y);
 }
 
-/* out (n) += factor A^T y; with sizes. */
-MBSRI_INLINE void add_products(const int d, int n, double factor, const double *A, const double *y,
-                               double *out, const double *size_of_y, double *sum)
-{
-    for (int k = 0; k < n; ++k) {
-        double value = 0.0, size = 0.0;
-        for (int l = 0; l < d; ++l) value += A[k * d + l] * y[l];
-        for (int l = 0; l < d && sum; ++l) size += fabs(A[k * d + l]) * size_of_y[l];
-        out[k] += factor * value;
-        if (sum) sum[k] += fabs(factor) * size;
-    }
-}
-
 /* out (dp) -= H^T y + A^T z; A: or NULL. */
 MBSRI_INLINE void subtract_turned(const int d, const int dp, const double *H, const double *y,
                                   const double *A, const double *z, double *restrict out)
@@ -159,31 +146,56 @@ static void push_places(const passing *p, double *M)
     if (p->kappa_below >= 0) mbsri_atx(d, b->b->d_pred, -1.0, k->H, kappa, M + p->kappa_below);
 }
 
-/* Rows of one column, from those of y, tau, push. */
+/* The sizes of what is added up in (a). */
+MBSRI_INLINE void add_sizes(const passing *p, const sizes s, double *N)
+{
+    const mbsri_terms *k = &p->b->terms;
+    const int d = s.d, n = p->b->b->n;
+    const double *y = N + p->y, size = fabs(p->c);
+    double *a = N + p->a;
+    for (int r = 0; r < n; ++r) {
+        const double *J = k->J + r * d, *Jdot = k->Jdot + r * d;
+        double momentum = 0.0, rate = 0.0;
+        for (int l = 0; l < d; ++l) momentum += fabs(J[l]) * y[l];
+        for (int l = 0; l < d; ++l) rate += fabs(J[l]) * y[d + l] + fabs(Jdot[l]) * y[l];
+        a[r] += size * momentum + rate + (s.plain ? 0.0 : N[p->tau + r]);
+    }
+    for (int r = 0; r < n && s.deep; ++r) {
+        const double *J = k->J + r * d;
+        double sum = s.plain ? 0.0 : N[p->tau + r];
+        for (int l = 0; l < d; ++l) sum += fabs(J[l]) * y[2 * d + l];
+        N[p->react + r] += sum;
+    }
+}
+
+/* Rows of one column, from those of y, tau, push: d(M u), its rate, (b), and what goes to the predecessor. */
 MBSRI_INLINE void make_rows(const passing *p, const sizes s, double *M, double *N)
 {
     const mbsri_terms *k = &p->b->terms;
     const int d = s.d, n = p->b->b->n;
-    const double *y = M + p->y, *size = N ? N + p->y : NULL;
-    double *a = M + p->a, *sum_a = N ? N + p->a : NULL;
-    add_products(d, n, p->c, k->J, y, a, size, sum_a);
-    add_products(d, n, -1.0, k->J, y + d, a, N ? size + d : NULL, sum_a);
-    add_products(d, n, -1.0, k->Jdot, y, a, size, sum_a);
-    if (s.deep) {
-        add_products(d, n, 1.0, k->J, y + 2 * d, M + p->react, N ? size + 2 * d : NULL,
-                     N ? N + p->react : NULL);
+    const double *y = M + p->y, *tau = M + p->tau;
+    for (int r = 0; r < n; ++r) {
+        const double *J = k->J + r * d, *Jdot = k->Jdot + r * d;
+        double momentum = 0.0, rate = s.plain ? 0.0 : tau[r];
+        for (int l = 0; l < d; ++l) momentum += J[l] * y[l];
+        for (int l = 0; l < d; ++l) rate += J[l] * y[d + l] + Jdot[l] * y[l];
+        M[p->momentum + r] = momentum;
+        M[p->rate + r] = rate;
     }
+    for (int r = 0; r < n && s.deep; ++r) {
+        double react = s.plain ? 0.0 : -tau[r];
+        for (int l = 0; l < d; ++l) react += k->J[r * d + l] * y[2 * d + l];
+        M[p->react + r] += react;
+    }
+    if (N) add_sizes(p, s, N);
     if (p->below >= 0) hand_down(p, s, y, M + p->below);
-    if (s.plain) return;
-    const double *tau = M + p->tau, *size_tau = N ? N + p->tau : NULL;
-    for (int l = 0; l < n; ++l) {
-        a[l] -= tau[l];
-        if (N) sum_a[l] += size_tau[l];
-        if (!s.deep) continue;
-        M[p->react + l] -= tau[l];
-        if (N) N[p->react + l] += size_tau[l];
-    }
     if (p->kappa >= 0) push_places(p, M);
+}
+
+/* (a) of a column. */
+MBSRI_INLINE void combine(const passing *p, double *M)
+{
+    for (int r = 0; r < p->b->b->n; ++r) M[p->a + r] += p->c * M[p->momentum + r] - M[p->rate + r];
 }
 
 /* What the joint's equations have of number l of z with y held. */
@@ -195,7 +207,8 @@ MBSRI_INLINE void add_slopes(const passing *p, const sizes s, int l, double *M, 
     const double *own = k->own + l * rows, *below = k->below + l * actions,
                  *qdot = k->qdot + l * nq;
     for (int r = 0; r < n; ++r) {
-        M[p->a + r] += p->c * own[r] - own[n + r];
+        M[p->momentum + r] += own[r];
+        M[p->rate + r] += own[n + r];
         if (s.deep) M[p->react + r] += own[2 * n + r];
         if (N) N[p->a + r] += fabs(p->c * own[r]) + fabs(own[n + r]);
         if (N && s.deep) N[p->react + r] += fabs(own[2 * n + r]);
@@ -226,6 +239,7 @@ MBSRI_INLINE void pass_z(const passing *p, const sizes s, int first, int count, 
         move(p, s, 1.0, b->terms.x + (first + l) * x, x, 0, M, N);
         make_rows(p, s, M, N);
         add_slopes(p, s, first + l, M, N);
+        combine(p, M);
     }
 }
 
@@ -238,6 +252,7 @@ MBSRI_INLINE void pass_rates(const passing *p, const sizes s)
         double *M = M_at(b, 0, column + l), *N = sums(b, column + l);
         move(p, s, -1.0, b->terms.J + l * s.d, s.d, first, M, N);
         make_rows(p, s, M, N);
+        combine(p, M);
         M[p->react + l] += b->b->armature[l];
         if (N) N[p->react + l] += b->b->armature[l];
     }
@@ -261,6 +276,7 @@ MBSRI_INLINE void pass_others(const passing *p, const sizes s)
             is_among(number, b->at.rates, b->b->n))
             continue;
         make_rows(p, s, M_at(b, 0, j), sums(b, j));
+        combine(p, M_at(b, 0, j));
     }
 }
 
@@ -429,6 +445,8 @@ void mbsri_front_pass(mbsri_front_build *b)
                  .place = f->row_at[b->at.place],
                  .a = f->row_at[b->at.a],
                  .react = f->row_at[b->at.b],
+                 .momentum = f->row_at[b->at.momentum],
+                 .rate = f->row_at[b->at.rate],
                  .tau = f->row_at[b->at.tau],
                  .push = f->row_at[b->at.push],
                  .kappa = held ? f->row_at[b->at.kappa] : -1,
