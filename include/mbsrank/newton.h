@@ -30,28 +30,29 @@ extern "C" {
 typedef struct mbsr_newton mbsr_newton;
 
 /* Force elements between bodies that are not predecessor and successor couple what the tree
- * separates. Their part of the matrix is eliminated with the tree, as a sparse matrix is, at a constant cost for
- * each body between such elements where these are short, as in a vehicle; or it is a correction of low rank
- * (Sherman, Morrison, Woodbury), for which factoring costs one solution for each unit of rank; or it is left
- * out. ELIMINATED does not serve models with closures, lean solvers, and elements that do not promise
- * MBSR_FORCE_NO_JOINT; nor elements between a group of dummy bodies and what hangs on it. Models with so many closures
- * that are open at once, on the way to where they meet, that carrying them costs more than all else are eliminated
- * by a sparse plan of their own (docs/newton.md): all elements are part of that, whatever the method. */
+ * separates. Where bodies are eliminated by the front, which takes any model, such elements are part of it, at a constant
+ * cost for each body between them where these are short, as in a vehicle. Beside the sweeps in vector code their part of
+ * the matrix is a correction of low rank (Sherman, Morrison, Woodbury), for which factoring costs one solution for each
+ * unit of rank; or it is left out. */
 typedef enum mbsr_newton_method {
-    MBSR_NEWTON_AUTO = 0,      /* ELIMINATED where that takes fewer operations; else CORRECTED up to
-                                  `max_rank`, else TREE */
-    MBSR_NEWTON_TREE = 1,      /* left out: exact without such elements, else a preconditioner */
-    MBSR_NEWTON_CORRECTED = 2, /* a correction of low rank: exact */
-    MBSR_NEWTON_ELIMINATED = 3 /* with the tree: exact; CORRECTED where that does not serve */
+    MBSR_NEWTON_AUTO =
+        0, /* CORRECTED where vector code serves, up to `max_rank`, and where that takes
+                                  fewer operations; else ELIMINATED */
+    MBSR_NEWTON_TREE = 1, /* left out where vector code serves: exact without such elements, else a
+                                  preconditioner */
+    MBSR_NEWTON_CORRECTED = 2, /* beside vector code where that serves all bodies: exact */
+    MBSR_NEWTON_ELIMINATED = 3 /* by the front: exact */
 } mbsr_newton_method;
 
 typedef struct mbsr_newton_opt {
     int cookie;                /* set by mbsr_default_newton_opt */
     mbsr_newton_method method; /* default MBSR_NEWTON_AUTO */
     int max_rank;              /* of the correction, for AUTO; default 120 */
-    int by_blocks;             /* 1: not the sweeps in vector code, where they serve; default 0 */
+    int by_blocks; /* 1: by the front, which serves any model, and not the sweeps in vector code;
+                                  default 0 */
     int lean; /* 1: memory for these sweeps alone, a few hundred bytes a rigid body instead of some
-                 kB; what they do not serve is refused with MBSR_ERR_LEAN; default 0 */
+                 kB; what they do not serve, closures and elements across mixed trees too, is refused with
+                 MBSR_ERR_LEAN; default 0 */
     int products; /* 1: memory for mbsr_newton_linearise, some 10 kB a body; not lean; default 0 */
 } mbsr_newton_opt;
 
@@ -60,12 +61,12 @@ MBSR_API mbsr_newton_opt mbsr_default_newton_opt(void);
 /* What a solver is and has done. */
 typedef struct mbsr_newton_info {
     mbsr_newton_method method; /* TREE, CORRECTED or ELIMINATED */
-    int exact;                 /* 1: solve gives the solution; 0: an approximation, with which to
-                                * precondition an iterative method (SPGMR and the like) */
-    int across;                /* force elements between other bodies */
-    int rank;                  /* of the correction, at the last factorisation; ELIMINATED: 0 */
-    int vector_code;           /* 1: rigid bodies were in vector code at the last factorisation */
-    int blocks;                /* bodies that are eliminated one by one, by their functions */
+    int exact;       /* 1: solve gives the solution, at the last factorisation; 0: an approximation,
+                                * with which to precondition an iterative method (SPGMR and the like) */
+    int across;      /* force elements between other bodies */
+    int rank;        /* of the correction, at the last factorisation; without one: 0 */
+    int vector_code; /* 1: rigid bodies were in vector code at the last factorisation */
+    int blocks;      /* bodies that were passed by a front, by their functions */
     long factorisations, solves;
     size_t bytes; /* memory of the object */
 } mbsr_newton_info;

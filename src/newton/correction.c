@@ -11,11 +11,11 @@
 
 #include "algebra/dense.h"
 #include "base/error.h"
-#include "newton/blocks/block.h"
+#include "newton/carried/block.h"
 #include "newton/slopes/force_slopes.h"
 #include "newton/slopes/low_rank.h"
 #include "newton/slopes/relation.h"
-#include "newton/tree.h"
+#include "newton/sweeps/sweeps.h"
 
 #include <math.h>
 
@@ -74,7 +74,7 @@ static void read_motion(const mbsr_newton *w, const mbsri_across *a, const doubl
         const int i = m->list_index[force->list + (size_t)k];
         const mbsri_body *b = m->body + i;
         if (i == 0) continue;
-        const double *parts[] = {mbsri_newton_motion(w, i), delta + b->q,
+        const double *parts[] = {w->motion + 12 * (size_t)i, delta + b->q,
                                  delta + m->nq + m->nu + b->u};
         const int lengths[] = {mbsri_pose_size(b) + b->d, b->nq, b->n};
         for (int part = 0; part < 3; ++part) {
@@ -120,7 +120,7 @@ static void answer(mbsr_newton *w, const mbsri_across *a, int r, int size)
     mbsri_zero((size_t)a->rank, c->weights);
     c->weights[r] = 1.0;
     add_load(w, a, c->weights, c->load);
-    mbsri_newton_tree_solve(w, NULL, c->load, c->delta);
+    mbsri_newton_sweeps_solve(w->sweeps, NULL, c->load, c->delta, w->motion);
     for (int k = 0; k < c->count; ++k)
         read_motion(w, c->element + k, c->delta, column + c->element[k].first);
     for (int k = 0; k < size; ++k) column[k] = -column[k];
@@ -157,12 +157,12 @@ int mbsri_correction_factor(mbsr_newton *w, mbsr_data *d)
 void mbsri_correction_solve(mbsr_newton *w, const double *r, double *delta)
 {
     mbsri_correction *c = &w->correction;
-    mbsri_newton_tree_solve(w, r, NULL, c->delta);
+    mbsri_newton_sweeps_solve(w->sweeps, r, NULL, c->delta, w->motion);
     for (int k = 0; k < c->count; ++k)
         read_motion(w, c->element + k, c->delta, c->weights + c->element[k].first);
     mbsri_block_solve(w->info.rank, c->matrix, c->rows, c->columns, c->pivots, c->weights);
     mbsri_zero(load_size(w), c->load);
     for (int k = 0; k < c->count; ++k)
         add_load(w, c->element + k, c->weights + c->element[k].first, c->load);
-    mbsri_newton_tree_solve(w, r, c->load, delta);
+    mbsri_newton_sweeps_solve(w->sweeps, r, c->load, delta, w->motion);
 }

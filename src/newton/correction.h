@@ -3,7 +3,7 @@
 #ifndef MBSRI_CORRECTION_H
 #define MBSRI_CORRECTION_H
 
-#include "newton/blocks/record.h"
+#include "newton/carried/record.h"
 
 /* After the tree was factored; MBSR_SINGULAR_BLOCK names the first element. */
 int mbsri_correction_factor(mbsr_newton *w, mbsr_data *d);

@@ -6,21 +6,16 @@
 #include "base/error.h"
 #include "base/memory.h"
 #include "dynamics/entry.h"
+#include "forms/loops.h"
 #include "model/query.h"
-#include "newton/blocks/carried.h"
-#include "newton/blocks/factor.h"
-#include "newton/blocks/kept.h"
-#include "newton/blocks/linked.h"
+#include "newton/carried/carried.h"
 #include "newton/correction.h"
 #include "newton/linear/product.h"
 #include "newton/slopes/body_slopes.h"
 #include "newton/slopes/closure_slopes.h"
-#include "newton/slopes/force_slopes.h"
 #include "newton/slopes/joint_slopes.h"
 #include "newton/slopes/relation.h"
 #include "newton/sweeps/sweeps.h"
-#include "newton/tree.h"
-#include "recursion/group.h"
 
 #include <math.h>
 #include <stdint.h>
@@ -110,65 +105,6 @@ static void ints(layout *l, int **at, size_t count)
     l->used_ints += count;
 }
 
-/* The lengths of the arrays that have numbers of each body: lean solvers have room for those that are
- * seen, which come first. */
-static mbsri_lengths lengths_of(const mbsr_newton *w)
-{
-    const mbsr_model *m = w->model;
-    if (w->lean) return m->seen;
-    return (mbsri_lengths){
-        .v = m->size_v, .rates = m->size_rates, .coordinates = (size_t)m->nq, .bodies = 0};
-}
-
-/* Offsets of a body, which in a lean solver takes none unless it is seen; the matrices of bodies whose
- * elimination has begun share slots: one is taken when the last successor is met, which comes first,
- * and left when the body is done. */
-static void number_bodies(mbsr_newton *w)
-{
-    const mbsr_model *m = w->model;
-    size_t store = 0;
-    w->size_x = w->size_n = w->slot_size = 0;
-    for (int i = 0; i <= m->bodies; ++i) {
-        const mbsri_body *b = m->body + i;
-        mbsri_node *node = w->node + i;
-        const int most = b->group_nq > 2 * b->group_n ? b->group_nq : 2 * b->group_n;
-        node->e = mbsri_pose_size(b);
-        node->last = 0;
-        node->x = w->size_x;
-        node->v = w->size_n;
-        if (i > 0) w->node[b->parent].last = i;
-        if (w->lean && !b->seen) continue;
-        w->size_x += (size_t)(node->e + 2 * b->d);
-        w->size_n += (size_t)most;
-        const size_t slot = (size_t)(node->e + 2 * b->d) * (size_t)(3 * b->d);
-        if (slot > w->slot_size) w->slot_size = slot;
-    }
-    for (int i = 1; i <= m->bodies; ++i) {
-        mbsri_kept kept;
-        w->node[i].store = store;
-        if (!w->lean || m->body[i].seen) store += mbsri_keep(w, i, NULL, &kept);
-    }
-    w->store_size = store;
-}
-
-/* free: N numbers of scratch. */
-static void number_slots(mbsr_newton *w, int *unused)
-{
-    const mbsr_model *m = w->model;
-    int count = 0;
-    w->slots = 0;
-    for (int i = m->bodies; i >= 1; --i) {
-        const int parent = m->body[i].parent;
-        if (w->node[i].last == 0) w->node[i].slot = count > 0 ? unused[--count] : w->slots++;
-        if (parent > 0 && w->node[parent].last == i)
-            w->node[parent].slot = count > 0 ? unused[--count] : w->slots++;
-        /* those of a group are left together, with its head */
-        if (m->body[i].head != i) continue;
-        const mbsri_group g = mbsri_group_in_model(m, i);
-        for (int k = 0; k < g.members; ++k) unused[count++] = w->node[g.member[k]].slot;
-    }
-}
-
 static void lay_out_correction(mbsr_newton *w, layout *l)
 {
     const mbsr_model *m = w->model;
@@ -185,132 +121,56 @@ static void lay_out_correction(mbsr_newton *w, layout *l)
         read += (size_t)a->most * (size_t)columns;
         c->most += a->most;
     }
-    const size_t most = w->corrected ? (size_t)c->most : 0, any = w->corrected ? 1 : 0;
-    doubles(l, &c->left, any * left);
-    doubles(l, &c->read, any * read);
+    const size_t most = (size_t)c->most;
+    doubles(l, &c->left, left);
+    doubles(l, &c->read, read);
     doubles(l, &c->matrix, most * most);
     doubles(l, &c->weights, most);
     doubles(l, &c->rows, most);
     doubles(l, &c->columns, most);
-    doubles(l, &c->load, any * (m->size_v + (size_t)m->nu));
-    doubles(l, &c->delta, any * (size_t)mbsr_dae_size(m, MBSR_DAE_MOMENTUM));
+    doubles(l, &c->load, m->size_v + (size_t)m->nu);
+    doubles(l, &c->delta, (size_t)mbsr_dae_size(m, MBSR_DAE_MOMENTUM));
     ints(l, &c->pivots, most);
 }
 
-/* Elements across are asked for by the elimination of each of their bodies, and for what couples these. */
 static void lay_out_slopes(mbsr_newton *w, layout *l)
 {
     const mbsr_model *m = w->model;
-    const mbsri_force *force = m->forces.data;
     size_t doubles_of, ints_of;
     double *at;
     int *numbers;
     mbsri_slopes_size(m, &doubles_of, &ints_of);
     doubles(l, &at, doubles_of);
     ints(l, &numbers, ints_of);
-    mbsri_kept_slopes *kept = &w->kept;
-    kept->count = w->lean ? 0 : w->correction.count;
-    kept->stride = 0;
-    for (int k = 0; k < kept->count; ++k) {
-        int rows, columns;
-        mbsri_slopes_shape(m, force + w->correction.element[k].force, &rows, &columns);
-        const size_t size = (size_t)rows * (size_t)columns;
-        if (size > kept->stride) kept->stride = size;
-    }
-    doubles(l, &kept->store, (size_t)kept->count * kept->stride);
-    ints(l, &kept->known, (size_t)kept->count);
-    ints(l, &kept->number, kept->count > 0 ? m->forces.count : 0);
-    if (!l->doubles) return;
-    mbsri_slopes_place(m, &w->slopes, at, numbers);
-    mbsri_slopes_forget(kept);
-    if (kept->count == 0) return;
-    for (size_t k = 0; k < m->forces.count; ++k) kept->number[k] = -1;
-    for (int k = 0; k < kept->count; ++k) kept->number[w->correction.element[k].force] = k;
-    w->slopes.kept = kept;
+    if (l->doubles) mbsri_slopes_place(m, &w->slopes, at, numbers);
 }
 
 static void lay_out(mbsr_newton *w, layout *l)
 {
     const mbsr_model *m = w->model;
-    const size_t answers = w->corrected && w->sweep_size > 0 ? 1 : 0;
-    doubles(l, &w->motion, answers * 12 * ((size_t)m->bodies + 1));
-    if (answers == 0) w->motion = NULL;
     doubles(l, &w->solution, (size_t)mbsr_dae_size(m, MBSR_DAE_MOMENTUM));
-    if (w->front) return;
+    if (!w->corrected) return;
+    doubles(l, &w->motion, 12 * ((size_t)m->bodies + 1));
     lay_out_slopes(w, l);
     lay_out_correction(w, l);
-    const mbsri_lengths of = lengths_of(w);
-    if (w->lean && of.bodies == 1) return; /* but the root */
-    doubles(l, &w->store, w->store_size);
-    doubles(l, &w->slot, (size_t)w->slots * w->slot_size);
-    doubles(l, &w->x, w->size_x);
-    doubles(l, &w->b, 3 * of.v);
-    if (w->carried.memory)
-        w->v = w->carried.value + w->carried.multipliers;
-    else
-        doubles(l, &w->v, w->size_n);
-    doubles(l, &w->wbar, of.v);
-    double **const vector[] = {&w->rq, &w->rp, &w->ru, &w->q0, &w->momentum, &w->range, &w->spare};
-    const size_t length[] = {of.coordinates,           of.rates, of.rates,
-                             of.coordinates,           of.rates, of.rates,
-                             of.coordinates + of.rates};
-    for (size_t k = 0; k < sizeof length / sizeof length[0]; ++k) doubles(l, vector[k], length[k]);
-    doubles(l, &w->work, mbsri_tree_work(w));
-    doubles(l, &w->joint, mbsri_joint_slopes_size(m));
-    doubles(l, &w->body, mbsri_body_slopes_size(m));
-    ints(l, &w->pivots, w->size_n);
 }
 
-/* Counts the elements of each body and, where `listed` tells, lists them in their order. Elements on single
- * bodies and on neighbours are listed with each body; elements across too, for what of them stays on the
- * tree. One that has a body twice is listed once. */
-static void list_elements(mbsr_newton *w, bool listed)
+static void list_across(mbsr_newton *w)
 {
     const mbsr_model *m = w->model;
-    const mbsri_force *force = m->forces.data;
-    for (int i = 1; i <= m->bodies; ++i) w->node[i].count = 0;
     for (size_t k = 0; k < m->forces.count; ++k) {
-        const int *on = m->list_index + force[k].list;
-        if (force[k].def.table->flags & MBSR_FORCE_EVERY_BODY) continue;
-        for (int l = 0; l < force[k].def.bodies; ++l) {
-            mbsri_node *node = w->node + on[l];
-            bool again = on[l] == 0;
-            for (int before = 0; before < l; ++before) again = again || on[before] == on[l];
-            if (again) continue;
-            if (listed) w->listed[node->first + node->count] = (int)k;
-            ++node->count;
-        }
-    }
-}
-
-/* Numbers the elements: body after body, those on every body, across. */
-static void list_all(mbsr_newton *w)
-{
-    const mbsr_model *m = w->model;
-    const mbsri_force *force = m->forces.data;
-    int used = 0;
-    list_elements(w, false);
-    for (int i = 1; i <= m->bodies; ++i) {
-        w->node[i].first = used;
-        used += w->node[i].count;
-    }
-    list_elements(w, true);
-    w->first_every = used;
-    for (size_t k = 0; k < m->forces.count; ++k) {
-        if (force[k].def.table->flags & MBSR_FORCE_EVERY_BODY)
-            w->listed[w->first_every + w->every++] = (int)k;
-        if (!mbsri_may_cross(m, force + k)) continue;
+        if (!mbsri_may_cross(m, (const mbsri_force *)m->forces.data + k)) continue;
         w->correction.element[w->correction.count++] = (mbsri_across){.force = (int)k};
     }
 }
 
-/* Room for `listed`, with the numbers of bodies' elements. */
-static size_t count_listed(const mbsr_model *m)
+static void number_nodes(mbsr_newton *w)
 {
-    const mbsri_force *force = m->forces.data;
-    size_t count = m->forces.count;
-    for (size_t k = 0; k < m->forces.count; ++k) count += (size_t)force[k].def.bodies;
-    return count;
+    const mbsr_model *m = w->model;
+    for (int i = 0; i <= m->bodies; ++i) {
+        w->node[i] = (mbsri_node){.e = mbsri_pose_size(m->body + i), .v = w->size_n};
+        w->size_n += 2 * (size_t)m->body[i].n;
+    }
 }
 
 /* Memory of the sweeps in vector code, aligned as they need it. */
@@ -326,10 +186,35 @@ static bool place_sweeps(mbsr_newton *w)
     return true;
 }
 
+/* What is not in vector code. */
+static bool place_front(mbsr_newton *w)
+{
+    if (w->lean) return true;
+    w->front = mbsri_front_create(w->model, NULL);
+    if (w->front) w->info.bytes += w->front->bytes;
+    return w->front != NULL;
+}
+
+/* Bodies of other kinds among those in vector code. */
+static bool place_mixed(mbsr_newton *w)
+{
+    const mbsr_model *m = w->model;
+    const mbsri_sweeps *tree = m->whole;
+    if (w->sweep_size == 0 || tree->blocks == 0) return true;
+    bool *served = mbsri_allocate(&m->allocator, ((size_t)m->bodies + 1) * sizeof *served);
+    if (!served) return false;
+    for (int i = 0; i <= m->bodies; ++i)
+        served[i] = i > 0 && i <= tree->bodies && tree->body[i].flags & MBSRI_BLOCK;
+    w->mixed = mbsri_front_create(m, served);
+    mbsri_release(&m->allocator, served);
+    if (w->mixed) w->info.bytes += w->mixed->bytes;
+    return w->mixed != NULL;
+}
+
 static bool place_products(mbsr_newton *w)
 {
     const mbsr_model *m = w->model;
-    w->linear = mbsri_linear_create(m);
+    w->linear = mbsri_linear_create(m, true, NULL);
     if (!w->linear) return false;
     const size_t size = mbsri_vectors_place(w->linear, NULL, &w->vectors) * sizeof(double);
     w->of_products = mbsri_allocate(&m->allocator, size);
@@ -339,72 +224,83 @@ static bool place_products(mbsr_newton *w)
     return true;
 }
 
-/* Loops: carried along the tree, where few are open at once; else by the front, if that takes fewer operations. */
-static bool place_loops(mbsr_newton *w)
+/* Multiplications of a correction, beside those of the front: a solution in vector code for each unit of rank
+ * takes about 100 a body, and the derivatives of a body for the front as long as 5000. */
+static bool correction_is_cheaper(const mbsr_newton *w, int rank)
 {
-    const mbsr_model *m = w->model;
-    if (m->rows == 0 || w->lean) return true;
-    if (!mbsri_carried_plan(w)) return false;
-    const double carrying = mbsri_carried_operations(w);
-    if (carrying < too_many * m->bodies) return mbsri_carried_create(w);
-    const double operations = mbsri_front_operations(m);
-    if (operations < 0.0) return false;
-    if (carrying < too_many * m->bodies + slower * operations) return mbsri_carried_create(w);
-    mbsri_carried_destroy(w);
-    w->sweep_size = 0;
-    w->front = mbsri_front_create(m);
-    if (!w->front) return false;
-    w->info.bytes += w->front->bytes;
-    return true;
+    const double bodies = w->model->bodies, size = rank;
+    return 100.0 * bodies * size + size * size * size < 5000.0 * bodies + w->front->plan.operations;
 }
 
-/* How elements across are taken in. */
-static bool choose_method(mbsr_newton *w, const mbsr_newton_opt *opt)
+/* Whether vector code leaves no more to a front than bodies and joints: elements across, and flexible bodies, whose mass
+ * of modes the sweeps have in factors, make it all the front's. */
+static bool may_be_mixed(const mbsr_newton *w, const mbsr_newton_opt *opt)
+{
+    const mbsr_model *m = w->model;
+    bool modal = false;
+    for (int i = 1; i <= m->bodies; ++i) modal = modal || m->body[i].modal;
+    return !modal && (w->correction.count == 0 || opt->method == MBSR_NEWTON_TREE);
+}
+
+/* How elements across are taken in, and so by what. */
+static void choose_method(mbsr_newton *w, const mbsr_newton_opt *opt)
 {
     const mbsr_model *m = w->model;
     const mbsr_newton_method method = opt->method;
-    const bool eliminated = method == MBSR_NEWTON_AUTO || method == MBSR_NEWTON_ELIMINATED;
     int most = 0, columns, rows;
-    if (w->front) return true;
+    if (w->sweep_size > 0 && m->whole->blocks > 0 && !may_be_mixed(w, opt)) w->sweep_size = 0;
+    if (w->correction.count == 0 || w->sweep_size == 0 || method == MBSR_NEWTON_TREE) return;
     for (int k = 0; k < w->correction.count; ++k) {
         const int force = w->correction.element[k].force;
         mbsri_slopes_shape(m, (const mbsri_force *)m->forces.data + force, &rows, &columns);
         most += rows;
     }
-    if (eliminated && !mbsri_links_create(w, method == MBSR_NEWTON_ELIMINATED)) return false;
-    w->corrected = w->correction.count > 0 && !w->linked && method != MBSR_NEWTON_TREE &&
-                   (method != MBSR_NEWTON_AUTO || most <= opt->max_rank);
+    w->corrected = method == MBSR_NEWTON_AUTO
+                       ? most <= opt->max_rank && (w->lean || correction_is_cheaper(w, most))
+                       : method == MBSR_NEWTON_CORRECTED || w->lean;
+    if (!w->corrected && !w->lean) w->sweep_size = 0;
+}
+
+/* Loops in vector code: carried along the tree, where few are open at once; else the front takes fewer operations. */
+static bool place_loops(mbsr_newton *w)
+{
+    const int bodies = w->model->bodies;
+    if (w->model->rows == 0 || w->sweep_size == 0) return true;
+    if (!mbsri_carried_plan(w)) return false;
+    const double carrying = mbsri_carried_operations(w);
+    if (carrying < too_many * bodies + slower * w->front->plan.operations)
+        return mbsri_carried_create(w);
+    mbsri_carried_destroy(w);
+    w->sweep_size = 0;
     return true;
 }
 
 static bool place(mbsr_newton *w, const mbsr_newton_opt *opt)
 {
     const mbsr_model *m = w->model;
-    const size_t bodies = (size_t)m->bodies + 1, listed = count_listed(m);
-    const size_t nodes = bodies * sizeof *w->node,
+    const size_t bodies = (size_t)m->bodies + 1, nodes = bodies * sizeof *w->node,
                  across = (m->forces.count + 1) * sizeof *w->correction.element;
-    w->numbers = mbsri_allocate(&m->allocator, nodes + across + (listed + bodies) * sizeof(int));
+    w->numbers = mbsri_allocate(&m->allocator, nodes + across);
     if (!w->numbers) return false;
     w->node = w->numbers;
     w->correction.element = (mbsri_across *)(void *)((unsigned char *)w->numbers + nodes);
-    w->listed = (int *)(void *)((unsigned char *)w->numbers + nodes + across);
-    memset(w->numbers, 0, nodes + across);
-    number_bodies(w);
-    number_slots(w, w->listed); /* before it is filled */
-    list_all(w);
-    if (!place_loops(w) || !choose_method(w, opt)) return false;
+    number_nodes(w);
+    list_across(w);
+    if (!opt->by_blocks) w->sweep_size = mbsri_newton_sweeps_size(m, w->lean);
+    if (!place_front(w) || !place_loops(w)) return false;
+    choose_method(w, opt);
+    if (!place_mixed(w)) return false;
     layout l = {0};
     lay_out(w, &l);
     w->block =
         mbsri_allocate(&m->allocator, l.used * sizeof(double) + l.used_ints * sizeof(int) + 8);
     if (!w->block) return false;
-    w->info.bytes += sizeof *w + w->carried.bytes + w->links.bytes + nodes + across +
-                     (listed + bodies) * sizeof(int) + l.used * sizeof(double) +
+    w->info.bytes += sizeof *w + w->carried.bytes + nodes + across + l.used * sizeof(double) +
                      l.used_ints * sizeof(int);
     l = (layout){.doubles = w->block, .ints = (int *)(void *)((double *)w->block + l.used)};
     lay_out(w, &l);
     /* the sweeps leave it alone where there are no elements on bodies */
-    if (w->motion) mbsri_zero(12 * bodies, w->motion);
+    if (w->corrected) mbsri_zero(12 * bodies, w->motion);
     return place_sweeps(w) && (!opt->products || place_products(w));
 }
 
@@ -429,24 +325,20 @@ int mbsr_newton_create(const mbsr_model *model, mbsr_dae_form form, const mbsr_n
     if (status) return status;
     mbsr_newton *w = mbsri_allocate(&model->allocator, sizeof *w);
     if (w) {
-        *w = (mbsr_newton){.model = model,
-                           .lean = opt->lean != 0,
-                           .sweep_size =
-                               opt->by_blocks ? 0 : mbsri_newton_sweeps_size(model, opt->lean != 0),
-                           .error = {MBSR_OK, MBSR_NONE, MBSR_NONE, ""}};
+        *w = (mbsr_newton){
+            .model = model, .lean = opt->lean != 0, .error = {MBSR_OK, MBSR_NONE, MBSR_NONE, ""}};
         if (!place(w, opt)) {
             mbsr_newton_destroy(w);
             w = NULL;
         }
     }
     if (!w) return no_memory(model, error);
-    const bool across = w->correction.count > 0;
-    w->info.method = w->linked || (w->front && across) ? MBSR_NEWTON_ELIMINATED
-                     : w->corrected                    ? MBSR_NEWTON_CORRECTED
-                                                       : MBSR_NEWTON_TREE;
+    w->info.method = w->corrected                            ? MBSR_NEWTON_CORRECTED
+                     : w->sweeps || w->correction.count == 0 ? MBSR_NEWTON_TREE
+                                                             : MBSR_NEWTON_ELIMINATED;
     w->info.across = w->correction.count;
     w->info.blocks = w->sweeps ? w->sweeps->tree->blocks : model->bodies;
-    w->info.exact = w->info.method != MBSR_NEWTON_TREE || w->correction.count == 0;
+    w->info.exact = w->info.method != MBSR_NEWTON_TREE || w->info.across == 0;
     *newton = w;
     return MBSR_OK;
 }
@@ -456,8 +348,8 @@ void mbsr_newton_destroy(mbsr_newton *newton)
     if (!newton) return;
     const mbsr_allocator allocator = newton->model->allocator;
     mbsri_carried_destroy(newton);
-    mbsri_links_destroy(newton);
     mbsri_front_destroy(newton->front);
+    mbsri_front_destroy(newton->mixed);
     mbsri_linear_destroy(newton->linear);
     if (newton->of_products) mbsri_release(&allocator, newton->of_products);
     if (newton->block) mbsri_release(&allocator, newton->block);
@@ -473,13 +365,37 @@ static int refuse(mbsr_newton *w, int status, const char *text)
     return mbsri_fail(&w->error, status, MBSR_NONE, MBSR_NONE, "%s", text);
 }
 
+/* A status, or MBSRI_NOT_SERVED. */
+static int factor_by_sweeps(mbsr_newton *w, mbsr_data *d, double t, const double *y,
+                            const double *yp, double c)
+{
+    const mbsr_model *m = w->model;
+    const double *u = y + m->nq + m->nu;
+    if (!w->sweeps) return MBSRI_NOT_SERVED;
+    if (m->rows > 0) mbsri_loops_take(m, d, u + m->nu, yp + m->nq + 2 * m->nu);
+    const int status = mbsri_newton_sweeps_factor(w->sweeps, d, t, y, u, c);
+    d->loaded = m->rows > 0;
+    return status || !w->corrected ? status : mbsri_correction_factor(w, d);
+}
+
+/* By the sweeps in vector code where they serve, else by the front. */
 static int factor(mbsr_newton *w, mbsr_data *d, double t, const double *y, const double *yp,
                   double c)
 {
-    mbsri_slopes_forget(&w->kept);
-    if (w->front) return mbsri_front_factor(w->front, d, t, y, yp, c);
-    const int status = mbsri_newton_tree_factor(w, d, t, y, yp, c);
-    return status || !w->corrected ? status : mbsri_correction_factor(w, d);
+    w->info.rank = 0;
+    const int status = factor_by_sweeps(w, d, t, y, yp, c);
+    w->by_sweeps = status != MBSRI_NOT_SERVED;
+    const int blocks = w->by_sweeps ? w->sweeps->tree->blocks : w->model->bodies;
+    w->info.vector_code = w->by_sweeps && (w->model->bodies == 0 || blocks < w->model->bodies);
+    w->info.exact = !w->by_sweeps || w->corrected || w->info.across == 0;
+    w->info.blocks = blocks;
+    if (w->by_sweeps) return status;
+    if (w->sweeps) w->sweeps->marked = false;
+    if (!w->lean) return mbsri_front_factor(w->front, d, t, y, yp, c);
+    return mbsri_fail(&d->error, MBSR_ERR_LEAN, MBSR_NONE, MBSR_NONE,
+                      "mbsr_newton_factor: the solver was created lean, and the sweeps in vector "
+                      "code do not serve %s",
+                      w->sweeps ? "this state" : "this model");
 }
 
 int mbsr_newton_factor(mbsr_newton *newton, mbsr_data *data, double t, const double *y,
@@ -520,12 +436,12 @@ int mbsr_newton_solve(mbsr_newton *newton, const double *r, double *delta)
         ++w->info.solves; /* no coordinates, and no arrays of them */
         return MBSR_OK;
     }
-    if (w->front)
+    if (!w->by_sweeps)
         mbsri_front_solve(w->front, r, w->solution);
     else if (w->corrected)
         mbsri_correction_solve(w, r, w->solution);
     else
-        mbsri_newton_tree_solve(w, r, NULL, w->solution);
+        mbsri_newton_sweeps_solve(w->sweeps, r, NULL, w->solution, NULL);
     ++w->info.solves;
     if (!mbsri_finite(size, w->solution))
         return refuse(w, MBSR_NOT_FINITE, "mbsr_newton_solve: the solution is not finite");

@@ -1,4 +1,4 @@
-/* Newton systems of mechanisms of everything at once, in vector code, by blocks, and by the front: A (A^-1 v) = v row by
+/* Newton systems of mechanisms of everything at once, in vector code where that serves, and by the front: A (A^-1 v) = v row by
  * row, with A from products, which eliminate nothing; and refused where A is singular, nowhere else.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "duration.h"
@@ -6,18 +6,14 @@
 #include "medley.h"
 #include "newton_system.h"
 
-#include "newton/front/front.h"
-
 #include <stdlib.h>
 
 void dgesvd_(const char *jobu, const char *jobvt, const int *m, const int *n, double *a,
              const int *lda, double *s, double *u, const int *ldu, double *vt, const int *ldvt,
              double *work, const int *lwork, int *info, size_t length_u, size_t length_vt);
 
-/* front: NULL, or what eliminates in the place of newton. */
 typedef struct solver {
     mbsr_newton *newton;
-    mbsri_front *front;
     double share; /* of what is added up in a row */
 } solver;
 
@@ -72,10 +68,7 @@ static void check_solution(const medley *s, const solver *by, const double *A, c
     const int n = s->size;
     double *x = calloc(4 * (size_t)n + 1, sizeof *x), *r = x + n, *size = r + n, *dense = size + n;
     double doubt = 0.0;
-    if (by->front)
-        mbsri_front_solve(by->front, v, x);
-    else
-        assert_ok(mbsr_newton_solve(newton, v, x), mbsr_newton_error(newton));
+    assert_ok(mbsr_newton_solve(newton, v, x), mbsr_newton_error(newton));
     assert_ok(mbsr_newton_multiply(newton, x, r), mbsr_newton_error(newton));
     for (int i = 0; i < n; ++i) {
         size[i] = fabs(v[i]);
@@ -102,15 +95,13 @@ static void check_system(const medley *s, const solver *by, const double *y, con
     double *A = calloc(size * size + 1, sizeof *A);
     assert_ok(mbsr_newton_linearise(newton, s->d, s->t, y, yp, c), mbsr_newton_error(newton));
     take_matrix(s, newton, A);
-    const int status = by->front ? mbsri_front_factor(by->front, s->d, s->t, y, yp, c)
-                                 : mbsr_newton_factor(newton, s->d, s->t, y, yp, c);
+    const int status = mbsr_newton_factor(newton, s->d, s->t, y, yp, c);
     ++all->systems;
     mbsr_newton_info info;
     assert_ok(mbsr_newton_get_info(newton, &info), NULL);
     if (status == MBSR_OK) {
-        const bool exact = by->front || info.exact;
-        if (exact) check_solution(s, by, A, v);
-        all->solved += exact;
+        if (info.exact) check_solution(s, by, A, v);
+        all->solved += info.exact;
     } else {
         const double least = least_singular_value(s->size, A);
         assert_true(status == MBSR_SINGULAR_BLOCK || status == MBSR_LOOP_SINGULAR);
@@ -123,7 +114,7 @@ static void check_system(const medley *s, const solver *by, const double *y, con
     free(A);
 }
 
-enum way { VECTOR_CODE, BLOCKS, FRONT, WAYS };
+enum way { VECTOR_CODE, FRONT, WAYS };
 
 /* At a start. */
 static void check(uint64_t seed, int way, tally *all)
@@ -140,13 +131,12 @@ static void check(uint64_t seed, int way, tally *all)
     solver by = {.share = way == FRONT ? 1e-9 : 1e-6};
     mbsr_error error;
     mbsr_newton_opt opt = mbsr_default_newton_opt();
-    opt.by_blocks = way == BLOCKS;
+    opt.by_blocks = way == FRONT;
     opt.products = 1;
     const int served = mbsr_newton_create(s.m, MBSR_DAE_MOMENTUM, &opt, &by.newton, &error);
     const int started = test_newton_start(&at, s.m, s.d, s.t, s.q, s.u, NULL);
     if (served == MBSR_OK && started == MBSR_OK && test_largest(s.size, at.yp) < 1e6) {
         double *v = calloc((size_t)s.size + 1, sizeof *v);
-        if (way == FRONT) by.front = mbsri_front_create(s.m);
         for (int k = 0; k < 4; ++k) {
             test_fill(&rng, s.size, v);
             check_system(&s, &by, at.y, at.yp, factors[k], v, all);
@@ -155,7 +145,6 @@ static void check(uint64_t seed, int way, tally *all)
         free(v);
     }
     test_newton_free(&at);
-    mbsri_front_destroy(by.front);
     mbsr_newton_destroy(by.newton);
     medley_free(&s);
 }

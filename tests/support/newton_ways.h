@@ -1,9 +1,9 @@
-/* Newton systems of closed models in vector code, by blocks, and as the dense matrix.
+/* Newton systems of closed models in vector code, by the front, and as the dense matrix.
  * SPDX-License-Identifier: BSD-3-Clause */
 #ifndef TEST_NEWTON_WAYS_H
 #define TEST_NEWTON_WAYS_H
 
-#include "newton/blocks/record.h"
+#include "newton/carried/record.h"
 #include "newton/sweeps/record.h"
 #include "newton_system.h"
 
@@ -14,11 +14,11 @@ mbsr_newton *newton_solver(const mbsr_model *m, int by_blocks);
 void newton_solve(mbsr_newton *newton, const test_newton_state *at, double c, const double *r,
                   double *x);
 
-/* By blocks, or all bodies in vector code: after a sweep that decides on ranks, or in the same. */
-typedef enum newton_sweeps { BLOCKS, TWO_SWEEPS, ONE_SWEEP } newton_sweeps;
+/* By the front, or all bodies in vector code. */
+typedef enum newton_sweeps { BY_FRONT, ONE_SWEEP } newton_sweeps;
 
-/* What a test looks at in the solver and in the one by blocks, after each solution. */
-typedef void newton_look(const mbsr_newton *newton, const mbsr_newton *blocks, int expected);
+/* What a test looks at in the solver, after each solution. */
+typedef void newton_look(const mbsr_newton *newton, int expected);
 
 /* Solutions for several c at (q, u), u' = 0: the same both ways, up to what rounding makes of the matrix, and those of the
  * dense matrix. look: or NULL. */

@@ -1,20 +1,13 @@
 /* The front of one step: see assemble.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * First everything stands over x of the body: fronts of earlier steps, elements, closures, its own
- * momentum. Then x = X z takes the columns of x to those of z, and what the joint makes of y,
- *
- *   q'   c dq - d(G u) - G w (push - J^T kappa)
- *   (a)  c d(J^T m) - d(J'^T m + J^T sigma + tau)
- *   (b)  d(J^T mu - tau)                                                  u' free in the range of D
- *   y_pi += B y + (slopes of B) z,   kappa_pi -= H^T kappa
- *
- * takes its rows to equations of the joint and to y of the predecessor (docs/newton.md). N gets the sizes
- * of what is added up, along the unknowns. */
+ * Everything stands over x of the body: fronts of earlier steps, elements, closures, its own momentum.
+ */
 #include "newton/front/assemble.h"
 
 #include "algebra/dense.h"
 #include "model/query.h"
+#include "newton/slopes/relation.h"
 #include "recursion/closures.h"
 #include "recursion/group.h"
 
@@ -25,11 +18,6 @@ typedef mbsri_front_build build;
 static double *M_at(const build *b, int row, int column)
 {
     return b->M + (size_t)column * (size_t)b->all_rows + row;
-}
-
-static double *N_at(const build *b, int row, int column)
-{
-    return b->N + (size_t)column * (size_t)b->all_rows + row;
 }
 
 int mbsri_front_members(const mbsri_front *f, int i, const int **member)
@@ -43,12 +31,6 @@ int mbsri_front_members(const mbsri_front *f, int i, const int **member)
 static bool waits(const mbsri_front *f, int i)
 {
     return f->linear->coupled[i] && f->model->body[i].head != i;
-}
-
-/* Whether the sizes of what is added up in a column are wanted. */
-static bool is_measured(const build *b, int column)
-{
-    return b->watched || column < b->size || column >= b->columns;
 }
 
 /* ---- numbers ---- */
@@ -184,9 +166,9 @@ static void list_body(build *b, int i)
     const mbsri_body *body = f->model->body + i;
     const mbsri_front_names *at = f->names + i;
     add_rows(b, at->y, mbsri_linear_actions(f->linear, i));
-    if (f->model->held > 0) add_rows(b, at->kappa, body->d);
+    if (f->model->held > 0 && !b->plain) add_rows(b, at->kappa, body->d);
     add_columns(b, at->x, mbsri_linear_motions(f->linear, i));
-    if (!f->plan.coordinates[i]) return;
+    if (!f->plan.coordinates[i] || b->plain) return;
     add_rows(b, at->tau, body->n);
     add_rows(b, at->push, body->n);
     add_columns(b, at->q, body->nq);
@@ -199,9 +181,13 @@ static void list_rest(build *b)
     const mbsri_front *f = b->f;
     const int *member, members = mbsri_front_members(f, b->i, &member);
     add_rows(b, b->at.y, mbsri_linear_actions(f->linear, b->i));
-    if (f->model->held > 0) add_rows(b, b->at.kappa, b->b->d);
-    add_rows(b, b->at.tau, b->b->n);
-    add_rows(b, b->at.push, b->b->n);
+    if (!b->plain) {
+        if (f->model->held > 0) add_rows(b, b->at.kappa, b->b->d);
+        add_rows(b, b->at.tau, b->b->n);
+        add_rows(b, b->at.push, b->b->n);
+    }
+    add_rows(b, b->at.momentum, b->b->n);
+    add_rows(b, b->at.rate, b->b->n);
     add_columns(b, b->at.x, mbsri_linear_motions(f->linear, b->i));
     for (int l = 0; l < members && b->closes; ++l) {
         add_rows(b, f->names[member[l]].a, f->model->body[member[l]].n);
@@ -209,16 +195,29 @@ static void list_rest(build *b)
     }
 }
 
+/* Whether all that is known of the body is y over x: nothing is carried, and there are no elements. */
+static bool is_plain(const build *b)
+{
+    const mbsri_front *f = b->f;
+    bool plain = b->step->elements == 0 && b->step->borders <= 1 && f->model->anywhere == 0;
+    for (int l = 0; l < b->step->children && plain; ++l) {
+        const int child = f->plan.child[b->step->first_child + l];
+        plain = f->left[child].plain;
+    }
+    return plain;
+}
+
 static void list_all(build *b)
 {
     const mbsri_front *f = b->f;
     b->all_rows = b->all_columns = 0;
+    b->plain = is_plain(b);
     sort_own(b);
     list_own(b);
-    const int own = b->all_columns;
+    b->own = b->all_columns;
     list_carried(b);
     list_multipliers(b);
-    b->watched = b->watched || b->all_columns > own || waits(f, b->i);
+    b->watched = b->watched || b->all_columns > b->own || waits(f, b->i);
     b->size = b->all_columns;
     for (int l = 0; l < b->step->borders; ++l)
         list_body(b, f->plan.border[b->step->first_border + l]);
@@ -229,6 +228,34 @@ static void list_all(build *b)
 
 /* ---- what is known over x ---- */
 
+/* All to zero that is added to. */
+static void clear(build *b)
+{
+    const int first = b->f->column_at[b->at.x],
+              behind = first + mbsri_linear_motions(b->f->linear, b->i);
+    if (!b->plain) {
+        mbsri_zero((size_t)b->all_rows * (size_t)b->all_columns, b->M);
+        return;
+    }
+    for (int j = 0; j < b->all_columns; ++j) {
+        const bool motion = j >= first && j < behind;
+        const int row = motion ? b->f->row_at[b->at.y] : 0,
+                  rows = motion ? mbsri_linear_actions(b->f->linear, b->i) : b->all_rows;
+        mbsri_zero((size_t)rows, M_at(b, row, j));
+    }
+}
+
+/* What a plain step hands on. */
+static void add_plain(build *b, const double *from)
+{
+    const int x = mbsri_linear_motions(b->f->linear, b->i),
+              y = mbsri_linear_actions(b->f->linear, b->i);
+    double *to = M_at(b, b->f->row_at[b->at.y], b->f->column_at[b->at.x]);
+    for (int l = 0; l < x; ++l, from += y, to += b->all_rows) {
+        for (int r = 0; r < y; ++r) to[r] += from[r];
+    }
+}
+
 static void add_children(build *b)
 {
     const mbsri_front *f = b->f;
@@ -237,6 +264,10 @@ static void add_children(build *b)
         const mbsri_front_left *left = f->left + child;
         const int *row = f->numbers + f->plan.step[child].numbers, *column = row + left->rows;
         const double *from = f->matrices + f->plan.step[child].matrix;
+        if (left->plain) {
+            add_plain(b, from);
+            continue;
+        }
         for (int j = left->done; j < left->columns; ++j) {
             double *to = M_at(b, 0, f->column_at[column[j]]);
             for (int r = left->done; r < left->rows; ++r) to[f->row_at[row[r]]] += *from++;
@@ -266,7 +297,18 @@ static void add_forces(build *b, int on, bool joint, const double *from, int str
     }
 }
 
-static void add_element(build *b, int element)
+/* Whether what body `on` feels by body `by` is for the step: all, or what stands between the body and its predecessor, of whose
+ * joint nothing is. */
+static bool takes(const build *b, int on, int by)
+{
+    const mbsri_front *f = b->f;
+    if (on == 0 || by == 0) return false;
+    if (!f->served) return true;
+    const mbsri_relation relation = mbsri_relate(f->model, on, by);
+    return relation != MBSRI_APART && (relation == MBSRI_ABOVE ? by : on) == b->i;
+}
+
+static int add_element(build *b, int element)
 {
     const mbsri_front *f = b->f;
     const mbsri_linear *w = f->linear;
@@ -274,6 +316,9 @@ static void add_element(build *b, int element)
     const bool joint = !(force->def.table->flags & MBSR_FORCE_NO_JOINT);
     const int *list, count = mbsri_linear_bodies(w, force, b->i, &list);
     int rows, columns, column = 0;
+    const int status =
+        w->whole ? MBSR_OK : mbsri_linear_force(f->linear, b->d, (size_t)element, b->i);
+    if (status) return status;
     const double *matrix = mbsri_linear_element(w, (size_t)element, b->i, &rows, &columns);
     for (int l = 0; l < count; ++l) {
         if (list[l] == 0) continue;
@@ -282,17 +327,22 @@ static void add_element(build *b, int element)
         const int x = w->e[list[l]] + by->d;
         int row = 0;
         for (int j = 0; j < count; ++j) {
-            if (list[j] == 0) continue;
+            const bool above = f->served && list[j] != b->i, below = f->served && list[l] != b->i;
             const double *from = matrix + (size_t)column * (size_t)rows + row;
-            add_forces(b, list[j], joint, from, rows, (span){at->x, x});
-            from += (size_t)x * (size_t)rows;
-            if (joint) add_forces(b, list[j], joint, from, rows, (span){at->q, by->nq});
-            from += (size_t)by->nq * (size_t)rows;
-            if (joint) add_forces(b, list[j], joint, from, rows, (span){at->u, by->n});
+            if (list[j] == 0) continue;
+            if (takes(b, list[j], list[l])) {
+                add_forces(b, list[j], joint && !above, from, rows, (span){at->x, x});
+                from += (size_t)x * (size_t)rows;
+                const int nq = joint && !below ? by->nq : 0, n = joint && !below ? by->n : 0;
+                add_forces(b, list[j], joint && !above, from, rows, (span){at->q, nq});
+                from += (size_t)by->nq * (size_t)rows;
+                add_forces(b, list[j], joint && !above, from, rows, (span){at->u, n});
+            }
             row += f->model->body[list[j]].d + f->model->body[list[j]].n;
         }
         column += x + by->nq + by->n;
     }
+    return MBSR_OK;
 }
 
 /* Row r of a closure: at its bodies, and what its multipliers exert there. */
@@ -369,7 +419,7 @@ static void add_closure(build *b, int element)
     }
 }
 
-/* The body's own momentum, and all elements and closures that come with it. */
+/* The body's own momentum. */
 static void add_own(build *b)
 {
     mbsri_front *f = b->f;
@@ -378,208 +428,44 @@ static void add_own(build *b)
         double *to = M_at(b, f->row_at[b->at.y], f->column_at[b->at.x + l]);
         for (int r = 0; r < y; ++r) to[r] += b->terms.P[l * y + r];
     }
-    for (int k = 0; k < f->model->anywhere; ++k) {
-        const mbsri_force *force = (const mbsri_force *)f->model->forces.data + k;
-        if (force->def.table->flags & MBSR_FORCE_EVERY_BODY) add_element(b, k);
+}
+
+/* mu over A is -Mbar, of which successors that something else passes have not handed on their part (src/newton/sweeps/reaction.h). */
+static void place_masses(build *b)
+{
+    const int d = b->b->d, mu = b->f->row_at[b->at.y] + 2 * d,
+              A = b->f->column_at[b->at.x] + b->f->linear->e[b->i] + d;
+    const double *Mbar = b->d->Mbar + b->b->dd;
+    for (int l = 0; l < d; ++l) {
+        double *to = M_at(b, mu, A + l);
+        for (int r = 0; r < d; ++r) to[r] = -Mbar[l * d + r];
     }
-    for (int l = 0; l < b->step->elements; ++l) {
+}
+
+/* Elements and closures that come with the body. A status. */
+static int add_elements(build *b)
+{
+    const mbsri_front *f = b->f;
+    int status = MBSR_OK;
+    for (int k = 0; k < f->model->anywhere && !status; ++k) {
+        const mbsri_force *force = (const mbsri_force *)f->model->forces.data + k;
+        if (force->def.table->flags & MBSR_FORCE_EVERY_BODY) status = add_element(b, k);
+    }
+    for (int l = 0; l < b->step->elements && !status; ++l) {
         const int element = f->plan.element[b->step->first_element + l];
         if (element < (int)f->model->forces.count)
-            add_element(b, element);
+            status = add_element(b, element);
         else
             add_closure(b, element);
     }
+    return status;
 }
 
-/* ---- x = X z ---- */
-
-/* Adds a column of X, or of what is like it, to a column; `from`: the first row that has anything. */
-static void add_motion(build *b, double factor, const double *X, int count, int first, int column)
-{
-    const mbsri_front *f = b->f;
-    const bool measured = is_measured(b, column);
-    double *to = M_at(b, 0, column), *sum = N_at(b, 0, column);
-    for (int l = 0; l < count; ++l) {
-        const double x = factor * X[l], size = fabs(x);
-        if (x == 0.0) continue;
-        const double *from = M_at(b, 0, f->column_at[b->at.x + first + l]);
-        for (int r = 0; r < b->all_rows; ++r) to[r] += x * from[r];
-        for (int r = 0; r < b->all_rows && measured; ++r) sum[r] += size * fabs(from[r]);
-    }
-}
-
-/* The column of a number of z. */
-static int column_of_z(const build *b, int k)
-{
-    const mbsri_front *f = b->f;
-    const int parent = b->b->parent, x = mbsri_linear_motions(f->linear, parent), nq = b->b->nq;
-    if (k >= x + nq) return f->column_at[b->at.u + k - x - nq];
-    if (k >= x) return f->column_at[b->at.q + k - x];
-    return parent > 0 ? f->column_at[f->names[parent].x + k] : -1;
-}
-
-static int variables(const build *b)
-{
-    return mbsri_linear_motions(b->f->linear, b->b->parent) + b->b->nq + b->b->n;
-}
-
-static void replace_x(build *b)
-{
-    const mbsri_linear *w = b->f->linear;
-    const int x = mbsri_linear_motions(w, b->i), d = b->b->d;
-    for (int j = 0; j < b->all_columns; ++j) {
-        const bool measured = is_measured(b, j);
-        for (int r = 0; r < b->all_rows && measured; ++r) *N_at(b, r, j) = fabs(*M_at(b, r, j));
-    }
-    for (int k = 0; k < variables(b); ++k) {
-        const int column = column_of_z(b, k);
-        if (column >= 0) add_motion(b, 1.0, b->terms.x + k * x, x, 0, column);
-    }
-    for (int l = 0; l < b->b->n && b->deep; ++l)
-        add_motion(b, -1.0, b->terms.J + l * d, d, w->e[b->i] + d,
-                   b->f->column_at[b->at.rates + l]);
-}
-
-/* ---- rows of the joint ---- */
-
-/* out (n) += factor A^T y; with sizes. */
-static void add_products(int d, int n, double factor, const double *A, const double *y, double *out,
-                         const double *sizes, double *sum)
-{
-    for (int k = 0; k < n; ++k) {
-        double value = 0.0, size = 0.0;
-        for (int l = 0; l < d; ++l) value += A[k * d + l] * y[l];
-        for (int l = 0; l < d && sum; ++l) size += fabs(A[k * d + l]) * sizes[l];
-        out[k] += factor * value;
-        if (sum) sum[k] += fabs(factor) * size;
-    }
-}
-
-/* Rows of one column, from those of y, tau, push. */
-static void make_rows(build *b, int j)
-{
-    mbsri_front *f = b->f;
-    const mbsri_terms *k = &b->terms;
-    const int d = b->b->d, dp = b->b->d_pred, n = b->b->n, nq = b->b->nq, parent = b->b->parent;
-    const bool measured = is_measured(b, j);
-    double *M = M_at(b, 0, j), *N = N_at(b, 0, j);
-    const double *y = M + f->row_at[b->at.y], *tau = M + f->row_at[b->at.tau],
-                 *size = N + f->row_at[b->at.y], *size_tau = N + f->row_at[b->at.tau];
-    double *a = M + f->row_at[b->at.a], *sum_a = measured ? N + f->row_at[b->at.a] : NULL;
-    add_products(d, n, f->c, k->J, y, a, size, sum_a);
-    add_products(d, n, -1.0, k->J, y + d, a, size + d, sum_a);
-    add_products(d, n, -1.0, k->Jdot, y, a, size, sum_a);
-    for (int l = 0; l < n; ++l) a[l] -= tau[l];
-    for (int l = 0; l < n && measured; ++l) sum_a[l] += size_tau[l];
-    if (b->deep) {
-        double *react = M + f->row_at[b->at.b], *sum = measured ? N + f->row_at[b->at.b] : NULL;
-        add_products(d, n, 1.0, k->J, y + 2 * d, react, size + 2 * d, sum);
-        for (int l = 0; l < n; ++l) react[l] -= tau[l];
-        for (int l = 0; l < n && measured; ++l) sum[l] += size_tau[l];
-    }
-    if (parent > 0)
-        mbsri_linear_pass(b->b, k, f->linear->deep[parent], y, M + f->row_at[f->names[parent].y]);
-    if (f->model->held == 0) return;
-    const double *kappa = M + f->row_at[b->at.kappa], *push = M + f->row_at[b->at.push],
-                 *qdot = k->qdot + (size_t)((variables(b) - n) * nq);
-    for (int l = 0; l < n; ++l) {
-        const double moved =
-            f->model->weight[b->b->iu + l] * (push[l] - mbsri_dot(d, k->J + l * d, kappa));
-        for (int r = 0; r < nq && moved != 0.0; ++r)
-            M[f->row_at[b->at.place] + r] -= qdot[l * nq + r] * moved;
-    }
-    if (parent > 0) mbsri_atx(d, dp, -1.0, k->H, kappa, M + f->row_at[f->names[parent].kappa]);
-}
-
-/* What the joint's equations have of z with y held. */
-static void add_slopes(build *b)
-{
-    mbsri_front *f = b->f;
-    const mbsri_terms *k = &b->terms;
-    const int n = b->b->n, nq = b->b->nq, parent = b->b->parent, rows = (b->deep ? 3 : 2) * n,
-              pred = mbsri_linear_actions(f->linear, parent),
-              q = mbsri_linear_motions(f->linear, parent);
-    for (int l = 0; l < variables(b); ++l) {
-        const int j = column_of_z(b, l);
-        const double *own = k->own + l * rows, *below = k->below + l * pred,
-                     *qdot = k->qdot + l * nq;
-        if (j < 0) continue;
-        double *M = M_at(b, 0, j), *N = N_at(b, 0, j);
-        for (int r = 0; r < n; ++r) {
-            const int a = f->row_at[b->at.a] + r;
-            M[a] += f->c * own[r] - own[n + r];
-            N[a] += fabs(f->c * own[r]) + fabs(own[n + r]);
-            if (!b->deep) continue;
-            M[f->row_at[b->at.b] + r] += own[2 * n + r];
-            N[f->row_at[b->at.b] + r] += fabs(own[2 * n + r]);
-        }
-        for (int r = 0; r < nq; ++r) {
-            M[f->row_at[b->at.place] + r] -= qdot[r];
-            N[f->row_at[b->at.place] + r] += fabs(qdot[r]);
-        }
-        if (l >= q && l < q + nq) M[f->row_at[b->at.place] + l - q] += f->c;
-        if (l >= q && l < q + nq) N[f->row_at[b->at.place] + l - q] += fabs(f->c);
-        for (int r = 0; r < pred && parent > 0; ++r)
-            M[f->row_at[f->names[parent].y] + r] += below[r];
-    }
-    for (int l = 0; l < n && b->deep; ++l) {
-        const int row = f->row_at[b->at.b] + l, column = f->column_at[b->at.rates] + l;
-        *M_at(b, row, column) += b->b->armature[l];
-        *N_at(b, row, column) += b->b->armature[l];
-    }
-}
-
-/* ---- the range of D ---- */
-
-/* u' = S X a, and the rows X^T S (a), of the joint or group that is complete. */
-static void take_range(build *b)
-{
-    mbsri_front *f = b->f;
-    const mbsri_terms *k = &b->terms;
-    const int *member, members = mbsri_front_members(f, b->i, &member),
-                       rank = f->linear->rank[b->i],
-                       n = f->linear->coupled[b->i] ? b->b->group_n : b->b->n;
-    for (int r = 0; r < rank; ++r) {
-        double *M = M_at(b, 0, f->column_at[b->at.range + r]),
-               *N = N_at(b, 0, f->column_at[b->at.range + r]);
-        for (int l = 0; l < members; ++l) {
-            const mbsri_body *of = f->model->body + member[l];
-            for (int j = 0; j < of->n; ++j) {
-                const int at = of->ig - b->b->ig + j,
-                          column = f->column_at[f->names[member[l]].rates + j];
-                const double weight = k->X[r * n + at] * k->s[at];
-                for (int row = 0; row < b->all_rows; ++row) {
-                    M[row] += weight * *M_at(b, row, column);
-                    N[row] += fabs(weight) * *N_at(b, row, column);
-                }
-            }
-        }
-    }
-    for (int column = 0; column < b->columns; ++column) {
-        double *M = M_at(b, 0, column), *N = N_at(b, 0, column);
-        for (int r = 0; r < rank; ++r) {
-            double value = 0.0, size = 0.0;
-            for (int l = 0; l < members; ++l) {
-                const mbsri_body *of = f->model->body + member[l];
-                for (int j = 0; j < of->n; ++j) {
-                    const int at = of->ig - b->b->ig + j,
-                              row = f->row_at[f->names[member[l]].a] + j;
-                    const double weight = k->X[r * n + at] * k->s[at];
-                    value += weight * M[row];
-                    size += fabs(weight) * N[row];
-                }
-            }
-            M[f->row_at[b->at.range_of_a] + r] = value;
-            N[f->row_at[b->at.range_of_a] + r] = size;
-        }
-    }
-}
-
-void mbsri_front_assemble(mbsri_front *f, int k, bool watched, mbsri_front_build *b)
+int mbsri_front_assemble(mbsri_front *f, mbsr_data *d, int k, bool watched, mbsri_front_build *b)
 {
     const mbsri_front_step *step = f->plan.step + k;
     const int i = step->body;
-    *b = (mbsri_front_build){.f = f, .step = step, .k = k, .i = i, .b = f->model->body + i};
+    *b = (mbsri_front_build){.f = f, .d = d, .step = step, .k = k, .i = i, .b = f->model->body + i};
     b->watched = watched;
     b->at = f->names[i];
     b->terms = mbsri_linear_terms(f->linear, i);
@@ -590,14 +476,9 @@ void mbsri_front_assemble(mbsri_front *f, int k, bool watched, mbsri_front_build
     b->M = f->M;
     b->N = f->N;
     list_all(b);
-    mbsri_zero((size_t)b->all_rows * (size_t)b->all_columns, b->M);
+    clear(b);
     add_children(b);
     add_own(b);
-    replace_x(b);
-    for (int j = 0; j < b->all_columns; ++j) {
-        if (f->owner_column[b->column[j]] != i || b->column[j] < b->at.x || b->column[j] >= b->at.q)
-            make_rows(b, j);
-    }
-    add_slopes(b);
-    if (b->closes) take_range(b);
+    if (f->served && b->deep) place_masses(b);
+    return add_elements(b);
 }

@@ -5,10 +5,11 @@
 
 #include "newton/front/front.h"
 
-/* The front of step k in f->M: `size` unknowns and equations, then the border (`rows`, `columns` in all),
+/* The front of step k in f->M before its body is passed (pass.h): `size` unknowns and equations, then the border (`rows`, `columns` in all),
  * then what the step takes away: y and loads of the joint, x, and what is pending of a group that closes. */
 typedef struct mbsri_front_build {
     mbsri_front *f;
+    mbsr_data *d;
     const mbsri_front_step *step;
     int k, i;
     const mbsri_body *b;
@@ -16,14 +17,15 @@ typedef struct mbsri_front_build {
     mbsri_terms terms;
     bool deep, closes; /* closes: the joint, or its group, is complete, and lacks rank or is deep */
     bool watched;      /* more than the joint's own unknowns */
-    int size, rows, columns, all_rows, all_columns;
-    int *row, *column; /* numbers */
+    bool plain;        /* nothing but y over x, with the joint's own unknowns */
+    int own, size, rows, columns, all_rows, all_columns; /* own: unknowns of the joint */
+    int *row, *column;                                   /* numbers */
     double *M, *N;
 } mbsri_front_build;
 
 /* watched: with the sizes of what is added up beyond the unknowns, where not anyway: some of these
- * will be left. */
-void mbsri_front_assemble(mbsri_front *f, int k, bool watched, mbsri_front_build *b);
+ * will be left. A status of what elements return. */
+int mbsri_front_assemble(mbsri_front *f, mbsr_data *d, int k, bool watched, mbsri_front_build *b);
 
 /* The group that body i closes, being its head. */
 int mbsri_front_members(const mbsri_front *f, int i, const int **member);

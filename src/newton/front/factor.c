@@ -1,6 +1,6 @@
 /* Memory of the front, and factoring: see front.h.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "newton/front/assemble.h"
+#include "newton/front/pass.h"
 
 #include "algebra/dense.h"
 #include "algebra/numbers.h"
@@ -8,9 +8,12 @@
 #include "base/memory.h"
 #include "model/query.h"
 #include "newton/front/pivots.h"
+#include "recursion/backward.h"
 #include "recursion/closure_view.h"
 
 #include <mbsrank/dae.h>
+
+#include <string.h>
 
 /* ---- numbers ---- */
 
@@ -30,11 +33,13 @@ static void number(mbsri_front *f)
         const int row = rows, column = columns, range = b->head == i ? b->group_n : b->n;
         mbsri_front_names at = {0};
         at.x = next(&columns, f->linear->e[i] + 2 * b->d);
+        at.y = next(&rows, 3 * b->d);
+        if (f->memory) f->names[i] = at;
+        if (f->served && !f->served[i]) continue;
         at.q = next(&columns, b->nq);
         at.u = next(&columns, b->n);
         at.rates = next(&columns, b->n);
         at.range = next(&columns, range);
-        at.y = next(&rows, 3 * b->d);
         at.kappa = next(&rows, b->d);
         at.tau = next(&rows, b->n);
         at.push = next(&rows, b->n);
@@ -42,6 +47,8 @@ static void number(mbsri_front *f)
         at.a = next(&rows, b->n);
         at.b = next(&rows, b->n);
         at.range_of_a = next(&rows, range);
+        at.momentum = next(&rows, b->n);
+        at.rate = next(&rows, b->n);
         if (!f->memory) continue;
         f->names[i] = at;
         for (int k = row; k < rows; ++k) f->owner_row[k] = i;
@@ -60,6 +67,7 @@ static void sort(mbsri_front *f)
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
         const mbsri_front_names *at = f->names + i;
+        if (f->served && !f->served[i]) continue;
         const int range = b->head == i ? b->group_n : b->n;
         for (int k = 0; k < b->nq; ++k)
             f->row_kind[at->place + k] = f->column_kind[at->q + k] = MBSRI_FRONT_PLACE;
@@ -109,10 +117,9 @@ static size_t place(mbsri_front *f, unsigned char *base)
         *ints[k] = take(base, &used, int_count[k], sizeof(int));
     f->row_kind = take(base, &used, rows, 1);
     f->column_kind = take(base, &used, columns, 1);
-    double **const doubles[] = {&f->LU,        &f->matrices,     &f->M,       &f->N,
-                                &f->row_scale, &f->column_scale, &f->largest, &f->value,
-                                &f->h,         &f->local,        &f->defect,  &f->rates,
-                                &f->wbar,      &f->left_over};
+    double **const doubles[] = {&f->LU,           &f->matrices, &f->M,        &f->N, &f->row_scale,
+                                &f->column_scale, &f->largest,  &f->value,    &f->h, &f->local,
+                                &f->rates,        &f->wbar,     &f->left_over};
     const size_t count[] = {plan->doubles,
                             plan->matrices,
                             front,
@@ -123,8 +130,7 @@ static size_t place(mbsri_front *f, unsigned char *base)
                             columns,
                             rows,
                             (size_t)(plan->most_rows + plan->most_columns),
-                            (size_t)mbsr_dae_size(m, MBSR_DAE_MOMENTUM),
-                            4 * (size_t)m->nu,
+                            5 * (size_t)m->nu,
                             m->size_v,
                             2 * (size_t)mbsr_dae_size(m, MBSR_DAE_MOMENTUM)};
     for (size_t k = 0; k < sizeof doubles / sizeof doubles[0]; ++k)
@@ -135,21 +141,21 @@ static size_t place(mbsri_front *f, unsigned char *base)
     return used;
 }
 
-double mbsri_front_operations(const mbsr_model *m)
+static bool *copy_of(const mbsr_model *m, const bool *served)
 {
-    mbsri_front_plan plan;
-    if (!mbsri_front_plan_create(m, &plan)) return -1.0;
-    const double operations = plan.operations;
-    mbsri_front_plan_destroy(m, &plan);
-    return operations;
+    const size_t size = ((size_t)m->bodies + 1) * sizeof *served;
+    bool *copy = mbsri_allocate(&m->allocator, size);
+    if (copy) memcpy(copy, served, size);
+    return copy;
 }
 
-mbsri_front *mbsri_front_create(const mbsr_model *m)
+mbsri_front *mbsri_front_create(const mbsr_model *m, const bool *served)
 {
     mbsri_front *f = mbsri_allocate(&m->allocator, sizeof *f);
     if (!f) return NULL;
-    *f = (mbsri_front){.model = m, .linear = mbsri_linear_create(m)};
-    if (f->linear && mbsri_front_plan_create(m, &f->plan)) {
+    *f = (mbsri_front){.model = m, .served = served ? copy_of(m, served) : NULL};
+    if (f->served || !served) f->linear = mbsri_linear_create(m, m->rows > 0, f->served);
+    if (f->linear && mbsri_front_plan_create(m, f->served, &f->plan)) {
         number(f);
         const size_t size = place(f, NULL);
         f->memory = mbsri_allocate(&m->allocator, size);
@@ -160,6 +166,7 @@ mbsri_front *mbsri_front_create(const mbsr_model *m)
         return NULL;
     }
     (void)place(f, f->memory);
+    memset(f->left, 0, ((size_t)m->bodies + 1) * sizeof *f->left);
     number(f);
     sort(f);
     return f;
@@ -172,6 +179,7 @@ void mbsri_front_destroy(mbsri_front *f)
     mbsri_linear_destroy(f->linear);
     mbsri_front_plan_destroy(f->model, &f->plan);
     if (f->memory) mbsri_release(&allocator, f->memory);
+    if (f->served) mbsri_release(&allocator, f->served);
     mbsri_release(&allocator, f);
 }
 
@@ -235,6 +243,18 @@ static int not_finite(const mbsri_front *f, mbsr_data *d, int i)
 
 /* ---- factoring ---- */
 
+/* d(M u) of the joint, then dp' but for c dp, over the columns as they stand now: column by column. */
+static void keep_momentum(const mbsri_front *f, const mbsri_front_build *b,
+                          const mbsri_front_pivots *p, double *to)
+{
+    const int n = b->b->n, momentum = f->row_at[b->at.momentum], rate = f->row_at[b->at.rate];
+    for (int l = 0; l < p->columns && n > 0; ++l) {
+        const double *from = p->M + (size_t)f->column_at[p->column[l]] * (size_t)p->stride;
+        mbsri_copy((size_t)n, from + momentum, to + 2 * l * n);
+        mbsri_copy((size_t)n, from + rate, to + (2 * l + 1) * n);
+    }
+}
+
 /* Columns of L and rows of U of what was eliminated, the numbers, and what is handed on. */
 static void keep(mbsri_front *f, const mbsri_front_build *b, const mbsri_front_pivots *p)
 {
@@ -243,8 +263,8 @@ static void keep(mbsri_front *f, const mbsri_front_build *b, const mbsri_front_p
     double *L = f->LU + s->LU, *U = L + (size_t)done * (size_t)p->rows,
            *to = f->matrices + s->matrix;
     int *numbers = f->numbers + s->numbers;
-    f->handed_on = f->handed_on || p->size > done;
-    f->left[b->k] = (mbsri_front_left){done, p->rows, p->columns, p->size - done};
+    f->left[b->k] =
+        (mbsri_front_left){done, p->rows, p->columns, p->size - done, b->plain && p->size == done};
     for (int k = 0; k < p->rows; ++k) numbers[k] = p->row[k];
     for (int k = 0; k < p->columns; ++k) numbers[p->rows + k] = p->column[k];
     for (int k = 0; k < done; ++k) {
@@ -253,6 +273,7 @@ static void keep(mbsri_front *f, const mbsri_front_build *b, const mbsri_front_p
         for (int l = k; l < p->columns; ++l)
             U[k * p->columns + l] = p->M[(size_t)l * (size_t)p->stride + (size_t)k];
     }
+    keep_momentum(f, b, p, U + done * p->columns);
     for (int l = done; l < p->columns; ++l) {
         mbsri_copy((size_t)(p->rows - done), p->M + (size_t)l * (size_t)p->stride + done, to);
         to += p->rows - done;
@@ -283,12 +304,18 @@ static int pass(mbsri_front *f, mbsr_data *d, int k)
 {
     mbsri_front_build b;
     mbsri_front_pivots p;
-    mbsri_front_assemble(f, k, false, &b);
+    int status =
+        f->linear->whole ? MBSR_OK : mbsri_linear_joint(f->linear, d, f->plan.step[k].body);
+    if (!status) status = mbsri_front_assemble(f, d, k, false, &b);
+    if (status) return status;
+    mbsri_front_pass(&b);
     const size_t count = (size_t)b.all_rows * (size_t)b.columns;
     if (!mbsri_finite(count, b.M)) return not_finite(f, d, b.i);
     bool regular = eliminate(f, &b, &p);
     if (regular && p.done < p.size && !b.watched) { /* seldom */
-        mbsri_front_assemble(f, k, true, &b);
+        status = mbsri_front_assemble(f, d, k, true, &b);
+        if (status) return status;
+        mbsri_front_pass(&b);
         regular = eliminate(f, &b, &p);
     }
     if (!regular) return singular(f, d, &p);
@@ -297,12 +324,23 @@ static int pass(mbsri_front *f, mbsr_data *d, int k)
     return MBSR_OK;
 }
 
+int mbsri_front_pass_body(mbsri_front *f, mbsr_data *d, int i)
+{
+    return pass(f, d, f->plan.position[i]);
+}
+
+void mbsri_front_hand_on(mbsri_front *f, int i)
+{
+    f->left[f->plan.position[i]] = (mbsri_front_left){.plain = true};
+}
+
 int mbsri_front_factor(mbsri_front *f, mbsr_data *d, double t, const double *y, const double *yp,
                        double c)
 {
     f->c = c;
-    f->handed_on = f->model->rows > 0;
-    int status = mbsri_linear_at(f->linear, d, t, y, yp, c);
+    int status = f->linear->whole ? mbsri_linear_at(f->linear, d, t, y, yp, c)
+                                  : mbsri_linear_open(f->linear, d, t, y, yp, c);
     for (int k = 0; k < f->plan.steps && !status; ++k) status = pass(f, d, k);
+    if (!status && f->model->grouped) status = mbsri_backward(f->model, d);
     return status;
 }

@@ -25,16 +25,20 @@ typedef enum mbsri_front_kind {
 /* Where the numbers of a body begin. */
 typedef struct mbsri_front_names {
     int x, q, u, rates, range;                        /* columns; rates: u' of the joint */
-    int y, kappa, tau, push, place, a, b, range_of_a; /* rows */
+    int y, kappa, tau, push, place, a, b, range_of_a; /* rows; and d(M u), and dp' but for c dp */
+    int momentum, rate;
 } mbsri_front_names;
 
-/* What is left of a step: the numbers of its rows and columns, eliminated ones first. */
+/* What is left of a step: the numbers of its rows and columns, eliminated ones first. `plain`: it is y of the predecessor
+ * over its x. */
 typedef struct mbsri_front_left {
     int done, rows, columns, carried;
+    bool plain;
 } mbsri_front_left;
 
 typedef struct mbsri_front {
     const mbsr_model *model;
+    bool *served; /* N + 1: bodies that it passes; NULL: all */
     mbsri_linear *linear;
     mbsri_front_plan plan;
     mbsri_vectors vectors;
@@ -51,12 +55,11 @@ typedef struct mbsri_front {
     double *LU, *matrices;
     double *M, *N; /* the present front, and what was added up in its entries */
     double *row_scale, *column_scale, *largest;
-    double *value, *h;      /* by number: of a solution */
-    double *local, *defect; /* of one step; as y */
-    double *rates;          /* 4 nu: L (1 - P) r_u, then scratch */
-    double *wbar;           /* size_v */
-    double *left_over;      /* twice as y */
-    bool handed_on;         /* there are closures, or some step has left unknowns to others */
+    double *value, *h; /* by number: of a solution */
+    double *local;     /* of one step */
+    double *rates;     /* 4 nu: L (1 - P) r_u, then scratch */
+    double *wbar;      /* size_v */
+    double *left_over; /* twice as y */
     void *memory;
     size_t bytes;
 } mbsri_front;
@@ -66,11 +69,8 @@ typedef struct mbsri_front {
     "nothing determines its rates: give it inertia, a spring or a damper, or lock it "             \
     "(mbsr_index_report_create names all such directions)"
 
-/* About how many multiplications a factorisation takes; negative: there is no memory to say. */
-double mbsri_front_operations(const mbsr_model *m);
-
-/* NULL: there is no memory. */
-mbsri_front *mbsri_front_create(const mbsr_model *m);
+/* served: see plan.h. NULL: there is no memory. */
+mbsri_front *mbsri_front_create(const mbsr_model *m, const bool *served);
 void mbsri_front_destroy(mbsri_front *f);
 
 /* Linearises and eliminates at the state (t, y), with the loop forces of y', for the factor c. A status,
@@ -80,5 +80,26 @@ int mbsri_front_factor(mbsri_front *f, mbsr_data *d, double t, const double *y, 
 
 /* delta from r; not the same. */
 void mbsri_front_solve(mbsri_front *f, const double *r, double *delta);
+
+/* ---- body by body ---- */
+
+/* The same of one body that is served, after its successors: the data has all of it, and ranks are marked. What it leaves to a
+ * predecessor, y over x, stands in the matrix of its step. A status. */
+int mbsri_front_pass_body(mbsri_front *f, mbsr_data *d, int i);
+
+static inline double *mbsri_front_matrix(const mbsri_front *f, int i)
+{
+    return f->matrices + f->plan.step[f->plan.position[i]].matrix;
+}
+
+/* Says that what body i, which is not served, leaves to its predecessor stands there. */
+void mbsri_front_hand_on(mbsri_front *f, int i);
+
+/* A solution: before the first body; past body i, leaves to root, of a group with its head; back, after the predecessor; and
+ * delta of the bodies. On the way the right-hand sides of y of a body, and w, stand in h and wbar; its motion in value. */
+void mbsri_front_start(mbsri_front *f);
+void mbsri_front_reduce(mbsri_front *f, int i, const double *r);
+void mbsri_front_substitute(mbsri_front *f, int i);
+void mbsri_front_finish(mbsri_front *f, double *delta);
 
 #endif

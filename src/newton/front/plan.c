@@ -20,7 +20,9 @@ enum { SPARE = 6 };
 
 typedef struct draft {
     const mbsr_model *m;
+    const bool *served; /* NULL: all */
     mbsri_front_plan *plan;
+    bool crosses;       /* something ties bodies that are no neighbours */
     mbsri_array border; /* int */
     int *marked;        /* N + 1: the last step whose border has the body, and 1 */
     int *last_child;    /* of a step: chains of its children, by `before` */
@@ -41,6 +43,17 @@ static int elements_of(const mbsr_model *m)
     return (int)(m->forces.count + m->closures.count);
 }
 
+/* Elements with their bodies, at most. */
+static size_t entries_of(const mbsr_model *m)
+{
+    size_t sum = 0;
+    for (int k = 0; k < elements_of(m); ++k) {
+        const int *list;
+        sum += (size_t)mbsri_front_bodies(m, k, &list);
+    }
+    return sum;
+}
+
 void mbsri_front_plan_destroy(const mbsr_model *m, mbsri_front_plan *plan)
 {
     void *const memory[] = {plan->step,    plan->position, plan->child,
@@ -55,7 +68,7 @@ size_t mbsri_front_plan_bytes(const mbsr_model *m, const mbsri_front_plan *plan)
 {
     const size_t bodies = (size_t)m->bodies + 1;
     return bodies * (sizeof *plan->step + 2 * sizeof(int) + sizeof(bool)) +
-           (size_t)(elements_of(m) + plan->entries) * sizeof(int);
+           (entries_of(m) + (size_t)plan->entries) * sizeof(int);
 }
 
 static bool allocate(const mbsr_model *m, mbsri_front_plan *plan)
@@ -65,18 +78,18 @@ static bool allocate(const mbsr_model *m, mbsri_front_plan *plan)
     plan->step = mbsri_allocate(&m->allocator, bodies * sizeof *plan->step);
     plan->position = numbers(m, bodies);
     plan->child = numbers(m, bodies);
-    plan->element = numbers(m, (size_t)elements_of(m));
+    plan->element = numbers(m, entries_of(m));
     plan->coordinates = mbsri_allocate(&m->allocator, bodies * sizeof(bool));
     return plan->step && plan->position && plan->child && plan->element && plan->coordinates;
 }
 
 /* ---- what is where ---- */
 
-static void find_coordinates(const mbsr_model *m, bool *coordinates)
+static void find_coordinates(const mbsr_model *m, const bool *served, bool *coordinates)
 {
     const int forces = (int)m->forces.count;
     memset(coordinates, 0, ((size_t)m->bodies + 1) * sizeof *coordinates);
-    for (int k = 0; k < elements_of(m); ++k) {
+    for (int k = 0; k < elements_of(m) && !served; ++k) {
         const int *list, count = mbsri_front_bodies(m, k, &list);
         const bool reads =
             k < forces
@@ -101,26 +114,53 @@ static int step_of(const mbsr_model *m, const mbsri_front_plan *plan, int elemen
     return first;
 }
 
-static void place_elements(const mbsr_model *m, mbsri_front_plan *plan)
+/* Whether an element is added in the step of its body l. */
+static bool is_added(const draft *d, int element, int l)
 {
+    const int *list;
+    (void)mbsri_front_bodies(d->m, element, &list);
+    if (list[l] == 0) return false;
+    if (!d->served) return d->plan->position[list[l]] == step_of(d->m, d->plan, element);
+    return d->served[list[l]];
+}
+
+static bool is_repeated(const int *list, int l)
+{
+    bool again = false;
+    for (int k = 0; k < l; ++k) again = again || list[k] == list[l];
+    return again;
+}
+
+/* Counts the elements of each step, and lists them where there is room; how many entries that takes. */
+static int list_elements(draft *d, bool listed)
+{
+    mbsri_front_plan *plan = d->plan;
+    int used = 0;
+    for (int k = 0; k < elements_of(d->m); ++k) {
+        const int *list, count = mbsri_front_bodies(d->m, k, &list);
+        for (int l = 0; l < count; ++l) {
+            if (is_repeated(list, l) || !is_added(d, k, l)) continue;
+            mbsri_front_step *s = plan->step + plan->position[list[l]];
+            if (listed) plan->element[s->first_element + s->elements] = k;
+            ++s->elements;
+            ++used;
+        }
+    }
+    return used;
+}
+
+static void place_elements(draft *d)
+{
+    mbsri_front_plan *plan = d->plan;
     int used = 0;
     for (int k = 0; k < plan->steps; ++k) plan->step[k].elements = 0;
-    for (int k = 0; k < elements_of(m); ++k) {
-        const int at = step_of(m, plan, k);
-        if (at >= 0) ++plan->step[at].elements;
-    }
+    plan->elements = list_elements(d, false);
     for (int k = 0; k < plan->steps; ++k) {
         plan->step[k].first_element = used;
         used += plan->step[k].elements;
         plan->step[k].elements = 0;
     }
-    for (int k = 0; k < elements_of(m); ++k) {
-        const int at = step_of(m, plan, k);
-        if (at < 0) continue;
-        mbsri_front_step *s = plan->step + at;
-        plan->element[s->first_element + s->elements++] = k;
-    }
-    plan->elements = used;
+    (void)list_elements(d, true);
 }
 
 /* Adds a body to the border of step k. */
@@ -150,14 +190,15 @@ static bool find_border(draft *d, int k)
 {
     mbsri_front_plan *plan = d->plan;
     mbsri_front_step *s = plan->step + k;
+    const int parent = d->m->body[s->body].parent;
     s->first_border = (int)d->border.count;
-    bool room = add_body(d, k, d->m->body[s->body].parent);
-    for (int l = 0; l < s->elements && room; ++l) {
+    bool room = add_body(d, k, parent);
+    for (int l = 0; l < s->elements && room && !d->served; ++l) {
         const int *list,
             count = mbsri_front_bodies(d->m, plan->element[s->first_element + l], &list);
         for (int j = 0; j < count && room; ++j) room = add_body(d, k, list[j]);
     }
-    for (int l = 0; l < s->children && room; ++l) {
+    for (int l = 0; l < s->children && room && !d->served; ++l) {
         const mbsri_front_step *child = plan->step + plan->child[s->first_child + l];
         for (int j = 0; j < child->borders && room; ++j)
             room = add_body(d, k, ((int *)d->border.data)[child->first_border + j]);
@@ -228,11 +269,26 @@ static double operations(draft *d, const mbsri_front_step *s, int k, int rows, i
            (width + s->border_columns) * s->border_columns * 6.0;
 }
 
+/* Of a body that something else passes: what it hands to one that is served. */
+static void measure_other(draft *d, int k)
+{
+    mbsri_front_step *s = d->plan->step + k;
+    const int parent = d->m->body[s->body].parent;
+    const bool hands = parent > 0 && d->served[parent];
+    s->border_columns = hands ? columns_of(d, parent) : 0;
+    s->border_rows = hands ? rows_of(d, parent) : 0;
+    d->waiting[k] = d->unsettled[k] = d->light[k] = d->open[k] = d->rates[k] = 0;
+}
+
 /* Sizes of step k, at most. Of multipliers no more can be without a pivot than the border has columns, as
  * rows of a regular matrix; nor of directions without inertia. */
 static void measure(draft *d, int k)
 {
     mbsri_front_step *s = d->plan->step + k;
+    if (d->served && !d->served[s->body]) {
+        measure_other(d, k);
+        return;
+    }
     const mbsri_body *b = d->m->body + s->body;
     int rows, carried = 0, groups = b->head == s->body ? b->n - b->group_n : b->n,
               light = !b->regular;
@@ -251,18 +307,20 @@ static void measure(draft *d, int k)
         groups += d->unsettled[child];
         light = light || d->light[child];
     }
-    const int own = b->nq + 2 * b->n + (b->head == s->body ? b->group_n : b->n),
+    const int own = b->nq + b->n + (b->head == s->body ? b->group_n : b->n),
               all = own + more + carried;
     if (waiting > s->border_columns) waiting = s->border_columns;
     d->waiting[k] = waiting;
     d->unsettled[k] = groups;
     d->light[k] = light;
-    s->held = waiting + SPARE + (light ? s->border_columns : 0);
+    s->held = d->crosses || d->m->rows > 0 ? waiting + SPARE + (light ? s->border_columns : 0) : 0;
     s->carried = all < s->held + 2 * groups ? all : s->held + 2 * groups;
     if (s->borders == 0) s->carried = 0;
+    s->rates = b->n;
     s->unknowns = all;
-    s->rows = all + s->border_rows + 4 * b->d + 3 * b->n;
-    s->columns = all + s->border_columns + mbsri_pose_size(b) + 2 * b->d;
+    s->rows = all + s->border_rows + 4 * b->d + 4 * b->n + (b->head == s->body ? b->group_n : b->n);
+    s->columns = all + s->border_columns + mbsri_pose_size(b) + 2 * b->d +
+                 (b->head == s->body ? b->group_n : b->n);
     d->plan->operations += operations(d, s, k, rows, more);
 }
 
@@ -279,7 +337,7 @@ static bool lay_out(draft *d, const int *order, double most)
         d->last_child[k] = -1;
     }
     for (int i = 0; i <= d->m->bodies; ++i) d->marked[i] = 0;
-    place_elements(d->m, plan);
+    place_elements(d);
     for (int k = 0; k < plan->steps; ++k) {
         find_children(d, k, &used);
         if (!find_border(d, k)) return false;
@@ -325,7 +383,7 @@ static bool choose(draft *d, int *order, int *other)
     const mbsr_model *m = d->m;
     double best = 1e300;
     for (int k = 0; k < m->bodies; ++k) order[k] = m->bodies - k;
-    if (!crosses(m)) return true;
+    if (!d->crosses) return true;
     if (!compare(d, &best, order, order)) return false;
     mbsri_front_order_by_depth(m, other, d->marked);
     if (!compare(d, &best, order, other)) return false;
@@ -388,7 +446,8 @@ static void place(mbsri_front_plan *plan, gap *gaps)
         const size_t rows = (size_t)(s->unknowns + s->border_rows),
                      columns = (size_t)(s->unknowns + s->border_columns);
         s->LU = plan->doubles;
-        plan->doubles += (size_t)s->unknowns * (rows + columns);
+        if (s->rows == 0) continue; /* not served */
+        plan->doubles += (size_t)s->unknowns * (rows + columns) + 2 * (size_t)s->rates * columns;
         s->numbers = plan->ints;
         plan->ints += rows + columns;
         if (s->rows > plan->most_rows) plan->most_rows = s->rows;
@@ -396,12 +455,12 @@ static void place(mbsri_front_plan *plan, gap *gaps)
     }
 }
 
-bool mbsri_front_plan_create(const mbsr_model *m, mbsri_front_plan *plan)
+bool mbsri_front_plan_create(const mbsr_model *m, const bool *served, mbsri_front_plan *plan)
 {
     const size_t bodies = (size_t)m->bodies + 1;
     int *memory = numbers(m, 10 * bodies);
     gap *gaps = mbsri_allocate(&m->allocator, bodies * sizeof *gaps);
-    draft d = {.m = m, .plan = plan};
+    draft d = {.m = m, .served = served, .plan = plan};
     bool made = allocate(m, plan) && memory && gaps;
     if (made) {
         int *order = memory, *other = memory + bodies;
@@ -413,7 +472,8 @@ bool mbsri_front_plan_create(const mbsr_model *m, mbsri_front_plan *plan)
         d.unsettled = memory + 7 * bodies;
         d.light = memory + 8 * bodies;
         d.waiting = memory + 9 * bodies;
-        find_coordinates(m, plan->coordinates);
+        d.crosses = !served && crosses(m);
+        find_coordinates(m, served, plan->coordinates);
         made = choose(&d, order, other) && lay_out(&d, order, 1e300);
     }
     if (made) {

@@ -19,12 +19,13 @@ typedef struct mbsri_front_step {
     int first_border, borders;   /* in `border`: bodies, as they are passed */
     int next;                    /* the step that takes in what is handed on; -1: nothing is */
     int unknowns; /* own, multipliers, and carried ones, at most; then the rest of the matrix */
+    int rates;    /* of the joint */
     int rows, columns;
     int border_rows, border_columns;
     int carried;        /* unknowns that are handed on, at most */
     int held;           /* of these, how many may be, but for those of an open group */
     size_t matrix;      /* doubles: of what is handed on, */
-    size_t LU, numbers; /* and of what is eliminated; ints */
+    size_t LU, numbers; /* and of what is eliminated, with d(M u) and dp' of the joint; ints */
 } mbsri_front_step;
 
 typedef struct mbsri_front_plan {
@@ -38,8 +39,9 @@ typedef struct mbsri_front_plan {
     double operations;              /* multiplications of a factorisation, about */
 } mbsri_front_plan;
 
-/* The cheapest of some plans; false: there is no memory. */
-bool mbsri_front_plan_create(const mbsr_model *m, mbsri_front_plan *plan);
+/* The cheapest of some plans. served (N + 1; NULL: all): the bodies that are passed, in their order, beside others that something
+ * else passes; their elements are added pair by pair (newton/slopes/relation.h). False: there is no memory. */
+bool mbsri_front_plan_create(const mbsr_model *m, const bool *served, mbsri_front_plan *plan);
 void mbsri_front_plan_destroy(const mbsr_model *m, mbsri_front_plan *plan);
 size_t mbsri_front_plan_bytes(const mbsr_model *m, const mbsri_front_plan *plan);
 

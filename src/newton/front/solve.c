@@ -3,9 +3,8 @@
  *
  * Right-hand sides go the way of the rows, M v = h: L of what was eliminated is taken off, step by step;
  * of y rows h is what is missing, y = M v - h. Backwards, U gives the unknowns, and X the motions of the
- * bodies. Where pivots had to wait, refinement makes up for the digits that others cost. Of p, dp =
- * d(M u) - w in the range of D, w = L (1 - P) r_u, and c dp = r_p + dP in its null space; the two come
- * from products. */
+ * bodies. Beside loops, refinement makes up for the digits that late pivots cost. Of p, dp = d(M u) - w in the
+ * range of D, w = L (1 - P) r_u, and c dp = r_p + dP in its null space. */
 #include "newton/front/assemble.h"
 
 #include "algebra/dense.h"
@@ -20,37 +19,39 @@ enum { REFINEMENTS = 3 };
 
 /* ---- right-hand sides ---- */
 
-/* w = L (1 - P) r_u into f->rates, and P r_u behind it; by groups. */
-static void lift(mbsri_front *f, const double *ru)
+/* w = L (1 - P) r_u of a joint or group into f->rates, and P r_u behind it; successors first. */
+static void lift(mbsri_front *f, int i, const double *ru)
 {
     const mbsr_model *m = f->model;
     double *w = f->rates, *null = w + m->nu, *range = null + m->nu;
-    mbsri_zero(m->size_v, f->wbar);
-    for (int i = 1; i <= m->bodies; ++i)
-        mbsri_copy((size_t)m->body[i].n, ru + m->body[i].u, null + m->body[i].ig);
-    for (int i = m->bodies; i >= 1; --i) {
-        const mbsri_body *b = m->body + i;
-        const mbsri_terms k = mbsri_linear_terms(f->linear, i);
-        const bool group = f->linear->coupled[i];
-        const int n = group ? b->group_n : b->n;
-        const int *member, members = mbsri_front_members(f, i, &member);
-        if (group && b->head != i) continue;
-        mbsri_linear_split(&k, n, f->linear->rank[i], null + b->ig, range + b->ig);
-        for (int l = members - 1; l >= 0; --l) {
-            const mbsri_body *of = m->body + member[l];
-            const mbsri_terms own = mbsri_linear_terms(f->linear, member[l]);
-            if (l > 0)
-                mbsri_atx(of->d, of->d_pred, -1.0, own.H, f->wbar + of->v, f->wbar + of->pred_v);
-        }
-        for (int l = 0; l < members; ++l) {
-            const mbsri_body *of = m->body + member[l];
-            const mbsri_terms own = mbsri_linear_terms(f->linear, member[l]);
-            mbsri_copy((size_t)of->n, range + of->ig, w + of->ig);
-            mbsri_atx(of->d, of->n, 1.0, own.J, f->wbar + of->v, w + of->ig);
-        }
-        mbsri_ax(b->d, n, 1.0, k.G, range + b->ig, f->wbar + b->v);
-        mbsri_atx(b->d, b->d_pred, -1.0, k.H, f->wbar + b->v, f->wbar + b->pred_v);
+    const mbsri_body *b = m->body + i;
+    const mbsri_terms k = mbsri_linear_terms(f->linear, i);
+    const int n = f->linear->coupled[i] ? b->group_n : b->n;
+    const int *member, members = mbsri_front_members(f, i, &member);
+    for (int l = 0; l < members; ++l) {
+        const mbsri_body *of = m->body + member[l];
+        mbsri_copy((size_t)of->n, ru + of->u, null + of->ig);
     }
+    mbsri_linear_split(&k, n, f->linear->rank[i], null + b->ig, range + b->ig);
+    for (int l = members - 1; l > 0; --l) {
+        const mbsri_body *of = m->body + member[l];
+        const mbsri_terms own = mbsri_linear_terms(f->linear, member[l]);
+        mbsri_atx(of->d, of->d_pred, -1.0, own.H, f->wbar + of->v, f->wbar + of->pred_v);
+    }
+    for (int l = 0; l < members; ++l) {
+        const mbsri_body *of = m->body + member[l];
+        const mbsri_terms own = mbsri_linear_terms(f->linear, member[l]);
+        mbsri_copy((size_t)of->n, range + of->ig, w + of->ig);
+        mbsri_atx(of->d, of->n, 1.0, own.J, f->wbar + of->v, w + of->ig);
+    }
+    mbsri_ax(b->d, n, 1.0, k.G, range + b->ig, f->wbar + b->v);
+    mbsri_atx(b->d, b->d_pred, -1.0, k.H, f->wbar + b->v, f->wbar + b->pred_v);
+}
+
+/* Whether joint i is one by itself, or stands for its group. */
+static bool leads(const mbsri_front *f, int i)
+{
+    return !f->linear->coupled[i] || f->model->body[i].head == i;
 }
 
 /* r of the rows of closures: of a stiff one, the equation is taken with the other sign. */
@@ -75,16 +76,19 @@ static void load_joint(mbsri_front *f, int i, const double *r)
     const mbsri_terms k = mbsri_linear_terms(f->linear, i);
     const int d = b->d, n = b->n, nq = b->nq;
     const double *y = f->h + at->y, *kappa = f->h + at->kappa, *w = f->rates, *null = w + m->nu;
-    double *a = f->h + at->a, *react = f->h + at->b;
+    double *a = f->h + at->a, *react = f->h + at->b, *momentum = f->h + at->momentum,
+           *rate = f->h + at->rate;
     for (int l = 0; l < nq; ++l) f->h[at->place + l] = r[b->q + l];
     for (int l = 0; l < n; ++l) {
         const double tau = f->h[at->tau + l];
-        a[l] = r[m->nq + b->u + l] + f->c * w[b->ig + l] - tau;
+        momentum[l] = w[b->ig + l];
+        rate[l] = tau - r[m->nq + b->u + l];
         react[l] = null[b->ig + l] - tau;
     }
-    mbsri_atx(d, n, f->c, k.J, y, a);
-    mbsri_atx(d, n, -1.0, k.J, y + d, a);
-    mbsri_atx(d, n, -1.0, k.Jdot, y, a);
+    mbsri_atx(d, n, 1.0, k.J, y, momentum);
+    mbsri_atx(d, n, 1.0, k.J, y + d, rate);
+    mbsri_atx(d, n, 1.0, k.Jdot, y, rate);
+    for (int l = 0; l < n; ++l) a[l] = f->c * momentum[l] - rate[l];
     if (f->linear->deep[i]) mbsri_atx(d, n, 1.0, k.J, y + 2 * d, react);
     mbsri_linear_pass(b, &k, f->linear->deep[b->parent], y, f->h + above->y);
     if (m->held == 0) return;
@@ -120,8 +124,11 @@ static void load_range(mbsri_front *f, int i)
 
 /* ---- the two sweeps ---- */
 
-static void reduce(mbsri_front *f, int k)
+static void reduce(mbsri_front *f, int i, const double *r)
 {
+    const int k = f->plan.position[i];
+    load_joint(f, i, r);
+    if (f->linear->deep[i] && leads(f, i)) load_range(f, i);
     const mbsri_front_left *left = f->left + k;
     const int *row = f->numbers + f->plan.step[k].numbers;
     const double *L = f->LU + f->plan.step[k].LU;
@@ -132,6 +139,23 @@ static void reduce(mbsri_front *f, int k)
         for (int l = j + 1; l < left->rows; ++l) h[l] -= factor[l] * h[j];
     }
     for (int l = 0; l < left->rows; ++l) f->h[row[l]] = h[l];
+}
+
+/* d(M u) - w, and dp by its rate, of the joint; v: of all columns of the step. */
+static void find_momentum(mbsri_front *f, int k, const double *kept, const double *v)
+{
+    const mbsri_front_step *s = f->plan.step + k;
+    const mbsri_body *b = f->model->body + s->body;
+    const mbsri_front_names *at = f->names + s->body;
+    double *momentum = f->rates + 2 * f->model->nu + b->ig, *rate = momentum + f->model->nu;
+    const int n = b->n;
+    for (int l = 0; l < n; ++l) momentum[l] = -f->h[at->momentum + l];
+    for (int l = 0; l < n; ++l) rate[l] = -f->h[at->rate + l];
+    for (int j = 0; j < f->left[k].columns; ++j, kept += 2 * n) {
+        for (int l = 0; l < n; ++l) momentum[l] += kept[l] * v[j];
+        for (int l = 0; l < n; ++l) rate[l] += kept[n + l] * v[j];
+    }
+    for (int l = 0; l < n; ++l) rate[l] /= f->c;
 }
 
 static void substitute(mbsri_front *f, int k)
@@ -146,6 +170,7 @@ static void substitute(mbsri_front *f, int k)
         v[j] = (f->h[row[j]] - mbsri_dot(left->columns - j - 1, of + j + 1, v + j + 1)) / of[j];
         f->value[column[j]] = v[j];
     }
+    find_momentum(f, k, U + left->done * left->columns, v);
 }
 
 /* u' of the joints of a complete group from what is in the range of D. */
@@ -217,8 +242,10 @@ static void take_momentum(mbsri_front *f, int i, double *dp, double *rate, doubl
     const mbsri_body *b = f->model->body + i;
     const int n = f->linear->coupled[i] ? b->group_n : b->n, rank = f->linear->rank[i];
     const mbsri_terms k = mbsri_linear_terms(f->linear, i);
-    const double *w = f->rates + b->ig, *momentum = f->vectors.momentum + b->ig;
-    if (sum_of_sizes(n, w) + sum_of_sizes(n, momentum) > sum_of_sizes(n, rate)) {
+    const double *w = f->rates + b->ig;
+    double momentum = 0.0;
+    for (int l = 0; l < n; ++l) momentum += fabs(dp[l] + w[l]);
+    if (sum_of_sizes(n, w) + momentum > sum_of_sizes(n, rate)) {
         mbsri_copy((size_t)n, rate, dp);
     } else if (rank < n) {
         mbsri_linear_split(&k, n, rank, dp, range);
@@ -227,86 +254,106 @@ static void take_momentum(mbsri_front *f, int i, double *dp, double *rate, doubl
     }
 }
 
-/* dp of all joints: defect is the product with the rest of delta. */
-static void take_momenta(mbsri_front *f, const double *r, double *delta)
+/* dp of all joints. */
+static void take_momenta(mbsri_front *f, double *delta)
 {
     const mbsr_model *m = f->model;
-    double *w = f->rates, *dp = w + m->nu, *rate = dp + m->nu, *range = rate + m->nu;
+    double *dp = f->rates + 2 * m->nu, *rate = dp + m->nu, *range = rate + m->nu;
     for (int i = 1; i <= m->bodies; ++i) {
-        const mbsri_body *b = m->body + i;
-        for (int l = 0; l < b->n; ++l) {
-            dp[b->ig + l] = f->vectors.momentum[b->ig + l] - w[b->ig + l];
-            rate[b->ig + l] = (r[m->nq + b->u + l] - f->defect[m->nq + b->u + l]) / f->c;
-        }
+        const int ig = m->body[i].ig;
+        if (f->served && !f->served[i]) continue;
+        if (leads(f, i)) take_momentum(f, i, dp + ig, rate + ig, range + ig);
     }
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
-        if (!f->linear->coupled[i] || b->head == i)
-            take_momentum(f, i, dp + b->ig, rate + b->ig, range + b->ig);
+        if (f->served && !f->served[i]) continue;
+        mbsri_copy((size_t)b->n, dp + b->ig, delta + m->nq + b->u);
     }
-    for (int i = 1; i <= m->bodies; ++i)
-        mbsri_copy((size_t)m->body[i].n, dp + m->body[i].ig, delta + m->nq + m->body[i].u);
+}
+
+void mbsri_front_start(mbsri_front *f)
+{
+    mbsri_zero((size_t)f->row_count, f->h);
+    mbsri_zero(f->model->size_v, f->wbar);
+}
+
+void mbsri_front_reduce(mbsri_front *f, int i, const double *r)
+{
+    const int *member, members = mbsri_front_members(f, i, &member);
+    if (!leads(f, i)) return;
+    lift(f, i, r + f->model->nq + f->model->nu);
+    for (int l = members - 1; l >= 0; --l) reduce(f, member[l], r);
+}
+
+void mbsri_front_substitute(mbsri_front *f, int i)
+{
+    substitute(f, f->plan.position[i]);
+    if (f->linear->deep[i] && leads(f, i)) spread(f, i);
+    move(f, i);
+}
+
+void mbsri_front_finish(mbsri_front *f, double *delta)
+{
+    const mbsr_model *m = f->model;
+    take_momenta(f, delta);
+    for (int i = 1; i <= m->bodies; ++i) {
+        const mbsri_body *b = m->body + i;
+        if (f->served && !f->served[i]) continue;
+        mbsri_copy((size_t)b->nq, f->value + f->names[i].q, delta + b->q);
+        mbsri_copy((size_t)b->n, f->value + f->names[i].u, delta + m->nq + m->nu + b->u);
+    }
 }
 
 static void solve(mbsri_front *f, const double *r, double *delta)
 {
     const mbsr_model *m = f->model;
     const int closures = m->nq + 2 * m->nu;
-    mbsri_zero((size_t)f->row_count, f->h);
-    lift(f, r + m->nq + m->nu);
+    mbsri_front_start(f);
+    for (int i = m->bodies; i >= 1; --i) {
+        if (leads(f, i)) lift(f, i, r + m->nq + m->nu);
+    }
     load_closures(f, r + closures);
-    for (int k = 0; k < f->plan.steps; ++k) {
-        const int i = f->plan.step[k].body;
-        load_joint(f, i, r);
-        if (f->linear->deep[i] && (!f->linear->coupled[i] || m->body[i].head == i))
-            load_range(f, i);
-        reduce(f, k);
-    }
-    for (int k = f->plan.steps - 1; k >= 0; --k) {
-        const int i = f->plan.step[k].body;
-        substitute(f, k);
-        if (f->linear->deep[i] && (!f->linear->coupled[i] || m->body[i].head == i)) spread(f, i);
-        move(f, i);
-    }
-    for (int i = 1; i <= m->bodies; ++i) {
-        const mbsri_body *b = m->body + i;
-        mbsri_copy((size_t)b->nq, f->value + f->names[i].q, delta + b->q);
-        mbsri_copy((size_t)b->n, f->value + f->names[i].u, delta + m->nq + m->nu + b->u);
-        mbsri_zero((size_t)b->n, delta + m->nq + b->u);
-    }
+    for (int k = 0; k < f->plan.steps; ++k) reduce(f, f->plan.step[k].body, r);
+    for (int k = f->plan.steps - 1; k >= 0; --k) mbsri_front_substitute(f, f->plan.step[k].body);
+    mbsri_front_finish(f, delta);
     take_multipliers(f, r + closures, delta + closures);
-    mbsri_apply(f->linear, delta, &f->vectors, f->defect);
-    take_momenta(f, r, delta);
 }
 
-/* Whether what is left of r counts beside the diagonal terms of its rows, and beside the largest rate in those
- * of closures. */
-static bool counts(const mbsri_front *f, const double *r, const double *delta, const double *left)
+/* What is left of r, at most, beside the diagonal terms of its rows, and beside the largest rate in those of closures. */
+static double share(const mbsri_front *f, const double *r, const double *delta, const double *left)
 {
-    static const double small = 1e-12;
     const mbsr_model *m = f->model;
     const int u = m->nq + m->nu, closures = u + m->nu, size = closures + m->rows + m->held;
-    double largest = 0.0;
+    double largest = 0.0, most = 0.0;
     for (int k = u; k < closures; ++k) largest = fmax(largest, fabs(delta[k]));
     for (int k = 0; k < size; ++k) {
         const double beside = k < u          ? fabs(f->c * delta[k])
                               : k < closures ? fabs(delta[k - m->nu])
                                              : largest;
-        if (fabs(left[k]) > small * (fabs(r[k]) + beside)) return true;
+        if (left[k] != 0.0) most = fmax(most, fabs(left[k]) / (fabs(r[k]) + beside));
     }
-    return false;
+    return most;
+}
+
+/* As long as it makes what is left smaller. */
+static void refine(mbsri_front *f, const double *r, double *delta)
+{
+    static const double enough = 1e-14, less = 0.1;
+    const int size = mbsr_dae_size(f->model, MBSR_DAE_MOMENTUM);
+    double *left = f->left_over, *change = left + size, before = HUGE_VAL;
+    for (int step = 0; step < REFINEMENTS; ++step) {
+        mbsri_product(f->linear, delta, &f->vectors, left);
+        for (int k = 0; k < size; ++k) left[k] = r[k] - left[k];
+        const double now = share(f, r, delta, left);
+        if (!(now > enough && now < less * before)) return;
+        before = now;
+        solve(f, left, change);
+        for (int k = 0; k < size; ++k) delta[k] += change[k];
+    }
 }
 
 void mbsri_front_solve(mbsri_front *f, const double *r, double *delta)
 {
-    const int size = mbsr_dae_size(f->model, MBSR_DAE_MOMENTUM);
-    double *left = f->left_over, *change = left + size;
     solve(f, r, delta);
-    for (int step = 0; step < REFINEMENTS && f->handed_on; ++step) {
-        mbsri_product(f->linear, delta, &f->vectors, left);
-        for (int k = 0; k < size; ++k) left[k] = r[k] - left[k];
-        if (!counts(f, r, delta, left)) return;
-        solve(f, left, change);
-        for (int k = 0; k < size; ++k) delta[k] += change[k];
-    }
+    if (f->linear->whole) refine(f, r, delta);
 }

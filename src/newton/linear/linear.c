@@ -17,6 +17,8 @@
 #include "recursion/inverse.h"
 #include "recursion/kinematics.h"
 
+#include <math.h>
+
 /* ---- memory ---- */
 
 static double *take(double **memory, size_t *used, size_t count)
@@ -25,6 +27,15 @@ static double *take(double **memory, size_t *used, size_t count)
     if (here) *memory += count;
     *used += count;
     return here;
+}
+
+/* How much the last joint takes of its own. */
+static size_t own_terms(const mbsri_linear *l, int i)
+{
+    const mbsri_body *b = l->model->body + i;
+    const size_t d = (size_t)b->d, dp = (size_t)b->d_pred, e = (size_t)l->e[i],
+                 columns = (size_t)l->e[b->parent] + 2 * dp + (size_t)(b->nq + b->n);
+    return 3 * (dp + (size_t)b->n) * columns + 3 * d * (e + 2 * d);
 }
 
 /* own, above: whether the body and its predecessor are deep. */
@@ -37,14 +48,19 @@ static size_t place_terms(const mbsri_linear *l, int i, bool own, bool above, do
                  columns = (size_t)l->e[b->parent] + (above ? 2 : 1) * dp + nq + n,
                  y = (own ? 3 : 2) * d, y_pred = (above ? 3 : 2) * dp, rows = (own ? 3 : 2) * n,
                  all = (size_t)b->group_n;
-    double **const array[] = {&k->x,    &k->below, &k->own,  &k->qdot, &k->P, &k->H,
-                              &k->Hdot, &k->J,     &k->Jdot, &k->G,    &k->s, &k->X};
-    const size_t length[] = {x * columns, y_pred * columns, rows * columns, nq * columns, y * x,
-                             d * dp,      d * dp,           d * n,          d * n,        d * all,
-                             all,         all * all};
-    size_t used = 0;
+    double **const kept[] = {&k->x,    &k->qdot, &k->H, &k->Hdot, &k->J,
+                             &k->Jdot, &k->G,    &k->s, &k->X};
+    const size_t length[] = {x * columns, nq * columns, d * dp, d * dp,   d * n,
+                             d * n,       d * all,      all,    all * all};
+    double **const first[] = {&k->below, &k->own, &k->P};
+    const size_t length_of_first[] = {y_pred * columns, rows * columns, y * x};
+    double *one = l->terms_of_one;
+    size_t used = 0, unused = 0;
+    for (int at = 0; at < 3; ++at)
+        *first[at] = l->whole ? take(&memory, &used, length_of_first[at])
+                              : take(&one, &unused, length_of_first[at]);
     for (size_t at = 0; at < sizeof length / sizeof length[0]; ++at)
-        *array[at] = take(&memory, &used, length[at]);
+        *kept[at] = take(&memory, &used, length[at]);
     return used;
 }
 
@@ -96,6 +112,7 @@ const double *mbsri_linear_element(const mbsri_linear *l, size_t k, int i, int *
 {
     const mbsri_force *force = force_of(l, k);
     shape(l, force, i, rows, columns);
+    if (!l->whole) return l->slopes.out.matrix;
     return l->store + l->element[k] + (on_every_body(force) ? l->each[i] : 0);
 }
 
@@ -111,7 +128,7 @@ static size_t number_bodies(mbsri_linear *l)
         l->motions += (size_t)(l->e[i] + 2 * b->d);
         l->each[i] = each;
         l->terms[i] = used;
-        if (i == 0) continue;
+        if (i == 0 || (l->served && !l->served[i])) continue;
         mbsri_terms k;
         each += (size_t)((b->d + b->n) * (l->e[i] + b->d + b->nq + b->n));
         used += place_terms(l, i, true, true, NULL, &k);
@@ -128,7 +145,7 @@ static size_t number_all(mbsri_linear *l, size_t *work)
         int first, last;
         l->element[k] = used;
         mbsri_linear_calls(l, force_of(l, k), &first, &last);
-        for (int i = first; i <= last; ++i) {
+        for (int i = first; i <= last && l->whole; ++i) {
             int rows, columns;
             shape(l, force_of(l, k), i, &rows, &columns);
             used += (size_t)rows * (size_t)columns;
@@ -171,26 +188,31 @@ static void place_numbers(mbsri_linear *l, void *memory)
 static size_t place_doubles(mbsri_linear *l, size_t store, size_t work, double *memory)
 {
     const mbsr_model *m = l->model;
-    size_t used = 0, slopes, ints;
+    size_t used = 0, slopes, ints, one = 0;
     mbsri_slopes_size(m, &slopes, &ints);
+    for (int i = 1; i <= m->bodies && !l->whole; ++i) {
+        const size_t terms = own_terms(l, i);
+        if (terms > one) one = terms;
+    }
     l->store = take(&memory, &used, store);
     l->work = take(&memory, &used, work);
     l->joint = take(&memory, &used, mbsri_joint_slopes_size(m));
     l->body = take(&memory, &used, mbsri_body_slopes_size(m));
     l->spare = take(&memory, &used, (size_t)(m->nq + 3 * m->nu));
+    l->terms_of_one = take(&memory, &used, one);
     double *matrix = take(&memory, &used, slopes);
     if (memory) mbsri_slopes_place(m, &l->slopes, matrix, (int *)(void *)memory);
     return used * sizeof(double) + ints * sizeof(int);
 }
 
-mbsri_linear *mbsri_linear_create(const mbsr_model *m)
+mbsri_linear *mbsri_linear_create(const mbsr_model *m, bool whole, const bool *served)
 {
     const size_t head = (sizeof(mbsri_linear) + 15) / 16 * 16,
                  numbers = (numbers_size(m) + 15) / 16 * 16;
     unsigned char *memory = mbsri_allocate(&m->allocator, head + numbers);
     if (!memory) return NULL;
     mbsri_linear *l = (void *)memory;
-    *l = (mbsri_linear){.model = m};
+    *l = (mbsri_linear){.model = m, .whole = whole, .served = served};
     place_numbers(l, memory + head);
     size_t work;
     const size_t store = number_all(l, &work), doubles = place_doubles(l, store, work, NULL);
@@ -242,8 +264,7 @@ void mbsri_linear_react(const mbsr_model *m, mbsr_data *d, double *rates, double
     mbsri_inverse(m, d, rates);
 }
 
-/* Ranks, and which bodies are deep; whether any. */
-static bool mark(const mbsri_linear *l, const mbsr_data *d)
+bool mbsri_linear_mark(mbsri_linear *l, const mbsr_data *d, const int *rank)
 {
     const mbsr_model *m = l->model;
     bool some = false;
@@ -253,7 +274,7 @@ static bool mark(const mbsri_linear *l, const mbsr_data *d)
         if (!mbsri_heads(m, d, i)) continue;
         const mbsri_group g = mbsri_group_of(m, d, i);
         for (int k = 0; k < g.members; ++k) l->rank[g.member[k]] = 0;
-        l->rank[i] = mbsri_group_rank(d, &g);
+        l->rank[i] = rank && g.members == 1 ? rank[i] : mbsri_group_rank(d, &g);
         for (int k = 0; k < g.members; ++k) {
             const int at = g.member[k];
             l->coupled[at] = g.members > 1;
@@ -270,7 +291,35 @@ static void copy_column(int from, int rows_from, const double *A, int to, int ro
     mbsri_copy((size_t)rows, A + (size_t)from * (size_t)rows_from, B + (size_t)to * (size_t)rows);
 }
 
-static int keep_joint(mbsri_linear *l, mbsr_data *d, int i)
+/* s and X where D is regular, whose eigenvectors the sweeps in vector code do not have: any basis will do. */
+static void take_whole_range(const mbsri_body *b, const mbsr_data *d, const mbsri_terms *k)
+{
+    const size_t n = (size_t)b->n;
+    mbsri_zero(n * n, k->X);
+    for (size_t l = 0; l < n; ++l) {
+        const double D = d->D[b->nn + l * (n + 1)];
+        k->s[l] = D > 0.0 ? 1.0 / sqrt(D) : 1.0;
+        k->X[l * (n + 1)] = 1.0;
+    }
+}
+
+/* G, s and X of a joint or group. */
+static void take_basis(const mbsri_linear *l, const mbsr_data *d, int i, const mbsri_terms *k)
+{
+    const mbsri_body *b = l->model->body + i;
+    const bool single = !l->coupled[i];
+    const size_t n = single ? (size_t)b->n : (size_t)b->group_n;
+    if (!single && b->head != i) return;
+    mbsri_copy((size_t)b->d * n, d->G + b->dg, k->G);
+    if (l->served && single && l->rank[i] == b->n) {
+        take_whole_range(b, d, k);
+        return;
+    }
+    mbsri_copy(n, d->s + b->ig, k->s);
+    mbsri_copy(n * n, d->X + b->nn, k->X);
+}
+
+int mbsri_linear_joint(mbsri_linear *l, mbsr_data *d, int i)
 {
     const mbsr_model *m = l->model;
     const mbsri_body *b = m->body + i;
@@ -295,30 +344,30 @@ static int keep_joint(mbsri_linear *l, mbsr_data *d, int i)
     mbsri_copy(dp, d->Hdot + b->dp, k.Hdot);
     mbsri_copy(dn, d->J + b->dn, k.J);
     mbsri_copy(dn, d->Jdot + b->dn, k.Jdot);
-    if (l->coupled[i] && b->head != i) return status;
-    const size_t all = l->coupled[i] ? (size_t)b->group_n : n;
-    mbsri_copy(nd * all, d->G + b->dg, k.G);
-    mbsri_copy(all, d->s + b->ig, k.s);
-    mbsri_copy(all * all, d->X + b->nn, k.X);
+    take_basis(l, d, i, &k);
     return status;
+}
+
+int mbsri_linear_force(mbsri_linear *l, mbsr_data *d, size_t k, int i)
+{
+    const mbsri_force *force = force_of(l, k);
+    const int status = mbsri_force_slopes(l->model, d, force, i, &l->slopes);
+    if (status || !l->whole) return status;
+    const mbsr_force_derivatives *s = &l->slopes.out;
+    double *to = l->store + l->element[k] + (on_every_body(force) ? l->each[i] : 0);
+    mbsri_copy((size_t)s->rows * (size_t)s->columns, s->matrix, to);
+    return MBSR_OK;
 }
 
 static int keep_elements(mbsri_linear *l, mbsr_data *d)
 {
+    int status = MBSR_OK;
     for (size_t k = 0; k < l->model->forces.count; ++k) {
         int first, last;
-        double *to = l->store + l->element[k];
         mbsri_linear_calls(l, force_of(l, k), &first, &last);
-        for (int i = first; i <= last; ++i) {
-            const int status = mbsri_force_slopes(l->model, d, force_of(l, k), i, &l->slopes);
-            if (status) return status;
-            const mbsr_force_derivatives *s = &l->slopes.out;
-            const size_t size = (size_t)s->rows * (size_t)s->columns;
-            mbsri_copy(size, s->matrix, to);
-            to += size;
-        }
+        for (int i = first; i <= last && !status; ++i) status = mbsri_linear_force(l, d, k, i);
     }
-    return MBSR_OK;
+    return status;
 }
 
 static int keep_closures(mbsri_linear *l, mbsr_data *d)
@@ -336,16 +385,23 @@ static int keep_closures(mbsri_linear *l, mbsr_data *d)
     return MBSR_OK;
 }
 
+int mbsri_linear_open(mbsri_linear *l, mbsr_data *d, double t, const double *y, const double *yp,
+                      double c)
+{
+    l->c = c;
+    const int status = mbsri_linear_state(l->model, d, t, y, yp, l->spare);
+    if (status) return status;
+    double *rates = l->spare, *x = rates + l->model->nu;
+    if (mbsri_linear_mark(l, d, NULL)) mbsri_linear_react(l->model, d, rates, x, x + l->model->nu);
+    return MBSR_OK;
+}
+
 int mbsri_linear_at(mbsri_linear *l, mbsr_data *d, double t, const double *y, const double *yp,
                     double c)
 {
     const mbsr_model *m = l->model;
-    l->c = c;
-    int status = mbsri_linear_state(l->model, d, t, y, yp, l->spare);
-    if (status) return status;
-    double *rates = l->spare, *x = rates + l->model->nu;
-    if (mark(l, d)) mbsri_linear_react(l->model, d, rates, x, x + l->model->nu);
-    for (int i = 1; i <= m->bodies && !status; ++i) status = keep_joint(l, d, i);
+    int status = mbsri_linear_open(l, d, t, y, yp, c);
+    for (int i = 1; i <= m->bodies && !status; ++i) status = mbsri_linear_joint(l, d, i);
     if (!status) status = keep_elements(l, d);
     if (!status) status = keep_closures(l, d);
     if (!status && m->grouped) status = mbsri_backward(m, d);

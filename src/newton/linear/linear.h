@@ -23,6 +23,10 @@ typedef struct mbsri_terms {
 typedef struct mbsri_linear {
     const mbsr_model *model;
     double c;
+    bool
+        whole; /* keeps all for products; else P, below and own are those of the last joint, and derivatives
+                           * of elements those of the last */
+    const bool *served;   /* N + 1: bodies that it knows; NULL: all */
     bool *deep, *coupled; /* N + 1: of each body; coupled: one of a group that is one block */
     bool *dropped;        /* rows of closures that the data leaves out */
     int *rank, *e;   /* N + 1: of its joint, or at the head of the group; numbers of its pose */
@@ -33,12 +37,12 @@ typedef struct mbsri_linear {
     size_t *closure; /* S, slope and C of closures */
     size_t motions, bytes;
     double *store, *work; /* work: of a closure */
-    double *joint, *body, *spare;
+    double *joint, *body, *spare, *terms_of_one;
     mbsri_slopes slopes;
 } mbsri_linear;
 
 /* NULL: there is no memory. */
-mbsri_linear *mbsri_linear_create(const mbsr_model *m);
+mbsri_linear *mbsri_linear_create(const mbsr_model *m, bool whole, const bool *served);
 void mbsri_linear_destroy(mbsri_linear *l);
 
 /* The data at the state, with ranks, momenta and rates; groups of joints are taken apart where that makes no
@@ -50,8 +54,18 @@ int mbsri_linear_state(const mbsr_model *m, mbsr_data *d, double t, const double
  * x, rate: as many numbers as a group's joints have rates. */
 void mbsri_linear_react(const mbsr_model *m, mbsr_data *d, double *rates, double *x, double *rate);
 
-/* The derivatives at the state (t, y), with the loop forces of y', for the factor c. A status. The data
- * is at mbsr_backward of that state afterwards. */
+/* Which bodies are deep, by the data and the ranks (N + 1; NULL: those of the data); whether any. */
+bool mbsri_linear_mark(mbsri_linear *l, const mbsr_data *d, const int *rank);
+
+/* The data at the state (t, y), with the loop forces of y', A and mu, for the factor c; bodies are marked. A status. */
+int mbsri_linear_open(mbsri_linear *l, mbsr_data *d, double t, const double *y, const double *yp,
+                      double c);
+
+/* Then the derivatives of joint and body i, and of element k, in the call of body i. A status. */
+int mbsri_linear_joint(mbsri_linear *l, mbsr_data *d, int i);
+int mbsri_linear_force(mbsri_linear *l, mbsr_data *d, size_t k, int i);
+
+/* All derivatives at the state. A status. The data is at mbsr_backward of that state afterwards. */
 int mbsri_linear_at(mbsri_linear *l, mbsr_data *d, double t, const double *y, const double *yp,
                     double c);
 

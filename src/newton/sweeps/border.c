@@ -4,11 +4,7 @@
 
 #include "algebra/dense.h"
 #include "algebra/space3.h"
-#include "newton/blocks/factor.h"
-#include "newton/blocks/front.h"
-#include "newton/blocks/front_solve.h"
-#include "newton/blocks/solve.h"
-#include "newton/sweeps/elements.h"
+#include "newton/front/front.h"
 #include "sweeps/block.h"
 
 #include <string.h>
@@ -16,11 +12,6 @@
 static bool is_block(const mbsri_newton_sweeps *newton, int i)
 {
     return (newton->tree->body[i].flags & MBSRI_BLOCK) != 0;
-}
-
-static bool has_loops(const mbsri_newton_sweeps *newton)
-{
-    return newton->model->rows > 0;
 }
 
 /* Whether joint i has a predecessor in the sweeps. */
@@ -136,7 +127,7 @@ static void take_matrix(int d, bool deep, const double *P, mbsri_newton_carry *c
     }
 }
 
-/* P -= carry, likewise. */
+/* P = -carry, likewise. */
 static void give_matrix(int d, bool deep, const mbsri_newton_carry *c, double *P)
 {
     const int rows = deep ? 3 * d : 2 * d;
@@ -147,9 +138,9 @@ static void give_matrix(int d, bool deep, const mbsri_newton_carry *c, double *P
         for (int l = 0; l < d; ++l) {
             int linear;
             const int r = axis_of(d, l, &linear);
-            x[l] -= c->P[group][axis][CHI_L + linear][r];
-            x[d + l] -= c->P[group][axis][MOMENT + linear][r];
-            if (deep) x[2 * d + l] -= c->Y[group][axis][linear][r];
+            x[l] = -c->P[group][axis][CHI_L + linear][r];
+            x[d + l] = -c->P[group][axis][MOMENT + linear][r];
+            if (deep) x[2 * d + l] = -c->Y[group][axis][linear][r];
         }
     }
 }
@@ -160,46 +151,11 @@ static meeting meet(const mbsri_newton_sweeps *newton, int i)
     return (meeting){.d = newton->model->body[i].d, .omega = own->omega, .v = own->v};
 }
 
-/* Room for what joint i adds to the matrix of its predecessor, if that is a block; in the sweeps,
- * of one successor at a time. */
-static void clear_predecessor(mbsri_newton_sweeps *newton, int i)
+void mbsri_border_open(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton)
 {
-    const int parent = newton->tree->body[i].parent;
-    if (parent > 0 && (hands_over(newton, i) || newton->blocks->node[parent].last == i))
-        mbsri_tree_clear(newton->blocks, parent);
-}
-
-static int open_loops(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton, bool looped)
-{
-    const int status = mbsri_carried_open(newton->blocks, run->data, newton->c, looped);
-    if (!status) mbsri_newton_bend(newton);
-    return status;
-}
-
-int mbsri_border_open(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton)
-{
-    mbsr_newton *w = newton->blocks;
-    w->mixed = true;
-    w->c = newton->c;
-    w->node[0].deep = false;
-    for (int i = 1; i <= run->tree->bodies; ++i) {
-        if (!mbsri_heads(run->model, run->data, i)) continue;
-        const mbsri_group g = mbsri_group_of(run->model, run->data, i);
-        if (g.members > 1)
-            mbsri_tree_mark_coupled(w, &g, mbsri_group_rank(run->data, &g));
-        else
-            mbsri_tree_mark(w, i, run->rank[i]);
-    }
-    return has_loops(newton) ? open_loops(run, newton, false) : MBSR_OK;
-}
-
-int mbsri_border_open_loops(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton)
-{
-    mbsr_newton *w = newton->blocks;
-    w->mixed = true;
-    w->c = newton->c;
-    w->node[0].deep = false;
-    return open_loops(run, newton, newton->looped);
+    mbsri_front *f = newton->mixed;
+    f->c = f->linear->c = newton->c;
+    (void)mbsri_linear_mark(f->linear, run->data, run->rank);
 }
 
 /* The sums over what block i hands on, about the origin of its predecessor's own frame. */
@@ -223,18 +179,14 @@ static void take_sums(const mbsri_sweep_run *run, int i, const mbsri_flow *flow,
 int mbsri_border_eliminate(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton, int i,
                            mbsri_newton_carry *carry)
 {
-    mbsr_newton *w = newton->blocks;
     const int parent = newton->tree->body[i].parent;
     mbsri_flow flow = {0};
     mbsri_block_momentum(run, i, &flow);
-    if (w->node[i].last == 0) mbsri_tree_clear(w, i);
-    clear_predecessor(newton, i);
-    int status = has_loops(newton) ? mbsri_front_close(w, run->data, i) : MBSR_OK;
-    if (!status) status = mbsri_tree_eliminate(w, run->data, i, newton->c);
+    const int status = mbsri_front_pass_body(newton->mixed, run->data, i);
     if (status || !hands_over(newton, i)) return status;
     meeting at = meet(newton, parent);
     const bool deep = is_deep(newton, parent);
-    take_matrix(at.d, deep, mbsri_tree_matrix(w, parent), carry);
+    take_matrix(at.d, deep, mbsri_front_matrix(newton->mixed, i), carry);
     take_sums(run, i, &flow, &at, carry);
     add_drift(&at, 1.0, carry);
     turn_columns(&at, 1.0, carry);
@@ -260,8 +212,10 @@ void mbsri_border_give(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton, 
     turn_columns(&at, -1.0, carry);
     turn_sums(&at, 1.0, carry);
     add_drift(&at, -1.0, carry);
-    clear_predecessor(newton, i);
-    give_matrix(at.d, deep, carry, mbsri_tree_matrix(newton->blocks, parent));
+    double *P = mbsri_front_matrix(newton->mixed, i);
+    if (deep) mbsri_zero((size_t)(9 * at.d * at.d), P); /* over A, too */
+    give_matrix(at.d, deep, carry, P);
+    mbsri_front_hand_on(newton->mixed, i);
     mbsri_flow flow = {0};
     memcpy(flow.L, carry->L, sizeof flow.L), memcpy(flow.p, carry->p, sizeof flow.p);
     memcpy(flow.N, carry->N, sizeof flow.N), memcpy(flow.F, carry->F, sizeof flow.F);
@@ -270,102 +224,77 @@ void mbsri_border_give(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton, 
 
 /* ---- solving ---- */
 
-void mbsri_border_load(mbsri_newton_sweeps *newton, const double *r, const double *load)
-{
-    const mbsri_sweeps *tree = newton->tree;
-    mbsri_tree_clear_load(newton->blocks, 0);
-    for (int k = 0; k < tree->blocks; ++k)
-        mbsri_tree_load(newton->blocks, tree->block_of[k], r, load);
-    if (has_loops(newton)) mbsri_front_load(newton->blocks, r);
-}
-
-/* x of six numbers from d, their sign changed. */
-static void opposite(int d, const double *x, double angular[4], double linear[4])
+/* factor times x of six numbers from d. */
+static void take_six(int d, double factor, const double *x, double angular[4], double linear[4])
 {
     double lifted[6];
     mbsri_lift(d, x, lifted);
     for (int k = 0; k < 3; ++k) {
-        angular[k] = -lifted[k];
-        linear[k] = -lifted[3 + k];
+        angular[k] = factor * lifted[k];
+        linear[k] = factor * lifted[3 + k];
     }
 }
 
-void mbsri_border_reduce(mbsri_newton_sweeps *newton, int i, const double *tau,
+void mbsri_border_reduce(mbsri_newton_sweeps *newton, int i, const double *r,
                          mbsri_newton_flow *flow)
 {
-    mbsr_newton *w = newton->blocks;
+    mbsri_front *f = newton->mixed;
     const mbsri_body *b = newton->model->body + i;
     const bool over = hands_over(newton, i);
-    if (over) mbsri_tree_clear_load(w, b->parent);
-    if (has_loops(newton)) mbsri_front_reduce_closing(w, i);
-    mbsri_tree_reduce(w, i, tau);
+    double *y = f->h + f->names[b->parent].y, *w = f->wbar + b->pred_v;
+    if (over) mbsri_zero((size_t)(3 * b->d_pred), y), mbsri_zero((size_t)b->d_pred, w);
+    mbsri_front_reduce(f, i, r);
     memset(flow, 0, sizeof *flow);
     if (!over) return;
     const meeting at = meet(newton, b->parent);
-    const double *y = w->b + 3 * b->pred_v;
-    opposite(at.d, y, flow->b + 4 * CHI_L, flow->b + 4 * CHI_P);
-    opposite(at.d, y + at.d, flow->b + 4 * MOMENT, flow->b + 4 * FORCE);
-    opposite(at.d, y + 2 * at.d, flow->psi, flow->psi + 4);
-    opposite(at.d, w->wbar + b->pred_v, flow->L_bar, flow->p_bar);
+    take_six(at.d, 1.0, y, flow->b + 4 * CHI_L, flow->b + 4 * CHI_P);
+    take_six(at.d, 1.0, y + at.d, flow->b + 4 * MOMENT, flow->b + 4 * FORCE);
+    take_six(at.d, 1.0, y + 2 * at.d, flow->psi, flow->psi + 4);
+    take_six(at.d, -1.0, w, flow->L_bar, flow->p_bar);
     mbsri_add_cross3(at.v, flow->b + 4 * CHI_P, flow->b + 4 * MOMENT);
 }
 
-/* y -= (angular, linear) */
-static void subtract(int d, const double angular[3], const double linear[3], double *y)
+/* y += factor (angular, linear) */
+static void add_six(int d, double factor, const double angular[3], const double linear[3],
+                    double *y)
 {
     double x[6], lowered[6];
     memcpy(x, angular, 3 * sizeof *x), memcpy(x + 3, linear, 3 * sizeof *x);
     mbsri_lower(d, x, lowered);
-    for (int k = 0; k < d; ++k) y[k] -= lowered[k];
+    for (int k = 0; k < d; ++k) y[k] += factor * lowered[k];
 }
 
 void mbsri_border_give_flow(mbsri_newton_sweeps *newton, int i, const mbsri_newton_flow *flow)
 {
-    mbsr_newton *w = newton->blocks;
+    mbsri_front *f = newton->mixed;
     const mbsri_body *b = newton->model->body + i;
     const meeting at = meet(newton, b->parent);
-    double *y = w->b + 3 * b->pred_v, moment[3];
+    double *y = f->h + f->names[b->parent].y, moment[3];
     mbsri_cross3(at.v, flow->b + 4 * CHI_P, moment);
     for (int k = 0; k < 3; ++k) moment[k] = flow->b[4 * MOMENT + k] - moment[k];
-    subtract(at.d, flow->b + 4 * CHI_L, flow->b + 4 * CHI_P, y);
-    subtract(at.d, moment, flow->b + 4 * FORCE, y + at.d);
-    if (is_deep(newton, b->parent)) subtract(at.d, flow->psi, flow->psi + 4, y + 2 * at.d);
-    subtract(at.d, flow->L_bar, flow->p_bar, w->wbar + b->pred_v);
-}
-
-void mbsri_border_turn(mbsri_newton_sweeps *newton)
-{
-    const mbsr_newton *w = newton->blocks;
-    mbsri_zero((size_t)mbsri_motions(w->node, newton->model->body), mbsri_border_room(newton, 0));
+    add_six(at.d, 1.0, flow->b + 4 * CHI_L, flow->b + 4 * CHI_P, y);
+    add_six(at.d, 1.0, moment, flow->b + 4 * FORCE, y + at.d);
+    if (is_deep(newton, b->parent)) add_six(at.d, 1.0, flow->psi, flow->psi + 4, y + 2 * at.d);
+    add_six(at.d, -1.0, flow->L_bar, flow->p_bar, f->wbar + b->pred_v);
 }
 
 double *mbsri_border_room(mbsri_newton_sweeps *newton, int i)
 {
-    return newton->blocks->x + newton->blocks->node[i].x;
+    return newton->mixed->value + newton->mixed->names[i].x;
 }
 
-void mbsri_border_still(mbsri_newton_sweeps *newton, int i)
+void mbsri_border_substitute(mbsri_newton_sweeps *newton, int i)
 {
-    const size_t d = (size_t)newton->model->body[i].d;
-    mbsri_zero(d, mbsri_border_room(newton, i) + 2 * d);
-}
-
-void mbsri_border_substitute(mbsri_newton_sweeps *newton, int i, const double *tau, double *delta)
-{
-    if (hands_over(newton, i)) mbsri_border_still(newton, newton->tree->body[i].parent);
-    mbsri_tree_substitute(newton->blocks, i, tau, delta);
-    if (has_loops(newton)) mbsri_front_substitute_closing(newton->blocks, i);
-}
-
-void mbsri_border_finish(mbsri_newton_sweeps *newton, const double *r, double *delta)
-{
-    if (has_loops(newton)) mbsri_front_multipliers(newton->blocks, r, delta);
+    const int parent = newton->tree->body[i].parent;
+    const size_t d = (size_t)newton->model->body[parent].d;
+    if (hands_over(newton, i)) mbsri_zero(d, mbsri_border_room(newton, parent) + 2 * d); /* dA */
+    mbsri_front_substitute(newton->mixed, i);
 }
 
 void mbsri_border_motion(const mbsri_newton_sweeps *newton, int block, double x[16])
 {
     const meeting at = meet(newton, block);
-    const double *own = newton->blocks->x + newton->blocks->node[block].x;
+    const double *own = newton->mixed->value + newton->mixed->names[block].x;
     double pose[6], V[6], turn[3];
     mbsri_lift(at.d, own, pose);
     mbsri_lift(at.d, own + at.d, V);

@@ -1,4 +1,4 @@
-/* Where the Newton sweeps meet bodies of another kind, whose joints newton/blocks eliminates: what
+/* Where the Newton sweeps meet bodies of another kind, whose joints newton/front passes: what
  * is handed over there.
  * SPDX-License-Identifier: BSD-3-Clause
  *
@@ -24,14 +24,10 @@
 
 /* ---- factoring ---- */
 
-/* After the backward sweep: what newton/blocks needs to know of all bodies, and what its loops are at
- * theirs. A status. */
-int mbsri_border_open(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton);
+/* After the backward sweep: ranks of all joints. */
+void mbsri_border_open(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton);
 
-/* Instead, before the sweep of looped.h: loops alone, of a tree without blocks. */
-int mbsri_border_open_loops(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton);
-
-/* The joint of block i, when the loops that close on it are done. Where its predecessor is in the sweeps, what it hands on goes to `carry`,
+/* The joint of block i. Where its predecessor is in the sweeps, what it hands on goes to `carry`,
  * about the origin of that body's own frame. A status. */
 int mbsri_border_eliminate(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton, int i,
                            mbsri_newton_carry *carry);
@@ -42,27 +38,15 @@ void mbsri_border_give(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton, 
 
 /* ---- solving ---- */
 
-/* Before the first body. */
-void mbsri_border_load(mbsri_newton_sweeps *newton, const double *r, const double *load);
-
 /* As above, of what is handed on at no perturbation. */
-void mbsri_border_reduce(mbsri_newton_sweeps *newton, int i, const double *tau,
+void mbsri_border_reduce(mbsri_newton_sweeps *newton, int i, const double *r,
                          mbsri_newton_flow *flow);
 void mbsri_border_give_flow(mbsri_newton_sweeps *newton, int i, const mbsri_newton_flow *flow);
 
-/* At the root. */
-void mbsri_border_turn(mbsri_newton_sweeps *newton);
-
 /* Block i, whose predecessor has told its motion if it is in the sweeps: 12 numbers, see
  * mbsri_border_room. */
-void mbsri_border_substitute(mbsri_newton_sweeps *newton, int i, const double *tau, double *delta);
+void mbsri_border_substitute(mbsri_newton_sweeps *newton, int i);
 double *mbsri_border_room(mbsri_newton_sweeps *newton, int i);
-
-/* Leaves body i, which is in the sweeps, without dA there. */
-void mbsri_border_still(mbsri_newton_sweeps *newton, int i);
-
-/* After the last body: the multipliers' part of delta. */
-void mbsri_border_finish(mbsri_newton_sweeps *newton, const double *r, double *delta);
 
 /* Of a block: rotation, nu angular and linear, displacement. */
 void mbsri_border_motion(const mbsri_newton_sweeps *newton, int block, double x[16]);

@@ -6,7 +6,7 @@
  *   v = T^-1 s - W x,   W = T^-1 R,      P <- P - Q W,   b <- b + Q T^-1 s
  *
  * T is scaled by powers of two and factored with complete pivoting; what is singular or not finite goes to
- * newton/blocks/front.c, which can say what it is. Pools of which something is carried on: closing_part.h. */
+ * newton/carried/front.c, which can say what it is. Pools of which something is carried on: closing_part.h. */
 #ifndef MBSRI_NEWTON_CLOSING_H
 #define MBSRI_NEWTON_CLOSING_H
 
@@ -35,7 +35,7 @@ MBSRI_INLINE bool close_sized(const mbsri_newton_sweeps *newton, int k, int size
     return true;
 }
 
-/* Front k, from which nothing is carried on. False: see newton/blocks/front.c. A pin in the plane has
+/* Front k, from which nothing is carried on. False: see newton/carried/front.c. A pin in the plane has
  * four unknowns, or five with a link without mass that it holds. */
 MBSRI_OUTLINE bool close_front(mbsri_newton_sweeps *newton, int k, slab *y)
 {
@@ -76,10 +76,8 @@ MBSRI_OUTLINE int close_loops_on(const mbsri_sweep_run *run, int i, mbsri_newton
     const mbsri_carried *v = &w->carried;
     int status = MBSR_OK;
     for (int k = v->first_closing[i]; k > 0 && !status; k = v->front[k].next) {
-        if (v->swept[k].swept) {
-            mbsri_carried_diagonal(w, run->data, k, newton->c);
-            if (v->front[k].passes ? close_part(newton, k, y) : close_front(newton, k, y)) continue;
-        }
+        mbsri_carried_diagonal(w, run->data, k, newton->c);
+        if (v->front[k].passes ? close_part(newton, k, y) : close_front(newton, k, y)) continue;
         status = close_by_front(run, newton, k, y);
     }
     return status;

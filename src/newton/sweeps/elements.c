@@ -9,7 +9,7 @@
 #include "algebra/numbers.h"
 #include "forces/gravity.h"
 #include "model/query.h"
-#include "newton/blocks/record.h"
+#include "newton/carried/record.h"
 #include "newton/slopes/closure_slopes.h"
 #include "newton/slopes/force_slopes.h"
 #include "newton/slopes/relation.h"
@@ -17,7 +17,7 @@
 
 #include <string.h>
 
-/* Slopes of blocks are for newton/blocks; so are those between a block and its predecessor. */
+/* Slopes of blocks are for newton/carried; so are those between a block and its predecessor. */
 static bool is_block(const mbsri_sweeps *tree, int i)
 {
     return (tree->body[i].flags & MBSRI_BLOCK) != 0;

@@ -190,26 +190,6 @@ MBSRI_OUTLINE void give_slab(const mbsri_sweep_run *run, int i, mbsri_newton_swe
     mbsri_border_give(run, newton, i, &carry);
 }
 
-/* Past body i, where loops go through it or close on it; false: see newton->status, or the general
- * elimination has to. */
-MBSRI_OUTLINE bool eliminate_looped(const mbsri_sweep_run *run, int i, mbsri_newton_sweeps *newton,
-                                    elimination *at)
-{
-    const mbsri_sweep_body *b = run->tree->body + i;
-    const bool deep = newton->deep && newton->step[i].deep & MBSRI_DEEP;
-    slab *y = &at->y;
-    gather_body(run, i, newton, at, true, newton->deep);
-    newton->status = meet_loops(run, i, newton, y);
-    if (newton->status) return false;
-    if (!(b->flags & MBSRI_FRONT)) {
-        if (!eliminate_joint(run, i, newton, y, true, deep)) return false;
-    } else if (!pass_open(run, i, newton, y, deep)) {
-        return false;
-    }
-    leave_body(run, i, newton, at, true, newton->deep);
-    return true;
-}
-
 static int mixed_sweep(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton)
 {
     elimination of;
@@ -221,16 +201,24 @@ static int mixed_sweep(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton)
             if (!eliminate_block(run, i, newton, &of)) return MBSRI_BLOCK_FAILED;
             continue;
         }
-        if (flags & (MBSRI_FRONT | MBSRI_CLOSES)) {
-            if (!eliminate_looped(run, i, newton, &of))
-                return newton->status ? MBSRI_BLOCK_FAILED : MBSRI_NOT_CLEAR;
-        } else if (!eliminate_body(run, i, newton, &of, true, newton->deep)) {
-            return i;
-        }
+        if (!eliminate_body(run, i, newton, &of, true, newton->deep)) return i;
         if (flags & MBSRI_TO_BLOCK) give_slab(run, i, newton, &of);
     }
-    if (run->model->rows > 0) newton->status = close_loops_on(run, 0, newton, NULL);
-    return newton->status ? MBSRI_BLOCK_FAILED : 0;
+    return 0;
+}
+
+/* Trees with blocks. After the backward sweep. */
+static int newton_factor_mixed(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton)
+{
+    if (!backward(run) || !find_deep(run, newton)) return MBSRI_NOT_CLEAR;
+    if (newton->deep) {
+        forward(run);
+        memcpy(run->data->udot, run->out, (size_t)run->model->nu * sizeof *run->out);
+        find_reactions(run, newton);
+    }
+    mbsri_border_open(run, newton);
+    newton->status = mbsri_block_open_momentum(run);
+    return newton->status ? MBSRI_BLOCK_FAILED : mixed_sweep(run, newton);
 }
 
 #endif

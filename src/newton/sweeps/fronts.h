@@ -1,8 +1,8 @@
-/* Joints past which open loops are carried (newton/blocks/carried.h), in the Newton sweeps.
+/* Joints past which open loops are carried (newton/carried/carried.h), in the Newton sweeps.
  * SPDX-License-Identifier: BSD-3-Clause
  *
  * Of body i, y = P x + Q v + b with the unknowns v that are carried, and rows R x + T v = s wait for
- * elimination; perturbations as in perturbation.h, numbers as in newton/blocks/swept.h. eta moves the joint as
+ * elimination; perturbations as in perturbation.h, numbers as in newton/carried/swept.h. eta moves the joint as
  * r_q would, by e = w S^T kappa each, where kappa is what open loops exert with eta for lambda. So the
  * columns of v pass a joint of one axis beside those of x_h:
  *
@@ -14,13 +14,13 @@
  * Where the joint's block is
  * zero, loops may have to hold it: du is carried on, and with it the balance of forces (reaction.h).
  *
- * Along a strand (newton/blocks/swept.h) all stays in its place; where strands meet, one is added to the
+ * Along a strand (newton/carried/swept.h) all stays in its place; where strands meet, one is added to the
  * other by the names of its unknowns. */
 #ifndef MBSRI_NEWTON_FRONTS_H
 #define MBSRI_NEWTON_FRONTS_H
 
-#include "newton/blocks/front.h"
-#include "newton/blocks/front_solve.h"
+#include "newton/carried/front.h"
+#include "newton/carried/front_solve.h"
 #include "newton/sweeps/one_axis.h"
 #include "newton/sweeps/pools.h"
 #include "recursion/closures.h"

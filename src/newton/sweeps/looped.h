@@ -13,8 +13,8 @@
 #define MBSRI_NEWTON_LOOPED_H
 
 #include "newton/sweeps/ahead.h"
+#include "newton/sweeps/elements.h"
 #include "newton/sweeps/eliminate.h"
-#include "newton/sweeps/tied.h"
 
 MBSRI_INLINE bool is_light(int flags)
 {
@@ -139,12 +139,22 @@ MBSRI_INLINE bool pass_back(const mbsri_sweep_run *run, int i, back *at)
     return true;
 }
 
+/* The loops at this state. */
+static int open_loops(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton)
+{
+    newton->blocks->c = newton->c;
+    newton->blocks->node[0].deep = false;
+    const int status = mbsri_carried_open(newton->blocks, run->data, newton->c);
+    if (!status) mbsri_newton_bend(newton);
+    return status;
+}
+
 static int newton_factor_looped(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton)
 {
     back at;
     elimination of;
     mark_deep(newton);
-    newton->status = mbsri_border_open_loops(run, newton);
+    newton->status = open_loops(run, newton);
     if (newton->status) return MBSRI_BLOCK_FAILED;
     start_back(run, &at);
     start_elimination(run, newton, &of, false);

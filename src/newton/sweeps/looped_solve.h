@@ -5,7 +5,6 @@
 
 #include "newton/sweeps/ahead.h"
 #include "newton/sweeps/solve.h"
-#include "newton/sweeps/tied.h"
 #include "newton/sweeps/turned.h"
 
 /* From a joint that is not wide. */
@@ -134,10 +133,8 @@ static void newton_solve(mbsri_newton_sweeps *newton, const double *r, const dou
 {
     if (newton->looped)
         solve_looped(newton, r, load_of_body, delta, motion);
-    else if (newton->blocks && newton->blocks->linked)
-        solve_tied(newton, r, delta);
-    else if (newton->blocks)
-        solve_mixed(newton, r, load_of_body, delta, motion);
+    else if (newton->mixed)
+        solve_mixed(newton, r, delta);
     else if (newton->own)
         solve_system(newton, r, load_of_body, delta, motion, true);
     else

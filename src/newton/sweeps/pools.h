@@ -1,10 +1,10 @@
-/* Pools of what is carried past joints (newton/blocks/swept.h), as the Newton sweeps see them.
+/* Pools of what is carried past joints (newton/carried/swept.h), as the Newton sweeps see them.
  * SPDX-License-Identifier: BSD-3-Clause */
 #ifndef MBSRI_NEWTON_POOLS_H
 #define MBSRI_NEWTON_POOLS_H
 
-#include "newton/blocks/carried.h"
-#include "newton/blocks/swept.h"
+#include "newton/carried/carried.h"
+#include "newton/carried/swept.h"
 #include "newton/sweeps/record.h"
 #include "sweeps/lane.h"
 

@@ -135,7 +135,7 @@ struct mbsri_newton_sweeps {
     double *tau_q, *tau_u;     /* slopes of joint forces of joints of one axis, by coordinate; tau_u
                                   less c times armature, which adds to the same pivot */
     mbsri_slopes slopes;
-    double least_pivot; /* of joints of several axes; below, the elimination by blocks takes over */
+    double least_pivot; /* of joints of several axes; below, the front takes over */
     bool
         unclear; /* at a factorisation the bound of rounding errors did not tell: not tried again */
     bool deep;   /* some joint block was zero; below: NULL where none is expected to be */
@@ -145,7 +145,8 @@ struct mbsri_newton_sweeps {
     bool looped;                     /* the last factorisation is of that kind */
     bool marked;                     /* its deep bodies are, and no others since */
     bool bent;                       /* at this factorisation: see mbsri_newton_bend */
-    struct mbsr_newton *blocks;      /* eliminates the joints of blocks; NULL: there are none */
+    struct mbsr_newton *blocks;      /* has what is carried; NULL: there are no loops */
+    struct mbsri_front *mixed;       /* passes the joints of blocks; NULL: there are none */
     int status;                      /* what it said last */
     mbsri_newton_deep *below;        /* nu */
     mbsri_newton_reaction *reaction; /* bodies + 1 */
@@ -159,7 +160,7 @@ static inline mbsri_newton_column *mbsri_newton_column_at(const mbsri_newton_swe
 /* The sweeps, compiled once for every kind of processor. The factorisations return 0, a body whose
  * rows are singular, or one of these: the sweeps do not serve; those for deep bodies have to; see
  * `status`. The first sweeps as backward of sweeps/tree.h; the second is for trees with joint blocks
- * that are zero, the third for those with blocks or loops, the last where looped.h serves. Solve: see mbsri_newton_sweeps_solve. */
+ * that are zero, the third for those with blocks, the last for those with loops. Solve: see mbsri_newton_sweeps_solve. */
 enum { MBSRI_NOT_CLEAR = -1, MBSRI_DEFICIENT = -2, MBSRI_BLOCK_FAILED = -3 };
 typedef struct mbsri_newton_kernels {
     int (*factor)(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton);

@@ -3,6 +3,7 @@
 #ifndef MBSRI_NEWTON_SOLVE_H
 #define MBSRI_NEWTON_SOLVE_H
 
+#include "newton/front/front.h"
 #include "newton/sweeps/border.h"
 #include "newton/sweeps/closing.h"
 #include "newton/sweeps/multi_axis_solve.h"
@@ -169,12 +170,12 @@ MBSRI_INLINE void hand_loads_over(const mbsri_newton_step *s, loads *f, mbsri_ne
 }
 
 /* Past block i. */
-MBSRI_OUTLINE void block_loads(mbsri_newton_sweeps *newton, int i, const double *tau, loads *f,
+MBSRI_OUTLINE void block_loads(mbsri_newton_sweeps *newton, int i, const double *r, loads *f,
                                mbsri_newton_flow **top, bool deep)
 {
     const mbsri_newton_step *s = newton->step + i;
     _Alignas(32) mbsri_newton_flow flow;
-    mbsri_border_reduce(newton, i, tau, &flow);
+    mbsri_border_reduce(newton, i, r, &flow);
     if (s->parent == 0 || s->flags & MBSRI_TO_BLOCK) return;
     const v4 arm = load(newton->own[s->parent].arm);
     clear_loads(f);
@@ -208,13 +209,13 @@ MBSRI_INLINE right_sides parts_of(const mbsr_model *m, const double *r, const do
 /* The joint of body i, of whatever kind. */
 MBSRI_INLINE void condense_joint(mbsri_newton_sweeps *newton, const mbsri_newton_step *s, int i,
                                  int flags, right_sides by, loads *f, bool full, bool deep,
-                                 bool mixed)
+                                 bool loops)
 {
     const mbsr_model *m = by.model;
     if (flags & MBSRI_MULTI) {
         _Alignas(32) mbsri_newton_flow multi;
         loads_to_memory(f, &multi, full, deep);
-        multi_loads(newton, i, by.r, by.load_of_body, &multi, full, mixed && flags & MBSRI_FRONT);
+        multi_loads(newton, i, by.r, by.load_of_body, &multi, full, loops && flags & MBSRI_FRONT);
         clear_loads(f);
         add_loads(&multi, f, full, deep);
     } else if (s->n) {
@@ -222,13 +223,13 @@ MBSRI_INLINE void condense_joint(mbsri_newton_sweeps *newton, const mbsri_newton
         given g = {0.0, 0.0, 0.0, 0.0};
         if (by.r) g = (given){by.r[m->q_of[s->q]], by.p[u], by.u[u], 0.0};
         if (by.load_of_body) g.tau = by.load_of_body[m->size_v + (size_t)s->u];
-        if (mixed && flags & MBSRI_FRONT)
+        if (loops && flags & MBSRI_FRONT)
             condense_open(newton, i, g, f, deep);
         else if (deep)
             condense_deep(newton, s, g, f, full);
         else
             condense_loads(newton, s->u, g, f, full);
-    } else if (mixed && flags & MBSRI_FRONT) {
+    } else if (loops && flags & MBSRI_FRONT) {
         condense_open(newton, i, (given){0.0, 0.0, 0.0, 0.0}, f, deep);
     }
 }
@@ -245,14 +246,13 @@ MBSRI_INLINE void solve_back(mbsri_newton_sweeps *newton, const double *r,
         const mbsri_newton_step *s = newton->step + i;
         const int flags = s->flags;
         if (mixed && flags & MBSRI_BLOCK) {
-            block_loads(newton, i, load_of_body ? load_of_body + m->size_v : NULL, &f, &top, deep);
+            block_loads(newton, i, r, &f, &top, deep);
             continue;
         }
         if (flags & MBSRI_LEAF) clear_loads(&f);
         if (flags & MBSRI_BRANCHES) add_loads(--top, &f, full, deep);
         if (full && load_of_body) add_load(newton, i, load_of_body, &f, deep);
-        if (mixed && flags & MBSRI_CLOSES) close_loads(newton, i, f.b, f.psi);
-        condense_joint(newton, s, i, flags, by, &f, full, deep, mixed);
+        condense_joint(newton, s, i, flags, by, &f, full, deep, false);
         hand_loads_over(s, &f, &top, full, deep);
         if (mixed && flags & MBSRI_TO_BLOCK) give_loads(newton, i, &f, deep);
     }
@@ -278,13 +278,12 @@ MBSRI_OUTLINE void report_motion(const mbsri_newton_sweeps *newton, int i, const
 }
 
 /* The motion of block i from its predecessor's, x where that is in the sweeps. */
-MBSRI_OUTLINE void move_block(mbsri_newton_sweeps *newton, int i, const v4 x[4], const double *tau,
-                              double *delta)
+MBSRI_OUTLINE void move_block(mbsri_newton_sweeps *newton, int i, const v4 x[4])
 {
     const mbsri_newton_step *s = newton->step + i;
     if (s->parent > 0 && !(s->flags & MBSRI_TO_BLOCK))
         report_motion(newton, s->parent, x, mbsri_border_room(newton, s->parent));
-    mbsri_border_substitute(newton, i, tau, delta);
+    mbsri_border_substitute(newton, i);
 }
 
 /* That of body i's predecessor, a block. */
@@ -309,7 +308,7 @@ MBSRI_INLINE solution solution_of(const mbsr_model *m, double *delta)
 /* The joint of body i: its coordinate, and the body's motion from its predecessor's. */
 MBSRI_INLINE void move_joint(mbsri_newton_sweeps *newton, const mbsri_newton_step *s, int i,
                              int flags, const double *r, solution of, v4 x[4], bool full,
-                             bool mixed)
+                             bool loops)
 {
     const mbsr_model *m = of.model;
     double *const delta = of.delta, *const delta_p = of.p, *const delta_u = of.u;
@@ -317,7 +316,7 @@ MBSRI_INLINE void move_joint(mbsri_newton_sweeps *newton, const mbsri_newton_ste
     if (flags & MBSRI_MULTI) {
         _Alignas(32) double at[16];
         for (int g = 0; g < groups(full); ++g) store(at + 4 * g, x[g]);
-        multi_motion(newton, i, r, delta, at, full, mixed && flags & MBSRI_FRONT);
+        multi_motion(newton, i, r, delta, at, full, loops && flags & MBSRI_FRONT);
         for (int g = 0; g < groups(full); ++g) x[g] = load(at + 4 * g);
     } else if (s->n) {
         const mbsri_newton_column *col = mbsri_newton_column_at(newton, s->u);
@@ -328,7 +327,7 @@ MBSRI_INLINE void move_joint(mbsri_newton_sweeps *newton, const mbsri_newton_ste
         const int u = m->u_of[s->u], q = m->q_of[s->q];
         double du = newton->k[s->u] - sum3(K), rest = r ? r[q] : 0.0,
                dp = newton->p[s->u] + sum3(Q);
-        if (mixed && flags & MBSRI_FRONT) move_open(newton, i, &du, &rest, &dp);
+        if (loops && flags & MBSRI_FRONT) move_open(newton, i, &du, &rest, &dp);
         const double both = du + rest, dq = both * newton->by_c;
         delta[q] = dq;
         delta_p[u] = dp + m->armature[s->u] * du;
@@ -345,9 +344,8 @@ MBSRI_INLINE void move_joint(mbsri_newton_sweeps *newton, const mbsri_newton_ste
     }
 }
 
-/* tau: changes of joint forces, read by blocks. */
-MBSRI_INLINE void solve_forward(mbsri_newton_sweeps *newton, const double *r, const double *tau,
-                                double *delta, double *motion, bool full, bool mixed)
+MBSRI_INLINE void solve_forward(mbsri_newton_sweeps *newton, const double *r, double *delta,
+                                double *motion, bool full, bool mixed)
 {
     const mbsr_model *m = newton->model;
     const solution of = solution_of(m, delta);
@@ -363,14 +361,13 @@ MBSRI_INLINE void solve_forward(mbsri_newton_sweeps *newton, const double *r, co
                 x[g] = load(newton->x[newton->step[s->parent].branch] + 4 * g);
         }
         if (mixed && s->flags & MBSRI_BLOCK) {
-            move_block(newton, i, x, tau, delta);
+            move_block(newton, i, x);
             continue;
         }
-        move_joint(newton, s, i, s->flags, r, of, x, full, mixed);
+        move_joint(newton, s, i, s->flags, r, of, x, full, false);
         if (s->flags & MBSRI_BRANCHES) {
             for (int g = 0; g < groups(full); ++g) store(newton->x[s->branch] + 4 * g, x[g]);
         }
-        if (mixed && s->flags & MBSRI_CLOSES) close_motion(newton, i, x);
         if (full && motion) report_motion(newton, i, x, motion + 12 * i);
     }
 }
@@ -385,22 +382,18 @@ MBSRI_INLINE void solve_system(mbsri_newton_sweeps *newton, const double *r,
     else
         solve_back(newton, r, load_of_body, full, false, false);
     if (r)
-        solve_forward(newton, r, NULL, delta, motion, full, false);
+        solve_forward(newton, r, delta, motion, full, false);
     else
-        solve_forward(newton, NULL, NULL, delta, motion, full, false);
+        solve_forward(newton, NULL, delta, motion, full, false);
 }
 
 /* The same of a tree with blocks. */
-MBSRI_OUTLINE void solve_mixed(mbsri_newton_sweeps *newton, const double *r,
-                               const double *load_of_body, double *delta, double *motion)
+MBSRI_OUTLINE void solve_mixed(mbsri_newton_sweeps *newton, const double *r, double *delta)
 {
-    const double *tau = load_of_body ? load_of_body + newton->model->size_v : NULL;
-    mbsri_border_load(newton, r, load_of_body);
-    solve_back(newton, r, load_of_body, true, newton->deep, true);
-    mbsri_border_turn(newton);
-    if (newton->model->rows > 0) turn_root(newton);
-    solve_forward(newton, r, tau, delta, motion, true, true);
-    mbsri_border_finish(newton, r, delta);
+    mbsri_front_start(newton->mixed);
+    solve_back(newton, r, NULL, true, newton->deep, true);
+    solve_forward(newton, r, delta, NULL, true, true);
+    mbsri_front_finish(newton->mixed, delta);
 }
 
 #endif

@@ -8,7 +8,7 @@
 #include "base/expect.h"
 #include "dynamics/entry.h"
 #include "model/query.h"
-#include "newton/blocks/factor.h"
+#include "newton/carried/record.h"
 #include "newton/slopes/force_slopes.h"
 #include "newton/sweeps/elements.h"
 #include "sweeps/dynamics.h"
@@ -97,7 +97,8 @@ static size_t layout(const mbsr_model *m, const mbsri_sweeps *tree, unsigned cha
     w->large = m->bodies > MBSRI_LARGE;
     if (!full) w->own = NULL;
     if (!deep) w->below = NULL;
-    w->deep = w->unclear = w->light = w->looped = w->marked = false;
+    w->deep = w->unclear = w->light = w->marked = false;
+    w->looped = m->rows > 0;
     if (full) mbsri_newton_count(m, tree, &loaded, &pairs, w->number, w->pair);
     if (slopes == 0) w->tau_q = w->tau_u = NULL;
     mbsri_slopes_place(m, &w->slopes, work, places);
@@ -105,28 +106,34 @@ static size_t layout(const mbsr_model *m, const mbsri_sweeps *tree, unsigned cha
     return used;
 }
 
-size_t mbsri_newton_sweeps_size(const mbsr_model *m, bool lean)
+/* Whether looped.h has memory for bodies that count as deep; beside loops these are not on joints of
+ * several axes. light: whether there are any. */
+static bool finds_light(const mbsri_sweeps *tree, bool *light)
 {
-    const mbsri_sweeps *tree = m->whole;
-    if (lean && m->rows > 0) return 0; /* fronts have their own memory */
-    /* of nothing but blocks, newton/blocks loses fewer digits: no Mbar stands for what is below */
-    const bool mixed = tree && tree->rates && tree->blocks < tree->bodies;
-    return tree && (tree->blocks == 0 || mixed) ? layout(m, tree, NULL, NULL) : 0;
-}
-
-/* Finds bodies that count as deep in looped.h; false: there is no memory for them, or one beside loops that
- * has a joint of several axes. */
-static bool may_be_light(mbsri_newton_sweeps *w)
-{
-    const mbsri_sweeps *tree = w->tree;
     bool serves = true;
+    *light = false;
     for (int i = 1; i <= tree->bodies; ++i) {
         const int flags = tree->body[i].flags;
         if (flags & MBSRI_HEAVY || !(flags & MBSRI_WIDE_JOINT)) continue;
-        w->light = true;
+        *light = true;
         serves = serves && (flags & MBSRI_FRONT || !(flags & MBSRI_MULTI));
     }
-    return serves && (!w->light || w->below);
+    return serves && (!*light || may_be_deep(tree));
+}
+
+static bool serves_loops(const mbsr_model *m, const mbsri_sweeps *tree)
+{
+    bool light;
+    return tree->open && !m->grouped && finds_light(tree, &light);
+}
+
+size_t mbsri_newton_sweeps_size(const mbsr_model *m, bool lean)
+{
+    const mbsri_sweeps *tree = m->whole;
+    /* of nothing but blocks, the front alone loses fewer digits: no Mbar stands for what is below */
+    if (!tree || (tree->blocks > 0 && (!tree->rates || tree->blocks == tree->bodies))) return 0;
+    if (m->rows > 0 && (lean || tree->blocks > 0 || !serves_loops(m, tree))) return 0;
+    return layout(m, tree, NULL, NULL);
 }
 
 mbsri_newton_sweeps *mbsri_newton_sweeps_place(const mbsr_model *m, bool alone, void *memory,
@@ -135,11 +142,8 @@ mbsri_newton_sweeps *mbsri_newton_sweeps_place(const mbsr_model *m, bool alone, 
     mbsri_newton_sweeps *w;
     const mbsri_sweeps *tree = m->whole;
     layout(m, tree, memory, &w);
-    const bool linked = blocks && blocks->linked;
-    w->blocks = tree->blocks > 0 || m->rows > 0 || linked ? blocks : NULL;
-    if (blocks) w->slopes.kept = blocks->slopes.kept;
-    if (linked) blocks->links.k = w->k;
-    if (linked) blocks->links.p = w->p;
+    w->blocks = m->rows > 0 ? blocks : NULL;
+    w->mixed = blocks ? blocks->mixed : NULL;
     memset(w->step, 0, sizeof *w->step);
     w->least_pivot = alone ? MBSRI_LEAST_PIVOT : MBSRI_CLEAR_PIVOT;
     int branch = 0;
@@ -155,7 +159,7 @@ mbsri_newton_sweeps *mbsri_newton_sweeps_place(const mbsr_model *m, bool alone, 
         branch += (b->flags & MBSRI_BRANCHES) != 0;
     }
     for (int k = 0; k < tree->multi; ++k) memset(w->block + k, 0, sizeof *w->block);
-    w->one_sweep = tree->open && tree->blocks == 0 && !m->grouped && may_be_light(w);
+    if (m->rows > 0) (void)finds_light(tree, &w->light);
     return w;
 }
 
@@ -167,13 +171,9 @@ static int factor(const mbsri_sweep_run *run, mbsri_newton_sweeps *newton)
     const mbsri_newton_kernels *kernels = newton->kernels;
     int singular = MBSRI_DEFICIENT;
     newton->deep = false;
-    newton->looped = newton->one_sweep;
-    if (newton->one_sweep) singular = kernels->factor_looped(run, newton);
-    if (singular == MBSRI_DEFICIENT && newton->blocks) {
-        newton->one_sweep = newton->looped = false;
-        return kernels->factor_mixed(run, newton);
-    }
-    if (!newton->blocks && !newton->unclear) singular = kernels->factor(run, newton);
+    if (newton->looped) return kernels->factor_looped(run, newton);
+    if (newton->mixed) return kernels->factor_mixed(run, newton);
+    if (!newton->unclear) singular = kernels->factor(run, newton);
     return singular == MBSRI_DEFICIENT ? kernels->factor_deep(run, newton) : singular;
 }
 

@@ -3,7 +3,7 @@
 #ifndef MBSRI_NEWTON_TURNED_H
 #define MBSRI_NEWTON_TURNED_H
 
-#include "newton/blocks/turned.h"
+#include "newton/carried/turned.h"
 #include "newton/sweeps/solve.h"
 
 /* Loads on body i. */

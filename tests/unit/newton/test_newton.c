@@ -431,7 +431,7 @@ static void every_allocation_may_fail(void **state)
         const long needed = counting.calls - calls;
         mbsr_newton_destroy(newton);
         assert_int_equal(counting.live, before);
-        assert_in_range(needed, 2, 10);
+        assert_in_range(needed, 2, 40);
         for (long k = 1; k <= needed; ++k) {
             counting.fail_at = counting.calls + k;
             counting.failed = 0;
@@ -573,6 +573,7 @@ static void info_says_what_is_on_the_tree_and_what_across(void **state)
     info = info_with(0, NULL, &rank);
     assert_info(info, MBSR_NEWTON_TREE, 1, 0, 0);
     assert_int_equal(info.vector_code, 0);
+    rank.by_blocks = 0;
 
     /* on neighbours, and to the ground */
     const mbsr_force_def near[] = {mbsr_force_point_spring(1, at, 2, NULL, 5.0, 0.5, 0.3),
@@ -588,10 +589,10 @@ static void info_says_what_is_on_the_tree_and_what_across(void **state)
     assert_in_range(info.rank, 1, 12);
     assert_info(info_with(1, far, &tree), MBSR_NEWTON_TREE, 0, 1, 0);
     /* its forces count 2 (6 + 1) rows, more than max_rank */
-    assert_info(info_with(1, far, &rank), MBSR_NEWTON_TREE, 0, 1, 0);
+    assert_info(info_with(1, far, &rank), MBSR_NEWTON_ELIMINATED, 1, 1, 0);
     rank.max_rank = 14;
     assert_info(info_with(1, far, &rank), MBSR_NEWTON_CORRECTED, 1, 1, info.rank);
-    assert_info(info_with(2, far, &rank), MBSR_NEWTON_TREE, 0, 2, 0);
+    assert_info(info_with(2, far, &rank), MBSR_NEWTON_ELIMINATED, 1, 2, 0);
     rank.method = MBSR_NEWTON_CORRECTED;
     assert_info(info_with(2, far, &rank), MBSR_NEWTON_CORRECTED, 1, 2, 2 * info.rank);
     assert_int_equal(mbsr_default_newton_opt().max_rank, 120);
@@ -603,7 +604,8 @@ static void info_says_what_is_on_the_tree_and_what_across(void **state)
     const mbsr_force_def webs[] = {test_web(TEST_WEB_ALL, 2, pair, 0.1, 1),
                                    test_web(TEST_WEB_JOINTS, 2, pair, 0.1, 1),
                                    test_web(TEST_WEB_BODIES, 2, pair, 0.1, 1)};
-    assert_info(info_with(1, webs, NULL), MBSR_NEWTON_CORRECTED, 1, 1, 3);
+    /* vector code leaves states in which a web reads bodies and joints to the front */
+    assert_info(info_with(1, webs, NULL), MBSR_NEWTON_CORRECTED, 1, 1, 0);
     assert_info(info_with(1, webs + 1, NULL), MBSR_NEWTON_CORRECTED, 1, 1, 2);
     assert_info(info_with(1, webs + 2, NULL), MBSR_NEWTON_TREE, 1, 0, 0);
 }
@@ -701,7 +703,7 @@ static void lean_solvers_and_lean_data_serve_vector_code(void **state)
                                            .bodies = v < 3 ? 6 : 14,
                                            .element_count = v == 1,
                                            .elements = &web,
-                                           .forces = v > 1,
+                                           .forces = v == 2,
                                            .held = v == 3 ? 0.1 : 0.0,
                                            .added = v == 4 ? 0.3 : 0.0});
         const test_newton_state *s = &x.s;
@@ -824,7 +826,7 @@ static void ids_may_come_in_any_order(void **state)
         mbsr_newton *newton = create(m, NULL);
         reorder(m, orders[k], false, y, there);
         assert_ok(mbsr_newton_factor(newton, d, 0.3, there, yp, 20.0), mbsr_newton_error(newton));
-        assert_true(info_of(newton).rank > 0);
+        assert_true(info_of(newton).across > 0);
         reorder(m, orders[k], false, r, there);
         solve(newton, there, there);
         reorder(m, orders[k], true, there, k == 0 ? expected : delta);

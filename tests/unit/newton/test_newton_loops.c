@@ -327,7 +327,7 @@ static void memory(void **state)
         for (int k = 0; k < 2; ++k) {
             loops s;
             mbsr_newton_info info;
-            chain(&s, k ? 1000 : 10, hub);
+            chain(&s, k ? 1000 : 30, hub);
             mbsr_newton *newton = newton_solver(s.m, 0);
             assert_ok(mbsr_newton_get_info(newton, &info), NULL);
             bytes[k] = (double)info.bytes / (double)mbsr_model_bodies(s.m);

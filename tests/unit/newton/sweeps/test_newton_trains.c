@@ -19,9 +19,8 @@ static int widest(const mbsr_newton *newton)
     return most;
 }
 
-static void look(const mbsr_newton *newton, const mbsr_newton *blocks, int most)
+static void look(const mbsr_newton *newton, int most)
 {
-    (void)blocks;
     assert_in_range(widest(newton), 1, most);
 }
 

@@ -1,6 +1,6 @@
 /* A small system of linear equations: see block.h.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "newton/blocks/block.h"
+#include "newton/carried/block.h"
 
 #include <float.h>
 #include <math.h>

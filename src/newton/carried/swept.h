@@ -13,7 +13,7 @@
 #ifndef MBSRI_SWEPT_H
 #define MBSRI_SWEPT_H
 
-#include "newton/blocks/record.h"
+#include "newton/carried/record.h"
 
 /* Numbers of perturbations, forces and kappa of a body in vector code. */
 enum { MBSRI_SWEPT_MOTIONS = 16, MBSRI_SWEPT_ACTIONS = 24, MBSRI_SWEPT_FORCES = 8 };

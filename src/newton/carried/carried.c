@@ -1,16 +1,14 @@
 /* Closures in the elimination on the tree: see carried.h.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "newton/blocks/carried.h"
+#include "newton/carried/carried.h"
 
 #include "algebra/dense.h"
 #include "base/memory.h"
-#include "newton/blocks/closing_order.h"
-#include "newton/blocks/swept.h"
+#include "newton/carried/closing_order.h"
+#include "newton/carried/swept.h"
 #include "newton/slopes/closure_slopes.h"
 #include "newton/slopes/closure_turn.h"
 #include "recursion/closures.h"
-#include "recursion/group.h"
-#include "sweeps/tree.h"
 
 #include <math.h>
 
@@ -137,14 +135,6 @@ static void count_carried(mbsr_newton *w, int *seen, int *lambda)
         if (v->pool[i].most > 0) v->used[v->uses++] = i;
     }
     for (int i = 0; i <= m->bodies; ++i) v->served[i] = i > 0 && v->pool[i].most > 0;
-    for (int i = 1; i <= m->bodies;
-         ++i) { /* the head closes the loops that meet within its group */
-        const mbsri_group g = mbsri_group_in_model(m, m->body[i].head);
-        bool any = v->served[i];
-        for (int k = 0; k < g.members && g.members > 1; ++k)
-            any = any || v->served[g.member[k]] || v->first_closing[g.member[k]] > 0;
-        for (int k = 0; k < g.members; ++k) v->served[g.member[k]] = any;
-    }
 }
 
 /* ---- memory ---- */
@@ -156,63 +146,17 @@ static size_t take(size_t *used, size_t count)
     return at;
 }
 
-static void place_pool(mbsri_pool *pool, size_t *doubles, size_t *ints)
-{
-    const size_t most = (size_t)pool->most;
-    pool->column = take(ints, 2 * most);
-    pool->place = take(ints, most);
-    pool->Q = *doubles;
-    *doubles = mbsri_pool_end(pool);
-    pool->right = take(doubles, most);
-}
-
 static void shape_pools(mbsr_newton *w)
 {
-    const mbsri_sweeps *tree = w->model->whole;
     for (int k = 0; k < w->carried.fronts; ++k) {
-        mbsri_pool *pool = w->carried.pool + k, *swept = w->carried.swept + k;
-        const int body = pool->body, d = w->model->body[body].d;
-        pool->stride = (short)(3 * d);
-        pool->motions = (short)(w->node[body].e + 2 * d);
-        *swept = (mbsri_pool){.body = body,
-                              .up = pool->up,
-                              .loose = pool->loose,
-                              .swept = body > 0 && body <= tree->bodies &&
-                                       !(tree->body[body].flags & MBSRI_BLOCK),
-                              .stride = MBSRI_SWEPT_ACTIONS,
-                              .motions = MBSRI_SWEPT_MOTIONS};
+        const mbsri_pool *pool = w->carried.pool + k;
+        w->carried.swept[k] = (mbsri_pool){.body = pool->body,
+                                           .up = pool->up,
+                                           .loose = pool->loose,
+                                           .swept = k > 0,
+                                           .stride = MBSRI_SWEPT_ACTIONS,
+                                           .motions = MBSRI_SWEPT_MOTIONS};
     }
-    for (int i = 1; i <= w->model->bodies; ++i) { /* loops that close on the root, as before it */
-        const int up = w->carried.pool[i].up;
-        if (up > w->model->bodies) w->carried.swept[up].swept = w->carried.swept[i].swept;
-    }
-    mbsri_carried *v = &w->carried;
-    for (int k = v->first_closing[0]; k > 0; k = v->front[k].next) { /* and from one to the next */
-        const int up = v->pool[k].up;
-        if (up > w->model->bodies) v->swept[up].swept = v->swept[k].swept;
-    }
-    for (int k = 0; k < v->uses; ++k) {
-        const int i = v->used[k];
-        if (v->swept[i].swept) continue;
-        v->used[k] = v->used[v->apart];
-        v->used[v->apart++] = i;
-    }
-}
-
-/* Unknowns of pools that the front of joint i may read; those of its group, where it is the head. */
-static int unknowns_behind(const mbsr_newton *w, int i)
-{
-    const mbsr_model *m = w->model;
-    const mbsri_carried *v = &w->carried;
-    if (m->body[i].members < 2) return v->pool[i].most;
-    const mbsri_group g = mbsri_group_in_model(m, i);
-    int sum = 0;
-    for (int k = 0; k < g.members; ++k) {
-        sum += v->pool[g.member[k]].most;
-        for (int l = v->first_closing[g.member[k]]; l > 0; l = v->front[l].next)
-            sum += v->pool[l].most;
-    }
-    return sum;
 }
 
 static void widen(mbsri_carried *v, size_t work)
@@ -220,37 +164,21 @@ static void widen(mbsri_carried *v, size_t work)
     if (work > v->widest) v->widest = work;
 }
 
-static void place_front(const mbsr_newton *w, int i, size_t *doubles, size_t *ints)
+/* A closing front. */
+static void place_front(mbsri_carried *v, int k, size_t *doubles, size_t *ints)
 {
-    mbsri_carried *v = (mbsri_carried *)&w->carried;
-    mbsri_carried_front *front = v->front + i;
-    const mbsr_model *m = w->model;
-    const int up = v->pool[i].up;
-    const bool joint = i <= m->bodies;
-    const mbsri_body *b = m->body + i, *above = m->body + v->pool[up].body;
-    const size_t n = joint ? (size_t)b->group_n : 0, nq = joint ? (size_t)b->group_nq : 0,
-                 k = (size_t)(joint ? unknowns_behind(w, i) : v->pool[i].most), size = 2 * n + k,
-                 d = (size_t)above->d, x = (size_t)w->node[v->pool[up].body].e + 2 * d;
-    const bool swept = v->swept[up].swept;
-    const size_t rows = size + (swept ? MBSRI_SWEPT_ACTIONS : 3 * d),
-                 motions = swept ? MBSRI_SWEPT_MOTIONS : x;
-    front->most = (int)size;
-    front->column = take(ints, k);
-    front->row = take(ints, k);
+    mbsri_carried_front *front = v->front + k;
+    const size_t size = (size_t)v->pool[k].most, rows = size + MBSRI_SWEPT_ACTIONS,
+                 columns = size + MBSRI_SWEPT_MOTIONS;
+    front->column = take(ints, size);
+    front->row = take(ints, size);
     front->swap_column = take(ints, size);
     front->swap_row = take(ints, size);
     front->place = take(ints, size);
-    front->LU = take(doubles, size * (rows + size + motions));
-    if (rows * (size + motions) > v->largest) v->largest = rows * (size + motions);
-    front->Mq = take(doubles, (size + 3 * d) * nq);
-    front->along = take(doubles, nq * k);
-    front->momentum = take(doubles, n * k);
-    front->rate = take(doubles, n * k);
+    front->LU = take(doubles, size * (rows + columns));
+    if (rows * columns > v->largest) v->largest = rows * columns;
     front->right = take(doubles, rows);
-    /* work, see front.c */
-    const size_t columns = x + nq + 2 * n, members = joint ? (size_t)m->body[i].members + 1 : 0,
-                 width = k + columns + 5 * n + 4 * d + members * 4 * (size_t)m->max_d;
-    widen(v, k * (width + MBSRI_SWEPT_FORCES) + 2 * columns + 4 * (rows + n));
+    widen(v, size * MBSRI_SWEPT_FORCES + 4 * rows); /* work, see front.c */
     if ((int)size > v->most) v->most = (int)size;
 }
 
@@ -288,11 +216,7 @@ static bool place_all(mbsr_newton *w)
     const mbsr_model *m = w->model;
     size_t doubles = 0, ints = 0;
     shape_pools(w);
-    for (int i = 1; i < v->fronts; ++i) {
-        if (i <= m->bodies && !v->served[i]) continue;
-        place_pool(v->pool + i, &doubles, &ints);
-        place_front(w, i, &doubles, &ints);
-    }
+    for (int k = m->bodies + 1; k < v->fronts; ++k) place_front(v, k, &doubles, &ints);
     if (!mbsri_swept_place(w, &doubles, &ints)) return false;
     place_slopes(w, &doubles);
     const size_t value = take(&doubles, (size_t)v->names), work = take(&doubles, v->widest),
@@ -394,39 +318,18 @@ void mbsri_carried_destroy(mbsr_newton *w)
 
 mbsri_pool *mbsri_carried_up(const mbsr_newton *w, int k)
 {
-    const mbsri_carried *v = &w->carried;
-    const int up = v->pool[k].up;
-    /* a block hands numbers of its own kind to a body in vector code, multipliers never */
-    return v->swept[k].swept ? mbsri_carried_at(w, up) : v->pool + up;
+    return mbsri_carried_at(w, w->carried.swept[k].up);
 }
 
 int mbsri_carried_motions(const mbsr_newton *w, const mbsri_pool *pool)
 {
-    if (pool->body == 0) return 0;
-    return pool->swept ? MBSRI_SWEPT_MOTIONS
-                       : mbsri_motions(w->node + pool->body, w->model->body + pool->body);
+    (void)w;
+    return pool->body > 0 ? MBSRI_SWEPT_MOTIONS : 0;
 }
 
 int mbsri_carried_actions(const mbsr_newton *w, const mbsri_pool *pool)
 {
     const int body = pool->body;
     if (body == 0) return 0;
-    if (pool->swept) return w->node[body].deep ? MBSRI_SWEPT_ACTIONS : MBSRI_SWEPT_ACTIONS - 8;
-    return mbsri_actions(w->node + body, w->model->body + body);
-}
-
-int mbsri_carried_pool(const mbsr_newton *w, int i, int number, int *at)
-{
-    const mbsri_carried *v = &w->carried;
-    *at = 0;
-    if (i > w->model->bodies || !w->node[i].coupled) return number == 0 ? i : -1;
-    const mbsri_group g = mbsri_group_in_model(w->model, i);
-    for (int k = 0; k < g.members; ++k) {
-        *at = k;
-        if (number-- == 0) return g.member[k];
-        for (int l = v->first_closing[g.member[k]]; l > 0; l = v->front[l].next) {
-            if (number-- == 0) return l;
-        }
-    }
-    return -1;
+    return w->node[body].deep ? MBSRI_SWEPT_ACTIONS : MBSRI_SWEPT_ACTIONS - 8;
 }

@@ -8,9 +8,9 @@
 
 #include <stdbool.h>
 
-/* What may become of a row or column: no pivot; a joint's with inertia; a direction without, that
- * loops may hold; a multiplier of a loop that closes. */
-typedef enum mbsri_kind { MBSRI_WAITS, MBSRI_MASSIVE, MBSRI_HELD, MBSRI_CLOSES } mbsri_kind;
+/* What may become of a row or column: no pivot; a direction without inertia, that loops may hold; a
+ * multiplier of a loop that closes. */
+typedef enum mbsri_kind { MBSRI_WAITS, MBSRI_HELD, MBSRI_CLOSES } mbsri_kind;
 
 typedef struct mbsri_elimination {
     int size, rows, columns, done;
@@ -23,10 +23,6 @@ typedef struct mbsri_elimination {
 
 /* The numbers of rows and columns, none eliminated. */
 void mbsri_elimination_begin(mbsri_elimination *e);
-
-/* Rows and columns with inertia. row_scale holds what was added up in the rows; what is singular to
- * the rounding errors in that joins the directions that loops may hold. */
-void mbsri_eliminate_massive(mbsri_elimination *e);
 
 /* Multipliers and directions that they hold, as far as they can go; at most `delayed` of them are
  * left, or none where nothing waits. False: more would be, being singular. */

@@ -2,7 +2,7 @@
  * and what counts as singular.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "expect.h"
-#include "newton/blocks/block.h"
+#include "newton/carried/block.h"
 #include "oracle.h"
 
 #include <float.h>

@@ -4,7 +4,7 @@
  * Leaves to root, the right-hand sides go the way of the rows: L of the eliminated ones is taken off,
  * what is left stands in the pool above and in b of the body above. Root to leaves, U gives the
  * unknowns that went from those that were carried on and from x of that body. */
-#include "newton/blocks/front_solve.h"
+#include "newton/carried/front_solve.h"
 
 #include "algebra/dense.h"
 #include "recursion/closures.h"
@@ -15,11 +15,7 @@ void mbsri_front_load(mbsr_newton *w, const double *r)
 {
     mbsri_carried *v = &w->carried;
     const mbsr_model *m = w->model;
-    for (int k = 0; k < (w->mixed ? v->apart : v->uses); ++k) {
-        const mbsri_pool *pool = v->pool + v->used[k];
-        mbsri_zero((size_t)pool->count, v->store + pool->right);
-    }
-    if (w->mixed) mbsri_zero(v->right_count, v->store + v->right);
+    mbsri_zero(v->right_count, v->store + v->right);
     const double *of_rows = r ? r + m->nq + 2 * m->nu : NULL;
     for (int k = 0; k < m->rows + m->held && r; ++k) {
         const mbsri_multiplier *multiplier = v->multiplier + k;
@@ -27,8 +23,7 @@ void mbsri_front_load(mbsr_newton *w, const double *r)
     }
 }
 
-/* Of the right-hand sides h of all rows, by number, what the elimination leaves; b: of the body
- * above. */
+/* Of the right-hand sides h of all rows, by number, what the elimination leaves; b: of the body above. */
 static void reduce(mbsr_newton *w, int i, const double *h, double *p, double *b)
 {
     mbsri_carried *v = &w->carried;
@@ -48,25 +43,6 @@ static void reduce(mbsr_newton *w, int i, const double *h, double *p, double *b)
     for (int k = 0; k < front->actions; ++k) b[k] -= p[size + k];
 }
 
-void mbsri_front_reduce(mbsr_newton *w, int i, double *own, const double *q0)
-{
-    mbsri_carried *v = &w->carried;
-    const mbsri_carried_front *front = v->front + i;
-    const int rows = front->size + front->actions;
-    double *h = v->work, *p = h + rows;
-    int at, number;
-    mbsri_zero((size_t)rows, h);
-    mbsri_copy((size_t)front->own, own, h);
-    for (int l = 0; (number = mbsri_carried_pool(w, i, l, &at)) >= 0; ++l) {
-        const mbsri_pool *pool = mbsri_carried_at(w, number);
-        const int *place = v->numbers + pool->place;
-        for (int k = 0; k < pool->count; ++k)
-            h[front->own + place[k]] += v->store[pool->right + (size_t)k];
-    }
-    mbsri_ax(rows, front->nq, -1.0, v->store + front->Mq, q0, h);
-    reduce(w, i, h, p, w->b + 3 * w->model->body[i].pred_v);
-}
-
 void mbsri_front_reduce_one(mbsr_newton *w, int k, double *b)
 {
     mbsri_carried *v = &w->carried;
@@ -77,68 +53,22 @@ void mbsri_front_reduce_one(mbsr_newton *w, int k, double *b)
     reduce(w, k, h, p, b);
 }
 
-void mbsri_front_reduce_closing(mbsr_newton *w, int body)
-{
-    const mbsri_carried *v = &w->carried;
-    if (body > 0 && w->node[body].coupled) return;
-    for (int k = v->first_closing[body]; k > 0; k = v->front[k].next)
-        mbsri_front_reduce_one(w, k, w->b + 3 * w->model->body[body].v);
-}
-
-/* The name of unknown `at` of a front, by number. */
-static int name_of(const mbsr_newton *w, const mbsri_carried_front *front, int i, int at)
-{
-    return at < front->own ? mbsri_name_own(w, i, at)
-                           : w->carried.numbers[front->column + (size_t)(at - front->own)];
-}
-
 /* x: the perturbation of the body above. */
-static void substitute(mbsr_newton *w, int i, const double *x)
+void mbsri_front_substitute_one(mbsr_newton *w, int i, const double *x)
 {
     mbsri_carried *v = &w->carried;
     const mbsri_carried_front *front = v->front + i;
     const int rows = front->size + front->actions, done = front->done;
-    const int *column = v->numbers + front->swap_column;
+    const int *column = v->numbers + front->swap_column, *name = v->numbers + front->column;
     const int columns = front->size + front->motions;
     const double *U = v->store + front->LU + done * rows, *right = v->store + front->right;
     double *z = v->work; /* all unknowns, and x */
-    for (int l = done; l < front->size; ++l) z[l] = v->value[name_of(w, front, i, column[l])];
+    for (int l = done; l < front->size; ++l) z[l] = v->value[name[column[l]]];
     mbsri_copy((size_t)front->motions, x, z + front->size);
     for (int k = done - 1; k >= 0; --k) {
         const double *row = U + k * columns;
         z[k] = (right[k] - mbsri_dot(columns - k - 1, row + k + 1, z + k + 1)) / row[k];
-        v->value[name_of(w, front, i, column[k])] = z[k];
-    }
-}
-
-void mbsri_front_substitute(mbsr_newton *w, int i)
-{
-    substitute(w, i, w->x + w->node[w->model->body[i].parent].x);
-}
-
-void mbsri_front_substitute_one(mbsr_newton *w, int k, const double *x)
-{
-    substitute(w, k, x);
-}
-
-void mbsri_front_substitute_closing(mbsr_newton *w, int body)
-{
-    const bool apart = body == 0 || !w->node[body].coupled;
-    for (int k = w->carried.last_closing[body]; k > 0 && apart; k = w->carried.front[k].previous)
-        substitute(w, k, w->x + w->node[body].x);
-}
-
-void mbsri_front_apply(const mbsr_newton *w, int i, double *q, double *momentum, double *rate)
-{
-    const mbsri_carried *v = &w->carried;
-    const mbsri_carried_front *front = v->front + i;
-    for (int l = 0; l < front->size - front->own; ++l) {
-        const double *value = v->value + name_of(w, front, i, front->own + l);
-        const size_t n = (size_t)front->n, nq = (size_t)front->nq, at = (size_t)l;
-        if (q) mbsri_ax(front->nq, 1, 1.0, v->store + front->along + at * nq, value, q);
-        if (momentum)
-            mbsri_ax(front->n, 1, 1.0, v->store + front->momentum + at * n, value, momentum);
-        if (rate) mbsri_ax(front->n, 1, 1.0, v->store + front->rate + at * n, value, rate);
+        v->value[name[column[k]]] = z[k];
     }
 }
 

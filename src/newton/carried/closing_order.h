@@ -3,7 +3,7 @@
 #ifndef MBSRI_CLOSING_ORDER_H
 #define MBSRI_CLOSING_ORDER_H
 
-#include "newton/blocks/record.h"
+#include "newton/carried/record.h"
 
 /* Fronts, the pools that they hand on to, and where each loop closes. False: there is no memory. */
 bool mbsri_closing_order(mbsr_newton *w);

@@ -3,7 +3,7 @@
 #ifndef MBSRI_TURNED_H
 #define MBSRI_TURNED_H
 
-#include "newton/blocks/record.h"
+#include "newton/carried/record.h"
 #include "newton/slopes/closure_turn.h"
 
 static inline mbsri_closure_turn mbsri_turn_of(const mbsri_carried *v, const mbsri_closure *c,

@@ -14,7 +14,7 @@
 #ifndef MBSRI_CARRIED_H
 #define MBSRI_CARRIED_H
 
-#include "newton/blocks/record.h"
+#include "newton/carried/record.h"
 
 /* What is carried, as far as the model says; about how many multiplications that takes. Then the memory for it. False: there
  * is none. Bodies are numbered. */
@@ -23,9 +23,8 @@ double mbsri_carried_operations(const mbsr_newton *w);
 bool mbsri_carried_create(mbsr_newton *w);
 void mbsri_carried_destroy(mbsr_newton *w);
 
-/* Before an elimination: the derivatives of all closures at the state, and in the pools what they
- * are at their bodies; by looped.h, which knows closures that turn (turned.h). A status. */
-int mbsri_carried_open(mbsr_newton *w, mbsr_data *d, double c, bool looped);
+/* Before an elimination: the derivatives of all closures at the state. A status. */
+int mbsri_carried_open(mbsr_newton *w, mbsr_data *d, double c);
 
 /* The place of the name in a list of `count`; -1: it is not there. */
 static inline int mbsri_carried_find(const int *list, int count, int name)
@@ -39,11 +38,10 @@ static inline int mbsri_carried_find(const int *list, int count, int name)
 /* The place of a name in a pool, which it joins. */
 int mbsri_carried_join(mbsr_newton *w, mbsri_pool *pool, int name);
 
-/* Pool k at this factorisation, and the one to which front k hands on. */
+/* Pool k, and the one to which front k hands on. */
 static inline mbsri_pool *mbsri_carried_at(const mbsr_newton *w, int k)
 {
-    const mbsri_carried *v = &w->carried;
-    return w->mixed && v->swept[k].swept ? v->swept + k : v->pool + k;
+    return w->carried.swept + k;
 }
 mbsri_pool *mbsri_carried_up(const mbsr_newton *w, int k);
 
@@ -64,11 +62,6 @@ static inline int mbsri_carried_level(const mbsr_newton *w, int name)
     const mbsri_carried *v = &w->carried;
     return name < v->multipliers ? v->loop[v->closure[name]].level : 0;
 }
-
-/* The pools that the front of joint i reads, by number: its own and, of a group eliminated in one
- * piece, those of the members and of loops that close on them. `at`: which member. -1 after the
- * last. */
-int mbsri_carried_pool(const mbsr_newton *w, int i, int number, int *at);
 
 /* Whether the joint of body i is a front. */
 static inline bool mbsri_is_front(const mbsr_newton *w, int i)

@@ -1,6 +1,6 @@
 /* A front: see elimination.h.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "newton/blocks/elimination.h"
+#include "newton/carried/elimination.h"
 
 #include <float.h>
 #include <math.h>
@@ -60,44 +60,6 @@ static void pivot(elimination *e, int i, int j)
 static double scaled(const elimination *e, int i, int j)
 {
     return fabs(*entry(e, i, j)) * e->row_scale[e->row[i]] * e->column_scale[e->column[j]];
-}
-
-/* ---- joints with inertia ---- */
-
-void mbsri_eliminate_massive(elimination *e)
-{
-    for (int i = e->done; i < e->size; ++i) {
-        if (row_kind(e, i) != MBSRI_MASSIVE) continue;
-        double *scale = e->row_scale + e->row[i];
-        *scale = *scale > 0.0 ? 1.0 / *scale : 0.0;
-    }
-    for (int j = e->done; j < e->size; ++j) {
-        double largest = 0.0, *scale = e->column_scale + e->column[j];
-        if (column_kind(e, j) != MBSRI_MASSIVE) continue;
-        *scale = 1.0;
-        for (int i = e->done; i < e->size; ++i) {
-            if (row_kind(e, i) == MBSRI_MASSIVE) largest = fmax(largest, scaled(e, i, j));
-        }
-        *scale = largest > 64.0 * DBL_EPSILON ? 1.0 / largest : 0.0;
-    }
-    for (;;) {
-        double largest = 64.0 * DBL_EPSILON;
-        int row = -1, column = -1;
-        for (int j = e->done; j < e->size; ++j) {
-            for (int i = e->done; i < e->size && column_kind(e, j) == MBSRI_MASSIVE; ++i) {
-                if (row_kind(e, i) != MBSRI_MASSIVE || !(scaled(e, i, j) > largest)) continue;
-                largest = scaled(e, i, j);
-                row = i;
-                column = j;
-            }
-        }
-        if (row < 0) break;
-        pivot(e, row, column);
-    }
-    for (int k = e->done; k < e->size; ++k) {
-        if (row_kind(e, k) == MBSRI_MASSIVE) e->row_kind[e->row[k]] = MBSRI_HELD;
-        if (column_kind(e, k) == MBSRI_MASSIVE) e->column_kind[e->column[k]] = MBSRI_HELD;
-    }
 }
 
 /* ---- loops that close ---- */

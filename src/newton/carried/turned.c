@@ -1,9 +1,9 @@
 /* Closures whose forces turn with one of their bodies: see turned.h.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "newton/blocks/turned.h"
+#include "newton/carried/turned.h"
 
 #include "algebra/dense.h"
-#include "newton/blocks/carried.h"
+#include "newton/carried/carried.h"
 
 bool mbsri_turned_open(mbsr_newton *w, const mbsr_data *d, int k, double c)
 {

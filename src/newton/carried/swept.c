@@ -1,6 +1,6 @@
 /* Pools of bodies in vector code: see swept.h.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "newton/blocks/swept.h"
+#include "newton/carried/swept.h"
 
 #include "base/memory.h"
 #include "recursion/closures.h"

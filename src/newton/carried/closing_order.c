@@ -7,7 +7,7 @@
  * one that is far from another (Cuthill and McKee), and loops close when the last of their branches has been
  * reached. What such a group of loops leaves goes to the front of the next loops that it knows. A group that knows
  * no others than that front does is closed there, too. */
-#include "newton/blocks/closing_order.h"
+#include "newton/carried/closing_order.h"
 
 #include "base/memory.h"
 #include "sweeps/tree.h"
