@@ -265,7 +265,7 @@ static int settle(mbsr_small_masses *s, double t)
     for (;;) {
         bool again = false;
         const int status = mbsri_small_settle(s, t, s->q_given, s->u_given, s->y, s->yp);
-        if (status != MBSR_UNDETERMINED || s->given->rows > 0) return status;
+        if (status != MBSR_UNDETERMINED) return status;
         const mbsr_error error = s->error;
         const int failed = give_back(s, t, &again);
         if (failed) return failed;
