@@ -422,6 +422,7 @@ int mbsr_small_masses_report_of(mbsr_small_masses *small, mbsr_small_masses_repo
     report->steps = mbsri_small_judge(s);
     double most = 0.0;
     for (int k = 0; k < s->candidates; ++k) {
+        report->amplitude += s->mass[k].amplitude;
         if (!(s->mass[k].share > most)) continue;
         most = s->mass[k].share;
         report->body = s->mass[k].body;

@@ -341,6 +341,8 @@ static void a_light_wheel_on_a_linkage(void **unused)
     assert_ok(mbsr_small_masses_start(small, 0.0, q, u), mbsr_small_masses_error(small));
     assert_ok(mbsr_small_masses_report_of(small, &report), mbsr_small_masses_error(small));
     assert_int_equal(report.masses, 2);
+    assert_close(report.amplitude, report.mass[0].amplitude + report.mass[1].amplitude, 1e-15);
+    assert_contains(report.text, "all zeros together|swings that are lost");
     for (int k = 0; k < 2; ++k) {
         const bool wheel = report.mass[k].body == 3;
         assert_int_equal(report.mass[k].verdict,
