@@ -294,8 +294,8 @@ MBSR_API void *mbsr_ida_memory(const mbsr_ida *ida);
  * and takes every step, and the states before kinks of derivative 1, into the report: the errors of its
  * zeros along the run, a check after the fact, and what fast motion is excited. opt as for mbsr_ida_create, with the momentum form; its progress function is called after every step.
  * stats and error may be NULL. MBSR_ERR_NULL, MBSR_ERR_SEQUENCE (before mbsr_small_masses_start),
- * MBSR_ERR_VALUE (another form), statuses of mbsr_ida_create, mbsr_ida_start, mbsr_ida_advance and
- * mbsr_small_masses_step. */
+ * MBSR_ERR_VALUE (another form), MBSR_SINGULAR_BLOCK where the smooth motion ends in a jump, with the joint that runs
+ * away; statuses of mbsr_ida_create, mbsr_ida_start, mbsr_ida_advance and mbsr_small_masses_step. */
 MBSR_API int mbsr_small_masses_run(mbsr_small_masses *small, const mbsr_ida_opt *opt, double t_end,
                                    mbsr_ida_stats *stats, mbsr_error *error);
 

@@ -110,6 +110,8 @@ typedef struct mbsr_small_masses_report {
     int output;
     double share;
     int body;            /* whose mass has the largest error; MBSR_NONE */
+    double amplitude;    /* of the oscillations that are lost, beside the error: those of all masses
+                          * added up, which may meet; a share as in mbsr_small_mass */
     double steps;        /* that they save together */
     long factorisations; /* of Newton matrices for mbsr_small_masses_start */
     const char *text;    /* a table for people */

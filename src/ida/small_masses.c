@@ -18,13 +18,17 @@ typedef struct follower {
     void *kink_user;
 } follower;
 
+/* Steps so short that they do not change t, where the run is about to fail, have nothing to say. */
 static int follow(void *user, const mbsr_ida_progress *now)
 {
     follower *f = user;
-    int status = mbsr_ida_dense(f->ida, now->t, 0, f->y);
-    if (!status) status = mbsr_ida_dense(f->ida, now->t, 1, f->yp);
-    if (!status) status = mbsr_small_masses_step(f->small, now->t, f->y, f->yp);
-    f->last = now->t;
+    int status = MBSR_OK;
+    if (now->t > f->last) {
+        status = mbsr_ida_dense(f->ida, now->t, 0, f->y);
+        if (!status) status = mbsr_ida_dense(f->ida, now->t, 1, f->yp);
+        if (!status) status = mbsr_small_masses_step(f->small, now->t, f->y, f->yp);
+        f->last = now->t;
+    }
     if (!status && f->progress) status = f->progress(f->user, now);
     return status;
 }
@@ -61,6 +65,45 @@ static int follow_to(follower *f, double t, double t_end)
     return status;
 }
 
+/* The body of joint rate k, whose place in its joint goes to *coordinate. */
+static int body_of(const mbsr_model *m, int k, int *coordinate)
+{
+    int first = 0, count = 0;
+    for (int body = 0; body < mbsr_model_bodies(m); ++body) {
+        if (mbsr_body_coordinates(m, body, NULL, NULL, &first, &count)) continue;
+        *coordinate = k - first;
+        if (k >= first && k < first + count) return body;
+    }
+    return MBSR_NONE;
+}
+
+/* A run that has failed: where the largest rate has come to change by itself in next to no time, the smooth motion ends
+ * in a jump, as at a fold of the forces that hold what has no mass; else the failure is the driver's, or the report's. */
+static int explain(const follower *f, double from, int status, mbsr_error *error)
+{
+    static const double moment = 1e-6; /* of the run */
+    const mbsr_model *m = mbsr_small_masses_reduced(f->small);
+    const int nq = mbsr_model_nq(m), nu = mbsr_model_nu(m);
+    const double *u = f->y + nq + nu, *udot = f->yp + nq + nu;
+    int at = 0, coordinate = 0;
+    for (int k = 1; k < nu; ++k) {
+        if (fabs(u[k]) > fabs(u[at])) at = k;
+    }
+    const double span = f->last - from;
+    if (nu > 0 && span > 0.0 && fabs(u[at]) < moment * span * fabs(udot[at])) {
+        const int body = body_of(m, at, &coordinate);
+        return mbsri_ida_fail(
+            error, MBSR_SINGULAR_BLOCK, body, MBSR_NONE,
+            "mbsr_small_masses_run: without the masses u%d of body %d '%.40s' runs away at t = %g "
+            "(%.3g, "
+            "and %.3g 1/s): the smooth motion ends there in a jump; name fewer masses in `part`",
+            coordinate, body, mbsr_body_name(m, body), f->last, u[at], fabs(udot[at] / u[at]));
+    }
+    const mbsr_error *own = mbsr_small_masses_error(f->small);
+    if (error) *error = own->status == status ? *own : *mbsr_ida_error(f->ida);
+    return status;
+}
+
 /* From the state that `start` has found to t_end. */
 static int run(follower *f, const mbsr_ida_opt *opt, mbsr_data *data, double t_end,
                mbsr_error *error)
@@ -72,11 +115,7 @@ static int run(follower *f, const mbsr_ida_opt *opt, mbsr_data *data, double t_e
     if (!status) status = mbsr_ida_start(f->ida, t, f->y, f->yp);
     f->last = t;
     if (!status) status = follow_to(f, t, t_end);
-    if (status && error) {
-        const mbsr_error *own = mbsr_small_masses_error(f->small);
-        *error = own->status == status ? *own : *mbsr_ida_error(f->ida);
-    }
-    return status;
+    return status ? explain(f, t, status, error) : MBSR_OK;
 }
 
 int mbsr_small_masses_run(mbsr_small_masses *small, const mbsr_ida_opt *opt, double t_end,

@@ -14,6 +14,7 @@
 #include <mbsrank/index.h>
 
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 /* Refuses a start that is not finite; names the first wrong entry. */
@@ -50,20 +51,23 @@ static int evaluate(mbsr_ida *ida, double t, const double *y, const double *yp)
                              "mbsr_ida_start: residual at t = %.10g", t);
 }
 
-/* Names the first direction of a report that nothing determines. */
+/* Names the first direction of a report that nothing determines, with what the report advises. */
 static int refuse_undetermined(mbsr_ida *ida, const mbsr_index_report *report)
 {
     const mbsr_direction *direction = report->direction;
+    const char *first = strstr(report->text, "give it");
+    char advice[128] = "";
+    if (first) snprintf(advice, sizeof advice, "%.*s", (int)strcspn(first, "\n"), first);
     const mbsr_direction_term *term = direction->term;
     for (int k = 1; k < direction->terms; ++k) {
         if (fabs(direction->term[k].weight) > fabs(term->weight)) term = direction->term + k;
     }
     return mbsri_ida_fail(
         &ida->error, MBSR_UNDETERMINED, term->body, MBSR_NONE,
-        "mbsr_ida_start: u%d of body %d '%.40s' moves no mass, and no force resists it%s: give it "
-        "inertia, a spring or a damper, or lock it (mbsr_index_report_create names all)",
+        "mbsr_ida_start: u%d of body %d '%.40s' moves no mass, and no force resists it%s: %s "
+        "(mbsr_index_report_create names all)",
         term->coordinate, term->body, mbsr_body_name(ida->model, term->body),
-        direction->terms > 1 ? " together with others" : "");
+        direction->terms > 1 ? " together with others" : "", advice);
 }
 
 static int refuse_memory(mbsr_ida *ida)

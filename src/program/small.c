@@ -94,8 +94,8 @@ static void put_report(FILE *to, const program_model *m, const mbsr_small_masses
 {
     fprintf(to,
             "{\"from\": %.17g, \"to\": %.17g, \"error\": %.17g, \"output\": %d, \"time\": %.17g, "
-            "\"share\": %.17g, \"steps\": %.17g, \"masses\": [",
-            r->from, r->to, r->error, r->output, r->time, r->share, r->steps);
+            "\"share\": %.17g, \"swing\": %.17g, \"steps\": %.17g, \"masses\": [",
+            r->from, r->to, r->error, r->output, r->time, r->share, r->amplitude, r->steps);
     for (int k = 0; k < r->masses; ++k) {
         if (k > 0) fputs(", ", to);
         put_mass(to, m, r, r->mass + k);

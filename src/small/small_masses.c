@@ -265,7 +265,7 @@ static int settle(mbsr_small_masses *s, double t)
     for (;;) {
         bool again = false;
         const int status = mbsri_small_settle(s, t, s->q_given, s->u_given, s->y, s->yp);
-        if (status != MBSR_UNDETERMINED || s->given->rows > 0) return status;
+        if (status != MBSR_UNDETERMINED) return status;
         const mbsr_error error = s->error;
         const int failed = give_back(s, t, &again);
         if (failed) return failed;
@@ -422,6 +422,7 @@ int mbsr_small_masses_report_of(mbsr_small_masses *small, mbsr_small_masses_repo
     report->steps = mbsri_small_judge(s);
     double most = 0.0;
     for (int k = 0; k < s->candidates; ++k) {
+        report->amplitude += s->mass[k].amplitude;
         if (!(s->mass[k].share > most)) continue;
         most = s->mass[k].share;
         report->body = s->mass[k].body;

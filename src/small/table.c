@@ -78,7 +78,9 @@ void mbsri_small_write(mbsr_small_masses *s, const mbsr_small_masses_report *rep
         length = line(s, s->mass + k, s->text + used, s->text_size - used);
         if (length > 0) used += (size_t)length;
     }
-    mbsri_print(s->text + used, s->text_size - used,
-                "all zeros together: error %.2e, %.2e of what is allowed, at t = %g\n",
-                report->error, report->share, report->time);
+    mbsri_print(
+        s->text + used, s->text_size - used,
+        "all zeros together: error %.2e, %.2e of what is allowed, at t = %g; swings that are "
+        "lost: up to %.2e of it\n",
+        report->error, report->share, report->time, report->amplitude);
 }

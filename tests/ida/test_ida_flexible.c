@@ -101,12 +101,47 @@ static void a_massless_mode_follows_its_loads(void **state)
     test_flexible_free(&w);
 }
 
+/* A beam that flies free and whose mass is all on its axis: nothing turns it about that. */
+static void a_slender_beam_flies(void **state)
+{
+    (void)state;
+    const double q[9] = {1.0}, u[8] = {0.0};
+    double y[32], yp[32] = {0.0};
+    mbsr_beam_def def = mbsr_default_beam_def();
+    mbsr_flexible_def on = mbsr_default_flexible_def();
+    mbsr_ida_opt opt = mbsr_default_ida_opt();
+    mbsr_flex *flex;
+    mbsr_model *m;
+    mbsr_data *d;
+    mbsr_ida *ida;
+    mbsr_error error;
+    int body;
+    def.length = def.density = def.EI_z = 1.0;
+    def.modes = 2;
+    assert_ok(mbsr_flex_beam(&def, &flex, &error), &error);
+    on.flex = flex;
+    on.joint = mbsr_joint_free(NULL, NULL);
+    assert_ok(mbsr_model_create(NULL, &m, NULL), NULL);
+    assert_ok(mbsr_model_add_flexible(m, &on, &body), mbsr_model_error(m));
+    assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
+    assert_ok(mbsr_data_create(m, &d, NULL), NULL);
+    assert_ok(mbsr_dae_pack(m, d, MBSR_DAE_MOMENTUM, 0.0, q, u, y), mbsr_data_error(d));
+    assert_ok(mbsr_ida_create(m, d, &opt, &ida, &error), &error);
+    assert_int_equal(mbsr_ida_start(ida, 0.0, y, yp), MBSR_UNDETERMINED);
+    assert_contains(mbsr_ida_error(ida)->text, "moves no mass|radius_y, radius_z");
+    mbsr_ida_destroy(ida);
+    mbsr_data_destroy(d);
+    mbsr_model_destroy(m);
+    mbsr_flex_destroy(flex);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_pendulum_falls_and_bends),
         cmocka_unit_test(stiff_pendulums_fall_as_rigid_ones),
         cmocka_unit_test(a_massless_mode_follows_its_loads),
+        cmocka_unit_test(a_slender_beam_flies),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -277,6 +277,81 @@ static void a_simulation_says_what_its_zeros_have_done(void **unused)
     mbsr_simulation_end(&s);
 }
 
+/* A bead snaps through between two wells while a cart pulls it: without its mass it stands still where the wells end,
+ * and jumps. */
+static void a_bead_that_snaps_through(void **unused)
+{
+    (void)unused;
+    const double slide[3] = {1.0, 0.0, 0.0}, above[3] = {0.0, 1.0, 0.0}, well = -sqrt(1.25),
+                 q[2] = {well, well}, u[2] = {0.0, 1.0};
+    mbsr_model *m;
+    mbsr_body_def body = mbsr_default_body_def();
+    mbsr_small_masses *small;
+    mbsr_error error;
+    assert_ok(mbsr_model_create(NULL, &m, NULL), NULL);
+    body.joint = mbsr_joint_prismatic(NULL, NULL, slide);
+    for (int k = 0; k < 2; ++k) {
+        body.inertia = mbsr_inertia_particle(k == 0 ? 1e-6 : 100.0);
+        body.name = k == 0 ? "bead" : "cart";
+        assert_ok(mbsr_model_add_body(m, &body, NULL), mbsr_model_error(m));
+    }
+    force(m, mbsr_force_point_spring(0, NULL, MBSR_GROUND, above, 1.0, 0.0, 1.5));
+    force(m, mbsr_force_point_spring(0, above, 1, above, 0.1, 0.0, 0.0));
+    assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
+    mbsr_small_masses_opt opt = mbsr_default_small_masses_opt();
+    opt.duration = 20.0;
+    assert_ok(mbsr_small_masses_create(m, &opt, &small, &error), &error);
+    assert_ok(mbsr_small_masses_start(small, 0.0, q, u), mbsr_small_masses_error(small));
+    assert_refused(mbsr_small_masses_run(small, NULL, 20.0, NULL, &error), &error,
+                   MBSR_SINGULAR_BLOCK, 0, MBSR_NONE, "u0|bead|runs away|the smooth motion ends");
+    mbsr_small_masses_destroy(small);
+    mbsr_model_destroy(m);
+}
+
+/* Behind the coupler of a four-bar linkage a light wheel turns freely: it keeps its mass, and a light rod on springs is
+ * looked at without. */
+static void a_light_wheel_on_a_linkage(void **unused)
+{
+    (void)unused;
+    const double z[3] = {0.0, 0.0, 1.0}, rows[6] = {1.0, 0.0, 0.0, 0.0, 1.0, 0.0},
+                 end[3] = {1.0, 0.0, 0.0}, right = 1.5707963267948966;
+    const double q[5] = {right, -right, right, 0.0, 0.3}, u[5] = {0.0};
+    mbsr_model *m;
+    mbsr_small_masses *small;
+    mbsr_small_masses_report report;
+    mbsr_error error;
+    assert_ok(mbsr_model_create(NULL, &m, NULL), NULL);
+    for (int k = 0; k < 5; ++k) {
+        mbsr_body_def body = mbsr_default_body_def();
+        const double light = k < 3 ? 1.0 : 1e-5,
+                     moment[6] = {0.1 * light, 0.1 * light, 0.1 * light};
+        const mbsr_frame at = mbsr_frame_at(k == 0 ? 0.0 : 1.0, 0.0, 0.0);
+        body.parent = k == 0 || k == 2 ? MBSR_GROUND : k == 4 ? 1 : k == 3 ? 1 : 0;
+        body.joint = mbsr_joint_revolute(&at, NULL, z);
+        body.inertia = mbsr_inertia_rigid(light, (double[3]){0.0}, moment);
+        assert_ok(mbsr_model_add_body(m, &body, NULL), mbsr_model_error(m));
+    }
+    const mbsr_closure_def pin = mbsr_closure_rows(1, end, 2, end, 2, rows);
+    assert_ok(mbsr_model_add_closure(m, &pin, NULL), mbsr_model_error(m));
+    force(m, mbsr_force_joint_spring(4, 0, 10.0, 0.1, 0.3));
+    assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
+    mbsr_small_masses_opt opt = mbsr_default_small_masses_opt();
+    opt.duration = 1.0;
+    assert_ok(mbsr_small_masses_create(m, &opt, &small, &error), &error);
+    assert_ok(mbsr_small_masses_start(small, 0.0, q, u), mbsr_small_masses_error(small));
+    assert_ok(mbsr_small_masses_report_of(small, &report), mbsr_small_masses_error(small));
+    assert_int_equal(report.masses, 2);
+    assert_close(report.amplitude, report.mass[0].amplitude + report.mass[1].amplitude, 1e-15);
+    assert_contains(report.text, "all zeros together|swings that are lost");
+    for (int k = 0; k < 2; ++k) {
+        const bool wheel = report.mass[k].body == 3;
+        assert_int_equal(report.mass[k].verdict,
+                         wheel ? MBSR_SMALL_UNDETERMINED : MBSR_SMALL_MAY_BE_ZERO);
+    }
+    mbsr_small_masses_destroy(small);
+    mbsr_model_destroy(m);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -284,6 +359,8 @@ int main(void)
         cmocka_unit_test(a_pendulum_on_a_bead),
         cmocka_unit_test(a_quarter_of_a_car),
         cmocka_unit_test(a_simulation_says_what_its_zeros_have_done),
+        cmocka_unit_test(a_bead_that_snaps_through),
+        cmocka_unit_test(a_light_wheel_on_a_linkage),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
