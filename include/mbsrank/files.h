@@ -205,13 +205,15 @@ typedef struct mbsr_file_shape {
     const char *name;
     int body; /* id, or MBSR_GROUND */
     mbsr_shape_kind kind;
-    mbsr_frame frame; /* in the body */
-    double size[3];   /* m */
-    double colour[4]; /* red, green, blue, opacity, 0 .. 1 */
-    int coloured;     /* 0: the file says no colour, and `colour` is a grey */
-    int visual;       /* 0: not for showing, but for contact */
-    int contact;      /* 0: for showing alone */
-    const char *mesh; /* path, of a mesh; else NULL */
+    mbsr_frame frame;       /* in the body */
+    double size[3];         /* m */
+    double colour[4];       /* red, green, blue, opacity, 0 .. 1 */
+    int coloured;           /* 0: the file says no colour, and `colour` is a grey */
+    int visual;             /* 0: not for showing, but for contact */
+    int contact;            /* 0: for showing alone */
+    const char *mesh;       /* path, of a mesh; else NULL */
+    int triangles;          /* of a mesh that the file gives by numbers: so many, with mesh NULL */
+    const double *triangle; /* 9 numbers each: three corners */
 } mbsr_file_shape;
 
 /* What was read. Arrays belong to it; ids are those of the model. */
@@ -289,7 +291,7 @@ typedef void (*mbsr_triangle_fn)(void *user, const double corner[9]);
 
 /* The triangles of a mesh (`size` bytes) in the order of the file, with its coordinates, not scaled. What it is
  * is told by its contents: STL with numbers or as bytes, else OBJ, whose faces may have more corners and
- * become fans; and MSH of MuJoCo by the ending .msh of `name` (may be NULL). Coordinates are rounded to 32 bits. On failure
+ * become fans, and whose points, if it has no faces, stand for their convex hull; and MSH of MuJoCo by the ending .msh of `name` (may be NULL). Coordinates are rounded to 32 bits. On failure
  * no triangle is given, and the text of *error (may be NULL) says of mesh `name` why. Status: MBSR_OK, MBSR_ERR_NULL,
  * MBSR_ERR_FILE (it cannot be read, has no triangles, or a number that is not finite), MBSR_ERR_NO_MEMORY. */
 MBSR_API int mbsr_mesh_triangles(const char *text, size_t size, const char *name,

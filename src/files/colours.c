@@ -29,6 +29,7 @@ bool mbsri_urdf_colour(mbsri_scene *s, const mbsri_element *e, const mbsri_looks
     const mbsri_element *material = mbsri_child(e, "material"),
                         *colour = mbsri_child(material, "color");
     int count;
+    if (mbsri_child(material, "texture")) mbsri_file_find(s, material, "its picture is not drawn");
     if (material && !colour)
         colour =
             mbsri_child(mbsri_looks_find(materials, mbsri_attribute(material, "name")), "color");

@@ -4,6 +4,7 @@
  * Coordinates are rounded to 32 bits, as STL has them and MuJoCo keeps them. */
 #include "files/mesh.h"
 
+#include "files/mesh_hull.h"
 #include "files/numbers.h"
 
 #include <math.h>
@@ -22,6 +23,20 @@ static const char *add_triangle(mbsri_arena *arena, mbsri_list *triangles, doubl
         if (!isfinite(t->corner[k / 3][k % 3])) return "a corner is not finite";
     }
     return NULL;
+}
+
+const char *mbsri_mesh_hull(mbsri_arena *arena, const double *points, int count,
+                            mbsri_list *triangles)
+{
+    mbsri_list sides = {.count = 0};
+    const char *wrong = mbsri_hull(arena, points, count, &sides);
+    for (int k = 0; k < sides.count && !wrong; ++k) {
+        const int *corner = ((const mbsri_hull_side *)sides.items)[k].corner;
+        double x[3][3];
+        for (int l = 0; l < 3; ++l) memcpy(x[l], points + 3 * corner[l], sizeof x[l]);
+        wrong = add_triangle(arena, triangles, x);
+    }
+    return wrong;
 }
 
 /* ---- STL ---- */
@@ -109,6 +124,18 @@ typedef struct point {
     double x[3];
 } point;
 
+/* Of points without faces. */
+static const char *add_hull(mbsri_arena *arena, const mbsri_list *points, mbsri_list *triangles)
+{
+    point *p = points->items;
+    for (int k = 0; k < 3 * points->count; ++k) {
+        p[k / 3].x[k % 3] = (double)(float)p[k / 3].x[k % 3];
+        if (!isfinite(p[k / 3].x[k % 3])) return "a corner is not finite";
+    }
+    if (points->count == 0) return NULL;
+    return mbsri_mesh_hull(arena, p->x, points->count, triangles);
+}
+
 /* The corner of "7", "7/1/2" or "-1" at *text, which moves behind it; NULL: there is none. */
 static const double *corner_of(const mbsri_list *points, const char **text)
 {
@@ -140,6 +167,7 @@ static const char *read_obj(mbsri_arena *arena, const char *text, const char *en
                             mbsri_list *triangles)
 {
     mbsri_list points = {.count = 0};
+    const int before = triangles->count;
     char line[512];
     while (next_line(&text, end, line)) {
         const char *numbers = after(line, "v"), *face = after(line, "f"), *wrong = NULL;
@@ -153,7 +181,7 @@ static const char *read_obj(mbsri_arena *arena, const char *text, const char *en
         if (face) wrong = add_face(arena, &points, face, triangles);
         if (wrong) return wrong;
     }
-    return NULL;
+    return triangles->count == before ? add_hull(arena, &points, triangles) : NULL;
 }
 
 /* ---- MSH: counts of points, normals, places in textures and triangles, then all of these ---- */
@@ -208,6 +236,7 @@ const char *mbsri_mesh_of_numbers(mbsri_arena *arena, const char *points, const 
         for (int k = 0; k < 3; ++k)
             if (!mbsri_read_number(&points, p->x + k)) return "a vertex is not 3 numbers";
     }
+    if (!faces) return add_hull(arena, &list, triangles);
     while (*faces) {
         double corner[3][3], number;
         for (int k = 0; k < 3; ++k) {

@@ -13,11 +13,12 @@ typedef struct mbsri_triangle {
 } mbsri_triangle;
 
 /* The triangles of a file, behind those that are there. The kind is told by the contents, and by the name for MSH: STL
- * with numbers or as bytes, else OBJ, whose faces may have more than three corners. NULL, or why there are none. */
+ * with numbers or as bytes, else OBJ, whose faces may have more than three corners; of points without faces it is their
+ * convex hull. NULL, or why there are none. */
 const char *mbsri_mesh_read(mbsri_arena *arena, const char *text, size_t size, const char *name,
                             mbsri_list *triangles);
 
-/* The same of lists of numbers: points, and for each triangle the numbers of three of them, from 0. */
+/* The same of lists of numbers: points, and for each triangle the numbers of three of them, from 0 (NULL: the hull). */
 const char *mbsri_mesh_of_numbers(mbsri_arena *arena, const char *points, const char *faces,
                                   mbsri_list *triangles);
 
@@ -45,8 +46,9 @@ void mbsri_mesh_move(const mbsri_list *triangles, const mbsri_mesh_place *place)
 const char *mbsri_mesh_measure(const mbsri_list *triangles, mbsri_mesh_inertia kind,
                                mbsri_mesh_solid *solid);
 
-/* Whether no corner is outside of a triangle's plane; false as well where there are too many to look. */
-bool mbsri_mesh_is_convex(const mbsri_list *triangles);
+/* The convex hull of points, three numbers each. NULL, or why there is none. */
+const char *mbsri_mesh_hull(mbsri_arena *arena, const double *points, int count,
+                            mbsri_list *triangles);
 
 /* The box around them along the axes of a frame. */
 void mbsri_mesh_bounds(const mbsri_list *triangles, const mbsr_frame *frame, double lower[3],

@@ -117,28 +117,6 @@ void mbsri_mesh_move(const mbsri_list *triangles, const mbsri_mesh_place *place)
     }
 }
 
-bool mbsri_mesh_is_convex(const mbsri_list *triangles)
-{
-    enum { MOST = 2000 };
-    const mbsri_triangle *t = triangles->items;
-    if (triangles->count > MOST) return false;
-    for (int k = 0; k < triangles->count; ++k) {
-        double n[3], size = 0.0;
-        normal_of(t + k, n);
-        for (int l = 0; l < 3; ++l) size += fabs(n[l]);
-        for (int other = 0; other < 3 * triangles->count; ++other) {
-            const double *x = t[other / 3].corner[other % 3];
-            double above = 0.0, far = 0.0;
-            for (int l = 0; l < 3; ++l) {
-                above += n[l] * (x[l] - t[k].corner[0][l]);
-                far += fabs(x[l] - t[k].corner[0][l]);
-            }
-            if (above > 1e-6 * size * far) return false;
-        }
-    }
-    return true;
-}
-
 void mbsri_mesh_bounds(const mbsri_list *triangles, const mbsr_frame *frame, double lower[3],
                        double upper[3])
 {

@@ -74,8 +74,19 @@ static bool read_option(mbsri_mjcf *m, const mbsri_element *e)
     return true;
 }
 
+/* Pictures on surfaces; those around all are not looked for. */
+static void find_pictures(mbsri_mjcf *m, const mbsri_element *list)
+{
+    for (const mbsri_element *e = mbsri_child(list, "texture"); e; e = mbsri_next(e)) {
+        const char *type = mbsri_attribute(e, "type");
+        if (mbsri_attribute(e, "file") && !(type && strcmp(type, "skybox") == 0))
+            mbsri_file_find(m->s, e, "its picture is not drawn");
+    }
+}
+
 static bool add_assets(mbsri_mjcf *m, const mbsri_element *list)
 {
+    find_pictures(m, list);
     for (const mbsri_element *e = mbsri_child(list, "mesh"); e; e = mbsri_next(e)) {
         if (!mbsri_mjcf_add_mesh(m, e)) return false;
     }

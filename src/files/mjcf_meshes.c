@@ -87,14 +87,26 @@ static const char *load(mbsri_mjcf *m, mbsri_mjcf_mesh *mesh, mbsri_arena *arena
     const char *points = mbsri_attribute(mesh->element, "vertex"),
                *faces = mbsri_attribute(mesh->element, "face"), *text;
     size_t size;
-    if (points && faces) return mbsri_mesh_of_numbers(arena, points, faces, triangles);
-    if (points) return "its convex hull is not made";
-    if (!mesh->file) return "it is not a file";
+    if (points) return mbsri_mesh_of_numbers(arena, points, faces, triangles);
+    if (!mesh->file)
+        return mbsri_attribute(mesh->element, "builtin") ? "meshes that MuJoCo builds are not made"
+                                                         : "it is not a file";
     const char *path = mbsri_arena_join(arena, mesh->file[0] == '/' ? "" : m->home, mesh->file, "");
     if (!path) return "there is no memory for it";
     mesh->reason = m->s->opt->load ? m->s->opt->load(m->s->opt->user, path, &text, &size) : 1;
     return mesh->reason ? "there is no such file"
                         : mbsri_mesh_read(arena, text, size, path, triangles);
+}
+
+/* In the place of triangles those of their convex hull. */
+static const char *take_hull(mbsri_arena *arena, mbsri_list *triangles)
+{
+    mbsri_list hull = {.count = 0};
+    const mbsri_triangle *t = triangles->items;
+    if (triangles->count == 0) return "it has no triangles";
+    const char *wrong = mbsri_mesh_hull(arena, t->corner[0], 3 * triangles->count, &hull);
+    *triangles = hull;
+    return wrong;
 }
 
 /* The box of a mesh: the inertia box, and the one around it. */
@@ -123,14 +135,12 @@ const char *mbsri_mjcf_measure(mbsri_mjcf *m, mbsri_mjcf_mesh *mesh)
     mbsri_arena_open(&arena, &m->s->opt->model.allocator);
     mesh->measured = true;
     mesh->wrong = load(m, mesh, &arena, &triangles);
+    if (!mesh->wrong && mesh->hull) mesh->wrong = take_hull(&arena, &triangles);
     if (!mesh->wrong) {
         mbsri_mesh_move(&triangles, &mesh->place);
         mesh->wrong = mbsri_mesh_measure(&triangles, mesh->kind, &mesh->solid);
     }
     if (!mesh->wrong) find_boxes(&triangles, mesh);
-    if (!mesh->wrong && mesh->hull && !mbsri_mesh_is_convex(&triangles))
-        mbsri_file_find(m->s, mesh->element,
-                        "where it makes inertia it is the surface itself, not its convex hull");
     if (arena.failed) m->s->arena->failed = true;
     mbsri_arena_close(&arena);
     return mesh->wrong;
@@ -138,20 +148,45 @@ const char *mbsri_mjcf_measure(mbsri_mjcf *m, mbsri_mjcf_mesh *mesh)
 
 /* ---- shapes ---- */
 
+/* Triangles of a mesh that has no file, in their place, for what draws it. */
+static void keep_triangles(mbsri_mjcf *m, const mbsri_element *e, mbsri_mjcf_mesh *mesh)
+{
+    mbsri_list triangles = {.count = 0};
+    if (mesh->triangle) return;
+    const char *wrong = load(m, mesh, m->s->arena, &triangles);
+    if (wrong)
+        mbsri_file_find(m->s, e, "it is not drawn: %s", wrong);
+    else
+        mbsri_mesh_move(&triangles, &mesh->place);
+    double *corner =
+        mbsri_arena_take(m->s->arena, (9 * (size_t)triangles.count + 1) * sizeof *corner);
+    for (int k = 0; k < triangles.count && corner; ++k)
+        memcpy(corner + 9 * k, ((const mbsri_triangle *)triangles.items)[k].corner,
+               9 * sizeof *corner);
+    mesh->triangle = corner;
+    mesh->triangles = wrong ? 0 : triangles.count;
+}
+
 /* Where the points of the file go when they have been scaled: for what draws them. */
-static void place_mesh(mbsri_mjcf *m, const mbsri_element *e, const mbsri_mjcf_mesh *mesh,
+static void place_mesh(mbsri_mjcf *m, const mbsri_element *e, mbsri_mjcf_mesh *mesh,
                        mbsr_file_shape *shape)
 {
     const double *scale = mesh->place.scale;
+    shape->mesh = mesh->file;
+    if (!mesh->file) {
+        keep_triangles(m, e, mesh);
+        shape->triangles = mesh->triangles;
+        shape->triangle = mesh->triangle;
+        return;
+    }
     mbsr_frame back = mbsr_frame_inverse(&mesh->place.reference);
     double turned = 0.0;
     for (int k = 0; k < 9; ++k) turned = fmax(turned, fabs(back.R[k] - (k % 4 == 0 ? 1.0 : 0.0)));
-    if (mesh->file && turned > 0.0 && (scale[0] != scale[1] || scale[1] != scale[2]))
+    if (turned > 0.0 && (scale[0] != scale[1] || scale[1] != scale[2]))
         mbsri_file_find(m->s, e, "it is drawn without the refquat of its mesh");
     for (int k = 0; k < 3; ++k) back.x[k] *= scale[k];
     memcpy(shape->size, scale, sizeof shape->size);
     shape->frame = mbsr_frame_product(&shape->frame, &back);
-    shape->mesh = mesh->file;
 }
 
 /* Sizes of a shape as the box with these half edges has them; round ones about the last axis. */

@@ -35,13 +35,15 @@ typedef struct mbsri_mjcf_solids {
     bool some;
 } mbsri_mjcf_solids;
 
-/* A <mesh>; what is below `measured` holds once it is. */
+/* A <mesh>; what is below `measured` holds once it is measured. */
 typedef struct mbsri_mjcf_mesh {
     const mbsri_element *element;
     const char *file; /* NULL: none */
     mbsri_mesh_place place;
     mbsri_mesh_inertia kind;
-    bool hull; /* its convex hull is meant */
+    bool hull;              /* its convex hull is meant */
+    int triangles;          /* of one without file, once it is drawn */
+    const double *triangle; /* 9 numbers each; NULL: not drawn so far */
     bool measured;
     const char *wrong; /* why it cannot be; NULL: it is */
     int reason;        /* of load */

@@ -31,6 +31,8 @@ static const char *const words[][2] = {
     {"mimic", "multiplier offset reference "},
     {"visual",
      "pose geometry material transparency cast_shadows laser_retro visibility_flags plugin meta "},
+    {"material", "ambient diffuse specular emissive shininess lighting render_order double_sided "
+                 "script shader "},
     {"collision", "pose geometry surface laser_retro max_contacts density auto_inertia_params "},
 };
 

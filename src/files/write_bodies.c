@@ -130,11 +130,13 @@ static const char *only_name(mbsri_writer *w, mbsri_names *names, const char *na
 }
 
 /* What a mesh is to MuJoCo: STL, OBJ or MSH; and the caller may have none of that name. */
-static bool keeps_mesh(const mbsri_writer *w, const char *path)
+static bool keeps_mesh(const mbsri_writer *w, const mbsr_file_shape *s)
 {
+    const char *path = s->mesh;
     static const char *const endings[] = {".stl", ".STL", ".obj", ".OBJ", ".msh", ".MSH"};
     const char *point = path ? strrchr(path, '.') : NULL;
     bool known = false;
+    if (s->triangles > 0) return true;
     for (int k = 0; point && k < 6; ++k) known = known || strcmp(point, endings[k]) == 0;
     return known && !strstr(path, "://") &&
            (!w->opt->has_mesh || w->opt->has_mesh(w->opt->user, path));
@@ -144,7 +146,7 @@ static bool keeps_mesh(const mbsri_writer *w, const char *path)
 static bool has_size(mbsri_writer *w, const mbsr_file_shape *s, int sizes)
 {
     char element[120];
-    bool good = s->kind != MBSR_SHAPE_MESH || keeps_mesh(w, s->mesh);
+    bool good = s->kind != MBSR_SHAPE_MESH || keeps_mesh(w, s);
     for (int k = 0; k < sizes && s->kind != MBSR_SHAPE_PLANE; ++k) good = good && s->size[k] > 0.0;
     snprintf(element, sizeof element, "geom '%.80s'", s->name);
     if (!good && s->kind == MBSR_SHAPE_MESH)
@@ -236,17 +238,31 @@ static void write_shapes_and_sites(mbsri_writer *w, int body)
     write_ends(w, body);
 }
 
+/* Corners, three for each triangle. */
+static void set_triangles(mbsri_writer *w, const mbsr_file_shape *s)
+{
+    const size_t count = 3 * (size_t)s->triangles;
+    double *number = mbsri_arena_take(w->arena, count * sizeof *number);
+    for (size_t k = 0; k < count && number; ++k) number[k] = (double)k;
+    if (!number) return;
+    mbsri_set_numbers(&w->text, "vertex", (int)(3 * count), s->triangle);
+    mbsri_set_numbers(&w->text, "face", (int)count, number);
+}
+
 static void write_meshes(mbsri_writer *w)
 {
     bool some = false;
     for (int k = 0; w->file && k < w->file->shapes; ++k) {
         const mbsr_file_shape *s = w->file->shape + k;
-        if (s->kind != MBSR_SHAPE_MESH || !keeps_mesh(w, s->mesh)) continue;
+        if (s->kind != MBSR_SHAPE_MESH || !keeps_mesh(w, s)) continue;
         if (!some) mbsri_begin(&w->text, "asset"), mbsri_into(&w->text);
         some = true;
         mbsri_begin(&w->text, "mesh");
         mbsri_set_text(&w->text, "name", mbsri_write_print(w, "mesh_%d", k));
-        mbsri_set_text(&w->text, "file", s->mesh);
+        if (s->triangles > 0)
+            set_triangles(w, s);
+        else
+            mbsri_set_text(&w->text, "file", s->mesh);
         mbsri_set_numbers(&w->text, "scale", 3, s->size);
         mbsri_end(&w->text);
     }

@@ -141,6 +141,17 @@ static void put_ties(FILE *to, const program_model *m)
 
 /* ---- what stands on bodies ---- */
 
+/* What a mesh is called in the page: its file, or the first shape with its numbers. NULL: none. */
+static const char *mesh_name(const mbsr_file *f, int k, char name[32])
+{
+    const mbsr_file_shape *s = f->shape;
+    int first = 0;
+    if (s[k].triangles == 0) return s[k].mesh;
+    while (s[first].triangle != s[k].triangle) ++first;
+    snprintf(name, 32, "#%d", first);
+    return name;
+}
+
 static void put_shapes(FILE *to, const mbsr_file *f)
 {
     static const char *const kinds[] = {"box",       "sphere", "cylinder", "capsule",
@@ -160,7 +171,9 @@ static void put_shapes(FILE *to, const mbsr_file *f)
         put_vector(to, "size", 3, s->size);
         put_vector(to, "colour", 4, s->colour);
         fprintf(to, ", \"coloured\": %s", s->coloured ? "true" : "false");
-        if (s->mesh) fputs(", \"mesh\": ", to), put_json(to, s->mesh);
+        char own[32];
+        const char *mesh = mesh_name(f, k, own);
+        if (mesh) fputs(", \"mesh\": ", to), put_json(to, mesh);
         fputc('}', to);
     }
     fputs("],\n", to);
@@ -179,13 +192,31 @@ static void put_sites(FILE *to, const mbsr_file *f)
     fputs("],\n", to);
 }
 
+/* Those that the file gives by numbers, each once; what stands before the next one is returned. */
+static const char *put_numbered_meshes(FILE *to, const mbsr_file *f)
+{
+    const char *before = "\n";
+    for (int k = 0; k < f->shapes; ++k) {
+        const mbsr_file_shape *s = f->shape + k;
+        char name[32], first[32];
+        mbsr_error error;
+        snprintf(first, sizeof first, "#%d", k);
+        if (s->triangles == 0 || strcmp(mesh_name(f, k, name), first) != 0) continue;
+        fprintf(to, "%s\"%s\": ", before, name);
+        if (put_triangles(to, name, s->triangles, s->triangle, &error))
+            say(stderr, "%s: its body is drawn without\n", error.text);
+        before = ",\n";
+    }
+    return before;
+}
+
 /* Each file once, by the name that shapes have for it; those that are not drawn are told. */
 static void put_meshes(FILE *to, const page *p)
 {
     const mbsr_file *f = p->model->file;
-    const char *before = "\n";
     progress shown = progress_begin("meshes", f->shapes, false);
     fputs("\"meshes\": {", to);
+    const char *before = put_numbered_meshes(to, f);
     for (int k = 0; k < f->shapes; ++k) {
         progress_show(&shown, k);
         const char *name = new_mesh(p->model, k);

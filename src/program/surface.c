@@ -159,23 +159,39 @@ static int no_memory(const char *name, mbsr_error *error)
     return error->status;
 }
 
-static int put_triangles(FILE *to, const char *name, const char *text, size_t size,
-                         mbsr_error *error)
+/* Takes the corners away. */
+static bool pack(FILE *to, corners *c)
 {
-    corners c = {.x = NULL};
     surface s = {.place = NULL};
-    const int status = mbsr_mesh_triangles(text, size, name, take, &c, error);
-    bool good = !c.failed;
-    if (!status && good) good = allocate(&c, &s);
-    for (size_t k = 0; k < c.count && good && !status; k += 9) {
-        const uint64_t place[3] = {place_of(&c, c.x + k), place_of(&c, c.x + k + 3),
-                                   place_of(&c, c.x + k + 6)};
+    bool good = !c->failed && allocate(c, &s);
+    for (size_t k = 0; k < c->count && good; k += 9) {
+        const uint64_t place[3] = {place_of(c, c->x + k), place_of(c, c->x + k + 3),
+                                   place_of(c, c->x + k + 6)};
         add_triangle(&s, place);
     }
-    if (!status && good) good = write_surface(to, &c, &s);
+    if (good) good = write_surface(to, c, &s);
     release(&s);
+    free(c->x);
+    return good;
+}
+
+static int put_surface(FILE *to, const char *name, const char *text, size_t size, mbsr_error *error)
+{
+    corners c = {.x = NULL};
+    const int status = mbsr_mesh_triangles(text, size, name, take, &c, error);
+    if (!status) return pack(to, &c) ? MBSR_OK : no_memory(name, error);
     free(c.x);
-    return status || good ? status : no_memory(name, error);
+    return status;
+}
+
+int put_triangles(FILE *to, const char *name, int count, const double *triangle, mbsr_error *error)
+{
+    corners c = {.x = NULL};
+    for (int k = 0; k < count; ++k) take(&c, triangle + 9 * (size_t)k);
+    fputc('{', to);
+    const int status = pack(to, &c) ? MBSR_OK : no_memory(name, error);
+    fputc('}', to);
+    return status;
 }
 
 /* Its root element stands near the beginning. */
@@ -193,7 +209,7 @@ int put_mesh(FILE *to, const char *name, const char *text, size_t size, mbsr_err
     int status = MBSR_OK;
     fputc('{', to);
     if (!is_collada(text, size)) {
-        status = put_triangles(to, name, text, size, error);
+        status = put_surface(to, name, text, size, error);
     } else {
         fputs("\"collada\": ", to);
         if (!put_bytes(to, text, size)) status = no_memory(name, error);

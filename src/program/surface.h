@@ -12,4 +12,7 @@
  * text of *error says of mesh `name` why. */
 int put_mesh(FILE *to, const char *name, const char *text, size_t size, mbsr_error *error);
 
+/* The same of triangles, 9 numbers each. */
+int put_triangles(FILE *to, const char *name, int count, const double *triangle, mbsr_error *error);
+
 #endif

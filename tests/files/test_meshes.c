@@ -16,7 +16,7 @@
 
 static mbsr_file *read_body(const char *compiler, const char *mesh, const char *geom)
 {
-    char text[2000];
+    char text[14000];
     snprintf(text, sizeof text,
              "<mujoco><compiler %s/><asset><mesh name='m' %s/><material name='red' rgba='1 0 0 1'/>"
              "</asset><worldbody><body name='b'><freejoint/><geom mesh='m' density='2' pos='1 2 3' "
@@ -69,18 +69,62 @@ static void rules_of_inertia(void **state)
     }
 }
 
-static void a_hull_is_not_made(void **state)
+static void hulls_of_points_and_surfaces(void **state)
 {
+    char lattice[2000] = "vertex='", ball[12000] = "vertex='";
+    double weight[4];
     (void)state;
-    mbsr_file *file = read_body("", ELL " inertia='convex'", "type='mesh'");
-    assert_int_equal(file->findings, 1);
-    assert_found(file, "mesh 'm'", "not its convex hull");
-    mbsr_file_destroy(file);
-    file = read_body("", "vertex='0 0 0 1 0 0 0 1 0 0 0 1'", "type='mesh'");
-    assert_found(file, "geom", "convex hull is not made");
+    /* a prism over the hull of the L: its area is 4.125 */
+    weigh(ELL " inertia='convex'", weight);
+    assert_close(weight[0], 8.25, 1e-14);
+    /* 4 x 4 x 4 points of a cube, of which 8 are corners */
+    for (int k = 0; k < 64; ++k)
+        snprintf(lattice + strlen(lattice), 40, "%d %d %d ", k % 4, k / 4 % 4, k / 16);
+    strcat(lattice, "' scale='.5 .5 .5'");
+    weigh(lattice, weight);
+    assert_close(weight[0], 2.0 * 1.5 * 1.5 * 1.5, 1e-14);
+    /* 6 of 200 points stand out of all the others */
+    for (int k = 0; k < 200; ++k) {
+        const double z = 0.9 * cos(0.7 * k), r = 0.3 + 0.5 * sin(k), a = 2.4 * k;
+        const double out[3] = {k % 3 == 0, k % 3 == 1, k % 3 == 2}, far = k % 2 ? 2.0 : -2.0;
+        const int corner = k < 6;
+        snprintf(ball + strlen(ball), 60, "%.6g %.6g %.6g ",
+                 corner ? far * out[0] : 0.3 * r * cos(a), corner ? far * out[1] : 0.3 * r * sin(a),
+                 corner ? far * out[2] : 0.3 * z);
+    }
+    strcat(ball, "'");
+    weigh(ball, weight); /* an octahedron: 4 / 3 a^3 */
+    assert_close(weight[0], 2.0 * 32.0 / 3.0, 1e-14);
+    mbsr_file *file = read_body("", "vertex='0 0 0 1 0 0 0 1 0 1 1 0'", "type='mesh'");
+    assert_found(file, "geom", "lie in a plane");
     mbsr_file_destroy(file);
     assert_file_refused("<mujoco><asset><mesh name='m' inertia='soft'/></asset></mujoco>", NULL,
                         "mesh 'm'|'soft'");
+    file = read_body("", "builtin='sphere' params='2'", "type='mesh'");
+    assert_found(file, "geom", "MuJoCo builds");
+    mbsr_file_destroy(file);
+}
+
+/* Shapes of such a mesh have its triangles, which are written and read again. */
+static void meshes_by_numbers_are_drawn(void **state)
+{
+    mbsr_written *written;
+    (void)state;
+    mbsr_file *file = read_body("", CUBE " scale='1 2 3'", "type='mesh'");
+    assert_int_equal(file->shape[0].triangles, 12);
+    assert_null(file->shape[0].mesh);
+    assert_close(file->shape[0].triangle[4], 2.0, 0.0);
+    assert_close(file->shape[0].size[2], 1.0, 0.0);
+    assert_ok(mbsr_model_finish(file->model), mbsr_model_error(file->model));
+    assert_ok(mbsr_file_write_mjcf(file->model, file, NULL, &written, NULL), NULL);
+    assert_int_equal(written->findings, 0);
+    mbsr_file *again = read_small(written->text, NULL);
+    assert_int_equal(again->shape[0].triangles, 12);
+    for (int k = 0; k < 9 * 12; ++k)
+        assert_close(again->shape[0].triangle[k], file->shape[0].triangle[k], 0.0);
+    mbsr_written_destroy(written);
+    mbsr_file_destroy(file);
+    mbsr_file_destroy(again);
 }
 
 /* What the compiler says holds for meshes that do not say. */
@@ -225,7 +269,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(rules_of_inertia),
-        cmocka_unit_test(a_hull_is_not_made),
+        cmocka_unit_test(hulls_of_points_and_surfaces),
+        cmocka_unit_test(meshes_by_numbers_are_drawn),
         cmocka_unit_test(the_compiler_may_want_solids),
         cmocka_unit_test(shapes_are_fitted),
         cmocka_unit_test(shapes_have_scale_place_and_colour),
