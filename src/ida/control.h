@@ -62,6 +62,18 @@ typedef struct mbsri_evidence {
     long at; /* step of the last */
 } mbsri_evidence;
 
+/* Norms of an error test: of the momenta in the errors of its order and one below, of the coordinates in the latter. */
+typedef struct mbsri_errors {
+    double momenta, momenta_below, coordinates_below;
+} mbsri_errors;
+
+/* A vibration in the errors, see stability.c: sums of their squares, fading. */
+typedef struct mbsri_vibration {
+    double higher, lower;        /* of momenta, of order k and k - 1 */
+    double momenta, coordinates; /* squares of its amplitudes, in tolerances */
+    long steps;                  /* in which it was there and not seen in coordinates */
+} mbsri_vibration;
+
 typedef struct mbsri_control {
     bool learned;   /* what the linear solver is: */
     bool iterates;  /* it has no matrix, but a preconditioner */
@@ -69,11 +81,14 @@ typedef struct mbsri_control {
     bool dear;      /* a new matrix costs far more than a solution */
     bool looks;     /* residuals of momenta show what is strained, see iteration.c */
     mbsri_care care;
-    long until;     /* steps before this one are careful */
-    long span;      /* as many as were meant to be when they began; 0: none yet */
-    double doubt;   /* low orders have to show so many times the points */
-    int patience;   /* spans between those of something that vibrates */
-    long failed_at; /* step of the last error test that failed; -1: none */
+    long until;         /* steps before this one are careful */
+    long span;          /* as many as were meant to be when they began; 0: none yet */
+    double doubt;       /* low orders have to show so many times the points */
+    int patience;       /* spans between those of something that vibrates */
+    long failed_at;     /* step of the last error test that failed; -1: none */
+    long low_until;     /* steps before this one are of order 2 at most */
+    double long_enough; /* unless they are longer than this, s */
+    mbsri_vibration vibration;
     mbsri_evidence evidence[MBSRI_SIGNS];
     mbsri_matrices matrices;
 } mbsri_control;
@@ -111,6 +126,11 @@ void mbsri_control_verified(mbsri_control *c, long step, bool misled);
 /* Whether a matrix of quotients for steps of h has to be tested; and its defect, of which `most` is allowed. */
 bool mbsri_control_tests(const mbsri_control *c, long step, double h);
 void mbsri_control_tested(mbsri_control *c, long step, double h, double defect, double most);
+
+/* An error test of order 3 or more in a step of h; and whether the next step is of order 2 at most. */
+void mbsri_control_note_errors(mbsri_control *c, long step, double h, int order,
+                               const mbsri_errors *e);
+bool mbsri_control_low_order(mbsri_control *c, long step, double h);
 
 /* Whether an error test has failed in one of the last steps. */
 bool mbsri_control_failed_soon(const mbsri_control *c, long step);

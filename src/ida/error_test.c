@@ -128,19 +128,49 @@ static double hold(mbsri_stiff *s, double found)
     return s->now.order == 1 && soon ? fmax(found, 0.7) : found;
 }
 
-/* Carefully, the order does not fall to 1: the offsets of order 2 jump less. */
+/* What a test of order 3 or more says of vibrations; x: the error below its order, of norm `plain`. */
+static void note_errors(mbsri_stiff *s, N_Vector x, double plain)
+{
+    double h = 0.0;
+    mbsri_errors *e = &s->now.errors;
+    if (s->now.order < 3 || IDAGetCurrentStep(s->memory, &h) < 0) return;
+    e->momenta_below = mbsri_stiff_momenta(s, x);
+    e->coordinates_below = sqrt(fmax(0.0, plain * plain - e->momenta_below * e->momenta_below));
+    mbsri_control_note_errors(&s->control, s->now.steps, fabs(h), s->now.order, e);
+}
+
+/* Carefully, the order does not fall to 1: the offsets of order 2 jump less. Where it is to be low it stays at 2. */
+static bool forbidden(const mbsri_attempt *now, mbsri_call call)
+{
+    if (call == MBSRI_CALL_BELOW) return now->order == 2 && (now->low || now->careful);
+    return call == MBSRI_CALL_ABOVE && now->order >= 2 && now->low;
+}
+
+static double first_of_test(mbsri_stiff *s, N_Vector x, double plain)
+{
+    double h = 0.0;
+    mbsri_stiff_note_attempt(s);
+    s->now.errors.momenta = mbsri_stiff_momenta(s, x);
+    s->now.low = IDAGetCurrentStep(s->memory, &h) >= 0 &&
+                 mbsri_control_low_order(&s->control, s->now.steps, fabs(h));
+    s->now.norm = hold(s, first_norm(s, x, plain));
+    return s->now.norm;
+}
+
+/* Where the order is to be low, errors of lower orders are the smaller ones. */
 static double tested_norm(mbsri_stiff *s, N_Vector x, mbsri_call call)
 {
-    static const double forbidden = 1e10;
-    const double plain = s->masked(x, s->weight, s->id) * (s->now.careful ? s->stricter : 1.0);
-    if (call == MBSRI_CALL_OF_ORDER) {
-        mbsri_stiff_note_attempt(s);
-        return hold(s, first_norm(s, x, plain));
+    static const double very_large = 1e10;
+    const double all = s->masked(x, s->weight, s->id);
+    double found = all * (s->now.careful ? s->stricter : 1.0);
+    if (call == MBSRI_CALL_OF_ORDER) return first_of_test(s, x, found);
+    if (call == MBSRI_CALL_BELOW) note_errors(s, x, all);
+    if (forbidden(&s->now, call)) return very_large;
+    if (s->now.filters) {
+        const double filtered = s->stricter * mbsri_stiff_filtered_norm(s, x);
+        if (filtered >= 0.0 && filtered < found) found = filtered;
     }
-    if (call == MBSRI_CALL_BELOW && s->now.order == 2 && s->now.careful) return forbidden;
-    if (!s->now.filters) return plain;
-    const double filtered = s->stricter * mbsri_stiff_filtered_norm(s, x);
-    return filtered >= 0.0 && filtered < plain ? filtered : plain;
+    return s->now.low ? fmin(found, 0.5 * s->now.norm) : found;
 }
 
 /* What IDA asks for next in a test of such an order. */

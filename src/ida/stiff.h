@@ -42,6 +42,9 @@ typedef struct mbsri_attempt {
     bool hides;          /* its last correction left momenta for something stiff */
     mbsri_call call;     /* where its error test is */
     bool filters;        /* that is filtered */
+    bool low;            /* its order is not to exceed 2 */
+    double norm;         /* the first of it */
+    mbsri_errors errors; /* in it */
     double share;        /* of an error that is left by what it moves, see filter.c */
     bool suspect;        /* it may fail its error test, which the next attempt tells: */
     double suspect_norm; /* of s->error */

@@ -260,6 +260,7 @@ static void an_order_falls_only_where_the_error_below_is_no_larger(void **state)
         const char *what;
     } cases[] = {{{0.3, 1e10, 1e10, 1e10}, 2, 2, "falls to an order of a large error"},
                  {{0.3, 0.0, 1e10, 1e10}, 2, 1, "does not fall to 1 where that is without error"},
+                 {{0.3, 0.15, 0.15, 1e10}, 5, 1, "does not fall to orders of half the error"},
                  {{0.3, 1e10, 1e10, 0.0}, 5, 5, "does not rise to an order without error"}};
     for (size_t c = 0; c < sizeof cases / sizeof cases[0]; ++c) {
         begin(1e-4, cases[c].most, cases[c].norms);

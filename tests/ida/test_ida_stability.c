@@ -1,0 +1,48 @@
+/* A vibration that has died out in the motion, and that BDF of order 3 and more keeps alive.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "problems.h"
+#include "reference_runs.h"
+
+/* A slider of 1 kg that rolls on, with a mass of 1 kg on a spring of 1e8 N/m beside it that vibrates at first: at 1e4 rad/s, for 0.3 s
+ * by its damper until its momentum is within the tolerance. Orders 3 to 5 follow it to the end, in 56 000 steps. */
+static void a_vibration_that_nobody_sees_is_let_go(void **state)
+{
+    (void)state;
+    static const double X[3] = {1.0, 0.0, 0.0}, Y[3] = {0.0, 1.0, 0.0};
+    static const double q[2] = {0.0, 0.0}, u[2] = {1.0, 1e-3};
+    enum { SIZE = 6 };
+    const double tolerance = 1e-7, stiffness = 1e8, damping = 60.0, time = 3.0;
+    double y[SIZE], yp[SIZE];
+    mbsr_data *d = NULL;
+    mbsr_ida *ida = NULL;
+    mbsr_model *m = run_model();
+    const int slider = run_body(m, "slider", MBSR_GROUND, mbsr_joint_prismatic(NULL, NULL, X),
+                                mbsr_inertia_particle(1.0));
+    const int mass = run_body(m, "mass", slider, mbsr_joint_prismatic(NULL, NULL, Y),
+                              mbsr_inertia_particle(1.0));
+    run_force(m, mbsr_force_joint_spring(slider, 0, 0.0, 2.0, 0.0));
+    run_force(m, mbsr_force_joint_spring(mass, 0, stiffness, damping, 0.0));
+    const mbsr_model *model = run_finish(m);
+    assert_ok(mbsr_data_create(model, &d, NULL), NULL);
+    assert_ok(mbsr_dae_pack(model, d, MBSR_DAE_MOMENTUM, 0.0, q, u, y), mbsr_data_error(d));
+    assert_ok(mbsr_dae_consistent(model, d, MBSR_DAE_MOMENTUM, 0.0, y, yp, NULL, NULL),
+              mbsr_data_error(d));
+    mbsr_ida_opt opt = mbsr_default_ida_opt();
+    opt.rtol = opt.atol = tolerance;
+    assert_ok(mbsr_ida_create(model, d, &opt, &ida, NULL), NULL);
+    assert_ok(mbsr_ida_start(ida, 0.0, y, yp), mbsr_ida_error(ida));
+    assert_ok(mbsr_ida_advance(ida, time, NULL, y, NULL), mbsr_ida_error(ida));
+    print_message("%ld steps\n", problem_stats(ida).steps);
+    assert_true(problem_stats(ida).steps < 20000);
+    assert_close(y[0], 1.0 - exp(-time), 100.0 * tolerance); /* of 2 kg with a damper of 2 N s/m */
+    assert_close(y[1], 0.0, tolerance);
+    mbsr_ida_destroy(ida);
+    mbsr_data_destroy(d);
+    mbsr_model_destroy(m);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(a_vibration_that_nobody_sees_is_let_go)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
