@@ -251,7 +251,7 @@ static int solve(balance *b, int e, int first, double least, double *r)
         rank < e) {
         mbsri_zero((size_t)w->n, b->moved);
         combine(b, b->R + first * b->k, b->moved);
-        return mbsri_loops_refuse(w, b->moved, ", and neither damper nor spring determines it");
+        return mbsri_loops_refuse(w, b->moved, ", and neither a damper nor a spring resists it");
     }
     return MBSR_OK;
 }
@@ -557,7 +557,7 @@ static int run(balance *b)
     mbsr_consistent_info ignored = {0}, *const info = b->info;
     int status = find_positions(b);
     info->null_directions = b->k;
-    info->elastic_directions = b->k - b->damped;
+    info->elastic = b->damped < b->k;
     const bool elastic = b->damped < b->k;
     if (!status && b->k > 0) status = find_velocities(b);
     if (!status) status = mbsri_loops_rates(b->w, b->t, b->q, b->u, NULL, b->udot, b->lambda);

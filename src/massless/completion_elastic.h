@@ -9,6 +9,15 @@
  * springs alone hold; the parts before u are limits. */
 int mbsri_completion_split(mbsr_completion *w, const double *r);
 
+/* The same of the two solutions in w->x and w->other; without elastic directions x_u becomes its limit, and other zero. */
+void mbsri_completion_part(mbsr_completion *w);
+
+/* Which rates (nu) belong to groups of joints some direction of which moves no mass, at the ranks of the data. */
+void mbsri_completion_lacking(const mbsr_completion *w, bool *lacks);
+
+/* Forces (nu) of about one over spans, in no special proportion, on these, with w->lacks. What masses take counts as taken. */
+void mbsri_completion_push(const mbsr_completion *w, double *push);
+
 /* Whether springs alone hold some direction at the state of the last residual: w->elastic. */
 int mbsri_completion_find_elastic(mbsr_completion *w);
 

@@ -261,7 +261,7 @@ static int rest(start *s, const mbsr_consistent_opt *opt, mbsr_consistent_info *
     if (!*served) return open ? MBSR_OK : status;
     info->iterations = assembly.iterations;
     info->null_directions = verdict.directions;
-    info->elastic_directions = verdict.elastic;
+    info->elastic = verdict.elastic > 0;
     mbsri_zero((size_t)s->w.m->nu, s->udot);
     mbsri_zero((size_t)s->w.m->rows, s->lambda);
     return MBSR_OK;

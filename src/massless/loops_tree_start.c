@@ -26,9 +26,9 @@
 #include "loops/assemble.h"
 #include "loops/close_tree.h"
 #include "loops/clusters.h"
-#include "massless/damped_start.h"
 #include "recursion/closures.h"
 #include "recursion/kinematics.h"
+#include "recursion/rank.h"
 
 #include <mbsrank/newton.h>
 
@@ -140,12 +140,28 @@ static bool deficient(const work *w)
     return false;
 }
 
+/* Forces along the massless directions alone, in no special proportion, into force (nu). The data is at
+ * mbsr_backward. */
+static void fill_push(const mbsr_model *m, mbsr_data *d, double *force)
+{
+    mbsri_zero((size_t)m->nu, force);
+    for (int i = 1; i <= m->bodies; ++i) {
+        if (!mbsri_heads(m, d, i)) continue;
+        const mbsri_group g = mbsri_group_of(m, d, i);
+        if (mbsri_group_rank(d, &g) == g.n) continue;
+        double *f = d->vec;
+        for (int k = 0; k < g.n; ++k) f[k] = 1.0 + 0.5 * sin(12.9898 * (g.ig + k));
+        mbsri_null_force(m, d, &g, f, f);
+        mbsri_group_scatter(m, &g, f, force);
+    }
+}
+
 /* Not good where a massless direction yields the more the larger c is: a spring alone holds it. */
 static int refuse_elastic(work *w)
 {
     const int nu = w->m->nu, u = w->rates;
     mbsri_zero((size_t)w->size, w->r);
-    mbsri_damped_push(w->m, w->d, w->r + u);
+    fill_push(w->m, w->d, w->r + u);
     int status = solve(w, large, w->x);
     if (!status && w->good) status = solve(w, 100.0 * large, w->other);
     if (status || !w->good) return status;
