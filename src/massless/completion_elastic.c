@@ -110,16 +110,27 @@ void mbsri_completion_push(const mbsr_completion *w, double *push)
         push[k] = w->lacks[k] ? (1.0 + 0.5 * sin(12.9898 * k)) * w->per_span[k] : 0.0;
 }
 
-int mbsri_completion_find_elastic(mbsr_completion *w)
+/* x for a push on all directions without mass, which is left in r. */
+static int answer_push(mbsr_completion *w)
 {
-    double *push = w->r + w->rates;
-    bool some = false;
     w->elastic = false;
     mbsri_zero((size_t)w->size, w->r);
-    mbsri_completion_push(w, push);
-    int status = mbsri_completion_solve(w, MBSRI_NEAR, w->r, w->x);
-    if (!status) status = ask_springs(w, push, &some);
+    mbsri_completion_push(w, w->r + w->rates);
+    return mbsri_completion_solve(w, MBSRI_NEAR, w->r, w->x);
+}
+
+int mbsri_completion_find_elastic(mbsr_completion *w)
+{
+    bool some = false;
+    int status = answer_push(w);
+    if (!status) status = ask_springs(w, w->r + w->rates, &some);
     return status || !some ? status : ask_growth(w, &w->elastic);
+}
+
+int mbsri_completion_find_growth(mbsr_completion *w)
+{
+    const int status = answer_push(w);
+    return status ? status : ask_growth(w, &w->elastic);
 }
 
 /* q' = G(q) u. */

@@ -21,6 +21,9 @@ void mbsri_completion_push(const mbsr_completion *w, double *push);
 /* Whether springs alone hold some direction at the state of the last residual: w->elastic. */
 int mbsri_completion_find_elastic(mbsr_completion *w);
 
+/* The same where both matrices are needed anyway: also where they have a small part in motions without mass. */
+int mbsri_completion_find_growth(mbsr_completion *w);
+
 /* Velocities of elastic directions: u changes towards dF_u/dt = 0, by *change in the measure of mbsri_completion_speed. */
 int mbsri_completion_drift(mbsr_completion *w, double *change);
 

@@ -10,7 +10,7 @@
 #include "forms/dae.h"
 #include "loops/assemble.h"
 #include "loops/ranks.h"
-#include "loops/start.h"
+#include "massless/loops_dense_start.h"
 #include "massless/imbalance.h"
 #include "massless/loops_tree_start.h"
 #include "massless/open.h"
@@ -282,8 +282,9 @@ static int find(start *s, const double *y, const mbsr_consistent_opt *opt,
     if (!status) status = mbsri_unpack(s->form, m, d, s->t, y, s->q, s->u);
     if (!status) status = rest(s, opt, info, &served);
     if (status || served) return status;
-    status = mbsri_loops_consistent(&s->w, s->t, s->q, s->u, s->udot, s->lambda, opt, info);
-    if (status == MBSR_NO_CONVERGENCE && info->null_directions > 0) {
+    status = mbsri_loops_dense_start(&s->w, s->t, s->q, s->u, s->udot, s->lambda, opt, info);
+    if ((status == MBSR_NO_CONVERGENCE || status == MBSR_UNDETERMINED) &&
+        info->null_directions > 0) {
         const int refused = refuse_given(s, y);
         return refused ? refused : status;
     }

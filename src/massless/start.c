@@ -77,29 +77,43 @@ static int settle_dampers(mbsri_start *s)
     return begin(s);
 }
 
+/* u' and loop forces. Of closed models, where solutions do not aim at q', what is missing falls with c^2. */
+static int find_rates(mbsri_start *s)
+{
+    static const double farther = 100.0;
+    mbsr_completion *w = s->w;
+    if (w->m->rows > 0 && w->deficient && !w->elastic) {
+        w->c *= farther;
+        const int status = mbsri_completion_rates(w);
+        if (status <= 0) return status;
+        w->c /= farther;
+    }
+    return mbsri_completion_rates(w);
+}
+
 /* Positions and velocities in turn, where the former depend on the latter. */
 static int balance(mbsri_start *s)
 {
     enum { TURNS = 4 };
     mbsr_completion *w = s->w;
     const mbsr_model *m = w->m;
-    const bool moves = w->elastic || m->held > 0;
     int status = MBSR_OK;
     if (w->elastic && m->held == 0) status = settle_dampers(s);
     for (int turn = 0; turn < TURNS && !status; ++turn) {
         const int before = s->info->iterations;
         s->sought = "position";
-        status = mbsri_start_positions(s);
+        if (w->elastic) status = mbsri_start_positions(s);
+        if (turn == 0 && m->rows > 0) mbsri_copy((size_t)m->nu, s->u_given, w->y + w->rates);
         if (status || (turn > 0 && s->info->iterations == before)) break;
         status = mbsri_start_momenta(s);
         s->sought = "velocity";
         if (!status && (w->deficient || m->rows > 0)) status = mbsri_start_velocities(s, true);
-        if (!moves) break;
+        if (!w->elastic) break;
     }
     if (!status) status = mbsri_start_evaluate(s, true);
     if (status) return status;
     s->sought = "acceleration";
-    return mbsri_completion_rates(w);
+    return find_rates(s);
 }
 
 /* Whether forces take a push along directions without mass as the matrices say. Where nothing but rounding determines a
@@ -172,7 +186,7 @@ static int stays_as_it_is(mbsri_start *s)
 {
     mbsr_completion *w = s->w;
     const bool elastic = w->elastic;
-    const int status = w->deficient ? mbsri_completion_find_elastic(w) : MBSR_OK;
+    const int status = w->deficient ? mbsri_completion_find_growth(w) : MBSR_OK;
     if (status || w->elastic == elastic) return status;
     return mbsri_completion_fail(w, MBSR_NO_CONVERGENCE, "directions on springs alone");
 }
@@ -188,7 +202,7 @@ static int climb(mbsri_start *s, int rungs, bool *singular)
         s->longest = s->widest = rung < CAREFUL ? 0.5 : 0.1;
         mbsri_completion_forget(w);
         status = begin(s);
-        if (!status && w->deficient) status = mbsri_completion_find_elastic(w);
+        if (!status && w->deficient) status = mbsri_completion_find_growth(w);
         if (!status) status = balance(s);
         if (!status) status = stays_as_it_is(s);
         s->info->elastic = w->elastic;

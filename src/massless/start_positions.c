@@ -66,10 +66,9 @@ static int return_masses(mbsri_start *s)
 /* The correction at w->y, into s->step (q, and u in the place of u); what it is to make zero. */
 static int aim(mbsri_start *s, bool fresh, defects *left)
 {
-    mbsr_completion *w = s->w;
     int status = mbsri_start_evaluate(s, true);
     if (!status && fresh) status = mbsri_start_factor(s);
-    mbsri_start_rows(s, w->elastic, false, true);
+    mbsri_start_rows(s, true, false, true);
     *left = measure(s);
     return status ? status : mbsri_start_solve(s, NULL);
 }
@@ -102,8 +101,7 @@ static int advance(mbsri_start *s, double change, defects left)
     for (int tries = 0; tries < HALVINGS; ++tries, share *= 0.5) {
         defects now;
         for (int k = 0; k < w->rates; ++k) w->y[k] = s->before[k] - share * s->step[k];
-        for (int k = w->rates; k < w->loops && w->elastic; ++k)
-            w->y[k] = s->before[k] - share * s->step[k];
+        for (int k = w->rates; k < w->loops; ++k) w->y[k] = s->before[k] - share * s->step[k];
         int status = mbsri_normalise(m, w->d, w->y);
         if (!status) status = return_masses(s);
         if (!status) status = aim(s, false, &now);
@@ -129,7 +127,6 @@ int mbsri_start_positions(mbsri_start *s)
     static const double enough = 1e-13, near = 1e-8, rounding = 1e-5;
     mbsr_completion *w = s->w;
     double last = INFINITY;
-    if (!w->elastic && w->m->held == 0) return MBSR_OK;
     for (int step = 0; step < 4 * s->opt->max_iterations; ++step) {
         defects left;
         int status = aim(s, true, &left);
@@ -137,8 +134,7 @@ int mbsri_start_positions(mbsri_start *s)
         const double change = mbsri_start_extent(s, w->x);
         mbsri_copy((size_t)w->size, w->x, s->step);
         if (change <= enough || (change > 0.25 * last && change <= near)) {
-            if (w->elastic)
-                for (int k = w->rates; k < w->loops; ++k) w->y[k] -= w->x[k];
+            for (int k = w->rates; k < w->loops; ++k) w->y[k] -= w->x[k];
             return MBSR_OK;
         }
         ++s->info->iterations;

@@ -154,7 +154,9 @@ int mbsri_start_velocities(mbsri_start *s, bool drift)
             if (status) return status;
             change = fmax(change, drifted / size);
         }
-        if (share == 1.0 &&
+        /* the first loop forces are those of a wrong state */
+        const bool known = step > 0 || w->m->rows == 0;
+        if (share == 1.0 && known &&
             (change <= s->opt->tolerance || (change > 0.25 * last && change <= near)))
             return MBSR_OK;
         if (share == 1.0 && step > 2 && change > slow * last && change < 1e-2 && ++slowly > 3) {

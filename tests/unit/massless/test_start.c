@@ -1,4 +1,4 @@
-/* Consistent starts of trees: u' against differences of consistent states, masses that stay, units, many directions.
+/* Consistent starts of trees: directions on springs alone, many directions, masses that stay.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "expect.h"
 
@@ -134,11 +134,73 @@ static void a_thousand_massless_carts_start(void **state)
     carts_free(model, data);
 }
 
+/* A carrier without mass turns to where its springs balance; the body that it carries, in SI and in mm, g, ms, stays where
+ * it is and keeps its velocity, though the joint between them has turned by nearly one rad. */
+static void what_has_mass_stays(void **state)
+{
+    (void)state;
+    static const struct {
+        double length, mass, time;
+    } in[2] = {{1.0, 1.0, 1.0}, {1e3, 1e3, 1e3}};
+    for (int k = 0; k < 2; ++k) {
+        const double L = in[k].length, stiffness = in[k].mass / (in[k].time * in[k].time),
+                     at[3] = {0.5 * L, 0.2 * L, 0.0}, com[2] = {0.1 * L, 0.3 * L};
+        const mbsr_planar_frame origin = {0.0, 0.0, 0.0};
+        mbsr_model *model = NULL;
+        mbsr_data *data = NULL;
+        assert_ok(mbsr_model_create(NULL, &model, NULL), NULL);
+        mbsr_body_def body = mbsr_default_body_def();
+        body.joint = mbsr_joint_planar_revolute(origin, origin);
+        body.inertia = mbsr_inertia_zero();
+        assert_ok(mbsr_model_add_body(model, &body, NULL), mbsr_model_error(model));
+        body.parent = 0;
+        body.joint = mbsr_joint_planar_free(origin, origin);
+        body.inertia = mbsr_inertia_planar(in[k].mass, com, 0.2 * in[k].mass * L * L);
+        assert_ok(mbsr_model_add_body(model, &body, NULL), mbsr_model_error(model));
+        const mbsr_force_def turns =
+                                 mbsr_force_joint_spring(0, 0, 20.0 * stiffness * L * L, 0.0, 1.1),
+                             pulls = mbsr_force_point_spring(0, at, 1, NULL, 5.0 * stiffness, 0.0,
+                                                             0.3 * L);
+        assert_ok(mbsr_model_add_force(model, &turns, NULL), mbsr_model_error(model));
+        assert_ok(mbsr_model_add_force(model, &pulls, NULL), mbsr_model_error(model));
+        assert_ok(mbsr_model_finish(model), mbsr_model_error(model));
+        assert_ok(mbsr_data_create(model, &data, NULL), NULL);
+        const double v = L / in[k].time, w = 1.0 / in[k].time, q[4] = {0.1, 0.8 * L, 0.4 * L, 0.3},
+                     u[4] = {0.5 * w, 0.2 * v, -0.3 * v, 0.7 * w};
+        double y[12], yp[12], before[3], after[3], V[3], kept[3], share;
+        int where;
+        assert_ok(mbsr_positions(model, data, now, q), mbsr_data_error(data));
+        assert_ok(mbsr_velocities(model, data, u), mbsr_data_error(data));
+        assert_ok(mbsr_body_pose(model, data, 1, before), NULL);
+        assert_ok(mbsr_body_twist(model, data, 1, V), NULL);
+        assert_ok(mbsr_dae_pack(model, data, MBSR_DAE_MOMENTUM, now, q, u, y), NULL);
+        assert_ok(mbsr_dae_consistent(model, data, MBSR_DAE_MOMENTUM, now, y, yp, NULL, NULL),
+                  mbsr_data_error(data));
+        assert_true(fabs(y[0] - q[0]) > 0.5);
+        assert_ok(mbsr_positions(model, data, now, y), mbsr_data_error(data));
+        assert_ok(mbsr_velocities(model, data, y + 8), mbsr_data_error(data));
+        assert_ok(mbsr_body_pose(model, data, 1, after), NULL);
+        assert_ok(mbsr_body_twist(model, data, 1, kept), NULL);
+        for (int c = 0; c < 3; ++c) {
+            const double span = c < 2 ? L : 1.0;
+            assert_close(after[c], before[c], 1e-11 * span);
+            assert_close(kept[c], V[c], 1e-11 * span / in[k].time);
+        }
+        assert_ok(
+            mbsr_dae_imbalance(model, data, MBSR_DAE_MOMENTUM, now, y, &share, &where, NULL, NULL),
+            mbsr_data_error(data));
+        assert_less(share, 1e-10);
+        mbsr_data_destroy(data);
+        mbsr_model_destroy(model);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_direction_on_a_spring_alone_is_told),
         cmocka_unit_test(a_thousand_massless_carts_start),
+        cmocka_unit_test(what_has_mass_stays),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
