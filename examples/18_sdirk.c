@@ -189,7 +189,7 @@ static outcome swing(double tolerance)
     printf("%9.0e %6ld %8ld %8ld %8ld   %.6f %+.1e   %14.4f   %+.5f %+.5f %+.5f\n", tolerance,
            s.steps, s.rejected, done.factorisations, done.solves, found.heat, found.balance,
            found.depth, tip[0], tip[1], tip[2]);
-    if (start.null_directions != CHECKED || start.elastic_directions > 0) exit(1);
+    if (start.null_directions != CHECKED || start.elastic) exit(1);
     fclose(file);
     sdirk_end(&s);
     put_away(&r);

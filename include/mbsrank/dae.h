@@ -129,7 +129,7 @@ MBSR_API mbsr_consistent_opt mbsr_default_consistent_opt(void);
 /* What a consistent start found and changed. */
 typedef struct mbsr_consistent_info {
     int null_directions;    /* combinations of joint rates that move no mass */
-    int elastic_directions; /* of these, the ones that only springs determine (index 2) */
+    int elastic;            /* 1: springs alone determine some of these (index 2); 0 */
     int iterations;         /* Newton steps taken */
     double position_change; /* largest |change| of an entry of q */
     double velocity_change; /* largest |change| of an entry of u */
@@ -144,20 +144,20 @@ typedef struct mbsr_consistent_info {
  *
  * Along the directions that move no mass the forces must balance, gamma(q, u, t) = 0. Where they
  * depend on velocity (damped, index 1), u changes until gamma = 0; where springs alone act
- * (elastic, index 2), q changes until gamma = 0 and u until gamma' = 0. The momenta stay as they
- * are. Then yp: u' from the equations of motion and the derivatives of gamma.
+ * (elastic, index 2), q changes until gamma = 0 and u until gamma' = 0. Masses stay where they are, and so do
+ * their momenta. Then yp: u' from the equations of motion and the derivatives of gamma.
  *
  * Forces are also evaluated at states far from y (see mbsr_index_report_create). Allocates from the
- * model's allocator. Costs as many residuals as there are null directions, times a constant; if
- * these are more than 24 and all damped, a few residuals (docs/newton.md). Made for the start, not
- * for every step of a solver.
+ * model's allocator. Trees take two Newton solvers (newton.h), some ten residuals and factorisations, elastic ones
+ * forty; in O(N), unless forces hardly resist some direction, or no state is found, and the index report is asked. Made
+ * for the start, not for every step of a solver.
  *
  * With closures q is brought to a closed position near it (in the measure of mbsr_assemble), the rows to be left out as
  * redundant are chosen (mbsr_closures_dropped), u changes by impulses of the loops alone, and directions
- * without mass count where no loop holds them. Models of more than 120 joint rates and rows take a few Newton systems on the
- * tree, O(bodies + loops), where dampers fix what no loop holds (docs/closed_loops.md lists what else they need); others,
- * and small models, dense linear algebra, whose cost grows with the cube of joint rates and rows. MBSR_LOOP_OPEN where loops
- * do not close or contradict each other.
+ * without mass count where no loop holds them. These are balanced as in trees. In models of more than 120 joint rates and rows all
+ * is O(bodies + loops), where loops are local (docs/closed_loops.md lists what else they need; null_directions counts those
+ * of the open tree there); in others, and in small models, loops are closed and rows chosen in dense linear algebra, whose cost
+ * grows with the cube of joint rates and rows. MBSR_LOOP_OPEN where loops do not close or contradict each other.
  *
  * Coordinates and joint rates that opt keeps stay to the last digit (rates in the index-1 form but for rounding), and
  * the others follow: loops close around these coordinates, and motors at these rates exert impulses, which bodies without mass

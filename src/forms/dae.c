@@ -5,6 +5,8 @@
 #include "algebra/numbers.h"
 #include "base/error.h"
 #include "dynamics/entry.h"
+#include "recursion/backward.h"
+#include "recursion/elements.h"
 #include "recursion/kinematics.h"
 #include "recursion/not_finite.h"
 
@@ -57,6 +59,17 @@ int mbsri_unpack(const mbsri_dae_form *form, const mbsr_model *m, mbsr_data *d, 
     if (!status) status = mbsri_normalise(m, d, q);
     if (!status) status = mbsri_check_result(m, d, (size_t)m->nq, q, name);
     return status ? status : mbsri_check_result(m, d, (size_t)m->nu, u, name);
+}
+
+int mbsri_pack_motion(const mbsri_dae_form *form, const mbsr_model *m, mbsr_data *d, double t,
+                      const double *q, const double *u, const double *udot, double *y, double *yp)
+{
+    int status = mbsri_pack(form, m, d, t, q, u, y);
+    if (!status) status = mbsri_positions(m, d, t, q);
+    if (!status) status = mbsri_velocities(m, d, u);
+    if (!status) status = mbsri_forces(m, d, NULL);
+    if (!status) status = mbsri_backward(m, d);
+    return status ? status : form->start(m, d, t, y, udot, yp);
 }
 
 int mbsr_dae_size(const mbsr_model *model, mbsr_dae_form form)

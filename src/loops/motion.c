@@ -143,10 +143,7 @@ int mbsri_refuse_motion(const mbsr_model *m, mbsr_data *d, int rate, const char 
                         const char *why)
 {
     char label[MBSRI_LABEL];
-    int at = 1;
-    for (int i = 1; i <= m->bodies; ++i) {
-        if (rate >= m->body[i].u && rate < m->body[i].u + m->body[i].n) at = i;
-    }
+    const int at = mbsri_body_of_rate(m, rate);
     return mbsri_fail(&d->error, MBSR_UNDETERMINED, m->body[at].id, MBSR_NONE,
                       "%s: u%d of %s moves no mass, no loop holds it%s", function,
                       rate - m->body[at].u, mbsri_body_label(m, at, label), why);

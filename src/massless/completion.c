@@ -77,7 +77,7 @@ static bool allocate(mbsr_completion *w)
     enum { VECTORS = sizeof vector / sizeof vector[0] };
     size_t total = 1;
     for (int k = 0; k < VECTORS; ++k) total += vector[k].count;
-    const size_t bytes = total * sizeof(double) + dense * sizeof(int);
+    const size_t bytes = total * sizeof(double) + dense * sizeof(int) + nu * sizeof(bool);
     w->memory = mbsri_allocate(&m->allocator, bytes);
     if (!w->memory) return false;
     w->info.bytes += bytes;
@@ -88,6 +88,7 @@ static bool allocate(mbsr_completion *w)
         next += vector[k].count;
     }
     w->pivots = (int *)(void *)next;
+    w->lacks = (bool *)(void *)(w->pivots + dense);
     return true;
 }
 
@@ -355,13 +356,8 @@ static int complete_form(mbsr_completion *w, const mbsri_dae_form *form, double 
     if (status) return refuse(w, status);
     status = search(w, true);
     if (status) return status;
-    const double *u = w->y + w->rates;
-    status = mbsri_positions(m, d, w->t, w->y);
-    if (!status) status = mbsri_velocities(m, d, u);
-    if (!status) status = mbsri_forces(m, d, NULL);
-    if (!status) status = mbsri_backward(m, d);
-    if (!status) status = form->pack(m, d, w->t, w->y, u, w->ahead);
-    if (!status) status = form->start(m, d, w->t, w->ahead, w->rate + w->rates, w->ahead_rate);
+    status = mbsri_pack_motion(form, m, d, w->t, w->y, w->y + w->rates, w->rate + w->rates,
+                               w->ahead, w->ahead_rate);
     if (status) return refuse(w, status);
     mbsri_copy((size_t)form->size(m), w->ahead, y);
     mbsri_copy((size_t)form->size(m), w->ahead_rate, yp);

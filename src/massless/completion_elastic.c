@@ -25,16 +25,13 @@ static const double ratio = MBSRI_COMPLETION_RATIO;
 /* Steps of quotients, in the time in which the state changes much. */
 static const double share_of_time = 1e-3;
 
-int mbsri_completion_split(mbsr_completion *w, const double *r)
+void mbsri_completion_part(mbsr_completion *w)
 {
     const double c = w->c;
-    int status = mbsri_completion_solve(w, MBSRI_NEAR, r, w->x);
-    if (!status) status = mbsri_completion_solve(w, MBSRI_FAR, r, w->other);
-    if (status) return status;
     for (int k = 0; k < w->rates; ++k) w->x[k] = (ratio * w->other[k] - w->x[k]) / (ratio - 1.0);
     for (int k = w->rates; k < w->loops; ++k) {
-        const double b = (w->other[k] - w->x[k]) / ((ratio - 1.0) * c);
-        w->x[k] -= c * b;
+        const double b = w->elastic ? (w->other[k] - w->x[k]) / ((ratio - 1.0) * c) : 0.0;
+        w->x[k] = w->elastic ? w->x[k] - c * b : (ratio * w->other[k] - w->x[k]) / (ratio - 1.0);
         w->other[k] = b;
     }
     for (int k = w->loops; k < w->size; ++k) {
@@ -42,7 +39,14 @@ int mbsri_completion_split(mbsr_completion *w, const double *r)
         w->other[k] = c * (w->x[k] - I);
         w->x[k] = I;
     }
-    return MBSR_OK;
+}
+
+int mbsri_completion_split(mbsr_completion *w, const double *r)
+{
+    int status = mbsri_completion_solve(w, MBSRI_NEAR, r, w->x);
+    if (!status) status = mbsri_completion_solve(w, MBSRI_FAR, r, w->other);
+    if (!status) mbsri_completion_part(w);
+    return status;
 }
 
 /* Whether masses and dampers leave something of a push, whose solution is w->x: F_u,u x_u is all of it where they take it
@@ -51,8 +55,7 @@ static int ask_springs(mbsr_completion *w, const double *push, bool *some)
 {
     static const double left = 1e-3, short_way = 1e-4;
     const double speed = mbsri_completion_speed(w, w->x + w->rates),
-                 step = short_way / (speed * mbsri_completion_time(w)),
-                 largest = mbsri_largest(w->m->nu, push);
+                 step = short_way / (speed * mbsri_completion_time(w)), largest = 1.5;
     *some = !isfinite(step);
     if (*some) return MBSR_OK;
     mbsri_copy((size_t)w->size, w->F, w->other);
@@ -63,7 +66,7 @@ static int ask_springs(mbsr_completion *w, const double *push, bool *some)
     const int status = mbsri_completion_residual(w, w->t, w->ahead, w->ahead_rate);
     for (int k = 0; k < w->m->nu; ++k) {
         const double taken = (w->F[w->rates + k] - w->other[w->rates + k]) / step;
-        *some = *some || fabs(push[k] - taken) > left * largest;
+        *some = *some || fabs(push[k] - taken) > left * largest * w->per_span[k];
     }
     mbsri_copy((size_t)w->size, w->other, w->F);
     return status;
@@ -84,35 +87,50 @@ static int ask_growth(mbsr_completion *w, bool *grows)
     return MBSR_OK;
 }
 
-/* A push, in no special proportion, on all joints of groups in which some direction moves no mass: what masses take of it
- * counts as taken. */
-static void fill_push(const mbsr_completion *w, double *push)
+void mbsri_completion_lacking(const mbsr_completion *w, bool *lacks)
 {
     const mbsr_model *m = w->m;
-    mbsri_zero((size_t)m->nu, push);
     for (int i = 1; i <= m->bodies; ++i) {
         if (m->body[i].head != i) continue;
         const mbsri_group g = mbsri_group_in_model(m, i);
-        bool lacks = false;
+        bool some = false;
         for (int k = 0; k < g.members; ++k)
-            lacks = lacks || w->d->rank[g.member[k]] < m->body[g.member[k]].n;
-        for (int k = 0; k < g.members && lacks; ++k) {
+            some = some || w->d->rank[g.member[k]] < m->body[g.member[k]].n;
+        for (int k = 0; k < g.members; ++k) {
             const mbsri_body *b = m->body + g.member[k];
-            for (int l = 0; l < b->n; ++l) push[b->u + l] = 1.0 + 0.5 * sin(12.9898 * (b->u + l));
+            for (int l = 0; l < b->n; ++l) lacks[b->u + l] = some;
         }
     }
 }
 
-int mbsri_completion_find_elastic(mbsr_completion *w)
+void mbsri_completion_push(const mbsr_completion *w, double *push)
 {
-    double *push = w->r + w->rates;
-    bool some = false;
+    mbsri_completion_lacking(w, w->lacks);
+    for (int k = 0; k < w->m->nu; ++k)
+        push[k] = w->lacks[k] ? (1.0 + 0.5 * sin(12.9898 * k)) * w->per_span[k] : 0.0;
+}
+
+/* x for a push on all directions without mass, which is left in r. */
+static int answer_push(mbsr_completion *w)
+{
     w->elastic = false;
     mbsri_zero((size_t)w->size, w->r);
-    fill_push(w, push);
-    int status = mbsri_completion_solve(w, MBSRI_NEAR, w->r, w->x);
-    if (!status) status = ask_springs(w, push, &some);
+    mbsri_completion_push(w, w->r + w->rates);
+    return mbsri_completion_solve(w, MBSRI_NEAR, w->r, w->x);
+}
+
+int mbsri_completion_find_elastic(mbsr_completion *w)
+{
+    bool some = false;
+    int status = answer_push(w);
+    if (!status) status = ask_springs(w, w->r + w->rates, &some);
     return status || !some ? status : ask_growth(w, &w->elastic);
+}
+
+int mbsri_completion_find_growth(mbsr_completion *w)
+{
+    const int status = answer_push(w);
+    return status ? status : ask_growth(w, &w->elastic);
 }
 
 /* q' = G(q) u. */

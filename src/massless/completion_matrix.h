@@ -43,6 +43,7 @@ struct mbsr_completion {
     double *force_rate;    /* rows: lambda', where springs alone hold directions */
     double *per_span;      /* nu: 1 over the span of each rate; 1/s over it is 1 */
     double least_rate;     /* 1/s, of the model */
+    bool *lacks;           /* nu: of a push */
     double *q, *u, *tau;   /* nq, nu, nu: of a form; what is applied to the joints, or zero */
     bool deficient;        /* some direction moves no mass */
     bool elastic;          /* springs alone hold some: */

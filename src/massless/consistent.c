@@ -1,7 +1,7 @@
 /* A consistent start for every form: what is asked, the start itself, what has changed.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Trees start by tree_start.c, models with closures by loops_start.c. Both take velocities u_0 to consistent ones,
+ * Trees start by start.c, models with closures by loops_start.c. Both take velocities u_0 to consistent ones,
  * u = S(u_0). Rates that are kept are brought about by Newton's method on u_0 (kept_rates.h), each step of which
  * ends with a start of its own; so they hold in every way that a start can go. */
 #include "algebra/dense.h"
@@ -11,11 +11,20 @@
 #include "dynamics/entry.h"
 #include "forms/dae.h"
 #include "loops/closing.h"
+#include "massless/imbalance.h"
 #include "massless/kept_rates.h"
 #include "massless/loops_start.h"
-#include "massless/tree_start.h"
+#include "massless/open.h"
+#include "massless/start.h"
 #include "model/query.h"
+#include "recursion/backward.h"
+#include "recursion/elements.h"
+#include "recursion/forward.h"
+#include "recursion/kinematics.h"
+#include "recursion/not_finite.h"
 #include "recursion/spans.h"
+
+#include <mbsrank/dynamics.h>
 
 #include <math.h>
 
@@ -67,11 +76,15 @@ typedef struct start {
     const mbsr_consistent_opt *opt;
     mbsr_consistent_info *info;
     double *q_given, *u_given, *tried; /* nq, nu, nu: velocities that a start begins with */
-    double *q, *u, *y, *yp;            /* nq, nu, size, size: where it leads */
+    double *q_begun, *u_begun;         /* nq, nu: the state that it does, in joint coordinates */
+    double *residual;                  /* nu */
+    double *q, *u, *udot, *y, *yp;     /* nq, nu, nu, size, size: where it leads */
     double *span;                      /* nu: of joint rates, but for 1/s */
     double *momentum, *zero;           /* of the momentum form, and its rates, for other forms */
     double *wanted, *missing, *size;   /* of rates that are kept */
     int *rate, count;                  /* their places in u */
+    mbsr_completion *completion;       /* where some direction moves no mass */
+    mbsri_start search;
     void *memory;
 } start;
 
@@ -82,8 +95,10 @@ static int allocate(start *s)
                  other = (size_t)mbsr_dae_size(m, MBSR_DAE_MOMENTUM);
     double **const array[] = {&s->q_given, &s->u_given, &s->tried,    &s->q,    &s->u,
                               &s->y,       &s->yp,      &s->momentum, &s->zero, &s->wanted,
-                              &s->missing, &s->size,    &s->span};
-    const size_t length[] = {nq, nu, nu, nq, nu, size, size, other, other, nu, nu, nu, nu};
+                              &s->missing, &s->size,    &s->span,     &s->udot, &s->q_begun,
+                              &s->u_begun, &s->residual};
+    const size_t length[] = {nq, nu, nu, nq, nu, size, size, other, other,
+                             nu, nu, nu, nu, nu, nq,   nu,   nu};
     size_t total = 0;
     for (size_t l = 0; l < sizeof length / sizeof length[0]; ++l) total += length[l];
     s->memory = mbsri_allocate(&m->allocator, total * sizeof(double) + nu * sizeof(int));
@@ -99,6 +114,101 @@ static int allocate(start *s)
     return MBSR_OK;
 }
 
+/* What finds the velocities of what has no mass, once. */
+static int open_search(start *s)
+{
+    mbsr_error error = {.status = MBSR_OK};
+    if (s->completion) return MBSR_OK;
+    int status = mbsr_completion_create(s->m, NULL, &s->completion, &error);
+    if (!status) status = mbsri_start_open(&s->search, s->completion);
+    if (status == MBSR_ERR_NO_MEMORY)
+        return mbsri_fail(&s->d->error, status, MBSR_NONE, MBSR_NONE,
+                          "%s: no memory for Newton systems of %d coordinates", function,
+                          s->m->nq + s->m->nu);
+    if (status) s->d->error = error;
+    return status;
+}
+
+static void close_search(start *s)
+{
+    mbsri_start_close(&s->search);
+    mbsr_completion_destroy(s->completion);
+}
+
+/* From s->q_begun, s->u_begun to a state in s->q, s->u, s->udot, some directions without mass. */
+static int search(start *s, mbsr_consistent_info *info)
+{
+    const mbsr_model *m = s->m;
+    mbsri_start *b = &s->search;
+    mbsri_verdict verdict;
+    bool clear = false;
+    int status = open_search(s);
+    if (status) return status;
+    b->opt = s->opt;
+    b->info = info;
+    b->q_given = s->q_begun;
+    b->u_given = s->u_begun;
+    status = mbsri_start_find(b, s->d, s->t, &clear);
+    const mbsr_completion *w = s->completion;
+    const double *q = status ? s->q_begun : w->y, *u = status ? s->u_begun : w->y + w->rates;
+    if (!status) {
+        mbsri_copy((size_t)m->nq, q, s->q);
+        mbsri_copy((size_t)m->nu, u, s->u);
+        mbsri_copy((size_t)m->nu, w->rate + w->rates, s->udot);
+    }
+    if (status < 0 || clear) {
+        if (status) s->d->error = w->error;
+        return status;
+    }
+    /* which direction nothing determines */
+    const int refused = mbsri_refuse_open(m, s->d, s->t, q, u, function, &verdict);
+    if (status && !refused) s->d->error = w->error;
+    return refused ? refused : status;
+}
+
+/* From s->q and s->u to a state, with u': where all directions move mass that of forward dynamics. */
+static int find_state(start *s, mbsr_consistent_info *info)
+{
+    const mbsr_model *m = s->m;
+    mbsr_data *d = s->d;
+    int status = mbsri_positions(m, d, s->t, s->q);
+    if (!status) status = mbsri_velocities(m, d, s->u);
+    if (!status) status = mbsri_forces(m, d, NULL);
+    if (!status) status = mbsri_backward(m, d);
+    if (status) return status;
+    if (d->total_rank == m->nu) return mbsr_forward_dynamics(m, d, s->t, s->q, s->u, NULL, s->udot);
+    info->force_defect = mbsri_largest_defect(m, d, false, 0.0, NULL);
+    mbsri_copy((size_t)m->nq, s->q, s->q_begun);
+    mbsri_copy((size_t)m->nu, s->u, s->u_begun);
+    return search(s, info);
+}
+
+/* y and y' of the state in s->q, s->u, s->udot. */
+static int deliver(start *s)
+{
+    const mbsr_model *m = s->m;
+    mbsr_data *d = s->d;
+    const size_t size = (size_t)s->form->size(m);
+    int status = mbsri_pack(s->form, m, d, s->t, s->q, s->u, s->y);
+    if (!status) status = mbsri_positions(m, d, s->t, s->q);
+    if (!status) status = mbsri_velocities(m, d, s->u);
+    if (!status) status = mbsri_forces(m, d, NULL);
+    if (!status) status = mbsri_backward(m, d);
+    if (status) return status;
+    if (d->total_rank < m->nu) mbsri_forward_with_null(m, d, s->udot, s->residual);
+    status = s->form->start(m, d, s->t, s->y, s->udot, s->yp);
+    if (!status) status = mbsri_check_result(m, d, size, s->y, function);
+    return status ? status : mbsri_check_result(m, d, size, s->yp, function);
+}
+
+/* Of a tree, from s->y. */
+static int start_tree(start *s, mbsr_consistent_info *info)
+{
+    int status = mbsri_unpack(s->form, s->m, s->d, s->t, s->y, s->q, s->u);
+    if (!status) status = find_state(s, info);
+    return status ? status : deliver(s);
+}
+
 /* The start from s->y. */
 static int start_once(start *s)
 {
@@ -106,7 +216,7 @@ static int start_once(start *s)
     const int before = s->info->iterations;
     const int status =
         s->m->rows > 0 ? mbsri_loops_start(s->m, s->d, s->number, s->t, s->y, s->yp, s->opt, &found)
-                       : mbsri_tree_start(s->m, s->d, s->number, s->t, s->y, s->yp, s->opt, &found);
+                       : start_tree(s, &found);
     *s->info = found;
     s->info->iterations += before;
     return status ? status : mbsri_unpack(s->form, s->m, s->d, s->t, s->y, s->q, s->u);
@@ -186,9 +296,9 @@ static int refuse_missing(const start *s, double share)
 {
     const mbsr_model *m = s->m;
     char label[MBSRI_LABEL];
-    int l = 0, i = 1;
+    int l = 0;
     while (fabs(s->missing[l]) < share * s->size[l]) ++l;
-    while (s->rate[l] < m->body[i].u || s->rate[l] >= m->body[i].u + m->body[i].n) ++i;
+    const int i = mbsri_body_of_rate(m, s->rate[l]);
     return mbsri_fail(&s->d->error, MBSR_NO_CONVERGENCE, m->body[i].id, MBSR_NONE,
                       "%s: u%d of %s cannot keep %.9g: no impulses found that balance forces with "
                       "it, %.3g is missing",
@@ -298,6 +408,7 @@ int mbsr_dae_consistent(const mbsr_model *model, mbsr_data *data, mbsr_dae_form 
     status = run(&s, y, yp);
     data->watching = watching;
     if (info) *info = found;
+    close_search(&s);
     mbsri_release(&model->allocator, s.memory);
     return status;
 }

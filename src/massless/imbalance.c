@@ -63,6 +63,21 @@ double mbsri_largest_defect(const mbsr_model *m, mbsr_data *d, bool relative, do
     return largest;
 }
 
+double mbsri_largest_load(const mbsr_model *m, mbsr_data *d)
+{
+    double largest = 0.0, *vector = d->scratch;
+    mbsri_gross_forces(m, d);
+    for (int i = 1; i <= m->bodies; ++i) {
+        mbsri_group g;
+        const int rank = open_group(m, d, i, &g);
+        for (int l = rank; l < g.n; ++l) {
+            defect_of(m, d, &g, l, vector);
+            largest = fmax(largest, mbsri_gross_load(m, d, &g, vector));
+        }
+    }
+    return largest;
+}
+
 void mbsri_defects(const mbsr_model *m, mbsr_data *d, double share, double *list)
 {
     double *vector = d->scratch;

@@ -11,6 +11,9 @@
 double mbsri_largest_defect(const mbsr_model *m, mbsr_data *d, bool relative, double least,
                             int *head);
 
+/* The largest of what was added up to these. Overwrites the same. */
+double mbsri_largest_load(const mbsr_model *m, mbsr_data *d);
+
 /* For each group, at the place of its head in list (bodies + 1), the largest |gamma| that is more than `share` of
  * what was added up to it, or 0. Overwrites the same. */
 void mbsri_defects(const mbsr_model *m, mbsr_data *d, double share, double *list);

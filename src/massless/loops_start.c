@@ -10,7 +10,7 @@
 #include "forms/dae.h"
 #include "loops/assemble.h"
 #include "loops/ranks.h"
-#include "loops/start.h"
+#include "massless/loops_dense_start.h"
 #include "massless/imbalance.h"
 #include "massless/loops_tree_start.h"
 #include "massless/open.h"
@@ -261,7 +261,7 @@ static int rest(start *s, const mbsr_consistent_opt *opt, mbsr_consistent_info *
     if (!*served) return open ? MBSR_OK : status;
     info->iterations = assembly.iterations;
     info->null_directions = verdict.directions;
-    info->elastic_directions = verdict.elastic;
+    info->elastic = verdict.elastic > 0;
     mbsri_zero((size_t)s->w.m->nu, s->udot);
     mbsri_zero((size_t)s->w.m->rows, s->lambda);
     return MBSR_OK;
@@ -282,8 +282,9 @@ static int find(start *s, const double *y, const mbsr_consistent_opt *opt,
     if (!status) status = mbsri_unpack(s->form, m, d, s->t, y, s->q, s->u);
     if (!status) status = rest(s, opt, info, &served);
     if (status || served) return status;
-    status = mbsri_loops_consistent(&s->w, s->t, s->q, s->u, s->udot, s->lambda, opt, info);
-    if (status == MBSR_NO_CONVERGENCE && info->null_directions > 0) {
+    status = mbsri_loops_dense_start(&s->w, s->t, s->q, s->u, s->udot, s->lambda, opt, info);
+    if ((status == MBSR_NO_CONVERGENCE || status == MBSR_UNDETERMINED) &&
+        info->null_directions > 0) {
         const int refused = refuse_given(s, y);
         return refused ? refused : status;
     }

@@ -7,9 +7,8 @@
 
 #include <mbsrank/dae.h>
 
-/* As mbsri_loops_consistent (loops/start.h), in O(bodies + local loops): for rigid rows, and where dampers
- * fix the massless directions that no loop holds. The gaps become `offset` (held; NULL: zero). *served:
- * false where it is otherwise, or loops do not close; the data's error is as it was then, q and u are
+/* As mbsri_loops_dense_start, in O(bodies + local loops), for rigid rows. The gaps become `offset` (held; NULL: zero).
+ * *served: false where loops do not close or no state is found; the data's error is as it was then, q and u are
  * not. Takes memory from the model's allocator. */
 int mbsri_loops_tree_start(const mbsr_model *m, mbsr_data *d, double t, const double *offset,
                            double *q, double *u, double *udot, double *lambda,

@@ -13,7 +13,7 @@ typedef struct mbsri_verdict {
 } mbsri_verdict;
 
 /* MBSR_UNDETERMINED, with the name of a joint, where a direction is not determined; MBSR_OK too where no report
- * can be made. Watching of ranks is off. */
+ * can be made, but MBSR_RANK_CHANGED of trees. Watching of ranks is off. */
 int mbsri_refuse_open(const mbsr_model *m, mbsr_data *d, double t, const double *q, const double *u,
                       const char *function, mbsri_verdict *verdict);
 

@@ -25,6 +25,7 @@
 #include "massless/null_slopes.h"
 #include "massless/open.h"
 #include "massless/report_parts.h"
+#include "model/query.h"
 #include "recursion/not_finite.h"
 
 #include <math.h>
@@ -129,8 +130,13 @@ static int refuse(mbsri_report *r)
     for (int k = 1; k < w->m->nu; ++k) {
         if (fabs(r->u[k]) / w->span[k] > fabs(r->u[largest]) / w->span[largest]) largest = k;
     }
-    return mbsri_refuse_motion(w->m, w->d, largest, w->function,
-                               ", and neither damper nor spring determines it");
+    const int i = mbsri_body_of_rate(w->m, largest);
+    char label[MBSRI_LABEL];
+    return mbsri_fail(&w->d->error, MBSR_UNDETERMINED, w->m->body[i].id, MBSR_NONE,
+                      "%s: u%d of %s moves no mass%s, and neither a damper nor a spring resists it "
+                      "at this state: give it inertia%s, a spring or a damper, or lock it",
+                      w->function, largest - w->m->body[i].u, mbsri_body_label(w->m, i, label),
+                      w->m->rows > 0 ? ", no loop holds it" : "", mbsri_mass_advice(w->m, i));
 }
 
 int mbsri_refuse_open(const mbsr_model *m, mbsr_data *d, double t, const double *q, const double *u,
@@ -146,10 +152,11 @@ int mbsri_refuse_open(const mbsr_model *m, mbsr_data *d, double t, const double 
         if (!status) status = analyse(&r, t, q, u, &result);
         if (!status)
             *verdict = (mbsri_verdict){r.w.k, result.elastic, true, mbsri_nothing_acts(&r.w)};
-        if (status >= 0) d->error = before;
+        const bool changes = status == MBSR_RANK_CHANGED && m->rows == 0;
+        if (status >= 0 && !changes) d->error = before;
         if (!status && result.undetermined > 0)
             status = refuse(&r);
-        else if (status >= 0)
+        else if (status >= 0 && !changes)
             status = MBSR_OK;
         mbsri_release(&m->allocator, r.memory);
         mbsri_null_close(&r.w);

@@ -1,123 +1,150 @@
-/* A consistent start: positions, Y^T gamma = 0 by Newton's method with step halving.
- * SPDX-License-Identifier: BSD-3-Clause */
-#include "massless/start.h"
+/* Positions of a consistent start: see start.c.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * K(c) x = (0, 0, F_u, 0, g), c -> infinity:  q -= x_q, u -= x_u. Steps along directions that move no mass leave masses
+ * where they are to the first order; what they move by is taken back,
+ *
+ *   K(c) x = (0, c P, 0, 0, 0),  P = sum of J^T M (displacement):  q += G x_u
+ *
+ * Shortened by Deuflhard's natural monotonicity: with the same matrices the next correction has to be smaller. */
+#include "massless/start_positions.h"
 
 #include "algebra/dense.h"
 #include "algebra/numbers.h"
-#include "base/error.h"
-#include "massless/null_slopes.h"
+#include "model/query.h"
+#include "recursion/kinematics.h"
 
-#include <float.h>
 #include <math.h>
 
-static double elastic_defect(const mbsri_start *s, const double *gamma, double *turned)
+/* What is to become zero: forces by what they do along spans, gaps. */
+typedef struct defects {
+    double force, gap;
+} defects;
+
+static defects measure(const mbsri_start *s)
 {
-    mbsri_start_turn(s, gamma, turned);
-    return s->damped < s->w.k ? mbsri_largest(s->w.k - s->damped, turned + s->damped) : 0.0;
+    const mbsr_completion *w = s->w;
+    double force = 0.0;
+    for (int k = 0; k < w->m->nu; ++k)
+        force = fmax(force, fabs(w->r[w->rates + k]) / w->per_span[k]);
+    return (defects){force, mbsri_largest(w->m->held, w->r + w->places)};
 }
 
-/* q + step q', with q' in qdot that of the direction in udot. */
-static int try_position(mbsri_start *s, double step, double *defect)
+/* q += G x at the positions q, in place. */
+static int move_along(mbsri_start *s, double *q, const double *x)
 {
-    mbsri_null_space *w = &s->w;
-    for (int c = 0; c < w->m->nq; ++c) w->q[c] = s->q[c] + step * s->qdot[c];
-    const int status = mbsri_null_gamma(w, s->t, w->q, s->u, s->moved);
-    if (status) return status;
-    *defect = elastic_defect(s, s->moved, s->trial);
-    return MBSR_OK;
-}
-
-static int move_positions(mbsri_start *s, double before, bool *stuck)
-{
-    mbsri_null_space *w = &s->w;
-    double after = INFINITY, step = 1.0;
-    *stuck = false;
-    for (int k = 0; k < MBSRI_HALVINGS; ++k, step *= 0.5) {
-        const int status = try_position(s, step, &after);
-        if (status < 0) return status;
-        if (status || !(after < before)) continue;
-        for (int c = 0; c < w->m->nq; ++c) s->q[c] += step * s->qdot[c];
-        return MBSR_OK;
-    }
-    *stuck = true;
-    return MBSR_OK;
-}
-
-/* Moves u by typical rates in all null directions, to where forces may change with it. */
-static void move_off(mbsri_start *s)
-{
-    const mbsri_null_space *w = &s->w;
-    for (int l = 0; l < w->k; ++l) {
-        const double *a = w->direction + (size_t)l * (size_t)w->m->nu,
-                     step = (1.0 + 0.25 * sin(12.9898 * l)) /
-                            mbsri_start_relative(w->m->nu, a, w->u_scale);
-        mbsri_ax(w->m->nu, 1, step, a, &(double){1.0}, s->u);
-    }
-    s->moved_off = true;
-}
-
-/* The direction of a step at a state that split has seen: qdot; s->defect has gamma. */
-static int aim_positions(mbsri_start *s)
-{
-    mbsri_null_space *w = &s->w;
-    mbsri_start_turn(s, s->defect, s->moved);
-    for (int r = 0; r < w->k; ++r) s->moved[r] = r < s->damped ? 0.0 : -s->moved[r];
-    mbsri_start_drop_rounding(s, s->damped, w->k - s->damped, s->moved);
-    mbsri_start_springs(s);
-    const int status = mbsri_start_factor(s, MBSRI_LEAST_STIFFNESS);
-    if (status) return status;
-    mbsri_start_solve(s, s->moved);
-    mbsri_zero((size_t)w->m->nu, s->udot);
-    mbsri_null_combine(w, s->weights, s->udot);
-    return mbsri_null_rate(w, s->t, s->q, s->udot, s->qdot);
-}
-
-/* One step; *done: the positions are found. */
-static int step_positions(mbsri_start *s, int number, double *last, bool *done)
-{
-    mbsri_null_space *w = &s->w;
-    int status = mbsri_start_directions(s);
-    if (!status) status = mbsri_null_gamma(w, s->t, s->q, s->u, s->defect);
-    if (status) return status;
-    if (number == 0 && !s->moved_off) s->info.force_defect = mbsri_largest(w->k, s->defect);
-    *done = s->damped == w->k;
-    if (*done) return MBSR_OK;
-    const bool still = mbsri_start_imbalance(s, s->defect, false) <= MBSRI_GAMMA_ROUNDING;
-    const double before = elastic_defect(s, s->defect, s->moved);
-    if (number == 0) s->first_defect = before;
-    status = aim_positions(s);
-    if (status == MBSR_UNDETERMINED && !still && !s->moved_off && number == 0 &&
-        !mbsri_start_relaxed(s, s->defect, false)) {
-        move_off(s);
-        return MBSR_OK;
-    }
-    /* springs that held at the start and have given way with the force still there */
-    if (status == MBSR_UNDETERMINED && before > 1e-3 * s->first_defect && s->info.iterations > 0)
-        return mbsri_start_unbalanced(s, "position balances the springs", s->defect);
-    if (status) return status;
-    *done =
-        still || mbsri_start_settled(s, last, mbsri_start_relative(w->m->nq, s->qdot, w->q_scale),
-                                     mbsri_start_relative(w->m->nq, s->q, w->q_scale), 1e-8);
-    if (*done) return MBSR_OK;
-    s->info.iterations += 1;
-    status = move_positions(s, before, done);
-    const double size = fmax(mbsri_start_relative(w->m->nq, s->q, w->q_scale), 1e-3);
-    if (*done && *last > 1e-6 * size)
-        return mbsri_start_unbalanced(s, "position balances the springs", s->defect);
+    mbsr_completion *w = s->w;
+    int status = mbsri_positions(w->m, w->d, w->t, q);
+    if (!status) status = mbsri_velocities(w->m, w->d, x);
+    if (!status) status = mbsri_coordinate_rates(w->m, w->d, w->q);
+    for (int k = 0; k < w->m->nq; ++k) q[k] += w->q[k];
+    if (!status) status = mbsri_normalise(w->m, w->d, q);
+    if (status) w->error = w->d->error;
     return status;
+}
+
+/* Takes w->y back to where masses were, by one step of Newton's method. */
+static int return_masses(mbsri_start *s)
+{
+    static const double nothing = 1e-15;
+    mbsr_completion *w = s->w;
+    const mbsr_model *m = w->m;
+    int status = mbsri_positions(m, w->d, w->t, w->y);
+    mbsri_zero((size_t)m->nu, w->u);
+    if (!status) status = mbsri_velocities(m, w->d, w->u);
+    if (status) {
+        w->error = w->d->error;
+        return status;
+    }
+    mbsri_masses_displacement(m, w->d, &s->masses, w->y, s->missing);
+    mbsri_zero((size_t)w->size, w->r);
+    status = mbsri_start_solve(s, s->missing);
+    if (status || mbsri_completion_speed(w, w->x + w->rates) <= nothing) return status;
+    return move_along(s, w->y, w->x + w->rates);
+}
+
+/* The correction at w->y, into s->step (q, and u in the place of u); what it is to make zero. */
+static int aim(mbsri_start *s, bool fresh, defects *left)
+{
+    int status = mbsri_start_evaluate(s, true);
+    if (!status && fresh) status = mbsri_start_factor(s);
+    mbsri_start_rows(s, true, false, true);
+    *left = measure(s);
+    return status ? status : mbsri_start_solve(s, NULL);
+}
+
+/* The largest of rotations in a change of q. */
+static double largest_turn(const mbsri_start *s, const double *dq)
+{
+    const mbsr_model *m = s->w->m;
+    double largest = 0.0;
+    for (int i = 1; i <= m->bodies; ++i) {
+        const mbsri_body *b = m->body + i;
+        for (int k = 0; k < b->nq; ++k) {
+            if (mbsri_coordinate_kind(b, false, k) == MBSR_COORDINATE_ROTATION)
+                largest = fmax(largest, fabs(dq[b->q + k]));
+        }
+    }
+    return largest;
+}
+
+/* Goes along the step as far as it leads on; translations farther each time, as their range is not known. */
+static int advance(mbsri_start *s, double change, defects left)
+{
+    enum { HALVINGS = 12, PATIENT = 4 };
+    static const double close = 1e-9;
+    mbsr_completion *w = s->w;
+    const mbsr_model *m = w->m;
+    double share = fmin(1.0, fmin(s->longest / change, s->widest / largest_turn(s, s->step)));
+    const bool shortened = share < 1.0;
+    mbsri_copy((size_t)w->size, w->y, s->before);
+    for (int tries = 0; tries < HALVINGS; ++tries, share *= 0.5) {
+        defects now;
+        for (int k = 0; k < w->rates; ++k) w->y[k] = s->before[k] - share * s->step[k];
+        for (int k = w->rates; k < w->loops; ++k) w->y[k] = s->before[k] - share * s->step[k];
+        int status = mbsri_normalise(m, w->d, w->y);
+        if (!status) status = return_masses(s);
+        if (!status) status = aim(s, false, &now);
+        if (status < 0) return status;
+        if (status) continue;
+        const double next = mbsri_start_extent(s, w->x);
+        const bool smaller = now.force <= (1.0 - 0.1 * share) * left.force &&
+                             now.gap <= fmax(left.gap, 1e-10 * w->m->length);
+        if (next > (1.0 - 0.5 * share) * change && next >= close && !(tries >= PATIENT && smaller))
+            continue;
+        if (tries > 0)
+            s->longest = share * change;
+        else if (shortened)
+            s->longest *= 2.0;
+        return MBSR_OK;
+    }
+    mbsri_copy((size_t)w->size, s->before, w->y);
+    return MBSR_NO_CONVERGENCE;
 }
 
 int mbsri_start_positions(mbsri_start *s)
 {
+    static const double enough = 1e-13, near = 1e-8, rounding = 1e-5;
+    mbsr_completion *w = s->w;
     double last = INFINITY;
-    bool done = false;
-    int status = MBSR_OK;
-    for (int step = 0; step < s->opt->max_iterations && !status && !done; ++step)
-        status = step_positions(s, step, &last, &done);
-    if (status || done) return status;
-    return mbsri_fail(
-        &s->w.d->error, MBSR_NO_CONVERGENCE, MBSR_NONE, MBSR_NONE,
-        "mbsr_dae_consistent: positions did not converge in %d iterations (the last one changed "
-        "them by %g of their size)",
-        s->opt->max_iterations, last);
+    for (int step = 0; step < 4 * s->opt->max_iterations; ++step) {
+        defects left;
+        int status = aim(s, true, &left);
+        if (status) return status;
+        const double change = mbsri_start_extent(s, w->x);
+        mbsri_copy((size_t)w->size, w->x, s->step);
+        if (change <= enough || (change > 0.25 * last && change <= near)) {
+            for (int k = w->rates; k < w->loops; ++k) w->y[k] -= w->x[k];
+            return MBSR_OK;
+        }
+        ++s->info->iterations;
+        status = advance(s, change, left);
+        if (status == MBSR_NO_CONVERGENCE && change <= rounding && mbsri_start_balances(s))
+            return mbsri_start_evaluate(s, true);
+        if (status == MBSR_NO_CONVERGENCE) break;
+        if (status) return status;
+        s->displaced = true;
+        last = change;
+    }
+    return mbsri_completion_fail(w, MBSR_NO_CONVERGENCE, "position");
 }

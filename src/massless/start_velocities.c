@@ -1,182 +1,169 @@
-/* A consistent start: velocities, Yc^T gamma = 0 and Y^T gamma' = 0.
- * SPDX-License-Identifier: BSD-3-Clause */
-#include "massless/start.h"
+/* Velocities of a consistent start: see start.c.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ *   K(c) x = (0, c (M (u - u_0) - C^T I), F_u, C u + g_t, 0):  u -= x_u,  I -= x_Lambda,  lambda -= its part over c
+ *
+ * with F_u in joints of which some direction moves no mass. Momenta come from the difference of velocities, so that
+ * rounding of M u is not multiplied by the inverse of M, and joints that carry mass keep their rates to the last digit. */
+#include "massless/completion_elastic.h"
+#include "massless/start_velocities.h"
 
 #include "algebra/dense.h"
 #include "algebra/numbers.h"
-#include "base/error.h"
-#include "massless/null_slopes.h"
+#include "forms/momentum.h"
+#include "recursion/closures.h"
+#include "recursion/kinematics.h"
 
-#include <float.h>
 #include <math.h>
 
-/* out = gamma' along q' = G u with u held fixed; gamma is in s->defect. */
-static int drift(mbsri_start *s, double *out)
+/* Momenta of velocities u at the positions of the data. */
+static int momenta_of(mbsr_completion *w, const double *u, double *p)
 {
-    const int status = mbsri_null_rate(&s->w, s->t, s->q, s->u, s->qdot);
-    return status ? status
-                  : mbsri_start_differences(s, mbsri_start_short_time(s, 1e-5), false, s->defect,
-                                            out, NULL);
+    const int status = mbsri_velocities(w->m, w->d, u);
+    if (status) {
+        w->error = w->d->error;
+        return status;
+    }
+    mbsri_momenta(w->m, w->d, p);
+    return MBSR_OK;
 }
 
-/* out = [Yc^T gamma; Y^T gamma'] at u, and gamma in s->defect; *left: the imbalance of the
- * first, and the sizes that it is measured by. */
-static int velocity_defect(mbsri_start *s, double *out, double *left, double *sizes)
+int mbsri_start_momenta(mbsri_start *s)
 {
-    mbsri_null_space *w = &s->w;
-    int status = mbsri_null_gamma(w, s->t, s->q, s->u, s->defect);
-    if (status) return status;
-    *left = mbsri_start_imbalance(s, s->defect, true);
-    mbsri_copy((size_t)w->k, w->force, sizes);
-    mbsri_start_turn(s, s->defect, out);
-    if (s->damped == w->k) return MBSR_OK;
-    status = drift(s, s->trial);
-    mbsri_start_turn(s, s->trial, s->weights);
-    for (int r = s->damped; r < w->k && !status; ++r) out[r] = s->weights[r];
+    mbsr_completion *w = s->w;
+    const mbsr_model *m = w->m;
+    int status = mbsri_positions(m, w->d, w->t, w->y);
+    if (!status) status = momenta_of(w, s->u_given, s->target);
+    mbsri_zero((size_t)m->nu, s->beyond);
+    if (status || !s->displaced) return status;
+    mbsri_copy((size_t)m->nu, s->target, s->beyond);
+    mbsri_masses_momenta(m, w->d, &s->masses, s->target);
+    for (int k = 0; k < m->nu; ++k) s->beyond[k] = s->target[k] - s->beyond[k];
+    return MBSR_OK;
+}
+
+/* p of w->y, and what the momenta of u are more than these, of u - u_given. */
+static int compare(mbsri_start *s)
+{
+    mbsr_completion *w = s->w;
+    const mbsr_model *m = w->m;
+    const size_t nu = (size_t)m->nu;
+    double *p = w->y + m->nq, *u = w->y + w->rates, *still = w->ahead, *changed = w->ahead + nu;
+    int status = mbsri_positions(m, w->d, w->t, w->y);
+    mbsri_zero(nu, s->missing);
+    if (!status && m->rows > 0) {
+        status = mbsri_closure_jacobians(m, w->d);
+        if (!status) mbsri_closure_transpose(m, w->d, s->impulse, s->missing);
+    }
+    mbsri_zero(nu, w->u);
+    if (!status) status = momenta_of(w, w->u, still); /* a root that moves */
+    for (size_t k = 0; k < nu; ++k) w->u[k] = u[k] - s->u_given[k];
+    if (!status) status = momenta_of(w, w->u, changed);
+    for (size_t k = 0; k < nu; ++k) {
+        p[k] = s->target[k] + s->missing[k];
+        /* in joints that lack some inertia F_u says it */
+        s->missing[k] = s->lacks[k] ? 0.0 : changed[k] - still[k] - s->missing[k] - s->beyond[k];
+    }
     return status;
 }
 
-/* u + step change, until the damped rows of the defect, of size `before`, get smaller: the others
- * are linear in u. */
-static int move_velocities(mbsri_start *s, double before, bool *stuck)
+/* The correction at w->y, into w->x and w->other. */
+static int aim(mbsri_start *s, bool fresh)
 {
-    mbsri_null_space *w = &s->w;
-    const int nu = w->m->nu;
-    double step = 1.0;
-    *stuck = false;
-    for (int k = 0; k < MBSRI_HALVINGS; ++k, step *= 0.5) {
-        for (int c = 0; c < nu; ++c) w->u[c] = s->u[c] + step * s->change[c];
-        const int status = mbsri_null_gamma(w, s->t, s->q, w->u, s->trial);
-        if (status < 0 && status != MBSR_NOT_FINITE) return status;
-        if (status) continue;
-        mbsri_start_turn(s, s->trial, s->moved);
-        if (s->damped > 0 && !(mbsri_largest(s->damped, s->moved) < before)) continue;
-        for (int c = 0; c < nu; ++c) s->u[c] += step * s->change[c];
-        return MBSR_OK;
-    }
-    *stuck = true;
-    return MBSR_OK;
+    int status = compare(s);
+    if (!status) status = mbsri_start_evaluate(s, false);
+    if (!status && fresh) status = mbsri_start_factor(s);
+    mbsri_start_rows(s, true, true, false);
+    return status ? status : mbsri_start_solve(s, s->missing);
 }
 
-/* One step; *done: the velocities are found. */
-static int step_velocities(mbsri_start *s, int number, double *last, bool *done)
+static void note(mbsri_start *s)
 {
-    mbsri_null_space *w = &s->w;
-    const int k = w->k, nu = w->m->nu;
-    double left = 0.0;
-    bool stuck = false;
-    const int damped = s->damped;
-    int status = number > 0 ? mbsri_start_directions(s) : MBSR_OK;
-    if (!status && s->damped != damped) /* a law has no slope there */
-        return mbsri_null_gamma(w, s->t, s->q, s->u, s->defect)
-                   ? MBSR_NO_CONVERGENCE
-                   : mbsri_start_unbalanced(s, "velocity balances the forces", s->defect);
-    if (!status) status = velocity_defect(s, s->moved, &left, number == 0 ? s->sizes : s->trial);
-    if (status) return status;
-    const double before = mbsri_largest(s->damped, s->moved);
-    for (int r = 0; r < k; ++r) s->moved[r] = -s->moved[r];
-    mbsri_start_drop_rounding(s, 0, s->damped, s->moved);
-    mbsri_start_springs(s);
-    status = mbsri_start_factor(s, MBSRI_LEAST_STIFFNESS);
-    if (status == MBSR_UNDETERMINED && number > 0)
-        return mbsri_start_unbalanced(s, "velocity balances the forces", s->defect);
-    if (status) return status;
-    mbsri_start_solve(s, s->moved);
-    mbsri_zero((size_t)nu, s->change);
-    mbsri_null_combine(w, s->weights, s->change);
-    s->info.iterations += 1;
-    const double change = mbsri_start_relative(nu, s->change, w->u_scale),
-                 size = mbsri_start_relative(nu, s->u, w->u_scale);
-    const bool level = s->damped == k || change > 0.25 * *last;
-    *done =
-        (left <= MBSRI_GAMMA_ROUNDING && level) || mbsri_start_settled(s, last, change, size, 1e-6);
-    if (*done) {
-        for (int c = 0; c < nu; ++c) s->u[c] += s->change[c];
-        return MBSR_OK;
-    }
-    status = move_velocities(s, before, &stuck);
-    /* rounding of forces that cancelled unseen */
-    if (stuck && (left <= 1e-9 || mbsri_start_relaxed(s, s->defect, true))) {
-        for (int c = 0; c < nu; ++c) s->u[c] += s->change[c];
-        *done = level;
-        stuck = false;
-    }
-    return stuck && !status ? mbsri_start_unbalanced(s, "velocity balances the forces", s->defect)
-                            : status;
+    const mbsr_completion *w = s->w;
+    const size_t rows = (size_t)w->m->rows;
+    mbsri_copy((size_t)w->size, w->y, s->before);
+    mbsri_copy(rows, s->impulse, s->impulse_before);
+    mbsri_copy(rows, w->yp + w->loops, s->load_before);
+    mbsri_copy((size_t)w->size, w->x, s->step);
+    mbsri_copy(rows, w->other + w->loops, s->load_step);
 }
 
-/* Whether gamma has become small beside what it was made of at the velocities given: it is, beside
- * anything, where velocities run away. */
-static int check_velocities(mbsri_start *s)
+static void take(mbsri_start *s, double share)
 {
-    mbsri_null_space *w = &s->w;
-    const int status = mbsri_null_gamma(w, s->t, s->q, s->u, s->defect);
-    if (status) return status;
-    const double least = 1e-6 * mbsri_largest(w->k, s->sizes);
-    /* what changes velocities by as little as a correction that is the last */
-    mbsri_zero((size_t)w->k, s->trial);
-    mbsri_start_add_dampers(s, 1e-3 * s->opt->tolerance, s->trial);
-    for (int l = 0; l < w->k && least > 0.0; ++l) {
-        const double rounding = fmax(MBSRI_GAMMA_ROUNDING * w->strain[l], s->trial[l]),
-                     small = fmax(1e-3 * fmax(s->sizes[l], least), rounding);
-        if (s->reduced.row_taken[l] && fabs(s->defect[l]) > small)
-            return mbsri_start_unbalanced(s, "velocity balances the forces", s->defect);
+    mbsr_completion *w = s->w;
+    for (int k = w->rates; k < w->loops; ++k) w->y[k] = s->before[k] - share * s->step[k];
+    for (int k = 0; k < w->m->rows; ++k) {
+        s->impulse[k] = s->impulse_before[k] - share * s->step[w->loops + k];
+        w->yp[w->loops + k] = s->load_before[k] - share * s->load_step[k];
     }
-    return MBSR_OK;
 }
 
-/* *steps: of the iterations, how many are left. */
-static int iterate_velocities(mbsri_start *s, int *steps)
+/* Goes along the step as far as it leads on: *share. Zero: nowhere. Far from the balance of springs the matrix
+ * lacks what is proportional to forces left, and whole steps may lead on though they do not seem to: *leaps. */
+static int advance(mbsri_start *s, double change, double size, int *leaps, double *share)
 {
-    double last = INFINITY;
-    bool done = false;
+    enum { HALVINGS = 14, LEAPS = 12 };
+    static const double small = 1e-7, short_way = 0.1, rounding = 1e-12;
+    mbsr_completion *w = s->w;
+    bool found = change <= small;
     int status = MBSR_OK;
-    for (int number = 0; *steps > 0 && !status && !done; ++number, --*steps)
-        status = step_velocities(s, number, &last, &done);
-    if (!status && done) return check_velocities(s);
-    if (status) return status;
-    return mbsri_fail(
-        &s->w.d->error, MBSR_NO_CONVERGENCE, MBSR_NONE, MBSR_NONE,
-        "mbsr_dae_consistent: velocities did not converge in %d iterations (the last one changed "
-        "them by %g of their size)",
-        s->opt->max_iterations, last);
-}
-
-/* Takes the null directions out of u, with typical rates as weights: dampers and friction are
- * steepest near rest. */
-static int come_to_rest(mbsri_start *s)
-{
-    mbsri_null_space *w = &s->w;
-    const int k = w->k, nu = w->m->nu;
-    mbsri_reduction *gram = &s->rest;
-    for (int c = 0; c < k; ++c) {
-        s->moved[c] = 0.0;
-        for (int r = 0; r < k; ++r) gram->A[c * k + r] = gram->error[c * k + r] = 0.0;
-        for (int l = 0; l < nu; ++l) {
-            const double a =
-                w->direction[(size_t)c * (size_t)nu + (size_t)l] / (w->u_scale[l] * w->u_scale[l]);
-            s->moved[c] -= a * s->u[l];
-            for (int r = 0; r < k; ++r)
-                gram->A[c * k + r] += a * w->direction[(size_t)r * (size_t)nu + (size_t)l];
-        }
+    *share = 1.0;
+    take(s, 1.0);
+    if (found) return MBSR_OK;
+    for (int tries = 0; tries < HALVINGS && !found; ++tries) {
+        if (tries > 0) *share *= 0.5;
+        take(s, *share);
+        status = aim(s, false);
+        if (status < 0) return status;
+        found = !status && mbsri_completion_speed(w, w->x + w->rates) / size <=
+                               (1.0 - 0.5 * *share) * change + rounding;
     }
-    mbsri_reduce(gram, k, k, k, DBL_EPSILON, NULL);
-    mbsri_zero((size_t)k, s->weights);
-    mbsri_start_back(gram, false, s->moved, s->weights);
-    mbsri_null_combine(w, s->weights, s->u);
-    return mbsri_start_directions(s);
+    if (w->elastic && (!found || *share < short_way) && ++*leaps <= LEAPS) {
+        *share = 1.0;
+        take(s, 1.0);
+        return MBSR_OK;
+    }
+    if (!found) *share = 0.0;
+    return MBSR_OK;
 }
 
-/* From the velocities given; if no step from there leads on, from rest. */
-int mbsri_start_velocities(mbsri_start *s)
+int mbsri_start_velocities(mbsri_start *s, bool drift)
 {
-    int steps = s->opt->max_iterations;
-    const int status = iterate_velocities(s, &steps);
-    if (status != MBSR_NO_CONVERGENCE || steps == 0) return status;
-    const mbsr_error first = s->w.d->error;
-    mbsri_copy((size_t)s->w.m->nu, s->u_given, s->u);
-    int again = come_to_rest(s);
-    if (!again) again = iterate_velocities(s, &steps);
-    if (again == MBSR_NO_CONVERGENCE) s->w.d->error = first;
-    return again;
+    static const double near = 1e-9, slow = 0.1, rounding = 1e-5;
+    mbsr_completion *w = s->w;
+    const double *u = w->y + w->rates;
+    double last = INFINITY;
+    int leaps = 0, slowly = 0;
+    for (int step = 0; step < s->opt->max_iterations; ++step) {
+        double share = 1.0, drifted = 0.0;
+        int status = aim(s, true);
+        if (status) return status;
+        const double size = 1e-3 * w->least_rate + mbsri_completion_speed(w, u);
+        double change = mbsri_completion_speed(w, w->x + w->rates) / size;
+        note(s);
+        ++s->info->iterations;
+        status = advance(s, change, size, &leaps, &share);
+        if (status) return status;
+        if (share == 0.0 && change <= rounding && mbsri_start_balances(s)) {
+            take(s, 0.0);
+            return MBSR_OK;
+        }
+        if (share == 0.0 || (share < 0.01 && change < 1e-3)) break;
+        if (w->elastic && drift) {
+            status = mbsri_completion_drift(w, &drifted);
+            if (status) return status;
+            change = fmax(change, drifted / size);
+        }
+        /* the first loop forces are those of a wrong state */
+        const bool known = step > 0 || w->m->rows == 0;
+        if (share == 1.0 && known &&
+            (change <= s->opt->tolerance || (change > 0.25 * last && change <= near)))
+            return MBSR_OK;
+        if (share == 1.0 && step > 2 && change > slow * last && change < 1e-2 && ++slowly > 3) {
+            if (change <= 10.0 * near) return MBSR_OK;
+            break;
+        }
+        last = change;
+    }
+    return mbsri_completion_fail(w, MBSR_NO_CONVERGENCE, "velocity");
 }

@@ -16,18 +16,16 @@
 #include "base/memory.h"
 #include "loops/clusters.h"
 #include "loops/forward.h"
+#include "massless/rigid_twin.h"
 #include "recursion/closures.h"
 #include "recursion/kinematics.h"
-
-#include <mbsrank/model.h>
 
 #include <math.h>
 
 enum { PASSES = 30 };
 
 typedef struct rigid {
-    mbsr_model *model;
-    mbsr_data *data;
+    mbsri_rigid_twin twin;
     double *q, *u;  /* nq, nu: of the guess */
     double *offset; /* held */
 } rigid;
@@ -47,28 +45,11 @@ static bool some_stiff(const mbsr_model *m, bool *settled)
     return some;
 }
 
-/* Takes the springs from rows: before finishing those of closures as they were added, afterwards all. */
-static void make_rigid(mbsr_model *m, bool finished)
-{
-    mbsri_closure *c = m->closures.data;
-    for (size_t id = 0; id < m->closures.count; ++id, ++c) {
-        if (!finished && c->def.compliant > 0) continue;
-        mbsri_zero(MBSR_CLOSURE_ROWS, c->def.stiffness);
-        mbsri_zero(MBSR_CLOSURE_ROWS, c->def.damping);
-    }
-}
-
 static int open_rigid(const mbsr_model *m, mbsr_data *d, const double *q, const double *u, rigid *r)
 {
     const size_t nq = (size_t)m->nq, nu = (size_t)m->nu, held = (size_t)m->held;
-    *r = (rigid){.model = NULL};
-    int status = mbsr_model_copy(m, &r->model, &d->error);
-    if (!status) make_rigid(r->model, false);
-    if (!status && mbsr_model_finish(r->model)) {
-        d->error = *mbsr_model_error(r->model);
-        status = d->error.status;
-    }
-    if (!status) status = mbsr_data_create(r->model, &r->data, &d->error);
+    *r = (rigid){.twin = {NULL, NULL}};
+    const int status = mbsri_rigid_twin_open(m, d, NULL, &r->twin);
     if (status) return status;
     r->q = mbsri_allocate(&m->allocator, (nq + nu + held + 1) * sizeof(double));
     if (!r->q)
@@ -79,15 +60,13 @@ static int open_rigid(const mbsr_model *m, mbsr_data *d, const double *q, const 
     mbsri_copy(nq, q, r->q);
     mbsri_copy(nu, u, r->u);
     mbsri_zero(held, r->offset);
-    make_rigid(r->model, true);
     return MBSR_OK;
 }
 
 static void close_rigid(const mbsr_model *m, rigid *r)
 {
     mbsri_release(&m->allocator, r->q);
-    mbsr_data_destroy(r->data);
-    mbsr_model_destroy(r->model);
+    mbsri_rigid_twin_close(&r->twin);
 }
 
 /* Gaps at which the springs bear lambda; the largest force by which they did not. Not served where such a row
@@ -104,7 +83,7 @@ static double load_springs(const mbsr_model *m, const double *lambda, rigid *r, 
                          missing = fabs(force + stiffness * *gap);
             if (missing > 1e-14 * stiffness) largest = fmax(largest, missing);
             *gap = -force / stiffness;
-            if (r->data->dropped[c->row + k]) *served = false;
+            if (r->twin.data->dropped[c->row + k]) *served = false;
         }
     }
     return largest;
@@ -171,15 +150,15 @@ int mbsri_stiff_tree_start(const mbsr_model *m, mbsr_data *d, double t, double *
     for (int pass = 0; pass < PASSES && !status; ++pass) {
         mbsri_copy((size_t)m->nq, r.q, q);
         mbsri_copy((size_t)m->nu, r.u, u);
-        status = mbsri_loops_tree_start(r.model, r.data, t, r.offset, q, u, udot, lambda, opt, info,
-                                        served);
-        if (status) d->error = r.data->error;
+        status = mbsri_loops_tree_start(r.twin.model, r.twin.data, t, r.offset, q, u, udot, lambda,
+                                        opt, info, served);
+        if (status) d->error = r.twin.data->error;
         if (status || !*served) break;
         missing = load_springs(m, lambda, &r, served);
         if (!*served || missing <= 1e-12 * mbsri_largest(m->rows, lambda)) break;
         *served = false;
     }
-    for (int k = 0; k < m->rows && *served; ++k) d->dropped[k] = r.data->dropped[k];
+    for (int k = 0; k < m->rows && *served; ++k) d->dropped[k] = r.twin.data->dropped[k];
     close_rigid(m, &r);
     return status;
 }

@@ -112,6 +112,13 @@ void mbsri_scatter(const mbsr_model *m, const double *swept, double *caller)
     for (int k = 0; k < m->nu; ++k) caller[m->u_of[k]] = swept[k];
 }
 
+int mbsri_body_of_rate(const mbsr_model *m, int rate)
+{
+    int i = 1;
+    while (rate < m->body[i].u || rate >= m->body[i].u + m->body[i].n) ++i;
+    return i;
+}
+
 const char *mbsri_mass_advice(const mbsr_model *m, int i)
 {
     for (int k = i; k <= m->bodies; ++k) {

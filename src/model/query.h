@@ -14,6 +14,9 @@ mbsr_coordinate_kind mbsri_coordinate_kind(const mbsri_body *b, bool velocity, i
 /* mbsri_label of a body, by index. */
 const char *mbsri_body_label(const mbsr_model *m, int i, char *buffer);
 
+/* The body whose joint has rate `rate` of the caller's u. */
+int mbsri_body_of_rate(const mbsr_model *m, int rate);
+
 /* How a motion of body i gets inertia, for messages: "", or what flexible bodies on it lack. */
 const char *mbsri_mass_advice(const mbsr_model *m, int i);
 

@@ -126,6 +126,22 @@ void mbsri_forward(const mbsr_model *m, mbsr_data *d, const double *udot, double
     }
 }
 
+void mbsri_forward_with_null(const mbsr_model *m, mbsr_data *d, double *udot, double *residual)
+{
+    mbsri_forward(m, d, udot, residual);
+    double *x = d->scratch + m->max_d, *change = x + m->max_d;
+    for (int i = 1; i <= m->bodies; ++i) {
+        if (!mbsri_heads(m, d, i)) continue;
+        const mbsri_group g = mbsri_group_of(m, d, i);
+        mbsri_group_gather(m, &g, residual, x);
+        mbsri_zero((size_t)g.n, change);
+        mbsri_ax(g.n, g.n, -1.0, d->Dinv + m->body[g.member[0]].nn, x, change);
+        mbsri_group_gather(m, &g, udot, x);
+        for (int k = 0; k < g.n; ++k) x[k] += change[k];
+        mbsri_group_scatter(m, &g, x, udot);
+    }
+}
+
 int mbsri_forward_by_stages(const mbsr_model *m, mbsr_data *d, double t, const double *q,
                             const double *u, const double *tau, double *udot)
 {

@@ -8,6 +8,10 @@
 /* residual (25) for given u', both in the caller's order, at the state of mbsri_backward. */
 void mbsri_forward(const mbsr_model *m, mbsr_data *d, const double *udot, double *residual);
 
+/* u' (nu, the caller's order) becomes that of the equations of motion, residual (25) = 0, its null components being
+ * kept; residual (nu): scratch. At the state of mbsri_backward. */
+void mbsri_forward_with_null(const mbsr_model *m, mbsr_data *d, double *udot, double *residual);
+
 /* All stages, then u' of a tree whose joint blocks are regular (the articulated-body algorithm);
  * data is left at mbsri_backward. */
 int mbsri_forward_by_stages(const mbsr_model *m, mbsr_data *d, double t, const double *q,

@@ -37,7 +37,7 @@ static void check_motion(run *r, int null_directions, exact_fn *exact, const voi
             r->form = run_forms[f];
             run_integrate(r, state[f]);
             assert_int_equal(r->info.null_directions, null_directions);
-            assert_int_equal(r->info.elastic_directions, 0);
+            assert_int_equal(r->info.elastic, 0);
             for (int k = 0; k <= POINTS; ++k) {
                 exact(user, &given, r->T * k / POINTS, q, u);
                 if (k == 0) assert_close(deviation(n, state[f], q, u), 0.0, 1e-9);

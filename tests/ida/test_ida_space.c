@@ -381,7 +381,7 @@ static double run_floating_tree(int light, const trial *is, const double *known,
              .u = u};
     observe_run(&r, state, o);
     assert_int_equal(r.info.null_directions, light ? 6 : 0);
-    assert_int_equal(r.info.elastic_directions, 0);
+    assert_int_equal(r.info.elastic, 0);
     const double size = test_largest(6, o[0].momentum);
     double drift = 0.0;
     for (int k = 1; k <= r.points; ++k) {

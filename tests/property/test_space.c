@@ -367,7 +367,7 @@ static void start(motion *s, int seed, int driven)
     assert_ok(mbsr_dae_consistent(tree->model, tree->data, MBSR_DAE_RECURSIVE, now, y, yp, NULL,
                                   &s->info),
               mbsr_data_error(tree->data));
-    assert_int_equal(s->info.elastic_directions, 0);
+    assert_int_equal(s->info.elastic, 0);
     memcpy(s->q, y, sizeof(double) * (size_t)tree->nq);
     memcpy(s->u, y + tree->nq, sizeof(double) * (size_t)tree->nu);
     memcpy(s->qdot, yp, sizeof(double) * (size_t)tree->nq);

@@ -320,7 +320,7 @@ static void an_elastic_direction_takes_the_position_of_balance(void **state)
         assert_ok(mbsr_dae_consistent(s.model, s.data, all[f], t, y, yp, NULL, &info),
                   mbsr_data_error(s.data));
         assert_int_equal(info.null_directions, 2);
-        assert_int_equal(info.elastic_directions, 1);
+        assert_int_equal(info.elastic, 1);
         assert_close(info.position_change, 0.1 - q[1], 1e-10);
         assert_close(info.velocity_change, 1.0 - u[0], 1e-8);
         assert_close(info.force_defect, 40.0 * 0.3 + 8.0 - 3.5, 1e-9);
@@ -449,10 +449,10 @@ static void a_nonlinear_damper_needs_its_iterations(void **state)
     mbsr_consistent_info info;
     opt.max_iterations = 2;
     assert_refused(mbsr_dae_consistent(s.model, s.data, forms[0], 0, y, yp, &opt, &info),
-                   mbsr_data_error(s.data), MBSR_NO_CONVERGENCE, MBSR_NONE, MBSR_NONE,
-                   "mbsr_dae_consistent|2 iterations");
+                   mbsr_data_error(s.data), MBSR_NO_CONVERGENCE, 0, MBSR_NONE,
+                   "mbsr_dae_consistent|no velocity balances the forces");
     assert_true(y[2] == 0.0 && y[3] == 30.0 && yp[0] == 5.0);
-    assert_int_equal(info.iterations, 2);
+    assert_true(info.iterations >= 2); /* of each attempt */
     opt.max_iterations = 30;
     assert_ok(mbsr_dae_consistent(s.model, s.data, forms[0], 0, y, yp, &opt, &info),
               mbsr_data_error(s.data));

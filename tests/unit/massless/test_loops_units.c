@@ -112,7 +112,7 @@ static start find(const units *of, double damping, bool kept)
     }
     if (kept) assert_true(y[2 * BODIES] == u[0]);
     found.null = info.null_directions;
-    found.elastic = info.elastic_directions;
+    found.elastic = info.elastic;
     mbsr_data_destroy(d);
     mbsr_model_destroy(m);
     return found;

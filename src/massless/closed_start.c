@@ -1,0 +1,105 @@
+/* A consistent start from closed positions: see start.c.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "massless/closed_start.h"
+
+#include "algebra/dense.h"
+#include "algebra/numbers.h"
+#include "base/error.h"
+#include "base/memory.h"
+#include "loops/motion.h"
+#include "massless/open.h"
+#include "recursion/closures.h"
+#include "recursion/kinematics.h"
+
+int mbsri_closed_start_open(mbsri_closed_start *s, const mbsr_model *m, mbsr_data *d)
+{
+    mbsr_error error = {.status = MBSR_OK};
+    *s = (mbsri_closed_start){.m = m, .d = d};
+    int status = mbsr_completion_create(m, NULL, &s->completion, &error);
+    if (!status) status = mbsri_start_open(&s->search, s->completion);
+    if (status && status != MBSR_ERR_NO_MEMORY) {
+        d->error = error;
+        return status;
+    }
+    if (!status) s->q = mbsri_allocate(&m->allocator, (size_t)(m->nq + m->nu + 1) * sizeof *s->q);
+    if (s->q) {
+        s->u = s->q + m->nq;
+        return MBSR_OK;
+    }
+    return mbsri_fail(&d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
+                      "mbsr_dae_consistent: no memory for Newton systems of %d coordinates",
+                      m->nq + m->nu);
+}
+
+void mbsri_closed_start_close(mbsri_closed_start *s)
+{
+    if (!s->m) return;
+    mbsri_release(&s->m->allocator, s->q);
+    mbsri_start_close(&s->search);
+    mbsr_completion_destroy(s->completion);
+}
+
+/* Rows of springs count for nothing. */
+static void clear_springs(const mbsr_model *m, double *x)
+{
+    const mbsri_closure *c = m->closures.data;
+    for (size_t id = 0; id < m->closures.count; ++id, ++c) {
+        for (int k = 0; k < c->rows; ++k) {
+            if (mbsri_is_stiff(c, k)) x[c->row + k] = 0.0;
+        }
+    }
+}
+
+/* Refuses velocities or accelerations that rows do not allow, those left out among them. */
+static int check_rows(mbsri_closed_start *s, double t, const double *q, const double *u,
+                      const double *udot)
+{
+    static const char name[] = "mbsr_dae_consistent";
+    const mbsr_model *m = s->m;
+    mbsr_data *d = s->d;
+    double *rate = s->search.impulse_before, *gained = s->search.load_before;
+    int status = mbsri_positions(m, d, t, q);
+    if (!status) status = mbsri_velocities(m, d, u);
+    if (!status) status = mbsri_closure_jacobians(m, d);
+    if (!status) status = mbsri_closure_rates(m, d, rate);
+    if (status) return status;
+    clear_springs(m, rate);
+    status = mbsri_refuse_left(m, d, rate, mbsri_largest(m->nu, u), "velocity row", name);
+    if (!status) status = mbsri_closure_bias(m, d, rate);
+    if (status) return status;
+    const double size = mbsri_largest(m->rows, rate) + mbsri_largest(m->nu, udot);
+    mbsri_closure_apply(m, d, udot, gained);
+    for (int k = 0; k < m->rows; ++k) rate[k] += gained[k];
+    clear_springs(m, rate);
+    return mbsri_refuse_left(m, d, rate, size, "acceleration", name);
+}
+
+int mbsri_closed_start_find(mbsri_closed_start *s, double t, const double *offset, double *q,
+                            double *u, double *udot, double *lambda, const mbsr_consistent_opt *opt,
+                            mbsr_consistent_info *info)
+{
+    const mbsr_model *m = s->m;
+    const mbsr_completion *w = s->completion;
+    mbsri_verdict verdict;
+    bool clear;
+    mbsri_copy((size_t)m->nq, q, s->q);
+    mbsri_copy((size_t)m->nu, u, s->u);
+    s->search.opt = opt;
+    s->search.info = info;
+    s->search.offset = offset;
+    s->search.q_given = s->q;
+    s->search.u_given = s->u;
+    int status = mbsri_start_find(&s->search, s->d, t, &clear);
+    if (status) {
+        s->d->error = w->error;
+        return status;
+    }
+    mbsri_copy((size_t)m->nq, w->y, q);
+    mbsri_copy((size_t)m->nu, w->y + w->rates, u);
+    mbsri_copy((size_t)m->nu, w->rate + w->rates, udot);
+    mbsri_copy((size_t)m->rows, w->yp + w->loops, lambda);
+    clear_springs(m, lambda);
+    if (!clear && w->deficient)
+        status = mbsri_refuse_open(m, s->d, t, q, u, "mbsr_dae_consistent", &verdict);
+    return status ? status : check_rows(s, t, q, u, udot);
+}

@@ -1,0 +1,116 @@
+/* A consistent state of a small model with closures: loops closed, and rows chosen, in dense linear algebra.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ *   positions      near the guess, with closed loops (loops/assemble.c)
+ *   velocities     changed by impulses of the loops alone (loops/motion.c)
+ *   u', lambda     from the equations of motion
+ *
+ * and where directions move no mass that no loop holds, all but the first by Newton systems (closed_start.h).
+ *
+ * Stiff rows count as rigid here (unless the closure is not settled: then they are forces); afterwards
+ * their springs get the force that was found, s = -lambda, and the positions the gaps s / k. Stiff rows that depend
+ * on others are springs throughout: what the others bear goes over to them as these give way. */
+#include "massless/loops_dense_start.h"
+
+#include "algebra/dense.h"
+#include "algebra/numbers.h"
+#include "loops/assemble.h"
+#include "loops/motion.h"
+#include "loops/ranks.h"
+#include "loops/settled.h"
+#include "massless/closed_start.h"
+#include "massless/rigid_twin.h"
+#include "recursion/closures.h"
+
+/* Springs and positions are found in turn, as often at most. */
+enum { PASSES = 60 };
+
+typedef struct search {
+    mbsri_dense *w;
+    mbsri_rigid_twin twin;    /* where some stiff row counts as rigid */
+    mbsri_closed_start start; /* where something moves no mass */
+} search;
+
+static bool any_stiff(const mbsri_dense *w)
+{
+    const mbsri_closure *first = mbsri_all_closures(w->m);
+    bool any = false;
+    for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c)
+        any = any || mbsri_largest(c->held, c->def.stiffness) > 0.0;
+    return any;
+}
+
+static int open_start(search *s)
+{
+    mbsri_dense *w = s->w;
+    int status = MBSR_OK;
+    if (s->start.m) return MBSR_OK;
+    if (any_stiff(w)) status = mbsri_rigid_twin_open(w->m, w->d, w->left_out, &s->twin);
+    if (status) return status;
+    const mbsr_model *m = s->twin.model ? s->twin.model : w->m;
+    mbsr_data *d = s->twin.model ? s->twin.data : w->d;
+    status = mbsri_closed_start_open(&s->start, m, d);
+    if (status) w->d->error = d->error;
+    for (int k = 0; k < m->rows; ++k) d->dropped[k] = w->d->dropped[k];
+    return status;
+}
+
+static void close_search(search *s)
+{
+    mbsri_closed_start_close(&s->start);
+    mbsri_rigid_twin_close(&s->twin);
+}
+
+/* Velocities, accelerations and loop forces at closed positions, which springs may change. */
+static int find_motion(search *s, double t, double *q, double *u, double *udot, double *lambda,
+                       const mbsr_consistent_opt *opt, mbsr_consistent_info *info)
+{
+    mbsri_dense *w = s->w;
+    double *given = w->out;
+    mbsri_copy((size_t)w->n, u, given);
+    int status = mbsri_loops_velocities(w, t, q, u);
+    if (status) return status;
+    const int directions = w->moving;
+    if (directions == 0) {
+        info->null_directions = 0;
+        return mbsri_loops_rates(w, t, q, u, NULL, udot, lambda);
+    }
+    mbsri_copy((size_t)w->n, given, u);
+    status = open_start(s);
+    if (!status) {
+        status = mbsri_closed_start_find(&s->start, t, w->offset, q, u, udot, lambda, opt, info);
+        if (status) w->d->error = s->start.d->error;
+    }
+    info->null_directions = directions;
+    return status;
+}
+
+int mbsri_loops_dense_start(mbsri_dense *w, double t, double *q, double *u, double *udot,
+                            double *lambda, const mbsr_consistent_opt *opt,
+                            mbsr_consistent_info *info)
+{
+    mbsr_assembly_opt assembly_opt = mbsri_assembly_of(opt);
+    mbsr_assembly_info assembly;
+    search s = {.w = w};
+    mbsri_ranks here;
+    int nearby;
+    if (any_stiff(w)) assembly_opt.tolerance *= 1e-2; /* what is left of gaps is a force */
+    int status = mbsri_assemble_settled(w, t, q, &assembly_opt, &assembly);
+    if (!status) status = mbsri_ranks_around(w, t, q, w->d->dropped, &here, &nearby);
+    if (status) return status;
+    info->iterations = assembly.iterations;
+    mbsri_loops_leave_out(w, false);
+    const bool shared = mbsri_springs_let_go(w);
+    bool changed = true;
+    for (int pass = 0; pass < PASSES && !status && changed; ++pass) {
+        if (pass > 0) {
+            mbsri_springs_move(w);
+            status = mbsri_assemble(w, t, q, &assembly_opt, &assembly);
+        }
+        if (!status) status = find_motion(&s, t, q, u, udot, lambda, opt, info);
+        if (!status) status = mbsri_loops_springs(w, t, q, u, lambda);
+        if (!status) status = mbsri_springs_load(w, t, q, lambda, shared, &changed);
+    }
+    close_search(&s);
+    return status ? status : mbsri_springs_take(w, lambda);
+}

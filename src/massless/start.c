@@ -1,0 +1,238 @@
+/* A consistent start by Newton systems.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * K(c) = dF/dy + c dF/dy' of the momentum form. For r = (0, 0, r_u, r_Lambda, r_Eta), block by block,
+ *
+ *   x_q = A_q + O(1/c)   x_p = A_p + O(1/c)   x_u = a + c b + O(1/c)   c x_Lambda = c I + L + O(1/c)
+ *
+ * b: velocity of directions that springs alone hold, A_q = G b and what closes loops; a: all other velocities; I: impulses
+ * of loops, A_p = C^T I; L: loop forces. Solutions for c and 100 c tell one from the other, and so Newton's method finds
+ *
+ *   positions    F_u = 0 and g = 0 by A_q and a        start_positions.c
+ *   velocities   F_u = 0, C u + g_t = 0 by a, I, L; dF_u/dt = 0 by b        start_velocities.c
+ *   rates        as those of any state        completion_rates.c
+ *
+ * In place of c = infinity stand values beyond all rates of the model, tried one after the other. */
+#include "massless/start.h"
+
+#include "massless/completion_elastic.h"
+#include "massless/completion_rates.h"
+#include "massless/imbalance.h"
+#include "massless/start_positions.h"
+#include "massless/start_velocities.h"
+
+#include "algebra/dense.h"
+#include "base/error.h"
+#include "dynamics/entry.h"
+#include "forms/dae.h"
+#include "model/query.h"
+#include "recursion/kinematics.h"
+
+#include <math.h>
+
+static const char function[] = "mbsr_dae_consistent";
+
+/* c in the time in which the state changes much. */
+static const double ladder[] = {1e5, 1e7, 1e9, 1e3, 1e4, 1e6, 3e4, 1e2};
+enum { RUNGS = sizeof ladder / sizeof ladder[0], CAREFUL = 3 };
+
+/* ---- from a guess to a state ---- */
+
+static int begin(mbsri_start *s)
+{
+    mbsr_completion *w = s->w;
+    int status = mbsri_pack(&mbsri_form_momentum, w->m, w->d, w->t, s->q_given, s->u_given, w->y);
+    mbsri_zero((size_t)w->size, w->yp);
+    mbsri_zero((size_t)w->size, w->rate);
+    mbsri_zero((size_t)w->m->rows, w->force_rate);
+    mbsri_zero((size_t)w->m->rows, s->impulse);
+    s->displaced = false;
+    for (int k = 0; k < w->m->nu && s->from != MBSRI_FROM_GIVEN; ++k) {
+        const double speed = s->from == MBSRI_FROM_REST ? 0.0 : w->least_rate;
+        if (s->lacks[k])
+            w->y[w->rates + k] = speed * (1.0 + 0.5 * sin(12.9898 * k)) / w->per_span[k];
+    }
+    if (!status) return mbsri_completion_residual(w, w->t, w->y, w->yp);
+    w->error = w->d->error;
+    return status;
+}
+
+/* Notes the masses of the state given, at which w->y is. */
+static int note_masses(mbsri_start *s)
+{
+    mbsr_completion *w = s->w;
+    int status = mbsri_positions(w->m, w->d, w->t, w->y);
+    if (!status) status = mbsri_velocities(w->m, w->d, s->u_given);
+    if (!status) mbsri_masses_note(w->m, w->d, w->y, s->u_given, &s->masses);
+    if (status) w->error = w->d->error;
+    return status;
+}
+
+/* The velocities that dampers fix at the positions given; those given where there are none. */
+static int settle_dampers(mbsri_start *s)
+{
+    int status = mbsri_start_momenta(s);
+    if (!status) status = mbsri_start_velocities(s, false);
+    if (status <= 0) return status;
+    return begin(s);
+}
+
+/* u' and loop forces. Of closed models, where solutions do not aim at q', what is missing falls with c^2. */
+static int find_rates(mbsri_start *s)
+{
+    static const double farther = 100.0;
+    mbsr_completion *w = s->w;
+    if (w->m->rows > 0 && w->deficient && !w->elastic) {
+        w->c *= farther;
+        const int status = mbsri_completion_rates(w);
+        if (status <= 0) return status;
+        w->c /= farther;
+    }
+    return mbsri_completion_rates(w);
+}
+
+/* Positions and velocities in turn, where the former depend on the latter. */
+static int balance(mbsri_start *s)
+{
+    enum { TURNS = 4 };
+    mbsr_completion *w = s->w;
+    const mbsr_model *m = w->m;
+    int status = MBSR_OK;
+    if (w->elastic && m->held == 0) status = settle_dampers(s);
+    for (int turn = 0; turn < TURNS && !status; ++turn) {
+        const int before = s->info->iterations;
+        s->sought = "position";
+        if (w->elastic) status = mbsri_start_positions(s);
+        if (turn == 0 && m->rows > 0) mbsri_copy((size_t)m->nu, s->u_given, w->y + w->rates);
+        if (status || (turn > 0 && s->info->iterations == before)) break;
+        status = mbsri_start_momenta(s);
+        s->sought = "velocity";
+        if (!status && (w->deficient || m->rows > 0)) status = mbsri_start_velocities(s, true);
+        if (!w->elastic) break;
+    }
+    if (!status) status = mbsri_start_evaluate(s, true);
+    if (status) return status;
+    s->sought = "acceleration";
+    return find_rates(s);
+}
+
+/* Whether forces take a push along directions without mass as the matrices say. Where nothing but rounding determines a
+ * direction they do not. */
+static int check(mbsri_start *s, bool *clear)
+{
+    static const double short_way = 1e-4, off = 1e-2;
+    mbsr_completion *w = s->w;
+    const mbsr_model *m = w->m;
+    double *push = s->target, *still = s->missing, error = 0.0, largest = 0.0;
+    int status = mbsri_completion_residual(w, w->t, w->y, w->yp);
+    mbsri_copy((size_t)m->nu, w->F + w->rates, still);
+    mbsri_completion_push(w, push);
+    mbsri_zero((size_t)w->size, w->r);
+    mbsri_copy((size_t)m->nu, push, w->r + w->rates);
+    if (!status) status = mbsri_start_solve(s, NULL);
+    if (status) return status;
+    const double speed = mbsri_completion_speed(w, w->x + w->rates),
+                 step = short_way / fmax(speed * s->time, mbsri_start_extent(s, w->x));
+    *clear = isfinite(step);
+    if (!*clear) return MBSR_OK;
+    mbsri_copy((size_t)w->size, w->y, w->ahead);
+    mbsri_copy((size_t)w->size, w->yp, w->ahead_rate);
+    for (int k = 0; k < w->loops; ++k) w->ahead[k] += step * w->x[k];
+    for (int k = w->loops; k < w->places; ++k) w->ahead_rate[k] += step * w->other[k];
+    status = mbsri_completion_residual(w, w->t, w->ahead, w->ahead_rate);
+    for (int k = 0; k < m->nu; ++k) {
+        const double taken = (w->F[w->rates + k] - still[k]) / step;
+        largest = fmax(largest, fabs(push[k]) / w->per_span[k]);
+        if (w->lacks[k]) error = fmax(error, fabs(push[k] - taken) / w->per_span[k]);
+    }
+    *clear = !status && error <= off * largest;
+    return status < 0 ? status : MBSR_OK;
+}
+
+/* No balance found, of positions or of velocities: names the joint at which the largest force is left. */
+static int refuse(mbsri_start *s, const char *what)
+{
+    mbsr_completion *w = s->w;
+    char label[MBSRI_LABEL];
+    int head = 0;
+    double share = 0.0;
+    if (!mbsri_enter(w->m, w->d, true, MBSRI_STAGE_BACKWARD, function))
+        share = mbsri_largest_defect(w->m, w->d, true, 0.0, &head);
+    return mbsri_fail(
+        &w->error, MBSR_NO_CONVERGENCE, head > 0 ? w->m->body[head].id : MBSR_NONE, MBSR_NONE,
+        "%s: no %s balances the forces along directions without mass: of those on %s "
+        "%.3g is left",
+        function, what, head > 0 ? mbsri_body_label(w->m, head, label) : "the joints", share);
+}
+
+/* What is known of the model at the state given, with F there. */
+static int survey(mbsri_start *s)
+{
+    mbsr_completion *w = s->w;
+    s->from = MBSRI_FROM_GIVEN;
+    s->sought = "velocity";
+    int status = begin(s);
+    if (status) return status;
+    const int rank = mbsr_total_rank(w->m, w->d);
+    w->deficient = rank < w->m->nu;
+    s->info->null_directions = w->m->nu - rank;
+    s->time = mbsri_completion_time(w);
+    mbsri_completion_lacking(w, s->lacks);
+    return w->pair ? note_masses(s) : MBSR_OK;
+}
+
+/* Springs held what nothing else seemed to hold, or not, also at the state found: friction that slips holds little. */
+static int stays_as_it_is(mbsri_start *s)
+{
+    mbsr_completion *w = s->w;
+    const bool elastic = w->elastic;
+    const int status = w->deficient ? mbsri_completion_find_growth(w) : MBSR_OK;
+    if (status || w->elastic == elastic) return status;
+    return mbsri_completion_fail(w, MBSR_NO_CONVERGENCE, "directions on springs alone");
+}
+
+/* With one c after the other. */
+static int climb(mbsri_start *s, int rungs, bool *singular)
+{
+    mbsr_completion *w = s->w;
+    int status = MBSR_OK;
+    for (int rung = 0; rung < rungs; ++rung) {
+        w->c = ladder[rung] / s->time;
+        w->elastic = false;
+        s->longest = s->widest = rung < CAREFUL ? 0.5 : 0.1;
+        mbsri_completion_forget(w);
+        status = begin(s);
+        if (!status && w->deficient) status = mbsri_completion_find_growth(w);
+        if (!status) status = balance(s);
+        if (!status) status = stays_as_it_is(s);
+        s->info->elastic = w->elastic;
+        if (status <= 0) return status;
+        *singular = *singular && status == MBSR_SINGULAR_BLOCK;
+    }
+    return status;
+}
+
+int mbsri_start_find(mbsri_start *s, mbsr_data *d, double t, bool *clear)
+{
+    mbsr_completion *w = s->w;
+    bool singular = true;
+    *clear = false;
+    w->d = d;
+    w->t = t;
+    w->times.from = s->opt->side > 0 ? t : -INFINITY;
+    w->times.to = s->opt->side < 0 ? t : INFINITY;
+    int status = survey(s);
+    if (!status) status = climb(s, RUNGS, &singular);
+    const mbsr_error first = w->error;
+    const char *sought = s->sought;
+    for (int from = MBSRI_FROM_REST; from <= MBSRI_FROM_ELSEWHERE && status > 0; ++from) {
+        s->from = from;
+        status = climb(s, CAREFUL, &singular);
+    }
+    if (!status && w->deficient) return check(s, clear);
+    if (status <= 0) return status;
+    if (!singular) return refuse(s, sought);
+    w->error = first;
+    w->error.status = MBSR_UNDETERMINED;
+    return MBSR_UNDETERMINED;
+}

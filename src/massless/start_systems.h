@@ -1,0 +1,66 @@
+/* What the steps of a consistent start share, and its Newton systems: see start.c.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRI_START_SYSTEMS_H
+#define MBSRI_START_SYSTEMS_H
+
+#include "massless/completion_matrix.h"
+#include "massless/masses.h"
+
+#include <mbsrank/dae.h>
+
+typedef enum mbsri_start_from {
+    MBSRI_FROM_GIVEN,
+    MBSRI_FROM_REST,
+    MBSRI_FROM_ELSEWHERE /* moving at a rate that is typical of the model */
+} mbsri_start_from;
+
+typedef struct mbsri_start {
+    mbsr_completion *w; /* the state that is being improved, its matrices, and the rates found */
+    const mbsr_consistent_opt *opt;
+    mbsr_consistent_info *info;
+    const double *offset;            /* held: what gaps are to be; NULL: zero */
+    const double *q_given, *u_given; /* nq, nu: closed positions, velocities */
+    double widest;                   /* turn in a step of positions at most, rad */
+    double longest;                  /* step of positions at most, of what they span */
+    double time;                     /* s, in which the state given changes much */
+    mbsri_start_from from;           /* where velocities of what has no mass begin */
+    const char *sought;              /* a state's part that was looked for last */
+    bool displaced;                  /* positions have left q_given */
+    mbsri_masses masses;             /* of the state given */
+    double *per_place;               /* nq: 1 over the span of each coordinate */
+    double *target;                  /* nu: momenta of the velocities given, where positions are */
+    double *beyond;                  /* nu: what they are more than those of u_given there */
+    double *missing;                 /* nu: what momenta lack of the target and impulses of loops */
+    double *impulse;                 /* rows: of loops */
+    double *before;                  /* size: of a step: the state, */
+    double *impulse_before, *load_before; /* rows: impulses, loop forces */
+    double *step;                         /* size: a correction, */
+    double *load_step;                    /* rows: of loop forces */
+    bool *lacks; /* nu: rates of joints some direction of which moves no mass */
+    void *memory;
+} mbsri_start;
+
+/* Room for starts of the model of w, whose record is kept in s; MBSR_OK or no memory, reported in w->error. */
+int mbsri_start_open(mbsri_start *s, mbsr_completion *w);
+void mbsri_start_close(mbsri_start *s);
+
+/* w->F at w->y, with momenta of w->y's velocities (own) or as they are. */
+int mbsri_start_evaluate(mbsri_start *s, bool own);
+
+/* w->r = (0, 0, F_u, F_Lambda, F_Eta - offset), those of F_u that are balances of forces. */
+void mbsri_start_rows(mbsri_start *s, bool forces, bool rates, bool gaps);
+
+/* Both solutions for w->r and c times `momenta` (nu, NULL: none) in r_p: of q, p limits and of Lambda impulses in w->x; of u
+ * what is not elastic in w->x and what is over c in w->other, as loop forces. */
+int mbsri_start_solve(mbsri_start *s, const double *momenta);
+
+/* Both matrices at w->y, w->yp. */
+int mbsri_start_factor(mbsri_start *s);
+
+/* Whether forces along directions without mass are rounding beside the largest that act, at w->y. */
+bool mbsri_start_balances(mbsri_start *s);
+
+/* The largest of changes of q over what coordinates span. */
+double mbsri_start_extent(const mbsri_start *s, const double *dq);
+
+#endif

@@ -1,0 +1,206 @@
+/* Consistent starts of trees: directions on springs alone, many directions, masses that stay.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "expect.h"
+
+#include <mbsrank/mbsrank.h>
+
+#include <math.h>
+#include <stdbool.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const double now = 0.3;
+
+/* A state of the momentum form, and what was found of it. */
+typedef struct starts {
+    int nq, nu;
+    double *q, *u, *y, *yp;
+} starts;
+
+static void take(starts *s, const mbsr_model *model)
+{
+    s->nq = mbsr_model_nq(model);
+    s->nu = mbsr_model_nu(model);
+    const size_t size = (size_t)(s->nq + 2 * s->nu) + 1;
+    s->q = calloc(size, sizeof(double));
+    s->u = calloc(size, sizeof(double));
+    s->y = calloc(size, sizeof(double));
+    s->yp = calloc(size, sizeof(double));
+}
+
+static void give_back(starts *s)
+{
+    free(s->q), free(s->u), free(s->y), free(s->yp);
+}
+
+/* A chain of carts without mass but for the last, each on a spring and a damper to the one before.
+ * The dampers of carts `bare` and
+ * the one after are left out: in series with others, one spring without damper would do. */
+static void make_carts(int count, int bare, mbsr_model **model, mbsr_data **data)
+{
+    mbsr_error error;
+    const mbsr_model_def def = mbsr_default_model_def();
+    assert_ok(mbsr_model_create(&def, model, &error), &error);
+    int at = MBSR_GROUND, id;
+    for (int k = 0; k < count; ++k) {
+        mbsr_body_def body = mbsr_default_body_def();
+        body.parent = at;
+        body.joint = mbsr_joint_point((mbsr_planar_frame){0}, MBSR_X, 0, NULL, NULL);
+        body.inertia = k + 1 < count ? mbsr_inertia_zero() : mbsr_inertia_particle(1.0);
+        assert_ok(mbsr_model_add_body(*model, &body, &at), mbsr_model_error(*model));
+        const bool damped = bare < 0 || (k != bare && k != bare + 1);
+        const double damping = damped ? 0.5 + 0.01 * k : 0.0;
+        const mbsr_force_def spring = mbsr_force_joint_spring(at, 0, 10.0 + k, damping, 0.0);
+        assert_ok(mbsr_model_add_force(*model, &spring, &id), mbsr_model_error(*model));
+    }
+    assert_ok(mbsr_model_finish(*model), mbsr_model_error(*model));
+    assert_ok(mbsr_data_create(*model, data, &error), &error);
+}
+
+static void carts_free(mbsr_model *model, mbsr_data *data)
+{
+    mbsr_data_destroy(data);
+    mbsr_model_destroy(model);
+}
+
+/* Springs in balance leave the rates to chance, were the direction on a spring alone not found. */
+static void a_direction_on_a_spring_alone_is_told(void **state)
+{
+    (void)state;
+    for (int run = 0; run < 10; ++run) {
+        const int bare = run / 2 - 1, balanced = run % 2;
+        mbsr_model *model;
+        mbsr_data *data;
+        mbsr_consistent_info info;
+        starts s;
+        make_carts(6, bare, &model, &data);
+        take(&s, model);
+        for (int k = 0; k < 6; ++k) s.q[k] = balanced ? 1.0 / (10.0 + k) : 0.1 * k, s.u[k] = 1.0;
+        assert_ok(mbsr_dae_pack(model, data, MBSR_DAE_MOMENTUM, now, s.q, s.u, s.y),
+                  mbsr_data_error(data));
+        assert_ok(mbsr_dae_consistent(model, data, MBSR_DAE_MOMENTUM, now, s.y, s.yp, NULL, &info),
+                  mbsr_data_error(data));
+        assert_int_equal(info.null_directions, 5);
+        assert_int_equal(info.elastic, bare < 0 ? 0 : 1);
+        /* the force in all elements is the same, and its rate where springs alone hold */
+        double force = 0.0, rate = 0.0;
+        for (int k = 0; k < 6; ++k) {
+            const bool damped = bare < 0 || (k != bare && k != bare + 1);
+            const double d = damped ? 0.5 + 0.01 * k : 0.0, *u = s.y + 12, *udot = s.yp + 12,
+                         f = (10.0 + k) * s.y[k] + d * u[k], g = (10.0 + k) * u[k] + d * udot[k];
+            if (k == 0) force = f, rate = g;
+            assert_close(f, force, 1e-11 * (1.0 + fabs(force)));
+            assert_close(g, rate, 3e-8 * (1.0 + fabs(rate)));
+        }
+        give_back(&s);
+        carts_free(model, data);
+    }
+}
+
+/* Far more directions than a start by directions could find; the carts move at a common force, v_k
+ * = (F - c_k q_k) / d_k with F from what the momentum leaves. */
+static void a_thousand_massless_carts_start(void **state)
+{
+    (void)state;
+    enum { CARTS = 1000 };
+    mbsr_model *model;
+    mbsr_data *data;
+    starts s;
+    make_carts(CARTS, -1, &model, &data);
+    take(&s, model);
+    double sum = 0.0, compliance = 0.0;
+    for (int k = 0; k < CARTS; ++k) {
+        s.q[k] = 0.1 * sin(k);
+        s.u[k] = 1.0;
+        sum += (10.0 + k) * s.q[k] / (0.5 + 0.01 * k);
+        compliance += 1.0 / (0.5 + 0.01 * k);
+    }
+    const double force = (CARTS + sum) / compliance; /* the last one moves with CARTS */
+    mbsr_consistent_info info;
+    assert_ok(mbsr_dae_pack(model, data, MBSR_DAE_MOMENTUM, now, s.q, s.u, s.y),
+              mbsr_data_error(data));
+    assert_ok(mbsr_dae_consistent(model, data, MBSR_DAE_MOMENTUM, now, s.y, s.yp, NULL, &info),
+              mbsr_data_error(data));
+    assert_int_equal(info.null_directions, CARTS - 1);
+    assert_int_equal(info.elastic, 0);
+    double acceleration = 0.0;
+    for (int k = 0; k < CARTS; ++k) {
+        const double v = (force - (10.0 + k) * s.q[k]) / (0.5 + 0.01 * k);
+        assert_close(s.y[2 * CARTS + k], v, 1e-7 * CARTS);
+        acceleration += s.yp[2 * CARTS + k];
+    }
+    assert_close(acceleration, -force, 1e-6 * fabs(force));
+    give_back(&s);
+    carts_free(model, data);
+}
+
+/* A carrier without mass turns to where its springs balance; the body that it carries, in SI and in mm, g, ms, stays where
+ * it is and keeps its velocity, though the joint between them has turned by nearly one rad. */
+static void what_has_mass_stays(void **state)
+{
+    (void)state;
+    static const struct {
+        double length, mass, time;
+    } in[2] = {{1.0, 1.0, 1.0}, {1e3, 1e3, 1e3}};
+    for (int k = 0; k < 2; ++k) {
+        const double L = in[k].length, stiffness = in[k].mass / (in[k].time * in[k].time),
+                     at[3] = {0.5 * L, 0.2 * L, 0.0}, com[2] = {0.1 * L, 0.3 * L};
+        const mbsr_planar_frame origin = {0.0, 0.0, 0.0};
+        mbsr_model *model = NULL;
+        mbsr_data *data = NULL;
+        assert_ok(mbsr_model_create(NULL, &model, NULL), NULL);
+        mbsr_body_def body = mbsr_default_body_def();
+        body.joint = mbsr_joint_planar_revolute(origin, origin);
+        body.inertia = mbsr_inertia_zero();
+        assert_ok(mbsr_model_add_body(model, &body, NULL), mbsr_model_error(model));
+        body.parent = 0;
+        body.joint = mbsr_joint_planar_free(origin, origin);
+        body.inertia = mbsr_inertia_planar(in[k].mass, com, 0.2 * in[k].mass * L * L);
+        assert_ok(mbsr_model_add_body(model, &body, NULL), mbsr_model_error(model));
+        const mbsr_force_def turns =
+                                 mbsr_force_joint_spring(0, 0, 20.0 * stiffness * L * L, 0.0, 1.1),
+                             pulls = mbsr_force_point_spring(0, at, 1, NULL, 5.0 * stiffness, 0.0,
+                                                             0.3 * L);
+        assert_ok(mbsr_model_add_force(model, &turns, NULL), mbsr_model_error(model));
+        assert_ok(mbsr_model_add_force(model, &pulls, NULL), mbsr_model_error(model));
+        assert_ok(mbsr_model_finish(model), mbsr_model_error(model));
+        assert_ok(mbsr_data_create(model, &data, NULL), NULL);
+        const double v = L / in[k].time, w = 1.0 / in[k].time, q[4] = {0.1, 0.8 * L, 0.4 * L, 0.3},
+                     u[4] = {0.5 * w, 0.2 * v, -0.3 * v, 0.7 * w};
+        double y[12], yp[12], before[3], after[3], V[3], kept[3], share;
+        int where;
+        assert_ok(mbsr_positions(model, data, now, q), mbsr_data_error(data));
+        assert_ok(mbsr_velocities(model, data, u), mbsr_data_error(data));
+        assert_ok(mbsr_body_pose(model, data, 1, before), NULL);
+        assert_ok(mbsr_body_twist(model, data, 1, V), NULL);
+        assert_ok(mbsr_dae_pack(model, data, MBSR_DAE_MOMENTUM, now, q, u, y), NULL);
+        assert_ok(mbsr_dae_consistent(model, data, MBSR_DAE_MOMENTUM, now, y, yp, NULL, NULL),
+                  mbsr_data_error(data));
+        assert_true(fabs(y[0] - q[0]) > 0.5);
+        assert_ok(mbsr_positions(model, data, now, y), mbsr_data_error(data));
+        assert_ok(mbsr_velocities(model, data, y + 8), mbsr_data_error(data));
+        assert_ok(mbsr_body_pose(model, data, 1, after), NULL);
+        assert_ok(mbsr_body_twist(model, data, 1, kept), NULL);
+        for (int c = 0; c < 3; ++c) {
+            const double span = c < 2 ? L : 1.0;
+            assert_close(after[c], before[c], 1e-11 * span);
+            assert_close(kept[c], V[c], 1e-11 * span / in[k].time);
+        }
+        assert_ok(
+            mbsr_dae_imbalance(model, data, MBSR_DAE_MOMENTUM, now, y, &share, &where, NULL, NULL),
+            mbsr_data_error(data));
+        assert_less(share, 1e-10);
+        mbsr_data_destroy(data);
+        mbsr_model_destroy(model);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_direction_on_a_spring_alone_is_told),
+        cmocka_unit_test(a_thousand_massless_carts_start),
+        cmocka_unit_test(what_has_mass_stays),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
