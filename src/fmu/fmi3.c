@@ -84,8 +84,12 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
                                .event_mode = eventModeUsed,
                                .early_return = earlyReturnAllowed,
                                .environment = environment};
-    return instantiate(as, name, token, resources, (callbacks){logMessage, intermediateUpdate},
-                       __func__);
+    mbsri_instance *in = instantiate(as, name, token, resources,
+                                     (callbacks){logMessage, intermediateUpdate}, __func__);
+    if (!in || !eventModeUsed || mbsri_has_events(in)) return in;
+    mbsri_say(in, MBSRI_ERROR, "%s: the FMU has no event mode", __func__);
+    mbsri_instance_destroy(in);
+    return NULL;
 }
 
 fmi3Instance fmi3InstantiateScheduledExecution(

@@ -216,6 +216,11 @@ void mbsri_instance_destroy(mbsri_instance *in)
     free(in);
 }
 
+bool mbsri_has_events(const mbsri_instance *in)
+{
+    return in->variables.indicators > 0 && !(in->plan.fixed_step > 0.0);
+}
+
 mbsri_result mbsri_instance_reset(mbsri_instance *in)
 {
     close_plan(in);

@@ -100,6 +100,9 @@ mbsri_instance *mbsri_instance_create(const mbsri_instance *as, const char *fold
                                       const char *token);
 void mbsri_instance_destroy(mbsri_instance *in); /* NULL is allowed */
 
+/* Whether co-simulation tells events: it has stops or contacts, and steps by the error. */
+bool mbsri_has_events(const mbsri_instance *in);
+
 /* As it was created. */
 mbsri_result mbsri_instance_reset(mbsri_instance *in);
 

@@ -11,15 +11,15 @@ enum { MOST_CHANGES = 1000 };
 
 /* ---- by the error ---- */
 
-/* The driver from the state in y and yp, completed for the inputs as they are. */
-static int begin_anew(mbsri_instance *in)
+/* A new driver from the state in y and yp, completed for the inputs as they are: one that has run before remembers how. */
+static mbsri_result begin_anew(mbsri_instance *in)
 {
     int status = MBSR_OK;
     if (in->inputs_changed)
         status = mbsr_complete(in->completion, in->data, MBSR_DAE_MOMENTUM, in->t, in->y, in->yp);
-    if (!status) status = mbsr_ida_start(in->ida, in->t, in->y, in->yp);
-    in->fresh = in->inputs_changed = false;
-    return status;
+    if (!status) return mbsri_make_solver(in);
+    return mbsri_failed(in, "no state for the inputs", status,
+                        mbsr_completion_error(in->completion));
 }
 
 /* Ranks of joint blocks have changed: the consistent state at the last good one, with its massless directions. */
@@ -62,9 +62,10 @@ static int resume_driver(mbsri_instance *in, double *t_end, bool *done)
 
 static mbsri_result drive(mbsri_instance *in, double t_end, bool *event)
 {
-    int changes = 0, status = in->fresh ? begin_anew(in) : MBSR_OK;
+    if (in->fresh && begin_anew(in)) return MBSRI_ERROR;
+    int changes = 0, status = MBSR_OK;
     const bool sampled = in->inputs_changed;
-    bool done = status != MBSR_OK;
+    bool done = false;
     while (!done) {
         status = sampled ? mbsr_ida_sample(in->ida, t_end, NULL, NULL, NULL)
                          : mbsr_ida_advance(in->ida, t_end, NULL, NULL, NULL);
