@@ -2,6 +2,7 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "base/cookie.h"
 #include "fmu/binary.h"
+#include "fmu/build.h"
 #include "fmu/describe.h"
 #include "fmu/error.h"
 #include "fmu/names.h"
@@ -26,20 +27,6 @@ mbsr_fmu_opt mbsr_default_fmu_opt(void)
                           .outputs = MBSR_FMU_ALL,
                           .stop_time = 1.0,
                           .step_size = 1e-3};
-}
-
-int mbsr_fmu_held_motion(void *motion, double t, double *s, double *sdot, double *sddot)
-{
-    const mbsr_fmu_motion *m = motion;
-    (void)t;
-    if (!m) return MBSR_ERR_NULL;
-    if (m->count < 1 || m->count > MBSR_FMU_MOTION_MOST) return MBSR_ERR_VALUE;
-    for (int k = 0; k < m->count; ++k) {
-        s[k] = m->value[3 * k];
-        sdot[k] = m->value[3 * k + 1];
-        sddot[k] = m->value[3 * k + 2];
-    }
-    return MBSR_OK;
 }
 
 /* ---- arguments ---- */

@@ -1,9 +1,10 @@
 /* The functions of FMI 2.0: each checks that it may be called now, and calls what both versions share.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "fmu/fmi2.h"
+#include "fmu/fmi2_functions.h"
 
 #include "fmu/cycle.h"
 #include "fmu/exchange.h"
+#include "fmu/open.h"
 #include "fmu/saved.h"
 #include "fmu/values.h"
 

@@ -1,10 +1,11 @@
 /* The functions of FMI 3.0: each checks that it may be called now, and calls what both versions share.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "fmu/fmi3.h"
+#include "fmu/fmi3_functions.h"
 
 #include "fmu/cycle.h"
 #include "fmu/exchange.h"
 #include "fmu/fmi3_enter.h"
+#include "fmu/open.h"
 #include "fmu/saved.h"
 #include "fmu/values.h"
 

@@ -3,7 +3,7 @@
 #ifndef MBSRI_FMI3_ENTER_H
 #define MBSRI_FMI3_ENTER_H
 
-#include "fmu/fmi3.h"
+#include "fmu/fmi3_functions.h"
 #include "fmu/instance.h"
 
 enum {

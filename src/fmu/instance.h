@@ -8,6 +8,7 @@
 #define MBSRI_FMU_INSTANCE_H
 
 #include "base/format.h"
+#include "fmu/build.h"
 #include "fmu/variables.h"
 
 #include <mbsrank/completion.h>
@@ -94,17 +95,8 @@ struct mbsri_instance {
     bool fresh;     /* the driver begins anew from y and yp */
 };
 
-/* Reads the plan of `folder`, the resources, with or without a separator at its end, and holds `token` against it. NULL, after a
- * message by *as, of which name, exchange, log, logger, environment, callback are taken. */
-mbsri_instance *mbsri_instance_create(const mbsri_instance *as, const char *folder,
-                                      const char *token);
-void mbsri_instance_destroy(mbsri_instance *in); /* NULL is allowed */
-
 /* Whether co-simulation tells events: it has stops or contacts, and steps by the error. */
 bool mbsri_has_events(const mbsri_instance *in);
-
-/* As it was created. */
-mbsri_result mbsri_instance_reset(mbsri_instance *in);
 
 /* A message: an event, or the reason of a result that is not MBSRI_OK, which is returned. After an error the
  * instance is terminated. */

@@ -64,6 +64,14 @@ const char *mbsri_fmu_label(mbsri_arena *arena, const char *part, const char *na
     return mbsri_arena_text(arena, text, strlen(text));
 }
 
+char *mbsri_printable(mbsri_arena *arena, const char *label)
+{
+    char *made = mbsri_arena_text(arena, label, strlen(label));
+    for (char *c = made; c && *c; ++c)
+        if (*c < ' ' || *c > '~') *c = '?';
+    return made;
+}
+
 char *mbsri_identifier(mbsri_arena *arena, const char *label)
 {
     const size_t length = strlen(label);

@@ -12,6 +12,9 @@ char *mbsri_name(mbsri_arena *arena, const char *group, const char *label, const
 /* The name of a part, or what stands for it: "body3". NULL: no memory. */
 const char *mbsri_fmu_label(mbsri_arena *arena, const char *part, const char *name, int id);
 
+/* The label with ? for what is no printable character of ASCII. */
+char *mbsri_printable(mbsri_arena *arena, const char *label);
+
 /* The label as an identifier of C, for names of files and functions. */
 char *mbsri_identifier(mbsri_arena *arena, const char *label);
 

@@ -3,7 +3,8 @@
 #ifndef MBSRI_FMU_PARAMETERS_H
 #define MBSRI_FMU_PARAMETERS_H
 
-#include "fmu/variables.h"
+#include "fmu/plan.h"
+#include "fmu/variable.h"
 
 /* Adds them to a list of mbsri_variable. False: no memory. */
 bool mbsri_list_parameters(mbsri_plan *plan, mbsri_list *list);

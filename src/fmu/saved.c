@@ -88,7 +88,9 @@ static mbsri_result take_state(mbsri_instance *in)
 mbsri_result mbsri_save(mbsri_instance *in, const char *function, mbsri_saved **saved)
 {
     const size_t count = count_of(in);
-    if (!saved) return mbsri_say(in, MBSRI_ERROR, "%s: an argument is NULL", function);
+    if (!saved || !in->q)
+        return mbsri_say(in, MBSRI_ERROR, "%s: %s", function,
+                         saved ? "there is no state" : "an argument is NULL");
     const mbsri_result taken = in->mode == MBSRI_TERMINATED ? MBSRI_OK : take_state(in);
     if (taken) return taken;
     mbsri_saved *to = *saved;
@@ -135,7 +137,7 @@ mbsri_result mbsri_restore(mbsri_instance *in, const char *function, const mbsri
         return mbsri_say(in, MBSRI_ERROR, "%s: the state is NULL or of another FMU", function);
     const double *flags = saved->number;
     const bool tolerance = in->tolerance < flags[2] || in->tolerance > flags[2];
-    if (set_parameters(in, saved->number + FLAGS) || in->stale) {
+    if (set_parameters(in, saved->number + FLAGS) || in->stale || !in->q) {
         const mbsri_result made = mbsri_make_model(in);
         if (made) return made;
     }

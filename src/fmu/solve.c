@@ -46,20 +46,31 @@ static bool take_state(mbsri_instance *in)
     return true;
 }
 
+/* The data of a model, and room for its states. */
+static mbsri_result take_data(mbsri_instance *in)
+{
+    mbsr_error error = {.text = ""};
+    int status = mbsr_data_create(in->built.model, &in->data, &error);
+    if (!status) status = mbsr_data_create(in->built.model, &in->event_data, &error);
+    if (!status) status = mbsr_completion_create(in->built.model, NULL, &in->completion, &error);
+    if (status) return mbsri_failed(in, "no data for the model", status, &error);
+    if (!take_state(in)) return mbsri_failed(in, "the model", MBSR_ERR_NO_MEMORY, NULL);
+    return MBSRI_OK;
+}
+
 mbsri_result mbsri_make_model(mbsri_instance *in)
 {
     mbsr_error error = {.text = ""};
     mbsri_drop_model(in);
     settle_tensors(in);
-    int status = mbsri_build(&in->plan, in->input, in->t_motion, &in->built, &error);
+    const int status = mbsri_build(&in->plan, in->input, in->t_motion, &in->built, &error);
     if (status) return mbsri_failed(in, "the model cannot be built", status, &error);
-    status = mbsr_data_create(in->built.model, &in->data, &error);
-    if (!status) status = mbsr_data_create(in->built.model, &in->event_data, &error);
-    if (!status) status = mbsr_completion_create(in->built.model, NULL, &in->completion, &error);
-    if (status) return mbsri_failed(in, "no data for the model", status, &error);
-    if (!take_state(in)) return mbsri_failed(in, "the model", MBSR_ERR_NO_MEMORY, NULL);
-    in->stale = false;
-    return MBSRI_OK;
+    const mbsri_result result = take_data(in);
+    if (result)
+        mbsri_drop_model(in);
+    else
+        in->stale = false;
+    return result;
 }
 
 static void drop_solver(mbsri_instance *in)

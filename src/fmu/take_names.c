@@ -118,12 +118,12 @@ int mbsri_take_names(mbsri_plan *plan, const mbsr_model *model, const mbsr_fmu_o
                      mbsr_error *error)
 {
     const char *name = opt->name ? opt->name : opt->file ? opt->file->name : "";
-    plan->name = *name ? name : "model";
+    plan->name = mbsri_printable(&plan->arena, *name ? name : "model");
     plan->nq = mbsr_model_nq(model);
     plan->nu = mbsr_model_nu(model);
     plan->q = mbsri_arena_take(&plan->arena, ((size_t)plan->nq + 1) * sizeof *plan->q);
     plan->u = mbsri_arena_take(&plan->arena, ((size_t)plan->nu + 1) * sizeof *plan->u);
-    int status = plan->q && plan->u ? MBSR_OK : MBSR_ERR_NO_MEMORY;
+    int status = plan->name && plan->q && plan->u ? MBSR_OK : MBSR_ERR_NO_MEMORY;
     if (!status) status = take_coordinates(plan, model, opt);
     if (status) return mbsri_fmu_fail(error, status, "mbsr_fmu_export: no memory for the names");
     status = take_sites(plan, opt, error);

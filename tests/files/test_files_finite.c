@@ -4,6 +4,7 @@
 
 #include <locale.h>
 #include <math.h>
+#include <stdbool.h>
 
 static const char hinge[] =
     "<robot name='r'><link name='a'/><link name='b'><inertial><mass value='1,5'/></inertial></link>"

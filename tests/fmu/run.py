@@ -132,6 +132,10 @@ def parameters_count_before_the_start(unit):
     wrong.set([mass], [-1.0])
     refused(wrong.initialize, "a negative mass")
     need(any("mass" in text for _, _, text in wrong.log), f"its message {wrong.log}")
+    refused(wrong.save, "a state of no model")
+    refused(lambda: wrong.get([q]), "a value of no model")
+    need(wrong.status("Reset") == OK, "a reset after a wrong parameter")
+    wrong.initialize()
     wrong.free()
 
 

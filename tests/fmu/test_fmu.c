@@ -2,8 +2,8 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #define _XOPEN_SOURCE 700
 #include "expect.h"
-#include "fmu/fmi2.h"
-#include "fmu/fmi3.h"
+#include "fmu/fmi2_functions.h"
+#include "fmu/fmi3_functions.h"
 #include "units.h"
 
 #include <dlfcn.h>

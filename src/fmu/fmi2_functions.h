@@ -1,7 +1,7 @@
 /* Types and functions of the Functional Mock-up Interface 2.0.4, as its text defines them.
  * SPDX-License-Identifier: BSD-3-Clause */
-#ifndef MBSRI_FMI2_H
-#define MBSRI_FMI2_H
+#ifndef MBSRI_FMI2_FUNCTIONS_H
+#define MBSRI_FMI2_FUNCTIONS_H
 
 #include <stddef.h>
 

@@ -1,7 +1,7 @@
 /* Types and functions of the Functional Mock-up Interface 3.0, as its text defines them.
  * SPDX-License-Identifier: BSD-3-Clause */
-#ifndef MBSRI_FMI3_H
-#define MBSRI_FMI3_H
+#ifndef MBSRI_FMI3_FUNCTIONS_H
+#define MBSRI_FMI3_FUNCTIONS_H
 
 #include <stdbool.h>
 #include <stddef.h>
