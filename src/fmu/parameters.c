@@ -71,29 +71,18 @@ static bool add_body(mbsri_plan *plan, mbsri_list *list, int id)
 
 /* ---- laws of force elements ---- */
 
-/* Whether element and number are of a rotation: by the coordinate, the axis or the place among six. */
-static bool turns(const mbsri_plan *plan, const mbsr_force_def *def, const char *name, int index)
+/* What an element acts along: by the coordinate, or the place among six. MBSR_COORDINATE_OTHER: not known here. */
+static int kind_of(const mbsri_plan *plan, const mbsr_force_def *def, int index)
 {
     const char *table = def->table->name;
-    if (strcmp(table, "bushing") == 0) return index <= 3;
-    if (strcmp(table, "joint rotation spring-damper") == 0 || strstr(table, "bearing")) return true;
-    if (strncmp(table, "joint", 5) != 0 || strcmp(name, "torque") == 0) return false;
-    int at = 0;
-    for (int k = 0; k < plan->nu; ++k) { /* the first coordinate named as the body */
-        const char *body = def->body[0] >= 0 ? plan->body[def->body[0]].def.name : NULL;
-        if (!body || strcmp(plan->u[k].joint, body) != 0) continue;
-        if (at++ == def->option[0]) return plan->u[k].kind == MBSR_COORDINATE_ROTATION;
-    }
-    return false;
-}
-
-static bool knows_turn(const mbsri_plan *plan, const mbsr_force_def *def)
-{
-    if (strncmp(def->table->name, "joint", 5) != 0) return true;
-    const char *body = def->body[0] >= 0 ? plan->body[def->body[0]].def.name : NULL;
-    for (int k = 0; k < plan->nu; ++k)
-        if (body && strcmp(plan->u[k].joint, body) == 0) return true;
-    return false;
+    if (strcmp(table, "bushing") == 0)
+        return index <= 3 ? MBSR_COORDINATE_ROTATION : MBSR_COORDINATE_TRANSLATION;
+    if (strcmp(table, "joint rotation spring-damper") == 0 || strstr(table, "bearing"))
+        return MBSR_COORDINATE_ROTATION;
+    if (strncmp(table, "point", 5) == 0) return MBSR_COORDINATE_TRANSLATION;
+    const int at =
+        strncmp(table, "joint", 5) == 0 ? mbsri_plan_rate(plan, def->body[0], def->option[0]) : -1;
+    return at >= 0 ? plan->u[at].kind : MBSR_COORDINATE_OTHER;
 }
 
 /* "" where it depends on more than is known here. */
@@ -114,16 +103,15 @@ static const char *unit_of(const mbsri_plan *plan, const mbsr_force_def *def, co
                  {"free_length", "m", "m"},
                  {"radius", "m", "m"},
                  {"load", "N", "N"},
+                 {"force", "N", "N.m"},
+                 {"slip", "m/s", "rad/s"},
                  {"torque", "N.m", "N.m"}};
-    const char *table = def->table->name;
-    if (strcmp(table, "gravity") == 0) return "m/s2";
-    if (strcmp(table, "contact") == 0 || strcmp(table, "gear") == 0 ||
-        strncmp(table, "axis", 4) == 0 || strcmp(table, "planar bushing") == 0)
-        return "";
-    if (!knows_turn(plan, def)) return "";
+    if (strcmp(def->table->name, "gravity") == 0) return "m/s2";
+    const int kind = kind_of(plan, def, index);
+    if (kind == MBSR_COORDINATE_OTHER || (strcmp(name, "rest") == 0 && index > 0)) return "";
     for (size_t k = 0; k < sizeof units / sizeof *units; ++k)
         if (strcmp(name, units[k].name) == 0)
-            return turns(plan, def, name, index) ? units[k].about : units[k].along;
+            return kind == MBSR_COORDINATE_ROTATION ? units[k].about : units[k].along;
     return "";
 }
 

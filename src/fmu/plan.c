@@ -8,6 +8,7 @@
 #include <mbsrank/closure.h>
 
 #include <inttypes.h>
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -320,6 +321,32 @@ int mbsri_plan_read(mbsri_plan *plan, const unsigned char *data, size_t size, mb
         return mbsri_fmu_fail(error, MBSR_ERR_FILE, "it is damaged, near byte %zu of %zu", s.at,
                               size);
     return MBSR_OK;
+}
+
+static bool is_held(const mbsri_plan_body *b, int k)
+{
+    return b->held && !isnan(b->held[k]);
+}
+
+int mbsri_plan_rate(const mbsri_plan *plan, int body, int coordinate)
+{
+    int at = 0;
+    if (body < 0 || body >= plan->bodies || coordinate < 0 ||
+        coordinate >= plan->body[body].joint_n || is_held(plan->body + body, coordinate))
+        return -1;
+    for (int b = 0; b <= body; ++b)
+        for (int k = 0; k < (b < body ? plan->body[b].joint_n : coordinate); ++k)
+            at += !is_held(plan->body + b, k);
+    return at < plan->nu ? at : -1;
+}
+
+const char *mbsri_plan_effort(const mbsri_plan *plan, int at)
+{
+    switch (at >= 0 && at < plan->nu ? plan->u[at].kind : MBSR_COORDINATE_OTHER) {
+    case MBSR_COORDINATE_ROTATION: return "N.m";
+    case MBSR_COORDINATE_TRANSLATION: return "N";
+    default: return "";
+    }
 }
 
 /* FNV-1a, 64 bits, from two starts */

@@ -118,6 +118,12 @@ const unsigned char *mbsri_plan_write(mbsri_plan *plan, size_t *size);
 /* And back, in a plan just opened. MBSR_ERR_FILE with the reason: it is damaged, or of another version of the library. */
 int mbsri_plan_read(mbsri_plan *plan, const unsigned char *data, size_t size, mbsr_error *error);
 
+/* Where rate `coordinate` of a body's joint, as it was given, stands in u; -1: it is locked, or there is none. */
+int mbsri_plan_rate(const mbsri_plan *plan, int body, int coordinate);
+
+/* Unit of a force along rate `at` of u; "": not known. */
+const char *mbsri_plan_effort(const mbsri_plan *plan, int at);
+
 /* What an importer has to say to an FMU that is of this model: 32 hexadecimal digits of the bytes. */
 enum { MBSRI_TOKEN = 33 };
 void mbsri_plan_token(const unsigned char *data, size_t size, char token[MBSRI_TOKEN]);

@@ -75,6 +75,49 @@ static int take_coordinates(mbsri_plan *p, const mbsr_model *model, const mbsr_f
     return MBSR_OK;
 }
 
+/* Elements without a name are called by their joint and what they are, or by the latter and their id; actuators as the file does. */
+static int name_forces(mbsri_plan *p, const mbsr_fmu_opt *opt)
+{
+    for (int k = 0; k < p->forces; ++k) {
+        mbsr_force_def *def = &p->force[k].def;
+        const char *kind = def->table->name;
+        if (def->name && *def->name) continue;
+        for (int a = 0; opt->file && a < opt->file->actuators; ++a)
+            if (opt->file->actuator[a].force == k) def->name = opt->file->actuator[a].name;
+        if (def->name && *def->name) continue;
+        char text[256];
+        const bool joint = strncmp(kind, "joint ", 6) == 0;
+        const int rate = joint ? mbsri_plan_rate(p, def->body[0], def->option[0]) : -1;
+        if (rate >= 0)
+            mbsri_fmu_print(text, sizeof text, "%.200s_%s", p->u[rate].joint, kind + 6);
+        else if (strcmp(kind, "gravity") == 0)
+            mbsri_fmu_print(text, sizeof text, "gravity");
+        else
+            mbsri_fmu_print(text, sizeof text, "%s_%d", kind, k);
+        for (char *c = text; *c; ++c)
+            if (*c == ' ' || *c == '-') *c = '_';
+        def->name = mbsri_arena_text(&p->arena, text, strlen(text));
+        if (!def->name) return MBSR_ERR_NO_MEMORY;
+    }
+    return MBSR_OK;
+}
+
+/* Units of inputs that are wrenches or joint forces. */
+static void find_units(mbsri_plan *p, const mbsr_model *model)
+{
+    for (int k = 0; k < p->forces; ++k) {
+        const mbsri_plan_force *f = p->force + k;
+        const bool wrench = strcmp(f->def.table->name, "wrench") == 0;
+        int at, n;
+        if (f->link.kind != MBSRI_LINK_INPUT || f->link.function != 2) continue;
+        mbsri_plan_input *input = p->input + f->link.index;
+        for (int c = 0; wrench && c < 6; ++c) input[c].unit = c < 3 ? "N.m" : "N";
+        if (strcmp(f->def.table->name, "applied joint force") != 0) continue;
+        mbsr_body_coordinates(model, f->def.body[0], NULL, NULL, &at, &n);
+        for (int c = 0; c < n; ++c) input[c].unit = mbsri_plan_effort(p, at + c);
+    }
+}
+
 /* The sites given, those of the file, or the frames of all bodies. Those on the ground do not move, and are left out. */
 static int take_sites(mbsri_plan *p, const mbsr_fmu_opt *opt, mbsr_error *error)
 {
@@ -125,7 +168,9 @@ int mbsri_take_names(mbsri_plan *plan, const mbsr_model *model, const mbsr_fmu_o
     plan->u = mbsri_arena_take(&plan->arena, ((size_t)plan->nu + 1) * sizeof *plan->u);
     int status = plan->name && plan->q && plan->u ? MBSR_OK : MBSR_ERR_NO_MEMORY;
     if (!status) status = take_coordinates(plan, model, opt);
+    if (!status) status = name_forces(plan, opt);
     if (status) return mbsri_fmu_fail(error, status, "mbsr_fmu_export: no memory for the names");
+    find_units(plan, model);
     status = take_sites(plan, opt, error);
     return status ? status : check_start(plan, error);
 }

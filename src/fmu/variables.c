@@ -127,13 +127,15 @@ static const char *unit_of_load(mbsr_space space, int k)
     return k < 3 ? "N.m" : k < 6 ? "N" : "";
 }
 
+/* `rate`: where the rates of the body begin in u. */
 static bool add_load(lister *l, mbsri_variable v, int count, const char *label, const char *part,
-                     mbsr_space space)
+                     mbsr_space space, int rate)
 {
     const char *group = v.kind == MBSRI_REACTION ? "reactions" : "forces";
     for (int k = 0; k < count; ++k) {
         v.component = k;
-        v.unit = v.kind == MBSRI_EFFORT ? "" : unit_of_load(space, k);
+        v.unit =
+            v.kind == MBSRI_EFFORT ? mbsri_plan_effort(l->plan, rate + k) : unit_of_load(space, k);
         if (!add_named(l, v, group, label, part, k + 1)) return false;
     }
     return true;
@@ -147,9 +149,9 @@ static bool add_forces(lister *l)
         if (flags & MBSR_FORCE_EVERY_BODY) continue;
         const int body = def->body_list ? def->body_list[0] : def->body[0];
         if (body < 0 || body >= l->plan->bodies) continue;
-        int n = 0;
+        int n = 0, rate = 0;
         const mbsr_joint *joint = &l->plan->body[body].def.joint;
-        mbsr_body_coordinates(l->model, body, NULL, NULL, NULL, &n);
+        mbsr_body_coordinates(l->model, body, NULL, NULL, &rate, &n);
         const char *label = label_of(l, "force", def->name, k);
         const mbsri_variable f = {.kind = MBSRI_FORCE,
                                   .of = k,
@@ -159,9 +161,11 @@ static bool add_forces(lister *l)
                                     .of = k,
                                     .description = "what it exerts along joint rates",
                                     .derivative_of = -1};
-        if (!(flags & MBSR_FORCE_JOINT_ONLY) && !add_load(l, f, joint->d, label, "f", joint->space))
+        if (!(flags & MBSR_FORCE_JOINT_ONLY) &&
+            !add_load(l, f, joint->d, label, "f", joint->space, 0))
             return false;
-        if (!(flags & MBSR_FORCE_NO_JOINT) && !add_load(l, tau, n, label, "tau", joint->space))
+        if (!(flags & MBSR_FORCE_NO_JOINT) &&
+            !add_load(l, tau, n, label, "tau", joint->space, rate))
             return false;
     }
     return true;
@@ -176,7 +180,7 @@ static bool add_reactions(lister *l)
                                   .description = "what the joint exerts on the body",
                                   .derivative_of = -1};
         if (!add_load(l, v, joint->d, label_of(l, "body", l->plan->body[k].def.name, k), "f",
-                      joint->space))
+                      joint->space, 0))
             return false;
     }
     for (int k = 0; k < mbsr_model_closures(l->model); ++k) {
