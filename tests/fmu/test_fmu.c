@@ -179,6 +179,39 @@ static void vehicle_runs_by_fixed_steps(void **state)
     compare_run(make_vehicle, 1e-4, names, 1e-5);
 }
 
+/* Two pendulums part, and a rank changes: against the form that decides no ranks. */
+static void ranks_change_within_a_step(void **state)
+{
+    static const double q[4] = {0.0, 0.0, 1.0, 1.0}, u[4] = {0.0, 0.0, 2.0, 2.0};
+    static const char *const names[] = {"left", "right"};
+    loaded l;
+    (void)state;
+    load(&l, make_twins, 0.0);
+    mbsr_ida_opt opt = mbsr_default_ida_opt();
+    opt.form = MBSR_DAE_INVERSE_DYNAMICS;
+    opt.rtol = opt.atol = 1e-8;
+    assert_int_equal(mbsr_simulation_start(&l.model.s, &opt, 0.0, q, u), MBSR_OK);
+    fmi3Instance c = instantiate(&l);
+    for (int k = 0; k < 2; ++k) {
+        char name[40];
+        snprintf(name, sizeof name, "joints.%s.q", names[k]);
+        const fmi3ValueReference vr[2] = {find(&l, name), find(&l, name) + 4};
+        const double start[2] = {q[2 + k], u[2 + k]};
+        assert_int_equal(FUNCTION(&l, fmi3SetFloat64)(c, vr, 2, start, 2), fmi3OK);
+    }
+    initialize(&l, c);
+    for (int k = 0; k < 8; ++k) step(&l, c, 0.1 * k, 0.1);
+    assert_true(strstr(messages, "ranks change") != NULL);
+    assert_int_equal(mbsr_simulation_to(&l.model.s, 0.8), MBSR_OK);
+    for (int k = 0; k < 2; ++k) {
+        char name[40];
+        snprintf(name, sizeof name, "joints.%s.q", names[k]);
+        assert_true(fabs(get(&l, c, name) - l.model.s.q[2 + k]) < 1e-4);
+    }
+    FUNCTION(&l, fmi3FreeInstance)(c);
+    unload(&l);
+}
+
 /* A wrench that an input holds: what the same force does in process. */
 static void inputs_are_held_as_in_process(void **state)
 {
@@ -443,6 +476,7 @@ int main(void)
         cmocka_unit_test(arm_runs_as_in_process),
         cmocka_unit_test(closed_linkage_runs_as_in_process),
         cmocka_unit_test(vehicle_runs_by_fixed_steps),
+        cmocka_unit_test(ranks_change_within_a_step),
         cmocka_unit_test(inputs_are_held_as_in_process),
         cmocka_unit_test(instances_run_in_threads),
         cmocka_unit_test(locale_stays),

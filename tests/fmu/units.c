@@ -96,6 +96,26 @@ void make_beam(unit_model *m)
     named(m, "push", mbsr_force_wrench(end, NULL, 0, mbsr_held_force, m->motion.value));
 }
 
+void make_twins(unit_model *m)
+{
+    static const double t[] = {0.0, 0.5, 1.0}, torque[] = {0.0, 0.0, 10.0};
+    const mbsr_planar_frame here = {0.0, 0.0, 0.0}, above = {0.0, 1.0, 0.0};
+    *m = begin();
+    mbsr_table *table = mbsr_simulation_add_table(&m->s, MBSR_TABLE_LINEAR, 3, t, torque);
+    const int bead = mbsr_simulation_add_body(&m->s, "bead", MBSR_GROUND, mbsr_joint_point_free(),
+                                              mbsr_inertia_zero());
+    int pendulum = 0;
+    for (int k = 0; k < 2; ++k)
+        pendulum = mbsr_simulation_add_body(&m->s, k == 0 ? "left" : "right", bead,
+                                            mbsr_joint_planar_revolute(here, above),
+                                            mbsr_inertia_particle(1.0));
+    for (int axis = 0; axis < 2; ++axis)
+        mbsr_simulation_add_force(&m->s,
+                                  mbsr_force_axis_spring(bead, MBSR_GROUND, axis, 100.0, 5.0, 0.0));
+    named(m, "weight", mbsr_force_gravity(0.0, -9.81, 0.0));
+    named(m, "torque", mbsr_force_joint_applied(pendulum, mbsr_table_force, table));
+}
+
 /* ---- a quarter of a vehicle ---- */
 
 enum { BODY = 300, WHEEL = 40 };

@@ -24,6 +24,10 @@ void make_linkage(unit_model *m);
 /* A beam with massless modes on a hinge, a force at its tip that is an input. */
 void make_beam(unit_model *m);
 
+/* Two pendulums on a bead without mass, side by side until a torque from a table parts them at 0.5 s: the bead has one massless
+ * direction, then none. */
+void make_twins(unit_model *m);
+
 /* A quarter of a vehicle: body and wheel with spring, damper and tyre; and its halves: the body under a force that is
  * an input, the wheel below a carrier whose motion is one. */
 void make_vehicle(unit_model *m);
