@@ -27,7 +27,7 @@ static bool fits(mbsri_instance *in, const char *function, const void *to, size_
 /* The ODE of the state; in initialization mode, before there is one, that of the start. */
 static mbsri_result have_ode(mbsri_instance *in)
 {
-    if (in->ode) return MBSRI_OK;
+    if (in->ode && in->started) return MBSRI_OK;
     const mbsri_result result = in->started ? MBSRI_OK : mbsri_find_start(in);
     return result ? result : mbsri_make_solver(in);
 }

@@ -106,6 +106,7 @@ mbsri_result mbsri_find_start(mbsri_instance *in)
         if (made) return made;
     }
     const mbsr_model *m = in->built.model;
+    drop_solver(in);
     in->t = in->t_start;
     for (int k = 0; k < in->plan.motions; ++k) in->t_motion[k] = in->t;
     in->evaluated = false;

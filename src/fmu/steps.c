@@ -94,9 +94,8 @@ static mbsri_result refuse(mbsri_instance *in, double t, int status)
 static mbsri_result march(mbsri_instance *in, double t_end)
 {
     const double t = in->t, h = t_end - t, count = fmax(1.0, ceil(h / in->plan.fixed_step - 1e-9));
-    int status = mbsr_stepper_state(in->stepper, NULL, in->work, in->work + in->size);
-    if (in->fresh) status = mbsr_stepper_resume(in->stepper, t, in->y, in->yp);
-    if (!status && !in->fresh) status = mbsr_stepper_state(in->stepper, NULL, in->y, in->yp);
+    int status = in->fresh ? mbsr_stepper_resume(in->stepper, t, in->y, in->yp)
+                           : mbsr_stepper_state(in->stepper, NULL, in->y, in->yp);
     in->fresh = false;
     if (status) return mbsri_failed(in, "the step", status, mbsr_stepper_error(in->stepper));
     for (double k = 1.0; k <= count && in->t < t_end; k += 1.0) {

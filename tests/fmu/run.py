@@ -81,6 +81,23 @@ def both_ways_agree(unit, t_end, h, error):
     b.free()
 
 
+def starts_are_found_anew(unit):
+    """Values that are set after others have been asked for, in initialization mode."""
+    one = Instance(unit, True)
+    n, q = len(unit.description.states), unit.description.by_name["joints.upper.q"]
+
+    def ask(instance):
+        first = instance.numbers("GetContinuousStates", n)
+        instance.set([q], [0.4])
+        second = instance.numbers("GetContinuousStates", n)
+        need(abs(second[0] - first[0] - 0.4) < 1e-12, f"states {first}, then {second}")
+        need(abs(instance.get([q])[0] - 0.4) < 1e-12, "a coordinate that was set")
+
+    one.initialize(before=ask)
+    need(abs(one.numbers("GetContinuousStates", n)[0] - 0.4) < 1e-12, "the start")
+    one.free()
+
+
 # ---- states ----
 
 def states_are_kept(unit):
@@ -275,6 +292,7 @@ def main(folder):
             unit.close()
         arm = Unit(f"{folder}/arm{version}.fmu")
         both_ways_agree(arm, 0.15, 1e-3, 1e-5)
+        starts_are_found_anew(arm)
         parameters_count_before_the_start(arm)
         inputs_act(arm)
         messages_have_categories(arm)
