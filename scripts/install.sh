@@ -10,7 +10,7 @@ build=(gcc:cc libc6-dev ninja-build:ninja cmake:cmake pkg-config:pkg-config
        liblapack-dev libblas-dev libsundials-dev libexpat1-dev libsuitesparse-dev)
 # libomp-dev: the CMake package of Debian's SUNDIALS asks for OpenMP, which clang has apart.
 test=(build-essential:g++ clang:clang libomp-dev clang-format:clang-format binutils:objdump
-      libcmocka-dev valgrind:valgrind libhdf5-dev)
+      libcmocka-dev valgrind:valgrind libhdf5-dev python3:python3)
 demo=(gnuplot-nox:gnuplot libhdf5-dev)
 page=(nodejs:node npm:npm zlib1g-dev)
 

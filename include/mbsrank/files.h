@@ -284,6 +284,13 @@ MBSR_API int mbsr_file_sense(const mbsr_file *file, int sensor, const mbsr_model
 MBSR_API int mbsr_file_mujoco_state(const mbsr_file *file, int inverse, const double *position,
                                     const double *velocity, double *q, double *u);
 
+/* ---- elements that files need and force.h and closure.h do not have ----
+ *
+ * Their tables by number, 0, 1, ..., for whoever takes a model apart (mbsr_force_definition); NULL behind the last. The `user`
+ * of an element that is an actuator points to its control, and is NULL for others. */
+MBSR_API const mbsr_force_table *mbsr_file_force_table(int k);
+MBSR_API const mbsr_closure_table *mbsr_file_closure_table(int k);
+
 /* ---- meshes ---- */
 
 /* A triangle: three corners of three coordinates. */

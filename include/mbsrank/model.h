@@ -203,6 +203,11 @@ MBSR_API int mbsr_model_kink(const mbsr_model *model, double t, int direction, m
 MBSR_API int mbsr_body_locks(const mbsr_model *model, int body);
 MBSR_API const double *mbsr_body_regularisation(const mbsr_model *model, int body);
 
+/* The values at which coordinates of a body's joint are locked, NaN for the others, as many as the joint has as it was
+ * given (NULL: none is locked, or there is no such body), and whether what acts on them is dropped. */
+MBSR_API const double *mbsr_body_locked(const mbsr_model *model, int body);
+MBSR_API int mbsr_body_drops(const mbsr_model *model, int body);
+
 /* The armature of a body's joint, n numbers of mbsr_body_coordinates, zero where none was given; NULL
  * if there is no such body. */
 MBSR_API const double *mbsr_body_armature(const mbsr_model *model, int body);
@@ -216,11 +221,12 @@ MBSR_API const char *mbsr_body_name(const mbsr_model *model, int body);
 /* The first body of that name, or MBSR_NONE; no body has the name "". */
 MBSR_API int mbsr_model_find_body(const mbsr_model *model, const char *name);
 
-/* What a body and a force element of a finished model were defined as, a value that can be added to
+/* What a finished model, a body and a force element of it were defined as, a value that can be added to
  * another model; names, matrices and lists of bodies are the model's and live as long. A body's
  * inertia is what counts in the model: without what is neglected. Amendments are asked for
  * apart (mbsr_body_locks, mbsr_body_regularisation, mbsr_body_armature). Elements are found in time
  * proportional to their number. Status: MBSR_OK, MBSR_ERR_NULL, MBSR_ERR_UNFINISHED, MBSR_ERR_ID. */
+MBSR_API int mbsr_model_definition(const mbsr_model *model, mbsr_model_def *def);
 MBSR_API int mbsr_body_definition(const mbsr_model *model, int body, mbsr_body_def *def);
 MBSR_API int mbsr_force_definition(const mbsr_model *model, int force, mbsr_force_def *def);
 

@@ -65,6 +65,9 @@ MBSR_API mbsr_table_def mbsr_default_table_def(void);
 MBSR_API int mbsr_table_create(const mbsr_table_def *def, mbsr_table **table, mbsr_error *error);
 MBSR_API void mbsr_table_destroy(mbsr_table *table); /* NULL is allowed */
 
+/* The table as it was defined: x and value point into *table and are valid as long as that. MBSR_ERR_NULL. */
+MBSR_API int mbsr_table_data(const mbsr_table *table, mbsr_table_def *data);
+
 /* Values, first and second derivatives at x, `columns` numbers each; outputs may be NULL. Where a
  * derivative jumps it is the one behind the point. MBSR_ERR_NULL, MBSR_NOT_FINITE (x, or a number
  * that overflows), MBSR_ERR_VALUE (beyond the ends of a table that refuses that); nothing is

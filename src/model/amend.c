@@ -197,3 +197,16 @@ int mbsr_body_locks(const mbsr_model *model, int body)
     if (!model || !model->finished || body < 0 || body >= model->bodies) return -1;
     return ((const mbsri_body_entry *)model->entries.data)[body].locks;
 }
+
+const double *mbsr_body_locked(const mbsr_model *model, int body)
+{
+    if (mbsr_body_locks(model, body) <= 0) return NULL;
+    const mbsri_body_entry *entry = (const mbsri_body_entry *)model->entries.data + body;
+    return (const double *)model->matrices.data + entry->held;
+}
+
+int mbsr_body_drops(const mbsr_model *model, int body)
+{
+    if (mbsr_body_locks(model, body) < 0) return -1;
+    return ((const mbsri_body_entry *)model->entries.data)[body].drops;
+}

@@ -11,6 +11,17 @@ static const char *name_at(const mbsr_model *m, size_t name)
     return name > 0 ? (const char *)m->names.data + name : NULL;
 }
 
+int mbsr_model_definition(const mbsr_model *model, mbsr_model_def *def)
+{
+    if (!model || !def) return MBSR_ERR_NULL;
+    if (!model->finished) return MBSR_ERR_UNFINISHED;
+    *def = (mbsr_model_def){.cookie = MBSRI_COOKIE,
+                            .root = model->root,
+                            .rank_tolerance = model->rank_tolerance,
+                            .allocator = model->allocator};
+    return MBSR_OK;
+}
+
 int mbsr_body_definition(const mbsr_model *model, int body, mbsr_body_def *def)
 {
     if (!model || !def) return MBSR_ERR_NULL;

@@ -52,6 +52,20 @@ static const command commands[] = {
      "  --quiet        neither progress nor findings\n" COMMON,
      run_run},
 #endif
+#if defined(MBSR_WITH_FMU)
+    {"fmu", "write a Functional Mock-up Unit for other simulators",
+     "usage: mbsrank fmu FILE -o UNIT [options]\n"
+     "  -o UNIT        ending in .fmu\n"
+     "  --fmi V        version of the standard, 2 or 3; default 3\n"
+     "  --kind K       cs (co-simulation), me (model exchange) or both; default: cs, and me where\n"
+     "                 the model allows it\n"
+     "  --fixed-step H   co-simulation by steps of bounded cost, at most H s long\n"
+     "  --order N      of these, 1 or 2 (default)\n"
+     "  --rtol R, --atol A   tolerances of co-simulation, default 1e-6\n"
+     "  --t-end T, --step H   default experiment, s; default 1 and 1e-3\n"
+     "  --name NAME    of the model, not that of the file\n" COMMON,
+     run_fmu},
+#endif
     {"plot", "draw columns of a run by gnuplot",
      "usage: mbsrank plot RUN -o PICTURE [options]\n"
      "  -o PICTURE       ending in .png or .svg\n"

@@ -5,7 +5,7 @@ _mbsrank() {
     local common="--start --floating --package --arg --folder --anywhere --no-limits --no-friction --stop-stiffness --stop-damping --slip --strict --help"
     COMPREPLY=()
     if [ "$COMP_CWORD" -eq 1 ]; then
-        mapfile -t COMPREPLY < <(compgen -W "info check run plot view convert --help --version" -- "$word")
+        mapfile -t COMPREPLY < <(compgen -W "info check run plot view fmu convert --help --version" -- "$word")
         return
     fi
     case $before in
@@ -15,6 +15,7 @@ _mbsrank() {
     -*)
         case ${COMP_WORDS[1]} in
         run) common="$common --t-end --step --rtol --atol --form --inputs --output -o --quiet --json" ;;
+        fmu) common="$common -o --fmi --kind --fixed-step --order --rtol --atol --t-end --step --name" ;;
         plot) common="--columns --title -o --help" ;;
         convert) common="--floating --package --arg --folder --anywhere --strict --help" ;;
         view) common="$common --inputs -o" ;;

@@ -117,5 +117,6 @@ int run_run(int argc, char **argv);
 int run_view(int argc, char **argv);
 int run_plot(int argc, char **argv);
 int run_convert(int argc, char **argv);
+int run_fmu(int argc, char **argv);
 
 #endif

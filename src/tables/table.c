@@ -29,6 +29,20 @@ mbsr_table_def mbsr_default_table_def(void)
     return (mbsr_table_def){.cookie = MBSRI_COOKIE, .columns = 1};
 }
 
+int mbsr_table_data(const mbsr_table *table, mbsr_table_def *data)
+{
+    if (!table || !data) return MBSR_ERR_NULL;
+    *data = (mbsr_table_def){.cookie = MBSRI_COOKIE,
+                             .points = table->points,
+                             .x = table->x,
+                             .columns = table->columns,
+                             .value = table->value,
+                             .kind = table->kind,
+                             .beyond = table->beyond,
+                             .allocator = table->allocator};
+    return MBSR_OK;
+}
+
 int mbsri_table_columns(const mbsr_table *table)
 {
     return table ? table->columns : -1;

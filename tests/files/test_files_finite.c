@@ -4,6 +4,7 @@
 
 #include <locale.h>
 #include <math.h>
+#include <stdbool.h>
 
 static const char hinge[] =
     "<robot name='r'><link name='a'/><link name='b'><inertial><mass value='1,5'/></inertial></link>"
@@ -204,6 +205,19 @@ static int no_triangles(void)
     return mbsr_mesh_triangles(NULL, 0, NULL, NULL, NULL, NULL) == MBSR_OK;
 }
 
+static int no_force_table(void)
+{
+    bool good = !mbsr_file_force_table(-1) && !mbsr_file_force_table(4);
+    for (int k = 0; k < 4; ++k) good = good && mbsr_file_force_table(k)->evaluate;
+    return !good;
+}
+
+static int no_closure_table(void)
+{
+    return mbsr_file_closure_table(-1) || mbsr_file_closure_table(1) ||
+           !mbsr_file_closure_table(0)->position;
+}
+
 /* Functions of the component (tests/hygiene/finite.sh), each with what must not come of NULL. */
 static const struct {
     const char *name;
@@ -225,6 +239,8 @@ static const struct {
     {"mbsr_written_destroy", no_written},
     {"mbsr_file_expand_xacro", no_xacro},
     {"mbsr_mesh_triangles", no_triangles},
+    {"mbsr_file_force_table", no_force_table},
+    {"mbsr_file_closure_table", no_closure_table},
 };
 
 static void nothing_comes_of_null(void **state)

@@ -1,0 +1,64 @@
+/* The shared object that goes into every FMU: its bytes stand in the library, put there by the assembler.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "fmu/binary.h"
+
+#include <stdint.h>
+
+#if defined(MBSR_FMU_BINARY) && defined(__GNUC__) && defined(__ELF__)
+__asm__(".section .rodata.mbsri_fmu,\"a\"\n"
+        ".balign 16\n"
+        ".globl mbsri_fmu_begin\n"
+        ".hidden mbsri_fmu_begin\n"
+        ".type mbsri_fmu_begin, %object\n"
+        "mbsri_fmu_begin:\n"
+        ".incbin \"" MBSR_FMU_BINARY "\"\n"
+        ".globl mbsri_fmu_end\n"
+        ".hidden mbsri_fmu_end\n"
+        ".type mbsri_fmu_end, %object\n"
+        "mbsri_fmu_end:\n"
+        ".byte 0\n"
+        ".previous\n");
+extern const unsigned char mbsri_fmu_begin[], mbsri_fmu_end[];
+
+const unsigned char *mbsri_fmu_binary(size_t *size)
+{
+    *size = (size_t)((uintptr_t)mbsri_fmu_end - (uintptr_t)mbsri_fmu_begin);
+    return mbsri_fmu_begin;
+}
+#else
+const unsigned char *mbsri_fmu_binary(size_t *size)
+{
+    *size = 0;
+    return NULL;
+}
+#endif
+
+#if defined(__x86_64__)
+#define MACHINE "x86_64"
+#elif defined(__aarch64__)
+#define MACHINE "aarch64"
+#elif defined(__i386__)
+#define MACHINE "x86"
+#endif
+
+const char *mbsri_fmu_platform(int version)
+{
+#if defined(__linux__) && defined(MACHINE)
+    if (version == 3) return MACHINE "-linux";
+#if defined(__x86_64__)
+    return "linux64";
+#elif defined(__i386__)
+    return "linux32";
+#else
+    return MACHINE "-linux"; /* which 2.0 has no name for */
+#endif
+#else
+    (void)version;
+    return NULL;
+#endif
+}
+
+const char *mbsri_fmu_ending(void)
+{
+    return ".so";
+}

@@ -1,0 +1,113 @@
+/* One instance of an FMU, whatever version of the standard it is called by.
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * The plan is read from the resources. A model is built of it when the initialisation needs one, and again where parameters
+ * have changed. From the start on the state is q and u at t (model exchange: x = (q, p) of ode.h); the data is evaluated when
+ * something is asked for. Functions return MBSRI_OK or what is wrong, after a message. */
+#ifndef MBSRI_FMU_INSTANCE_H
+#define MBSRI_FMU_INSTANCE_H
+
+#include "base/format.h"
+#include "fmu/build.h"
+#include "fmu/variables.h"
+
+#include <mbsrank/completion.h>
+#include <mbsrank/ida.h>
+#include <mbsrank/ode.h>
+#include <mbsrank/stepper.h>
+
+/* The numbers that the status has in both versions. */
+typedef enum mbsri_result {
+    MBSRI_OK,
+    MBSRI_WARNING,
+    MBSRI_DISCARD,
+    MBSRI_ERROR,
+    MBSRI_FATAL
+} mbsri_result;
+
+/* A step of the driver has ended, and an intermediate update is wanted: what its callback returns. */
+enum { MBSRI_PAUSE = 1 };
+
+/* Categories of messages; bits. */
+enum {
+    MBSRI_LOG_EVENTS = 1,
+    MBSRI_LOG_WARNING = 2,
+    MBSRI_LOG_DISCARD = 4,
+    MBSRI_LOG_ERROR = 8,
+    MBSRI_LOG_ALL = 15
+};
+
+/* States of the calling sequence; bits. After an error, and after fmi3Terminate, the instance is TERMINATED. */
+typedef enum mbsri_mode {
+    MBSRI_INSTANTIATED = 1,
+    MBSRI_INITIALIZATION = 2,
+    MBSRI_EVENT_MODE = 4,
+    MBSRI_CONTINUOUS = 8, /* model exchange, between events */
+    MBSRI_STEP = 16,      /* co-simulation, at a communication point */
+    MBSRI_TERMINATED = 32,
+    MBSRI_INTERMEDIATE = 64, /* within a step, called by the importer's callback */
+    MBSRI_INITIALIZED = 28
+} mbsri_mode;
+
+typedef struct mbsri_instance mbsri_instance;
+
+/* Hands a message to the importer. */
+typedef void (*mbsri_logger)(mbsri_instance *in, mbsri_result result, const char *category,
+                             const char *text);
+
+/* Tells the importer of a step inside; *early: it wants control back at *time, not before. */
+typedef void (*mbsri_intermediate)(mbsri_instance *in, double t, bool *early, double *time);
+
+struct mbsri_instance {
+    char *name;
+    bool exchange; /* model exchange */
+    unsigned log;  /* categories */
+    mbsri_logger logger;
+    void *environment;                        /* of the importer */
+    void (*callback)(void), (*updater)(void); /* of the importer, of their own types */
+    mbsri_intermediate intermediate;          /* NULL: none is wanted */
+    bool event_mode, early_return;            /* the importer handles them */
+    mbsri_mode mode;
+
+    unsigned char *resource; /* the plan as bytes */
+    size_t resource_size;
+    mbsri_plan plan;
+    mbsri_variables variables;
+
+    mbsri_built built;
+    bool stale; /* parameters have changed since */
+    mbsr_data *data, *event_data;
+    mbsr_completion *completion;
+    mbsr_ida *ida;         /* of co-simulation with steps by the error */
+    mbsr_stepper *stepper; /* with fixed ones */
+    mbsr_ode *ode;         /* of model exchange */
+
+    double t, t_start, tolerance; /* tolerance 0: that of the plan */
+    double *input;                /* as many as the plan has */
+    double *t_motion;             /* when those of each motion were set */
+    bool inputs_changed;          /* since the last step */
+    double *q0, *u0;              /* start asked for: nq, nu */
+    double *q, *u, *udot, *lambda, *x, *y, *yp,
+        *work;      /* work: three times y, and an indicator for each element */
+    int size, rows; /* of y, of lambda */
+    bool started;   /* y and yp are a state that the solvers may start from */
+    bool evaluated; /* udot, lambda and the data are of q, u, t and the inputs */
+    bool fresh;     /* the driver begins anew from y and yp */
+};
+
+/* Whether co-simulation tells events: it has stops or contacts, and steps by the error. */
+bool mbsri_has_events(const mbsri_instance *in);
+
+/* A message: an event, or the reason of a result that is not MBSRI_OK, which is returned. After an error the
+ * instance is terminated. */
+void mbsri_tell(mbsri_instance *in, const char *format, ...) MBSRI_FORMAT(2, 3);
+mbsri_result mbsri_say(mbsri_instance *in, mbsri_result result, const char *format, ...)
+    MBSRI_FORMAT(3, 4);
+
+/* Whether a function may be called now; if not, after a message. */
+bool mbsri_allowed(mbsri_instance *in, unsigned modes, const char *function);
+
+/* Categories by their names; false, after a message: there is no such one. count 0: all. */
+bool mbsri_set_log(mbsri_instance *in, bool on, size_t count, const char *const *category);
+
+#endif

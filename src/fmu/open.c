@@ -1,0 +1,151 @@
+/* Instances: making and resetting. See open.h.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "fmu/open.h"
+
+#include "fmu/error.h"
+#include "fmu/solve.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- resources ---- */
+
+/* No model is larger. */
+enum { MOST_BYTES = 1 << 30 };
+
+static unsigned char *read_all(FILE *from, size_t *size)
+{
+    size_t room = 1 << 16;
+    unsigned char *data = malloc(room);
+    *size = 0;
+    while (data) {
+        *size += fread(data + *size, 1, room - *size, from);
+        if (*size < room) break;
+        unsigned char *larger = room < MOST_BYTES ? realloc(data, 2 * room) : NULL;
+        if (!larger) free(data);
+        data = larger;
+        room *= 2;
+    }
+    return data;
+}
+
+static bool read_resource(mbsri_instance *in, const char *folder)
+{
+    static const char name[] = "model.mbsrank";
+    const size_t length = strlen(folder);
+    const bool ends = length > 0 && (folder[length - 1] == '/' || folder[length - 1] == '\\');
+    char *path = malloc(length + sizeof name + 1);
+    if (!path) {
+        mbsri_say(in, MBSRI_ERROR, "no memory for the path of the model");
+        return false;
+    }
+    mbsri_fmu_print(path, length + sizeof name + 1, "%s%s%s", folder, ends ? "" : "/", name);
+    FILE *from = fopen(path, "rb");
+    if (from) {
+        in->resource = read_all(from, &in->resource_size);
+        fclose(from);
+    }
+    if (!in->resource) mbsri_say(in, MBSRI_ERROR, "%s: the model cannot be read", path);
+    free(path);
+    return in->resource != NULL;
+}
+
+/* ---- the plan ---- */
+
+static bool take_arrays(mbsri_instance *in)
+{
+    const size_t nq = (size_t)in->plan.nq, nu = (size_t)in->plan.nu;
+    in->input = calloc((size_t)(in->plan.inputs + in->plan.motions) + 1, sizeof *in->input);
+    in->q0 = calloc(nq + nu + 1, sizeof *in->q0);
+    if (!in->input || !in->q0) return false;
+    in->t_motion = in->input + in->plan.inputs;
+    in->u0 = in->q0 + nq;
+    for (int k = 0; k < in->plan.inputs; ++k) in->input[k] = in->plan.input[k].start;
+    for (size_t k = 0; k < nq; ++k) in->q0[k] = in->plan.q[k].start;
+    for (size_t k = 0; k < nu; ++k) in->u0[k] = in->plan.u[k].start;
+    return true;
+}
+
+static bool open_plan(mbsri_instance *in)
+{
+    const mbsr_allocator standard = {NULL, NULL, NULL};
+    mbsr_error error;
+    mbsri_plan_open(&in->plan, &standard);
+    if (mbsri_plan_read(&in->plan, in->resource, in->resource_size, &error)) {
+        mbsri_say(in, MBSRI_ERROR, "the model in the resources cannot be read: %s", error.text);
+        return false;
+    }
+    if (!take_arrays(in)) {
+        mbsri_say(in, MBSRI_ERROR, "no memory for the model");
+        return false;
+    }
+    if (in->exchange && !in->plan.model_exchange) {
+        mbsri_say(in, MBSRI_ERROR, "the FMU does not offer model exchange");
+        return false;
+    }
+    in->mode = MBSRI_INSTANTIATED;
+    if (mbsri_make_model(in)) return false;
+    if (mbsri_list_variables(&in->plan, in->built.model, &in->variables)) return true;
+    mbsri_say(in, MBSRI_ERROR, "no memory for the variables");
+    return false;
+}
+
+static void close_plan(mbsri_instance *in)
+{
+    mbsri_drop_model(in);
+    free(in->input);
+    free(in->q0);
+    in->input = in->q0 = in->u0 = NULL;
+    mbsri_plan_close(&in->plan);
+    in->plan = (mbsri_plan){.name = ""};
+    in->variables = (mbsri_variables){.list = NULL};
+    in->size = in->rows = 0;
+}
+
+/* ---- instances ---- */
+
+mbsri_instance *mbsri_instance_create(const mbsri_instance *as, const char *folder,
+                                      const char *token)
+{
+    mbsri_instance *in = malloc(sizeof *in);
+    mbsri_instance first = *as;
+    char own[MBSRI_TOKEN];
+    if (in) *in = *as, in->name = malloc(strlen(as->name) + 1);
+    if (!in || !in->name) {
+        mbsri_say(&first, MBSRI_ERROR, "no memory for an instance");
+        free(in);
+        return NULL;
+    }
+    memcpy(in->name, as->name, strlen(as->name) + 1);
+    bool good = read_resource(in, folder);
+    if (good) {
+        mbsri_plan_token(in->resource, in->resource_size, own);
+        good = strcmp(own, token) == 0;
+        if (!good)
+            mbsri_say(in, MBSRI_ERROR,
+                      "the model in the resources is another one: '%.40s' is not "
+                      "its token",
+                      token);
+    }
+    if (good && open_plan(in)) return in;
+    mbsri_instance_destroy(in);
+    return NULL;
+}
+
+void mbsri_instance_destroy(mbsri_instance *in)
+{
+    if (!in) return;
+    close_plan(in);
+    free(in->resource);
+    free(in->name);
+    free(in);
+}
+
+mbsri_result mbsri_instance_reset(mbsri_instance *in)
+{
+    close_plan(in);
+    in->t = in->t_start = in->tolerance = 0.0;
+    in->inputs_changed = in->started = in->evaluated = in->fresh = in->stale = false;
+    return open_plan(in) ? MBSRI_OK : MBSRI_FATAL;
+}

@@ -1,0 +1,28 @@
+/* The model of an instance, its start and its evaluation.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRI_FMU_SOLVE_H
+#define MBSRI_FMU_SOLVE_H
+
+#include "fmu/instance.h"
+
+/* The model of the plan as its parameters are, with data; and away with it and all that solves it. */
+mbsri_result mbsri_make_model(mbsri_instance *in);
+void mbsri_drop_model(mbsri_instance *in);
+
+/* The consistent state near q0, u0 at t_start: y, yp, q, u. */
+mbsri_result mbsri_find_start(mbsri_instance *in);
+
+/* What steps or differentiates, at the state: the driver, the stepper or the ODE. */
+mbsri_result mbsri_make_solver(mbsri_instance *in);
+
+/* The data at the accelerations of the state, udot, lambda. */
+mbsri_result mbsri_evaluate(mbsri_instance *in);
+
+/* A failure of the library, as an error; `of` may be NULL. */
+mbsri_result mbsri_failed(mbsri_instance *in, const char *what, int status, const mbsr_error *of);
+
+/* Event functions at q, u in data of the model: distances to stops, depths of contacts. */
+int mbsri_indicate(mbsri_instance *in, mbsr_data *data, double t, const double *q, const double *u,
+                   double *value);
+
+#endif

@@ -1,0 +1,54 @@
+/* Nothing of fmu returns MBSR_OK with a number that is not finite; wrong calls are refused.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "expect.h"
+
+#include <mbsrank/fmu.h>
+
+static int no_defaults(void)
+{
+    return !(mbsr_default_fmu_opt().rtol > 0.0);
+}
+
+static int no_export(void)
+{
+    mbsr_fmu *fmu;
+    return mbsr_fmu_export(NULL, NULL, &fmu, NULL) == MBSR_OK || fmu != NULL;
+}
+
+static int no_destroy(void)
+{
+    mbsr_fmu_destroy(NULL);
+    return 0;
+}
+
+static int no_motion(void)
+{
+    double s[3];
+    mbsr_fmu_motion none = {.count = MBSR_FMU_MOTION_MOST + 1};
+    return mbsr_fmu_held_motion(NULL, 0.0, s, s + 1, s + 2) == MBSR_OK ||
+           mbsr_fmu_held_motion(&none, 0.0, s, s + 1, s + 2) == MBSR_OK;
+}
+
+/* Functions of the component (tests/hygiene/finite.sh), each with what must not come of NULL. */
+static const struct {
+    const char *name;
+    int (*comes)(void);
+} calls[] = {
+    {"mbsr_default_fmu_opt", no_defaults},
+    {"mbsr_fmu_export", no_export},
+    {"mbsr_fmu_destroy", no_destroy},
+    {"mbsr_fmu_held_motion", no_motion},
+};
+
+static void nothing_comes_of_null(void **state)
+{
+    (void)state;
+    for (size_t k = 0; k < sizeof calls / sizeof *calls; ++k)
+        if (calls[k].comes()) fail_msg("%s", calls[k].name);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(nothing_comes_of_null)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,31 @@
+/* Writes the FMUs that the importer in Python tests: write_units FOLDER.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "units.h"
+
+#include <stdio.h>
+
+static const struct {
+    const char *name;
+    void (*make)(unit_model *m);
+} units[] = {{"arm", make_arm},         {"linkage", make_linkage}, {"beam", make_beam},
+             {"vehicle", make_vehicle}, {"body", make_body},       {"wheel", make_wheel}};
+
+int main(int argc, char **argv)
+{
+    int failures = argc != 2;
+    for (size_t k = 0; k < sizeof units / sizeof *units && argc == 2; ++k) {
+        for (int version = 2; version <= 3; ++version) {
+            unit_model m;
+            char path[4096];
+            mbsr_fmu_opt opt = mbsr_default_fmu_opt();
+            opt.version = version;
+            opt.name = units[k].name;
+            opt.rtol = opt.atol = 1e-8;
+            units[k].make(&m);
+            snprintf(path, sizeof path, "%s/%s%d.fmu", argv[1], units[k].name, version);
+            failures += write_unit(&m, &opt, path) != 0;
+            free_model(&m);
+        }
+    }
+    return failures ? 1 : 0;
+}
