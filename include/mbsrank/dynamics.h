@@ -6,14 +6,15 @@
  *   mass matrix        composite rigid-body algorithm (CRBA)            mbsr_mass_matrix
  *
  * Symbols and equation numbers are those of M. Arnold, Mech. Sci. 4 (2013) 221-231,
- * doi:10.5194/ms-4-221-2013; docs/theory.md lists them, and docs/conventions.md ("What you may know
+ * doi:10.5194/ms-4-221-2013; docs/theory.md lists them, and docs/neighbours.md ("What you may know
  * it as") has the names that other books and libraries use. As there, K is divided out: K = 1, H
  * carries a motion of the predecessor to the body with the sign reversed, and J = -S, where S spans
  * the joint's motion subspace.
  *
  * q, u, u' and tau are vectors over the whole tree (mbsr_model_nq, mbsr_model_nu), ordered by body
  * id: joint (minimal) coordinates, their velocities and accelerations, and generalised forces.
- * Outputs must not overlap inputs. No function here allocates. Statuses common to all:
+ * Outputs must not overlap inputs. No function here allocates, but forward dynamics of models with closures that
+ * vector code does not serve, which take memory from the model's allocator for the call. Statuses common to all:
  * MBSR_ERR_NULL, MBSR_ERR_MISMATCH (data of another model), MBSR_NOT_FINITE (an argument or a
  * result is NaN or infinite, such as one that overflows: with MBSR_OK all numbers are finite), and
  * whatever a callback returned, unchanged; the text is in mbsr_data_error. */
@@ -100,7 +101,7 @@ MBSR_API int mbsr_inverse_dynamics(const mbsr_model *model, mbsr_data *data, dou
  * mbsr_complete_dynamics finds (completion.h). All statuses of the stages.
  *
  * With closures (closure.h) at a state that they allow: udot, and the loop forces for
- * mbsr_closures_force, in O(bodies + loops) with memory from the model's allocator,
+ * mbsr_closures_force, in O(bodies + loops),
  *
  *   M udot - C^T lambda = tau - (inverse dynamics at udot = 0),    C udot = -bias
  *

@@ -15,6 +15,7 @@
 extern "C" {
 #endif
 
+/* Formats of files. */
 typedef enum mbsr_file_format {
     MBSR_FILE_ANY = 0,  /* by the element that the file begins with */
     MBSR_FILE_URDF = 1, /* <robot> */
@@ -76,6 +77,7 @@ typedef struct mbsr_finding {
     const char *text;
 } mbsr_finding;
 
+/* Kinds of joints of a file. */
 typedef enum mbsr_file_joint_kind {
     MBSR_FILE_FIXED,
     MBSR_FILE_HINGE,
@@ -125,6 +127,7 @@ typedef struct mbsr_file_actuator {
     double force_range[2]; /* of F */
 } mbsr_file_actuator;
 
+/* What a sensor of a file measures. */
 typedef enum mbsr_file_sensor_kind {
     MBSR_SENSOR_POSITION, /* q of a joint with one axis */
     MBSR_SENSOR_RATE,     /* its rate */
@@ -147,6 +150,7 @@ typedef struct mbsr_file_key {
     const double *q, *u, *control;
 } mbsr_file_key;
 
+/* Kinds of shapes, with their sizes (m). */
 typedef enum mbsr_shape_kind {
     MBSR_SHAPE_BOX,       /* size: half edges */
     MBSR_SHAPE_SPHERE,    /* size[0]: radius */
@@ -260,6 +264,7 @@ typedef struct mbsr_write_opt {
 
 MBSR_API mbsr_write_opt mbsr_default_write_opt(void);
 
+/* A model as text. */
 typedef struct mbsr_written {
     const char *text; /* `size` bytes and a NUL */
     size_t size;

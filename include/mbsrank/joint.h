@@ -219,6 +219,7 @@ MBSR_API mbsr_joint mbsr_joint_planar_prismatic(mbsr_planar_frame A,
                                                 mbsr_planar_frame B); /* along A's x axis */
 MBSR_API mbsr_joint mbsr_joint_planar_pin_slot(mbsr_planar_frame A,
                                                mbsr_planar_frame B); /* x and angle */
+/* n = 3: x, y and angle. */
 MBSR_API mbsr_joint mbsr_joint_planar_free(mbsr_planar_frame A, mbsr_planar_frame B);
 
 /* A point (d = 2) at x, y in frame A of its predecessor: `free` and `driven` from MBSR_X and
@@ -261,6 +262,7 @@ MBSR_API mbsr_joint mbsr_joint_compound(const mbsr_frame *A, const mbsr_frame *B
 
 /* Its common cases. Axes in A. */
 MBSR_API mbsr_joint mbsr_joint_weld(const mbsr_frame *A, const mbsr_frame *B); /* n = 0 */
+/* n = 1: the angle about the axis, rad. */
 MBSR_API mbsr_joint mbsr_joint_revolute(const mbsr_frame *A, const mbsr_frame *B,
                                         const double axis[3]);
 MBSR_API mbsr_joint mbsr_joint_prismatic(const mbsr_frame *A, const mbsr_frame *B,
