@@ -15,7 +15,7 @@ awk -v limit="$limit" -v list="$list" '
         gsub(/`[^`]*`/, "code", text)
         gsub(/!?\[|\]\([^)]*\)|\$[^$]*\$|\*\*|<!--.*-->/, " ", text)
         gsub(/(e\.g|i\.e|vs|cf|eqs?|Eqs?|Sci|Fig|Mech|et al|No)\. /, "abbreviation ", text)
-        gsub(/ [A-Z]\. /, " ", text)
+        gsub(/M\. Arnold/, "Arnold", text)
         for (rest = text; match(rest, /[.!?]["”)]*([ \t]+|$)/); rest = substr(rest, RSTART + RLENGTH)) {
             sentence = substr(rest, 1, RSTART)
             judge(sentence, first)
