@@ -27,7 +27,11 @@ html_show_sphinx = False
 html_copy_source = False
 html_title = "libmbsrank"
 mathjax_path = "mathjax/MathJax.js?config=TeX-AMS_SVG"
-mathjax2_config = {"messageStyle": "none"}
+myst_update_mathjax = False  # that is for MathJax 3
+mathjax2_config = {
+    "messageStyle": "none",
+    "tex2jax": {"processClass": "tex2jax_process|mathjax_process|math"},
+}
 pygments_style = "friendly"
 highlight_language = "none"
 suppress_warnings = ["myst.header", "misc.highlighting_failure"]
