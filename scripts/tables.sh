@@ -288,6 +288,13 @@ table_loops() {
         }'
 }
 
+# Time of reading files.
+table_files() {
+    echo '| | bodies | MB | ms | MB/s | bodies/s |'
+    echo '|---|---:|---:|---:|---:|---:|'
+    rows files "$numbers"' { printf "| %s | %s | %.1f | %.0f | %.0f | %s |\n", toupper($1), grouped($2), $3, $4, $8, grouped($9) }'
+}
+
 # fill FILE: the file with its tables made anew.
 fill() {
     local line name
