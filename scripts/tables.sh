@@ -53,7 +53,7 @@ table_neighbours() {
 | | massless body | closed loop | stiff spring | flexible body | tree, ns | loops, s | stiff, s |
 |---|---|---|---|---|---:|---:|---:|
 | libmbsrank | anywhere; zero stays zero, its velocities are found | exact, multipliers in an index-1 DAE; redundant rows named | any stiffness at the cost of a rigid joint | modes, beams, finite elements, SID; static modes without mass | $tree_mbsrank | $loop_libmbsrank_rk4 | $stiff_tree |
-| MuJoCo | refused on a joint: mass and inertia above `mjMINVAL` | soft equality constraints | a force; implicit integrators | soft constraints between many bodies | $tree_mujoco | $loop_mujoco | $stiff_mujoco_Euler |
+| MuJoCo | refused on a joint: mass and inertia above \`mjMINVAL\` | soft equality constraints | a force; implicit integrators | soft constraints between many bodies | $tree_mujoco | $loop_mujoco | $stiff_mujoco_Euler |
 | Pinocchio | links before one with mass | \`constraintDynamics\`, proximal | your force | – | $tree_pinocchio | $loop_pinocchio | – |
 | RBDL | links before one with mass | \`ConstraintSet\`, Baumgarte optional | your force | – | $tree_rbdl | $loop_rbdl | – |
 | Simbody | not at the end of a branch | constraints, projected | a force | – | $tree_simbody | – | – |

@@ -38,7 +38,7 @@ MBSR_API int mbsr_positions(const mbsr_model *model, mbsr_data *data, double t, 
  * MBSR_NOT_FINITE. */
 MBSR_API int mbsr_velocities(const mbsr_model *model, mbsr_data *data, const double *u);
 
-/* f (d, a wrench for a SPATIAL body: what the force elements exert, less h) and joint forces: those
+/* Forces: f (d, a wrench for a SPATIAL body: what the force elements exert, less h) and joint forces: those
  * of the force elements, plus tau (nu, may be NULL for none). */
 MBSR_API int mbsr_forces(const mbsr_model *model, mbsr_data *data, const double *tau);
 
@@ -65,7 +65,7 @@ MBSR_API int mbsr_forward(const mbsr_model *model, mbsr_data *data, const double
 
 /* ---- whole evaluations ---- */
 
-/* q' = G(q) u; qdot: nq. G is the unit matrix but for quaternions and a caller's own joints.  Needs
+/* Rates of the joint coordinates, q' = G(q) u; qdot: nq. G is the unit matrix but for quaternions and a caller's own joints.  Needs
  * mbsr_velocities. */
 MBSR_API int mbsr_coordinate_rates(const mbsr_model *model, mbsr_data *data, double *qdot);
 
@@ -189,7 +189,8 @@ typedef struct mbsr_contact_state {
     double point[3];     /* m, of the world: the point of the sphere that is deepest */
 } mbsr_contact_state;
 
-/* Needs mbsr_velocities. MBSR_ERR_NULL, MBSR_ERR_ID, MBSR_ERR_VALUE (the element is no contact). */
+/* Depth, forces and sliding of a contact. Needs mbsr_velocities. MBSR_ERR_NULL, MBSR_ERR_ID,
+ * MBSR_ERR_VALUE (the element is no contact). */
 MBSR_API int mbsr_contact_at(const mbsr_model *model, mbsr_data *data, int force,
                              mbsr_contact_state *state);
 
@@ -274,7 +275,7 @@ typedef struct mbsr_rank_info {
         largest_dropped; /* of the scaled eigenvalues, in absolute value; 0 when none was dropped */
 } mbsr_rank_info;
 
-/* Needs mbsr_backward. MBSR_ERR_ID, MBSR_ERR_SEQUENCE. */
+/* How the rank of a joint was decided. Needs mbsr_backward. MBSR_ERR_ID, MBSR_ERR_SEQUENCE. */
 MBSR_API int mbsr_body_rank(const mbsr_model *model, mbsr_data *data, int body,
                             mbsr_rank_info *info);
 
