@@ -13,6 +13,7 @@ awk -v limit="$limit" -v list="$list" '
     # Sentences of a text, each counted.
     function count(text, first,    rest, sentence) {
         gsub(/`[^`]*`/, "code", text)
+        gsub(/<br>/, ". ", text)
         gsub(/!?\[|\]\([^)]*\)|\$[^$]*\$|\*\*|<!--.*-->/, " ", text)
         gsub(/(e\.g|i\.e|vs|cf|eqs?|Eqs?|Sci|Fig|Mech|et al|No)\. /, "abbreviation ", text)
         gsub(/M\. Arnold/, "Arnold", text)
