@@ -57,8 +57,8 @@ table_neighbours() {
 | Pinocchio | links before one with mass | \`constraintDynamics\`, proximal | your force | – | $tree_pinocchio | $loop_pinocchio | – |
 | RBDL | links before one with mass | \`ConstraintSet\`, Baumgarte optional | your force | – | $tree_rbdl | $loop_rbdl | – |
 | Simbody | not at the end of a branch | constraints, projected | a force | – | $tree_simbody | – | – |
-| Drake | not at the end of a branch | constraints of discrete plants, or bushings | a force | deformable bodies of discrete plants | – | – | – |
-| MBDyn | static nodes, held by joints or elastic elements | constraints in redundant coordinates | elastic joints | beams, shells, modal joint | – | – | – |
+| Drake | not at the end of a branch | constraints of discrete plants, or bushings | a force | deformable bodies by finite elements | – | – | – |
+| MBDyn | static nodes, held by joints or elastic elements | constraints in redundant coordinates | elastic joints | beams, membranes, modal joint | – | – | – |
 END
 }
 
