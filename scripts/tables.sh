@@ -288,6 +288,77 @@ table_loops() {
         }'
 }
 
+# Whole runs of stiff trees by IDA at 1e-4, seconds. MuJoCo: the fastest run that is at least as accurate.
+table_newton() {
+    echo '| model | bodies | unknowns | steps | on the tree | KLU | dense | LAPACK | MuJoCo, as accurate |'
+    echo '|---|---:|---:|---:|---:|---:|---:|---:|---:|'
+    rows newton "$numbers"'
+        { model = $1 "," $2 }
+        $6 == 1e-4 && $7 == "ok" {
+            if ($5 == "tree") { order[++n] = model; unknowns[model] = $4; steps[model] = $8; error[model] = $22 + 0 }
+            time[model, $5] = digits($19, $19 < 0.01 ? 1 : 2)
+        }
+        $5 ~ /^mujoco/ && $7 == "ok" {
+            if ($22 != "" && $22 + 0 <= error[model] && (!(model in best) || $19 + 0 < best[model])) best[model] = $19 + 0
+            if ($19 + 0 > longest[model, $5]) longest[model, $5] = $19 + 0
+        }
+        function of(solver) { return (model, solver) in time ? time[model, solver] : "–" }
+        function mujoco(    least, k, kind) {
+            if (model in best) return digits(best[model], 2)
+            split("mujoco_Euler mujoco_implicit", kind, " ")
+            for (k = 1; k <= 2; ++k) if ((model, kind[k]) in longest && (least == 0 || longest[model, kind[k]] < least)) least = longest[model, kind[k]]
+            return least ? "more than " digits(least, 2) : "–"
+        }
+        END {
+            for (k = 1; k <= n; ++k) {
+                model = order[k]
+                split(model, c, ",")
+                gsub(/_/, " ", c[1])
+                if (c[1] == "vehicle") c[1] = "vehicle, 50 links without mass"
+                if (c[1] == "tree") c[1] = "random tree, a third without mass"
+                print "| " c[1] " | " grouped(c[2]) " | " grouped(unknowns[model]) " | " steps[model] " | " of("tree") \
+                    ((model, "krylov") in time ? " (GMRES " of("krylov") ")" : "") " | " of("klu") " | " of("dense") " | " of("lapack") " | " mujoco() " |"
+            }
+        }'
+}
+
+# Stages of planar trees, ns a body against the number of bodies, and the slopes of their times.
+shapes='
+    BEGIN {
+        split("chain,0.00 chain,0.25 binary,0.25 random_depth_first,0.25 random,0.25", shape, " ")
+        split("chain, no dummy links|chain|binary|random, depth first|random", said, "|")
+    }
+'
+table_scaling() {
+    echo '| N | 10 | 100 | 1000 | 10 000 | 100 000 |'
+    echo '|---|---:|---:|---:|---:|---:|'
+    rows scaling -v stage="$1" "$numbers$shapes"'
+        $3 == stage { time[$1 "," $2, $4] = $6 }
+        END {
+            for (k = 1; k <= 5; ++k) {
+                printf "| %s |", said[k]
+                for (N = 10; N <= 100000; N *= 10) printf " %.0f |", time[shape[k], N]
+                print ""
+            }
+        }'
+}
+table_scaling_recursive() { table_scaling residual_recursive; }
+table_scaling_inverse() { table_scaling residual_inverse_dynamics; }
+table_scaling_slopes() {
+    echo '| | positions | velocities | forces | backward | forward | residual, recursive | residual, inverse dynamics |'
+    echo '|---|---:|---:|---:|---:|---:|---:|---:|'
+    sed -n 's/^# \([a-z_]*,0[.0-9]*,[a-z_]*,[.0-9]*\),.*/\1/p' "$results/scaling.csv" | awk -F, "$shapes"'
+        { slope[$1 "," $2, $3] = $4 }
+        END {
+            n = split("positions velocities forces backward forward residual_recursive residual_inverse_dynamics", stage, " ")
+            for (k = 1; k <= 5; ++k) {
+                printf "| %s |", said[k]
+                for (j = 1; j <= n; ++j) printf " %.3f |", slope[shape[k], stage[j]]
+                print ""
+            }
+        }'
+}
+
 # Time of reading files.
 table_files() {
     echo '| | bodies | MB | ms | MB/s | bodies/s |'
