@@ -322,6 +322,44 @@ table_newton() {
         }'
 }
 
+# Two oscillators in a row: steps and errors of the forms.
+table_oscillators() {
+    echo '| m1 | form | 1e-4 | 1e-6 | 1e-8 | 1e-10 |'
+    echo '|---|---|---:|---:|---:|---:|'
+    rows precision "$numbers"'
+        $1 == "oscillators" { run[$2, $4, $5] = grouped($7) " (" short($14) ")" }
+        END {
+            split("0 1e-06 0.0001", mass, " ")
+            split("0 1e-6 1e-4", said, " ")
+            split("momentum index1 recursive", form, " ")
+            split("momentum|index-1|recursive", name, "|")
+            split("0.0001 1e-06 1e-08 1e-10", tolerance, " ")
+            for (k = 1; k <= 3; ++k)
+                for (j = 1; j <= 3; ++j) {
+                    printf "| %s| %s |", j == 1 ? said[k] " " : "", name[j]
+                    for (l = 1; l <= 4; ++l) printf " %s |", run[mass[k], form[j], tolerance[l]]
+                    print ""
+                }
+        }'
+}
+
+# Newton systems of trees beside forward dynamics, median ns a body.
+table_newton_trees() {
+    echo '| tree | forward dynamics | factor | solve | factor + solve, in forward dynamics |'
+    echo '|---|---:|---:|---:|---:|'
+    rows trees "$numbers"'
+        $1 == "mbsrank" { time[$2, $4] = $9 }
+        END {
+            n = split("chain7 chain30 humanoid36 btree1023 chain1000 half_massless1000 made10000 made100000 made1000000", tree, " ")
+            for (k = 1; k <= n; ++k) {
+                forward = time[tree[k], "forward"]
+                factor = time[tree[k], "newton_factor"]
+                solve = time[tree[k], "newton_solve"]
+                printf "| %s | %.0f | %.0f | %.0f | %.1f |\n", tree[k], forward, factor, solve, (factor + solve) / forward
+            }
+        }'
+}
+
 # Stages of planar trees, ns a body against the number of bodies, and the slopes of their times.
 shapes='
     BEGIN {
