@@ -343,6 +343,24 @@ table_oscillators() {
         }'
 }
 
+# The bead on springs alone (index 2): steps and errors of the forms with the driver.
+table_springs() {
+    echo '| form, by the driver | 1e-4 | 1e-6 | 1e-8 | 1e-10 |'
+    echo '|---|---:|---:|---:|---:|'
+    rows precision "$numbers"'
+        $1 == "bead" && $2 == 0 && $3 == 0 { run[$4, $5] = $6 == "ok" ? grouped($7) " (" short($14) ")" : "fails" }
+        END {
+            n = split("momentum|index1|inverse_dynamics|recursive|momentum_all_tested", form, "|")
+            split("momentum|index-1|inverse dynamics|recursive|momentum, all tested", name, "|")
+            split("0.0001 1e-06 1e-08 1e-10", tolerance, " ")
+            for (k = 1; k <= n; ++k) {
+                printf "| %s |", name[k]
+                for (l = 1; l <= 4; ++l) printf " %s |", run[form[k], tolerance[l]]
+                print ""
+            }
+        }'
+}
+
 # Newton systems of trees beside forward dynamics, median ns a body.
 table_newton_trees() {
     echo '| tree | forward dynamics | factor | solve | factor + solve, in forward dynamics |'
