@@ -21,6 +21,7 @@ function escaped(text) {
     gsub(/#/, "\\#", text)
     gsub(/%/, "\\%", text)
     gsub(/&/, "\\\\\\&", text)
+    gsub(/mbsr_[a-z0-9_]*[a-z0-9]/, "#&", text) # a link
     return text
 }
 
