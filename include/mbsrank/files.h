@@ -1,4 +1,4 @@
-/* Models from files: URDF, also by xacro, and MJCF (component files).
+/* Models from files: URDF, also by xacro, MJCF and SDF (component files).
  * SPDX-License-Identifier: BSD-3-Clause
  *
  * A reader takes a text and makes a model that is not finished yet, so that the caller can add to it,
@@ -9,6 +9,7 @@
 #define MBSRANK_FILES_H
 
 #include <mbsrank/closure.h>
+#include <mbsrank/dynamics.h>
 #include <mbsrank/model.h>
 
 #ifdef __cplusplus
@@ -19,7 +20,8 @@ extern "C" {
 typedef enum mbsr_file_format {
     MBSR_FILE_ANY = 0,  /* by the element that the file begins with */
     MBSR_FILE_URDF = 1, /* <robot> */
-    MBSR_FILE_MJCF = 2  /* <mujoco> */
+    MBSR_FILE_MJCF = 2, /* <mujoco> */
+    MBSR_FILE_SDF = 3   /* <sdf> */
 } mbsr_file_format;
 
 /* Another file that is needed: an include, a mesh. Sets *text to its contents (*size bytes), which stay
@@ -50,7 +52,7 @@ typedef struct mbsr_file_opt {
     mbsr_file_format format;
     int strict;        /* 1: findings make the reader refuse the file; default 0 */
     int floating;      /* URDF, 1: the root link is free; 0 (default): it is fixed */
-    double gravity[3]; /* URDF has none: m/s^2, default (0, 0, -9.81) */
+    double gravity[3]; /* URDF and models of SDF have none: m/s^2, default (0, 0, -9.81) */
     int closures;  /* 1 (default): mimicking joints and equalities become closures; 0: left out */
     int actuators; /* 1 (default): actuators become force elements; 0: left out */
     int passive;   /* 1 (default): springs and dampers of joints and tendons; 0: left out */
@@ -61,7 +63,7 @@ typedef struct mbsr_file_opt {
     double slip;            /* > 0: dry friction, smooth below this rate, m/s or rad/s; default 0 */
     mbsr_file_load_fn load; /* NULL: files with includes are refused, meshes are findings */
     void *user;             /* for load */
-    int packages;           /* URDF: meshes of package://NAME/PATH get the path FOLDER/PATH */
+    int packages; /* meshes of package://NAME/PATH and model://NAME/PATH get the path FOLDER/PATH */
     const mbsr_file_package *package; /* may be NULL for none; other packages stay as in the file */
     mbsr_xacro_opt xacro;
     mbsr_model_def model; /* of the model made: root, tolerance, allocator */
@@ -111,6 +113,13 @@ typedef struct mbsr_file_site {
     mbsr_frame frame;
 } mbsr_file_site;
 
+/* A sum of factor times coordinate of joints with one axis, given by their numbers. */
+typedef struct mbsr_file_sum {
+    int count;
+    const int *joint;
+    const double *factor;
+} mbsr_file_sum;
+
 /* An actuator: at control w it exerts on its joint coordinate, or on all of a fixed tendon,
  *
  *   gear F,   F = gain w + bias[0] + bias[1] l + bias[2] l',     l = gear q
@@ -125,22 +134,56 @@ typedef struct mbsr_file_actuator {
     double range[2]; /* of w */
     int force_limited;
     double force_range[2]; /* of F */
+    mbsr_file_sum sum;     /* l = gear times this; of one on a site empty */
 } mbsr_file_actuator;
 
 /* What a sensor of a file measures. */
 typedef enum mbsr_file_sensor_kind {
-    MBSR_SENSOR_POSITION, /* q of a joint with one axis */
-    MBSR_SENSOR_RATE,     /* its rate */
-    MBSR_SENSOR_POINT     /* where a point of a body is in the world, m */
+    MBSR_SENSOR_POSITION,  /* q of a joint with one axis, or a length of joints or sites */
+    MBSR_SENSOR_RATE,      /* its rate */
+    MBSR_SENSOR_BALL,      /* the quaternion of a ball */
+    MBSR_SENSOR_BALL_RATE, /* its angular velocity along the axes of its body, rad/s */
+    MBSR_SENSOR_POINT,     /* where its frame is, m */
+    MBSR_SENSOR_AXIS_X,    /* the x axis of its frame; y and z follow */
+    MBSR_SENSOR_AXIS_Y,
+    MBSR_SENSOR_AXIS_Z,
+    MBSR_SENSOR_TURN,            /* how its frame is turned: a quaternion */
+    MBSR_SENSOR_VELOCITY,        /* of the origin of its frame, m/s */
+    MBSR_SENSOR_SPIN,            /* angular velocity, rad/s */
+    MBSR_SENSOR_ACCELERATION,    /* of that origin, less gravity, m/s^2 */
+    MBSR_SENSOR_SPIN_RATE,       /* angular acceleration, rad/s^2 */
+    MBSR_SENSOR_FORCE,           /* what the joint of its body exerts on it, N */
+    MBSR_SENSOR_TORQUE,          /* and about the origin of its frame, N m */
+    MBSR_SENSOR_DRIVE,           /* F of an actuator */
+    MBSR_SENSOR_JOINT_DRIVE,     /* what all actuators exert on a joint, N or N m */
+    MBSR_SENSOR_CENTRE,          /* of mass of its body with all on it, m */
+    MBSR_SENSOR_CENTRE_VELOCITY, /* of that, m/s */
+    MBSR_SENSOR_MOMENTUM,        /* their angular momentum about it, kg m^2/s */
+    MBSR_SENSOR_TIME,
+    MBSR_SENSOR_POTENTIAL, /* energy, J */
+    MBSR_SENSOR_KINETIC
 } mbsr_file_sensor_kind;
 
-/* A sensor of the file that a state gives: jointpos, jointvel, framepos of sites and bodies. */
+/* A sensor of the file that a state gives. Its frame is seen from the world along the world's axes, with `own_axes` along
+ * its own, or as seen from a moving frame (`relative`). */
 typedef struct mbsr_file_sensor {
     const char *name;
     mbsr_file_sensor_kind kind;
-    int joint;       /* its number, -1 of points */
-    int body;        /* id, or MBSR_GROUND */
-    double point[3]; /* in the body, m */
+    int size;         /* how many numbers it has: 1, 3 or 4 */
+    int joint;        /* number of its joint, -1: none */
+    int actuator;     /* of its actuator, -1: none */
+    int body;         /* id, or MBSR_GROUND */
+    mbsr_frame frame; /* in the body */
+    int own_axes;
+    int relative;
+    int from_body; /* id, or MBSR_GROUND */
+    mbsr_frame from;
+    mbsr_file_sum sum; /* of a length */
+    int sites;         /* of a length: of the path along that many */
+    const int *site;   /* their numbers */
+    double
+        cutoff; /* > 0: numbers are kept within -cutoff and cutoff, but for quaternions and axes */
+    double gravity[3]; /* that the file has, m/s^2 */
 } mbsr_file_sensor;
 
 /* A named state: q and u of the model, w of the actuators. */
@@ -226,6 +269,14 @@ MBSR_API int mbsr_file_find_actuator(const mbsr_file *file, const char *name);
 MBSR_API int mbsr_file_find_sensor(const mbsr_file *file, const char *name);
 MBSR_API int mbsr_file_find_key(const mbsr_file *file, const char *name);
 
+/* The numbers of a sensor at time t and q (nq), u (nu), at which the data are: at mbsr_accelerations for accelerations, forces
+ * and torques, else at mbsr_velocities. `model` has the bodies and coordinates of the file. Joint reactions hold what springs,
+ * drives and loops exert there. MBSR_ERR_NULL, MBSR_ERR_ID (there is no such sensor), MBSR_NOT_FINITE, statuses of what is asked of the
+ * data. */
+MBSR_API int mbsr_file_sense(const mbsr_file *file, int sensor, const mbsr_model *model,
+                             mbsr_data *data, double t, const double *q, const double *u,
+                             double value[4]);
+
 /* Between the coordinates of MuJoCo, joint by joint in the order of `joint`, and those of the model as
  * read (nq and nu of either): a free joint there has q = (x, y, z, quaternion) in the world, v =
  * (velocity of the origin along the world's axes, angular velocity along the body's), a ball the angular
@@ -273,7 +324,7 @@ typedef struct mbsr_written {
     const mbsr_finding *finding;
 } mbsr_written;
 
-/* A finished model as a text of MJCF. `file` (NULL: none): what it was read from, URDF or MJCF, for names, refs,
+/* A finished model as a text of MJCF. `file` (NULL: none): what it was read from, of any format, for names, refs,
  * limits, sites, actuators, keys and shapes; the model must have its bodies and coordinates. Bodies are
  * written depth first, in the order of ids. Read again the text gives a model with the same accelerations, up to
  * rounding, but for what is in findings: mostly left out. Bodies without mass are written without; MuJoCo refuses

@@ -125,8 +125,7 @@ typedef struct mbsr_ida_opt {
  *
  * States are handed out completed (completion.h): IDA interpolates y between its steps, and what the error test leaves out, u
  * of directions without mass, loop forces and y', is worth much less there than q and the momenta. A state costs about
- * as much as one or two steps; one whose massless directions springs alone hold (index 2) some thirty residuals and
- * factorisations. raw_outputs = 1 hands out what is interpolated. mbsr_ida_dense, event functions and progress
+ * as much as one or two steps; one whose massless directions springs alone hold (index 2) four to ten. raw_outputs = 1 hands out what is interpolated. mbsr_ida_dense, event functions and progress
  * functions see that always. A state that cannot be completed is handed out as it was interpolated, and counts (raw_states).
  *
  * IDA keeps a matrix of Newton's method until the step changes or the iteration fails. On the tree a new one takes no

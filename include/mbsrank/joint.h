@@ -79,10 +79,11 @@ typedef struct mbsr_joint_change {
 
 /* Sizes of the changes over which functions of a table change noticeably, but not altogether: where
  * the library has to difference them, its steps are some 1e-4 of these. What is zero the library
- * chooses: for lengths the geometric mean of the bodies' radii of gyration about their origins (1 m
- * where no body has one), for angles 1 rad, for times 1 / frequency of a pendulum of that length
- * under the model's gravity, without gravity what velocities and forces tell, else 1 s. Velocities
- * count as length / time and angle / time. Finite, not negative. */
+ * chooses: for lengths the geometric mean of the bodies' radii of gyration about their origins (where
+ * no body has one, of the ways between origins at q = 0, or of points that forces act at; else 1 m),
+ * for angles 1 rad, for times 1 / frequency of a pendulum of that length under the model's gravity,
+ * without gravity what velocities and forces tell, else 1 s. Velocities count as length / time and
+ * angle / time. Finite, not negative. */
 typedef struct mbsr_scales {
     double length; /* m */
     double angle;  /* rad */

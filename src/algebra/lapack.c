@@ -1,24 +1,10 @@
-/* LAPACK through its Fortran interface: integers are int, characters carry hidden lengths.
+/* LAPACK behind C signatures: see lapack.h.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "algebra/lapack.h"
 
+#include "algebra/fortran.h"
+
 #include <math.h>
-#include <stddef.h>
-
-void dsyev_(const char *jobz, const char *uplo, const int *n, double *a, const int *lda, double *w,
-            double *work, const int *lwork, int *info, size_t jobz_length, size_t uplo_length);
-void dgetrf_(const int *m, const int *n, double *a, const int *lda, int *ipiv, int *info);
-void dgetri_(const int *n, double *a, const int *lda, const int *ipiv, double *work,
-             const int *lwork, int *info);
-double dlange_(const char *norm, const int *m, const int *n, const double *a, const int *lda,
-               double *work, size_t norm_length);
-void dgelsy_(const int *m, const int *n, const int *nrhs, double *a, const int *lda, double *b,
-             const int *ldb, int *jpvt, const double *rcond, int *rank, double *work,
-             const int *lwork, int *info);
-
-void dgesvd_(const char *jobu, const char *jobvt, const int *m, const int *n, double *a,
-             const int *lda, double *s, double *u, const int *ldu, double *vt, const int *ldvt,
-             double *work, const int *lwork, int *info, size_t jobu_length, size_t jobvt_length);
 
 int mbsri_lapack_syev(int n, double *A, double *w, double *work, int lwork)
 {

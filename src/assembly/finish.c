@@ -16,6 +16,7 @@
 #include "model/query.h"
 #include "recursion/flexible_factors.h"
 #include "recursion/rates.h"
+#include "fronts/choose.h"
 #include "sweeps/build.h"
 
 #include <limits.h>
@@ -352,6 +353,7 @@ static bool group_joints(mbsr_model *m, int N)
     built = built && mbsri_measure(m) && mbsri_survey(m);
     m->finished = false;
     built = built && mbsri_sweeps_build_others(m);
+    built = built && (m->rows == 0 || mbsri_plan_create(m, &m->plan));
     mbsri_places_see(m);
     mbsri_places_set(m, N);
     built = built && mbsri_groups_place(m);
@@ -414,6 +416,8 @@ static void undo(mbsr_model *m)
     mbsri_release(&m->allocator, m->along.element);
     mbsri_release(&m->allocator, m->body);
     mbsri_sweeps_release(m);
+    mbsri_plan_destroy(m, m->plan);
+    m->plan = NULL;
     mbsri_closures_forget(m);
     m->index = m->list_index = m->u_of = m->q_of = m->member = NULL;
     m->body = NULL;
@@ -483,6 +487,7 @@ void mbsr_model_destroy(mbsr_model *model)
     mbsri_release(&allocator, model->joint_param);
     mbsri_release(&allocator, model->along.element);
     mbsri_sweeps_release(model);
+    mbsri_plan_destroy(model, model->plan);
     mbsri_release(&allocator, model->body);
     mbsri_release(&allocator, model);
 }

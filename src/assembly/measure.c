@@ -3,7 +3,8 @@
  *
  * They are made of constants of the model, so that steps do not depend on how far it has travelled:
  *
- *   length     the geometric mean of the bodies' radii of gyration about their origins
+ *   length     the geometric mean of the bodies' radii of gyration about their origins; where all masses stand
+ *              in origins, that of the ways between these at q = 0, or of points that force elements act at
  *   frequency  of a pendulum of that length under the model's gravity
  *   span       of a coordinate whose kind is not known: what turns its body by 1 rad or moves it by
  *              the length at q = 0, by the column of J */
@@ -22,6 +23,7 @@
 #include "recursion/spans.h"
 
 #include <math.h>
+#include <string.h>
 
 /* Mass of a body, and its largest radius of gyration about the origin. */
 static double radius(const mbsri_body *b, double *mass)
@@ -49,23 +51,64 @@ static double radius(const mbsri_body *b, double *mass)
     return *mass > 0.0 ? sqrt(moment / *mass) : 0.0;
 }
 
-/* Radii that are zero but for rounding beside others do not count. */
-static void weigh(mbsr_model *m)
+/* The geometric mean of those of x (count) that are not zero but for rounding; 0: none. */
+static double mean(size_t count, const double *x)
 {
-    double largest = 0.0, sum = 0.0, mass;
-    int count = 0;
+    double largest = 0.0, sum = 0.0;
+    int found = 0;
+    for (size_t k = 0; k < count; ++k) largest = fmax(largest, x[k]);
+    for (size_t k = 0; k < count; ++k) {
+        if (!(x[k] > 1e-9 * largest)) continue;
+        sum += log(x[k]);
+        ++found;
+    }
+    return found > 0 ? exp(sum / found) : 0.0;
+}
+
+double mbsri_force_length(const mbsr_force_def *def)
+{
+    static const char *const lengths[] = {" (point", " (centre", " (frame A, x", " (frame B, x"};
+    double largest = 0.0;
+    for (int k = 0; k < MBSR_FORCE_PARAMS && def->table->parameter; ++k) {
+        const char *name = def->table->parameter(k);
+        for (size_t l = 0; l < sizeof lengths / sizeof *lengths; ++l) {
+            if (strncmp(name, lengths[l], strlen(lengths[l])) == 0)
+                largest = fmax(largest, fabs(def->param[k]));
+        }
+    }
+    return largest;
+}
+
+/* Levers of all joints (bodies) at q = 0. */
+static bool find_levers(const mbsr_model *m, double *lever)
+{
+    mbsr_data *d;
+    if (mbsr_data_create(m, &d, NULL)) return false;
+    const bool placed = mbsri_survey_zero(m, d);
+    for (int i = 1; i <= m->bodies; ++i)
+        lever[i - 1] = placed ? mbsri_lever_of(m->body + i, d->H + m->body[i].dp) : 0.0;
+    mbsr_data_destroy(d);
+    return true;
+}
+
+static bool find_length(mbsr_model *m)
+{
+    const mbsri_force *force = m->forces.data;
+    const size_t bodies = (size_t)m->bodies, forces = m->forces.count;
+    double mass, *x = mbsri_allocate(&m->allocator, (bodies + forces + 1) * sizeof *x);
+    if (!x) return false;
     m->mass = 0.0;
-    for (int i = 1; i <= m->bodies; ++i) {
-        largest = fmax(largest, radius(m->body + i, &mass));
-        m->mass += mass;
+    for (size_t k = 0; k < bodies; ++k, m->mass += mass) x[k] = radius(m->body + k + 1, &mass);
+    m->length = mean(bodies, x);
+    bool found = true;
+    if (m->length == 0.0 && bodies <= MBSRI_MOST_SURVEYED) {
+        found = find_levers(m, x);
+        m->length = found ? mean(bodies, x) : 0.0;
     }
-    for (int i = 1; i <= m->bodies; ++i) {
-        const double now = radius(m->body + i, &mass);
-        if (!(now > 1e-9 * largest)) continue;
-        sum += log(now);
-        ++count;
-    }
-    m->length = count > 0 ? exp(sum / count) : 0.0;
+    for (size_t k = 0; k < forces; ++k) x[k] = mbsri_force_length(&force[k].def);
+    if (m->length == 0.0) m->length = mean(forces, x);
+    mbsri_release(&m->allocator, x);
+    return found;
 }
 
 static void find_frequency(mbsr_model *m)
@@ -137,7 +180,7 @@ static bool find_spans(mbsr_model *m)
 
 bool mbsri_measure(mbsr_model *m)
 {
-    weigh(m);
+    if (!find_length(m)) return false;
     find_frequency(m);
     tell_springs(m);
     return find_spans(m);

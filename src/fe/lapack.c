@@ -1,19 +1,10 @@
-/* BLAS and LAPACK through their Fortran interface: see lapack.h.
+/* BLAS and LAPACK behind C signatures: see lapack.h.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "fe/lapack.h"
 
-#include <limits.h>
+#include "algebra/fortran.h"
 
-void dgemm_(const char *transa, const char *transb, const int *m, const int *n, const int *k,
-            const double *alpha, const double *a, const int *lda, const double *b, const int *ldb,
-            const double *beta, double *c, const int *ldc, size_t transa_length,
-            size_t transb_length);
-void dpotrf_(const char *uplo, const int *n, double *a, const int *lda, int *info,
-             size_t uplo_length);
-void dpotrs_(const char *uplo, const int *n, const int *nrhs, const double *a, const int *lda,
-             double *b, const int *ldb, int *info, size_t uplo_length);
-void dsyev_(const char *jobz, const char *uplo, const int *n, double *a, const int *lda, double *w,
-            double *work, const int *lwork, int *info, size_t jobz_length, size_t uplo_length);
+#include <limits.h>
 
 void mbsri_fe_ab(int r, int k, int c, double s, const double *A, const double *B, double t,
                  double *C)

@@ -85,6 +85,23 @@ char *mbsri_arena_text(mbsri_arena *arena, const char *text, size_t length)
     return copy;
 }
 
+char *mbsri_arena_folder(mbsri_arena *arena, const char *path)
+{
+    const char *slash = strrchr(path, '/');
+    return mbsri_arena_text(arena, path, slash ? (size_t)(slash - path) + 1 : 0);
+}
+
+char *mbsri_arena_join(mbsri_arena *arena, const char *a, const char *b, const char *c)
+{
+    const size_t size[3] = {strlen(a), strlen(b), strlen(c)};
+    char *text = mbsri_arena_take(arena, size[0] + size[1] + size[2] + 1);
+    if (!text) return NULL;
+    memcpy(text, a, size[0]);
+    memcpy(text + size[0], b, size[1]);
+    memcpy(text + size[0] + size[1], c, size[2]);
+    return text;
+}
+
 void *mbsri_list_add(mbsri_arena *arena, mbsri_list *list, size_t size)
 {
     if (list->count == list->room) {

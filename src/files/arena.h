@@ -22,6 +22,12 @@ void *mbsri_arena_take(mbsri_arena *arena, size_t size);
 /* A copy with a NUL behind it. */
 char *mbsri_arena_text(mbsri_arena *arena, const char *text, size_t length);
 
+/* Three texts behind each other, with a NUL. */
+char *mbsri_arena_join(mbsri_arena *arena, const char *a, const char *b, const char *c);
+
+/* The folder of a path, with its slash. */
+char *mbsri_arena_folder(mbsri_arena *arena, const char *path);
+
 /* A growing array: `items` of `count`, with room for one more; false: no memory. */
 typedef struct mbsri_list {
     void *items;

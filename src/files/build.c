@@ -120,7 +120,11 @@ static bool grow(chain *c, const mbsri_scene_joint *j)
         memcpy(c->anchor, j->anchor, sizeof c->anchor);
     }
     mbsr_axis *axis = c->axis + c->count;
-    *axis = (mbsr_axis){.kind = hinge ? MBSR_AXIS_ROTATION : MBSR_AXIS_TRANSLATION};
+    const bool screw = hinge && j->pitch != 0.0;
+    *axis = (mbsr_axis){.kind = screw   ? MBSR_AXIS_SCREW
+                                : hinge ? MBSR_AXIS_ROTATION
+                                        : MBSR_AXIS_TRANSLATION,
+                        .pitch = j->pitch};
     turned(c->K.R, j->axis, axis->direction);
     c->armature[c->count++] = j->armature;
     if (j->joint.ref != 0.0) {
@@ -139,7 +143,8 @@ static mbsr_joint chain_joint(const chain *c, const mbsr_frame *frame)
     A = mbsr_frame_product(&A, &shift);
     B = mbsr_frame_product(&anchor, &B);
     if (c->count == 0) return mbsr_joint_weld(&A, &B);
-    if (c->count > 1) return mbsr_joint_compound(&A, &B, c->count, c->axis, NULL, NULL);
+    if (c->count > 1 || c->axis->kind == MBSR_AXIS_SCREW)
+        return mbsr_joint_compound(&A, &B, c->count, c->axis, NULL, NULL);
     return (c->axis->kind == MBSR_AXIS_ROTATION ? mbsr_joint_revolute
                                                 : mbsr_joint_prismatic)(&A, &B, c->axis->direction);
 }
@@ -319,8 +324,11 @@ bool mbsri_scene_build(mbsri_scene *s, mbsr_file *file, const mbsri_element *roo
     for (int k = 0; k < s->sites.count; ++k)
         sites[k].body = sites[k].body < 0 ? MBSR_GROUND : bodies[sites[k].body].id;
     mbsr_file_sensor *sensors = s->sensors.items;
-    for (int k = 0; k < s->sensors.count; ++k)
-        sensors[k].body = sensors[k].body < 0 ? MBSR_GROUND : bodies[sensors[k].body].id;
+    for (int k = 0; k < s->sensors.count; ++k) {
+        mbsr_file_sensor *of = sensors + k;
+        of->body = of->body < 0 ? MBSR_GROUND : bodies[of->body].id;
+        of->from_body = of->from_body < 0 ? MBSR_GROUND : bodies[of->from_body].id;
+    }
     for (int k = 0; k < s->shapes.count; ++k)
         shapes[k].body = shapes[k].body < 0 ? MBSR_GROUND : bodies[shapes[k].body].id;
     return mbsri_scene_forces(s, file, root) && mbsri_scene_actuators(s, file) &&

@@ -144,6 +144,7 @@ bool mbsri_scene_actuators(mbsri_scene *s, mbsr_file *file)
         if (is_rated(a)) find_damping(list + k, weight, a);
         if (is_made(s, list + k) && !add_actuator(s, file, list + k, a, file->control + k))
             return false;
+        a->sum = (mbsr_file_sum){list[k].sum.count, list[k].sum.joint, list[k].sum.factor};
         out[k] = *a;
     }
     file->actuators = count;

@@ -19,6 +19,17 @@ mbsri_class *mbsri_mjcf_class(const mbsri_mjcf *m, const char *name)
     return c;
 }
 
+mbsri_class *mbsri_mjcf_class_of(mbsri_mjcf *m, const char *name, const mbsri_class *parent)
+{
+    mbsri_class *class = mbsri_mjcf_class(m, name);
+    if (class) return class;
+    class = mbsri_arena_take(m->s->arena, sizeof *class);
+    if (!class) return NULL;
+    *class = (mbsri_class){.name = name, .parent = parent, .next = m->classes};
+    m->classes = class;
+    return class;
+}
+
 bool mbsri_mjcf_node(mbsri_mjcf *m, const mbsri_element *e, const char *kind,
                      const char *childclass, mbsri_node *node)
 {
@@ -97,7 +108,7 @@ bool mbsri_mjcf_range(mbsri_mjcf *m, const mbsri_node *node, const char *attribu
 {
     if (!mbsri_mjcf_numbers(m, node, attribute, 2, 2, range, NULL)) return false;
     const bool some = range[0] != 0.0 || range[1] != 0.0;
-    *holds = mbsri_mjcf_switch(node, limited, some && m->autolimits);
+    *holds = mbsri_mjcf_switch(node, limited, some && mbsri_mjcf_compiler(m, node->e)->autolimits);
     return !*holds || range[0] < range[1] ||
            mbsri_file_refuse(m->s, node->e, "%s is no range", attribute);
 }
@@ -126,11 +137,11 @@ mbsr_frame mbsri_mjcf_along(const double x[3], const double z[3])
     return mbsr_frame_turned(x, sine > 1e-10 * length_of(3, z) ? axis : across, angle);
 }
 
-static mbsr_frame by_euler(const mbsri_mjcf *m, const double x[3], const double angle[3])
+static mbsr_frame by_euler(const char sequence[4], const double x[3], const double angle[3])
 {
     mbsr_frame frame = mbsr_frame_identity();
     for (int k = 0; k < 3; ++k) {
-        const char letter = m->sequence[k];
+        const char letter = sequence[k];
         const bool fixed = letter >= 'X' && letter <= 'Z';
         double axis[3] = {0.0};
         axis[letter - (fixed ? 'X' : 'x')] = 1.0;
@@ -158,7 +169,8 @@ bool mbsri_mjcf_frame(mbsri_mjcf *m, const mbsri_node *node, mbsr_frame *frame)
 {
     static const char *const names[] = {"quat", "axisangle", "xyaxes", "zaxis", "euler"};
     static const int sizes[] = {4, 4, 6, 3, 3};
-    const double unit = m->radian ? 1.0 : 3.14159265358979323846 / 180.0;
+    const mbsri_compiler *c = mbsri_mjcf_compiler(m, node->e);
+    const double unit = c->radian ? 1.0 : 3.14159265358979323846 / 180.0;
     double x[3] = {0.0}, given[6];
     int way = -1;
     if (!mbsri_mjcf_numbers(m, node, "pos", 3, 3, x, NULL)) return false;
@@ -183,7 +195,7 @@ bool mbsri_mjcf_frame(mbsri_mjcf *m, const mbsri_node *node, mbsr_frame *frame)
     if (good && way == 3) *frame = mbsri_mjcf_along(x, given);
     if (way == 4) {
         for (int k = 0; k < 3; ++k) given[k] *= unit;
-        *frame = by_euler(m, x, given);
+        *frame = by_euler(c->sequence, x, given);
     }
     return good || mbsri_file_refuse(m->s, node->e, "%s has no direction", names[way]);
 }

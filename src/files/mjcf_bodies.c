@@ -48,7 +48,8 @@ static bool read_limit(mbsri_mjcf *m, const mbsri_node *node, mbsri_scene_joint 
 static bool read_joint(mbsri_mjcf *m, const mbsri_node *node, const mbsr_frame *frame,
                        mbsri_scene_joint *j)
 {
-    const double unit = m->radian ? 1.0 : 3.14159265358979323846 / 180.0;
+    const mbsri_compiler *c = mbsri_mjcf_compiler(m, node->e);
+    const double unit = c->radian ? 1.0 : 3.14159265358979323846 / 180.0;
     double axis[3] = {0.0, 0.0, 1.0}, anchor[3] = {0.0};
     int ranged;
     if (!kind_of(m, node, &j->joint.kind)) return false;
@@ -82,7 +83,7 @@ static bool read_joint(mbsri_mjcf *m, const mbsri_node *node, const mbsr_frame *
     if (j->joint.kind == MBSR_FILE_HINGE) j->joint.ref *= unit, j->rest *= unit;
     if (j->joint.kind == MBSR_FILE_BALL || j->joint.kind == MBSR_FILE_FREE)
         j->joint.ref = j->rest = 0.0;
-    j->joint.limited = mbsri_mjcf_switch(node, "limited", ranged > 0 && m->autolimits);
+    j->joint.limited = mbsri_mjcf_switch(node, "limited", ranged > 0 && c->autolimits);
     if (mbsri_mjcf_get(node, "springdamper"))
         mbsri_file_find(m->s, node->e, "springdamper is left out");
     return mbsri_mjcf_range(m, node, "actuatorfrcrange", "actuatorfrclimited", j->force_range,
@@ -127,24 +128,15 @@ static bool read_inertial(mbsri_mjcf *m, const mbsri_element *e, mbsr_inertia *i
 {
     const mbsri_node node = {.e = e};
     mbsr_frame frame;
-    double mass = 0.0, I[6] = {0.0}, moments[3];
+    double mass = 0.0, I[6] = {0.0};
     int diagonal, full;
     if (!mbsri_mjcf_frame(m, &node, &frame) || !mbsri_mjcf_number(m, &node, "mass", &mass) ||
         !mbsri_mjcf_numbers(m, &node, "diaginertia", 3, 3, I, &diagonal) ||
         !mbsri_mjcf_numbers(m, &node, "fullinertia", 6, 6, I, &full))
         return false;
-    if (mass < 0.0) return mbsri_file_refuse(m->s, e, "its mass is negative");
     if (diagonal && full)
         return mbsri_file_refuse(m->s, e, "it has two tensors, diaginertia and fullinertia");
-    mbsri_moments(I, moments);
-    if (moments[0] < -1e-6 * fabs(moments[2]))
-        mbsri_file_find(m->s, e, "a principal moment of inertia is negative; kept as it is");
-    else if (moments[2] > (1.0 + 1e-6) * (moments[0] + moments[1]))
-        mbsri_file_find(m->s, e,
-                        "no body has these moments of inertia (one is larger than the sum "
-                        "of the others); kept as they are");
-    *inertia = mbsri_solid(m->s->arena, mass, &frame, I);
-    return true;
+    return mbsri_stated_solid(m->s, e, mass, &frame, I, inertia);
 }
 
 static bool add_site(mbsri_mjcf *m, const mbsri_element *e, const mbsri_mjcf_at *at)
@@ -167,12 +159,26 @@ static bool add_children(mbsri_mjcf *m, const mbsri_element *e, const mbsri_mjcf
 
 static bool add_bodies(mbsri_mjcf *m, const mbsri_element *e, const mbsri_mjcf_at *at);
 
+/* A flex bends or stretches, unless it is rigid: then it moves no mass. */
+static bool leave_flex(mbsri_mjcf *m, const mbsri_element *e)
+{
+    const char *type = mbsri_attribute(e, "type"), *rigid = mbsri_attribute(e, "rigid");
+    const bool still = rigid && strcmp(rigid, "true") == 0;
+    m->without_flex = m->without_flex || !still;
+    mbsri_file_find(m->s, e,
+                    still ? "a rigid flex of type '%.30s' is not drawn"
+                          : "a soft body (a flex of type '%.30s') is left out",
+                    type ? type : "grid");
+    return true;
+}
+
 /* What is not part of a body: bodies come later, so that its joints stand together. */
 static bool add_child(mbsri_mjcf *m, const mbsri_element *e, const mbsri_mjcf_at *at,
                       mbsri_mjcf_solids *sum)
 {
     static const char *const others[] = {"inertial", "camera", "light"};
     bool known = false;
+    if (mbsri_is(e, "flexcomp")) return leave_flex(m, e);
     if (mbsri_is(e, "joint") || mbsri_is(e, "freejoint")) return add_joint(m, e, at);
     if (mbsri_is(e, "geom")) return mbsri_mjcf_add_shape(m, e, at, sum);
     if (mbsri_is(e, "site")) return add_site(m, e, at);
@@ -218,7 +224,7 @@ static bool add_inertia(mbsri_mjcf *m, const mbsri_element *e, int body,
     mbsr_inertia inertia = {.kind = MBSR_INERTIA_NOT_GIVEN};
     if (sum->some)
         inertia = sum->inertia;
-    else if (inertial && m->from_shapes != MBSRI_SHAPES_ALWAYS &&
+    else if (inertial && mbsri_mjcf_compiler(m, e)->from_shapes != MBSRI_SHAPES_ALWAYS &&
              !read_inertial(m, inertial, &inertia))
         return false;
     mbsri_scene_bodies(m->s)[body].inertia = inertia;
@@ -243,8 +249,9 @@ static bool add_body(mbsri_mjcf *m, const mbsri_element *e, const mbsri_mjcf_at 
     mbsri_scene_body *to = mbsri_list_add(m->s->arena, &m->s->bodies, sizeof *to);
     if (!to) return false;
     *to = b;
-    const bool weighed = m->from_shapes == MBSRI_SHAPES_ALWAYS ||
-                         (m->from_shapes == MBSRI_SHAPES_AUTO && !mbsri_child(e, "inertial"));
+    const mbsri_from_shapes from = mbsri_mjcf_compiler(m, e)->from_shapes;
+    const bool weighed =
+        from == MBSRI_SHAPES_ALWAYS || (from == MBSRI_SHAPES_AUTO && !mbsri_child(e, "inertial"));
     return add_children(m, e, &within, weighed ? &sum : NULL) &&
            add_inertia(m, e, within.body, &sum) && add_bodies(m, e, &within);
 }

@@ -11,33 +11,39 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Its file, with the folder of meshes; NULL: it has none. */
+/* Its file, with the folders of its model and of meshes; NULL: it has none. */
 static const char *path_of(const mbsri_mjcf *m, const mbsri_element *e)
 {
     const char *file = mbsri_attribute(e, "file");
-    char path[512];
-    const char *last = file && m->strip ? strrchr(file, '/') : NULL;
+    const mbsri_compiler *c = mbsri_mjcf_compiler(m, e);
+    const char *last = file && c->strip ? strrchr(file, '/') : NULL, *folder = c->folder;
     if (last) file = last + 1;
-    if (!file || !m->folder || file[0] == '/') return file;
-    const int length = snprintf(path, sizeof path, "%.250s/%.250s", m->folder, file);
-    return mbsri_arena_text(m->s->arena, path, (size_t)length);
+    if (!file || file[0] == '/') return file;
+    if (folder && folder[0]) file = mbsri_arena_join(m->s->arena, folder, "/", file);
+    if (!file || file[0] == '/' || !c->home[0]) return file;
+    return mbsri_arena_join(m->s->arena, c->home, file, "");
 }
 
-/* Its own, or that of its file without folder and ending. */
+const char *mbsri_mjcf_stem(mbsri_arena *arena, const char *file)
+{
+    const char *slash = strrchr(file, '/');
+    if (slash) file = slash + 1;
+    const char *point = strrchr(file, '.');
+    return mbsri_arena_text(arena, file, point ? (size_t)(point - file) : strlen(file));
+}
+
+/* Its own, or that of its file. */
 static const char *name_of(mbsri_mjcf *m, const mbsri_element *e)
 {
     const char *name = mbsri_attribute(e, "name"), *file = mbsri_attribute(e, "file");
-    if (name || !file) return name;
-    const char *slash = strrchr(file, '/'), *point;
-    if (slash) file = slash + 1;
-    point = strrchr(file, '.');
-    return mbsri_arena_text(m->s->arena, file, point ? (size_t)(point - file) : strlen(file));
+    return name || !file ? name : mbsri_mjcf_stem(m->s->arena, file);
 }
 
 static bool read_inertia(mbsri_mjcf *m, const mbsri_node *node, mbsri_mjcf_mesh *mesh)
 {
     const char *kind = mbsri_mjcf_get(node, "inertia");
-    mesh->kind = !kind && m->exact ? MBSRI_MESH_EXACT : MBSRI_MESH_LEGACY;
+    mesh->kind =
+        !kind && mbsri_mjcf_compiler(m, node->e)->exact ? MBSRI_MESH_EXACT : MBSRI_MESH_LEGACY;
     if (!kind || strcmp(kind, "legacy") == 0) return true;
     mesh->kind = strcmp(kind, "shell") == 0 ? MBSRI_MESH_SHELL : MBSRI_MESH_EXACT;
     mesh->hull = strcmp(kind, "convex") == 0;
@@ -80,12 +86,12 @@ static const char *load(mbsri_mjcf *m, mbsri_mjcf_mesh *mesh, mbsri_arena *arena
 {
     const char *points = mbsri_attribute(mesh->element, "vertex"),
                *faces = mbsri_attribute(mesh->element, "face"), *text;
-    char path[512];
     size_t size;
     if (points && faces) return mbsri_mesh_of_numbers(arena, points, faces, triangles);
     if (points) return "its convex hull is not made";
     if (!mesh->file) return "it is not a file";
-    snprintf(path, sizeof path, "%.250s%.250s", mesh->file[0] == '/' ? "" : m->home, mesh->file);
+    const char *path = mbsri_arena_join(arena, mesh->file[0] == '/' ? "" : m->home, mesh->file, "");
+    if (!path) return "there is no memory for it";
     mesh->reason = m->s->opt->load ? m->s->opt->load(m->s->opt->user, path, &text, &size) : 1;
     return mesh->reason ? "there is no such file"
                         : mbsri_mesh_read(arena, text, size, path, triangles);
@@ -162,17 +168,16 @@ static void size_of_box(mbsr_shape_kind kind, const double box[3], bool around, 
         size[1] = around ? box[2] - wide : fmax(0.0, box[2] - 0.5 * wide);
 }
 
-static void fit(const mbsri_mjcf *m, const mbsri_mjcf_mesh *mesh, double factor,
-                mbsr_file_shape *shape)
+static void fit(const mbsri_mjcf_mesh *mesh, bool around, double factor, mbsr_file_shape *shape)
 {
     double half[3];
     mbsr_frame frame = mesh->principal;
     for (int k = 0; k < 3; ++k) {
-        half[k] = m->fit_around ? 0.5 * (mesh->upper[k] - mesh->lower[k]) : mesh->box[k];
-        const double middle = m->fit_around ? 0.5 * (mesh->upper[k] + mesh->lower[k]) : 0.0;
+        half[k] = around ? 0.5 * (mesh->upper[k] - mesh->lower[k]) : mesh->box[k];
+        const double middle = around ? 0.5 * (mesh->upper[k] + mesh->lower[k]) : 0.0;
         for (int l = 0; l < 3; ++l) frame.x[l] += mesh->principal.R[3 * k + l] * middle;
     }
-    size_of_box(shape->kind, half, m->fit_around, shape->size);
+    size_of_box(shape->kind, half, around, shape->size);
     for (int k = 0; k < 3; ++k) shape->size[k] *= factor;
     shape->frame = mbsr_frame_product(&shape->frame, &frame);
 }
@@ -193,7 +198,7 @@ bool mbsri_mjcf_mesh_shape(mbsri_mjcf *m, const mbsri_node *node, mbsr_file_shap
     const char *wrong = mesh ? mbsri_mjcf_measure(m, mesh) : "there is no such mesh";
     *known = wrong == NULL;
     if (*known)
-        fit(m, mesh, factor, shape);
+        fit(mesh, mbsri_mjcf_compiler(m, node->e)->fit_around, factor, shape);
     else
         mbsri_file_find(m->s, node->e, "it is left out, fitted to mesh '%.40s': %s%s%s", name,
                         wrong, mesh && mesh->reason > 1 ? ": " : "",

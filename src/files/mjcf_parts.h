@@ -50,21 +50,29 @@ typedef struct mbsri_mjcf_mesh {
     double box[3], lower[3], upper[3]; /* half edges of the inertia box; around it */
 } mbsri_mjcf_mesh;
 
-typedef struct mbsri_mjcf {
-    mbsri_scene *s;
+/* What a model says of how it is read; each of those that are attached has its own. */
+typedef struct mbsri_compiler {
     bool radian, autolimits;
     char sequence[4]; /* of Euler angles */
     mbsri_from_shapes from_shapes;
-    double groups[2];     /* of shapes that count for inertias */
-    double total;         /* mass of all bodies, > 0: theirs are scaled to it */
+    double groups[2];   /* of shapes that count for inertias */
+    const char *home;   /* folder of its file, seen from that of the file itself, with its slash */
+    const char *folder; /* of meshes; NULL: none */
+    bool strip;         /* names of files go without their folders */
+    bool exact;         /* meshes count as the solids that they enclose, where they do not say */
+    bool fit_around;    /* shapes are fitted to the box around a mesh */
+} mbsri_compiler;
+
+typedef struct mbsri_mjcf {
+    mbsri_scene *s;
     const char *home;     /* folder of the file, with its slash */
-    const char *folder;   /* of meshes; NULL: none */
-    bool strip;           /* names of files go without their folders */
+    mbsri_list compilers; /* mbsri_compiler, by number of the model */
+    int copied;           /* elements so far */
+    double total;         /* mass of all bodies, > 0: theirs are scaled to it */
     mbsri_class *classes; /* the last one made */
     bool free_controls;   /* controls are not clamped to their ranges */
+    bool without_flex;    /* soft bodies were left out */
     const char *idle;     /* groups of actuators that are switched off, NULL: none */
-    bool exact;           /* meshes count as the solids that they enclose, where they do not say */
-    bool fit_around;      /* shapes are fitted to the box around a mesh */
     mbsri_list meshes;    /* mbsri_mjcf_mesh */
     mbsri_looks materials, textures;
     mbsri_names bodies, joints, sites, mesh_names;
@@ -81,6 +89,12 @@ typedef struct mbsri_node {
 
 /* The class of that name, NULL for the main one; NULL: none. */
 mbsri_class *mbsri_mjcf_class(const mbsri_mjcf *m, const char *name);
+
+/* The same, made where there is none; NULL: no memory. */
+mbsri_class *mbsri_mjcf_class_of(mbsri_mjcf *m, const char *name, const mbsri_class *parent);
+
+/* A class that says nothing. */
+#define MBSRI_PLAIN_CLASS "(plain)"
 
 /* childclass: of the bodies around it; NULL: none. False: there is no such class. */
 bool mbsri_mjcf_node(mbsri_mjcf *m, const mbsri_element *e, const char *kind,
@@ -119,6 +133,9 @@ const char *mbsri_mjcf_name(const mbsri_element *e);
 
 /* ---- meshes ---- */
 
+/* The name of a file without folder and ending; NULL: no memory. */
+const char *mbsri_mjcf_stem(mbsri_arena *arena, const char *file);
+
 bool mbsri_mjcf_add_mesh(mbsri_mjcf *m, const mbsri_element *e);
 
 /* NULL: there is none of that name, which may be NULL. */
@@ -131,10 +148,29 @@ const char *mbsri_mjcf_measure(mbsri_mjcf *m, mbsri_mjcf_mesh *mesh);
 bool mbsri_mjcf_mesh_shape(mbsri_mjcf *m, const mbsri_node *node, mbsr_file_shape *shape,
                            bool *known);
 
-/* Writes replicas out, after the compiler's options. */
+/* ---- what a file means, before it is read ---- */
+
+/* One more model, in a folder seen from that of the file, with the options that hold where it says nothing. */
+bool mbsri_mjcf_add_compiler(mbsri_mjcf *m, const char *home, int *number);
+bool mbsri_mjcf_read_compiler(mbsri_mjcf *m, const mbsri_element *e);
+
+/* The options that hold for an element. */
+static inline mbsri_compiler *mbsri_mjcf_compiler(const mbsri_mjcf *m, const mbsri_element *e)
+{
+    return (mbsri_compiler *)m->compilers.items + e->model;
+}
+
+/* Writes composites out as bodies. */
+bool mbsri_mjcf_composites(mbsri_mjcf *m, mbsri_element *root);
+
+/* Writes replicas out. */
 bool mbsri_mjcf_replicate(mbsri_mjcf *m, mbsri_element *root);
 
-/* A finding for each attribute that nobody reads and that may matter. */
+/* All of it, for the model of a tree and those that it attaches: what it includes, its compiler's options, composites,
+ * attached models, replicas. */
+bool mbsri_mjcf_expand(mbsri_mjcf *m, mbsri_element *root);
+
+/* A finding for each section and attribute that nobody reads and that may matter. */
 void mbsri_mjcf_find_words(mbsri_mjcf *m, const mbsri_element *root);
 
 /* The parts of a file. */

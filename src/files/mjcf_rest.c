@@ -8,16 +8,18 @@
 
 /* ---- equalities ---- */
 
-/* The body that an attribute names; `world` may be missing. */
+/* The body that an attribute names; `world` may be missing. *known false: it is part of a soft body. */
 static bool end_of(mbsri_mjcf *m, const mbsri_element *e, const char *attribute, bool world,
-                   int *body)
+                   int *body, bool *known)
 {
     const char *name = mbsri_attribute(e, attribute);
     *body = -1;
     if (!name && !world) return mbsri_file_refuse(m->s, e, "it has no %s", attribute);
     if (!name || strcmp(name, "world") == 0) return true;
     *body = mbsri_names_find(&m->bodies, name);
-    return *body >= 0 || mbsri_file_refuse(m->s, e, "%s '%.50s' is no body", attribute, name);
+    *known = *known && (*body >= 0 || !m->without_flex);
+    return *body >= 0 || m->without_flex ||
+           mbsri_file_refuse(m->s, e, "%s '%.50s' is no body", attribute, name);
 }
 
 /* Frames on bodies that coincide. */
@@ -80,16 +82,21 @@ static bool read_tendons(mbsri_mjcf *m, const mbsri_node *node, mbsri_scene_equa
     return true;
 }
 
-static bool read_bodies(mbsri_mjcf *m, const mbsri_node *node, mbsri_scene_equality *q)
+static bool read_bodies(mbsri_mjcf *m, const mbsri_node *node, mbsri_scene_equality *q, bool *known)
 {
     const mbsri_element *e = node->e;
     double pose[7] = {0.0}, turning = 1.0;
     int anchor, given;
-    if (!end_of(m, e, "body1", false, q->body) || !end_of(m, e, "body2", true, q->body + 1) ||
+    if (!end_of(m, e, "body1", false, q->body, known) ||
+        !end_of(m, e, "body2", true, q->body + 1, known) ||
         !mbsri_mjcf_numbers(m, node, "anchor", 3, 3, q->anchor, &anchor) ||
         !mbsri_mjcf_numbers(m, node, "relpose", 7, 7, pose, &given) ||
         !mbsri_mjcf_number(m, node, "torquescale", &turning))
         return false;
+    if (!*known) {
+        mbsri_file_find(m->s, e, "it is left out with the soft body that it holds");
+        return true;
+    }
     if (q->kind == MBSRI_WELD && turning == 0.0)
         mbsri_file_find(m->s, e, "it holds the turn as well: its torquescale of 0 is left out");
     if (q->kind == MBSRI_CONNECT && anchor == 0)
@@ -144,8 +151,8 @@ static bool read_equality(mbsri_mjcf *m, const mbsri_node *node, mbsri_scene_equ
               : weld                  ? MBSRI_WELD
               : mbsri_is(e, "tendon") ? MBSRI_SUM
                                       : MBSRI_POLYNOMIAL;
-    if (connect || weld)
-        return (mbsri_attribute(e, "site1") ? read_sites : read_bodies)(m, node, q);
+    if ((connect || weld) && mbsri_attribute(e, "site1")) return read_sites(m, node, q);
+    if (connect || weld) return read_bodies(m, node, q, known);
     if (mbsri_is(e, "joint")) return read_joints(m, node, q);
     if (mbsri_is(e, "tendon")) return read_tendons(m, node, q, known);
     mbsri_file_find(m->s, e, "equalities of this kind are left out");
@@ -250,7 +257,8 @@ static bool add_tendon(mbsri_mjcf *m, const mbsri_element *e)
         return false;
     if (lengths == 1) t.rest[1] = t.rest[0];
     if (t.rest[0] == -1.0 && t.rest[1] == -1.0) t.rest[0] = t.rest[1] = NAN;
-    if (mbsri_mjcf_switch(&node, "limited", m->autolimits && mbsri_mjcf_get(&node, "range")))
+    if (mbsri_mjcf_switch(&node, "limited",
+                          mbsri_mjcf_compiler(m, e)->autolimits && mbsri_mjcf_get(&node, "range")))
         mbsri_file_find(m->s, e, "its limits are left out");
     if (friction > 0.0) mbsri_file_find(m->s, e, "its dry friction is left out");
     if (armature > 0.0) mbsri_file_find(m->s, e, "its armature is left out");

@@ -85,6 +85,7 @@ static bool weigh_mesh(mbsri_mjcf *m, const mbsri_node *node, const mbsr_frame *
 static bool weigh(mbsri_mjcf *m, const mbsri_node *node, const mbsr_frame *at,
                   const mbsr_file_shape *shape, mbsri_mjcf_solids *sum)
 {
+    const double *groups = mbsri_mjcf_compiler(m, node->e)->groups;
     double density = 1000.0, mass = 0.0, group = 0.0, volume, I[6];
     int given;
     if (!mbsri_mjcf_number(m, node, "density", &density) ||
@@ -95,7 +96,7 @@ static bool weigh(mbsri_mjcf *m, const mbsri_node *node, const mbsr_frame *at,
         return mbsri_file_refuse(m->s, node->e, "its mass or density is negative");
     if (sum && mbsri_mjcf_switch(node, "shellinertia", false))
         mbsri_file_find(m->s, node->e, "its inertia is that of a solid, not of a shell");
-    if (!sum || group < m->groups[0] || group > m->groups[1]) return true;
+    if (!sum || group < groups[0] || group > groups[1]) return true;
     mbsr_frame frame = shape->frame;
     if (shape->kind == MBSR_SHAPE_MESH) {
         if ((given ? mass : density) == 0.0) return true;

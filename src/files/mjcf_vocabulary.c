@@ -53,6 +53,9 @@ static const vocabulary words[] = {
      "material "},
     {"worldbody", "body", NAMES PLACE "mocap gravcomp sleep simple "},
     {"worldbody", "frame", NAMES PLACE},
+    {"asset", "model", "name file content_type "},
+    {"worldbody", "attach", "model body frame prefix "},
+    {"worldbody", "composite", "prefix type count offset quat curve initial size vertex "},
     {"worldbody", "replicate", "count offset euler sep childclass "},
     {"worldbody", "inertial", PLACE "mass diaginertia fullinertia "},
     {"worldbody", "joint",
@@ -139,8 +142,24 @@ static void check_defaults(mbsri_mjcf *m, const mbsri_element *list, int depth)
     }
 }
 
+/* Sections that the readers below do not know, and that say more than how things look or what is sensed. */
+static void find_sections(mbsri_mjcf *m, const mbsri_element *root)
+{
+    static const char *const known[] = {"compiler", "option", "size",   "visual",    "statistic",
+                                        "default",  "asset",  "custom", "worldbody", "contact",
+                                        "equality", "tendon", "sensor", "actuator",  "keyframe"};
+    for (const mbsri_element *e = root->child; e; e = e->next) {
+        bool found = !e->child && !e->attribute[0]; /* it says nothing */
+        for (size_t k = 0; k < sizeof known / sizeof *known && !found; ++k)
+            found = mbsri_is(e, known[k]);
+        if (!found)
+            mbsri_file_find(m->s, e, "sections of this kind are left out, with all in them");
+    }
+}
+
 void mbsri_mjcf_find_words(mbsri_mjcf *m, const mbsri_element *root)
 {
+    find_sections(m, root);
     for (const mbsri_element *e = root->child; e; e = e->next) {
         check(m, "", e);
         if (mbsri_is(e, "default")) check_defaults(m, e, 0);

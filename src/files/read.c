@@ -79,21 +79,24 @@ static int check(const char *text, const mbsr_file_opt *opt, bool to, const char
     int status = check_numbers(opt, entry, error);
     if (!status) status = check_lists(opt, entry, error);
     if (status) return status;
-    if (opt->format < MBSR_FILE_ANY || opt->format > MBSR_FILE_MJCF)
+    if (opt->format < MBSR_FILE_ANY || opt->format > MBSR_FILE_SDF)
         return fail(error, MBSR_ERR_VALUE, entry, "opt.format is none of the formats");
     return MBSR_OK;
 }
 
 static bool read_scene(mbsri_scene *s, mbsri_element *root)
 {
-    const bool urdf = mbsri_is(root, "robot");
-    if (!urdf && !mbsri_is(root, "mujoco"))
+    s->format = mbsri_is(root, "robot")    ? MBSR_FILE_URDF
+                : mbsri_is(root, "mujoco") ? MBSR_FILE_MJCF
+                : mbsri_is(root, "sdf")    ? MBSR_FILE_SDF
+                                           : MBSR_FILE_ANY;
+    if (s->format == MBSR_FILE_ANY)
         return mbsri_file_refuse(s, root,
-                                 "this is neither a <robot> of URDF nor a <mujoco> of MJCF");
-    s->format = urdf ? MBSR_FILE_URDF : MBSR_FILE_MJCF;
+                                 "this is no <robot> of URDF, <mujoco> of MJCF or <sdf> of SDF");
     if (s->opt->format != MBSR_FILE_ANY && s->opt->format != s->format)
         return mbsri_file_refuse(s, root, "the file is not of the format wanted");
-    return urdf ? mbsri_urdf_read(s, root) : mbsri_mjcf_read(s, root);
+    if (s->format == MBSR_FILE_SDF) return mbsri_sdf_read(s, root);
+    return s->format == MBSR_FILE_URDF ? mbsri_urdf_read(s, root) : mbsri_mjcf_read(s, root);
 }
 
 static void hand_over(const mbsri_scene *s, mbsr_file *file)

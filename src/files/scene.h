@@ -1,4 +1,4 @@
-/* What both readers make of a file, before it becomes a model.
+/* What the readers make of a file, before it becomes a model.
  * SPDX-License-Identifier: BSD-3-Clause */
 #ifndef MBSRI_FILES_SCENE_H
 #define MBSRI_FILES_SCENE_H
@@ -16,6 +16,7 @@ typedef struct mbsri_scene_joint {
     mbsr_file_joint joint; /* body and places are set when the model is made */
     const mbsri_element *element;
     double axis[3], anchor[3];
+    double pitch; /* of a hinge that is a screw, m/rad */
     double stiffness, cubic, rest, damping, armature;
     bool force_limited; /* what actuators do, in sum */
     double force_range[2];
@@ -128,6 +129,7 @@ bool mbsri_numbers(mbsri_scene *s, const mbsri_element *e, const char *attribute
 /* The readers. False: refused, or no memory. */
 bool mbsri_urdf_read(mbsri_scene *s, const mbsri_element *root);
 bool mbsri_mjcf_read(mbsri_scene *s, mbsri_element *root);
+bool mbsri_sdf_read(mbsri_scene *s, const mbsri_element *root);
 
 /* The text of errno that a load function has returned; "" where that says nothing. */
 const char *mbsri_file_why(int reason);

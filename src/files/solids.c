@@ -141,6 +141,22 @@ mbsr_inertia mbsri_solid(mbsri_arena *arena, double mass, const mbsr_frame *fram
     return mbsr_inertia_moved(frame, inertia);
 }
 
+bool mbsri_stated_solid(mbsri_scene *s, const mbsri_element *e, double mass,
+                        const mbsr_frame *frame, const double tensor[6], mbsr_inertia *inertia)
+{
+    double moments[3];
+    if (mass < 0.0) return mbsri_file_refuse(s, e, "its mass is %g", mass);
+    mbsri_moments(tensor, moments);
+    if (moments[0] < -1e-6 * fabs(moments[2]))
+        mbsri_file_find(s, e, "a principal moment of inertia is negative; kept as it is");
+    else if (moments[2] > (1.0 + 1e-6) * (moments[0] + moments[1]))
+        mbsri_file_find(s, e,
+                        "no body has these moments of inertia (one is larger than the sum of the "
+                        "others); kept as they are");
+    *inertia = mbsri_solid(s->arena, mass, frame, tensor);
+    return true;
+}
+
 bool mbsri_solid_of(const mbsr_inertia *inertia, double *mass, double centre[3], double tensor[6])
 {
     static const int place[6] = {0, 4, 8, 3, 6, 7};

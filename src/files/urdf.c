@@ -59,7 +59,7 @@ static bool read_inertia(mbsri_scene *s, const mbsri_element *e, mbsr_inertia *i
     static const char *const names[6] = {"ixx", "iyy", "izz", "ixy", "ixz", "iyz"};
     const mbsri_element *inertial = mbsri_child(e, "inertial"),
                         *tensor = mbsri_child(inertial, "inertia");
-    double mass = 0.0, I[6] = {0.0}, moments[3];
+    double mass = 0.0, I[6] = {0.0};
     mbsr_frame frame;
     *inertia = (mbsr_inertia){.kind = MBSR_INERTIA_NOT_GIVEN};
     if (!inertial) {
@@ -72,37 +72,7 @@ static bool read_inertia(mbsri_scene *s, const mbsri_element *e, mbsr_inertia *i
     for (int k = 0; k < 6; ++k) {
         if (!read_value(s, e, tensor, names[k], I + k)) return false;
     }
-    if (mass < 0.0) return mbsri_file_refuse(s, e, "its mass is %g", mass);
-    mbsri_moments(I, moments);
-    if (moments[0] < -1e-6 * fabs(moments[2]))
-        mbsri_file_find(s, e, "a principal moment of inertia is negative; kept as it is");
-    else if (moments[2] > (1.0 + 1e-6) * (moments[0] + moments[1]))
-        mbsri_file_find(s, e,
-                        "no body has these moments of inertia (one is larger than the sum of the "
-                        "others); kept as they are");
-    *inertia = mbsri_solid(s->arena, mass, &frame, I);
-    return true;
-}
-
-/* The path of a mesh, from the folder of its package where that is known. */
-static const char *path_of(mbsri_scene *s, const char *name)
-{
-    static const char scheme[] = "package://";
-    if (name && strncmp(name, "file://", 7) == 0) return name + 7;
-    if (!name || strncmp(name, scheme, sizeof scheme - 1) != 0) return name;
-    const char *package = name + sizeof scheme - 1;
-    const size_t length = strcspn(package, "/");
-    for (int k = 0; k < s->opt->packages; ++k) {
-        const mbsr_file_package *p = s->opt->package + k;
-        const size_t folder = strlen(p->folder), rest = strlen(package + length);
-        if (strlen(p->name) != length || strncmp(p->name, package, length) != 0) continue;
-        char *path = mbsri_arena_take(s->arena, folder + rest + 1);
-        if (!path) return NULL;
-        memcpy(path, p->folder, folder);
-        memcpy(path + folder, package + length, rest);
-        return path;
-    }
-    return name;
+    return mbsri_stated_solid(s, e, mass, &frame, I, inertia);
 }
 
 /* ---- shapes ---- */
@@ -140,7 +110,7 @@ static bool read_geometry(mbsri_scene *s, const mbsri_element *e, mbsr_file_shap
         shape->size[1] = 0.5 * length;
     } else if (mbsri_is(of, "mesh")) {
         shape->kind = MBSR_SHAPE_MESH;
-        shape->mesh = path_of(s, mbsri_attribute(of, "filename"));
+        shape->mesh = mbsri_package_path(s, mbsri_attribute(of, "filename"));
         shape->size[0] = shape->size[1] = shape->size[2] = 1.0;
         *known = shape->mesh != NULL;
         return read_scale(s, of, shape->size);
@@ -279,20 +249,6 @@ static bool name_hinges(robot *r)
 
 /* ---- joints ---- */
 
-static mbsri_scene_joint *new_joint(mbsri_scene *s, const mbsri_element *e,
-                                    mbsr_file_joint_kind kind, const double axis[3])
-{
-    mbsri_scene_joint *j = mbsri_list_add(s->arena, &s->joints, sizeof *j);
-    if (!j) return NULL;
-    *j = (mbsri_scene_joint){.limit_reference = {0.02, 1.0},
-                             .limit_impedance = 1.0,
-                             .element = e,
-                             .joint = {.name = mbsri_attribute(e, "name"), .kind = kind}};
-    if (!j->joint.name) j->joint.name = "";
-    memcpy(j->axis, axis, sizeof j->axis);
-    return j;
-}
-
 static bool read_limits(mbsri_scene *s, const mbsri_element *e, bool continuous,
                         mbsri_scene_joint *j)
 {
@@ -321,7 +277,7 @@ static bool add_axis(mbsri_scene *s, const mbsri_element *e, mbsr_file_joint_kin
     if (!(length > 0.0) || !isfinite(length))
         return mbsri_file_refuse(s, e, "its axis has no direction");
     for (int k = 0; k < 3; ++k) a[k] /= length;
-    mbsri_scene_joint *j = new_joint(s, e, kind, a);
+    mbsri_scene_joint *j = mbsri_urdf_joint(s, e, kind, a);
     return j && read_limits(s, e, continuous, j);
 }
 
@@ -337,7 +293,7 @@ static bool add_planar(mbsri_scene *s, const mbsri_element *e)
     const mbsr_frame along = mbsr_frame_along(NULL, a);
     for (int k = 0; k < 3; ++k) {
         mbsri_scene_joint *j =
-            new_joint(s, e, k < 2 ? MBSR_FILE_SLIDE : MBSR_FILE_HINGE, along.R + 3 * k);
+            mbsri_urdf_joint(s, e, k < 2 ? MBSR_FILE_SLIDE : MBSR_FILE_HINGE, along.R + 3 * k);
         if (!j || !read_limits(s, e, true, j)) return false;
     }
     return true;
@@ -346,7 +302,7 @@ static bool add_planar(mbsri_scene *s, const mbsri_element *e)
 static bool add_floating(mbsri_scene *s, const mbsri_element *e)
 {
     static const double none[3] = {0.0};
-    mbsri_scene_joint *j = new_joint(s, e, MBSR_FILE_FREE, none);
+    mbsri_scene_joint *j = mbsri_urdf_joint(s, e, MBSR_FILE_FREE, none);
     if (j) j->relative = true;
     return j != NULL;
 }
@@ -392,7 +348,7 @@ static bool add_body(robot *r, int at)
         if (b.joints == 1) h->joint = b.first;
     } else if (s->opt->floating) {
         static const double none[3] = {0.0};
-        mbsri_scene_joint *j = new_joint(s, l->element, MBSR_FILE_FREE, none);
+        mbsri_scene_joint *j = mbsri_urdf_joint(s, l->element, MBSR_FILE_FREE, none);
         if (!j) return false;
         j->joint.name = "root";
         b.joints = 1;

@@ -247,7 +247,7 @@ static bool expand_include(mbsri_xacro *x, const mbsri_element *e, mbsri_scope *
     }
     if (!mbsri_xacro_include(x, path, optional, &root)) return false;
     if (!root) return true;
-    x->folder = mbsri_folder_of(x, root->file);
+    x->folder = mbsri_arena_folder(x->s->arena, root->file);
     const bool good = x->folder && expand_children(x, root, scope, to);
     x->folder = before;
     return good;
@@ -334,7 +334,7 @@ mbsri_element *mbsri_xacro_expand(mbsri_scene *s, const mbsri_element *root)
 {
     mbsri_xacro x = {.s = s, .at = root, .look_up = mbsri_scope_find};
     x.load_yaml = mbsri_xacro_load_yaml;
-    x.home = x.folder = mbsri_folder_of(&x, root->file);
+    x.home = x.folder = mbsri_arena_folder(x.s->arena, root->file);
     for (int k = 0; k < s->opt->xacro.arguments; ++k) {
         mbsr_xacro_argument *place = mbsri_list_add(s->arena, &x.arguments, sizeof *place);
         if (!place) return NULL;

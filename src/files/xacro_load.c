@@ -12,12 +12,6 @@ typedef struct loaded {
     mbsri_value value;
 } loaded;
 
-const char *mbsri_folder_of(mbsri_xacro *x, const char *path)
-{
-    const char *slash = strrchr(path, '/');
-    return mbsri_xacro_copy(x, path, slash ? (size_t)(slash - path) + 1 : 0);
-}
-
 /* ---- where files may be ---- */
 
 /* A path without "." and without ".." but at its beginning; "" is the folder where the program runs. */

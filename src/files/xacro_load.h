@@ -5,9 +5,6 @@
 
 #include "files/xacro_value.h"
 
-/* The folder of a file, with its slash; NULL: refused. */
-const char *mbsri_folder_of(mbsri_xacro *x, const char *path);
-
 /* The root of an included file, which is read once; NULL where it is missing and optional. A path that leaves the model's
  * folder and those of the packages is refused, unless option `outside` allows it, by its text: links of the file system
  * are not seen. False: refused. */

@@ -16,7 +16,9 @@ typedef struct reading {
     const char *file;
     mbsri_element *root, *at;
     int depth;
-    char *message;     /* "" as long as all is well */
+    char *message; /* "" as long as all is well */
+    char *text;    /* since the last tag */
+    size_t size, room;
     mbsri_names names; /* of elements and attributes, each once */
 } reading;
 
@@ -59,6 +61,7 @@ static void XMLCALL start(void *user, const XML_Char *name, const XML_Char **att
         stop(r, "no memory");
         return;
     }
+    r->size = 0;
     e->name = keep_name(r, name);
     e->file = r->file;
     e->line = line_of(r);
@@ -84,7 +87,31 @@ static void XMLCALL end(void *user, const XML_Char *name)
     reading *r = user;
     (void)name;
     --r->depth;
-    if (r->at) r->at = r->at->parent;
+    if (!r->at) return;
+    bool blank = true;
+    for (size_t k = 0; k < r->size && blank; ++k) blank = strchr(" \t\r\n", r->text[k]) != NULL;
+    if (!r->at->child && !blank) r->at->text = mbsri_arena_text(r->arena, r->text, r->size);
+    r->size = 0;
+    r->at = r->at->parent;
+}
+
+static void XMLCALL text(void *user, const XML_Char *piece, int length)
+{
+    reading *r = user;
+    if (r->message[0] || (r->at && r->at->child)) return;
+    if (r->size + (size_t)length > r->room) {
+        const size_t room = 2 * (r->size + (size_t)length) + 1024;
+        char *larger = mbsri_arena_take(r->arena, room);
+        if (!larger) {
+            stop(r, "no memory");
+            return;
+        }
+        if (r->size > 0) memcpy(larger, r->text, r->size);
+        r->text = larger;
+        r->room = room;
+    }
+    memcpy(r->text + r->size, piece, (size_t)length);
+    r->size += (size_t)length;
 }
 
 static void XMLCALL entity(void *user, const XML_Char *name, int parameter, const XML_Char *value,
@@ -96,7 +123,7 @@ static void XMLCALL entity(void *user, const XML_Char *name, int parameter, cons
     stop(user, "the file declares entities, which are not read");
 }
 
-mbsri_element *mbsri_xml_read(mbsri_arena *arena, const char *text, size_t size, const char *name,
+mbsri_element *mbsri_xml_read(mbsri_arena *arena, const char *bytes, size_t size, const char *name,
                               char message[MBSR_TEXT_SIZE])
 {
     reading r = {.arena = arena, .file = name, .message = message};
@@ -112,8 +139,9 @@ mbsri_element *mbsri_xml_read(mbsri_arena *arena, const char *text, size_t size,
     }
     XML_SetUserData(r.parser, &r);
     XML_SetElementHandler(r.parser, start, end);
+    XML_SetCharacterDataHandler(r.parser, text);
     XML_SetEntityDeclHandler(r.parser, entity);
-    if (XML_Parse(r.parser, text, (int)size, XML_TRUE) == XML_STATUS_ERROR && !message[0]) {
+    if (XML_Parse(r.parser, bytes, (int)size, XML_TRUE) == XML_STATUS_ERROR && !message[0]) {
         snprintf(message, MBSR_TEXT_SIZE, "%.120s:%d: this is not XML: %.100s", name, line_of(&r),
                  XML_ErrorString(XML_GetErrorCode(r.parser)));
     }
@@ -128,6 +156,12 @@ const char *mbsri_attribute(const mbsri_element *e, const char *name)
         if (strcmp(a[0], name) == 0) return a[1];
     }
     return NULL;
+}
+
+const char *mbsri_text_of(const mbsri_element *e, const char *name)
+{
+    const mbsri_element *child = mbsri_child(e, name);
+    return child ? child->text : NULL;
 }
 
 bool mbsri_is(const mbsri_element *e, const char *name)

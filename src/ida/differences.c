@@ -32,7 +32,7 @@ static int shifted(mbsr_ida *ida, double t, N_Vector y, N_Vector yp, int k, doub
     const double y_k = *value, yp_k = *rate;
     *value = y_k + step;
     *rate = yp_k + c * step;
-    ++ida->central_residuals;
+    ++ida->count.central_residuals;
     const int status = mbsri_ida_residual(t, y, yp, F, ida);
     *value = y_k;
     *rate = yp_k;
@@ -91,13 +91,14 @@ static bool differentiate(mbsr_ida *ida, double t, double c, N_Vector y, N_Vecto
                           SUNMatrix matrix)
 {
     const double *at = N_VGetArrayPointer(y), *rate = N_VGetArrayPointer(yp);
-    if (!ida->tangent || mbsr_newton_linearise(ida->tangent, ida->data, t, at, rate, c))
+    if (!ida->linear.tangent ||
+        mbsr_newton_linearise(ida->linear.tangent, ida->data, t, at, rate, c))
         return false;
     for (int k = 0; k < mbsr_model_nq(ida->model); ++k) {
         double *column = SUNDenseMatrix_Column(matrix, k);
         memset(column, 0, (size_t)ida->size * sizeof *column);
         column[k] = 1.0;
-        if (mbsr_newton_multiply(ida->tangent, column, column)) return false;
+        if (mbsr_newton_multiply(ida->linear.tangent, column, column)) return false;
     }
     return true;
 }
@@ -136,7 +137,7 @@ int mbsri_ida_weigh(void *user, N_Vector x)
     if (IDAGetCurrentTime(ida->memory, &t) < 0 || IDAGetCurrentY(ida->memory, &y) < 0 ||
         IDAGetCurrentYp(ida->memory, &yp) < 0)
         return -1;
-    ida->central_residuals += 2;
+    ida->count.central_residuals += 2;
     N_VLinearSum(1.0, yp, 1.0, x, minus);
     int status = mbsri_ida_residual(t, y, minus, plus, ida);
     if (!status) status = mbsri_ida_residual(t, y, yp, minus, ida);

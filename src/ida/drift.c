@@ -61,16 +61,16 @@ static int measure(mbsr_ida *ida, double t, const double *y, mbsr_ida_drift *dri
 /* The same of the driver's state. */
 static int measure_present(mbsr_ida *ida, mbsr_ida_drift *drift)
 {
-    return measure(ida, ida->present, N_VGetArrayPointer(mbsri_ida_output_y(ida)), drift);
+    return measure(ida, ida->run.present, N_VGetArrayPointer(mbsri_ida_output_y(ida)), drift);
 }
 
 void mbsri_ida_drift_start(mbsr_ida *ida, double t, const double *y)
 {
     mbsr_ida_drift drift;
-    ida->measured = measure(ida, t, y, &drift) == MBSR_OK;
-    ida->first_energy = drift.energy;
-    ida->largest_gap = drift.gap;
-    ida->steps_noted = -1;
+    ida->drift.measured = measure(ida, t, y, &drift) == MBSR_OK;
+    ida->drift.first_energy = drift.energy;
+    ida->drift.largest_gap = drift.gap;
+    ida->drift.steps = -1;
 }
 
 void mbsri_ida_drift_note(mbsr_ida *ida)
@@ -81,38 +81,35 @@ void mbsri_ida_drift_note(mbsr_ida *ida)
     long steps = 0;
     if (mbsr_model_held(model) == 0) return;
     IDAGetNumSteps(ida->memory, &steps);
-    if (steps == ida->steps_noted) return;
-    ida->steps_noted = steps;
+    if (steps == ida->drift.steps) return;
+    ida->drift.steps = steps;
     const double *y = N_VGetArrayPointer(ida->y);
-    int status =
-        mbsr_dae_unpack(model, data, ida->opt.form, ida->present, y, q, q + mbsr_model_nq(model));
-    if (!status) status = mbsr_positions(model, data, ida->present, q);
+    int status = mbsr_dae_unpack(model, data, ida->opt.form, ida->run.present, y, q,
+                                 q + mbsr_model_nq(model));
+    if (!status) status = mbsr_positions(model, data, ida->run.present, q);
     if (!status) status = mbsr_closures_gap(model, data, g);
-    if (!status) ida->largest_gap = fmax(ida->largest_gap, largest(mbsr_model_held(model), g));
+    if (!status)
+        ida->drift.largest_gap = fmax(ida->drift.largest_gap, largest(mbsr_model_held(model), g));
 }
 
 int mbsr_ida_get_drift(mbsr_ida *ida, mbsr_ida_drift *drift)
 {
     if (!ida) return MBSR_ERR_NULL;
-    if (!drift || (!ida->started && !ida->failed)) {
-        return mbsri_ida_fail(&ida->error, drift ? MBSR_ERR_SEQUENCE : MBSR_ERR_NULL, MBSR_NONE,
-                              MBSR_NONE, "mbsr_ida_get_drift: %s",
-                              drift ? "call mbsr_ida_start first" : "drift is NULL");
-    }
+    if (!drift || (!ida->run.started && !ida->run.failed))
+        return mbsri_ida_refuse(&ida->error, drift ? MBSR_ERR_SEQUENCE : MBSR_ERR_NULL,
+                                "mbsr_ida_get_drift: %s",
+                                drift ? "call mbsr_ida_start first" : "drift is NULL");
     mbsr_ida_drift found;
     mbsri_ida_complete(ida);
     const int status = measure_present(ida, &found);
-    if (status) {
-        const mbsr_error *error = mbsr_data_error(ida->data);
-        return mbsri_ida_fail(&ida->error, status, error->body, error->force,
-                              "mbsr_ida_get_drift: %s", error->text);
-    }
-    found.largest_gap = fmax(ida->largest_gap, found.gap);
-    found.energy_change = ida->measured ? found.energy - ida->first_energy : 0.0;
-    if (!isfinite(found.energy) || !isfinite(found.energy_change)) {
-        return mbsri_ida_fail(&ida->error, MBSR_NOT_FINITE, MBSR_NONE, MBSR_NONE,
-                              "mbsr_ida_get_drift: the energy is not finite");
-    }
+    if (status)
+        return mbsri_ida_pass_on(&ida->error, status, mbsr_data_error(ida->data),
+                                 "mbsr_ida_get_drift");
+    found.largest_gap = fmax(ida->drift.largest_gap, found.gap);
+    found.energy_change = ida->drift.measured ? found.energy - ida->drift.first_energy : 0.0;
+    if (!isfinite(found.energy) || !isfinite(found.energy_change))
+        return mbsri_ida_refuse(&ida->error, MBSR_NOT_FINITE,
+                                "mbsr_ida_get_drift: the energy is not finite");
     *drift = found;
     return MBSR_OK;
 }

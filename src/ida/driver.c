@@ -1,7 +1,7 @@
 /* Creation and destruction of the driver.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * With filter.c and iteration.c, whose objects SUNDIALS wants in memory of their own, the only file of
+ * With error_test.c and nonlinear.c, whose objects SUNDIALS wants in memory of their own, the only file of
  * the component that takes memory. */
 #include "ida/callbacks.h"
 #include "ida/bend.h"
@@ -23,52 +23,46 @@ static void receive(void *user, int code, const char *message)
     mbsr_ida *ida = user;
     if (code > 0) return;
     size_t k = 0;
-    for (; k + 1 < sizeof ida->message && message[k]; ++k) {
-        ida->message[k] = message[k] == '\n' ? ' ' : message[k];
+    for (; k + 1 < sizeof ida->failing.message && message[k]; ++k) {
+        ida->failing.message[k] = message[k] == '\n' ? ' ' : message[k];
     }
-    ida->message[k] = '\0';
-    mbsri_ida_point_numbers(ida->message);
+    ida->failing.message[k] = '\0';
+    mbsri_ida_point_numbers(ida->failing.message);
 }
 
 /* Refuses arguments from which no driver can be made. */
 static int check(const mbsr_model *model, const mbsr_data *data, const mbsr_ida_opt *opt,
                  mbsr_ida **ida, mbsr_error *error)
 {
-    if (!model || !data || !ida) {
-        return mbsri_ida_fail(error, MBSR_ERR_NULL, MBSR_NONE, MBSR_NONE,
-                              "mbsr_ida_create: %s is NULL",
-                              !model  ? "model"
-                              : !data ? "data"
-                                      : "ida");
-    }
-    if (opt->cookie != mbsr_default_ida_opt().cookie) {
-        return mbsri_ida_fail(error, MBSR_ERR_NO_DEFAULT, MBSR_NONE, MBSR_NONE,
-                              "mbsr_ida_create: opt was not made by mbsr_default_ida_opt");
-    }
-    if (mbsr_model_bodies(model) < 0) {
-        return mbsri_ida_fail(error, MBSR_ERR_UNFINISHED, MBSR_NONE, MBSR_NONE,
-                              "mbsr_ida_create: the model is not finished");
-    }
+    if (!model || !data || !ida)
+        return mbsri_ida_refuse(error, MBSR_ERR_NULL, "mbsr_ida_create: %s is NULL",
+                                !model  ? "model"
+                                : !data ? "data"
+                                        : "ida");
+    if (opt->cookie != mbsr_default_ida_opt().cookie)
+        return mbsri_ida_refuse(error, MBSR_ERR_NO_DEFAULT,
+                                "mbsr_ida_create: opt was not made by mbsr_default_ida_opt");
+    if (mbsr_model_bodies(model) < 0)
+        return mbsri_ida_refuse(error, MBSR_ERR_UNFINISHED,
+                                "mbsr_ida_create: the model is not finished");
     const int size = mbsr_dae_size(model, opt->form);
-    if (size < 0) {
-        return mbsri_ida_fail(error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
-                              mbsr_model_rows(model) > 0
-                                  ? "mbsr_ida_create: form is %d, but the model has closures, "
-                                    "which only MBSR_DAE_MOMENTUM takes"
-                                  : "mbsr_ida_create: form is %d, no such form",
-                              (int)opt->form);
-    }
-    if (size == 0) {
-        return mbsri_ida_fail(error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
-                              "mbsr_ida_create: the model has no joint coordinates to integrate");
-    }
+    if (size < 0)
+        return mbsri_ida_refuse(error, MBSR_ERR_VALUE,
+                                mbsr_model_rows(model) > 0
+                                    ? "mbsr_ida_create: form is %d, but the model has closures, "
+                                      "which only MBSR_DAE_MOMENTUM takes"
+                                    : "mbsr_ida_create: form is %d, no such form",
+                                (int)opt->form);
+    if (size == 0)
+        return mbsri_ida_refuse(error, MBSR_ERR_VALUE,
+                                "mbsr_ida_create: the model has no joint coordinates to integrate");
     return mbsri_ida_check(opt, size, error);
 }
 
 static int no_memory(const mbsr_ida *ida, mbsr_error *error, const char *what)
 {
-    return mbsri_ida_fail(error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
-                          "mbsr_ida_create: no memory for %s of size %d", what, ida->size);
+    return mbsri_ida_refuse(error, MBSR_ERR_NO_MEMORY,
+                            "mbsr_ida_create: no memory for %s of size %d", what, ida->size);
 }
 
 /* Newton's method for stiff elements, in the forms that it serves; false without memory. */
@@ -86,13 +80,23 @@ static bool make_nonlinear(mbsr_ida *ida)
     mbsri_stiff_set_rtol(stiff, opt->rtol);
     if (accelerations) {
         stiff->weigh = mbsri_ida_weigh;
-        stiff->looks = false;
+        stiff->control.looks = false;
     }
     if (opt->linear_solver == MBSR_IDA_DENSE) {
         stiff->prepare = mbsri_ida_use_central;
         stiff->user = ida;
     }
     return true;
+}
+
+enum { VECTORS = 9 };
+
+static void list_vectors(mbsr_ida *ida, N_Vector *vector[VECTORS])
+{
+    N_Vector *const all[VECTORS] = {&ida->y,        &ida->yp,          &ida->tol.atol,
+                                    &ida->work,     &ida->moved,       &ida->zero,
+                                    &ida->tol.mass, &ida->run.first_y, &ida->run.first_yp};
+    for (int k = 0; k < VECTORS; ++k) vector[k] = all[k];
 }
 
 /* SUNDIALS' objects; a failure leaves those made so far to mbsr_ida_destroy. */
@@ -102,9 +106,9 @@ static int make_objects(mbsr_ida *ida, mbsr_error *error)
     if (!mbsri_ida_context(&ida->context, &ida->messages)) {
         return no_memory(ida, error, "a SUNDIALS context for a problem");
     }
-    N_Vector *const vector[] = {&ida->y,    &ida->yp,   &ida->atol,    &ida->work,    &ida->moved,
-                                &ida->zero, &ida->mass, &ida->first_y, &ida->first_yp};
-    for (size_t k = 0; k < sizeof vector / sizeof vector[0]; ++k) {
+    N_Vector *vector[VECTORS];
+    list_vectors(ida, vector);
+    for (int k = 0; k < VECTORS; ++k) {
         *vector[k] = N_VNew_Serial(ida->size, ida->context);
         if (!*vector[k]) return no_memory(ida, error, "a vector");
         mbsri_ida_use_own_operations(*vector[k]);
@@ -127,15 +131,13 @@ static int check_data(const mbsr_model *model, mbsr_data *data, mbsr_error *erro
     const mbsr_dae_form form = mbsr_model_rows(model) > 0 ? MBSR_DAE_MOMENTUM : MBSR_DAE_RECURSIVE;
     const size_t n = (size_t)mbsr_dae_size(model, form);
     double *id = calloc(n, sizeof *id);
-    if (!id) {
-        return mbsri_ida_fail(error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
-                              "mbsr_ida_create: no memory for %zu numbers", n);
-    }
+    if (!id)
+        return mbsri_ida_refuse(error, MBSR_ERR_NO_MEMORY,
+                                "mbsr_ida_create: no memory for %zu numbers", n);
     const int status = mbsr_dae_id(model, data, form, id);
     free(id);
     if (!status) return MBSR_OK;
-    return mbsri_ida_fail(error, status, MBSR_NONE, MBSR_NONE, "mbsr_ida_create: %s",
-                          mbsr_status_text(status));
+    return mbsri_ida_refuse(error, status, "mbsr_ida_create: %s", mbsr_status_text(status));
 }
 
 /* How much of the error test Newton iterations may leave where loop forces are found by them: IDA's
@@ -158,7 +160,7 @@ static int configure(mbsr_ida *ida)
     if (flag >= 0) flag = mbsri_ida_attach_solver(ida);
     if (flag >= 0 && mbsr_model_rows(ida->model) > 0)
         flag = IDASetNonlinConvCoef(memory, CLOSED_LOOPS);
-    if (flag >= 0 && ida->nonlinear) flag = IDASetNonlinearSolver(memory, ida->nonlinear);
+    if (flag >= 0) flag = IDASetNonlinearSolver(memory, ida->nonlinear);
     if (flag >= 0) flag = IDASetMaxOrd(memory, opt->max_order);
     if (flag >= 0) flag = IDASetMaxNumSteps(memory, opt->max_steps);
     if (flag >= 0) flag = IDASetMaxErrTestFails(memory, MOST_FAILURES);
@@ -190,23 +192,20 @@ int mbsr_ida_create(const mbsr_model *model, mbsr_data *data, const mbsr_ida_opt
     if (!status) status = check_data(model, data, error);
     if (status) return status;
     mbsr_ida *made = calloc(1, sizeof *made + ((size_t)opt->events + 1) * sizeof made->rising[0]);
-    if (!made) {
-        return mbsri_ida_fail(error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
-                              "mbsr_ida_create: no memory for the driver");
-    }
+    if (!made)
+        return mbsri_ida_refuse(error, MBSR_ERR_NO_MEMORY,
+                                "mbsr_ida_create: no memory for the driver");
     made->model = model;
     made->data = data;
-    made->link.data = data;
+    made->linear.link.data = data;
     made->opt = *opt;
     made->size = mbsr_dae_size(model, opt->form);
     made->turns = opt->form == MBSR_DAE_INDEX1;
     made->error = (mbsr_error){MBSR_OK, MBSR_NONE, MBSR_NONE, ""};
     made->watched = calloc((size_t)mbsr_model_bodies(model), sizeof *made->watched);
     made->dropped = calloc((size_t)mbsr_model_rows(model) + 1, sizeof *made->dropped);
-    made->stiffness = calloc((size_t)mbsr_model_forces(model) + 1, sizeof *made->stiffness);
-    status = made->watched && made->dropped && made->stiffness
-                 ? make(made, error)
-                 : no_memory(made, error, "the ranks of a problem");
+    status = made->watched && made->dropped ? make(made, error)
+                                            : no_memory(made, error, "the ranks of a problem");
     if (status) {
         mbsr_ida_destroy(made);
         return status;
@@ -220,20 +219,18 @@ void mbsr_ida_destroy(mbsr_ida *ida)
     if (!ida) return;
     if (ida->memory) IDAFree(&ida->memory);
     if (ida->nonlinear) SUNNonlinSolFree(ida->nonlinear);
-    if (ida->solver) SUNLinSolFree(ida->solver);
-    if (ida->matrix) SUNMatDestroy(ida->matrix);
-    mbsr_newton_destroy(ida->link.newton);
-    mbsr_newton_destroy(ida->tangent);
-    N_Vector const vector[] = {ida->y,    ida->yp,   ida->atol,    ida->work,    ida->moved,
-                               ida->zero, ida->mass, ida->first_y, ida->first_yp};
-    for (size_t k = 0; k < sizeof vector / sizeof vector[0]; ++k) {
-        if (vector[k]) N_VDestroy(vector[k]);
-    }
+    if (ida->linear.solver) SUNLinSolFree(ida->linear.solver);
+    if (ida->linear.matrix) SUNMatDestroy(ida->linear.matrix);
+    mbsr_newton_destroy(ida->linear.link.newton);
+    mbsr_newton_destroy(ida->linear.tangent);
+    N_Vector *vector[VECTORS];
+    list_vectors(ida, vector);
+    for (int k = 0; k < VECTORS; ++k)
+        if (*vector[k]) N_VDestroy(*vector[k]);
     mbsri_ida_free_kinks(ida);
     mbsri_ida_free_outputs(ida);
     if (ida->context) SUNContext_Free(&ida->context);
     free(ida->watched);
     free(ida->dropped);
-    free(ida->stiffness);
     free(ida);
 }

@@ -5,17 +5,43 @@
 #include <stdlib.h>
 #include <string.h>
 
-int mbsri_ida_fail(mbsr_error *error, int status, int body, int force, const char *format, ...)
+static int write(mbsr_error *error, int status, int body, int force, const char *format,
+                 va_list arguments)
 {
     if (!error) return status;
     error->status = status;
     error->body = body;
     error->force = force;
+    mbsri_vprint(error->text, sizeof error->text, format, arguments);
+    return status;
+}
+
+int mbsri_ida_fail(mbsr_error *error, int status, int body, int force, const char *format, ...)
+{
     va_list arguments;
     va_start(arguments, format);
-    mbsri_vprint(error->text, sizeof error->text, format, arguments);
+    write(error, status, body, force, format, arguments);
     va_end(arguments);
     return status;
+}
+
+int mbsri_ida_refuse(mbsr_error *error, int status, const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    write(error, status, MBSR_NONE, MBSR_NONE, format, arguments);
+    va_end(arguments);
+    return status;
+}
+
+int mbsri_ida_pass_on(mbsr_error *error, int status, const mbsr_error *why, const char *format, ...)
+{
+    mbsr_error said;
+    va_list arguments;
+    va_start(arguments, format);
+    write(&said, status, why->body, why->force, format, arguments);
+    va_end(arguments);
+    return mbsri_ida_fail(error, status, said.body, said.force, "%s: %s", said.text, why->text);
 }
 
 static bool digit(char c)
@@ -81,9 +107,8 @@ int mbsri_ida_solver_failed(const mbsr_ida *ida, mbsr_error *error, int flag, co
     char name[FLAG];
     const int status = flag == IDA_MEM_FAIL ? MBSR_ERR_NO_MEMORY : MBSR_ERR_SOLVER;
     const char *words = flag_words(flag);
-    return mbsri_ida_fail(error, status, MBSR_NONE, MBSR_NONE, "%s: %s: %s%s%s", function,
-                          flag_name(flag, name), words ? words : "", words ? "; " : "",
-                          ida->message);
+    return mbsri_ida_refuse(error, status, "%s: %s: %s%s%s", function, flag_name(flag, name),
+                            words ? words : "", words ? "; " : "", ida->failing.message);
 }
 
 const mbsr_error *mbsr_ida_error(const mbsr_ida *ida)

@@ -37,10 +37,10 @@ double mbsri_ida_first_step(mbsr_ida *ida, double direction, double longest)
     const double slope = mbsri_ida_norm(ida, mbsri_ida_loops(ida), yp);
     const double little = slope * longest > 0.5 ? 0.5 / slope : longest;
     N_VLinearSum(1.0, ida->y, direction * little, ida->yp, ida->moved);
-    ++ida->residuals;
-    const int failed =
-        mbsr_dae_residual(ida->model, ida->data, ida->opt.form, ida->present + direction * little,
-                          moved, N_VGetArrayPointer(at_rest(ida, true)), rate);
+    ++ida->count.residuals;
+    const int failed = mbsr_dae_residual(ida->model, ida->data, ida->opt.form,
+                                         ida->run.present + direction * little, moved,
+                                         N_VGetArrayPointer(at_rest(ida, true)), rate);
     at_rest(ida, false);
     if (failed) return little;
     for (int k = 0; k < n; ++k) rate[k] = (-rate[k] - yp[k]) / little;
@@ -50,7 +50,7 @@ double mbsri_ida_first_step(mbsr_ida *ida, double direction, double longest)
 
 double mbsri_ida_longest_first_step(const mbsr_ida *ida)
 {
-    return 1e-3 * ida->time;
+    return 1e-3 * ida->tol.time;
 }
 
 bool mbsri_ida_same_time(double a, double b)

@@ -26,8 +26,8 @@
 void mbsri_stiff_note_step(mbsri_stiff *s, long before)
 {
     mbsri_past *past = &s->past;
-    if (s->steps == before) return;
-    const bool next = s->steps == before + 1;
+    if (s->now.steps == before) return;
+    const bool next = s->now.steps == before + 1;
     for (int j = MBSRI_PAST_STEPS - 1; j > 0; --j) past->step[j] = past->step[j - 1];
     IDAGetLastStep(s->memory, &past->step[0]);
     past->known = !next ? 0 : past->known < MBSRI_PAST_STEPS ? past->known + 1 : past->known;
@@ -46,15 +46,15 @@ double mbsri_stiff_unequal(const mbsri_stiff *s)
 {
     static const double most = 20.0;
     double h = 0.0, last = 0.0, sum = 0.0;
-    if (s->past.known < s->order || IDAGetCurrentStep(s->memory, &h) < 0) return 1.0;
+    if (s->past.known < s->now.order || IDAGetCurrentStep(s->memory, &h) < 0) return 1.0;
     double time = h;
-    for (int j = 0; j <= s->order; ++j) {
+    for (int j = 0; j <= s->now.order; ++j) {
         if (j > 0) time += s->past.step[j - 1];
         last = h / time;
-        if (j < s->order) sum += last - 1.0 / (j + 1);
+        if (j < s->now.order) sum += last - 1.0 / (j + 1);
     }
     const double constant = fmax(last, fabs(last + sum));
-    return fmin(most, fmax(1.0, 1.0 / ((s->order + 1) * constant)));
+    return fmin(most, fmax(1.0, 1.0 / ((s->now.order + 1) * constant)));
 }
 
 bool mbsri_stiff_acted(mbsri_stiff *s, N_Vector x)

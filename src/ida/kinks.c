@@ -27,19 +27,19 @@ enum { PATIENCE = 8 };
 /* Of the caller's function. */
 static int ask(mbsr_ida *ida, double t, mbsr_kink *next)
 {
-    *next = (mbsr_kink){ida->direction * INFINITY, 1};
-    const int status =
-        ida->opt.kink ? ida->opt.kink(ida->opt.kink_user, t, (int)ida->direction, next) : MBSR_OK;
-    if (status) {
-        return mbsri_ida_fail(&ida->error, status, MBSR_NONE, MBSR_NONE,
-                              "mbsr_ida_advance: the function of kinks at t = %.10g returned %d", t,
-                              status);
-    }
-    if ((next->t - t) * ida->direction > 0.0 && next->derivative > 0) return MBSR_OK;
-    return mbsri_ida_fail(&ida->error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
-                          "mbsr_ida_advance: the next kink after t = %.17g is at %.17g, in "
-                          "derivative %d",
-                          t, next->t, next->derivative);
+    *next = (mbsr_kink){ida->run.direction * INFINITY, 1};
+    const int status = ida->opt.kink
+                           ? ida->opt.kink(ida->opt.kink_user, t, (int)ida->run.direction, next)
+                           : MBSR_OK;
+    if (status)
+        return mbsri_ida_refuse(&ida->error, status,
+                                "mbsr_ida_advance: the function of kinks at t = %.10g returned %d",
+                                t, status);
+    if ((next->t - t) * ida->run.direction > 0.0 && next->derivative > 0) return MBSR_OK;
+    return mbsri_ida_refuse(&ida->error, MBSR_ERR_VALUE,
+                            "mbsr_ida_advance: the next kink after t = %.17g is at %.17g, in "
+                            "derivative %d",
+                            t, next->t, next->derivative);
 }
 
 /* Of the function and of the tables in the model. */
@@ -48,10 +48,10 @@ static int find_after(mbsr_ida *ida, double t, mbsr_kink *first)
     mbsr_kink next;
     int status = ask(ida, t, &next);
     do {
-        mbsr_model_kink(ida->model, t, (int)ida->direction, first);
+        mbsr_model_kink(ida->model, t, (int)ida->run.direction, first);
         t = first->t;
     } while (first->derivative > RESTART);
-    if ((first->t - next.t) * ida->direction > 0.0 || first->t == next.t) {
+    if ((first->t - next.t) * ida->run.direction > 0.0 || first->t == next.t) {
         const int other = first->t == next.t ? first->derivative : next.derivative;
         *first = next;
         if (other < first->derivative) first->derivative = other;
@@ -63,7 +63,7 @@ static int find_after(mbsr_ida *ida, double t, mbsr_kink *first)
 static int find_next(mbsr_ida *ida, double t)
 {
     mbsri_ida_kinks *k = &ida->kinks;
-    const double far = ida->direction * INFINITY;
+    const double far = ida->run.direction * INFINITY;
     mbsr_kink next = {.t = t};
     do { /* what is no further away than rounding has been reached */
         const int status = find_after(ida, next.t, &next);
@@ -72,7 +72,7 @@ static int find_next(mbsr_ida *ida, double t)
     k->at = k->sampled ? k->end : far;
     k->derivative = 0;
     if (next.t != far &&
-        ((next.t - k->at) * ida->direction < 0.0 || mbsri_ida_same_time(next.t, k->at))) {
+        ((next.t - k->at) * ida->run.direction < 0.0 || mbsri_ida_same_time(next.t, k->at))) {
         k->at = next.t;
         k->derivative = next.derivative;
     }
@@ -84,7 +84,7 @@ static int find_next(mbsr_ida *ida, double t)
 void mbsri_ida_arrive(mbsr_ida *ida)
 {
     mbsri_ida_note_step(ida);
-    ida->present = ida->kinks.at;
+    ida->run.present = ida->kinks.at;
     ida->kinks.reached = true;
     ida->kinks.known = false;
 }
@@ -102,12 +102,12 @@ static bool find_rates(mbsr_ida *ida, double t, N_Vector y, N_Vector rate)
     double *F = N_VGetArrayPointer(rate), *r = N_VGetArrayPointer(ida->kinks.right),
            *delta = N_VGetArrayPointer(ida->work), *u = N_VGetArrayPointer(y), largest = INFINITY;
     for (int l = 0; l < MOST && !(largest < small); ++l) {
-        ++ida->residuals;
+        ++ida->count.residuals;
         if (mbsr_dae_residual(ida->model, ida->data, ida->opt.form, t, u,
                               N_VGetArrayPointer(ida->zero), F))
             return false;
         for (int k = 0; k < ida->size; ++k) r[k] = k < n ? 0.0 : F[k];
-        if (mbsr_newton_solve(ida->link.newton, r, delta)) return false;
+        if (mbsr_newton_solve(ida->linear.link.newton, r, delta)) return false;
         largest = 0.0;
         for (int k = n; k < ida->size; ++k) {
             u[k] -= delta[k];
@@ -124,12 +124,12 @@ static bool settle(mbsr_ida *ida, double t, double span)
     const int n = mbsr_model_nq(ida->model) + mbsr_model_nu(ida->model);
     mbsri_ida_kinks *k = &ida->kinks;
     double step = 0.0;
-    if (!ida->link.newton || mbsr_model_rows(ida->model) > 0) return false;
+    if (!ida->linear.link.newton || mbsr_model_rows(ida->model) > 0) return false;
     IDAGetLastStep(ida->memory, &step);
     step = fmin(span, step != 0.0 ? fabs(step) : 1e-3);
     N_VScale(1.0, ida->y, k->ahead);
-    if (mbsr_newton_factor(ida->link.newton, ida->data, t, N_VGetArrayPointer(ida->y),
-                           N_VGetArrayPointer(ida->yp), 1e6 * ida->direction / step) ||
+    if (mbsr_newton_factor(ida->linear.link.newton, ida->data, t, N_VGetArrayPointer(ida->y),
+                           N_VGetArrayPointer(ida->yp), 1e6 * ida->run.direction / step) ||
         !find_rates(ida, t, k->ahead, k->node[0]))
         return false;
     N_VScale(1.0, k->ahead, ida->y);
@@ -179,7 +179,7 @@ static int start_again(mbsr_ida *ida, double before, double t)
     if (!status) status = mbsr_dae_pack(ida->model, ida->data, ida->opt.form, t, q, u, y);
     if (status) return status;
     mbsr_consistent_opt opt = mbsr_default_consistent_opt();
-    opt.side = (int)ida->direction;
+    opt.side = (int)ida->run.direction;
     return mbsr_dae_consistent(ida->model, ida->data, ida->opt.form, t, y,
                                N_VGetArrayPointer(ida->yp), &opt, NULL);
 }
@@ -187,13 +187,12 @@ static int start_again(mbsr_ida *ida, double before, double t)
 static int refuse(mbsr_ida *ida, int status)
 {
     const mbsr_error *error = mbsr_data_error(ida->data);
-    N_VScale(1.0, ida->first_y, ida->y);
-    N_VScale(1.0, ida->first_yp, ida->yp);
-    ida->started = false;
-    ida->failed = true;
-    return mbsri_ida_fail(&ida->error, status, error->body, error->force,
-                          "mbsr_ida_advance: behind the kink at t = %.10g: %s", ida->present,
-                          error->text);
+    N_VScale(1.0, ida->run.first_y, ida->y);
+    N_VScale(1.0, ida->run.first_yp, ida->yp);
+    ida->run.started = false;
+    ida->run.failed = true;
+    return mbsri_ida_pass_on(&ida->error, status, error,
+                             "mbsr_ida_advance: behind the kink at t = %.10g", ida->run.present);
 }
 
 /* ---- c ---- */
@@ -250,14 +249,14 @@ static int restart(mbsr_ida *ida, double t, double span, bool settled)
 {
     static const double many = 1e3; /* beyond so many first steps order 1 does not matter */
     mbsri_ida_kinks *k = &ida->kinks;
-    mbsri_ida_count(ida, &ida->before);
+    mbsri_ida_count(ida, &ida->count.before);
     k->bent = false;
     const double usual = mbsri_ida_longest_first_step(ida),
                  longest = isfinite(span) ? fmax(usual, span / 8.0) : usual;
-    double step = mbsri_ida_first_step(ida, ida->direction, longest);
+    double step = mbsri_ida_first_step(ida, ida->run.direction, longest);
     if (k->patience > 0) --k->patience;
     if (settled && k->patience == 0 && span < many * step) {
-        k->bent = find_bend(ida, t, ida->direction * span / 16.0, span);
+        k->bent = find_bend(ida, t, ida->run.direction * span / 16.0, span);
         if (!k->bent) k->patience = PATIENCE;
     }
     if (k->bent && k->step > 0.0) step = 2.0 * k->step;
@@ -265,14 +264,14 @@ static int restart(mbsr_ida *ida, double t, double span, bool settled)
     mbsri_ida_keep_start(ida);
     const int flag = IDAReInit(ida->memory, t, ida->y, ida->yp);
     if (flag < 0) return mbsri_ida_solver_failed(ida, &ida->error, flag, "mbsr_ida_advance");
-    IDASetInitStep(ida->memory, ida->direction * fit(step, span));
+    IDASetInitStep(ida->memory, ida->run.direction * fit(step, span));
     return MBSR_OK;
 }
 
 int mbsri_ida_leave_kink(mbsr_ida *ida)
 {
     mbsri_ida_kinks *k = &ida->kinks;
-    const double way = ida->direction, here = ida->present, gap = k->reached ? k->gap : 0.0,
+    const double way = ida->run.direction, here = ida->run.present, gap = k->reached ? k->gap : 0.0,
                  after = here + way * gap;
     const bool anew = k->asked || (k->reached && k->derivative > 0 && k->derivative <= RESTART);
     int status = k->known ? MBSR_OK : find_next(ida, here);

@@ -21,11 +21,11 @@ static void take_tangent(mbsr_ida *ida)
     mbsr_newton_info info;
     opt.products = 1;
     if (ida->opt.form != MBSR_DAE_MOMENTUM || mbsr_model_rows(ida->model) > 0 ||
-        mbsr_newton_create(ida->model, ida->opt.form, &opt, &ida->tangent, NULL))
+        mbsr_newton_create(ida->model, ida->opt.form, &opt, &ida->linear.tangent, NULL))
         return;
-    if (mbsr_newton_get_info(ida->tangent, &info) == MBSR_OK && info.exact) return;
-    mbsr_newton_destroy(ida->tangent);
-    ida->tangent = NULL;
+    if (mbsr_newton_get_info(ida->linear.tangent, &info) == MBSR_OK && info.exact) return;
+    mbsr_newton_destroy(ida->linear.tangent);
+    ida->linear.tangent = NULL;
 }
 
 /* The Newton solver, and AUTO decided. */
@@ -35,8 +35,8 @@ static int choose(mbsr_ida *ida, mbsr_error *error)
     if (*solver == MBSR_IDA_AUTO && ida->opt.form != MBSR_DAE_MOMENTUM) *solver = MBSR_IDA_DENSE;
     if (*solver == MBSR_IDA_DENSE) return MBSR_OK;
     mbsr_error reason;
-    const int status =
-        mbsr_newton_create(ida->model, ida->opt.form, &ida->opt.newton, &ida->link.newton, &reason);
+    const int status = mbsr_newton_create(ida->model, ida->opt.form, &ida->opt.newton,
+                                          &ida->linear.link.newton, &reason);
     if (status == MBSR_ERR_SPACE && *solver == MBSR_IDA_AUTO) {
         *solver = MBSR_IDA_DENSE;
         return MBSR_OK;
@@ -44,7 +44,7 @@ static int choose(mbsr_ida *ida, mbsr_error *error)
     if (status && error) *error = reason;
     if (status || *solver != MBSR_IDA_AUTO) return status;
     mbsr_newton_info info;
-    mbsr_newton_get_info(ida->link.newton, &info);
+    mbsr_newton_get_info(ida->linear.link.newton, &info);
     *solver = info.exact ? MBSR_IDA_TREE : MBSR_IDA_KRYLOV;
     return MBSR_OK;
 }
@@ -59,15 +59,16 @@ void mbsri_ida_judge_matrix(const mbsr_ida *ida)
     const int bodies = mbsr_model_bodies(ida->model);
     mbsr_newton_info info;
     int largest = 0;
-    if (ida->opt.linear_solver != MBSR_IDA_TREE || mbsr_newton_get_info(ida->link.newton, &info))
+    if (ida->opt.linear_solver != MBSR_IDA_TREE ||
+        mbsr_newton_get_info(ida->linear.link.newton, &info))
         return;
     for (int i = 0; i < bodies; ++i) {
         const int dimension = mbsr_body_dimension(ida->model, i);
         if (dimension > largest) largest = dimension;
     }
-    stiff->dear = info.across > MANY;
-    if (!ida->opt.renew_matrices || stiff->dear || largest > SPACE) return;
-    stiff->wrong = info.across == 0 && MANY * info.blocks < bodies ? cheap : share;
+    stiff->control.dear = info.across > MANY;
+    if (!ida->opt.renew_matrices || stiff->control.dear || largest > SPACE) return;
+    stiff->control.matrices.share = info.across == 0 && MANY * info.blocks < bodies ? cheap : share;
 }
 
 int mbsri_ida_make_solver(mbsr_ida *ida, mbsr_error *error)
@@ -77,21 +78,24 @@ int mbsri_ida_make_solver(mbsr_ida *ida, mbsr_error *error)
     if (ida->opt.linear_solver == MBSR_IDA_DENSE) take_tangent(ida);
     switch (ida->opt.linear_solver) {
     case MBSR_IDA_TREE:
-        ida->matrix = mbsr_sundials_matrix(&ida->link, ida->context);
-        if (ida->matrix) ida->solver = mbsr_sundials_solver(&ida->link, ida->context);
+        ida->linear.matrix = mbsr_sundials_matrix(&ida->linear.link, ida->context);
+        if (ida->linear.matrix)
+            ida->linear.solver = mbsr_sundials_solver(&ida->linear.link, ida->context);
         break;
     case MBSR_IDA_KRYLOV:
-        ida->solver = SUNLinSol_SPGMR(ida->y, SUN_PREC_LEFT, ida->opt.krylov_size, ida->context);
+        ida->linear.solver =
+            SUNLinSol_SPGMR(ida->y, SUN_PREC_LEFT, ida->opt.krylov_size, ida->context);
         break;
     default:
-        ida->matrix = SUNDenseMatrix(ida->size, ida->size, ida->context);
-        if (ida->matrix) ida->solver = SUNLinSol_Dense(ida->y, ida->matrix, ida->context);
+        ida->linear.matrix = SUNDenseMatrix(ida->size, ida->size, ida->context);
+        if (ida->linear.matrix)
+            ida->linear.solver = SUNLinSol_Dense(ida->y, ida->linear.matrix, ida->context);
         break;
     }
-    if (ida->solver) return MBSR_OK;
-    return mbsri_ida_fail(error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
-                          "mbsr_ida_create: no memory for the linear systems of size %d",
-                          ida->size);
+    if (ida->linear.solver) return MBSR_OK;
+    return mbsri_ida_refuse(error, MBSR_ERR_NO_MEMORY,
+                            "mbsr_ida_create: no memory for the linear systems of size %d",
+                            ida->size);
 }
 
 /* ---- as IDA calls it ---- */
@@ -99,9 +103,9 @@ int mbsri_ida_make_solver(mbsr_ida *ida, mbsr_error *error)
 /* After a factorisation or solution at t: its failure is noted as one of the residual is. */
 static int noted(mbsr_ida *ida, sunrealtype t, const char *what)
 {
-    const int status = ida->link.status;
+    const int status = ida->linear.link.status;
     if (!status) return MBSR_OK;
-    const mbsr_error *error = mbsr_newton_error(ida->link.newton);
+    const mbsr_error *error = mbsr_newton_error(ida->linear.link.newton);
     return mbsri_ida_failed(ida, t, status, error, what);
 }
 
@@ -117,7 +121,7 @@ static int set_up(sunrealtype t, N_Vector y, N_Vector yp, N_Vector F, sunrealtyp
 {
     mbsr_ida *ida = user;
     mbsri_ida_unbend(ida, t, &y, &yp);
-    mbsr_sundials_setup(t, y, yp, F, cj, &ida->link);
+    mbsr_sundials_setup(t, y, yp, F, cj, &ida->linear.link);
     return noted(ida, t, "Newton equations");
 }
 
@@ -125,7 +129,7 @@ static int precondition(sunrealtype t, N_Vector y, N_Vector yp, N_Vector F, N_Ve
                         sunrealtype cj, sunrealtype delta, void *user)
 {
     mbsr_ida *ida = user;
-    mbsr_sundials_precondition(t, y, yp, F, r, z, cj, delta, &ida->link);
+    mbsr_sundials_precondition(t, y, yp, F, r, z, cj, delta, &ida->linear.link);
     return noted(ida, t, "preconditioner");
 }
 
@@ -133,7 +137,7 @@ static int linearise(sunrealtype t, N_Vector y, N_Vector yp, N_Vector F, sunreal
 {
     mbsr_ida *ida = user;
     mbsri_ida_unbend(ida, t, &y, &yp);
-    mbsr_sundials_linearise(t, y, yp, F, cj, &ida->link);
+    mbsr_sundials_linearise(t, y, yp, F, cj, &ida->linear.link);
     return noted(ida, t, "products");
 }
 
@@ -141,14 +145,14 @@ static int multiply(sunrealtype t, N_Vector y, N_Vector yp, N_Vector F, N_Vector
                     sunrealtype cj, void *user, N_Vector a, N_Vector b)
 {
     mbsr_ida *ida = user;
-    mbsr_sundials_multiply(t, y, yp, F, v, Jv, cj, &ida->link, a, b);
+    mbsr_sundials_multiply(t, y, yp, F, v, Jv, cj, &ida->linear.link, a, b);
     return noted(ida, t, "product");
 }
 
 int mbsri_ida_attach_solver(mbsr_ida *ida)
 {
     void *const memory = ida->memory;
-    int flag = IDASetLinearSolver(memory, ida->solver, ida->matrix);
+    int flag = IDASetLinearSolver(memory, ida->linear.solver, ida->linear.matrix);
     if (flag >= 0 && ida->opt.linear_solver == MBSR_IDA_TREE) flag = IDASetJacFn(memory, jacobian);
     if (flag < 0 || ida->opt.linear_solver != MBSR_IDA_KRYLOV) return flag;
     flag = IDASetPreconditioner(memory, set_up, precondition);
@@ -163,10 +167,10 @@ int mbsri_ida_attach_solver(mbsr_ida *ida)
 void mbsri_ida_count_solver(const mbsr_ida *ida, mbsr_newton_info *info)
 {
     *info = (mbsr_newton_info){0};
-    if (ida->link.newton) mbsr_newton_get_info(ida->link.newton, info);
+    if (ida->linear.link.newton) mbsr_newton_get_info(ida->linear.link.newton, info);
 }
 
 const mbsr_newton *mbsr_ida_newton(const mbsr_ida *ida)
 {
-    return ida ? ida->link.newton : NULL;
+    return ida ? ida->linear.link.newton : NULL;
 }

@@ -31,7 +31,7 @@ static void scale_row(mbsr_ida *ida, const double *along, const double *w, const
                       double *impulse, double *shift)
 {
     const int nq = mbsr_model_nq(ida->model), nu = mbsr_model_nu(ida->model);
-    const double *p = N_VGetArrayPointer(ida->atol) + nq;
+    const double *p = N_VGetArrayPointer(ida->tol.atol) + nq;
     *impulse = *shift = INFINITY;
     for (int k = 0; k < nu; ++k) {
         const double size = fabs(along[k]);
@@ -46,8 +46,8 @@ bool mbsri_ida_scale_multipliers(mbsr_ida *ida, const double *place)
 {
     const int nu = mbsr_model_nu(ida->model), rows = mbsr_model_rows(ida->model),
               first = mbsri_ida_loops(ida);
-    double *atol = N_VGetArrayPointer(ida->atol), *e = N_VGetArrayPointer(ida->work), *w = e + rows,
-           *along = N_VGetArrayPointer(ida->moved);
+    double *atol = N_VGetArrayPointer(ida->tol.atol), *e = N_VGetArrayPointer(ida->work),
+           *w = e + rows, *along = N_VGetArrayPointer(ida->moved);
     if (rows == 0 || nu + rows > MOST_PRODUCTS) return false;
     int status = mbsr_closures_weight(ida->model, w);
     for (int k = 0; k < rows; ++k) e[k] = 0.0;
@@ -62,7 +62,7 @@ bool mbsri_ida_scale_multipliers(mbsr_ida *ida, const double *place)
             if (status) continue;
             scale_row(ida, along, w, place, &impulse, &shift);
             const bool stiff = mbsr_closure_stiffness(ida->model, c, k) > 0.0; /* a force */
-            atol[first + row + k] = stiff ? impulse / ida->time : impulse;
+            atol[first + row + k] = stiff ? impulse / ida->tol.time : impulse;
             if (k < held) atol[first + rows + held_row + k] = shift;
         }
     }
@@ -74,7 +74,7 @@ void mbsri_ida_allow_rounding(mbsr_ida *ida)
     static const double rounding = 1e-15;
     const int rows = mbsr_model_rows(ida->model), first = mbsri_ida_loops(ida);
     const bool few = mbsr_model_nu(ida->model) + rows <= MOST_PRODUCTS;
-    double *atol = N_VGetArrayPointer(ida->atol), lever = 0.0;
+    double *atol = N_VGetArrayPointer(ida->tol.atol), lever = 0.0;
     for (int c = 0; c < mbsr_model_closures(ida->model); ++c) {
         int row, own;
         mbsr_closure_place(ida->model, c, &row, &own, NULL, NULL);
@@ -113,9 +113,9 @@ void mbsri_ida_take_care(mbsr_ida *ida)
 {
     mbsri_stiff *stiff = mbsri_stiff_of(ida->nonlinear);
     mbsri_ida_judge_matrix(ida);
-    stiff->test = ida->scales ? MBSRI_TEST_MOVED : MBSRI_TEST_PLAIN;
-    stiff->always = springs_share(ida);
-    stiff->looks = false; /* loop forces take what momenta show */
+    stiff->test = ida->tol.scales ? MBSRI_TEST_MOVED : MBSRI_TEST_PLAIN;
+    stiff->control.care = springs_share(ida) ? MBSRI_CARE_ALWAYS : MBSRI_CARE_BY_SIGNS;
+    stiff->control.looks = false; /* loop forces take what momenta show */
 }
 
 /* ---- while it runs ---- */
@@ -133,7 +133,7 @@ static bool report_on(mbsr_ida *ida, N_Vector y, double t, mbsr_closure_report *
 static double usual_stretch(mbsr_ida *ida)
 {
     mbsr_closure_report report;
-    const bool known = report_on(ida, ida->first_y, ida->present, &report);
+    const bool known = report_on(ida, ida->run.first_y, ida->run.present, &report);
     return known && report.stretch > 1e-6 ? report.stretch : 0.0;
 }
 
@@ -145,18 +145,18 @@ static int blame(mbsr_ida *ida, mbsr_error *error, const char *prefix, double t,
     const char *row = "";
     if (report->weakest >= 0 && report->weakest_pivot <= SINGULAR) {
         mbsr_closure_of_row(ida->model, report->weakest, &closure, NULL, &row);
-        return mbsri_ida_fail(error, MBSR_LOOP_SINGULAR, MBSR_NONE, MBSR_NONE,
-                              "%sat t = %.10g closure %d '%.40s' is near a singular "
-                              "position: its row %s depends on the others (pivot %.2g, %d of %d "
-                              "rows independent); the motion may branch here",
-                              prefix, t, closure, mbsr_closure_name(ida->model, closure), row,
-                              report->weakest_pivot, report->independent, report->rows);
+        return mbsri_ida_refuse(error, MBSR_LOOP_SINGULAR,
+                                "%sat t = %.10g closure %d '%.40s' is near a singular "
+                                "position: its row %s depends on the others (pivot %.2g, %d of %d "
+                                "rows independent); the motion may branch here",
+                                prefix, t, closure, mbsr_closure_name(ida->model, closure), row,
+                                report->weakest_pivot, report->independent, report->rows);
     }
     if (report->stretched < 0 || !(report->stretch <= STRETCHED * usual_stretch(ida)))
         return MBSR_OK;
     mbsr_closure_of_row(ida->model, report->stretched, &closure, NULL, &row);
-    return mbsri_ida_fail(
-        error, MBSR_LOOP_SINGULAR, MBSR_NONE, MBSR_NONE,
+    return mbsri_ida_refuse(
+        error, MBSR_LOOP_SINGULAR,
         "%sat t = %.10g the bodies without mass that closure %d "
         "'%.40s' holds are stretched (singular value %.2g along %s): beyond is an "
         "impact; give them mass or make the closure stiff",
@@ -166,10 +166,10 @@ static int blame(mbsr_ida *ida, mbsr_error *error, const char *prefix, double t,
 int mbsri_ida_blame_loops(mbsr_ida *ida)
 {
     mbsr_closure_report report;
-    if (mbsr_model_rows(ida->model) == 0 || !ida->failed ||
-        !report_on(ida, ida->y, ida->present, &report))
+    if (mbsr_model_rows(ida->model) == 0 || !ida->run.failed ||
+        !report_on(ida, ida->y, ida->run.present, &report))
         return MBSR_OK;
-    return blame(ida, &ida->error, "mbsr_ida_advance: ", ida->present, &report);
+    return blame(ida, &ida->error, "mbsr_ida_advance: ", ida->run.present, &report);
 }
 
 /* Steps between two looks, and what part of the way between others is none. */
@@ -184,32 +184,32 @@ int mbsri_ida_watch_loops(mbsr_ida *ida, N_Vector y)
     if (mbsr_model_rows(ida->model) == 0) return MBSR_OK;
     IDAGetNumSteps(ida->memory, &steps);
     IDAGetCurrentTime(ida->memory, &t);
-    if (steps == 0 || steps < ida->looked) {
-        ida->looked = steps;
-        ida->looked_at = t;
-        ida->longest_way = 0.0;
+    if (steps == 0 || steps < ida->look.steps) {
+        ida->look.steps = steps;
+        ida->look.at = t;
+        ida->look.longest_way = 0.0;
     }
-    if (steps < ida->looked + LOOK) return MBSR_OK;
-    const double way = fabs(t - ida->looked_at);
-    const bool stuck = way < NO_WAY * ida->longest_way;
-    ida->looked = steps;
-    ida->looked_at = t;
-    ida->longest_way = fmax(ida->longest_way, way);
+    if (steps < ida->look.steps + LOOK) return MBSR_OK;
+    const double way = fabs(t - ida->look.at);
+    const bool stuck = way < NO_WAY * ida->look.longest_way;
+    ida->look.steps = steps;
+    ida->look.at = t;
+    ida->look.longest_way = fmax(ida->look.longest_way, way);
     if (!stuck || !report_on(ida, y, t, &report)) return MBSR_OK;
-    ida->callback = blame(ida, &ida->failure, "", t, &report);
-    return ida->callback;
+    ida->failing.callback = blame(ida, &ida->failing.failure, "", t, &report);
+    return ida->failing.callback;
 }
 
 /* The position row of closure c called `name` has opened. */
 static int refuse(mbsr_ida *ida, mbsr_error *error, double t, int closure, const char *name,
                   double gap, double limit)
 {
-    return mbsri_ida_fail(error, MBSR_LOOP_OPEN, MBSR_NONE, MBSR_NONE,
-                          "%sat t = %.10g row %s of closure %d '%.40s', redundant "
-                          "at the start and left out, is open by %.3g (more than %.3g): the "
-                          "mechanism's measures are not those that make it redundant",
-                          error == &ida->error ? "mbsr_ida_advance: " : "", t, name, closure,
-                          mbsr_closure_name(ida->model, closure), gap, limit);
+    return mbsri_ida_refuse(error, MBSR_LOOP_OPEN,
+                            "%sat t = %.10g row %s of closure %d '%.40s', redundant "
+                            "at the start and left out, is open by %.3g (more than %.3g): the "
+                            "mechanism's measures are not those that make it redundant",
+                            error == &ida->error ? "mbsr_ida_advance: " : "", t, name, closure,
+                            mbsr_closure_name(ida->model, closure), gap, limit);
 }
 
 /* An absolute tolerance given for a kind of coordinates, or else the one for all. */
@@ -274,12 +274,12 @@ static int check_dropped(mbsr_ida *ida, mbsr_error *error, double t, const doubl
 
 int mbsri_ida_check_dropped(mbsr_ida *ida)
 {
-    return check_dropped(ida, &ida->error, ida->present, N_VGetArrayPointer(ida->y));
+    return check_dropped(ida, &ida->error, ida->run.present, N_VGetArrayPointer(ida->y));
 }
 
 int mbsri_ida_watch_dropped(mbsr_ida *ida, double t, N_Vector y)
 {
-    const int status = check_dropped(ida, &ida->failure, t, N_VGetArrayPointer(y));
-    if (status) ida->callback = status;
+    const int status = check_dropped(ida, &ida->failing.failure, t, N_VGetArrayPointer(y));
+    if (status) ida->failing.callback = status;
     return status;
 }

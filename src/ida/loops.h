@@ -18,7 +18,7 @@ void mbsri_ida_allow_rounding(mbsr_ida *ida);
 
 /* Newton's method for closures, at the start: where it fails twice within a few steps it gets a new matrix in
  * each iteration (ida/iteration.c), without the filter of errors; momenta whose
- * tolerances are not given are tested by what they move (ida/moved.c). Where springs of stiff rows share a force among
+ * tolerances are not given are tested by what they move (ida/filter.c). Where springs of stiff rows share a force among
  * rows that depend on each other it does so in every step: how they share it turns with the mechanism, and an
  * old matrix leaves their stiffness times that. */
 void mbsri_ida_take_care(mbsr_ida *ida);

@@ -4,7 +4,10 @@
 
 #include "ida/error.h"
 
+#include <float.h>
 #include <math.h>
+#include <stdbool.h>
+#include <string.h>
 
 enum { COOKIE = 0x6d696461, MAX_ORDER = 5 };
 
@@ -28,70 +31,63 @@ mbsr_ida_opt mbsr_default_ida_opt(void)
 
 static int wrong_value(mbsr_error *error, const char *field, double value, const char *rule)
 {
-    return mbsri_ida_fail(error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
-                          "mbsr_ida_create: %s is %g, must be %s", field, value, rule);
+    return mbsri_ida_refuse(error, MBSR_ERR_VALUE, "mbsr_ida_create: %s is %g, must be %s", field,
+                            value, rule);
 }
 
-static int check_tolerances(const mbsr_ida_opt *opt, int size, mbsr_error *error)
+/* Those of one field, between least and most. */
+static int check_numbers(const mbsr_ida_opt *opt, mbsr_error *error)
 {
-    if (!isfinite(opt->rtol) || opt->rtol <= 0.0) {
-        return wrong_value(error, "rtol", opt->rtol, "finite and positive");
-    }
-    if (!opt->atol_each && (!isfinite(opt->atol) || opt->atol < 0.0)) {
-        return wrong_value(error, "atol", opt->atol, "finite and not negative");
-    }
+    static const char *const positive = "finite and positive", *const sign =
+                                                                   "finite and not negative";
     const struct {
         const char *field;
-        double value;
-    } by_kind[] = {{"atol_angle", opt->atol_angle},
-                   {"atol_length", opt->atol_length},
-                   {"atol_angular_velocity", opt->atol_angular_velocity},
-                   {"atol_velocity", opt->atol_velocity}};
-    for (int k = 0; !opt->atol_each && k < 4; ++k) {
-        const double value = by_kind[k].value;
-        if (!isfinite(value) || value < 0.0) {
-            return wrong_value(error, by_kind[k].field, value, "finite and not negative");
-        }
-    }
-    for (int k = 0; opt->atol_each && k < size; ++k) {
-        const double value = opt->atol_each[k];
-        if (!isfinite(value) || value < 0.0) {
-            return mbsri_ida_fail(
-                error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
-                "mbsr_ida_create: atol_each[%d] is %g, must be finite and not negative", k, value);
-        }
+        double value, least, most;
+        const char *rule;
+    } number[] = {
+        {"rtol", opt->rtol, DBL_TRUE_MIN, DBL_MAX, positive},
+        {"atol", opt->atol, 0.0, DBL_MAX, sign},
+        {"atol_angle", opt->atol_angle, 0.0, DBL_MAX, sign},
+        {"atol_length", opt->atol_length, 0.0, DBL_MAX, sign},
+        {"atol_angular_velocity", opt->atol_angular_velocity, 0.0, DBL_MAX, sign},
+        {"atol_velocity", opt->atol_velocity, 0.0, DBL_MAX, sign},
+        {"initial_step", opt->initial_step, 0.0, DBL_MAX, sign},
+        {"max_step", opt->max_step, 0.0, DBL_MAX, sign},
+        {"max_order", opt->max_order, 1.0, MAX_ORDER, "1 .. 5"},
+        {"max_steps", (double)opt->max_steps, 1.0, DBL_MAX, "positive"},
+        {"krylov_size", opt->krylov_size, 1.0, DBL_MAX, "positive"},
+        {"progress_steps", (double)opt->progress_steps, 1.0, DBL_MAX, "positive"},
+        {"progress_interval", opt->progress_interval, 0.0, DBL_MAX, sign},
+        {"events", opt->events, 0.0, DBL_MAX, "0 or more"},
+    };
+    for (size_t k = 0; k < sizeof number / sizeof number[0]; ++k) {
+        const bool replaced = opt->atol_each && strncmp(number[k].field, "atol", 4) == 0;
+        if (!replaced && !(number[k].value >= number[k].least && number[k].value <= number[k].most))
+            return wrong_value(error, number[k].field, number[k].value, number[k].rule);
     }
     return MBSR_OK;
 }
 
-static int check_steps(const mbsr_ida_opt *opt, mbsr_error *error)
+static int check_each(const mbsr_ida_opt *opt, int size, mbsr_error *error)
 {
-    if (!isfinite(opt->initial_step) || opt->initial_step < 0.0) {
-        return wrong_value(error, "initial_step", opt->initial_step, "finite and not negative");
-    }
-    if (!isfinite(opt->max_step) || opt->max_step < 0.0) {
-        return wrong_value(error, "max_step", opt->max_step, "finite and not negative");
-    }
-    if (opt->max_order < 1 || opt->max_order > MAX_ORDER) {
-        return wrong_value(error, "max_order", opt->max_order, "1 .. 5");
-    }
-    if (opt->max_steps < 1) {
-        return wrong_value(error, "max_steps", (double)opt->max_steps, "positive");
+    for (int k = 0; opt->atol_each && k < size; ++k) {
+        const double value = opt->atol_each[k];
+        if (!isfinite(value) || value < 0.0)
+            return mbsri_ida_refuse(
+                error, MBSR_ERR_VALUE,
+                "mbsr_ida_create: atol_each[%d] is %g, must be finite and not negative", k, value);
     }
     return MBSR_OK;
 }
 
 static int check_events(const mbsr_ida_opt *opt, mbsr_error *error)
 {
-    if (opt->events < 0) return wrong_value(error, "events", opt->events, "0 or more");
-    if (opt->events > 0 && !opt->event) {
-        return mbsri_ida_fail(error, MBSR_ERR_NULL, MBSR_NONE, MBSR_NONE,
-                              "mbsr_ida_create: events is %d but event is NULL", opt->events);
-    }
-    if (opt->events == 0 && opt->event) {
-        return mbsri_ida_fail(error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
-                              "mbsr_ida_create: events is 0 but event is given");
-    }
+    if (opt->events > 0 && !opt->event)
+        return mbsri_ida_refuse(error, MBSR_ERR_NULL,
+                                "mbsr_ida_create: events is %d but event is NULL", opt->events);
+    if (opt->events == 0 && opt->event)
+        return mbsri_ida_refuse(error, MBSR_ERR_VALUE,
+                                "mbsr_ida_create: events is 0 but event is given");
     return MBSR_OK;
 }
 
@@ -102,35 +98,19 @@ static int check_solver(const mbsr_ida_opt *opt, mbsr_error *error)
     if (solver < MBSR_IDA_AUTO || solver > MBSR_IDA_KRYLOV) {
         return wrong_value(error, "linear_solver", solver, "AUTO, DENSE, TREE or KRYLOV");
     }
-    if (solver > MBSR_IDA_DENSE && opt->form != MBSR_DAE_MOMENTUM) {
-        return mbsri_ida_fail(error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
-                              "mbsr_ida_create: linear_solver is %s but form is %d: it solves the "
-                              "momentum form only",
-                              name[solver], (int)opt->form);
-    }
-    if (opt->krylov_size < 1) {
-        return wrong_value(error, "krylov_size", opt->krylov_size, "positive");
-    }
-    return MBSR_OK;
-}
-
-static int check_progress(const mbsr_ida_opt *opt, mbsr_error *error)
-{
-    if (opt->progress_steps < 1) {
-        return wrong_value(error, "progress_steps", (double)opt->progress_steps, "positive");
-    }
-    if (!isfinite(opt->progress_interval) || opt->progress_interval < 0.0) {
-        return wrong_value(error, "progress_interval", opt->progress_interval,
-                           "finite and not negative");
-    }
+    if (solver > MBSR_IDA_DENSE && opt->form != MBSR_DAE_MOMENTUM)
+        return mbsri_ida_refuse(
+            error, MBSR_ERR_VALUE,
+            "mbsr_ida_create: linear_solver is %s but form is %d: it solves the "
+            "momentum form only",
+            name[solver], (int)opt->form);
     return MBSR_OK;
 }
 
 int mbsri_ida_check(const mbsr_ida_opt *opt, int size, mbsr_error *error)
 {
-    int status = check_tolerances(opt, size, error);
-    if (!status) status = check_steps(opt, error);
+    int status = check_numbers(opt, error);
+    if (!status) status = check_each(opt, size, error);
     if (!status) status = check_solver(opt, error);
-    if (!status) status = check_progress(opt, error);
     return status ? status : check_events(opt, error);
 }

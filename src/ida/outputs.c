@@ -19,10 +19,9 @@ int mbsri_ida_make_outputs(mbsr_ida *ida, mbsr_error *error)
     N_Vector *const vector[] = {&o->y, &o->yp};
     for (size_t k = 0; k < sizeof vector / sizeof vector[0]; ++k) {
         *vector[k] = N_VNew_Serial(ida->size, ida->context);
-        if (!*vector[k]) {
-            return mbsri_ida_fail(error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
-                                  "mbsr_ida_create: no memory for a state of size %d", ida->size);
-        }
+        if (!*vector[k])
+            return mbsri_ida_refuse(error, MBSR_ERR_NO_MEMORY,
+                                    "mbsr_ida_create: no memory for a state of size %d", ida->size);
         mbsri_ida_use_own_operations(*vector[k]);
     }
     const mbsr_newton_opt *newton =
@@ -42,8 +41,8 @@ void mbsri_ida_free_outputs(mbsr_ida *ida)
 static double look_around(mbsr_ida *ida)
 {
     const mbsri_ida_kinks *k = &ida->kinks;
-    const double way = ida->direction, before = ida->present - way * k->gap,
-                 t = k->reached ? before : ida->present, begin = ida->output.since,
+    const double way = ida->run.direction, before = ida->run.present - way * k->gap,
+                 t = k->reached ? before : ida->run.present, begin = ida->output.since,
                  end = k->reached                    ? before
                        : k->known && isfinite(k->at) ? k->at - way * k->gap
                                                      : way * INFINITY;
@@ -82,7 +81,7 @@ static int relax(mbsr_ida *ida, double t)
     IDAGetLastStep(ida->memory, &step);
     const double way = fmin(fabs(t - (end - step)), fabs(end - t)), least = 1e-3 * fabs(step);
     copy_raw(ida);
-    return mbsr_completion_relax(o->completion, ida->data, t, ida->direction / fmax(way, least),
+    return mbsr_completion_relax(o->completion, ida->data, t, ida->run.direction / fmax(way, least),
                                  N_VGetArrayPointer(o->y), N_VGetArrayPointer(o->yp));
 }
 
@@ -151,18 +150,15 @@ static int show_raw(mbsr_ida *ida, double *q, double *u, double *udot, double *l
     double *own = N_VGetArrayPointer(ida->moved);
     const bool closed = mbsr_model_rows(m) > 0;
     double *work = N_VGetArrayPointer(ida->work);
-    int status = mbsr_dae_unpack(m, d, ida->opt.form, ida->present, y, own, own + nq);
+    int status = mbsr_dae_unpack(m, d, ida->opt.form, ida->run.present, y, own, own + nq);
     if (!status && !closed)
-        status = mbsr_inverse_dynamics(m, d, ida->present, own, own + nq, rates, work);
+        status = mbsr_inverse_dynamics(m, d, ida->run.present, own, own + nq, rates, work);
     if (!status && closed)
-        status = mbsr_dae_residual(m, d, ida->opt.form, ida->present, y, yp, work);
+        status = mbsr_dae_residual(m, d, ida->opt.form, ida->run.present, y, yp, work);
     if (!status && closed) status = mbsr_accelerations(m, d, rates);
     if (!status && closed && lambda) status = mbsr_closures_force(m, d, lambda);
-    if (status) {
-        const mbsr_error *why = mbsr_data_error(d);
-        return mbsri_ida_fail(&ida->error, status, why->body, why->force, "mbsr_ida_motion: %s",
-                              why->text);
-    }
+    if (status)
+        return mbsri_ida_pass_on(&ida->error, status, mbsr_data_error(d), "mbsr_ida_motion");
     if (q) memcpy(q, own, nq * sizeof *q);
     if (u) memcpy(u, own + nq, nu * sizeof *u);
     if (udot) memcpy(udot, rates, nu * sizeof *udot);
@@ -175,30 +171,27 @@ static int complete_start(mbsr_ida *ida)
     mbsri_ida_output *o = &ida->output;
     N_VScale(1.0, ida->y, o->y);
     N_VScale(1.0, ida->yp, o->yp);
-    const int status = mbsr_complete(o->completion, ida->data, ida->opt.form, ida->present,
+    const int status = mbsr_complete(o->completion, ida->data, ida->opt.form, ida->run.present,
                                      N_VGetArrayPointer(o->y), N_VGetArrayPointer(o->yp));
-    const mbsr_error *why = mbsr_completion_error(o->completion);
-    return status ? mbsri_ida_fail(&ida->error, status, why->body, why->force,
-                                   "mbsr_ida_motion: the start: %s", why->text)
-                  : MBSR_OK;
+    if (!status) return MBSR_OK;
+    return mbsri_ida_pass_on(&ida->error, status, mbsr_completion_error(o->completion),
+                             "mbsr_ida_motion: the start");
 }
 
 int mbsr_ida_motion(mbsr_ida *ida, double *q, double *u, double *udot, double *lambda)
 {
     if (!ida) return MBSR_ERR_NULL;
-    if (!ida->started && !ida->failed) {
-        return mbsri_ida_fail(&ida->error, MBSR_ERR_SEQUENCE, MBSR_NONE, MBSR_NONE,
-                              "mbsr_ida_motion: call mbsr_ida_start first");
-    }
+    if (!ida->run.started && !ida->run.failed)
+        return mbsri_ida_refuse(&ida->error, MBSR_ERR_SEQUENCE,
+                                "mbsr_ida_motion: call mbsr_ida_start first");
     mbsri_ida_complete(ida);
     if (ida->output.complete)
         return mbsr_completion_motion(ida->output.completion, ida->data, q, u, udot, lambda);
     if (ida->opt.form != MBSR_DAE_INDEX1) return show_raw(ida, q, u, udot, lambda);
-    if (!ida->output.completion || ida->failed) {
-        return mbsri_ida_fail(&ida->error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
-                              "mbsr_ida_motion: the index-1 form has no joint accelerations of "
-                              "its own, and raw_outputs is set");
-    }
+    if (!ida->output.completion || ida->run.failed)
+        return mbsri_ida_refuse(&ida->error, MBSR_ERR_VALUE,
+                                "mbsr_ida_motion: the index-1 form has no joint accelerations of "
+                                "its own, and raw_outputs is set");
     const int status = complete_start(ida);
     return status ? status
                   : mbsr_completion_motion(ida->output.completion, ida->data, q, u, udot, lambda);
@@ -207,7 +200,7 @@ int mbsr_ida_motion(mbsr_ida *ida, double *q, double *u, double *udot, double *l
 void mbsri_ida_complete(mbsr_ida *ida)
 {
     mbsri_ida_output *o = &ida->output;
-    if (!o->completion || o->complete || o->tried || !ida->stepped) return;
+    if (!o->completion || o->complete || o->tried || !ida->run.stepped) return;
     const double t = look_around(ida);
     o->tried = true;
     mbsri_ida_exchange_watch(ida);

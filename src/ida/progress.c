@@ -16,18 +16,18 @@ static double now(void)
 
 void mbsri_ida_report_anew(mbsr_ida *ida)
 {
-    ida->reported = 0;
-    ida->stopped = false;
-    if (ida->opt.progress && ida->opt.progress_interval > 0.0) ida->reported_at = now();
+    ida->report.steps = 0;
+    ida->report.stopped = false;
+    if (ida->opt.progress && ida->opt.progress_interval > 0.0) ida->report.at = now();
 }
 
 /* A clock set back must not silence the function. */
 static bool too_early(mbsr_ida *ida)
 {
     if (!(ida->opt.progress_interval > 0.0)) return false;
-    const double time = now(), since = time - ida->reported_at;
+    const double time = now(), since = time - ida->report.at;
     if (since >= 0.0 && since < ida->opt.progress_interval) return true;
-    ida->reported_at = time;
+    ida->report.at = time;
     return false;
 }
 
@@ -37,16 +37,17 @@ int mbsri_ida_report(mbsr_ida *ida)
     long steps = 0;
     IDAGetNumSteps(ida->memory, &steps);
     if (steps == 0) return MBSR_OK; /* IDA starts, or starts anew: it knows no last step */
-    mbsr_ida_progress progress = {.steps = ida->before.steps + steps};
-    if (progress.steps < ida->reported + ida->opt.progress_steps || too_early(ida)) return MBSR_OK;
-    ida->reported = progress.steps;
+    mbsr_ida_progress progress = {.steps = ida->count.before.steps + steps};
+    if (progress.steps < ida->report.steps + ida->opt.progress_steps || too_early(ida))
+        return MBSR_OK;
+    ida->report.steps = progress.steps;
     IDAGetCurrentTime(ida->memory, &progress.t);
     IDAGetLastStep(ida->memory, &progress.step);
     IDAGetLastOrder(ida->memory, &progress.order);
     const int status = ida->opt.progress(ida->opt.progress_user, &progress);
     if (!status) return MBSR_OK;
-    ida->stopped = true;
-    ida->callback = status;
-    return mbsri_ida_fail(&ida->failure, status, MBSR_NONE, MBSR_NONE,
-                          "the progress function at t = %.10g returned %d", progress.t, status);
+    ida->report.stopped = true;
+    ida->failing.callback = status;
+    return mbsri_ida_refuse(&ida->failing.failure, status,
+                            "the progress function at t = %.10g returned %d", progress.t, status);
 }

@@ -16,20 +16,12 @@
 #include <float.h>
 #include <math.h>
 
-/* Whether one was for a step as long, or so much shorter as it was better, a short time ago. */
-static bool tested(const mbsri_stiff *s, double h)
-{
-    enum { RECENT = 100 };
-    return h <= s->tested_step && s->steps >= s->tested_at && s->steps - s->tested_at < RECENT;
-}
-
 static const double most_defect = 0.5, hardly = 0.02;
 
-/* The errors of a matrix grow with the square of the step. */
-static void note_test(mbsri_stiff *s, double h, double defect)
+static bool note_test(mbsri_stiff *s, double h, double defect)
 {
-    s->tested_at = s->steps;
-    s->tested_step = h * sqrt(most_defect / fmax(defect, 1e-3));
+    mbsri_control_tested(&s->control, s->now.steps, h, defect, most_defect);
+    return defect > most_defect;
 }
 
 /* Whether nothing in the matrix resists a step: K^-1 c leaves momenta, of a tolerance each with signs + - - +, as
@@ -43,7 +35,7 @@ static bool nothing_stiff(mbsri_stiff *s)
     for (int k = s->first; k < s->last; ++k) x[k] = ((k / 2 + k) % 2 ? -1.0 : 1.0) / weight[k];
     const double all = mbsri_stiff_momenta(s, s->change);
     N_VScale(1.0, s->change, s->filtered);
-    N_VScale(s->c, s->change, s->change);
+    N_VScale(s->now.c, s->change, s->change);
     ++s->info.filter_solves;
     if (s->solve(s->change, s->memory)) return false;
     N_VLinearSum(1.0, s->change, -1.0, s->filtered, s->change);
@@ -75,17 +67,17 @@ bool mbsri_stiff_wrong_matrix(mbsri_stiff *s, N_Vector predicted, N_Vector ee)
     static const double no_way = 0.1, least = 0.1; /* tolerances in a step; share of all of v */
     N_Vector rate = NULL, v = s->error, w = s->weight;
     double h = 0.0;
-    if (!s->quotients || !s->untested) return false;
-    s->untested = false;
-    if (IDAGetCurrentStep(s->memory, &h) < 0 || tested(s, fabs(h))) return false;
+    mbsri_control *control = &s->control;
+    if (!control->quotients || !control->matrices.untested) return false;
+    if (control->care == MBSRI_CARE_NEVER) return false;
+    control->matrices.untested = false;
+    if (IDAGetCurrentStep(s->memory, &h) < 0) return false;
+    if (!mbsri_control_tests(control, s->now.steps, fabs(h))) return false;
     if (IDAGetCurrentYp(s->memory, &rate) < 0) return false;
     N_VScale(1.0, rate, v);
     const double speed = N_VWrmsNorm(v, w);
     if (speed * fabs(h) < no_way) return false;
-    if (nothing_stiff(s)) {
-        note_test(s, fabs(h), hardly);
-        return false;
-    }
+    if (nothing_stiff(s)) return note_test(s, fabs(h), hardly);
     const double e = extent(v, predicted, w, cbrt(DBL_EPSILON));
     if (!(e > 0.0)) return false;
     if (shifted(s, ee, v, e, s->change) || shifted(s, ee, v, -e, s->filtered)) return false;
@@ -95,6 +87,5 @@ bool mbsri_stiff_wrong_matrix(mbsri_stiff *s, N_Vector predicted, N_Vector ee)
     N_VLinearSum(1.0, s->change, -1.0, v, s->change);
     const double defect =
         mbsri_stiff_momenta(s, s->change) / fmax(mbsri_stiff_momenta(s, v), least * speed);
-    note_test(s, fabs(h), defect);
-    return defect > most_defect;
+    return note_test(s, fabs(h), defect);
 }

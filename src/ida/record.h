@@ -27,60 +27,94 @@ typedef struct mbsri_ida_output {
     double since;                /* s: nothing has jumped since then */
 } mbsri_ida_output;
 
-struct mbsr_ida {
-    const mbsr_model *model;
-    mbsr_data *data;
-    mbsr_ida_opt opt; /* atol_each is not kept: see atol; linear_solver is what AUTO became */
-    int size;         /* length of y */
+/* What tolerances are made of, see tolerances.c. */
+typedef struct mbsri_ida_tolerances {
+    N_Vector atol, mass; /* size */
+    double
+        time; /* s, in which a velocity that errs by its tolerance errs by that of its coordinate */
+    bool scales; /* they follow the masses at the start, see mbsr_ida_opt */
+} mbsri_ida_tolerances;
 
-    SUNContext context;
-    void *memory;                                  /* IDA's own */
-    N_Vector y, yp, atol, work, moved, zero, mass; /* size; y and yp are the state at `present` */
-    N_Vector first_y, first_yp;                    /* the state from which IDA started last */
-    mbsri_ida_kinks kinks;
-    mbsri_ida_output output;
+/* The linear solver, see linear.c. */
+typedef struct mbsri_ida_linear {
     SUNMatrix matrix; /* NULL for KRYLOV */
     SUNLinearSolver solver;
-    SUNNonlinearSolver nonlinear; /* NULL: IDA's own */
-    mbsr_sundials link;           /* its newton is NULL for DENSE */
+    mbsr_sundials link;   /* its newton is NULL for DENSE */
     mbsr_newton *tangent; /* DENSE, momentum form: its derivatives where there are any, or NULL */
     mbsr_newton_info newton_before; /* at the start of the run */
-    mbsri_ida_messages messages;
-    char message[MBSR_TEXT_SIZE]; /* IDA's last message in the present call */
+} mbsri_ida_linear;
 
-    double time;       /* s, in which a velocity that errs by its tolerance errs by that of its
-                        * coordinate */
-    bool scales;       /* tolerances follow the masses at the start, see mbsr_ida_opt */
-    bool started;      /* a state is set and no step from it has failed for good */
-    bool failed;       /* one has; y and yp are the last state that was good */
-    bool stepped;      /* IDASolve was called since */
-    bool event;        /* the last call of mbsr_ida_advance ended in an event */
-    int watch;         /* the watch of ranks that is not in force, see watch.h */
-    int *watched;      /* its ranks, as many as bodies */
-    double *stiffness; /* of force elements, see stiffest.c */
-    int *dropped;      /* rows of closures that are left out, as many as rows */
-    double present;
-    double direction; /* +1 or -1 once stepped */
+typedef struct mbsri_ida_count_record {
     long residuals, events;
     long central_residuals; /* of these, for central differences */
     mbsr_ida_stats before;  /* what IDA had counted when its history was last thrown away */
-    bool turns;             /* index-1 form: one more event function watches the reference */
+} mbsri_ida_count_record;
 
-    long reported;      /* steps at the last call of the progress function */
-    double reported_at; /* real time of it, s; where progress_interval asks for it */
-    bool stopped;       /* it ended the last call */
+/* Where the run is. */
+typedef struct mbsri_ida_run {
+    bool started; /* a state is set and no step from it has failed for good */
+    bool failed;  /* one has; y and yp are the last state that was good */
+    bool stepped; /* IDASolve was called since */
+    bool event;   /* the last call of mbsr_ida_advance ended in an event */
+    double present;
+    double direction;           /* +1 or -1 once stepped */
+    N_Vector first_y, first_yp; /* the state from which IDA started last */
+} mbsri_ida_run;
 
-    double first_energy, largest_gap; /* for mbsr_ida_get_drift */
-    long steps_noted;                 /* IDA's, when the gap was looked at last */
-    bool measured;                    /* the energy is known */
-    long looked;                      /* closures: steps when they were looked at last */
-    double looked_at, longest_way;    /* the time then; the longest between two looks */
-
-    double wall; /* time of the last recoverable failure of the residual */
-    int blocked; /* how many in a row were at the same time but for rounding */
-
+/* What failed in a callback. */
+typedef struct mbsri_ida_failing {
     int callback; /* status of the last evaluation of the residual or of the event functions */
-    mbsr_error failure; /* what is known of it when it is not zero */
+    mbsr_error failure;           /* what is known of it when it is not zero */
+    double wall;                  /* time of the last recoverable failure of the residual */
+    int blocked;                  /* how many in a row were at the same time but for rounding */
+    char message[MBSR_TEXT_SIZE]; /* IDA's last message in the present call */
+} mbsri_ida_failing;
+
+/* The last call of the progress function. */
+typedef struct mbsri_ida_reported {
+    long steps;
+    double at;    /* real time, s; where progress_interval asks for it */
+    bool stopped; /* it ended the last call of mbsr_ida_advance */
+} mbsri_ida_reported;
+
+/* For mbsr_ida_get_drift. */
+typedef struct mbsri_ida_drift_record {
+    double first_energy, largest_gap;
+    long steps;    /* IDA's, when the gap was looked at last */
+    bool measured; /* the energy is known */
+} mbsri_ida_drift_record;
+
+/* The last look at closures. */
+typedef struct mbsri_ida_look {
+    long steps;
+    double at, longest_way; /* the time then; the longest between two looks */
+} mbsri_ida_look;
+
+struct mbsr_ida {
+    const mbsr_model *model;
+    mbsr_data *data;
+    mbsr_ida_opt opt; /* atol_each is not kept: see tol; linear_solver is what AUTO became */
+    int size;         /* length of y */
+    SUNContext context;
+    void *memory; /* IDA's own */
+    mbsri_ida_messages messages;
+    N_Vector y, yp;             /* size: the state at run.present */
+    N_Vector work, moved, zero; /* size */
+    mbsri_ida_tolerances tol;
+    mbsri_ida_kinks kinks;
+    mbsri_ida_output output;
+    mbsri_ida_linear linear;
+    SUNNonlinearSolver nonlinear; /* see stiff.h */
+    mbsri_ida_count_record count;
+    mbsri_ida_run run;
+    mbsri_ida_failing failing;
+    mbsri_ida_reported report;
+    mbsri_ida_drift_record drift;
+    mbsri_ida_look look;
+    int watch;    /* the watch of ranks that is not in force, see watch.h */
+    int *watched; /* its ranks, as many as bodies */
+    int *dropped; /* rows of closures that are left out, as many as rows */
+    bool turns;   /* index-1 form: one more event function watches the reference */
     mbsr_error error;
     int rising[]; /* opt.events + 1: directions of the last event; the last for `turns` */
 };

@@ -39,22 +39,44 @@ int mbsri_stiff_evaluate(mbsri_stiff *s, N_Vector ee)
 static int factor(mbsri_stiff *s)
 {
     sunbooleantype current = SUNFALSE;
-    s->untested = true;
+    s->control.matrices.untested = true;
     return s->set_up(SUNFALSE, &current, s->memory);
+}
+
+double mbsri_stiff_momenta(const mbsri_stiff *s, N_Vector x)
+{
+    const double *value = NV_DATA_S(x), *weight = NV_DATA_S(s->weight);
+    double sum = 0.0;
+    for (int k = s->first; k < s->last; ++k) {
+        const double e = value[k] * weight[k];
+        sum += e * e;
+    }
+    return sqrt(sum / (double)NV_LENGTH_S(x));
+}
+
+double mbsri_stiff_left(const mbsri_stiff *s)
+{
+    return mbsri_stiff_momenta(s, s->change) / fabs(s->now.c);
+}
+
+int mbsri_stiff_solve(mbsri_stiff *s, N_Vector b)
+{
+    static const double share = 0.3;
+    const double c = fabs(s->now.c);
+    if (!s->control.looks || c == 0.0) return s->solve(b, s->memory);
+    const double before = mbsri_stiff_momenta(s, b) / c;
+    const int status = s->solve(b, s->memory);
+    s->now.hides = before > 1.0 && mbsri_stiff_momenta(s, b) < share * before;
+    return status;
 }
 
 /* s->change is solved for, and ee changes by it. */
 static int correct(mbsri_stiff *s, N_Vector ee)
 {
-    ++s->iterations;
+    ++s->now.iterations;
     const int status = mbsri_stiff_solve(s, s->change);
     if (!status) N_VLinearSum(1.0, ee, 1.0, s->change, ee);
     return status;
-}
-
-double mbsri_stiff_left(const mbsri_stiff *s)
-{
-    return mbsri_stiff_momenta(s, s->change) / fabs(s->c);
 }
 
 int mbsri_stiff_correct(mbsri_stiff *s, N_Vector ee, double within)
@@ -64,59 +86,17 @@ int mbsri_stiff_correct(mbsri_stiff *s, N_Vector ee, double within)
     return status ? status : correct(s, ee);
 }
 
-int mbsri_stiff_improve(mbsri_stiff *s, N_Vector ee, double within)
+/* Both. */
+static int improve(mbsri_stiff *s, N_Vector ee, double within)
 {
     const int status = mbsri_stiff_evaluate(s, ee);
     return status ? status : mbsri_stiff_correct(s, ee, within);
 }
 
-/* ---- which matrix ---- */
-
-/* Where a stiff direction turns, steps are to be careful, and it is old matrices that tell (iteration.c): they are
- * kept at first, and for some time after careful steps. */
-static bool is_calm(const mbsri_stiff *s)
-{
-    enum { FIRST = 100, CALM = 500 };
-    if (s->careful_until > 0) return s->steps >= s->careful_until + CALM;
-    return !s->looks || s->steps >= FIRST;
-}
-
-/* One is made in this attempt. */
-static void note_new(mbsri_stiff *s)
-{
-    s->age = 0;
-    s->made_at = s->steps;
-}
-
-mbsri_matrix mbsri_stiff_choose(mbsri_stiff *s, bool set_up)
-{
-    enum { BETWEEN = 5 };
-    ++s->age;
-    if (set_up) note_new(s);
-    if (s->wrong > 0.0 && s->set_up && !s->dear && s->age >= s->due && is_calm(s))
-        return MBSRI_MATRIX_BEGIN;
-    if (set_up) return MBSRI_MATRIX_NEW;
-    if (s->life == 0 || s->iterates || s->steps < s->made_at + s->life) return MBSRI_MATRIX_OLD;
-    if (s->life > 1 || s->steps >= s->measured_at + BETWEEN) return MBSRI_MATRIX_LAST;
-    note_new(s);
-    return MBSRI_MATRIX_NEW;
-}
-
 /* ---- light directions ---- */
 
-/* The age of the next matrix, from what the one of this age has made of the correction s->change: s->error. */
-static void plan(mbsri_stiff *s, N_Vector w)
-{
-    static const double longest = 32.0;
-    const double size = N_VWrmsNorm(s->change, w);
-    N_VLinearSum(1.0, s->error, -1.0, s->change, s->error);
-    const double off = N_VWrmsNorm(s->error, w), most = fmin(longest, 2.0 * s->age);
-    s->due = off * most > s->age * s->wrong * size ? s->age * s->wrong * size / off : most;
-    note_new(s);
-}
-
 /* The first iteration, with a new matrix, and an old one to compare it with. */
-static int begin(mbsri_stiff *s, N_Vector ee, N_Vector w)
+static int begin(mbsri_stiff *s, N_Vector ee)
 {
     int status = mbsri_stiff_evaluate(s, ee);
     if (status) return status;
@@ -125,80 +105,57 @@ static int begin(mbsri_stiff *s, N_Vector ee, N_Vector w)
     status = s->solve(s->error, s->memory);
     if (!status) status = factor(s);
     if (!status) status = correct(s, ee);
-    if (!status) plan(s, w);
-    return status;
+    if (status) return status;
+    const double size = N_VWrmsNorm(s->change, s->weight);
+    N_VLinearSum(1.0, s->error, -1.0, s->change, s->error);
+    mbsri_control_plan(&s->control, s->now.steps, N_VWrmsNorm(s->error, s->weight), size);
+    return MBSR_OK;
 }
 
-int mbsri_stiff_begin_anew(mbsri_stiff *s, N_Vector ee, N_Vector w, double tolerance)
+int mbsri_stiff_begin_anew(mbsri_stiff *s, N_Vector ee, double tolerance)
 {
-    enum { MOST = 4, MEASURED = 10 };
+    enum { MOST = 4 };
     static const double share = 0.1, small = 0.05, slow = 0.9;
-    int status = begin(s, ee, w);
+    int status = begin(s, ee);
     if (status) return status;
-    double before = N_VWrmsNorm(s->change, w);
+    double before = N_VWrmsNorm(s->change, s->weight);
     if (before <= small * tolerance) return SUN_NLS_SUCCESS;
-    if (s->rated > 0 && s->quadratic * before * before <= share * tolerance) {
-        --s->rated;
-        return SUN_NLS_SUCCESS;
-    }
+    if (mbsri_control_predicts(&s->control, before, share * tolerance)) return SUN_NLS_SUCCESS;
     for (int k = 2; k <= MOST; ++k) {
-        status = mbsri_stiff_improve(s, ee, INFINITY);
+        status = improve(s, ee, INFINITY);
         if (status) return status;
-        const double size = N_VWrmsNorm(s->change, w), rate = size / before;
-        if (k == 2) {
-            s->quadratic = rate / before;
-            s->rated = MEASURED;
-        }
+        const double size = N_VWrmsNorm(s->change, s->weight), rate = size / before;
+        if (k == 2) mbsri_control_rate(&s->control, rate / before);
         if (rate >= slow) break;
         if (rate / (1.0 - rate) * size <= tolerance) return SUN_NLS_SUCCESS;
         before = size;
     }
-    ++s->failures;
+    ++s->now.failures;
     return SUN_NLS_CONV_RECVR;
 }
 
 /* ---- stiff directions ---- */
 
 /* The last step of a matrix: ee is improved by a new one; *much: the old one had left much. */
-static int compare(mbsri_stiff *s, N_Vector ee, N_Vector w, double tolerance, bool *much)
+static int compare(mbsri_stiff *s, N_Vector ee, double tolerance, bool *much)
 {
-    enum { LONGEST = 64 };
-    static const double most = 0.25, little = 0.08;
-    const int status = mbsri_stiff_improve(s, ee, 0.0);
+    const int status = improve(s, ee, 0.0);
     if (status) return status;
-    note_new(s);
-    s->measured_at = s->steps;
-    s->hides = false;
-    const double left = N_VWrmsNorm(s->change, w);
-    *much = left > most * tolerance;
-    if (*much && s->life > 1) s->life /= 2;
-    if (left < little * tolerance && s->life < LONGEST) s->life *= 2;
+    const double left = N_VWrmsNorm(s->change, s->weight) / tolerance;
+    s->now.hides = false;
+    *much = mbsri_control_compared(&s->control, s->now.steps, left);
     return SUN_NLS_SUCCESS;
 }
 
-/* A stiff direction has turned. Matrices that are not quite old enough to fail mislead the plain iteration: twice within some steps,
- * and the next ones are careful, and matrices live shortly afterwards. */
-static void note_turn(mbsri_stiff *s)
-{
-    enum { SOON = 30 };
-    if (s->turned_at >= 0 && s->steps - s->turned_at < SOON) {
-        ++s->info.stiff_iterations;
-        mbsri_stiff_try(s);
-        s->life = 1;
-    }
-    s->turned_at = s->steps;
-}
-
-int mbsri_stiff_judge(mbsri_stiff *s, mbsri_matrix matrix, int status, N_Vector ee, N_Vector w,
+int mbsri_stiff_judge(mbsri_stiff *s, mbsri_matrix matrix, int status, N_Vector ee,
                       double tolerance)
 {
-    bool wrong = s->stale > 0;
-    if (wrong) {
-        note_new(s);
-        s->due = 1.0;
-    } else if (!status && matrix == MBSRI_MATRIX_LAST) {
-        status = compare(s, ee, w, tolerance, &wrong);
-    }
-    if (!status && wrong && !s->iterates && mbsri_stiff_moves(s, ee)) note_turn(s);
+    bool wrong = s->now.stale > 0;
+    if (wrong)
+        mbsri_control_stale(&s->control, s->now.steps);
+    else if (!status && matrix == MBSRI_MATRIX_LAST)
+        status = compare(s, ee, tolerance, &wrong);
+    if (!status && wrong && !s->control.iterates && mbsri_stiff_moves(s, ee))
+        mbsri_stiff_note(s, MBSRI_SIGN_TURNED);
     return status;
 }

@@ -21,7 +21,7 @@ static int note(mbsr_simulation *s, int status, const mbsr_error *error)
 static int refuse(mbsr_simulation *s, int status, const char *text)
 {
     mbsr_error error;
-    mbsri_ida_fail(&error, status, MBSR_NONE, MBSR_NONE, "%s", text);
+    mbsri_ida_refuse(&error, status, "%s", text);
     return note(s, status, &error);
 }
 
@@ -42,6 +42,12 @@ mbsr_simulation mbsr_simulation_of(mbsr_model *model)
 
 /* ---- building ---- */
 
+/* The id of what has been added; none after a failure. */
+static int added(mbsr_simulation *s, int status, int id)
+{
+    return note(s, status, mbsr_model_error(s->model)) ? MBSR_NONE : id;
+}
+
 int mbsr_simulation_add_body(mbsr_simulation *s, const char *name, int parent, mbsr_joint joint,
                              mbsr_inertia inertia)
 {
@@ -52,26 +58,24 @@ int mbsr_simulation_add_body(mbsr_simulation *s, const char *name, int parent, m
     def.parent = parent;
     def.joint = joint;
     def.inertia = inertia;
-    return note(s, mbsr_model_add_body(s->model, &def, &id), mbsr_model_error(s->model)) ? MBSR_NONE
-                                                                                         : id;
+    const int status = mbsr_model_add_body(s->model, &def, &id);
+    return added(s, status, id);
 }
 
 int mbsr_simulation_add_force(mbsr_simulation *s, mbsr_force_def force)
 {
     int id = MBSR_NONE;
     if (!s || s->status) return MBSR_NONE;
-    return note(s, mbsr_model_add_force(s->model, &force, &id), mbsr_model_error(s->model))
-               ? MBSR_NONE
-               : id;
+    const int status = mbsr_model_add_force(s->model, &force, &id);
+    return added(s, status, id);
 }
 
 int mbsr_simulation_add_closure(mbsr_simulation *s, mbsr_closure_def closure)
 {
     int id = MBSR_NONE;
     if (!s || s->status) return MBSR_NONE;
-    return note(s, mbsr_model_add_closure(s->model, &closure, &id), mbsr_model_error(s->model))
-               ? MBSR_NONE
-               : id;
+    const int status = mbsr_model_add_closure(s->model, &closure, &id);
+    return added(s, status, id);
 }
 
 /* ---- what else belongs to it ---- */
@@ -264,9 +268,9 @@ int mbsr_simulation_watch_masses(mbsr_simulation *s, const mbsr_small_masses_opt
     if (!s->ida || s->form != MBSR_DAE_MOMENTUM) {
         mbsr_error error;
         const int status = s->ida ? MBSR_ERR_VALUE : MBSR_ERR_SEQUENCE;
-        mbsri_ida_fail(&error, status, MBSR_NONE, MBSR_NONE, "%s: %s", function,
-                       s->ida ? "only the momentum form is served"
-                              : "call mbsr_simulation_start first");
+        mbsri_ida_refuse(&error, status, "%s: %s", function,
+                         s->ida ? "only the momentum form is served"
+                                : "call mbsr_simulation_start first");
         return note(s, status, &error);
     }
     mbsr_small_masses_opt named = opt ? *opt : mbsr_default_small_masses_opt();

@@ -85,12 +85,12 @@ int mbsr_small_masses_run(mbsr_small_masses *small, const mbsr_ida_opt *opt, dou
     static const char function[] = "mbsr_small_masses_run";
     const mbsr_model *m = mbsr_small_masses_reduced(small);
     if (!m)
-        return mbsri_ida_fail(error, small ? MBSR_ERR_SEQUENCE : MBSR_ERR_NULL, MBSR_NONE,
-                              MBSR_NONE, "%s: call mbsr_small_masses_start first", function);
+        return mbsri_ida_refuse(error, small ? MBSR_ERR_SEQUENCE : MBSR_ERR_NULL,
+                                "%s: call mbsr_small_masses_start first", function);
     mbsr_ida_opt own = opt ? *opt : mbsr_default_ida_opt();
     if (own.form != MBSR_DAE_MOMENTUM)
-        return mbsri_ida_fail(error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
-                              "%s: only the momentum form is served", function);
+        return mbsri_ida_refuse(error, MBSR_ERR_VALUE, "%s: only the momentum form is served",
+                                function);
     follower f = {.small = small,
                   .progress = own.progress,
                   .user = own.progress_user,
@@ -105,8 +105,7 @@ int mbsr_small_masses_run(mbsr_small_masses *small, const mbsr_ida_opt *opt, dou
     f.yp = f.y + size;
     mbsr_data *data = NULL;
     int status = f.y ? mbsr_data_create(m, &data, error)
-                     : mbsri_ida_fail(error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
-                                      "%s: no memory", function);
+                     : mbsri_ida_refuse(error, MBSR_ERR_NO_MEMORY, "%s: no memory", function);
     if (!status) status = run(&f, &own, data, t_end, error);
     if (stats && f.ida) (void)mbsr_ida_get_stats(f.ida, stats);
     mbsr_ida_destroy(f.ida);

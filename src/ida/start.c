@@ -19,16 +19,13 @@
 /* Refuses a start that is not finite; names the first wrong entry. */
 static int check_start(mbsr_ida *ida, double t, const double *y, const double *yp)
 {
-    if (!isfinite(t)) {
-        return mbsri_ida_fail(&ida->error, MBSR_NOT_FINITE, MBSR_NONE, MBSR_NONE,
-                              "mbsr_ida_start: t is %g", t);
-    }
+    if (!isfinite(t))
+        return mbsri_ida_refuse(&ida->error, MBSR_NOT_FINITE, "mbsr_ida_start: t is %g", t);
     for (int k = 0; k < ida->size; ++k) {
         if (isfinite(y[k]) && isfinite(yp[k])) continue;
         const bool rate = isfinite(y[k]);
-        return mbsri_ida_fail(&ida->error, MBSR_NOT_FINITE, MBSR_NONE, MBSR_NONE,
-                              "mbsr_ida_start: %s[%d] is %g", rate ? "yp" : "y", k,
-                              rate ? yp[k] : y[k]);
+        return mbsri_ida_refuse(&ida->error, MBSR_NOT_FINITE, "mbsr_ida_start: %s[%d] is %g",
+                                rate ? "yp" : "y", k, rate ? yp[k] : y[k]);
     }
     return MBSR_OK;
 }
@@ -49,9 +46,8 @@ static int evaluate(mbsr_ida *ida, double t, const double *y, const double *yp)
     const int status = mbsr_dae_residual(ida->model, ida->data, ida->opt.form, t, y, yp,
                                          N_VGetArrayPointer(ida->work));
     if (!status) return MBSR_OK;
-    const mbsr_error *error = mbsr_data_error(ida->data);
-    return mbsri_ida_fail(&ida->error, status, error->body, error->force,
-                          "mbsr_ida_start: residual at t = %.10g: %s", t, error->text);
+    return mbsri_ida_pass_on(&ida->error, status, mbsr_data_error(ida->data),
+                             "mbsr_ida_start: residual at t = %.10g", t);
 }
 
 /* Names the first direction of a report that nothing determines. */
@@ -72,8 +68,8 @@ static int refuse_undetermined(mbsr_ida *ida, const mbsr_index_report *report)
 
 static int refuse_memory(mbsr_ida *ida)
 {
-    return mbsri_ida_fail(&ida->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
-                          "mbsr_ida_start: %s", mbsr_data_error(ida->data)->text);
+    return mbsri_ida_refuse(&ida->error, MBSR_ERR_NO_MEMORY, "mbsr_ida_start: %s",
+                            mbsr_data_error(ida->data)->text);
 }
 
 /* Refuses a start with joint rates that neither mass nor force determines: no step would lead from
@@ -86,7 +82,7 @@ static int check_determined(mbsr_ida *ida, double t, const double *y, const doub
     double *q = N_VGetArrayPointer(ida->moved), *u = q + nq;
     if (mbsr_total_rank(ida->model, ida->data) == nu || mbsr_model_rows(ida->model) > 0)
         return MBSR_OK;
-    mbsr_newton *newton = ida->link.newton;
+    mbsr_newton *newton = ida->linear.link.newton;
     mbsr_index_report *report = NULL;
     int status = MBSR_OK;
     if (!newton || mbsr_newton_factor(newton, ida->data, t, y, yp, c) == MBSR_SINGULAR_BLOCK) {
@@ -136,9 +132,11 @@ static int check_balance(mbsr_ida *ida, double t, const double *y)
  * coordinates, as careful steps take them, would change these. */
 static void choose_care(mbsr_ida *ida)
 {
+    mbsri_stiff *s = mbsri_stiff_of(ida->nonlinear);
     const bool deficient = mbsr_total_rank(ida->model, ida->data) < mbsr_model_nu(ida->model);
-    if (ida->nonlinear && ida->opt.form == MBSR_DAE_RECURSIVE)
-        mbsri_stiff_of(ida->nonlinear)->off = deficient;
+    if (ida->opt.form != MBSR_DAE_RECURSIVE) return;
+    s->test = deficient ? MBSRI_TEST_PLAIN : MBSRI_TEST_FILTERED;
+    s->control.care = deficient ? MBSRI_CARE_NEVER : MBSRI_CARE_BY_SIGNS;
 }
 
 /* What the start itself says of the run: whether there can be one, tolerances of the momenta, the
@@ -152,7 +150,7 @@ static int prepare(mbsr_ida *ida, double t, const double *y, const double *yp)
     if (!status) choose_care(ida);
     if (!status) status = check_balance(ida, t, y);
     if (!status) status = check_determined(ida, t, y, yp);
-    if (!status && ranks && ida->scales) status = mbsri_ida_scale_tolerances(ida);
+    if (!status && ranks && ida->tol.scales) status = mbsri_ida_scale_tolerances(ida);
     if (!status && mbsr_model_rows(ida->model) > 0) mbsri_ida_take_care(ida);
     if (!status && ranks && ida->opt.watch_ranks) mbsr_rank_watch(ida->model, ida->data, 1);
     mbsri_ida_exchange_watch(ida);
@@ -162,35 +160,35 @@ static int prepare(mbsr_ida *ida, double t, const double *y, const double *yp)
 int mbsr_ida_start(mbsr_ida *ida, double t, const double *y, const double *yp)
 {
     if (!ida) return MBSR_ERR_NULL;
-    if (!y || !yp) {
-        return mbsri_ida_fail(&ida->error, MBSR_ERR_NULL, MBSR_NONE, MBSR_NONE,
-                              "mbsr_ida_start: %s is NULL", !y ? "y" : "yp");
-    }
+    if (!y || !yp)
+        return mbsri_ida_refuse(&ida->error, MBSR_ERR_NULL, "mbsr_ida_start: %s is NULL",
+                                !y ? "y" : "yp");
     int status = check_start(ida, t, y, yp);
     if (status) return status;
-    ida->started = ida->failed = false; /* what fails here has lost the ranks of an earlier run */
+    ida->run.started = ida->run.failed =
+        false; /* what fails here has lost the ranks of an earlier run */
     mbsri_ida_drift_start(ida, t, y);
     status = prepare(ida, t, y, yp);
     if (status) return status;
     const size_t bytes = (size_t)ida->size * sizeof *y;
     memmove(N_VGetArrayPointer(ida->y), y, bytes);
     memmove(N_VGetArrayPointer(ida->yp), yp, bytes);
-    ida->message[0] = '\0';
-    ida->stepped = ida->event = false;
-    ida->residuals = ida->events = ida->central_residuals = 0;
-    ida->before = (mbsr_ida_stats){0};
-    mbsri_ida_count_solver(ida, &ida->newton_before);
+    ida->failing.message[0] = '\0';
+    ida->run.stepped = ida->run.event = false;
+    ida->count.residuals = ida->count.events = ida->count.central_residuals = 0;
+    ida->count.before = (mbsr_ida_stats){0};
+    mbsri_ida_count_solver(ida, &ida->linear.newton_before);
     mbsri_ida_keep_start(ida);
-    if (ida->nonlinear) mbsri_stiff_of(ida->nonlinear)->info = (mbsr_sundials_stiff_info){0};
+    mbsri_stiff_of(ida->nonlinear)->info = (mbsr_sundials_stiff_info){0};
     mbsri_ida_report_anew(ida);
     mbsri_ida_forget_kinks(ida);
-    ida->wall = INFINITY;
-    ida->present = ida->output.since = t;
+    ida->failing.wall = INFINITY;
+    ida->run.present = ida->output.since = t;
     mbsri_ida_forget_output(ida);
     ida->output.raw = 0;
     int flag = IDAReInit(ida->memory, t, ida->y, ida->yp);
     if (flag >= 0) flag = identify(ida);
     if (flag < 0) return mbsri_ida_solver_failed(ida, &ida->error, flag, "mbsr_ida_start");
-    ida->started = true;
+    ida->run.started = true;
     return MBSR_OK;
 }

@@ -147,16 +147,16 @@ static int rank(const place *p, const double *direction, int most, int *force, d
 /* Whether a step has shown what is stiff. */
 static bool knows(const mbsri_stiff *s)
 {
-    return s && (s->info.stiff_tests > 0 || s->info.careful_failures > 0);
+    return s->info.stiff_tests > 0 || s->info.careful_failures > 0;
 }
 
-/* c of the longest step so far; s may be NULL. */
-static double slowest(const mbsri_stiff *s, void *memory)
+/* c of the longest step so far. */
+static double slowest(const mbsri_stiff *s)
 {
     double h = 0.0;
-    if (s && s->slowest > 0.0) return s->slowest;
-    if (!memory) return INFINITY;
-    if (IDAGetLastStep(memory, &h) < 0 || h == 0.0) IDAGetActualInitStep(memory, &h);
+    if (s->blame.slowest > 0.0) return s->blame.slowest;
+    if (!s->memory) return INFINITY;
+    if (IDAGetLastStep(s->memory, &h) < 0 || h == 0.0) IDAGetActualInitStep(s->memory, &h);
     return h == 0.0 ? INFINITY : 1.0 / fabs(h);
 }
 
@@ -166,66 +166,58 @@ static const double *recall(const mbsri_stiff *s, int first, double *c)
 {
     IDAGetCurrentCj(s->memory, c);
     *c = fabs(*c);
-    if (!s->of_iteration) return N_VGetArrayPointer(s->direction) + first;
-    if (s->slowest > 0.0) *c = fmin(*c, s->slowest);
+    if (!s->blame.of_iteration) return N_VGetArrayPointer(s->blame.direction) + first;
+    if (s->blame.slowest > 0.0) *c = fmin(*c, s->blame.slowest);
     return NULL;
+}
+
+/* The elements at the state s->change at t, which is where s knows or not. */
+static int ask(mbsri_stiff *s, const mbsr_model *model, mbsr_data *data, mbsr_dae_form form,
+               double t, bool known, int most, int *force, double *share, int *count)
+{
+    const int nq = mbsr_model_nq(model), nu = mbsr_model_nu(model);
+    place p = {.model = model,
+               .data = data,
+               .t = t,
+               .c = slowest(s),
+               .state = N_VGetArrayPointer(s->filtered),
+               .v = N_VGetArrayPointer(s->trial),
+               .work = N_VGetArrayPointer(s->change),
+               .stiffness = s->blame.stiffness};
+    const int first = form == MBSR_DAE_MOMENTUM ? nq + nu : nq; /* of velocities */
+    const double *direction = known ? recall(s, first, &p.c) : NULL;
+    const int status = mbsr_dae_unpack(model, data, form, t, p.work, p.state, p.state + nq);
+    return status ? status : rank(&p, direction, most, force, share, count);
 }
 
 /* ---- of the driver ---- */
 
-/* Where velocities begin in y. */
-static int velocities(const mbsr_ida *ida)
-{
-    const int nq = mbsr_model_nq(ida->model);
-    return ida->opt.form == MBSR_DAE_MOMENTUM ? nq + mbsr_model_nu(ida->model) : nq;
-}
-
-static int ask(mbsr_ida *ida, bool known, int most, int *force, double *share, int *count)
-{
-    const mbsri_stiff *s = ida->nonlinear ? mbsri_stiff_of(ida->nonlinear) : NULL;
-    const mbsr_model *m = ida->model;
-    const double *direction = NULL;
-    double *q = N_VGetArrayPointer(ida->moved);
-    place p = {.model = m,
-               .data = ida->data,
-               .t = known ? s->at : ida->present,
-               .c = slowest(s, ida->memory),
-               .state = q,
-               .v = N_VGetArrayPointer(ida->zero),
-               .work = N_VGetArrayPointer(ida->work),
-               .stiffness = ida->stiffness};
-    N_VScale(1.0, known ? s->state : ida->y, ida->work);
-    if (known) {
-        mbsri_ida_add_bend(ida, p.t, 0, ida->work);
-        direction = recall(s, velocities(ida), &p.c);
-    }
-    int status = mbsr_dae_unpack(m, ida->data, ida->opt.form, p.t, p.work, q, q + mbsr_model_nq(m));
-    if (!status) status = rank(&p, direction, most, force, share, count);
-    N_VConst(0.0, ida->zero);
-    return status;
-}
-
 int mbsr_ida_stiffest(mbsr_ida *ida, int most, int *force, double *share, int *count)
 {
     if (!ida || !count || (most > 0 && (!force || !share))) return MBSR_ERR_NULL;
-    const bool known = ida->opt.form != MBSR_DAE_INDEX1 && ida->nonlinear &&
-                       knows(mbsri_stiff_of(ida->nonlinear)),
-               ended = ida->failed && ida->callback == MBSR_OK;
+    mbsri_stiff *s = mbsri_stiff_of(ida->nonlinear);
+    const mbsr_dae_form form = ida->opt.form;
     int status = MBSR_OK;
     *count = 0;
-    if (known) status = ask(ida, true, most, force, share, count);
-    if (ended && *count == 0) status = ask(ida, false, most, force, share, count);
+    if (form != MBSR_DAE_INDEX1 && knows(s)) {
+        N_VScale(1.0, s->blame.state, s->change);
+        mbsri_ida_add_bend(ida, s->blame.at, 0, s->change);
+        status = ask(s, ida->model, ida->data, form, s->blame.at, true, most, force, share, count);
+    }
+    if (ida->run.failed && ida->failing.callback == MBSR_OK && *count == 0) {
+        N_VScale(1.0, ida->y, s->change);
+        status =
+            ask(s, ida->model, ida->data, form, ida->run.present, false, most, force, share, count);
+    }
     if (!status) return MBSR_OK;
-    const mbsr_error *error = mbsr_data_error(ida->data);
-    return mbsri_ida_fail(&ida->error, status, error->body, error->force, "mbsr_ida_stiffest: %s",
-                          error->text);
+    return mbsri_ida_pass_on(&ida->error, status, mbsr_data_error(ida->data), "mbsr_ida_stiffest");
 }
 
 /* What fails, after a flag of IDA. */
 static const char *what_fails(const mbsr_ida *ida, int flag)
 {
     bool iterations = flag != IDA_ERR_FAIL;
-    if (flag == IDA_TOO_MUCH_WORK) iterations = mbsri_stiff_of(ida->nonlinear)->of_iteration;
+    if (flag == IDA_TOO_MUCH_WORK) iterations = mbsri_stiff_of(ida->nonlinear)->blame.of_iteration;
     return iterations ? "Newton's method fails" : "error tests fail";
 }
 
@@ -254,8 +246,8 @@ static bool find_state(mbsri_stiff *s, bool known, N_Vector y, double *t)
 {
     long tests = 0, iterations = 0;
     if (!s->memory) return false;
-    *t = s->at;
-    if (known) N_VScale(1.0, s->state, y);
+    *t = s->blame.at;
+    if (known) N_VScale(1.0, s->blame.state, y);
     if (known) return true;
     IDAGetNumErrTestFails(s->memory, &tests);
     IDAGetNumNonlinSolvConvFails(s->memory, &iterations);
@@ -269,22 +261,12 @@ int mbsr_sundials_stiffest(SUNNonlinearSolver solver, const mbsr_model *model, m
     if (!solver || !model || !data || !count || (most > 0 && (!force || !share)))
         return MBSR_ERR_NULL;
     mbsri_stiff *s = mbsri_stiff_of(solver);
-    if (!s || s->forces != mbsr_model_forces(model) ||
+    if (!s || s->blame.forces != mbsr_model_forces(model) ||
         N_VGetLength(s->change) != mbsr_dae_size(model, MBSR_DAE_MOMENTUM))
         return MBSR_ERR_VALUE;
-    const int nq = mbsr_model_nq(model), nu = mbsr_model_nu(model);
     const bool known = knows(s);
-    place p = {.model = model,
-               .data = data,
-               .c = slowest(s, s->memory),
-               .state = N_VGetArrayPointer(s->filtered),
-               .v = N_VGetArrayPointer(s->trial),
-               .work = N_VGetArrayPointer(s->change),
-               .stiffness = s->stiffness};
+    double t = 0.0;
     *count = 0;
-    if (!find_state(s, known, s->change, &p.t)) return MBSR_OK;
-    const double *direction = known ? recall(s, nq + nu, &p.c) : NULL;
-    const int status =
-        mbsr_dae_unpack(model, data, MBSR_DAE_MOMENTUM, p.t, p.work, p.state, p.state + nq);
-    return status ? status : rank(&p, direction, most, force, share, count);
+    if (!find_state(s, known, s->change, &t)) return MBSR_OK;
+    return ask(s, model, data, MBSR_DAE_MOMENTUM, t, known, most, force, share, count);
 }

@@ -52,7 +52,7 @@ static void find_places(const mbsr_ida *ida, double *place)
  * rows have a relative one as well. */
 static void set_loops(mbsr_ida *ida, double *atol)
 {
-    double *relative = N_VGetArrayPointer(ida->mass);
+    double *relative = N_VGetArrayPointer(ida->tol.mass);
     const int first = mbsri_ida_loops(ida);
     for (int k = first; k < ida->size; ++k) {
         if (!ida->opt.atol_each) atol[k] = ida->opt.atol;
@@ -70,7 +70,7 @@ static void set_loops(mbsr_ida *ida, double *atol)
 static double time_of_body(const mbsr_ida *ida, int body, int velocity, mbsr_coordinate_kind kind)
 {
     mbsr_coordinate_kind position_kind[4 * MBSR_MAX_D], velocity_kind[MBSR_MAX_D];
-    const double *atol = N_VGetArrayPointer(ida->atol);
+    const double *atol = N_VGetArrayPointer(ida->tol.atol);
     double place = INFINITY, speed = 0.0;
     int q, nq, u, n;
     mbsr_body_coordinates(ida->model, body, &q, &nq, &u, &n);
@@ -100,24 +100,23 @@ void mbsri_ida_set_tolerances(mbsr_ida *ida)
     const double *each = ida->opt.atol_each;
     const bool momentum = ida->opt.form == MBSR_DAE_MOMENTUM;
     const int nq = mbsr_model_nq(ida->model), nu = mbsr_model_nu(ida->model);
-    double *atol = N_VGetArrayPointer(ida->atol);
+    double *atol = N_VGetArrayPointer(ida->tol.atol);
     for (int k = 0; each && k < ida->size; ++k) atol[k] = each[k];
     const int velocity = momentum ? nq + nu : nq;
     for (int i = 0; !each && i < mbsr_model_bodies(ida->model); ++i) {
         set_body(ida, i, velocity, atol);
     }
-    ida->time = find_time(ida, velocity);
+    ida->tol.time = find_time(ida, velocity);
     set_loops(ida, atol);
-    ida->scales = !each && (momentum || ida->opt.form == MBSR_DAE_INDEX1);
+    ida->tol.scales = !each && (momentum || ida->opt.form == MBSR_DAE_INDEX1);
     ida->opt.atol_each = NULL;
 }
 
 /* What the data could not be asked is why the start fails. */
 static int refuse(mbsr_ida *ida, int status)
 {
-    const mbsr_error *error = mbsr_data_error(ida->data);
-    return mbsri_ida_fail(&ida->error, status, error->body, error->force,
-                          "mbsr_ida_start: masses for tolerances: %s", error->text);
+    return mbsri_ida_pass_on(&ida->error, status, mbsr_data_error(ida->data),
+                             "mbsr_ida_start: masses for tolerances");
 }
 
 /* Largest scale of a joint's mass in the tree; 1 if there is none. */
@@ -138,7 +137,7 @@ static int find_largest_mass(mbsr_ida *ida, double *largest)
 static int scale_momenta(mbsr_ida *ida)
 {
     const int nq = mbsr_model_nq(ida->model), nu = mbsr_model_nu(ida->model);
-    double *atol = N_VGetArrayPointer(ida->atol), *mass = N_VGetArrayPointer(ida->mass);
+    double *atol = N_VGetArrayPointer(ida->tol.atol), *mass = N_VGetArrayPointer(ida->tol.mass);
     const int status = mbsr_momentum_scales(ida->model, ida->data, mass + nq);
     if (status) return refuse(ida, status);
     for (int k = nq; k < nq + nu; ++k) atol[k] = mass[k] * atol[nu + k];
@@ -150,7 +149,7 @@ static int scale_momenta(mbsr_ida *ida)
 static void scale_velocities(mbsr_ida *ida, int body, double mass)
 {
     const int nq = mbsr_model_nq(ida->model);
-    double *atol = N_VGetArrayPointer(ida->atol), smallest = INFINITY;
+    double *atol = N_VGetArrayPointer(ida->tol.atol), smallest = INFINITY;
     int first, n;
     mbsr_body_coordinates(ida->model, body, NULL, NULL, &first, &n);
     set_body(ida, body, nq, atol);
@@ -161,7 +160,7 @@ static void scale_velocities(mbsr_ida *ida, int body, double mass)
 int mbsri_ida_scale_tolerances(mbsr_ida *ida)
 {
     double largest;
-    double *atol = N_VGetArrayPointer(ida->atol);
+    double *atol = N_VGetArrayPointer(ida->tol.atol);
     mbsr_rank_info info;
     int status = find_largest_mass(ida, &largest);
     if (!status && ida->opt.form == MBSR_DAE_MOMENTUM) status = scale_momenta(ida);
@@ -192,11 +191,11 @@ typedef struct rule {
 static rule rule_for(const mbsr_ida *ida, const double *y)
 {
     const int nq = mbsr_model_nq(ida->model), nu = mbsr_model_nu(ida->model);
-    const bool momentum = ida->scales && ida->opt.form == MBSR_DAE_MOMENTUM;
+    const bool momentum = ida->tol.scales && ida->opt.form == MBSR_DAE_MOMENTUM;
     return (rule){.rtol = ida->opt.rtol,
                   .y = y,
-                  .atol = N_VGetArrayPointer(ida->atol),
-                  .mass = N_VGetArrayPointer(ida->mass),
+                  .atol = N_VGetArrayPointer(ida->tol.atol),
+                  .mass = N_VGetArrayPointer(ida->tol.mass),
                   .first = nq,
                   .last = momentum ? nq + nu : nq,
                   .nu = nu,
@@ -232,10 +231,10 @@ int mbsri_ida_weights(N_Vector y, N_Vector weight, void *user)
     for (int k = 0; k < ida->size; ++k) {
         const double allowed = tolerance(&r, k);
         if (!(allowed > 0.0)) {
-            ida->callback = MBSR_ERR_VALUE;
-            return mbsri_ida_fail(&ida->failure, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
-                                  "y[%d] is %g: its tolerance, relative and absolute, is zero", k,
-                                  r.y[k]);
+            ida->failing.callback = MBSR_ERR_VALUE;
+            return mbsri_ida_refuse(&ida->failing.failure, MBSR_ERR_VALUE,
+                                    "y[%d] is %g: its tolerance, relative and absolute, is zero", k,
+                                    r.y[k]);
         }
         to[k] = 1.0 / allowed;
     }

@@ -16,8 +16,8 @@ static inline void mbsri_ida_exchange_watch(mbsr_ida *ida)
 /* Keeps y and yp, from which IDA starts, for a failure of its first step. */
 static inline void mbsri_ida_keep_start(mbsr_ida *ida)
 {
-    N_VScale(1.0, ida->y, ida->first_y);
-    N_VScale(1.0, ida->yp, ida->first_yp);
+    N_VScale(1.0, ida->y, ida->run.first_y);
+    N_VScale(1.0, ida->yp, ida->run.first_yp);
 }
 
 #endif

@@ -2,7 +2,7 @@
  * SPDX-License-Identifier: BSD-3-Clause
  *
  * Gauss-Newton steps in the measure of closing.h: the least x with C_h x = -g solves W x = C_h^T lambda, the
- * equations of system.h for a tree whose only inertias are W. */
+ * equations of fronts/fronts.h for a tree whose only inertias are W. */
 #include "loops/close_tree.h"
 
 #include "algebra/dense.h"
@@ -10,7 +10,7 @@
 #include "base/memory.h"
 #include "loops/assemble.h"
 #include "loops/closing.h"
-#include "loops/system.h"
+#include "fronts/fronts.h"
 #include "model/query.h"
 #include "recursion/closures.h"
 #include "recursion/kinematics.h"
@@ -25,7 +25,7 @@ typedef struct closer {
     double t;
     const double *offset;
     mbsri_closing measure;
-    mbsri_system system;
+    mbsri_fronts system;
     double *resist, *x, *none, *rows, *lambda; /* nu, nu, nu, rows, rows */
     double *g, *q_try;                         /* held, nq */
     void *memory;
@@ -51,7 +51,7 @@ static int open_closer(closer *w)
     w->measure.gap = w->g + held;
     w->q_try = w->measure.gap + held;
     mbsri_zero(nu, w->none);
-    const int status = mbsri_system_open(&w->system, m, w->d, function);
+    const int status = mbsri_fronts_open(&w->system, m, w->d, function);
     for (; c < end && !status; ++c) {
         for (int k = 0; k < c->rows; ++k)
             w->system.left_out[c->row + k] = k >= c->held || w->d->dropped[c->row + k];
@@ -61,7 +61,7 @@ static int open_closer(closer *w)
 
 static void close_closer(closer *w)
 {
-    mbsri_system_close(&w->system);
+    mbsri_fronts_close(&w->system);
     mbsri_release(&w->m->allocator, w->memory);
 }
 
@@ -105,13 +105,13 @@ static int find_step(closer *w)
 {
     const mbsri_closure *c = mbsri_all_closures(w->m), *end = c + w->m->closures.count;
     int status = mbsri_closure_jacobians(w->m, w->d);
-    if (!status) status = mbsri_system_factor(&w->system, w->resist, function);
+    if (!status) status = mbsri_fronts_factor(&w->system, w->resist, function);
     if (status) return status;
     mbsri_zero((size_t)w->m->rows, w->rows);
     for (; c < end; ++c) {
         for (int k = 0; k < c->held; ++k) w->rows[c->row + k] = -w->g[c->held_row + k];
     }
-    mbsri_system_solve(&w->system, w->none, w->rows, w->x, w->lambda);
+    mbsri_fronts_solve(&w->system, w->none, w->rows, w->x, w->lambda);
     for (int k = 0; k < w->m->nu; ++k) {
         if (!(w->measure.give[k] > 0.0)) w->x[k] = 0.0;
     }

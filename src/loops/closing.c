@@ -12,7 +12,7 @@
 
 #include "algebra/dense.h"
 #include "base/error.h"
-#include "loops/rounding.h"
+#include "recursion/rounding.h"
 #include "model/query.h"
 #include "recursion/closures.h"
 #include "recursion/pose.h"

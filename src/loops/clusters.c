@@ -5,7 +5,7 @@
 #include "algebra/dense.h"
 #include "base/error.h"
 #include "base/memory.h"
-#include "loops/rounding.h"
+#include "recursion/rounding.h"
 #include "model/query.h"
 #include "recursion/closures.h"
 #include "recursion/spans.h"

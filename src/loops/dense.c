@@ -11,7 +11,7 @@
 #include "algebra/numbers.h"
 #include "base/error.h"
 #include "base/memory.h"
-#include "loops/rounding.h"
+#include "recursion/rounding.h"
 #include "recursion/closures.h"
 #include "recursion/mass_matrix.h"
 #include "recursion/spans.h"
@@ -46,30 +46,12 @@ int mbsri_dense_open(mbsri_dense *w, const mbsr_model *m, mbsr_data *d, const ch
               gelsy = mbsri_lapack_gelsy_work((int)(most + rows) > 0 ? (int)(most + rows) : 1,
                                               w->N > 0 ? w->N : 1);
     w->lwork = svd > gelsy ? svd : gelsy;
-    double **const array[] = {&w->M,
-                              &w->C,
-                              &w->K,
-                              &w->U,
-                              &w->V,
-                              &w->scale,
-                              &w->sigma,
-                              &w->right,
-                              &w->g,
-                              &w->x,
-                              &w->y,
-                              &w->q,
-                              &w->q_try,
-                              &w->A,
-                              &w->b,
-                              &w->work,
-                              &w->offset,
-                              &w->out,
-                              &w->guess,
-                              &w->span,
-                              &w->missing,
-                              &w->missed,
-                              &w->closing.give,
-                              &w->closing.gap};
+    double **const array[] = {
+        &w->M,          &w->C,        &w->K,    &w->U,       &w->V,      &w->scale,
+        &w->sigma,      &w->right,    &w->g,    &w->x,       &w->y,      &w->q,
+        &w->q_try,      &w->q_beside, &w->A,    &w->b,       &w->work,   &w->offset,
+        &w->out,        &w->guess,    &w->span, &w->missing, &w->missed, &w->closing.give,
+        &w->closing.gap};
     const size_t length[] = {n * n,
                              rows * n,
                              N * N,
@@ -81,6 +63,7 @@ int mbsri_dense_open(mbsri_dense *w, const mbsr_model *m, mbsr_data *d, const ch
                              N,
                              N,
                              N,
+                             nq,
                              nq,
                              nq,
                              most * n,
@@ -97,7 +80,7 @@ int mbsri_dense_open(mbsri_dense *w, const mbsr_model *m, mbsr_data *d, const ch
     size_t total = 0;
     for (size_t k = 0; k < sizeof length / sizeof length[0]; ++k) total += length[k];
     w->memory = mbsri_allocate(&m->allocator, total * sizeof(double) + (N + 1) * sizeof(int) +
-                                                  3 * rows * sizeof(bool));
+                                                  5 * rows * sizeof(bool));
     if (!w->memory)
         return mbsri_fail(&d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                           "%s: no memory for matrices of %d joint rates and %d rows of closures",
@@ -111,6 +94,7 @@ int mbsri_dense_open(mbsri_dense *w, const mbsr_model *m, mbsr_data *d, const ch
     w->other = (bool *)(w->pivots + N + 1);
     w->left_out = w->other + rows;
     w->let_go = w->left_out + rows;
+    w->beside = w->let_go + rows;
     for (size_t k = 0; k < rows; ++k) w->let_go[k] = false;
     mbsri_zero((size_t)w->held, w->offset);
     mbsri_zero((size_t)w->held, w->missed);

@@ -21,6 +21,7 @@ typedef struct mbsri_dense {
     mbsri_closing closing;         /* of the positions that a search begins with */
     double *g, *x, *y;             /* N */
     double *q, *q_try, *guess;     /* nq */
+    double *q_beside;              /* nq: near a singular position (ranks.c) */
     double *A, *b;                 /* (held + n) x n, held + n: least squares */
     double *work;
     int lwork;
@@ -32,6 +33,7 @@ typedef struct mbsri_dense {
     bool *other;              /* rows: flags for a short time */
     bool *left_out;           /* rows: not in K */
     bool *let_go; /* rows: stiff, and what their gaps are follows from those of the others */
+    bool *beside; /* 2 rows: that depend on others near a singular position (ranks.c) */
     int nulls;    /* dimension of the kernel of K */
     int moving;   /* of its part in u */
     void *memory;

@@ -4,7 +4,7 @@
  *   forward     M u' - C^T lambda = -h(q, u, 0),   C u' = -bias
  *   inverse     B tau + C^T lambda = need with least |tau|:  tau = B^T x,   B B^T x + C^T lambda = need,   C x = 0
  *
- * with the rigid rows C; springs of stiff ones are forces. Both are solved along the tree (system.h), the second
+ * with the rigid rows C; springs of stiff ones are forces. Both are solved along the tree (fronts/fronts.h), the second
  * one for a tree whose only masses are a unit of armature at each joint rate that is actuated. */
 #include "loops/forward.h"
 
@@ -13,20 +13,21 @@
 #include "base/error.h"
 #include "base/memory.h"
 #include "loops/motion.h"
-#include "loops/system.h"
+#include "fronts/fronts.h"
 #include "model/query.h"
 #include "recursion/closures.h"
 #include "recursion/elements.h"
 #include "recursion/inverse.h"
 #include "recursion/kinematics.h"
 #include "recursion/not_finite.h"
+#include "recursion/spans.h"
 
 #include <math.h>
 
 typedef struct forward {
     const mbsr_model *m;
     mbsr_data *d;
-    mbsri_system system;
+    mbsri_fronts system;
     double *udot, *right;                   /* nu */
     double *lambda, *springs, *bias, *rate; /* rows */
     double *memory;
@@ -38,7 +39,7 @@ static int open_forward(forward *w, const mbsr_model *m, mbsr_data *d)
 {
     const size_t nu = (size_t)m->nu, rows = (size_t)m->rows;
     *w = (forward){.m = m, .d = d};
-    int status = mbsri_system_open(&w->system, m, d, forward_name);
+    int status = mbsri_fronts_open(&w->system, m, d, forward_name);
     if (status) return status;
     w->memory = mbsri_allocate(&m->allocator, (2 * nu + 4 * rows) * sizeof(double));
     if (!w->memory)
@@ -55,7 +56,7 @@ static int open_forward(forward *w, const mbsr_model *m, mbsr_data *d)
 
 static void close_forward(forward *w)
 {
-    mbsri_system_close(&w->system);
+    mbsri_fronts_close(&w->system);
     mbsri_release(&w->m->allocator, w->memory);
 }
 
@@ -103,19 +104,21 @@ static void clear_springs(const mbsr_model *m, double *row)
 
 static int accelerate(forward *w, double t, const double *q, const double *u, const double *tau)
 {
-    mbsri_system *s = &w->system;
+    mbsri_fronts *s = &w->system;
     int status = find_right(w, t, q, u, tau);
-    if (!status) status = mbsri_system_factor(s, NULL, forward_name);
+    if (!status) status = mbsri_fronts_factor(s, NULL, forward_name);
     if (!status && s->free >= 0)
-        status = mbsri_refuse_motion(w->m, w->d, mbsri_system_free_rate(s), forward_name,
+        status = mbsri_refuse_motion(w->m, w->d, mbsri_fronts_free_rate(s), forward_name,
                                      ": its acceleration is not determined");
     if (status) return status;
-    mbsri_system_solve(s, w->right, w->rate, w->udot, w->lambda);
-    const double size = mbsri_largest(w->m->rows, w->bias) + mbsri_largest(w->m->nu, w->udot);
+    mbsri_fronts_solve(s, w->right, w->rate, w->udot, w->lambda);
+    const double rate = mbsri_rate_of_model(w->m),
+                 size = rate * rate + mbsri_largest_row(w->m, w->bias, s->share) +
+                        mbsri_largest_rate(w->m, w->udot);
     mbsri_closure_apply(w->m, w->d, w->udot, w->rate);
     for (int k = 0; k < w->m->rows; ++k) w->rate[k] += w->bias[k];
     clear_springs(w->m, w->rate);
-    status = mbsri_refuse_left(w->m, w->d, w->rate, size, "acceleration", forward_name);
+    status = mbsri_refuse_left(w->m, w->d, w->rate, s->share, size, "acceleration", forward_name);
     return status ? status : settle(w);
 }
 
@@ -155,7 +158,7 @@ static int check_torques(const mbsr_model *m, mbsr_data *d, const double *need, 
 }
 
 /* tau and -lambda from the solution. */
-static int take_torques(mbsri_system *s, const double *actuated, const double *need, double *tau,
+static int take_torques(mbsri_fronts *s, const double *actuated, const double *need, double *tau,
                         double *lambda, double *left, const char *function)
 {
     const mbsr_model *m = s->m;
@@ -190,22 +193,22 @@ static int actuate_tree(const mbsr_model *m, mbsr_data *d, const double *actuate
 int mbsri_loops_actuate(const mbsr_model *m, mbsr_data *d, const double *actuated,
                         const double *need, double *tau, double *lambda, const char *function)
 {
-    mbsri_system s;
+    mbsri_fronts s;
     if (m->rows == 0) return actuate_tree(m, d, actuated, need, tau, function);
-    int status = mbsri_system_open(&s, m, d, function);
+    int status = mbsri_fronts_open(&s, m, d, function);
     double *zero =
-        status ? NULL : mbsri_system_allocate(&s, ((size_t)m->rows + (size_t)m->nu) * sizeof *zero);
+        status ? NULL : mbsri_fronts_allocate(&s, ((size_t)m->rows + (size_t)m->nu) * sizeof *zero);
     if (!status && !zero)
         status = mbsri_fail(&d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                             "%s: no memory for %d rows of closures", function, m->rows);
     if (!status) status = mbsri_closure_jacobians(m, d);
-    if (!status) status = mbsri_system_factor(&s, actuated, function);
+    if (!status) status = mbsri_fronts_factor(&s, actuated, function);
     if (!status) {
         double *x = zero + m->rows;
         mbsri_zero((size_t)m->rows, zero);
-        mbsri_system_solve(&s, need, zero, x, lambda);
+        mbsri_fronts_solve(&s, need, zero, x, lambda);
         status = take_torques(&s, actuated, need, tau, lambda, x, function);
     }
-    mbsri_system_close(&s);
+    mbsri_fronts_close(&s);
     return status;
 }

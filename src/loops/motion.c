@@ -18,7 +18,9 @@
 #include "recursion/elements.h"
 #include "recursion/inverse.h"
 #include "recursion/kinematics.h"
+#include "recursion/spans.h"
 
+#include <float.h>
 #include <math.h>
 
 /* Forces of those springs alone that K does not have as rows, for mbsri_forces. */
@@ -56,33 +58,33 @@ int mbsri_loops_missing(mbsri_dense *w, double t, const double *q, const double 
     return MBSR_OK;
 }
 
-/* The closure whose row among `x` (rows) is the largest. */
-static int widest(const mbsr_model *m, const double *x, double *value)
+double mbsri_largest_row(const mbsr_model *m, const double *x, const double *length)
 {
-    const mbsri_closure *first = mbsri_all_closures(m);
-    int found = 0;
-    *value = 0.0;
-    for (int id = 0; id < (int)m->closures.count; ++id) {
-        const double own = mbsri_largest(first[id].rows, x + first[id].row);
-        if (own > *value) {
-            *value = own;
-            found = id;
-        }
-    }
-    return found;
+    double largest = 0.0;
+    for (int k = 0; k < m->rows; ++k)
+        largest = fmax(largest, fabs(x[k]) / (length[k] > 0.0 ? length[k] : 1.0));
+    return largest;
 }
 
-int mbsri_refuse_left(const mbsr_model *m, mbsr_data *d, const double *left, double size,
-                      const char *what, const char *function)
+int mbsri_refuse_left(const mbsr_model *m, mbsr_data *d, const double *left, const double *length,
+                      double size, const char *what, const char *function)
 {
-    double value;
+    static const double rounding = 1e-7;
+    const mbsri_closure *first = mbsri_all_closures(m);
+    double widest = 0.0;
+    int id = 0, row = 0;
     char label[MBSRI_LABEL];
-    const int id = widest(m, left, &value);
-    if (value <= 1e-7 * (1.0 + size)) return MBSR_OK;
+    for (int n = 0; n < (int)m->closures.count; ++n) {
+        for (int k = first[n].row; k < first[n].row + first[n].rows; ++k) {
+            const double own = fabs(left[k]) / (length[k] > 0.0 ? length[k] : 1.0);
+            if (own > widest) widest = own, id = n, row = k;
+        }
+    }
+    if (widest <= rounding * size) return MBSR_OK;
     return mbsri_fail(&d->error, MBSR_LOOP_OPEN, MBSR_NONE, MBSR_NONE,
                       "%s: %s: its %s cannot be met, %.3g is left: closures or motions "
                       "contradict each other",
-                      function, mbsri_closure_label(m, id, label), what, value);
+                      function, mbsri_closure_label(m, id, label), what, fabs(left[row]));
 }
 
 /* Rows of springs that K does not have count for nothing. */
@@ -124,7 +126,8 @@ int mbsri_loops_velocities(mbsri_dense *w, double t, const double *q, double *u)
     if (!status) status = mbsri_closure_rates(w->m, w->d, rate);
     if (status) return status;
     clear_springs(w, rate);
-    const double size = mbsri_largest(w->rows, rate);
+    mbsri_rank_scales(w, w->y);
+    double size = mbsri_rate_of_model(w->m) + mbsri_largest_row(w->m, rate, w->y);
     for (int k = 0; k < w->rows; ++k) rate[k] = w->left_out[k] ? 0.0 : -rate[k];
     mbsri_dense_solve(w, w->g, w->x);
     for (size_t k = 0; k < n; ++k) u[k] += w->x[k];
@@ -132,7 +135,8 @@ int mbsri_loops_velocities(mbsri_dense *w, double t, const double *q, double *u)
     if (!status) status = mbsri_closure_rates(w->m, w->d, rate);
     if (status) return status;
     clear_springs(w, rate);
-    return mbsri_refuse_left(w->m, w->d, rate, size, "velocity row", w->function);
+    size += mbsri_largest_rate(w->m, u);
+    return mbsri_refuse_left(w->m, w->d, rate, w->y, size, "velocity row", w->function);
 }
 
 int mbsri_refuse_motion(const mbsr_model *m, mbsr_data *d, int rate, const char *function,
@@ -159,12 +163,12 @@ int mbsri_loops_refuse(mbsri_dense *w, const double *x, const char *why)
 
 /* Where rows depend on each other, springs among them share what they bear so that their energy, the sum of
  * lambda^2 / (2 k), is least: sqrt(1/k) (lambda - N a) is shortest, where the columns of N span the part of
- * the kernel of K in lambda. Overwrites K and g. */
+ * the kernel of K in lambda. Overwrites K and x. */
 static int share_forces(mbsri_dense *w, double *lambda)
 {
     const mbsri_closure *first = mbsri_all_closures(w->m);
     const int count = w->nulls - w->moving, rows = w->rows;
-    double *A = w->K, *b = w->right, *unit = w->g, *idle = w->y;
+    double *A = w->K, *b = w->right, *unit = w->x, *idle = w->y;
     int rank;
     if (count == 0) return MBSR_OK;
     mbsri_zero((size_t)rows, b);
@@ -193,16 +197,30 @@ static int share_forces(mbsri_dense *w, double *lambda)
 }
 
 /* Loop forces that are rounding of the others and of what acts (right, n), by the work of each along its row: zero.
- * They would stiffen directions along which nothing holds. */
+ * They would stiffen directions along which nothing holds. Rounding grows with the condition of K. */
 static void clear_traces(mbsri_dense *w, const double *right, double *lambda)
 {
-    static const double rounding = 1e-12;
+    const int kept = w->N - w->nulls;
+    const double condition = kept > 0 ? w->sigma[0] / w->sigma[kept - 1] : 1.0,
+                 rounding = 1e-12 + w->N * DBL_EPSILON * condition;
     double *scale = w->y, largest = 0.0;
     mbsri_rank_scales(w, scale);
     for (int j = 0; j < w->n; ++j) largest = fmax(largest, fabs(right[j]) * w->span[j]);
     for (int k = 0; k < w->rows; ++k) largest = fmax(largest, fabs(lambda[k]) * scale[k]);
     for (int k = 0; k < w->rows; ++k) {
         if (fabs(lambda[k]) * scale[k] <= rounding * largest) lambda[k] = 0.0;
+    }
+}
+
+/* What is left of rows (rows) that may be rounding of what acts (right, n), in the scaled equations: zero. Where rows hold
+ * all that has mass, accelerations are nothing else. */
+static void clear_left(const mbsri_dense *w, const double *right, double *left)
+{
+    static const double rounding = 1e-12;
+    double largest = 0.0;
+    for (int j = 0; j < w->n; ++j) largest = fmax(largest, fabs(right[j]) * w->scale[j]);
+    for (int k = 0; k < w->rows; ++k) {
+        if (fabs(left[k]) * w->scale[w->n + k] <= rounding * largest) left[k] = 0.0;
     }
 }
 
@@ -228,11 +246,15 @@ int mbsri_loops_rates(mbsri_dense *w, double t, const double *q, const double *u
     /* all rows, those left out as well */
     status = mbsri_closure_bias(w->m, w->d, bias);
     if (status) return status;
-    const double size = mbsri_largest(w->rows, bias) + mbsri_largest(w->n, udot);
+    mbsri_rank_scales(w, w->right);
+    const double rate = mbsri_rate_of_model(w->m), size = rate * rate +
+                                                          mbsri_largest_row(w->m, bias, w->right) +
+                                                          mbsri_largest_rate(w->m, udot);
     mbsri_closure_apply(w->m, w->d, udot, w->y);
     for (int k = 0; k < w->rows; ++k) bias[k] += w->y[k];
     clear_springs(w, bias);
-    return mbsri_refuse_left(w->m, w->d, bias, size, "acceleration", w->function);
+    clear_left(w, right, bias);
+    return mbsri_refuse_left(w->m, w->d, bias, w->right, size, "acceleration", w->function);
 }
 
 int mbsri_loops_springs(mbsri_dense *w, double t, const double *q, const double *u, double *lambda)

@@ -31,10 +31,13 @@ int mbsri_loops_springs(mbsri_dense *w, double t, const double *q, const double 
 int mbsri_refuse_motion(const mbsr_model *m, mbsr_data *d, int rate, const char *function,
                         const char *why);
 
-/* MBSR_LOOP_OPEN where much is left of rows (rows) although the equations are solved: they contradict each
- * other. size: of what was added up in them. */
-int mbsri_refuse_left(const mbsr_model *m, mbsr_data *d, const double *left, double size,
-                      const char *what, const char *function);
+/* The largest of rows x (rows) over their lengths (0: 1). */
+double mbsri_largest_row(const mbsr_model *m, const double *x, const double *length);
+
+/* MBSR_LOOP_OPEN where more is left of rows (rows) than rounding, although the equations are solved: they contradict
+ * each other. length: likewise; size: the largest of what was added up in a row, over its length. */
+int mbsri_refuse_left(const mbsr_model *m, mbsr_data *d, const double *left, const double *length,
+                      double size, const char *what, const char *function);
 
 /* MBSR_UNDETERMINED, with the name of the joint that has most of the direction x (n). */
 int mbsri_loops_refuse(mbsri_dense *w, const double *x, const char *why);

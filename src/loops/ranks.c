@@ -11,7 +11,7 @@
 
 #include "algebra/dense.h"
 #include "loops/assemble.h"
-#include "loops/rounding.h"
+#include "recursion/rounding.h"
 #include "recursion/closures.h"
 #include "recursion/kinematics.h"
 
@@ -242,13 +242,19 @@ void mbsri_ranks_here(mbsri_dense *w, bool *dropped, mbsri_ranks *found)
     if (found->weakest < 0) found->weakest_pivot = 0.0;
 }
 
-/* A direction of joint rates that the rows leave free, the same in every run, from the vectors that
+enum { DIRECTIONS = 3 };
+
+/* One of some directions of joint rates that the rows leave free, the same in every run, from the vectors that
  * mbsri_ranks_here has left: into w->x. False where there is none. */
-static bool free_direction(mbsri_dense *w, int independent)
+static bool free_direction(mbsri_dense *w, int independent, int number)
 {
+    static const double least[DIRECTIONS] = {0.3, -0.5, -0.5},
+                        stride[DIRECTIONS] = {0.6180339887498949, 0.4142135623730951,
+                                              0.7320508075688772};
     const size_t n = (size_t)w->n;
     double largest = 0.0;
-    for (size_t j = 0; j < n; ++j) w->x[j] = 0.3 + fmod(0.6180339887498949 * (double)(j + 1), 1.0);
+    for (size_t j = 0; j < n; ++j)
+        w->x[j] = least[number] + fmod(stride[number] * (double)(j + 1), 1.0);
     for (int pass = 0; pass < 2; ++pass) {
         for (int k = 0; k < independent; ++k) {
             const double *q = w->A + (size_t)k * n;
@@ -262,40 +268,104 @@ static bool free_direction(mbsri_dense *w, int independent)
     return true;
 }
 
+/* At the positions q, with the vectors of the ranks there. */
+static int ranks_at(mbsri_dense *w, double t, const double *q, bool *dropped, mbsri_ranks *found)
+{
+    int status = mbsri_positions(w->m, w->d, t, q);
+    if (!status) status = mbsri_dense_rows(w);
+    if (!status) mbsri_ranks_here(w, dropped, found);
+    return status;
+}
+
+static int count_of(const mbsri_ranks *ranks)
+{
+    return ranks->independent + ranks->springs;
+}
+
+/* Closes loops from w->q on by all rows but those of `dropped` (NULL: none). */
+static bool close_beside(mbsri_dense *w, double t, const bool *dropped)
+{
+    const mbsr_assembly_opt opt = mbsri_assembly_standard();
+    mbsr_assembly_info info;
+    double *given = w->sigma; /* rows: which had been let go before */
+    for (int k = 0; k < w->rows; ++k) {
+        given[k] = w->let_go[k];
+        w->let_go[k] = w->let_go[k] || (dropped && dropped[k]);
+    }
+    const bool closed = mbsri_assemble(w, t, w->q, &opt, &info) == MBSR_OK;
+    for (int k = 0; k < w->rows; ++k) w->let_go[k] = given[k] != 0.0;
+    return closed;
+}
+
+/* Positions w->q a step (of what joint rates span) from q, where the rows that are independent at q close loops, and the
+ * ranks there, into w->other; *found is false without such a position. */
+static int ranks_beside(mbsri_dense *w, double t, const double *q, const bool *dropped, int number,
+                        mbsri_ranks *there, bool *found)
+{
+    static const double step = 1e-3;
+    *found = false;
+    int status = ranks_at(w, t, q, w->other, there);
+    if (status || !free_direction(w, there->independent, number)) return status;
+    status = mbsri_displace(w->m, w->d, q, step, w->x, w->q);
+    *found = !status && close_beside(w, t, dropped);
+    return *found ? ranks_at(w, t, w->q, w->other, there) : status;
+}
+
+/* The most rows that are independent beside q, where those of `dropped` may open: into w->beside. */
+static int widest_beside(mbsri_dense *w, double t, const double *q, const bool *dropped,
+                         mbsri_ranks *widest)
+{
+    int status = MBSR_OK;
+    for (int n = 0; n < DIRECTIONS && !status && count_of(widest) < w->rows; ++n) {
+        mbsri_ranks there;
+        bool found;
+        status = ranks_beside(w, t, q, dropped, n, &there, &found);
+        if (status || !found || there.independent < widest->independent ||
+            count_of(&there) <= count_of(widest))
+            continue;
+        *widest = there;
+        for (int k = 0; k < w->rows; ++k) w->beside[k] = w->other[k];
+    }
+    return status;
+}
+
+/* Whether all rows close beside q in a position that is not singular itself; if so, the ranks there, the rows that
+ * depend on others into w->beside. */
+static int closed_beside(mbsri_dense *w, double t, const double *q, const bool *dropped,
+                         mbsri_ranks *there, bool *found)
+{
+    mbsri_ranks around;
+    bool *rows = w->beside + w->rows;
+    int status = MBSR_OK;
+    *found = false;
+    for (int n = 0; n < DIRECTIONS && !status && !*found; ++n) {
+        status = ranks_beside(w, t, q, dropped, n, there, found);
+        if (status || !*found) continue;
+        *found = close_beside(w, t, NULL);
+        if (!*found) continue;
+        mbsri_copy((size_t)w->m->nq, w->q, w->q_beside);
+        status = ranks_at(w, t, w->q_beside, rows, there);
+        if (!status) status = ranks_beside(w, t, w->q_beside, rows, n, &around, found);
+        *found = *found && count_of(&around) <= count_of(there);
+    }
+    for (int k = 0; k < w->rows && *found; ++k) w->beside[k] = rows[k];
+    return status;
+}
+
 int mbsri_ranks_around(mbsri_dense *w, double t, const double *q, bool *dropped, mbsri_ranks *here,
                        int *nearby)
 {
-    static const double step = 1e-3; /* of what joint rates span */
-    const mbsr_assembly_opt opt = mbsri_assembly_standard();
-    mbsri_ranks there;
-    int status = mbsri_positions(w->m, w->d, t, q);
-    if (!status) status = mbsri_dense_rows(w);
+    mbsri_ranks widest, closed;
+    bool found = false;
+    int status = ranks_at(w, t, q, dropped, here);
     if (status) return status;
-    mbsri_ranks_here(w, dropped, here);
     *nearby = here->independent;
-    int springs = here->springs;
-    if (here->independent + springs == w->rows || !free_direction(w, here->independent))
-        return MBSR_OK;
-    bool *other = w->other;
-    double *direction = w->sigma;
-    mbsri_copy((size_t)w->n, w->x, direction);
-    for (int side = -1; side <= 1; side += 2) {
-        status = mbsri_positions(w->m, w->d, t, q);
-        if (!status) status = mbsri_displace(w->m, w->d, q, side * step, direction, w->q);
-        if (status) return status;
-        mbsr_assembly_info info;
-        status = mbsri_assemble(w, t, w->q, &opt, &info);
-        if (status) continue; /* no closed position on this side */
-        status = mbsri_positions(w->m, w->d, t, w->q);
-        if (!status) status = mbsri_dense_rows(w);
-        if (status) return status;
-        mbsri_ranks_here(w, other, &there);
-        if (there.independent < *nearby || there.independent + there.springs <= *nearby + springs)
-            continue;
-        *nearby = there.independent;
-        springs = there.springs;
-        for (int k = 0; k < w->rows; ++k) dropped[k] = other[k];
-    }
-    status = mbsri_positions(w->m, w->d, t, q);
+    widest = *here;
+    status = widest_beside(w, t, q, dropped, &widest);
+    const bool singular = count_of(&widest) > count_of(here);
+    if (!status && singular) status = closed_beside(w, t, q, dropped, &closed, &found);
+    if (!status && singular) *nearby = found ? closed.independent : widest.independent;
+    for (int k = 0; k < w->rows && singular && !status; ++k) dropped[k] = w->beside[k];
+    if (!status) status = mbsri_positions(w->m, w->d, t, q);
     return status ? status : mbsri_dense_rows(w);
 }

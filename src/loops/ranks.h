@@ -55,8 +55,10 @@ void mbsri_rank_scales(const mbsri_dense *w, double *scale);
  * workspace; uses its A and right. */
 void mbsri_ranks_here(mbsri_dense *w, bool *dropped, mbsri_ranks *found);
 
-/* The same for the position q (closed) and two nearby, into `dropped` what holds where most rows are
- * independent; *nearby: how many. The data is left at the positions q. */
+/* The same for the position q (closed) and for positions nearby, into `dropped` what holds where most rows are
+ * independent; *nearby: how many. Rows that depend on others at q alone open beside it, to the second order, where
+ * these others are closed: then it is singular, and what counts is a closed position nearby that is not, or, where
+ * none is found, that position beside it. The data is left at the positions q. */
 int mbsri_ranks_around(mbsri_dense *w, double t, const double *q, bool *dropped, mbsri_ranks *here,
                        int *nearby);
 

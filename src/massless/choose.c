@@ -145,16 +145,6 @@ int mbsri_report_add_shorter(mbsri_report *r, int c, const double *x, const doub
     return MBSR_OK;
 }
 
-/* Largest rate of a direction of the component, by typical sizes. */
-static double size_of(const mbsri_report *r, int l)
-{
-    const mbsri_null_space *w = &r->w;
-    const double *u = w->direction + (size_t)l * (size_t)w->m->nu;
-    double largest = 0.0;
-    for (int k = w->from[l]; k < w->to[l]; ++k) largest = fmax(largest, fabs(u[k]) / w->span[k]);
-    return largest;
-}
-
 void mbsri_report_add(mbsri_report *r, int c, const double *x, mbsr_direction_kind kind)
 {
     r->kind[r->found] = kind;
@@ -174,7 +164,7 @@ static void take_out(const mbsri_report *r, int c, int n, double *y)
 
 void mbsri_report_unseen(mbsri_report *r, int c, int n, const double *N)
 {
-    for (int a = 0; a < c; ++a) r->span[a] = size_of(r, r->member[a]);
+    for (int a = 0; a < c; ++a) r->span[a] = mbsri_direction_size(&r->w, r->member[a]);
     for (int l = 0; l < n; ++l) {
         double *y = r->Y + l * c;
         for (int a = 0; a < c; ++a) y[a] = N[l * c + a] * r->span[a];

@@ -131,9 +131,9 @@ static bool moves_plainly(const mbsr_model *m)
     return i > m->bodies;
 }
 
-/* F at the time t + s on the path q + s G(u + s u'/2), u + s u', whose momenta are those of its velocities, with loop
- * forces lambda + s lambda'. G at the middle of the way makes the path one of the second order, whatever the coordinates. */
-static int look_along(mbsr_completion *w, double s, const double *udot)
+/* The positions w->q at s on the path q + s G(u + s u'/2): G at the middle of the way makes the path one of the second
+ * order, whatever the coordinates. */
+static int go_along(mbsr_completion *w, double s, const double *udot)
 {
     const mbsr_model *m = w->m;
     double *q = w->ahead, *u = w->ahead + w->rates, *qdot = w->ahead_rate;
@@ -147,38 +147,78 @@ static int look_along(mbsr_completion *w, double s, const double *udot)
         if (!status) status = rates_at(w, q, u, qdot);
     }
     for (int k = 0; k < m->nq; ++k) w->q[k] = w->y[k] + s * qdot[k];
+    return status;
+}
+
+/* Whether the equations of each joint are all of momenta or all of forces. */
+static bool separates(const mbsr_completion *w)
+{
+    const mbsr_model *m = w->m;
+    for (int i = 1; i <= m->bodies; ++i) {
+        const mbsri_body *b = m->body + i;
+        if (b->n > 0 && w->d->rank[i] % b->n != 0) return false;
+        if (b->head != i && !mbsri_apart(m, w->d, b->head)) return false;
+    }
+    return true;
+}
+
+/* The equations of momenta say nothing of forces. */
+static void leave_out_momenta(mbsr_completion *w)
+{
+    for (int i = 1; i <= w->m->bodies; ++i) {
+        const mbsri_body *b = w->m->body + i;
+        if (w->d->rank[i] > 0) mbsri_zero((size_t)b->n, w->F + w->rates + b->u);
+    }
+}
+
+/* F_u at the time t + s on the path, with velocities u + s u' and loop forces lambda + s lambda'. The momenta there are
+ * those of the velocities, unless no equation of forces knows of them. */
+static int look_along(mbsr_completion *w, double s, const double *udot, bool apart)
+{
+    const mbsr_model *m = w->m;
+    int status = go_along(w, s, udot);
     for (int k = 0; k < m->nu; ++k) w->u[k] = w->y[w->rates + k] + s * udot[k];
-    if (!status) status = mbsri_pack(&mbsri_form_momentum, m, w->d, w->t + s, w->q, w->u, w->ahead);
+    if (!status && !apart)
+        status = mbsri_pack(&mbsri_form_momentum, m, w->d, w->t + s, w->q, w->u, w->ahead);
     if (status) {
         w->error = w->d->error;
         return status;
     }
+    if (apart) {
+        mbsri_copy((size_t)m->nq, w->q, w->ahead);
+        mbsri_copy((size_t)m->nu, w->y + m->nq, w->ahead + m->nq);
+        mbsri_copy((size_t)m->nu, w->u, w->ahead + w->rates);
+    }
     mbsri_copy((size_t)(w->size - w->loops), w->y + w->loops, w->ahead + w->loops);
     mbsri_copy((size_t)w->size, w->yp, w->ahead_rate);
     for (int k = 0; k < m->rows; ++k) w->ahead_rate[w->loops + k] += s * w->force_rate[k];
-    return mbsri_completion_residual(w, w->t + s, w->ahead, w->ahead_rate);
+    status = mbsri_completion_residual(w, w->t + s, w->ahead, w->ahead_rate);
+    if (!status && apart) leave_out_momenta(w);
+    return status;
 }
 
-/* Weights of F at -2h .. 2h for the second derivative, times 12 h^2. */
-static const double second_weight[5] = {-1.0, 16.0, -30.0, 16.0, -1.0};
+/* Weights of F at -2h .. 2h for the first derivative, times 12 h, and for the second, times 12 h^2. */
+static const double first_weight[5] = {1.0, -8.0, 0.0, 8.0, -1.0},
+                    second_weight[5] = {-1.0, 16.0, -30.0, 16.0, -1.0};
 
 /* r = (0, 0, dF_u/dt or d^2F_u/dt^2) along the motion. */
 static int differentiate(mbsr_completion *w, const double *udot, bool twice)
 {
-    const double h = share_of_time * mbsri_completion_time(w);
+    const double h = share_of_time * mbsri_completion_time(w),
+                 over = 1.0 / (12.0 * h * (twice ? h : 1.0)),
+                 *weight = twice ? second_weight : first_weight;
+    const bool apart = separates(w);
     mbsri_zero((size_t)w->size, w->r);
-    for (int l = 0; l < 5; ++l) {
-        const double weight = twice    ? second_weight[l] / (12.0 * h * h)
-                              : l == 2 ? 0.0
-                                       : (l == 0   ? 1.0
-                                          : l == 1 ? -8.0
-                                          : l == 3 ? 8.0
-                                                   : -1.0) /
-                                             (12.0 * h);
-        if (weight == 0.0) continue;
-        const int status = look_along(w, (l - 2) * h, udot);
+    for (int step = 0; step < 5; ++step) {
+        const int l = (step + 2) % 5; /* F is that at the state at first */
+        if (weight[l] == 0.0) continue;
+        int status = MBSR_OK;
+        if (l == 2 && apart)
+            leave_out_momenta(w);
+        else
+            status = look_along(w, (l - 2) * h, udot, apart);
         if (status) return status;
-        for (int k = w->rates; k < w->loops; ++k) w->r[k] += weight * w->F[k];
+        for (int k = w->rates; k < w->loops; ++k) w->r[k] += over * weight[l] * w->F[k];
     }
     return MBSR_OK;
 }
@@ -201,13 +241,13 @@ int mbsri_completion_drift(mbsr_completion *w, double *change)
     mbsri_zero((size_t)w->m->nu, w->rate + w->rates);
     const int status = balance(w, false, w->y + w->rates, change);
     for (int k = 0; k < w->m->rows && !status; ++k) w->force_rate[k] -= w->other[w->loops + k];
-    return status ? status : mbsri_completion_residual(w, w->t, w->y, w->yp);
+    return status;
 }
 
 int mbsri_completion_bend(mbsr_completion *w)
 {
     enum { MOST = 6 };
-    static const double enough = 1e-13;
+    static const double enough = 1e-9; /* a correction of that size leaves far less */
     double *udot = w->rate + w->rates, last = INFINITY;
     for (int step = 0; step < MOST; ++step) {
         double change = 0.0;

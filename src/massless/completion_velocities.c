@@ -144,9 +144,10 @@ int mbsri_completion_velocities(mbsr_completion *w)
     for (int pass = 0; pass < PASSES && w->elastic && !status; ++pass) {
         double change = 0.0;
         status = mbsri_completion_drift(w, &change);
+        if (change <= enough * mbsri_completion_speed(w, w->y + w->rates)) break;
+        if (!status) status = mbsri_completion_residual(w, w->t, w->y, w->yp);
         if (!status) status = settle(w);
-        if (!(change < 0.5 * last) || change <= enough * mbsri_completion_speed(w, w->y + w->rates))
-            break;
+        if (!(change < 0.5 * last)) break;
         last = change;
     }
     return status;

@@ -7,7 +7,7 @@
  *
  *   u = S(u_0 + X pi),    X = K^-1 R E^T,    (E S' X) pi = e - E S(u_0)
  *
- * with the inertia K of the mechanism with its loops (loops/system.h). Where all motions have mass R and S' are
+ * with the inertia K of the mechanism with its loops (fronts/fronts.h). Where all motions have mass R and S' are
  * the identity. Bodies without mass take up no impulse: dampers and springs pass it on to bodies that do. What
  * arrives there is what a force c e_k for a time 1 / c leaves of momentum as c grows; with the matrix A of
  * Newton systems of the momentum form (c stands for d/dt), F_u the balance of forces and p the momenta,
@@ -27,8 +27,8 @@
 #include "base/memory.h"
 #include "dynamics/entry.h"
 #include "loops/ranks.h"
-#include "loops/rounding.h"
-#include "loops/system.h"
+#include "recursion/rounding.h"
+#include "fronts/fronts.h"
 #include "model/query.h"
 #include "recursion/backward.h"
 #include "recursion/closures.h"
@@ -50,7 +50,7 @@ typedef struct push {
     const mbsr_model *m;
     mbsr_data *d;
     const mbsri_kept_rates *k;
-    mbsri_system system;
+    mbsri_fronts system;
     bool massless;   /* some motions move no mass */
     double *X;       /* nu x count: impulses, momenta, velocities */
     double *B;       /* count x count: E S' X */
@@ -88,12 +88,12 @@ static int open_push(push *p)
         next += length[l];
     }
     p->pivots = (int *)(void *)next;
-    return mbsri_system_open(&p->system, m, p->d, function);
+    return mbsri_fronts_open(&p->system, m, p->d, function);
 }
 
 static void close_push(push *p)
 {
-    mbsri_system_close(&p->system);
+    mbsri_fronts_close(&p->system);
     mbsri_release(&p->m->allocator, p->memory);
 }
 
@@ -115,7 +115,7 @@ static int factor(push *p)
     }
     int status = mbsri_positions(m, p->d, p->k->t, p->k->y);
     if (!status) status = mbsri_closure_jacobians(m, p->d);
-    if (!status) status = mbsri_system_factor(&p->system, NULL, function);
+    if (!status) status = mbsri_fronts_factor(&p->system, NULL, function);
     p->massless = !status && p->system.free >= 0;
     return status;
 }
@@ -124,7 +124,7 @@ static int factor(push *p)
 static void divide(push *p, double *x)
 {
     mbsri_zero((size_t)p->m->rows, p->rows);
-    mbsri_system_solve(&p->system, x, p->rows, p->g, p->rows);
+    mbsri_fronts_solve(&p->system, x, p->rows, p->g, p->rows);
     mbsri_copy((size_t)p->m->nu, p->g, x);
 }
 

@@ -301,7 +301,8 @@ static int close_without(work *w, const mbsr_consistent_opt *opt, mbsr_consisten
     return status;
 }
 
-/* The rows that are redundant in the closed position, unless more are independent in one nearby. */
+/* The rows that are redundant in the closed position; not good where more are independent in one nearby in which those
+ * that are independent here stay closed: the position is singular (loops/ranks.h). */
 static int choose_nearby(work *w, const mbsr_consistent_opt *opt, mbsr_consistent_info *info)
 {
     static const double step = 1e-3; /* rad or m */
@@ -318,11 +319,9 @@ static int choose_nearby(work *w, const mbsr_consistent_opt *opt, mbsr_consisten
     w->q = there;
     if (!status) status = close_positions(w, opt, info);
     if (!status) status = widest_gap(w, there, &open);
-    if (!status && w->good && closed(w, open))
-        status = choose_rows(w, there, open, w->there, &nearby);
+    if (!status && w->good) status = choose_rows(w, there, open, w->there, &nearby);
     w->q = q;
-    for (int k = 0; k < m->rows && nearby > here; ++k) w->d->dropped[k] = w->there[k];
-    w->good = true; /* without a closed position nearby the one here counts */
+    w->good = nearby <= here; /* also without such a position */
     return status ? status : evaluate(w, w->t, w->q);
 }
 

@@ -7,9 +7,11 @@
 #include "base/error.h"
 #include "loops/motion.h"
 #include "loops/ranks.h"
-#include "loops/rounding.h"
+#include "recursion/rounding.h"
 #include "massless/element_power.h"
 #include "massless/element_rows.h"
+#include "massless/null_lift.h"
+#include "massless/scales.h"
 #include "recursion/closures.h"
 #include "recursion/kinematics.h"
 
@@ -50,8 +52,23 @@ static double lever_of(const mbsri_null_space *w)
     return fmax(w->size, mbsri_longest_lever(w->m, w->d));
 }
 
-/* C x of row k of a closure; *size: what may be rounding in it, over ROUNDING: turns count with the longest
- * lever of the mechanism. */
+/* What may be rounding, over ROUNDING, in the force of a row on a rigid body, `force` (d numbers, rows apart), along V:
+ * components of a force that are zero are traces of its largest one, and turns count with the longest lever. */
+static double rounded_along(const mbsri_body *b, size_t rows, const double *force, const double *V,
+                            double lever)
+{
+    int turns, rotation, moves, translation;
+    double most = 0.0, moment = 0.0;
+    (void)mbsri_element_places(b, &turns, &rotation, &moves, &translation);
+    for (int j = 0; j < moves; ++j)
+        most = fmax(most, fabs(force[(size_t)(translation + j) * rows]));
+    for (int j = 0; j < turns; ++j)
+        moment = fmax(moment, fabs(force[(size_t)(rotation + j) * rows]));
+    return mbsri_largest(moves, V + translation) * most +
+           mbsri_largest(turns, V + rotation) * (moment + lever * most);
+}
+
+/* C x of row k of a closure; *size: what may be rounding in it, over ROUNDING. */
 static double seen_by_row(const mbsri_null_space *w, const mbsri_closure *c, int k, double lever,
                           const double *twist, const double *a, double *size)
 {
@@ -66,11 +83,11 @@ static double seen_by_row(const mbsri_null_space *w, const mbsri_closure *c, int
         const double *block = C + (size_t)c->column[l] * rows, *V = twist + b->v;
         int turns, rotation, moves, translation;
         const bool rigid = mbsri_element_places(b, &turns, &rotation, &moves, &translation);
-        const double turn = rigid ? mbsri_largest(turns, V + rotation) : 0.0;
+        if (rigid) *size += rounded_along(b, rows, block, V, lever);
         for (int j = 0; j < b->d; ++j) {
-            const bool linear = rigid && j >= translation && j < translation + moves;
-            sum += block[(size_t)j * rows] * V[j];
-            *size += fabs(block[(size_t)j * rows]) * (fabs(V[j]) + (linear ? lever * turn : 0.0));
+            const double part = block[(size_t)j * rows] * V[j];
+            sum += part;
+            *size += rigid ? 0.0 : fabs(part);
         }
         for (int j = 0; j < b->n && joints; ++j) {
             const double part = block[(size_t)(b->d + j) * rows] * a[b->u + j];
@@ -81,51 +98,101 @@ static double seen_by_row(const mbsri_null_space *w, const mbsri_closure *c, int
     return sum;
 }
 
-static const double *twist_of(const mbsri_null_space *w, int l)
+/* What row k of a closure reads of the errors of direction l. */
+static double doubt_of_row(const mbsri_null_space *w, const mbsri_closure *c, int k, int l)
 {
-    return w->twist + (size_t)l * w->m->size_v;
+    const size_t rows = (size_t)c->rows;
+    const double *C = w->d->closure_C + c->at + k,
+                 *twist = w->twist_error + (size_t)l * w->m->size_v,
+                 *a = w->rate_error + (size_t)l * (size_t)w->m->nu;
+    const bool joints = (c->def.table->flags & MBSR_CLOSURE_JOINTS) != 0;
+    double sum = 0.0;
+    for (int n = 0; n < c->bodies; ++n) {
+        if (c->column[n] < 0) continue;
+        const mbsri_body *b = w->m->body + c->body[n];
+        const double *block = C + (size_t)c->column[n] * rows;
+        for (int j = 0; j < b->d; ++j)
+            sum += fabs(block[(size_t)j * rows]) * twist[b->v + (size_t)j];
+        for (int j = 0; j < b->n && joints; ++j)
+            sum += fabs(block[(size_t)(b->d + j) * rows]) * a[b->u + j];
+    }
+    return sum;
 }
 
-static const double *rates_of(const mbsri_null_space *w, int l)
+/* What row k of a closure sees of direction l, 0 where that may be error, and its error. */
+static double seen_of(const mbsri_null_space *w, const mbsri_closure *c, int k, double lever, int l,
+                      double *error)
 {
-    return w->direction + (size_t)l * (size_t)w->m->nu;
+    const double *twist = w->twist + (size_t)l * w->m->size_v,
+                 *a = w->direction + (size_t)l * (size_t)w->m->nu;
+    double size;
+    const double value = seen_by_row(w, c, k, lever, twist, a, &size);
+    *error = ROUNDING * size + doubt_of_row(w, c, k, l);
+    return fabs(value) > MBSRI_NULL_CLEAR * *error ? value : 0.0;
 }
 
-/* ---- which directions rigid rows hold ---- */
-
-/* C N of rigid rows (rows x k) and its errors, into the reduction. */
-static void fill(mbsri_null_space *w, double lever)
+void mbsri_null_loop_sizes(const mbsri_null_space *w, double *sizes)
 {
     const mbsri_closure *first = mbsri_all_closures(w->m);
-    const int rows = w->m->rows;
-    for (int l = 0; l < w->k; ++l) {
-        for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
-            for (int k = 0; k < c->rows; ++k) {
+    const double lever = w->lambda ? lever_of(w) : 0.0;
+    for (const mbsri_closure *c = first; c < first + w->m->closures.count && w->lambda; ++c) {
+        for (int k = 0; k < c->rows; ++k) {
+            const double force = fabs(w->lambda[c->row + k]);
+            for (int l = 0; l < w->k && force > 0.0; ++l) {
+                const double *twist = w->twist + (size_t)l * w->m->size_v,
+                             *a = w->direction + (size_t)l * (size_t)w->m->nu;
                 double size;
-                const int at = l * rows + c->row + k;
-                const double value =
-                    seen_by_row(w, c, k, lever, twist_of(w, l), rates_of(w, l), &size);
-                const bool rigid = !mbsri_is_stiff(c, k) && fabs(value) > 10.0 * ROUNDING * size;
-                w->seen.A[at] = rigid ? value : 0.0;
-                w->seen.error[at] = mbsri_is_stiff(c, k) ? 0.0 : ROUNDING * size;
+                (void)seen_by_row(w, c, k, lever, twist, a, &size);
+                sizes[l] += force * size;
             }
         }
     }
 }
 
-/* A (n x k) becomes A T, T k x count, without what may be rounding; `old`: n k of scratch. */
-static void combine(size_t n, int k, int count, const double *T, double *A, double *old)
+/* ---- which directions rigid rows hold ---- */
+
+/* C N of rigid rows (rows x k) and its errors, into the reduction, N of size 1: sizes (k). */
+static void fill(mbsri_null_space *w, double lever, double *sizes)
 {
+    const mbsri_closure *first = mbsri_all_closures(w->m);
+    const int rows = w->m->rows;
+    for (int l = 0; l < w->k; ++l) {
+        sizes[l] = mbsri_direction_size(w, l);
+        for (const mbsri_closure *c = first; c < first + w->m->closures.count; ++c) {
+            for (int k = 0; k < c->rows; ++k) {
+                const int at = l * rows + c->row + k;
+                double value = 0.0, error = 0.0;
+                if (!mbsri_is_stiff(c, k)) value = seen_of(w, c, k, lever, l, &error);
+                w->seen.A[at] = value / sizes[l];
+                w->seen.error[at] = error / sizes[l];
+            }
+        }
+    }
+}
+
+/* A (n x k) becomes A T, T k x count with the errors dT, without what may be rounding; error (n x k, or NULL): of A,
+ * becomes that of A T; `old`: 2 n k of scratch. */
+static void combine(size_t n, int k, int count, const double *T, const double *dT, double *A,
+                    double *error, double *old)
+{
+    double *old_error = old + n * (size_t)k;
     mbsri_copy(n * (size_t)k, A, old);
+    if (error) mbsri_copy(n * (size_t)k, error, old_error);
     for (int l = 0; l < count; ++l) {
         for (size_t r = 0; r < n; ++r) {
-            double sum = 0.0, size = 0.0;
+            const size_t to = (size_t)l * n + r;
+            double sum = 0.0, size = 0.0, doubt = 0.0;
             for (int c = 0; c < k; ++c) {
-                const double part = T[l * k + c] * old[(size_t)c * n + r];
+                const size_t from = (size_t)c * n + r;
+                const double weight = T[l * k + c], part = weight * old[from];
                 sum += part;
                 size += fabs(part);
+                if (error)
+                    doubt += fabs(weight) * old_error[from] + dT[l * k + c] * fabs(old[from]);
             }
-            A[(size_t)l * n + r] = fabs(sum) > 1e-13 * size ? sum : 0.0;
+            const bool clear = fabs(sum) > 1e-13 * size && fabs(sum) > MBSRI_NULL_CLEAR * doubt;
+            A[to] = clear ? sum : 0.0;
+            if (error) error[to] = doubt;
         }
     }
 }
@@ -168,23 +235,26 @@ int mbsri_null_leave_held(mbsri_null_space *w)
     const size_t longest = nu > m->size_v   ? nu > nq ? nu : nq
                            : m->size_v > nq ? m->size_v
                                             : nq,
-                 wide = (longest > 2 * k ? longest : 2 * k) * k,
+                 wide = 2 * (longest > k ? longest : k) * k,
                  reduced = mbsri_reduction_size(m->rows, w->k) / sizeof(double) + 1;
     int status = mbsri_closure_jacobians(m, w->d);
     if (status || k == 0 || rows == 0) return status;
     w->seen_room.count = 0;
     if (!mbsri_reserve(&m->allocator, &w->seen_room, reduced + 2 * k * k + wide, sizeof(double)))
         return no_memory(w);
-    double *T = (double *)w->seen_room.data + reduced, *dT = T + k * k, *old = dT + k * k;
+    double *T = (double *)w->seen_room.data + reduced, *dT = T + k * k, *old = dT + k * k,
+           *sizes = w->unmixed;
     mbsri_reduction_place(&w->seen, m->rows, w->k, w->seen_room.data);
-    fill(w, lever_of(w));
+    fill(w, lever_of(w), sizes);
     mbsri_reduce(&w->seen, m->rows, w->k, w->k, LEAST, NULL);
     const int count = w->k - w->seen.rank;
-    for (int l = 0; l < count; ++l)
-        mbsri_right_null(&w->seen, l, T + (size_t)l * k, dT + (size_t)l * k);
-    combine(nu, w->k, count, T, w->direction, old);
-    combine(m->size_v, w->k, count, T, w->twist, old);
-    combine(nq, w->k, count, T, w->q_rate, old);
+    for (size_t l = 0; l < (size_t)count; ++l) {
+        mbsri_right_null(&w->seen, (int)l, T + l * k, dT + l * k);
+        for (size_t a = 0; a < k; ++a) T[l * k + a] /= sizes[a], dT[l * k + a] /= sizes[a];
+    }
+    combine(nu, w->k, count, T, dT, w->direction, w->rate_error, old);
+    combine(m->size_v, w->k, count, T, dT, w->twist, w->twist_error, old);
+    combine(nq, w->k, count, T, dT, w->q_rate, NULL, old);
     restrict_slopes(w->k, count, T, dT, w->C, w->C_error, old, old + k * k);
     restrict_slopes(w->k, count, T, dT, w->S, w->S_error, old, old + k * k);
     for (int l = 0; l < count; ++l) w->first[l] = 1;
@@ -207,10 +277,9 @@ static int add_row(mbsri_null_space *w, int closure, int k, double lever, double
         return no_memory(w);
     mbsri_row_entry *entry = (mbsri_row_entry *)w->entries.data + entries;
     for (int l = 0; l < w->k; ++l) {
-        double size;
-        const double value = seen_by_row(w, c, k, lever, twist_of(w, l), rates_of(w, l), &size);
-        entry[l] = (mbsri_row_entry){l, fabs(value) > 10.0 * ROUNDING * size ? value : 0.0,
-                                     ROUNDING * size};
+        double doubt;
+        const double value = seen_of(w, c, k, lever, l, &doubt);
+        entry[l] = (mbsri_row_entry){l, value, doubt};
     }
     for (int b = 0; b < w->k; ++b) {
         for (int a = 0; a < w->k; ++a) {

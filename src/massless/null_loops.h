@@ -21,6 +21,9 @@ int mbsri_null_loop_forces(mbsri_null_space *w, double t, const double *q, const
  * errors; gamma follows no longer. The data is at mbsri_velocities of the state. */
 int mbsri_null_leave_held(mbsri_null_space *w);
 
+/* Adds to sizes (k) what loop forces, each for itself, have along the directions; after the derivatives of closures. */
+void mbsri_null_loop_sizes(const mbsri_null_space *w, double *sizes);
+
 /* Adds to C and S what stiff rows contribute, and a row each to w->rows (element_rows.h), whose element
  * is -1 - closure. */
 int mbsri_null_stiff_rows(mbsri_null_space *w);

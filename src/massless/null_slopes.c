@@ -41,15 +41,12 @@ typedef struct range {
     int low, high;
 } range;
 
-/* sizes (k) = max(sizes, the sum of the sizes of the forces that balance in each direction). */
-static void force_sizes(mbsri_null_space *w, double *sizes)
+/* sizes (k) += the sizes of the forces that balance in each direction, those of loops one by one. */
+static void add_sizes(mbsri_null_space *w, double *sizes)
 {
     mbsri_gross_forces(w->m, w->d);
-    for (int l = 0; l < w->k; ++l) {
-        const double *vector = w->vector + (size_t)l * (size_t)w->m->max_n;
-        const mbsri_group g = mbsri_group_of(w->m, w->d, w->head[l]);
-        sizes[l] = fmax(sizes[l], mbsri_gross_load(w->m, w->d, &g, vector));
-    }
+    for (int l = 0; l < w->k; ++l) sizes[l] += mbsri_null_load(w, l);
+    mbsri_null_loop_sizes(w, sizes);
 }
 
 /* slopes[row] = (gamma at q + h rate, u + h a, less gamma at - h) / 2 h, and the sizes of forces
@@ -66,7 +63,7 @@ static int difference(mbsri_null_space *w, double t, const double *q, const doub
         for (int k = 0; k < w->m->nu; ++k) w->u[k] = u[k] + (a ? step * a[k] : 0.0);
         const int status = mbsri_null_gamma(w, t, w->q, w->u, side ? w->ahead : w->behind);
         if (status) return status;
-        force_sizes(w, sizes);
+        add_sizes(w, sizes);
     }
     for (int l = 0; l < w->k; ++l) slopes[l] = (w->ahead[l] - w->behind[l]) / (2.0 * h);
     return MBSR_OK;

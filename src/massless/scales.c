@@ -3,6 +3,7 @@
 #include "massless/scales.h"
 
 #include "algebra/numbers.h"
+#include "assembly/measure.h"
 #include "flexible/data.h"
 
 #include <math.h>
@@ -53,21 +54,6 @@ static double body_acceleration(const mbsr_model *m, const mbsr_data *d, int i)
     for (int k = V; k < V + count && k < b->d; ++k) {
         const double mass = d->M[b->dd + (size_t)(k * b->d + k)];
         if (mass > 0.0) largest = fmax(largest, fabs(d->f[b->v + (size_t)k]) / mass);
-    }
-    return largest;
-}
-
-/* The largest coordinate of the points that a stock element acts at, by the names of its parameters. */
-static double force_length(const mbsr_force_def *def)
-{
-    static const char *const lengths[] = {" (point", " (centre", " (frame A, x", " (frame B, x"};
-    double largest = 0.0;
-    for (int k = 0; k < MBSR_FORCE_PARAMS && def->table->parameter; ++k) {
-        const char *name = def->table->parameter(k);
-        for (size_t l = 0; l < sizeof lengths / sizeof *lengths; ++l) {
-            if (strncmp(name, lengths[l], strlen(lengths[l])) == 0)
-                largest = fmax(largest, fabs(def->param[k]));
-        }
     }
     return largest;
 }
@@ -132,7 +118,8 @@ void mbsri_null_scales(mbsri_null_space *w, const double *q, const double *u)
         acceleration = fmax(acceleration, body_acceleration(m, w->d, i));
     }
     const mbsri_force *force = m->forces.data;
-    for (size_t k = 0; k < m->forces.count; ++k) length = fmax(length, force_length(&force[k].def));
+    for (size_t k = 0; k < m->forces.count; ++k)
+        length = fmax(length, mbsri_force_length(&force[k].def));
     w->size = length > 1e-12 ? length : 1.0; /* less is what rounding leaves of zero */
     w->rate_of_tree = fmax(spin, fmax(speed / w->size, sqrt(acceleration / w->size)));
     if (!isfinite(w->rate_of_tree)) w->rate_of_tree = 0.0;
@@ -160,6 +147,15 @@ void mbsri_null_rate_scales(mbsri_null_space *w, double natural)
         fill(b->n, ku, turning, moving, w->u_scale + b->u);
         for (int c = b->u; c < b->u + b->n && b->modal; ++c) w->u_scale[c] = turning * w->span[c];
     }
+}
+
+double mbsri_direction_size(const mbsri_null_space *w, int l)
+{
+    const size_t nu = (size_t)w->m->nu;
+    const double *u = w->direction + (size_t)l * nu;
+    double largest = 0.0;
+    for (size_t k = 0; k < nu; ++k) largest = fmax(largest, fabs(u[k]) / w->span[k]);
+    return largest;
 }
 
 /* What velocity coordinate c of body b is compared with: the typical length, or 1. */

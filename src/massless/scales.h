@@ -19,6 +19,9 @@ void mbsri_null_scales(mbsri_null_space *w, const double *q, const double *u);
  * not known), as at rest, the natural one takes its place. */
 void mbsri_null_rate_scales(mbsri_null_space *w, double natural);
 
+/* The largest rate of direction l, by typical sizes. */
+double mbsri_direction_size(const mbsri_null_space *w, int l);
+
 /* Size of the twist of body i among all (size_v), velocities over the typical length. */
 double mbsri_twist_size(const mbsri_null_space *w, int i, const double *twist);
 

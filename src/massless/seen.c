@@ -6,6 +6,7 @@
 #include "algebra/numbers.h"
 #include "base/error.h"
 #include "massless/element_rows.h"
+#include "massless/scales.h"
 
 #include <float.h>
 #include <math.h>
@@ -38,12 +39,7 @@ static int make_room(mbsri_null_space *w, int count, const int *direction, bool 
  * subtracted from others, in which it would hide all else. */
 static void find_sizes(const mbsri_null_space *w, int count, const int *direction, double *sizes)
 {
-    const size_t nu = (size_t)w->m->nu;
-    for (int n = 0; n < count; ++n) {
-        const double *a = w->direction + (size_t)direction[n] * nu;
-        sizes[n] = 0.0;
-        for (size_t k = 0; k < nu; ++k) sizes[n] = fmax(sizes[n], fabs(a[k]) / w->span[k]);
-    }
+    for (int n = 0; n < count; ++n) sizes[n] = mbsri_direction_size(w, direction[n]);
 }
 
 int mbsri_seen_by_dampers(mbsri_null_space *w, int count, const int *direction)

@@ -207,8 +207,10 @@ struct mbsr_model {
     int anywhere; /* elements that act on no body in particular, which are the first */
     mbsri_coordinate_elements along; /* those on one coordinate, which are the last */
     int rows, held;                  /* of all closures */
-    int max_columns;                 /* of one */
-    size_t size_c;                   /* sum of their rows x columns */
+    struct mbsri_plan
+        *plan; /* in which order loops are eliminated (fronts/plan.h); NULL without closures */
+    int max_columns;   /* of one */
+    size_t size_c;     /* sum of their rows x columns */
     bool differences;  /* the rates of some joint or inertia are differences of the whole tree */
     size_t size_moved; /* most numbers that those of one body take (recursion/rates.h) */
     int lapack_work;   /* doubles of workspace for dsyev at max_n */

@@ -57,26 +57,58 @@ static bool add_joints(const program_model *m, bool rate, columns *c)
     return true;
 }
 
-static bool add_position(int body, const double point[3], const char *name, columns *c)
+static bool add_position(int body, const char *name, columns *c)
 {
     for (int l = 0; l < 3; ++l) {
         column new = {.kind = COLUMN_POSITION, .unit = "m", .at = body, .part = l};
-        for (int k = 0; point && k < 3; ++k) new.point[k] = point[k];
         snprintf(new.name, sizeof new.name, "%.150s.%c", name, "xyz"[l]);
         if (!add(c, new)) return false;
     }
     return true;
 }
 
+static const char *sensor_unit(const mbsr_file *f, const mbsr_file_sensor *sensor)
+{
+    static const char *const units[] = {[MBSR_SENSOR_BALL] = "1",
+                                        [MBSR_SENSOR_BALL_RATE] = "rad/s",
+                                        [MBSR_SENSOR_POINT] = "m",
+                                        [MBSR_SENSOR_AXIS_X] = "1",
+                                        [MBSR_SENSOR_AXIS_Y] = "1",
+                                        [MBSR_SENSOR_AXIS_Z] = "1",
+                                        [MBSR_SENSOR_TURN] = "1",
+                                        [MBSR_SENSOR_VELOCITY] = "m/s",
+                                        [MBSR_SENSOR_SPIN] = "rad/s",
+                                        [MBSR_SENSOR_ACCELERATION] = "m/s^2",
+                                        [MBSR_SENSOR_SPIN_RATE] = "rad/s^2",
+                                        [MBSR_SENSOR_FORCE] = "N",
+                                        [MBSR_SENSOR_TORQUE] = "N m",
+                                        [MBSR_SENSOR_CENTRE] = "m",
+                                        [MBSR_SENSOR_CENTRE_VELOCITY] = "m/s",
+                                        [MBSR_SENSOR_MOMENTUM] = "kg m^2/s",
+                                        [MBSR_SENSOR_TIME] = "s",
+                                        [MBSR_SENSOR_POTENTIAL] = "J",
+                                        [MBSR_SENSOR_KINETIC] = "J"};
+    const bool rate = sensor->kind == MBSR_SENSOR_RATE;
+    if (sensor->kind == MBSR_SENSOR_POSITION || rate) {
+        if (sensor->joint >= 0) return joint_unit(f->joint[sensor->joint].kind, 0, rate);
+        return sensor->sites > 0 ? (rate ? "m/s" : "m") : "1";
+    }
+    return units[sensor->kind] ? units[sensor->kind] : "1";
+}
+
 /* By the name of the sensor. */
 static bool add_sensor(const program_model *m, int k, columns *c)
 {
+    static const char *const parts = "wxyz";
     const mbsr_file_sensor *sensor = m->file->sensor + k;
-    const int before = c->count;
-    if (sensor->kind == MBSR_SENSOR_POINT)
-        return add_position(sensor->body, sensor->point, sensor->name, c);
-    if (!add_joint(m, sensor->joint, sensor->kind == MBSR_SENSOR_RATE, c)) return false;
-    snprintf(c->list[before].name, sizeof c->list[before].name, "%.150s", sensor->name);
+    c->file = m->file;
+    for (int l = 0; l < sensor->size; ++l) {
+        column new = {
+            .kind = COLUMN_SENSOR, .unit = sensor_unit(m->file, sensor), .at = k, .part = l};
+        const char part[3] = {'.', parts[sensor->size == 4 ? l : l + 1], '\0'};
+        snprintf(new.name, sizeof new.name, "%.150s%s", sensor->name, sensor->size > 1 ? part : "");
+        if (!add(c, new)) return false;
+    }
     return true;
 }
 
@@ -110,7 +142,7 @@ static int add_name(const program_model *m, const char *given, columns *c)
     } else if (ends_with(name, ".pos")) {
         const int body = mbsr_model_find_body(m->model, name);
         if (body < 0) return complain(USAGE, "--output: there is no body '%s'", name);
-        good = add_position(body, NULL, given, c);
+        good = add_position(body, given, c);
     } else {
         return complain(USAGE, "--output: there is no joint '%s'", name);
     }
@@ -148,33 +180,36 @@ void columns_head(const columns *c, FILE *to)
     fputc('\n', to);
 }
 
-/* One coordinate of a point of a body. */
-static double place_of(const double pose[MBSR_POSE_SIZE], const column *of)
+static int value_of(const columns *c, const column *of, const mbsr_model *model, mbsr_data *data,
+                    double t, const double *q, const double *u, double *value)
 {
-    double x = pose[MBSR_POSE_X + of->part];
-    for (int k = 0; k < 3; ++k) x += pose[MBSR_POSE_R + 3 * k + of->part] * of->point[k];
-    return x;
-}
-
-int columns_values(const columns *c, const mbsr_model *model, mbsr_data *data, const double *q,
-                   const double *u, double *value)
-{
-    double kinetic = 0.0, potential = 0.0, pose[MBSR_POSE_SIZE];
+    double pose[MBSR_POSE_SIZE], sensed[4], kinetic, potential;
     int status = MBSR_OK;
-    for (int k = 0; k < c->count && !status; ++k) {
-        if (c->list[k].kind < COLUMN_KINETIC) continue;
+    switch (of->kind) {
+    case COLUMN_Q: *value = q[of->at]; break;
+    case COLUMN_U: *value = u[of->at]; break;
+    case COLUMN_POSITION:
+        status = mbsr_body_pose(model, data, of->at, pose);
+        if (!status) *value = pose[MBSR_POSE_X + of->part];
+        break;
+    case COLUMN_SENSOR:
+        status = mbsr_file_sense(c->file, of->at, model, data, t, q, u, sensed);
+        if (!status) *value = sensed[of->part];
+        break;
+    case COLUMN_KINETIC:
+    case COLUMN_POTENTIAL:
         status = mbsr_energy(model, data, &kinetic, &potential);
+        if (!status) *value = of->kind == COLUMN_KINETIC ? kinetic : potential;
         break;
     }
-    for (int k = 0; k < c->count && !status; ++k) {
-        const column *one = c->list + k;
-        value[k] = one->kind == COLUMN_KINETIC ? kinetic : potential;
-        if (one->kind == COLUMN_Q) value[k] = q[one->at];
-        if (one->kind == COLUMN_U) value[k] = u[one->at];
-        if (one->kind == COLUMN_POSITION) {
-            status = one->at == MBSR_GROUND ? MBSR_OK : mbsr_body_pose(model, data, one->at, pose);
-            value[k] = one->at == MBSR_GROUND ? one->point[one->part] : place_of(pose, one);
-        }
-    }
+    return status;
+}
+
+int columns_values(const columns *c, const mbsr_model *model, mbsr_data *data, double t,
+                   const double *q, const double *u, double *value)
+{
+    int status = MBSR_OK;
+    for (int k = 0; k < c->count && !status; ++k)
+        status = value_of(c, c->list + k, model, data, t, q, u, value + k);
     return status ? complain(FAILED, "%s", mbsr_data_error(data)->text) : DONE;
 }

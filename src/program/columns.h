@@ -9,6 +9,7 @@ typedef enum column_kind {
     COLUMN_Q,
     COLUMN_U,
     COLUMN_POSITION,
+    COLUMN_SENSOR,
     COLUMN_KINETIC,
     COLUMN_POTENTIAL
 } column_kind;
@@ -17,11 +18,11 @@ typedef struct column {
     char name[200];
     const char *unit; /* such as "rad/s"; "1" */
     column_kind kind;
-    int at, part;    /* place in q or u; or body and axis */
-    double point[3]; /* in the body */
+    int at, part; /* place in q or u; or body and axis; or sensor and which of its numbers */
 } column;
 
 typedef struct columns {
+    const mbsr_file *file; /* of the sensors */
     column *list;
     int count;
 } columns;
@@ -30,9 +31,9 @@ typedef struct columns {
  * state (all joints, then all their rates); NULL: all joints. A code. */
 int columns_make(const program_model *m, const char *names, columns *c);
 
-/* Their numbers at this state, at which the data is at mbsr_velocities. A code. */
-int columns_values(const columns *c, const mbsr_model *model, mbsr_data *data, const double *q,
-                   const double *u, double *value);
+/* Their numbers at this state, at which the data is at mbsr_accelerations. A code. */
+int columns_values(const columns *c, const mbsr_model *model, mbsr_data *data, double t,
+                   const double *q, const double *u, double *value);
 
 /* The first line of CSV: t and the names. */
 void columns_head(const columns *c, FILE *to);

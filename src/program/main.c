@@ -12,7 +12,8 @@ typedef struct command {
 #define COMMON                                                                                     \
     "  --start NAME   start from this key of the file, not as drawn\n"                             \
     "  --floating     URDF: the root link is free\n"                                               \
-    "  --package NAME=DIR   URDF: where package://NAME/ and $(find NAME) are; may be repeated\n"   \
+    "  --package NAME=DIR   where package://NAME/, model://NAME/, $(find NAME) are; may be "       \
+    "repeated\n"                                                                                   \
     "  --arg NAME=VALUE     xacro: the value of $(arg NAME); may be repeated\n"                    \
     "  --folder DIR   where files that the model names may be, beside its own folder and\n"        \
     "                 ../meshes; may be repeated; --anywhere: in any folder\n"                     \
@@ -72,7 +73,8 @@ static const command commands[] = {
      "TO becomes MJCF, read again a model with the same accelerations; - is standard output. What\n"
      "MJCF cannot say, or MuJoCo does not take, goes to standard error.\n"
      "  --floating     URDF: the root link is free\n"
-     "  --package NAME=DIR   URDF: where package://NAME/ and $(find NAME) are; may be repeated\n"
+     "  --package NAME=DIR   where package://NAME/, model://NAME/, $(find NAME) are; may be "
+     "repeated\n"
      "  --arg NAME=VALUE     xacro: the value of $(arg NAME); may be repeated\n"
      "  --folder DIR, --anywhere   where files that the model names may be\n"
      "  --strict       refuse files with findings, of reading or writing\n",
@@ -82,9 +84,10 @@ enum { COMMANDS = sizeof commands / sizeof *commands };
 
 static void print_help(FILE *to)
 {
-    fputs("usage: mbsrank COMMAND FILE [options]\n"
-          "Models of URDF, xacro and MJCF: trees of bodies, of which some may have no mass.\n\n",
-          to);
+    fputs(
+        "usage: mbsrank COMMAND FILE [options]\n"
+        "Models of URDF, xacro, MJCF and SDF: trees of bodies, of which some may have no mass.\n\n",
+        to);
     for (int k = 0; k < COMMANDS; ++k)
         fprintf(to, "  %-7s %s\n", commands[k].name, commands[k].line);
     fputs("\nmbsrank COMMAND --help tells the options of each. The file - is standard input.\n"

@@ -254,13 +254,13 @@ static bool gains(const mbsri_body *head, mbsr_data *d, const mbsri_group *g, in
 }
 
 /* Scales rows and columns from `first` on, `count` of them, of E (n x n) so that their trace is no larger
- * than three times that of A: E is made of so many terms of its size where no inertia is small. */
-static void confine_part(int n, int first, int count, const double *A, double *E)
+ * than `terms` times that of A. */
+static void confine_part(int n, int first, int count, double terms, const double *A, double *E)
 {
     double size = 0.0, most = 0.0;
     for (int k = first; k < first + count; ++k) {
         size += E[k * (n + 1)];
-        most += 3.0 * A[k * (n + 1)];
+        most += terms * A[k * (n + 1)];
     }
     if (!(size > most)) return;
     const double factor = sqrt(most / size);
@@ -273,14 +273,16 @@ static void confine_part(int n, int first, int count, const double *A, double *E
 }
 
 /* Rotations and translations, which have different units, apart. What was added up at the body itself, least
- * (d x d), remains: only one direction of a part may have become too large. */
+ * (d x d), remains: only one direction of a part may have become too large. E is made of three terms of its size where
+ * no inertia is small, and of more by the root of the smallest one of the joint, `inertia`, beside 1 [choice]. */
 static void confine(const mbsri_body *b, const double *A, double share, const double *least,
-                    double *E)
+                    double inertia, double *E)
 {
+    const double terms = 3.0 / sqrt(fmin(inertia, 1.0));
     const bool plane = b->joint.space == MBSR_SPACE_PLANAR;
     if (!plane && !mbsri_turns(b->joint.space)) return;
-    confine_part(b->d, 0, plane ? 2 : 3, A, E);
-    confine_part(b->d, plane ? 2 : 3, plane ? 1 : 3, A, E);
+    confine_part(b->d, 0, plane ? 2 : 3, terms, A, E);
+    confine_part(b->d, plane ? 2 : 3, plane ? 1 : 3, terms, A, E);
     for (int k = 0; k < b->d * b->d; k += b->d + 1) E[k] = fmax(E[k], share * least[k]);
 }
 
@@ -294,6 +296,7 @@ static void pass_head(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, b
     const size_t dm = (size_t)m->max_d * (size_t)m->max_d;
     double *E = d->scratch, *Q = E + dm, *JQ = Q + dm, *product = JQ + dm;
     double *const errors[2] = {d->W, d->unsure};
+    const double inertia = rank > 0 ? d->judged[g->ig + rank - 1] : 1.0;
     if (b->d_pred == 0) return;
     load(d, b, r->T);
     for (int j = 0; j < dim; ++j) {
@@ -309,7 +312,7 @@ static void pass_head(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, b
     for (int l = 0; l < 2; ++l) {
         const double share = l == 0 ? 1.0 : MBSRI_EXACT_SHARE;
         mbsri_carry_errors(m, d, g, errors[l], share, dim, E, Q, JQ, product);
-        if (!given) confine(b, errors[l] + b->dd, share, d->Mbar + b->dd, E);
+        if (!given) confine(b, errors[l] + b->dd, share, d->Mbar + b->dd, inertia, E);
         mbsri_congruence(dim, b->d_pred, d->H + b->dp, E, errors[l] + b->pred_dd, product);
     }
 }

@@ -49,6 +49,28 @@ double mbsri_twist_rate(const mbsri_spans *s, const mbsri_body *b, const double 
     return rate;
 }
 
+double mbsri_largest_rate(const mbsr_model *m, const double *x)
+{
+    const mbsri_spans s = mbsri_spans_of(m, NULL);
+    double largest = 0.0;
+    for (int i = 1; i <= m->bodies; ++i) {
+        const mbsri_body *b = m->body + i;
+        for (int k = 0; k < b->n; ++k)
+            largest = fmax(largest, fabs(x[b->u + k]) / mbsri_coordinate_span(&s, m, b, true, k));
+    }
+    return largest;
+}
+
+double mbsri_lever_of(const mbsri_body *b, const double *H)
+{
+    double lever = 0.0;
+    for (int c = 0; c < b->d_pred; ++c, H += b->d) {
+        for (int r = 0; r < b->d && mbsri_is_angle(b->pred_space, c); ++r)
+            lever = fmax(lever, mbsri_is_angle(b->joint.space, r) ? 0.0 : fabs(H[r]));
+    }
+    return lever;
+}
+
 double mbsri_span_rate(const mbsri_spans *s)
 {
     return s->rate > 0.0 ? s->rate : 1.0;
@@ -71,4 +93,10 @@ double mbsri_rate_step(const mbsr_model *m, const double *x, const double *u)
         }
     }
     return isfinite(least) && least > 0.0 ? least : 1.0;
+}
+
+double mbsri_rate_of_model(const mbsr_model *m)
+{
+    const mbsri_spans spans = mbsri_spans_of(m, NULL);
+    return mbsri_span_rate(&spans);
 }

@@ -16,7 +16,7 @@
 #include "loops/mobility.h"
 #include "loops/motion.h"
 #include "loops/ranks.h"
-#include "loops/rounding.h"
+#include "recursion/rounding.h"
 #include "loops/settled.h"
 #include "model/query.h"
 #include "recursion/backward.h"

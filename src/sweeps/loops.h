@@ -1,7 +1,7 @@
 /* Loops in the vectorised sweeps: what is carried along the tree until they close.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * As loops/system.h has it, which decides wherever this does not serve: v are the forces of the rows of loops
+ * As fronts/fronts.h has it, which decides wherever this does not serve: v are the forces of the rows of loops
  * that are open, and the motions behind of joints without inertia. At every body
  *
  *   force = Mbar A + p - Q v            Q^T A + F v = s

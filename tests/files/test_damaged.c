@@ -24,15 +24,15 @@ static size_t read_corpus(const char *name, uint8_t *to)
 
 static void damaged_files_are_read_or_refused(void **state)
 {
-    static const char *const names[] = {"tests/fuzz/corpus/small.urdf",
-                                        "tests/fuzz/corpus/small.xml", "examples/models/arm.urdf",
-                                        "examples/models/quarter_car.xml"};
+    static const char *const names[] = {
+        "tests/fuzz/corpus/small.urdf", "tests/fuzz/corpus/small.xml", "examples/models/arm.urdf",
+        "examples/models/quarter_car.xml", "tests/fuzz/corpus/small.sdf"};
     (void)state;
     test_rng rng = test_seed(1);
     uint8_t *good = malloc(MOST), *bytes = malloc(MOST);
-    for (int file = 0; file < 4; ++file) {
+    for (int file = 0; file < 5; ++file) {
         const size_t whole = read_corpus(names[file], good);
-        for (int k = 0; k < 1500; ++k) {
+        for (int k = 0; k < 1200; ++k) {
             size_t size = whole;
             memcpy(bytes, good, whole);
             for (size_t l = test_below(&rng, 4) + 1; l > 0; --l)

@@ -156,6 +156,25 @@ static int no_state(void)
     return mbsr_file_mujoco_state(NULL, 0, &q, &u, &q, &u) == MBSR_OK;
 }
 
+static int no_sense(void)
+{
+    static const char text[] =
+        "<mujoco><worldbody><body><joint name='j'/><geom size='1'/></body></worldbody><sensor>"
+        "<jointpos joint='j'/><clock/></sensor></mujoco>";
+    const double q = NAN, u = 0.0;
+    double value[4];
+    mbsr_file *file = read_small(text, NULL);
+    mbsr_data *d;
+    assert_ok(mbsr_model_finish(file->model), mbsr_model_error(file->model));
+    assert_ok(mbsr_data_create(file->model, &d, NULL), NULL);
+    const int bad =
+        mbsr_file_sense(file, 0, file->model, d, 0.0, &q, &u, value) != MBSR_NOT_FINITE ||
+        mbsr_file_sense(file, 1, file->model, d, NAN, &u, &u, value) != MBSR_NOT_FINITE;
+    mbsr_data_destroy(d);
+    mbsr_file_destroy(file);
+    return bad;
+}
+
 static int no_write_defaults(void)
 {
     return mbsr_default_write_opt().cookie == 0;
@@ -200,6 +219,7 @@ static const struct {
     {"mbsr_file_find_key", no_key},
     {"mbsr_file_find_sensor", no_sensor},
     {"mbsr_file_mujoco_state", no_state},
+    {"mbsr_file_sense", no_sense},
     {"mbsr_default_write_opt", no_write_defaults},
     {"mbsr_file_write_mjcf", no_text},
     {"mbsr_written_destroy", no_written},

@@ -64,7 +64,7 @@ static void refused_replicas(void **state)
     assert_file_refused(
         MUJOCO("<worldbody><replicate count='9999'><replicate count='9999'><site/></replicate>"
                "</replicate></worldbody>"),
-        NULL, "too many replicas");
+        NULL, "too many copies");
     assert_file_refused(
         MUJOCO("<worldbody><replicate count='2'><body name='a'/></replicate><body name='a0'/>"
                "</worldbody>"),

@@ -168,7 +168,7 @@ static void refused_files(void **state)
     } cases[] = {
         {"", "not XML"},
         {"<robot name='r'><link name='a'></robot>", "small.xml:1|not XML|mismatched"},
-        {"<html/>", "neither"},
+        {"<html/>", "no <robot> of URDF"},
         {ROBOT(""), "robot 'r'|no links"},
         {ROBOT("<link/>"), "small.xml:2|link|no name"},
         {ROBOT("<link name='a'/>\n<link name='a'/>"), "small.xml:3|link 'a'|two links"},

@@ -170,7 +170,7 @@ static void the_tree_solver_takes_the_steps_of_a_dense_matrix(void **state)
             mbsr_ida *ida = start_with(&s, run_solvers[kind], kind == RUN_RENEWED,
                                        run_tolerance(cases[c].tolerance, k / RUN_KINDS));
             /* when careful steps begin is chance, and their matrices are not made alike */
-            mbsri_stiff_of(ida->nonlinear)->alarm = -INFINITY;
+            mbsri_stiff_of(ida->nonlinear)->control.care = MBSRI_CARE_NEVER;
             assert_ok(mbsr_ida_advance(ida, 10.0, NULL, NULL, NULL), mbsr_ida_error(ida));
             assert_int_equal(mbsr_ida_get_stats(ida, &stats), MBSR_OK);
             run_count(&counts, kind, &stats);

@@ -473,6 +473,35 @@ static void opens_and_closes_between(void **state)
     loops_free(&s);
 }
 
+/* Cranks in a row in one line, from where every loop may branch: run with all loops closed, or refused for that. */
+static void cranks_in_one_line(void **state)
+{
+    (void)state;
+    for (int count = 2; count <= 8; count += 2) {
+        loops s;
+        double gap[16];
+        loops_begin(&s, NULL);
+        int crank = loops_rod(&s, NULL, MBSR_GROUND, 0.0, 0.0, 1.0, 1.0);
+        s.u[0] = 1.0;
+        for (int k = 1; k <= count; ++k) {
+            const int rod = loops_rod(&s, NULL, crank, 1.0, 0.0, 1.0, 1.0);
+            crank = loops_rod(&s, NULL, MBSR_GROUND, k, 0.0, 1.0, 1.0);
+            loops_pin(&s, NULL, rod, 1.0, 0.0, crank, 1.0, 0.0);
+            s.u[rod] = -1.0, s.u[crank] = 1.0;
+        }
+        loops_finish(&s);
+        const loops_result r = loops_run(&s, 1e-6, 0.5);
+        if (r.status == MBSR_OK) {
+            assert_ok(mbsr_positions(s.m, s.d, 0.5, s.q), NULL);
+            assert_ok(mbsr_closures_gap(s.m, s.d, gap), NULL);
+            for (int k = 0; k < 2 * count; ++k) assert_close(gap[k], 0.0, 1e-5);
+        } else {
+            assert_int_equal(r.status, MBSR_LOOP_SINGULAR);
+        }
+        loops_free(&s);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(other_cuts),
@@ -482,6 +511,7 @@ int main(void)
                                        cmocka_unit_test(free_knees),
                                        cmocka_unit_test(a_long_run),
                                        cmocka_unit_test(bricard),
+                                       cmocka_unit_test(cranks_in_one_line),
                                        cmocka_unit_test(springs_along_a_shaft),
                                        cmocka_unit_test(opens_and_closes_between)};
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -54,6 +54,8 @@ ends 0 "one.urdf:2: link 'a': it has no <inertial>" info "$work/one.urdf"
 ends 3 'strict' info --strict "$work/one.urdf"
 ends 1 '6 undetermined' check --floating "$work/one.urdf"
 ends 1 '"undetermined": 6' check --json --floating "$work/one.urdf"
+ends 0 "hinge 'rod_pin'" info "$models/wiper.sdf"
+ends 0 '6 rows of closures, 3 independent; mobility 1' check "$models/wiper.sdf"
 ends 0 '1 damped, 0 elastic, 0 undetermined; index 1' check "$models/quarter_car.xml"
 ends 0 '"determined": true' check --json "$models/arm.urdf"
 
@@ -280,7 +282,9 @@ END
     ends 0 '^t,angle,speed,tip.x,tip.y,tip.z,mass.x,mass.y,mass.z,post.x' run "$work/sensed.xml" --t-end 1 --step 1 --start k \
         --output angle,speed,tip,mass,post
     ends 0 '^0,0,0.5,0,3,0,2,0,0,7,0,0' run "$work/sensed.xml" --t-end 1 --step 1 --start k --output angle,speed,tip,mass,post
-    ends 2 "no joint 'shake'" run "$work/sensed.xml" --t-end 1 --output shake
+    ends 0 '^t,shake.x,shake.y,shake.z' run "$work/sensed.xml" --t-end 1 --step 1 --start k --output shake
+    ends 0 '^1,-*[0-9.e-]*,-0.75[0-9]*,' run "$work/sensed.xml" --t-end 1 --step 1 --start k --output shake
+    ends 2 "no joint 'shaken'" run "$work/sensed.xml" --t-end 1 --output shaken
     ends 2 't-end' run "$models/arm.urdf"
     ends 2 'makes more than 1e+08 lines' run "$models/arm.urdf" --t-end 1e9 --step 1e-9
     ends 2 'needs -o FILE' run "$models/arm.urdf" --t-end 1 --json

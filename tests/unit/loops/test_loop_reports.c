@@ -140,6 +140,55 @@ static void a_singular_position(void **state)
     loops_free(&s);
 }
 
+/* Cranks in a row, each driven by the one before through a rod, all in one line: every loop is singular, and turns its
+ * own way near there, so that few positions show all rows independent. */
+static void singular_in_every_loop(void **state)
+{
+    (void)state;
+    for (int loops_in_row = 1; loops_in_row <= 8; ++loops_in_row) {
+        loops s;
+        mbsr_closure_report report;
+        int redundant[16];
+        loops_begin(&s, NULL);
+        int crank = loops_rod(&s, NULL, MBSR_GROUND, 0.0, 0.0, 1.0, 1.0);
+        for (int k = 1; k <= loops_in_row; ++k) {
+            const int rod = loops_rod(&s, NULL, crank, 1.0, 0.0, 1.0, 1.0);
+            crank = loops_rod(&s, NULL, MBSR_GROUND, k, 0.0, 1.0, 1.0);
+            loops_pin(&s, NULL, rod, 1.0, 0.0, crank, 1.0, 0.0);
+        }
+        loops_finish(&s);
+        assert_ok(mbsr_closures_report(s.m, s.d, 0.0, s.q, &report, redundant, NULL),
+                  mbsr_data_error(s.d));
+        assert_int_equal(report.independent, loops_in_row);
+        assert_int_equal(report.nearby, 2 * loops_in_row);
+        for (int k = 0; k < report.rows; ++k) assert_int_equal(redundant[k], 0);
+        loops_free(&s);
+    }
+}
+
+/* A coupler on three legs, all in one line: one of four rows is redundant for good, and one more here. */
+static void singular_and_redundant(void **state)
+{
+    (void)state;
+    loops s;
+    mbsr_closure_report report;
+    int redundant[4];
+    loops_begin(&s, NULL);
+    const int leg = loops_rod(&s, NULL, MBSR_GROUND, 0.0, 0.0, 1.0, 1.0),
+              coupler = loops_rod(&s, NULL, leg, 1.0, 0.0, 1.0, 4.0);
+    for (int k = 1; k <= 2; ++k) {
+        const int other = loops_rod(&s, NULL, MBSR_GROUND, 2.0 * k, 0.0, 1.0, 1.0);
+        loops_pin(&s, NULL, coupler, 2.0 * k, 0.0, other, 1.0, 0.0);
+    }
+    loops_finish(&s);
+    assert_ok(mbsr_closures_report(s.m, s.d, 0.0, s.q, &report, redundant, NULL),
+              mbsr_data_error(s.d));
+    assert_int_equal(report.independent, 2);
+    assert_int_equal(report.nearby, 3);
+    assert_int_equal(redundant[0] + redundant[1] + redundant[2] + redundant[3], 1);
+    loops_free(&s);
+}
+
 /* At rest, a weight on a beam between a hinge and a pin: reactions share it, the torque at one joint or
  * another holds the linkage, and too few actuators are refused by name. */
 static void reactions_and_torques(void **state)
@@ -192,9 +241,12 @@ static void reactions_and_torques(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(units), cmocka_unit_test(more_rows_than_freedoms),
-        cmocka_unit_test(contradictory_motions), cmocka_unit_test(a_singular_position),
-        cmocka_unit_test(reactions_and_torques)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(units),
+                                       cmocka_unit_test(more_rows_than_freedoms),
+                                       cmocka_unit_test(contradictory_motions),
+                                       cmocka_unit_test(a_singular_position),
+                                       cmocka_unit_test(singular_in_every_loop),
+                                       cmocka_unit_test(singular_and_redundant),
+                                       cmocka_unit_test(reactions_and_torques)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

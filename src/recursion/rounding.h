@@ -3,8 +3,8 @@
  *
  * Where such an entry is the largest of its row of K, scaling makes it as large as all others, and a
  * direction counts as held, or as having inertia, that is not. */
-#ifndef MBSRI_LOOPS_ROUNDING_H
-#define MBSRI_LOOPS_ROUNDING_H
+#ifndef MBSRI_ROUNDING_H
+#define MBSRI_ROUNDING_H
 
 #include "recursion/data.h"
 

@@ -1,6 +1,6 @@
 /* What of C and of the mass matrix is nothing but rounding: see rounding.h.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include "loops/rounding.h"
+#include "recursion/rounding.h"
 
 #include "algebra/dense.h"
 #include "inertias/exact.h"
@@ -8,6 +8,7 @@
 #include "recursion/closures.h"
 #include "recursion/pose.h"
 #include "recursion/rank.h"
+#include "recursion/spans.h"
 
 #include <math.h>
 
@@ -51,16 +52,8 @@ double mbsri_longest_lever(const mbsr_model *m, const mbsr_data *d)
 {
     const mbsri_closure *first = mbsri_all_closures(m);
     double length = m->length, turn, move;
-    for (int i = 1; i <= m->bodies; ++i) {
-        const mbsri_body *b = m->body + i;
-        const double *H = d->H + b->dp;
-        for (int c = 0; c < b->d_pred; ++c, H += b->d) {
-            if (!mbsri_is_angle(b->pred_space, c)) continue;
-            for (int r = 0; r < b->d; ++r) {
-                if (fabs(H[r]) > length && !mbsri_is_angle(b->joint.space, r)) length = fabs(H[r]);
-            }
-        }
-    }
+    for (int i = 1; i <= m->bodies; ++i)
+        length = fmax(length, mbsri_lever_of(m->body + i, d->H + m->body[i].dp));
     for (const mbsri_closure *c = first; c < first + m->closures.count; ++c) {
         for (int l = 0; l < c->bodies * c->rows; ++l) {
             mbsri_row_parts(m, d, c, l / c->rows, l % c->rows, &turn, &move);

@@ -1,0 +1,320 @@
+/* What is unknown of loops, past a joint: see fronts.h.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "fronts/assemble.h"
+
+#include "algebra/dense.h"
+#include "algebra/numbers.h"
+#include "recursion/closures.h"
+
+#include <math.h>
+
+/* Those that pass of a front: the unknowns behind its pivots, but for the body's own motion. */
+static int count_passing(const mbsri_pivots *f, const mbsri_body *b)
+{
+    return f ? f->size + f->d - b->d - f->pivots - f->left : 0;
+}
+
+/* E: what rows read of the joint itself, taken from X (n numbers a column), and added to what X consists of. */
+static void read_joint(mbsri_fronts *w, int i, int count, const int *id, double *X, double *parts)
+{
+    const mbsri_closure *first = mbsri_all_closures(w->m);
+    const mbsri_body *b = w->m->body + i;
+    for (int k = 0; k < count; ++k) w->slot[id[k]] = k;
+    for (int end = w->first_end[i]; end >= 0; end = w->next_end[end]) {
+        const mbsri_closure *c = first + end / MBSRI_ENDS;
+        if (!mbsri_reads_joints(c)) continue;
+        const double *C =
+            w->d->closure_C + c->at + (size_t)((c->column[end % MBSRI_ENDS] + b->d) * c->rows);
+        for (int j = 0; j < b->n; ++j, C += c->rows) {
+            for (int k = 0; k < c->rows; ++k) {
+                const int column = w->slot[c->row + k];
+                if (column < 0) continue;
+                mbsri_share(fabs(C[k]), 0.0, 0.0, w->share + c->row + k);
+                X[column * b->n + j] -= C[k];
+                parts[column * b->n + j] += fabs(C[k]);
+            }
+        }
+    }
+    for (int k = 0; k < count; ++k) w->slot[id[k]] = -1;
+}
+
+/* X = J^T Q - E, without what is rounding in it. */
+static void project(mbsri_fronts *w, int i, const mbsri_pivots *f, int count, const int *id,
+                    double *X, double *parts)
+{
+    const mbsri_body *b = w->m->body + i;
+    const double *J = w->d->J + b->dn;
+    const int N = f->size + f->d, first = N - b->d - count;
+    for (int k = 0; k < count; ++k) {
+        const double *Q = f->A + (first + k) * N + N - b->d,
+                     *sizes = f->sizes + (first + k) * N + N - b->d;
+        for (int j = 0; j < b->n; ++j) {
+            double sum = 0.0, size = 0.0;
+            for (int l = 0; l < b->d; ++l) {
+                sum += J[j * b->d + l] * Q[l];
+                size += fabs(J[j * b->d + l]) * sizes[l];
+            }
+            X[k * b->n + j] = sum;
+            parts[k * b->n + j] = size;
+        }
+    }
+    read_joint(w, i, count, id, X, parts);
+    for (int k = 0; k < b->n * count; ++k) {
+        if (fabs(X[k]) <= MBSRI_PIVOTS_ROUNDING * parts[k]) X[k] = 0.0;
+    }
+}
+
+/* Column l of N, the null space of the joint's D: its largest number is 1, whatever rounding there is in D. */
+static void null_column(const mbsri_fronts *w, int i, int l, double *N)
+{
+    const mbsri_body *b = w->m->body + i;
+    const double *x = w->d->X + b->nn + (size_t)(l * b->n);
+    for (int k = 0; k < b->n; ++k)
+        N[k] = fabs(x[k]) > MBSRI_PIVOTS_ROUNDING ? w->d->s[b->ig + k] * x[k] : 0.0;
+    const double largest = mbsri_largest(b->n, N);
+    for (int k = 0; k < b->n; ++k) N[k] /= largest;
+}
+
+/* -N^T X of null motion N (n), and what was added up in it; false where it is zero: no loop holds it. */
+static bool null_row(int n, int count, const double *N, const double *X, double *row, double *sizes)
+{
+    bool some = false;
+    for (int k = 0; k < count; ++k) {
+        row[k] = sizes[k] = 0.0;
+        for (int j = 0; j < n; ++j) {
+            row[k] -= N[j] * X[k * n + j];
+            sizes[k] += fabs(N[j] * X[k * n + j]);
+        }
+        if (fabs(row[k]) <= 10.0 * MBSRI_PIVOTS_ROUNDING * sizes[k]) row[k] = 0.0;
+        some = some || row[k] != 0.0;
+    }
+    return some;
+}
+
+/* X, and N of those motions without mass that a loop holds; NULL: no memory. */
+static mbsri_passing *see_joint(mbsri_fronts *w, int k, int count)
+{
+    const mbsri_pivots *f = w->pivots[k];
+    const int i = w->plan->step[k].body;
+    const mbsri_body *b = w->m->body + i;
+    const int rank = w->d->rank[i], nulls = b->n - rank;
+    const size_t c = (size_t)count, n = (size_t)b->n, all = c + (size_t)nulls;
+    mbsri_passing *p =
+        mbsri_fronts_allocate(w, sizeof *p + n * all * sizeof(double) + all * sizeof(int));
+    double *scratch = mbsri_fronts_scratch(w, n * c + 2 * c);
+    if (!p || !scratch) return NULL;
+    *p = (mbsri_passing){.count = count, .X = (double *)(void *)(p + 1)};
+    p->N = p->X + n * c;
+    p->id = (int *)(void *)(p->X + n * all);
+    for (int l = 0; l < count; ++l) p->id[l] = f->id[f->size + f->d - b->d - count + l];
+    project(w, i, f, count, p->id, p->X, scratch);
+    for (int l = rank; l < b->n; ++l) {
+        double *N = p->N + p->nulls * b->n, *row = scratch + n * c;
+        null_column(w, i, l, N);
+        if (null_row(b->n, count, N, p->X, row, row + c))
+            p->id[count + p->nulls++] = mbsri_rate_number(w, b) + l;
+        else
+            w->free = b->iu + l;
+    }
+    return p;
+}
+
+/* A of what passes, and X^T D^+ X, with the rows of null motions. work: 2 n. */
+static void add_joint(const mbsri_fronts *w, const mbsri_pivots *f, const mbsri_body *b,
+                      const mbsri_passing *p, mbsri_part *to, double *work)
+{
+    const double *Dinv = w->d->Dinv + b->nn;
+    const int n = b->n, N = f->size + f->d, first = N - b->d - p->count, count = to->count;
+    double *z = work, *size = work + n;
+    for (int k = 0; k < p->count; ++k) {
+        const double *X = p->X + k * n, *A = f->A + (first + k) * N + first,
+                     *sizes = f->sizes + (first + k) * N + first;
+        for (int r = 0; r < n; ++r) {
+            z[r] = size[r] = 0.0;
+            for (int c = 0; c < n; ++c) {
+                z[r] += Dinv[c * n + r] * X[c];
+                size[r] += fabs(Dinv[c * n + r] * X[c]);
+            }
+        }
+        for (int l = 0; l < p->count; ++l) {
+            double sum = A[l], total = sizes[l];
+            for (int r = 0; r < n; ++r) {
+                sum += p->X[l * n + r] * z[r];
+                total += fabs(p->X[l * n + r]) * size[r];
+            }
+            to->A[k * count + l] = sum;
+            to->sizes[k * count + l] = total;
+        }
+    }
+    for (int l = p->count; l < p->count + p->nulls; ++l) {
+        double *row = to->A + l * count, *sizes = to->sizes + l * count;
+        null_row(n, p->count, p->N + (l - p->count) * n, p->X, row, sizes);
+        for (int k = 0; k < p->count; ++k) {
+            to->A[k * count + l] = row[k];
+            to->sizes[k * count + l] = sizes[k];
+        }
+    }
+}
+
+/* Q - G X of one unknown (rest), and what was added up in it: |Q| + |U| |D^+| |X|, which has the large numbers of a D^+
+ * that cancel in G X. */
+static void take_joint(const mbsri_fronts *w, const mbsri_body *b, const double *X, double *rest,
+                       double *sizes)
+{
+    const double *U = w->d->U + b->dg, *G = w->d->G + b->dg, *Dinv = w->d->Dinv + b->nn;
+    for (int j = 0; j < b->n; ++j) {
+        double size = 0.0;
+        for (int k = 0; k < b->n; ++k) size += fabs(Dinv[k * b->n + j] * X[k]);
+        for (int r = 0; r < b->d; ++r) {
+            rest[r] -= G[j * b->d + r] * X[j];
+            sizes[r] += fabs(U[j * b->d + r]) * size;
+        }
+    }
+}
+
+/* Q_pred = -H^T (Q - G X), and what was added up in it, for the predecessor's motion, which the part has from
+ * w->slot on. work: 2 d. */
+static void carry_loads(const mbsri_fronts *w, const mbsri_pivots *f, const mbsri_body *b,
+                        const mbsri_passing *p, mbsri_part *to, double *work)
+{
+    const double *H = w->d->H + b->dp;
+    const int d = b->d, N = f->size + f->d, first = N - d - p->count, count = to->count,
+              motion = mbsri_motion_number(w, w->m->body + b->parent);
+    for (int k = 0; k < p->count; ++k) {
+        mbsri_copy((size_t)d, f->A + (first + k) * N + N - d, work);
+        mbsri_copy((size_t)d, f->sizes + (first + k) * N + N - d, work + d);
+        take_joint(w, b, p->X + k * b->n, work, work + d);
+        for (int c = 0; c < b->d_pred; ++c) {
+            const int row = w->slot[motion + c];
+            double load = 0.0, size = 0.0;
+            for (int r = 0; r < d; ++r) {
+                load -= H[c * d + r] * work[r];
+                size += fabs(H[c * d + r]) * work[d + r];
+            }
+            to->A[k * count + row] += load;
+            to->A[row * count + k] += load;
+            to->sizes[k * count + row] += size;
+            to->sizes[row * count + k] += size;
+        }
+    }
+}
+
+/* Marks those of `count` rows (columns numbers each, one behind the other, that get lost) that depend on the
+ * others, by elimination with the largest pivots. */
+static void find_dependent(int count, int columns, double *rows, bool *dependent)
+{
+    static const double nothing = 1e-11;
+    for (int k = 0; k < count; ++k) {
+        double *row = rows + k * columns, largest = 0.0;
+        for (int j = 0; j < columns; ++j) largest = fmax(largest, fabs(row[j]));
+        for (int j = 0; j < columns && largest > 0.0; ++j) row[j] /= largest;
+        dependent[k] = true;
+    }
+    for (int turn = 0; turn < count; ++turn) {
+        int best = -1, column = 0;
+        double largest = nothing;
+        for (int k = 0; k < count; ++k) {
+            for (int j = 0; j < columns && dependent[k]; ++j) {
+                if (fabs(rows[k * columns + j]) <= largest) continue;
+                largest = fabs(rows[k * columns + j]);
+                best = k;
+                column = j;
+            }
+        }
+        if (best < 0) return;
+        dependent[best] = false;
+        for (int k = 0; k < count; ++k) {
+            const double share = rows[k * columns + column] / rows[best * columns + column];
+            for (int j = 0; j < columns && dependent[k]; ++j)
+                rows[k * columns + j] -= share * rows[best * columns + j];
+        }
+    }
+}
+
+/* Takes unknown k out of a part. */
+static void leave_out(mbsri_part *p, int k)
+{
+    const int n = p->count, left = n - 1;
+    for (int j = 0, column = 0; j < n; ++j) {
+        if (j == k) continue;
+        for (int i = 0, row = 0; i < n; ++i) {
+            if (i == k) continue;
+            p->A[column * left + row] = p->A[j * n + i];
+            p->sizes[column * left + row++] = p->sizes[j * n + i];
+        }
+        p->id[column++] = p->id[j];
+    }
+    p->count = left;
+}
+
+static bool is_rate(const mbsri_fronts *w, int id)
+{
+    return id >= w->m->rows && id < w->m->rows + w->m->nu;
+}
+
+/* More motions without mass than rows cannot all be held by these: those whose rows depend on others are
+ * determined by nothing, and are left out, so that no more is carried than the loops themselves need. */
+static bool limit_motions(mbsri_fronts *w, mbsri_part *p)
+{
+    int motions = 0, rows = 0, to = 0;
+    for (int k = 0; k < p->count; ++k) {
+        motions += is_rate(w, p->id[k]);
+        rows += p->id[k] < w->m->rows;
+    }
+    if (motions <= rows) return true;
+    double *row = mbsri_fronts_scratch(w, (size_t)(motions * (p->count + 1)));
+    if (!row) return false;
+    bool *dependent = (bool *)(void *)(row + motions * p->count);
+    for (int k = 0; k < p->count; ++k) {
+        if (is_rate(w, p->id[k]))
+            mbsri_copy((size_t)p->count, p->A + k * p->count, row + to++ * p->count);
+    }
+    find_dependent(motions, p->count, row, dependent);
+    for (int k = p->count - 1; k >= 0; --k) {
+        if (!is_rate(w, p->id[k]) || !dependent[--motions]) continue;
+        w->free = p->id[k] - w->m->rows;
+        leave_out(p, k);
+    }
+    return true;
+}
+
+/* The part that goes on from a body: what passes, its own null motions, and the motion of the predecessor, where that is
+ * not the root, whose motion is known. */
+static mbsri_part *open_next(mbsri_fronts *w, const mbsri_body *b, const mbsri_passing *p)
+{
+    const mbsri_body *pred = w->m->body + b->parent;
+    const int motion = mbsri_motion_number(w, pred);
+    int count = p->count + p->nulls;
+    for (int k = 0; k < p->count; ++k) w->slot[p->id[k]] = k;
+    const bool there = b->parent == 0 || w->slot[motion] >= 0;
+    mbsri_part *to = mbsri_fronts_open_part(w, there ? count : count + b->d_pred);
+    if (to) {
+        mbsri_zero(2 * (size_t)(to->count * to->count), to->A);
+        for (int k = 0; k < count; ++k) to->id[k] = p->id[k];
+        for (int k = 0; k < b->d_pred && !there; ++k) {
+            w->slot[motion + k] = count;
+            to->id[count++] = motion + k;
+        }
+    }
+    return to;
+}
+
+bool mbsri_fronts_pass(mbsri_fronts *w, int k)
+{
+    const int i = w->plan->step[k].body;
+    const mbsri_body *b = w->m->body + i;
+    const mbsri_pivots *f = w->pivots[k];
+    const int count = count_passing(f, b);
+    if (count == 0) {
+        if (w->d->rank[i] < b->n) w->free = b->iu + w->d->rank[i];
+        return true;
+    }
+    mbsri_passing *p = w->passing[k] = see_joint(w, k, count);
+    mbsri_part *to = p ? w->part[k] = open_next(w, b, p) : NULL;
+    double *work = to ? mbsri_fronts_scratch(w, 2 * (size_t)(b->d + b->n)) : NULL;
+    if (!work) return false;
+    add_joint(w, f, b, p, to, work);
+    if (b->parent > 0) carry_loads(w, f, b, p, to, work);
+    for (int l = 0; l < to->count; ++l) w->slot[to->id[l]] = -1;
+    return limit_motions(w, to);
+}
