@@ -56,6 +56,7 @@ show() {
 if [ "$part" = file ]; then
     show quarter_car.xml state tyre,damper,rubber --t-end 2 --step 0.005 --start pushed
     show arm.urdf state,hand.pos shoulder,elbow,pitch:hand.pos --t-end 4 --step 0.01
+    show suspension.xml state lower,steering --t-end 2 --inputs examples/models/steer.csv
     exit 0
 fi
 if [ "$part" = loops ]; then

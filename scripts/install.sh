@@ -2,7 +2,7 @@
 # Installs what building, testing or the demo needs, if it is missing (Debian and Ubuntu, by
 # apt-get). On other systems it says what to install.
 # SPDX-License-Identifier: BSD-3-Clause
-# Usage: install.sh build|test|demo|page...
+# Usage: install.sh build|test|demo|page|docs...
 set -eu
 
 # Packages by purpose; "package:command" counts as there when the command is.
@@ -10,9 +10,10 @@ build=(gcc:cc libc6-dev ninja-build:ninja cmake:cmake pkg-config:pkg-config
        liblapack-dev libblas-dev libsundials-dev libexpat1-dev libsuitesparse-dev)
 # libomp-dev: the CMake package of Debian's SUNDIALS asks for OpenMP, which clang has apart.
 test=(build-essential:g++ clang:clang libomp-dev clang-format:clang-format binutils:objdump
-      libcmocka-dev valgrind:valgrind libhdf5-dev python3:python3)
+      libcmocka-dev valgrind:valgrind libhdf5-dev doxygen:doxygen python3:python3)
 demo=(gnuplot-nox:gnuplot libhdf5-dev)
 page=(nodejs:node npm:npm zlib1g-dev)
+docs=(doxygen:doxygen python3-sphinx python3-myst-parser python3-sphinx-rtd-theme libjs-mathjax)
 
 wanted=()
 for purpose; do
@@ -21,6 +22,7 @@ for purpose; do
     test) wanted+=("${test[@]}") ;;
     demo) wanted+=("${demo[@]}") ;;
     page) wanted+=("${page[@]}") ;;
+    docs) wanted+=("${docs[@]}") ;;
     *) echo "install.sh: unknown purpose '$purpose'" >&2; exit 2 ;;
     esac
 done

@@ -285,7 +285,7 @@ MBSR_API int mbsr_closures_weight(const mbsr_model *model, double *w);
 /* ---- the rows at a state ----
  * m = mbsr_model_rows, h = mbsr_model_held, nu as in the model. */
 
-/* g (h) at the positions of mbsr_positions: what the loops are open by. MBSR_ERR_NULL,
+/* What the loops are open by: g (h) at the positions of mbsr_positions. MBSR_ERR_NULL,
  * MBSR_ERR_MISMATCH, MBSR_ERR_SEQUENCE, MBSR_NOT_FINITE, what a table returned. */
 MBSR_API int mbsr_closures_gap(const mbsr_model *model, mbsr_data *data, double *g);
 
@@ -295,7 +295,7 @@ MBSR_API int mbsr_closures_rate(const mbsr_model *model, mbsr_data *data, double
 /* Its time derivative (m) where u' is zero: C' u + (g_t)'. At the state of mbsr_velocities. */
 MBSR_API int mbsr_closures_bias(const mbsr_model *model, mbsr_data *data, double *bias);
 
-/* y (m) = C x (nu), and y (nu) = C^T x (m), at the positions of mbsr_positions. x and y must not
+/* Products with the rows of all closures: y (m) = C x (nu), and y (nu) = C^T x (m), at the positions of mbsr_positions. x and y must not
  * overlap. O(bodies + rows). */
 MBSR_API int mbsr_closures_apply(const mbsr_model *model, mbsr_data *data, const double *x,
                                  double *y);

@@ -50,7 +50,7 @@ typedef struct mbsr_completion_times {
                       * the states before by 1e-10 of their size; 0 (default): on the arguments alone */
 } mbsr_completion_times;
 
-/* MBSR_ERR_NULL, MBSR_ERR_VALUE. */
+/* Says what is known of the times that will be asked for. MBSR_ERR_NULL, MBSR_ERR_VALUE. */
 MBSR_API int mbsr_completion_set_times(mbsr_completion *completion,
                                        const mbsr_completion_times *times);
 
@@ -95,7 +95,7 @@ typedef struct mbsr_completion_info {
     size_t bytes; /* memory of the object */
 } mbsr_completion_info;
 
-/* MBSR_ERR_NULL. */
+/* What completions have cost so far. MBSR_ERR_NULL. */
 MBSR_API int mbsr_completion_get_info(const mbsr_completion *completion,
                                       mbsr_completion_info *info);
 

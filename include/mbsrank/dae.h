@@ -53,7 +53,7 @@ typedef enum mbsr_dae_form {
  * not take the model's closures. All functions below return MBSR_ERR_CLOSURES for such a form. */
 MBSR_API int mbsr_dae_size(const mbsr_model *model, mbsr_dae_form form);
 
-/* id (mbsr_dae_size numbers): 1 for differential variables, 0 for algebraic ones. In the momentum
+/* Which variables are differential: id (mbsr_dae_size numbers) is 1 for these, 0 for algebraic ones. In the momentum
  * form q and p are differential and u algebraic. In the index-1 form it depends on the ranks of the
  * reference in data, see below. In the (q, u) forms which combinations of u are algebraic depends
  * on the state, so all are marked 1. MBSR_ERR_NULL, MBSR_ERR_MISMATCH, MBSR_ERR_VALUE (unknown

@@ -26,7 +26,7 @@ MBSR_API size_t mbsr_data_size(const mbsr_model *model);
 MBSR_API int mbsr_data_init(const mbsr_model *model, void *memory, size_t size, mbsr_data **data,
                             mbsr_error *error);
 
-/* The same in memory from the model's allocator. On failure *data is NULL.
+/* Makes data in memory from the model's allocator. On failure *data is NULL.
  * Status: MBSR_OK, MBSR_ERR_NULL, MBSR_ERR_UNFINISHED, MBSR_ERR_NO_MEMORY. */
 MBSR_API int mbsr_data_create(const mbsr_model *model, mbsr_data **data, mbsr_error *error);
 

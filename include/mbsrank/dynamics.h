@@ -6,14 +6,15 @@
  *   mass matrix        composite rigid-body algorithm (CRBA)            mbsr_mass_matrix
  *
  * Symbols and equation numbers are those of M. Arnold, Mech. Sci. 4 (2013) 221-231,
- * doi:10.5194/ms-4-221-2013; docs/theory.md lists them, and docs/conventions.md ("What you may know
+ * doi:10.5194/ms-4-221-2013; docs/theory.md lists them, and docs/neighbours.md ("What you may know
  * it as") has the names that other books and libraries use. As there, K is divided out: K = 1, H
  * carries a motion of the predecessor to the body with the sign reversed, and J = -S, where S spans
  * the joint's motion subspace.
  *
  * q, u, u' and tau are vectors over the whole tree (mbsr_model_nq, mbsr_model_nu), ordered by body
  * id: joint (minimal) coordinates, their velocities and accelerations, and generalised forces.
- * Outputs must not overlap inputs. No function here allocates. Statuses common to all:
+ * Outputs must not overlap inputs. No function here allocates, but forward dynamics of models with closures that
+ * vector code does not serve, which take memory from the model's allocator for the call. Statuses common to all:
  * MBSR_ERR_NULL, MBSR_ERR_MISMATCH (data of another model), MBSR_NOT_FINITE (an argument or a
  * result is NaN or infinite, such as one that overflows: with MBSR_OK all numbers are finite), and
  * whatever a callback returned, unchanged; the text is in mbsr_data_error. */
@@ -37,7 +38,7 @@ MBSR_API int mbsr_positions(const mbsr_model *model, mbsr_data *data, double t, 
  * MBSR_NOT_FINITE. */
 MBSR_API int mbsr_velocities(const mbsr_model *model, mbsr_data *data, const double *u);
 
-/* f (d, a wrench for a SPATIAL body: what the force elements exert, less h) and joint forces: those
+/* Forces: f (d, a wrench for a SPATIAL body: what the force elements exert, less h) and joint forces: those
  * of the force elements, plus tau (nu, may be NULL for none). */
 MBSR_API int mbsr_forces(const mbsr_model *model, mbsr_data *data, const double *tau);
 
@@ -64,7 +65,7 @@ MBSR_API int mbsr_forward(const mbsr_model *model, mbsr_data *data, const double
 
 /* ---- whole evaluations ---- */
 
-/* q' = G(q) u; qdot: nq. G is the unit matrix but for quaternions and a caller's own joints.  Needs
+/* Rates of the joint coordinates, q' = G(q) u; qdot: nq. G is the unit matrix but for quaternions and a caller's own joints.  Needs
  * mbsr_velocities. */
 MBSR_API int mbsr_coordinate_rates(const mbsr_model *model, mbsr_data *data, double *qdot);
 
@@ -100,7 +101,7 @@ MBSR_API int mbsr_inverse_dynamics(const mbsr_model *model, mbsr_data *data, dou
  * mbsr_complete_dynamics finds (completion.h). All statuses of the stages.
  *
  * With closures (closure.h) at a state that they allow: udot, and the loop forces for
- * mbsr_closures_force, in O(bodies + loops) with memory from the model's allocator,
+ * mbsr_closures_force, in O(bodies + loops),
  *
  *   M udot - C^T lambda = tau - (inverse dynamics at udot = 0),    C udot = -bias
  *
@@ -188,7 +189,8 @@ typedef struct mbsr_contact_state {
     double point[3];     /* m, of the world: the point of the sphere that is deepest */
 } mbsr_contact_state;
 
-/* Needs mbsr_velocities. MBSR_ERR_NULL, MBSR_ERR_ID, MBSR_ERR_VALUE (the element is no contact). */
+/* Depth, forces and sliding of a contact. Needs mbsr_velocities. MBSR_ERR_NULL, MBSR_ERR_ID,
+ * MBSR_ERR_VALUE (the element is no contact). */
 MBSR_API int mbsr_contact_at(const mbsr_model *model, mbsr_data *data, int force,
                              mbsr_contact_state *state);
 
@@ -273,7 +275,7 @@ typedef struct mbsr_rank_info {
         largest_dropped; /* of the scaled eigenvalues, in absolute value; 0 when none was dropped */
 } mbsr_rank_info;
 
-/* Needs mbsr_backward. MBSR_ERR_ID, MBSR_ERR_SEQUENCE. */
+/* How the rank of a joint was decided. Needs mbsr_backward. MBSR_ERR_ID, MBSR_ERR_SEQUENCE. */
 MBSR_API int mbsr_body_rank(const mbsr_model *model, mbsr_data *data, int body,
                             mbsr_rank_info *info);
 

@@ -46,6 +46,7 @@ typedef struct mbsr_fe_marker {
     int loaded;       /* 1: static modes for all its loads; of the root it means nothing */
 } mbsr_fe_marker;
 
+/* How K is factored. */
 typedef enum mbsr_fe_solver {
     MBSR_FE_AUTO = 0,  /* dense up to 600 dofs; without CHOLMOD up to 5000, and no further */
     MBSR_FE_DENSE = 1, /* LAPACK: n^2 numbers, n^3 / 3 operations */
@@ -94,6 +95,7 @@ typedef struct mbsr_fe_mode {
                             of the root (kg m^2), then of the mass along them (kg) */
 } mbsr_fe_mode;
 
+/* What a reduction has found. */
 typedef struct mbsr_fe_report {
     int dofs, nodes;
     mbsr_fe_solver solver; /* that was used */

@@ -16,6 +16,7 @@
 extern "C" {
 #endif
 
+/* Formats of files. */
 typedef enum mbsr_file_format {
     MBSR_FILE_ANY = 0,  /* by the element that the file begins with */
     MBSR_FILE_URDF = 1, /* <robot> */
@@ -78,6 +79,7 @@ typedef struct mbsr_finding {
     const char *text;
 } mbsr_finding;
 
+/* Kinds of joints of a file. */
 typedef enum mbsr_file_joint_kind {
     MBSR_FILE_FIXED,
     MBSR_FILE_HINGE,
@@ -135,6 +137,7 @@ typedef struct mbsr_file_actuator {
     mbsr_file_sum sum;     /* l = gear times this; of one on a site empty */
 } mbsr_file_actuator;
 
+/* What a sensor of a file measures. */
 typedef enum mbsr_file_sensor_kind {
     MBSR_SENSOR_POSITION,  /* q of a joint with one axis, or a length of joints or sites */
     MBSR_SENSOR_RATE,      /* its rate */
@@ -190,6 +193,7 @@ typedef struct mbsr_file_key {
     const double *q, *u, *control;
 } mbsr_file_key;
 
+/* Kinds of shapes, with their sizes (m). */
 typedef enum mbsr_shape_kind {
     MBSR_SHAPE_BOX,       /* size: half edges */
     MBSR_SHAPE_SPHERE,    /* size[0]: radius */
@@ -320,6 +324,7 @@ typedef struct mbsr_write_opt {
 
 MBSR_API mbsr_write_opt mbsr_default_write_opt(void);
 
+/* A model as text. */
 typedef struct mbsr_written {
     const char *text; /* `size` bytes and a NUL */
     size_t size;

@@ -5,16 +5,16 @@
  *
  *   rho = x + Phi(x) s,     velocity  v + omega x R rho + R Phi s'
  *
- * with the frame (R, r) of the body and modal coordinates s. The field is linear in s and its mass
- * matrix exact, M = M(s) of second degree in s: with exact integrals it is a Gram matrix, positive
- * semi-definite at every s. With E_a = int rho Phi_a^T, c = int rho, I the tensor about the frame's
+ * with the frame (R, r) of the body and modal coordinates s. The field is linear in s but for dependent shapes
+ * (below). Its mass matrix is exact, without these of second degree in s: with exact integrals it is a Gram matrix,
+ * positive semi-definite at every s. With E_a = int rho Phi_a^T, c = int rho, I the tensor about the frame's
  * origin and axial(int a b^T) = int a x b, along the body's axes,
  *
  *   M = [ I  [c]x  Cr ;  -[c]x  m 1  Ct0 ;  Cr^T  Ct0^T  Mf ],     Cr_a = axial(E_a)
  *
  * Modes may be massless: a mode whose Ct0, P0, P and Mf are zero has stiffness and damping only. So
- * static modes (attachment, constraint, residual modes) cost no small steps; with damping they
- * are damped directions of the model (index 1), without elastic ones (index 2): see index.h.
+ * static modes (attachment, constraint, residual modes) cost no small steps. With damping they are damped
+ * directions of the model (index 1), without damping elastic ones (index 2): see index.h.
  *
  * Geometric stiffening. A beam that bends gets shorter along its axis, in second order, and what
  * pulls at it stiffens it: spin, weight, forces on markers. Dependent shapes chi_k give the field this order,

@@ -36,6 +36,7 @@ typedef struct mbsr_force_body {
 
 typedef struct mbsr_force_def mbsr_force_def;
 
+/* What the functions of a force element are called with. */
 typedef struct mbsr_force_args {
     const mbsr_force_def *force; /* the element as given to the model: param, option, user */
     double t;                    /* s */
@@ -211,6 +212,7 @@ typedef struct mbsr_spring {
     void *user;              /* for function */
 } mbsr_spring;
 
+/* A spring between two points by the law above; points along the axes of their bodies, m (NULL: the origin). */
 MBSR_API mbsr_force_def mbsr_force_spring(int a, const double point_a[3], int b,
                                           const double point_b[3], const mbsr_spring *spring);
 
@@ -298,6 +300,7 @@ typedef struct mbsr_servo {
     void *user;             /* for function */
 } mbsr_servo;
 
+/* A drive of one joint coordinate towards the reference above. */
 MBSR_API mbsr_force_def mbsr_force_joint_servo(int body, int coordinate, const mbsr_servo *servo);
 
 /* The characteristic of a motor, brake or damper: tau of joint velocity `coordinate` (0 .. n-1, any
@@ -318,6 +321,7 @@ typedef struct mbsr_gear {
     double ratio, stiffness, damping, backlash, rest;
 } mbsr_gear;
 
+/* A compliant gear between two joint coordinates by the law above. */
 MBSR_API mbsr_force_def mbsr_force_gear(int a, int coordinate_a, int b, int coordinate_b,
                                         const mbsr_gear *gear);
 
@@ -360,6 +364,7 @@ typedef struct mbsr_contact {
     double creep;               /* >= 0 */
 } mbsr_contact;
 
+/* Contact of a sphere on body a with a plane on body b by the law above. */
 MBSR_API mbsr_force_def mbsr_force_contact(int a, int b, const mbsr_contact *contact);
 
 /* Friction at a point of body a that slides over body b, pressed on it by a load N(t) that is known.
@@ -386,6 +391,7 @@ typedef struct mbsr_friction {
     void *user;             /* for function */
 } mbsr_friction;
 
+/* Friction of a point of body a on body b by the law above. */
 MBSR_API mbsr_force_def mbsr_force_point_friction(int a, const double point[3], int b,
                                                   const mbsr_friction *friction);
 
@@ -404,6 +410,7 @@ typedef struct mbsr_bearing {
     void *user;             /* for function */
 } mbsr_bearing;
 
+/* Friction about an axis between two bodies by the law above. */
 MBSR_API mbsr_force_def mbsr_force_bearing_friction(int a, int b, const mbsr_bearing *bearing);
 
 /* An element with the caller's own table. `bodies` lists `count` ids; it must stay valid until the

@@ -232,7 +232,7 @@ MBSR_API int mbsr_ida_run(mbsr_ida *ida, int count, const double *times, int *ne
  * mbsr_ida_start, and after one that failed. */
 MBSR_API int mbsr_ida_state(mbsr_ida *ida, double *t, double *y, double *yp);
 
-/* The same state in joint coordinates: q (nq), u and accelerations u' (nu), loop forces lambda (m numbers, those of stiff
+/* The state of mbsr_ida_state in joint coordinates: q (nq), u and accelerations u' (nu), loop forces lambda (m numbers, those of stiff
  * rows included); each may be NULL. The data is then at mbsr_accelerations there, so that poses, twists, accelerations,
  * reactions, energies and what force elements exert can be asked for at once. MBSR_ERR_NULL, MBSR_ERR_SEQUENCE,
  * MBSR_ERR_VALUE (the index-1 form as it is interpolated), statuses of the residual. */
@@ -243,12 +243,12 @@ MBSR_API int mbsr_ida_motion(mbsr_ida *ida, double *q, double *u, double *udot, 
  * (or mbsr_ida_run) did not end in an event. */
 MBSR_API int mbsr_ida_event_info(const mbsr_ida *ida, int *direction);
 
-/* k-th derivative of y at a time within the last step, from IDA's interpolation polynomial; k from
+/* The k-th derivative of y at a time within the last step, from IDA's interpolation polynomial; k from
  * 0 to the order of that step. dky: mbsr_dae_size numbers. MBSR_ERR_NULL, MBSR_ERR_SEQUENCE before
  * the first step, MBSR_ERR_VALUE for another k or t: nothing is extrapolated. */
 MBSR_API int mbsr_ida_dense(mbsr_ida *ida, double t, int k, double *dky);
 
-/* MBSR_ERR_NULL. */
+/* What has been integrated since the start has cost. MBSR_ERR_NULL. */
 MBSR_API int mbsr_ida_get_stats(const mbsr_ida *ida, mbsr_ida_stats *stats);
 
 /* How far the present state, the last good one after a failure, is from what should hold. */

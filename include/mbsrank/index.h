@@ -25,6 +25,7 @@ typedef struct mbsr_direction_term {
     double weight;  /* in units of that rate */
 } mbsr_direction_term;
 
+/* A combination of joint rates that moves no mass, and what determines it. */
 typedef struct mbsr_direction {
     mbsr_direction_kind kind;
     int terms;

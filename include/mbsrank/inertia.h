@@ -17,6 +17,7 @@
 extern "C" {
 #endif
 
+/* How an inertia was given. */
 typedef enum mbsr_inertia_kind {
     MBSR_INERTIA_INVALID = -1,  /* what a constructor cannot make; refused when a body is added */
     MBSR_INERTIA_NOT_GIVEN = 0, /* counts as zero; told apart from a zero that somebody stated */

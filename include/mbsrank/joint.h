@@ -220,6 +220,7 @@ MBSR_API mbsr_joint mbsr_joint_planar_prismatic(mbsr_planar_frame A,
                                                 mbsr_planar_frame B); /* along A's x axis */
 MBSR_API mbsr_joint mbsr_joint_planar_pin_slot(mbsr_planar_frame A,
                                                mbsr_planar_frame B); /* x and angle */
+/* All three coordinates free: x, y and angle; n = 3. */
 MBSR_API mbsr_joint mbsr_joint_planar_free(mbsr_planar_frame A, mbsr_planar_frame B);
 
 /* A point (d = 2) at x, y in frame A of its predecessor: `free` and `driven` from MBSR_X and
@@ -260,24 +261,25 @@ typedef struct mbsr_axis {
 MBSR_API mbsr_joint mbsr_joint_compound(const mbsr_frame *A, const mbsr_frame *B, int count,
                                         const mbsr_axis *axes, mbsr_motion_fn motion, void *user);
 
-/* Its common cases. Axes in A. */
-MBSR_API mbsr_joint mbsr_joint_weld(const mbsr_frame *A, const mbsr_frame *B); /* n = 0 */
+/* Common cases of compound joints. Axes in A. The first one holds B on A; n = 0. */
+MBSR_API mbsr_joint mbsr_joint_weld(const mbsr_frame *A, const mbsr_frame *B);
+/* Joints with one freedom: the angle about the axis in rad, or the displacement along it in m. */
 MBSR_API mbsr_joint mbsr_joint_revolute(const mbsr_frame *A, const mbsr_frame *B,
                                         const double axis[3]);
 MBSR_API mbsr_joint mbsr_joint_prismatic(const mbsr_frame *A, const mbsr_frame *B,
                                          const double axis[3]);
-/* q in rad; pitch in m/rad */
+/* A turn about the axis that moves along it: q in rad; pitch in m/rad. */
 MBSR_API mbsr_joint mbsr_joint_screw(const mbsr_frame *A, const mbsr_frame *B, const double axis[3],
                                      double pitch);
-/* q = (angle, displacement) */
+/* A turn about the axis and a displacement along it: q = (angle, displacement). */
 MBSR_API mbsr_joint mbsr_joint_cylindrical(const mbsr_frame *A, const mbsr_frame *B,
                                            const double axis[3]);
-/* first axis fixed in A, the second turned by it; they must not be parallel */
+/* Two turns: the first axis fixed in A, the second turned by it; they must not be parallel. */
 MBSR_API mbsr_joint mbsr_joint_universal(const mbsr_frame *A, const mbsr_frame *B,
                                          const double first[3], const double second[3]);
-/* q = (x, y, angle): B slides in the x-y plane of A and turns about its z axis */
+/* B slides in the x-y plane of A and turns about its z axis: q = (x, y, angle). */
 MBSR_API mbsr_joint mbsr_joint_in_plane(const mbsr_frame *A, const mbsr_frame *B);
-/* q = (x, y, z) along A's axes, no rotation */
+/* B moves without rotation: q = (x, y, z) along A's axes. */
 MBSR_API mbsr_joint mbsr_joint_translational(const mbsr_frame *A, const mbsr_frame *B);
 
 /* Orientation of B in A by a quaternion q = (w, x, y, z); u = omega of B relative to A, along A's

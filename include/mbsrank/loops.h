@@ -1,8 +1,10 @@
 /* Loops at a state: closing them, what their rows hold, and which rows are redundant.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * These functions use dense linear algebra: O((nu + m)^3) for m rows. They take memory from the
- * model's allocator and give it back. */
+ * mbsr_assemble and mbsr_closures_report use dense linear algebra, O((nu + m)^3) for m rows, and take memory from
+ * the model's allocator for the call. mbsr_closures_mobility and mbsr_closures_inverse_dynamics go along the tree in
+ * O(bodies + loops), the first with memory, the second where vector code does not serve the model. All others look
+ * up what is known and take none. */
 #ifndef MBSRANK_LOOPS_H
 #define MBSRANK_LOOPS_H
 
@@ -26,6 +28,7 @@ typedef struct mbsr_assembly_opt {
 
 MBSR_API mbsr_assembly_opt mbsr_default_assembly_opt(void);
 
+/* What mbsr_assemble has found. */
 typedef struct mbsr_assembly_info {
     int iterations;
     int closure;            /* the one that is open widest, MBSR_NONE where all are closed */

@@ -29,6 +29,7 @@ typedef struct mbsr_root {
 } mbsr_root;
 
 MBSR_API mbsr_root mbsr_root_fixed(void); /* FIXED, d = 0: the default */
+/* A root that moves as a function of time says. */
 MBSR_API mbsr_root mbsr_root_moving(mbsr_space space, int d, int np, mbsr_root_fn motion,
                                     void *user);
 
@@ -154,10 +155,10 @@ MBSR_API const mbsr_error *mbsr_model_error(const mbsr_model *model);
 /* ---- reading a finished model. A model that is NULL or not finished, or an id that does not
  * exist, gives -1. */
 
-MBSR_API int mbsr_model_bodies(const mbsr_model *model);
-MBSR_API int mbsr_model_forces(const mbsr_model *model);
-MBSR_API int mbsr_model_nq(const mbsr_model *model); /* joint position coordinates in all */
-MBSR_API int mbsr_model_nu(const mbsr_model *model); /* joint velocity coordinates in all: the
+MBSR_API int mbsr_model_bodies(const mbsr_model *model); /* number of bodies */
+MBSR_API int mbsr_model_forces(const mbsr_model *model); /* number of force elements */
+MBSR_API int mbsr_model_nq(const mbsr_model *model);     /* joint position coordinates in all */
+MBSR_API int mbsr_model_nu(const mbsr_model *model);     /* joint velocity coordinates in all: the
                                                         degrees of freedom (mobilities) */
 
 /* Where a body's coordinates stand in q and u: q[q_index .. q_index+nq), u[u_index .. u_index+n).

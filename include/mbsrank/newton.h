@@ -95,7 +95,7 @@ MBSR_API void mbsr_newton_destroy(mbsr_newton *newton); /* NULL is allowed */
 MBSR_API int mbsr_newton_factor(mbsr_newton *newton, mbsr_data *data, double t, const double *y,
                                 const double *yp, double c);
 
-/* delta (mbsr_dae_size numbers) from r; they may be the same. MBSR_ERR_NULL, MBSR_ERR_SEQUENCE
+/* Solves for delta (mbsr_dae_size numbers) from r; they may be the same. MBSR_ERR_NULL, MBSR_ERR_SEQUENCE
  * without a factorisation, MBSR_NOT_FINITE for an r that is not finite and for a delta that would
  * not be; delta is not written then. */
 MBSR_API int mbsr_newton_solve(mbsr_newton *newton, const double *r, double *delta);
@@ -114,7 +114,7 @@ MBSR_API int mbsr_newton_linearise(mbsr_newton *newton, mbsr_data *data, double 
                                    const double *yp, double c);
 MBSR_API int mbsr_newton_multiply(mbsr_newton *newton, const double *delta, double *r);
 
-/* MBSR_ERR_NULL. */
+/* How the systems are solved, and what that has cost. MBSR_ERR_NULL. */
 MBSR_API int mbsr_newton_get_info(const mbsr_newton *newton, mbsr_newton_info *info);
 
 /* The last failure; never NULL. */

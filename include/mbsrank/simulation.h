@@ -44,10 +44,10 @@ typedef struct mbsr_simulation {
 /* With an empty model; def NULL: mbsr_default_model_def. */
 MBSR_API mbsr_simulation mbsr_simulation_begin(const mbsr_model_def *def);
 
-/* The same with a model that has been built, finished or not; the simulation frees it. */
+/* A simulation of a model that has been built, finished or not; the simulation frees it. */
 MBSR_API mbsr_simulation mbsr_simulation_of(mbsr_model *model);
 
-/* Return the id; MBSR_NONE after a failure. Statuses of mbsr_model_add_body, mbsr_model_add_force,
+/* Add a body, a force element, a closure, and return its id; MBSR_NONE after a failure. Statuses of mbsr_model_add_body, mbsr_model_add_force,
  * mbsr_model_add_closure. */
 MBSR_API int mbsr_simulation_add_body(mbsr_simulation *s, const char *name, int parent,
                                       mbsr_joint joint, mbsr_inertia inertia);
@@ -87,7 +87,7 @@ MBSR_API int mbsr_simulation_set_none(mbsr_simulation *s);
 MBSR_API int mbsr_simulation_start(mbsr_simulation *s, const mbsr_ida_opt *opt, double t,
                                    const double *q, const double *u);
 
-/* mbsr_ida_advance, and mbsr_ida_sample; then t, q, u, udot, lambda, y, yp are those reached, and the data is at
+/* Integrate to a time, by mbsr_ida_advance, and over one sample, by mbsr_ida_sample; then t, q, u, udot, lambda, y, yp are those reached, and the data is at
  * mbsr_accelerations there: poses, twists and accelerations of bodies and points, reactions of joints and closures, what
  * force elements exert, energies and powers can be asked for at once. MBSR_EVENT is no failure: the next call goes on. After a failure they are
  * the last good state, where there is one (mbsr_ida_state). After calls of the driver itself, such

@@ -59,6 +59,7 @@ typedef struct mbsr_small_masses_opt {
 
 MBSR_API mbsr_small_masses_opt mbsr_default_small_masses_opt(void);
 
+/* What a zero in the place of a mass would do. */
 typedef enum mbsr_small_verdict {
     MBSR_SMALL_MAY_BE_ZERO = 0, /* at this tolerance */
     MBSR_SMALL_UNDAMPED = 1,    /* but an oscillation about it, larger than allowed, is lost */
@@ -66,6 +67,7 @@ typedef enum mbsr_small_verdict {
     MBSR_SMALL_UNDETERMINED = 3 /* no force determines the motion without it (index.h) */
 } mbsr_small_verdict;
 
+/* The words of the table for a verdict; never NULL. */
 MBSR_API const char *mbsr_small_verdict_text(mbsr_small_verdict verdict);
 
 /* A joint rate of which the inertia is one of the masses looked at, as it is with all of them
@@ -85,6 +87,7 @@ typedef struct mbsr_small_direction {
                            * the largest that the run has excited */
 } mbsr_small_direction;
 
+/* One mass or moment of inertia that was looked at. */
 typedef struct mbsr_small_mass {
     int body, parts; /* as mbsr_small_part */
     double ratio;    /* mass beside that of the heaviest neighbour; 0 where nothing is known */
@@ -100,6 +103,7 @@ typedef struct mbsr_small_mass {
     mbsr_small_verdict verdict;
 } mbsr_small_mass;
 
+/* What was found of all of them. */
 typedef struct mbsr_small_masses_report {
     int masses, directions;
     const mbsr_small_mass *mass; /* in the order named, or found: the smallest ratio first */

@@ -23,6 +23,7 @@ typedef struct mbsr_frame {
     double R[9]; /* axes */
 } mbsr_frame;
 
+/* The frame in which it stands: no displacement, no rotation. */
 MBSR_API mbsr_frame mbsr_frame_identity(void);
 
 /* Shifted, axes parallel. */

@@ -115,7 +115,7 @@ MBSR_API int mbsr_stepper_to(mbsr_stepper *stepper, double t_end);
  * before a start. */
 MBSR_API int mbsr_stepper_get(mbsr_stepper *stepper, double *t, double *q, double *u);
 
-/* The same as y and y' of the momentum form (mbsr_dae_size numbers each, either may be NULL):
+/* The state as y and y' of the momentum form (mbsr_dae_size numbers each, either may be NULL):
  * with both mbsr_stepper_resume goes on there, later or in another stepper of the same model, as
  * if nothing had happened between but for the account of energy, which is opened anew (a
  * rejected step of a co-simulation, a game that is loaded); with closures, in data that leave
@@ -133,7 +133,7 @@ MBSR_API int mbsr_stepper_resume(mbsr_stepper *stepper, double t, const double *
  * MBSR_ERR_SEQUENCE before a start. */
 MBSR_API int mbsr_stepper_jump(mbsr_stepper *stepper);
 
-/* MBSR_ERR_NULL. */
+/* Work of the last step, the most so far, and the bound. MBSR_ERR_NULL. */
 MBSR_API int mbsr_stepper_get_info(const mbsr_stepper *stepper, mbsr_stepper_info *info);
 
 /* The last failure; never NULL. */

@@ -132,7 +132,7 @@ typedef struct mbsr_sundials_stiff_info {
     long renewals; /* steps that began with a new matrix; each takes a solution besides, too */
 } mbsr_sundials_stiff_info;
 
-/* MBSR_ERR_NULL; MBSR_ERR_VALUE if the solver is another one. */
+/* What the nonlinear solver has done so far. MBSR_ERR_NULL; MBSR_ERR_VALUE if the solver is another one. */
 MBSR_API int mbsr_sundials_stiff_get_info(SUNNonlinearSolver solver,
                                           mbsr_sundials_stiff_info *info);
 

@@ -1,51 +1,42 @@
 #!/bin/sh
-# The code in the documents compiles as C11 and as C++17, or as C++20 where it has designated
-# initialisers. Statements are put into a function, and find the names declared here that the text
-# around them takes for granted.
+# The code in the documents compiles as C11 and as C++17, or as C++20 where it has designated initialisers. With
+# libraries it runs, too: programs print what the ```output behind them shows, statements leave no error in the
+# world of snippet_world.c, whose names they find. Functions and tables are compiled.
 # SPDX-License-Identifier: BSD-3-Clause
-# Usage: snippets.sh PROJECT_DIR C_COMPILER CXX_COMPILER
-# `none` for the C++ compiler: only C is tested.
+# Usage: snippets.sh PROJECT_DIR C_COMPILER CXX_COMPILER [LIBRARY...]
+# `none` for the C++ compiler: only C is tested. LIBRARY: shared ones, core first; without: nothing is run. What
+# belongs to a component whose library is not there is not run either.
 set -eu
 cd "$1"
 cc=$2
 cxx=$3
+shift 3
+here=tests/hygiene
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
-flags="-Wall -Wextra -Wpedantic -Werror -Wno-unused -Wno-unused-parameter
-       -Wno-missing-field-initializers -fsyntax-only -Iinclude"
+warnings="-Wall -Wextra -Wpedantic -Werror -Wno-unused -Wno-unused-parameter -Wno-missing-field-initializers"
+flags="$warnings -Iinclude -I$here"
 
-cat >"$work/names.h" <<'END'
-#include <mbsrank/mbsrank.h>
-#include <math.h>
-#include <stdio.h>
-extern mbsr_model *m, *model;
-extern mbsr_data *d, *data;
-extern mbsr_newton *newton;
-extern mbsr_body_def body;
-extern mbsr_joint_table table;
-extern mbsr_error error;
-extern double t, c, *q, *u, *y, *yp, *F, *delta;
-extern int status, n;
-extern void *user;
-extern const char *text;
-extern size_t size;
-END
-
-# One file for each piece of code between ```c and ```: complete programs as they are.
+# One file for each piece of code between ```c and ```: complete programs as they are, and what they print beside.
 for document in README.md docs/*.md bench/README.md; do
-    awk -v document="$document" -v stem="$work/$(basename "$document" .md)" -v names="$work/names.h" '
+    awk -v document="$document" -v stem="$work/$(basename "$document" .md)" '
         function put() {
-            file = stem "-" first ".c"
-            if (!program) print "#include \"" names "\"" >file
+            kind = program ? "program" : functions ? "functions" : "statements"
+            file = stem "-" first "." kind ".c"
+            if (!program) print "#include \"snippet_world.h\"" >file
             if (!program) printf "%s", includes >file
-            if (!functions) print "void code(void);\nvoid code(void)\n{" >file
+            if (kind == "statements") print "void code(void);\nvoid code(void)\n{" >file
             print "#line " first + 1 " \"" document "\"" >file
             printf "%s", text >file
-            if (!functions) print "}" >file
+            if (kind == "statements") print "}" >file
             close(file)
+            last = program ? file : ""
         }
         /^```c$/ { on = 1; first = FNR; text = includes = ""; program = functions = 0; next }
-        /^```$/ { if (on) put(); on = 0 }
+        /^```output$/ { shown = last ".shown"; if (last == "") { print document ":" FNR ": output of nothing"; exit 1 }
+                        printf "" >shown; output = 1; next }
+        /^```/ { if (on) put(); on = output = 0; next }
+        output { print >shown }
         !on { next }
         /^int main\(/ { program = 1 }
         /^[{]$/ { functions = 1 }
@@ -54,21 +45,66 @@ for document in README.md docs/*.md bench/README.md; do
     ' "$document"
 done
 
-# An #include among statements is harmless the second time: headers have guards.
 status=0
+bad() {
+    echo "$@"
+    status=1
+}
+
+# can_run FILE: whether the components it includes are among the libraries.
+libraries=$*
+can_run() {
+    [ -n "$libraries" ] || return 1
+    for component in ida:'ida|simulation|sundials' files:files fe:'fe|sid'; do
+        if grep -qE "^#include <mbsrank/(${component#*:})\.h>" "$1"; then
+            case "$libraries" in *mbsrank_"${component%%:*}".*) ;; *) return 1 ;; esac
+        fi
+    done
+}
+
+# run FILE LIBRARY...: builds it, with the world where it needs that, and runs it.
+world=$work/world.o
+run() {
+    file=$1 object='' options=''
+    shift
+    case $file in
+    *.statements.c)
+        object=$world
+        # shellcheck disable=SC2086 # flags are several words
+        [ -f "$world" ] || "$cc" -std=c11 -O0 $flags -c $here/snippet_world.c -o "$world" || exit 1
+        ! grep -qE 'mbsr_model_add_.*\(model,|simulation_of' "$file" || options="$options unfinished"
+        ! grep -q 'simulation_of' "$file" || options="$options taken"
+        ! grep -q 'planar' "$file" || options="$options planar"
+        ! grep -q 'xacro' "$file" || options="$options xacro"
+        ;;
+    esac
+    # shellcheck disable=SC2086
+    "$cc" -std=c11 -O0 $flags "$file" $object "$@" -lm $paths -o "$work/run" || { bad "not C11"; return; }
+    # shellcheck disable=SC2086
+    (cd "$work" && ./run $options >printed) || { cat "$work/printed"; bad "$file does not run"; return; }
+    if [ -f "$file.shown" ] && ! diff -u "$file.shown" "$work/printed"; then bad "$file prints something else"; fi
+    ran=$((ran + 1))
+}
+
+paths=$(for library; do echo "-Wl,-rpath,$(dirname "$library")"; done | sort -u)
 count=0
+ran=0
 for file in "$work"/*.c; do
     [ -f "$file" ] || continue
     count=$((count + 1))
-    # shellcheck disable=SC2086 # flags are several words
-    "$cc" -std=c11 $flags "$file" || { echo "not C11"; status=1; }
+    # shellcheck disable=SC2086
+    case $file in
+    *.functions.c) "$cc" -std=c11 $flags -fsyntax-only "$file" || bad "not C11" ;;
+    *) if can_run "$file"; then run "$file" "$@"; else "$cc" -std=c11 $flags -fsyntax-only "$file" || bad "not C11"; fi ;;
+    esac
     [ "$cxx" != none ] || continue
     standard=c++17
     if grep -qE '[{ ]\.[a-z_]+ = ' "$file"; then standard=c++2a; fi
     # shellcheck disable=SC2086
-    "$cxx" -std=$standard $flags -x c++ "$file" || { echo "not $standard"; status=1; }
+    "$cxx" -std=$standard $flags -fsyntax-only -x c++ "$file" || bad "not $standard"
 done
 [ "$cxx" != none ] || echo "no C++ compiler: C++ not tested"
-echo "$count pieces of code"
+echo "$count pieces of code, $ran of them run"
 [ "$count" -gt 0 ] || status=1
+[ -z "$libraries" ] || [ "$ran" -gt 0 ] || status=1
 exit $status

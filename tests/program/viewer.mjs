@@ -143,6 +143,23 @@ async function arm(browser) {
     await browser.picture(join(pictures, "viewer.png"));
 }
 
+// The picture that the README begins with: two loops, and bodies without mass; a hand turns it.
+async function suspension(browser) {
+    const run = await show(browser, "suspension.xml", "light", "--t-end", "2", "--output", "state",
+        "--inputs", join(models, "steer.csv"));
+    if (!run) return;
+    const turned = 260;
+    const mouse = (type, x, buttons) => browser.send("Input.dispatchMouseEvent",
+        { type, x, y: 400, button: "left", buttons, clickCount: 1 });
+    await mouse("mousePressed", 450, 1);
+    for (let k = 1; k <= 10; ++k) await mouse("mouseMoved", 450 + turned * k / 10, 1);
+    await mouse("mouseReleased", 450 + turned, 0);
+    for (let k = 0; k < 2; ++k)
+        await browser.send("Input.dispatchMouseEvent", { type: "mouseWheel", x: 450, y: 400, deltaX: 0, deltaY: -120 });
+    await browser.ask(slideTo(0.6));
+    await browser.picture(join(pictures, "suspension.png"));
+}
+
 // A bob of 2 kg hangs by a closure: where it hooks in, the force is what moves the bob, and gravity beside.
 async function hookedBob(browser) {
     const model = join(work, "bob.xml"), mass = 2;
@@ -347,6 +364,7 @@ try {
 }
 await inBrowser(quarterCar, 900, 600);
 await inBrowser(robots, pictures ? 1280 : 640, pictures ? 800 : 400);
+if (pictures) await inBrowser(suspension, 1280, 800);
 await inBrowser(hookedBob, 900, 600);
 await inBrowser(manyBodies, 320, 240);
 rmSync(work, { recursive: true });
