@@ -15,7 +15,7 @@
 
 #include <math.h>
 
-enum { REFINEMENTS = 3 };
+enum { REFINEMENTS = 5 };
 
 /* ---- right-hand sides ---- */
 
@@ -338,7 +338,7 @@ static double share(const mbsri_front *f, const double *r, const double *delta, 
 /* As long as it makes what is left smaller. */
 static void refine(mbsri_front *f, const double *r, double *delta)
 {
-    static const double enough = 1e-14, less = 0.1;
+    static const double enough = 1e-14, less = 0.5;
     const int size = mbsr_dae_size(f->model, MBSR_DAE_MOMENTUM);
     double *left = f->left_over, *change = left + size, before = HUGE_VAL;
     for (int step = 0; step < REFINEMENTS; ++step) {

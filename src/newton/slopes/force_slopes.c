@@ -88,12 +88,6 @@ void mbsri_slopes_place(const mbsr_model *m, mbsri_slopes *s, double *doubles, i
     s->matrix = doubles;
     s->work = doubles ? doubles + matrix : NULL; /* NULL: a model without elements */
     s->out = (mbsr_force_derivatives){.matrix = s->matrix, .row = s->row, .column = s->column};
-    s->kept = NULL;
-}
-
-void mbsri_slopes_forget(mbsri_kept_slopes *kept)
-{
-    for (int k = 0; k < kept->count; ++k) kept->known[k] = 0;
 }
 
 /* Rows and columns of the bodies of a call, and a matrix of zeros. */
@@ -367,7 +361,7 @@ static int own_slopes(const mbsr_model *m, mbsr_data *d, const mbsri_force *forc
     return status ? mbsri_force_failed(m, d, force, status, "derivatives") : MBSR_OK;
 }
 
-/* Of an element at a state of which nothing is kept. */
+/* Of an element that is on. */
 static int find_slopes(const mbsr_model *m, mbsr_data *d, const mbsri_force *force, int body,
                        int bodies, mbsri_slopes *s)
 {
@@ -392,18 +386,5 @@ int mbsri_force_slopes(const mbsr_model *m, mbsr_data *d, const mbsri_force *for
         lay_out(s, bodies, d->force_bodies);
         return MBSR_OK;
     }
-    mbsri_kept_slopes *kept = s->kept;
-    const int number = kept ? kept->number[force - (const mbsri_force *)m->forces.data] : -1;
-    if (number < 0) return find_slopes(m, d, force, body, bodies, s);
-    double *const known = kept->store + (size_t)number * kept->stride;
-    if (kept->known[number]) {
-        lay_out(s, bodies, d->force_bodies);
-        mbsri_copy((size_t)s->out.rows * (size_t)s->out.columns, known, s->matrix);
-        return MBSR_OK;
-    }
-    const int status = find_slopes(m, d, force, body, bodies, s);
-    if (status) return status;
-    mbsri_copy((size_t)s->out.rows * (size_t)s->out.columns, s->matrix, known);
-    kept->known[number] = 1;
-    return MBSR_OK;
+    return find_slopes(m, d, force, body, bodies, s);
 }

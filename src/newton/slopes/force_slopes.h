@@ -12,25 +12,11 @@ static inline int mbsri_pose_size(const mbsri_body *b)
     return mbsri_pose_numbers(b->joint.space, b->np);
 }
 
-/* Slopes of elements that are asked for more than once in a state, by several eliminations of parts of a
- * tree: as they were found first. */
-typedef struct mbsri_kept_slopes {
-    int *number;   /* by the model's elements: among those that are kept, -1: it is not */
-    int *known;    /* by these: since the last state; `count` of them */
-    double *store; /* stride each */
-    size_t stride;
-    int count;
-} mbsri_kept_slopes;
-
-/* In another state. */
-void mbsri_slopes_forget(mbsri_kept_slopes *kept);
-
 /* What mbsri_force_slopes works in: one for a model's elements, one at a time. */
 typedef struct mbsri_slopes {
     mbsr_force_derivatives out; /* of the last element; its pointers point into the memory below */
     int *row, *column;          /* max_force_bodies */
     double *matrix, *work;
-    mbsri_kept_slopes *kept; /* NULL: none */
 } mbsri_slopes;
 
 /* Doubles and ints that it needs, and where they are given to it. */

@@ -8,8 +8,8 @@
 /* Bytes of a solver of the model, 0 if it is never served. It is placed in memory aligned to
  * MBSR_DATA_ALIGNMENT. */
 size_t mbsri_newton_sweeps_size(const mbsr_model *m, bool lean);
-/* alone: there is no elimination by blocks to turn to with all bodies. blocks: has that of the blocks,
- * where the tree has some. */
+/* alone: there is no front to turn to with all bodies. blocks: has that of the bodies of other kinds, where the tree has
+ * some, and what loops carry; or NULL. */
 mbsri_newton_sweeps *mbsri_newton_sweeps_place(const mbsr_model *m, bool alone, void *memory,
                                                struct mbsr_newton *blocks);
 
