@@ -91,7 +91,7 @@ static double bounded(mbsri_stiff *s, double filtered, double plain)
 /* The factor by which the error x, of norm `plain`, is tested more strictly than IDA would: where it may be that of a jump. */
 static double strictness(mbsri_stiff *s, N_Vector x, double plain)
 {
-    static const double many = 20.0;
+    static const double many = 10.0;
     const double unequal = mbsri_stiff_unequal(s);
     return unequal * plain > many && unequal * mbsri_stiff_momentum_norm(s, x) > many ? unequal
                                                                                       : 1.0;

@@ -10,7 +10,8 @@
  *
  * 1 / (k + 1) for equal steps. After large steps have failed and a small one is tried C may be a thousandth of that: what a smooth
  * solution would do there. What jumps does not get smaller by the length of steps before it. So an error of momenta that is large by
- * the constant of equal steps is tested by that, or by 20 times C if that is less: noise that no step makes smaller must not end a run.
+ * the constant of equal steps is tested by that, and as it is, with C = 1, where the step is less than half as long as one of those before:
+ * something has made it so. By 20 times C if that is less: noise that no step makes smaller must not end a run.
  *
  * The filter (filter.c). It says that the next step forgets an error along a direction in which something stiff acts: an offset. That
  * holds if it has acted before as well. What a stop takes in the step in which it is hit is no offset but the impact, and the velocity
@@ -44,17 +45,20 @@ void mbsri_stiff_note_attempt(mbsri_stiff *s)
 
 double mbsri_stiff_unequal(const mbsri_stiff *s)
 {
-    static const double most = 20.0;
-    double h = 0.0, last = 0.0, sum = 0.0;
+    static const double most = 20.0, shorter = 2.0;
+    double h = 0.0, last = 0.0, sum = 0.0, longest = 0.0;
     if (s->past.known < s->now.order || IDAGetCurrentStep(s->memory, &h) < 0) return 1.0;
     double time = h;
     for (int j = 0; j <= s->now.order; ++j) {
         if (j > 0) time += s->past.step[j - 1];
+        if (j > 0) longest = fmax(longest, fabs(s->past.step[j - 1]));
         last = h / time;
         if (j < s->now.order) sum += last - 1.0 / (j + 1);
     }
-    const double constant = fmax(last, fabs(last + sum));
-    return fmin(most, fmax(1.0, 1.0 / ((s->now.order + 1) * constant)));
+    const bool shrunk = shorter * fabs(h) < longest;
+    const double constant = fmax(last, fabs(last + sum)),
+                 wanted = shrunk ? 1.0 : 1.0 / (s->now.order + 1);
+    return fmin(most, fmax(1.0, wanted / constant));
 }
 
 bool mbsri_stiff_acted(mbsri_stiff *s, N_Vector x)

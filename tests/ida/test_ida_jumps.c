@@ -123,7 +123,7 @@ static void a_servo_turns_round_between_steps(void **state)
     run_force(m, mbsr_force_gravity(0.0, 0.0, -weight));
     switched(&c, 2.0, reference);
     const losses l = losses_of(run_finish(m), q, 2.0, reference);
-    assert_true(l.most < 3000.0 && l.mean < 2.5);
+    assert_true(l.most < 1500.0 && l.mean < 2.4);
     assert_in_range(l.steps, 4000, 9000);
     mbsr_model_destroy(m);
 }

@@ -3,15 +3,15 @@
 #include "problems.h"
 #include "reference_runs.h"
 
-/* A slider of 1 kg that rolls on, with a mass of 1 kg on a spring of 1e8 N/m beside it that vibrates at first: at 1e4 rad/s, for 0.3 s
- * by its damper until its momentum is within the tolerance. Orders 3 to 5 follow it to the end, in 56 000 steps. */
+/* A slider of 1 kg that rolls on, with a mass of 1 kg on a spring of 1e10 N/m beside it that vibrates at first: at 1e5 rad/s, for 0.3 s
+ * by its damper until its momentum is within the tolerance. Orders 3 to 5 follow it to the end, in 200 712 steps. */
 static void a_vibration_that_nobody_sees_is_let_go(void **state)
 {
     (void)state;
     static const double X[3] = {1.0, 0.0, 0.0}, Y[3] = {0.0, 1.0, 0.0};
     static const double q[2] = {0.0, 0.0}, u[2] = {1.0, 1e-3};
     enum { SIZE = 6 };
-    const double tolerance = 1e-7, stiffness = 1e8, damping = 60.0, time = 3.0;
+    const double tolerance = 1e-7, stiffness = 1e10, damping = 60.0, time = 1.0;
     double y[SIZE], yp[SIZE];
     mbsr_data *d = NULL;
     mbsr_ida *ida = NULL;
@@ -33,7 +33,7 @@ static void a_vibration_that_nobody_sees_is_let_go(void **state)
     assert_ok(mbsr_ida_start(ida, 0.0, y, yp), mbsr_ida_error(ida));
     assert_ok(mbsr_ida_advance(ida, time, NULL, y, NULL), mbsr_ida_error(ida));
     print_message("%ld steps\n", problem_stats(ida).steps);
-    assert_true(problem_stats(ida).steps < 20000);
+    assert_true(problem_stats(ida).steps < 40000);
     assert_close(y[0], 1.0 - exp(-time), 100.0 * tolerance); /* of 2 kg with a damper of 2 N s/m */
     assert_close(y[1], 0.0, tolerance);
     mbsr_ida_destroy(ida);
