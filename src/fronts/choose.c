@@ -12,11 +12,12 @@
 static const double careful = 0.8;
 enum { MORE = 3 };
 
+/* Those that are linear most often first, so that others stop early; of equals the last one counts. */
 static const mbsri_order_rule rules[] = {
-    {MBSRI_ORDER_TREE, MBSRI_ORDER_WHOLE, 0},      {MBSRI_ORDER_TREE, MBSRI_ORDER_EARLY, MORE},
-    {MBSRI_ORDER_BORDER, MBSRI_ORDER_EARLY, MORE}, {MBSRI_ORDER_GROWTH, MBSRI_ORDER_EARLY, MORE},
     {MBSRI_ORDER_BORDER, MBSRI_ORDER_FAR, 0},      {MBSRI_ORDER_GROWTH, MBSRI_ORDER_FAR, 0},
-    {MBSRI_ORDER_TREE, MBSRI_ORDER_EARLY, 0},      {MBSRI_ORDER_BORDER, MBSRI_ORDER_EARLY, 0}};
+    {MBSRI_ORDER_BORDER, MBSRI_ORDER_EARLY, 0},    {MBSRI_ORDER_BORDER, MBSRI_ORDER_EARLY, MORE},
+    {MBSRI_ORDER_GROWTH, MBSRI_ORDER_EARLY, MORE}, {MBSRI_ORDER_TREE, MBSRI_ORDER_EARLY, 0},
+    {MBSRI_ORDER_TREE, MBSRI_ORDER_EARLY, MORE},   {MBSRI_ORDER_TREE, MBSRI_ORDER_WHOLE, 0}};
 
 void mbsri_plan_destroy(const mbsr_model *m, mbsri_plan *plan)
 {
@@ -52,13 +53,13 @@ static bool choose(const mbsr_model *m, bool far, mbsri_order *order, mbsri_plan
 {
     const int steps = m->bodies + (int)m->closures.count;
     double least = 1e300; /* operations, of careful plans their share */
-    const size_t count = m->rows > 0 ? sizeof rules / sizeof rules[0] : 1;
-    for (size_t k = 0; k < count; ++k) {
+    const size_t all = sizeof rules / sizeof rules[0], count = m->rows > 0 ? all : 1;
+    for (size_t k = all - count; k < all; ++k) {
         const double share =
             rules[k].more > 0 || rules[k].moment != MBSRI_ORDER_EARLY ? careful : 1.0;
         if (rules[k].moment == MBSRI_ORDER_FAR && !far) continue;
         if (!mbsri_order_make(order, rules[k], least / share, other)) return false;
-        if (other->steps < steps || other->operations * share >= least) continue;
+        if (other->steps < steps || other->operations * share > least) continue;
         least = other->operations * share;
         copy(m, other, best);
         best->far = rules[k].moment == MBSRI_ORDER_FAR;
