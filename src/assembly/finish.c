@@ -342,6 +342,14 @@ static int resolve_forces(mbsr_model *m, int N)
     return status;
 }
 
+/* Whether all bodies have inertia in all directions. */
+static bool is_regular(const mbsr_model *m)
+{
+    bool regular = true;
+    for (int i = 1; i <= m->bodies; ++i) regular = regular && m->body[i].regular;
+    return regular;
+}
+
 /* Groups of joints and which of them are whole; both may need a position of the tree: of a model
  * finished but for this. */
 static bool group_joints(mbsr_model *m, int N)
@@ -353,7 +361,7 @@ static bool group_joints(mbsr_model *m, int N)
     built = built && mbsri_measure(m) && mbsri_survey(m);
     m->finished = false;
     built = built && mbsri_sweeps_build_others(m);
-    built = built && (m->rows == 0 || mbsri_plan_create(m, &m->plan));
+    built = built && (m->rows == 0 || mbsri_plan_create(m, is_regular(m), &m->plan));
     mbsri_places_see(m);
     mbsri_places_set(m, N);
     built = built && mbsri_groups_place(m);

@@ -12,11 +12,12 @@
 static const double careful = 0.8;
 enum { MORE = 3 };
 
+/* Those that are linear most often first, so that others stop early; of equals the last one counts. */
 static const mbsri_order_rule rules[] = {
-    {MBSRI_ORDER_TREE, MBSRI_ORDER_WHOLE, 0},      {MBSRI_ORDER_TREE, MBSRI_ORDER_EARLY, MORE},
-    {MBSRI_ORDER_BORDER, MBSRI_ORDER_EARLY, MORE}, {MBSRI_ORDER_GROWTH, MBSRI_ORDER_EARLY, MORE},
     {MBSRI_ORDER_BORDER, MBSRI_ORDER_FAR, 0},      {MBSRI_ORDER_GROWTH, MBSRI_ORDER_FAR, 0},
-    {MBSRI_ORDER_TREE, MBSRI_ORDER_EARLY, 0},      {MBSRI_ORDER_BORDER, MBSRI_ORDER_EARLY, 0}};
+    {MBSRI_ORDER_BORDER, MBSRI_ORDER_EARLY, 0},    {MBSRI_ORDER_BORDER, MBSRI_ORDER_EARLY, MORE},
+    {MBSRI_ORDER_GROWTH, MBSRI_ORDER_EARLY, MORE}, {MBSRI_ORDER_TREE, MBSRI_ORDER_EARLY, 0},
+    {MBSRI_ORDER_TREE, MBSRI_ORDER_EARLY, MORE},   {MBSRI_ORDER_TREE, MBSRI_ORDER_WHOLE, 0}};
 
 void mbsri_plan_destroy(const mbsr_model *m, mbsri_plan *plan)
 {
@@ -47,18 +48,21 @@ static void copy(const mbsr_model *m, const mbsri_plan *from, mbsri_plan *to)
 }
 
 /* The cheapest order into `best`; false: there is no memory. */
-static bool choose(const mbsr_model *m, mbsri_order *order, mbsri_plan *best, mbsri_plan *other)
+static bool choose(const mbsr_model *m, bool far, mbsri_order *order, mbsri_plan *best,
+                   mbsri_plan *other)
 {
     const int steps = m->bodies + (int)m->closures.count;
     double least = 1e300; /* operations, of careful plans their share */
-    const size_t count = m->rows > 0 ? sizeof rules / sizeof rules[0] : 1;
-    for (size_t k = 0; k < count; ++k) {
+    const size_t all = sizeof rules / sizeof rules[0], count = m->rows > 0 ? all : 1;
+    for (size_t k = all - count; k < all; ++k) {
         const double share =
             rules[k].more > 0 || rules[k].moment != MBSRI_ORDER_EARLY ? careful : 1.0;
+        if (rules[k].moment == MBSRI_ORDER_FAR && !far) continue;
         if (!mbsri_order_make(order, rules[k], least / share, other)) return false;
-        if (other->steps < steps || other->operations * share >= least) continue;
+        if (other->steps < steps || other->operations * share > least) continue;
         least = other->operations * share;
         copy(m, other, best);
+        best->far = rules[k].moment == MBSRI_ORDER_FAR;
     }
     return true;
 }
@@ -79,11 +83,11 @@ static void add_root(mbsri_plan *plan)
     plan->when[0] = plan->steps++;
 }
 
-bool mbsri_plan_create(const mbsr_model *m, mbsri_plan **plan)
+bool mbsri_plan_create(const mbsr_model *m, bool far, mbsri_plan **plan)
 {
     mbsri_order *order = mbsri_order_open(m);
     mbsri_plan *best = allocate(m), *other = allocate(m);
-    const bool made = order && best && other && choose(m, order, best, other);
+    const bool made = order && best && other && choose(m, far, order, best, other);
     if (made) add_root(best);
     if (order) mbsri_order_close(order);
     mbsri_plan_destroy(m, other);

@@ -48,7 +48,7 @@ typedef struct mbsri_fronts {
     const mbsr_model *m;
     mbsr_data *d;
     const mbsri_plan *plan;
-    mbsri_plan *own_plan;      /* of a model that has none */
+    mbsri_plan *own_plan;      /* where that of the model does not serve */
     mbsri_part **part;         /* steps: left by each, until it is taken; NULL: nothing */
     mbsri_pivots **pivots;     /* steps; NULL: nothing is eliminated but rates */
     mbsri_passing **passing;   /* steps; NULL: nothing passes */
@@ -69,8 +69,10 @@ typedef struct mbsri_fronts {
     size_t scratch_size;
 } mbsri_fronts;
 
-/* Takes memory from the model's allocator; mbsri_fronts_close gives it back, after a failure too. */
-int mbsri_fronts_open(mbsri_fronts *w, const mbsr_model *m, mbsr_data *d, const char *function);
+/* Takes memory from the model's allocator; mbsri_fronts_close gives it back, after a failure too. `far`: the inertia of
+ * bodies, or armature of all joints, counts (choose.h). */
+int mbsri_fronts_open(mbsri_fronts *w, const mbsr_model *m, mbsr_data *d, bool far,
+                      const char *function);
 void mbsri_fronts_close(mbsri_fronts *w);
 
 /* Memory for the factors, and for a short time (numbers, until the next call): NULL where there is none. A part of so

@@ -95,12 +95,12 @@ static void list_ends(mbsri_fronts *w)
     }
 }
 
-/* A model without closures has no plan. */
-static bool take_plan(mbsri_fronts *w)
+/* A model without closures has no plan; one with far ends does not serve joints without inertia. */
+static bool take_plan(mbsri_fronts *w, bool far)
 {
     w->plan = w->m->plan;
-    if (w->plan) return true;
-    if (!mbsri_plan_create(w->m, &w->own_plan)) return false;
+    if (w->plan && (far || !w->plan->far)) return true;
+    if (!mbsri_plan_create(w->m, false, &w->own_plan)) return false;
     w->plan = w->own_plan;
     return true;
 }
@@ -112,10 +112,11 @@ static int no_memory(const mbsri_fronts *w, const char *function)
                       function, w->m->nu, w->m->rows);
 }
 
-int mbsri_fronts_open(mbsri_fronts *w, const mbsr_model *m, mbsr_data *d, const char *function)
+int mbsri_fronts_open(mbsri_fronts *w, const mbsr_model *m, mbsr_data *d, bool far,
+                      const char *function)
 {
     *w = (mbsri_fronts){.m = m, .d = d, .free = -1};
-    if (!take_plan(w)) return no_memory(w, function);
+    if (!take_plan(w, far)) return no_memory(w, function);
     const size_t bodies = (size_t)m->bodies + 1, rows = (size_t)m->rows, nu = (size_t)m->nu,
                  ends = m->closures.count * MBSRI_ENDS, unknowns = rows + nu + m->size_v,
                  steps = (size_t)w->plan->steps;

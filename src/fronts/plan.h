@@ -29,6 +29,7 @@ typedef struct mbsri_plan {
     mbsri_plan_step *step;
     int *child;        /* steps */
     int *when;         /* bodies + 1 + closures: the step of each; that of the root is the last */
+    bool far;          /* borders have motions of far ends */
     double operations; /* multiplications */
     int widest;        /* numbers in the widest front */
 } mbsri_plan;

@@ -51,7 +51,7 @@ static int open_closer(closer *w)
     w->measure.gap = w->g + held;
     w->q_try = w->measure.gap + held;
     mbsri_zero(nu, w->none);
-    const int status = mbsri_fronts_open(&w->system, m, w->d, function);
+    const int status = mbsri_fronts_open(&w->system, m, w->d, true, function);
     for (; c < end && !status; ++c) {
         for (int k = 0; k < c->rows; ++k)
             w->system.left_out[c->row + k] = k >= c->held || w->d->dropped[c->row + k];

@@ -39,7 +39,7 @@ static int open_forward(forward *w, const mbsr_model *m, mbsr_data *d)
 {
     const size_t nu = (size_t)m->nu, rows = (size_t)m->rows;
     *w = (forward){.m = m, .d = d};
-    int status = mbsri_fronts_open(&w->system, m, d, forward_name);
+    int status = mbsri_fronts_open(&w->system, m, d, true, forward_name);
     if (status) return status;
     w->memory = mbsri_allocate(&m->allocator, (2 * nu + 4 * rows) * sizeof(double));
     if (!w->memory)
@@ -195,7 +195,7 @@ int mbsri_loops_actuate(const mbsr_model *m, mbsr_data *d, const double *actuate
 {
     mbsri_fronts s;
     if (m->rows == 0) return actuate_tree(m, d, actuated, need, tau, function);
-    int status = mbsri_fronts_open(&s, m, d, function);
+    int status = mbsri_fronts_open(&s, m, d, false, function);
     double *zero =
         status ? NULL : mbsri_fronts_allocate(&s, ((size_t)m->rows + (size_t)m->nu) * sizeof *zero);
     if (!status && !zero)

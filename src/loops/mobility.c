@@ -105,7 +105,7 @@ static int find(mobility *x, double *result, const char *function)
 int mbsri_loops_mobility(const mbsr_model *m, mbsr_data *d, double *result, const char *function)
 {
     mobility x = {.out = NULL};
-    int status = mbsri_fronts_open(&x.w, m, d, function);
+    int status = mbsri_fronts_open(&x.w, m, d, true, function);
     if (!status) status = find(&x, result, function);
     mbsri_fronts_close(&x.w);
     return status;

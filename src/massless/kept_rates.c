@@ -88,7 +88,7 @@ static int open_push(push *p)
         next += length[l];
     }
     p->pivots = (int *)(void *)next;
-    return mbsri_fronts_open(&p->system, m, p->d, function);
+    return mbsri_fronts_open(&p->system, m, p->d, true, function);
 }
 
 static void close_push(push *p)
