@@ -120,16 +120,14 @@ static int balance(mbsri_start *s)
  * direction they do not. */
 static int check(mbsri_start *s, bool *clear)
 {
-    static const double short_way = 1e-4, off = 1e-2;
+    static const double short_way = 1e-4, off = 0.1;
     mbsr_completion *w = s->w;
     const mbsr_model *m = w->m;
-    double *push = s->target, *still = s->missing, error = 0.0, largest = 0.0;
-    int status = mbsri_completion_residual(w, w->t, w->y, w->yp);
-    mbsri_copy((size_t)m->nu, w->F + w->rates, still);
+    double *push = s->target, *before = s->missing, error = 0.0, largest = 0.0;
     mbsri_completion_push(w, push);
     mbsri_zero((size_t)w->size, w->r);
     mbsri_copy((size_t)m->nu, push, w->r + w->rates);
-    if (!status) status = mbsri_start_solve(s, NULL);
+    int status = mbsri_start_solve(s, NULL);
     if (status) return status;
     const double speed = mbsri_completion_speed(w, w->x + w->rates),
                  step = short_way / fmax(speed * s->time, mbsri_start_extent(s, w->x));
@@ -137,11 +135,15 @@ static int check(mbsri_start *s, bool *clear)
     if (!*clear) return MBSR_OK;
     mbsri_copy((size_t)w->size, w->y, w->ahead);
     mbsri_copy((size_t)w->size, w->yp, w->ahead_rate);
-    for (int k = 0; k < w->loops; ++k) w->ahead[k] += step * w->x[k];
-    for (int k = w->loops; k < w->places; ++k) w->ahead_rate[k] += step * w->other[k];
-    status = mbsri_completion_residual(w, w->t, w->ahead, w->ahead_rate);
+    for (int side = -1; side <= 1 && !status; side += 2) {
+        for (int k = 0; k < w->loops; ++k) w->ahead[k] = w->y[k] + side * step * w->x[k];
+        for (int k = w->loops; k < w->places; ++k)
+            w->ahead_rate[k] = w->yp[k] + side * step * w->other[k];
+        status = mbsri_completion_residual(w, w->t, w->ahead, w->ahead_rate);
+        if (side < 0) mbsri_copy((size_t)m->nu, w->F + w->rates, before);
+    }
     for (int k = 0; k < m->nu; ++k) {
-        const double taken = (w->F[w->rates + k] - still[k]) / step;
+        const double taken = (w->F[w->rates + k] - before[k]) / (2.0 * step);
         largest = fmax(largest, fabs(push[k]) / w->per_span[k]);
         if (w->lacks[k]) error = fmax(error, fabs(push[k] - taken) / w->per_span[k]);
     }
