@@ -4,12 +4,15 @@
 
 #include "algebra/dense.h"
 #include "algebra/numbers.h"
+#include "algebra/pivots.h"
 #include "base/error.h"
 #include "base/memory.h"
 #include "loops/motion.h"
 #include "massless/open.h"
 #include "recursion/closures.h"
 #include "recursion/kinematics.h"
+#include "recursion/rounding.h"
+#include "recursion/spans.h"
 
 int mbsri_closed_start_open(mbsri_closed_start *s, const mbsr_model *m, mbsr_data *d)
 {
@@ -21,9 +24,11 @@ int mbsri_closed_start_open(mbsri_closed_start *s, const mbsr_model *m, mbsr_dat
         d->error = error;
         return status;
     }
-    if (!status) s->q = mbsri_allocate(&m->allocator, (size_t)(m->nq + m->nu + 1) * sizeof *s->q);
+    const int numbers = m->nq + m->nu + m->rows + 1;
+    if (!status) s->q = mbsri_allocate(&m->allocator, (size_t)numbers * sizeof *s->q);
     if (s->q) {
         s->u = s->q + m->nq;
+        s->length = s->u + m->nu;
         return MBSR_OK;
     }
     return mbsri_fail(&d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
@@ -50,6 +55,23 @@ static void clear_springs(const mbsr_model *m, double *x)
     }
 }
 
+/* After the derivatives of the closures. */
+static void find_lengths(const mbsri_closed_start *s)
+{
+    const mbsr_model *m = s->m;
+    const mbsri_closure *c = m->closures.data;
+    mbsri_zero((size_t)m->rows, s->length);
+    for (size_t id = 0; id < m->closures.count; ++id, ++c) {
+        for (int l = 0; l < c->bodies; ++l) {
+            for (int k = 0; k < c->rows; ++k) {
+                double turn, move;
+                mbsri_row_parts(m, s->d, c, l, k, &turn, &move);
+                mbsri_share(turn, move, m->length, s->length + c->row + k);
+            }
+        }
+    }
+}
+
 /* Refuses velocities or accelerations that rows do not allow, those left out among them. */
 static int check_rows(mbsri_closed_start *s, double t, const double *q, const double *u,
                       const double *udot)
@@ -63,15 +85,18 @@ static int check_rows(mbsri_closed_start *s, double t, const double *q, const do
     if (!status) status = mbsri_closure_jacobians(m, d);
     if (!status) status = mbsri_closure_rates(m, d, rate);
     if (status) return status;
+    find_lengths(s);
     clear_springs(m, rate);
-    status = mbsri_refuse_left(m, d, rate, mbsri_largest(m->nu, u), "velocity row", name);
+    const double own = mbsri_rate_of_model(m);
+    double size = own + mbsri_largest_rate(m, u);
+    status = mbsri_refuse_left(m, d, rate, s->length, size, "velocity row", name);
     if (!status) status = mbsri_closure_bias(m, d, rate);
     if (status) return status;
-    const double size = mbsri_largest(m->rows, rate) + mbsri_largest(m->nu, udot);
+    size = own * own + mbsri_largest_row(m, rate, s->length) + mbsri_largest_rate(m, udot);
     mbsri_closure_apply(m, d, udot, gained);
     for (int k = 0; k < m->rows; ++k) rate[k] += gained[k];
     clear_springs(m, rate);
-    return mbsri_refuse_left(m, d, rate, size, "acceleration", name);
+    return mbsri_refuse_left(m, d, rate, s->length, size, "acceleration", name);
 }
 
 int mbsri_closed_start_find(mbsri_closed_start *s, double t, const double *offset, double *q,

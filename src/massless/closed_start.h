@@ -11,7 +11,8 @@ typedef struct mbsri_closed_start {
     mbsr_data *d;
     mbsr_completion *completion;
     mbsri_start search;
-    double *q, *u; /* nq, nu: a state that one begins with */
+    double *q, *u;  /* nq, nu: a state that one begins with */
+    double *length; /* rows: what their velocities are compared with (algebra/pivots.h) */
 } mbsri_closed_start;
 
 /* Statuses of mbsr_completion_create, reported in d. */
