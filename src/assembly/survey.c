@@ -74,6 +74,9 @@ static void find_inertias(const mbsr_model *m, mbsr_data *d, double *x)
 
 enum { KINDS = 3 };
 
+/* What rounding of positions leaves of an inertia on the axis that it turns about, beside a usual one. */
+static const double trace = 1e-28;
+
 /* The largest inertia of each kind of rate; of kinds without, what is typical of the model. */
 static void find_largest(const mbsr_model *m, const double *inertia, double *largest)
 {
@@ -90,7 +93,8 @@ static void find_largest(const mbsr_model *m, const double *inertia, double *lar
     for (int k = 0; k < KINDS; ++k) {
         const double length = k == (int)MBSR_COORDINATE_ROTATION ? m->length : 1.0,
                      inertia_of_all = m->mass * length * length;
-        if (!(largest[k] > 0.0)) largest[k] = inertia_of_all > 0.0 ? inertia_of_all : 1.0;
+        if (!(largest[k] > trace * inertia_of_all))
+            largest[k] = inertia_of_all > 0.0 ? inertia_of_all : 1.0;
     }
 }
 
@@ -106,15 +110,17 @@ static void find_scale(const mbsr_model *m, const double *inertia)
         double *s = m->scale + b->ig, largest = 0.0, most = 0.0;
         const mbsri_group g = mbsri_group_in_model(m, b->head);
         mbsr_body_coordinate_kinds(m, b->id, NULL, kind);
-        for (int k = 0; k < b->n; ++k) largest = fmax(largest, own[k]);
+        for (int k = 0; k < b->n; ++k) {
+            if (own[k] > trace * of_kind[(int)kind[k]]) largest = fmax(largest, own[k]);
+        }
         for (int l = 0; l < g.members && !(largest > 0.0); ++l) {
             const mbsri_body *other = m->body + g.member[l];
             for (int k = 0; k < other->n; ++k) most = fmax(most, inertia[other->iu + k]);
         }
         if (!(largest > 0.0)) largest = most;
         for (int k = 0; k < b->n; ++k) {
-            const double other = largest > 0.0 ? largest : of_kind[(int)kind[k]];
-            s[k] = 1.0 / sqrt(own[k] > 0.0 ? own[k] : other);
+            const double usual = of_kind[(int)kind[k]], other = largest > 0.0 ? largest : usual;
+            s[k] = 1.0 / sqrt(own[k] > trace * usual ? own[k] : other);
         }
     }
 }

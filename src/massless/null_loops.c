@@ -98,7 +98,8 @@ static double seen_by_row(const mbsri_null_space *w, const mbsri_closure *c, int
     return sum;
 }
 
-/* What row k of a closure reads of the errors of direction l. */
+/* What row k of a closure reads of the errors of direction l; beside its size a trace of it is nothing else, where turns
+ * cancel. */
 static double doubt_of_row(const mbsri_null_space *w, const mbsri_closure *c, int k, int l)
 {
     const size_t rows = (size_t)c->rows;
@@ -106,11 +107,16 @@ static double doubt_of_row(const mbsri_null_space *w, const mbsri_closure *c, in
                  *twist = w->twist_error + (size_t)l * w->m->size_v,
                  *a = w->rate_error + (size_t)l * (size_t)w->m->nu;
     const bool joints = (c->def.table->flags & MBSR_CLOSURE_JOINTS) != 0;
+    const double trace = DBL_EPSILON * w->size * mbsri_direction_size(w, l);
     double sum = 0.0;
     for (int n = 0; n < c->bodies; ++n) {
         if (c->column[n] < 0) continue;
         const mbsri_body *b = w->m->body + c->body[n];
         const double *block = C + (size_t)c->column[n] * rows;
+        int turns, rotation, moves, translation;
+        const bool rigid = mbsri_element_places(b, &turns, &rotation, &moves, &translation);
+        for (int j = 0; j < moves && rigid; ++j)
+            sum += trace * fabs(block[(size_t)(translation + j) * rows]);
         for (int j = 0; j < b->d; ++j)
             sum += fabs(block[(size_t)j * rows]) * twist[b->v + (size_t)j];
         for (int j = 0; j < b->n && joints; ++j)
