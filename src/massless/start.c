@@ -33,8 +33,8 @@
 static const char function[] = "mbsr_dae_consistent";
 
 /* c in the time in which the state changes much. */
-static const double ladder[] = {1e5, 1e7, 1e9, 1e3, 1e4, 1e6, 3e4, 1e2};
-enum { RUNGS = sizeof ladder / sizeof ladder[0], CAREFUL = 3 };
+static const double ladder[] = {1e5, 1e7, 1e9, 1e11, 1e3, 1e4, 1e6, 3e4, 1e2};
+enum { RUNGS = sizeof ladder / sizeof ladder[0], CAREFUL = 4 };
 
 /* ---- from a guess to a state ---- */
 
