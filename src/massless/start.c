@@ -228,7 +228,7 @@ int mbsri_start_find(mbsri_start *s, mbsr_data *d, double t, bool *clear)
     const mbsr_error first = w->error;
     const char *sought = s->sought;
     for (int from = MBSRI_FROM_REST; from <= MBSRI_FROM_ELSEWHERE && status > 0; ++from) {
-        s->from = from;
+        s->from = (mbsri_start_from)from;
         status = climb(s, CAREFUL, &singular);
     }
     if (!status && w->deficient) return check(s, clear);
