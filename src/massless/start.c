@@ -33,8 +33,8 @@
 static const char function[] = "mbsr_dae_consistent";
 
 /* c in the time in which the state changes much. */
-static const double ladder[] = {1e5, 1e7, 1e9, 1e3, 1e4, 1e6, 3e4, 1e2};
-enum { RUNGS = sizeof ladder / sizeof ladder[0], CAREFUL = 3 };
+static const double ladder[] = {1e5, 1e7, 1e9, 1e11, 1e3, 1e4, 1e6, 3e4, 1e2};
+enum { RUNGS = sizeof ladder / sizeof ladder[0], CAREFUL = 4 };
 
 /* ---- from a guess to a state ---- */
 
@@ -228,7 +228,7 @@ int mbsri_start_find(mbsri_start *s, mbsr_data *d, double t, bool *clear)
     const mbsr_error first = w->error;
     const char *sought = s->sought;
     for (int from = MBSRI_FROM_REST; from <= MBSRI_FROM_ELSEWHERE && status > 0; ++from) {
-        s->from = from;
+        s->from = (mbsri_start_from)from;
         status = climb(s, CAREFUL, &singular);
     }
     if (!status && w->deficient) return check(s, clear);
