@@ -76,16 +76,29 @@ static void put_exponent(mbsri_text *t, const char *name, int exponent)
     if (exponent != 0) mbsri_set_number(t, name, exponent);
 }
 
-/* Angles are shown in degrees. */
+/* Angles are shown in degrees: rad/s in deg/s. False: the unit is shown as it is. */
+static bool shown_as(const char *name, char display[20])
+{
+    if (strncmp(name, "rad", 3) != 0) return false;
+    mbsri_fmu_print(display, 20, "deg%s", name + 3);
+    return true;
+}
+
 static void put_display(mbsri_text *t, const unit *u)
 {
-    if (strncmp(u->name, "rad", 3) != 0) return;
     char name[20];
-    mbsri_fmu_print(name, sizeof name, "deg%s", u->name + 3);
+    if (!shown_as(u->name, name)) return;
     mbsri_begin(t, "DisplayUnit");
     mbsri_set_text(t, "name", name);
     mbsri_set_number(t, "factor", 57.295779513082323);
     mbsri_end(t);
+}
+
+void mbsri_put_unit(mbsri_text *t, const mbsri_variable *v)
+{
+    char name[20];
+    mbsri_set_text(t, "unit", v->unit);
+    if (shown_as(v->unit, name)) mbsri_set_text(t, "displayUnit", name);
 }
 
 static void put_units(mbsri_text *t, const mbsri_described *d)

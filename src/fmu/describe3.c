@@ -40,7 +40,7 @@ static void put_variable(mbsri_text *t, const mbsri_described *d, int k)
                                                   : "calculated");
     if (d->kinds & MBSR_FMU_CO_SIMULATION && (mbsri_is_output(v) || v->kind == MBSRI_INPUT))
         mbsri_set_text(t, "intermediateUpdate", "true");
-    mbsri_set_text(t, "unit", v->unit);
+    mbsri_put_unit(t, v);
     if (v->kind == MBSRI_INPUT) {
         const double *range = d->plan->input[v->of].range;
         if (isfinite(range[0]) && v->start >= range[0]) mbsri_set_number(t, "min", range[0]);

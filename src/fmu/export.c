@@ -97,7 +97,7 @@ static int ask_for_exchange(const mbsr_model *model, const mbsri_plan *plan, cha
     *text = '\0';
     if (mbsr_model_closures(model) > 0) {
         mbsri_fmu_print(text, MBSR_TEXT_SIZE,
-                        "the model has %d closures: loop forces are no states of an ODE",
+                        "it has closures (%d), whose loop forces are no states of an ODE",
                         mbsr_model_closures(model));
         return MBSR_OK;
     }

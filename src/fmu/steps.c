@@ -114,5 +114,5 @@ mbsri_result mbsri_step(mbsri_instance *in, double t_end, bool *event)
     const mbsri_result result = in->stepper ? march(in, t_end) : drive(in, t_end, event);
     in->evaluated = false;
     in->inputs_changed = false;
-    return result;
+    return in->mode == MBSRI_TERMINATED ? MBSRI_ERROR : result; /* by a call within the step */
 }

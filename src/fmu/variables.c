@@ -59,6 +59,7 @@ static bool add_inputs(lister *l)
         if (!v) return false;
         v->name = input->name;
         v->unit = input->unit;
+        v->description = "held over a communication step";
         v->start = input->start;
     }
     return true;

@@ -16,6 +16,7 @@ class Variable:
         self.variability, self.initial = get("variability", "continuous"), get("initial")
         self.reference = int(get("valueReference"))
         self.unit, self.start = real.get("unit"), real.get("start")
+        self.display = real.get("displayUnit")
         self.min, self.max = real.get("min"), real.get("max")
         self.derivative = real.get("derivative")
 
@@ -66,7 +67,8 @@ class Description:
         need(order == [tag for tag in right if tag in order], f"order of elements {order}")
         need(len(self.by_name) == len(self.variables), "names are not unique")
         need(len(self.by_reference) == len(self.variables), "value references are not unique")
-        units = {u.get("name") for u in root.findall("UnitDefinitions/Unit")}
+        units = {u.get("name"): {x.get("name") for x in u.findall("DisplayUnit")}
+                 for u in root.findall("UnitDefinitions/Unit")}
         for v in self.variables:
             self.check_variable(v, units)
         need(sum(v.causality == "independent" for v in self.variables) == 1, "independent variable")
@@ -78,6 +80,7 @@ class Description:
         need = self.need
         need(root_name(v.name), f"{v.name}: not a structured name")
         need(v.unit is None or v.unit in units, f"{v.name}: unit {v.unit} is not defined")
+        need(v.display is None or v.display in units.get(v.unit, ()), f"{v.name}: {v.display}")
         has = {"parameter": "exact", "input": None, "independent": None}
         if v.causality in has:
             need(v.initial in (has[v.causality], None), f"{v.name}: initial {v.initial}")

@@ -36,7 +36,7 @@ if [ -z "$tree" ]; then
     step "as part of another project"
     tree=$work/subproject
     configure subproject "-DMBSRANK_SOURCE=$source" "-DWANT_COMPONENTS=$components" \
-        -DMBSR_INSTALL=ON -DBUILD_SHARED_LIBS="$shared" -DMBSR_IDA="$ida" -DMBSR_VIEWER=OFF ||
+        -DMBSR_INSTALL=ON -DBUILD_SHARED_LIBS="$shared" -DMBSR_IDA="$ida" -DMBSR_FMU=OFF -DMBSR_VIEWER=OFF ||
         { cat "$work/subproject.log"; fail "add_subdirectory"; }
     build_and_run subproject
 fi

@@ -305,4 +305,12 @@ END
     printf 't,rocket\n' >"$work/bad.csv"
     ends 3 "no actuator 'rocket'" run "$models/quarter_car.xml" --t-end 1 --inputs "$work/bad.csv"
 fi
+if "$program" --help | grep -q '^  fmu'; then
+    ends 2 'UNIT is missing' fmu "$models/arm.urdf"
+    ends 2 'neither cs nor me nor both' fmu "$models/arm.urdf" -o "$work/arm.fmu" --kind all
+    ends 4 'no model exchange: it has closures' fmu "$models/arm.urdf" -o "$work/arm.fmu" --kind me
+    ends 0 'co-simulation alone' fmu "$models/arm.urdf" -o "$work/arm.fmu" --fmi 2
+    ends 4 'cannot be written' fmu "$models/arm.urdf" -o "$work/none/arm.fmu"
+    [ "$(head -c 2 "$work/arm.fmu")" = PK ] || { echo "an FMU that is no archive"; failed=1; }
+fi
 exit $failed
