@@ -193,8 +193,8 @@ static int stays_as_it_is(mbsri_start *s)
     return mbsri_completion_fail(w, MBSR_NO_CONVERGENCE, "directions on springs alone");
 }
 
-/* With one c after the other. */
-static int climb(mbsri_start *s, int rungs, bool *singular)
+/* With one c after the other. *singular stays true where the matrices are so for all of them, *regular where for none. */
+static int climb(mbsri_start *s, int rungs, bool *singular, bool *regular)
 {
     mbsr_completion *w = s->w;
     int status = MBSR_OK;
@@ -210,6 +210,7 @@ static int climb(mbsri_start *s, int rungs, bool *singular)
         s->info->elastic = w->elastic;
         if (status <= 0) return status;
         *singular = *singular && status == MBSR_SINGULAR_BLOCK;
+        *regular = *regular && status != MBSR_SINGULAR_BLOCK;
     }
     return status;
 }
@@ -217,21 +218,22 @@ static int climb(mbsri_start *s, int rungs, bool *singular)
 int mbsri_start_find(mbsri_start *s, mbsr_data *d, double t, bool *clear)
 {
     mbsr_completion *w = s->w;
-    bool singular = true;
+    bool singular = true, regular = true;
     *clear = false;
     w->d = d;
     w->t = t;
     w->times.from = s->opt->side > 0 ? t : -INFINITY;
     w->times.to = s->opt->side < 0 ? t : INFINITY;
     int status = survey(s);
-    if (!status) status = climb(s, RUNGS, &singular);
+    if (!status) status = climb(s, RUNGS, &singular, &regular);
     const mbsr_error first = w->error;
     const char *sought = s->sought;
     for (int from = MBSRI_FROM_REST; from <= MBSRI_FROM_ELSEWHERE && status > 0; ++from) {
         s->from = (mbsri_start_from)from;
-        status = climb(s, CAREFUL, &singular);
+        status = climb(s, CAREFUL, &singular, &regular);
     }
-    if (!status && w->deficient) return check(s, clear);
+    if (!status && w->deficient) status = check(s, clear);
+    *clear = *clear && regular;
     if (status <= 0) return status;
     if (!singular) return refuse(s, sought);
     w->error = first;

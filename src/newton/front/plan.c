@@ -75,12 +75,10 @@ static bool allocate(const mbsr_model *m, mbsri_front_plan *plan)
 {
     const size_t bodies = (size_t)m->bodies + 1;
     *plan = (mbsri_front_plan){.steps = m->bodies};
-    plan->step = mbsri_allocate(&m->allocator, bodies * sizeof *plan->step);
-    plan->position = numbers(m, bodies);
-    plan->child = numbers(m, bodies);
-    plan->element = numbers(m, entries_of(m));
-    plan->coordinates = mbsri_allocate(&m->allocator, bodies * sizeof(bool));
-    return plan->step && plan->position && plan->child && plan->element && plan->coordinates;
+    return (plan->step = mbsri_allocate(&m->allocator, bodies * sizeof *plan->step)) &&
+           (plan->position = numbers(m, bodies)) && (plan->child = numbers(m, bodies)) &&
+           (plan->element = numbers(m, entries_of(m))) &&
+           (plan->coordinates = mbsri_allocate(&m->allocator, bodies * sizeof(bool)));
 }
 
 /* ---- what is where ---- */
@@ -459,9 +457,10 @@ bool mbsri_front_plan_create(const mbsr_model *m, const bool *served, mbsri_fron
 {
     const size_t bodies = (size_t)m->bodies + 1;
     int *memory = numbers(m, 10 * bodies);
-    gap *gaps = mbsri_allocate(&m->allocator, bodies * sizeof *gaps);
+    gap *gaps = memory ? mbsri_allocate(&m->allocator, bodies * sizeof *gaps) : NULL;
     draft d = {.m = m, .served = served, .plan = plan};
-    bool made = allocate(m, plan) && memory && gaps;
+    *plan = (mbsri_front_plan){0};
+    bool made = gaps && allocate(m, plan);
     if (made) {
         int *order = memory, *other = memory + bodies;
         d.marked = memory + 2 * bodies;
