@@ -225,7 +225,8 @@ int mbsri_start_find(mbsri_start *s, mbsr_data *d, double t, bool *clear)
     w->times.from = s->opt->side > 0 ? t : -INFINITY;
     w->times.to = s->opt->side < 0 ? t : INFINITY;
     int status = survey(s);
-    if (!status) status = climb(s, RUNGS, &singular, &regular);
+    if (status) return status;
+    status = climb(s, RUNGS, &singular, &regular);
     const mbsr_error first = w->error;
     const char *sought = s->sought;
     for (int from = MBSRI_FROM_REST; from <= MBSRI_FROM_ELSEWHERE && status > 0; ++from) {
