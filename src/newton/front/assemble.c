@@ -70,6 +70,13 @@ static void sort_own(build *b)
     for (int l = 1; l < members && !pending; ++l) sort_body(b->f, member[l], false);
 }
 
+static bool lacks_mass(const build *b)
+{
+    const mbsri_front *f = b->f;
+    return b->closes &&
+           f->linear->rank[b->i] < (f->linear->coupled[b->i] ? b->b->group_n : b->b->n);
+}
+
 /* Own rows and columns. */
 static void list_own(build *b)
 {
@@ -217,7 +224,8 @@ static void list_all(build *b)
     b->own = b->all_columns;
     list_carried(b);
     list_multipliers(b);
-    b->watched = b->watched || b->all_columns > b->own || waits(f, b->i);
+    b->lacks_mass = lacks_mass(b);
+    b->watched = b->watched || b->lacks_mass || b->all_columns > b->own || waits(f, b->i);
     b->size = b->all_columns;
     for (int l = 0; l < b->step->borders; ++l)
         list_body(b, f->plan.border[b->step->first_border + l]);

@@ -4,7 +4,11 @@
  * Rows and columns are scaled so that the largest sums in N are about 1, and the largest entry of M so
  * scaled is the next pivot: relative to what was added up in it, whatever the units. What is small, since
  * terms cancel, is left to a later front, where more is known: a massless direction that a loop holds, a
- * multiplier with too few rates passed, an inertia that a spring of negative stiffness takes away. */
+ * multiplier with too few rates passed, an inertia that a spring of negative stiffness takes away.
+ *
+ * What is left of an entry is told from zero by what was added up in that entry, not by the rest of its row and column:
+ * beside a mass, a spring is K / (c^2 M), which is below rounding for a large c or in units of short times, and all that
+ * determines a direction without mass. */
 #include "newton/front/pivots.h"
 
 #include "newton/front/front.h"
@@ -88,7 +92,7 @@ static void add_up(pivots *p, int k)
     const int columns = p->watched ? p->columns : p->size;
     for (int l = k + 1; l < columns; ++l) {
         const double x = fabs(*entry(p, p->M, k, l));
-        const int rows = p->watched && l < p->size ? p->rows : p->size;
+        const int rows = p->watched && (l < p->size || p->lacks_mass) ? p->rows : p->size;
         double *to = entry(p, p->N, 0, l);
         for (int r = k + 1; r < rows && x > 0.0; ++r) to[r] += fabs(factor[r]) * x;
     }
@@ -227,34 +231,40 @@ static void flush(pivots *p)
     }
 }
 
-/* A row (or column) whose unknowns have cancelled, and the rest of which is nothing beside what was added up
- * in it. */
-static void flush_lines(pivots *p)
+/* In the border only what rounding alone leaves: springs that dampers outweigh stand there as well. */
+static void flush_border(pivots *p)
 {
-    for (int i = p->done; i < p->size; ++i) {
-        double row = 0.0, sum = 0.0, column = 0.0, sums = 0.0;
-        for (int j = p->done; j < p->columns; ++j) {
-            row = larger(row, fabs(*entry(p, p->M, i, j)));
-            sum = larger(sum, j < p->size ? 0.0 : *entry(p, p->N, i, j));
-        }
-        for (int j = p->done; j < p->rows; ++j) {
-            column = larger(column, fabs(*entry(p, p->M, j, i)));
-            sums = larger(sums, j < p->size ? 0.0 : *entry(p, p->N, j, i));
-        }
-        for (int j = p->done; j < p->columns && row < noise * sum; ++j) *entry(p, p->M, i, j) = 0.0;
-        for (int j = p->done; j < p->rows && column < noise * sums; ++j)
-            *entry(p, p->M, j, i) = 0.0;
+    for (int j = p->size; j < p->columns && p->lacks_mass; ++j) {
+        double *M = entry(p, p->M, 0, j);
+        const double *N = entry(p, p->N, 0, j);
+        for (int i = p->size; i < p->rows; ++i) M[i] = fabs(M[i]) < rounding * N[i] ? 0.0 : M[i];
     }
 }
 
-/* And what is nothing beside the rest of its row and column. */
-static void flush_small(pivots *p)
+/* A row that is nothing along the unknowns, and whose rest is nothing beside what was added up in it. */
+static void flush_row(pivots *p, int i)
 {
-    for (int j = p->done; j < p->size; ++j) {
-        for (int i = p->done; i < p->size; ++i) {
-            if (scaled(p, i, j) < noise) *entry(p, p->M, i, j) = 0.0;
-        }
+    double left = 0.0, sum = 0.0;
+    for (int j = p->done; j < p->columns; ++j) {
+        const double size = fabs(*entry(p, p->M, i, j)), scale = p->column_scale[j];
+        if (j < p->size && size > 0.0) return;
+        left = larger(left, size * scale);
+        sum = larger(sum, *entry(p, p->N, i, j) * scale);
     }
+    for (int j = p->size; j < p->columns && left < noise * sum; ++j) *entry(p, p->M, i, j) = 0.0;
+}
+
+/* Likewise. */
+static void flush_column(pivots *p, int j)
+{
+    double left = 0.0, sum = 0.0;
+    for (int i = p->done; i < p->rows; ++i) {
+        const double size = fabs(*entry(p, p->M, i, j)), scale = p->row_scale[i];
+        if (i < p->size && size > 0.0) return;
+        left = larger(left, size * scale);
+        sum = larger(sum, *entry(p, p->N, i, j) * scale);
+    }
+    for (int i = p->size; i < p->rows && left < noise * sum; ++i) *entry(p, p->M, i, j) = 0.0;
 }
 
 bool mbsri_front_eliminate(pivots *p, int held)
@@ -274,7 +284,10 @@ bool mbsri_front_eliminate(pivots *p, int held)
     }
     if (!p->watched) return true;
     flush(p);
-    flush_small(p);
-    flush_lines(p);
+    flush_border(p);
+    for (int k = p->done; k < p->size; ++k) {
+        flush_row(p, k);
+        flush_column(p, k);
+    }
     return true;
 }

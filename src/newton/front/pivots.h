@@ -3,7 +3,8 @@
  *
  * M has the same number of unknowns and equations in front, `size`, and behind them rows and columns that
  * take part in what an elimination changes. N has, for the unknowns and equations, the sum of the sizes of
- * what was added up in each entry; where the front is watched, beyond them too. Both have columns of
+ * what was added up in each entry; where the front is watched, beyond them too, and where it lacks mass,
+ * in the border as well. Both have columns of
  * `stride` numbers. */
 #ifndef MBSRI_FRONT_PIVOTS_H
 #define MBSRI_FRONT_PIVOTS_H
@@ -12,7 +13,8 @@
 
 typedef struct mbsri_front_pivots {
     int size, rows, columns, stride, done;
-    bool watched; /* something may be left: what cancels is to be zero */
+    bool watched;    /* something may be left: what cancels is to be zero */
+    bool lacks_mass; /* and in the border: elements alone determine some rates */
     double *M, *N;
     int *row, *column;                           /* numbers, exchanged along */
     const unsigned char *row_kind, *column_kind; /* mbsri_front_kind, by number */
