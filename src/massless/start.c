@@ -120,7 +120,7 @@ static int balance(mbsri_start *s)
  * direction they do not. */
 static int check(mbsri_start *s, bool *clear)
 {
-    static const double short_way = 1e-4, off = 0.1;
+    static const double short_way = 1e-4, off = 1e-3;
     mbsr_completion *w = s->w;
     const mbsr_model *m = w->m;
     double *push = s->target, *before = s->missing, error = 0.0, largest = 0.0;
