@@ -108,16 +108,14 @@ static void find_spans(mbsr_completion *w)
 /* Beyond this rank of elements across the tree (newton.h) a dense matrix is no worse. */
 enum { LARGEST_RANK = 600 };
 
-/* A Newton solver, exact; none where there is no such. Where some bodies lack mass elements across the tree go by
- * elimination: beside their correction the matrix of the tree alone would have to be regular, and vector code, which
- * tells a pivot from rounding by its row, takes what cancelled in successors for one. */
+/* A Newton solver, exact; none where there is no such. */
 static int make_newton(mbsr_completion *w, const mbsr_newton_opt *opt, mbsr_newton **newton,
                        mbsr_error *error)
 {
     mbsr_newton_opt own = opt ? *opt : mbsr_default_newton_opt();
     mbsr_newton_info info = {.exact = 0};
     mbsr_error refusal;
-    own.method = w->pair ? MBSR_NEWTON_ELIMINATED : MBSR_NEWTON_AUTO;
+    own.method = MBSR_NEWTON_AUTO;
     own.max_rank = LARGEST_RANK;
     own.products = 0;
     const int status = mbsr_newton_create(w->m, MBSR_DAE_MOMENTUM, &own, newton, &refusal);

@@ -4,7 +4,8 @@
  * M has the same number of unknowns and equations in front, `size`, and behind them rows and columns that
  * take part in what an elimination changes. N has, for the unknowns and equations, the sum of the sizes of
  * what was added up in each entry; where the front is watched, beyond them too, and where it lacks mass,
- * in the border as well. Both have columns of `stride` numbers. */
+ * in the border as well. Both have columns of
+ * `stride` numbers. */
 #ifndef MBSRI_FRONT_PIVOTS_H
 #define MBSRI_FRONT_PIVOTS_H
 
