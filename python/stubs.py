@@ -3,6 +3,7 @@
 and stubs with the types of the constructors of joints, inertias, forces and closures."""
 from __future__ import annotations
 
+import ast
 import pprint
 from pathlib import Path
 
@@ -41,23 +42,33 @@ def _type(kind: str) -> str:
     if kind in _TYPES:
         return _TYPES[kind]
     if kind.endswith("_fn"):
-        return "Callable[..., Any] | Table"
+        return "Callable[..., Any] | Table | None"
     if kind.startswith(("const double", "const int")):
         return "ArrayLike | None"
     return "Mapping[str, Any] | Any"
 
 
 def _stub(one) -> str:
-    parameters = ", ".join(f"{name}: {_type(kind)} = ..." if kind.endswith("*") or "[" in kind
-                           else f"{name}: {_type(kind)}"
-                           for kind, name in one.parameters if kind != "void *")
-    # a parameter with a default may be followed by others without one: these get one too
-    seen, parts = False, []
-    for part in filter(None, parameters.split(", ")):
-        seen = seen or part.endswith("= ...")
-        parts.append(part if not seen or part.endswith("= ...") else f"{part} = ...")
-    return (f"def {python_name(one.result, one.name)}({', '.join(parts)}) -> "
-            f"{VALUES[one.result][1]}: ...\n")
+    """A constructor as _values.constructor makes it: pointers at the end may be left out."""
+    taken = [(kind, name) for kind, name in one.parameters if kind != "void *"]
+    free = len(taken)
+    while free and (taken[free - 1][0][-1] in "*]" or taken[free - 1][0].endswith("_fn")):
+        free -= 1
+    parts = [f"{name}: {_type(kind)}" + (" = ..." if k >= free else "")
+             for k, (kind, name) in enumerate(taken)]
+    return f"def {python_name(one.result, one.name)}({', '.join(parts)}) -> {VALUES[one.result][1]}: ...\n"
+
+
+def _by_hand(path: Path) -> dict[str, str]:
+    """What a module defines itself, in the place of the constructors of the same name."""
+    found = {}
+    for node in ast.parse(path.read_text(encoding="utf-8")).body:
+        if isinstance(node, ast.FunctionDef) and node.name[0] != "_":
+            found[node.name] = (f"def {node.name}({ast.unparse(node.args)}) -> "
+                                f"{ast.unparse(node.returns)}: ...\n")
+        elif isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Tuple):
+            found.update({one.id: f"{one.id}: int\n" for one in node.targets[0].elts})
+    return found
 
 
 def write(interface, folder: Path) -> None:
@@ -70,10 +81,10 @@ def write(interface, folder: Path) -> None:
         f'"""What the headers say."""\n{head}FUNCTIONS = {pprint.pformat(table, width=110)}\n'
         f"CALLBACKS = {pprint.pformat(interface.callbacks, width=110)}\n", encoding="utf-8")
     for module, ones in constructors(interface.functions.values()).items():
+        by_name = {python_name(one.result, one.name): _stub(one) for one in ones}
+        by_name.update(_by_hand(Path(__file__).with_name("mbsrank") / f"{module}.py"))
         text = (f"{head}from typing import Any, Callable, Mapping, Sequence\n\n"
                 "from numpy.typing import ArrayLike\n\n"
+                "from ._core import ForceBody\n"
                 "from ._values import Closure, Force, FrameLike, Inertia, Joint, Table\n\n")
-        extra = folder / f"{module}.pyi.in"
-        (folder / f"{module}.pyi").write_text(
-            text + "".join(_stub(one) for one in ones)
-            + (extra.read_text() if extra.exists() else ""), encoding="utf-8")
+        (folder / f"{module}.pyi").write_text(text + "".join(by_name.values()), encoding="utf-8")

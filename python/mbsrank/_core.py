@@ -237,6 +237,8 @@ def text(pointer) -> str:
 class Record:
     """Results with names: fields of a struct, as numbers, texts, arrays and records."""
 
+    _kind = "record"
+
     def __init__(self, kind: str, fields: dict[str, Any]):
         self.__dict__.update(fields)
         self._kind = kind
@@ -258,7 +260,10 @@ class Record:
     def __eq__(self, other):
         return isinstance(other, Record) and repr(self) == repr(other)
 
-    __hash__ = None
+    def __getattr__(self, name: str) -> Any:
+        raise AttributeError(f"{self._kind} has no {name}")
+
+    __hash__ = None  # type: ignore[assignment]
 
 
 def plain(struct, skip: Sequence[str] = ()) -> Record:

@@ -321,7 +321,7 @@ def constructor(name: str, python_name: str) -> Callable[..., Value]:
 
     make.__name__ = make.__qualname__ = python_name
     make.__doc__ = document
-    make.__signature__ = signature
+    make.__signature__ = signature  # type: ignore[attr-defined]
     return make
 
 

@@ -53,13 +53,14 @@ class Derivatives(Owner):
 
     def adjoint(self, w: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """The gradient of w (nu) times the result by q, u and the load, nu each."""
-        three = [np.empty(self._nu) for _ in range(3)]
+        three = np.empty(self._nu), np.empty(self._nu), np.empty(self._nu)
         self._check(lib.mbsr_derivatives_adjoint(
             self._get(), given(w, self._nu, "w"), ffi.NULL,
             *(taken(one, self._nu, "out") for one in three)))
-        return tuple(three)
+        return three
 
     def jacobians(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """The Jacobians of the result by q, u and the load (nu x nu each), row by row from adjoints."""
         rows = [self.adjoint(one) for one in np.eye(*self._nu)]
-        return tuple(np.array(each).reshape(self._nu * 2) for each in zip(*rows))
+        by_q, by_u, by_load = (np.array(each).reshape(self._nu * 2) for each in zip(*rows))
+        return by_q, by_u, by_load

@@ -125,7 +125,8 @@ class Simulation(Owner):
     def state(self, event=None) -> State:
         """A copy of the present state."""
         self._get()
-        return State(self._t[0], *(one.copy() for one in self._four), event)
+        q, u, udot, loop_forces = (one.copy() for one in self._four)
+        return State(self._t[0], q, u, udot, loop_forces, event)
 
     # ---- going on ----
 
@@ -208,9 +209,9 @@ class Run:
             found.update({f"{letter} {name}": values[:, k] for k, name in enumerate(names)})
         return found
 
-    def to_pandas(self) -> "pandas.DataFrame":  # noqa: F821
+    def to_pandas(self) -> Any:
         """A DataFrame with time as its index; needs pandas."""
-        import pandas
+        import pandas  # type: ignore[import]
 
         return pandas.DataFrame(self.columns).set_index("t")
 

@@ -3,12 +3,12 @@
 (None: its own); directions have any length but zero; m and rad. Functions of time may be tables."""
 from __future__ import annotations
 
-from typing import Any, Mapping, Sequence
+from typing import Any, Callable, Mapping, Sequence
 
 
 from . import _values
 from ._c import ffi, lib
-from ._values import FrameLike, Joint
+from ._values import FrameLike, Joint, Table
 
 globals().update(_values.constructors("mbsr_joint"))
 
@@ -17,7 +17,7 @@ X, Y, ANGLE = lib.MBSR_X, lib.MBSR_Y, lib.MBSR_ANGLE
 
 
 def compound(A: FrameLike = None, B: FrameLike = None, axes: Sequence[Mapping[str, Any]] = (),
-             motion=None) -> Joint:
+             motion: Callable[[float], Any] | Table | None = None) -> Joint:
     """Several axes in one body, up to 6: from A, each moves what follows it.
 
     axes: mappings with kind ("rotation", "translation", "screw"), direction (3), pitch (m/rad) and driven

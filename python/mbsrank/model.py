@@ -59,8 +59,9 @@ class Model(Owner):
             fail(status, lib.mbsr_model_error(self._get()))
 
     def _hold(self, keep) -> None:
+        self._get()
         for one in keep:
-            self._handle.hold(one)
+            self._handle.hold(one)  # type: ignore[union-attr]
 
     # ---- building ----
 

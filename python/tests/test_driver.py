@@ -99,6 +99,23 @@ class Runs(unittest.TestCase):
         del sim
         self.assertTrue(np.isfinite(q).all())
 
+    def test_steps_of_fixed_size(self):
+        q0 = np.array([0.3, 0.2, -0.1, 0.4])
+        sim = mb.Simulation(chain(), q0, rtol=1e-9, atol=1e-9)
+        stepper = mb.Stepper(chain(), q0, h=1e-3)
+        q = stepper.q
+        for _ in range(500):
+            stepper.step()
+        np.testing.assert_allclose(q, sim.to(0.5).q, atol=1e-5)
+        self.assertAlmostEqual(stepper.t, 0.5, 12)
+        self.assertEqual((stepper.info.steps, stepper.info.refused), (500, 0))
+        with self.assertRaises(mb.UseError):
+            stepper.to(0.1)
+        with self.assertRaises(ValueError):
+            q[0] = 0.0
+        stepper.close()
+        self.assertTrue(np.isfinite(q).all())
+
     def test_samples_with_held_forces(self):
         held = [0.0]
         model = pendulum()

@@ -117,6 +117,21 @@ class Dynamics(unittest.TestCase):
         self.assertIn("damped", str(report))
         self.assertIn("<table>", report._repr_html_())
 
+    def test_small_masses(self):
+        model = mb.Model()
+        light = model.add_body("light", mb.joint.prismatic(axis=(1, 0, 0)), mb.inertia.particle(1e-6))
+        model.add_force(mb.force.joint_spring(light, 0, 1e4, 100.0, 0.0))
+        heavy = model.add_body("heavy", mb.joint.prismatic(axis=(1, 0, 0)), mb.inertia.particle(1.0),
+                               light)
+        model.add_force(mb.force.joint_spring(heavy, 0, 10.0, 1.0, 0.0))
+        report = mb.SmallMasses(model, np.array([0.0, 1.0]), np.zeros(2), 3.0)
+        self.assertEqual([one.name for one in report], ["light"])
+        self.assertIn("may be zero", str(report))
+        self.assertIn("light", str(report.run(3.0)))
+        self.assertLess(report.masses[0].share, 1.0)
+        with self.assertRaises(mb.UseError):
+            mb.SmallMasses(model, np.zeros(2), np.zeros(2), -1.0)
+
     def test_a_force_of_ones_own(self):
         def evaluate(t, bodies):
             bodies[0].tau[0] -= 7.0 * bodies[0].q[0] + 0.2 * bodies[0].u[0] - t
