@@ -1,11 +1,11 @@
-/* Time of one evaluation by several threads beside that by one: subtrees of large trees, states of a batch.
- * SPDX-License-Identifier: BSD-3-Clause
+/* Time of one evaluation by several threads beside that by one: subtrees of large trees, states of
+ * a batch. SPDX-License-Identifier: BSD-3-Clause
  *
  *   bench_threads [samples [threads]]     CSV on standard output; threads: 2
  *
- * Trees of hinges: full binary ones, and two chains on the root. Elapsed time, not CPU time; both ways in turn, and
- * the ratio of one to the other in each pair. Beside them what the memory gives one thread and several: an array far
- * beyond the caches, read, and read and written. */
+ * Trees of hinges: full binary ones, and two chains on the root. Elapsed time, not CPU time; both
+ * ways in turn, and the ratio of one to the other in each pair. Beside them what the memory gives
+ * one thread and several: an array far beyond the caches, read, and read and written. */
 #include "bench.h"
 
 #include <mbsrank/mbsrank.h>

@@ -136,7 +136,8 @@ static int turn(void *user, double t, double *s, double *rate, double *accelerat
     return MBSR_OK;
 }
 
-/* Two shafts at an angle of 0.5 rad, of examples/13_universal_joint.c; the bearing of the second is held. */
+/* Two shafts at an angle of 0.5 rad, of examples/13_universal_joint.c; the bearing of the second is
+ * held. */
 static void shaft(mbsr_model *m, const mechanism_ties *ties, double *q, double *u)
 {
     const double x[3] = {1, 0, 0}, y[3] = {0, 1, 0}, z[3] = {0, 0, 1}, tilt = 0.5;

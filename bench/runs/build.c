@@ -96,7 +96,8 @@ static void cross(const double a[3], const double b[3], double c[3])
     }
 }
 
-/* One of its springs: the force f on a, and how it changes with b's place and velocity relative to a. */
+/* One of its springs: the force f on a, and how it changes with b's place and velocity relative to
+ * a. */
 typedef struct rubber {
     point end[2];
     double f[3], by_p[3][3], by_v[3][3];
@@ -129,7 +130,8 @@ static rubber stretch(const stiff_ball *s, const mbsr_force_body *body, int alon
     return x;
 }
 
-/* The change of what one spring exerts with number k of the pose (0 to 5) or of V (6 to 11) of an end. */
+/* The change of what one spring exerts with number k of the pose (0 to 5) or of V (6 to 11) of an
+ * end. */
 static void add_change(const rubber *x, const mbsr_force_body *body, int end, int k,
                        const mbsr_force_derivatives *out)
 {

@@ -13,11 +13,12 @@
  *
  * q, u, u' and tau are vectors over the whole tree (mbsr_model_nq, mbsr_model_nu), ordered by body
  * id: joint (minimal) coordinates, their velocities and accelerations, and generalised forces.
- * Outputs must not overlap inputs. No function here allocates, but forward dynamics of models with closures that
- * vector code does not serve, which take memory from the model's allocator for the call. Statuses common to all:
- * MBSR_ERR_NULL, MBSR_ERR_MISMATCH (data of another model), MBSR_NOT_FINITE (an argument or a
- * result is NaN or infinite, such as one that overflows: with MBSR_OK all numbers are finite), and
- * whatever a callback returned, unchanged; the text is in mbsr_data_error. */
+ * Outputs must not overlap inputs. No function here allocates, but forward dynamics of models with
+ * closures that vector code does not serve, which take memory from the model's allocator for the
+ * call. Statuses common to all: MBSR_ERR_NULL, MBSR_ERR_MISMATCH (data of another model),
+ * MBSR_NOT_FINITE (an argument or a result is NaN or infinite, such as one that overflows: with
+ * MBSR_OK all numbers are finite), and whatever a callback returned, unchanged; the text is in
+ * mbsr_data_error. */
 #ifndef MBSRANK_DYNAMICS_H
 #define MBSRANK_DYNAMICS_H
 
@@ -38,8 +39,8 @@ MBSR_API int mbsr_positions(const mbsr_model *model, mbsr_data *data, double t, 
  * MBSR_NOT_FINITE. */
 MBSR_API int mbsr_velocities(const mbsr_model *model, mbsr_data *data, const double *u);
 
-/* Forces: f (d, a wrench for a SPATIAL body: what the force elements exert, less h) and joint forces: those
- * of the force elements, plus tau (nu, may be NULL for none). */
+/* Forces: f (d, a wrench for a SPATIAL body: what the force elements exert, less h) and joint
+ * forces: those of the force elements, plus tau (nu, may be NULL for none). */
 MBSR_API int mbsr_forces(const mbsr_model *model, mbsr_data *data, const double *tau);
 
 /* Backward recursion (17), the inward pass of the ABA: Mbar, fbar, D, ranks. With sums over the
@@ -65,8 +66,8 @@ MBSR_API int mbsr_forward(const mbsr_model *model, mbsr_data *data, const double
 
 /* ---- whole evaluations ---- */
 
-/* Rates of the joint coordinates, q' = G(q) u; qdot: nq. G is the unit matrix but for quaternions and a caller's own joints.  Needs
- * mbsr_velocities. */
+/* Rates of the joint coordinates, q' = G(q) u; qdot: nq. G is the unit matrix but for quaternions
+ * and a caller's own joints.  Needs mbsr_velocities. */
 MBSR_API int mbsr_coordinate_rates(const mbsr_model *model, mbsr_data *data, double *qdot);
 
 /* Brings q (nq, changed in place) to its normal form: quaternions to length 1. No pose depends on
@@ -88,27 +89,30 @@ MBSR_API int mbsr_recursive_residual(const mbsr_model *model, mbsr_data *data, d
  *
  * No rank decision, no pseudo-inverse. Gravity is a force element like any other, not an
  * acceleration of the root. tau less the tau that is applied is the inverse-dynamics residual of
- * dae.h. With closures it is what motors and the loop forces of rigid rows exert together, tau + C^T lambda; stiff rows
- * are springs, which count among the force elements. See mbsr_closures_inverse_dynamics. All statuses of mbsr_positions, mbsr_velocities and mbsr_forces. */
+ * dae.h. With closures it is what motors and the loop forces of rigid rows exert together, tau +
+ * C^T lambda; stiff rows are springs, which count among the force elements. See
+ * mbsr_closures_inverse_dynamics. All statuses of mbsr_positions, mbsr_velocities and mbsr_forces.
+ */
 MBSR_API int mbsr_inverse_dynamics(const mbsr_model *model, mbsr_data *data, double t,
                                    const double *q, const double *u, const double *udot,
                                    double *tau);
 
 /* Forward dynamics by the articulated-body algorithm (ABA), O(N): the accelerations udot (nu) under
  * the force elements and tau (nu, may be NULL). MBSR_UNDETERMINED names the first joint whose block
- * D is rank-deficient: no equation of second order determines its accelerations. udot then holds those in the range of the
- * blocks D, and accelerations of all bodies with mass are right; what forces and closures make of the others
- * mbsr_complete_dynamics finds (completion.h). All statuses of the stages.
+ * D is rank-deficient: no equation of second order determines its accelerations. udot then holds
+ * those in the range of the blocks D, and accelerations of all bodies with mass are right; what
+ * forces and closures make of the others mbsr_complete_dynamics finds (completion.h). All statuses
+ * of the stages.
  *
  * With closures (closure.h) at a state that they allow: udot, and the loop forces for
  * mbsr_closures_force, in O(bodies + loops),
  *
  *   M udot - C^T lambda = tau - (inverse dynamics at udot = 0),    C udot = -bias
  *
- * with the rigid rows C; stiff rows are springs. Rows that are redundant where a loop closes share by
- * least norm there. MBSR_UNDETERMINED names a joint that moves no mass and that no rigid row holds (mbsr_complete_dynamics).
- * Also
- * MBSR_ERR_NO_MEMORY, and MBSR_LOOP_OPEN where rows contradict each other. */
+ * with the rigid rows C; stiff rows are springs. Rows that are redundant where a loop closes share
+ * by least norm there. MBSR_UNDETERMINED names a joint that moves no mass and that no rigid row
+ * holds (mbsr_complete_dynamics). Also MBSR_ERR_NO_MEMORY, and MBSR_LOOP_OPEN where rows contradict
+ * each other. */
 MBSR_API int mbsr_forward_dynamics(const mbsr_model *model, mbsr_data *data, double t,
                                    const double *q, const double *u, const double *tau,
                                    double *udot);
@@ -122,10 +126,10 @@ MBSR_API int mbsr_forward_dynamics(const mbsr_model *model, mbsr_data *data, dou
  * error (nu, may be NULL): the error left in each number of udot, in its units, never negative: the
  * size of the last correction and what rounding in the forces makes of the rest. *relative (may be
  * NULL), without units, 0 .. 1: the largest over all joints of (error) / (acceleration), where a
- * joint's x has the size sqrt(x^T D x). 1e-10 and less is usual; 1 means that a joint's acceleration
- * is nothing but error, or that it is zero up to rounding, as of a joint at rest. An estimate, no
- * bound; q, u, tau and the model count as exact. What makes errors large are masses and lengths
- * that differ by many powers of ten along a tree; see docs/rank_and_index.md.
+ * joint's x has the size sqrt(x^T D x). 1e-10 and less is usual; 1 means that a joint's
+ * acceleration is nothing but error, or that it is zero up to rounding, as of a joint at rest. An
+ * estimate, no bound; q, u, tau and the model count as exact. What makes errors large are masses
+ * and lengths that differ by many powers of ten along a tree; see docs/rank_and_index.md.
  *
  * Statuses of mbsr_forward_dynamics; MBSR_UNDETERMINED leaves error and *relative as they were. */
 MBSR_API int mbsr_forward_dynamics_refined(const mbsr_model *model, mbsr_data *data, double t,
@@ -237,14 +241,16 @@ MBSR_API int mbsr_body_acceleration(const mbsr_model *model, mbsr_data *data, in
                                     double *acceleration);
 MBSR_API int mbsr_joint_reaction(const mbsr_model *model, mbsr_data *data, int body, double *force);
 
-/* Where a point fixed on a body is in the world (m), its velocity (m/s) and its acceleration (m/s^2), each may be NULL and needs
- * mbsr_positions, mbsr_velocities, mbsr_accelerations (or mbsr_inverse_dynamics): of the point p on a SPATIAL body
+/* Where a point fixed on a body is in the world (m), its velocity (m/s) and its acceleration
+ * (m/s^2), each may be NULL and needs mbsr_positions, mbsr_velocities, mbsr_accelerations (or
+ * mbsr_inverse_dynamics): of the point p on a SPATIAL body
  *
  *   r + R p,   v + omega x R p,   r'' + omega' x R p + omega x (omega x R p).
  *
- * point: along the body's axes (NULL: its origin); of PLANAR bodies the third component is of no matter, of POINT bodies
- * all are. Of a FLEXIBLE body it is fixed in the frame and does not follow the deformation; markers do (flex.h). The ground is
- * the root. MBSR_ERR_ID, MBSR_ERR_SPACE (a GENERAL body), MBSR_ERR_SEQUENCE. */
+ * point: along the body's axes (NULL: its origin); of PLANAR bodies the third component is of no
+ * matter, of POINT bodies all are. Of a FLEXIBLE body it is fixed in the frame and does not follow
+ * the deformation; markers do (flex.h). The ground is the root. MBSR_ERR_ID, MBSR_ERR_SPACE (a
+ * GENERAL body), MBSR_ERR_SEQUENCE. */
 MBSR_API int mbsr_body_point(const mbsr_model *model, mbsr_data *data, int body,
                              const double point[3], double position[3], double velocity[3],
                              double acceleration[3]);
@@ -264,7 +270,8 @@ MBSR_API int mbsr_body_jacobian(const mbsr_model *model, mbsr_data *data, int bo
  *   S D S,     S = diag(J^T W J)^(-1/2)     (a scaling, not the motion subspace).
  *
  * They have no units and lie between 0 and 1, or a little above 1 for n > 1; one counts as zero
- * when it is at most `tolerance`, or 3e-4 of that where all of it is known to 32 digits (docs/rank_and_index.md). */
+ * when it is at most `tolerance`, or 3e-4 of that where all of it is known to 32 digits
+ * (docs/rank_and_index.md). */
 typedef struct mbsr_rank_info {
     int n;                /* size of D */
     int rank;             /* eigenvalues kept */
@@ -287,8 +294,8 @@ MBSR_API int mbsr_rank_watch(const mbsr_model *model, mbsr_data *data, int on);
 
 /* Exchanges the watch of the data (on or off, and the ranks watched) with *on and rank, as many
  * numbers as there are bodies, by id. For a caller who watches for a while and leaves the data as
- * they were: exchange, evaluate, exchange back. Nothing is evaluated. MBSR_ERR_VALUE for a rank that
- * the joint of the body cannot have. */
+ * they were: exchange, evaluate, exchange back. Nothing is evaluated. MBSR_ERR_VALUE for a rank
+ * that the joint of the body cannot have. */
 MBSR_API int mbsr_rank_watch_exchange(const mbsr_model *model, mbsr_data *data, int *on, int *rank);
 
 /* Sum of the ranks of all joints, which is the rank of the joint-space mass matrix; -1 before

@@ -96,8 +96,8 @@ MBSR_API mbsr_inertia mbsr_inertia_rigid(double mass, const double com[3], const
 MBSR_API mbsr_inertia mbsr_inertia_rigid_unchecked(double mass, const double com[3],
                                                    const double tensor[6]);
 
-/* The same as mbsr_inertia_rigid with the tensor about the origin and along the axes of `frame`, which stands in the
- * body (NULL: the body's own frame); com in body axes. */
+/* The same as mbsr_inertia_rigid with the tensor about the origin and along the axes of `frame`,
+ * which stands in the body (NULL: the body's own frame); com in body axes. */
 MBSR_API mbsr_inertia mbsr_inertia_rigid_about(double mass, const double com[3],
                                                const mbsr_frame *frame, const double tensor[6]);
 

@@ -9,8 +9,9 @@
 extern "C" {
 #endif
 
-/* A frame that is NULL is the one it stands in: no shift, no turn. An axis or quaternion that is NULL
- * is one of length zero, which makes a frame without axes; such a frame is refused where it is used.
+/* A frame that is NULL is the one it stands in: no shift, no turn. An axis or quaternion that is
+ * NULL is one of length zero, which makes a frame without axes; such a frame is refused where it is
+ * used.
  *
  * Conventions: 3 x 3 matrices are column-major. The columns of a rotation R are a frame's axes, in
  * components along the axes that it stands in: x_outer = R x_frame. Quaternions are (w, x, y, z).
@@ -46,8 +47,8 @@ MBSR_API mbsr_frame mbsr_frame_product(const mbsr_frame *a, const mbsr_frame *b)
 MBSR_API mbsr_frame mbsr_frame_inverse(const mbsr_frame *a);
 
 /* Between quaternions and rotations. The quaternion of a rotation has length 1 and w >= 0. Status:
- * MBSR_OK; MBSR_ERR_NULL (output, or R), with nothing written; MBSR_ZERO_QUATERNION (NULL too), R is zero;
- * MBSR_NOT_FINITE, with the output not finite. */
+ * MBSR_OK; MBSR_ERR_NULL (output, or R), with nothing written; MBSR_ZERO_QUATERNION (NULL too), R
+ * is zero; MBSR_NOT_FINITE, with the output not finite. */
 MBSR_API int mbsr_quaternion_rotation(const double quaternion[4], double R[9]);
 MBSR_API int mbsr_rotation_quaternion(const double R[9], double quaternion[4]);
 

@@ -1,16 +1,16 @@
 /* Stock joints of which coordinates are held: see held_joints.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * A chain of steps (joints/chain.c) takes frame A to frame B by A T_1 T_2 .. = X B. A step that is held is
- * a constant T. Those before the first free one become part of A. What is left stands before another
- * step as C = (x, R) and passes it,
+ * A chain of steps (joints/chain.c) takes frame A to frame B by A T_1 T_2 .. = X B. A step that is
+ * held is a constant T. Those before the first free one become part of A. What is left stands
+ * before another step as C = (x, R) and passes it,
  *
  *   C Rot(a, q) = Rot(R a, q) C   where x is along R a        C Trans(a q) = Trans(R a q) C
  *
  * so that at the end B <- B C^-1. Where C does not pass there is no such chain.
  *
- * In the plane (joints/planar.c) both translations come before the rotation: x and y that are held move
- * frame A, an angle that is held turns frame B back. */
+ * In the plane (joints/planar.c) both translations come before the rotation: x and y that are held
+ * move frame A, an angle that is held turns frame B back. */
 #include "assembly/held_joints.h"
 
 #include "algebra/space3.h"

@@ -40,8 +40,9 @@ static void see_modes(const mbsri_fe_basis *basis, const double *D, const double
     }
 }
 
-/* Rows of modes with mass, and the rigid ones, of M(0) and B: the lowest eigenvalue of M(0) scaled to unit diagonal, and the
- * largest difference so scaled. A: size x size of M(0), of which the picked part is left. */
+/* Rows of modes with mass, and the rigid ones, of M(0) and B: the lowest eigenvalue of M(0) scaled
+ * to unit diagonal, and the largest difference so scaled. A: size x size of M(0), of which the
+ * picked part is left. */
 static bool compare(const mbsri_fe_basis *basis, double *A, const double *B, double *work,
                     mbsr_fe_report *r)
 {

@@ -115,7 +115,8 @@ static bool is_held(mbsr_motion_fn motion, const void *user)
 
 /* ---- bodies ---- */
 
-/* Of all rates of the joint as given; of locked ones it is of no matter. None where all are zero. */
+/* Of all rates of the joint as given; of locked ones it is of no matter. None where all are zero.
+ */
 static void take_armature(const mbsr_model *m, int id, mbsri_plan_body *b)
 {
     const double *left = mbsr_body_armature(m, id);

@@ -22,8 +22,9 @@
  *
  * With closures y = (q, p, u, Lambda, Eta), and their rows stand below: see loops.c.
  *
- * group by group (recursion/group.h). P r is what of the momenta belongs to no inertia; P e = gamma are the forces there. s = 1 s makes
- * a momentum of a force. Projections need no basis: nothing can flip or turn. */
+ * group by group (recursion/group.h). P r is what of the momenta belongs to no inertia; P e = gamma
+ * are the forces there. s = 1 s makes a momentum of a force. Projections need no basis: nothing can
+ * flip or turn. */
 #include "forms/momentum.h"
 
 #include "algebra/dense.h"

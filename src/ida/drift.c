@@ -18,8 +18,8 @@ static double largest(int n, const double *x)
     return found;
 }
 
-/* What the energy of stiff rows is by their forces s, s^2 / 2 k, beyond that by their gaps, k g^2 / 2, in
- * which errors of positions are multiplied by k. */
+/* What the energy of stiff rows is by their forces s, s^2 / 2 k, beyond that by their gaps, k g^2 /
+ * 2, in which errors of positions are multiplied by k. */
 static double by_forces(const mbsr_ida *ida, const double *y, const double *g)
 {
     const double *spring = y + mbsri_ida_loops(ida);

@@ -15,8 +15,8 @@
 #include <math.h>
 #include <string.h>
 
-/* Where this derivative jumps IDA starts anew; where a higher one does, a step that ends there is all
- * that may be wanted, and across the points of a smooth table IDA finds its way with fewer. */
+/* Where this derivative jumps IDA starts anew; where a higher one does, a step that ends there is
+ * all that may be wanted, and across the points of a smooth table IDA finds its way with fewer. */
 enum { RESTART = 1 };
 
 /* Restarts without another look where c did not serve. */
@@ -91,9 +91,9 @@ void mbsri_ida_arrive(mbsr_ida *ida)
 
 /* ---- the state behind a kink ---- */
 
-/* At t for q, p in y and a first u there: u is found, and `rate` has q', p', then u. Corrections of u
- * come from K = dF/dy + c dF/dy', which is factored at a large c, where those of q and p are nothing
- * beside them. False where they do not become small. */
+/* At t for q, p in y and a first u there: u is found, and `rate` has q', p', then u. Corrections of
+ * u come from K = dF/dy + c dF/dy', which is factored at a large c, where those of q and p are
+ * nothing beside them. False where they do not become small. */
 static bool find_rates(mbsr_ida *ida, double t, N_Vector y, N_Vector rate)
 {
     enum { MOST = 8 };

@@ -26,7 +26,8 @@ int mbsri_ida_loops(const mbsr_ida *ida)
 /* Beyond so many joint rates and rows one product with C^T for each row is not worth while. */
 enum { MOST_PRODUCTS = 600 };
 
-/* Of the multipliers of one row, C^T of which is `along`. place: tolerances of what joint rates move. */
+/* Of the multipliers of one row, C^T of which is `along`. place: tolerances of what joint rates
+ * move. */
 static void scale_row(mbsr_ida *ida, const double *along, const double *w, const double *place,
                       double *impulse, double *shift)
 {
@@ -218,7 +219,8 @@ static double or_all(const mbsr_ida *ida, double of_kind)
     return of_kind > 0.0 ? of_kind : ida->opt.atol;
 }
 
-/* The gap of a row, of all, from which it counts as open, a thousand tolerances; `gap` is looked at first. */
+/* The gap of a row, of all, from which it counts as open, a thousand tolerances; `gap` is looked at
+ * first. */
 static double limit_of(mbsr_ida *ida, int row, double gap)
 {
     static const double many = 1e3;

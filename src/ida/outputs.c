@@ -37,7 +37,8 @@ void mbsri_ida_free_outputs(mbsr_ida *ida)
     if (o->yp) N_VDestroy(o->yp);
 }
 
-/* The span of time in which nothing jumps, around the present; the time that stands for it, which is before a kink. */
+/* The span of time in which nothing jumps, around the present; the time that stands for it, which
+ * is before a kink. */
 static double look_around(mbsr_ida *ida)
 {
     const mbsri_ida_kinks *k = &ida->kinks;
@@ -95,8 +96,8 @@ static double tolerances(const mbsr_ida *ida, const double *x, double s, int fir
     return largest;
 }
 
-/* Whether the forces at the completed state would change momenta in a step by many tolerances more than the interpolation
- * does: stiff elements are strained by errors of positions. */
+/* Whether the forces at the completed state would change momenta in a step by many tolerances more
+ * than the interpolation does: stiff elements are strained by errors of positions. */
 static bool is_strained(mbsr_ida *ida)
 {
     static const double many = 30.0;
@@ -108,8 +109,8 @@ static bool is_strained(mbsr_ida *ida)
     return tolerances(ida, change, fabs(step), nq, nq + nu) > many;
 }
 
-/* The same state with its strain taken out, unless that is far away: in a step that has passed over an impact momenta are
- * off by what the impact changes. */
+/* The same state with its strain taken out, unless that is far away: in a step that has passed over
+ * an impact momenta are off by what the impact changes. */
 static void relieve(mbsr_ida *ida, double t)
 {
     static const double far = 1000.0;

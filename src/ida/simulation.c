@@ -156,8 +156,8 @@ static int prepare(mbsr_simulation *s, mbsr_dae_form form)
     return MBSR_OK;
 }
 
-/* The driver's state in joint coordinates, with the data at its accelerations. The index-1 form as it is interpolated has
- * none: at its velocities. */
+/* The driver's state in joint coordinates, with the data at its accelerations. The index-1 form as
+ * it is interpolated has none: at its velocities. */
 static int evaluate(mbsr_simulation *s)
 {
     int status = mbsr_ida_motion(s->ida, s->q, s->u, s->udot, s->lambda);

@@ -6,11 +6,11 @@
  *
  *   s = E'' + c P'' / 2,    c of the step: d E / d q twice along G v, P twice along v
  *
- * to v^T K v. Both are quadratic in v for springs and dampers: second differences. Where Newton's method
- * failed its corrections lie across the stiff direction, which is not known: there it is the sum of
- * s / M_jj over the unit vectors v of the coordinates, squares of frequencies, to be compared with c^2 of the
- * longest step so far: the present one may be very short where nothing converges. The same is asked where
- * a run has ended and neither is known. */
+ * to v^T K v. Both are quadratic in v for springs and dampers: second differences. Where Newton's
+ * method failed its corrections lie across the stiff direction, which is not known: there it is the
+ * sum of s / M_jj over the unit vectors v of the coordinates, squares of frequencies, to be
+ * compared with c^2 of the longest step so far: the present one may be very short where nothing
+ * converges. The same is asked where a run has ended and neither is known. */
 #include "ida/stiffest.h"
 
 #include "ida/bend.h"
@@ -120,8 +120,8 @@ static int largest(const double *s, int forces, int known, const int *taken)
     return best;
 }
 
-/* The answer, along `direction` or, where that is NULL, all coordinates: of these, elements count that are fast
- * beside c. */
+/* The answer, along `direction` or, where that is NULL, all coordinates: of these, elements count
+ * that are fast beside c. */
 static int rank(const place *p, const double *direction, int most, int *force, double *share,
                 int *count)
 {
@@ -160,8 +160,8 @@ static double slowest(const mbsri_stiff *s)
     return h == 0.0 ? INFINITY : 1.0 / fabs(h);
 }
 
-/* Where s knows: the c of that step, and the direction; NULL where iterations failed. The velocities of y
- * begin at `first`. */
+/* Where s knows: the c of that step, and the direction; NULL where iterations failed. The
+ * velocities of y begin at `first`. */
 static const double *recall(const mbsri_stiff *s, int first, double *c)
 {
     IDAGetCurrentCj(s->memory, c);
@@ -241,7 +241,8 @@ void mbsri_ida_blame_stiff(mbsr_ida *ida, int flag)
 
 /* ---- of an IDA of one's own ---- */
 
-/* The state: where s knows, or the end of the last step, if some attempt has failed since the start. */
+/* The state: where s knows, or the end of the last step, if some attempt has failed since the
+ * start. */
 static bool find_state(mbsri_stiff *s, bool known, N_Vector y, double *t)
 {
     long tests = 0, iterations = 0;

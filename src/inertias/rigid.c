@@ -213,7 +213,8 @@ mbsr_inertia mbsr_inertia_moved(const mbsr_frame *frame, mbsr_inertia inertia)
     return moved;
 }
 
-/* Both together: about the common centre of mass c, of which mass c = sum of mass c of the parts. */
+/* Both together: about the common centre of mass c, of which mass c = sum of mass c of the parts.
+ */
 static mbsri_exact exact_sum(double mass, const mbsr_inertia part[2])
 {
     mbsri_exact sum = {.mass = mass};

@@ -1,16 +1,17 @@
 /* Completing a state: see completion.h of the public headers.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * K(c) = dF/dy + c dF/dy' of the momentum form, r = (r_q, r_p, r_u, r_Lambda, r_Eta). As c grows, x = K(c)^-1 r has for
- * r_q = r_p = 0
+ * K(c) = dF/dy + c dF/dy' of the momentum form, r = (r_q, r_p, r_u, r_Lambda, r_Eta). As c grows, x
+ * = K(c)^-1 r has for r_q = r_p = 0
  *
  *   x_q, x_p -> 0 in trees; with loops what closes them in the weights w, and impulses C^T I
  *   x_u -> the correction of velocities,     c x_Lambda -> that of loop forces, and c I
  *
- * so that Newton's method with r = (0, 0, F_u, F_Lambda, F_Eta) settles u at given q and p. The rates follow from
- * F = 0 differentiated, K(c) y' = c dF/dy' y' - dF/dt in the rows of algebraic equations. In the others r = c q' and c p', with what is
- * known of them, gives x_q and x_p that miss q' and p' by a share of 1/c, and the next solution aims so much further. What x_Lambda
- * finds is missing in the loop forces, which p' was found with.
+ * so that Newton's method with r = (0, 0, F_u, F_Lambda, F_Eta) settles u at given q and p. The
+ * rates follow from F = 0 differentiated, K(c) y' = c dF/dy' y' - dF/dt in the rows of algebraic
+ * equations. In the others r = c q' and c p', with what is known of them, gives x_q and x_p that
+ * miss q' and p' by a share of 1/c, and the next solution aims so much further. What x_Lambda finds
+ * is missing in the loop forces, which p' was found with.
  *
  * Rates of trees all of whose directions move mass are those of forward dynamics. */
 #include "massless/completion_elastic.h"
@@ -35,8 +36,8 @@
 
 #include <math.h>
 
-/* c in the time in which the state changes much, one after the other until one serves: beyond all that is stiff, but not so
- * far that springs which alone hold something are drowned. */
+/* c in the time in which the state changes much, one after the other until one serves: beyond all
+ * that is stiff, but not so far that springs which alone hold something are drowned. */
 static const double ladder[] = {1e6, 1e9, 1e4, 1e12};
 enum { RUNGS = sizeof ladder / sizeof ladder[0] };
 
@@ -241,7 +242,8 @@ static int attempt(mbsr_completion *w, bool velocities)
     return status ? status : mbsri_completion_rates(w);
 }
 
-/* Whether the last state was of the same kind, so that its matrices may serve, and what it knew of springs. */
+/* Whether the last state was of the same kind, so that its matrices may serve, and what it knew of
+ * springs. */
 static bool continues(const mbsr_completion *w, double c, bool deficient)
 {
     static const double far = 10.0;
@@ -249,9 +251,9 @@ static bool continues(const mbsr_completion *w, double c, bool deficient)
            w->c <= far * c;
 }
 
-/* With what is known from the last state; then with one c after the other. The failure that counts is the first of
- * these, but for singular matrices: far out they are so because something soft is drowned. From w->given, with loop forces
- * behind it. */
+/* With what is known from the last state; then with one c after the other. The failure that counts
+ * is the first of these, but for singular matrices: far out they are so because something soft is
+ * drowned. From w->given, with loop forces behind it. */
 static int search(mbsr_completion *w, bool velocities)
 {
     mbsr_error first = {.status = MBSR_OK};
@@ -425,8 +427,9 @@ int mbsr_complete_dynamics(mbsr_completion *completion, mbsr_data *data, double 
     return conclude(w, status);
 }
 
-/* Newton's method for F(t, y, y' + c (y - y_given)) = 0, from w->y, w->yp. Where a one-sided element lets go on the way it
- * goes to and fro between what holds on either side, with half the corrections less and less. */
+/* Newton's method for F(t, y, y' + c (y - y_given)) = 0, from w->y, w->yp. Where a one-sided
+ * element lets go on the way it goes to and fro between what holds on either side, with half the
+ * corrections less and less. */
 static int relax(mbsr_completion *w, double c)
 {
     enum { MOST = 40, PATIENT = 4 };

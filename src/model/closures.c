@@ -72,8 +72,8 @@ static int check_matrix(mbsr_model *m, int n, const double *A, const char *what,
     return MBSR_OK;
 }
 
-/* The rows in which springs and dampers act apart; the numbers of each go to the definition, which is the
- * model's copy. */
+/* The rows in which springs and dampers act apart; the numbers of each go to the definition, which
+ * is the model's copy. */
 static int find_rows(mbsr_model *m, mbsr_closure_def *def, mbsri_principal *rows, const char *label)
 {
     static const char *const faults[] = {

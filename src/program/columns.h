@@ -27,8 +27,8 @@ typedef struct columns {
     int count;
 } columns;
 
-/* Of names between commas: a joint (its q), NAME.rate (its u), NAME.pos of a body (its origin), a sensor, energy,
- * state (all joints, then all their rates); NULL: all joints. A code. */
+/* Of names between commas: a joint (its q), NAME.rate (its u), NAME.pos of a body (its origin), a
+ * sensor, energy, state (all joints, then all their rates); NULL: all joints. A code. */
 int columns_make(const program_model *m, const char *names, columns *c);
 
 /* Their numbers at this state, at which the data is at mbsr_accelerations. A code. */

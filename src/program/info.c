@@ -27,7 +27,8 @@ static bool mass_of(const program_model *m, int k, double *mass)
     return weigh_body(&def.inertia, mass);
 }
 
-/* The first joint of each body, and the next one of the same; -1: none. Beside them how deep bodies are. */
+/* The first joint of each body, and the next one of the same; -1: none. Beside them how deep bodies
+ * are. */
 typedef struct tree {
     int *first, *next, *depth;
 } tree;

@@ -200,7 +200,8 @@ int mbsri_closure_curvature(const mbsr_model *m, mbsr_data *d, const mbsri_closu
     return MBSR_OK;
 }
 
-/* C, C^T lambda in f and C V + g_t in rate at a displaced state, with the velocities of the view. */
+/* C, C^T lambda in f and C V + g_t in rate at a displaced state, with the velocities of the view.
+ */
 static int loaded(const mbsr_model *m, const mbsri_closure *c, const mbsri_closure_view *view,
                   const double *lambda, const double *V, double *work, double *C, double *f,
                   double *rate)

@@ -28,8 +28,8 @@ static void place(const mbsr_model *m, const mbsr_data *d, int k, int i, const d
     }
 }
 
-/* Whether a diagonal entry of the joint of body i is so much smaller than what cancels in it that it
- * has lost some of nine digits: beyond 1e-6 it has not. C: d x d. */
+/* Whether a diagonal entry of the joint of body i is so much smaller than what cancels in it that
+ * it has lost some of nine digits: beyond 1e-6 it has not. C: d x d. */
 static bool loses_digits(const mbsri_body *b, const double *J, const double *C,
                          const double *matrix, size_t nu)
 {

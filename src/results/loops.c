@@ -133,8 +133,8 @@ static int find_massless(mbsri_dense *w, int *count)
     return status;
 }
 
-/* The rows, scaled as for their ranks, on `count` directions without mass in A: into K (size x size).
- * Returns how many rows and directions meet. */
+/* The rows, scaled as for their ranks, on `count` directions without mass in A: into K (size x
+ * size). Returns how many rows and directions meet. */
 static int fill_stretch(mbsri_dense *w, int count, int size)
 {
     int touched = 0;
@@ -174,8 +174,8 @@ static int find_stretch(mbsri_dense *w, int count, mbsr_closure_report *report)
     return MBSR_OK;
 }
 
-/* Directions of the tree that move no mass, those of them that no loop holds, and how well the others are
- * held; at rest. */
+/* Directions of the tree that move no mass, those of them that no loop holds, and how well the
+ * others are held; at rest. */
 static int count_massless(mbsri_dense *w, double t, const double *q, mbsr_closure_report *report)
 {
     const mbsr_model *m = w->m;

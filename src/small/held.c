@@ -1,17 +1,17 @@
 /* Candidates that keep their mass: see held.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * An undetermined direction of the reduced model leaves all its masses at rest; in the full one it moves
- * those that were made zero. Which of them tells the energy V^T M V, however far the joints that move are
- * from the body. */
+ * An undetermined direction of the reduced model leaves all its masses at rest; in the full one it
+ * moves those that were made zero. Which of them tells the energy V^T M V, however far the joints
+ * that move are from the body. */
 #include "small/held.h"
 
 #include "algebra/dense.h"
 #include "recursion/data.h"
 #include "small/twins.h"
 
-/* V of the candidates in the full model at the rates u (nu): `before` into velocity of each, else less that
- * into rest. */
+/* V of the candidates in the full model at the rates u (nu): `before` into velocity of each, else
+ * less that into rest. */
 static int find_motions(mbsr_small_masses *s, const double *u, bool before)
 {
     const mbsri_twin *twin = &s->full;
@@ -27,7 +27,8 @@ static int find_motions(mbsr_small_masses *s, const double *u, bool before)
     return mbsri_small_failed(s, status, mbsr_data_error(twin->data));
 }
 
-/* Whether a motion V (rest) of the candidate moves its mass: more than the rates that reports leave out do. */
+/* Whether a motion V (rest) of the candidate moves its mass: more than the rates that reports leave
+ * out do. */
 static bool moves_mass(const mbsr_small_masses *s, const mbsri_candidate *c)
 {
     const mbsri_body *b = s->full.model->body + c->i;

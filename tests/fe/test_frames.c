@@ -1,5 +1,5 @@
-/* Nodes with rotations: a beam of elements with twelve dofs, against the built-in beam; mass lumped at the nodes.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Nodes with rotations: a beam of elements with twelve dofs, against the built-in beam; mass lumped
+ * at the nodes. SPDX-License-Identifier: BSD-3-Clause */
 #include "expect.h"
 
 #include <mbsrank/fe.h>
@@ -19,7 +19,8 @@ typedef struct frame {
 
 static const double length = 2.0, density = 3.0, EA = 5e4, EI_y = 40.0, EI_z = 70.0, GJ = 20.0;
 
-/* Cubic bending in a plane: deflections at dofs 0 and 2, slopes at 1 and 3, of an element of length h. */
+/* Cubic bending in a plane: deflections at dofs 0 and 2, slopes at 1 and 3, of an element of length
+ * h. */
 static void bending(double h, double K[4][4], double M[4][4])
 {
     const double k[4][4] = {{12, 6, -12, 6}, {6, 4, -6, 2}, {-12, -6, 12, -6}, {6, 2, -6, 4}},

@@ -65,7 +65,8 @@ static void stiffness(void **state)
     test_solid_destroy(s);
 }
 
-/* A particle that nothing holds; two bars that nothing joins. Large enough for CHOLMOD's supernodes, and too small. */
+/* A particle that nothing holds; two bars that nothing joins. Large enough for CHOLMOD's
+ * supernodes, and too small. */
 static void mechanisms_of(int nx, int ny, int nz)
 {
     test_solid *s = test_bar(nx, ny, nz);

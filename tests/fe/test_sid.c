@@ -1,6 +1,5 @@
-/* SID files: written and read again; what is written against differences of M(s); data of no body, refused or changed as
- * little as the caller allows.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* SID files: written and read again; what is written against differences of M(s); data of no body,
+ * refused or changed as little as the caller allows. SPDX-License-Identifier: BSD-3-Clause */
 #include "counting.h"
 #include "locale_comma.h"
 #include "small_sid.h"
@@ -96,7 +95,8 @@ static void round_trip(void **state)
     mbsr_flex_destroy(flex);
 }
 
-/* d/ds_b and d^2/ds_a ds_b of an entry of M(s), which is of second degree: differences are exact. */
+/* d/ds_b and d^2/ds_a ds_b of an entry of M(s), which is of second degree: differences are exact.
+ */
 static double slope(const mbsr_flex *flex, int n, int i, int j, int a, int b)
 {
     double s[16] = {0.0}, M[4][22 * 22];
@@ -211,8 +211,8 @@ static void refuse_text(const char *text, const mbsr_sid_opt *opt, int status, c
     assert_null(report);
 }
 
-/* M(s) of data that were changed has no direction of negative mass: tried by its Cholesky factor with a little on the
- * diagonal. */
+/* M(s) of data that were changed has no direction of negative mass: tried by its Cholesky factor
+ * with a little on the diagonal. */
 static void assert_positive(const mbsr_flex *flex, int n)
 {
     test_rng rng = test_seed(5);

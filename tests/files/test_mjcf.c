@@ -297,8 +297,8 @@ static void equalities(void **state)
     close_scene(&s);
 }
 
-/* Derivatives of forces and rates of a polynomial between joints, against differences of its rows: on two bodies, and
- * on one. */
+/* Derivatives of forces and rates of a polynomial between joints, against differences of its rows:
+ * on two bodies, and on one. */
 static void slopes_of_polynomials(void **state)
 {
     static const char *const texts[] = {

@@ -1,7 +1,6 @@
 /* Robots from files against references that were computed without this library. The data are other
- * people's and stay out of the project: the variable MBSR_ROBOTS of the environment tells their folder, with
- * urdf/, mjcf/ and ref/; skipped without.
- * SPDX-License-Identifier: BSD-3-Clause */
+ * people's and stay out of the project: the variable MBSR_ROBOTS of the environment tells their
+ * folder, with urdf/, mjcf/ and ref/; skipped without. SPDX-License-Identifier: BSD-3-Clause */
 #include "expect.h"
 #include "json.h"
 
@@ -102,7 +101,8 @@ static double *numbers(const json *of, const char *key, double *to)
     return list && json_numbers(list, MOST, to) == list->count ? to : NULL;
 }
 
-/* What stands in the coordinates of MuJoCo in those of the model: rates, accelerations and forces alike. */
+/* What stands in the coordinates of MuJoCo in those of the model: rates, accelerations and forces
+ * alike. */
 static void convert(const robot *r, const double *qpos, const double *x, double *q, double *y)
 {
     assert_int_equal(mbsr_file_mujoco_state(r->file, 0, qpos, x, q, y), MBSR_OK);

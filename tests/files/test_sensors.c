@@ -46,7 +46,8 @@ static const char sensed[] =
     "body='b'/><e_kinetic name='s30'/><clock name='s31'/></sensor>"
     "</mujoco>";
 
-/* By mj_forward at q = sin(1 + 3 k) / 2, quaternions of length 1, u = 0.5 - 0.1 k, controls 0.7 - 0.2 k, t = 1.5. */
+/* By mj_forward at q = sin(1 + 3 k) / 2, quaternions of length 1, u = 0.5 - 0.1 k, controls 0.7 -
+ * 0.2 k, t = 1.5. */
 static const double expected[][4] = {
     {-0.00442565464520194},
     {-0.500000000000000},

@@ -1,5 +1,5 @@
-/* Models written as MJCF and read again have the same accelerations; what MJCF cannot say is listed.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Models written as MJCF and read again have the same accelerations; what MJCF cannot say is
+ * listed. SPDX-License-Identifier: BSD-3-Clause */
 #include "locale_comma.h"
 #include "small.h"
 
@@ -241,8 +241,9 @@ static void loops_come_back(void **unused)
     end_trip(&t);
 }
 
-/* What is written of: a link `world` without mass with a floating child and others, shapes without size or mesh, names
- * that are there twice, controls of actuators that are left out, tendons along several sites. */
+/* What is written of: a link `world` without mass with a floating child and others, shapes without
+ * size or mesh, names that are there twice, controls of actuators that are left out, tendons along
+ * several sites. */
 static void what_mujoco_would_refuse_is_not_written(void **unused)
 {
     static const char urdf[] = "<robot name='r'><link name='world'/><link name='b'><inertial><mass "

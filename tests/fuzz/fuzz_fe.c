@@ -1,6 +1,6 @@
-/* Whatever bytes the readers of the component fe get, they read or refuse them, and what is read can be reduced or is
- * refused. For libFuzzer (option MBSR_FUZZ); tests/fe/test_damaged_models.c calls it, too. The first byte says as which of
- * the files the others are taken.
+/* Whatever bytes the readers of the component fe get, they read or refuse them, and what is read
+ * can be reduced or is refused. For libFuzzer (option MBSR_FUZZ); tests/fe/test_damaged_models.c
+ * calls it, too. The first byte says as which of the files the others are taken.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "fuzz_fe.h"
 

@@ -15,8 +15,8 @@ typedef struct loops_result {
     int status;
 } loops_result;
 
-/* Integrates from the guess q, u of s to t_end; q, u and lambda of s are then the last. The driver's error
- * is written to *last. */
+/* Integrates from the guess q, u of s to t_end; q, u and lambda of s are then the last. The
+ * driver's error is written to *last. */
 static inline loops_result loops_try(loops *s, double tolerance, double t_end, mbsr_error *last)
 {
     static double y[8 * LOOPS_MOST], yp[8 * LOOPS_MOST], F[8 * LOOPS_MOST];

@@ -336,8 +336,8 @@ static void options_reach_ida(void **state)
 }
 
 /* An error of half the tolerance, h^2 y''/2 of the differential entries that have a y'', at most
- * 1e-3 of the least tolerance of q over the largest of u. Of the oscillator q'' = (-4 q_x, -9 q_y), and of p = 2 u it is p'' = (-8 u_x, -18
- * u_y). */
+ * 1e-3 of the least tolerance of q over the largest of u. Of the oscillator q'' = (-4 q_x, -9 q_y),
+ * and of p = 2 u it is p'' = (-8 u_x, -18 u_y). */
 static void the_first_step_follows_from_the_start(void **state)
 {
     (void)state;
@@ -432,7 +432,8 @@ static void statistics_agree_with_ida_and_with_the_model(void **state)
         assert_int_equal(IDAGetCurrentTime(memory, &present), IDA_SUCCESS);
         assert_int_equal(stats.residuals, observer.calls);
         assert_int_equal(stats.residuals, newton + stats.jacobian_residuals);
-        /* IDA's own quotients, 4 for a matrix, and those of careful steps: 6, and 2 for a filtered error */
+        /* IDA's own quotients, 4 for a matrix, and those of careful steps: 6, and 2 for a filtered
+         * error */
         assert_in_range(stats.jacobian_residuals, quotients, stats.residuals);
         assert_in_range(stats.jacobian_residuals, 4 * stats.jacobians,
                         6 * stats.jacobians + 2 * stats.filter_solves);

@@ -1,6 +1,5 @@
-/* Mechanisms with closed loops, integrated by the driver, against digits that two formulations agree
- * on.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Mechanisms with closed loops, integrated by the driver, against digits that two formulations
+ * agree on. SPDX-License-Identifier: BSD-3-Clause */
 #include "counting.h"
 #include "loops.h"
 
@@ -77,7 +76,8 @@ static void a_four_bar(void **state)
     }
 }
 
-/* Tolerances of momenta in closed models take memory: a start without it is refused, and the next one runs. */
+/* Tolerances of momenta in closed models take memory: a start without it is refused, and the next
+ * one runs. */
 static void a_start_without_memory_is_refused(void **state)
 {
     (void)state;

@@ -1,5 +1,5 @@
-/* More mechanisms with the driver: other cuts of one loop, rolling, loops in space with rows that are
- * redundant in every position, massless directions that no loop holds, drift.
+/* More mechanisms with the driver: other cuts of one loop, rolling, loops in space with rows that
+ * are redundant in every position, massless directions that no loop holds, drift.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "loops_run.h"
 
@@ -33,7 +33,8 @@ static void four_bar(loops *s, int cut)
         assert_ok(mbsr_model_add_body(s->m, &body, &c), NULL);
         if (cut == 2) {
             loops_pin(s, "pin", c, 0.0, 0.0, MBSR_GROUND, 2.0, 0.0);
-        } else { /* a massless rod: the distance from the rocker's foot, which must be where it is */
+        } else { /* a massless rod: the distance from the rocker's foot, which must be where it is
+                  */
             const double x[6] = {1.0, 0.0, 0.0, 1.0, 1.0, 0.0}, foot[3] = {2.0, 0.0, 0.0};
             const mbsr_closure_def rows = mbsr_closure_rows(c, NULL, MBSR_GROUND, foot, 2, x);
             assert_ok(mbsr_model_add_closure(s->m, &rows, NULL), NULL);
@@ -83,8 +84,9 @@ static void other_cuts(void **state)
 
 /* ---- other cuts of a slider-crank mechanism ---- */
 
-/* Crank 0.5 m, rod 1.5 m, slider of 1 kg on a line through the crank's hinge; cut at the rod's end, or at
- * the slider's guide: by a prismatic joint, or by a row for its place and one for its turn. */
+/* Crank 0.5 m, rod 1.5 m, slider of 1 kg on a line through the crank's hinge; cut at the rod's end,
+ * or at the slider's guide: by a prismatic joint, or by a row for its place and one for its turn.
+ */
 static void slider_crank(loops *s, int cut)
 {
     const mbsr_planar_frame own = {0.0, 0.0, 0.0}, end = {1.5, 0.0, 0.0};
@@ -133,8 +135,8 @@ static void other_cuts_of_a_slider_crank(void **state)
 
 /* ---- a pin in a slot of a body that turns ---- */
 
-/* Crank with a pin in the slot of a rocker: by a row fixed in the rocker, and by a joint with two freedoms
- * (turning on a prismatic joint) as a loop joint. */
+/* Crank with a pin in the slot of a rocker: by a row fixed in the rocker, and by a joint with two
+ * freedoms (turning on a prismatic joint) as a loop joint. */
 static void a_slotted_link(void **state)
 {
     (void)state;
@@ -177,8 +179,9 @@ static void a_slotted_link(void **state)
 
 /* ---- rolling ---- */
 
-/* A disc that rolls on a circle: lean a, radius R of the disc, rate w of heading, spin s about its axis, I
- * along it and J across. With the velocity R (w sin a - s) of the centre, the moment about the centre is
+/* A disc that rolls on a circle: lean a, radius R of the disc, rate w of heading, spin s about its
+ * axis, I along it and J across. With the velocity R (w sin a - s) of the centre, the moment about
+ * the centre is
  *
  *   w cos(a) (I s - (I - J) w sin a) = m R^2 w cos(a) (w sin a - s) + m g R sin a */
 static void a_steady_disc(void **state)
@@ -291,8 +294,9 @@ static void a_long_run(void **state)
 
 /* ---- Bricard's linkage: six revolute joints, mobile against the count of rows ---- */
 
-/* Rods of 1 m and 1 kg, section 0.1 m square, gravity along -y, from rest; the sixth side is the ground.
- * The sixth joint is a cut body and a weld: six rows, five of them independent in every position. */
+/* Rods of 1 m and 1 kg, section 0.1 m square, gravity along -y, from rest; the sixth side is the
+ * ground. The sixth joint is a cut body and a weld: six rows, five of them independent in every
+ * position. */
 static void bricard(void **state)
 {
     (void)state;
@@ -367,8 +371,8 @@ static int turn(void *user, double t, double *phi, double *rate, double *acceler
 
 static const double bend = 0.5; /* between the shafts, rad */
 
-/* Two shafts with a universal joint, the first one driven; the second ends in a ball bearing, whose row
- * along the shaft is redundant. Rigid where stiffness is 0. */
+/* Two shafts with a universal joint, the first one driven; the second ends in a ball bearing, whose
+ * row along the shaft is redundant. Rigid where stiffness is 0. */
 static void shafts(loops *s, double stiffness, double damping)
 {
     const double x[3] = {1.0, 0.0, 0.0}, y[3] = {0.0, 1.0, 0.0}, tensor[6] = {0.03, 0.03, 0.05};
@@ -446,8 +450,8 @@ static int humped_gap(const mbsr_closure_args *args, double *g)
     return 0;
 }
 
-/* Two wheels on one shaft are held together twice; the second time so that it is redundant at the start
- * and at the end, and not in between. */
+/* Two wheels on one shaft are held together twice; the second time so that it is redundant at the
+ * start and at the end, and not in between. */
 static void opens_and_closes_between(void **state)
 {
     (void)state;
@@ -473,7 +477,8 @@ static void opens_and_closes_between(void **state)
     loops_free(&s);
 }
 
-/* Cranks in a row in one line, from where every loop may branch: run with all loops closed, or refused for that. */
+/* Cranks in a row in one line, from where every loop may branch: run with all loops closed, or
+ * refused for that. */
 static void cranks_in_one_line(void **state)
 {
     (void)state;

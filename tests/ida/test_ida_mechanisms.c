@@ -1,6 +1,5 @@
-/* Mechanisms with closed loops, integrated by the driver, against digits that two formulations agree
- * on.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Mechanisms with closed loops, integrated by the driver, against digits that two formulations
+ * agree on. SPDX-License-Identifier: BSD-3-Clause */
 #include "loops_run.h"
 
 #include <stdio.h>

@@ -142,7 +142,8 @@ static void force_beyond_what_the_spring_can_balance(void **unused)
 
 /* ---- starts that are handed to the driver as they are ---- */
 
-/* The state q, u of two carts, packed in a form, is refused by the driver and names the first cart. */
+/* The state q, u of two carts, packed in a form, is refused by the driver and names the first cart.
+ */
 static void check_driver(const mbsr_model *m, const double *q, const double *u, bool refused)
 {
     mbsr_data *d = NULL;

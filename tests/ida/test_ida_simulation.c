@@ -92,7 +92,8 @@ static void the_first_failure_stays(void **state)
     assert_int_equal(mbsr_simulation_to(NULL, 0.0), MBSR_ERR_NULL);
 }
 
-/* A crank of 0.3 m whose rod, without mass, moves a slider: its rate and position are given, the rest follows. */
+/* A crank of 0.3 m whose rod, without mass, moves a slider: its rate and position are given, the
+ * rest follows. */
 static void a_crank_turns_as_told(void **state)
 {
     (void)state;
@@ -206,8 +207,8 @@ static int kinks(void *user, double t, int direction, mbsr_kink *next)
     return 0;
 }
 
-/* In all forms, in the middle of steps or where one has ended at a kink: the last good state is there
- * with its statistics, fits the solution, and a new start goes on from it. */
+/* In all forms, in the middle of steps or where one has ended at a kink: the last good state is
+ * there with its statistics, fits the solution, and a new start goes on from it. */
 static void runs_go_on_from_the_last_good_state(void **state)
 {
     (void)state;

@@ -1,8 +1,8 @@
 /* Small masses: what excites the fast motion along a run, by closed forms.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * A block of 1 kg is pushed along a slide by a force that begins within the run. A flag of little mass
- * m stands on it on a spring k and a damper d: without mass it stays where it is, and with it
+ * A block of 1 kg is pushed along a slide by a force that begins within the run. A flag of little
+ * mass m stands on it on a spring k and a damper d: without mass it stays where it is, and with it
  *
  *   m x'' + d x' + k x = -m a(t),    a the acceleration of the block, but for O(m). */
 #include "small_study.h"
@@ -139,8 +139,8 @@ static double left_by(const push *force, double w)
     return force->most * force->time / (3.0 * PIECES) * cabs(sum) / w;
 }
 
-/* For a time T, 5 to 40 times 1 / w: the swing that the push leaves, which ends as next to nothing. Of long
- * pushes the report shows what of the displacement m a / k follows with a lag. */
+/* For a time T, 5 to 40 times 1 / w: the swing that the push leaves, which ends as next to nothing.
+ * Of long pushes the report shows what of the displacement m a / k follows with a lag. */
 static void a_short_push_excites(void **unused)
 {
     (void)unused;

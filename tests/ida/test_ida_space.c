@@ -363,8 +363,8 @@ static mbsr_model *floating_tree(int light, double *q, double *u)
 }
 
 /* Linear and angular momentum stay, and without damping the energy, which damping lowers. The last
- * coordinates are compared with `known` ones (NULL: with none) and written to q_last. Returns by how
- * much what stays has drifted. */
+ * coordinates are compared with `known` ones (NULL: with none) and written to q_last. Returns by
+ * how much what stays has drifted. */
 static double run_floating_tree(int light, const trial *is, const double *known, double *q_last)
 {
     double q[RUN_MOST], u[RUN_MOST], off[RUN_MOST] = {0.0};
@@ -422,8 +422,8 @@ static void a_floating_tree_keeps_its_momentum(void **unused)
     for (int light = 0; light < 2; ++light) {
         double known[RUN_MOST], q[RUN_MOST];
         for (int k = 0; k < 7; ++k) {
-            /* the drift of one run at the smallest tolerance scatters by ten and more, with rounding:
-             * the mean of many counts, as far as the limit is near */
+            /* the drift of one run at the smallest tolerance scatters by ten and more, with
+             * rounding: the mean of many counts, as far as the limit is near */
             const int turns = k ? 1 : light ? 21 : 3;
             trial is = trials[light][k];
             double drift = run_floating_tree(light, &is, k ? known : NULL, k ? q : known);

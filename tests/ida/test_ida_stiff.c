@@ -150,8 +150,8 @@ static void no_cell_is_stuck_or_wrong(void **state)
     }
 }
 
-/* Ten rods, whose springs vibrate and have to be resolved: careful steps would not pay. IDA's own takes
- * 523 steps and 24 matrices. */
+/* Ten rods, whose springs vibrate and have to be resolved: careful steps would not pay. IDA's own
+ * takes 523 steps and 24 matrices. */
 static void springs_that_vibrate_are_left_to_ida(void **state)
 {
     (void)state;

@@ -1,7 +1,6 @@
-/* Runs of beams with geometric stiffening: a spin-up and a falling pendulum against the elastica (its
- * tangent angle as a series, independent of any floating frame), the same modes in another program, and
- * chains of rigid links.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Runs of beams with geometric stiffening: a spin-up and a falling pendulum against the elastica
+ * (its tangent angle as a series, independent of any floating frame), the same modes in another
+ * program, and chains of rigid links. SPDX-License-Identifier: BSD-3-Clause */
 #include "duration.h"
 #include "expect.h"
 #include "flexible.h"
@@ -117,8 +116,8 @@ static void a_beam_is_spun_up(void **state)
     }
 }
 
-/* Normal modes of finite elements. The elastica's tip is 0.5737437 back at most; the rest is what the field of
- * second order leaves out. */
+/* Normal modes of finite elements. The elastica's tip is 0.5737437 back at most; the rest is what
+ * the field of second order leaves out. */
 static void a_built_in_beam_is_spun_up(void **state)
 {
     (void)state;

@@ -1,5 +1,5 @@
-/* Calls on an arm of 7 joints whose hand has 12 locked ones, with springs on them, and on the arm built without
- * these 12: dumps and standard output as of count.c, with one body each.
+/* Calls on an arm of 7 joints whose hand has 12 locked ones, with springs on them, and on the arm
+ * built without these 12: dumps and standard output as of count.c, with one body each.
  * SPDX-License-Identifier: BSD-3-Clause
  *
  *   instructions_locks [unused] */

@@ -1,9 +1,10 @@
-/* Chains of beams with massless modes in each, some of them beams without any mass: the recursion against
- * dense matrices made of body Jacobians and of inverse dynamics, and Newton systems against differences.
- * SPDX-License-Identifier: BSD-3-Clause
+/* Chains of beams with massless modes in each, some of them beams without any mass: the recursion
+ * against dense matrices made of body Jacobians and of inverse dynamics, and Newton systems against
+ * differences. SPDX-License-Identifier: BSD-3-Clause
  *
- * A hinge passes some of what the next link weighs on to the massless modes of the one before, and leaves
- * others; so deficient bodies are adjacent, and every block of a mount has a rank of its own. */
+ * A hinge passes some of what the next link weighs on to the massless modes of the one before, and
+ * leaves others; so deficient bodies are adjacent, and every block of a mount has a rank of its
+ * own. */
 #include "duration.h"
 #include "expect.h"
 #include "flexible.h"
@@ -43,7 +44,8 @@ static mbsr_flex *beam(double density, int modes, int stiffening)
     return flex;
 }
 
-/* A hinge, a link, a spring with damper from its middle to the ground; returns the marker at the end. */
+/* A hinge, a link, a spring with damper from its middle to the ground; returns the marker at the
+ * end. */
 static int add_link(chain *c, int parent, int k, int light)
 {
     static const double axes[2][3] = {{0.0, 0.0, 1.0}, {0.0, 1.0, 0.0}};
@@ -182,8 +184,8 @@ static int nullity_by_blocks(const chain *c)
     return sum;
 }
 
-/* At a consistent start the forces along the directions without mass balance, and accelerations fulfil all
- * equations. */
+/* At a consistent start the forces along the directions without mass balance, and accelerations
+ * fulfil all equations. */
 static void start_balances(const chain *c, int zeros, const double *mass, const double *X,
                            const double *scale)
 {

@@ -1,6 +1,6 @@
-/* Joint blocks of flexible bodies in factors (Woodbury's formula) against the same blocks in one piece, against the mass
- * matrix that body Jacobians make, and against inverse dynamics: bodies of random particles and shapes, some massless,
- * with light and heavy loads on none to three markers.
+/* Joint blocks of flexible bodies in factors (Woodbury's formula) against the same blocks in one
+ * piece, against the mass matrix that body Jacobians make, and against inverse dynamics: bodies of
+ * random particles and shapes, some massless, with light and heavy loads on none to three markers.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "duration.h"
 #include "expect.h"
@@ -36,7 +36,8 @@ typedef struct tree {
 
 /* ---- a body ---- */
 
-/* Displacements of a particle by all modes (3 x n); those of equal masses are orthonormal where `diagonal`. */
+/* Displacements of a particle by all modes (3 x n); those of equal masses are orthonormal where
+ * `diagonal`. */
 static void fill_shapes(const tree_kind *k, test_rng *rng, double *Phi)
 {
     const int n = k->modes, rows = 3 * PARTICLES;
@@ -195,7 +196,8 @@ static void take_factors_away(tree *w)
     for (int i = 1; i <= w->model->bodies; ++i) w->model->body[i].factored = false;
 }
 
-/* Bodies that had their blocks in factors in the last evaluation, where the sweeps served it to its end. */
+/* Bodies that had their blocks in factors in the last evaluation, where the sweeps served it to its
+ * end. */
 static int in_factors(const tree *w)
 {
     int count = 0;
@@ -214,7 +216,8 @@ static double largest(int n, const double *x)
     return most;
 }
 
-/* sqrt(dx^T M dx / x^T M x) of accelerations: the mass matrix (nu x nu) counts each as what it moves. */
+/* sqrt(dx^T M dx / x^T M x) of accelerations: the mass matrix (nu x nu) counts each as what it
+ * moves. */
 static double distance(const tree *w, const double *mass, const double *x, const double *y)
 {
     double off = 0.0, size = 0.0;
@@ -255,7 +258,8 @@ static int ranks(const tree *w, int *rank)
     return lacking;
 }
 
-/* The number of bodies in factors. Accelerations, ranks and residuals are the same with and without. */
+/* The number of bodies in factors. Accelerations, ranks and residuals are the same with and
+ * without. */
 static int compare(const tree_kind *kind, uint64_t seed)
 {
     tree w;
@@ -322,7 +326,8 @@ static void factors_and_blocks_agree(void **state)
     assert_true(2 * count > bodies);
 }
 
-/* Heavy loads: what Woodbury's formula loses when it subtracts from Mf^-1, and D by having both in one sum. */
+/* Heavy loads: what Woodbury's formula loses when it subtracts from Mf^-1, and D by having both in
+ * one sum. */
 static void heavy_loads_lose_no_digits(void **state)
 {
     (void)state;

@@ -1,5 +1,5 @@
-/* Starts that keep some joint rates, of random trees and loops in the plane whose bodies without mass are damped,
- * against dense constrained least squares:
+/* Starts that keep some joint rates, of random trees and loops in the plane whose bodies without
+ * mass are damped, against dense constrained least squares:
  *
  *   (u - u_0)^T M (u - u_0) = min,    C u = 0,    Z^T h(u) = 0,    E u = e
  *
@@ -289,7 +289,8 @@ static void as_least_squares(void **state)
 
 /* ---- mechanisms of everything ---- */
 
-/* Velocities of a start at positions q (nq) of the mechanism, from random ones beside u (nu); into `to`. */
+/* Velocities of a start at positions q (nq) of the mechanism, from random ones beside u (nu); into
+ * `to`. */
 static int velocities(const medley *s, test_rng *rng, const double *q, const double *u, double *y,
                       double *yp, double *to)
 {
@@ -311,8 +312,8 @@ static double residual(const medley *s, const double *y, const double *yp)
     return left;
 }
 
-/* A third of the rates keep values that another start has found: 1 if they did, 0 if that was refused, -1 where
- * there is no such start. */
+/* A third of the rates keep values that another start has found: 1 if they did, 0 if that was
+ * refused, -1 where there is no such start. */
 static int keep_some(const medley *s, test_rng *rng)
 {
     const size_t size = (size_t)s->size, nu = (size_t)s->nu;

@@ -1,6 +1,6 @@
-/* Forward dynamics of trees with loops, massless bodies, redundant and stiff rows against dense equations that are
- * solved by singular values; memory of both.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Forward dynamics of trees with loops, massless bodies, redundant and stiff rows against dense
+ * equations that are solved by singular values; memory of both. SPDX-License-Identifier:
+ * BSD-3-Clause */
 #include "counting.h"
 #include "kernels.h"
 #include "loops_equations.h"
@@ -85,7 +85,8 @@ static void forward(void **state)
     assert_true(undetermined > SEEDS / 20 && open > SEEDS / 20);
 }
 
-/* In a long chain the equations of motion hold, with loops of which each hangs on the one before. */
+/* In a long chain the equations of motion hold, with loops of which each hangs on the one before.
+ */
 static void long_chain(void **state)
 {
     (void)state;
@@ -122,8 +123,8 @@ static void long_chain(void **state)
     free(q);
 }
 
-/* Residuals of random mechanisms by the sweeps are those of the stages, with bodies without inertia on joints of
- * several axes. */
+/* Residuals of random mechanisms by the sweeps are those of the stages, with bodies without inertia
+ * on joints of several axes. */
 static void residual(void **state)
 {
     (void)state;
@@ -165,7 +166,8 @@ static void residual(void **state)
     assert_true(empty > 10);
 }
 
-/* Residuals of models so large that the sweeps go through them in pieces are those of the stages. */
+/* Residuals of models so large that the sweeps go through them in pieces are those of the stages.
+ */
 static void large_residual(void **state)
 {
     (void)state;
@@ -195,8 +197,8 @@ static void large_residual(void **state)
     free(y);
 }
 
-/* The sweeps take none. Elsewhere memory that runs out at any place is said, nothing is lost, and the next call
- * finds what it should. */
+/* The sweeps take none. Elsewhere memory that runs out at any place is said, nothing is lost, and
+ * the next call finds what it should. */
 static void memory(void **state)
 {
     (void)state;

@@ -1,6 +1,6 @@
-/* Random trees with random loops in other units, with other numbers of the bodies, and turned as a whole:
- * ranks, accelerations, loop forces and starts are the same.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Random trees with random loops in other units, with other numbers of the bodies, and turned as a
+ * whole: ranks, accelerations, loop forces and starts are the same. SPDX-License-Identifier:
+ * BSD-3-Clause */
 #include "loops.h"
 
 #include <stdbool.h>
@@ -58,8 +58,8 @@ static mbsr_joint joint(const teller *w, test_rng *rng, bool on_ground)
     }
 }
 
-/* Two branches of links, one of them without mass, and closures between and to the ground; `id` are the
- * bodies, branch after branch. */
+/* Two branches of links, one of them without mass, and closures between and to the ground; `id` are
+ * the bodies, branch after branch. */
 static void tell(loops *s, const teller *w, uint64_t seed, int *id)
 {
     test_rng rng = test_seed(seed);
@@ -208,8 +208,8 @@ static void compare_rates(const double a[BODIES][6], const double b[BODIES][6], 
     }
 }
 
-/* Where a telling has other units of length the guess is closed on another way: lengths and angles are
- * added up to what is smallest. */
+/* Where a telling has other units of length the guess is closed on another way: lengths and angles
+ * are added up to what is smallest. */
 static void compare(const story *a, const story *b, bool starts)
 {
     assert_int_equal(a->forward, b->forward);

@@ -1,6 +1,5 @@
-/* Mechanisms of everything at once: vector code beside the ways that take any kind of body, and both beside dense
- * equations.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Mechanisms of everything at once: vector code beside the ways that take any kind of body, and
+ * both beside dense equations. SPDX-License-Identifier: BSD-3-Clause */
 #include "duration.h"
 #include "expect.h"
 #include "kernels.h"
@@ -369,8 +368,8 @@ static void small_mechanisms(void **state)
     assert_true(all.started > all.models / 2 && all.vector_code >= all.systems / 2);
 }
 
-/* Residual, factor and solution of a tree with short loops; whether its rows are independent, and it is not so long
- * a chain that no solution is known. */
+/* Residual, factor and solution of a tree with short loops; whether its rows are independent, and
+ * it is not so long a chain that no solution is known. */
 static bool check_large(uint64_t seed, tally *all)
 {
     medley s;

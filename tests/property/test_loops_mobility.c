@@ -1,5 +1,5 @@
-/* Mobility of joint rates with loops closed, along the tree, against dense equations that are solved by singular values.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Mobility of joint rates with loops closed, along the tree, against dense equations that are
+ * solved by singular values. SPDX-License-Identifier: BSD-3-Clause */
 #include "loops_equations.h"
 
 #include <stdlib.h>
@@ -7,7 +7,8 @@
 
 enum { SEEDS = 400 };
 
-/* All rows but those that the data leaves out; stiff ones count as rigid where their closures are settled, as here. */
+/* All rows but those that the data leaves out; stiff ones count as rigid where their closures are
+ * settled, as here. */
 static void find(const loops *s, loops_equations *e)
 {
     loops copy = *s;
@@ -23,8 +24,8 @@ static void find(const loops *s, loops_equations *e)
         e->C[k] = dropped[k % e->m] || fabs(C[k]) <= 1e-14 ? 0.0 : C[k];
 }
 
-/* A unit impulse on rate k, by K^+; where it is not in the range of K, some motion that nothing determines has a part in
- * that rate. */
+/* A unit impulse on rate k, by K^+; where it is not in the range of K, some motion that nothing
+ * determines has a part in that rate. */
 static void compare(loops *s, int *compared, int *undetermined, int *held)
 {
     double mobility[LOOPS_MOST], size = 0.0, unit[LOOPS_MOST] = {0.0};

@@ -1,6 +1,6 @@
-/* Inverse dynamics of trees with loops and motors on some joints, with massless bodies, redundant and stiff rows, too few
- * motors and motors to spare: against dense equations that are solved by singular values, and the way along the tree
- * for any kind of body against the one in vector code.
+/* Inverse dynamics of trees with loops and motors on some joints, with massless bodies, redundant
+ * and stiff rows, too few motors and motors to spare: against dense equations that are solved by
+ * singular values, and the way along the tree for any kind of body against the one in vector code.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "counting.h"
 #include "kernels.h"
@@ -45,7 +45,8 @@ static void assert_same(const motors *a, const motors *b, const loops *s, double
     for (int k = 0; k < s->rows; ++k) assert_close(a->lambda[k], b->lambda[k], 1e-10 * size);
 }
 
-/* By both ways: statuses, texts and numbers are the same; the sweeps by every kernel, where they serve. */
+/* By both ways: statuses, texts and numbers are the same; the sweeps by every kernel, where they
+ * serve. */
 static void compare_ways(const motors *given, loops *s, bool clear, int *served)
 {
     motors a = *given, b = *given;
@@ -125,8 +126,9 @@ static void random_mechanisms(void **state)
     assert_true(closed > SEEDS / 10);
 }
 
-/* A four-bar with a stiff pin that is loaded, and a rigid one: the spring is one of the forces that motors need not
- * exert, its lambda is its force, and the sum of motors and loop forces is that over rigid rows. */
+/* A four-bar with a stiff pin that is loaded, and a rigid one: the spring is one of the forces that
+ * motors need not exert, its lambda is its force, and the sum of motors and loop forces is that
+ * over rigid rows. */
 static void springs_count_once(void **state)
 {
     (void)state;
@@ -161,7 +163,8 @@ static void springs_count_once(void **state)
     loops_free(&s);
 }
 
-/* Parallelograms on three legs, which have motors on one of them, on two and to spare, on some, nowhere. */
+/* Parallelograms on three legs, which have motors on one of them, on two and to spare, on some,
+ * nowhere. */
 static void chains(void **state)
 {
     (void)state;

@@ -67,8 +67,8 @@ static void judge(const test_newton_state *s, double c, const double *r, const d
     assert_less(e.net_delta, 1e-6);
 }
 
-/* Products with the matrix against the dense matrix, for r, and against the systems that x solves, of
- * either version. */
+/* Products with the matrix against the dense matrix, for r, and against the systems that x solves,
+ * of either version. */
 static void judge_products(mbsr_newton *newton, const test_newton_state *s, double c,
                            const double *r, const double *const x[2], int number, tally *group)
 {
@@ -92,7 +92,8 @@ static void judge_products(mbsr_newton *newton, const test_newton_state *s, doub
     free(p);
 }
 
-/* Elements across eliminated with the tree instead, likewise, and against the corrected solution x. */
+/* Elements across eliminated with the tree instead, likewise, and against the corrected solution x.
+ */
 static void check_eliminated(test_newton_state *s, double c, const double *r, const double *x,
                              int number, tally *group)
 {
@@ -228,7 +229,8 @@ static void conclude(const tally *group, int most_left_out)
 {
     assert_in_range(group->left_out, 0, most_left_out);
     assert_in_range(group->sharp, 0.01 * test_seeds(84, 90) * group->systems, group->systems);
-    /* over steps of 1e-3, rounding in these counts 1e6 times, and the two versions round otherwise */
+    /* over steps of 1e-3, rounding in these counts 1e6 times, and the two versions round otherwise
+     */
     assert_less(group->between, group->twice ? 1e-8 : 1e-9);
     assert_in_range(group->sharp_products, 0.01 * test_seeds(84, 90) * group->products,
                     group->products);

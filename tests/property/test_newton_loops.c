@@ -380,8 +380,8 @@ static void several_loops(void **state)
 {
     (void)state;
     tally group = {0};
-    /* with a group of joints beside a loop, rows and masses of nothing but rounding, and stiff rows that
-     * are redundant */
+    /* with a group of joints beside a loop, rows and masses of nothing but rounding, and stiff rows
+     * that are redundant */
     static const uint64_t more[] = {168, 238, 439, 527, 695};
     const uint64_t models = test_long() ? 600 : (uint64_t)test_seeds(20, 40);
     for (uint64_t k = 1; k <= models + sizeof more / sizeof more[0]; ++k) {

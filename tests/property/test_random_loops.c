@@ -1,6 +1,5 @@
-/* Random trees with random loops against the dense equations: accelerations and loop forces, starts,
- * ranks, inverse dynamics.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Random trees with random loops against the dense equations: accelerations and loop forces,
+ * starts, ranks, inverse dynamics. SPDX-License-Identifier: BSD-3-Clause */
 #include "loops.h"
 #include "own_closure.h"
 
@@ -168,7 +167,8 @@ static void rates_after(loops *s, double h, double *rate)
     assert_ok(mbsr_closures_rate(s->m, s->d, rate), error);
 }
 
-/* Accelerations against the dense equations, and the velocity rows that they keep by differences. */
+/* Accelerations against the dense equations, and the velocity rows that they keep by differences.
+ */
 static void other_kinds(void **state)
 {
     (void)state;
@@ -240,7 +240,8 @@ static void inverse_dynamics(void **state)
     assert_true(compared > 20);
 }
 
-/* The index report of the start finds the directions that the start itself has found, by other ways. */
+/* The index report of the start finds the directions that the start itself has found, by other
+ * ways. */
 static void compare_report(loops *s, const double *y, const mbsr_consistent_info *info)
 {
     mbsr_index_report *r;
@@ -289,8 +290,8 @@ static void starts(void **state)
     assert_true(started > 20);
 }
 
-/* Rods one behind the other, of which the last turns about itself alone, its end in a plane: that moves no
- * mass, and no row of the loop, but for rounding. */
+/* Rods one behind the other, of which the last turns about itself alone, its end in a plane: that
+ * moves no mass, and no row of the loop, but for rounding. */
 static void add_rods(loops *s, test_rng *rng, bool damped)
 {
     double tip[3] = {0.0}, plane[3], normal[3];

@@ -1,6 +1,6 @@
-/* Whether a mass may be zero never contradicts the index report: where nothing determines the motion without
- * it, the verdict says so, and nowhere else. Random trees of joints of all kinds (joint_scene.h), of which one
- * body is asked for, in four systems of units by turns.
+/* Whether a mass may be zero never contradicts the index report: where nothing determines the
+ * motion without it, the verdict says so, and nowhere else. Random trees of joints of all kinds
+ * (joint_scene.h), of which one body is asked for, in four systems of units by turns.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "duration.h"
 #include "joint_scene.h"

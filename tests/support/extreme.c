@@ -115,7 +115,8 @@ static void factor(const mbsr_model *m, const mbsr_data *d, place *at)
     }
 }
 
-/* udot (by the order of the caller) from the forces of the state, or from joint forces tau alone. */
+/* udot (by the order of the caller) from the forces of the state, or from joint forces tau alone.
+ */
 static void solve(const mbsr_model *m, const mbsr_data *d, place *at, const real *tau, real *udot)
 {
     for (int i = 0; i <= m->bodies; ++i) {

@@ -90,8 +90,8 @@ static void amend(mbsr_model *model, test_rng *rng, const test_rigid_choice *c, 
     assert_ok(mbsr_model_regularise(model, body, 6, M), mbsr_model_error(model));
 }
 
-/* Small and large ones beside the bodies; the same along a quaternion, and drawn apart from all else, so
- * that a tree differs from that without them in nothing more. */
+/* Small and large ones beside the bodies; the same along a quaternion, and drawn apart from all
+ * else, so that a tree differs from that without them in nothing more. */
 static void add_armature(mbsr_model *model, const test_rigid_choice *c, int body,
                          const mbsr_joint *joint)
 {

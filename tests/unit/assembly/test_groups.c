@@ -124,8 +124,8 @@ static void branches_belong_together(void **state)
     mbsr_model_destroy(m);
 }
 
-/* The rank of a group is that of its block, wherever among its joints it is: with the rod along y the
- * slide along y takes its mass, with the rod along z the other one. */
+/* The rank of a group is that of its block, wherever among its joints it is: with the rod along y
+ * the slide along y takes its mass, with the rod along z the other one. */
 static void the_rank_of_the_group_stays(void **state)
 {
     (void)state;

@@ -373,7 +373,8 @@ static void no_newton_system_with_loops_allocates(void **state)
     loops_free(&s);
 }
 
-/* Steps of a fixed size, refused ones among them: a four-bar with a motor, whose force fails for a while. */
+/* Steps of a fixed size, refused ones among them: a four-bar with a motor, whose force fails for a
+ * while. */
 static int fails;
 
 static int failing_torque(void *user, double t, int n, double *value)

@@ -214,8 +214,9 @@ static void joints_of_several_axes_are_taken_apart(void **state)
     assert_true(single < all / 20);
 }
 
-/* Locked coordinates (which make no other kind), added masses, joints by tables of a user's, and elements on bodies: only states
- * that lack rank, or where its bound does not tell, leave the lanes. */
+/* Locked coordinates (which make no other kind), added masses, joints by tables of a user's, and
+ * elements on bodies: only states that lack rank, or where its bound does not tell, leave the
+ * lanes. */
 static void bodies_of_other_kinds_take_part(void **state)
 {
     (void)state;

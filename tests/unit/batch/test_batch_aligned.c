@@ -1,6 +1,6 @@
-/* Batches of trees whose axes are parallel, opposite or across each other, with joints in one place, in four systems
- * of units: against one call for each state.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Batches of trees whose axes are parallel, opposite or across each other, with joints in one
+ * place, in four systems of units: against one call for each state. SPDX-License-Identifier:
+ * BSD-3-Clause */
 #include "duration.h"
 #include "expect.h"
 #include "units.h"
@@ -52,7 +52,8 @@ static mbsr_inertia random_inertia(test_rng *rng, double mass, double length)
     return mbsr_inertia_rigid(mass * (1.0 + 0.5 * test_uniform(rng)), com, tensor);
 }
 
-/* The coordinates of body i, and with them tau, in states 0: zero, 1: quarter turns, others: any. */
+/* The coordinates of body i, and with them tau, in states 0: zero, 1: quarter turns, others: any.
+ */
 static void set_state(scene *s, test_rng *rng, int i, double length, double force)
 {
     int q, nq, u, nu;

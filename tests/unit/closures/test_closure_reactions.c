@@ -71,8 +71,8 @@ static void assert_vector(const double *x, double a, double b, double c, double 
     assert_close(x[2], c, tolerance);
 }
 
-/* A ball rolls down a plane: a = 5/7 g sin, friction 2/7 m g sin, at the point of contact. Its origin is beside its
- * centre. */
+/* A ball rolls down a plane: a = 5/7 g sin, friction 2/7 m g sin, at the point of contact. Its
+ * origin is beside its centre. */
 static void rolling_ball(void **state)
 {
     (void)state;
@@ -102,8 +102,8 @@ static void rolling_ball(void **state)
     end(&s);
 }
 
-/* Two bodies welded to each other, one of them held by a ball joint, the other by its joint: the ball and the rail
- * share the weight; what the weld exerts on one it takes from the other. */
+/* Two bodies welded to each other, one of them held by a ball joint, the other by its joint: the
+ * ball and the rail share the weight; what the weld exerts on one it takes from the other. */
 static void hanging(void **state)
 {
     (void)state;
@@ -133,7 +133,8 @@ static void hanging(void **state)
     end(&s);
 }
 
-/* Sliders coupled by q0 - 2 q1 = 0: forces F and -2 F along them, of which each one keeps its own. */
+/* Sliders coupled by q0 - 2 q1 = 0: forces F and -2 F along them, of which each one keeps its own.
+ */
 static void coupled(void **state)
 {
     (void)state;

@@ -68,7 +68,8 @@ static void add(loops *s, mbsr_closure_def def)
     assert_ok(mbsr_model_add_closure(s->m, &def, NULL), mbsr_model_error(s->m));
 }
 
-/* ---- a closure of the caller's own, with and without its derivatives: g = r_a . r_b - t^2 - q ---- */
+/* ---- a closure of the caller's own, with and without its derivatives: g = r_a . r_b - t^2 - q
+ * ---- */
 
 static int own_position(const mbsr_closure_args *args, double *g)
 {
@@ -254,8 +255,8 @@ static void verify_all(loops *s, double t)
     }
 }
 
-/* C u + g_t and its derivative against differences over time of the state (q + t u, u), by the library's
- * functions for whole trees; turns of open welds left out, see mbsr_closure_weld. */
+/* C u + g_t and its derivative against differences over time of the state (q + t u, u), by the
+ * library's functions for whole trees; turns of open welds left out, see mbsr_closure_weld. */
 static void differ(loops *s, double t, const bool *turn)
 {
     static const double place[] = {1.0, -1.0, 2.0, -2.0}, weight[] = {8.0, -8.0, -1.0, 1.0};

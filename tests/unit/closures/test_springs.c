@@ -196,8 +196,8 @@ static void same_forces(void **state)
     for (size_t k = 0; k < sizeof in_plane / sizeof *in_plane; ++k) compare(true, in_plane[k]);
 }
 
-/* Angular damping acts on theta', as the power says and the moment with it; on small turns it is that
- * of the element. */
+/* Angular damping acts on theta', as the power says and the moment with it; on small turns it is
+ * that of the element. */
 static mbsr_force_def damped_turns(void)
 {
     const double K[6] = {20.0, 30.0, 10.0, 0.0, 0.0, 0.0}, D[6] = {4.0, 1.0, 2.0, 0.0, 0.0, 0.0};

@@ -140,8 +140,8 @@ static void masses_are_positive_semidefinite_in_every_shape(void **state)
     }
 }
 
-/* The modes y^2, z^2, y^3 of a beam along x: the components of the field that are not zero are 1, x and one of each
- * mode. */
+/* The modes y^2, z^2, y^3 of a beam along x: the components of the field that are not zero are 1, x
+ * and one of each mode. */
 enum { FIELD = 2 + MODES };
 
 /* Scaled to unit diagonal, the lowest eigenvalue of their Gram matrix. */
@@ -187,7 +187,8 @@ static void data_cut_short_are_refused_with_the_number(void **state)
     mbsr_flex_destroy(w.good);
 }
 
-/* Without the terms of second degree in s, sum s_a s_b (tr P_ab 1 - P_ab) of the tensor, M would be indefinite. */
+/* Without the terms of second degree in s, sum s_a s_b (tr P_ab 1 - P_ab) of the tensor, M would be
+ * indefinite. */
 static void masses_of_first_order_would_be_indefinite(void **state)
 {
     (void)state;
@@ -298,7 +299,8 @@ static void refusals_of_models_change_nothing(void **state)
     assert_refused(mbsr_model_add_marker(m, 0, 0, NULL, &rigid), e, MBSR_ERR_SPACE, 0, MBSR_NONE,
                    "body 0 is not flexible");
 
-    /* no matrix is its mass, no point on it is for elements; and other data's marker is none of it */
+    /* no matrix is its mass, no point on it is for elements; and other data's marker is none of it
+     */
     const double added[D * D] = {1.0};
     assert_int_equal(mbsr_model_regularise(m, id, D, added), MBSR_ERR_SPACE);
     mbsr_body_def body = mbsr_default_body_def();

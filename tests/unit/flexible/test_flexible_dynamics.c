@@ -1,6 +1,6 @@
-/* Flexible bodies in trees: states with published digits of an independent program (dense, in another
- * language), and relations that any such body obeys.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Flexible bodies in trees: states with published digits of an independent program (dense, in
+ * another language), and relations that any such body obeys. SPDX-License-Identifier: BSD-3-Clause
+ */
 #include "flexible.h"
 
 #include "expect.h"
@@ -263,8 +263,8 @@ static void energy_changes_by_what_is_dissipated(void **state)
     test_flexible_free(&w);
 }
 
-/* Inverse dynamics of the accelerations found gives no joint forces; the reaction at the root carries
- * the weight and d(momentum)/dt. */
+/* Inverse dynamics of the accelerations found gives no joint forces; the reaction at the root
+ * carries the weight and d(momentum)/dt. */
 static void inverse_dynamics_agree(void **state)
 {
     (void)state;

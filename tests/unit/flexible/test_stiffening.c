@@ -1,7 +1,6 @@
-/* Geometric stiffening by dependent shapes: digits of an independent program, the mass matrix against the
- * field integrated point by point, forces against differences of the kinetic energy, Newton systems, and
- * what is refused.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Geometric stiffening by dependent shapes: digits of an independent program, the mass matrix
+ * against the field integrated point by point, forces against differences of the kinetic energy,
+ * Newton systems, and what is refused. SPDX-License-Identifier: BSD-3-Clause */
 #include "expect.h"
 #include "flexible.h"
 #include "newton_system.h"
@@ -58,8 +57,8 @@ static const double gauss_x[POINTS] = {0.033765242898423975, 0.16939530676686776
                                        0.23395696728634546, 0.23395696728634546,
                                        0.18038078652406944, 0.08566224618958525};
 
-/* Place of the material at z = x / L, and what V moves it by: 3 x D. The beam has modes z^2 along y, z^2
- * along z and z^3 along y, and shortens by half the integral of its squared slopes. */
+/* Place of the material at z = x / L, and what V moves it by: 3 x D. The beam has modes z^2 along
+ * y, z^2 along z and z^3 along y, and shortens by half the integral of its squared slopes. */
 static void field(const test_ritz *b, double z, const double s[MODES], double rho[3],
                   double N[3 * D])
 {

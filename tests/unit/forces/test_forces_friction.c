@@ -362,7 +362,8 @@ static mbsr_model *machine(void)
     return m;
 }
 
-/* On a shaft that hangs on another, by the absolute speed: the torque on the second acts on both. */
+/* On a shaft that hangs on another, by the absolute speed: the torque on the second acts on both.
+ */
 static void a_bearing_on_the_ground_sees_the_sum_of_the_speeds(void **state)
 {
     (void)state;

@@ -67,7 +67,8 @@ static void it_acts_on_both_coordinates(void **state)
     mbsr_model_destroy(m);
 }
 
-/* F(y + h delta, y' + c h delta) - F is h times the right-hand side, by the sweeps and by blocks. */
+/* F(y + h delta, y' + c h delta) - F is h times the right-hand side, by the sweeps and by blocks.
+ */
 static void newton_systems_have_it(void **state)
 {
     (void)state;

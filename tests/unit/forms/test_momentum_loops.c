@@ -1,14 +1,13 @@
-/* The momentum form with closures: its rows where accelerations and loop forces are those of the dense
- * equations, and what each multiplier does.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* The momentum form with closures: its rows where accelerations and loop forces are those of the
+ * dense equations, and what each multiplier does. SPDX-License-Identifier: BSD-3-Clause */
 #include "loops.h"
 
 #include <string.h>
 
 enum { Y_MOST = 8 * LOOPS_MOST };
 
-/* A ring in space: ball joint, revolute joint, and a universal loop joint to the ground; a point on a
- * line; one body without mass. */
+/* A ring in space: ball joint, revolute joint, and a universal loop joint to the ground; a point on
+ * a line; one body without mass. */
 static void ring(loops *s)
 {
     const double x[3] = {1.0, 0.0, 0.0}, y[3] = {0.0, 1.0, 0.2}, z[3] = {0.1, 0.0, 1.0},

@@ -31,8 +31,8 @@ static double scales_of(const mbsr_model *m, mbsr_data *d, double *scale)
     return largest;
 }
 
-/* The scale of the joint, or 3 % of the diagonal entry; ranks are there afterwards as before. Returns how many
- * are the latter. */
+/* The scale of the joint, or 3 % of the diagonal entry; ranks are there afterwards as before.
+ * Returns how many are the latter. */
 static int check(const mbsr_model *m, mbsr_data *d)
 {
     const int nu = mbsr_model_nu(m), bodies = mbsr_model_bodies(m);

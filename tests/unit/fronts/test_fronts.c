@@ -1,5 +1,5 @@
-/* Fronts of models with many loops that are open at once: the plan grows with the bodies, and solutions hold.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Fronts of models with many loops that are open at once: the plan grows with the bodies, and
+ * solutions hold. SPDX-License-Identifier: BSD-3-Clause */
 #include "loops_equations.h"
 
 #include "fronts/plan.h"

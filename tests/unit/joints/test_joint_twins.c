@@ -474,8 +474,9 @@ static void forward_dynamics_is_the_same(void **state)
     }
 }
 
-/* Whether joints are eliminated one by one, or as blocks, in the same way: what is welded takes part in the decision. Rows of (25)
- * are other combinations of the equations where they are not. Needs mbsr_backward. */
+/* Whether joints are eliminated one by one, or as blocks, in the same way: what is welded takes
+ * part in the decision. Rows of (25) are other combinations of the equations where they are not.
+ * Needs mbsr_backward. */
 static bool eliminated_alike(const twins *s, int g)
 {
     bool alike = true;

@@ -93,8 +93,8 @@ static void a_coordinate_stays(void **state)
     loops_free(&s);
 }
 
-/* Crank 0.3, rod 1 and slider; in a rod the joint to the slider has a coordinate, on a body without mass, or the
- * joint to the crank, where the rod hangs on the slider. */
+/* Crank 0.3, rod 1 and slider; in a rod the joint to the slider has a coordinate, on a body without
+ * mass, or the joint to the crank, where the rod hangs on the slider. */
 typedef enum cut { CUT_PIN, CUT_AT_SLIDER, CUT_AT_CRANK } cut;
 
 static void slider_crank(loops *s, const units *of, cut where)

@@ -1,11 +1,11 @@
-/* Reports and starts of mechanisms that are over-constrained, singular, contradictory, or given in other
- * units; reactions and inverse dynamics.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Reports and starts of mechanisms that are over-constrained, singular, contradictory, or given in
+ * other units; reactions and inverse dynamics. SPDX-License-Identifier: BSD-3-Clause */
 #include "loops.h"
 
 #include <string.h>
 
-/* Four-bar linkage in units of `unit` metres, with a distance that makes it rigid where asked for. */
+/* Four-bar linkage in units of `unit` metres, with a distance that makes it rigid where asked for.
+ */
 static void four_bar(loops *s, double unit, int rigid)
 {
     loops_begin(s, NULL);
@@ -140,8 +140,8 @@ static void a_singular_position(void **state)
     loops_free(&s);
 }
 
-/* Cranks in a row, each driven by the one before through a rod, all in one line: every loop is singular, and turns its
- * own way near there, so that few positions show all rows independent. */
+/* Cranks in a row, each driven by the one before through a rod, all in one line: every loop is
+ * singular, and turns its own way near there, so that few positions show all rows independent. */
 static void singular_in_every_loop(void **state)
 {
     (void)state;
@@ -166,7 +166,8 @@ static void singular_in_every_loop(void **state)
     }
 }
 
-/* A coupler on three legs, all in one line: one of four rows is redundant for good, and one more here. */
+/* A coupler on three legs, all in one line: one of four rows is redundant for good, and one more
+ * here. */
 static void singular_and_redundant(void **state)
 {
     (void)state;
@@ -189,8 +190,8 @@ static void singular_and_redundant(void **state)
     loops_free(&s);
 }
 
-/* At rest, a weight on a beam between a hinge and a pin: reactions share it, the torque at one joint or
- * another holds the linkage, and too few actuators are refused by name. */
+/* At rest, a weight on a beam between a hinge and a pin: reactions share it, the torque at one
+ * joint or another holds the linkage, and too few actuators are refused by name. */
 static void reactions_and_torques(void **state)
 {
     (void)state;

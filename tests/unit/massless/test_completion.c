@@ -10,7 +10,8 @@
 
 /* ---- a mass on a spring on a dashpot or a spring, by hand ---- */
 
-/* Two slides in a row along an axis: the first without mass, on `first` to the ground; then the mass on a spring. */
+/* Two slides in a row along an axis: the first without mass, on `first` to the ground; then the
+ * mass on a spring. */
 typedef struct row {
     mbsr_model *m;
     mbsr_data *d;
@@ -298,8 +299,8 @@ static void trees_in_space(void **state)
     assert_true(c.compared > 50);
 }
 
-/* States near each other: two evaluations for u and two more for the time that motions depend on, the matrix of the
- * last state and then one of this one. */
+/* States near each other: two evaluations for u and two more for the time that motions depend on,
+ * the matrix of the last state and then one of this one. */
 static void the_matrix_of_one_state_serves_the_next(void **state)
 {
     (void)state;
@@ -355,7 +356,8 @@ static void mechanisms(void **state)
 {
     (void)state;
     comparison c = {.tolerance = 1e-6};
-    /* the last ones have loops past points and within groups without mass, and rows that depend on others but for rounding */
+    /* the last ones have loops past points and within groups without mass, and rows that depend on
+     * others but for rounding */
     static const uint64_t others[] = {336, 354, 1258, 1834, 2218, 2861, 5768};
     enum { FIRST = 60, ALL = FIRST + sizeof others / sizeof others[0] };
     for (int k = 0; k < ALL; ++k) {

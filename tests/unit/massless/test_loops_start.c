@@ -1,5 +1,5 @@
-/* Consistent starts of small models with closures: what balances is taken as it is, what does not is named.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Consistent starts of small models with closures: what balances is taken as it is, what does not
+ * is named. SPDX-License-Identifier: BSD-3-Clause */
 #include "close.h"
 #include "body.h"
 
@@ -19,8 +19,9 @@ static int turn(void *user, double t, double *s, double *sdot, double *sddot)
     return 0;
 }
 
-/* A driven shaft turns another by a universal joint, whose bearing has no mass: rows hold it across, rubber keeps
- * it from turning, with springs of 10 N m/rad and 0.1 N m s/rad. Lengths in `unit` of a metre. */
+/* A driven shaft turns another by a universal joint, whose bearing has no mass: rows hold it
+ * across, rubber keeps it from turning, with springs of 10 N m/rad and 0.1 N m s/rad. Lengths in
+ * `unit` of a metre. */
 static mbsr_model *shafts(double unit, double stiffness)
 {
     const double x[3] = {1.0, 0.0, 0.0}, y[3] = {0.0, 1.0, 0.0}, z[3] = {0.0, 0.0, 1.0},
@@ -102,8 +103,8 @@ static int hold(void *user, double t, double *s, double *sdot, double *sddot)
     return 0;
 }
 
-/* The connecting rod of a crank at rest: a beam with two normal modes and, of its end, static ones without mass or
- * damping, which a pin ties to the piston. */
+/* The connecting rod of a crank at rest: a beam with two normal modes and, of its end, static ones
+ * without mass or damping, which a pin ties to the piston. */
 static mbsr_model *crank_with_rod(const mbsr_flex *flex)
 {
     static const double x[3] = {1.0, 0.0, 0.0}, z[3] = {0.0, 0.0, 1.0}, none[3] = {0.0},

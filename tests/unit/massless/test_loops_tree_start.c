@@ -20,8 +20,8 @@ static void bushing(loops *s, int a, double xa, int b, double xb, double stiffne
     assert_ok(mbsr_model_add_force(s->m, &pin, NULL), mbsr_model_error(s->m));
 }
 
-/* Four-bars on the ground, or each on a spine that hangs on the one before. With a tail, massless and on a
- * damper, the coupler has no mass either. stiffness: of the pins, N/m; 0: rigid. */
+/* Four-bars on the ground, or each on a spine that hangs on the one before. With a tail, massless
+ * and on a damper, the coupler has no mass either. stiffness: of the pins, N/m; 0: rigid. */
 static void make(loops *s, int count, int hub, int tail, double stiffness)
 {
     int last = MBSR_GROUND;
@@ -112,8 +112,8 @@ static void as_one_loop(void **state)
     }
 }
 
-/* Accelerations and loop forces are those of the dense equations, loops are closed from a guess that
- * is not. */
+/* Accelerations and loop forces are those of the dense equations, loops are closed from a guess
+ * that is not. */
 static void as_dense(void **state)
 {
     (void)state;
@@ -139,8 +139,8 @@ static void as_dense(void **state)
     loops_free(&s);
 }
 
-/* The springs of a start bear what the motion asks of them: their forces s are lambda with velocities that
- * stretch none, and the gaps are s / k. */
+/* The springs of a start bear what the motion asks of them: their forces s are lambda with
+ * velocities that stretch none, and the gaps are s / k. */
 static void springs_bear(loops *s, const double *y, const double *yp)
 {
     double *g = calloc((size_t)(s->held + s->rows), sizeof *g), *rate = g + s->held;
@@ -166,7 +166,8 @@ static void springs_bear(loops *s, const double *y, const double *yp)
     free(g);
 }
 
-/* Springs in place of pins: accelerations are those of the dense equations with the springs as forces. */
+/* Springs in place of pins: accelerations are those of the dense equations with the springs as
+ * forces. */
 static void springs_as_dense(void **state)
 {
     (void)state;
@@ -231,8 +232,8 @@ static void make_legs(loops *s, int count)
     loops_build(s);
 }
 
-/* From guesses that are open by some centimetres: rows that are redundant are found, one a mechanism, the rates
- * are those of the dense equations, and thousands of bodies start. */
+/* From guesses that are open by some centimetres: rows that are redundant are found, one a
+ * mechanism, the rates are those of the dense equations, and thousands of bodies start. */
 static void redundant_rows(void **state)
 {
     (void)state;
@@ -309,8 +310,8 @@ static void rates_that_are_kept(void **state)
     loops_free(&s);
 }
 
-/* Gears between a rod and the next one, which hangs on it, listed twice: what reads the joint of the body where it
- * meets is found redundant, loop by loop as densely. */
+/* Gears between a rod and the next one, which hangs on it, listed twice: what reads the joint of
+ * the body where it meets is found redundant, loop by loop as densely. */
 static void gears(void **state)
 {
     (void)state;
@@ -346,8 +347,8 @@ static void gears(void **state)
     }
 }
 
-/* Springs that are taken as they are, off their lengths, in a row of so many that no dense start has the memory: the
- * state stays, F is zero, and accelerations are those of forward dynamics. */
+/* Springs that are taken as they are, off their lengths, in a row of so many that no dense start
+ * has the memory: the state stays, F is zero, and accelerations are those of forward dynamics. */
 static void loose_springs(void **state)
 {
     (void)state;

@@ -134,8 +134,9 @@ static void a_thousand_massless_carts_start(void **state)
     carts_free(model, data);
 }
 
-/* A carrier without mass turns to where its springs balance; the body that it carries, in SI and in mm, g, ms, stays where
- * it is and keeps its velocity, though the joint between them has turned by nearly one rad. */
+/* A carrier without mass turns to where its springs balance; the body that it carries, in SI and in
+ * mm, g, ms, stays where it is and keeps its velocity, though the joint between them has turned by
+ * nearly one rad. */
 static void what_has_mass_stays(void **state)
 {
     (void)state;

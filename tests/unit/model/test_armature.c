@@ -1,6 +1,5 @@
-/* Armature: inertia along joint rates, against the dense mass matrix of the same tree without it, and
- * against a rotor behind gears.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Armature: inertia along joint rates, against the dense mass matrix of the same tree without it,
+ * and against a rotor behind gears. SPDX-License-Identifier: BSD-3-Clause */
 #include "expect.h"
 #include "oracle.h"
 #include "rigid_tree.h"
@@ -223,8 +222,8 @@ static void release(mbsr_model *m, mbsr_data *d)
     mbsr_model_destroy(m);
 }
 
-/* A rotor with moment J on the same axis that turns `ratio` times as fast: armature J ratio^2, where
- * the wheel's own tilt does not matter. */
+/* A rotor with moment J on the same axis that turns `ratio` times as fast: armature J ratio^2,
+ * where the wheel's own tilt does not matter. */
 static void a_rotor_behind_gears_is_armature(void **state)
 {
     (void)state;

@@ -1,8 +1,9 @@
-/* Locked coordinates and welded bodies: what is locked moves as what is held by motors, and costs nothing.
- * SPDX-License-Identifier: BSD-3-Clause
+/* Locked coordinates and welded bodies: what is locked moves as what is held by motors, and costs
+ * nothing. SPDX-License-Identifier: BSD-3-Clause
  *
- * The oracle is the same tree without locks, whose locked coordinates stand at their values with u = u' = 0:
- * joint forces of the coordinates left, poses, accelerations and reactions of all bodies are the same. */
+ * The oracle is the same tree without locks, whose locked coordinates stand at their values with u
+ * = u' = 0: joint forces of the coordinates left, poses, accelerations and reactions of all bodies
+ * are the same. */
 #include "expect.h"
 #include "tree.h"
 #include "units.h"
@@ -77,9 +78,9 @@ static double spring_stiffness(const units *by, bool slides)
     return 1e10 * force * (slides ? 1.0 / by->length : by->length);
 }
 
-/* An arm with locks at its second joint and at one axis of its third; fingers of which all is locked but the last
- * joint of each but the first. `massless`: links that are locked have no inertia;
- * `acted`: a force of zero on every body. */
+/* An arm with locks at its second joint and at one axis of its third; fingers of which all is
+ * locked but the last joint of each but the first. `massless`: links that are locked have no
+ * inertia; `acted`: a force of zero on every body. */
 static void make(scene *s, const units *by, holding how, bool massless, bool acted)
 {
     static const double axes[3][3] = {{0.2, 1.0, 0.1}, {1.0, 0.0, 0.3}, {0.1, 0.4, 1.0}};
@@ -256,8 +257,8 @@ static void what_is_locked_moves_as_what_is_held(void **state)
     }
 }
 
-/* Springs of next to no compliance in the place of locks, bent by what these have to hold: nothing moves there, and
- * reactions are those of the locks. */
+/* Springs of next to no compliance in the place of locks, bent by what these have to hold: nothing
+ * moves there, and reactions are those of the locks. */
 static void very_stiff_springs_react_as_locks(void **state)
 {
     (void)state;
@@ -342,7 +343,8 @@ static void jacobians_of_welded_bodies_give_their_twists(void **state)
     release(&s);
 }
 
-/* The same welds with a force of zero on each body stay bodies of their own: all evaluations agree. */
+/* The same welds with a force of zero on each body stay bodies of their own: all evaluations agree.
+ */
 static void evaluations_do_not_depend_on_who_is_welded(void **state)
 {
     (void)state;
@@ -489,7 +491,8 @@ static void any_coordinates_of_a_joint_can_be_locked(void **state)
 
 enum { HOLD, DROP, WITHOUT };
 
-/* Three hinges of which the last is locked at 0.5, with one element of every kind on its coordinate. */
+/* Three hinges of which the last is locked at 0.5, with one element of every kind on its
+ * coordinate. */
 static mbsr_model *make_elements(int how)
 {
     static const double z[3] = {0.0, 0.0, 1.0};
@@ -603,7 +606,8 @@ static mbsr_model *make_coupled(const double value[3], double offset)
     return m;
 }
 
-/* The row holds, and what it exerts on the tree without locks and without the coupling moves that likewise. */
+/* The row holds, and what it exerts on the tree without locks and without the coupling moves that
+ * likewise. */
 static void couplings_read_locked_coordinates(void **state)
 {
     (void)state;
@@ -663,8 +667,8 @@ static void couplings_without_free_coordinates_rest_or_are_refused(void **state)
 
 /* ---- loops ---- */
 
-/* A four-bar in the plane whose coupler is of two bodies, locked to each other, or of one; a tail that is locked
- * stands on it. */
+/* A four-bar in the plane whose coupler is of two bodies, locked to each other, or of one; a tail
+ * that is locked stands on it. */
 static mbsr_model *make_fourbar(bool split)
 {
     const mbsr_planar_frame origin = {0.0, 0.0, 0.0}, half = {0.5, 0.0, 0.0}, one = {1.0, 0.0, 0.0};
@@ -704,8 +708,8 @@ static mbsr_model *make_fourbar(bool split)
     return m;
 }
 
-/* Weights of multipliers depend on how masses are split: F without these. Newton systems of the split one by the
- * sweeps, which leave out what is welded, and by blocks, which do not. */
+/* Weights of multipliers depend on how masses are split: F without these. Newton systems of the
+ * split one by the sweeps, which leave out what is welded, and by blocks, which do not. */
 static void bodies_locked_in_loops_are_one_body(void **state)
 {
     (void)state;

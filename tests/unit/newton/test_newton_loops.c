@@ -1,5 +1,5 @@
-/* The O(N) Newton solver on mechanisms with closed loops: massless bodies that loops hold, redundant
- * rows, singular loops, many loops, groups of joints inside a loop.
+/* The O(N) Newton solver on mechanisms with closed loops: massless bodies that loops hold,
+ * redundant rows, singular loops, many loops, groups of joints inside a loop.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "loops.h"
 #include "newton_ways.h"
@@ -72,8 +72,8 @@ static void fourbars(void **state)
     }
 }
 
-/* Steps so short that what moves a joint by the multipliers of position rows is all but lost beside what
- * its rate does. */
+/* Steps so short that what moves a joint by the multipliers of position rows is all but lost beside
+ * what its rate does. */
 static void short_steps(void **state)
 {
     (void)state;
@@ -236,8 +236,8 @@ static void groups(void **state)
     }
 }
 
-/* Dummy bodies whose three rates move the rods behind them in two directions; a damper holds the third. Loops close
- * on the last of them, between the rods, or by its coordinate. */
+/* Dummy bodies whose three rates move the rods behind them in two directions; a damper holds the
+ * third. Loops close on the last of them, between the rods, or by its coordinate. */
 static void loops_within_groups(void **state)
 {
     (void)state;
@@ -459,8 +459,8 @@ static void check_products(mbsr_newton *newton, loops *s, double bend)
     free(y);
 }
 
-/* Loops too many to be carried at once go by the front, at a cost in proportion to the bodies, and elements across with
- * them. */
+/* Loops too many to be carried at once go by the front, at a cost in proportion to the bodies, and
+ * elements across with them. */
 static void many_loops(void **state)
 {
     (void)state;

@@ -1,6 +1,6 @@
-/* Rods, points and solids on and beside the axes of joints, and light bodies before heavy ones: no mass
- * where by reasoning there is none, the right one where there is, in any position and system of units.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Rods, points and solids on and beside the axes of joints, and light bodies before heavy ones: no
+ * mass where by reasoning there is none, the right one where there is, in any position and system
+ * of units. SPDX-License-Identifier: BSD-3-Clause */
 #include "close.h"
 #include "duration.h"
 #include "body.h"
@@ -39,8 +39,8 @@ static int rank_of(const mbsr_model *m, mbsr_data *d, const double *q, const dou
     return info.rank;
 }
 
-/* A rod from the origin to p, tilted from z by `tilt`, turns about itself or about z; with `carried` it is
- * fixed to a body without mass that does. */
+/* A rod from the origin to p, tilted from z by `tilt`, turns about itself or about z; with
+ * `carried` it is fixed to a body without mass that does. */
 static void try_rod(const double unit[2], double tilt, int beside, int carried)
 {
     const double length = unit[0], mass = 2.0 * unit[1], origin[3] = {0.0, 0.0, 0.0},
@@ -204,8 +204,8 @@ static double moment_of(const thing *x)
     return x->mass * (x->kind == POINT ? p : x->kind == ROD ? (p + r + middle) / 6.0 : p + 0.3 * r);
 }
 
-/* Joint force, energy and momentum of a joint alone that turns with rate 1, or acceleration 1, about the axis
- * of this moment; k: its coordinate among those. */
+/* Joint force, energy and momentum of a joint alone that turns with rate 1, or acceleration 1,
+ * about the axis of this moment; k: its coordinate among those. */
 static void assert_moment(const mbsr_model *m, mbsr_data *d, const double *q, int k, double moment)
 {
     double u[2] = {0.0}, udot[2] = {0.0}, tau[2], p[2], many[2], kinetic;
@@ -308,8 +308,8 @@ static void things_beside_oblique_axes(void **state)
     for (int l = 0; l < count; ++l) try_oblique(&rng, units[l % 4]);
 }
 
-/* Two points, two rods, or a cylinder on a ball or universal joint: all rotations move it unless it lies on a
- * line. */
+/* Two points, two rods, or a cylinder on a ball or universal joint: all rotations move it unless it
+ * lies on a line. */
 static void try_turning(test_rng *rng, const double unit[2])
 {
     thing x = random_thing(rng, unit);

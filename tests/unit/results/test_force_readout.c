@@ -65,8 +65,8 @@ static void cross(const double a[3], const double b[3], double c[3])
 
 /* ---- loads ---- */
 
-/* The loads of all elements on all bodies, by the bodies' Jacobians, are what the elements change in
- * the joint forces of inverse dynamics. */
+/* The loads of all elements on all bodies, by the bodies' Jacobians, are what the elements change
+ * in the joint forces of inverse dynamics. */
 static void loads_are_what_the_elements_exert(void **state)
 {
     (void)state;

@@ -8,8 +8,8 @@
 
 enum { SMALL = 5 };
 
-/* A chain of blocks on slides, each on the one before with a spring and a damper; `SMALL` of them have
- * little mass. The last is pushed by a force that counts. */
+/* A chain of blocks on slides, each on the one before with a spring and a damper; `SMALL` of them
+ * have little mass. The last is pushed by a force that counts. */
 static int push(void *user, double t, int n, double *value)
 {
     (void)t, (void)n;

@@ -204,7 +204,8 @@ static void trees_in_space(void **unused)
     assert_true(n.forward > 200 && n.momentum > 100 && n.deficient > 50);
 }
 
-/* Few of many bodies are seen in lean data, and the root's acceleration stands behind numbers of theirs. */
+/* Few of many bodies are seen in lean data, and the root's acceleration stands behind numbers of
+ * theirs. */
 static void chains_on_moving_roots(void **unused)
 {
     (void)unused;

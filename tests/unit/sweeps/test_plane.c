@@ -181,8 +181,8 @@ static void a_point_between_planar_bodies_is_a_block(void **state)
     }
 }
 
-/* Long chains have so much inertia about x and y, which no joint takes away, that what turns about z
- * is nothing beside it: it must not count. */
+/* Long chains have so much inertia about x and y, which no joint takes away, that what turns about
+ * z is nothing beside it: it must not count. */
 static void long_chains_are_served(void **state)
 {
     (void)state;

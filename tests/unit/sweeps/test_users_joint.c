@@ -1,5 +1,5 @@
-/* Joints of a user's own between bodies in space, which the vectorised sweeps take as theirs where H is a
- * translation: which are taken, and that evaluations agree with the stages.
+/* Joints of a user's own between bodies in space, which the vectorised sweeps take as theirs where
+ * H is a translation: which are taken, and that evaluations agree with the stages.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "expect.h"
 #include "kernels.h"
@@ -147,8 +147,8 @@ static mbsr_inertia brick(int i)
     return mbsr_inertia_moved(&at, mbsr_inertia_box(100.0, edges));
 }
 
-/* A tree in which body `i` has a joint of each kind in turn, between stock joints; the elements act on
- * bodies of both sorts. */
+/* A tree in which body `i` has a joint of each kind in turn, between stock joints; the elements act
+ * on bodies of both sorts. */
 static mbsr_model *make(how h, bool moving, bool loaded)
 {
     mbsr_model *m = start(moving);
@@ -212,8 +212,8 @@ static int evaluate_by_sweeps(int what, const mbsr_model *m, mbsr_data *d, const
     }
 }
 
-/* At a state, every evaluation by the sweeps, for every processor, against the stages; served: what the
- * sweeps are to say. */
+/* At a state, every evaluation by the sweeps, for every processor, against the stages; served: what
+ * the sweeps are to say. */
 static void compare(mbsr_model *m, mbsr_data *d, const state *s, bool served)
 {
     const mbsri_sweep_kernels *list[2];

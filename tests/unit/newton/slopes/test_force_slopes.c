@@ -268,8 +268,8 @@ static mbsr_force_def bushing(test_rng *rng, int a, int b)
     return mbsr_force_bushing(a, &A, b, &B, stiffness, damping);
 }
 
-/* Pressed in wherever the bodies are, being so large, and pressing, with so little damping. Where slip is
- * small, with so long a lever, differences are rough. */
+/* Pressed in wherever the bodies are, being so large, and pressing, with so little damping. Where
+ * slip is small, with so long a lever, differences are rough. */
 static mbsr_force_def contact(test_rng *rng, int a, int b, int rough, double slip,
                               const int origin[2])
 {
@@ -312,7 +312,8 @@ static int turning_load(void *user, double t, int n, double *value)
     return 0;
 }
 
-/* Contacts, frictions of points and of bearings between every two kinds of bodies that have them. */
+/* Contacts, frictions of points and of bearings between every two kinds of bodies that have them.
+ */
 static int add_frictions(scene *s, mbsr_space root, test_rng *rng)
 {
     static const int ends[] = {SPATIAL_1, SPATIAL_2, PLANAR_1,   PLANAR_2,

@@ -229,7 +229,8 @@ static int saturating(void *user, double x, double v, double *force, double *ene
     return MBSR_OK;
 }
 
-/* A box on a slide with such a damper to the ground: u' of the Newton direction beside the true one. */
+/* A box on a slide with such a damper to the ground: u' of the Newton direction beside the true
+ * one. */
 static double error_of_spring(unit by)
 {
     const double L = by.m, axis[3] = {1.0, 0.0, 0.0}, edges[3] = {0.2 * L, 0.2 * L, 0.2 * L},
