@@ -90,8 +90,8 @@ static double energy(const problem *p, double t, const double *y)
     const mbsr_model *m = p->model;
     mbsr_data *d = p->energy_data;
     bench_check(mbsr_dae_unpack(m, d, MBSR_DAE_MOMENTUM, t, y, q, u), "energy", NULL);
-    bench_check(mbsr_positions(m, d, t, q), "energy", NULL);
-    bench_check(mbsr_velocities(m, d, u), "energy", NULL);
+    bench_check(mbsr_stage_positions(m, d, t, q), "energy", NULL);
+    bench_check(mbsr_stage_velocities(m, d, u), "energy", NULL);
     bench_check(mbsr_energy(m, d, &kinetic, &potential), "energy", NULL);
     return kinetic + potential;
 }

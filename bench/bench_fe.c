@@ -63,7 +63,7 @@ static mbsr_fe_report *reduce(const mbsr_fe_def *def, mbsr_flex **flex)
 static void flexibility(const mbsr_flex *flex, double F[36])
 {
     mbsr_flex_def data;
-    bench_check(mbsr_flex_data(flex, &data), "data", NULL);
+    bench_check(mbsr_flex_definition(flex, &data), "data", NULL);
     memset(F, 0, 36 * sizeof *F);
     for (int a = 0; a < data.modes; ++a) {
         const double *Phi = data.marker[1].Phi + 3 * a, *Psi = data.marker[1].Psi + 3 * a;

@@ -106,9 +106,10 @@ static outcome integrate_explicitly(const bench_model *tree, double T, long step
         }
     }
     o.seconds = bench_now() - before;
-    failed = failed || mbsr_positions(m, d, T, q) || mbsr_closures_gap(m, d, gap);
+    failed = failed || mbsr_stage_positions(m, d, T, q) || mbsr_closures_gap(m, d, gap);
     if (failed) o.steps = 0;
-    for (int k = 0; k < mbsr_model_held(m) && !failed; ++k) o.gap = fmax(o.gap, fabs(gap[k]));
+    for (int k = 0; k < mbsr_model_position_rows(m) && !failed; ++k)
+        o.gap = fmax(o.gap, fabs(gap[k]));
     mbsr_data_destroy(d);
     free(u);
     return o;

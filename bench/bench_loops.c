@@ -196,7 +196,8 @@ static bench_kkt *open_kkt(candidate *c, const struct bench_case *of)
     const int rods = c->tree.bodies, pins = of->ring ? 1 : of->count;
     bench_rod *rod = bench_allocate((size_t)rods, sizeof *rod);
     bench_pin *pin = bench_allocate((size_t)pins, sizeof *pin);
-    bench_check(mbsr_positions(c->tree.model, c->data, 0.0, c->y), "mbsr_positions", NULL);
+    bench_check(mbsr_stage_positions(c->tree.model, c->data, 0.0, c->y), "mbsr_stage_positions",
+                NULL);
     for (int i = 0; i < rods; ++i) {
         double p[3];
         bench_check(mbsr_body_pose(c->tree.model, c->data, i, p), "mbsr_body_pose", NULL);

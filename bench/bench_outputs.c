@@ -119,7 +119,7 @@ static double run(const model *m, way how, int outputs, mbsr_ida_stats *stats, i
     for (int k = 1; k <= count; ++k) mbsr_simulation_to(&s, 5.0 * k / count);
     const double time = bench_now() - begin;
     bench_check(s.status, m->name, s.error.text);
-    *stats = mbsr_simulation_stats(&s);
+    mbsr_simulation_get_stats(&s, stats);
     *bodies = mbsr_model_bodies(s.model);
     mbsr_simulation_end(&s);
     return time;

@@ -9,6 +9,7 @@
 #include "bench.h"
 
 #include <mbsrank/mbsrank.h>
+#include <mbsrank/driver.h>
 
 #include <math.h>
 #include <stdlib.h>

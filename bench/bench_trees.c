@@ -13,6 +13,8 @@
 #include "bench.h"
 #include "trees.h"
 
+#include <mbsrank/driver.h>
+
 #include <math.h>
 #include <stdbool.h>
 #include <stdlib.h>

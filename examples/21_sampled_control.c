@@ -44,7 +44,9 @@ static long run(double tolerance, int sampled, double q[2])
         exit(1);
     }
     q[0] = s.q[0], q[1] = s.q[1];
-    const long steps = mbsr_simulation_stats(&s).steps;
+    mbsr_ida_stats stats;
+    mbsr_simulation_get_stats(&s, &stats);
+    const long steps = stats.steps;
     mbsr_simulation_end(&s);
     return steps;
 }

@@ -63,7 +63,9 @@ static long drive(mbsr_table_kind kind, int known, double tolerance, double *def
         fprintf(stderr, "%s\n", s.error.text);
         exit(1);
     }
-    const long steps = mbsr_simulation_stats(&s).steps;
+    mbsr_ida_stats stats;
+    mbsr_simulation_get_stats(&s, &stats);
+    const long steps = stats.steps;
     mbsr_simulation_end(&s);
     return steps;
 }

@@ -11,8 +11,7 @@
  * hand,
  *
  *   (1 + (a x)^2) (x'' + k / m |v| x') = -a x (g + a x'^2),   |v| = |x'| sqrt(1 + (a x)^2). */
-#include <mbsrank/force_check.h>
-#include <mbsrank/joint_check.h>
+#include <mbsrank/verify.h>
 #include <mbsrank/simulation.h>
 
 #include "rk4.h"

@@ -18,6 +18,7 @@
  * driver with a tolerance of 1e-10. */
 #include <mbsrank/ida.h>
 #include <mbsrank/mbsrank.h>
+#include <mbsrank/driver.h>
 
 #include "build.h"
 

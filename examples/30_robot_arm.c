@@ -77,8 +77,10 @@ static double follow(int fed)
         }
     }
     if (s.status) fprintf(stderr, "%s\n", s.error.text);
+    mbsr_ida_stats stats;
+    mbsr_simulation_get_stats(&s, &stats);
     printf("%-22s %4ld steps, largest error %.1e rad\n", fed ? "torques fed forward" : "PD alone",
-           mbsr_simulation_stats(&s).steps, worst);
+           stats.steps, worst);
     const int status = s.status;
     mbsr_simulation_end(&s);
     return status ? -1.0 : worst;

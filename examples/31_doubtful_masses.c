@@ -96,7 +96,7 @@ static mbsr_small_masses *report_on(const mbsr_model *m, const mbsr_small_part *
     check(mbsr_small_masses_create(m, &opt, &small, &error), &error);
     check(mbsr_small_masses_start(small, 0.0, zero, zero), mbsr_small_masses_error(small));
     check(mbsr_small_masses_run(small, NULL, T, NULL, &error), &error);
-    check(mbsr_small_masses_report_of(small, report), mbsr_small_masses_error(small));
+    check(mbsr_small_masses_get_report(small, report), mbsr_small_masses_error(small));
     return small;
 }
 

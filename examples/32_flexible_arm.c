@@ -43,7 +43,7 @@ static mbsr_flex *undamped(mbsr_flex *flex)
     mbsr_flex *bare;
     mbsr_error error;
     double D[MOST * MOST];
-    mbsr_flex_data(flex, &data);
+    mbsr_flex_definition(flex, &data);
     const int next = data.modes + 1;
     memcpy(D, data.D, (size_t)data.modes * (size_t)data.modes * sizeof *D);
     for (int k = 0; k < data.modes; ++k) {

@@ -45,7 +45,7 @@ static mbsr_flex *make_rod(int modes, treatment how)
     if (how == WITH_MASS) def.cutoff = INFINITY;
     check(mbsr_flex_beam(&def, &flex, &error), &error);
     if (how != UNDAMPED) return flex;
-    mbsr_flex_data(flex, &data);
+    mbsr_flex_definition(flex, &data);
     memcpy(D, data.D, (size_t)(data.modes * data.modes) * sizeof *D);
     for (int k = modes; k < data.modes; ++k) D[k * (data.modes + 1)] = 0.0;
     data.D = D;

@@ -49,7 +49,9 @@ static inline double run_dissipation(mbsr_simulation *s)
 
 static inline long run_steps(const mbsr_simulation *s)
 {
-    return mbsr_simulation_stats(s).steps;
+    mbsr_ida_stats stats;
+    mbsr_simulation_get_stats(s, &stats);
+    return stats.steps;
 }
 
 #endif

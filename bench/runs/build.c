@@ -311,7 +311,7 @@ void build_tolerances(const stiff_model *s, const mbsr_model *m, double toleranc
 
 void build_places(const mbsr_model *m, mbsr_data *d, double t, const double *q, double *x)
 {
-    bench_check(mbsr_positions(m, d, t, q), "positions", mbsr_data_error(d)->text);
+    bench_check(mbsr_stage_positions(m, d, t, q), "positions", mbsr_data_error(d)->text);
     for (int k = 0; k < mbsr_model_bodies(m); ++k) {
         double p[MBSR_POSE_SIZE];
         bench_check(mbsr_body_pose(m, d, k, p), "pose", mbsr_data_error(d)->text);

@@ -70,6 +70,7 @@ docs/dae_forms
 docs/newton
 docs/performance
 docs/architecture
+docs/renamed
 bench/README
 CHANGELOG
 ```

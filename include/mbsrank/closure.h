@@ -256,16 +256,14 @@ MBSR_API int mbsr_model_add_loop_joint(mbsr_model *model, const char *name, int 
  * exist, gives -1, a name NULL. */
 
 MBSR_API int mbsr_model_closures(const mbsr_model *model);
-MBSR_API int mbsr_model_rows(const mbsr_model *model); /* velocity rows of all closures */
-MBSR_API int mbsr_model_held(const mbsr_model *model); /* position rows of all closures */
+MBSR_API int mbsr_model_rows(const mbsr_model *model);          /* velocity rows of all closures */
+MBSR_API int mbsr_model_position_rows(const mbsr_model *model); /* position rows of all closures */
 
 /* Where the rows of a closure stand among all: velocity rows [row .. row+rows), position rows
- * [held_row .. held_row+held). Outputs may be NULL. MBSR_ERR_NULL, MBSR_ERR_UNFINISHED,
- * MBSR_ERR_ID. */
-MBSR_API int mbsr_closure_place(const mbsr_model *model, int closure, int *row, int *rows,
-                                int *held_row, int *held);
-/* The stiffness of one of its rows, 0 for a rigid one; -1 where there is none. */
-MBSR_API double mbsr_closure_stiffness(const mbsr_model *model, int closure, int row);
+ * [position_row .. position_row+position_rows). Outputs may be NULL. MBSR_ERR_NULL,
+ * MBSR_ERR_UNFINISHED, MBSR_ERR_ID. */
+MBSR_API int mbsr_closure_indices(const mbsr_model *model, int closure, int *row, int *rows,
+                                  int *position_row, int *position_rows);
 /* How the position rows (held) of a closure follow from those of its table: T (held x held,
  * column-major), the identity but for those with a compliance matrix, which have rows of length 1.
  * Loop forces along the table's rows are T^T lambda. MBSR_ERR_NULL, MBSR_ERR_UNFINISHED,
@@ -280,46 +278,136 @@ MBSR_API int mbsr_model_find_closure(const mbsr_model *model, const char *name);
  * MBSR_ERR_NULL, MBSR_ERR_UNFINISHED, MBSR_ERR_ID. */
 MBSR_API int mbsr_closure_definition(const mbsr_model *model, int closure, mbsr_closure_def *def);
 
-/* The weights w (nu) with which multipliers of position rows act on coordinates in the momentum
- * form, q' = G (u + w C^T Eta'): inverses of the inertias that the joint rates move at q = 0, of
- * those that move little a thousandth of the largest of their kind. Numbers of the model, in no
- * preferred units. MBSR_ERR_NULL, MBSR_ERR_UNFINISHED. */
-MBSR_API int mbsr_closures_weight(const mbsr_model *model, double *w);
+/* ---- closures at a state ----
+ *
+ * m = mbsr_model_rows, h = mbsr_model_position_rows, nq and nu as in the model. mbsr_assemble and
+ * mbsr_closures_report use dense linear algebra, O((nu + m)^3), and take memory from the model's
+ * allocator for the call. mbsr_closures_inverse_dynamics goes along the tree in O(bodies + loops),
+ * and takes memory where vector code does not serve the model. All others look up what is known. */
 
-/* ---- the rows at a state ----
- * m = mbsr_model_rows, h = mbsr_model_held, nu as in the model. */
-
-/* What the loops are open by: g (h) at the positions of mbsr_positions. MBSR_ERR_NULL,
+/* What the loops are open by: g (h) at the positions of mbsr_stage_positions. MBSR_ERR_NULL,
  * MBSR_ERR_MISMATCH, MBSR_ERR_SEQUENCE, MBSR_NOT_FINITE, what a table returned. */
 MBSR_API int mbsr_closures_gap(const mbsr_model *model, mbsr_data *data, double *g);
 
-/* C u + g_t (m) at the state of mbsr_velocities. Statuses as above. */
-MBSR_API int mbsr_closures_rate(const mbsr_model *model, mbsr_data *data, double *rate);
+/* ---- closing loops ---- */
 
-/* Its time derivative (m) where u' is zero: C' u + (g_t)'. At the state of mbsr_velocities. */
-MBSR_API int mbsr_closures_bias(const mbsr_model *model, mbsr_data *data, double *bias);
+/* How mbsr_assemble closes loops. */
+typedef struct mbsr_assembly_opt {
+    int cookie;         /* set by mbsr_default_assembly_opt */
+    int max_iterations; /* default 100 */
+    double
+        tolerance; /* of each gap: turns in rad, places over the longest lever of the mechanism
+                    * or   over their distance from the origin, whichever is more; default 1e-12 */
+    /* nu each, NULL (default): none. How many times more than the others a coordinate resists,
+     * positive: 1e6 keeps it where it is, as far as the loops let it; 1 for coordinates that stay
+     * where they are. */
+    const double *weight;
+    const int *keep_position;
+} mbsr_assembly_opt;
 
-/* Products with the rows of all closures: y (m) = C x (nu), and y (nu) = C^T x (m), at the
- * positions of mbsr_positions. x and y must not overlap. O(bodies + rows). */
-MBSR_API int mbsr_closures_apply(const mbsr_model *model, mbsr_data *data, const double *x,
-                                 double *y);
-MBSR_API int mbsr_closures_transpose(const mbsr_model *model, mbsr_data *data, const double *x,
-                                     double *y);
+MBSR_API mbsr_assembly_opt mbsr_default_assembly_opt(void);
 
-/* What was found by mbsr_closure_verify: the largest errors of C, g_t and the bias against
- * differences, relative to the largest entry of each. */
-typedef struct mbsr_closure_errors {
-    double jacobian, drift, bias;
-    char text[MBSR_TEXT_SIZE]; /* where the largest was found */
-} mbsr_closure_errors;
+/* What mbsr_assemble has found. */
+typedef struct mbsr_assembly_info {
+    int iterations;
+    int closure;            /* the one that is open widest, MBSR_NONE where all are closed */
+    double gap_before, gap; /* largest |g| of the guess, and of q_closed */
+    double change;          /* largest |change| of an entry of q */
+} mbsr_assembly_info;
 
-/* Tests the functions of a closure's table against differences of g (of the velocity rows for the
- * bias) in the state of mbsr_velocities: for whoever writes one, in tests of his own. About 1e-8
- * where they are right. Rows that are not position rows are tested for their bias alone; the turns
- * of a weld only where its frames agree. MBSR_ERR_NULL, MBSR_ERR_SEQUENCE, MBSR_ERR_ID,
- * MBSR_NOT_FINITE, what a table returned. */
-MBSR_API int mbsr_closure_verify(const mbsr_model *model, mbsr_data *data, int closure,
-                                 mbsr_closure_errors *errors);
+/* Positions that close all loops, near the guess q (nq), by the Levenberg-Marquardt method: the
+ * change is small, of turns in rad, of ways over the longest lever of the mechanism, so that units
+ * do not matter. Coordinates that a closure knows through its bodies alone, as a pin its angle,
+ * have no part in that. q_closed (nq) may be q. Stiff rows are closed like rigid ones; where they
+ * are more than the freedoms and cannot all be closed, those that depend on others at q are left as
+ * they come, and their gaps are not counted. info may be NULL.
+ *
+ * MBSR_LOOP_OPEN where no position is found in which all gaps vanish: because there is none, or
+ * because the guess leads to a position from which all ways make the gaps larger. q_closed and info
+ * then hold the nearest position found, and the text names the loops that are open, and by how
+ * much. Also MBSR_ERR_NULL, MBSR_ERR_NO_DEFAULT, MBSR_ERR_VALUE, MBSR_ERR_NO_MEMORY,
+ * MBSR_NOT_FINITE and what mbsr_stage_positions returns; q_closed is then as it was. */
+MBSR_API int mbsr_assemble(const mbsr_model *model, mbsr_data *data, double t, const double *q,
+                           const mbsr_assembly_opt *opt, double *q_closed,
+                           mbsr_assembly_info *info);
+
+/* ---- ranks of the rows ---- */
+
+/* What the rows hold at a position. Ranks are those of C with the
+ * rows of a closure scaled so that the longest of them has length 1; rows count in
+ * the order of their closures, position rows first, so that of several that are redundant together
+ * the last counts as redundant. */
+typedef struct mbsr_closure_report {
+    int rows;         /* m */
+    int independent;  /* rank of C here */
+    int nearby;       /* and in closed positions nearby: larger where the position is singular */
+    int mobility;     /* freedoms that are left: nu - independent - undetermined */
+    int massless;     /* directions of the tree that move no mass */
+    int undetermined; /* of these, the ones that no loop holds, neither by rigid nor by stiff rows
+                       */
+    double smallest_kept; /* squared distance of an independent row from the span of those before */
+    double largest_dropped; /* of a dependent one */
+    int weakest; /* of the rows that the data does not leave out, the one nearest to the span of
+                             those before it; MBSR_NONE where there are none */
+    double weakest_pivot; /* its squared distance */
+    double gap;           /* largest |g| */
+    double stretch; /* smallest over largest singular value of the rows on the directions without
+                       mass that they hold; 1 where there are none. Where it vanishes these bodies
+                       are stretched: a motion that goes on would be an impact */
+    int stretched;  /* the row that has most part in it, or MBSR_NONE */
+} mbsr_closure_report;
+
+/* Reports on the position q, which should be closed. redundant (m): 1 for each row that depends on
+ * those before it in every closed position nearby. unique (m): 1 where the loop force of the row is
+ * determined by motion and applied forces, 0 where it is a matter of elasticity that the model has
+ * not. Both may be NULL. MBSR_ERR_NULL, MBSR_ERR_NO_MEMORY and statuses of mbsr_stage_positions. */
+MBSR_API int mbsr_closures_report(const mbsr_model *model, mbsr_data *data, double t,
+                                  const double *q, mbsr_closure_report *report, int *redundant,
+                                  int *unique);
+
+/* The closure of row `row` among all, its own number of the row, and the row's name ("" where the
+ * table gives none). Outputs may be NULL. MBSR_ERR_NULL, MBSR_ERR_UNFINISHED, MBSR_ERR_ID. */
+MBSR_API int mbsr_closure_of_row(const mbsr_model *model, int row, int *closure, int *own,
+                                 const char **name);
+
+/* ---- loop forces ---- */
+
+/* Loop forces lambda (m) of the last evaluation: of mbsr_stage_forces, of mbsr_forward_dynamics or
+ * the residual. MBSR_ERR_NULL, MBSR_ERR_SEQUENCE. */
+MBSR_API int mbsr_closures_lambda(const mbsr_model *model, mbsr_data *data, double *lambda);
+
+/* What one closure exerts on one of its bodies by these loop forces, such as the force of contact
+ * on a rolling wheel: f (d numbers, conjugate to V; for a SPATIAL body the wrench about its origin,
+ * moment first, world axes) and tau (n, conjugate to u), as mbsr_force_load. place: 0 .. bodies - 1
+ * in its definition; a root at rest has no numbers. One output may be NULL. MBSR_ERR_NULL,
+ * MBSR_ERR_SEQUENCE, MBSR_ERR_ID, MBSR_ERR_VALUE (place), MBSR_NOT_FINITE, what the table returned.
+ */
+MBSR_API int mbsr_closure_reaction(const mbsr_model *model, mbsr_data *data, int closure, int place,
+                                   double *f, double *tau);
+
+/* Where it acts, m, world axes (`point` of mbsr_closure_table): of balls, welds, rows and distances
+ * the point of the first body, of rolling bodies that of contact. At the positions of
+ * mbsr_stage_positions. MBSR_ERR_NULL, MBSR_ERR_SEQUENCE, MBSR_ERR_ID, MBSR_ERR_VALUE where it has
+ * none, such as a coupling; MBSR_NOT_FINITE, what the table returned. */
+MBSR_API int mbsr_closure_point(const mbsr_model *model, mbsr_data *data, int closure,
+                                double point[3]);
+
+/* Inverse dynamics with loops: tau (nu) of the `count` joint rates listed in `actuated` (places in
+ * u), zero for all others, and loop forces lambda (m), so that the accelerations udot (nu) come
+ * about:
+ *
+ *   tau + C^T lambda = (mbsr_inverse_dynamics)        with the rigid rows C
+ *
+ * in O(bodies + loops). Stiff rows are springs, whose forces the right-hand side has already: their
+ * lambda are these forces, as mbsr_closures_lambda has them, and have no part in the sum. Where
+ * there are more actuators than freedoms, |tau| is the least; rows that are redundant where a loop
+ * closes share by least norm there, of moments and of forces times the model's length.
+ * MBSR_UNDETERMINED names a joint that the actuators listed cannot move as asked for. Statuses of
+ * mbsr_inverse_dynamics, MBSR_ERR_VALUE (actuated), MBSR_ERR_NO_MEMORY. */
+MBSR_API int mbsr_closures_inverse_dynamics(const mbsr_model *model, mbsr_data *data, double t,
+                                            const double *q, const double *u, const double *udot,
+                                            int count, const int *actuated, double *tau,
+                                            double *lambda);
 
 #ifdef __cplusplus
 }

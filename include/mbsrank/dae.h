@@ -28,7 +28,7 @@ extern "C" {
  * index 1, dF_u/du is regular (Hessenberg form of size 1). It is the form to integrate; see
  * docs/dae_forms.md for step counts. It needs the rates of K, H and J: joints without a `rates`
  * function and inertias by function get them by central differences of the kinematics, at three
- * times the cost of mbsr_positions.
+ * times the cost of mbsr_stage_positions.
  *
  * With closures (closure.h), which MOMENTUM alone takes, y = (q, p, u, Lambda, Eta): one number for
  * each velocity row, then one for each position row, both algebraic. Loop forces are rates, lambda
@@ -82,37 +82,6 @@ MBSR_API int mbsr_dae_residual(const mbsr_model *model, mbsr_data *data, mbsr_da
  * reference that the data keeps. So y means something only together with the data it was made with.
  * mbsr_dae_pack and mbsr_dae_consistent take the present state as reference where there is none. */
 
-/* Cosine of the largest angle between the bases at y and the reference, 1 when they agree. Costs
- * half a residual. Where it is below 0.05, this function and the residual return the recoverable
- * MBSR_FRAME_TURNED. MBSR_ERR_SEQUENCE without a reference; MBSR_NOT_FINITE. */
-MBSR_API int mbsr_index1_alignment(const mbsr_model *model, mbsr_data *data, double t,
-                                   const double *y, double *cosine);
-
-/* Makes the state y the reference. y stays as it is; the differential entries of yp are made
- * consistent again. *restart (may be NULL) is set to 1 if derivatives of y jump, so that an
- * integrator must start anew: that happens only where a range and a null space of one joint are
- * both there and one has two dimensions or more. MBSR_ERR_SEQUENCE without a reference; all
- * statuses of the residual. */
-MBSR_API int mbsr_index1_renew(const mbsr_model *model, mbsr_data *data, double t, const double *y,
-                               double *yp, int *restart);
-
-/* Forgets the reference, so that the next pack or start takes its own. */
-MBSR_API int mbsr_index1_reset(const mbsr_model *model, mbsr_data *data);
-
-/* Masses by which tolerances of velocities become tolerances of momenta, mass (nu), so that with
- * tolerances atol and rtol of u an integrator of one's own tests, as the driver does,
- *
- *   |error of p_k| < mass_k (rtol |u_k| + atol).
- *
- * For each number of u the mbsr_rank_info.scale of its joint, but at least 3 % of the diagonal
- * entry of the mass matrix, so that a light body which carries a heavy one is tested as that one;
- * where the joint has no mass the largest scale in the tree (1 without any mass). With closures
- * 0.35 over mbsr_closures_mobility takes the place of the scale, between a thousandth of the
- * largest diagonal entry of its kind (turns, or moves) and that: the same in all units. Needs
- * mbsr_backward, and leaves its results; with closures it takes memory. MBSR_ERR_NULL,
- * MBSR_ERR_MISMATCH, MBSR_ERR_SEQUENCE, statuses of mbsr_backward and of mbsr_closures_mobility. */
-MBSR_API int mbsr_momentum_scales(const mbsr_model *model, mbsr_data *data, double *mass);
-
 typedef struct mbsr_consistent_opt {
     int cookie;         /* set by mbsr_default_consistent_opt */
     int max_iterations; /* Newton steps for positions, and for velocities; default 30 */
@@ -157,13 +126,13 @@ typedef struct mbsr_consistent_info {
  * solver.
  *
  * With closures q is brought to a closed position near it (in the measure of mbsr_assemble), the
- * rows to be left out as redundant are chosen (mbsr_closures_dropped), u changes by impulses of the
- * loops alone, and directions without mass count where no loop holds them. These are balanced as in
- * trees. In models of more than 120 joint rates and rows all is O(bodies + loops), where loops are
- * local (docs/closed_loops.md lists what else they need; null_directions counts those of the open
- * tree there); in others, and in small models, loops are closed and rows chosen in dense linear
- * algebra, whose cost grows with the cube of joint rates and rows. MBSR_LOOP_OPEN where loops do
- * not close or contradict each other.
+ * rows to be left out as redundant are chosen (mbsr_closures_redundant), u changes by impulses of
+ * the loops alone, and directions without mass count where no loop holds them. These are balanced
+ * as in trees. In models of more than 120 joint rates and rows all is O(bodies + loops), where
+ * loops are local (docs/closed_loops.md lists what else they need; null_directions counts those of
+ * the open tree there); in others, and in small models, loops are closed and rows chosen in dense
+ * linear algebra, whose cost grows with the cube of joint rates and rows. MBSR_LOOP_OPEN where
+ * loops do not close or contradict each other.
  *
  * Coordinates and joint rates that opt keeps stay to the last digit (rates in the index-1 form but
  * for rounding), and the others follow: loops close around these coordinates, and motors at these
@@ -181,20 +150,6 @@ typedef struct mbsr_consistent_info {
 MBSR_API int mbsr_dae_consistent(const mbsr_model *model, mbsr_data *data, mbsr_dae_form form,
                                  double t, double *y, double *yp, const mbsr_consistent_opt *opt,
                                  mbsr_consistent_info *info);
-
-/* How far the forces along directions without mass are from their balance at a state y of the form
- * (of which q and u count): *share, the largest |gamma| over the sum of the sizes of what was added
- * up to it, and *body, the first one of the group of joints where that is, MBSR_NONE where all of
- * gamma is zero. About 1e-12 after mbsr_dae_consistent; 1 where nothing balances. Undetermined
- * directions without any force count as balanced, and so do forces that are next to none: 0, where
- * one step of Newton's method on the momentum form changes no rate by a millionth of the largest
- * one or of what is typical of the model. dq (nq) and du (nu), which may be NULL: what this step
- * changes q and u by towards the balance, within 0.01 s; zero where it is singular. O(N).
- * MBSR_ERR_NULL, MBSR_ERR_MISMATCH, MBSR_ERR_VALUE, MBSR_ERR_CLOSURES (the model has closures),
- * MBSR_ERR_NO_MEMORY and the statuses of the stages. */
-MBSR_API int mbsr_dae_imbalance(const mbsr_model *model, mbsr_data *data, mbsr_dae_form form,
-                                double t, const double *y, double *share, int *body, double *dq,
-                                double *du);
 
 #ifdef __cplusplus
 }

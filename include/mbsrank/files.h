@@ -276,10 +276,10 @@ MBSR_API int mbsr_file_find_sensor(const mbsr_file *file, const char *name);
 MBSR_API int mbsr_file_find_key(const mbsr_file *file, const char *name);
 
 /* The numbers of a sensor at time t and q (nq), u (nu), at which the data are: at
- * mbsr_accelerations for accelerations, forces and torques, else at mbsr_velocities. `model` has
- * the bodies and coordinates of the file. Joint reactions hold what springs, drives and loops exert
- * there. MBSR_ERR_NULL, MBSR_ERR_ID (there is no such sensor), MBSR_NOT_FINITE, statuses of what is
- * asked of the data. */
+ * mbsr_stage_accelerations for accelerations, forces and torques, else at mbsr_stage_velocities.
+ * `model` has the bodies and coordinates of the file. Joint reactions hold what springs, drives and
+ * loops exert there. MBSR_ERR_NULL, MBSR_ERR_ID (there is no such sensor), MBSR_NOT_FINITE,
+ * statuses of what is asked of the data. */
 MBSR_API int mbsr_file_sense(const mbsr_file *file, int sensor, const mbsr_model *model,
                              mbsr_data *data, double t, const double *q, const double *u,
                              double value[4]);

@@ -100,7 +100,7 @@ MBSR_API void mbsr_flex_destroy(mbsr_flex *flex); /* NULL is allowed */
 /* The data as they are kept: pointers into *flex, valid as long as that; Ct0, P0, P, Mf, K, D and
  * the markers' Phi and Psi are not NULL where there are modes, and Y where there are dependent
  * shapes. MBSR_ERR_NULL. */
-MBSR_API int mbsr_flex_data(const mbsr_flex *flex, mbsr_flex_def *data);
+MBSR_API int mbsr_flex_definition(const mbsr_flex *flex, mbsr_flex_def *data);
 
 /* M(s), (6 + modes) x (6 + modes), along the body's axes; s: modes. MBSR_ERR_NULL, MBSR_NOT_FINITE
  * (s). */

@@ -238,9 +238,9 @@ MBSR_API int mbsr_ida_state(mbsr_ida *ida, double *t, double *y, double *yp);
 
 /* The state of mbsr_ida_state in joint coordinates: q (nq), u and accelerations u' (nu), loop
  * forces lambda (m numbers, those of stiff rows included); each may be NULL. The data is then at
- * mbsr_accelerations there, so that poses, twists, accelerations, reactions, energies and what
- * force elements exert can be asked for at once. MBSR_ERR_NULL, MBSR_ERR_SEQUENCE, MBSR_ERR_VALUE
- * (the index-1 form as it is interpolated), statuses of the residual. */
+ * mbsr_stage_accelerations there, so that poses, twists, accelerations, reactions, energies and
+ * what force elements exert can be asked for at once. MBSR_ERR_NULL, MBSR_ERR_SEQUENCE,
+ * MBSR_ERR_VALUE (the index-1 form as it is interpolated), statuses of the residual. */
 MBSR_API int mbsr_ida_motion(mbsr_ida *ida, double *q, double *u, double *udot, double *lambda);
 
 /* After MBSR_EVENT: direction of each event function, +1 rising, -1 falling, 0 not involved.
@@ -282,7 +282,7 @@ MBSR_API int mbsr_ida_get_drift(mbsr_ida *ida, mbsr_ida_drift *drift);
  * state. Elements with neither energy nor dissipation are not seen, nor, of single coordinates,
  * where all of them are slow beside the longest step. None, and MBSR_OK, else. The data is left at
  * that state. When the driver gives up, its error names the first. MBSR_ERR_NULL, and the statuses
- * of mbsr_positions, mbsr_energy and mbsr_force_power. */
+ * of mbsr_stage_positions, mbsr_energy and mbsr_force_power. */
 MBSR_API int mbsr_ida_stiffest(mbsr_ida *ida, int most, int *force, double *share, int *count);
 
 /* The last failure; never NULL. */

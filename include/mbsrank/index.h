@@ -32,8 +32,8 @@ typedef struct mbsr_direction {
     const mbsr_direction_term *term; /* largest weight 1 */
     int forces;                      /* force elements that determine it */
     const int *force;   /* their ids: those whose forces change with the rates (damped) or the
-                           positions   (elastic) along the direction; none where undetermined, or where
-                           only the   change of the direction itself does it */
+                           positions   (elastic) along the direction; none where undetermined, or
+                           where   only the   change of the direction itself does it */
     int closures;       /* stiff closures that determine it, by their springs or dampers */
     const int *closure; /* their ids */
 } mbsr_direction;
@@ -62,7 +62,7 @@ typedef struct mbsr_index_report {
  * which neither mass nor a rigid row resists. Loop forces lambda are those of the motion at the
  * state, [M -C^T; C 0] (u'; lambda) = (forces; -bias); held, they stiffen or soften directions
  * along which they turn. Stiff rows are springs and dampers. Which rows are redundant
- * mbsr_closures_report says. Dense linear algebra of joint rates and rows then (loops.h), and
+ * mbsr_closures_report says. Dense linear algebra of joint rates and rows then (closure.h), and
  * statuses of mbsr_forward_dynamics.
  *
  * Force elements with derivatives of their own are asked for these, the others differenced. Their

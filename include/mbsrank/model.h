@@ -205,12 +205,6 @@ MBSR_API int mbsr_model_kink(const mbsr_model *model, double t, int direction, m
 MBSR_API int mbsr_body_locks(const mbsr_model *model, int body);
 MBSR_API const double *mbsr_body_regularisation(const mbsr_model *model, int body);
 
-/* The values at which coordinates of a body's joint are locked, NaN for the others, as many as the
- * joint has as it was given (NULL: none is locked, or there is no such body), and whether what acts
- * on them is dropped. */
-MBSR_API const double *mbsr_body_locked(const mbsr_model *model, int body);
-MBSR_API int mbsr_body_drops(const mbsr_model *model, int body);
-
 /* The armature of a body's joint, n numbers of mbsr_body_coordinates, zero where none was given;
  * NULL if there is no such body. */
 MBSR_API const double *mbsr_body_armature(const mbsr_model *model, int body);

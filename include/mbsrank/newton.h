@@ -85,13 +85,13 @@ MBSR_API int mbsr_newton_create(const mbsr_model *model, mbsr_dae_form form,
 MBSR_API void mbsr_newton_destroy(mbsr_newton *newton); /* NULL is allowed */
 
 /* Linearises F at (t, y, y') and eliminates, for c > 0 or < 0 (an integration backward in time).
- * data belongs to the same model; it is at mbsr_backward of that state afterwards, and not needed
- * by mbsr_newton_solve. Lean data serves where the sweeps in vector code do. What force elements
- * and joints without derivatives of their own exert is differenced locally (joint.h, force.h).
- * Statuses of mbsr_dae_residual; MBSR_SINGULAR_BLOCK, recoverable, names the body whose equations
- * do not determine its rates and what to do; MBSR_LOOP_SINGULAR, recoverable, names a row of a
- * closure that depends on others, which the data does not leave out; MBSR_ERR_VALUE for a c that is
- * zero or not finite; MBSR_ERR_LEAN (see mbsr_newton_opt). After a failure there is no
+ * data belongs to the same model; it is at mbsr_stage_backward of that state afterwards, and not
+ * needed by mbsr_newton_solve. Lean data serves where the sweeps in vector code do. What force
+ * elements and joints without derivatives of their own exert is differenced locally (joint.h,
+ * force.h). Statuses of mbsr_dae_residual; MBSR_SINGULAR_BLOCK, recoverable, names the body whose
+ * equations do not determine its rates and what to do; MBSR_LOOP_SINGULAR, recoverable, names a row
+ * of a closure that depends on others, which the data does not leave out; MBSR_ERR_VALUE for a c
+ * that is zero or not finite; MBSR_ERR_LEAN (see mbsr_newton_opt). After a failure there is no
  * factorisation. */
 MBSR_API int mbsr_newton_factor(mbsr_newton *newton, mbsr_data *data, double t, const double *y,
                                 const double *yp, double c);
@@ -104,8 +104,8 @@ MBSR_API int mbsr_newton_solve(mbsr_newton *newton, const double *r, double *del
 /* The product with the matrix itself, r = (dF/dy + c dF/dy') delta, at any state: for line
  * searches, iterative solvers and the error of a solution. `linearise` evaluates and keeps the
  * derivatives at (t, y, y'), for any finite c; it has nothing to do with factorisations, which stay
- * as they are, so that one at an earlier state can precondition. The data is at mbsr_backward of
- * that state afterwards. `multiply` takes O(N) operations, elements across the tree and closures
+ * as they are, so that one at an earlier state can precondition. The data is at mbsr_stage_backward
+ * of that state afterwards. `multiply` takes O(N) operations, elements across the tree and closures
  * included, whatever `method` says; delta and r (mbsr_dae_size numbers) may be the same. The matrix
  * is that of mbsr_newton_factor: the derivative of F where the algebraic equations hold, elsewhere
  * without what is proportional to their defect. linearise: MBSR_ERR_SEQUENCE without `products` in

@@ -25,12 +25,13 @@ extern "C" {
 /* To be read, and written by the functions below only. */
 typedef struct mbsr_simulation {
     mbsr_model *model; /* finished by mbsr_simulation_start */
-    mbsr_data *data;   /* from there on, as all that follows; at mbsr_accelerations of the state */
+    mbsr_data
+        *data; /* from there on, as all that follows; at mbsr_stage_accelerations of the state */
     mbsr_ida *ida;
     mbsr_dae_form form;
     double t;                            /* s */
     double *q, *u, *udot;                /* nq, nu, nu; NULL before the start */
-    double *lambda;                      /* loop forces, one a row of the closures (loops.h) */
+    double *lambda;                      /* loop forces, one a row of the closures (closure.h) */
     double *y, *yp;                      /* the state of the form */
     mbsr_consistent_info start;          /* what the consistent start has changed */
     mbsr_small_masses *small;            /* of mbsr_simulation_watch_masses, until the next start */
@@ -89,12 +90,12 @@ MBSR_API int mbsr_simulation_start(mbsr_simulation *s, const mbsr_ida_opt *opt, 
                                    const double *q, const double *u);
 
 /* Integrate to a time, by mbsr_ida_advance, and over one sample, by mbsr_ida_sample; then t, q, u,
- * udot, lambda, y, yp are those reached, and the data is at mbsr_accelerations there: poses, twists
- * and accelerations of bodies and points, reactions of joints and closures, what force elements
- * exert, energies and powers can be asked for at once. MBSR_EVENT is no failure: the next call goes
- * on. After a failure they are the last good state, where there is one (mbsr_ida_state). After
- * calls of the driver itself, such as mbsr_ida_run, mbsr_simulation_to with the time it has reached
- * takes up its state. MBSR_ERR_SEQUENCE before the start. */
+ * udot, lambda, y, yp are those reached, and the data is at mbsr_stage_accelerations there: poses,
+ * twists and accelerations of bodies and points, reactions of joints and closures, what force
+ * elements exert, energies and powers can be asked for at once. MBSR_EVENT is no failure: the next
+ * call goes on. After a failure they are the last good state, where there is one (mbsr_ida_state).
+ * After calls of the driver itself, such as mbsr_ida_run, mbsr_simulation_to with the time it has
+ * reached takes up its state. MBSR_ERR_SEQUENCE before the start. */
 MBSR_API int mbsr_simulation_to(mbsr_simulation *s, double t);
 MBSR_API int mbsr_simulation_sample(mbsr_simulation *s, double t);
 
@@ -110,18 +111,18 @@ MBSR_API int mbsr_simulation_reactions(mbsr_simulation *s, double *lambda);
  *   mbsr_simulation_check(&s, mbsr_body_pose(s.model, s.data, rod, pose)); */
 MBSR_API int mbsr_simulation_check(mbsr_simulation *s, int status);
 
-/* What has been integrated since the last start has cost; zero before it. */
-MBSR_API mbsr_ida_stats mbsr_simulation_stats(const mbsr_simulation *s);
+/* What has been integrated since the last start has cost; zero before it. MBSR_ERR_NULL. */
+MBSR_API int mbsr_simulation_get_stats(const mbsr_simulation *s, mbsr_ida_stats *stats);
 
 /* From the present state on, every state that mbsr_simulation_to and mbsr_simulation_sample reach
  * is looked at for what the masses that the model neglects (mbsr_model_neglect) would have done
  * there; opt as for mbsr_small_masses_create, whose candidates are these masses and those that opt
- * names. With outputs as dense as the slow motion asks for, mbsr_simulation_masses has the largest
- * error that the zeros have made so far, with its time and the body. Momentum form.
+ * names. With outputs as dense as the slow motion asks for, mbsr_simulation_get_masses has the
+ * largest error that the zeros have made so far, with its time and the body. Momentum form.
  * MBSR_ERR_SEQUENCE before the start; statuses of mbsr_small_masses_create,
  * mbsr_small_masses_start, mbsr_small_masses_step. */
 MBSR_API int mbsr_simulation_watch_masses(mbsr_simulation *s, const mbsr_small_masses_opt *opt);
-MBSR_API int mbsr_simulation_masses(mbsr_simulation *s, mbsr_small_masses_report *report);
+MBSR_API int mbsr_simulation_get_masses(mbsr_simulation *s, mbsr_small_masses_report *report);
 
 /* What the struct has, for languages that do not read structs; NULL is allowed: NaN, NULL,
  * MBSR_ERR_NULL. q (nq) and u (nu) are NULL before the start; they, and what is pointed to, stay

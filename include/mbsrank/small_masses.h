@@ -13,7 +13,7 @@
  *   mbsr_small_masses_start(small, t, q, u);                    the report at a state
  *   mbsr_small_masses_step(small, t, y, yp);
  *       ... and along a run of the reduced model
- *   mbsr_small_masses_report_of(small, &report);
+ *   mbsr_small_masses_get_report(small, &report);
  *
  * mbsr_small_masses_run (ida.h) does such a run. What is decided to be zero the caller states:
  * mbsr_model_copy, mbsr_model_neglect, mbsr_model_finish. */
@@ -165,8 +165,8 @@ MBSR_API int mbsr_small_masses_step(mbsr_small_masses *small, double t, const do
 
 /* What has been found; pointers are valid until the next call with this object. MBSR_ERR_NULL,
  * MBSR_ERR_SEQUENCE before `start`. */
-MBSR_API int mbsr_small_masses_report_of(mbsr_small_masses *small,
-                                         mbsr_small_masses_report *report);
+MBSR_API int mbsr_small_masses_get_report(mbsr_small_masses *small,
+                                          mbsr_small_masses_report *report);
 
 /* A start of the model with all its masses on the smooth motion near (t, q, u), which
  * mbsr_small_masses_start looked at: order 1, the state of the reduced model; order 2, that with

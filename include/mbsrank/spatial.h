@@ -31,7 +31,7 @@ MBSR_API mbsr_frame mbsr_frame_identity(void);
 MBSR_API mbsr_frame mbsr_frame_at(double x, double y, double z);
 
 /* Origin x (NULL: zero), turned by an angle in rad about an axis of any length but zero. */
-MBSR_API mbsr_frame mbsr_frame_turned(const double x[3], const double axis[3], double angle);
+MBSR_API mbsr_frame mbsr_frame_rotated(const double x[3], const double axis[3], double angle);
 
 /* Origin x (NULL: zero), axes by a quaternion of any length but zero. */
 MBSR_API mbsr_frame mbsr_frame_quaternion(const double x[3], const double quaternion[4]);

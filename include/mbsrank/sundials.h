@@ -144,7 +144,7 @@ MBSR_API int mbsr_sundials_stiff_get_info(SUNNonlinearSolver solver,
  * without telling, those that are fast beside the longest step, at the end of the last one. To be
  * called between two calls of IDASolve, after a failure above all. The data is left at that state.
  * MBSR_ERR_NULL; MBSR_ERR_VALUE if the solver is another one or made for another model; the
- * statuses of mbsr_positions, mbsr_energy and mbsr_force_power. */
+ * statuses of mbsr_stage_positions, mbsr_energy and mbsr_force_power. */
 MBSR_API int mbsr_sundials_stiffest(SUNNonlinearSolver solver, const mbsr_model *model,
                                     mbsr_data *data, int most, int *force, double *share,
                                     int *count);

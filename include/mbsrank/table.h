@@ -67,7 +67,7 @@ MBSR_API void mbsr_table_destroy(mbsr_table *table); /* NULL is allowed */
 
 /* The table as it was defined: x and value point into *table and are valid as long as that.
  * MBSR_ERR_NULL. */
-MBSR_API int mbsr_table_data(const mbsr_table *table, mbsr_table_def *data);
+MBSR_API int mbsr_table_definition(const mbsr_table *table, mbsr_table_def *data);
 
 /* Values, first and second derivatives at x, `columns` numbers each; outputs may be NULL. Where a
  * derivative jumps it is the one behind the point. MBSR_ERR_NULL, MBSR_NOT_FINITE (x, or a number

@@ -66,7 +66,7 @@ static mbsr_frame step_by(int kind, const double axis[4], double s)
                                                    : 0.0,
                  x[3] = {pitch * s * axis[0], pitch * s * axis[1], pitch * s * axis[2]};
     if (kind == MBSRI_TRANSLATION) return mbsr_frame_at(x[0], x[1], x[2]);
-    return mbsr_frame_turned(x, axis, s);
+    return mbsr_frame_rotated(x, axis, s);
 }
 
 /* Whether C passes a step about or along `axis`, which becomes R axis. */
@@ -186,8 +186,8 @@ bool mbsri_rigid_joint(const mbsri_joint *joint, mbsri_stand *stand)
         B = frame_from(p + MBSRI_B);
     } else {
         if (!is_planar(joint) || joint->option[FREE] | joint->option[DRIVEN]) return false;
-        A = mbsr_frame_turned((const double[3]){p[A_X], p[A_Y], 0.0}, z, p[A_ANGLE]);
-        B = mbsr_frame_turned((const double[3]){p[B_X], p[B_Y], 0.0}, z, p[B_ANGLE]);
+        A = mbsr_frame_rotated((const double[3]){p[A_X], p[A_Y], 0.0}, z, p[A_ANGLE]);
+        B = mbsr_frame_rotated((const double[3]){p[B_X], p[B_Y], 0.0}, z, p[B_ANGLE]);
         stand->angle = p[A_ANGLE] - p[B_ANGLE];
     }
     const mbsr_frame back = mbsr_frame_inverse(&B);

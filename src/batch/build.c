@@ -11,6 +11,8 @@
 #include "joints/chain.h"
 #include "sweeps/dynamics.h"
 
+#include <mbsrank/driver.h>
+
 #include <math.h>
 #include <stdint.h>
 #include <string.h>

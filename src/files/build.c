@@ -130,7 +130,7 @@ static bool grow(chain *c, const mbsri_scene_joint *j)
     if (j->joint.ref != 0.0) {
         const double back[3] = {-j->joint.ref * j->axis[0], -j->joint.ref * j->axis[1],
                                 -j->joint.ref * j->axis[2]};
-        const mbsr_frame R = hinge ? mbsr_frame_turned(NULL, j->axis, -j->joint.ref) : at(back);
+        const mbsr_frame R = hinge ? mbsr_frame_rotated(NULL, j->axis, -j->joint.ref) : at(back);
         c->K = mbsr_frame_product(&c->K, &R);
     }
     return true;

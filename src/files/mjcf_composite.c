@@ -164,7 +164,7 @@ static double turn_edge(cable *c, int i, double q[4])
         const double sine = normalise(across),
                      cosine = other[0] * axis[0][0] + other[1] * axis[0][1] + other[2] * axis[0][2];
         if (sine > 0.0) {
-            const mbsr_frame turn = mbsr_frame_turned(NULL, across, atan2(sine, cosine));
+            const mbsr_frame turn = mbsr_frame_rotated(NULL, across, atan2(sine, cosine));
             double n[3] = {0.0};
             for (int k = 0; k < 3; ++k)
                 for (int l = 0; l < 3; ++l) n[l] += turn.R[3 * k + l] * c->normal[k];

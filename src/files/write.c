@@ -142,7 +142,7 @@ static void name_joints(mbsri_writer *w, mbsri_names *names, const mbsr_file_joi
 static mbsr_frame turned_by(const mbsr_axis *axis, double q)
 {
     const double *a = axis->direction;
-    if (axis->kind == MBSR_AXIS_ROTATION) return mbsr_frame_turned(NULL, a, q);
+    if (axis->kind == MBSR_AXIS_ROTATION) return mbsr_frame_rotated(NULL, a, q);
     return mbsr_frame_at(q * a[0], q * a[1], q * a[2]);
 }
 

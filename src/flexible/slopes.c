@@ -9,15 +9,13 @@
  *
  * Along a change of V by (x, 0, 0) and so on, columns of M for p and
  *
- *             h - M' V: rows omega, s_a                             h: rows omega, v, s_a
- *   omega     v x (x x c)
- *       x x Iw + w x Ix + 2 (tr(W) x - W^T x)
- *                                                                   x x (w x c + 2 Ct s') + w x (x
- *                                                                       x c)
- *             axial(Y_a).x - dI_a w.x - Ct_a x v . x                2 axial(Y_a).x - dI_a w.x
- *   v         x x p_v + v x m x,   -(w x Ct_a).x                    0
- *   s'_b      v x Ct_b,            axial(P_ba).w                    2 (tr(E_b) w - E_b^T w),
- *       2 w x Ct_b,  2 axial(P_ba).w
+ *             h - M' V: rows omega, s_a                h: rows omega, v, s_a
+ *   omega     v x (x x c)                              x x Iw + w x Ix + 2 (tr(W) x - W^T x)
+ *                                                      x x (w x c + 2 Ct s') + w x (x x c)
+ *             axial(Y_a).x - dI_a w.x - Ct_a x v . x   2 axial(Y_a).x - dI_a w.x
+ *   v         x x p_v + v x m x,   -(w x Ct_a).x       0
+ *   s'_b      v x Ct_b,   axial(P_ba).w                2 (tr(E_b) w - E_b^T w),   2 w x Ct_b,
+ *                                                      2 axial(P_ba).w
  *
  * along s_b, with q_ba = w.P_ba w - tr(P_ba) |w|^2,
  *

@@ -17,7 +17,8 @@ static mbsri_result begin_anew(mbsri_instance *in)
 {
     int status = MBSR_OK;
     if (in->inputs_changed)
-        status = mbsr_complete(in->completion, in->data, MBSR_DAE_MOMENTUM, in->t, in->y, in->yp);
+        status = mbsr_completion_solve(in->completion, in->data, MBSR_DAE_MOMENTUM, in->t, in->y,
+                                       in->yp);
     if (!status) return mbsri_make_solver(in);
     return mbsri_failed(in, "no state for the inputs", status,
                         mbsr_completion_error(in->completion));

@@ -31,6 +31,8 @@
 #include "recursion/not_finite.h"
 #include "recursion/rates.h"
 
+#include <mbsrank/driver.h>
+
 static int size(const mbsr_model *m)
 {
     return m->nq + m->nu;

@@ -59,7 +59,7 @@ void mbsri_momenta(const mbsr_model *m, mbsr_data *d, double *p)
     for (int i = m->bodies; i >= 1; --i) mbsri_momentum_of(m, d, i, p + m->body[i].u);
 }
 
-/* p' at the state of mbsr_forces, with rates and impulses. */
+/* p' at the state of mbsr_stage_forces, with rates and impulses. */
 static void momentum_rates(const mbsr_model *m, mbsr_data *d, double *pdot)
 {
     mbsri_zero(m->size_v, d->sigma);

@@ -16,7 +16,8 @@
 #include "recursion/mass_matrix.h"
 
 #include <mbsrank/dae.h>
-#include <mbsrank/loops.h>
+#include <mbsrank/closure.h>
+#include <mbsrank/driver.h>
 
 #include <math.h>
 

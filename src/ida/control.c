@@ -7,28 +7,25 @@
  * So signs are collected, and what is enough of them begins careful steps, or changes how long the
  * matrices of ordinary steps live:
  *
- *   sign              seen by                                                      enough
- *       careful steps   matrices live
- *   STIFF             error test of order <= 3: the filter leaves < 0.05 of it      1
- *       100
- *   PARTLY_STIFF      ... < 0.1; < 0.3 where matrices are cheap                     1
- *       a trial
- *   VIBRATES          ... < 0.3 at order 1 or 2 where matrices are dear
- *       2 within 100 steps    the next trial,
- *                                                                                                        after
- * a pause LOW_ORDER         errors of order 1 and 2 (1 point) that fail their test (3) 6 points,
- * which fade  a trial TURNS             second correction, by a new matrix, as large as the first 1
- *       100
- *   TURNED            an old matrix was wrong for a stiff correction
- *       2 within 30 steps     a trial         1 step
- *   MISLED            plain iteration failed, or was verified and wrong
- *       2 within 10 steps     a trial
- *   WRONG_QUOTIENTS   matrix times a direction                                      1
- *       a trial
- *   MUCH_LEFT         last step of an old matrix: it leaves much                    1
- *       half as long
- *   LITTLE_LEFT       ... little                                                    1
- *       twice as long
+ *   sign             seen by                                  enough            leads to
+ *   STIFF            error test of order <= 3: the filter     1                 100 careful steps
+ *                    leaves < 0.05 of it
+ *   PARTLY_STIFF     ... < 0.1; < 0.3 where matrices are      1                 a trial
+ *                    cheap
+ *   VIBRATES         ... < 0.3 at order 1 or 2 where          2 in 100 steps    the next trial,
+ *                    matrices are dear                                          after a pause
+ *   LOW_ORDER        errors of order 1 and 2 (1 point) that   6 points, which   a trial
+ *                    fail their test (3)                      fade
+ *   TURNS            second correction, by a new matrix, as   1                 100 careful steps
+ *                    large as the first
+ *   TURNED           an old matrix was wrong for a stiff      2 in 30 steps     a trial; matrices
+ *                    correction                                                 live 1 step
+ *   MISLED           plain iteration failed, or was           2 in 10 steps     a trial
+ *                    verified and wrong
+ *   WRONG_QUOTIENTS  matrix times a direction                 1                 a trial
+ *   MUCH_LEFT        last step of an old matrix: it leaves    1                 matrices live half
+ *                    much                                                       as long
+ *   LITTLE_LEFT      ... little                               1                 twice as long
  *
  * A vibration that coordinates do not show and BDF of high order keeps alive, seen in the errors of
  * tests of order 3 and more for 500 steps or longer, takes the order down to 2 until steps are past

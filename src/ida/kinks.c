@@ -140,8 +140,8 @@ static bool settle(mbsr_ida *ida, double t, double span)
 /* p of q, u at t, from the positions on. */
 static int momenta(mbsr_ida *ida, double t, const double *q, const double *u, double *p)
 {
-    int status = mbsr_positions(ida->model, ida->data, t, q);
-    if (!status) status = mbsr_velocities(ida->model, ida->data, u);
+    int status = mbsr_stage_positions(ida->model, ida->data, t, q);
+    if (!status) status = mbsr_stage_velocities(ida->model, ida->data, u);
     return status ? status : mbsr_momenta(ida->model, ida->data, p);
 }
 

@@ -3,7 +3,7 @@
  *
  * Between steps IDA interpolates all of y. Errors of q and momenta are controlled, and so these are
  * good; u where nothing has mass, loop forces and y' are not. They are found from q and the momenta
- * (mbsr_complete), in vectors of their own: IDA goes on as if nobody had asked. */
+ * (mbsr_completion_solve), in vectors of their own: IDA goes on as if nobody had asked. */
 #ifndef MBSRI_IDA_OUTPUTS_H
 #define MBSRI_IDA_OUTPUTS_H
 

@@ -12,6 +12,7 @@
 #include "ida/watch.h"
 
 #include <mbsrank/index.h>
+#include <mbsrank/driver.h>
 
 #include <math.h>
 #include <stdio.h>

@@ -38,13 +38,13 @@ static int move(const place *p, double step, const double *v)
     const int nq = mbsr_model_nq(p->model), nu = mbsr_model_nu(p->model);
     const double *u = p->state + nq;
     double *q = p->work, *w = q + nq;
-    int status = mbsr_positions(p->model, p->data, p->t, p->state);
-    if (!status) status = mbsr_velocities(p->model, p->data, v);
+    int status = mbsr_stage_positions(p->model, p->data, p->t, p->state);
+    if (!status) status = mbsr_stage_velocities(p->model, p->data, v);
     if (!status) status = mbsr_coordinate_rates(p->model, p->data, q);
     for (int k = 0; k < nq; ++k) q[k] = p->state[k] + step * q[k];
     for (int k = 0; k < nu; ++k) w[k] = u[k] + step * v[k];
-    if (!status) status = mbsr_positions(p->model, p->data, p->t, q);
-    return status ? status : mbsr_velocities(p->model, p->data, w);
+    if (!status) status = mbsr_stage_positions(p->model, p->data, p->t, q);
+    return status ? status : mbsr_stage_velocities(p->model, p->data, w);
 }
 
 /* The step along v: small beside what moves, and well above rounding. */
@@ -84,8 +84,8 @@ static int along(const place *p, const double *v, double factor)
 static int mass_of(const place *p, const double *v, double *mass)
 {
     double kinetic = 0.0, potential = 0.0;
-    int status = mbsr_positions(p->model, p->data, p->t, p->state);
-    if (!status) status = mbsr_velocities(p->model, p->data, v);
+    int status = mbsr_stage_positions(p->model, p->data, p->t, p->state);
+    if (!status) status = mbsr_stage_velocities(p->model, p->data, v);
     if (!status) status = mbsr_energy(p->model, p->data, &kinetic, &potential);
     *mass = 2.0 * kinetic;
     return status;

@@ -7,6 +7,8 @@
 #include "ida/loops.h"
 #include "ida/progress.h"
 
+#include <mbsrank/driver.h>
+
 #include <math.h>
 
 /* ---- tolerances ---- */
@@ -60,7 +62,7 @@ static void set_loops(mbsr_ida *ida, double *atol)
     }
     for (int c = 0; c < mbsr_model_closures(ida->model); ++c) {
         int row, rows;
-        mbsr_closure_place(ida->model, c, &row, &rows, NULL, NULL);
+        mbsr_closure_indices(ida->model, c, &row, &rows, NULL, NULL);
         for (int k = 0; k < rows; ++k)
             relative[first + row + k] = mbsr_closure_stiffness(ida->model, c, k) > 0.0 ? 1.0 : 0.0;
     }

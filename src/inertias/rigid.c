@@ -191,7 +191,7 @@ static mbsr_inertia as_rigid(const mbsr_inertia *inertia)
     return *inertia;
 }
 
-mbsr_inertia mbsr_inertia_moved(const mbsr_frame *frame, mbsr_inertia inertia)
+mbsr_inertia mbsr_inertia_in_frame(const mbsr_frame *frame, mbsr_inertia inertia)
 {
     mbsr_inertia moved = as_rigid(&inertia);
     double I[9], turned[9];

@@ -6,7 +6,7 @@
 #include "loops/dense.h"
 
 #include <mbsrank/dae.h>
-#include <mbsrank/loops.h>
+#include <mbsrank/closure.h>
 
 /* The standard options, but for their cookie. */
 static inline mbsr_assembly_opt mbsri_assembly_standard(void)

@@ -5,7 +5,7 @@
 
 #include "recursion/data.h"
 
-#include <mbsrank/loops.h>
+#include <mbsrank/closure.h>
 
 /* Closes loops from q (nq) in O(bodies + loops) by Gauss-Newton steps, without the rows that the
  * data leaves out; offset (held): what gaps are to be, NULL: zero. *closed: whether it did, q is

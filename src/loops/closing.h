@@ -5,7 +5,7 @@
 
 #include "recursion/data.h"
 
-#include <mbsrank/loops.h>
+#include <mbsrank/closure.h>
 
 /* Of joint rate k and of a gap. */
 typedef struct mbsri_closing {

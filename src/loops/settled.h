@@ -9,7 +9,7 @@
 
 #include "loops/dense.h"
 
-#include <mbsrank/loops.h>
+#include <mbsrank/closure.h>
 
 /* As mbsri_assemble; where stiff rows are more than the freedoms and do not meet, those that depend
  * on others at the guess are let go. */

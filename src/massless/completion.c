@@ -32,7 +32,8 @@
 #include "recursion/spans.h"
 
 #include <mbsrank/dynamics.h>
-#include <mbsrank/loops.h>
+#include <mbsrank/closure.h>
+#include <mbsrank/driver.h>
 
 #include <math.h>
 
@@ -345,7 +346,7 @@ int mbsr_completion_motion(const mbsr_completion *completion, mbsr_data *data, d
     if (q) mbsri_copy(nq, w->y, q);
     if (u) mbsri_copy(nu, w->y + w->rates, u);
     if (udot) mbsri_copy(nu, w->rate + w->rates, udot);
-    return lambda && w->m->rows > 0 ? mbsr_closures_force(w->m, data, lambda) : MBSR_OK;
+    return lambda && w->m->rows > 0 ? mbsr_closures_lambda(w->m, data, lambda) : MBSR_OK;
 }
 
 /* The state of another form. */
@@ -371,24 +372,24 @@ static int complete_momentum(mbsr_completion *w, double *y, double *yp)
     const size_t size = (size_t)w->size, rows = (size_t)w->m->rows;
     mbsri_copy(size, y, w->given);
     mbsri_copy(rows, yp + w->loops, w->given + size);
-    int status = mbsri_check_input(w->d, size + rows, w->given, "mbsr_complete", "y");
+    int status = mbsri_check_input(w->d, size + rows, w->given, "mbsr_completion_solve", "y");
     if (!status) status = mbsri_normalise(w->m, w->d, w->given);
     if (status) return refuse(w, status);
     status = search(w, true);
     if (status) return status;
     mbsri_copy((size_t)w->loops, w->rate, w->ahead_rate);
     mbsri_copy(size - (size_t)w->loops, w->yp + w->loops, w->ahead_rate + w->loops);
-    status = mbsri_check_result(w->m, w->d, size, w->ahead_rate, "mbsr_complete");
+    status = mbsri_check_result(w->m, w->d, size, w->ahead_rate, "mbsr_completion_solve");
     if (status) return refuse(w, status);
     mbsri_copy(size, w->y, y);
     mbsri_copy(size, w->ahead_rate, yp);
     return MBSR_OK;
 }
 
-int mbsr_complete(mbsr_completion *completion, mbsr_data *data, mbsr_dae_form form, double t,
-                  double *y, double *yp)
+int mbsr_completion_solve(mbsr_completion *completion, mbsr_data *data, mbsr_dae_form form,
+                          double t, double *y, double *yp)
 {
-    static const char name[] = "mbsr_complete";
+    static const char name[] = "mbsr_completion_solve";
     mbsr_completion *w = completion;
     int status = enter(w, data, t, y && yp, name);
     if (status) return status;
@@ -406,10 +407,11 @@ int mbsr_complete(mbsr_completion *completion, mbsr_data *data, mbsr_dae_form fo
     return conclude(w, status);
 }
 
-int mbsr_complete_dynamics(mbsr_completion *completion, mbsr_data *data, double t, const double *q,
-                           const double *u, const double *tau, double *udot, double *lambda)
+int mbsr_completion_dynamics(mbsr_completion *completion, mbsr_data *data, double t,
+                             const double *q, const double *u, const double *tau, double *udot,
+                             double *lambda)
 {
-    static const char name[] = "mbsr_complete_dynamics";
+    static const char name[] = "mbsr_completion_dynamics";
     mbsr_completion *w = completion;
     int status = enter(w, data, t, q && u && udot, name);
     if (status) return status;

@@ -6,6 +6,7 @@
 #include "recursion/data.h"
 
 #include <mbsrank/completion.h>
+#include <mbsrank/driver.h>
 
 /* The two matrices, for c and for MBSRI_COMPLETION_RATIO c. */
 #define MBSRI_COMPLETION_RATIO 100.0

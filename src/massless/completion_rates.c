@@ -10,7 +10,8 @@
 #include "recursion/closures.h"
 
 #include <mbsrank/dynamics.h>
-#include <mbsrank/loops.h>
+#include <mbsrank/closure.h>
+#include <mbsrank/driver.h>
 
 #include <math.h>
 
@@ -236,7 +237,7 @@ static int accelerate(mbsr_completion *w)
     double *lambda = w->other;
     int status =
         mbsr_forward_dynamics(m, w->d, w->t, w->y, w->y + w->rates, w->tau, w->rate + w->rates);
-    if (!status && m->rows > 0) status = mbsr_closures_force(m, w->d, lambda);
+    if (!status && m->rows > 0) status = mbsr_closures_lambda(m, w->d, lambda);
     if (status) w->error = *mbsr_data_error(w->d);
     for (size_t id = 0; id < m->closures.count; ++id, ++closure) {
         for (int k = 0; k < closure->rows; ++k) {

@@ -16,6 +16,7 @@
 #include "recursion/spans.h"
 
 #include <mbsrank/newton.h>
+#include <mbsrank/driver.h>
 
 #include <math.h>
 

@@ -37,7 +37,7 @@
 #include "recursion/kinematics.h"
 #include "recursion/momentum.h"
 
-#include <mbsrank/loops.h>
+#include <mbsrank/closure.h>
 #include <mbsrank/newton.h>
 
 #include <math.h>

@@ -81,8 +81,8 @@ typedef struct mbsri_null_space {
     void *memory;
 } mbsri_null_space;
 
-/* Evaluates the state up to mbsr_backward; the directions there are counted and memory is taken for
- * them from the model's allocator. */
+/* Evaluates the state up to mbsr_stage_backward; the directions there are counted and memory is
+ * taken for them from the model's allocator. */
 int mbsri_null_open(mbsri_null_space *w, const mbsr_model *m, mbsr_data *d, double t,
                     const double *q, const double *u, const char *function);
 void mbsri_null_close(mbsri_null_space *w);

@@ -32,6 +32,8 @@
 #include "model/query.h"
 #include "recursion/kinematics.h"
 
+#include <mbsrank/driver.h>
+
 #include <math.h>
 
 static const char function[] = "mbsr_dae_consistent";

@@ -145,10 +145,9 @@ typedef struct mbsri_closure {
     mbsr_closure_def def; /* name is not used: see below */
     size_t name;          /* offset into names */
     int force;            /* the element that it was, by id, or MBSR_NONE */
-    int given;      /* of a coupling without terms that are locked: place of what it was among the
-                             model's `given`, from 1 on; 0: none is. Without any terms left it has no
-                       rows */
-    size_t mixture; /* offset of `mix` into matrices, 0: none */
+    int given;            /* index of the definition as given among the model's `given`, from 1 on,
+                           * where locked coordinates have changed it; 0: as given */
+    size_t mixture;       /* offset of `mix` into matrices, 0: none */
     /* from here on set by finish */
     const double *mix; /* held x held, row by row: what the table's position rows are combined by;
                           NULL: not at all. Points into the model */

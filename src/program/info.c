@@ -12,8 +12,8 @@ static int weigh(const program_model *m, const double *q, double *mass, double c
 {
     const int n = mbsr_model_nu(m->model);
     double *u = calloc((size_t)n + 1, sizeof *u);
-    int status = u ? mbsr_positions(m->model, m->data, 0.0, q) : MBSR_ERR_NO_MEMORY;
-    if (!status) status = mbsr_velocities(m->model, m->data, u);
+    int status = u ? mbsr_stage_positions(m->model, m->data, 0.0, q) : MBSR_ERR_NO_MEMORY;
+    if (!status) status = mbsr_stage_velocities(m->model, m->data, u);
     if (!status) status = mbsr_tree_momentum(m->model, m->data, NULL, mass, centre, NULL);
     free(u);
     return status ? complain(FAILED, "%s", mbsr_data_error(m->data)->text) : DONE;

@@ -25,7 +25,7 @@ static void turn(const double *w, double step, double R[9])
     const double angle = step * mbsri_norm3(w);
     mbsri_copy(9, R, now);
     if (!mbsri_direction3(w, axis)) return;
-    const mbsr_frame frame = mbsr_frame_turned(NULL, axis, angle);
+    const mbsr_frame frame = mbsr_frame_rotated(NULL, axis, angle);
     mbsri_copy(9, frame.R, by);
     mbsri_multiply3(by, now, R);
 }

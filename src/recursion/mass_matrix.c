@@ -50,7 +50,7 @@ static void pass_on(const mbsri_body *b, const mbsr_data *d, double *C, double *
     mbsri_congruence(b->d, b->d_pred, d->H + b->dp, C + b->dd, C + b->pred_dd, work);
 }
 
-/* C = M, in the place of Mbar, so mbsr_backward must run again. */
+/* C = M, in the place of Mbar, so mbsr_stage_backward must run again. */
 static double *begin(const mbsr_model *m, mbsr_data *d)
 {
     if (d->stage > MBSRI_STAGE_FORCES) d->stage = MBSRI_STAGE_FORCES;

@@ -54,8 +54,9 @@ static int enter_accelerated(const mbsr_model *m, mbsr_data *d, int body, const 
         if (!*status) *status = mbsri_check_result(m, d, dim, d->mu + first, function);
         return *status ? -1 : i;
     }
-    *status = mbsri_fail(&d->error, MBSR_ERR_SEQUENCE, MBSR_NONE, MBSR_NONE,
-                         "%s: call mbsr_accelerations or mbsr_inverse_dynamics before", function);
+    *status =
+        mbsri_fail(&d->error, MBSR_ERR_SEQUENCE, MBSR_NONE, MBSR_NONE,
+                   "%s: call mbsr_stage_accelerations or mbsr_inverse_dynamics before", function);
     return -1;
 }
 

@@ -15,7 +15,7 @@
 static int find_motions(mbsr_small_masses *s, const double *u, bool before)
 {
     const mbsri_twin *twin = &s->full;
-    const int status = mbsr_velocities(twin->model, twin->data, u);
+    const int status = mbsr_stage_velocities(twin->model, twin->data, u);
     for (int k = 0; k < s->candidates && !status; ++k) {
         mbsri_candidate *c = s->candidate + k;
         const mbsri_body *b = twin->model->body + c->i;
@@ -47,7 +47,7 @@ int mbsri_small_hold(mbsr_small_masses *s, double t, const mbsr_index_report *re
     const mbsr_model *m = twin->model;
     double *u = s->moved_u;
     *count = 0;
-    int status = mbsr_positions(m, twin->data, t, s->q_given);
+    int status = mbsr_stage_positions(m, twin->data, t, s->q_given);
     mbsri_zero((size_t)m->nu, u);
     status = status ? mbsri_small_failed(s, status, mbsr_data_error(twin->data))
                     : find_motions(s, u, true);

@@ -117,7 +117,7 @@ static void place_inertia(const mbsr_inertia *given, const mbsr_frame *in_body, 
                           mbsri_sweep_body *b)
 {
     const mbsr_frame body = mbsr_frame_inverse(in_body);
-    const mbsr_inertia inertia = mbsr_inertia_moved(&body, *given);
+    const mbsr_inertia inertia = mbsr_inertia_in_frame(&body, *given);
     /* about the frame's origin: there a moment of next to nothing about z is what it is */
     mbsri_exact about = mbsri_exact_of(&inertia);
     mbsri_exact_parallel_axes(about.mass, about.com, about.tensor);
@@ -261,7 +261,7 @@ static mbsr_inertia whole_inertia(const mbsri_sweeps *tree, const mbsr_model *m,
     for (int k = m->body[i].welded; k > 0; k = m->stand[k - 1].next) {
         const mbsri_stand *stand = m->stand + (k - 1);
         const mbsr_inertia part = mbsri_embedded_inertia(m->body + m->live + k, tree->length);
-        sum = mbsr_inertia_sum(sum, mbsr_inertia_moved(&stand->frame, part));
+        sum = mbsr_inertia_sum(sum, mbsr_inertia_in_frame(&stand->frame, part));
     }
     return sum;
 }

@@ -109,7 +109,7 @@ static mbsr_flex *built_in(int elements, mbsr_flex_def *data)
     def.EA = EA, def.EI_y = EI_y, def.EI_z = EI_z, def.GJ = GJ;
     def.modes = 6, def.loaded = 1, def.node = &elements;
     assert_ok(mbsr_flex_beam(&def, &flex, &error), &error);
-    assert_int_equal(mbsr_flex_data(flex, data), MBSR_OK);
+    assert_int_equal(mbsr_flex_definition(flex, data), MBSR_OK);
     return flex;
 }
 
@@ -123,7 +123,7 @@ static double same_as_built_in(int elements)
     mbsr_flex_def data, expected;
     double F[36], exact[36];
     assert_ok(mbsr_fe_reduce(&f->def, &flex, &report, &error), &error);
-    assert_int_equal(mbsr_flex_data(flex, &data), MBSR_OK);
+    assert_int_equal(mbsr_flex_definition(flex, &data), MBSR_OK);
     beam = built_in(elements, &expected);
     assert_int_equal(data.modes, expected.modes);
     assert_int_equal(report->normal, 6);

@@ -11,7 +11,7 @@ static mbsr_flex *reduce(const mbsr_fe_def *def, mbsr_flex_def *data, mbsr_fe_re
     mbsr_flex *flex;
     mbsr_error error;
     assert_ok(mbsr_fe_reduce(def, &flex, report, &error), &error);
-    assert_int_equal(mbsr_flex_data(flex, data), MBSR_OK);
+    assert_int_equal(mbsr_flex_definition(flex, data), MBSR_OK);
     return flex;
 }
 

@@ -131,7 +131,7 @@ static void mass(void **state)
     mbsr_error error;
     mbsr_flex_def data;
     assert_ok(mbsr_fe_reduce(&s->def, &flex, NULL, &error), &error);
-    assert_int_equal(mbsr_flex_data(flex, &data), MBSR_OK);
+    assert_int_equal(mbsr_flex_definition(flex, &data), MBSR_OK);
     assert_int_equal(data.modes, 6);
     mbsr_flex_destroy(flex);
     s->def.free = 1;

@@ -3,7 +3,7 @@
  */
 #include "small.h"
 
-#include <mbsrank/force_check.h>
+#include <mbsrank/verify.h>
 
 #include <math.h>
 
@@ -53,8 +53,8 @@ static void assert_moves_alike(mbsr_file *file)
     double still[10], rates[9]; /* accelerations turn as velocities do */
     assert_ok(mbsr_file_mujoco_state(file, 1, q, udot, still, rates), NULL);
     for (int k = 0; k < 9; ++k) assert_close(rates[k], acceleration[k], 1e-12);
-    assert_ok(mbsr_positions(file->model, d, 0.0, q), mbsr_data_error(d));
-    assert_ok(mbsr_velocities(file->model, d, u), mbsr_data_error(d));
+    assert_ok(mbsr_stage_positions(file->model, d, 0.0, q), mbsr_data_error(d));
+    assert_ok(mbsr_stage_velocities(file->model, d, u), mbsr_data_error(d));
     for (int k = 0; k < mbsr_model_forces(file->model); ++k) {
         mbsr_force_errors errors;
         if (mbsr_force_verify(file->model, d, k, &errors) == MBSR_ERR_VALUE)

@@ -5,6 +5,7 @@
 #include "json.h"
 
 #include <mbsrank/files.h>
+#include <mbsrank/driver.h>
 
 #include <math.h>
 #include <stdio.h>
@@ -226,10 +227,10 @@ static void check_singular(const json *ref, const char *model)
     compare(model, "qfrc_inverse", r.nu, out, expected, 1e-11);
     assert_int_equal(mbsr_forward_dynamics(r.model, r.data, 0.0, q, u, NULL, out),
                      MBSR_UNDETERMINED);
-    assert_ok(mbsr_positions(r.model, r.data, 0.0, q), mbsr_data_error(r.data));
-    assert_ok(mbsr_velocities(r.model, r.data, u), mbsr_data_error(r.data));
-    assert_ok(mbsr_forces(r.model, r.data, NULL), mbsr_data_error(r.data));
-    assert_ok(mbsr_backward(r.model, r.data), mbsr_data_error(r.data));
+    assert_ok(mbsr_stage_positions(r.model, r.data, 0.0, q), mbsr_data_error(r.data));
+    assert_ok(mbsr_stage_velocities(r.model, r.data, u), mbsr_data_error(r.data));
+    assert_ok(mbsr_stage_forces(r.model, r.data, NULL), mbsr_data_error(r.data));
+    assert_ok(mbsr_stage_backward(r.model, r.data), mbsr_data_error(r.data));
     assert_int_equal(mbsr_total_rank(r.model, r.data), (int)json_get(state, "rank_M")->number);
     close_robot(&r);
 }

@@ -275,7 +275,7 @@ static void what_mujoco_would_refuse_is_not_written(void **unused)
     double q[7], u[6], pose[2][MBSR_POSE_SIZE];
     for (int k = 0; k < 2; ++k) {
         assert_ok(mbsr_file_mujoco_state(t.file[k], 0, p, v, q, u), NULL);
-        assert_ok(mbsr_positions(t.file[k]->model, t.data[k], 0.0, q), NULL);
+        assert_ok(mbsr_stage_positions(t.file[k]->model, t.data[k], 0.0, q), NULL);
         assert_ok(mbsr_body_pose(t.file[k]->model, t.data[k], 1, pose[k]), NULL);
     }
     assert_near("pose", MBSR_POSE_SIZE, pose[0], pose[1], 1e-14);
@@ -400,8 +400,8 @@ static void models_of_c_are_written(void **unused)
 {
     (void)unused;
     const double axis[3] = {0.3, -0.5, 0.8}, other[3] = {1.0, 0.0, 0.2};
-    const mbsr_frame A = mbsr_frame_turned((const double[3]){0.1, 0.2, 0.3}, axis, 0.7),
-                     B = mbsr_frame_turned((const double[3]){-0.3, 0.1, 0.2}, other, -0.4);
+    const mbsr_frame A = mbsr_frame_rotated((const double[3]){0.1, 0.2, 0.3}, axis, 0.7),
+                     B = mbsr_frame_rotated((const double[3]){-0.3, 0.1, 0.2}, other, -0.4);
     const mbsr_joint joints[] = {mbsr_joint_universal(&A, &B, axis, other),
                                  mbsr_joint_cylindrical(&B, &A, other), mbsr_joint_in_plane(&A, &B),
                                  mbsr_joint_weld(&B, &A), mbsr_joint_revolute(&B, NULL, axis)};

@@ -42,7 +42,7 @@ static void reduce(mbsr_fe_input *input)
         if (flex || report || error.status != status || !error.text[0]) abort();
         return;
     }
-    if (mbsr_flex_data(flex, &data) || !isfinite(data.mass) || !report->text[0]) abort();
+    if (mbsr_flex_definition(flex, &data) || !isfinite(data.mass) || !report->text[0]) abort();
     for (int k = 0; k < data.modes * data.modes; ++k) {
         if (!isfinite(data.K[k]) || !isfinite(data.Mf[k])) abort();
     }
@@ -65,7 +65,7 @@ static void read_sid(const char *text, size_t size)
         if (flex || report || error.status != status || !error.text[0]) abort();
         return;
     }
-    if (mbsr_flex_data(flex, &data) || !isfinite(data.mass) || !report->text[0]) abort();
+    if (mbsr_flex_definition(flex, &data) || !isfinite(data.mass) || !report->text[0]) abort();
     for (int k = 0; k < 9 * data.modes * data.modes; ++k) {
         if (!isfinite(data.P[k])) abort();
     }

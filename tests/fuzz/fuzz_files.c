@@ -35,7 +35,7 @@ static int ends_well(const mbsr_file *file)
     if (mbsr_model_nq(file->model) != file->nq || mbsr_model_nu(file->model) != file->nu) abort();
     if (mbsr_model_bodies(file->model) > 200) return 0;
     if (mbsr_data_create(file->model, &data, NULL)) return 0;
-    if (!mbsr_positions(file->model, data, 0.0, file->q0) && file->bodies > 0) {
+    if (!mbsr_stage_positions(file->model, data, 0.0, file->q0) && file->bodies > 0) {
         double pose[MBSR_POSE_SIZE];
         (void)mbsr_body_pose(file->model, data, 0, pose);
     }

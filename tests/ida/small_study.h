@@ -130,7 +130,7 @@ static inline mbsr_small_masses_report study_follow(const study *s, mbsr_small_m
     mbsr_ida_stats stats;
     mbsr_error error = {0};
     assert_ok(mbsr_small_masses_run(small, &s->ida, s->opt.duration, &stats, &error), &error);
-    assert_ok(mbsr_small_masses_report_of(small, &report), mbsr_small_masses_error(small));
+    assert_ok(mbsr_small_masses_get_report(small, &report), mbsr_small_masses_error(small));
     assert_true(report.factorisations <= 5);
     if (steps) *steps = stats.steps;
     return report;

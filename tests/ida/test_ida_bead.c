@@ -201,8 +201,8 @@ static double energy(const bead *s, double t, const double *y)
 {
     double kinetic = NAN, potential = NAN, q[3], u[3];
     assert_ok(mbsr_dae_unpack(s->model, s->data, s->form, t, y, q, u), mbsr_data_error(s->data));
-    assert_ok(mbsr_positions(s->model, s->data, t, q), mbsr_data_error(s->data));
-    assert_ok(mbsr_velocities(s->model, s->data, u), mbsr_data_error(s->data));
+    assert_ok(mbsr_stage_positions(s->model, s->data, t, q), mbsr_data_error(s->data));
+    assert_ok(mbsr_stage_velocities(s->model, s->data, u), mbsr_data_error(s->data));
     assert_ok(mbsr_energy(s->model, s->data, &kinetic, &potential), mbsr_data_error(s->data));
     return kinetic + potential;
 }

@@ -2,6 +2,8 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "problems.h"
 
+#include <mbsrank/driver.h>
+
 #include <ida/ida.h>
 #include <ida/ida_ls.h>
 
@@ -133,8 +135,8 @@ static void the_pendulum_keeps_its_energy(void **state)
     for (int k = 1; k <= 20; ++k) {
         double t = NAN, y[2], kinetic = NAN, potential = NAN;
         assert_ok(mbsr_ida_advance(ida, 0.1 * k, &t, y, NULL), mbsr_ida_error(ida));
-        assert_ok(mbsr_positions(p.model, p.data, t, y), mbsr_data_error(p.data));
-        assert_ok(mbsr_velocities(p.model, p.data, y + 1), mbsr_data_error(p.data));
+        assert_ok(mbsr_stage_positions(p.model, p.data, t, y), mbsr_data_error(p.data));
+        assert_ok(mbsr_stage_velocities(p.model, p.data, y + 1), mbsr_data_error(p.data));
         assert_ok(mbsr_energy(p.model, p.data, &kinetic, &potential), mbsr_data_error(p.data));
         assert_close(kinetic, 0.5 * y[1] * y[1], 1e-12);
         assert_close(kinetic + potential, 0.0, 1e-6);

@@ -205,7 +205,7 @@ static void a_steady_disc(void **state)
     assert_ok(mbsr_model_add_closure(s.m, &roll, NULL), mbsr_model_error(s.m));
     loops_finish(&s);
     /* y up; the axis z turned about x by the lean, so that it points down by sin(lean) */
-    const mbsr_frame at = mbsr_frame_turned(NULL, x, lean);
+    const mbsr_frame at = mbsr_frame_rotated(NULL, x, lean);
     mbsr_rotation_quaternion(at.R, s.q);
     const double *axis = at.R + 6;
     s.q[5] = R * cos(lean);
@@ -338,8 +338,8 @@ static void bricard(void **state)
         assert_int_equal(report.independent, 5);
         assert_int_equal(report.nearby, 5);
         assert_int_equal(report.mobility, 1);
-        assert_ok(mbsr_positions(s.m, s.d, 0.0, s.q), NULL);
-        assert_ok(mbsr_velocities(s.m, s.d, s.u), NULL);
+        assert_ok(mbsr_stage_positions(s.m, s.d, 0.0, s.q), NULL);
+        assert_ok(mbsr_stage_velocities(s.m, s.d, s.u), NULL);
         assert_ok(mbsr_energy(s.m, s.d, energy + 2 * end, energy + 2 * end + 1), NULL);
         if (end == 1) continue;
         const loops_result r = loops_run(&s, 1e-8, 2.0);
@@ -350,7 +350,7 @@ static void bricard(void **state)
     assert_int_equal(sum, 1);
     assert_close(energy[0] + energy[1], energy[2] + energy[3], 1e-3);
     assert_close(change, energy[2] + energy[3] - energy[0] - energy[1], 1e-9);
-    assert_ok(mbsr_positions(s.m, s.d, 2.0, s.q), NULL);
+    assert_ok(mbsr_stage_positions(s.m, s.d, 2.0, s.q), NULL);
     assert_ok(mbsr_body_pose(s.m, s.d, 2, pose), NULL);
     assert_close(pose[9], -0.77814, 1e-4);
     assert_close(pose[10], -0.98035, 1e-4);
@@ -378,7 +378,7 @@ static void shafts(loops *s, double stiffness, double damping)
     const double x[3] = {1.0, 0.0, 0.0}, y[3] = {0.0, 1.0, 0.0}, tensor[6] = {0.03, 0.03, 0.05};
     const mbsr_axis axis = {.kind = MBSR_AXIS_ROTATION, .direction = {0, 0, 1}, .driven = 1};
     const mbsr_frame on_shaft = mbsr_frame_at(0.0, 0.0, 0.4),
-                     tilted = mbsr_frame_turned(NULL, x, bend),
+                     tilted = mbsr_frame_rotated(NULL, x, bend),
                      on_ground = mbsr_frame_product(&tilted, &on_shaft);
     mbsr_body_def body = mbsr_default_body_def();
     int shaft;
@@ -405,7 +405,7 @@ static void shafts(loops *s, double stiffness, double damping)
 static double off_the_law(loops *s, double t)
 {
     double p[MBSR_POSE_SIZE];
-    assert_ok(mbsr_positions(s->m, s->d, t, s->q), NULL);
+    assert_ok(mbsr_stage_positions(s->m, s->d, t, s->q), NULL);
     assert_ok(mbsr_body_pose(s->m, s->d, 1, p), NULL);
     const double *x = p + MBSR_POSE_R, along = x[1] * cos(bend) + x[2] * sin(bend),
                  angle = atan2(along, x[0]), law = atan2(sin(10.0 * t) * cos(bend), cos(10.0 * t));
@@ -497,7 +497,7 @@ static void cranks_in_one_line(void **state)
         loops_finish(&s);
         const loops_result r = loops_run(&s, 1e-6, 0.5);
         if (r.status == MBSR_OK) {
-            assert_ok(mbsr_positions(s.m, s.d, 0.5, s.q), NULL);
+            assert_ok(mbsr_stage_positions(s.m, s.d, 0.5, s.q), NULL);
             assert_ok(mbsr_closures_gap(s.m, s.d, gap), NULL);
             for (int k = 0; k < 2 * count; ++k) assert_close(gap[k], 0.0, 1e-5);
         } else {

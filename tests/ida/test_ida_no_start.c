@@ -3,6 +3,8 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "reference_runs.h"
 
+#include <mbsrank/driver.h>
+
 enum { SIZE_MOST = 16 };
 
 /* Refused with this status, body and words, y and yp unchanged, in every form. */

@@ -259,7 +259,7 @@ static void a_simulation_says_what_its_zeros_have_done(void **unused)
     like.opt.parts = 0;
     assert_ok(mbsr_simulation_watch_masses(&s, &like.opt), &s.error);
     for (int k = 1; k <= 2000; ++k) mbsr_simulation_to(&s, 10.0 * pow(k / 2000.0, 3.0));
-    assert_ok(mbsr_simulation_masses(&s, &report), &s.error);
+    assert_ok(mbsr_simulation_get_masses(&s, &report), &s.error);
     print_message("error %.3e at t = %g, by each step %.3e at t = %g\n", report.error, report.time,
                   expected.error, expected.time);
     assert_int_equal(report.body, 0);
@@ -270,7 +270,7 @@ static void a_simulation_says_what_its_zeros_have_done(void **unused)
     mbsr_model_destroy(m);
 
     s = mbsr_simulation_begin(NULL);
-    assert_int_equal(mbsr_simulation_masses(&s, &report), MBSR_ERR_SEQUENCE);
+    assert_int_equal(mbsr_simulation_get_masses(&s, &report), MBSR_ERR_SEQUENCE);
     mbsr_simulation_forgive(&s);
     assert_int_equal(mbsr_simulation_watch_masses(&s, &like.opt), MBSR_ERR_SEQUENCE);
     assert_contains(s.error.text, "mbsr_simulation_start first");
@@ -339,7 +339,7 @@ static void a_light_wheel_on_a_linkage(void **unused)
     opt.duration = 1.0;
     assert_ok(mbsr_small_masses_create(m, &opt, &small, &error), &error);
     assert_ok(mbsr_small_masses_start(small, 0.0, q, u), mbsr_small_masses_error(small));
-    assert_ok(mbsr_small_masses_report_of(small, &report), mbsr_small_masses_error(small));
+    assert_ok(mbsr_small_masses_get_report(small, &report), mbsr_small_masses_error(small));
     assert_int_equal(report.masses, 2);
     assert_close(report.amplitude, report.mass[0].amplitude + report.mass[1].amplitude, 1e-15);
     assert_contains(report.text, "all zeros together|swings that are lost");

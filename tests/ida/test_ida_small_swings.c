@@ -82,11 +82,11 @@ static double follow(study *s, long *predicted, long *measured)
     static study_path path;
     mbsr_small_masses_report report;
     mbsr_small_masses *small = study_begin(s, rest, rest);
-    assert_ok(mbsr_small_masses_report_of(small, &report), NULL);
+    assert_ok(mbsr_small_masses_get_report(small, &report), NULL);
     assert_true(report.mass[0].amplitude == 0.0 && report.steps == 0.0);
     mbsr_small_masses_destroy(small);
     small = study_predict(s);
-    assert_ok(mbsr_small_masses_report_of(small, &report), NULL);
+    assert_ok(mbsr_small_masses_get_report(small, &report), NULL);
     const double amplitude = report.direction[report.mass[0].direction].amplitude;
     *predicted = s->steps + (long)report.steps;
     mbsr_small_masses_destroy(small);

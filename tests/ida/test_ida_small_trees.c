@@ -186,7 +186,7 @@ static int judge_in(const units *in, uint64_t seed, mbsr_small_verdict *verdict,
     study x = study_in(&s, in);
     mbsr_small_masses *small = study_begin(&x, s.q, s.u);
     mbsr_small_masses_report report;
-    assert_ok(mbsr_small_masses_report_of(small, &report), mbsr_small_masses_error(small));
+    assert_ok(mbsr_small_masses_get_report(small, &report), mbsr_small_masses_error(small));
     for (int k = 0; k < report.masses; ++k)
         share[k] = report.mass[k].share + report.mass[k].amplitude;
     report = study_follow(&x, small, NULL);

@@ -86,7 +86,7 @@ static void pendulum(loops *s, double k, double d, int as_closure)
     }
     loops_finish(s);
     s->q[0] = 0.7;
-    const mbsr_frame turned = mbsr_frame_turned(NULL, z, 0.7);
+    const mbsr_frame turned = mbsr_frame_rotated(NULL, z, 0.7);
     mbsr_rotation_quaternion(turned.R, s->q + 2);
     s->q[6] = 0.8 * sin(0.7);
     s->q[7] = -0.8 * cos(0.7);
@@ -183,7 +183,7 @@ static void shafts(loops *s, double k, double d, const double com[3], int as_clo
                  D[6] = {0.1, 0.1, 0.1, d, d, d};
     const mbsr_axis axis = {.kind = MBSR_AXIS_ROTATION, .direction = {0.0, 0.0, 1.0}, .driven = 1};
     const mbsr_frame on_shaft = mbsr_frame_at(0.0, 0.0, 0.4),
-                     tilted = mbsr_frame_turned(NULL, x, tilt),
+                     tilted = mbsr_frame_rotated(NULL, x, tilt),
                      on_ground = mbsr_frame_product(&tilted, &on_shaft);
     int id = MBSR_GROUND;
     loops_begin(s, NULL);

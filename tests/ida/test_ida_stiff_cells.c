@@ -63,8 +63,8 @@ static double energy(const mbsr_model *m, mbsr_data *d, double t, const double *
 {
     double q[2 * MECHANISM_MOST], u[2 * MECHANISM_MOST], kinetic, potential;
     assert_ok(mbsr_dae_unpack(m, d, MBSR_DAE_MOMENTUM, t, y, q, u), mbsr_data_error(d));
-    assert_ok(mbsr_positions(m, d, t, q), mbsr_data_error(d));
-    assert_ok(mbsr_velocities(m, d, u), mbsr_data_error(d));
+    assert_ok(mbsr_stage_positions(m, d, t, q), mbsr_data_error(d));
+    assert_ok(mbsr_stage_velocities(m, d, u), mbsr_data_error(d));
     assert_ok(mbsr_energy(m, d, &kinetic, &potential), mbsr_data_error(d));
     return kinetic + potential;
 }

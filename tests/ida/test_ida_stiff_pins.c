@@ -7,7 +7,7 @@
  * root. */
 static mbsr_frame turned(const double *a, double angle)
 {
-    return mbsr_frame_turned(a, (double[3]){0.3, -0.8, 0.5}, angle);
+    return mbsr_frame_rotated(a, (double[3]){0.3, -0.8, 0.5}, angle);
 }
 
 /* What of the root is x, seen from the frame. */

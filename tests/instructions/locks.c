@@ -44,12 +44,12 @@ static mbsr_inertia add_hand(mbsr_model *m, int palm, mbsr_inertia own)
         for (int k = 0; k < LINKS; ++k) {
             const double axis[3] = {1.0, 0.1 * k, 0.0}, q = 0.3 + 0.1 * k + 0.05 * f;
             const mbsr_frame at = mbsr_frame_at(0.02 * f, 0.01, 0.04),
-                             turned = mbsr_frame_turned(NULL, axis, q);
+                             turned = mbsr_frame_rotated(NULL, axis, q);
             const mbsr_inertia link = mbsr_inertia_rigid(0.05, (const double[3]){0.0, 0.0, 0.02},
                                                          (const double[6]){1e-5, 2e-5, 2e-5});
             pose = mbsr_frame_product(&pose, &at);
             pose = mbsr_frame_product(&pose, &turned);
-            sum = mbsr_inertia_sum(sum, mbsr_inertia_moved(&pose, link));
+            sum = mbsr_inertia_sum(sum, mbsr_inertia_in_frame(&pose, link));
             if (palm < 0) continue;
             last = add(m, last, &at, axis, link);
             const mbsr_force_def spring = mbsr_force_joint_spring(last, 0, 5.0, 0.1, 0.2);

@@ -224,8 +224,8 @@ static void compare(int links, int modes, int every, int stiffening, uint64_t se
     const size_t size = (size_t)n * (size_t)n;
     double *mass = calloc(size, sizeof *mass), *found = malloc(size * sizeof *found),
            *X = malloc(size * sizeof *X), scale[MOST_NU];
-    assert_ok(mbsr_positions(c.model, c.data, 0.0, c.q), error_of(&c));
-    assert_ok(mbsr_velocities(c.model, c.data, c.u), error_of(&c));
+    assert_ok(mbsr_stage_positions(c.model, c.data, 0.0, c.q), error_of(&c));
+    assert_ok(mbsr_stage_velocities(c.model, c.data, c.u), error_of(&c));
     for (int k = 0; k < links; ++k) add_mass(&c, k, mass);
     assert_ok(mbsr_mass_matrix(c.model, c.data, found), error_of(&c));
     const int zeros = decompose(&c, mass, scale, X);

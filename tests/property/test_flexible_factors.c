@@ -284,7 +284,7 @@ static int compare(const tree_kind *kind, uint64_t seed)
     assert_memory_equal(rank, rank_whole, (size_t)bodies * sizeof *rank);
     assert_ok(mbsr_dae_residual(w.model, w.data, MBSR_DAE_MOMENTUM, 0.7, y, yp, F_whole),
               error_of(&w));
-    assert_ok(mbsr_positions(w.model, w.data, 0.7, w.q), error_of(&w));
+    assert_ok(mbsr_stage_positions(w.model, w.data, 0.7, w.q), error_of(&w));
     assert_ok(mbsr_mass_matrix(w.model, w.data, mass), error_of(&w));
     /* a block in one piece has fewer digits itself where loads are heavy */
     if (lacking == 0 && count > 0)
@@ -346,7 +346,7 @@ static void heavy_loads_lose_no_digits(void **state)
                                                 &error),
                   error_of(&w));
         assert_true(w.nu <= 64);
-        assert_ok(mbsr_positions(w.model, w.data, 0.7, w.q), error_of(&w));
+        assert_ok(mbsr_stage_positions(w.model, w.data, 0.7, w.q), error_of(&w));
         assert_ok(mbsr_mass_matrix(w.model, w.data, mass), error_of(&w));
         const double off = distance(&w, mass, exact, udot);
         print_message("load %g: %.1e\n", kind.load, off);

@@ -12,6 +12,7 @@
 #include "algebra/lapack.h"
 
 #include <mbsrank/mbsrank.h>
+#include <mbsrank/driver.h>
 
 #include <stdbool.h>
 #include <stdlib.h>
@@ -123,7 +124,7 @@ static void make(scene *s, uint64_t seed)
     if (pins == 0) return;
     assert_ok(mbsr_model_create(NULL, &closed, NULL), NULL);
     add_tree(closed, &again);
-    assert_ok(mbsr_positions(s->m, s->d, 0.0, s->q), NULL);
+    assert_ok(mbsr_stage_positions(s->m, s->d, 0.0, s->q), NULL);
     add_pins(s, closed, &rng, pins);
     end(s);
     s->m = closed;
@@ -175,8 +176,8 @@ static void find_kernel(const scene *s, oracle *o)
 static void look(const scene *s, oracle *o)
 {
     double unit[BODIES] = {0.0}, r[BODIES];
-    assert_ok(mbsr_positions(s->m, s->d, 0.0, s->q), NULL);
-    assert_ok(mbsr_velocities(s->m, s->d, unit), NULL);
+    assert_ok(mbsr_stage_positions(s->m, s->d, 0.0, s->q), NULL);
+    assert_ok(mbsr_stage_velocities(s->m, s->d, unit), NULL);
     assert_ok(mbsr_mass_matrix(s->m, s->d, o->M), NULL);
     for (int j = 0; j < s->n && s->rows > 0; ++j) {
         unit[j] = 1.0;

@@ -5,6 +5,8 @@
 #include "kernels.h"
 #include "loops_equations.h"
 
+#include <mbsrank/driver.h>
+
 #include <stdlib.h>
 #include <string.h>
 
@@ -26,7 +28,7 @@ static void compare_forward(loops *s, const loops_equations *e, const double *ta
     } else if (e->clear && e->left < 1e-9 * size) {
         assert_ok(status, mbsr_data_error(s->d));
         for (int k = 0; k < s->nu; ++k) assert_close(udot[k], e->x[k], 1e-9 * size);
-        assert_ok(mbsr_closures_force(s->m, s->d, lambda), mbsr_data_error(s->d));
+        assert_ok(mbsr_closures_lambda(s->m, s->d, lambda), mbsr_data_error(s->d));
         loops_compare_forces(s, e, lambda, 1.0, size);
         ++*compared;
     }
@@ -110,7 +112,7 @@ static void long_chain(void **state)
     }
     const mbsr_error *error = mbsr_data_error(s.d);
     assert_ok(mbsr_forward_dynamics(s.m, s.d, 0.0, q, u, tau, udot), error);
-    assert_ok(mbsr_closures_force(s.m, s.d, lambda), error);
+    assert_ok(mbsr_closures_lambda(s.m, s.d, lambda), error);
     assert_ok(mbsr_closures_transpose(s.m, s.d, lambda, both), error);
     assert_ok(mbsr_closures_bias(s.m, s.d, bias), error);
     assert_ok(mbsr_closures_apply(s.m, s.d, udot, rate), error);

@@ -9,6 +9,8 @@
 #include "model/record.h"
 #include "sweeps/loops.h"
 
+#include <mbsrank/driver.h>
+
 #include <stdlib.h>
 #include <string.h>
 
@@ -113,7 +115,7 @@ static void compare_forward(const medley *s, const medley_equations *e, const do
             expect_status(s, "forward dynamics", status, MBSR_LOOP_OPEN);
         } else if (e->left < 1e-12 * size) {
             expect_status(s, "forward dynamics", status, MBSR_OK);
-            assert_ok(mbsr_closures_force(s->m, s->d, lambda), mbsr_data_error(s->d));
+            assert_ok(mbsr_closures_lambda(s->m, s->d, lambda), mbsr_data_error(s->d));
             expect_below(s, "accelerations", distance(s->nu, udot, e->x), limit_of(e));
             expect_below(s, "loop forces", medley_forces_off(s, e, lambda, 1.0), limit_of(e));
             ++all->forward;
@@ -203,15 +205,15 @@ static void check_rows(const medley *s, test_rng *rng)
     const mbsr_error *error = mbsr_data_error(s->d);
     test_fill(rng, s->nu, x);
     test_fill(rng, s->rows, lambda);
-    assert_ok(mbsr_positions(s->m, s->d, s->t, s->q), error);
-    assert_ok(mbsr_velocities(s->m, s->d, s->u), error);
+    assert_ok(mbsr_stage_positions(s->m, s->d, s->t, s->q), error);
+    assert_ok(mbsr_stage_velocities(s->m, s->d, s->u), error);
     assert_ok(mbsr_closures_apply(s->m, s->d, x, y), error);
     assert_ok(mbsr_closures_transpose(s->m, s->d, lambda, z), error);
     for (int k = 0; k < s->rows; ++k) one += y[k] * lambda[k];
     for (int k = 0; k < s->nu; ++k) two += x[k] * z[k];
     expect_below(s, "transposed rows", fabs(one - two), 1e-11 * (1.0 + test_largest(s->nu, z)));
-    assert_ok(mbsr_closures_load(s->m, s->d, lambda), error);
-    assert_ok(mbsr_forces(s->m, s->d, NULL), error);
+    assert_ok(mbsr_closures_set_lambda(s->m, s->d, lambda), error);
+    assert_ok(mbsr_stage_forces(s->m, s->d, NULL), error);
     for (int c = 0; c < mbsr_model_closures(s->m); ++c) add_reactions(s, c, J, sum);
     expect_below(s, "reactions", distance(s->nu, sum, z), 1e-11 * (1.0 + test_largest(s->nu, z)));
     assert_ok(mbsr_closures_mobility(s->m, s->d, x), error);

@@ -163,10 +163,11 @@ static void assert_same_equations(const test_newton_state *s, const mbsr_model *
 static double smallest_inertia(const test_newton_state *s)
 {
     double smallest = 1.0;
-    assert_ok(mbsr_positions(s->model, s->data, s->t, s->y), mbsr_data_error(s->data));
-    assert_ok(mbsr_velocities(s->model, s->data, s->y + s->nq + s->nu), mbsr_data_error(s->data));
-    assert_ok(mbsr_forces(s->model, s->data, NULL), mbsr_data_error(s->data));
-    assert_ok(mbsr_backward(s->model, s->data), mbsr_data_error(s->data));
+    assert_ok(mbsr_stage_positions(s->model, s->data, s->t, s->y), mbsr_data_error(s->data));
+    assert_ok(mbsr_stage_velocities(s->model, s->data, s->y + s->nq + s->nu),
+              mbsr_data_error(s->data));
+    assert_ok(mbsr_stage_forces(s->model, s->data, NULL), mbsr_data_error(s->data));
+    assert_ok(mbsr_stage_backward(s->model, s->data), mbsr_data_error(s->data));
     for (int body = 0; body < mbsr_model_bodies(s->model); ++body) {
         mbsr_rank_info rank;
         assert_ok(mbsr_body_rank(s->model, s->data, body, &rank), mbsr_data_error(s->data));
@@ -480,7 +481,7 @@ static mbsr_inertia inertia_of(char letter, test_rng *rng)
     const mbsr_frame frame = test_frame(rng, 0.4);
     if (letter == 'p') return mbsr_inertia_point_mass(1.2, a);
     if (letter == 'r') return mbsr_inertia_rod(1.2, a, b);
-    if (letter == 'b') return mbsr_inertia_moved(&frame, mbsr_inertia_box(9.0, edges));
+    if (letter == 'b') return mbsr_inertia_in_frame(&frame, mbsr_inertia_box(9.0, edges));
     return mbsr_inertia_zero();
 }
 
@@ -670,8 +671,8 @@ static const mbsr_force_table frozen_table = {
 static void freeze(const test_newton_state *s, frozen *z)
 {
     const double *q = s->y, *u = s->y + s->nq + s->nu;
-    assert_ok(mbsr_positions(s->model, s->data, s->t, q), mbsr_data_error(s->data));
-    assert_ok(mbsr_velocities(s->model, s->data, u), mbsr_data_error(s->data));
+    assert_ok(mbsr_stage_positions(s->model, s->data, s->t, q), mbsr_data_error(s->data));
+    assert_ok(mbsr_stage_velocities(s->model, s->data, u), mbsr_data_error(s->data));
     for (int l = 0; l < 3; ++l) {
         int at_q, at_u;
         assert_ok(mbsr_body_coordinates(s->model, 2 * l, &at_q, z->nq + l, &at_u, z->n + l), NULL);

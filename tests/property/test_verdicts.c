@@ -208,7 +208,7 @@ static void find_places(scene *s)
     double pose[MBSR_POSE_SIZE];
     assert_ok(mbsr_model_finish(s->m), mbsr_model_error(s->m));
     assert_ok(mbsr_data_create(s->m, &d, NULL), NULL);
-    assert_ok(mbsr_positions(s->m, d, 0.0, s->q), mbsr_data_error(d));
+    assert_ok(mbsr_stage_positions(s->m, d, 0.0, s->q), mbsr_data_error(d));
     for (int i = 0; i < s->bodies; ++i) {
         assert_ok(mbsr_body_pose(s->m, d, i, pose), NULL);
         memcpy(s->at[i].R, pose + MBSR_POSE_R, sizeof s->at[i].R);

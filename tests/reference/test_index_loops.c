@@ -5,6 +5,7 @@
 #include "units.h"
 
 #include <mbsrank/mbsrank.h>
+#include <mbsrank/driver.h>
 
 #include <math.h>
 #include <stdbool.h>
@@ -202,7 +203,7 @@ static void massless(const units *unit, bool space)
         double x[3] = {0.0}, y[4];
         for (int k = 0; k < 3; ++k)
             x[r->direction->term[k].body] = r->direction->term[k].weight / unit->time;
-        assert_ok(mbsr_positions(s.m, s.d, 0.0, s.q), NULL);
+        assert_ok(mbsr_stage_positions(s.m, s.d, 0.0, s.q), NULL);
         assert_ok(mbsr_closures_apply(s.m, s.d, x, y), NULL);
         for (int k = 0; k < mbsr_model_rows(s.m); ++k)
             assert_close(y[k] / unit->length * unit->time, 0.0, 1e-12);

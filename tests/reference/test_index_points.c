@@ -141,7 +141,7 @@ static void place(scene *s)
         const double *R = b->parent < 0 ? unit : s->R[b->parent];
         const double length =
             sqrt(b->axis[0] * b->axis[0] + b->axis[1] * b->axis[1] + b->axis[2] * b->axis[2]);
-        const mbsr_frame turned = mbsr_frame_turned(NULL, b->axis, b->slides ? 0.0 : b->q);
+        const mbsr_frame turned = mbsr_frame_rotated(NULL, b->axis, b->slides ? 0.0 : b->q);
         turn(R, b->axis, s->axis[i]);
         turn(R, b->at, arm);
         for (int k = 0; k < 3; ++k) {
@@ -328,7 +328,7 @@ static mbsr_inertia inertia_of(const body *b, const units *in)
                                              : mbsr_inertia_rod(mass, from, to);
         if (p->shape == BOX) {
             const mbsr_frame at = mbsr_frame_at(from[0], from[1], from[2]);
-            own = mbsr_inertia_moved(&at, mbsr_inertia_box(mass / (to[0] * to[1] * to[2]), to));
+            own = mbsr_inertia_in_frame(&at, mbsr_inertia_box(mass / (to[0] * to[1] * to[2]), to));
         }
         sum = k == 0 ? own : mbsr_inertia_sum(sum, own);
     }

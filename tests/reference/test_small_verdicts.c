@@ -33,7 +33,7 @@ static void ask(int seed, const scene *s, const verdict *v, int id, bool open, t
     opt.duration = in->time;
     assert_ok(mbsr_small_masses_create(l.model, &opt, &small, &error), &error);
     int status = mbsr_small_masses_start(small, 0.0, l.q, l.u);
-    if (!status) status = mbsr_small_masses_report_of(small, &report);
+    if (!status) status = mbsr_small_masses_get_report(small, &report);
     const bool said = !status && report.mass[0].verdict == MBSR_SMALL_UNDETERMINED;
     ++count->runs;
     count->refused += status != MBSR_OK;

@@ -8,6 +8,8 @@
 
 #include "assembly/data.h"
 
+#include <mbsrank/driver.h>
+
 #include <stdlib.h>
 
 /* Relative errors of accelerations that are allowed: those of the chains are the agreement of the
@@ -203,8 +205,8 @@ static void moved_momenta(const test_told_tree *tree, const double *qdot, double
     double *q = calloc((size_t)tree->nq + (size_t)tree->nu, sizeof(double)), *u = q + tree->nq;
     for (int k = 0; k < tree->nq; ++k) q[k] = tree->q[k] + h * qdot[k];
     for (int k = 0; k < tree->nu; ++k) u[k] = tree->u[k] + h * tree->udot[k];
-    assert_ok(mbsr_positions(tree->model, tree->data, 0.0, q), mbsr_data_error(tree->data));
-    assert_ok(mbsr_velocities(tree->model, tree->data, u), mbsr_data_error(tree->data));
+    assert_ok(mbsr_stage_positions(tree->model, tree->data, 0.0, q), mbsr_data_error(tree->data));
+    assert_ok(mbsr_stage_velocities(tree->model, tree->data, u), mbsr_data_error(tree->data));
     assert_ok(mbsr_momenta(tree->model, tree->data, p), mbsr_data_error(tree->data));
     free(q);
 }

@@ -29,7 +29,7 @@ void extreme_make(extreme *s, uint64_t seed)
         if (seed % 2) size = length;
         for (int k = 0; k < 3; ++k) edges[k] = size * between(&rng, 0.2, 1.0);
         const mbsr_frame at = test_frame(&rng, size);
-        body.inertia = mbsr_inertia_moved(
+        body.inertia = mbsr_inertia_in_frame(
             &at, mbsr_inertia_box(mass / (edges[0] * edges[1] * edges[2]), edges));
         assert_ok(mbsr_model_add_body(s->model, &body, NULL), mbsr_model_error(s->model));
     }

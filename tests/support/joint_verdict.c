@@ -159,7 +159,7 @@ static bool same_beside(built *l, const scene *s, int held, int massive)
 {
     double q[COORDINATES];
     for (int k = 0; k < l->nq; ++k) q[k] = l->q[k] + 1e-3 * sin(1.7 * k + 0.3);
-    if (mbsr_positions(l->model, l->data, 0.0, q)) return false;
+    if (mbsr_stage_positions(l->model, l->data, 0.0, q)) return false;
     const test_span closed = close_loops(l, s), p = move(l, s, q, closed, false);
     return !p.doubtful && closed.count == held && p.count == massive;
 }
@@ -182,7 +182,8 @@ verdict scene_judge(const scene *s)
     verdict v = {.settled = true};
     built l = scene_build(s, systems, NULL, false);
     double rows[1][RATES];
-    if (mbsr_positions(l.model, l.data, 0.0, l.q)) { /* two axes of a universal joint in a line */
+    if (mbsr_stage_positions(l.model, l.data, 0.0,
+                             l.q)) { /* two axes of a universal joint in a line */
         scene_destroy(&l);
         return (verdict){.settled = false};
     }

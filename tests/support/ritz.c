@@ -147,7 +147,7 @@ test_ritz test_ritz_first(void)
                    .at = {0.0, 1.0, 0.5}};
     fill_diagonal(3, (double[3]){40.0, 30.0, 120.0}, b.K);
     fill_diagonal(3, (double[3]){0.1, 0.2, 0.3}, b.D);
-    b.turn[1] = mbsr_frame_turned(NULL, axis, 0.5);
+    b.turn[1] = mbsr_frame_rotated(NULL, axis, 0.5);
     return b;
 }
 

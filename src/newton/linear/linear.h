@@ -67,7 +67,8 @@ int mbsri_linear_open(mbsri_linear *l, mbsr_data *d, double t, const double *y, 
 int mbsri_linear_joint(mbsri_linear *l, mbsr_data *d, int i);
 int mbsri_linear_force(mbsri_linear *l, mbsr_data *d, size_t k, int i);
 
-/* All derivatives at the state. A status. The data is at mbsr_backward of that state afterwards. */
+/* All derivatives at the state. A status. The data is at mbsr_stage_backward of that state
+ * afterwards. */
 int mbsri_linear_at(mbsri_linear *l, mbsr_data *d, double t, const double *y, const double *yp,
                     double c);
 

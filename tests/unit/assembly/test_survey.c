@@ -7,6 +7,7 @@
 #include "assembly/data.h"
 
 #include <mbsrank/mbsrank.h>
+#include <mbsrank/driver.h>
 
 #include <math.h>
 

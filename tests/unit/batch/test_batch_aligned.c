@@ -89,7 +89,7 @@ static void build(scene *s, test_rng *rng, const units *system)
         mbsr_body_def body = mbsr_default_body_def();
         random_offset(rng, L, offset);
         axis[test_integer(rng, 0, 2)] = 1.0;
-        const mbsr_frame A = mbsr_frame_turned(offset, axis, acos(0.0) * test_integer(rng, 0, 2));
+        const mbsr_frame A = mbsr_frame_rotated(offset, axis, acos(0.0) * test_integer(rng, 0, 2));
         body.parent = i == 0 ? MBSR_GROUND : chance(rng, 70) ? i - 1 : test_integer(rng, 0, i - 1);
         body.joint = random_joint(rng, &A);
         body.inertia = random_inertia(rng, M, L);

@@ -2,7 +2,7 @@
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "expect.h"
 
-#include <mbsrank/loops.h>
+#include <mbsrank/closure.h>
 #include <mbsrank/mbsrank.h>
 
 #include <math.h>
@@ -148,7 +148,7 @@ static void coupled(void **state)
     const int gear = add_closure(&s, mbsr_closure_coupling(2, body, coordinate, factor, 0.0));
     finish(&s);
     accelerate(&s);
-    assert_ok(mbsr_closures_force(s.m, s.d, &lambda), mbsr_data_error(s.d));
+    assert_ok(mbsr_closures_lambda(s.m, s.d, &lambda), mbsr_data_error(s.d));
     assert_ok(mbsr_closure_reaction(s.m, s.d, gear, 0, f, &tau), mbsr_data_error(s.d));
     assert_ok(mbsr_closure_reaction(s.m, s.d, gear, 1, NULL, &other), mbsr_data_error(s.d));
     assert_close(tau, lambda, 1e-13);

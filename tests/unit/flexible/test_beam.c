@@ -24,7 +24,7 @@ static mbsr_flex *make(const mbsr_beam_def *def, mbsr_flex_def *data)
     mbsr_flex *flex;
     mbsr_error error;
     assert_ok(mbsr_flex_beam(def, &flex, &error), &error);
-    assert_int_equal(mbsr_flex_data(flex, data), MBSR_OK);
+    assert_int_equal(mbsr_flex_definition(flex, data), MBSR_OK);
     return flex;
 }
 

@@ -8,6 +8,8 @@
 
 #include "algebra/lapack.h"
 
+#include <mbsrank/verify.h>
+
 #include <stdbool.h>
 #include <stdio.h>
 #include <string.h>
@@ -27,7 +29,7 @@ static void open_data(spoilt *w)
 {
     const test_ritz beam = test_ritz_first();
     w->good = test_ritz_make(&beam);
-    assert_int_equal(mbsr_flex_data(w->good, &w->def), MBSR_OK);
+    assert_int_equal(mbsr_flex_definition(w->good, &w->def), MBSR_OK);
     memcpy(w->Ct0, w->def.Ct0, sizeof w->Ct0);
     memcpy(w->P0, w->def.P0, sizeof w->P0);
     memcpy(w->P, w->def.P, sizeof w->P);

@@ -22,8 +22,8 @@ static const mbsr_error *error_of(const test_flexible *w)
 /* The state up to its velocities. */
 static void place(const test_flexible *w)
 {
-    assert_ok(mbsr_positions(w->model, w->data, 0.0, w->q), error_of(w));
-    assert_ok(mbsr_velocities(w->model, w->data, w->u), error_of(w));
+    assert_ok(mbsr_stage_positions(w->model, w->data, 0.0, w->q), error_of(w));
+    assert_ok(mbsr_stage_velocities(w->model, w->data, w->u), error_of(w));
 }
 
 static void accelerate(const test_flexible *w, double *udot)
@@ -219,8 +219,8 @@ static void without_modes_it_is_a_rigid_body(void **state)
         assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
         assert_ok(mbsr_data_create(m, &d, NULL), NULL);
         assert_ok(mbsr_forward_dynamics(m, d, 0.0, q, u, NULL, udot[k]), mbsr_data_error(d));
-        assert_ok(mbsr_positions(m, d, 0.0, q), mbsr_data_error(d));
-        assert_ok(mbsr_velocities(m, d, u), mbsr_data_error(d));
+        assert_ok(mbsr_stage_positions(m, d, 0.0, q), mbsr_data_error(d));
+        assert_ok(mbsr_stage_velocities(m, d, u), mbsr_data_error(d));
         assert_ok(mbsr_energy(m, d, energy[k], energy[k] + 1), mbsr_data_error(d));
         mbsr_data_destroy(d);
         mbsr_model_destroy(m);

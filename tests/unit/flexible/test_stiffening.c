@@ -132,8 +132,8 @@ static void energy_changes_by_what_is_dissipated(void **state)
             w.q[k] = at.q[k] + s * at.u[k] + 0.5 * s * s * udot[k];
             w.u[k] = at.u[k] + s * udot[k];
         }
-        assert_ok(mbsr_positions(w.model, w.data, 0.0, w.q), error_of(&w));
-        assert_ok(mbsr_velocities(w.model, w.data, w.u), error_of(&w));
+        assert_ok(mbsr_stage_positions(w.model, w.data, 0.0, w.q), error_of(&w));
+        assert_ok(mbsr_stage_velocities(w.model, w.data, w.u), error_of(&w));
         assert_ok(mbsr_energy(w.model, w.data, &T, &U), error_of(&w));
         E[l] = T + U;
     }
@@ -163,8 +163,8 @@ static void momenta_change_as_the_momentum_form_says(void **state)
             w.q[k] = at.q[k] + s * at.u[k] + 0.5 * s * s * udot[k];
             w.u[k] = at.u[k] + s * udot[k];
         }
-        assert_ok(mbsr_positions(w.model, w.data, 0.0, w.q), error_of(&w));
-        assert_ok(mbsr_velocities(w.model, w.data, w.u), error_of(&w));
+        assert_ok(mbsr_stage_positions(w.model, w.data, 0.0, w.q), error_of(&w));
+        assert_ok(mbsr_stage_velocities(w.model, w.data, w.u), error_of(&w));
         assert_ok(mbsr_momenta(w.model, w.data, p), error_of(&w));
         for (int k = 0; k < 8; ++k) rate[k] += weight[l] * p[k] / (12.0 * h);
     }
@@ -305,7 +305,7 @@ static void what_does_not_fit_is_refused(void **state)
     mbsr_flex *good = test_ritz_make(&beam);
     mbsr_flex_def data;
     double Y[12];
-    assert_int_equal(mbsr_flex_data(good, &data), MBSR_OK);
+    assert_int_equal(mbsr_flex_definition(good, &data), MBSR_OK);
     assert_int_equal(data.dependent, 3); /* (x/L)^3, ^4, ^5 */
     assert_close(data.Y[0], -4.0 / 3.0, 1e-15);
     memcpy(Y, data.Y, sizeof Y);

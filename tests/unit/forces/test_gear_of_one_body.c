@@ -3,7 +3,7 @@
 #include "expect.h"
 #include "tree.h"
 
-#include <mbsrank/force_check.h>
+#include <mbsrank/verify.h>
 #include <mbsrank/newton.h>
 
 #include <stdbool.h>
@@ -143,7 +143,7 @@ static void a_coupling_of_two_axes_holds(void **state)
     assert_ok(mbsr_data_create(open, &other, NULL), NULL);
     assert_ok(mbsr_forward_dynamics(m, d, 0.0, q, u, NULL, udot), mbsr_data_error(d));
     assert_close(udot[1] - 1.5 * udot[2], 0.0, 1e-11);
-    assert_ok(mbsr_closures_force(m, d, lambda), mbsr_data_error(d));
+    assert_ok(mbsr_closures_lambda(m, d, lambda), mbsr_data_error(d));
     assert_ok(mbsr_inverse_dynamics(open, other, 0.0, q, u, udot, tau), mbsr_data_error(other));
     assert_close(tau[0], 0.0, 1e-10);
     assert_close(tau[1], lambda[0], 1e-10);

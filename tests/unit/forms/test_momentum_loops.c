@@ -2,6 +2,8 @@
  * dense equations, and what each multiplier does. SPDX-License-Identifier: BSD-3-Clause */
 #include "loops.h"
 
+#include <mbsrank/driver.h>
+
 #include <string.h>
 
 enum { Y_MOST = 8 * LOOPS_MOST };
@@ -118,8 +120,8 @@ static void what_each_multiplier_does(void **state)
     assert_ok(mbsr_closures_transpose(s.m, s.d, eta, along), error);
     assert_ok(mbsr_closures_weight(s.m, w), NULL);
     for (int k = 0; k < s.nu; ++k) u[k] = s.u[k] + w[k] * along[k];
-    assert_ok(mbsr_positions(s.m, s.d, 0.0, s.q), error);
-    assert_ok(mbsr_velocities(s.m, s.d, u), error);
+    assert_ok(mbsr_stage_positions(s.m, s.d, 0.0, s.q), error);
+    assert_ok(mbsr_stage_velocities(s.m, s.d, u), error);
     assert_ok(mbsr_coordinate_rates(s.m, s.d, qdot), error);
     const double largest = fmax(1.0, test_largest(s.nq, qdot));
     for (int k = 0; k < s.nq; ++k) assert_close(G[k], yp[k] - qdot[k], 1e-14 * largest);

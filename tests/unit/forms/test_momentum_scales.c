@@ -5,6 +5,7 @@
 #include "rigid_tree.h"
 
 #include <mbsrank/mbsrank.h>
+#include <mbsrank/driver.h>
 
 #include <math.h>
 #include <stdlib.h>
@@ -12,10 +13,10 @@
 static void run_to_backward(const mbsr_model *m, mbsr_data *d, double t, const double *q,
                             const double *u)
 {
-    assert_ok(mbsr_positions(m, d, t, q), mbsr_data_error(d));
-    assert_ok(mbsr_velocities(m, d, u), mbsr_data_error(d));
-    assert_ok(mbsr_forces(m, d, NULL), mbsr_data_error(d));
-    assert_ok(mbsr_backward(m, d), mbsr_data_error(d));
+    assert_ok(mbsr_stage_positions(m, d, t, q), mbsr_data_error(d));
+    assert_ok(mbsr_stage_velocities(m, d, u), mbsr_data_error(d));
+    assert_ok(mbsr_stage_forces(m, d, NULL), mbsr_data_error(d));
+    assert_ok(mbsr_stage_backward(m, d), mbsr_data_error(d));
 }
 
 /* Of the joint of each body; returns the largest. */

@@ -444,14 +444,14 @@ static void what_a_motion_returns_is_passed_on(void **state)
         assert_int_equal(mbsr_model_finish(m), 0);
         assert_int_equal(mbsr_data_create(m, &d, NULL), 0);
         const double none[1] = {0};
-        assert_int_equal(mbsr_positions(m, d, 0.25, none), 0);
+        assert_int_equal(mbsr_stage_positions(m, d, 0.25, none), 0);
         code = codes[k];
-        assert_refused(mbsr_positions(m, d, 0.25, none), mbsr_data_error(d), code, 0, MBSR_NONE,
-                       "body 0 'crank'|joint 'planar'|position|t = 0.25");
+        assert_refused(mbsr_stage_positions(m, d, 0.25, none), mbsr_data_error(d), code, 0,
+                       MBSR_NONE, "body 0 'crank'|joint 'planar'|position|t = 0.25");
         code = 0;
-        assert_int_equal(mbsr_positions(m, d, 0.25, none), 0);
+        assert_int_equal(mbsr_stage_positions(m, d, 0.25, none), 0);
         code = codes[k];
-        assert_refused(mbsr_velocities(m, d, none), mbsr_data_error(d), code, 0, MBSR_NONE,
+        assert_refused(mbsr_stage_velocities(m, d, none), mbsr_data_error(d), code, 0, MBSR_NONE,
                        "body 0 'crank'|bias");
         mbsr_data_destroy(d);
         mbsr_model_destroy(m);

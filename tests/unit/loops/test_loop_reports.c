@@ -2,6 +2,8 @@
  * other units; reactions and inverse dynamics. SPDX-License-Identifier: BSD-3-Clause */
 #include "loops.h"
 
+#include <mbsrank/driver.h>
+
 #include <string.h>
 
 /* Four-bar linkage in units of `unit` metres, with a distance that makes it rigid where asked for.
@@ -207,7 +209,7 @@ static void reactions_and_torques(void **state)
     assert_true(fabs(tau[1]) <= 0.0 && fabs(tau[2]) <= 0.0);
     assert_ok(mbsr_forward_dynamics(s.m, s.d, 0.0, s.q, zero, tau, udot), error);
     assert_less(test_largest(3, udot), 1e-10);
-    assert_ok(mbsr_closures_force(s.m, s.d, both), error);
+    assert_ok(mbsr_closures_lambda(s.m, s.d, both), error);
     for (int k = 0; k < 2; ++k) assert_close(both[k], lambda[k], 1e-10);
     for (int body = 0; body < 3; body += 2) {
         assert_ok(mbsr_joint_reaction(s.m, s.d, body, wrench), error);
@@ -216,11 +218,11 @@ static void reactions_and_torques(void **state)
     assert_close(sum[0], 0.0, 1e-10);
     assert_close(sum[1], 9.81 * 5.5, 1e-10);
     /* the same with the loop forces given */
-    assert_ok(mbsr_positions(s.m, s.d, 0.0, s.q), error);
-    assert_ok(mbsr_velocities(s.m, s.d, zero), error);
-    assert_ok(mbsr_closures_load(s.m, s.d, lambda), error);
-    assert_ok(mbsr_forces(s.m, s.d, tau), error);
-    assert_ok(mbsr_accelerations(s.m, s.d, zero), error);
+    assert_ok(mbsr_stage_positions(s.m, s.d, 0.0, s.q), error);
+    assert_ok(mbsr_stage_velocities(s.m, s.d, zero), error);
+    assert_ok(mbsr_closures_set_lambda(s.m, s.d, lambda), error);
+    assert_ok(mbsr_stage_forces(s.m, s.d, tau), error);
+    assert_ok(mbsr_stage_accelerations(s.m, s.d, zero), error);
     assert_ok(mbsr_joint_reaction(s.m, s.d, 0, wrench), error);
     assert_ok(mbsr_joint_reaction(s.m, s.d, 2, both), error);
     assert_close(wrench[1] + both[1], 9.81 * 5.5, 1e-10);

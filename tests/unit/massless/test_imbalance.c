@@ -5,6 +5,7 @@
 #include "units.h"
 
 #include <mbsrank/mbsrank.h>
+#include <mbsrank/driver.h>
 
 #include <math.h>
 

@@ -33,7 +33,7 @@ static mbsr_model *shafts(double unit, double stiffness)
                  across[6] = {1.0, 0.0, 0.0, 0.0, cos(tilt), sin(tilt)};
     const mbsr_axis axis = {.kind = MBSR_AXIS_ROTATION, .direction = {0.0, 0.0, 1.0}, .driven = 1};
     const mbsr_frame on_shaft = mbsr_frame_at(0.0, 0.0, 0.4 * unit),
-                     tilted = mbsr_frame_turned(NULL, x, tilt),
+                     tilted = mbsr_frame_rotated(NULL, x, tilt),
                      on_ground = mbsr_frame_product(&tilted, &on_shaft);
     mbsr_model *m = NULL;
     assert_ok(mbsr_model_create(NULL, &m, NULL), NULL);
@@ -144,7 +144,7 @@ static void a_start_at_rest_of_elastic_modes(void **state)
     def.elements = 16, def.modes = 2, def.damping = 0.02;
     def.loaded = 1, def.node = &loaded;
     assert_ok(mbsr_flex_beam(&def, &damped, NULL), NULL);
-    mbsr_flex_data(damped, &data);
+    mbsr_flex_definition(damped, &data);
     assert_true(data.modes > 2 && data.modes * data.modes <= MOST);
     memcpy(D, data.D, (size_t)(data.modes * data.modes) * sizeof *D);
     for (int k = def.modes; k < data.modes; ++k) D[k * (data.modes + 1)] = 0.0;

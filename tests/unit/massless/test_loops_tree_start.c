@@ -4,6 +4,8 @@
 #include "duration.h"
 #include "loops.h"
 
+#include <mbsrank/driver.h>
+
 #include <stdlib.h>
 #include <string.h>
 
@@ -132,7 +134,7 @@ static void as_dense(void **state)
               mbsr_data_error(s.d));
     const double size = test_largest(s.nu, udot);
     for (int k = 0; k < s.nu; ++k) assert_close(yp[s.nq + s.nu + k], udot[k], 1e-9 * size);
-    assert_ok(mbsr_closures_force(s.m, s.d, F), NULL);
+    assert_ok(mbsr_closures_lambda(s.m, s.d, F), NULL);
     for (int k = 0; k < s.rows; ++k)
         assert_close(yp[s.nq + 2 * s.nu + k], F[k], 1e-9 * (1.0 + test_largest(s.rows, F)));
     free(y);
@@ -144,14 +146,14 @@ static void as_dense(void **state)
 static void springs_bear(loops *s, const double *y, const double *yp)
 {
     double *g = calloc((size_t)(s->held + s->rows), sizeof *g), *rate = g + s->held;
-    assert_ok(mbsr_positions(s->m, s->d, 0.0, y), NULL);
+    assert_ok(mbsr_stage_positions(s->m, s->d, 0.0, y), NULL);
     assert_ok(mbsr_closures_gap(s->m, s->d, g), NULL);
-    assert_ok(mbsr_velocities(s->m, s->d, y + s->nq + s->nu), NULL);
+    assert_ok(mbsr_stage_velocities(s->m, s->d, y + s->nq + s->nu), NULL);
     assert_ok(mbsr_closures_rate(s->m, s->d, rate), NULL);
     double largest = 0.0;
     for (int c = 0; c < mbsr_model_closures(s->m); ++c) {
         int row, held_row, held;
-        assert_ok(mbsr_closure_place(s->m, c, &row, NULL, &held_row, &held), NULL);
+        assert_ok(mbsr_closure_indices(s->m, c, &row, NULL, &held_row, &held), NULL);
         for (int k = 0; k < held; ++k) {
             const double stiffness = mbsr_closure_stiffness(s->m, c, k),
                          force = entry(s, y, 3, row + k);
@@ -251,7 +253,7 @@ static void redundant_rows(void **state)
         assert_ok(mbsr_dae_pack(s.m, s.d, MBSR_DAE_MOMENTUM, 0.0, q, u, y), NULL);
         assert_ok(mbsr_dae_consistent(s.m, s.d, MBSR_DAE_MOMENTUM, 0.0, y, yp, NULL, NULL),
                   mbsr_data_error(s.d));
-        assert_ok(mbsr_closures_dropped(s.m, s.d, dropped), NULL);
+        assert_ok(mbsr_closures_redundant(s.m, s.d, dropped), NULL);
         for (int k = 0; k < count; ++k) {
             int left_out = 0;
             for (int l = 0; l < 4; ++l) left_out += dropped[4 * k + l];
@@ -259,7 +261,7 @@ static void redundant_rows(void **state)
         }
         assert_ok(mbsr_dae_residual(s.m, s.d, MBSR_DAE_MOMENTUM, 0.0, y, yp, F), NULL);
         assert_less(test_largest(s.size, F), 1e-11 * (1.0 + test_largest(s.size, yp)));
-        assert_ok(mbsr_positions(s.m, s.d, 0.0, y), NULL);
+        assert_ok(mbsr_stage_positions(s.m, s.d, 0.0, y), NULL);
         assert_ok(mbsr_closures_gap(s.m, s.d, F), NULL);
         assert_less(test_largest(s.held, F), 1e-9);
         if (count == COUNT) {
@@ -333,7 +335,7 @@ static void gears(void **state)
         double *y = calloc(2 * (size_t)s.size, sizeof *y);
         const double q[2] = {0.3, 0.2}, u[2] = {1.0, 0.0};
         start(&s, 2, q, u, y, y + s.size);
-        assert_ok(mbsr_closures_dropped(s.m, s.d, redundant), NULL);
+        assert_ok(mbsr_closures_redundant(s.m, s.d, redundant), NULL);
         for (int k = 0; k < count; ++k) {
             const double ratio = 0.4 + 0.01 * k;
             assert_int_equal(redundant[2 * k], 0);

@@ -4,6 +4,8 @@
 #include "oracle.h"
 #include "rigid_tree.h"
 
+#include <mbsrank/driver.h>
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -62,8 +64,8 @@ static void drop_pair(pair *p)
 
 static void mass_matrix(const test_rigid_tree *s, double *M)
 {
-    assert_ok(mbsr_positions(s->model, s->data, s->t, s->q), mbsr_data_error(s->data));
-    assert_ok(mbsr_velocities(s->model, s->data, s->u), mbsr_data_error(s->data));
+    assert_ok(mbsr_stage_positions(s->model, s->data, s->t, s->q), mbsr_data_error(s->data));
+    assert_ok(mbsr_stage_velocities(s->model, s->data, s->u), mbsr_data_error(s->data));
     assert_ok(mbsr_mass_matrix(s->model, s->data, M), mbsr_data_error(s->data));
 }
 
@@ -273,10 +275,10 @@ static void it_makes_massless_links_determined(void **state)
         const int status = mbsr_forward_dynamics(m, d, 0.0, q, u, tau, udot);
         assert_int_equal(status, k == 0 ? MBSR_UNDETERMINED : MBSR_OK);
         if (k > 0) assert_close(udot[1], 1.0, 1e-12);
-        assert_ok(mbsr_positions(m, d, 0.0, q), mbsr_data_error(d));
-        assert_ok(mbsr_velocities(m, d, u), mbsr_data_error(d));
-        assert_ok(mbsr_forces(m, d, NULL), mbsr_data_error(d));
-        assert_ok(mbsr_backward(m, d), mbsr_data_error(d));
+        assert_ok(mbsr_stage_positions(m, d, 0.0, q), mbsr_data_error(d));
+        assert_ok(mbsr_stage_velocities(m, d, u), mbsr_data_error(d));
+        assert_ok(mbsr_stage_forces(m, d, NULL), mbsr_data_error(d));
+        assert_ok(mbsr_stage_backward(m, d), mbsr_data_error(d));
         rank = mbsr_total_rank(m, d);
         assert_int_equal(rank, k == 0 ? 1 : 2);
         assert_ok(mbsr_index_report_create(m, d, 0.0, q, u, &report), mbsr_data_error(d));

@@ -114,8 +114,8 @@ static void elements_keep_their_bodies(void **unused)
 static void joints_in_space_are_told_by_their_axes(void **unused)
 {
     (void)unused;
-    const mbsr_frame A = mbsr_frame_turned((const double[3]){1.0, 2.0, 3.0},
-                                           (const double[3]){0.0, 0.6, 0.8}, 0.4),
+    const mbsr_frame A = mbsr_frame_rotated((const double[3]){1.0, 2.0, 3.0},
+                                            (const double[3]){0.0, 0.6, 0.8}, 0.4),
                      B = mbsr_frame_at(0.0, -1.0, 0.5);
     const double axis[3] = {0.0, 3.0, 4.0};
     mbsr_joint_chain c;

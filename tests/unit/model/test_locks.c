@@ -8,6 +8,8 @@
 #include "tree.h"
 #include "units.h"
 
+#include <mbsrank/verify.h>
+
 #include <math.h>
 #include <stdbool.h>
 #include <string.h>
@@ -99,7 +101,7 @@ static void make(scene *s, const units *by, holding how, bool massless, bool act
         last = palm;
         for (int k = 0; k < LINKS; ++k) {
             const mbsr_frame at =
-                mbsr_frame_turned((const double[3]){0.05 * f * L, 0.0, 0.1 * L}, axes[f], 0.3 * k);
+                mbsr_frame_rotated((const double[3]){0.05 * f * L, 0.0, 0.1 * L}, axes[f], 0.3 * k);
             const mbsr_joint joint = k == 1 ? mbsr_joint_cylindrical(&at, NULL, axes[k])
                                             : mbsr_joint_revolute(&at, NULL, axes[k]);
             last = add(m, "finger", last, joint,
@@ -283,7 +285,7 @@ static void very_stiff_springs_react_as_locks(void **state)
         }
         assert_ok(mbsr_forward_dynamics(c.model, c.data, 0.0, b.q, b.u, all, udot),
                   mbsr_data_error(c.data));
-        assert_ok(mbsr_accelerations(c.model, c.data, udot), mbsr_data_error(c.data));
+        assert_ok(mbsr_stage_accelerations(c.model, c.data, udot), mbsr_data_error(c.data));
         for (int id = 0; id < a.bodies; ++id) {
             assert_ok(mbsr_joint_reaction(a.model, a.data, id, x), mbsr_data_error(a.data));
             assert_ok(mbsr_joint_reaction(c.model, c.data, id, y), mbsr_data_error(c.data));
@@ -329,8 +331,8 @@ static void jacobians_of_welded_bodies_give_their_twists(void **state)
     choose_state(&s, systems, 3);
     const int n = mbsr_model_nu(s.model);
     double J[6 * MOST], V[6];
-    assert_ok(mbsr_positions(s.model, s.data, 0.0, s.q), mbsr_data_error(s.data));
-    assert_ok(mbsr_velocities(s.model, s.data, s.u), mbsr_data_error(s.data));
+    assert_ok(mbsr_stage_positions(s.model, s.data, 0.0, s.q), mbsr_data_error(s.data));
+    assert_ok(mbsr_stage_velocities(s.model, s.data, s.u), mbsr_data_error(s.data));
     for (int id = 0; id < BODIES; ++id) {
         assert_ok(mbsr_body_jacobian(s.model, s.data, id, J), mbsr_data_error(s.data));
         assert_ok(mbsr_body_twist(s.model, s.data, id, V), mbsr_data_error(s.data));
@@ -457,8 +459,8 @@ static void any_coordinates_of_a_joint_can_be_locked(void **state)
 {
     (void)state;
     static const double x[3] = {1.0, 0.2, 0.1}, y[3] = {-0.2, 1.0, 0.3}, z[3] = {0.1, 0.2, 1.0};
-    const mbsr_frame A = mbsr_frame_turned((const double[3]){0.1, 0.2, 0.3}, x, 0.4),
-                     B = mbsr_frame_turned((const double[3]){-0.1, 0.1, 0.2}, y, 0.5);
+    const mbsr_frame A = mbsr_frame_rotated((const double[3]){0.1, 0.2, 0.3}, x, 0.4),
+                     B = mbsr_frame_rotated((const double[3]){-0.1, 0.1, 0.2}, y, 0.5);
     const mbsr_axis every[6] = {{MBSR_AXIS_ROTATION, {0.1, 0.2, 1.0}, 0.0, 0},
                                 {MBSR_AXIS_TRANSLATION, {1.0, 0.2, 0.1}, 0.0, 0},
                                 {MBSR_AXIS_ROTATION, {0.3, 1.0, 0.1}, 0.0, 0},

@@ -4,6 +4,8 @@
 #include "loops.h"
 #include "newton_ways.h"
 
+#include <mbsrank/driver.h>
+
 #include <stdlib.h>
 #include <string.h>
 
@@ -158,13 +160,13 @@ static void redundant_rows(void **state)
     ladder(&s, 4);
     compare(&s, 1e-10);
     assert_ok(mbsr_dae_pack(s.m, s.d, MBSR_DAE_MOMENTUM, 0.0, s.q, s.u, y), NULL);
-    assert_ok(mbsr_closures_dropped(s.m, s.d, dropped), NULL);
-    assert_ok(mbsr_closures_drop(s.m, s.d, none), NULL);
+    assert_ok(mbsr_closures_redundant(s.m, s.d, dropped), NULL);
+    assert_ok(mbsr_closures_set_redundant(s.m, s.d, none), NULL);
     mbsr_newton *newton = newton_solver(s.m, 0);
     assert_refused(mbsr_newton_factor(newton, s.d, 0.0, y, yp, 50.0), mbsr_newton_error(newton),
                    MBSR_LOOP_SINGULAR, MBSR_NONE, MBSR_NONE, "closure|row|mbsr_closures_report");
     assert_int_equal(mbsr_newton_solve(newton, r, delta), MBSR_ERR_SEQUENCE);
-    assert_ok(mbsr_closures_drop(s.m, s.d, dropped), NULL);
+    assert_ok(mbsr_closures_set_redundant(s.m, s.d, dropped), NULL);
     for (int k = 0; k < s.size; ++k) r[k] = cos(k);
     assert_ok(mbsr_newton_factor(newton, s.d, 0.0, y, yp, 50.0), mbsr_newton_error(newton));
     assert_ok(mbsr_newton_solve(newton, r, delta), mbsr_newton_error(newton));

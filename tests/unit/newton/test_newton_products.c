@@ -5,6 +5,8 @@
 #include "newton_scene.h"
 #include "rigid_tree.h"
 
+#include <mbsrank/driver.h>
+
 #include <stdlib.h>
 
 enum { MOST = 160 };

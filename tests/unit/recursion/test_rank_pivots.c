@@ -58,10 +58,10 @@ static void open_chain(chain *c, int modes, int loaded, uint64_t seed)
     test_fill(&rng, nu, u);
     for (int k = 0; k < nu; ++k) q[k] *= 0.1;
     const mbsr_error *e = mbsr_data_error(c->data);
-    assert_ok(mbsr_positions(c->model, c->data, 0.0, q), e);
-    assert_ok(mbsr_velocities(c->model, c->data, u), e);
-    assert_ok(mbsr_forces(c->model, c->data, NULL), e);
-    assert_ok(mbsr_backward(c->model, c->data), e);
+    assert_ok(mbsr_stage_positions(c->model, c->data, 0.0, q), e);
+    assert_ok(mbsr_stage_velocities(c->model, c->data, u), e);
+    assert_ok(mbsr_stage_forces(c->model, c->data, NULL), e);
+    assert_ok(mbsr_stage_backward(c->model, c->data), e);
     for (int k = 0; k < LINKS; ++k) {
         int i = 1;
         while (c->model->body[i].id != c->mount[k]) ++i;

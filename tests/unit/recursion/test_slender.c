@@ -31,10 +31,10 @@ static mbsr_data *finish(mbsr_model *m)
 static int rank_of(const mbsr_model *m, mbsr_data *d, const double *q, const double *u)
 {
     mbsr_rank_info info;
-    assert_ok(mbsr_positions(m, d, 0.0, q), mbsr_data_error(d));
-    assert_ok(mbsr_velocities(m, d, u), mbsr_data_error(d));
-    assert_ok(mbsr_forces(m, d, NULL), mbsr_data_error(d));
-    assert_ok(mbsr_backward(m, d), mbsr_data_error(d));
+    assert_ok(mbsr_stage_positions(m, d, 0.0, q), mbsr_data_error(d));
+    assert_ok(mbsr_stage_velocities(m, d, u), mbsr_data_error(d));
+    assert_ok(mbsr_stage_forces(m, d, NULL), mbsr_data_error(d));
+    assert_ok(mbsr_stage_backward(m, d), mbsr_data_error(d));
     assert_ok(mbsr_body_rank(m, d, 0, &info), mbsr_data_error(d));
     return info.rank;
 }
@@ -219,8 +219,8 @@ static void assert_moment(const mbsr_model *m, mbsr_data *d, const double *q, in
     assert_close(many[k] / moment, 1.0, 2e-9);
     mbsr_batch_destroy(batch);
     u[k] = 1.0;
-    assert_ok(mbsr_positions(m, d, 0.0, q), mbsr_data_error(d));
-    assert_ok(mbsr_velocities(m, d, u), mbsr_data_error(d));
+    assert_ok(mbsr_stage_positions(m, d, 0.0, q), mbsr_data_error(d));
+    assert_ok(mbsr_stage_velocities(m, d, u), mbsr_data_error(d));
     assert_ok(mbsr_energy(m, d, &kinetic, NULL), mbsr_data_error(d));
     assert_close(kinetic / moment, 0.5, 1e-9);
     assert_int_equal(nu, k + 1);
@@ -236,7 +236,7 @@ static void try_thing(test_rng *rng, const double unit[2])
     double at[3], q = 3.0 * test_uniform(rng), u = 0.0, udot = 0.0;
     test_fill(rng, 3, at);
     for (int k = 0; k < 3; ++k) at[k] *= unit[0];
-    const mbsr_frame frame = mbsr_frame_turned(at, x.across, 3.0 * test_uniform(rng));
+    const mbsr_frame frame = mbsr_frame_rotated(at, x.across, 3.0 * test_uniform(rng));
     mbsr_model *m = begin();
     const mbsr_joint joint = mbsr_joint_revolute(&frame, NULL, x.axis);
     const int first =
@@ -246,7 +246,7 @@ static void try_thing(test_rng *rng, const double unit[2])
     const double tau = x.ratio > 0.0 ? moment_of(&x) : x.mass * unit[0] * unit[0];
     const int status = mbsr_forward_dynamics(m, d, 0.0, &q, &u, &tau, &udot);
     double inertia = 0.0;
-    assert_ok(mbsr_positions(m, d, 0.0, &q), mbsr_data_error(d));
+    assert_ok(mbsr_stage_positions(m, d, 0.0, &q), mbsr_data_error(d));
     assert_ok(mbsr_mass_matrix(m, d, &inertia), mbsr_data_error(d));
     if (x.ratio > 0.0) {
         assert_ok(status, mbsr_data_error(d));
@@ -292,8 +292,8 @@ static void try_oblique(test_rng *rng, const double unit[2])
     double about = 0.0;
     for (int k = 0; k < 3; ++k) about += tau[k] * x.axis[k];
     assert_close(about / moment, 1.0, 2e-9);
-    assert_ok(mbsr_positions(m, d, 0.0, start), mbsr_data_error(d));
-    assert_ok(mbsr_velocities(m, d, x.axis), mbsr_data_error(d));
+    assert_ok(mbsr_stage_positions(m, d, 0.0, start), mbsr_data_error(d));
+    assert_ok(mbsr_stage_velocities(m, d, x.axis), mbsr_data_error(d));
     assert_ok(mbsr_energy(m, d, &kinetic, NULL), mbsr_data_error(d));
     assert_close(kinetic / moment, 0.5, 1e-9);
     mbsr_data_destroy(d);
@@ -329,7 +329,7 @@ static void try_turning(test_rng *rng, const double unit[2])
         if (on_line) break;
         const mbsr_frame frame = mbsr_frame_along(x.p, x.axis);
         const double density = x.mass / (pi * radius * radius * length);
-        x.inertia = mbsr_inertia_moved(&frame, mbsr_inertia_cylinder(density, radius, length));
+        x.inertia = mbsr_inertia_in_frame(&frame, mbsr_inertia_cylinder(density, radius, length));
     }
     }
     if (on_line) x.inertia = mbsr_inertia_rod(x.mass, x.r, x.p);

@@ -52,8 +52,8 @@ static mbsr_data *data_at(const mbsr_model *m)
 {
     mbsr_data *d = NULL;
     assert_int_equal(mbsr_data_create(m, &d, NULL), MBSR_OK);
-    assert_ok(mbsr_positions(m, d, 0.0, Q), mbsr_data_error(d));
-    assert_ok(mbsr_velocities(m, d, U), mbsr_data_error(d));
+    assert_ok(mbsr_stage_positions(m, d, 0.0, Q), mbsr_data_error(d));
+    assert_ok(mbsr_stage_velocities(m, d, U), mbsr_data_error(d));
     return d;
 }
 
@@ -173,8 +173,8 @@ static void elements_switched_off_are_not_there(void **state)
             mbsr_data *at = data[l];
             assert_ok(mbsr_forward_dynamics(of, at, 0.0, Q, U, NULL, udot[l]), mbsr_data_error(at));
             assert_ok(mbsr_inverse_dynamics(of, at, 0.0, Q, U, U, tau[l]), mbsr_data_error(at));
-            assert_ok(mbsr_positions(of, at, 0.0, Q), mbsr_data_error(at));
-            assert_ok(mbsr_velocities(of, at, U), mbsr_data_error(at));
+            assert_ok(mbsr_stage_positions(of, at, 0.0, Q), mbsr_data_error(at));
+            assert_ok(mbsr_stage_velocities(of, at, U), mbsr_data_error(at));
             assert_ok(mbsr_energy(of, at, NULL, energy + l), mbsr_data_error(at));
             assert_ok(mbsr_dissipation(of, at, power + l), mbsr_data_error(at));
             assert_ok(mbsr_dae_pack(of, at, MBSR_DAE_MOMENTUM, 0.0, Q, U, y), mbsr_data_error(at));
@@ -196,8 +196,8 @@ static void elements_switched_off_are_not_there(void **state)
             assert_close(delta[0][c], delta[1][c], 1e-9 * (1.0 + fabs(delta[1][c])));
         }
         double f[6], again[7];
-        assert_ok(mbsr_positions(m, d, 0.0, Q), mbsr_data_error(d));
-        assert_ok(mbsr_velocities(m, d, U), mbsr_data_error(d));
+        assert_ok(mbsr_stage_positions(m, d, 0.0, Q), mbsr_data_error(d));
+        assert_ok(mbsr_stage_velocities(m, d, U), mbsr_data_error(d));
         assert_ok(mbsr_force_load(m, d, k, 0, f, NULL), mbsr_data_error(d));
         for (int c = 0; c < 6; ++c) assert_true(f[c] == 0.0);
         assert_ok(mbsr_force_switch(m, d, k, 1), mbsr_data_error(d));
@@ -219,8 +219,8 @@ static void wrong_questions_are_refused(void **state)
     assert_int_equal(mbsr_data_create(m, &d, NULL), MBSR_OK);
     assert_int_equal(mbsr_force_load(m, d, 0, 0, NULL, NULL), MBSR_ERR_SEQUENCE);
     assert_int_equal(mbsr_contact_at(m, d, CONTACT, &touch), MBSR_ERR_SEQUENCE);
-    assert_ok(mbsr_positions(m, d, 0.0, Q), mbsr_data_error(d));
-    assert_ok(mbsr_velocities(m, d, U), mbsr_data_error(d));
+    assert_ok(mbsr_stage_positions(m, d, 0.0, Q), mbsr_data_error(d));
+    assert_ok(mbsr_stage_velocities(m, d, U), mbsr_data_error(d));
     assert_refused(mbsr_force_load(m, d, 9, 0, NULL, NULL), mbsr_data_error(d), MBSR_ERR_ID,
                    MBSR_NONE, MBSR_NONE, "mbsr_force_load|no force 9");
     assert_refused(mbsr_force_load(m, d, SPRING, 2, NULL, NULL), mbsr_data_error(d), MBSR_ERR_VALUE,

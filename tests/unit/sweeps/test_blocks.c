@@ -17,6 +17,8 @@
 #include "sweeps/build.h"
 #include "sweeps/dynamics.h"
 
+#include <mbsrank/driver.h>
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

@@ -11,6 +11,8 @@
 #include "recursion/inverse.h"
 #include "sweeps/dynamics.h"
 
+#include <mbsrank/driver.h>
+
 #include <math.h>
 #include <stdlib.h>
 
@@ -96,9 +98,9 @@ static void compare_inverse(test_rigid_tree *s)
 {
     const mbsri_sweep_kernels *list[2];
     const int count = test_kernels(list);
-    assert_ok(mbsr_positions(s->model, s->data, s->t, s->q), mbsr_data_error(s->data));
-    assert_ok(mbsr_velocities(s->model, s->data, s->u), mbsr_data_error(s->data));
-    assert_ok(mbsr_forces(s->model, s->data, NULL), mbsr_data_error(s->data));
+    assert_ok(mbsr_stage_positions(s->model, s->data, s->t, s->q), mbsr_data_error(s->data));
+    assert_ok(mbsr_stage_velocities(s->model, s->data, s->u), mbsr_data_error(s->data));
+    assert_ok(mbsr_stage_forces(s->model, s->data, NULL), mbsr_data_error(s->data));
     mbsri_inverse(s->model, s->data, s->tau);
     mbsri_scatter(s->model, s->data->out, s->expected);
     for (int l = 0; l < count; ++l) {
@@ -265,8 +267,8 @@ static void lean_data_serves_the_same(void **state)
     double pose[MBSR_POSE_SIZE];
     assert_refused(mbsr_body_pose(s.model, lean, 0, pose), mbsr_data_error(lean), MBSR_ERR_LEAN,
                    MBSR_NONE, MBSR_NONE, "full data");
-    assert_refused(mbsr_positions(s.model, lean, s.t, s.q), mbsr_data_error(lean), MBSR_ERR_LEAN,
-                   MBSR_NONE, MBSR_NONE, "mbsr_data_create_lean");
+    assert_refused(mbsr_stage_positions(s.model, lean, s.t, s.q), mbsr_data_error(lean),
+                   MBSR_ERR_LEAN, MBSR_NONE, MBSR_NONE, "mbsr_data_create_lean");
     s.q[0] = NAN;
     assert_int_equal(mbsr_forward_dynamics(s.model, lean, s.t, s.q, s.u, s.tau, s.udot),
                      MBSR_NOT_FINITE);
@@ -332,12 +334,12 @@ static void results_can_be_asked_for_after_every_call(void **state)
     assert_ok(mbsr_inverse_dynamics(s.model, s.data, s.t, s.q, s.u, s.udot, s.expected),
               mbsr_data_error(s.data));
     assert_ok(mbsr_body_acceleration(s.model, s.data, 7, A[0]), mbsr_data_error(s.data));
-    assert_ok(mbsr_positions(s.model, s.data, s.t, s.q), mbsr_data_error(s.data));
+    assert_ok(mbsr_stage_positions(s.model, s.data, s.t, s.q), mbsr_data_error(s.data));
     assert_ok(mbsr_body_pose(s.model, s.data, 7, pose[1]), mbsr_data_error(s.data));
     assert_true(distance(MBSR_POSE_SIZE, pose[0], pose[1]) == 0.0);
-    assert_ok(mbsr_velocities(s.model, s.data, s.u), mbsr_data_error(s.data));
-    assert_ok(mbsr_forces(s.model, s.data, NULL), mbsr_data_error(s.data));
-    assert_ok(mbsr_accelerations(s.model, s.data, s.udot), mbsr_data_error(s.data));
+    assert_ok(mbsr_stage_velocities(s.model, s.data, s.u), mbsr_data_error(s.data));
+    assert_ok(mbsr_stage_forces(s.model, s.data, NULL), mbsr_data_error(s.data));
+    assert_ok(mbsr_stage_accelerations(s.model, s.data, s.udot), mbsr_data_error(s.data));
     assert_ok(mbsr_body_acceleration(s.model, s.data, 7, A[1]), mbsr_data_error(s.data));
     assert_true(distance(6, A[0], A[1]) == 0.0);
     test_rigid_tree_free(&s);

@@ -102,7 +102,7 @@ static const double x_axis[3] = {1, 0, 0}, slant[3] = {0.6, 0.0, 0.8};
 static mbsr_frame seat(int i)
 {
     const double x[3] = {0.3, 0.1 * i, -0.2};
-    return mbsr_frame_turned(x, slant, 0.2 * i);
+    return mbsr_frame_rotated(x, slant, 0.2 * i);
 }
 
 /* A motion of the root in every direction. */
@@ -110,7 +110,7 @@ static int shake(void *user, double t, double *p, double *V, double *A)
 {
     (void)user;
     const mbsr_frame frame =
-        mbsr_frame_turned((double[3]){sin(t), 2.0, -t}, slant, 0.5 * t * t + 0.2);
+        mbsr_frame_rotated((double[3]){sin(t), 2.0, -t}, slant, 0.5 * t * t + 0.2);
     for (int k = 0; k < 9; ++k) p[MBSR_POSE_R + k] = frame.R[k];
     for (int k = 0; k < 3; ++k) {
         p[MBSR_POSE_X + k] = frame.x[k];
@@ -143,8 +143,8 @@ static void add(mbsr_model *m, int parent, mbsr_joint joint, mbsr_inertia inerti
 static mbsr_inertia brick(int i)
 {
     const double com[3] = {0.1, 0.05 * i, 0.2}, edges[3] = {0.2, 0.3, 0.1 + 0.05 * i};
-    const mbsr_frame at = mbsr_frame_turned(com, x_axis, 0.3);
-    return mbsr_inertia_moved(&at, mbsr_inertia_box(100.0, edges));
+    const mbsr_frame at = mbsr_frame_rotated(com, x_axis, 0.3);
+    return mbsr_inertia_in_frame(&at, mbsr_inertia_box(100.0, edges));
 }
 
 /* A tree in which body `i` has a joint of each kind in turn, between stock joints; the elements act

@@ -72,7 +72,7 @@ static void add_bodies(scene *s, const unit *by, bool bare)
     const double L = by->m, density = 500.0 * by->kg / (L * L * L);
     for (int i = 0; i < BODIES; ++i) {
         const double edges[3] = {0.3 * L, 0.5 * L, 0.4 * L};
-        mbsr_frame A = mbsr_frame_turned(NULL, x, 0.4 * i);
+        mbsr_frame A = mbsr_frame_rotated(NULL, x, 0.4 * i);
         A.x[0] = 0.4 * L, A.x[1] = 0.1 * L * i, A.x[2] = -0.2 * L;
         mbsr_body_def def = mbsr_default_body_def();
         def.parent = i == 0 ? MBSR_GROUND : i == 4 ? 1 : i - 1;
