@@ -522,7 +522,7 @@ static int run(chain *s, int task)
         const int status = mbsr_forward_dynamics(m, d, 0.0, s->q, s->u, NULL, s->udot);
         return status == MBSR_UNDETERMINED ? MBSR_OK : status;
     }
-    case 1: return mbsr_inverse_dynamics(m, d, 0.0, s->q, s->u, s->udot, s->x);
+    case 1: return mbsr_inverse_dynamics(m, d, 0.0, s->q, s->u, s->udot, NULL, s->x);
     case 2: return mbsr_dae_residual(m, d, MBSR_DAE_MOMENTUM, 0.0, s->y, s->yp, s->F);
     case 4: return mbsr_newton_linearise(s->products, d, 0.0, s->y, s->yp, 10.0);
     case 5: return mbsr_newton_multiply(s->products, s->y, s->x);

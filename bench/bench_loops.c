@@ -277,8 +277,8 @@ static int call(candidate *c, int which)
     case 2: return mbsr_newton_solve(c->newton, c->yp, c->F);
     case FORWARD: return mbsr_forward_dynamics(m, c->data, 0.0, c->y, u, NULL, c->F);
     default:
-        return mbsr_closures_inverse_dynamics(m, c->data, 0.0, c->y, u, udot, c->motors, c->motor,
-                                              c->F, c->F + c->tree.nu);
+        return mbsr_inverse_dynamics(m, c->data, 0.0, c->y, u, udot,
+                                     &(mbsr_motors){c->motors, c->motor}, c->F);
     }
 }
 

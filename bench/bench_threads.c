@@ -117,7 +117,7 @@ static int call(tree *t, int which, mbsr_batch *batch)
                                            NULL);
     switch (which) {
     case 0: return mbsr_forward_dynamics(m, t->data, 0.0, t->q, t->u, t->tau, t->out);
-    case 1: return mbsr_inverse_dynamics(m, t->data, 0.0, t->q, t->u, t->tau, t->out);
+    case 1: return mbsr_inverse_dynamics(m, t->data, 0.0, t->q, t->u, t->tau, NULL, t->out);
     default: return mbsr_dae_residual(m, t->data, MBSR_DAE_MOMENTUM, 0.0, t->y, t->yp, t->F);
     }
 }

@@ -28,7 +28,7 @@ static int feed_forward(void *user, double t, int n, double *value)
     (void)n;
     for (int k = 0; k < N && !status; ++k)
         status = mbsr_table_value(f->reference[k], t, q + k, u + k, a + k);
-    if (!status) status = mbsr_inverse_dynamics(f->model, f->bare, t, q, u, a, tau);
+    if (!status) status = mbsr_inverse_dynamics(f->model, f->bare, t, q, u, a, NULL, tau);
     if (!status) value[0] = tau[f->joint];
     return status;
 }

@@ -282,8 +282,7 @@ MBSR_API int mbsr_closure_definition(const mbsr_model *model, int closure, mbsr_
  *
  * m = mbsr_model_rows, h = mbsr_model_position_rows, nq and nu as in the model. mbsr_assemble and
  * mbsr_closures_report use dense linear algebra, O((nu + m)^3), and take memory from the model's
- * allocator for the call. mbsr_closures_inverse_dynamics goes along the tree in O(bodies + loops),
- * and takes memory where vector code does not serve the model. All others look up what is known. */
+ * allocator for the call. All others look up what is known. */
 
 /* What the loops are open by: g (h) at the positions of mbsr_stage_positions. MBSR_ERR_NULL,
  * MBSR_ERR_MISMATCH, MBSR_ERR_SEQUENCE, MBSR_NOT_FINITE, what a table returned. */
@@ -372,8 +371,10 @@ MBSR_API int mbsr_closure_of_row(const mbsr_model *model, int row, int *closure,
 
 /* ---- loop forces ---- */
 
-/* Loop forces lambda (m) of the last evaluation: of mbsr_stage_forces, of mbsr_forward_dynamics or
- * the residual. MBSR_ERR_NULL, MBSR_ERR_SEQUENCE. */
+/* Loop forces lambda (m) of the last evaluation: of mbsr_stage_forces, mbsr_forward_dynamics, the
+ * residual, or mbsr_inverse_dynamics. Those of stiff rows are the forces of their springs, those of
+ * rigid rows zero after mbsr_stage_forces and inverse dynamics without motors. MBSR_ERR_NULL,
+ * MBSR_ERR_SEQUENCE. */
 MBSR_API int mbsr_closures_lambda(const mbsr_model *model, mbsr_data *data, double *lambda);
 
 /* What one closure exerts on one of its bodies by these loop forces, such as the force of contact
@@ -391,23 +392,6 @@ MBSR_API int mbsr_closure_reaction(const mbsr_model *model, mbsr_data *data, int
  * none, such as a coupling; MBSR_NOT_FINITE, what the table returned. */
 MBSR_API int mbsr_closure_point(const mbsr_model *model, mbsr_data *data, int closure,
                                 double point[3]);
-
-/* Inverse dynamics with loops: tau (nu) of the `count` joint rates listed in `actuated` (places in
- * u), zero for all others, and loop forces lambda (m), so that the accelerations udot (nu) come
- * about:
- *
- *   tau + C^T lambda = (mbsr_inverse_dynamics)        with the rigid rows C
- *
- * in O(bodies + loops). Stiff rows are springs, whose forces the right-hand side has already: their
- * lambda are these forces, as mbsr_closures_lambda has them, and have no part in the sum. Where
- * there are more actuators than freedoms, |tau| is the least; rows that are redundant where a loop
- * closes share by least norm there, of moments and of forces times the model's length.
- * MBSR_UNDETERMINED names a joint that the actuators listed cannot move as asked for. Statuses of
- * mbsr_inverse_dynamics, MBSR_ERR_VALUE (actuated), MBSR_ERR_NO_MEMORY. */
-MBSR_API int mbsr_closures_inverse_dynamics(const mbsr_model *model, mbsr_data *data, double t,
-                                            const double *q, const double *u, const double *udot,
-                                            int count, const int *actuated, double *tau,
-                                            double *lambda);
 
 #ifdef __cplusplus
 }

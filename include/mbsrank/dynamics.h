@@ -13,11 +13,11 @@
  *
  * q, u, u' and tau are vectors over the whole tree (mbsr_model_nq, mbsr_model_nu), ordered by body
  * id: joint (minimal) coordinates, their velocities and accelerations, and generalised forces.
- * Outputs must not overlap inputs. No function here allocates, but forward dynamics of models with
- * closures that vector code does not serve, which take memory from the model's allocator for the
- * call. Statuses common to all: MBSR_ERR_NULL, MBSR_ERR_MISMATCH (data of another model),
- * MBSR_NOT_FINITE (an argument or a result is NaN or infinite, such as one that overflows: with
- * MBSR_OK all numbers are finite), and whatever a callback returned, unchanged; the text is in
+ * Outputs must not overlap inputs. No function here allocates, but forward and inverse dynamics of
+ * models with closures that vector code does not serve, which take memory from the model's
+ * allocator for the call. Statuses common to all: MBSR_ERR_NULL, MBSR_ERR_MISMATCH (data of another
+ * model), MBSR_NOT_FINITE (an argument or a result is NaN or infinite, such as one that overflows:
+ * with MBSR_OK all numbers are finite), and whatever a callback returned, unchanged; the text is in
  * mbsr_data_error. */
 #ifndef MBSRANK_DYNAMICS_H
 #define MBSRANK_DYNAMICS_H
@@ -81,22 +81,37 @@ MBSR_API int mbsr_recursive_residual(const mbsr_model *model, mbsr_data *data, d
                                      const double *q, const double *u, const double *udot,
                                      const double *tau, double *residual);
 
+/* The joint rates that have a motor. */
+typedef struct mbsr_motors {
+    int count;       /* 0 .. nu */
+    const int *rate; /* indices of u, each at most once; may be NULL for none */
+} mbsr_motors;
+
 /* Inverse dynamics by the recursive Newton-Euler algorithm (RNEA), O(N): the joint forces tau (nu)
  * that, in addition to the force elements, give the accelerations udot (nu):
  *
- *   A   = -(H A_pred + J u' + kII)      root to leaves (9)
- *   mu  = f - M A - sum H_j^T mu_j      leaves to root (11), over the successors j
- *   tau = J^T mu - (joint forces of the force elements)
+ *   A    = -(H A_pred + J u' + kII)      root to leaves (9)
+ *   mu   = f - M A - sum H_j^T mu_j      leaves to root (11), over the successors j
+ *   need = J^T mu - (joint forces of the force elements)
  *
  * No rank decision, no pseudo-inverse. Gravity is a force element like any other, not an
- * acceleration of the root. tau less the tau that is applied is the inverse-dynamics residual of
- * dae.h. With closures it is what motors and the loop forces of rigid rows exert together, tau +
- * C^T lambda; stiff rows are springs, which count among the force elements. See
- * mbsr_closures_inverse_dynamics. All statuses of mbsr_stage_positions, mbsr_stage_velocities and
- * mbsr_stage_forces. */
+ * acceleration of the root. Stiff rows of closures are springs, and count among the force elements.
+ * tau less the tau that is applied is the inverse-dynamics residual of dae.h.
+ *
+ * motors NULL: every joint rate has a motor, tau = need, and rigid rows of closures exert nothing.
+ * Else tau is zero at rates without a motor, and with the rigid rows C
+ *
+ *   tau + C^T lambda = need                  lambda: mbsr_closures_lambda (closure.h)
+ *
+ * in O(bodies + loops). Where there are more motors than freedoms |tau| is the least; rows that are
+ * redundant where a loop closes share by least norm there, of moments and of forces times the
+ * model's length. MBSR_UNDETERMINED names a joint that the motors cannot move as asked for; tau is
+ * then as it was. Where vector code does not serve the model, memory is taken for the call:
+ * MBSR_ERR_NO_MEMORY. MBSR_ERR_VALUE names an entry of motors. All statuses of
+ * mbsr_stage_positions, mbsr_stage_velocities and mbsr_stage_forces. */
 MBSR_API int mbsr_inverse_dynamics(const mbsr_model *model, mbsr_data *data, double t,
                                    const double *q, const double *u, const double *udot,
-                                   double *tau);
+                                   const mbsr_motors *motors, double *tau);
 
 /* Forward dynamics by the articulated-body algorithm (ABA), O(N): the accelerations udot (nu) under
  * the force elements and tau (nu, may be NULL). MBSR_UNDETERMINED names the first joint whose block

@@ -155,7 +155,7 @@ static int show_raw(mbsr_ida *ida, double *q, double *u, double *udot, double *l
     double *work = N_VGetArrayPointer(ida->work);
     int status = mbsr_dae_unpack(m, d, ida->opt.form, ida->run.present, y, own, own + nq);
     if (!status && !closed)
-        status = mbsr_inverse_dynamics(m, d, ida->run.present, own, own + nq, rates, work);
+        status = mbsr_inverse_dynamics(m, d, ida->run.present, own, own + nq, rates, NULL, work);
     if (!status && closed)
         status = mbsr_dae_residual(m, d, ida->opt.form, ida->run.present, y, yp, work);
     if (!status && closed) status = mbsr_stage_accelerations(m, d, rates);

@@ -328,73 +328,13 @@ int mbsr_closures_set_lambda(const mbsr_model *model, mbsr_data *data, const dou
 
 int mbsr_closures_lambda(const mbsr_model *model, mbsr_data *data, double *lambda)
 {
-    const bool swept = data && data->pending == MBSRI_PENDING_MOTION; /* no stage need run */
+    const bool there = /* no stage need run */
+        data && (data->pending == MBSRI_PENDING_MOTION ||
+                 (data->pending == MBSRI_PENDING_INVERSE && data->loaded));
     const int status =
-        mbsri_enter(model, data, lambda != NULL, swept ? MBSRI_STAGE_NONE : MBSRI_STAGE_FORCES,
+        mbsri_enter(model, data, lambda != NULL, there ? MBSRI_STAGE_NONE : MBSRI_STAGE_FORCES,
                     "mbsr_closures_lambda");
     if (status) return status;
     mbsri_copy((size_t)model->rows, data->loop_lambda, lambda);
     return MBSR_OK;
-}
-
-/* ---- inverse dynamics ---- */
-
-/* 1 in `mark` (nu) at the coordinates listed. */
-static int mark_actuated(const mbsr_model *m, mbsr_data *d, int count, const int *actuated,
-                         double *mark, const char *name)
-{
-    mbsri_zero((size_t)m->nu, mark);
-    for (int k = 0; k < count; ++k) {
-        const bool outside = actuated[k] < 0 || actuated[k] >= m->nu;
-        if (outside || mark[actuated[k]] > 0.0)
-            return mbsri_fail(&d->error, MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE,
-                              "%s: actuated[%d] is %d, %s", name, k, actuated[k],
-                              outside ? "not a place in u" : "as another is");
-        mark[actuated[k]] = 1.0;
-    }
-    return MBSR_OK;
-}
-
-/* Joint by joint; mark: nu, by the caller's order. */
-static int actuate(const mbsr_model *model, mbsr_data *data, double t, const double *q,
-                   const double *u, const double *udot, const double *mark, double *tau,
-                   double *lambda, const char *name)
-{
-    const size_t nu = (size_t)model->nu, rows = (size_t)model->rows;
-    double *memory = mbsri_allocate(&model->allocator, (3 * nu + rows) * sizeof *memory);
-    if (!memory)
-        return mbsri_fail(&data->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
-                          "%s: no memory for %d joint rates", name, model->nu);
-    double *need = memory, *found = need + nu, *marked = found + nu, *forces = marked + nu;
-    mbsri_gather(model, mark, marked);
-    int status = mbsr_inverse_dynamics(model, data, t, q, u, udot, need);
-    if (!status) status = mbsri_enter(model, data, true, MBSRI_STAGE_FORCES, name);
-    if (!status) status = mbsri_loops_actuate(model, data, marked, need, found, forces, name);
-    if (!status) status = mbsri_check_result(model, data, nu, found, name);
-    if (!status) status = mbsri_check_result(model, data, rows, forces, name);
-    if (!status) {
-        mbsri_copy(nu, found, tau);
-        mbsri_copy(rows, forces, lambda);
-    }
-    mbsri_release(&model->allocator, memory);
-    return status;
-}
-
-int mbsr_closures_inverse_dynamics(const mbsr_model *model, mbsr_data *data, double t,
-                                   const double *q, const double *u, const double *udot, int count,
-                                   const int *actuated, double *tau, double *lambda)
-{
-    static const char name[] = "mbsr_closures_inverse_dynamics";
-    int status =
-        mbsri_enter(model, data, q && u && udot && tau && lambda && (actuated || count == 0),
-                    MBSRI_STAGE_NONE, name);
-    if (status) return status;
-    double *mark = data->u_given, *motor = data->vec; /* which other evaluations do not leave */
-    status = mark_actuated(model, data, count, actuated, mark, name);
-    if (status) return status;
-    mbsri_gather(model, mark, motor);
-    status = mbsri_sweeps_loops_inverse(model, data, t, q, u, udot, motor, tau, lambda);
-    if (!status) mbsri_remember(model, data, MBSRI_PENDING_INVERSE, q, u, udot);
-    if (status != MBSRI_NOT_SERVED) return status;
-    return actuate(model, data, t, q, u, udot, mark, tau, lambda, name);
 }

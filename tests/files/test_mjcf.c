@@ -136,7 +136,7 @@ static void classes_and_frames(void **state)
     assert_close(pose[1], 1.0, 1e-15);
     assert_int_equal(mbsr_model_find_body(s.model, "p"), 1); /* behind a body between its anchors */
     assert_true(mbsr_body_armature(s.model, 0)[0] == 2.0);
-    assert_ok(mbsr_inverse_dynamics(s.model, s.data, 0.0, q, u, udot, tau),
+    assert_ok(mbsr_inverse_dynamics(s.model, s.data, 0.0, q, u, udot, NULL, tau),
               mbsr_data_error(s.data));
     assert_close(tau[0], 1.0, 1e-15);
     assert_close(tau[1], 3.0, 1e-15);
@@ -203,7 +203,7 @@ static void actuators_and_tendons(void **state)
     assert_int_equal(mbsr_file_find_actuator(s.file, "m"), 0);
     assert_int_equal(mbsr_file_find_key(s.file, "k"), 0);
     for (int k = 0; k < 4; ++k) s.file->control[k] = s.file->key[0].control[k];
-    assert_ok(mbsr_inverse_dynamics(s.model, s.data, 0.0, q, u, udot, tau),
+    assert_ok(mbsr_inverse_dynamics(s.model, s.data, 0.0, q, u, udot, NULL, tau),
               mbsr_data_error(s.data));
     const double l = 2.0 * q[0] - q[1], rate = 2.0 * u[0] - u[1],
                  spring = -10.0 * (l - 2.0) - 2.0 * rate, drive = 7.0 * 3.0 - 7.0 * rate,
@@ -520,7 +520,8 @@ static void actuators_of_locked_joints_hold(void **state)
         assert_ok(mbsr_model_finish(file->model), mbsr_model_error(file->model));
         assert_ok(mbsr_data_create(file->model, &d, NULL), NULL);
         assert_ok(mbsr_inverse_dynamics(file->model, d, 0.0, locked ? left_q : q,
-                                        locked ? left_u : u, locked ? left_x : x, tau[locked]),
+                                        locked ? left_u : u, locked ? left_x : x, NULL,
+                                        tau[locked]),
                   mbsr_data_error(d));
         for (int k = 0; locked && k < mbsr_model_forces(file->model); ++k) {
             mbsr_force_errors errors;

@@ -161,7 +161,7 @@ static double check_state(robot *r, const json *state, int passive, const char *
     assert_non_null(numbers(state, "qacc_in", x));
     convert(r, qpos, x, q, y);
     if (!added || !singular) {
-        assert_ok(mbsr_inverse_dynamics(r->model, r->data, 0.0, q, u, y, out),
+        assert_ok(mbsr_inverse_dynamics(r->model, r->data, 0.0, q, u, y, NULL, out),
                   mbsr_data_error(r->data));
         assert_non_null(numbers(numpy, passive ? "qfrc_inverse" : "qfrc_inverse_nopassive", x));
         convert(r, qpos, x, q, expected);
@@ -221,7 +221,8 @@ static void check_singular(const json *ref, const char *model)
     convert(&r, qpos, x, q, u);
     numbers(state, "qacc_in", x);
     convert(&r, qpos, x, q, y);
-    assert_ok(mbsr_inverse_dynamics(r.model, r.data, 0.0, q, u, y, out), mbsr_data_error(r.data));
+    assert_ok(mbsr_inverse_dynamics(r.model, r.data, 0.0, q, u, y, NULL, out),
+              mbsr_data_error(r.data));
     numbers(json_get(state, "numpy"), "qfrc_inverse", x);
     convert(&r, qpos, x, q, expected);
     compare(model, "qfrc_inverse", r.nu, out, expected, 1e-11);

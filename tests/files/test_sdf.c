@@ -127,7 +127,7 @@ static void a_screw(void **state)
         mbsr_file *file = read_clean(text, NULL);
         assert_ok(mbsr_model_finish(file->model), mbsr_model_error(file->model));
         assert_ok(mbsr_data_create(file->model, &d, NULL), NULL);
-        assert_ok(mbsr_inverse_dynamics(file->model, d, 0.0, &zero, &one, &one, &tau),
+        assert_ok(mbsr_inverse_dynamics(file->model, d, 0.0, &zero, &one, &one, NULL, &tau),
                   mbsr_data_error(d));
         assert_close(tau, 2.0 + 3.0 * 0.01 + 0.1 * 3.0 * 9.81, 1e-13);
         mbsr_data_destroy(d);

@@ -129,7 +129,7 @@ static void forces_of_joints(void **state)
         if (with) opt.stop_stiffness = 100.0, opt.slip = 1e-6;
         mbsr_file *file = read_small(text, &opt);
         mbsr_data *data = finish(file);
-        assert_ok(mbsr_inverse_dynamics(file->model, data, 0.0, &q, &u, &udot, &tau),
+        assert_ok(mbsr_inverse_dynamics(file->model, data, 0.0, &q, &u, &udot, NULL, &tau),
                   mbsr_data_error(data));
         assert_close(tau, with ? 1.0 + 50.0 + 4.0 : 1.0, 1e-9);
         mbsr_data_destroy(data);

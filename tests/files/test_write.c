@@ -169,8 +169,9 @@ static double compare(const trip *t, double tolerance)
         int status[2];
         random_state(t, &rng, q, u, udot);
         for (int k = 0; k < 2; ++k)
-            assert_ok(mbsr_inverse_dynamics(t->file[k]->model, t->data[k], 0.0, q, u, udot, x[k]),
-                      mbsr_data_error(t->data[k]));
+            assert_ok(
+                mbsr_inverse_dynamics(t->file[k]->model, t->data[k], 0.0, q, u, udot, NULL, x[k]),
+                mbsr_data_error(t->data[k]));
         assert_near("inverse dynamics", f->nu, x[0], x[1], 1e-12);
         for (int b = 0; b < f->bodies; ++b) {
             for (int k = 0; k < 2; ++k) mbsr_body_pose(t->file[k]->model, t->data[k], b, pose[k]);

@@ -362,11 +362,11 @@ static void data_belong_to_the_simulation(void **state)
     assert_ok(mbsr_force_switch(s.model, bare, spring, 0), mbsr_data_error(bare));
     mbsr_simulation_start(&s, NULL, 0.0, &q, NULL);
     assert_true(s.data != bare && s.data != other);
-    assert_ok(mbsr_inverse_dynamics(s.model, bare, 0.0, &q, &zero, &zero, &tau),
+    assert_ok(mbsr_inverse_dynamics(s.model, bare, 0.0, &q, &zero, &zero, NULL, &tau),
               mbsr_data_error(bare));
     assert_close(fabs(tau), 9.81 * sin(0.4), 1e-12);
     const double weight = tau;
-    assert_ok(mbsr_inverse_dynamics(s.model, other, 0.0, &q, &zero, &zero, &tau),
+    assert_ok(mbsr_inverse_dynamics(s.model, other, 0.0, &q, &zero, &zero, NULL, &tau),
               mbsr_data_error(other));
     assert_close(tau - weight, 50.0 * 0.4, 1e-12);
     mbsr_simulation_end(&s);

@@ -91,7 +91,7 @@ static int call(arm *a, int which)
 {
     switch (which) {
     case 0: return mbsr_forward_dynamics(a->model, a->data, 0.0, a->q, a->u, a->x, a->out);
-    case 1: return mbsr_inverse_dynamics(a->model, a->data, 0.0, a->q, a->u, a->x, a->out);
+    case 1: return mbsr_inverse_dynamics(a->model, a->data, 0.0, a->q, a->u, a->x, NULL, a->out);
     case 2: return mbsr_dae_residual(a->model, a->data, MBSR_DAE_MOMENTUM, 0.0, a->y, a->yp, a->F);
     case 3: return mbsr_newton_factor(a->newton, a->data, 0.0, a->y, a->yp, 100.0);
     default: return mbsr_newton_solve(a->newton, a->y, a->F);

@@ -193,13 +193,14 @@ static void start_balances(const chain *c, int zeros, const double *mass, const 
     const double none[MOST_NU] = {0.0};
     double y[3 * MOST_NU], yp[3 * MOST_NU] = {0.0}, before[MOST_NU], after[MOST_NU];
     mbsr_consistent_info info;
-    assert_ok(mbsr_inverse_dynamics(c->model, c->data, 0.0, c->q, c->u, none, before), error_of(c));
+    assert_ok(mbsr_inverse_dynamics(c->model, c->data, 0.0, c->q, c->u, none, NULL, before),
+              error_of(c));
     assert_ok(mbsr_dae_pack(c->model, c->data, MBSR_DAE_MOMENTUM, 0.0, c->q, c->u, y), error_of(c));
     assert_ok(mbsr_dae_consistent(c->model, c->data, MBSR_DAE_MOMENTUM, 0.0, y, yp, NULL, &info),
               error_of(c));
     assert_int_equal(info.null_directions, zeros);
     for (int k = 0; k < n; ++k) assert_true(y[k] == c->q[k]);
-    assert_ok(mbsr_inverse_dynamics(c->model, c->data, 0.0, c->q, y + 2 * n, none, after),
+    assert_ok(mbsr_inverse_dynamics(c->model, c->data, 0.0, c->q, y + 2 * n, none, NULL, after),
               error_of(c));
     assert_true(component(n, X, scale, 0, zeros, before, before) > 1e-6);
     assert_less(component(n, X, scale, 0, zeros, after, before), 1e-11);
@@ -207,7 +208,7 @@ static void start_balances(const chain *c, int zeros, const double *mass, const 
     assert_int_equal(mbsr_forward_dynamics(c->model, c->data, 0.0, c->q, y + 2 * n, NULL, udot),
                      MBSR_UNDETERMINED);
     assert_int_equal(nullity_by_blocks(c), zeros);
-    assert_ok(mbsr_inverse_dynamics(c->model, c->data, 0.0, c->q, y + 2 * n, udot, rest),
+    assert_ok(mbsr_inverse_dynamics(c->model, c->data, 0.0, c->q, y + 2 * n, udot, NULL, rest),
               error_of(c));
     for (int k = 0; k < n; ++k) { /* what is added up in each equation */
         before[k] = fabs(after[k]);

@@ -236,8 +236,10 @@ static double imbalance(const tree *w, const double *mass, const double *udot)
 {
     const double none[MOST_NU] = {0.0};
     double rest[MOST_NU], bias[MOST_NU], worst = 0.0;
-    assert_ok(mbsr_inverse_dynamics(w->model, w->data, 0.7, w->q, w->u, udot, rest), error_of(w));
-    assert_ok(mbsr_inverse_dynamics(w->model, w->data, 0.7, w->q, w->u, none, bias), error_of(w));
+    assert_ok(mbsr_inverse_dynamics(w->model, w->data, 0.7, w->q, w->u, udot, NULL, rest),
+              error_of(w));
+    assert_ok(mbsr_inverse_dynamics(w->model, w->data, 0.7, w->q, w->u, none, NULL, bias),
+              error_of(w));
     for (int j = 0; j < w->nu; ++j) {
         double sum = fabs(bias[j]);
         for (int k = 0; k < w->nu; ++k) sum += fabs(mass[k * w->nu + j] * udot[k]);

@@ -146,7 +146,8 @@ typedef struct oracle {
 static void balance(const scene *s, const oracle *o, const double *u, double *r)
 {
     double h[BODIES], still[BODIES] = {0.0};
-    assert_ok(mbsr_inverse_dynamics(s->m, s->d, 0.0, s->q, u, still, h), mbsr_data_error(s->d));
+    assert_ok(mbsr_inverse_dynamics(s->m, s->d, 0.0, s->q, u, still, NULL, h),
+              mbsr_data_error(s->d));
     for (int l = 0; l < o->k; ++l) {
         r[l] = 0.0;
         for (int j = 0; j < s->n; ++j) r[l] += o->Z[l * s->n + j] * h[j];

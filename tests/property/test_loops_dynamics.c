@@ -116,7 +116,7 @@ static void long_chain(void **state)
     assert_ok(mbsr_closures_transpose(s.m, s.d, lambda, both), error);
     assert_ok(mbsr_closures_bias(s.m, s.d, bias), error);
     assert_ok(mbsr_closures_apply(s.m, s.d, udot, rate), error);
-    assert_ok(mbsr_inverse_dynamics(s.m, s.d, 0.0, q, u, udot, need), error);
+    assert_ok(mbsr_inverse_dynamics(s.m, s.d, 0.0, q, u, udot, NULL, need), error);
     const double size = test_largest(NU, need) + test_largest(NU, both),
                  fast = 1.0 + test_largest(NU, udot);
     for (int k = 0; k < NU; ++k) assert_close(need[k], tau[k] + both[k], 1e-10 * size);
@@ -218,7 +218,7 @@ static void memory(void **state)
     u[1] = -1.0;
     const long calls = counting.calls;
     assert_ok(mbsr_forward_dynamics(s.m, s.d, 0.0, q, u, NULL, udot), mbsr_data_error(s.d));
-    assert_ok(mbsr_closures_inverse_dynamics(s.m, s.d, 0.0, q, u, udot, 2, motors, tau, lambda),
+    assert_ok(loops_inverse_dynamics(s.m, s.d, 0.0, q, u, udot, 2, motors, tau, lambda),
               mbsr_data_error(s.d));
     for (int k = 0; k < 8; ++k) assert_close(tau[k], 0.0, 1e-10);
     assert_int_equal(counting.calls, calls);
@@ -229,8 +229,8 @@ static void memory(void **state)
             counting.fail_at = counting.calls + at;
             counting.failed = 0;
             const int status = call == 0 ? mbsr_forward_dynamics(s.m, s.d, 0.0, q, u, NULL, again)
-                                         : mbsr_closures_inverse_dynamics(s.m, s.d, 0.0, q, u, udot,
-                                                                          2, motors, tau, lambda);
+                                         : loops_inverse_dynamics(s.m, s.d, 0.0, q, u, udot, 2,
+                                                                  motors, tau, lambda);
             assert_int_equal(counting.live, live);
             if (!counting.failed) {
                 assert_ok(status, mbsr_data_error(s.d));

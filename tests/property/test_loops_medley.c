@@ -3,6 +3,7 @@
 #include "duration.h"
 #include "expect.h"
 #include "kernels.h"
+#include "loops.h"
 #include "medley_equations.h"
 #include "newton_system.h"
 
@@ -151,13 +152,13 @@ static void check_inverse(const medley *s, test_rng *rng, int some, tally *all)
         if (test_integer(rng, 0, 9) < some) actuated[count++] = k, P[k * (s->nu + 1)] = 1.0;
     }
     medley_find_equations(s, &e);
-    assert_ok(mbsr_inverse_dynamics(s->m, s->d, s->t, s->q, s->u, udot, need), NULL);
+    assert_ok(mbsr_inverse_dynamics(s->m, s->d, s->t, s->q, s->u, udot, NULL, need), NULL);
     medley_solve(&e, P, need, NULL);
     const double size = 1.0 + test_largest(s->nu, need);
     for (int way = 0; way < 2 && e.clear; ++way) {
         mbsri_sweep_loops *plan = way == 0 ? NULL : hide_plan(s);
-        const int status = mbsr_closures_inverse_dynamics(s->m, s->d, s->t, s->q, s->u, udot, count,
-                                                          actuated, tau, lambda);
+        const int status = loops_inverse_dynamics(s->m, s->d, s->t, s->q, s->u, udot, count,
+                                                  actuated, tau, lambda);
         show_plan(s, plan);
         if (e.left > 1e-4 * size) {
             expect_status(s, "inverse dynamics", status, MBSR_UNDETERMINED);

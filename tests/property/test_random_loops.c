@@ -224,17 +224,16 @@ static void inverse_dynamics(void **state)
         if (mbsr_forward_dynamics(s.m, s.d, 0.0, s.q, s.u, tau, s.udot) == MBSR_OK) {
             const double size = 1.0 + test_largest(s.nu, s.udot);
             for (int k = 0; k < s.nu; ++k) all[k] = k;
-            assert_ok(mbsr_closures_inverse_dynamics(s.m, s.d, 0.0, s.q, s.u, s.udot, s.nu, all,
-                                                     tau, lambda),
-                      mbsr_data_error(s.d));
+            assert_ok(
+                loops_inverse_dynamics(s.m, s.d, 0.0, s.q, s.u, s.udot, s.nu, all, tau, lambda),
+                mbsr_data_error(s.d));
             assert_ok(mbsr_forward_dynamics(s.m, s.d, 0.0, s.q, s.u, tau, again),
                       mbsr_data_error(s.d));
             for (int k = 0; k < s.nu; ++k) assert_close(again[k], s.udot[k], 1e-6 * size);
-            assert_int_equal(mbsr_closures_inverse_dynamics(s.m, s.d, 0.0, s.q, s.u, s.udot, 0,
-                                                            NULL, tau, lambda),
-                             MBSR_UNDETERMINED);
-            assert_contains(mbsr_data_error(s.d)->text,
-                            "mbsr_closures_inverse_dynamics|driven by none");
+            assert_int_equal(
+                loops_inverse_dynamics(s.m, s.d, 0.0, s.q, s.u, s.udot, 0, NULL, tau, lambda),
+                MBSR_UNDETERMINED);
+            assert_contains(mbsr_data_error(s.d)->text, "mbsr_inverse_dynamics|driven by none");
             ++compared;
         }
         loops_free(&s);

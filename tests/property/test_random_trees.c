@@ -75,7 +75,7 @@ static void inverse(state *s, const double *udot, double *tau)
 {
     mbsri_data_poison(s->tree.data);
     assert_int_equal(
-        mbsr_inverse_dynamics(s->tree.model, s->tree.data, time_now, s->q, s->u, udot, tau),
+        mbsr_inverse_dynamics(s->tree.model, s->tree.data, time_now, s->q, s->u, udot, NULL, tau),
         MBSR_OK);
 }
 

@@ -188,8 +188,9 @@ static void inverse_dynamics_moves_the_points(void **unused)
                   mbsr_data_error(tree.data));
         test_space_jacobian(&tree, P);
         mbsri_data_poison(tree.data);
-        assert_ok(mbsr_inverse_dynamics(tree.model, tree.data, now, tree.q, tree.u, udot, tau),
-                  mbsr_data_error(tree.data));
+        assert_ok(
+            mbsr_inverse_dynamics(tree.model, tree.data, now, tree.q, tree.u, udot, NULL, tau),
+            mbsr_data_error(tree.data));
         for (int c = 0; c < n; ++c) {
             double expected = 0.0;
             for (int r = 0; r < rows; ++r) expected += P[c * rows + r] * a[r];
@@ -322,8 +323,9 @@ static void forward_dynamics_is_inverse_to_inverse_dynamics(void **unused)
         test_rng rng = test_seed((uint64_t)seed + 200);
         test_fill(&rng, tree.nu, udot);
         mbsri_data_poison(tree.data);
-        assert_ok(mbsr_inverse_dynamics(tree.model, tree.data, now, tree.q, tree.u, udot, tau),
-                  mbsr_data_error(tree.data));
+        assert_ok(
+            mbsr_inverse_dynamics(tree.model, tree.data, now, tree.q, tree.u, udot, NULL, tau),
+            mbsr_data_error(tree.data));
         mbsri_data_poison(tree.data);
         assert_ok(mbsr_recursive_residual(tree.model, tree.data, now, tree.q, tree.u, udot, tau,
                                           residual),

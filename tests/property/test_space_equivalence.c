@@ -727,7 +727,7 @@ static void a_driven_coordinate_moves_as_a_free_one_that_is_pushed(void **unused
             pushed.udot[k] = k == 3 ? sdd : driven.udot[from++];
         mbsri_data_poison(pushed.data);
         assert_ok(mbsr_inverse_dynamics(pushed.model, pushed.data, now, pushed.q, pushed.u,
-                                        pushed.udot, tau),
+                                        pushed.udot, NULL, tau),
                   mbsr_data_error(pushed.data));
         for (int body = 0; body < 3; ++body) assert_same_motion(&driven, body, &pushed, body, NULL);
         for (int k = 0; k < pushed.nu; ++k) {

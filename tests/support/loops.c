@@ -153,7 +153,8 @@ int loops_accelerations(loops *s, double t, const double *tau)
 {
     double b[2 * LOOPS_MOST], x[2 * LOOPS_MOST], zero[LOOPS_MOST] = {0.0}, h[LOOPS_MOST];
     loops_rows(s, t, s->q, s->u, NULL, NULL, NULL, b + s->nu);
-    assert_ok(mbsr_inverse_dynamics(s->m, s->d, t, s->q, s->u, zero, h), mbsr_data_error(s->d));
+    assert_ok(mbsr_inverse_dynamics(s->m, s->d, t, s->q, s->u, zero, NULL, h),
+              mbsr_data_error(s->d));
     for (int k = 0; k < s->nu; ++k) b[k] = -h[k] + (tau ? tau[k] : 0.0);
     for (int k = 0; k < s->rows; ++k) b[s->nu + k] *= -1.0;
     const int rank = solve_saddle(s, t, b, x);
@@ -207,4 +208,13 @@ void loops_add_parallelograms(loops *s, int count)
         loops_pin(s, NULL, top, 2.0, 0.0, c, 1.0, 0.0);
         from = top;
     }
+}
+
+int loops_inverse_dynamics(const mbsr_model *m, mbsr_data *d, double t, const double *q,
+                           const double *u, const double *udot, int count, const int *rate,
+                           double *tau, double *lambda)
+{
+    const mbsr_motors motors = {count, rate};
+    const int status = mbsr_inverse_dynamics(m, d, t, q, u, udot, &motors, tau);
+    return status ? status : mbsr_closures_lambda(m, d, lambda);
 }

@@ -103,7 +103,7 @@ void loops_find_equations(const loops *s, loops_equations *e, const double *tau)
     const mbsr_error *error = mbsr_data_error(s->d);
     loops_rows(&copy, 0.0, s->q, s->u, C, NULL, NULL, bias);
     assert_ok(mbsr_mass_matrix(s->m, s->d, e->M), error);
-    assert_ok(mbsr_inverse_dynamics(s->m, s->d, 0.0, s->q, s->u, zero, e->g), error);
+    assert_ok(mbsr_inverse_dynamics(s->m, s->d, 0.0, s->q, s->u, zero, NULL, e->g), error);
     e->n = s->nu;
     for (int k = 0; k < e->n; ++k) e->g[k] = (tau ? tau[k] : 0.0) - e->g[k];
     bool rigid[LOOPS_MOST];

@@ -53,7 +53,7 @@ void medley_find_equations(const medley *s, medley_equations *e)
     e->x = e->bias + r;
     e->rigid = calloc(r + 1, sizeof *e->rigid);
     const mbsr_error *error = mbsr_data_error(s->d);
-    assert_ok(mbsr_inverse_dynamics(s->m, s->d, s->t, s->q, s->u, zero, e->g), error);
+    assert_ok(mbsr_inverse_dynamics(s->m, s->d, s->t, s->q, s->u, zero, NULL, e->g), error);
     for (size_t k = 0; k < n; ++k) e->g[k] = -e->g[k];
     for (size_t k = 0; k < n; ++k) {
         zero[k] = 1.0;

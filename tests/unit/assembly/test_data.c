@@ -79,7 +79,7 @@ static void evaluate(const mbsr_model *m, mbsr_data *d, input in, int poison, re
     assert_int_equal(mbsr_dae_residual(m, d, MBSR_DAE_INVERSE_DYNAMICS, 0.3, in.y, in.yp, x), 0);
     x += n;
     if (poison) mbsri_data_poison(d);
-    assert_int_equal(mbsr_inverse_dynamics(m, d, 0.3, q, u, udot, x), 0);
+    assert_int_equal(mbsr_inverse_dynamics(m, d, 0.3, q, u, udot, NULL, x), 0);
     x += nu;
     if (poison) mbsri_data_poison(d);
     assert_int_equal(mbsr_stage_positions(m, d, 0.3, q), 0);
@@ -238,8 +238,8 @@ static void refused_by_all(const mbsr_model *m, mbsr_data *d, int status, const 
                    "mbsr_coordinate_rates");
     assert_refused(mbsr_recursive_residual(m, d, 0, x, x, x, x, x), e, status, MBSR_NONE, MBSR_NONE,
                    "mbsr_recursive_residual");
-    assert_refused(mbsr_inverse_dynamics(m, d, 0, x, x, x, x), e, status, MBSR_NONE, MBSR_NONE,
-                   "mbsr_inverse_dynamics");
+    assert_refused(mbsr_inverse_dynamics(m, d, 0, x, x, x, NULL, x), e, status, MBSR_NONE,
+                   MBSR_NONE, "mbsr_inverse_dynamics");
     assert_refused(mbsr_forward_dynamics(m, d, 0, x, x, x, x), e, status, MBSR_NONE, MBSR_NONE,
                    "mbsr_forward_dynamics");
     assert_refused(mbsr_mass_matrix(m, d, x), e, status, MBSR_NONE, MBSR_NONE, "mbsr_mass_matrix");
@@ -308,10 +308,10 @@ static void required_pointers_are_checked(void **state)
     NULL_REFUSED(mbsr_recursive_residual(m, d, 0, x, NULL, x, x, y));
     NULL_REFUSED(mbsr_recursive_residual(m, d, 0, x, x, NULL, x, y));
     NULL_REFUSED(mbsr_recursive_residual(m, d, 0, x, x, x, x, NULL));
-    NULL_REFUSED(mbsr_inverse_dynamics(m, d, 0, x, x, x, NULL));
-    NULL_REFUSED(mbsr_inverse_dynamics(m, d, 0, x, x, NULL, y));
-    NULL_REFUSED(mbsr_inverse_dynamics(m, d, 0, x, NULL, x, y));
-    NULL_REFUSED(mbsr_inverse_dynamics(m, d, 0, NULL, x, x, y));
+    NULL_REFUSED(mbsr_inverse_dynamics(m, d, 0, x, x, x, NULL, NULL));
+    NULL_REFUSED(mbsr_inverse_dynamics(m, d, 0, x, x, NULL, NULL, y));
+    NULL_REFUSED(mbsr_inverse_dynamics(m, d, 0, x, NULL, x, NULL, y));
+    NULL_REFUSED(mbsr_inverse_dynamics(m, d, 0, NULL, x, x, NULL, y));
     NULL_REFUSED(mbsr_forward_dynamics(m, d, 0, x, x, x, NULL));
     NULL_REFUSED(mbsr_forward_dynamics(m, d, 0, x, NULL, x, y));
     NULL_REFUSED(mbsr_forward_dynamics(m, d, 0, NULL, x, x, y));

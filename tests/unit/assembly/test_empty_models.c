@@ -48,7 +48,7 @@ static void evaluate(const mbsr_model *m)
     assert_ok(mbsr_data_create(m, &d, NULL), NULL);
     const mbsr_error *error = mbsr_data_error(d);
     assert_ok(mbsr_forward_dynamics(m, d, 0.0, none, none, NULL, none), error);
-    assert_ok(mbsr_inverse_dynamics(m, d, 0.0, none, none, none, none), error);
+    assert_ok(mbsr_inverse_dynamics(m, d, 0.0, none, none, none, NULL, none), error);
     assert_ok(mbsr_stage_positions(m, d, 0.0, none), error);
     assert_ok(mbsr_stage_velocities(m, d, none), error);
     assert_ok(mbsr_energy(m, d, energy, energy + 1), error);

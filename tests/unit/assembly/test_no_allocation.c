@@ -183,7 +183,7 @@ static int evaluate(work *w)
     bad += mbsr_total_rank(m, d) < 0;
     bad += abs(mbsr_energy(m, d, &T, &E));
     bad += abs(mbsr_mass_matrix(m, d, w->mass));
-    bad += abs(mbsr_inverse_dynamics(m, d, 0.3, q, u, udot, w->F));
+    bad += abs(mbsr_inverse_dynamics(m, d, 0.3, q, u, udot, NULL, w->F));
     const int status = mbsr_forward_dynamics(m, d, 0.3, q, u, NULL, w->F);
     bad += status == MBSR_UNDETERMINED ? 0 : abs(status);
     bad += abs(mbsr_dae_pack(m, d, MBSR_DAE_RECURSIVE, 0.3, q, u, w->F));
@@ -226,7 +226,7 @@ static int refuse(work *w)
     good += !mbsr_newton_multiply(w->newton, w->yp, w->F);
     w->yp[w->nq] = 1e308; /* overflows somewhere on the way */
     w->yp[w->nq + 1] = 1e308;
-    (void)mbsr_inverse_dynamics(m, d, 0.3, w->y, w->y + w->nq, w->yp + w->nq, w->F);
+    (void)mbsr_inverse_dynamics(m, d, 0.3, w->y, w->y + w->nq, w->yp + w->nq, NULL, w->F);
     w->yp[w->nq] = w->yp[w->nq + 1] = 0.5;
     return good;
 }
@@ -299,7 +299,7 @@ static int evaluate_mixed(mixed *s, mbsr_newton *newton, double *q, const double
     bad += abs(mbsr_newton_multiply(newton, y, F));
     bad += abs(mbsr_forward_dynamics(m, d, 0.3, q, u, NULL, F));
     bad += abs(mbsr_energy(m, d, &T, &E));
-    bad += abs(mbsr_inverse_dynamics(m, d, 0.3, q, u, udot, F));
+    bad += abs(mbsr_inverse_dynamics(m, d, 0.3, q, u, udot, NULL, F));
     bad += ask(m, d, 0.3, q, u, udot, F, matrix);
     /* refusals, with their texts */
     bad += mbsr_body_acceleration(m, d, 99, F) != MBSR_ERR_ID;

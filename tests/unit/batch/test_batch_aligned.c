@@ -131,7 +131,7 @@ static void run(const scene *s, int *served)
         mbsr_batch_error(batch));
     for (int k = 0; k < STATES; ++k) {
         assert_ok(mbsr_inverse_dynamics(s->model, d, 0.0, s->q + k * nq, s->u + k * nu,
-                                        s->tau + k * nu, one),
+                                        s->tau + k * nu, NULL, one),
                   mbsr_data_error(d));
         compare(tau + k * nu, one, nu, 1e-10);
     }

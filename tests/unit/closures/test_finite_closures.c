@@ -102,9 +102,9 @@ static int run_inverse(finite_subject *s)
 {
     int all[LOOPS_MOST];
     for (int k = 0; k < s->nu; ++k) all[k] = k;
-    return mbsr_closures_inverse_dynamics(s->model, s->data, s->in[FINITE_T][0], s->in[FINITE_Q],
-                                          s->in[FINITE_U], s->in[FINITE_UDOT], s->nu, all,
-                                          s->out[0], s->out[1]);
+    return loops_inverse_dynamics(s->model, s->data, s->in[FINITE_T][0], s->in[FINITE_Q],
+                                  s->in[FINITE_U], s->in[FINITE_UDOT], s->nu, all, s->out[0],
+                                  s->out[1]);
 }
 
 static int run_mobility(finite_subject *s)
@@ -190,7 +190,7 @@ static const finite_row rows[] = {
     {"mbsr_closures_lambda", run_force, forces, T | Q | U, 0, BOTH, of_rows},
     {"mbsr_closure_reaction", run_reaction, forces, T | Q | U, 0, BOTH, of_plane},
     {"mbsr_closure_point", run_point, positions, T | Q, 0, BOTH, of_plane},
-    {"mbsr_closures_inverse_dynamics", run_inverse, NULL, 0, T | Q | U | UDOT, BOTH, of_inverse},
+    {"mbsr_inverse_dynamics", run_inverse, NULL, 0, T | Q | U | UDOT, BOTH, of_inverse},
     {"mbsr_closures_gap", run_gap, positions, T | Q, 0, BOTH, of_held},
     {"mbsr_closures_rate", run_rate, velocities, T | Q | U, 0, BOTH, of_rows},
     {"mbsr_closures_bias", run_bias, velocities, T | Q | U, 0, BOTH, of_rows},

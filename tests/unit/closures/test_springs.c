@@ -148,7 +148,7 @@ static void take(loops *s, const double *q, const double *u, const double *udot,
 {
     const mbsr_error *error = mbsr_data_error(s->d);
     memset(x, 0, sizeof *x);
-    assert_ok(mbsr_inverse_dynamics(s->m, s->d, 0.3, q, u, udot, x->tau), error);
+    assert_ok(mbsr_inverse_dynamics(s->m, s->d, 0.3, q, u, udot, NULL, x->tau), error);
     at(s, q, u);
     assert_ok(mbsr_energy(s->m, s->d, NULL, &x->potential), error);
     assert_ok(mbsr_dissipation(s->m, s->d, &x->power), error);

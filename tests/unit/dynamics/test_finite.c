@@ -94,7 +94,7 @@ static int run_recursive_residual(finite_subject *s)
 static int run_inverse_dynamics(finite_subject *s)
 {
     return mbsr_inverse_dynamics(s->model, s->data, time_of(s), s->in[FINITE_Q], s->in[FINITE_U],
-                                 s->in[FINITE_UDOT], s->out[0]);
+                                 s->in[FINITE_UDOT], NULL, s->out[0]);
 }
 
 static int run_forward_dynamics(finite_subject *s)

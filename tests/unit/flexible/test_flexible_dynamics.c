@@ -272,7 +272,7 @@ static void inverse_dynamics_agree(void **state)
     double udot[8], tau[8];
     test_flexible_tree(&w, 1, 0);
     accelerate(&w, udot);
-    assert_ok(mbsr_inverse_dynamics(w.model, w.data, 0.0, w.q, w.u, udot, tau), error_of(&w));
+    assert_ok(mbsr_inverse_dynamics(w.model, w.data, 0.0, w.q, w.u, udot, NULL, tau), error_of(&w));
     for (int k = 0; k < 8; ++k) assert_close(tau[k], 0.0, 1e-12);
     test_flexible_free(&w);
 }
@@ -365,7 +365,8 @@ static void modes_may_be_locked(void **state)
         assert_int_equal(nu, 5 - locks);
         for (int k = 0; k < nu; ++k) w.q[k] = 0.03 * (k + 1), w.u[k] = 0.5 - 0.2 * k;
         accelerate(&w, udot);
-        assert_ok(mbsr_inverse_dynamics(w.model, w.data, 0.0, w.q, w.u, udot, tau), error_of(&w));
+        assert_ok(mbsr_inverse_dynamics(w.model, w.data, 0.0, w.q, w.u, udot, NULL, tau),
+                  error_of(&w));
         for (int k = 0; k < nu; ++k) assert_close(tau[k], 0.0, 1e-11);
         newton_systems(&w);
         test_flexible_free(&w);

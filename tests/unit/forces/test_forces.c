@@ -606,7 +606,7 @@ static void what_a_force_returns_is_passed_on_unchanged(void **state)
         assert_refused(mbsr_stage_forces(s.model, s.data, NULL), e, code, MBSR_NONE, 1,
                        "force 1 'motor'|moody|evaluate|t = 0.5");
         assert_int_equal(mbsr_forward_dynamics(s.model, s.data, 0.5, x, x, NULL, F), code);
-        assert_int_equal(mbsr_inverse_dynamics(s.model, s.data, 0.5, x, x, x, F), code);
+        assert_int_equal(mbsr_inverse_dynamics(s.model, s.data, 0.5, x, x, x, NULL, F), code);
         double y[2 * NU] = {0.3, 0.4}, yp[2 * NU] = {0};
         assert_int_equal(mbsr_dae_residual(s.model, s.data, MBSR_DAE_RECURSIVE, 0.5, y, yp, F),
                          code);

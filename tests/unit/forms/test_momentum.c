@@ -164,7 +164,7 @@ static void accumulate(size_t n, int point, const double *x, double *sum)
 static void balance_forces(scene *s)
 {
     double *tau = calloc((size_t)s->n + 1, sizeof(double));
-    assert_ok(mbsr_inverse_dynamics(s->model, s->data, now, s->q, s->u, s->udot, tau),
+    assert_ok(mbsr_inverse_dynamics(s->model, s->data, now, s->q, s->u, s->udot, NULL, tau),
               mbsr_data_error(s->data));
     memcpy(s->tau, tau, (size_t)s->n * sizeof *tau);
     free(tau);

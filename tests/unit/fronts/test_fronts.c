@@ -113,7 +113,8 @@ static void check_solution(loops *s)
     for (size_t k = 0; k < n; ++k) u[k] = 0.1 * test_uniform(&rng);
     assert_ok(mbsr_forward_dynamics(s->m, s->d, 0.0, q, u, NULL, udot), mbsr_data_error(s->d));
     assert_ok(mbsr_closures_lambda(s->m, s->d, lambda), mbsr_data_error(s->d));
-    assert_ok(mbsr_inverse_dynamics(s->m, s->d, 0.0, q, u, udot, need), mbsr_data_error(s->d));
+    assert_ok(mbsr_inverse_dynamics(s->m, s->d, 0.0, q, u, udot, NULL, need),
+              mbsr_data_error(s->d));
     assert_ok(mbsr_stage_positions(s->m, s->d, 0.0, q), mbsr_data_error(s->d));
     assert_ok(mbsr_stage_velocities(s->m, s->d, u), mbsr_data_error(s->d));
     assert_ok(mbsr_closures_bias(s->m, s->d, bias), mbsr_data_error(s->d));

@@ -140,7 +140,7 @@ static void a_spinning_body_pulls_at_its_axis(void **state)
     double tau[3];
     const scene s =
         make(mbsr_joint_planar_free(origin, origin), mbsr_inertia_planar(2.0, com, 0.7));
-    assert_int_equal(mbsr_inverse_dynamics(s.model, s.data, 0.0, q, u, udot, tau), 0);
+    assert_int_equal(mbsr_inverse_dynamics(s.model, s.data, 0.0, q, u, udot, NULL, tau), 0);
     assert_close(tau[0], -2.0 * 0.5 * 9.0, 1e-13);
     assert_close(tau[1], 0.0, 1e-13);
     assert_close(tau[2], 0.0, 1e-13);
@@ -232,7 +232,7 @@ static void an_inertia_by_function_is_asked_once_a_state(void **state)
     assert_int_equal(mbsr_stage_velocities(s.model, s.data, u), 0); /* again in the same pose */
     assert_int_equal(w.calls, 2);
     assert_matrix(s, 3, (const double[]){m, 0, 0, 0, 3, 0, 0, 0, 1});
-    assert_int_equal(mbsr_inverse_dynamics(s.model, s.data, 0.0, q, u, udot, tau), 0);
+    assert_int_equal(mbsr_inverse_dynamics(s.model, s.data, 0.0, q, u, udot, NULL, tau), 0);
     assert_int_equal(w.calls, 3);
     assert_close(tau[0], m * 0.3 - slope, 1e-14);
     assert_close(tau[1], 3.0 * 0.4 - 0.5 * slope, 1e-14);

@@ -434,7 +434,7 @@ static void bodies_masses_and_forces_are_the_same(void **state)
         make_twins(&s, seed, 0, seed % 2 == 0);
         for (int g = 0; g < MODELS; ++g) {
             mbsr_data *d = s.data[g];
-            assert_ok(mbsr_inverse_dynamics(s.model[g], d, now, s.q, s.u, s.x, result[g]),
+            assert_ok(mbsr_inverse_dynamics(s.model[g], d, now, s.q, s.u, s.x, NULL, result[g]),
                       mbsr_data_error(d));
             assert_ok(mbsr_stage_positions(s.model[g], d, now, s.q), mbsr_data_error(d));
             assert_ok(mbsr_stage_velocities(s.model[g], d, s.u), mbsr_data_error(d));

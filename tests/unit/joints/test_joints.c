@@ -335,7 +335,7 @@ static void check_chain(const chain *w, double t)
     const double h = 1e-4;
     double q[6], u[6], udot[6], ahead[3], now[3], behind[3], V[3], tau[6], p[3];
     for (int k = 0; k < 6; ++k) q[k] = path(k, t, 0), u[k] = path(k, t, 1), udot[k] = path(k, t, 2);
-    assert_int_equal(mbsr_inverse_dynamics(w->model, w->data, t, q, u, udot, tau), 0);
+    assert_int_equal(mbsr_inverse_dynamics(w->model, w->data, t, q, u, udot, NULL, tau), 0);
     assert_int_equal(mbsr_body_pose(w->model, w->data, 1, p), 0);
     assert_int_equal(mbsr_body_twist(w->model, w->data, 1, V), 0);
     compose_chain(w, q, t, now);

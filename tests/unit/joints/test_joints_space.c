@@ -155,7 +155,7 @@ static void a_chain_on_a_moving_root_moves_as_its_transforms_do(void **state)
         transform T[5][SAMPLE_JOINTS];
         for (int l = 0; l < 5; ++l) chain_path(c.s, t + (l - 2) * step, T[l]);
         chain_state(&c, t, q, u, udot);
-        assert_ok(mbsr_inverse_dynamics(c.model, c.data, t, q, u, udot, tau),
+        assert_ok(mbsr_inverse_dynamics(c.model, c.data, t, q, u, udot, NULL, tau),
                   mbsr_data_error(c.data));
         for (int k = 0; k < SAMPLE_JOINTS; ++k) {
             transform T1 = {{{0}}}, T2 = {{{0}}};
@@ -371,7 +371,7 @@ static void driven_axes_move_as_free_ones_with_the_same_values(void **state)
                                sample_wave(SAMPLE_DRIVEN + 1, t, l), x[l][2]};
         memcpy(x[l] + 3, all, sizeof all);
     }
-    assert_ok(mbsr_inverse_dynamics(m, d, t, x[0], x[1], x[2], tau), mbsr_data_error(d));
+    assert_ok(mbsr_inverse_dynamics(m, d, t, x[0], x[1], x[2], NULL, tau), mbsr_data_error(d));
     int (*const result[])(const mbsr_model *, mbsr_data *, int,
                           double *) = {mbsr_body_pose, mbsr_body_twist, mbsr_body_acceleration};
     for (int l = 0; l < 3; ++l) {

@@ -120,10 +120,10 @@ static void no_closures(void **state)
     begin(&s, false);
     loops_finish(&s);
     const mbsr_error *error = mbsr_data_error(s.d);
-    assert_ok(mbsr_inverse_dynamics(s.m, s.d, 0.0, q, u, u, need), error);
-    assert_ok(mbsr_closures_inverse_dynamics(s.m, s.d, 0.0, q, u, u, 4, all, tau, none), error);
+    assert_ok(mbsr_inverse_dynamics(s.m, s.d, 0.0, q, u, u, NULL, need), error);
+    assert_ok(loops_inverse_dynamics(s.m, s.d, 0.0, q, u, u, 4, all, tau, none), error);
     for (int k = 0; k < 4; ++k) assert_close(tau[k], need[k], 1e-12 * test_largest(4, need));
-    assert_int_equal(mbsr_closures_inverse_dynamics(s.m, s.d, 0.0, q, u, u, 3, all, tau, none),
+    assert_int_equal(loops_inverse_dynamics(s.m, s.d, 0.0, q, u, u, 3, all, tau, none),
                      MBSR_UNDETERMINED);
     assert_contains(error->text, "u0 of body 3 'rocker'|driven by none");
     assert_ok(mbsr_stage_positions(s.m, s.d, 0.0, q), error);

@@ -123,8 +123,9 @@ static void accelerations_are_those_of_the_dense_equations(void **state)
             test_solve(p.n, p.plain, p.out);
             const double size = 1.0 + test_largest(p.n, p.out);
             for (int l = 0; l < p.n; ++l) assert_close(s->udot[l], p.out[l], 1e-7 * size);
-            assert_ok(mbsr_inverse_dynamics(s->model, s->data, s->t, s->q, s->u, s->udot, p.out),
-                      mbsr_data_error(s->data));
+            assert_ok(
+                mbsr_inverse_dynamics(s->model, s->data, s->t, s->q, s->u, s->udot, NULL, p.out),
+                mbsr_data_error(s->data));
             for (int l = 0; l < p.n; ++l)
                 assert_close(p.out[l], s->tau[l], 1e-9 * (1.0 + test_largest(p.n, p.bias) + size));
         }

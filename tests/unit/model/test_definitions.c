@@ -46,7 +46,8 @@ static void assert_same_dynamics(const mbsr_model *a, const mbsr_model *b)
     for (int k = 0; k < 2; ++k) {
         mbsr_data *d;
         assert_ok(mbsr_data_create(m[k], &d, NULL), NULL);
-        assert_ok(mbsr_inverse_dynamics(m[k], d, 0.3, q, u, udot, tau[k]), mbsr_data_error(d));
+        assert_ok(mbsr_inverse_dynamics(m[k], d, 0.3, q, u, udot, NULL, tau[k]),
+                  mbsr_data_error(d));
         mbsr_data_destroy(d);
     }
     assert_memory_equal(tau[0], tau[1], sizeof tau[0]);

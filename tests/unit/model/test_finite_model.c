@@ -603,8 +603,8 @@ static int run_part(finite_subject *s)
     int status = build(current, s->in[FINITE_OTHER], &m);
     if (!status) status = record(mbsr_data_create(m, &d, &last), &last);
     if (!status)
-        status =
-            record(mbsr_inverse_dynamics(m, d, 0.1, q, u, udot, s->out[0]), mbsr_data_error(d));
+        status = record(mbsr_inverse_dynamics(m, d, 0.1, q, u, udot, NULL, s->out[0]),
+                        mbsr_data_error(d));
     if (!status) status = record(mbsr_energy(m, d, s->out[1], s->out[1] + 1), mbsr_data_error(d));
     if (!status) status = record(mbsr_body_pose(m, d, 1, s->out[2]), mbsr_data_error(d));
     mbsr_data_destroy(d);

@@ -240,9 +240,9 @@ static void what_is_locked_moves_as_what_is_held(void **state)
         take_state(&a, &b);
         assert_int_equal(mbsr_body_locks(a.model, 2), 1);
         assert_int_equal(mbsr_body_locks(a.model, ARM + 1), 2);
-        assert_ok(mbsr_inverse_dynamics(a.model, a.data, 0.0, a.q, a.u, a.x, tau),
+        assert_ok(mbsr_inverse_dynamics(a.model, a.data, 0.0, a.q, a.u, a.x, NULL, tau),
                   mbsr_data_error(a.data));
-        assert_ok(mbsr_inverse_dynamics(b.model, b.data, 0.0, b.q, b.u, b.x, all),
+        assert_ok(mbsr_inverse_dynamics(b.model, b.data, 0.0, b.q, b.u, b.x, NULL, all),
                   mbsr_data_error(b.data));
         const double moment = by->mass * by->length * by->length / (by->time * by->time);
         for (int l = 0, left = 0; l < mbsr_model_nu(b.model); ++l) {
@@ -274,9 +274,9 @@ static void very_stiff_springs_react_as_locks(void **state)
         make(&c, by, SPRINGS, false, false);
         choose_state(&a, by, 31 + (uint64_t)k);
         take_state(&a, &b);
-        assert_ok(mbsr_inverse_dynamics(a.model, a.data, 0.0, a.q, a.u, a.x, tau),
+        assert_ok(mbsr_inverse_dynamics(a.model, a.data, 0.0, a.q, a.u, a.x, NULL, tau),
                   mbsr_data_error(a.data));
-        assert_ok(mbsr_inverse_dynamics(b.model, b.data, 0.0, b.q, b.u, b.x, all),
+        assert_ok(mbsr_inverse_dynamics(b.model, b.data, 0.0, b.q, b.u, b.x, NULL, all),
                   mbsr_data_error(b.data));
         for (int l = 0; l < mbsr_model_nu(b.model); ++l) {
             if (isnan(b.value[l])) continue;
@@ -431,10 +431,12 @@ static void assert_any_subset(mbsr_joint joint, mbsr_joint outer, bool plane)
         choose_state(s, by, (uint64_t)mask);
         take_state(s, s + 1);
         double tau[MOST], all[MOST], x[12], y[12];
-        assert_ok(mbsr_inverse_dynamics(s[0].model, s[0].data, 0.7, s[0].q, s[0].u, s[0].x, tau),
-                  mbsr_data_error(s[0].data));
-        assert_ok(mbsr_inverse_dynamics(s[1].model, s[1].data, 0.7, s[1].q, s[1].u, s[1].x, all),
-                  mbsr_data_error(s[1].data));
+        assert_ok(
+            mbsr_inverse_dynamics(s[0].model, s[0].data, 0.7, s[0].q, s[0].u, s[0].x, NULL, tau),
+            mbsr_data_error(s[0].data));
+        assert_ok(
+            mbsr_inverse_dynamics(s[1].model, s[1].data, 0.7, s[1].q, s[1].u, s[1].x, NULL, all),
+            mbsr_data_error(s[1].data));
         for (int l = 0, left = 0; l < mbsr_model_nu(s[1].model); ++l) {
             if (isnan(s[1].value[l])) assert_close(all[l], tau[left++], 1e-11);
         }
@@ -625,7 +627,7 @@ static void couplings_read_locked_coordinates(void **state)
     assert_close(g, q[1] - 0.4 + 0.5 * q[2] - 0.2, 1e-15);
     assert_close(udot[1] + 0.5 * udot[2], 0.0, 1e-11);
     const double w[5] = {udot[0], udot[1], 0.0, udot[2], udot[3]};
-    assert_ok(mbsr_inverse_dynamics(b, db, 0.0, all, v, w, tau), mbsr_data_error(db));
+    assert_ok(mbsr_inverse_dynamics(b, db, 0.0, all, v, w, NULL, tau), mbsr_data_error(db));
     for (int k = 0; k < 3; ++k)
         assert_ok(mbsr_closure_reaction(a, da, 0, k, NULL, t + k), mbsr_data_error(da));
     assert_close(tau[0], 0.0, 1e-10);

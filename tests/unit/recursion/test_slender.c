@@ -212,7 +212,7 @@ static void assert_moment(const mbsr_model *m, mbsr_data *d, const double *q, in
     mbsr_batch *batch = NULL;
     const int nu = mbsr_model_nu(m);
     udot[k] = 1.0;
-    assert_ok(mbsr_inverse_dynamics(m, d, 0.0, q, u, udot, tau), mbsr_data_error(d));
+    assert_ok(mbsr_inverse_dynamics(m, d, 0.0, q, u, udot, NULL, tau), mbsr_data_error(d));
     assert_close(tau[k] / moment, 1.0, 2e-9);
     assert_ok(mbsr_batch_create(m, &batch, NULL), NULL);
     assert_ok(mbsr_batch_inverse_dynamics(m, batch, 0.0, 1, q, u, udot, many, NULL), NULL);
@@ -288,7 +288,7 @@ static void try_oblique(test_rng *rng, const double unit[2])
     d = finish(m);
     const double start[4] = {1.0, 0.0, 0.0, 0.0}, rest[3] = {0.0};
     double tau[3], kinetic;
-    assert_ok(mbsr_inverse_dynamics(m, d, 0.0, start, rest, x.axis, tau), mbsr_data_error(d));
+    assert_ok(mbsr_inverse_dynamics(m, d, 0.0, start, rest, x.axis, NULL, tau), mbsr_data_error(d));
     double about = 0.0;
     for (int k = 0; k < 3; ++k) about += tau[k] * x.axis[k];
     assert_close(about / moment, 1.0, 2e-9);

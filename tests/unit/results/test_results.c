@@ -380,7 +380,7 @@ static void check_joint_forces(mixed *s, state *x)
 {
     double tau[MIXED_NU], udot[MIXED_NU];
     mbsri_data_poison(s->data);
-    assert_ok(mbsr_inverse_dynamics(s->model, s->data, x->t, x->q, x->u, x->udot, tau),
+    assert_ok(mbsr_inverse_dynamics(s->model, s->data, x->t, x->q, x->u, x->udot, NULL, tau),
               mbsr_data_error(s->data));
     assert_true(test_largest(s->nu, tau) > 0.5);
     compare_with_joint_forces(s, x, tau);
@@ -411,7 +411,7 @@ static void check_bias(mixed *s, state *x)
               mbsr_data_error(s->data));
     assert_ok(mbsr_mass_matrix(s->model, s->data, mass), mbsr_data_error(s->data));
     mbsri_data_poison(s->data);
-    assert_ok(mbsr_inverse_dynamics(s->model, s->data, x->t, x->q, x->u, x->udot, tau),
+    assert_ok(mbsr_inverse_dynamics(s->model, s->data, x->t, x->q, x->u, x->udot, NULL, tau),
               mbsr_data_error(s->data));
     for (int c = 0; c < n; ++c) {
         double sum = bias[c];

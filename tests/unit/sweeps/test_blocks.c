@@ -83,7 +83,7 @@ static void compare_inverse(const state *s, tally *n)
 {
     const mbsri_sweep_kernels *list[2];
     const test_hidden trees = test_hide_sweeps(s->model);
-    assert_ok(mbsr_inverse_dynamics(s->model, s->data, s->t, s->q, s->u, s->tau, s->expected),
+    assert_ok(mbsr_inverse_dynamics(s->model, s->data, s->t, s->q, s->u, s->tau, NULL, s->expected),
               mbsr_data_error(s->data));
     test_show_sweeps(s->model, trees);
     for (int k = 0; k < test_kernels(list); ++k) {

@@ -37,7 +37,7 @@ typedef struct results {
 static void evaluate(const test_rigid_tree *t, const double *y, const double *yp, results *r)
 {
     r->status[0] = mbsr_forward_dynamics(t->model, t->data, t->t, t->q, t->u, t->tau, r->udot);
-    r->status[1] = mbsr_inverse_dynamics(t->model, t->data, t->t, t->q, t->u, t->tau, r->tau);
+    r->status[1] = mbsr_inverse_dynamics(t->model, t->data, t->t, t->q, t->u, t->tau, NULL, r->tau);
     r->status[2] = mbsr_dae_residual(t->model, t->data, MBSR_DAE_MOMENTUM, t->t, y, yp, r->F);
 }
 

@@ -197,7 +197,7 @@ static int evaluate(int what, const mbsr_model *m, mbsr_data *d, const state *s,
 {
     switch (what) {
     case FORWARD: return mbsr_forward_dynamics(m, d, s->t, s->q, s->u, s->tau, x);
-    case INVERSE: return mbsr_inverse_dynamics(m, d, s->t, s->q, s->u, s->tau, x);
+    case INVERSE: return mbsr_inverse_dynamics(m, d, s->t, s->q, s->u, s->tau, NULL, x);
     default: return mbsr_dae_residual(m, d, MBSR_DAE_MOMENTUM, s->t, s->y, s->yp, x);
     }
 }
