@@ -63,7 +63,7 @@ static bool moves_mass(const mbsri_body *b, const mbsr_data *d)
 
 /* Which of the joints marked are not open after all, by a position without symmetry; all where
  * their functions do not give one. False: no memory. */
-static bool look(mbsr_model *m, int *open)
+static bool look_at_positions(mbsr_model *m, int *open)
 {
     mbsr_data *d;
     if (mbsr_data_create(m, &d, NULL)) return false;
@@ -96,7 +96,7 @@ static bool find_open(mbsr_model *m, int *open)
         const int parent = m->body[i].parent;
         unknown = unknown || (open[i] && open[parent] && !(one_axis(m, i) && one_axis(m, parent)));
     }
-    return !unknown || look(m, open);
+    return !unknown || look_at_positions(m, open);
 }
 
 static bool massless(const mbsri_body *b)
@@ -121,7 +121,7 @@ static bool massless(const mbsri_body *b)
 /* Heads. work: 5 (bodies + 1), all zero. A head's members and group_n count its group while this
  * grows: that of a body is added to those of all its successors or, where this is too much, to none
  * of them, so that the order of bodies does not matter. False: no memory. */
-static bool join(mbsr_model *m, int *work)
+static bool grow_groups(mbsr_model *m, int *work)
 {
     const int bodies = m->bodies;
     int *open = work, *alive = open + bodies + 1, *rates = alive + bodies + 1,
@@ -167,7 +167,7 @@ static void list_members(mbsr_model *m, int bodies, int *next)
 }
 
 /* The group of head i takes its places behind those already placed; blocks are of its own size. */
-static void place(mbsr_model *m, int i, mbsri_lengths *used)
+static void place_group(mbsr_model *m, int i, mbsri_lengths *used)
 {
     mbsri_body *b = m->body + i;
     b->group_n = b->group_nq = 0;
@@ -203,7 +203,7 @@ static void place_all(mbsr_model *m, int bodies, int *seen)
     }
     for (int wanted = 1; wanted >= 0; --wanted) {
         for (int i = 1; i <= bodies; ++i) {
-            if (m->body[i].head == i && seen[i] == wanted) place(m, i, &used);
+            if (m->body[i].head == i && seen[i] == wanted) place_group(m, i, &used);
         }
         if (wanted == 0) continue;
         m->seen.rates = used.rates;
@@ -228,7 +228,7 @@ bool mbsri_groups_build(mbsr_model *m)
         place_all(m, bodies, work);
         for (int i = 0; i <= bodies; ++i) m->body[i].members = 1;
         for (int i = 0; i < 5 * (bodies + 1); ++i) work[i] = 0;
-        built = join(m, work);
+        built = grow_groups(m, work);
     }
     if (built) {
         list_members(m, bodies, work);

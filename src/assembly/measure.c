@@ -152,7 +152,7 @@ static double reach(const mbsr_model *m, const mbsri_body *b, const double *colu
     return size > 0.0 && isfinite(1.0 / size) ? 1.0 / size : 1.0;
 }
 
-static bool find_spans(mbsr_model *m)
+static bool find_coordinate_spans(mbsr_model *m)
 {
     bool some = false;
     for (int i = 1; i <= m->bodies && !some; ++i) some = unknown(m->body + i);
@@ -184,5 +184,5 @@ bool mbsri_measure(mbsr_model *m)
     if (!find_length(m)) return false;
     find_frequency(m);
     tell_springs(m);
-    return find_spans(m);
+    return find_coordinate_spans(m);
 }

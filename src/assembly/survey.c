@@ -79,7 +79,7 @@ enum { KINDS = 3 };
 static const double trace = 1e-28;
 
 /* The largest inertia of each kind of rate; of kinds without, what is typical of the model. */
-static void find_largest(const mbsr_model *m, const double *inertia, double *largest)
+static void find_largest_inertia(const mbsr_model *m, const double *inertia, double *largest)
 {
     mbsr_coordinate_kind kind[MBSR_MAX_D];
     for (int k = 0; k < KINDS; ++k) largest[k] = 0.0;
@@ -104,7 +104,7 @@ static void find_scale(const mbsr_model *m, const double *inertia)
 {
     mbsr_coordinate_kind kind[MBSR_MAX_D];
     double of_kind[KINDS];
-    find_largest(m, inertia, of_kind);
+    find_largest_inertia(m, inertia, of_kind);
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
         const double *own = inertia + b->iu;
@@ -132,7 +132,7 @@ static void find_weights(const mbsr_model *m, const double *inertia, double *wei
 {
     double largest[KINDS];
     mbsr_coordinate_kind kind[MBSR_MAX_D];
-    find_largest(m, inertia, largest);
+    find_largest_inertia(m, inertia, largest);
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
         mbsr_body_coordinate_kinds(m, b->id, NULL, kind);
@@ -219,7 +219,7 @@ static bool concerned(const mbsr_model *m)
 
 /* At the position zero; false without memory. Where there is no such position the scale stays
  * unknown, and weights are 1. */
-static bool weigh(mbsr_model *m, mbsr_data *d, bool ranks)
+static bool weigh_at_zero(mbsr_model *m, mbsr_data *d, bool ranks)
 {
     double *inertia = d->vec;
     const size_t size = (size_t)m->nu * sizeof(double);
@@ -245,7 +245,7 @@ bool mbsri_survey(mbsr_model *m)
     mbsr_data *d;
     bool *behind = mbsri_allocate(&m->allocator, (size_t)m->bodies + 1);
     const bool created = mbsr_data_create(m, &d, NULL) == MBSR_OK,
-               memory = behind && created && weigh(m, d, ranks);
+               memory = behind && created && weigh_at_zero(m, d, ranks);
     const bool wanted = memory && (m->scale || users);
     if (wanted && mbsri_survey_position(m, d) && !mbsri_backward_masses(m, d)) {
         const bool exact = m->scale && !mbsri_exact_masses(m, d);

@@ -86,7 +86,7 @@ void mbsri_batch_take(const mbsri_sweep_body *from, int parent, mbsri_batch_body
 /* ---- all of them ---- */
 
 /* By how much the frame of body i turns, about z. */
-static void choose(int bodies, const mbsri_batch_body *body, int i, double own[2])
+static void choose_turn(int bodies, const mbsri_batch_body *body, int i, double own[2])
 {
     const mbsri_batch_body *b = body + i;
     const bool followed = i < bodies && body[i + 1].parent == i;
@@ -149,7 +149,7 @@ void mbsri_batch_align(int bodies, mbsri_batch_body *body)
     for (int i = 1; i <= bodies; ++i) {
         mbsri_batch_body *b = body + i;
         const mbsri_batch_body *pred = body + b->parent;
-        choose(bodies, body, i, b->own);
+        choose_turn(bodies, body, i, b->own);
         if (!(b->flags & MBSRI_BLOCK)) {
             turn_own(b);
             turn_joint(pred, b);

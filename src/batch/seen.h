@@ -99,7 +99,7 @@ static void move_block(mbsri_batch_run *run, int i)
 }
 
 /* The angle of a body in the plane, behind its origin. */
-static lanes angle_of(const mbsri_batch_run *run, int body, lanes pred)
+static lanes planar_angle(const mbsri_batch_run *run, int body, lanes pred)
 {
     const mbsri_sweep_own *own = run->lane->tree->own + body;
     const mbsri_joint *joint = &run->lane->model->body[body].joint;
@@ -141,7 +141,7 @@ MBSRI_INLINE void place_body(const mbsri_batch_run *run, int i, const ball_state
         to->v = plus(to->v, splat(b->pitch) * u, to->R.z);
     }
     to->angle = from->angle;
-    if (b->flags & MBSRI_PLANE) to->angle = angle_of(run, run->origin[i], from->angle);
+    if (b->flags & MBSRI_PLANE) to->angle = planar_angle(run, run->origin[i], from->angle);
     if (b->flags & MBSRI_SEEN) lay_motion(run, i);
 }
 

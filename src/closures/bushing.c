@@ -25,7 +25,7 @@ typedef struct bushing {
     double arm_b[3], arm_a[3];      /* of the place of B's origin */
 } bushing;
 
-static void prepare(const mbsr_closure_args *args, bushing *w)
+static void prepare_bushing(const mbsr_closure_args *args, bushing *w)
 {
     const double *param = args->closure->param;
     const mbsri_end b = mbsri_end_of(args->body + B), a = mbsri_end_of(args->body + A);
@@ -48,7 +48,7 @@ static void prepare(const mbsr_closure_args *args, bushing *w)
 static int position(const mbsr_closure_args *args, double *g)
 {
     bushing w;
-    prepare(args, &w);
+    prepare_bushing(args, &w);
     for (int k = 0; k < args->closure->option[ROWS]; ++k) {
         const int entry = args->closure->option[ENTRY + k];
         g[k] = entry < 3 ? w.theta[entry] : w.e[entry - 3];
@@ -60,7 +60,7 @@ static int jacobian(const mbsr_closure_args *args, const mbsr_closure_jacobian *
 {
     static const double zero[3] = {0.0, 0.0, 0.0};
     bushing w;
-    prepare(args, &w);
+    prepare_bushing(args, &w);
     for (int k = 0; k < args->closure->option[ROWS]; ++k) {
         const int entry = args->closure->option[ENTRY + k];
         double along[3], back[3], moment[3], unit[3] = {0.0, 0.0, 0.0};

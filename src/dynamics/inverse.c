@@ -52,8 +52,8 @@ static int mark_driven(const mbsr_model *m, mbsr_data *d, const mbsr_motors *mot
 }
 
 /* tau + C^T lambda = need, where vector code does not serve; mark: nu, by the caller's order. */
-static int share_out(const mbsr_model *model, mbsr_data *data, double t, const double *q,
-                     const double *u, const double *udot, const double *mark, double *tau)
+static int drive_by_fronts(const mbsr_model *model, mbsr_data *data, double t, const double *q,
+                           const double *u, const double *udot, const double *mark, double *tau)
 {
     const size_t nu = (size_t)model->nu, rows = (size_t)model->rows;
     double *memory = mbsri_allocate(&model->allocator, (3 * nu + rows) * sizeof *memory);
@@ -84,7 +84,7 @@ static int drive_some(const mbsr_model *model, mbsr_data *data, double t, const 
     if (status) return status;
     mbsri_gather(model, mark, motor);
     status = mbsri_sweeps_loops_inverse(model, data, t, q, u, udot, motor, tau, data->loop_lambda);
-    if (status == MBSRI_NOT_SERVED) status = share_out(model, data, t, q, u, udot, mark, tau);
+    if (status == MBSRI_NOT_SERVED) status = drive_by_fronts(model, data, t, q, u, udot, mark, tau);
     if (status) return status;
     mbsri_remember(model, data, MBSRI_PENDING_INVERSE, q, u, udot);
     data->stage = MBSRI_STAGE_NONE;

@@ -91,7 +91,7 @@ static void gram(lanczos *l, int c, double *G)
 
 /* Columns of W that are M-orthonormal and span what W (n x c) spans beyond `least` in length; how
  * many, -1: the eigenvalues did not converge. */
-static int normalise(lanczos *l, int c, double least)
+static int normalise_columns(lanczos *l, int c, double least)
 {
     const size_t n = (size_t)l->n;
     double G[MBSRI_FE_BLOCK * MBSRI_FE_BLOCK], w[MBSRI_FE_BLOCK];
@@ -168,7 +168,7 @@ static int take_block(lanczos *l, int c, double *G)
     return find_ritz(l, c, G);
 }
 
-static int iterate(lanczos *l)
+static int lanczos_steps(lanczos *l)
 {
     const mbsri_fe_body *body = l->s->body;
     const size_t n = (size_t)l->n;
@@ -184,7 +184,7 @@ static int iterate(lanczos *l)
     double largest = 0.0;
     for (int k = 0; k < c; ++k) largest = fmax(largest, sqrt(fabs(G[k * (c + 1)])));
     if (!(largest > 0.0)) return MBSR_OK; /* no mass */
-    c = normalise(l, c, rounding * largest);
+    c = normalise_columns(l, c, rounding * largest);
     while (c > 0) {
         int status = take_block(l, c, G);
         if (status) return status;
@@ -192,7 +192,7 @@ static int iterate(lanczos *l)
         status = mbsri_fe_tell(body, "normal modes", (double)l->converged / l->wanted);
         if (status) return status;
         if (l->columns > 20 * l->wanted + 200) return MBSR_NO_CONVERGENCE;
-        c = normalise(l, c, rounding * l->theta[l->columns - 1]);
+        c = normalise_columns(l, c, rounding * l->theta[l->columns - 1]);
     }
     /* nothing is left: all that there are */
     l->converged = c < 0 ? 0 : l->columns < l->wanted ? l->columns : l->wanted;
@@ -236,7 +236,7 @@ int mbsri_fe_find_modes(mbsri_fe_statics *s, const double *L, mbsri_fe_modes *mo
     const size_t block = (size_t)body->n * MBSRI_FE_BLOCK;
     l.W = mbsri_arena_take(body->arena, block * sizeof *l.W);
     l.MW = mbsri_arena_take(body->arena, block * sizeof *l.MW);
-    int status = l.MW && grow(&l) ? iterate(&l) : MBSR_ERR_NO_MEMORY;
+    int status = l.MW && grow(&l) ? lanczos_steps(&l) : MBSR_ERR_NO_MEMORY;
     if (!status) status = hand_over(&l, modes);
     const int basis = l.columns;
     mbsri_arena_close(&l.memory);

@@ -154,8 +154,8 @@ static void traces_of(int n, int r, const double *X, double *T)
 
 /* Basis Q (n x *m) of what A and B (positive semi-definite) have together, Q^T (A + B) Q = 1 and
  * Q^T B Q = diag(tau), and the dual basis Y, Y^T Q = 1. Q, Y: n x n; X, work: scratch. */
-static int diagonalise(const fit *f, int n, const double *A, const double *B, double *Q, double *Y,
-                       double *tau, int *m, double *X)
+static int common_basis(const fit *f, int n, const double *A, const double *B, double *Q, double *Y,
+                        double *tau, int *m, double *X)
 {
     double *scale = tau, root[MBSR_MAX_MODES];
     int kept = 0;
@@ -192,7 +192,8 @@ static int diagonalise(const fit *f, int n, const double *A, const double *B, do
 }
 
 /* W (n x n) = sum_k factor_k Q_k Y_k^T */
-static void combine(int n, int m, const double *Q, const double *Y, const double *factor, double *W)
+static void combine_pairs(int n, int m, const double *Q, const double *Y, const double *factor,
+                          double *W)
 {
     mbsri_zero((size_t)(n * n), W);
     for (int k = 0; k < m; ++k) {
@@ -203,7 +204,7 @@ static void combine(int n, int m, const double *Q, const double *Y, const double
 }
 
 /* X (r x 3 n) <- X (A x 1), A n x n */
-static void mix(int n, int r, const double *A, double *X, double *row)
+static void mix_blocks(int n, int r, const double *A, double *X, double *row)
 {
     for (int k = 0; k < r; ++k) {
         for (int b = 0; b < 3 * n; ++b) row[b] = X[r * b + k];
@@ -225,7 +226,7 @@ static int contract(fit *f, const double *T, double *B, double *keep)
     const size_t square = (size_t)n * (size_t)n;
     double *Q = f->U, *Y = f->V, *X = f->U + square;
     int m;
-    const int status = diagonalise(f, n, f->rest, T, Q, Y, f->w, &m, X);
+    const int status = common_basis(f, n, f->rest, T, Q, Y, f->w, &m, X);
     if (status) return status;
     *keep = 1.0;
     for (int k = 0; k < m; ++k) { /* what is left has 1 - tau, the part tau */
@@ -233,7 +234,7 @@ static int contract(fit *f, const double *T, double *B, double *keep)
         f->w[k] = tau <= 0.5 * (1.0 + rounding) ? 1.0 : sqrt(fmax(1.0 - tau, 0.0) / tau);
         *keep = fmin(*keep, f->w[k]);
     }
-    if (*keep < 1.0) combine(n, m, Q, Y, f->w, B);
+    if (*keep < 1.0) combine_pairs(n, m, Q, Y, f->w, B);
     return MBSR_OK;
 }
 
@@ -245,7 +246,7 @@ static int fit_part(fit *f, int r, double *X, double *keep)
     const int status = contract(f, T, B, keep);
     if (status) return status;
     if (*keep < 1.0) {
-        mix(f->n, r, B, X, f->w);
+        mix_blocks(f->n, r, B, X, f->w);
         traces_of(f->n, r, X, T);
     }
     for (int k = 0; k < f->n * f->n; ++k) f->rest[k] -= T[k];
@@ -270,7 +271,7 @@ static int take_root_of_rest(fit *f)
     return MBSR_OK;
 }
 
-static bool make(fit *f)
+static bool make_fit(fit *f)
 {
     const size_t n = (size_t)f->n, rows = 3 * n, most = rows > 4 ? rows : 4;
     double **const array[] = {&f->Zr, &f->Zs, &f->S, &f->F, &f->rest,
@@ -299,7 +300,7 @@ static void put_together(fit *f)
 }
 
 /* Largest difference of f->T from P beside modal masses. */
-static double compare(const fit *f)
+static double largest_difference_from_P(const fit *f)
 {
     const int n = f->n, rows = 3 * n;
     const double *Mf = f->s->Mf;
@@ -334,7 +335,7 @@ int mbsri_sid_fit(mbsri_arena *arena, mbsr_sid_change change, mbsri_sid_integral
     fit fitted = {.arena = arena, .s = s, .error = error, .n = s->n};
     fit *f = &fitted;
     const size_t n = (size_t)s->n, rows = 3 * n;
-    if (!make(f)) return MBSR_ERR_NO_MEMORY;
+    if (!make_fit(f)) return MBSR_ERR_NO_MEMORY;
     int status = take_root(f);
     if (status) return status;
     couple(f);
@@ -347,7 +348,7 @@ int mbsri_sid_fit(mbsri_arena *arena, mbsr_sid_change change, mbsri_sid_integral
     if (!status) status = fit_part(f, (int)rows, f->F, &r->keep_rest);
     if (status) return status;
     put_together(f);
-    r->changed_P = compare(f);
+    r->changed_P = largest_difference_from_P(f);
     status = judge(f, change, r);
     if (status) return status;
     uncouple(f); /* in any case: what rounding leaves where a field is zero would be of no body */

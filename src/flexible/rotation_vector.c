@@ -46,7 +46,7 @@ static void series(double x, coefficients *sum)
 
 /* From x alpha = 1 - cos t, x beta = 1 - sinc and their derivatives, with sinc' = (cos t - sinc) /
  * 2 x and (1 - cos t)' = sinc / 2. */
-static void closed(double x, coefficients *c)
+static void closed_coefficients(double x, coefficients *c)
 {
     const double t = sqrt(x), cosine = cos(t), sinc = sin(t) / t,
                  sinc1 = (cosine - sinc) / (2.0 * x),
@@ -65,7 +65,7 @@ mbsri_rotation_vector mbsri_rotation_vector_of(const double p[3])
     const double x = mbsri_dot3(p, p);
     coefficients c = {.p = {p[0], p[1], p[2]}};
     if (x > 10.0) {
-        closed(x, &c);
+        closed_coefficients(x, &c);
         return c;
     }
     series(x, &c);

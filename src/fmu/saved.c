@@ -27,7 +27,7 @@ static size_t count_of(const mbsri_instance *in)
 }
 
 /* Copies between an array of the instance and the next numbers of a state. */
-static void pass(bool save, double **at, double *array, size_t count)
+static void pass_array(bool save, double **at, double *array, size_t count)
 {
     if (save)
         memcpy(*at, array, count * sizeof *array);
@@ -57,14 +57,14 @@ static int pass_dropped(mbsri_instance *in, bool save, double *at)
 static void pass_arrays(mbsri_instance *in, bool save, double *at)
 {
     const size_t nq = (size_t)in->plan.nq, nu = (size_t)in->plan.nu;
-    pass(save, &at, in->input, (size_t)(in->plan.inputs + in->plan.motions));
-    pass(save, &at, in->q0, nq + nu);
-    pass(save, &at, in->q, nq);
-    pass(save, &at, in->u, nu);
-    pass(save, &at, in->x, nq + nu);
-    pass(save, &at, in->y, (size_t)in->size);
-    pass(save, &at, in->yp, (size_t)in->size);
-    pass(save, &at, in->lambda, (size_t)in->rows);
+    pass_array(save, &at, in->input, (size_t)(in->plan.inputs + in->plan.motions));
+    pass_array(save, &at, in->q0, nq + nu);
+    pass_array(save, &at, in->q, nq);
+    pass_array(save, &at, in->u, nu);
+    pass_array(save, &at, in->x, nq + nu);
+    pass_array(save, &at, in->y, (size_t)in->size);
+    pass_array(save, &at, in->yp, (size_t)in->size);
+    pass_array(save, &at, in->lambda, (size_t)in->rows);
 }
 
 /* The state of the driver or the stepper into y and yp, from where it begins anew. */

@@ -190,7 +190,7 @@ mbsri_result mbsri_make_solver(mbsri_instance *in)
 /* ---- evaluation ---- */
 
 /* The state of what steps, or that of x. */
-static int find_state(mbsri_instance *in, const mbsr_error **error)
+static int find_stepped_state(mbsri_instance *in, const mbsr_error **error)
 {
     *error = mbsr_data_error(in->data);
     if (in->ode) {
@@ -207,7 +207,7 @@ static int find_state(mbsri_instance *in, const mbsr_error **error)
     return MBSR_OK;
 }
 
-static int accelerate(mbsri_instance *in)
+static int find_accelerations(mbsri_instance *in)
 {
     const mbsr_model *m = in->built.model;
     int status = mbsr_stage_positions(m, in->data, in->t, in->q);
@@ -234,13 +234,13 @@ mbsri_result mbsri_evaluate(mbsri_instance *in)
             return status ? mbsri_failed(in, "no state", status, error) : MBSRI_OK;
         }
     }
-    status = find_state(in, &error);
+    status = find_stepped_state(in, &error);
     if (status) return mbsri_failed(in, "no state", status, error);
     status = mbsr_completion_dynamics(in->completion, in->data, in->t, in->q, in->u, NULL, in->udot,
                                       in->lambda);
     if (status)
         return mbsri_failed(in, "no accelerations", status, mbsr_completion_error(in->completion));
-    status = accelerate(in);
+    status = find_accelerations(in);
     if (status) return mbsri_failed(in, "no accelerations", status, mbsr_data_error(in->data));
     in->evaluated = true;
     return MBSRI_OK;
@@ -249,7 +249,7 @@ mbsri_result mbsri_evaluate(mbsri_instance *in)
 /* ---- events ---- */
 
 /* Where the coordinate of a stop stands in q; -1: it is locked. */
-static int place_of(const mbsri_instance *in, const mbsr_force_def *stop)
+static int index_of_stop(const mbsri_instance *in, const mbsr_force_def *stop)
 {
     const double *held = in->plan.body[stop->body[0]].held;
     int at, left = 0;
@@ -262,7 +262,7 @@ static int place_of(const mbsri_instance *in, const mbsr_force_def *stop)
 static double distance_to_stop(const mbsri_instance *in, const mbsri_variable *v, const double *q)
 {
     const mbsr_force_def *stop = &in->plan.force[v->of].def;
-    const int at = place_of(in, stop);
+    const int at = index_of_stop(in, stop);
     if (at < 0) return 1.0;
     return v->component == 0 ? q[at] - stop->param[0] : stop->param[1] - q[at];
 }

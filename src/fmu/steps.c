@@ -85,7 +85,7 @@ static mbsri_result drive(mbsri_instance *in, double t_end, bool *event)
 
 /* ---- fixed ones ---- */
 
-static mbsri_result refuse(mbsri_instance *in, double t, int status)
+static mbsri_result refuse_step(mbsri_instance *in, double t, int status)
 {
     const mbsr_error error = *mbsr_stepper_error(in->stepper);
     if (mbsr_stepper_resume(in->stepper, t, in->y, in->yp) || status < 0)
@@ -104,7 +104,7 @@ static mbsri_result march(mbsri_instance *in, double t_end)
     for (double k = 1.0; k <= count && in->t < t_end; k += 1.0) {
         const double to = k < count ? t + h * (k / count) : t_end;
         status = mbsr_stepper_to(in->stepper, fmin(to, t_end));
-        if (status) return refuse(in, t, status);
+        if (status) return refuse_step(in, t, status);
         in->t = fmin(to, t_end);
         if (in->intermediate && in->t < t_end && !update(in, in->t, &t_end)) break;
     }

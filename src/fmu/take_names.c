@@ -42,7 +42,7 @@ static void name_by_file(mbsri_plan *p, const mbsr_file *file, const mbsr_model 
     }
 }
 
-static const char *label_of(mbsri_plan *p, int id)
+static const char *body_label(mbsri_plan *p, int id)
 {
     return mbsri_fmu_label(&p->arena, "body", p->body[id].def.name, id);
 }
@@ -63,7 +63,7 @@ static int take_coordinates(mbsri_plan *p, const mbsr_model *model, const mbsr_f
 {
     for (int id = 0; id < p->bodies; ++id) {
         int first[2], count[2];
-        const char *label = label_of(p, id);
+        const char *label = body_label(p, id);
         if (!label) return MBSR_ERR_NO_MEMORY;
         mbsr_body_coordinates(model, id, first, count, first + 1, count + 1);
         name_coordinates(p, label, first, count);
@@ -133,7 +133,7 @@ static int take_sites(mbsri_plan *p, const mbsr_fmu_opt *opt, mbsr_error *error)
     for (int k = 0; k < count; ++k) {
         mbsri_plan_site *to = p->site + p->sites;
         if (of_bodies) {
-            *to = (mbsri_plan_site){label_of(p, k), k, mbsr_frame_identity()};
+            *to = (mbsri_plan_site){body_label(p, k), k, mbsr_frame_identity()};
         } else if (site[k].body == MBSR_GROUND) {
             continue;
         } else {

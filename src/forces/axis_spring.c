@@ -26,7 +26,7 @@ static double stretch_rate(const mbsr_force_args *args)
 }
 
 /* Adds a force on a and its reaction. */
-static int push(const mbsr_force_args *args, double force)
+static int push_along_axis(const mbsr_force_args *args, double force)
 {
     const mbsr_force_body *a = args->body, *b = args->body + 1;
     const int axis = args->force->option[0];
@@ -38,7 +38,8 @@ static int push(const mbsr_force_args *args, double force)
 static int evaluate(const mbsr_force_args *args)
 {
     const double *param = args->force->param;
-    return push(args, -param[STIFFNESS] * stretch(args) - param[DAMPING] * stretch_rate(args));
+    return push_along_axis(args,
+                           -param[STIFFNESS] * stretch(args) - param[DAMPING] * stretch_rate(args));
 }
 
 /* On body k by body l: sign -(c, d), plus on itself. */
@@ -166,7 +167,7 @@ static double friction(const mbsr_force_args *args, double *rate, double *speed)
 static int friction_evaluate(const mbsr_force_args *args)
 {
     double rate, speed;
-    return push(args, -friction(args, &rate, &speed));
+    return push_along_axis(args, -friction(args, &rate, &speed));
 }
 
 /* force slip^2 / (e'^2 + slip^2)^(3/2) */

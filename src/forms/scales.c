@@ -50,7 +50,7 @@ enum { KINDS = 3 };
 
 /* The largest of the masses of each kind of rate; of a kind that has none, from the other one and
  * the length typical of the model. */
-static void find_largest(const mbsr_model *model, const double *mass, double *largest)
+static void find_largest_mass(const mbsr_model *model, const double *mass, double *largest)
 {
     const double length = model->length > 0.0 ? model->length : 1.0;
     mbsr_coordinate_kind kind[MBSR_MAX_D];
@@ -78,7 +78,7 @@ static int close_loops(const mbsr_model *model, mbsr_data *data, const double *l
     mbsr_coordinate_kind kind[MBSR_MAX_D];
     const int status = model->rows > 0 ? mbsr_closures_mobility(model, data, mass) : MBSR_OK;
     if (status || model->rows == 0) return status;
-    find_largest(model, locked, largest);
+    find_largest_mass(model, locked, largest);
     for (int id = 0; id < model->bodies; ++id) {
         const mbsri_body *b = model->body + model->index[id];
         mbsr_body_coordinate_kinds(model, id, NULL, kind);

@@ -8,7 +8,7 @@
 static const char *const kinds[] = {"fixed", "hinge", "slide", "ball", "free"};
 
 /* Mass of all bodies at the start; a code. */
-static int weigh(const program_model *m, const double *q, double *mass, double centre[3])
+static int weigh_all(const program_model *m, const double *q, double *mass, double centre[3])
 {
     const int n = mbsr_model_nu(m->model);
     double *u = calloc((size_t)n + 1, sizeof *u);
@@ -196,7 +196,7 @@ int run_info(int argc, char **argv)
     if (code) return code;
     code = open_model(&o, o.json, &m);
     if (!code) code = start_state(&o, &m, &q, &u);
-    if (!code) code = weigh(&m, q, &mass, centre);
+    if (!code) code = weigh_all(&m, q, &mass, centre);
     if (!code) code = (o.json ? print_json : print_text)(&o, &m, mass, centre);
     close_model(&m);
     return code;

@@ -116,8 +116,8 @@ void mbsri_load_joint(const mbsr_model *m, mbsr_data *d, int i)
  * L^T has full rank (unless pivots told: then X are these), else with the columns y_l = U S x_l /
  * sqrt(lambda_l) of the eigenvalues kept. Nothing cancels between the terms, however small some
  * are; Y, L: d x n and n x n of scratch. */
-static void reduce(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g, int rows,
-                   bool by_pivots, double *T, double *Y, double *L)
+static void articulated_part(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g,
+                             int rows, bool by_pivots, double *T, double *Y, double *L)
 {
     const mbsri_body *b = m->body + g->member[0];
     const int dim = b->d, n = g->n, rank = mbsri_group_rank(d, g);
@@ -203,7 +203,7 @@ void mbsri_pass_masses(const mbsr_model *m, mbsr_data *d, int i, bool by_pivots)
         T = own, E = own + MBSRI_FRAME_ROWS * MBSRI_FRAME_ROWS;
         mbsri_factors_reduce(m, d, i, T, E);
     } else {
-        reduce(m, d, &g, rows, by_pivots, T, Q, product);
+        articulated_part(m, d, &g, rows, by_pivots, T, Q, product);
         mbsri_carry_errors(m, d, &g, d->W, 1.0, rows, E, Q, JQ, product);
     }
     if (mbsri_in_factors(d, b->parent)) {

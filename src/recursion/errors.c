@@ -91,7 +91,7 @@ double mbsri_trace_of_arms(const mbsri_body *b, const double *H, const double *A
 
 /* m |r|^2 of the body, r from its predecessor's origin: out of H, as a difference of positions it
  * would be lost where the tree is far away. */
-static double arm_of(const mbsr_data *d, const mbsri_body *b)
+static double squared_arm(const mbsr_data *d, const mbsri_body *b)
 {
     const double *x = d->p + b->p + MBSR_POSE_X, *A = d->Mbar + b->dd;
     const int next = b->d + 1;
@@ -105,5 +105,5 @@ double mbsri_turned_along(const mbsr_data *d, const mbsri_body *b, int l)
     const double *J = d->J + b->dn + (size_t)(l * b->d);
     const bool arm =
         b->n > 1 && b->joint.space == MBSR_SPACE_SPATIAL && mbsri_dot(3, J + 3, J + 3) > 0.0;
-    return mbsri_dot(3, J, J) * (d->turned[b->seat] + (arm ? arm_of(d, b) : 0.0));
+    return mbsri_dot(3, J, J) * (d->turned[b->seat] + (arm ? squared_arm(d, b) : 0.0));
 }

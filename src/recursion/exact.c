@@ -59,14 +59,15 @@ static double *low(const mbsr_data *d)
     return d->Mbardot;
 }
 
-static void load(const mbsr_data *d, const mbsri_body *b, mbsri_two *C)
+static void load_exact(const mbsr_data *d, const mbsri_body *b, mbsri_two *C)
 {
     for (size_t k = 0; k < (size_t)(b->d * b->d); ++k)
         C[k] = (mbsri_two){d->Mbar[b->dd + k], low(d)[b->dd + k]};
 }
 
 /* Mbar of the predecessor += H^T A H;  A H is left in `product`. */
-static void pass(const mbsr_data *d, const mbsri_body *b, const mbsri_two *A, mbsri_two *product)
+static void pass_to_predecessor(const mbsr_data *d, const mbsri_body *b, const mbsri_two *A,
+                                mbsri_two *product)
 {
     const int dim = b->d, dp = b->d_pred;
     const double *H = d->H + b->dp;
@@ -85,9 +86,9 @@ static void pass(const mbsr_data *d, const mbsri_body *b, const mbsri_two *A, mb
     }
 }
 
-/* As `place` in group.c. */
-static void place(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g, int a, int b,
-                  const mbsri_two *F, mbsri_two *D)
+/* As place_blocks in group.c. */
+static void place_exact_blocks(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g, int a,
+                               int b, const mbsri_two *F, mbsri_two *D)
 {
     const mbsri_body *row = m->body + a, *column = m->body + b;
     const int r = row->ig - g->ig, c = column->ig - g->ig;
@@ -109,13 +110,13 @@ static void products(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, co
     for (int k = g->members - 1; k >= 0; --k) {
         const mbsri_body *b = m->body + g->member[k];
         mbsri_two *F = r->F, *next = r->next;
-        load(d, b, r->C);
+        load_exact(d, b, r->C);
         mbsri_two_zero((size_t)(b->d * b->n), F);
         for (int j = 0; j < b->n; ++j)
             mbsri_two_ax(b->d, b->d, 1.0, r->C, d->J + b->dn + (size_t)(j * b->d), F + j * b->d);
         for (int a = g->member[k];; a = m->body[a].parent) {
             const mbsri_body *at = m->body + a;
-            place(m, d, g, a, g->member[k], F, r->D);
+            place_exact_blocks(m, d, g, a, g->member[k], F, r->D);
             if (at == head) break;
             /* F <- -H^T F */
             mbsri_two_zero((size_t)(at->d_pred * b->n), next);
@@ -140,8 +141,8 @@ static void products(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, co
 
 /* Y (r x c) with Y L^T = B in the columns of the first c pivots;  then X with X L = Y, whose
  * columns are in the places of B's, into x. X: r x c of work. */
-static void divide(int r, int n, int c, const mbsri_exact_factor *f, const mbsri_two *B,
-                   mbsri_two *Y)
+static void divide_exactly(int r, int n, int c, const mbsri_exact_factor *f, const mbsri_two *B,
+                           mbsri_two *Y)
 {
     for (int k = 0; k < c; ++k) {
         const mbsri_two pivot = f->L[k * n + f->order[k]];
@@ -176,7 +177,7 @@ static void divide_again(int r, int n, int c, const mbsri_exact_factor *f, const
 
 /* N (n x (n - c)), D N = 0: for each rate without pivot the rates of the c pivots that undo it. z:
  * c of work. */
-static void null_vectors(int n, int c, const mbsri_exact_factor *f, mbsri_two *z, double *N)
+static void exact_null_vectors(int n, int c, const mbsri_exact_factor *f, mbsri_two *z, double *N)
 {
     mbsri_zero((size_t)(n * (n - c)), N);
     for (int j = 0; j < n - c; ++j) {
@@ -194,8 +195,8 @@ static void null_vectors(int n, int c, const mbsri_exact_factor *f, mbsri_two *z
 
 /* A (r x n) <- A (1 - S^-2 N (N^T S^-2 N)^-1 N^T), with L of N^T S^-2 N = L L^T; B: r x m of work.
  */
-static void take_out(int r, int n, int m, const double *s, const double *N, const double *L,
-                     double *A, double *B)
+static void take_out_exactly(int r, int n, int m, const double *s, const double *N, const double *L,
+                             double *A, double *B)
 {
     mbsri_zero((size_t)(r * m), B);
     for (int j = 0; j < m; ++j) {
@@ -225,12 +226,12 @@ static bool gains(const mbsri_body *head, mbsr_data *d, const mbsri_group *g, in
     /* D^-1 = 1 L^-T L^-1, from rows of the unit matrix */
     mbsri_two_zero(nn, r->F);
     for (int k = 0; k < n; ++k) r->F[k * (n + 1)].hi = 1.0;
-    divide(n, n, rank, f, r->F, r->Y);
+    divide_exactly(n, n, rank, f, r->F, r->Y);
     divide_again(n, n, rank, f, r->Y, r->next, Dinv);
-    divide(dim, n, rank, f, r->U, r->Y);
+    divide_exactly(dim, n, rank, f, r->U, r->Y);
     divide_again(dim, n, rank, f, r->Y, r->next, G);
     if (m > 0 && rank > 0) {
-        null_vectors(n, rank, f, r->F, N);
+        exact_null_vectors(n, rank, f, r->F, N);
         mbsri_null_columns(n, m, s, N, d->X + head->nn + (size_t)(rank * n));
         mbsri_zero((size_t)(m * m), L);
         for (int j = 0; j < m; ++j) {
@@ -240,9 +241,9 @@ static bool gains(const mbsri_body *head, mbsr_data *d, const mbsri_group *g, in
             }
         }
         if (!mbsri_cholesky(m, L)) return false;
-        take_out(dim, n, m, s, N, L, G, B);
+        take_out_exactly(dim, n, m, s, N, L, G, B);
         for (int side = 0; side < 2; ++side) {
-            take_out(n, n, m, s, N, L, Dinv, B);
+            take_out_exactly(n, n, m, s, N, L, Dinv, B);
             for (int j = 0; j < n; ++j) {
                 for (int k = 0; k < j; ++k) {
                     const double swap = Dinv[j * n + k];
@@ -302,7 +303,7 @@ static void pass_head(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, b
     double *const errors[2] = {d->W, d->unsure};
     const double inertia = rank > 0 ? d->judged[g->ig + rank - 1] : 1.0;
     if (b->d_pred == 0) return;
-    load(d, b, r->T);
+    load_exact(d, b, r->T);
     for (int j = 0; j < dim; ++j) {
         for (int k = 0; k <= j; ++k) {
             mbsri_two sum = r->T[j * dim + k];
@@ -312,7 +313,7 @@ static void pass_head(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, b
             r->T[j * dim + k] = r->T[k * dim + j] = sum;
         }
     }
-    pass(d, b, r->T, r->product);
+    pass_to_predecessor(d, b, r->T, r->product);
     for (int l = 0; l < 2; ++l) {
         const double share = l == 0 ? 1.0 : MBSRI_EXACT_SHARE;
         mbsri_carry_errors(m, d, g, errors[l], share, dim, E, Q, JQ, product);
@@ -327,13 +328,13 @@ static void pass_member(const mbsri_body *b, mbsr_data *d, const room *r)
     const size_t dp = (size_t)b->d_pred;
     double *product = d->scratch;
     if (dp == 0) return;
-    load(d, b, r->T);
+    load_exact(d, b, r->T);
     for (size_t k = 0; k < dp; ++k) {
         const double before = d->Mbar[b->pred_dd + k * (dp + 1)];
         d->W[b->pred_dd + k * (dp + 1)] += before;
         d->unsure[b->pred_dd + k * (dp + 1)] += MBSRI_EXACT_SHARE * before;
     }
-    pass(d, b, r->T, r->product);
+    pass_to_predecessor(d, b, r->T, r->product);
     for (size_t k = 0; k < dp; ++k) {
         const double after = d->Mbar[b->pred_dd + k * (dp + 1)];
         d->W[b->pred_dd + k * (dp + 1)] -= after;
@@ -361,7 +362,7 @@ static void open_body(const mbsr_model *m, mbsr_data *d, int i, const room *r)
     d->turned[b->seat] = turned / MBSRI_EXACT_SHARE;
 }
 
-static int eliminate(const mbsr_model *m, mbsr_data *d, int i, const room *r)
+static int eliminate_exactly(const mbsr_model *m, mbsr_data *d, int i, const room *r)
 {
     const mbsri_group g = mbsri_group_of(m, d, i);
     const mbsri_body *head = m->body + i;
@@ -408,7 +409,7 @@ int mbsri_exact_masses(const mbsr_model *m, mbsr_data *d)
             pass_member(b, d, &r);
             continue;
         }
-        const int status = eliminate(m, d, i, &r);
+        const int status = eliminate_exactly(m, d, i, &r);
         if (status) return status;
         const mbsri_group g = mbsri_group_of(m, d, i);
         pass_head(m, d, &g, given, &r);
@@ -442,7 +443,7 @@ void mbsri_exact_mass_matrix(const mbsr_model *m, mbsr_data *d, double *matrix)
     for (int i = m->bodies; i >= 1; --i) {
         const mbsri_body *b = m->body + i;
         mbsri_two *F = r.F, *next = r.next;
-        load(d, b, r.C);
+        load_exact(d, b, r.C);
         mbsri_two_zero((size_t)(b->d * b->n), F);
         for (int j = 0; j < b->n; ++j)
             mbsri_two_ax(b->d, b->d, 1.0, r.C, d->J + b->dn + (size_t)(j * b->d), F + j * b->d);
@@ -456,6 +457,6 @@ void mbsri_exact_mass_matrix(const mbsr_model *m, mbsr_data *d, double *matrix)
             mbsri_two *swap = F;
             F = next, next = swap;
         }
-        if (b->d_pred > 0) pass(d, b, r.C, r.product);
+        if (b->d_pred > 0) pass_to_predecessor(d, b, r.C, r.product);
     }
 }

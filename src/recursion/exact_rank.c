@@ -49,8 +49,8 @@ static void sureness(const mbsr_model *m, const mbsr_data *d, const mbsri_group 
 
 /* By pivots, the largest beside its rounding first: others would carry theirs to the rest. A (n x
  * n) is lost. */
-static void factorise(int n, const double *strict, const double *least, mbsri_two *A,
-                      mbsri_exact_factor *f)
+static void factorise_exactly(int n, const double *strict, const double *least, mbsri_two *A,
+                              mbsri_exact_factor *f)
 {
     mbsri_two_zero((size_t)(n * n), f->L);
     f->pivots = 0;
@@ -143,7 +143,7 @@ static int expected(const mbsr_model *m, const mbsr_data *d, const mbsri_group *
     return watched >= rank ? rank : watched > sure ? watched : sure;
 }
 
-static int fail(const mbsr_model *m, mbsr_data *d, int i, int status, double value)
+static int fail_at_body(const mbsr_model *m, mbsr_data *d, int i, int status, double value)
 {
     char label[MBSRI_LABEL];
     const char *name = mbsri_body_label(m, i, label);
@@ -174,19 +174,21 @@ int mbsri_exact_decision(const mbsr_model *m, mbsr_data *d, const mbsri_group *g
         A[k] = D[k];
         finite = finite && isfinite(D[k].hi) && isfinite(D[k].lo);
     }
-    if (!finite) return fail(m, d, i, MBSR_NOT_FINITE, 0.0);
-    factorise(n, strict, least, A, factor);
-    if (factor->left < -m->rank_tolerance) return fail(m, d, i, MBSR_INDEFINITE_MASS, factor->left);
+    if (!finite) return fail_at_body(m, d, i, MBSR_NOT_FINITE, 0.0);
+    factorise_exactly(n, strict, least, A, factor);
+    if (factor->left < -m->rank_tolerance)
+        return fail_at_body(m, d, i, MBSR_INDEFINITE_MASS, factor->left);
     bool ended = eigenvalues(n, factor, strict, columns, values);
     int rank = 0;
     while (rank < factor->pivots && mbsri_is_inertia(&rule, values[rank], 1.0)) ++rank;
     ended = eigenvalues(n, factor, s, X, lambda) && ended;
-    if (!ended) return fail(m, d, i, MBSR_EIGEN_FAILED, 0.0);
+    if (!ended) return fail_at_body(m, d, i, MBSR_EIGEN_FAILED, 0.0);
     rank = expected(m, d, g, rank, noise);
     mbsri_copy((size_t)n, lambda, d->judged + g->ig);
     if (rank > 0 && rank < n && m->scale && !mbsri_given_scale(m, d, g)) {
         mbsri_copy((size_t)n, m->scale + g->ig, s);
-        if (!eigenvalues(n, factor, s, X, lambda)) return fail(m, d, i, MBSR_EIGEN_FAILED, 0.0);
+        if (!eigenvalues(n, factor, s, X, lambda))
+            return fail_at_body(m, d, i, MBSR_EIGEN_FAILED, 0.0);
     }
     complete(n, factor->pivots, X);
     d->rank[i] = rank;

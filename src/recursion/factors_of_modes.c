@@ -165,7 +165,7 @@ static void invert_massless(const mbsri_factors *f, const int *order)
 }
 
 /* Null vectors, n numbers each, of the massless modes that are left. */
-static void null_vectors(const mbsri_factors *f, int count, const int *order, double *N)
+static void null_vectors_of_modes(const mbsri_factors *f, int count, const int *order, double *N)
 {
     const int n = f->n;
     for (int k = f->kept; k < count; ++k, N += n) {
@@ -179,7 +179,7 @@ static void null_vectors(const mbsri_factors *f, int count, const int *order, do
 /* ---- modes with mass ---- */
 
 /* x -= (q.x) q; the part along q */
-static double take_out(int n, const double *q, double *x)
+static double take_out_direction(int n, const double *q, double *x)
 {
     const double part = mbsri_dot(n, q, x);
     mbsri_ax(n, 1, -part, q, &(double){1.0}, x);
@@ -211,12 +211,12 @@ static void orthogonalise(const mbsri_factors *f, double *Z)
         exchange_columns(n, q, f->Q + best * n);
         exchange_columns(r, Z + j * r, Z + best * r);
         for (int l = 0; l < j; ++l) before += Z[j * r + l] * Z[j * r + l];
-        for (int l = 0; l < j; ++l) Z[j * r + l] += take_out(n, f->Q + l * n, q);
+        for (int l = 0; l < j; ++l) Z[j * r + l] += take_out_direction(n, f->Q + l * n, q);
         const double length = sqrt(mbsri_dot(n, q, q));
         const bool some = length > 4.0 * DBL_EPSILON * sqrt(before + length * length);
         for (int k = 0; k < n; ++k) q[k] = some ? q[k] / length : 0.0;
         Z[j * r + j] = some ? length : 0.0;
-        for (int k = j + 1; k < r; ++k) Z[k * r + j] = take_out(n, q, f->Q + k * n);
+        for (int k = j + 1; k < r; ++k) Z[k * r + j] = take_out_direction(n, q, f->Q + k * n);
     }
 }
 
@@ -267,7 +267,7 @@ static double bound_kept(const mbsri_factors *f, const double *s, double *work)
 
 /* ||S D S||, modal masses off the diagonal left out; work: n times the rows + the square of the
  * rows. */
-static double size_of(const mbsri_factors *f, const double *s, double *work)
+static double size_of_modes(const mbsri_factors *f, const double *s, double *work)
 {
     const int n = f->n, rows = f->rows;
     double squares = 0.0, *SV = work, *gram = SV + n * rows;
@@ -289,11 +289,11 @@ static void drop(const mbsr_model *m, mbsr_data *d, int i, const mbsri_factors *
     const int rank = f->flex->massive + f->kept;
     double *s = d->s + b->ig;
     if (rank < f->n) {
-        null_vectors(f, count, order, N);
+        null_vectors_of_modes(f, count, order, N);
         if (rank > 0 && m->scale) mbsri_copy((size_t)f->n, m->scale + b->ig, s);
         mbsri_null_columns(f->n, f->n - rank, s, N, d->X + b->nn + rank * f->n);
     }
-    if (rank < f->n) d->lambda[b->ig] = size_of(f, s, N);
+    if (rank < f->n) d->lambda[b->ig] = size_of_modes(f, s, N);
     d->rank[i] = rank;
 }
 

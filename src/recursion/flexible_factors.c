@@ -72,7 +72,7 @@ bool mbsri_factors_open(const mbsr_model *m, mbsr_data *d, int i)
 }
 
 /* C (d x 6) += (H^T A H) (., 0 .. 5) */
-static void add_columns(int d, const double *H, const double A[36], double *C)
+static void add_frame_columns(int d, const double *H, const double A[36], double *C)
 {
     double AH[36] = {0.0};
     mbsri_ab(MBSRI_FRAME_ROWS, MBSRI_FRAME_ROWS, MBSRI_FRAME_ROWS, 1.0, A, H, AH);
@@ -86,8 +86,8 @@ void mbsri_factors_take(const mbsr_model *m, mbsr_data *d, int i, const double T
     const double *H = d->H + b->dp;
     mbsri_copy(36, T, d->Mbar + b->dd);
     mbsri_copy(36, E, d->W + b->dd);
-    if (!mbsri_is_zero(36, T)) add_columns(b->d_pred, H, T, d->Mbar + b->pred_dd);
-    if (!mbsri_is_zero(36, E)) add_columns(b->d_pred, H, E, d->W + b->pred_dd);
+    if (!mbsri_is_zero(36, T)) add_frame_columns(b->d_pred, H, T, d->Mbar + b->pred_dd);
+    if (!mbsri_is_zero(36, E)) add_frame_columns(b->d_pred, H, E, d->W + b->pred_dd);
 }
 
 /* ---- solving ---- */

@@ -38,8 +38,8 @@
 /* diag(J^T W J + a)^(-1/2) into s, a the armature, or with `fixed` the given s; the largest entry
  * of diag(J^T W J), and of S J^T W J S in *noise, if that is larger (1 unless s is given). A zero
  * entry belongs to a row of D that is zero. */
-static double equilibrate(const mbsri_body *b, const mbsr_data *d, const double *fixed, double *s,
-                          double *noise)
+static double equilibrate_joint(const mbsri_body *b, const mbsr_data *d, const double *fixed,
+                                double *s, double *noise)
 {
     double *WJ = d->scratch, largest = 0.0;
     for (int k = 0; k < b->n; ++k) {
@@ -68,7 +68,8 @@ double mbsri_equilibrate(const mbsr_model *m, const mbsr_data *d, const mbsri_gr
     *noise = 1.0;
     for (int k = 0; k < g->members && !isnan(largest); ++k) {
         const mbsri_body *b = m->body + g->member[k];
-        const double size = equilibrate(b, d, given ? given + b->ig : NULL, d->s + b->ig, noise);
+        const double size =
+            equilibrate_joint(b, d, given ? given + b->ig : NULL, d->s + b->ig, noise);
         largest = isnan(size) ? size : fmax(size, largest);
     }
     return largest;

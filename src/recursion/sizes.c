@@ -105,7 +105,7 @@ static void take_up(const mbsr_model *m, const mbsr_data *d, const mbsri_group *
 }
 
 /* One sample through body i to its predecessor, as mbsri_backward_loads would take it. */
-static void pass(const mbsr_model *m, const mbsr_data *d, int i, int sample)
+static void pass_sample(const mbsr_model *m, const mbsr_data *d, int i, int sample)
 {
     const mbsri_body *b = m->body + i;
     double *mu = d->scratch;
@@ -122,7 +122,7 @@ void mbsri_gross_forces(const mbsr_model *m, mbsr_data *d)
     for (int l = 0; l < SAMPLES; ++l) mbsri_zero(m->size_v, sample_of(d, l));
     for (int i = m->bodies; i >= 1; --i) {
         mbsri_own_sizes(m, d, i, d->Az + m->body[i].v);
-        for (int l = 0; l < SAMPLES; ++l) pass(m, d, i, l);
+        for (int l = 0; l < SAMPLES; ++l) pass_sample(m, d, i, l);
     }
 }
 

@@ -36,7 +36,7 @@ mbsr_assembly_opt mbsr_default_assembly_opt(void)
     return opt;
 }
 
-static int check(const mbsr_model *m, mbsr_data *d, const mbsr_assembly_opt *opt)
+static int check_assembly_opt(const mbsr_model *m, mbsr_data *d, const mbsr_assembly_opt *opt)
 {
     if (opt->cookie != MBSRI_COOKIE)
         return mbsri_fail(&d->error, MBSR_ERR_NO_DEFAULT, MBSR_NONE, MBSR_NONE,
@@ -58,7 +58,7 @@ int mbsr_assemble(const mbsr_model *model, mbsr_data *data, double t, const doub
     mbsri_dense w;
     if (!opt) opt = &standard;
     int status = mbsri_enter(model, data, q && q_closed, MBSRI_STAGE_NONE, name);
-    if (!status) status = check(model, data, opt);
+    if (!status) status = check_assembly_opt(model, data, opt);
     if (!status) status = mbsri_check_input(data, (size_t)model->nq, q, name, "q");
     if (status) return status;
     status = mbsri_dense_open(&w, model, data, name);

@@ -158,14 +158,14 @@ static int go(mbsr_stepper *s, double t, double h)
     return MBSR_OK;
 }
 
-static void keep(mbsr_stepper *s)
+static void keep_state(mbsr_stepper *s)
 {
     mbsri_copy(s->size, s->y, s->kept_y);
     mbsri_copy(s->size, s->yp, s->kept_yp);
     s->kept_account = s->account;
 }
 
-static int refuse(mbsr_stepper *s, int status, double t_end)
+static int restore_and_refuse(mbsr_stepper *s, int status, double t_end)
 {
     const mbsr_model *m = s->model;
     mbsri_copy(s->size, s->kept_y, s->y);
@@ -182,31 +182,31 @@ static int refuse(mbsr_stepper *s, int status, double t_end)
         s->t, t_end - s->t, s->info.last.attempts, cause.text);
 }
 
-static int larger(int a, int b)
+static int larger_count(int a, int b)
 {
     return a > b ? a : b;
 }
 
-static void count(mbsr_stepper_info *info)
+static void count_work(mbsr_stepper_info *info)
 {
     const mbsr_stepper_work *last = &info->last;
     mbsr_stepper_work *most = &info->most;
-    most->factorisations = larger(most->factorisations, last->factorisations);
-    most->residuals = larger(most->residuals, last->residuals);
-    most->solves = larger(most->solves, last->solves);
-    most->attempts = larger(most->attempts, last->attempts);
-    most->substeps = larger(most->substeps, last->substeps);
+    most->factorisations = larger_count(most->factorisations, last->factorisations);
+    most->residuals = larger_count(most->residuals, last->residuals);
+    most->solves = larger_count(most->solves, last->solves);
+    most->attempts = larger_count(most->attempts, last->attempts);
+    most->substeps = larger_count(most->substeps, last->substeps);
 }
 
 int mbsri_stepper_advance(mbsr_stepper *s, double t_end, double h)
 {
     s->info.last = (mbsr_stepper_work){0};
-    keep(s);
+    keep_state(s);
     const int status = go(s, s->t, h);
-    count(&s->info);
+    count_work(&s->info);
     if (status) {
         s->factored = 0.0;
-        return refuse(s, status, t_end);
+        return restore_and_refuse(s, status, t_end);
     }
     s->t = t_end;
     ++s->info.steps;

@@ -240,7 +240,7 @@ static double mean_length(const mbsri_sweeps *tree)
 }
 
 /* In the plane from here to the root and to the leaves, errors about x and y do not matter. */
-static void measure(mbsri_sweeps *tree)
+static void measure_planes(mbsri_sweeps *tree)
 {
     tree->length = mean_length(tree);
     tree->area = tree->length * tree->length;
@@ -268,7 +268,7 @@ static mbsr_inertia whole_inertia(const mbsri_sweeps *tree, const mbsr_model *m,
 
 static void place_inertias(mbsri_sweeps *tree, const mbsr_model *m)
 {
-    measure(tree);
+    measure_planes(tree);
     for (int i = 1; i <= tree->bodies; ++i) {
         mbsri_sweep_body *b = tree->body + i;
         const double stretch = 1.0 + mbsri_norm3(b->x) / tree->length;
@@ -463,7 +463,7 @@ static const mbsri_sweep_kernels *choose_kernels(void)
     return &mbsri_sweeps_base;
 }
 
-static bool allocate(mbsri_sweeps *tree, const mbsr_model *m, int blocks)
+static bool allocate_tree(mbsri_sweeps *tree, const mbsr_model *m, int blocks)
 {
     const int bodies = tree->bodies;
     int multi = 0;
@@ -474,7 +474,7 @@ static bool allocate(mbsri_sweeps *tree, const mbsr_model *m, int blocks)
     return tree->block && tree->joint && tree->block_of;
 }
 
-static void release(const mbsr_model *m, mbsri_sweeps *tree)
+static void release_sweeps(const mbsr_model *m, mbsri_sweeps *tree)
 {
     if (!tree) return;
     mbsri_sweeps_release_loops(m, tree);
@@ -501,7 +501,7 @@ static void place_armature(const mbsri_body *body, mbsri_sweep_body *b)
 }
 
 /* Everything of a tree that has memory for its bodies. */
-static bool place(mbsri_sweeps *tree, const mbsr_model *m)
+static bool place_in_tree(mbsri_sweeps *tree, const mbsr_model *m)
 {
     const uintptr_t above = (uintptr_t)tree->block % 64;
     tree->body = (void *)((unsigned char *)tree->block + (above ? 64 - above : 0));
@@ -534,7 +534,7 @@ typedef struct selection {
     int users;
 } selection;
 
-static bool build(const mbsr_model *m, selection s, mbsri_sweeps **built)
+static bool build_sweeps(const mbsr_model *m, selection s, mbsri_sweeps **built)
 {
     mbsri_sweeps *tree = mbsri_allocate(&m->allocator, sizeof *tree);
     if (!tree) return false;
@@ -547,17 +547,17 @@ static bool build(const mbsr_model *m, selection s, mbsri_sweeps **built)
                            .light = s.light,
                            .kernels = choose_kernels()};
     const int blocks = count_blocks(tree, m);
-    const bool memory = allocate(tree, m, blocks) && place(tree, m);
+    const bool memory = allocate_tree(tree, m, blocks) && place_in_tree(tree, m);
     if (memory)
         *built = tree;
     else
-        release(m, tree);
+        release_sweeps(m, tree);
     return memory;
 }
 
 bool mbsri_sweeps_build(mbsr_model *m)
 {
-    if (!build(m, (selection){0}, &m->sweeps)) return false;
+    if (!build_sweeps(m, (selection){0}, &m->sweeps)) return false;
     m->whole = m->evaluated = m->sweeps;
     return true;
 }
@@ -696,18 +696,18 @@ bool mbsri_sweeps_build_others(mbsr_model *m)
             (void)choose_loops(m, eliminated);
         }
     }
-    if ((s.whole || m->rows > 0) && !build(m, eliminated, &m->whole)) return false;
+    if ((s.whole || m->rows > 0) && !build_sweeps(m, eliminated, &m->whole)) return false;
     m->evaluated = m->whole;
     if (s.users == 0 && m->rows == 0) return true;
     if (m->rows > 0) s.whole = any_left_whole(m); /* or D is zero for good: multi_axis.h */
-    if (!build(m, s, &m->evaluated)) return false;
+    if (!build_sweeps(m, s, &m->evaluated)) return false;
     return m->rows == 0 || !carries_loops(m) || mbsri_sweeps_plan_loops(m->evaluated, m);
 }
 
 void mbsri_sweeps_release(mbsr_model *m)
 {
-    if (m->evaluated != m->whole) release(m, m->evaluated);
-    if (m->whole != m->sweeps) release(m, m->whole);
-    release(m, m->sweeps);
+    if (m->evaluated != m->whole) release_sweeps(m, m->evaluated);
+    if (m->whole != m->sweeps) release_sweeps(m, m->whole);
+    release_sweeps(m, m->sweeps);
     m->sweeps = m->whole = m->evaluated = NULL;
 }

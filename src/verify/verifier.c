@@ -150,7 +150,7 @@ int mbsri_verifier_velocity(mbsri_verifier *w, const mbsri_jacobians *x, const d
 /* ---- the verdicts ---- */
 
 /* Largest number of rows x columns, each divided by the size of its row. */
-static double size_of(const mbsri_verifier *w, int columns, const double *x)
+static double largest_of_rows(const mbsri_verifier *w, int columns, const double *x)
 {
     double size = 0.0;
     for (int k = 0; k < columns * w->d; ++k) size = fmax(size, fabs(x[k]) / w->row[k % w->d]);
@@ -172,7 +172,8 @@ void mbsri_verifier_compare(mbsri_verifier *w, double *field, const char *name, 
                             const double *given, const double *expected, double rate)
 {
     if (columns > 0 && *field < 0.0) *field = 0.0;
-    const double size = fmax(rate, fmax(size_of(w, columns, given), size_of(w, columns, expected)));
+    const double size =
+        fmax(rate, fmax(largest_of_rows(w, columns, given), largest_of_rows(w, columns, expected)));
     for (int k = 0; k < columns * w->d && size > 0.0; ++k) {
         mbsri_verifier_note(w, field, fabs(given[k] - expected[k]) / (w->row[k % w->d] * size),
                             "%s(%d,%d) is %.9g, by differences %.9g", name, k % w->d, k / w->d,
