@@ -31,7 +31,8 @@ static bool kind_of(mbsri_mjcf *m, const mbsri_node *node, mbsr_file_joint_kind 
            mbsri_file_refuse(m->s, node->e, "there is no type '%.40s'", type);
 }
 
-/* Time constant and ratio, or -stiffness and -damping; 5 numbers of impedance, of which the second is the largest. */
+/* Time constant and ratio, or -stiffness and -damping; 5 numbers of impedance, of which the second
+ * is the largest. */
 static bool read_limit(mbsri_mjcf *m, const mbsri_node *node, mbsri_scene_joint *j)
 {
     double impedance[5] = {0.9, 0.95};
