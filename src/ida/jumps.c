@@ -1,23 +1,30 @@
 /* The error test where forces jump.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * A servo that comes out of its saturation, a stop that is hit: p' changes within a step by as much as it likes. Two things that are right
- * for smooth motions let such a step pass.
+ * A servo that comes out of its saturation, a stop that is hit: p' changes within a step by as much
+ * as it likes. Two things that are right for smooth motions let such a step pass.
  *
- * The constants of IDA's test. With h over the time that the last j steps and the present one have taken together,
+ * The constants of IDA's test. With h over the time that the last j steps and the present one have
+ * taken together,
  *
- *   error = C |e|,   C = max(a_k, |a_k + a_0 + .. + a_(k-1) - 1 - 1/2 - .. - 1/k|),   a_j = h / (h + h_1 + .. + h_j),
+ *   error = C |e|,   C = max(a_k, |a_k + a_0 + .. + a_(k-1) - 1 - 1/2 - .. - 1/k|),
+ *       a_j = h / (h + h_1 + .. + h_j),
  *
- * 1 / (k + 1) for equal steps. After large steps have failed and a small one is tried C may be a thousandth of that: what a smooth
- * solution would do there. What jumps does not get smaller by the length of steps before it. So an error of momenta that is large by
- * the constant of equal steps is tested by that, and as it is, with C = 1, where the step is less than half as long as one of those before:
- * something has made it so. By 20 times C if that is less: noise that no step makes smaller must not end a run.
+ * 1 / (k + 1) for equal steps. After large steps have failed and a small one is tried C may be a
+ * thousandth of that: what a smooth solution would do there. What jumps does not get smaller by the
+ * length of steps before it. So an error of momenta that is large by the constant of equal steps is
+ * tested by that, and as it is, with C = 1, where the step is less than half as long as one of
+ * those before: something has made it so. By 20 times C if that is less: noise that no step makes
+ * smaller must not end a run.
  *
- * The filter (filter.c). It says that the next step forgets an error along a direction in which something stiff acts: an offset. That
- * holds if it has acted before as well. What a stop takes in the step in which it is hit is no offset but the impact, and the velocity
- * with which it was hit is gone. So a large error is filtered only where its direction v was stiff at the end of the last step, too:
+ * The filter (filter.c). It says that the next step forgets an error along a direction in which
+ * something stiff acts: an offset. That holds if it has acted before as well. What a stop takes in
+ * the step in which it is hit is no offset but the impact, and the velocity with which it was hit
+ * is gone. So a large error is filtered only where its direction v was stiff at the end of the last
+ * step, too:
  *
- *   v_u . K_last v > v_u . K v / 2,     K v = (0, c e_p, 0),     K_last v a difference of two residuals. */
+ *   v_u . K_last v > v_u . K v / 2,     K v = (0, c e_p, 0),
+ *       K_last v a difference of two residuals. */
 #include "ida/stiff.h"
 
 #include <ida/ida.h>

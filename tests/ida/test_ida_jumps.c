@@ -29,7 +29,8 @@ static double loss_of(const mbsr_model *m, const double q[2], double t_end, doub
     return fmax(fabs(y[0] - reference[0]), fabs(y[1] - reference[1])) / tolerance;
 }
 
-/* Of runs at 21 tolerances from 1e-3 to 1e-7: the most that one loses, the mean of the logarithms, and their steps. */
+/* Of runs at 21 tolerances from 1e-3 to 1e-7: the most that one loses, the mean of the logarithms,
+ * and their steps. */
 typedef struct losses {
     double most, mean;
     long steps;
@@ -79,7 +80,8 @@ static void advance(const cart *c, double sign, double h, double s[4])
         s[i] += h / 6.0 * (k[0][i] + 2.0 * k[1][i] + 2.0 * k[2][i] + k[3][i]);
 }
 
-/* x and a after `time`: a servo as stiff as that pushes one way or the other, by the sign of 0.5 - x - time x'. */
+/* x and a after `time`: a servo as stiff as that pushes one way or the other, by the sign of 0.5 -
+ * x - time x'. */
 static void switched(const cart *c, double time, double end[2])
 {
     double s[4] = {0.0, 0.4, 0.0, 0.0}, sign = 1.0, left = time;
@@ -104,8 +106,8 @@ static void switched(const cart *c, double time, double end[2])
     end[0] = s[0], end[1] = s[1];
 }
 
-/* kp = 1e8 N/m: the servo turns round within 1e-7 s. Steps of high order after long ones passed IDA's test with errors
- * of 1000 tolerances: up to 9000 were lost, 10^2.8 in the mean. */
+/* kp = 1e8 N/m: the servo turns round within 1e-7 s. Steps of high order after long ones passed
+ * IDA's test with errors of 1000 tolerances: up to 9000 were lost, 10^2.8 in the mean. */
 static void a_servo_turns_round_between_steps(void **state)
 {
     (void)state;
@@ -134,7 +136,8 @@ typedef struct stops {
     double stiffness, ratio, end[2]; /* the last by IDA alone at 1e-11 */
 } stops;
 
-/* An impact was taken for an offset of something stiff, and filtered: 23 000 and 11 000 tolerances lost. */
+/* An impact was taken for an offset of something stiff, and filtered: 23 000 and 11 000 tolerances
+ * lost. */
 static void a_stop_that_is_hit_takes_the_impact(void **state)
 {
     (void)state;
