@@ -45,7 +45,7 @@ static int read_check_options(int argc, char **argv, check_options *o)
 /* What is computed stands before anything is written. Where the report on small masses fails, the
  * other one is written all the same, as it may say why. */
 static int report_on_start(const check_options *o, const program_model *m, const double *q,
-                       const double *u)
+                           const double *u)
 {
     mbsr_small_masses *small = NULL;
     const bool json = o->common.json;
