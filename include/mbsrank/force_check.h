@@ -20,9 +20,9 @@ typedef struct mbsr_force_errors {
     char text[MBSR_TEXT_SIZE]; /* where it was found: entry, bodies, value, value by differences */
 } mbsr_force_errors;
 
-/* Tests the `derivatives` of a force element's table in the state of mbsr_velocities: for whoever
- * writes an element, once, in tests of his own. A good state has nothing that is zero by accident,
- * and bodies not farther from the origin than the element is large.
+/* Tests the `derivatives` of a force element's table in the state of mbsr_stage_velocities: for
+ * whoever writes an element, once, in tests of his own. A good state has nothing that is zero by
+ * accident, and bodies not farther from the origin than the element is large.
  *
  *   mbsr_force_errors errors;
  *   assert(mbsr_force_verify(model, data, force, &errors) == MBSR_OK && errors.largest < 1e-7);

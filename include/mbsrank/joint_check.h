@@ -75,8 +75,8 @@ typedef struct mbsr_joint_errors {
  * Status: MBSR_OK (whatever the errors), MBSR_ERR_NULL, MBSR_ERR_NO_DEFAULT, MBSR_ERR_VALUE or
  * MBSR_ERR_SPACE (what mbsr_model_add_body or the joint's check refuses, and states that cannot be
  * tested), MBSR_NOT_FINITE (a function wrote NaN, or numbers overflow), MBSR_SINGULAR_K,
- * MBSR_ERR_NO_MEMORY, and what a function of the joint returned, unchanged. The reason is in *error,
- * which may be NULL; *errors is then not to be read. */
+ * MBSR_ERR_NO_MEMORY, and what a function of the joint returned, unchanged. The reason is in
+ * *error, which may be NULL; *errors is then not to be read. */
 MBSR_API int mbsr_joint_verify(const mbsr_joint *joint, const mbsr_joint_test *at,
                                mbsr_joint_errors *errors, mbsr_error *error);
 

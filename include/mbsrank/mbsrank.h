@@ -20,12 +20,12 @@
 #include <mbsrank/dynamics.h>
 #include <mbsrank/flex.h>
 #include <mbsrank/force.h>
-#include <mbsrank/force_check.h>
+#include <mbsrank/verify.h>
 #include <mbsrank/index.h>
 #include <mbsrank/inertia.h>
 #include <mbsrank/joint.h>
-#include <mbsrank/joint_check.h>
-#include <mbsrank/loops.h>
+#include <mbsrank/verify.h>
+#include <mbsrank/closure.h>
 #include <mbsrank/model.h>
 #include <mbsrank/newton.h>
 #include <mbsrank/ode.h>

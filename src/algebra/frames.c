@@ -29,7 +29,7 @@ mbsr_frame mbsr_frame_at(double x, double y, double z)
     return frame_of(origin, unit);
 }
 
-mbsr_frame mbsr_frame_turned(const double x[3], const double axis[3], double angle)
+mbsr_frame mbsr_frame_rotated(const double x[3], const double axis[3], double angle)
 {
     double n[3];
     if (!axis || !mbsri_direction3(axis, n)) return frame_of(x, none);

@@ -20,7 +20,8 @@ MBSRI_INLINE void turn(double c, double s, double *a, double *b)
 }
 
 /* A <- J^T A J, of which the lower triangle is kept (A[p * n + q], p <= q), and X <- X J with the
- * rotation in the plane (p, q) that makes A_pq zero (Golub and Van Loan, Matrix Computations, 8.5). */
+ * rotation in the plane (p, q) that makes A_pq zero (Golub and Van Loan, Matrix Computations, 8.5).
+ */
 MBSRI_INLINE void rotate(int n, int p, int q, double *A, double *X)
 {
     const double apq = A[p * n + q], twice = 2.0 * apq, gap = A[q * n + q] - A[p * n + p];

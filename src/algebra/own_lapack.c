@@ -1,11 +1,13 @@
-/* The routines of fortran.h in plain C, for builds without BLAS, LAPACK and Fortran. Each does what this library asks
- * of it, with the arguments that are named, leading dimensions as given:
+/* The routines of fortran.h in plain C, for builds without BLAS, LAPACK and Fortran. Each does what
+ * this library asks of it, with the arguments that are named, leading dimensions as given:
  *
  *   dgemm   C = alpha op(A) B + beta C, A as it is or transposed
  *   dgetrf  L U with row pivots, square;  dgetri  the inverse from it;  dlange  the 1-norm
  *   dpotrf  L L^T, lower triangle;        dpotrs  solutions from it
- *   dsyev   eigenvalues and vectors, lower triangle: Householder's reduction and QL with implicit shifts
- *   dgesvd  square, all vectors ("A", "A") or none ("N", "N"): one-sided Jacobi rotations (Hestenes)
+ *   dsyev   eigenvalues and vectors, lower triangle: Householder's reduction and QL with implicit
+ *       shifts
+ *   dgesvd  square, all vectors ("A", "A") or none ("N", "N"): one-sided Jacobi rotations
+ *       (Hestenes)
  *   dgelsy  one right side, by singular values: the rank is that of sigma_k > rcond sigma_1
  *
  * Golub and Van Loan, Matrix Computations. SPDX-License-Identifier: BSD-3-Clause */
@@ -89,7 +91,8 @@ static void exchange(int n, double *x, int step_x, double *y, int step_y)
     }
 }
 
-/* A power of two near the largest entry, by which products neither overflow nor vanish; 1 for zero. */
+/* A power of two near the largest entry, by which products neither overflow nor vanish; 1 for zero.
+ */
 static double unit_of(int m, int n, const double *a, int lda)
 {
     double largest = 0.0;
@@ -132,7 +135,8 @@ void dgetrf_(const int *m, const int *n, double *a, const int *lda, int *ipiv, i
     }
 }
 
-/* U^-1 in its place; then X L = U^-1 from the last column to the first; then columns by the pivots. */
+/* U^-1 in its place; then X L = U^-1 from the last column to the first; then columns by the pivots.
+ */
 void dgetri_(const int *n, double *a, const int *lda, const int *ipiv, double *work,
              const int *lwork, int *info)
 {
@@ -206,7 +210,8 @@ void dpotrs_(const char *uplo, const int *n, const int *nrhs, const double *a, c
 
 /* ---- eigenvalues of symmetric matrices ---- */
 
-/* Householder's vector v (n, v[0] = 1) of x, which it overwrites, with (1 - beta v v^T) x = (*first, 0); beta. */
+/* Householder's vector v (n, v[0] = 1) of x, which it overwrites, with (1 - beta v v^T) x =
+ * (*first, 0); beta. */
 static double reflector(int n, double *x, double *first)
 {
     const double rest = dot(n - 1, x + 1, x + 1), alpha = x[0];
@@ -219,8 +224,8 @@ static double reflector(int n, double *x, double *first)
     return (*first - alpha) / *first;
 }
 
-/* A (lower triangle) to tridiagonal form T = Q^T A Q, by columns from the first: diagonal d, what is below it e (n - 1);
- * A becomes Q. p: n numbers. */
+/* A (lower triangle) to tridiagonal form T = Q^T A Q, by columns from the first: diagonal d, what
+ * is below it e (n - 1); A becomes Q. p: n numbers. */
 static void reduce(int n, double *A, int lda, double *d, double *e, double *p)
 {
     for (int k = 0; k + 1 < n; ++k) {
@@ -339,8 +344,8 @@ void dsyev_(const char *jobz, const char *uplo, const int *n, double *a, const i
 
 /* ---- singular values ---- */
 
-/* Columns x, y (m) of A made orthogonal, and those of V (n) turned with them; false where they are orthogonal, or the
- * shorter is no longer than `least`. */
+/* Columns x, y (m) of A made orthogonal, and those of V (n) turned with them; false where they are
+ * orthogonal, or the shorter is no longer than `least`. */
 static bool part(int m, double least, double *x, double *y, int n, double *v, double *w)
 {
     const double a = dot(m, x, x), b = dot(m, y, y), product = dot(m, x, y);
@@ -360,8 +365,8 @@ static double rounding(int n, double longest)
     return n * DBL_EPSILON * longest;
 }
 
-/* A (m x n, m >= n) <- A V with orthogonal columns, longest first, their lengths in s; V (n x n, ldv), may be NULL. Whether it
- * ended. */
+/* A (m x n, m >= n) <- A V with orthogonal columns, longest first, their lengths in s; V (n x n,
+ * ldv), may be NULL. Whether it ended. */
 static bool orthogonalise(int m, int n, double *A, int lda, double *s, double *V, int ldv)
 {
     enum { SWEEPS = 60 };

@@ -10,8 +10,8 @@ static const double NOTHING = 1e-11; /* of a number in scaled rows and columns *
 /* A pivot beside what its row has of unknowns that wait, and of accelerations */
 static const double BESIDE = 1e-4, BESIDE_LOADS = 1e-6;
 
-/* Scales with which the largest of the sizes of each row is about 1 (Ruiz 2001), whatever the order of the rows;
- * rows of zeros keep 1. */
+/* Scales with which the largest of the sizes of each row is about 1 (Ruiz 2001), whatever the order
+ * of the rows; rows of zeros keep 1. */
 static void find_scale(mbsri_pivots *f)
 {
     const int n = f->size, N = n + f->d;
@@ -58,7 +58,8 @@ static double scaled(const mbsri_pivots *f, int i, int j)
     return fabs(f->A[j * (f->size + f->d) + i]) * f->scale[i] * f->scale[j];
 }
 
-/* The least pivot of row i: a small one would leave large numbers beside it to cancel further on. */
+/* The least pivot of row i: a small one would leave large numbers beside it to cancel further on.
+ */
 static double least(const mbsri_pivots *f, int i)
 {
     const int N = f->size + f->d;
@@ -99,7 +100,8 @@ static void divide(int width, double a, double b, double c, double r, double t, 
     *k = width > 1 ? (a * t - b * r) / det : 0.0;
 }
 
-/* Rows and columns behind the pivot (1 or 2 of them): A - L D L^T, without what is rounding in it. */
+/* Rows and columns behind the pivot (1 or 2 of them): A - L D L^T, without what is rounding in it.
+ */
 static void subtract(mbsri_pivots *f, int width)
 {
     const int N = f->size + f->d, p = f->pivots, first = p + width;

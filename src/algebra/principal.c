@@ -1,10 +1,10 @@
 /* Springs and dampers by matrices: see principal.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * The matrix is scaled to a unit diagonal, A = S A^ S, so that units do not decide what is zero, and
- * A^ = V w V^T. Of a stiffness energies are |T g|^2 / 2 with T = w^(1/2) V^T S, of a compliance with
- * T = w^(-1/2) V^T S^-1; B is the right inverse of T. The rotation Q^T T that makes B^T D B diagonal
- * leaves the energy as it is. */
+ * The matrix is scaled to a unit diagonal, A = S A^ S, so that units do not decide what is zero,
+ * and A^ = V w V^T. Of a stiffness energies are |T g|^2 / 2 with T = w^(1/2) V^T S, of a compliance
+ * with T = w^(-1/2) V^T S^-1; B is the right inverse of T. The rotation Q^T T that makes B^T D B
+ * diagonal leaves the energy as it is. */
 #include "algebra/principal.h"
 
 #include "algebra/dense.h"

@@ -79,8 +79,8 @@ static int common_predecessor(const mbsr_model *m, const mbsri_closure *c)
     return at;
 }
 
-/* Whether the bodies between this one and those of the closure hand on all motions and forces: POINT bodies know no
- * rotation, and of GENERAL ones nothing is known. */
+/* Whether the bodies between this one and those of the closure hand on all motions and forces:
+ * POINT bodies know no rotation, and of GENERAL ones nothing is known. */
 static bool hands_on(const mbsr_model *m, const mbsri_closure *c, int at)
 {
     for (int k = 0; k < c->def.bodies; ++k) {

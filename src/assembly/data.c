@@ -7,6 +7,8 @@
 #include "recursion/exact.h"
 #include "sweeps/loops.h"
 
+#include <mbsrank/driver.h>
+
 #include <math.h>
 #include <stdint.h>
 #include <string.h>

@@ -378,7 +378,8 @@ static int no_memory(mbsr_model *m)
 /* Returned where bodies that others are welded to are none of the sweeps' own. */
 enum { WELDS_NOT_SERVED = 1 };
 
-/* Numbers and places everything, with bodies welded to others or not; what it sets is forgotten by undo. */
+/* Numbers and places everything, with bodies welded to others or not; what it sets is forgotten by
+ * undo. */
 static int build(mbsr_model *m, int N, numbering *w, bool weld)
 {
     int status = link_children(m, N, w);

@@ -3,13 +3,13 @@
  *
  * A joint is open where it moves nothing of the mass of its own body: its body has no mass, or has
  * it on the axis of the joint; joints of several axes are looked at in one position without
- * symmetry. The rank of D of an open joint is up to what hangs on it and may pass from one such joint
- * to the next as these move. So open joints next to each other are one group, unless nothing behind
- * them has any mass: then D is zero for good. Others have what they move themselves: where that is
- * less than all of D, as of a mass point on a ball joint, the rest mostly stays as it is.
+ * symmetry. The rank of D of an open joint is up to what hangs on it and may pass from one such
+ * joint to the next as these move. So open joints next to each other are one group, unless nothing
+ * behind them has any mass: then D is zero for good. Others have what they move themselves: where
+ * that is less than all of D, as of a mass point on a ball joint, the rest mostly stays as it is.
  *
- * A group has up to MOST bodies and joint rates, which is more than what dummy bodies in place of one
- * joint have. */
+ * A group has up to MOST bodies and joint rates, which is more than what dummy bodies in place of
+ * one joint have. */
 #include "assembly/groups.h"
 
 #include "algebra/dense.h"
@@ -41,7 +41,8 @@ static bool one_axis(const mbsr_model *m, int i)
     return m->sweeps && !(m->sweeps->body[i].flags & (MBSRI_BLOCK | MBSRI_MULTI));
 }
 
-/* Whether the joint moves mass in the position of the data; without freedom, whether there is any. */
+/* Whether the joint moves mass in the position of the data; without freedom, whether there is any.
+ */
 static bool moves_mass(const mbsri_body *b, const mbsr_data *d)
 {
     const double *M = d->M + b->dd;
@@ -60,8 +61,8 @@ static bool moves_mass(const mbsri_body *b, const mbsr_data *d)
     return false;
 }
 
-/* Which of the joints marked are not open after all, by a position without symmetry; all where their
- * functions do not give one. False: no memory. */
+/* Which of the joints marked are not open after all, by a position without symmetry; all where
+ * their functions do not give one. False: no memory. */
 static bool look(mbsr_model *m, int *open)
 {
     mbsr_data *d;

@@ -3,9 +3,12 @@
  *
  * They are made of constants of the model, so that steps do not depend on how far it has travelled:
  *
- *   length     the geometric mean of the bodies' radii of gyration about their origins; where all masses stand
- *              in origins, that of the ways between these at q = 0, or of points that force elements act at
- *   frequency  of a pendulum of that length under the model's gravity; without, of its masses at its springs and dampers
+ *   length     the geometric mean of the bodies' radii of gyration about their origins; where all
+ *       masses stand
+ *              in origins, that of the ways between these at q = 0, or of points that force
+ *                  elements act at
+ *   frequency  of a pendulum of that length under the model's gravity; without, of its masses at
+ *       its springs and dampers
  *   span       of a coordinate whose kind is not known: what turns its body by 1 rad or moves it by
  *              the length at q = 0, by the column of J */
 #include "assembly/measure.h"

@@ -1,17 +1,17 @@
 /* What is found out about a tree in a position without symmetry: see survey.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Where the joint block D of several rates lacks some of its rank, projections on its range are taken
- * in coordinates u_k / s_k (recursion/rank.c), with
+ * Where the joint block D of several rates lacks some of its rank, projections on its range are
+ * taken in coordinates u_k / s_k (recursion/rank.c), with
  *
  *   s_k = (a_k + sum_l J_lk^2 c_l)^(-1/2),   c_i = diag(M_i) + sum_j (H_j^2)^T c_j
  *
- * (squares entry by entry): about the inertia that rate k of the joint moves at q = 0 when all joints
- * behind it are held, made of sums in which nothing cancels. These are numbers of the model and not of
- * the state, so that projections are as smooth as D, and those of the sweeps are those of the stages;
- * and they depend neither on units nor on the order of bodies. A rate that moves nothing at q = 0 gets
- * the least s of its joint, else of its group, else of its kind. The multipliers of position rows are weighed by the same
- * inertias, w_k = s_k^2.
+ * (squares entry by entry): about the inertia that rate k of the joint moves at q = 0 when all
+ * joints behind it are held, made of sums in which nothing cancels. These are numbers of the model
+ * and not of the state, so that projections are as smooth as D, and those of the sweeps are those
+ * of the stages; and they depend neither on units nor on the order of bodies. A rate that moves
+ * nothing at q = 0 gets the least s of its joint, else of its group, else of its kind. The
+ * multipliers of position rows are weighed by the same inertias, w_k = s_k^2.
  *
  * Joints like that, and groups that have to be eliminated in one piece, are not taken apart in the
  * sweeps: their bodies are `whole`, those of such groups `coupled` too. Whole are also joints of
@@ -74,7 +74,8 @@ static void find_inertias(const mbsr_model *m, mbsr_data *d, double *x)
 
 enum { KINDS = 3 };
 
-/* What rounding of positions leaves of an inertia on the axis that it turns about, beside a usual one. */
+/* What rounding of positions leaves of an inertia on the axis that it turns about, beside a usual
+ * one. */
 static const double trace = 1e-28;
 
 /* The largest inertia of each kind of rate; of kinds without, what is typical of the model. */
@@ -125,8 +126,8 @@ static void find_scale(const mbsr_model *m, const double *inertia)
     }
 }
 
-/* The weights w of the multipliers of position rows (forms/loops.c): inverse inertias, of rates that
- * move little a thousandth of the largest of their kind. */
+/* The weights w of the multipliers of position rows (forms/loops.c): inverse inertias, of rates
+ * that move little a thousandth of the largest of their kind. */
 static void find_weights(const mbsr_model *m, const double *inertia, double *weight)
 {
     double largest[KINDS];
@@ -147,9 +148,9 @@ void mbsri_inverse_inertias(const mbsr_model *m, mbsr_data *d, double *weight)
     find_weights(m, d->vec, weight);
 }
 
-/* Whether the eigenvalues of a group that are kept are large, and the others nothing but rounding of
- * positions or, where masses were given with errors, of these: then as many large ones in another
- * position are all that there are. The data holds exact masses. */
+/* Whether the eigenvalues of a group that are kept are large, and the others nothing but rounding
+ * of positions or, where masses were given with errors, of these: then as many large ones in
+ * another position are all that there are. The data holds exact masses. */
 static bool clear_cut(const mbsr_data *d, const mbsri_group *g, bool given)
 {
     static const double large = 1e-6, rounding = 1e-26;
@@ -216,8 +217,8 @@ static bool concerned(const mbsr_model *m)
     return some;
 }
 
-/* At the position zero; false without memory. Where there is no such position the scale stays unknown,
- * and weights are 1. */
+/* At the position zero; false without memory. Where there is no such position the scale stays
+ * unknown, and weights are 1. */
 static bool weigh(mbsr_model *m, mbsr_data *d, bool ranks)
 {
     double *inertia = d->vec;

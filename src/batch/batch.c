@@ -204,7 +204,7 @@ static int alone(const request *r, int k)
                  *load = state_of(r->load, m->nu, k);
     double *out = r->out + (size_t)m->nu * (size_t)k;
     ++b->single;
-    const int status = r->inverse ? mbsr_inverse_dynamics(m, b->data, r->t, q, u, load, out)
+    const int status = r->inverse ? mbsr_inverse_dynamics(m, b->data, r->t, q, u, load, NULL, out)
                                   : mbsr_forward_dynamics(m, b->data, r->t, q, u, load, out);
     if (status == MBSR_OK) return status;
     for (int l = 0; l < m->nu && status != MBSR_UNDETERMINED; ++l) out[l] = NAN;

@@ -11,6 +11,8 @@
 #include "joints/chain.h"
 #include "sweeps/dynamics.h"
 
+#include <mbsrank/driver.h>
+
 #include <math.h>
 #include <stdint.h>
 #include <string.h>
@@ -185,8 +187,8 @@ static bool has_seen(const mbsr_model *m)
     return m->sweeps->body_forces;
 }
 
-/* Places the object and its arrays in `base`, or with base == NULL only returns the size. lane: where
- * the first of the lanes' data is, if there are any. */
+/* Places the object and its arrays in `base`, or with base == NULL only returns the size. lane:
+ * where the first of the lanes' data is, if there are any. */
 static size_t layout(const mbsr_model *m, const mbsri_batch_kernels *kernels, parts n,
                      unsigned char *base, mbsr_batch **batch, void **data, void **lane)
 {
@@ -327,7 +329,8 @@ int mbsr_batch_create(const mbsr_model *model, mbsr_batch **batch, mbsr_error *e
     return mbsri_batch_make(model, choose_kernels(), batch, error);
 }
 
-/* The other shares of a batch, one less than the workers; MBSR_ERR_NO_MEMORY leaves those made to the batch. */
+/* The other shares of a batch, one less than the workers; MBSR_ERR_NO_MEMORY leaves those made to
+ * the batch. */
 static int add_shares(const mbsr_model *model, const mbsr_parallel *parallel, mbsr_batch *b,
                       mbsr_error *error)
 {

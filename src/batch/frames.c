@@ -1,6 +1,5 @@
-/* Frames of the bodies of a batch: two rotations by constants and one by the coordinate from each to the
- * next.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Frames of the bodies of a batch: two rotations by constants and one by the coordinate from each
+ * to the next. SPDX-License-Identifier: BSD-3-Clause */
 #include "batch/frames.h"
 
 #include <math.h>
@@ -125,8 +124,8 @@ static void turn_joint(const mbsri_batch_body *pred, mbsri_batch_body *b)
     b->offset = b->flags & MBSRI_TURNS ? atan2(b->base[1], b->base[0]) : 0.0;
 }
 
-/* In the plane: which axis is the normal, as frames of slides have it; else the body counts as one in
- * space, whose bound is larger. */
+/* In the plane: which axis is the normal, as frames of slides have it; else the body counts as one
+ * in space, whose bound is larger. */
 static void find_normal(const mbsri_batch_body *pred, mbsri_batch_body *b)
 {
     double n[3] = {pred->normal[0], pred->normal[1], pred->normal[2]};

@@ -1,8 +1,9 @@
 /* Frame B of one body as seen from frame A of another, in space.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Along A's axes R_A: e the place of B's origin, theta its rotation vector, R_A^T R_B = exp [theta]x.
- * With x the place of B's origin, s = x - r_a its arm on the body of A, s_B that on the body of B:
+ * Along A's axes R_A: e the place of B's origin, theta its rotation vector, R_A^T R_B = exp
+ * [theta]x. With x the place of B's origin, s = x - r_a its arm on the body of A, s_B that on the
+ * body of B:
  *
  *   e' = R_A^T (v_b + w_b x s_B - v_a - w_a x s)        theta' = J^-1(theta) R_A^T (w_b - w_a)
  *

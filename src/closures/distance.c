@@ -65,8 +65,8 @@ static int jacobian(const mbsr_closure_args *args, const mbsr_closure_jacobian *
     return status;
 }
 
-/* Derivatives for Newton systems of a row with the direction e = d / size, or with the unit vector along
- * d where its length gives the size: de = (dd - e e . dd) / size. */
+/* Derivatives for Newton systems of a row with the direction e = d / size, or with the unit vector
+ * along d where its length gives the size: de = (dd - e e . dd) / size. */
 static void add_tangents(const mbsr_closure_args *args, const span *w, const double e[3],
                          double size, bool unit, double lambda, const mbsr_closure_tangent *out)
 {

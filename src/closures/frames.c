@@ -1,10 +1,10 @@
 /* Weld, ball or pin, and rows along directions of the root or of a body.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * P and Q are the points of a and b (arms s_P, s_Q from the origins of their bodies), d = r_P - r_Q,
- * e a direction that turns with the root, or with body b (angular velocity w_0), phi the rotation vector of E = R_a
- * R_b^T in the world. Rows, their rates, and the derivatives of these where all accelerations are
- * zero:
+ * P and Q are the points of a and b (arms s_P, s_Q from the origins of their bodies), d = r_P -
+ * r_Q, e a direction that turns with the root, or with body b (angular velocity w_0), phi the
+ * rotation vector of E = R_a R_b^T in the world. Rows, their rates, and the derivatives of these
+ * where all accelerations are zero:
  *
  *   e . d - s(t)     e . (v_P - v_Q) + (e x d) . w_0 - s'
  *                    e . (w_a x (w_a x s_P) - w_b x (w_b x s_Q))
@@ -17,8 +17,8 @@
  *   e . phi' + (e x phi) . w_0,    phi' = L w_a - L^T w_b,    L = 1 - phi x / 2 + c phi x (phi x),
  *   c = (1 - x cot x) / theta^2,  x = theta / 2,  theta = |phi|
  *
- * Where rows along axes of the root have a gap, what they exert on two bodies that move does not add up to
- * nothing: stiff ones lie along the axes of body b, where it does. */
+ * Where rows along axes of the root have a gap, what they exert on two bodies that move does not
+ * add up to nothing: stiff ones lie along the axes of body b, where it does. */
 #include "closures/rows.h"
 #include "closures/stock.h"
 
@@ -250,8 +250,8 @@ static void place_shifted(const mbsr_closure_args *args, const pair *w, const su
     mbsri_end_load(args, w->with, moment, zero, c->at, out);
 }
 
-/* Rows e . d: with the sum F of their forces, on a (s_P x F, F), on b the opposite at Q, and F x d on
- * what the directions turn with. */
+/* Rows e . d: with the sum F of their forces, on a (s_P x F, F), on b the opposite at Q, and F x d
+ * on what the directions turn with. */
 static void place_turned(const mbsr_closure_args *args, const pair *w, const sums *s,
                          const change *c, const mbsr_closure_tangent *out)
 {
@@ -283,8 +283,8 @@ static void place_turned(const mbsr_closure_args *args, const pair *w, const sum
     mbsri_end_load(args, w->with, moment, zero, c->at, out);
 }
 
-/* Of what a row e . phi of a closure with stiff rows reads of the bodies' angular velocities: e^T L by w_a,
- * -e^T L^T by w_b, e x phi by w_0. */
+/* Of what a row e . phi of a closure with stiff rows reads of the bodies' angular velocities: e^T L
+ * by w_a, -e^T L^T by w_b, e x phi by w_0. */
 typedef struct reading {
     double by_a[3], by_b[3], by_root[3];
 } reading;

@@ -1,8 +1,8 @@
 /* Frame B of one body as seen from frame A of another, in the plane.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Rows g = T e of e = (x, y, angle) along A's axes a_x, a_y; whole turns count. With s the arm of B's
- * origin on the body of A, s_B that on the body of B, and n = z x the direction:
+ * Rows g = T e of e = (x, y, angle) along A's axes a_x, a_y; whole turns count. With s the arm of
+ * B's origin on the body of A, s_B that on the body of B, and n = z x the direction:
  *
  *   x' = a_x . (v_b - v_a) + (s_B x a_x) w_b - (s x a_x) w_a        angle' = w_b - w_a */
 #include "closures/rows.h"

@@ -6,10 +6,12 @@
  *
  *   k = c + rho,    ball: rho = -R n,    disc: rho = -R m / |m|,  m = n - (n . a) a
  *
- * Position row: n . (k - Q) = 0. Since n . rho has its smallest value there, its rate is n . (v_a(k)
- * - v_b(k)) with the velocities of the points of both bodies at k. All velocity rows are e . (v_a(k)
- * - v_b(k)) with e = n, and e = x, y of the frame. Where all accelerations are zero their derivative
- * is
+ * Position row: n . (k - Q) = 0. Since n . rho has its smallest value there, its rate is n .
+ * (v_a(k)
+ * - v_b(k)) with the velocities of the points of both bodies at k. All velocity rows are e .
+ * (v_a(k)
+ * - v_b(k)) with e = n, and e = x, y of the frame. Where all accelerations are zero their
+ * derivative is
  *
  *   (w_b x e) . (v_a(k) - v_b(k)) + e . (w_a x (k' - v_a) - w_b x (k' - v_b))
  *

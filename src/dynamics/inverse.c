@@ -41,5 +41,5 @@ int mbsr_bias_forces(const mbsr_model *model, mbsr_data *data, double t, const d
     if (status) return status;
     double *none = data->u_given; /* the index-1 form's, between whose calls this is free */
     mbsri_zero((size_t)model->nu, none);
-    return mbsr_inverse_dynamics(model, data, t, q, u, none, bias);
+    return mbsr_inverse_dynamics(model, data, t, q, u, none, NULL, bias);
 }

@@ -1,9 +1,10 @@
 /* The modes of the reduced body: see basis.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * All is made orthonormal in K, the normal modes first, the static ones by what the normal ones leave of them, so
- * that W^T K W = 1 and flexibilities at loaded markers are exact whatever the mass is; then W^T M W y = mu y, and modes are
- * Z = W y with omega^2 = 1 / mu. Parts without any mass are those of mu = 0. */
+ * All is made orthonormal in K, the normal modes first, the static ones by what the normal ones
+ * leave of them, so that W^T K W = 1 and flexibilities at loaded markers are exact whatever the
+ * mass is; then W^T M W y = mu y, and modes are Z = W y with omega^2 = 1 / mu. Parts without any
+ * mass are those of mu = 0. */
 #include "fe/basis.h"
 
 #include "algebra/dense.h"
@@ -68,7 +69,8 @@ static double compare(size_t n, int c, const double *R, const double *F)
     return worst;
 }
 
-/* X (n x c), loads, become deflections seen from the root; refined once, which also tells what was lost. F, R: n x c. */
+/* X (n x c), loads, become deflections seen from the root; refined once, which also tells what was
+ * lost. F, R: n x c. */
 static int deflect(stage *t, int c, double *X, double *F, double *R)
 {
     const mbsri_fe_body *body = t->body;
@@ -151,7 +153,8 @@ static int orthonormalise(stage *t, int *c, double *W)
     return MBSR_OK;
 }
 
-/* X (n x *c) less what W (n x m) has of it, and scaled; those of which nothing is left are left out. */
+/* X (n x *c) less what W (n x m) has of it, and scaled; those of which nothing is left are left
+ * out. */
 static void leave_rest(stage *t, int m, const double *W, int *c, double *X)
 {
     double *whole = t->w, *rest = t->work;

@@ -57,7 +57,8 @@ static int pick(const mbsri_fe_body *body, const mbsri_fe_basis *basis, massive 
     return MBSR_OK;
 }
 
-/* Lumped mass: fields Phi A with the traces of P one and zero, as M has them; A = (traces)^-1/2 changes them least. */
+/* Lumped mass: fields Phi A with the traces of P one and zero, as M has them; A = (traces)^-1/2
+ * changes them least. */
 static int match_masses(const mbsri_fe_body *body, massive *m)
 {
     const int c = m->count, size = 4 + 3 * c;

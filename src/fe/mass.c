@@ -1,10 +1,11 @@
 /* Where the mass is: see mass.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Of solids M = Ms x 1, and int g h = g^T Ms h for all fields of the shape functions. Elsewhere mass is lumped: the
- * blocks on the diagonal of M as particles m_k and tensors Theta_k, all scaled by one factor to the whole mass. A tensor
- * is a cloud about its node with int d d^T = tr(Theta) / 2 1 - Theta = sum n_l n_l^T, in which a field g(x) varies
- * by its slope: x by d, a mode by psi x d. Both are Gram matrices, so that M(s) is positive semi-definite for all s. */
+ * Of solids M = Ms x 1, and int g h = g^T Ms h for all fields of the shape functions. Elsewhere
+ * mass is lumped: the blocks on the diagonal of M as particles m_k and tensors Theta_k, all scaled
+ * by one factor to the whole mass. A tensor is a cloud about its node with int d d^T = tr(Theta) /
+ * 2 1 - Theta = sum n_l n_l^T, in which a field g(x) varies by its slope: x by d, a mode by psi x
+ * d. Both are Gram matrices, so that M(s) is positive semi-definite for all s. */
 #include "fe/mass.h"
 
 #include "algebra/dense.h"
@@ -85,7 +86,8 @@ static int see_solid(const mbsri_fe_body *body, mbsri_fe_mass *mass)
 
 /* ---- definiteness ---- */
 
-/* A, of which row k belongs to dof[k], positive semi-definite: with a little more on its diagonal it has a factor. */
+/* A, of which row k belongs to dof[k], positive semi-definite: with a little more on its diagonal
+ * it has a factor. */
 static int check_definite(const mbsri_fe_body *body, mbsr_fe_solver solver, const mbsri_sparse *A,
                           const int *dof)
 {

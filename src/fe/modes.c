@@ -1,14 +1,16 @@
 /* Normal modes: see modes.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * A = Q K^-1 Q^T M, with Q = 1 - T L^T, is symmetric in the inner product of M, and its largest eigenvalues are
- * theta = 1 / omega^2. Blocks V_1 = A (random), V_2, ... are made M-orthonormal against all before,
+ * A = Q K^-1 Q^T M, with Q = 1 - T L^T, is symmetric in the inner product of M, and its largest
+ * eigenvalues are theta = 1 / omega^2. Blocks V_1 = A (random), V_2, ... are made M-orthonormal
+ * against all before,
  *
  *   A V_j = V_1 H_1j + ... + V_j H_jj + W,   W = V_j+1 B,   G = W^T M W
  *
- * and H = V^T M A V has the Ritz values theta, with residuals |A V y - theta V y| = |W y_j| in the norm of M. All
- * earlier vectors are kept and orthogonalised against twice, so that no eigenvalue shows up a second time; a few solves
- * for each mode are enough, where subspace iteration needs several times as many. */
+ * and H = V^T M A V has the Ritz values theta, with residuals |A V y - theta V y| = |W y_j| in the
+ * norm of M. All earlier vectors are kept and orthogonalised against twice, so that no eigenvalue
+ * shows up a second time; a few solves for each mode are enough, where subspace iteration needs
+ * several times as many. */
 #include "fe/modes.h"
 
 #include "algebra/dense.h"
@@ -87,8 +89,8 @@ static void gram(lanczos *l, int c, double *G)
     mbsri_fe_atb(l->n, c, c, l->W, l->MW, G);
 }
 
-/* Columns of W that are M-orthonormal and span what W (n x c) spans beyond `least` in length; how many, -1: the
- * eigenvalues did not converge. */
+/* Columns of W that are M-orthonormal and span what W (n x c) spans beyond `least` in length; how
+ * many, -1: the eigenvalues did not converge. */
 static int normalise(lanczos *l, int c, double least)
 {
     const size_t n = (size_t)l->n;
@@ -151,7 +153,8 @@ static bool finished(lanczos *l)
     return false;
 }
 
-/* The block W of c columns joins V; W becomes what A makes of it beyond V, with its Gram matrix in G. */
+/* The block W of c columns joins V; W becomes what A makes of it beyond V, with its Gram matrix in
+ * G. */
 static int take_block(lanczos *l, int c, double *G)
 {
     const size_t n = (size_t)l->n, first = (size_t)l->columns;

@@ -40,8 +40,9 @@ static void see_modes(const mbsri_fe_basis *basis, const double *D, const double
     }
 }
 
-/* Rows of modes with mass, and the rigid ones, of M(0) and B: the lowest eigenvalue of M(0) scaled to unit diagonal, and the
- * largest difference so scaled. A: size x size of M(0), of which the picked part is left. */
+/* Rows of modes with mass, and the rigid ones, of M(0) and B: the lowest eigenvalue of M(0) scaled
+ * to unit diagonal, and the largest difference so scaled. A: size x size of M(0), of which the
+ * picked part is left. */
 static bool compare(const mbsri_fe_basis *basis, double *A, const double *B, double *work,
                     mbsr_fe_report *r)
 {
@@ -150,7 +151,7 @@ static int fill(full_report *full, const mbsri_fe_statics *s, const mbsri_fe_mod
     mbsr_fe_mode *mode = mbsri_arena_take(&full->arena, count * sizeof *mode);
     if (!omega || !work || !mode) return MBSR_ERR_NO_MEMORY;
     double *A = work, *at_rest = A + all * all, *rest = at_rest + all;
-    if (mbsr_flex_data(flex, &data) || mbsr_flex_mass_matrix(flex, at_rest, A))
+    if (mbsr_flex_definition(flex, &data) || mbsr_flex_mass_matrix(flex, at_rest, A))
         return MBSR_NOT_FINITE;
     mbsri_copy((size_t)modes->count, modes->omega, omega);
     *r = (mbsr_fe_report){.dofs = s->body->n,

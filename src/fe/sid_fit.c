@@ -1,15 +1,17 @@
 /* Integrals of a SID file made those of a body: see sid.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * G = int (1, x) (1, x)^T is the mass matrix of motions u = a + B x along one axis, C = int (1, x) Phi^T couples modes to
- * them. In Z = G^-1/2 C, column by column for the three axes, rigid motions span a space of six; a mode's mass has four parts,
+ * G = int (1, x) (1, x)^T is the mass matrix of motions u = a + B x along one axis, C = int (1, x)
+ * Phi^T couples modes to them. In Z = G^-1/2 C, column by column for the three axes, rigid motions
+ * span a space of six; a mode's mass has four parts,
  *
  *   Mf = Zr^T Zr  +  Zs^T Zs  +  sum_i S_ii  +  R,     Z = Zr + Zs,   P = Z^T Z + S
  *
- * what moves with rigid motions (Ct and Cr say), with strains (J.m1), the rest of its displacements (Oe.m1, Cr.m1), and inertia
- * of rotations. There is a body exactly if S and R are positive semi-definite. So S loses its negative eigenvalues, and each
- * part in its turn is scaled down by X <- X (B x 1), with the B that changes least, where it is more than what is left
- * of Mf. M(0) knows only the first part. */
+ * what moves with rigid motions (Ct and Cr say), with strains (J.m1), the rest of its displacements
+ * (Oe.m1, Cr.m1), and inertia of rotations. There is a body exactly if S and R are positive
+ * semi-definite. So S loses its negative eigenvalues, and each part in its turn is scaled down by X
+ * <- X (B x 1), with the B that changes least, where it is more than what is left of Mf. M(0) knows
+ * only the first part. */
 #include "fe/sid.h"
 
 #include "algebra/dense.h"
@@ -150,8 +152,8 @@ static void traces_of(int n, int r, const double *X, double *T)
     }
 }
 
-/* Basis Q (n x *m) of what A and B (positive semi-definite) have together, Q^T (A + B) Q = 1 and Q^T B Q = diag(tau), and
- * the dual basis Y, Y^T Q = 1. Q, Y: n x n; X, work: scratch. */
+/* Basis Q (n x *m) of what A and B (positive semi-definite) have together, Q^T (A + B) Q = 1 and
+ * Q^T B Q = diag(tau), and the dual basis Y, Y^T Q = 1. Q, Y: n x n; X, work: scratch. */
 static int diagonalise(const fit *f, int n, const double *A, const double *B, double *Q, double *Y,
                        double *tau, int *m, double *X)
 {
@@ -215,8 +217,8 @@ static void mix(int n, int r, const double *A, double *X, double *row)
 
 /* ---- the steps ---- */
 
-/* B (n x n) that scales a part of which T (n x n) are the traces down to what is left of Mf; *keep: least factor, 1:
- * nothing is to be scaled. T, X, Q, Y: scratch of n x n besides. */
+/* B (n x n) that scales a part of which T (n x n) are the traces down to what is left of Mf; *keep:
+ * least factor, 1: nothing is to be scaled. T, X, Q, Y: scratch of n x n besides. */
 static int contract(fit *f, const double *T, double *B, double *keep)
 {
     const int n = f->n;

@@ -4,7 +4,8 @@
  *   c0 = mdCM.m0,  Ct0 = Ct.m0,  Mf = Me,  K = Ke,  D = De,  N0 = tr(J) / 2 1 - J
  *   P0_a + P0_a^T = tr(J1) / 2 1 - J1,  J1 = d J / d q_a,      axial(P0_a) = Cr.m0
  *   axial(P_ba) = d Cr_a / d q_b,      symmetric part of P_ba:  d Oe_a / d q_b
- *   row a of Oe = -(Eyy + Ezz), -(Exx + Ezz), -(Exx + Eyy), Exy + Eyx, Eyz + Ezy, Exz + Ezx  of E_a = int rho Phi_a^T
+ *   row a of Oe = -(Eyy + Ezz), -(Exx + Ezz), -(Exx + Eyy), Exy + Eyx, Eyz + Ezy, Exz + Ezx
+ *       of E_a = int rho Phi_a^T
  *
  * Gr and Ge follow from these and are not looked at. */
 #include "algebra/dense.h"

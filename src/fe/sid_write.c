@@ -256,7 +256,7 @@ int mbsr_sid_write(const mbsr_flex *flex, const char *name, const mbsr_allocator
     if (!allocator->allocate != !allocator->release)
         return mbsri_fe_fail(error, MBSR_ERR_VALUE,
                              "mbsr_sid_write: allocator has one of its two functions only");
-    (void)mbsr_flex_data(flex, &d);
+    (void)mbsr_flex_definition(flex, &d);
     if (d.dependent > 0)
         return mbsri_fe_fail(
             error, MBSR_ERR_VALUE,

@@ -1,7 +1,8 @@
 /* Symmetric sparse matrices: see sparse.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Entries are sorted by two passes of counting, first by row, then by column, and equal ones are added. */
+ * Entries are sorted by two passes of counting, first by row, then by column, and equal ones are
+ * added. */
 #include "fe/sparse.h"
 
 #include "algebra/dense.h"
@@ -127,7 +128,8 @@ static int check_entry(const char *name, int n, int row, int column, double valu
     return MBSR_OK;
 }
 
-/* Shares the entries out: those below the diagonal, those above it transposed; the diagonal to both. */
+/* Shares the entries out: those below the diagonal, those above it transposed; the diagonal to
+ * both. */
 static int share_out(const char *name, const mbsr_fe_matrix *A, triplets *lower, triplets *upper,
                      mbsr_error *error)
 {

@@ -1,9 +1,10 @@
 /* Deflections of a body that nothing holds: see statics.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Springs on six dofs E, with E^T T regular, make K definite, and carry nothing when the loads are balanced:
- * T^T f = 0 gives T^T E alpha E^T u = 0, so E^T u = 0 and K u = f. They fill nothing in, and one factor serves for
- * static modes and for normal modes of the held and of the free body alike. */
+ * Springs on six dofs E, with E^T T regular, make K definite, and carry nothing when the loads are
+ * balanced: T^T f = 0 gives T^T E alpha E^T u = 0, so E^T u = 0 and K u = f. They fill nothing in,
+ * and one factor serves for static modes and for normal modes of the held and of the free body
+ * alike. */
 #include "fe/statics.h"
 
 #include "algebra/dense.h"
@@ -12,8 +13,9 @@
 
 #include <math.h>
 
-/* Shifts of K on the diagonal at six dofs that hold the body, chosen by Gram and Schmidt over the rows of T with lengths
- * divided by that of the body: always the dof that moves most in what is left. Returns how many it found. */
+/* Shifts of K on the diagonal at six dofs that hold the body, chosen by Gram and Schmidt over the
+ * rows of T with lengths divided by that of the body: always the dof that moves most in what is
+ * left. Returns how many it found. */
 static int support(const mbsri_fe_body *body, double *row, double *shift)
 {
     const size_t n = (size_t)body->n;

@@ -1,8 +1,8 @@
 /* Modal data of a beam: see flex.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Mass off the axis, at +-sqrt(2) radius, a quarter at each of four points of the section, gives the section its
- * moments; so all integrals are those of one field over one mass. */
+ * Mass off the axis, at +-sqrt(2) radius, a quarter at each of four points of the section, gives
+ * the section its moments; so all integrals are those of one field over one mass. */
 #include "flexible/beam_modes.h"
 #include "flexible/beam_shortening.h"
 
@@ -94,8 +94,8 @@ static int section(const mbsr_beam_def *def, double offset[4][3])
     return points;
 }
 
-/* A point of quadrature in element e: weight (m), x (m), and displacement and rotation there in terms of the
- * 12 dofs of the element. */
+/* A point of quadrature in element e: weight (m), x (m), and displacement and rotation there in
+ * terms of the 12 dofs of the element. */
 typedef struct beam_point {
     double weight, x;
     double shift[3][12], turn[3][12];

@@ -1,10 +1,10 @@
 /* Normal and static modes of a beam: see beam_modes.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * With K = L L^T the eigenvectors y of L^-1 M L^-T y = mu y give the modes x = L^-T y, x^T K x = 1, with
- * mu = 1 / omega^2; parts that have no mass are those of mu = 0. Static modes X = K^-1 F keep
- * X - sum_j x_j (x_j^T F), which is K-orthogonal to the normal modes; their own small eigenproblem, first of
- * X^T K X, then of the mass in what that leaves, makes them independent and diagonal. */
+ * With K = L L^T the eigenvectors y of L^-1 M L^-T y = mu y give the modes x = L^-T y, x^T K x = 1,
+ * with mu = 1 / omega^2; parts that have no mass are those of mu = 0. Static modes X = K^-1 F keep
+ * X - sum_j x_j (x_j^T F), which is K-orthogonal to the normal modes; their own small eigenproblem,
+ * first of X^T K X, then of the mass in what that leaves, makes them independent and diagonal. */
 #include "flexible/beam_modes.h"
 
 #include "algebra/cholesky.h"

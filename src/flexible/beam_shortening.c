@@ -5,9 +5,9 @@
  *
  *   -1/2 sum_ab s_a s_b g_ab,     g_ab = int_0^x v_a' v_b' + w_a' w_b'
  *
- * All g_ab, each relative to those of a and of b alone, are combinations of few functions chi_k: the
- * eigenvectors of sum_ab g_ab g_ab^T over sampled places. Then Y_k,ab = -chi_k . g_ab. Only modes with mass
- * shorten: those without stay without. */
+ * All g_ab, each relative to those of a and of b alone, are combinations of few functions chi_k:
+ * the eigenvectors of sum_ab g_ab g_ab^T over sampled places. Then Y_k,ab = -chi_k . g_ab. Only
+ * modes with mass shorten: those without stay without. */
 #include "flexible/beam_shortening.h"
 
 #include "algebra/lapack.h"
@@ -18,8 +18,8 @@ enum { POINTS = MBSRI_BEAM_POINTS, SAMPLES = MBSRI_BEAM_SAMPLES };
 
 static const double negligible = 1e-12; /* beside the largest eigenvalue, of a square */
 
-/* Where in the scratch what is: shapes, slopes in two directions at the points of quadrature below each
- * sample of each mode, sizes of g_aa. */
+/* Where in the scratch what is: shapes, slopes in two directions at the points of quadrature below
+ * each sample of each mode, sizes of g_aa. */
 typedef struct room {
     double *at, *slope, *size, *g, *lambda, *work;
 } room;

@@ -1,8 +1,8 @@
 /* Whether modal data are those of a body: see check.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * The integrals are those of some field and some mass if the Gram matrix of its components is positive
- * semi-definite,
+ * The integrals are those of some field and some mass if the Gram matrix of its components is
+ * positive semi-definite,
  *
  *   G = int g g^T,   g = (1, x, Phi_1, ..., Phi_n, chi_1, ..., chi_r)
  *

@@ -154,7 +154,7 @@ void mbsr_flex_destroy(mbsr_flex *flex)
     mbsri_release(&allocator, flex);
 }
 
-int mbsr_flex_data(const mbsr_flex *flex, mbsr_flex_def *data)
+int mbsr_flex_definition(const mbsr_flex *flex, mbsr_flex_def *data)
 {
     const mbsr_flex *f = flex;
     if (!f || !data) return MBSR_ERR_NULL;

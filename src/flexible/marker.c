@@ -173,8 +173,8 @@ void mbsri_flex_turn(const mbsri_flex_view *view, const double *ds, double x[3])
     mbsri_rotate3(view->at.G, dpsi, x);
 }
 
-/* angular, linear += G psi, L rho, with psi and rho of mode k itself, or of what dependent shapes follow
- * it by: chi (Y x)_k. */
+/* angular, linear += G psi, L rho, with psi and rho of mode k itself, or of what dependent shapes
+ * follow it by: chi (Y x)_k. */
 static void add_column(const mbsri_flex_view *view, const mbsri_flex_arm *arm, bool itself, int k,
                        const double *x, double angular[3], double linear[3])
 {

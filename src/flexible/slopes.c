@@ -1,20 +1,23 @@
 /* Derivatives for Newton systems: see slopes.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * All along the body's axes: w, v, s' of V, and al, a, s'' of A; Y_a = sum_b s'_b P_ba, U_a = sum_b s''_b P_ba,
- * W = sum_a s'_a E_a, dI_a = dI/ds_a = 2 tr(E_a) 1 - E_a - E_a^T. The momentum p = M V obeys
- * p' = f - (h - M' V), where by Euler-Poincare
+ * All along the body's axes: w, v, s' of V, and al, a, s'' of A; Y_a = sum_b s'_b P_ba, U_a = sum_b
+ * s''_b P_ba, W = sum_a s'_a E_a, dI_a = dI/ds_a = 2 tr(E_a) 1 - E_a - E_a^T. The momentum p = M V
+ * obeys p' = f - (h - M' V), where by Euler-Poincare
  *
  *   h - M' V = (v x p_v,  0,  -dT/ds),   dT/ds_a = w.dI_a w / 2 + w . Ct_a x v - w . axial(Y_a)
  *
  * Along a change of V by (x, 0, 0) and so on, columns of M for p and
  *
  *             h - M' V: rows omega, s_a                             h: rows omega, v, s_a
- *   omega     v x (x x c)                                           x x Iw + w x Ix + 2 (tr(W) x - W^T x)
- *                                                                   x x (w x c + 2 Ct s') + w x (x x c)
+ *   omega     v x (x x c)
+ *       x x Iw + w x Ix + 2 (tr(W) x - W^T x)
+ *                                                                   x x (w x c + 2 Ct s') + w x (x
+ *                                                                       x c)
  *             axial(Y_a).x - dI_a w.x - Ct_a x v . x                2 axial(Y_a).x - dI_a w.x
  *   v         x x p_v + v x m x,   -(w x Ct_a).x                    0
- *   s'_b      v x Ct_b,            axial(P_ba).w                    2 (tr(E_b) w - E_b^T w),  2 w x Ct_b,  2 axial(P_ba).w
+ *   s'_b      v x Ct_b,            axial(P_ba).w                    2 (tr(E_b) w - E_b^T w),
+ *       2 w x Ct_b,  2 axial(P_ba).w
  *
  * along s_b, with q_ba = w.P_ba w - tr(P_ba) |w|^2,
  *
@@ -23,14 +26,17 @@
  *   h + M A   Ct_b x a + dI_b al - axial(U_b) + w x dI_b w + 2 (tr(Y_b) w - Y_b w),
  *             al x Ct_b + w x (w x Ct_b),   axial(P_ba).al + q_ba
  *
- * and along a small rotation x of the body, T = diag([x]x, [x]x, 0),  dF = T F - F_V (T V) - F_A (T A).
+ * and along a small rotation x of the body, T = diag([x]x, [x]x, 0),  dF = T F - F_V (T V) - F_A (T
+ * A).
  *
- * With dependent shapes (dependent.h) all that is for the shapes s^, V^ = Z V, A^ = Z A + (0, s'^T Y s'), and
+ * With dependent shapes (dependent.h) all that is for the shapes s^, V^ = Z V, A^ = Z A + (0, s'^T
+ * Y s'), and
  *
- *   p = Z^T p^,   h + M A = Z^T (h^ + M^ A^),   h - M' V = Z^T (h^ - M^' V^) - (0, 0, sum_k p^_k Y_k s')
+ *   p = Z^T p^,   h + M A = Z^T (h^ + M^ A^),
+ *       h - M' V = Z^T (h^ - M^' V^) - (0, 0, sum_k p^_k Y_k s')
  *
- * where k counts the dependent ones. Along s_b these change by Z, their rates by Y_k s' and second rates
- * by Y_k s'', along s'_b their rates by Z and second rates by 2 Y_k s'; Z^T by Y_k. */
+ * where k counts the dependent ones. Along s_b these change by Z, their rates by Y_k s' and second
+ * rates by Y_k s'', along s'_b their rates by Z and second rates by 2 Y_k s'; Z^T by Y_k. */
 #include "flexible/slopes.h"
 
 #include "algebra/dense.h"

@@ -1,8 +1,9 @@
 /* Derivatives of variables with respect to inputs and states: see values.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Central differences of the evaluation along the seed s of the knowns v, with steps h s, h = 1e-6 / max(|s_k| / (1 + |v_k|)); of the
- * adjoint along one known after the other. Nothing is taken from analytic derivatives. */
+ * Central differences of the evaluation along the seed s of the knowns v, with steps h s, h = 1e-6
+ * / max(|s_k| / (1 + |v_k|)); of the adjoint along one known after the other. Nothing is taken from
+ * analytic derivatives. */
 #include "fmu/exchange.h"
 #include "fmu/solve.h"
 #include "fmu/values.h"

@@ -1,6 +1,6 @@
-/* The functions of FMI 3.0 for what this FMU does not have: variables of other types, clocks, dependencies of elements,
- * structural parameters, scheduled execution. They refuse, with a message, but for calls with no variables.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* The functions of FMI 3.0 for what this FMU does not have: variables of other types, clocks,
+ * dependencies of elements, structural parameters, scheduled execution. They refuse, with a
+ * message, but for calls with no variables. SPDX-License-Identifier: BSD-3-Clause */
 #include "fmu/fmi3_enter.h"
 
 /* What is asked for, or set, of `count` variables. */
@@ -142,7 +142,8 @@ fmi3Status fmi3SetShiftFraction(fmi3Instance c, const fmi3ValueReference vr[], s
     return none(in, n, __func__);
 }
 
-/* ---- dependencies of elements, structural parameters, derivatives of outputs, scheduled execution ---- */
+/* ---- dependencies of elements, structural parameters, derivatives of outputs, scheduled execution
+ * ---- */
 
 fmi3Status fmi3GetNumberOfVariableDependencies(fmi3Instance c, fmi3ValueReference vr, size_t *count)
 {

@@ -1,8 +1,9 @@
 /* Names of variables: see names.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Grammar of the standard: names are separated by points; a name is an identifier, or any characters of ASCII between
- * quotes, in which ' and \ are written \' and \\; an array index follows in brackets. */
+ * Grammar of the standard: names are separated by points; a name is an identifier, or any
+ * characters of ASCII between quotes, in which ' and \ are written \' and \\; an array index
+ * follows in brackets. */
 #include "fmu/names.h"
 
 #include "fmu/error.h"

@@ -1,5 +1,5 @@
-/* Parameters: masses, laws of force elements, stiff rows, armature, entries of tables. See parameters.h.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Parameters: masses, laws of force elements, stiff rows, armature, entries of tables. See
+ * parameters.h. SPDX-License-Identifier: BSD-3-Clause */
 #include "fmu/parameters.h"
 
 #include "fmu/error.h"
@@ -71,7 +71,8 @@ static bool add_body(mbsri_plan *plan, mbsri_list *list, int id)
 
 /* ---- laws of force elements ---- */
 
-/* What an element acts along: by the coordinate, or the place among six. MBSR_COORDINATE_OTHER: not known here. */
+/* What an element acts along: by the coordinate, or the place among six. MBSR_COORDINATE_OTHER: not
+ * known here. */
 static int kind_of(const mbsri_plan *plan, const mbsr_force_def *def, int index)
 {
     const char *table = def->table->name;
@@ -115,7 +116,8 @@ static const char *unit_of(const mbsri_plan *plan, const mbsr_force_def *def, co
     return "";
 }
 
-/* " (stiffness[2])" as name and index; false: it has no such name. Frames are not to be changed entry by entry. */
+/* " (stiffness[2])" as name and index; false: it has no such name. Frames are not to be changed
+ * entry by entry. */
 static bool read_name(const char *text, char name[40], int *index)
 {
     const size_t length = strcspn(text + (*text ? 2 : 0), "[)");

@@ -6,7 +6,8 @@
 
 #include "fmu/solve.h"
 
-#include <mbsrank/loops.h>
+#include <mbsrank/closure.h>
+#include <mbsrank/driver.h>
 
 #include <stdlib.h>
 #include <string.h>
@@ -41,13 +42,13 @@ static int pass_dropped(mbsri_instance *in, bool save, double *at)
     const mbsr_model *m = in->built.model;
     int *dropped = calloc((size_t)in->rows + 1, sizeof *dropped);
     if (!dropped) return MBSR_ERR_NO_MEMORY;
-    int status = save ? mbsr_closures_dropped(m, in->data, dropped) : MBSR_OK;
+    int status = save ? mbsr_closures_redundant(m, in->data, dropped) : MBSR_OK;
     for (int k = 0; k < in->rows; ++k)
         if (save)
             at[k] = dropped[k];
         else
             dropped[k] = at[k] != 0.0;
-    if (!save) status = mbsr_closures_drop(m, in->data, dropped);
+    if (!save) status = mbsr_closures_set_redundant(m, in->data, dropped);
     free(dropped);
     return status;
 }

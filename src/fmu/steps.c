@@ -11,18 +11,21 @@ enum { MOST_CHANGES = 1000 };
 
 /* ---- by the error ---- */
 
-/* A new driver from the state in y and yp, completed for the inputs as they are: one that has run before remembers how. */
+/* A new driver from the state in y and yp, completed for the inputs as they are: one that has run
+ * before remembers how. */
 static mbsri_result begin_anew(mbsri_instance *in)
 {
     int status = MBSR_OK;
     if (in->inputs_changed)
-        status = mbsr_complete(in->completion, in->data, MBSR_DAE_MOMENTUM, in->t, in->y, in->yp);
+        status = mbsr_completion_solve(in->completion, in->data, MBSR_DAE_MOMENTUM, in->t, in->y,
+                                       in->yp);
     if (!status) return mbsri_make_solver(in);
     return mbsri_failed(in, "no state for the inputs", status,
                         mbsr_completion_error(in->completion));
 }
 
-/* Ranks of joint blocks have changed: the consistent state at the last good one, with its massless directions. */
+/* Ranks of joint blocks have changed: the consistent state at the last good one, with its massless
+ * directions. */
 static int change_ranks(mbsri_instance *in)
 {
     double t;
@@ -36,8 +39,8 @@ static int change_ranks(mbsri_instance *in)
     return status;
 }
 
-/* Tells the importer of a step that has ended at t; false: it wants control back there. *t_end becomes the time at which it wants it
- * later on. */
+/* Tells the importer of a step that has ended at t; false: it wants control back there. *t_end
+ * becomes the time at which it wants it later on. */
 static bool update(mbsri_instance *in, double t, double *t_end)
 {
     bool early = false;

@@ -7,6 +7,8 @@
 #include "fmu/names.h"
 #include "fmu/take_names.h"
 
+#include <mbsrank/driver.h>
+
 #include <math.h>
 #include <string.h>
 
@@ -43,7 +45,7 @@ static int link_table(taker *t, const mbsr_table *table, mbsri_link *link)
     mbsri_plan_table *made = mbsri_list_add(&t->plan->arena, &t->tables, sizeof *made);
     if (!made) return no_memory(t);
     made->from = table;
-    return mbsr_table_data(table, &made->def);
+    return mbsr_table_definition(table, &made->def);
 }
 
 static int link_flex(taker *t, const mbsr_flex *flex, int *index)
@@ -54,7 +56,7 @@ static int link_flex(taker *t, const mbsr_flex *flex, int *index)
     mbsri_plan_flex *made = mbsri_list_add(&t->plan->arena, &t->flexes, sizeof *made);
     if (!made) return no_memory(t);
     made->from = flex;
-    return mbsr_flex_data(flex, &made->def);
+    return mbsr_flex_definition(flex, &made->def);
 }
 
 /* `count` numbers that the caller holds. */
@@ -115,7 +117,8 @@ static bool is_held(mbsr_motion_fn motion, const void *user)
 
 /* ---- bodies ---- */
 
-/* Of all rates of the joint as given; of locked ones it is of no matter. None where all are zero. */
+/* Of all rates of the joint as given; of locked ones it is of no matter. None where all are zero.
+ */
 static void take_armature(const mbsr_model *m, int id, mbsri_plan_body *b)
 {
     const double *left = mbsr_body_armature(m, id);

@@ -8,7 +8,8 @@
 #include <math.h>
 #include <string.h>
 
-/* The names of a body's coordinates: those of the body, or of the joints of the file that they are. */
+/* The names of a body's coordinates: those of the body, or of the joints of the file that they are.
+ */
 static void name_coordinates(mbsri_plan *p, const char *label, const int first[2],
                              const int count[2])
 {
@@ -75,7 +76,8 @@ static int take_coordinates(mbsri_plan *p, const mbsr_model *model, const mbsr_f
     return MBSR_OK;
 }
 
-/* Elements without a name are called by their joint and what they are, or by the latter and their id; actuators as the file does. */
+/* Elements without a name are called by their joint and what they are, or by the latter and their
+ * id; actuators as the file does. */
 static int name_forces(mbsri_plan *p, const mbsr_fmu_opt *opt)
 {
     for (int k = 0; k < p->forces; ++k) {
@@ -118,7 +120,8 @@ static void find_units(mbsri_plan *p, const mbsr_model *model)
     }
 }
 
-/* The sites given, those of the file, or the frames of all bodies. Those on the ground do not move, and are left out. */
+/* The sites given, those of the file, or the frames of all bodies. Those on the ground do not move,
+ * and are left out. */
 static int take_sites(mbsri_plan *p, const mbsr_fmu_opt *opt, mbsr_error *error)
 {
     const mbsr_file_site *site = opt->sites >= 0 ? opt->site : opt->file ? opt->file->site : NULL;

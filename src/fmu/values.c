@@ -28,7 +28,7 @@ static int value_of_site(mbsri_instance *in, const mbsri_variable *v, double *va
     mbsr_frame turned = mbsr_frame_identity();
     if (space == MBSR_SPACE_PLANAR) {
         const double zero[3] = {0.0}, axis[3] = {0.0, 0.0, 1.0};
-        turned = mbsr_frame_turned(zero, axis, pose[2]);
+        turned = mbsr_frame_rotated(zero, axis, pose[2]);
     } else {
         for (int k = 0; k < 9; ++k) turned.R[k] = pose[MBSR_POSE_R + k];
     }

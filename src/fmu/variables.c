@@ -186,7 +186,7 @@ static bool add_reactions(lister *l)
     }
     for (int k = 0; k < mbsr_model_closures(l->model); ++k) {
         int row, rows;
-        mbsr_closure_place(l->model, k, &row, &rows, NULL, NULL);
+        mbsr_closure_indices(l->model, k, &row, &rows, NULL, NULL);
         const char *label = label_of(l, "closure", mbsr_closure_name(l->model, k), k);
         for (int r = 0; r < rows; ++r) {
             const mbsri_variable v = {.kind = MBSRI_LOOP,

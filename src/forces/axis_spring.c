@@ -1,7 +1,8 @@
 /* Linear spring-damper and friction along a coordinate axis.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- *   e = p_a[axis] - p_b[axis],   force on a: -(c (e - rest) + d e'), -force e' / sqrt(e'^2 + slip^2) */
+ *   e = p_a[axis] - p_b[axis],
+ *       force on a: -(c (e - rest) + d e'), -force e' / sqrt(e'^2 + slip^2) */
 #include "forces/columns.h"
 #include "forces/springs.h"
 #include "forces/stock.h"

@@ -35,7 +35,8 @@ typedef struct touch {
     double speed, drag;    /* friction force = -drag sliding, drag = friction N / speed */
 } touch;
 
-/* The root of |sliding|^2 + slip^2 + creep^2 |travel|^2, where the centre of a has the velocity v. */
+/* The root of |sliding|^2 + slip^2 + creep^2 |travel|^2, where the centre of a has the velocity v.
+ */
 static void find_speed(const double *param, const double v[3], touch *w)
 {
     w->speed = hypot(mbsri_norm3(w->sliding), param[SLIP]);
@@ -133,8 +134,8 @@ static void locate_slopes(const mbsri_columns *c, const double *param, const tou
     }
 }
 
-/* That of speed. Of the velocity of the centre only what is along the plane matters: travel is normal
- * to n, and n . v of that velocity, which turns with n, is -x'. */
+/* That of speed. Of the velocity of the centre only what is along the plane matters: travel is
+ * normal to n, and n . v of that velocity, which turns with n, is -x'. */
 static double speed_slope(const touch *w, double creep, const mbsri_vector *dsliding,
                           const mbsri_vector *dtravel, const mbsri_vector *dnormal)
 {

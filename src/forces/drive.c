@@ -10,7 +10,8 @@
 
 #include <math.h>
 
-/* Refuses a coordinate of body k that there is not; `position`: one whose q does not belong to u. */
+/* Refuses a coordinate of body k that there is not; `position`: one whose q does not belong to u.
+ */
 static int check_coordinate(const mbsr_force_args *args, int k, int coordinate, bool position,
                             char text[MBSR_TEXT_SIZE])
 {
@@ -189,8 +190,8 @@ mbsr_force_def mbsr_force_joint_curve(int body, int coordinate, mbsr_table *torq
 }
 
 /* ---- through a gear: e = q_a - ratio q_b - rest; x what of it is beyond the backlash,
- * T = one-sided(k |x|, d e'), tau_a -= T, tau_b += ratio T. A coordinate that is locked is -1, and its part
- * of e is in HELD. ---- */
+ * T = one-sided(k |x|, d e'), tau_a -= T, tau_b += ratio T. A coordinate that is locked is -1, and
+ * its part of e is in HELD. ---- */
 
 enum { RATIO, STIFFNESS, DAMPING, REST, BACKLASH, HELD };
 

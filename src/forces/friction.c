@@ -2,8 +2,8 @@
  * load, and of a bearing.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * With the velocity w of a relative to b (of a point, or angular), its part s against which there is
- * friction and the rest r, the force or moment on a is
+ * With the velocity w of a relative to b (of a point, or angular), its part s against which there
+ * is friction and the rest r, the force or moment on a is
  *
  *   -(Coulomb / sqrt(|s|^2 + slip^2 + creep^2 |r|^2) + viscous) s
  *

@@ -166,8 +166,8 @@ static int check(const mbsr_force_args *args, char text[MBSR_TEXT_SIZE])
     return mbsri_check_ends(args, text);
 }
 
-/* Refuses a matrix that is not symmetric or not positive semi-definite: scaled to unit diagonal, all
- * its principal minors are at least -1e-12. */
+/* Refuses a matrix that is not symmetric or not positive semi-definite: scaled to unit diagonal,
+ * all its principal minors are at least -1e-12. */
 static int check_matrix(const mbsr_force_def *def, int first, const char *name,
                         char text[MBSR_TEXT_SIZE])
 {

@@ -95,8 +95,8 @@ static int add_sample(const mbsr_force_def *def, double x, double v, double fact
     return status;
 }
 
-/* What the rate of the length changes by where the law does: without gravity the points' velocity, and at
- * rest nothing tells. */
+/* What the rate of the length changes by where the law does: without gravity the points' velocity,
+ * and at rest nothing tells. */
 static double rate_span(const mbsr_force_def *def, const line *w)
 {
     const double rate = def->param[RATE], speed = fmax(mbsri_norm3(w->a.v), mbsri_norm3(w->b.v));

@@ -31,6 +31,8 @@
 #include "recursion/not_finite.h"
 #include "recursion/rates.h"
 
+#include <mbsrank/driver.h>
+
 static int size(const mbsr_model *m)
 {
     return m->nq + m->nu;
@@ -160,8 +162,8 @@ static void null_slope(const block *b, const mbsr_data *d, const double *udot, c
     mbsri_atx(n, n - rank, -1.0, b->X + rank * n, scaled, out + rank);
 }
 
-/* Y of the bodies of a group from Y of the predecessor; y: the null drift, J-part z - G^T H Vz_pi in
- * vec; work: d. */
+/* Y of the bodies of a group from Y of the predecessor; y: the null drift, J-part z - G^T H Vz_pi
+ * in vec; work: d. */
 static void drift_velocities(const mbsr_model *m, mbsr_data *d, const block *of, const double *y,
                              double *work)
 {

@@ -22,8 +22,9 @@
  *
  * With closures y = (q, p, u, Lambda, Eta), and their rows stand below: see loops.c.
  *
- * group by group (recursion/group.h). P r is what of the momenta belongs to no inertia; P e = gamma are the forces there. s = 1 s makes
- * a momentum of a force. Projections need no basis: nothing can flip or turn. */
+ * group by group (recursion/group.h). P r is what of the momenta belongs to no inertia; P e = gamma
+ * are the forces there. s = 1 s makes a momentum of a force. Projections need no basis: nothing can
+ * flip or turn. */
 #include "forms/momentum.h"
 
 #include "algebra/dense.h"
@@ -58,7 +59,7 @@ void mbsri_momenta(const mbsr_model *m, mbsr_data *d, double *p)
     for (int i = m->bodies; i >= 1; --i) mbsri_momentum_of(m, d, i, p + m->body[i].u);
 }
 
-/* p' at the state of mbsr_forces, with rates and impulses. */
+/* p' at the state of mbsr_stage_forces, with rates and impulses. */
 static void momentum_rates(const mbsr_model *m, mbsr_data *d, double *pdot)
 {
     mbsri_zero(m->size_v, d->sigma);

@@ -10,8 +10,8 @@
  * Directions that no force couples form groups; one difference quotient serves a direction of every
  * group at once, and the groups are solved apart.
  *
- * A slope of gamma counts as damping where it exceeds what rounding makes of a zero (damping.c). The
- * forward differences of a short step tell mostly; where they do not, the step is looked for, a
+ * A slope of gamma counts as damping where it exceeds what rounding makes of a zero (damping.c).
+ * The forward differences of a short step tell mostly; where they do not, the step is looked for, a
  * decade at a time. */
 #include "algebra/dense.h"
 #include "algebra/differences.h"
@@ -316,8 +316,8 @@ static void null_vector(const mbsr_ode *o, int l, double *x)
     for (int k = 0; k < g.n; ++k) x[k] = X[k] * o->d->s[g.ig + k];
 }
 
-/* gamma at velocities u; sizes, unless NULL, become at least those of what balances there. Positions
- * and masses are in the data. */
+/* gamma at velocities u; sizes, unless NULL, become at least those of what balances there.
+ * Positions and masses are in the data. */
 static int forces_at(mbsr_ode *o, const double *u, double *gamma, double *sizes)
 {
     const mbsr_model *m = o->m;

@@ -101,7 +101,8 @@ void mbsri_exact_parallel_axes(double mass, const mbsri_two c[3], mbsri_two tens
     }
 }
 
-/* The axis v of the smallest moment, where that is much below the others: what I v = 0 would make it. */
+/* The axis v of the smallest moment, where that is much below the others: what I v = 0 would make
+ * it. */
 static void least_axis(const mbsri_two tensor[6], double v[3])
 {
     double I[9], most = 0.0;

@@ -191,7 +191,7 @@ static mbsr_inertia as_rigid(const mbsr_inertia *inertia)
     return *inertia;
 }
 
-mbsr_inertia mbsr_inertia_moved(const mbsr_frame *frame, mbsr_inertia inertia)
+mbsr_inertia mbsr_inertia_in_frame(const mbsr_frame *frame, mbsr_inertia inertia)
 {
     mbsr_inertia moved = as_rigid(&inertia);
     double I[9], turned[9];
@@ -213,7 +213,8 @@ mbsr_inertia mbsr_inertia_moved(const mbsr_frame *frame, mbsr_inertia inertia)
     return moved;
 }
 
-/* Both together: about the common centre of mass c, of which mass c = sum of mass c of the parts. */
+/* Both together: about the common centre of mass c, of which mass c = sum of mass c of the parts.
+ */
 static mbsri_exact exact_sum(double mass, const mbsr_inertia part[2])
 {
     mbsri_exact sum = {.mass = mass};

@@ -4,8 +4,8 @@
  * Frame A stands on the predecessor, frame B on the body. Steps move a running frame from A to B:
  * rotations about and translations along an axis, screws, and a rotation by a quaternion. Each step
  * is one column or three of the body's velocity: with the axis a and the origin c of the running
- * frame before the step, r the body's origin, both from the predecessor's origin (arms lose nothing where
- * the world's is far),
+ * frame before the step, r the body's origin, both from the predecessor's origin (arms lose nothing
+ * where the world's is far),
  *
  *   rotation      S = (a, a x (r - c))      screw   rotation + pitch (0, a)
  *   translation   S = (0, a)                quaternion: rotations about the frame's three axes

@@ -1,8 +1,8 @@
-/* Joints of flexible bodies: the mount that holds one at a marker, and the marker as a body of its own.
- * SPDX-License-Identifier: BSD-3-Clause
+/* Joints of flexible bodies: the mount that holds one at a marker, and the marker as a body of its
+ * own. SPDX-License-Identifier: BSD-3-Clause
  *
- * With the marker's twist V_k = B V (flexible/marker.h), its predecessor's or its own V = (omega, v,
- * s'),
+ * With the marker's twist V_k = B V (flexible/marker.h), its predecessor's or its own V = (omega,
+ * v, s'),
  *
  *   marker   0 = V_i - B V_pi                                  H = -B,  kII = -B' V_pi
  *   mount    0 = V_i - X^-1 (V_pi - (G Psi, L Phi) u),  X^-1 = [1 0; [a]x 1];   0 = s' - u

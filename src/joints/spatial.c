@@ -275,8 +275,8 @@ static mbsr_joint start(const mbsr_joint_table *table, const mbsr_frame *A, cons
     return joint;
 }
 
-/* One more step; a direction of length zero, as NULL is, is kept for the check to find. `place` is that of its
- * coordinate. */
+/* One more step; a direction of length zero, as NULL is, is kept for the check to find. `place` is
+ * that of its coordinate. */
 static void add_step(mbsr_joint *joint, int kind, const double direction[3], double pitch,
                      bool driven, int place)
 {

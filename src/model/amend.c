@@ -7,6 +7,8 @@
 #include "model/entry.h"
 #include "model/query.h"
 
+#include <mbsrank/driver.h>
+
 #include <math.h>
 #include <stdio.h>
 #include <string.h>

@@ -8,6 +8,8 @@
 #include "model/check.h"
 #include "model/query.h"
 
+#include <mbsrank/driver.h>
+
 #include <math.h>
 #include <string.h>
 
@@ -72,8 +74,8 @@ static int check_matrix(mbsr_model *m, int n, const double *A, const char *what,
     return MBSR_OK;
 }
 
-/* The rows in which springs and dampers act apart; the numbers of each go to the definition, which is the
- * model's copy. */
+/* The rows in which springs and dampers act apart; the numbers of each go to the definition, which
+ * is the model's copy. */
 static int find_rows(mbsr_model *m, mbsr_closure_def *def, mbsri_principal *rows, const char *label)
 {
     static const char *const faults[] = {
@@ -235,13 +237,13 @@ int mbsr_model_rows(const mbsr_model *model)
     return model && model->finished ? model->rows : -1;
 }
 
-int mbsr_model_held(const mbsr_model *model)
+int mbsr_model_position_rows(const mbsr_model *model)
 {
     return model && model->finished ? model->held : -1;
 }
 
-int mbsr_closure_place(const mbsr_model *model, int closure, int *row, int *rows, int *held_row,
-                       int *held)
+int mbsr_closure_indices(const mbsr_model *model, int closure, int *row, int *rows, int *held_row,
+                         int *held)
 {
     if (!model) return MBSR_ERR_NULL;
     if (!model->finished) return MBSR_ERR_UNFINISHED;

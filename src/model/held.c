@@ -93,8 +93,8 @@ const mbsr_closure_def *mbsri_closure_as_given(const mbsr_model *m, const mbsri_
     return (const mbsr_closure_def *)m->given.data + (closure->given - 1);
 }
 
-/* Takes the terms that are locked out of def; whether one of them is dropped, how many there are, and how
- * large g may be by rounding of what they add. */
+/* Takes the terms that are locked out of def; whether one of them is dropped, how many there are,
+ * and how large g may be by rounding of what they add. */
 typedef struct taken {
     int terms;
     bool drops;

@@ -111,7 +111,8 @@ int mbsr_model_neglect(mbsr_model *model, int body, int parts)
                           .regular = entry->regular};
     entry->neglected = (int)m->neglected.count;
     entry->inertia = mbsri_inertia_without(&given, parts);
-    /* what was added to M (mbsr_model_regularise) may be regular by itself; this is no loss but time */
+    /* what was added to M (mbsr_model_regularise) may be regular by itself; this is no loss but
+     * time */
     entry->regular = false;
     return MBSR_OK;
 }

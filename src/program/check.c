@@ -42,8 +42,8 @@ static int read_options(int argc, char **argv, check_options *o)
     return code;
 }
 
-/* What is computed stands before anything is written. Where the report on small masses fails, the other one
- * is written all the same, as it may say why. */
+/* What is computed stands before anything is written. Where the report on small masses fails, the
+ * other one is written all the same, as it may say why. */
 static int check(const check_options *o, const program_model *m, const double *q, const double *u)
 {
     mbsr_small_masses *small = NULL;

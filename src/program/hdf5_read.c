@@ -99,7 +99,8 @@ static int by_column(const void *a, const void *b)
     return (left->column > right->column) - (left->column < right->column);
 }
 
-/* Lines of a set of numbers in one dimension, -1: it is none. No file claims more than it can hold. */
+/* Lines of a set of numbers in one dimension, -1: it is none. No file claims more than it can hold.
+ */
 static long count_lines(hid_t set)
 {
     const hid_t space = H5Dget_space(set), type = H5Dget_type(set);

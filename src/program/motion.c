@@ -164,7 +164,7 @@ static int react(const program_model *m, double t, const places *at)
     double *udot = at->state + at->nq + at->nu;
     const int status = mbsr_forward_dynamics(m->model, m->data, t, q, u, NULL, udot);
     if (status != MBSR_OK && status != MBSR_UNDETERMINED) return status;
-    return mbsr_accelerations(m->model, m->data, udot);
+    return mbsr_stage_accelerations(m->model, m->data, udot);
 }
 
 static int sample(const program_model *m, int k, const places *at, motion *to)
@@ -177,7 +177,7 @@ static int sample(const program_model *m, int k, const places *at, motion *to)
         forget_reactions(to, mbsr_data_error(m->data)->text);
     if (to->reaction)
         keep_reactions(m, to->point, to->reaction + (size_t)k * bodies * REACTION_NUMBERS);
-    else if (mbsr_positions(m->model, m->data, to->time[k], at->state))
+    else if (mbsr_stage_positions(m->model, m->data, to->time[k], at->state))
         return complain(FAILED, "t = %g: %s", to->time[k], mbsr_data_error(m->data)->text);
     for (int l = 0; l < at->nq; ++l)
         to->q[(size_t)k * (size_t)at->nq + (size_t)l] = (float)at->state[l];

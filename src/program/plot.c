@@ -67,7 +67,8 @@ static bool is_energy(const char *column, const char *name, size_t length)
            (strcmp(column, "kinetic") == 0 || strcmp(column, "potential") == 0);
 }
 
-/* The column of that name, else all whose names go on with a point behind it, or both of the energy. */
+/* The column of that name, else all whose names go on with a point behind it, or both of the
+ * energy. */
 static int choose(const table *t, const plot_options *o, const char *name, size_t length, curves *c)
 {
     const int before = c->count;

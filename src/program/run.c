@@ -128,7 +128,7 @@ static void tell_beginning(const run_options *o, const program_model *m, const m
 
 static void tell_end(const run_options *o, const mbsr_simulation *s, int code, output *to)
 {
-    const mbsr_ida_stats cost = mbsr_simulation_stats(s);
+    const mbsr_ida_stats cost = mbsr_simulation_get_stats(s);
     const struct {
         const char *name;
         long count;

@@ -106,7 +106,7 @@ static void put_report(FILE *to, const program_model *m, const mbsr_small_masses
 void small_write(FILE *to, const program_model *m, mbsr_small_masses *small, bool json)
 {
     mbsr_small_masses_report report;
-    if (!small || mbsr_small_masses_report_of(small, &report)) {
+    if (!small || mbsr_small_masses_get_report(small, &report)) {
         fputs(json ? "null" : "", to);
     } else if (json) {
         put_report(to, m, &report);

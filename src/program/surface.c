@@ -1,12 +1,15 @@
 /* Meshes in a page: see surface.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Corners are rounded to 2^16 places along each edge of the mesh's box (an arm of 1 m: by 8 um at most), and those at
- * one place become one vertex. Vertices are numbered as triangles first name them. What is written:
+ * Corners are rounded to 2^16 places along each edge of the mesh's box (an arm of 1 m: by 8 um at
+ * most), and those at one place become one vertex. Vertices are numbered as triangles first name
+ * them. What is written:
  *
- *   6 planes of bytes, each with one byte of every vertex: along x, y and z the lower and the upper byte of the
+ *   6 planes of bytes, each with one byte of every vertex: along x, y and z the lower and the upper
+ *       byte of the
  *   difference d to the vertex before, folded (0, -1, 1, -2 ... -> 0, 1, 2, 3 ...), modulo 2^16;
- *   for each corner of a triangle, how far its vertex is before the next new one (0: it is new), 7 bits a
+ *   for each corner of a triangle, how far its vertex is before the next new one (0: it is new), 7
+ *       bits a
  *   byte, the lowest first, the eighth bit where more follow.
  *
  * Both are small numbers on meshes as programs write them, which deflate to a tenth of a text. */

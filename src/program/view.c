@@ -15,7 +15,8 @@ typedef struct view_options {
     char own[256]; /* name of the page where -o says none */
 } view_options;
 
-/* The model's name with .html in the folder at hand, which may be a page of an earlier call and no other file. */
+/* The model's name with .html in the folder at hand, which may be a page of an earlier call and no
+ * other file. */
 static int name_page(view_options *o)
 {
     static const char begins[] = "<!DOCTYPE html>\n<!-- A model of mbsrank";

@@ -25,7 +25,7 @@ static void turn(const double *w, double step, double R[9])
     const double angle = step * mbsri_norm3(w);
     mbsri_copy(9, R, now);
     if (!mbsri_direction3(w, axis)) return;
-    const mbsr_frame frame = mbsr_frame_turned(NULL, axis, angle);
+    const mbsr_frame frame = mbsr_frame_rotated(NULL, axis, angle);
     mbsri_copy(9, frame.R, by);
     mbsri_multiply3(by, now, R);
 }
@@ -200,7 +200,8 @@ int mbsri_closure_curvature(const mbsr_model *m, mbsr_data *d, const mbsri_closu
     return MBSR_OK;
 }
 
-/* C, C^T lambda in f and C V + g_t in rate at a displaced state, with the velocities of the view. */
+/* C, C^T lambda in f and C V + g_t in rate at a displaced state, with the velocities of the view.
+ */
 static int loaded(const mbsr_model *m, const mbsri_closure *c, const mbsri_closure_view *view,
                   const double *lambda, const double *V, double *work, double *C, double *f,
                   double *rate)

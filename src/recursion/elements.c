@@ -133,7 +133,8 @@ int mbsri_forces(const mbsr_model *m, mbsr_data *d, const double *tau)
     d->pending = MBSRI_PENDING_NONE;
 
     mbsri_zero((size_t)m->nu, d->tau);
-    int status = tau ? mbsri_check_input(d, (size_t)m->nu, tau, "mbsr_forces", "tau") : MBSR_OK;
+    int status =
+        tau ? mbsri_check_input(d, (size_t)m->nu, tau, "mbsr_stage_forces", "tau") : MBSR_OK;
     if (status) return status;
     if (tau) mbsri_gather(m, tau, d->tau);
     /* f_i = -h_i */

@@ -25,7 +25,8 @@ void mbsri_diagonal_sizes(const mbsr_model *m, const mbsr_data *d, const mbsri_g
     }
 }
 
-/* E -= (Q - G JQ / 2) G^T + its transpose, and += G Diag(size) G^T along its diagonal; Q gets lost. */
+/* E -= (Q - G JQ / 2) G^T + its transpose, and += G Diag(size) G^T along its diagonal; Q gets lost.
+ */
 static inline void pass_joint(int rows, int n, const double *G, const double *JQ,
                               const double *size, double *Q, double *E)
 {
@@ -88,8 +89,8 @@ double mbsri_trace_of_arms(const mbsri_body *b, const double *H, const double *A
     return 0.5 * square * fmax(A[3 * next], fmax(A[4 * next], A[5 * next]));
 }
 
-/* m |r|^2 of the body, r from its predecessor's origin: out of H, as a difference of positions it would be
- * lost where the tree is far away. */
+/* m |r|^2 of the body, r from its predecessor's origin: out of H, as a difference of positions it
+ * would be lost where the tree is far away. */
 static double arm_of(const mbsr_data *d, const mbsri_body *b)
 {
     const double *x = d->p + b->p + MBSR_POSE_X, *A = d->Mbar + b->dd;

@@ -1,23 +1,24 @@
 /* The backward recursion for masses in twofold precision.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * The equations are those of backward.c. A moment of inertia about an axis near which all points of a
- * body lie is a small difference of large numbers, as is what a heavy body behind a joint leaves of
- * its mass in the direction of the joint: nothing, up to rounding, to which a light one adds. In
+ * The equations are those of backward.c. A moment of inertia about an axis near which all points of
+ * a body lie is a small difference of large numbers, as is what a heavy body behind a joint leaves
+ * of its mass in the direction of the joint: nothing, up to rounding, to which a light one adds. In
  * double precision both drown; in twofold precision sums and products keep them. What is left is
  * that positions, axes and turned vectors are rounded. But M (exact.h of inertias) is then still
  * that of some distribution of mass, and D = F^T F for some F that has the errors eps |F|. In a
  * direction without inertia F x is eps |F|, and D there eps^2 of what was added up.
  *
  * So errors of sums, W, no longer count, but for a share of 3e-4: below 1e-16 of what cancelled
- * everything that goes on from here in double precision would drown. They run beside W as `unsure`, to
- * which bodies add what their mass matrices were given wrong by:
+ * everything that goes on from here in double precision would drown. They run beside W as `unsure`,
+ * to which bodies add what their mass matrices were given wrong by:
  *
- *   unsure_i = Diag(unsure of the body) + share (Diag(Mbar_i) + trace of its tensor) + sum of H^T E H
+ *   unsure_i = Diag(unsure of the body) + share (Diag(Mbar_i) + trace of its tensor) + sum of H^T E
+ *       H
  *
- * Behind a joint with next to no inertia of its own errors of sums would arrive as many times as large.
- * Here there are none, so that E is confined to what it is made of, unless masses were given with
- * errors. What is left of lever arms along an axis, eps^2 m |r|^2 (`turned`), never counts. */
+ * Behind a joint with next to no inertia of its own errors of sums would arrive as many times as
+ * large. Here there are none, so that E is confined to what it is made of, unless masses were given
+ * with errors. What is left of lever arms along an axis, eps^2 m |r|^2 (`turned`), never counts. */
 #include "recursion/exact.h"
 
 #include "algebra/cholesky.h"
@@ -137,8 +138,8 @@ static void products(const mbsr_model *m, mbsr_data *d, const mbsri_group *g, co
     for (int l = 0; l < g->n * g->n; ++l) d->D[head->nn + (size_t)l] = r->D[l].hi;
 }
 
-/* Y (r x c) with Y L^T = B in the columns of the first c pivots;  then X with X L = Y, whose columns
- * are in the places of B's, into x. X: r x c of work. */
+/* Y (r x c) with Y L^T = B in the columns of the first c pivots;  then X with X L = Y, whose
+ * columns are in the places of B's, into x. X: r x c of work. */
 static void divide(int r, int n, int c, const mbsri_exact_factor *f, const mbsri_two *B,
                    mbsri_two *Y)
 {
@@ -154,7 +155,8 @@ static void divide(int r, int n, int c, const mbsri_exact_factor *f, const mbsri
     }
 }
 
-/* x (r x n) = Y L^-1 in the columns of the first c pivots, rounded, the others zero; X: r x c of work. */
+/* x (r x n) = Y L^-1 in the columns of the first c pivots, rounded, the others zero; X: r x c of
+ * work. */
 static void divide_again(int r, int n, int c, const mbsri_exact_factor *f, const mbsri_two *Y,
                          mbsri_two *X, double *x)
 {
@@ -172,8 +174,8 @@ static void divide_again(int r, int n, int c, const mbsri_exact_factor *f, const
     }
 }
 
-/* N (n x (n - c)), D N = 0: for each rate without pivot the rates of the c pivots that undo it. z: c of
- * work. */
+/* N (n x (n - c)), D N = 0: for each rate without pivot the rates of the c pivots that undo it. z:
+ * c of work. */
 static void null_vectors(int n, int c, const mbsri_exact_factor *f, mbsri_two *z, double *N)
 {
     mbsri_zero((size_t)(n * (n - c)), N);
@@ -190,7 +192,8 @@ static void null_vectors(int n, int c, const mbsri_exact_factor *f, mbsri_two *z
     }
 }
 
-/* A (r x n) <- A (1 - S^-2 N (N^T S^-2 N)^-1 N^T), with L of N^T S^-2 N = L L^T; B: r x m of work. */
+/* A (r x n) <- A (1 - S^-2 N (N^T S^-2 N)^-1 N^T), with L of N^T S^-2 N = L L^T; B: r x m of work.
+ */
 static void take_out(int r, int n, int m, const double *s, const double *N, const double *L,
                      double *A, double *B)
 {
@@ -208,9 +211,9 @@ static void take_out(int r, int n, int m, const double *s, const double *N, cons
     mbsri_abt(r, m, n, -1.0, B, N, A);
 }
 
-/* Dinv and G after the decision, Y of the pivots kept. With all pivots D^+ = D^-1; else that inverse in
- * the pivots' rows and columns is brought to the coordinates S^-1 u, so that small pivots keep their
- * digits. False: N^T S^-2 N is singular. */
+/* Dinv and G after the decision, Y of the pivots kept. With all pivots D^+ = D^-1; else that
+ * inverse in the pivots' rows and columns is brought to the coordinates S^-1 u, so that small
+ * pivots keep their digits. False: N^T S^-2 N is singular. */
 static bool gains(const mbsri_body *head, mbsr_data *d, const mbsri_group *g, int rank,
                   const mbsri_exact_factor *f, const room *r)
 {
@@ -253,8 +256,8 @@ static bool gains(const mbsri_body *head, mbsr_data *d, const mbsri_group *g, in
     return true;
 }
 
-/* Scales rows and columns from `first` on, `count` of them, of E (n x n) so that their trace is no larger
- * than `terms` times that of A. */
+/* Scales rows and columns from `first` on, `count` of them, of E (n x n) so that their trace is no
+ * larger than `terms` times that of A. */
 static void confine_part(int n, int first, int count, double terms, const double *A, double *E)
 {
     double size = 0.0, most = 0.0;
@@ -272,9 +275,10 @@ static void confine_part(int n, int first, int count, double terms, const double
     }
 }
 
-/* Rotations and translations, which have different units, apart. What was added up at the body itself, least
- * (d x d), remains: only one direction of a part may have become too large. E is made of three terms of its size where
- * no inertia is small, and of more by the root of the smallest one of the joint, `inertia`, beside 1 [choice]. */
+/* Rotations and translations, which have different units, apart. What was added up at the body
+ * itself, least (d x d), remains: only one direction of a part may have become too large. E is made
+ * of three terms of its size where no inertia is small, and of more by the root of the smallest one
+ * of the joint, `inertia`, beside 1 [choice]. */
 static void confine(const mbsri_body *b, const double *A, double share, const double *least,
                     double inertia, double *E)
 {

@@ -1,5 +1,5 @@
-/* Rank and factors of a joint block: see factors_of_modes.h, and flexible_factors.c for the derivation.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Rank and factors of a joint block: see factors_of_modes.h, and flexible_factors.c for the
+ * derivation. SPDX-License-Identifier: BSD-3-Clause */
 #include "recursion/factors_of_modes.h"
 
 #include "algebra/cholesky.h"
@@ -12,8 +12,8 @@
 
 /* ---- from the markers ---- */
 
-/* A = C C^T, largest pivots first, each as large beside its error in E as rounding; C: 6 x the rank, which is
- * returned. *least: no more than the least of them. */
+/* A = C C^T, largest pivots first, each as large beside its error in E as rounding; C: 6 x the
+ * rank, which is returned. *least: no more than the least of them. */
 static int root_of(const double *A, const double *E, double C[36], double *least)
 {
     double left[36];
@@ -38,7 +38,8 @@ static int root_of(const double *A, const double *E, double C[36], double *least
     return rank;
 }
 
-/* The rows of V; their number, or -1 where they are too many to gain something. *least: of the pivots. */
+/* The rows of V; their number, or -1 where they are too many to gain something. *least: of the
+ * pivots. */
 static int fill_V(const mbsr_model *m, const mbsr_data *d, int i, double *V, double *least)
 {
     const mbsri_body *b = m->body + i;
@@ -123,8 +124,8 @@ static void bring_forward(int *order, int to, int from)
     order[from] = kept;
 }
 
-/* V_z by the order of its columns, which are those of `count` massless modes; sets `kept`, clears what is left and
- * returns the sum of its s^2 |x|^2. */
+/* V_z by the order of its columns, which are those of `count` massless modes; sets `kept`, clears
+ * what is left and returns the sum of its s^2 |x|^2. */
 static double reduce_massless(mbsri_factors *f, const double *s, double least, int count,
                               int *order, double *work)
 {
@@ -194,8 +195,8 @@ static void exchange_columns(int n, double *x, double *y)
     }
 }
 
-/* The columns of Q become orthonormal, Q Z the former ones, largest first: Z (r x r, upper triangular). What is nothing but
- * rounding becomes zero. */
+/* The columns of Q become orthonormal, Q Z the former ones, largest first: Z (r x r, upper
+ * triangular). What is nothing but rounding becomes zero. */
 static void orthogonalise(const mbsri_factors *f, double *Z)
 {
     const int n = f->n, r = f->others;
@@ -264,7 +265,8 @@ static double bound_kept(const mbsri_factors *f, const double *s, double *work)
     return lightest * f->flex->spread + massless_bound(f, s, work);
 }
 
-/* ||S D S||, modal masses off the diagonal left out; work: n times the rows + the square of the rows. */
+/* ||S D S||, modal masses off the diagonal left out; work: n times the rows + the square of the
+ * rows. */
 static double size_of(const mbsri_factors *f, const double *s, double *work)
 {
     const int n = f->n, rows = f->rows;
@@ -295,8 +297,9 @@ static void drop(const mbsr_model *m, mbsr_data *d, int i, const mbsri_factors *
     d->rank[i] = rank;
 }
 
-/* Eigenvalues of S D S from here on are known to nine digits, and counted in twofold precision too. Rounding errors of V,
- * eps / sqrt(clear) where `clear` is the least pivot in Mbar^a beside its error, count once and not twice as they do in D. */
+/* Eigenvalues of S D S from here on are known to nine digits, and counted in twofold precision too.
+ * Rounding errors of V, eps / sqrt(clear) where `clear` is the least pivot in Mbar^a beside its
+ * error, count once and not twice as they do in D. */
 static double known_from(const mbsri_rank_rule *rule, double clear)
 {
     const double digits = DBL_EPSILON / 1e-9;

@@ -22,7 +22,8 @@ static void place(const mbsr_model *m, const mbsr_data *d, const mbsri_group *g,
     }
 }
 
-/* The off-diagonal part of a joint's own block (n x n of a matrix with `rows` rows) made symmetric. */
+/* The off-diagonal part of a joint's own block (n x n of a matrix with `rows` rows) made symmetric.
+ */
 static void even_out(int n, int rows, double *own)
 {
     for (int j = 0; j < n; ++j) {

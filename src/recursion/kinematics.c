@@ -21,6 +21,7 @@
 #include "recursion/not_finite.h"
 
 #include <mbsrank/dynamics.h>
+#include <mbsrank/driver.h>
 
 #include <math.h>
 
@@ -238,11 +239,11 @@ int mbsri_positions(const mbsr_model *m, mbsr_data *d, double t, const double *q
     d->pending = MBSRI_PENDING_NONE;
     if (!isfinite(t) || !mbsri_finite((size_t)m->nq, q)) {
         return mbsri_fail(&d->error, MBSR_NOT_FINITE, MBSR_NONE, MBSR_NONE,
-                          "mbsr_positions: t or q is not finite");
+                          "mbsr_stage_positions: t or q is not finite");
     }
     if (d->lean) {
         return mbsri_fail(&d->error, MBSR_ERR_LEAN, MBSR_NONE, MBSR_NONE,
-                          "mbsr_positions: the data was made by mbsr_data_create_lean or "
+                          "mbsr_stage_positions: the data was made by mbsr_data_create_lean or "
                           "mbsr_data_init_lean; this call, or this state, needs full data");
     }
     d->t = t;
@@ -302,7 +303,7 @@ int mbsri_velocities(const mbsr_model *m, mbsr_data *d, const double *u)
     d->pending = MBSRI_PENDING_NONE;
     if (!mbsri_finite((size_t)m->nu, u)) {
         return mbsri_fail(&d->error, MBSR_NOT_FINITE, MBSR_NONE, MBSR_NONE,
-                          "mbsr_velocities: u is not finite");
+                          "mbsr_stage_velocities: u is not finite");
     }
     mbsri_gather(m, u, d->u);
 

@@ -28,8 +28,8 @@ static void place(const mbsr_model *m, const mbsr_data *d, int k, int i, const d
     }
 }
 
-/* Whether a diagonal entry of the joint of body i is so much smaller than what cancels in it that it
- * has lost some of nine digits: beyond 1e-6 it has not. C: d x d. */
+/* Whether a diagonal entry of the joint of body i is so much smaller than what cancels in it that
+ * it has lost some of nine digits: beyond 1e-6 it has not. C: d x d. */
 static bool loses_digits(const mbsri_body *b, const double *J, const double *C,
                          const double *matrix, size_t nu)
 {
@@ -50,7 +50,7 @@ static void pass_on(const mbsri_body *b, const mbsr_data *d, double *C, double *
     mbsri_congruence(b->d, b->d_pred, d->H + b->dp, C + b->dd, C + b->pred_dd, work);
 }
 
-/* C = M, in the place of Mbar, so mbsr_backward must run again. */
+/* C = M, in the place of Mbar, so mbsr_stage_backward must run again. */
 static double *begin(const mbsr_model *m, mbsr_data *d)
 {
     if (d->stage > MBSRI_STAGE_FORCES) d->stage = MBSRI_STAGE_FORCES;

@@ -9,12 +9,13 @@
  *
  *   lambda_kept >= lambda_min(L L^T) >= 1 / ||(L L^T)^-1||,     |lambda_dropped| <= ||R||
  *
- * So where the former is beyond what is known to nine digits and the latter is nothing, or as small as it
- * has to be beside the usual rank (rank_rule.h), the eigenvalues would say the same, at ten times the
- * work. The null space is spanned by the columns of N = W P [ -L^-T L'^T ; 1 ], and with orthonormal
- * X_dropped that span S^-1 N, S the one that counts (rank.c),
+ * So where the former is beyond what is known to nine digits and the latter is nothing, or as small
+ * as it has to be beside the usual rank (rank_rule.h), the eigenvalues would say the same, at ten
+ * times the work. The null space is spanned by the columns of N = W P [ -L^-T L'^T ; 1 ], and with
+ * orthonormal X_dropped that span S^-1 N, S the one that counts (rank.c),
  *
- *   D^- = W P [ (L L^T)^-1 0 ; 0 0 ] P^T W,   D^+ = S Q S^-1 D^- S^-1 Q S,   Q = 1 - X_dropped X_dropped^T
+ *   D^- = W P [ (L L^T)^-1 0 ; 0 0 ] P^T W,   D^+ = S Q S^-1 D^- S^-1 Q S,
+ *       Q = 1 - X_dropped X_dropped^T
  *
  * where W is the S with which was judged. */
 #include "recursion/rank_pivots.h"
@@ -26,8 +27,8 @@
 
 #include <math.h>
 
-/* In the scratch of the data: A (n x n) by the order of the pivots, L (n x n), Y (n x n) with the row l of
- * L^-1 as its column l, N (n x n); vectors of n. */
+/* In the scratch of the data: A (n x n) by the order of the pivots, L (n x n), Y (n x n) with the
+ * row l of L^-1 as its column l, N (n x n); vectors of n. */
 typedef struct pivots {
     int n, rank;
     int *order;
@@ -274,8 +275,8 @@ bool mbsri_rank_by_pivots(const mbsr_model *m, mbsr_data *d, const mbsri_group *
     return true;
 }
 
-/* Z <- Z (1 - 2 v v^T / v^T v) for columns of Z orthonormal to those before x, which turns one of them
- * into x; its place is taken by the last one. */
+/* Z <- Z (1 - 2 v v^T / v^T v) for columns of Z orthonormal to those before x, which turns one of
+ * them into x; its place is taken by the last one. */
 static void turn_to(int n, int columns, const double *x, double *Z, double *v, double *Zv)
 {
     int p = 0;

@@ -8,9 +8,9 @@
  * where H and J on the right are divided by K already.
  *
  * A joint says what K', H', J' are, or leaves it to central differences along (t, q, q'); so does
- * an inertia by function for M'. What a joint looks at is its own q and the pose of its predecessor,
- * which moves with V: these two are displaced, of one body alone. The rate of a pose in GENERAL space
- * is not known; behind such a body the whole tree is displaced. */
+ * an inertia by function for M'. What a joint looks at is its own q and the pose of its
+ * predecessor, which moves with V: these two are displaced, of one body alone. The rate of a pose
+ * in GENERAL space is not known; behind such a body the whole tree is displaced. */
 #include "recursion/rates.h"
 
 #include "algebra/dense.h"

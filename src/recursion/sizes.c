@@ -14,8 +14,8 @@
 #include <stdint.h>
 
 /* own (d) += sizes of M V and V x M V, which make up the gyroscopic force h: |M_ab| is at most
- * sqrt(M_aa M_bb). A rigid body's h does not depend on the velocity of its origin; nothing is known of
- * an inertia by function, or in GENERAL space, but h itself, which is in f. */
+ * sqrt(M_aa M_bb). A rigid body's h does not depend on the velocity of its origin; nothing is known
+ * of an inertia by function, or in GENERAL space, but h itself, which is in f. */
 static void add_gyration(const mbsri_body *b, const mbsr_data *d, double *own)
 {
     if (b->joint.space != MBSR_SPACE_SPATIAL || b->inertia.kind == MBSR_INERTIA_FUNCTION) return;

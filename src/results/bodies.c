@@ -54,8 +54,9 @@ static int enter_accelerated(const mbsr_model *m, mbsr_data *d, int body, const 
         if (!*status) *status = mbsri_check_result(m, d, dim, d->mu + first, function);
         return *status ? -1 : i;
     }
-    *status = mbsri_fail(&d->error, MBSR_ERR_SEQUENCE, MBSR_NONE, MBSR_NONE,
-                         "%s: call mbsr_accelerations or mbsr_inverse_dynamics before", function);
+    *status =
+        mbsri_fail(&d->error, MBSR_ERR_SEQUENCE, MBSR_NONE, MBSR_NONE,
+                   "%s: call mbsr_stage_accelerations or mbsr_inverse_dynamics before", function);
     return -1;
 }
 
@@ -68,8 +69,8 @@ int mbsr_body_acceleration(const mbsr_model *model, mbsr_data *data, int body, d
     return status;
 }
 
-/* Whether body k of the tree was added as one on body i, which is welded to another, or on one that is
- * welded to that. */
+/* Whether body k of the tree was added as one on body i, which is welded to another, or on one that
+ * is welded to that. */
 static bool was_on(const mbsr_model *m, int k, int i)
 {
     const mbsri_body_entry *entry = m->entries.data;
@@ -84,8 +85,8 @@ static void origin_of(const mbsri_body *b, const mbsr_data *d, double r[3])
     mbsri_embedded_pose(b->joint.space, d->p + b->p, R, r);
 }
 
-/* mu of body i, which is welded to another, without what stands on both: adds that, X^T mu of each body k that
- * was added as one on i, with X the translation from the origin of i to that of k. */
+/* mu of body i, which is welded to another, without what stands on both: adds that, X^T mu of each
+ * body k that was added as one on i, with X the translation from the origin of i to that of k. */
 static void add_handed_over(const mbsr_model *m, const mbsr_data *d, int i, double *force)
 {
     const mbsri_body *b = m->body + i;
@@ -117,7 +118,8 @@ int mbsr_joint_reaction(const mbsr_model *model, mbsr_data *data, int body, doub
     return MBSR_OK;
 }
 
-/* A motion of a body as one in space: the arm to its point, then angular and linear parts of V and A. */
+/* A motion of a body as one in space: the arm to its point, then angular and linear parts of V and
+ * A. */
 typedef struct point_motion {
     double r[3], arm[3], omega[3], v[3], alpha[3], a[3];
 } point_motion;

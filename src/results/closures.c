@@ -6,6 +6,8 @@
 #include "model/query.h"
 #include "recursion/not_finite.h"
 
+#include <mbsrank/driver.h>
+
 int mbsr_closures_weight(const mbsr_model *model, double *w)
 {
     if (!model || !w) return MBSR_ERR_NULL;

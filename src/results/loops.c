@@ -1,7 +1,8 @@
 /* Loops at a state: entry points.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include <mbsrank/dynamics.h>
-#include <mbsrank/loops.h>
+#include <mbsrank/closure.h>
+#include <mbsrank/driver.h>
 
 #include "algebra/dense.h"
 #include "algebra/lapack.h"
@@ -133,8 +134,8 @@ static int find_massless(mbsri_dense *w, int *count)
     return status;
 }
 
-/* The rows, scaled as for their ranks, on `count` directions without mass in A: into K (size x size).
- * Returns how many rows and directions meet. */
+/* The rows, scaled as for their ranks, on `count` directions without mass in A: into K (size x
+ * size). Returns how many rows and directions meet. */
 static int fill_stretch(mbsri_dense *w, int count, int size)
 {
     int touched = 0;
@@ -174,8 +175,8 @@ static int find_stretch(mbsri_dense *w, int count, mbsr_closure_report *report)
     return MBSR_OK;
 }
 
-/* Directions of the tree that move no mass, those of them that no loop holds, and how well the others are
- * held; at rest. */
+/* Directions of the tree that move no mass, those of them that no loop holds, and how well the
+ * others are held; at rest. */
 static int count_massless(mbsri_dense *w, double t, const double *q, mbsr_closure_report *report)
 {
     const mbsr_model *m = w->m;
@@ -292,27 +293,27 @@ int mbsr_closure_row_kind(const mbsr_model *model, mbsr_data *data, int row,
     return mbsri_check_result(model, data, 1, &longest, name);
 }
 
-int mbsr_closures_dropped(const mbsr_model *model, mbsr_data *data, int *redundant)
+int mbsr_closures_redundant(const mbsr_model *model, mbsr_data *data, int *redundant)
 {
     const int status =
-        mbsri_enter(model, data, redundant != NULL, MBSRI_STAGE_NONE, "mbsr_closures_dropped");
+        mbsri_enter(model, data, redundant != NULL, MBSRI_STAGE_NONE, "mbsr_closures_redundant");
     for (int k = 0; !status && k < model->rows; ++k) redundant[k] = data->dropped[k];
     return status;
 }
 
-int mbsr_closures_drop(const mbsr_model *model, mbsr_data *data, const int *redundant)
+int mbsr_closures_set_redundant(const mbsr_model *model, mbsr_data *data, const int *redundant)
 {
-    const int status =
-        mbsri_enter(model, data, redundant != NULL, MBSRI_STAGE_NONE, "mbsr_closures_drop");
+    const int status = mbsri_enter(model, data, redundant != NULL, MBSRI_STAGE_NONE,
+                                   "mbsr_closures_set_redundant");
     for (int k = 0; !status && k < model->rows; ++k) data->dropped[k] = redundant[k] != 0;
     return status;
 }
 
 /* ---- loop forces ---- */
 
-int mbsr_closures_load(const mbsr_model *model, mbsr_data *data, const double *lambda)
+int mbsr_closures_set_lambda(const mbsr_model *model, mbsr_data *data, const double *lambda)
 {
-    static const char name[] = "mbsr_closures_load";
+    static const char name[] = "mbsr_closures_set_lambda";
     int status = mbsri_enter(model, data, lambda != NULL, MBSRI_STAGE_VELOCITIES, name);
     if (!status) status = mbsri_check_input(data, (size_t)model->rows, lambda, name, "lambda");
     if (!status) status = mbsri_closure_jacobians(model, data);
@@ -325,12 +326,12 @@ int mbsr_closures_load(const mbsr_model *model, mbsr_data *data, const double *l
     return MBSR_OK;
 }
 
-int mbsr_closures_force(const mbsr_model *model, mbsr_data *data, double *lambda)
+int mbsr_closures_lambda(const mbsr_model *model, mbsr_data *data, double *lambda)
 {
     const bool swept = data && data->pending == MBSRI_PENDING_MOTION; /* no stage need run */
     const int status =
         mbsri_enter(model, data, lambda != NULL, swept ? MBSRI_STAGE_NONE : MBSRI_STAGE_FORCES,
-                    "mbsr_closures_force");
+                    "mbsr_closures_lambda");
     if (status) return status;
     mbsri_copy((size_t)model->rows, data->loop_lambda, lambda);
     return MBSR_OK;
@@ -366,7 +367,7 @@ static int actuate(const mbsr_model *model, mbsr_data *data, double t, const dou
                           "%s: no memory for %d joint rates", name, model->nu);
     double *need = memory, *found = need + nu, *marked = found + nu, *forces = marked + nu;
     mbsri_gather(model, mark, marked);
-    int status = mbsr_inverse_dynamics(model, data, t, q, u, udot, need);
+    int status = mbsr_inverse_dynamics(model, data, t, q, u, udot, NULL, need);
     if (!status) status = mbsri_enter(model, data, true, MBSRI_STAGE_FORCES, name);
     if (!status) status = mbsri_loops_actuate(model, data, marked, need, found, forces, name);
     if (!status) status = mbsri_check_result(model, data, nu, found, name);

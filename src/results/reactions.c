@@ -1,6 +1,6 @@
 /* What single closures do at a state.
  * SPDX-License-Identifier: BSD-3-Clause */
-#include <mbsrank/loops.h>
+#include <mbsrank/closure.h>
 
 #include "algebra/dense.h"
 #include "base/error.h"

@@ -120,8 +120,8 @@ static int attempt(mbsr_stepper *s, kind what, double t, double h)
     int status = solve_stages(s, what, t, h);
     if (status) return status;
     status = mbsr_normalise(m, d, s->Y);
-    if (!status) status = mbsr_positions(m, d, t + h, s->Y);
-    if (!status) status = mbsr_velocities(m, d, s->Y + m->nq + m->nu);
+    if (!status) status = mbsr_stage_positions(m, d, t + h, s->Y);
+    if (!status) status = mbsr_stage_velocities(m, d, s->Y + m->nq + m->nu);
     if (status) s->cause = *mbsr_data_error(d);
     if (!status) status = mbsri_stepper_settle(s, h, what != HALVABLE);
     if (status) return status;
@@ -174,8 +174,8 @@ static int refuse(mbsr_stepper *s, int status, double t_end)
     ++s->info.refused;
     const mbsr_error cause = s->cause;
     /* they have worked for this state before */
-    if (!mbsr_positions(m, s->data, s->t, s->y))
-        (void)mbsr_velocities(m, s->data, s->y + m->nq + m->nu);
+    if (!mbsr_stage_positions(m, s->data, s->t, s->y))
+        (void)mbsr_stage_velocities(m, s->data, s->y + m->nq + m->nu);
     return mbsri_fail(
         &s->error, status, cause.body, cause.force,
         "mbsr_stepper: the step from t = %.9g s by %.3g s is refused after %d attempts: %.160s",

@@ -195,8 +195,8 @@ static int begin(mbsr_stepper *s, double t)
 {
     const mbsr_model *m = s->model;
     s->kept_account = s->account;
-    int status = mbsr_positions(m, s->data, t, s->kept_y);
-    if (!status) status = mbsr_velocities(m, s->data, s->kept_y + m->nq + m->nu);
+    int status = mbsr_stage_positions(m, s->data, t, s->kept_y);
+    if (!status) status = mbsr_stage_velocities(m, s->data, s->kept_y + m->nq + m->nu);
     if (status) s->cause = *mbsr_data_error(s->data);
     if (!status) status = mbsri_stepper_open_account(s);
     if (status) {
@@ -246,11 +246,11 @@ int mbsr_stepper_resume(mbsr_stepper *stepper, double t, const double *y, const 
     return begin(s, t);
 }
 
-int mbsr_stepper_get(mbsr_stepper *stepper, double *t, double *q, double *u)
+int mbsr_stepper_motion(mbsr_stepper *stepper, double *t, double *q, double *u)
 {
     mbsr_stepper *s = stepper;
     if (!s) return MBSR_ERR_NULL;
-    if (!s->started) return too_early(s, "mbsr_stepper_get");
+    if (!s->started) return too_early(s, "mbsr_stepper_motion");
     const size_t nq = (size_t)s->model->nq, nu = (size_t)s->model->nu;
     if (t) *t = s->t;
     if (q) mbsri_copy(nq, s->y, q);

@@ -37,8 +37,8 @@ static bool is_simple_of(const mbsr_model *m, int i, int *kind)
     return is_simple(&chain, kind);
 }
 
-/* Whether body i has a moment that its tensor in double precision does not have: none does where z is
- * the axis of its joint. */
+/* Whether body i has a moment that its tensor in double precision does not have: none does where z
+ * is the axis of its joint. */
 static bool hides_moment(const mbsr_model *m, int i, bool asks)
 {
     const mbsr_inertia *inertia = &m->body[i].inertia;
@@ -117,7 +117,7 @@ static void place_inertia(const mbsr_inertia *given, const mbsr_frame *in_body, 
                           mbsri_sweep_body *b)
 {
     const mbsr_frame body = mbsr_frame_inverse(in_body);
-    const mbsr_inertia inertia = mbsr_inertia_moved(&body, *given);
+    const mbsr_inertia inertia = mbsr_inertia_in_frame(&body, *given);
     /* about the frame's origin: there a moment of next to nothing about z is what it is */
     mbsri_exact about = mbsri_exact_of(&inertia);
     mbsri_exact_parallel_axes(about.mass, about.com, about.tensor);
@@ -253,14 +253,15 @@ static void measure(mbsri_sweeps *tree)
     }
 }
 
-/* The inertia of body i of the tree with those of the bodies that are welded to it, along its own axes. */
+/* The inertia of body i of the tree with those of the bodies that are welded to it, along its own
+ * axes. */
 static mbsr_inertia whole_inertia(const mbsri_sweeps *tree, const mbsr_model *m, int i)
 {
     mbsr_inertia sum = mbsri_embedded_inertia(m->body + i, tree->length);
     for (int k = m->body[i].welded; k > 0; k = m->stand[k - 1].next) {
         const mbsri_stand *stand = m->stand + (k - 1);
         const mbsr_inertia part = mbsri_embedded_inertia(m->body + m->live + k, tree->length);
-        sum = mbsr_inertia_sum(sum, mbsr_inertia_moved(&stand->frame, part));
+        sum = mbsr_inertia_sum(sum, mbsr_inertia_in_frame(&stand->frame, part));
     }
     return sum;
 }
@@ -526,8 +527,8 @@ static bool place(mbsri_sweeps *tree, const mbsr_model *m)
     return place_own_frames(tree, m);
 }
 
-/* Which bodies are blocks: those that are whole, unless they are light; on loops; not so many with users'
- * joints. */
+/* Which bodies are blocks: those that are whole, unless they are light; on loops; not so many with
+ * users' joints. */
 typedef struct selection {
     bool whole, open, light;
     int users;
@@ -563,8 +564,8 @@ bool mbsri_sweeps_build(mbsr_model *m)
 
 /* ---- loops in Newton systems ---- */
 
-/* The bodies of closure c up to where it closes, and that one: whether some are blocks; or all of them
- * are from now on. */
+/* The bodies of closure c up to where it closes, and that one: whether some are blocks; or all of
+ * them are from now on. */
 static bool any_by_blocks(const mbsr_model *m, const mbsri_closure *c)
 {
     bool any = c->meets > 0 && m->body[c->meets].by_blocks;
@@ -607,8 +608,8 @@ static void mark_empty(mbsr_model *m)
     }
 }
 
-/* Which bodies on loops are light: empty, and the rows of the loops past them are enough to hold all their rates.
- * False: no memory. */
+/* Which bodies on loops are light: empty, and the rows of the loops past them are enough to hold
+ * all their rates. False: no memory. */
 static bool mark_light(mbsr_model *m)
 {
     const mbsri_closure *c = m->closures.data;
@@ -638,7 +639,8 @@ static bool mark_light(mbsr_model *m)
     return true;
 }
 
-/* Loops that have bodies in common are in vector code together, or not. True: all of the tree is. */
+/* Loops that have bodies in common are in vector code together, or not. True: all of the tree is.
+ */
 static bool choose_loops(mbsr_model *m, selection s)
 {
     const mbsri_sweeps plan = {.bodies = m->live, .whole = s.whole, .open = true, .light = s.light};

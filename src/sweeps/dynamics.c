@@ -255,8 +255,8 @@ int mbsri_sweeps_inverse_dynamics(const mbsr_model *m, mbsr_data *d, double t, c
     return status;
 }
 
-/* Of `out`, what loops with forces -v of their rows leave to motors, into out and tau; false: a rate without one
- * would need some. */
+/* Of `out`, what loops with forces -v of their rows leave to motors, into out and tau; false: a
+ * rate without one would need some. */
 static bool take_torques(const mbsri_loop_run *w, double *tau)
 {
     static const double nothing = 1e-8; /* as in loops/forward.c */

@@ -1,8 +1,8 @@
 /* Loops in the vectorised sweeps: plan of a tree, memory of an evaluation.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * The plan goes along the tree as the sweep will, with the rows that are open where all are independent; beside
- * each there may be one motion without inertia, as more are left to loops/. */
+ * The plan goes along the tree as the sweep will, with the rows that are open where all are
+ * independent; beside each there may be one motion without inertia, as more are left to loops/. */
 #include "sweeps/loops.h"
 
 #include "algebra/dense.h"

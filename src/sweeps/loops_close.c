@@ -38,7 +38,8 @@ static void add_part(const mbsri_loop_run *w, const mbsri_open *open, mbsri_pivo
     }
 }
 
-/* Loads that are nothing but rounding are none: those of a loop that is closed balance. Then the upper half. */
+/* Loads that are nothing but rounding are none: those of a loop that is closed balance. Then the
+ * upper half. */
 static void finish_loads(mbsri_pivots *f)
 {
     const int n = f->size, N = n + f->d;
@@ -81,7 +82,8 @@ static void add_mass(mbsri_loop_run *w, const mbsri_pivots *f)
     }
 }
 
-/* Rows that nothing is left of share by least norm; false: so is a motion, which nothing determines. */
+/* Rows that nothing is left of share by least norm; false: so is a motion, which nothing
+ * determines. */
 static bool settle_left(mbsri_loop_run *w, mbsri_pivots *f)
 {
     const size_t n = (size_t)f->size, N = n + (size_t)f->d;
@@ -255,7 +257,8 @@ bool mbsri_loops_close_alone(mbsri_loop_run *w, const mbsri_open_part *part, int
 
 /* ---- loops that close where others go on ---- */
 
-/* The matrix of a group, on and below its diagonal, what was added up there, and lengths of the loads (8 each). */
+/* The matrix of a group, on and below its diagonal, what was added up there, and lengths of the
+ * loads (8 each). */
 static void gather_group(const mbsri_loop_run *w, const mbsri_open_part *part, int head,
                          const mbsri_pivots *f, double *sizes, double *lengths)
 {
@@ -286,7 +289,8 @@ static void gather_group(const mbsri_loop_run *w, const mbsri_open_part *part, i
     }
 }
 
-/* What was added up in the numbers of the unknowns that go on: by their parts, then by the pivots. */
+/* What was added up in the numbers of the unknowns that go on: by their parts, then by the pivots.
+ */
 static void gather_sizes(const mbsri_loop_run *w, const mbsri_open_part *part, int head,
                          const mbsri_pivots *f, const mbsri_open *to, int base)
 {

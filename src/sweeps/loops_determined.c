@@ -1,7 +1,8 @@
 /* Inverse dynamics of loops whose forces follow from the joints without motors alone: see loops.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * As many of these as there are rows that are felt anywhere: X v = -e is square, whatever the motors do. */
+ * As many of these as there are rows that are felt anywhere: X v = -e is square, whatever the
+ * motors do. */
 #include "sweeps/loops.h"
 
 #include "algebra/dense.h"
@@ -22,8 +23,8 @@ static bool is_row(const mbsri_loop_run *w, int id)
     return id < w->run->model->rows;
 }
 
-/* Places for the unknowns of a group, rows and motions each from 0 on, and memory behind what waits; false: some
- * are not complete at body i. */
+/* Places for the unknowns of a group, rows and motions each from 0 on, and memory behind what
+ * waits; false: some are not complete at body i. */
 static bool begin(const mbsri_loop_run *w, const mbsri_open_part *part, int head, int i, system *e)
 {
     *e = (system){.row = w->set};
@@ -86,7 +87,8 @@ static bool fill(const mbsri_loop_run *w, const mbsri_open_part *part, int head,
     return felt == e->motions;
 }
 
-/* What a group leaves to the joints before it; false: a row that no motion feels is felt by others. */
+/* What a group leaves to the joints before it; false: a row that no motion feels is felt by others.
+ */
 static bool add_force(mbsri_loop_run *w, const mbsri_open_part *part, int head, const system *e,
                       bool root)
 {

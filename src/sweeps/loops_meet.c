@@ -46,8 +46,8 @@ static bool is_complete(const mbsri_loop_run *w, int id, int i)
     return id >= w->run->model->rows || w->loops->closes[id] >= i;
 }
 
-/* The unknowns of a group into `set`, those that may be eliminated at body i first, and their places; where no
- * row is among these, nothing is. */
+/* The unknowns of a group into `set`, those that may be eliminated at body i first, and their
+ * places; where no row is among these, nothing is. */
 static int find_unknowns(mbsri_loop_run *w, const mbsri_open_part *part, int head, int i, int *set,
                          int *complete)
 {
@@ -95,7 +95,8 @@ static void clear_slots(mbsri_loop_run *w, const int *set, int count)
     for (int k = 0; k < count; ++k) w->slot[set[k]] = -1;
 }
 
-/* A group closes, or goes on as it is, its open unknowns from place `base` on; their number, or -1. */
+/* A group closes, or goes on as it is, its open unknowns from place `base` on; their number, or -1.
+ */
 static int pass_group(mbsri_loop_run *w, const mbsri_open_part *part, int head, int i,
                       const mbsri_open *to, int base, bool *closed)
 {
@@ -174,7 +175,8 @@ static bool meet(mbsri_loop_run *w, mbsri_open_part *part, int count, int i, boo
     return true;
 }
 
-/* Groups whose forces follow from joints without motors are taken out of the parts; true: those are all. */
+/* Groups whose forces follow from joints without motors are taken out of the parts; true: those are
+ * all. */
 static bool determine(mbsri_loop_run *w, mbsri_open_part *part, int count, int i, bool *closed)
 {
     bool all = true;

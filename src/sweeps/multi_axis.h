@@ -172,9 +172,9 @@ static void diagonal_of(const mbsri_carry *A, double x[8])
     }
 }
 
-/* m |r|^2, r from the predecessor's origin, of which rounding of the arms of axes that a body slides along
- * is a part (mbsri_turned_along in recursion/errors.h): eps r of r, not eps of the square, so that a share
- * of 1e-3 leaves more than nine digits. */
+/* m |r|^2, r from the predecessor's origin, of which rounding of the arms of axes that a body
+ * slides along is a part (mbsri_turned_along in recursion/errors.h): eps r of r, not eps of the
+ * square, so that a share of 1e-3 leaves more than nine digits. */
 static double arm_of(const mbsri_sweep_run *run, int i, const mbsri_carry *c)
 {
     const double *rho = run->state[i].rho;
@@ -278,8 +278,8 @@ static void multi_condense(const mbsri_sweep_run *run, int i, mbsri_carry *c)
     solve(b->n, multi->factor, multi->x);
 }
 
-/* A joint behind which nothing has inertia, nor has it: u' = 0 as far as joints go, and the forces pass. False:
- * something has. */
+/* A joint behind which nothing has inertia, nor has it: u' = 0 as far as joints go, and the forces
+ * pass. False: something has. */
 static bool pass_empty(const mbsri_sweep_run *run, int i, const mbsri_carry *c)
 {
     const mbsri_sweep_body *b = run->tree->body + i;

@@ -10,8 +10,8 @@
 #include <stdint.h>
 #include <string.h>
 
-/* Subtrees of fewer bodies are left to the trunk, those of more do not fit into a core's cache; tasks of fewer are
- * not worth a thread. */
+/* Subtrees of fewer bodies are left to the trunk, those of more do not fit into a core's cache;
+ * tasks of fewer are not worth a thread. */
 enum { LEAST_CUT = 32, MOST_CUT = 1024, LEAST_TASK = 512, TASKS_A_WORKER = 4 };
 
 /* A subtree, and where its sweep to the root stands. */
@@ -56,9 +56,8 @@ typedef struct sweep {
 typedef struct branch {
     int last;          /* its last body */
     int heavy, second; /* bodies in the largest and in the next of the subtrees on its first body */
-    int way,
-        way_on; /* bodies on the way to where two large subtrees or many stand, or next to that way; of the
-                        * largest subtree on it; NO_WAY where there is no such place */
+    int way, way_on; /* bodies on the way to where two large subtrees or many stand, or next to that
+                      * way; of the largest subtree on it; NO_WAY where there is no such place */
 } branch;
 
 enum { NO_WAY = 1 << 30 };
@@ -83,8 +82,8 @@ static void measure(const mbsri_sweeps *tree, branch *list)
     }
 }
 
-/* Subtrees that are no part of such a one: of at most `most` bodies, or larger but in one piece; returns how
- * many, and the bodies in them. found may be NULL. */
+/* Subtrees that are no part of such a one: of at most `most` bodies, or larger but in one piece;
+ * returns how many, and the bodies in them. found may be NULL. */
 static int find_cuts(const mbsri_sweeps *tree, const branch *list, int most, cut *found,
                      int *bodies)
 {
@@ -148,7 +147,8 @@ static size_t lay_out(mbsr_split *s, uintptr_t base)
     return (size_t)(next - base);
 }
 
-/* False without memory. Trees of which less than a half would be in two or more tasks stay whole. */
+/* False without memory. Trees of which less than a half would be in two or more tasks stay whole.
+ */
 static bool cut_up(mbsr_split *s)
 {
     const mbsri_sweeps *tree = s->tree;

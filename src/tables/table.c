@@ -29,7 +29,7 @@ mbsr_table_def mbsr_default_table_def(void)
     return (mbsr_table_def){.cookie = MBSRI_COOKIE, .columns = 1};
 }
 
-int mbsr_table_data(const mbsr_table *table, mbsr_table_def *data)
+int mbsr_table_definition(const mbsr_table *table, mbsr_table_def *data)
 {
     if (!table || !data) return MBSR_ERR_NULL;
     *data = (mbsr_table_def){.cookie = MBSRI_COOKIE,

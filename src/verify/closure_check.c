@@ -10,6 +10,8 @@
 #include "recursion/closure_rows.h"
 #include "recursion/closures.h"
 
+#include <mbsrank/verify.h>
+
 #include <math.h>
 
 typedef struct verifier {

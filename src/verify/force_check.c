@@ -8,7 +8,7 @@
 #include "newton/slopes/force_slopes.h"
 #include "recursion/elements.h"
 
-#include <mbsrank/force_check.h>
+#include <mbsrank/verify.h>
 
 #include <math.h>
 

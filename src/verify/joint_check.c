@@ -25,6 +25,8 @@
 #include "verify/joint_check_tangents.h"
 #include "verify/verifier.h"
 
+#include <mbsrank/verify.h>
+
 #include <math.h>
 
 static const double weight1[4] = {1.0 / 12.0, -8.0 / 12.0, 8.0 / 12.0, -1.0 / 12.0},

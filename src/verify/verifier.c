@@ -9,6 +9,8 @@
 #include "base/error.h"
 #include "recursion/pose.h"
 
+#include <mbsrank/verify.h>
+
 #include <math.h>
 
 double *mbsri_verifier_take(double *memory, size_t *used, int rows, int columns)
@@ -116,7 +118,7 @@ void mbsri_verifier_move(const mbsri_verifier *w, const double *V, double s, dou
         for (int k = 3; k < w->d_pred; ++k) p[MBSR_POSE_X + k - 3] += s * V[k];
         if (!(rate > 0.0)) return;
         double R[9];
-        const mbsr_frame turn = mbsr_frame_turned(NULL, V, rate * s);
+        const mbsr_frame turn = mbsr_frame_rotated(NULL, V, rate * s);
         mbsri_multiply3(turn.R, p + MBSR_POSE_R, R);
         mbsri_copy(9, R, p + MBSR_POSE_R);
     } else if (w->pred) {
