@@ -493,7 +493,7 @@ static unsigned inverse_seen(mbsri_batch_run *run)
     {                                                                                              \
         .name = (label), .lanes = MBSRI_LANES, .state_size = sizeof(body_state),                   \
         .motion_size = sizeof(motion), .ball_size = sizeof(ball_state),                            \
-        .stack_size = sizeof(carry), .place_size = sizeof(site), .gather = gather,                 \
+        .stack_size = sizeof(carry), .place_size = sizeof(site), .gather = gather_states,          \
         .scatter = scatter, .forward = forward, .inverse = inverse, .move_seen = move_seen,        \
         .forward_seen = forward_seen, .inverse_seen = inverse_seen                                 \
     }

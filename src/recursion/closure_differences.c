@@ -314,7 +314,7 @@ static int bend_along(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c,
         displaced moved;
         mbsri_closure_view faster;
         x[at] = 1.0;
-        displace(c, view, x, place * h, 0.0, &moved);
+        displace_bodies(c, view, x, place * h, 0.0, &moved);
         hasten(c, view, x, place * rate, V, &faster);
         x[at] = 0.0;
         moved.view.q = faster.q = d->closure_q;
@@ -336,7 +336,7 @@ int mbsri_closure_bend(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c
     const mbsr_closure_table *table = c->def.table;
     mbsri_closure_view view;
     mbsri_view_closure(m, d, c, true, &view);
-    const double speed = gather(m, c, &view, work);
+    const double speed = gather_velocities(m, c, &view, work);
     view.q = work + 2 * columns;
     mbsri_zero(columns, work);
     mbsri_zero(size, by_place);

@@ -99,7 +99,7 @@ static void solve_correction(const mbsr_model *m, mbsr_data *d, int sample, doub
 
 void mbsri_refine_solve(const mbsr_model *m, mbsr_data *d, double *x)
 {
-    solve(m, d, -1, x);
+    solve_correction(m, d, -1, x);
 }
 
 /* One correction of udot. */

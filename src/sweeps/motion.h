@@ -129,7 +129,7 @@ static int kinematics(const mbsri_sweep_run *run)
     return move(run, false, false);
 }
 
-static int sweep_velocities(const mbsri_sweep_run *run)
+static int velocities(const mbsri_sweep_run *run)
 {
     return run->load ? move(run, true, true) : move(run, true, false);
 }

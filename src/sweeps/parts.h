@@ -142,7 +142,7 @@ MBSRI_INLINE bool in_pieces(const mbsri_sweep_run *run, bool loaded)
     return true;
 }
 
-static bool momenta_in_parts(const mbsri_sweep_run *run)
+static bool momenta(const mbsri_sweep_run *run)
 {
     return run->load ? in_pieces(run, true) : in_pieces(run, false);
 }
