@@ -1,14 +1,16 @@
 /* Normal modes: see modes.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * A = Q K^-1 Q^T M, with Q = 1 - T L^T, is symmetric in the inner product of M, and its largest eigenvalues are
- * theta = 1 / omega^2. Blocks V_1 = A (random), V_2, ... are made M-orthonormal against all before,
+ * A = Q K^-1 Q^T M, with Q = 1 - T L^T, is symmetric in the inner product of M, and its largest
+ * eigenvalues are theta = 1 / omega^2. Blocks V_1 = A (random), V_2, ... are made M-orthonormal
+ * against all before,
  *
  *   A V_j = V_1 H_1j + ... + V_j H_jj + W,   W = V_j+1 B,   G = W^T M W
  *
- * and H = V^T M A V has the Ritz values theta, with residuals |A V y - theta V y| = |W y_j| in the norm of M. All
- * earlier vectors are kept and orthogonalised against twice, so that no eigenvalue shows up a second time; a few solves
- * for each mode are enough, where subspace iteration needs several times as many. */
+ * and H = V^T M A V has the Ritz values theta, with residuals |A V y - theta V y| = |W y_j| in the
+ * norm of M. All earlier vectors are kept and orthogonalised against twice, so that no eigenvalue
+ * shows up a second time; a few solves for each mode are enough, where subspace iteration needs
+ * several times as many. */
 #include "fe/modes.h"
 
 #include "algebra/dense.h"
@@ -32,6 +34,7 @@ typedef struct lanczos {
     double *W, *MW;       /* n x block */
     double *small, *work; /* room x block; of the eigenproblems */
     int converged;
+    bool too_slow; /* more vectors than normal modes need */
 } lanczos;
 
 int mbsri_fe_tell(const mbsri_fe_body *body, const char *stage, double done)
@@ -87,9 +90,9 @@ static void gram(lanczos *l, int c, double *G)
     mbsri_fe_atb(l->n, c, c, l->W, l->MW, G);
 }
 
-/* Columns of W that are M-orthonormal and span what W (n x c) spans beyond `least` in length; how many, -1: the
- * eigenvalues did not converge. */
-static int normalise(lanczos *l, int c, double least)
+/* Columns of W that are M-orthonormal and span what W (n x c) spans beyond `least` in length; how
+ * many, -1: the eigenvalues did not converge. */
+static int normalise_columns(lanczos *l, int c, double least)
 {
     const size_t n = (size_t)l->n;
     double G[MBSRI_FE_BLOCK * MBSRI_FE_BLOCK], w[MBSRI_FE_BLOCK];
@@ -128,7 +131,7 @@ static int find_ritz(lanczos *l, int c, const double *G)
             l->Y[j * m + k] =
                 k <= j ? l->H[room * (size_t)j + (size_t)k] : l->H[room * (size_t)k + (size_t)j];
     }
-    if (mbsri_fe_eigen(m, l->Y, l->theta, l->work) != 0) return MBSR_EIGEN_FAILED;
+    if (mbsri_fe_eigen(m, l->Y, l->theta, l->work) != 0) return MBSR_ERR_NUMERICS;
     for (int k = 0; k < m; ++k) {
         const double *y = l->Y + (size_t)m * (size_t)k + (m - c);
         double square = 0.0;
@@ -151,7 +154,8 @@ static bool finished(lanczos *l)
     return false;
 }
 
-/* The block W of c columns joins V; W becomes what A makes of it beyond V, with its Gram matrix in G. */
+/* The block W of c columns joins V; W becomes what A makes of it beyond V, with its Gram matrix in
+ * G. */
 static int take_block(lanczos *l, int c, double *G)
 {
     const size_t n = (size_t)l->n, first = (size_t)l->columns;
@@ -165,7 +169,7 @@ static int take_block(lanczos *l, int c, double *G)
     return find_ritz(l, c, G);
 }
 
-static int iterate(lanczos *l)
+static int lanczos_steps(lanczos *l)
 {
     const mbsri_fe_body *body = l->s->body;
     const size_t n = (size_t)l->n;
@@ -181,19 +185,20 @@ static int iterate(lanczos *l)
     double largest = 0.0;
     for (int k = 0; k < c; ++k) largest = fmax(largest, sqrt(fabs(G[k * (c + 1)])));
     if (!(largest > 0.0)) return MBSR_OK; /* no mass */
-    c = normalise(l, c, rounding * largest);
+    c = normalise_columns(l, c, rounding * largest);
     while (c > 0) {
         int status = take_block(l, c, G);
         if (status) return status;
         if (finished(l)) return MBSR_OK;
         status = mbsri_fe_tell(body, "normal modes", (double)l->converged / l->wanted);
         if (status) return status;
-        if (l->columns > 20 * l->wanted + 200) return MBSR_NO_CONVERGENCE;
-        c = normalise(l, c, rounding * l->theta[l->columns - 1]);
+        l->too_slow = l->columns > 20 * l->wanted + 200;
+        if (l->too_slow) return MBSR_ERR_NUMERICS;
+        c = normalise_columns(l, c, rounding * l->theta[l->columns - 1]);
     }
     /* nothing is left: all that there are */
     l->converged = c < 0 ? 0 : l->columns < l->wanted ? l->columns : l->wanted;
-    return c < 0 ? MBSR_EIGEN_FAILED : MBSR_OK;
+    return c < 0 ? MBSR_ERR_NUMERICS : MBSR_OK;
 }
 
 /* Modes of the Ritz vectors that have converged, below the limit and with mass. */
@@ -233,16 +238,16 @@ int mbsri_fe_find_modes(mbsri_fe_statics *s, const double *L, mbsri_fe_modes *mo
     const size_t block = (size_t)body->n * MBSRI_FE_BLOCK;
     l.W = mbsri_arena_take(body->arena, block * sizeof *l.W);
     l.MW = mbsri_arena_take(body->arena, block * sizeof *l.MW);
-    int status = l.MW && grow(&l) ? iterate(&l) : MBSR_ERR_NO_MEMORY;
+    int status = l.MW && grow(&l) ? lanczos_steps(&l) : MBSR_ERR_NO_MEMORY;
     if (!status) status = hand_over(&l, modes);
     const int basis = l.columns;
     mbsri_arena_close(&l.memory);
-    if (status == MBSR_NO_CONVERGENCE)
+    if (l.too_slow)
         return mbsri_fe_fail(body->error, status,
                              "mbsr_fe_reduce: %d of %d normal modes have converged to %g with %d "
                              "vectors; ask for fewer or for less",
                              l.converged, l.wanted, def->tolerance, basis);
-    if (status == MBSR_ERR_NO_MEMORY || status == MBSR_EIGEN_FAILED)
+    if (status == MBSR_ERR_NO_MEMORY || status == MBSR_ERR_NUMERICS)
         return mbsri_fe_fail(body->error, status, "mbsr_fe_reduce: %s in finding normal modes",
                              status == MBSR_ERR_NO_MEMORY ? "no memory"
                                                           : "eigenvalues did not converge");
