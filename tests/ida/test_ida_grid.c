@@ -1,5 +1,6 @@
-/* A slice of a grid of mechanisms, stiffnesses, damping ratios and tolerances: no run stands still, none is far off. Where they end, by
- * two runs at 1e-11 that agree to 2e-8: the driver's, and IDA's own with dense matrices by difference quotients.
+/* A slice of a grid of mechanisms, stiffnesses, damping ratios and tolerances: no run stands still,
+ * none is far off. Where they end, by two runs at 1e-11 that agree to 2e-8: the driver's, and IDA's
+ * own with dense matrices by difference quotients.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "problems.h"
 #include "reference_runs.h"
