@@ -29,7 +29,7 @@ class Frame:
         self.x = np.zeros(3) if x is None else numbers(x, 3, "x")
         self.R = np.eye(3) if R is None else np.array(R, dtype=F8).reshape(3, 3)
         if axis is not None:
-            self.R = _rotation(lib.mbsr_frame_turned(ffi.NULL, _doubles(axis, 3, "axis"), angle))
+            self.R = _rotation(lib.mbsr_frame_rotated(ffi.NULL, _doubles(axis, 3, "axis"), angle))
         elif quaternion is not None:
             four = _doubles(quaternion, 4, "quaternion")
             self.R = _rotation(lib.mbsr_frame_quaternion(ffi.NULL, four))

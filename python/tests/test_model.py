@@ -158,7 +158,12 @@ class Dynamics(unittest.TestCase):
         q, info = data.assemble(np.array([0.3, 0.25, -0.2]))
         self.assertLess(np.abs(data.gaps(q)).max(), 1e-11)
         self.assertGreater(info.gap_before, 1e-3)
-        self.assertEqual(mb.Simulation(model, q).to(0.1).loop_forces.shape, (model.rows,))
+        sim = mb.Simulation(model, q)
+        self.assertEqual(sim.to(0.1).loop_forces.shape, (model.rows,))
+        at = [one.copy() for one in (sim.q, sim.u, sim.udot)]
+        np.testing.assert_allclose(data.inverse_dynamics(*at, motors=[0]), 0.0, atol=1e-6)
+        with self.assertRaises(mb.UseError):
+            data.inverse_dynamics(*at, motors=[7])
 
 
 class Refused(unittest.TestCase):
