@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from . import _values
 from ._c import ffi, lib
-from ._core import (F8, Handle, Owner, Record, evaluated, fail, given, given_ints, numbers, plain, taken, text)
+from ._core import (F8, Handle, Owner, Record, encoded, evaluated, fail, given, given_ints, numbers, plain, taken, text)
 from ._values import Closure, Force, FrameLike, Inertia, Joint
 
 GROUND = lib.MBSR_GROUND
@@ -158,6 +158,12 @@ class Model(Owner):
             fail(lib.MBSR_ERR_UNFINISHED)
         return pointer
 
+    def _body(self, body: int):
+        pointer = self._read()
+        if not 0 <= body < lib.mbsr_model_bodies(pointer):
+            raise IndexError(f"there is no body {body}")
+        return pointer
+
     def _numbers(self) -> tuple:
         self._read()
         return self._sizes
@@ -194,7 +200,7 @@ class Model(Owner):
 
     def body_name(self, body: int) -> str:
         """Its name, "" without."""
-        return text(lib.mbsr_body_name(self._read(), body))
+        return text(lib.mbsr_body_name(self._body(body), body))
 
     @property
     def body_names(self) -> list[str]:
@@ -203,14 +209,14 @@ class Model(Owner):
 
     def find_body(self, name: str) -> int:
         """The id of the body of that name; KeyError: there is none."""
-        found = lib.mbsr_model_find_body(self._read(), name.encode())
+        found = lib.mbsr_model_find_body(self._read(), encoded(name, "name"))
         if found < 0:
             raise KeyError(name)
         return found
 
     def parent(self, body: int) -> int:
         """The predecessor of a body: an id, or GROUND."""
-        return lib.mbsr_body_parent(self._read(), body)
+        return lib.mbsr_body_parent(self._body(body), body)
 
     def coordinates(self, body: int) -> tuple[slice, slice]:
         """Where the coordinates of its joint stand in q, and its rates in u."""
@@ -466,7 +472,7 @@ class Batch(Owner):
     def __init__(self, model: Model, threads: int = 1):
         model.finish()
         keep = [model._handle]
-        if threads > 1:
+        if threads != 1:
             crew = _create("mbsr_threads", lib.mbsr_threads_create, threads)
             keep.append(Handle(crew, lib.mbsr_threads_destroy))
             parallel = ffi.new("mbsr_parallel *", lib.mbsr_threads_parallel(crew))
