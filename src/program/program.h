@@ -118,5 +118,8 @@ int run_view(int argc, char **argv);
 int run_plot(int argc, char **argv);
 int run_convert(int argc, char **argv);
 int run_fmu(int argc, char **argv);
+int run_static(int argc, char **argv);
+int run_modes(int argc, char **argv);
+int run_linearise(int argc, char **argv);
 
 #endif
