@@ -72,6 +72,7 @@ docs/derivatives
 docs/linear
 docs/performance
 docs/architecture
+docs/renamed
 bench/README
 CHANGELOG
 ```
