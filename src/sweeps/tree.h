@@ -1,5 +1,6 @@
 /* The tree that the vectorised sweeps run over: rigid bodies with stock joints, in space or
- * embedded there (embed.h). SPDX-License-Identifier: BSD-3-Clause
+ * embedded there (embed.h).
+ * SPDX-License-Identifier: BSD-3-Clause
  *
  * The recursion is that of recursion/backward.c and recursion/forward.c, with what a rigid body and
  * a joint of one axis make of it (docs/performance.md): all vectors along the world's axes about a
