@@ -68,8 +68,10 @@ docs/theory
 docs/rank_and_index
 docs/dae_forms
 docs/newton
+docs/derivatives
 docs/performance
 docs/architecture
+docs/renamed
 bench/README
 CHANGELOG
 ```

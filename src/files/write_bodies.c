@@ -107,6 +107,11 @@ static void write_own_joints(mbsri_writer *w, int k)
         find_joint(w, j, "its coordinates are those of the body in the world");
     if (c->quaternion && !is_free && differs(&c->B))
         find_joint(w, j, "its quaternion is told along the body's axes");
+    if (c->quaternion || c->axes > 0) {
+        if (w->joint_at[k] < w->reached)
+            find_joint(w, j, "its coordinates come later in the text than in the model");
+        w->reached = w->joint_at[k] + 1;
+    }
     for (int l = 0; l < (c->quaternion ? 1 : c->axes); ++l) write_joint(w, j + l);
 }
 
@@ -307,7 +312,8 @@ static void begin_body(mbsri_writer *w, int k)
     write_shapes_and_sites(w, k);
 }
 
-/* First child and next sibling of each body, in ascending order; [0] and on: of the world, then of body 0. */
+/* First child and next sibling of each body, in ascending order; [0] and on: of the world, then of
+ * body 0. */
 static bool link_children(mbsri_writer *w, int **first, int **next)
 {
     const size_t size = ((size_t)w->bodies + 1) * sizeof **first;

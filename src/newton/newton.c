@@ -7,14 +7,10 @@
 #include "base/memory.h"
 #include "dynamics/entry.h"
 #include "forms/loops.h"
-#include "model/query.h"
 #include "newton/carried/carried.h"
 #include "newton/correction.h"
 #include "newton/front/transposed.h"
 #include "newton/linear/product_transposed.h"
-#include "newton/slopes/body_slopes.h"
-#include "newton/slopes/closure_slopes.h"
-#include "newton/slopes/joint_slopes.h"
 #include "newton/slopes/relation.h"
 #include "newton/sweeps/sweeps.h"
 
@@ -24,8 +20,8 @@
 
 enum { LARGEST_RANK = 120 };
 
-/* Multiplications a body past which loops are too many to be carried, and what one of the front counts beside one of
- * these. */
+/* Multiplications a body past which loops are too many to be carried, and what one of the front
+ * counts beside one of these. */
 static const double too_many = 30000.0, slower = 3.0;
 
 mbsr_newton_opt mbsr_default_newton_opt(void)
@@ -64,27 +60,7 @@ static int check(const mbsr_model *m, mbsr_dae_form form, const mbsr_newton_opt 
     if (opt->lean && opt->transposes)
         return wrong(error, MBSR_ERR_VALUE, "a lean solver solves nothing transposed; transposes",
                      opt->transposes);
-    for (int i = 1; i <= m->bodies; ++i) {
-        const mbsri_body *b = m->body + i;
-        char label[MBSRI_LABEL];
-        const bool joint = mbsri_joint_slopes_serve(b, m->body[b->parent].np);
-        if (joint && mbsri_body_slopes_serve(b)) continue;
-        return mbsri_fail(error, MBSR_ERR_SPACE, b->id, MBSR_NONE,
-                          "mbsr_newton_create: %s: %s leaves its rates to differences, where V "
-                          "is not the rate of a pose",
-                          mbsri_body_label(m, i, label), joint ? "its inertia" : "its joint");
-    }
-    for (size_t k = 0; k < m->closures.count; ++k) {
-        const mbsri_closure *c = (const mbsri_closure *)m->closures.data + k;
-        char label[MBSRI_LABEL];
-        if (mbsri_closure_tangents_serve(m, c)) continue;
-        return mbsri_fail(
-            error, MBSR_ERR_SPACE, MBSR_NONE, MBSR_NONE,
-            "mbsr_newton_create: %s (%s) reads joint coordinates that have rates other "
-            "than u; use a dense matrix",
-            mbsri_closure_label(m, (int)k, label), c->def.table->name);
-    }
-    return MBSR_OK;
+    return mbsri_linear_check(m, "mbsr_newton_create", error);
 }
 
 /* ---- memory ---- */
@@ -228,16 +204,17 @@ static bool place_products(mbsr_newton *w)
     return true;
 }
 
-/* Multiplications of a correction, beside those of the front: a solution in vector code for each unit of rank
- * takes about 100 a body, and the derivatives of a body for the front as long as 5000. */
+/* Multiplications of a correction, beside those of the front: a solution in vector code for each
+ * unit of rank takes about 100 a body, and the derivatives of a body for the front as long as 5000.
+ */
 static bool correction_is_cheaper(const mbsr_newton *w, int rank)
 {
     const double bodies = w->model->bodies, size = rank;
     return 100.0 * bodies * size + size * size * size < 5000.0 * bodies + w->front->plan.operations;
 }
 
-/* Whether vector code leaves no more to a front than bodies and joints: elements across, and flexible bodies, whose mass
- * of modes the sweeps have in factors, make it all the front's. */
+/* Whether vector code leaves no more to a front than bodies and joints: elements across, and
+ * flexible bodies, whose mass of modes the sweeps have in factors, make it all the front's. */
 static bool may_be_mixed(const mbsr_newton *w, const mbsr_newton_opt *opt)
 {
     const mbsr_model *m = w->model;
@@ -265,7 +242,8 @@ static void choose_method(mbsr_newton *w, const mbsr_newton_opt *opt)
     if (!w->corrected && !w->lean) w->sweep_size = 0;
 }
 
-/* Loops in vector code: carried along the tree, where few are open at once; else the front takes fewer operations. */
+/* Loops in vector code: carried along the tree, where few are open at once; else the front takes
+ * fewer operations. */
 static bool place_loops(mbsr_newton *w)
 {
     const int bodies = w->model->bodies;
