@@ -1,5 +1,6 @@
 /* A consistent state of a small model with closures: loops closed, and rows chosen, in dense linear
- * algebra. SPDX-License-Identifier: BSD-3-Clause
+ * algebra.
+ * SPDX-License-Identifier: BSD-3-Clause
  *
  *   positions      near the guess, with closed loops (loops/assemble.c)
  *   velocities     changed by impulses of the loops alone (loops/motion.c)

@@ -1,7 +1,8 @@
 /* What report, start, forward dynamics and Newton's matrix say of directions without mass, of trees
  * and closed models whose bodies stand on axes, in lines and in each other's planes, in four
  * systems of units: they never contradict each other, every damped direction has an element, and
- * none lies in the span of the others. SPDX-License-Identifier: BSD-3-Clause */
+ * none lies in the span of the others.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "duration.h"
 #include "expect.h"
 #include "units.h"
