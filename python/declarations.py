@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 #: The headers of the components that the package wraps.
-HEADERS = ("mbsrank/mbsrank.h", "mbsrank/simulation.h", "mbsrank/files.h")
+HEADERS = ("mbsrank/mbsrank.h", "mbsrank/driver.h", "mbsrank/simulation.h", "mbsrank/files.h")
 
 #: Function types that are called by trampolines in Python, with the status that an exception returns.
 EXCEPTION = -32000

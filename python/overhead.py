@@ -38,7 +38,7 @@ def main():
             lambda: lib.mbsr_forward_dynamics(one, of, 0.0, at["q"], at["u"], at["u"], at["out"])),
         "Data.inverse_dynamics": (
             lambda: data.inverse_dynamics(q, u, u, 0.0, out),
-            lambda: lib.mbsr_inverse_dynamics(one, of, 0.0, at["q"], at["u"], at["u"], at["out"])),
+            lambda: lib.mbsr_inverse_dynamics(one, of, 0.0, at["q"], at["u"], at["u"], null, at["out"])),
         "Dae.residual": (
             lambda: dae.residual(0.0, y, yp, F),
             lambda: lib.mbsr_dae_residual(one, own, form, 0.0, at["y"], at["yp"], at["F"])),

@@ -33,7 +33,9 @@ def constructors(functions) -> dict[str, list]:
     """The constructors of each module."""
     found = {module: [] for module, _ in VALUES.values()}
     for one in functions:
-        if one.result in VALUES and "default" not in one.name:
+        serves = not any(kind.startswith("const mbsr_") and kind.endswith("_table *")
+                         or kind == "mbsr_inertia_fn" for kind, _ in one.parameters)
+        if one.result in VALUES and "default" not in one.name and serves:
             found[VALUES[one.result][0]].append(one)
     return found
 

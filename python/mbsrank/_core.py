@@ -52,20 +52,23 @@ def _keep_exception(_kind, value, _trace) -> None:
 
 
 def fail(status: int, error=None) -> None:
-    """Raises what a status means: an exception of the caller's own function comes first."""
-    if _raised:
-        own = _raised.pop(threading.get_ident(), None)
-        if own is None and status == _EXCEPTION:
+    """Raises what a status means; where a function of the caller's has raised, that."""
+    own = _raised.pop(threading.get_ident(), None)
+    if status == _EXCEPTION:
+        if own is None and _raised:  # it was called from a thread of the library's
             own = _raised.popitem()[1]
+            alive = {one.ident for one in threading.enumerate()}
+            for stale in set(_raised) - alive:
+                _raised.pop(stale, None)
         if own is not None:
             raise own
     kind = StateError if status > 0 else UseError
     if status == lib.MBSR_ERR_NO_MEMORY:
         raise MemoryError("mbsrank: an allocation failed")
     if error is None or error == ffi.NULL or error.status != status:
-        raise kind(status)
+        raise kind(status) from own
     body, force = (None if at == lib.MBSR_NONE else at for at in (error.body, error.force))
-    raise kind(status, ffi.string(error.text).decode(errors="replace"), body, force)
+    raise kind(status, ffi.string(error.text).decode(errors="replace"), body, force) from own
 
 
 # ---- handles ----
@@ -230,6 +233,15 @@ def lent(pointer, count: int) -> np.ndarray:
 def text(pointer) -> str:
     """A text of the library's; "" where there is none."""
     return "" if pointer == ffi.NULL else ffi.string(pointer).decode(errors="replace")
+
+
+def encoded(value, name: str) -> bytes:
+    """A text for the library."""
+    if not isinstance(value, str):
+        raise TypeError(f"{name}: expected a text, got {type(value).__name__}")
+    if "\0" in value:
+        raise ValueError(f"{name}: it contains a NUL")
+    return value.encode()
 
 
 # ---- records ----

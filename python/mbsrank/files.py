@@ -11,7 +11,7 @@ import numpy as np
 
 from . import _values
 from ._c import ffi, lib
-from ._core import Handle, Owner, Record, fail, given, plain, taken, text, view
+from ._core import Handle, Owner, Record, encoded, fail, given, plain, taken, text, view
 from .model import Data, Model, _create
 
 _KINDS = ("fixed", "hinge", "slide", "ball", "free")
@@ -71,7 +71,8 @@ class File(Owner):
         if given_values:
             array = ffi.new(f"{kind}[]", len(given_values))
             for to, (name, one) in zip(array, given_values.items()):
-                keep.extend((ffi.new("char[]", name.encode()), ffi.new("char[]", str(one).encode())))
+                keep.extend((ffi.new("char[]", encoded(name, field)),
+                             ffi.new("char[]", encoded(str(one), field))))
                 to.name = keep[-2]
                 setattr(to, value, keep[-1])
             keep.append(array)

@@ -29,4 +29,4 @@ def custom(evaluate: Callable[[float, Sequence[ForceBody]], None], bodies: Seque
     return Force(element, [called, table, handle, ids, evaluate, energy])
 
 
-__all__ = sorted(_values.constructors("mbsr_force_def"))
+__all__ = sorted([*_values.constructors("mbsr_force_def"), "custom"])

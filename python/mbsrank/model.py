@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from . import _values
 from ._c import ffi, lib
-from ._core import (F8, Handle, Owner, Record, evaluated, fail, given, given_ints, numbers, plain, taken, text)
+from ._core import (F8, Handle, Owner, Record, encoded, evaluated, fail, given, given_ints, numbers, plain, taken, text)
 from ._values import Closure, Force, FrameLike, Inertia, Joint
 
 GROUND = lib.MBSR_GROUND
@@ -158,6 +158,12 @@ class Model(Owner):
             fail(lib.MBSR_ERR_UNFINISHED)
         return pointer
 
+    def _body(self, body: int):
+        pointer = self._read()
+        if not 0 <= body < lib.mbsr_model_bodies(pointer):
+            raise IndexError(f"there is no body {body}")
+        return pointer
+
     def _numbers(self) -> tuple:
         self._read()
         return self._sizes
@@ -194,7 +200,7 @@ class Model(Owner):
 
     def body_name(self, body: int) -> str:
         """Its name, "" without."""
-        return text(lib.mbsr_body_name(self._read(), body))
+        return text(lib.mbsr_body_name(self._body(body), body))
 
     @property
     def body_names(self) -> list[str]:
@@ -203,14 +209,14 @@ class Model(Owner):
 
     def find_body(self, name: str) -> int:
         """The id of the body of that name; KeyError: there is none."""
-        found = lib.mbsr_model_find_body(self._read(), name.encode())
+        found = lib.mbsr_model_find_body(self._read(), encoded(name, "name"))
         if found < 0:
             raise KeyError(name)
         return found
 
     def parent(self, body: int) -> int:
         """The predecessor of a body: an id, or GROUND."""
-        return lib.mbsr_body_parent(self._read(), body)
+        return lib.mbsr_body_parent(self._body(body), body)
 
     def coordinates(self, body: int) -> tuple[slice, slice]:
         """Where the coordinates of its joint stand in q, and its rates in u."""
@@ -294,14 +300,20 @@ class Data(Owner):
         return out
 
     def inverse_dynamics(self, q: np.ndarray, u: np.ndarray, udot: np.ndarray, t: float = 0.0,
-                         out: np.ndarray | None = None) -> np.ndarray:
-        """tau (nu) that makes the motion (q, u, udot)."""
+                         out: np.ndarray | None = None,
+                         motors: Sequence[int] | None = None) -> np.ndarray:
+        """tau (nu) that makes the motion (q, u, udot). motors: numbers of the joint rates that are driven, the others are
+        not, and closures carry the rest (None: all are driven, and closures exert nothing)."""
         nu = self._nu
         if out is None:
             out = np.empty(nu)
         at_q, at_u, to = evaluated(q, self._nq, u, nu, out, "q", "u")
+        driven = _NULL
+        if motors is not None:
+            rates = ffi.new("int[]", list(motors))
+            driven = ffi.new("mbsr_motors *", {"count": len(motors), "rate": rates})
         status = lib.mbsr_inverse_dynamics(self._model, self._get(), t, at_q, at_u,
-                                           given(udot, nu, "udot"), to)
+                                           given(udot, nu, "udot"), driven, to)
         if status:
             self._check(status)
         return out
@@ -329,13 +341,13 @@ class Data(Owner):
 
     def positions(self, q: np.ndarray, t: float = 0.0) -> "Data":
         """Evaluates poses at q (nq)."""
-        self._check(lib.mbsr_positions(self._model, self._get(), t, given(q, self._nq, "q")))
+        self._check(lib.mbsr_stage_positions(self._model, self._get(), t, given(q, self._nq, "q")))
         return self
 
     def velocities(self, q: np.ndarray, u: np.ndarray, t: float = 0.0) -> "Data":
         """Evaluates poses and twists at q (nq) and u (nu)."""
         self.positions(q, t)
-        self._check(lib.mbsr_velocities(self._model, self._get(), given(u, self._nu, "u")))
+        self._check(lib.mbsr_stage_velocities(self._model, self._get(), given(u, self._nu, "u")))
         return self
 
     def accelerations(self, q: np.ndarray, u: np.ndarray, udot: np.ndarray,
@@ -343,9 +355,9 @@ class Data(Owner):
         """Evaluates all that a motion under joint forces tau (nu, None: none) has: accelerations of bodies, reactions of
         joints."""
         self.velocities(q, u, t)
-        self._check(lib.mbsr_forces(self._model, self._get(),
+        self._check(lib.mbsr_stage_forces(self._model, self._get(),
                                     _NULL if tau is None else given(tau, self._nu, "tau")))
-        self._check(lib.mbsr_accelerations(self._model, self._get(), given(udot, self._nu, "udot")))
+        self._check(lib.mbsr_stage_accelerations(self._model, self._get(), given(udot, self._nu, "udot")))
         return self
 
     def coordinate_rates(self, q: np.ndarray, u: np.ndarray, t: float = 0.0) -> np.ndarray:
@@ -446,7 +458,7 @@ class Data(Owner):
 
     def gaps(self, q: np.ndarray, t: float = 0.0) -> np.ndarray:
         """What the loops are open by at q, one number a position row."""
-        out = np.empty(lib.mbsr_model_held(self._model))
+        out = np.empty(lib.mbsr_model_position_rows(self._model))
         self.positions(q, t)
         self._check(lib.mbsr_closures_gap(self._model, self._get(),
                                           taken(out, out.shape, "out")))
@@ -460,7 +472,7 @@ class Batch(Owner):
     def __init__(self, model: Model, threads: int = 1):
         model.finish()
         keep = [model._handle]
-        if threads > 1:
+        if threads != 1:
             crew = _create("mbsr_threads", lib.mbsr_threads_create, threads)
             keep.append(Handle(crew, lib.mbsr_threads_destroy))
             parallel = ffi.new("mbsr_parallel *", lib.mbsr_threads_parallel(crew))

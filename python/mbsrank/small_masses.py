@@ -37,7 +37,7 @@ class SmallMasses(Owner):
 
     def _read(self) -> None:
         report = ffi.new("mbsr_small_masses_report *")
-        self._check(lib.mbsr_small_masses_report_of(self._get(), report))
+        self._check(lib.mbsr_small_masses_get_report(self._get(), report))
         self.summary = plain(report, skip=("masses", "directions"))
         self.masses = [plain(ffi.addressof(report.mass[k])) for k in range(report.masses)]
         for one in self.masses:

@@ -32,7 +32,7 @@ class Stepper(Owner):
     def _read(self, status: int) -> None:
         self._check(status)
         t = self._state
-        self._check(lib.mbsr_stepper_get(self._get(), t, t + 1, t + 1 + self.model.nq))
+        self._check(lib.mbsr_stepper_motion(self._get(), t, t + 1, t + 1 + self.model.nq))
 
     def restart(self, q: np.ndarray | None = None, u: np.ndarray | None = None,
                 t: float = 0.0) -> "Stepper":
