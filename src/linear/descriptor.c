@@ -1,13 +1,14 @@
 /* The descriptor form: E x' = A x + B w.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Linearised about y, the momentum form is F_y dy + F_y' dy' = 0: A = -F_y, E = F_y', column by column from products with
- * the Newton matrices of c = 0 and c = 1. In their place of q stand joint rates, dq = G x:
+ * Linearised about y, the momentum form is F_y dy + F_y' dy' = 0: A = -F_y, E = F_y', column by
+ * column from products with the Newton matrices of c = 0 and c = 1. In their place of q stand joint
+ * rates, dq = G x:
  *
  *   x' = -G^+ (F_y dy)_q - G^+ G' x        with G' along a steady motion
  *
- * Multipliers come in F as rates, lambda = Lambda': where F does not know Lambda itself, their column is that of lambda,
- * in A, and they are algebraic. */
+ * Multipliers come in F as rates, lambda = Lambda': where F does not know Lambda itself, their
+ * column is that of lambda, in A, and they are algebraic. */
 #include "linear/record.h"
 
 #include "base/error.h"
@@ -28,7 +29,7 @@ typedef struct coordinates {
 /* G of all bodies at q, into G. */
 static int find_G(const coordinates *c, const double *q, double *u, double *qdot, double *G)
 {
-    int most = 0, status = mbsr_positions(c->model, c->data, c->t, q);
+    int most = 0, status = mbsr_stage_positions(c->model, c->data, c->t, q);
     for (int i = 0; i < c->bodies; ++i) {
         int n;
         mbsr_body_coordinates(c->model, i, NULL, NULL, NULL, &n);
@@ -42,7 +43,7 @@ static int find_G(const coordinates *c, const double *q, double *u, double *qdot
                 mbsr_body_coordinates(c->model, i, NULL, NULL, &ui, &n);
                 if (k < n) u[ui + k] = side ? -1.0 : 1.0;
             }
-            status = mbsr_velocities(c->model, c->data, u);
+            status = mbsr_stage_velocities(c->model, c->data, u);
             if (!status) status = mbsr_coordinate_rates(c->model, c->data, qdot);
             for (int i = 0; i < c->bodies && !status; ++i) {
                 int n, nq, qi;

@@ -3,21 +3,24 @@
  *
  * From rest at q an implicit Euler step of length 1 / c is one Newton system of the momentum form,
  *
- *   K (dq, dp, du, dLambda) = F(t, y, y')      with y = (q, 0, 0, .), y' = (0, 0, 0, lambda),   K = F_y + c F_y'
+ *   K (dq, dp, du, dLambda) = F(t, y, y')      with y = (q, 0, 0, .), y' = (0, 0, 0, lambda),   K =
+ * F_y + c F_y'
  *
- * that is (c^2 M + c D + stiffness) dq = forces, loops and directions without mass included. Each is followed by a stop,
- * u = p = 0. For large c it goes down the slope, for c = 0 it is Newton's method: c falls with the forces
- * (pseudo-transient continuation), and rises where a step would be too long or makes matters worse.
+ * that is (c^2 M + c D + stiffness) dq = forces, loops and directions without mass included. Each
+ * is followed by a stop, u = p = 0. For large c it goes down the slope, for c = 0 it is Newton's
+ * method: c falls with the forces (pseudo-transient continuation), and rises where a step would be
+ * too long or makes matters worse.
  *
- * Forces are measured over the square root of the mass that they move, steps as turns in rad and ways over the length of the
- * model; a displacement of a millionth of that tells what rate is typical, so that units do not matter. */
+ * Forces are measured over the square root of the mass that they move, steps as turns in rad and
+ * ways over the length of the model; a displacement of a millionth of that tells what rate is
+ * typical, so that units do not matter. */
 #include "files/arena.h"
 
 #include "base/cookie.h"
 #include "base/error.h"
 
 #include <mbsrank/linear.h>
-#include <mbsrank/loops.h>
+#include <mbsrank/driver.h>
 
 #include <math.h>
 #include <stdint.h>
@@ -50,7 +53,8 @@ static int fail_data(const rest *w, int status, mbsr_error *error)
     return mbsri_fail(error, status, why->body, why->force, "%s: %s", name, why->text);
 }
 
-/* F over the root of the mass that it moves; the rate where it is worst into `worst` (may be NULL). */
+/* F over the root of the mass that it moves; the rate where it is worst into `worst` (may be NULL).
+ */
 static double imbalance(const rest *w, const double *F, int *worst)
 {
     double sum = 0.0, most = -1.0;
@@ -98,7 +102,7 @@ static int find_scales(rest *w)
 {
     static const double step = 1e-6;
     int status = residual(w, w->y, w->yp, w->F);
-    if (!status) status = mbsr_backward(w->m, w->d);
+    if (!status) status = mbsr_stage_backward(w->m, w->d);
     if (!status) status = mbsr_momentum_scales(w->m, w->d, w->mass);
     if (status) return status;
     w->length = find_length(w);
@@ -372,7 +376,7 @@ int mbsr_equilibrium(const mbsr_model *model, mbsr_data *data, double t, const d
     if (!status && lambda && w.rows > 0) {
         /* of the residual there, and no other */
         (void)residual(&w, w.y, w.yp, w.F);
-        (void)mbsr_closures_force(model, data, lambda);
+        (void)mbsr_closures_lambda(model, data, lambda);
     }
     if (info) *info = w.info;
     mbsr_newton_destroy(w.newton);

@@ -6,6 +6,8 @@
 #include "base/error.h"
 #include "linear/lapack.h"
 
+#include <mbsrank/driver.h>
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

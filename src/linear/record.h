@@ -16,9 +16,9 @@ struct mbsr_linear {
     double *shapes;  /* nu x states: dq of z */
     mbsr_mode *mode; /* once they have been asked for */
     int modes;
-    double *
-        vectors; /* states x states: of the modes, real parts and imaginary parts of pairs in two columns */
-    int *column; /* of each mode */
+    double *vectors; /* states x states: of the modes, real parts and imaginary parts of pairs in
+                        two columns */
+    int *column;     /* of each mode */
 };
 
 /* E, A and B in the coordinates dq, dp, du, forces; Newton's matrices by products. A status. */

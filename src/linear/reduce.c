@@ -1,22 +1,23 @@
 /* The least number of states: what has finite eigenvalues.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * Of E x' = A x + B w let P be the columns of the unit matrix in the rows where E has numbers, E = P Er, and K = s E - A
- * for a real shift s that is no eigenvalue. With r = Er x,
+ * Of E x' = A x + B w let P be the columns of the unit matrix in the rows where E has numbers, E =
+ * P Er, and K = s E - A for a real shift s that is no eigenvalue. With r = Er x,
  *
- *   x = K^-1 (P (s r - r') + B w)           S r' = (s S - 1) r + b w,   S = Er K^-1 P,  b = Er K^-1 B
+ *   x = K^-1 (P (s r - r') + B w)           S r' = (s S - 1) r + b w,   S = Er K^-1 P,  b = Er K^-1
+ * B
  *
- * An eigenvalue e of the pencil is one 1 / (s - e) of S; infinite ones are zeros of S, in Jordan blocks as long as the
- * index. Zeros that are computed as eigenvalues are not zero, but the root of rounding errors: huge finite eigenvalues. So
- * they are taken out as ranges: U1 spans that of S, U2 that of U1^T S U1, and so on until nothing is lost. Each is a
- * decision on singular values, with S balanced, which makes it one without units. In the basis (U, W) with W what was taken
- * out,
+ * An eigenvalue e of the pencil is one 1 / (s - e) of S; infinite ones are zeros of S, in Jordan
+ * blocks as long as the index. Zeros that are computed as eigenvalues are not zero, but the root of
+ * rounding errors: huge finite eigenvalues. So they are taken out as ranges: U1 spans that of S, U2
+ * that of U1^T S U1, and so on until nothing is lost. Each is a decision on singular values, with S
+ * balanced, which makes it one without units. In the basis (U, W) with W what was taken out,
  *
  *   S = (S11 S12; 0 N),  N nilpotent        r = U a + W v,   v = b2 w where N b2 = 0
  *   z = a + S11^-1 S12 v                    z' = (s - S11^-1) z + (S11^-2 S12 b2 + S11^-1 b1) w
  *
- * Momenta along directions without mass are constants that no equation reads (as many as the mass matrix lacks rank):
- * r counts but for these, S in the space orthogonal to them. */
+ * Momenta along directions without mass are constants that no equation reads (as many as the mass
+ * matrix lacks rank): r counts but for these, S in the space orthogonal to them. */
 #include "linear/record.h"
 
 #include "base/error.h"
@@ -63,7 +64,8 @@ static void multiply(const char *transposed, int m, int n, int k, const double *
     dgemm_(transposed, "N", &m, &n, &k, &one, A, &lda, B, &ldb, &zero, C, &ldc, 1, 1);
 }
 
-/* Rows and columns of A (n x n) times powers of 2, so that the largest entry of each is about 1; false: one is zero. */
+/* Rows and columns of A (n x n) times powers of 2, so that the largest entry of each is about 1;
+ * false: one is zero. */
 static bool equilibrate(int n, double *A, double *row, double *column)
 {
     const size_t size = (size_t)n;
@@ -146,7 +148,8 @@ static void compress(reduction *z)
     }
 }
 
-/* A shift of the size of the finite eigenvalues: their geometric mean, from those that the present one sees. */
+/* A shift of the size of the finite eigenvalues: their geometric mean, from those that the present
+ * one sees. */
 static double better_shift(reduction *z, double shift)
 {
     const int m = z->m, one = 1, size = z->work_size;
@@ -178,7 +181,8 @@ static double find_shift(reduction *z, double about)
     return 0.0;
 }
 
-/* One step: of cur (size x size) the range U1, and what is left U2. Returns the rank; U1 and U2 side by side in `range`. */
+/* One step: of cur (size x size) the range U1, and what is left U2. Returns the rank; U1 and U2
+ * side by side in `range`. */
 static int find_range(reduction *z, int size, const double *cur, double *range)
 {
     const int one = 1, left = z->work_size - size;
@@ -195,7 +199,8 @@ static int find_range(reduction *z, int size, const double *cur, double *range)
     return rank;
 }
 
-/* U: what is orthogonal to momenta that no equation reads, the null space of A in their columns; false: LAPACK failed. */
+/* U: what is orthogonal to momenta that no equation reads, the null space of A in their columns;
+ * false: LAPACK failed. */
 static bool find_read(reduction *z)
 {
     const mbsr_linear *l = z->l;

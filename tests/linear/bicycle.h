@@ -1,5 +1,5 @@
-/* The benchmark bicycle of Meijaard, Papadopoulos, Ruina and Schwab (Proc. R. Soc. A 463, 2007, 1955-1982): x ahead, y to
- * the right, z down, origin where the rear wheel touches.
+/* The benchmark bicycle of Meijaard, Papadopoulos, Ruina and Schwab (Proc. R. Soc. A 463, 2007,
+ * 1955-1982): x ahead, y to the right, z down, origin where the rear wheel touches.
  * SPDX-License-Identifier: BSD-3-Clause */
 #ifndef TEST_BICYCLE_H
 #define TEST_BICYCLE_H
@@ -25,8 +25,8 @@ static inline mbsr_model *bicycle_make(void)
                  foot = bicycle_base + bicycle_trail;
     const mbsr_frame hub = mbsr_frame_at(0, 0, -bicycle_rear), head = mbsr_frame_at(foot, 0, 0),
                      front = mbsr_frame_at(-bicycle_trail, 0, -bicycle_front),
-                     disc = mbsr_frame_turned(NULL, ahead, -0.5 * 3.14159265358979323846),
-                     ground = mbsr_frame_turned(NULL, ahead, 3.14159265358979323846);
+                     disc = mbsr_frame_rotated(NULL, ahead, -0.5 * 3.14159265358979323846),
+                     ground = mbsr_frame_rotated(NULL, ahead, 3.14159265358979323846);
     mbsr_body_def body[4];
     for (int k = 0; k < 4; ++k) body[k] = mbsr_default_body_def();
     body[0].name = "frame";

@@ -1,10 +1,11 @@
-/* Equilibria: with an answer on paper, refused by name, and of random models in four systems of units, whose modes are held
- * against derivatives of forward dynamics.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Equilibria: with an answer on paper, refused by name, and of random models in four systems of
+ * units, whose modes are held against derivatives of forward dynamics. SPDX-License-Identifier:
+ * BSD-3-Clause */
 #include "duration.h"
 #include "expect.h"
 #include "units.h"
 
+#include <mbsrank/driver.h>
 #include <mbsrank/linear.h>
 
 #include <stdlib.h>
@@ -95,8 +96,9 @@ static void a_chain(void **state)
     free_both(m, d);
 }
 
-/* A point without mass on two springs, one of which a loop holds: a mass hangs on a rod and a spring. The rod of length l
- * from (0, 0), the spring of k and free length 0 from (a, 0): k and m g determine the angle, lambda the force. */
+/* A point without mass on two springs, one of which a loop holds: a mass hangs on a rod and a
+ * spring. The rod of length l from (0, 0), the spring of k and free length 0 from (a, 0): k and m g
+ * determine the angle, lambda the force. */
 static void a_rod_and_a_spring(void **state)
 {
     (void)state;
@@ -175,8 +177,8 @@ static double positive(test_rng *rng)
     return exp(test_uniform(rng));
 }
 
-/* Trees of hinges, sliders and universal joints with a spring and a damper at each coordinate, some bodies without mass;
- * every third has a rod from its last body to the ground. */
+/* Trees of hinges, sliders and universal joints with a spring and a damper at each coordinate, some
+ * bodies without mass; every third has a rod from its last body to the ground. */
 static void make(random_model *r, int seed, const units *s)
 {
     test_rng rng = test_seed((uint64_t)seed);
@@ -228,9 +230,9 @@ static void expect_balance(const random_model *r, const double *q, const double 
     assert_ok(mbsr_bias_forces(r->m, r->d, 0.0, q, u, bias), mbsr_data_error(r->d));
     if (mbsr_model_rows(r->m) > 0) {
         double gap;
-        assert_ok(mbsr_positions(r->m, r->d, 0.0, q), NULL);
+        assert_ok(mbsr_stage_positions(r->m, r->d, 0.0, q), NULL);
         assert_ok(mbsr_closures_transpose(r->m, r->d, lambda, loop), mbsr_data_error(r->d));
-        assert_ok(mbsr_positions(r->m, r->d, 0.0, q), NULL);
+        assert_ok(mbsr_stage_positions(r->m, r->d, 0.0, q), NULL);
         assert_ok(mbsr_closures_gap(r->m, r->d, &gap), NULL);
         assert_close(gap / length, 0.0, 1e-11);
     }

@@ -59,7 +59,8 @@ static void done(mbsr_linear *l, mbsr_data *d, mbsr_model *m)
     mbsr_model_destroy(m);
 }
 
-/* m x" + d x' + k x = w in four systems of units: eigenvalues, response at rest and at resonance. */
+/* m x" + d x' + k x = w in four systems of units: eigenvalues, response at rest and at resonance.
+ */
 static void an_oscillator(void **state)
 {
     (void)state;
@@ -96,8 +97,8 @@ static void an_oscillator(void **state)
     }
 }
 
-/* Masses and nodes without mass in a row on springs of 2 k between walls: f_i = 1/pi sqrt(k/m) cos(...). The nodes have
- * no eigenvalues, infinite or huge. */
+/* Masses and nodes without mass in a row on springs of 2 k between walls: f_i = 1/pi sqrt(k/m)
+ * cos(...). The nodes have no eigenvalues, infinite or huge. */
 static void a_string_of_masses_and_nodes(void **state)
 {
     (void)state;
@@ -131,7 +132,8 @@ static void a_string_of_masses_and_nodes(void **state)
     done(l, d, m);
 }
 
-/* A node without mass between a damper to the wall and a spring to a mass: three states. s (m s^2 + k) d + k m s^2 = 0. */
+/* A node without mass between a damper to the wall and a spring to a mass: three states. s (m s^2 +
+ * k) d + k m s^2 = 0. */
 static void a_damped_node(void **state)
 {
     (void)state;
@@ -198,7 +200,8 @@ static void a_pendulum_of_a_loop(void **state)
     done(l, d, m);
 }
 
-/* A sleeping top: A s^2 - i C w s - m g h = 0 for the tilt seen from the world; on a quaternion that turns. */
+/* A sleeping top: A s^2 - i C w s - m g h = 0 for the tilt seen from the world; on a quaternion
+ * that turns. */
 static void a_sleeping_top(void **state)
 {
     (void)state;
