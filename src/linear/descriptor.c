@@ -144,7 +144,7 @@ static void take_rows(const coordinates *c, const double *r, double factor, doub
 }
 
 /* The body of rate k, and its own number of it. */
-static int body_of(const coordinates *c, int k, int *own)
+static int joint_of_rate(const coordinates *c, int k, int *own)
 {
     for (int i = 0; i < c->bodies; ++i) {
         int n, ui;
@@ -170,7 +170,7 @@ static int columns_of_A(const coordinates *c, mbsr_newton *newton, double *delta
     const int size = c->size - c->nq + c->nu;
     for (int j = 0; j < size; ++j) {
         int own = 0, qi = 0, nq = 0, n = 0, ui = 0;
-        const int i = j < c->nu ? body_of(c, j, &own) : 0;
+        const int i = j < c->nu ? joint_of_rate(c, j, &own) : 0;
         memset(delta, 0, (size_t)c->size * sizeof *delta);
         if (j < c->nu) {
             mbsr_body_coordinates(c->model, i, &qi, &nq, &ui, &n);
@@ -229,7 +229,7 @@ static int columns_of_B(const coordinates *c, mbsr_newton *newton, const mbsr_li
     return MBSR_OK;
 }
 
-static int take_parts(mbsr_linear *l, int size)
+static int take_descriptor(mbsr_linear *l, int size)
 {
     const int columns[] = {size, size, l->inputs};
     for (int part = MBSR_LINEAR_E; part <= MBSR_LINEAR_B; ++part) {
@@ -258,7 +258,7 @@ int mbsri_pencil_assemble(mbsr_linear *l, const mbsr_model *model, mbsr_data *da
                      .bodies = mbsr_model_bodies(model),
                      .size = mbsr_dae_size(model, MBSR_DAE_MOMENTUM)};
     l->info.size = c.size - c.nq + c.nu;
-    int status = take_parts(l, l->info.size);
+    int status = take_descriptor(l, l->info.size);
     double *delta = mbsri_arena_take(&l->arena, 2 * ((size_t)c.size + 1) * sizeof *delta);
     if (status || !delta)
         return mbsri_fail(error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,

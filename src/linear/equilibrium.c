@@ -85,7 +85,7 @@ static double find_length(const rest *w)
     return most;
 }
 
-static void find_spans(rest *w)
+static void find_units(rest *w)
 {
     for (int i = 0; i < mbsr_model_bodies(w->m); ++i) {
         int at, nq;
@@ -108,7 +108,7 @@ static int find_scales(rest *w)
     w->length = find_length(w);
     for (int round = 0; round < 2; ++round) {
         uint64_t random = UINT64_C(88172645463325252);
-        find_spans(w);
+        find_units(w);
         memcpy(w->new_y, w->y, (size_t)w->size * sizeof *w->y);
         for (int k = 0; k < w->nq; ++k) {
             random ^= random << 13;
@@ -301,7 +301,7 @@ static int find_springs(rest *w, mbsr_error *error)
 }
 
 /* A closed state near the guess, at which the rows that count are chosen, at rest. */
-static int start(rest *w, const double *q, mbsr_error *error)
+static int begin_at_rest(rest *w, const double *q, mbsr_error *error)
 {
     const int at = w->nq, rates = 2 * w->nu;
     int status = mbsr_dae_pack(w->m, w->d, MBSR_DAE_MOMENTUM, w->t, q, w->mass, w->y);
@@ -328,7 +328,7 @@ static int solve(rest *w, const double *q, const mbsr_equilibrium_opt *opt, mbsr
     mbsr_newton_opt exact = mbsr_default_newton_opt();
     int status = mbsr_newton_create(w->m, MBSR_DAE_MOMENTUM, &exact, &w->newton, error);
     if (status) return status;
-    status = start(w, q, error);
+    status = begin_at_rest(w, q, error);
     if (!status) status = find_springs(w, error);
     if (status) return status;
     for (int k = 0; k < w->rows; ++k) {

@@ -370,7 +370,7 @@ static bool open(reduction *z)
 }
 
 /* Once S is there. */
-static int finish(reduction *z, const mbsr_linear_opt *opt, mbsr_error *error)
+static int solve_states(reduction *z, const mbsr_linear_opt *opt, mbsr_error *error)
 {
     mbsr_linear *l = z->l;
     const int m = z->m;
@@ -431,5 +431,5 @@ int mbsri_pencil_reduce(mbsr_linear *l, int rank, const mbsr_linear_opt *opt, mb
                           "mbsr_linear_create: the equations are singular at any shift: nothing "
                           "determines some direction (mbsr_index_report_create names it)");
     l->info.shift = shift;
-    return finish(&z, opt, error);
+    return solve_states(&z, opt, error);
 }

@@ -77,7 +77,7 @@ static void say_rate(const program_model *m, int k)
 }
 
 /* Names between commas, as places in u; NULL: none. A code. */
-static int find_rates(const program_model *m, const char *names, rates *r)
+static int places_named(const program_model *m, const char *names, rates *r)
 {
     while (names && *names) {
         const size_t length = strcspn(names, ",");
@@ -172,8 +172,8 @@ static int linearise(const linear_options *o, const scene *s, mbsr_linear **line
 {
     mbsr_error error;
     rates in = {0}, out = {0};
-    int code = find_rates(&s->m, o->inputs, &in);
-    if (!code) code = find_rates(&s->m, o->outputs, &out);
+    int code = places_named(&s->m, o->inputs, &in);
+    if (!code) code = places_named(&s->m, o->outputs, &out);
     if (code) return code;
     mbsr_linear_opt opt = mbsr_default_linear_opt();
     opt.inputs = in.count;

@@ -1,6 +1,6 @@
 /* Equilibria: with an answer on paper, refused by name, and of random models in four systems of
- * units, whose modes are held against derivatives of forward dynamics. SPDX-License-Identifier:
- * BSD-3-Clause */
+ * units, whose modes are held against derivatives of forward dynamics.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "duration.h"
 #include "expect.h"
 #include "units.h"

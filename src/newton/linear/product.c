@@ -324,7 +324,7 @@ void mbsri_apply(const mbsri_linear *w, const double *delta, mbsri_vectors *v, d
 }
 
 /* L^-1 of both, and r_u. */
-static void finish(const mbsri_linear *w, mbsri_vectors *v, double *r)
+static void pass_to_root(const mbsri_linear *w, mbsri_vectors *v, double *r)
 {
     const mbsr_model *m = w->model;
     mbsri_zero(m->size_v, v->mbar);
@@ -341,7 +341,7 @@ static void finish(const mbsri_linear *w, mbsri_vectors *v, double *r)
 void mbsri_product(const mbsri_linear *w, const double *delta, mbsri_vectors *v, double *r)
 {
     mbsri_apply(w, delta, v, r);
-    finish(w, v, r);
+    pass_to_root(w, v, r);
 }
 
 void mbsri_product_of_torque(const mbsri_linear *w, const double *tau, mbsri_vectors *v, double *r)
@@ -356,5 +356,5 @@ void mbsri_product_of_torque(const mbsri_linear *w, const double *tau, mbsri_vec
             r[m->nq + b->u + l] = -tau[b->u + l];
         }
     }
-    finish(w, v, r);
+    pass_to_root(w, v, r);
 }
