@@ -88,21 +88,21 @@ static double bounded(mbsri_stiff *s, double filtered, double plain)
     return fmax(filtered, plain / fmax(least, share * all));
 }
 
-/* The factor by which the error x, of norm `plain`, is tested more strictly than IDA would: where it may be that of a jump. */
-static double strictness(mbsri_stiff *s, N_Vector x, double plain)
+/* The norm by which an error of `norm`, `momenta` in its momenta, is tested where it may be that of a jump. Less than `many` tolerances
+ * may be noise that no step makes smaller, or what the filter leaves of an offset: by `doubtful` times IDA's constant at most. */
+static double as_jump(const mbsri_stiff *s, double norm, double momenta, double doubtful)
 {
     static const double many = 10.0;
-    const double unequal = mbsri_stiff_unequal(s);
-    return unequal * plain > many && unequal * mbsri_stiff_momentum_norm(s, x) > many ? unequal
-                                                                                      : 1.0;
+    const double all = mbsri_stiff_unequal(s), unequal = momenta > many ? all : fmin(doubtful, all);
+    return unequal * momenta > many ? unequal * norm : norm;
 }
 
 /* The first norm of an error test decides on all: they have to be comparable. `many` tolerances: beyond these the filter has to know
- * that an error is an offset; what is none is tested as that of a jump. */
+ * that an error is an offset. What is none, and what the filter leaves, is tested as that of a jump. */
 static double first_norm(mbsri_stiff *s, N_Vector x, double plain)
 {
-    static const double many = 20.0;
-    const double jump = strictness(s, x, plain) * plain;
+    static const double many = 20.0, noise = 20.0;
+    const double jump = as_jump(s, plain, mbsri_stiff_momentum_norm(s, x), noise);
     s->now.filters = false;
     if (!s->now.careful) {
         keep_error(s, x, plain);
@@ -115,7 +115,7 @@ static double first_norm(mbsri_stiff *s, N_Vector x, double plain)
     if (!(filtered >= 0.0 && filtered < plain)) return plain;
     stiff_alone(s, x, filtered, plain);
     s->now.filters = true;
-    return bounded(s, filtered, plain);
+    return bounded(s, as_jump(s, filtered, mbsri_stiff_momentum_norm(s, s->filtered), 1.0), plain);
 }
 
 /* After failures IDA falls to order 1, and doubles h whenever it can, so that it never sees the three

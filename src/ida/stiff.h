@@ -131,7 +131,7 @@ double mbsri_stiff_moved(mbsri_stiff *s, N_Vector x, bool first);
 void mbsri_stiff_note_step(mbsri_stiff *s, long before);
 void mbsri_stiff_note_attempt(mbsri_stiff *s);
 
-/* By how much IDA's error constant is smaller than that of equal steps, or than 1 where steps have become short: 1 to 20. */
+/* By how much IDA's error constant is smaller than that of equal steps, or than 1 where steps have become short; at least 1. */
 double mbsri_stiff_unequal(const mbsri_stiff *s);
 
 /* Whether what takes an error x off along s->filtered has acted before the step, too: K s->filtered = s->error. True where
