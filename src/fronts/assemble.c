@@ -27,7 +27,8 @@ static bool is_complete(const mbsri_fronts *w, int id, int k)
     return id >= w->m->rows || w->eliminated[id] <= k;
 }
 
-/* Whether step k takes the end of a closure on its own body, or of its own closure on a body that is not passed. */
+/* Whether step k takes the end of a closure on its own body, or of its own closure on a body that
+ * is not passed. */
 static bool takes_end(const mbsri_fronts *w, int k, int closure, int body)
 {
     const mbsri_plan *plan = w->plan;

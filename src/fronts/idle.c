@@ -6,8 +6,8 @@
 
 #include <math.h>
 
-/* A vector over some rows. It counts by those whose closures meet at one body, nothing of it is nearer to the root, and
- * those of one body are orthonormal there. */
+/* A vector over some rows. It counts by those whose closures meet at one body, nothing of it is
+ * nearer to the root, and those of one body are orthonormal there. */
 typedef struct mbsri_idle {
     int count, *row;
     double *value;

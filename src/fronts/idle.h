@@ -1,11 +1,12 @@
 /* Loop forces that move nothing, where rows are redundant.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * A row that nothing is left of in its front depends on others: with lambda = 1 there, the way back to the leaves gives
- * those of the others, C^T lambda = 0. Taken out of solutions, these vectors leave the least norm, of moments and of
- * forces times the model's length: first over the rows of closures that meet at the root, then of the others by the bodies
- * where these meet, as vector code has it, which sees one meeting after the other. The vectors are sparse, and only
- * what overlaps is looked at. */
+ * A row that nothing is left of in its front depends on others: with lambda = 1 there, the way back
+ * to the leaves gives those of the others, C^T lambda = 0. Taken out of solutions, these vectors
+ * leave the least norm, of moments and of forces times the model's length: first over the rows of
+ * closures that meet at the root, then of the others by the bodies where these meet, as vector code
+ * has it, which sees one meeting after the other. The vectors are sparse, and only what overlaps is
+ * looked at. */
 #ifndef MBSRI_FRONTS_IDLE_H
 #define MBSRI_FRONTS_IDLE_H
 

@@ -1,26 +1,34 @@
 /* The error test where forces jump.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * A servo that comes out of its saturation, a stop that is hit: p' changes within a step by as much as it likes. Two things that are right
- * for smooth motions let such a step pass.
+ * A servo that comes out of its saturation, a stop that is hit: p' changes within a step by as much
+ * as it likes. Two things that are right for smooth motions let such a step pass.
  *
- * The constants of IDA's test. With h over the time that the last j steps and the present one have taken together,
+ * The constants of IDA's test. With h over the time that the last j steps and the present one have
+ * taken together,
  *
- *   error = C |e|,   C = max(a_k, |a_k + a_0 + .. + a_(k-1) - 1 - 1/2 - .. - 1/k|),   a_j = h / (h + h_1 + .. + h_j),
+ *   error = C |e|,   C = max(a_k, |a_k + a_0 + .. + a_(k-1) - 1 - 1/2 - .. - 1/k|),
+ *       a_j = h / (h + h_1 + .. + h_j),
  *
- * 1 / (k + 1) for equal steps. After large steps have failed and a small one is tried C may be a thousandth of that: what a smooth
- * solution would do there. What jumps does not get smaller by the length of steps before it. So an error of more than 10 tolerances of
- * momenta is tested by the constant of equal steps, and as it is, with C = 1, where the step is less than half as long as one of those
- * before: something has made it so. Smaller ones may be noise that no step makes smaller, which must not end a run: by 20 times C at most.
+ * 1 / (k + 1) for equal steps. After large steps have failed and a small one is tried C may be a
+ * thousandth of that: what a smooth solution would do there. What jumps does not get smaller by the
+ * length of steps before it. So an error of more than 10 tolerances of momenta is tested by the
+ * constant of equal steps, and as it is, with C = 1, where the step is less than half as long as
+ * one of those before: something has made it so. Smaller ones may be noise that no step makes
+ * smaller, which must not end a run: by 20 times C at most.
  *
- * The filter (filter.c). It says that the next step forgets an error along a direction in which something stiff acts: an offset. That
- * holds if it has acted before as well. What a stop takes in the step in which it is hit is no offset but the impact, and the velocity
- * with which it was hit is gone. So a large error is filtered only where its direction v was stiff at the end of the last step, too:
+ * The filter (filter.c). It says that the next step forgets an error along a direction in which
+ * something stiff acts: an offset. That holds if it has acted before as well. What a stop takes in
+ * the step in which it is hit is no offset but the impact, and the velocity with which it was hit
+ * is gone. So a large error is filtered only where its direction v was stiff at the end of the last
+ * step, too:
  *
- *   v_u . (K_last v - c v_p) > v_u . (K v - c v_p) / 2,     K v = (0, c e_p, 0),     K_last v a difference of two residuals.
+ *   v_u . (K_last v - c v_p) > v_u . (K v - c v_p) / 2,     K v = (0, c e_p, 0),
+ *       K_last v a difference of two residuals.
  *
- * Inertia, c v_p, resists before and after. What moves freely along v has a larger v_u than what is stiff, and says nothing. What the
- * filter leaves is no offset either, and is tested as that of a jump. */
+ * Inertia, c v_p, resists before and after. What moves freely along v has a larger v_u than what is
+ * stiff, and says nothing. What the filter leaves is no offset either, and is tested as that of a
+ * jump. */
 #include "ida/stiff.h"
 
 #include <ida/ida.h>

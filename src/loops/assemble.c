@@ -1,17 +1,18 @@
 /* Positions that close loops.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * min |W^(1/2) x|^2 towards g(q + G x) = 0 by Levenberg-Marquardt steps: with A = S C_h W^(-1/2), where W and S
- * make numbers of joint coordinates and gaps (closing.h),
+ * min |W^(1/2) x|^2 towards g(q + G x) = 0 by Levenberg-Marquardt steps: with A = S C_h W^(-1/2),
+ * where W and S make numbers of joint coordinates and gaps (closing.h),
  *
  *   (A^T A + mu |A|^2 1) z = -A^T S g,    x = W^(-1/2) z,
  *
- * as a least-squares problem in (A; sqrt(mu) |A| 1). mu falls tenfold with each step that makes the gaps
- * smaller and rises with each that does not; steps turn by 1 rad at most, and move by the longest lever or the
- * gaps, whichever is more. It ends
+ * as a least-squares problem in (A; sqrt(mu) |A| 1). mu falls tenfold with each step that makes the
+ * gaps smaller and rises with each that does not; steps turn by 1 rad at most, and move by the
+ * longest lever or the gaps, whichever is more. It ends
  *
  *   closed      every gap is below the tolerance
- *   open        |A^T S g| <= 1e-6 |A| |S g|: all ways make the gaps larger; or the gaps have stopped to
+ *   open        |A^T S g| <= 1e-6 |A| |S g|: all ways make the gaps larger; or the gaps have
+ *       stopped to
  *               fall, by 1e-6 of them in ten steps: so does a mechanism that is stretched */
 #include "loops/assemble.h"
 
@@ -63,8 +64,8 @@ static int evaluate(const search *s, const double *q, double *g)
     return status ? status : mbsri_assembly_gaps(s->w, g);
 }
 
-/* A at the positions of the data: position rows among C, in the measure of closing.h; returns |A|. Its leading dimension is held +
- * n. */
+/* A at the positions of the data: position rows among C, in the measure of closing.h; returns |A|.
+ * Its leading dimension is held + n. */
 static double fill(const search *s)
 {
     const mbsri_dense *w = s->w;

@@ -5,7 +5,7 @@
 
 #include "recursion/data.h"
 
-#include <mbsrank/loops.h>
+#include <mbsrank/closure.h>
 
 /* Of joint rate k and of a gap. */
 typedef struct mbsri_closing {
@@ -14,17 +14,18 @@ typedef struct mbsri_closing {
     double *gap;  /* held: what gaps are compared to */
 } mbsri_closing;
 
-/* Fills c, whose arrays are there, at the positions of the data; finds the derivatives of the closures. */
+/* Fills c, whose arrays are there, at the positions of the data; finds the derivatives of the
+ * closures. */
 int mbsri_closing_measure(const mbsr_model *m, mbsr_data *d, const mbsr_assembly_opt *opt,
                           mbsri_closing *c);
 
-/* The share, 1 at most, of the step x (nu) that turns by 1 rad and moves by the lever, times `far` if that is more
- * than 1, at most. */
+/* The share, 1 at most, of the step x (nu) that turns by 1 rad and moves by the lever, times `far`
+ * if that is more than 1, at most. */
 double mbsri_closing_share(const mbsr_model *m, const mbsri_closing *c, const double *x,
                            double far);
 
-/* What rounding in gaps is relative to: the largest place of a body at the positions of the data over the lever, 1 at
- * least. */
+/* What rounding in gaps is relative to: the largest place of a body at the positions of the data
+ * over the lever, 1 at least. */
 double mbsri_closing_size(const mbsr_model *m, const mbsr_data *d, const mbsri_closing *c);
 
 /* The largest of gaps g (held), and their Euclidean norm, in this measure. */

@@ -52,11 +52,13 @@ static inline bool mbsri_is_asked(const mbsri_dense *w, const mbsri_closure *c, 
 /* C of all rows at the positions of the data. */
 int mbsri_dense_rows(mbsri_dense *w);
 
-/* Factors K = [M -C^T; C 0] with the rows of `kept` (NULL: all), the others replaced by lambda = 0; at
- * the velocities of the data. Of joint rates j with stays[j] (n, NULL: none) u_j = right_j / M_jj instead. */
+/* Factors K = [M -C^T; C 0] with the rows of `kept` (NULL: all), the others replaced by lambda = 0;
+ * at the velocities of the data. Of joint rates j with stays[j] (n, NULL: none) u_j = right_j /
+ * M_jj instead. */
 int mbsri_dense_factor(mbsri_dense *w, const bool *dropped, const int *stays);
 
-/* (u; lambda) = K^+ right (n + rows), least norm in the scaled unknowns, right to be in the range. */
+/* (u; lambda) = K^+ right (n + rows), least norm in the scaled unknowns, right to be in the range.
+ */
 void mbsri_dense_solve(const mbsri_dense *w, const double *right, double *x);
 
 /* Vector l < moving of the kernel of K, in u: n numbers, the largest over its span 1. */

@@ -32,7 +32,8 @@ static double loss_of(const mbsr_model *m, const double *q, const double *u, dou
     return loss / tolerance;
 }
 
-/* Of runs at 21 tolerances from 1e-3 to 1e-7: the most that one loses, the mean of the logarithms, and their steps. */
+/* Of runs at 21 tolerances from 1e-3 to 1e-7: the most that one loses, the mean of the logarithms,
+ * and their steps. */
 typedef struct losses {
     double most, mean;
     long steps;
@@ -82,7 +83,8 @@ static void advance(const cart *c, double sign, double h, double s[4])
         s[i] += h / 6.0 * (k[0][i] + 2.0 * k[1][i] + 2.0 * k[2][i] + k[3][i]);
 }
 
-/* x and a after `time`: a servo as stiff as that pushes one way or the other, by the sign of 0.5 - x - time x'. */
+/* x and a after `time`: a servo as stiff as that pushes one way or the other, by the sign of 0.5 -
+ * x - time x'. */
 static void switched(const cart *c, double time, double end[2])
 {
     double s[4] = {0.0, 0.4, 0.0, 0.0}, sign = 1.0, left = time;
@@ -107,8 +109,8 @@ static void switched(const cart *c, double time, double end[2])
     end[0] = s[0], end[1] = s[1];
 }
 
-/* kp = 1e8 N/m: the servo turns round within 1e-7 s. Steps of high order after long ones passed IDA's test with errors
- * of 1000 tolerances: up to 9000 were lost, 10^2.8 in the mean. */
+/* kp = 1e8 N/m: the servo turns round within 1e-7 s. Steps of high order after long ones passed
+ * IDA's test with errors of 1000 tolerances: up to 9000 were lost, 10^2.8 in the mean. */
 static void a_servo_turns_round_between_steps(void **state)
 {
     (void)state;
@@ -137,8 +139,9 @@ typedef struct stops {
     double stiffness, ratio, end[2]; /* the last by IDA alone at 1e-11 */
 } stops;
 
-/* An impact was taken for an offset of something stiff, and filtered: 23 000 and 11 000 tolerances lost. One run in 600 still lost
- * 1000 to 2600, by each compiler another: where the arm moved freely along an error the stop counted as one that had acted before. */
+/* An impact was taken for an offset of something stiff, and filtered: 23 000 and 11 000 tolerances
+ * lost. One run in 600 still lost 1000 to 2600, by each compiler another: where the arm moved
+ * freely along an error the stop counted as one that had acted before. */
 static void a_stop_that_is_hit_takes_the_impact(void **state)
 {
     (void)state;
@@ -167,8 +170,9 @@ static void a_stop_that_is_hit_takes_the_impact(void **state)
 
 /* ---- a body that bounces ---- */
 
-/* At 1 m/s off a spring, without loss: the longer the steps before, the smaller IDA's constant of the one that meets the spring. 20
- * times that let it end anywhere in it: up to 110 000 tolerances lost with 1e14 N/m, 10^3.0 in the mean. */
+/* At 1 m/s off a spring, without loss: the longer the steps before, the smaller IDA's constant of
+ * the one that meets the spring. 20 times that let it end anywhere in it: up to 110 000 tolerances
+ * lost with 1e14 N/m, 10^3.0 in the mean. */
 static void a_bounce_is_as_good_at_any_stiffness(void **state)
 {
     (void)state;
