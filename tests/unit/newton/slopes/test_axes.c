@@ -1,6 +1,6 @@
-/* Derivatives of joints that are sequences of axes, in formulas, against those of joints of any kind, which go through the
- * joint's functions `tangent` and `rate_tangent`; and which joints are taken for such.
- * SPDX-License-Identifier: BSD-3-Clause */
+/* Derivatives of joints that are sequences of axes, in formulas, against those of joints of any
+ * kind, which go through the joint's functions `tangent` and `rate_tangent`; and which joints are
+ * taken for such. SPDX-License-Identifier: BSD-3-Clause */
 #include "newton/linear/linear.h"
 #include "newton/slopes/axes.h"
 #include "newton/slopes/joint_slopes.h"
@@ -94,7 +94,7 @@ static void joints_of_six_axes(void **state)
                          own = mbsr_frame_at(0.1, 0.2, 0.05);
         mbsr_body_def body = mbsr_default_body_def();
         body.parent = k - 1;
-        body.inertia = mbsr_inertia_moved(&own, mbsr_inertia_sphere(900.0, 0.2));
+        body.inertia = mbsr_inertia_in_frame(&own, mbsr_inertia_sphere(900.0, 0.2));
         body.joint = k == 1 ? mbsr_joint_spherical(&at, &own)
                             : mbsr_joint_compound(&at, &own, 6, axes, NULL, NULL);
         assert_ok(mbsr_model_add_body(m, &body, NULL), mbsr_model_error(m));
