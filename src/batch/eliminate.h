@@ -1,6 +1,6 @@
 /* Past joints, leaves to root: U = Mbar S, D = S^T U, e = tau - S^T (L, p), then Mbar - U D^-1 U^T,
- * the force (L, p) + U D^-1 e, and the bound of rounding errors with them. SPDX-License-Identifier:
- * BSD-3-Clause */
+ * the force (L, p) + U D^-1 e, and the bound of rounding errors with them.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #ifndef MBSRI_BATCH_ELIMINATE_H
 #define MBSRI_BATCH_ELIMINATE_H
 

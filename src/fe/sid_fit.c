@@ -41,7 +41,7 @@ typedef struct fit {
 
 static int not_converged(const fit *f)
 {
-    return mbsri_fe_fail(f->error, MBSR_EIGEN_FAILED,
+    return mbsri_fe_fail(f->error, MBSR_ERR_NUMERICS,
                          "mbsr_sid_read: eigenvalues did not converge");
 }
 

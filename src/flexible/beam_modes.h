@@ -24,7 +24,7 @@ typedef struct mbsri_beam {
 size_t mbsri_beam_work(int free, int loads);
 
 /* mode, flexibility, modes and normal from K and M. MBSR_ERR_VALUE: K is not positive definite;
- * MBSR_EIGEN_FAILED. */
+ * MBSR_ERR_NUMERICS. */
 int mbsri_beam_find_modes(mbsri_beam *b);
 
 #endif

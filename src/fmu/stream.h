@@ -1,5 +1,6 @@
 /* Numbers and texts as bytes, in both directions: who describes a record with these functions can
- * write it and read it. SPDX-License-Identifier: BSD-3-Clause
+ * write it and read it.
+ * SPDX-License-Identifier: BSD-3-Clause
  *
  * Whole numbers have four bytes, others are IEEE doubles of eight, the lowest byte first, whatever
  * the processor; a text has its length, then its bytes. What is read is never trusted: lengths are

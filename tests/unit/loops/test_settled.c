@@ -1,5 +1,6 @@
 /* Starts that load settled springs where the forces that these bear depend on how far they give
- * way. SPDX-License-Identifier: BSD-3-Clause */
+ * way.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "body.h"
 #include "close.h"
 #include "units.h"
