@@ -103,12 +103,12 @@ extern const mbsri_batch_kernels mbsri_batch_v4;
 
 struct mbsr_batch {
     const mbsr_model *model;
-    const mbsri_batch_kernels *kernels; /* NULL: all states go one by one */
-    mbsr_data *data;                    /* for those */
+    const mbsri_batch_kernels *kernels; /* code of the lanes; NULL: all states go one by one */
+    mbsr_data *data;                    /* data of states that go one by one */
     mbsr_error error;
-    int failed, single; /* of the last call: the first state that failed, states gone one by one */
+    int failed, single; /* first state of the last call that failed; states that went one by one */
     mbsri_batch_run run;
-    mbsri_batch_body *body; /* these are writable and the run's */
+    mbsri_batch_body *body; /* the run's bodies, writable */
     double *q, *u, *load;
     int *q_place,
         *u_place; /* where the caller's coordinates stand in the order of the sweeps, or NULL */
