@@ -23,7 +23,10 @@
 #include "loops/settled.h"
 #include "massless/closed_start.h"
 #include "massless/rigid_twin.h"
+#include "recursion/backward.h"
 #include "recursion/closures.h"
+#include "recursion/elements.h"
+#include "recursion/kinematics.h"
 
 /* Springs and positions are found in turn, as often at most. */
 enum { PASSES = 60 };
@@ -72,9 +75,13 @@ static int find_motion(search *s, double t, double *q, double *u, double *udot, 
     double *given = w->out;
     mbsri_copy((size_t)w->n, u, given);
     int status = mbsri_loops_velocities(w, t, q, u);
-    if (status) return status;
     const int directions = w->moving;
-    if (directions == 0) {
+    if (!status) status = mbsri_positions(w->m, w->d, t, q);
+    if (!status) status = mbsri_velocities(w->m, w->d, u);
+    if (!status) status = mbsri_forces(w->m, w->d, NULL);
+    if (!status) status = mbsri_backward(w->m, w->d);
+    if (status) return status;
+    if (w->d->total_rank == w->m->nu) {
         info->null_directions = 0;
         return mbsri_loops_rates(w, t, q, u, NULL, udot, lambda);
     }
