@@ -1,15 +1,16 @@
 /* The step of a body on a sequence of axes: see axes_step.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * This is the Newton step of a hinge, and of any number of axes, on an open tree. All that is known of the body stands in F, y over x:
- * its own momentum, what its successors have left, elements. Column by column of z = (dq, du, x of the predecessor), with
- * y = F X z, the joint makes of it
+ * This is the Newton step of a hinge, and of any number of axes, on an open tree. All that is known
+ * of the body stands in F, y over x: its own momentum, what its successors have left, elements.
+ * Column by column of z = (dq, du, x of the predecessor), with y = F X z, the joint makes of it
  *
  *   d(M u) = J^T m,   dP = J^T sigma + J'^T m + tau,   (a) = c d(M u) - dP,   y_pi = B y
  *
- * with the slopes of J and B (newton/slopes/axes.c). dq = (r_q + du) / c goes first, du by (a), n rows with their
- * largest entries as pivots. What is left is y over x of the predecessor. A front (assemble.c, pass.c, pivots.c) does the same for
- * anything, and takes over where a pivot is small; solutions read the same factors. The number of axes is known to the compiler. */
+ * with the slopes of J and B (newton/slopes/axes.c). dq = (r_q + du) / c goes first, du by (a), n
+ * rows with their largest entries as pivots. What is left is y over x of the predecessor. A front
+ * (assemble.c, pass.c, pivots.c) does the same for anything, and takes over where a pivot is small;
+ * solutions read the same factors. The number of axes is known to the compiler. */
 #include "newton/front/axes_step.h"
 
 #include "algebra/dense.h"
@@ -25,7 +26,8 @@ enum { MOST = 6, ROWS = 12, COLUMNS = ROWS + 2 * MOST };
 /* A pivot beside what was added up in it; below, a front decides. */
 static const double good = 1e-3;
 
-/* What is known of the body: y over x, and what elements make of q and u (forces) and of the joint's loads. */
+/* What is known of the body: y over x, and what elements make of q and u (forces) and of the
+ * joint's loads. */
 typedef struct knowns {
     double F[ROWS * ROWS];
     double by_joint[2 * MOST][6];      /* forces on the body */
@@ -268,7 +270,8 @@ MBSRI_INLINE void pass_others(const axes_step *s, const int n, const knowns *k, 
 
 /* ---- elimination ---- */
 
-/* What was eliminated: (a) row[p] and du column[p] p-th; factors of the rows of (a) and of y below. */
+/* What was eliminated: (a) row[p] and du column[p] p-th; factors of the rows of (a) and of y below.
+ */
 typedef struct pivots {
     int row[MOST], column[MOST];
     double L[MOST][MOST];

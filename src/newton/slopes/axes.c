@@ -1,19 +1,21 @@
 /* Derivatives of a joint that is a sequence of axes: see axes.h.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * With S = -J at the body's origin, r from the predecessor's origin, and omega_k the angular velocity past axis k,
+ * With S = -J at the body's origin, r from the predecessor's origin, and omega_k the angular
+ * velocity past axis k,
  *
  *   omega_i = omega + sum S_w u,   v_i = v + omega x r + sum S_v u,   dr = S_v dq
  *   S_j' = omega_j x S_j + (0, S_jw x z_j),   z_j = sum over k > j of S_kv u_k
  *
- * where x from the left goes to both halves. A coordinate k carries what stands behind it, so that E_jk, the change of
- * S_j along q_k, and of S_j' along u_k, is S_kw x S_j for j > k, and (0, S_jw x S_kv) else. Along q_k
+ * where x from the left goes to both halves. A coordinate k carries what stands behind it, so that
+ * E_jk, the change of S_j along q_k, and of S_j' along u_k, is S_kw x S_j for j > k, and (0, S_jw x
+ * S_kv) else. Along q_k
  *
  *   dV = (S_kw x w_k, omega_k x S_kv + S_kw x z_k),   w_k = sum over j > k of S_jw u_j
  *   dS_j' = domega_j x S_j + omega_j x E_jk + (0, E_jkw x z_j + S_jw x dz_j)
  *
- * with domega_j = S_kw x (omega_j - omega_k) for j > k, else 0, and dz_j = S_kw x z_j for j >= k, else
- * (omega_k - omega_j) x S_kv + S_kw x z_k. Along the predecessor's motion: joint_turns.h. */
+ * with domega_j = S_kw x (omega_j - omega_k) for j > k, else 0, and dz_j = S_kw x z_j for j >= k,
+ * else (omega_k - omega_j) x S_kv + S_kw x z_k. Along the predecessor's motion: joint_turns.h. */
 #include "newton/slopes/axes.h"
 
 #include "algebra/dense.h"

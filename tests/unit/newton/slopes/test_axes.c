@@ -1,6 +1,7 @@
 /* Derivatives of joints that are sequences of axes, in formulas, against those of joints of any
  * kind, which go through the joint's functions `tangent` and `rate_tangent`; and which joints are
- * taken for such. SPDX-License-Identifier: BSD-3-Clause */
+ * taken for such.
+ * SPDX-License-Identifier: BSD-3-Clause */
 #include "newton/linear/linear.h"
 #include "newton/slopes/axes.h"
 #include "newton/slopes/joint_slopes.h"
