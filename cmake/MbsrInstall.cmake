@@ -71,7 +71,7 @@ endif()
 mbsr_link_flags(mbsr_core_private ${LAPACK_LIBRARIES} ${BLAS_LIBRARIES} m ${mbsr_thread_flag})
 mbsr_install_library(mbsrank core)
 file(GLOB mbsr_headers CONFIGURE_DEPENDS "${PROJECT_SOURCE_DIR}/include/mbsrank/*.h")
-list(FILTER mbsr_headers EXCLUDE REGEX "/(fe|files|fmu|ida|sid|simulation|sundials)\\.h$")
+list(FILTER mbsr_headers EXCLUDE REGEX "/(fe|files|fmu|ida|linear|sid|simulation|sundials)\\.h$")
 install(FILES ${mbsr_headers} DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/mbsrank" COMPONENT core)
 install(FILES "${PROJECT_SOURCE_DIR}/LICENSE" DESTINATION "${CMAKE_INSTALL_DOCDIR}" COMPONENT core)
 
@@ -109,6 +109,13 @@ if(MBSR_FE)
     install(FILES "${PROJECT_SOURCE_DIR}/include/mbsrank/fe.h"
                   "${PROJECT_SOURCE_DIR}/include/mbsrank/sid.h"
             DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/mbsrank" COMPONENT fe)
+endif()
+
+if(MBSR_LINEAR)
+    mbsr_link_flags(mbsr_linear_private ${LAPACK_LIBRARIES} ${BLAS_LIBRARIES} m)
+    mbsr_install_library(mbsrank_linear linear)
+    install(FILES "${PROJECT_SOURCE_DIR}/include/mbsrank/linear.h"
+            DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/mbsrank" COMPONENT linear)
 endif()
 
 if(MBSR_FMU)

@@ -69,6 +69,7 @@ docs/rank_and_index
 docs/dae_forms
 docs/newton
 docs/derivatives
+docs/linear
 docs/performance
 docs/architecture
 docs/renamed

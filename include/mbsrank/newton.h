@@ -126,6 +126,11 @@ MBSR_API int mbsr_newton_linearise(mbsr_newton *newton, mbsr_data *data, double 
                                    const double *yp, double c);
 MBSR_API int mbsr_newton_multiply(mbsr_newton *newton, const double *delta, double *r);
 
+/* What joint forces tau (nu) beside all others would add to F at the state linearised: r
+ * (mbsr_dae_size numbers) = dF/dtau tau, the right-hand side of an input. Statuses of
+ * mbsr_newton_multiply. */
+MBSR_API int mbsr_newton_multiply_torque(mbsr_newton *newton, const double *tau, double *r);
+
 /* The product with its transpose, v = (dF/dy + c dF/dy')^T x, of the same derivatives and with the
  * same statuses as mbsr_newton_multiply; x and v may be the same. */
 MBSR_API int mbsr_newton_multiply_transposed(mbsr_newton *newton, const double *x, double *v);

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Twenty thousand states of one model in a call, on one thread and on two; and runs of many models in a table."""
+"""Twenty thousand states of one model in a call, on one thread and on two; and runs of many models
+in a table."""
 import time
 
 import numpy as np

@@ -18,8 +18,8 @@ _EXCEPTION = -32000  # what a function of the caller's returns to C when it rais
 
 
 class Error(RuntimeError):
-    """A call failed. `status` is its number, `name` that number's name, `text` what the library says;
-    `body` and `force` are the ids concerned, None where there are none."""
+    """A call failed. `status` is its number, `name` that number's name, `text` what the library
+    says; `body` and `force` are the ids concerned, None where there are none."""
 
     def __init__(self, status: int, text: str = "", body: int | None = None,
                  force: int | None = None):
@@ -30,8 +30,8 @@ class Error(RuntimeError):
 
 
 class StateError(Error):
-    """Depends on the state (status above zero): a rank, a loop that does not close, a number that is
-    not finite. The object stays usable."""
+    """Depends on the state (status above zero): a rank, a loop that does not close, a number that
+    is not finite. The object stays usable."""
 
 
 class UseError(Error, ValueError):
@@ -74,8 +74,9 @@ def fail(status: int, error=None) -> None:
 # ---- handles ----
 
 class Handle:
-    """A thing of the library's, freed when nobody holds it any more: neither its object, nor a view, nor what was
-    made from it. `keep` is what must live as long; handles there are freed later, in cycles of garbage too."""
+    """A thing of the library's, freed when nobody holds it any more: neither its object, nor a
+    view, nor what was made from it. `keep` is what must live as long; handles there are freed
+    later, in cycles of garbage too."""
 
     __slots__ = ("pointer", "keep", "_destroy", "_parents", "_children", "_dead", "__weakref__")
 
@@ -125,8 +126,8 @@ class Owner:
         return self._handle is None
 
     def close(self) -> None:
-        """Gives it up: later calls raise ClosedError. Memory is freed as soon as no view and nothing
-        made from it is left."""
+        """Gives it up: later calls raise ClosedError. Memory is freed as soon as no view and
+        nothing made from it is left."""
         self._handle = None
 
     def __enter__(self):
@@ -175,8 +176,8 @@ def taken(array, shape: tuple, name: str):
 
 
 def evaluated(first, shape: tuple, second, third: tuple, out, name: str, other: str):
-    """Pointers to two arrays that are read, of shape and third, and to one that is written, of third: the way of calls
-    that are made often."""
+    """Pointers to two arrays that are read, of shape and third, and to one that is written, of
+    third: the way of calls that are made often."""
     try:
         if (first.dtype is F8 and second.dtype is F8 and out.dtype is F8 and first.shape == shape
                 and second.shape == third and out.shape == third):
@@ -366,8 +367,9 @@ def _load(user, path, content, size):
 
 
 class ForceBody:
-    """One body as a force element of the caller's sees it: id, and arrays that are valid during the call
-    alone. p: pose; V: velocity; q, u: of its joint; add to f (conjugate to V) and tau (to u)."""
+    """One body as a force element of the caller's sees it: id, and arrays that are valid during
+    the call alone. p: pose; V: velocity; q, u: of its joint; add to f (conjugate to V) and tau (to
+    u)."""
 
     __slots__ = ("id", "space", "p", "V", "q", "u", "f", "tau")
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Values that models are built from: frames, joints, inertias, force elements, closures, tables; and what makes
-their constructors from the headers."""
+"""Values that models are built from: frames, joints, inertias, force elements, closures, tables;
+and what makes their constructors from the headers."""
 from __future__ import annotations
 
 import inspect
@@ -16,10 +16,11 @@ from ._interface import FUNCTIONS
 
 
 class Frame:
-    """A frame that stands in another: origin x (3, m) and rotation R (3 x 3, its columns are the axes).
+    """A frame that stands in another: origin x (3, m) and rotation R (3 x 3, its columns are the
+    axes).
 
-    Frame(x=None, R=None, axis=None, angle=0.0, quaternion=None): shifted, and turned by R, or by an angle
-    in rad about an axis, or by a quaternion (w, x, y, z)."""
+    Frame(x=None, R=None, axis=None, angle=0.0, quaternion=None): shifted, and turned by R, or by
+    an angle in rad about an axis, or by a quaternion (w, x, y, z)."""
 
     __slots__ = ("x", "R")
 
@@ -70,8 +71,8 @@ def _doubles(value, count, name):
 
 
 class Table(Owner):
-    """A function of one number by points: x (n), value (n, or n x columns). kind: "linear", "monotone" (no
-    overshoot) or "spline"; beyond its ends: "constant", "straight" or "refuse"."""
+    """A function of one number by points: x (n), value (n, or n x columns). kind: "linear",
+    "monotone" (no overshoot) or "spline"; beyond its ends: "constant", "straight" or "refuse"."""
 
     def __init__(self, x: ArrayLike, value: ArrayLike, kind: str = "linear",
                  beyond: str = "constant"):
@@ -168,7 +169,8 @@ class Force(Value):
 
 
 class Closure(Value):
-    """A closure of a loop (module closure makes them); `name`, `stiffness`, `damping`, `motion` can be set."""
+    """A closure of a loop (module closure makes them); `name`, `stiffness`, `damping`, `motion`
+    can be set."""
 
     _kind = "mbsr_closure_def"
 
@@ -323,7 +325,8 @@ def constructor(name: str, python_name: str) -> Callable[..., Value]:
 
 
 def _serves(parameters) -> bool:
-    """Whether Python can give what it takes: tables of functions are for C, but for what force.custom makes."""
+    """Whether Python can give what it takes: tables of functions are for C, but for what
+    force.custom makes."""
     return not any(kind.endswith("_table *") and kind != "mbsr_table *"
                    or kind.endswith("_fn") and kind not in TRAMPOLINES for kind, _ in parameters)
 

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Force elements. Points and directions stand in the axes of their bodies, m (None: the origin); laws of several
-numbers are mappings with the fields of their struct. Functions of time take t and return numbers; they may be tables."""
+"""Force elements. Points and directions stand in the axes of their bodies, m (None: the origin);
+laws of several numbers are mappings with the fields of their struct. Functions of time take t and
+return numbers; they may be tables."""
 from __future__ import annotations
 
 from typing import Callable, Sequence

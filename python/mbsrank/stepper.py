@@ -11,8 +11,9 @@ from .model import Data, Model, _create
 
 
 class Stepper(Owner):
-    """Steps of h s from a consistent state near q (nq; None: all coordinates zero) and u (nu; None: at rest). `q` and `u`
-    are views that follow the steps. options: fields of mbsr_stepper_opt."""
+    """Steps of h s from a consistent state near q (nq; None: all coordinates zero) and u (nu;
+    None: at rest). `q` and `u` are views that follow the steps. options: fields of
+    mbsr_stepper_opt."""
 
     def __init__(self, model: Model, q: np.ndarray | None = None, u: np.ndarray | None = None,
                  t: float = 0.0, h: float = 1e-3, **options):

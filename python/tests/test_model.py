@@ -129,10 +129,10 @@ class Dynamics(unittest.TestCase):
 
     def test_small_masses(self):
         model = mb.Model()
-        light = model.add_body("light", mb.joint.prismatic(axis=(1, 0, 0)), mb.inertia.particle(1e-6))
+        slide = mb.joint.prismatic(axis=(1, 0, 0))
+        light = model.add_body("light", slide, mb.inertia.particle(1e-6))
         model.add_force(mb.force.joint_spring(light, 0, 1e4, 100.0, 0.0))
-        heavy = model.add_body("heavy", mb.joint.prismatic(axis=(1, 0, 0)), mb.inertia.particle(1.0),
-                               light)
+        heavy = model.add_body("heavy", slide, mb.inertia.particle(1.0), light)
         model.add_force(mb.force.joint_spring(heavy, 0, 10.0, 1.0, 0.0))
         report = mb.SmallMasses(model, np.array([0.0, 1.0]), np.zeros(2), 3.0)
         self.assertEqual([one.name for one in report], ["light"])
@@ -158,7 +158,8 @@ class Dynamics(unittest.TestCase):
         np.testing.assert_allclose(*energies, rtol=1e-14)
 
     def test_laws_by_functions(self):
-        """A spring, a servo and a closure whose laws are functions, against those of the library."""
+        """A spring, a servo and a closure whose laws are functions, against those of the
+        library."""
         def two(spring, servo):
             model = pendulum()
             model.add_body("other", mb.joint.revolute((1, 0, 0), None, Y),
@@ -229,7 +230,8 @@ class Refused(unittest.TestCase):
         fixed.flags.writeable = False
         self.refused(ValueError, "out: .*can be written", call, q, u, out=fixed)
         self.refused(TypeError, "q: .*got complex128", call, q.astype(complex), u)
-        self.refused(TypeError, "q: .*got float64 of the other byte order", call, q.astype(">f8"), u)
+        self.refused(TypeError, "q: .*got float64 of the other byte order", call, q.astype(">f8"),
+                     u)
         batch = self.model.batch()
         self.refused(ValueError, "q: .*another order", batch.forward_dynamics, np.zeros((4, 3)).T,
                      np.zeros((3, 4)))
@@ -256,7 +258,8 @@ class Refused(unittest.TestCase):
         for call in (self.model.body_name, self.model.parent, self.data.pose, self.data.jacobian):
             self.refused(IndexError, "no body 99", call, 99)
         self.refused(ValueError, "name: it contains a NUL", model.add_body, "a\0b", mb.joint.weld())
-        self.refused(TypeError, "name: expected a text, got int", model.add_body, 5, mb.joint.weld())
+        self.refused(TypeError, "name: expected a text, got int", model.add_body, 5,
+                     mb.joint.weld())
         self.refused(TypeError, "no 'cookie'", mb.Simulation, pendulum(), cookie=1)
         self.refused(ValueError, "48 numbers at most", setattr, mb.joint.weld(), "param", range(99))
         self.refused(AttributeError, "no parm", setattr, mb.joint.weld(), "parm", 1)

@@ -44,7 +44,7 @@ MBSRI_INLINE lane_bits is_known(const mbsri_batch_run *run, const carry *c, lane
 /* S = (z, 0) without armature: U is a column of Mbar, and behind the joint what I and G have about
  * z is zero, and L.z = tau. */
 typedef struct hinge {
-    lanes U_x, U_y, g_x, g_y, e; /* of U_L and U_L D^-1 */
+    lanes U_x, U_y, g_x, g_y, e; /* x and y of U_L and of U_L D^-1; e */
     vec U_p, g_p;
     turn theta, alpha;
 } hinge;

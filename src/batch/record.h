@@ -35,7 +35,7 @@ enum {
  * (frames.c). */
 typedef struct mbsri_batch_body {
     double twist[5]; /* cos, sin, cos^2, sin^2, sin cos of beta */
-    double tilt[5];  /* of alpha */
+    double tilt[5];  /* cosine and sine of alpha, and products of them */
     double base[2];  /* cos, sin of the offset */
     double offset;
     double
@@ -55,7 +55,7 @@ typedef struct mbsri_batch_run {
     int bodies;
     double area, per_area; /* L^2 and its inverse */
     mbsri_rank_rule rule;
-    double R[9], omega[3];      /* of the root */
+    double R[9], omega[3];      /* rotation and angular velocity of the root */
     double A[6];                /* its acceleration, gravity taken away */
     double r[4], v[3];          /* its origin and angle, and velocity */
     double *drive;              /* prescribed coordinates, their first and second derivatives */
@@ -69,7 +69,7 @@ typedef struct mbsri_batch_run {
     const int *origin;     /* bodies + 1: the model's body of which it is the last part */
     void *place;           /* bodies + 1, likewise */
     int count;             /* lanes with states */
-    unsigned served;       /* those that are served so far */
+    unsigned served;       /* bit k: state k is served so far */
 } mbsri_batch_run;
 
 /* The sweeps, compiled once for every kind of processor. Results are sets of states, bit by bit. */
@@ -115,7 +115,7 @@ struct mbsr_batch {
     int *origin;
     mbsr_allocator allocator;
     void *block; /* where all of this was allocated */
-    int result;  /* of the last call, or of this share of it */
+    int result;  /* status of the last call, or of this share of it */
     /* of a batch whose calls are shared out: */
     mbsr_parallel parallel;
     int shares;         /* 1: they are not */

@@ -80,7 +80,7 @@ static void move(mbsr_derivatives *w, int i, const double *dq, const double *du,
                    w->mu + b->pred_v);
 }
 
-static void act(mbsr_derivatives *w, int i, double *load)
+static void react_to(mbsr_derivatives *w, int i, double *load)
 {
     const mbsri_linear *l = w->linear;
     const mbsri_body *b = l->model->body + i;
@@ -218,7 +218,7 @@ void mbsri_derivatives_tangent(mbsr_derivatives *w, const double *dq, const doub
     for (int i = 1; i <= m->bodies; ++i) move(w, i, dq, du, dudot, load);
     add_elements(w, dq, du);
     add_closures(w, dq, du, dudot);
-    for (int i = m->bodies; i >= 1; --i) act(w, i, load);
+    for (int i = m->bodies; i >= 1; --i) react_to(w, i, load);
 }
 
 /* ---- adjoint ---- */

@@ -25,12 +25,12 @@ typedef struct lanczos {
     mbsri_fe_statics *s;
     const double *L;
     int n, wanted;
-    mbsri_arena memory; /* of V */
+    mbsri_arena memory; /* memory of V */
     double *V;          /* n x room: M-orthonormal */
     int columns, room;
     double *H;            /* room x room, upper triangle */
     double *theta, *Y;    /* Ritz values and vectors, ascending */
-    double *residual;     /* of these */
+    double *residual;     /* residual of each Ritz value */
     double *W, *MW;       /* n x block */
     double *small, *work; /* room x block; of the eigenproblems */
     int converged;

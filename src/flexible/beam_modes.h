@@ -17,7 +17,7 @@ typedef struct mbsri_beam {
     double *mode;        /* dofs x most, with zeros where the beam does not deform */
     double *flexibility; /* 1 / omega^2 of each, with K = 1 */
     int normal;          /* how many of them are normal modes */
-    double *work;        /* of beam_modes.c */
+    double *work;        /* scratch of beam_modes.c */
 } mbsri_beam;
 
 /* Doubles of work for `free` dofs and `loads` load cases. */

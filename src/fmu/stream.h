@@ -15,7 +15,7 @@
 typedef struct mbsri_stream {
     bool writing;
     bool failed;               /* no memory, or what is read is not such a record */
-    mbsri_arena *arena;        /* of the bytes written; of what is read */
+    mbsri_arena *arena;        /* memory of the bytes written, or of what is read */
     unsigned char *data;       /* written so far */
     const unsigned char *from; /* to be read */
     size_t size, room, at;     /* bytes of either; room of those written; read so far */

@@ -107,7 +107,7 @@ int mbsri_momentum_derivatives(const mbsr_model *m, mbsr_data *d, double *qdot, 
     const bool loaded = d->loaded;
     int status = mbsri_coordinate_rates(m, d, qdot);
     if (!status) status = mbsri_rates(m, d);
-    d->loaded = loaded; /* which differences of positions may have ended */
+    d->loaded = loaded; /* rates by differences of positions clear it */
     if (!status) status = mbsri_forces(m, d, NULL);
     if (status) return status;
     mbsri_momenta(m, d, pdot);

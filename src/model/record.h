@@ -195,7 +195,7 @@ struct mbsr_model {
     int *q_of;           /* nq: index in the caller's q of each coordinate likewise */
     bool in_order;       /* whether u_of and q_of are the identity */
     bool plain_rates;    /* whether they are, and q' = u in all joints */
-    double *armature;    /* of each joint rate in the order of the sweeps, nu; kg m^2 or kg */
+    double *armature;    /* nu: armature of each rate in the order of the sweeps, kg m^2 or kg */
     int *member;         /* bodies, group by group, N */
     bool grouped;        /* whether some group has several bodies */
     double *

@@ -506,6 +506,27 @@ int mbsr_newton_multiply(mbsr_newton *newton, const double *delta, double *r)
     return MBSR_OK;
 }
 
+int mbsr_newton_multiply_torque(mbsr_newton *newton, const double *tau, double *r)
+{
+    mbsr_newton *w = newton;
+    if (!w) return MBSR_ERR_NULL;
+    if (!tau || !r)
+        return refuse(w, MBSR_ERR_NULL, "mbsr_newton_multiply_torque: tau or r is NULL");
+    if (!w->linearised) {
+        return refuse(
+            w, MBSR_ERR_SEQUENCE,
+            "mbsr_newton_multiply_torque: mbsr_newton_linearise has not run or has failed");
+    }
+    if (!mbsri_finite((size_t)w->model->nu, tau))
+        return refuse(w, MBSR_NOT_FINITE, "mbsr_newton_multiply_torque: tau is not finite");
+    const size_t size = (size_t)mbsr_dae_size(w->model, MBSR_DAE_MOMENTUM);
+    mbsri_product_of_torque(w->linear, tau, &w->vectors, w->solution);
+    if (!mbsri_finite(size, w->solution))
+        return refuse(w, MBSR_NOT_FINITE, "mbsr_newton_multiply_torque: the product is not finite");
+    mbsri_copy(size, w->solution, r);
+    return MBSR_OK;
+}
+
 int mbsr_newton_multiply_transposed(mbsr_newton *newton, const double *x, double *v)
 {
     mbsr_newton *w = newton;

@@ -66,6 +66,27 @@ static const command commands[] = {
      "  --name NAME    of the model, not that of the file\n" COMMON,
      run_fmu},
 #endif
+#if defined(MBSR_WITH_LINEAR)
+    {"static", "where a model rests",
+     "usage: mbsrank static FILE [options]\n"
+     "Finds the equilibrium that the model comes to rest in from the start, motors off.\n"
+     "  --json         for a script to read\n" COMMON,
+     run_static},
+    {"modes", "natural frequencies, damping and shapes",
+     "usage: mbsrank modes FILE [options]\n"
+     "About the equilibrium that static finds, massless bodies and loops included.\n"
+     "  --as-drawn     about the start, not about an equilibrium\n"
+     "  --json         for a script to read\n" COMMON,
+     run_modes},
+    {"linearise", "matrices of the linear equations of motion",
+     "usage: mbsrank linearise FILE [options]\n"
+     "z' = A z + B w, y = C z + D w with the least number of states, row by row as CSV.\n"
+     "  --inputs JOINTS    between commas: w are forces or moments of these joints\n"
+     "  --outputs JOINTS   y are displacements of these\n"
+     "  --as-drawn     about the start, not about an equilibrium\n"
+     "  --json         for a script to read\n" COMMON,
+     run_linearise},
+#endif
     {"plot", "draw columns of a run by gnuplot",
      "usage: mbsrank plot RUN -o PICTURE [options]\n"
      "  -o PICTURE       ending in .png or .svg\n"
@@ -103,7 +124,7 @@ static void print_help(FILE *to)
         "Models of URDF, xacro, MJCF and SDF: trees of bodies, of which some may have no mass.\n\n",
         to);
     for (int k = 0; k < COMMANDS; ++k)
-        fprintf(to, "  %-7s %s\n", commands[k].name, commands[k].line);
+        fprintf(to, "  %-9s %s\n", commands[k].name, commands[k].line);
     fputs("\nmbsrank COMMAND --help tells the options of each. The file - is standard input.\n"
           "Exit: 0 done, 1 undetermined (check), 2 wrong use, 3 a file cannot be read, 4 failed.\n",
           to);

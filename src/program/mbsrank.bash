@@ -5,7 +5,7 @@ _mbsrank() {
     local common="--start --floating --package --arg --folder --anywhere --no-limits --no-friction --stop-stiffness --stop-damping --slip --strict --help"
     COMPREPLY=()
     if [ "$COMP_CWORD" -eq 1 ]; then
-        mapfile -t COMPREPLY < <(compgen -W "info check run plot view fmu convert --help --version" -- "$word")
+        mapfile -t COMPREPLY < <(compgen -W "info check run static modes linearise plot view fmu convert --help --version" -- "$word")
         return
     fi
     case $before in
@@ -19,6 +19,8 @@ _mbsrank() {
         plot) common="--columns --title -o --help" ;;
         convert) common="--floating --package --arg --folder --anywhere --strict --help" ;;
         view) common="$common --inputs -o" ;;
+        modes) common="$common --as-drawn --json" ;;
+        linearise) common="$common --inputs --outputs --as-drawn --json" ;;
         check) common="$common --small --time --tolerance --json" ;;
         *) common="$common --json" ;;
         esac

@@ -101,9 +101,9 @@ typedef struct mbsri_sweep_multi {
     double drive[8];   /* part of V - X V_pi that does not depend on u */
     double driven[8];  /* Mbar times that */
     double D[6][6];
-    double factor[6][6]; /* of D */
+    double factor[6][6]; /* factors of D */
     double x[6];         /* e, D^-1 e or ep */
-    double e[6];         /* of a joint without inertia: e */
+    double e[6];         /* e of a joint without inertia */
 } mbsri_sweep_multi;
 MBSRI_CHECK_LAYOUT(mbsri_sweep_multi);
 
@@ -127,7 +127,7 @@ typedef struct mbsri_sweep_state {
     double v[4];           /* velocity of its origin; momentum form only */
     double U_L[4], U_p[4]; /* Mbar S: angular and linear part */
     double A_w[4], A_v[4]; /* acceleration: first its part c without u', then all of it */
-    double D, Dinv, e, ep; /* of a joint of one axis */
+    double D, Dinv, e, ep; /* D, D^-1, e and ep of a joint of one axis */
 } mbsri_sweep_state;
 MBSRI_CHECK_LAYOUT(mbsri_sweep_state);
 
@@ -245,14 +245,15 @@ typedef struct mbsri_sweep_run {
     mbsri_sweep_load *load; /* bodies + 1, or NULL */
     double *sincos;         /* 2 a coordinate: cosine, sine */
     const double *q, *u;
-    const double *tau;        /* joint forces; for inverse dynamics u' */
-    double *out;              /* u', joint forces, or p' */
-    const double *p;          /* momenta; momentum form only */
-    double *balance;          /* its algebraic equations */
-    int *rank;                /* bodies + 1, or NULL */
-    const double *eta;        /* of position rows: C^T eta is left for mbsri_sweeps_push; or NULL */
-    bool springs;             /* loop forces are those of springs alone */
-    double *bias;             /* then: of rows of closures, asked for; or NULL */
+    const double *tau; /* joint forces; for inverse dynamics u' */
+    double *out;       /* u', joint forces, or p' */
+    const double *p;   /* momenta; momentum form only */
+    double *balance;   /* its algebraic equations */
+    int *rank;         /* bodies + 1, or NULL */
+    const double
+        *eta;     /* position rows: eta, whose C^T eta is left for mbsri_sweeps_push; or NULL */
+    bool springs; /* whether loop forces are those of springs alone */
+    double *bias; /* rows: bias of the closures' rows, an output; or NULL */
     struct mbsr_split *split; /* parts of the tree for several threads, or NULL */
 } mbsri_sweep_run;
 

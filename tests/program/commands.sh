@@ -55,6 +55,24 @@ ends 3 'strict' info --strict "$work/one.urdf"
 ends 1 '6 undetermined' check --floating "$work/one.urdf"
 ends 1 '"undetermined": 6' check --json --floating "$work/one.urdf"
 ends 0 "hinge 'rod_pin'" info "$models/wiper.sdf"
+if "$program" --help | grep -q '^  modes'; then
+    for command in static modes linearise; do
+        ends 0 "usage: mbsrank $command" $command --help
+        ends 2 'no option --fast' $command "$models/arm.urdf" --fast
+        ends 4 'no equilibrium was found.*base' $command --floating "$models/arm.urdf"
+    done
+    ends 0 '^  damper ' static "$models/quarter_car.xml"
+    ends 0 '"steps": [0-9]*, "q": \[' static --json "$models/quarter_car.xml"
+    ends 2 'for modes' static --as-drawn "$models/quarter_car.xml"
+    ends 0 '^5 states; 4 of 9 equations eliminated' modes "$models/quarter_car.xml"
+    ends 0 '^ *1.1704 *28.5.*damper 1.00, tyre 0.11' modes "$models/quarter_car.xml"
+    ends 0 '^6 states; 33 of 39' modes "$models/suspension.xml"
+    ends 0 '"states": 2, "eliminated": 22' modes --json "$models/wiper.sdf"
+    ends 2 'for linearise' modes --inputs tyre "$models/quarter_car.xml"
+    ends 0 '^# D 2 1' linearise --inputs tyre --outputs tyre,damper "$models/quarter_car.xml"
+    ends 0 '"B": \[\[' linearise --json --inputs tyre "$models/quarter_car.xml"
+    ends 2 "no joint 'wing'" linearise --inputs wing "$models/quarter_car.xml"
+fi
 ends 0 '6 rows of closures, 3 independent; mobility 1' check "$models/wiper.sdf"
 ends 0 '1 damped, 0 elastic, 0 undetermined; index 1' check "$models/quarter_car.xml"
 ends 0 '"determined": true' check --json "$models/arm.urdf"

@@ -17,6 +17,8 @@
 #include "recursion/closures.h"
 #include "recursion/group.h"
 
+#include <mbsrank/dae.h>
+
 static double *take(double **memory, size_t *used, size_t count)
 {
     double *here = *memory;
@@ -321,10 +323,10 @@ void mbsri_apply(const mbsri_linear *w, const double *delta, mbsri_vectors *v, d
     for (int i = m->bodies; i >= 1; --i) act(w, i, delta, v, r);
 }
 
-void mbsri_product(const mbsri_linear *w, const double *delta, mbsri_vectors *v, double *r)
+/* L^-1 of both, and r_u. */
+static void pass_to_root(const mbsri_linear *w, mbsri_vectors *v, double *r)
 {
     const mbsr_model *m = w->model;
-    mbsri_apply(w, delta, v, r);
     mbsri_zero(m->size_v, v->mbar);
     mbsri_zero(m->size_v, v->fbar);
     for (int i = m->bodies; i >= 1; --i) {
@@ -334,4 +336,25 @@ void mbsri_product(const mbsri_linear *w, const double *delta, mbsri_vectors *v,
     for (int i = 1; i <= m->bodies; ++i) {
         if (!w->coupled[i] || m->body[i].head == i) balance_of(w, i, v, r);
     }
+}
+
+void mbsri_product(const mbsri_linear *w, const double *delta, mbsri_vectors *v, double *r)
+{
+    mbsri_apply(w, delta, v, r);
+    pass_to_root(w, v, r);
+}
+
+void mbsri_product_of_torque(const mbsri_linear *w, const double *tau, mbsri_vectors *v, double *r)
+{
+    const mbsr_model *m = w->model;
+    mbsri_zero((size_t)mbsr_dae_size(m, MBSR_DAE_MOMENTUM), r);
+    mbsri_zero((size_t)m->nu, v->momentum);
+    for (int i = 1; i <= m->bodies; ++i) {
+        const mbsri_body *b = m->body + i;
+        for (int l = 0; l < b->n; ++l) {
+            v->balance[b->ig + l] = w->deep[i] ? -tau[b->u + l] : 0.0;
+            r[m->nq + b->u + l] = -tau[b->u + l];
+        }
+    }
+    pass_to_root(w, v, r);
 }

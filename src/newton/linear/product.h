@@ -27,4 +27,7 @@ void mbsri_apply(const mbsri_linear *w, const double *delta, mbsri_vectors *v, d
 /* All of r. */
 void mbsri_product(const mbsri_linear *w, const double *delta, mbsri_vectors *v, double *r);
 
+/* What joint forces tau (nu) on top of all others add to F: r = dF/dtau tau. */
+void mbsri_product_of_torque(const mbsri_linear *w, const double *tau, mbsri_vectors *v, double *r);
+
 #endif

@@ -70,6 +70,11 @@ static int run_multiply_transposed(finite_subject *s)
     return mbsr_newton_multiply_transposed(s->object, s->in[FINITE_R], s->out[0]);
 }
 
+static int run_multiply_torque(finite_subject *s)
+{
+    return mbsr_newton_multiply_torque(s->object, s->in[FINITE_TAU], s->out[0]);
+}
+
 static int run_linearise_and_multiply(finite_subject *s)
 {
     const int status = linearise(s);
@@ -159,6 +164,8 @@ static const finite_row newton_rows[] = {
     {"mbsr_newton_solve", run_solve, factor, T | C | Y, R, FINITE_OBJECT, of_y},
     {"mbsr_newton_linearise", run_linearise_and_multiply, NULL, 0, T | C | Y | YP,
      FINITE_OBJECT | FINITE_DATA, of_y},
+    {"mbsr_newton_multiply_torque", run_multiply_torque, linearise, T | C | Y, TAU, FINITE_OBJECT,
+     of_y},
     {"mbsr_newton_multiply", run_multiply, linearise, T | C | Y, R, FINITE_OBJECT, of_y},
     {"mbsr_newton_multiply_transposed", run_multiply_transposed, linearise, T | C | Y, R,
      FINITE_OBJECT, of_y},

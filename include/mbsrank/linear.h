@@ -1,0 +1,143 @@
+/* Equilibria, linear equations of motion and modes of vibration (component linear).
+ * SPDX-License-Identifier: BSD-3-Clause
+ *
+ * mbsr_equilibrium finds positions at which a model rests. mbsr_linear_create linearises its
+ * equations of motion there, or in a steady motion, about q, u:
+ *
+ *   E x' = A x + B w,      x = (dq, dp, du, dlambda)      descriptor form
+ *   z' = Ar z + Br w,  y = Cr z + Dr w                    least number of states
+ *
+ * dq are joint rates: changes of q are G(q) dq, so that a quaternion has three. E is singular where
+ * loops are closed or masses vanish; the second form has left only what has finite eigenvalues.
+ * From it come modes and frequency response. All matrices are column-major. Made for models of some
+ * hundred joint rates: dense, O(n^3). docs/linear.md has the equations. */
+#ifndef MBSRANK_LINEAR_H
+#define MBSRANK_LINEAR_H
+
+#include <mbsrank/newton.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ---- equilibria ---- */
+
+typedef struct mbsr_equilibrium_opt {
+    int cookie;         /* set by mbsr_default_equilibrium_opt */
+    int max_iterations; /* default 500 */
+    double tolerance;   /* of the last step: turns in rad, ways over the size of the model; default
+                           1e-11 */
+} mbsr_equilibrium_opt;
+
+MBSR_API mbsr_equilibrium_opt mbsr_default_equilibrium_opt(void);
+
+/* What mbsr_equilibrium has found. */
+typedef struct mbsr_equilibrium_info {
+    int iterations, factorisations;
+    double step; /* the last one, as `tolerance` */
+    int worst;   /* the joint rate, a place in u, along which forces are farthest from balance;
+                    MBSR_NONE at a solution */
+} mbsr_equilibrium_info;
+
+/* Positions q_rest (nq) near the guess q at which all forces balance at time t, with u = 0 and
+ * motions of drives as they stand; loops are closed. lambda (rows of closures): their forces;
+ * lambda and info may be NULL, q_rest may be q.
+ *
+ * The way is that of a body let go in honey: implicit Euler steps from rest, each followed by a
+ * stop, whose length grows as forces come to balance until they are Newton's. So it ends in a
+ * stable equilibrium of the basin that the guess is in, mostly; a guess next to an unstable one
+ * stays there. With springs and masses in any units.
+ *
+ * MBSR_NO_CONVERGENCE: no balance is found; the text names the joint whose forces are farthest from
+ * it: nothing may hold it. MBSR_UNDETERMINED: a direction without mass that no force determines, as
+ * mbsr_newton_factor names it. MBSR_LOOP_OPEN and other statuses of mbsr_assemble,
+ * mbsr_dae_consistent and the residual; MBSR_ERR_NULL, MBSR_ERR_NO_DEFAULT, MBSR_ERR_VALUE,
+ * MBSR_ERR_NO_MEMORY. q_rest is then as it was. error may be NULL. */
+MBSR_API int mbsr_equilibrium(const mbsr_model *model, mbsr_data *data, double t, const double *q,
+                              const mbsr_equilibrium_opt *opt, double *q_rest, double *lambda,
+                              mbsr_equilibrium_info *info, mbsr_error *error);
+
+/* ---- linear equations ---- */
+
+typedef struct mbsr_linear mbsr_linear;
+
+typedef struct mbsr_linear_opt {
+    int cookie; /* set by mbsr_default_linear_opt */
+    int inputs, outputs;
+    const int *input;  /* places in u of joint rates along which w are joint forces; default none */
+    const int *output; /* places in u: y are displacements dq along these; default none */
+} mbsr_linear_opt;
+
+MBSR_API mbsr_linear_opt mbsr_default_linear_opt(void);
+
+/* What an object is. */
+typedef struct mbsr_linear_info {
+    int size;            /* of the descriptor form */
+    int states;          /* of the least form: finite eigenvalues */
+    int levels;          /* in how many steps the others were taken out */
+    double kept;         /* the least number kept in these decisions over the largest, and */
+    double dropped;      /* the largest dropped, likewise; 0 where nothing was to be decided */
+    double shift;        /* 1/s: real, at which the matrix was factored */
+    double acceleration; /* largest |u'| of the state: 0 at rest and in steady motion */
+} mbsr_linear_info;
+
+/* Linearises at (t, q, u), brought to a consistent state by mbsr_dae_consistent first; u may be
+ * NULL for rest. opt may be NULL. The data is left at that state; the object needs neither model
+ * nor data afterwards. Memory is taken by calloc. On failure *linear is NULL and the reason in
+ * *error (may be NULL). MBSR_RANK_CHANGED where it is not clear how many eigenvalues are finite
+ * (numbers kept and dropped lie within a factor of 100); MBSR_UNDETERMINED where the pencil is
+ * singular: some direction is determined by nothing; MBSR_ERR_VALUE for an input or output that
+ * does not exist, and for outputs that jump with the rate of an input; MBSR_ERR_NULL,
+ * MBSR_ERR_NO_DEFAULT, MBSR_ERR_NO_MEMORY, statuses of mbsr_newton_create, mbsr_dae_consistent and
+ * mbsr_newton_linearise. */
+MBSR_API int mbsr_linear_create(const mbsr_model *model, mbsr_data *data, double t, const double *q,
+                                const double *u, const mbsr_linear_opt *opt, mbsr_linear **linear,
+                                mbsr_error *error);
+MBSR_API void mbsr_linear_destroy(mbsr_linear *linear); /* NULL is allowed */
+
+MBSR_API int mbsr_linear_get_info(const mbsr_linear *linear,
+                                  mbsr_linear_info *info); /* MBSR_ERR_NULL */
+
+/* Rows of E, A and B: dq' = ..., momenta, equations of u, velocity rows and position rows of
+ * closures. Columns: dq, dp, du (nu each), then loop forces of velocity rows (of stiff rows the
+ * force of the spring), then multipliers of position rows. */
+typedef enum mbsr_linear_part {
+    MBSR_LINEAR_E,
+    MBSR_LINEAR_A,
+    MBSR_LINEAR_B,
+    MBSR_LINEAR_AR,
+    MBSR_LINEAR_BR,
+    MBSR_LINEAR_CR,
+    MBSR_LINEAR_DR,
+    MBSR_LINEAR_PARTS
+} mbsr_linear_part;
+
+/* One of these matrices, which lives as long as the object, and its shape (may be NULL). NULL for a
+ * part that does not exist. */
+MBSR_API const double *mbsr_linear_matrix(const mbsr_linear *linear, mbsr_linear_part part,
+                                          int *rows, int *columns);
+
+/* A mode exp(s t), s = real + i imaginary (1/s). */
+typedef struct mbsr_mode {
+    double real, imaginary; /* imaginary >= 0: of a pair one is given */
+    double frequency;       /* imaginary / (2 pi), Hz */
+    double damping;         /* -real / |s|; 0 for s = 0 */
+} mbsr_mode;
+
+/* Modes in the order of |s|: *count of them into modes, which has room for mbsr_linear_info.states.
+ * modes may be NULL, to count. MBSR_ERR_NULL, MBSR_NO_CONVERGENCE (LAPACK's). */
+MBSR_API int mbsr_linear_modes(mbsr_linear *linear, mbsr_mode *modes, int *count);
+
+/* Shape of mode k: complex amplitudes of dq (nu each), the largest of them 1. The velocity is s
+ * times that. im may be NULL. MBSR_ERR_NULL, MBSR_ERR_VALUE for a mode that does not exist. */
+MBSR_API int mbsr_linear_shape(mbsr_linear *linear, int k, double *re, double *im);
+
+/* Frequency response Cr (i 2 pi f - Ar)^-1 Br + Dr at f Hz: outputs x inputs, real and imaginary
+ * parts. MBSR_ERR_NULL, MBSR_NOT_FINITE, MBSR_ERR_VALUE where f is an eigenvalue. */
+MBSR_API int mbsr_linear_response(mbsr_linear *linear, double frequency, double *re, double *im);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,329 @@
+/* Equilibria: with an answer on paper, refused by name, and of random models in four systems of
+ * units, whose modes are held against derivatives of forward dynamics.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "duration.h"
+#include "expect.h"
+#include "units.h"
+
+#include <mbsrank/driver.h>
+#include <mbsrank/linear.h>
+
+#include <stdlib.h>
+
+enum { MOST = 40 };
+
+static const double x_axis[3] = {1, 0, 0}, y_axis[3] = {0, 1, 0}, z_axis[3] = {0, 0, 1};
+
+static mbsr_model *empty(void)
+{
+    mbsr_model *m;
+    assert_ok(mbsr_model_create(NULL, &m, NULL), NULL);
+    return m;
+}
+
+static void add_body(mbsr_model *m, int parent, const char *name, mbsr_joint joint,
+                     mbsr_inertia inertia)
+{
+    mbsr_body_def b = mbsr_default_body_def();
+    b.parent = parent;
+    b.name = name;
+    b.joint = joint;
+    b.inertia = inertia;
+    assert_ok(mbsr_model_add_body(m, &b, NULL), mbsr_model_error(m));
+}
+
+static void add_force(mbsr_model *m, mbsr_force_def force)
+{
+    assert_ok(mbsr_model_add_force(m, &force, NULL), mbsr_model_error(m));
+}
+
+static mbsr_data *finish(mbsr_model *m)
+{
+    mbsr_data *d;
+    assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
+    assert_ok(mbsr_data_create(m, &d, NULL), NULL);
+    return d;
+}
+
+static void free_both(mbsr_model *m, mbsr_data *d)
+{
+    mbsr_data_destroy(d);
+    mbsr_model_destroy(m);
+}
+
+/* From nearly upright to where gravity and the spring balance. */
+static void a_pendulum_on_a_spring(void **state)
+{
+    (void)state;
+    mbsr_model *m = empty();
+    mbsr_equilibrium_info info;
+    mbsr_error error;
+    double q = 2.9;
+    add_body(m, MBSR_GROUND, "bob", mbsr_joint_revolute(NULL, NULL, y_axis),
+             mbsr_inertia_point_mass(2.0, (const double[3]){0, 0, -1}));
+    add_force(m, mbsr_force_gravity(0, 0, -9.81));
+    add_force(m, mbsr_force_joint_spring(0, 0, 3.0, 0.1, 0.4));
+    mbsr_data *d = finish(m);
+    assert_ok(mbsr_equilibrium(m, d, 0.0, &q, NULL, &q, NULL, &info, &error), &error);
+    assert_close(3.0 * (q - 0.4) + 2.0 * 9.81 * sin(q), 0.0, 1e-13);
+    assert_int_equal(info.worst, MBSR_NONE);
+    /* once more, from there */
+    const double found = q;
+    assert_ok(mbsr_equilibrium(m, d, 0.0, &q, NULL, &q, NULL, &info, &error), &error);
+    assert_close(q, found, 1e-14);
+    assert_int_equal(info.iterations, 1);
+    free_both(m, d);
+}
+
+/* A chain of twenty rods lets itself hang, from lying flat. */
+static void a_chain(void **state)
+{
+    (void)state;
+    enum { LINKS = 20 };
+    mbsr_model *m = empty();
+    mbsr_error error;
+    double q[LINKS] = {-0.1};
+    for (int k = 0; k < LINKS; ++k) {
+        const mbsr_frame at = mbsr_frame_at(k > 0 ? 0.1 : 0.0, 0, 0);
+        add_body(m, k > 0 ? k - 1 : MBSR_GROUND, NULL, mbsr_joint_revolute(&at, NULL, y_axis),
+                 mbsr_inertia_rod(0.2, (const double[3]){0, 0, 0}, (const double[3]){0.1, 0, 0}));
+    }
+    add_force(m, mbsr_force_gravity(0, 0, -9.81));
+    mbsr_data *d = finish(m);
+    assert_ok(mbsr_equilibrium(m, d, 0.0, q, NULL, q, NULL, NULL, &error), &error);
+    assert_close(q[0], 0.5 * 3.14159265358979323846, 1e-11);
+    for (int k = 1; k < LINKS; ++k) assert_close(q[k], 0.0, 1e-11);
+    free_both(m, d);
+}
+
+/* A point without mass on two springs, one of which a loop holds: a mass hangs on a rod and a
+ * spring. The rod of length l from (0, 0), the spring of k and free length 0 from (a, 0): k and m g
+ * determine the angle, lambda the force. */
+static void a_rod_and_a_spring(void **state)
+{
+    (void)state;
+    const double mass = 2.0, g = 9.81, length = 1.5, k = 12.0, a = 1.0;
+    mbsr_model *m = empty();
+    mbsr_error error;
+    double q[2] = {1.4, -0.2}, lambda;
+    const mbsr_closure_def rod = mbsr_closure_distance(0, NULL, MBSR_GROUND, NULL, length);
+    add_body(m, MBSR_GROUND, "mass", mbsr_joint_point_free(), mbsr_inertia_particle(mass));
+    add_force(m, mbsr_force_gravity(0, -g, 0));
+    add_force(m, mbsr_force_axis_spring(0, MBSR_GROUND, 0, k, 0.0, a));
+    add_force(m, mbsr_force_axis_spring(0, MBSR_GROUND, 1, k, 0.0, 0.0));
+    assert_ok(mbsr_model_add_closure(m, &rod, NULL), mbsr_model_error(m));
+    mbsr_data *d = finish(m);
+    assert_ok(mbsr_equilibrium(m, d, 0.0, q, NULL, q, &lambda, NULL, &error), &error);
+    assert_close(hypot(q[0], q[1]), length, 1e-13);
+    /* along the circle: k a cos = m g sin, with the angle from below */
+    const double angle = atan2(k * a, mass * g);
+    assert_close(q[0], length * sin(angle), 1e-12);
+    assert_close(q[1], -length * cos(angle), 1e-12);
+    const double outward = k * a * sin(angle) + mass * g * cos(angle) - k * length;
+    assert_close(lambda, -outward, 1e-11);
+    free_both(m, d);
+}
+
+static void what_nothing_holds_is_named(void **state)
+{
+    (void)state;
+    mbsr_model *m = empty();
+    mbsr_error error;
+    mbsr_equilibrium_info info;
+    const double q[2] = {0.2, 0.0};
+    double found[2] = {17.0, 17.0};
+    add_body(m, MBSR_GROUND, "hangs", mbsr_joint_revolute(NULL, NULL, y_axis),
+             mbsr_inertia_point_mass(2.0, (const double[3]){0, 0, -1}));
+    add_body(m, MBSR_GROUND, "falls", mbsr_joint_prismatic(NULL, NULL, z_axis),
+             mbsr_inertia_particle(1.0));
+    add_force(m, mbsr_force_gravity(0, 0, -9.81));
+    mbsr_data *d = finish(m);
+    assert_refused(mbsr_equilibrium(m, d, 0.0, q, NULL, found, NULL, &info, &error), &error,
+                   MBSR_NO_CONVERGENCE, 1, MBSR_NONE, "mbsr_equilibrium|u0 of body 1 'falls'");
+    assert_int_equal(info.worst, 1);
+    assert_true(found[0] == 17.0);
+    free_both(m, d);
+
+    m = empty();
+    add_body(m, MBSR_GROUND, "loose", mbsr_joint_revolute(NULL, NULL, y_axis), mbsr_inertia_zero());
+    d = finish(m);
+    assert_int_equal(mbsr_equilibrium(m, d, 0.0, q, NULL, found, NULL, &info, &error),
+                     MBSR_UNDETERMINED);
+    assert_contains(error.text, "mbsr_equilibrium|loose");
+    mbsr_equilibrium_opt opt = mbsr_default_equilibrium_opt();
+    opt.tolerance = 0.0;
+    assert_refused(mbsr_equilibrium(m, d, 0.0, q, &opt, found, NULL, NULL, &error), &error,
+                   MBSR_ERR_VALUE, MBSR_NONE, MBSR_NONE, "tolerance");
+    opt.cookie = 0;
+    assert_refused(mbsr_equilibrium(m, d, 0.0, q, &opt, found, NULL, NULL, &error), &error,
+                   MBSR_ERR_NO_DEFAULT, MBSR_NONE, MBSR_NONE, "opt");
+    assert_refused(mbsr_equilibrium(m, d, 0.0, NULL, NULL, found, NULL, NULL, &error), &error,
+                   MBSR_ERR_NULL, MBSR_NONE, MBSR_NONE, "q is NULL");
+    free_both(m, d);
+}
+
+/* ---- random models ---- */
+
+typedef struct random_model {
+    mbsr_model *m;
+    mbsr_data *d;
+    int nu;
+    double q[MOST];
+    bool turns[MOST]; /* of the coordinates */
+} random_model;
+
+static double positive(test_rng *rng)
+{
+    return exp(test_uniform(rng));
+}
+
+/* Trees of hinges, sliders and universal joints with a spring and a damper at each coordinate, some
+ * bodies without mass; every third has a rod from its last body to the ground. */
+static void make(random_model *r, int seed, const units *s)
+{
+    test_rng rng = test_seed((uint64_t)seed);
+    const double L = s->length, force = s->mass * s->length / (s->time * s->time);
+    const int bodies = test_integer(&rng, 1, 9);
+    *r = (random_model){.m = empty()};
+    for (int k = 0; k < bodies; ++k) {
+        const mbsr_frame at =
+            mbsr_frame_at(L * test_uniform(&rng), L * test_uniform(&rng), L * test_uniform(&rng));
+        double axis[3], other[3], centre[3];
+        test_fill(&rng, 3, axis);
+        test_fill(&rng, 3, other);
+        test_fill(&rng, 3, centre);
+        for (int l = 0; l < 3; ++l) centre[l] *= 0.5 * L;
+        const int parent = k == 0 ? MBSR_GROUND : test_integer(&rng, -1, k - 1),
+                  kind = test_integer(&rng, 0, 2);
+        const double mass = s->mass * positive(&rng), of_size = 0.1 * mass * L * L;
+        const bool massless = k + 1 < bodies && test_uniform(&rng) > 0.6;
+        add_body(r->m, parent < 0 ? MBSR_GROUND : parent, NULL,
+                 kind == 0   ? mbsr_joint_revolute(&at, NULL, axis)
+                 : kind == 1 ? mbsr_joint_prismatic(&at, NULL, axis)
+                             : mbsr_joint_universal(&at, NULL, axis, other),
+                 massless ? mbsr_inertia_zero()
+                          : mbsr_inertia_rigid(mass, centre,
+                                               (const double[6]){of_size, of_size, of_size}));
+        for (int l = 0; l < (kind == 2 ? 2 : 1); ++l) {
+            const bool turns = kind != 1;
+            const double k_of = 30.0 * positive(&rng) * force * (turns ? L : 1.0 / L),
+                         rest = 0.5 * test_uniform(&rng) * (turns ? 1.0 : L);
+            add_force(r->m, mbsr_force_joint_spring(k, l, k_of, 0.05 * k_of * s->time, rest));
+            r->turns[r->nu] = turns;
+            r->q[r->nu++] = test_uniform(&rng) * (turns ? 1.0 : L);
+        }
+    }
+    add_force(r->m, mbsr_force_gravity(0, 0, -9.81 * s->length / (s->time * s->time)));
+    if (seed % 3 == 0 && r->nu > 2) {
+        const mbsr_closure_def rod = mbsr_closure_distance(
+            bodies - 1, NULL, MBSR_GROUND, (const double[3]){0, 0, 9.0 * L}, 9.0 * L);
+        assert_ok(mbsr_model_add_closure(r->m, &rod, NULL), mbsr_model_error(r->m));
+    }
+    r->d = finish(r->m);
+}
+
+/* Nothing is missing but loop forces. */
+static void expect_balance(const random_model *r, const double *q, const double *lambda,
+                           double force, double length)
+{
+    double bias[MOST], u[MOST] = {0.0}, loop[MOST] = {0.0};
+    assert_ok(mbsr_bias_forces(r->m, r->d, 0.0, q, u, bias), mbsr_data_error(r->d));
+    if (mbsr_model_rows(r->m) > 0) {
+        double gap;
+        assert_ok(mbsr_stage_positions(r->m, r->d, 0.0, q), NULL);
+        assert_ok(mbsr_closures_transpose(r->m, r->d, lambda, loop), mbsr_data_error(r->d));
+        assert_ok(mbsr_stage_positions(r->m, r->d, 0.0, q), NULL);
+        assert_ok(mbsr_closures_gap(r->m, r->d, &gap), NULL);
+        assert_close(gap / length, 0.0, 1e-11);
+    }
+    for (int k = 0; k < r->nu; ++k)
+        assert_close((bias[k] - loop[k]) / (force * (r->turns[k] ? length : 1.0)), 0.0, 1e-7);
+}
+
+/* Each mode solves the equations of motion: s^2 x = du'/dq x + s du'/du x. */
+static void expect_modes(const random_model *r, const double *q, double rate)
+{
+    mbsr_derivatives *d;
+    mbsr_linear *l;
+    mbsr_error error;
+    mbsr_mode mode[2 * MOST];
+    int count;
+    const double rest[MOST] = {0.0};
+    assert_ok(mbsr_derivatives_create(r->m, &d, &error), &error);
+    if (mbsr_derivatives_forward(d, 0.0, q, rest, NULL, NULL, NULL) == MBSR_OK) {
+        assert_ok(mbsr_linear_create(r->m, r->d, 0.0, q, NULL, NULL, &l, &error), &error);
+        assert_ok(mbsr_linear_modes(l, mode, &count), NULL);
+        for (int k = 0; k < count; ++k) {
+            double x[2][MOST], v[2][MOST], out[2][MOST];
+            const double re = mode[k].real, im = mode[k].imaginary;
+            assert_ok(mbsr_linear_shape(l, k, x[0], x[1]), NULL);
+            for (int j = 0; j < r->nu; ++j) {
+                v[0][j] = re * x[0][j] - im * x[1][j];
+                v[1][j] = re * x[1][j] + im * x[0][j];
+            }
+            for (int part = 0; part < 2; ++part)
+                assert_ok(mbsr_derivatives_tangent(d, x[part], v[part], NULL, out[part], NULL),
+                          NULL);
+            const double size =
+                (re * re + im * im + rate * rate) * (1.0 + test_largest(r->nu, x[0]));
+            for (int j = 0; j < r->nu; ++j) {
+                assert_close((out[0][j] - (re * v[0][j] - im * v[1][j])) / size, 0.0, 1e-8);
+                assert_close((out[1][j] - (re * v[1][j] + im * v[0][j])) / size, 0.0, 1e-8);
+            }
+        }
+        mbsr_linear_destroy(l);
+    }
+    mbsr_derivatives_destroy(d);
+}
+
+static void random_models(void **state)
+{
+    (void)state;
+    int found = 0, refused = 0;
+    const int seeds = test_seeds(10, 75);
+    for (int seed = 1; seed <= seeds; ++seed) {
+        double first[MOST] = {0.0};
+        int expected = MBSR_OK;
+        for (int k = 0; k < 4; ++k) {
+            const units *s = systems + k;
+            random_model r;
+            mbsr_error error;
+            double q[MOST], lambda[4] = {0.0};
+            make(&r, seed, s);
+            const int status = mbsr_equilibrium(r.m, r.d, 0.0, r.q, NULL, q, lambda, NULL, &error);
+            if (k == 0) expected = status;
+            if (status != expected) print_error("seed %d, %s: %s\n", seed, s->name, error.text);
+            assert_int_equal(status, expected);
+            if (status) {
+                if (status != MBSR_LOOP_OPEN) print_error("seed %d: %s\n", seed, error.text);
+                assert_int_equal(status, MBSR_LOOP_OPEN); /* the rod does not reach */
+                ++refused;
+            } else {
+                const double force = s->mass * s->length / (s->time * s->time);
+                expect_balance(&r, q, lambda, force, s->length);
+                if (k == 0) expect_modes(&r, q, 1.0);
+                for (int j = 0; j < r.nu; ++j) {
+                    const double value = q[j] / (r.turns[j] ? 1.0 : s->length);
+                    if (k == 0) first[j] = value;
+                    if (!(fabs(value - first[j]) < 1e-8))
+                        print_error("seed %d, %s\n", seed, s->name);
+                    assert_close(value, first[j], 1e-8);
+                }
+                ++found;
+            }
+            free_both(r.m, r.d);
+        }
+    }
+    assert_true(found > 3 * seeds);
+    (void)refused;
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_pendulum_on_a_spring), cmocka_unit_test(a_chain),
+        cmocka_unit_test(a_rod_and_a_spring), cmocka_unit_test(what_nothing_holds_is_named),
+        cmocka_unit_test(random_models)};
+    (void)x_axis;
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
