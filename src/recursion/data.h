@@ -115,6 +115,8 @@ struct mbsr_data {
     double t;
     int total_rank;
     bool loaded;           /* loop_lambda holds at this state: mbsri_forces adds its forces */
+    void *fronts;          /* memory of one elimination (fronts/fronts.h) */
+    bool fronts_taken;     /* which is in use */
     bool *dropped;         /* m->rows: rows of closures left to the others, being redundant */
     bool accelerated;      /* A and mu are those of given joint accelerations */
     bool single;           /* every joint is a group of its own (group.h) */
