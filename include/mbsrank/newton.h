@@ -54,6 +54,8 @@ typedef struct mbsr_newton_opt {
                  kB; what they do not serve, closures and elements across mixed trees too, is refused with
                  MBSR_ERR_LEAN; default 0 */
     int products; /* 1: memory for mbsr_newton_linearise, some 10 kB a body; not lean; default 0 */
+    int transposes; /* 1: mbsr_newton_solve_transposed serves: all bodies are passed by the front, as with
+                 by_blocks; not lean; default 0 */
 } mbsr_newton_opt;
 
 MBSR_API mbsr_newton_opt mbsr_default_newton_opt(void);
@@ -100,6 +102,13 @@ MBSR_API int mbsr_newton_factor(mbsr_newton *newton, mbsr_data *data, double t, 
  * not be; delta is not written then. */
 MBSR_API int mbsr_newton_solve(mbsr_newton *newton, const double *r, double *delta);
 
+/* Solves A^T x = v, A = dF/dy + c dF/dy' of the last factorisation, from the same factors: x and v have mbsr_dae_size
+ * numbers, v in the units of 1/y and x in those of 1/F, and may be the same. For sensitivities of all parameters at once
+ * (adjoint equations), and for condition estimates. In closed models it is refined with transposed products, as
+ * mbsr_newton_solve is. MBSR_ERR_NULL, MBSR_ERR_SEQUENCE without a factorisation or without `transposes` in
+ * mbsr_newton_opt, MBSR_NOT_FINITE for a v that is not finite and for an x that would not be; x is not written then. */
+MBSR_API int mbsr_newton_solve_transposed(mbsr_newton *newton, const double *v, double *x);
+
 /* The product with the matrix itself, r = (dF/dy + c dF/dy') delta, at any state: for line searches,
  * iterative solvers and the error of a solution. `linearise` evaluates and keeps the derivatives at
  * (t, y, y'), for any finite c; it has nothing to do with factorisations, which stay as they are, so
@@ -113,6 +122,10 @@ MBSR_API int mbsr_newton_solve(mbsr_newton *newton, const double *r, double *del
 MBSR_API int mbsr_newton_linearise(mbsr_newton *newton, mbsr_data *data, double t, const double *y,
                                    const double *yp, double c);
 MBSR_API int mbsr_newton_multiply(mbsr_newton *newton, const double *delta, double *r);
+
+/* The product with its transpose, v = (dF/dy + c dF/dy')^T x, of the same derivatives and with the same statuses as
+ * mbsr_newton_multiply; x and v may be the same. */
+MBSR_API int mbsr_newton_multiply_transposed(mbsr_newton *newton, const double *x, double *v);
 
 /* How the systems are solved, and what that has cost. MBSR_ERR_NULL. */
 MBSR_API int mbsr_newton_get_info(const mbsr_newton *newton, mbsr_newton_info *info);

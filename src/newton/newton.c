@@ -10,7 +10,8 @@
 #include "model/query.h"
 #include "newton/carried/carried.h"
 #include "newton/correction.h"
-#include "newton/linear/product.h"
+#include "newton/front/transposed.h"
+#include "newton/linear/product_transposed.h"
 #include "newton/slopes/body_slopes.h"
 #include "newton/slopes/closure_slopes.h"
 #include "newton/slopes/joint_slopes.h"
@@ -60,6 +61,9 @@ static int check(const mbsr_model *m, mbsr_dae_form form, const mbsr_newton_opt 
     if (opt->lean && opt->products)
         return wrong(error, MBSR_ERR_VALUE, "a lean solver has no products; products",
                      opt->products);
+    if (opt->lean && opt->transposes)
+        return wrong(error, MBSR_ERR_VALUE, "a lean solver solves nothing transposed; transposes",
+                     opt->transposes);
     for (int i = 1; i <= m->bodies; ++i) {
         const mbsri_body *b = m->body + i;
         char label[MBSRI_LABEL];
@@ -286,7 +290,7 @@ static bool place(mbsr_newton *w, const mbsr_newton_opt *opt)
     w->correction.element = (mbsri_across *)(void *)((unsigned char *)w->numbers + nodes);
     number_nodes(w);
     list_across(w);
-    if (!opt->by_blocks) w->sweep_size = mbsri_newton_sweeps_size(m, w->lean);
+    if (!opt->by_blocks && !opt->transposes) w->sweep_size = mbsri_newton_sweeps_size(m, w->lean);
     if (!place_front(w) || !place_loops(w)) return false;
     choose_method(w, opt);
     if (!place_mixed(w)) return false;
@@ -325,8 +329,10 @@ int mbsr_newton_create(const mbsr_model *model, mbsr_dae_form form, const mbsr_n
     if (status) return status;
     mbsr_newton *w = mbsri_allocate(&model->allocator, sizeof *w);
     if (w) {
-        *w = (mbsr_newton){
-            .model = model, .lean = opt->lean != 0, .error = {MBSR_OK, MBSR_NONE, MBSR_NONE, ""}};
+        *w = (mbsr_newton){.model = model,
+                           .lean = opt->lean != 0,
+                           .transposes = opt->transposes != 0,
+                           .error = {MBSR_OK, MBSR_NONE, MBSR_NONE, ""}};
         if (!place(w, opt)) {
             mbsr_newton_destroy(w);
             w = NULL;
@@ -449,6 +455,32 @@ int mbsr_newton_solve(mbsr_newton *newton, const double *r, double *delta)
     return MBSR_OK;
 }
 
+int mbsr_newton_solve_transposed(mbsr_newton *newton, const double *v, double *x)
+{
+    mbsr_newton *w = newton;
+    if (!w) return MBSR_ERR_NULL;
+    if (!v || !x) return refuse(w, MBSR_ERR_NULL, "mbsr_newton_solve_transposed: v or x is NULL");
+    if (!w->transposes) {
+        return refuse(w, MBSR_ERR_SEQUENCE,
+                      "mbsr_newton_solve_transposed: the solver was created without `transposes`");
+    }
+    if (!w->factored) {
+        return refuse(w, MBSR_ERR_SEQUENCE,
+                      "mbsr_newton_solve_transposed: there is no factorisation");
+    }
+    const size_t size = (size_t)mbsr_dae_size(w->model, MBSR_DAE_MOMENTUM);
+    if (!mbsri_finite(size, v))
+        return refuse(w, MBSR_NOT_FINITE, "mbsr_newton_solve_transposed: v is not finite");
+    if (size > 0) mbsri_front_solve_transposed(w->front, v, w->solution);
+    ++w->info.solves;
+    if (!mbsri_finite(size, w->solution)) {
+        return refuse(w, MBSR_NOT_FINITE,
+                      "mbsr_newton_solve_transposed: the solution is not finite");
+    }
+    mbsri_copy(size, w->solution, x);
+    return MBSR_OK;
+}
+
 /* ---- products ---- */
 
 int mbsr_newton_linearise(mbsr_newton *newton, mbsr_data *data, double t, const double *y,
@@ -493,6 +525,29 @@ int mbsr_newton_multiply(mbsr_newton *newton, const double *delta, double *r)
     if (!mbsri_finite(size, w->solution))
         return refuse(w, MBSR_NOT_FINITE, "mbsr_newton_multiply: the product is not finite");
     mbsri_copy(size, w->solution, r);
+    return MBSR_OK;
+}
+
+int mbsr_newton_multiply_transposed(mbsr_newton *newton, const double *x, double *v)
+{
+    mbsr_newton *w = newton;
+    if (!w) return MBSR_ERR_NULL;
+    if (!x || !v)
+        return refuse(w, MBSR_ERR_NULL, "mbsr_newton_multiply_transposed: x or v is NULL");
+    if (!w->linearised) {
+        return refuse(w, MBSR_ERR_SEQUENCE,
+                      "mbsr_newton_multiply_transposed: mbsr_newton_linearise has not run or has "
+                      "failed");
+    }
+    const size_t size = (size_t)mbsr_dae_size(w->model, MBSR_DAE_MOMENTUM);
+    if (!mbsri_finite(size, x))
+        return refuse(w, MBSR_NOT_FINITE, "mbsr_newton_multiply_transposed: x is not finite");
+    mbsri_product_transposed(w->linear, x, &w->vectors, w->solution);
+    if (!mbsri_finite(size, w->solution)) {
+        return refuse(w, MBSR_NOT_FINITE,
+                      "mbsr_newton_multiply_transposed: the product is not finite");
+    }
+    mbsri_copy(size, w->solution, v);
     return MBSR_OK;
 }
 

@@ -67,7 +67,7 @@ static int finish(void)
 {
     mbsr_newton_opt with_products = mbsr_default_newton_opt();
     int bad = mbsr_model_finish(model);
-    with_products.products = 1;
+    with_products.products = with_products.transposes = 1;
     if (!bad) bad = mbsr_data_create(model, &data, &error);
     d = data;
     q[0] = 0.3;

@@ -1,5 +1,5 @@
 /* Newton systems of mechanisms of everything at once, in vector code where that serves, and by the front: A (A^-1 v) = v row by
- * row, with A from products, which eliminate nothing; and refused where A is singular, nowhere else.
+ * row, with A from products, which eliminate nothing; the same of A^T; and refused where A is singular, nowhere else.
  * SPDX-License-Identifier: BSD-3-Clause */
 #include "duration.h"
 #include "expect.h"
@@ -14,7 +14,8 @@ void dgesvd_(const char *jobu, const char *jobvt, const int *m, const int *n, do
 
 typedef struct solver {
     mbsr_newton *newton;
-    double share; /* of what is added up in a row */
+    double share;    /* of what is added up in a row */
+    bool transposes; /* it solves transposed systems as well */
 } solver;
 
 typedef struct tally {
@@ -87,6 +88,47 @@ static void check_solution(const medley *s, const solver *by, const double *A, c
     free(x);
 }
 
+static double dot(int n, const double *a, const double *b)
+{
+    double sum = 0.0;
+    for (int k = 0; k < n; ++k) sum += a[k] * b[k];
+    return sum;
+}
+
+/* A^T (A^-T v) row by row beside |A|^T |x| + |v|, with A from products; products with the transpose against the same A; and
+ * w' A^-1 v = (A^-T w)' v. */
+static void check_transposed(const medley *s, const solver *by, const double *A, const double *v)
+{
+    mbsr_newton *newton = by->newton;
+    const int n = s->size;
+    double *x = calloc(5 * (size_t)n + 1, sizeof *x), *r = x + n, *size = r + n, *w = size + n,
+           *other = w + n, doubt = 0.0, sum = 0.0;
+    test_rng rng = test_seed(s->c.seed + 17);
+    assert_ok(mbsr_newton_solve_transposed(newton, v, x), mbsr_newton_error(newton));
+    assert_ok(mbsr_newton_multiply_transposed(newton, x, r), mbsr_newton_error(newton));
+    for (int j = 0; j < n; ++j) {
+        double dense = 0.0;
+        size[j] = fabs(v[j]);
+        for (int i = 0; i < n; ++i) {
+            dense += A[j * n + i] * x[i];
+            size[j] += fabs(A[j * n + i] * x[i]);
+        }
+        doubt = fmax(doubt, fabs(dense - r[j]) / size[j]);
+    }
+    assert_less(doubt, 1e-7);
+    for (int j = 0; j < n; ++j) {
+        if (fabs(r[j] - v[j]) <= (by->share + 100.0 * doubt) * size[j]) continue;
+        print_error("seed %d: column %d of %d: A' x - v = %.2e beside %.2e, products off by %.2e\n",
+                    (int)s->c.seed, j, n, r[j] - v[j], size[j], doubt);
+        fail();
+    }
+    test_fill(&rng, n, w);
+    assert_ok(mbsr_newton_solve(newton, w, other), mbsr_newton_error(newton));
+    for (int k = 0; k < n; ++k) sum += fabs(v[k] * other[k]) + fabs(x[k] * w[k]);
+    assert_less(fabs(dot(n, v, other) - dot(n, x, w)), 1e-6 * sum);
+    free(x);
+}
+
 static void check_system(const medley *s, const solver *by, const double *y, const double *yp,
                          double c, const double *v, tally *all)
 {
@@ -101,6 +143,7 @@ static void check_system(const medley *s, const solver *by, const double *y, con
     assert_ok(mbsr_newton_get_info(newton, &info), NULL);
     if (status == MBSR_OK) {
         if (info.exact) check_solution(s, by, A, v);
+        if (by->transposes) check_transposed(s, by, A, v);
         all->solved += info.exact;
     } else {
         const double least = least_singular_value(s->size, A);
@@ -114,7 +157,7 @@ static void check_system(const medley *s, const solver *by, const double *y, con
     free(A);
 }
 
-enum way { VECTOR_CODE, FRONT, WAYS };
+enum way { VECTOR_CODE, FRONT, WAYS }; /* by the front: transposed as well */
 
 /* At a start. */
 static void check(uint64_t seed, int way, tally *all)
@@ -128,10 +171,10 @@ static void check(uint64_t seed, int way, tally *all)
         medley_free(&s);
         return;
     }
-    solver by = {.share = way == FRONT ? 1e-9 : 1e-6};
+    solver by = {.share = way == FRONT ? 1e-9 : 1e-6, .transposes = way == FRONT};
     mbsr_error error;
     mbsr_newton_opt opt = mbsr_default_newton_opt();
-    opt.by_blocks = way == FRONT;
+    opt.transposes = way == FRONT;
     opt.products = 1;
     const int served = mbsr_newton_create(s.m, MBSR_DAE_MOMENTUM, &opt, &by.newton, &error);
     const int started = test_newton_start(&at, s.m, s.d, s.t, s.q, s.u, NULL);

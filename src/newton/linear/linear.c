@@ -419,6 +419,16 @@ void mbsri_linear_pass(const mbsri_body *b, const mbsri_terms *k, bool deep, con
     if (deep) mbsri_atx(d, dp, -1.0, k->H, y + 2 * d, below + 2 * dp);
 }
 
+void mbsri_linear_pass_transposed(const mbsri_body *b, const mbsri_terms *k, bool deep,
+                                  const double *below, double *y)
+{
+    const int d = b->d, dp = b->d_pred;
+    mbsri_ax(d, dp, -1.0, k->H, below, y);
+    mbsri_ax(d, dp, -1.0, k->Hdot, below + dp, y);
+    mbsri_ax(d, dp, -1.0, k->H, below + dp, y + d);
+    if (deep) mbsri_ax(d, dp, -1.0, k->H, below + 2 * dp, y + 2 * d);
+}
+
 void mbsri_linear_split(const mbsri_terms *k, int n, int rank, double *x, double *y)
 {
     for (int j = 0; j < n; ++j) y[j] = x[j], x[j] = 0.0;
@@ -429,4 +439,16 @@ void mbsri_linear_split(const mbsri_terms *k, int n, int rank, double *x, double
         for (int j = 0; j < n; ++j) x[j] += X[j] * weight / k->s[j];
     }
     for (int j = 0; j < n; ++j) y[j] -= x[j];
+}
+
+void mbsri_linear_split_transposed(const mbsri_terms *k, int n, int rank, double *x, double *y)
+{
+    mbsri_zero((size_t)n, y);
+    for (int l = rank; l < n; ++l) {
+        const double *X = k->X + l * n;
+        double weight = 0.0;
+        for (int j = 0; j < n; ++j) weight += X[j] / k->s[j] * x[j];
+        for (int j = 0; j < n; ++j) y[j] += X[j] * weight * k->s[j];
+    }
+    for (int j = 0; j < n; ++j) x[j] -= y[j];
 }

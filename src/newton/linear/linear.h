@@ -99,8 +99,15 @@ static inline const double *mbsri_linear_closure(const mbsri_linear *l, size_t k
 void mbsri_linear_pass(const mbsri_body *b, const mbsri_terms *k, bool deep, const double *y,
                        double *below);
 
+/* y += B^T below, of the same B. */
+void mbsri_linear_pass_transposed(const mbsri_body *b, const mbsri_terms *k, bool deep,
+                                  const double *below, double *y);
+
 /* y = (1 - P) x and x = P x for momenta of a joint or group: P = S^-1 X_N X_N^T S as
  * mbsri_null_force. */
 void mbsri_linear_split(const mbsri_terms *k, int n, int rank, double *x, double *y);
+
+/* y = P^T x and x = (1 - P^T) x. */
+void mbsri_linear_split_transposed(const mbsri_terms *k, int n, int rank, double *x, double *y);
 
 #endif

@@ -57,6 +57,16 @@ static int run_multiply(finite_subject *s)
     return mbsr_newton_multiply(s->object, s->in[FINITE_R], s->out[0]);
 }
 
+static int run_solve_transposed(finite_subject *s)
+{
+    return mbsr_newton_solve_transposed(s->object, s->in[FINITE_R], s->out[0]);
+}
+
+static int run_multiply_transposed(finite_subject *s)
+{
+    return mbsr_newton_multiply_transposed(s->object, s->in[FINITE_R], s->out[0]);
+}
+
 static int run_linearise_and_multiply(finite_subject *s)
 {
     const int status = linearise(s);
@@ -147,6 +157,10 @@ static const finite_row newton_rows[] = {
     {"mbsr_newton_linearise", run_linearise_and_multiply, NULL, 0, T | C | Y | YP,
      FINITE_OBJECT | FINITE_DATA, of_y},
     {"mbsr_newton_multiply", run_multiply, linearise, T | C | Y, R, FINITE_OBJECT, of_y},
+    {"mbsr_newton_multiply_transposed", run_multiply_transposed, linearise, T | C | Y, R,
+     FINITE_OBJECT, of_y},
+    {"mbsr_newton_solve_transposed", run_solve_transposed, factor, T | C | Y, R, FINITE_OBJECT,
+     of_y},
 };
 
 static const finite_row completion_rows[] = {
@@ -190,7 +204,7 @@ static const finite_row verify_rows[] = {
 
 enum {
     NEWTON_ROWS = sizeof newton_rows / sizeof newton_rows[0],
-    PRODUCT_ROWS = NEWTON_ROWS - 2, /* the first of products */
+    TREE_ROWS = NEWTON_ROWS - 1, /* all but transposed solutions, for which it is not created */
     COMPLETION_ROWS = sizeof completion_rows / sizeof completion_rows[0],
     BATCH_ROWS = sizeof batch_rows / sizeof batch_rows[0]
 };
@@ -229,12 +243,12 @@ static void try_all(const char *name, mbsr_model *model, mbsr_data *data, const 
     mbsr_batch *batch;
     for (int by_blocks = 0; by_blocks < 2; ++by_blocks) {
         mbsr_newton_opt opt = mbsr_default_newton_opt();
-        opt.by_blocks = by_blocks;
-        opt.products = !by_blocks; /* which are the same */
+        opt.transposes = by_blocks; /* which go by blocks */
+        opt.products = 1;
         assert_ok(mbsr_newton_create(model, MBSR_DAE_MOMENTUM, &opt, &newton, NULL), NULL);
         s.object = newton;
         s.error = newton_error;
-        for (int k = 0; k < (by_blocks ? PRODUCT_ROWS : NEWTON_ROWS); ++k)
+        for (int k = 0; k < (by_blocks ? NEWTON_ROWS : TREE_ROWS); ++k)
             newton_served[k] += finite_try(&s, newton_rows + k);
         mbsr_newton_destroy(newton);
     }
