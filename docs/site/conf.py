@@ -68,6 +68,7 @@ docs/theory
 docs/rank_and_index
 docs/dae_forms
 docs/newton
+docs/derivatives
 docs/performance
 docs/architecture
 bench/README

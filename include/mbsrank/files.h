@@ -335,7 +335,7 @@ typedef struct mbsr_written {
 
 /* A finished model as a text of MJCF. `file` (NULL: none): what it was read from, of any format, for names, refs,
  * limits, sites, actuators, keys and shapes; the model must have its bodies and coordinates. Bodies are
- * written depth first, in the order of ids. Read again the text gives a model with the same accelerations, up to
+ * written depth first, in the order of ids; where coordinates stand in another order then, a finding says so. Read again the text gives a model with the same accelerations, up to
  * rounding, but for what is in findings: mostly left out. Bodies without mass are written without; MuJoCo refuses
  * such files. docs/files.md has the table. On failure *written is NULL and the text of *error (may be
  * NULL) names the body. Status: MBSR_OK, MBSR_ERR_NULL, MBSR_ERR_NO_DEFAULT, MBSR_ERR_VALUE (of opt),

@@ -16,6 +16,7 @@
 #include <mbsrank/completion.h>
 #include <mbsrank/dae.h>
 #include <mbsrank/data.h>
+#include <mbsrank/derivatives.h>
 #include <mbsrank/dynamics.h>
 #include <mbsrank/flex.h>
 #include <mbsrank/force.h>

@@ -5,12 +5,13 @@
  *
  *   length     the geometric mean of the bodies' radii of gyration about their origins; where all masses stand
  *              in origins, that of the ways between these at q = 0, or of points that force elements act at
- *   frequency  of a pendulum of that length under the model's gravity
+ *   frequency  of a pendulum of that length under the model's gravity; without, of its masses at its springs and dampers
  *   span       of a coordinate whose kind is not known: what turns its body by 1 rad or moves it by
  *              the length at q = 0, by the column of J */
 #include "assembly/measure.h"
 
 #include "algebra/dense.h"
+#include "assembly/rate.h"
 #include "assembly/survey.h"
 #include "base/memory.h"
 #include "flexible/axial.h"
@@ -122,6 +123,7 @@ static void find_frequency(mbsr_model *m)
     }
     const double size = sqrt(mbsri_dot(3, g, g));
     m->frequency = m->length > 0.0 ? sqrt(size / m->length) / (2.0 * pi) : 0.0;
+    if (m->frequency == 0.0) m->frequency = mbsri_elements_rate(m);
 }
 
 /* For springs with a law by function, whose derivatives are differences. */

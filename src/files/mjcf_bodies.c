@@ -107,9 +107,6 @@ static bool add_joint(mbsri_mjcf *m, const mbsri_element *e, const mbsri_mjcf_at
             return false;
     }
     const bool free = j.joint.kind == MBSR_FILE_FREE;
-    const char *align = mbsri_attribute(e, "align");
-    if (free && align && strcmp(align, "true") == 0)
-        mbsri_file_find(s, e, "its body keeps its frame and is not aligned with its inertia");
     const mbsri_scene_joint *first = mbsri_scene_joints(s) + b->first;
     if ((free && b->joints > 0) || (b->joints > 0 && first->joint.kind == MBSR_FILE_FREE))
         return mbsri_file_refuse(s, e, "a free joint stands alone on its body");
@@ -124,11 +121,13 @@ static bool add_joint(mbsri_mjcf *m, const mbsri_element *e, const mbsri_mjcf_at
 
 /* ---- inertias ---- */
 
-static bool read_inertial(mbsri_mjcf *m, const mbsri_element *e, mbsr_inertia *inertia)
+/* Its principal axes as well. */
+static bool read_inertial(mbsri_mjcf *m, const mbsri_element *e, mbsr_inertia *inertia,
+                          mbsr_frame *principal)
 {
     const mbsri_node node = {.e = e};
     mbsr_frame frame;
-    double mass = 0.0, I[6] = {0.0};
+    double mass = 0.0, I[6] = {0.0}, moments[3];
     int diagonal, full;
     if (!mbsri_mjcf_frame(m, &node, &frame) || !mbsri_mjcf_number(m, &node, "mass", &mass) ||
         !mbsri_mjcf_numbers(m, &node, "diaginertia", 3, 3, I, &diagonal) ||
@@ -136,6 +135,8 @@ static bool read_inertial(mbsri_mjcf *m, const mbsri_element *e, mbsr_inertia *i
         return false;
     if (diagonal && full)
         return mbsri_file_refuse(m->s, e, "it has two tensors, diaginertia and fullinertia");
+    *principal = frame;
+    if (full) mbsri_principal(I, moments, principal->R);
     return mbsri_stated_solid(m->s, e, mass, &frame, I, inertia);
 }
 
@@ -217,18 +218,53 @@ static bool add_children(mbsri_mjcf *m, const mbsri_element *e, const mbsri_mjcf
     return true;
 }
 
+/* Axes and centre of what shapes give. */
+static mbsr_frame axes_of(const mbsri_mjcf_solids *sum)
+{
+    mbsr_frame frame = sum->frame;
+    double mass, I[6], moments[3];
+    if (sum->heavy != 1 && mbsri_solid_of(&sum->inertia, &mass, frame.x, I))
+        mbsri_principal(I, moments, frame.R);
+    return frame;
+}
+
+/* A body's inertia, with its principal axes. */
 static bool add_inertia(mbsri_mjcf *m, const mbsri_element *e, int body,
-                        const mbsri_mjcf_solids *sum)
+                        const mbsri_mjcf_solids *sum, mbsr_frame *principal)
 {
     const mbsri_element *inertial = mbsri_child(e, "inertial");
     mbsr_inertia inertia = {.kind = MBSR_INERTIA_NOT_GIVEN};
-    if (sum->some)
+    *principal = mbsr_frame_identity();
+    if (sum->some) {
         inertia = sum->inertia;
-    else if (inertial && mbsri_mjcf_compiler(m, e)->from_shapes != MBSRI_SHAPES_ALWAYS &&
-             !read_inertial(m, inertial, &inertia))
+        *principal = axes_of(sum);
+    } else if (inertial && mbsri_mjcf_compiler(m, e)->from_shapes != MBSRI_SHAPES_ALWAYS &&
+               !read_inertial(m, inertial, &inertia, principal)) {
         return false;
+    }
     mbsri_scene_bodies(m->s)[body].inertia = inertia;
     return true;
+}
+
+/* A free body that carries none may count from its principal axes: then all that is fixed to it is moved there. */
+static void align(mbsri_mjcf *m, int body, const mbsr_frame *principal)
+{
+    mbsri_scene_body *b = mbsri_scene_bodies(m->s) + body;
+    const mbsri_scene_joint *j = mbsri_scene_joints(m->s) + b->first;
+    if (b->joints != 1 || j->joint.kind != MBSR_FILE_FREE || m->s->bodies.count > body + 1) return;
+    const mbsri_node node = {.e = j->element};
+    if (b->inertia.kind != MBSR_INERTIA_SPATIAL ||
+        !mbsri_mjcf_switch(&node, "align", mbsri_mjcf_compiler(m, b->element)->align))
+        return;
+    const mbsr_frame back = mbsr_frame_inverse(principal);
+    mbsr_file_shape *shapes = m->s->shapes.items;
+    mbsr_file_site *sites = m->s->sites.items;
+    b->frame = mbsr_frame_product(&b->frame, principal);
+    b->inertia = mbsr_inertia_moved(&back, b->inertia);
+    for (int k = m->s->shapes.count; k-- > 0 && shapes[k].body == body;)
+        shapes[k].frame = mbsr_frame_product(&back, &shapes[k].frame);
+    for (int k = m->s->sites.count; k-- > 0 && sites[k].body == body;)
+        sites[k].frame = mbsr_frame_product(&back, &sites[k].frame);
 }
 
 static bool add_body(mbsri_mjcf *m, const mbsri_element *e, const mbsri_mjcf_at *at)
@@ -237,6 +273,7 @@ static bool add_body(mbsri_mjcf *m, const mbsri_element *e, const mbsri_mjcf_at 
     const char *class = mbsri_attribute(e, "childclass"), *mocap = mbsri_attribute(e, "mocap");
     mbsri_scene_body b = {.name = mbsri_mjcf_name(e), .element = e, .parent = at->body};
     const mbsr_frame own = mbsr_frame_identity();
+    mbsr_frame principal;
     const mbsri_mjcf_at within = {m->s->bodies.count, &own, class ? class : at->childclass};
     mbsri_mjcf_solids sum = {.some = false};
     if (!enter(m, e, &m->bodies, m->s->bodies.count)) return false;
@@ -252,8 +289,11 @@ static bool add_body(mbsri_mjcf *m, const mbsri_element *e, const mbsri_mjcf_at 
     const mbsri_from_shapes from = mbsri_mjcf_compiler(m, e)->from_shapes;
     const bool weighed =
         from == MBSRI_SHAPES_ALWAYS || (from == MBSRI_SHAPES_AUTO && !mbsri_child(e, "inertial"));
-    return add_children(m, e, &within, weighed ? &sum : NULL) &&
-           add_inertia(m, e, within.body, &sum) && add_bodies(m, e, &within);
+    if (!add_children(m, e, &within, weighed ? &sum : NULL) ||
+        !add_inertia(m, e, within.body, &sum, &principal) || !add_bodies(m, e, &within))
+        return false;
+    align(m, within.body, &principal);
+    return true;
 }
 
 static bool add_bodies(mbsri_mjcf *m, const mbsri_element *e, const mbsri_mjcf_at *at)

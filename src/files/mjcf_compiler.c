@@ -31,9 +31,6 @@ static void find_changes(mbsri_mjcf *m, const mbsri_element *e)
     const char *balance = mbsri_attribute(e, "balanceinertia");
     if (balance && strcmp(balance, "true") == 0)
         mbsri_file_find(m->s, e, "balanceinertia is not applied: tensors stay as they are");
-    const char *align = mbsri_attribute(e, "alignfree");
-    if (align && strcmp(align, "true") == 0)
-        mbsri_file_find(m->s, e, "alignfree is not applied: free bodies keep their frames");
 }
 
 /* Of the file itself. */
@@ -58,6 +55,7 @@ bool mbsri_mjcf_read_compiler(mbsri_mjcf *m, const mbsri_element *e)
                *folder = mbsri_attribute(e, "meshdir"), *assets = mbsri_attribute(e, "assetdir");
     if (angle) c->radian = strcmp(angle, "radian") == 0;
     if (folder || assets) c->folder = folder ? folder : assets;
+    c->align = mbsri_mjcf_switch(&node, "alignfree", c->align);
     c->strip = mbsri_mjcf_switch(&node, "strippath", c->strip);
     c->exact = mbsri_mjcf_switch(&node, "exactmeshinertia", c->exact);
     c->fit_around = mbsri_mjcf_switch(&node, "fitaabb", c->fit_around);

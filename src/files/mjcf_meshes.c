@@ -112,17 +112,13 @@ static const char *take_hull(mbsri_arena *arena, mbsri_list *triangles)
 /* The box of a mesh: the inertia box, and the one around it. */
 static void find_boxes(const mbsri_list *triangles, mbsri_mjcf_mesh *mesh)
 {
-    double moments[3], axes[9];
+    double moments[3];
     mbsr_frame *frame = &mesh->principal;
-    mbsri_principal(mesh->solid.tensor, moments, axes);
+    mbsri_principal(mesh->solid.tensor, moments, frame->R);
     memcpy(frame->x, mesh->solid.centre, sizeof frame->x);
-    memcpy(frame->R, axes + 6, 3 * sizeof *axes);
-    memcpy(frame->R + 3, axes + 3, 3 * sizeof *axes);
     for (int k = 0; k < 3; ++k) {
-        const int i = (k + 1) % 3, j = (k + 2) % 3;
-        frame->R[6 + k] = frame->R[i] * frame->R[3 + j] - frame->R[j] * frame->R[3 + i];
-        mesh->box[2 - k] =
-            sqrt(fmax(0.0, 1.5 * (moments[i] + moments[j] - moments[k]) / mesh->solid.volume));
+        const double others = moments[(k + 1) % 3] + moments[(k + 2) % 3];
+        mesh->box[k] = sqrt(fmax(0.0, 1.5 * (others - moments[k]) / mesh->solid.volume));
     }
     mbsri_mesh_bounds(triangles, frame, mesh->lower, mesh->upper);
 }

@@ -33,6 +33,8 @@ typedef struct mbsri_mjcf_at {
 typedef struct mbsri_mjcf_solids {
     mbsr_inertia inertia;
     bool some;
+    int heavy;        /* how many have mass */
+    mbsr_frame frame; /* principal axes of the last of these, at its centre */
 } mbsri_mjcf_solids;
 
 /* A <mesh>; what is below `measured` holds once it is measured. */
@@ -55,6 +57,7 @@ typedef struct mbsri_mjcf_mesh {
 /* What a model says of how it is read; each of those that are attached has its own. */
 typedef struct mbsri_compiler {
     bool radian, autolimits;
+    bool align;       /* free bodies that carry none have their frames along their principal axes */
     char sequence[4]; /* of Euler angles */
     mbsri_from_shapes from_shapes;
     double groups[2];   /* of shapes that count for inertias */

@@ -59,9 +59,9 @@ static bool read_size(mbsri_mjcf *m, const mbsri_node *node, mbsr_file_shape *sh
     return true;
 }
 
-/* Volume, tensor and frame at the centre of a mesh; false: not known, as a finding says. */
+/* Volume, tensor and frame at the centre of a mesh, its principal axes there; false: not known, as a finding says. */
 static bool weigh_mesh(mbsri_mjcf *m, const mbsri_node *node, const mbsr_frame *at,
-                       mbsr_frame *frame, double *volume, double tensor[6])
+                       mbsr_frame *frame, mbsr_frame *principal, double *volume, double tensor[6])
 {
     const char *name = mbsri_mjcf_get(node, "mesh");
     mbsri_mjcf_mesh *mesh = mbsri_mjcf_find_mesh(m, name);
@@ -76,6 +76,7 @@ static bool weigh_mesh(mbsri_mjcf *m, const mbsri_node *node, const mbsr_frame *
     const double *x = mesh->solid.centre;
     const mbsr_frame centre = mbsr_frame_at(x[0], x[1], x[2]);
     *frame = mbsr_frame_product(at, &centre);
+    *principal = mbsr_frame_product(at, &mesh->principal);
     *volume = mesh->solid.volume;
     memcpy(tensor, mesh->solid.tensor, sizeof mesh->solid.tensor);
     return true;
@@ -97,10 +98,10 @@ static bool weigh(mbsri_mjcf *m, const mbsri_node *node, const mbsr_frame *at,
     if (sum && mbsri_mjcf_switch(node, "shellinertia", false))
         mbsri_file_find(m->s, node->e, "its inertia is that of a solid, not of a shell");
     if (!sum || group < groups[0] || group > groups[1]) return true;
-    mbsr_frame frame = shape->frame;
+    mbsr_frame frame = shape->frame, principal = frame;
     if (shape->kind == MBSR_SHAPE_MESH) {
         if ((given ? mass : density) == 0.0) return true;
-        if (!weigh_mesh(m, node, at, &frame, &volume, I)) return true;
+        if (!weigh_mesh(m, node, at, &frame, &principal, &volume, I)) return true;
     } else if (!mbsri_shape_solid(shape->kind, shape->size, &volume, I) || !(volume > 0.0)) {
         return true;
     }
@@ -110,6 +111,10 @@ static bool weigh(mbsri_mjcf *m, const mbsri_node *node, const mbsr_frame *at,
     const mbsr_inertia own = mbsri_solid(m->s->arena, factor * volume, &frame, I);
     sum->inertia = sum->some ? mbsr_inertia_sum(sum->inertia, own) : own;
     sum->some = true;
+    if (factor * volume > 1e-14) { /* as MuJoCo */
+        ++sum->heavy;
+        sum->frame = principal;
+    }
     return true;
 }
 

@@ -26,28 +26,30 @@ static void rotate(double A[3][3], double R[9], int p, int q)
 
 void mbsri_principal(const double t[6], double moments[3], double axes[9])
 {
-    double A[3][3] = {{t[0], t[3], t[4]}, {t[3], t[1], t[5]}, {t[4], t[5], t[2]}},
-           R[9] = {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};
-    int order[3] = {0, 1, 2};
-    for (int sweep = 0; sweep < 30; ++sweep) { /* Jacobi rotations */
-        const double beside = fabs(A[0][1]) + fabs(A[0][2]) + fabs(A[1][2]),
-                     size = fabs(A[0][0]) + fabs(A[1][1]) + fabs(A[2][2]);
-        if (beside <= 1e-17 * size) break;
-        for (int p = 0; p < 2; ++p) {
-            for (int q = p + 1; q < 3; ++q)
-                if (A[p][q] != 0.0) rotate(A, R, p, q);
-        }
+    static const int beside[3][2] = {{1, 2}, {0, 2}, {0, 1}};
+    double A[3][3] = {{t[0], t[3], t[4]}, {t[3], t[1], t[5]}, {t[4], t[5], t[2]}};
+    const mbsr_frame identity = mbsr_frame_identity();
+    memcpy(axes, identity.R, sizeof identity.R);
+    for (int turn = 0; turn < 90; ++turn) { /* Jacobi: the largest product becomes zero */
+        const double size = fabs(A[0][0]) + fabs(A[1][1]) + fabs(A[2][2]);
+        int largest = 0;
+        for (int k = 1; k < 3; ++k)
+            if (fabs(A[beside[k][0]][beside[k][1]]) >
+                fabs(A[beside[largest][0]][beside[largest][1]]))
+                largest = k;
+        if (fabs(A[beside[largest][0]][beside[largest][1]]) <= 1e-17 * size) break;
+        rotate(A, axes, beside[largest][0], beside[largest][1]);
     }
-    for (int k = 0; k < 2; ++k) {
-        for (int l = 0; l < 2 - k; ++l) {
-            const int first = order[l];
-            if (A[first][first] <= A[order[l + 1]][order[l + 1]]) continue;
-            order[l] = order[l + 1], order[l + 1] = first;
+    for (int k = 0; k < 3; ++k) moments[k] = A[k][k];
+    for (int k = 0; k < 3; ++k) { /* in order, by quarter turns */
+        const int i = k % 2;
+        if (!(moments[i] + 1e-12 * fabs(moments[i]) < moments[i + 1])) continue;
+        const double larger = moments[i + 1];
+        moments[i + 1] = moments[i], moments[i] = larger;
+        for (int l = 0; l < 3; ++l) {
+            const double first = axes[3 * i + l];
+            axes[3 * i + l] = axes[3 * i + 3 + l], axes[3 * i + 3 + l] = -first;
         }
-    }
-    for (int k = 0; k < 3; ++k) {
-        moments[k] = A[order[k]][order[k]];
-        memcpy(axes + 3 * k, R + 3 * order[k], 3 * sizeof *axes);
     }
 }
 
@@ -55,6 +57,12 @@ void mbsri_moments(const double tensor[6], double moments[3])
 {
     double axes[9];
     mbsri_principal(tensor, moments, axes);
+    for (int k = 0; k < 2; ++k) { /* equal ones may stand in any order there */
+        for (int l = 0; l < 2 - k; ++l) {
+            const double first = moments[l];
+            if (first > moments[l + 1]) moments[l] = moments[l + 1], moments[l + 1] = first;
+        }
+    }
 }
 
 /* ---- tensors with negative moments, which no constructor takes ---- */

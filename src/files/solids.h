@@ -19,8 +19,10 @@ bool mbsri_stated_solid(mbsri_scene *s, const mbsri_element *e, double mass,
  * inertia; one that is not given counts as zero. */
 bool mbsri_solid_of(const mbsr_inertia *inertia, double *mass, double centre[3], double tensor[6]);
 
-/* The eigenvalues of such a tensor, ascending, and their directions as columns: of either hand. */
+/* The eigenvalues of such a tensor, descending, and their directions as columns of a rotation, the one that MuJoCo finds. */
 void mbsri_principal(const double tensor[6], double moments[3], double axes[9]);
+
+/* The same eigenvalues, ascending. */
 void mbsri_moments(const double tensor[6], double moments[3]);
 
 /* Volume in m^3 and tensor for density 1 of a shape, about its centre; false: it has none. */

@@ -107,6 +107,11 @@ static void write_own_joints(mbsri_writer *w, int k)
         find_joint(w, j, "its coordinates are those of the body in the world");
     if (c->quaternion && !is_free && differs(&c->B))
         find_joint(w, j, "its quaternion is told along the body's axes");
+    if (c->quaternion || c->axes > 0) {
+        if (w->joint_at[k] < w->reached)
+            find_joint(w, j, "its coordinates come later in the text than in the model");
+        w->reached = w->joint_at[k] + 1;
+    }
     for (int l = 0; l < (c->quaternion ? 1 : c->axes); ++l) write_joint(w, j + l);
 }
 

@@ -49,6 +49,7 @@ typedef struct mbsri_writer {
     mbsr_frame *frame, *world;  /* as drawn: in the parent, in the world */
     mbsri_written_joint *joint; /* nu */
     int *joint_at;              /* by body: its first rate */
+    int reached;                /* of the joints written so far the last rate, and one */
     int *before;                /* the body whose joints stand before its own, MBSR_NONE */
     bool *joined;               /* its joints stand in its successor, and it is not written */
     double gravity[3];

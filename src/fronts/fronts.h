@@ -22,16 +22,8 @@
 #ifndef MBSRI_FRONTS_FRONTS_H
 #define MBSRI_FRONTS_FRONTS_H
 
-#include "algebra/pivots.h"
 #include "fronts/names.h"
 #include "recursion/data.h"
-
-/* What a joint sees of the loops. */
-typedef struct mbsri_passing {
-    int count, nulls; /* unknowns that pass; its own that move no mass */
-    int *id;          /* of both */
-    double *X, *N;    /* n x count, n x nulls */
-} mbsri_passing;
 
 /* One evaluation. Unknowns by number: rows, then joint rates by their places in the order of the sweeps, then
  * motions of bodies, body after body (size_v). */

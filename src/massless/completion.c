@@ -404,6 +404,22 @@ int mbsr_complete(mbsr_completion *completion, mbsr_data *data, mbsr_dae_form fo
     return conclude(w, status);
 }
 
+/* Rates of a closed model at w->given. Where forward dynamics does not serve, forces on bodies without mass make loop
+ * forces: those of a state beside this one, with velocities that balance. */
+static int find_dynamics(mbsr_completion *w)
+{
+    int status = begin(w);
+    w->deficient = mbsr_total_rank(w->m, w->d) < w->m->nu;
+    w->c = ladder[0] / mbsri_completion_time(w);
+    if (!status) status = mbsri_completion_forward(w);
+    if (status != MBSR_UNDETERMINED) return status;
+    status = search(w, true);
+    if (status) return status;
+    mbsri_copy((size_t)w->size, w->given, w->y);
+    status = here(w);
+    return status ? status : mbsri_completion_rates(w);
+}
+
 int mbsr_complete_dynamics(mbsr_completion *completion, mbsr_data *data, double t, const double *q,
                            const double *u, const double *tau, double *udot, double *lambda)
 {
@@ -417,7 +433,7 @@ int mbsr_complete_dynamics(mbsr_completion *completion, mbsr_data *data, double 
     if (!status) status = mbsri_pack(&mbsri_form_momentum, m, data, t, q, u, w->given);
     mbsri_zero((size_t)m->rows, w->given + w->size);
     if (status) return refuse(w, status);
-    status = search(w, m->rows > 0); /* forces on bodies without mass make loop forces */
+    status = m->rows > 0 ? find_dynamics(w) : search(w, false);
     if (!status) {
         mbsri_copy((size_t)m->nu, w->rate + w->rates, udot);
         if (lambda) mbsri_copy((size_t)m->rows, w->yp + w->loops, lambda);

@@ -224,11 +224,10 @@ static int share_forces(mbsr_completion *w)
     return status;
 }
 
-/* u' and loop forces by forward dynamics; MBSR_UNDETERMINED where there are directions that nothing with mass nor a
- * rigid row determines. */
-static int accelerate(mbsr_completion *w)
+int mbsri_completion_forward(mbsr_completion *w)
 {
     const mbsr_model *m = w->m;
+    if (w->deficient && (m->rows == 0 || leaves_rows(w))) return MBSR_UNDETERMINED;
     const mbsri_closure *closure = m->closures.data;
     double *lambda = w->other;
     int status =
@@ -247,19 +246,30 @@ static int accelerate(mbsr_completion *w)
             if (!mbsri_is_stiff(closure, k - closure->row)) w->yp[w->loops + k] = lambda[k];
         }
     }
-    if (!status && m->rows > 0) status = here(w);
+    const bool left = status == MBSR_UNDETERMINED;
+    if (left || (!status && m->rows > 0)) status = here(w);
     known_rates(w, w->rate);
-    return status;
+    return status || !left ? status : MBSR_UNDETERMINED;
+}
+
+/* Of closed models, where solutions do not aim at q', what is missing falls with c^2. */
+static int solve_farther(mbsr_completion *w)
+{
+    static const double farther = 100.0;
+    const double c = w->c;
+    if (w->m->rows > 0 && w->deficient && !w->elastic) {
+        w->c = farther * c;
+        const int status = solve_rates(w);
+        w->c = c;
+        if (status <= 0) return status;
+    }
+    return solve_rates(w);
 }
 
 int mbsri_completion_rates(mbsr_completion *w)
 {
-    if (!w->deficient || (w->m->rows > 0 && !leaves_rows(w))) {
-        int status = accelerate(w);
-        if (status != MBSR_UNDETERMINED) return status;
-        status = here(w);
-        if (status) return status;
-    }
-    const int status = solve_rates(w);
+    int status = mbsri_completion_forward(w);
+    if (status != MBSR_UNDETERMINED) return status;
+    status = solve_farther(w);
     return !status && w->elastic ? mbsri_completion_bend(w) : status;
 }

@@ -77,20 +77,6 @@ static int settle_dampers(mbsri_start *s)
     return begin(s);
 }
 
-/* u' and loop forces. Of closed models, where solutions do not aim at q', what is missing falls with c^2. */
-static int find_rates(mbsri_start *s)
-{
-    static const double farther = 100.0;
-    mbsr_completion *w = s->w;
-    if (w->m->rows > 0 && w->deficient && !w->elastic) {
-        w->c *= farther;
-        const int status = mbsri_completion_rates(w);
-        if (status <= 0) return status;
-        w->c /= farther;
-    }
-    return mbsri_completion_rates(w);
-}
-
 /* Positions and velocities in turn, where the former depend on the latter. */
 static int balance(mbsri_start *s)
 {
@@ -113,7 +99,7 @@ static int balance(mbsri_start *s)
     if (!status) status = mbsri_start_evaluate(s, true);
     if (status) return status;
     s->sought = "acceleration";
-    return find_rates(s);
+    return mbsri_completion_rates(s->w);
 }
 
 /* Whether forces take a push along directions without mass as the matrices say. Where nothing but rounding determines a

@@ -7,14 +7,10 @@
 #include "base/memory.h"
 #include "dynamics/entry.h"
 #include "forms/loops.h"
-#include "model/query.h"
 #include "newton/carried/carried.h"
 #include "newton/correction.h"
 #include "newton/front/transposed.h"
 #include "newton/linear/product_transposed.h"
-#include "newton/slopes/body_slopes.h"
-#include "newton/slopes/closure_slopes.h"
-#include "newton/slopes/joint_slopes.h"
 #include "newton/slopes/relation.h"
 #include "newton/sweeps/sweeps.h"
 
@@ -64,27 +60,7 @@ static int check(const mbsr_model *m, mbsr_dae_form form, const mbsr_newton_opt 
     if (opt->lean && opt->transposes)
         return wrong(error, MBSR_ERR_VALUE, "a lean solver solves nothing transposed; transposes",
                      opt->transposes);
-    for (int i = 1; i <= m->bodies; ++i) {
-        const mbsri_body *b = m->body + i;
-        char label[MBSRI_LABEL];
-        const bool joint = mbsri_joint_slopes_serve(b, m->body[b->parent].np);
-        if (joint && mbsri_body_slopes_serve(b)) continue;
-        return mbsri_fail(error, MBSR_ERR_SPACE, b->id, MBSR_NONE,
-                          "mbsr_newton_create: %s: %s leaves its rates to differences, where V "
-                          "is not the rate of a pose",
-                          mbsri_body_label(m, i, label), joint ? "its inertia" : "its joint");
-    }
-    for (size_t k = 0; k < m->closures.count; ++k) {
-        const mbsri_closure *c = (const mbsri_closure *)m->closures.data + k;
-        char label[MBSRI_LABEL];
-        if (mbsri_closure_tangents_serve(m, c)) continue;
-        return mbsri_fail(
-            error, MBSR_ERR_SPACE, MBSR_NONE, MBSR_NONE,
-            "mbsr_newton_create: %s (%s) reads joint coordinates that have rates other "
-            "than u; use a dense matrix",
-            mbsri_closure_label(m, (int)k, label), c->def.table->name);
-    }
-    return MBSR_OK;
+    return mbsri_linear_check(m, "mbsr_newton_create", error);
 }
 
 /* ---- memory ---- */

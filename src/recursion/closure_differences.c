@@ -260,3 +260,96 @@ int mbsri_closure_tangent(const mbsr_model *m, mbsr_data *d, const mbsri_closure
     }
     return MBSR_OK;
 }
+
+/* What the bend is of, at a state with velocities. */
+static int accelerated(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c,
+                       const mbsri_closure_view *view, const double *a, double *C, double *out)
+{
+    const mbsr_closure_table *table = c->def.table;
+    const mbsr_closure_jacobian to = {C, c->rows, c->columns, c->column};
+    mbsri_zero((size_t)c->rows * (size_t)c->columns, C);
+    mbsri_zero((size_t)c->rows, out);
+    int status = table->jacobian ? mbsri_closure_jacobian(c, &view->args, &to)
+                                 : mbsri_closure_slopes(m, c, view, d->closure_x, C);
+    if (!status)
+        status = table->bias ? mbsri_closure_table_bias(c, &view->args, out)
+                             : mbsri_closure_curvature(m, d, c, view, out);
+    mbsri_ax(c->rows, c->columns, 1.0, C, a, out);
+    return status;
+}
+
+/* The view with velocities changed by step x; V: columns of scratch. */
+static void hasten(const mbsri_closure *c, const mbsri_closure_view *view, const double *x,
+                   double step, double *V, mbsri_closure_view *to)
+{
+    *to = *view;
+    to->args.body = to->body;
+    for (int k = 0; k < c->bodies; ++k) {
+        mbsr_force_body *body = to->body + k;
+        const int at = c->column[k];
+        if (at < 0) continue;
+        for (int l = 0; l < body->d; ++l) V[at + l] = view->body[k].V[l] + step * x[at + l];
+        body->V = V + at;
+        if (!(c->def.table->flags & MBSR_CLOSURE_JOINTS) || !body->u) continue;
+        double *u = V + at + body->d;
+        for (int l = 0; l < body->n; ++l) u[l] = view->body[k].u[l] + step * x[at + body->d + l];
+        body->u = u;
+    }
+}
+
+/* Column `at` of both. */
+static int bend_along(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c,
+                      const mbsri_closure_view *view, const double *a, int at, double h,
+                      double rate, double *work, double *by_place, double *by_rate)
+{
+    double *x = work, *V = x + c->columns, *C = V + 2 * c->columns, out[MBSR_CLOSURE_ROWS];
+    const size_t first = (size_t)at * (size_t)c->rows;
+    int status = MBSR_OK;
+    for (int step = 0; step < 4 && !status; ++step) {
+        const double place = mbsri_difference_place(step), weight = mbsri_difference_weight(step);
+        displaced moved;
+        mbsri_closure_view faster;
+        x[at] = 1.0;
+        displace(c, view, x, place * h, 0.0, &moved);
+        hasten(c, view, x, place * rate, V, &faster);
+        x[at] = 0.0;
+        moved.view.q = faster.q = d->closure_q;
+        status = accelerated(m, d, c, &moved.view, a, C, out);
+        for (int k = 0; k < c->rows; ++k)
+            by_place[first + (size_t)k] += weight * out[k] / (12.0 * h);
+        if (!status) status = accelerated(m, d, c, &faster, a, C, out);
+        for (int k = 0; k < c->rows; ++k)
+            by_rate[first + (size_t)k] += weight * out[k] / (12.0 * rate);
+    }
+    return status;
+}
+
+int mbsri_closure_bend(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c, const double *a,
+                       double *work, double *by_place, double *by_rate)
+{
+    const size_t columns = (size_t)c->columns, size = columns * (size_t)c->rows;
+    const mbsri_spans spans = mbsri_spans_of(m, &c->def.table->scales);
+    const mbsr_closure_table *table = c->def.table;
+    mbsri_closure_view view;
+    mbsri_view_closure(m, d, c, true, &view);
+    const double speed = gather(m, c, &view, work);
+    view.q = work + 2 * columns;
+    mbsri_zero(columns, work);
+    mbsri_zero(size, by_place);
+    mbsri_zero(size, by_rate);
+    for (int k = 0; k < c->bodies; ++k) {
+        const mbsri_body *b = m->body + c->body[k];
+        const int joints = table->flags & MBSR_CLOSURE_JOINTS ? b->n : 0;
+        for (int l = 0; l < b->d + joints && c->body[k] > 0; ++l) {
+            const double span = l < b->d ? mbsri_pose_span(&spans, b, l)
+                                         : mbsri_coordinate_span(&spans, m, b, true, l - b->d),
+                         unit = mbsri_binary(span),
+                         h = table->jacobian && table->bias ? mbsri_difference_step(0.0, span)
+                                                            : 0x1p-8 * unit;
+            const int status = bend_along(m, d, c, &view, a, c->column[k] + l, h,
+                                          mbsri_binary(span * speed), work, by_place, by_rate);
+            if (status) return status;
+        }
+    }
+    return MBSR_OK;
+}

@@ -24,4 +24,10 @@ int mbsri_closure_curvature(const mbsr_model *m, mbsr_data *d, const mbsri_closu
 int mbsri_closure_tangent(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c,
                           const double *lambda, double *work, double *S, double *slope);
 
+/* Derivatives of the second time derivatives of the velocity rows, C a + (bias where accelerations are zero), with the
+ * accelerations a (columns) held: along displacements and along V and u (rows x columns each, zero along a root). At the
+ * velocities. work: columns (3 + rows). */
+int mbsri_closure_bend(const mbsr_model *m, mbsr_data *d, const mbsri_closure *c, const double *a,
+                       double *work, double *by_place, double *by_rate);
+
 #endif

@@ -97,6 +97,11 @@ static void solve(const mbsr_model *m, mbsr_data *d, int sample, double *x)
     }
 }
 
+void mbsri_refine_solve(const mbsr_model *m, mbsr_data *d, double *x)
+{
+    solve(m, d, -1, x);
+}
+
 /* One correction of udot. */
 static void correct(const mbsr_model *m, mbsr_data *d, double *udot, double *change)
 {

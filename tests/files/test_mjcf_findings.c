@@ -28,7 +28,7 @@ static void more_findings(void **state)
 {
     (void)state;
     mbsr_file *file = read_small(
-        MUJOCO("<compiler alignfree='true'/><option><flag spring='disable'/></option>"
+        MUJOCO("<option><flag spring='disable'/></option>"
                "<deformable><flex name='x'/></deformable><extension/>"
                "<worldbody><body name='b' gravcomp='0.0'>"
                "<joint name='j' actuatorfrcrange='-1 1'/><camera/><light/>"
@@ -37,14 +37,13 @@ static void more_findings(void **state)
                "<equality><weld name='w' body1='b' torquescale='0'/>"
                "<weld name='v' body1='b' torquescale='0.5'/></equality>"),
         NULL);
-    assert_found(file, "compiler", "alignfree|keep their frames");
     assert_found(file, "flag", "springs and dampers");
     assert_found(file, "deformable", "left out");
     assert_found(file, "geom 'g'", "solid|shell");
     assert_found(file, "bogus", "left out");
     assert_found(file, "fixed 't'", "limits");
     assert_found(file, "weld 'w'", "turn as well|torquescale");
-    assert_int_equal(file->findings, 7);
+    assert_int_equal(file->findings, 6);
     mbsr_file_destroy(file);
 }
 

@@ -135,6 +135,50 @@ static void masses_are_scaled_to_their_total(void **state)
                         "no mass that settotalmass");
 }
 
+/* Free bodies whose frames are put along their principal axes: positions as drawn and sites as MuJoCo 3.14 has them. */
+static void free_bodies_are_aligned(void **state)
+{
+    static const double drawn[5][7] = {
+        {1.090016549054047, 2.170065629827372, 3.320896716168644, 0.2943368939055793,
+         0.6987425776300933, -0.3590049795638360, 0.5442793655295421},
+        {0.1, 0.2, 1.3, 0.9396926207859084, 0.0, 0.0, 0.3420201433256687},
+        {0.3200686327170523, 0.0, 0.007488013797839199, 0.7055445120728535, 0.04697809578814161,
+         0.04697809578814161, 0.7055445120728535},
+        {0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0},
+        {0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0}};
+    static const double site[3] = {-0.26746913067587824, 0.14151173607680398, -0.13577441838586327};
+    (void)state;
+    mbsr_file *file = read_small(
+        MUJOCO("<compiler alignfree='true' angle='degree'/><worldbody><body name='a' pos='1 2 3' "
+               "euler='10 20 30'><freejoint/><inertial pos='.1 .2 .3' mass='2' fullinertia='.5 .3 "
+               ".6 .01 -.02 .03'/><geom name='g' size='.1' pos='.2 0 0'/><site name='s' pos='0 .3 "
+               "0' euler='30 0 0'/></body><body name='b' pos='0 0 1'><freejoint/><geom type='box' "
+               "size='.1 .2 .3' pos='.1 .2 .3' euler='0 0 40'/></body><body name='c' euler='0 50 "
+               "0'><freejoint/><geom type='box' size='.3 .2 .1' pos='.4 0 0' mass='1'/><geom "
+               "size='.1' pos='0 0 .5' mass='1'/></body><body name='d'><freejoint align='false'/>"
+               "<geom size='.1' pos='1 0 0'/></body><body name='e'><freejoint/><geom size='.1' "
+               "pos='1 0 0'/><body><geom size='.1'/></body></body></worldbody>"),
+        NULL);
+    assert_int_equal(file->findings, 0);
+    mbsr_data *d = finish(file);
+    double p[35];
+    assert_ok(mbsr_file_mujoco_state(file, 1, file->q0, NULL, p, NULL), NULL);
+    for (int b = 0; b < 5; ++b) {
+        const double side = p[7 * b + 3] * drawn[b][3] < 0.0 ? -1.0 : 1.0;
+        for (int k = 0; k < 7; ++k)
+            assert_close((k < 3 ? 1.0 : side) * p[7 * b + k], drawn[b][k], 1e-14);
+    }
+    for (int k = 0; k < 3; ++k) assert_close(file->site[0].frame.x[k], site[k], 1e-14);
+    for (int b = 0; b < 3; ++b) { /* its centre, no products of inertia */
+        mbsr_body_def def;
+        assert_ok(mbsr_body_definition(file->model, b, &def), NULL);
+        for (int k = 0; k < 3; ++k) assert_close(def.inertia.com[k], 0.0, 1e-15);
+        for (int k = 3; k < 6; ++k) assert_close(def.inertia.tensor[k], 0.0, 1e-15);
+    }
+    mbsr_data_destroy(d);
+    mbsr_file_destroy(file);
+}
+
 static void what_nobody_follows(void **state)
 {
     (void)state;
@@ -145,7 +189,7 @@ static void what_nobody_follows(void **state)
                "name='b' colour='red'>"
                "<joint name='j' user='1' springyness='3'/><geom name='g' size='1' friction='1' "
                "smell='2'/><site name='s' noise='1'/>"
-               "</body><body name='f'><freejoint name='r' align='true'/><geom "
+               "</body><body name='f'><freejoint name='r'/><geom "
                "size='1'/></body></worldbody>"
                "<tendon><fixed name='t'><joint joint='j' coef='1' bogus='2'/></fixed>"
                "<fixed name='ball'><joint joint='r' coef='1'/></fixed></tendon>"
@@ -154,13 +198,12 @@ static void what_nobody_follows(void **state)
                "group='2'/></actuator>"),
         NULL);
     static const char *const elements[][2] = {
-        {"body 'b'", "colour"}, {"joint 'j'", "springyness"}, {"geom 'g'", "smell"},
-        {"site 's'", "noise"},  {"freejoint 'r'", "frame"},   {"fixed 'ball'", "not one axis"},
-        {"joint 'q'", "rank"}};
+        {"body 'b'", "colour"}, {"joint 'j'", "springyness"},     {"geom 'g'", "smell"},
+        {"site 's'", "noise"},  {"fixed 'ball'", "not one axis"}, {"joint 'q'", "rank"}};
     for (size_t k = 0; k < sizeof elements / sizeof *elements; ++k)
         assert_found(file, elements[k][0], elements[k][1]);
     assert_found(file, "motor 'm'", "delay");
-    assert_int_equal(file->findings, 13);
+    assert_int_equal(file->findings, 12);
     assert_int_equal(file->actuator[0].force, MBSR_NONE);
     mbsr_file_destroy(file);
 }
@@ -173,6 +216,7 @@ int main(void)
         cmocka_unit_test(springs_of_several_numbers),
         cmocka_unit_test(keys_that_are_short_or_zero),
         cmocka_unit_test(masses_are_scaled_to_their_total),
+        cmocka_unit_test(free_bodies_are_aligned),
         cmocka_unit_test(what_nobody_follows),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -287,6 +287,25 @@ static void what_mujoco_would_refuse_is_not_written(void **unused)
     end_trip(&t);
 }
 
+/* Free joints on bodies that do not move are moved to the world, behind what else these carry. */
+static void coordinates_in_another_order_are_found(void **unused)
+{
+    static const char urdf[] =
+        "<robot name='r'><link name='base'/><link name='b'><inertial><mass value='2'/><inertia "
+        "ixx='1' iyy='1' izz='1'/></inertial></link><link name='c'><inertial><mass value='2'/>"
+        "<inertia ixx='1' iyy='1' izz='1'/></inertial></link><joint name='f' type='floating'>"
+        "<parent link='base'/><child link='b'/></joint><joint name='h' type='revolute'><parent "
+        "link='base'/><child link='c'/></joint></robot>";
+    (void)unused;
+    trip t;
+    go_round(&t, urdf, strlen(urdf), NULL);
+    assert_true(has_finding(t.written, "joint 'f'", "come later"));
+    assert_int_equal(t.written->findings, 1);
+    assert_string_equal(t.file[0]->joint[0].name, "f");
+    assert_string_equal(t.file[1]->joint[0].name, "h");
+    end_trip(&t);
+}
+
 static int has_none(void *user, const char *path)
 {
     *(int *)user += strcmp(path, "m.stl") == 0;
@@ -547,6 +566,7 @@ int main(void)
         cmocka_unit_test(all_features_come_back),
         cmocka_unit_test(loops_come_back),
         cmocka_unit_test(what_mujoco_would_refuse_is_not_written),
+        cmocka_unit_test(coordinates_in_another_order_are_found),
         cmocka_unit_test(the_caller_says_which_meshes_there_are),
         cmocka_unit_test(examples_come_back),
         cmocka_unit_test(robots_come_back),

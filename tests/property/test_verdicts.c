@@ -266,6 +266,11 @@ typedef struct verdict {
     int dynamic, damped, elastic, undetermined, held;
 } verdict;
 
+/* What a start finds, as in SI. */
+typedef struct motion {
+    double u[MOST], udot[MOST];
+} motion;
+
 /* The rank of rows (count x n), which get lost. */
 static int rank_of(int count, int n, double *A)
 {
@@ -308,7 +313,42 @@ static void check_directions(const scene *s, const mbsr_index_report *report)
     assert_int_equal(rank_of(report->directions, s->nu, rates), report->directions);
 }
 
-static verdict judge(const scene *s)
+/* The largest difference of x and y beside the largest of these and `least`. */
+static double apart(int n, const double *x, const double *y, double least)
+{
+    double most = 0.0;
+    for (int k = 0; k < n; ++k) most = fmax(most, fabs(x[k] - y[k]));
+    return most / fmax(least, fmax(test_largest(n, x), test_largest(n, y)));
+}
+
+/* Accelerations from velocities alone are those of the start. */
+static void check_dynamics(const scene *s, mbsr_data *d, const double *y, const double *yp)
+{
+    const double *u = y + s->nq + s->nu, *udot = yp + s->nq + s->nu,
+                 second = s->of->time * s->of->time;
+    mbsr_completion *completion;
+    double found[MOST], apace[MOST];
+    assert_ok(mbsr_completion_create(s->m, NULL, &completion, NULL), NULL);
+    assert_ok(mbsr_complete_dynamics(completion, d, 0.0, y, u, NULL, found, NULL),
+              mbsr_completion_error(completion));
+    for (int k = 0; k < s->nu; ++k) {
+        const double unit = (s->turns[k] ? 1.0 : s->of->length) / second;
+        found[k] /= unit, apace[k] = udot[k] / unit;
+    }
+    assert_less(apart(s->nu, found, apace, 1.0), 1e-6);
+    mbsr_completion_destroy(completion);
+}
+
+static void note_motion(const scene *s, const double *y, const double *yp, motion *found)
+{
+    for (int k = 0; k < s->nu; ++k) {
+        const double unit = (s->turns[k] ? 1.0 : s->of->length) / s->of->time;
+        found->u[k] = y[s->nq + s->nu + k] / unit;
+        found->udot[k] = yp[s->nq + s->nu + k] * s->of->time / unit;
+    }
+}
+
+static verdict judge(const scene *s, motion *found)
 {
     mbsr_data *d;
     mbsr_index_report *report;
@@ -332,6 +372,8 @@ static verdict judge(const scene *s)
         assert_ok(mbsr_newton_create(s->m, MBSR_DAE_MOMENTUM, NULL, &newton, NULL), NULL);
         v.newton = mbsr_newton_factor(newton, d, 0.0, y, yp, 1e3 / s->of->time);
         mbsr_newton_destroy(newton);
+        note_motion(s, y, yp, found);
+        if (v.dynamic > 0 && v.elastic == 0 && v.newton == MBSR_OK) check_dynamics(s, d, y, yp);
     }
     mbsr_data_destroy(d);
     return v;
@@ -355,14 +397,19 @@ static void check(const verdict *v)
 static bool find_verdict(uint64_t seed, verdict *first)
 {
     bool made = false;
+    motion one, other;
     for (size_t k = 0; k < sizeof systems / sizeof systems[0]; ++k) {
         scene s;
         if (!make(&s, seed, systems + k)) break;
-        verdict v = judge(&s);
+        verdict v = judge(&s, k == 0 ? &one : &other);
         check(&v);
         v.start = v.start != MBSR_OK; /* what a refused one calls its reason may differ */
         if (k == 0) *first = v;
         assert_memory_equal(&v, first, sizeof v);
+        if (k > 0 && v.start == 0 && v.elastic == 0 && v.dynamic > 0) {
+            assert_less(apart(s.nu, one.u, other.u, 1.0), 1e-8);
+            assert_less(apart(s.nu, one.udot, other.udot, 1.0), 1e-6);
+        }
         mbsr_model_destroy(s.m);
         made = true;
     }

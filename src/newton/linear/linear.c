@@ -3,9 +3,11 @@
 #include "newton/linear/linear.h"
 
 #include "algebra/dense.h"
+#include "base/error.h"
 #include "base/memory.h"
 #include "forms/loops.h"
 #include "forms/momentum.h"
+#include "model/query.h"
 #include "newton/slopes/body_slopes.h"
 #include "newton/slopes/closure_slopes.h"
 #include "newton/slopes/joint_slopes.h"
@@ -18,6 +20,30 @@
 #include "recursion/kinematics.h"
 
 #include <math.h>
+
+int mbsri_linear_check(const mbsr_model *m, const char *function, mbsr_error *error)
+{
+    char label[MBSRI_LABEL];
+    for (int i = 1; i <= m->bodies; ++i) {
+        const mbsri_body *b = m->body + i;
+        const bool joint = mbsri_joint_slopes_serve(b, m->body[b->parent].np);
+        if (joint && mbsri_body_slopes_serve(b)) continue;
+        return mbsri_fail(error, MBSR_ERR_SPACE, b->id, MBSR_NONE,
+                          "%s: %s: %s leaves its rates to differences, where V is not the rate of "
+                          "a pose",
+                          function, mbsri_body_label(m, i, label),
+                          joint ? "its inertia" : "its joint");
+    }
+    for (size_t k = 0; k < m->closures.count; ++k) {
+        const mbsri_closure *c = (const mbsri_closure *)m->closures.data + k;
+        if (mbsri_closure_tangents_serve(m, c)) continue;
+        return mbsri_fail(error, MBSR_ERR_SPACE, MBSR_NONE, MBSR_NONE,
+                          "%s: %s (%s) reads joint coordinates that have rates other than u; use a "
+                          "dense matrix",
+                          function, mbsri_closure_label(m, (int)k, label), c->def.table->name);
+    }
+    return MBSR_OK;
+}
 
 /* ---- memory ---- */
 
@@ -285,6 +311,11 @@ bool mbsri_linear_mark(mbsri_linear *l, const mbsr_data *d, const int *rank)
     return some;
 }
 
+void mbsri_linear_mark_all(mbsri_linear *l)
+{
+    for (int i = 1; i <= l->model->bodies; ++i) l->deep[i] = true;
+}
+
 /* The first rows of a column of one matrix, to a column of another that has these alone. */
 static void copy_column(int from, int rows_from, const double *A, int to, int rows, double *B)
 {
@@ -396,15 +427,22 @@ int mbsri_linear_open(mbsri_linear *l, mbsr_data *d, double t, const double *y, 
     return MBSR_OK;
 }
 
-int mbsri_linear_at(mbsri_linear *l, mbsr_data *d, double t, const double *y, const double *yp,
-                    double c)
+int mbsri_linear_keep(mbsri_linear *l, mbsr_data *d)
 {
     const mbsr_model *m = l->model;
-    int status = mbsri_linear_open(l, d, t, y, yp, c);
+    int status = MBSR_OK;
     for (int i = 1; i <= m->bodies && !status; ++i) status = mbsri_linear_joint(l, d, i);
     if (!status) status = keep_elements(l, d);
     if (!status) status = keep_closures(l, d);
-    if (!status && m->grouped) status = mbsri_backward(m, d);
+    return status;
+}
+
+int mbsri_linear_at(mbsri_linear *l, mbsr_data *d, double t, const double *y, const double *yp,
+                    double c)
+{
+    int status = mbsri_linear_open(l, d, t, y, yp, c);
+    if (!status) status = mbsri_linear_keep(l, d);
+    if (!status && l->model->grouped) status = mbsri_backward(l->model, d);
     return status;
 }
 

@@ -41,6 +41,9 @@ typedef struct mbsri_linear {
     mbsri_slopes slopes;
 } mbsri_linear;
 
+/* Whether these derivatives can be had: MBSR_OK, or MBSR_ERR_SPACE with the body or closure and what it lacks. */
+int mbsri_linear_check(const mbsr_model *m, const char *function, mbsr_error *error);
+
 /* NULL: there is no memory. */
 mbsri_linear *mbsri_linear_create(const mbsr_model *m, bool whole, const bool *served);
 void mbsri_linear_destroy(mbsri_linear *l);
@@ -57,6 +60,9 @@ void mbsri_linear_react(const mbsr_model *m, mbsr_data *d, double *rates, double
 /* Which bodies are deep, by the data and the ranks (N + 1; NULL: those of the data); whether any. */
 bool mbsri_linear_mark(mbsri_linear *l, const mbsr_data *d, const int *rank);
 
+/* Then all of them as deep ones, for derivatives of inverse dynamics. */
+void mbsri_linear_mark_all(mbsri_linear *l);
+
 /* The data at the state (t, y), with the loop forces of y', A and mu, for the factor c; bodies are marked. A status. */
 int mbsri_linear_open(mbsri_linear *l, mbsr_data *d, double t, const double *y, const double *yp,
                       double c);
@@ -64,6 +70,9 @@ int mbsri_linear_open(mbsri_linear *l, mbsr_data *d, double t, const double *y, 
 /* Then the derivatives of joint and body i, and of element k, in the call of body i. A status. */
 int mbsri_linear_joint(mbsri_linear *l, mbsr_data *d, int i);
 int mbsri_linear_force(mbsri_linear *l, mbsr_data *d, size_t k, int i);
+
+/* All derivatives where the data is at the state with A and mu, and bodies are marked. A status. */
+int mbsri_linear_keep(mbsri_linear *l, mbsr_data *d);
 
 /* All derivatives at the state. A status. The data is at mbsr_backward of that state afterwards. */
 int mbsri_linear_at(mbsri_linear *l, mbsr_data *d, double t, const double *y, const double *yp,

@@ -1,0 +1,12 @@
+/* A rate typical of a tree without gravity.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRI_RATE_H
+#define MBSRI_RATE_H
+
+#include "model/record.h"
+
+/* 1/s: of the model's mass at the springs of its stock elements, else of that at its dampers, else of springs at dampers; 0:
+ * none is known. */
+double mbsri_elements_rate(const mbsr_model *m);
+
+#endif

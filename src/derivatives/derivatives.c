@@ -1,0 +1,400 @@
+/* Derivatives of inverse and forward dynamics: entries.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "derivatives/record.h"
+
+#include "algebra/dense.h"
+#include "algebra/numbers.h"
+#include "base/error.h"
+#include "base/memory.h"
+#include "forms/momentum.h"
+#include "model/query.h"
+#include "newton/slopes/relation.h"
+#include "recursion/backward.h"
+#include "recursion/closure_differences.h"
+#include "recursion/closures.h"
+#include "recursion/inverse.h"
+#include "recursion/kinematics.h"
+#include "recursion/refine.h"
+
+static const char inverse_name[] = "mbsr_derivatives_inverse",
+                  forward_name[] = "mbsr_derivatives_forward";
+
+/* ---- memory ---- */
+
+/* The longest that a joint, element or closure reads or gives. */
+static size_t widest(const mbsri_linear *l)
+{
+    const mbsr_model *m = l->model;
+    size_t most = 3 * (size_t)m->max_columns;
+    for (int i = 1; i <= m->bodies; ++i) {
+        const mbsri_body *b = m->body + i;
+        const size_t count = (size_t)(l->e[b->parent] + 2 * b->d_pred + b->nq + b->n + l->e[i] +
+                                      2 * b->d + b->nq + b->n);
+        if (count > most) most = count;
+    }
+    for (size_t k = 0; k < m->forces.count; ++k) {
+        int rows, columns;
+        mbsri_slopes_shape(m, (const mbsri_force *)m->forces.data + k, &rows, &columns);
+        if ((size_t)(rows + columns) > most) most = (size_t)(rows + columns);
+    }
+    return most;
+}
+
+static bool place(mbsr_derivatives *w)
+{
+    const mbsr_model *m = w->model;
+    const size_t nu = (size_t)m->nu, nq = (size_t)m->nq, rows = (size_t)m->rows,
+                 most = widest(w->linear), columns = (size_t)m->max_columns;
+    struct {
+        double **at;
+        size_t count;
+    } const part[] = {{&w->motion, w->linear->motions},
+                      {&w->mu, m->size_v},
+                      {&w->dq, nq},
+                      {&w->torque, nu},
+                      {&w->load, 3 * nu},
+                      {&w->in, most},
+                      {&w->out, most},
+                      {&w->right, nu},
+                      {&w->solution, nu},
+                      {&w->rows, rows},
+                      {&w->lambda, rows},
+                      {&w->weight, 2 * rows},
+                      {&w->bend, 2 * m->size_c},
+                      {&w->work, columns * (size_t)(4 + MBSR_CLOSURE_ROWS) + nq + nu}};
+    size_t count = 1;
+    for (size_t k = 0; k < sizeof part / sizeof part[0]; ++k) count += part[k].count;
+    w->memory = mbsri_allocate(&m->allocator, count * sizeof(double));
+    if (!w->memory) return false;
+    mbsri_zero(count, w->memory);
+    double *next = w->memory;
+    for (size_t k = 0; k < sizeof part / sizeof part[0]; ++k) {
+        *part[k].at = next;
+        next += part[k].count;
+    }
+    return true;
+}
+
+int mbsr_derivatives_create(const mbsr_model *model, mbsr_derivatives **derivatives,
+                            mbsr_error *error)
+{
+    static const char name[] = "mbsr_derivatives_create";
+    if (derivatives) *derivatives = NULL;
+    if (!model || !derivatives)
+        return mbsri_fail(error, MBSR_ERR_NULL, MBSR_NONE, MBSR_NONE, "%s: %s is NULL", name,
+                          model ? "derivatives" : "model");
+    if (!model->finished)
+        return mbsri_fail(error, MBSR_ERR_UNFINISHED, MBSR_NONE, MBSR_NONE,
+                          "%s: the model is not finished", name);
+    const int status = mbsri_linear_check(model, name, error);
+    if (status) return status;
+    mbsr_derivatives *w = mbsri_allocate(&model->allocator, sizeof *w);
+    if (w) {
+        *w = (mbsr_derivatives){.model = model, .error = {MBSR_OK, MBSR_NONE, MBSR_NONE, ""}};
+        w->linear = mbsri_linear_create(model, true, NULL);
+    }
+    if (!w || !w->linear || !place(w) || mbsr_data_create(model, &w->data, NULL)) {
+        mbsr_derivatives_destroy(w);
+        return mbsri_fail(error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
+                          "%s: no memory for %d bodies", name, model->bodies);
+    }
+    *derivatives = w;
+    return MBSR_OK;
+}
+
+static void forget(mbsr_derivatives *w)
+{
+    if (w->open) mbsri_fronts_close(&w->fronts);
+    w->open = w->redundant = false;
+    w->at = MBSRI_LINEARISED_NOT;
+}
+
+void mbsr_derivatives_destroy(mbsr_derivatives *derivatives)
+{
+    mbsr_derivatives *w = derivatives;
+    if (!w) return;
+    const mbsr_allocator allocator = w->model->allocator;
+    forget(w);
+    mbsri_linear_destroy(w->linear);
+    mbsr_data_destroy(w->data);
+    if (w->memory) mbsri_release(&allocator, w->memory);
+    mbsri_release(&allocator, w);
+}
+
+mbsr_data *mbsr_derivatives_data(mbsr_derivatives *derivatives)
+{
+    return derivatives ? derivatives->data : NULL;
+}
+
+const mbsr_error *mbsr_derivatives_error(const mbsr_derivatives *derivatives)
+{
+    static const mbsr_error none = {MBSR_ERR_NULL, MBSR_NONE, MBSR_NONE,
+                                    "the derivatives are NULL"};
+    return derivatives ? &derivatives->error : &none;
+}
+
+/* ---- linearising ---- */
+
+/* Second derivatives of the rows, along places and rates of the bodies of each closure. */
+static int bend(mbsr_derivatives *w)
+{
+    const mbsr_model *m = w->model;
+    mbsr_data *d = w->data;
+    double *a = w->in;
+    int status = MBSR_OK;
+    for (size_t k = 0; k < m->closures.count && !status; ++k) {
+        const mbsri_closure *c = (const mbsri_closure *)m->closures.data + k;
+        mbsri_zero((size_t)c->columns, a);
+        for (int l = 0; l < c->bodies; ++l) {
+            const mbsri_body *b = m->body + c->body[l];
+            if (c->column[l] < 0) continue;
+            mbsri_copy((size_t)b->d, d->A + b->v, a + c->column[l]);
+            if (mbsri_reads_joints(c) && c->body[l] > 0)
+                mbsri_copy((size_t)b->n, d->udot + b->iu, a + c->column[l] + b->d);
+        }
+        double *out = w->bend + 2 * c->at;
+        status = mbsri_closure_bend(m, d, c, a, w->work, out, out + c->rows * c->columns);
+        if (status) status = mbsri_closure_failed(m, d, c, status, "a function");
+    }
+    return status;
+}
+
+/* The linearised inverse dynamics at the state, with the loop forces `lambda` where there are closures. */
+static int linearise(mbsr_derivatives *w, double t, const double *q, const double *u,
+                     const double *udot, const double *lambda)
+{
+    const mbsr_model *m = w->model;
+    mbsr_data *d = w->data;
+    double *qdot = w->work, *pdot = qdot + m->nq;
+    int status = mbsri_positions(m, d, t, q);
+    if (!status) status = mbsri_velocities(m, d, u);
+    if (!status && m->rows > 0) {
+        status = lambda ? mbsri_closure_jacobians(m, d) : mbsri_closure_springs(m, d);
+        if (lambda) mbsri_copy((size_t)m->rows, lambda, d->loop_lambda);
+        d->loaded = true;
+    }
+    if (!status) status = mbsri_momentum_derivatives(m, d, qdot, pdot);
+    if (!status) status = mbsri_backward(m, d);
+    if (!status && m->grouped) status = mbsri_backward_apart(m, d);
+    if (status) return status;
+    (void)mbsri_linear_mark(w->linear, d, NULL);
+    mbsri_linear_mark_all(w->linear);
+    mbsri_inverse(m, d, udot);
+    status = mbsri_linear_keep(w->linear, d);
+    if (!status) status = bend(w);
+    if (!status && m->grouped) status = mbsri_backward(m, d);
+    return status;
+}
+
+static int take_error(mbsr_derivatives *w, int status)
+{
+    const mbsr_error *error = mbsr_data_error(w->data);
+    return mbsri_fail(&w->error, status, error->body, error->force, "%s", error->text);
+}
+
+static int refuse(mbsr_derivatives *w, int status, const char *function, const char *text)
+{
+    return mbsri_fail(&w->error, status, MBSR_NONE, MBSR_NONE, "%s: %s", function, text);
+}
+
+int mbsr_derivatives_inverse(mbsr_derivatives *derivatives, double t, const double *q,
+                             const double *u, const double *udot, double *tau)
+{
+    mbsr_derivatives *w = derivatives;
+    if (!w) return MBSR_ERR_NULL;
+    forget(w);
+    if (!q || !u || !udot)
+        return refuse(w, MBSR_ERR_NULL, inverse_name, "a required pointer is NULL");
+    int status = mbsr_inverse_dynamics(w->model, w->data, t, q, u, udot, w->solution);
+    if (!status) status = linearise(w, t, q, u, udot, NULL);
+    if (status) return take_error(w, status);
+    if (tau) mbsri_copy((size_t)w->model->nu, w->solution, tau);
+    w->at = MBSRI_LINEARISED_INVERSE;
+    return MBSR_OK;
+}
+
+/* Factors of the equations with loops. */
+static int factor(mbsr_derivatives *w)
+{
+    mbsri_fronts *s = &w->fronts;
+    int status = mbsri_fronts_open(s, w->model, w->data, true, forward_name);
+    w->open = true;
+    if (!status) status = mbsri_fronts_factor(s, NULL, forward_name);
+    for (int k = 0; k < s->plan->steps && !status; ++k)
+        w->redundant = w->redundant || (s->pivots[k] && s->pivots[k]->left > 0);
+    return status;
+}
+
+int mbsr_derivatives_forward(mbsr_derivatives *derivatives, double t, const double *q,
+                             const double *u, const double *tau, double *udot, double *lambda)
+{
+    mbsr_derivatives *w = derivatives;
+    if (!w) return MBSR_ERR_NULL;
+    forget(w);
+    if (!q || !u) return refuse(w, MBSR_ERR_NULL, forward_name, "a required pointer is NULL");
+    const mbsr_model *m = w->model;
+    int status = mbsr_forward_dynamics(m, w->data, t, q, u, tau, w->solution);
+    if (!status) {
+        mbsri_copy((size_t)m->rows, w->data->loop_lambda, w->lambda);
+        status = linearise(w, t, q, u, w->solution, w->lambda);
+    }
+    if (!status && m->rows > 0) status = factor(w);
+    if (status) {
+        forget(w);
+        return take_error(w, status);
+    }
+    if (lambda) mbsri_copy((size_t)m->rows, w->lambda, lambda);
+    if (udot) mbsri_copy((size_t)m->nu, w->solution, udot);
+    w->at = MBSRI_LINEARISED_FORWARD;
+    return MBSR_OK;
+}
+
+/* ---- products ---- */
+
+/* x (nu) and forces (rows) from M x - C^T forces = right, C x = b; on a tree M x = right. */
+static void solve(mbsr_derivatives *w, const double *right, const double *b, double *x,
+                  double *forces)
+{
+    const mbsr_model *m = w->model;
+    if (m->rows > 0) {
+        mbsri_fronts_solve(&w->fronts, right, b, x, forces);
+        return;
+    }
+    mbsri_gather(m, right, w->data->out);
+    for (int k = 0; k < m->nu; ++k) w->data->out[k] = -w->data->out[k];
+    mbsri_refine_solve(m, w->data, x);
+}
+
+/* dq of q = G x, or with `back` x = G^T dq. */
+static void turn_coordinates(const mbsr_derivatives *w, bool back, const double *from, double *to)
+{
+    const mbsri_linear *l = w->linear;
+    mbsri_zero((size_t)(back ? w->model->nu : w->model->nq), to);
+    for (int i = 1; i <= w->model->bodies; ++i) {
+        const mbsri_body *b = w->model->body + i;
+        const mbsri_terms k = mbsri_linear_terms(l, i);
+        const double *G =
+            k.qdot + (size_t)(mbsri_linear_motions(l, b->parent) + b->nq) * (size_t)b->nq;
+        if (back)
+            mbsri_atx(b->nq, b->n, 1.0, G, from + b->q, to + b->u);
+        else
+            mbsri_ax(b->nq, b->n, 1.0, G, from + b->u, to + b->q);
+    }
+}
+
+static int check_product(mbsr_derivatives *w, const char *name, bool arguments,
+                         const double *lambda)
+{
+    if (!arguments) return refuse(w, MBSR_ERR_NULL, name, "out is NULL");
+    if (w->at == MBSRI_LINEARISED_NOT)
+        return refuse(w, MBSR_ERR_SEQUENCE, name,
+                      "call mbsr_derivatives_inverse or mbsr_derivatives_forward first");
+    if (lambda && w->at == MBSRI_LINEARISED_INVERSE)
+        return refuse(w, MBSR_ERR_VALUE, name,
+                      "inverse dynamics has no loop forces; those of forward dynamics are "
+                      "linearised by mbsr_derivatives_forward");
+    if (lambda && w->redundant)
+        return refuse(w, MBSR_LOOP_SINGULAR, name,
+                      "rows of closures depend on others, so that forces do not determine lambda");
+    return MBSR_OK;
+}
+
+static bool finite(size_t n, const double *x)
+{
+    return !x || mbsri_finite(n, x);
+}
+
+/* A copy, or zeros. */
+static void take(size_t n, const double *from, double *to)
+{
+    if (from)
+        mbsri_copy(n, from, to);
+    else
+        mbsri_zero(n, to);
+}
+
+int mbsr_derivatives_tangent(mbsr_derivatives *derivatives, const double *dq, const double *du,
+                             const double *dload, double *out, double *dlambda)
+{
+    static const char name[] = "mbsr_derivatives_tangent";
+    mbsr_derivatives *w = derivatives;
+    if (!w) return MBSR_ERR_NULL;
+    const int status = check_product(w, name, out != NULL, dlambda);
+    if (status) return status;
+    const mbsr_model *m = w->model;
+    const size_t nu = (size_t)m->nu, rows = (size_t)m->rows;
+    if (!finite(nu, dq) || !finite(nu, du) || !finite(nu, dload))
+        return refuse(w, MBSR_NOT_FINITE, name, "dq, du or dload is not finite");
+    double *rates = w->load, *given = rates + m->nu, *load = given + m->nu, *forces = w->weight;
+    const bool forward = w->at == MBSRI_LINEARISED_FORWARD;
+    take(nu, dq, rates);
+    turn_coordinates(w, false, rates, w->dq);
+    take(nu, du, rates);
+    take(nu, dload, given);
+    if (!forward) {
+        mbsri_derivatives_tangent(w, w->dq, rates, given, load);
+        if (!mbsri_finite(nu, load)) return refuse(w, MBSR_NOT_FINITE, name, "it overflows");
+        mbsri_copy(nu, load, out);
+        return MBSR_OK;
+    }
+    mbsri_zero(nu, w->right);
+    mbsri_derivatives_tangent(w, w->dq, rates, w->right, load);
+    for (int k = 0; k < m->nu; ++k) w->right[k] = given[k] - load[k];
+    for (int k = 0; k < m->rows; ++k) w->rows[k] = -w->rows[k];
+    solve(w, w->right, w->rows, w->solution, forces);
+    if (!mbsri_finite(nu, w->solution)) return refuse(w, MBSR_NOT_FINITE, name, "it overflows");
+    mbsri_copy(nu, w->solution, out);
+    for (size_t k = 0; k < rows && dlambda; ++k) dlambda[k] = forces[k] + w->lambda[k];
+    return MBSR_OK;
+}
+
+/* Of forward dynamics: right = K^-T (w, w_lambda), the weights of the rows of inverse dynamics (their negative) and of
+ * the rows' second derivatives. */
+static void solve_back(mbsr_derivatives *w, const double *by, const double *by_lambda)
+{
+    const mbsr_model *m = w->model;
+    const mbsri_closure *c = m->closures.data;
+    double *rigid = w->weight + m->rows;
+    mbsri_zero(2 * (size_t)m->rows, w->weight);
+    for (size_t k = 0; k < m->closures.count && by_lambda; ++k, ++c) {
+        for (int r = c->row; r < c->row + c->rows; ++r) {
+            if (mbsri_is_stiff(c, r - c->row))
+                w->weight[r] = by_lambda[r];
+            else
+                rigid[r] = -by_lambda[r];
+        }
+    }
+    solve(w, by, rigid, w->right, w->rows);
+}
+
+int mbsr_derivatives_adjoint(mbsr_derivatives *derivatives, const double *w_out,
+                             const double *w_lambda, double *by_q, double *by_u, double *by_load)
+{
+    static const char name[] = "mbsr_derivatives_adjoint";
+    mbsr_derivatives *w = derivatives;
+    if (!w) return MBSR_ERR_NULL;
+    const int status = check_product(w, name, true, w_lambda);
+    if (status) return status;
+    const mbsr_model *m = w->model;
+    const size_t nu = (size_t)m->nu, rows = (size_t)m->rows;
+    if (!finite(nu, w_out) || !finite(rows, w_lambda))
+        return refuse(w, MBSR_NOT_FINITE, name, "w or w_lambda is not finite");
+    double *weights = w->load, *du = weights + m->nu, *dudot = du + m->nu;
+    const bool forward = w->at == MBSRI_LINEARISED_FORWARD;
+    take(nu, w_out, weights);
+    mbsri_zero(rows, w->rows);
+    mbsri_zero(rows, w->weight);
+    if (forward) {
+        solve_back(w, weights, w_lambda);
+        for (int k = 0; k < m->nu; ++k) weights[k] = -w->right[k];
+    }
+    mbsri_derivatives_adjoint(w, weights, w->dq, du, dudot);
+    turn_coordinates(w, true, w->dq, w->solution);
+    const double *of_load = forward ? w->right : dudot;
+    if (!mbsri_finite(nu, w->solution) || !mbsri_finite(nu, du) || !mbsri_finite(nu, of_load))
+        return refuse(w, MBSR_NOT_FINITE, name, "it overflows");
+    if (by_q) mbsri_copy(nu, w->solution, by_q);
+    if (by_u) mbsri_copy(nu, du, by_u);
+    if (by_load) mbsri_copy(nu, of_load, by_load);
+    return MBSR_OK;
+}

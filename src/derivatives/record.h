@@ -1,0 +1,47 @@
+/* Derivatives of inverse and forward dynamics: what the object holds.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#ifndef MBSRI_DERIVATIVES_RECORD_H
+#define MBSRI_DERIVATIVES_RECORD_H
+
+#include "fronts/fronts.h"
+#include "newton/linear/linear.h"
+
+#include <mbsrank/derivatives.h>
+
+typedef enum mbsri_linearised {
+    MBSRI_LINEARISED_NOT,
+    MBSRI_LINEARISED_INVERSE,
+    MBSRI_LINEARISED_FORWARD
+} mbsri_linearised;
+
+struct mbsr_derivatives {
+    const mbsr_model *model;
+    mbsr_data *data; /* with the factors, as long as there are derivatives */
+    mbsr_error error;
+    mbsri_linear *linear; /* all bodies deep */
+    mbsri_linearised at;
+    bool open;      /* `fronts` have been factored */
+    bool redundant; /* and some rows depend on others */
+    mbsri_fronts fronts;
+    double *memory;
+    /* vectors of one product: x of bodies, their reactions, q and u of joints (in the caller's order, the forces of
+     * elements in that of the sweeps) */
+    double *motion, *mu, *dq, *torque, *load;
+    double *in, *out;               /* of one joint, element or closure */
+    double *right, *solution;       /* nu */
+    double *rows, *lambda, *weight; /* rows: accelerations of closures, their forces */
+    double *bend;                   /* of each closure from its `at` on twice: by place, by rate */
+    double *work;
+};
+
+/* Along dq (nq), du and du' (nu, by the caller's order): the change of J^T mu - tau into load, of second derivatives of
+ * the closures' rows into rows, of the forces of stiff rows into lambda, where others stay. */
+void mbsri_derivatives_tangent(mbsr_derivatives *w, const double *dq, const double *du,
+                               const double *dudot, double *load);
+
+/* The transpose: w of load (nu), `rows` and `weight` of the rows and of the forces of stiff rows; adds nothing: writes
+ * dq (nq), du, du' (nu). */
+void mbsri_derivatives_adjoint(mbsr_derivatives *w, const double *load, double *dq, double *du,
+                               double *dudot);
+
+#endif

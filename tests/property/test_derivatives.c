@@ -1,0 +1,325 @@
+/* Derivatives of inverse and forward dynamics of mechanisms of everything at once: against differences of what they are
+ * derivatives of, and tangent against adjoint.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "duration.h"
+#include "expect.h"
+#include "medley.h"
+
+#include "model/record.h"
+
+#include <stdlib.h>
+
+void dgelsy_(const int *m, const int *n, const int *nrhs, double *a, const int *lda, double *b,
+             const int *ldb, int *jpvt, const double *rcond, int *rank, double *work,
+             const int *lwork, int *info);
+
+enum { LEVELS = 4 };
+
+typedef struct scene {
+    medley s;
+    mbsr_derivatives *w;
+    test_rng rng;
+    bool forward;
+    double speed;              /* largest of u' */
+    double *load;              /* udot or tau */
+    double *dq, *du, *dload;   /* a direction */
+    double *q, *u, *at, *qdot; /* displaced */
+    double *out, *dlambda;     /* nu, rows: tangents */
+    double *sample, *table;    /* nu + rows; LEVELS times that */
+} scene;
+
+typedef struct tally {
+    int inverse, forward, closed, lambda, refused;
+} tally;
+
+static double *numbers(int count)
+{
+    return calloc((size_t)count + 1, sizeof(double));
+}
+
+static bool open_scene(scene *z, uint64_t seed)
+{
+    medley_choice c = medley_choose(seed);
+    if (seed % 3 == 0) c.closures = 0;
+    *z = (scene){.rng = test_seed(seed + 7)};
+    if (!medley_make(&z->s, &c) || z->s.nu > 150) return false;
+    const medley *s = &z->s;
+    if (mbsr_derivatives_create(s->m, &z->w, NULL) != MBSR_OK) return false;
+    double **const of_rates[] = {&z->load, &z->dq, &z->du, &z->dload, &z->u, &z->at, &z->out};
+    for (int k = 0; k < 7; ++k) *of_rates[k] = numbers(s->nu);
+    z->q = numbers(s->nq);
+    z->qdot = numbers(s->nq);
+    z->dlambda = numbers(s->rows);
+    z->sample = numbers(s->nu + s->rows);
+    z->table = numbers(LEVELS * (s->nu + s->rows));
+    return true;
+}
+
+static void close_scene(scene *z)
+{
+    double *const all[] = {z->load, z->dq, z->du,   z->dload,   z->u,      z->at,
+                           z->out,  z->q,  z->qdot, z->dlambda, z->sample, z->table};
+    for (size_t k = 0; k < sizeof all / sizeof all[0]; ++k) free(all[k]);
+    mbsr_derivatives_destroy(z->w);
+    medley_free(&z->s);
+}
+
+/* The result, and loop forces, at a state displaced by h. */
+static int evaluate(scene *z, double h, double *out)
+{
+    const medley *s = &z->s;
+    for (int k = 0; k < s->nq; ++k) z->q[k] = s->q[k] + h * z->qdot[k];
+    for (int k = 0; k < s->nu; ++k) {
+        z->u[k] = s->u[k] + h * z->du[k];
+        z->at[k] = z->load[k] + h * z->dload[k];
+    }
+    for (int k = 0; k < s->rows; ++k) out[s->nu + k] = 0.0;
+    int status = mbsr_normalise(s->m, s->d, z->q);
+    if (status) return status;
+    if (!z->forward) return mbsr_inverse_dynamics(s->m, s->d, s->t, z->q, z->u, z->at, out);
+    status = mbsr_forward_dynamics(s->m, s->d, s->t, z->q, z->u, z->at, out);
+    if (status || s->rows == 0) return status;
+    return mbsr_closures_force(s->m, s->d, out + s->nu);
+}
+
+/* Richardson's differences into the last line of the table; how far its last two entries disagree. */
+static int differences(scene *z, double *doubt)
+{
+    const int n = z->s.nu + z->s.rows;
+    for (int level = 0; level < LEVELS; ++level) {
+        const double h = 0x1p-6 / (double)(1 << level);
+        double *row = z->table + level * n;
+        for (int side = 1; side >= -1; side -= 2) {
+            const int status = evaluate(z, side * h, z->sample);
+            if (status) return status;
+            for (int k = 0; k < n; ++k)
+                row[k] =
+                    (side > 0 ? z->sample[k] : row[k] - z->sample[k]) / (side > 0 ? 1.0 : 2.0 * h);
+        }
+    }
+    *doubt = 0.0;
+    double factor = 1.0;
+    for (int order = 1; order < LEVELS; ++order) {
+        factor *= 4.0;
+        for (int level = LEVELS - 1; level >= order; --level) {
+            double *fine = z->table + level * n, *coarse = fine - n;
+            for (int k = 0; k < n; ++k) {
+                const double better = (factor * fine[k] - coarse[k]) / (factor - 1.0);
+                if (level == LEVELS - 1 && order == LEVELS - 1 && k < z->s.nu)
+                    *doubt = fmax(*doubt, fabs(better - fine[k]));
+                fine[k] = better;
+            }
+        }
+    }
+    return MBSR_OK;
+}
+
+/* x less what rows (rows x nu, column-major) times x is more than `target`. */
+static void project(const scene *z, const double *C, const double *target, double *x)
+{
+    const int rows = z->s.rows, n = z->s.nu, most = rows > n ? rows : n,
+              work_size = 100 * (most + 1), one = 1;
+    const double rcond = 1e-10;
+    double *A = numbers(rows * n), *b = numbers(most), *work = numbers(work_size);
+    int *pivots = calloc((size_t)n + 1, sizeof *pivots), rank, info;
+    for (int k = 0; k < rows * n; ++k) A[k] = C[k];
+    for (int k = 0; k < rows; ++k) {
+        b[k] = -target[k];
+        for (int j = 0; j < n; ++j) b[k] += C[j * rows + k] * x[j];
+    }
+    dgelsy_(&rows, &n, &one, A, &rows, b, &most, pivots, &rcond, &rank, work, &work_size, &info);
+    for (int j = 0; j < n; ++j) x[j] -= b[j];
+    free(A);
+    free(b);
+    free(work);
+    free(pivots);
+}
+
+/* A direction; where loops are closed one that they allow. */
+static void choose_direction(scene *z)
+{
+    const medley *s = &z->s;
+    test_fill(&z->rng, s->nu, z->dq);
+    test_fill(&z->rng, s->nu, z->du);
+    test_fill(&z->rng, s->nu, z->dload);
+    double *C = numbers(s->rows * s->nu), *rate = numbers(2 * s->rows), *other = rate + s->rows,
+           *e = numbers(s->nu);
+    const bool closed = z->forward && s->rows > 0;
+    assert_ok(mbsr_positions(s->m, s->d, s->t, s->q), mbsr_data_error(s->d));
+    for (int j = 0; j < s->nu && closed; ++j) {
+        e[j] = 1.0;
+        assert_ok(mbsr_closures_apply(s->m, s->d, e, C + j * s->rows), mbsr_data_error(s->d));
+        e[j] = 0.0;
+    }
+    if (closed) project(z, C, rate, z->dq);
+    assert_ok(mbsr_velocities(s->m, s->d, z->dq), mbsr_data_error(s->d));
+    assert_ok(mbsr_coordinate_rates(s->m, s->d, z->qdot), mbsr_data_error(s->d));
+    if (closed) {
+        static const double h = 1e-4;
+        for (int side = 0; side < 2; ++side) {
+            for (int k = 0; k < s->nq; ++k) z->q[k] = s->q[k] + (side ? -h : h) * z->qdot[k];
+            assert_ok(mbsr_normalise(s->m, s->d, z->q), mbsr_data_error(s->d));
+            assert_ok(mbsr_positions(s->m, s->d, s->t, z->q), mbsr_data_error(s->d));
+            assert_ok(mbsr_velocities(s->m, s->d, s->u), mbsr_data_error(s->d));
+            assert_ok(mbsr_closures_rate(s->m, s->d, side ? other : rate), mbsr_data_error(s->d));
+        }
+        for (int k = 0; k < s->rows; ++k) rate[k] = (other[k] - rate[k]) / (2.0 * h);
+        project(z, C, rate, z->du);
+    }
+    free(C);
+    free(rate);
+    free(e);
+}
+
+/* Springs of 1e10 cancel in differences, and closures that give nothing but gaps are differenced three times. */
+static double rough(const scene *z)
+{
+    const mbsri_closure *c = z->s.m->closures.data;
+    double factor = 1.0;
+    for (size_t k = 0; k < z->s.m->closures.count; ++k, ++c) {
+        if (!c->def.table->bias) factor = 100.0;
+        for (int r = 0; r < c->rows; ++r) factor = c->def.stiffness[r] > 1e7 ? 100.0 : factor;
+    }
+    return factor;
+}
+
+static void expect_near(const scene *z, const char *what, double off, double limit)
+{
+    if (off <= limit) return;
+    print_error("seed %d (%d bodies, %d rows), %s dynamics: %s off by %.3g > %.3g\n",
+                (int)z->s.c.seed, z->s.bodies, z->s.rows, z->forward ? "forward" : "inverse", what,
+                off, limit);
+    fail();
+}
+
+/* The largest entry of the matrices. */
+static double find_size(const scene *z, double *largest_lambda)
+{
+    const medley *s = &z->s;
+    double *e = numbers(2 * s->nu + s->rows), *out = e + s->nu, size = 0.0;
+    for (int kind = 0; kind < 3; ++kind) {
+        for (int j = 0; j < s->nu; ++j) {
+            e[j] = 1.0;
+            assert_ok(mbsr_derivatives_tangent(z->w, kind == 0 ? e : NULL, kind == 1 ? e : NULL,
+                                               kind == 2 ? e : NULL, out,
+                                               largest_lambda ? out + s->nu : NULL),
+                      mbsr_derivatives_error(z->w));
+            e[j] = 0.0;
+            size = fmax(size, test_largest(s->nu, out));
+            if (largest_lambda)
+                *largest_lambda = fmax(*largest_lambda, test_largest(s->rows, out + s->nu));
+        }
+    }
+    free(e);
+    return size;
+}
+
+/* Tangents beside differences, to 1e-9 of the largest entry. */
+static bool check_tangent(scene *z, bool lambda)
+{
+    const medley *s = &z->s;
+    double doubt;
+    choose_direction(z);
+    assert_ok(
+        mbsr_derivatives_tangent(z->w, z->dq, z->du, z->dload, z->out, lambda ? z->dlambda : NULL),
+        mbsr_derivatives_error(z->w));
+    if (differences(z, &doubt) != MBSR_OK) return false;
+    const double *expected = z->table + (LEVELS - 1) * (s->nu + s->rows);
+    double off = 0.0, of_lambda = 0.0;
+    /* what is added up where loops leave nothing to masses: accelerations of the state itself */
+    const double size = fmax(find_size(z, lambda ? &of_lambda : NULL), 0.1 * z->speed),
+                 limit = 1e-9 * rough(z);
+    for (int k = 0; k < s->nu; ++k) off = fmax(off, fabs(z->out[k] - expected[k]));
+    expect_near(z, "tangent", off, limit * size + 3.0 * doubt);
+    if (!lambda) return true;
+    off = 0.0;
+    for (int k = 0; k < s->rows; ++k) off = fmax(off, fabs(z->dlambda[k] - expected[s->nu + k]));
+    expect_near(z, "dlambda", off, limit * of_lambda + 3.0 * doubt);
+    return true;
+}
+
+static double product(int n, const double *a, const double *b, double *size)
+{
+    double sum = 0.0;
+    for (int k = 0; k < n; ++k) {
+        sum += a[k] * b[k];
+        *size += fabs(a[k] * b[k]);
+    }
+    return sum;
+}
+
+/* <w, J v> = <J^T w, v>. */
+static void check_adjoint(scene *z, bool lambda)
+{
+    const medley *s = &z->s;
+    double *w = numbers(4 * s->nu + s->rows), *by_q = w + s->nu, *by_u = by_q + s->nu,
+           *by_load = by_u + s->nu, *w_lambda = by_load + s->nu, size = 0.1 * z->speed;
+    test_fill(&z->rng, s->nu, w);
+    test_fill(&z->rng, s->rows, w_lambda);
+    assert_ok(mbsr_derivatives_adjoint(z->w, w, lambda ? w_lambda : NULL, by_q, by_u, by_load),
+              mbsr_derivatives_error(z->w));
+    double left = product(s->nu, w, z->out, &size);
+    if (lambda) left += product(s->rows, w_lambda, z->dlambda, &size);
+    const double right = product(s->nu, by_q, z->dq, &size) + product(s->nu, by_u, z->du, &size) +
+                         product(s->nu, by_load, z->dload, &size);
+    /* where rows depend on others, only along directions that all of them allow, which are found by differences */
+    const bool consistent = lambda || z->s.rows == 0 || !z->forward;
+    expect_near(z, "adjoint", fabs(left - right), (consistent ? 1e-12 : 1e-8) * size);
+    free(w);
+}
+
+static void check(uint64_t seed, bool forward, tally *all)
+{
+    scene z;
+    if (!open_scene(&z, seed)) {
+        medley_free(&z.s);
+        mbsr_derivatives_destroy(z.w);
+        return;
+    }
+    const medley *s = &z.s;
+    z.forward = forward;
+    test_fill(&z.rng, s->nu, z.load);
+    const int status = forward ? mbsr_derivatives_forward(z.w, s->t, s->q, s->u, z.load, NULL, NULL)
+                               : mbsr_derivatives_inverse(z.w, s->t, s->q, s->u, z.load, NULL);
+    if (status == MBSR_OK) {
+        z.speed = 1.0;
+        if (forward) {
+            assert_ok(mbsr_forward_dynamics(s->m, s->d, s->t, s->q, s->u, z.load, z.out), NULL);
+            z.speed = fmax(1.0, test_largest(s->nu, z.out));
+        }
+        const bool lambda =
+            forward && s->rows > 0 &&
+            mbsr_derivatives_tangent(z.w, NULL, NULL, NULL, z.out, z.dlambda) == MBSR_OK;
+        if (check_tangent(&z, lambda)) {
+            check_adjoint(&z, lambda);
+            ++*(forward ? &all->forward : &all->inverse);
+            all->closed += forward && s->rows > 0;
+            all->lambda += lambda;
+        }
+    } else {
+        const int expected =
+            forward ? mbsr_forward_dynamics(s->m, s->d, s->t, s->q, s->u, z.load, z.out)
+                    : mbsr_inverse_dynamics(s->m, s->d, s->t, s->q, s->u, z.load, z.out);
+        assert_int_equal(status, expected);
+        ++all->refused;
+    }
+    close_scene(&z);
+}
+
+static void medleys(void **state)
+{
+    (void)state;
+    tally all = {0};
+    const int seeds = test_seeds(40, 150);
+    for (int seed = 1; seed <= seeds; ++seed) {
+        check((uint64_t)seed, false, &all);
+        check((uint64_t)seed, true, &all);
+    }
+    assert_true(all.inverse > seeds / 2 && all.forward > seeds / 5 && all.closed > seeds / 10);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(medleys)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,194 @@
+/* Derivatives of a pendulum, of a top, of a point on a circle; and what is refused.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "expect.h"
+
+static const double mass = 2.0, length = 1.5, gravity = 9.81, inertia = 0.3;
+
+static mbsr_model *model_with(const mbsr_body_def *bodies, int count,
+                              const mbsr_closure_def *closure)
+{
+    mbsr_model *m;
+    mbsr_error error;
+    assert_ok(mbsr_model_create(NULL, &m, &error), &error);
+    for (int k = 0; k < count; ++k)
+        assert_ok(mbsr_model_add_body(m, bodies + k, NULL), mbsr_model_error(m));
+    const mbsr_force_def down = mbsr_force_gravity(0.0, -gravity, 0.0);
+    assert_ok(mbsr_model_add_force(m, &down, NULL), mbsr_model_error(m));
+    if (closure) assert_ok(mbsr_model_add_closure(m, closure, NULL), mbsr_model_error(m));
+    assert_ok(mbsr_model_finish(m), mbsr_model_error(m));
+    return m;
+}
+
+static mbsr_derivatives *derivatives_of(const mbsr_model *m)
+{
+    mbsr_derivatives *d;
+    mbsr_error error;
+    assert_ok(mbsr_derivatives_create(m, &d, &error), &error);
+    return d;
+}
+
+/* Hanging at angle 0, the mass in the distance below. */
+static mbsr_body_def pendulum(double m)
+{
+    mbsr_body_def b = mbsr_default_body_def();
+    b.name = "pendulum";
+    b.joint = mbsr_joint_planar_revolute((mbsr_planar_frame){0}, (mbsr_planar_frame){0});
+    b.inertia = mbsr_inertia_planar(m, (const double[2]){0.0, -length}, m > 0.0 ? inertia : 0.0);
+    return b;
+}
+
+/* (m l^2 + I) u' + m g l sin q = tau */
+static void a_pendulum(void **state)
+{
+    (void)state;
+    const mbsr_body_def body = pendulum(mass);
+    mbsr_model *m = model_with(&body, 1, NULL);
+    mbsr_derivatives *d = derivatives_of(m);
+    const double q = 0.7, u = 1.3, tau = 0.4, one = 1.0, J = mass * length * length + inertia,
+                 by_angle = mass * gravity * length * cos(q);
+    double udot, out, by_q, by_u, by_load;
+    assert_ok(mbsr_derivatives_forward(d, 0.0, &q, &u, &tau, &udot, NULL),
+              mbsr_derivatives_error(d));
+    assert_close(udot, (tau - mass * gravity * length * sin(q)) / J, 1e-14);
+    assert_ok(mbsr_derivatives_tangent(d, &one, NULL, NULL, &out, NULL), NULL);
+    assert_close(out, -by_angle / J, 1e-13);
+    assert_ok(mbsr_derivatives_tangent(d, NULL, NULL, &one, &out, NULL), NULL);
+    assert_close(out, 1.0 / J, 1e-15);
+    assert_ok(mbsr_derivatives_adjoint(d, &one, NULL, &by_q, &by_u, &by_load), NULL);
+    assert_close(by_q, -by_angle / J, 1e-13);
+    assert_close(by_u, 0.0, 1e-14);
+    assert_close(by_load, 1.0 / J, 1e-15);
+    double torque;
+    assert_ok(mbsr_derivatives_inverse(d, 0.0, &q, &u, &udot, &torque), mbsr_derivatives_error(d));
+    assert_close(torque, tau, 1e-13);
+    assert_ok(mbsr_derivatives_tangent(d, &one, &one, &one, &out, NULL), NULL);
+    assert_close(out, by_angle + J, 1e-13);
+    mbsr_derivatives_destroy(d);
+    mbsr_model_destroy(m);
+}
+
+static void cross(const double *a, const double *b, double *c)
+{
+    for (int k = 0; k < 3; ++k)
+        c[k] = a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
+}
+
+/* A top on a ball joint without gravity, turned as a whole with its velocity and torque: so turns its acceleration. */
+static void a_top(void **state)
+{
+    (void)state;
+    const double tensor[6] = {1.0, 2.0, 2.5, 0.1, 0.2, 0.3}, turn[3] = {0.4, -0.9, 0.2},
+                 q[4] = {0.5, -0.5, 0.5, 0.5}, u[3] = {0.3, -0.7, 1.1}, tau[3] = {0.1, 0.2, -0.3};
+    mbsr_body_def b = mbsr_default_body_def();
+    b.joint = mbsr_joint_spherical(NULL, NULL);
+    b.inertia = mbsr_inertia_rigid(1.0, NULL, tensor);
+    mbsr_model *m = model_with(&b, 1, NULL);
+    mbsr_derivatives *d = derivatives_of(m);
+    double udot[3], du[3], dtau[3], out[3], expected[3], back[3];
+    assert_ok(mbsr_derivatives_forward(d, 0.0, q, u, tau, udot, NULL), mbsr_derivatives_error(d));
+    cross(turn, u, du);
+    cross(turn, tau, dtau);
+    cross(turn, udot, expected);
+    assert_ok(mbsr_derivatives_tangent(d, turn, du, dtau, out, NULL), NULL);
+    for (int k = 0; k < 3; ++k) assert_close(out[k], expected[k], 1e-14);
+    assert_ok(mbsr_derivatives_inverse(d, 0.0, q, u, udot, back), mbsr_derivatives_error(d));
+    assert_ok(mbsr_derivatives_tangent(d, turn, du, expected, back, NULL), NULL);
+    for (int k = 0; k < 3; ++k) assert_close(back[k], dtau[k], 1e-14);
+    mbsr_derivatives_destroy(d);
+    mbsr_model_destroy(m);
+}
+
+/* A point that a rod holds on a circle, at angle a and speed v: along the circle u' = -g sin(a) t - v^2/l n and the force
+ * of the rod -m (v^2/l + g cos(a)) change as they do with a. */
+static void a_point_on_a_circle(void **state)
+{
+    (void)state;
+    const double a = 0.6, v = 1.7, n[2] = {sin(a), -cos(a)}, t[2] = {cos(a), sin(a)},
+                 q[2] = {length * n[0], length * n[1]}, u[2] = {v * t[0], v * t[1]},
+                 du[2] = {-v / length * n[0], -v / length * n[1]};
+    mbsr_body_def b = mbsr_default_body_def();
+    b.joint = mbsr_joint_point_free();
+    b.inertia = mbsr_inertia_particle(mass);
+    const mbsr_closure_def rod = mbsr_closure_distance(0, NULL, MBSR_GROUND, NULL, length);
+    mbsr_model *m = model_with(&b, 1, &rod);
+    mbsr_derivatives *d = derivatives_of(m);
+    double udot[2], lambda, out[2], dlambda, by_q[2], by_u[2];
+    assert_ok(mbsr_derivatives_forward(d, 0.0, q, u, NULL, udot, &lambda),
+              mbsr_derivatives_error(d));
+    assert_close(lambda, -mass * (v * v / length + gravity * cos(a)), 1e-13);
+    assert_ok(mbsr_derivatives_tangent(d, t, du, NULL, out, &dlambda), mbsr_derivatives_error(d));
+    assert_close(dlambda, mass * gravity * sin(a) / length, 1e-11);
+    for (int k = 0; k < 2; ++k) {
+        assert_close(udot[k], -gravity * sin(a) * t[k] - v * v / length * n[k], 1e-13);
+        const double by_angle =
+            -gravity * cos(a) * t[k] + gravity * sin(a) * n[k] - v * v / length * t[k];
+        assert_close(out[k], by_angle / length, 1e-11);
+    }
+    const double one = 1.0;
+    assert_ok(mbsr_derivatives_adjoint(d, NULL, &one, by_q, by_u, NULL), NULL);
+    assert_close(by_q[0] * t[0] + by_q[1] * t[1] + by_u[0] * du[0] + by_u[1] * du[1], dlambda,
+                 1e-12);
+    mbsr_derivatives_destroy(d);
+    mbsr_model_destroy(m);
+}
+
+static void what_is_wrong_is_refused(void **state)
+{
+    (void)state;
+    const mbsr_body_def heavy = pendulum(mass), light = pendulum(0.0);
+    mbsr_model *m = model_with(&heavy, 1, NULL), *none = model_with(&light, 1, NULL), *unfinished;
+    mbsr_derivatives *d = NULL;
+    mbsr_error error;
+    assert_ok(mbsr_model_create(NULL, &unfinished, NULL), NULL);
+    assert_refused(mbsr_derivatives_create(NULL, &d, &error), &error, MBSR_ERR_NULL, MBSR_NONE,
+                   MBSR_NONE, "mbsr_derivatives_create|model is NULL");
+    assert_refused(mbsr_derivatives_create(m, NULL, &error), &error, MBSR_ERR_NULL, MBSR_NONE,
+                   MBSR_NONE, "derivatives is NULL");
+    assert_refused(mbsr_derivatives_create(unfinished, &d, &error), &error, MBSR_ERR_UNFINISHED,
+                   MBSR_NONE, MBSR_NONE, "not finished");
+    assert_null(d);
+    assert_int_equal(mbsr_derivatives_forward(NULL, 0.0, NULL, NULL, NULL, NULL, NULL),
+                     MBSR_ERR_NULL);
+    assert_null(mbsr_derivatives_data(NULL));
+
+    const double q = 0.7, u = 1.3, wrong = NAN;
+    double out = 17.0, lambda;
+    d = derivatives_of(m);
+    const mbsr_error *why = mbsr_derivatives_error(d);
+    assert_refused(mbsr_derivatives_tangent(d, &q, &q, &q, &out, NULL), why, MBSR_ERR_SEQUENCE,
+                   MBSR_NONE, MBSR_NONE, "mbsr_derivatives_inverse");
+    assert_refused(mbsr_derivatives_adjoint(d, &q, NULL, &out, NULL, NULL), why, MBSR_ERR_SEQUENCE,
+                   MBSR_NONE, MBSR_NONE, "mbsr_derivatives_forward");
+    assert_refused(mbsr_derivatives_forward(d, 0.0, NULL, &u, NULL, NULL, NULL), why, MBSR_ERR_NULL,
+                   MBSR_NONE, MBSR_NONE, "NULL");
+    assert_int_equal(mbsr_derivatives_forward(d, 0.0, &wrong, &u, NULL, NULL, NULL),
+                     MBSR_NOT_FINITE);
+    assert_int_equal(mbsr_derivatives_inverse(d, 0.0, &q, &u, &wrong, NULL), MBSR_NOT_FINITE);
+    assert_ok(mbsr_derivatives_inverse(d, 0.0, &q, &u, &u, NULL), why);
+    assert_refused(mbsr_derivatives_tangent(d, &q, NULL, NULL, &out, &lambda), why, MBSR_ERR_VALUE,
+                   MBSR_NONE, MBSR_NONE, "no loop forces");
+    assert_refused(mbsr_derivatives_tangent(d, &q, NULL, NULL, NULL, NULL), why, MBSR_ERR_NULL,
+                   MBSR_NONE, MBSR_NONE, "out is NULL");
+    assert_refused(mbsr_derivatives_tangent(d, &wrong, NULL, NULL, &out, NULL), why,
+                   MBSR_NOT_FINITE, MBSR_NONE, MBSR_NONE, "not finite");
+    assert_true(out == 17.0);
+    mbsr_derivatives_destroy(d);
+
+    d = derivatives_of(none);
+    assert_int_equal(mbsr_derivatives_forward(d, 0.0, &q, &u, NULL, NULL, NULL), MBSR_UNDETERMINED);
+    assert_contains(mbsr_derivatives_error(d)->text, "pendulum");
+    assert_ok(mbsr_derivatives_inverse(d, 0.0, &q, &u, &u, &out), mbsr_derivatives_error(d));
+    assert_close(out, 0.0, 0.0);
+    mbsr_derivatives_destroy(d);
+    mbsr_model_destroy(m);
+    mbsr_model_destroy(none);
+    mbsr_model_destroy(unfinished);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(a_pendulum), cmocka_unit_test(a_top),
+                                       cmocka_unit_test(a_point_on_a_circle),
+                                       cmocka_unit_test(what_is_wrong_is_refused)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,104 @@
+/* Derivatives of the dynamics: no number that is not finite with MBSR_OK.
+ * SPDX-License-Identifier: BSD-3-Clause */
+#include "finite.h"
+#include "rigid_tree.h"
+
+enum { T = 1u << FINITE_T, Q = 1u << FINITE_Q, U = 1u << FINITE_U, TAU = 1u << FINITE_TAU };
+enum { UDOT = 1u << FINITE_UDOT, R = 1u << FINITE_R, OTHER = 1u << FINITE_OTHER, MOST = 64 };
+
+static const mbsr_error *why(const finite_subject *s)
+{
+    return mbsr_derivatives_error(s->object);
+}
+
+static int run_forward(finite_subject *s)
+{
+    return mbsr_derivatives_forward(s->object, s->in[FINITE_T][0], s->in[FINITE_Q], s->in[FINITE_U],
+                                    s->in[FINITE_TAU], s->out[0], NULL);
+}
+
+static int run_inverse(finite_subject *s)
+{
+    return mbsr_derivatives_inverse(s->object, s->in[FINITE_T][0], s->in[FINITE_Q], s->in[FINITE_U],
+                                    s->in[FINITE_UDOT], s->out[0]);
+}
+
+static int run_tangent(finite_subject *s)
+{
+    return mbsr_derivatives_tangent(s->object, s->in[FINITE_R], s->in[FINITE_R],
+                                    s->in[FINITE_OTHER], s->out[0], NULL);
+}
+
+static int run_adjoint(finite_subject *s)
+{
+    return mbsr_derivatives_adjoint(s->object, s->in[FINITE_R], NULL, s->out[0], s->out[1],
+                                    s->out[2]);
+}
+
+static int of_rates(const finite_subject *s, int o)
+{
+    return o == 0 ? s->nu : 0;
+}
+
+static int of_all(const finite_subject *s, int o)
+{
+    (void)o;
+    return s->nu;
+}
+
+static const finite_row rows[] = {
+    {"mbsr_derivatives_create", NULL, NULL, 0, 0, 0, NULL},
+    {"mbsr_derivatives_destroy", NULL, NULL, 0, 0, 0, NULL},
+    {"mbsr_derivatives_data", NULL, NULL, 0, 0, 0, NULL},
+    {"mbsr_derivatives_error", NULL, NULL, 0, 0, 0, NULL},
+    {"mbsr_derivatives_forward", run_forward, NULL, 0, T | Q | U | TAU, FINITE_OBJECT, of_rates},
+    {"mbsr_derivatives_inverse", run_inverse, NULL, 0, T | Q | U | UDOT, FINITE_OBJECT, of_rates},
+    {"mbsr_derivatives_tangent", run_tangent, run_forward, T | Q | U | TAU, R | OTHER,
+     FINITE_OBJECT, of_rates},
+    {"mbsr_derivatives_adjoint", run_adjoint, run_forward, T | Q | U | TAU, R, FINITE_OBJECT,
+     of_all},
+};
+enum { ROWS = sizeof rows / sizeof rows[0] };
+
+static void trees_of_rigid_bodies(void **unused)
+{
+    (void)unused;
+    int served[ROWS] = {0};
+    for (int k = 0; k < 2; ++k) {
+        const test_rigid_choice choice = {.seed = 31 + (uint64_t)k,
+                                          .bodies = 5,
+                                          .many = 0.3,
+                                          .branching = 0.5,
+                                          .length = 1.0,
+                                          .forces = k % 2,
+                                          .moving = k == 1};
+        test_rigid_tree tree;
+        test_rigid_tree_make(&tree, choice);
+        finite_subject s = {.name = "a tree", .model = tree.model, .data = tree.data, .error = why};
+        mbsr_derivatives *derivatives;
+        double x[MOST];
+        test_rng rng = test_seed(7);
+        s.nq = mbsr_model_nq(tree.model);
+        s.nu = mbsr_model_nu(tree.model);
+        assert_ok(mbsr_derivatives_create(tree.model, &derivatives, NULL), NULL);
+        s.object = derivatives;
+        finite_give(&s, FINITE_T, 1, (double[]){0.3});
+        finite_give(&s, FINITE_Q, s.nq, tree.q);
+        const finite_input of_nu[] = {FINITE_U, FINITE_TAU, FINITE_UDOT, FINITE_R, FINITE_OTHER};
+        for (int l = 0; l < 5; ++l) {
+            test_fill(&rng, s.nu, x);
+            finite_give(&s, of_nu[l], s.nu, x);
+        }
+        for (int l = 0; l < ROWS; ++l) served[l] += finite_try(&s, rows + l);
+        mbsr_derivatives_destroy(derivatives);
+        finite_free(&s);
+        test_rigid_tree_free(&tree);
+    }
+    for (int l = 0; l < ROWS; ++l) assert_true(!rows[l].run || served[l] > 0);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(trees_of_rigid_bodies)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
