@@ -38,7 +38,7 @@ static void take_chunk(mbsri_fronts *w)
 {
     mbsr_data *d = w->d;
     const size_t record = mbsri_rounded(sizeof(struct mbsri_chunk));
-    if (!d->fronts || d->fronts_taken) return;
+    if (!w->m->plan || d->fronts_taken) return;
     d->fronts_taken = true;
     w->chunks = d->fronts;
     *w->chunks = (struct mbsri_chunk){NULL, 0, mbsri_fronts_bytes(w->m) - record, true};
