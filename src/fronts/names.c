@@ -3,7 +3,6 @@
 #include "fronts/names.h"
 
 #include "base/memory.h"
-#include "fronts/fronts.h"
 #include "recursion/closures.h"
 
 #include <string.h>

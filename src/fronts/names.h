@@ -7,6 +7,7 @@
 #ifndef MBSRI_FRONTS_NAMES_H
 #define MBSRI_FRONTS_NAMES_H
 
+#include "algebra/pivots.h"
 #include "fronts/plan.h"
 
 /* What a step leaves to another one. */
@@ -16,6 +17,13 @@ typedef struct mbsri_part {
     double *A, *sizes; /* count x count, and what was added up in it */
     int step;          /* of the sizes of memory */
 } mbsri_part;
+
+/* What a joint sees of the loops. */
+typedef struct mbsri_passing {
+    int count, nulls; /* unknowns that pass; its own that move no mass */
+    int *id;          /* of both */
+    double *X, *N;    /* n x count, n x nulls */
+} mbsri_passing;
 
 typedef struct mbsri_front_names {
     const mbsr_model *m;
