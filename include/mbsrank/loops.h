@@ -1,9 +1,10 @@
 /* Loops at a state: closing them, what their rows hold, and which rows are redundant.
  * SPDX-License-Identifier: BSD-3-Clause
  *
- * mbsr_assemble and mbsr_closures_report use dense linear algebra, O((nu + m)^3) for m rows, and take memory from
- * the model's allocator for the call. mbsr_closures_mobility and mbsr_closures_inverse_dynamics go along the tree in
- * O(bodies + loops), the first with memory, the second where vector code does not serve the model. All others look
+ * mbsr_closures_report uses dense linear algebra, O((nu + m)^3) for m rows, and takes memory from the model's allocator
+ * for the call. mbsr_assemble, mbsr_closures_mobility and mbsr_closures_inverse_dynamics go along the tree in
+ * O(bodies + loops), the first two with memory, the third where vector code does not serve the model; so does
+ * mbsr_assemble but for stiff rows that cannot all be closed, which are told apart in dense linear algebra. All others look
  * up what is known and take none. */
 #ifndef MBSRANK_LOOPS_H
 #define MBSRANK_LOOPS_H

@@ -122,6 +122,16 @@ static void read_end(mbsri_fronts *w, const mbsri_closure *c, int l, mbsri_pivot
     }
 }
 
+static void add_compliance(const mbsri_fronts *w, const mbsri_closure *c, mbsri_pivots *f)
+{
+    const int next = f->size + f->d + 1;
+    for (int row = c->row; row < c->row + c->rows; ++row) {
+        if (w->left_out[row] || w->slot[row] < 0) continue;
+        f->A[w->slot[row] * next] += w->compliance[row];
+        f->sizes[w->slot[row] * next] += w->compliance[row];
+    }
+}
+
 static void fill(mbsri_fronts *w, int k, mbsri_pivots *f)
 {
     const mbsri_plan_step *s = w->plan->step + k;
@@ -140,6 +150,7 @@ static void fill(mbsri_fronts *w, int k, mbsri_pivots *f)
     }
     if (s->closure < 0) return;
     const mbsri_closure *c = first + s->closure;
+    if (w->compliance) add_compliance(w, c, f);
     for (int l = 0; l < c->bodies; ++l) {
         if (mbsri_plan_reads(c, l) && mbsri_takes_end(w->m, w->plan, k, s->closure, c->body[l]))
             read_end(w, c, l, f);

@@ -31,22 +31,25 @@ typedef struct mbsri_fronts {
     const mbsr_model *m;
     mbsr_data *d;
     const mbsri_plan *plan;
-    mbsri_plan *own_plan;    /* where that of the model does not serve */
-    mbsri_part **part;       /* steps: left by each, until it is taken; NULL: nothing */
-    mbsri_pivots front;      /* of the step at work */
-    int room;                /* unknowns that it may have */
-    bool planned;            /* its unknowns are as in the plan */
-    mbsri_pivots **pivots;   /* steps: names of a front, and L; NULL: there is none */
-    mbsri_passing **passing; /* steps; NULL: nothing passes */
-    bool *left_out;          /* rows: without a part in the equations; stiff ones at first */
-    int *slot, *set;         /* unknowns: places for a short time, -1; numbers */
-    double *s, *v;           /* unknowns: right-hand sides, solution */
-    double *e;               /* nu: joint forces, then rates */
-    double *share;           /* rows: of rows in norms, see algebra/pivots.h */
-    double lever;            /* the longest one in the mechanism */
+    mbsri_plan *own_plan;     /* where that of the model does not serve */
+    mbsri_part **part;        /* steps: left by each, until it is taken; NULL: nothing */
+    mbsri_pivots front;       /* of the step at work */
+    int room;                 /* unknowns that it may have */
+    bool planned;             /* its unknowns are as in the plan */
+    mbsri_pivots **pivots;    /* steps: names of a front, and L; NULL: there is none */
+    mbsri_passing **passing;  /* steps; NULL: nothing passes */
+    bool *left_out;           /* rows: without a part in the equations; stiff ones at first */
+    const double *compliance; /* rows: P in C x + P lambda = b; NULL: zero */
+    int *slot, *set;          /* unknowns: places for a short time, -1; numbers */
+    double *s, *v;            /* unknowns: right-hand sides, solution */
+    double *e;                /* nu: joint forces, then rates */
+    double *share;            /* rows: of rows in norms, see algebra/pivots.h */
+    double lever;             /* the longest one in the mechanism */
     int free; /* place of a joint rate whose motion nothing determines, -1: there is none */
     struct mbsri_idle *idle;    /* of redundant rows (idle.h); NULL: none that matters */
     struct mbsri_chunk *chunks; /* of memory */
+    struct mbsri_chunk *kept;   /* the last one that had been taken from before a factorisation */
+    size_t kept_bytes;          /* what was in use of it */
     void *unused[96];           /* parts that were taken, by the sizes of memory */
     double *scratch;
     size_t scratch_size;
@@ -69,6 +72,9 @@ double *mbsri_fronts_scratch(mbsri_fronts *w, size_t numbers);
 mbsri_part *mbsri_fronts_open_part(mbsri_fronts *w, int count);
 void mbsri_fronts_close_part(mbsri_fronts *w, mbsri_part *part);
 bool mbsri_fronts_make_room(mbsri_fronts *w, int unknowns);
+
+/* What a factorisation before took is free again, with all that was allocated since. */
+bool mbsri_fronts_begin(mbsri_fronts *w);
 
 /* At the positions of the data, after the derivatives of the closures. Overwrites Mbar, D and what belongs to them.
  * `armature` (nu, in the order of the sweeps): of joints without other masses; NULL: M is the mass matrix of the tree. */

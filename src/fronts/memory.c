@@ -161,7 +161,7 @@ int mbsri_fronts_open(mbsri_fronts *w, const mbsr_model *m, mbsr_data *d, bool f
                  steps = (size_t)w->plan->steps;
     take_chunk(w);
     w->s = mbsri_fronts_allocate(w, array_size(m, w->plan));
-    if (!w->s || !mbsri_fronts_make_room(w, w->plan->most + 4)) return no_memory(w, function);
+    if (!w->s) return no_memory(w, function);
     w->v = w->s + unknowns;
     w->e = w->v + unknowns;
     w->share = w->e + nu;
@@ -174,6 +174,24 @@ int mbsri_fronts_open(mbsri_fronts *w, const mbsr_model *m, mbsr_data *d, bool f
     for (size_t k = 0; k < unknowns; ++k) w->slot[k] = -1;
     leave_springs_out(w);
     return MBSR_OK;
+}
+
+bool mbsri_fronts_begin(mbsri_fronts *w)
+{
+    if (!w->kept) {
+        w->kept = w->chunks;
+        w->kept_bytes = w->chunks->used;
+    }
+    while (w->chunks != w->kept) {
+        struct mbsri_chunk *next = w->chunks->next;
+        mbsri_release(&w->m->allocator, w->chunks);
+        w->chunks = next;
+    }
+    w->chunks->used = w->kept_bytes;
+    w->room = 0;
+    w->scratch_size = 0;
+    for (size_t k = 0; k < sizeof w->unused / sizeof w->unused[0]; ++k) w->unused[k] = NULL;
+    return mbsri_fronts_make_room(w, w->plan->most + 4);
 }
 
 void mbsri_fronts_close(mbsri_fronts *w)

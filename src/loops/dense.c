@@ -46,12 +46,10 @@ int mbsri_dense_open(mbsri_dense *w, const mbsr_model *m, mbsr_data *d, const ch
               gelsy = mbsri_lapack_gelsy_work((int)(most + rows) > 0 ? (int)(most + rows) : 1,
                                               w->N > 0 ? w->N : 1);
     w->lwork = svd > gelsy ? svd : gelsy;
-    double **const array[] = {
-        &w->M,          &w->C,        &w->K,    &w->U,       &w->V,      &w->scale,
-        &w->sigma,      &w->right,    &w->g,    &w->x,       &w->y,      &w->q,
-        &w->q_try,      &w->q_beside, &w->A,    &w->b,       &w->work,   &w->offset,
-        &w->out,        &w->guess,    &w->span, &w->missing, &w->missed, &w->closing.give,
-        &w->closing.gap};
+    double **const array[] = {&w->M,     &w->C,     &w->K,        &w->U,       &w->V,
+                              &w->scale, &w->sigma, &w->right,    &w->g,       &w->x,
+                              &w->y,     &w->q,     &w->q_beside, &w->A,       &w->b,
+                              &w->work,  &w->out,   &w->span,     &w->missing, &w->missed};
     const size_t length[] = {n * n,
                              rows * n,
                              N * N,
@@ -65,22 +63,17 @@ int mbsri_dense_open(mbsri_dense *w, const mbsr_model *m, mbsr_data *d, const ch
                              N,
                              nq,
                              nq,
-                             nq,
                              most * n,
                              most + n,
                              (size_t)w->lwork,
-                             (size_t)w->held,
                              N,
-                             nq,
                              n,
                              (size_t)w->held,
-                             (size_t)w->held,
-                             n,
                              (size_t)w->held};
     size_t total = 0;
     for (size_t k = 0; k < sizeof length / sizeof length[0]; ++k) total += length[k];
     w->memory = mbsri_allocate(&m->allocator, total * sizeof(double) + (N + 1) * sizeof(int) +
-                                                  5 * rows * sizeof(bool));
+                                                  4 * rows * sizeof(bool));
     if (!w->memory)
         return mbsri_fail(&d->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
                           "%s: no memory for matrices of %d joint rates and %d rows of closures",
@@ -93,17 +86,15 @@ int mbsri_dense_open(mbsri_dense *w, const mbsr_model *m, mbsr_data *d, const ch
     w->pivots = (int *)(void *)next;
     w->other = (bool *)(w->pivots + N + 1);
     w->left_out = w->other + rows;
-    w->let_go = w->left_out + rows;
-    w->beside = w->let_go + rows;
-    for (size_t k = 0; k < rows; ++k) w->let_go[k] = false;
-    mbsri_zero((size_t)w->held, w->offset);
+    w->beside = w->left_out + rows;
     mbsri_zero((size_t)w->held, w->missed);
     find_spans(w);
-    return MBSR_OK;
+    return mbsri_closer_open(&w->closer, m, d, function);
 }
 
 void mbsri_dense_close(mbsri_dense *w)
 {
+    mbsri_closer_close(&w->closer);
     mbsri_release(&w->m->allocator, w->memory);
     w->memory = NULL;
 }

@@ -289,11 +289,11 @@ static bool close_beside(mbsri_dense *w, double t, const bool *dropped)
     mbsr_assembly_info info;
     double *given = w->sigma; /* rows: which had been let go before */
     for (int k = 0; k < w->rows; ++k) {
-        given[k] = w->let_go[k];
-        w->let_go[k] = w->let_go[k] || (dropped && dropped[k]);
+        given[k] = w->closer.let_go[k];
+        w->closer.let_go[k] = w->closer.let_go[k] || (dropped && dropped[k]);
     }
-    const bool closed = mbsri_assemble(w, t, w->q, &opt, &info) == MBSR_OK;
-    for (int k = 0; k < w->rows; ++k) w->let_go[k] = given[k] != 0.0;
+    const bool closed = mbsri_assemble(&w->closer, t, w->q, &opt, &info) == MBSR_OK;
+    for (int k = 0; k < w->rows; ++k) w->closer.let_go[k] = given[k] != 0.0;
     return closed;
 }
 

@@ -78,7 +78,8 @@ static int find_motion(search *s, double t, double *q, double *u, double *udot, 
     mbsri_copy((size_t)w->n, given, u);
     status = open_start(s);
     if (!status) {
-        status = mbsri_closed_start_find(&s->start, t, w->offset, q, u, udot, lambda, opt, info);
+        status =
+            mbsri_closed_start_find(&s->start, t, w->closer.offset, q, u, udot, lambda, opt, info);
         if (status) w->d->error = s->start.d->error;
     }
     info->null_directions = directions;
@@ -95,7 +96,7 @@ int mbsri_loops_dense_start(mbsri_dense *w, double t, double *q, double *u, doub
     mbsri_ranks here;
     int nearby;
     if (any_stiff(w)) assembly_opt.tolerance *= 1e-2; /* what is left of gaps is a force */
-    int status = mbsri_assemble_settled(w, t, q, &assembly_opt, &assembly);
+    int status = mbsri_assemble_settled(&w->closer, t, q, &assembly_opt, &assembly);
     if (!status) status = mbsri_ranks_around(w, t, q, w->d->dropped, &here, &nearby);
     if (status) return status;
     info->iterations = assembly.iterations;
@@ -105,7 +106,7 @@ int mbsri_loops_dense_start(mbsri_dense *w, double t, double *q, double *u, doub
     for (int pass = 0; pass < PASSES && !status && changed; ++pass) {
         if (pass > 0) {
             mbsri_springs_move(w);
-            status = mbsri_assemble(w, t, q, &assembly_opt, &assembly);
+            status = mbsri_assemble(&w->closer, t, q, &assembly_opt, &assembly);
         }
         if (!status) status = find_motion(&s, t, q, u, udot, lambda, opt, info);
         if (!status) status = mbsri_loops_springs(w, t, q, u, lambda);

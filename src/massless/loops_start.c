@@ -250,7 +250,7 @@ static int rest(start *s, const mbsr_consistent_opt *opt, mbsr_consistent_info *
     const size_t nq = (size_t)s->w.m->nq;
     const mbsr_error before = s->w.d->error;
     mbsri_copy(nq, s->q, s->near);
-    status = mbsri_assemble(&s->w, s->t, s->q, &assembly_opt, &assembly);
+    status = mbsri_assemble(&s->w.closer, s->t, s->q, &assembly_opt, &assembly);
     const bool open = status > 0; /* settled springs may be where rigid rows cannot */
     if (!status) status = mbsri_ranks_around(&s->w, s->t, s->q, s->w.d->dropped, &here, &nearby);
     if (!status)

@@ -54,23 +54,32 @@ int mbsr_assemble(const mbsr_model *model, mbsr_data *data, double t, const doub
     static const char name[] = "mbsr_assemble";
     const mbsr_assembly_opt standard = mbsr_default_assembly_opt();
     mbsr_assembly_info found = {.closure = MBSR_NONE};
-    mbsri_dense w;
+    mbsri_closer w;
     if (!opt) opt = &standard;
     int status = mbsri_enter(model, data, q && q_closed, MBSRI_STAGE_NONE, name);
     if (!status) status = check(model, data, opt);
     if (!status) status = mbsri_check_input(data, (size_t)model->nq, q, name, "q");
     if (status) return status;
-    status = mbsri_dense_open(&w, model, data, name);
+    double *found_q = NULL;
+    status = mbsri_closer_open(&w, model, data, name);
     if (!status) {
-        mbsri_copy((size_t)model->nq, q, w.q);
-        status = mbsri_assemble_settled(&w, t, w.q, opt, &found);
+        found_q = mbsri_allocate(&model->allocator, (size_t)model->nq * sizeof *found_q);
+        if (!found_q)
+            status = mbsri_fail(&data->error, MBSR_ERR_NO_MEMORY, MBSR_NONE, MBSR_NONE,
+                                "%s: no memory for %d positions", name, model->nq);
+    }
+    if (!status) {
+        mbsri_copy((size_t)model->nq, q, found_q);
+        status = mbsri_assemble_settled(&w, t, found_q, opt, &found);
     }
     if (!status || status == MBSR_LOOP_OPEN) {
-        for (int k = 0; k < model->nq; ++k) found.change = fmax(found.change, fabs(w.q[k] - q[k]));
-        mbsri_copy((size_t)model->nq, w.q, q_closed);
+        for (int k = 0; k < model->nq; ++k)
+            found.change = fmax(found.change, fabs(found_q[k] - q[k]));
+        mbsri_copy((size_t)model->nq, found_q, q_closed);
         if (info) *info = found;
     }
-    mbsri_dense_close(&w);
+    mbsri_release(&model->allocator, found_q);
+    mbsri_closer_close(&w);
     return status;
 }
 
