@@ -69,43 +69,6 @@ static int evaluate(const search *s, const double *q, double *g)
     return status ? status : mbsri_assembly_gaps(s->w, g);
 }
 
-/* The squared length of row k of the closure over all joint rates, each times what it gives: from the ends to the body
- * where these meet. */
-static double square_of_row(const mbsri_closer *w, const mbsri_closure *c, int k)
-{
-    const mbsr_model *m = w->m;
-    const mbsr_data *d = w->d;
-    double *f = d->closure_V, square = 0.0;
-    int head[MBSRI_ENDS], heads = 0;
-    for (int l = 0; l < c->bodies; ++l) {
-        const mbsri_body *b = m->body + c->body[l];
-        if (!mbsri_plan_reads(c, l)) continue;
-        const double *C = d->closure_C + c->at + (size_t)(c->column[l] * c->rows + k);
-        for (int j = 0; j < b->d; ++j) f[b->v + (size_t)j] += C[j * c->rows];
-        for (int j = 0; j < b->n && mbsri_reads_joints(c); ++j) {
-            const double part = C[(b->d + j) * c->rows] * w->closing.give[b->u + j];
-            square += part * part;
-        }
-        head[heads++] = c->body[l];
-    }
-    for (;;) {
-        int i = c->meets;
-        for (int l = 0; l < heads; ++l) i = head[l] > i ? head[l] : i;
-        if (i == c->meets) break;
-        const mbsri_body *b = m->body + i;
-        for (int j = 0; j < b->n; ++j) {
-            const double part = mbsri_dot(b->d, d->J + b->dn + (size_t)(j * b->d), f + b->v) *
-                                w->closing.give[b->u + j];
-            square += part * part;
-        }
-        mbsri_atx(b->d, b->d_pred, -1.0, d->H + b->dp, f + b->v, f + b->pred_v);
-        mbsri_zero((size_t)b->d, f + b->v);
-        for (int l = 0; l < heads; ++l) head[l] = head[l] == i ? b->parent : head[l];
-    }
-    mbsri_zero((size_t)m->body[c->meets].d, f + m->body[c->meets].v);
-    return square;
-}
-
 /* |A| at the positions of the data, after the derivatives. */
 static void find_size(search *s)
 {
@@ -116,7 +79,8 @@ static void find_size(search *s)
     for (; c < end; ++c) {
         for (int k = 0; k < c->held; ++k) {
             const double gap = w->closing.gap[c->held_row + k];
-            if (mbsri_is_asked(w, c, k)) square += square_of_row(w, c, k) / (gap * gap);
+            if (mbsri_is_asked(w, c, k))
+                square += mbsri_row_square(w->m, w->d, c, k, w->closing.give) / (gap * gap);
         }
     }
     s->size = sqrt(square);

@@ -7,6 +7,9 @@
 #include "recursion/closures.h"
 #include "recursion/data.h"
 
+/* Models with more joint rates and rows go front by front where these serve. */
+enum { MBSRI_DENSE_MOST = 120 };
+
 /* Workspace for one model; n = nu, m = rows, N = n + m. */
 typedef struct mbsri_dense {
     const mbsr_model *m;
@@ -32,14 +35,18 @@ typedef struct mbsri_dense {
     bool *other;              /* rows: flags for a short time */
     bool *left_out;           /* rows: not in K */
     bool *beside;             /* 2 rows: that depend on others near a singular position (ranks.c) */
-    int nulls;                /* dimension of the kernel of K */
-    int moving;               /* of its part in u */
+    struct mbsri_row_fronts *fronts; /* of ranks, in place of matrices; NULL: there are these */
+    int nulls;                       /* dimension of the kernel of K */
+    int moving;                      /* of its part in u */
     void *memory;
 } mbsri_dense;
 
 /* Takes memory from the model's allocator; mbsri_dense_close gives it back, after a failure too. */
 int mbsri_dense_open(mbsri_dense *w, const mbsr_model *m, mbsr_data *d, const char *function);
 void mbsri_dense_close(mbsri_dense *w);
+
+/* Likewise, without matrices where the model has more than so many joint rates and rows, and no stiff ones (row_fronts.h). */
+int mbsri_dense_open_ranks(mbsri_dense *w, const mbsr_model *m, mbsr_data *d, const char *function);
 
 /* C of all rows at the positions of the data. */
 int mbsri_dense_rows(mbsri_dense *w);

@@ -39,7 +39,7 @@ static int find_dependent(mbsri_closer *w, double t, const double *q, bool *any)
     int status = mbsri_dense_open(&dense, w->m, w->d, w->function);
     if (!status) status = mbsri_positions(w->m, w->d, t, q);
     if (!status) status = mbsri_dense_rows(&dense);
-    if (!status) mbsri_ranks_here(&dense, dense.other, &ranks);
+    if (!status) status = mbsri_ranks_here(&dense, dense.other, &ranks);
     for (; c < end && !status; ++c) {
         for (int k = 0; k < c->held; ++k) {
             if (!mbsri_is_stiff(c, k) || !mbsri_is_asked(w, c, k) || !dense.other[c->row + k])

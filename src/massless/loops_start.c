@@ -165,9 +165,6 @@ static int deliver(start *s, double *y, double *yp)
     return MBSR_OK;
 }
 
-/* Models with more joint rates and rows are started on the tree where that serves. */
-enum { DENSE_MOST = 120 };
-
 /* No state was found: whether one given has a direction that nothing determines. */
 static int refuse_given(start *s, const double *y)
 {
@@ -274,7 +271,7 @@ static int find(start *s, const double *y, const mbsr_consistent_opt *opt,
     mbsr_data *d = s->w.d;
     bool served = false;
     int status = mbsri_unpack(s->form, m, d, s->t, y, s->q, s->u);
-    if (!status && m->nu + m->rows > DENSE_MOST)
+    if (!status && m->nu + m->rows > MBSRI_DENSE_MOST)
         status =
             mbsri_stiff_tree_start(m, d, s->t, s->q, s->u, s->udot, s->lambda, opt, info, &served);
     if (status || served) return status;

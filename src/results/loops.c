@@ -183,13 +183,35 @@ static int find_stretch(mbsri_dense *w, int count, mbsr_closure_report *report)
     return MBSR_OK;
 }
 
+static int hold_by_matrices(mbsri_dense *w, mbsr_closure_report *report)
+{
+    int count = 0, status = find_massless(w, &count);
+    if (!status) status = mbsri_dense_factor(w, w->left_out, NULL);
+    report->undetermined = w->moving;
+    return status ? status : find_stretch(w, count, report);
+}
+
+/* Likewise where ranks are found on fronts, with matrices where something moves no mass. */
+static int hold_massless(mbsri_dense *w, mbsr_closure_report *report)
+{
+    mbsri_dense full;
+    report->stretch = 1.0;
+    report->stretched = MBSR_NONE;
+    if (w->fronts && report->massless == 0) return MBSR_OK;
+    if (!w->fronts) return hold_by_matrices(w, report);
+    int status = mbsri_dense_open(&full, w->m, w->d, w->function);
+    for (int k = 0; k < w->rows && !status; ++k) full.left_out[k] = w->left_out[k];
+    if (!status) status = hold_by_matrices(&full, report);
+    mbsri_dense_close(&full);
+    return status;
+}
+
 /* Directions of the tree that move no mass, those of them that no loop holds, and how well the others are
  * held; at rest. */
 static int count_massless(mbsri_dense *w, double t, const double *q, mbsr_closure_report *report)
 {
     const mbsr_model *m = w->m;
     mbsr_data *d = w->d;
-    int count = 0;
     mbsri_zero((size_t)w->n, w->x);
     int status = mbsri_positions(m, d, t, q);
     if (!status) status = mbsri_velocities(m, d, w->x);
@@ -197,10 +219,7 @@ static int count_massless(mbsri_dense *w, double t, const double *q, mbsr_closur
     if (!status) status = mbsri_backward(m, d);
     if (status) return status;
     report->massless = w->n - d->total_rank;
-    status = find_massless(w, &count);
-    if (!status) status = mbsri_dense_factor(w, w->left_out, NULL);
-    report->undetermined = w->moving;
-    return status ? status : find_stretch(w, count, report);
+    return hold_massless(w, report);
 }
 
 static void mark_stiff(const mbsri_dense *w, bool *stiff)
@@ -222,8 +241,10 @@ static int report_on(mbsri_dense *w, double t, const double *q, mbsr_closure_rep
     mark_stiff(w, stiff);
     for (int k = 0; k < w->rows && redundant && !status; ++k)
         redundant[k] = dropped[k] && !stiff[k];
+    if (!status) status = mbsri_ranks_here(w, dropped, &here);
+    for (int k = 0; k < w->rows && unique && !status && w->fronts; ++k)
+        unique[k] = !mbsri_row_fronts_shared(w->fronts)[k];
     if (status) return status;
-    mbsri_ranks_here(w, dropped, &here);
     *report = (mbsr_closure_report){.rows = w->rows,
                                     .independent = here.independent,
                                     .nearby = nearby,
@@ -235,7 +256,7 @@ static int report_on(mbsri_dense *w, double t, const double *q, mbsr_closure_rep
     report->mobility = w->n - here.independent - report->undetermined;
     mark_stiff(w, stiff);
     for (int k = 0; k < w->rows; ++k) dropped[k] = dropped[k] || stiff[k];
-    if (!status && unique) status = mark_unique(w, dropped, unique);
+    if (!status && unique && !w->fronts) status = mark_unique(w, dropped, unique);
     if (!status) status = mbsri_closure_gaps(w->m, w->d, w->g);
     report->gap = status ? 0.0 : mbsri_largest(w->held, w->g);
     return status;
@@ -251,7 +272,7 @@ int mbsr_closures_report(const mbsr_model *model, mbsr_data *data, double t, con
     if (status) return status;
     const bool watching = data->watching;
     data->watching = false;
-    status = mbsri_dense_open(&w, model, data, name);
+    status = mbsri_dense_open_ranks(&w, model, data, name);
     if (!status) status = report_on(&w, t, q, report, redundant, unique);
     mbsri_dense_close(&w);
     data->watching = watching;
